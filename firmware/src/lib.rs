@@ -1,0 +1,2 @@
+//! The stand’s program, portable part.
+#![no_std]

@@ -1,0 +1,1 @@
+//! What a person at the stand uses on the host.

@@ -1,0 +1,1 @@
+//! Whole sessions: firmware and tools together, on the simulated stand.
