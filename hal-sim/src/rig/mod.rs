@@ -1,0 +1,277 @@
+//! The rig: a rotor, a shaft, an armature and a list of effects; one step, generic over the scalar.
+//!
+//! In `f64` it simulates, in dual numbers it also carries the exact derivatives by every parameter and initial state. It is what a
+//! user's model is made of; the truth of the simulated stand is [`crate::plant`], which integrates the same effects by other means.
+//!
+//! The step is the explicit midpoint rule, with three parts solved exactly inside it: dry friction ([`slide`]: no smoothing, no event
+//! search), the current of an inductive winding ([`armature`]) and a bristle. A shaft is stepped by the implicit midpoint rule
+//! ([`shaft`]). Local error O(h³) while nothing sticks, O(h²) at a reversal.
+//!
+//! Glossary: *row*, one sample of the log, [t, t + dt); *span*, a row with its input; *demand*, what a prescribed motion needs.
+
+mod armature;
+mod demand;
+mod shaft;
+mod slide;
+
+pub use demand::Demand;
+pub use slide::slide;
+
+use crate::effects::{Acts, Arms, Law, Point, Reading, Scalar, T0_C};
+
+/// Longest step, s: a thousandth, as the logs of the stand.
+const LONGEST_STEP_S: f64 = 1.0e-3;
+/// Most steps within one row.
+const MOST_STEPS: f64 = 256.0;
+
+/// What the bare model knows: J ω' = K i, i = (u − K ω)/R.
+#[derive(Debug, Clone, Copy)]
+pub struct Base<S> {
+    /// Inertia J of all that turns, kg m².
+    pub inertia: S,
+    /// Motor constant K, N m/A and V s.
+    pub motor_constant: S,
+    /// Resistance R of the winding, Ω.
+    pub resistance: S,
+}
+
+/// What is known of the drive, and so is the model's input.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Input {
+    /// `u_V`
+    Voltage,
+    /// `i_A`
+    Current,
+    /// `torque_N_m`
+    Torque,
+}
+
+/// One row with its input.
+#[derive(Debug, Clone, Copy)]
+pub struct Span {
+    /// Begin, s.
+    pub t_s: f64,
+    /// Length, s.
+    pub dt_s: f64,
+    /// Voltage, current or torque, mean over the row.
+    pub input: f64,
+    /// Measured angle at begin and end, rad; `None`: the rig's own angle.
+    pub theta: Option<(f64, f64)>,
+    /// Measured winding temperature, °C; `None`: the rig's own, if an effect heats it.
+    pub temp_C: Option<f64>,
+    /// Supply over its nominal value; 1 where it is not measured.
+    pub supply_ratio: f64,
+    /// The rate channel is made from the encoder.
+    pub rate_from_encoder: bool,
+}
+
+/// State of the rig.
+#[derive(Debug, Clone, Copy)]
+pub struct State<S> {
+    /// Rate of the platform, rad/s.
+    pub omega: S,
+    /// Angle of the platform, rad.
+    pub theta: S,
+    /// Current at the end of the last step, A (mean over it where there is no inductance).
+    pub current: S,
+    /// Rate of the motor, rad/s (only with a shaft).
+    pub motor_omega: S,
+    /// Angle of the motor before the platform's, rad (only with a shaft).
+    pub twist: S,
+    /// Deflection of the bristle, rad.
+    pub bristle: S,
+    /// Winding temperature above [`T0_C`], K (only where it is not measured).
+    pub heat_K: S,
+}
+
+impl<S: Scalar> State<S> {
+    /// Everything turning at `omega`, nothing twisted, no current, cold.
+    pub fn turning(omega: S, theta: S) -> Self {
+        let zero = S::zero();
+        State { omega, theta, current: zero, motor_omega: omega, twist: zero, bristle: zero, heat_K: zero }
+    }
+}
+
+/// A law with its parameters.
+struct Placed<S> {
+    law: Box<dyn Law<S>>,
+    parameters: Vec<S>,
+}
+
+/// The model of a drive with its effects, at one set of parameters.
+pub struct Rig<S: Scalar> {
+    base: Base<S>,
+    input: Input,
+    placed: Vec<Placed<S>>,
+    arms: Arms<S>,
+}
+
+impl<S: Scalar> Rig<S> {
+    /// A rig of these effects, each with its parameters in its card's order.
+    pub fn new(base: Base<S>, input: Input, effects: Vec<(Box<dyn Law<S>>, Vec<S>)>) -> Self {
+        let mut arms = Arms::default();
+        let placed: Vec<_> = effects
+            .into_iter()
+            .map(|(law, parameters)| {
+                law.arm(&parameters, &mut arms);
+                Placed { law, parameters }
+            })
+            .collect();
+        Rig { base, input, placed, arms }
+    }
+
+    /// The structure that the effects gave it.
+    pub fn arms(&self) -> &Arms<S> {
+        &self.arms
+    }
+
+    /// Steps that a row of `dt_s` needs for the error to stay below the noise: by the fastest of its time constants.
+    pub fn steps(&self, dt_s: f64) -> u32 {
+        let inertia = self.base.inertia.re();
+        let brake = self.base.motor_constant.re().powi(2) / self.base.resistance.re();
+        let mut rate_1_s = brake / inertia / 0.03;
+        if let Some(shaft) = &self.arms.shaft {
+            let share = shaft.share.re();
+            let reduced = inertia * share * (1.0 - share);
+            rate_1_s = rate_1_s.max((shaft.stiffness.re() / reduced).sqrt() / 0.2).max(brake / (inertia * share) / 0.1);
+            if shaft.gap.re() > 0.0 {
+                rate_1_s = rate_1_s.max(shaft.damping.re() / reduced / 0.2);
+            }
+        }
+        if let Some(stiffness) = &self.arms.bristle_N_m_rad {
+            rate_1_s = rate_1_s.max((stiffness.re() / inertia).sqrt() / 0.1);
+        }
+        let steps = (dt_s / LONGEST_STEP_S).max(dt_s * rate_1_s);
+        // A hair of slack, so that jitter in the last digit of dt does not double the work.
+        (steps - 1e-6).ceil().clamp(1.0, MOST_STEPS) as u32
+    }
+
+    /// Carries the state over one row; gives the mean current over it, A.
+    pub fn advance(&self, state: &mut State<S>, span: &Span) -> S {
+        let steps = self.steps(span.dt_s);
+        let h = span.dt_s / f64::from(steps);
+        let mut current = S::zero();
+        for k in 0..steps {
+            current += self.step(state, span, f64::from(k) / f64::from(steps), h);
+        }
+        current / f64::from(steps)
+    }
+
+    /// What the channels show at the begin of `span`, before lag and skew; `current` is the mean over the row.
+    pub fn read(&self, state: &State<S>, span: &Span, current: S) -> Reading<S> {
+        let mut reading = Reading { omega: state.omega, theta: state.theta, current };
+        let x = self.point(span, 0.0, 0.0, state.theta, state.omega, current, state.heat_K);
+        for placed in &self.placed {
+            placed.law.see(&placed.parameters, &x, &mut reading);
+        }
+        reading
+    }
+
+    /// Sum of what the effects do at `x`.
+    #[inline]
+    pub(crate) fn acts(&self, x: &Point<S>) -> Acts<S> {
+        let mut acts = Acts::none();
+        for placed in &self.placed {
+            placed.law.act(&placed.parameters, x, &mut acts);
+        }
+        acts
+    }
+
+    /// The point that stands for the part [from, from + h) of a span, `from` as a share of it.
+    #[inline]
+    #[expect(clippy::too_many_arguments, reason = "a point has that many coordinates")]
+    fn point(&self, span: &Span, from: f64, h: f64, theta: S, omega: S, current: S, heat_K: S) -> Point<S> {
+        let from_s = span.t_s + from * span.dt_s;
+        let theta = match span.theta {
+            Some((a, b)) => S::from(a + (b - a) * (from + 0.5 * h / span.dt_s)),
+            None => theta,
+        };
+        Point {
+            from_s,
+            to_s: from_s + h,
+            theta,
+            omega,
+            current,
+            voltage: if self.input == Input::Voltage { S::from(span.input) } else { S::zero() },
+            temp_C: span.temp_C.map_or(heat_K + T0_C, S::from),
+            supply_ratio: span.supply_ratio,
+            rate_from_encoder: span.rate_from_encoder,
+        }
+    }
+
+    /// One step of length `h`, beginning at the share `from` of the span; gives the mean current over it.
+    fn step(&self, state: &mut State<S>, span: &Span, from: f64, h: f64) -> S {
+        let share = h / span.dt_s;
+        let start = *state;
+        let motor_omega = if self.arms.shaft.is_some() { start.motor_omega } else { start.omega };
+        let x = self.point(span, from, 0.5 * h, start.theta, motor_omega, start.current, start.heat_K);
+        let (half, _) = self.stage(&start, &self.acts(&x), span, 0.5 * h);
+        // The middle of the whole step: state at the half, angle by what was turned in it.
+        let motor_omega = if self.arms.shaft.is_some() { half.motor_omega } else { half.omega };
+        let mut x = self.point(span, from, h, half.theta, motor_omega, half.current, half.heat_K);
+        x.to_s = span.t_s + (from + share) * span.dt_s;
+        let (end, current) = self.stage_from(&start, &half, &self.acts(&x), span, h);
+        *state = end;
+        current
+    }
+
+    fn stage(&self, start: &State<S>, acts: &Acts<S>, span: &Span, h: f64) -> (State<S>, S) {
+        self.stage_from(start, start, acts, span, h)
+    }
+
+    /// From `start` over `h`, with the torques of the state `mid`.
+    #[inline]
+    fn stage_from(&self, start: &State<S>, mid: &State<S>, acts: &Acts<S>, span: &Span, h: f64) -> (State<S>, S) {
+        let mut end = *start;
+        let motor_omega = if self.arms.shaft.is_some() { mid.motor_omega } else { mid.omega };
+        let motor_constant = self.base.motor_constant * acts.motor_factor;
+        let (torque, current) = match self.input {
+            Input::Voltage => {
+                let (mean, last) = self.armature(acts, motor_constant, motor_omega, start.current, span.input, h);
+                end.current = last;
+                (motor_constant * mean, mean)
+            }
+            Input::Current => {
+                end.current = S::from(span.input);
+                (motor_constant * span.input, end.current)
+            }
+            Input::Torque => (S::from(span.input), S::zero()),
+        };
+        if let (Some(thermal), None) = (&self.arms.thermal, span.temp_C) {
+            let loss_W = self.base.resistance * acts.resistance_factor * current * current;
+            end.heat_K = start.heat_K + (loss_W - mid.heat_K / thermal.K_W) / thermal.J_K * h;
+        }
+        let mut torque = torque + acts.torque - acts.viscous * acts.viscous_factor * motor_omega;
+        let mut dry = acts.dry;
+        if let Some(stiffness) = self.arms.bristle_N_m_rad {
+            let (mean, last) = bristle(start.bristle, motor_omega, dry, stiffness, h);
+            torque -= stiffness * mean;
+            dry = S::zero();
+            end.bristle = last;
+        }
+        match &self.arms.shaft {
+            None => {
+                let (omega, turned) = slide(start.omega, torque, dry, self.base.inertia, h);
+                end.omega = omega;
+                end.motor_omega = omega;
+                end.theta = start.theta + turned;
+            }
+            Some(shaft) => self.twist(shaft, start, &mut end, torque, dry, h),
+        }
+        (end, current)
+    }
+}
+
+/// Dahl's bristle z' = ω − σ|ω|z/c over `h` at constant rate: (mean, last) deflection. Exact in z, so no step is too long for it.
+fn bristle<S: Scalar>(z: S, omega: S, dry: S, stiffness: S, h: f64) -> (S, S) {
+    if dry <= 0.0 || omega == 0.0 {
+        return (z, z);
+    }
+    let limit = dry / stiffness * omega.signum();
+    let decay = -(omega.abs() * stiffness / dry * h);
+    let toward = -decay.exp_m1();
+    let last = z + (limit - z) * toward;
+    // Mean of the exponential; its series where the exponent is too small to divide by.
+    let mean_part = if decay < -1e-6 { (toward / decay) + 1.0 } else { decay * -0.5 };
+    (z + (limit - z) * mean_part, last)
+}

@@ -1,0 +1,57 @@
+//! Two masses on a shaft, with or without play.
+
+use super::{Rig, State, slide};
+use crate::effects::{Scalar, Shaft};
+
+impl<S: Scalar> Rig<S> {
+    /// Motor and platform over `h`: the twist by the implicit midpoint rule (stable at any stiffness), each mass then by [`slide`].
+    ///
+    /// All torques and the friction act on the motor's side; the platform is driven by the shaft alone.
+    pub(super) fn twist(&self, shaft: &Shaft<S>, start: &State<S>, end: &mut State<S>, torque: S, dry: S, h: f64) {
+        let motor_inertia = self.base.inertia * shaft.share;
+        let platform_inertia = self.base.inertia - motor_inertia;
+        let inverse = motor_inertia.recip() + platform_inertia.recip();
+        let relative = start.motor_omega - start.omega;
+        let half_gap = shaft.gap * 0.5;
+        // The free torque on the motor: dry friction opposes its motion, or holds it.
+        let friction = if start.motor_omega > 0.0 {
+            dry
+        } else if start.motor_omega < 0.0 {
+            -dry
+        } else {
+            S::zero()
+        };
+        let drive = (torque - friction) / motor_inertia;
+        // Which side of the gap is in contact at the middle of the step, judged by the free motion.
+        let ahead = start.twist + relative * (0.5 * h);
+        let side = if ahead > half_gap {
+            half_gap
+        } else if -ahead > half_gap {
+            -half_gap
+        } else {
+            end.twist = start.twist + (relative + drive * (0.5 * h)) * h;
+            self.turn(start, end, torque, dry, S::zero(), motor_inertia, platform_inertia, h);
+            return;
+        };
+        let wound = start.twist - side;
+        let k = shaft.stiffness * inverse;
+        let c = shaft.damping * inverse;
+        let middle = (relative + (drive - k * wound) * (0.5 * h)) / (c * (0.5 * h) + k * (0.25 * h * h) + 1.0);
+        let mut through = shaft.stiffness * (wound + middle * (0.5 * h)) + shaft.damping * middle;
+        // A gap cannot pull.
+        if half_gap > 0.0 && through.re() * side.re() < 0.0 {
+            through = S::zero();
+        }
+        self.turn(start, end, torque, dry, through, motor_inertia, platform_inertia, h);
+        end.twist = start.twist + (relative + end.motor_omega - end.omega) * (0.5 * h);
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "two bodies")]
+    fn turn(&self, start: &State<S>, end: &mut State<S>, torque: S, dry: S, through: S, motor: S, platform: S, h: f64) {
+        let (motor_omega, _) = slide(start.motor_omega, torque - through, dry, motor, h);
+        end.motor_omega = motor_omega;
+        let (omega, turned) = slide(start.omega, through, S::zero(), platform, h);
+        end.omega = omega;
+        end.theta = start.theta + turned;
+    }
+}

@@ -1,0 +1,46 @@
+//! Dry friction without smoothing: the rotor slides, passes through zero, or sticks.
+
+use crate::effects::Scalar;
+
+/// A rotor of inertia J over `h` seconds under a constant torque and a dry level: (rate at the end, angle turned).
+///
+/// The soft threshold of Moreau's scheme, ω' = sign(free)·max(|free| − h·dry/J, 0), solved in closed form also where the rate passes
+/// through zero within the step: until then the dry level opposes the old direction, after it the rotor holds (|torque| ≤ dry) or
+/// slides the other way. There Moreau's step is off by up to 2·h·dry/J. Derivatives are exact almost everywhere.
+#[inline]
+pub fn slide<S: Scalar>(omega: S, torque: S, dry: S, inertia: S, h: f64) -> (S, S) {
+    if omega == 0.0 {
+        return from_rest(torque, dry, inertia, h);
+    }
+    let forward = omega > 0.0;
+    let acceleration = if forward { torque - dry } else { torque + dry } / inertia;
+    let change = acceleration * h;
+    let end = omega + change;
+    if (end.re() >= 0.0) == forward && end != 0.0 {
+        return (end, (omega + change * 0.5) * h);
+    }
+    if acceleration == 0.0 {
+        return (omega, omega * h);
+    }
+    let stop_s = -omega / acceleration;
+    let coasted = omega * stop_s * 0.5;
+    if torque.re().abs() <= dry.re() {
+        return (S::zero(), coasted);
+    }
+    let acceleration = if forward { torque + dry } else { torque - dry } / inertia;
+    let rest_s = -stop_s + h;
+    let end = acceleration * rest_s;
+    (end, coasted + end * rest_s * 0.5)
+}
+
+fn from_rest<S: Scalar>(torque: S, dry: S, inertia: S, h: f64) -> (S, S) {
+    let free = if torque > dry {
+        torque - dry
+    } else if -torque > dry {
+        torque + dry
+    } else {
+        return (S::zero(), S::zero());
+    };
+    let end = free / inertia * h;
+    (end, end * (0.5 * h))
+}
