@@ -1,2 +1,34 @@
-//! The stand’s program, portable part.
-#![no_std]
+//! The stand's program, portable part: what it does is here, on what hardware it does it is not.
+//!
+//! Synchronous control law, asynchronous everything else. [`speed_loop`] is one function for the 10 kHz timer
+//! interrupt; [`measurement_loop`] and [`profile`] run below it as plain futures; [`mailbox`] joins the two halves;
+//! [`session`] puts them together. The hardware is [`board`]: two traits and a clock. Nothing here is a task, a static
+//! or `'static`: whoever calls owns the memory, so that a test or the simulator holds a hundred stands at once.
+//!
+//! No panic is reachable from the tick, no `unsafe` anywhere in the library, no double-precision call in the tick.
+#![cfg_attr(not(test), no_std)]
+#![forbid(unsafe_code)]
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::unreachable,
+        clippy::todo,
+        clippy::indexing_slicing,
+        clippy::integer_division_remainder_used
+    )
+)]
+#![warn(missing_docs)]
+
+pub mod board;
+pub mod config;
+pub mod mailbox;
+pub mod measurement_loop;
+pub mod profile;
+pub mod session;
+pub mod speed_loop;
+
+/// Version of the firmware, as the logs' notes carry it.
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");

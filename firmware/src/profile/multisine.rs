@@ -1,0 +1,55 @@
+//! A sum of sines at even steps of log frequency, the same amplitude each, never beyond the asked amplitude.
+//!
+//! Frequencies are whole multiples of the lowest, so the sum repeats after its period and a spectrum over whole periods
+//! has lines and nothing between. Phases after Schroeder (1970), φ_n = −π n²/N, keep the crest low; the sum is then
+//! scaled by the largest value that it takes within one period.
+
+use super::{ProfileConfig, sine};
+use crate::config::{ConfigError, within};
+
+const LINES: usize = 20;
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Line {
+    /// 2⁻⁶⁴ turn: after an hour the phase is still right.
+    phase: u64,
+    step: u64,
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Multisine {
+    lines: [Line; LINES],
+    scale: f32,
+}
+
+impl Multisine {
+    pub(super) fn new(amplitude: f32, c: &ProfileConfig) -> Result<Self, ConfigError> {
+        let lowest = within("from_Hz", c.from_Hz, 0.01, 250.0)?;
+        let highest = within("to_Hz", c.to_Hz, lowest, 250.0)?;
+        let last = (LINES - 1) as f64;
+        let mut lines = [Line::default(); LINES];
+        let mut multiple = 0.0;
+        for (n, line) in lines.iter_mut().enumerate() {
+            let n = n as f64;
+            let wanted = libm::round(libm::pow(highest / lowest, n / last));
+            // Low lines that would fall together take the next free multiple.
+            multiple = if wanted > multiple { wanted } else { multiple + 1.0 };
+            let schroeder = 1.0 - n * n / (2.0 * LINES as f64) % 1.0;
+            line.phase = (schroeder * 18_446_744_073_709_551_616.0) as u64;
+            line.step = (multiple * lowest * 1e-3 * 18_446_744_073_709_551_616.0) as u64;
+        }
+        let mut sines = Self { lines, scale: 1.0 };
+        let period_ms = (1e3 / lowest) as u32;
+        let peak = (0..period_ms).map(|_| sines.next_value().abs()).fold(0.0_f32, f32::max);
+        Ok(Self { lines, scale: amplitude / peak.max(1.0) })
+    }
+
+    pub(super) fn next_value(&mut self) -> f32 {
+        let mut sum = 0.0;
+        for line in &mut self.lines {
+            sum += sine((line.phase >> 32) as u32);
+            line.phase = line.phase.wrapping_add(line.step);
+        }
+        sum * self.scale
+    }
+}

@@ -1,0 +1,33 @@
+//! A pseudo-random binary sequence: +amplitude and −amplitude, 1023 bits, from a shift register of ten stages.
+//!
+//! Taps 10 and 7 (x¹⁰ + x⁷ + 1, primitive: every state but zero comes once in a period). The seed chooses where in the
+//! sequence it begins.
+
+use super::{ProfileConfig, milliseconds};
+use crate::config::ConfigError;
+
+#[derive(Clone, Debug)]
+pub(super) struct Prbs {
+    amplitude: f32,
+    bit_ms: u32,
+    left_ms: u32,
+    register: u16,
+}
+
+impl Prbs {
+    pub(super) fn new(amplitude: f32, c: &ProfileConfig) -> Result<Self, ConfigError> {
+        let bit_ms = milliseconds("bit_s", c.bit_s)?;
+        let start = super::steps::SplitMix(c.seed).next() as u16 & 0x3ff;
+        Ok(Self { amplitude, bit_ms, left_ms: bit_ms, register: if start == 0 { 1 } else { start } })
+    }
+
+    pub(super) fn next_value(&mut self) -> f32 {
+        if self.left_ms == 0 {
+            self.left_ms = self.bit_ms;
+            let bit = (self.register >> 9 ^ self.register >> 6) & 1;
+            self.register = (self.register << 1 | bit) & 0x3ff;
+        }
+        self.left_ms -= 1;
+        if self.register & 1 == 1 { self.amplitude } else { -self.amplitude }
+    }
+}

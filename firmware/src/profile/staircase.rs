@@ -1,0 +1,37 @@
+//! Stairs: 0, up to +amplitude, down through 0 to −amplitude, up to 0, and again; a dwell on each level.
+//!
+//! The profile for friction against rate, with both directions of approach.
+
+use super::{ProfileConfig, milliseconds};
+use crate::config::{ConfigError, within};
+
+#[derive(Clone, Debug)]
+pub(super) struct Staircase {
+    step: f32,
+    levels: i32,
+    dwell_ms: u32,
+    left_ms: u32,
+    level: i32,
+    up: bool,
+}
+
+impl Staircase {
+    pub(super) fn new(amplitude: f32, c: &ProfileConfig) -> Result<Self, ConfigError> {
+        let levels = within("levels", f64::from(c.levels), 1.0, 1000.0)?;
+        let dwell_ms = milliseconds("dwell_s", c.dwell_s)?;
+        let step = amplitude / levels as f32;
+        Ok(Self { step, levels: levels as i32, dwell_ms, left_ms: dwell_ms, level: 0, up: true })
+    }
+
+    pub(super) fn next_value(&mut self) -> f32 {
+        if self.left_ms == 0 {
+            self.left_ms = self.dwell_ms;
+            if self.level.abs() >= self.levels {
+                self.up = self.level < 0;
+            }
+            self.level += if self.up { 1 } else { -1 };
+        }
+        self.left_ms -= 1;
+        self.level as f32 * self.step
+    }
+}

@@ -1,0 +1,55 @@
+//! Random levels for random times: the profile that shows friction, inertia and asymmetry at once.
+//!
+//! Levels are even between −amplitude and +amplitude, signs alternate in most steps so that zero is crossed often, every
+//! sixth level is zero itself; dwells are even between half and one and a half of the mean.
+
+use super::{ProfileConfig, milliseconds};
+use crate::config::ConfigError;
+
+#[derive(Clone, Debug)]
+pub(super) struct MultiStep {
+    amplitude: f32,
+    dwell_ms: u32,
+    random: SplitMix,
+    level: f32,
+    left_ms: u32,
+    nth: u32,
+}
+
+impl MultiStep {
+    pub(super) fn new(amplitude: f32, c: &ProfileConfig) -> Result<Self, ConfigError> {
+        let dwell_ms = milliseconds("dwell_s", c.dwell_s)?;
+        Ok(Self { amplitude, dwell_ms, random: SplitMix(c.seed), level: 0.0, left_ms: 0, nth: 0 })
+    }
+
+    pub(super) fn next_value(&mut self) -> f32 {
+        if self.left_ms == 0 {
+            let size = 0.15 + 0.85 * self.random.unit();
+            let back = self.random.unit() < 0.7;
+            let sign = if (self.level > 0.0) == back { -1.0 } else { 1.0 };
+            self.level = if self.nth == 5 { 0.0 } else { self.amplitude * size * sign };
+            self.nth = if self.nth == 5 { 0 } else { self.nth + 1 };
+            self.left_ms = ((0.5 + self.random.unit()) * self.dwell_ms as f32) as u32;
+        }
+        self.left_ms = self.left_ms.saturating_sub(1);
+        self.level
+    }
+}
+
+/// SplitMix64 (Steele, Lea, Flood 2014): small, and its stream is part of what a seed means here.
+#[derive(Clone, Debug)]
+pub(super) struct SplitMix(pub(super) u64);
+
+impl SplitMix {
+    pub(super) fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// Even in [0, 1).
+    pub(super) fn unit(&mut self) -> f32 {
+        (self.next() >> 40) as f32 / 16_777_216.0
+    }
+}

@@ -1,0 +1,35 @@
+//! A session: a profile runs and is measured, for a given time.
+//!
+//! In: the board, the two loops' ends of the mailboxes, what to run. Out: rows into a sink. The interrupt is not here: it
+//! runs above this, wherever the board puts it. The session begins one whole millisecond after the next, so that the
+//! first segment is with the speed loop in time, and ends with the drive off.
+
+use crate::board::{Board, Clock, ROW_HZ, TICKS_PER_ROW, Ticks};
+use crate::measurement_loop::{MeasurementLoop, RowSink};
+use crate::profile::ProfileRunner;
+use embassy_futures::join::join;
+
+/// Runs `profile` for `rows` milliseconds and measures as many rows into `sink`; returns the board time of row 0.
+pub async fn run<B: Board, S: RowSink>(
+    board: &mut B,
+    profile: &mut ProfileRunner<'_>,
+    measurement: &mut MeasurementLoop<'_>,
+    rows: u64,
+    sink: &mut S,
+) -> Ticks {
+    let clock = board.clock();
+    let start = next_start(clock.now());
+    join(profile.run(&clock, start, rows), measurement.run(board, start, rows, sink)).await;
+    start
+}
+
+/// The whole millisecond that is at least one whole millisecond ahead of `now`.
+fn next_start(now: Ticks) -> Ticks {
+    let whole = now.0.div_ceil(TICKS_PER_ROW).saturating_add(1);
+    Ticks(whole.saturating_mul(TICKS_PER_ROW))
+}
+
+/// Rows in so many seconds.
+pub fn rows_in(seconds: f64) -> u64 {
+    libm::round(seconds * ROW_HZ as f64).max(0.0) as u64
+}

@@ -1,0 +1,132 @@
+//! What the tasks ask of the speed loop: a straight piece of a profile, from a given tick on.
+//!
+//! Values are fixed point, 2⁻³² of a unit: encoder counts per tick in rate mode, compare counts in voltage mode. One
+//! unit of the rate command is then 7·10⁻¹⁰ rad/s on the default stand, so rounding is far below the crystal.
+//! A segment that nobody follows up ends by itself: its value is held and its slope is over.
+
+use crate::board::{CONTROL_HZ, Hardware};
+use crate::mailbox::{Words, join_u64, split_u64};
+
+/// One unit of the fixed point.
+pub const ONE: f64 = 4_294_967_296.0;
+
+/// What is regulated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Mode {
+    /// Nothing: the bridge asks for no voltage.
+    #[default]
+    Off,
+    /// Voltage is asked for as it is; limits hold.
+    Voltage,
+    /// Rate is held as an integrated position ramp.
+    Rate,
+}
+
+impl Mode {
+    pub(crate) fn code(self) -> u32 {
+        match self {
+            Mode::Off => 0,
+            Mode::Voltage => 1,
+            Mode::Rate => 2,
+        }
+    }
+
+    pub(crate) fn of_code(code: u32) -> Self {
+        match code {
+            1 => Mode::Voltage,
+            2 => Mode::Rate,
+            _ => Mode::Off,
+        }
+    }
+}
+
+/// A straight piece: `value + slope · (n − start_tick)` at tick n, for `ticks` ticks, then held.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Segment {
+    /// The tick from which on it acts *on the motor*.
+    pub start_tick: u64,
+    /// Length, in ticks.
+    pub ticks: u16,
+    /// What is regulated.
+    pub mode: Mode,
+    /// Value at the start, 2⁻³² counts per tick or 2⁻³² compare counts.
+    pub value: i64,
+    /// Its change per tick.
+    pub slope: i64,
+}
+
+impl Segment {
+    /// A constant voltage, V, rounded to a compare count.
+    pub fn voltage(hardware: &Hardware, start_tick: u64, ticks: u16, volts: f64) -> Self {
+        let counts = libm::round(volts / hardware.volt_per_duty());
+        Self { start_tick, ticks, mode: Mode::Voltage, value: (counts * ONE) as i64, slope: 0 }
+    }
+
+    /// A rate that goes straight from `from_rad_s` at the start to `to_rad_s` at the end.
+    pub fn rate(hardware: &Hardware, start_tick: u64, ticks: u16, from_rad_s: f64, to_rad_s: f64) -> Self {
+        let unit = rate_unit(hardware);
+        let slope = (to_rad_s - from_rad_s) * unit / f64::from(ticks.max(1));
+        Self {
+            start_tick,
+            ticks,
+            mode: Mode::Rate,
+            value: libm::round(from_rad_s * unit) as i64,
+            slope: libm::round(slope) as i64,
+        }
+    }
+
+    /// Nothing, from `start_tick` on.
+    pub fn off(start_tick: u64) -> Self {
+        Self { start_tick, ..Self::default() }
+    }
+
+    /// The value at tick `n`.
+    #[inline]
+    pub(crate) fn at(&self, n: u64) -> i64 {
+        let along = n.saturating_sub(self.start_tick).min(u64::from(self.ticks)) as i64;
+        self.value.saturating_add(self.slope.saturating_mul(along))
+    }
+
+    /// Whether tick `n` lies past its end.
+    #[inline]
+    pub(crate) fn is_over(&self, n: u64) -> bool {
+        n.saturating_sub(self.start_tick) > u64::from(self.ticks)
+    }
+}
+
+/// 2⁻³² counts per tick in one rad/s.
+pub fn rate_unit(hardware: &Hardware) -> f64 {
+    ONE / hardware.rad_per_count() / CONTROL_HZ as f64
+}
+
+/// What the tasks post to the interrupt.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Order {
+    /// What to do next.
+    pub segment: Segment,
+    /// A number that, when it changes, clears a latched fault.
+    pub clear: u16,
+}
+
+impl Words<8> for Order {
+    fn to_words(&self) -> [u32; 8] {
+        let [s0, s1] = split_u64(self.segment.start_tick);
+        let [v0, v1] = split_u64(self.segment.value as u64);
+        let [d0, d1] = split_u64(self.segment.slope as u64);
+        let how = u32::from(self.segment.ticks) << 8 | self.segment.mode.code();
+        [s0, s1, v0, v1, d0, d1, how, u32::from(self.clear)]
+    }
+
+    fn from_words(&[s0, s1, v0, v1, d0, d1, how, clear]: &[u32; 8]) -> Self {
+        Self {
+            segment: Segment {
+                start_tick: join_u64(s0, s1),
+                ticks: (how >> 8) as u16,
+                mode: Mode::of_code(how & 0xff),
+                value: join_u64(v0, v1) as i64,
+                slope: join_u64(d0, d1) as i64,
+            },
+            clear: clear as u16,
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! What the speed loop is told once: gains, limits and the drive's nominal constants, checked by name.
+//!
+//! [`Settings`] are in a person's units; [`Config`] is the same in the tick's units (counts, ticks, compare counts), in
+//! single precision. Making one from the other is the only place where a number can be refused.
+
+use super::segment::{ONE, rate_unit};
+use crate::board::{CONTROL_HZ, Hardware};
+use crate::config::{ConfigError, within};
+
+/// Gains and limits. The default is the default stand's: maxon RE 25 118752, platform of 2.5·10⁻⁴ kg m².
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Terminal resistance, Ω: for the current limit and the acceleration feed-forward.
+    pub resistance_ohm: f64,
+    /// Torque and back-EMF constant, N m/A = V s/rad.
+    pub motor_constant_N_m_A: f64,
+    /// Inertia of rotor and platform, kg m².
+    pub inertia_kg_m2: f64,
+    /// Gain on the rate error, V s/rad.
+    pub rate_gain_V_s_rad: f64,
+    /// Gain on the position error, which is the integral of the rate error, V/rad.
+    pub position_gain_V_rad: f64,
+    /// Bandwidth of the rate estimate, Hz.
+    pub rate_bandwidth_Hz: f64,
+    /// Acceleration limit of the rate command, rad/s².
+    pub acceleration_rad_s2: f64,
+    /// Position error at which the ramp slips, rad.
+    pub slip_rad: f64,
+    /// Current limit, A.
+    pub current_limit_A: f64,
+    /// Voltage limit, V.
+    pub voltage_limit_V: f64,
+    /// Rate at which the drive is switched off, rad/s.
+    pub overspeed_rad_s: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            resistance_ohm: 2.32,          // maxon RE 25, 118752
+            motor_constant_N_m_A: 23.4e-3, // the same sheet
+            inertia_kg_m2: 2.5e-4,
+            // Two poles at 40 rad/s: J s² + (K²/R + K k/R) s + K c/R = J (s + 40)².
+            rate_gain_V_s_rad: 1.95,
+            position_gain_V_rad: 40.0,
+            rate_bandwidth_Hz: 60.0,
+            acceleration_rad_s2: 60.0, // 0.64 A of the 1.5
+            slip_rad: 0.1,
+            current_limit_A: 1.5,
+            voltage_limit_V: 11.4, // the low sides need 5 % of each period to charge the bootstraps
+            overspeed_rad_s: 45.0, // the range is 34.9 (2000 °/s)
+        }
+    }
+}
+
+/// The same in the tick's units: rates in counts per tick, voltages in compare counts.
+#[derive(Clone, Copy, Debug)]
+pub struct Config {
+    /// Duty per rate of back-EMF.
+    pub(crate) back_emf: f32,
+    /// Duty per acceleration command (counts/tick²).
+    pub(crate) inertia: f32,
+    pub(crate) rate_gain: f32,
+    pub(crate) position_gain: f32,
+    /// Gains of the tracking filter for position, rate, acceleration.
+    pub(crate) tracking: [f32; 3],
+    /// 2⁻³² counts per tick².
+    pub(crate) acceleration: i64,
+    /// 2⁻³² counts.
+    pub(crate) slip: i64,
+    /// R·I_max as duty.
+    pub(crate) current_window: f32,
+    pub(crate) duty_limit: f32,
+    pub(crate) overspeed: f32,
+}
+
+impl Config {
+    /// Checks the settings for this hardware.
+    ///
+    /// # Errors
+    /// The name of the first parameter that is not a number or makes no sense.
+    pub fn new(s: &Settings, hardware: &Hardware) -> Result<Self, ConfigError> {
+        within("counts_per_turn", hardware.counts_per_turn, 4.0, 1e6)?;
+        within("duty_full_scale", f64::from(hardware.duty_full_scale), 16.0, 32_000.0)?;
+        within("supply_nominal_V", hardware.supply_nominal_V, 0.1, 1e3)?;
+        let resistance = within("resistance_ohm", s.resistance_ohm, 1e-3, 1e4)?;
+        let constant = within("motor_constant_N_m_A", s.motor_constant_N_m_A, 1e-6, 1e3)?;
+        let inertia = within("inertia_kg_m2", s.inertia_kg_m2, 0.0, 1e3)?;
+        let rate_gain = within("rate_gain_V_s_rad", s.rate_gain_V_s_rad, 0.0, 1e4)?;
+        let position_gain = within("position_gain_V_rad", s.position_gain_V_rad, 0.0, 1e6)?;
+        let bandwidth = within("rate_bandwidth_Hz", s.rate_bandwidth_Hz, 1.0, 1e3)?;
+        let acceleration = within("acceleration_rad_s2", s.acceleration_rad_s2, 1e-3, 1e5)?;
+        let slip = within("slip_rad", s.slip_rad, 1e-4, 6.3)?;
+        let current = within("current_limit_A", s.current_limit_A, 1e-3, 1e3)?;
+        let volts = within("voltage_limit_V", s.voltage_limit_V, 1e-3, hardware.supply_nominal_V)?;
+        let overspeed = within("overspeed_rad_s", s.overspeed_rad_s, 1e-3, 1e4)?;
+
+        let hz = CONTROL_HZ as f64;
+        let rad_s_per_count_tick = hardware.rad_per_count() * hz;
+        let duty_per_volt = 1.0 / hardware.volt_per_duty();
+        // Triple pole at w: the rate's transfer (3 w² s + w³)/(s + w)³ is 3 dB down at 1.65 w.
+        let pole = libm::exp(-core::f64::consts::TAU * bandwidth / 1.65 / hz);
+        let gap = 1.0 - pole;
+        Ok(Self {
+            back_emf: (constant * rad_s_per_count_tick * duty_per_volt) as f32,
+            inertia: (resistance / constant * inertia * rad_s_per_count_tick * hz * duty_per_volt) as f32,
+            rate_gain: (rate_gain * rad_s_per_count_tick * duty_per_volt) as f32,
+            position_gain: (position_gain * hardware.rad_per_count() * duty_per_volt) as f32,
+            tracking: [
+                (1.0 - pole * pole * pole) as f32,
+                (1.5 * gap * gap * (1.0 + pole)) as f32,
+                (gap * gap * gap) as f32,
+            ],
+            acceleration: ((acceleration * rate_unit(hardware) / hz) as i64).max(1),
+            slip: (slip / hardware.rad_per_count() * ONE) as i64,
+            current_window: (resistance * current * duty_per_volt) as f32,
+            duty_limit: (volts * duty_per_volt) as f32,
+            overspeed: (overspeed / rad_s_per_count_tick) as f32,
+        })
+    }
+}
