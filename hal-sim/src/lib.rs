@@ -5,3 +5,7 @@
 
 pub mod effects;
 pub mod rig;
+pub mod board;
+pub mod clock;
+pub mod peripherals;
+pub mod session;

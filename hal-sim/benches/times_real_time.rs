@@ -1,0 +1,60 @@
+//! How many times faster than real time one stand runs on one core: firmware tick, sensors, virtual time, plant.
+//!
+//! `cargo bench -p hal-sim --bench times_real_time`. Best and median of several sessions; the last line is the tick alone.
+
+use hal_sim::board::linear_motor::LinearMotor;
+use hal_sim::peripherals::SensorSetup;
+use hal_sim::session::{SessionRequest, StandSetup, run};
+use stand_firmware::board::{CONTROL_HZ, EncoderCount, Hardware, Sensed};
+use stand_firmware::profile::ProfileKind;
+use stand_firmware::speed_loop::{Config, Mode, Order, Segment, Settings, SpeedLoop};
+use std::hint::black_box;
+use std::time::Instant;
+
+const SECONDS: f64 = 30.0;
+const RUNS: usize = 7;
+
+fn times(stand: StandSetup, mode: Mode, kind: ProfileKind) -> (f64, f64) {
+    let mut factors: Vec<f64> = (0..RUNS)
+        .map(|_| {
+            let begin = Instant::now();
+            let record = run(stand, LinearMotor::default(), SessionRequest::new(mode, kind, SECONDS, 1));
+            black_box(record.expect("the session is a good one"));
+            SECONDS / begin.elapsed().as_secs_f64()
+        })
+        .collect();
+    factors.sort_by(f64::total_cmp);
+    (factors[RUNS - 1], factors[RUNS / 2])
+}
+
+fn tick_alone() -> f64 {
+    const TICKS: u64 = 3_000_000;
+    let hardware = Hardware::default();
+    let config = Config::new(&Settings::default(), &hardware).expect("the default is a good one");
+    let mut speed_loop = SpeedLoop::new(config);
+    let order = Order { segment: Segment::rate(&hardware, 1, 10, 10.0, 10.0), clear: 0 };
+    let begin = Instant::now();
+    for n in 0..TICKS {
+        // 3.183 counts per tick are 10 rad/s.
+        let encoder = EncoderCount((n * 3183 / 1000) as u16);
+        let order = n.is_multiple_of(10).then_some(order);
+        black_box(speed_loop.tick(black_box(Sensed { tick: n, encoder }), order));
+    }
+    begin.elapsed().as_secs_f64() / TICKS as f64 * 1e9
+}
+
+fn main() {
+    println!("{SECONDS} s sessions at {CONTROL_HZ} Hz, rows at 1 kHz, plant: linear motor; best and median of {RUNS}");
+    println!("{:<34}{:>10}{:>10}", "", "best ×", "median ×");
+    let quiet = StandSetup { sensors: SensorSetup::ideal(), ..StandSetup::default() };
+    for (name, stand, mode, kind) in [
+        ("voltage, multi-step", StandSetup::default(), Mode::Voltage, ProfileKind::MultiStep),
+        ("rate, multi-step", StandSetup::default(), Mode::Rate, ProfileKind::MultiStep),
+        ("rate, multisine", StandSetup::default(), Mode::Rate, ProfileKind::Multisine),
+        ("rate, multi-step, without noise", quiet, Mode::Rate, ProfileKind::MultiStep),
+    ] {
+        let (best, median) = times(stand, mode, kind);
+        println!("{name:<34}{best:>10.0}{median:>10.0}");
+    }
+    println!("the tick of the speed loop alone, rate mode: {:.1} ns", tick_alone());
+}

@@ -1,0 +1,213 @@
+//! The simulated board: the firmware's two halves of hardware on top of a plant.
+//!
+//! In: a plant behind [`PlantPort`]. Out: [`SimTickIo`] for the 10 kHz interrupt and [`SimBoard`] for the tasks, joined in
+//! a [`Bench`], which holds the plant, the sensors and the bridge. What the interrupt drives acts one tick later, for one
+//! whole tick. Nothing is allocated per tick and nothing is dynamic.
+
+pub mod linear_motor;
+
+use crate::clock::{SimClock, VirtualClock};
+use crate::peripherals::{CurrentAdc, Encoder, Noise, RateSensor, SensorSetup, SlowChannel};
+use stand_firmware::board::{
+    Board, CONTROL_PER_ROW, CurrentSum, Drive, EncoderCount, Hardware, RateCode, Sensed, Stamped, SupplyCode,
+    TICKS_PER_CONTROL, TICKS_PER_S, TemperatureCode, TickIo, Ticks,
+};
+use std::cell::RefCell;
+
+/// Control ticks between two samples of the rate sensor (BMG160: output rate 2 kHz).
+const RATE_SENSOR_EVERY: u64 = 5;
+
+/// What the board sees of a plant. Angles in rad, positive voltage turns towards positive angle.
+pub trait PlantPort {
+    /// Time passes: `dt_s` with the bridge asked for `asked_V` (at nominal supply; 0 when off).
+    fn advance(&mut self, asked_V: f64, dt_s: f64);
+    /// The angle as the encoder's disc shows it, before it is counted.
+    fn theta_rad(&self) -> f64;
+    /// The rate as the rate sensor's element shows it (its scale, bias and the like), before filter and noise.
+    fn rate_rad_s(&self) -> f64;
+    /// The motor current as its sensor shows it, mean over the last `advance`, before noise.
+    fn mean_current_A(&self) -> f64;
+    /// The bridge's supply now.
+    fn supply_V(&self) -> f64;
+    /// The winding's temperature now.
+    fn temp_C(&self) -> f64;
+    /// The angle as it is.
+    fn true_theta_rad(&self) -> f64;
+    /// The rate as it is; the same as [`PlantPort::rate_rad_s`] unless the sensor's element errs.
+    fn true_rate_rad_s(&self) -> f64 {
+        self.rate_rad_s()
+    }
+}
+
+/// What is physically so, for tests and reports: the third witness.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Truth {
+    /// Platform angle, rad.
+    pub theta_rad: f64,
+    /// Platform rate, rad/s.
+    pub omega_rad_s: f64,
+}
+
+/// Plant, sensors and bridge of one stand, at one moment.
+pub struct Bench<P> {
+    plant: P,
+    now: Ticks,
+    tick: u64,
+    volt_per_duty: f64,
+    acting_V: f64,
+    pending_V: f64,
+    /// Current times time since the tick began, A s, and that time, s.
+    charge: (f64, f64),
+    encoder: Encoder,
+    current: CurrentAdc,
+    rate: Stamped<RateSensor>,
+    supply: Stamped<SlowChannel>,
+    temperature: SlowChannel,
+    truth: [Truth; 2],
+}
+
+impl<P: PlantPort> Bench<P> {
+    /// A bench at time 0, before its first tick.
+    pub fn new(hardware: &Hardware, sensors: &SensorSetup, seed: u64, plant: P) -> Self {
+        let rate = RateSensor::new(hardware, sensors, seed, plant.rate_rad_s());
+        let supply = SlowChannel::new(hardware.supply_V_per_code, Noise::new(seed, 2, sensors.supply_noise_V));
+        let temperature = SlowChannel::new(hardware.temperature_C_per_code, Noise::new(seed, 3, sensors.temp_noise_K));
+        Self {
+            now: Ticks(0),
+            tick: 0,
+            volt_per_duty: hardware.volt_per_duty(),
+            acting_V: 0.0,
+            pending_V: 0.0,
+            charge: (0.0, 0.0),
+            encoder: Encoder::new(hardware),
+            current: CurrentAdc::new(hardware, sensors, seed),
+            rate: Stamped { value: rate, at: Ticks(0) },
+            supply: Stamped { value: supply, at: Ticks(0) },
+            temperature,
+            truth: [Truth::default(); 2],
+            plant,
+        }
+    }
+
+    /// Brings everything to `to`; `interrupt` runs at the beginning of each tick on the way, `to` included.
+    #[inline]
+    pub fn advance(&mut self, to: Ticks, mut interrupt: impl FnMut(&mut SimTickIo<'_, P>)) {
+        while Ticks::of_control(self.tick) <= to {
+            self.integrate(Ticks::of_control(self.tick));
+            self.begin_tick();
+            interrupt(&mut SimTickIo(self));
+            self.tick += 1;
+        }
+        self.integrate(to);
+    }
+
+    /// What is so at the last whole millisecond, and at the one before.
+    pub fn truth(&self) -> [Truth; 2] {
+        self.truth
+    }
+
+    /// The plant.
+    pub fn plant(&self) -> &P {
+        &self.plant
+    }
+
+    #[inline]
+    fn integrate(&mut self, to: Ticks) {
+        let steps = to - self.now;
+        if steps == 0 {
+            return;
+        }
+        let dt_s = steps as f64 * (1.0 / TICKS_PER_S as f64);
+        self.plant.advance(self.acting_V, dt_s);
+        self.rate.value.advance(self.plant.rate_rad_s(), dt_s);
+        if steps == TICKS_PER_CONTROL {
+            // The usual case, without rounding.
+            self.charge = (self.plant.mean_current_A(), 1.0);
+        } else {
+            self.charge.0 += self.plant.mean_current_A() * dt_s;
+            self.charge.1 += dt_s;
+        }
+        self.now = to;
+    }
+
+    #[inline]
+    fn begin_tick(&mut self) {
+        let (charge, time) = std::mem::take(&mut self.charge);
+        if time > 0.0 {
+            self.current.tick(charge / time);
+        }
+        self.acting_V = self.pending_V;
+        if self.tick.is_multiple_of(RATE_SENSOR_EVERY) {
+            self.rate.value.sample();
+            self.rate.at = self.now;
+        }
+        if self.tick.is_multiple_of(CONTROL_PER_ROW) {
+            self.supply.value.sample(self.plant.supply_V());
+            self.supply.at = self.now;
+            self.temperature.sample(self.plant.temp_C());
+            let now = Truth { theta_rad: self.plant.true_theta_rad(), omega_rad_s: self.plant.true_rate_rad_s() };
+            self.truth = [now, self.truth[0]];
+        }
+    }
+}
+
+/// The interrupt's half.
+pub struct SimTickIo<'a, P>(&'a mut Bench<P>);
+
+impl<P: PlantPort> TickIo for SimTickIo<'_, P> {
+    #[inline]
+    fn sense(&mut self) -> Sensed {
+        Sensed { tick: self.0.tick, encoder: self.0.encoder.count(self.0.plant.theta_rad()) }
+    }
+
+    #[inline]
+    fn drive(&mut self, out: Drive) {
+        self.0.pending_V = f64::from(out.counts()) * self.0.volt_per_duty;
+    }
+}
+
+/// The tasks' half.
+pub struct SimBoard<'a, P> {
+    bench: &'a RefCell<Bench<P>>,
+    clock: &'a VirtualClock,
+}
+
+impl<'a, P: PlantPort> SimBoard<'a, P> {
+    /// The tasks' half of this bench, on this clock.
+    pub fn new(bench: &'a RefCell<Bench<P>>, clock: &'a VirtualClock) -> Self {
+        Self { bench, clock }
+    }
+}
+
+impl<'a, P: PlantPort> Board for SimBoard<'a, P> {
+    type Clock = SimClock<'a>;
+
+    fn clock(&self) -> SimClock<'a> {
+        SimClock(self.clock)
+    }
+
+    fn encoder(&mut self) -> Stamped<EncoderCount> {
+        let bench = self.bench.borrow();
+        Stamped { value: bench.encoder.count(bench.plant.theta_rad()), at: bench.now }
+    }
+
+    fn current(&mut self) -> Stamped<CurrentSum> {
+        let mut bench = self.bench.borrow_mut();
+        Stamped { value: bench.current.take(), at: bench.now }
+    }
+
+    fn rate(&mut self) -> Option<Stamped<RateCode>> {
+        let bench = self.bench.borrow();
+        Some(Stamped { value: bench.rate.value.code(), at: bench.rate.at })
+    }
+
+    fn supply(&mut self) -> Option<Stamped<SupplyCode>> {
+        let bench = self.bench.borrow();
+        Some(Stamped { value: SupplyCode(bench.supply.value.code().max(0) as u32), at: bench.supply.at })
+    }
+
+    fn temperature(&mut self) -> Option<Stamped<TemperatureCode>> {
+        let bench = self.bench.borrow();
+        Some(Stamped { value: TemperatureCode(bench.temperature.code() as i32), at: bench.supply.at })
+    }
+}

@@ -1,0 +1,136 @@
+//! Virtual time: it stands still while the tasks run and jumps to the next moment that somebody waits for.
+//!
+//! [`run`] polls a future until nothing wakes any more, asks for the earliest deadline, has the world brought up to it
+//! (plant, then the tick interrupt at its exact times, before any task of the same instant) and polls again. Each stand
+//! has its own [`VirtualClock`]; nothing is global, so many run side by side, each bit-identical to itself alone.
+//!
+//! Not shown by it: preemption (an interrupt never comes in the middle of a task), and the time that code takes.
+
+use stand_firmware::board::{Clock, Ticks};
+use std::cell::Cell;
+use std::future::Future;
+use std::pin::{Pin, pin};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::task::{Context, Poll, Wake, Waker};
+
+/// The time of one simulated stand.
+#[derive(Debug)]
+pub struct VirtualClock {
+    now: Cell<Ticks>,
+    /// The earliest moment that a task of the last poll waits for.
+    deadline: Cell<Option<Ticks>>,
+}
+
+impl Default for VirtualClock {
+    fn default() -> Self {
+        Self { now: Cell::new(Ticks(0)), deadline: Cell::new(None) }
+    }
+}
+
+/// The board's handle to it.
+#[derive(Clone, Copy, Debug)]
+pub struct SimClock<'a>(pub &'a VirtualClock);
+
+impl Clock for SimClock<'_> {
+    fn now(&self) -> Ticks {
+        self.0.now.get()
+    }
+
+    async fn until(&self, t: Ticks) {
+        Until { clock: self.0, t }.await;
+    }
+}
+
+struct Until<'a> {
+    clock: &'a VirtualClock,
+    t: Ticks,
+}
+
+impl Future for Until<'_> {
+    type Output = ();
+    fn poll(self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<()> {
+        if self.clock.now.get() >= self.t {
+            return Poll::Ready(());
+        }
+        // Everything is polled again after each jump, so deadlines are collected anew each time.
+        let earliest = self.clock.deadline.get().map_or(self.t, |other| other.min(self.t));
+        self.clock.deadline.set(Some(earliest));
+        Poll::Pending
+    }
+}
+
+struct Flag(AtomicBool);
+
+impl Wake for Flag {
+    fn wake(self: Arc<Self>) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
+/// All tasks wait and none of them for a time: nothing will ever happen again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("at {0:?} every task waits for something that no other task will do")]
+pub struct Stuck(pub Ticks);
+
+/// Runs `tasks` to the end; `advance` brings the world to a moment, its interrupts included.
+///
+/// # Errors
+/// [`Stuck`] if the tasks wait, but not for a time.
+pub fn run<F: Future>(clock: &VirtualClock, tasks: F, mut advance: impl FnMut(Ticks)) -> Result<F::Output, Stuck> {
+    let flag = Arc::new(Flag(AtomicBool::new(false)));
+    let waker = Waker::from(flag.clone());
+    let mut context = Context::from_waker(&waker);
+    let mut tasks = pin!(tasks);
+    advance(clock.now.get());
+    loop {
+        clock.deadline.set(None);
+        if let Poll::Ready(output) = tasks.as_mut().poll(&mut context) {
+            return Ok(output);
+        }
+        if flag.0.swap(false, Ordering::Relaxed) {
+            continue;
+        }
+        let Some(next) = clock.deadline.get() else { return Err(Stuck(clock.now.get())) };
+        advance(next);
+        clock.now.set(next);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::cell::RefCell;
+
+    #[test]
+    fn interrupts_come_before_the_tasks_of_the_same_instant_and_in_order() {
+        let clock = VirtualClock::default();
+        let story = RefCell::new(Vec::new());
+        let mut interrupt = 0;
+        let task = |name: &'static str, every: u64| {
+            let (clock, story) = (SimClock(&clock), &story);
+            async move {
+                for n in 1..=2 {
+                    clock.until(Ticks(n * every)).await;
+                    story.borrow_mut().push(format!("{name}@{}", clock.now().0));
+                }
+            }
+        };
+        let both = embassy_futures::join::join(task("a", 15), task("b", 10));
+        let advance = |to: Ticks| {
+            while interrupt <= to.0 {
+                story.borrow_mut().push(format!("tick@{interrupt}"));
+                interrupt += 10;
+            }
+        };
+        run(&clock, both, advance).unwrap();
+        let expected = ["tick@0", "tick@10", "b@10", "a@15", "tick@20", "b@20", "tick@30", "a@30"];
+        assert_eq!(story.into_inner(), expected);
+    }
+
+    #[test]
+    fn tasks_that_wait_for_nothing_are_reported_instead_of_hanging() {
+        let clock = VirtualClock::default();
+        assert_eq!(run(&clock, std::future::pending::<()>(), |_| ()), Err(Stuck(Ticks(0))));
+    }
+}

@@ -1,0 +1,42 @@
+//! The incremental encoder and the 16-bit counter behind it.
+//!
+//! US Digital E6, 5000 lines, every edge counted: 20 000 counts per turn. The count is the number of edges passed, that
+//! is the angle rounded *down*; what is wrong with the disc (eccentricity) is the plant's affair.
+
+use stand_firmware::board::{EncoderCount, Hardware};
+
+/// An encoder of so many counts per turn.
+#[derive(Clone, Copy, Debug)]
+pub struct Encoder {
+    counts_per_rad: f64,
+}
+
+impl Encoder {
+    /// The encoder that the hardware has.
+    pub fn new(hardware: &Hardware) -> Self {
+        Self { counts_per_rad: 1.0 / hardware.rad_per_count() }
+    }
+
+    /// The counter at the angle `theta_rad`.
+    #[inline]
+    pub fn count(&self, theta_rad: f64) -> EncoderCount {
+        let exact = theta_rad * self.counts_per_rad;
+        let truncated = exact as i64;
+        let down = truncated - i64::from((truncated as f64) > exact);
+        EncoderCount(down as u16)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_are_rounded_down_and_wrap_both_ways() {
+        let encoder = Encoder::new(&Hardware::default());
+        let lsb = Hardware::default().rad_per_count();
+        for (counts, expected) in [(0.5, 0), (1.5, 1), (-0.5, -1), (-1.0001, -2), (65_536.5, 0), (-65_535.5, 0)] {
+            assert_eq!(encoder.count(counts * lsb).0 as i16, expected, "{counts}");
+        }
+    }
+}

@@ -1,0 +1,33 @@
+//! White noise by seed: one stream for each sensor.
+
+use rand_distr::{Distribution, StandardNormal};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rand_xoshiro::rand_core::SeedableRng;
+
+/// A stream of normal deviates of a given size.
+#[derive(Clone, Debug)]
+pub struct Noise {
+    generator: Xoshiro256PlusPlus,
+    sigma: f64,
+}
+
+impl Noise {
+    /// Stream number `stream` of `seed`; 2¹²⁸ deviates lie between one stream and the next.
+    pub fn new(seed: u64, stream: u32, sigma: f64) -> Self {
+        let mut generator = Xoshiro256PlusPlus::seed_from_u64(seed);
+        for _ in 0..stream {
+            generator.jump();
+        }
+        Self { generator, sigma }
+    }
+
+    /// The next deviate; without drawing where there is no noise.
+    #[inline]
+    pub fn draw(&mut self) -> f64 {
+        if self.sigma == 0.0 {
+            return 0.0;
+        }
+        let deviate: f64 = StandardNormal.sample(&mut self.generator);
+        self.sigma * deviate
+    }
+}

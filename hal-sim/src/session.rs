@@ -1,0 +1,235 @@
+//! A session on the simulated stand: the firmware's library, as it is, in virtual time, on a plant.
+//!
+//! In: a stand ([`StandSetup`]), a plant behind [`PlantPort`], what to run ([`SessionRequest`]). Out: a [`Record`], columns
+//! and notes ready for a log of interfaces.md, and beside them what was physically so. The same seed gives the same
+//! record, bit for bit, whatever else runs in the process.
+
+use crate::board::{Bench, PlantPort, SimBoard, Truth};
+use crate::clock::{self, Stuck, VirtualClock};
+use crate::peripherals::SensorSetup;
+use stand_firmware::board::Hardware;
+use stand_firmware::config::ConfigError;
+use stand_firmware::measurement_loop::{MeasurementLoop, Pace, Row, RowSink};
+use stand_firmware::profile::{Profile, ProfileConfig, ProfileKind, ProfileRunner};
+use stand_firmware::session::rows_in;
+use stand_firmware::speed_loop::{Config, Fault, Interrupt, Limits, Mode, Orders, Reports, Settings, SpeedLoop};
+use std::cell::RefCell;
+
+/// The stand apart from its plant: scales, sensors, settings of the firmware.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StandSetup {
+    /// Scales of the converters.
+    pub hardware: Hardware,
+    /// Noise and filters of the sensors.
+    pub sensors: SensorSetup,
+    /// The speed loop's gains and limits.
+    pub settings: Settings,
+}
+
+impl StandSetup {
+    /// No noise, no filter, and converter steps so fine that they do not show; the encoder is left as it is.
+    pub fn ideal() -> Self {
+        let hardware = Hardware {
+            current_A_per_code: 1e-11,
+            current_zero_code: 1_099_511_627_776.0, // 2⁴⁰ codes: ± 11 A
+            rate_rad_s_per_code: 5e-8,              // 32 bits: ± 107 rad/s
+            supply_V_per_code: 1e-8,
+            temperature_C_per_code: 1e-6,
+            ..Hardware::default()
+        };
+        Self { hardware, sensors: SensorSetup::ideal(), settings: Settings::default() }
+    }
+}
+
+/// What to run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SessionRequest {
+    /// Voltage or rate.
+    pub mode: Mode,
+    /// The profile, with its own seed.
+    pub profile: ProfileConfig,
+    /// Duration, s: so many milliseconds, so many rows.
+    pub seconds: f64,
+    /// Seed of the sensors' noise.
+    pub seed: u64,
+}
+
+impl SessionRequest {
+    /// Amplitude that suits the default stand: V in voltage mode (some 22 rad/s), rad/s in rate mode.
+    pub fn usual_amplitude(mode: Mode) -> f64 {
+        match mode {
+            Mode::Rate => 15.0,
+            Mode::Voltage | Mode::Off => 0.7,
+        }
+    }
+
+    /// A profile with its usual parameters, one seed for all.
+    pub fn new(mode: Mode, kind: ProfileKind, seconds: f64, seed: u64) -> Self {
+        let profile = ProfileConfig::new(kind, Self::usual_amplitude(mode), seed);
+        Self { mode, profile, seconds, seed }
+    }
+}
+
+/// Why there is no record.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SessionError {
+    /// A parameter of the profile or the settings makes no sense.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// The firmware stands still.
+    #[error(transparent)]
+    Stuck(#[from] Stuck),
+}
+
+/// Columns of equal length, named as in a log, and what a log says of how they were made.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Record {
+    /// `# key: value` notes, in order.
+    pub notes: Vec<(String, String)>,
+    /// Names and values; a column that a sensor does not deliver is not there.
+    pub columns: Vec<(&'static str, Vec<f64>)>,
+    /// True angle at t_k, rad.
+    pub true_theta_rad: Vec<f64>,
+    /// True rate at t_k, rad/s.
+    pub true_omega_rad_s: Vec<f64>,
+    /// The limits that were in force within each row.
+    pub limits: Vec<Limits>,
+    /// Which fault ended the rows before their time, if one did.
+    pub fault: Fault,
+    /// How evenly the rows came, board clock steps.
+    pub pace: Pace,
+}
+
+impl Record {
+    /// A column by its name.
+    pub fn column(&self, name: &str) -> Option<&[f64]> {
+        self.columns.iter().find(|(n, _)| *n == name).map(|(_, values)| values.as_slice())
+    }
+
+    /// A note by its key.
+    pub fn note(&self, key: &str) -> Option<&str> {
+        self.notes.iter().find(|(k, _)| k == key).map(|(_, value)| value.as_str())
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.limits.len()
+    }
+}
+
+/// Runs a session to its end.
+///
+/// # Errors
+/// A parameter that makes no sense, by name; or a firmware that waits for ever.
+pub fn run<P: PlantPort>(stand: StandSetup, plant: P, request: SessionRequest) -> Result<Record, SessionError> {
+    let seconds = stand_firmware::config::within("seconds", request.seconds, 1e-3, 1e6)?;
+    let config = Config::new(&stand.settings, &stand.hardware)?;
+    let profile = Profile::new(&request.profile)?;
+    let rows = rows_in(seconds);
+
+    let clock = VirtualClock::default();
+    let bench = RefCell::new(Bench::new(&stand.hardware, &stand.sensors, request.seed, plant));
+    let (mut orders, mut reports) = (Orders::new(), Reports::new());
+    let (order_writer, order_reader) = orders.split();
+    let (report_writer, report_reader) = reports.split();
+    let mut interrupt = Interrupt::new(SpeedLoop::new(config), order_reader, report_writer);
+    let mut runner = ProfileRunner::new(profile, request.mode, stand.hardware, order_writer);
+    let mut measurement = MeasurementLoop::new(stand.hardware, report_reader);
+    let mut sink = Columns { bench: &bench, rows: Vec::with_capacity(rows as usize), truth: Vec::with_capacity(rows as usize) };
+
+    let mut board = SimBoard::new(&bench, &clock);
+    let session = stand_firmware::session::run(&mut board, &mut runner, &mut measurement, rows, &mut sink);
+    clock::run(&clock, session, |to| bench.borrow_mut().advance(to, |io| interrupt.run(io)))?;
+
+    let Columns { rows, truth, .. } = sink;
+    let mut record = record(&stand, &request, rows, truth);
+    record.pace = measurement.pace();
+    Ok(record)
+}
+
+/// Collects rows and what was true at their times.
+struct Columns<'a, P> {
+    bench: &'a RefCell<Bench<P>>,
+    rows: Vec<Row>,
+    truth: Vec<Truth>,
+}
+
+impl<P: PlantPort> RowSink for Columns<'_, P> {
+    fn row(&mut self, row: &Row) {
+        // Row k comes at t_{k+1}: what was true at t_k is one millisecond old.
+        let [_, before] = self.bench.borrow().truth();
+        self.rows.push(*row);
+        self.truth.push(before);
+    }
+}
+
+fn record(stand: &StandSetup, request: &SessionRequest, mut rows: Vec<Row>, truth: Vec<Truth>) -> Record {
+    let fault = rows.iter().find(|row| row.fault != Fault::None).map(|row| (row.fault, row.t_s));
+    if let Some((_, at_s)) = fault {
+        rows.retain(|row| row.t_s < at_s);
+    }
+    let truth = &truth[..rows.len()];
+    let mut columns: Vec<(&'static str, Vec<f64>)> = Vec::new();
+    let mut add = |name, value: &dyn Fn(&Row) -> Option<f64>| {
+        let values: Option<Vec<f64>> = rows.iter().map(value).collect();
+        columns.extend(values.filter(|v| !v.is_empty()).map(|v| (name, v)));
+    };
+    add("t_s", &|row| Some(row.t_s));
+    add("u_V", &|row| Some(row.u_V));
+    add("supply_V", &|row| row.supply_V);
+    add("i_A", &|row| row.i_A);
+    add("theta_rad", &|row| Some(row.theta_rad));
+    add("omega_rad_s", &|row| row.omega_rad_s);
+    add("rate_cmd_rad_s", &|row| row.rate_cmd_rad_s);
+    add("theta_cmd_rad", &|row| row.theta_cmd_rad);
+    add("temp_C", &|row| row.temp_C);
+    Record {
+        notes: notes(stand, request, &rows, fault),
+        columns,
+        true_theta_rad: truth.iter().map(|t| t.theta_rad).collect(),
+        true_omega_rad_s: truth.iter().map(|t| t.omega_rad_s).collect(),
+        limits: rows.iter().map(|row| row.limits).collect(),
+        fault: fault.map_or(Fault::None, |(fault, _)| fault),
+        pace: Pace::default(),
+    }
+}
+
+/// What the log says of itself: interfaces.md, "Logs".
+fn notes(stand: &StandSetup, request: &SessionRequest, rows: &[Row], fault: Option<(Fault, f64)>) -> Vec<(String, String)> {
+    let profile = &request.profile;
+    let (mode, unit) = match request.mode {
+        Mode::Off => ("off", ""),
+        Mode::Voltage => ("voltage", " V"),
+        Mode::Rate => ("rate", " rad/s"),
+    };
+    let omega = match stand.sensors.rate_cutoff_Hz {
+        Some(cutoff) => format!("gyro, filter {cutoff} Hz"),
+        None => "gyro".to_string(),
+    };
+    let mut notes = vec![
+        ("firmware".to_string(), stand_firmware::VERSION.to_string()),
+        ("profile".to_string(), profile.kind.name().to_string()),
+        ("amplitude".to_string(), format!("{}{unit}", profile.amplitude)),
+        ("offset".to_string(), format!("{}{unit}", profile.offset)),
+        ("mode".to_string(), mode.to_string()),
+        ("seed".to_string(), request.seed.to_string()),
+        ("profile_seed".to_string(), profile.seed.to_string()),
+        ("u_V".to_string(), "asked".to_string()),
+        ("i_A".to_string(), "mean over [t, t+1 ms)".to_string()),
+        ("omega_rad_s".to_string(), omega),
+        ("theta_rad".to_string(), "encoder at t, counts rounded down".to_string()),
+        ("theta_zero".to_string(), "index".to_string()),
+        ("theta_lsb_rad".to_string(), format!("{:e}", stand.hardware.rad_per_count())),
+        ("omega_lsb_rad_s".to_string(), format!("{:e}", stand.hardware.rate_rad_s_per_code)),
+    ];
+    for (bit, name) in Limits::NAMES.iter().enumerate() {
+        let limited = rows.iter().filter(|row| row.limits.contains(Limits(1 << bit))).count();
+        if limited > 0 {
+            notes.push((format!("limited_{name}"), format!("{limited} rows")));
+        }
+    }
+    if let Some((fault, at_s)) = fault {
+        notes.push(("fault".to_string(), format!("{} at {at_s} s; the rows end there", fault.name())));
+    }
+    notes
+}
