@@ -132,7 +132,7 @@ impl ProfileConfig {
 /// A profile under way.
 #[derive(Clone, Debug)]
 pub struct Profile {
-    offset: f32,
+    offset: f64,
     kind: State,
 }
 
@@ -140,7 +140,7 @@ pub struct Profile {
 #[allow(clippy::large_enum_variant)]
 #[derive(Clone, Debug)]
 enum State {
-    Constant(f32),
+    Constant(f64),
     MultiStep(steps::MultiStep),
     Multisine(multisine::Multisine),
     Prbs(prbs::Prbs),
@@ -154,8 +154,8 @@ impl Profile {
     /// # Errors
     /// The name of the first parameter that makes no sense.
     pub fn new(c: &ProfileConfig) -> Result<Self, ConfigError> {
-        let amplitude = within("amplitude", c.amplitude, -1e4, 1e4)? as f32;
-        let offset = within("offset", c.offset, -1e4, 1e4)? as f32;
+        let amplitude = within("amplitude", c.amplitude, -1e4, 1e4)?;
+        let offset = within("offset", c.offset, -1e4, 1e4)?;
         let kind = match c.kind {
             ProfileKind::Constant => State::Constant(amplitude),
             ProfileKind::MultiStep => State::MultiStep(steps::MultiStep::new(amplitude, c)?),
@@ -168,7 +168,7 @@ impl Profile {
     }
 
     /// The value of the next millisecond, V or rad/s.
-    pub fn next_value(&mut self) -> f32 {
+    pub fn next_value(&mut self) -> f64 {
         self.offset
             + match &mut self.kind {
                 State::Constant(value) => *value,
@@ -187,7 +187,7 @@ fn milliseconds(name: &'static str, seconds: f64) -> Result<u32, ConfigError> {
 }
 
 /// Sine of a phase in 2⁻³² turn, to 1e-3.
-fn sine(phase: u32) -> f32 {
+fn sine(phase: u32) -> f64 {
     use micromath::F32Ext;
-    ((phase as i32) as f32 * (core::f32::consts::PI / 2_147_483_648.0)).sin()
+    f64::from(((phase as i32) as f32 * (core::f32::consts::PI / 2_147_483_648.0)).sin())
 }

@@ -19,11 +19,11 @@ struct Line {
 #[derive(Clone, Debug)]
 pub(super) struct Multisine {
     lines: [Line; LINES],
-    scale: f32,
+    scale: f64,
 }
 
 impl Multisine {
-    pub(super) fn new(amplitude: f32, c: &ProfileConfig) -> Result<Self, ConfigError> {
+    pub(super) fn new(amplitude: f64, c: &ProfileConfig) -> Result<Self, ConfigError> {
         let lowest = within("from_Hz", c.from_Hz, 0.01, 250.0)?;
         let highest = within("to_Hz", c.to_Hz, lowest, 250.0)?;
         let last = (LINES - 1) as f64;
@@ -40,11 +40,11 @@ impl Multisine {
         }
         let mut sines = Self { lines, scale: 1.0 };
         let period_ms = (1e3 / lowest) as u32;
-        let peak = (0..period_ms).map(|_| sines.next_value().abs()).fold(0.0_f32, f32::max);
+        let peak = (0..period_ms).map(|_| sines.next_value().abs()).fold(0.0, f64::max);
         Ok(Self { lines, scale: amplitude / peak.max(1.0) })
     }
 
-    pub(super) fn next_value(&mut self) -> f32 {
+    pub(super) fn next_value(&mut self) -> f64 {
         let mut sum = 0.0;
         for line in &mut self.lines {
             sum += sine((line.phase >> 32) as u32);

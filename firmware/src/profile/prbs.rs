@@ -8,20 +8,20 @@ use crate::config::ConfigError;
 
 #[derive(Clone, Debug)]
 pub(super) struct Prbs {
-    amplitude: f32,
+    amplitude: f64,
     bit_ms: u32,
     left_ms: u32,
     register: u16,
 }
 
 impl Prbs {
-    pub(super) fn new(amplitude: f32, c: &ProfileConfig) -> Result<Self, ConfigError> {
+    pub(super) fn new(amplitude: f64, c: &ProfileConfig) -> Result<Self, ConfigError> {
         let bit_ms = milliseconds("bit_s", c.bit_s)?;
         let start = super::steps::SplitMix(c.seed).next() as u16 & 0x3ff;
         Ok(Self { amplitude, bit_ms, left_ms: bit_ms, register: if start == 0 { 1 } else { start } })
     }
 
-    pub(super) fn next_value(&mut self) -> f32 {
+    pub(super) fn next_value(&mut self) -> f64 {
         if self.left_ms == 0 {
             self.left_ms = self.bit_ms;
             let bit = (self.register >> 9 ^ self.register >> 6) & 1;

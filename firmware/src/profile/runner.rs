@@ -27,10 +27,10 @@ impl<'a> ProfileRunner<'a> {
         let ticks = CONTROL_PER_ROW as u16;
         let mut tick = start.0.checked_div(TICKS_PER_CONTROL).unwrap_or(0);
         let mut at = Ticks(start.0.saturating_sub(TICKS_PER_ROW));
-        let mut value = f64::from(self.profile.next_value());
+        let mut value = self.profile.next_value();
         for _ in 0..rows {
             clock.until(at).await;
-            let following = f64::from(self.profile.next_value());
+            let following = self.profile.next_value();
             let segment = match self.mode {
                 Mode::Off => Segment::off(tick),
                 Mode::Voltage => Segment::voltage(&self.hardware, tick, ticks, value),

@@ -7,7 +7,7 @@ use crate::config::{ConfigError, within};
 
 #[derive(Clone, Debug)]
 pub(super) struct Staircase {
-    step: f32,
+    step: f64,
     levels: i32,
     dwell_ms: u32,
     left_ms: u32,
@@ -16,14 +16,14 @@ pub(super) struct Staircase {
 }
 
 impl Staircase {
-    pub(super) fn new(amplitude: f32, c: &ProfileConfig) -> Result<Self, ConfigError> {
+    pub(super) fn new(amplitude: f64, c: &ProfileConfig) -> Result<Self, ConfigError> {
         let levels = within("levels", f64::from(c.levels), 1.0, 1000.0)?;
         let dwell_ms = milliseconds("dwell_s", c.dwell_s)?;
-        let step = amplitude / levels as f32;
+        let step = amplitude / levels;
         Ok(Self { step, levels: levels as i32, dwell_ms, left_ms: dwell_ms, level: 0, up: true })
     }
 
-    pub(super) fn next_value(&mut self) -> f32 {
+    pub(super) fn next_value(&mut self) -> f64 {
         if self.left_ms == 0 {
             self.left_ms = self.dwell_ms;
             if self.level.abs() >= self.levels {
@@ -32,6 +32,6 @@ impl Staircase {
             self.level += if self.up { 1 } else { -1 };
         }
         self.left_ms -= 1;
-        self.level as f32 * self.step
+        f64::from(self.level) * self.step
     }
 }

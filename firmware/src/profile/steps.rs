@@ -8,28 +8,28 @@ use crate::config::ConfigError;
 
 #[derive(Clone, Debug)]
 pub(super) struct MultiStep {
-    amplitude: f32,
+    amplitude: f64,
     dwell_ms: u32,
     random: SplitMix,
-    level: f32,
+    level: f64,
     left_ms: u32,
     nth: u32,
 }
 
 impl MultiStep {
-    pub(super) fn new(amplitude: f32, c: &ProfileConfig) -> Result<Self, ConfigError> {
+    pub(super) fn new(amplitude: f64, c: &ProfileConfig) -> Result<Self, ConfigError> {
         let dwell_ms = milliseconds("dwell_s", c.dwell_s)?;
         Ok(Self { amplitude, dwell_ms, random: SplitMix(c.seed), level: 0.0, left_ms: 0, nth: 0 })
     }
 
-    pub(super) fn next_value(&mut self) -> f32 {
+    pub(super) fn next_value(&mut self) -> f64 {
         if self.left_ms == 0 {
             let size = 0.15 + 0.85 * self.random.unit();
             let back = self.random.unit() < 0.7;
             let sign = if (self.level > 0.0) == back { -1.0 } else { 1.0 };
             self.level = if self.nth == 5 { 0.0 } else { self.amplitude * size * sign };
             self.nth = if self.nth == 5 { 0 } else { self.nth + 1 };
-            self.left_ms = ((0.5 + self.random.unit()) * self.dwell_ms as f32) as u32;
+            self.left_ms = ((0.5 + self.random.unit()) * f64::from(self.dwell_ms)) as u32;
         }
         self.left_ms = self.left_ms.saturating_sub(1);
         self.level
@@ -49,7 +49,7 @@ impl SplitMix {
     }
 
     /// Even in [0, 1).
-    pub(super) fn unit(&mut self) -> f32 {
-        (self.next() >> 40) as f32 / 16_777_216.0
+    pub(super) fn unit(&mut self) -> f64 {
+        (self.next() >> 40) as f64 / 16_777_216.0
     }
 }

@@ -5,7 +5,7 @@ use crate::config::{ConfigError, within};
 
 #[derive(Clone, Debug)]
 pub(super) struct Sweep {
-    amplitude: f32,
+    amplitude: f64,
     /// 2⁻³² turn.
     phase: f64,
     step: f64,
@@ -16,7 +16,7 @@ pub(super) struct Sweep {
 }
 
 impl Sweep {
-    pub(super) fn new(amplitude: f32, c: &ProfileConfig) -> Result<Self, ConfigError> {
+    pub(super) fn new(amplitude: f64, c: &ProfileConfig) -> Result<Self, ConfigError> {
         let lowest = within("from_Hz", c.from_Hz, 1e-3, 250.0)?;
         let highest = within("to_Hz", c.to_Hz, lowest, 250.0)?;
         let sweep_ms = milliseconds("sweep_s", c.sweep_s)?;
@@ -25,7 +25,7 @@ impl Sweep {
         Ok(Self { amplitude, phase: 0.0, step: first_step, first_step, growth, sweep_ms, left_ms: sweep_ms })
     }
 
-    pub(super) fn next_value(&mut self) -> f32 {
+    pub(super) fn next_value(&mut self) -> f64 {
         let value = self.amplitude * sine(self.phase as u64 as u32);
         if self.left_ms == 0 {
             self.left_ms = self.sweep_ms;

@@ -1,0 +1,157 @@
+//! Sessions on the simulated board with a plant that is solved exactly: conventions, regulation, repeatability.
+
+use hal_sim::board::linear_motor::LinearMotor;
+use hal_sim::session::{Record, SessionRequest, StandSetup, run};
+use stand_firmware::board::{Hardware, TICKS_PER_ROW};
+use stand_firmware::profile::{ProfileConfig, ProfileKind};
+use stand_firmware::speed_loop::{Fault, Limits, Mode};
+
+fn col<'a>(record: &'a Record, name: &str) -> &'a [f64] {
+    record.column(name).unwrap_or_else(|| panic!("no column {name}"))
+}
+
+/// The default stand's dry friction, which the linear motor leaves out unless asked.
+fn with_friction() -> LinearMotor {
+    let mut motor = LinearMotor::default();
+    motor.coulomb_N_m = 0.9e-3;
+    motor
+}
+
+fn constant(mode: Mode, value: f64, seconds: f64) -> SessionRequest {
+    let profile = ProfileConfig::new(ProfileKind::Constant, value, 1);
+    SessionRequest { mode, profile, seconds, seed: 1 }
+}
+
+#[test]
+fn voltage_current_angle_and_rate_of_a_row_belong_together_to_the_tick() {
+    for kind in [ProfileKind::MultiStep, ProfileKind::Multisine, ProfileKind::Prbs] {
+        let motor = LinearMotor::default();
+        let record = run(StandSetup::ideal(), motor.clone(), SessionRequest::new(Mode::Voltage, kind, 5.0, 3)).unwrap();
+        assert_eq!(record.rows(), 5000);
+        assert!(record.limits.iter().all(|l| *l == Limits::default()), "unlimited, or the voltage is not constant");
+        let (t, u, i) = (col(&record, "t_s"), col(&record, "u_V"), col(&record, "i_A"));
+        let (theta, omega) = (&record.true_theta_rad, &record.true_omega_rad_s);
+        let h = 1e-3;
+        for k in 0..record.rows() - 1 {
+            assert!((t[k] - k as f64 * h).abs() < 1e-12);
+            let (end, tau) = motor.steady(u[k]);
+            let omega_next = end + (omega[k] - end) * (-h / tau).exp();
+            assert!((omega[k + 1] - omega_next).abs() < 1e-9, "{kind} row {k}: {} {omega_next}", omega[k + 1]);
+            let step = end * h - (omega[k] - end) * tau * (-h / tau).exp_m1();
+            assert!((theta[k + 1] - theta[k] - step).abs() < 1e-9);
+            let mean_A = (u[k] - motor.motor_constant_N_m_A * step / h) / motor.resistance_ohm;
+            assert!((i[k] - mean_A).abs() < 1e-9, "{kind} row {k}: {} {mean_A}", i[k]);
+            // The sensor's step is 5e-8 rad/s.
+            assert!((col(&record, "omega_rad_s")[k] - omega[k]).abs() < 3e-8);
+            let below = theta[k] - col(&record, "theta_rad")[k];
+            assert!((-1e-9..Hardware::default().rad_per_count() + 1e-9).contains(&below));
+        }
+        assert!(u.iter().any(|u| *u > 0.1) && u.iter().any(|u| *u < -0.1), "{kind} goes both ways");
+    }
+}
+
+#[test]
+fn a_step_of_100_deg_s_settles_in_0_3_s_with_less_than_5_percent_overshoot() {
+    let step = 100_f64.to_radians();
+    for sign in [1.0, -1.0] {
+        let record = run(StandSetup::default(), with_friction(), constant(Mode::Rate, sign * step, 1.5)).unwrap();
+        let rate: Vec<f64> = record.true_omega_rad_s.iter().map(|w| w * sign / step).collect();
+        let greatest = rate.iter().copied().fold(0.0, f64::max);
+        assert!(greatest < 1.05, "overshoot {greatest}");
+        let settled = rate[300..].iter().all(|w| (w - 1.0).abs() < 0.02);
+        assert!(settled, "{:?}", rate[300..].iter().map(|w| (w - 1.0).abs()).fold(0.0, f64::max));
+        // Three witnesses: what was asked, what the sensor saw, what is so.
+        let seen = col(&record, "omega_rad_s");
+        let mean = seen[500..].iter().sum::<f64>() / (seen.len() - 500) as f64;
+        assert!((mean / (sign * step) - 1.0).abs() < 1e-3, "{mean}");
+        assert!((col(&record, "rate_cmd_rad_s")[1000] - sign * step).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn the_mean_rate_over_whole_turns_is_as_good_as_the_crystal() {
+    let rate = 7.0;
+    let record = run(StandSetup::default(), with_friction(), constant(Mode::Rate, rate, 11.0)).unwrap();
+    // Ten turns, from one second on, when the ramp is long over.
+    let rows = (10.0 * std::f64::consts::TAU / rate * 1e3).round() as usize;
+    let theta = &record.true_theta_rad;
+    let mean = (theta[1000 + rows] - theta[1000]) / (rows as f64 * 1e-3);
+    // Angle noise at both ends is below a count in 20 000 · 10.
+    assert!((mean / rate - 1.0).abs() < 1.0 / 200_000.0, "{mean}");
+    let command = col(&record, "theta_cmd_rad");
+    let asked = (command[1000 + rows] - command[1000]) / (rows as f64 * 1e-3);
+    assert!((asked / rate - 1.0).abs() < 1e-9, "{asked}");
+}
+
+#[test]
+fn a_hundred_stands_side_by_side_are_each_what_they_are_alone() {
+    let request = |seed: u64| {
+        let mode = if seed.is_multiple_of(2) { Mode::Rate } else { Mode::Voltage };
+        let kind = ProfileKind::ALL[seed as usize % ProfileKind::ALL.len()];
+        SessionRequest::new(mode, kind, 0.5, seed)
+    };
+    let alone: Vec<Record> =
+        (0..100).map(|seed| run(StandSetup::default(), with_friction(), request(seed)).unwrap()).collect();
+    let together: Vec<Record> = std::thread::scope(|scope| {
+        let stands: Vec<_> = (0..100)
+            .map(|seed| scope.spawn(move || run(StandSetup::default(), with_friction(), request(seed)).unwrap()))
+            .collect();
+        stands.into_iter().map(|stand| stand.join().unwrap()).collect()
+    });
+    assert_eq!(alone, together);
+    assert_ne!(alone[0].columns, alone[6].columns, "another seed is another record");
+}
+
+#[test]
+fn overspeed_ends_the_rows_and_says_so() {
+    let record = run(StandSetup::default(), LinearMotor::default(), constant(Mode::Voltage, 4.0, 3.0)).unwrap();
+    assert_eq!(record.fault, Fault::Overspeed);
+    assert!(record.note("fault").unwrap().starts_with("overspeed at "));
+    let last = *record.true_omega_rad_s.last().unwrap();
+    assert!((44.0..46.5).contains(&last), "{last}");
+    assert!(record.rows() < 1000);
+}
+
+#[test]
+fn the_current_limit_holds_and_is_a_status() {
+    let record = run(StandSetup::default(), LinearMotor::default(), constant(Mode::Voltage, 4.5, 0.2)).unwrap();
+    assert!(record.limits[10].contains(Limits::CURRENT));
+    assert_eq!(record.fault, Fault::None);
+    let i = col(&record, "i_A");
+    // 12 mA rms of noise in each of 20 conversions: 3 mA; the estimate's lag at 140 rad/s² adds a few.
+    assert!(i[5..150].iter().all(|i| (i - 1.5).abs() < 0.03), "{:?}", &i[5..20]);
+    assert!(record.note("limited_current").is_some());
+}
+
+#[test]
+fn rows_come_evenly_and_are_complete() {
+    let record = run(StandSetup::default(), with_friction(), constant(Mode::Rate, 3.0, 0.5)).unwrap();
+    assert_eq!((record.pace.least, record.pace.greatest), (TICKS_PER_ROW, TICKS_PER_ROW));
+    for name in ["t_s", "u_V", "supply_V", "i_A", "theta_rad", "omega_rad_s", "rate_cmd_rad_s", "theta_cmd_rad", "temp_C"] {
+        assert_eq!(col(&record, name).len(), 500, "{name}");
+        assert!(col(&record, name).iter().all(|v| v.is_finite()));
+    }
+    assert!((col(&record, "supply_V")[3] - 12.0).abs() < 0.03 && (col(&record, "temp_C")[3] - 25.0).abs() < 0.3);
+}
+
+#[test]
+fn sensor_noise_is_what_the_data_sheets_say() {
+    let record = run(StandSetup::default(), LinearMotor::default(), constant(Mode::Voltage, 0.0, 20.0)).unwrap();
+    let sigma = |name: &str| {
+        let x = col(&record, name);
+        let mean = x.iter().sum::<f64>() / x.len() as f64;
+        (x.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / x.len() as f64).sqrt()
+    };
+    // 20 conversions of 12 mA, and the converter's step of 0.8 mA; 0.40 °/s and the step of 0.061 °/s.
+    assert!((sigma("i_A") / (12e-3 / 20_f64.sqrt()) - 1.0).abs() < 0.03, "{}", sigma("i_A"));
+    let rate = 0.014 * (1.5708_f64 * 523.0).sqrt();
+    assert!((sigma("omega_rad_s").to_degrees() / rate - 1.0).abs() < 0.03, "{}", sigma("omega_rad_s"));
+}
+
+#[test]
+fn a_bad_request_is_refused_by_the_parameters_name() {
+    let error = run(StandSetup::default(), LinearMotor::default(), constant(Mode::Rate, f64::NAN, 1.0)).unwrap_err();
+    assert!(error.to_string().contains("amplitude"), "{error}");
+    let error = run(StandSetup::default(), LinearMotor::default(), constant(Mode::Rate, 1.0, -1.0)).unwrap_err();
+    assert!(error.to_string().contains("seconds"), "{error}");
+}
