@@ -22,6 +22,23 @@ impl<'a> ProfileRunner<'a> {
         Self { profile, mode, hardware, orders, clear: 0 }
     }
 
+    /// Another profile for the next run.
+    pub fn set(&mut self, profile: Profile, mode: Mode) {
+        self.profile = profile;
+        self.mode = mode;
+    }
+
+    /// Switches off now, whatever was under way.
+    pub fn stop<C: Clock>(&mut self, clock: &C) {
+        let tick = clock.now().0.checked_div(TICKS_PER_CONTROL).unwrap_or(0);
+        self.orders.post(&Order { segment: Segment::off(tick), clear: self.clear });
+    }
+
+    /// The next order clears a latched fault.
+    pub fn clear_faults(&mut self) {
+        self.clear = self.clear.wrapping_add(1);
+    }
+
     /// Runs for `rows` milliseconds from `start` on (a whole millisecond, at least one ahead), then switches off.
     pub async fn run<C: Clock>(&mut self, clock: &C, start: Ticks, rows: u64) {
         let ticks = CONTROL_PER_ROW as u16;

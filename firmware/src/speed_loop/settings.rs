@@ -47,7 +47,7 @@ impl Default for Settings {
             acceleration_rad_s2: 60.0, // 0.64 A of the 1.5
             slip_rad: 0.1,
             current_limit_A: 1.5,
-            voltage_limit_V: 11.4, // the low sides need 5 % of each period to charge the bootstraps
+            voltage_limit_V: 11.4, // 5 % of reserve: the loop keeps authority when the supply sags
             overspeed_rad_s: 45.0, // the range is 34.9 (2000 °/s)
         }
     }

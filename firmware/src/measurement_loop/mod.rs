@@ -7,6 +7,10 @@
 //! Rows carry a sequence number, so that a loss is counted, and the age of the oldest reading in them. A sensor that
 //! is not there is `None`, and so is a current without a conversion; nothing is made up.
 
+mod decimate;
+
+pub use decimate::Decimate;
+
 use crate::board::{Board, CONTROL_HZ, Clock, Hardware, TICKS_PER_ROW, Ticks, Unwrapped};
 use crate::speed_loop::{Fault, Limits, Mode, ONE, Report, ReportReader};
 

@@ -1,0 +1,98 @@
+//! Fewer rows for a slow line, made so that a log's conventions still hold.
+//!
+//! Of each group of rows what belongs to a moment is the first row's, what is a mean over the row is the mean over the
+//! group, flags are collected. So a decimated row is what a slower loop would have measured.
+
+use super::{Row, RowSink};
+use crate::config::{ConfigError, within};
+
+/// Passes one row for each `every` on to `sink`.
+pub struct Decimate<S> {
+    sink: S,
+    every: u32,
+    taken: u32,
+    group: Row,
+}
+
+impl<S: RowSink> Decimate<S> {
+    /// A decimation by `every`, 1 … 1000.
+    ///
+    /// # Errors
+    /// Names `every` if it is outside.
+    pub fn new(every: u32, sink: S) -> Result<Self, ConfigError> {
+        within("every", f64::from(every), 1.0, 1000.0)?;
+        Ok(Self { sink, every, taken: 0, group: Row::default() })
+    }
+
+    /// Forgets a group that was begun. For the start of a session.
+    pub fn restart(&mut self) {
+        self.taken = 0;
+    }
+
+    /// Where the rows go.
+    pub fn sink(&mut self) -> &mut S {
+        &mut self.sink
+    }
+}
+
+impl<S: RowSink> RowSink for Decimate<S> {
+    fn row(&mut self, row: &Row) {
+        let group = &mut self.group;
+        if self.taken == 0 {
+            *group = *row;
+        } else {
+            group.u_V += row.u_V;
+            group.i_A = group.i_A.zip(row.i_A).map(|(sum, i_A)| sum + i_A);
+            group.limits.0 |= row.limits.0;
+            group.fault = row.fault;
+            group.age = group.age.max(row.age);
+        }
+        self.taken += 1;
+        if self.taken >= self.every {
+            let scale = 1.0 / f64::from(self.taken);
+            group.u_V *= scale;
+            group.i_A = group.i_A.map(|sum| sum * scale);
+            self.taken = 0;
+            self.sink.row(&self.group);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::speed_loop::Limits;
+
+    #[derive(Default)]
+    struct Kept(Vec<Row>);
+    impl RowSink for Kept {
+        fn row(&mut self, row: &Row) {
+            self.0.push(*row);
+        }
+    }
+
+    #[test]
+    fn moments_are_the_first_rows_and_means_are_the_groups() {
+        let mut decimate = Decimate::new(4, Kept::default()).unwrap();
+        for k in 0..11_u32 {
+            let x = f64::from(k);
+            let limits = if k == 6 { Limits::CURRENT } else { Limits::default() };
+            let row = Row { sequence: k, t_s: x, u_V: x, i_A: Some(2.0 * x), theta_rad: x * x, limits, ..Row::default() };
+            decimate.row(&row);
+        }
+        let rows = &decimate.sink().0;
+        assert_eq!(rows.len(), 2, "the third group is not complete");
+        assert_eq!((rows[1].sequence, rows[1].t_s, rows[1].theta_rad), (4, 4.0, 16.0));
+        assert_eq!((rows[1].u_V, rows[1].i_A), (5.5, Some(11.0)));
+        assert!(rows[1].limits.contains(Limits::CURRENT) && !rows[0].limits.contains(Limits::CURRENT));
+    }
+
+    #[test]
+    fn a_missing_current_stays_missing_and_a_bad_factor_is_named() {
+        let mut decimate = Decimate::new(2, Kept::default()).unwrap();
+        decimate.row(&Row { i_A: Some(1.0), ..Row::default() });
+        decimate.row(&Row { i_A: None, ..Row::default() });
+        assert_eq!(decimate.sink().0[0].i_A, None);
+        assert_eq!(Decimate::new(0, Kept::default()).err().map(|e| e.parameter()), Some("every"));
+    }
+}

@@ -1,0 +1,29 @@
+#!/bin/sh
+# Builds the image for the NUCLEO-F446RE and holds its size against firmware/budget.toml.
+# Uses rustup's target where it is installed, else Debian's compiler with the core library built from its source.
+set -eu
+cd "$(dirname "$0")/.."
+
+target=thumbv7em-none-eabihf
+build="build --release -p stand-firmware --bin stand --features stm32 --target $target"
+
+if command -v rustup >/dev/null 2>&1 && rustup target list --installed 2>/dev/null | grep -qx "$target"; then
+    cargo $build
+else
+    if ! [ -x /usr/bin/rustc ] || ! [ -x /usr/bin/cargo ] || ! [ -d /usr/lib/rustlib/src/rust/library/core ] ||
+        ! command -v ld.lld >/dev/null 2>&1; then
+        if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null 2>&1; then
+            apt-get update -qq && apt-get install -y -qq rustc-web cargo-web rust-web-src lld || true
+        fi
+    fi
+    if ! [ -x /usr/bin/rustc ] || ! [ -x /usr/bin/cargo ] || ! command -v ld.lld >/dev/null 2>&1; then
+        echo "The image cannot be built here. Either 'rustup target add $target'," >&2
+        echo "or, on Debian, 'apt-get install rustc-web cargo-web rust-web-src lld'." >&2
+        exit 1
+    fi
+    # Debian's compiler is a stable one; RUSTC_BOOTSTRAP lets it build its own core library for the chip.
+    RUSTC=/usr/bin/rustc RUSTC_BOOTSTRAP=1 CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER=ld.lld \
+        /usr/bin/cargo $build -Zbuild-std=core
+fi
+
+exec python3 scripts/image-size.py "${CARGO_TARGET_DIR:-target}/$target/release/stand" firmware/budget.toml
