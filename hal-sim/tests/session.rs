@@ -155,3 +155,18 @@ fn a_bad_request_is_refused_by_the_parameters_name() {
     let error = run(StandSetup::default(), LinearMotor::default(), constant(Mode::Rate, 1.0, -1.0)).unwrap_err();
     assert!(error.to_string().contains("seconds"), "{error}");
 }
+
+#[test]
+fn the_rate_command_is_the_profile_where_no_limit_is_in_force() {
+    let mut request = SessionRequest::new(Mode::Rate, ProfileKind::Multisine, 4.0, 1);
+    request.profile.amplitude = 1.0;
+    let record = run(StandSetup::default(), LinearMotor::default(), request).unwrap();
+    let mut profile = stand_firmware::profile::Profile::new(&request.profile).unwrap();
+    let commands = col(&record, "rate_cmd_rad_s");
+    let values: Vec<f64> = commands.iter().map(|_| profile.next_value()).collect();
+    // The start from rest is a step; 1 rad/s at 60 rad/s² are 17 ms.
+    for k in 50..commands.len() {
+        assert!(!record.limits[k].contains(Limits::ACCELERATION), "row {k}");
+        assert!((commands[k] - values[k]).abs() < 1e-8, "row {k}: {} {}", commands[k], values[k]);
+    }
+}

@@ -1,8 +1,9 @@
 //! A sum of sines at even steps of log frequency, the same amplitude each, never beyond the asked amplitude.
 //!
 //! Frequencies are whole multiples of the lowest, so the sum repeats after its period and a spectrum over whole periods
-//! has lines and nothing between. Phases after Schroeder (1970), φ_n = −π n²/N, keep the crest low; the sum is then
-//! scaled by the largest value that it takes within one period.
+//! has lines and nothing between. Phases after Schroeder (1970): the group delay spreads the lines evenly over the period, so
+//! that they do not meet; for uneven lines φ_{n+1} = φ_n − 2π (m_{n+1} − m_n)(n+1)/N with the multiples m, crest factor
+//! 3.25 (4.37 with −π n²/N, which is for even lines). The sum is scaled by the largest value within one period.
 
 use super::{ProfileConfig, sine};
 use crate::config::{ConfigError, within};
@@ -29,13 +30,15 @@ impl Multisine {
         let last = (LINES - 1) as f64;
         let mut lines = [Line::default(); LINES];
         let mut multiple = 0.0;
+        let mut turns = 0.0;
         for (n, line) in lines.iter_mut().enumerate() {
             let n = n as f64;
+            let below = multiple;
             let wanted = libm::round(libm::pow(highest / lowest, n / last));
             // Low lines that would fall together take the next free multiple.
             multiple = if wanted > multiple { wanted } else { multiple + 1.0 };
-            let schroeder = 1.0 - n * n / (2.0 * LINES as f64) % 1.0;
-            line.phase = (schroeder * 18_446_744_073_709_551_616.0) as u64;
+            turns += (multiple - below) * n / LINES as f64;
+            line.phase = ((1.0 - turns % 1.0) * 18_446_744_073_709_551_616.0) as u64;
             line.step = (multiple * lowest * 1e-3 * 18_446_744_073_709_551_616.0) as u64;
         }
         let mut sines = Self { lines, scale: 1.0 };

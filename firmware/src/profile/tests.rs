@@ -1,0 +1,132 @@
+//! Levels, spectra and bounds of the profiles.
+
+use super::*;
+
+fn values(config: &ProfileConfig, count: usize) -> Vec<f64> {
+    let mut profile = Profile::new(config).unwrap();
+    (0..count).map(|_| profile.next_value()).collect()
+}
+
+#[test]
+fn no_profile_leaves_its_bounds_and_each_is_the_same_for_the_same_seed() {
+    for kind in ProfileKind::ALL {
+        for seed in 0..20 {
+            let config = ProfileConfig { offset: 0.5, ..ProfileConfig::new(kind, 3.0, seed) };
+            let x = values(&config, 25_000);
+            // micromath's sine exceeds one by a part in a thousand.
+            assert!(x.iter().all(|x| (x - 0.5).abs() <= 3.0 * 1.001), "{kind} {seed}");
+            assert_eq!(x, values(&config, 25_000));
+        }
+    }
+}
+
+#[test]
+fn random_profiles_differ_by_seed() {
+    for kind in [ProfileKind::MultiStep, ProfileKind::Prbs] {
+        let [a, b] = [1, 2].map(|seed| values(&ProfileConfig::new(kind, 1.0, seed), 10_000));
+        assert_ne!(a, b, "{kind}");
+    }
+}
+
+#[test]
+fn multi_step_goes_through_zero_to_both_sides_with_dwells_about_the_mean() {
+    for seed in 0..50 {
+        let x = values(&ProfileConfig::new(ProfileKind::MultiStep, 2.0, seed), 30_000);
+        assert!(x.iter().any(|x| *x > 0.4) && x.iter().any(|x| *x < -0.4) && x.contains(&0.0), "{seed}");
+        let mut dwell = 1;
+        for pair in x.windows(2) {
+            if pair[0] == pair[1] {
+                dwell += 1;
+            } else {
+                assert!((499..=1501).contains(&dwell), "{dwell}");
+                dwell = 1;
+            }
+        }
+    }
+}
+
+#[test]
+fn prbs_has_the_period_and_the_balance_of_its_register() {
+    let config = ProfileConfig { bit_s: 0.002, ..ProfileConfig::new(ProfileKind::Prbs, 1.0, 9) };
+    let x = values(&config, 4 * 1023);
+    let (first, second) = x.split_at(2 * 1023);
+    assert_eq!(first, second);
+    assert_eq!(first.iter().sum::<f64>(), 2.0, "512 ones, 511 zeros, 2 ms each");
+}
+
+#[test]
+fn stairs_climb_both_sides_and_come_back_on_every_level() {
+    let config = ProfileConfig { levels: 2, dwell_s: 0.01, ..ProfileConfig::new(ProfileKind::Staircase, 4.0, 0) };
+    let x: Vec<f64> = values(&config, 100).into_iter().step_by(10).collect();
+    assert_eq!(x, [0.0, 2.0, 4.0, 2.0, 0.0, -2.0, -4.0, -2.0, 0.0, 2.0]);
+}
+
+/// Amplitude of the line at `hz` over `x`, sampled at 1 kHz.
+fn line(x: &[f64], hz: f64) -> f64 {
+    let turn = core::f64::consts::TAU * hz / 1e3;
+    let sum = |f: fn(f64) -> f64| x.iter().enumerate().map(|(n, x)| x * f(turn * n as f64)).sum::<f64>();
+    2.0 / x.len() as f64 * sum(f64::cos).hypot(sum(f64::sin))
+}
+
+#[test]
+fn multisine_has_twenty_equal_lines_and_nothing_between_and_reaches_its_amplitude() {
+    let x = values(&ProfileConfig::new(ProfileKind::Multisine, 1.0, 0), 20_000);
+    let lines: Vec<f64> = (1..=420).map(|n| line(&x, 0.05 * f64::from(n))).collect();
+    let greatest = lines.iter().copied().fold(0.0, f64::max);
+    let strong: Vec<f64> = lines.iter().copied().filter(|a| *a > 0.5 * greatest).collect();
+    assert_eq!(strong.len(), 20, "{strong:?}");
+    assert!(strong.iter().all(|a| (a / greatest - 1.0).abs() < 5e-3));
+    assert!(lines.iter().filter(|a| **a < 0.5 * greatest).all(|a| *a < 5e-3 * greatest));
+    assert!(lines[0] > 0.5 * greatest && lines[399] > 0.5 * greatest, "from 0.05 to 20 Hz");
+    let peak = x.iter().copied().map(f64::abs).fold(0.0, f64::max);
+    assert!((0.999..=1.001).contains(&peak), "{peak}");
+    // √40 = 6.3 if all met.
+    let rms = (x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64).sqrt();
+    assert!(peak / rms < 3.3, "{}", peak / rms);
+}
+
+#[test]
+fn a_sweep_rises_by_the_same_factor_in_each_second_and_begins_anew() {
+    let config =
+        ProfileConfig { from_Hz: 0.5, to_Hz: 8.0, sweep_s: 20.0, ..ProfileConfig::new(ProfileKind::Sweep, 1.0, 0) };
+    let x = values(&config, 40_000);
+    let ups: Vec<usize> = (1..x.len()).filter(|n| x[n - 1] < 0.0 && x[*n] >= 0.0).collect();
+    // Factor 16 in 20 s: the middle between two zero crossings tells the frequency at its time.
+    for pair in ups.windows(2).filter(|p| p[1] < 19_900) {
+        let seconds = (pair[0] + pair[1]) as f64 / 2e3;
+        let expected = 0.5 * 16_f64.powf(seconds / 20.0);
+        let hz = 1e3 / (pair[1] - pair[0]) as f64;
+        assert!((hz / expected - 1.0).abs() < 0.03, "at {seconds} s: {hz} {expected}");
+    }
+    let first_up = ups.iter().find(|n| **n > 20_300).unwrap();
+    assert!(*first_up > 20_500, "slow again");
+}
+
+#[test]
+fn names_are_parsed_back_and_an_unknown_one_lists_them() {
+    for kind in ProfileKind::ALL {
+        assert_eq!(kind.name().parse(), Ok(kind));
+    }
+    let error = "square".parse::<ProfileKind>().unwrap_err().to_string();
+    assert!(error.contains("multi-step") && error.contains("sweep"), "{error}");
+}
+
+#[test]
+fn a_bad_parameter_is_named() {
+    type Spoil = fn(&mut ProfileConfig);
+    let cases: [(&str, ProfileKind, Spoil); 8] = [
+        ("amplitude", ProfileKind::Constant, |c| c.amplitude = f64::NAN),
+        ("offset", ProfileKind::Constant, |c| c.offset = f64::INFINITY),
+        ("dwell_s", ProfileKind::MultiStep, |c| c.dwell_s = 0.0),
+        ("levels", ProfileKind::Staircase, |c| c.levels = 0),
+        ("bit_s", ProfileKind::Prbs, |c| c.bit_s = -1.0),
+        ("from_Hz", ProfileKind::Multisine, |c| c.from_Hz = 0.0),
+        ("to_Hz", ProfileKind::Sweep, |c| c.to_Hz = 0.01),
+        ("sweep_s", ProfileKind::Sweep, |c| c.sweep_s = f64::NAN),
+    ];
+    for (name, kind, spoil) in cases {
+        let mut config = ProfileConfig::new(kind, 1.0, 0);
+        spoil(&mut config);
+        assert_eq!(Profile::new(&config).unwrap_err().parameter(), name);
+    }
+}
