@@ -1,1 +1,7 @@
 //! What a person at the stand uses on the host.
+
+pub mod expression;
+pub mod fit;
+pub mod log;
+pub mod model;
+pub mod plausible;

@@ -1,0 +1,97 @@
+//! A log as CSV text: notes, header, rows; each number is the shortest that reads back the same.
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+use super::error::{LogError, Trouble};
+use super::{Column, Log};
+
+/// Writes the whole log.
+pub(super) fn write(log: &Log, path: &Path) -> Result<(), LogError> {
+    let fail = |e| LogError::new(path, Trouble::Write(e));
+    let names: Vec<&str> = log.columns().iter().map(|c| c.name.as_str()).collect();
+    let notes = log.notes().iter().map(|(k, v)| (k.as_str(), v.as_str()));
+    let file = File::create(path).map_err(fail)?;
+    let mut out = CsvWriter::new(BufWriter::with_capacity(1 << 18, file), notes, &names).map_err(fail)?;
+    let columns: Vec<&[f64]> = log.columns().iter().map(|c: &Column| c.values.as_slice()).collect();
+    let mut row = vec![0.0; columns.len()];
+    for k in 0..log.len() {
+        for (cell, column) in row.iter_mut().zip(&columns) {
+            *cell = column[k];
+        }
+        out.row(&row).map_err(fail)?;
+    }
+    out.flush().map_err(fail)
+}
+
+/// Rows as they come, for a recording. The caller buffers and flushes as often as it wants to lose nothing.
+#[derive(Debug)]
+pub struct CsvWriter<W: Write> {
+    out: W,
+    columns: usize,
+    line: String,
+}
+
+impl<W: Write> CsvWriter<W> {
+    /// Writes the notes and the header.
+    ///
+    /// # Errors
+    /// Of `out`.
+    pub fn new<'a>(out: W, notes: impl IntoIterator<Item = (&'a str, &'a str)>, columns: &[&str]) -> std::io::Result<Self> {
+        let mut writer = CsvWriter { out, columns: columns.len(), line: String::with_capacity(256) };
+        for (key, value) in notes {
+            writer.note(key, value)?;
+        }
+        writeln!(writer.out, "{}", columns.join(","))?;
+        Ok(writer)
+    }
+
+    /// Writes a note; it may stand between rows. A line break in it becomes a space, a colon in the key a dash.
+    ///
+    /// # Errors
+    /// Of the output.
+    pub fn note(&mut self, key: &str, value: &str) -> std::io::Result<()> {
+        let one_line = |text: &str| text.replace(['\n', '\r'], " ").trim().to_owned();
+        writeln!(self.out, "# {}: {}", one_line(key).replace(':', "-"), one_line(value))
+    }
+
+    /// Writes one row, a number for each column.
+    ///
+    /// # Errors
+    /// Of the output; `InvalidInput` where the count is not the header's, or a number is not finite (the log could not be read again).
+    pub fn row(&mut self, cells: &[f64]) -> std::io::Result<()> {
+        if cells.len() != self.columns || cells.iter().any(|c| !c.is_finite()) {
+            let wants = self.columns;
+            let says = format!("a row of the log must be {wants} finite numbers, not {cells:?}");
+            return Err(std::io::Error::new(std::io::ErrorKind::InvalidInput, says));
+        }
+        self.line.clear();
+        let mut buffer = zmij::Buffer::new();
+        for &cell in cells {
+            let text = buffer.format_finite(cell);
+            self.line.push_str(text.strip_suffix(".0").unwrap_or(text));
+            self.line.push(',');
+        }
+        self.line.pop();
+        self.line.push('\n');
+        self.out.write_all(self.line.as_bytes())
+    }
+
+    /// Flushes the output.
+    ///
+    /// # Errors
+    /// Of the output.
+    pub fn flush(&mut self) -> std::io::Result<()> {
+        self.out.flush()
+    }
+
+    /// Flushes, and gives the output back.
+    ///
+    /// # Errors
+    /// Of the output.
+    pub fn finish(mut self) -> std::io::Result<W> {
+        self.out.flush()?;
+        Ok(self.out)
+    }
+}

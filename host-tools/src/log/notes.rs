@@ -1,0 +1,264 @@
+//! What the notes say of the columns: how one was made, and its least significant bit.
+//!
+//! A note about a column has the column's name as key, or the name without its unit (`omega`); its clauses stand between commas.
+//! What is understood: `encoder`, `gyro`; `mean over 4 ms before t`, `counts per 20 ms`; `filter 100 Hz`; `at t`, `instant`; `mean over
+//! the row`; of `u_V`, `asked` or `terminal`; of an LSB, `theta_lsb_rad: 3e-4`, `encoder: 8192 counts per turn`, `0.1286 deg per
+//! count`. A clause that is none of these is reported.
+
+use std::f64::consts::TAU;
+
+use super::columns::{KNOWN, known};
+
+/// How a column was made.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HowMade {
+    /// Taken at t_k, and not as the mean over [t_k, t_k+1); by convention so for angles and rates, not for `u_V`, `i_A`, `torque_N_m`.
+    pub instant: bool,
+    /// Mean over this long before t_k, s.
+    pub mean_before_s: Option<f64>,
+    /// Cutoff of a first-order low-pass that it went through, Hz.
+    pub filter_hz: Option<f64>,
+    /// What it was measured with.
+    pub source: Source,
+}
+
+/// What a rate was measured with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Source {
+    /// Nobody said.
+    Unknown,
+    /// The platform's encoder.
+    Encoder,
+    /// A rate sensor of its own.
+    Gyro,
+}
+
+/// What `u_V` is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Voltage {
+    /// Duty × supply: what was asked for (the default).
+    Asked,
+    /// Measured at the motor's terminals.
+    Terminal,
+}
+
+type Notes = [(String, String)];
+
+/// How a column was made, and what of its note was not understood.
+pub(super) fn column_made(notes: &Notes, column: &str) -> (HowMade, Vec<String>) {
+    let instant = !known(column).is_some_and(|c| c.mean_over_row);
+    let mut made = HowMade { instant, mean_before_s: None, filter_hz: None, source: Source::Unknown };
+    let mut unclear = Vec::new();
+    let own = note_of(notes, column);
+    // A logger may say under `encoder` how it counted the rate.
+    let encoder = notes.iter().find(|(k, _)| k == "encoder").filter(|_| column == "omega_rad_s" && own.is_none());
+    for clause in own.into_iter().flat_map(clauses) {
+        if !take_clause(&mut made, clause) && !(column == "u_V" && voltage_of(clause).is_some()) {
+            unclear.push(clause.to_owned());
+        }
+    }
+    for clause in encoder.iter().flat_map(|(_, v)| clauses(v)).filter(|c| has_word(c, &["rate", "omega"])) {
+        made.source = Source::Encoder;
+        if !take_clause(&mut made, clause) {
+            unclear.push(clause.to_owned());
+        }
+    }
+    (made, unclear)
+}
+
+/// What `u_V` is, and whether its note left that open.
+pub(super) fn voltage(notes: &Notes) -> (Voltage, Vec<String>) {
+    let said = note_of(notes, "u_V").into_iter().flat_map(clauses).find_map(voltage_of);
+    (said.unwrap_or(Voltage::Asked), Vec::new())
+}
+
+/// Least significant bit of a column as a note gives it, in the column's unit.
+pub(super) fn quantum(notes: &Notes, column: &str) -> Option<f64> {
+    if let Some((key, value)) = notes.iter().find(|(k, _)| lsb_column(k) == Some(column)) {
+        return lsb_value(key, value, column);
+    }
+    let count_rad = || notes.iter().find(|(k, _)| k == "encoder").and_then(|(_, v)| clauses(v).find_map(count_rad));
+    match column {
+        "theta_rad" => count_rad(),
+        "omega_rad_s" => {
+            let made = column_made(notes, column).0;
+            (made.source == Source::Encoder).then(|| Some(count_rad()? / made.mean_before_s?)).flatten()
+        }
+        _ => None,
+    }
+}
+
+/// A line for each note that speaks of a column and was not understood.
+pub(super) fn warnings(notes: &Notes) -> Vec<String> {
+    let mut says = Vec::new();
+    let mut report = |key: &str, what: &str, example: &str| {
+        says.push(format!("note “{key}”: “{what}” was not understood and is not used; understood is, for instance, {example}"));
+    };
+    for (key, value) in notes {
+        if let Some(column) = lsb_column(key) {
+            if lsb_value(key, value, column).is_none() {
+                report(key, value, "# theta_lsb_rad: 3.1e-4");
+            }
+        } else if let Some(column) = KNOWN.iter().find(|c| is_about(key, c.name)) {
+            let example = if column.mean_over_row { "# i_A: at t" } else { "# omega_rad_s: encoder, mean over 4 ms before t" };
+            for clause in column_made(std::slice::from_ref(&(key.clone(), value.clone())), column.name).1 {
+                report(key, &clause, if column.name == "u_V" { "# u_V: terminal" } else { example });
+            }
+        } else if key == "encoder" {
+            for clause in clauses(value) {
+                let understood = count_rad(clause).is_some() || take_clause(&mut column_made(&[], "omega_rad_s").0, clause);
+                if !understood {
+                    report(key, clause, "# encoder: 8192 counts per turn");
+                }
+            }
+        } else if key == "theta_zero" && !["index", "arbitrary"].contains(&value.trim().to_ascii_lowercase().as_str()) {
+            report(key, value, "# theta_zero: index");
+        }
+    }
+    says
+}
+
+/// Reads one clause into `made`; false where it is not understood.
+fn take_clause(made: &mut HowMade, clause: &str) -> bool {
+    let mut understood = false;
+    if has_word(clause, &["encoder"]) {
+        made.source = Source::Encoder;
+        understood = true;
+    } else if has_word(clause, &["gyro", "gyroscope", "tachometer"]) {
+        made.source = Source::Gyro;
+        understood = true;
+    }
+    let windowed = has_word(clause, &["mean", "average", "averaged", "per", "difference", "differences"]);
+    let filtered = has_word(clause, &["filter", "filtered", "low-pass", "lowpass"]);
+    // A window that does not end at t, or a steeper filter, would be applied wrongly.
+    if has_word(clause, &["after", "centred", "centered", "around", "second-order", "2nd-order", "order"]) {
+        return false;
+    }
+    let over_row = has_word(clause, &["row", "interval", "period", "sample"]) || clause.contains("[t");
+    match (windowed, filtered) {
+        (true, false) => match number_with(clause, &[("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("µs", 1e-6)]) {
+            Some(window_s) => {
+                made.mean_before_s = Some(window_s);
+                made.instant = false;
+                true
+            }
+            None => over_row && !made.instant && !has_word(clause, &["before"]),
+        },
+        (false, true) => match number_with(clause, &[("hz", 1.0), ("khz", 1e3)]) {
+            Some(hz) => {
+                made.filter_hz = Some(hz);
+                true
+            }
+            None => false,
+        },
+        (true, true) => false,
+        (false, false) => {
+            let words = words(clause).map(str::to_ascii_lowercase).collect::<Vec<_>>();
+            let at_t = words.windows(2).any(|w| w[0] == "at" && (w[1] == "t" || w[1] == "t_k"));
+            if at_t || has_word(clause, &["instant", "instantaneous"]) {
+                made.instant = true;
+                return true;
+            }
+            understood
+        }
+    }
+}
+
+fn voltage_of(clause: &str) -> Option<Voltage> {
+    if has_word(clause, &["terminal", "terminals", "measured"]) {
+        Some(Voltage::Terminal)
+    } else if has_word(clause, &["asked", "duty", "commanded"]) {
+        Some(Voltage::Asked)
+    } else {
+        None
+    }
+}
+
+/// The column whose LSB a key names: `theta_lsb_rad`, `theta_rad_lsb`, `lsb_theta_rad`, `theta_lsb`, `theta_lsb_deg`.
+fn lsb_column(key: &str) -> Option<&'static str> {
+    let key = key.to_ascii_lowercase().replace([' ', '-'], "_");
+    let rest = key.strip_prefix("lsb_").map(str::to_owned).or_else(|| {
+        let (stem, unit) = key.split_once("_lsb")?;
+        (unit.is_empty() || unit.starts_with('_')).then(|| stem.to_owned())
+    })?;
+    KNOWN.iter().find(|c| is_about(&rest, c.name)).map(|c| c.name)
+}
+
+fn lsb_value(key: &str, value: &str, column: &str) -> Option<f64> {
+    let degrees = key.to_ascii_lowercase().contains("_deg");
+    let unit = words(value).nth(1).unwrap_or("");
+    let (scale, fits) = match unit {
+        "" if degrees => (TAU / 360.0, true),
+        "" => (1.0, true),
+        "deg" | "deg/s" | "°" | "°/s" => (TAU / 360.0, column.contains("_rad")),
+        "mrad" | "mV" | "mA" => (1e-3, true),
+        "rad" | "rad/s" | "V" | "A" | "N" => (1.0, true),
+        _ => (0.0, false),
+    };
+    let number: f64 = words(value).next()?.parse().ok()?;
+    let lsb = number * scale;
+    (fits && lsb.is_finite() && lsb > 0.0).then_some(lsb)
+}
+
+/// Angle of one count, rad: `8192 counts per turn`, `0.1286 deg per count`, `1e-4 rad per count`.
+fn count_rad(clause: &str) -> Option<f64> {
+    let words: Vec<String> = words(clause).map(str::to_ascii_lowercase).collect();
+    let number: f64 = words.first()?.parse().ok()?;
+    let unit = words.get(1)?.trim_end_matches('s');
+    let per = words.last()?.as_str();
+    let rad = match (unit, per) {
+        ("count", "turn" | "rev" | "revolution") => TAU / number,
+        ("deg" | "degree" | "°", "count") => number * TAU / 360.0,
+        ("rad", "count") => number,
+        _ => return None,
+    };
+    (rad.is_finite() && rad > 0.0 && words.len() <= 4).then_some(rad)
+}
+
+/// The number before (or joined to) one of the units, times the unit's scale; positive and finite.
+fn number_with(clause: &str, units: &[(&str, f64)]) -> Option<f64> {
+    let lower = clause.to_lowercase();
+    let words: Vec<&str> = words(&lower).collect();
+    let positive = |text: &str, scale: f64| text.parse::<f64>().ok().map(|v| v * scale).filter(|v| v.is_finite() && *v > 0.0);
+    (0..words.len()).find_map(|k| {
+        units.iter().find_map(|&(unit, scale)| {
+            let before = (k > 0 && words[k] == unit).then(|| positive(words[k - 1], scale)).flatten();
+            before.or_else(|| positive(words[k].strip_suffix(unit)?, scale))
+        })
+    })
+}
+
+fn note_of<'a>(notes: &'a Notes, column: &str) -> Option<&'a str> {
+    let exact = notes.iter().find(|(k, _)| k == column);
+    exact.or_else(|| notes.iter().find(|(k, _)| is_about(k, column))).map(|(_, v)| v.as_str())
+}
+
+/// The key is the column's name, with or without its unit.
+fn is_about(key: &str, column: &str) -> bool {
+    const UNITS: [&str; 7] = ["_rad_s", "_m_s2", "_N_m", "_rad", "_V", "_A", "_C"];
+    let stem = UNITS.iter().find_map(|u| column.strip_suffix(u)).unwrap_or(column);
+    key.eq_ignore_ascii_case(column) || key.eq_ignore_ascii_case(stem)
+}
+
+/// The parts between commas and semicolons that are not inside brackets, as in `[t_k, t_k+1)`.
+fn clauses(text: &str) -> impl Iterator<Item = &str> {
+    let mut depth = 0i32;
+    text.split(move |c| {
+        match c {
+            '[' | '(' => depth += 1,
+            ']' | ')' => depth -= 1,
+            _ => {}
+        }
+        depth <= 0 && (c == ',' || c == ';')
+    })
+    .map(str::trim)
+    .filter(|c| !c.is_empty())
+}
+
+fn words(text: &str) -> impl Iterator<Item = &str> {
+    text.split_whitespace()
+}
+
+fn has_word(text: &str, any: &[&str]) -> bool {
+    words(text).any(|w| any.iter().any(|a| w.trim_matches(|c: char| !c.is_alphanumeric()).eq_ignore_ascii_case(a)))
+}

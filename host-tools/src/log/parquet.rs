@@ -1,0 +1,199 @@
+//! A log from and to Parquet, column by column; notes are the file's key-value metadata.
+//!
+//! Read: double, float, 32- and 64-bit integers in any codec that pandas writes. Written: doubles, none of them optional, Zstandard,
+//! row groups of at most a million rows. The low-level readers and writers of the parquet crate serve; Arrow is not needed.
+
+use std::fs::File;
+use std::io::{BufWriter, Read, Seek, SeekFrom, Write};
+use std::path::Path;
+use std::sync::Arc;
+
+use parquet::basic::{Compression, ConvertedType, Repetition, Type as Physical, ZstdLevel};
+use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
+use parquet::data_type::{DataType, DoubleType};
+use parquet::errors::ParquetError;
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::WriterProperties;
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::file::writer::SerializedFileWriter;
+use parquet::schema::types::{ColumnDescriptor, Type};
+
+use super::error::{LogError, Trouble};
+use super::{Column, Log, Parts};
+
+/// Rows of a row group that we write.
+const GROUP_ROWS: usize = 1 << 20;
+/// Rows that are decoded at once.
+const BATCH_ROWS: usize = 1 << 16;
+/// Metadata of other programs, about their own types.
+const NOT_NOTES: [&str; 2] = ["ARROW:schema", "pandas"];
+
+/// Reads the columns that are `wanted`, checks each number, and that time rises.
+pub(super) fn read(path: &Path, wanted: &dyn Fn(&str) -> bool) -> Result<Parts, LogError> {
+    let damaged = |e: ParquetError| LogError::new(path, Trouble::Parquet(e.to_string()));
+    let mut file = File::open(path).map_err(|e| LogError::new(path, Trouble::Read(e)))?;
+    check_marks(&mut file).map_err(|trouble| LogError::new(path, trouble))?;
+    let reader = SerializedFileReader::new(file).map_err(damaged)?;
+    let meta = reader.metadata().file_metadata();
+    let mut parts = Parts::default();
+    for pair in meta.key_value_metadata().into_iter().flatten() {
+        if !NOT_NOTES.contains(&pair.key.as_str()) {
+            parts.notes.push((pair.key.clone(), pair.value.clone().unwrap_or_default()));
+        }
+    }
+    let rows = usize::try_from(meta.num_rows()).unwrap_or(0);
+    let schema = meta.schema_descr();
+    let mut columns: Vec<(usize, Column)> = Vec::new();
+    for (index, descriptor) in schema.columns().iter().enumerate() {
+        let name = descriptor.path().parts().join(".");
+        if columns.iter().any(|(_, c)| c.name == name) || parts.ignored.contains(&name) {
+            return Err(LogError::new(path, Trouble::Doubled).column(&name));
+        }
+        // A list's leaves are called `name.list.element`: of no use, and no column of ours.
+        if !wanted(&name) && !wanted(&descriptor.path().parts()[0]) {
+            parts.ignored.push(name);
+            continue;
+        }
+        is_numeric(descriptor).map_err(|trouble| LogError::new(path, trouble).column(&name))?;
+        columns.push((index, Column { name, values: Vec::new() }));
+    }
+    for (index, column) in &mut columns {
+        column.values.reserve_exact(rows.min(1 << 30));
+        for group in 0..reader.num_row_groups() {
+            let reader = reader.get_row_group(group).and_then(|g| g.get_column_reader(*index));
+            let trouble = match reader.map_err(damaged)? {
+                ColumnReader::DoubleColumnReader(r) => take::<DoubleType>(r, &mut column.values, |v| v),
+                ColumnReader::FloatColumnReader(r) => take::<parquet::data_type::FloatType>(r, &mut column.values, f64::from),
+                ColumnReader::Int32ColumnReader(r) => take::<parquet::data_type::Int32Type>(r, &mut column.values, f64::from),
+                ColumnReader::Int64ColumnReader(r) => take::<parquet::data_type::Int64Type>(r, &mut column.values, |v| v as f64),
+                _ => Err(Trouble::NotNumeric("something else".to_owned())),
+            };
+            trouble.map_err(|t| {
+                let error = LogError::new(path, t).column(&column.name);
+                if matches!(*error.trouble, Trouble::Null) { error.row(column.values.len() + 1) } else { error }
+            })?;
+        }
+        check_numbers(path, column)?;
+    }
+    parts.columns = columns.into_iter().map(|(_, c)| c).collect();
+    if let Some(short) = parts.columns.iter().find(|c| c.values.len() != rows) {
+        let says = format!("{} of {rows} values are there", short.values.len());
+        return Err(LogError::new(path, Trouble::Parquet(says)).column(&short.name));
+    }
+    Ok(parts)
+}
+
+/// The file begins and ends as Parquet does; in words where it does not.
+fn check_marks(file: &mut File) -> Result<(), Trouble> {
+    let length = file.metadata().map_err(Trouble::Read)?.len();
+    if length == 0 {
+        return Err(Trouble::Empty);
+    }
+    let mut begin = [0; 4];
+    if length < 12 || file.read_exact(&mut begin).is_err() || &begin != b"PAR1" {
+        return Err(Trouble::NotParquet("; if it is CSV text, let its name end in .csv"));
+    }
+    let mut end = [0; 4];
+    file.seek(SeekFrom::End(-4)).and_then(|_| file.read_exact(&mut end)).map_err(Trouble::Read)?;
+    file.rewind().map_err(Trouble::Read)?;
+    match &end {
+        b"PAR1" => Ok(()),
+        b"PARE" => Err(Trouble::NotParquet(" that can be read: it is encrypted")),
+        _ => Err(Trouble::NotParquet(" any more: its end is cut off, and the end says where the columns are")),
+    }
+}
+
+/// Plain numbers only: no lists, no times, no decimals.
+fn is_numeric(column: &ColumnDescriptor) -> Result<(), Trouble> {
+    use ConvertedType as C;
+    if column.max_rep_level() > 0 || column.path().parts().len() > 1 {
+        return Err(Trouble::NotNumeric("lists or groups".to_owned()));
+    }
+    let integer = matches!(column.converted_type(), C::NONE | C::INT_8 | C::INT_16 | C::INT_32 | C::INT_64 | C::UINT_8 | C::UINT_16);
+    match column.physical_type() {
+        Physical::DOUBLE | Physical::FLOAT => Ok(()),
+        Physical::INT32 | Physical::INT64 if integer && !is_time(column) => Ok(()),
+        Physical::INT32 | Physical::INT64 => Err(Trouble::NotNumeric("dates, decimals or unsigned integers".to_owned())),
+        Physical::BOOLEAN => Err(Trouble::NotNumeric("yes and no".to_owned())),
+        Physical::INT96 => Err(Trouble::NotNumeric("dates".to_owned())),
+        Physical::BYTE_ARRAY | Physical::FIXED_LEN_BYTE_ARRAY => Err(Trouble::NotNumeric("text or bytes".to_owned())),
+    }
+}
+
+/// Times of nanoseconds have a logical type and no converted one.
+fn is_time(column: &ColumnDescriptor) -> bool {
+    use parquet::basic::LogicalType as L;
+    !matches!(column.logical_type_ref(), None | Some(L::Integer { .. }))
+}
+
+/// Appends one column of one row group; a missing value is an error, and `values` then ends before it.
+fn take<T: DataType>(mut reader: ColumnReaderImpl<T>, values: &mut Vec<f64>, number: impl Fn(T::T) -> f64) -> Result<(), Trouble> {
+    let mut batch: Vec<T::T> = Vec::with_capacity(BATCH_ROWS);
+    let mut levels: Vec<i16> = Vec::with_capacity(BATCH_ROWS);
+    loop {
+        batch.clear();
+        levels.clear();
+        let result = reader.read_records(BATCH_ROWS, Some(&mut levels), None, &mut batch);
+        let (records, present, _) = result.map_err(|e| Trouble::Parquet(e.to_string()))?;
+        if present < records {
+            // At most one level deep: present is 1.
+            let before = levels.iter().position(|&l| l == 0).unwrap_or(0);
+            values.extend(batch.drain(..before.min(batch.len())).map(&number));
+            return Err(Trouble::Null);
+        }
+        if records == 0 {
+            return Ok(());
+        }
+        values.extend(batch.drain(..).map(&number));
+    }
+}
+
+fn check_numbers(path: &Path, column: &Column) -> Result<(), LogError> {
+    let values = &column.values;
+    if let Some(k) = values.iter().position(|v| !v.is_finite()) {
+        return Err(LogError::new(path, Trouble::NotFinite(values[k].to_string())).row(k + 1).column(&column.name));
+    }
+    if column.name == "t_s"
+        && let Some(k) = values.windows(2).position(|w| w[1] <= w[0])
+    {
+        return Err(LogError::new(path, Trouble::time(values[k], values[k + 1])).row(k + 2).column(&column.name));
+    }
+    Ok(())
+}
+
+/// Writes the whole log.
+pub(super) fn write(log: &Log, path: &Path) -> Result<(), LogError> {
+    let file = File::create(path).map_err(|e| LogError::new(path, Trouble::Write(e)))?;
+    write_groups(log, BufWriter::new(file)).map_err(|e| {
+        let e = std::io::Error::other(e.to_string());
+        LogError::new(path, Trouble::Write(e))
+    })
+}
+
+fn write_groups(log: &Log, out: BufWriter<File>) -> Result<(), ParquetError> {
+    let fields = log.columns().iter().map(|c| {
+        let field = Type::primitive_type_builder(&c.name, Physical::DOUBLE).with_repetition(Repetition::REQUIRED);
+        Ok(Arc::new(field.build()?))
+    });
+    let fields = fields.collect::<Result<Vec<_>, ParquetError>>()?;
+    let schema = Arc::new(Type::group_type_builder("schema").with_fields(fields).build()?);
+    let notes = log.notes().iter().map(|(k, v)| KeyValue::new(k.clone(), v.clone())).collect();
+    let properties = WriterProperties::builder()
+        .set_compression(Compression::ZSTD(ZstdLevel::try_new(3)?))
+        .set_key_value_metadata(Some(notes))
+        .set_created_by(concat!("rotary stand ", env!("CARGO_PKG_VERSION")).to_owned());
+    let mut writer = SerializedFileWriter::new(out, schema, Arc::new(properties.build()))?;
+    for from in (0..log.len()).step_by(GROUP_ROWS) {
+        let rows = from..(from + GROUP_ROWS).min(log.len());
+        let mut group = writer.next_row_group()?;
+        for column in log.columns() {
+            let Some(mut chunk) = group.next_column()? else { break };
+            chunk.typed::<DoubleType>().write_batch(&column.values[rows.clone()], None, None)?;
+            chunk.close()?;
+        }
+        group.close()?;
+    }
+    let mut out = writer.into_inner()?;
+    out.flush()?;
+    Ok(())
+}

@@ -1,0 +1,375 @@
+use std::path::PathBuf;
+
+use proptest::prelude::*;
+
+use super::*;
+
+fn file(name: &str, text: impl AsRef<[u8]>) -> (tempfile::TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(name);
+    std::fs::write(&path, text).unwrap();
+    (folder, path)
+}
+
+fn csv(text: impl AsRef<[u8]>) -> Result<Log, String> {
+    let (_folder, path) = file("log.csv", text);
+    Log::read(&path).map_err(|e| {
+        let says = e.to_string();
+        assert!(says.contains("log.csv: ") && !says.contains('\n'), "{says}");
+        says.rsplit_once("log.csv: ").unwrap().1.to_owned()
+    })
+}
+
+fn error(text: impl AsRef<[u8]>) -> String {
+    csv(text).unwrap_err()
+}
+
+fn shared() -> Option<PathBuf> {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
+    if !folder.is_dir() {
+        eprintln!("skipped: the records made elsewhere (shared/data) are not here");
+        return None;
+    }
+    Some(folder)
+}
+
+fn sample() -> Log {
+    let columns = [("t_s", vec![0.0, 0.001, 0.002]), ("u_V", vec![1.0, -0.0, 1e-300]), ("omega_rad_s", vec![0.1, 1.0 / 3.0, 6.02e23])];
+    let columns = columns.map(|(name, values)| Column { name: name.to_owned(), values }).to_vec();
+    let notes = vec![("stand".to_owned(), "no. 3: blue".to_owned()), ("omega_rad_s".to_owned(), "encoder, mean over 4 ms before t".to_owned())];
+    Log::new("sample", columns, notes).unwrap()
+}
+
+fn same(a: &Log, b: &Log) {
+    assert_eq!(a.notes(), b.notes());
+    assert_eq!(a.columns().len(), b.columns().len());
+    for (a, b) in a.columns().iter().zip(b.columns()) {
+        assert_eq!(a.name, b.name);
+        let bits = |c: &Column| c.values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(a), bits(b), "{}", a.name);
+    }
+}
+
+#[test]
+fn a_log_reads_with_notes_between_rows_and_unknown_columns_listed() {
+    let log = csv("# stand: 3\r\n#plain words\r\nt_s,u_V,pulse_flag\r\n0,1.5,yes\r\n# event: a bump: hard\r\n0.1,\"2\", no\r\n\r\n").unwrap();
+    assert_eq!(log.column("u_V"), Some(&[1.5, 2.0][..]));
+    assert_eq!(log.ignored(), ["pulse_flag"]);
+    assert_eq!(log.note("event"), Some("a bump: hard"));
+    assert_eq!(log.note("comment"), Some("plain words"));
+    assert_eq!((log.len(), log.median_dt_s(), log.duration_s()), (2, 0.1, 0.2));
+    assert!(log.warnings().is_empty(), "{:?}", log.warnings());
+}
+
+#[test]
+fn a_column_that_only_the_caller_knows_can_be_asked_for() {
+    let (_folder, path) = file("a.csv", "t_s,strange\n0,1\n1,2\n");
+    let log = Log::read_also(&path, &["strange"]).unwrap();
+    assert_eq!(log.column("strange"), Some(&[1.0, 2.0][..]));
+    assert!(log.ignored().is_empty());
+}
+
+#[test]
+fn a_byte_order_mark_is_no_part_of_the_first_name() {
+    assert_eq!(csv("\u{feff}t_s,i_A\n0,1\n").unwrap().column("t_s"), Some(&[0.0][..]));
+}
+
+#[test]
+fn a_bad_file_is_told_in_one_line_with_row_and_column() {
+    for (text, says) in [
+        ("", "the file is empty"),
+        ("# stand: 3\n", "notes but no header"),
+        ("t_s,u_V\n", "header but no rows"),
+        ("0.0,1.0\n0.1,1.0\n", "line 1: the header is missing"),
+        ("u_V,i_A\n0,1\n", "there is no column t_s, the time of each row in seconds; the file has u_V, i_A"),
+        ("t_s,u_V,u_V\n0,1,1\n", "line 1, column u_V: this name stands twice"),
+        ("t_s,x,x\n0,1,1\n", "line 1, column x: this name stands twice"),
+        ("t_s,,u_V\n0,1,1\n", "the header's column 2 has no name"),
+        ("# a: b\nt_s,u_V\n0,1\n0.1,abc\n0.2,1\n", "row 2 (line 4), column u_V: “abc” is not a number"),
+        ("t_s,u_V\n0,1.5 V\n1,1\n", "a unit belongs into the column's name"),
+        ("t_s,u_V\n0,\n1,1\n", "row 1 (line 2), column u_V: the cell is empty"),
+        ("t_s,u_V\n0,1\n0.1,NaN\n", "row 2 (line 3), column u_V: NaN is no measurement"),
+        ("t_s,u_V\n0,1\n0.1,-inf\n", "row 2 (line 3), column u_V: -inf is no measurement"),
+        ("t_s,u_V\n0,1\n0.2,1\n0.1,1\n", "row 3 (line 4), column t_s: time steps back from 0.2 s to 0.1 s"),
+        ("t_s,u_V\n0,1\n0.2,1\n0.2,1\n", "row 3 (line 4), column t_s: time 0.2 s repeats"),
+        ("t_s,u_V,i_A\n0,1,2\n0.1,1\n", "row 2 (line 3): the last row is cut short (2 of 3 cells)"),
+        ("t_s,u_V,i_A\n0,1,2\n0.1,1,-", "row 2 (line 3): the last row is cut short"),
+        ("t_s,u_V,i_A\n0,1,2\n0.1,1\n0.2,1,2\n", "row 2 (line 3): 2 cells where the header names 3 columns"),
+        ("t_s,u_V\n0,0,1,5\n0,1,1,6\n", "row 1 (line 2): 4 cells where the header names 2 columns; decimal commas?"),
+        ("t_s;u_V\n0,0;1,5\n", "separated by semicolons"),
+        ("t_s\tu_V\n0.0\t1.5\n", "separated by tabs"),
+        ("t_s,u_V\n0,1;5\n1,2\n", "a decimal comma?"),
+    ] {
+        let error = error(text);
+        assert!(error.contains(says), "{text:?} → {error}");
+    }
+    assert!(error(b"\xff\xfet\0_\0").contains("UTF-16"));
+    assert!(error(b"PAR1xxxxxxxxxxxPAR1").contains(".parquet"));
+    assert!(error(b"t_s,\xffu\n0,1\n").contains("UTF-8"));
+}
+
+#[test]
+fn a_last_row_without_a_line_break_is_read_and_said() {
+    let log = csv("t_s,u_V\n0,1\n1,2").unwrap();
+    assert_eq!(log.len(), 2);
+    assert!(log.warnings()[0].contains("line 3"), "{:?}", log.warnings());
+}
+
+#[test]
+fn the_ending_says_the_form() {
+    let says = Log::read("somewhere/log.txt").unwrap_err().to_string();
+    assert_eq!(says, "somewhere/log.txt: a log ends in .csv or .parquet; the ending says how it is read and written");
+    assert!(Log::read("nowhere/log.csv").unwrap_err().to_string().contains("cannot be read"));
+    let (_folder, path) = file("a.parquet", "t_s,u_V\n0,1\n1,2\n");
+    assert!(Log::read(&path).unwrap_err().to_string().contains("not a Parquet file; if it is CSV"));
+    let (_folder, path) = file("a.parquet", "");
+    assert!(Log::read(&path).unwrap_err().to_string().contains("empty"));
+}
+
+#[test]
+fn both_forms_round_trip_to_the_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = sample();
+    for name in ["log.csv", "log.PARQUET"] {
+        let path = folder.path().join(name);
+        log.write(&path).unwrap();
+        same(&log, &Log::read(&path).unwrap());
+    }
+    assert!(log.write(folder.path().join("log.xlsx")).is_err());
+}
+
+#[test]
+fn a_parquet_file_that_broke_off_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.parquet");
+    sample().write(&path).unwrap();
+    let bytes = std::fs::read(&path).unwrap();
+    std::fs::write(&path, &bytes[..bytes.len() - 9]).unwrap();
+    assert!(Log::read(&path).unwrap_err().to_string().contains("its end is cut off"));
+}
+
+#[test]
+fn what_a_program_hands_over_is_checked_like_a_file() {
+    let column = |name: &str, values: &[f64]| Column { name: name.to_owned(), values: values.to_vec() };
+    let says = |columns: Vec<Column>| Log::new("made", columns, Vec::new()).unwrap_err().to_string();
+    assert_eq!(says(vec![column("t_s", &[0.0, 0.0])]), "made: row 2, column t_s: time 0 s repeats; each row needs a later one");
+    assert!(says(vec![column("t_s", &[0.0]), column("i_A", &[f64::NAN])]).contains("row 1, column i_A: NaN"));
+    assert!(says(vec![column("t_s", &[0.0]), column("i_A", &[])]).contains("0 numbers"));
+    assert!(says(vec![column("t_s", &[0.0]), column("t_s", &[0.0])]).contains("twice"));
+}
+
+#[test]
+fn a_step_above_one_and_a_half_intervals_is_a_gap() {
+    let t_s = vec![0.0, 1.0, 2.0, 3.4, 4.4, 6.0, 7.0];
+    let log = Log::new("", vec![Column { name: "t_s".to_owned(), values: t_s }], Vec::new()).unwrap();
+    assert_eq!(log.segments(), vec![0..5, 5..7]);
+    assert!((log.median_dt_s() - 1.0).abs() < 1e-12);
+}
+
+fn noted(notes: &[(&str, &str)]) -> Log {
+    let mut log = sample();
+    log.notes = notes.iter().map(|(k, v)| ((*k).to_owned(), (*v).to_owned())).collect();
+    log.warnings = notes::warnings(&log.notes);
+    log
+}
+
+#[test]
+fn notes_say_how_a_column_was_made() {
+    let made = |column: &str, note: &str| {
+        let log = noted(&[(column, note)]);
+        assert!(log.warnings().is_empty(), "{note}: {:?}", log.warnings());
+        log.column_made(column)
+    };
+    let plain = HowMade { instant: true, mean_before_s: None, filter_hz: None, source: Source::Unknown };
+    let by = |source| HowMade { source, ..plain };
+    let rate = |note: &str| made("omega_rad_s", note);
+    let mean = |s| HowMade { instant: false, mean_before_s: Some(s), ..by(Source::Encoder) };
+    assert_eq!(rate("encoder, mean over 4 ms before t"), mean(4.0 * 1e-3));
+    assert_eq!(rate("mean over 4ms before t, encoder"), mean(4.0 * 1e-3));
+    assert_eq!(rate("encoder; mean over 0.02 s"), mean(0.02));
+    assert_eq!(rate("gyro, filter 100 Hz"), HowMade { filter_hz: Some(100.0), ..by(Source::Gyro) });
+    assert_eq!(rate("gyro, low-pass 0.1 kHz"), HowMade { filter_hz: Some(100.0), ..by(Source::Gyro) });
+    assert_eq!(rate("at t"), plain);
+    assert_eq!(made("i_A", "mean over [t_k, t_k+1)"), HowMade { instant: false, ..plain });
+    assert_eq!(made("i_A", "at t"), plain);
+    assert_eq!(sample().column_made("i_A"), HowMade { instant: false, ..plain });
+    assert_eq!(noted(&[("encoder", "0.1286 deg per count, rate by counts per 20 ms")]).column_made("omega_rad_s"), mean(0.02));
+    assert_eq!(noted(&[("u_V", "terminal")]).voltage(), Voltage::Terminal);
+    assert_eq!(noted(&[("u_V", "asked")]).voltage(), Voltage::Asked);
+    assert_eq!(noted(&[]).voltage(), Voltage::Asked);
+    assert!(noted(&[("theta_zero", "index")]).theta_zero_is_index());
+}
+
+#[test]
+fn a_note_that_is_not_understood_is_a_warning() {
+    for (key, value) in [
+        ("omega_rad_s", "encoder, smoothed by hand"),
+        ("omega_rad_s", "mean over a while"),
+        ("omega_rad_s", "second-order filter 100 Hz"),
+        ("omega_rad_s", "mean over 4 ms around t"),
+        ("omega_rad_s", "filter 0 Hz"),
+        ("omega", "something"),
+        ("u_V", "from the moon"),
+        ("theta_lsb_rad", "small"),
+        ("i_A_lsb", "3 apples"),
+        ("encoder", "a good one"),
+        ("theta_zero", "noon"),
+    ] {
+        let warnings = noted(&[(key, value)]).warnings().to_vec();
+        assert!(warnings.len() == 1 && warnings[0].contains(key), "{key}: {value} → {warnings:?}");
+    }
+    assert!(noted(&[("stand", "anything"), ("seed", "7"), ("theta_zero", "arbitrary")]).warnings().is_empty());
+}
+
+#[test]
+fn an_lsb_is_in_a_note_or_found() {
+    let log = |notes: &[(&str, &str)]| {
+        let mut log = noted(notes);
+        log.columns.push(Column { name: "theta_rad".to_owned(), values: vec![0.0, 1.0, 2.0] });
+        log
+    };
+    let close = |lsb: Option<f64>, wants: f64| assert!((lsb.unwrap() / wants - 1.0).abs() < 1e-12, "{lsb:?} {wants}");
+    for key in ["theta_lsb_rad", "theta_rad_lsb", "theta_lsb", "lsb_theta_rad", "lsb_theta"] {
+        close(log(&[(key, "3.1e-4")]).quantum("theta_rad"), 3.1e-4);
+    }
+    close(log(&[("theta_lsb_deg", "0.1")]).quantum("theta_rad"), 0.1_f64.to_radians());
+    close(log(&[("encoder", "8192 counts per turn")]).quantum("theta_rad"), std::f64::consts::TAU / 8192.0);
+    let counted = log(&[("encoder", "0.1286 deg per count, rate by counts per 20 ms")]);
+    close(counted.quantum("theta_rad"), 0.1286_f64.to_radians());
+    close(counted.quantum("omega_rad_s"), 6.43_f64.to_radians());
+    assert_eq!(log(&[]).quantum("theta_rad"), None);
+}
+
+#[test]
+fn an_lsb_is_found_in_quantised_numbers_and_only_there() {
+    let noise = |k: usize| ((k as f64 * 12.9898).sin() * 43758.5453).fract();
+    let turning: Vec<f64> = (0..20_000).map(|k| 0.02 * k as f64 + (k as f64 * 0.003).sin()).collect();
+    let lsb = 3.14159e-4;
+    let on_grid = |v: &[f64], lsb: f64| v.iter().map(|x| (x / lsb).round() * lsb).collect::<Vec<_>>();
+    let near = |found: Option<f64>, lsb: f64| assert!((found.unwrap() / lsb - 1.0).abs() < 1e-4, "{found:?} {lsb}");
+    near(quantum::found(&on_grid(&turning, lsb)), lsb);
+    let current: Vec<f64> = (0..20_000).map(|k| 0.3 * (k as f64 * 0.01).sin() + 0.004 * noise(k)).collect();
+    near(quantum::found(&on_grid(&current, 8e-4)), 8e-4);
+    // As text with six digits, and in single precision.
+    let rounded: Vec<f64> = on_grid(&current, 8.123e-4).iter().map(|x| (x * 1e6).round() / 1e6).collect();
+    near(quantum::found(&rounded), 8.123e-4);
+    let single: Vec<f64> = on_grid(&current, 8.123e-4).iter().map(|&x| f64::from(x as f32)).collect();
+    near(quantum::found(&single), 8.123e-4);
+    assert_eq!(quantum::found(&turning), None);
+    assert_eq!(quantum::found(&current), None);
+    let single: Vec<f64> = current.iter().map(|&x| f64::from(x as f32)).collect();
+    assert_eq!(quantum::found(&single), None);
+    let steps: Vec<f64> = (0..1000).map(|k| [0.0, 6.0, -6.0][k / 100 % 3]).collect();
+    assert_eq!(quantum::found(&steps), None);
+}
+
+#[test]
+fn the_records_made_elsewhere_read() {
+    let Some(folder) = shared() else { return };
+    let read = |name: &str| Log::read(folder.join(name)).unwrap();
+    let emps = read("emps_pulses.csv");
+    assert_eq!(emps.ignored(), ["pulse_flag"]);
+    assert_eq!(emps.segments().len(), 1);
+    assert!(read("emps_train.csv").ignored().is_empty());
+    let motor = read("dcmotor_un_prbs.csv");
+    let quantum = motor.quantum("omega_rad_s").unwrap();
+    assert!((quantum / 6.43_f64.to_radians() - 1.0).abs() < 1e-3, "{quantum}");
+    assert!((quantum::found(motor.column("omega_rad_s").unwrap()).unwrap() / quantum - 1.0).abs() < 1e-3);
+    let odrive = read("odrive_slow_run.csv");
+    assert!((odrive.median_dt_s() - 0.0026).abs() < 5e-4);
+    for log in [&emps, &motor, &odrive] {
+        assert!(log.warnings().is_empty(), "{:?}", log.warnings());
+    }
+    let says = Log::read(folder.join("odrive_cogging_map.csv")).unwrap_err().to_string();
+    assert!(says.contains("there is no column t_s"), "{says}");
+}
+
+#[test]
+fn the_logs_of_another_simulator_read_with_their_lsb() {
+    let Some(folder) = shared() else { return };
+    let mut cases = 0;
+    for case in std::fs::read_dir(folder.join("cases")).unwrap().map(|e| e.unwrap().path()).filter(|p| p.is_dir()) {
+        let log = Log::read(case.join("log.parquet")).unwrap();
+        assert!(log.len() >= 30_000 && log.warnings().is_empty(), "{case:?} {:?}", log.warnings());
+        assert_eq!(log.voltage(), Voltage::Terminal);
+        assert_eq!(log.note("pandas"), None);
+        let lsb = log.quantum("theta_rad").unwrap();
+        assert!((lsb / 0.0003141592653589793 - 1.0).abs() < 1e-6, "{case:?} {lsb}");
+        assert_eq!(log.quantum("omega_rad_s"), None, "{case:?}");
+        cases += 1;
+    }
+    assert_eq!(cases, 31);
+}
+
+#[test]
+fn pandas_and_pyarrow_read_what_is_written_and_we_what_they_write() {
+    let python = |code: &str, args: &[&std::path::Path]| std::process::Command::new("python3").arg("-c").arg(code).args(args).output();
+    if !python("import pandas, pyarrow", &[]).is_ok_and(|o| o.status.success()) {
+        eprintln!("skipped: no python3 with pandas and pyarrow here");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.parquet");
+    let log = sample();
+    log.write(&path).unwrap();
+    let code = "import sys, pandas as pd, pyarrow.parquet as pq\n\
+        f = pd.read_parquet(sys.argv[1]); t = pq.read_table(sys.argv[1])\n\
+        assert list(f.columns) == ['t_s', 'u_V', 'omega_rad_s'] and t.num_rows == 3\n\
+        assert t.schema.metadata[b'stand'] == 'no. 3: blue'.encode()\n\
+        for codec in ['snappy', 'gzip', 'lz4', 'zstd', 'none']:\n\
+        \x20   f.to_parquet(f'{sys.argv[2]}/{codec}.parquet', compression=None if codec == 'none' else codec)\n\
+        f.astype({'u_V': 'float32'}).assign(i_A=pd.array([1, None, 3], dtype='Int32')).to_parquet(f'{sys.argv[2]}/null.parquet')\n\
+        f.assign(i_A=['a', 'b', 'c']).to_parquet(f'{sys.argv[2]}/text.parquet')\n\
+        f.assign(t_s=pd.to_datetime(f.t_s, unit='s')).to_parquet(f'{sys.argv[2]}/date.parquet')\n\
+        f.assign(i_A=[1, 2, 3], label=['a', 'b', 'c']).to_parquet(f'{sys.argv[2]}/whole.parquet')\n";
+    let output = python(code, &[&path, folder.path()]).unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    for codec in ["snappy", "gzip", "lz4", "zstd", "none"] {
+        let back = Log::read(folder.path().join(format!("{codec}.parquet"))).unwrap();
+        assert!(back.notes().is_empty());
+        assert_eq!(back.columns(), log.columns());
+    }
+    let says = |name: &str| Log::read(folder.path().join(name)).unwrap_err().to_string();
+    assert!(says("null.parquet").ends_with("null.parquet: row 2, column i_A: the value is missing (null)"), "{}", says("null.parquet"));
+    assert!(says("text.parquet").ends_with("column i_A: the column holds text or bytes, not numbers"), "{}", says("text.parquet"));
+    assert!(says("date.parquet").contains("column t_s: the column holds dates"), "{}", says("date.parquet"));
+    let whole = Log::read(folder.path().join("whole.parquet")).unwrap();
+    assert_eq!((whole.column("i_A"), whole.ignored()), (Some(&[1.0, 2.0, 3.0][..]), &["label".to_owned()][..]));
+}
+
+proptest! {
+    #[test]
+    fn no_bytes_make_the_readers_panic(bytes in proptest::collection::vec(any::<u8>(), 0..300), cut in 0usize..2000, flip in any::<u8>()) {
+        let (_a, path) = file("a.csv", &bytes);
+        let _ = Log::read(&path);
+        let (_b, path) = file("a.parquet", &bytes);
+        let _ = Log::read(&path);
+        // A true Parquet file with one byte changed.
+        sample().write(&path).unwrap();
+        let mut real = std::fs::read(&path).unwrap();
+        let at = cut % real.len();
+        real[at] ^= flip;
+        std::fs::write(&path, real).unwrap();
+        let _ = Log::read(&path);
+    }
+
+    #[test]
+    fn no_text_makes_the_csv_reader_panic(text in "(# ?[a-z_]{0,9}:? ?[ -~]{0,20}\n)?(t_s,[a-zA-Z_,;]{0,12})?\n?([-0-9.,;eENna#\"\r\n]{0,80})") {
+        if let Err(says) = csv(text.replacen("t_s,", "t_s,u_V,i_A\n", 1)) {
+            prop_assert!(!says.is_empty());
+        }
+        let _ = csv(text);
+    }
+
+    #[test]
+    fn any_numbers_round_trip(values in proptest::collection::vec(proptest::num::f64::NORMAL | proptest::num::f64::SUBNORMAL | proptest::num::f64::ZERO, 1..40), key in "[a-z]{1,8}", note in "[!-~]([ -~]{0,20}[!-~])?") {
+        let t_s = Column { name: "t_s".to_owned(), values: (0..values.len()).map(|k| k as f64 * 1e-3).collect() };
+        let log = Log::new("any", vec![t_s, Column { name: "i_A".to_owned(), values }], vec![(key, note)]).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["a.csv", "a.parquet"] {
+            let path = folder.path().join(name);
+            log.write(&path).unwrap();
+            same(&log, &Log::read(&path).unwrap());
+        }
+    }
+}
