@@ -5,3 +5,4 @@ pub mod fit;
 pub mod log;
 pub mod model;
 pub mod plausible;
+pub mod words;

@@ -1,0 +1,131 @@
+//! The pieces of an expression.
+
+/// One piece; children are indices of earlier pieces.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Node {
+    Constant(f64),
+    Pi,
+    Variable(Variable),
+    Parameter(u16),
+    Negative(u16),
+    Call(Function, u16),
+    Pair(Pair, u16, u16),
+    /// A whole power that was written as one.
+    Power(u16, i8),
+    /// The condition holds where it is not zero.
+    If(u16, u16, u16),
+}
+
+/// What every expression may use.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Variable {
+    Time,
+    Theta,
+    Omega,
+    Current,
+    Voltage,
+    Temperature,
+}
+
+impl Variable {
+    pub const ALL: [Variable; 6] = [Self::Time, Self::Theta, Self::Omega, Self::Current, Self::Voltage, Self::Temperature];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Variable::Time => "t",
+            Variable::Theta => "theta",
+            Variable::Omega => "omega",
+            Variable::Current => "i",
+            Variable::Voltage => "u",
+            Variable::Temperature => "T",
+        }
+    }
+
+    pub fn of(name: &str) -> Option<Variable> {
+        Self::ALL.into_iter().find(|v| v.name() == name)
+    }
+}
+
+macro_rules! functions {
+    ($($variant:ident $name:literal)*) => {
+        /// A function of one argument.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub(super) enum Function { $($variant),* }
+
+        impl Function {
+            pub const ALL: &[Function] = &[$(Function::$variant),*];
+
+            pub fn name(self) -> &'static str {
+                match self { $(Function::$variant => $name),* }
+            }
+        }
+    };
+}
+
+functions! {
+    Sin "sin" Cos "cos" Tan "tan" Asin "asin" Acos "acos" Atan "atan"
+    Sinh "sinh" Cosh "cosh" Tanh "tanh"
+    Exp "exp" Ln "ln" Log10 "log10" Log "log" Sqrt "sqrt"
+    Abs "abs" Sign "sign" Floor "floor"
+}
+
+impl Function {
+    pub fn of(name: &str) -> Option<Function> {
+        Self::ALL.iter().copied().find(|f| f.name() == name)
+    }
+}
+
+/// What joins two values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Pair {
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+    Power,
+    Less,
+    LessOrEqual,
+    More,
+    MoreOrEqual,
+    Atan2,
+    Min,
+    Max,
+    Pow,
+}
+
+impl Pair {
+    /// Those that are written as functions.
+    pub const FUNCTIONS: [Pair; 4] = [Pair::Atan2, Pair::Min, Pair::Max, Pair::Pow];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Pair::Add => "+",
+            Pair::Subtract => "-",
+            Pair::Multiply => "*",
+            Pair::Divide => "/",
+            Pair::Power => "^",
+            Pair::Less => "<",
+            Pair::LessOrEqual => "<=",
+            Pair::More => ">",
+            Pair::MoreOrEqual => ">=",
+            Pair::Atan2 => "atan2",
+            Pair::Min => "min",
+            Pair::Max => "max",
+            Pair::Pow => "pow",
+        }
+    }
+
+    /// How strongly it binds its left and right side; `None` for functions. `^` binds to the right and above the unary minus.
+    pub fn binding(self) -> Option<(u8, u8)> {
+        Some(match self {
+            Pair::Less | Pair::LessOrEqual | Pair::More | Pair::MoreOrEqual => (1, 2),
+            Pair::Add | Pair::Subtract => (3, 4),
+            Pair::Multiply | Pair::Divide => (5, 6),
+            Pair::Power => (10, 9),
+            _ => return None,
+        })
+    }
+}
+
+/// How strongly the unary minus binds: `-a * b` is `(-a) * b`, `-a ^ b` is `-(a ^ b)`.
+pub(super) const MINUS_BINDING: u8 = 7;

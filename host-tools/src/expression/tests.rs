@@ -1,0 +1,213 @@
+use num_dual::{Derivative, DualSVec64};
+use proptest::prelude::*;
+
+use super::*;
+
+const AT: Env<f64> = Env { t: 2.0, theta: 0.7, omega: -3.0, i: 0.25, u: 6.0, temp_C: 40.0 };
+
+fn names() -> Vec<String> {
+    ["a", "b", "w0"].map(str::to_owned).to_vec()
+}
+
+fn value(text: &str) -> f64 {
+    Expression::parse(text, &names()).unwrap().eval(&AT, &[1.5, -2.0, 0.5])
+}
+
+fn says(text: &str) -> String {
+    Expression::parse(text, &names()).unwrap_err().to_string()
+}
+
+#[test]
+fn the_usual_rules_of_writing_hold() {
+    for (text, wants) in [
+        ("1 + 2 * 3", 7.0),
+        ("(1 + 2) * 3", 9.0),
+        ("8 - 3 - 2", 3.0),
+        ("8 / 4 / 2", 1.0),
+        ("2 ^ 3 ^ 2", 512.0),
+        ("2 ** 3", 8.0),
+        ("-2 ^ 2", -4.0),
+        ("(-2) ^ 2", 4.0),
+        ("2 ^ -1", 0.5),
+        ("2 ^ a", 2f64.powf(1.5)),
+        ("pow(2, a)", 2f64.powf(1.5)),
+        ("-a * b", 3.0),
+        ("2 * -a", -3.0),
+        ("+a - -b", -0.5),
+        ("1.5e-3 + .5 + 2.", 2.5015),
+        ("t + theta + omega + i + u + T", 45.95),
+        ("sin(pi / 2) + cos(0)", 2.0),
+        ("atan2(1, -1)", 0.75 * std::f64::consts::PI),
+        ("min(a, b) + 10 * max(a, b)", 13.0),
+        ("sign(omega) + sign(0) + sign(a)", 0.0),
+        ("abs(omega) + floor(-1.5) + sqrt(4)", 3.0),
+        ("log10(1000) + ln(exp(2)) + log(exp(1))", 6.0),
+        ("tan(0.3) - sin(0.3) / cos(0.3)", 0.0),
+        ("asin(0.5) + acos(0.5) - pi / 2", 0.0),
+        ("sinh(1) ^ 2 - cosh(1) ^ 2", -1.0),
+        ("if(omega < 0, 1, 2) + (t > 1) + (t <= 2) + (t >= 3)", 3.0),
+        ("if(1, 5, ln(-1))", 5.0),
+        ("tanh(1e6) + atan(0)", 1.0),
+        ("2 ^ 10 + 3 ^ 16 - 3 ^ 16", 1024.0),
+    ] {
+        let found = value(text);
+        assert!((found - wants).abs() < 1e-12 * wants.abs().max(1.0), "{text} = {found}, not {wants}");
+    }
+}
+
+#[test]
+fn an_error_says_the_word_the_column_and_what_to_do() {
+    for (text, wants) in [
+        ("", "the expression is empty"),
+        ("a * sin(omga)", "unknown name 'omga' at column 9; did you mean 'omega'?"),
+        ("Omega", "unknown name 'Omega' at column 1; did you mean 'omega'?"),
+        ("zzzzzzz", "unknown name 'zzzzzzz' at column 1; known are t theta omega i u T pi"),
+        ("sine(1)", "unknown function 'sine' at column 1; did you mean 'sin'?"),
+        ("a * sin", "'sin' at column 5 is a function: write sin(…)"),
+        ("sin(1, 2)", "'sin' at column 1 takes 1 argument, not 2"),
+        ("atan2(1)", "'atan2' at column 1 takes 2 arguments, not 1"),
+        ("sin()", "'sin' at column 1 takes 1 argument, not 0"),
+        ("1 +", "the expression ends where a number, a name or a bracket should be"),
+        ("(1 + 2", "the expression ends where a closing bracket should be"),
+        ("1 + 2)", "')' at column 6 where an operator or the end should be"),
+        ("1 2", "'2' at column 3 where an operator or the end should be"),
+        ("2omega", "'2omega' at column 1 is not a number"),
+        ("1.2.3", "'1.2.3' at column 1 is not a number"),
+        ("1e999", "'1e999' at column 1 is not a number"),
+        ("a & b", "'&' at column 3 where an operator or the end should be"),
+        ("0,5 * a", "',' at column 2 where an operator or the end should be"),
+    ] {
+        let found = says(text);
+        assert!(found.starts_with(wants), "{text} → {found}");
+    }
+    assert!(says(&"(".repeat(1000)).contains("nested too deeply"));
+    assert!(says(&"-".repeat(100_000)).contains("nested too deeply"));
+    assert!(says(&"1+".repeat(100_000)).contains("nested too deeply"));
+}
+
+#[test]
+fn what_an_expression_uses_is_known() {
+    let e = Expression::parse("a * tanh(omega / w0)", &names()).unwrap();
+    assert!(e.uses_omega() && !e.uses_theta() && !e.uses_t() && !e.uses_i() && !e.uses_u() && !e.uses_temp());
+    assert!(e.uses_parameter(0) && !e.uses_parameter(1) && e.uses_parameter(2));
+    assert_eq!(e.to_string(), "a * tanh(omega / w0)");
+    assert!(is_reserved("atan2") && is_reserved("pi") && is_reserved("T") && !is_reserved("a"));
+    assert!(is_name("w_0") && !is_name("0w") && !is_name("a-b") && !is_name(""));
+}
+
+type Dual = DualSVec64<8>;
+
+/// One lane each: t, theta, omega, i, u, T, and the first two parameters.
+fn dual(values: [f64; 8]) -> (Env<Dual>, [Dual; 3]) {
+    let lane = |k: usize| {
+        let mut eps = nalgebra::SVector::<f64, 8>::zeros();
+        eps[k] = 1.0;
+        Dual::new(values[k], Derivative::some(eps))
+    };
+    (Env { t: lane(0), theta: lane(1), omega: lane(2), i: lane(3), u: lane(4), temp_C: lane(5) }, [lane(6), lane(7), Dual::from(0.5)])
+}
+
+fn plain(v: [f64; 8]) -> (Env<f64>, [f64; 3]) {
+    (Env { t: v[0], theta: v[1], omega: v[2], i: v[3], u: v[4], temp_C: v[5] }, [v[6], v[7], 0.5])
+}
+
+#[test]
+fn derivatives_stay_finite_where_a_rotor_rests() {
+    let at_rest = [0.0, 0.0, 0.0, 0.0, 0.0, 25.0, 1.0, 1.5];
+    let (env, parameters) = dual(at_rest);
+    for text in ["sqrt(abs(omega))", "abs(omega) ^ b", "abs(omega) ^ 0.5", "a * omega ^ 3", "atan2(omega, i)", "tanh(omega * 1e9)", "asin(1 + omega)", "omega ^ 2.5", "sign(omega)"]
+    {
+        let value = Expression::parse(text, &names()).unwrap().eval(&env, &parameters);
+        let slopes = value.eps.0.unwrap_or_default();
+        assert!(value.re.is_finite() && slopes.iter().all(|s| s.is_finite()), "{text}: {value:?}");
+    }
+    let (env, parameters) = dual([0.0, 0.0, 5000.0, 0.0, 0.0, 25.0, 1.0, 1.5]);
+    let fast = Expression::parse("a * tanh(omega / 0.01)", &names()).unwrap().eval(&env, &parameters);
+    assert_eq!(fast.re, 1.0);
+}
+
+/// Any tree, as text; smooth functions only where `smooth`.
+fn tree(smooth: bool) -> impl Strategy<Value = String> {
+    let leaf = prop_oneof![
+        (0u32..1000, 0u32..4).prop_map(|(n, d)| format!("{}", f64::from(n) / 10f64.powi(d as i32))),
+        prop::sample::select(vec!["t", "theta", "omega", "i", "u", "T", "pi", "a", "b", "w0"]).prop_map(str::to_owned),
+    ];
+    leaf.prop_recursive(5, 40, 3, move |inner| {
+        let mut calls = vec!["sin", "cos", "tanh", "atan", "exp"];
+        let mut pairs = vec!["+", "-", "*"];
+        if !smooth {
+            calls.extend(["tan", "asin", "acos", "ln", "log10", "sqrt", "abs", "sign", "sinh", "cosh", "floor"]);
+            pairs.extend(["/", "^", "<", ">=", "<=", ">"]);
+        }
+        let pair = (inner.clone(), prop::sample::select(pairs), inner.clone()).prop_map(|(a, op, b)| format!("({a}) {op} ({b})"));
+        let bare = (inner.clone(), inner.clone()).prop_map(|(a, b)| format!("{a} - {b}"));
+        let call = (prop::sample::select(calls), inner.clone()).prop_map(|(f, a)| format!("{f}({a})"));
+        let minus = inner.clone().prop_map(|a| format!("-({a})"));
+        let whole = (inner.clone(), -3i32..5).prop_map(move |(a, n)| format!("({a}) ^ {}", if smooth { n.abs() } else { n }));
+        if smooth {
+            prop_oneof![pair, bare, call, minus, whole].boxed()
+        } else {
+            let two = (prop::sample::select(vec!["atan2", "min", "max", "pow"]), inner.clone(), inner.clone());
+            let two = two.prop_map(|(f, a, b)| format!("{f}({a}, {b})"));
+            let three = (inner.clone(), inner.clone(), inner).prop_map(|(a, b, c)| format!("if({a}, {b}, {c})"));
+            prop_oneof![pair, bare, call, minus, whole, two, three].boxed()
+        }
+    })
+}
+
+proptest! {
+    #[test]
+    fn no_text_makes_the_parser_panic(text in any::<String>()) {
+        let _ = Expression::parse(&text, &names());
+    }
+
+    #[test]
+    fn no_text_of_its_own_words_makes_the_parser_panic(text in "([-+*/^(),<>=. ]|sin|omega|if|atan2|[0-9.e]{1,3}|a|pi){0,30}") {
+        if let Ok(e) = Expression::parse(&text, &names()) {
+            let _ = e.eval(&AT, &[1.0, 2.0, 3.0]);
+        }
+    }
+
+    #[test]
+    fn what_is_printed_reads_back_the_same(text in tree(false)) {
+        let first = Expression::parse(&text, &names()).unwrap();
+        let again = Expression::parse(&first.to_string(), &names()).unwrap();
+        prop_assert_eq!(&first.to_string(), &again.to_string());
+        prop_assert_eq!(&first, &again, "{}", first);
+        let (x, y) = (first.eval(&AT, &[1.5, -2.0, 0.5]), again.eval(&AT, &[1.5, -2.0, 0.5]));
+        prop_assert!(x == y || (x.is_nan() && y.is_nan()));
+    }
+
+    #[test]
+    fn duals_carry_the_same_value(text in tree(false)) {
+        let e = Expression::parse(&text, &names()).unwrap();
+        let at = [2.0, 0.7, -3.0, 0.25, 6.0, 40.0, 1.5, -2.0];
+        let (env, p) = plain(at);
+        let (envs, ps) = dual(at);
+        let (x, y) = (e.eval(&env, &p), e.eval(&envs, &ps).re);
+        prop_assert!((x - y).abs() <= 1e-12 * x.abs() || (x.is_nan() && y.is_nan()) || x == y, "{} {} {}", e, x, y);
+    }
+
+    #[test]
+    fn derivatives_equal_finite_differences(text in tree(true), at in prop::array::uniform8(-1.0f64..1.0)) {
+        let e = Expression::parse(&text, &names()).unwrap();
+        let (env, p) = dual(at);
+        let exact = e.eval(&env, &p);
+        prop_assume!(exact.re.is_finite() && exact.re.abs() < 1e6);
+        let slopes = exact.eps.0.unwrap_or_default();
+        for k in 0..8 {
+            let f = |x: f64| {
+                let mut moved = at;
+                moved[k] = x;
+                let (env, p) = plain(moved);
+                e.eval(&env, &p)
+            };
+            // Two step widths: where they disagree the function is too wild for a finite difference to say anything.
+            let difference = |h: f64| (f(at[k] + h) - f(at[k] - h)) / (2.0 * h);
+            let (coarse, fine) = (difference(2e-5), difference(1e-5));
+            let doubt = (coarse - fine).abs() + 1e-6 * (1.0 + exact.re.abs());
+            prop_assume!(fine.is_finite());
+            prop_assert!((slopes[k] - fine).abs() <= 10.0 * doubt + 1e-5 * fine.abs(), "{} by {}: {} {}", e, k, slopes[k], fine);
+        }
+    }
+}
