@@ -26,4 +26,6 @@ else
         /usr/bin/cargo $build -Zbuild-std=core
 fi
 
-exec python3 scripts/image-size.py "${CARGO_TARGET_DIR:-target}/$target/release/stand" firmware/budget.toml
+image="${CARGO_TARGET_DIR:-target}/$target/release/stand"
+python3 scripts/image-size.py "$image" firmware/budget.toml
+python3 scripts/tick-callgraph.py "$image"

@@ -99,9 +99,7 @@ pub struct CurrentSum {
 impl CurrentSum {
     /// Their mean in amperes; `None` if there was none.
     pub fn mean_A(self, hardware: &Hardware) -> Option<f64> {
-        (self.count > 0).then(|| {
-            (self.codes as f64 / self.count as f64 - hardware.current_zero_code) * hardware.current_A_per_code
-        })
+        (self.count > 0).then(|| (self.codes as f64 / self.count as f64 - hardware.current_zero_code) * hardware.current_A_per_code)
     }
 }
 

@@ -20,6 +20,7 @@
         clippy::integer_division_remainder_used
     )
 )]
+#![cfg_attr(test, allow(clippy::unwrap_used))]
 #![warn(missing_docs)]
 
 pub mod board;

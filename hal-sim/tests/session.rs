@@ -1,4 +1,5 @@
 //! Sessions on the simulated board with a plant that is solved exactly: conventions, regulation, repeatability.
+#![allow(clippy::unwrap_used)]
 
 use hal_sim::board::linear_motor::LinearMotor;
 use hal_sim::session::{Record, SessionRequest, StandSetup, run};
@@ -90,12 +91,10 @@ fn a_hundred_stands_side_by_side_are_each_what_they_are_alone() {
         let kind = ProfileKind::ALL[seed as usize % ProfileKind::ALL.len()];
         SessionRequest::new(mode, kind, 0.5, seed)
     };
-    let alone: Vec<Record> =
-        (0..100).map(|seed| run(StandSetup::default(), with_friction(), request(seed)).unwrap()).collect();
+    let alone: Vec<Record> = (0..100).map(|seed| run(StandSetup::default(), with_friction(), request(seed)).unwrap()).collect();
     let together: Vec<Record> = std::thread::scope(|scope| {
-        let stands: Vec<_> = (0..100)
-            .map(|seed| scope.spawn(move || run(StandSetup::default(), with_friction(), request(seed)).unwrap()))
-            .collect();
+        let stands: Vec<_> =
+            (0..100).map(|seed| scope.spawn(move || run(StandSetup::default(), with_friction(), request(seed)).unwrap())).collect();
         stands.into_iter().map(|stand| stand.join().unwrap()).collect()
     });
     assert_eq!(alone, together);

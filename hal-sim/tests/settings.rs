@@ -1,4 +1,5 @@
 //! Every setting moves something: each parameter of stand, sensors, loop and profile changes a record.
+#![allow(clippy::unwrap_used)]
 
 use hal_sim::board::linear_motor::LinearMotor;
 use hal_sim::session::{Record, SessionRequest, StandSetup, run};

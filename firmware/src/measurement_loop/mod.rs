@@ -91,14 +91,7 @@ pub struct MeasurementLoop<'a> {
 impl<'a> MeasurementLoop<'a> {
     /// A loop for this hardware that hears the speed loop's reports.
     pub fn new(hardware: Hardware, reports: ReportReader<'a>) -> Self {
-        Self {
-            hardware,
-            reports,
-            report: Report::default(),
-            position: Unwrapped::default(),
-            sequence: 0,
-            pace: Pace::default(),
-        }
+        Self { hardware, reports, report: Report::default(), position: Unwrapped::default(), sequence: 0, pace: Pace::default() }
     }
 
     /// How evenly the rows have come so far.
@@ -136,12 +129,7 @@ impl<'a> MeasurementLoop<'a> {
         let temperature = board.temperature();
         self.position.take(encoder.value);
         self.report = self.reports.take().unwrap_or(self.report);
-        let ages = [
-            Some(encoder.age(at)),
-            rate.map(|r| r.age(at)),
-            supply.map(|r| r.age(at)),
-            temperature.map(|r| r.age(at)),
-        ];
+        let ages = [Some(encoder.age(at)), rate.map(|r| r.age(at)), supply.map(|r| r.age(at)), temperature.map(|r| r.age(at))];
         Look {
             at,
             counts: self.position.counts,
@@ -167,8 +155,7 @@ impl<'a> MeasurementLoop<'a> {
             i_A,
             theta_rad: k.counts as f64 * count_rad,
             omega_rad_s: k.omega_rad_s,
-            rate_cmd_rad_s: in_rate_mode
-                .then(|| k.report.rate_command as f64 / ONE * count_rad * CONTROL_HZ as f64),
+            rate_cmd_rad_s: in_rate_mode.then(|| k.report.rate_command as f64 / ONE * count_rad * CONTROL_HZ as f64),
             theta_cmd_rad: in_rate_mode.then(|| k.report.position_command as f64 / ONE * count_rad),
             temp_C: k.temp_C,
             limits: next.report.limits_since(&k.report),

@@ -41,8 +41,7 @@ pub enum ProfileKind {
 
 impl ProfileKind {
     /// All of them.
-    pub const ALL: [Self; 6] =
-        [Self::Constant, Self::MultiStep, Self::Multisine, Self::Prbs, Self::Sweep, Self::Staircase];
+    pub const ALL: [Self; 6] = [Self::Constant, Self::MultiStep, Self::Multisine, Self::Prbs, Self::Sweep, Self::Staircase];
 
     /// Its name on the command line and in the logs' notes.
     pub fn name(self) -> &'static str {
@@ -114,18 +113,7 @@ pub struct ProfileConfig {
 impl ProfileConfig {
     /// A profile with the usual parameters.
     pub fn new(kind: ProfileKind, amplitude: f64, seed: u64) -> Self {
-        Self {
-            kind,
-            amplitude,
-            offset: 0.0,
-            dwell_s: 1.0,
-            levels: 5,
-            bit_s: 0.1,
-            from_Hz: 0.05,
-            to_Hz: 20.0,
-            sweep_s: 30.0,
-            seed,
-        }
+        Self { kind, amplitude, offset: 0.0, dwell_s: 1.0, levels: 5, bit_s: 0.1, from_Hz: 0.05, to_Hz: 20.0, sweep_s: 30.0, seed }
     }
 }
 

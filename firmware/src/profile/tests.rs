@@ -87,8 +87,7 @@ fn multisine_has_twenty_equal_lines_and_nothing_between_and_reaches_its_amplitud
 
 #[test]
 fn a_sweep_rises_by_the_same_factor_in_each_second_and_begins_anew() {
-    let config =
-        ProfileConfig { from_Hz: 0.5, to_Hz: 8.0, sweep_s: 20.0, ..ProfileConfig::new(ProfileKind::Sweep, 1.0, 0) };
+    let config = ProfileConfig { from_Hz: 0.5, to_Hz: 8.0, sweep_s: 20.0, ..ProfileConfig::new(ProfileKind::Sweep, 1.0, 0) };
     let x = values(&config, 40_000);
     let ups: Vec<usize> = (1..x.len()).filter(|n| x[n - 1] < 0.0 && x[*n] >= 0.0).collect();
     // Factor 16 in 20 s: the middle between two zero crossings tells the frequency at its time.

@@ -168,8 +168,7 @@ impl SpeedLoop {
             let lost = n.saturating_sub(last).saturating_sub(1);
             self.duty_sum = self.duty_sum.wrapping_add(i64::from(self.acting));
             if lost > 0 {
-                self.duty_sum =
-                    self.duty_sum.wrapping_add(i64::from(self.pending).wrapping_mul(lost as i64));
+                self.duty_sum = self.duty_sum.wrapping_add(i64::from(self.pending).wrapping_mul(lost as i64));
                 self.fault = Fault::Clock;
             }
         }

@@ -23,7 +23,7 @@ impl Ramp {
     #[inline]
     pub fn advance(&mut self, target: i64, acceleration: i64) -> bool {
         let wanted = target.saturating_sub(self.rate);
-        let step = wanted.clamp(-acceleration, acceleration);
+        let step = within(wanted, acceleration);
         let mean = self.rate.saturating_add(step >> 1);
         self.position = self.position.wrapping_add(mean);
         self.rate = self.rate.saturating_add(step);
@@ -34,11 +34,17 @@ impl Ramp {
     #[inline]
     pub fn error(&mut self, measured_counts: i64, slip: i64) -> (i64, bool) {
         let error = self.position.wrapping_sub(measured_counts << 32);
-        let held = error.clamp(-slip, slip);
+        let held = within(error, slip);
         let slipped = held != error;
         if slipped {
             self.position = (measured_counts << 32).wrapping_add(held);
         }
         (held, slipped)
     }
+}
+
+/// `value` held within ± `limit`. (`clamp` panics where its bounds are swapped, and so has no place in the tick.)
+#[inline]
+fn within(value: i64, limit: i64) -> i64 {
+    value.min(limit).max(limit.wrapping_neg())
 }

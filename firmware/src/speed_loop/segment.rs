@@ -66,13 +66,7 @@ impl Segment {
     pub fn rate(hardware: &Hardware, start_tick: u64, ticks: u16, from_rad_s: f64, to_rad_s: f64) -> Self {
         let unit = rate_unit(hardware);
         let slope = (to_rad_s - from_rad_s) * unit / f64::from(ticks.max(1));
-        Self {
-            start_tick,
-            ticks,
-            mode: Mode::Rate,
-            value: libm::round(from_rad_s * unit) as i64,
-            slope: libm::round(slope) as i64,
-        }
+        Self { start_tick, ticks, mode: Mode::Rate, value: libm::round(from_rad_s * unit) as i64, slope: libm::round(slope) as i64 }
     }
 
     /// Nothing, from `start_tick` on.

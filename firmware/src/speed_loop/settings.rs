@@ -106,11 +106,7 @@ impl Config {
             inertia: (resistance / constant * inertia * rad_s_per_count_tick * hz * duty_per_volt) as f32,
             rate_gain: (rate_gain * rad_s_per_count_tick * duty_per_volt) as f32,
             position_gain: (position_gain * hardware.rad_per_count() * duty_per_volt) as f32,
-            tracking: [
-                (1.0 - pole * pole * pole) as f32,
-                (1.5 * gap * gap * (1.0 + pole)) as f32,
-                (gap * gap * gap) as f32,
-            ],
+            tracking: [(1.0 - pole * pole * pole) as f32, (1.5 * gap * gap * (1.0 + pole)) as f32, (gap * gap * gap) as f32],
             acceleration: ((acceleration * rate_unit(hardware) / hz) as i64).max(1),
             slip: (slip / hardware.rad_per_count() * ONE) as i64,
             current_window: (resistance * current * duty_per_volt) as f32,

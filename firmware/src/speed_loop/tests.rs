@@ -78,9 +78,7 @@ fn a_segment_acts_on_the_motor_from_exactly_its_start_tick_on() {
 fn one_segment_hands_over_to_the_next_without_a_tick_between() {
     let mut stand = Stand::new();
     stand.tick(Some(Segment::voltage(&HW(), 2, 10, 1.0)));
-    let drives: Vec<i16> = (1..20)
-        .map(|n| stand.tick((n == 4).then_some(Segment::voltage(&HW(), 12, 10, -1.0))).0.counts())
-        .collect();
+    let drives: Vec<i16> = (1..20).map(|n| stand.tick((n == 4).then_some(Segment::voltage(&HW(), 12, 10, -1.0))).0.counts()).collect();
     assert!(drives[..10].iter().all(|d| *d == 375) && drives[10..].iter().all(|d| *d == -375), "{drives:?}");
 }
 
@@ -269,8 +267,7 @@ fn every_bad_setting_is_refused_by_its_name() {
 
 #[test]
 fn orders_and_reports_pass_the_mailbox_unchanged() {
-    let segment =
-        Segment { start_tick: u64::MAX - 3, ticks: 65_535, mode: Mode::Rate, value: i64::MIN + 7, slope: -123_456_789_012 };
+    let segment = Segment { start_tick: u64::MAX - 3, ticks: 65_535, mode: Mode::Rate, value: i64::MIN + 7, slope: -123_456_789_012 };
     let order = Order { segment, clear: 65_535 };
     assert_eq!(Order::from_words(&order.to_words()), order);
     let report = Report {

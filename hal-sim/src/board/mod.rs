@@ -9,8 +9,8 @@ pub mod linear_motor;
 use crate::clock::{SimClock, VirtualClock};
 use crate::peripherals::{CurrentAdc, Encoder, Noise, RateSensor, SensorSetup, SlowChannel};
 use stand_firmware::board::{
-    Board, CONTROL_PER_ROW, CurrentSum, Drive, EncoderCount, Hardware, RateCode, Sensed, Stamped, SupplyCode,
-    TICKS_PER_CONTROL, TICKS_PER_S, TemperatureCode, TickIo, Ticks,
+    Board, CONTROL_PER_ROW, CurrentSum, Drive, EncoderCount, Hardware, RateCode, Sensed, Stamped, SupplyCode, TICKS_PER_CONTROL,
+    TICKS_PER_S, TemperatureCode, TickIo, Ticks,
 };
 use std::cell::RefCell;
 

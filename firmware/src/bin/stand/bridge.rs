@@ -32,11 +32,7 @@ pub struct Bridge {
 
 impl Bridge {
     /// Starts the bridge's timer with both inputs high.
-    pub fn new(
-        tim: Peri<'static, peripherals::TIM1>,
-        in1: Peri<'static, peripherals::PA8>,
-        in2: Peri<'static, peripherals::PA9>,
-    ) -> Self {
+    pub fn new(tim: Peri<'static, peripherals::TIM1>, in1: Peri<'static, peripherals::PA8>, in2: Peri<'static, peripherals::PA9>) -> Self {
         let mut pwm = ComplementaryPwm::new(
             tim,
             Some(PwmPin::new(in1, OutputType::PushPull)),

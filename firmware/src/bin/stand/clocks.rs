@@ -6,9 +6,7 @@
 use defmt::warn;
 use embassy_stm32::interrupt::Priority;
 use embassy_stm32::pac::RCC;
-use embassy_stm32::rcc::{
-    AHBPrescaler, APBPrescaler, Hse, HseMode, Pll, PllMul, PllPDiv, PllPreDiv, PllSource, Sysclk,
-};
+use embassy_stm32::rcc::{AHBPrescaler, APBPrescaler, Hse, HseMode, Pll, PllMul, PllPDiv, PllPreDiv, PllSource, Sysclk};
 use embassy_stm32::time::Hertz;
 
 /// Core clock, Hz.

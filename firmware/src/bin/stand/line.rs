@@ -46,10 +46,7 @@ pub async fn header(hardware: &Hardware, profile: &ProfileConfig, mode: &str) {
     note(format_args!("theta_lsb_rad: {:.9}", hardware.rad_per_count())).await;
     note(format_args!("rate_sensor: none")).await;
     let mut line = Line::new();
-    if line
-        .push_str("t_s,u_V,supply_V,i_A,theta_rad,rate_cmd_rad_s,theta_cmd_rad,temp_C,sequence,limits,fault\r\n")
-        .is_ok()
-    {
+    if line.push_str("t_s,u_V,supply_V,i_A,theta_rad,rate_cmd_rad_s,theta_cmd_rad,temp_C,sequence,limits,fault\r\n").is_ok() {
         LINES.send(line).await;
     }
 }

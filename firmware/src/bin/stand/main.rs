@@ -64,10 +64,7 @@ async fn main(spawner: Spawner) {
     tick::start(tick::Tick::new(interrupt, qei, bridge, current));
 
     let mut board = sensors::StandBoard::new(own_qei, adc, p.PA1, p.PA4);
-    let mut panel = Panel::new(
-        gpio::Input::new(p.PC13, gpio::Pull::None),
-        gpio::Output::new(p.PA5, gpio::Level::Low, gpio::Speed::Low),
-    );
+    let mut panel = Panel::new(gpio::Input::new(p.PC13, gpio::Pull::None), gpio::Output::new(p.PA5, gpio::Level::Low, gpio::Speed::Low));
     let mut serial = usart::Config::default();
     serial.baudrate = line::BAUD;
     let Ok(uart) = usart::UartTx::new(p.USART2, p.PA2, p.DMA1_CH6, Irqs, serial) else {
@@ -95,8 +92,7 @@ async fn main(spawner: Spawner) {
         rows.restart();
         line::header(&hardware, &profile_config, "rate").await;
         panel.running(true);
-        let session =
-            session::run(&mut board, &mut runner, &mut measurement, session::rows_in(SECONDS), &mut rows);
+        let session = session::run(&mut board, &mut runner, &mut measurement, session::rows_in(SECONDS), &mut rows);
         match select(session, panel.pressed(&clock)).await {
             Either::First(_) => info!("the session is over"),
             Either::Second(()) => {

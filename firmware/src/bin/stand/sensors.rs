@@ -11,9 +11,7 @@ use embassy_stm32::pac::adc::vals::Exten;
 use embassy_stm32::peripherals::{ADC1, ADC2, PA0, PA1, PA4, TIM4};
 use embassy_stm32::timer::qei::Qei;
 use embassy_stm32::triggers::TIM1_TRGO;
-use stand_firmware::board::{
-    Board, Clock, CurrentSum, EncoderCount, RateCode, Stamped, SupplyCode, TemperatureCode,
-};
+use stand_firmware::board::{Board, Clock, CurrentSum, EncoderCount, RateCode, Stamped, SupplyCode, TemperatureCode};
 
 /// The current's converter, kept by the interrupt.
 pub type Current = InjectedAdc<'static, ADC2, 1>;
@@ -35,12 +33,7 @@ pub struct StandBoard {
 
 impl StandBoard {
     /// The tasks' half of these peripherals.
-    pub fn new(
-        qei: Qei<'static, TIM4>,
-        adc: Adc<'static, ADC1>,
-        supply: Peri<'static, PA1>,
-        thermistor: Peri<'static, PA4>,
-    ) -> Self {
+    pub fn new(qei: Qei<'static, TIM4>, adc: Adc<'static, ADC1>, supply: Peri<'static, PA1>, thermistor: Peri<'static, PA4>) -> Self {
         Self { qei, adc, supply, thermistor }
     }
 }

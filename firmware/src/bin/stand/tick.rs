@@ -16,9 +16,7 @@ use embassy_stm32::timer::qei::Qei;
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::waitqueue::AtomicWaker;
-use stand_firmware::board::{
-    Clock, CurrentSum, Drive, EncoderCount, Sensed, Stamped, TICKS_PER_CONTROL, TickIo, Ticks,
-};
+use stand_firmware::board::{Clock, CurrentSum, Drive, EncoderCount, Sensed, Stamped, TICKS_PER_CONTROL, TickIo, Ticks};
 use stand_firmware::speed_loop::Interrupt;
 
 /// Core cycles in one step of the board clock.
@@ -35,12 +33,8 @@ struct Shared {
     current: CurrentSum,
 }
 
-static SHARED: Mutex<CriticalSectionRawMutex, Cell<Shared>> = Mutex::new(Cell::new(Shared {
-    tick: 0,
-    cycles: 0,
-    deadline: Ticks(u64::MAX),
-    current: CurrentSum { codes: 0, count: 0 },
-}));
+static SHARED: Mutex<CriticalSectionRawMutex, Cell<Shared>> =
+    Mutex::new(Cell::new(Shared { tick: 0, cycles: 0, deadline: Ticks(u64::MAX), current: CurrentSum { codes: 0, count: 0 } }));
 static TICK: Mutex<CriticalSectionRawMutex, RefCell<Option<Tick>>> = Mutex::new(RefCell::new(None));
 static WAKER: AtomicWaker = AtomicWaker::new();
 
