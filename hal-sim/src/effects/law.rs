@@ -112,11 +112,21 @@ pub struct Arms<S> {
     pub lag_s: Option<S>,
     /// Delay of one channel, s.
     pub skew_s: Option<S>,
+    /// Some law depends on the current, so that the current must be found before the laws are evaluated.
+    pub by_current: bool,
 }
 
 impl<S> Default for Arms<S> {
     fn default() -> Self {
-        Arms { inductance_H: None, shaft: None, bristle_N_m_rad: None, thermal: None, lag_s: None, skew_s: None }
+        Arms { inductance_H: None, shaft: None, bristle_N_m_rad: None, thermal: None, lag_s: None, skew_s: None, by_current: false }
+    }
+}
+
+impl<S> Arms<S> {
+    /// A rotor and a winding, and no law that asks for the current.
+    #[inline]
+    pub fn is_plain(&self) -> bool {
+        self.shaft.is_none() && self.bristle_N_m_rad.is_none() && self.thermal.is_none() && !self.by_current
     }
 }
 

@@ -1,6 +1,6 @@
 //! Magnetic saturation: K / (1 + (i/i_s)²).
 
-use super::{Account, Acts, Card, Coordinate, Kind, Law, Parameter, Point, Room, Scalar, Screen};
+use super::{Account, Acts, Arms, Card, Coordinate, Kind, Law, Parameter, Point, Room, Scalar, Screen};
 
 /// The card of `magnetic-saturation`.
 pub const CARD: Card = Card {
@@ -37,6 +37,9 @@ pub const CARD: Card = Card {
 pub struct MagneticSaturation;
 
 impl<S: Scalar> Law<S> for MagneticSaturation {
+    fn arm(&self, _p: &[S], arms: &mut Arms<S>) {
+        arms.by_current = true;
+    }
     fn act(&self, p: &[S], x: &Point<S>, a: &mut Acts<S>) {
         let q = x.current / p[0];
         a.motor_factor *= (q * q + 1.0).recip();

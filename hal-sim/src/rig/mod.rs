@@ -130,10 +130,13 @@ impl<S: Scalar> Rig<S> {
         let inertia = self.base.inertia.re();
         let brake = self.base.motor_constant.re().powi(2) / self.base.resistance.re();
         let mut rate_1_s = brake / inertia / 0.03;
+        if self.arms.by_current {
+            rate_1_s = rate_1_s.max(2.0 / LONGEST_STEP_S);
+        }
         if let Some(shaft) = &self.arms.shaft {
             let share = shaft.share.re();
             let reduced = inertia * share * (1.0 - share);
-            rate_1_s = rate_1_s.max((shaft.stiffness.re() / reduced).sqrt() / 0.2).max(brake / (inertia * share) / 0.1);
+            rate_1_s = rate_1_s.max((shaft.stiffness.re() / reduced).sqrt() / 0.025).max(brake / (inertia * share) / 0.1);
             if shaft.gap.re() > 0.0 {
                 rate_1_s = rate_1_s.max(shaft.damping.re() / reduced / 0.2);
             }
@@ -149,6 +152,9 @@ impl<S: Scalar> Rig<S> {
     /// Carries the state over one row; gives the mean current over it, A.
     pub fn advance(&self, state: &mut State<S>, span: &Span) -> S {
         let steps = self.steps(span.dt_s);
+        if steps == 1 {
+            return self.step(state, span, 0.0, span.dt_s);
+        }
         let h = span.dt_s / f64::from(steps);
         let mut current = S::zero();
         for k in 0..steps {
@@ -157,14 +163,27 @@ impl<S: Scalar> Rig<S> {
         current / f64::from(steps)
     }
 
-    /// What the channels show at the begin of `span`, before lag and skew; `current` is the mean over the row.
-    pub fn read(&self, state: &State<S>, span: &Span, current: S) -> Reading<S> {
-        let mut reading = Reading { omega: state.omega, theta: state.theta, current };
-        let x = self.point(span, 0.0, 0.0, state.theta, state.omega, current, state.heat_K);
+    /// What the channels show at the begin of `span`, before lag and skew, with rate, angle and heat there; `current` is the row's mean.
+    pub fn read(&self, (omega, theta, heat_K): (S, S, S), span: &Span, current: S) -> Reading<S> {
+        let mut reading = Reading { omega, theta, current };
+        let x = self.point(span, 0.0, 0.0, theta, omega, current, heat_K);
         for placed in &self.placed {
             placed.law.see(&placed.parameters, &x, &mut reading);
         }
         reading
+    }
+
+    /// Current at the begin of `span`, A, for a log that took it at the instant.
+    pub fn current_now(&self, state: &State<S>, span: &Span) -> S {
+        if self.input == Input::Current {
+            return S::from(span.input);
+        }
+        if self.arms.inductance_H.is_some() {
+            return state.current;
+        }
+        let omega = if self.arms.shaft.is_some() { state.motor_omega } else { state.omega };
+        let acts = self.acts(&self.point(span, 0.0, 0.0, state.theta, omega, state.current, state.heat_K));
+        self.armature(&acts, self.base.motor_constant * acts.motor_factor, omega, state.current, span.input, 0.0).0
     }
 
     /// Sum of what the effects do at `x`.
@@ -200,51 +219,81 @@ impl<S: Scalar> Rig<S> {
     }
 
     /// One step of length `h`, beginning at the share `from` of the span; gives the mean current over it.
+    #[inline]
     fn step(&self, state: &mut State<S>, span: &Span, from: f64, h: f64) -> S {
-        let share = h / span.dt_s;
+        if self.arms.is_plain() {
+            self.step_plain(state, span, from, h)
+        } else {
+            self.step_armed(state, span, from, h)
+        }
+    }
+
+    /// A rotor and a winding: all that most models have, without the copies of the whole state.
+    #[inline]
+    fn step_plain(&self, state: &mut State<S>, span: &Span, from: f64, h: f64) -> S {
+        let x = self.point(span, from, 0.5 * h, state.theta, state.omega, state.current, state.heat_K);
+        let acts = self.acts(&x);
+        let (torque, _, last) = self.torque(&acts, state.omega, state.current, span.input, 0.5 * h);
+        let (middle, turned) = slide(state.omega, torque, acts.dry, self.base.inertia, 0.5 * h);
+        let x = self.point(span, from, h, state.theta + turned, middle, last, state.heat_K);
+        let acts = self.acts(&x);
+        let (torque, mean, last) = self.torque(&acts, middle, state.current, span.input, h);
+        let (omega, turned) = slide(state.omega, torque, acts.dry, self.base.inertia, h);
+        state.omega = omega;
+        state.theta += turned;
+        state.current = last;
+        mean
+    }
+
+    /// The same with shaft, bristle, winding heat, or a law that asks for the current.
+    #[inline(never)]
+    fn step_armed(&self, state: &mut State<S>, span: &Span, from: f64, h: f64) -> S {
         let start = *state;
-        let motor_omega = if self.arms.shaft.is_some() { start.motor_omega } else { start.omega };
-        let x = self.point(span, from, 0.5 * h, start.theta, motor_omega, start.current, start.heat_K);
-        let (half, _) = self.stage(&start, &self.acts(&x), span, 0.5 * h);
-        // The middle of the whole step: state at the half, angle by what was turned in it.
-        let motor_omega = if self.arms.shaft.is_some() { half.motor_omega } else { half.omega };
-        let mut x = self.point(span, from, h, half.theta, motor_omega, half.current, half.heat_K);
-        x.to_s = span.t_s + (from + share) * span.dt_s;
-        let (end, current) = self.stage_from(&start, &half, &self.acts(&x), span, h);
+        let mut x = self.point(span, from, 0.5 * h, start.theta, self.motor_omega(&start), start.current, start.heat_K);
+        if self.arms.by_current && self.input == Input::Voltage {
+            // The voltage may just have jumped: the current that the laws ask for is the one that it drives now.
+            x.current = self.torque(&self.acts(&x), x.omega, start.current, span.input, 0.5 * h).1;
+        }
+        let (half, _) = self.stage(&start, &start, &self.acts(&x), span, 0.5 * h);
+        let x = self.point(span, from, h, half.theta, self.motor_omega(&half), half.current, half.heat_K);
+        let (end, current) = self.stage(&start, &half, &self.acts(&x), span, h);
         *state = end;
         current
     }
 
-    fn stage(&self, start: &State<S>, acts: &Acts<S>, span: &Span, h: f64) -> (State<S>, S) {
-        self.stage_from(start, start, acts, span, h)
+    /// The rate that friction and winding see.
+    fn motor_omega(&self, state: &State<S>) -> S {
+        if self.arms.shaft.is_some() { state.motor_omega } else { state.omega }
     }
 
-    /// From `start` over `h`, with the torques of the state `mid`.
+    /// Torque on the rotor without its dry part, over `h` at the rate `omega`; with it (mean, last) current.
     #[inline]
-    fn stage_from(&self, start: &State<S>, mid: &State<S>, acts: &Acts<S>, span: &Span, h: f64) -> (State<S>, S) {
-        let mut end = *start;
-        let motor_omega = if self.arms.shaft.is_some() { mid.motor_omega } else { mid.omega };
+    fn torque(&self, acts: &Acts<S>, omega: S, current: S, input: f64, h: f64) -> (S, S, S) {
         let motor_constant = self.base.motor_constant * acts.motor_factor;
-        let (torque, current) = match self.input {
+        let (drive, mean, last) = match self.input {
             Input::Voltage => {
-                let (mean, last) = self.armature(acts, motor_constant, motor_omega, start.current, span.input, h);
-                end.current = last;
-                (motor_constant * mean, mean)
+                let (mean, last) = self.armature(acts, motor_constant, omega, current, input, h);
+                (motor_constant * mean, mean, last)
             }
-            Input::Current => {
-                end.current = S::from(span.input);
-                (motor_constant * span.input, end.current)
-            }
-            Input::Torque => (S::from(span.input), S::zero()),
+            Input::Current => (motor_constant * input, S::from(input), S::from(input)),
+            Input::Torque => (S::from(input), S::zero(), S::zero()),
         };
+        (drive + acts.torque - acts.viscous * acts.viscous_factor * omega, mean, last)
+    }
+
+    /// From `start` over `h`, with what acts at the state `mid`; gives the state there and the mean current.
+    fn stage(&self, start: &State<S>, mid: &State<S>, acts: &Acts<S>, span: &Span, h: f64) -> (State<S>, S) {
+        let mut end = *start;
+        let omega = self.motor_omega(mid);
+        let (mut torque, current, last) = self.torque(acts, omega, start.current, span.input, h);
+        end.current = last;
         if let (Some(thermal), None) = (&self.arms.thermal, span.temp_C) {
             let loss_W = self.base.resistance * acts.resistance_factor * current * current;
             end.heat_K = start.heat_K + (loss_W - mid.heat_K / thermal.K_W) / thermal.J_K * h;
         }
-        let mut torque = torque + acts.torque - acts.viscous * acts.viscous_factor * motor_omega;
         let mut dry = acts.dry;
         if let Some(stiffness) = self.arms.bristle_N_m_rad {
-            let (mean, last) = bristle(start.bristle, motor_omega, dry, stiffness, h);
+            let (mean, last) = bristle(start.bristle, omega, dry, stiffness, h);
             torque -= stiffness * mean;
             dry = S::zero();
             end.bristle = last;

@@ -37,11 +37,7 @@ impl<S: Scalar> Rig<S> {
         let k = shaft.stiffness * inverse;
         let c = shaft.damping * inverse;
         let middle = (relative + (drive - k * wound) * (0.5 * h)) / (c * (0.5 * h) + k * (0.25 * h * h) + 1.0);
-        let mut through = shaft.stiffness * (wound + middle * (0.5 * h)) + shaft.damping * middle;
-        // A gap cannot pull.
-        if half_gap > 0.0 && through.re() * side.re() < 0.0 {
-            through = S::zero();
-        }
+        let through = shaft.stiffness * (wound + middle * (0.5 * h)) + shaft.damping * middle;
         self.turn(start, end, torque, dry, through, motor_inertia, platform_inertia, h);
         end.twist = start.twist + (relative + end.motor_omega - end.omega) * (0.5 * h);
     }

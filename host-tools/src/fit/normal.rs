@@ -1,0 +1,228 @@
+//! Normal equations, accumulated while the model runs: an hour's Jacobian would be a gigabyte.
+//!
+//! The free parameters are common to all segments, the initial states belong to one each; the states are eliminated segment by segment
+//! (Schur complement), so that memory and work stay linear in the number of segments.
+
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+use super::parameters::{Dual, Parameters};
+use super::record::Record;
+use super::simulate::{Initial, Sourced, System, run};
+
+/// Initial states of all segments, and how firmly a start value holds them.
+#[derive(Debug, Clone)]
+pub struct Starts {
+    /// Which states.
+    pub kinds: Vec<Initial>,
+    /// Values, segment by segment.
+    pub values: Vec<Vec<f64>>,
+    /// Where they started.
+    pub prior: Vec<Vec<f64>>,
+    /// Standard deviation of the prior; weak, only there so that an unseen state does not wander off.
+    pub prior_sigma: Vec<f64>,
+}
+
+/// Normal equations of one segment, in the coordinates [parameters, states].
+#[derive(Debug, Clone)]
+pub struct Block {
+    /// Information.
+    pub h: DMatrix<f64>,
+    /// Gradient of the residual's fit: Σ w J r.
+    pub g: DVector<f64>,
+}
+
+/// What one channel contributes to one segment, before it is weighted.
+#[derive(Debug, Clone)]
+struct Part {
+    h: DMatrix<f64>,
+    g: DVector<f64>,
+    square: f64,
+}
+
+/// The model run at one point: its derivatives, not yet weighted, and its residuals.
+#[derive(Debug, Clone)]
+pub struct Pass {
+    /// Per segment and channel.
+    parts: Vec<Vec<Part>>,
+    /// Measured minus modelled per channel and row, held-out rows too; NaN where a row is not compared.
+    pub residuals: Vec<Vec<f64>>,
+    free: usize,
+}
+
+/// The model linearised at one point, with weights.
+#[derive(Debug, Clone)]
+pub struct Linear {
+    /// A block per segment.
+    pub blocks: Vec<Block>,
+    /// Weighted sum of squares, with the prior's.
+    pub cost: f64,
+    /// Number of free parameters.
+    pub free: usize,
+}
+
+/// Most lanes that a fit can have: free parameters and initial states of one segment.
+pub const MOST_LANES: usize = 32;
+
+/// Runs the model with its derivatives at these parameters and states.
+pub fn pass(system: &System, parameters: &Parameters, record: &Record, starts: &Starts) -> Pass {
+    let lanes = parameters.free().len() + starts.kinds.len();
+    match lanes {
+        0..=8 => pass_in::<8>(system, parameters, record, starts),
+        9..=16 => pass_in::<16>(system, parameters, record, starts),
+        _ => pass_in::<32>(system, parameters, record, starts),
+    }
+}
+
+fn pass_in<const N: usize>(system: &System, parameters: &Parameters, record: &Record, starts: &Starts) -> Pass
+where
+    Dual<N>: Sourced,
+{
+    let rig = system.rig::<Dual<N>>(parameters, record.driven);
+    let free = parameters.free().len();
+    let lanes = free + starts.kinds.len();
+    let mut residuals = vec![vec![f64::NAN; record.len()]; record.channels.len()];
+    let mut parts = Vec::with_capacity(record.segments.len());
+    for (segment, rows) in record.segments.iter().enumerate() {
+        let mut sums = vec![([[0.0; N]; N], [0.0; N], 0.0); record.channels.len()];
+        run(&rig, record, segment, (&starts.kinds, &starts.values[segment]), free, &mut |channel, row, value: &Dual<N>| {
+            let Some(target) = record.target(channel, row, rows.start) else { return };
+            let r = target - value.re;
+            residuals[channel][row] = r;
+            if record.held_out(row) {
+                return;
+            }
+            let (h, g, square) = &mut sums[channel];
+            *square += r * r;
+            let Some(eps) = value.eps.0.as_ref() else { return };
+            let eps = eps.as_slice();
+            for i in 0..lanes {
+                let e = eps[i];
+                g[i] += e * r;
+                // The lower triangle, in whole rows of four so that the compiler makes vectors of it.
+                for j in 0..((i | 3) + 1).min(N) {
+                    h[i][j] += e * eps[j];
+                }
+            }
+        });
+        parts.push(
+            sums.into_iter()
+                .map(|(h, g, square)| Part {
+                    h: DMatrix::from_fn(lanes, lanes, |i, j| if j <= i { h[i][j] } else { h[j][i] }),
+                    g: DVector::from_fn(lanes, |i, _| g[i]),
+                    square,
+                })
+                .collect(),
+        );
+    }
+    Pass { parts, residuals, free }
+}
+
+impl Pass {
+    /// The normal equations with `weights` (1/σ² per channel) and the prior on the states.
+    pub fn weighted(&self, starts: &Starts, weights: &[f64]) -> Linear {
+        let free = self.free;
+        let mut cost = 0.0;
+        let mut blocks = Vec::with_capacity(self.parts.len());
+        for (segment, channels) in self.parts.iter().enumerate() {
+            let lanes = free + starts.kinds.len();
+            let mut block = Block { h: DMatrix::zeros(lanes, lanes), g: DVector::zeros(lanes) };
+            for (part, &w) in channels.iter().zip(weights) {
+                cost += w * part.square;
+                block.h += &part.h * w;
+                block.g += &part.g * w;
+            }
+            for (k, &sigma) in starts.prior_sigma.iter().enumerate() {
+                let w = 1.0 / (sigma * sigma);
+                let off = starts.prior[segment][k] - starts.values[segment][k];
+                cost += w * off * off;
+                block.h[(free + k, free + k)] += w;
+                block.g[free + k] += w * off;
+            }
+            blocks.push(block);
+        }
+        Linear { blocks, cost, free }
+    }
+}
+
+/// A step of the parameters and of every segment's states.
+#[derive(Debug, Clone)]
+pub struct Step {
+    /// Of the free coordinates.
+    pub parameters: Vec<f64>,
+    /// Of the states.
+    pub states: Vec<Vec<f64>>,
+    /// Fall of the cost that the linear model promises.
+    pub promised: f64,
+}
+
+impl Linear {
+    /// The step with Marquardt's damping; `None` where the equations are singular even so.
+    pub fn step(&self, damping: f64) -> Option<Step> {
+        let p = self.free;
+        let mut reduced = DMatrix::<f64>::zeros(p, p);
+        let mut right = DVector::<f64>::zeros(p);
+        let mut eliminated = Vec::with_capacity(self.blocks.len());
+        for block in &self.blocks {
+            let s = block.h.nrows() - p;
+            reduced += block.h.view((0, 0), (p, p));
+            right += block.g.rows(0, p);
+            let mut hss = block.h.view((p, p), (s, s)).into_owned();
+            for k in 0..s {
+                hss[(k, k)] += damping * hss[(k, k)];
+            }
+            let factor = Cholesky::new(hss)?;
+            let hsp = block.h.view((p, 0), (s, p)).into_owned();
+            let gs = block.g.rows(p, s).into_owned();
+            let solved = factor.solve(&hsp);
+            reduced -= hsp.transpose() * &solved;
+            right -= solved.transpose() * &gs;
+            eliminated.push((factor, hsp, gs));
+        }
+        let diagonal = self.parameter_diagonal();
+        let largest = diagonal.iter().copied().fold(0.0, f64::max);
+        for k in 0..p {
+            // A parameter that no row sees stays where it is.
+            reduced[(k, k)] += damping * diagonal[k] + 1e-14 * diagonal[k] + if diagonal[k] <= 0.0 { largest.max(1.0) } else { 0.0 };
+        }
+        let parameters = if p == 0 { DVector::zeros(0) } else { Cholesky::new(reduced)?.solve(&right) };
+        let mut promised = 0.0;
+        let states: Vec<Vec<f64>> = eliminated
+            .iter()
+            .map(|(factor, hsp, gs)| {
+                let step = factor.solve(&(gs - hsp * &parameters));
+                promised += step.dot(gs);
+                step.iter().copied().collect()
+            })
+            .collect();
+        for block in &self.blocks {
+            promised += parameters.dot(&block.g.rows(0, p).into_owned());
+        }
+        Some(Step { parameters: parameters.iter().copied().collect(), states, promised })
+    }
+
+    fn parameter_diagonal(&self) -> Vec<f64> {
+        (0..self.free).map(|k| self.blocks.iter().map(|b| b.h[(k, k)]).sum()).collect()
+    }
+
+    /// Information on the parameters with the states eliminated, and per segment the matrix that eliminates them.
+    pub fn reduced(&self) -> (DMatrix<f64>, Vec<DMatrix<f64>>) {
+        let p = self.free;
+        let mut information = DMatrix::<f64>::zeros(p, p);
+        let mut eliminators = Vec::new();
+        for block in &self.blocks {
+            let s = block.h.nrows() - p;
+            let hss = block.h.view((p, p), (s, s)).into_owned();
+            let hsp = block.h.view((p, 0), (s, p)).into_owned();
+            let solved = match Cholesky::new(hss) {
+                Some(factor) => factor.solve(&hsp),
+                None => DMatrix::zeros(s, p),
+            };
+            information += block.h.view((0, 0), (p, p)) - hsp.transpose() * &solved;
+            let mut eliminator = DMatrix::zeros(p, p + s);
+            eliminator.view_mut((0, 0), (p, p)).fill_with_identity();
+            eliminator.view_mut((0, p), (p, s)).copy_from(&(-solved.transpose()));
+            eliminators.push(eliminator);
+        }
+        (information, eliminators)
+    }
+}

@@ -1,0 +1,170 @@
+//! A log as the fit sees it: the input, the channels that are compared, what the rig is told besides.
+//!
+//! Columns are borrowed: an hour's log is held once.
+
+use std::borrow::Cow;
+use std::ops::Range;
+
+use hal_sim::rig::{Input, Span};
+
+/// Length over which the angle is compared by its increments, s (interfaces.md).
+pub const ANGLE_INCREMENT_S: f64 = 0.020;
+/// Held-out blocks: length, s, and which of four.
+const HELD_OUT_BLOCK_S: f64 = 2.0;
+const HELD_OUT_EVERY: i64 = 4;
+const HELD_OUT_WHICH: i64 = 1;
+
+/// What a compared channel shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shows {
+    /// `omega_rad_s`
+    Rate,
+    /// `theta_rad`, compared by its increments.
+    Angle,
+    /// `i_A`, mean over the row.
+    Current,
+    /// `u_V`, only where the motion is prescribed.
+    Voltage,
+    /// `torque_N_m`, only where the motion is prescribed.
+    Torque,
+}
+
+impl Shows {
+    /// Column of the log.
+    pub fn column(self) -> &'static str {
+        match self {
+            Shows::Rate => "omega_rad_s",
+            Shows::Angle => "theta_rad",
+            Shows::Current => "i_A",
+            Shows::Voltage => "u_V",
+            Shows::Torque => "torque_N_m",
+        }
+    }
+
+    /// The channel of a column; `None` where it is no output.
+    pub fn of_column(column: &str) -> Option<Self> {
+        [Shows::Rate, Shows::Angle, Shows::Current, Shows::Voltage, Shows::Torque].into_iter().find(|s| s.column() == column)
+    }
+
+    /// Unit of its residual.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Shows::Rate => "rad/s",
+            Shows::Angle => "rad",
+            Shows::Current => "A",
+            Shows::Voltage => "V",
+            Shows::Torque => "N m",
+        }
+    }
+}
+
+/// One compared channel.
+#[derive(Debug, Clone)]
+pub struct Channel<'a> {
+    /// What it shows.
+    pub shows: Shows,
+    /// The measured column.
+    pub measured: &'a [f64],
+    /// It is a mean over this long before t, s (a note of the log).
+    pub mean_before_s: Option<f64>,
+    /// It passed a first-order filter of this cutoff, Hz (a note of the log).
+    pub filter_hz: Option<f64>,
+    /// It was taken at the instant t, where the convention is the mean over the row (a note; currents only).
+    pub instant: bool,
+    /// Its least significant bit, where it is quantised.
+    pub quantum: Option<f64>,
+}
+
+/// How the input moves the model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Driven {
+    /// By a voltage, current or torque: the model is simulated.
+    By(Input),
+    /// By a prescribed motion: the model says what that needs.
+    Motion,
+}
+
+/// A log as the fit sees it. All columns have the same length.
+#[derive(Debug, Clone)]
+pub struct Record<'a> {
+    /// Time of each row, s.
+    pub t_s: &'a [f64],
+    /// The input column (the angle, where the motion is prescribed).
+    pub input: &'a [f64],
+    /// How the input moves the model.
+    pub driven: Driven,
+    /// Measured angle, where there is one.
+    pub theta: Option<&'a [f64]>,
+    /// Least significant bit of the measured angle; 0 where it is continuous.
+    pub theta_quantum: f64,
+    /// Measured current, where there is one (only the prescribed motion asks for it).
+    pub current: Option<&'a [f64]>,
+    /// Winding temperature, smoothed, where it is measured.
+    pub temp_C: Option<Cow<'a, [f64]>>,
+    /// Supply over nominal, where it is measured.
+    pub supply_ratio: Option<Cow<'a, [f64]>>,
+    /// The rate channel is made from the encoder.
+    pub rate_from_encoder: bool,
+    /// Rows without a gap between them.
+    pub segments: Vec<Range<usize>>,
+    /// What is compared.
+    pub channels: Vec<Channel<'a>>,
+    /// Median interval, s.
+    pub dt_s: f64,
+    /// Blocks are held out of the fit.
+    pub hold_out: bool,
+}
+
+impl Record<'_> {
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.t_s.len()
+    }
+
+    /// True where there is no row.
+    pub fn is_empty(&self) -> bool {
+        self.t_s.is_empty()
+    }
+
+    /// The row is in a held-out block: 2 s, every fourth, beginning after the first.
+    #[inline]
+    pub fn held_out(&self, row: usize) -> bool {
+        self.hold_out && ((self.t_s[row] - self.t_s[0]) / HELD_OUT_BLOCK_S).floor() as i64 % HELD_OUT_EVERY == HELD_OUT_WHICH
+    }
+
+    /// The row as the rig takes it; the last of a segment is as long as the median.
+    #[inline]
+    pub fn span(&self, row: usize, segment_end: usize) -> Span {
+        let next = row + 1;
+        let inside = next < segment_end;
+        // A count stands for the angles from its edge to the next: on the mean half a count further.
+        let half = 0.5 * self.theta_quantum;
+        Span {
+            t_s: self.t_s[row],
+            dt_s: if inside { self.t_s[next] - self.t_s[row] } else { self.dt_s },
+            input: self.input[row],
+            theta: self.theta.map(|theta| (theta[row] + half, if inside { theta[next] + half } else { theta[row] + half })),
+            temp_C: self.temp_C.as_ref().map(|t| t[row]),
+            supply_ratio: self.supply_ratio.as_ref().map_or(1.0, |s| s[row]),
+            rate_from_encoder: self.rate_from_encoder,
+        }
+    }
+
+    /// Rows over which the angle is compared.
+    pub fn angle_lag(&self) -> usize {
+        ((ANGLE_INCREMENT_S / self.dt_s).round() as usize).max(1)
+    }
+
+    /// What is compared of a channel at a row: the value, or the increment of an angle; `None` where a row has no partner.
+    #[inline]
+    pub fn target(&self, channel: usize, row: usize, segment_begin: usize) -> Option<f64> {
+        let c = &self.channels[channel];
+        match c.shows {
+            Shows::Angle => {
+                let lag = self.angle_lag();
+                (row >= segment_begin + lag).then(|| c.measured[row] - c.measured[row - lag])
+            }
+            _ => Some(c.measured[row]),
+        }
+    }
+}

@@ -1,0 +1,107 @@
+//! Levenberg and Marquardt's descent, by output error.
+
+use super::normal::{Linear, Pass, Starts, pass};
+use super::parameters::Parameters;
+use super::record::Record;
+use super::simulate::{Initial, System};
+
+/// Most steps of one descent.
+const MOST_STEPS: usize = 100;
+/// Promised fall of χ² below which nothing is left to gain: a hundredth of a standard error.
+const ENOUGH: f64 = 1e-4;
+/// Damping at which a descent gives up.
+const MOST_DAMPING: f64 = 1e12;
+
+/// A point of a descent.
+pub struct Place {
+    /// Parameters there.
+    pub parameters: Parameters,
+    /// Initial states there.
+    pub starts: Starts,
+    /// The model run there.
+    pub pass: Pass,
+    /// Steps that it took to come here.
+    pub steps: usize,
+    /// The descent ended because nothing was left to gain.
+    pub converged: bool,
+}
+
+impl Place {
+    /// Where a descent begins.
+    pub fn begin(system: &System, parameters: &Parameters, record: &Record, starts: &Starts) -> Self {
+        let pass = pass(system, parameters, record, starts);
+        Place { parameters: parameters.clone(), starts: starts.clone(), pass, steps: 0, converged: false }
+    }
+
+    /// The normal equations here.
+    pub fn linear(&self, weights: &[f64]) -> Linear {
+        self.pass.weighted(&self.starts, weights)
+    }
+}
+
+/// Descends from `place`; the weights per channel are 1/σ².
+pub fn descend(system: &System, record: &Record, place: Place, weights: &[f64]) -> Place {
+    let mut place = place;
+    let mut linear = place.linear(weights);
+    let mut converged = false;
+    let mut steps = 0;
+    let mut damping = 1e-3;
+    while steps < MOST_STEPS {
+        steps += 1;
+        let Some(step) = linear.step(damping) else {
+            damping = (damping * 10.0_f64).max(1e-6);
+            if damping > MOST_DAMPING {
+                break;
+            }
+            continue;
+        };
+        if step.promised < ENOUGH {
+            converged = true;
+            break;
+        }
+        let next = place.parameters.moved(&step.parameters);
+        let next_starts = moved(&place.starts, &step.states);
+        let trial_pass = pass(system, &next, record, &next_starts);
+        let trial = trial_pass.weighted(&next_starts, weights);
+        let fell = linear.cost - trial.cost;
+        if trial.cost.is_finite() && fell > 0.0 {
+            damping = if fell > 0.5 * step.promised { damping * 0.1 } else { damping };
+            if damping < 1e-9 {
+                damping = 1e-9;
+            }
+            place.parameters = next;
+            place.starts = next_starts;
+            place.pass = trial_pass;
+            let enough = fell < ENOUGH && damping < 1e-2;
+            linear = trial;
+            if enough {
+                converged = true;
+                break;
+            }
+        } else {
+            damping *= 8.0;
+            // The cost has small steps of its own where the rig's step count changes; a promise below them cannot be kept.
+            if damping > MOST_DAMPING || (step.promised < 1e-2 && damping > 1.0) {
+                converged = step.promised < 1.0;
+                break;
+            }
+        }
+    }
+    place.steps += steps;
+    place.converged = converged;
+    place
+}
+
+/// States after a step, within what they can be.
+fn moved(starts: &Starts, step: &[Vec<f64>]) -> Starts {
+    let mut next = starts.clone();
+    for (values, step) in next.values.iter_mut().zip(step) {
+        for ((value, step), kind) in values.iter_mut().zip(step).zip(&starts.kinds) {
+            *value += step;
+            if *kind == Initial::Heat {
+                *value = value.max(-60.0);
+            }
+        }
+    }
+    next
+}
