@@ -123,7 +123,7 @@ mod tests {
                 interrupt += 10;
             }
         };
-        run(&clock, both, advance).unwrap();
+        assert!(run(&clock, both, advance).is_ok());
         let expected = ["tick@0", "tick@10", "b@10", "a@15", "tick@20", "b@20", "tick@30", "a@30"];
         assert_eq!(story.into_inner(), expected);
     }

@@ -122,10 +122,25 @@ impl Record {
 /// # Errors
 /// A parameter that makes no sense, by name; or a firmware that waits for ever.
 pub fn run<P: PlantPort>(stand: StandSetup, plant: P, request: SessionRequest) -> Result<Record, SessionError> {
+    let mut columns = Columns::default();
+    let pace = run_rows(stand, plant, request, |row, truth| columns.take(row, truth))?;
+    Ok(columns.into_record(&stand, &request, pace))
+}
+
+/// Runs a session and hands each row over as it comes, with what was true at its t_k: for logs longer than the memory
+/// and for showing them while they are made.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_rows<P: PlantPort>(
+    stand: StandSetup,
+    plant: P,
+    request: SessionRequest,
+    take: impl FnMut(&Row, &Truth),
+) -> Result<Pace, SessionError> {
     let seconds = stand_firmware::config::within("seconds", request.seconds, 1e-3, 1e6)?;
     let config = Config::new(&stand.settings, &stand.hardware)?;
     let profile = Profile::new(&request.profile)?;
-    let rows = rows_in(seconds);
 
     let clock = VirtualClock::default();
     let bench = RefCell::new(Bench::new(&stand.hardware, &stand.sensors, request.seed, plant));
@@ -135,67 +150,85 @@ pub fn run<P: PlantPort>(stand: StandSetup, plant: P, request: SessionRequest) -
     let mut interrupt = Interrupt::new(SpeedLoop::new(config), order_reader, report_writer);
     let mut runner = ProfileRunner::new(profile, request.mode, stand.hardware, order_writer);
     let mut measurement = MeasurementLoop::new(stand.hardware, report_reader);
-    let mut sink = Columns { bench: &bench, rows: Vec::with_capacity(rows as usize), truth: Vec::with_capacity(rows as usize) };
+    let mut sink = WithTruth { bench: &bench, take };
 
     let mut board = SimBoard::new(&bench, &clock);
-    let session = stand_firmware::session::run(&mut board, &mut runner, &mut measurement, rows, &mut sink);
+    let session = stand_firmware::session::run(&mut board, &mut runner, &mut measurement, rows_in(seconds), &mut sink);
     clock::run(&clock, session, |to| bench.borrow_mut().advance(to, |io| interrupt.run(io)))?;
-
-    let Columns { rows, truth, .. } = sink;
-    let mut record = record(&stand, &request, rows, truth);
-    record.pace = measurement.pace();
-    Ok(record)
+    Ok(measurement.pace())
 }
 
-/// Collects rows and what was true at their times.
-struct Columns<'a, P> {
+/// Puts what was true beside each row.
+struct WithTruth<'a, P, F> {
     bench: &'a RefCell<Bench<P>>,
-    rows: Vec<Row>,
-    truth: Vec<Truth>,
+    take: F,
 }
 
-impl<P: PlantPort> RowSink for Columns<'_, P> {
+impl<P: PlantPort, F: FnMut(&Row, &Truth)> RowSink for WithTruth<'_, P, F> {
     fn row(&mut self, row: &Row) {
         // Row k comes at t_{k+1}: what was true at t_k is one millisecond old.
         let [_, before] = self.bench.borrow().truth();
-        self.rows.push(*row);
-        self.truth.push(before);
+        (self.take)(row, &before);
     }
 }
 
-fn record(stand: &StandSetup, request: &SessionRequest, mut rows: Vec<Row>, truth: Vec<Truth>) -> Record {
-    let fault = rows.iter().find(|row| row.fault != Fault::None).map(|row| (row.fault, row.t_s));
-    if let Some((_, at_s)) = fault {
-        rows.retain(|row| row.t_s < at_s);
+/// The columns of a log, in order, and how a row fills them.
+const COLUMNS: [(&str, fn(&Row) -> Option<f64>); 9] = [
+    ("t_s", |row| Some(row.t_s)),
+    ("u_V", |row| Some(row.u_V)),
+    ("supply_V", |row| row.supply_V),
+    ("i_A", |row| row.i_A),
+    ("theta_rad", |row| Some(row.theta_rad)),
+    ("omega_rad_s", |row| row.omega_rad_s),
+    ("rate_cmd_rad_s", |row| row.rate_cmd_rad_s),
+    ("theta_cmd_rad", |row| row.theta_cmd_rad),
+    ("temp_C", |row| row.temp_C),
+];
+
+/// Rows as columns, up to the first fault.
+#[derive(Default)]
+struct Columns {
+    values: [Vec<f64>; COLUMNS.len()],
+    true_theta_rad: Vec<f64>,
+    true_omega_rad_s: Vec<f64>,
+    limits: Vec<Limits>,
+    fault: Option<(Fault, f64)>,
+}
+
+impl Columns {
+    fn take(&mut self, row: &Row, truth: &Truth) {
+        if row.fault != Fault::None && self.fault.is_none() {
+            self.fault = Some((row.fault, row.t_s));
+        }
+        if self.fault.is_some() {
+            return;
+        }
+        for ((_, value), column) in COLUMNS.iter().zip(&mut self.values) {
+            column.extend(value(row));
+        }
+        self.true_theta_rad.push(truth.theta_rad);
+        self.true_omega_rad_s.push(truth.omega_rad_s);
+        self.limits.push(row.limits);
     }
-    let truth = &truth[..rows.len()];
-    let mut columns: Vec<(&'static str, Vec<f64>)> = Vec::new();
-    let mut add = |name, value: &dyn Fn(&Row) -> Option<f64>| {
-        let values: Option<Vec<f64>> = rows.iter().map(value).collect();
-        columns.extend(values.filter(|v| !v.is_empty()).map(|v| (name, v)));
-    };
-    add("t_s", &|row| Some(row.t_s));
-    add("u_V", &|row| Some(row.u_V));
-    add("supply_V", &|row| row.supply_V);
-    add("i_A", &|row| row.i_A);
-    add("theta_rad", &|row| Some(row.theta_rad));
-    add("omega_rad_s", &|row| row.omega_rad_s);
-    add("rate_cmd_rad_s", &|row| row.rate_cmd_rad_s);
-    add("theta_cmd_rad", &|row| row.theta_cmd_rad);
-    add("temp_C", &|row| row.temp_C);
-    Record {
-        notes: notes(stand, request, &rows, fault),
-        columns,
-        true_theta_rad: truth.iter().map(|t| t.theta_rad).collect(),
-        true_omega_rad_s: truth.iter().map(|t| t.omega_rad_s).collect(),
-        limits: rows.iter().map(|row| row.limits).collect(),
-        fault: fault.map_or(Fault::None, |(fault, _)| fault),
-        pace: Pace::default(),
+
+    fn into_record(self, stand: &StandSetup, request: &SessionRequest, pace: Pace) -> Record {
+        let rows = self.limits.len();
+        let named = COLUMNS.iter().map(|(name, _)| *name).zip(self.values);
+        Record {
+            notes: notes(stand, request, &self.limits, self.fault),
+            // A column that some row lacks is no column: nothing is made up.
+            columns: named.filter(|(_, values)| values.len() == rows && rows > 0).collect(),
+            true_theta_rad: self.true_theta_rad,
+            true_omega_rad_s: self.true_omega_rad_s,
+            limits: self.limits,
+            fault: self.fault.map_or(Fault::None, |(fault, _)| fault),
+            pace,
+        }
     }
 }
 
 /// What the log says of itself: interfaces.md, "Logs".
-fn notes(stand: &StandSetup, request: &SessionRequest, rows: &[Row], fault: Option<(Fault, f64)>) -> Vec<(String, String)> {
+fn notes(stand: &StandSetup, request: &SessionRequest, limits: &[Limits], fault: Option<(Fault, f64)>) -> Vec<(String, String)> {
     let profile = &request.profile;
     let (mode, unit) = match request.mode {
         Mode::Off => ("off", ""),
@@ -215,15 +248,15 @@ fn notes(stand: &StandSetup, request: &SessionRequest, rows: &[Row], fault: Opti
         ("seed".to_string(), request.seed.to_string()),
         ("profile_seed".to_string(), profile.seed.to_string()),
         ("u_V".to_string(), "asked".to_string()),
-        ("i_A".to_string(), "mean over [t, t+1 ms)".to_string()),
+        ("i_A".to_string(), "mean over [t_k, t_k+1)".to_string()),
         ("omega_rad_s".to_string(), omega),
-        ("theta_rad".to_string(), "encoder at t, counts rounded down".to_string()),
+        ("encoder".to_string(), format!("{} counts per turn", stand.hardware.counts_per_turn)),
         ("theta_zero".to_string(), "index".to_string()),
         ("theta_lsb_rad".to_string(), format!("{:e}", stand.hardware.rad_per_count())),
         ("omega_lsb_rad_s".to_string(), format!("{:e}", stand.hardware.rate_rad_s_per_code)),
     ];
     for (bit, name) in Limits::NAMES.iter().enumerate() {
-        let limited = rows.iter().filter(|row| row.limits.contains(Limits(1 << bit))).count();
+        let limited = limits.iter().filter(|limits| limits.contains(Limits(1 << bit))).count();
         if limited > 0 {
             notes.push((format!("limited_{name}"), format!("{limited} rows")));
         }

@@ -143,7 +143,7 @@ fn sensor_noise_is_what_the_data_sheets_say() {
     };
     // 20 conversions of 12 mA, and the converter's step of 0.8 mA; 0.40 °/s and the step of 0.061 °/s.
     assert!((sigma("i_A") / (12e-3 / 20_f64.sqrt()) - 1.0).abs() < 0.03, "{}", sigma("i_A"));
-    let rate = 0.014 * (1.5708_f64 * 523.0).sqrt();
+    let rate = 0.014 * (std::f64::consts::FRAC_PI_2 * 523.0).sqrt();
     assert!((sigma("omega_rad_s").to_degrees() / rate - 1.0).abs() < 0.03, "{}", sigma("omega_rad_s"));
 }
 

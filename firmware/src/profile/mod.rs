@@ -176,6 +176,7 @@ fn milliseconds(name: &'static str, seconds: f64) -> Result<u32, ConfigError> {
 
 /// Sine of a phase in 2⁻³² turn, to 1e-3.
 fn sine(phase: u32) -> f64 {
-    use micromath::F32Ext;
-    f64::from(((phase as i32) as f32 * (core::f32::consts::PI / 2_147_483_648.0)).sin())
+    let angle = (phase as i32) as f32 * (core::f32::consts::PI / 2_147_483_648.0);
+    // By its full name: where the standard library is, `angle.sin()` would be another sine.
+    f64::from(micromath::F32Ext::sin(angle))
 }
