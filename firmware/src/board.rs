@@ -7,6 +7,7 @@
 //! clock, finer (0.1 µs). A *code* is what a converter delivers, before any scale; scales are in [`Hardware`], so that
 //! another stand is other data, not other code. A *stamped* reading carries the time at which it was true.
 
+use crate::config::{ConfigError, within};
 use core::ops::{Add, Sub};
 
 /// Board clock, steps per second.
@@ -219,6 +220,7 @@ pub trait Board {
 
 /// The scales of one stand's hardware: data, so that another stand is other numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default, deny_unknown_fields))]
 pub struct Hardware {
     /// Encoder counts in one turn, every edge counted.
     pub counts_per_turn: f64,
@@ -255,6 +257,22 @@ impl Default for Hardware {
 }
 
 impl Hardware {
+    /// Checks the scales.
+    ///
+    /// # Errors
+    /// The name of the first that makes no sense.
+    pub fn check(&self) -> Result<(), ConfigError> {
+        within("counts_per_turn", self.counts_per_turn, 4.0, 1e6)?;
+        within("duty_full_scale", f64::from(self.duty_full_scale), 16.0, 32_000.0)?;
+        within("supply_nominal_V", self.supply_nominal_V, 0.1, 1e3)?;
+        within("current_A_per_code", self.current_A_per_code, 1e-15, 1e3)?;
+        within("current_zero_code", self.current_zero_code, 1.0, 1e15)?;
+        within("supply_V_per_code", self.supply_V_per_code, 1e-9, 1e3)?;
+        within("rate_rad_s_per_code", self.rate_rad_s_per_code, 1e-12, 1e3)?;
+        within("temperature_C_per_code", self.temperature_C_per_code, 1e-9, 1e3)?;
+        Ok(())
+    }
+
     /// One encoder count, rad.
     pub fn rad_per_count(&self) -> f64 {
         core::f64::consts::TAU / self.counts_per_turn

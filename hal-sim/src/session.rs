@@ -16,7 +16,8 @@ use stand_firmware::speed_loop::{Config, Fault, Interrupt, Limits, Mode, Orders,
 use std::cell::RefCell;
 
 /// The stand apart from its plant: scales, sensors, settings of the firmware.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct StandSetup {
     /// Scales of the converters.
     pub hardware: Hardware,
@@ -139,6 +140,7 @@ pub fn run_rows<P: PlantPort>(
     take: impl FnMut(&Row, &Truth),
 ) -> Result<Pace, SessionError> {
     let seconds = stand_firmware::config::within("seconds", request.seconds, 1e-3, 1e6)?;
+    stand.sensors.check()?;
     let config = Config::new(&stand.settings, &stand.hardware)?;
     let profile = Profile::new(&request.profile)?;
 
@@ -235,10 +237,8 @@ fn notes(stand: &StandSetup, request: &SessionRequest, limits: &[Limits], fault:
         Mode::Voltage => ("voltage", " V"),
         Mode::Rate => ("rate", " rad/s"),
     };
-    let omega = match stand.sensors.rate_cutoff_Hz {
-        Some(cutoff) => format!("gyro, filter {cutoff} Hz"),
-        None => "gyro".to_string(),
-    };
+    let cutoff = stand.sensors.rate_cutoff_Hz;
+    let omega = if cutoff.is_finite() { format!("gyro, filter {cutoff} Hz") } else { "gyro".to_string() };
     let mut notes = vec![
         ("firmware".to_string(), stand_firmware::VERSION.to_string()),
         ("profile".to_string(), profile.kind.name().to_string()),

@@ -36,7 +36,7 @@ fn every_setting_of_stand_and_loop_changes_the_record() {
         ("temperature_C_per_code", Mode::Rate, |s, _| s.hardware.temperature_C_per_code = 1.0),
         ("current_noise_A", Mode::Rate, |s, _| s.sensors.current_noise_A = 0.0),
         ("current_per_tick", Mode::Rate, |s, _| s.sensors.current_per_tick = 4),
-        ("rate_cutoff_Hz", Mode::Rate, |s, _| s.sensors.rate_cutoff_Hz = None),
+        ("rate_cutoff_Hz", Mode::Rate, |s, _| s.sensors.rate_cutoff_Hz = f64::INFINITY),
         ("rate_noise_rad_s", Mode::Rate, |s, _| s.sensors.rate_noise_rad_s = 0.0),
         ("rate_full_scale_rad_s", Mode::Rate, |s, _| s.sensors.rate_full_scale_rad_s = 5.0),
         ("supply_noise_V", Mode::Rate, |s, _| s.sensors.supply_noise_V = 0.1),
@@ -94,5 +94,40 @@ fn every_profile_runs_in_both_modes_and_is_another() {
         for (n, one) in records.iter().enumerate() {
             assert!(records[..n].iter().all(|other| other != one), "{}", ProfileKind::ALL[n]);
         }
+    }
+}
+
+#[test]
+fn a_stand_is_described_by_a_file_and_a_word_that_it_does_not_know_is_refused() {
+    let stand: StandSetup =
+        toml::from_str("[hardware]\ncounts_per_turn = 4096.0\n[sensors]\nrate_noise_rad_s = 0.001\n[settings]\nslip_rad = 0.2\n").unwrap();
+    assert_eq!((stand.hardware.counts_per_turn, stand.sensors.rate_noise_rad_s, stand.settings.slip_rad), (4096.0, 0.001, 0.2));
+    assert_eq!(stand.hardware.supply_nominal_V, StandSetup::default().hardware.supply_nominal_V, "the rest stays");
+    let again: StandSetup = toml::from_str(&toml::to_string(&stand).unwrap()).unwrap();
+    assert_eq!(again, stand);
+    let ideal = StandSetup::ideal();
+    assert_eq!(toml::from_str::<StandSetup>(&toml::to_string(&ideal).unwrap()).unwrap(), ideal);
+    let error = toml::from_str::<StandSetup>("[sensors]\nrate_nose_rad_s = 1.0\n").unwrap_err().to_string();
+    assert!(error.contains("rate_nose_rad_s"), "{error}");
+}
+
+#[test]
+fn a_stand_that_cannot_be_is_refused_by_the_parameters_name() {
+    let changes: [(&str, fn(&mut StandSetup)); 8] = [
+        ("current_noise_A", |s| s.sensors.current_noise_A = -1.0),
+        ("current_per_tick", |s| s.sensors.current_per_tick = 0),
+        ("rate_cutoff_Hz", |s| s.sensors.rate_cutoff_Hz = f64::NAN),
+        ("rate_full_scale_rad_s", |s| s.sensors.rate_full_scale_rad_s = 0.0),
+        ("current_A_per_code", |s| s.hardware.current_A_per_code = 0.0),
+        ("current_zero_code", |s| s.hardware.current_zero_code = f64::NAN),
+        ("rate_rad_s_per_code", |s| s.hardware.rate_rad_s_per_code = -1.0),
+        ("counts_per_turn", |s| s.hardware.counts_per_turn = 0.0),
+    ];
+    for (name, change) in changes {
+        let mut stand = StandSetup::default();
+        change(&mut stand);
+        let request = SessionRequest::new(Mode::Rate, ProfileKind::Constant, 0.1, 1);
+        let error = run(stand, LinearMotor::default(), request).err().map(|e| e.to_string());
+        assert!(error.as_ref().is_some_and(|e| e.contains(name)), "{name}: {error:?}");
     }
 }

@@ -9,6 +9,7 @@ use crate::config::{ConfigError, within};
 
 /// Gains and limits. The default is the default stand's: maxon RE 25 118752, platform of 2.5·10⁻⁴ kg m².
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default, deny_unknown_fields))]
 pub struct Settings {
     /// Terminal resistance, Ω: for the current limit and the acceleration feed-forward.
     pub resistance_ohm: f64,
@@ -80,9 +81,7 @@ impl Config {
     /// # Errors
     /// The name of the first parameter that is not a number or makes no sense.
     pub fn new(s: &Settings, hardware: &Hardware) -> Result<Self, ConfigError> {
-        within("counts_per_turn", hardware.counts_per_turn, 4.0, 1e6)?;
-        within("duty_full_scale", f64::from(hardware.duty_full_scale), 16.0, 32_000.0)?;
-        within("supply_nominal_V", hardware.supply_nominal_V, 0.1, 1e3)?;
+        hardware.check()?;
         let resistance = within("resistance_ohm", s.resistance_ohm, 1e-3, 1e4)?;
         let constant = within("motor_constant_N_m_A", s.motor_constant_N_m_A, 1e-6, 1e3)?;
         let inertia = within("inertia_kg_m2", s.inertia_kg_m2, 0.0, 1e3)?;

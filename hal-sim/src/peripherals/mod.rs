@@ -16,17 +16,19 @@ pub use noise::Noise;
 pub use rate_sensor::RateSensor;
 pub use slow::SlowChannel;
 
+use stand_firmware::config::{ConfigError, within};
 use std::f64::consts::PI;
 
 /// How good the sensors are. The default names its sources; [`SensorSetup::ideal`] has no noise and no filter.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct SensorSetup {
     /// Noise of one conversion of the current, A rms.
     pub current_noise_A: f64,
     /// Conversions of the current in one control tick.
     pub current_per_tick: u32,
-    /// Cutoff of the rate sensor's first-order filter, Hz; `None`: no filter.
-    pub rate_cutoff_Hz: Option<f64>,
+    /// Cutoff of the rate sensor's first-order filter, Hz; infinite: no filter.
+    pub rate_cutoff_Hz: f64,
     /// Noise of one sample of the rate sensor, rad/s rms.
     pub rate_noise_rad_s: f64,
     /// Full scale of the rate sensor, rad/s.
@@ -47,7 +49,7 @@ impl Default for SensorSetup {
             // ripple into the sampling instant, as usual on such boards: 12 mA in all.
             current_noise_A: 12e-3,
             current_per_tick: 2, // one for each period of the 20 kHz bridge
-            rate_cutoff_Hz: Some(523.0),
+            rate_cutoff_Hz: 523.0,
             rate_noise_rad_s: rate_noise_deg_s.to_radians(),
             rate_full_scale_rad_s: 2000_f64.to_radians(),
             supply_noise_V: 5e-3, // one LSB of the divided supply
@@ -62,12 +64,32 @@ impl SensorSetup {
         Self {
             current_noise_A: 0.0,
             current_per_tick: 1,
-            rate_cutoff_Hz: None,
+            rate_cutoff_Hz: f64::INFINITY,
             rate_noise_rad_s: 0.0,
             rate_full_scale_rad_s: f64::INFINITY,
             supply_noise_V: 0.0,
             temp_noise_K: 0.0,
         }
+    }
+}
+
+impl SensorSetup {
+    /// Checks what a file may have brought.
+    ///
+    /// # Errors
+    /// The name of the first parameter that makes no sense.
+    pub fn check(&self) -> Result<(), ConfigError> {
+        within("current_noise_A", self.current_noise_A, 0.0, 1e3)?;
+        within("current_per_tick", f64::from(self.current_per_tick), 1.0, 100.0)?;
+        within("rate_noise_rad_s", self.rate_noise_rad_s, 0.0, 1e3)?;
+        within("supply_noise_V", self.supply_noise_V, 0.0, 1e3)?;
+        within("temp_noise_K", self.temp_noise_K, 0.0, 1e3)?;
+        for (name, value) in [("rate_cutoff_Hz", self.rate_cutoff_Hz), ("rate_full_scale_rad_s", self.rate_full_scale_rad_s)] {
+            if value != f64::INFINITY {
+                within(name, value, 1e-3, 1e9)?;
+            }
+        }
+        Ok(())
     }
 }
 

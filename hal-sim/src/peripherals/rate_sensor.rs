@@ -29,7 +29,7 @@ impl RateSensor {
     pub fn new(hardware: &Hardware, setup: &SensorSetup, seed: u64, rate_rad_s: f64) -> Self {
         let codes_per_rad_s = 1.0 / hardware.rate_rad_s_per_code;
         Self {
-            tau_s: setup.rate_cutoff_Hz.map_or(0.0, |cutoff| 1.0 / (TAU * cutoff)),
+            tau_s: 1.0 / (TAU * setup.rate_cutoff_Hz),
             step_s: f64::NAN,
             decay: 0.0,
             slope: 0.0,
