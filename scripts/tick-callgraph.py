@@ -39,7 +39,7 @@ def main():
             length[current] += 1
             if call := CALL.search(line):
                 calls[current].add(call[1])
-            elif re.search(r"\tblx\tr", line):
+            elif re.search(r"\tblx?\tr|\tbx\tr", line):
                 calls[current].add("(indirect)")
     if ENTRY not in calls:
         sys.exit(f"tick: there is no {ENTRY} in the image")
