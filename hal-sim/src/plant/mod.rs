@@ -1,0 +1,386 @@
+//! The truth of the simulated stand.
+//!
+//! The same effects as the model's ([`crate::effects`]), integrated by other means: Runge and Kutta's fourth order, with the instants at
+//! which the rotor stops located and sticking held as a constraint, and finer steps where winding, shaft or bristle need them. Nothing of
+//! [`crate::rig`] is used here, so that an error of the one is not hidden by the other.
+//!
+//! In: the voltage asked for, tick by tick. Out: [`PlantPort`], what the sensors' elements see; noise, quantisation and filters are
+//! [`crate::peripherals`]'.
+
+mod sensing;
+pub mod stand;
+
+use crate::board::PlantPort;
+use crate::effects::{self, Acts, Arms, Law, Point, T0_C, Thermal};
+use sensing::Sensing;
+pub use stand::{Stand, StandError};
+
+/// State: angle, rate, current, charge since the last tick, motor's rate, twist, bristle.
+type State = [f64; 7];
+const THETA: usize = 0;
+const OMEGA: usize = 1;
+const CURRENT: usize = 2;
+const CHARGE: usize = 3;
+const MOTOR: usize = 4;
+const TWIST: usize = 5;
+const BRISTLE: usize = 6;
+
+/// Longest step as a part of the fastest time constant.
+const STEP_OF_FASTEST: f64 = 0.5;
+/// Most steps within one tick.
+const MOST_STEPS: f64 = 200.0;
+
+/// A drive with its effects.
+pub struct Plant {
+    inertia: f64,
+    motor_constant: f64,
+    resistance: f64,
+    laws: Vec<(Box<dyn Law<f64>>, Vec<f64>)>,
+    arms: Arms<f64>,
+    thermal: Thermal<f64>,
+    nominal_V: f64,
+    supply_V: f64,
+    t_s: f64,
+    state: State,
+    heat_K: f64,
+    mean_current_A: f64,
+    sensing: Sensing,
+}
+
+impl Plant {
+    /// The plant of a stand, at rest and cold, with its index at `theta_rad` before the encoder's zero.
+    ///
+    /// # Errors
+    /// An effect or a parameter that the catalogue does not know, or a value out of its range.
+    pub fn new(stand: &Stand, theta_rad: f64) -> Result<Self, StandError> {
+        let placed = stand.placed()?;
+        let mut arms = Arms::default();
+        let mut laws = Vec::new();
+        for (id, parameters) in placed {
+            let Some(law) = effects::law::<f64>(id) else { continue };
+            law.arm(&parameters, &mut arms);
+            laws.push((law, parameters));
+        }
+        let thermal = arms.thermal.unwrap_or(Thermal { J_K: stand.drive.thermal_J_K, K_W: stand.drive.thermal_K_W });
+        let mut state = [0.0; 7];
+        state[THETA] = theta_rad;
+        let sensing = Sensing::new(&arms);
+        let mut plant = Plant {
+            inertia: stand.drive.inertia_kg_m2,
+            motor_constant: stand.drive.motor_constant_N_m_A,
+            resistance: stand.drive.resistance_ohm,
+            laws,
+            arms,
+            thermal,
+            nominal_V: stand.drive.supply_V,
+            supply_V: stand.drive.supply_V,
+            t_s: 0.0,
+            state,
+            heat_K: stand.drive.ambient_C - T0_C,
+            mean_current_A: 0.0,
+            sensing,
+        };
+        plant.sense(0.0);
+        Ok(plant)
+    }
+
+    /// Energy in the rotor, shaft and bristle, J: what friction may only take from.
+    pub fn mechanical_energy_J(&self) -> f64 {
+        let s = &self.state;
+        match &self.arms.shaft {
+            None => 0.5 * self.inertia * s[OMEGA].powi(2),
+            Some(shaft) => {
+                let wound = past_gap(s[TWIST], shaft.gap);
+                0.5 * self.inertia * (shaft.share * s[MOTOR].powi(2) + (1.0 - shaft.share) * s[OMEGA].powi(2))
+                    + 0.5 * shaft.stiffness * wound * wound
+            }
+        }
+    }
+
+    /// Sets the rate, rad/s, of everything that turns.
+    pub fn spin(&mut self, omega_rad_s: f64) {
+        self.state[OMEGA] = omega_rad_s;
+        self.state[MOTOR] = omega_rad_s;
+        self.sense(0.0);
+    }
+
+    fn motor(&self) -> usize {
+        if self.arms.shaft.is_some() { MOTOR } else { OMEGA }
+    }
+
+    /// Inertia that friction acts on.
+    fn rubbed_inertia(&self) -> f64 {
+        self.arms.shaft.as_ref().map_or(self.inertia, |s| self.inertia * s.share)
+    }
+
+    fn point(&self, s: &State, current: f64, asked_V: f64, t_s: f64) -> Point<f64> {
+        Point {
+            from_s: t_s,
+            to_s: t_s,
+            theta: s[THETA],
+            omega: s[self.motor()],
+            current,
+            voltage: asked_V,
+            temp_C: self.heat_K + T0_C,
+            supply_ratio: self.supply_V / self.nominal_V,
+            rate_from_encoder: false,
+        }
+    }
+
+    fn acts(&self, s: &State, current: f64, asked_V: f64, t_s: f64) -> Acts<f64> {
+        let x = self.point(s, current, asked_V, t_s);
+        let mut acts = Acts::none();
+        for (law, parameters) in &self.laws {
+            law.act(parameters, &x, &mut acts);
+        }
+        acts
+    }
+
+    /// Laws and current at a state. The current of a winding without inductance follows at once, found with the laws that ask for it.
+    #[inline]
+    fn at(&self, s: &State, asked_V: f64, t_s: f64) -> (Acts<f64>, f64) {
+        if self.arms.inductance_H.is_some() {
+            return (self.acts(s, s[CURRENT], asked_V, t_s), s[CURRENT]);
+        }
+        let mut current = s[CURRENT];
+        let mut acts = self.acts(s, current, asked_V, t_s);
+        let rounds = if self.arms.by_current { 8 } else { 1 };
+        for round in 0..rounds {
+            let v = asked_V + acts.voltage - self.motor_constant * acts.motor_factor * s[self.motor()];
+            current = past_gap(v, 2.0 * acts.drop_V) / (self.resistance * acts.resistance_factor + acts.series_ohm);
+            if round + 1 < rounds {
+                acts = self.acts(s, current, asked_V, t_s);
+            }
+        }
+        (acts, current)
+    }
+
+    /// Torque on what friction rubs, without the dry part, N m.
+    #[inline]
+    fn torque(&self, s: &State, acts: &Acts<f64>, current: f64) -> f64 {
+        let motor_omega = s[self.motor()];
+        let mut torque = self.motor_constant * acts.motor_factor * current + acts.torque
+            - acts.viscous * acts.viscous_factor * motor_omega
+            - self.arms.bristle_N_m_rad.map_or(0.0, |stiffness| stiffness * s[BRISTLE]);
+        if let Some(shaft) = &self.arms.shaft {
+            torque -= through(shaft, s);
+        }
+        torque
+    }
+
+    /// Time derivative while the rotor slides in `direction`; 0: it is held.
+    #[inline]
+    fn derivative(&self, s: &State, direction: f64, asked_V: f64, t_s: f64) -> State {
+        let (acts, current) = self.at(s, asked_V, t_s);
+        let motor = self.motor();
+        let mut d = [0.0; 7];
+        let bristle = self.arms.bristle_N_m_rad;
+        let dry = if bristle.is_some() { 0.0 } else { acts.dry };
+        let acceleration =
+            if direction == 0.0 { 0.0 } else { (self.torque(s, &acts, current) - direction * dry) / self.rubbed_inertia() };
+        d[motor] = acceleration;
+        d[THETA] = s[OMEGA];
+        d[CHARGE] = current;
+        if let Some(inductance) = self.arms.inductance_H {
+            let v = asked_V + acts.voltage - self.motor_constant * acts.motor_factor * s[motor];
+            let resistance = self.resistance * acts.resistance_factor + acts.series_ohm;
+            let driving = if current.abs() < 1e-12 { past_gap(v, 2.0 * acts.drop_V) } else { v - acts.drop_V * current.signum() };
+            d[CURRENT] = (driving - resistance * current) / inductance;
+        }
+        if let Some(shaft) = &self.arms.shaft {
+            d[OMEGA] = through(shaft, s) / (self.inertia - self.rubbed_inertia());
+            d[TWIST] = s[MOTOR] - s[OMEGA];
+        }
+        if let (Some(stiffness), true) = (bristle, acts.dry > 0.0) {
+            d[BRISTLE] = s[motor] - stiffness * s[motor].abs() * s[BRISTLE] / acts.dry;
+        }
+        d
+    }
+
+    fn runge_kutta(&self, s: &State, direction: f64, asked_V: f64, t_s: f64, h: f64) -> State {
+        let k1 = self.derivative(s, direction, asked_V, t_s);
+        let k2 = self.derivative(&along(s, &k1, 0.5 * h), direction, asked_V, t_s + 0.5 * h);
+        let k3 = self.derivative(&along(s, &k2, 0.5 * h), direction, asked_V, t_s + 0.5 * h);
+        let k4 = self.derivative(&along(s, &k3, h), direction, asked_V, t_s + h);
+        let mut next = *s;
+        for k in 0..next.len() {
+            next[k] += h / 6.0 * (k1[k] + 2.0 * (k2[k] + k3[k]) + k4[k]);
+        }
+        next
+    }
+
+    /// Which way the rotor slides at this state; 0: the dry level holds it.
+    fn direction(&self, s: &State, asked_V: f64, t_s: f64) -> f64 {
+        let omega = s[self.motor()];
+        if omega != 0.0 {
+            return omega.signum();
+        }
+        let (acts, current) = self.at(s, asked_V, t_s);
+        if self.arms.bristle_N_m_rad.is_some() {
+            return 1.0;
+        }
+        let torque = self.torque(s, &acts, current);
+        if torque.abs() <= acts.dry { 0.0 } else { torque.signum() }
+    }
+
+    /// One step, in which the rotor may stop: the instant is located, and what is left begins from rest.
+    fn step(&mut self, asked_V: f64, mut t_s: f64, mut h: f64) {
+        let motor = self.motor();
+        let sticks = self.arms.bristle_N_m_rad.is_none();
+        // A rotor can stop, turn and stop again within a step only by a chatter that rest ends.
+        for _ in 0..4 {
+            let direction = self.direction(&self.state, asked_V, t_s);
+            let next = self.runge_kutta(&self.state, direction, asked_V, t_s, h);
+            let passed = sticks && direction != 0.0 && next[motor] * direction < 0.0;
+            if !passed {
+                self.state = next;
+                break;
+            }
+            // Illinois' regula falsi on the length of the step.
+            let (mut low, mut high) = (0.0, h);
+            let (mut at_low, mut at_high) = (self.state[motor], next[motor]);
+            if at_low == 0.0 {
+                // From rest against its own direction: rounding. It stays at rest.
+                self.state = self.runge_kutta(&self.state, 0.0, asked_V, t_s, h);
+                break;
+            }
+            let mut stopped = next;
+            let mut part = h;
+            for _ in 0..20 {
+                part = low - at_low * (high - low) / (at_high - at_low);
+                stopped = self.runge_kutta(&self.state, direction, asked_V, t_s, part);
+                let omega = stopped[motor];
+                if omega.abs() < 1e-12 || high - low < 1e-12 {
+                    break;
+                }
+                if omega * direction > 0.0 {
+                    low = part;
+                    at_low = omega;
+                    at_high *= 0.5;
+                } else {
+                    high = part;
+                    at_high = omega;
+                    at_low *= 0.5;
+                }
+            }
+            stopped[motor] = 0.0;
+            self.state = stopped;
+            t_s += part;
+            h -= part;
+            if h <= 1e-12 {
+                break;
+            }
+        }
+        // The drop of the brushes may end a current, not turn it round.
+        if self.arms.inductance_H.is_some() {
+            let before = self.state[CURRENT];
+            let (acts, _) = self.at(&self.state, asked_V, t_s);
+            if acts.drop_V > 0.0 {
+                let v = asked_V + acts.voltage - self.motor_constant * acts.motor_factor * self.state[motor];
+                let step = acts.drop_V / self.arms.inductance_H.unwrap_or(1.0) * h;
+                if v.abs() <= acts.drop_V && before.abs() <= step {
+                    self.state[CURRENT] = 0.0;
+                }
+            }
+        }
+    }
+
+    /// Steps within a tick: by the fastest of winding, shaft and bristle.
+    fn steps(&self, dt_s: f64) -> f64 {
+        let mut fastest_s = f64::INFINITY;
+        if let Some(inductance) = self.arms.inductance_H {
+            fastest_s = fastest_s.min(inductance / self.resistance);
+        }
+        if let Some(shaft) = &self.arms.shaft {
+            let reduced = self.inertia * shaft.share * (1.0 - shaft.share);
+            fastest_s = fastest_s.min((reduced / shaft.stiffness).sqrt() * 0.2).min(0.2 * reduced / shaft.damping.max(1e-12));
+        }
+        if let Some(stiffness) = self.arms.bristle_N_m_rad {
+            // The bristle's own constant is its breakaway angle over the rate; a dry level of 10 µN m is the least that is looked for.
+            let (acts, _) = self.at(&self.state, 0.0, self.t_s);
+            fastest_s = fastest_s.min(acts.dry.max(1e-5) / stiffness / self.state[OMEGA].abs().max(1e-3)).min((self.inertia / stiffness).sqrt());
+        }
+        (dt_s / (STEP_OF_FASTEST * fastest_s)).ceil().clamp(1.0, MOST_STEPS)
+    }
+
+    fn sense(&mut self, dt_s: f64) {
+        let x = self.point(&self.state, self.mean_current_A, 0.0, self.t_s);
+        self.sensing.take(&self.laws, &x, self.state[OMEGA], self.state[THETA], self.mean_current_A, dt_s);
+    }
+}
+
+impl PlantPort for Plant {
+    fn advance(&mut self, asked_V: f64, dt_s: f64) {
+        let steps = self.steps(dt_s);
+        let h = dt_s / steps;
+        self.state[CHARGE] = 0.0;
+        // Duty times the supply as it is now.
+        let asked_V = asked_V * (self.supply_V / self.nominal_V);
+        for k in 0..steps as u32 {
+            self.step(asked_V, self.t_s + f64::from(k) * h, h);
+        }
+        if self.arms.inductance_H.is_none() {
+            // Kept as the start of the search for laws that ask for the current.
+            self.state[CURRENT] = self.at(&self.state, asked_V, self.t_s + dt_s).1;
+        }
+        self.mean_current_A = self.state[CHARGE] / dt_s;
+        let loss_W = self.resistance * self.mean_current_A.powi(2);
+        self.heat_K += (loss_W - self.heat_K / self.thermal.K_W) / self.thermal.J_K * dt_s;
+        self.t_s += dt_s;
+        self.sense(dt_s);
+    }
+
+    fn theta_rad(&self) -> f64 {
+        self.sensing.theta_rad
+    }
+
+    fn rate_rad_s(&self) -> f64 {
+        self.sensing.rate_rad_s
+    }
+
+    fn mean_current_A(&self) -> f64 {
+        self.sensing.current_A
+    }
+
+    fn supply_V(&self) -> f64 {
+        self.supply_V
+    }
+
+    fn temp_C(&self) -> f64 {
+        self.heat_K + T0_C
+    }
+
+    fn true_theta_rad(&self) -> f64 {
+        self.state[THETA]
+    }
+
+    fn true_rate_rad_s(&self) -> f64 {
+        self.state[OMEGA]
+    }
+}
+
+#[inline]
+fn along(s: &State, d: &State, h: f64) -> State {
+    let mut next = *s;
+    for k in 0..next.len() {
+        next[k] += h * d[k];
+    }
+    next
+}
+
+/// What of `x` lies outside a gap of this whole width.
+fn past_gap(x: f64, width: f64) -> f64 {
+    if x > 0.5 * width {
+        x - 0.5 * width
+    } else if x < -0.5 * width {
+        x + 0.5 * width
+    } else {
+        0.0
+    }
+}
+
+/// Torque through a shaft, from motor to platform, N m.
+fn through(shaft: &effects::Shaft<f64>, s: &State) -> f64 {
+    let wound = past_gap(s[TWIST], shaft.gap);
+    if shaft.gap > 0.0 && wound == 0.0 { 0.0 } else { shaft.stiffness * wound + shaft.damping * (s[MOTOR] - s[OMEGA]) }
+}

@@ -1,0 +1,87 @@
+//! What the sensors' elements see: effects of the measurement, lag and delay of the rate.
+
+use std::collections::VecDeque;
+
+use crate::effects::{Arms, Law, Point, Reading};
+
+/// The elements' last reading.
+pub(super) struct Sensing {
+    /// Angle as the encoder's disc shows it, rad.
+    pub theta_rad: f64,
+    /// Rate as the sensor's element shows it, rad/s.
+    pub rate_rad_s: f64,
+    /// Current as its sensor shows it, A.
+    pub current_A: f64,
+    lag_s: f64,
+    skew_s: f64,
+    lagged: f64,
+    last_in: f64,
+    t_s: f64,
+    past: VecDeque<(f64, f64)>,
+}
+
+impl Sensing {
+    pub(super) fn new(arms: &Arms<f64>) -> Self {
+        Sensing {
+            theta_rad: 0.0,
+            rate_rad_s: 0.0,
+            current_A: 0.0,
+            lag_s: arms.lag_s.unwrap_or(0.0),
+            skew_s: arms.skew_s.unwrap_or(0.0),
+            lagged: 0.0,
+            last_in: 0.0,
+            t_s: 0.0,
+            past: VecDeque::new(),
+        }
+    }
+
+    /// Takes the state after `dt_s`; 0 sets the elements without history.
+    pub(super) fn take(
+        &mut self,
+        laws: &[(Box<dyn Law<f64>>, Vec<f64>)],
+        x: &Point<f64>,
+        omega: f64,
+        theta: f64,
+        current: f64,
+        dt_s: f64,
+    ) {
+        let x = Point { omega, ..*x };
+        let mut reading = Reading { omega, theta, current };
+        for (law, parameters) in laws {
+            law.see(parameters, &x, &mut reading);
+        }
+        self.theta_rad = reading.theta;
+        self.current_A = reading.current;
+        self.t_s += dt_s;
+        let lagged = self.lag(reading.omega, dt_s);
+        self.rate_rad_s = self.late(lagged);
+        self.last_in = reading.omega;
+    }
+
+    /// First-order lag, by the trapezoid: a hundred times finer than its time constant.
+    fn lag(&mut self, rate: f64, dt_s: f64) -> f64 {
+        if self.lag_s <= 0.0 || dt_s <= 0.0 {
+            self.lagged = rate;
+            return rate;
+        }
+        let a = 0.5 * dt_s / self.lag_s;
+        self.lagged = (self.lagged * (1.0 - a) + a * (rate + self.last_in)) / (1.0 + a);
+        self.lagged
+    }
+
+    fn late(&mut self, rate: f64) -> f64 {
+        if self.skew_s <= 0.0 {
+            return rate;
+        }
+        self.past.push_back((self.t_s, rate));
+        let wanted = self.t_s - self.skew_s;
+        while self.past.len() > 2 && self.past[1].0 <= wanted {
+            self.past.pop_front();
+        }
+        match (self.past.front(), self.past.get(1)) {
+            (Some(a), Some(b)) if b.0 > a.0 && wanted > a.0 => a.1 + (b.1 - a.1) * ((wanted - a.0) / (b.0 - a.0)).min(1.0),
+            (Some(a), _) => a.1,
+            _ => rate,
+        }
+    }
+}

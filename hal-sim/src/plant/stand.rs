@@ -1,0 +1,227 @@
+//! A stand described by data: drive, effects, sensors, firmware settings. `stand sim --stand FILE` reads one in TOML.
+//!
+//! ```toml
+//! name = "the one in room 12"
+//! [drive]
+//! inertia_kg_m2 = 4e-4
+//! [effects.coulomb]
+//! coulomb_N_m = 1.2e-3
+//! [effects."cogging#2"]
+//! cogging_N_m = 1e-3
+//! cogging_order = 14
+//! [sensors]
+//! rate_noise_rad_s = 0.02
+//! ```
+//! What a file does not say is the default stand's; a file that names any effect names all of them.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::effects::{self, Kind};
+use crate::peripherals::SensorSetup;
+use crate::session::StandSetup;
+use stand_firmware::board::Hardware;
+use stand_firmware::speed_loop::Settings;
+
+/// Where the default gains of the speed loop put its poles, rad/s.
+const LOOP_POLES_RAD_S: f64 = 40.0;
+
+/// A stand.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Stand {
+    /// Its name, for the log.
+    pub name: String,
+    /// Motor, platform, supply.
+    pub drive: Drive,
+    /// The effects that it has, by name (`cogging`, `cogging#2`), with their parameters.
+    pub effects: BTreeMap<String, BTreeMap<String, f64>>,
+    /// Noise and filters of its sensors.
+    pub sensors: SensorSetup,
+    /// Scales of its converters and its encoder.
+    pub hardware: Hardware,
+    /// Settings of its firmware; what a file does not say follows from its drive.
+    pub firmware: Settings,
+}
+
+/// Motor, platform, supply.
+///
+/// The default is a maxon RE 25 (20 W, graphite brushes, order number 118752; maxon catalogue, RE program) that carries the platform
+/// directly, at a 12 V supply.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[expect(missing_docs, reason = "the names say it, with units")]
+pub struct Drive {
+    pub inertia_kg_m2: f64,
+    pub motor_constant_N_m_A: f64,
+    pub resistance_ohm: f64,
+    pub supply_V: f64,
+    pub thermal_J_K: f64,
+    pub thermal_K_W: f64,
+    pub ambient_C: f64,
+}
+
+impl Default for Drive {
+    fn default() -> Self {
+        Drive {
+            // A platform of 60 mm radius and 0.13 kg (½ m r² = 2.34e-4), the sensor on it, and the rotor's 10.8 g cm² (catalogue).
+            inertia_kg_m2: 2.5e-4,
+            motor_constant_N_m_A: 2.34e-2, // catalogue: torque constant 23.4 mN m/A
+            resistance_ohm: 2.32,          // catalogue: terminal resistance
+            supply_V: 12.0,                // the bridge's supply; the winding is made for 24 V
+            thermal_J_K: 4.0,              // catalogue: thermal time constant of the winding 12.5 s over 3.1 K/W winding–housing
+            thermal_K_W: 17.1,             // catalogue: 3.1 K/W winding–housing and 14 K/W housing–ambient
+            ambient_C: 25.0,
+        }
+    }
+}
+
+impl Default for Stand {
+    fn default() -> Self {
+        let effect = |id: &str, parameters: &[(&str, f64)]| {
+            (id.to_owned(), parameters.iter().map(|&(name, value)| (name.to_owned(), value)).collect())
+        };
+        Stand {
+            name: "rotary stand on a maxon RE 25".to_owned(),
+            drive: Drive::default(),
+            effects: [
+                // Catalogue: no-load current 36.9 mA × 23.4 mN m/A = 0.86 mN m, shared between dry and viscous at 9550 1/min.
+                effect("coulomb", &[("coulomb_N_m", 9e-4)]),
+                effect("viscous", &[("viscous_N_m_s", 2e-5)]),
+                // Catalogue: terminal inductance 0.238 mH.
+                effect("inductance", &[("inductance_H", 2.38e-4)]),
+            ]
+            .into_iter()
+            .collect(),
+            sensors: SensorSetup::default(),
+            hardware: Hardware::default(),
+            firmware: Settings::default(),
+        }
+    }
+}
+
+/// Why a stand cannot be built.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum StandError {
+    /// Not TOML, or a key that no stand has.
+    #[error("{0}")]
+    Toml(String),
+    /// No such effect.
+    #[error("effects.{0}: the catalogue has no effect of this name (`stand effects` lists them)")]
+    UnknownEffect(String),
+    /// No such parameter.
+    #[error("effects.{effect}: no parameter `{parameter}`; it has {has}")]
+    UnknownParameter {
+        /// The effect.
+        effect: String,
+        /// What was given.
+        parameter: String,
+        /// What there is.
+        has: String,
+    },
+    /// A value that cannot be.
+    #[error("{key} = {value}: must be {range}")]
+    OutOfRange {
+        /// Where.
+        key: String,
+        /// What was given.
+        value: f64,
+        /// What it may be.
+        range: String,
+    },
+}
+
+impl Stand {
+    /// A stand from the text of a file.
+    ///
+    /// # Errors
+    /// The first thing that is wrong, with its key.
+    pub fn parse(text: &str) -> Result<Self, StandError> {
+        let fail = |e: toml::de::Error| {
+            let line = e.span().map_or(1, |span| text[..span.start.min(text.len())].matches('\n').count() + 1);
+            StandError::Toml(format!("line {line}: {}", e.message().replace('\n', " ")))
+        };
+        let mut stand: Stand = toml::from_str(text).map_err(fail)?;
+        let given: toml::Table = toml::from_str(text).map_err(fail)?;
+        let said = |key: &str| given.get("firmware").and_then(|f| f.get(key)).is_some();
+        let (d, f) = (&stand.drive, &mut stand.firmware);
+        let follow = |key: &str, to: &mut f64, value: f64| {
+            if !said(key) {
+                *to = value;
+            }
+        };
+        follow("resistance_ohm", &mut f.resistance_ohm, d.resistance_ohm);
+        follow("motor_constant_N_m_A", &mut f.motor_constant_N_m_A, d.motor_constant_N_m_A);
+        follow("inertia_kg_m2", &mut f.inertia_kg_m2, d.inertia_kg_m2);
+        // Both poles of the loop at LOOP_POLES_RAD_S: J s² + (K²/R + K k/R) s + K c/R.
+        let volts = f.inertia_kg_m2 * f.resistance_ohm / f.motor_constant_N_m_A;
+        follow("rate_gain_V_s_rad", &mut f.rate_gain_V_s_rad, (2.0 * LOOP_POLES_RAD_S * volts - f.motor_constant_N_m_A).max(0.0));
+        follow("position_gain_V_rad", &mut f.position_gain_V_rad, volts * LOOP_POLES_RAD_S * LOOP_POLES_RAD_S);
+        if given.get("hardware").and_then(|h| h.get("supply_nominal_V")).is_none() {
+            stand.hardware.supply_nominal_V = d.supply_V;
+        }
+        stand.check()?;
+        Ok(stand)
+    }
+
+    fn check(&self) -> Result<(), StandError> {
+        let d = &self.drive;
+        for (key, value) in [
+            ("drive.inertia_kg_m2", d.inertia_kg_m2),
+            ("drive.motor_constant_N_m_A", d.motor_constant_N_m_A),
+            ("drive.resistance_ohm", d.resistance_ohm),
+            ("drive.supply_V", d.supply_V),
+            ("drive.thermal_J_K", d.thermal_J_K),
+            ("drive.thermal_K_W", d.thermal_K_W),
+        ] {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(StandError::OutOfRange { key: key.to_owned(), value, range: "positive".to_owned() });
+            }
+        }
+        self.placed().map(|_| ())
+    }
+
+    /// The effects with their parameters in the cards' order; what is not given is the card's start value.
+    ///
+    /// # Errors
+    /// An effect or parameter that the catalogue does not know, or a value out of range.
+    pub fn placed(&self) -> Result<Vec<(&'static str, Vec<f64>)>, StandError> {
+        let mut placed = Vec::new();
+        // In the catalogue's order, so that the order of a file does not matter.
+        let mut names: Vec<&String> = self.effects.keys().collect();
+        let place = |name: &str| effects::CATALOGUE.iter().position(|c| c.id == stem(name));
+        names.sort_by_key(|name| place(name));
+        for name in names {
+            let given = &self.effects[name];
+            let card = effects::card(stem(name)).ok_or_else(|| StandError::UnknownEffect(name.clone()))?;
+            if let Some(parameter) = given.keys().find(|key| !card.parameters.iter().any(|p| p.name == *key)) {
+                let has = card.parameters.iter().map(|p| p.name).collect::<Vec<_>>().join(", ");
+                return Err(StandError::UnknownParameter { effect: name.clone(), parameter: parameter.clone(), has });
+            }
+            let mut values = Vec::new();
+            for p in card.parameters {
+                let value = given.get(p.name).copied().unwrap_or(p.start);
+                let whole = p.kind != Kind::Order || value.fract() == 0.0;
+                if !(value.is_finite() && value >= p.range.0 && value <= p.range.1 && whole) {
+                    let number = if p.kind == Kind::Order { "a whole number" } else { "a number" };
+                    let range = format!("{number} from {} to {}", p.range.0, p.range.1);
+                    return Err(StandError::OutOfRange { key: format!("effects.{name}.{}", p.name), value, range });
+                }
+                values.push(value);
+            }
+            placed.push((card.id, values));
+        }
+        Ok(placed)
+    }
+
+    /// The stand apart from its plant: scales, sensors, settings of the firmware.
+    pub fn setup(&self) -> StandSetup {
+        StandSetup { hardware: self.hardware, sensors: self.sensors, settings: self.firmware }
+    }
+}
+
+/// `cogging` of `cogging#2`.
+fn stem(name: &str) -> &str {
+    name.split('#').next().unwrap_or(name)
+}
