@@ -28,4 +28,4 @@ fi
 
 image="${CARGO_TARGET_DIR:-target}/$target/release/stand"
 python3 scripts/image-size.py "$image" firmware/budget.toml
-python3 scripts/tick-callgraph.py "$image"
+python3 scripts/tick-callgraph.py "$image" firmware/budget.toml

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What the control interrupt of an image can call: tick-callgraph.py IMAGE.
+"""What the control interrupt of an image can call: tick-callgraph.py IMAGE BUDGET.
 
 Walks the calls from the tick's vector in the disassembly and fails if a panic or a double-precision routine can be
 reached. Indirect calls are listed: the one there is wakes a task through its waker. Needs llvm-objdump; without it
@@ -11,6 +11,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tomllib
 
 ENTRY = "TIM1_UP_TIM10"
 FORBIDDEN = re.compile(r"panick?|unwrap_failed|rust_begin_unwind|__aeabi_(d|ul2d|l2d|i2d|ui2d|f2d)[a-z0-9]*$|__(add|sub|mul|div)df3")
@@ -61,6 +62,10 @@ def main():
     # A vector that only jumps would look clean: the law itself must be in what was walked.
     if size < 300:
         sys.exit(f"tick: {size} instructions cannot be the whole law; the disassembly was not understood")
+    with open(sys.argv[2], "rb") as file:
+        greatest = tomllib.load(file)["tick"]["greatest_instructions"]
+    if size > greatest:
+        sys.exit(f"tick: {size} instructions are more than the {greatest} of {sys.argv[2]}")
     print("tick: no panic and no double-precision routine can be reached")
 
 

@@ -169,3 +169,28 @@ fn the_rate_command_is_the_profile_where_no_limit_is_in_force() {
         assert!((commands[k] - values[k]).abs() < 1e-8, "row {k}: {} {}", commands[k], values[k]);
     }
 }
+
+#[test]
+fn mean_voltage_and_mean_current_match_in_the_closed_loop_and_at_the_limits_too() {
+    // R i + K ω = u holds at every instant, so it holds for the means of a row, however u moves within it.
+    let step = |mode, amplitude| {
+        let mut request = SessionRequest::new(mode, ProfileKind::MultiStep, 6.0, 5);
+        request.profile.amplitude = amplitude;
+        request
+    };
+    for (request, current_limit_A, limit) in
+        [(step(Mode::Rate, 30.0), 1.5, Limits::ACCELERATION), (step(Mode::Voltage, 0.7), 0.2, Limits::CURRENT)]
+    {
+        let mut stand = StandSetup::ideal();
+        stand.settings.current_limit_A = current_limit_A;
+        let motor = LinearMotor::default();
+        let record = run(stand, motor.clone(), request).unwrap();
+        let (u, i, theta) = (col(&record, "u_V"), col(&record, "i_A"), &record.true_theta_rad);
+        for k in 0..record.rows() - 1 {
+            let rate = (theta[k + 1] - theta[k]) / 1e-3;
+            let expected = (u[k] - motor.motor_constant_N_m_A * rate) / motor.resistance_ohm;
+            assert!((i[k] - expected).abs() < 1e-9, "row {k}: {} {expected}", i[k]);
+        }
+        assert!(record.limits.iter().any(|l| l.contains(limit)), "{limit:?}");
+    }
+}

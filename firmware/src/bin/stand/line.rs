@@ -82,7 +82,7 @@ impl RowSink for Rows {
 }
 
 fn write_row(line: &mut Line, row: &Row) -> core::fmt::Result {
-    write!(line, "{:.3},{:.5}", row.t_s, row.u_V)?;
+    write!(line, "{:.6},{:.5}", row.t_s, row.u_V)?;
     cell(line, row.supply_V, 3)?;
     cell(line, row.i_A, 5)?;
     write!(line, ",{:.6}", row.theta_rad)?;
