@@ -174,8 +174,11 @@ impl<P: PlantPort, F: FnMut(&Row, &Truth)> RowSink for WithTruth<'_, P, F> {
     }
 }
 
-/// The columns of a log, in order, and how a row fills them.
-const COLUMNS: [(&str, fn(&Row) -> Option<f64>); 9] = [
+/// How a row fills a column.
+type Fill = fn(&Row) -> Option<f64>;
+
+/// The columns of a log, in order.
+const COLUMNS: [(&str, Fill); 9] = [
     ("t_s", |row| Some(row.t_s)),
     ("u_V", |row| Some(row.u_V)),
     ("supply_V", |row| row.supply_V),

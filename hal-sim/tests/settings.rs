@@ -113,7 +113,8 @@ fn a_stand_is_described_by_a_file_and_a_word_that_it_does_not_know_is_refused() 
 
 #[test]
 fn a_stand_that_cannot_be_is_refused_by_the_parameters_name() {
-    let changes: [(&str, fn(&mut StandSetup)); 8] = [
+    type Spoil = fn(&mut StandSetup);
+    let changes: [(&str, Spoil); 8] = [
         ("current_noise_A", |s| s.sensors.current_noise_A = -1.0),
         ("current_per_tick", |s| s.sensors.current_per_tick = 0),
         ("rate_cutoff_Hz", |s| s.sensors.rate_cutoff_Hz = f64::NAN),
