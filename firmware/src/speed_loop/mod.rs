@@ -150,8 +150,10 @@ impl SpeedLoop {
             }
         };
         self.pending = drive.counts();
-        for (bit, ticks) in self.limited_ticks.iter_mut().enumerate() {
-            *ticks = ticks.wrapping_add(u32::from(limits.0 >> bit & 1));
+        if limits != Limits::default() {
+            for (bit, ticks) in self.limited_ticks.iter_mut().enumerate() {
+                *ticks = ticks.wrapping_add(u32::from(limits.0 >> bit & 1));
+            }
         }
         report.fault = self.fault;
         report.limits = limits;
@@ -204,7 +206,7 @@ impl SpeedLoop {
     /// The regulator in rate mode; moves the ramp to the tick `soon`.
     #[inline]
     fn rate(&mut self, soon: u64, report: &mut Report, limits: &mut Limits) -> Drive {
-        let config = self.config;
+        let config = &self.config;
         let (error, slipped) = self.ramp.error(self.position.counts, config.slip);
         limits.set(Limits::SLIPPED, slipped);
         report.position_command = self.ramp.position;
