@@ -2,8 +2,10 @@
 //!
 //! `cargo bench -p hal-sim --bench times_real_time`. Best and median of several sessions; the last line is the tick alone.
 
+use hal_sim::board::PlantPort;
 use hal_sim::board::linear_motor::LinearMotor;
 use hal_sim::peripherals::SensorSetup;
+use hal_sim::plant::{Plant, Stand};
 use hal_sim::session::{SessionRequest, StandSetup, run};
 use stand_firmware::board::{CONTROL_HZ, EncoderCount, Hardware, Sensed};
 use stand_firmware::profile::ProfileKind;
@@ -14,11 +16,11 @@ use std::time::Instant;
 const SECONDS: f64 = 30.0;
 const RUNS: usize = 7;
 
-fn times(stand: StandSetup, mode: Mode, kind: ProfileKind) -> (f64, f64) {
+fn times<P: PlantPort>(stand: StandSetup, plant: impl Fn() -> P, mode: Mode, kind: ProfileKind) -> (f64, f64) {
     let mut factors: Vec<f64> = (0..RUNS)
         .map(|_| {
             let begin = Instant::now();
-            let record = run(stand, LinearMotor::default(), SessionRequest::new(mode, kind, SECONDS, 1));
+            let record = run(stand, plant(), SessionRequest::new(mode, kind, SECONDS, 1));
             black_box(record.expect("the session is a good one"));
             SECONDS / begin.elapsed().as_secs_f64()
         })
@@ -44,16 +46,27 @@ fn tick_alone() -> f64 {
 }
 
 fn main() {
-    println!("{SECONDS} s sessions at {CONTROL_HZ} Hz, rows at 1 kHz, plant: linear motor; best and median of {RUNS}");
+    println!("{SECONDS} s sessions at {CONTROL_HZ} Hz, rows at 1 kHz; best and median of {RUNS}");
     println!("{:<34}{:>10}{:>10}", "", "best ×", "median ×");
     let quiet = StandSetup { sensors: SensorSetup::ideal(), ..StandSetup::default() };
+    let default = Stand::default();
+    for (name, mode, kind) in [
+        ("default stand, voltage, multi-step", Mode::Voltage, ProfileKind::MultiStep),
+        ("default stand, rate, multi-step", Mode::Rate, ProfileKind::MultiStep),
+        ("default stand, rate, multisine", Mode::Rate, ProfileKind::Multisine),
+    ] {
+        let plant = || Plant::new(&default, 0.0).expect("the default stand is a good one");
+        let (best, median) = times(default.setup(), plant, mode, kind);
+        println!("{name:<34}{best:>10.0}{median:>10.0}");
+    }
+    println!("the same on an exactly solved linear motor:");
     for (name, stand, mode, kind) in [
         ("voltage, multi-step", StandSetup::default(), Mode::Voltage, ProfileKind::MultiStep),
         ("rate, multi-step", StandSetup::default(), Mode::Rate, ProfileKind::MultiStep),
         ("rate, multisine", StandSetup::default(), Mode::Rate, ProfileKind::Multisine),
         ("rate, multi-step, without noise", quiet, Mode::Rate, ProfileKind::MultiStep),
     ] {
-        let (best, median) = times(stand, mode, kind);
+        let (best, median) = times(stand, LinearMotor::default, mode, kind);
         println!("{name:<34}{best:>10.0}{median:>10.0}");
     }
     println!("the tick of the speed loop alone, rate mode: {:.1} ns", tick_alone());

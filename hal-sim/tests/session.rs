@@ -194,3 +194,22 @@ fn mean_voltage_and_mean_current_match_in_the_closed_loop_and_at_the_limits_too(
         assert!(record.limits.iter().any(|l| l.contains(limit)), "{limit:?}");
     }
 }
+
+#[test]
+fn the_default_stand_settles_a_step_and_keeps_the_crystals_rate() {
+    use hal_sim::plant::{Plant, Stand};
+    let stand = Stand::default();
+    let run_at = |rate, seconds| run(stand.setup(), Plant::new(&stand, 0.0).unwrap(), constant(Mode::Rate, rate, seconds)).unwrap();
+    let step = 100_f64.to_radians();
+    let record = run_at(step, 1.5);
+    let greatest = record.true_omega_rad_s.iter().copied().fold(0.0, f64::max);
+    assert!(greatest < 1.05 * step, "overshoot {}", greatest / step);
+    let worst = record.true_omega_rad_s[300..].iter().map(|w| (w / step - 1.0).abs()).fold(0.0, f64::max);
+    assert!(worst < 0.02, "{worst}");
+    let rate = -7.0_f64;
+    let record = run_at(rate, 11.0);
+    let rows = (10.0 * std::f64::consts::TAU / rate.abs() * 1e3).round() as usize;
+    let theta = &record.true_theta_rad;
+    let mean = (theta[1000 + rows] - theta[1000]) / (rows as f64 * 1e-3);
+    assert!((mean / rate - 1.0).abs() < 1.0 / 200_000.0, "{mean}");
+}

@@ -67,4 +67,7 @@ impl<S: Scalar> Law<S> for Backlash {
     fn arm(&self, p: &[S], arms: &mut Arms<S>) {
         arms.shaft = Some(Shaft { stiffness: p[1], damping: p[2], share: p[3], gap: p[0] });
     }
+    fn is_silent(&self) -> bool {
+        true
+    }
 }

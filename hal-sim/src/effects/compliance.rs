@@ -58,4 +58,7 @@ impl<S: Scalar> Law<S> for Compliance {
     fn arm(&self, p: &[S], arms: &mut Arms<S>) {
         arms.shaft = Some(Shaft { stiffness: p[0], damping: p[1], share: p[2], gap: S::zero() });
     }
+    fn is_silent(&self) -> bool {
+        true
+    }
 }

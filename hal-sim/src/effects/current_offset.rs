@@ -40,4 +40,7 @@ impl<S: Scalar> Law<S> for CurrentOffset {
     fn see(&self, p: &[S], _x: &Point<S>, y: &mut Reading<S>) {
         y.current += p[0];
     }
+    fn is_silent(&self) -> bool {
+        true
+    }
 }

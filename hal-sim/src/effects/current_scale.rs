@@ -40,4 +40,7 @@ impl<S: Scalar> Law<S> for CurrentScale {
     fn see(&self, p: &[S], x: &Point<S>, y: &mut Reading<S>) {
         y.current += p[0] * x.current;
     }
+    fn is_silent(&self) -> bool {
+        true
+    }
 }

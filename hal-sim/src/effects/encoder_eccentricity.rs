@@ -62,4 +62,7 @@ impl<S: Scalar> Law<S> for EncoderEccentricity {
             y.omega += p[0] * p[1] * c * x.omega;
         }
     }
+    fn is_silent(&self) -> bool {
+        true
+    }
 }

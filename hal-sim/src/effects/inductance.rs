@@ -40,4 +40,7 @@ impl<S: Scalar> Law<S> for Inductance {
     fn arm(&self, p: &[S], arms: &mut Arms<S>) {
         arms.inductance_H = Some(p[0]);
     }
+    fn is_silent(&self) -> bool {
+        true
+    }
 }

@@ -17,6 +17,10 @@ pub trait Law<S: Scalar>: Send + Sync {
     fn act(&self, _p: &[S], _x: &Point<S>, _a: &mut Acts<S>) {}
     /// Changes what a channel shows, with no torque behind it.
     fn see(&self, _p: &[S], _x: &Point<S>, _y: &mut Reading<S>) {}
+    /// `act` does nothing: the law is of structure or measurement alone, and need not be asked at every step.
+    fn is_silent(&self) -> bool {
+        false
+    }
     /// Changes the structure of the rig (shaft, winding, bristle, filters); called once for a set of parameters.
     fn arm(&self, _p: &[S], _arms: &mut Arms<S>) {}
 }

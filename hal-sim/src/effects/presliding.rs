@@ -40,4 +40,7 @@ impl<S: Scalar> Law<S> for Presliding {
     fn arm(&self, p: &[S], arms: &mut Arms<S>) {
         arms.bristle_N_m_rad = Some(p[0]);
     }
+    fn is_silent(&self) -> bool {
+        true
+    }
 }

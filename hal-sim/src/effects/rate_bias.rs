@@ -40,4 +40,7 @@ impl<S: Scalar> Law<S> for RateBias {
     fn see(&self, p: &[S], _x: &Point<S>, y: &mut Reading<S>) {
         y.omega += p[0];
     }
+    fn is_silent(&self) -> bool {
+        true
+    }
 }

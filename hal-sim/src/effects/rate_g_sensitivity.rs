@@ -49,4 +49,7 @@ impl<S: Scalar> Law<S> for RateGSensitivity {
     fn see(&self, p: &[S], x: &Point<S>, y: &mut Reading<S>) {
         y.omega += p[0] * (x.theta + p[1]).sin();
     }
+    fn is_silent(&self) -> bool {
+        true
+    }
 }

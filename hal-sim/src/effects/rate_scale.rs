@@ -40,4 +40,7 @@ impl<S: Scalar> Law<S> for RateScale {
     fn see(&self, p: &[S], x: &Point<S>, y: &mut Reading<S>) {
         y.omega += p[0] * x.omega;
     }
+    fn is_silent(&self) -> bool {
+        true
+    }
 }

@@ -49,4 +49,7 @@ impl<S: Scalar> Law<S> for RateScaleNonlinearity {
     fn see(&self, p: &[S], x: &Point<S>, y: &mut Reading<S>) {
         y.omega += x.omega * (p[0] * x.omega.abs() + p[1] * x.omega * x.omega);
     }
+    fn is_silent(&self) -> bool {
+        true
+    }
 }

@@ -40,4 +40,7 @@ impl<S: Scalar> Law<S> for SensorLag {
     fn arm(&self, p: &[S], arms: &mut Arms<S>) {
         arms.lag_s = Some(p[0]);
     }
+    fn is_silent(&self) -> bool {
+        true
+    }
 }

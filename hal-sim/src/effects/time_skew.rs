@@ -40,4 +40,7 @@ impl<S: Scalar> Law<S> for TimeSkew {
     fn arm(&self, p: &[S], arms: &mut Arms<S>) {
         arms.skew_s = Some(p[0]);
     }
+    fn is_silent(&self) -> bool {
+        true
+    }
 }

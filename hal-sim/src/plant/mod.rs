@@ -15,11 +15,14 @@ use crate::effects::{self, Acts, Arms, Law, Point, T0_C, Thermal};
 use sensing::Sensing;
 pub use stand::{Stand, StandError};
 
-/// State: angle, rate, current, charge since the last tick, motor's rate, twist, bristle.
-type State = [f64; 7];
-const THETA: usize = 0;
-const OMEGA: usize = 1;
-const CURRENT: usize = 2;
+/// State: rate, current, angle, charge since the last tick; with shaft or bristle also the motor's rate, twist, bristle.
+type State = [f64; FULL];
+const FULL: usize = 7;
+/// What a drive without shaft and bristle needs of it.
+const PLAIN: usize = 4;
+const OMEGA: usize = 0;
+const CURRENT: usize = 1;
+const THETA: usize = 2;
 const CHARGE: usize = 3;
 const MOTOR: usize = 4;
 const TWIST: usize = 5;
@@ -35,9 +38,13 @@ pub struct Plant {
     inertia: f64,
     motor_constant: f64,
     resistance: f64,
+    /// Laws that act, and laws that only change what a sensor sees.
     laws: Vec<(Box<dyn Law<f64>>, Vec<f64>)>,
+    seen: Vec<(Box<dyn Law<f64>>, Vec<f64>)>,
     arms: Arms<f64>,
     thermal: Thermal<f64>,
+    /// Some effect eats a voltage.
+    drops: bool,
     nominal_V: f64,
     supply_V: f64,
     t_s: f64,
@@ -55,14 +62,14 @@ impl Plant {
     pub fn new(stand: &Stand, theta_rad: f64) -> Result<Self, StandError> {
         let placed = stand.placed()?;
         let mut arms = Arms::default();
-        let mut laws = Vec::new();
+        let (mut laws, mut seen) = (Vec::new(), Vec::new());
         for (id, parameters) in placed {
             let Some(law) = effects::law::<f64>(id) else { continue };
             law.arm(&parameters, &mut arms);
-            laws.push((law, parameters));
+            if law.is_silent() { seen.push((law, parameters)) } else { laws.push((law, parameters)) }
         }
         let thermal = arms.thermal.unwrap_or(Thermal { J_K: stand.drive.thermal_J_K, K_W: stand.drive.thermal_K_W });
-        let mut state = [0.0; 7];
+        let mut state = [0.0; FULL];
         state[THETA] = theta_rad;
         let sensing = Sensing::new(&arms);
         let mut plant = Plant {
@@ -70,8 +77,10 @@ impl Plant {
             motor_constant: stand.drive.motor_constant_N_m_A,
             resistance: stand.drive.resistance_ohm,
             laws,
+            seen,
             arms,
             thermal,
+            drops: false,
             nominal_V: stand.drive.supply_V,
             supply_V: stand.drive.supply_V,
             t_s: 0.0,
@@ -80,6 +89,7 @@ impl Plant {
             mean_current_A: 0.0,
             sensing,
         };
+        plant.drops = plant.acts(&plant.state, 0.0, 0.0, 0.0).drop_V > 0.0;
         plant.sense(0.0);
         Ok(plant)
     }
@@ -104,21 +114,25 @@ impl Plant {
         self.sense(0.0);
     }
 
-    fn motor(&self) -> usize {
-        if self.arms.shaft.is_some() { MOTOR } else { OMEGA }
+    /// Where the rate that friction and winding see stands in a state of N.
+    #[inline]
+    fn motor<const N: usize>(&self) -> usize {
+        if N == FULL && self.arms.shaft.is_some() { MOTOR } else { OMEGA }
     }
 
     /// Inertia that friction acts on.
-    fn rubbed_inertia(&self) -> f64 {
-        self.arms.shaft.as_ref().map_or(self.inertia, |s| self.inertia * s.share)
+    #[inline]
+    fn rubbed_inertia<const N: usize>(&self) -> f64 {
+        if N == PLAIN { self.inertia } else { self.arms.shaft.as_ref().map_or(self.inertia, |s| self.inertia * s.share) }
     }
 
-    fn point(&self, s: &State, current: f64, asked_V: f64, t_s: f64) -> Point<f64> {
+    #[inline]
+    fn point<const N: usize>(&self, s: &[f64; N], current: f64, asked_V: f64, t_s: f64) -> Point<f64> {
         Point {
             from_s: t_s,
             to_s: t_s,
             theta: s[THETA],
-            omega: s[self.motor()],
+            omega: s[self.motor::<N>()],
             current,
             voltage: asked_V,
             temp_C: self.heat_K + T0_C,
@@ -127,7 +141,8 @@ impl Plant {
         }
     }
 
-    fn acts(&self, s: &State, current: f64, asked_V: f64, t_s: f64) -> Acts<f64> {
+    #[inline(always)]
+    fn acts<const N: usize>(&self, s: &[f64; N], current: f64, asked_V: f64, t_s: f64) -> Acts<f64> {
         let x = self.point(s, current, asked_V, t_s);
         let mut acts = Acts::none();
         for (law, parameters) in &self.laws {
@@ -137,8 +152,8 @@ impl Plant {
     }
 
     /// Laws and current at a state. The current of a winding without inductance follows at once, found with the laws that ask for it.
-    #[inline]
-    fn at(&self, s: &State, asked_V: f64, t_s: f64) -> (Acts<f64>, f64) {
+    #[inline(always)]
+    fn at<const N: usize>(&self, s: &[f64; N], asked_V: f64, t_s: f64) -> (Acts<f64>, f64) {
         if self.arms.inductance_H.is_some() {
             return (self.acts(s, s[CURRENT], asked_V, t_s), s[CURRENT]);
         }
@@ -146,7 +161,7 @@ impl Plant {
         let mut acts = self.acts(s, current, asked_V, t_s);
         let rounds = if self.arms.by_current { 8 } else { 1 };
         for round in 0..rounds {
-            let v = asked_V + acts.voltage - self.motor_constant * acts.motor_factor * s[self.motor()];
+            let v = asked_V + acts.voltage - self.motor_constant * acts.motor_factor * s[self.motor::<N>()];
             current = past_gap(v, 2.0 * acts.drop_V) / (self.resistance * acts.resistance_factor + acts.series_ohm);
             if round + 1 < rounds {
                 acts = self.acts(s, current, asked_V, t_s);
@@ -156,28 +171,27 @@ impl Plant {
     }
 
     /// Torque on what friction rubs, without the dry part, N m.
-    #[inline]
-    fn torque(&self, s: &State, acts: &Acts<f64>, current: f64) -> f64 {
-        let motor_omega = s[self.motor()];
-        let mut torque = self.motor_constant * acts.motor_factor * current + acts.torque
-            - acts.viscous * acts.viscous_factor * motor_omega
-            - self.arms.bristle_N_m_rad.map_or(0.0, |stiffness| stiffness * s[BRISTLE]);
-        if let Some(shaft) = &self.arms.shaft {
-            torque -= through(shaft, s);
+    #[inline(always)]
+    fn torque<const N: usize>(&self, s: &[f64; N], acts: &Acts<f64>, current: f64) -> f64 {
+        let motor_omega = s[self.motor::<N>()];
+        let mut torque = self.motor_constant * acts.motor_factor * current + acts.torque - acts.viscous * acts.viscous_factor * motor_omega;
+        if N == FULL {
+            torque -= self.arms.bristle_N_m_rad.map_or(0.0, |stiffness| stiffness * s[BRISTLE]);
+            torque -= self.arms.shaft.as_ref().map_or(0.0, |shaft| through(shaft, s));
         }
         torque
     }
 
     /// Time derivative while the rotor slides in `direction`; 0: it is held.
-    #[inline]
-    fn derivative(&self, s: &State, direction: f64, asked_V: f64, t_s: f64) -> State {
+    #[inline(always)]
+    fn derivative<const N: usize>(&self, s: &[f64; N], direction: f64, asked_V: f64, t_s: f64) -> [f64; N] {
         let (acts, current) = self.at(s, asked_V, t_s);
-        let motor = self.motor();
-        let mut d = [0.0; 7];
+        let motor = self.motor::<N>();
+        let mut d = [0.0; N];
         let bristle = self.arms.bristle_N_m_rad;
         let dry = if bristle.is_some() { 0.0 } else { acts.dry };
         let acceleration =
-            if direction == 0.0 { 0.0 } else { (self.torque(s, &acts, current) - direction * dry) / self.rubbed_inertia() };
+            if direction == 0.0 { 0.0 } else { (self.torque(s, &acts, current) - direction * dry) / self.rubbed_inertia::<N>() };
         d[motor] = acceleration;
         d[THETA] = s[OMEGA];
         d[CHARGE] = current;
@@ -187,8 +201,11 @@ impl Plant {
             let driving = if current.abs() < 1e-12 { past_gap(v, 2.0 * acts.drop_V) } else { v - acts.drop_V * current.signum() };
             d[CURRENT] = (driving - resistance * current) / inductance;
         }
+        if N < FULL {
+            return d;
+        }
         if let Some(shaft) = &self.arms.shaft {
-            d[OMEGA] = through(shaft, s) / (self.inertia - self.rubbed_inertia());
+            d[OMEGA] = through(shaft, s) / (self.inertia - self.rubbed_inertia::<N>());
             d[TWIST] = s[MOTOR] - s[OMEGA];
         }
         if let (Some(stiffness), true) = (bristle, acts.dry > 0.0) {
@@ -197,7 +214,8 @@ impl Plant {
         d
     }
 
-    fn runge_kutta(&self, s: &State, direction: f64, asked_V: f64, t_s: f64, h: f64) -> State {
+    #[inline]
+    fn runge_kutta<const N: usize>(&self, s: &[f64; N], direction: f64, asked_V: f64, t_s: f64, h: f64) -> [f64; N] {
         let k1 = self.derivative(s, direction, asked_V, t_s);
         let k2 = self.derivative(&along(s, &k1, 0.5 * h), direction, asked_V, t_s + 0.5 * h);
         let k3 = self.derivative(&along(s, &k2, 0.5 * h), direction, asked_V, t_s + 0.5 * h);
@@ -210,8 +228,8 @@ impl Plant {
     }
 
     /// Which way the rotor slides at this state; 0: the dry level holds it.
-    fn direction(&self, s: &State, asked_V: f64, t_s: f64) -> f64 {
-        let omega = s[self.motor()];
+    fn direction<const N: usize>(&self, s: &[f64; N], asked_V: f64, t_s: f64) -> f64 {
+        let omega = s[self.motor::<N>()];
         if omega != 0.0 {
             return omega.signum();
         }
@@ -224,31 +242,32 @@ impl Plant {
     }
 
     /// One step, in which the rotor may stop: the instant is located, and what is left begins from rest.
-    fn step(&mut self, asked_V: f64, mut t_s: f64, mut h: f64) {
-        let motor = self.motor();
+    #[inline]
+    fn step<const N: usize>(&self, state: &mut [f64; N], asked_V: f64, mut t_s: f64, mut h: f64) {
+        let motor = self.motor::<N>();
         let sticks = self.arms.bristle_N_m_rad.is_none();
         // A rotor can stop, turn and stop again within a step only by a chatter that rest ends.
         for _ in 0..4 {
-            let direction = self.direction(&self.state, asked_V, t_s);
-            let next = self.runge_kutta(&self.state, direction, asked_V, t_s, h);
+            let direction = self.direction(state, asked_V, t_s);
+            let next = self.runge_kutta(state, direction, asked_V, t_s, h);
             let passed = sticks && direction != 0.0 && next[motor] * direction < 0.0;
             if !passed {
-                self.state = next;
+                *state = next;
                 break;
             }
             // Illinois' regula falsi on the length of the step.
             let (mut low, mut high) = (0.0, h);
-            let (mut at_low, mut at_high) = (self.state[motor], next[motor]);
+            let (mut at_low, mut at_high) = (state[motor], next[motor]);
             if at_low == 0.0 {
                 // From rest against its own direction: rounding. It stays at rest.
-                self.state = self.runge_kutta(&self.state, 0.0, asked_V, t_s, h);
+                *state = self.runge_kutta(state, 0.0, asked_V, t_s, h);
                 break;
             }
             let mut stopped = next;
             let mut part = h;
             for _ in 0..20 {
                 part = low - at_low * (high - low) / (at_high - at_low);
-                stopped = self.runge_kutta(&self.state, direction, asked_V, t_s, part);
+                stopped = self.runge_kutta(state, direction, asked_V, t_s, part);
                 let omega = stopped[motor];
                 if omega.abs() < 1e-12 || high - low < 1e-12 {
                     break;
@@ -264,7 +283,7 @@ impl Plant {
                 }
             }
             stopped[motor] = 0.0;
-            self.state = stopped;
+            *state = stopped;
             t_s += part;
             h -= part;
             if h <= 1e-12 {
@@ -272,14 +291,14 @@ impl Plant {
             }
         }
         // The drop of the brushes may end a current, not turn it round.
-        if self.arms.inductance_H.is_some() {
-            let before = self.state[CURRENT];
-            let (acts, _) = self.at(&self.state, asked_V, t_s);
+        if self.drops && self.arms.inductance_H.is_some() {
+            let before = state[CURRENT];
+            let (acts, _) = self.at(state, asked_V, t_s);
             if acts.drop_V > 0.0 {
-                let v = asked_V + acts.voltage - self.motor_constant * acts.motor_factor * self.state[motor];
+                let v = asked_V + acts.voltage - self.motor_constant * acts.motor_factor * state[motor];
                 let step = acts.drop_V / self.arms.inductance_H.unwrap_or(1.0) * h;
                 if v.abs() <= acts.drop_V && before.abs() <= step {
-                    self.state[CURRENT] = 0.0;
+                    state[CURRENT] = 0.0;
                 }
             }
         }
@@ -298,14 +317,15 @@ impl Plant {
         if let Some(stiffness) = self.arms.bristle_N_m_rad {
             // The bristle's own constant is its breakaway angle over the rate; a dry level of 10 µN m is the least that is looked for.
             let (acts, _) = self.at(&self.state, 0.0, self.t_s);
-            fastest_s = fastest_s.min(acts.dry.max(1e-5) / stiffness / self.state[OMEGA].abs().max(1e-3)).min((self.inertia / stiffness).sqrt());
+            fastest_s =
+                fastest_s.min(acts.dry.max(1e-5) / stiffness / self.state[OMEGA].abs().max(1e-3)).min((self.inertia / stiffness).sqrt());
         }
         (dt_s / (STEP_OF_FASTEST * fastest_s)).ceil().clamp(1.0, MOST_STEPS)
     }
 
     fn sense(&mut self, dt_s: f64) {
         let x = self.point(&self.state, self.mean_current_A, 0.0, self.t_s);
-        self.sensing.take(&self.laws, &x, self.state[OMEGA], self.state[THETA], self.mean_current_A, dt_s);
+        self.sensing.take(&self.seen, &x, self.state[OMEGA], self.state[THETA], self.mean_current_A, dt_s);
     }
 }
 
@@ -316,9 +336,20 @@ impl PlantPort for Plant {
         self.state[CHARGE] = 0.0;
         // Duty times the supply as it is now.
         let asked_V = asked_V * (self.supply_V / self.nominal_V);
-        for k in 0..steps as u32 {
-            self.step(asked_V, self.t_s + f64::from(k) * h, h);
+        let mut state = self.state;
+        if self.arms.shaft.is_some() || self.arms.bristle_N_m_rad.is_some() {
+            for k in 0..steps as u32 {
+                self.step(&mut state, asked_V, self.t_s + f64::from(k) * h, h);
+            }
+        } else {
+            let [omega, current, theta, charge, ..] = state;
+            let mut plain: [f64; PLAIN] = [omega, current, theta, charge];
+            for k in 0..steps as u32 {
+                self.step(&mut plain, asked_V, self.t_s + f64::from(k) * h, h);
+            }
+            state[..PLAIN].copy_from_slice(&plain);
         }
+        self.state = state;
         if self.arms.inductance_H.is_none() {
             // Kept as the start of the search for laws that ask for the current.
             self.state[CURRENT] = self.at(&self.state, asked_V, self.t_s + dt_s).1;
@@ -360,7 +391,7 @@ impl PlantPort for Plant {
 }
 
 #[inline]
-fn along(s: &State, d: &State, h: f64) -> State {
+fn along<const N: usize>(s: &[f64; N], d: &[f64; N], h: f64) -> [f64; N] {
     let mut next = *s;
     for k in 0..next.len() {
         next[k] += h * d[k];
@@ -380,7 +411,7 @@ fn past_gap(x: f64, width: f64) -> f64 {
 }
 
 /// Torque through a shaft, from motor to platform, N m.
-fn through(shaft: &effects::Shaft<f64>, s: &State) -> f64 {
+fn through<const N: usize>(shaft: &effects::Shaft<f64>, s: &[f64; N]) -> f64 {
     let wound = past_gap(s[TWIST], shaft.gap);
     if shaft.gap > 0.0 && wound == 0.0 { 0.0 } else { shaft.stiffness * wound + shaft.damping * (s[MOTOR] - s[OMEGA]) }
 }

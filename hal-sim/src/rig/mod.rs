@@ -102,6 +102,8 @@ struct Placed<S> {
 pub struct Rig<S: Scalar> {
     base: Base<S>,
     input: Input,
+    /// Laws that act, and all laws.
+    acting: Vec<usize>,
     placed: Vec<Placed<S>>,
     arms: Arms<S>,
 }
@@ -117,7 +119,8 @@ impl<S: Scalar> Rig<S> {
                 Placed { law, parameters }
             })
             .collect();
-        Rig { base, input, placed, arms }
+        let acting = (0..placed.len()).filter(|&k| !placed[k].law.is_silent()).collect();
+        Rig { base, input, acting, placed, arms }
     }
 
     /// The structure that the effects gave it.
@@ -190,7 +193,8 @@ impl<S: Scalar> Rig<S> {
     #[inline]
     pub(crate) fn acts(&self, x: &Point<S>) -> Acts<S> {
         let mut acts = Acts::none();
-        for placed in &self.placed {
+        for &k in &self.acting {
+            let placed = &self.placed[k];
             placed.law.act(&placed.parameters, x, &mut acts);
         }
         acts
@@ -221,11 +225,7 @@ impl<S: Scalar> Rig<S> {
     /// One step of length `h`, beginning at the share `from` of the span; gives the mean current over it.
     #[inline]
     fn step(&self, state: &mut State<S>, span: &Span, from: f64, h: f64) -> S {
-        if self.arms.is_plain() {
-            self.step_plain(state, span, from, h)
-        } else {
-            self.step_armed(state, span, from, h)
-        }
+        if self.arms.is_plain() { self.step_plain(state, span, from, h) } else { self.step_armed(state, span, from, h) }
     }
 
     /// A rotor and a winding: all that most models have, without the copies of the whole state.
