@@ -1,0 +1,98 @@
+//! What the model file may name: base parameters, effects with their marks, and a blank file.
+
+use hal_sim::effects::{Arms, CATALOGUE, Card, Kind, Parameter, card, law};
+
+use super::Input;
+use super::error::ModelTrouble;
+
+const fn base(name: &'static str, unit: &'static str, says: &'static str, start: f64) -> Parameter {
+    Parameter { name, unit, says, range: (0.0, f64::INFINITY), start, kind: Kind::Positive, hidden: (start, start) }
+}
+
+/// The parameters of the bare model: rigid rotor J ω' = K i, quasi-static armature i = (u − K ω)/R.
+pub static BASE: [Parameter; 3] = [
+    base("inertia_kg_m2", "kg m²", "inertia J of all that turns", 2.5e-4),
+    base("motor_constant_N_m_A", "N m/A", "motor constant K, in torque and back-EMF", 0.05),
+    base("resistance_ohm", "Ω", "resistance R of the winding", 5.0),
+];
+
+/// Base parameters that the model cannot do without.
+pub(super) fn needed(input: Input) -> &'static [&'static str] {
+    match input {
+        Input::Voltage => &["inertia_kg_m2", "motor_constant_N_m_A", "resistance_ohm"],
+        Input::Current => &["inertia_kg_m2", "motor_constant_N_m_A"],
+        Input::Torque => &["inertia_kg_m2"],
+        // A slow run does not show the inertia, a torque not the motor constant: what is compared decides.
+        Input::Motion => &[],
+    }
+}
+
+/// `cogging`, `cogging#2`.
+pub(super) fn marked(name: &str, instance: u32) -> String {
+    if instance == 1 { name.to_owned() } else { format!("{name}#{instance}") }
+}
+
+/// Name and instance of a mark; `None` where the mark is no number from 2 on.
+pub(super) fn unmarked(name: &str) -> Option<(&str, u32)> {
+    match name.split_once('#') {
+        None => Some((name, 1)),
+        Some((stem, mark)) => {
+            let instance: u32 = mark.parse().ok()?;
+            (instance >= 2 && instance.to_string() == mark).then_some((stem, instance))
+        }
+    }
+}
+
+/// The card and instance of a name in the file, if the catalogue knows its stem.
+pub(super) fn effect(name: &str) -> Option<Result<(&'static Card, u32), ModelTrouble>> {
+    let stem = name.split('#').next().unwrap_or(name);
+    let card = card(stem)?;
+    Some(match unmarked(name) {
+        None => Err(ModelTrouble::Mark(name.to_owned(), stem.to_owned())),
+        Some((_, instance)) if instance > 1 && is_structural(card) => Err(ModelTrouble::NoRepeat(card.id)),
+        Some((_, instance)) => Ok((card, instance)),
+    })
+}
+
+/// The effect is an arm of the rig, of which there is one.
+pub(super) fn is_structural(card: &Card) -> bool {
+    let Some(law) = law::<f64>(card.id) else { return false };
+    let mut arms = Arms::default();
+    law.arm(&card.parameters.iter().map(|p| p.start).collect::<Vec<_>>(), &mut arms);
+    arms.shaft.is_some()
+        || arms.inductance_H.is_some()
+        || arms.bristle_N_m_rad.is_some()
+        || arms.thermal.is_some()
+        || arms.lag_s.is_some()
+        || arms.skew_s.is_some()
+}
+
+/// The effects that have a parameter of that name (without mark).
+pub(super) fn owners(parameter: &str) -> Vec<&'static str> {
+    CATALOGUE.iter().filter(|c| c.parameters.iter().any(|p| p.name == parameter)).map(|c| c.id).collect()
+}
+
+/// All parameter names of the house.
+pub(super) fn parameter_names() -> impl Iterator<Item = &'static str> {
+    BASE.iter().map(|p| p.name).chain(CATALOGUE.iter().flat_map(|c| c.parameters.iter().map(|p| p.name)))
+}
+
+/// A short decimal for a file: as few digits as read back the same, with an exponent where zeros would pile up.
+pub(super) fn number(value: f64) -> String {
+    if value != 0.0 && !(1e-3..1e6).contains(&value.abs()) { format!("{value:e}") } else { format!("{value:?}") }
+}
+
+/// The text of a model without effects.
+pub(super) fn blank(input: Input) -> String {
+    let mut text = format!(
+        "[drive]\ninput = \"{}\" # u_V, i_A, torque_N_m; theta_rad: prescribed motion\n# outputs = [\"omega_rad_s\"] # default: all that the log has\neffects = []\n\n[parameters] # a number begins a fit, {{ value = …, fixed = true }} is kept\n",
+        input.column()
+    );
+    for parameter in &BASE {
+        let is_needed = needed(input).contains(&parameter.name) || (input == Input::Motion && parameter.name != "resistance_ohm");
+        if is_needed {
+            text.push_str(&format!("{} = {} # {}, {}\n", parameter.name, number(parameter.start), parameter.says, parameter.unit));
+        }
+    }
+    text
+}

@@ -1,0 +1,76 @@
+//! An effect of the user's own: an expression in the same places as the catalogue's laws.
+
+use hal_sim::effects::{Acts, Law, Point, Reading, Scalar};
+
+use crate::expression::{Env, Expression};
+
+/// Where an own effect acts; what its expression gives is added there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// `torque_N_m`: on the rotor.
+    Torque,
+    /// `voltage_V`: to the voltage asked for.
+    Voltage,
+    /// `omega_rad_s`: to what the rate channel shows.
+    Rate,
+    /// `theta_rad`: to what the angle channel shows.
+    Angle,
+    /// `i_A`: to what the current channel shows.
+    Current,
+}
+
+impl Place {
+    /// All of them.
+    pub const ALL: [Place; 5] = [Place::Torque, Place::Voltage, Place::Rate, Place::Angle, Place::Current];
+
+    /// The key in the model file.
+    pub fn key(self) -> &'static str {
+        match self {
+            Place::Torque => "torque_N_m",
+            Place::Voltage => "voltage_V",
+            Place::Rate => "omega_rad_s",
+            Place::Angle => "theta_rad",
+            Place::Current => "i_A",
+        }
+    }
+}
+
+/// One effect of the user's own. As a [`Law`] it takes its parameters in the order of [`OwnEffect::parameters`].
+#[derive(Debug, Clone)]
+pub struct OwnEffect {
+    /// Name in the file.
+    pub name: String,
+    /// Where it acts.
+    pub place: Place,
+    /// What it adds there.
+    pub expression: Expression,
+    /// Indices into the model's parameters, in the order in which the expression takes them.
+    pub parameters: Vec<usize>,
+}
+
+impl OwnEffect {
+    fn value<S: Scalar>(&self, p: &[S], x: &Point<S>) -> S {
+        let t = S::from(0.5 * (x.from_s + x.to_s));
+        let env = Env { t, theta: x.theta, omega: x.omega, i: x.current, u: x.voltage, temp_C: x.temp_C };
+        self.expression.eval(&env, p)
+    }
+}
+
+impl<S: Scalar> Law<S> for OwnEffect {
+    fn act(&self, p: &[S], x: &Point<S>, a: &mut Acts<S>) {
+        match self.place {
+            Place::Torque => a.torque += self.value(p, x),
+            Place::Voltage => a.voltage += self.value(p, x),
+            _ => {}
+        }
+    }
+
+    fn see(&self, p: &[S], x: &Point<S>, y: &mut Reading<S>) {
+        match self.place {
+            Place::Rate => y.omega += self.value(p, x),
+            Place::Angle => y.theta += self.value(p, x),
+            Place::Current => y.current += self.value(p, x),
+            _ => {}
+        }
+    }
+}
