@@ -13,6 +13,7 @@ pub mod noise;
 pub mod normal;
 pub mod parameters;
 pub mod pipeline;
+pub mod prepare;
 pub mod record;
 pub mod simulate;
 pub mod solve;
@@ -20,16 +21,20 @@ pub mod solve;
 use covariance::{Colour, Covariance};
 use normal::{MOST_LANES, Starts};
 pub use parameters::{Parameter, Parameters};
-pub use record::{Channel, Driven, Record, Shows};
-use simulate::{Initial, initials};
+pub use record::{Compared, Record};
+
+use crate::model::Channel;
 pub use simulate::{Effect, Source, System};
+use simulate::{Initial, initials};
 use solve::Place;
 
 /// Why a model cannot be held against a log.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FitError {
     /// There are more unknowns than the tool carries at once.
-    #[error("the model has {0} free parameters and initial states; at most {MOST_LANES} can be fitted at once: fix some with {{ value = …, fixed = true }}")]
+    #[error(
+        "the model has {0} free parameters and initial states; at most {MOST_LANES} can be fitted at once: fix some with {{ value = …, fixed = true }}"
+    )]
     TooMany(usize),
     /// There are fewer rows than unknowns.
     #[error("the log has {rows} rows to fit {unknowns} unknowns: record longer, or fix some parameters")]
@@ -48,7 +53,7 @@ pub enum FitError {
 #[derive(Debug, Clone)]
 pub struct Fitness {
     /// What it shows.
-    pub shows: Shows,
+    pub shows: Channel,
     /// Root mean square of the residual over the rows that were fitted (angles: of increments over 20 ms).
     pub rms: f64,
     /// The same over the held-out rows; `None` where nothing was held out.
@@ -174,7 +179,7 @@ fn noise_floor(record: &Record, channel: usize) -> f64 {
 
 fn first_noise(record: &Record, channel: usize) -> f64 {
     let c = &record.channels[channel];
-    let scale = if c.shows == Shows::Angle { 2f64.sqrt() } else { 1.0 };
+    let scale = if c.shows == Channel::Angle { 2f64.sqrt() } else { 1.0 };
     (noise::of_series(c.measured.iter().copied()) * scale).max(noise_floor(record, channel))
 }
 
@@ -183,7 +188,7 @@ fn residual_noise(record: &Record, channel: usize, residual: &[f64]) -> f64 {
     let correlation = c.filter_hz.map_or(0.0, |hz| (-std::f64::consts::TAU * hz * record.dt_s).exp());
     let fine = noise::of_residuals(residual, correlation);
     let quantised = match (c.shows, c.quantum) {
-        (Shows::Angle, Some(quantum)) => quantised_increments(record, channel, residual, quantum),
+        (Channel::Angle, Some(quantum)) => quantised_increments(record, channel, residual, quantum),
         _ => 0.0,
     };
     fine.max(quantised).max(noise_floor(record, channel))
@@ -214,7 +219,7 @@ fn quantised_increments(record: &Record, channel: usize, residual: &[f64], quant
 
 /// Start values of the initial states: what the first rows show.
 fn first_starts(kinds: &[Initial], record: &Record, parameters: &Parameters, system: &System) -> Starts {
-    let channel = |shows: Shows| record.channels.iter().find(|c| c.shows == shows);
+    let channel = |shows: Channel| record.channels.iter().find(|c| c.shows == shows);
     let mut values = Vec::new();
     for rows in &record.segments {
         let few = rows.len().min(5);
@@ -223,7 +228,7 @@ fn first_starts(kinds: &[Initial], record: &Record, parameters: &Parameters, sys
             kinds
                 .iter()
                 .map(|kind| match kind {
-                    Initial::Rate => match (channel(Shows::Rate), record.theta) {
+                    Initial::Rate => match (channel(Channel::Rate), record.theta) {
                         (Some(c), _) => mean(c.measured),
                         (None, Some(theta)) => {
                             let last = (rows.start + record.angle_lag()).min(rows.end - 1);
@@ -232,7 +237,7 @@ fn first_starts(kinds: &[Initial], record: &Record, parameters: &Parameters, sys
                         }
                         _ => 0.0,
                     },
-                    Initial::Current => channel(Shows::Current).map_or(0.0, |c| c.measured[rows.start]),
+                    Initial::Current => channel(Channel::Current).map_or(0.0, |c| c.measured[rows.start]),
                     Initial::Twist | Initial::Bristle | Initial::Heat => 0.0,
                 })
                 .collect::<Vec<f64>>(),
@@ -275,7 +280,7 @@ fn fitness(record: &Record, channel: usize, noise: f64, residual: Vec<f64>) -> F
     let whole = (compared.iter().map(|r| r * r).sum::<f64>() / compared.len().max(1) as f64).sqrt();
     let shows = record.channels[channel].shows;
     // Increments over m rows share a reading with those m rows before and after.
-    let stride = if shows == Shows::Angle { 2 * record.angle_lag() } else { differenced(record, channel).max(1) * 2 - 1 };
+    let stride = if shows == Channel::Angle { 2 * record.angle_lag() } else { differenced(record, channel).max(1) * 2 - 1 };
     let (_, white_p) = noise::ljung_box(&compared, stride, WHITE_LAGS);
     Fitness {
         shows,
@@ -293,8 +298,8 @@ fn fitness(record: &Record, channel: usize, noise: f64, residual: Vec<f64>) -> F
 fn differenced(record: &Record, channel: usize) -> usize {
     let c = &record.channels[channel];
     match c.shows {
-        Shows::Angle => record.angle_lag(),
-        Shows::Rate if record.rate_from_encoder => {
+        Channel::Angle => record.angle_lag(),
+        Channel::Rate if record.rate_from_encoder => {
             c.mean_before_s.map_or(0, |window_s| ((window_s / record.dt_s).round() as usize).max(1))
         }
         _ => 0,

@@ -4,16 +4,17 @@ use std::collections::VecDeque;
 
 use hal_sim::effects::{Arms, Reading, Scalar};
 
-use super::record::{Channel, Record, Shows};
+use super::record::{Compared, Record};
+use crate::model::Channel;
 
 /// Which channel is late, where the model has a time skew.
 pub fn late_channel(record: &Record) -> Option<usize> {
-    [Shows::Rate, Shows::Angle, Shows::Current].into_iter().find_map(|s| record.channels.iter().position(|c| c.shows == s))
+    [Channel::Rate, Channel::Angle, Channel::Current].into_iter().find_map(|s| record.channels.iter().position(|c| c.shows == s))
 }
 
 /// The chain of one channel.
 pub struct Chain<S> {
-    shows: Shows,
+    shows: Channel,
     window_s: f64,
     filter: Vec<Lag<S>>,
     skew_s: Option<S>,
@@ -27,18 +28,18 @@ pub struct Chain<S> {
 impl<S: Scalar> Chain<S> {
     /// The chain of `channel`, as notes and effects make it.
     pub fn new(record: &Record, index: usize, arms: &Arms<S>) -> Self {
-        let channel: &Channel = &record.channels[index];
+        let channel: &Compared = &record.channels[index];
         let mut filter = Vec::new();
         if let Some(hz) = channel.filter_hz {
             filter.push(Lag::new(S::from(1.0 / (std::f64::consts::TAU * hz))));
         }
-        if let (Shows::Rate, Some(lag_s)) = (channel.shows, arms.lag_s) {
+        if let (Channel::Rate, Some(lag_s)) = (channel.shows, arms.lag_s) {
             filter.push(Lag::new(lag_s));
         }
         let skew_s = arms.skew_s.filter(|_| late_channel(record) == Some(index));
         let window_s = channel.mean_before_s.unwrap_or(0.0);
         let reach_s = window_s.max(skew_s.map_or(0.0, |s| s.re())) + 4.0 * record.dt_s;
-        let increment = if channel.shows == Shows::Angle { record.angle_lag() } else { 0 };
+        let increment = if channel.shows == Channel::Angle { record.angle_lag() } else { 0 };
         Chain { shows: channel.shows, window_s, filter, skew_s, increment, past: VecDeque::new(), raw: VecDeque::new(), reach_s }
     }
 
@@ -55,8 +56,8 @@ impl<S: Scalar> Chain<S> {
     #[inline]
     pub fn push(&mut self, t_s: f64, omega: S, theta: S, reading: &Reading<S>) -> Option<S> {
         let mut value = match self.shows {
-            Shows::Rate => reading.omega,
-            Shows::Angle => reading.theta,
+            Channel::Rate => reading.omega,
+            Channel::Angle => reading.theta,
             _ => reading.current,
         };
         if self.window_s > 0.0 {
@@ -81,7 +82,7 @@ impl<S: Scalar> Chain<S> {
 
     /// Mean over the window before t: of a rate exactly, by the angle turned; of another channel by its rows.
     fn windowed(&mut self, t_s: f64, value: S, omega: S, theta: S) -> S {
-        let key = if self.shows == Shows::Rate { theta } else { self.past.back().map_or(S::zero(), |b| b.1 + value * (t_s - b.0)) };
+        let key = if self.shows == Channel::Rate { theta } else { self.past.back().map_or(S::zero(), |b| b.1 + value * (t_s - b.0)) };
         self.remember(t_s, key);
         let from = self.at(t_s - self.window_s);
         let (Some((from_s, from)), true) = (from, self.past.len() > 1) else { return value };
@@ -90,7 +91,7 @@ impl<S: Scalar> Chain<S> {
             return value;
         }
         let mean = (key - from) / length_s;
-        if self.shows == Shows::Rate { mean + (value - omega) } else { mean }
+        if self.shows == Channel::Rate { mean + (value - omega) } else { mean }
     }
 
     fn late(&mut self, t_s: f64, value: S, skew_s: S) -> S {

@@ -5,7 +5,9 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use hal_sim::rig::{Input, Span};
+use hal_sim::rig::Span;
+
+use crate::model::{Channel, Input};
 
 /// Length over which the angle is compared by its increments, s (interfaces.md).
 pub const ANGLE_INCREMENT_S: f64 = 0.020;
@@ -14,55 +16,11 @@ const HELD_OUT_BLOCK_S: f64 = 2.0;
 const HELD_OUT_EVERY: i64 = 4;
 const HELD_OUT_WHICH: i64 = 1;
 
-/// What a compared channel shows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Shows {
-    /// `omega_rad_s`
-    Rate,
-    /// `theta_rad`, compared by its increments.
-    Angle,
-    /// `i_A`, mean over the row.
-    Current,
-    /// `u_V`, only where the motion is prescribed.
-    Voltage,
-    /// `torque_N_m`, only where the motion is prescribed.
-    Torque,
-}
-
-impl Shows {
-    /// Column of the log.
-    pub fn column(self) -> &'static str {
-        match self {
-            Shows::Rate => "omega_rad_s",
-            Shows::Angle => "theta_rad",
-            Shows::Current => "i_A",
-            Shows::Voltage => "u_V",
-            Shows::Torque => "torque_N_m",
-        }
-    }
-
-    /// The channel of a column; `None` where it is no output.
-    pub fn of_column(column: &str) -> Option<Self> {
-        [Shows::Rate, Shows::Angle, Shows::Current, Shows::Voltage, Shows::Torque].into_iter().find(|s| s.column() == column)
-    }
-
-    /// Unit of its residual.
-    pub fn unit(self) -> &'static str {
-        match self {
-            Shows::Rate => "rad/s",
-            Shows::Angle => "rad",
-            Shows::Current => "A",
-            Shows::Voltage => "V",
-            Shows::Torque => "N m",
-        }
-    }
-}
-
 /// One compared channel.
 #[derive(Debug, Clone)]
-pub struct Channel<'a> {
+pub struct Compared<'a> {
     /// What it shows.
-    pub shows: Shows,
+    pub shows: Channel,
     /// The measured column.
     pub measured: &'a [f64],
     /// It is a mean over this long before t, s (a note of the log).
@@ -75,15 +33,6 @@ pub struct Channel<'a> {
     pub quantum: Option<f64>,
 }
 
-/// How the input moves the model.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Driven {
-    /// By a voltage, current or torque: the model is simulated.
-    By(Input),
-    /// By a prescribed motion: the model says what that needs.
-    Motion,
-}
-
 /// A log as the fit sees it. All columns have the same length.
 #[derive(Debug, Clone)]
 pub struct Record<'a> {
@@ -92,7 +41,7 @@ pub struct Record<'a> {
     /// The input column (the angle, where the motion is prescribed).
     pub input: &'a [f64],
     /// How the input moves the model.
-    pub driven: Driven,
+    pub driven: Input,
     /// Measured angle, where there is one.
     pub theta: Option<&'a [f64]>,
     /// Least significant bit of the measured angle; 0 where it is continuous.
@@ -108,7 +57,7 @@ pub struct Record<'a> {
     /// Rows without a gap between them.
     pub segments: Vec<Range<usize>>,
     /// What is compared.
-    pub channels: Vec<Channel<'a>>,
+    pub channels: Vec<Compared<'a>>,
     /// Median interval, s.
     pub dt_s: f64,
     /// Blocks are held out of the fit.
@@ -160,7 +109,7 @@ impl Record<'_> {
     pub fn target(&self, channel: usize, row: usize, segment_begin: usize) -> Option<f64> {
         let c = &self.channels[channel];
         match c.shows {
-            Shows::Angle => {
+            Channel::Angle => {
                 let lag = self.angle_lag();
                 (row >= segment_begin + lag).then(|| c.measured[row] - c.measured[row - lag])
             }

@@ -1,11 +1,12 @@
 //! The model runs along a log.
 
 use hal_sim::effects::{Law, Scalar};
-use hal_sim::rig::{Base, Input, Rig, State};
+use hal_sim::rig::{self, Base, Rig, State};
 
 use super::parameters::{Lane, Parameters};
 use super::pipeline::Chain;
-use super::record::{Driven, Record, Shows};
+use super::record::Record;
+use crate::model::{Channel, Input};
 
 /// Where the law of an effect comes from: it must be there for every scalar.
 pub trait Source: Send + Sync {
@@ -52,8 +53,8 @@ pub struct Effect {
 
 /// The model of a fit: parameters, which of them are the base, and effects.
 pub struct System {
-    /// Index of the inertia.
-    pub inertia: usize,
+    /// Index of the inertia; a slow prescribed motion may do without.
+    pub inertia: Option<usize>,
     /// Index of the motor constant, where the input needs one.
     pub motor_constant: Option<usize>,
     /// Index of the resistance, where the input needs one.
@@ -64,23 +65,20 @@ pub struct System {
 
 impl System {
     /// The rig at these parameters.
-    pub fn rig<S: Sourced>(&self, parameters: &Parameters, driven: Driven) -> Rig<S> {
+    pub fn rig<S: Sourced>(&self, parameters: &Parameters, driven: Input) -> Rig<S> {
         let values: Vec<S> = parameters.seeded();
         let one = S::one();
         let base = Base {
-            inertia: values[self.inertia],
+            inertia: self.inertia.map_or(S::zero(), |k| values[k]),
             motor_constant: self.motor_constant.map_or(one, |k| values[k]),
             resistance: self.resistance.map_or(one, |k| values[k]),
         };
         let input = match driven {
-            Driven::By(input) => input,
-            Driven::Motion => Input::Torque,
+            Input::Voltage => rig::Input::Voltage,
+            Input::Current => rig::Input::Current,
+            Input::Torque | Input::Motion => rig::Input::Torque,
         };
-        let effects = self
-            .effects
-            .iter()
-            .map(|e| (S::law(e.source.as_ref()), e.parameters.iter().map(|&k| values[k]).collect()))
-            .collect();
+        let effects = self.effects.iter().map(|e| (S::law(e.source.as_ref()), e.parameters.iter().map(|&k| values[k]).collect())).collect();
         Rig::new(base, input, effects)
     }
 }
@@ -103,12 +101,12 @@ pub enum Initial {
 /// The initial states that this model has.
 pub fn initials(rig: &Rig<f64>, record: &Record) -> Vec<Initial> {
     let mut list = Vec::new();
-    if record.driven == Driven::Motion {
+    if record.driven == Input::Motion {
         return list;
     }
     list.push(Initial::Rate);
     let arms = rig.arms();
-    if arms.inductance_H.is_some() && record.driven == Driven::By(Input::Voltage) {
+    if arms.inductance_H.is_some() && record.driven == Input::Voltage {
         list.push(Initial::Current);
     }
     if arms.shaft.is_some() {
@@ -152,12 +150,12 @@ pub fn run<S: Lane>(
     visit: &mut impl FnMut(usize, usize, &S),
 ) {
     let rows = record.segments[segment].clone();
-    if record.driven == Driven::Motion {
+    if record.driven == Input::Motion {
         return demand(rig, record, segment, visit);
     }
     let mut chains: Vec<Chain<S>> = (0..record.channels.len()).map(|c| Chain::new(record, c, rig.arms())).collect();
     let theta = record.theta.map_or(0.0, |theta| theta[rows.start]);
-    let instant = record.channels.iter().any(|c| c.instant && c.shows == Shows::Current);
+    let instant = record.channels.iter().any(|c| c.instant && c.shows == Channel::Current);
     let mut state = begin::<S>(kinds, values, free, theta);
     for row in rows.clone() {
         let span = record.span(row, rows.end);
@@ -190,7 +188,7 @@ fn demand<S: Scalar>(rig: &Rig<S>, record: &Record, segment: usize, visit: &mut 
     let rows = record.segments[segment].clone();
     let theta = &record.input[rows.clone()];
     let t = &record.t_s[rows.clone()];
-    let quantum = record.channels.iter().find_map(|c| c.quantum.filter(|_| c.shows == Shows::Angle)).unwrap_or(0.0);
+    let quantum = record.channels.iter().find_map(|c| c.quantum.filter(|_| c.shows == Channel::Angle)).unwrap_or(0.0);
     // A rate below half a count per window has no sign that the encoder could tell.
     let still = (0.5 * quantum / MOTION_HALF_WINDOW_S).max(1e-6);
     let (mut from, mut to) = (0, 0);
@@ -211,9 +209,9 @@ fn demand<S: Scalar>(rig: &Rig<S>, record: &Record, segment: usize, visit: &mut 
         let need = rig.demand(&span, omega, alpha, (omega / still).clamp(-1.0, 1.0), measured);
         for (c, channel) in record.channels.iter().enumerate() {
             let value = match channel.shows {
-                Shows::Current => need.current,
-                Shows::Voltage => need.voltage,
-                Shows::Torque => need.torque,
+                Channel::Current => need.current,
+                Channel::Voltage => need.voltage,
+                Channel::Torque => need.torque,
                 _ => continue,
             };
             visit(c, row, &value);
