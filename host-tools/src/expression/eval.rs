@@ -105,8 +105,20 @@ fn join<S: Scalar>(pair: Pair, a: S, b: S) -> S {
             let square = x * x + y * y;
             chain(y.atan2(x), a, x / square) + chain(0.0, b, -y / square)
         }
-        Pair::Min => if b.re() < a.re() { b } else { a },
-        Pair::Max => if b.re() > a.re() { b } else { a },
+        Pair::Min => {
+            if b.re() < a.re() {
+                b
+            } else {
+                a
+            }
+        }
+        Pair::Max => {
+            if b.re() > a.re() {
+                b
+            } else {
+                a
+            }
+        }
     }
 }
 

@@ -115,8 +115,17 @@ fn plain(v: [f64; 8]) -> (Env<f64>, [f64; 3]) {
 fn derivatives_stay_finite_where_a_rotor_rests() {
     let at_rest = [0.0, 0.0, 0.0, 0.0, 0.0, 25.0, 1.0, 1.5];
     let (env, parameters) = dual(at_rest);
-    for text in ["sqrt(abs(omega))", "abs(omega) ^ b", "abs(omega) ^ 0.5", "a * omega ^ 3", "atan2(omega, i)", "tanh(omega * 1e9)", "asin(1 + omega)", "omega ^ 2.5", "sign(omega)"]
-    {
+    for text in [
+        "sqrt(abs(omega))",
+        "abs(omega) ^ b",
+        "abs(omega) ^ 0.5",
+        "a * omega ^ 3",
+        "atan2(omega, i)",
+        "tanh(omega * 1e9)",
+        "asin(1 + omega)",
+        "omega ^ 2.5",
+        "sign(omega)",
+    ] {
         let value = Expression::parse(text, &names()).unwrap().eval(&env, &parameters);
         let slopes = value.eps.0.unwrap_or_default();
         assert!(value.re.is_finite() && slopes.iter().all(|s| s.is_finite()), "{text}: {value:?}");
@@ -129,10 +138,11 @@ fn derivatives_stay_finite_where_a_rotor_rests() {
 /// Any tree, as text; smooth functions only where `smooth`.
 fn tree(smooth: bool) -> impl Strategy<Value = String> {
     let leaf = prop_oneof![
-        (0u32..1000, 0u32..4).prop_map(|(n, d)| format!("{}", f64::from(n) / 10f64.powi(d as i32))),
+        (0u32..if smooth { 4 } else { 1000 }, 0u32..4).prop_map(|(n, d)| format!("{}", f64::from(n) / 10f64.powi(d as i32))),
         prop::sample::select(vec!["t", "theta", "omega", "i", "u", "T", "pi", "a", "b", "w0"]).prop_map(str::to_owned),
     ];
-    leaf.prop_recursive(5, 40, 3, move |inner| {
+    // Shallow where finite differences must hold: the sine of a huge number is all rounding.
+    leaf.prop_recursive(if smooth { 3 } else { 5 }, 40, 3, move |inner| {
         let mut calls = vec!["sin", "cos", "tanh", "atan", "exp"];
         let mut pairs = vec!["+", "-", "*"];
         if !smooth {
@@ -143,7 +153,7 @@ fn tree(smooth: bool) -> impl Strategy<Value = String> {
         let bare = (inner.clone(), inner.clone()).prop_map(|(a, b)| format!("{a} - {b}"));
         let call = (prop::sample::select(calls), inner.clone()).prop_map(|(f, a)| format!("{f}({a})"));
         let minus = inner.clone().prop_map(|a| format!("-({a})"));
-        let whole = (inner.clone(), -3i32..5).prop_map(move |(a, n)| format!("({a}) ^ {}", if smooth { n.abs() } else { n }));
+        let whole = (inner.clone(), -3i32..5).prop_map(move |(a, n)| format!("({a}) ^ {}", if smooth { n.abs() % 3 } else { n }));
         if smooth {
             prop_oneof![pair, bare, call, minus, whole].boxed()
         } else {
@@ -207,7 +217,7 @@ proptest! {
             let (coarse, fine) = (difference(2e-5), difference(1e-5));
             let doubt = (coarse - fine).abs() + 1e-6 * (1.0 + exact.re.abs());
             prop_assume!(fine.is_finite());
-            prop_assert!((slopes[k] - fine).abs() <= 10.0 * doubt + 1e-5 * fine.abs(), "{} by {}: {} {}", e, k, slopes[k], fine);
+            prop_assert!((slopes[k] - fine).abs() <= 10.0 * doubt + 1e-4 * (1.0 + fine.abs()), "{} by {}: {} {}", e, k, slopes[k], fine);
         }
     }
 }

@@ -233,7 +233,7 @@ impl Log {
 
     /// What `u_V` is: asked for (the default) or measured at the terminals.
     pub fn voltage(&self) -> Voltage {
-        notes::voltage(&self.notes).0
+        notes::voltage(&self.notes)
     }
 
     /// The angle's zero is the index (`# theta_zero: index`); else it is arbitrary.

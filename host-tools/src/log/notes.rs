@@ -53,7 +53,8 @@ pub(super) fn column_made(notes: &Notes, column: &str) -> (HowMade, Vec<String>)
     // A logger may say under `encoder` how it counted the rate.
     let encoder = notes.iter().find(|(k, _)| k == "encoder").filter(|_| column == "omega_rad_s" && own.is_none());
     for clause in own.into_iter().flat_map(clauses) {
-        if !take_clause(&mut made, clause) && !(column == "u_V" && voltage_of(clause).is_some()) {
+        let is_voltage = column == "u_V" && voltage_of(clause).is_some();
+        if !is_voltage && !take_clause(&mut made, clause) {
             unclear.push(clause.to_owned());
         }
     }
@@ -66,10 +67,10 @@ pub(super) fn column_made(notes: &Notes, column: &str) -> (HowMade, Vec<String>)
     (made, unclear)
 }
 
-/// What `u_V` is, and whether its note left that open.
-pub(super) fn voltage(notes: &Notes) -> (Voltage, Vec<String>) {
+/// What `u_V` is.
+pub(super) fn voltage(notes: &Notes) -> Voltage {
     let said = note_of(notes, "u_V").into_iter().flat_map(clauses).find_map(voltage_of);
-    (said.unwrap_or(Voltage::Asked), Vec::new())
+    said.unwrap_or(Voltage::Asked)
 }
 
 /// Least significant bit of a column as a note gives it, in the column's unit.

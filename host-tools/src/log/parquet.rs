@@ -12,7 +12,7 @@ use parquet::basic::{Compression, ConvertedType, Repetition, Type as Physical, Z
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::{DataType, DoubleType};
 use parquet::errors::ParquetError;
-use parquet::file::metadata::KeyValue;
+use parquet::file::metadata::{KeyValue, ParquetMetaData};
 use parquet::file::properties::WriterProperties;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::file::writer::SerializedFileWriter;
@@ -28,12 +28,22 @@ const BATCH_ROWS: usize = 1 << 16;
 /// Metadata of other programs, about their own types.
 const NOT_NOTES: [&str; 2] = ["ARROW:schema", "pandas"];
 
+/// Most rows that are reserved at once on the file's own account of its length.
+const MOST_RESERVED: usize = 1 << 26;
+
 /// Reads the columns that are `wanted`, checks each number, and that time rises.
 pub(super) fn read(path: &Path, wanted: &dyn Fn(&str) -> bool) -> Result<Parts, LogError> {
+    // The parquet crate asserts where a damaged file contradicts itself; what is known of that is checked before.
+    std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| read_columns(path, wanted)))
+        .unwrap_or_else(|_| Err(LogError::new(path, Trouble::Parquet("its parts contradict each other".to_owned()))))
+}
+
+fn read_columns(path: &Path, wanted: &dyn Fn(&str) -> bool) -> Result<Parts, LogError> {
     let damaged = |e: ParquetError| LogError::new(path, Trouble::Parquet(e.to_string()));
     let mut file = File::open(path).map_err(|e| LogError::new(path, Trouble::Read(e)))?;
-    check_marks(&mut file).map_err(|trouble| LogError::new(path, trouble))?;
+    let length = check_marks(&mut file).map_err(|trouble| LogError::new(path, trouble))?;
     let reader = SerializedFileReader::new(file).map_err(damaged)?;
+    check_places(reader.metadata(), length).map_err(|trouble| LogError::new(path, trouble))?;
     let meta = reader.metadata().file_metadata();
     let mut parts = Parts::default();
     for pair in meta.key_value_metadata().into_iter().flatten() {
@@ -58,7 +68,7 @@ pub(super) fn read(path: &Path, wanted: &dyn Fn(&str) -> bool) -> Result<Parts, 
         columns.push((index, Column { name, values: Vec::new() }));
     }
     for (index, column) in &mut columns {
-        column.values.reserve_exact(rows.min(1 << 30));
+        column.values.reserve_exact(rows.min(MOST_RESERVED));
         for group in 0..reader.num_row_groups() {
             let reader = reader.get_row_group(group).and_then(|g| g.get_column_reader(*index));
             let trouble = match reader.map_err(damaged)? {
@@ -83,8 +93,8 @@ pub(super) fn read(path: &Path, wanted: &dyn Fn(&str) -> bool) -> Result<Parts, 
     Ok(parts)
 }
 
-/// The file begins and ends as Parquet does; in words where it does not.
-fn check_marks(file: &mut File) -> Result<(), Trouble> {
+/// The file begins and ends as Parquet does, in words where it does not; its length, bytes.
+fn check_marks(file: &mut File) -> Result<u64, Trouble> {
     let length = file.metadata().map_err(Trouble::Read)?.len();
     if length == 0 {
         return Err(Trouble::Empty);
@@ -97,10 +107,22 @@ fn check_marks(file: &mut File) -> Result<(), Trouble> {
     file.seek(SeekFrom::End(-4)).and_then(|_| file.read_exact(&mut end)).map_err(Trouble::Read)?;
     file.rewind().map_err(Trouble::Read)?;
     match &end {
-        b"PAR1" => Ok(()),
+        b"PAR1" => Ok(length),
         b"PARE" => Err(Trouble::NotParquet(" that can be read: it is encrypted")),
         _ => Err(Trouble::NotParquet(" any more: its end is cut off, and the end says where the columns are")),
     }
+}
+
+/// Every column chunk lies inside the file.
+fn check_places(meta: &ParquetMetaData, length: u64) -> Result<(), Trouble> {
+    for chunk in meta.row_groups().iter().flat_map(|group| group.columns()) {
+        let begin = chunk.dictionary_page_offset().unwrap_or(chunk.data_page_offset()).min(chunk.data_page_offset());
+        let end = u64::try_from(begin).ok().zip(u64::try_from(chunk.compressed_size()).ok()).and_then(|(b, size)| b.checked_add(size));
+        if chunk.data_page_offset() < 0 || chunk.num_values() < 0 || end.is_none_or(|end| end > length) {
+            return Err(Trouble::Parquet("a column lies outside the file".to_owned()));
+        }
+    }
+    Ok(())
 }
 
 /// Plain numbers only: no lists, no times, no decimals.

@@ -36,7 +36,8 @@ fn shared() -> Option<PathBuf> {
 fn sample() -> Log {
     let columns = [("t_s", vec![0.0, 0.001, 0.002]), ("u_V", vec![1.0, -0.0, 1e-300]), ("omega_rad_s", vec![0.1, 1.0 / 3.0, 6.02e23])];
     let columns = columns.map(|(name, values)| Column { name: name.to_owned(), values }).to_vec();
-    let notes = vec![("stand".to_owned(), "no. 3: blue".to_owned()), ("omega_rad_s".to_owned(), "encoder, mean over 4 ms before t".to_owned())];
+    let notes =
+        vec![("stand".to_owned(), "no. 3: blue".to_owned()), ("omega_rad_s".to_owned(), "encoder, mean over 4 ms before t".to_owned())];
     Log::new("sample", columns, notes).unwrap()
 }
 
@@ -52,7 +53,8 @@ fn same(a: &Log, b: &Log) {
 
 #[test]
 fn a_log_reads_with_notes_between_rows_and_unknown_columns_listed() {
-    let log = csv("# stand: 3\r\n#plain words\r\nt_s,u_V,pulse_flag\r\n0,1.5,yes\r\n# event: a bump: hard\r\n0.1,\"2\", no\r\n\r\n").unwrap();
+    let log =
+        csv("# stand: 3\r\n#plain words\r\nt_s,u_V,pulse_flag\r\n0,1.5,yes\r\n# event: a bump: hard\r\n0.1,\"2\", no\r\n\r\n").unwrap();
     assert_eq!(log.column("u_V"), Some(&[1.5, 2.0][..]));
     assert_eq!(log.ignored(), ["pulse_flag"]);
     assert_eq!(log.note("event"), Some("a bump: hard"));

@@ -7,7 +7,7 @@ use toml_edit::TableLike;
 
 use super::catalogue;
 use super::error::{ModelError, ModelTrouble as Trouble};
-use super::read::Reader;
+use super::read::{Named, Reader};
 use super::{Channel, Input};
 use crate::words::nearest;
 
@@ -50,12 +50,12 @@ impl Reader<'_> {
         Ok(Some(outputs))
     }
 
-    pub(super) fn effect_names<'i>(&self, drive: &'i dyn TableLike) -> Result<Vec<(&'i str, Option<Range<usize>>)>, ModelError> {
+    pub(super) fn effect_names<'i>(&self, drive: &'i dyn TableLike) -> Result<Vec<Named<'i>>, ModelError> {
         drive.get("effects").map_or(Ok(Vec::new()), |item| self.strings(item, "[drive] effects"))
     }
 
     /// The effects of the catalogue that are listed; names of own ones are only checked.
-    pub(super) fn listed(&self, names: &[(&str, Option<Range<usize>>)], own: &dyn TableLike) -> Result<Vec<(&'static Card, u32)>, ModelError> {
+    pub(super) fn listed(&self, names: &[Named<'_>], own: &dyn TableLike) -> Result<Vec<(&'static Card, u32)>, ModelError> {
         let key = "[drive] effects";
         let mut listed: Vec<(&'static Card, u32)> = Vec::new();
         for (k, (name, span)) in names.iter().enumerate() {
@@ -65,7 +65,9 @@ impl Reader<'_> {
             }
             match catalogue::effect(name) {
                 Some(Ok((card, instance))) => {
-                    let shares = |c: &&(&Card, u32)| c.0.id != card.id && c.0.parameters.iter().any(|p| card.parameters.iter().any(|q| p.name == q.name));
+                    let shares = |c: &&(&Card, u32)| {
+                        c.0.id != card.id && c.0.parameters.iter().any(|p| card.parameters.iter().any(|q| p.name == q.name))
+                    };
                     if let Some((rival, _)) = listed.iter().find(shares) {
                         return self.fail(span.clone(), key, Trouble::Rivals(rival.id, card.id));
                     }

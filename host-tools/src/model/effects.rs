@@ -53,7 +53,9 @@ impl Reader<'_> {
                 return self.fail(span, &place, Trouble::Unused { name: name.to_owned(), hint });
             }
             let stem = |key: &str| marked(key.split('#').next().unwrap_or(key), instance);
-            self.collect(table, &place, |key| if card.parameters.iter().any(|p| marked(p.name, instance) == key) { key.to_owned() } else { stem(key) })?;
+            self.collect(table, &place, |key| {
+                if card.parameters.iter().any(|p| marked(p.name, instance) == key) { key.to_owned() } else { stem(key) }
+            })?;
         }
         Ok(())
     }
@@ -151,7 +153,8 @@ impl Reader<'_> {
             self.remarks.push("viscous-temperature changes viscous, which is not listed: it does nothing".to_owned());
         }
         if has("presliding") && !has("coulomb") && !has("stribeck") {
-            self.remarks.push("presliding takes the place of a dry level, and neither coulomb nor stribeck is listed: it does nothing".to_owned());
+            self.remarks
+                .push("presliding takes the place of a dry level, and neither coulomb nor stribeck is listed: it does nothing".to_owned());
         }
         for effect in own.iter().filter(|o| o.place == Place::Torque && o.expression.to_string().contains("sign(omega)")) {
             let name = &effect.name;

@@ -106,7 +106,6 @@ pub struct ModelParameter {
     pub info: Option<&'static Parameter>,
 }
 
-
 impl ModelParameter {
     /// How a fit moves it.
     pub fn kind(&self) -> Kind {

@@ -11,12 +11,15 @@ use crate::words::nearest;
 
 /// Reads and checks `text`.
 pub(super) fn parse(text: &str, file: &str) -> Result<Model, ModelError> {
-    let document = Document::parse(text.to_owned())
-        .map_err(|e| ModelError::at(file, text, e.span(), "", Trouble::Toml(e.message().to_owned())))?;
+    let document =
+        Document::parse(text.to_owned()).map_err(|e| ModelError::at(file, text, e.span(), "", Trouble::Toml(e.message().to_owned())))?;
     let reader = Reader { file, text, given: Vec::new(), parameters: Vec::new(), remarks: Vec::new() };
     let parts = reader.model(document.as_table())?;
     Ok(Model { document: document.into_mut(), ..parts })
 }
+
+/// A name in a list, and where it stands.
+pub(super) type Named<'i> = (&'i str, Option<Range<usize>>);
 
 /// A parameter as the file gives it.
 pub(super) struct Given {
@@ -90,8 +93,10 @@ impl Reader<'_> {
         }
     }
 
-    pub(super) fn strings<'i>(&self, item: &'i Item, key: &str) -> Result<Vec<(&'i str, Option<Range<usize>>)>, ModelError> {
-        let Some(array) = item.as_array() else { return self.fail(item.span(), key, Trouble::Wants("a list of names, [\"…\", \"…\"]")) };
+    pub(super) fn strings<'i>(&self, item: &'i Item, key: &str) -> Result<Vec<Named<'i>>, ModelError> {
+        let Some(array) = item.as_array() else {
+            return self.fail(item.span(), key, Trouble::Wants("a list of names, [\"…\", \"…\"]"));
+        };
         let mut list = Vec::new();
         for value in array {
             match value.as_str() {
@@ -156,7 +161,6 @@ impl Reader<'_> {
         }
         Ok(Some(ModelParameter { name: name.to_owned(), value, fixed, filled_in: false, info }))
     }
-
 }
 
 fn range(info: &Parameter) -> String {

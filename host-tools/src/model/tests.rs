@@ -22,7 +22,8 @@ torque_N_m = "-a * tanh(omega / w0) * (1 + m * sin(theta))"
 parameters = { a = 1e-3, w0 = 0.5, m = 0.1 }
 "#;
 
-const BARE: &str = "[drive]\ninput = \"u_V\"\neffects = []\n[parameters]\ninertia_kg_m2 = 1e-4\nmotor_constant_N_m_A = 0.05\nresistance_ohm = 5\n";
+const BARE: &str =
+    "[drive]\ninput = \"u_V\"\neffects = []\n[parameters]\ninertia_kg_m2 = 1e-4\nmotor_constant_N_m_A = 0.05\nresistance_ohm = 5\n";
 
 fn example() -> Model {
     Model::parse(EXAMPLE, "drive.toml").unwrap()
@@ -66,7 +67,11 @@ fn a_second_cogging_has_marked_parameters_in_either_place() {
     for name in ["cogging_order#2", "cogging_N_m#2", "cogging_order"] {
         assert_eq!(in_table.value(name), in_list.value(name));
     }
-    assert!(in_table.remarks().iter().any(|r| r.contains("cogging_phase_rad#2 is not in the model file: it begins at")), "{:?}", in_table.remarks());
+    assert!(
+        in_table.remarks().iter().any(|r| r.contains("cogging_phase_rad#2 is not in the model file: it begins at")),
+        "{:?}",
+        in_table.remarks()
+    );
     assert!(in_table.own().is_empty());
     in_table.set("cogging_order#2", 21.0).unwrap();
     assert!(in_table.to_toml().contains("[effect.\"cogging#2\"]\ncogging_order = 21.0"), "{}", in_table.to_toml());
@@ -84,34 +89,94 @@ fn a_bad_model_is_told_in_one_line_with_place_and_key() {
         (BARE.replace("effects = []", "efects = []"), "line 3, column 1: [drive] efects: unknown key 'efects'; did you mean 'effects'?"),
         (BARE.replace("[parameters]", "[parameter]"), "line 4, column 2: parameter: unknown table 'parameter'; did you mean 'parameters'?"),
         (with("\"vicous\"", ""), "line 3, column 12: [drive] effects: unknown effect 'vicous'; did you mean 'viscous'?"),
-        (with("\"viscous\", \"viscous\"", ""), "line 3, column 23: [drive] effects: effect 'viscous' stands here twice; a second one is written 'viscous#2'"),
-        (with("\"cogging#1\"", ""), "line 3, column 12: [drive] effects: 'cogging#1' is no name of an effect: a second one is written 'cogging#2'"),
+        (
+            with("\"viscous\", \"viscous\"", ""),
+            "line 3, column 23: [drive] effects: effect 'viscous' stands here twice; a second one is written 'viscous#2'",
+        ),
+        (
+            with("\"cogging#1\"", ""),
+            "line 3, column 12: [drive] effects: 'cogging#1' is no name of an effect: a second one is written 'cogging#2'",
+        ),
         (with("\"inductance\", \"inductance#2\"", ""), "line 3, column 26: [drive] effects: 'inductance' changes the structure"),
         (with("\"compliance\", \"backlash\"", ""), "line 3, column 26: [drive] effects: 'compliance' and 'backlash' are rivals"),
-        (with("", "viscous_N_m_s = 1e-5\n"), "line 8, column 1: [parameters] viscous_N_m_s: no listed effect has the parameter 'viscous_N_m_s'; add \"viscous\" to [drive] effects"),
-        (with("", "\"cogging_order#2\" = 7\n"), "line 8, column 1: [parameters] cogging_order#2: no listed effect has the parameter 'cogging_order#2'; add \"cogging#2\""),
-        (with("\"viscous\"", "viscous_N_s = 1e-5\n"), "line 8, column 1: [parameters] viscous_N_s: unknown parameter 'viscous_N_s'; did you mean 'viscous_N_m_s'?"),
-        (with("\"viscous\"", "viscous_N_m_s = -1e-5\n"), "line 8, column 1: [parameters] viscous_N_m_s: -0.00001 is outside the physical range from 0 N m s"),
-        (with("\"cogging\"", "cogging_order = 0\n"), "line 8, column 1: [parameters] cogging_order: 0 is outside the physical range from 1 to 400 1/turn"),
+        (
+            with("", "viscous_N_m_s = 1e-5\n"),
+            "line 8, column 1: [parameters] viscous_N_m_s: no listed effect has the parameter 'viscous_N_m_s'; add \"viscous\" to [drive] effects",
+        ),
+        (
+            with("", "\"cogging_order#2\" = 7\n"),
+            "line 8, column 1: [parameters] cogging_order#2: no listed effect has the parameter 'cogging_order#2'; add \"cogging#2\"",
+        ),
+        (
+            with("\"viscous\"", "viscous_N_s = 1e-5\n"),
+            "line 8, column 1: [parameters] viscous_N_s: unknown parameter 'viscous_N_s'; did you mean 'viscous_N_m_s'?",
+        ),
+        (
+            with("\"viscous\"", "viscous_N_m_s = -1e-5\n"),
+            "line 8, column 1: [parameters] viscous_N_m_s: -0.00001 is outside the physical range from 0 N m s",
+        ),
+        (
+            with("\"cogging\"", "cogging_order = 0\n"),
+            "line 8, column 1: [parameters] cogging_order: 0 is outside the physical range from 1 to 400 1/turn",
+        ),
         (with("\"cogging\"", "cogging_order = 7.5\n"), "line 8, column 1: [parameters] cogging_order: 7.5 is no whole number"),
         (BARE.replace("= 5\n", "= 0\n"), "line 7, column 1: [parameters] resistance_ohm: 0 is outside the physical range above 0 Ω"),
         (BARE.replace("= 5\n", "= nan\n"), "line 7, column 18: [parameters] resistance_ohm: NaN is not a finite number"),
         (BARE.replace("= 5\n", "= \"5\"\n"), "line 7, column 18: [parameters] resistance_ohm: here should be a number or { value"),
-        (BARE.replace("= 5\n", "= { value = 5, fixd = true }\n"), "line 7, column 31: [parameters] resistance_ohm fixd: unknown key 'fixd'; did you mean 'fixed'?"),
-        (BARE.replace("= 5\n", "= { value = 5, fixed = 1 }\n"), "line 7, column 18: [parameters] resistance_ohm: here should be a number or"),
-        (BARE.replace("resistance_ohm = 5\n", ""), "line 1, column 1: 'resistance_ohm' is missing in [parameters], and with input u_V the model needs it; for instance resistance_ohm = 5.0"),
-        (BARE.replace("effects", "outputs = [\"omega\"]\neffects"), "line 3, column 12: [drive] outputs: unknown output 'omega'; known are"),
-        (BARE.replace("effects", "outputs = [\"u_V\"]\neffects"), "line 3, column 12: [drive] outputs: 'u_V' cannot be compared when the input is u_V; possible are omega_rad_s, i_A, theta_rad"),
+        (
+            BARE.replace("= 5\n", "= { value = 5, fixd = true }\n"),
+            "line 7, column 31: [parameters] resistance_ohm fixd: unknown key 'fixd'; did you mean 'fixed'?",
+        ),
+        (
+            BARE.replace("= 5\n", "= { value = 5, fixed = 1 }\n"),
+            "line 7, column 18: [parameters] resistance_ohm: here should be a number or",
+        ),
+        (
+            BARE.replace("resistance_ohm = 5\n", ""),
+            "line 1, column 1: 'resistance_ohm' is missing in [parameters], and with input u_V the model needs it; for instance resistance_ohm = 5.0",
+        ),
+        (
+            BARE.replace("effects", "outputs = [\"omega\"]\neffects"),
+            "line 3, column 12: [drive] outputs: unknown output 'omega'; known are",
+        ),
+        (
+            BARE.replace("effects", "outputs = [\"u_V\"]\neffects"),
+            "line 3, column 12: [drive] outputs: 'u_V' cannot be compared when the input is u_V; possible are omega_rad_s, i_A, theta_rad",
+        ),
         (BARE.replace("effects", "outputs = []\neffects"), "line 3, column 11: [drive] outputs: here should be at least one output"),
-        (own("torque_N_m = \"-a * omga\"\nparameters = { a = 1 }"), "line 9, column 14: [effect.rub] torque_N_m: unknown name 'omga' at column 6; did you mean 'omega'?"),
-        (own("parameters = { a = 1 }"), "line 8, column 9: [effect.rub]: an effect of your own has one of torque_N_m, voltage_V, omega_rad_s, theta_rad, i_A = \"expression\"; this one has 0"),
-        (own("torque_N_m = \"1\"\nvoltage_V = \"1\""), "line 8, column 9: [effect.rub]: an effect of your own has one of torque_N_m, voltage_V, omega_rad_s, theta_rad, i_A = \"expression\"; this one has 2"),
+        (
+            own("torque_N_m = \"-a * omga\"\nparameters = { a = 1 }"),
+            "line 9, column 14: [effect.rub] torque_N_m: unknown name 'omga' at column 6; did you mean 'omega'?",
+        ),
+        (
+            own("parameters = { a = 1 }"),
+            "line 8, column 9: [effect.rub]: an effect of your own has one of torque_N_m, voltage_V, omega_rad_s, theta_rad, i_A = \"expression\"; this one has 0",
+        ),
+        (
+            own("torque_N_m = \"1\"\nvoltage_V = \"1\""),
+            "line 8, column 9: [effect.rub]: an effect of your own has one of torque_N_m, voltage_V, omega_rad_s, theta_rad, i_A = \"expression\"; this one has 2",
+        ),
         (own("torque = \"1\""), "line 9, column 1: [effect.rub] torque: unknown key 'torque'"),
-        (own("torque_N_m = \"1\"\nparameters = { omega = 1 }"), "line 10, column 16: [effect.rub] parameters: 'omega' cannot name a parameter"),
-        (own("torque_N_m = \"1\"\nparameters = { a = 1 }"), "line 10, column 16: [effect.rub]: the expression does not use the parameter 'a'"),
-        (format!("{BARE}[effect.viscous]\ntorque_N_m = \"1\"\n"), "line 8, column 9: [effect.viscous]: 'viscous' is an effect of the catalogue"),
-        (format!("{BARE}[effect.viscous]\nviscous_N_m_s = 1\n"), "line 8, column 9: [effect.viscous]: no listed effect has the parameter 'viscous'; add \"viscous\""),
-        (with("\"viscous\"", "viscous_N_m_s = 1\n[effect.viscous]\nviscous_N_m_s = 1\n"), "line 10, column 1: [effect.viscous] viscous_N_m_s: parameter 'viscous_N_m_s' stands here twice"),
+        (
+            own("torque_N_m = \"1\"\nparameters = { omega = 1 }"),
+            "line 10, column 16: [effect.rub] parameters: 'omega' cannot name a parameter",
+        ),
+        (
+            own("torque_N_m = \"1\"\nparameters = { a = 1 }"),
+            "line 10, column 16: [effect.rub]: the expression does not use the parameter 'a'",
+        ),
+        (
+            format!("{BARE}[effect.viscous]\ntorque_N_m = \"1\"\n"),
+            "line 8, column 9: [effect.viscous]: 'viscous' is an effect of the catalogue",
+        ),
+        (
+            format!("{BARE}[effect.viscous]\nviscous_N_m_s = 1\n"),
+            "line 8, column 9: [effect.viscous]: no listed effect has the parameter 'viscous'; add \"viscous\"",
+        ),
+        (
+            with("\"viscous\"", "viscous_N_m_s = 1\n[effect.viscous]\nviscous_N_m_s = 1\n"),
+            "line 10, column 1: [effect.viscous] viscous_N_m_s: parameter 'viscous_N_m_s' stands here twice",
+        ),
     ] {
         let found = says(&text);
         assert!(found.starts_with(wants), "{text}\n found {found}\n wants {wants}");
@@ -184,7 +249,11 @@ fn edits_keep_comments_and_order() {
     model.remove("seal-drag").unwrap();
     assert!(model.own().is_empty() && !model.to_toml().contains("seal"));
     model.add_own("seal", Place::Torque, "-a * tanh(omega)", &[("a", 1e-4)]).unwrap();
-    assert!(model.to_toml().ends_with("[effect.seal]\ntorque_N_m = \"-a * tanh(omega)\"\nparameters = { a = 1e-4 }\n"), "{}", model.to_toml());
+    assert!(
+        model.to_toml().ends_with("[effect.seal]\ntorque_N_m = \"-a * tanh(omega)\"\nparameters = { a = 1e-4 }\n"),
+        "{}",
+        model.to_toml()
+    );
     assert!(model.add_own("seal", Place::Torque, "1", &[]).is_err());
 }
 
@@ -224,7 +293,17 @@ fn a_phase_is_taken_around_the_turn() {
 
 #[test]
 fn an_own_effect_acts_in_each_of_its_places() {
-    let x = Point { from_s: 1.0, to_s: 1.5, theta: 0.3, omega: 2.0, current: 0.4, voltage: 6.0, temp_C: 30.0, supply_ratio: 1.0, rate_from_encoder: false };
+    let x = Point {
+        from_s: 1.0,
+        to_s: 1.5,
+        theta: 0.3,
+        omega: 2.0,
+        current: 0.4,
+        voltage: 6.0,
+        temp_C: 30.0,
+        supply_ratio: 1.0,
+        rate_from_encoder: false,
+    };
     for place in Place::ALL {
         let mut model = example();
         model.add_own("mine", place, "k * (t + theta + omega + i + u + T)", &[("k", 2.0)]).unwrap();

@@ -1,0 +1,61 @@
+//! Windows of equal length, side by side, none across a gap.
+
+use std::ops::Range;
+
+use crate::log::Log;
+
+/// Windows over the rows of a log.
+pub(super) struct Windows {
+    /// Rows of each; a window's last row is the next one's first where they touch.
+    pub rows: Vec<Range<usize>>,
+}
+
+impl Windows {
+    /// Windows of `count` rows.
+    pub fn of_rows(log: &Log, count: usize) -> Self {
+        let count = count.max(1);
+        let mut rows = Vec::new();
+        for segment in log.segments() {
+            let mut from = segment.start;
+            // One row more, so that a difference over the window has its end.
+            while from + count < segment.end {
+                rows.push(from..from + count);
+                from += count;
+            }
+        }
+        Windows { rows }
+    }
+
+    /// Windows of at least `length_s`.
+    pub fn of_length(log: &Log, length_s: f64) -> Self {
+        let dt_s = log.median_dt_s();
+        Self::of_rows(log, if dt_s > 0.0 { (length_s / dt_s).round() as usize } else { 1 })
+    }
+
+    /// Mean of the rows of each window.
+    pub fn means(&self, values: &[f64]) -> Vec<f64> {
+        self.rows.iter().map(|r| mean(&values[r.clone()])).collect()
+    }
+
+    /// Difference over each window: value at its end less value at its begin.
+    pub fn differences(&self, values: &[f64]) -> Vec<f64> {
+        self.rows.iter().map(|r| values[r.end] - values[r.start]).collect()
+    }
+
+    /// Integral over each window by the trapezoidal rule.
+    pub fn integrals(&self, values: &[f64], t_s: &[f64]) -> Vec<f64> {
+        let span = |r: &Range<usize>| r.clone().map(|k| 0.5 * (values[k] + values[k + 1]) * (t_s[k + 1] - t_s[k])).sum();
+        self.rows.iter().map(span).collect()
+    }
+}
+
+/// Mean; 0 of nothing.
+pub(super) fn mean(values: &[f64]) -> f64 {
+    if values.is_empty() { 0.0 } else { values.iter().sum::<f64>() / values.len() as f64 }
+}
+
+/// Standard deviation about the mean.
+pub(super) fn sd(values: &[f64]) -> f64 {
+    let m = mean(values);
+    (values.iter().map(|v| (v - m) * (v - m)).sum::<f64>() / values.len().max(1) as f64).sqrt()
+}
