@@ -66,8 +66,16 @@ impl SessionRequest {
 
     /// A profile with its usual parameters, one seed for all.
     pub fn new(mode: Mode, kind: ProfileKind, seconds: f64, seed: u64) -> Self {
-        let profile = ProfileConfig::new(kind, Self::usual_amplitude(mode), seed);
-        Self { mode, profile, seconds, seed }
+        Self { mode, profile: Self::usual_profile(mode, kind, Self::usual_amplitude(mode), seed), seconds, seed }
+    }
+
+    /// A profile that suits the mode: a rate is asked for no faster than the drive can follow under its acceleration limit.
+    pub fn usual_profile(mode: Mode, kind: ProfileKind, amplitude: f64, seed: u64) -> ProfileConfig {
+        let usual = ProfileConfig::new(kind, amplitude, seed);
+        match mode {
+            Mode::Rate => ProfileConfig { to_Hz: 1.0, bit_s: 0.5, ..usual },
+            Mode::Voltage | Mode::Off => usual,
+        }
     }
 }
 

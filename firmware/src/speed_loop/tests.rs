@@ -1,5 +1,6 @@
 //! The law tick by tick against prescribed motion; closed loops are tried in hal-sim, on plants.
 
+use super::ramp::SMOOTHED;
 use super::segment::ONE;
 use super::*;
 use crate::board::{CONTROL_HZ, EncoderCount, Hardware, Sensed};
@@ -105,19 +106,38 @@ fn the_mean_rate_is_as_good_as_the_crystal() {
 fn a_straight_segment_is_followed_straight_and_its_position_is_the_integral() {
     let mut stand = Stand::new();
     let unit = rate_unit(&HW());
-    // 2 to 2.5 rad/s in 10 ms: 50 rad/s², below the limit of 60.
+    // 2 to 4 rad/s in 80 ms: 25 rad/s², below the limit of 60.
     stand.tick(Some(hold_rate(1, 2.0)));
     let before = stand.turn(2.0, 2_000).1;
     assert!((before.rate_command as f64 / unit - 2.0).abs() < 1e-9);
-    stand.tick(Some(Segment::rate(&HW(), 2_100, 100, 2.0, 2.5)));
-    let mut reports: Vec<Report> = (0..300).map(|_| stand.turn(2.0, 1).1).collect();
-    reports.retain(|r| (2_100..=2_200).contains(&r.tick));
-    for r in &reports {
-        let expected = 2.0 + 0.005 * (r.tick - 2_100) as f64;
+    stand.tick(Some(Segment::rate(&HW(), 2_100, 800, 2.0, 4.0)));
+    let mut reports: Vec<Report> = (0..1_200).map(|_| stand.turn(2.0, 1).1).collect();
+    // Once the whole average lies on the slope it is straight, later by the mean age of what is averaged.
+    reports.retain(|r| (2_400..=2_900).contains(&r.tick));
+    let late = (SMOOTHED as f64 - 1.0) / 2.0;
+    let mut way = 0.0;
+    for (k, r) in reports.iter().enumerate() {
+        let expected = 2.0 + 0.0025 * (r.tick as f64 - 2_100.0 - late);
         assert!((r.rate_command as f64 / unit - expected).abs() < 1e-7, "{}", r.tick);
+        way += if k == 0 || k == 500 { 0.5 } else { 1.0 } * expected / 1e4;
     }
-    let way = (reports[100].position_command - reports[0].position_command) as f64 / ONE * HW().rad_per_count();
-    assert!((way - 2.25 * 0.01).abs() < 1e-9, "{way}");
+    let went = (reports[500].position_command - reports[0].position_command) as f64 / ONE * HW().rad_per_count();
+    assert!((way - went).abs() < 1e-9, "{way} {went}");
+}
+
+#[test]
+fn the_acceleration_of_the_command_never_jumps() {
+    let mut stand = Stand::new();
+    stand.tick(Some(hold_rate(1, 10.0)));
+    let unit = rate_unit(&HW());
+    let (mut rate, mut acceleration) = (0.0, 0.0);
+    for _ in 0..3_000 {
+        let r = stand.turn(0.0, 1).1.rate_command as f64 / unit;
+        let a = (r - rate) * 1e4;
+        // The limit of 60 rad/s² is reached in no less than the average's length.
+        assert!((a - acceleration).abs() < 60.0 / SMOOTHED as f64 + 1e-4, "{a} after {acceleration}");
+        (rate, acceleration) = (r, a);
+    }
 }
 
 #[test]
@@ -207,7 +227,7 @@ fn a_late_segment_and_a_segment_without_successor_say_starved_and_hold() {
     let late = stand.tick(Some(Segment::rate(&HW(), 5, 100, 1.0, 1.2))).1;
     assert!(late.limits.contains(Limits::STARVED));
     assert!(!stand.turn(0.0, 50).1.limits.contains(Limits::STARVED));
-    let held = stand.turn(0.0, 400).1;
+    let held = stand.turn(0.0, 800).1;
     assert!(held.limits.contains(Limits::STARVED));
     assert!((held.rate_command as f64 / rate_unit(&HW()) - 1.2).abs() < 1e-7, "the slope is over");
     assert!(held.limits_since(&late).contains(Limits::STARVED), "seen by counting, too");
