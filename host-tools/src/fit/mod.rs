@@ -7,6 +7,7 @@
 //! the measured series, then from the residuals' fine structure, which a wrong model hardly touches. Every fourth block of 2 s is held
 //! out: the simulation runs through it, only its weights are zero.
 
+pub mod approach;
 pub mod build;
 pub mod covariance;
 pub mod noise;
@@ -26,7 +27,6 @@ pub use record::{Compared, Record};
 use crate::model::Channel;
 pub use simulate::{Effect, Source, System};
 use simulate::{Initial, initials};
-use solve::Place;
 
 /// Why a model cannot be held against a log.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -130,23 +130,22 @@ pub fn fit(system: &System, parameters: &Parameters, record: &Record) -> Result<
     if record.len() < 2 * unknowns.max(2) {
         return Err(FitError::TooFew { rows: record.len(), unknowns });
     }
-    let starts = first_starts(&kinds, record, parameters, system);
     let mut noise: Vec<f64> = (0..record.channels.len()).map(|c| first_noise(record, c)).collect();
-    let begin = Place::begin(system, parameters, record, &starts);
+    let begin = approach::begin(system, parameters, record, &kinds, &weights(&noise));
     for (residual, channel) in begin.pass.residuals.iter().zip(&record.channels) {
         if residual.iter().all(|r| !r.is_finite()) {
             return Err(FitError::Diverges(channel.shows.column()));
         }
     }
     // Again with the noise of the residuals, in place of that of the measured series, until it no longer changes.
-    let mut place = solve::descend(system, record, begin, &weights(&noise));
+    let mut place = solve::descend(system, record, begin, &weights(&noise), |_| solve::NOTHING_LEFT);
     for _ in 0..3 {
         let before = noise.clone();
         noise = (0..noise.len()).map(|c| residual_noise(record, c, &place.pass.residuals[c])).collect();
         if noise.iter().zip(&before).all(|(n, b)| (n / b - 1.0).abs() < 0.01) {
             break;
         }
-        place = solve::descend(system, record, place, &weights(&noise));
+        place = solve::descend(system, record, place, &weights(&noise), |_| solve::NOTHING_LEFT);
     }
     let channels: Vec<Fitness> =
         std::mem::take(&mut place.pass.residuals).into_iter().enumerate().map(|(c, r)| fitness(record, c, noise[c], r)).collect();
@@ -218,7 +217,7 @@ fn quantised_increments(record: &Record, channel: usize, residual: &[f64], quant
 }
 
 /// Start values of the initial states: what the first rows show.
-fn first_starts(kinds: &[Initial], record: &Record, parameters: &Parameters, system: &System) -> Starts {
+pub(crate) fn first_starts(kinds: &[Initial], record: &Record, parameters: &Parameters, system: &System) -> Starts {
     let channel = |shows: Channel| record.channels.iter().find(|c| c.shows == shows);
     let mut values = Vec::new();
     for rows in &record.segments {

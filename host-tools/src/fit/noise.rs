@@ -14,10 +14,20 @@ pub fn of_series(series: impl Iterator<Item = f64>) -> f64 {
     cut_rms(&differences) / 20f64.sqrt()
 }
 
-/// Standard deviation of white noise in residuals, by their first differences: what a wrong model leaves is slow beside them.
-pub fn of_residuals(residuals: &[f64], correlation: f64) -> f64 {
-    let differences: Vec<f64> = residuals.windows(2).map(|w| w[1] - w[0]).filter(|d| d.is_finite()).collect();
-    cut_rms(&differences) / (2.0 * (1.0 - correlation)).sqrt()
+/// Standard deviation of the noise in residuals, by their fine structure: what a wrong model leaves is slow beside it.
+///
+/// First differences show σ of white noise. Where the noise went through the logger's own filter, with a correlation of at most `most`
+/// from row to row, the ratio of second to first differences says how much of that there is: var Δ²/var Δ = 3 − ρ.
+pub fn of_residuals(residuals: &[f64], most: f64) -> f64 {
+    let finite = |d: &f64| d.is_finite();
+    let first: Vec<f64> = residuals.windows(2).map(|w| w[1] - w[0]).filter(finite).collect();
+    let first = cut_rms(&first);
+    if most < 1e-3 || first <= 0.0 {
+        return first / 2f64.sqrt();
+    }
+    let second: Vec<f64> = residuals.windows(3).map(|w| w[2] - 2.0 * w[1] + w[0]).filter(finite).collect();
+    let correlation = (3.0 - (cut_rms(&second) / first).powi(2)).clamp(0.0, most);
+    first / (2.0 * (1.0 - correlation)).sqrt()
 }
 
 /// Root mean square without outliers.

@@ -7,8 +7,8 @@ use super::simulate::{Initial, System};
 
 /// Most steps of one descent.
 const MOST_STEPS: usize = 100;
-/// Promised fall of χ² below which nothing is left to gain: a hundredth of a standard error.
-const ENOUGH: f64 = 1e-4;
+/// Promised fall of χ² below which nothing is left to gain: a thirtieth of a standard error.
+pub const NOTHING_LEFT: f64 = 1e-3;
 /// Damping at which a descent gives up.
 const MOST_DAMPING: f64 = 1e12;
 
@@ -39,8 +39,8 @@ impl Place {
     }
 }
 
-/// Descends from `place`; the weights per channel are 1/σ².
-pub fn descend(system: &System, record: &Record, place: Place, weights: &[f64]) -> Place {
+/// Descends from `place` until no step promises more than `enough`, in χ²; the weights per channel are 1/σ².
+pub fn descend(system: &System, record: &Record, place: Place, weights: &[f64], enough: impl Fn(f64) -> f64) -> Place {
     let mut place = place;
     let mut linear = place.linear(weights);
     let mut converged = false;
@@ -55,7 +55,8 @@ pub fn descend(system: &System, record: &Record, place: Place, weights: &[f64]) 
             }
             continue;
         };
-        if step.promised < ENOUGH {
+        let enough = enough(linear.cost);
+        if step.promised < enough {
             converged = true;
             break;
         }
@@ -72,9 +73,8 @@ pub fn descend(system: &System, record: &Record, place: Place, weights: &[f64]) 
             place.parameters = next;
             place.starts = next_starts;
             place.pass = trial_pass;
-            let enough = fell < ENOUGH && damping < 1e-2;
             linear = trial;
-            if enough {
+            if fell < enough && damping < 1e-2 {
                 converged = true;
                 break;
             }

@@ -1,0 +1,66 @@
+//! The way to the neighbourhood of the solution, from a start that is far off.
+//!
+//! Along a whole log a model with wrong parameters may not even turn: friction holds it, and no derivative says which way to go. Over a
+//! quarter of a second that begins at what was measured it cannot go far astray. So the parameters are first fitted to short windows
+//! spread over the log, each with initial states of its own (multiple shooting without the continuity), and the descent along the whole
+//! log begins from there, if that is the better place.
+
+use super::first_starts;
+use super::parameters::Parameters;
+use super::record::Record;
+use super::simulate::{Initial, System};
+use super::solve::{self, Place};
+use crate::model::Input;
+
+/// Length of a window, s, and the least number of rows in it.
+const WINDOW_S: f64 = 0.25;
+const WINDOW_ROWS: usize = 60;
+/// Windows at most.
+const WINDOWS: usize = 40;
+/// Relative fall of the cost at which the windows have said what they can.
+const ROUGHLY: f64 = 1e-2;
+/// Cost per row at which the place is good without comparing it with the given one.
+const CLOSE: f64 = 30.0;
+
+/// Where the descent along the whole log should begin.
+pub fn begin(system: &System, parameters: &Parameters, record: &Record, kinds: &[Initial], weights: &[f64]) -> Place {
+    let at = |parameters: &Parameters| {
+        let starts = first_starts(kinds, record, parameters, system);
+        Place::begin(system, parameters, record, &starts)
+    };
+    if record.driven == Input::Motion || parameters.free().is_empty() {
+        return at(parameters);
+    }
+    let windows = windows(record);
+    if windows.segments.len() < 4 {
+        return at(parameters);
+    }
+    let starts = first_starts(kinds, &windows, parameters, system);
+    let begin = Place::begin(system, parameters, &windows, &starts);
+    let near = solve::descend(system, &windows, begin, weights, |cost| ROUGHLY * cost);
+    let approached = at(&near.parameters);
+    let cost = |place: &Place| place.linear(weights).cost;
+    if cost(&approached) < CLOSE * record.len() as f64 {
+        return approached;
+    }
+    let given = at(parameters);
+    // An infinite or undefined cost never wins.
+    if cost(&approached) < cost(&given) || !cost(&given).is_finite() { approached } else { given }
+}
+
+/// The same record, cut into short segments spread over what is not held out.
+fn windows<'a>(record: &Record<'a>) -> Record<'a> {
+    let rows = ((WINDOW_S / record.dt_s) as usize).max(WINDOW_ROWS);
+    let mut segments = Vec::new();
+    for segment in &record.segments {
+        let mut from = segment.start;
+        while from + rows <= segment.end {
+            if !record.held_out(from) && !record.held_out(from + rows - 1) {
+                segments.push(from..from + rows);
+            }
+            from += rows;
+        }
+    }
+    let every = segments.len().div_ceil(WINDOWS).max(1);
+    Record { segments: segments.into_iter().step_by(every).collect(), ..record.clone() }
+}
