@@ -250,6 +250,27 @@ impl Plant {
         for _ in 0..4 {
             let direction = self.direction(state, asked_V, t_s);
             let next = self.runge_kutta(state, direction, asked_V, t_s, h);
+            if sticks && direction == 0.0 && self.direction(&next, asked_V, t_s + h) != 0.0 {
+                // It breaks away within the step, as the current rises or a load comes: the first instant at which it is not held.
+                let (mut low, mut high) = (0.0, h);
+                let mut free = next;
+                while high - low > 1e-9 {
+                    let part = 0.5 * (low + high);
+                    let held = self.runge_kutta(state, 0.0, asked_V, t_s, part);
+                    if self.direction(&held, asked_V, t_s + part) == 0.0 {
+                        low = part;
+                    } else {
+                        (high, free) = (part, held);
+                    }
+                }
+                *state = free;
+                t_s += high;
+                h -= high;
+                if h <= 1e-12 {
+                    break;
+                }
+                continue;
+            }
             let passed = sticks && direction != 0.0 && next[motor] * direction < 0.0;
             if !passed {
                 *state = next;
