@@ -1,0 +1,267 @@
+//! One bench for both integrators: the rig (the model) and the plant (the truth), driven alike.
+#![allow(dead_code, reason = "each test binary uses its part")]
+
+use hal_sim::board::PlantPort;
+use hal_sim::effects::{self, Law, Reading};
+use hal_sim::plant::{Plant, Stand, stand};
+use hal_sim::rig::{Base, Input, Rig, Span, State};
+
+/// Which integrator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    Rig,
+    Plant,
+}
+
+/// A claim holds for both.
+pub const BOTH: [Kind; 2] = [Kind::Rig, Kind::Plant];
+
+/// Longest tick of the plant, s: the control tick of the stand.
+pub const TICK_S: f64 = 1e-4;
+/// The row of the stand's logs, s.
+pub const ROW_S: f64 = 1e-3;
+
+/// K = R of a plant whose voltage is a torque: i = (u − Kω)/R, K i = u − K ω, a brake of 9e-19 N m s. A power of two, so that the
+/// division and the product are exact and a torque at the edge of the stick band stays there.
+const UNIT: f64 = 1.0 / (1u64 << 60) as f64;
+
+/// Motor and rotor of a test.
+#[derive(Clone, Copy, Debug)]
+pub struct Drive {
+    pub inertia: f64,
+    pub motor_constant: f64,
+    pub resistance: f64,
+}
+
+/// theory.md §4's motor.
+pub const THEORY: Drive = Drive { inertia: 1e-4, motor_constant: 0.02, resistance: 2.3 };
+
+/// What is put on the bench.
+#[derive(Clone, Debug)]
+pub struct Setup {
+    pub drive: Drive,
+    /// `Input::Voltage` or `Input::Torque`.
+    pub input: Input,
+    pub effects: Vec<(String, Vec<f64>)>,
+    pub theta: f64,
+    /// Winding temperature, °C, held there; `None`: 25 °C, and then by the heat of the winding.
+    pub temp_C: Option<f64>,
+}
+
+impl Setup {
+    /// Driven by a voltage.
+    pub fn by_voltage(drive: Drive, list: &[(&str, &[f64])]) -> Self {
+        let effects = list.iter().map(|(id, p)| ((*id).to_owned(), p.to_vec())).collect();
+        Setup { drive, input: Input::Voltage, effects, theta: 0.0, temp_C: None }
+    }
+
+    /// Driven by a torque, without back-EMF.
+    pub fn by_torque(inertia: f64, list: &[(&str, &[f64])]) -> Self {
+        let drive = Drive { inertia, motor_constant: UNIT, resistance: UNIT };
+        Setup { input: Input::Torque, ..Self::by_voltage(drive, list) }
+    }
+
+    /// The same at another angle.
+    pub fn at(self, theta: f64) -> Self {
+        Setup { theta, ..self }
+    }
+
+    /// The same at a temperature.
+    pub fn warm(self, temp_C: f64) -> Self {
+        Setup { temp_C: Some(temp_C), ..self }
+    }
+}
+
+/// The stem of a name that repeats: `cogging` of `cogging#2`.
+pub fn stem(name: &str) -> &str {
+    name.split('#').next().unwrap()
+}
+
+/// The rig of these effects, in the catalogue's order.
+pub fn rig(drive: Drive, input: Input, list: &[(String, Vec<f64>)]) -> Rig<f64> {
+    let base = Base { inertia: drive.inertia, motor_constant: drive.motor_constant, resistance: drive.resistance };
+    let laws: Vec<(Box<dyn Law<f64>>, Vec<f64>)> = list.iter().map(|(id, p)| (effects::law::<f64>(stem(id)).unwrap(), p.clone())).collect();
+    Rig::new(base, input, laws)
+}
+
+/// A stand of these effects and nothing else.
+pub fn stand_of(drive: Drive, list: &[(String, Vec<f64>)]) -> Stand {
+    let named = |(id, p): &(String, Vec<f64>)| {
+        let card = effects::card(stem(id)).unwrap();
+        assert_eq!(card.parameters.len(), p.len(), "{id}");
+        (id.clone(), card.parameters.iter().zip(p).map(|(c, v)| (c.name.to_owned(), *v)).collect())
+    };
+    Stand {
+        effects: list.iter().map(named).collect(),
+        drive: stand::Drive {
+            inertia_kg_m2: drive.inertia,
+            motor_constant_N_m_A: drive.motor_constant,
+            resistance_ohm: drive.resistance,
+            ..stand::Drive::default()
+        },
+        ..Stand::default()
+    }
+}
+
+enum Machine {
+    Rig { rig: Rig<f64>, state: State<f64> },
+    Plant(Box<Plant>),
+}
+
+/// A rig or a plant under test.
+pub struct Bench {
+    machine: Machine,
+    temp_C: Option<f64>,
+    pub t_s: f64,
+    /// Mean current over the last [`Bench::hold`], A.
+    pub current: f64,
+    /// Longest tick of the plant, longest row of the rig.
+    pub tick_s: f64,
+}
+
+impl Bench {
+    pub fn new(kind: Kind, setup: &Setup) -> Self {
+        let machine = match kind {
+            Kind::Rig => Machine::Rig {
+                rig: rig(setup.drive, setup.input, &setup.effects),
+                state: State { heat_K: setup.temp_C.map_or(0.0, |t| t - 25.0), ..State::turning(0.0, setup.theta) },
+            },
+            Kind::Plant => {
+                let mut stand = stand_of(setup.drive, &setup.effects);
+                if let Some(temp_C) = setup.temp_C {
+                    stand.drive.ambient_C = temp_C;
+                    stand.drive.thermal_J_K = 1e12; // held
+                }
+                Machine::Plant(Box::new(Plant::new(&stand, setup.theta).unwrap()))
+            }
+        };
+        let tick_s = if kind == Kind::Rig { ROW_S } else { TICK_S };
+        Bench { machine, temp_C: setup.temp_C, t_s: 0.0, current: 0.0, tick_s }
+    }
+
+    /// Everything turns at this rate.
+    pub fn spin(mut self, omega: f64) -> Self {
+        match &mut self.machine {
+            Machine::Rig { state, .. } => {
+                state.omega = omega;
+                state.motor_omega = omega;
+            }
+            Machine::Plant(plant) => plant.spin(omega),
+        }
+        self
+    }
+
+    /// Holds the input for some time, in rows or ticks of equal length; gives the mean current.
+    pub fn hold(&mut self, input: f64, seconds: f64) -> f64 {
+        let n = (seconds / self.tick_s - 1e-6).ceil().max(1.0) as usize;
+        let dt_s = seconds / n as f64;
+        let begin_s = self.t_s;
+        let mut charge = 0.0;
+        for k in 0..n {
+            match &mut self.machine {
+                Machine::Rig { rig, state } => {
+                    charge += rig.advance(state, &span(begin_s + k as f64 * dt_s, dt_s, input, self.temp_C));
+                }
+                Machine::Plant(plant) => {
+                    plant.advance(input, dt_s);
+                    charge += plant.mean_current_A();
+                }
+            }
+        }
+        self.t_s = begin_s + seconds;
+        self.current = charge / n as f64;
+        self.current
+    }
+
+    pub fn omega(&self) -> f64 {
+        match &self.machine {
+            Machine::Rig { state, .. } => state.omega,
+            Machine::Plant(plant) => plant.true_rate_rad_s(),
+        }
+    }
+
+    pub fn theta(&self) -> f64 {
+        match &self.machine {
+            Machine::Rig { state, .. } => state.theta,
+            Machine::Plant(plant) => plant.true_theta_rad(),
+        }
+    }
+
+    /// What the channels show now: the rig's reading, the plant's elements.
+    pub fn seen(&self, rate_from_encoder: bool) -> Reading<f64> {
+        match &self.machine {
+            Machine::Rig { rig, state } => {
+                let span = Span { rate_from_encoder, ..span(self.t_s, ROW_S, 0.0, self.temp_C) };
+                rig.read((state.omega, state.theta, state.heat_K), &span, self.current)
+            }
+            Machine::Plant(plant) => Reading { omega: plant.rate_rad_s(), theta: plant.theta_rad(), current: plant.mean_current_A() },
+        }
+    }
+
+    pub fn state(&self) -> &State<f64> {
+        match &self.machine {
+            Machine::Rig { state, .. } => state,
+            Machine::Plant(_) => panic!("the plant's state is its own"),
+        }
+    }
+
+    pub fn state_mut(&mut self) -> &mut State<f64> {
+        match &mut self.machine {
+            Machine::Rig { state, .. } => state,
+            Machine::Plant(_) => panic!("the plant's state is its own"),
+        }
+    }
+
+    pub fn plant(&self) -> &Plant {
+        match &self.machine {
+            Machine::Plant(plant) => plant,
+            Machine::Rig { .. } => panic!("a rig"),
+        }
+    }
+}
+
+/// A row without measured angle.
+pub fn span(t_s: f64, dt_s: f64, input: f64, temp_C: Option<f64>) -> Span {
+    Span { t_s, dt_s, input, theta: None, temp_C, supply_ratio: 1.0, rate_from_encoder: false }
+}
+
+/// |a − b| ≤ tolerance, with the values in the message.
+#[track_caller]
+pub fn close(a: f64, b: f64, tolerance: f64, what: &str) {
+    assert!((a - b).abs() <= tolerance, "{what}: {a} is not {b} ± {tolerance:e} (off by {:e})", (a - b).abs());
+}
+
+/// The same, relative to `b`.
+#[track_caller]
+pub fn close_rel(a: f64, b: f64, relative: f64, what: &str) {
+    close(a, b, relative * b.abs(), what);
+}
+
+/// Numbers by seed (SplitMix64), for properties over random draws.
+pub struct Draw(pub u64);
+
+impl Draw {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// Even in [a, b).
+    pub fn even(&mut self, a: f64, b: f64) -> f64 {
+        a + (b - a) * (self.next() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// Even in the logarithm.
+    pub fn log(&mut self, a: f64, b: f64) -> f64 {
+        self.even(a.ln(), b.ln()).exp()
+    }
+
+    /// Even in the logarithm, with a random sign.
+    pub fn signed_log(&mut self, a: f64, b: f64) -> f64 {
+        let size = self.log(a, b);
+        if self.next() & 1 == 0 { size } else { -size }
+    }
+}
