@@ -1,1 +1,7 @@
-//! Whole sessions: firmware and tools together, on the simulated stand.
+//! What the tests and tables of whole sessions share: logs from elsewhere with their answers, and sessions on the simulated stand.
+
+pub mod foreign;
+pub mod own;
+
+/// 0.975-quantile of the normal distribution.
+pub const TWO_SIDED_95: f64 = 1.959_963_984_540_054;
