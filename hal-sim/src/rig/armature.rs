@@ -27,8 +27,14 @@ impl<S: Scalar> Rig<S> {
         let last = before + (target - before) * settled;
         let mean = target + (before - target) * settled / -x;
         if acts.drop_V > 0.0 && before.re() * last.re() < 0.0 {
+            // At zero, after τ ln(1 − before/target), the drop turns round: the current stays there or goes on with what is past it.
+            let tau = inductance / resistance;
+            let zero_s = tau * (-before / target).ln_1p();
+            let rest_s = -zero_s + h;
             let beyond = past_drop(v, acts.drop_V) / resistance;
-            return (mean, beyond * settled);
+            let settled = -(-rest_s / tau).exp_m1();
+            let charge = target * zero_s + before * tau + beyond * (rest_s - tau * settled);
+            return (charge / h, beyond * settled);
         }
         (mean, last)
     }
