@@ -47,6 +47,8 @@ pub struct Plant {
     drops: bool,
     nominal_V: f64,
     supply_V: f64,
+    /// The surroundings above the laws' reference temperature, K.
+    ambient_K: f64,
     t_s: f64,
     state: State,
     heat_K: f64,
@@ -83,6 +85,7 @@ impl Plant {
             drops: false,
             nominal_V: stand.drive.supply_V,
             supply_V: stand.drive.supply_V,
+            ambient_K: stand.drive.ambient_C - T0_C,
             t_s: 0.0,
             state,
             heat_K: stand.drive.ambient_C - T0_C,
@@ -376,8 +379,13 @@ impl PlantPort for Plant {
             self.state[CURRENT] = self.at(&self.state, asked_V, self.t_s + dt_s).1;
         }
         self.mean_current_A = self.state[CHARGE] / dt_s;
-        let loss_W = self.resistance * self.mean_current_A.powi(2);
-        self.heat_K += (loss_W - self.heat_K / self.thermal.K_W) / self.thermal.J_K * dt_s;
+        // Where a law makes the resistance follow the heat, it is the hot one that heats.
+        let factor = match self.arms.thermal {
+            Some(_) => self.acts(&self.state, self.mean_current_A, asked_V, self.t_s).resistance_factor,
+            None => 1.0,
+        };
+        let loss_W = self.resistance * factor * self.mean_current_A.powi(2);
+        self.heat_K += (loss_W - (self.heat_K - self.ambient_K) / self.thermal.K_W) / self.thermal.J_K * dt_s;
         self.t_s += dt_s;
         self.sense(dt_s);
     }
