@@ -45,19 +45,23 @@ impl Sensing {
         self.theta_rad = reading.theta;
         self.current_A = reading.current;
         self.t_s += dt_s;
+        if dt_s <= 0.0 {
+            self.past.clear();
+        }
         let lagged = self.lag(reading.omega, dt_s);
         self.rate_rad_s = self.late(lagged);
         self.last_in = reading.omega;
     }
 
-    /// First-order lag, by the trapezoid: a hundred times finer than its time constant.
+    /// First-order lag, exact for a rate that goes straight through the tick.
     fn lag(&mut self, rate: f64, dt_s: f64) -> f64 {
         if self.lag_s <= 0.0 || dt_s <= 0.0 {
             self.lagged = rate;
             return rate;
         }
-        let a = 0.5 * dt_s / self.lag_s;
-        self.lagged = (self.lagged * (1.0 - a) + a * (rate + self.last_in)) / (1.0 + a);
+        let decay = (-dt_s / self.lag_s).exp();
+        let slope = (rate - self.last_in) * self.lag_s / dt_s;
+        self.lagged = rate - slope + (self.lagged - self.last_in + slope) * decay;
         self.lagged
     }
 
