@@ -1,0 +1,209 @@
+//! Effects of bridge and winding: each against a closed form, in the rig and in the plant.
+//!
+//! Mostly on a flywheel that nothing turns or slows, so that the winding is alone.
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::{BOTH, Bench, Drive, Kind, ROW_S, Setup, close, close_rel};
+use hal_sim::rig::{Input, State};
+
+/// A locked rotor, or a flywheel once spun.
+const FLYWHEEL: Drive = Drive { inertia: 1e9, motor_constant: 0.02, resistance: 2.0 };
+
+#[test]
+fn the_current_rises_by_the_windings_exponential_and_so_does_its_mean_over_rows() {
+    for kind in BOTH {
+        for l in [2e-4, 2e-3, 2e-2] {
+            let tau = l / 2.0;
+            let mut bench = Bench::new(kind, &Setup::by_voltage(FLYWHEEL, &[("inductance", &[l])]));
+            for n in 0..50 {
+                let from = f64::from(n) * ROW_S;
+                let mean = bench.hold(3.0, ROW_S);
+                let exact = 1.5 * (1.0 - tau / ROW_S * ((-from / tau).exp() - (-(from + ROW_S) / tau).exp()));
+                // Rig: exact. Plant: steps of half the time constant, (1/2)⁵/120 = 3e-4 in each, in the first of five rows.
+                close(mean, exact, if kind == Kind::Rig { 1e-12 } else { 2e-4 }, &format!("{kind:?} L {l} row {n}"));
+                if kind == Kind::Rig {
+                    close(bench.state().current, 1.5 * (1.0 - (-(from + ROW_S) / tau).exp()), 1e-12, "at the instant");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn below_the_drop_no_current_flows_and_above_it_the_drop_is_lost() {
+    for kind in BOTH {
+        for id in ["brush-drop", "dead-time"] {
+            for sign in [1.0, -1.0] {
+                let current = |u: f64| Bench::new(kind, &Setup::by_voltage(FLYWHEEL, &[(id, &[0.25])])).hold(sign * u, ROW_S);
+                for u in [0.0, 0.1, 0.249, 0.25] {
+                    assert_eq!(current(u), 0.0, "{kind:?} {id} at {u}");
+                }
+                for u in [0.2501, 0.5, 6.0] {
+                    close(current(u), sign * (u - 0.25) / 2.0, 1e-12, &format!("{kind:?} {id} at {u}"));
+                }
+            }
+        }
+        // Both at once add up.
+        let both: &[(&str, &[f64])] = &[("brush-drop", &[0.25]), ("dead-time", &[0.1])];
+        close(Bench::new(kind, &Setup::by_voltage(FLYWHEEL, both)).hold(1.0, ROW_S), 0.65 / 2.0, 1e-12, "both");
+    }
+}
+
+#[test]
+fn a_back_emf_below_the_drop_does_not_brake() {
+    for kind in BOTH {
+        let drive = Drive { inertia: 1e-4, ..FLYWHEEL };
+        let mut bench = Bench::new(kind, &Setup::by_voltage(drive, &[("brush-drop", &[0.3])])).spin(14.9);
+        bench.hold(0.0, 1.0);
+        assert_eq!(bench.omega(), 14.9, "{kind:?}: 0.298 V");
+        let mut bench = Bench::new(kind, &Setup::by_voltage(drive, &[("brush-drop", &[0.3])])).spin(30.0);
+        bench.hold(0.0, 1.0);
+        // K²/RJ = 2/s towards 15 rad/s: midpoint (2e-3)²/6.
+        close(bench.omega(), 15.0 + 15.0 * (-2.0_f64).exp(), 1e-5, &format!("{kind:?} above"));
+    }
+}
+
+#[test]
+fn a_current_dies_at_the_drop_in_finite_time_and_stays_dead() {
+    let (l, v) = (2e-3, 0.3);
+    let tau = l / 2.0;
+    for kind in BOTH {
+        for sign in [1.0, -1.0] {
+            let setup = Setup::by_voltage(FLYWHEEL, &[("inductance", &[l]), ("brush-drop", &[v])]);
+            let mut bench = Bench::new(kind, &setup);
+            bench.hold(sign * 1.3, 0.05); // 0.5 A
+            // i = (i0 + V/R) e^(−t/τ) − V/R until zero: its charge is i0 τ − V/R t0.
+            let dead_s = tau * (1.0 + 0.5 * 2.0 / v).ln();
+            let charge = 0.5 * tau - v / 2.0 * dead_s;
+            let mean = bench.hold(0.0, 5.0 * ROW_S);
+            // The plant ends the current at the end of the tick in which it dies; ½ V/L (1e-4 s)² is 7.5e-7 A s of 5e-3 s.
+            close(mean * 5.0 * ROW_S, sign * charge, if kind == Kind::Rig { 1e-15 } else { 1e-6 }, &format!("{kind:?}"));
+            assert_eq!(bench.hold(sign * 0.29, ROW_S), 0.0, "{kind:?} stays dead below the drop");
+            assert_eq!(bench.hold(-sign * 0.29, ROW_S), 0.0, "{kind:?} either way");
+        }
+    }
+}
+
+#[test]
+fn a_current_that_is_turned_round_pays_the_drop_on_either_side() {
+    let (l, v) = (2e-3, 0.3);
+    let tau = l / 2.0;
+    for kind in BOTH {
+        let mut bench = Bench::new(kind, &Setup::by_voltage(FLYWHEEL, &[("inductance", &[l]), ("brush-drop", &[v])]));
+        bench.hold(1.3, 0.05); // 0.5 A
+        // To −1.3 V: first towards −(1.3 + V... the drop drives with it) then towards −(1.3 − V)/R.
+        let first = (-1.3 - v) / 2.0;
+        let zero_s = tau * ((0.5 - first) / -first).ln();
+        let second = (-1.3 + v) / 2.0;
+        let rest_s = 3.0 * ROW_S - zero_s;
+        let charge = first * zero_s + 0.5 * tau + second * (rest_s + tau * (-rest_s / tau).exp_m1());
+        let mean = bench.hold(-1.3, 3.0 * ROW_S);
+        // The plant's stages see the drop turn round at their own instants: half a tick of 2 V/L at most.
+        close(mean * 3.0 * ROW_S, charge, if kind == Kind::Rig { 1e-15 } else { 2e-6 }, &format!("{kind:?}"));
+    }
+}
+
+#[test]
+fn resistance_follows_a_temperature_that_is_measured() {
+    for kind in BOTH {
+        for temp_C in [25.0, 80.0, -5.0] {
+            // So much heat capacity and resistance that the plant stays where it begins.
+            let setup = Setup::by_voltage(FLYWHEEL, &[("resistance-temperature", &[0.004, 1e5, 1e3])]).warm(temp_C);
+            let mean = Bench::new(kind, &setup).hold(3.0, ROW_S);
+            close_rel(mean, 3.0 / (2.0 * (1.0 + 0.004 * (temp_C - 25.0))), 1e-8, &format!("{kind:?} {temp_C}"));
+        }
+    }
+}
+
+#[test]
+fn the_winding_warms_with_its_time_constant_to_where_its_hot_resistance_keeps_it() {
+    let (alpha, heat, r_th, u): (f64, f64, f64, f64) = (0.004, 0.2, 10.0, 3.0);
+    for kind in BOTH {
+        // Small first: u²/R = 5e-3 W warms by 0.05 K along 1 − e^(−t/2 s).
+        let small = 0.1;
+        let mut bench = Bench::new(kind, &Setup::by_voltage(FLYWHEEL, &[("resistance-temperature", &[alpha, heat, r_th])]));
+        for n in 1..=8 {
+            bench.hold(small, 0.5 - 1e-4);
+            let mean = bench.hold(small, 1e-4);
+            let warm_K = (small / mean / 2.0 - 1.0) / alpha;
+            let exact = small * small / 2.0 * r_th * (1.0 - (-0.5 * f64::from(n) / (heat * r_th)).exp());
+            // α T = 2e-4 of itself by the resistance that rises; Euler's ticks of 1e-4/2 s in the plant.
+            close_rel(warm_K, exact, 4e-4, &format!("{kind:?} after {n} half seconds"));
+        }
+        // Large: T = K_W u²/(R (1 + α T)), that is α T² + T = K_W u²/R.
+        let mut bench = Bench::new(kind, &Setup::by_voltage(FLYWHEEL, &[("resistance-temperature", &[alpha, heat, r_th])]));
+        bench.hold(u, 40.0);
+        bench.hold(u, ROW_S);
+        let warm_K = (-1.0 + (1.0 + 4.0 * alpha * r_th * u * u / 2.0).sqrt()) / (2.0 * alpha);
+        close_rel(bench.current, u / (2.0 * (1.0 + alpha * warm_K)), 1e-7, &format!("{kind:?} hot, by {warm_K} K"));
+    }
+}
+
+#[test]
+fn a_hot_stand_cools_to_its_surroundings() {
+    // The rig's surroundings are at 25 °C; a plant's are where its stand is.
+    let mut bench = Bench::new(Kind::Rig, &Setup::by_voltage(FLYWHEEL, &[("resistance-temperature", &[0.004, 0.2, 10.0])]));
+    *bench.state_mut() = State { heat_K: 20.0, ..*bench.state() };
+    bench.hold(0.0, 2.0);
+    // Midpoint: (h/2 s)².
+    close_rel(bench.state().heat_K, 20.0 * (-1.0_f64).exp(), 1e-6, "e-fold");
+    let mut stand = common::stand_of(FLYWHEEL, &[]);
+    stand.drive.ambient_C = 40.0;
+    stand.drive.thermal_J_K = 0.1;
+    let mut plant = hal_sim::plant::Plant::new(&stand, 0.0).unwrap();
+    for _ in 0..100_000 {
+        hal_sim::board::PlantPort::advance(&mut plant, 0.0, 1e-4);
+    }
+    close(hal_sim::board::PlantPort::temp_C(&plant), 40.0, 1e-9, "in a warm room");
+}
+
+#[test]
+fn supply_and_leads_lose_r_i() {
+    for kind in BOTH {
+        let mean = Bench::new(kind, &Setup::by_voltage(FLYWHEEL, &[("supply-droop", &[0.5])])).hold(-4.0, ROW_S);
+        close_rel(mean, -4.0 / 2.5, 1e-12, &format!("{kind:?}"));
+        // With inductance: slower target, faster constant.
+        let list: &[(&str, &[f64])] = &[("inductance", &[2e-2]), ("supply-droop", &[0.5])];
+        let mut bench = Bench::new(kind, &Setup::by_voltage(FLYWHEEL, list));
+        let mean = bench.hold(4.0, 0.01);
+        let tau = 2e-2 / 2.5;
+        close_rel(mean, 1.6 * (1.0 + tau / 0.01 * (-0.01_f64 / tau).exp_m1()), 1e-6, &format!("{kind:?} rising"));
+    }
+}
+
+#[test]
+fn a_measured_supply_scales_the_voltage_asked_for() {
+    let list = [("supply-droop".to_owned(), vec![0.5])];
+    let rig = common::rig(FLYWHEEL, Input::Voltage, &list);
+    let span = hal_sim::rig::Span { supply_ratio: 0.9, ..common::span(0.0, ROW_S, 4.0, None) };
+    let mean = rig.advance(&mut State::turning(0.0, 0.0), &span);
+    close_rel(mean, 0.9 * 4.0 / 2.5, 1e-12, "0.9 of what was asked for");
+}
+
+#[test]
+fn a_saturated_motor_gives_its_steady_torque() {
+    for kind in BOTH {
+        for amps in [0.1, -0.8, 1.2, 4.0] {
+            let mut bench = Bench::new(kind, &Setup::by_voltage(FLYWHEEL, &[("magnetic-saturation", &[1.2])]));
+            bench.hold(2.0 * amps, 0.1);
+            let torque = 0.02 / (1.0 + (amps / 1.2_f64).powi(2)) * amps;
+            close_rel(bench.omega(), torque * 0.1 / 1e9, 1e-9, &format!("{kind:?} at {amps} A"));
+        }
+        // Turning: i = (u − K ω/(1 + (i/i_s)²))/R, solved by bisection.
+        let (u, omega) = (2.0, 60.0);
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..80 {
+            let i = 0.5 * (low + high);
+            if u - 0.02 * omega / (1.0 + (i / 1.2_f64).powi(2)) > 2.0 * i { low = i } else { high = i }
+        }
+        for list in [&[("magnetic-saturation", &[1.2][..])][..], &[("magnetic-saturation", &[1.2][..]), ("inductance", &[1e-3][..])][..]] {
+            let mut bench = Bench::new(kind, &Setup::by_voltage(FLYWHEEL, list)).spin(omega);
+            bench.hold(u, 0.1);
+            bench.hold(u, ROW_S);
+            // Two fixed-point rounds in each step of the rig, from the last step's current.
+            close_rel(bench.current, low, 1e-8, &format!("{kind:?} {} turning", list.len()));
+        }
+    }
+}
