@@ -4,23 +4,51 @@ use super::{Rig, State, slide};
 use crate::effects::{Scalar, Shaft};
 
 impl<S: Scalar> Rig<S> {
-    /// Motor and platform over `h`: the twist by the implicit midpoint rule (stable at any stiffness), each mass then by [`slide`].
+    /// Motor and platform over `h`, in two parts where the play closes or opens within it.
     ///
     /// All torques and the friction act on the motor's side; the platform is driven by the shaft alone.
     pub(super) fn twist(&self, shaft: &Shaft<S>, start: &State<S>, end: &mut State<S>, torque: S, dry: S, h: f64) {
+        let half_gap = shaft.gap.re() * 0.5;
+        let side = Side::at(start, half_gap);
+        self.twist_on(side, shaft, start, end, torque, dry, h);
+        if half_gap <= 0.0 {
+            return;
+        }
+        let edge = match side {
+            Side::Free if end.twist > half_gap => half_gap,
+            Side::Free if -end.twist > half_gap => -half_gap,
+            Side::Ahead if end.twist < half_gap => half_gap,
+            Side::Behind if -end.twist < half_gap => -half_gap,
+            _ => return,
+        };
+        let part = (edge - start.twist.re()) / (end.twist.re() - start.twist.re());
+        if !(part > 0.0 && part < 1.0) {
+            return;
+        }
+        let mut between = *end;
+        self.twist_on(side, shaft, start, &mut between, torque, dry, part * h);
+        let beyond = match side {
+            Side::Free if edge > 0.0 => Side::Ahead,
+            Side::Free => Side::Behind,
+            _ => Side::Free,
+        };
+        self.twist_on(beyond, shaft, &between, end, torque, dry, (1.0 - part) * h);
+    }
+
+    /// The same while the contact does not change: the twist by the implicit midpoint rule (stable at any stiffness), each mass then by
+    /// [`slide`].
+    #[expect(clippy::too_many_arguments, reason = "two bodies")]
+    fn twist_on(&self, side: Side, shaft: &Shaft<S>, start: &State<S>, end: &mut State<S>, torque: S, dry: S, h: f64) {
         let motor_inertia = self.base.inertia * shaft.share;
         let platform_inertia = self.base.inertia - motor_inertia;
         let relative = start.motor_omega - start.omega;
-        let half_gap = shaft.gap * 0.5;
-        // Which side of the gap is in contact at the middle of the step, judged by the free motion.
-        let ahead = start.twist + relative * (0.5 * h);
-        let side = if ahead > half_gap {
-            half_gap
-        } else if -ahead > half_gap {
-            -half_gap
-        } else {
-            self.turn(start, end, torque, dry, S::zero(), motor_inertia, platform_inertia, h);
-            return;
+        let side = match side {
+            Side::Free => {
+                self.turn(start, end, torque, dry, S::zero(), motor_inertia, platform_inertia, h);
+                return;
+            }
+            Side::Ahead => shaft.gap * 0.5,
+            Side::Behind => shaft.gap * -0.5,
         };
         let wound = start.twist - side;
         // What moves against each other without the shaft: dry friction opposes the motor's motion, or holds it, then the platform alone.
@@ -47,5 +75,30 @@ impl<S: Scalar> Rig<S> {
         end.omega = omega;
         end.theta = start.theta + turned;
         end.twist = start.twist + motor_turned - turned;
+    }
+}
+
+/// Where the motor stands in the play.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Side {
+    /// Between the flanks: no torque goes through.
+    Free,
+    /// Against the flank ahead.
+    Ahead,
+    /// Against the flank behind.
+    Behind,
+}
+
+impl Side {
+    /// On a flank it is the motion that says whether they touch.
+    fn at<S: Scalar>(state: &State<S>, half_gap: f64) -> Side {
+        let (twist, relative) = (state.twist.re(), (state.motor_omega - state.omega).re());
+        if half_gap <= 0.0 || twist > half_gap || (twist == half_gap && relative > 0.0) {
+            Side::Ahead
+        } else if -twist > half_gap || (-twist == half_gap && relative < 0.0) {
+            Side::Behind
+        } else {
+            Side::Free
+        }
     }
 }

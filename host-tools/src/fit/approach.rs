@@ -5,6 +5,8 @@
 //! spread over the log, each with initial states of its own (multiple shooting without the continuity), and the descent along the whole
 //! log begins from there, if that is the better place.
 
+use hal_sim::effects::Kind;
+
 use super::first_starts;
 use super::parameters::Parameters;
 use super::record::Record;
@@ -21,9 +23,16 @@ const WINDOWS: usize = 40;
 const ROUGHLY: f64 = 1e-2;
 /// Cost per row at which the place is good without comparing it with the given one.
 const CLOSE: f64 = 30.0;
+/// Moments that are tried, where the model has one.
+const MOMENTS: usize = 16;
 
 /// Where the descent along the whole log should begin.
 pub fn begin(system: &System, parameters: &Parameters, record: &Record, kinds: &[Initial], weights: &[f64]) -> Place {
+    let near = near(system, parameters, record, kinds, weights);
+    at_the_best_moment(system, record, near, weights)
+}
+
+fn near(system: &System, parameters: &Parameters, record: &Record, kinds: &[Initial], weights: &[f64]) -> Place {
     let at = |parameters: &Parameters| {
         let starts = first_starts(kinds, record, parameters, system);
         Place::begin(system, parameters, record, &starts)
@@ -46,6 +55,24 @@ pub fn begin(system: &System, parameters: &Parameters, record: &Record, kinds: &
     let given = at(parameters);
     // An infinite or undefined cost never wins.
     if cost(&approached) < cost(&given) || !cost(&given).is_finite() { approached } else { given }
+}
+
+/// A moment of the record is first looked for on a grid: between two of its values the cost has a valley of its own.
+fn at_the_best_moment(system: &System, record: &Record, place: Place, weights: &[f64]) -> Place {
+    let Some(k) = place.parameters.free().into_iter().find(|&k| place.parameters.list[k].kind == Kind::Moment) else { return place };
+    let (from_s, to_s) = (record.t_s[0], record.t_s[record.len() - 1]);
+    let mut best = place;
+    let given = (best.parameters.clone(), best.starts.clone());
+    for part in 0..MOMENTS {
+        let mut parameters = given.0.clone();
+        parameters.list[k].value = from_s + (to_s - from_s) * (part as f64 + 0.5) / MOMENTS as f64;
+        let begin = Place::begin(system, &parameters, record, &given.1);
+        let tried = solve::descend(system, record, begin, weights, |cost| ROUGHLY * cost);
+        if tried.linear(weights).cost < best.linear(weights).cost {
+            best = tried;
+        }
+    }
+    best
 }
 
 /// The same record, cut into short segments spread over what is not held out.
