@@ -249,26 +249,33 @@ impl Plant {
     fn step<const N: usize>(&self, state: &mut [f64; N], asked_V: f64, mut t_s: f64, mut h: f64) {
         let motor = self.motor::<N>();
         let sticks = self.arms.bristle_N_m_rad.is_none();
-        // A rotor can stop, turn and stop again within a step only by a chatter that rest ends.
-        for _ in 0..4 {
+        let gap = N == FULL && self.arms.shaft.as_ref().is_some_and(|shaft| shaft.gap > 0.0);
+        // A rotor can stop, turn and stop again within a step only by a chatter that rest ends; so can two masses in a gap.
+        for _ in 0..8 {
             let direction = self.direction(state, asked_V, t_s);
-            let next = self.runge_kutta(state, direction, asked_V, t_s, h);
+            let mut next = self.runge_kutta(state, direction, asked_V, t_s, h);
+            let mut reach = h;
+            if gap && self.side(&next) != self.side(state) {
+                // Contact begins or ends: the step goes just beyond that instant, and another follows.
+                reach = Self::last_of(h, |part| self.side(&self.runge_kutta(state, direction, asked_V, t_s, part)) == self.side(state));
+                next = self.runge_kutta(state, direction, asked_V, t_s, reach);
+                if !(sticks && next[motor] * direction < 0.0) {
+                    *state = next;
+                    t_s += reach;
+                    h -= reach;
+                    if h <= 1e-12 {
+                        break;
+                    }
+                    continue;
+                }
+            }
             if sticks && direction == 0.0 && self.direction(&next, asked_V, t_s + h) != 0.0 {
                 // It breaks away within the step, as the current rises or a load comes: the first instant at which it is not held.
-                let (mut low, mut high) = (0.0, h);
-                let mut free = next;
-                while high - low > 1e-9 {
-                    let part = 0.5 * (low + high);
-                    let held = self.runge_kutta(state, 0.0, asked_V, t_s, part);
-                    if self.direction(&held, asked_V, t_s + part) == 0.0 {
-                        low = part;
-                    } else {
-                        (high, free) = (part, held);
-                    }
-                }
-                *state = free;
-                t_s += high;
-                h -= high;
+                let held = |part| self.runge_kutta(state, 0.0, asked_V, t_s, part);
+                let free = Self::last_of(h, |part| self.direction(&held(part), asked_V, t_s + part) == 0.0);
+                *state = held(free);
+                t_s += free;
+                h -= free;
                 if h <= 1e-12 {
                     break;
                 }
@@ -280,7 +287,7 @@ impl Plant {
                 break;
             }
             // Illinois' regula falsi on the length of the step.
-            let (mut low, mut high) = (0.0, h);
+            let (mut low, mut high) = (0.0, reach);
             let (mut at_low, mut at_high) = (state[motor], next[motor]);
             if at_low == 0.0 {
                 // From rest against its own direction: rounding. It stays at rest.
@@ -288,7 +295,7 @@ impl Plant {
                 break;
             }
             let mut stopped = next;
-            let mut part = h;
+            let mut part = reach;
             for _ in 0..20 {
                 part = low - at_low * (high - low) / (at_high - at_low);
                 stopped = self.runge_kutta(state, direction, asked_V, t_s, part);
@@ -326,6 +333,26 @@ impl Plant {
                 }
             }
         }
+    }
+
+    /// The instant in (0, h] after which `so` is no longer so, from just beyond it, s.
+    fn last_of(h: f64, so: impl Fn(f64) -> bool) -> f64 {
+        let (mut low, mut high) = (0.0, h);
+        while high - low > 1e-9 {
+            let part = 0.5 * (low + high);
+            if so(part) {
+                low = part;
+            } else {
+                high = part;
+            }
+        }
+        high
+    }
+
+    /// Which flank of the play is in contact; 0: none.
+    fn side<const N: usize>(&self, s: &[f64; N]) -> f64 {
+        let wound = self.arms.shaft.as_ref().map_or(0.0, |shaft| past_gap(s[TWIST], shaft.gap));
+        if wound == 0.0 { 0.0 } else { wound.signum() }
     }
 
     /// Steps within a tick: by the fastest of winding, shaft and bristle.
