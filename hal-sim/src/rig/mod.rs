@@ -23,6 +23,8 @@ use crate::effects::{Acts, Arms, Law, Point, Reading, Scalar, T0_C};
 const LONGEST_STEP_S: f64 = 1.0e-3;
 /// Most steps within one row.
 const MOST_STEPS: f64 = 256.0;
+/// Parts of a step in which the rotor leaves rest, where the current has an inductance: 0.1 ms, as the time constants of small motors.
+const BREAKAWAY_STEPS: u32 = 10;
 
 /// What the bare model knows: J ω' = K i, i = (u − K ω)/R.
 #[derive(Debug, Clone, Copy)]
@@ -155,6 +157,21 @@ impl<S: Scalar> Rig<S> {
     /// Carries the state over one row; gives the mean current over it, A.
     pub fn advance(&self, state: &mut State<S>, span: &Span) -> S {
         let steps = self.steps(span.dt_s);
+        if self.arms.inductance_H.is_none() || self.motor_omega(state) != 0.0 {
+            return self.advance_in(state, span, steps);
+        }
+        // A rotor that breaks away while the current rises was held for part of the step; the step's mean torque does not know that.
+        let start = *state;
+        let current = self.advance_in(state, span, steps);
+        if self.motor_omega(state) == 0.0 {
+            return current;
+        }
+        *state = start;
+        self.advance_in(state, span, steps * BREAKAWAY_STEPS)
+    }
+
+    #[inline]
+    fn advance_in(&self, state: &mut State<S>, span: &Span, steps: u32) -> S {
         if steps == 1 {
             return self.step(state, span, 0.0, span.dt_s);
         }
