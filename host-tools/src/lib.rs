@@ -5,4 +5,5 @@ pub mod fit;
 pub mod log;
 pub mod model;
 pub mod plausible;
+pub mod report;
 pub mod words;

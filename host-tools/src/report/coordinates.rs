@@ -1,0 +1,96 @@
+//! The coordinates over which a residual is looked at, row by row, as far as the log has them.
+
+use std::f64::consts::TAU;
+
+use hal_sim::effects::Coordinate;
+
+use crate::fit::{Fitness, Record};
+use crate::log::Log;
+use crate::model::Channel;
+
+/// One coordinate of a log.
+pub struct Along<'a> {
+    /// Which.
+    pub coordinate: Coordinate,
+    /// Name and unit for an axis.
+    pub label: &'static str,
+    /// First and last value.
+    pub range: (f64, f64),
+    /// Bins that suit it.
+    pub bins: usize,
+    value: Box<dyn Fn(usize) -> f64 + 'a>,
+}
+
+impl Along<'_> {
+    /// The coordinate, row by row.
+    pub fn values(&self, rows: usize) -> impl Iterator<Item = f64> {
+        (0..rows).map(|row| (self.value)(row))
+    }
+}
+
+/// A coordinate that moves less than this part of its size is constant: nothing can be drawn over it.
+const MOVES: f64 = 1e-6;
+
+/// What the residuals of `channels` can be drawn over.
+///
+/// Rate and current are the modelled ones where they are compared: over a measured one, its own noise would draw a slope.
+pub fn coordinates<'a>(log: &'a Log, record: &'a Record<'a>, channels: &'a [Fitness]) -> Vec<Along<'a>> {
+    let modelled = |shows: Channel| {
+        let measured = record.channels.iter().find(|c| c.shows == shows)?.measured;
+        let residual = &channels.iter().find(|f| f.shows == shows)?.residual;
+        Some(move |row: usize| match (measured.get(row), residual.get(row)) {
+            (Some(y), Some(r)) if r.is_finite() => y - r,
+            (Some(y), _) => *y,
+            _ => f64::NAN,
+        })
+    };
+    let column = |name: &str| {
+        let values = log.column(name)?;
+        Some(move |row: usize| values.get(row).copied().unwrap_or(f64::NAN))
+    };
+    let mut list = Vec::new();
+    let mut along = |coordinate, label, bins, range: Option<(f64, f64)>, value: Box<dyn Fn(usize) -> f64 + 'a>| {
+        let range = range.unwrap_or_else(|| {
+            (0..record.len())
+                .map(&value)
+                .filter(|v| v.is_finite())
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)))
+        });
+        if range.1 - range.0 > MOVES * range.1.abs().max(range.0.abs()) {
+            list.push(Along { coordinate, label, range, bins, value });
+        }
+    };
+    if let Some(theta) = record.theta {
+        let label = if log.theta_zero_is_index() { "angle within the turn from the index, rad" } else { "angle within the turn, rad" };
+        let value = move |row: usize| theta.get(row).map_or(f64::NAN, |t| t.rem_euclid(TAU));
+        along(Coordinate::Theta, label, 72, Some((0.0, TAU)), Box::new(value));
+    }
+    let label = "rate, rad/s";
+    if let Some(value) = modelled(Channel::Rate) {
+        along(Coordinate::Omega, label, 40, None, Box::new(value));
+    } else if let Some(value) = column("omega_rad_s") {
+        along(Coordinate::Omega, label, 40, None, Box::new(value));
+    } else if let Some(theta) = record.theta {
+        let lag = record.angle_lag();
+        let value = move |row: usize| {
+            let before = row.checked_sub(lag).and_then(|k| theta.get(k).zip(record.t_s.get(k)));
+            match (before, theta.get(row).zip(record.t_s.get(row))) {
+                (Some((a, t)), Some((b, u))) if u - t < 1.5 * lag as f64 * record.dt_s => (b - a) / (u - t),
+                _ => f64::NAN,
+            }
+        };
+        along(Coordinate::Omega, label, 40, None, Box::new(value));
+    }
+    if let Some(value) = modelled(Channel::Current) {
+        along(Coordinate::Current, "current, A", 40, None, Box::new(value));
+    } else if let Some(value) = column("i_A") {
+        along(Coordinate::Current, "current, A", 40, None, Box::new(value));
+    }
+    if let Some(value) = column("temp_C") {
+        along(Coordinate::Temperature, "winding temperature, °C", 30, None, Box::new(value));
+    }
+    if let Some(value) = column("t_s") {
+        along(Coordinate::Time, "time, s", 60, None, Box::new(value));
+    }
+    list
+}

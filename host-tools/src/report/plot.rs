@@ -1,0 +1,188 @@
+//! A plot: axes with sensible ticks, and what is drawn between them.
+//!
+//! In: values in their own units. Out: SVG. What lies beyond an axis is drawn at its edge.
+
+use super::digits;
+use super::svg::{Anchor, Svg};
+
+/// One axis: from, to, ticks with their words, label.
+#[derive(Debug, Clone)]
+pub struct Axis {
+    from: f64,
+    to: f64,
+    ticks: Vec<(f64, String)>,
+    label: String,
+}
+
+/// Most digits' worth of zeros before a power of ten goes to the label.
+const PLAIN_POWERS: std::ops::RangeInclusive<i32> = -2..=4;
+
+impl Axis {
+    /// An axis over `range`, some `count` ticks at round numbers; `name` and `unit` make its label, which takes a power of ten where the
+    /// numbers are long.
+    pub fn new(range: (f64, f64), count: usize, name: &str, unit: &str) -> Self {
+        let (from, to) = opened(range);
+        let step = round_step((to - from) / count.max(1) as f64);
+        let size = from.abs().max(to.abs()).log10().floor() as i32;
+        let power = if PLAIN_POWERS.contains(&size) { 0 } else { size.div_euclid(3) * 3 };
+        let scale = 10f64.powi(power);
+        let decimals = (-(step / scale).log10().floor()).clamp(0.0, 9.0) as usize;
+        let first = (from / step - 1e-9).ceil() as i64;
+        let ticks = (0..)
+            .map(|k| (first + k) as f64 * step)
+            .take_while(|v| *v <= to + 1e-9 * step)
+            .take(64)
+            .map(|v| {
+                let shown = format!("{:.decimals$}", v / scale);
+                let zero = shown.trim_start_matches('-').chars().all(|c| c == '0' || c == '.');
+                (v, if zero { "0".to_owned() } else { shown.replace('-', "−") })
+            })
+            .collect();
+        let label = match (unit.is_empty() || unit == "1", power) {
+            (true, 0) => name.to_owned(),
+            (true, _) => format!("{name}, 10{}", digits::superscript(power)),
+            (false, 0) => format!("{name}, {unit}"),
+            (false, _) => format!("{name}, 10{} {unit}", digits::superscript(power)),
+        };
+        Axis { from, to, ticks, label }
+    }
+
+    /// The angle within one turn, with ticks at its quarters.
+    pub fn turn(label: &str) -> Self {
+        use std::f64::consts::{FRAC_PI_2, TAU};
+        let words = ["0", "π/2", "π", "3π/2", "2π"];
+        let ticks = words.iter().enumerate().map(|(k, w)| (k as f64 * FRAC_PI_2, (*w).to_owned())).collect();
+        Axis { from: 0.0, to: TAU, ticks, label: label.to_owned() }
+    }
+
+    fn place(&self, v: f64) -> f64 {
+        ((v - self.from) / (self.to - self.from)).clamp(-0.002, 1.002)
+    }
+}
+
+/// A range that has an inside.
+fn opened((from, to): (f64, f64)) -> (f64, f64) {
+    if !(from.is_finite() && to.is_finite()) {
+        return (0.0, 1.0);
+    }
+    let least = 1e-9 * from.abs().max(to.abs()).max(1e-12);
+    if to - from > least {
+        (from, to)
+    } else {
+        let half = 0.5 * from.abs().max(1e-3);
+        (from - half, to + half)
+    }
+}
+
+/// A range with room around its values.
+pub fn with_room((low, high): (f64, f64)) -> (f64, f64) {
+    let (low, high) = opened((low, high));
+    let room = 0.06 * (high - low);
+    (low - room, high + room)
+}
+
+/// 1, 2 or 5 times a power of ten, near `wanted` and rather below it.
+fn round_step(wanted: f64) -> f64 {
+    let power = 10f64.powf(wanted.log10().floor());
+    [5.0, 2.0].into_iter().map(|m| m * power).find(|s| *s <= wanted * 1.2).unwrap_or(power)
+}
+
+/// Room for tick labels and axis label, px.
+const LEFT: f64 = 62.0;
+const RIGHT: f64 = 14.0;
+const TOP: f64 = 24.0;
+const BELOW: f64 = 40.0;
+
+/// A plot under way: what is drawn first lies below.
+pub struct Plot {
+    x: Axis,
+    y: Axis,
+    width: f64,
+    height: f64,
+    svg: Svg,
+}
+
+impl Plot {
+    /// An empty frame of `width` by `height` px; the label of the vertical axis stands above it, level.
+    pub fn new(x: Axis, y: Axis, width: f64, height: f64) -> Self {
+        let says = format!("{} over {}", y.label, x.label);
+        Plot { svg: Svg::new(width, height, &says), x, y, width, height }
+    }
+
+    fn at(&self, (x, y): (f64, f64)) -> (f64, f64) {
+        let (inner_width, inner_height) = (self.width - LEFT - RIGHT, self.height - TOP - BELOW);
+        (LEFT + self.x.place(x) * inner_width, TOP + (1.0 - self.y.place(y)) * inner_height)
+    }
+
+    fn box_of(&mut self, (x0, x1): (f64, f64), (y0, y1): (f64, f64), class: &str) {
+        let (left, top) = self.at((x0, y1));
+        let (right, bottom) = self.at((x1, y0));
+        if right > left && bottom > top {
+            self.svg.rect(left, top, right - left, bottom - top, class);
+        }
+    }
+
+    /// A stretch of the horizontal axis, shaded.
+    pub fn shade(&mut self, from: f64, to: f64, class: &str) {
+        let all = (self.y.from, self.y.to);
+        self.box_of((from.max(self.x.from), to.min(self.x.to)), all, class);
+    }
+
+    /// A band between two heights.
+    pub fn band(&mut self, from: f64, to: f64, class: &str) {
+        let all = (self.x.from, self.x.to);
+        self.box_of(all, (from.max(self.y.from), to.min(self.y.to)), class);
+    }
+
+    /// A level line; nothing where it lies outside.
+    pub fn level(&mut self, y: f64, class: &str) {
+        if y >= self.y.from && y <= self.y.to {
+            let (from, to) = (self.at((self.x.from, y)), self.at((self.x.to, y)));
+            self.svg.line(from, to, class);
+        }
+    }
+
+    /// A bar from zero.
+    pub fn bar(&mut self, x: (f64, f64), y: f64, class: &str) {
+        self.box_of(x, (y.min(0.0), y.max(0.0)), class);
+    }
+
+    /// Lines.
+    pub fn lines(&mut self, pieces: &[Vec<(f64, f64)>], class: &str) {
+        let placed: Vec<Vec<(f64, f64)>> = pieces.iter().map(|p| p.iter().map(|v| self.at(*v)).collect()).collect();
+        self.svg.path(placed.iter().map(Vec::as_slice), class);
+    }
+
+    /// A dot.
+    pub fn dot(&mut self, at: (f64, f64), radius: f64, class: &str) {
+        let at = self.at(at);
+        self.svg.dot(at, radius, class);
+    }
+
+    /// A mean with its confidence.
+    pub fn whisker(&mut self, x: f64, y: f64, half: f64) {
+        let (from, to, at) = (self.at((x, y - half)), self.at((x, y + half)), self.at((x, y)));
+        self.svg.line(from, to, "whisker");
+        self.svg.dot(at, 2.2, "mean");
+    }
+
+    /// Frame, ticks and labels, and the drawing.
+    pub fn finish(mut self) -> String {
+        let (left, right, top, bottom) = (LEFT, self.width - RIGHT, TOP, self.height - BELOW);
+        let (x_ticks, y_ticks) = (std::mem::take(&mut self.x.ticks), std::mem::take(&mut self.y.ticks));
+        for (v, word) in &x_ticks {
+            let (x, _) = self.at((*v, self.y.from));
+            self.svg.line((x, top), (x, bottom), "grid");
+            self.svg.text((x, bottom + 15.0), Anchor::Middle, "tick", word);
+        }
+        for (v, word) in &y_ticks {
+            let (_, y) = self.at((self.x.from, *v));
+            self.svg.line((left, y), (right, y), "grid");
+            self.svg.text((left - 6.0, y + 4.0), Anchor::End, "tick", word);
+        }
+        self.svg.rect(left, top, right - left, bottom - top, "frame");
+        self.svg.text(((left + right) / 2.0, self.height - 6.0), Anchor::Middle, "label", &self.x.label);
+        self.svg.text((4.0, 14.0), Anchor::Start, "label", &self.y.label);
+        self.svg.finish()
+    }
+}

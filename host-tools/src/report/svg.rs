@@ -1,0 +1,84 @@
+//! The few shapes of SVG that plots are made of.
+//!
+//! Written here and not by a plotting crate: `plotters` paints each shape in a colour of its own, while these bear a class, so that one
+//! style sheet serves light, dark and paper; a trace of 3000 points is one path, in tenths of a pixel.
+
+use std::fmt::Write as _;
+
+use super::page::escaped;
+
+/// A drawing under way.
+pub struct Svg {
+    text: String,
+}
+
+/// Where a text is held.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Anchor {
+    /// By its begin.
+    Start,
+    /// By its middle.
+    Middle,
+    /// By its end.
+    End,
+}
+
+impl Svg {
+    /// An empty drawing; `says` is read out where it cannot be seen.
+    pub fn new(width: f64, height: f64, says: &str) -> Self {
+        let says = escaped(says);
+        Svg { text: format!("<svg viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{says}\"><title>{says}</title>\n") }
+    }
+
+    /// A filled rectangle.
+    pub fn rect(&mut self, x: f64, y: f64, width: f64, height: f64, class: &str) {
+        let _ = writeln!(self.text, "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" class=\"{class}\"/>");
+    }
+
+    /// A straight line.
+    pub fn line(&mut self, from: (f64, f64), to: (f64, f64), class: &str) {
+        let _ = writeln!(
+            self.text,
+            "<line x1=\"{:.1}\" y1=\"{:.1}\" x2=\"{:.1}\" y2=\"{:.1}\" class=\"{class}\"/>",
+            from.0, from.1, to.0, to.1
+        );
+    }
+
+    /// Pieces of a line, as one path.
+    pub fn path<'a>(&mut self, pieces: impl Iterator<Item = &'a [(f64, f64)]>, class: &str) {
+        let mut d = String::new();
+        for piece in pieces {
+            for (k, (x, y)) in piece.iter().enumerate() {
+                let _ = write!(d, "{}{x:.1} {y:.1}", if k == 0 { 'M' } else { 'L' });
+            }
+            if piece.len() == 1 {
+                d.push_str("h0.1");
+            }
+        }
+        if !d.is_empty() {
+            let _ = writeln!(self.text, "<path d=\"{d}\" class=\"{class}\"/>");
+        }
+    }
+
+    /// A dot.
+    pub fn dot(&mut self, at: (f64, f64), radius: f64, class: &str) {
+        let _ = writeln!(self.text, "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"{radius}\" class=\"{class}\"/>", at.0, at.1);
+    }
+
+    /// A line of text.
+    pub fn text(&mut self, at: (f64, f64), anchor: Anchor, class: &str, text: &str) {
+        let anchor = match anchor {
+            Anchor::Start => "start",
+            Anchor::Middle => "middle",
+            Anchor::End => "end",
+        };
+        let text = escaped(text);
+        let _ = writeln!(self.text, "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"{anchor}\" class=\"{class}\">{text}</text>", at.0, at.1);
+    }
+
+    /// The drawing.
+    pub fn finish(mut self) -> String {
+        self.text.push_str("</svg>\n");
+        self.text
+    }
+}

@@ -1,0 +1,232 @@
+use super::digits::{change, grouped, plain, significant, with_sigma};
+use super::{Comparison, Failure, Style, bad_log_html, bad_log_json, bad_log_text, finite, fit_json, html, sparkline, text};
+use crate::fit::normal::Starts;
+use crate::fit::record::Compared;
+use crate::fit::{Fitness, Held, Parameters, Record, build};
+use crate::log::{Column, Log};
+use crate::model::{Channel, Model};
+use hal_sim::effects::Coordinate;
+use serde_json::Value;
+
+/// A log of a sine, ten seconds at 100 Hz, or as many rows as are asked for.
+fn log(rows: usize) -> Log {
+    let t_s: Vec<f64> = (0..rows).map(|k| k as f64 * 0.01).collect();
+    let column = |name: &str, f: &dyn Fn(f64) -> f64| Column { name: name.to_owned(), values: t_s.iter().map(|t| f(*t)).collect() };
+    let columns = vec![
+        column("t_s", &|t| t),
+        column("u_V", &|t| t.sin()),
+        column("i_A", &|t| 0.1 * t.cos()),
+        column("theta_rad", &|t| 40.0 - 40.0 * t.cos()),
+        column("omega_rad_s", &|t| 40.0 * t.sin() + noise(t)),
+        column("temp_C", &|t| 25.0 + 0.01 * t),
+    ];
+    Log::new("run.csv", columns, vec![("stand".into(), "<bench> & \"tea\"".into())]).unwrap()
+}
+
+/// White enough, and the same everywhere.
+fn noise(t: f64) -> f64 {
+    let k = (t * 100.0).round() as u64;
+    let mixed = k.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ (k << 13);
+    (mixed.wrapping_mul(0xBF58_476D_1CE4_E5B9) >> 40) as f64 / f64::from(1 << 24) - 0.5
+}
+
+const MODEL: &str = "[drive]\ninput = \"u_V\"\neffects = [\"viscous\", \"coulomb\"]\n[parameters]\ninertia_kg_m2 = 2.5e-4\nmotor_constant_N_m_A = 0.05\nresistance_ohm = { value = 5.0, fixed = true }\nviscous_N_m_s = 6e-5\ncoulomb_N_m = 1e-3\n";
+
+fn record(log: &Log) -> Record<'_> {
+    let compared = |shows: Channel| Compared {
+        shows,
+        measured: log.column(shows.column()).unwrap(),
+        mean_before_s: None,
+        filter_hz: None,
+        instant: false,
+        quantum: None,
+    };
+    Record {
+        t_s: log.t_s(),
+        input: log.column("u_V").unwrap(),
+        driven: crate::model::Input::Voltage,
+        theta: log.column("theta_rad"),
+        theta_quantum: 0.0,
+        current: log.column("i_A"),
+        temp_C: None,
+        supply_ratio: None,
+        rate_from_encoder: false,
+        segments: log.segments(),
+        channels: vec![compared(Channel::Rate), compared(Channel::Angle)],
+        dt_s: 0.01,
+        hold_out: true,
+    }
+}
+
+fn held(model: &Model, log: &Log, rms: f64) -> Held {
+    let (_, mut parameters): (_, Parameters) = build::system(model, true);
+    for p in &mut parameters.list {
+        match p.name.as_str() {
+            "inertia_kg_m2" => p.value = 2.612e-4,
+            "viscous_N_m_s" => p.value = -3e-5,
+            "coulomb_N_m" => p.value = 0.0,
+            _ => {}
+        }
+    }
+    let residual: Vec<f64> = log.t_s().iter().map(|t| noise(*t) + 0.3 * (7.0 * t).sin()).collect();
+    let mut angle = residual.clone();
+    angle[..2].fill(f64::NAN);
+    let fitness = |shows, rms, heldout_rms, noise, residual| Fitness {
+        shows,
+        rms,
+        heldout_rms,
+        noise,
+        fit_percent: 96.2,
+        white_p: 1e-9,
+        rows: log.len(),
+        residual,
+    };
+    Held {
+        sigmas: vec![1.3e-6, 2.1e-4, 0.0, 4e-6, 0.0],
+        parameters,
+        starts: Starts { kinds: vec![], values: vec![], prior: vec![], prior_sigma: vec![] },
+        channels: vec![fitness(Channel::Rate, rms, Some(0.33), 0.021, residual), fitness(Channel::Angle, f64::NAN, None, 0.001, angle)],
+        not_identifiable: vec![("motor_constant_N_m_A".into(), Some(("inertia_kg_m2".into(), 0.9991)))],
+        converged: false,
+        steps: 40,
+        chi2: 1000.0,
+    }
+}
+
+fn with_case<R>(rows: usize, rms: f64, fitted: bool, ask: impl FnOnce(&Comparison) -> R) -> R {
+    let log = log(rows);
+    let model = Model::parse(MODEL, "stand.toml").unwrap();
+    let record = record(&log);
+    let held = held(&model, &log, rms);
+    let failures = vec![Failure {
+        output: Channel::Rate,
+        coordinate: Coordinate::Theta,
+        share: 0.71,
+        order: Some(7),
+        p_value: 0.0,
+        log10_p: f64::NEG_INFINITY,
+        says: "The rate ripples seven times per turn.".into(),
+    }];
+    ask(&Comparison {
+        title: if fitted { "fit run.csv" } else { "compare run.csv" }.into(),
+        log: &log,
+        model: &model,
+        record: &record,
+        held: &held,
+        fitted,
+        seconds: 0.123,
+        remarks: vec!["u_V was measured at the motor's terminals".into()],
+        failures,
+    })
+}
+
+#[test]
+fn the_terminal_report_of_a_fit_reads_well() {
+    insta::assert_snapshot!(with_case(1000, 0.31, true, |c| text(c, Style::default())));
+}
+
+#[test]
+fn a_comparison_within_the_noise_says_so() {
+    let said = with_case(1000, 0.02, false, |c| text(c, Style::default()));
+    assert!(said.ends_with("Within the noise in every channel: this log shows nothing that the model lacks.\n"), "{said}");
+}
+
+#[test]
+fn no_line_is_wider_than_the_terminal() {
+    for width in [80, 120] {
+        let said = with_case(1000, 0.31, true, |c| text(c, Style { colour: false, width }));
+        for line in said.lines() {
+            assert!(line.chars().count() <= width, "{width}: {line}");
+        }
+    }
+}
+
+#[test]
+fn colour_is_only_where_asked_for() {
+    assert!(!with_case(100, 0.31, true, |c| text(c, Style::default())).contains('\u{1b}'));
+    assert!(with_case(100, 0.31, true, |c| text(c, Style { colour: true, width: 80 })).contains('\u{1b}'));
+}
+
+#[test]
+fn the_answer_of_a_fit_is_that_of_the_interfaces() {
+    let answer = with_case(1000, 0.31, true, fit_json);
+    insta::assert_snapshot!(serde_json::to_string_pretty(&answer).unwrap());
+}
+
+#[test]
+fn an_answer_has_no_nan() {
+    fn numbers(v: &Value) -> bool {
+        match v {
+            Value::Number(n) => n.as_f64().is_some_and(f64::is_finite),
+            Value::Array(list) => list.iter().all(numbers),
+            Value::Object(map) => map.values().all(numbers),
+            _ => true,
+        }
+    }
+    let answer = with_case(1000, f64::NAN, true, fit_json);
+    assert!(numbers(&answer));
+    assert!(answer["outputs"]["omega_rad_s"]["rms"].is_null());
+    assert!(answer["outputs"]["theta_rad"]["ratio"].is_null());
+    assert!(answer["failures"][0]["log10_p"].is_null());
+    assert_eq!(finite(f64::INFINITY), Value::Null);
+}
+
+#[test]
+fn the_page_is_one_well_formed_file_that_fetches_nothing() {
+    let page = with_case(1000, 0.31, true, html);
+    for fetched in ["http", "src=", "href=", "url(", "@import", "<script"] {
+        assert!(!page.contains(fetched), "{fetched}");
+    }
+    let options = roxmltree::ParsingOptions { allow_dtd: true, ..Default::default() };
+    let document = roxmltree::Document::parse_with_options(&page, options).unwrap();
+    let drawings = document.descendants().filter(|n| n.has_tag_name("svg")).count();
+    assert!(drawings >= 16, "{drawings}");
+    assert!(page.contains("&lt;bench&gt; &amp; &quot;tea&quot;"));
+    assert!(!page.contains("NaN") && !page.contains("inf\""));
+}
+
+#[test]
+fn the_page_of_a_long_log_is_as_small_as_that_of_a_short_one() {
+    let (short, long) = (with_case(20_000, 0.31, true, html).len(), with_case(400_000, 0.31, true, html).len());
+    assert!(long < 3_000_000 && (long as f64) < 1.3 * short as f64, "{short} and {long} bytes");
+}
+
+#[test]
+#[ignore = "an hour's log: for a release build"]
+fn the_page_of_an_hour_stays_below_three_megabytes() {
+    let bytes = with_case(3_600_000, 0.31, true, html).len();
+    assert!(bytes < 3_000_000, "{bytes} bytes");
+}
+
+#[test]
+fn numbers_have_the_digits_they_deserve() {
+    assert_eq!(with_sigma(0.0234, 1.2e-4), "0.02340 ± 0.00012");
+    assert_eq!(with_sigma(2.5123e-4, 3.1e-6), "(2.512 ± 0.031) × 10⁻⁴");
+    assert_eq!(with_sigma(-8e-5, 3.5e-5), "(−8.0 ± 3.5) × 10⁻⁵");
+    assert_eq!(with_sigma(5.0, 0.0), "5");
+    assert_eq!(significant(0.099_96, 3), "0.100");
+    assert_eq!(significant(11_908.4, 3), "11908");
+    assert_eq!(significant(f64::NAN, 3), "–");
+    assert_eq!(plain(2.0e-5, 4), "2 × 10⁻⁵");
+    assert_eq!(change(2.0, 2.2), "+10 %");
+    assert_eq!(change(1.0, 3.0), "× 3.00");
+    assert_eq!(grouped(3_600_000), "3\u{202f}600\u{202f}000");
+}
+
+#[test]
+fn a_sparkline_shows_heights_and_gaps() {
+    assert_eq!(sparkline(&[Some(0.0), Some(1.0), None, Some(8.0)], 8.0), "▁▁ █");
+}
+
+#[test]
+fn a_bad_log_gets_its_verdict_in_every_form() {
+    let log = log(100);
+    let problems = crate::plausible::check(&log, "torque_N_m");
+    assert!(!problems.is_empty());
+    assert_eq!(bad_log_json(&log, &problems)["verdict"], "bad-log");
+    assert_eq!(bad_log_json(&log, &problems)["problems"][0]["code"], "missing-input");
+    assert!(bad_log_text(&log, &problems, Style::default()).contains("torque_N_m"));
+    let page = bad_log_html(&log, &problems);
+    let options = roxmltree::ParsingOptions { allow_dtd: true, ..Default::default() };
+    assert!(roxmltree::Document::parse_with_options(&page, options).is_ok());
+}
