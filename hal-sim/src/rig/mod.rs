@@ -23,8 +23,8 @@ use crate::effects::{Acts, Arms, Law, Point, Reading, Scalar, T0_C};
 const LONGEST_STEP_S: f64 = 1.0e-3;
 /// Most steps within one row.
 const MOST_STEPS: f64 = 256.0;
-/// Parts of a step in which the rotor leaves rest, where the current has an inductance: 0.1 ms, as the time constants of small motors.
-const BREAKAWAY_STEPS: u32 = 10;
+/// Parts of a step in which the rotor leaves rest or passes it, where the current has an inductance: 0.1 ms, as small motors' L/R.
+const REST_STEPS: u32 = 10;
 
 /// What the bare model knows: J ω' = K i, i = (u − K ω)/R.
 #[derive(Debug, Clone, Copy)]
@@ -141,7 +141,9 @@ impl<S: Scalar> Rig<S> {
         if let Some(shaft) = &self.arms.shaft {
             let share = shaft.share.re();
             let reduced = inertia * share * (1.0 - share);
-            rate_1_s = rate_1_s.max((shaft.stiffness.re() / reduced).sqrt() / 0.025).max(brake / (inertia * share) / 0.1);
+            // A resonance rings on, and its phase must hold; against a flank it is over soon.
+            let part = if shaft.gap.re() > 0.0 { 0.1 } else { 0.025 };
+            rate_1_s = rate_1_s.max((shaft.stiffness.re() / reduced).sqrt() / part).max(brake / (inertia * share) / 0.1);
             if shaft.gap.re() > 0.0 {
                 rate_1_s = rate_1_s.max(shaft.damping.re() / reduced / 0.2);
             }
@@ -157,17 +159,28 @@ impl<S: Scalar> Rig<S> {
     /// Carries the state over one row; gives the mean current over it, A.
     pub fn advance(&self, state: &mut State<S>, span: &Span) -> S {
         let steps = self.steps(span.dt_s);
-        if self.arms.inductance_H.is_none() || self.motor_omega(state) != 0.0 {
+        if self.arms.inductance_H.is_none() || self.input != Input::Voltage {
             return self.advance_in(state, span, steps);
         }
-        // A rotor that breaks away while the current rises was held for part of the step; the step's mean torque does not know that.
+        // A rotor that leaves rest or turns round while the current rises has the dry level against it for a part of the step that the
+        // step's mean torque does not know.
         let start = *state;
         let current = self.advance_in(state, span, steps);
-        if self.motor_omega(state) == 0.0 {
+        let (from, to) = (self.motor_omega(&start).re(), self.motor_omega(state).re());
+        if from * to > 0.0 || (from == 0.0 && to == 0.0 && self.is_held(state, span)) {
             return current;
         }
         *state = start;
-        self.advance_in(state, span, steps * BREAKAWAY_STEPS)
+        self.advance_in(state, span, steps * REST_STEPS)
+    }
+
+    /// A rotor at rest would stay there if the input went on.
+    fn is_held(&self, state: &State<S>, span: &Span) -> bool {
+        let x = self.point(span, 1.0, 0.0, state.theta, self.motor_omega(state), state.current, state.heat_K);
+        let acts = self.acts(&x);
+        let (torque, ..) = self.torque(&acts, x.omega, state.current, span.input, span.dt_s);
+        let shaft = self.arms.shaft.as_ref().map_or(0.0, |s| if s.gap.re() > 0.0 { 0.0 } else { s.stiffness.re() * state.twist.re() });
+        (torque.re() - shaft).abs() <= acts.dry.re()
     }
 
     #[inline]
