@@ -1,5 +1,7 @@
 //! Two masses on a shaft, with or without play.
 
+use std::ops::{Add, Mul};
+
 use super::{Rig, State, slide};
 use crate::effects::{Scalar, Shaft};
 
@@ -15,13 +17,14 @@ impl<S: Scalar> Rig<S> {
             return;
         }
         let edge = match side {
-            Side::Free if end.twist > half_gap => half_gap,
-            Side::Free if -end.twist > half_gap => -half_gap,
-            Side::Ahead if end.twist < half_gap => half_gap,
-            Side::Behind if -end.twist < half_gap => -half_gap,
+            Side::Free if end.twist > half_gap => shaft.gap * 0.5,
+            Side::Free if -end.twist > half_gap => shaft.gap * -0.5,
+            Side::Ahead if end.twist < half_gap => shaft.gap * 0.5,
+            Side::Behind if -end.twist < half_gap => shaft.gap * -0.5,
             _ => return,
         };
-        let part = (edge - start.twist.re()) / (end.twist.re() - start.twist.re());
+        // Its derivative says how the instant moves with the parameters.
+        let part = (edge - start.twist) / (end.twist - start.twist);
         if !(part > 0.0 && part < 1.0) {
             return;
         }
@@ -32,13 +35,17 @@ impl<S: Scalar> Rig<S> {
             Side::Free => Side::Behind,
             _ => Side::Free,
         };
-        self.twist_on(beyond, shaft, &between, end, torque, dry, (1.0 - part) * h);
+        self.twist_on(beyond, shaft, &between, end, torque, dry, (-part + 1.0) * h);
     }
 
     /// The same while the contact does not change: the twist by the implicit midpoint rule (stable at any stiffness), each mass then by
     /// [`slide`].
     #[expect(clippy::too_many_arguments, reason = "two bodies")]
-    fn twist_on(&self, side: Side, shaft: &Shaft<S>, start: &State<S>, end: &mut State<S>, torque: S, dry: S, h: f64) {
+    fn twist_on<H>(&self, side: Side, shaft: &Shaft<S>, start: &State<S>, end: &mut State<S>, torque: S, dry: S, h: H)
+    where
+        S: Mul<H, Output = S> + Add<H, Output = S>,
+        H: Copy,
+    {
         let motor_inertia = self.base.inertia * shaft.share;
         let platform_inertia = self.base.inertia - motor_inertia;
         let relative = start.motor_omega - start.omega;
@@ -62,13 +69,17 @@ impl<S: Scalar> Rig<S> {
         };
         let k = shaft.stiffness * inverse;
         let c = shaft.damping * inverse;
-        let middle = (relative + (drive - k * wound) * (0.5 * h)) / (c * (0.5 * h) + k * (0.25 * h * h) + 1.0);
-        let through = shaft.stiffness * (wound + middle * (0.5 * h)) + shaft.damping * middle;
+        let middle = (relative + (drive - k * wound) * h * 0.5) / (c * h * 0.5 + k * h * h * 0.25 + 1.0);
+        let through = shaft.stiffness * (wound + middle * h * 0.5) + shaft.damping * middle;
         self.turn(start, end, torque, dry, through, motor_inertia, platform_inertia, h);
     }
 
     #[expect(clippy::too_many_arguments, reason = "two bodies")]
-    fn turn(&self, start: &State<S>, end: &mut State<S>, torque: S, dry: S, through: S, motor: S, platform: S, h: f64) {
+    fn turn<H>(&self, start: &State<S>, end: &mut State<S>, torque: S, dry: S, through: S, motor: S, platform: S, h: H)
+    where
+        S: Mul<H, Output = S> + Add<H, Output = S>,
+        H: Copy,
+    {
         let (motor_omega, motor_turned) = slide(start.motor_omega, torque - through, dry, motor, h);
         end.motor_omega = motor_omega;
         let (omega, turned) = slide(start.omega, through, S::zero(), platform, h);

@@ -1,5 +1,7 @@
 //! Dry friction without smoothing: the rotor slides, passes through zero, or sticks.
 
+use std::ops::{Add, Mul};
+
 use crate::effects::Scalar;
 
 /// A rotor of inertia J over `h` seconds under a constant torque and a dry level: (rate at the end, angle turned).
@@ -7,8 +9,14 @@ use crate::effects::Scalar;
 /// The soft threshold of Moreau's scheme, ω' = sign(free)·max(|free| − h·dry/J, 0), solved in closed form also where the rate passes
 /// through zero within the step: until then the dry level opposes the old direction, after it the rotor holds (|torque| ≤ dry) or
 /// slides the other way. There Moreau's step is off by up to 2·h·dry/J. Derivatives are exact almost everywhere.
+///
+/// The length of the step is a plain number, or a scalar where an event's place within the step has derivatives of its own.
 #[inline]
-pub fn slide<S: Scalar>(omega: S, torque: S, dry: S, inertia: S, h: f64) -> (S, S) {
+pub fn slide<S, H>(omega: S, torque: S, dry: S, inertia: S, h: H) -> (S, S)
+where
+    S: Scalar + Mul<H, Output = S> + Add<H, Output = S>,
+    H: Copy,
+{
     if omega == 0.0 {
         return from_rest(torque, dry, inertia, h);
     }
@@ -33,7 +41,11 @@ pub fn slide<S: Scalar>(omega: S, torque: S, dry: S, inertia: S, h: f64) -> (S, 
     (end, coasted + end * rest_s * 0.5)
 }
 
-fn from_rest<S: Scalar>(torque: S, dry: S, inertia: S, h: f64) -> (S, S) {
+fn from_rest<S, H>(torque: S, dry: S, inertia: S, h: H) -> (S, S)
+where
+    S: Scalar + Mul<H, Output = S>,
+    H: Copy,
+{
     let free = if torque > dry {
         torque - dry
     } else if -torque > dry {
@@ -42,5 +54,5 @@ fn from_rest<S: Scalar>(torque: S, dry: S, inertia: S, h: f64) -> (S, S) {
         return (S::zero(), S::zero());
     };
     let end = free / inertia * h;
-    (end, end * (0.5 * h))
+    (end, end * h * 0.5)
 }

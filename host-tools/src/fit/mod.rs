@@ -142,7 +142,7 @@ pub fn fit(system: &System, parameters: &Parameters, record: &Record) -> Result<
     for _ in 0..3 {
         let before = noise.clone();
         noise = (0..noise.len()).map(|c| residual_noise(record, c, &place.pass.residuals[c])).collect();
-        if noise.iter().zip(&before).all(|(n, b)| (n / b - 1.0).abs() < 0.01) {
+        if !place.converged || noise.iter().zip(&before).all(|(n, b)| (n / b - 1.0).abs() < 0.01) {
             break;
         }
         place = solve::descend(system, record, place, &weights(&noise), |_| solve::NOTHING_LEFT);
