@@ -100,14 +100,16 @@ impl Plant {
     /// Energy in the rotor, shaft and bristle, J: what friction may only take from.
     pub fn mechanical_energy_J(&self) -> f64 {
         let s = &self.state;
-        match &self.arms.shaft {
-            None => 0.5 * self.inertia * s[OMEGA].powi(2),
-            Some(shaft) => {
-                let wound = past_gap(s[TWIST], shaft.gap);
-                0.5 * self.inertia * (shaft.share * s[MOTOR].powi(2) + (1.0 - shaft.share) * s[OMEGA].powi(2))
-                    + 0.5 * shaft.stiffness * wound * wound
+        let bristle = self.arms.bristle_N_m_rad.map_or(0.0, |stiffness| 0.5 * stiffness * s[BRISTLE].powi(2));
+        bristle
+            + match &self.arms.shaft {
+                None => 0.5 * self.inertia * s[OMEGA].powi(2),
+                Some(shaft) => {
+                    let wound = past_gap(s[TWIST], shaft.gap);
+                    0.5 * self.inertia * (shaft.share * s[MOTOR].powi(2) + (1.0 - shaft.share) * s[OMEGA].powi(2))
+                        + 0.5 * shaft.stiffness * wound * wound
+                }
             }
-        }
     }
 
     /// Sets the rate, rad/s, of everything that turns.
