@@ -1,7 +1,9 @@
 //! What a person at the stand uses on the host.
 
+pub mod command;
 pub mod expression;
 pub mod fit;
+pub mod hidden;
 pub mod log;
 pub mod model;
 pub mod pages;

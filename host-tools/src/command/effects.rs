@@ -1,0 +1,35 @@
+//! `stand effects [ID]`: the catalogue, and the account of one effect.
+
+use clap::Args;
+use hal_sim::effects::{self, CATALOGUE};
+
+use super::error::Trouble;
+use super::output::{Output, is_terminal};
+use crate::pages;
+use crate::words::nearest;
+
+/// The catalogue of physical effects, or the account of one.
+#[derive(Debug, Args)]
+pub(super) struct Effects {
+    /// An effect, e.g. cogging
+    id: Option<String>,
+    #[command(flatten)]
+    output: Output,
+}
+
+impl Effects {
+    pub(super) fn run(self) -> Result<(), Trouble> {
+        let Some(id) = &self.id else {
+            self.output.text(&pages::list_text(is_terminal()))?;
+            self.output.json(pages::list_json)?;
+            return self.output.html(pages::list_html);
+        };
+        let card = effects::card(id).ok_or_else(|| {
+            let hint = nearest(id, CATALOGUE.iter().map(|c| c.id)).map_or(String::new(), |n| format!("; did you mean `{n}`?"));
+            Trouble::Input(format!("`{id}` is no effect of the catalogue{hint} (`stand effects` lists them)"))
+        })?;
+        self.output.text(&pages::effect_text(card, is_terminal()))?;
+        self.output.json(|| pages::effect_json(card))?;
+        self.output.html(|| pages::effect_html(card))
+    }
+}

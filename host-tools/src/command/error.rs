@@ -1,0 +1,69 @@
+//! What can go wrong, in one line each, and the exit status that follows.
+
+use std::path::Path;
+use std::process::ExitCode;
+
+/// Why a command did not do its job.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum Trouble {
+    /// The words or the input are wrong: status 2.
+    #[error("{0}")]
+    Input(String),
+    /// Standard output was closed: nobody reads on, which is no trouble.
+    #[error("standard output was closed")]
+    ClosedPipe,
+    /// Anything else: status 1.
+    #[error("{0}")]
+    Other(String),
+}
+
+/// An error of the input, whatever its type.
+macro_rules! of_the_input {
+    ($($error:ty),* $(,)?) => {$(
+        impl From<$error> for Trouble {
+            fn from(error: $error) -> Self {
+                Trouble::Input(error.to_string())
+            }
+        }
+    )*};
+}
+of_the_input!(
+    crate::log::LogError,
+    crate::model::ModelError,
+    crate::fit::prepare::PrepareError,
+    crate::fit::FitError,
+    hal_sim::plant::StandError,
+);
+
+impl From<hal_sim::session::SessionError> for Trouble {
+    fn from(error: hal_sim::session::SessionError) -> Self {
+        match error {
+            hal_sim::session::SessionError::Config(error) => Trouble::Input(error.to_string()),
+            other => Trouble::Other(other.to_string()),
+        }
+    }
+}
+
+impl Trouble {
+    /// A file that could not be read or written: a wrong name is the input's fault, a full disk is not.
+    pub(super) fn file(path: &Path, doing: &str, error: &std::io::Error) -> Self {
+        use std::io::ErrorKind;
+        let line = format!("{}: cannot {doing}: {error}", path.display());
+        match error.kind() {
+            ErrorKind::NotFound | ErrorKind::PermissionDenied | ErrorKind::IsADirectory | ErrorKind::NotADirectory => Trouble::Input(line),
+            ErrorKind::BrokenPipe => Trouble::ClosedPipe,
+            _ => Trouble::Other(line),
+        }
+    }
+}
+
+/// Says what went wrong on standard error, and the status.
+pub(super) fn exit_code(done: Result<(), Trouble>) -> ExitCode {
+    match done {
+        Ok(()) | Err(Trouble::ClosedPipe) => ExitCode::SUCCESS,
+        Err(trouble) => {
+            eprintln!("stand: {trouble}");
+            ExitCode::from(if matches!(trouble, Trouble::Input(_)) { 2 } else { 1 })
+        }
+    }
+}

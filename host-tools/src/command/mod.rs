@@ -1,0 +1,62 @@
+//! The command line: words in, exit status out.
+//!
+//! Every command that computes takes `--json FILE` (`-` for standard output, and then nothing else is printed there) and, where there is
+//! something to see, `--html FILE`. Exit status: 0 it did its job, whatever it found; 2 the words or the input are wrong; 1 anything else.
+
+//mod effects;
+mod error;
+mod hold;
+mod model;
+mod output;
+mod sim;
+mod story;
+
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use error::{Trouble, exit_code};
+
+/// The rotary stand: run it, log it, hold a model against the log, see where it fails.
+#[derive(Debug, Parser)]
+#[command(name = "stand", version, about, disable_help_subcommand = true)]
+struct Words {
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run the firmware on the simulated stand, in virtual time, and write its log
+    Sim(sim::Sim),
+    /// Hold a model against a log, unchanged: where does it fail?
+    Compare(hold::Compare),
+    /// Fit a model's parameters to a log, with their uncertainties
+    Fit(hold::Fit),
+    /// Make, show or change a model file
+    #[command(subcommand)]
+    Model(model::ModelCommand),
+    //Effects
+}
+
+/// Runs the command of these words and gives its exit status.
+pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let words = match Words::try_parse_from(words) {
+        Ok(words) => words,
+        Err(error) => {
+            // A closed pipe behind `--help` is no trouble of ours.
+            let _ = error.print();
+            return ExitCode::from(if error.use_stderr() { 2 } else { 0 });
+        }
+    };
+    let done: Result<(), Trouble> = match words.command {
+        None => story::run(),
+        Some(Command::Sim(sim)) => sim.run(),
+        Some(Command::Compare(compare)) => compare.run(),
+        Some(Command::Fit(fit)) => fit.run(),
+        Some(Command::Model(model)) => model.run(),
+        //Effects
+    };
+    exit_code(done)
+}

@@ -1,0 +1,69 @@
+//! Where answers go: terminal, JSON, HTML.
+
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use clap::Args;
+use indicatif::ProgressBar;
+
+use super::error::Trouble;
+
+/// Options of every command that computes.
+#[derive(Debug, Clone, Default, Args)]
+pub(super) struct Output {
+    /// Write the answer as JSON to this file (`-`: to standard output, and nothing else there)
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+    /// Write a report, one HTML file with its plots inside
+    #[arg(long, value_name = "FILE")]
+    pub html: Option<PathBuf>,
+}
+
+impl Output {
+    /// Prints for a person, unless standard output is taken by the JSON.
+    pub(super) fn text(&self, text: &str) -> Result<(), Trouble> {
+        if self.json.as_deref().is_some_and(is_standard_output) { Ok(()) } else { print(text) }
+    }
+
+    /// Writes the JSON where it was asked for.
+    pub(super) fn json(&self, answer: impl FnOnce() -> serde_json::Value) -> Result<(), Trouble> {
+        let Some(path) = &self.json else { return Ok(()) };
+        let text = serde_json::to_string_pretty(&answer()).map_err(|e| Trouble::Other(format!("{}: {e}", path.display())))?;
+        if is_standard_output(path) { print(&format!("{text}\n")) } else { write(path, &format!("{text}\n")) }
+    }
+
+    /// Writes the report where it was asked for.
+    pub(super) fn html(&self, page: impl FnOnce() -> String) -> Result<(), Trouble> {
+        match &self.html {
+            Some(path) => write(path, &page()),
+            None => Ok(()),
+        }
+    }
+}
+
+fn is_standard_output(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}
+
+/// Prints to standard output; a closed pipe ends the command without a word.
+pub(super) fn print(text: &str) -> Result<(), Trouble> {
+    std::io::stdout().write_all(text.as_bytes()).map_err(|e| Trouble::file(Path::new("standard output"), "write", &e))
+}
+
+/// Writes a file whole.
+pub(super) fn write(path: &Path, text: &str) -> Result<(), Trouble> {
+    std::fs::write(path, text).map_err(|e| Trouble::file(path, "write", &e))
+}
+
+/// Colour and width of the terminal.
+pub(super) fn is_terminal() -> bool {
+    std::io::stdout().is_terminal()
+}
+
+/// A sign of life on a terminal while something takes longer; nothing on a pipe.
+pub(super) fn working(says: &str) -> ProgressBar {
+    let bar = ProgressBar::new_spinner().with_message(says.to_owned());
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}

@@ -1,0 +1,165 @@
+//! `stand sim`: the firmware on the simulated stand, in virtual time.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use hal_sim::plant::{Plant, Stand};
+use hal_sim::session::{self, SessionRequest};
+use serde_json::json;
+use stand_firmware::profile::ProfileKind;
+use stand_firmware::speed_loop::Mode;
+
+use super::error::Trouble;
+use super::output::{Output, working};
+use crate::hidden::{self, Hidden};
+use crate::log::{Column, Log};
+
+/// With the speed loop, or without.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum Drive {
+    /// The speed loop holds the rate that the profile asks for
+    Rate,
+    /// The profile is the voltage itself, without the speed loop
+    Voltage,
+}
+
+/// Run the firmware on the simulated stand and write its log.
+#[derive(Debug, Args)]
+pub(super) struct Sim {
+    /// The log to write, .csv or .parquet
+    #[arg(long, value_name = "LOG")]
+    out: PathBuf,
+    /// constant, multi-step, multisine, prbs, sweep or staircase
+    #[arg(long, default_value = "multi-step")]
+    profile: String,
+    /// Length of the record, s
+    #[arg(long, default_value_t = 30.0)]
+    seconds: f64,
+    /// With the speed loop (rate) or without it (voltage)
+    #[arg(long, value_enum, default_value_t = Drive::Rate)]
+    mode: Drive,
+    /// Largest rate (rad/s) or voltage (V) of the profile; what suits the stand if not given
+    #[arg(long)]
+    amplitude: Option<f64>,
+    /// Give the stand an effect that its model lacks: one of the catalogue, or a number that draws one
+    #[arg(long, value_name = "SEED|EFFECT")]
+    hidden: Option<String>,
+    /// Say which effect was hidden, with its parameters
+    #[arg(long)]
+    reveal: bool,
+    /// Another stand, described in TOML
+    #[arg(long, value_name = "FILE")]
+    stand: Option<PathBuf>,
+    /// Seed of profile and noise
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    #[command(flatten)]
+    output: Output,
+}
+
+/// A session by request: what was run, and its log.
+pub(super) struct Session {
+    pub log: Log,
+    pub hidden: Option<Hidden>,
+}
+
+/// What a session needs to know.
+pub(super) struct Request<'a> {
+    pub out: &'a std::path::Path,
+    pub profile: &'a str,
+    pub seconds: f64,
+    pub mode: Drive,
+    pub amplitude: Option<f64>,
+    pub hidden: Option<&'a str>,
+    pub stand: Stand,
+    pub seed: u64,
+}
+
+/// Runs a session and gives its log, not yet written.
+pub(super) fn session(request: &Request) -> Result<Session, Trouble> {
+    // The ending is wrong before an hour has been simulated, not after.
+    crate::log::Format::of(request.out)?;
+    let kind: ProfileKind = request.profile.parse().map_err(|e| Trouble::Input(format!("--profile: {e}")))?;
+    let mut stand = request.stand.clone();
+    let hidden = match request.hidden {
+        Some(word) => Some(hidden::hide(word, &mut stand).map_err(|e| Trouble::Input(format!("--hidden: {e}")))?),
+        None => None,
+    };
+    let mode = match request.mode {
+        Drive::Rate => Mode::Rate,
+        Drive::Voltage => Mode::Voltage,
+    };
+    let amplitude = request.amplitude.unwrap_or_else(|| SessionRequest::usual_amplitude(mode));
+    let profile = SessionRequest::usual_profile(mode, kind, amplitude, request.seed);
+    let wanted = SessionRequest { mode, profile, seconds: request.seconds, seed: request.seed };
+    let plant = Plant::new(&stand, 0.0)?;
+    let working = working("the stand runs");
+    let record = session::run(stand.setup(), plant, wanted)?;
+    working.finish_and_clear();
+    let mut notes = vec![("stand".to_owned(), stand.name.clone())];
+    notes.extend(record.notes);
+    notes.push(("supply_nominal_V".to_owned(), stand.drive.supply_V.to_string()));
+    notes.push(("date".to_owned(), jiff::Zoned::now().strftime("%Y-%m-%dT%H:%M:%S%:z").to_string()));
+    let columns = record.columns.into_iter().map(|(name, values)| Column { name: name.to_owned(), values }).collect();
+    Ok(Session { log: Log::new(request.out, columns, notes)?, hidden })
+}
+
+/// A stand from its file, or the default one.
+pub(super) fn stand(path: Option<&PathBuf>) -> Result<Stand, Trouble> {
+    let Some(path) = path else { return Ok(Stand::default()) };
+    let text = std::fs::read_to_string(path).map_err(|e| Trouble::file(path, "read", &e))?;
+    Stand::parse(&text).map_err(|e| Trouble::Input(format!("{}: {e}", path.display())))
+}
+
+impl Sim {
+    pub(super) fn run(self) -> Result<(), Trouble> {
+        let request = Request {
+            out: &self.out,
+            profile: &self.profile,
+            seconds: self.seconds,
+            mode: self.mode,
+            amplitude: self.amplitude,
+            hidden: self.hidden.as_deref(),
+            stand: stand(self.stand.as_ref())?,
+            seed: self.seed,
+        };
+        let session = session(&request)?;
+        session.log.write(&self.out)?;
+        let columns: Vec<&str> = session.log.columns().iter().map(|c| c.name.as_str()).collect();
+        let mut text = format!(
+            "{}: {} rows, {} s at {:.0} Hz: {}\n",
+            self.out.display(),
+            session.log.len(),
+            session.log.duration_s(),
+            1.0 / session.log.median_dt_s(),
+            columns.join(", ")
+        );
+        for key in ["fault"].into_iter().filter_map(|k| session.log.note(k).map(|v| (k, v))) {
+            text += &format!("{}: {}\n", key.0, key.1);
+        }
+        for (key, value) in session.log.notes().iter().filter(|(k, _)| k.starts_with("limited_")) {
+            text += &format!("{key}: {value}\n");
+        }
+        match (&session.hidden, self.reveal) {
+            (Some(hidden), true) => text += &format!("hidden: {hidden}\n"),
+            (Some(_), false) => text += "hidden: one effect that the model lacks (--reveal says which)\n",
+            (None, true) => text += "hidden: nothing\n",
+            (None, false) => {}
+        }
+        self.output.text(&text)?;
+        self.output.json(|| {
+            json!({
+                "log": self.out.display().to_string(),
+                "samples": session.log.len(),
+                "duration_s": session.log.duration_s(),
+                "columns": columns,
+                "notes": session.log.notes().iter().map(|(k, v)| (k.clone(), json!(v))).collect::<serde_json::Map<_, _>>(),
+                "hidden": match (&session.hidden, self.reveal) {
+                    (Some(hidden), true) => json!({ "effect": hidden.effect, "parameters": hidden.parameters }),
+                    (None, true) => json!("none"),
+                    _ => serde_json::Value::Null,
+                },
+            })
+        })
+    }
+}
