@@ -30,6 +30,8 @@ const BRISTLE: usize = 6;
 
 /// Longest step as a part of the fastest time constant.
 const STEP_OF_FASTEST: f64 = 0.5;
+/// A bristle that settles faster than this is not followed on its way, s: what it does there no sensor sees.
+const QUICKEST_BRISTLE_S: f64 = 5e-6;
 /// Most steps within one tick.
 const MOST_STEPS: f64 = 200.0;
 
@@ -214,7 +216,8 @@ impl Plant {
             d[TWIST] = s[MOTOR] - s[OMEGA];
         }
         if let (Some(stiffness), true) = (bristle, acts.dry > 0.0) {
-            d[BRISTLE] = s[motor] - stiffness * s[motor].abs() * s[BRISTLE] / acts.dry;
+            let settled = acts.dry / stiffness * s[motor].signum();
+            d[BRISTLE] = (settled - s[BRISTLE]) * (s[motor].abs() * stiffness / acts.dry).min(1.0 / QUICKEST_BRISTLE_S);
         }
         d
     }
@@ -370,8 +373,8 @@ impl Plant {
         if let Some(stiffness) = self.arms.bristle_N_m_rad {
             // The bristle's own constant is its breakaway angle over the rate; a dry level of 10 µN m is the least that is looked for.
             let (acts, _) = self.at(&self.state, 0.0, self.t_s);
-            fastest_s =
-                fastest_s.min(acts.dry.max(1e-5) / stiffness / self.state[OMEGA].abs().max(1e-3)).min((self.inertia / stiffness).sqrt());
+            let constant_s = acts.dry.max(1e-5) / stiffness / self.state[OMEGA].abs().max(1e-3);
+            fastest_s = fastest_s.min(constant_s.max(QUICKEST_BRISTLE_S)).min((self.inertia / stiffness).sqrt());
         }
         (dt_s / (STEP_OF_FASTEST * fastest_s)).ceil().clamp(1.0, MOST_STEPS)
     }
