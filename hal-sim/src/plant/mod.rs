@@ -32,8 +32,19 @@ const BRISTLE: usize = 6;
 const STEP_OF_FASTEST: f64 = 0.5;
 /// A bristle that settles faster than this is not followed on its way, s: what it does there no sensor sees.
 const QUICKEST_BRISTLE_S: f64 = 5e-6;
+/// Shortest touch of a flank that is looked for, s.
+const TOUCH_S: f64 = 2e-5;
 /// Most steps within one tick.
 const MOST_STEPS: f64 = 200.0;
+
+/// What stays as it is within a step: on which side of their corners dry friction and the drop of the brushes are.
+#[derive(Clone, Copy)]
+struct Way {
+    /// Direction in which the rotor slides; 0: it is held.
+    slides: f64,
+    /// Direction of the current, where a drop opposes it; 0: none flows.
+    flows: f64,
+}
 
 /// A drive with its effects.
 pub struct Plant {
@@ -189,24 +200,24 @@ impl Plant {
         torque
     }
 
-    /// Time derivative while the rotor slides in `direction`; 0: it is held.
+    /// Time derivative while the rotor slides and the current flows this way.
     #[inline(always)]
-    fn derivative<const N: usize>(&self, s: &[f64; N], direction: f64, asked_V: f64, t_s: f64) -> [f64; N] {
+    fn derivative<const N: usize>(&self, s: &[f64; N], way: Way, asked_V: f64, t_s: f64) -> [f64; N] {
         let (acts, current) = self.at(s, asked_V, t_s);
         let motor = self.motor::<N>();
         let mut d = [0.0; N];
         let bristle = self.arms.bristle_N_m_rad;
         let dry = if bristle.is_some() { 0.0 } else { acts.dry };
         let acceleration =
-            if direction == 0.0 { 0.0 } else { (self.torque(s, &acts, current) - direction * dry) / self.rubbed_inertia::<N>() };
+            if way.slides == 0.0 { 0.0 } else { (self.torque(s, &acts, current) - way.slides * dry) / self.rubbed_inertia::<N>() };
         d[motor] = acceleration;
         d[THETA] = s[OMEGA];
         d[CHARGE] = current;
         if let Some(inductance) = self.arms.inductance_H {
             let v = asked_V + acts.voltage - self.motor_constant * acts.motor_factor * s[motor];
             let resistance = self.resistance * acts.resistance_factor + acts.series_ohm;
-            let driving = if current.abs() < 1e-12 { past_gap(v, 2.0 * acts.drop_V) } else { v - acts.drop_V * current.signum() };
-            d[CURRENT] = (driving - resistance * current) / inductance;
+            d[CURRENT] =
+                if self.drops && way.flows == 0.0 { 0.0 } else { (v - acts.drop_V * way.flows - resistance * current) / inductance };
         }
         if N < FULL {
             return d;
@@ -223,11 +234,11 @@ impl Plant {
     }
 
     #[inline]
-    fn runge_kutta<const N: usize>(&self, s: &[f64; N], direction: f64, asked_V: f64, t_s: f64, h: f64) -> [f64; N] {
-        let k1 = self.derivative(s, direction, asked_V, t_s);
-        let k2 = self.derivative(&along(s, &k1, 0.5 * h), direction, asked_V, t_s + 0.5 * h);
-        let k3 = self.derivative(&along(s, &k2, 0.5 * h), direction, asked_V, t_s + 0.5 * h);
-        let k4 = self.derivative(&along(s, &k3, h), direction, asked_V, t_s + h);
+    fn runge_kutta<const N: usize>(&self, s: &[f64; N], way: Way, asked_V: f64, t_s: f64, h: f64) -> [f64; N] {
+        let k1 = self.derivative(s, way, asked_V, t_s);
+        let k2 = self.derivative(&along(s, &k1, 0.5 * h), way, asked_V, t_s + 0.5 * h);
+        let k3 = self.derivative(&along(s, &k2, 0.5 * h), way, asked_V, t_s + 0.5 * h);
+        let k4 = self.derivative(&along(s, &k3, h), way, asked_V, t_s + h);
         let mut next = *s;
         for k in 0..next.len() {
             next[k] += h / 6.0 * (k1[k] + 2.0 * (k2[k] + k3[k]) + k4[k]);
@@ -249,36 +260,44 @@ impl Plant {
         if torque.abs() <= acts.dry { 0.0 } else { torque.signum() }
     }
 
+    /// Which way the current flows or begins to; 0: the drop lets none through.
+    fn flow<const N: usize>(&self, s: &[f64; N], asked_V: f64, t_s: f64) -> f64 {
+        if s[CURRENT] != 0.0 {
+            return s[CURRENT].signum();
+        }
+        let (acts, _) = self.at(s, asked_V, t_s);
+        let v = asked_V + acts.voltage - self.motor_constant * acts.motor_factor * s[self.motor::<N>()];
+        if v.abs() <= acts.drop_V { 0.0 } else { v.signum() }
+    }
+
     /// One step, in which the rotor may stop: the instant is located, and what is left begins from rest.
     #[inline]
     fn step<const N: usize>(&self, state: &mut [f64; N], asked_V: f64, mut t_s: f64, mut h: f64) {
         let motor = self.motor::<N>();
         let sticks = self.arms.bristle_N_m_rad.is_none();
+        // The drop of the brushes may end a current, not turn it round.
+        let drops = self.drops && self.arms.inductance_H.is_some();
         let gap = N == FULL && self.arms.shaft.as_ref().is_some_and(|shaft| shaft.gap > 0.0);
         // A rotor can stop, turn and stop again within a step only by a chatter that rest ends; so can two masses in a gap.
         for _ in 0..8 {
             let direction = self.direction(state, asked_V, t_s);
-            let mut next = self.runge_kutta(state, direction, asked_V, t_s, h);
+            let way = Way { slides: direction, flows: if drops { self.flow(state, asked_V, t_s) } else { 0.0 } };
+            let held = Way { slides: 0.0, ..way };
+            let mut next = self.runge_kutta(state, way, asked_V, t_s, h);
             let mut reach = h;
-            if gap && self.side(&next) != self.side(state) {
-                // Contact begins or ends: the step goes just beyond that instant, and another follows.
-                reach = Self::last_of(h, |part| self.side(&self.runge_kutta(state, direction, asked_V, t_s, part)) == self.side(state));
-                next = self.runge_kutta(state, direction, asked_V, t_s, reach);
-                if !(sticks && next[motor] * direction < 0.0) {
-                    *state = next;
-                    t_s += reach;
-                    h -= reach;
-                    if h <= 1e-12 {
-                        break;
-                    }
-                    continue;
+            if (gap || drops) && self.changes(state, &next) {
+                // Contact begins or ends, or a current comes to its end: the step goes just beyond that instant, and another follows.
+                reach = Self::last_of(h, |part| !self.changes(state, &self.runge_kutta(state, way, asked_V, t_s, part)));
+                next = self.runge_kutta(state, way, asked_V, t_s, reach);
+                if drops && next[CURRENT] * state[CURRENT] < 0.0 {
+                    next[CURRENT] = 0.0;
                 }
             }
-            if sticks && direction == 0.0 && self.direction(&next, asked_V, t_s + h) != 0.0 {
+            if sticks && direction == 0.0 && self.direction(&next, asked_V, t_s + reach) != 0.0 {
                 // It breaks away within the step, as the current rises or a load comes: the first instant at which it is not held.
-                let held = |part| self.runge_kutta(state, 0.0, asked_V, t_s, part);
-                let free = Self::last_of(h, |part| self.direction(&held(part), asked_V, t_s + part) == 0.0);
-                *state = held(free);
+                let still = |part| self.runge_kutta(state, held, asked_V, t_s, part);
+                let free = Self::last_of(reach, |part| self.direction(&still(part), asked_V, t_s + part) == 0.0);
+                *state = still(free);
                 t_s += free;
                 h -= free;
                 if h <= 1e-12 {
@@ -289,21 +308,27 @@ impl Plant {
             let passed = sticks && direction != 0.0 && next[motor] * direction < 0.0;
             if !passed {
                 *state = next;
-                break;
+                t_s += reach;
+                h -= reach;
+                if h <= 1e-12 {
+                    break;
+                }
+                continue;
             }
             // Illinois' regula falsi on the length of the step.
             let (mut low, mut high) = (0.0, reach);
             let (mut at_low, mut at_high) = (state[motor], next[motor]);
             if at_low == 0.0 {
                 // From rest against its own direction: rounding. It stays at rest.
-                *state = self.runge_kutta(state, 0.0, asked_V, t_s, h);
+                *state = self.runge_kutta(state, held, asked_V, t_s, h);
+                h = 0.0;
                 break;
             }
             let mut stopped = next;
             let mut part = reach;
             for _ in 0..20 {
                 part = low - at_low * (high - low) / (at_high - at_low);
-                stopped = self.runge_kutta(state, direction, asked_V, t_s, part);
+                stopped = self.runge_kutta(state, way, asked_V, t_s, part);
                 let omega = stopped[motor];
                 if omega.abs() < 1e-12 || high - low < 1e-12 {
                     break;
@@ -326,17 +351,10 @@ impl Plant {
                 break;
             }
         }
-        // The drop of the brushes may end a current, not turn it round.
-        if self.drops && self.arms.inductance_H.is_some() {
-            let before = state[CURRENT];
-            let (acts, _) = self.at(state, asked_V, t_s);
-            if acts.drop_V > 0.0 {
-                let v = asked_V + acts.voltage - self.motor_constant * acts.motor_factor * state[motor];
-                let step = acts.drop_V / self.arms.inductance_H.unwrap_or(1.0) * h;
-                if v.abs() <= acts.drop_V && before.abs() <= step {
-                    state[CURRENT] = 0.0;
-                }
-            }
+        if h > 1e-12 {
+            // Chatter: what is left goes as it goes now.
+            let way = Way { slides: self.direction(state, asked_V, t_s), flows: if drops { self.flow(state, asked_V, t_s) } else { 0.0 } };
+            *state = self.runge_kutta(state, way, asked_V, t_s, h);
         }
     }
 
@@ -354,10 +372,13 @@ impl Plant {
         high
     }
 
-    /// Which flank of the play is in contact; 0: none.
-    fn side<const N: usize>(&self, s: &[f64; N]) -> f64 {
-        let wound = self.arms.shaft.as_ref().map_or(0.0, |shaft| past_gap(s[TWIST], shaft.gap));
-        if wound == 0.0 { 0.0 } else { wound.signum() }
+    /// Between these states a flank is touched or left, or the current passes zero.
+    fn changes<const N: usize>(&self, from: &[f64; N], to: &[f64; N]) -> bool {
+        let side = |s: &[f64; N]| match &self.arms.shaft {
+            Some(shaft) if N == FULL && shaft.gap > 0.0 => past_gap(s[TWIST], shaft.gap).partial_cmp(&0.0),
+            _ => None,
+        };
+        side(from) != side(to) || (self.drops && self.arms.inductance_H.is_some() && from[CURRENT] * to[CURRENT] < 0.0)
     }
 
     /// Steps within a tick: by the fastest of winding, shaft and bristle.
@@ -369,6 +390,10 @@ impl Plant {
         if let Some(shaft) = &self.arms.shaft {
             let reduced = self.inertia * shaft.share * (1.0 - shaft.share);
             fastest_s = fastest_s.min((reduced / shaft.stiffness).sqrt() * 0.2).min(0.2 * reduced / shaft.damping.max(1e-12));
+            if shaft.gap > 0.0 {
+                // So that a flank is not touched and left again between two steps.
+                fastest_s = fastest_s.min(TOUCH_S);
+            }
         }
         if let Some(stiffness) = self.arms.bristle_N_m_rad {
             // The bristle's own constant is its breakaway angle over the rate; a dry level of 10 µN m is the least that is looked for.
