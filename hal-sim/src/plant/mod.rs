@@ -11,8 +11,8 @@ mod sensing;
 pub mod stand;
 
 use crate::board::PlantPort;
-use crate::effects::{self, Acts, Arms, Law, Point, T0_C, Thermal};
-use sensing::Sensing;
+use crate::effects::{self, Acts, Arms, Point, T0_C, Thermal};
+use sensing::{Placed, Sensing};
 pub use stand::{Stand, StandError};
 
 /// State: rate, current, angle, charge since the last tick; with shaft or bristle also the motor's rate, twist, bristle.
@@ -52,8 +52,8 @@ pub struct Plant {
     motor_constant: f64,
     resistance: f64,
     /// Laws that act, and laws that only change what a sensor sees.
-    laws: Vec<(Box<dyn Law<f64>>, Vec<f64>)>,
-    seen: Vec<(Box<dyn Law<f64>>, Vec<f64>)>,
+    laws: Vec<Placed>,
+    seen: Vec<Placed>,
     arms: Arms<f64>,
     thermal: Thermal<f64>,
     /// Some effect eats a voltage.

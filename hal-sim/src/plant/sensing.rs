@@ -4,6 +4,9 @@ use std::collections::VecDeque;
 
 use crate::effects::{Arms, Law, Point, Reading};
 
+/// A law with its parameters.
+pub(super) type Placed = (Box<dyn Law<f64>>, Vec<f64>);
+
 /// The elements' last reading.
 pub(super) struct Sensing {
     /// Angle as the encoder's disc shows it, rad.
@@ -36,7 +39,7 @@ impl Sensing {
     }
 
     /// Takes the state after `dt_s`; 0 sets the elements without history.
-    pub(super) fn take(&mut self, laws: &[(Box<dyn Law<f64>>, Vec<f64>)], x: &Point<f64>, omega: f64, theta: f64, current: f64, dt_s: f64) {
+    pub(super) fn take(&mut self, laws: &[Placed], x: &Point<f64>, omega: f64, theta: f64, current: f64, dt_s: f64) {
         let x = Point { omega, ..*x };
         let mut reading = Reading { omega, theta, current };
         for (law, parameters) in laws {
