@@ -104,7 +104,7 @@ pub fn stand_of(drive: Drive, list: &[(String, Vec<f64>)]) -> Stand {
 }
 
 enum Machine {
-    Rig { rig: Rig<f64>, state: State<f64> },
+    Rig { rig: Box<Rig<f64>>, state: State<f64> },
     Plant(Box<Plant>),
 }
 
@@ -123,7 +123,7 @@ impl Bench {
     pub fn new(kind: Kind, setup: &Setup) -> Self {
         let machine = match kind {
             Kind::Rig => Machine::Rig {
-                rig: rig(setup.drive, setup.input, &setup.effects),
+                rig: Box::new(rig(setup.drive, setup.input, &setup.effects)),
                 state: State { heat_K: setup.temp_C.map_or(0.0, |t| t - 25.0), ..State::turning(0.0, setup.theta) },
             },
             Kind::Plant => {
