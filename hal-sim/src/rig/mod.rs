@@ -130,10 +130,24 @@ impl<S: Scalar> Rig<S> {
         &self.arms
     }
 
-    /// Steps that a row of `dt_s` needs for the error to stay below the noise: by the fastest of its time constants.
+    /// Steps that a row of `dt_s` takes; see [`Rig::resolves`] for the most.
     pub fn steps(&self, dt_s: f64) -> u32 {
+        self.steps_needed(dt_s).clamp(1.0, MOST_STEPS) as u32
+    }
+
+    /// The rig can follow its own time constants over rows of `dt_s`. Parameters far from any stand's (an inertia of nothing) are too
+    /// fast for it: it would not stay finite.
+    pub fn resolves(&self, dt_s: f64) -> bool {
+        self.steps_needed(dt_s) <= MOST_STEPS
+    }
+
+    /// Steps that a row of `dt_s` needs for the error to stay below the noise: by the fastest of its time constants.
+    fn steps_needed(&self, dt_s: f64) -> f64 {
         let inertia = self.base.inertia.re();
-        let brake = self.base.motor_constant.re().powi(2) / self.base.resistance.re();
+        let brake = match self.input {
+            Input::Voltage => self.base.motor_constant.re().powi(2) / self.base.resistance.re(),
+            Input::Current | Input::Torque => 0.0,
+        };
         let mut rate_1_s = brake / inertia / 0.03;
         if self.arms.by_current {
             rate_1_s = rate_1_s.max(2.0 / LONGEST_STEP_S);
@@ -153,7 +167,7 @@ impl<S: Scalar> Rig<S> {
         }
         let steps = (dt_s / LONGEST_STEP_S).max(dt_s * rate_1_s);
         // A hair of slack, so that jitter in the last digit of dt does not double the work.
-        (steps - 1e-6).ceil().clamp(1.0, MOST_STEPS) as u32
+        (steps - 1e-6).ceil()
     }
 
     /// Carries the state over one row; gives the mean current over it, A.

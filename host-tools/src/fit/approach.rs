@@ -8,7 +8,7 @@
 use hal_sim::effects::Kind;
 
 use super::first_starts;
-use super::parameters::Parameters;
+use super::parameters::{Parameter, Parameters};
 use super::record::Record;
 use super::simulate::{Initial, System};
 use super::solve::{self, Place};
@@ -29,7 +29,7 @@ const MOMENTS: usize = 16;
 /// Where the descent along the whole log should begin.
 pub fn begin(system: &System, parameters: &Parameters, record: &Record, kinds: &[Initial], weights: &[f64]) -> Place {
     let near = near(system, parameters, record, kinds, weights);
-    at_the_best_moment(system, record, near, weights)
+    in_the_best_valley(system, record, near, weights)
 }
 
 fn near(system: &System, parameters: &Parameters, record: &Record, kinds: &[Initial], weights: &[f64]) -> Place {
@@ -57,15 +57,18 @@ fn near(system: &System, parameters: &Parameters, record: &Record, kinds: &[Init
     if cost(&approached) < cost(&given) || !cost(&given).is_finite() { approached } else { given }
 }
 
-/// A moment of the record is first looked for on a grid: between two of its values the cost has a valley of its own.
-fn at_the_best_moment(system: &System, record: &Record, place: Place, weights: &[f64]) -> Place {
-    let Some(k) = place.parameters.free().into_iter().find(|&k| place.parameters.list[k].kind == Kind::Moment) else { return place };
-    let (from_s, to_s) = (record.t_s[0], record.t_s[record.len() - 1]);
-    let mut best = place;
-    let given = (best.parameters.clone(), best.starts.clone());
-    for part in 0..MOMENTS {
+/// A parameter in which the cost has several valleys is first looked for on a grid.
+fn in_the_best_valley(system: &System, record: &Record, place: Place, weights: &[f64]) -> Place {
+    let trials = place.parameters.free().into_iter().find_map(|k| {
+        let values = valleys(&place.parameters.list[k], record);
+        (!values.is_empty()).then_some((k, values))
+    });
+    let Some((k, values)) = trials else { return place };
+    let given = (place.parameters.clone(), place.starts.clone());
+    let mut best = solve::descend(system, record, place, weights, |cost| ROUGHLY * cost);
+    for value in values {
         let mut parameters = given.0.clone();
-        parameters.list[k].value = from_s + (to_s - from_s) * (part as f64 + 0.5) / MOMENTS as f64;
+        parameters.list[k].value = value;
         let begin = Place::begin(system, &parameters, record, &given.1);
         let tried = solve::descend(system, record, begin, weights, |cost| ROUGHLY * cost);
         if tried.linear(weights).cost < best.linear(weights).cost {
@@ -73,6 +76,18 @@ fn at_the_best_moment(system: &System, record: &Record, place: Place, weights: &
         }
     }
     best
+}
+
+/// Where a parameter should be tried besides its given value: moments over the whole record, a play of other widths.
+fn valleys(parameter: &Parameter, record: &Record) -> Vec<f64> {
+    if parameter.kind == Kind::Moment {
+        let (from_s, to_s) = (record.t_s[0], record.t_s[record.len() - 1]);
+        return (0..MOMENTS).map(|k| from_s + (to_s - from_s) * (k as f64 + 0.5) / MOMENTS as f64).collect();
+    }
+    if parameter.name == "gap_rad" {
+        return [0.33, 2.0, 3.0].map(|factor| factor * parameter.value).to_vec();
+    }
+    Vec::new()
 }
 
 /// The same record, cut into short segments spread over what is not held out.

@@ -305,9 +305,12 @@ fn differenced(record: &Record, channel: usize) -> usize {
     }
 }
 
+/// χ²/n from which on what is left is no longer the noise, and its correlation is what it shows.
+const MISFIT: f64 = 1.5;
+
 fn colour(record: &Record, channel: usize, fitness: &Fitness) -> Colour {
-    let differenced = differenced(record, channel);
     let misfit = fitness.chi2_per_n().max(1.0);
+    let differenced = if misfit < MISFIT { differenced(record, channel) } else { 0 };
     let seen = if differenced > 0 {
         1.0
     } else {

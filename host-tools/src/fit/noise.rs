@@ -59,7 +59,8 @@ pub fn inflation(residuals: &[f64]) -> f64 {
     }
     let seen = 3.0 / (n as f64).sqrt();
     let mut factor = 1.0;
-    for lag in 1..(n / 4).min(2000) {
+    // An hour's residual is looked at by as many products as half a minute's.
+    for lag in 1..(n / 4).min(2000).min((60_000_000 / n).max(20)) {
         let rho = residuals.windows(lag + 1).map(|w| (w[0] - mean) * (w[lag] - mean)).sum::<f64>() / (n as f64 * variance);
         if rho < seen {
             break;

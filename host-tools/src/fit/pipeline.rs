@@ -19,10 +19,11 @@ pub struct Chain<S> {
     filter: Vec<Lag<S>>,
     skew_s: Option<S>,
     increment: usize,
-    /// Times and values before the window or the delay.
-    past: VecDeque<(f64, S)>,
+    /// What the window is taken from: the angle turned, or the integral of the channel.
+    turned: Past<S>,
+    /// Values not yet shown.
+    delayed: Past<S>,
     raw: VecDeque<S>,
-    reach_s: f64,
 }
 
 impl<S: Scalar> Chain<S> {
@@ -38,18 +39,10 @@ impl<S: Scalar> Chain<S> {
         }
         let skew_s = arms.skew_s.filter(|_| late_channel(record) == Some(index));
         let window_s = channel.mean_before_s.unwrap_or(0.0);
-        let reach_s = window_s.max(skew_s.map_or(0.0, |s| s.re())) + 4.0 * record.dt_s;
+        let past = |reach_s: f64| Past { points: VecDeque::new(), reach_s: reach_s + 4.0 * record.dt_s };
+        let (turned, delayed) = (past(window_s), past(skew_s.map_or(0.0, |s| s.re())));
         let increment = if channel.shows == Channel::Angle { record.angle_lag() } else { 0 };
-        Chain { shows: channel.shows, window_s, filter, skew_s, increment, past: VecDeque::new(), raw: VecDeque::new(), reach_s }
-    }
-
-    /// A new segment begins.
-    pub fn reset(&mut self) {
-        self.past.clear();
-        self.raw.clear();
-        for filter in &mut self.filter {
-            filter.state = None;
-        }
+        Chain { shows: channel.shows, window_s, filter, skew_s, increment, turned, delayed, raw: VecDeque::new() }
     }
 
     /// Takes the reading at `t_s` with the true rate and angle there, gives what the channel shows; `None` where it has no partner yet.
@@ -61,7 +54,7 @@ impl<S: Scalar> Chain<S> {
             _ => reading.current,
         };
         if self.window_s > 0.0 {
-            value = self.windowed(t_s, value, omega, theta);
+            value = self.windowed(t_s, value, omega, theta)?;
         }
         for filter in &mut self.filter {
             value = filter.push(t_s, value);
@@ -80,60 +73,58 @@ impl<S: Scalar> Chain<S> {
         Some(value)
     }
 
-    /// Mean over the window before t: of a rate exactly, by the angle turned; of another channel by its rows.
-    fn windowed(&mut self, t_s: f64, value: S, omega: S, theta: S) -> S {
-        let key = if self.shows == Channel::Rate { theta } else { self.past.back().map_or(S::zero(), |b| b.1 + value * (t_s - b.0)) };
-        self.remember(t_s, key);
-        let from = self.at(t_s - self.window_s);
-        let (Some((from_s, from)), true) = (from, self.past.len() > 1) else { return value };
-        let length_s = t_s - from_s;
-        if length_s <= 0.0 {
-            return value;
+    /// Mean over the window before t: of a rate exactly, by the angle turned; of another channel by its rows. `None` while the window
+    /// reaches before the segment.
+    fn windowed(&mut self, t_s: f64, value: S, omega: S, theta: S) -> Option<S> {
+        let turned = match (self.shows, self.turned.points.back()) {
+            (Channel::Rate, _) => theta,
+            (_, Some(before)) => before.1 + value * (t_s - before.0),
+            (_, None) => S::zero(),
+        };
+        self.turned.push(t_s, turned);
+        let from_s = t_s - self.window_s;
+        if self.turned.points.front()?.0 > from_s + CLOSE_S {
+            return None;
         }
-        let mean = (key - from) / length_s;
-        if self.shows == Channel::Rate { mean + (value - omega) } else { mean }
+        let mean = (turned - self.turned.at(from_s)?) / self.window_s;
+        // What a sensor's effect adds to the rate is taken at the instant.
+        Some(if self.shows == Channel::Rate { mean + (value - omega) } else { mean })
     }
 
+    /// The value of `skew_s` ago, linear between rows, with the derivative by the delay; the first one while there is no older.
     fn late(&mut self, t_s: f64, value: S, skew_s: S) -> S {
-        self.remember(t_s, value);
-        // Linear between rows, with the derivative by the delay.
+        self.delayed.push(t_s, value);
+        let points = &self.delayed.points;
         let wanted = t_s - skew_s.re();
-        let k = self.past.partition_point(|p| p.0 <= wanted);
-        if k == 0 {
-            return self.past.front().map_or(value, |p| p.1);
+        let after = points.partition_point(|p| p.0 <= wanted).min(points.len() - 1);
+        let (Some(a), Some(b)) = (after.checked_sub(1).and_then(|k| points.get(k)), points.get(after)) else { return points[0].1 };
+        a.1 + (b.1 - a.1) / (b.0 - a.0) * (-skew_s + (t_s - a.0))
+    }
+}
+
+/// Two instants are the same.
+const CLOSE_S: f64 = 1e-9;
+
+/// What a channel was, as far back as is asked for.
+struct Past<S> {
+    points: VecDeque<(f64, S)>,
+    reach_s: f64,
+}
+
+impl<S: Scalar> Past<S> {
+    fn push(&mut self, t_s: f64, value: S) {
+        self.points.push_back((t_s, value));
+        while self.points.len() > 2 && self.points[1].0 < t_s - self.reach_s {
+            self.points.pop_front();
         }
-        if k >= self.past.len() {
-            let n = self.past.len();
-            if n < 2 {
-                return value;
-            }
-            let (a, b) = (self.past[n - 2], self.past[n - 1]);
-            return b.1 - (b.1 - a.1) / (b.0 - a.0) * skew_s;
-        }
-        let (a, b) = (self.past[k - 1], self.past[k]);
-        let slope = (b.1 - a.1) / (b.0 - a.0);
-        a.1 + slope * (-skew_s + (t_s - a.0))
     }
 
-    fn remember(&mut self, t_s: f64, value: S) {
-        self.past.push_back((t_s, value));
-        while self.past.len() > 2 && self.past[1].0 < t_s - self.reach_s {
-            self.past.pop_front();
-        }
-    }
-
-    /// The remembered value at `wanted`, linear between rows; the oldest where the window reaches before the segment.
-    fn at(&self, wanted: f64) -> Option<(f64, S)> {
-        let k = self.past.partition_point(|p| p.0 <= wanted + 1e-9);
-        if k == 0 {
-            return self.past.front().copied();
-        }
-        let a = self.past[k - 1];
-        let Some(b) = self.past.get(k) else { return Some(a) };
-        if wanted - a.0 < 1e-9 {
-            return Some(a);
-        }
-        Some((wanted, a.1 + (b.1 - a.1) * ((wanted - a.0) / (b.0 - a.0))))
+    /// The value at `wanted`, linear between rows.
+    fn at(&self, wanted: f64) -> Option<S> {
+        let k = self.points.partition_point(|p| p.0 <= wanted + CLOSE_S);
+        let Some(a) = k.checked_sub(1).and_then(|k| self.points.get(k)) else { return self.points.front().map(|p| p.1) };
+        let Some(b) = self.points.get(k).filter(|_| wanted - a.0 > CLOSE_S) else { return Some(a.1) };
+        Some(a.1 + (b.1 - a.1) * ((wanted - a.0) / (b.0 - a.0)))
     }
 }
 

@@ -153,6 +153,14 @@ pub fn run<S: Lane>(
     if record.driven == Input::Motion {
         return demand(rig, record, segment, visit);
     }
+    if !rig.resolves(record.dt_s) {
+        for row in rows {
+            for c in 0..record.channels.len() {
+                visit(c, row, &S::from(f64::NAN));
+            }
+        }
+        return;
+    }
     let mut chains: Vec<Chain<S>> = (0..record.channels.len()).map(|c| Chain::new(record, c, rig.arms())).collect();
     let theta = record.theta.map_or(0.0, |theta| theta[rows.start]);
     let instant = record.channels.iter().any(|c| c.instant && c.shows == Channel::Current);
