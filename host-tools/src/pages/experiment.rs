@@ -60,7 +60,7 @@ impl Motion {
             Motion::Triangle(rate, period) => {
                 format!("the loop leads the rate evenly between +{rate} and −{rate} rad/s, {period} s a round")
             }
-            Motion::Sine(rate, period) => format!("the loop leads the rate along a sine of {rate} rad/s and {period} s"),
+            Motion::Sine(rate, period) => format!("the loop leads the rate along a sine of {rate} rad/s with a period of {period} s"),
             Motion::Steps(volt, period) => format!("the voltage steps between +{volt} and −{volt} V, {period} s a round"),
         }
     }

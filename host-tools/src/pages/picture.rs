@@ -57,7 +57,7 @@ fn difference(card: &Card, beside: &Beside) -> (String, String) {
     let range = difference.iter().fold((0.0, 0.0), fold);
     let over = &beside.with.over;
     let over_range = over.iter().fold((f64::INFINITY, f64::NEG_INFINITY), fold);
-    let label = |name: &str, unit: &str| Axis::new(over_range, 8, name, unit);
+    let label = |name: &str, unit: &str| Axis::new(with_room(over_range), 8, name, unit);
     let x = match beside.experiment.over {
         Over::ManyTurns => label("angle", "rad"),
         Over::Coordinate(Coordinate::Theta) => Axis::turn("angle within the turn, rad"),

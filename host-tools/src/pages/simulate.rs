@@ -114,7 +114,7 @@ fn run(stand: &Stand, experiment: &Experiment) -> Result<Trace, StandError> {
     let row_ticks = ((experiment.seconds / MOST_ROWS / TICK_S).ceil() as u64).max(ROW_TICKS);
     let rows = (experiment.seconds / (row_ticks as f64 * TICK_S)).round() as u64;
     let settle = (SETTLE_S / (row_ticks as f64 * TICK_S)).ceil() as u64;
-    if let Some(rate) = experiment.motion.rate_rad_s(0.0) {
+    if let Some(rate) = experiment.motion.rate_rad_s(-(settle as f64) * row_ticks as f64 * TICK_S) {
         plant.spin(rate);
     }
     let mut trace = Trace::default();
@@ -126,7 +126,7 @@ fn run(stand: &Stand, experiment: &Experiment) -> Result<Trace, StandError> {
         let (theta, rate, true_rate) = (plant.theta_rad(), plant.rate_rad_s(), plant.true_rate_rad_s());
         let (mut volts, mut current) = (0.0, 0.0);
         for tick in 0..row_ticks {
-            let now = (t_s + tick as f64 * TICK_S).max(0.0);
+            let now = t_s + tick as f64 * TICK_S;
             let asked = match experiment.motion.rate_rad_s(now) {
                 Some(wanted) => control.volts(wanted, plant.true_rate_rad_s()),
                 None => experiment.motion.open_V(now),
@@ -136,11 +136,11 @@ fn run(stand: &Stand, experiment: &Experiment) -> Result<Trace, StandError> {
             current += plant.mean_current_A() / row_ticks as f64;
         }
         past.push(theta);
+        let drive = if matches!(experiment.motion, Motion::Steps(..)) { volts } else { true_rate };
+        let since = reversal.since(t_s, drive);
         if row < settle {
             continue;
         }
-        let drive = if matches!(experiment.motion, Motion::Steps(..)) { volts } else { true_rate };
-        let since = reversal.since(t_s, drive);
         trace.t_s.push(t_s);
         trace.shown.push(match experiment.shown {
             Shown::Current => current,

@@ -90,7 +90,9 @@ pub fn coordinates<'a>(log: &'a Log, record: &'a Record<'a>, channels: &'a [Fitn
         along(Coordinate::Temperature, "winding temperature, °C", 30, None, Box::new(value));
     }
     if let Some(value) = column("t_s") {
-        along(Coordinate::Time, "time, s", 60, None, Box::new(value));
+        // Wide enough for several independent stretches each.
+        let bins = (record.len() / 1200).clamp(4, 60);
+        along(Coordinate::Time, "time, s", bins, None, Box::new(value));
     }
     list
 }

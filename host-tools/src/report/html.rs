@@ -45,6 +45,11 @@ fn head(c: &Comparison, page: &mut Page) {
     page.push("<dl>");
     let mut entry = |term: &str, text: &str| page.push(&format!("<dt>{term}</dt><dd>{}</dd>", escaped(text)));
     entry("Log", &log);
+    for (key, term) in [("date", "Recorded"), ("stand", "Stand"), ("profile", "Profile")] {
+        if let Some(note) = c.log.note(key) {
+            entry(term, note);
+        }
+    }
     entry("Model", &format!("{}, driven by {}; effects: {effects}", c.model.name(), c.model.input().column()));
     entry(
         "Work",

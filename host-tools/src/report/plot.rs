@@ -166,14 +166,31 @@ impl Plot {
         self.svg.dot(at, 2.2, "mean");
     }
 
+    /// Which ticks of the horizontal axis get their words, so that the words do not touch: every one, every second, …, with zero among them.
+    fn spoken(&self, ticks: &[(f64, String)]) -> Vec<usize> {
+        const LETTER: f64 = 7.0;
+        const BETWEEN: f64 = 8.0;
+        let widest = ticks.iter().map(|(_, word)| word.chars().count()).max().unwrap_or(0) as f64 * LETTER + BETWEEN;
+        let apart = match ticks {
+            [(first, _), (second, _), ..] => self.at((*second, self.y.from)).0 - self.at((*first, self.y.from)).0,
+            _ => f64::INFINITY,
+        };
+        let every = (widest / apart.max(1.0)).ceil().max(1.0) as usize;
+        let zero = ticks.iter().position(|(_, word)| word == "0").unwrap_or(0);
+        (0..ticks.len()).filter(|k| k % every == zero % every).collect()
+    }
+
     /// Frame, ticks and labels, and the drawing.
     pub fn finish(mut self) -> String {
         let (left, right, top, bottom) = (LEFT, self.width - RIGHT, TOP, self.height - BELOW);
         let (x_ticks, y_ticks) = (std::mem::take(&mut self.x.ticks), std::mem::take(&mut self.y.ticks));
-        for (v, word) in &x_ticks {
+        let spoken = self.spoken(&x_ticks);
+        for (k, (v, word)) in x_ticks.iter().enumerate() {
             let (x, _) = self.at((*v, self.y.from));
             self.svg.line((x, top), (x, bottom), "grid");
-            self.svg.text((x, bottom + 15.0), Anchor::Middle, "tick", word);
+            if spoken.contains(&k) {
+                self.svg.text((x, bottom + 15.0), Anchor::Middle, "tick", word);
+            }
         }
         for (v, word) in &y_ticks {
             let (_, y) = self.at((self.x.from, *v));

@@ -76,6 +76,9 @@ fn traces(record: &Record, compared: &Compared, f: &Fitness, range: (f64, f64), 
         plot.level(0.0, "zero");
         plot.lines(&residual, "residual");
         plot.band(-2.0 * f.noise, 2.0 * f.noise, "band");
+        // Its edges show through a residual that covers it.
+        plot.level(-2.0 * f.noise, "edge");
+        plot.level(2.0 * f.noise, "edge");
         let held = if record.hold_out { swatch("held", "held out of the fit") } else { String::new() };
         page.figure(
             &plot.finish(),
