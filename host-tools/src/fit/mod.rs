@@ -310,14 +310,13 @@ const MISFIT: f64 = 1.5;
 
 fn colour(record: &Record, channel: usize, fitness: &Fitness) -> Colour {
     let misfit = fitness.chi2_per_n().max(1.0);
-    let differenced = if misfit < MISFIT { differenced(record, channel) } else { 0 };
-    let seen = if differenced > 0 {
-        1.0
-    } else {
-        let compared: Vec<f64> = fitness.residual.iter().copied().filter(|r| !r.is_nan()).collect();
-        noise::inflation(&compared)
-    };
-    Colour { differenced, inflation: misfit * seen }
+    let compared: Vec<f64> = fitness.residual.iter().copied().filter(|r| !r.is_nan()).collect();
+    if misfit >= MISFIT {
+        return Colour { differenced: 0, inflation: misfit * noise::inflation(&compared) };
+    }
+    let differenced = differenced(record, channel);
+    let seen = if differenced > 0 { 1.0 } else { noise::inflation(&compared) };
+    Colour { differenced, inflation: misfit * seen.max(noise::slow_inflation(&compared, fitness.noise, differenced)) }
 }
 
 /// Share of a direction without information from which on a parameter belongs to it.
