@@ -19,6 +19,7 @@ pub(super) struct Effects {
 
 impl Effects {
     pub(super) fn run(self) -> Result<(), Trouble> {
+        self.output.check()?;
         let Some(id) = &self.id else {
             self.output.text(&pages::list_text(is_terminal()))?;
             self.output.json(pages::list_json)?;

@@ -67,3 +67,10 @@ pub(super) fn exit_code(done: Result<(), Trouble>) -> ExitCode {
         }
     }
 }
+
+/// What the reader of the command line has to say, without its usage, in one line like every other error.
+pub(super) fn in_one_line(says: &str) -> String {
+    let paragraphs = says.strip_prefix("error: ").unwrap_or(says).split("\n\n").filter(|p| !p.trim_start().starts_with("Usage:"));
+    let lines = paragraphs.flat_map(str::lines).map(str::trim).filter(|line| !line.is_empty() && !line.starts_with("For more information"));
+    format!("{} (--help says what there is)", lines.collect::<Vec<_>>().join(" "))
+}

@@ -6,7 +6,7 @@ use std::time::Instant;
 use clap::Args;
 
 use super::error::Trouble;
-use super::output::{Output, is_terminal, working};
+use super::output::{Output, check_place, is_terminal, working};
 use crate::fit::{self, Held, Record};
 use crate::log::{Log, Source};
 use crate::model::{Channel, Model};
@@ -45,6 +45,7 @@ pub(super) struct Fit {
 
 impl Compare {
     pub(super) fn run(self) -> Result<(), Trouble> {
+        self.output.check()?;
         let (log, model) = read(&self.log, &self.model)?;
         hold(&log, &model, Manner::Compared, &self.output).map(|_| ())
     }
@@ -52,6 +53,8 @@ impl Compare {
 
 impl Fit {
     pub(super) fn run(self) -> Result<(), Trouble> {
+        self.output.check()?;
+        self.out.as_deref().map_or(Ok(()), check_place)?;
         let (log, model) = read(&self.log, &self.model)?;
         let manner = if self.all_rows { Manner::FittedToAll } else { Manner::Fitted };
         let held = hold(&log, &model, manner, &self.output)?;

@@ -3,7 +3,7 @@
 //! Every command that computes takes `--json FILE` (`-` for standard output, and then nothing else is printed there) and, where there is
 //! something to see, `--html FILE`. Exit status: 0 it did its job, whatever it found; 2 the words or the input are wrong; 1 anything else.
 
-//mod effects;
+mod effects;
 mod error;
 mod hold;
 mod model;
@@ -37,7 +37,8 @@ enum Command {
     /// Make, show or change a model file
     #[command(subcommand)]
     Model(model::ModelCommand),
-    //Effects
+    /// The catalogue of physical effects, or the account of one
+    Effects(effects::Effects),
 }
 
 /// Runs the command of these words and gives its exit status.
@@ -45,9 +46,12 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
     let words = match Words::try_parse_from(words) {
         Ok(words) => words,
         Err(error) => {
+            if error.use_stderr() {
+                return exit_code(Err(Trouble::Input(error::in_one_line(&error.to_string()))));
+            }
             // A closed pipe behind `--help` is no trouble of ours.
             let _ = error.print();
-            return ExitCode::from(if error.use_stderr() { 2 } else { 0 });
+            return ExitCode::SUCCESS;
         }
     };
     let done: Result<(), Trouble> = match words.command {
@@ -56,7 +60,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
         Some(Command::Compare(compare)) => compare.run(),
         Some(Command::Fit(fit)) => fit.run(),
         Some(Command::Model(model)) => model.run(),
-        //Effects
+        Some(Command::Effects(effects)) => effects.run(),
     };
     exit_code(done)
 }

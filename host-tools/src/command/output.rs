@@ -9,18 +9,30 @@ use indicatif::ProgressBar;
 
 use super::error::Trouble;
 
-/// Options of every command that computes.
+/// Where the answer goes, of every command that computes.
 #[derive(Debug, Clone, Default, Args)]
-pub(super) struct Output {
+pub(super) struct Answer {
     /// Write the answer as JSON to this file (`-`: to standard output, and nothing else there)
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
+}
+
+/// The same, where there is something to see.
+#[derive(Debug, Clone, Default, Args)]
+pub(super) struct Output {
+    #[command(flatten)]
+    pub answer: Answer,
     /// Write a report, one HTML file with its plots inside
     #[arg(long, value_name = "FILE")]
     pub html: Option<PathBuf>,
 }
 
-impl Output {
+impl Answer {
+    /// The JSON has a place to go: said before the work, so that a refused command has written nothing.
+    pub(super) fn check(&self) -> Result<(), Trouble> {
+        self.json.as_deref().filter(|path| !is_standard_output(path)).map_or(Ok(()), check_place)
+    }
+
     /// Prints for a person, unless standard output is taken by the JSON.
     pub(super) fn text(&self, text: &str) -> Result<(), Trouble> {
         if self.json.as_deref().is_some_and(is_standard_output) { Ok(()) } else { print(text) }
@@ -32,6 +44,24 @@ impl Output {
         let text = serde_json::to_string_pretty(&answer()).map_err(|e| Trouble::Other(format!("{}: {e}", path.display())))?;
         if is_standard_output(path) { print(&format!("{text}\n")) } else { write(path, &format!("{text}\n")) }
     }
+}
+
+impl Output {
+    /// All that was asked for has a place to go.
+    pub(super) fn check(&self) -> Result<(), Trouble> {
+        self.answer.check()?;
+        self.html.as_deref().map_or(Ok(()), check_place)
+    }
+
+    /// Prints for a person, unless standard output is taken by the JSON.
+    pub(super) fn text(&self, text: &str) -> Result<(), Trouble> {
+        self.answer.text(text)
+    }
+
+    /// Writes the JSON where it was asked for.
+    pub(super) fn json(&self, answer: impl FnOnce() -> serde_json::Value) -> Result<(), Trouble> {
+        self.answer.json(answer)
+    }
 
     /// Writes the report where it was asked for.
     pub(super) fn html(&self, page: impl FnOnce() -> String) -> Result<(), Trouble> {
@@ -39,6 +69,18 @@ impl Output {
             Some(path) => write(path, &page()),
             None => Ok(()),
         }
+    }
+}
+
+/// A file could be written here: its folder is there, and it is no folder itself.
+pub(super) fn check_place(path: &Path) -> Result<(), Trouble> {
+    let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if path.is_dir() {
+        Err(Trouble::Input(format!("{}: cannot write: this is a folder", path.display())))
+    } else if folder.is_dir() {
+        Ok(())
+    } else {
+        Err(Trouble::Input(format!("{}: cannot write: there is no folder {}", path.display(), folder.display())))
     }
 }
 

@@ -10,7 +10,7 @@ use stand_firmware::profile::ProfileKind;
 use stand_firmware::speed_loop::Mode;
 
 use super::error::Trouble;
-use super::output::{Output, working};
+use super::output::{Answer, check_place, working};
 use crate::hidden::{self, Hidden};
 use crate::log::{Column, Log};
 
@@ -33,13 +33,13 @@ pub(super) struct Sim {
     #[arg(long, default_value = "multi-step")]
     profile: String,
     /// Length of the record, s
-    #[arg(long, default_value_t = 30.0)]
+    #[arg(long, default_value_t = 30.0, allow_negative_numbers = true)]
     seconds: f64,
     /// With the speed loop (rate) or without it (voltage)
     #[arg(long, value_enum, default_value_t = Drive::Rate)]
     mode: Drive,
     /// Largest rate (rad/s) or voltage (V) of the profile; what suits the stand if not given
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     amplitude: Option<f64>,
     /// Give the stand an effect that its model lacks: one of the catalogue, or a number that draws one
     #[arg(long, value_name = "SEED|EFFECT")]
@@ -54,7 +54,7 @@ pub(super) struct Sim {
     #[arg(long, default_value_t = 1)]
     seed: u64,
     #[command(flatten)]
-    output: Output,
+    answer: Answer,
 }
 
 /// A session by request: what was run, and its log.
@@ -113,6 +113,8 @@ pub(super) fn stand(path: Option<&PathBuf>) -> Result<Stand, Trouble> {
 
 impl Sim {
     pub(super) fn run(self) -> Result<(), Trouble> {
+        check_place(&self.out)?;
+        self.answer.check()?;
         let request = Request {
             out: &self.out,
             profile: &self.profile,
@@ -146,8 +148,8 @@ impl Sim {
             (None, true) => text += "hidden: nothing\n",
             (None, false) => {}
         }
-        self.output.text(&text)?;
-        self.output.json(|| {
+        self.answer.text(&text)?;
+        self.answer.json(|| {
             json!({
                 "log": self.out.display().to_string(),
                 "samples": session.log.len(),

@@ -9,7 +9,7 @@ use hal_sim::plant::Stand;
 
 use super::error::Trouble;
 use super::hold::{Manner, hold};
-use super::output::{Output, print, write};
+use super::output::{Answer, Output, print, write};
 use super::sim::{Drive, Request, session};
 use crate::model::Model;
 
@@ -54,7 +54,7 @@ pub(super) fn run() -> Result<(), Trouble> {
     print("2  The nominal model, by the data sheets, beside the measurement:\n\n")?;
     write(&model_path, NOMINAL)?;
     let model = Model::read(&model_path)?;
-    let page = |name: &str| Output { json: None, html: Some(folder.join(name)) };
+    let page = |name: &str| Output { answer: Answer::default(), html: Some(folder.join(name)) };
     hold(&session.log, &model, Manner::Compared, &page("nominal.html"))?;
 
     print("\n3  The same model with its parameters fitted:\n\n")?;

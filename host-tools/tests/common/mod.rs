@@ -1,0 +1,81 @@
+//! The command `stand` as a person runs it: words in, streams and exit status out.
+#![allow(dead_code, clippy::unwrap_used, reason = "each test binary uses its part")]
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// What came of a run.
+#[derive(Debug)]
+pub struct Ran {
+    pub status: Option<i32>,
+    pub out: String,
+    pub err: String,
+}
+
+impl Ran {
+    /// It did its job without a word on standard error.
+    #[track_caller]
+    pub fn well(self) -> Self {
+        assert_eq!((self.status, self.err.as_str()), (Some(0), ""), "{self:?}");
+        self
+    }
+
+    /// What it printed, as JSON and nothing else.
+    #[track_caller]
+    pub fn json(&self) -> Value {
+        serde_json::from_str(&self.out).unwrap_or_else(|e| panic!("{e}: {}", self.out))
+    }
+}
+
+impl From<Output> for Ran {
+    fn from(output: Output) -> Self {
+        let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+        Ran { status: output.status.code(), out: text(output.stdout), err: text(output.stderr) }
+    }
+}
+
+/// The command with these words, in a folder.
+pub fn command(folder: &Path, words: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_stand"));
+    command.args(words).current_dir(folder).stdin(Stdio::null());
+    command
+}
+
+/// Runs it.
+pub fn stand(folder: &Path, words: &[&str]) -> Ran {
+    command(folder, words).output().unwrap().into()
+}
+
+/// The model of the default stand by its data sheet.
+pub const MODEL: &str = "[drive]\ninput = \"u_V\"\neffects = [\"viscous\", \"coulomb\", \"inductance\"]\n\n[parameters]\n\
+    inertia_kg_m2 = 2.2e-4\nmotor_constant_N_m_A = 0.0234\nresistance_ohm = 2.32\nviscous_N_m_s = 1e-5\ncoulomb_N_m = 8.6e-4\n\
+    inductance_H = 2.38e-4\n";
+
+/// A folder with a short log in both forms, of the same numbers, and a model.
+pub fn folder() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    stand(path, &["sim", "--out", "log.csv", "--seconds", "3"]).well();
+    host_tools::log::Log::read(path.join("log.csv")).unwrap().write(path.join("log.parquet")).unwrap();
+    std::fs::write(path.join("model.toml"), MODEL).unwrap();
+    folder
+}
+
+/// Every file below a folder with its bytes.
+pub fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            found.insert(format!("{}/", path.display()), Vec::new());
+            found.extend(files(&path));
+        } else {
+            found.insert(path.display().to_string(), std::fs::read(&path).unwrap());
+        }
+    }
+    found
+}

@@ -1,0 +1,339 @@
+//! Every word of the command line moves an output: the table below has a line for each, and is held against `--help`.
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use common::{folder, stand};
+use host_tools::log::Log;
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// Shows that one word moves an output, in a folder with a log and a model.
+type Shows = fn(&Path);
+
+/// `command word` as in its help; commands by name alone.
+const WORDS: [(&str, Shows); 48] = [
+    (" --help", help_everywhere),
+    (" --version", |f| assert!(said(f, &["--version"]).starts_with("stand "))),
+    ("sim", |f| drop(session(f, &[]))),
+    ("sim --help", help_everywhere),
+    ("sim --out", |f| {
+        let (csv, parquet) = (session(f, &[]), session_in(f, "other.parquet", &[]));
+        assert_eq!(csv.columns(), parquet.columns(), "the same numbers, the other form");
+        assert!(std::fs::read(f.join("other.parquet")).unwrap().starts_with(b"PAR1"));
+    }),
+    ("sim --profile", |f| {
+        let logs = ["constant", "multi-step", "multisine", "prbs", "sweep", "staircase"].map(|p| session(f, &["--profile", p]));
+        for (k, log) in logs.iter().enumerate() {
+            assert!(logs[..k].iter().all(|other| other.columns() != log.columns()), "{:?}", log.note("profile"));
+        }
+    }),
+    ("sim --seconds", |f| assert_eq!((session(f, &[]).len(), session(f, &["--seconds", "0.5"]).len()), (1000, 500))),
+    ("sim --mode", |f| {
+        let [voltage, rate] = ["voltage", "rate"].map(|m| session(f, &["--mode", m]));
+        assert_eq!((voltage.note("mode"), rate.note("mode")), (Some("voltage"), Some("rate")));
+        assert_ne!(voltage.column("u_V"), rate.column("u_V"));
+    }),
+    ("sim --amplitude", |f| {
+        let greatest = |log: &Log| log.column("rate_cmd_rad_s").unwrap().iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        let [slow, fast] = ["1", "10"].map(|a| greatest(&session(f, &["--amplitude", a])));
+        assert!(slow <= 1.0 && fast > 1.0, "{slow} {fast}");
+    }),
+    ("sim --hidden", |f| {
+        let logs: Vec<Log> = [&[][..], &["--hidden", "cogging"], &["--hidden", "7"], &["--hidden", "8"]].map(|w| session(f, w)).into();
+        for (k, log) in logs.iter().enumerate() {
+            assert!(logs[..k].iter().all(|other| other.columns() != log.columns()), "{k}");
+        }
+        let notes = |log: &Log| log.notes().iter().filter(|(k, _)| k != "date").cloned().collect::<Vec<_>>();
+        assert!(notes(&logs[1]).iter().all(|(k, v)| !k.contains("cogging") && !v.contains("cogging")), "nobody is told");
+    }),
+    ("sim --reveal", |f| {
+        let words = ["sim", "--out", "s.csv", "--seconds", "0.1", "--hidden", "cogging"];
+        let with = |more: &[&str]| said(f, &[&words[..], more].concat());
+        assert!(!with(&[]).contains("cogging"), "{}", with(&[]));
+        assert!(with(&["--reveal"]).contains("cogging_N_m"), "{}", with(&["--reveal"]));
+        let answer = |more: &[&str]| json(f, &[&words[..], more].concat());
+        assert_eq!(answer(&[])["hidden"], Value::Null);
+        assert_eq!(answer(&["--reveal"])["hidden"]["effect"], "cogging");
+    }),
+    ("sim --stand", |f| {
+        std::fs::write(f.join("stand.toml"), "name = \"heavy\"\n[drive]\ninertia_kg_m2 = 5e-4\n").unwrap();
+        let (usual, heavy) = (session(f, &[]), session(f, &["--stand", "stand.toml"]));
+        assert_ne!(usual.columns(), heavy.columns());
+        assert_eq!(heavy.note("stand"), Some("heavy"));
+    }),
+    ("sim --seed", |f| {
+        let [one, again, two] = ["1", "1", "2"].map(|s| session(f, &["--seed", s]));
+        assert_eq!(one.columns(), again.columns());
+        assert_ne!(one.columns(), two.columns());
+        assert_eq!(two.note("seed"), Some("2"));
+    }),
+    ("sim --json", |f| json_in_both_places(f, &["sim", "--out", "s.csv", "--seconds", "0.1"])),
+    ("compare", |f| assert!(said(f, &["compare", "log.csv", "--model", "model.toml"]).contains("omega_rad_s"))),
+    ("compare --help", help_everywhere),
+    ("compare <LOG>", |f| another_log(f, "compare")),
+    ("compare --model", |f| another_model(f, "compare")),
+    ("compare --json", |f| json_in_both_places(f, &["compare", "log.csv", "--model", "model.toml"])),
+    ("compare --html", |f| page(f, &["compare", "log.csv", "--model", "model.toml"])),
+    ("fit", |f| assert!(said(f, &["fit", "log.csv", "--model", "model.toml"]).contains("inertia_kg_m2"))),
+    ("fit --help", help_everywhere),
+    ("fit <LOG>", |f| another_log(f, "fit")),
+    ("fit --model", |f| another_model(f, "fit")),
+    ("fit --out", |f| {
+        let answer = json(f, &["fit", "log.csv", "--model", "model.toml", "--out", "fitted.toml"]);
+        let written = host_tools::model::Model::read(f.join("fitted.toml")).unwrap();
+        for (name, found) in answer["parameters"].as_object().unwrap() {
+            let (written, found) = (written.value(name).unwrap(), found["value"].as_f64().unwrap());
+            assert!((written / found - 1.0).abs() < 1e-6, "{name}: {written} written, {found} said");
+        }
+    }),
+    ("fit --all-rows", |f| {
+        // Six seconds is the least from which blocks are held out.
+        stand(f, &["sim", "--out", "long.csv", "--seconds", "8"]).well();
+        let held_out = |more: &[&str]| {
+            json(f, &[&["fit", "long.csv", "--model", "model.toml"], more].concat())["outputs"]["i_A"]["heldout_rms"].clone()
+        };
+        assert!(held_out(&[]).is_f64());
+        assert_eq!(held_out(&["--all-rows"]), Value::Null);
+    }),
+    ("fit --json", |f| json_in_both_places(f, &["fit", "log.csv", "--model", "model.toml"])),
+    ("fit --html", |f| page(f, &["fit", "log.csv", "--model", "model.toml"])),
+    ("model", |f| drop(said(f, &["model", "show", "model.toml"]))),
+    ("model --help", help_everywhere),
+    ("model new", |f| assert!(said(f, &["model", "new", "new.toml"]).contains("none: the bare drive"))),
+    ("model new --help", help_everywhere),
+    ("model new <MODEL>", |f| {
+        said(f, &["model", "new", "here.toml"]);
+        assert!(f.join("here.toml").exists());
+    }),
+    ("model new --input", |f| {
+        for input in ["u_V", "i_A", "torque_N_m", "theta_rad"] {
+            assert!(said(f, &["model", "new", &format!("{input}.toml"), "--input", input]).contains(&format!("input    {input}")));
+        }
+    }),
+    ("model new --effects", |f| {
+        assert!(said(f, &["model", "new", "two.toml", "--effects", "viscous,cogging"]).contains("viscous, cogging"))
+    }),
+    ("model new --force", |f| {
+        std::fs::copy(f.join("model.toml"), f.join("there.toml")).unwrap();
+        assert_eq!(stand(f, &["model", "new", "there.toml"]).status, Some(2));
+        assert!(said(f, &["model", "new", "there.toml", "--force"]).contains("none: the bare drive"));
+    }),
+    ("model show", |f| assert!(said(f, &["model", "show", "model.toml"]).contains("viscous, coulomb, inductance"))),
+    ("model show --help", help_everywhere),
+    ("model show <MODEL>", |f| {
+        assert_eq!(stand(f, &["model", "show", "other.toml"]).status, Some(2));
+    }),
+    ("model add --help", help_everywhere),
+    ("model add <MODEL> <EFFECT>", |f| {
+        assert!(edited(f, &["add"], &["cogging"]).contains("viscous, coulomb, inductance, cogging\n"));
+        assert!(edited(f, &["add"], &["viscous"]).contains("viscous#2"), "what is there already repeats");
+    }),
+    ("model remove --help", help_everywhere),
+    ("model remove <MODEL> <EFFECT>", |f| {
+        let shown = edited(f, &["remove"], &["coulomb"]);
+        assert!(shown.contains("viscous, inductance\n") && !shown.contains("coulomb_N_m"), "{shown}");
+    }),
+    ("model set --help", help_everywhere),
+    ("model set <MODEL> <PARAMETER> <VALUE> --fixed --free", |f| {
+        let line = |words: &[&str]| {
+            let shown = edited(f, &["set"], words);
+            shown.lines().find(|l| l.trim_start().starts_with(words[0])).unwrap().to_owned()
+        };
+        assert!(line(&["viscous_N_m_s", "0.5"]).contains("0.5"));
+        assert!(line(&["coulomb_N_m", "0.5"]).contains("0.5"));
+        assert!(line(&["viscous_N_m_s", "0.5", "--fixed"]).contains("fixed"));
+        said(f, &["model", "set", "edited.toml", "viscous_N_m_s", "0.5", "--fixed"]);
+        let freed = said(f, &["model", "set", "edited.toml", "viscous_N_m_s", "0.5", "--free"]);
+        assert!(!freed.contains("fixed"), "{freed}");
+    }),
+    ("effects --help", help_everywhere),
+    ("effects [ID] --json", |f| {
+        let ids = |answer: &Value| answer.to_string();
+        let all = json(f, &["effects"]);
+        for card in hal_sim::effects::CATALOGUE {
+            assert!(said(f, &["effects"]).contains(card.id), "{}", card.id);
+            assert!(ids(&all).contains(&format!("\"{}\"", card.id)), "{}", card.id);
+        }
+        let one = said(f, &["effects", "cogging"]);
+        assert!(one.contains("cogging_N_m") && !one.contains("rate_bias_rad_s"), "{one}");
+        json_in_both_places(f, &["effects"]);
+        json_in_both_places(f, &["effects", "cogging"]);
+    }),
+    ("effects --html", |f| {
+        page(f, &["effects"]);
+        page(f, &["effects", "cogging"]);
+    }),
+];
+
+/// What a command prints when it does its job.
+#[track_caller]
+fn said(folder: &Path, words: &[&str]) -> String {
+    stand(folder, words).well().out
+}
+
+/// Its answer on standard output, and nothing else there.
+#[track_caller]
+fn json(folder: &Path, words: &[&str]) -> Value {
+    stand(folder, &[words, &["--json", "-"]].concat()).well().json()
+}
+
+/// A second of a session with these words.
+fn session(folder: &Path, words: &[&str]) -> Log {
+    session_in(folder, "session.csv", words)
+}
+
+fn session_in(folder: &Path, file: &str, words: &[&str]) -> Log {
+    let length: &[&str] = if words.contains(&"--seconds") { &[] } else { &["--seconds", "1"] };
+    stand(folder, &[&["sim", "--out", file], length, words].concat()).well();
+    Log::read(folder.join(file)).unwrap()
+}
+
+/// What a copy of the model shows after an edit.
+#[track_caller]
+fn edited(folder: &Path, verb: &[&str], words: &[&str]) -> String {
+    std::fs::copy(folder.join("model.toml"), folder.join("edited.toml")).unwrap();
+    let shown = said(folder, &[&["model"], verb, &["edited.toml"], words].concat());
+    assert_ne!(std::fs::read(folder.join("model.toml")).unwrap(), std::fs::read(folder.join("edited.toml")).unwrap());
+    assert_eq!(shown, said(folder, &["model", "show", "edited.toml"]), "what is written is what was shown");
+    shown
+}
+
+fn another_log(folder: &Path, verb: &str) {
+    stand(folder, &["sim", "--out", "other.csv", "--seconds", "3", "--seed", "2"]).well();
+    let outputs = |log: &str| json(folder, &[verb, log, "--model", "model.toml"])["outputs"].clone();
+    assert_ne!(outputs("log.csv"), outputs("other.csv"));
+    assert_eq!(outputs("log.csv"), outputs("log.parquet"), "the form does not matter");
+}
+
+fn another_model(folder: &Path, verb: &str) {
+    said(folder, &["model", "new", "bare.toml", "--force"]);
+    let outputs = |model: &str| json(folder, &[verb, "log.csv", "--model", model])["outputs"].clone();
+    assert_ne!(outputs("model.toml"), outputs("bare.toml"));
+}
+
+/// Without what differs from run to run by the clock on the wall.
+fn timeless(mut answer: Value) -> Value {
+    answer.as_object_mut().map(|a| a.remove("seconds"));
+    answer.get_mut("notes").and_then(Value::as_object_mut).map(|a| a.remove("date"));
+    answer
+}
+
+#[track_caller]
+fn json_in_both_places(folder: &Path, words: &[&str]) {
+    let printed = json(folder, words);
+    let text = said(folder, &[words, &["--json", "answer.json"]].concat());
+    assert!(!text.trim_start().starts_with(['{', '[']) && !text.is_empty(), "a person still gets words: {text}");
+    let written = serde_json::from_slice(&std::fs::read(folder.join("answer.json")).unwrap()).unwrap();
+    assert_eq!(timeless(printed), timeless(written), "{words:?}");
+}
+
+#[track_caller]
+fn page(folder: &Path, words: &[&str]) {
+    let plain = said(folder, words);
+    let with = said(folder, &[words, &["--html", "page.html"]].concat());
+    assert_eq!(plain.lines().next(), with.lines().next(), "the words stay");
+    let page = std::fs::read_to_string(folder.join("page.html")).unwrap();
+    roxmltree::Document::parse_with_options(&page, roxmltree::ParsingOptions { allow_dtd: true, ..Default::default() })
+        .unwrap_or_else(|e| panic!("{words:?}: {e}"));
+    // It opens from a disk, without a net.
+    for outside in ["src=\"http", "href=\"http", "@import", "<link"] {
+        assert!(!page.contains(outside), "{words:?}: {outside}");
+    }
+}
+
+/// All commands, by their words, the bare one first.
+fn commands(folder: &Path) -> Vec<Vec<String>> {
+    let mut all = vec![Vec::new()];
+    let mut k = 0;
+    while k < all.len() {
+        let path: Vec<String> = all[k].clone();
+        for name in listed(&help(folder, &path), "Commands:") {
+            all.push(path.iter().cloned().chain([name]).collect());
+        }
+        k += 1;
+    }
+    all
+}
+
+fn help(folder: &Path, path: &[String]) -> String {
+    let words: Vec<&str> = path.iter().map(String::as_str).chain(["--help"]).collect();
+    said(folder, &words)
+}
+
+/// First words of the lines of a section: commands, arguments or options.
+fn listed(help: &str, section: &str) -> Vec<String> {
+    let lines = help.lines().skip_while(|l| *l != section).skip(1).take_while(|l| l.is_empty() || l.starts_with(' '));
+    lines
+        .filter_map(|line| {
+            // Deeper lines go on with what a word does.
+            let indent = line.len() - line.trim_start().len();
+            let line = line.trim_start();
+            match section {
+                "Options:" => line.starts_with('-').then(|| line[line.find("--")?..].split([' ', ',']).next().map(str::to_owned)).flatten(),
+                _ => (indent == 2).then(|| line.split_whitespace().next().map(str::to_owned)).flatten(),
+            }
+        })
+        .collect()
+}
+
+/// The help of every command says what it is for, how it is used, and a line for each of its words.
+fn help_everywhere(folder: &Path) {
+    for path in commands(folder) {
+        let text = help(folder, &path);
+        assert!(text.contains("Usage: stand"), "{path:?}: {text}");
+        assert!(!text.lines().next().unwrap().starts_with("Usage"), "{path:?}: what it is for comes first: {text}");
+        for section in ["Commands:", "Arguments:", "Options:"] {
+            for word in listed(&text, section) {
+                let mut lines =
+                    text.lines().skip_while(|l| !l.trim_start().trim_start_matches("-h, ").trim_start_matches("-V, ").starts_with(&word));
+                let line = lines.next().unwrap();
+                let says = line.trim_start().split_once("  ").map(|(_, says)| says.trim()).filter(|s| !s.is_empty());
+                assert!(says.or_else(|| lines.next().map(str::trim)).is_some_and(|s| s.len() > 3), "{path:?} {word} is explained: {text}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_table_has_a_line_for_every_word_of_every_command_and_no_other() {
+    let folder = folder();
+    let mut there = BTreeSet::new();
+    for path in commands(folder.path()) {
+        let text = help(folder.path(), &path);
+        let name = path.join(" ");
+        there.insert(name.clone());
+        for section in ["Arguments:", "Options:"] {
+            there.extend(listed(&text, section).into_iter().map(|word| format!("{name} {word}")));
+        }
+    }
+    let mut lines = BTreeSet::from([String::new()]);
+    for (line, _) in WORDS {
+        // `model set <MODEL> <VALUE> --free`: a command, and several of its words.
+        let is_word = |w: &str| w.starts_with(['-', '<', '[']);
+        let command: Vec<&str> = line.split_whitespace().take_while(|w| !is_word(w)).collect();
+        let command = command.join(" ");
+        lines.insert(command.clone());
+        lines.extend(line.split_whitespace().filter(|w| is_word(w)).map(|w| format!("{command} {w}")));
+    }
+    let missing: Vec<_> = there.difference(&lines).collect();
+    let gone: Vec<_> = lines.difference(&there).collect();
+    assert!(missing.is_empty() && gone.is_empty(), "without a line in WORDS: {missing:?}; no longer there: {gone:?}");
+}
+
+#[test]
+fn every_word_of_the_command_line_moves_an_output() {
+    let mut helped = false;
+    for (name, shows) in WORDS {
+        // All of these are one walk.
+        if name.ends_with("--help") && std::mem::replace(&mut helped, true) {
+            continue;
+        }
+        println!("{name}");
+        let folder: TempDir = folder();
+        shows(folder.path());
+    }
+}

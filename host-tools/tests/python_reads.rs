@@ -1,0 +1,104 @@
+//! Other people's tools read our logs: pandas and pyarrow, every number and every note.
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use host_tools::log::Log;
+use serde_json::json;
+
+/// Reads both logs and holds them against `expected.json`; numbers go as their bits.
+const SCRIPT: &str = r##"
+import json, struct
+import pandas, pyarrow.parquet
+
+expected = json.load(open("expected.json"))
+bits = lambda values: ["%016x" % struct.unpack("<Q", struct.pack("<d", float(v)))[0] for v in values]
+
+table = pyarrow.parquet.read_table("log.parquet")
+frames = {
+    "pandas.read_parquet": pandas.read_parquet("log.parquet"),
+    "pyarrow": table.to_pandas(),
+    "pandas.read_csv": pandas.read_csv("log.csv", comment="#", float_precision="round_trip"),
+}
+for reader, frame in frames.items():
+    assert list(frame.columns) == [name for name, _ in expected["columns"]], (reader, list(frame.columns))
+    for name, values in expected["columns"]:
+        assert frame[name].dtype == "float64", (reader, name, frame[name].dtype)
+        assert bits(frame[name]) == values, (reader, name)
+
+notes = [[key, value] for key, value in expected["notes"]]
+metadata = {key.decode(): value.decode() for key, value in (table.schema.metadata or {}).items()}
+for key, value in notes:
+    assert metadata.get(key) == value, ("parquet note", key, value, metadata.get(key))
+lines = [line[1:].strip().split(": ", 1) for line in open("log.csv", encoding="utf-8") if line.startswith("#")]
+assert lines == notes, ("csv notes", lines, notes)
+print("read", len(frames["pyarrow"]))
+"##;
+
+fn python(folder: &Path, script: &str) -> std::io::Result<Output> {
+    Command::new("python3").args(["-c", script]).current_dir(folder).output()
+}
+
+#[test]
+fn pandas_and_pyarrow_read_every_number_and_every_note() {
+    let folder = common::folder();
+    let path = folder.path();
+    if !python(path, "import pandas, pyarrow.parquet").is_ok_and(|output| output.status.success()) {
+        println!("skipped: python3 with pandas and pyarrow is not on this machine");
+        return;
+    }
+    let log = Log::read(path.join("log.parquet")).unwrap();
+    let columns: Vec<_> = log
+        .columns()
+        .iter()
+        .map(|c| (c.name.clone(), c.values.iter().map(|v| format!("{:016x}", v.to_bits())).collect::<Vec<_>>()))
+        .collect();
+    let expected = json!({ "columns": columns, "notes": log.notes() });
+    std::fs::write(path.join("expected.json"), expected.to_string()).unwrap();
+    let output = python(path, SCRIPT).unwrap();
+    let said = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    assert!(output.status.success(), "{}", said(&output.stderr));
+    assert_eq!(said(&output.stdout), format!("read {}\n", log.len()));
+}
+
+/// The other way: what pandas writes is a log, its notes in the schema's metadata, and a column of another number type is numbers too.
+#[test]
+fn a_log_that_pandas_wrote_is_read() {
+    let folder = common::folder();
+    let path = folder.path();
+    const WRITE: &str = r#"
+import pandas, pyarrow, pyarrow.parquet
+frame = pandas.read_parquet("log.parquet")
+frame["temp_C"] = frame["temp_C"].astype("float32")
+frame["label"] = "some text"
+frame.to_parquet("pandas.parquet")
+table = pyarrow.Table.from_pandas(frame).replace_schema_metadata({"stand": "from Python", "u_V": "terminal"})
+pyarrow.parquet.write_table(table, "pyarrow.parquet", compression="zstd")
+frame.to_csv("pandas.csv", index=False)
+"#;
+    match python(path, WRITE) {
+        Ok(output) if output.status.success() => {}
+        _ => {
+            println!("skipped: python3 with pandas and pyarrow is not on this machine");
+            return;
+        }
+    }
+    let ours = Log::read(path.join("log.parquet")).unwrap();
+    for name in ["pandas.parquet", "pyarrow.parquet", "pandas.csv"] {
+        let theirs = Log::read(path.join(name)).unwrap();
+        for column in ours.columns().iter().filter(|c| c.name != "temp_C") {
+            assert_eq!(theirs.column(&column.name), Some(column.values.as_slice()), "{name}: {}", column.name);
+        }
+        assert_eq!(theirs.ignored(), ["label"], "{name}");
+        let warm = theirs.column("temp_C").unwrap();
+        // Single precision of 25 °C.
+        assert!(warm.iter().zip(ours.column("temp_C").unwrap()).all(|(a, b)| (a - b).abs() < 2e-6), "{name}");
+        common::stand(path, &["compare", name, "--model", "model.toml"]).well();
+    }
+    let log = Log::read(path.join("pyarrow.parquet")).unwrap();
+    assert_eq!(log.note("stand"), Some("from Python"));
+    assert_eq!(log.voltage(), host_tools::log::Voltage::Terminal);
+}

@@ -1,0 +1,292 @@
+//! Every effect with each of its parameters, every number of a stand's file, every profile with each of its parameters moves an output.
+//!
+//! What `hal-sim/tests/settings.rs` shows on a linear motor is not repeated; here the walk is over the stand as a file describes it, and finds
+//! by itself what is new in it. The command's options are walked over in `host-tools/tests/options.rs`.
+#![allow(clippy::unwrap_used)]
+
+use hal_sim::effects::{CATALOGUE, Card, Kind, Parameter, Room};
+use hal_sim::plant::{Plant, Stand};
+use hal_sim::session::{Record, SessionRequest, run};
+use host_tools::hidden;
+use rayon::prelude::*;
+use stand_firmware::profile::{Profile, ProfileConfig, ProfileKind};
+use stand_firmware::speed_loop::Mode;
+use toml::{Table, Value};
+
+const MODES: [Mode; 2] = [Mode::Voltage, Mode::Rate];
+
+/// An experiment that shows most: steps through zero, short dwells.
+fn steps(mode: Mode, seconds: f64) -> SessionRequest {
+    let mut request = SessionRequest::new(mode, ProfileKind::MultiStep, seconds, 5);
+    request.profile.dwell_s = 0.3;
+    request
+}
+
+fn session(stand: &Stand, request: SessionRequest) -> Record {
+    run(stand.setup(), Plant::new(stand, 0.0).unwrap(), request).unwrap()
+}
+
+fn column<'a>(record: &'a Record, name: &str) -> &'a [f64] {
+    record.column(name).unwrap()
+}
+
+/// Long enough that what sets in has set in.
+fn seconds(stand: &Stand) -> f64 {
+    let moment = stand.effects.values().find_map(|p| p.get("load_from_s")).copied();
+    moment.map_or(2.0, |t| t + 1.0)
+}
+
+#[test]
+fn every_effect_that_can_be_hidden_changes_the_log_open_and_closed_loop() {
+    let silent: Vec<String> = CATALOGUE
+        .par_iter()
+        .flat_map_iter(|card| MODES.map(|mode| (card, mode)))
+        .filter_map(|(card, mode)| {
+            let mut stand = Stand::default();
+            hidden::hide(card.id, &mut stand).unwrap();
+            let request = steps(mode, seconds(&stand));
+            let (null, other) = (session(&Stand::default(), request), session(&stand, request));
+            (null.columns == other.columns).then(|| format!("{} {mode:?}", card.id))
+        })
+        .collect();
+    assert!(silent.is_empty(), "{silent:?}");
+}
+
+#[test]
+fn in_the_open_loop_an_effect_of_the_measurement_moves_a_reading_and_nothing_else() {
+    for card in CATALOGUE.iter().filter(|c| c.room == Room::Measurement) {
+        let mut stand = Stand::default();
+        hidden::hide(card.id, &mut stand).unwrap();
+        let request = steps(Mode::Voltage, 2.0);
+        let (null, other) = (session(&Stand::default(), request), session(&stand, request));
+        let motion = |r: &Record| (r.true_theta_rad.clone(), r.true_omega_rad_s.clone(), column(r, "u_V").to_vec());
+        assert!(motion(&null) == motion(&other), "{}: the motion and what drives it are the same", card.id);
+        let reading = if card.id.starts_with("current") {
+            "i_A"
+        } else if card.id.starts_with("encoder") {
+            "theta_rad"
+        } else {
+            "omega_rad_s"
+        };
+        for name in ["i_A", "theta_rad", "omega_rad_s"] {
+            let moved = column(&null, name) != column(&other, name);
+            assert_eq!(moved, name == reading, "{}: {name}", card.id);
+        }
+    }
+}
+
+/// Another value that the parameter may have.
+fn another(p: &Parameter, value: f64) -> f64 {
+    match p.kind {
+        Kind::Order => value + 1.0,
+        Kind::Phase => (value + 1.0) % std::f64::consts::TAU,
+        Kind::Moment => value + 0.5,
+        Kind::Share => 0.5 * (value + p.range.1.min(1.0)),
+        _ if value == 0.0 => p.hidden.1.max(p.start).max(1e-3),
+        _ => (1.5 * value).clamp(p.range.0, p.range.1),
+    }
+}
+
+/// The default stand's file with one effect hidden in it.
+fn file_with(card: &Card) -> Table {
+    let mut stand = Stand::default();
+    hidden::hide(card.id, &mut stand).unwrap();
+    let mut file = Table::try_from(&stand).unwrap();
+    if let Some(moment) = file["effects"][card.id].get_mut("load_from_s") {
+        // Within the short session.
+        *moment = Value::Float(0.7);
+    }
+    file
+}
+
+fn run_file(file: &Table, request: SessionRequest) -> Record {
+    session(&Stand::parse(&toml::to_string(file).unwrap()).unwrap(), request)
+}
+
+/// In the stand's file, effect by effect. The winding's heating shows within seconds, because the temperature is measured, and finer in its
+/// resistance; what the true series alone shows, no log of these sensors would.
+#[test]
+fn every_parameter_of_every_effect_changes_the_record() {
+    let silent: Vec<String> = CATALOGUE
+        .par_iter()
+        .flat_map_iter(|card| {
+            let file = file_with(card);
+            let request = steps(Mode::Voltage, 2.0);
+            let before = run_file(&file, request);
+            card.parameters
+                .iter()
+                .filter_map(|p| {
+                    let mut changed = file.clone();
+                    let value = changed["effects"][card.id][p.name].as_float().unwrap();
+                    let new = another(p, value);
+                    assert_ne!(value, new, "{}.{}", card.id, p.name);
+                    changed["effects"][card.id][p.name] = Value::Float(new);
+                    let after = run_file(&changed, request);
+                    let moved = before.columns != after.columns || before.true_omega_rad_s != after.true_omega_rad_s;
+                    (!moved).then(|| format!("{}.{}: {value} to {new}", card.id, p.name))
+                })
+                .collect::<Vec<_>>()
+        })
+        .collect();
+    assert!(silent.is_empty(), "{silent:?}");
+}
+
+/// All numbers of a table, as paths of keys.
+fn numbers(table: &Table, path: &[String]) -> Vec<Vec<String>> {
+    let mut found = Vec::new();
+    for (key, value) in table {
+        let path: Vec<String> = path.iter().cloned().chain([key.clone()]).collect();
+        match value {
+            Value::Table(inner) => found.extend(numbers(inner, &path)),
+            Value::Float(_) | Value::Integer(_) => found.push(path),
+            Value::String(_) => assert_eq!(path, ["name"], "a word that is no number moves nothing that this walk could see"),
+            other => panic!("{path:?}: {other}"),
+        }
+    }
+    found
+}
+
+fn at<'a>(file: &'a mut Table, path: &[String]) -> &'a mut Value {
+    let (first, rest) = path.split_first().unwrap();
+    rest.iter().fold(file.get_mut(first).unwrap(), |value, key| value.get_mut(key).unwrap())
+}
+
+/// Limits show where they are in force: far below what is asked for.
+fn changed(name: &str, value: &Value) -> Value {
+    match (name, value) {
+        ("firmware.overspeed_rad_s", _) => Value::Float(10.0),
+        ("firmware.voltage_limit_V", _) => Value::Float(0.5),
+        ("firmware.current_limit_A", _) => Value::Float(0.2),
+        ("firmware.slip_rad", _) => Value::Float(0.01),
+        ("sensors.rate_full_scale_rad_s", _) => Value::Float(5.0),
+        ("sensors.current_per_tick", _) => Value::Integer(4),
+        // The firmware's voltage limit is 11.4 V: a nominal supply below it would be refused.
+        ("hardware.supply_nominal_V", _) => Value::Float(24.0),
+        // So low that the converter ends within the currents of a session.
+        ("hardware.current_zero_code", _) => Value::Float(100.0),
+        (_, Value::Integer(n)) => Value::Integer(n * 7 / 10),
+        (_, Value::Float(x)) => Value::Float(0.7 * x),
+        _ => panic!("{name} is no number"),
+    }
+}
+
+#[test]
+fn every_number_of_a_stands_file_changes_a_record() {
+    let mut stand = Stand::default();
+    stand.firmware.acceleration_rad_s2 = 200.0;
+    // Every key is written out, so that none follows another.
+    let file = Table::try_from(&stand).unwrap();
+    let mut fast = steps(Mode::Rate, 2.0);
+    fast.profile.amplitude = 34.0;
+    let experiments = [fast, steps(Mode::Voltage, 2.0)];
+    let before = experiments.map(|request| run_file(&file, request));
+    let walked = numbers(&file, &[]);
+    assert!(walked.len() >= 35, "drive, effects, sensors, hardware, firmware: {}", walked.len());
+    let silent: Vec<String> = walked
+        .par_iter()
+        .filter_map(|path| {
+            let name = path.join(".");
+            let mut other = file.clone();
+            let value = at(&mut other, path);
+            *value = changed(&name, value);
+            let moved = experiments.iter().zip(&before).any(|(request, before)| {
+                let after = run_file(&other, *request);
+                before.columns != after.columns || before.fault != after.fault
+            });
+            (!moved).then_some(name)
+        })
+        .collect();
+    assert!(silent.is_empty(), "{silent:?}");
+}
+
+/// A file that only names another drive has a firmware that suits it: poles where the default's are.
+#[test]
+fn the_firmware_of_a_stand_follows_its_drive_unless_the_file_says_otherwise() {
+    let default = Stand::parse("").unwrap();
+    type Follows = fn(&Stand) -> f64;
+    let inertia: [(&str, Follows); 3] = [
+        ("inertia_kg_m2", |s| s.firmware.inertia_kg_m2),
+        ("rate_gain_V_s_rad", |s| s.firmware.rate_gain_V_s_rad),
+        ("position_gain_V_rad", |s| s.firmware.position_gain_V_rad),
+    ];
+    let heavy = Stand::parse("[drive]\ninertia_kg_m2 = 5e-4\n").unwrap();
+    for (name, follows) in inertia {
+        assert!(follows(&heavy) > 1.9 * follows(&default), "{name}: {} {}", follows(&heavy), follows(&default));
+        let said = Stand::parse(&format!("[drive]\ninertia_kg_m2 = 5e-4\n[firmware]\n{name} = 0.7\n")).unwrap();
+        assert_eq!(follows(&said), 0.7, "{name}: what the file says holds");
+    }
+    let other = Stand::parse("[drive]\nresistance_ohm = 5.0\nmotor_constant_N_m_A = 0.05\nsupply_V = 24.0\n").unwrap();
+    assert_eq!((other.firmware.resistance_ohm, other.firmware.motor_constant_N_m_A), (5.0, 0.05));
+    assert_eq!(other.hardware.supply_nominal_V, 24.0);
+}
+
+#[test]
+fn two_effects_of_one_kind_are_both_there() {
+    let one = "[effects.cogging]\ncogging_N_m = 1e-3\ncogging_order = 7\n";
+    let both = format!("{one}[effects.\"cogging#2\"]\ncogging_N_m = 1e-3\ncogging_order = 11\n");
+    let request = steps(Mode::Voltage, 1.0);
+    let [one, both] = [one, &both].map(|text| session(&Stand::parse(text).unwrap(), request));
+    assert_ne!(one.columns, both.columns);
+}
+
+/// How a parameter of a profile is changed.
+type Change = fn(&mut ProfileConfig);
+
+/// All parameters of a profile. A field that is new does not compile here without a line.
+fn parameters() -> [(&'static str, Change); 9] {
+    let ProfileConfig { kind: _, amplitude: _, offset: _, dwell_s: _, levels: _, bit_s: _, from_Hz: _, to_Hz: _, sweep_s: _, seed: _ } =
+        ProfileConfig::new(ProfileKind::Constant, 1.0, 1);
+    [
+        ("amplitude", |c| c.amplitude *= 1.5),
+        ("offset", |c| c.offset += 0.5),
+        ("dwell_s", |c| c.dwell_s *= 0.5),
+        ("levels", |c| c.levels -= 2),
+        ("bit_s", |c| c.bit_s *= 0.5),
+        ("from_Hz", |c| c.from_Hz *= 2.0),
+        ("to_Hz", |c| c.to_Hz *= 0.5),
+        ("sweep_s", |c| c.sweep_s *= 0.5),
+        ("seed", |c| c.seed += 1),
+    ]
+}
+
+/// What a profile uses beside amplitude and offset, which all use.
+fn uses(kind: ProfileKind) -> &'static [&'static str] {
+    match kind {
+        ProfileKind::Constant => &[],
+        ProfileKind::MultiStep => &["dwell_s", "seed"],
+        ProfileKind::Multisine => &["from_Hz", "to_Hz"],
+        ProfileKind::Prbs => &["bit_s", "seed"],
+        ProfileKind::Sweep => &["from_Hz", "to_Hz", "sweep_s"],
+        ProfileKind::Staircase => &["dwell_s", "levels"],
+    }
+}
+
+#[test]
+fn a_profile_moves_with_each_parameter_that_it_uses_and_with_no_other() {
+    for kind in ProfileKind::ALL {
+        let values = |config: &ProfileConfig| {
+            let mut profile = Profile::new(config).unwrap();
+            // Longer than one sweep and than all stairs.
+            (0..40_000).map(|_| profile.next_value()).collect::<Vec<f64>>()
+        };
+        let usual = ProfileConfig::new(kind, 2.0, 1);
+        for (name, change) in parameters() {
+            let mut other = usual;
+            change(&mut other);
+            let used = ["amplitude", "offset"].contains(&name) || uses(kind).contains(&name);
+            assert_eq!(values(&usual) != values(&other), used, "{kind}: {name}");
+        }
+    }
+}
+
+#[test]
+fn every_profile_and_every_seed_is_another_log() {
+    for mode in MODES {
+        let records: Vec<Record> = ProfileKind::ALL.iter().map(|kind| session(&Stand::default(), SessionRequest::new(mode, *kind, 2.0, 1))).collect();
+        for (k, one) in records.iter().enumerate() {
+            assert!(records[..k].iter().all(|other| other.columns != one.columns), "{mode:?} {}", ProfileKind::ALL[k]);
+        }
+        let noise = session(&Stand::default(), SessionRequest { seed: 2, ..SessionRequest::new(mode, ProfileKind::Multisine, 2.0, 1) });
+        assert_ne!(noise.columns, records[2].columns, "{mode:?}: another seed is another noise");
+    }
+}
