@@ -50,7 +50,7 @@ impl Ramp {
         let wanted = target.saturating_sub(self.straight);
         let step = within(wanted, acceleration);
         self.straight = self.straight.saturating_add(step);
-        if let Some(oldest) = self.past.get_mut(self.oldest % SMOOTHED) {
+        if let Some(oldest) = self.past.get_mut(self.oldest & (SMOOTHED - 1)) {
             self.sum = self.sum.wrapping_sub(*oldest).wrapping_add(self.straight);
             *oldest = self.straight;
         }

@@ -330,7 +330,7 @@ fn the_models_of_the_cases_read() {
     let mut count = 0;
     for path in cases.map(|e| e.unwrap().path().join("model.toml")).filter(|p| p.is_file()) {
         let model = Model::read(&path).unwrap();
-        assert!(model.remarks().is_empty() && model.effects().len() >= 1, "{path:?} {:?}", model.remarks());
+        assert!(model.remarks().is_empty() && !model.effects().is_empty(), "{path:?} {:?}", model.remarks());
         count += 1;
     }
     assert_eq!(count, 31);
