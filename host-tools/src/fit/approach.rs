@@ -57,6 +57,37 @@ fn near(system: &System, parameters: &Parameters, record: &Record, kinds: &[Init
     if cost(&approached) < cost(&given) || !cost(&given).is_finite() { approached } else { given }
 }
 
+/// Shifts of the dry level, in standard errors, by which a descent is started anew.
+const SHIFTS: [f64; 4] = [4.0, -4.0, 12.0, -12.0];
+
+/// A better place beyond a step of the cost, if there is one near.
+///
+/// Whether the rotor sticks for a moment or not is a question of yes or no: there the cost has a step that no derivative shows, and a
+/// descent may end before it. So the dry level is moved a few standard errors, everything else with it as the covariance says.
+pub fn past_a_step(system: &System, record: &Record, place: Place, weights: &[f64]) -> Place {
+    let free = place.parameters.free();
+    let dry = |k: usize| ["coulomb_N_m", "stribeck_N_m"].iter().any(|stem| place.parameters.list[k].name.starts_with(stem));
+    let Some(lane) = free.iter().position(|&k| dry(k)) else { return place };
+    let Some(covariance) = place.linear(weights).reduced().0.try_inverse() else { return place };
+    let sigma = covariance[(lane, lane)].sqrt();
+    if !(sigma > 0.0 && sigma.is_finite()) {
+        return place;
+    }
+    let from = (place.parameters.clone(), place.starts.clone());
+    let mut best = place;
+    for shift in SHIFTS {
+        let step: Vec<f64> = (0..free.len()).map(|k| shift * covariance[(k, lane)] / sigma).collect();
+        let begin = Place::begin(system, &from.0.moved(&step), record, &from.1);
+        let tried = solve::descend(system, record, begin, weights, |_| solve::NOTHING_LEFT);
+        if tried.linear(weights).cost < best.linear(weights).cost - 1.0 {
+            let steps = best.steps;
+            best = tried;
+            best.steps += steps;
+        }
+    }
+    best
+}
+
 /// A parameter in which the cost has several valleys is first looked for on a grid.
 fn in_the_best_valley(system: &System, record: &Record, place: Place, weights: &[f64]) -> Place {
     let trials = place.parameters.free().into_iter().find_map(|k| {
