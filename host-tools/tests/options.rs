@@ -43,10 +43,11 @@ const WORDS: [(&str, Shows); 48] = [
         assert!(slow <= 1.0 && fast > 1.0, "{slow} {fast}");
     }),
     ("sim --hidden", |f| {
-        let logs: Vec<Log> = [&[][..], &["--hidden", "cogging"], &["--hidden", "7"], &["--hidden", "8"]].map(|w| session(f, w)).into();
+        let logs: Vec<Log> = [&[][..], &["--hidden", "cogging"], &["--hidden", "7"], &["--hidden", "9"]].map(|w| session(f, w)).into();
         for (k, log) in logs.iter().enumerate() {
             assert!(logs[..k].iter().all(|other| other.columns() != log.columns()), "{k}");
         }
+        assert_eq!(logs[2].columns(), session(f, &["--hidden", "7"]).columns(), "the same number hides the same");
         let notes = |log: &Log| log.notes().iter().filter(|(k, _)| k != "date").cloned().collect::<Vec<_>>();
         assert!(notes(&logs[1]).iter().all(|(k, v)| !k.contains("cogging") && !v.contains("cogging")), "nobody is told");
     }),

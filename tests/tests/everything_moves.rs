@@ -282,7 +282,8 @@ fn a_profile_moves_with_each_parameter_that_it_uses_and_with_no_other() {
 #[test]
 fn every_profile_and_every_seed_is_another_log() {
     for mode in MODES {
-        let records: Vec<Record> = ProfileKind::ALL.iter().map(|kind| session(&Stand::default(), SessionRequest::new(mode, *kind, 2.0, 1))).collect();
+        let records: Vec<Record> =
+            ProfileKind::ALL.iter().map(|kind| session(&Stand::default(), SessionRequest::new(mode, *kind, 2.0, 1))).collect();
         for (k, one) in records.iter().enumerate() {
             assert!(records[..k].iter().all(|other| other.columns != one.columns), "{mode:?} {}", ProfileKind::ALL[k]);
         }

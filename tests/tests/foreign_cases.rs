@@ -179,6 +179,11 @@ fn the_slow_motor_has_cogging_beside_its_friction() {
     let held_out = |held: &Held| held.channels[0].heldout_rms.unwrap();
     assert!(held_out(&cogging) < 0.8 * held_out(&plain), "and on rows that the fit never saw");
     for name in ["cogging_N_m", "cogging_N_m#2", "cogging_N_m#3"] {
-        assert!(value(&cogging, name) > 5.0 * sigma(&cogging, name), "{name} is there: {} ± {}", value(&cogging, name), sigma(&cogging, name));
+        assert!(
+            value(&cogging, name) > 5.0 * sigma(&cogging, name),
+            "{name} is there: {} ± {}",
+            value(&cogging, name),
+            sigma(&cogging, name)
+        );
     }
 }

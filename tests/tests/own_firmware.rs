@@ -15,10 +15,13 @@ const PROFILES: [ProfileKind; 5] =
     [ProfileKind::MultiStep, ProfileKind::Multisine, ProfileKind::Prbs, ProfileKind::Sweep, ProfileKind::Staircase];
 /// Long enough that every profile has crossed zero several times and blocks are held out.
 const SECONDS: f64 = 12.0;
+/// The stairs go down the other side from 11 s to 20 s, partly in blocks that are held out.
+const STAIRS_S: f64 = 22.0;
 
 fn each_log() -> impl ParallelIterator<Item = (Mode, ProfileKind, Log)> {
     let all: Vec<(Mode, ProfileKind)> = MODES.iter().flat_map(|m| PROFILES.map(|p| (*m, p))).collect();
-    all.into_par_iter().map(|(mode, kind)| (mode, kind, log(&Stand::default(), mode, kind, SECONDS, 11)))
+    let seconds = |kind| if kind == ProfileKind::Staircase { STAIRS_S } else { SECONDS };
+    all.into_par_iter().map(move |(mode, kind)| (mode, kind, log(&Stand::default(), mode, kind, seconds(kind), 11)))
 }
 
 fn deviations(held: &Held) -> Vec<f64> {
@@ -26,7 +29,8 @@ fn deviations(held: &Held) -> Vec<f64> {
 }
 
 /// 12 000 rows of white noise scatter χ²/n by 0.013, and the estimate of the noise by as much; a current taken at the wrong end of its row,
-/// or a rate half a row late, makes tens of it. The angle's quantisation is no noise (see foreign_cases): it may be 4 % out, never below by more.
+/// or a rate half a row late, makes tens of it. The angle's quantisation is no noise (see foreign_cases): where the loop holds a rate, counts beat
+/// with the rows and leave less than the tool takes for their noise, so that only too much is wrong: above 1.04.
 #[test]
 fn the_true_model_leaves_nothing_but_noise_open_and_closed_loop() {
     let wrong: Vec<String> = each_log()
@@ -36,9 +40,12 @@ fn the_true_model_leaves_nothing_but_noise_open_and_closed_loop() {
             held.channels
                 .iter()
                 .filter_map(|c| {
-                    let tolerance = if c.shows == Channel::Angle { 0.04 } else { 0.03 };
-                    let white = c.shows != Channel::Rate || c.white();
-                    let fits = (c.chi2_per_n() - 1.0).abs() < tolerance && white;
+                    let off = c.chi2_per_n() - 1.0;
+                    let fits = match c.shows {
+                        Channel::Angle => off < 0.04,
+                        Channel::Rate => off.abs() < 0.03 && c.white(),
+                        _ => off.abs() < 0.03,
+                    };
                     (!fits).then(|| {
                         format!("{mode:?} {kind}: {} has χ²/n {:.3}, whiteness p = {:.1e}", c.shows.column(), c.chi2_per_n(), c.white_p)
                     })
@@ -68,8 +75,9 @@ fn nulls_are_nulls() {
             ABSENT
                 .iter()
                 .filter_map(|(effect, parameter)| {
-                    let mut text =
-                        format!("[drive]\ninput = \"u_V\"\neffects = [\"viscous\", \"coulomb\", \"inductance\", \"{effect}\"]\n[parameters]\n");
+                    let mut text = format!(
+                        "[drive]\ninput = \"u_V\"\neffects = [\"viscous\", \"coulomb\", \"inductance\", \"{effect}\"]\n[parameters]\n"
+                    );
                     for (name, value) in TRUTH {
                         text += &format!("{name} = {value:e}\n");
                     }
@@ -90,6 +98,21 @@ fn nulls_are_nulls() {
         })
         .collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Stairs that turn one way in all rows that are fitted (12 s; from 10 s on is held out): dry friction and a load are one torque.
+#[test]
+fn dry_friction_and_load_of_a_stand_that_turns_one_way_are_said_to_be_one() {
+    for mode in MODES {
+        let log = log(&Stand::default(), mode, ProfileKind::Staircase, SECONDS, 11);
+        let text = format!(
+            "[drive]\ninput = \"u_V\"\neffects = [\"viscous\", \"coulomb\", \"inductance\", \"load\"]\n[parameters]\n{}",
+            TRUTH.map(|(name, value)| format!("{name} = {value:e}\n")).concat()
+        );
+        let held = hold(&log, &Model::parse(&text, "one way").unwrap(), true).unwrap();
+        let named: Vec<&str> = held.not_identifiable.iter().map(|(name, _)| name.as_str()).collect();
+        assert!(named.contains(&"load_N_m") && named.contains(&"coulomb_N_m"), "{mode:?}: {named:?}");
+    }
 }
 
 /// Each of the six parameters three times too large and too small, one at a time; and all together, alternating.

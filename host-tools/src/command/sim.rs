@@ -7,7 +7,7 @@ use hal_sim::plant::{Plant, Stand};
 use hal_sim::session::{self, SessionRequest};
 use serde_json::json;
 use stand_firmware::profile::ProfileKind;
-use stand_firmware::speed_loop::Mode;
+use stand_firmware::speed_loop::{Config, Mode};
 
 use super::error::Trouble;
 use super::output::{Answer, check_place, working};
@@ -42,7 +42,7 @@ pub(super) struct Sim {
     #[arg(long, allow_negative_numbers = true)]
     amplitude: Option<f64>,
     /// Give the stand an effect that its model lacks: one of the catalogue, or a number that draws one
-    #[arg(long, value_name = "SEED|EFFECT")]
+    #[arg(long, value_name = "SEED|EFFECT", allow_negative_numbers = true)]
     hidden: Option<String>,
     /// Say which effect was hidden, with its parameters
     #[arg(long)]
@@ -51,7 +51,7 @@ pub(super) struct Sim {
     #[arg(long, value_name = "FILE")]
     stand: Option<PathBuf>,
     /// Seed of profile and noise
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     seed: u64,
     #[command(flatten)]
     answer: Answer,
@@ -108,7 +108,12 @@ pub(super) fn session(request: &Request) -> Result<Session, Trouble> {
 pub(super) fn stand(path: Option<&PathBuf>) -> Result<Stand, Trouble> {
     let Some(path) = path else { return Ok(Stand::default()) };
     let text = std::fs::read_to_string(path).map_err(|e| Trouble::file(path, "read", &e))?;
-    Stand::parse(&text).map_err(|e| Trouble::Input(format!("{}: {e}", path.display())))
+    let of_the_file = |e: &dyn std::fmt::Display| Trouble::Input(format!("{}: {e}", path.display()));
+    let stand = Stand::parse(&text).map_err(|e| of_the_file(&e))?;
+    // What the session would refuse too, but without the file's name.
+    stand.sensors.check().map_err(|e| of_the_file(&e))?;
+    Config::new(&stand.firmware, &stand.hardware).map_err(|e| of_the_file(&e))?;
+    Ok(stand)
 }
 
 impl Sim {
