@@ -15,7 +15,9 @@ const RUNS: usize = 9;
 fn main() {
     println!("| fit of six parameters and two initial states | start | best, ms | median, ms | steps |");
     println!("|---|---|---|---|---|");
-    for (mode, profile) in [(Mode::Voltage, ProfileKind::MultiStep), (Mode::Rate, ProfileKind::MultiStep), (Mode::Voltage, ProfileKind::Multisine)] {
+    for (mode, profile) in
+        [(Mode::Voltage, ProfileKind::MultiStep), (Mode::Rate, ProfileKind::MultiStep), (Mode::Voltage, ProfileKind::Multisine)]
+    {
         let log = log(&Stand::default(), mode, profile, 30.0, 1);
         for (says, factor) in [("25 % off", 1.25), ("3 × off", 3.0)] {
             let factors = std::array::from_fn(|p| if p % 2 == 0 { factor } else { 1.0 / factor });

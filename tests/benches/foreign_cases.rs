@@ -32,5 +32,11 @@ fn main() {
         println!("{line}");
     }
     let beyond = |limit: f64| all.iter().filter(|d| d.abs() > limit).count();
-    println!("\n{} parameters; beyond 3 σ: {} ({:.1} %); beyond 6 σ: {}", all.len(), beyond(3.0), 100.0 * beyond(3.0) as f64 / all.len() as f64, beyond(6.0));
+    println!(
+        "\n{} parameters; beyond 3 σ: {} ({:.1} %); beyond 6 σ: {}",
+        all.len(),
+        beyond(3.0),
+        100.0 * beyond(3.0) as f64 / all.len() as f64,
+        beyond(6.0)
+    );
 }

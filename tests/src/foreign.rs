@@ -50,7 +50,8 @@ fn case(folder: &Path) -> Case {
     if inside && hidden != "none" {
         effects.push(hidden.clone());
     }
-    let truth = answer["parameters"].as_object().expect("parameters").iter().map(|(k, v)| (k.clone(), v.as_f64().expect("a number"))).collect();
+    let truth =
+        answer["parameters"].as_object().expect("parameters").iter().map(|(k, v)| (k.clone(), v.as_f64().expect("a number"))).collect();
     Case {
         name: folder.file_name().expect("a name").to_string_lossy().into_owned(),
         log: Log::read(folder.join("log.parquet")).expect("the log"),
@@ -87,7 +88,8 @@ impl Case {
     }
 
     fn model(&self, effects: &[String], parameters: &[(String, f64)]) -> Model {
-        let mut text = format!("[drive]\ninput = \"u_V\"\noutputs = [\"omega_rad_s\", \"i_A\", \"theta_rad\"]\neffects = {effects:?}\n[parameters]\n");
+        let mut text =
+            format!("[drive]\ninput = \"u_V\"\noutputs = [\"omega_rad_s\", \"i_A\", \"theta_rad\"]\neffects = {effects:?}\n[parameters]\n");
         for (name, value) in parameters {
             // A coefficient that is truly zero is not part of the question.
             let zero = *value == 0.0 || (self.true_value(name) == Some(0.0));
