@@ -166,8 +166,8 @@ pub fn conclusion(c: &Comparison) -> String {
     let mut text = String::new();
     let mut off: Vec<&Fitness> = c.held.channels.iter().filter(|f| f.rms / f.noise > AS_SMALL).collect();
     off.sort_by(|a, b| (b.rms / b.noise).total_cmp(&(a.rms / a.noise)));
-    let unphysical =
-        c.fitted.then(|| parameters(c)).unwrap_or_default().into_iter().filter(|p| p.mark() == OUTSIDE).map(|p| p.name).collect::<Vec<_>>();
+    let rows = if c.fitted { parameters(c) } else { Vec::new() };
+    let unphysical: Vec<String> = rows.into_iter().filter(|p| p.mark() == OUTSIDE).map(|p| p.name).collect();
     if off.is_empty() {
         text.push_str(if c.held.channels.len() > 1 { "Within the noise in every channel" } else { "Within the noise" });
         text.push_str(": this log shows nothing that the model lacks.");
