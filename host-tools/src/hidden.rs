@@ -39,7 +39,8 @@ const NAMED_SEED: u64 = 1;
 pub fn hide(word: &str, stand: &mut Stand) -> Result<Hidden, String> {
     let (card, seed) = match word.parse::<u64>() {
         Ok(seed) => {
-            let free: Vec<_> = CATALOGUE.iter().filter(|c| !stand.effects.contains_key(c.id) && !replaces_what_is_there(c.id, stand)).collect();
+            let free: Vec<_> =
+                CATALOGUE.iter().filter(|c| !stand.effects.contains_key(c.id) && !replaces_what_is_there(c.id, stand)).collect();
             let mut draw = Xoshiro256PlusPlus::seed_from_u64(seed);
             let card = free.get((uniform(&mut draw) * free.len() as f64) as usize).ok_or("the stand already has every effect")?;
             (**card, seed)

@@ -271,7 +271,6 @@ fn a_bad_session_gets_one_line_that_names_the_parameter() {
 }
 
 #[test]
-#[ignore = "hal-sim/src/plant/stand.rs: Stand::check does not look at drive.ambient_C"]
 fn a_stand_in_a_room_without_a_temperature_is_refused() {
     let folder = folder();
     let path = folder.path();
@@ -358,7 +357,6 @@ fn a_log_that_is_not_what_its_columns_say_is_an_answer_and_no_error() {
 
 /// A cell that was read as a number but is none of this world, as a damaged file has them.
 #[test]
-#[ignore = "report/terminal.rs: the sparkline panics where a residual's square overflows"]
 fn a_number_beyond_all_measure_is_no_panic() {
     let folder = folder();
     let path = folder.path();

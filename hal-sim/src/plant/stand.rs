@@ -179,6 +179,13 @@ impl Stand {
                 return Err(StandError::OutOfRange { key: key.to_owned(), value, range: "positive".to_owned() });
             }
         }
+        if !(d.ambient_C.is_finite() && (-100.0..=200.0).contains(&d.ambient_C)) {
+            return Err(StandError::OutOfRange {
+                key: "drive.ambient_C".to_owned(),
+                value: d.ambient_C,
+                range: "from −100 to 200".to_owned(),
+            });
+        }
         self.placed().map(|_| ())
     }
 

@@ -84,7 +84,8 @@ impl ModelCommand {
             ModelCommand::Show { model } => show(&Model::read(&model)?),
             ModelCommand::Add { model, effect } => {
                 let mut changed = Model::read(&model)?;
-                let name = if changed.effect_names().contains(&effect) && !effect.contains('#') { changed.next_name(&effect) } else { effect };
+                let name =
+                    if changed.effect_names().contains(&effect) && !effect.contains('#') { changed.next_name(&effect) } else { effect };
                 changed.add(&name)?;
                 changed.write(&model)?;
                 show(&changed)

@@ -176,7 +176,7 @@ fn nearly(record: &Record, place: &solve::Place, noise: &[f64]) -> bool {
         if square > MISFIT * noise[c] * noise[c] {
             return false;
         }
-        slow |= noise::slow_inflation(&compared, noise[c], differenced(record, c)) > 1.0;
+        slow |= differenced(record, c) == 0 && noise::slow_inflation(&compared, noise[c]) > 1.0;
     }
     slow
 }
@@ -332,8 +332,8 @@ fn colour(record: &Record, channel: usize, fitness: &Fitness) -> Colour {
         return Colour { differenced: 0, inflation: misfit * noise::inflation(&compared) };
     }
     let differenced = differenced(record, channel);
-    let seen = if differenced > 0 { 1.0 } else { noise::inflation(&compared) };
-    Colour { differenced, inflation: misfit * seen.max(noise::slow_inflation(&compared, fitness.noise, differenced)) }
+    let seen = if differenced > 0 { 1.0 } else { noise::inflation(&compared).max(noise::slow_inflation(&compared, fitness.noise)) };
+    Colour { differenced, inflation: misfit * seen }
 }
 
 /// Share of a direction without information from which on a parameter belongs to it.

@@ -79,17 +79,17 @@ const FEWEST_BLOCKS: usize = 20;
 /// Variance of block sums over that of the noise alone, where it is seen to be more; else 1.
 ///
 /// A model may be off by a tenth of the noise for a second and nobody sees it in the rows, but a fit of thousands of rows does. `noise` is
-/// the channel's; white noise that was differenced over `differenced` rows telescopes in a sum, and only its ends remain.
-pub fn slow_inflation(residuals: &[f64], noise: f64, differenced: usize) -> f64 {
+/// the channel's, white. (Of counts that were differenced it says nothing: at low rates they are no noise at all.)
+pub fn slow_inflation(residuals: &[f64], noise: f64) -> f64 {
     let mut worst = 1.0_f64;
     for rows in BLOCKS {
         let count = residuals.len() / rows;
-        if count < FEWEST_BLOCKS || rows <= 2 * differenced {
+        if count < FEWEST_BLOCKS {
             continue;
         }
         let sums = residuals.chunks_exact(rows).map(|block| block.iter().sum::<f64>());
         let square = sums.map(|s| s * s).sum::<f64>() / count as f64;
-        let alone = noise * noise * if differenced > 0 { differenced } else { rows } as f64;
+        let alone = noise * noise * rows as f64;
         let ratio = square / alone;
         if ratio > 1.0 + SEEN * (2.0 / count as f64).sqrt() {
             worst = worst.max(ratio);

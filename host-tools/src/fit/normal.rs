@@ -156,8 +156,8 @@ pub struct Step {
 }
 
 impl Linear {
-    /// The step with Marquardt's damping; `None` where the equations are singular even so.
-    pub fn step(&self, damping: f64) -> Option<Step> {
+    /// The step with Marquardt's damping, in which the `held` lanes do not move; `None` where the equations are singular even so.
+    pub fn step(&self, damping: f64, held: &[usize]) -> Option<Step> {
         let p = self.free;
         let mut reduced = DMatrix::<f64>::zeros(p, p);
         let mut right = DVector::<f64>::zeros(p);
@@ -183,6 +183,14 @@ impl Linear {
         for k in 0..p {
             // A parameter that no row sees stays where it is.
             reduced[(k, k)] += damping * diagonal[k] + 1e-14 * diagonal[k] + if diagonal[k] <= 0.0 { largest.max(1.0) } else { 0.0 };
+        }
+        for &lane in held {
+            for k in 0..p {
+                reduced[(lane, k)] = 0.0;
+                reduced[(k, lane)] = 0.0;
+            }
+            reduced[(lane, lane)] = 1.0;
+            right[lane] = 0.0;
         }
         let parameters = if p == 0 { DVector::zeros(0) } else { Cholesky::new(reduced)?.solve(&right) };
         let mut promised = 0.0;

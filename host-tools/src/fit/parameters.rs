@@ -75,6 +75,8 @@ pub struct Parameters {
     pub list: Vec<Parameter>,
 }
 
+/// Least value of a positive parameter: below it nothing that turns.
+const LEAST: f64 = 1e-12;
 /// Smallest amplitude, relative to one unit, at which a phase still has a direction.
 const SMALLEST_AMPLITUDE: f64 = 1e-12;
 
@@ -148,7 +150,7 @@ impl Parameters {
             }
             let value = match p.kind {
                 // No more than a factor of e² in one step.
-                Kind::Positive => p.value * step[lane].clamp(-2.0, 2.0).exp(),
+                Kind::Positive => (p.value * step[lane].clamp(-2.0, 2.0).exp()).clamp(p.range.0.max(LEAST), p.range.1),
                 Kind::Share => {
                     let logit = (p.value / (1.0 - p.value)).ln() + step[lane].clamp(-2.0, 2.0);
                     1.0 / (1.0 + (-logit).exp())
@@ -160,6 +162,20 @@ impl Parameters {
             next.list[k].value = value.clamp(low, high);
         }
         next
+    }
+
+    /// Lanes whose parameter stands at the end of what it can be, with a step that would carry it further.
+    pub fn against_a_limit(&self, step: &[f64]) -> Vec<usize> {
+        let free = self.free();
+        let outward = |lane: &usize| {
+            let p = &self.list[free[*lane]];
+            let (low, high) = match p.kind {
+                Kind::Positive => (p.range.0.max(LEAST), p.range.1),
+                _ => hard_limits(p),
+            };
+            !self.is_polar(free[*lane]) && ((p.value <= low && step[*lane] < 0.0) || (p.value >= high && step[*lane] > 0.0))
+        };
+        (0..free.len()).filter(outward).collect()
     }
 
     /// Standard errors of the parameters, in the list's order, from the covariance of the coordinates (row-major, square); 0 where fixed.

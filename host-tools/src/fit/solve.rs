@@ -1,6 +1,6 @@
 //! Levenberg and Marquardt's descent, by output error.
 
-use super::normal::{Linear, Pass, Starts, pass};
+use super::normal::{Linear, Pass, Starts, Step, pass};
 use super::parameters::Parameters;
 use super::record::Record;
 use super::simulate::{Initial, System};
@@ -48,7 +48,13 @@ pub fn descend(system: &System, record: &Record, place: Place, weights: &[f64], 
     let mut damping = 1e-3;
     while steps < MOST_STEPS {
         steps += 1;
-        let Some(step) = linear.step(damping) else {
+        // A parameter at the end of what it can be does not hold up the others.
+        let against = |step: &Step| place.parameters.against_a_limit(&step.parameters);
+        let step = linear.step(damping, &[]).and_then(|step| {
+            let held = against(&step);
+            if held.is_empty() { Some(step) } else { linear.step(damping, &held) }
+        });
+        let Some(step) = step else {
             damping = (damping * 10.0_f64).max(1e-6);
             if damping > MOST_DAMPING {
                 break;

@@ -98,7 +98,7 @@ fn output(f: &Fitness) -> Value {
 fn parameters(c: &Comparison) -> Value {
     let rows = super::words::parameters(c);
     let entries = rows.into_iter().map(|row| {
-        let mut p = json!({"value": finite(row.value), "sigma": finite(row.sigma), "unit": row.unit, "fixed": row.fixed, "start": finite(row.start)});
+        let mut p = json!({"value": finite(row.value), "sigma": if row.undetermined.is_some() { Value::Null } else { finite(row.sigma) }, "unit": row.unit, "fixed": row.fixed, "start": finite(row.start)});
         if row.at_bound {
             p["at_bound"] = json!(true);
         }

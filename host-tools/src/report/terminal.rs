@@ -147,8 +147,9 @@ fn channel(c: &Comparison, f: &Fitness, style: Style) -> String {
 pub fn sparkline(values: &[Option<f64>], most: f64) -> String {
     const BLOCKS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
     let block = |v: f64| {
-        let height = if most > 0.0 { (v / most * 8.0).ceil().clamp(1.0, 8.0) } else { 1.0 };
-        BLOCKS.get(height as usize - 1).copied().unwrap_or('█')
+        // A share that is no number (infinite residuals) is drawn as nothing.
+        let height = if most > 0.0 { (v / most * 8.0).ceil() as usize } else { 1 };
+        BLOCKS.get(height.clamp(1, 8) - 1).copied().unwrap_or('█')
     };
     values.iter().map(|v| v.map_or(' ', block)).collect()
 }
