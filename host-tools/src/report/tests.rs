@@ -192,7 +192,6 @@ fn the_page_of_a_long_log_is_as_small_as_that_of_a_short_one() {
 }
 
 #[test]
-#[ignore = "an hour's log: for a release build"]
 fn the_page_of_an_hour_stays_below_three_megabytes() {
     let bytes = with_case(3_600_000, 0.31, true, html).len();
     assert!(bytes < 3_000_000, "{bytes} bytes");
