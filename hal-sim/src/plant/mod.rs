@@ -154,7 +154,8 @@ impl Plant {
             current,
             voltage: asked_V,
             temp_C: self.heat_K + T0_C,
-            supply_ratio: self.supply_V / self.nominal_V,
+            // The bridge itself follows the supply (`advance`); the law is not to count it twice.
+            supply_ratio: 1.0,
             rate_from_encoder: false,
         }
     }
