@@ -1,6 +1,7 @@
 //! What a person at the stand uses on the host.
 
 pub mod command;
+pub mod explain;
 pub mod expression;
 pub mod fit;
 pub mod hidden;
@@ -9,4 +10,5 @@ pub mod model;
 pub mod pages;
 pub mod plausible;
 pub mod report;
+pub mod residual;
 pub mod words;
