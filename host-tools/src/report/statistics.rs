@@ -80,6 +80,7 @@ struct Cell {
 }
 
 /// Mean of the residual within one bin of a coordinate.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bin {
     /// Middle of the bin.
     pub at: f64,
