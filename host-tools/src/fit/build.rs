@@ -1,6 +1,9 @@
 //! A fit's system and parameters from a model.
 
-use hal_sim::effects::{self, Law};
+use std::ops::Range;
+use std::sync::Arc;
+
+use hal_sim::effects::{self, Card, Law};
 
 use super::parameters::{Dual, Parameter, Parameters};
 use super::simulate::{Effect, Source, System};
@@ -55,10 +58,10 @@ pub fn system(model: &Model, temperature_is_measured: bool) -> (System, Paramete
             list[first].polar = Some(last);
             list[last].polar = Some(first);
         }
-        effects.push(Effect { name: used.name(), source: Box::new(Catalogued(used.card.id)), parameters: used.parameters.clone() });
+        effects.push(Effect { name: used.name(), source: Arc::new(Catalogued(used.card.id)), parameters: used.parameters.clone() });
     }
     for own in model.own() {
-        effects.push(Effect { name: own.name.clone(), source: Box::new(own.clone()), parameters: own.parameters.clone() });
+        effects.push(Effect { name: own.name.clone(), source: Arc::new(own.clone()), parameters: own.parameters.clone() });
     }
     let system = System {
         inertia: model.index("inertia_kg_m2"),
@@ -67,4 +70,27 @@ pub fn system(model: &Model, temperature_is_measured: bool) -> (System, Paramete
         effects,
     };
     (system, Parameters { list })
+}
+
+/// Adds an effect of the catalogue to a system, with `values` for its parameters, of which the `free` ones may move; gives where they
+/// stand in the list. The parameters go by their names in the card, whatever else has them.
+pub fn append(system: &mut System, parameters: &mut Parameters, card: &'static Card, values: &[f64], free: &[bool]) -> Range<usize> {
+    let first = parameters.list.len();
+    for ((info, &value), &free) in card.parameters.iter().zip(values).zip(free) {
+        parameters.list.push(Parameter {
+            name: info.name.to_owned(),
+            value,
+            fixed: !free,
+            kind: info.kind,
+            range: info.range,
+            polar: None,
+        });
+    }
+    let range = first..parameters.list.len();
+    if card.polar && !range.is_empty() {
+        parameters.list[first].polar = Some(range.end - 1);
+        parameters.list[range.end - 1].polar = Some(first);
+    }
+    system.effects.push(Effect { name: card.id.to_owned(), source: Arc::new(Catalogued(card.id)), parameters: range.clone().collect() });
+    range
 }

@@ -181,7 +181,7 @@ fn nearly(record: &Record, place: &solve::Place, noise: &[f64]) -> bool {
     slow
 }
 
-fn weights(noise: &[f64]) -> Vec<f64> {
+pub(crate) fn weights(noise: &[f64]) -> Vec<f64> {
     noise.iter().map(|n| 1.0 / (n * n)).collect()
 }
 
@@ -199,7 +199,7 @@ fn first_noise(record: &Record, channel: usize) -> f64 {
     (noise::of_series(c.measured.iter().copied()) * scale).max(noise_floor(record, channel))
 }
 
-fn residual_noise(record: &Record, channel: usize, residual: &[f64]) -> f64 {
+pub(crate) fn residual_noise(record: &Record, channel: usize, residual: &[f64]) -> f64 {
     let c = &record.channels[channel];
     let correlation = c.filter_hz.map_or(0.0, |hz| (-std::f64::consts::TAU * hz * record.dt_s).exp());
     let fine = noise::of_residuals(residual, correlation);
@@ -311,7 +311,7 @@ fn fitness(record: &Record, channel: usize, noise: f64, residual: Vec<f64>) -> F
 }
 
 /// Rows over which white noise was differenced in this channel; 0: it was not.
-fn differenced(record: &Record, channel: usize) -> usize {
+pub(crate) fn differenced(record: &Record, channel: usize) -> usize {
     let c = &record.channels[channel];
     match c.shows {
         Channel::Angle => record.angle_lag(),

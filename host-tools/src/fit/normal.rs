@@ -212,6 +212,16 @@ impl Linear {
         (0..self.free).map(|k| self.blocks.iter().map(|b| b.h[(k, k)]).sum()).collect()
     }
 
+    /// Information on the parameters and gradient, with the states eliminated.
+    pub fn profiled(&self) -> (DMatrix<f64>, DVector<f64>) {
+        let (information, eliminators) = self.reduced();
+        let mut gradient = DVector::zeros(self.free);
+        for (block, eliminator) in self.blocks.iter().zip(&eliminators) {
+            gradient += eliminator * &block.g;
+        }
+        (information, gradient)
+    }
+
     /// Information on the parameters with the states eliminated, and per segment the matrix that eliminates them.
     pub fn reduced(&self) -> (DMatrix<f64>, Vec<DMatrix<f64>>) {
         let p = self.free;

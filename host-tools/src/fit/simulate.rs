@@ -1,5 +1,7 @@
 //! The model runs along a log.
 
+use std::sync::Arc;
+
 use hal_sim::effects::{Law, Scalar};
 use hal_sim::rig::{self, Base, Rig, State};
 
@@ -42,16 +44,18 @@ macro_rules! sourced {
 sourced!(8 dual8, 16 dual16, 32 dual32);
 
 /// An effect of the model: its law and where its parameters stand in the list.
+#[derive(Clone)]
 pub struct Effect {
     /// Name in the model, e.g. `cogging#2`.
     pub name: String,
     /// The law.
-    pub source: Box<dyn Source>,
+    pub source: Arc<dyn Source>,
     /// Indices of its parameters, in the law's order.
     pub parameters: Vec<usize>,
 }
 
 /// The model of a fit: parameters, which of them are the base, and effects.
+#[derive(Clone)]
 pub struct System {
     /// Index of the inertia; a slow prescribed motion may do without.
     pub inertia: Option<usize>,
