@@ -10,6 +10,7 @@
 pub mod approach;
 pub mod build;
 pub mod covariance;
+pub mod equation_error;
 pub mod noise;
 pub mod normal;
 pub mod parameters;
@@ -83,6 +84,7 @@ impl Fitness {
 }
 
 /// A model held against a log.
+#[derive(Debug, Clone)]
 pub struct Held {
     /// The parameters: as given, or fitted.
     pub parameters: Parameters,
