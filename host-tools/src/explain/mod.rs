@@ -2,16 +2,34 @@
 //!
 //! In: logs and a model. Out: an [`Explanation`]: the path from the given model to one that leaves nothing but noise, the evidence for every
 //! candidate of the catalogue, or the honest word that nothing is missing or that nothing known explains what is there.
+//!
+//! * [`trial`]: what may be missing, and from which values it is tried;
+//! * [`orders`], [`screen`]: how much each would help, by its sensitivity at the fitted model;
+//! * [`evidence`]: whitened residuals, BIC, the probability of chance;
+//! * [`path`]: add the best, fit, ask again;
+//! * [`next`]: what to measure next.
 
 mod answer;
+pub mod evidence;
+mod gather;
+mod ground;
+pub mod next;
+mod orders;
+mod path;
+mod screen;
+mod trial;
+
+use std::time::Instant;
 
 pub use answer::{Candidate, Estimate, Explanation, NextExperiment, Shape, Shown, Stage, Verdict};
 
+use crate::fit::prepare::{self, PrepareError};
 use crate::fit::FitError;
-use crate::fit::prepare::PrepareError;
 use crate::log::Log;
 use crate::model::Model;
-use crate::plausible::Finding;
+use crate::plausible::{self, Finding};
+use crate::residual;
+use ground::Ground;
 
 /// Why there is no explanation.
 #[derive(Debug, thiserror::Error)]
@@ -39,6 +57,45 @@ pub enum ExplainError {
 ///
 /// # Errors
 /// [`ExplainError`].
-pub fn explain(_logs: Vec<Log>, _model: &Model, _progress: &(dyn Fn(&str) + Sync)) -> Result<Explanation, ExplainError> {
-    Err(ExplainError::Apart("explain: being built".to_owned()))
+pub fn explain(logs: Vec<Log>, model: &Model, progress: &(dyn Fn(&str) + Sync)) -> Result<Explanation, ExplainError> {
+    let begin = Instant::now();
+    for log in &logs {
+        prepare::prepare(log, model, true)?;
+        let findings = plausible::check(log, model.input().column());
+        if !findings.is_empty() {
+            return Err(ExplainError::BadLog { log: log.path().display().to_string(), findings });
+        }
+    }
+    let (log, rows) = gather::gather(logs)?;
+    let (record, mut remarks) = prepare::prepare(&log, model, true)?;
+    progress("fitting the model as it is");
+    let given = Ground::fit(model, record)?;
+    let failures = residual::failures(&log, &given.record, &given.held);
+    let mut path = path::walk(&log, &rows, given, progress)?;
+    remarks.append(&mut path.remarks);
+    let stages = path.grounds.iter().enumerate().map(|(k, g)| path::stage(g, k.checked_sub(1).map(|k| &path.missing[k]))).collect();
+    let verdict = if path.missing.is_empty() { Verdict::Adequate } else { Verdict::EffectFound };
+    let last = path.grounds.pop();
+    let mut grounds = path.grounds.into_iter();
+    let (given, explained, found) = match (grounds.next(), last) {
+        (Some(first), Some(last)) => (first.held, last.held, last.model),
+        (_, Some(only)) => (only.held.clone(), only.held, only.model),
+        _ => return Err(ExplainError::Apart("nothing was fitted".to_owned())),
+    };
+    let next = next::next(&found, &path.candidates, &path.missing, verdict, &log);
+    Ok(Explanation {
+        verdict,
+        given,
+        missing: path.missing,
+        stages,
+        candidates: path.candidates,
+        failures,
+        unexplained: Vec::new(),
+        next,
+        model: found,
+        explained,
+        log,
+        remarks,
+        seconds: begin.elapsed().as_secs_f64(),
+    })
 }
