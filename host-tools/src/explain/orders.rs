@@ -1,20 +1,15 @@
 //! Which orders per turn are worth an exact look.
 //!
-//! A torque τ at row k moves every later output along the model's first-order decay. Run backwards, that recursion turns the residuals into
-//! the gradient of the misfit by the torque at each row, g_k = ∂/∂τ_k Σ w r s. The score of *any* torque is then Σ g τ, and of all
-//! harmonics of the angle at once it is the Fourier transform of g binned over the turn. Divided by what such a torque would show, this ranks
-//! the orders; the exact score of the best ones is taken by [`super::screen`].
+//! A torque a e^{inθ} moves the rate along the model's first-order decay; what it would show in each channel is run along the log for every
+//! order n at once, and held against the residual: score = |Σ w s̄ r|² / Σ w |s|². The recursion knows neither dry friction nor what the
+//! model's own parameters could imitate, so that it only ranks; [`super::screen`] takes the exact score of the best few.
 
-use std::f64::consts::TAU;
-
-use realfft::RealFftPlanner;
+use rayon::prelude::*;
 
 use super::trial::Orders;
 use crate::fit::Record;
 use crate::model::{Channel, Input, Model};
 
-/// Bins of one turn: 20 per period of the highest order.
-const BINS: usize = 8192;
 /// Highest order of torques, of the encoder.
 pub const HIGHEST: usize = 400;
 const HIGHEST_OF_ENCODER: usize = 8;
@@ -22,8 +17,8 @@ const HIGHEST_OF_ENCODER: usize = 8;
 const COGGING: usize = 5;
 const RIPPLE: usize = 4;
 const ECCENTRICITY: usize = 2;
-/// Classes of the rate's size over which the response is averaged.
-const CLASSES: usize = 64;
+/// Orders that go through the log together: as many as a few vector registers hold.
+const TOGETHER: usize = 8;
 
 /// The most promising orders that the model does not have yet.
 pub fn promising(model: &Model, record: &Record, residuals: &[&[f64]], weights: &[f64]) -> Orders {
@@ -33,181 +28,194 @@ pub fn promising(model: &Model, record: &Record, residuals: &[&[f64]], weights: 
         let orders = uses.flat_map(|e| &e.parameters).map(|&k| &model.parameters()[k]).filter(|p| p.name.starts_with(stem));
         orders.map(|p| p.value as u32).collect()
     };
-    let response = Response::of(model, record);
-    let (torque, direct) = gradients(record, residuals, weights, &response);
-    let current = record.channels.iter().find(|c| c.shows == Channel::Current).map(|c| c.measured).or(record.current);
-    let rate = rates(record, theta);
+    let scan = Scan::new(model, record, theta, residuals, weights);
     // Order one of a torque is a mass off the axis.
     let mut taken = has("cogging", "cogging_order");
     taken.push(1);
-    let power = response.powers(&rate, record, weights, |_| 1.0);
-    let cogging = best(&spectrum(theta, |k| torque[k]), &power, &taken, HIGHEST, COGGING);
-    let ripple = match (current, model.value("motor_constant_N_m_A")) {
-        (Some(i), Some(constant)) => {
-            let braking = if record.driven == Input::Voltage { constant / response.resistance } else { 0.0 };
-            let amplitude = |k: usize| constant * (i[k] - braking * rate[k]);
-            let power = response.powers(&rate, record, weights, |k| amplitude(k).powi(2));
-            let score = spectrum(theta, |k| torque[k] * amplitude(k) - direct[k] * braking * rate[k]);
-            best(&score, &power, &has("torque-ripple", "ripple_order"), HIGHEST, RIPPLE)
-        }
+    let cogging = best(&scan.scores(scan.highest(), Kind::Torque), &taken, COGGING);
+    let ripple = match scan.constant {
+        Some(_) if scan.current.is_some() => best(&scan.scores(scan.highest(), Kind::Ripple), &has("torque-ripple", "ripple_order"), RIPPLE),
         _ => Vec::new(),
     };
-    let eccentricity = match record.channels.iter().position(|c| c.shows == Channel::Angle) {
-        Some(c) => {
-            // An increment sees the difference of the encoder's error at its two ends.
-            let lag = record.angle_lag();
-            let mut gradient = vec![0.0; record.len()];
-            for (k, r) in residuals[c].iter().enumerate().filter(|(k, r)| r.is_finite() && !record.held_out(*k)) {
-                gradient[k] += weights[c] * r;
-                gradient[k - lag.min(k)] -= weights[c] * r;
-            }
-            best(
-                &spectrum(theta, |k| gradient[k]),
-                &vec![1.0; HIGHEST + 1],
-                &has("encoder-eccentricity", "eccentricity_order"),
-                HIGHEST_OF_ENCODER,
-                ECCENTRICITY,
-            )
-        }
-        None => Vec::new(),
+    let seen = record.channels.iter().any(|c| c.shows == Channel::Angle);
+    let eccentricity = if seen {
+        let scores = scan.scores(HIGHEST_OF_ENCODER, Kind::Encoder);
+        best(&scores, &has("encoder-eccentricity", "eccentricity_order"), ECCENTRICITY)
+    } else {
+        Vec::new()
     };
     Orders { cogging, ripple, eccentricity }
 }
 
-/// The model's answer to a torque, as a first-order decay.
-struct Response {
+/// What goes round with the angle.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    /// A torque.
+    Torque,
+    /// The motor constant.
+    Ripple,
+    /// What the encoder shows.
+    Encoder,
+}
+
+/// One row, as every order needs it.
+struct Row {
+    /// cos θ, sin θ.
+    turn: (f64, f64),
+    theta: f64,
+    /// Torque, and current at once, of a relative ripple of the motor constant.
+    ripple: (f64, f64),
+    /// Weighted residuals of rate, current or torque, angle; 0 where held out or not compared.
+    pull: (f64, f64, f64),
+    /// The row counts in the squares.
+    counts: bool,
+}
+
+/// The model along the log, as far as the ranking needs it.
+struct Scan<'s> {
+    rows: Vec<Row>,
+    segments: &'s [std::ops::Range<usize>],
+    lag: usize,
+    dt_s: f64,
     /// Decay over a row, and rate gained per torque.
     decay: f64,
     gain: f64,
-    /// Current shown per rate.
+    /// Current shown per rate, and current (or torque) shown at once per torque under a prescribed motion.
     current_per_rate: f64,
-    /// What a prescribed motion shows of a torque.
     demanded: f64,
-    resistance: f64,
+    /// Weights of rate, current or torque, angle; 0 where not compared.
+    weights: (f64, f64, f64),
+    constant: Option<f64>,
+    current: Option<&'s [f64]>,
+    largest_rate: f64,
 }
 
-impl Response {
-    fn of(model: &Model, record: &Record) -> Self {
+impl<'s> Scan<'s> {
+    fn new(model: &Model, record: &'s Record, theta: &[f64], residuals: &[&[f64]], weights: &[f64]) -> Self {
         let value = |name: &str| model.value(name).unwrap_or(0.0);
         let inertia = value("inertia_kg_m2");
-        let (constant, resistance) = (value("motor_constant_N_m_A"), value("resistance_ohm").max(1e-9));
-        let braking = if record.driven == Input::Voltage { constant * constant / resistance } else { 0.0 };
-        let damping = braking + value("viscous_N_m_s").max(0.0);
-        let h = record.dt_s;
-        let x = if inertia > 0.0 { damping / inertia * h } else { 0.0 };
+        let (constant, resistance) = (model.value("motor_constant_N_m_A"), value("resistance_ohm").max(1e-9));
+        let k = constant.unwrap_or(0.0);
+        let voltage = record.driven == Input::Voltage;
+        let damping = value("viscous_N_m_s").max(0.0) + if voltage { k * k / resistance } else { 0.0 };
+        let x = if inertia > 0.0 { damping / inertia * record.dt_s } else { 0.0 };
         let decay = (-x).exp();
-        let gain = if inertia <= 0.0 { 0.0 } else if x > 1e-9 { (1.0 - decay) / damping } else { h / inertia };
-        let current_per_rate = if record.driven == Input::Voltage { -constant / resistance } else { 0.0 };
-        let demanded = if record.driven == Input::Motion { if constant > 0.0 { -1.0 / constant } else { -1.0 } } else { 0.0 };
-        Response { decay, gain, current_per_rate, demanded, resistance }
-    }
-
-    /// Mean square of what a unit torque at each order shows, weighted; the square of its amplitude at row k is `size(k)`.
-    fn powers(&self, rate: &[f64], record: &Record, weights: &[f64], size: impl Fn(usize) -> f64) -> Vec<f64> {
-        let largest = rate.iter().fold(0.0_f64, |m, w| m.max(w.abs())).max(1e-9);
-        let mut classes = [0.0; CLASSES];
-        for (k, w) in rate.iter().enumerate() {
-            classes[((w.abs() / largest * CLASSES as f64) as usize).min(CLASSES - 1)] += size(k);
-        }
-        let lag = record.angle_lag() as f64;
-        (0..=HIGHEST)
-            .map(|order| {
-                let mut power = 0.0;
-                for (class, count) in classes.iter().enumerate() {
-                    let phase = order as f64 * largest * (class as f64 + 0.5) / CLASSES as f64 * record.dt_s;
-                    let (s, c) = phase.sin_cos();
-                    let rate2 = self.gain * self.gain / ((c - self.decay).powi(2) + s * s).max(1e-12);
-                    for (channel, weight) in record.channels.iter().zip(weights) {
-                        power += weight
-                            * count
-                            * match channel.shows {
-                                Channel::Rate => rate2,
-                                Channel::Current => rate2 * self.current_per_rate.powi(2) + self.demanded.powi(2),
-                                Channel::Torque => self.demanded.powi(2),
-                                Channel::Angle => {
-                                    let half = 0.5 * phase;
-                                    let sum = if half.abs() < 1e-9 { lag } else { (lag * half).sin() / half.sin() };
-                                    rate2 * (record.dt_s * sum).powi(2)
-                                }
-                                Channel::Voltage => 0.0,
-                            };
-                    }
-                }
-                power.max(1e-300)
+        let gain = match (inertia > 0.0 && record.driven != Input::Motion, x > 1e-9) {
+            (false, _) => 0.0,
+            (true, true) => (1.0 - decay) / damping,
+            (true, false) => record.dt_s / inertia,
+        };
+        let demanded = if record.driven != Input::Motion { 0.0 } else if k > 0.0 { -1.0 / k } else { -1.0 };
+        let channel = |wanted: &[Channel]| record.channels.iter().position(|c| wanted.contains(&c.shows));
+        let (rate, drive, angle) = (channel(&[Channel::Rate]), channel(&[Channel::Current, Channel::Torque]), channel(&[Channel::Angle]));
+        let current = record.channels.iter().find(|c| c.shows == Channel::Current).map(|c| c.measured).or(record.current);
+        let lag = record.angle_lag();
+        let last = record.len() - 1;
+        let braking = if voltage { k / resistance } else { 0.0 };
+        let mut largest_rate = 0.0_f64;
+        let rows = (0..=last)
+            .map(|row| {
+                let (a, b) = (row.saturating_sub(lag / 2), (row + lag.div_ceil(2)).min(last));
+                let span_s = record.t_s[b] - record.t_s[a];
+                let omega = if span_s > 0.0 { (theta[b] - theta[a]) / span_s } else { 0.0 };
+                largest_rate = largest_rate.max(omega.abs());
+                let pull = |c: Option<usize>| c.map_or(0.0, |c| residuals[c].get(row).copied().filter(|r| r.is_finite()).unwrap_or(0.0) * weights[c]);
+                let counts = !record.held_out(row);
+                let pulls = if counts { (pull(rate), pull(drive), pull(angle)) } else { (0.0, 0.0, 0.0) };
+                let (s, c) = theta[row].sin_cos();
+                let i = current.map_or(0.0, |i| i[row]);
+                Row { turn: (c, s), theta: theta[row], ripple: (k * (i - braking * omega), -braking * omega), pull: pulls, counts }
             })
-            .collect()
+            .collect();
+        let weight = |c: Option<usize>| c.map_or(0.0, |c| weights[c]);
+        Scan {
+            rows,
+            segments: &record.segments,
+            lag,
+            dt_s: record.dt_s,
+            decay,
+            gain,
+            current_per_rate: if voltage { -k / resistance } else { 0.0 },
+            demanded,
+            weights: (weight(rate), weight(drive), weight(angle)),
+            constant,
+            current,
+            largest_rate,
+        }
     }
-}
 
-/// Gradient of the misfit by the torque at each row, and by a current at each row that shows at once.
-fn gradients(record: &Record, residuals: &[&[f64]], weights: &[f64], response: &Response) -> (Vec<f64>, Vec<f64>) {
-    let mut torque = vec![0.0; record.len()];
-    let mut direct = vec![0.0; record.len()];
-    let lag = record.angle_lag();
-    for rows in &record.segments {
-        let mut pull = 0.0;
-        // Sum of the increments that still contain this row's angle.
-        let mut increments = 0.0;
-        for k in rows.clone().rev() {
-            torque[k] = response.gain * pull;
-            let mut now = 0.0;
-            for (c, channel) in record.channels.iter().enumerate() {
-                let at = |row: usize| residuals[c].get(row).copied().filter(|r| r.is_finite() && !record.held_out(row)).unwrap_or(0.0) * weights[c];
-                match channel.shows {
-                    Channel::Rate => now += at(k),
-                    Channel::Current => {
-                        now += at(k) * response.current_per_rate;
-                        direct[k] = at(k);
-                        torque[k] += at(k) * response.demanded;
-                    }
-                    Channel::Torque => torque[k] += at(k) * response.demanded,
-                    Channel::Angle => {
-                        now += increments * record.dt_s;
-                        increments += at(k);
-                        if k + lag < rows.end {
-                            increments -= at(k + lag);
-                        }
-                    }
-                    Channel::Voltage => {}
+    /// Beyond it no row resolves the order at half of the largest rate.
+    fn highest(&self) -> usize {
+        let resolved = std::f64::consts::PI / (0.25 * self.largest_rate * self.dt_s).max(1e-9);
+        (resolved as usize).clamp(1, HIGHEST)
+    }
+
+    /// Score of each order from 0 to `highest`.
+    fn scores(&self, highest: usize, kind: Kind) -> Vec<f64> {
+        let firsts: Vec<usize> = (1..=highest).step_by(TOGETHER).collect();
+        let chunks: Vec<[f64; TOGETHER]> = firsts.par_iter().map(|&first| self.chunk(first, kind)).collect();
+        let mut scores = vec![0.0];
+        scores.extend(chunks.into_iter().flatten().take(highest));
+        scores
+    }
+
+    /// Scores of the orders from `first` on.
+    fn chunk(&self, first: usize, kind: Kind) -> [f64; TOGETHER] {
+        let zero = [0.0; TOGETHER];
+        let (mut dot_re, mut dot_im, mut power) = (zero, zero, zero);
+        // Sums of the rate of the last rows, for the increments of the angle.
+        let mut past = vec![(zero, zero); self.lag];
+        for rows in self.segments {
+            let (mut re, mut im) = (zero, zero);
+            let (mut sum_re, mut sum_im) = (zero, zero);
+            past.fill((zero, zero));
+            for (at, row) in self.rows[rows.clone()].iter().enumerate() {
+                let (sin, cos) = (first as f64 * row.theta).sin_cos();
+                let (mut wave_re, mut wave_im) = (zero, zero);
+                let (mut c, mut s) = (cos, sin);
+                for n in 0..TOGETHER {
+                    (wave_re[n], wave_im[n]) = (c, s);
+                    (c, s) = (c * row.turn.0 - s * row.turn.1, c * row.turn.1 + s * row.turn.0);
+                }
+                let (torque, at_once) = match kind {
+                    Kind::Torque => (1.0, self.demanded),
+                    Kind::Ripple => (row.ripple.0, row.ripple.1 + self.demanded * row.ripple.0),
+                    Kind::Encoder => (0.0, 0.0),
+                };
+                let slot = &mut past[at % self.lag.max(1)];
+                let full = at >= self.lag;
+                let weigh = f64::from(u8::from(row.counts));
+                for n in 0..TOGETHER {
+                    let (angle_re, angle_im) = if kind == Kind::Encoder {
+                        let difference = (wave_re[n] - slot.0[n], wave_im[n] - slot.1[n]);
+                        (slot.0[n], slot.1[n]) = (wave_re[n], wave_im[n]);
+                        difference
+                    } else {
+                        let difference = (sum_re[n] - slot.0[n], sum_im[n] - slot.1[n]);
+                        (slot.0[n], slot.1[n]) = (sum_re[n], sum_im[n]);
+                        difference
+                    };
+                    let on = f64::from(u8::from(full)) * weigh;
+                    let drive_re = self.current_per_rate * re[n] + at_once * wave_re[n];
+                    let drive_im = self.current_per_rate * im[n] + at_once * wave_im[n];
+                    dot_re[n] += row.pull.0 * re[n] + row.pull.1 * drive_re + row.pull.2 * angle_re;
+                    dot_im[n] += row.pull.0 * im[n] + row.pull.1 * drive_im + row.pull.2 * angle_im;
+                    power[n] += weigh * (self.weights.0 * (re[n] * re[n] + im[n] * im[n]) + self.weights.1 * (drive_re * drive_re + drive_im * drive_im))
+                        + on * self.weights.2 * (angle_re * angle_re + angle_im * angle_im);
+                    sum_re[n] += self.dt_s * re[n];
+                    sum_im[n] += self.dt_s * im[n];
+                    re[n] = self.decay * re[n] + self.gain * torque * wave_re[n];
+                    im[n] = self.decay * im[n] + self.gain * torque * wave_im[n];
                 }
             }
-            pull = now + response.decay * pull;
         }
+        std::array::from_fn(|n| if power[n] > 0.0 { (dot_re[n] * dot_re[n] + dot_im[n] * dot_im[n]) / power[n] } else { 0.0 })
     }
-    (torque, direct)
 }
 
-/// Rate of each row, from the angle over 20 ms.
-fn rates(record: &Record, theta: &[f64]) -> Vec<f64> {
-    let lag = record.angle_lag();
-    let last = record.len() - 1;
-    (0..=last)
-        .map(|k| {
-            let (a, b) = (k.saturating_sub(lag / 2), (k + lag.div_ceil(2)).min(last));
-            let dt = record.t_s[b] - record.t_s[a];
-            if dt > 0.0 { (theta[b] - theta[a]) / dt } else { 0.0 }
-        })
-        .collect()
-}
-
-/// |Σ g e^{inθ}|² for every order n.
-fn spectrum(theta: &[f64], gradient: impl Fn(usize) -> f64) -> Vec<f64> {
-    let mut bins = vec![0.0; BINS];
-    for (k, angle) in theta.iter().enumerate() {
-        let bin = (angle.rem_euclid(TAU) / TAU * BINS as f64) as usize;
-        bins[bin.min(BINS - 1)] += gradient(k);
-    }
-    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(BINS);
-    let mut out = transform.make_output_vec();
-    if transform.process(&mut bins, &mut out).is_err() {
-        return vec![0.0; HIGHEST + 1];
-    }
-    out.iter().take(HIGHEST + 1).map(|z| z.norm_sqr()).collect()
-}
-
-/// The `count` orders from 1 to `highest` with the largest score, but for those `taken`.
-fn best(score: &[f64], power: &[f64], taken: &[u32], highest: usize, count: usize) -> Vec<u32> {
-    let mut orders: Vec<usize> = (1..=highest.min(score.len() - 1)).filter(|n| !taken.contains(&(*n as u32))).collect();
-    orders.sort_by(|a, b| (score[*b] / power[*b]).total_cmp(&(score[*a] / power[*a])));
+/// The `count` orders with the largest score, but for those `taken`.
+fn best(score: &[f64], taken: &[u32], count: usize) -> Vec<u32> {
+    let mut orders: Vec<usize> = (1..score.len()).filter(|n| !taken.contains(&(*n as u32))).collect();
+    orders.sort_by(|a, b| score[*b].total_cmp(&score[*a]));
     orders.into_iter().take(count).map(|n| n as u32).collect()
 }
