@@ -1,11 +1,13 @@
 //! A model fitted to a record, as the place from which the next effect is looked for.
 
+use std::ops::Range;
+
 use super::trial::Trial;
 use crate::fit::normal::Starts;
 use crate::fit::parameters::Parameters;
 use crate::fit::simulate::{Initial, System, initials};
 use crate::fit::solve::{self, Place};
-use crate::fit::{self, Held, Record, build, first_starts};
+use crate::fit::{self, FitError, Held, Record, build, first_starts};
 use crate::model::Model;
 
 /// A fitted model and its record.
@@ -24,22 +26,51 @@ pub struct Ground<'a> {
 
 /// Fall of χ² that a fit of a candidate leaves undone: far below what any decision asks for.
 const ENOUGH: f64 = 0.05;
+/// Most steps of one candidate's fit.
+const MOST_STEPS: usize = 30;
+/// Length of an excerpt.
+const EXCERPT_S: f64 = 5.0;
+const EXCERPT_ROWS: usize = 500;
 
 impl<'a> Ground<'a> {
     /// Fits `model` to the record.
     ///
     /// # Errors
     /// Where the model cannot be simulated along this log.
-    pub fn fit(model: &Model, record: Record<'a>) -> Result<Self, fit::FitError> {
+    pub fn fit(model: &Model, record: Record<'a>) -> Result<Self, FitError> {
         let (system, parameters) = build::system(model, record.temp_C.is_some());
         let held = fit::fit(&system, &parameters, &record)?;
+        Ok(Ground::of(model, system, held, record))
+    }
+
+    /// Fits a model that is a small change of this ground's, from the values that it has.
+    ///
+    /// # Errors
+    /// Where the model cannot be simulated along this log.
+    pub fn refit(&self, model: &Model, record: Record<'a>) -> Result<Self, FitError> {
+        let (system, parameters) = build::system(model, record.temp_C.is_some());
+        let starts = self.starts_for(&system, &parameters, &record);
+        let held = fit::refit(&system, &parameters, &record, &starts, &self.noise())?;
+        Ok(Ground::of(model, system, held, record))
+    }
+
+    fn of(model: &Model, system: System, held: Held, record: Record<'a>) -> Self {
         let mut model = model.clone();
         // A fit may leave a physical range that the file's reader guards; then the file keeps its own value and the answer says so.
         for p in &held.parameters.list {
             let _ = model.set(&p.name, p.value);
         }
         let noise: Vec<f64> = held.channels.iter().map(|c| c.noise).collect();
-        Ok(Ground { model, record, system, weights: fit::weights(&noise), held })
+        Ground { model, record, system, weights: fit::weights(&noise), held }
+    }
+
+    fn noise(&self) -> Vec<f64> {
+        self.held.channels.iter().map(|c| c.noise).collect()
+    }
+
+    /// The largest χ²/n of the channels: 1 where nothing but noise is left.
+    pub fn misfit(&self) -> f64 {
+        misfit(self.held.channels.iter().map(|c| c.chi2_per_n()))
     }
 
     /// Residuals by channel.
@@ -71,16 +102,45 @@ impl<'a> Ground<'a> {
     }
 
     /// The system with `trial` in it, and where the trial's parameters stand.
-    pub fn with(&self, trial: &Trial, free: &[bool]) -> (System, Parameters, std::ops::Range<usize>) {
+    pub fn with(&self, trial: &Trial, free: &[bool]) -> (System, Parameters, Range<usize>) {
         let mut system = self.system.clone();
         let mut parameters = self.held.parameters.clone();
         let own = build::append(&mut system, &mut parameters, trial.card, &trial.values, free);
+        for (k, range) in own.clone().zip(&trial.ranges) {
+            parameters.list[k].range = *range;
+        }
         (system, parameters, own)
     }
 
     /// Descends from the given parameters, with this ground's weights.
     pub fn descend(&self, system: &System, parameters: &Parameters, record: &Record, starts: &Starts) -> Place {
         let place = Place::begin(system, parameters, record, starts);
-        solve::descend(system, record, place, &self.weights, |_| ENOUGH)
+        solve::descend_within(system, record, place, &self.weights, MOST_STEPS, |_| ENOUGH)
     }
+
+    /// A few seconds of the record where the drive is moved most: enough to judge what rings or lags, at a small part of the cost.
+    pub fn excerpt(&self) -> Record<'a> {
+        let record = &self.record;
+        let rows = ((EXCERPT_S / record.dt_s) as usize).max(EXCERPT_ROWS);
+        let mut best: Option<(f64, Range<usize>)> = None;
+        for segment in &record.segments {
+            let mut from = segment.start;
+            while from < segment.end {
+                let part = from..(from + rows).min(segment.end);
+                let moved: f64 = record.input[part.clone()].windows(2).map(|w| (w[1] - w[0]).abs()).sum();
+                let long = part.len() * 2 > rows || best.is_none();
+                if long && best.as_ref().is_none_or(|(most, _)| moved > *most) {
+                    best = Some((moved, part));
+                }
+                from += rows;
+            }
+        }
+        let part = best.map_or(0..record.len(), |(_, part)| part);
+        Record { segments: vec![part], hold_out: false, ..record.clone() }
+    }
+}
+
+/// The largest of the channels' χ²/n.
+pub fn misfit(chi2_per_n: impl Iterator<Item = f64>) -> f64 {
+    chi2_per_n.fold(0.0, f64::max)
 }

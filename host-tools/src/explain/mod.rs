@@ -23,8 +23,8 @@ use std::time::Instant;
 
 pub use answer::{Candidate, Estimate, Explanation, NextExperiment, Shape, Shown, Stage, Verdict};
 
-use crate::fit::prepare::{self, PrepareError};
 use crate::fit::FitError;
+use crate::fit::prepare::{self, PrepareError};
 use crate::log::Log;
 use crate::model::Model;
 use crate::plausible::{self, Finding};

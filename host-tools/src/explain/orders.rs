@@ -34,7 +34,9 @@ pub fn promising(model: &Model, record: &Record, residuals: &[&[f64]], weights: 
     taken.push(1);
     let cogging = best(&scan.scores(scan.highest(), Kind::Torque), &taken, COGGING);
     let ripple = match scan.constant {
-        Some(_) if scan.current.is_some() => best(&scan.scores(scan.highest(), Kind::Ripple), &has("torque-ripple", "ripple_order"), RIPPLE),
+        Some(_) if scan.current.is_some() => {
+            best(&scan.scores(scan.highest(), Kind::Ripple), &has("torque-ripple", "ripple_order"), RIPPLE)
+        }
         _ => Vec::new(),
     };
     let seen = record.channels.iter().any(|c| c.shows == Channel::Angle);
@@ -105,7 +107,13 @@ impl<'s> Scan<'s> {
             (true, true) => (1.0 - decay) / damping,
             (true, false) => record.dt_s / inertia,
         };
-        let demanded = if record.driven != Input::Motion { 0.0 } else if k > 0.0 { -1.0 / k } else { -1.0 };
+        let demanded = if record.driven != Input::Motion {
+            0.0
+        } else if k > 0.0 {
+            -1.0 / k
+        } else {
+            -1.0
+        };
         let channel = |wanted: &[Channel]| record.channels.iter().position(|c| wanted.contains(&c.shows));
         let (rate, drive, angle) = (channel(&[Channel::Rate]), channel(&[Channel::Current, Channel::Torque]), channel(&[Channel::Angle]));
         let current = record.channels.iter().find(|c| c.shows == Channel::Current).map(|c| c.measured).or(record.current);
@@ -119,7 +127,9 @@ impl<'s> Scan<'s> {
                 let span_s = record.t_s[b] - record.t_s[a];
                 let omega = if span_s > 0.0 { (theta[b] - theta[a]) / span_s } else { 0.0 };
                 largest_rate = largest_rate.max(omega.abs());
-                let pull = |c: Option<usize>| c.map_or(0.0, |c| residuals[c].get(row).copied().filter(|r| r.is_finite()).unwrap_or(0.0) * weights[c]);
+                let pull = |c: Option<usize>| {
+                    c.map_or(0.0, |c| residuals[c].get(row).copied().filter(|r| r.is_finite()).unwrap_or(0.0) * weights[c])
+                };
                 let counts = !record.held_out(row);
                 let pulls = if counts { (pull(rate), pull(drive), pull(angle)) } else { (0.0, 0.0, 0.0) };
                 let (s, c) = theta[row].sin_cos();
@@ -200,7 +210,8 @@ impl<'s> Scan<'s> {
                     let drive_im = self.current_per_rate * im[n] + at_once * wave_im[n];
                     dot_re[n] += row.pull.0 * re[n] + row.pull.1 * drive_re + row.pull.2 * angle_re;
                     dot_im[n] += row.pull.0 * im[n] + row.pull.1 * drive_im + row.pull.2 * angle_im;
-                    power[n] += weigh * (self.weights.0 * (re[n] * re[n] + im[n] * im[n]) + self.weights.1 * (drive_re * drive_re + drive_im * drive_im))
+                    power[n] += weigh
+                        * (self.weights.0 * (re[n] * re[n] + im[n] * im[n]) + self.weights.1 * (drive_re * drive_re + drive_im * drive_im))
                         + on * self.weights.2 * (angle_re * angle_re + angle_im * angle_im);
                     sum_re[n] += self.dt_s * re[n];
                     sum_im[n] += self.dt_s * im[n];

@@ -11,12 +11,12 @@ use hal_sim::effects::{CATALOGUE, Card, Kind};
 use rayon::prelude::*;
 
 use super::evidence::{Squares, Whitener, delta_bic, ln_chance};
-use super::ground::Ground;
+use super::ground::{Ground, misfit};
 use super::orders::{HIGHEST, promising};
 use super::screen::{ALIKE, Score, scores};
 use super::trial::{Scene, Trial, Unseen, trials};
 use super::{Candidate, Estimate, Shown, Stage};
-use crate::fit::{Fitness, FitError, Parameters};
+use crate::fit::{FitError, Fitness, Parameters};
 use crate::log::Log;
 use crate::model::Model;
 
@@ -31,6 +31,8 @@ const FITTED_MOST: usize = 8;
 const FITTED_PART: f64 = 0.25;
 /// One step from a finite trial promises only roughly.
 const ROUGH_PART: f64 = 0.05;
+/// χ²/n up to which a candidate leaves nothing to explain.
+const EXPLAINED: f64 = 1.03;
 /// Held-out rows, or another log, speak against an effect where their likelihood falls by more than this.
 const AGAINST: f64 = 6.0;
 /// Standard errors by which a parameter may lie beyond its physical range.
@@ -46,6 +48,8 @@ pub struct Fitted {
     sigmas: Vec<f64>,
     residuals: Vec<Vec<f64>>,
     cost: f64,
+    /// The largest χ²/n of its channels.
+    misfit: f64,
     /// Parameters that it has more than the model, scanned ones too.
     more: usize,
     squares: Option<Squares>,
@@ -95,7 +99,7 @@ pub fn walk<'a>(log: &Log, logs: &[Range<usize>], ground: Ground<'a>, progress: 
         let Some((chosen, alike)) = step.choice() else { break };
         let (model, name) = added(&ground.model, &step.fitted[chosen]);
         let record = ground.record_for(&step.fitted[chosen].trial);
-        let next = Ground::fit(&model, record)?;
+        let next = ground.refit(&model, record)?;
         rivals.push((name.clone(), alike));
         path.missing.push(name);
         path.grounds.push(next);
@@ -109,7 +113,11 @@ pub fn walk<'a>(log: &Log, logs: &[Range<usize>], ground: Ground<'a>, progress: 
 /// Screens everything, fits the best few, judges them together.
 pub fn step(log: &Log, logs: &[Range<usize>], ground: &Ground) -> Step {
     let orders = promising(&ground.model, &ground.record, &ground.residuals(), &ground.weights);
-    let (trials, unseen) = trials(&Scene { model: &ground.model, log, record: &ground.record, orders });
+    let (mut trials, unseen) = trials(&Scene { model: &ground.model, log, record: &ground.record, orders });
+    if ground.misfit() <= EXPLAINED {
+        // A shaft that shows leaves more than that.
+        trials.retain(|t| !t.is_costly());
+    }
     let scores = scores(ground, &trials);
     let tests = number_of_tests(&trials);
     let mut order: Vec<usize> = (0..trials.len()).collect();
@@ -126,17 +134,58 @@ pub fn step(log: &Log, logs: &[Range<usize>], ground: &Ground) -> Step {
             chosen.push(k);
         }
     }
-    let mut fitted: Vec<Fitted> = chosen.par_iter().filter_map(|&k| fit(ground, &trials[k], &scores[k])).collect();
+    let (costly, cheap): (Vec<usize>, Vec<usize>) = chosen.into_iter().partition(|&k| trials[k].is_costly());
+    let fit_all = |list: &[usize]| -> Vec<Fitted> { list.par_iter().filter_map(|&k| fit(ground, &trials[k], &scores[k])).collect() };
+    let mut fitted = fit_all(&cheap);
+    // What leaves nothing but noise with fewer parameters needs no shaft as a rival.
+    let explained = fitted.iter().map(|f| f.misfit).fold(f64::INFINITY, f64::min);
+    if explained > EXPLAINED {
+        let worth = worth_their_cost(ground, &trials, &scores, &costly, &fitted);
+        let more: Vec<Fitted> = worth.par_iter().filter_map(|(k, score)| fit(ground, &trials[*k], score)).collect();
+        fitted.extend(more);
+    }
     judge(ground, logs, &mut fitted, tests);
     let mut screened: Vec<(Trial, Score, f64)> = Vec::new();
     for &k in &order {
-        let known = fitted.iter().any(|f| f.trial.card.id == trials[k].card.id) || screened.iter().any(|(t, ..)| t.card.id == trials[k].card.id);
+        let known =
+            fitted.iter().any(|f| f.trial.card.id == trials[k].card.id) || screened.iter().any(|(t, ..)| t.card.id == trials[k].card.id);
         if !known {
             let ln_p = (ln_chance(scores[k].gain, scores[k].free) + (tests as f64).ln()).min(0.0);
             screened.push((trials[k].clone(), scores[k].clone(), ln_p));
         }
     }
     Step { fitted, screened, unseen }
+}
+
+/// Of the costly trials of each effect the best on an excerpt, with its values there, if there it beats the best of those that were fitted.
+fn worth_their_cost(ground: &Ground, trials: &[Trial], scores: &[Score], costly: &[usize], fitted: &[Fitted]) -> Vec<(usize, Score)> {
+    let excerpt = ground.excerpt();
+    let rows = excerpt.segments[0].clone();
+    let cost = |residuals: &[Vec<f64>]| -> f64 {
+        let sum = |r: &Vec<f64>| r[rows.clone()].iter().filter(|r| r.is_finite()).map(|r| r * r).sum::<f64>();
+        residuals.iter().zip(&ground.weights).map(|(r, w)| w * sum(r)).sum()
+    };
+    let rival = fitted.iter().map(|f| cost(&f.residuals)).fold(f64::INFINITY, f64::min);
+    let tried: Vec<(usize, f64, Vec<f64>)> = costly
+        .par_iter()
+        .map(|&k| {
+            let begin = Trial { values: scores[k].values.clone(), ..trials[k].clone() };
+            let (system, parameters, own) = ground.with(&begin, &begin.fitted);
+            let starts = ground.starts_for(&system, &parameters, &excerpt);
+            let place = ground.descend(&system, &parameters, &excerpt, &starts);
+            (k, place.linear(&ground.weights).cost, place.parameters.list[own].iter().map(|p| p.value).collect())
+        })
+        .collect();
+    let mut best: Vec<(usize, f64, Vec<f64>)> = Vec::new();
+    for one in tried.into_iter().filter(|(_, cost, _)| *cost < rival) {
+        match best.iter_mut().find(|b| trials[b.0].card.id == trials[one.0].card.id) {
+            Some(known) if one.1 < known.1 => *known = one,
+            Some(_) => {}
+            None => best.push(one),
+        }
+    }
+    // The model's own parameters begin where they are: the excerpt knows less of them than the whole log.
+    best.into_iter().map(|(k, _, values)| (k, Score { values, step: vec![0.0; scores[k].step.len()], ..scores[k].clone() })).collect()
 }
 
 /// How many chances one step gives to chance: every trial, and every order that was looked at.
@@ -182,8 +231,8 @@ fn fit(ground: &Ground, trial: &Trial, score: &Score) -> Option<Fitted> {
     }
     let free = place.parameters.free().len();
     let rows = record.len() * record.channels.len();
-    let misfit = (linear.cost / rows as f64).max(1.0);
-    let covariance = linear.profiled().0.try_inverse().map(|c| c * misfit);
+    let excess = (linear.cost / rows as f64).max(1.0);
+    let covariance = linear.profiled().0.try_inverse().map(|c| c * excess);
     let sigmas = covariance.map_or_else(|| vec![0.0; place.parameters.list.len()], |c| place.parameters.sigmas(&c));
     let scanned = trial.card.parameters.iter().filter(|p| p.kind == Kind::Order).count();
     let more = free - ground.held.parameters.free().len() + scanned;
@@ -192,6 +241,7 @@ fn fit(ground: &Ground, trial: &Trial, score: &Score) -> Option<Fitted> {
         own,
         sigmas,
         cost: linear.cost,
+        misfit: misfit(shown_of(ground, &place.pass.residuals).iter().map(|s| s.ratio().powi(2))),
         residuals: std::mem::take(&mut place.pass.residuals),
         parameters: place.parameters,
         more,
@@ -288,7 +338,8 @@ impl Step {
     /// Which candidate is added, with the rivals that the log cannot tell from it; `None` where none earns its place.
     fn choice(&self) -> Option<(usize, Vec<Trial>)> {
         let best = self.fitted.iter().find(|f| f.earns())?.delta_bic;
-        let alike: Vec<usize> = (0..self.fitted.len()).filter(|&k| self.fitted[k].earns() && self.fitted[k].delta_bic < best + APART).collect();
+        let alike: Vec<usize> =
+            (0..self.fitted.len()).filter(|&k| self.fitted[k].earns() && self.fitted[k].delta_bic < best + APART).collect();
         let first = alike.iter().copied().min_by_key(|&k| place(self.fitted[k].trial.card))?;
         let rivals = self.fitted.iter().enumerate().filter(|(k, f)| *k != first && f.refused.is_none()).map(|(_, f)| f.trial.clone());
         Some((first, rivals.take(4).collect()))
@@ -420,7 +471,7 @@ fn reconsider(path: &mut Path, rivals: &mut Vec<(String, Vec<Trial>)>, logs: &[R
             k += 1;
             continue;
         }
-        let without = Ground::fit(&model, last.record.clone())?;
+        let without = last.refit(&model, last.record.clone())?;
         let whitener = Whitener::of(&last.record, &last.residuals());
         let squares = |g: &Ground| whitener.squares(&g.record, &g.residuals(), logs);
         let (full, less) = (squares(last), squares(&without));
@@ -437,14 +488,21 @@ fn reconsider(path: &mut Path, rivals: &mut Vec<(String, Vec<Trial>)>, logs: &[R
                 let Some(before) = before else { break };
                 let mut model: Model = before.model.clone();
                 copy_effect(&without.model, &mut model, name);
-                grounds.push(Ground::fit(&model, without.record.clone())?);
+                grounds.push(before.refit(&model, without.record.clone())?);
             }
             path.grounds.extend(grounds);
             continue;
         }
         // A rival of an earlier effect, in its place.
         let own_bic = delta_bic(less.gain(&full), more, full.witnesses());
-        let base = Score { gain: 0.0, free: 0, step: vec![0.0; without.held.parameters.free().len()], values: Vec::new(), apart: 1.0, negative: false };
+        let base = Score {
+            gain: 0.0,
+            free: 0,
+            step: vec![0.0; without.held.parameters.free().len()],
+            values: Vec::new(),
+            apart: 1.0,
+            negative: false,
+        };
         let tried: Vec<Fitted> = rivals[k]
             .1
             .par_iter()
@@ -464,18 +522,19 @@ fn reconsider(path: &mut Path, rivals: &mut Vec<(String, Vec<Trial>)>, logs: &[R
             .min_by(|a, b| a.1.total_cmp(&b.1));
         if let Some((f, _)) = better {
             let (model, other) = added(&without.model, &f);
-            path.remarks.push(format!("{name} was added first; beside {} {other} does better in its place", path.missing[k + 1..].join(", ")));
+            path.remarks
+                .push(format!("{name} was added first; beside {} {other} does better in its place", path.missing[k + 1..].join(", ")));
             let record = without.record_for(&f.trial);
             path.missing[k] = other.clone();
             rivals[k] = (other, Vec::new());
-            let end = Ground::fit(&model, record)?;
+            let end = without.refit(&model, record)?;
             path.grounds.truncate(k + 1);
             let mut grounds: Vec<Ground> = Vec::new();
             for name in &path.missing[k..] {
                 let Some(before) = grounds.last().or(path.grounds.last()) else { break };
                 let mut stage: Model = before.model.clone();
                 copy_effect(&end.model, &mut stage, name);
-                grounds.push(Ground::fit(&stage, end.record.clone())?);
+                grounds.push(before.refit(&stage, end.record.clone())?);
             }
             path.grounds.extend(grounds);
         }

@@ -5,15 +5,18 @@
 //! their values go through the record together, thirty derivatives at a time. A trial whose zero is singular runs alone at its finite
 //! values, and what one step from there promises is compared with the model without it.
 
+use std::ops::Range;
+
 use nalgebra::{Cholesky, DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::ground::Ground;
 use super::trial::Trial;
+use crate::fit::build;
 use crate::fit::normal::{MOST_LANES, pass};
 use crate::fit::parameters::Parameters;
+use crate::fit::simulate::System;
 use crate::fit::solve::Place;
-use crate::fit::build;
 use hal_sim::effects::Kind;
 
 /// What the score test says of a trial.
@@ -69,7 +72,7 @@ pub fn scores(ground: &Ground, trials: &[Trial]) -> Vec<Score> {
         .par_iter()
         .flat_map_iter(|batch| {
             let first = &trials[batch[0]];
-            let list = if first.absent { at_zero(ground, trials, batch) } else { vec![finite(ground, first)] };
+            let list: Vec<Score> = if first.absent { at_zero(ground, trials, batch) } else { vec![finite(ground, first)] };
             batch.iter().copied().zip(list)
         })
         .collect();
@@ -120,7 +123,7 @@ fn score(
     base: &[usize],
     lanes: &[usize],
     parameters: &Parameters,
-    range: std::ops::Range<usize>,
+    range: Range<usize>,
     trial: &Trial,
 ) -> Score {
     let mut result = nothing(trial, base.len());
@@ -153,7 +156,10 @@ fn score(
     // Past a limit `moved` would stop; what lies beyond zero for a level is unphysical.
     let free = parameters.free();
     result.negative = !trial.card.polar
-        && lanes.iter().zip(step.iter()).any(|(lane, s)| parameters.list[free[*lane]].kind == Kind::Level && parameters.list[free[*lane]].value + s < 0.0);
+        && lanes
+            .iter()
+            .zip(step.iter())
+            .any(|(lane, s)| parameters.list[free[*lane]].kind == Kind::Level && parameters.list[free[*lane]].value + s < 0.0);
     result.values = range.map(|k| parameters.moved(&full).list[k].value).collect();
     if result.negative {
         result.gain = 0.0;
@@ -161,24 +167,31 @@ fn score(
     result
 }
 
-/// A trial with finite values: what one step from there promises, against the model without it.
+/// A trial with finite values: what one step from there promises, against what one step without it does. A costly one is judged by an
+/// excerpt.
 fn finite(ground: &Ground, trial: &Trial) -> Score {
     let base = ground.held.parameters.free().len();
-    let record = ground.record_for(trial);
-    let (system, parameters, own) = ground.with(trial, &trial.screened);
     let mut result = nothing(trial, base);
+    let record = if trial.is_costly() { ground.excerpt() } else { ground.record_for(trial) };
+    let (system, parameters, own) = ground.with(trial, &trial.screened);
     if parameters.free().len() + ground.held.starts.kinds.len() + 2 > MOST_LANES {
         return result;
     }
-    let starts = ground.starts_for(&system, &parameters, &record);
-    let place = Place::begin(&system, &parameters, &record, &starts);
-    let linear = place.linear(&ground.weights);
-    if !linear.cost.is_finite() {
-        return result;
-    }
-    let Some(step) = linear.step(1e-3, &[]) else { return result };
+    let promised = |system: &System, parameters: &Parameters| {
+        let starts = ground.starts_for(system, parameters, &record);
+        let linear = Place::begin(system, parameters, &record, &starts).linear(&ground.weights);
+        let step = linear.cost.is_finite().then(|| linear.step(1e-3, &[])).flatten()?;
+        Some((linear.cost - step.promised, step))
+    };
+    let without = if trial.is_costly() {
+        promised(&ground.system, &ground.held.parameters).map_or(f64::NAN, |(cost, _)| cost)
+    } else {
+        ground.held.chi2
+    };
+    let Some((with, step)) = promised(&system, &parameters) else { return result };
+    let rows: usize = record.segments.iter().map(Range::len).sum();
     result.apart = 1.0;
-    result.gain = (ground.held.chi2 - (linear.cost - step.promised)).max(0.0);
+    result.gain = ((without - with) * ground.record.len() as f64 / rows as f64).max(0.0);
     let moved = parameters.moved(&step.parameters);
     result.values = own.map(|k| moved.list[k].value).collect();
     result.step = step.parameters[..base].to_vec();

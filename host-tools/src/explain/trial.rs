@@ -20,6 +20,8 @@ const MOMENTS: usize = 24;
 const HEAT_CAPACITIES: [f64; 3] = [0.1, 1.0, 10.0];
 /// Resonances at which a shaft is tried, Hz, with a damping ratio and shares of the inertia at the motor.
 const RESONANCES_HZ: [f64; 4] = [5.0, 12.0, 30.0, 70.0];
+const SLOWEST_SHAFT_HZ: f64 = 1.0;
+const STIFFEST_SHAFT_ROWS: f64 = 0.12;
 const SHAFT_DAMPING: f64 = 0.1;
 const SHARE: f64 = 0.3;
 /// Plays at which backlash is tried, rad, and the resonance of its flanks, Hz.
@@ -33,6 +35,8 @@ pub struct Trial {
     pub card: &'static Card,
     /// Values of its parameters, in the card's order.
     pub values: Vec<f64>,
+    /// How far each may go.
+    pub ranges: Vec<(f64, f64)>,
     /// Which of them move while it is screened.
     pub screened: Vec<bool>,
     /// Which of them move when the model is fitted with it.
@@ -41,6 +45,13 @@ pub struct Trial {
     pub absent: bool,
     /// What the rate channel must be made from, where the effect depends on it and the log does not say.
     pub rate_from_encoder: Option<bool>,
+}
+
+impl Trial {
+    /// A shaft: its resonance takes many steps a row.
+    pub fn is_costly(&self) -> bool {
+        matches!(self.card.id, "compliance" | "backlash")
+    }
 }
 
 /// An effect that this log cannot show, and why.
@@ -136,11 +147,15 @@ fn why_unseen(card: &Card, scene: &Scene) -> Option<String> {
         "viscous-temperature" if !has("viscous") => needs("viscous friction in the model"),
         "viscous-temperature" | "rate-bias-temperature" => match &record.temp_C {
             None => needs("the winding temperature: record temp_C"),
-            Some(t) if moves(t) < 0.5 => Some(format!("the temperature moves by less than half a kelvin: warm the drive to see {}", card.id)),
+            Some(t) if moves(t) < 0.5 => {
+                Some(format!("the temperature moves by less than half a kelvin: warm the drive to see {}", card.id))
+            }
             Some(_) => None,
         },
         "resistance-temperature" => match &record.temp_C {
-            Some(t) if moves(t) < 0.5 => Some(format!("the temperature moves by less than half a kelvin: warm the drive to see {}", card.id)),
+            Some(t) if moves(t) < 0.5 => {
+                Some(format!("the temperature moves by less than half a kelvin: warm the drive to see {}", card.id))
+            }
             _ => None,
         },
         "presliding" if !has("coulomb") && !has("stribeck") => needs("a dry level (coulomb) in the model"),
@@ -162,6 +177,7 @@ fn of(card: &'static Card, scene: &Scene) -> Vec<Trial> {
     let trial = |values: Vec<f64>, screened: Vec<bool>, fitted: Vec<bool>, absent: bool| Trial {
         card,
         values,
+        ranges: card.parameters.iter().map(|p| p.range).collect(),
         screened,
         fitted,
         absent,
@@ -212,7 +228,10 @@ fn of(card: &'static Card, scene: &Scene) -> Vec<Trial> {
         }
         "inductance" => {
             let resistance = value("resistance_ohm").unwrap_or(1.0);
-            [0.5, 3.0].iter().map(|rows| trial(vec![resistance * rows * scene.record.dt_s.min(2e-3)], vec![true], vec![true], false)).collect()
+            [0.5, 3.0]
+                .iter()
+                .map(|rows| trial(vec![resistance * rows * scene.record.dt_s.min(2e-3)], vec![true], vec![true], false))
+                .collect()
         }
         "magnetic-saturation" => {
             let largest = largest_current(scene);
@@ -222,13 +241,19 @@ fn of(card: &'static Card, scene: &Scene) -> Vec<Trial> {
             let dry = value("coulomb_N_m").or_else(|| value("stribeck_N_m")).unwrap_or(1e-3).abs().max(1e-9);
             [0.003, 0.02, 0.1].iter().map(|reach| trial(vec![dry / reach], vec![true], vec![true], false)).collect()
         }
-        "compliance" => shafts(scene).into_iter().map(|s| trial(s.to_vec(), vec![true; 3], vec![true; 3], false)).collect(),
+        "compliance" => {
+            let within = shaft_ranges(scene);
+            let list = shafts(scene).into_iter().map(|s| trial(s.to_vec(), vec![true; 3], vec![true; 3], false));
+            list.map(|t| Trial { ranges: within.to_vec(), ..t }).collect()
+        }
         "backlash" => {
             let Some(flank) = shaft(scene, FLANK_HZ, 1.0) else { return Vec::new() };
-            GAPS_RAD
+            let mut within = vec![card.parameters[0].range];
+            within.extend(shaft_ranges(scene));
+            let list = GAPS_RAD
                 .iter()
-                .map(|gap| trial(vec![*gap, flank[0], flank[1], flank[2]], vec![true, false, false, false], vec![true; 4], false))
-                .collect()
+                .map(|gap| trial(vec![*gap, flank[0], flank[1], flank[2]], vec![true, false, false, false], vec![true; 4], false));
+            list.map(|t| Trial { ranges: within.clone(), ..t }).collect()
         }
         "sensor-lag" | "time-skew" => vec![trial(vec![0.0], vec![true], vec![true], true)],
         _ => {
@@ -259,6 +284,14 @@ fn of(card: &'static Card, scene: &Scene) -> Vec<Trial> {
 /// Shafts of several resonances, as far as the rows resolve them.
 fn shafts(scene: &Scene) -> Vec<[f64; 3]> {
     RESONANCES_HZ.iter().filter(|hz| **hz * scene.record.dt_s < 0.2).filter_map(|&hz| shaft(scene, hz, SHAFT_DAMPING)).collect()
+}
+
+/// How far a shaft may go while it is tried: a resonance beyond what the rows resolve is a stiff shaft, at many times the cost.
+fn shaft_ranges(scene: &Scene) -> [(f64, f64); 3] {
+    let inertia = scene.model.value("inertia_kg_m2").unwrap_or(1.0);
+    let w = std::f64::consts::TAU * SLOWEST_SHAFT_HZ;
+    let stiff = std::f64::consts::TAU * STIFFEST_SHAFT_ROWS / scene.record.dt_s;
+    [(0.05 * inertia * w * w, 0.25 * inertia * stiff * stiff), (0.0, 0.5 * inertia * stiff), (0.03, 0.97)]
 }
 
 /// Stiffness, damping and share of a shaft that resonates at `hz`, J_red (2π f)².

@@ -132,8 +132,26 @@ pub fn fit(system: &System, parameters: &Parameters, record: &Record) -> Result<
     if record.len() < 2 * unknowns.max(2) {
         return Err(FitError::TooFew { rows: record.len(), unknowns });
     }
-    let mut noise: Vec<f64> = (0..record.channels.len()).map(|c| first_noise(record, c)).collect();
+    let noise: Vec<f64> = (0..record.channels.len()).map(|c| first_noise(record, c)).collect();
     let begin = approach::begin(system, parameters, record, &kinds, &weights(&noise));
+    settle(system, record, begin, noise)
+}
+
+/// Fits from a place that is known to be near: no search for one. `noise` is each channel's.
+///
+/// # Errors
+/// [`FitError::Diverges`], where the model cannot be simulated there.
+pub fn refit(system: &System, parameters: &Parameters, record: &Record, starts: &Starts, noise: &[f64]) -> Result<Held, FitError> {
+    let unknowns = parameters.free().len() + starts.kinds.len();
+    if unknowns > MOST_LANES {
+        return Err(FitError::TooMany(unknowns));
+    }
+    settle(system, record, solve::Place::begin(system, parameters, record, starts), noise.to_vec())
+}
+
+/// Descends from `begin` and says how far the result can be trusted.
+fn settle(system: &System, record: &Record, begin: solve::Place, noise: Vec<f64>) -> Result<Held, FitError> {
+    let mut noise = noise;
     for (residual, channel) in begin.pass.residuals.iter().zip(&record.channels) {
         if residual.iter().all(|r| !r.is_finite()) {
             return Err(FitError::Diverges(channel.shows.column()));
