@@ -12,6 +12,7 @@ use crate::log::{Log, Source};
 use crate::model::{Channel, Model};
 use crate::plausible;
 use crate::report::{self, Comparison, Style};
+use crate::residual;
 
 /// Hold a model against a log, unchanged.
 #[derive(Debug, Args)]
@@ -110,7 +111,7 @@ pub(super) fn hold(log: &Log, model: &Model, manner: Manner, output: &Output) ->
         fitted: manner != Manner::Compared,
         seconds: begin.elapsed().as_secs_f64(),
         remarks,
-        failures: Vec::new(),
+        failures: residual::failures(log, &record, &held),
     };
     output.text(&report::text(&comparison, Style { colour: is_terminal(), width: 80 }))?;
     output.json(|| if comparison.fitted { report::fit_json(&comparison) } else { report::compare_json(&comparison) })?;
