@@ -1,7 +1,7 @@
 //! One step in time: Runge and Kutta's fourth order, and the instants within it at which something changes its side.
 
 use super::Plant;
-use super::motion::{CURRENT, FULL, OMEGA, TWIST, Way, past_gap};
+use super::motion::{CURRENT, FULL, MOTOR, OMEGA, TWIST, Way, past_gap};
 
 /// Longest step as a part of the fastest time constant.
 pub(super) const STEP_OF_FASTEST: f64 = 0.5;
@@ -31,23 +31,32 @@ impl Plant {
     pub(super) fn step<const N: usize>(&self, state: &mut [f64; N], asked_V: f64, mut t_s: f64, mut h: f64) {
         let motor = self.motor::<N>();
         let sticks = self.arms.bristle_N_m_rad.is_none();
-        // The drop of the brushes may end a current, not turn it round.
         let drops = self.drops && self.arms.inductance_H.is_some();
-        let gap = N == FULL && self.arms.shaft.as_ref().is_some_and(|shaft| shaft.gap > 0.0);
+        let clutch = N == FULL && self.outsiders.slipping_clutch.is_some();
+        let corners = drops
+            || clutch
+            || (N == FULL && (self.outsiders.sector_rub.is_some() || self.arms.shaft.as_ref().is_some_and(|shaft| shaft.gap > 0.0)));
         // A rotor can stop, turn and stop again within a step only by a chatter that rest ends; so can two masses in a gap.
         for _ in 0..8 {
-            let direction = self.direction(state, asked_V, t_s);
-            let way = Way { slides: direction, flows: if drops { self.flow(state, asked_V, t_s) } else { 0.0 } };
+            let way = self.way(state, asked_V, t_s);
+            let direction = way.slides;
             let held = Way { slides: 0.0, ..way };
             let mut next = self.runge_kutta(state, way, asked_V, t_s, h);
             let mut reach = h;
-            if (gap || drops) && self.changes(state, &next) {
-                // Contact begins or ends, or a current comes to its end: the step goes just beyond that instant, and another follows.
-                reach = Self::last_of(h, |part| !self.changes(state, &self.runge_kutta(state, way, asked_V, t_s, part)));
+            if corners && self.changes(state, &next, way) {
+                // Contact begins or ends, a current or a slip comes to its end: the step goes just beyond that instant, and another follows.
+                reach = Self::last_of(h, |part| !self.changes(state, &self.runge_kutta(state, way, asked_V, t_s, part), way));
                 next = self.runge_kutta(state, way, asked_V, t_s, reach);
                 if drops && next[CURRENT] * state[CURRENT] < 0.0 {
                     next[CURRENT] = 0.0;
                 }
+                self.catch(&mut next, way);
+            }
+            if clutch && way.slips == 0.0 && self.slip(&next, direction, asked_V, t_s + reach) != 0.0 {
+                // The clutch lets go within the step.
+                let closed = |part| self.runge_kutta(state, way, asked_V, t_s, part);
+                reach = Self::last_of(reach, |part| self.slip(&closed(part), direction, asked_V, t_s + part) == 0.0);
+                next = closed(reach);
             }
             if sticks && direction == 0.0 && self.direction(&next, asked_V, t_s + reach) != 0.0 {
                 // It breaks away within the step, as the current rises or a load comes: the first instant at which it is not held.
@@ -100,6 +109,9 @@ impl Plant {
                 }
             }
             stopped[motor] = 0.0;
+            if clutch && way.slips == 0.0 {
+                stopped[OMEGA] = 0.0;
+            }
             *state = stopped;
             t_s += part;
             h -= part;
@@ -109,7 +121,7 @@ impl Plant {
         }
         if h > 1e-12 {
             // Chatter: what is left goes as it goes now.
-            let way = Way { slides: self.direction(state, asked_V, t_s), flows: if drops { self.flow(state, asked_V, t_s) } else { 0.0 } };
+            let way = self.way(state, asked_V, t_s);
             *state = self.runge_kutta(state, way, asked_V, t_s, h);
         }
     }
@@ -128,8 +140,23 @@ impl Plant {
         high
     }
 
-    /// Between these states a flank is touched or left, or the current passes zero.
-    pub(super) fn changes<const N: usize>(&self, from: &[f64; N], to: &[f64; N]) -> bool {
+    /// The two sides of a clutch whose slip has just come to its end go on as one.
+    fn catch<const N: usize>(&self, s: &mut [f64; N], way: Way) {
+        let (FULL, Some(clutch)) = (N, &self.outsiders.slipping_clutch) else { return };
+        if way.slips * (s[MOTOR] - s[OMEGA]) < 0.0 {
+            let share = clutch.motor_inertia_share;
+            // A motor that is held stays so.
+            let together = if way.slides == 0.0 { s[MOTOR] } else { share * s[MOTOR] + (1.0 - share) * s[OMEGA] };
+            s[MOTOR] = together;
+            s[OMEGA] = together;
+        }
+    }
+
+    /// Between these states a flank is touched or left, the current passes zero, a clutch catches, or a sector begins or ends.
+    pub(super) fn changes<const N: usize>(&self, from: &[f64; N], to: &[f64; N], way: Way) -> bool {
+        if N == FULL && (self.rubs(to) != way.rubs || (way.slips != 0.0 && way.slips * (to[MOTOR] - to[OMEGA]) < 0.0)) {
+            return true;
+        }
         let side = |s: &[f64; N]| match &self.arms.shaft {
             Some(shaft) if N == FULL && shaft.gap > 0.0 => past_gap(s[TWIST], shaft.gap).partial_cmp(&0.0),
             _ => None,
@@ -153,7 +180,7 @@ impl Plant {
         }
         if let Some(stiffness) = self.arms.bristle_N_m_rad {
             // The bristle's own constant is its breakaway angle over the rate; a dry level of 10 µN m is the least that is looked for.
-            let (acts, _) = self.at(&self.state, 0.0, self.t_s);
+            let (acts, _) = self.at(&self.state, self.rubs(&self.state), 0.0, self.t_s);
             let constant_s = acts.dry.max(1e-5) / stiffness / self.state[OMEGA].abs().max(1e-3);
             fastest_s = fastest_s.min(constant_s.max(QUICKEST_BRISTLE_S)).min((self.inertia / stiffness).sqrt());
         }

@@ -2,19 +2,23 @@
 //!
 //! The same effects as the model's ([`crate::effects`]), integrated by other means: Runge and Kutta's fourth order, with the instants at
 //! which the rotor stops located and sticking held as a constraint, and finer steps where winding, shaft or bristle need them. Nothing of
-//! [`crate::rig`] is used here, so that an error of the one is not hidden by the other.
+//! [`crate::rig`] is used here, so that an error of the one is not hidden by the other. Beside them it may have disturbances that
+//! no model knows ([`outsiders`]).
 //!
 //! In: the voltage asked for, tick by tick. Out: [`PlantPort`], what the sensors' elements see; noise, quantisation and filters are
 //! [`crate::peripherals`]'.
 
 mod events;
 mod motion;
+pub mod outsiders;
 mod sensing;
 pub mod stand;
 
 use crate::board::PlantPort;
 use crate::effects::{self, Arms, T0_C, Thermal};
 use motion::{BRISTLE, CHARGE, CURRENT, FULL, MOTOR, OMEGA, PLAIN, State, THETA, TWIST, past_gap};
+use outsiders::Outsiders;
+use outsiders::grinding_bearing::Grinding;
 use sensing::{Placed, Sensing};
 pub use stand::{Stand, StandError};
 
@@ -28,6 +32,9 @@ pub struct Plant {
     seen: Vec<Placed>,
     arms: Arms<f64>,
     thermal: Thermal<f64>,
+    /// What the catalogue does not know.
+    outsiders: Outsiders,
+    grinding: Option<Grinding>,
     /// Some effect eats a voltage.
     drops: bool,
     nominal_V: f64,
@@ -45,8 +52,9 @@ impl Plant {
     /// The plant of a stand, at rest and cold, with its index at `theta_rad` before the encoder's zero.
     ///
     /// # Errors
-    /// An effect or a parameter that the catalogue does not know, or a value out of its range.
+    /// An effect or a parameter that the catalogue does not know, a value out of its range, or two couplings in one drive.
     pub fn new(stand: &Stand, theta_rad: f64) -> Result<Self, StandError> {
+        stand.check_outside()?;
         let placed = stand.placed()?;
         let mut arms = Arms::default();
         let (mut laws, mut seen) = (Vec::new(), Vec::new());
@@ -67,6 +75,8 @@ impl Plant {
             seen,
             arms,
             thermal,
+            outsiders: stand.outsiders,
+            grinding: stand.outsiders.grinding_bearing.as_ref().map(Grinding::new),
             drops: false,
             nominal_V: stand.drive.supply_V,
             supply_V: stand.drive.supply_V,
@@ -88,7 +98,10 @@ impl Plant {
         let bristle = self.arms.bristle_N_m_rad.map_or(0.0, |stiffness| 0.5 * stiffness * s[BRISTLE].powi(2));
         bristle
             + match &self.arms.shaft {
-                None => 0.5 * self.inertia * s[OMEGA].powi(2),
+                None => {
+                    let share = self.outsiders.slipping_clutch.map_or(0.0, |clutch| clutch.motor_inertia_share);
+                    0.5 * self.inertia * (share * s[MOTOR].powi(2) + (1.0 - share) * s[OMEGA].powi(2))
+                }
                 Some(shaft) => {
                     let wound = past_gap(s[TWIST], shaft.gap);
                     0.5 * self.inertia * (shaft.share * s[MOTOR].powi(2) + (1.0 - shaft.share) * s[OMEGA].powi(2))
@@ -117,8 +130,11 @@ impl PlantPort for Plant {
         self.state[CHARGE] = 0.0;
         // Duty times the supply as it is now.
         let asked_V = asked_V * (self.supply_V / self.nominal_V);
+        if let Some(grinding) = &mut self.grinding {
+            grinding.tick(self.t_s, dt_s);
+        }
         let mut state = self.state;
-        if self.arms.shaft.is_some() || self.arms.bristle_N_m_rad.is_some() {
+        if self.arms.shaft.is_some() || self.arms.bristle_N_m_rad.is_some() || self.outsiders.any() {
             for k in 0..steps as u32 {
                 self.step(&mut state, asked_V, self.t_s + f64::from(k) * h, h);
             }
@@ -133,7 +149,7 @@ impl PlantPort for Plant {
         self.state = state;
         if self.arms.inductance_H.is_none() {
             // Kept as the start of the search for laws that ask for the current.
-            self.state[CURRENT] = self.at(&self.state, asked_V, self.t_s + dt_s).1;
+            self.state[CURRENT] = self.at(&self.state, false, self.given_V::<FULL>(asked_V, self.t_s + dt_s), self.t_s + dt_s).1;
         }
         self.mean_current_A = self.state[CHARGE] / dt_s;
         // Where a law makes the resistance follow the heat, it is the hot one that heats.

@@ -4,10 +4,10 @@ use super::Plant;
 use super::events::QUICKEST_BRISTLE_S;
 use crate::effects::{self, Acts, Point, T0_C};
 
-/// State: rate, current, angle, charge since the last tick; with shaft or bristle also the motor's rate, twist, bristle.
+/// State: rate, current, angle, charge since the last tick; with shaft, clutch or bristle also the motor's rate, twist, bristle.
 pub(super) type State = [f64; FULL];
 pub(super) const FULL: usize = 7;
-/// What a drive without shaft and bristle needs of it.
+/// What a drive without these and without outsiders needs of it.
 pub(super) const PLAIN: usize = 4;
 pub(super) const OMEGA: usize = 0;
 pub(super) const CURRENT: usize = 1;
@@ -17,20 +17,24 @@ pub(super) const MOTOR: usize = 4;
 pub(super) const TWIST: usize = 5;
 pub(super) const BRISTLE: usize = 6;
 
-/// What stays as it is within a step: on which side of their corners dry friction and the drop of the brushes are.
+/// What stays as it is within a step: on which side of their corners dry friction, the drop of the brushes, clutch and sector are.
 #[derive(Clone, Copy)]
 pub(super) struct Way {
     /// Direction in which the rotor slides; 0: it is held.
     pub(super) slides: f64,
     /// Direction of the current, where a drop opposes it; 0: none flows.
     pub(super) flows: f64,
+    /// Direction in which the motor runs ahead of the platform through a clutch; 0: the clutch holds, or there is none.
+    pub(super) slips: f64,
+    /// The platform is within a sector that rubs.
+    pub(super) rubs: bool,
 }
 
 impl Plant {
     /// Where the rate that friction and winding see stands in a state of N.
     #[inline]
     pub(super) fn motor<const N: usize>(&self) -> usize {
-        if N == FULL && self.arms.shaft.is_some() { MOTOR } else { OMEGA }
+        if N == FULL && (self.arms.shaft.is_some() || self.outsiders.slipping_clutch.is_some()) { MOTOR } else { OMEGA }
     }
 
     /// Inertia that friction acts on.
@@ -65,9 +69,38 @@ impl Plant {
         acts
     }
 
-    /// Laws and current at a state. The current of a winding without inductance follows at once, found with the laws that ask for it.
+    /// The platform is within a sector that rubs.
+    #[inline]
+    pub(super) fn rubs<const N: usize>(&self, s: &[f64; N]) -> bool {
+        N == FULL && self.outsiders.sector_rub.is_some_and(|rub| rub.holds(s[THETA]))
+    }
+
+    /// What the bridge gives of what was asked for.
     #[inline(always)]
-    pub(super) fn at<const N: usize>(&self, s: &[f64; N], asked_V: f64, t_s: f64) -> (Acts<f64>, f64) {
+    pub(super) fn given_V<const N: usize>(&self, asked_V: f64, t_s: f64) -> f64 {
+        match self.outsiders.hunting_supply {
+            Some(hunting) if N == FULL => asked_V * hunting.factor(t_s),
+            _ => asked_V,
+        }
+    }
+
+    /// Laws and current at a state, with what the bridge gives.
+    #[inline(always)]
+    pub(super) fn at<const N: usize>(&self, s: &[f64; N], rubs: bool, given_V: f64, t_s: f64) -> (Acts<f64>, f64) {
+        let (mut acts, current) = self.inside(s, given_V, t_s);
+        if N == FULL {
+            if let (true, Some(rub)) = (rubs, &self.outsiders.sector_rub) {
+                acts.dry += rub.rub_N_m;
+                acts.viscous += rub.rub_N_m_s;
+            }
+            acts.dry += self.grinding.as_ref().map_or(0.0, |grinding| grinding.level_N_m(t_s));
+        }
+        (acts, current)
+    }
+
+    /// The catalogue's laws. The current of a winding without inductance follows at once, found with the laws that ask for it.
+    #[inline(always)]
+    fn inside<const N: usize>(&self, s: &[f64; N], asked_V: f64, t_s: f64) -> (Acts<f64>, f64) {
         if self.arms.inductance_H.is_some() {
             return (self.acts(s, s[CURRENT], asked_V, t_s), s[CURRENT]);
         }
@@ -99,24 +132,34 @@ impl Plant {
     /// Time derivative while the rotor slides and the current flows this way.
     #[inline(always)]
     pub(super) fn derivative<const N: usize>(&self, s: &[f64; N], way: Way, asked_V: f64, t_s: f64) -> [f64; N] {
-        let (acts, current) = self.at(s, asked_V, t_s);
+        let given_V = self.given_V::<N>(asked_V, t_s);
+        let (acts, current) = self.at(s, way.rubs, given_V, t_s);
         let motor = self.motor::<N>();
         let mut d = [0.0; N];
         let bristle = self.arms.bristle_N_m_rad;
         let dry = if bristle.is_some() { 0.0 } else { acts.dry };
-        let acceleration =
-            if way.slides == 0.0 { 0.0 } else { (self.torque(s, &acts, current) - way.slides * dry) / self.rubbed_inertia::<N>() };
-        d[motor] = acceleration;
+        let torque = self.torque(s, &acts, current) - way.slides * dry;
+        d[motor] = if way.slides == 0.0 { 0.0 } else { torque / self.rubbed_inertia::<N>() };
         d[THETA] = s[OMEGA];
         d[CHARGE] = current;
         if let Some(inductance) = self.arms.inductance_H {
-            let v = asked_V + acts.voltage - self.motor_constant * acts.motor_factor * s[motor];
+            let v = given_V + acts.voltage - self.motor_constant * acts.motor_factor * s[motor];
             let resistance = self.resistance * acts.resistance_factor + acts.series_ohm;
             d[CURRENT] =
                 if self.drops && way.flows == 0.0 { 0.0 } else { (v - acts.drop_V * way.flows - resistance * current) / inductance };
         }
         if N < FULL {
             return d;
+        }
+        if let Some(clutch) = &self.outsiders.slipping_clutch {
+            let share = clutch.motor_inertia_share;
+            let carried = way.slips * clutch.clutch_N_m;
+            if way.slips == 0.0 {
+                d[OMEGA] = d[motor];
+            } else {
+                d[motor] = if way.slides == 0.0 { 0.0 } else { (torque - carried) / (self.inertia * share) };
+                d[OMEGA] = carried / (self.inertia * (1.0 - share));
+            }
         }
         if let Some(shaft) = &self.arms.shaft {
             d[OMEGA] = through(shaft, s) / (self.inertia - self.rubbed_inertia::<N>());
@@ -135,11 +178,15 @@ impl Plant {
         if omega != 0.0 {
             return omega.signum();
         }
-        let (acts, current) = self.at(s, asked_V, t_s);
+        let (acts, current) = self.at(s, self.rubs(s), self.given_V::<N>(asked_V, t_s), t_s);
         if self.arms.bristle_N_m_rad.is_some() {
             return 1.0;
         }
-        let torque = self.torque(s, &acts, current);
+        let mut torque = self.torque(s, &acts, current);
+        if let (FULL, Some(clutch)) = (N, &self.outsiders.slipping_clutch) {
+            let ahead = s[MOTOR] - s[OMEGA];
+            torque -= if ahead == 0.0 { 0.0 } else { ahead.signum() * clutch.clutch_N_m };
+        }
         if torque.abs() <= acts.dry { 0.0 } else { torque.signum() }
     }
 
@@ -148,9 +195,34 @@ impl Plant {
         if s[CURRENT] != 0.0 {
             return s[CURRENT].signum();
         }
-        let (acts, _) = self.at(s, asked_V, t_s);
-        let v = asked_V + acts.voltage - self.motor_constant * acts.motor_factor * s[self.motor::<N>()];
+        let given_V = self.given_V::<N>(asked_V, t_s);
+        let (acts, _) = self.at(s, self.rubs(s), given_V, t_s);
+        let v = given_V + acts.voltage - self.motor_constant * acts.motor_factor * s[self.motor::<N>()];
         if v.abs() <= acts.drop_V { 0.0 } else { v.signum() }
+    }
+
+    /// Which way the clutch slips or begins to, while the rotor slides this way; 0: it holds.
+    pub(super) fn slip<const N: usize>(&self, s: &[f64; N], slides: f64, asked_V: f64, t_s: f64) -> f64 {
+        let (FULL, Some(clutch)) = (N, &self.outsiders.slipping_clutch) else { return 0.0 };
+        let ahead = s[MOTOR] - s[OMEGA];
+        if ahead != 0.0 {
+            return ahead.signum();
+        }
+        if slides == 0.0 {
+            return 0.0;
+        }
+        let (acts, current) = self.at(s, self.rubs(s), self.given_V::<N>(asked_V, t_s), t_s);
+        let dry = if self.arms.bristle_N_m_rad.is_some() { 0.0 } else { acts.dry };
+        let carried = (self.torque(s, &acts, current) - slides * dry) * (1.0 - clutch.motor_inertia_share);
+        if carried.abs() <= clutch.clutch_N_m { 0.0 } else { carried.signum() }
+    }
+
+    /// On which side of every corner this state is.
+    pub(super) fn way<const N: usize>(&self, s: &[f64; N], asked_V: f64, t_s: f64) -> Way {
+        let slides = self.direction(s, asked_V, t_s);
+        // The drop of the brushes may end a current, not turn it round.
+        let flows = if self.drops && self.arms.inductance_H.is_some() { self.flow(s, asked_V, t_s) } else { 0.0 };
+        Way { slides, flows, slips: self.slip(s, slides, asked_V, t_s), rubs: self.rubs(s) }
     }
 }
 
