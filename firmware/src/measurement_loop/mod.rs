@@ -30,6 +30,8 @@ pub struct Row {
     pub i_A: Option<f64>,
     /// Platform angle at t_k from the own counter, unwrapped, rad; its zero is the session's ([`MeasurementLoop::zero_is_index`]).
     pub theta_rad: f64,
+    /// Platform angle at t_k from the index as it was last seen, half a count added: the middle of the count; `None` before it was seen, rad.
+    pub from_index_rad: Option<f64>,
     /// The rate sensor at t_k, rad/s.
     pub omega_rad_s: Option<f64>,
     /// Rate command at t_k, rad/s; rate mode only.
@@ -74,6 +76,7 @@ impl Default for Pace {
 struct Look {
     at: Ticks,
     counts: i64,
+    from_index: Option<i64>,
     omega_rad_s: Option<f64>,
     supply_V: Option<f64>,
     temp_C: Option<f64>,
@@ -159,6 +162,7 @@ impl<'a> MeasurementLoop<'a> {
         Look {
             at,
             counts: self.position.counts,
+            from_index: self.index_counts.map(|index| self.position.counts.wrapping_sub(index)),
             omega_rad_s: rate.map(|r| r.value.rad_s(&h)),
             supply_V: supply.map(|r| r.value.volts(&h)),
             temp_C: temperature.map(|r| r.value.celsius(&h)),
@@ -180,6 +184,7 @@ impl<'a> MeasurementLoop<'a> {
             supply_V: k.supply_V,
             i_A,
             theta_rad: k.counts.wrapping_sub(self.zero_counts) as f64 * count_rad,
+            from_index_rad: k.from_index.map(|counts| (counts as f64 + 0.5) * count_rad),
             omega_rad_s: k.omega_rad_s,
             rate_cmd_rad_s: in_rate_mode.then(|| k.report.rate_command as f64 / ONE * count_rad * CONTROL_HZ as f64),
             theta_cmd_rad: in_rate_mode.then(|| (k.report.position_command as f64 / ONE - self.zero_counts as f64) * count_rad),

@@ -166,7 +166,7 @@ impl FeedForward {
     #[inline]
     pub fn duty(&mut self, command: f32, rate: f32, angle_per_count: u32) -> f32 {
         let learnt = &self.learnt;
-        let mut duty = learnt.coulomb * (command * learnt.fade).max(-1.0).min(1.0) + learnt.viscous * command;
+        let mut duty = learnt.coulomb * (command * learnt.fade).clamp(-1.0, 1.0) + learnt.viscous * command;
         self.share = if self.from_index.seen { (self.share + COMING_IN).min(1.0) } else { (self.share - COMING_IN).max(0.0) };
         // At nothing the angle may have no zero yet: nothing is computed from it.
         if self.share > 0.0 {
