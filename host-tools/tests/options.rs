@@ -15,7 +15,7 @@ use tempfile::TempDir;
 type Shows = fn(&Path);
 
 /// `command word` as in its help; commands by name alone.
-const WORDS: [(&str, Shows); 48] = [
+const WORDS: [(&str, Shows); 50] = [
     (" --help", help_everywhere),
     (" --version", |f| assert!(said(f, &["--version"]).starts_with("stand "))),
     ("sim", |f| drop(session(f, &[]))),
@@ -100,6 +100,26 @@ const WORDS: [(&str, Shows); 48] = [
         assert!(held_out(&[]).is_f64());
         assert_eq!(held_out(&["--all-rows"]), Value::Null);
     }),
+    ("fit --equation-error", |f| {
+        // A winding's inductance is no part of an equation that is told row by row.
+        let refused = stand(f, &["fit", "log.csv", "--model", "model.toml", "--equation-error"]);
+        assert_eq!(refused.status, Some(2));
+        assert!(refused.err.contains("inductance"), "{}", refused.err);
+        let answer = json(f, &["fit", "log.csv", "--model", &inverse_model(f), "--equation-error"]);
+        assert!(answer["outputs"]["i_A"]["error_percent"].is_f64(), "{answer}");
+        let [row_by_row, free] = [&answer, &answer["free_run"]].map(|a| a["parameters"]["inertia_kg_m2"]["value"].as_f64().unwrap());
+        assert_ne!(row_by_row, free);
+        assert!((row_by_row / free - 1.0).abs() < 0.2, "{row_by_row} beside {free}: of the same drive");
+    }),
+    ("fit --cutoff-hz", |f| {
+        let model = inverse_model(f);
+        let inertia = |hz: &str| {
+            let words = ["fit", "log.csv", "--model", &model, "--equation-error", "--cutoff-hz", hz];
+            json(f, &words)["parameters"]["inertia_kg_m2"]["value"].clone()
+        };
+        assert_ne!(inertia("20"), inertia("40"));
+        assert_eq!(stand(f, &["fit", "log.csv", "--model", &model, "--equation-error", "--cutoff-hz", "900"]).status, Some(2));
+    }),
     ("fit --json", |f| json_in_both_places(f, &["fit", "log.csv", "--model", "model.toml"])),
     ("fit --html", |f| page(f, &["fit", "log.csv", "--model", "model.toml"])),
     ("model", |f| drop(said(f, &["model", "show", "model.toml"]))),
@@ -169,6 +189,14 @@ const WORDS: [(&str, Shows); 48] = [
         page(f, &["effects", "cogging"]);
     }),
 ];
+
+/// A model of the same stand that is linear in its parameters, driven by the current.
+fn inverse_model(folder: &Path) -> String {
+    let text = "[drive]\ninput = \"i_A\"\neffects = [\"viscous\", \"coulomb\"]\n[parameters]\ninertia_kg_m2 = 2.2e-4\n\
+        motor_constant_N_m_A = { value = 0.0234, fixed = true }\nviscous_N_m_s = 1e-5\ncoulomb_N_m = 8.6e-4\n";
+    std::fs::write(folder.join("inverse.toml"), text).unwrap();
+    "inverse.toml".to_owned()
+}
 
 /// What a command prints when it does its job.
 #[track_caller]
