@@ -95,9 +95,7 @@ fn the_pulses_leave_as_much_of_the_force_as_the_authors_found() {
     let Some(data) = data() else { return };
     let log = as_its_authors(&data, "emps_pulses.csv");
     let mut theirs = axis("\"load\"", "");
-    theirs
-        .set_all([("inertia_kg_m2", 95.1089), ("viscous_N_m_s", 203.5034), ("coulomb_N_m", 20.3935), ("load_N_m", 3.1648)].into_iter())
-        .unwrap();
+    theirs.set_all([("inertia_kg_m2", 95.1089), ("viscous_N_m_s", 203.5034), ("coulomb_N_m", 20.3935), ("load_N_m", 3.1648)]).unwrap();
     let held = equation_error::compare(&log, &theirs, Settings::usual(&log)).unwrap();
     println!("force error {:.2} %, published 5.98 %", held.error_percent);
     assert!((held.error_percent - 5.98).abs() < FORCE_ERROR, "{} %", held.error_percent);
