@@ -5,6 +5,8 @@
 
 mod effects;
 mod error;
+mod explain;
+mod explain_folder;
 mod hold;
 mod model;
 mod output;
@@ -34,6 +36,11 @@ enum Command {
     Compare(hold::Compare),
     /// Fit a model's parameters to a log, with their uncertainties
     Fit(hold::Fit),
+    /// Find the effect that a model lacks, with the evidence for it
+    ///
+    /// Several logs are fitted together, as one measurement with one set of parameters. A folder is another thing: each of its logs is
+    /// explained by itself, over all cores, and a table says what came of each.
+    Explain(explain::Explain),
     /// Make, show or change a model file
     #[command(subcommand)]
     Model(model::ModelCommand),
@@ -59,6 +66,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
         Some(Command::Sim(sim)) => sim.run(),
         Some(Command::Compare(compare)) => compare.run(),
         Some(Command::Fit(fit)) => fit.run(),
+        Some(Command::Explain(explain)) => explain.run(),
         Some(Command::Model(model)) => model.run(),
         Some(Command::Effects(effects)) => effects.run(),
     };

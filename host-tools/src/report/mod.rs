@@ -13,6 +13,12 @@
 mod bad_log;
 pub mod coordinates;
 mod digits;
+pub mod explain_coverage;
+mod explain_html;
+mod explain_json;
+mod explain_plots;
+mod explain_text;
+pub mod explain_words;
 mod html;
 mod json;
 pub mod page;
@@ -26,6 +32,9 @@ pub mod words;
 
 pub use bad_log::{bad_log_html, bad_log_json, bad_log_text};
 pub use digits::{plain, significant, with_sigma};
+pub use explain_html::explain_html;
+pub use explain_json::explain_json;
+pub use explain_text::explain_text;
 pub use html::html;
 pub use json::{compare_json, failures_json, finite, fit_json};
 pub use crate::residual::Failure;
