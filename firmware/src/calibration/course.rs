@@ -19,6 +19,9 @@ const TURNS: f64 = 2.0;
 const SEEK_TURNS: f64 = 1.25;
 /// What the loop (poles at 40 rad/s) needs to settle, and then some, s.
 const SETTLE_S: f64 = 1.0;
+/// The last rows of a leg: in the last the command goes over to the next (see [`crate::profile::ProfileRunner`]), and the one before it ends
+/// with the tick that computes the first step of that.
+const HAND_OVER_ROWS: u64 = 2;
 
 /// One leg.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -29,6 +32,12 @@ pub struct Leg {
     pub slow: bool,
     settle_rows: u64,
     rows: u64,
+}
+
+impl Leg {
+    fn all_rows(&self) -> u64 {
+        self.settle_rows + self.rows + HAND_OVER_ROWS
+    }
 }
 
 /// All legs.
@@ -58,7 +67,7 @@ impl Course {
 
     /// All rows.
     pub fn rows(&self) -> u64 {
-        self.legs.iter().map(|leg| leg.settle_rows + leg.rows).sum()
+        self.legs.iter().map(Leg::all_rows).sum()
     }
 
     /// Rows after which the index must have come.
@@ -72,18 +81,17 @@ impl Course {
         let mut begins = 0;
         for leg in &self.legs {
             let measured = begins + leg.settle_rows;
-            let ends = measured + leg.rows;
-            if k < ends {
-                return (k >= measured).then_some(leg);
+            if k < begins + leg.all_rows() {
+                return (k >= measured && k < measured + leg.rows).then_some(leg);
             }
-            begins = ends;
+            begins += leg.all_rows();
         }
         None
     }
 
     /// What the legs ask for.
     pub fn profile(&self) -> Profile {
-        Profile::legs(self.legs.map(|leg| (leg.rate_rad_s, (leg.settle_rows + leg.rows) as u32)))
+        Profile::legs(self.legs.map(|leg| (leg.rate_rad_s, leg.all_rows() as u32)))
     }
 
     /// Slow and faster rate, rad/s.

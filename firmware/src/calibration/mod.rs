@@ -21,7 +21,7 @@ use crate::config::ConfigError;
 use crate::measurement_loop::{MeasurementLoop, Row, RowSink};
 use crate::profile::ProfileRunner;
 use crate::session;
-use crate::speed_loop::{Compensating, Fault, Mode, Settings};
+use crate::speed_loop::{Compensating, Fault, Limits, Mode, Settings};
 use core::cell::Cell;
 use core::fmt;
 use embassy_futures::select::{Either, select};
@@ -35,8 +35,8 @@ pub enum Refused {
     Aborted,
     /// The drive was switched off on the way.
     Fault(Fault),
-    /// The rate was not held: a limit was in force, or the platform is blocked.
-    NotHeld,
+    /// The rate was not held in a leg that was measured: the limits in force there; none where the platform turned less than it was asked to.
+    NotHeld(Limits),
     /// The stand has no current's sensor, or it lost readings.
     NoCurrent,
     /// A setting cannot be worked with.
@@ -49,7 +49,11 @@ impl fmt::Display for Refused {
             Self::NoIndex => f.write_str("the index did not come within a turn and a quarter: without it an angle has no zero"),
             Self::Aborted => f.write_str("aborted; the compensation is as it was"),
             Self::Fault(fault) => write!(f, "the drive was switched off: {}", fault.name()),
-            Self::NotHeld => f.write_str("the rate could not be held: a limit was in force, or something blocks the platform"),
+            Self::NotHeld(limits) => {
+                f.write_str("the rate could not be held")?;
+                let names = Limits::NAMES.iter().enumerate().filter(|(bit, _)| limits.contains(Limits(1 << bit)));
+                names.enumerate().try_for_each(|(n, (_, name))| write!(f, "{} {name}", if n == 0 { "; limited by:" } else { "," }))
+            }
             Self::NoCurrent => f.write_str("the motor current was not measured in every row"),
             Self::Settings(wrong) => wrong.fmt(f),
         }
@@ -111,7 +115,7 @@ pub async fn run<B: Board>(
         return Err(why);
     }
     watch.permille.set(1000);
-    answer::answer(map, &course, settings)
+    answer::answer(map, &course, settings, measurement.hardware())
 }
 
 /// Returns when there is a reason to end.
@@ -152,13 +156,14 @@ impl RowSink for Sink<'_> {
             return;
         };
         if row.limits.0 != 0 {
-            return self.watch.refuse(Refused::NotHeld);
+            return self.watch.refuse(Refused::NotHeld(row.limits));
         }
         let (Some(i_A), Some(theta_cmd_rad), Some(from_index_rad)) = (row.i_A, row.theta_cmd_rad, row.from_index_rad) else {
             return self.watch.refuse(if row.i_A.is_none() { Refused::NoCurrent } else { Refused::NoIndex });
         };
         // The voltage is a mean over the row that begins at the angle, and its torque comes L/R later still.
         let on_rad = leg.rate_rad_s * (0.5 / ROW_HZ as f64 + self.winding_lag_s);
-        self.map.take(leg, from_index_rad + on_rad, row.u_V, row.theta_rad - theta_cmd_rad, i_A);
+        self.map.take(leg, from_index_rad + on_rad, row.u_V, row.theta_rad - theta_cmd_rad);
+        self.map.take_current(leg, row.theta_rad, i_A);
     }
 }

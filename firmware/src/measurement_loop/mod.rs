@@ -113,6 +113,11 @@ impl<'a> MeasurementLoop<'a> {
         }
     }
 
+    /// The scales that it reads with.
+    pub fn hardware(&self) -> &Hardware {
+        &self.hardware
+    }
+
     /// Whether the next session's angles are from the index: it was seen before. Within a session the zero does not move.
     pub fn zero_is_index(&self) -> bool {
         self.index_counts.is_some()

@@ -44,6 +44,9 @@ pub enum RippleError {
     /// The platform did not come round.
     #[error("at {0} rad/s the platform did not turn as far as it was asked to ({1}): there is no ripple to measure")]
     NotTurned(f64, String),
+    /// There are harmonics, and they had to stay out.
+    #[error("at {0} rad/s the index was not seen, so the orders cannot be compensated: is the platform free to turn, and the index wired?")]
+    IndexNotSeen(f64),
 }
 
 /// Runs `stand` with `compensation` at `rate_rad_s` (positive) and measures.
