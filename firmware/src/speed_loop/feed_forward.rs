@@ -213,3 +213,75 @@ fn sine(phase: u32) -> f32 {
 pub(super) fn units(hardware: &Hardware) -> (u32, i32) {
     (libm::round(TURN / hardware.counts_per_turn) as u32, (1.25 * hardware.counts_per_turn) as i32)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::compensation::Harmonics;
+
+    const HARMONIC: Harmonic = Harmonic { order: 7, torque_N_m: 2e-3, phase_rad: -0.4 };
+
+    fn learnt() -> (Learnt, u32, i32) {
+        let hardware = Hardware::default();
+        let compensation = Compensation { coulomb_N_m: 9e-4, harmonics: Harmonics::of([HARMONIC]).unwrap(), ..Compensation::default() };
+        let (angle_per_count, lost) = units(&hardware);
+        (Learnt::new(&compensation, &hardware, 2.32, 0.0234), angle_per_count, lost)
+    }
+
+    #[test]
+    fn what_is_learnt_passes_the_mailbox_unchanged() {
+        let (learnt, ..) = learnt();
+        assert_eq!(Learnt::from_words(&learnt.to_words()), learnt);
+    }
+
+    #[test]
+    fn the_duty_is_the_opposite_of_the_torque_at_the_angle_that_it_will_meet() {
+        let (learnt, angle_per_count, lost) = learnt();
+        // 0.238 mH over 2.32 Ω, in ticks of 0.1 ms.
+        let (lead_ticks, rate) = (1.5 + 2.38 / 2.32, 4.0_f32);
+        for counts in (-19_000..19_000).step_by(313) {
+            let mut forward = FeedForward::new(learnt);
+            forward.from_index.take(0, EncoderCount(0), Some(EncoderCount(0)), lost);
+            forward.share = 1.0;
+            forward.from_index.counts = counts;
+            // No command: the friction is silent.
+            let duty = f64::from(forward.duty(0.0, rate, angle_per_count));
+            let theta = (f64::from(counts) + 0.5 + f64::from(rate) * lead_ticks) / 20_000.0 * TAU;
+            let wanted = -2e-3 * 2.32 / 0.0234 / (12.0 / 4500.0) * libm::sin(7.0 * theta - 0.4);
+            // micromath's sine is good to 2e-3 of the amplitude of 74 counts.
+            assert!((duty - wanted).abs() < 0.15, "{counts}: {duty} {wanted}");
+        }
+    }
+
+    #[test]
+    fn harmonics_wait_for_the_index_come_in_slowly_and_go_out_where_it_is_lost() {
+        let (learnt, angle_per_count, lost) = learnt();
+        let mut forward = FeedForward::new(learnt);
+        assert_eq!(forward.duty(0.0, 0.0, angle_per_count), 0.0);
+        assert!(forward.compensating(true).contains(Compensating::WAITS_FOR_INDEX));
+        forward.from_index.take(0, EncoderCount(100), Some(EncoderCount(90)), lost);
+        let first = forward.duty(0.0, 0.0, angle_per_count).abs();
+        assert!(first > 0.0 && first < 0.1, "a thousandth of 74 counts: {first}");
+        assert_eq!(forward.compensating(true).0 & !Compensating::FRICTION.0, Compensating::INDEX.0 | Compensating::HARMONICS.0);
+        for _ in 0..2_499 {
+            forward.from_index.take(10, EncoderCount(0), None, lost);
+        }
+        assert!(forward.from_index.seen, "10 + 24 990 counts are not more than a turn and a quarter");
+        forward.from_index.take(10, EncoderCount(0), None, lost);
+        assert!(!forward.from_index.seen);
+        assert!(forward.compensating(false).contains(Compensating::WAITS_FOR_INDEX));
+    }
+
+    #[test]
+    fn dry_friction_follows_the_command_and_is_nothing_at_rest() {
+        let (learnt, angle_per_count, _) = learnt();
+        let whole = 9e-4 * 2.32 / 0.0234 / (12.0 / 4500.0);
+        let duty = |rad_s: f64| {
+            let counts_tick = rad_s / TAU * 20_000.0 / 1e4;
+            f64::from(FeedForward::new(learnt).duty(counts_tick as f32, 0.0, angle_per_count))
+        };
+        for (rad_s, share) in [(0.0, 0.0), (0.01, 0.5), (0.02, 1.0), (5.0, 1.0), (-0.01, -0.5), (-5.0, -1.0)] {
+            assert!((duty(rad_s) - share * whole).abs() < 1e-3, "{rad_s}: {}", duty(rad_s));
+        }
+    }
+}
