@@ -19,6 +19,7 @@ mod explain_json;
 mod explain_plots;
 mod explain_text;
 pub mod explain_words;
+pub mod failing;
 mod html;
 mod json;
 pub mod page;

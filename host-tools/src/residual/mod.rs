@@ -6,6 +6,7 @@
 //! against the colour of what remains ([`test`]). [`says`] puts it in words.
 
 pub mod orders;
+pub mod picture;
 mod rows;
 mod says;
 mod search;
@@ -45,3 +46,6 @@ pub fn failures(log: &Log, record: &Record, held: &Held) -> Vec<Failure> {
     let found = search::search(full, held);
     says::failures(found)
 }
+
+#[cfg(test)]
+mod tests;

@@ -73,9 +73,12 @@ fn levels(amplitude: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// The largest peaks of a spectrum, as (order, share).
+/// The largest peaks of a spectrum above its level, as (order, share).
 pub fn peaks(s: &Spectrum, count: usize) -> Vec<(u32, f64)> {
-    let mut list: Vec<(u32, f64)> = s.share.iter().enumerate().map(|(k, share)| (k as u32 + 1, *share)).collect();
+    let orders = s.share.iter().zip(s.amplitude.iter().zip(&s.level)).enumerate();
+    // The first orders have neighbours on one side only and stand on the slow part of the residual: they are tried in any case.
+    let mut list: Vec<(u32, f64)> =
+        orders.filter(|(k, (_, (a, level)))| *k < 2 || a > level).map(|(k, (share, _))| (k as u32 + 1, *share)).collect();
     list.sort_by(|a, b| b.1.total_cmp(&a.1));
     list.truncate(count);
     list

@@ -272,7 +272,7 @@ impl Rows {
         }
     }
 
-    /// Derivative of a series at a row, by its neighbours.
+    /// Derivative of a series at a row, by its neighbours within the segment.
     pub fn slope(&self, values: &[f64], k: usize) -> f64 {
         let a = if k == 0 || self.begins[k] { k } else { k - 1 };
         let b = if k + 1 >= values.len() || self.begins[k + 1] { k } else { k + 1 };

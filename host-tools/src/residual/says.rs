@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use hal_sim::effects::Coordinate;
 
 use super::Failure;
-use super::search::{Found, InChannel};
+use super::search::{Found, InChannel, SEEN_LOG10};
 use super::shapes::{Acts, Kind};
 use crate::model::Channel;
 
@@ -31,7 +31,11 @@ pub fn failures(found: Vec<Found>) -> Vec<Failure> {
                 all.iter().filter_map(|f| f.channels.iter().find(|c| c.shows == shows).map(|c| (*f, c))).collect();
             let Some((main, _)) = parts.iter().max_by(|a, b| a.1.share.total_cmp(&b.1.share)) else { continue };
             let share = parts.iter().map(|p| p.1.share).sum::<f64>().min(1.0);
-            let log10_p = parts.iter().map(|p| p.1.log10_p).fold(0.0, f64::min);
+            let log10_p = parts.iter().filter(|p| p.1.share > 0.0).map(|p| p.1.log10_p).fold(0.0, f64::min);
+            if share <= 0.0 || log10_p >= SEEN_LOG10 {
+                continue;
+            }
+            let parts: Vec<_> = parts.iter().filter(|p| p.1.share > 0.0 && p.1.log10_p < SEEN_LOG10).collect();
             let orders: Vec<u32> = orders(&parts.iter().map(|p| p.0).collect::<Vec<_>>());
             here.push(Failure {
                 output: shows,
@@ -109,6 +113,8 @@ fn what(f: &Found) -> String {
             "in the angle alone, growing with the rate: the encoder's eccentricity rather than a torque".into()
         }
         (Kind::Order(_), Acts::Reading(_)) => "the same at every rate and in this channel alone: the sensor rather than a torque".into(),
+        (Kind::Constant, Acts::Torque) => "as a torque leaves it that always turns the same way, so that the two directions differ".into(),
+        (Kind::Constant, _) => "a constant offset".into(),
         (Kind::Friction, _) => "as friction leaves it that is not the same all around the turn".into(),
         (Kind::Step(at), _) => format!("as a torque leaves it that sets in near {at:.1} s"),
         (Kind::Line(hz), Acts::Voltage) => format!("as the voltage leaves it when it swings at {hz:.3} Hz with what was asked for"),

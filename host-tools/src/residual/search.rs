@@ -7,13 +7,13 @@ use hal_sim::effects::Coordinate;
 
 use super::orders;
 use super::rows::Rows;
-use super::shapes::{self, Acts, Family, Kind};
+use super::shapes::{self, Acts, Family, Kind, times};
 use super::test::{self, dot, less, orthonormal};
 use crate::fit::Held;
 use crate::model::{Channel, Input};
 
 /// Rows are gathered into blocks of this length, s, where the shape is slow enough.
-const BLOCK_S: f64 = 0.010;
+const BLOCK_S: f64 = 0.020;
 /// Rounds at most.
 const ROUNDS: usize = 8;
 /// Families that are tried in a round, the best first, until one is seen.
@@ -22,21 +22,21 @@ const TRIES: usize = 4;
 pub const SEEN_LOG10: f64 = -3.0;
 /// A part of the misfit below this tells nobody anything.
 const TELLING: f64 = 0.01;
-/// Temperature goes before time where it makes at least this part of what time makes: it is the nearer cause.
-const NEARER: f64 = 0.9;
+/// What makes at least this part of what the best makes does as well.
+const AS_WELL: f64 = 0.97;
 
 /// What was found in one channel.
 #[derive(Debug, Clone)]
 pub struct InChannel {
     /// The channel.
     pub shows: Channel,
-    /// Part of its residual's variance.
+    /// Part of its residual's variance; below 0 where another channel's gain is this one's loss.
     pub share: f64,
     /// log10 of the probability, over all that was tried.
     pub log10_p: f64,
 }
 
-/// One finding: a family, and what it makes in each channel in which it is seen.
+/// One finding: a family, and what it makes in each channel.
 #[derive(Debug, Clone)]
 pub struct Found {
     /// Over what.
@@ -49,7 +49,7 @@ pub struct Found {
     pub reads: Option<Channel>,
     /// Sum of squares that it takes out of all channels, in units of the noise.
     pub gain: f64,
-    /// Where it is seen.
+    /// In each channel.
     pub channels: Vec<InChannel>,
 }
 
@@ -93,9 +93,13 @@ pub fn search(mut full: Rows, held: &Held) -> Vec<Found> {
             t.merit = -n * (1.0 - t.gain / power).max(1e-9).ln() - t.columns.len() as f64 * n.ln() - choices;
         }
         tried.sort_by(|a, b| b.merit.total_cmp(&a.merit));
-        prefer_temperature(&mut tried);
+        simplest_first(&mut tried);
         let mut seen = None;
-        for t in tried.into_iter().take(TRIES).filter(|t| t.merit > 0.0 && t.gain > TELLING * (at_first - found.iter().map(|f| f.gain).sum::<f64>()).max(0.0)) {
+        for t in tried
+            .into_iter()
+            .take(TRIES)
+            .filter(|t| t.merit > 0.0 && t.gain > TELLING * (at_first - found.iter().map(|f| f.gain).sum::<f64>()).max(0.0))
+        {
             let rows = if t.fine { &full } else { &coarse };
             let verdict = test::test(&t.columns, &rows.y, rows.len());
             if verdict.log10_p + tests.log10() < SEEN_LOG10 {
@@ -129,11 +133,16 @@ fn of_family(family: &Family, rows: &Rows) -> Tried {
     Tried { coordinate: family.coordinate, acts: family.acts, kind: family.kind, columns, gain, merit: 0.0, fine: false }
 }
 
-/// Time goes along with everything slow: a temperature that does as well is named.
-fn prefer_temperature(tried: &mut [Tried]) {
-    let Some(first) = tried.first().filter(|t| t.coordinate == Coordinate::Time && !matches!(t.kind, Kind::Line(_))) else { return };
-    let enough = NEARER * first.gain;
-    if let Some(k) = tried.iter().position(|t| t.coordinate == Coordinate::Temperature && t.gain >= enough) {
+/// Of those that do as well as the first, puts the one with fewest shapes in front; and a temperature before time, which goes along with
+/// everything slow.
+fn simplest_first(tried: &mut [Tried]) {
+    let Some(best) = tried.first() else { return };
+    let (enough, slow) = (AS_WELL * best.gain, best.coordinate == Coordinate::Time && !matches!(best.kind, Kind::Line(_)));
+    let does = |t: &&(usize, &Tried)| t.1.gain >= enough && t.1.merit > 0.0;
+    let all: Vec<(usize, &Tried)> = tried.iter().enumerate().collect();
+    let warm = all.iter().filter(does).find(|t| slow && t.1.coordinate == Coordinate::Temperature);
+    let simplest = all.iter().filter(does).min_by_key(|t| t.1.columns.len());
+    if let Some(k) = warm.or(simplest).map(|t| t.0) {
         tried[..=k].rotate_right(1);
     }
 }
@@ -183,17 +192,17 @@ fn in_channels(t: &Tried, rows: &Rows, tests: f64) -> Vec<InChannel> {
         let y = &rows.y[part.clone()];
         let verdict = test::test(&orthonormal(&[], &own), y, n);
         let gain = dot(y, y) - dot(&after[part.clone()], &after[part]);
-        let share = ((gain - verdict.by_chance) / channel.power.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        let share = (gain - verdict.by_chance) / channel.power.max(f64::MIN_POSITIVE);
         let log10_p = (verdict.log10_p + tests.log10()).min(0.0);
-        if log10_p < SEEN_LOG10 && share > 0.0 {
-            list.push(InChannel { shows: channel.shows, share, log10_p });
-        }
+        list.push(InChannel { shows: channel.shows, share, log10_p });
     }
     list
 }
 
 /// Peaks of each spectrum that are tried.
 const PEAKS: usize = 2;
+/// Orders that are tried in every way.
+const ORDERS: usize = 3;
 
 /// Orders and lines that stand out, ready to be tried; and how many were looked at.
 fn periods(full: &Rows, coarse: &Rows, taken: &[Vec<f64>]) -> (usize, Vec<Tried>) {
@@ -202,19 +211,23 @@ fn periods(full: &Rows, coarse: &Rows, taken: &[Vec<f64>]) -> (usize, Vec<Tried>
     let n = full.len();
     if full.theta.len() == n && full.omega.len() == n {
         let highest = highest(full);
-        let mut orders: Vec<u32> = Vec::new();
+        let mut orders: Vec<(u32, f64)> = Vec::new();
         for c in 0..full.channels.len() {
             for weight in weights(full) {
                 let s = orders::spectrum(&full.theta, &full.y[c * n..(c + 1) * n], weight, highest);
                 looked += s.share.len();
-                for (order, _) in orders::peaks(&s, PEAKS) {
-                    if !orders.contains(&order) {
-                        orders.push(order);
+                for (order, share) in orders::peaks(&s, PEAKS) {
+                    // In units of the noise, so that channels can be set side by side.
+                    let gain = share * dot(&full.y[c * n..(c + 1) * n], &full.y[c * n..(c + 1) * n]);
+                    match orders.iter_mut().find(|o| o.0 == order) {
+                        Some(o) => o.1 = o.1.max(gain),
+                        None => orders.push((order, gain)),
                     }
                 }
             }
         }
-        for &order in &orders {
+        orders.sort_by(|a, b| b.1.total_cmp(&a.1));
+        for &(order, _) in orders.iter().take(ORDERS) {
             for acts in ways(full) {
                 list.extend(an_order(full, order, acts));
             }
@@ -234,15 +247,14 @@ pub fn highest(full: &Rows) -> usize {
 }
 
 /// How an order's amplitude may go with the rate and the current.
-fn weights(rows: &Rows) -> Vec<Box<dyn Fn(usize) -> f64 + '_>> {
+pub fn weights(rows: &Rows) -> Vec<Box<dyn Fn(usize) -> f64 + '_>> {
     let most = rows.omega.iter().fold(f64::MIN_POSITIVE, |m, w| m.max(w.abs()));
     let least = 0.03 * most;
     let inverse = move |k: usize| {
         let w = rows.omega[k];
         least * w / (w * w + least * least)
     };
-    let mut list: Vec<Box<dyn Fn(usize) -> f64 + '_>> =
-        vec![Box::new(inverse), Box::new(|_| 1.0), Box::new(move |k| rows.omega[k] / most)];
+    let mut list: Vec<Box<dyn Fn(usize) -> f64 + '_>> = vec![Box::new(inverse), Box::new(|_| 1.0), Box::new(move |k| rows.omega[k] / most)];
     if rows.current.len() == rows.len() {
         list.push(Box::new(move |k| rows.current[k] * inverse(k)));
     }
@@ -312,5 +324,3 @@ fn lines(rows: &Rows, taken: &[Vec<f64>]) -> Vec<Tried> {
         })
         .collect()
 }
-
-use super::shapes::times;

@@ -39,6 +39,8 @@ pub struct Family {
 pub enum Kind {
     /// A smooth function of the coordinate.
     Smooth,
+    /// The same at all times.
+    Constant,
     /// Friction that depends on the angle: times the sign of the rate.
     Friction,
     /// An order of the angle.
@@ -166,12 +168,14 @@ pub fn families(rows: &Rows) -> Vec<Family> {
             bump(0.04),
             bump(0.12),
         ];
-        for &acts in &acting {
+        // An angle that is read with the rate in it is late: its increments show the acceleration.
+        for &acts in acting.iter().filter(|a| !reads(**a, Channel::Angle)) {
             add(Coordinate::Omega, acts, Kind::Smooth, shapes.clone());
         }
         let a = scaled(&acceleration(rows));
         for &acts in acting.iter().filter(|a| **a != Acts::Torque) {
-            add(Coordinate::Acceleration, acts, Kind::Smooth, vec![a.clone(), of(&a, |a| a * a.abs())]);
+            let a = if reads(acts, Channel::Angle) { &w } else { &a };
+            add(Coordinate::Acceleration, acts, Kind::Smooth, vec![a.clone(), of(a, |a| a * a.abs())]);
         }
         let (angle, time) = since_reversal(rows);
         let fading = |x: &[f64], over: f64| times(&s, &of(x, |x| (-x / over).exp()));
@@ -199,7 +203,7 @@ pub fn families(rows: &Rows) -> Vec<Family> {
         let smooth = smoothed(&rows.temp_C, (1.0 / rows.dt_s) as usize);
         let t = scaled(&centred(&smooth));
         for &acts in &acting {
-            let mut shapes = vec![t.clone()];
+            let mut shapes = vec![ones.clone(), t.clone()];
             if moving {
                 shapes.push(times(&t, &w));
                 shapes.push(times(&t, &s));
@@ -213,9 +217,16 @@ pub fn families(rows: &Rows) -> Vec<Family> {
             add(Coordinate::Temperature, Acts::Voltage, Kind::Smooth, vec![times(&t, &i), times(&t, &w)]);
         }
     }
+    // A constant torque is friction's to the reader, a constant reading an offset that was always there.
+    if rows.drive.is_some() {
+        add(Coordinate::Omega, Acts::Torque, Kind::Constant, vec![ones.clone()]);
+    }
+    for &acts in acting.iter().filter(|a| reads(**a, Channel::Rate) || reads(**a, Channel::Current)) {
+        add(Coordinate::Time, acts, Kind::Constant, vec![ones.clone()]);
+    }
     let t = scaled(&centred(&rows.t_s));
     for &acts in &acting {
-        add(Coordinate::Time, acts, Kind::Smooth, vec![t.clone(), of(&t, |t| t * t)]);
+        add(Coordinate::Time, acts, Kind::Smooth, vec![ones.clone(), t.clone(), of(&t, |t| t * t)]);
     }
     for k in 1..STEPS {
         let from = n * k / STEPS;
@@ -234,7 +245,7 @@ pub fn families(rows: &Rows) -> Vec<Family> {
                 .collect()
         };
         for &acts in acting.iter().filter(|a| !reads(**a, Channel::Angle)) {
-            add(Coordinate::Theta, acts, Kind::Smooth, vec![turned.clone(), of(&turned, |t| t * t)]);
+            add(Coordinate::Theta, acts, Kind::Smooth, vec![ones.clone(), turned.clone(), of(&turned, |t| t * t)]);
         }
         if moving && rows.drive.is_some() {
             let shapes = waves(1..=3).iter().map(|wave| times(wave, &s)).collect();
@@ -270,7 +281,7 @@ fn smoothed(a: &[f64], width: usize) -> Along {
 }
 
 /// Angle turned and time passed since the modelled rate last changed its sign or left rest.
-fn since_reversal(rows: &Rows) -> (Along, Along) {
+pub fn since_reversal(rows: &Rows) -> (Along, Along) {
     let moves = 0.01 * largest(&rows.omega);
     let (mut angle, mut time) = (Vec::with_capacity(rows.len()), Vec::with_capacity(rows.len()));
     let (mut sign, mut turned, mut passed) = (0.0, f64::INFINITY, f64::INFINITY);
@@ -279,7 +290,13 @@ fn since_reversal(rows: &Rows) -> (Along, Along) {
             (sign, turned, passed) = (w.signum(), f64::INFINITY, f64::INFINITY);
         }
         // Leaving zero is what counts; a rate within the band keeps its last direction.
-        let now = if *w == 0.0 { 0.0 } else if w.abs() > moves || w.signum() == sign { w.signum() } else { sign };
+        let now = if *w == 0.0 {
+            0.0
+        } else if w.abs() > moves || w.signum() == sign {
+            w.signum()
+        } else {
+            sign
+        };
         if now != sign {
             (sign, turned, passed) = (now, 0.0, 0.0);
         }
