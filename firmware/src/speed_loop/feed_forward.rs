@@ -263,10 +263,10 @@ mod tests {
         let first = forward.duty(0.0, 0.0, angle_per_count).abs();
         assert!(first > 0.0 && first < 0.1, "a thousandth of 74 counts: {first}");
         assert_eq!(forward.compensating(true).0 & !Compensating::FRICTION.0, Compensating::INDEX.0 | Compensating::HARMONICS.0);
-        for _ in 0..2_499 {
+        for _ in 0..2_498 {
             forward.from_index.take(10, EncoderCount(0), None, lost);
         }
-        assert!(forward.from_index.seen, "10 + 24 990 counts are not more than a turn and a quarter");
+        assert!(forward.from_index.seen, "10 + 24 980 counts are less than a turn and a quarter");
         forward.from_index.take(10, EncoderCount(0), None, lost);
         assert!(!forward.from_index.seen);
         assert!(forward.compensating(false).contains(Compensating::WAITS_FOR_INDEX));
