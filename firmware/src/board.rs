@@ -187,6 +187,8 @@ impl Drive {
 pub trait TickIo {
     /// What is so at the beginning of this tick.
     fn sense(&mut self) -> Sensed;
+    /// What the encoder's counter was when the index pulse last began, if it has begun since the last call.
+    fn index(&mut self) -> Option<EncoderCount>;
     /// What the bridge shall do from the *next* tick on, for one whole tick.
     fn drive(&mut self, out: Drive);
 }
@@ -208,6 +210,8 @@ pub trait Board {
     fn clock(&self) -> Self::Clock;
     /// The encoder by a counter of its own, not the speed loop's.
     fn encoder(&mut self) -> Stamped<EncoderCount>;
+    /// What that counter was when the index pulse last began, if it has begun since the last call.
+    fn index(&mut self) -> Option<EncoderCount>;
     /// What the current's ADC has summed since the last call; stamped with the end of the sum.
     fn current(&mut self) -> Stamped<CurrentSum>;
     /// The rate sensor's newest sample; `None` where there is no sensor.

@@ -2,7 +2,8 @@
 //!
 //! Synchronous control law, asynchronous everything else. [`speed_loop`] is one function for the 10 kHz timer
 //! interrupt; [`measurement_loop`] and [`profile`] run below it as plain futures; [`mailbox`] joins the two halves;
-//! [`session`] puts them together. The hardware is [`board`]: two traits and a clock. Nothing here is a task, a static
+//! [`session`] puts them together; [`calibration`] is a session that measures cogging and friction, and what was learnt is a
+//! [`compensation`] that the loop feeds forward. The hardware is [`board`]: two traits and a clock. Nothing here is a task, a static
 //! or `'static`: whoever calls owns the memory, so that a test or the simulator holds a hundred stands at once.
 //!
 //! No panic is reachable from the tick, no `unsafe` anywhere in the library, no double-precision call in the tick.
@@ -24,6 +25,8 @@
 #![warn(missing_docs)]
 
 pub mod board;
+pub mod calibration;
+pub mod compensation;
 pub mod config;
 pub mod mailbox;
 pub mod measurement_loop;

@@ -5,14 +5,17 @@
 //! record, bit for bit, whatever else runs in the process.
 
 use crate::board::{Bench, PlantPort, SimBoard, Truth};
-use crate::clock::{self, Stuck, VirtualClock};
+use crate::clock::{self, SimClock, Stuck, VirtualClock};
 use crate::peripherals::SensorSetup;
-use stand_firmware::board::Hardware;
+use stand_firmware::board::{Clock, Hardware, ROW_HZ, TICKS_PER_ROW};
+use stand_firmware::calibration::{self, Found, Map, Refused, Watch};
 use stand_firmware::config::ConfigError;
 use stand_firmware::measurement_loop::{MeasurementLoop, Pace, Row, RowSink};
 use stand_firmware::profile::{Profile, ProfileConfig, ProfileKind, ProfileRunner};
 use stand_firmware::session::rows_in;
-use stand_firmware::speed_loop::{Config, Fault, Interrupt, Limits, Mode, Orders, Reports, Settings, SpeedLoop};
+use stand_firmware::speed_loop::{
+    Compensating, Config, Fault, Interrupt, Learnt, Lessons, Limits, Mode, Orders, Reports, Settings, SpeedLoop,
+};
 use std::cell::RefCell;
 
 /// The stand apart from its plant: scales, sensors, settings of the firmware.
@@ -103,6 +106,8 @@ pub struct Record {
     pub true_omega_rad_s: Vec<f64>,
     /// The limits that were in force within each row.
     pub limits: Vec<Limits>,
+    /// What of the learnt compensation was at work at t_k.
+    pub compensating: Vec<Compensating>,
     /// Which fault ended the rows before their time, if one did.
     pub fault: Fault,
     /// How evenly the rows came, board clock steps.
@@ -168,6 +173,60 @@ pub fn run_rows<P: PlantPort>(
     Ok(measurement.pace())
 }
 
+/// What came of a calibration of its own, on the simulated stand.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Calibrated {
+    /// What was found, or why nothing was.
+    pub outcome: Result<Found, Refused>,
+    /// The compensation that the speed loop holds afterwards, in the tick's units.
+    pub in_force: Learnt,
+}
+
+/// Has the stand measure its own cogging and friction ([`calibration`]); `watching` sees the progress each millisecond and may abort. What is
+/// found is in force afterwards; what is refused or aborted leaves the compensation as it was.
+///
+/// # Errors
+/// As [`run`].
+pub fn calibrate<P: PlantPort>(stand: StandSetup, plant: P, seed: u64, watching: impl Fn(&Watch)) -> Result<Calibrated, SessionError> {
+    stand.sensors.check()?;
+    let config = Config::new(&stand.settings, &stand.hardware)?;
+    // The runner needs some profile until the calibration gives it its course.
+    let still = Profile::legs(Default::default());
+
+    let clock = VirtualClock::default();
+    let bench = RefCell::new(Bench::new(&stand.hardware, &stand.sensors, seed, plant));
+    let (mut orders, mut reports, mut lessons) = (Orders::new(), Reports::new(), Lessons::new());
+    let (order_writer, order_reader) = orders.split();
+    let (report_writer, report_reader) = reports.split();
+    let (mut lesson_writer, lesson_reader) = lessons.split();
+    let mut interrupt = Interrupt::new(SpeedLoop::new(config), order_reader, report_writer).listening(lesson_reader);
+    let mut runner = ProfileRunner::new(still, Mode::Off, stand.hardware, order_writer);
+    let mut measurement = MeasurementLoop::new(stand.hardware, report_reader);
+    let mut map = Box::new(Map::new());
+    let watch = Watch::default();
+
+    let mut board = SimBoard::new(&bench, &clock);
+    let calibration = async {
+        let outcome = calibration::run(&mut board, &mut runner, &mut measurement, &stand.settings, &mut map, &watch).await;
+        if let Ok(found) = &outcome {
+            let settings = Settings { compensation: found.compensation, ..stand.settings };
+            // It was checked as it was found.
+            if let Ok(config) = Config::new(&settings, &stand.hardware) {
+                lesson_writer.post(&config.learnt());
+            }
+        }
+        // Some ticks more: the drive goes off, and what was posted is taken.
+        let clock = SimClock(&clock);
+        clock.until(clock.now() + TICKS_PER_ROW).await;
+        outcome
+    };
+    let outcome = clock::run(&clock, calibration, |to| {
+        watching(&watch);
+        bench.borrow_mut().advance(to, |io| interrupt.run(io));
+    })?;
+    Ok(Calibrated { outcome, in_force: *interrupt.learnt() })
+}
+
 /// Puts what was true beside each row.
 struct WithTruth<'a, P, F> {
     bench: &'a RefCell<Bench<P>>,
@@ -205,6 +264,7 @@ struct Columns {
     true_theta_rad: Vec<f64>,
     true_omega_rad_s: Vec<f64>,
     limits: Vec<Limits>,
+    compensating: Vec<Compensating>,
     fault: Option<(Fault, f64)>,
 }
 
@@ -222,18 +282,20 @@ impl Columns {
         self.true_theta_rad.push(truth.theta_rad);
         self.true_omega_rad_s.push(truth.omega_rad_s);
         self.limits.push(row.limits);
+        self.compensating.push(row.compensating);
     }
 
     fn into_record(self, stand: &StandSetup, request: &SessionRequest, pace: Pace) -> Record {
         let rows = self.limits.len();
         let named = COLUMNS.iter().map(|(name, _)| *name).zip(self.values);
         Record {
-            notes: notes(stand, request, &self.limits, self.fault),
+            notes: notes(stand, request, &self.limits, &self.compensating, self.fault),
             // A column that some row lacks is no column: nothing is made up.
             columns: named.filter(|(_, values)| values.len() == rows && rows > 0).collect(),
             true_theta_rad: self.true_theta_rad,
             true_omega_rad_s: self.true_omega_rad_s,
             limits: self.limits,
+            compensating: self.compensating,
             fault: self.fault.map_or(Fault::None, |(fault, _)| fault),
             pace,
         }
@@ -241,7 +303,13 @@ impl Columns {
 }
 
 /// What the log says of itself: interfaces.md, "Logs".
-fn notes(stand: &StandSetup, request: &SessionRequest, limits: &[Limits], fault: Option<(Fault, f64)>) -> Vec<(String, String)> {
+fn notes(
+    stand: &StandSetup,
+    request: &SessionRequest,
+    limits: &[Limits],
+    compensating: &[Compensating],
+    fault: Option<(Fault, f64)>,
+) -> Vec<(String, String)> {
     let profile = &request.profile;
     let (mode, unit) = match request.mode {
         Mode::Off => ("off", ""),
@@ -266,6 +334,7 @@ fn notes(stand: &StandSetup, request: &SessionRequest, limits: &[Limits], fault:
         ("theta_lsb_rad".to_string(), format!("{:e}", stand.hardware.rad_per_count())),
         ("omega_lsb_rad_s".to_string(), format!("{:e}", stand.hardware.rate_rad_s_per_code)),
     ];
+    notes.extend(compensation_note(stand, compensating).map(|says| ("compensation".to_string(), says)));
     for (bit, name) in Limits::NAMES.iter().enumerate() {
         let limited = limits.iter().filter(|limits| limits.contains(Limits(1 << bit))).count();
         if limited > 0 {
@@ -276,4 +345,25 @@ fn notes(stand: &StandSetup, request: &SessionRequest, limits: &[Limits], fault:
         notes.push(("fault".to_string(), format!("{} at {at_s} s; the rows end there", fault.name())));
     }
     notes
+}
+
+/// Which compensation was at work, and from when on; `None` where there is none.
+fn compensation_note(stand: &StandSetup, compensating: &[Compensating]) -> Option<String> {
+    let compensation = &stand.settings.compensation;
+    let first = |what| compensating.iter().position(|c| c.contains(what)).map(|row| row as f64 / ROW_HZ as f64);
+    let mut says = Vec::new();
+    if compensation.has_friction() {
+        let when = if first(Compensating::FRICTION).is_some() { "" } else { " (not in this mode)" };
+        says.push(format!("friction{when}"));
+    }
+    if !compensation.harmonics.is_empty() {
+        let orders: Vec<String> = compensation.harmonics.as_slice().iter().map(|h| h.order.to_string()).collect();
+        let when = match (first(Compensating::HARMONICS), first(Compensating::WAITS_FOR_INDEX)) {
+            (Some(from_s), _) => format!("from {from_s} s"),
+            (None, Some(_)) => "not at work, the index was not seen".to_string(),
+            (None, None) => "not in this mode".to_string(),
+        };
+        says.push(format!("orders {} ({when})", orders.join(" ")));
+    }
+    (!says.is_empty()).then(|| says.join(", "))
 }

@@ -1,6 +1,7 @@
 //! What a person at the stand uses on the host.
 
 pub mod command;
+pub mod compensate;
 pub mod explain;
 pub mod expression;
 pub mod fit;

@@ -15,7 +15,7 @@ use tempfile::TempDir;
 type Shows = fn(&Path);
 
 /// `command word` as in its help; commands by name alone.
-const WORDS: [(&str, Shows); 48] = [
+const WORDS: [(&str, Shows); 58] = [
     (" --help", help_everywhere),
     (" --version", |f| assert!(said(f, &["--version"]).starts_with("stand "))),
     ("sim", |f| drop(session(f, &[]))),
@@ -100,8 +100,68 @@ const WORDS: [(&str, Shows); 48] = [
         assert!(held_out(&[]).is_f64());
         assert_eq!(held_out(&["--all-rows"]), Value::Null);
     }),
+    ("fit --equation-error", |f| {
+        // A winding's inductance is no part of an equation that is told row by row.
+        let refused = stand(f, &["fit", "log.csv", "--model", "model.toml", "--equation-error"]);
+        assert_eq!(refused.status, Some(2));
+        assert!(refused.err.contains("inductance"), "{}", refused.err);
+        let answer = json(f, &["fit", "log.csv", "--model", &inverse_model(f), "--equation-error"]);
+        assert!(answer["outputs"]["i_A"]["error_percent"].is_f64(), "{answer}");
+        let [row_by_row, free] = [&answer, &answer["free_run"]].map(|a| a["parameters"]["inertia_kg_m2"]["value"].as_f64().unwrap());
+        assert_ne!(row_by_row, free);
+        assert!((row_by_row / free - 1.0).abs() < 0.2, "{row_by_row} beside {free}: of the same drive");
+    }),
+    ("fit --cutoff-hz", |f| {
+        let model = inverse_model(f);
+        let inertia = |hz: &str| {
+            let words = ["fit", "log.csv", "--model", &model, "--equation-error", "--cutoff-hz", hz];
+            json(f, &words)["parameters"]["inertia_kg_m2"]["value"].clone()
+        };
+        assert_ne!(inertia("20"), inertia("40"));
+        assert_eq!(stand(f, &["fit", "log.csv", "--model", &model, "--equation-error", "--cutoff-hz", "900"]).status, Some(2));
+    }),
     ("fit --json", |f| json_in_both_places(f, &["fit", "log.csv", "--model", "model.toml"])),
     ("fit --html", |f| page(f, &["fit", "log.csv", "--model", "model.toml"])),
+    ("compensate", |f| assert!(said(f, &compensated("model.toml", "a.toml")).contains("[firmware.compensation] is written"))),
+    ("compensate --help", help_everywhere),
+    ("compensate --model", |f| {
+        let dry = |model: &str, to: &str| json(f, &compensated(model, to))["compensation"]["coulomb_N_m"].clone();
+        std::fs::copy(f.join("model.toml"), f.join("rough.toml")).unwrap();
+        said(f, &["model", "set", "rough.toml", "coulomb_N_m", "2e-3"]);
+        assert_ne!(dry("model.toml", "a.toml"), dry("rough.toml", "b.toml"));
+    }),
+    ("compensate --log", |f| {
+        std::fs::copy(f.join("model.toml"), f.join("teeth.toml")).unwrap();
+        said(f, &["model", "add", "teeth.toml", "cogging"]);
+        let words = compensated("teeth.toml", "a.toml");
+        assert_eq!(stand(f, &words).status, Some(2), "phases of nowhere");
+        assert!(!f.join("a.toml").exists(), "and nothing is written");
+        said(f, &[&words[..], &["--log", "log.csv"]].concat());
+        assert!(std::fs::read_to_string(f.join("a.toml")).unwrap().contains("order = 7"));
+    }),
+    ("compensate --measure-cogging", |f| {
+        std::fs::write(f.join("a.toml"), "[effects.coulomb]\n[effects.cogging]\ncogging_N_m = 2e-3\ncogging_order = 9\n").unwrap();
+        let answer = json(f, &["compensate", "--measure-cogging", "--stand", "a.toml"]);
+        assert_eq!((&answer["source"], &answer["compensation"]["harmonics"][0]["order"]), (&Value::from("measured"), &Value::from(9)));
+    }),
+    ("compensate --stand", |f| {
+        said(f, &compensated("model.toml", "here.toml"));
+        assert!(std::fs::read_to_string(f.join("here.toml")).unwrap().contains("[firmware.compensation]"));
+        // What is written is what the stand then runs with.
+        assert!(session(f, &["--stand", "here.toml"]).note("compensation").unwrap().starts_with("friction"));
+    }),
+    ("compensate --seed", |f| {
+        let dry = |seed: &str| {
+            let words = ["compensate", "--measure-cogging", "--stand", &format!("{seed}.toml"), "--seed", seed];
+            json(f, &words)["compensation"]["coulomb_N_m"].clone()
+        };
+        assert_ne!(dry("1"), dry("2"), "other noise of the current");
+    }),
+    ("compensate --json", |f| {
+        // Once beforehand, so that both runs find the same file.
+        said(f, &compensated("model.toml", "a.toml"));
+        json_in_both_places(f, &compensated("model.toml", "a.toml"));
+    }),
     ("model", |f| drop(said(f, &["model", "show", "model.toml"]))),
     ("model --help", help_everywhere),
     ("model new", |f| assert!(said(f, &["model", "new", "new.toml"]).contains("none: the bare drive"))),
@@ -170,6 +230,14 @@ const WORDS: [(&str, Shows); 48] = [
     }),
 ];
 
+/// A model of the same stand that is linear in its parameters, driven by the current.
+fn inverse_model(folder: &Path) -> String {
+    let text = "[drive]\ninput = \"i_A\"\neffects = [\"viscous\", \"coulomb\"]\n[parameters]\ninertia_kg_m2 = 2.2e-4\n\
+        motor_constant_N_m_A = { value = 0.0234, fixed = true }\nviscous_N_m_s = 1e-5\ncoulomb_N_m = 8.6e-4\n";
+    std::fs::write(folder.join("inverse.toml"), text).unwrap();
+    "inverse.toml".to_owned()
+}
+
 /// What a command prints when it does its job.
 #[track_caller]
 fn said(folder: &Path, words: &[&str]) -> String {
@@ -180,6 +248,11 @@ fn said(folder: &Path, words: &[&str]) -> String {
 #[track_caller]
 fn json(folder: &Path, words: &[&str]) -> Value {
     stand(folder, &[words, &["--json", "-"]].concat()).well().json()
+}
+
+/// Words that write what a model knows into a stand's file.
+fn compensated<'a>(model: &'a str, stand: &'a str) -> [&'a str; 5] {
+    ["compensate", "--model", model, "--stand", stand]
 }
 
 /// A second of a session with these words.

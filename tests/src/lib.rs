@@ -2,6 +2,7 @@
 
 pub mod foreign;
 pub mod own;
+pub mod real;
 
 /// 0.975-quantile of the normal distribution.
 pub const TWO_SIDED_95: f64 = 1.959_963_984_540_054;

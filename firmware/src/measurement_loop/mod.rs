@@ -5,6 +5,7 @@
 //! voltage and commands; what is *measured* never passes through the speed loop, and nothing here slows that.
 //!
 //! Rows carry a sequence number, so that a loss is counted, and the age of the oldest reading in them. A sensor that
+//! Angles are from the index where it was seen before the session, else from the counter's zero. A sensor that
 //! is not there is `None`, and so is a current without a conversion; nothing is made up.
 
 mod decimate;
@@ -12,7 +13,7 @@ mod decimate;
 pub use decimate::Decimate;
 
 use crate::board::{Board, CONTROL_HZ, Clock, Hardware, TICKS_PER_ROW, Ticks, Unwrapped};
-use crate::speed_loop::{Fault, Limits, Mode, ONE, Report, ReportReader};
+use crate::speed_loop::{Compensating, Fault, Limits, Mode, ONE, Report, ReportReader};
 
 /// One sample of everything.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -27,8 +28,10 @@ pub struct Row {
     pub supply_V: Option<f64>,
     /// Motor current, mean over [t_k, t_{k+1}), A.
     pub i_A: Option<f64>,
-    /// Platform angle at t_k from the own counter, unwrapped, rad; zero is the counter's.
+    /// Platform angle at t_k from the own counter, unwrapped, rad; its zero is the session's ([`MeasurementLoop::zero_is_index`]).
     pub theta_rad: f64,
+    /// Platform angle at t_k from the index as it was last seen, half a count added: the middle of the count; `None` before it was seen, rad.
+    pub from_index_rad: Option<f64>,
     /// The rate sensor at t_k, rad/s.
     pub omega_rad_s: Option<f64>,
     /// Rate command at t_k, rad/s; rate mode only.
@@ -39,6 +42,8 @@ pub struct Row {
     pub temp_C: Option<f64>,
     /// The limits that were in force at some time within the row.
     pub limits: Limits,
+    /// What of the learnt compensation was at work at t_k.
+    pub compensating: Compensating,
     /// The latched fault at the row's end.
     pub fault: Fault,
     /// Age of the oldest reading of the row at its t_k, board clock steps.
@@ -71,6 +76,7 @@ impl Default for Pace {
 struct Look {
     at: Ticks,
     counts: i64,
+    from_index: Option<i64>,
     omega_rad_s: Option<f64>,
     supply_V: Option<f64>,
     temp_C: Option<f64>,
@@ -84,6 +90,10 @@ pub struct MeasurementLoop<'a> {
     reports: ReportReader<'a>,
     report: Report,
     position: Unwrapped,
+    /// The counter at the index, as last seen.
+    index_counts: Option<i64>,
+    /// The counter at the session's zero of the angle.
+    zero_counts: i64,
     sequence: u32,
     pace: Pace,
 }
@@ -91,7 +101,26 @@ pub struct MeasurementLoop<'a> {
 impl<'a> MeasurementLoop<'a> {
     /// A loop for this hardware that hears the speed loop's reports.
     pub fn new(hardware: Hardware, reports: ReportReader<'a>) -> Self {
-        Self { hardware, reports, report: Report::default(), position: Unwrapped::default(), sequence: 0, pace: Pace::default() }
+        Self {
+            hardware,
+            reports,
+            report: Report::default(),
+            position: Unwrapped::default(),
+            index_counts: None,
+            zero_counts: 0,
+            sequence: 0,
+            pace: Pace::default(),
+        }
+    }
+
+    /// The scales that it reads with.
+    pub fn hardware(&self) -> &Hardware {
+        &self.hardware
+    }
+
+    /// Whether the next session's angles are from the index: it was seen before. Within a session the zero does not move.
+    pub fn zero_is_index(&self) -> bool {
+        self.index_counts.is_some()
     }
 
     /// How evenly the rows have come so far.
@@ -103,6 +132,7 @@ impl<'a> MeasurementLoop<'a> {
     pub async fn run<B: Board, S: RowSink>(&mut self, board: &mut B, start: Ticks, rows: u64, sink: &mut S) {
         let clock = board.clock();
         clock.until(start).await;
+        self.zero_counts = self.index_counts.unwrap_or(0);
         // What the ADC summed before the session belongs to no row.
         board.current();
         let mut before = self.look(board, clock.now());
@@ -127,12 +157,17 @@ impl<'a> MeasurementLoop<'a> {
         let rate = board.rate();
         let supply = board.supply();
         let temperature = board.temperature();
+        let index = board.index();
         self.position.take(encoder.value);
+        if let Some(at) = index {
+            self.index_counts = Some(self.position.counts.wrapping_sub(i64::from(encoder.value.since(at))));
+        }
         self.report = self.reports.take().unwrap_or(self.report);
         let ages = [Some(encoder.age(at)), rate.map(|r| r.age(at)), supply.map(|r| r.age(at)), temperature.map(|r| r.age(at))];
         Look {
             at,
             counts: self.position.counts,
+            from_index: self.index_counts.map(|index| self.position.counts.wrapping_sub(index)),
             omega_rad_s: rate.map(|r| r.value.rad_s(&h)),
             supply_V: supply.map(|r| r.value.volts(&h)),
             temp_C: temperature.map(|r| r.value.celsius(&h)),
@@ -153,12 +188,14 @@ impl<'a> MeasurementLoop<'a> {
             u_V: duty / ticks * h.volt_per_duty(),
             supply_V: k.supply_V,
             i_A,
-            theta_rad: k.counts as f64 * count_rad,
+            theta_rad: k.counts.wrapping_sub(self.zero_counts) as f64 * count_rad,
+            from_index_rad: k.from_index.map(|counts| (counts as f64 + 0.5) * count_rad),
             omega_rad_s: k.omega_rad_s,
             rate_cmd_rad_s: in_rate_mode.then(|| k.report.rate_command as f64 / ONE * count_rad * CONTROL_HZ as f64),
-            theta_cmd_rad: in_rate_mode.then(|| k.report.position_command as f64 / ONE * count_rad),
+            theta_cmd_rad: in_rate_mode.then(|| (k.report.position_command as f64 / ONE - self.zero_counts as f64) * count_rad),
             temp_C: k.temp_C,
             limits: next.report.limits_since(&k.report),
+            compensating: k.report.compensating,
             fault: next.report.fault,
             age: k.age,
         }

@@ -7,6 +7,7 @@
 //! The sine is micromath's (1e-3): what is asked for is logged as it went out, so nothing measured passes through it.
 //! Phases are whole numbers of 2⁻³² (2⁻⁶⁴) turn, so that hour-long sines do not drift.
 
+mod legs;
 mod multisine;
 mod prbs;
 mod runner;
@@ -16,6 +17,7 @@ mod sweep;
 #[cfg(test)]
 mod tests;
 
+pub use legs::LEGS;
 pub use runner::ProfileRunner;
 
 use crate::config::{ConfigError, within};
@@ -134,6 +136,7 @@ enum State {
     Prbs(prbs::Prbs),
     Sweep(sweep::Sweep),
     Staircase(staircase::Staircase),
+    Legs(legs::Legs),
 }
 
 impl Profile {
@@ -155,6 +158,11 @@ impl Profile {
         Ok(Self { offset, kind })
     }
 
+    /// Constant values, each for so many milliseconds, one after the other; then zero. For courses that are no profile of a person's.
+    pub fn legs(legs: [(f64, u32); LEGS]) -> Self {
+        Self { offset: 0.0, kind: State::Legs(legs::Legs::new(legs)) }
+    }
+
     /// The value of the next millisecond, V or rad/s.
     pub fn next_value(&mut self) -> f64 {
         self.offset
@@ -165,6 +173,7 @@ impl Profile {
                 State::Prbs(bits) => bits.next_value(),
                 State::Sweep(sweep) => sweep.next_value(),
                 State::Staircase(stairs) => stairs.next_value(),
+                State::Legs(legs) => legs.next_value(),
             }
     }
 }

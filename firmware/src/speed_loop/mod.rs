@@ -2,14 +2,15 @@
 //!
 //! In: the encoder's counter and the number of the tick ([`Sensed`]), orders from the tasks ([`Order`]). Out: compare
 //! counts of the bridge ([`Drive`]) and a [`Report`]. Modes: off, voltage as asked, rate as an integrated position ramp
-//! with a PI on top and back-EMF and inertia fed forward. Limits (current, voltage, acceleration, slip) are statuses;
+//! with a PI on top and back-EMF, inertia and what was learnt ([`crate::compensation`]) fed forward. Limits (current, voltage, acceleration, slip) are statuses;
 //! overspeed and a lost tick are faults and latch until they are cleared.
 //!
 //! Timing: what tick n computes acts during [n+1, n+2). So a segment that starts at tick s is worked out at tick s−1
 //! and is on the motor from exactly tick s on. The report of tick n sums what has acted up to n.
 //!
-//! Promises: no panic, no wait, no double-precision call. Does not do yet: edge timing, learnt compensation.
+//! Promises: no panic, no wait, no double-precision call. Does not do yet: edge timing.
 
+mod feed_forward;
 mod ramp;
 mod rate_estimate;
 mod report;
@@ -18,12 +19,14 @@ mod settings;
 #[cfg(test)]
 mod tests;
 
+pub use feed_forward::{Compensating, LEARNT_WORDS, Learnt};
 pub use report::{Fault, Limits, Report};
 pub use segment::{Mode, ONE, Order, Segment, rate_unit};
 pub use settings::{Config, Settings};
 
-use crate::board::{Drive, Sensed, TickIo, Unwrapped};
+use crate::board::{Drive, EncoderCount, Sensed, TickIo, Unwrapped};
 use crate::mailbox::{Mailbox, Reader, Writer};
+use feed_forward::FeedForward;
 use ramp::Ramp;
 use rate_estimate::RateEstimate;
 
@@ -36,9 +39,15 @@ pub type OrderWriter<'a> = Writer<'a, Order, 8>;
 /// The tasks' end of the reports.
 pub type ReportReader<'a> = Reader<'a, Report, 14>;
 
+/// The mailbox of what was learnt, tasks to interrupt.
+pub type Lessons = Mailbox<Learnt, LEARNT_WORDS>;
+/// The tasks' end of the lessons.
+pub type LessonWriter<'a> = Writer<'a, Learnt, LEARNT_WORDS>;
+
 /// All that the timer interrupt owns besides its hardware.
 pub struct Interrupt<'a> {
     speed_loop: SpeedLoop,
+    lessons: Option<Reader<'a, Learnt, LEARNT_WORDS>>,
     orders: Reader<'a, Order, 8>,
     reports: Writer<'a, Report, 14>,
 }
@@ -46,13 +55,29 @@ pub struct Interrupt<'a> {
 impl<'a> Interrupt<'a> {
     /// Joins the law with the interrupt's ends of the two mailboxes.
     pub fn new(speed_loop: SpeedLoop, orders: Reader<'a, Order, 8>, reports: Writer<'a, Report, 14>) -> Self {
-        Self { speed_loop, orders, reports }
+        Self { speed_loop, lessons: None, orders, reports }
+    }
+
+    /// Listens for what is learnt while it runs; otherwise the settings' compensation stays.
+    pub fn listening(self, lessons: Reader<'a, Learnt, LEARNT_WORDS>) -> Self {
+        Self { lessons: Some(lessons), ..self }
+    }
+
+    /// The compensation in force.
+    pub fn learnt(&self) -> &Learnt {
+        &self.speed_loop.feed_forward.learnt
     }
 
     /// The interrupt: sense, decide, drive, report.
     #[inline]
     pub fn run<T: TickIo>(&mut self, io: &mut T) {
         let sensed = io.sense();
+        if let Some(at) = io.index() {
+            self.speed_loop.see_index(at);
+        }
+        if let Some(learnt) = self.lessons.as_mut().and_then(Reader::take_once) {
+            self.speed_loop.learn(learnt);
+        }
         let (drive, report) = self.speed_loop.tick(sensed, self.orders.take_once());
         io.drive(drive);
         self.reports.post(&report);
@@ -65,6 +90,9 @@ pub struct SpeedLoop {
     position: Unwrapped,
     estimate: RateEstimate,
     ramp: Ramp,
+    feed_forward: FeedForward,
+    /// An index that the next tick is to take.
+    index: Option<EncoderCount>,
     active: Segment,
     next: Option<Segment>,
     clear: u16,
@@ -84,6 +112,8 @@ impl SpeedLoop {
     /// A law at rest.
     pub fn new(config: Config) -> Self {
         Self {
+            feed_forward: FeedForward::new(config.learnt),
+            index: None,
             config,
             position: Unwrapped::default(),
             estimate: RateEstimate::default(),
@@ -101,6 +131,19 @@ impl SpeedLoop {
         }
     }
 
+    /// The index pulse has begun at this count, since the last tick: the tick that follows counts on from it.
+    #[inline]
+    pub fn see_index(&mut self, at: EncoderCount) {
+        self.index = Some(at);
+    }
+
+    /// Compensates what was learnt from the next tick on; its harmonics come in anew.
+    #[inline]
+    pub fn learn(&mut self, learnt: Learnt) {
+        self.feed_forward.learnt = learnt;
+        self.feed_forward.restart();
+    }
+
     /// The rate estimate, counts per tick.
     pub fn rate_estimate(&self) -> f32 {
         self.estimate.rate
@@ -113,6 +156,7 @@ impl SpeedLoop {
         let first = self.last_tick.is_none();
         self.close_intervals(n);
         let step = self.position.take(sensed.encoder);
+        self.feed_forward.from_index.take(step, sensed.encoder, self.index.take(), self.config.index_lost);
         if !first {
             self.estimate.update(&self.config.tracking, f32::from(step));
         }
@@ -128,6 +172,7 @@ impl SpeedLoop {
         if self.active.mode == Mode::Rate && was != Mode::Rate {
             self.ramp = Ramp::anchor(self.position.counts, self.estimate.rate);
             self.owed = 0.0;
+            self.feed_forward.restart();
         }
         if self.fault == Fault::None && self.estimate.rate.abs() > self.config.overspeed {
             self.fault = Fault::Overspeed;
@@ -138,6 +183,7 @@ impl SpeedLoop {
             mode: was,
             position_command: self.ramp.position,
             rate_command: self.ramp.rate,
+            compensating: self.feed_forward.compensating(was == Mode::Rate),
             ..Report::default()
         };
         let drive = if self.fault != Fault::None {
@@ -219,7 +265,8 @@ impl SpeedLoop {
         let asked = config.back_emf * command
             + config.inertia * acceleration
             + config.rate_gain * (fixed_to_f32(rate_now) - self.estimate.rate)
-            + config.position_gain * fixed_to_f32(error);
+            + config.position_gain * fixed_to_f32(error)
+            + self.feed_forward.duty(command, self.estimate.rate, config.angle_per_count);
         let held = self.limit(asked, limits);
         // What rounding takes now is given later: the mean duty is finer than a compare count.
         let duty = round(held + self.owed);

@@ -4,6 +4,7 @@
 //! each limit the number of ticks in which it was in force. "Limited" is not "failed": [`Limits`] say why the output is
 //! less than asked, [`Fault`] says that the drive was switched off and stays so until it is cleared.
 
+use super::feed_forward::Compensating;
 use super::segment::Mode;
 use crate::mailbox::{Words, join_u64, split_u64};
 
@@ -93,6 +94,8 @@ pub struct Report {
     pub rate_command: i64,
     /// What is regulated during this tick.
     pub mode: Mode,
+    /// What of the learnt compensation is at work during this tick.
+    pub compensating: Compensating,
     /// The latched fault.
     pub fault: Fault,
     /// The limits in force in the output computed at this tick.
@@ -115,7 +118,7 @@ impl Words<14> for Report {
         let [u0, u1] = split_u64(self.duty_sum as u64);
         let [p0, p1] = split_u64(self.position_command as u64);
         let [r0, r1] = split_u64(self.rate_command as u64);
-        let state = self.mode.code() | self.fault.code() << 8 | u32::from(self.limits.0) << 16;
+        let state = self.mode.code() | self.fault.code() << 8 | u32::from(self.limits.0) << 16 | u32::from(self.compensating.0) << 24;
         let [a, b, c, d, e] = self.limited_ticks;
         [t0, t1, u0, u1, p0, p1, r0, r1, state, a, b, c, d, e]
     }
@@ -127,6 +130,7 @@ impl Words<14> for Report {
             position_command: join_u64(p0, p1) as i64,
             rate_command: join_u64(r0, r1) as i64,
             mode: Mode::of_code(state & 0xff),
+            compensating: Compensating((state >> 24) as u8),
             fault: Fault::of_code(state >> 8 & 0xff),
             limits: Limits((state >> 16) as u8),
             limited_ticks: [a, b, c, d, e],

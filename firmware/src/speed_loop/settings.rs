@@ -3,8 +3,10 @@
 //! [`Settings`] are in a person's units; [`Config`] is the same in the tick's units (counts, ticks, compare counts), in
 //! single precision. Making one from the other is the only place where a number can be refused.
 
+use super::feed_forward::{self, Learnt};
 use super::segment::{ONE, rate_unit};
 use crate::board::{CONTROL_HZ, Hardware};
+use crate::compensation::Compensation;
 use crate::config::{ConfigError, within};
 
 /// Gains and limits. The default is the default stand's: maxon RE 25 118752, platform of 2.5·10⁻⁴ kg m².
@@ -33,6 +35,8 @@ pub struct Settings {
     pub voltage_limit_V: f64,
     /// Rate at which the drive is switched off, rad/s.
     pub overspeed_rad_s: f64,
+    /// What was learnt of the drive, fed forward in rate mode.
+    pub compensation: Compensation,
 }
 
 impl Default for Settings {
@@ -50,6 +54,7 @@ impl Default for Settings {
             current_limit_A: 1.5,
             voltage_limit_V: 11.4, // 5 % of reserve: the loop keeps authority when the supply sags
             overspeed_rad_s: 45.0, // the range is 34.9 (2000 °/s)
+            compensation: Compensation::default(),
         }
     }
 }
@@ -73,9 +78,19 @@ pub struct Config {
     pub(crate) current_window: f32,
     pub(crate) duty_limit: f32,
     pub(crate) overspeed: f32,
+    pub(crate) learnt: Learnt,
+    /// One encoder count, 2⁻³² turn.
+    pub(crate) angle_per_count: u32,
+    /// Counts without an index after which it is lost.
+    pub(crate) index_lost: i32,
 }
 
 impl Config {
+    /// What the settings' compensation is in the tick's units: to be posted where something was learnt.
+    pub fn learnt(&self) -> Learnt {
+        self.learnt
+    }
+
     /// Checks the settings for this hardware.
     ///
     /// # Errors
@@ -93,6 +108,7 @@ impl Config {
         let current = within("current_limit_A", s.current_limit_A, 1e-3, 1e3)?;
         let volts = within("voltage_limit_V", s.voltage_limit_V, 1e-3, hardware.supply_nominal_V)?;
         let overspeed = within("overspeed_rad_s", s.overspeed_rad_s, 1e-3, 1e4)?;
+        s.compensation.check(constant * current)?;
 
         let hz = CONTROL_HZ as f64;
         let rad_s_per_count_tick = hardware.rad_per_count() * hz;
@@ -100,6 +116,7 @@ impl Config {
         // Triple pole at w: the rate's transfer (3 w² s + w³)/(s + w)³ is 3 dB down at 1.65 w.
         let pole = libm::exp(-core::f64::consts::TAU * bandwidth / 1.65 / hz);
         let gap = 1.0 - pole;
+        let (angle_per_count, index_lost) = feed_forward::units(hardware);
         Ok(Self {
             back_emf: (constant * rad_s_per_count_tick * duty_per_volt) as f32,
             inertia: (resistance / constant * inertia * rad_s_per_count_tick * hz * duty_per_volt) as f32,
@@ -111,6 +128,9 @@ impl Config {
             current_window: (resistance * current * duty_per_volt) as f32,
             duty_limit: (volts * duty_per_volt) as f32,
             overspeed: (overspeed / rad_s_per_count_tick) as f32,
+            learnt: Learnt::new(&s.compensation, hardware, resistance, constant),
+            angle_per_count,
+            index_lost,
         })
     }
 }

@@ -299,6 +299,7 @@ fn orders_and_reports_pass_the_mailbox_unchanged() {
         mode: Mode::Voltage,
         fault: Fault::Overspeed,
         limits: Limits(31),
+        compensating: Compensating(15),
         limited_ticks: [1, 2, 3, 4, u32::MAX],
     };
     assert_eq!(Report::from_words(&report.to_words()), report);

@@ -7,7 +7,7 @@
 pub mod linear_motor;
 
 use crate::clock::{SimClock, VirtualClock};
-use crate::peripherals::{CurrentAdc, Encoder, Noise, RateSensor, SensorSetup, SlowChannel};
+use crate::peripherals::{CurrentAdc, Encoder, Index, Noise, RateSensor, SensorSetup, SlowChannel};
 use stand_firmware::board::{
     Board, CONTROL_PER_ROW, CurrentSum, Drive, EncoderCount, Hardware, RateCode, Sensed, Stamped, SupplyCode, TICKS_PER_CONTROL,
     TICKS_PER_S, TemperatureCode, TickIo, Ticks,
@@ -59,6 +59,9 @@ pub struct Bench<P> {
     /// Current times time since the tick began, A s, and that time, s.
     charge: (f64, f64),
     encoder: Encoder,
+    index: Index,
+    /// What the interrupt's and the tasks' counter captured and nobody has taken yet.
+    captured: [Option<EncoderCount>; 2],
     current: CurrentAdc,
     rate: Stamped<RateSensor>,
     supply: Stamped<SlowChannel>,
@@ -69,6 +72,7 @@ pub struct Bench<P> {
 impl<P: PlantPort> Bench<P> {
     /// A bench at time 0, before its first tick.
     pub fn new(hardware: &Hardware, sensors: &SensorSetup, seed: u64, plant: P) -> Self {
+        let encoder = Encoder::new(hardware);
         let rate = RateSensor::new(hardware, sensors, seed, plant.rate_rad_s());
         let supply = SlowChannel::new(hardware.supply_V_per_code, Noise::new(seed, 2, sensors.supply_noise_V));
         let temperature = SlowChannel::new(hardware.temperature_C_per_code, Noise::new(seed, 3, sensors.temp_noise_K));
@@ -79,7 +83,9 @@ impl<P: PlantPort> Bench<P> {
             acting_V: 0.0,
             pending_V: 0.0,
             charge: (0.0, 0.0),
-            encoder: Encoder::new(hardware),
+            encoder,
+            index: Index::new(hardware, encoder.whole(plant.theta_rad())),
+            captured: [None; 2],
             current: CurrentAdc::new(hardware, sensors, seed),
             rate: Stamped { value: rate, at: Ticks(0) },
             supply: Stamped { value: supply, at: Ticks(0) },
@@ -137,6 +143,9 @@ impl<P: PlantPort> Bench<P> {
             self.current.tick(charge / time);
         }
         self.acting_V = self.pending_V;
+        if let Some(count) = self.index.pass(self.encoder.whole(self.plant.theta_rad())) {
+            self.captured = [Some(count); 2];
+        }
         if self.tick.is_multiple_of(RATE_SENSOR_EVERY) {
             self.rate.value.sample();
             self.rate.at = self.now;
@@ -158,6 +167,11 @@ impl<P: PlantPort> TickIo for SimTickIo<'_, P> {
     #[inline]
     fn sense(&mut self) -> Sensed {
         Sensed { tick: self.0.tick, encoder: self.0.encoder.count(self.0.plant.theta_rad()) }
+    }
+
+    #[inline]
+    fn index(&mut self) -> Option<EncoderCount> {
+        self.0.captured[0].take()
     }
 
     #[inline]
@@ -189,6 +203,10 @@ impl<'a, P: PlantPort> Board for SimBoard<'a, P> {
     fn encoder(&mut self) -> Stamped<EncoderCount> {
         let bench = self.bench.borrow();
         Stamped { value: bench.encoder.count(bench.plant.theta_rad()), at: bench.now }
+    }
+
+    fn index(&mut self) -> Option<EncoderCount> {
+        self.bench.borrow_mut().captured[1].take()
     }
 
     fn current(&mut self) -> Stamped<CurrentSum> {

@@ -20,10 +20,15 @@ impl Encoder {
     /// The counter at the angle `theta_rad`.
     #[inline]
     pub fn count(&self, theta_rad: f64) -> EncoderCount {
+        EncoderCount(self.whole(theta_rad) as u16)
+    }
+
+    /// The edges passed since the angle zero, before the counter wraps.
+    #[inline]
+    pub fn whole(&self, theta_rad: f64) -> i64 {
         let exact = theta_rad * self.counts_per_rad;
         let truncated = exact as i64;
-        let down = truncated - i64::from((truncated as f64) > exact);
-        EncoderCount(down as u16)
+        truncated - i64::from((truncated as f64) > exact)
     }
 }
 

@@ -6,12 +6,14 @@
 
 mod current;
 mod encoder;
+mod index;
 mod noise;
 mod rate_sensor;
 mod slow;
 
 pub use current::CurrentAdc;
 pub use encoder::Encoder;
+pub use index::Index;
 pub use noise::Noise;
 pub use rate_sensor::RateSensor;
 pub use slow::SlowChannel;

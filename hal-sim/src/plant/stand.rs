@@ -9,6 +9,8 @@
 //! [effects."cogging#2"]
 //! cogging_N_m = 1e-3
 //! cogging_order = 14
+//! [outsiders.sector-rub]
+//! rub_N_m = 1e-3
 //! [sensors]
 //! rate_noise_rad_s = 0.02
 //! ```
@@ -18,6 +20,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use super::outsiders::Outsiders;
 use crate::effects::{self, Kind};
 use crate::peripherals::SensorSetup;
 use crate::session::StandSetup;
@@ -37,6 +40,9 @@ pub struct Stand {
     pub drive: Drive,
     /// The effects that it has, by name (`cogging`, `cogging#2`), with their parameters.
     pub effects: BTreeMap<String, BTreeMap<String, f64>>,
+    /// Disturbances that no model knows.
+    #[serde(skip_serializing_if = "nothing_outside")]
+    pub outsiders: Outsiders,
     /// Noise and filters of its sensors.
     pub sensors: SensorSetup,
     /// Scales of its converters and its encoder.
@@ -94,6 +100,7 @@ impl Default for Stand {
             ]
             .into_iter()
             .collect(),
+            outsiders: Outsiders::default(),
             sensors: SensorSetup::default(),
             hardware: Hardware::default(),
             firmware: Settings::default(),
@@ -120,6 +127,9 @@ pub enum StandError {
         /// What there is.
         has: String,
     },
+    /// A clutch and a shaft.
+    #[error("outsiders.slipping-clutch and effects.{0}: between motor and platform there is one of the two")]
+    TwoCouplings(String),
     /// A value that cannot be.
     #[error("{key} = {value}: must be {range}")]
     OutOfRange {
@@ -186,7 +196,22 @@ impl Stand {
                 range: "from −100 to 200".to_owned(),
             });
         }
+        self.check_outside()?;
         self.placed().map(|_| ())
+    }
+
+    /// The outsiders by themselves, and beside the effects.
+    pub(super) fn check_outside(&self) -> Result<(), StandError> {
+        self.outsiders.check()?;
+        match (self.outsiders.slipping_clutch, self.shaft()) {
+            (Some(_), Some(shaft)) => Err(StandError::TwoCouplings(shaft.to_owned())),
+            _ => Ok(()),
+        }
+    }
+
+    /// The effect that puts a shaft between motor and platform.
+    fn shaft(&self) -> Option<&str> {
+        self.effects.keys().map(String::as_str).find(|name| ["compliance", "backlash"].contains(&stem(name)))
     }
 
     /// The effects with their parameters in the cards' order; what is not given is the card's start value.
@@ -226,6 +251,10 @@ impl Stand {
     pub fn setup(&self) -> StandSetup {
         StandSetup { hardware: self.hardware, sensors: self.sensors, settings: self.firmware }
     }
+}
+
+fn nothing_outside(outsiders: &Outsiders) -> bool {
+    !outsiders.any()
 }
 
 /// `cogging` of `cogging#2`.

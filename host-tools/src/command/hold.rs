@@ -1,5 +1,7 @@
 //! `stand compare` and `stand fit`: a model held against a log.
 
+mod equation_error;
+
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -12,6 +14,7 @@ use crate::log::{Log, Source};
 use crate::model::{Channel, Model};
 use crate::plausible;
 use crate::report::{self, Comparison, Style};
+use crate::residual;
 
 /// Hold a model against a log, unchanged.
 #[derive(Debug, Args)]
@@ -39,6 +42,12 @@ pub(super) struct Fit {
     /// Fit all rows; otherwise every fourth block of 2 s is held out, to judge the fit by
     #[arg(long)]
     all_rows: bool,
+    /// Fit row by row along the measured motion (inverse model, least squares); the free run's values stand beside
+    #[arg(long, conflicts_with = "html")]
+    equation_error: bool,
+    /// Cutoff before the angle is differentiated; usually 100 Hz, or a fifth of the rows' rate
+    #[arg(long, value_name = "HZ", requires = "equation_error")]
+    cutoff_hz: Option<f64>,
     #[command(flatten)]
     output: Output,
 }
@@ -56,11 +65,16 @@ impl Fit {
         self.output.check()?;
         self.out.as_deref().map_or(Ok(()), check_place)?;
         let (log, model) = read(&self.log, &self.model)?;
-        let manner = if self.all_rows { Manner::FittedToAll } else { Manner::Fitted };
-        let held = hold(&log, &model, manner, &self.output)?;
-        let (Some(held), Some(out)) = (held, &self.out) else { return Ok(()) };
+        let parameters = if self.equation_error {
+            let style = Style { colour: is_terminal(), width: 80 };
+            equation_error::hold(&log, &model, self.cutoff_hz, self.all_rows, &self.output, style)?.map(|e| e.parameters)
+        } else {
+            let manner = if self.all_rows { Manner::FittedToAll } else { Manner::Fitted };
+            hold(&log, &model, manner, &self.output)?.map(|held| held.parameters)
+        };
+        let (Some(parameters), Some(out)) = (parameters, &self.out) else { return Ok(()) };
         let mut fitted = model.clone();
-        fitted.set_all(held.parameters.list.iter().map(|p| (p.name.as_str(), p.value)))?;
+        fitted.set_all(parameters.list.iter().map(|p| (p.name.as_str(), p.value)))?;
         fitted.write(out)?;
         self.output.text(&format!("\nThe fitted model is in {}.\n", out.display()))
     }
@@ -110,7 +124,7 @@ pub(super) fn hold(log: &Log, model: &Model, manner: Manner, output: &Output) ->
         fitted: manner != Manner::Compared,
         seconds: begin.elapsed().as_secs_f64(),
         remarks,
-        failures: Vec::new(),
+        failures: residual::failures(log, &record, &held),
     };
     output.text(&report::text(&comparison, Style { colour: is_terminal(), width: 80 }))?;
     output.json(|| if comparison.fitted { report::fit_json(&comparison) } else { report::compare_json(&comparison) })?;

@@ -3,8 +3,11 @@
 //! Every command that computes takes `--json FILE` (`-` for standard output, and then nothing else is printed there) and, where there is
 //! something to see, `--html FILE`. Exit status: 0 it did its job, whatever it found; 2 the words or the input are wrong; 1 anything else.
 
+mod compensate;
 mod effects;
 mod error;
+mod explain;
+mod explain_folder;
 mod hold;
 mod model;
 mod output;
@@ -34,6 +37,13 @@ enum Command {
     Compare(hold::Compare),
     /// Fit a model's parameters to a log, with their uncertainties
     Fit(hold::Fit),
+    /// Find the effect that a model lacks, with the evidence for it
+    ///
+    /// Several logs are fitted together, as one measurement with one set of parameters. A folder is another thing: each of its logs is
+    /// explained by itself, over all cores, and a table says what came of each.
+    Explain(explain::Explain),
+    /// Write what was learnt into the firmware's compensation, and see the ripple fall
+    Compensate(compensate::Compensate),
     /// Make, show or change a model file
     #[command(subcommand)]
     Model(model::ModelCommand),
@@ -59,6 +69,8 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
         Some(Command::Sim(sim)) => sim.run(),
         Some(Command::Compare(compare)) => compare.run(),
         Some(Command::Fit(fit)) => fit.run(),
+        Some(Command::Explain(explain)) => explain.run(),
+        Some(Command::Compensate(compensate)) => compensate.run(),
         Some(Command::Model(model)) => model.run(),
         Some(Command::Effects(effects)) => effects.run(),
     };

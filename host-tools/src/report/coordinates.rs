@@ -86,6 +86,18 @@ pub fn coordinates<'a>(log: &'a Log, record: &'a Record<'a>, channels: &'a [Fitn
     } else if let Some(value) = column("i_A") {
         along(Coordinate::Current, "current, A", 40, None, Box::new(value));
     }
+    if let Some(rate) = modelled(Channel::Rate) {
+        // Over 20 ms either way within the same segment, as far as the rows go.
+        let reach = record.angle_lag();
+        let value = move |row: usize| {
+            let (a, b) = (row.saturating_sub(reach), row + reach);
+            match (record.t_s.get(a), record.t_s.get(b)) {
+                (Some(t), Some(u)) if u - t < 1.5 * (b - a) as f64 * record.dt_s => (rate(b) - rate(a)) / (u - t),
+                _ => f64::NAN,
+            }
+        };
+        along(Coordinate::Acceleration, "acceleration, rad/s²", 40, None, Box::new(value));
+    }
     if let Some(value) = column("temp_C") {
         along(Coordinate::Temperature, "winding temperature, °C", 30, None, Box::new(value));
     }

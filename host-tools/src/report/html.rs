@@ -3,18 +3,21 @@
 use super::coordinates::coordinates;
 use super::page::{Page, escaped, swatch, with_code};
 use super::words::{self, ParameterRow};
-use super::{Comparison, digits, quantity, sections, unit};
+use super::{Comparison, digits, failing, quantity, sections, unit};
+use crate::residual::picture::Pictures;
 
 /// The report of a comparison or a fit as one file that needs nothing else.
 pub fn html(c: &Comparison) -> String {
     let mut page = Page::new(&c.title);
     head(c, &mut page);
+    where_it_fails(c, &mut page);
     summary(c, &mut page);
     if c.fitted {
         parameters(&words::parameters(c), &mut page);
     }
     let along = coordinates(c.log, c.record, &c.held.channels);
-    for (compared, fitness) in c.record.channels.iter().zip(&c.held.channels) {
+    let pictures = Pictures::of(c.log, c.record, c.held);
+    for (index, (compared, fitness)) in c.record.channels.iter().zip(&c.held.channels).enumerate() {
         page.push("<section>");
         page.push(&format!("<h2>{} <span class=\"faint\">{}</span></h2>", escaped(fitness.shows.column()), quantity(fitness.shows)));
         page.paragraph("", &words::channel(fitness));
@@ -22,6 +25,9 @@ pub fn html(c: &Comparison) -> String {
         sections::close_up(c.record, compared, fitness, &mut page);
         sections::noise_like(c.record, fitness, &mut page);
         sections::over_coordinates(fitness, &along, &mut page);
+        if let Some(p) = &pictures {
+            failing::pictures(p, index, fitness, &mut page);
+        }
         page.push("</section>");
     }
     glossary(&mut page);
@@ -30,9 +36,6 @@ pub fn html(c: &Comparison) -> String {
 
 fn head(c: &Comparison, page: &mut Page) {
     page.push(&format!("<p class=\"lead\">{}</p>", with_code(&words::conclusion(c))));
-    for failure in c.failures.iter().skip(1) {
-        page.paragraph("", &failure.says);
-    }
     let names = c.model.effect_names();
     let effects = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
     let log = format!(
@@ -69,6 +72,28 @@ fn head(c: &Comparison, page: &mut Page) {
     for line in c.all_remarks() {
         page.paragraph("faint", &line);
     }
+}
+
+/// The failures as a table; nothing where there are none.
+fn where_it_fails(c: &Comparison, page: &mut Page) {
+    if c.failures.is_empty() {
+        return;
+    }
+    page.push("<section><h2>Where it fails</h2>");
+    page.push("<p class=\"faint\">The coordinate that accounts for most stands first; each share is what it accounts for beyond those before it. Nothing is listed that chance would give once in a thousand logs.</p>");
+    page.push("<div class=\"scroll\"><table><thead><tr><th>channel</th><th>over</th><th>share of the residual</th><th>order</th><th>by chance</th><th></th></tr></thead><tbody>");
+    for f in &c.failures {
+        page.push(&format!(
+            "<tr><td>{}</td><td>{}</td><td class=\"number\">{} %</td><td class=\"number\">{}</td><td class=\"number\">10{}</td><td>{}</td></tr>",
+            f.output.column(),
+            f.coordinate.name(),
+            digits::significant(100.0 * f.share, 2),
+            f.order.map_or(String::new(), |n| n.to_string()),
+            digits::superscript(f.log10_p.ceil().max(-1e6) as i32),
+            escaped(&f.says)
+        ));
+    }
+    page.push("</tbody></table></div></section>");
 }
 
 fn summary(c: &Comparison, page: &mut Page) {

@@ -13,6 +13,13 @@
 mod bad_log;
 pub mod coordinates;
 mod digits;
+pub mod explain_coverage;
+mod explain_html;
+mod explain_json;
+mod explain_plots;
+mod explain_text;
+pub mod explain_words;
+pub mod failing;
 mod html;
 mod json;
 pub mod page;
@@ -26,34 +33,17 @@ pub mod words;
 
 pub use bad_log::{bad_log_html, bad_log_json, bad_log_text};
 pub use digits::{plain, significant, with_sigma};
+pub use explain_html::explain_html;
+pub use explain_json::explain_json;
+pub use explain_text::explain_text;
 pub use html::html;
 pub use json::{compare_json, failures_json, finite, fit_json};
+pub use crate::residual::Failure;
 pub use terminal::{Style, sparkline, text};
-
-use hal_sim::effects::Coordinate;
 
 use crate::fit::{Held, Record};
 use crate::log::Log;
 use crate::model::{Channel, Model};
-
-/// One coordinate over which a residual is not noise (interfaces.md, `failures`).
-#[derive(Debug, Clone, PartialEq)]
-pub struct Failure {
-    /// The channel that fails.
-    pub output: Channel,
-    /// Over what.
-    pub coordinate: Coordinate,
-    /// Part of the residual's variance that this accounts for, 0 to 1.
-    pub share: f64,
-    /// Periods per turn, where the coordinate is the angle and one order stands out.
-    pub order: Option<u32>,
-    /// Probability of as much by chance.
-    pub p_value: f64,
-    /// Its decimal logarithm, which lasts where the probability is too small for a number.
-    pub log10_p: f64,
-    /// A sentence for the person.
-    pub says: String,
-}
 
 /// A model held against a log, ready to be told.
 pub struct Comparison<'a> {

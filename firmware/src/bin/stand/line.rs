@@ -33,7 +33,7 @@ pub async fn send(mut uart: UartTx<'static, Async>) {
 }
 
 /// Notes and the header of a log.
-pub async fn header(hardware: &Hardware, profile: &ProfileConfig, mode: &str) {
+pub async fn header(hardware: &Hardware, profile: &ProfileConfig, mode: &str, from_index: bool) {
     note(format_args!("stand: NUCLEO-F446RE")).await;
     note(format_args!("firmware: {}", stand_firmware::VERSION)).await;
     note(format_args!("profile: {}", profile.kind)).await;
@@ -42,7 +42,7 @@ pub async fn header(hardware: &Hardware, profile: &ProfileConfig, mode: &str) {
     note(format_args!("seed: {}", profile.seed)).await;
     note(format_args!("u_V: asked")).await;
     note(format_args!("i_A: mean of samples each 0.1 ms over [t, t+5 ms)")).await;
-    note(format_args!("theta_zero: arbitrary")).await;
+    note(format_args!("theta_zero: {}", if from_index { "index" } else { "arbitrary" })).await;
     note(format_args!("theta_lsb_rad: {:.9}", hardware.rad_per_count())).await;
     note(format_args!("rate_sensor: none")).await;
     let mut line = Line::new();

@@ -4,6 +4,7 @@
 //! counter, where a period's mean shows; that is a sample each 100 µs, not yet a gapless mean. Supply and temperature
 //! (ADC1) are converted when asked, some 4 µs each. There is no rate sensor yet, and it says so.
 
+use crate::index::Index;
 use crate::tick::{BoardClock, take_current};
 use embassy_stm32::Peri;
 use embassy_stm32::adc::{Adc, AdcChannel, InjectedAdc, SampleTime};
@@ -26,6 +27,7 @@ pub fn start_current(adc: Peri<'static, ADC2>, pin: Peri<'static, PA0>) -> Curre
 /// The tasks' half.
 pub struct StandBoard {
     qei: Qei<'static, TIM4>,
+    index: Index,
     adc: Adc<'static, ADC1>,
     supply: Peri<'static, PA1>,
     thermistor: Peri<'static, PA4>,
@@ -33,8 +35,14 @@ pub struct StandBoard {
 
 impl StandBoard {
     /// The tasks' half of these peripherals.
-    pub fn new(qei: Qei<'static, TIM4>, adc: Adc<'static, ADC1>, supply: Peri<'static, PA1>, thermistor: Peri<'static, PA4>) -> Self {
-        Self { qei, adc, supply, thermistor }
+    pub fn new(
+        qei: Qei<'static, TIM4>,
+        index: Index,
+        adc: Adc<'static, ADC1>,
+        supply: Peri<'static, PA1>,
+        thermistor: Peri<'static, PA4>,
+    ) -> Self {
+        Self { qei, index, adc, supply, thermistor }
     }
 }
 
@@ -48,6 +56,10 @@ impl Board for StandBoard {
     fn encoder(&mut self) -> Stamped<EncoderCount> {
         let value = EncoderCount(self.qei.count());
         Stamped { value, at: BoardClock.now() }
+    }
+
+    fn index(&mut self) -> Option<EncoderCount> {
+        self.index.take()
     }
 
     fn current(&mut self) -> Stamped<CurrentSum> {

@@ -5,6 +5,7 @@
 //! again after each wake and says its deadlines anew.
 
 use crate::bridge::Bridge;
+use crate::index::Index;
 use core::cell::{Cell, RefCell};
 use core::future::poll_fn;
 use core::task::Poll;
@@ -47,6 +48,7 @@ pub struct Tick {
 struct TickHardware {
     tick: u64,
     qei: Qei<'static, peripherals::TIM3>,
+    index: Index,
     bridge: Bridge,
     _current: crate::sensors::Current,
 }
@@ -56,10 +58,11 @@ impl Tick {
     pub fn new(
         interrupt: Interrupt<'static>,
         qei: Qei<'static, peripherals::TIM3>,
+        index: Index,
         bridge: Bridge,
         current: crate::sensors::Current,
     ) -> Self {
-        Self { interrupt, hardware: TickHardware { tick: 0, qei, bridge, _current: current } }
+        Self { interrupt, hardware: TickHardware { tick: 0, qei, index, bridge, _current: current } }
     }
 }
 
@@ -67,6 +70,11 @@ impl TickIo for TickHardware {
     #[inline]
     fn sense(&mut self) -> Sensed {
         Sensed { tick: self.tick, encoder: EncoderCount(self.qei.count()) }
+    }
+
+    #[inline]
+    fn index(&mut self) -> Option<EncoderCount> {
+        self.index.take()
     }
 
     #[inline]

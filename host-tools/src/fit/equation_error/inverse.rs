@@ -28,6 +28,8 @@ pub(super) type Series = Vec<f64>;
 
 /// What is left of an identity in doubles after some thousand operations.
 const ROUNDING: f64 = 1e-7;
+/// The same beside numbers that are larger by far.
+const SMALLEST: f64 = 1e-13;
 /// Rows at which linearity is tried, at least.
 const TRIED_ROWS: usize = 500;
 
@@ -88,8 +90,11 @@ impl Inverse<'_> {
                 self.need(&moved(parameters, &there), stride)
             };
             let (one, two) = (away(1.0), away(2.0));
-            let size = start.iter().chain(&one).chain(&two).fold(0.0_f64, |m, v| m.max(v.abs()));
-            let linear = |off: f64| off.abs() <= ROUNDING * size;
+            // Against what this parameter itself does, so that a small effect's bend is not lost beside a large inertia.
+            let most = |series: &mut dyn Iterator<Item = f64>| series.fold(0.0_f64, |m, v| m.max(v.abs()));
+            let own = most(&mut one.iter().zip(&start).map(|(o, s)| o - s));
+            let all = most(&mut start.iter().chain(&two).copied());
+            let linear = |off: f64| off.abs() <= ROUNDING * own + SMALLEST * all;
             let column = self.strided(&columns[lane], stride);
             let name = || parameters.list[parameters.free()[lane]].name.clone();
             if !(0..start.len()).all(|k| linear(two[k] - 2.0 * one[k] + start[k])) {

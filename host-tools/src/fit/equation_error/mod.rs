@@ -295,3 +295,6 @@ impl Thinner {
         kept
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,36 @@
+//! A list of harmonics in a file: `[[firmware.compensation.harmonics]]`, at most as many as there is room for.
+
+use super::{Harmonic, Harmonics, MOST_HARMONICS};
+use core::fmt;
+use serde::de::{Error, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+impl Serialize for Harmonics {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.as_slice())
+    }
+}
+
+impl<'de> Deserialize<'de> for Harmonics {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_seq(List)
+    }
+}
+
+struct List;
+
+impl<'de> Visitor<'de> for List {
+    type Value = Harmonics;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "a list of at most {MOST_HARMONICS} harmonics")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut sequence: A) -> Result<Harmonics, A::Error> {
+        let mut all = Harmonics::default();
+        while let Some(harmonic) = sequence.next_element::<Harmonic>()? {
+            all.push(harmonic).ok_or_else(|| A::Error::invalid_length(MOST_HARMONICS + 1, &self))?;
+        }
+        Ok(all)
+    }
+}

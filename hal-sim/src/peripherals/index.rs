@@ -1,0 +1,66 @@
+//! The encoder's index: a pulse once per turn, at which a counter's value is captured.
+//!
+//! The pulse is gated to one count (as HEDS-9040's channel I is), the first of the turn, so that its beginning captures the same count
+//! from either side. At most one pulse between two looks: the bench looks at each tick, and no stand turns a whole turn in one.
+
+use stand_firmware::board::{EncoderCount, Hardware};
+
+/// Watches the disc for the index.
+#[derive(Clone, Copy, Debug)]
+pub struct Index {
+    counts_per_turn: i64,
+    /// Count at the last look, from the first of its turn.
+    within: i64,
+    last: i64,
+}
+
+impl Index {
+    /// The index of this hardware's encoder, which shows `count` now.
+    pub fn new(hardware: &Hardware, count: i64) -> Self {
+        let counts_per_turn = (hardware.counts_per_turn + 0.5) as i64;
+        Self { counts_per_turn, within: count.rem_euclid(counts_per_turn), last: count }
+    }
+
+    /// The disc has come to `count`: what a counter captured on the way, if the pulse began.
+    #[inline]
+    pub fn pass(&mut self, count: i64) -> Option<EncoderCount> {
+        let before = self.within;
+        let mut now = before + count - self.last;
+        self.last = count;
+        let captured = if now >= self.counts_per_turn {
+            now -= self.counts_per_turn;
+            Some(count - now)
+        } else {
+            let at = count - now;
+            if now < 0 {
+                now += self.counts_per_turn;
+            }
+            (before > 0 && at >= count).then_some(at)
+        };
+        self.within = now;
+        captured.map(|count| EncoderCount(count as u16))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_pulse_captures_the_same_count_from_either_side_and_not_where_it_began() {
+        let hardware = Hardware::default();
+        let mut index = Index::new(&hardware, 0);
+        assert_eq!(index.pass(5), None, "it was in the pulse at power-on: nothing began");
+        assert_eq!(index.pass(-3), Some(EncoderCount(0)), "backwards through it");
+        assert_eq!(index.pass(2), Some(EncoderCount(0)), "and forwards again");
+        assert_eq!(index.pass(0), Some(EncoderCount(0)), "backwards into it");
+        assert_eq!(index.pass(3), None, "out of it is no beginning");
+        assert_eq!(index.pass(19_999), None);
+        assert_eq!(index.pass(20_001), Some(EncoderCount(20_000)));
+        assert_eq!(index.pass(19_990), Some(EncoderCount(20_000)));
+        assert_eq!(index.pass(19_000), None);
+        let mut behind = Index::new(&hardware, -320);
+        assert_eq!(behind.pass(-2), None);
+        assert_eq!(behind.pass(0), Some(EncoderCount(0)));
+    }
+}

@@ -1,0 +1,198 @@
+//! One step in time: Runge and Kutta's fourth order, and the instants within it at which something changes its side.
+
+use super::Plant;
+use super::motion::{CURRENT, FULL, MOTOR, OMEGA, TWIST, Way, past_gap};
+
+/// Longest step as a part of the fastest time constant.
+pub(super) const STEP_OF_FASTEST: f64 = 0.5;
+/// A bristle that settles faster than this is not followed on its way, s: what it does there no sensor sees.
+pub(super) const QUICKEST_BRISTLE_S: f64 = 5e-6;
+/// Shortest touch of a flank that is looked for, s.
+pub(super) const TOUCH_S: f64 = 2e-5;
+/// Most steps within one tick.
+pub(super) const MOST_STEPS: f64 = 200.0;
+
+impl Plant {
+    #[inline]
+    pub(super) fn runge_kutta<const N: usize>(&self, s: &[f64; N], way: Way, asked_V: f64, t_s: f64, h: f64) -> [f64; N] {
+        let k1 = self.derivative(s, way, asked_V, t_s);
+        let k2 = self.derivative(&along(s, &k1, 0.5 * h), way, asked_V, t_s + 0.5 * h);
+        let k3 = self.derivative(&along(s, &k2, 0.5 * h), way, asked_V, t_s + 0.5 * h);
+        let k4 = self.derivative(&along(s, &k3, h), way, asked_V, t_s + h);
+        let mut next = *s;
+        for k in 0..next.len() {
+            next[k] += h / 6.0 * (k1[k] + 2.0 * (k2[k] + k3[k]) + k4[k]);
+        }
+        next
+    }
+
+    /// One step, in which the rotor may stop: the instant is located, and what is left begins from rest.
+    #[inline]
+    pub(super) fn step<const N: usize>(&self, state: &mut [f64; N], asked_V: f64, mut t_s: f64, mut h: f64) {
+        let motor = self.motor::<N>();
+        let sticks = self.arms.bristle_N_m_rad.is_none();
+        let drops = self.drops && self.arms.inductance_H.is_some();
+        let clutch = N == FULL && self.outsiders.slipping_clutch.is_some();
+        let corners = drops
+            || clutch
+            || (N == FULL && (self.outsiders.sector_rub.is_some() || self.arms.shaft.as_ref().is_some_and(|shaft| shaft.gap > 0.0)));
+        // A rotor can stop, turn and stop again within a step only by a chatter that rest ends; so can two masses in a gap.
+        for _ in 0..8 {
+            let way = self.way(state, asked_V, t_s);
+            let direction = way.slides;
+            let held = Way { slides: 0.0, ..way };
+            let mut next = self.runge_kutta(state, way, asked_V, t_s, h);
+            let mut reach = h;
+            if corners && self.changes(state, &next, way) {
+                // Contact begins or ends, a current or a slip comes to its end: the step goes just beyond that instant, and another follows.
+                reach = Self::last_of(h, |part| !self.changes(state, &self.runge_kutta(state, way, asked_V, t_s, part), way));
+                next = self.runge_kutta(state, way, asked_V, t_s, reach);
+                if drops && next[CURRENT] * state[CURRENT] < 0.0 {
+                    next[CURRENT] = 0.0;
+                }
+                self.catch(&mut next, way);
+            }
+            if clutch && way.slips == 0.0 && self.slip(&next, direction, asked_V, t_s + reach) != 0.0 {
+                // The clutch lets go within the step.
+                let closed = |part| self.runge_kutta(state, way, asked_V, t_s, part);
+                reach = Self::last_of(reach, |part| self.slip(&closed(part), direction, asked_V, t_s + part) == 0.0);
+                next = closed(reach);
+            }
+            if sticks && direction == 0.0 && self.direction(&next, asked_V, t_s + reach) != 0.0 {
+                // It breaks away within the step, as the current rises or a load comes: the first instant at which it is not held.
+                let still = |part| self.runge_kutta(state, held, asked_V, t_s, part);
+                let free = Self::last_of(reach, |part| self.direction(&still(part), asked_V, t_s + part) == 0.0);
+                *state = still(free);
+                t_s += free;
+                h -= free;
+                if h <= 1e-12 {
+                    break;
+                }
+                continue;
+            }
+            let passed = sticks && direction != 0.0 && next[motor] * direction < 0.0;
+            if !passed {
+                *state = next;
+                t_s += reach;
+                h -= reach;
+                if h <= 1e-12 {
+                    break;
+                }
+                continue;
+            }
+            // Illinois' regula falsi on the length of the step.
+            let (mut low, mut high) = (0.0, reach);
+            let (mut at_low, mut at_high) = (state[motor], next[motor]);
+            if at_low == 0.0 {
+                // From rest against its own direction: rounding. It stays at rest.
+                *state = self.runge_kutta(state, held, asked_V, t_s, h);
+                h = 0.0;
+                break;
+            }
+            let mut stopped = next;
+            let mut part = reach;
+            for _ in 0..20 {
+                part = low - at_low * (high - low) / (at_high - at_low);
+                stopped = self.runge_kutta(state, way, asked_V, t_s, part);
+                let omega = stopped[motor];
+                if omega.abs() < 1e-12 || high - low < 1e-12 {
+                    break;
+                }
+                if omega * direction > 0.0 {
+                    low = part;
+                    at_low = omega;
+                    at_high *= 0.5;
+                } else {
+                    high = part;
+                    at_high = omega;
+                    at_low *= 0.5;
+                }
+            }
+            stopped[motor] = 0.0;
+            if clutch && way.slips == 0.0 {
+                stopped[OMEGA] = 0.0;
+            }
+            *state = stopped;
+            t_s += part;
+            h -= part;
+            if h <= 1e-12 {
+                break;
+            }
+        }
+        if h > 1e-12 {
+            // Chatter: what is left goes as it goes now.
+            let way = self.way(state, asked_V, t_s);
+            *state = self.runge_kutta(state, way, asked_V, t_s, h);
+        }
+    }
+
+    /// The instant in (0, h] after which `so` is no longer so, from just beyond it, s.
+    pub(super) fn last_of(h: f64, so: impl Fn(f64) -> bool) -> f64 {
+        let (mut low, mut high) = (0.0, h);
+        while high - low > 1e-9 {
+            let part = 0.5 * (low + high);
+            if so(part) {
+                low = part;
+            } else {
+                high = part;
+            }
+        }
+        high
+    }
+
+    /// The two sides of a clutch whose slip has just come to its end go on as one.
+    fn catch<const N: usize>(&self, s: &mut [f64; N], way: Way) {
+        let (FULL, Some(clutch)) = (N, &self.outsiders.slipping_clutch) else { return };
+        if way.slips * (s[MOTOR] - s[OMEGA]) < 0.0 {
+            let share = clutch.motor_inertia_share;
+            // A motor that is held stays so.
+            let together = if way.slides == 0.0 { s[MOTOR] } else { share * s[MOTOR] + (1.0 - share) * s[OMEGA] };
+            s[MOTOR] = together;
+            s[OMEGA] = together;
+        }
+    }
+
+    /// Between these states a flank is touched or left, the current passes zero, a clutch catches, or a sector begins or ends.
+    pub(super) fn changes<const N: usize>(&self, from: &[f64; N], to: &[f64; N], way: Way) -> bool {
+        if N == FULL && (self.rubs(to) != way.rubs || (way.slips != 0.0 && way.slips * (to[MOTOR] - to[OMEGA]) < 0.0)) {
+            return true;
+        }
+        let side = |s: &[f64; N]| match &self.arms.shaft {
+            Some(shaft) if N == FULL && shaft.gap > 0.0 => past_gap(s[TWIST], shaft.gap).partial_cmp(&0.0),
+            _ => None,
+        };
+        side(from) != side(to) || (self.drops && self.arms.inductance_H.is_some() && from[CURRENT] * to[CURRENT] < 0.0)
+    }
+
+    /// Steps within a tick: by the fastest of winding, shaft and bristle.
+    pub(super) fn steps(&self, dt_s: f64) -> f64 {
+        let mut fastest_s = f64::INFINITY;
+        if let Some(inductance) = self.arms.inductance_H {
+            fastest_s = fastest_s.min(inductance / self.resistance);
+        }
+        if let Some(shaft) = &self.arms.shaft {
+            let reduced = self.inertia * shaft.share * (1.0 - shaft.share);
+            fastest_s = fastest_s.min((reduced / shaft.stiffness).sqrt() * 0.2).min(0.2 * reduced / shaft.damping.max(1e-12));
+            if shaft.gap > 0.0 {
+                // So that a flank is not touched and left again between two steps.
+                fastest_s = fastest_s.min(TOUCH_S);
+            }
+        }
+        if let Some(stiffness) = self.arms.bristle_N_m_rad {
+            // The bristle's own constant is its breakaway angle over the rate; a dry level of 10 µN m is the least that is looked for.
+            let (acts, _) = self.at(&self.state, self.rubs(&self.state), 0.0, self.t_s);
+            let constant_s = acts.dry.max(1e-5) / stiffness / self.state[OMEGA].abs().max(1e-3);
+            fastest_s = fastest_s.min(constant_s.max(QUICKEST_BRISTLE_S)).min((self.inertia / stiffness).sqrt());
+        }
+        (dt_s / (STEP_OF_FASTEST * fastest_s)).ceil().clamp(1.0, MOST_STEPS)
+    }
+}
+
+#[inline]
+pub(super) fn along<const N: usize>(s: &[f64; N], d: &[f64; N], h: f64) -> [f64; N] {
+    let mut next = *s;
+    for k in 0..next.len() {
+        next[k] += h * d[k];
+    }
+    next
+}

@@ -1,0 +1,244 @@
+//! How a state moves: laws, current, torque and time derivative, and on which side of their corners friction and brushes are.
+
+use super::Plant;
+use super::events::QUICKEST_BRISTLE_S;
+use crate::effects::{self, Acts, Point, T0_C};
+
+/// State: rate, current, angle, charge since the last tick; with shaft, clutch or bristle also the motor's rate, twist, bristle.
+pub(super) type State = [f64; FULL];
+pub(super) const FULL: usize = 7;
+/// What a drive without these and without outsiders needs of it.
+pub(super) const PLAIN: usize = 4;
+pub(super) const OMEGA: usize = 0;
+pub(super) const CURRENT: usize = 1;
+pub(super) const THETA: usize = 2;
+pub(super) const CHARGE: usize = 3;
+pub(super) const MOTOR: usize = 4;
+pub(super) const TWIST: usize = 5;
+pub(super) const BRISTLE: usize = 6;
+
+/// What stays as it is within a step: on which side of their corners dry friction, the drop of the brushes, clutch and sector are.
+#[derive(Clone, Copy)]
+pub(super) struct Way {
+    /// Direction in which the rotor slides; 0: it is held.
+    pub(super) slides: f64,
+    /// Direction of the current, where a drop opposes it; 0: none flows.
+    pub(super) flows: f64,
+    /// Direction in which the motor runs ahead of the platform through a clutch; 0: the clutch holds, or there is none.
+    pub(super) slips: f64,
+    /// The platform is within a sector that rubs.
+    pub(super) rubs: bool,
+}
+
+impl Plant {
+    /// Where the rate that friction and winding see stands in a state of N.
+    #[inline]
+    pub(super) fn motor<const N: usize>(&self) -> usize {
+        if N == FULL && (self.arms.shaft.is_some() || self.outsiders.slipping_clutch.is_some()) { MOTOR } else { OMEGA }
+    }
+
+    /// Inertia that friction acts on.
+    #[inline]
+    pub(super) fn rubbed_inertia<const N: usize>(&self) -> f64 {
+        if N == PLAIN { self.inertia } else { self.arms.shaft.as_ref().map_or(self.inertia, |s| self.inertia * s.share) }
+    }
+
+    #[inline]
+    pub(super) fn point<const N: usize>(&self, s: &[f64; N], current: f64, asked_V: f64, t_s: f64) -> Point<f64> {
+        Point {
+            from_s: t_s,
+            to_s: t_s,
+            theta: s[THETA],
+            omega: s[self.motor::<N>()],
+            current,
+            voltage: asked_V,
+            temp_C: self.heat_K + T0_C,
+            // The bridge itself follows the supply (`advance`); the law is not to count it twice.
+            supply_ratio: 1.0,
+            rate_from_encoder: false,
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn acts<const N: usize>(&self, s: &[f64; N], current: f64, asked_V: f64, t_s: f64) -> Acts<f64> {
+        let x = self.point(s, current, asked_V, t_s);
+        let mut acts = Acts::none();
+        for (law, parameters) in &self.laws {
+            law.act(parameters, &x, &mut acts);
+        }
+        acts
+    }
+
+    /// The platform is within a sector that rubs.
+    #[inline]
+    pub(super) fn rubs<const N: usize>(&self, s: &[f64; N]) -> bool {
+        N == FULL && self.outsiders.sector_rub.is_some_and(|rub| rub.holds(s[THETA]))
+    }
+
+    /// What the bridge gives of what was asked for.
+    #[inline(always)]
+    pub(super) fn given_V<const N: usize>(&self, asked_V: f64, t_s: f64) -> f64 {
+        match self.outsiders.hunting_supply {
+            Some(hunting) if N == FULL => asked_V * hunting.factor(t_s),
+            _ => asked_V,
+        }
+    }
+
+    /// Laws and current at a state, with what the bridge gives.
+    #[inline(always)]
+    pub(super) fn at<const N: usize>(&self, s: &[f64; N], rubs: bool, given_V: f64, t_s: f64) -> (Acts<f64>, f64) {
+        let (mut acts, current) = self.inside(s, given_V, t_s);
+        if N == FULL {
+            if let (true, Some(rub)) = (rubs, &self.outsiders.sector_rub) {
+                acts.dry += rub.rub_N_m;
+                acts.viscous += rub.rub_N_m_s;
+            }
+            acts.dry += self.grinding.as_ref().map_or(0.0, |grinding| grinding.level_N_m(t_s));
+        }
+        (acts, current)
+    }
+
+    /// The catalogue's laws. The current of a winding without inductance follows at once, found with the laws that ask for it.
+    #[inline(always)]
+    fn inside<const N: usize>(&self, s: &[f64; N], asked_V: f64, t_s: f64) -> (Acts<f64>, f64) {
+        if self.arms.inductance_H.is_some() {
+            return (self.acts(s, s[CURRENT], asked_V, t_s), s[CURRENT]);
+        }
+        let mut current = s[CURRENT];
+        let mut acts = self.acts(s, current, asked_V, t_s);
+        let rounds = if self.arms.by_current { 8 } else { 1 };
+        for round in 0..rounds {
+            let v = asked_V + acts.voltage - self.motor_constant * acts.motor_factor * s[self.motor::<N>()];
+            current = past_gap(v, 2.0 * acts.drop_V) / (self.resistance * acts.resistance_factor + acts.series_ohm);
+            if round + 1 < rounds {
+                acts = self.acts(s, current, asked_V, t_s);
+            }
+        }
+        (acts, current)
+    }
+
+    /// Torque on what friction rubs, without the dry part, N m.
+    #[inline(always)]
+    pub(super) fn torque<const N: usize>(&self, s: &[f64; N], acts: &Acts<f64>, current: f64) -> f64 {
+        let motor_omega = s[self.motor::<N>()];
+        let mut torque = self.motor_constant * acts.motor_factor * current + acts.torque - acts.viscous * acts.viscous_factor * motor_omega;
+        if N == FULL {
+            torque -= self.arms.bristle_N_m_rad.map_or(0.0, |stiffness| stiffness * s[BRISTLE]);
+            torque -= self.arms.shaft.as_ref().map_or(0.0, |shaft| through(shaft, s));
+        }
+        torque
+    }
+
+    /// Time derivative while the rotor slides and the current flows this way.
+    #[inline(always)]
+    pub(super) fn derivative<const N: usize>(&self, s: &[f64; N], way: Way, asked_V: f64, t_s: f64) -> [f64; N] {
+        let given_V = self.given_V::<N>(asked_V, t_s);
+        let (acts, current) = self.at(s, way.rubs, given_V, t_s);
+        let motor = self.motor::<N>();
+        let mut d = [0.0; N];
+        let bristle = self.arms.bristle_N_m_rad;
+        let dry = if bristle.is_some() { 0.0 } else { acts.dry };
+        let torque = self.torque(s, &acts, current) - way.slides * dry;
+        d[motor] = if way.slides == 0.0 { 0.0 } else { torque / self.rubbed_inertia::<N>() };
+        d[THETA] = s[OMEGA];
+        d[CHARGE] = current;
+        if let Some(inductance) = self.arms.inductance_H {
+            let v = given_V + acts.voltage - self.motor_constant * acts.motor_factor * s[motor];
+            let resistance = self.resistance * acts.resistance_factor + acts.series_ohm;
+            d[CURRENT] =
+                if self.drops && way.flows == 0.0 { 0.0 } else { (v - acts.drop_V * way.flows - resistance * current) / inductance };
+        }
+        if N < FULL {
+            return d;
+        }
+        if let Some(clutch) = &self.outsiders.slipping_clutch {
+            let share = clutch.motor_inertia_share;
+            let carried = way.slips * clutch.clutch_N_m;
+            if way.slips == 0.0 {
+                d[OMEGA] = d[motor];
+            } else {
+                d[motor] = if way.slides == 0.0 { 0.0 } else { (torque - carried) / (self.inertia * share) };
+                d[OMEGA] = carried / (self.inertia * (1.0 - share));
+            }
+        }
+        if let Some(shaft) = &self.arms.shaft {
+            d[OMEGA] = through(shaft, s) / (self.inertia - self.rubbed_inertia::<N>());
+            d[TWIST] = s[MOTOR] - s[OMEGA];
+        }
+        if let (Some(stiffness), true) = (bristle, acts.dry > 0.0) {
+            let settled = acts.dry / stiffness * s[motor].signum();
+            d[BRISTLE] = (settled - s[BRISTLE]) * (s[motor].abs() * stiffness / acts.dry).min(1.0 / QUICKEST_BRISTLE_S);
+        }
+        d
+    }
+
+    /// Which way the rotor slides at this state; 0: the dry level holds it.
+    pub(super) fn direction<const N: usize>(&self, s: &[f64; N], asked_V: f64, t_s: f64) -> f64 {
+        let omega = s[self.motor::<N>()];
+        if omega != 0.0 {
+            return omega.signum();
+        }
+        let (acts, current) = self.at(s, self.rubs(s), self.given_V::<N>(asked_V, t_s), t_s);
+        if self.arms.bristle_N_m_rad.is_some() {
+            return 1.0;
+        }
+        let mut torque = self.torque(s, &acts, current);
+        if let (FULL, Some(clutch)) = (N, &self.outsiders.slipping_clutch) {
+            let ahead = s[MOTOR] - s[OMEGA];
+            torque -= if ahead == 0.0 { 0.0 } else { ahead.signum() * clutch.clutch_N_m };
+        }
+        if torque.abs() <= acts.dry { 0.0 } else { torque.signum() }
+    }
+
+    /// Which way the current flows or begins to; 0: the drop lets none through.
+    pub(super) fn flow<const N: usize>(&self, s: &[f64; N], asked_V: f64, t_s: f64) -> f64 {
+        if s[CURRENT] != 0.0 {
+            return s[CURRENT].signum();
+        }
+        let given_V = self.given_V::<N>(asked_V, t_s);
+        let (acts, _) = self.at(s, self.rubs(s), given_V, t_s);
+        let v = given_V + acts.voltage - self.motor_constant * acts.motor_factor * s[self.motor::<N>()];
+        if v.abs() <= acts.drop_V { 0.0 } else { v.signum() }
+    }
+
+    /// Which way the clutch slips or begins to, while the rotor slides this way; 0: it holds.
+    pub(super) fn slip<const N: usize>(&self, s: &[f64; N], slides: f64, asked_V: f64, t_s: f64) -> f64 {
+        let (FULL, Some(clutch)) = (N, &self.outsiders.slipping_clutch) else { return 0.0 };
+        let ahead = s[MOTOR] - s[OMEGA];
+        if ahead != 0.0 {
+            return ahead.signum();
+        }
+        if slides == 0.0 {
+            return 0.0;
+        }
+        let (acts, current) = self.at(s, self.rubs(s), self.given_V::<N>(asked_V, t_s), t_s);
+        let dry = if self.arms.bristle_N_m_rad.is_some() { 0.0 } else { acts.dry };
+        let carried = (self.torque(s, &acts, current) - slides * dry) * (1.0 - clutch.motor_inertia_share);
+        if carried.abs() <= clutch.clutch_N_m { 0.0 } else { carried.signum() }
+    }
+
+    /// On which side of every corner this state is.
+    pub(super) fn way<const N: usize>(&self, s: &[f64; N], asked_V: f64, t_s: f64) -> Way {
+        let slides = self.direction(s, asked_V, t_s);
+        // The drop of the brushes may end a current, not turn it round.
+        let flows = if self.drops && self.arms.inductance_H.is_some() { self.flow(s, asked_V, t_s) } else { 0.0 };
+        Way { slides, flows, slips: self.slip(s, slides, asked_V, t_s), rubs: self.rubs(s) }
+    }
+}
+
+/// What of `x` lies outside a gap of this whole width.
+pub(super) fn past_gap(x: f64, width: f64) -> f64 {
+    if x > 0.5 * width {
+        x - 0.5 * width
+    } else if x < -0.5 * width {
+        x + 0.5 * width
+    } else {
+        0.0
+    }
+}
+
+/// Torque through a shaft, from motor to platform, N m.
+pub(super) fn through<const N: usize>(shaft: &effects::Shaft<f64>, s: &[f64; N]) -> f64 {
+    let wound = past_gap(s[TWIST], shaft.gap);
+    if shaft.gap > 0.0 && wound == 0.0 { 0.0 } else { shaft.stiffness * wound + shaft.damping * (s[MOTOR] - s[OMEGA]) }
+}

@@ -1,0 +1,314 @@
+//! Disturbances that the catalogue does not know, against closed forms.
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::{Draw, Drive, ROW_S, Setup, TICK_S, close, close_rel, stand_of};
+use hal_sim::board::PlantPort;
+use hal_sim::plant::outsiders::{GrindingBearing, HuntingSupply, Outsiders, SectorRub, SlippingClutch};
+use hal_sim::plant::{Plant, Stand, StandError};
+use std::f64::consts::TAU;
+
+const J: f64 = 2.5e-4;
+const DRIVE: Drive = Drive { inertia: J, motor_constant: 0.0234, resistance: 2.32 };
+
+fn rubs(sector_rub: SectorRub) -> Outsiders {
+    Outsiders { sector_rub: Some(sector_rub), ..Outsiders::default() }
+}
+
+fn hunts(hunting_supply: HuntingSupply) -> Outsiders {
+    Outsiders { hunting_supply: Some(hunting_supply), ..Outsiders::default() }
+}
+
+fn slips(clutch_N_m: f64, motor_inertia_share: f64) -> Outsiders {
+    Outsiders { slipping_clutch: Some(SlippingClutch { clutch_N_m, motor_inertia_share }), ..Outsiders::default() }
+}
+
+fn grinds(grinding_bearing: GrindingBearing) -> Outsiders {
+    Outsiders { grinding_bearing: Some(grinding_bearing), ..Outsiders::default() }
+}
+
+fn plant(setup: &Setup, outsiders: Outsiders) -> Plant {
+    Plant::new(&Stand { outsiders, ..stand_of(setup.drive, &setup.effects) }, setup.theta).unwrap()
+}
+
+/// Some ticks of the stand.
+fn hold(plant: &mut Plant, input: f64, seconds: f64) {
+    for _ in 0..(seconds / TICK_S).round() as usize {
+        plant.advance(input, TICK_S);
+    }
+}
+
+#[test]
+fn a_rub_takes_its_level_times_its_width_from_the_energy_of_every_turn() {
+    let rub = SectorRub { rub_N_m: 2e-3, rub_N_m_s: 0.0, from_rad: 1.0, width_rad: 0.6 };
+    for start in [30.0, -30.0] {
+        let mut plant = plant(&Setup::by_torque(J, &[]), rubs(rub));
+        plant.spin(start);
+        for turns in 1..5 {
+            while plant.true_theta_rad().abs() < f64::from(turns) * TAU {
+                plant.advance(0.0, TICK_S);
+            }
+            let exact = (start * start - 2.0 * f64::from(turns) * 2e-3 * 0.6 / J).sqrt();
+            // Edges are found to a nanosecond: 8 rad/s² of it are 1e-8.
+            close(plant.true_rate_rad_s().abs(), exact, 1e-7, &format!("rate after {turns} turns from {start} rad/s"));
+        }
+    }
+}
+
+#[test]
+fn a_rotor_too_slow_to_pass_a_sector_stops_and_stays_in_it() {
+    let rub = SectorRub { rub_N_m: 2e-3, rub_N_m_s: 0.0, from_rad: 1.0, width_rad: 0.6 };
+    let mut plant = plant(&Setup::by_torque(J, &[]), rubs(rub));
+    plant.spin(2.0);
+    hold(&mut plant, 0.0, 1.0);
+    // A nanosecond at 2 rad/s either side of the edge.
+    close(plant.true_theta_rad(), 1.0 + J * 4.0 / (2.0 * 2e-3), 1e-8, "angle at rest");
+    assert_eq!(plant.true_rate_rad_s(), 0.0);
+    hold(&mut plant, 1.999e-3, 0.1);
+    assert_eq!(plant.true_rate_rad_s(), 0.0, "less than the level does not move it");
+    hold(&mut plant, 2.2e-3, 0.1);
+    close_rel(plant.true_rate_rad_s(), 0.2e-3 / J * 0.1, 1e-9, "rate by what is above the level");
+}
+
+#[test]
+fn a_viscous_rub_takes_a_rate_in_proportion_to_its_width() {
+    let rub = SectorRub { rub_N_m: 0.0, rub_N_m_s: 4e-4, from_rad: -0.2, width_rad: 0.5 };
+    let mut plant = plant(&Setup::by_torque(J, &[]).at(-1.0), rubs(rub));
+    plant.spin(10.0);
+    hold(&mut plant, 0.0, 0.2);
+    // dω/dθ = −b/J, whatever the rate.
+    close(plant.true_rate_rad_s(), 10.0 - 4e-4 / J * 0.5, 1e-7, "rate after the sector");
+}
+
+#[test]
+fn a_swinging_supply_drives_the_linear_motor_as_its_transfer_function_says_and_no_meter_shows_it() {
+    let hunting = HuntingSupply { hunting: 0.1, hunting_Hz: 1.5, hunting_phase_rad: 0.7 };
+    let mut plant = plant(&Setup::by_voltage(DRIVE, &[]), hunts(hunting));
+    let (k, tau) = (DRIVE.motor_constant, J * DRIVE.resistance / DRIVE.motor_constant.powi(2));
+    let w = TAU * hunting.hunting_Hz;
+    let (gain, lag) = (0.1 / (1.0 + (w * tau).powi(2)).sqrt(), (w * tau).atan());
+    let swing = |t: f64| gain * (w * t + 0.7 - lag).sin();
+    let u = 0.6;
+    for n in 1..=20_000 {
+        plant.advance(u, TICK_S);
+        assert_eq!(plant.supply_V(), 12.0);
+        let t = f64::from(n) * TICK_S;
+        let exact = u / k * (1.0 + swing(t) - (1.0 + swing(0.0)) * (-t / tau).exp());
+        // Runge and Kutta's (h/τ)⁴ of 26 rad/s, and the sum of the ticks' lengths.
+        close(plant.true_rate_rad_s(), exact, 1e-9, "rate");
+    }
+}
+
+#[test]
+fn a_clutch_below_its_limit_is_a_rigid_shaft() {
+    let list: &[(&str, &[f64])] = &[("coulomb", &[9e-4]), ("viscous", &[2e-5]), ("inductance", &[2.38e-4])];
+    let setup = Setup::by_voltage(DRIVE, list);
+    let (mut rigid, mut coupled) = (plant(&setup, Outsiders::default()), plant(&setup, slips(1.0, 0.3)));
+    let mut draw = Draw(5);
+    for _ in 0..200 {
+        let volt = draw.signed_log(0.02, 1.0);
+        hold(&mut rigid, volt, 0.01);
+        hold(&mut coupled, volt, 0.01);
+        // The same equations in another order of additions.
+        close(coupled.true_rate_rad_s(), rigid.true_rate_rad_s(), 1e-9, "rate");
+    }
+}
+
+#[test]
+fn a_slipping_clutch_carries_its_limit_and_what_was_given_arrives_when_it_catches() {
+    let (limit, share, torque) = (1e-3, 0.3, 6e-3);
+    let mut plant = plant(&Setup::by_torque(J, &[]), slips(limit, share));
+    hold(&mut plant, torque, 0.05);
+    let platform = limit / (J * (1.0 - share)) * 0.05;
+    close_rel(plant.true_rate_rad_s(), platform, 1e-9, "the platform while it slips");
+    let motor = (torque - limit) / (J * share) * 0.05;
+    let energy = 0.5 * J * (share * motor * motor + (1.0 - share) * platform * platform);
+    close_rel(plant.mechanical_energy_J(), energy, 1e-9, "energy of both");
+    // Without torque the difference goes by the limit on both sides: J r (1 − r) (ω_m − ω_p)/limit.
+    let catches_s = J * share * (1.0 - share) * (motor - platform) / limit;
+    let before_s = (catches_s / TICK_S).floor() * TICK_S;
+    hold(&mut plant, 0.0, before_s);
+    close_rel(plant.true_rate_rad_s(), platform + limit / (J * (1.0 - share)) * before_s, 1e-9, "just before it catches");
+    hold(&mut plant, 0.0, 0.1);
+    // The clutch takes energy, no momentum; it catches within a nanosecond of 25 rad/s².
+    close(plant.true_rate_rad_s(), torque * 0.05 / J, 1e-7, "together");
+    let together = 0.5 * J * (torque * 0.05 / J).powi(2);
+    close_rel(plant.mechanical_energy_J(), together, 1e-7, "energy together");
+}
+
+#[test]
+fn the_instant_at_which_a_clutch_lets_go_is_located() {
+    // A current that rises towards u/R: the clutch holds until (1 − r) K i passes its limit, at τ ln 2 here.
+    let (l, share, limit) = (0.1, 0.4, 1e-2);
+    let drive = Drive { inertia: 1e3, motor_constant: 0.02, resistance: 2.0 };
+    let mut plant = plant(&Setup::by_voltage(drive, &[("inductance", &[l])]), slips(limit, share));
+    let full = 2.0 * limit / (1.0 - share);
+    let tau: f64 = l / drive.resistance;
+    let lets_go_s = tau * 2.0_f64.ln();
+    hold(&mut plant, full / drive.motor_constant * drive.resistance, 0.06);
+    let until = full * (lets_go_s - tau * (1.0 - (-lets_go_s / tau).exp())) / drive.inertia;
+    let exact = until + limit / (drive.inertia * (1.0 - share)) * (0.06 - lets_go_s);
+    close_rel(plant.true_rate_rad_s(), exact, 1e-8, "platform");
+}
+
+#[test]
+fn a_platform_slips_to_rest_against_a_motor_that_is_held() {
+    let (limit, share, dry, start) = (1e-3, 0.3, 8e-3, 5.0);
+    let mut plant = plant(&Setup::by_torque(J, &[("coulomb", &[dry])]), slips(limit, share));
+    plant.spin(start);
+    let rest_s = J * (1.0 - share) * start / limit;
+    hold(&mut plant, 0.0, 0.5 * rest_s);
+    close_rel(plant.true_rate_rad_s(), 0.5 * start, 1e-6, "half of the way");
+    hold(&mut plant, 0.0, rest_s);
+    assert_eq!(plant.true_rate_rad_s(), 0.0);
+    close(plant.true_theta_rad(), 0.5 * start * rest_s, 1e-7, "angle of the way to rest");
+    assert_eq!(plant.mechanical_energy_J(), 0.0);
+}
+
+/// Dry level by row of 1 ms of a bearing that is driven over it all the time, in units of its own level.
+fn ground(bearing: GrindingBearing, rows: usize) -> Vec<f64> {
+    let torque = 20.0 * bearing.grinding_N_m;
+    let mut plant = plant(&Setup::by_torque(J, &[]), grinds(bearing));
+    let mut last = 0.0;
+    (0..rows)
+        .map(|_| {
+            hold(&mut plant, torque, ROW_S);
+            let gained = plant.true_rate_rad_s() - last;
+            last = plant.true_rate_rad_s();
+            (torque - J * gained / ROW_S) / bearing.grinding_N_m
+        })
+        .collect()
+}
+
+#[test]
+fn a_grinding_bearing_has_the_level_and_the_memory_it_was_given() {
+    let bearing = GrindingBearing { grinding_N_m: 1e-3, grinding_s: 0.05, seed: 3 };
+    let rows = 200_000;
+    let levels = ground(bearing, rows);
+    let n = rows as f64;
+    // 200 s hold 4000 correlation times. |x| has mean √(2/π) and variance 1 − 2/π, its own memory is near τ/2: 4 σ of the mean are 0.04.
+    let mean = levels.iter().sum::<f64>() / n;
+    close(mean, (2.0 / std::f64::consts::PI).sqrt(), 0.04, "mean level");
+    let square = levels.iter().map(|x| x * x).sum::<f64>() / n;
+    close(square, 1.0, 0.1, "mean square");
+    // x² of a Gaussian process remembers as the square of what x does: e^(−2Δ/τ), 1/e after half of τ.
+    let var = levels.iter().map(|x| (x * x - square).powi(2)).sum::<f64>() / n;
+    let lag = 25;
+    let shared = levels.windows(lag + 1).map(|w| (w[0] * w[0] - square) * (w[lag] * w[lag] - square)).sum::<f64>() / n;
+    close(shared / var, (-1.0_f64).exp(), 0.08, "memory over 25 ms");
+    assert!(levels.iter().all(|x| *x > -1e-6), "a dry level is not negative");
+    assert!(levels[..100] != ground(GrindingBearing { seed: 4, ..bearing }, 100), "another seed, another path");
+}
+
+/// Rows of [`record`].
+const ROWS: usize = 5000;
+
+/// Rate, angle and current by row of 5 s of drawn levels, 0.2 s each, on the default stand: some turns either way.
+fn record(outsiders: Outsiders, ticks_per_row: usize) -> Vec<[f64; 3]> {
+    let mut plant = Plant::new(&Stand { outsiders, ..Stand::default() }, 0.3).unwrap();
+    let mut draw = Draw(31);
+    let mut volt = 0.0;
+    (0..ROWS)
+        .map(|n| {
+            if n % 200 == 0 {
+                volt = draw.signed_log(0.05, 1.5);
+            }
+            let mut mean = 0.0;
+            for _ in 0..ticks_per_row {
+                plant.advance(volt, ROW_S / ticks_per_row as f64);
+                mean += plant.mean_current_A() / ticks_per_row as f64;
+            }
+            [plant.true_rate_rad_s(), plant.true_theta_rad(), mean]
+        })
+        .collect()
+}
+
+fn each() -> [(&'static str, Outsiders); 4] {
+    [
+        ("sector-rub", rubs(SectorRub::default())),
+        ("hunting-supply", hunts(HuntingSupply::default())),
+        ("slipping-clutch", slips(1.2e-3, 0.3)),
+        ("grinding-bearing", grinds(GrindingBearing::default())),
+    ]
+}
+
+#[test]
+fn a_finer_tick_changes_nothing_that_a_sensor_could_see() {
+    for (name, outsiders) in each() {
+        let (coarse, fine) = (record(outsiders, 10), record(outsiders, 40));
+        let greatest = |c: usize| coarse.iter().zip(&fine).map(|(a, b)| (a[c] - b[c]).abs()).fold(0.0, f64::max);
+        // A tenth of one sample's noise: 7e-4 rad/s, 0.1 LSB of the encoder, 0.4 mA in a row.
+        for (c, limit) in [7e-4, 3e-5, 4e-4].into_iter().enumerate() {
+            assert!(greatest(c) < limit, "{name}, channel {c}: {:e}", greatest(c));
+        }
+    }
+}
+
+#[test]
+fn each_is_clearly_seen_and_a_rerun_is_the_same_to_the_last_bit() {
+    let without = record(Outsiders::default(), 10);
+    for (name, outsiders) in each() {
+        let with = record(outsiders, 10);
+        let rms = (with.iter().zip(&without).map(|(a, b)| (a[0] - b[0]).powi(2)).sum::<f64>() / ROWS as f64).sqrt();
+        // Ten times the rate sensor's noise of one sample.
+        assert!(rms > 0.07, "{name} moves the rate by {rms} rad/s");
+        let bits = |rows: &[[f64; 3]]| rows.concat().iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+        assert!(bits(&with) == bits(&record(outsiders, 10)), "{name}");
+    }
+}
+
+#[test]
+fn a_stands_file_brings_them_and_what_cannot_be_is_refused_by_name() {
+    let text = "[outsiders.sector-rub]\nrub_N_m = 2e-3\n[outsiders.grinding-bearing]\nseed = 7\n";
+    let stand = Stand::parse(text).unwrap();
+    assert_eq!(stand.outsiders.sector_rub, Some(SectorRub { rub_N_m: 2e-3, ..SectorRub::default() }));
+    assert_eq!(stand.outsiders.grinding_bearing, Some(GrindingBearing { seed: 7, ..GrindingBearing::default() }));
+    assert_eq!(stand.outsiders.slipping_clutch, None);
+    assert_eq!(Stand::parse(&toml::to_string(&stand).unwrap()).unwrap(), stand);
+    assert!(!toml::to_string(&Stand::default()).unwrap().contains("outsiders"));
+    for (text, says) in [
+        ("[outsiders.sector-rubb]\n", "sector-rubb"),
+        ("[outsiders.sector-rub]\nrub = 1.0\n", "`rub`"),
+        ("[outsiders.sector-rub]\nwidth_rad = 7.0\n", "outsiders.sector-rub.width_rad = 7"),
+        ("[outsiders.sector-rub]\nrub_N_m = -1.0\n", "outsiders.sector-rub.rub_N_m"),
+        ("[outsiders.hunting-supply]\nhunting = 1.0\n", "outsiders.hunting-supply.hunting"),
+        ("[outsiders.slipping-clutch]\nclutch_N_m = 0.0\n", "outsiders.slipping-clutch.clutch_N_m"),
+        ("[outsiders.slipping-clutch]\nmotor_inertia_share = nan\n", "outsiders.slipping-clutch.motor_inertia_share"),
+        ("[outsiders.grinding-bearing]\ngrinding_s = 0.0\n", "outsiders.grinding-bearing.grinding_s"),
+        ("[outsiders.slipping-clutch]\n[effects.compliance]\n", "effects.compliance"),
+    ] {
+        let error = Stand::parse(text).unwrap_err().to_string();
+        assert!(error.contains(says), "{text}: {error}");
+    }
+    let two = Stand {
+        outsiders: slips(1e-3, 0.3),
+        effects: [("backlash".to_owned(), std::collections::BTreeMap::new())].into_iter().collect(),
+        ..Stand::default()
+    };
+    assert_eq!(Plant::new(&two, 0.0).err(), Some(StandError::TwoCouplings("backlash".to_owned())));
+}
+
+#[test]
+fn every_parameter_moves_something() {
+    let rub = SectorRub { rub_N_m_s: 1e-4, ..SectorRub::default() };
+    let hunting = HuntingSupply::default();
+    let grinding = GrindingBearing::default();
+    let changed: [(&str, Outsiders, Outsiders); 12] = [
+        ("rub_N_m", rubs(rub), rubs(SectorRub { rub_N_m: 1e-3, ..rub })),
+        ("rub_N_m_s", rubs(rub), rubs(SectorRub { rub_N_m_s: 2e-4, ..rub })),
+        ("from_rad", rubs(rub), rubs(SectorRub { from_rad: 0.5, ..rub })),
+        ("width_rad", rubs(rub), rubs(SectorRub { width_rad: 0.3, ..rub })),
+        ("hunting", hunts(hunting), hunts(HuntingSupply { hunting: 0.1, ..hunting })),
+        ("hunting_Hz", hunts(hunting), hunts(HuntingSupply { hunting_Hz: 2.0, ..hunting })),
+        ("hunting_phase_rad", hunts(hunting), hunts(HuntingSupply { hunting_phase_rad: 1.0, ..hunting })),
+        ("clutch_N_m", slips(1e-3, 0.3), slips(2e-3, 0.3)),
+        ("motor_inertia_share", slips(1e-3, 0.3), slips(1e-3, 0.5)),
+        ("grinding_N_m", grinds(grinding), grinds(GrindingBearing { grinding_N_m: 2e-3, ..grinding })),
+        ("grinding_s", grinds(grinding), grinds(GrindingBearing { grinding_s: 0.1, ..grinding })),
+        ("seed", grinds(grinding), grinds(GrindingBearing { seed: 2, ..grinding })),
+    ];
+    for (name, one, other) in changed {
+        assert!(record(one, 10) != record(other, 10), "{name}");
+    }
+}

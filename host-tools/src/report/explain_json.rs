@@ -1,0 +1,86 @@
+//! The answer of `stand explain --json` (interfaces.md).
+
+use serde_json::{Map, Value, json};
+
+use super::json::{failures_json, finite};
+use super::{explain_words as words, log_warnings};
+use crate::explain::{Candidate, Estimate, Explanation, Shape, Shown, Stage};
+
+/// Below this a probability is said as 0, with its logarithm beside it.
+const SMALLEST_P: f64 = 1e-300;
+
+/// The whole answer.
+pub fn explain_json(e: &Explanation) -> Value {
+    json!({
+        "verdict": e.verdict.name(),
+        "missing": e.missing,
+        "says": words::headline(e),
+        "log": e.log.path().display().to_string(),
+        "model": e.model.name(),
+        "samples": e.log.len(),
+        "duration_s": finite(e.log.duration_s()),
+        "steps": e.stages.iter().enumerate().map(|(k, s)| stage(e, k, s)).collect::<Vec<_>>(),
+        "candidates": e.candidates.iter().map(|c| candidate(e, c)).collect::<Vec<_>>(),
+        "failures": failures_json(&e.failures),
+        "unexplained": e.unexplained.iter().map(shape).collect::<Vec<_>>(),
+        "next_experiment": e.next.as_ref().map_or(Value::Null, |n| json!({"says": n.says, "command": n.command})),
+        "parameters": e.stages.last().map_or(json!({}), |s| estimates(&s.parameters)),
+        "not_shown": words::blind(e),
+        "remarks": e.remarks,
+        "warnings": log_warnings(&e.log),
+        "seconds": finite(e.seconds),
+    })
+}
+
+fn stage(e: &Explanation, k: usize, s: &Stage) -> Value {
+    json!({
+        "effects": s.effects,
+        "added": s.added,
+        "rms": by_output(&s.outputs, |o| finite(o.rms)),
+        "heldout_rms": by_output(&s.outputs, heldout),
+        "ratio": by_output(&s.outputs, |o| finite(o.ratio())),
+        "noise": by_output(&s.outputs, |o| finite(o.noise)),
+        "share": words::share(e, k).map_or(Value::Null, finite),
+    })
+}
+
+fn candidate(e: &Explanation, c: &Candidate) -> Value {
+    let (fate, why) = words::fate(e, c);
+    json!({
+        "effect": c.effect,
+        "parameters": estimates(&c.parameters),
+        "heldout_rms": by_output(&c.outputs, heldout),
+        "delta_bic": c.delta_bic.map_or(Value::Null, finite),
+        "p_value": if c.p_value < SMALLEST_P { json!(0.0) } else { finite(c.p_value) },
+        "log10_p": finite(c.log10_p),
+        "ambiguous_with": c.ambiguous_with,
+        "refitted": c.refitted,
+        "fate": fate,
+        "refused": why,
+    })
+}
+
+fn heldout(o: &Shown) -> Value {
+    o.heldout_rms.map_or(Value::Null, finite)
+}
+
+fn by_output(outputs: &[Shown], value: impl Fn(&Shown) -> Value) -> Value {
+    Value::Object(outputs.iter().map(|o| (o.shows.column().to_owned(), value(o))).collect::<Map<_, _>>())
+}
+
+fn estimates(list: &[Estimate]) -> Value {
+    let entries = list.iter().map(|p| (p.name.clone(), json!({"value": finite(p.value), "sigma": finite(p.sigma), "unit": p.unit})));
+    Value::Object(entries.collect::<Map<_, _>>())
+}
+
+fn shape(s: &Shape) -> Value {
+    json!({
+        "acts_on": s.acts_on,
+        "coordinate": s.coordinate.name(),
+        "along": s.along,
+        "bins": s.bins.iter().map(|b| json!({"at": finite(b.at), "mean": finite(b.mean), "confidence": finite(b.confidence)})).collect::<Vec<_>>(),
+        "expression": s.expression,
+        "delta_bic": finite(s.delta_bic),
+        "says": s.says,
+    })
+}

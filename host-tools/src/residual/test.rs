@@ -1,0 +1,159 @@
+//! Is what a shape accounts for more than the residual's own colour would give it?
+//!
+//! The surrogates are all circular shifts of what remains against the shapes: they keep its colour and undo its place. Over all shifts, the
+//! covariance of the projections Qᵀe is Σ_f S(f) Q̂(f) Q̂(f)ᴴ, with S the spectrum of what remains; so that all of them cost one transform.
+//! The projections of the residual itself are held against it as F(k, ν), where ν is the number of independent values of the spectrum that
+//! the covariance rests on: few for a trend, thousands for what changes fast. Its tail carries p below what counting shifts could.
+
+use nalgebra::{DMatrix, DVector};
+use realfft::num_complex::Complex;
+use statrs::function::beta::{beta_reg, ln_beta};
+
+use super::orders::transform;
+
+/// Lines on either side over which the spectrum is smoothed, at most.
+const SMOOTH: usize = 12;
+/// A column that keeps less than this part of itself is no direction of its own.
+const OWN: f64 = 1e-3;
+
+/// Inner product.
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    // Eight sums side by side: one alone waits for each addition.
+    let mut lanes = [0.0; 8];
+    let (heads, tails) = (a.chunks_exact(8), b.chunks_exact(8));
+    let rest: f64 = heads.remainder().iter().zip(tails.remainder()).map(|(a, b)| a * b).sum();
+    for (a, b) in heads.zip(tails) {
+        for (lane, (a, b)) in lanes.iter_mut().zip(a.iter().zip(b)) {
+            *lane += a * b;
+        }
+    }
+    rest + lanes.iter().sum::<f64>()
+}
+
+/// a − x b.
+pub fn less(a: &mut [f64], x: f64, b: &[f64]) {
+    for (a, b) in a.iter_mut().zip(b) {
+        *a -= x * b;
+    }
+}
+
+/// Orthonormal columns of the same span, orthogonal to `taken` (itself orthonormal).
+pub fn orthonormal(taken: &[Vec<f64>], columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let mut list: Vec<Vec<f64>> = Vec::new();
+    for column in columns {
+        let before = dot(column, column);
+        let mut own = column.clone();
+        let mut after = before;
+        // Again where little is left, for what rounding leaves of the rest.
+        for _ in 0..2 {
+            for q in taken.iter().chain(&list) {
+                let x = dot(&own, q);
+                less(&mut own, x, q);
+            }
+            let left = dot(&own, &own);
+            let enough = left > 0.01 * after;
+            after = left;
+            if enough {
+                break;
+            }
+        }
+        if before.is_finite() && after > OWN * before && after > 0.0 {
+            let scale = after.sqrt().recip();
+            own.iter_mut().for_each(|v| *v *= scale);
+            list.push(own);
+        }
+    }
+    list
+}
+
+/// What a test says.
+#[derive(Debug, Clone, Copy)]
+pub struct Verdict {
+    /// log10 of the probability.
+    pub log10_p: f64,
+    /// Sum of squares that noise of this colour would give the shapes.
+    pub by_chance: f64,
+}
+
+/// Tests orthonormal `columns` (each several channels of `n` rows) on `y`.
+pub fn test(columns: &[Vec<f64>], y: &[f64], n: usize) -> Verdict {
+    let never = Verdict { log10_p: 0.0, by_chance: 0.0 };
+    let k = columns.len();
+    if k == 0 || n < 8 {
+        return never;
+    }
+    let z: Vec<f64> = columns.iter().map(|q| dot(q, y)).collect();
+    let mut rest = y.to_vec();
+    for (q, z) in columns.iter().zip(&z) {
+        less(&mut rest, *z, q);
+    }
+    let mut covariance = DMatrix::zeros(k, k);
+    let (mut sum, mut squares) = (0.0, 0.0);
+    for (c, part) in rest.chunks_exact(n).enumerate() {
+        let spectrum = transform(part.to_vec());
+        let raw: Vec<f64> = spectrum.iter().map(|s| s.norm_sqr() / n as f64).collect();
+        let s = smooth(&raw);
+        let q: Vec<Vec<Complex<f64>>> = columns.iter().map(|q| transform(q[c * n..(c + 1) * n].to_vec())).collect();
+        let twice = |f: usize| if f == 0 || 2 * f == n { 1.0 } else { 2.0 } / n as f64;
+        for a in 0..k {
+            for b in 0..=a {
+                let v: f64 = s.iter().enumerate().map(|(f, s)| twice(f) * s * (q[a][f] * q[b][f].conj()).re).sum();
+                covariance[(a, b)] += v;
+                if a != b {
+                    covariance[(b, a)] += v;
+                }
+            }
+        }
+        let weight: Vec<f64> = (0..s.len()).map(|f| twice(f) * q.iter().map(|q| q[f].norm_sqr()).sum::<f64>()).collect();
+        for (w, s) in smooth(&weight).iter().zip(&s) {
+            sum += w * s;
+            squares += (w * s).powi(2);
+        }
+    }
+    let by_chance = covariance.trace();
+    let freedom = (2.0 * sum * sum / squares.max(f64::MIN_POSITIVE) - k as f64).max(1.0);
+    let z = DVector::from_vec(z);
+    let Some(solved) = covariance.cholesky().map(|c| c.solve(&z)) else { return never };
+    let f = z.dot(&solved) / k as f64;
+    Verdict { log10_p: log10_beyond(f, k as f64, freedom), by_chance }
+}
+
+/// Mean over neighbouring lines.
+fn smooth(raw: &[f64]) -> Vec<f64> {
+    let half = SMOOTH.min(raw.len() / 16);
+    let mut sums = vec![0.0];
+    for v in raw {
+        sums.push(sums[sums.len() - 1] + v);
+    }
+    (0..raw.len())
+        .map(|k| {
+            let (from, to) = (k.saturating_sub(half), (k + half + 1).min(raw.len()));
+            (sums[to] - sums[from]) / (to - from) as f64
+        })
+        .collect()
+}
+
+/// log10 P(F(k, ν) > f): the regularised incomplete beta function I_x(ν/2, k/2), x = ν/(ν + k f), by its series where it is small
+/// (NIST DLMF 8.17.22's companion 8.17.8).
+pub fn log10_beyond(f: f64, k: f64, freedom: f64) -> f64 {
+    if !f.is_finite() || f <= 0.0 {
+        return 0.0;
+    }
+    let (a, b) = (0.5 * freedom, 0.5 * k);
+    let x = freedom / (freedom + k * f);
+    let plain = beta_reg(a, b, x.clamp(0.0, 1.0));
+    if plain > 1e-200 {
+        return plain.log10();
+    }
+    let (mut term, mut series) = (1.0, 1.0);
+    for j in 0..10_000 {
+        let j = f64::from(j);
+        term *= x * (a + b + j) / (a + 1.0 + j);
+        series += term;
+        if term < 1e-12 * series {
+            break;
+        }
+    }
+    let ln = a * x.ln() + b * (-x).ln_1p() - a.ln() - ln_beta(a, b) + f64::ln(series);
+    ln / std::f64::consts::LN_10
+}

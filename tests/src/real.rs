@@ -1,0 +1,88 @@
+//! Measurements made elsewhere on real drives (`../shared/data`, its README says what is known of each), and what one compares of them.
+
+use std::path::Path;
+
+use hal_sim::rig::State;
+use host_tools::fit::{self, FitError, Held};
+use host_tools::log::Log;
+use host_tools::model::Model;
+
+/// The record of that name; a column that interfaces.md does not know is read where `also` names it.
+///
+/// # Panics
+/// Where it cannot be read.
+pub fn record(data: &Path, name: &str, also: &[&str]) -> Log {
+    Log::read_also(data.join(name), also).expect("a record of the collection")
+}
+
+/// The same log with one more note.
+///
+/// # Panics
+/// Never: the columns are those of a log.
+pub fn noted(log: &Log, key: &str, value: &str) -> Log {
+    let mut notes = log.notes().to_vec();
+    notes.push((key.to_owned(), value.to_owned()));
+    Log::new(log.path(), log.columns().to_vec(), notes).expect("the columns of a log")
+}
+
+/// `model` with the values that were found.
+///
+/// # Panics
+/// Where a name is not of the model.
+pub fn with_values(model: &Model, parameters: &fit::Parameters) -> Model {
+    let mut found = model.clone();
+    found.set_all(parameters.list.iter().map(|p| (p.name.as_str(), p.value))).expect("parameters of the model");
+    found
+}
+
+/// Root mean square of measured minus modelled *position* along the whole of `log`, in the angle's unit: a free run from the measured
+/// first angle at the rate that fits the log best. (The tool itself compares increments over 20 ms.)
+///
+/// # Errors
+/// Where the model cannot be simulated.
+///
+/// # Panics
+/// Where the log lacks a column.
+pub fn position_rms(log: &Log, model: &Model) -> Result<f64, FitError> {
+    let (record, _) = fit::prepare::prepare(log, model, false).expect("the columns of the model");
+    let (system, parameters) = fit::build::system(model, record.temp_C.is_some());
+    let held: Held = fit::compare(&system, &parameters, &record)?;
+    let rig = system.rig::<f64>(&parameters, record.driven);
+    let theta = record.theta.expect("an angle");
+    let (mut sum, mut n) = (0.0, 0usize);
+    for (rows, start) in record.segments.iter().zip(&held.starts.values) {
+        let mut state = State::turning(start[0], theta[rows.start]);
+        for row in rows.clone() {
+            sum += (theta[row] - state.theta).powi(2);
+            n += 1;
+            rig.advance(&mut state, &record.span(row, rows.end));
+        }
+    }
+    Ok((sum / n as f64).sqrt())
+}
+
+/// Largest correlation of `of(θ)` with a map over one turn (even steps, rising angles), the map shifted by at most `reach_rad`; with it the
+/// shift, rad. A mean of either is no part of it. The map begins at `θ = 0`.
+pub fn correlation_with_map(of: impl Fn(f64) -> f64, theta_rad: &[f64], map: &[f64], reach_rad: f64) -> (f64, f64) {
+    let steps = 64;
+    (-steps..=steps)
+        .map(|k| {
+            let shift = reach_rad * f64::from(k) / f64::from(steps);
+            let here: Vec<f64> = theta_rad.iter().map(|&t| of(t + shift)).collect();
+            (correlation(&here, map), shift)
+        })
+        .fold((f64::NEG_INFINITY, 0.0), |best, one| if one.0 > best.0 { one } else { best })
+}
+
+/// Pearson's.
+fn correlation(a: &[f64], b: &[f64]) -> f64 {
+    let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;
+    let (ma, mb) = (mean(a), mean(b));
+    let (mut ab, mut aa, mut bb) = (0.0, 0.0, 0.0);
+    for (a, b) in a.iter().zip(b) {
+        ab += (a - ma) * (b - mb);
+        aa += (a - ma).powi(2);
+        bb += (b - mb).powi(2);
+    }
+    ab / (aa * bb).sqrt()
+}
