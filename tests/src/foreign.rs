@@ -22,6 +22,8 @@ pub struct Case {
     pub log: Log,
     /// What the user believes.
     pub believed: toml::Table,
+    /// What is hidden: an effect, `none`, or `outside-…`.
+    pub hidden: String,
     /// Effects that are there, the hidden one last; `None` where the hidden one is no effect of the catalogue.
     pub effects: Option<Vec<String>>,
     /// True parameters.
@@ -54,11 +56,12 @@ fn case(folder: &Path) -> Case {
         answer["parameters"].as_object().expect("parameters").iter().map(|(k, v)| (k.clone(), v.as_f64().expect("a number"))).collect();
     Case {
         name: folder.file_name().expect("a name").to_string_lossy().into_owned(),
+        rate_from_encoder: hidden == "encoder-eccentricity",
+        hidden,
         log: Log::read(folder.join("log.parquet")).expect("the log"),
         believed: toml::from_str(&text("model.toml")).expect("the model"),
         effects: inside.then_some(effects),
         truth,
-        rate_from_encoder: hidden == "encoder-eccentricity",
     }
 }
 
@@ -66,6 +69,14 @@ impl Case {
     /// The true value of a parameter.
     pub fn true_value(&self, name: &str) -> Option<f64> {
         self.truth.iter().find(|(n, _)| n == name).map(|(_, v)| *v)
+    }
+
+    /// What the user believes.
+    ///
+    /// # Panics
+    /// Where the case's model is none.
+    pub fn user_model(&self) -> Model {
+        Model::parse(&self.believed.to_string(), &self.name).expect("a model of the case")
     }
 
     /// The model with the true effects and parameters; `None` where no effect of the catalogue is true.

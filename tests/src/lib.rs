@@ -1,8 +1,12 @@
-//! What the tests and tables of whole sessions share: logs from elsewhere with their answers, and sessions on the simulated stand.
+//! What the tests and tables of whole sessions share: logs from elsewhere with their answers, sessions on the simulated stand, stands with
+//! something hidden, and how an explanation of their logs is judged.
 
+pub mod draw;
 pub mod foreign;
 pub mod own;
 pub mod real;
+pub mod tables;
+pub mod verdicts;
 
 /// 0.975-quantile of the normal distribution.
 pub const TWO_SIDED_95: f64 = 1.959_963_984_540_054;

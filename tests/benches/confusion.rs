@@ -1,0 +1,157 @@
+//! How often `explain` names what is hidden, and what it names instead.
+//!
+//! `cargo bench -p stand-tests --bench confusion -- foreign | own [N] [SEED] | several [N] [SEED] | nulls [N] [SEED] | outsiders [N] [SEED]`
+//!
+//! N is the number of logs, or for `own` and `outsiders` of seeds for each effect, experiment and mode. `own EFFECT` draws that one alone.
+//! `write ID FOLDER` writes a log with its models for `stand explain`. Tables go to standard output, a line per log into a CSV.
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
+
+use hal_sim::effects::CATALOGUE;
+use rayon::prelude::*;
+use stand_tests::draw::{Drawn, MODES, OUTSIDERS, PROFILES, mode_name};
+use stand_tests::foreign::{cases, shared_data};
+use stand_tests::tables::{self, Line};
+use stand_tests::verdicts::{Known, judge};
+
+fn main() -> ExitCode {
+    // Cargo itself passes `--bench`.
+    let words: Vec<String> = std::env::args().skip(1).filter(|w| !w.starts_with("--")).collect();
+    let effects: Vec<&str> = CATALOGUE.iter().map(|c| c.id).filter(|id| words.iter().any(|w| w == id)).collect();
+    let numbers: Vec<u64> = words.iter().filter_map(|w| w.parse().ok()).collect();
+    let number = |k: usize, otherwise: u64| numbers.get(k).copied().unwrap_or(otherwise);
+    let first = number(1, 1);
+    let group = words.first().map_or("", String::as_str);
+    match group {
+        "foreign" => foreign(),
+        "own" => {
+            let ids =
+                each(group, &if effects.is_empty() { CATALOGUE.iter().map(|c| c.id).collect() } else { effects }, number(0, 1), first);
+            println!("{}", tables::own(&run(group, &ids)));
+        }
+        "outsiders" => println!("{}", tables::outsiders(&run(group, &each(group, &OUTSIDERS, number(0, 2), first)))),
+        "several" => {
+            let ids: Vec<String> = (0..number(0, 60)).map(|k| format!("several/{}/{}", 2 + k % 2, experiment(k / 2, first))).collect();
+            println!("{}", tables::several(&run(group, &ids)));
+        }
+        "nulls" => {
+            let ids: Vec<String> = (0..number(0, 1000)).map(|k| null(k, first)).collect();
+            let of = |id: &str| id.split('/').take(2).collect::<Vec<_>>().join(", ");
+            println!("{}", tables::nulls(&run(group, &ids), of));
+        }
+        "write" => {
+            let (Some(drawn), Some(folder)) = (words.get(1).and_then(|id| Drawn::by_name(id)), words.get(2)) else {
+                eprintln!("write ID FOLDER, where ID is the name of a log as in the tables");
+                return ExitCode::from(2);
+            };
+            if let Err(e) = drawn.write(&PathBuf::from(folder)) {
+                eprintln!("{folder}: {e}");
+                return ExitCode::from(2);
+            }
+            println!("{folder}: log.parquet, model.toml, truth.toml; hidden: {}", drawn.says());
+        }
+        _ => {
+            eprintln!("one of: foreign, own, several, nulls, outsiders, write");
+            return ExitCode::from(2);
+        }
+    }
+    ExitCode::SUCCESS
+}
+
+/// Every one of `of` in every experiment and mode, `count` times.
+fn each(group: &str, of: &[&str], count: u64, first: u64) -> Vec<String> {
+    let mut ids = Vec::new();
+    for name in of {
+        for mode in MODES.map(mode_name) {
+            for profile in PROFILES {
+                ids.extend((first..first + count).map(|seed| format!("{group}/{name}/{mode}/{profile}/{seed}")));
+            }
+        }
+    }
+    ids
+}
+
+/// Experiments in turn.
+fn experiment(k: u64, first: u64) -> String {
+    let mode = mode_name(MODES[(k / 3) as usize % 2]);
+    format!("{mode}/{}/{}", PROFILES[k as usize % 3], first + k)
+}
+
+/// A third closed-loop; of each nine one has an effect more than the default stand, which the user knows.
+fn null(k: u64, first: u64) -> String {
+    let mode = if k % 3 == 2 { "rate" } else { "voltage" };
+    let group = if k % 9 >= 6 && k % 9 % 3 == (k / 9) % 3 { "known" } else { "nulls" };
+    format!("{group}/{mode}/{}/{}", PROFILES[(k / 3) as usize % 3], first + k)
+}
+
+fn run(group: &str, ids: &[String]) -> Vec<Line> {
+    let (done, begin) = (AtomicUsize::new(0), Instant::now());
+    let lines: Vec<Line> = ids
+        .par_iter()
+        .filter_map(|id| {
+            let drawn = Drawn::by_name(id)?;
+            let known = Known {
+                user: drawn.user_model(),
+                truth: Some(drawn.true_model()),
+                hidden: &drawn.hidden,
+                outsider: drawn.outsider.is_some(),
+                rate_from_encoder: false,
+                without: &|effect| Some(drawn.true_model_without(effect)),
+            };
+            let outcome = judge(drawn.log(), &known);
+            let hidden = drawn.hidden.iter().chain(&drawn.outsider).cloned().collect();
+            let line = Line { id: id.clone(), hidden, says: drawn.says(), outcome };
+            let n = done.fetch_add(1, Ordering::Relaxed) + 1;
+            let right = if tables::is_right(&line) { ' ' } else { '!' };
+            eprintln!(
+                "{n}/{} {:.0} s {right} {id}: {} {:?}",
+                ids.len(),
+                begin.elapsed().as_secs_f64(),
+                line.outcome.verdict,
+                line.outcome.missing
+            );
+            Some(line)
+        })
+        .collect();
+    write_csv(group, &lines);
+    lines
+}
+
+fn foreign() {
+    let Some(data) = shared_data() else {
+        println!("skipped: ../shared/data is not on this machine");
+        return;
+    };
+    let lines: Vec<Line> = cases(&data)
+        .par_iter()
+        .map(|case| {
+            let hidden: Vec<String> = Some(case.hidden.clone()).filter(|h| h != "none").into_iter().collect();
+            let known = Known {
+                user: case.user_model(),
+                truth: case.true_model(),
+                hidden: &hidden,
+                outsider: case.effects.is_none(),
+                rate_from_encoder: case.rate_from_encoder,
+                without: &|_| None,
+            };
+            let outcome = judge(case.log.clone(), &known);
+            eprintln!("{}: {} {:?}", case.name, outcome.verdict, outcome.missing);
+            Line { id: case.name.clone(), hidden: hidden.clone(), says: format!("{:?}", case.truth), outcome }
+        })
+        .collect();
+    println!("{}", tables::foreign(&lines));
+    write_csv("foreign", &lines);
+}
+
+fn write_csv(group: &str, lines: &[Line]) {
+    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("confusion-{group}.csv"));
+    let written = std::fs::File::create(&path).and_then(|mut file| file.write_all(tables::csv(lines).as_bytes()));
+    match written {
+        Ok(()) => eprintln!("a line per log: {}", path.display()),
+        Err(e) => eprintln!("{}: {e}", path.display()),
+    }
+}

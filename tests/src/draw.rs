@@ -1,0 +1,317 @@
+//! Stands with something hidden, drawn by seed: what the explainer is measured on.
+//!
+//! A case goes by its name: `own/cogging/voltage/sweep/3`, `several/2/rate/multi-step/17`, `nulls/voltage/multisine/5`,
+//! `known/rate/sweep/5` (an effect more, which the user's model has too), `outsiders/sector-rub/rate/sweep/1`. The name alone says
+//! everything, so that a failure can be drawn again. The user of each stand believes in the default stand's structure, without what is
+//! hidden, with parameters off by up to a quarter.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use hal_sim::effects::{self, CATALOGUE, Card, Kind};
+use hal_sim::plant::outsiders::{self, GrindingBearing, HuntingSupply, Outsiders, SectorRub, SlippingClutch};
+use hal_sim::plant::{Plant, Stand};
+use hal_sim::session::{self, SessionRequest};
+use host_tools::log::{Column, Log};
+use host_tools::model::Model;
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rand_xoshiro::rand_core::{Rng, SeedableRng};
+use stand_firmware::profile::ProfileKind;
+use stand_firmware::speed_loop::Mode;
+
+/// The experiments.
+pub const PROFILES: [ProfileKind; 3] = [ProfileKind::MultiStep, ProfileKind::Multisine, ProfileKind::Sweep];
+/// Voltage mode, and the firmware's speed loop.
+pub const MODES: [Mode; 2] = [Mode::Voltage, Mode::Rate];
+/// Disturbances outside the catalogue, by name.
+pub const OUTSIDERS: [&str; 4] = ["sector-rub", "hunting-supply", "slipping-clutch", "grinding-bearing"];
+/// What the user of the default stand believes in.
+const BELIEVED: [&str; 3] = ["viscous", "coulomb", "inductance"];
+/// Parameters of the user's model are off by up to this part.
+const OFF: f64 = 0.25;
+/// Length of a record, s; and of one in which the winding has to warm.
+const SECONDS: f64 = 30.0;
+const WARMING_S: f64 = 60.0;
+/// Brake of a stand that has to warm, N m s: 1 A at 15 rad/s, where the default stand with 0.1 A stays cold.
+const BRAKE_N_M_S: f64 = 1.5e-3;
+/// Amplitude of the braked stand in voltage mode: some 23 rad/s.
+const BRAKED_V: f64 = 4.0;
+
+/// A drawn stand with its experiment.
+#[derive(Debug, Clone)]
+pub struct Drawn {
+    /// Its name.
+    pub id: String,
+    /// Experiment.
+    pub mode: Mode,
+    /// Experiment.
+    pub profile: ProfileKind,
+    /// Names of the hidden effects of the catalogue.
+    pub hidden: Vec<String>,
+    /// The disturbance outside the catalogue, if that is what is hidden.
+    pub outsider: Option<String>,
+    /// The stand as it is.
+    pub stand: Stand,
+    seconds: f64,
+    amplitude: f64,
+    seed: u64,
+    /// Factors of the user's beliefs are drawn from here on.
+    beliefs: u64,
+}
+
+/// Draws of a seed.
+struct Draw(Xoshiro256PlusPlus);
+
+impl Draw {
+    fn even(&mut self, (low, high): (f64, f64)) -> f64 {
+        low + (high - low) * (self.0.next_u64() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn below(&mut self, n: usize) -> usize {
+        ((self.even((0.0, 1.0)) * n as f64) as usize).min(n.saturating_sub(1))
+    }
+
+    /// The parameters of an effect from its card's ranges.
+    fn effect(&mut self, card: &Card) -> BTreeMap<String, f64> {
+        let mut parameters = BTreeMap::new();
+        for p in card.parameters {
+            let mut value = self.even(p.hidden);
+            match p.kind {
+                Kind::Order => value = value.round(),
+                Kind::Signed if self.even((0.0, 1.0)) < 0.5 => value = -value,
+                _ => {}
+            }
+            parameters.insert(p.name.to_owned(), value);
+        }
+        parameters
+    }
+}
+
+impl Drawn {
+    /// The case of this name; `None` where there is none.
+    pub fn by_name(id: &str) -> Option<Drawn> {
+        let parts: Vec<&str> = id.split('/').collect();
+        let (&seed, &profile, &mode) = (parts.last()?, parts.iter().rev().nth(1)?, parts.iter().rev().nth(2)?);
+        let (seed, profile): (u64, ProfileKind) = (seed.parse().ok()?, profile.parse().ok()?);
+        let mode = MODES.into_iter().find(|m| mode_name(*m) == mode)?;
+        // Every name has a stream of its own, the same on every machine (FNV-1a).
+        let stream = id.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
+        let mut draw = Draw(Xoshiro256PlusPlus::seed_from_u64(stream));
+        let mut drawn = Drawn {
+            id: id.to_owned(),
+            mode,
+            profile,
+            hidden: Vec::new(),
+            outsider: None,
+            stand: Stand::default(),
+            seconds: SECONDS,
+            amplitude: SessionRequest::usual_amplitude(mode),
+            seed,
+            beliefs: stream.rotate_left(32),
+        };
+        match (parts[0], parts.len()) {
+            ("own", 5) => drawn.hidden.push(effects::card(parts[1])?.id.to_owned()),
+            ("several", 5) => drawn.hidden = several(parts[1].parse().ok()?, &mut draw),
+            ("outsiders", 5) => {
+                drawn.outsider = Some(parts[1].to_owned());
+                drawn.stand.outsiders = outside(parts[1], &mut draw)?;
+            }
+            ("nulls", 4) => {}
+            ("known", 4) => {
+                let known: Vec<&Card> = CATALOGUE.iter().copied().filter(|c| !BELIEVED.contains(&c.id) && is_told_apart(c.id)).collect();
+                drawn.put(known[draw.below(known.len())].id, &mut draw);
+            }
+            _ => return None,
+        }
+        for id in drawn.hidden.clone() {
+            drawn.put(&id, &mut draw);
+        }
+        Some(drawn)
+    }
+
+    /// Puts an effect into the stand, with what it needs to act.
+    fn put(&mut self, id: &str, draw: &mut Draw) {
+        let Some(card) = effects::card(id) else { return };
+        self.stand.effects.insert(id.to_owned(), draw.effect(card));
+        if warms(id) {
+            self.seconds = WARMING_S;
+            if self.mode == Mode::Voltage {
+                self.amplitude = BRAKED_V;
+            }
+            self.stand.effects.insert("viscous".to_owned(), BTreeMap::from([("viscous_N_m_s".to_owned(), BRAKE_N_M_S)]));
+        }
+    }
+
+    /// Something is hidden in the stand.
+    pub fn hides(&self) -> bool {
+        self.outsider.is_some() || !self.hidden.is_empty()
+    }
+
+    /// The session's log.
+    ///
+    /// # Panics
+    /// Where the stand cannot be built, which is a fault of the draw.
+    pub fn log(&self) -> Log {
+        let profile = SessionRequest::usual_profile(self.mode, self.profile, self.amplitude, self.seed);
+        let request = SessionRequest { mode: self.mode, profile, seconds: self.seconds, seed: self.seed };
+        let plant = Plant::new(&self.stand, 0.0).expect("a good stand");
+        let record = session::run(self.stand.setup(), plant, request).expect("a good request");
+        let columns = record.columns.into_iter().map(|(name, values)| Column { name: name.to_owned(), values }).collect();
+        let mut notes = record.notes;
+        notes.push(("supply_nominal_V".to_owned(), self.stand.drive.supply_V.to_string()));
+        Log::new("session.parquet", columns, notes).expect("a good log")
+    }
+
+    /// What the user believes.
+    pub fn user_model(&self) -> Model {
+        let mut draw = Draw(Xoshiro256PlusPlus::seed_from_u64(self.beliefs));
+        self.model(&self.hidden.iter().map(String::as_str).collect::<Vec<_>>(), |_, kind, value| match kind {
+            Kind::Order | Kind::Moment => value,
+            Kind::Phase => (value + draw.even((-OFF, OFF))).rem_euclid(std::f64::consts::TAU),
+            _ => value * (1.0 + draw.even((-OFF, OFF))),
+        })
+    }
+
+    /// The model of the stand as it is, as far as the catalogue goes.
+    pub fn true_model(&self) -> Model {
+        self.model(&[], |_, _, value| value)
+    }
+
+    /// The same without one of its effects.
+    pub fn true_model_without(&self, effect: &str) -> Model {
+        self.model(&[effect], |_, _, value| value)
+    }
+
+    /// The true value of a parameter of the stand.
+    pub fn true_value(&self, name: &str) -> Option<f64> {
+        self.stand.effects.values().find_map(|p| p.get(name)).copied()
+    }
+
+    fn model(&self, without: &[&str], mut believed: impl FnMut(&str, Kind, f64) -> f64) -> Model {
+        let drive = &self.stand.drive;
+        let names: Vec<&String> = self.stand.effects.keys().filter(|name| !without.contains(&name.as_str())).collect();
+        let mut text = format!("[drive]\ninput = \"u_V\"\neffects = {names:?}\n\n[parameters]\n");
+        let base = [
+            ("inertia_kg_m2", drive.inertia_kg_m2),
+            ("motor_constant_N_m_A", drive.motor_constant_N_m_A),
+            ("resistance_ohm", drive.resistance_ohm),
+        ];
+        for (name, value) in base {
+            text += &format!("{name} = {:e}\n", believed(name, Kind::Positive, value));
+        }
+        for name in names {
+            let given = &self.stand.effects[name];
+            for p in effects::card(name).into_iter().flat_map(|card| card.parameters) {
+                let value = given.get(p.name).copied().unwrap_or(p.start);
+                // A coefficient that is truly zero is not part of the question.
+                text += &match value == 0.0 && p.kind != Kind::Phase {
+                    true => format!("{} = {{ value = 0.0, fixed = true }}\n", p.name),
+                    false => format!("{} = {:e}\n", p.name, believed(p.name, p.kind, value)),
+                };
+            }
+        }
+        Model::parse(&text, &self.id).expect("a good model")
+    }
+
+    /// What is hidden, with its parameters.
+    pub fn says(&self) -> String {
+        if !self.hides() {
+            return "nothing".to_owned();
+        }
+        let mut list: Vec<String> = self.hidden.iter().map(|id| format!("{id} {:?}", self.stand.effects[id])).collect();
+        list.extend(self.outsider.iter().map(|_| format!("{:?}", self.stand.outsiders)));
+        list.join("; ")
+    }
+
+    /// Writes `log.parquet`, `model.toml`, `truth.toml` and `hidden.txt` into a folder, for `stand explain`.
+    ///
+    /// # Errors
+    /// A file cannot be written.
+    pub fn write(&self, folder: &Path) -> Result<(), Box<dyn std::error::Error>> {
+        fs::create_dir_all(folder)?;
+        self.log().write(folder.join("log.parquet"))?;
+        self.user_model().write(folder.join("model.toml"))?;
+        self.true_model().write(folder.join("truth.toml"))?;
+        fs::write(folder.join("hidden.txt"), format!("{}: {}\n", self.id, self.says()))?;
+        Ok(())
+    }
+}
+
+/// Name of a mode in a case's name.
+pub fn mode_name(mode: Mode) -> &'static str {
+    match mode {
+        Mode::Off => "off",
+        Mode::Voltage => "voltage",
+        Mode::Rate => "rate",
+    }
+}
+
+/// Its law follows the winding's temperature.
+fn warms(id: &str) -> bool {
+    ["viscous-temperature", "resistance-temperature", "rate-bias-temperature"].contains(&id)
+}
+
+/// It can be told from the model's own parameters on logs of this stand. A supply that does not move droops like a larger R; a current that is
+/// read too large is a larger J with a smaller R.
+fn is_told_apart(id: &str) -> bool {
+    !["supply-droop", "current-scale"].contains(&id)
+}
+
+/// Several effects that do not exclude each other.
+fn several(n: usize, draw: &mut Draw) -> Vec<String> {
+    let mut chosen: Vec<&Card> = Vec::new();
+    while chosen.len() < n.min(5) {
+        let card = CATALOGUE[draw.below(CATALOGUE.len())];
+        // One shaft; one of a family; no part of the structure on which another rests; the brake is the user's, not hidden.
+        let clash = |other: &&Card| {
+            let pair = [card.id, other.id];
+            let both = |a: &str, b: &str| pair.contains(&a) && pair.contains(&b);
+            card.id == other.id
+                || (!card.family.is_empty() && card.family == other.family)
+                || both("compliance", "backlash")
+                || both("coulomb", "presliding")
+                || (pair.contains(&"viscous") && pair.iter().any(|id| warms(id)))
+        };
+        if is_told_apart(card.id) && !chosen.iter().any(clash) {
+            chosen.push(card);
+        }
+    }
+    chosen.iter().map(|c| c.id.to_owned()).collect()
+}
+
+/// A disturbance of that name.
+fn outside(name: &str, draw: &mut Draw) -> Option<Outsiders> {
+    use outsiders::{grinding_bearing as grinding, hunting_supply as hunting, sector_rub as rub, slipping_clutch as clutch};
+    let turn = (0.0, std::f64::consts::TAU);
+    let mut outsiders = Outsiders::default();
+    match name {
+        "sector-rub" => {
+            outsiders.sector_rub = Some(SectorRub {
+                rub_N_m: draw.even(rub::SEEN_N_M),
+                rub_N_m_s: 0.0,
+                from_rad: draw.even(turn),
+                width_rad: draw.even(rub::SEEN_WIDTH_RAD),
+            });
+        }
+        "hunting-supply" => {
+            outsiders.hunting_supply = Some(HuntingSupply {
+                hunting: draw.even(hunting::SEEN),
+                hunting_Hz: draw.even(hunting::SEEN_HZ),
+                hunting_phase_rad: draw.even(turn),
+            });
+        }
+        "slipping-clutch" => {
+            outsiders.slipping_clutch = Some(SlippingClutch { clutch_N_m: draw.even(clutch::SEEN_N_M), motor_inertia_share: 0.3 });
+        }
+        "grinding-bearing" => {
+            outsiders.grinding_bearing = Some(GrindingBearing {
+                grinding_N_m: draw.even(grinding::SEEN_N_M),
+                grinding_s: draw.even(grinding::SEEN_S),
+                seed: draw.0.next_u64() >> 1,
+            });
+        }
+        _ => return None,
+    }
+    Some(outsiders)
+}
