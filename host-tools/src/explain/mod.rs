@@ -7,6 +7,7 @@
 //! * [`orders`], [`screen`]: how much each would help, by its sensitivity at the fitted model;
 //! * [`evidence`]: whitened residuals, BIC, the probability of chance;
 //! * [`path`]: add the best, fit, ask again;
+//! * [`unknown`]: what belongs to no effect of the catalogue;
 //! * [`next`]: what to measure next.
 
 mod answer;
@@ -17,7 +18,9 @@ pub mod next;
 mod orders;
 mod path;
 mod screen;
+mod shape;
 mod trial;
+mod unknown;
 
 use std::time::Instant;
 
@@ -73,8 +76,9 @@ pub fn explain(logs: Vec<Log>, model: &Model, progress: &(dyn Fn(&str) + Sync)) 
     let failures = residual::failures(&log, &given.record, &given.held);
     let mut path = path::walk(&log, &rows, given, progress)?;
     remarks.append(&mut path.remarks);
+    progress("looking at what is left");
+    let (verdict, unexplained) = verdict(&mut path, &rows);
     let stages = path.grounds.iter().enumerate().map(|(k, g)| path::stage(g, k.checked_sub(1).map(|k| &path.missing[k]))).collect();
-    let verdict = if path.missing.is_empty() { Verdict::Adequate } else { Verdict::EffectFound };
     let last = path.grounds.pop();
     let mut grounds = path.grounds.into_iter();
     let (given, explained, found) = match (grounds.next(), last) {
@@ -90,7 +94,7 @@ pub fn explain(logs: Vec<Log>, model: &Model, progress: &(dyn Fn(&str) + Sync)) 
         stages,
         candidates: path.candidates,
         failures,
-        unexplained: Vec::new(),
+        unexplained,
         next,
         model: found,
         explained,
@@ -98,4 +102,37 @@ pub fn explain(logs: Vec<Log>, model: &Model, progress: &(dyn Fn(&str) + Sync)) 
         remarks,
         seconds: begin.elapsed().as_secs_f64(),
     })
+}
+
+/// Effects from which on a path is suspected to imitate one structure of no name.
+const MANY: usize = 3;
+
+/// The answer in one word, and the shape of what no effect explains. Where one structure of no name does better than all that was added, the
+/// path goes back to its begin.
+fn verdict(path: &mut path::Path, rows: &[std::ops::Range<usize>]) -> (Verdict, Vec<Shape>) {
+    let (Some(first), Some(last)) = (path.grounds.first(), path.grounds.last()) else { return (Verdict::Adequate, Vec::new()) };
+    let (given, left) = (first.misfit(), last.misfit());
+    let found = !path.missing.is_empty();
+    if left <= unknown::LEFT && path.missing.len() < MANY {
+        return (if found { Verdict::EffectFound } else { Verdict::Adequate }, Vec::new());
+    }
+    if found
+        && let Some(instead) = unknown::best(first, rows)
+        && instead.delta_bic < path::evidence(first, last, rows) - path::APART
+        && instead.misfit < left.max(unknown::LEFT)
+    {
+        path.remarks.push(format!(
+            "one structure of no name describes the log better than {} together: none of them is called the cause",
+            path.missing.join(", ")
+        ));
+        path.missing.clear();
+        path.grounds.truncate(1);
+        return (Verdict::UnknownStructure, vec![instead.shape]);
+    }
+    if left <= unknown::LEFT {
+        return (Verdict::EffectFound, Vec::new());
+    }
+    let shapes: Vec<Shape> = unknown::best(last, rows).map(|u| u.shape).into_iter().collect();
+    let explained = found && left - 1.0 < 0.5 * (given - 1.0);
+    (if explained { Verdict::EffectFound } else { Verdict::UnknownStructure }, shapes)
 }

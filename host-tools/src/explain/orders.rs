@@ -49,9 +49,32 @@ pub fn promising(model: &Model, record: &Record, residuals: &[&[f64]], weights: 
     Orders { cogging, ripple, eccentricity }
 }
 
-/// What goes round with the angle.
+/// Highest multiple of half a period over the record that is looked at, and the shortest and longest record.
+const MOST_PERIODS: usize = 3000;
+const HIGHEST_HZ: f64 = 50.0;
+
+/// Frequencies, Hz, at which a torque or the supply may swing: the most promising of each.
+pub fn swings(model: &Model, record: &Record, residuals: &[&[f64]], weights: &[f64]) -> (Option<f64>, Option<f64>) {
+    let (from, to) = (record.t_s[0], record.t_s[record.len() - 1]);
+    if record.driven == Input::Motion || to <= from {
+        return (None, None);
+    }
+    // Half periods of the record, so that no frequency lies far from one that is tried.
+    let step_hz = 0.5 / (to - from);
+    let phase: Vec<f64> = record.t_s.iter().map(|t| std::f64::consts::TAU * step_hz * (t - from)).collect();
+    let scan = Scan::new(model, record, &phase, residuals, weights);
+    let highest = MOST_PERIODS.min((HIGHEST_HZ.min(0.2 / record.dt_s) / step_hz) as usize);
+    // Less than two periods are a drift.
+    let slow: Vec<u32> = (1..4).collect();
+    let frequency = |kind: Kind| best(&scan.scores(highest, kind), &slow, 1).first().map(|n| f64::from(*n) * step_hz);
+    (frequency(Kind::Torque), (record.driven == Input::Voltage).then(|| frequency(Kind::Supply)).flatten())
+}
+
+/// What goes round with the angle, or with the time.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Kind {
+    /// The supply: a part of the voltage asked for.
+    Supply,
     /// A torque.
     Torque,
     /// The motor constant.
@@ -67,6 +90,8 @@ struct Row {
     theta: f64,
     /// Torque, and current at once, of a relative ripple of the motor constant.
     ripple: (f64, f64),
+    /// Torque, and current at once, of a relative change of the voltage.
+    supply: (f64, f64),
     /// Weighted residuals of rate, current or torque, angle; 0 where held out or not compared.
     pull: (f64, f64, f64),
     /// The row counts in the squares.
@@ -134,7 +159,9 @@ impl<'s> Scan<'s> {
                 let pulls = if counts { (pull(rate), pull(drive), pull(angle)) } else { (0.0, 0.0, 0.0) };
                 let (s, c) = theta[row].sin_cos();
                 let i = current.map_or(0.0, |i| i[row]);
-                Row { turn: (c, s), theta: theta[row], ripple: (k * (i - braking * omega), -braking * omega), pull: pulls, counts }
+                let amps = if voltage { record.input[row] / resistance } else { 0.0 };
+                let ripple = (k * (i - braking * omega), -braking * omega);
+                Row { turn: (c, s), theta: theta[row], ripple, supply: (k * amps, amps), pull: pulls, counts }
             })
             .collect();
         let weight = |c: Option<usize>| c.map_or(0.0, |c| weights[c]);
@@ -190,6 +217,7 @@ impl<'s> Scan<'s> {
                 let (torque, at_once) = match kind {
                     Kind::Torque => (1.0, self.demanded),
                     Kind::Ripple => (row.ripple.0, row.ripple.1 + self.demanded * row.ripple.0),
+                    Kind::Supply => row.supply,
                     Kind::Encoder => (0.0, 0.0),
                 };
                 let slot = &mut past[at % self.lag.max(1)];

@@ -558,6 +558,15 @@ fn copy_effect(from: &Model, to: &mut Model, name: &str) {
     }
 }
 
+/// BIC on whitened residuals of `last` minus that of `first`, which has fewer parameters.
+pub fn evidence(first: &Ground, last: &Ground, logs: &[Range<usize>]) -> f64 {
+    let whitener = Whitener::of(&last.record, &last.residuals());
+    let squares = |g: &Ground| whitener.squares(&g.record, &g.residuals(), logs);
+    let (before, after) = (squares(first), squares(last));
+    let more = last.held.parameters.free().len().saturating_sub(first.held.parameters.free().len());
+    delta_bic(before.gain(&after), more, before.witnesses())
+}
+
 /// A ground as a stage of the answer.
 pub fn stage(ground: &Ground, added: Option<&String>) -> Stage {
     let held = &ground.held;

@@ -7,7 +7,7 @@ use hal_sim::effects::{self, Card, Law};
 
 use super::parameters::{Dual, Parameter, Parameters};
 use super::simulate::{Effect, Source, System};
-use crate::model::{Model, OwnEffect};
+use crate::model::Model;
 
 /// The law of an effect of the catalogue.
 struct Catalogued(&'static str);
@@ -30,10 +30,6 @@ impl Source for Catalogued {
         #[expect(clippy::expect_used, reason = "the identifier comes from the catalogue itself")]
         effects::law(source.0).expect("an effect of the catalogue")
     });
-}
-
-impl Source for OwnEffect {
-    in_every_scalar!(source => Box::new(source.clone()));
 }
 
 /// The system of a model, and its parameters in the model's order.
@@ -61,7 +57,7 @@ pub fn system(model: &Model, temperature_is_measured: bool) -> (System, Paramete
         effects.push(Effect { name: used.name(), source: Arc::new(Catalogued(used.card.id)), parameters: used.parameters.clone() });
     }
     for own in model.own() {
-        effects.push(Effect { name: own.name.clone(), source: Arc::new(own.clone()), parameters: own.parameters.clone() });
+        effects.push(Effect { name: own.name.clone(), source: Arc::new(Everywhere(own.clone())), parameters: own.parameters.clone() });
     }
     let system = System {
         inertia: model.index("inertia_kg_m2"),
@@ -93,4 +89,32 @@ pub fn append(system: &mut System, parameters: &mut Parameters, card: &'static C
     }
     system.effects.push(Effect { name: card.id.to_owned(), source: Arc::new(Catalogued(card.id)), parameters: range.clone().collect() });
     range
+}
+
+/// Adds a law that is no effect of the catalogue, linear in `count` free coefficients that begin at zero; gives where they stand.
+pub fn append_linear(system: &mut System, parameters: &mut Parameters, name: &str, law: Arc<dyn Source>, count: usize) -> Range<usize> {
+    let first = parameters.list.len();
+    for k in 0..count {
+        parameters.list.push(Parameter {
+            name: format!("{name}.{k}"),
+            value: 0.0,
+            fixed: false,
+            kind: effects::Kind::Signed,
+            range: (f64::NEG_INFINITY, f64::INFINITY),
+            polar: None,
+        });
+    }
+    let range = first..parameters.list.len();
+    system.effects.push(Effect { name: name.to_owned(), source: law, parameters: range.clone().collect() });
+    range
+}
+
+/// A source of one law in every scalar of [`Source`], for a type that is [`Law`] in all of them.
+pub struct Everywhere<T>(pub T);
+
+impl<T> Source for Everywhere<T>
+where
+    T: Clone + Law<f64> + Law<Dual<8>> + Law<Dual<16>> + Law<Dual<32>> + 'static,
+{
+    in_every_scalar!(source => Box::new(source.0.clone()));
 }

@@ -9,6 +9,8 @@ use crate::expression::{Env, Expression};
 pub enum Place {
     /// `torque_N_m`: on the rotor.
     Torque,
+    /// `dry_N_m`: to the dry level, which holds at rest and opposes while sliding.
+    Dry,
     /// `voltage_V`: to the voltage asked for.
     Voltage,
     /// `omega_rad_s`: to what the rate channel shows.
@@ -21,12 +23,13 @@ pub enum Place {
 
 impl Place {
     /// All of them.
-    pub const ALL: [Place; 5] = [Place::Torque, Place::Voltage, Place::Rate, Place::Angle, Place::Current];
+    pub const ALL: [Place; 6] = [Place::Torque, Place::Dry, Place::Voltage, Place::Rate, Place::Angle, Place::Current];
 
     /// The key in the model file.
     pub fn key(self) -> &'static str {
         match self {
             Place::Torque => "torque_N_m",
+            Place::Dry => "dry_N_m",
             Place::Voltage => "voltage_V",
             Place::Rate => "omega_rad_s",
             Place::Angle => "theta_rad",
@@ -60,6 +63,7 @@ impl<S: Scalar> Law<S> for OwnEffect {
     fn act(&self, p: &[S], x: &Point<S>, a: &mut Acts<S>) {
         match self.place {
             Place::Torque => a.torque += self.value(p, x),
+            Place::Dry => a.dry += self.value(p, x),
             Place::Voltage => a.voltage += self.value(p, x),
             _ => {}
         }

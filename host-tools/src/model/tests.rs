@@ -150,11 +150,11 @@ fn a_bad_model_is_told_in_one_line_with_place_and_key() {
         ),
         (
             own("parameters = { a = 1 }"),
-            "line 8, column 9: [effect.rub]: an effect of your own has one of torque_N_m, voltage_V, omega_rad_s, theta_rad, i_A = \"expression\"; this one has 0",
+            "line 8, column 9: [effect.rub]: an effect of your own has one of torque_N_m, dry_N_m, voltage_V, omega_rad_s, theta_rad, i_A = \"expression\"; this one has 0",
         ),
         (
             own("torque_N_m = \"1\"\nvoltage_V = \"1\""),
-            "line 8, column 9: [effect.rub]: an effect of your own has one of torque_N_m, voltage_V, omega_rad_s, theta_rad, i_A = \"expression\"; this one has 2",
+            "line 8, column 9: [effect.rub]: an effect of your own has one of torque_N_m, dry_N_m, voltage_V, omega_rad_s, theta_rad, i_A = \"expression\"; this one has 2",
         ),
         (own("torque = \"1\""), "line 9, column 1: [effect.rub] torque: unknown key 'torque'"),
         (
