@@ -27,9 +27,9 @@ pub struct Ground<'a> {
 /// Fall of χ² that a fit of a candidate leaves undone: far below what any decision asks for.
 const ENOUGH: f64 = 0.05;
 /// Most steps of one candidate's fit.
-const MOST_STEPS: usize = 30;
+const MOST_STEPS: usize = 20;
 /// Length of an excerpt.
-const EXCERPT_S: f64 = 5.0;
+const EXCERPT_S: f64 = 4.0;
 const EXCERPT_ROWS: usize = 500;
 
 impl<'a> Ground<'a> {

@@ -14,7 +14,7 @@ use super::evidence::{Squares, Whitener, delta_bic, ln_chance};
 use super::ground::{Ground, misfit};
 use super::orders::{HIGHEST, promising};
 use super::screen::{ALIKE, Score, scores};
-use super::trial::{Scene, Trial, Unseen, trials};
+use super::trial::{Scene, Trial, Unseen, may_be_added, trials};
 use super::{Candidate, Estimate, Shown, Stage};
 use crate::fit::{FitError, Fitness, Parameters};
 use crate::log::Log;
@@ -33,6 +33,8 @@ const FITTED_PART: f64 = 0.25;
 const ROUGH_PART: f64 = 0.05;
 /// χ²/n up to which a candidate leaves nothing to explain.
 const EXPLAINED: f64 = 1.03;
+/// A costly candidate is fitted to the whole log where it leaves less than this part of what the best other leaves of an excerpt.
+const WORTH: f64 = 0.7;
 /// Held-out rows, or another log, speak against an effect where their likelihood falls by more than this.
 const AGAINST: f64 = 6.0;
 /// Standard errors by which a parameter may lie beyond its physical range.
@@ -165,7 +167,8 @@ fn worth_their_cost(ground: &Ground, trials: &[Trial], scores: &[Score], costly:
         let sum = |r: &Vec<f64>| r[rows.clone()].iter().filter(|r| r.is_finite()).map(|r| r * r).sum::<f64>();
         residuals.iter().zip(&ground.weights).map(|(r, w)| w * sum(r)).sum()
     };
-    let rival = fitted.iter().map(|f| cost(&f.residuals)).fold(f64::INFINITY, f64::min);
+    let given: Vec<Vec<f64>> = ground.residuals().into_iter().map(<[f64]>::to_vec).collect();
+    let rival = fitted.iter().map(|f| cost(&f.residuals)).fold(cost(&given), f64::min);
     let tried: Vec<(usize, f64, Vec<f64>)> = costly
         .par_iter()
         .map(|&k| {
@@ -177,7 +180,7 @@ fn worth_their_cost(ground: &Ground, trials: &[Trial], scores: &[Score], costly:
         })
         .collect();
     let mut best: Vec<(usize, f64, Vec<f64>)> = Vec::new();
-    for one in tried.into_iter().filter(|(_, cost, _)| *cost < rival) {
+    for one in tried.into_iter().filter(|(_, cost, _)| *cost < WORTH * rival) {
         match best.iter_mut().find(|b| trials[b.0].card.id == trials[one.0].card.id) {
             Some(known) if one.1 < known.1 => *known = one,
             Some(_) => {}
@@ -506,6 +509,7 @@ fn reconsider(path: &mut Path, rivals: &mut Vec<(String, Vec<Trial>)>, logs: &[R
         let tried: Vec<Fitted> = rivals[k]
             .1
             .par_iter()
+            .filter(|trial| may_be_added(&without.model, trial.card))
             .filter_map(|trial| {
                 let score = scores(&without, std::slice::from_ref(trial)).into_iter().next().unwrap_or_else(|| base.clone());
                 fit(&without, trial, &score)

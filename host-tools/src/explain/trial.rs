@@ -90,8 +90,7 @@ pub struct Orders {
 pub fn trials(scene: &Scene) -> (Vec<Trial>, Vec<Unseen>) {
     let (mut trials, mut unseen) = (Vec::new(), Vec::new());
     for card in CATALOGUE.iter().copied() {
-        let there = scene.model.effects().iter().any(|e| e.card.id == card.id);
-        if there && !repeats(card) {
+        if !may_be_added(scene.model, card) {
             continue;
         }
         match why_unseen(card, scene) {
@@ -102,9 +101,9 @@ pub fn trials(scene: &Scene) -> (Vec<Trial>, Vec<Unseen>) {
     (trials, unseen)
 }
 
-/// An effect of which a drive may have several: each at an order of its own.
-fn repeats(card: &Card) -> bool {
-    matches!(card.id, "cogging" | "torque-ripple" | "encoder-eccentricity")
+/// The model lacks it, or a drive may have several of it: each at an order of its own.
+pub fn may_be_added(model: &Model, card: &Card) -> bool {
+    matches!(card.id, "cogging" | "torque-ripple" | "encoder-eccentricity") || !model.effects().iter().any(|e| e.card.id == card.id)
 }
 
 /// Why these columns, or this model, cannot show the effect; `None` where they can.
