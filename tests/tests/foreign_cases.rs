@@ -154,7 +154,7 @@ fn the_gear_motor_is_found_with_its_delay() {
     let delay = 0.010 + value(&held, "skew_s");
     assert!((delay - 0.015).abs() < 0.005, "{delay} s");
     let without = with("\"coulomb\"", 1e-3, 0.3);
-    // A delay of half a row at the slope of a drive whose time constant is three rows: half of what was left, at least.
+    // A delay of half a row at the slope of a drive whose time constant is two rows: half of what was left, at least.
     assert!(rms(&held, Channel::Rate) < 0.5 * rms(&without, Channel::Rate), "the delay is seen");
     // The rate moves by 8 rad/s and has steps of 0.11: a model of first order follows nearly all of it.
     assert!(held.channels[0].fit_percent > 85.0, "{}", held.channels[0].fit_percent);

@@ -1,6 +1,6 @@
 //! From the rig's reading to what a channel shows: the logger's own windows and filters, lag and delay of a sensor.
 //!
-//! Rows may be long beside the drive: within 20 ms a small motor loses half of its rate. So what is late, lagging or a mean over a window is
+//! Rows may be long beside the drive: within 20 ms a small motor loses two fifths of its rate. So what is late, lagging or a mean over a window is
 //! taken from the channel *within* the row ([`past`]), not from straight lines between rows. Filter, window and delay commute; a
 //! rate is filtered first, where its kinks are at rows.
 
