@@ -31,9 +31,11 @@ fn head(e: &Explanation, page: &mut Page) {
     let class = if e.verdict == Verdict::Adequate { "lead good" } else { "lead" };
     page.paragraph(class, &words::headline(e));
     for k in 0..e.missing.len() {
-        for paragraph in words::of_effect(e, k) {
-            page.paragraph("", &paragraph);
+        page.push("<dl>");
+        for (term, says) in words::of_effect(e, k) {
+            page.push(&format!("<dt>{}</dt><dd>{}</dd>", escaped(&term), escaped(&says)));
         }
+        page.push("</dl>");
     }
     if e.verdict == Verdict::Adequate {
         page.push("<h3>What this log could not have shown</h3><ul>");
@@ -54,7 +56,7 @@ fn head(e: &Explanation, page: &mut Page) {
         }
         page.push("</ul>");
     }
-    page.push("<dl>");
+    page.push("<h3>What it was made from</h3><dl>");
     let mut entry = |term: &str, text: &str| page.push(&format!("<dt>{term}</dt><dd>{}</dd>", escaped(text)));
     let (rows, length) = (digits::grouped(e.log.len()), digits::plain(e.log.duration_s(), 4));
     entry("Log", &format!("{}: {rows} rows, {length} s at {} ms", e.log.path().display(), digits::plain(e.log.median_dt_s() * 1e3, 3)));
@@ -102,7 +104,12 @@ fn evidence(e: &Explanation, page: &mut Page) {
     let cell = |text: &str| format!("<td class=\"number\">{}</td>", escaped(text));
     let ratio = |x: Option<f64>| x.map_or("–".to_owned(), |r| digits::significant(r, 3));
     if let Some(given) = e.stages.first() {
-        page.push(&format!("<tr><td>the model as given</td>{}{}{}<td></td><td></td></tr>", cell(""), cell(""), cell(&ratio(words::heldout(&given.outputs)))));
+        page.push(&format!(
+            "<tr><td class=\"number\">the model as given</td>{}{}{}<td></td><td></td></tr>",
+            cell(""),
+            cell(""),
+            cell(&ratio(words::heldout(&given.outputs)))
+        ));
     }
     for c in &e.candidates {
         let (fate, why) = words::fate(e, c);
@@ -111,10 +118,7 @@ fn evidence(e: &Explanation, page: &mut Page) {
             "fits as well" | "helps" => "warn",
             _ => "mark",
         };
-        let (bic, p) = match words::tried(c) {
-            true => (c.delta_bic.map_or("–".to_owned(), words::grouped), words::probability(c.log10_p)),
-            false => ("–".to_owned(), "–".to_owned()),
-        };
+        let (bic, p) = (c.delta_bic.map_or("–".to_owned(), words::grouped), words::chance(c));
         let sizes: Vec<String> = if c.refitted { c.parameters.iter().map(words::estimate).collect() } else { Vec::new() };
         let fate = match why {
             Some(why) => format!("{fate}: {why}"),
@@ -122,7 +126,7 @@ fn evidence(e: &Explanation, page: &mut Page) {
             None => fate.to_owned(),
         };
         page.push(&format!(
-            "<tr><td><code>{}</code></td>{}{}{}<td class=\"notes\">{}</td><td class=\"{class}\">{}</td></tr>",
+            "<tr><td class=\"number\"><code>{}</code></td>{}{}{}<td class=\"notes number\">{}</td><td class=\"{class}\">{}</td></tr>",
             escaped(&c.effect),
             cell(&bic),
             cell(&p),
@@ -149,7 +153,10 @@ fn channels(e: &Explanation, record: &Record, page: &mut Page) {
 }
 
 fn channel(record: &Record, pair: &Pair, added: bool, along: &[Along], largest_rad_s: f64, page: &mut Page) {
-    let (as_given, explained) = (swatch("before", "the model as given"), swatch("after", if added { "with what was missing" } else { "the same: nothing was added" }));
+    let (as_given, explained) = (
+        swatch("before", "the model as given"),
+        swatch("after", if added { "with what was missing" } else { "the same: nothing was added" }),
+    );
     let size = |f: &crate::fit::Fitness| digits::significant(f.rms, 3);
     let words = format!("{} {}, {} {}", as_given, size(pair.before), explained, size(pair.after));
     page.push(&format!("<p>rms: {words}; noise {} {}.</p>", digits::significant(pair.after.noise, 3), unit(pair.before.shows)));
@@ -163,7 +170,10 @@ fn channel(record: &Record, pair: &Pair, added: bool, along: &[Along], largest_r
         page.figure(&plot, &format!("{} {both}.", swatch("measured", "measured")));
     }
     if let Some(plot) = plots::residuals(record, pair, whole) {
-        page.figure(&plot, &format!("What each leaves: {both}. Between the two grey lines (± 2 × noise) lie 95 % of the rows, if nothing is missing."));
+        page.figure(
+            &plot,
+            &format!("What each leaves: {both}. Between the two grey lines (± 2 × noise) lie 95 % of the rows, if nothing is missing."),
+        );
     }
     page.push("<h3>What the residual depends on</h3>");
     page.push(&format!("<p class=\"faint\">Mean residual in each bin with its 95 % interval: {both}. Of a complete model all lie on zero, but for one bin in twenty.</p><div class=\"pair\">"));
@@ -197,7 +207,11 @@ fn parameters(e: &Explanation, page: &mut Page) {
 
 fn glossary(page: &mut Page) {
     page.push("<section><h2>What the words mean</h2><dl>");
-    for (term, says) in super::words::GLOSSARY.iter().filter(|(t, _)| matches!(*t, "residual" | "rms" | "noise" | "ratio" | "± sigma")).chain(words::GLOSSARY) {
+    for (term, says) in super::words::GLOSSARY
+        .iter()
+        .filter(|(t, _)| matches!(*t, "residual" | "rms" | "noise" | "ratio" | "± sigma"))
+        .chain(words::GLOSSARY)
+    {
         page.push(&format!("<dt>{}</dt><dd>{}</dd>", escaped(term), escaped(says)));
     }
     page.push("</dl></section>");

@@ -174,12 +174,12 @@ pub(super) fn staircase(e: &Explanation) -> String {
     let channels = e.stages.first().map_or(0, |s| s.outputs.len());
     let height = channels as f64 * (HEADING + STEP * e.stages.len() as f64 + 8.0) + 34.0;
     let ratios = e.stages.iter().flat_map(|s| &s.outputs).map(|o| o.ratio()).filter(|r| r.is_finite());
-    // A decade at least, and a whole number of them.
-    let decades = ratios.fold(1.0_f64, f64::max).log10().ceil().max(1.0);
+    // A decade at least, and room for the figure behind the longest bar.
+    let decades = (1.2 * ratios.fold(1.0_f64, f64::max)).log10().max(1.0);
     let place = |ratio: f64| BARS.0 + (BARS.1 - BARS.0) * (ratio.max(1.0).log10() / decades).min(1.0);
     let mut svg = Svg::new(WIDE, height, "rms over noise of each channel, stage by stage");
     let bottom = height - 34.0;
-    for power in 0..=decades as i32 {
+    for power in 0..=decades.floor() as i32 {
         for part in [1.0, 2.0, 5.0] {
             let ratio = part * 10f64.powi(power);
             if ratio > 10f64.powf(decades) * 1.001 {
