@@ -167,7 +167,7 @@ impl<S: Scalar> Chain<S> {
         let past = self.past.as_ref()?;
         let at_s = span.t_s - self.skew_s.map_or(0.0, |skew| skew.re());
         let (from_s, to_s) = if self.window_s > 0.0 {
-            if past.from_s()? > span.t_s - self.window_s + CLOSE_S {
+            if past.begin_s()? > span.t_s - self.window_s + CLOSE_S {
                 return None;
             }
             (at_s - self.window_s, at_s)

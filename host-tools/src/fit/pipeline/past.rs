@@ -69,7 +69,7 @@ impl<S: Scalar> Past<S> {
     }
 
     /// Time of the oldest knot that is kept.
-    pub(super) fn from_s(&self) -> Option<f64> {
+    pub(super) fn begin_s(&self) -> Option<f64> {
         self.knots.front().map(|k| k.t_s)
     }
 
