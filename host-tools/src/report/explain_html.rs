@@ -1,13 +1,14 @@
 //! An explanation as one HTML file: what is missing, the evidence, and the error before and after.
 
 use super::coordinates::{Along, coordinates};
-use super::explain_coverage::Coverage;
 use super::explain_plots::{self as plots, Pair};
 use super::page::{Page, escaped, swatch, with_code};
 use super::{digits, explain_words as words, log_warnings, quantity, unit};
 use crate::explain::{Explanation, Verdict};
 use crate::fit::Record;
 use crate::fit::prepare::prepare;
+use crate::residual::orders::Spectrum;
+use crate::residual::picture::Pictures;
 
 /// The page, which needs nothing else.
 pub fn explain_html(e: &Explanation) -> String {
@@ -100,12 +101,12 @@ fn unexplained(e: &Explanation, page: &mut Page) {
 fn evidence(e: &Explanation, page: &mut Page) {
     page.push("<section><h2>What was tried</h2>");
     page.push("<p class=\"faint\">Every effect that the model lacks, added to the model as it was given. ΔBIC: how much better it fits, less a charge for each parameter; negative is better, −6 counts. p: probability that chance alone looks as good. held-out: error on rows that the fit never saw, × noise.</p>");
-    page.push("<div class=\"scroll\"><table><thead><tr><th>effect</th><th>ΔBIC</th><th>p</th><th>held-out</th><th>its parameters</th><th></th></tr></thead><tbody>");
+    page.push("<div class=\"scroll\"><table><thead><tr><th>effect</th><th>ΔBIC</th><th>p</th><th>held-out</th><th>what came of it, and its parameters</th></tr></thead><tbody>");
     let cell = |text: &str| format!("<td class=\"number\">{}</td>", escaped(text));
     let ratio = |x: Option<f64>| x.map_or("–".to_owned(), |r| digits::significant(r, 3));
     if let Some(given) = e.stages.first() {
         page.push(&format!(
-            "<tr><td class=\"number\">the model as given</td>{}{}{}<td></td><td></td></tr>",
+            "<tr><td class=\"number\">the model as given</td>{}{}{}<td></td></tr>",
             cell(""),
             cell(""),
             cell(&ratio(words::heldout(&given.outputs)))
@@ -125,13 +126,14 @@ fn evidence(e: &Explanation, page: &mut Page) {
             None if !c.ambiguous_with.is_empty() => format!("{fate}; this log cannot tell it from {}", words::listed(&c.ambiguous_with)),
             None => fate.to_owned(),
         };
+        let sizes =
+            if sizes.is_empty() { String::new() } else { format!("<br/><span class=\"notes\">{}</span>", escaped(&sizes.join(", "))) };
         page.push(&format!(
-            "<tr><td class=\"number\"><code>{}</code></td>{}{}{}<td class=\"notes number\">{}</td><td class=\"{class}\">{}</td></tr>",
+            "<tr><td class=\"number\"><code>{}</code></td>{}{}{}<td><span class=\"{class}\">{}</span>{sizes}</td></tr>",
             escaped(&c.effect),
             cell(&bic),
             cell(&p),
             cell(&ratio(words::heldout(&c.outputs))),
-            sizes.iter().map(|s| escaped(s)).collect::<Vec<_>>().join("<br/>"),
             escaped(&fate)
         ));
     }
@@ -141,18 +143,18 @@ fn evidence(e: &Explanation, page: &mut Page) {
 /// Measured beside modelled, and the residual, before and after.
 fn channels(e: &Explanation, record: &Record, page: &mut Page) {
     let added = !e.missing.is_empty();
-    let along_before = coordinates(&e.log, record, &e.explained.channels);
-    let rates = Coverage::of(&e.log).rates_rad_s;
-    let largest = rates.map_or(f64::INFINITY, |(low, high)| high.max(-low));
-    for ((compared, before), after) in record.channels.iter().zip(&e.given.channels).zip(&e.explained.channels) {
+    let along = coordinates(&e.log, record, &e.explained.channels);
+    let pictures = [&e.given, &e.explained].map(|held| Pictures::of(&e.log, record, held));
+    for (index, ((compared, before), after)) in record.channels.iter().zip(&e.given.channels).zip(&e.explained.channels).enumerate() {
         let pair = Pair { compared, before, after };
         page.push(&format!("<section><h2>{} <span class=\"faint\">{}</span></h2>", before.shows.column(), quantity(before.shows)));
-        channel(record, &pair, added, &along_before, largest, page);
+        let spectra = pictures.each_ref().map(|p| p.as_ref().and_then(|p| p.orders(index)));
+        channel(record, &pair, added, &along, &spectra, page);
         page.push("</section>");
     }
 }
 
-fn channel(record: &Record, pair: &Pair, added: bool, along: &[Along], largest_rad_s: f64, page: &mut Page) {
+fn channel(record: &Record, pair: &Pair, added: bool, along: &[Along], spectra: &[Option<Spectrum>; 2], page: &mut Page) {
     let (as_given, explained) = (
         swatch("before", "the model as given"),
         swatch("after", if added { "with what was missing" } else { "the same: nothing was added" }),
@@ -183,7 +185,9 @@ fn channel(record: &Record, pair: &Pair, added: bool, along: &[Along], largest_r
         }
     }
     page.push("</div>");
-    if let Some(plot) = plots::order_spectrum(record, pair, largest_rad_s) {
+    if let [Some(before), Some(after)] = spectra
+        && let Some(plot) = plots::order_spectrum(pair, before, after)
+    {
         page.push("<h3>Orders: what repeats so many times per turn</h3>");
         page.figure(&plot, &format!("{both}. A line that stands out is something that comes again at the same angles; the lowest orders also collect what is slow."));
     }
