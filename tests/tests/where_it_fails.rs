@@ -55,7 +55,7 @@ fn a_session_with_nothing_hidden_fails_nowhere_with_the_voltage_given_or_the_rat
     });
 }
 
-/// One seed: of six such logs five pass, and of six with the voltage given only three, where slow drift after moments of sticking hides
+/// One seed: of six such logs five pass, and of six with the voltage given only two, where slow drift after moments of sticking hides
 /// the order (docs/figures.md, "Where it fails"). This holds what is reached, not what is wanted.
 #[test]
 fn cogging_under_the_speed_loop_is_a_torque_at_its_order() {
