@@ -15,7 +15,7 @@ use tempfile::TempDir;
 type Shows = fn(&Path);
 
 /// `command word` as in its help; commands by name alone.
-const WORDS: [(&str, Shows); 58] = [
+const WORDS: [(&str, Shows); 65] = [
     (" --help", help_everywhere),
     (" --version", |f| assert!(said(f, &["--version"]).starts_with("stand "))),
     ("sim", |f| drop(session(f, &[]))),
@@ -162,6 +162,29 @@ const WORDS: [(&str, Shows); 58] = [
         said(f, &compensated("model.toml", "a.toml"));
         json_in_both_places(f, &compensated("model.toml", "a.toml"));
     }),
+    ("explain", |f| assert!(said(f, &["explain", "log.csv", "--model", "model.toml"]).contains("omega_rad_s"))),
+    ("explain --help", help_everywhere),
+    ("explain <LOG>...", |f| {
+        stand(f, &["sim", "--out", "other.csv", "--seconds", "3", "--seed", "2"]).well();
+        let samples = |logs: &[&str]| json(f, &[&["explain"], logs, &["--model", "model.toml"]].concat())["samples"].clone();
+        assert_eq!((samples(&["log.csv"]), samples(&["log.csv", "other.csv"])), (3000.into(), 6000.into()));
+    }),
+    ("explain --model", |f| {
+        said(f, &["model", "new", "bare.toml", "--effects", "viscous,coulomb"]);
+        let steps = |model: &str| json(f, &["explain", "log.csv", "--model", model])["steps"].clone();
+        assert_ne!(steps("model.toml"), steps("bare.toml"));
+    }),
+    ("explain --apply --out", |f| {
+        stand(f, &["sim", "--out", "load.csv", "--seconds", "3", "--hidden", "load"]).well();
+        let before = std::fs::read(f.join("model.toml")).unwrap();
+        said(f, &["explain", "load.csv", "--model", "model.toml", "--out", "better.toml"]);
+        assert_eq!(before, std::fs::read(f.join("model.toml")).unwrap());
+        said(f, &["explain", "load.csv", "--model", "model.toml", "--apply"]);
+        assert_eq!(std::fs::read(f.join("better.toml")).unwrap(), std::fs::read(f.join("model.toml")).unwrap());
+        assert_ne!(before, std::fs::read(f.join("model.toml")).unwrap());
+    }),
+    ("explain --json", |f| json_in_both_places(f, &["explain", "log.csv", "--model", "model.toml"])),
+    ("explain --html", |f| page(f, &["explain", "log.csv", "--model", "model.toml"])),
     ("model", |f| drop(said(f, &["model", "show", "model.toml"]))),
     ("model --help", help_everywhere),
     ("model new", |f| assert!(said(f, &["model", "new", "new.toml"]).contains("none: the bare drive"))),

@@ -150,10 +150,12 @@ fn the_gear_motor_is_found_with_its_delay() {
     for name in ["inertia_kg_m2", "motor_constant_N_m_A", "coulomb_N_m", "skew_s"] {
         assert!((value(&held, name) / value(&again, name) - 1.0).abs() < 0.01, "{name}: {} {}", value(&held, name), value(&again, name));
     }
-    // The delay of the record is near 15 ms (README of the data): known to some ms, for the rows are 20 ms apart.
-    assert!((0.008..0.022).contains(&value(&held, "skew_s")), "{}", value(&held, "skew_s"));
+    // Known to be near 15 ms (README of the data), taken as ± 5 ms, a quarter of a row: the centre of the window of 20 ms and the rest.
+    let delay = 0.010 + value(&held, "skew_s");
+    assert!((delay - 0.015).abs() < 0.005, "{delay} s");
     let without = with("\"coulomb\"", 1e-3, 0.3);
-    assert!(rms(&held, Channel::Rate) < 0.95 * rms(&without, Channel::Rate), "the delay is seen");
+    // A delay of half a row at the slope of a drive whose time constant is two rows: half of what was left, at least.
+    assert!(rms(&held, Channel::Rate) < 0.5 * rms(&without, Channel::Rate), "the delay is seen");
     // The rate moves by 8 rad/s and has steps of 0.11: a model of first order follows nearly all of it.
     assert!(held.channels[0].fit_percent > 85.0, "{}", held.channels[0].fit_percent);
 }

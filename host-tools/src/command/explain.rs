@@ -121,7 +121,15 @@ pub(super) fn explained(paths: &[PathBuf], model: &Model) -> Result<Answer, Trou
     answer
 }
 
-/// The same; `progress` is told what is being done.
+/// Explains a log that is there already.
+pub(super) fn explained_log(log: Log, model: &Model) -> Result<Explanation, Trouble> {
+    let bar = working("explaining");
+    let found = explain::explain(vec![log], model, &|says| bar.set_message(says.to_owned()));
+    bar.finish_and_clear();
+    found.map_err(|error| Trouble::Input(error.to_string()))
+}
+
+/// Reads logs and explains them together; `progress` is told what is being done.
 pub(super) fn quietly(paths: &[PathBuf], model: &Model, progress: &(dyn Fn(&str) + Sync)) -> Result<Answer, Trouble> {
     let logs = paths.iter().map(Log::read).collect::<Result<Vec<_>, _>>()?;
     match explain::explain(logs, model, progress) {

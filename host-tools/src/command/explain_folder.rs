@@ -39,14 +39,20 @@ pub(super) fn run(folder: &Path, model: &Model, output: &Output) -> Result<(), T
     output.json(|| Value::Array(lines.iter().map(|l| l.answer.clone()).collect()))?;
     match unread {
         0 => Ok(()),
-        n => Err(Trouble::Input(format!("{}: {n} of {} logs could not be held against {}; the table says why", folder.display(), lines.len(), model.name()))),
+        n => Err(Trouble::Input(format!(
+            "{}: {n} of {} logs could not be held against {}; the table says why",
+            folder.display(),
+            lines.len(),
+            model.name()
+        ))),
     }
 }
 
 /// The logs of a folder, by name.
 fn logs(folder: &Path) -> Result<Vec<PathBuf>, Trouble> {
     let entries = std::fs::read_dir(folder).map_err(|e| Trouble::file(folder, "read the folder", &e))?;
-    let ending = |p: &Path| p.extension().and_then(|e| e.to_str()).is_some_and(|e| matches!(e.to_ascii_lowercase().as_str(), "csv" | "parquet"));
+    let ending =
+        |p: &Path| p.extension().and_then(|e| e.to_str()).is_some_and(|e| matches!(e.to_ascii_lowercase().as_str(), "csv" | "parquet"));
     let mut logs: Vec<PathBuf> = entries.filter_map(Result::ok).map(|e| e.path()).filter(|p| p.is_file() && ending(p)).collect();
     logs.sort();
     if logs.is_empty() {

@@ -1,17 +1,22 @@
 //! `stand` with nothing after it: the main job from nothing.
 //!
-//! The simulated stand runs a session with the firmware; the nominal model, by the data sheet, is held against the log, then fitted, and
-//! both are shown: what the data sheet says, what the log says, and what neither explains.
+//! The simulated stand runs a session with the firmware; the nominal model, by the data sheet, is held against the log, then fitted; what it
+//! lacks is found, added, and the error falls. Three pages and three models stay for a look and for walking on.
 
 use std::path::Path;
 
 use hal_sim::plant::Stand;
 
 use super::error::Trouble;
+use super::explain::explained_log;
 use super::hold::{Manner, hold};
-use super::output::{Answer, Output, print, write};
+use super::output::{Answer, Output, is_terminal, print, write};
 use super::sim::{Drive, Request, session};
+use crate::explain::Explanation;
+use crate::fit::Held;
+use crate::hidden::Hidden;
 use crate::model::Model;
+use crate::report::{self, Style, explain_words};
 
 /// Where the story leaves its files.
 const FOLDER: &str = "out";
@@ -36,7 +41,8 @@ inductance_H = 2.38e-4          # the same
 pub(super) fn run() -> Result<(), Trouble> {
     let folder = Path::new(FOLDER);
     std::fs::create_dir_all(folder).map_err(|e| Trouble::file(folder, "make the folder", &e))?;
-    let (log_path, model_path, fitted_path) = (folder.join("session.parquet"), folder.join("nominal.toml"), folder.join("fitted.toml"));
+    let place = |name: &str| folder.join(name);
+    let (log_path, model_path) = (place("session.parquet"), place("nominal.toml"));
     print("1  The firmware runs 30 s of steps on the simulated stand, in which an effect is hidden that its model lacks.\n")?;
     let session = session(&Request {
         out: &log_path,
@@ -54,25 +60,70 @@ pub(super) fn run() -> Result<(), Trouble> {
     print("2  The nominal model, by the data sheets, beside the measurement:\n\n")?;
     write(&model_path, NOMINAL)?;
     let model = Model::read(&model_path)?;
-    let page = |name: &str| Output { answer: Answer::default(), html: Some(folder.join(name)) };
-    hold(&session.log, &model, Manner::Compared, &page("nominal.html"))?;
+    let page = |name: &str| Output { answer: Answer::default(), html: Some(place(name)) };
+    let nominal = hold(&session.log, &model, Manner::Compared, &page("nominal.html"))?;
 
     print("\n3  The same model with its parameters fitted:\n\n")?;
-    let held = hold(&session.log, &model, Manner::Fitted, &page("fitted.html"))?;
-    if let Some(held) = held {
+    if let Some(held) = hold(&session.log, &model, Manner::Fitted, &page("fitted.html"))? {
         let mut fitted = model.clone();
         fitted.set_all(held.parameters.list.iter().map(|p| (p.name.as_str(), p.value)))?;
-        fitted.write(&fitted_path)?;
+        fitted.write(place("fitted.toml"))?;
     }
-    let mut end = String::from("\n4  What was hidden: ");
-    end += &session.hidden.map_or("nothing".to_owned(), |h| h.to_string());
-    end += &format!(
-        ".\n   Walk on by hand:  stand model add {} EFFECT  and  stand fit {} --model {}\n   Pages: {}, {}\n",
-        fitted_path.display(),
+
+    print("\n4  No parameters make up for what is missing. So every effect of the catalogue is tried:\n\n")?;
+    let explanation = explained_log(session.log, &model)?;
+    print(&report::explain_text(&explanation, Style { colour: is_terminal(), width: 80 }))?;
+    page("explained.html").html(|| report::explain_html(&explanation))?;
+    explanation.model.write(place("explained.toml"))?;
+
+    print(&format!("\n5  The error of the three models (rms), and the noise:\n\n{}", table(nominal.as_ref(), &explanation)))?;
+    write(&place("stand.toml"), &stand_file(session.hidden.as_ref()))?;
+    let hidden = session.hidden.map_or("nothing".to_owned(), |h| h.to_string());
+    let pages = ["nominal.html", "fitted.html", "explained.html"].map(|name| place(name).display().to_string()).join(", ");
+    print(&format!(
+        "\n6  What was hidden: {hidden}.\n   Pages, for a browser: {pages}\n   (`xdg-open {0}`, `open {0}` on a Mac, or a double click). The model with what was missing: {1}\n   Walk on by hand:  stand explain {2} --model {3}\n   What was learnt makes the stand itself turn more evenly:\n     stand compensate --model {1} --log {2} --stand {4}\n",
+        place("explained.html").display(),
+        place("explained.toml").display(),
         log_path.display(),
-        fitted_path.display(),
-        folder.join("nominal.html").display(),
-        folder.join("fitted.html").display()
-    );
-    print(&end)
+        model_path.display(),
+        place("stand.toml").display(),
+    ))
+}
+
+/// The stand of the story, with what was hidden in it, as `--stand` reads it.
+fn stand_file(hidden: Option<&Hidden>) -> String {
+    let mut effects = Stand::default().effects;
+    effects.extend(hidden.map(|h| (h.effect.to_owned(), h.parameters.clone())));
+    let mut text = String::from("# The default stand, with what the story hid in it.\n");
+    for (name, parameters) in &effects {
+        text.push_str(&format!("\n[effects.{name}]\n"));
+        for (parameter, value) in parameters {
+            text.push_str(&format!("{parameter} = {value:?}\n"));
+        }
+    }
+    text
+}
+
+/// One line per channel: the error at each stage, and the noise.
+fn table(nominal: Option<&Held>, e: &Explanation) -> String {
+    let number = |x: f64| report::significant(x, 3);
+    let mut columns = vec!["".to_owned()];
+    columns.extend(nominal.map(|_| "data sheet".to_owned()));
+    columns.extend(e.stages.iter().map(|s| if s.added.is_none() { "fitted".to_owned() } else { explain_words::stage(s) }));
+    columns.push("noise".to_owned());
+    let mut rows = vec![columns];
+    for (k, first) in e.stages.first().map_or(&[][..], |s| &s.outputs).iter().enumerate() {
+        let mut row = vec![format!("{}, {}", first.shows.column(), report::unit(first.shows))];
+        row.extend(nominal.and_then(|held| held.channels.iter().find(|c| c.shows == first.shows)).map(|c| number(c.rms)));
+        row.extend(e.stages.iter().filter_map(|s| s.outputs.get(k)).map(|o| number(o.rms)));
+        row.extend(e.stages.last().and_then(|s| s.outputs.get(k)).map(|o| number(o.noise)));
+        rows.push(row);
+    }
+    let width = |k: usize| rows.iter().filter_map(|r| r.get(k)).map(|c| c.chars().count()).max().unwrap_or(0);
+    let mut text = String::new();
+    for row in &rows {
+        let cells: Vec<String> = row.iter().enumerate().map(|(k, cell)| format!("{cell:<width$}", width = width(k))).collect();
+        text.push_str(&format!("   {}\n", cells.join("   ").trim_end()));
+    }
+    text
 }

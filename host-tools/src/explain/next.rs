@@ -65,7 +65,13 @@ pub fn run_for(id: &str) -> Run {
     match id {
         "cogging" | "unbalance" | "rate-g-sensitivity" | "stribeck" => SLOW,
         "coulomb" | "presliding" | "brush-drop" | "dead-time" => STICKING,
-        "viscous" | "quadratic-drag" | "asymmetric-friction" | "load" | "cable-spring" | "rate-scale" | "rate-scale-nonlinearity"
+        "viscous"
+        | "quadratic-drag"
+        | "asymmetric-friction"
+        | "load"
+        | "cable-spring"
+        | "rate-scale"
+        | "rate-scale-nonlinearity"
         | "encoder-eccentricity" => FAST,
         "torque-ripple" | "magnetic-saturation" | "current-scale" | "supply-droop" => LOADED,
         "viscous-temperature" | "resistance-temperature" | "rate-bias-temperature" => WARMING,
@@ -87,17 +93,26 @@ pub fn between(one: &str, other: &str) -> Option<(&'static str, Run)> {
         )
     } else if pair("load", "asymmetric-friction") {
         (
-            "A load also pulls while the rotor rests; friction that differs by direction does not, and it grows with the rate. Run small voltages at which the rotor sticks, both ways",
-            STICKING,
+            "A load is the same torque at every rate; friction that differs by direction also grows with the rate. Hold low and high rates, both ways; if only the constant part shows even then, the two are the same torque, and a look at the stand decides",
+            FAST,
         )
     } else if pair("unbalance", "rate-g-sensitivity") {
-        ("A pull of gravity shows in the angle too, most at low rates; an error of the rate sensor shows in that channel alone, at every rate. Keep the encoder's angle in the log and turn slowly", SLOW)
+        (
+            "A pull of gravity shows in the angle too, most at low rates; an error of the rate sensor shows in that channel alone, at every rate. Keep the encoder's angle in the log and turn slowly",
+            SLOW,
+        )
     } else if either("encoder-eccentricity") && (either("unbalance") || either("cogging") || either("rate-g-sensitivity")) {
-        ("Compare slow and fast turns: what a torque does to the rate falls as the rate grows, what an eccentric encoder does grows with it", FAST)
+        (
+            "Compare slow and fast turns: what a torque does to the rate falls as the rate grows, what an eccentric encoder does grows with it",
+            FAST,
+        )
     } else if pair("sensor-lag", "time-skew") {
         ("A slow sensor rounds sharp corners and weakens what is fast; a late channel only shifts it. Run many frequencies at once", QUICK)
     } else if pair("coulomb", "brush-drop") || pair("coulomb", "dead-time") {
-        ("Log the current beside the voltage (i_A): friction needs a torque and so a current, a lost voltage needs none. Run small voltages, at which the rotor sticks", STICKING)
+        (
+            "Log the current beside the voltage (i_A): friction needs a torque and so a current, a lost voltage needs none. Run small voltages, at which the rotor sticks",
+            STICKING,
+        )
     } else if pair("cogging", "torque-ripple") {
         ("Cogging is there without current, ripple grows with it. Turn through the same angles at small and at large currents", LOADED)
     } else if pair("compliance", "backlash") {
@@ -105,7 +120,10 @@ pub fn between(one: &str, other: &str) -> Option<(&'static str, Run)> {
     } else if pair("quadratic-drag", "magnetic-saturation") {
         ("Drag goes with the rate, saturation with the current: accelerate hard at low rates, and hold high rates", LOADED)
     } else if pair("viscous-temperature", "resistance-temperature") || pair("resistance-temperature", "supply-droop") {
-        ("Warm the winding by large currents and log its temperature and the supply: what goes with the heat stays when the current falls", WARMING)
+        (
+            "Warm the winding by large currents and log its temperature and the supply: what goes with the heat stays when the current falls",
+            WARMING,
+        )
     } else if pair("load-step", "cable-spring") || pair("load-step", "viscous-temperature") || pair("load-step", "resistance-temperature") {
         ("Repeat the same profile: what set in once does not set in at the same second again", STEPS)
     } else if friction.contains(&one) && friction.contains(&other) {
@@ -146,7 +164,8 @@ fn wanted(candidates: &[Candidate], missing: &[String], verdict: Verdict, log: &
     }
     if !coverage.both_ways() {
         return Some((
-            "The log turns one way only, so that friction, a load and what depends on the direction are one; pass through zero, both ways".to_owned(),
+            "The log turns one way only, so that friction, a load and what depends on the direction are one; pass through zero, both ways"
+                .to_owned(),
             SLOW,
         ));
     }

@@ -1,29 +1,65 @@
 //! From the rig's reading to what a channel shows: the logger's own windows and filters, lag and delay of a sensor.
+//!
+//! Rows may be long beside the drive: within 20 ms a small motor loses two fifths of its rate. So what is late, lagging or a mean over a window is
+//! taken from the channel *within* the row ([`past`]), not from straight lines between rows. Filter, window and delay commute; a
+//! rate is filtered first, where its kinks are at rows.
+
+mod lag;
+mod past;
 
 use std::collections::VecDeque;
 
 use hal_sim::effects::{Arms, Reading, Scalar};
+use hal_sim::rig::Span;
 
 use super::record::{Compared, Record};
 use crate::model::Channel;
+use lag::Lag;
+use past::{CLOSE_S, Past};
 
 /// Which channel is late, where the model has a time skew.
 pub fn late_channel(record: &Record) -> Option<usize> {
     [Channel::Rate, Channel::Angle, Channel::Current].into_iter().find_map(|s| record.channels.iter().position(|c| c.shows == s))
 }
 
+/// The rig at a row.
+#[derive(Debug)]
+pub struct Row<'a, S> {
+    /// The row.
+    pub span: &'a Span,
+    /// True rate at its begin, rad/s.
+    pub omega: S,
+    /// True angle at its begin, rad.
+    pub theta: S,
+    /// What the channels see of it.
+    pub reading: &'a Reading<S>,
+    /// How the current changes within the row, A/s; asked for where [`Chain::follows_current`] says so, else 0.
+    pub current_slope_A_s: S,
+}
+
 /// The chain of one channel.
 pub struct Chain<S> {
     shows: Channel,
+    /// The channel is the mean over the row that begins at t.
+    over_row: bool,
     window_s: f64,
-    filter: Vec<Lag<S>>,
     skew_s: Option<S>,
+    filter: Vec<Lag<S>>,
+    /// Rows are looked into: there is a window, a delay or a sensor's lag.
+    within: bool,
+    /// What a window or a delay is taken from, where there is one.
+    past: Option<Past<S>>,
+    last: Option<Last<S>>,
     increment: usize,
-    /// What the window is taken from: the angle turned, or the integral of the channel.
-    turned: Past<S>,
-    /// Values not yet shown.
-    delayed: Past<S>,
     raw: VecDeque<S>,
+}
+
+/// The row before: time, true rate and angle, what the sensor saw.
+struct Last<S> {
+    t_s: f64,
+    omega: S,
+    theta: S,
+    seen: S,
 }
 
 impl<S: Scalar> Chain<S> {
@@ -34,34 +70,47 @@ impl<S: Scalar> Chain<S> {
         if let Some(hz) = channel.filter_hz {
             filter.push(Lag::new(S::from(1.0 / (std::f64::consts::TAU * hz))));
         }
-        if let (Channel::Rate, Some(lag_s)) = (channel.shows, arms.lag_s) {
-            filter.push(Lag::new(lag_s));
-        }
+        let lag_s = arms.lag_s.filter(|_| channel.shows == Channel::Rate);
+        filter.extend(lag_s.map(Lag::new));
         let skew_s = arms.skew_s.filter(|_| late_channel(record) == Some(index));
         let window_s = channel.mean_before_s.unwrap_or(0.0);
-        let past = |reach_s: f64| Past { points: VecDeque::new(), reach_s: reach_s + 4.0 * record.dt_s };
-        let (turned, delayed) = (past(window_s), past(skew_s.map_or(0.0, |s| s.re())));
-        let increment = if channel.shows == Channel::Angle { record.angle_lag() } else { 0 };
-        Chain { shows: channel.shows, window_s, filter, skew_s, increment, turned, delayed, raw: VecDeque::new() }
+        let reach_s = window_s + skew_s.map_or(0.0, |s| s.re()) + 4.0 * record.dt_s;
+        let past = (window_s > 0.0 || skew_s.is_some()).then(|| Past::new(reach_s, channel.shows == Channel::Current));
+        Chain {
+            shows: channel.shows,
+            over_row: channel.shows == Channel::Current && !channel.instant,
+            window_s,
+            skew_s,
+            filter,
+            within: past.is_some() || lag_s.is_some(),
+            past,
+            last: None,
+            increment: if channel.shows == Channel::Angle { record.angle_lag() } else { 0 },
+            raw: VecDeque::new(),
+        }
     }
 
-    /// Takes the reading at `t_s` with the true rate and angle there, gives what the channel shows; `None` where it has no partner yet.
+    /// The chain needs to know how the current changes within a row.
+    pub fn follows_current(&self) -> bool {
+        self.shows == Channel::Current && !self.over_row && self.past.is_some()
+    }
+
+    /// Takes the rig at a row, gives what the channel shows; `None` where it has no partner yet.
     #[inline]
-    pub fn push(&mut self, t_s: f64, omega: S, theta: S, reading: &Reading<S>) -> Option<S> {
-        let mut value = match self.shows {
-            Channel::Rate => reading.omega,
-            Channel::Angle => reading.theta,
-            _ => reading.current,
+    pub fn push(&mut self, row: &Row<S>) -> Option<S> {
+        let seen = match self.shows {
+            Channel::Rate => row.reading.omega,
+            Channel::Angle => row.reading.theta,
+            _ => row.reading.current,
         };
-        if self.window_s > 0.0 {
-            value = self.windowed(t_s, value, omega, theta)?;
-        }
-        for filter in &mut self.filter {
-            value = filter.push(t_s, value);
-        }
-        if let Some(skew_s) = self.skew_s {
-            value = self.late(t_s, value, skew_s);
-        }
+        let value = match (self.within, self.shows) {
+            (false, _) => self.filtered(row.span.t_s, seen),
+            (true, Channel::Rate | Channel::Angle) => self.steady(row, seen)?,
+            (true, _) => {
+                let value = self.jumping(row, seen)?;
+                self.filtered(row.span.t_s, value)
+            }
+        };
         if self.increment > 0 {
             self.raw.push_back(value);
             if self.raw.len() <= self.increment {
@@ -73,89 +122,67 @@ impl<S: Scalar> Chain<S> {
         Some(value)
     }
 
-    /// Mean over the window before t: of a rate exactly, by the angle turned; of another channel by its rows. `None` while the window
-    /// reaches before the segment.
-    fn windowed(&mut self, t_s: f64, value: S, omega: S, theta: S) -> Option<S> {
-        let turned = match (self.shows, self.turned.points.back()) {
-            (Channel::Rate, _) => theta,
-            (_, Some(before)) => before.1 + value * (t_s - before.0),
-            (_, None) => S::zero(),
-        };
-        self.turned.push(t_s, turned);
-        let from_s = t_s - self.window_s;
-        if self.turned.points.front()?.0 > from_s + CLOSE_S {
-            return None;
+    #[inline]
+    fn filtered(&mut self, t_s: f64, mut value: S) -> S {
+        for filter in &mut self.filter {
+            value = filter.push(t_s, value, None);
         }
-        let mean = (turned - self.turned.at(from_s)?) / self.window_s;
-        // What a sensor's effect adds to the rate is taken at the instant.
-        Some(if self.shows == Channel::Rate { mean + (value - omega) } else { mean })
+        value
     }
 
-    /// The value of `skew_s` ago, linear between rows, with the derivative by the delay; the first one while there is no older.
-    fn late(&mut self, t_s: f64, value: S, skew_s: S) -> S {
-        self.delayed.push(t_s, value);
-        let points = &self.delayed.points;
-        let wanted = t_s - skew_s.re();
-        let after = points.partition_point(|p| p.0 <= wanted).min(points.len() - 1);
-        let (Some(a), Some(b)) = (after.checked_sub(1).and_then(|k| points.get(k)), points.get(after)) else { return points[0].1 };
-        a.1 + (b.1 - a.1) / (b.0 - a.0) * (-skew_s + (t_s - a.0))
-    }
-}
-
-/// Two instants are the same.
-const CLOSE_S: f64 = 1e-9;
-
-/// What a channel was, as far back as is asked for.
-struct Past<S> {
-    points: VecDeque<(f64, S)>,
-    reach_s: f64,
-}
-
-impl<S: Scalar> Past<S> {
-    fn push(&mut self, t_s: f64, value: S) {
-        self.points.push_back((t_s, value));
-        while self.points.len() > 2 && self.points[1].0 < t_s - self.reach_s {
-            self.points.pop_front();
+    /// A rate or an angle: the filters, each with the integral over the row, then window and delay.
+    fn steady(&mut self, row: &Row<S>, seen: S) -> Option<S> {
+        let t_s = row.span.t_s;
+        let mut turned = self.last.as_ref().map(|last| self.turned(last, row, seen));
+        self.last = Some(Last { t_s, omega: row.omega, theta: row.theta, seen });
+        let mut value = seen;
+        for filter in &mut self.filter {
+            let before = filter.output();
+            value = filter.push(t_s, value, turned);
+            turned = turned.zip(before).map(|(turned, before)| filter.turned(turned, before, value));
         }
+        let Some(past) = &mut self.past else { return Some(value) };
+        past.push(t_s, turned.unwrap_or_else(S::zero), value, S::zero());
+        self.shown(row.span)
     }
 
-    /// The value at `wanted`, linear between rows.
-    fn at(&self, wanted: f64) -> Option<S> {
-        let k = self.points.partition_point(|p| p.0 <= wanted + CLOSE_S);
-        let Some(a) = k.checked_sub(1).and_then(|k| self.points.get(k)) else { return self.points.front().map(|p| p.1) };
-        let Some(b) = self.points.get(k).filter(|_| wanted - a.0 > CLOSE_S) else { return Some(a.1) };
-        Some(a.1 + (b.1 - a.1) * ((wanted - a.0) / (b.0 - a.0)))
-    }
-}
-
-/// A first-order lag, exact for an input that is linear between the rows.
-struct Lag<S> {
-    time_constant_s: S,
-    state: Option<(f64, S, S)>,
-}
-
-impl<S: Scalar> Lag<S> {
-    fn new(time_constant_s: S) -> Self {
-        Lag { time_constant_s, state: None }
+    /// Integral of what the sensor saw over the row before: of a rate the angle turned, of an angle by its Hermite cubic; what the
+    /// sensor adds, as a straight line.
+    fn turned(&self, last: &Last<S>, row: &Row<S>, seen: S) -> S {
+        let h = row.span.t_s - last.t_s;
+        if self.shows == Channel::Rate {
+            return row.theta - last.theta + (seen - row.omega + (last.seen - last.omega)) * (0.5 * h);
+        }
+        (seen + last.seen) * (0.5 * h) + (last.omega - row.omega) * (h * h / 12.0)
     }
 
-    fn push(&mut self, t_s: f64, input: S) -> S {
-        let Some((last_s, last_in, last_out)) = self.state else {
-            self.state = Some((t_s, input, input));
-            return input;
-        };
-        let h = t_s - last_s;
-        let tau = self.time_constant_s;
-        // Below a hundredth of the row the lag is a delay of tau: its first-order form has the same derivative and no division by zero.
-        let output = if tau.re() < 0.01 * h {
-            input - (input - last_in) / h * tau
+    /// A current: window and delay.
+    fn jumping(&mut self, row: &Row<S>, seen: S) -> Option<S> {
+        self.past.as_mut()?.push(row.span.t_s, S::zero(), seen, row.current_slope_A_s);
+        self.shown(row.span)
+    }
+
+    /// What the past shows at the row: the value or a mean, now or late. `None` while the window reaches before the segment.
+    fn shown(&self, span: &Span) -> Option<S> {
+        let past = self.past.as_ref()?;
+        let at_s = span.t_s - self.skew_s.map_or(0.0, |skew| skew.re());
+        let (from_s, to_s) = if self.window_s > 0.0 {
+            if past.begin_s()? > span.t_s - self.window_s + CLOSE_S {
+                return None;
+            }
+            (at_s - self.window_s, at_s)
+        } else if self.over_row {
+            (at_s, at_s + span.dt_s)
         } else {
-            let decay = (-(tau.recip() * h)).exp();
-            let slope = (input - last_in) / h;
-            // Response to last_in + slope·t from last_out.
-            input - slope * tau + (last_out - last_in + slope * tau) * decay
+            let place = past.at(at_s)?;
+            return Some(self.skew_s.map_or(place.value, |skew| place.value - place.slope * (skew - skew.re())));
         };
-        self.state = Some((t_s, input, output));
-        output
+        let Some(skew) = self.skew_s else { return Some((past.sum(to_s)? - past.sum(from_s)?) / (to_s - from_s)) };
+        let (from, to) = (past.at(from_s)?, past.at(to_s)?);
+        // Of the delay only its derivatives are left here; with first derivatives this is exact.
+        Some((to.sum - from.sum - (to.value - from.value) * (skew - skew.re())) / (to_s - from_s))
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -6,7 +6,7 @@ use hal_sim::effects::{Law, Scalar};
 use hal_sim::rig::{self, Base, Rig, State};
 
 use super::parameters::{Lane, Parameters};
-use super::pipeline::Chain;
+use super::pipeline::{Chain, Row};
 use super::record::Record;
 use crate::model::{Channel, Input};
 
@@ -167,6 +167,7 @@ pub fn run<S: Lane>(
     }
     let mut chains: Vec<Chain<S>> = (0..record.channels.len()).map(|c| Chain::new(record, c, rig.arms())).collect();
     let theta = record.theta.map_or(0.0, |theta| theta[rows.start]);
+    let follows_current = chains.iter().any(Chain::follows_current);
     let instant = record.channels.iter().any(|c| c.instant && c.shows == Channel::Current);
     let mut state = begin::<S>(kinds, values, free, theta);
     for row in rows.clone() {
@@ -175,8 +176,13 @@ pub fn run<S: Lane>(
         let now = instant.then(|| rig.current_now(&state, &span));
         let mean = rig.advance(&mut state, &span);
         let reading = rig.read(before, &span, now.unwrap_or(mean));
+        let current_slope_A_s = match now.filter(|_| follows_current) {
+            Some(now) => (rig.current_now(&state, &span) - now) / span.dt_s,
+            None => S::zero(),
+        };
+        let read = Row { span: &span, omega: before.0, theta: before.1, reading: &reading, current_slope_A_s };
         for (c, chain) in chains.iter_mut().enumerate() {
-            if let Some(value) = chain.push(span.t_s, before.0, before.1, &reading) {
+            if let Some(value) = chain.push(&read) {
                 visit(c, row, &value);
             }
         }

@@ -31,7 +31,7 @@ pub struct Coverage {
     pub current_A: Option<f64>,
     /// Span of the winding's temperature, K.
     pub warming_K: Option<f64>,
-    /// Length, s.
+    /// Length without gaps, s.
     pub duration_s: f64,
 }
 
@@ -56,7 +56,7 @@ impl Coverage {
             turns: span("theta_rad").map(|s| s / TAU),
             current_A: log.column("i_A").and_then(range).map(|(low, high)| high.max(-low)),
             warming_K: log.column("temp_C").and_then(|t| range(&smooth(t))).map(|(low, high)| high - low),
-            duration_s: log.duration_s(),
+            duration_s: log.segments().iter().map(|rows| rows.len() as f64 * log.median_dt_s()).sum(),
         }
     }
 
@@ -92,17 +92,25 @@ impl Coverage {
     pub fn blind(&self) -> Vec<String> {
         let mut list = Vec::new();
         if !self.both_ways() {
-            list.push("It turns one way only: dry friction, a load and friction that differs by direction are one constant torque there.".to_owned());
+            list.push(
+                "It turns one way only: dry friction, a load and friction that differs by direction are one constant torque there."
+                    .to_owned(),
+            );
         }
         if self.turns.is_none() {
             list.push("It has no angle (theta_rad): nothing that repeats with the turn can be seen.".to_owned());
         } else if !self.slow_turns() {
-            list.push("It hardly has slow whole turns: a small cogging or unbalance averages out at high rates and stays unseen.".to_owned());
+            list.push(
+                "It hardly has slow whole turns: a small cogging or unbalance averages out at high rates and stays unseen.".to_owned(),
+            );
         }
         match self.warming_K {
             None => list.push("It has no winding temperature (temp_C): warming cannot be told from other slow changes.".to_owned()),
             Some(k) if k < ENOUGH_WARMING_K => {
-                list.push(format!("The winding warms by only {} K: hardly anything of temperature can be seen.", digits::significant(k, 2)));
+                list.push(format!(
+                    "The winding warms by only {} K: hardly anything of temperature can be seen.",
+                    digits::significant(k, 2)
+                ));
             }
             Some(_) => {}
         }

@@ -1,13 +1,14 @@
 //! An explanation as one HTML file: what is missing, the evidence, and the error before and after.
 
 use super::coordinates::{Along, coordinates};
-use super::explain_coverage::Coverage;
 use super::explain_plots::{self as plots, Pair};
 use super::page::{Page, escaped, swatch, with_code};
 use super::{digits, explain_words as words, log_warnings, quantity, unit};
 use crate::explain::{Explanation, Verdict};
 use crate::fit::Record;
 use crate::fit::prepare::prepare;
+use crate::residual::orders::Spectrum;
+use crate::residual::picture::Pictures;
 
 /// The page, which needs nothing else.
 pub fn explain_html(e: &Explanation) -> String {
@@ -31,9 +32,11 @@ fn head(e: &Explanation, page: &mut Page) {
     let class = if e.verdict == Verdict::Adequate { "lead good" } else { "lead" };
     page.paragraph(class, &words::headline(e));
     for k in 0..e.missing.len() {
-        for paragraph in words::of_effect(e, k) {
-            page.paragraph("", &paragraph);
+        page.push("<dl>");
+        for (term, says) in words::of_effect(e, k) {
+            page.push(&format!("<dt>{}</dt><dd>{}</dd>", escaped(&term), escaped(&says)));
         }
+        page.push("</dl>");
     }
     if e.verdict == Verdict::Adequate {
         page.push("<h3>What this log could not have shown</h3><ul>");
@@ -54,7 +57,7 @@ fn head(e: &Explanation, page: &mut Page) {
         }
         page.push("</ul>");
     }
-    page.push("<dl>");
+    page.push("<h3>What it was made from</h3><dl>");
     let mut entry = |term: &str, text: &str| page.push(&format!("<dt>{term}</dt><dd>{}</dd>", escaped(text)));
     let (rows, length) = (digits::grouped(e.log.len()), digits::plain(e.log.duration_s(), 4));
     entry("Log", &format!("{}: {rows} rows, {length} s at {} ms", e.log.path().display(), digits::plain(e.log.median_dt_s() * 1e3, 3)));
@@ -98,11 +101,16 @@ fn unexplained(e: &Explanation, page: &mut Page) {
 fn evidence(e: &Explanation, page: &mut Page) {
     page.push("<section><h2>What was tried</h2>");
     page.push("<p class=\"faint\">Every effect that the model lacks, added to the model as it was given. ΔBIC: how much better it fits, less a charge for each parameter; negative is better, −6 counts. p: probability that chance alone looks as good. held-out: error on rows that the fit never saw, × noise.</p>");
-    page.push("<div class=\"scroll\"><table><thead><tr><th>effect</th><th>ΔBIC</th><th>p</th><th>held-out</th><th>its parameters</th><th></th></tr></thead><tbody>");
+    page.push("<div class=\"scroll\"><table><thead><tr><th>effect</th><th>ΔBIC</th><th>p</th><th>held-out</th><th>what came of it, and its parameters</th></tr></thead><tbody>");
     let cell = |text: &str| format!("<td class=\"number\">{}</td>", escaped(text));
     let ratio = |x: Option<f64>| x.map_or("–".to_owned(), |r| digits::significant(r, 3));
     if let Some(given) = e.stages.first() {
-        page.push(&format!("<tr><td>the model as given</td>{}{}{}<td></td><td></td></tr>", cell(""), cell(""), cell(&ratio(words::heldout(&given.outputs)))));
+        page.push(&format!(
+            "<tr><td class=\"number\">the model as given</td>{}{}{}<td></td></tr>",
+            cell(""),
+            cell(""),
+            cell(&ratio(words::heldout(&given.outputs)))
+        ));
     }
     for c in &e.candidates {
         let (fate, why) = words::fate(e, c);
@@ -111,23 +119,21 @@ fn evidence(e: &Explanation, page: &mut Page) {
             "fits as well" | "helps" => "warn",
             _ => "mark",
         };
-        let (bic, p) = match words::tried(c) {
-            true => (c.delta_bic.map_or("–".to_owned(), words::grouped), words::probability(c.log10_p)),
-            false => ("–".to_owned(), "–".to_owned()),
-        };
+        let (bic, p) = (c.delta_bic.map_or("–".to_owned(), words::grouped), words::chance(c));
         let sizes: Vec<String> = if c.refitted { c.parameters.iter().map(words::estimate).collect() } else { Vec::new() };
         let fate = match why {
             Some(why) => format!("{fate}: {why}"),
             None if !c.ambiguous_with.is_empty() => format!("{fate}; this log cannot tell it from {}", words::listed(&c.ambiguous_with)),
             None => fate.to_owned(),
         };
+        let sizes =
+            if sizes.is_empty() { String::new() } else { format!("<br/><span class=\"notes\">{}</span>", escaped(&sizes.join(", "))) };
         page.push(&format!(
-            "<tr><td><code>{}</code></td>{}{}{}<td class=\"notes\">{}</td><td class=\"{class}\">{}</td></tr>",
+            "<tr><td class=\"number\"><code>{}</code></td>{}{}{}<td><span class=\"{class}\">{}</span>{sizes}</td></tr>",
             escaped(&c.effect),
             cell(&bic),
             cell(&p),
             cell(&ratio(words::heldout(&c.outputs))),
-            sizes.iter().map(|s| escaped(s)).collect::<Vec<_>>().join("<br/>"),
             escaped(&fate)
         ));
     }
@@ -137,19 +143,22 @@ fn evidence(e: &Explanation, page: &mut Page) {
 /// Measured beside modelled, and the residual, before and after.
 fn channels(e: &Explanation, record: &Record, page: &mut Page) {
     let added = !e.missing.is_empty();
-    let along_before = coordinates(&e.log, record, &e.explained.channels);
-    let rates = Coverage::of(&e.log).rates_rad_s;
-    let largest = rates.map_or(f64::INFINITY, |(low, high)| high.max(-low));
-    for ((compared, before), after) in record.channels.iter().zip(&e.given.channels).zip(&e.explained.channels) {
+    let along = coordinates(&e.log, record, &e.explained.channels);
+    let pictures = [&e.given, &e.explained].map(|held| Pictures::of(&e.log, record, held));
+    for (index, ((compared, before), after)) in record.channels.iter().zip(&e.given.channels).zip(&e.explained.channels).enumerate() {
         let pair = Pair { compared, before, after };
         page.push(&format!("<section><h2>{} <span class=\"faint\">{}</span></h2>", before.shows.column(), quantity(before.shows)));
-        channel(record, &pair, added, &along_before, largest, page);
+        let spectra = pictures.each_ref().map(|p| p.as_ref().and_then(|p| p.orders(index)));
+        channel(record, &pair, added, &along, &spectra, page);
         page.push("</section>");
     }
 }
 
-fn channel(record: &Record, pair: &Pair, added: bool, along: &[Along], largest_rad_s: f64, page: &mut Page) {
-    let (as_given, explained) = (swatch("before", "the model as given"), swatch("after", if added { "with what was missing" } else { "the same: nothing was added" }));
+fn channel(record: &Record, pair: &Pair, added: bool, along: &[Along], spectra: &[Option<Spectrum>; 2], page: &mut Page) {
+    let (as_given, explained) = (
+        swatch("before", "the model as given"),
+        swatch("after", if added { "with what was missing" } else { "the same: nothing was added" }),
+    );
     let size = |f: &crate::fit::Fitness| digits::significant(f.rms, 3);
     let words = format!("{} {}, {} {}", as_given, size(pair.before), explained, size(pair.after));
     page.push(&format!("<p>rms: {words}; noise {} {}.</p>", digits::significant(pair.after.noise, 3), unit(pair.before.shows)));
@@ -163,7 +172,10 @@ fn channel(record: &Record, pair: &Pair, added: bool, along: &[Along], largest_r
         page.figure(&plot, &format!("{} {both}.", swatch("measured", "measured")));
     }
     if let Some(plot) = plots::residuals(record, pair, whole) {
-        page.figure(&plot, &format!("What each leaves: {both}. Between the two grey lines (± 2 × noise) lie 95 % of the rows, if nothing is missing."));
+        page.figure(
+            &plot,
+            &format!("What each leaves: {both}. Between the two grey lines (± 2 × noise) lie 95 % of the rows, if nothing is missing."),
+        );
     }
     page.push("<h3>What the residual depends on</h3>");
     page.push(&format!("<p class=\"faint\">Mean residual in each bin with its 95 % interval: {both}. Of a complete model all lie on zero, but for one bin in twenty.</p><div class=\"pair\">"));
@@ -173,7 +185,9 @@ fn channel(record: &Record, pair: &Pair, added: bool, along: &[Along], largest_r
         }
     }
     page.push("</div>");
-    if let Some(plot) = plots::order_spectrum(record, pair, largest_rad_s) {
+    if let [Some(before), Some(after)] = spectra
+        && let Some(plot) = plots::order_spectrum(pair, before, after)
+    {
         page.push("<h3>Orders: what repeats so many times per turn</h3>");
         page.figure(&plot, &format!("{both}. A line that stands out is something that comes again at the same angles; the lowest orders also collect what is slow."));
     }
@@ -197,7 +211,11 @@ fn parameters(e: &Explanation, page: &mut Page) {
 
 fn glossary(page: &mut Page) {
     page.push("<section><h2>What the words mean</h2><dl>");
-    for (term, says) in super::words::GLOSSARY.iter().filter(|(t, _)| matches!(*t, "residual" | "rms" | "noise" | "ratio" | "± sigma")).chain(words::GLOSSARY) {
+    for (term, says) in super::words::GLOSSARY
+        .iter()
+        .filter(|(t, _)| matches!(*t, "residual" | "rms" | "noise" | "ratio" | "± sigma"))
+        .chain(words::GLOSSARY)
+    {
         page.push(&format!("<dt>{}</dt><dd>{}</dd>", escaped(term), escaped(says)));
     }
     page.push("</dl></section>");

@@ -12,7 +12,7 @@ use crate::explain::{Explanation, Shape};
 use crate::fit::record::Compared;
 use crate::fit::{Fitness, Record};
 use crate::model::Channel;
-use crate::residual::orders;
+use crate::residual::orders::Spectrum;
 
 /// Width of a plot across the page and of one of a pair, px.
 const WIDE: f64 = 980.0;
@@ -126,22 +126,23 @@ pub(super) fn over(pair: &Pair, a: &Along) -> Option<String> {
     Some(plot.finish())
 }
 
-/// Amplitude by order of the angle, before and after; `None` without an angle, or where the rows resolve too few orders.
-pub(super) fn order_spectrum(record: &Record, pair: &Pair, rate_rad_s: f64) -> Option<String> {
-    let theta = record.theta?;
-    let highest = orders::resolved(rate_rad_s, record.dt_s);
-    let spectrum = |f: &Fitness| orders::spectrum(theta, &f.residual, |_| 1.0, highest);
-    let (before, after) = (spectrum(pair.before), spectrum(pair.after));
+/// Size of what repeats so many times per turn, before and after, in the channel's unit.
+///
+/// The spectra weight the rows differently (a torque leaves less in a fast rate); what an order accounts for of the residual's power is the
+/// same question in all, and the amplitude drawn is that of a sine of this power.
+pub(super) fn order_spectrum(pair: &Pair, before: &Spectrum, after: &Spectrum) -> Option<String> {
+    let sizes = |s: &Spectrum, f: &Fitness| s.share.iter().map(|share| (2.0 * share).sqrt() * f.rms).collect::<Vec<f64>>();
+    let (sizes_before, sizes_after) = (sizes(before, pair.before), sizes(after, pair.after));
     let loud = before.amplitude.iter().zip(&before.level).rposition(|(a, l)| a > l).map_or(0, |k| k + 1);
-    let shown = (loud + loud / 4).max(ORDERS).min(before.amplitude.len());
+    let shown = (loud + loud / 4).max(ORDERS).min(sizes_before.len());
     if shown < 4 {
         return None;
     }
-    let most = before.amplitude.iter().chain(&after.amplitude).take(2 * shown).copied().fold(0.0, f64::max);
+    let most = sizes_before.iter().take(shown).chain(sizes_after.iter().take(shown)).copied().fold(0.0, f64::max);
     let x = Axis::new((0.0, shown as f64 + 1.0), 12, "order (periods per turn)", "");
     let y = Axis::new((0.0, 1.08 * most), 4, "amplitude of the residual", unit(pair.before.shows));
     let mut plot = Plot::new(x, y, WIDE, 220.0);
-    for (k, (b, a)) in before.amplitude.iter().zip(&after.amplitude).take(shown).enumerate() {
+    for (k, (b, a)) in sizes_before.iter().zip(&sizes_after).take(shown).enumerate() {
         let order = (k + 1) as f64;
         plot.bar((order - 0.4, order + 0.05), *b, "bar");
         plot.bar((order + 0.05, order + 0.4), *a, "bar-after");
@@ -167,19 +168,19 @@ pub(super) fn shape(s: &Shape) -> Option<String> {
 /// Height of a bar of the staircase and of its channel's heading, px; where its bars begin and end.
 const STEP: f64 = 22.0;
 const HEADING: f64 = 26.0;
-const BARS: (f64, f64) = (190.0, 880.0);
+const BARS: (f64, f64) = (260.0, 900.0);
 
 /// The falling error: for each channel a bar per stage, rms over noise on a logarithmic scale that begins at 1, where only noise is left.
 pub(super) fn staircase(e: &Explanation) -> String {
     let channels = e.stages.first().map_or(0, |s| s.outputs.len());
     let height = channels as f64 * (HEADING + STEP * e.stages.len() as f64 + 8.0) + 34.0;
     let ratios = e.stages.iter().flat_map(|s| &s.outputs).map(|o| o.ratio()).filter(|r| r.is_finite());
-    // A decade at least, and a whole number of them.
-    let decades = ratios.fold(1.0_f64, f64::max).log10().ceil().max(1.0);
+    // A decade at least, and room for the figure behind the longest bar.
+    let decades = (1.2 * ratios.fold(1.0_f64, f64::max)).log10().max(1.0);
     let place = |ratio: f64| BARS.0 + (BARS.1 - BARS.0) * (ratio.max(1.0).log10() / decades).min(1.0);
     let mut svg = Svg::new(WIDE, height, "rms over noise of each channel, stage by stage");
     let bottom = height - 34.0;
-    for power in 0..=decades as i32 {
+    for power in 0..=decades.floor() as i32 {
         for part in [1.0, 2.0, 5.0] {
             let ratio = part * 10f64.powi(power);
             if ratio > 10f64.powf(decades) * 1.001 {

@@ -7,6 +7,8 @@ use crate::explain::{Candidate, Explanation, Shape, Verdict};
 
 /// Widest bar of the staircase, columns.
 const BAR: usize = 34;
+/// Full length of a bar stands for this ratio at least, so that mere noise is not drawn as much.
+const LEAST_SCALE: f64 = 5.0;
 /// Candidates that get a line at least, if there are so many.
 const LINES: usize = 6;
 
@@ -52,7 +54,7 @@ fn staircase(e: &Explanation, style: Style) -> String {
     let channels = e.stages.first().map_or(0, |s| s.outputs.len());
     for channel in 0..channels {
         let shown: Vec<_> = e.stages.iter().map(|s| s.outputs.get(channel)).collect();
-        let most = shown.iter().flatten().map(|o| o.ratio()).filter(|r| r.is_finite()).fold(1.0, f64::max);
+        let most = shown.iter().flatten().map(|o| o.ratio()).filter(|r| r.is_finite()).fold(LEAST_SCALE, f64::max);
         if let Some(Some(first)) = shown.first() {
             text.push_str(&format!("  {}\n", first.shows.column()));
         }
@@ -94,7 +96,7 @@ fn evidence(e: &Explanation, style: Style) -> String {
     text.push_str(&format!("  {:<names$}  {:>8}  {:>8}  {:>8}\n", "the model as given", "", "", ratio(given)));
     for c in &lines {
         let (fate, why) = words::fate(e, c);
-        let (name, bic, p) = (&c.effect, number(c.delta_bic), words::probability(c.log10_p));
+        let (name, bic, p) = (&c.effect, number(c.delta_bic), words::chance(c));
         let held = ratio(words::heldout(&c.outputs));
         let fate = match fate {
             "added" | "added later" => style.good(fate),
@@ -121,9 +123,9 @@ fn plain_words(e: &Explanation, style: Style) -> String {
     let mut text = style.strong(&style.wrapped("", "", &words::headline(e)));
     for k in 0..e.missing.len() {
         text.push('\n');
-        for (n, paragraph) in words::of_effect(e, k).iter().enumerate() {
-            let (first, rest) = if n == 0 { ("", "") } else { ("  ", "  ") };
-            text.push_str(&style.wrapped(first, rest, paragraph));
+        for (n, (term, says)) in words::of_effect(e, k).iter().enumerate() {
+            let (first, rest) = if n == 0 { (format!("{}: ", style.strong(term)), "  ") } else { (format!("  {term}: "), "    ") };
+            text.push_str(&style.wrapped(&first, rest, says));
         }
     }
     for shape in &e.unexplained {

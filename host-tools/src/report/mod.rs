@@ -14,6 +14,7 @@ mod bad_log;
 pub mod coordinates;
 mod digits;
 pub mod explain_coverage;
+mod explain_evidence;
 mod explain_html;
 mod explain_json;
 mod explain_plots;
@@ -31,6 +32,7 @@ pub mod svg;
 mod terminal;
 pub mod words;
 
+pub use crate::residual::Failure;
 pub use bad_log::{bad_log_html, bad_log_json, bad_log_text};
 pub use digits::{plain, significant, with_sigma};
 pub use explain_html::explain_html;
@@ -38,7 +40,6 @@ pub use explain_json::explain_json;
 pub use explain_text::explain_text;
 pub use html::html;
 pub use json::{compare_json, failures_json, finite, fit_json};
-pub use crate::residual::Failure;
 pub use terminal::{Style, sparkline, text};
 
 use crate::fit::{Held, Record};

@@ -71,7 +71,7 @@ impl Pictures {
         // Sums of a regression on 1, cos, sin, and of squares.
         let mut sums = vec![nalgebra::Matrix3::<f64>::zeros(); SLICES];
         let mut right = vec![nalgebra::Vector3::<f64>::zeros(); SLICES];
-        let mut squares = vec![0.0; SLICES];
+        let mut squares = [0.0; SLICES];
         for (k, x) in along.iter().enumerate() {
             let slice = (((x - low) / width) as usize).min(SLICES - 1);
             let y = self.rows.y[index * n + k] * channel.unit;

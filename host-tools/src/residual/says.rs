@@ -104,6 +104,10 @@ fn harmonics(orders: &[u32]) -> String {
 /// What the missing piece looks like, as far as the channels tell.
 fn what(f: &Found) -> String {
     match (f.kind, f.acts) {
+        (Kind::Order(_), Acts::Reading(_)) if f.prescribed => {
+            "the same at every rate: a torque that depends on the angle alone, or the sensor".into()
+        }
+        (Kind::Smooth, Acts::Reading(_)) if f.prescribed => "as a missing torque or the sensor leaves it".into(),
         (Kind::Order(_), Acts::Torque) => "as a torque leaves it that depends on the angle alone: it shrinks as the rate grows".into(),
         (Kind::Order(_), Acts::Constant) => "and grows with the current: torque ripple".into(),
         (Kind::Order(_), Acts::Encoder) => {

@@ -47,6 +47,8 @@ pub struct Found {
     pub kind: Kind,
     /// The channel that is read, where it is a reading's error.
     pub reads: Option<Channel>,
+    /// The motion is prescribed: what the model needs is compared row by row, so that a torque and a reading look the same.
+    pub prescribed: bool,
     /// Sum of squares that it takes out of all channels, in units of the noise.
     pub gain: f64,
     /// In each channel.
@@ -114,7 +116,15 @@ pub fn search(mut full: Rows, held: &Held) -> Vec<Found> {
             Acts::Reading(c) => rows.channels.get(c).map(|c| c.shows),
             _ => None,
         };
-        found.push(Found { coordinate: t.coordinate, acts: t.acts, kind: t.kind, reads, gain: t.gain, channels });
+        found.push(Found {
+            coordinate: t.coordinate,
+            acts: t.acts,
+            kind: t.kind,
+            reads,
+            prescribed: rows.driven == Input::Motion,
+            gain: t.gain,
+            channels,
+        });
         take_out(&t, &mut full, &coarse, &starts);
         coarse.y = full.blocks(&starts, per_block).y;
         if !t.fine {
