@@ -3,10 +3,11 @@
 
 mod common;
 
-use common::stand;
+use common::{MODEL, stand};
 use hal_sim::effects::CATALOGUE;
 use host_tools::explain::next::{RUNS, between, run_for};
 use host_tools::log::Log;
+use serde_json::Value;
 
 #[test]
 fn every_proposed_run_runs_without_a_fault_and_moves_within_what_the_sensors_see() {
@@ -37,4 +38,38 @@ fn every_effect_has_a_run_and_every_family_of_the_catalogue_a_word_on_how_to_sep
             assert_eq!(between(other.id, card.id), Some((says, run)), "whichever is named first");
         }
     }
+}
+
+/// A stand whose friction differs by direction, a little of it with the rate.
+const STAND: &str = "name = \"rotary stand on a maxon RE 25\"\n[effects.coulomb]\ncoulomb_N_m = 9e-4\n[effects.viscous]\nviscous_N_m_s = 2e-5\n\
+    [effects.inductance]\ninductance_H = 2.38e-4\n[effects.asymmetric-friction]\nasymmetry_N_m = 3e-4\nasymmetry_N_m_s = 5e-7\n";
+
+#[test]
+fn the_proposed_run_tells_apart_what_the_first_log_could_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    std::fs::write(path.join("model.toml"), MODEL).unwrap();
+    std::fs::write(path.join("stand.toml"), STAND).unwrap();
+    let explained = |log: &str| stand(path, &["explain", log, "--model", "model.toml", "--json", "-"]).well().json();
+    let rivals = |answer: &Value| {
+        let candidates = answer["candidates"].as_array().unwrap();
+        let named = candidates.iter().find(|c| c["effect"] == "asymmetric-friction").unwrap();
+        named["ambiguous_with"].as_array().unwrap().iter().map(|r| r.as_str().unwrap().to_owned()).collect::<Vec<_>>()
+    };
+
+    // At 3 rad/s the part that goes with the rate is 1.5e-6 N m, a two-hundredth of the constant one.
+    stand(path, &["sim", "--out", "slow.csv", "--seconds", "6", "--amplitude", "3", "--stand", "stand.toml"]).well();
+    let before = explained("slow.csv");
+    assert_eq!(before["missing"], serde_json::json!(["asymmetric-friction"]), "the first of the family in the catalogue's order");
+    assert_eq!(rivals(&before), ["load"]);
+
+    let command = before["next_experiment"]["command"].as_str().unwrap().to_owned();
+    let mut words: Vec<&str> = command.split_whitespace().skip(1).chain(["--stand", "stand.toml"]).collect();
+    // A third of the proposed length is enough here: the stairs have been up and down once.
+    let seconds = words.iter().position(|w| *w == "--seconds").unwrap() + 1;
+    words[seconds] = "14";
+    stand(path, &words).well();
+    let after = explained("next.parquet");
+    assert_eq!(after["missing"], before["missing"]);
+    assert!(rivals(&after).is_empty(), "{:?}", rivals(&after));
 }

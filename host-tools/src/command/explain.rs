@@ -44,7 +44,7 @@ impl Explain {
             Answer::BadLog(log, findings) => {
                 let style = Style { colour: is_terminal(), width: 80 };
                 self.output.text(&report::bad_log_text(&log, &findings, style))?;
-                self.output.json(|| report::bad_log_json(&log, &findings))?;
+                self.output.json(|| report::explain_bad_log_json(&log, &findings))?;
                 self.output.html(|| report::bad_log_html(&log, &findings))
             }
             Answer::Explained(e) => self.tell(&e, &model),

@@ -73,7 +73,7 @@ fn one(log: PathBuf, model: &Model) -> Line {
         Ok(Answer::Explained(e)) => line(e.verdict.name(), e.missing.join(", "), report::explain_json(&e)),
         Ok(Answer::BadLog(bad, findings)) => {
             let says = findings.first().map_or(String::new(), |f| f.says.clone());
-            line("bad-log", says, report::bad_log_json(&bad, &findings))
+            line("bad-log", says, report::explain_bad_log_json(&bad, &findings))
         }
         Err(error) => {
             let says = error.to_string();

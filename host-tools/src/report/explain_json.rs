@@ -3,8 +3,10 @@
 use serde_json::{Map, Value, json};
 
 use super::json::{failures_json, finite};
-use super::{explain_words as words, log_warnings};
+use super::{bad_log_json, explain_words as words, log_warnings};
 use crate::explain::{Candidate, Estimate, Explanation, Shape, Shown, Stage};
+use crate::log::Log;
+use crate::plausible::Finding;
 
 /// Below this a probability is said as 0, with its logarithm beside it.
 const SMALLEST_P: f64 = 1e-300;
@@ -30,6 +32,16 @@ pub fn explain_json(e: &Explanation) -> Value {
         "warnings": log_warnings(&e.log),
         "seconds": finite(e.seconds),
     })
+}
+
+/// The answer about a log that is no record of a drive: the keys of every explanation, empty.
+pub fn explain_bad_log_json(log: &Log, problems: &[Finding]) -> Value {
+    let mut answer = bad_log_json(log, problems);
+    for key in ["missing", "steps", "candidates", "unexplained"] {
+        answer[key] = json!([]);
+    }
+    answer["next_experiment"] = Value::Null;
+    answer
 }
 
 fn stage(e: &Explanation, k: usize, s: &Stage) -> Value {

@@ -36,7 +36,7 @@ pub use crate::residual::Failure;
 pub use bad_log::{bad_log_html, bad_log_json, bad_log_text};
 pub use digits::{plain, significant, with_sigma};
 pub use explain_html::explain_html;
-pub use explain_json::explain_json;
+pub use explain_json::{explain_bad_log_json, explain_json};
 pub use explain_text::explain_text;
 pub use html::html;
 pub use json::{compare_json, failures_json, finite, fit_json};

@@ -1,0 +1,103 @@
+//! The forms of an explanation: they say the same, hold what cannot be a number, and show what no effect explains.
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::{MODEL, stand};
+use hal_sim::effects::Coordinate;
+use host_tools::explain::{Explanation, Shape, Verdict, explain};
+use host_tools::log::Log;
+use host_tools::model::Model;
+use host_tools::report::statistics::Bin;
+use host_tools::report::{Style, explain_html, explain_json, explain_text};
+
+/// The answer of a sound log, for changing.
+fn explanation() -> Explanation {
+    let folder = tempfile::tempdir().unwrap();
+    stand(folder.path(), &["sim", "--out", "log.csv", "--seconds", "3"]).well();
+    let log = Log::read(folder.path().join("log.csv")).unwrap();
+    explain(vec![log], &Model::parse(MODEL, "drive.toml").unwrap(), &|_| ()).unwrap()
+}
+
+/// A rubbing sector: two bumps of a torque over the turn.
+fn shape() -> Shape {
+    let bin = |k: usize| {
+        let at = (k as f64 + 0.5) * std::f64::consts::TAU / 36.0;
+        Bin { at, mean: if (10..14).contains(&k) { -4e-4 } else { 1e-5 }, confidence: 2e-5 }
+    };
+    Shape {
+        acts_on: "torque_N_m",
+        coordinate: Coordinate::Theta,
+        along: "angle within the turn, rad",
+        bins: (0..36).map(bin).collect(),
+        expression: Some(
+            "[effect.unknown]\ntorque_N_m = \"-a * exp(-((theta - b) / w)^2)\"\nparameters = { a = 4e-4, b = 2.1, w = 0.3 }".into(),
+        ),
+        delta_bic: -900.0,
+        says: "A torque of 4e-4 N m pulls back over a part of the turn.".into(),
+    }
+}
+
+#[test]
+fn what_no_effect_explains_is_drawn_and_can_be_pasted() {
+    let mut e = explanation();
+    e.verdict = Verdict::UnknownStructure;
+    e.unexplained = vec![shape()];
+    let text = explain_text(&e, Style::default());
+    let page = explain_html(&e);
+    roxmltree::Document::parse_with_options(&page, roxmltree::ParsingOptions { allow_dtd: true, ..Default::default() }).unwrap();
+    for said in
+        ["no effect of the catalogue explains", "paste these lines at the end of drive.toml", "[effect.unknown]", "pulls back over a part"]
+    {
+        let flat = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(flat.contains(said), "{said}: {text}");
+        assert!(page.contains(said), "{said}");
+    }
+    // The dip is where the drawing has its lowest block.
+    let drawn = text.lines().find(|l| l.contains('▁') && l.contains('█') && l.trim().chars().count() == 36).unwrap().trim();
+    assert_eq!(drawn.chars().enumerate().filter(|(_, c)| *c == '▁').map(|(k, _)| k).collect::<Vec<_>>(), [10, 11, 12, 13]);
+    // What is said can be done: the model takes the lines as they are.
+    let model = format!("{MODEL}\n{}\n", e.unexplained[0].expression.as_ref().unwrap());
+    assert!(Model::parse(&model, "drive.toml").unwrap().effect_names().contains(&"unknown".to_owned()));
+    assert_eq!(explain_json(&e)["unexplained"][0]["bins"].as_array().unwrap().len(), 36);
+}
+
+#[test]
+fn what_is_no_number_is_null_and_a_dash_in_every_form() {
+    let mut e = explanation();
+    for stage in &mut e.stages {
+        for o in &mut stage.outputs {
+            (o.rms, o.heldout_rms) = (f64::NAN, Some(f64::INFINITY));
+        }
+    }
+    let c = e.candidates.first_mut().unwrap();
+    (c.refitted, c.delta_bic, c.p_value, c.log10_p) = (true, Some(f64::NAN), 0.0, f64::NEG_INFINITY);
+    let answer = explain_json(&e);
+    assert!(answer["steps"][0]["rms"]["omega_rad_s"].is_null() && answer["steps"][0]["heldout_rms"]["i_A"].is_null());
+    assert!(answer["candidates"][0]["delta_bic"].is_null() && answer["candidates"][0]["log10_p"].is_null());
+    let (text, page) = (explain_text(&e, Style::default()), explain_html(&e));
+    for form in [&text, &page] {
+        assert!(!form.contains("NaN") && !form.contains("inf "), "{form}");
+    }
+}
+
+#[test]
+fn the_share_of_the_steps_is_what_they_took_from_the_error() {
+    let mut e = explanation();
+    // From 5 to 3 to 1 times the noise in each channel: (25 − 9)/24 and (9 − 1)/24 of what is not noise.
+    let stage = |ratio: f64| {
+        let mut stage = e.stages[0].clone();
+        for o in &mut stage.outputs {
+            o.rms = ratio * o.noise;
+        }
+        stage
+    };
+    let stages = vec![stage(5.0), stage(3.0), stage(1.0)];
+    e.stages = stages;
+    let answer = explain_json(&e);
+    let share = |k: usize| answer["steps"][k]["share"].as_f64();
+    assert_eq!(share(0), None);
+    for (k, wanted) in [(1, 16.0 / 24.0), (2, 8.0 / 24.0)] {
+        assert!((share(k).unwrap() - wanted).abs() < 1e-9, "{:?}", share(k));
+    }
+}
