@@ -5,14 +5,16 @@
 //! N is the number of logs, or for `own` and `outsiders` of seeds for each effect, experiment and mode. `own EFFECT` draws that one alone.
 //! `write ID FOLDER` writes a log with its models for `stand explain`. Tables go to standard output, a line per log into a CSV.
 
+use std::fs::File;
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use hal_sim::effects::CATALOGUE;
-use rayon::prelude::*;
+use rayon::ThreadPoolBuilder;
 use stand_tests::draw::{Drawn, MODES, OUTSIDERS, PROFILES, mode_name};
 use stand_tests::foreign::{cases, shared_data};
 use stand_tests::tables::{self, Line};
@@ -89,36 +91,20 @@ fn null(k: u64, first: u64) -> String {
 }
 
 fn run(group: &str, ids: &[String]) -> Vec<Line> {
-    let (done, begin) = (AtomicUsize::new(0), Instant::now());
-    let lines: Vec<Line> = ids
-        .par_iter()
-        .filter_map(|id| {
-            let drawn = Drawn::by_name(id)?;
-            let known = Known {
-                user: drawn.user_model(),
-                truth: Some(drawn.true_model()),
-                hidden: &drawn.hidden,
-                outsider: drawn.outsider.is_some(),
-                rate_from_encoder: false,
-                without: &|effect| Some(drawn.true_model_without(effect)),
-            };
-            let outcome = judge(drawn.log(), &known);
-            let hidden = drawn.hidden.iter().chain(&drawn.outsider).cloned().collect();
-            let line = Line { id: id.clone(), hidden, says: drawn.says(), outcome };
-            let n = done.fetch_add(1, Ordering::Relaxed) + 1;
-            let right = if tables::is_right(&line) { ' ' } else { '!' };
-            eprintln!(
-                "{n}/{} {:.0} s {right} {id}: {} {:?}",
-                ids.len(),
-                begin.elapsed().as_secs_f64(),
-                line.outcome.verdict,
-                line.outcome.missing
-            );
-            Some(line)
-        })
-        .collect();
-    write_csv(group, &lines);
-    lines
+    all(group, ids, |id| {
+        let drawn = Drawn::by_name(id)?;
+        let known = Known {
+            user: drawn.user_model(),
+            truth: Some(drawn.true_model()),
+            hidden: &drawn.hidden,
+            outsider: drawn.outsider.is_some(),
+            rate_from_encoder: false,
+            without: &|effect| Some(drawn.true_model_without(effect)),
+        };
+        let outcome = judge(drawn.log(), &known);
+        let hidden = drawn.hidden.iter().chain(&drawn.outsider).cloned().collect();
+        Some(Line { id: id.clone(), hidden, says: drawn.says(), outcome })
+    })
 }
 
 fn foreign() {
@@ -126,32 +112,66 @@ fn foreign() {
         println!("skipped: ../shared/data is not on this machine");
         return;
     };
-    let lines: Vec<Line> = cases(&data)
-        .par_iter()
-        .map(|case| {
-            let hidden: Vec<String> = Some(case.hidden.clone()).filter(|h| h != "none").into_iter().collect();
-            let known = Known {
-                user: case.user_model(),
-                truth: case.true_model(),
-                hidden: &hidden,
-                outsider: case.effects.is_none(),
-                rate_from_encoder: case.rate_from_encoder,
-                without: &|_| None,
-            };
-            let outcome = judge(case.log.clone(), &known);
-            eprintln!("{}: {} {:?}", case.name, outcome.verdict, outcome.missing);
-            Line { id: case.name.clone(), hidden: hidden.clone(), says: format!("{:?}", case.truth), outcome }
-        })
-        .collect();
+    let lines = all("foreign", &cases(&data), |case| {
+        let hidden: Vec<String> = Some(case.hidden.clone()).filter(|h| h != "none").into_iter().collect();
+        let known = Known {
+            user: case.user_model(),
+            truth: case.true_model(),
+            hidden: &hidden,
+            outsider: case.effects.is_none(),
+            rate_from_encoder: case.rate_from_encoder,
+            without: &|_| None,
+        };
+        let outcome = judge(case.log.clone(), &known);
+        Some(Line { id: case.name.clone(), hidden: hidden.clone(), says: format!("{:?}", case.truth), outcome })
+    });
     println!("{}", tables::foreign(&lines));
-    write_csv("foreign", &lines);
 }
 
-fn write_csv(group: &str, lines: &[Line]) {
+/// Answers in order. A thread per core takes one log after the other and explains it by itself: an explanation that waited for its own parts
+/// would otherwise begin with other logs, and its time would be theirs. A line goes into the CSV as soon as it is there.
+fn all<T: Sync>(group: &str, of: &[T], answer: impl Fn(&T) -> Option<Line> + Sync) -> Vec<Line> {
     let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("confusion-{group}.csv"));
-    let written = std::fs::File::create(&path).and_then(|mut file| file.write_all(tables::csv(lines).as_bytes()));
-    match written {
-        Ok(()) => eprintln!("a line per log: {}", path.display()),
-        Err(e) => eprintln!("{}: {e}", path.display()),
-    }
+    let csv = File::create(&path).and_then(|mut file| writeln!(file, "{}", tables::CSV_HEAD).map(|()| file));
+    let csv = match csv {
+        Ok(file) => Some(file),
+        Err(e) => {
+            eprintln!("{}: {e}", path.display());
+            None
+        }
+    };
+    eprintln!("a line per log: {}", path.display());
+    let (next, begin, told) = (AtomicUsize::new(0), Instant::now(), Mutex::new((Vec::new(), csv)));
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    std::thread::scope(|scope| {
+        for _ in 0..cores {
+            scope.spawn(|| {
+                let alone = ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+                while let Some((k, one)) = Some(next.fetch_add(1, Ordering::Relaxed)).and_then(|k| of.get(k).map(|one| (k, one))) {
+                    let Some(line) = alone.install(|| answer(one)) else { continue };
+                    let mut told = told.lock().expect("no thread has failed");
+                    let (lines, csv) = &mut *told;
+                    let mark = if tables::is_right(&line) { ' ' } else { '!' };
+                    let (o, s) = (&line.outcome, begin.elapsed().as_secs_f64());
+                    eprintln!(
+                        "{}/{} {s:.0} s {mark} {}: {} {:?}, {:.1} s",
+                        lines.len() + 1,
+                        of.len(),
+                        line.id,
+                        o.verdict,
+                        o.missing,
+                        o.seconds
+                    );
+                    if let Some(file) = csv {
+                        // What cannot be written here is still in the table.
+                        let _ = writeln!(file, "{}", tables::csv_line(&line));
+                    }
+                    lines.push((k, line));
+                }
+            });
+        }
+    });
+    let (mut lines, _) = told.into_inner().expect("no thread has failed");
+    lines.sort_by_key(|(k, _)| *k);
+    lines.into_iter().map(|(_, line)| line).collect()
 }

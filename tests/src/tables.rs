@@ -252,35 +252,33 @@ pub fn outsiders(lines: &[Line]) -> String {
     text
 }
 
-/// One line per log, for looking at failures.
-pub fn csv(lines: &[Line]) -> String {
-    let mut text =
-        "id,hidden,verdict,missing,ambiguous_with,visible,right,margin_bic,ratio_before,ratio_after,coordinate,candidates,deviations_sigma,seconds,error,parameters\n".to_owned();
-    for line in lines {
-        let o = &line.outcome;
-        let candidates: Vec<String> =
-            o.candidates.iter().map(|(name, bic)| bic.map_or(name.clone(), |b| format!("{name} {b:.0}"))).collect();
-        let deviations: Vec<String> = o.deviations.iter().map(|(name, off)| format!("{name} {off:+.2}")).collect();
-        let quoted = |text: &str| format!("\"{}\"", text.replace('"', "'").replace('\n', " "));
-        let fields = [
-            line.id.clone(),
-            line.hidden.join("; "),
-            o.verdict.clone(),
-            o.missing.join("; "),
-            o.ambiguous_with.join("; "),
-            o.visible.join("; "),
-            is_right(line).to_string(),
-            format!("{:.0}", o.margin),
-            format!("{:.4}", o.ratio_before),
-            format!("{:.4}", o.ratio_after),
-            o.coordinate.clone(),
-            quoted(&candidates.join("; ")),
-            quoted(&deviations.join("; ")),
-            format!("{:.2}", o.seconds),
-            quoted(&o.error),
-            quoted(&line.says),
-        ];
-        text += &(fields.join(",") + "\n");
-    }
-    text
+/// Names of [`csv_line`]'s fields.
+pub const CSV_HEAD: &str = "id,hidden,verdict,missing,ambiguous_with,visible,right,margin_bic,ratio_before,ratio_after,coordinate,\
+                            candidates,deviations_sigma,seconds,error,parameters";
+
+/// One log, for looking at failures.
+pub fn csv_line(line: &Line) -> String {
+    let o = &line.outcome;
+    let candidates: Vec<String> = o.candidates.iter().map(|(name, bic)| bic.map_or(name.clone(), |b| format!("{name} {b:.0}"))).collect();
+    let deviations: Vec<String> = o.deviations.iter().map(|(name, off)| format!("{name} {off:+.2}")).collect();
+    let quoted = |text: &str| format!("\"{}\"", text.replace('"', "'").replace('\n', " "));
+    let fields = [
+        line.id.clone(),
+        line.hidden.join("; "),
+        o.verdict.clone(),
+        o.missing.join("; "),
+        o.ambiguous_with.join("; "),
+        o.visible.join("; "),
+        is_right(line).to_string(),
+        format!("{:.0}", o.margin),
+        format!("{:.4}", o.ratio_before),
+        format!("{:.4}", o.ratio_after),
+        o.coordinate.clone(),
+        quoted(&candidates.join("; ")),
+        quoted(&deviations.join("; ")),
+        format!("{:.2}", o.seconds),
+        quoted(&o.error),
+        quoted(&line.says),
+    ];
+    fields.join(",")
 }
