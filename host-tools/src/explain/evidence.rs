@@ -2,12 +2,19 @@
 //!
 //! Two models of one log are compared by n ln(RSS₀/RSS₁) per channel, the likelihood ratio where the noise's size is not known. Residuals
 //! that remember are no independent witnesses, so both series first pass the same whitening filter, an autoregression fitted to the residuals
-//! of the better model. Increments and rates made from an encoder overlap: of those only every m-th is a witness.
+//! of the better model, and each model is taken at the parameters that suit the whitened residuals (generalised least squares). Increments and rates made from an encoder overlap: of those only every m-th is a witness.
 
+use std::collections::VecDeque;
+use std::ops::Range;
+
+use nalgebra::{Cholesky, DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use statrs::function::gamma::ln_gamma;
 
-use crate::fit::{self, Record};
+use crate::fit::normal::Starts;
+use crate::fit::parameters::Dual;
+use crate::fit::simulate::{Sourced, System, run};
+use crate::fit::{self, Parameters, Record};
 
 /// Most coefficients of a whitening filter, and rows that each of them needs.
 const MOST_COEFFICIENTS: usize = 20;
@@ -60,45 +67,160 @@ impl Whitener {
         Whitener { channels }
     }
 
-    /// Whitened sums of squares of a model's residuals; `logs` are the rows of each log.
-    pub fn squares(&self, record: &Record, residuals: &[&[f64]], logs: &[std::ops::Range<usize>]) -> Squares {
-        let per_channel = |held: bool| {
-            residuals
-                .iter()
-                .zip(&self.channels)
-                .map(|(residual, channel)| {
-                    let mut sums = vec![(0.0, 0.0); logs.len()];
-                    for rows in &record.segments {
-                        let Some(log) = logs.iter().position(|l| l.contains(&rows.start)) else { continue };
-                        let mut past: Vec<f64> = Vec::with_capacity(MOST_COEFFICIENTS);
-                        for row in rows.clone().step_by(channel.stride) {
-                            let r = residual[row];
-                            if !r.is_finite() {
-                                past.clear();
-                                continue;
-                            }
-                            let p = channel.coefficients.len();
-                            if past.len() >= p {
-                                let predicted: f64 = channel.coefficients.iter().zip(past.iter().rev()).map(|(a, x)| a * x).sum();
-                                if record.held_out(row) == held {
-                                    let e = r - predicted;
-                                    sums[log].0 += e * e;
-                                    sums[log].1 += 1.0;
-                                }
-                            }
-                            if p > 0 {
-                                if past.len() == p {
-                                    past.remove(0);
-                                }
-                                past.push(r);
-                            }
+    /// Whitened sums of squares of a model on each of the `logs` (their rows), at the parameters that suit the whitened residuals best.
+    ///
+    /// The model was fitted to the residuals as they are. Where they remember, other parameters leave less of the whitened ones; one step of the
+    /// linear model goes there, for every model alike.
+    pub fn squares(&self, system: &System, parameters: &Parameters, starts: &Starts, record: &Record, logs: &[Range<usize>]) -> Squares {
+        match parameters.free().len() + starts.kinds.len() {
+            0..=8 => self.squares_in::<8>(system, parameters, starts, record, logs),
+            9..=16 => self.squares_in::<16>(system, parameters, starts, record, logs),
+            _ => self.squares_in::<32>(system, parameters, starts, record, logs),
+        }
+    }
+
+    fn squares_in<const N: usize>(
+        &self,
+        system: &System,
+        parameters: &Parameters,
+        starts: &Starts,
+        record: &Record,
+        logs: &[Range<usize>],
+    ) -> Squares
+    where
+        Dual<N>: Sourced,
+    {
+        let rig = system.rig::<Dual<N>>(parameters, record.driven);
+        let free = parameters.free().len();
+        let lanes = free + starts.kinds.len();
+        let mut cells: Vec<Cell<N>> = Vec::new();
+        let mut key: Vec<(usize, usize, bool, usize)> = Vec::new();
+        for (segment, rows) in record.segments.iter().enumerate() {
+            let Some(log) = logs.iter().position(|l| l.contains(&rows.start)) else { continue };
+            let first = cells.len();
+            for channel in 0..self.channels.len() {
+                for held in [false, true] {
+                    cells.push(Cell::new());
+                    key.push((channel, log, held, segment));
+                }
+            }
+            let mut past: Vec<VecDeque<(f64, [f64; N])>> = vec![VecDeque::new(); self.channels.len()];
+            run(&rig, record, segment, (&starts.kinds, &starts.values[segment]), free, &mut |c, row, value: &Dual<N>| {
+                let filter = &self.channels[c];
+                if !(row - rows.start).is_multiple_of(filter.stride) {
+                    return;
+                }
+                let Some(target) = record.target(c, row, rows.start).filter(|_| value.re.is_finite()) else { return };
+                let residual = target - value.re;
+                let mut slopes = [0.0; N];
+                if let Some(eps) = value.eps.0.as_ref() {
+                    slopes.copy_from_slice(eps.as_slice());
+                }
+                let p = filter.coefficients.len();
+                let queue = &mut past[c];
+                if queue.len() >= p {
+                    let (mut e, mut d) = (residual, slopes);
+                    for (a, (r, s)) in filter.coefficients.iter().zip(queue.iter().rev()) {
+                        e -= a * r;
+                        for n in 0..N {
+                            d[n] -= a * s[n];
                         }
                     }
-                    sums
-                })
-                .collect()
-        };
-        Squares { fitted: per_channel(false), held_out: per_channel(true) }
+                    cells[first + 2 * c + usize::from(record.held_out(row))].add(e, &d);
+                }
+                if p > 0 {
+                    if queue.len() == p {
+                        queue.pop_front();
+                    }
+                    queue.push_back((residual, slopes));
+                }
+            });
+        }
+        let steps = self.steps(&cells, &key, free, lanes, record.segments.len());
+        let mut fitted = vec![vec![(0.0, 0.0); logs.len()]; self.channels.len()];
+        let mut held_out = fitted.clone();
+        for (cell, &(channel, log, held, segment)) in cells.iter().zip(&key) {
+            let sums = if held { &mut held_out } else { &mut fitted };
+            let after = steps.as_ref().map_or(cell.square, |steps| cell.after(&steps[segment], lanes));
+            let sum = &mut sums[channel][log];
+            sum.0 += after.max(0.0);
+            sum.1 += cell.rows;
+        }
+        Squares { fitted, held_out }
+    }
+
+    /// The step of each segment's lanes that is best for the fitted rows, every channel weighted by its own whitened size; `None` where it is
+    /// not determined, or would go further than the linear model can be believed.
+    fn steps<const N: usize>(
+        &self,
+        cells: &[Cell<N>],
+        key: &[(usize, usize, bool, usize)],
+        free: usize,
+        lanes: usize,
+        segments: usize,
+    ) -> Option<Vec<Vec<f64>>> {
+        let mut sizes = vec![(0.0, 0.0); self.channels.len()];
+        for (cell, k) in cells.iter().zip(key).filter(|(_, k)| !k.2) {
+            sizes[k.0].0 += cell.square;
+            sizes[k.0].1 += cell.rows;
+        }
+        let states = lanes - free;
+        let whole = free + states * segments;
+        let mut information = DMatrix::<f64>::zeros(whole, whole);
+        let mut gradient = DVector::<f64>::zeros(whole);
+        let place = |lane: usize, segment: usize| if lane < free { lane } else { free + segment * states + lane - free };
+        for (cell, k) in cells.iter().zip(key).filter(|(_, k)| !k.2) {
+            let weight = sizes[k.0].1 / sizes[k.0].0.max(f64::MIN_POSITIVE);
+            for i in 0..lanes {
+                gradient[place(i, k.3)] += weight * cell.g[i];
+                for j in 0..lanes {
+                    information[(place(i, k.3), place(j, k.3))] += weight * cell.h[i][j];
+                }
+            }
+        }
+        for k in 0..whole {
+            let d = information[(k, k)];
+            information[(k, k)] = if d > 0.0 { d * (1.0 + 1e-9) } else { 1.0 };
+        }
+        let step = Cholesky::new(information)?.solve(&gradient);
+        step.iter().all(|s| s.is_finite()).then(|| (0..segments).map(|s| (0..lanes).map(|lane| step[place(lane, s)]).collect()).collect())
+    }
+}
+
+/// Whitened sums of one channel on one segment, fitted or held out.
+struct Cell<const N: usize> {
+    square: f64,
+    rows: f64,
+    g: [f64; N],
+    h: [[f64; N]; N],
+}
+
+impl<const N: usize> Cell<N> {
+    fn new() -> Self {
+        Cell { square: 0.0, rows: 0.0, g: [0.0; N], h: [[0.0; N]; N] }
+    }
+
+    fn add(&mut self, e: f64, d: &[f64; N]) {
+        self.square += e * e;
+        self.rows += 1.0;
+        for i in 0..N {
+            self.g[i] += d[i] * e;
+            for j in 0..N {
+                self.h[i][j] += d[i] * d[j];
+            }
+        }
+    }
+
+    /// Sum of squares after a step of the lanes, by the linear model.
+    fn after(&self, step: &[f64], lanes: usize) -> f64 {
+        let mut square = self.square;
+        for i in 0..lanes {
+            square -= 2.0 * self.g[i] * step[i];
+            for j in 0..lanes {
+                square += step[i] * self.h[i][j] * step[j];
+            }
+        }
+        square
     }
 }
 

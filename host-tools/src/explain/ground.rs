@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::evidence::{Squares, Whitener};
 use super::trial::Trial;
 use crate::fit::normal::Starts;
 use crate::fit::parameters::Parameters;
@@ -28,6 +29,7 @@ pub struct Ground<'a> {
 const ENOUGH: f64 = 0.05;
 /// Most steps of one candidate's fit.
 const MOST_STEPS: usize = 20;
+const MOST_ON_EXCERPT: usize = 40;
 /// Length of an excerpt.
 const EXCERPT_S: f64 = 4.0;
 const EXCERPT_ROWS: usize = 500;
@@ -78,6 +80,11 @@ impl<'a> Ground<'a> {
         self.held.channels.iter().map(|c| c.residual.as_slice()).collect()
     }
 
+    /// Its whitened sums of squares on each log.
+    pub fn squares(&self, whitener: &Whitener, logs: &[Range<usize>]) -> Squares {
+        whitener.squares(&self.system, &self.held.parameters, &self.held.starts, &self.record, logs)
+    }
+
     /// The record as `trial` needs it.
     pub fn record_for(&self, trial: &Trial) -> Record<'a> {
         let mut record = self.record.clone();
@@ -115,10 +122,11 @@ impl<'a> Ground<'a> {
     /// Descends from the given parameters, with this ground's weights.
     pub fn descend(&self, system: &System, parameters: &Parameters, record: &Record, starts: &Starts) -> Place {
         let place = Place::begin(system, parameters, record, starts);
-        solve::descend_within(system, record, place, &self.weights, MOST_STEPS, |_| ENOUGH)
+        let most = if record.segments.iter().map(Range::len).sum::<usize>() < self.record.len() { MOST_ON_EXCERPT } else { MOST_STEPS };
+        solve::descend_within(system, record, place, &self.weights, most, |_| ENOUGH)
     }
 
-    /// A few seconds of the record where the drive is moved most: enough to judge what rings or lags, at a small part of the cost.
+    /// A few seconds of the record where the model fails most: enough to judge what rings or plays, at a small part of the cost.
     pub fn excerpt(&self) -> Record<'a> {
         let record = &self.record;
         let rows = ((EXCERPT_S / record.dt_s) as usize).max(EXCERPT_ROWS);
@@ -127,10 +135,11 @@ impl<'a> Ground<'a> {
             let mut from = segment.start;
             while from < segment.end {
                 let part = from..(from + rows).min(segment.end);
-                let moved: f64 = record.input[part.clone()].windows(2).map(|w| (w[1] - w[0]).abs()).sum();
+                let squares = |r: &Vec<f64>| r[part.clone()].iter().filter(|r| r.is_finite()).map(|r| r * r).sum::<f64>();
+                let fails: f64 = self.held.channels.iter().zip(&self.weights).map(|(c, w)| w * squares(&c.residual)).sum();
                 let long = part.len() * 2 > rows || best.is_none();
-                if long && best.as_ref().is_none_or(|(most, _)| moved > *most) {
-                    best = Some((moved, part));
+                if long && best.as_ref().is_none_or(|(most, _)| fails > *most) {
+                    best = Some((fails, part));
                 }
                 from += rows;
             }

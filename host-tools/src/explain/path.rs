@@ -16,6 +16,8 @@ use super::orders::{HIGHEST, promising};
 use super::screen::{ALIKE, Score, scores};
 use super::trial::{Scene, Trial, Unseen, may_be_added, trials};
 use super::{Candidate, Estimate, Shown, Stage};
+use crate::fit::normal::Starts;
+use crate::fit::simulate::System;
 use crate::fit::{FitError, Fitness, Parameters};
 use crate::log::Log;
 use crate::model::Model;
@@ -28,6 +30,7 @@ pub const APART: f64 = 6.0;
 const MOST_ADDED: usize = 10;
 /// Candidates that are fitted in full, and the part of the best score from which on.
 const FITTED_MOST: usize = 8;
+const FITTED_LEAST: usize = 4;
 const FITTED_PART: f64 = 0.25;
 /// One step from a finite trial promises only roughly.
 const ROUGH_PART: f64 = 0.05;
@@ -45,6 +48,8 @@ pub struct Fitted {
     /// What was tried.
     pub trial: Trial,
     /// All parameters with it, and which are its own.
+    system: System,
+    starts: Starts,
     parameters: Parameters,
     own: Range<usize>,
     sigmas: Vec<f64>,
@@ -54,7 +59,6 @@ pub struct Fitted {
     misfit: f64,
     /// Parameters that it has more than the model, scanned ones too.
     more: usize,
-    squares: Option<Squares>,
     delta_bic: f64,
     ln_p: f64,
     refused: Option<String>,
@@ -124,19 +128,25 @@ pub fn step(log: &Log, logs: &[Range<usize>], ground: &Ground) -> Step {
     let tests = number_of_tests(&trials);
     let mut order: Vec<usize> = (0..trials.len()).collect();
     order.sort_by(|a, b| scores[*b].gain.total_cmp(&scores[*a].gain));
-    let best = order.first().map_or(0.0, |k| scores[*k].gain);
     let critical = critical_gain(tests);
-    let mut chosen: Vec<usize> = Vec::new();
-    for &k in &order {
-        let alike = |other: &&usize| trials[**other].card.id == trials[k].card.id && trials[**other].screened == trials[k].screened;
-        let rough = !trials[k].absent || trials[k].screened != trials[k].fitted;
-        let part = if rough { ROUGH_PART } else { FITTED_PART };
-        let few = chosen.iter().filter(alike).count() < 1 + usize::from(scores[k].gain > 0.6 * best);
-        if scores[k].gain > critical.max(part * best) && few && chosen.len() < FITTED_MOST {
-            chosen.push(k);
+    // Costly trials were scored on an excerpt: their gains stand apart.
+    let pick = |costly: bool| -> Vec<usize> {
+        let mut chosen: Vec<usize> = Vec::new();
+        let mut best = 0.0;
+        for &k in order.iter().filter(|&&k| trials[k].is_costly() == costly) {
+            best = f64::max(best, scores[k].gain);
+            let alike = |other: &&usize| trials[**other].card.id == trials[k].card.id && trials[**other].screened == trials[k].screened;
+            let rough = !trials[k].absent || trials[k].screened != trials[k].fitted;
+            let part = if rough { ROUGH_PART } else { FITTED_PART };
+            let few = chosen.iter().filter(alike).count() < 1 + usize::from(costly || scores[k].gain > 0.6 * best);
+            let worth = scores[k].gain > part * best || chosen.len() < FITTED_LEAST;
+            if scores[k].gain > critical && worth && few && chosen.len() < FITTED_MOST {
+                chosen.push(k);
+            }
         }
-    }
-    let (costly, cheap): (Vec<usize>, Vec<usize>) = chosen.into_iter().partition(|&k| trials[k].is_costly());
+        chosen
+    };
+    let (costly, cheap) = (pick(true), pick(false));
     let fit_all = |list: &[usize]| -> Vec<Fitted> { list.par_iter().filter_map(|&k| fit(ground, &trials[k], &scores[k])).collect() };
     let mut fitted = fit_all(&cheap);
     // What leaves nothing but noise with fewer parameters needs no shaft as a rival.
@@ -247,8 +257,9 @@ fn fit(ground: &Ground, trial: &Trial, score: &Score) -> Option<Fitted> {
         misfit: misfit(shown_of(ground, &place.pass.residuals).iter().map(|s| s.ratio().powi(2))),
         residuals: std::mem::take(&mut place.pass.residuals),
         parameters: place.parameters,
+        starts: place.starts,
+        system,
         more,
-        squares: None,
         delta_bic: 0.0,
         ln_p: 0.0,
         refused: None,
@@ -263,14 +274,16 @@ fn slices(residuals: &[Vec<f64>]) -> Vec<&[f64]> {
 fn judge(ground: &Ground, logs: &[Range<usize>], fitted: &mut Vec<Fitted>, tests: usize) {
     let Some(best) = fitted.iter().min_by(|a, b| a.cost.total_cmp(&b.cost)) else { return };
     let whitener = Whitener::of(&ground.record_for(&best.trial), &slices(&best.residuals));
-    let without = whitener.squares(&ground.record, &ground.residuals(), logs);
-    for f in fitted.iter_mut() {
-        let squares = whitener.squares(&ground.record, &slices(&f.residuals), logs);
+    let without = ground.squares(&whitener, logs);
+    let all: Vec<Squares> = fitted
+        .par_iter()
+        .map(|f| whitener.squares(&f.system, &f.parameters, &f.starts, &ground.record_for(&f.trial), logs))
+        .collect();
+    for (f, squares) in fitted.iter_mut().zip(all) {
         let gain = without.gain(&squares);
         f.delta_bic = delta_bic(gain, f.more, without.witnesses());
         f.ln_p = (ln_chance(gain, f.more) + (tests as f64).ln()).min(0.0);
         f.refused = refusal(ground, logs, f, &without, &squares);
-        f.squares = Some(squares);
     }
     fitted.sort_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic).then(place(a.trial.card).cmp(&place(b.trial.card))));
     // Of one effect the best trial is its candidate.
@@ -476,8 +489,7 @@ fn reconsider(path: &mut Path, rivals: &mut Vec<(String, Vec<Trial>)>, logs: &[R
         }
         let without = last.refit(&model, last.record.clone())?;
         let whitener = Whitener::of(&last.record, &last.residuals());
-        let squares = |g: &Ground| whitener.squares(&g.record, &g.residuals(), logs);
-        let (full, less) = (squares(last), squares(&without));
+        let (full, less) = (last.squares(&whitener, logs), without.squares(&whitener, logs));
         let more = last.held.parameters.free().len() - without.held.parameters.free().len();
         if delta_bic(less.gain(&full), more, full.witnesses()) > -APART {
             path.remarks.push(format!("{name} was added first and is no longer needed beside {}", path.missing[k + 1..].join(", ")));
@@ -518,7 +530,7 @@ fn reconsider(path: &mut Path, rivals: &mut Vec<(String, Vec<Trial>)>, logs: &[R
         let better = tried
             .into_iter()
             .filter_map(|f| {
-                let with = whitener.squares(&without.record, &slices(&f.residuals), logs);
+                let with = whitener.squares(&f.system, &f.parameters, &f.starts, &without.record_for(&f.trial), logs);
                 let bic = delta_bic(less.gain(&with), f.more, full.witnesses());
                 let refused = refusal(&without, logs, &f, &less, &with).is_some();
                 (!refused && bic < own_bic - APART).then_some((f, bic))
@@ -565,8 +577,7 @@ fn copy_effect(from: &Model, to: &mut Model, name: &str) {
 /// BIC on whitened residuals of `last` minus that of `first`, which has fewer parameters.
 pub fn evidence(first: &Ground, last: &Ground, logs: &[Range<usize>]) -> f64 {
     let whitener = Whitener::of(&last.record, &last.residuals());
-    let squares = |g: &Ground| whitener.squares(&g.record, &g.residuals(), logs);
-    let (before, after) = (squares(first), squares(last));
+    let (before, after) = (first.squares(&whitener, logs), last.squares(&whitener, logs));
     let more = last.held.parameters.free().len().saturating_sub(first.held.parameters.free().len());
     delta_bic(before.gain(&after), more, before.witnesses())
 }

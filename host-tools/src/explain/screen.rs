@@ -189,9 +189,8 @@ fn finite(ground: &Ground, trial: &Trial) -> Score {
         ground.held.chi2
     };
     let Some((with, step)) = promised(&system, &parameters) else { return result };
-    let rows: usize = record.segments.iter().map(Range::len).sum();
     result.apart = 1.0;
-    result.gain = ((without - with) * ground.record.len() as f64 / rows as f64).max(0.0);
+    result.gain = (without - with).max(0.0);
     let moved = parameters.moved(&step.parameters);
     result.values = own.map(|k| moved.list[k].value).collect();
     result.step = step.parameters[..base].to_vec();

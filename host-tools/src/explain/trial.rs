@@ -28,6 +28,9 @@ const SHARE: f64 = 0.3;
 const GAPS_RAD: [f64; 3] = [0.01, 0.03, 0.08];
 const FLANK_HZ: f64 = 50.0;
 
+/// Periods that must be seen before anything is called periodic.
+const FEWEST_PERIODS: f64 = 1.5;
+
 /// One effect at one set of values.
 #[derive(Debug, Clone)]
 pub struct Trial {
@@ -157,7 +160,14 @@ fn why_unseen(card: &Card, scene: &Scene) -> Option<String> {
             }
             _ => None,
         },
-        "presliding" if !has("coulomb") && !has("stribeck") => needs("a dry level (coulomb) in the model"),
+        "presliding" | "stribeck" if !has("coulomb") && !has("stribeck") => needs("a dry level (coulomb) in the model"),
+        "asymmetric-friction" if !has("coulomb") => needs("a dry level (coulomb) in the model: on top of it friction differs by direction"),
+        "unbalance" | "encoder-eccentricity" | "rate-g-sensitivity" if turns(scene.record) < FEWEST_PERIODS => {
+            needs("a whole turn at least")
+        }
+        "magnetic-saturation" if input == Input::Motion => {
+            Some("the motion is prescribed and the current compared: what depends on the current would be explained by itself".to_owned())
+        }
         "presliding" | "compliance" | "backlash" | "inductance" | "load-step" | "sensor-lag" | "time-skew" if input == Input::Motion => {
             (card.id != "load-step").then(|| "the motion is prescribed: nothing of it is simulated that this could change".to_owned())
         }
@@ -182,8 +192,11 @@ fn of(card: &'static Card, scene: &Scene) -> Vec<Trial> {
         absent,
         rate_from_encoder: None,
     };
+    let turns = turns(scene.record);
     let harmonic = |orders: &[u32]| -> Vec<Trial> {
-        orders.iter().map(|&o| trial(vec![ABSENT, f64::from(o), 0.0], vec![true, false, true], vec![true, false, true], true)).collect()
+        // What does not come round is no period.
+        let orders = orders.iter().filter(|o| f64::from(**o) * turns >= FEWEST_PERIODS);
+        orders.map(|&o| trial(vec![ABSENT, f64::from(o), 0.0], vec![true, false, true], vec![true, false, true], true)).collect()
     };
     match card.id {
         "cogging" => harmonic(&scene.orders.cogging),
@@ -298,6 +311,13 @@ fn shaft(scene: &Scene, hz: f64, damping: f64) -> Option<[f64; 3]> {
     let reduced = scene.model.value("inertia_kg_m2")? * SHARE * (1.0 - SHARE);
     let w = std::f64::consts::TAU * hz;
     Some([reduced * w * w, 2.0 * damping * reduced * w, SHARE])
+}
+
+/// Turns between the least and the greatest angle.
+pub fn turns(record: &Record) -> f64 {
+    let Some(theta) = record.theta.or((record.driven == Input::Motion).then_some(record.input)) else { return 0.0 };
+    let (low, high) = theta.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+    (high - low) / std::f64::consts::TAU
 }
 
 fn largest_rate(scene: &Scene) -> f64 {

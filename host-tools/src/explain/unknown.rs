@@ -16,8 +16,10 @@ use super::ground::{Ground, misfit};
 use super::orders::swings;
 use super::path::{APART, FAMILYWISE};
 use super::shape::Hats;
+use super::trial::turns;
 use crate::fit::build::{Everywhere, append_linear};
 use crate::fit::normal::{MOST_LANES, pass};
+use crate::fit::simulate::System;
 use crate::fit::solve::Place as At;
 use crate::model::{Channel, Input, Model, Place};
 use crate::report::statistics::Bin;
@@ -30,6 +32,8 @@ const HEIGHTS: usize = 22;
 const FITTED: usize = 2;
 /// Free-form laws, and frequencies, that chance may choose from.
 const TESTS: f64 = 4000.0;
+/// A height whose confidence interval is this much wider than the usual was hardly visited, and is not drawn.
+const SELDOM: f64 = 8.0;
 /// Name of the suggested effect.
 const NAME: &str = "unknown";
 /// Steepness of the edges of a sector, in cos θ.
@@ -69,7 +73,7 @@ fn hats(ground: &Ground) -> Vec<Hats> {
             list.push(Hats { coordinate, place, range, count });
         }
     };
-    if record.theta.is_some() || record.driven == Input::Motion {
+    if turns(record) >= 1.0 {
         add(Coordinate::Theta, Place::Dry, (0.0, TAU), count);
         add(Coordinate::Theta, Place::Torque, (0.0, TAU), count);
     }
@@ -126,18 +130,24 @@ fn free_form(ground: &Ground, logs: &[std::ops::Range<usize>], hats: &Hats) -> O
         lane.zip(inverse).map_or(f64::NAN, |(l, m)| m[(l, l)].max(0.0).sqrt())
     };
     let heights: Vec<f64> = own.clone().map(|k| place.parameters.list[k].value).collect();
-    let (mean, confidence): (f64, Vec<f64>) =
-        (heights.iter().sum::<f64>() / heights.len() as f64, own.clone().map(|k| 1.96 * sigma(k)).collect());
-    let bins = hats
+    let confidence: Vec<f64> = own.clone().map(|k| 1.96 * sigma(k)).collect();
+    let mut sorted = heights.clone();
+    sorted.sort_by(f64::total_cmp);
+    let mean = sorted[sorted.len() / 2];
+    let usual = {
+        let mut sorted: Vec<f64> = confidence.iter().copied().filter(|c| c.is_finite() && *c > 0.0).collect();
+        sorted.sort_by(f64::total_cmp);
+        sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
+    };
+    let bins: Vec<Bin> = hats
         .knots()
         .iter()
         .zip(&heights)
         .zip(&confidence)
-        .filter(|(_, c)| c.is_finite() && **c > 0.0)
+        .filter(|(_, c)| **c > 0.0 && **c < SELDOM * usual)
         .map(|((at, height), confidence)| Bin { at: *at, mean: height - mean, confidence: *confidence })
         .collect();
-    let residuals = place.pass.residuals;
-    let judged = judge(ground, logs, &residuals, free - ground.held.parameters.free().len());
+    let judged = judge(ground, logs, &system, &place, free - ground.held.parameters.free().len());
     let by_words = expression(hats, &heights).and_then(|(place, text, starts)| fitted_expression(ground, logs, place, &text, &starts));
     let along = match hats.coordinate {
         Coordinate::Theta => "angle within the turn, rad",
@@ -152,9 +162,9 @@ fn free_form(ground: &Ground, logs: &[std::ops::Range<usize>], hats: &Hats) -> O
         Place::Dry => "a dry friction",
         _ => "a torque",
     };
-    let size = heights.iter().fold(0.0_f64, |m, h| m.max((h - mean).abs()));
+    let size = bins.iter().fold(0.0_f64, |m, b| m.max(b.mean.abs()));
     let says = format!(
-        "What is left looks like {what} that depends on the {}: up to {size:.2e} {unit} from its mean.",
+        "What is left looks like {what} that depends on the {}: up to {size:.2e} {unit} from its middle.",
         coordinate_word(hats.coordinate)
     );
     let whole = Unknown {
@@ -191,11 +201,12 @@ fn coordinate_word(coordinate: Coordinate) -> &'static str {
 }
 
 /// BIC and largest χ²/n of residuals against the model without; BIC is 0 where chance would do as well.
-fn judge(ground: &Ground, logs: &[std::ops::Range<usize>], residuals: &[Vec<f64>], more: usize) -> (f64, f64) {
+fn judge(ground: &Ground, logs: &[std::ops::Range<usize>], system: &System, at: &At, more: usize) -> (f64, f64) {
+    let residuals = &at.pass.residuals;
     let with: Vec<&[f64]> = residuals.iter().map(Vec::as_slice).collect();
     let whitener = Whitener::of(&ground.record, &with);
-    let without = whitener.squares(&ground.record, &ground.residuals(), logs);
-    let squares = whitener.squares(&ground.record, &with, logs);
+    let without = ground.squares(&whitener, logs);
+    let squares = whitener.squares(system, &at.parameters, &at.starts, &ground.record, logs);
     let gain = without.gain(&squares);
     let seen = ln_chance(gain, more) + TESTS.ln() < FAMILYWISE.ln() && without.held_out_gain(&squares) > -APART;
     let bic = if seen { delta_bic(gain, more, without.witnesses()) } else { 0.0 };
@@ -297,8 +308,7 @@ fn fitted_expression(
         let p = at.parameters.list.iter().find(|p| p.name == format!("{NAME}.{name}"))?;
         values.push((*name, p.value));
     }
-    let residuals = at.pass.residuals;
-    let (bic, left) = judge(ground, logs, &residuals, starts.len());
+    let (bic, left) = judge(ground, logs, &system, &at, starts.len());
     let numbers = values.iter().map(|(n, v)| format!("{n} = {v:.6e}")).collect::<Vec<_>>().join(", ");
     let table = format!("[effect.{NAME}]\n{} = \"{text}\"\nparameters = {{ {numbers} }}\n", place.key());
     Some(Unknown {
