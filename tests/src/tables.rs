@@ -57,11 +57,15 @@ pub fn foreign(lines: &[Line]) -> String {
     text + &format!("\nright: {}\n", share(right, lines.len()))
 }
 
-/// Nothing hidden: adequate. One effect: named first, or as one of its family. Something outside: unknown structure.
+/// Nothing hidden: adequate. One effect: named first, or as one of its family; or nothing named, where it is not visible. Several: all added.
+/// Something outside: unknown structure.
 pub fn is_right(line: &Line) -> bool {
     match line.hidden.as_slice() {
         [] => line.outcome.verdict == "adequate",
-        [one] if CATALOGUE.iter().any(|c| c.id == one) => line.outcome.names_family_first(one),
+        [one] if CATALOGUE.iter().any(|c| c.id == one) => {
+            let o = &line.outcome;
+            o.names_family_first(one) || (o.visible.is_empty() && o.verdict == "adequate")
+        }
         [_] => line.outcome.verdict == "unknown-structure",
         several => several.iter().all(|e| line.outcome.adds(e)),
     }
