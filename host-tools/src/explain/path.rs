@@ -275,10 +275,8 @@ fn judge(ground: &Ground, logs: &[Range<usize>], fitted: &mut Vec<Fitted>, tests
     let Some(best) = fitted.iter().min_by(|a, b| a.cost.total_cmp(&b.cost)) else { return };
     let whitener = Whitener::of(&ground.record_for(&best.trial), &slices(&best.residuals));
     let without = ground.squares(&whitener, logs);
-    let all: Vec<Squares> = fitted
-        .par_iter()
-        .map(|f| whitener.squares(&f.system, &f.parameters, &f.starts, &ground.record_for(&f.trial), logs))
-        .collect();
+    let all: Vec<Squares> =
+        fitted.par_iter().map(|f| whitener.squares(&f.system, &f.parameters, &f.starts, &ground.record_for(&f.trial), logs)).collect();
     for (f, squares) in fitted.iter_mut().zip(all) {
         let gain = without.gain(&squares);
         f.delta_bic = delta_bic(gain, f.more, without.witnesses());

@@ -182,10 +182,9 @@ fn free_form(ground: &Ground, logs: &[std::ops::Range<usize>], hats: &Hats) -> O
     };
     match by_words {
         // The expression is the better model of the same thing: the free form draws it, the expression stands for it.
-        Some(words) if words.delta_bic < whole.delta_bic => Some(Unknown {
-            shape: Shape { delta_bic: words.delta_bic, ..whole.shape },
-            ..words
-        }),
+        Some(words) if words.delta_bic < whole.delta_bic => {
+            Some(Unknown { shape: Shape { delta_bic: words.delta_bic, ..whole.shape }, ..words })
+        }
         _ => Some(whole),
     }
 }

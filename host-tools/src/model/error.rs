@@ -144,7 +144,9 @@ pub enum ModelTrouble {
     #[error("{0} is not a finite number")]
     NotFinite(f64),
     /// An own effect without expression, or with several.
-    #[error("an effect of your own has one of torque_N_m, dry_N_m, voltage_V, omega_rad_s, theta_rad, i_A = \"expression\"; this one has {0}")]
+    #[error(
+        "an effect of your own has one of torque_N_m, dry_N_m, voltage_V, omega_rad_s, theta_rad, i_A = \"expression\"; this one has {0}"
+    )]
     Expressions(usize),
     /// An expression that cannot be read.
     #[error("{0}")]
