@@ -8,7 +8,7 @@
 use hal_sim::effects;
 use host_tools::explain::evidence::{Whitener, delta_bic};
 use host_tools::explain::{Explanation, explain};
-use host_tools::fit::{self, Held, Record};
+use host_tools::fit::{self, Held, Record, System};
 use host_tools::log::Log;
 use host_tools::model::Model;
 
@@ -46,7 +46,7 @@ pub struct Outcome {
     pub ambiguous_with: Vec<String>,
     /// The best candidates with their BIC.
     pub candidates: Vec<(String, Option<f64>)>,
-    /// Coordinate of the first failure.
+    /// Coordinate over which what is unknown is drawn, else of the first failure.
     pub coordinate: String,
     /// Names of hidden effects that are visible.
     pub visible: Vec<String>,
@@ -117,6 +117,12 @@ pub fn judge(log: Log, known: &Known) -> Outcome {
     outcome
 }
 
+/// Over what the answer draws what it does not know; where it draws nothing, over what the model fails most.
+fn coordinate(explanation: &Explanation) -> &'static str {
+    let drawn = explanation.unexplained.first().map(|s| s.coordinate);
+    drawn.or(explanation.failures.first().map(|f| f.coordinate)).map_or("", |c| c.name())
+}
+
 fn read(explanation: &Explanation) -> Outcome {
     let missing = explanation.missing.clone();
     let first = explanation.candidates.iter().find(|c| missing.first() == Some(&c.effect));
@@ -125,7 +131,7 @@ fn read(explanation: &Explanation) -> Outcome {
         verdict: explanation.verdict.name().to_owned(),
         ambiguous_with: first.map_or(Vec::new(), |c| c.ambiguous_with.clone()),
         candidates: explanation.candidates.iter().take(3).map(|c| (c.effect.clone(), c.delta_bic)).collect(),
-        coordinate: explanation.failures.first().map_or(String::new(), |f| f.coordinate.name().to_owned()),
+        coordinate: coordinate(explanation).to_owned(),
         ratio_before: worst(&|c| c.rms / c.noise, &explanation.given),
         ratio_after: worst(&|c| c.heldout_rms.unwrap_or(c.rms) / c.noise, &explanation.explained),
         drawn: explanation.unexplained.iter().any(|shape| shape.expression.is_some()),
@@ -135,12 +141,19 @@ fn read(explanation: &Explanation) -> Outcome {
     }
 }
 
-fn hold<'a>(log: &'a Log, model: &Model, rate_from_encoder: bool) -> Option<(Record<'a>, Held)> {
+/// A model held against a log, with what it was held by.
+struct Holding<'a> {
+    record: Record<'a>,
+    system: System,
+    held: Held,
+}
+
+fn hold<'a>(log: &'a Log, model: &Model, rate_from_encoder: bool) -> Option<Holding<'a>> {
     let (mut record, _) = fit::prepare::prepare(log, model, true).ok()?;
     record.rate_from_encoder |= rate_from_encoder;
     let (system, parameters) = fit::build::system(model, record.temp_C.is_some());
     let held = fit::fit(&system, &parameters, &record).ok()?;
-    Some((record, held))
+    Some(Holding { record, system, held })
 }
 
 fn residuals(held: &Held) -> Vec<&[f64]> {
@@ -149,20 +162,23 @@ fn residuals(held: &Held) -> Vec<&[f64]> {
 
 /// Which of the hidden effects this log shows.
 fn see(outcome: &mut Outcome, explanation: &Explanation, log: &Log, known: &Known) {
-    let Some((record, truth)) = known.truth.as_ref().and_then(|t| hold(log, t, known.rate_from_encoder)) else { return };
-    let rows = 0..record.len();
-    let whitener = Whitener::of(&record, &residuals(&truth));
-    let squares = |held: &Held| whitener.squares(&record, &residuals(held), std::slice::from_ref(&rows));
-    let full = squares(&truth);
+    let Some(truth) = known.truth.as_ref().and_then(|t| hold(log, t, known.rate_from_encoder)) else { return };
+    let rows = 0..truth.record.len();
+    let whitener = Whitener::of(&truth.record, &residuals(&truth.held));
+    let squares = |system: &System, held: &Held| {
+        whitener.squares(system, &held.parameters, &held.starts, &truth.record, std::slice::from_ref(&rows))
+    };
+    let full = squares(&truth.system, &truth.held);
     // How much worse a model without it is, in BIC, and in the ratio of its rms to the noise.
-    let better = |without: &Held| {
-        let more = truth.parameters.free().len().saturating_sub(without.parameters.free().len());
-        let bic = -delta_bic(squares(without).gain(&full), more, full.witnesses());
-        let ratio = without.channels.iter().zip(&truth.channels).map(|(c, t)| c.rms / t.noise).fold(0.0, f64::max);
+    let better = |system: &System, without: &Held| {
+        let more = truth.held.parameters.free().len().saturating_sub(without.parameters.free().len());
+        let bic = -delta_bic(squares(system, without).gain(&full), more, full.witnesses());
+        let ratio = without.channels.iter().zip(&truth.held.channels).map(|(c, t)| c.rms / t.noise).fold(0.0, f64::max);
         (bic, ratio)
     };
     if let [hidden] = known.hidden {
-        let (bic, ratio) = better(&explanation.given);
+        let (system, _) = fit::build::system(&known.user, truth.record.temp_C.is_some());
+        let (bic, ratio) = better(&system, &explanation.given);
         let rivals = explanation.candidates.iter().filter(|c| c.refused.is_none() && !akin(&c.effect, hidden));
         let rival = rivals.filter_map(|c| c.delta_bic).fold(0.0, |best: f64, d| best.max(-d));
         outcome.margin = bic - rival;
@@ -172,8 +188,8 @@ fn see(outcome: &mut Outcome, explanation: &Explanation, log: &Log, known: &Know
         return;
     }
     for hidden in known.hidden {
-        let Some((_, less)) = (known.without)(hidden).and_then(|m| hold(log, &m, known.rate_from_encoder)) else { continue };
-        let (bic, ratio) = better(&less);
+        let Some(less) = (known.without)(hidden).and_then(|m| hold(log, &m, known.rate_from_encoder)) else { continue };
+        let (bic, ratio) = better(&less.system, &less.held);
         if ratio >= VISIBLE_RATIO && bic >= VISIBLE_BIC {
             outcome.visible.push(hidden.clone());
         }

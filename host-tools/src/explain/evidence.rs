@@ -50,7 +50,7 @@ impl Whitener {
             .enumerate()
             .map(|(c, residual)| {
                 let stride = fit::differenced(record, c).max(1);
-                let mut covariances = vec![0.0; MOST_COEFFICIENTS + 1];
+                let mut covariances = [0.0; MOST_COEFFICIENTS + 1];
                 let mut n = 0usize;
                 for run in runs(record, residual, stride) {
                     for (k, a) in run.iter().enumerate() {

@@ -232,7 +232,7 @@ fn fit(ground: &Ground, trial: &Trial, score: &Score) -> Option<Fitted> {
     let mut place = finish(&moved);
     let cost = |place: &crate::fit::solve::Place| place.linear(&ground.weights).cost;
     let reached = ground.held.chi2 - cost(&place);
-    if !(reached > 0.3 * score.gain) {
+    if reached.is_nan() || reached <= 0.3 * score.gain {
         let other = finish(&at_own);
         if cost(&other) < cost(&place) || !cost(&place).is_finite() {
             place = other;

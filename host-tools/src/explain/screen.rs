@@ -139,7 +139,7 @@ fn score(
     let whole = pick(lanes, lanes);
     let left = &whole - cross.transpose() * &imitated;
     result.apart = (0..lanes.len()).map(|k| if whole[(k, k)] > 0.0 { left[(k, k)] / whole[(k, k)] } else { 0.0 }).fold(1.0, f64::min);
-    if !(result.apart > ALIKE) {
+    if result.apart.is_nan() || result.apart <= ALIKE {
         return result;
     }
     let base_gradient = DVector::from_fn(base.len(), |k, _| gradient[base[k]]);

@@ -216,8 +216,11 @@ fn judge(ground: &Ground, logs: &[std::ops::Range<usize>], system: &System, at: 
     (bic, misfit(chi2))
 }
 
+/// An expression: where it acts, its text, its parameters with their start values.
+type Suggestion = (Place, String, Vec<(&'static str, f64)>);
+
 /// An expression with few parameters that has the shape of these heights, and where its fit begins.
-fn expression(hats: &Hats, heights: &[f64]) -> Option<(Place, String, Vec<(&'static str, f64)>)> {
+fn expression(hats: &Hats, heights: &[f64]) -> Option<Suggestion> {
     let n = heights.len();
     let largest = hats.range.0.abs().max(hats.range.1.abs());
     match hats.coordinate {
