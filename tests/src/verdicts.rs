@@ -165,9 +165,8 @@ fn see(outcome: &mut Outcome, explanation: &Explanation, log: &Log, known: &Know
     let Some(truth) = known.truth.as_ref().and_then(|t| hold(log, t, known.rate_from_encoder)) else { return };
     let rows = 0..truth.record.len();
     let whitener = Whitener::of(&truth.record, &residuals(&truth.held));
-    let squares = |system: &System, held: &Held| {
-        whitener.squares(system, &held.parameters, &held.starts, &truth.record, std::slice::from_ref(&rows))
-    };
+    let squares =
+        |system: &System, held: &Held| whitener.squares(system, &held.parameters, &held.starts, &truth.record, std::slice::from_ref(&rows));
     let full = squares(&truth.system, &truth.held);
     // How much worse a model without it is, in BIC, and in the ratio of its rms to the noise.
     let better = |system: &System, without: &Held| {

@@ -29,9 +29,9 @@ pub struct Ground<'a> {
 const ENOUGH: f64 = 0.05;
 /// Most steps of one candidate's fit.
 const MOST_STEPS: usize = 20;
-const MOST_ON_EXCERPT: usize = 40;
+const MOST_ON_EXCERPT: usize = 30;
 /// Length of an excerpt.
-const EXCERPT_S: f64 = 4.0;
+const EXCERPT_S: f64 = 3.0;
 const EXCERPT_ROWS: usize = 500;
 
 impl<'a> Ground<'a> {

@@ -39,6 +39,9 @@ pub struct Score {
 /// Below this part the effect cannot be told from the model's own parameters.
 pub const ALIKE: f64 = 1e-6;
 
+/// Part of the excerpt's misfit that a costly trial may leave, by one step, to be worth a fit.
+const PROMISING: f64 = 0.9;
+
 /// Scores of all trials, in their order.
 pub fn scores(ground: &Ground, trials: &[Trial]) -> Vec<Score> {
     let states = ground.held.starts.kinds.len();
@@ -190,7 +193,9 @@ fn finite(ground: &Ground, trial: &Trial) -> Score {
     };
     let Some((with, step)) = promised(&system, &parameters) else { return result };
     result.apart = 1.0;
-    result.gain = (without - with).max(0.0);
+    // A costly one must promise more than a trifle: it would have to leave much less of the excerpt to be fitted at all.
+    let worth = !trial.is_costly() || with < PROMISING * without;
+    result.gain = if worth { (without - with).max(0.0) } else { 0.0 };
     let moved = parameters.moved(&step.parameters);
     result.values = own.map(|k| moved.list[k].value).collect();
     result.step = step.parameters[..base].to_vec();

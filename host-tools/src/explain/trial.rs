@@ -21,7 +21,7 @@ const HEAT_CAPACITIES: [f64; 3] = [0.1, 1.0, 10.0];
 /// Resonances at which a shaft is tried, Hz, with a damping ratio and shares of the inertia at the motor.
 const RESONANCES_HZ: [f64; 4] = [5.0, 12.0, 30.0, 70.0];
 const SLOWEST_SHAFT_HZ: f64 = 1.0;
-const STIFFEST_SHAFT_ROWS: f64 = 0.12;
+const STIFFEST_SHAFT_ROWS: f64 = 0.08;
 const SHAFT_DAMPING: f64 = 0.1;
 const SHARE: f64 = 0.3;
 /// Plays at which backlash is tried, rad, and the resonance of its flanks, Hz.
