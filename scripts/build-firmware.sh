@@ -8,8 +8,11 @@ target=thumbv7em-none-eabihf
 build="build --release -p stand-firmware --bin stand --features stm32 --target $target"
 folder="${CARGO_TARGET_DIR:-target}"
 
+# Debian's compiler, as new as the workspace asks for (package lists that were never brought up to date name an older one).
+needed="$(sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)"
 debian_compiler() {
-    [ -x /usr/bin/rustc ] && [ -x /usr/bin/cargo ] && [ -d /usr/lib/rustlib/src/rust/library/core ] && command -v ld.lld >/dev/null 2>&1
+    [ -x /usr/bin/rustc ] && [ -x /usr/bin/cargo ] && [ -d /usr/lib/rustlib/src/rust/library/core ] && command -v ld.lld >/dev/null 2>&1 &&
+        printf '%s\n' "$needed" "$(/usr/bin/rustc --version | cut -d' ' -f2)" | sort -V -C
 }
 
 if command -v rustup >/dev/null 2>&1 && rustup target list --installed 2>/dev/null | grep -qx "$target"; then
