@@ -1,4 +1,5 @@
 //! Where a model of a prescribed motion fails: there is no free run, the current that is needed is compared row by row.
+#![allow(clippy::unwrap_used)]
 
 use std::fmt::Write as _;
 use std::process::Command;

@@ -20,18 +20,18 @@ fn data() -> Option<PathBuf> {
 }
 
 fn answer(logs: Vec<Log>, model: &Model) -> Explanation {
-    explain(logs, model, &|_| {}).unwrap()
+    explain(logs, model, &|_| {}).expect("an explanation")
 }
 
 /// Largest ratio of rms to noise at the end.
 fn left(e: &Explanation) -> f64 {
-    e.stages.last().unwrap().outputs.iter().map(|o| o.ratio()).fold(0.0, f64::max)
+    e.stages.last().expect("a stage").outputs.iter().map(|o| o.ratio()).fold(0.0, f64::max)
 }
 
 fn case(name: &str) -> Option<Explanation> {
     let folder = data()?.join("cases").join(name);
-    let model = Model::read(folder.join("model.toml")).unwrap();
-    Some(answer(vec![Log::read(folder.join("log.parquet")).unwrap()], &model))
+    let model = Model::read(folder.join("model.toml")).expect("the model of the case");
+    Some(answer(vec![Log::read(folder.join("log.parquet")).expect("the log of the case")], &model))
 }
 
 #[test]

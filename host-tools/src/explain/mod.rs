@@ -6,12 +6,14 @@
 //! * [`trial`]: what may be missing, and from which values it is tried;
 //! * [`orders`], [`screen`]: how much each would help, by its sensitivity at the fitted model;
 //! * [`evidence`]: whitened residuals, BIC, the probability of chance;
+//! * [`step`], [`fitted`]: the best few fitted and judged together;
 //! * [`path`]: add the best, fit, ask again;
 //! * [`unknown`]: what belongs to no effect of the catalogue;
 //! * [`next`]: what to measure next.
 
 mod answer;
 pub mod evidence;
+mod fitted;
 mod gather;
 mod ground;
 pub mod next;
@@ -19,6 +21,7 @@ mod orders;
 mod path;
 mod screen;
 mod shape;
+mod step;
 mod trial;
 mod unknown;
 
@@ -118,7 +121,7 @@ fn verdict(path: &mut path::Path, rows: &[std::ops::Range<usize>]) -> (Verdict, 
     }
     if found
         && let Some(instead) = unknown::best(first, rows)
-        && instead.delta_bic < path::evidence(first, last, rows) - path::APART
+        && instead.delta_bic < path::evidence(first, last, rows) - fitted::APART
         && instead.misfit < left.max(unknown::LEFT)
     {
         path.remarks.push(format!(

@@ -12,9 +12,9 @@ use rayon::prelude::*;
 
 use super::Shape;
 use super::evidence::{Whitener, delta_bic, ln_chance};
+use super::fitted::{APART, FAMILYWISE};
 use super::ground::{Ground, misfit};
 use super::orders::swings;
-use super::path::{APART, FAMILYWISE};
 use super::shape::Hats;
 use super::trial::turns;
 use crate::fit::build::{Everywhere, append_linear};

@@ -1,0 +1,204 @@
+//! One candidate, fitted in full, and what speaks for and against it.
+
+use std::ops::Range;
+
+use hal_sim::effects::{CATALOGUE, Card, Kind};
+
+use super::evidence::Squares;
+use super::ground::{Ground, misfit};
+use super::screen::Score;
+use super::trial::Trial;
+use super::{Estimate, Shown};
+use crate::fit::Parameters;
+use crate::fit::normal::Starts;
+use crate::fit::simulate::System;
+use crate::model::Model;
+
+/// Probability of adding anything to a model that lacks nothing, per step and over the whole catalogue.
+pub const FAMILYWISE: f64 = 0.002;
+/// BIC by which rivals must differ to be told apart (interfaces.md), and by which an effect must pay.
+pub const APART: f64 = 6.0;
+/// Held-out rows, or another log, speak against an effect where their likelihood falls by more than this.
+const AGAINST: f64 = 6.0;
+/// Standard errors by which a parameter may lie beyond its physical range.
+const WITHIN_ERROR: f64 = 3.0;
+
+/// One candidate, fitted.
+pub struct Fitted {
+    /// What was tried.
+    pub trial: Trial,
+    /// The model with it.
+    pub system: System,
+    /// Initial states.
+    pub starts: Starts,
+    /// All parameters with it.
+    pub parameters: Parameters,
+    /// Which of them are its own.
+    pub own: Range<usize>,
+    /// Their standard errors, of all.
+    pub sigmas: Vec<f64>,
+    /// Residuals, by channel.
+    pub residuals: Vec<Vec<f64>>,
+    /// Weighted sum of squares.
+    pub cost: f64,
+    /// The largest χ²/n of its channels.
+    pub misfit: f64,
+    /// Parameters that it has more than the model, scanned ones too.
+    pub more: usize,
+    /// BIC on whitened residuals with it, minus that without.
+    pub delta_bic: f64,
+    /// Logarithm of the familywise probability of as much by chance.
+    pub ln_p: f64,
+    /// Why it cannot be the explanation.
+    pub refused: Option<String>,
+}
+
+/// Fits a trial in full, from where its score promises most.
+pub fn fit(ground: &Ground, trial: &Trial, score: &Score) -> Option<Fitted> {
+    let record = ground.record_for(trial);
+    let begin = Trial { values: score.values.clone(), ..trial.clone() };
+    let (system, at_own, own) = ground.with(&begin, &begin.fitted);
+    // The model's own parameters go along, as the linear model says; or stay where they are.
+    let mut moved = at_own.clone();
+    let base = ground.held.parameters.moved(&score.step);
+    moved.list[..base.list.len()].clone_from_slice(&base.list);
+    let starts = ground.starts_for(&system, &at_own, &record);
+    let finish = |parameters: &Parameters| ground.descend(&system, parameters, &record, &starts);
+    let mut place = finish(&moved);
+    let cost = |place: &crate::fit::solve::Place| place.linear(&ground.weights).cost;
+    let reached = ground.held.chi2 - cost(&place);
+    if reached.is_nan() || reached <= 0.3 * score.gain {
+        let other = finish(&at_own);
+        if cost(&other) < cost(&place) || !cost(&place).is_finite() {
+            place = other;
+        }
+    }
+    let linear = place.linear(&ground.weights);
+    if !linear.cost.is_finite() {
+        return None;
+    }
+    let free = place.parameters.free().len();
+    let rows = record.len() * record.channels.len();
+    let excess = (linear.cost / rows as f64).max(1.0);
+    let covariance = linear.profiled().0.try_inverse().map(|c| c * excess);
+    let sigmas = covariance.map_or_else(|| vec![0.0; place.parameters.list.len()], |c| place.parameters.sigmas(&c));
+    let scanned = trial.card.parameters.iter().filter(|p| p.kind == Kind::Order).count();
+    let more = free - ground.held.parameters.free().len() + scanned;
+    Some(Fitted {
+        trial: trial.clone(),
+        own,
+        sigmas,
+        cost: linear.cost,
+        misfit: misfit(shown_of(ground, &place.pass.residuals).iter().map(|s| s.ratio().powi(2))),
+        residuals: std::mem::take(&mut place.pass.residuals),
+        parameters: place.parameters,
+        starts: place.starts,
+        system,
+        more,
+        delta_bic: 0.0,
+        ln_p: 0.0,
+        refused: None,
+    })
+}
+
+impl Fitted {
+    /// It earns its place.
+    pub fn earns(&self) -> bool {
+        self.refused.is_none() && self.ln_p < FAMILYWISE.ln() && self.delta_bic < -APART
+    }
+
+    pub fn estimates(&self) -> Vec<Estimate> {
+        let own = self.parameters.list[self.own.clone()].iter().zip(&self.sigmas[self.own.clone()]);
+        own.zip(self.trial.card.parameters)
+            .map(|((p, sigma), info)| Estimate { name: p.name.clone(), unit: info.unit, value: p.value, sigma: *sigma })
+            .collect()
+    }
+}
+
+/// Why a fitted candidate cannot be the explanation, whatever its figures.
+pub fn refusal(ground: &Ground, logs: &[Range<usize>], f: &Fitted, without: &Squares, with: &Squares) -> Option<String> {
+    for (k, p) in f.parameters.list.iter().enumerate() {
+        let own = f.own.contains(&k);
+        let (low, high) = p.range;
+        let slack = WITHIN_ERROR * f.sigmas[k];
+        // A level at zero is no effect at all.
+        let absent = own && p.kind == Kind::Level && !p.fixed && p.value <= low && !f.trial.card.polar;
+        if absent {
+            return Some(format!("its {} would have to be negative", p.name));
+        }
+        if p.fixed || p.kind == Kind::Phase || (p.value >= low - slack && p.value <= high + slack) {
+            continue;
+        }
+        let before = ground.held.parameters.list.get(k).map(|q| q.value);
+        if own || before.is_some_and(|v| v >= low && v <= high) {
+            let which = if own { "its" } else { "with it the model's" };
+            return Some(format!("{which} {} would be {:.3e}, outside its physical range", p.name, p.value));
+        }
+    }
+    if with.gain(without) > 0.0 {
+        return Some("the residuals are no smaller with it".to_owned());
+    }
+    let seen = without.held_out_gain(with);
+    if seen < -AGAINST {
+        return Some("on the rows that the fit never saw the error grows".to_owned());
+    }
+    if logs.len() > 1 {
+        for log in 0..logs.len() {
+            if without.gain_on(with, log) < -AGAINST {
+                return Some(format!("it helps the logs together and makes log {} worse", log + 1));
+            }
+        }
+    }
+    None
+}
+
+pub fn place(card: &Card) -> usize {
+    CATALOGUE.iter().position(|c| c.id == card.id).unwrap_or(usize::MAX)
+}
+
+/// Channels of residuals that were not held as a fit.
+pub fn shown_of(ground: &Ground, residuals: &[Vec<f64>]) -> Vec<Shown> {
+    let record = &ground.record;
+    ground
+        .held
+        .channels
+        .iter()
+        .zip(residuals)
+        .map(|(f, residual)| {
+            let rms = |held: bool| {
+                let rows = residual.iter().enumerate().filter(|(k, r)| r.is_finite() && record.held_out(*k) == held);
+                let (sum, n) = rows.fold((0.0, 0usize), |(s, n), (_, r)| (s + r * r, n + 1));
+                (n > 0).then(|| (sum / n as f64).sqrt())
+            };
+            Shown { shows: f.shows, rms: rms(false).unwrap_or(f64::NAN), heldout_rms: rms(true), noise: f.noise }
+        })
+        .collect()
+}
+
+pub fn slices(residuals: &[Vec<f64>]) -> Vec<&[f64]> {
+    residuals.iter().map(Vec::as_slice).collect()
+}
+
+/// The model with a fitted candidate in it, and the candidate's name there.
+pub fn added(model: &Model, f: &Fitted) -> (Model, String) {
+    let name = model.next_name(f.trial.card.id);
+    let mut next = model.clone();
+    if next.add(&name).is_err() {
+        return (next, name);
+    }
+    for p in &f.parameters.list[..f.own.start] {
+        let _ = next.set(&p.name, p.value);
+    }
+    let names: Vec<String> = match next.effects().iter().find(|e| e.name() == name) {
+        Some(found) => found.parameters.iter().map(|&k| next.parameters()[k].name.clone()).collect(),
+        None => return (next, name),
+    };
+    for (k, name) in names.iter().enumerate() {
+        let p = &f.parameters.list[f.own.start + k];
+        let _ = next.set(name, p.value.clamp(p.range.0, p.range.1));
+        if !f.trial.fitted[k] && p.kind != Kind::Order {
+            let _ = next.fix(name, true);
+        }
+    }
+    (next, name)
+}

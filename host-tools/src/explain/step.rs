@@ -1,0 +1,243 @@
+//! One adding step: everything is screened, the best few are fitted in full, and judged together by their whitened residuals.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::Candidate;
+use super::Estimate;
+use super::evidence::{Squares, Whitener, delta_bic, ln_chance};
+use super::fitted::{APART, FAMILYWISE, Fitted, fit, place, refusal, shown_of, slices};
+use super::ground::Ground;
+use super::orders::{HIGHEST, promising};
+use super::screen::{ALIKE, Score, scores};
+use super::trial::{Scene, Trial, Unseen, trials};
+use crate::log::Log;
+
+/// Candidates that are fitted in full, and the part of the best score from which on.
+const FITTED_MOST: usize = 8;
+const FITTED_LEAST: usize = 4;
+const FITTED_PART: f64 = 0.25;
+/// One step from a finite trial promises only roughly.
+const ROUGH_PART: f64 = 0.05;
+/// χ²/n up to which a candidate leaves nothing to explain.
+const EXPLAINED: f64 = 1.03;
+/// A costly candidate is fitted to the whole log where it leaves less than this part of what the best other leaves of an excerpt.
+const WORTH: f64 = 0.7;
+
+/// One adding step: everything that was tried.
+pub struct Step {
+    /// Candidates that were fitted, the best first.
+    pub fitted: Vec<Fitted>,
+    /// The rest: best score of each effect that was only screened.
+    screened: Vec<(Trial, Score, f64)>,
+    unseen: Vec<Unseen>,
+}
+
+/// Screens everything, fits the best few, judges them together.
+pub fn step(log: &Log, logs: &[Range<usize>], ground: &Ground) -> Step {
+    let orders = promising(&ground.model, &ground.record, &ground.residuals(), &ground.weights);
+    let (mut trials, unseen) = trials(&Scene { model: &ground.model, log, record: &ground.record, orders });
+    if ground.misfit() <= EXPLAINED {
+        // A shaft that shows leaves more than that.
+        trials.retain(|t| !t.is_costly());
+    }
+    let scores = scores(ground, &trials);
+    let tests = number_of_tests(&trials);
+    let mut order: Vec<usize> = (0..trials.len()).collect();
+    order.sort_by(|a, b| scores[*b].gain.total_cmp(&scores[*a].gain));
+    let critical = critical_gain(tests);
+    // Costly trials were scored on an excerpt: their gains stand apart.
+    let pick = |costly: bool| -> Vec<usize> {
+        let mut chosen: Vec<usize> = Vec::new();
+        let mut best = 0.0;
+        for &k in order.iter().filter(|&&k| trials[k].is_costly() == costly) {
+            best = f64::max(best, scores[k].gain);
+            let alike = |other: &&usize| trials[**other].card.id == trials[k].card.id && trials[**other].screened == trials[k].screened;
+            let rough = !trials[k].absent || trials[k].screened != trials[k].fitted;
+            let part = if rough { ROUGH_PART } else { FITTED_PART };
+            let few = chosen.iter().filter(alike).count() < 1 + usize::from(costly || scores[k].gain > 0.6 * best);
+            let worth = scores[k].gain > part * best || chosen.len() < FITTED_LEAST;
+            if scores[k].gain > critical && worth && few && chosen.len() < FITTED_MOST {
+                chosen.push(k);
+            }
+        }
+        chosen
+    };
+    let (costly, cheap) = (pick(true), pick(false));
+    let fit_all = |list: &[usize]| -> Vec<Fitted> { list.par_iter().filter_map(|&k| fit(ground, &trials[k], &scores[k])).collect() };
+    let mut fitted = fit_all(&cheap);
+    // What leaves nothing but noise with fewer parameters needs no shaft as a rival.
+    let explained = fitted.iter().map(|f| f.misfit).fold(f64::INFINITY, f64::min);
+    if explained > EXPLAINED {
+        let worth = worth_their_cost(ground, &trials, &scores, &costly, &fitted);
+        let more: Vec<Fitted> = worth.par_iter().filter_map(|(k, score)| fit(ground, &trials[*k], score)).collect();
+        fitted.extend(more);
+    }
+    judge(ground, logs, &mut fitted, tests);
+    let mut screened: Vec<(Trial, Score, f64)> = Vec::new();
+    for &k in &order {
+        let known =
+            fitted.iter().any(|f| f.trial.card.id == trials[k].card.id) || screened.iter().any(|(t, ..)| t.card.id == trials[k].card.id);
+        if !known {
+            let ln_p = (ln_chance(scores[k].gain, scores[k].free) + (tests as f64).ln()).min(0.0);
+            screened.push((trials[k].clone(), scores[k].clone(), ln_p));
+        }
+    }
+    Step { fitted, screened, unseen }
+}
+
+/// Of the costly trials of each effect the best on an excerpt, with its values there, if there it beats the best of those that were fitted.
+fn worth_their_cost(ground: &Ground, trials: &[Trial], scores: &[Score], costly: &[usize], fitted: &[Fitted]) -> Vec<(usize, Score)> {
+    let excerpt = ground.excerpt();
+    let rows = excerpt.segments[0].clone();
+    let cost = |residuals: &[Vec<f64>]| -> f64 {
+        let sum = |r: &Vec<f64>| r[rows.clone()].iter().filter(|r| r.is_finite()).map(|r| r * r).sum::<f64>();
+        residuals.iter().zip(&ground.weights).map(|(r, w)| w * sum(r)).sum()
+    };
+    let given: Vec<Vec<f64>> = ground.residuals().into_iter().map(<[f64]>::to_vec).collect();
+    let rival = fitted.iter().map(|f| cost(&f.residuals)).fold(cost(&given), f64::min);
+    let tried: Vec<(usize, f64, Vec<f64>)> = costly
+        .par_iter()
+        .map(|&k| {
+            let begin = Trial { values: scores[k].values.clone(), ..trials[k].clone() };
+            let (system, parameters, own) = ground.with(&begin, &begin.fitted);
+            let starts = ground.starts_for(&system, &parameters, &excerpt);
+            let place = ground.descend(&system, &parameters, &excerpt, &starts);
+            (k, place.linear(&ground.weights).cost, place.parameters.list[own].iter().map(|p| p.value).collect())
+        })
+        .collect();
+    let mut best: Vec<(usize, f64, Vec<f64>)> = Vec::new();
+    for one in tried.into_iter().filter(|(_, cost, _)| *cost < WORTH * rival) {
+        match best.iter_mut().find(|b| trials[b.0].card.id == trials[one.0].card.id) {
+            Some(known) if one.1 < known.1 => *known = one,
+            Some(_) => {}
+            None => best.push(one),
+        }
+    }
+    // The model's own parameters begin where they are: the excerpt knows less of them than the whole log.
+    best.into_iter().map(|(k, _, values)| (k, Score { values, step: vec![0.0; scores[k].step.len()], ..scores[k].clone() })).collect()
+}
+
+/// How many chances one step gives to chance: every trial, and every order that was looked at.
+fn number_of_tests(trials: &[Trial]) -> usize {
+    let scanned = trials.iter().any(|t| t.card.id == "cogging");
+    trials.len() + if scanned { 2 * HIGHEST } else { 0 }
+}
+
+/// Score of one degree of freedom that chance reaches less often than [`FAMILYWISE`] in so many tests.
+fn critical_gain(tests: usize) -> f64 {
+    let wanted = (FAMILYWISE / tests.max(1) as f64).ln();
+    let (mut low, mut high) = (0.0, 200.0);
+    for _ in 0..40 {
+        let middle = 0.5 * (low + high);
+        if ln_chance(middle, 1) > wanted { low = middle } else { high = middle }
+    }
+    high
+}
+
+/// Evidence for every fitted candidate against the model without it, on residuals that the best of them whitens.
+fn judge(ground: &Ground, logs: &[Range<usize>], fitted: &mut Vec<Fitted>, tests: usize) {
+    let Some(best) = fitted.iter().min_by(|a, b| a.cost.total_cmp(&b.cost)) else { return };
+    let whitener = Whitener::of(&ground.record_for(&best.trial), &slices(&best.residuals));
+    let without = ground.squares(&whitener, logs);
+    let all: Vec<Squares> =
+        fitted.par_iter().map(|f| whitener.squares(&f.system, &f.parameters, &f.starts, &ground.record_for(&f.trial), logs)).collect();
+    for (f, squares) in fitted.iter_mut().zip(all) {
+        let gain = without.gain(&squares);
+        f.delta_bic = delta_bic(gain, f.more, without.witnesses());
+        f.ln_p = (ln_chance(gain, f.more) + (tests as f64).ln()).min(0.0);
+        f.refused = refusal(ground, logs, f, &without, &squares);
+    }
+    fitted.sort_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic).then(place(a.trial.card).cmp(&place(b.trial.card))));
+    // Of one effect the best trial is its candidate.
+    let mut seen: Vec<&str> = Vec::new();
+    fitted.retain(|f| {
+        let new = !seen.contains(&f.trial.card.id);
+        seen.push(f.trial.card.id);
+        new
+    });
+}
+
+impl Step {
+    /// Which candidate is added, with the rivals that the log cannot tell from it; `None` where none earns its place.
+    pub fn choice(&self) -> Option<(usize, Vec<Trial>)> {
+        let best = self.fitted.iter().find(|f| f.earns())?.delta_bic;
+        let alike: Vec<usize> =
+            (0..self.fitted.len()).filter(|&k| self.fitted[k].earns() && self.fitted[k].delta_bic < best + APART).collect();
+        let first = alike.iter().copied().min_by_key(|&k| place(self.fitted[k].trial.card))?;
+        let rivals = self.fitted.iter().enumerate().filter(|(k, f)| *k != first && f.refused.is_none()).map(|(_, f)| f.trial.clone());
+        Some((first, rivals.take(4).collect()))
+    }
+
+    /// The step's candidates as the answer shows them.
+    pub fn candidates(&self, ground: &Ground) -> Vec<Candidate> {
+        let best = self.fitted.iter().find(|f| f.earns()).map(|f| f.delta_bic);
+        let named = |f: &Fitted| ground.model.next_name(f.trial.card.id);
+        let mut list: Vec<Candidate> = self
+            .fitted
+            .iter()
+            .map(|f| {
+                let close = |a: f64, b: f64| (a - b).abs() < APART;
+                let near_best = best.is_some_and(|best| f.earns() && f.delta_bic < best + APART);
+                let ambiguous_with = if near_best {
+                    let others = self.fitted.iter().filter(|o| o.trial.card.id != f.trial.card.id && o.earns());
+                    others.filter(|o| close(o.delta_bic, f.delta_bic) && best.is_some_and(|b| o.delta_bic < b + APART)).map(named).collect()
+                } else {
+                    Vec::new()
+                };
+                Candidate {
+                    effect: named(f),
+                    parameters: f.estimates(),
+                    refitted: true,
+                    outputs: shown_of(ground, &f.residuals),
+                    delta_bic: Some(f.delta_bic),
+                    p_value: f.ln_p.exp(),
+                    log10_p: f.ln_p / std::f64::consts::LN_10,
+                    ambiguous_with,
+                    refused: f.refused.clone(),
+                }
+            })
+            .collect();
+        // The one that is named first stands first.
+        if let Some((first, _)) = self.choice() {
+            let chosen = list.remove(first);
+            list.insert(0, chosen);
+        }
+        for (trial, score, ln_p) in &self.screened {
+            let refused = if score.negative {
+                Some("its best amplitude would be negative, which physics does not allow".to_owned())
+            } else if score.apart <= ALIKE {
+                Some("this log cannot tell it from the model's own parameters".to_owned())
+            } else {
+                None
+            };
+            let parameters = trial.card.parameters.iter().zip(&score.values);
+            list.push(Candidate {
+                effect: ground.model.next_name(trial.card.id),
+                parameters: parameters.map(|(p, v)| Estimate { name: p.name.to_owned(), unit: p.unit, value: *v, sigma: 0.0 }).collect(),
+                refitted: false,
+                outputs: Vec::new(),
+                delta_bic: None,
+                p_value: ln_p.exp(),
+                log10_p: ln_p / std::f64::consts::LN_10,
+                ambiguous_with: Vec::new(),
+                refused,
+            });
+        }
+        for unseen in &self.unseen {
+            list.push(Candidate {
+                effect: ground.model.next_name(unseen.card.id),
+                parameters: Vec::new(),
+                refitted: false,
+                outputs: Vec::new(),
+                delta_bic: None,
+                p_value: 1.0,
+                log10_p: 0.0,
+                ambiguous_with: Vec::new(),
+                refused: Some(unseen.says.clone()),
+            });
+        }
+        list
+    }
+}
