@@ -68,9 +68,12 @@ fn orders(found: &[&Found]) -> Vec<u32> {
     list.into_iter().map(|o| o.0).collect()
 }
 
+/// Part of a residual below which the rest of it, imitated badly, decides what the piece looks like.
+const TELLING: f64 = 0.02;
+
 fn sentence(shows: Channel, share: f64, f: &Found, orders: &[u32]) -> String {
     let part = if share >= 0.0095 { format!("{:.0} %", 100.0 * share) } else { format!("{:.1} %", 100.0 * share) };
-    let what = what(f);
+    let what = if share < TELLING { "too little beside the rest to say what leaves it".to_owned() } else { what(f) };
     let over = match f.coordinate {
         Coordinate::Theta => "the angle",
         Coordinate::Omega => "the rate",
