@@ -311,7 +311,7 @@ fn an_own_effect_acts_in_each_of_its_places() {
         let (mut acts, mut reading) = (Acts::<f64>::none(), Reading { omega: 0.0, theta: 0.0, current: 0.0 });
         own.act(&[2.0], &x, &mut acts);
         own.see(&[2.0], &x, &mut reading);
-        let all = [acts.torque, acts.voltage, reading.omega, reading.theta, reading.current];
+        let all = [acts.torque, acts.dry, acts.voltage, reading.omega, reading.theta, reading.current];
         let at = Place::ALL.iter().position(|p| *p == place).unwrap();
         for (k, value) in all.into_iter().enumerate() {
             let wants = if k == at { 2.0 * (1.25 + 0.3 + 2.0 + 0.4 + 6.0 + 30.0) } else { 0.0 };
