@@ -1,7 +1,6 @@
 //! A model held against a log, and where it fails.
 
 use std::path::Path;
-use std::time::Instant;
 
 use host_tools::fit;
 use host_tools::log::Log;
@@ -28,18 +27,4 @@ pub fn stated(data: &Path, case: &Case) -> Option<String> {
     let text = std::fs::read_to_string(data.join("cases").join(&case.name).join("truth.json")).expect("the answer");
     let answer: serde_json::Value = serde_json::from_str(&text).expect("the answer");
     answer["coordinate"].as_str().map(str::to_owned)
-}
-
-/// Time that the search takes after a comparison, s, the best of `of`.
-#[allow(dead_code)] // The table's alone.
-pub fn best_seconds(log: &Log, model: &Model, of: usize) -> f64 {
-    let (record, _) = fit::prepare::prepare(log, model, false).expect("the columns");
-    let (system, parameters) = fit::build::system(model, record.temp_C.is_some());
-    let held = fit::compare(&system, &parameters, &record).expect("a simulation");
-    let seconds = (0..of).map(|_| {
-        let begin = Instant::now();
-        std::hint::black_box(residual::failures(log, &record, &held));
-        begin.elapsed().as_secs_f64()
-    });
-    seconds.fold(f64::INFINITY, f64::min)
 }
