@@ -6,6 +6,7 @@
 
 mod current;
 mod encoder;
+pub mod flash;
 mod index;
 mod noise;
 mod rate_sensor;
@@ -13,6 +14,7 @@ mod slow;
 
 pub use current::CurrentAdc;
 pub use encoder::Encoder;
+pub use flash::SimFlash;
 pub use index::Index;
 pub use noise::Noise;
 pub use rate_sensor::RateSensor;
