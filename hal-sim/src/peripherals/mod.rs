@@ -10,6 +10,7 @@ pub mod flash;
 mod index;
 mod noise;
 mod rate_sensor;
+pub mod serial;
 mod slow;
 
 pub use current::CurrentAdc;
@@ -18,6 +19,7 @@ pub use flash::SimFlash;
 pub use index::Index;
 pub use noise::Noise;
 pub use rate_sensor::RateSensor;
+pub use serial::SerialLine;
 pub use slow::SlowChannel;
 
 use stand_firmware::config::{ConfigError, within};
