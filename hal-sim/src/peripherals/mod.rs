@@ -5,6 +5,7 @@
 //! everywhere (xoshiro256++ and its `jump`).
 
 mod current;
+mod edges;
 mod encoder;
 mod index;
 mod noise;
@@ -12,6 +13,7 @@ mod rate_sensor;
 mod slow;
 
 pub use current::CurrentAdc;
+pub use edges::Edges;
 pub use encoder::Encoder;
 pub use index::Index;
 pub use noise::Noise;
