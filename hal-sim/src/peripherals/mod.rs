@@ -7,6 +7,7 @@
 mod current;
 mod edges;
 mod encoder;
+pub mod flash;
 mod index;
 mod noise;
 mod rate_sensor;
@@ -15,6 +16,7 @@ mod slow;
 pub use current::CurrentAdc;
 pub use edges::Edges;
 pub use encoder::Encoder;
+pub use flash::SimFlash;
 pub use index::Index;
 pub use noise::Noise;
 pub use rate_sensor::RateSensor;
