@@ -5,6 +5,7 @@
 //! everywhere (xoshiro256++ and its `jump`).
 
 mod current;
+mod edges;
 mod encoder;
 pub mod flash;
 mod index;
@@ -14,6 +15,7 @@ pub mod serial;
 mod slow;
 
 pub use current::CurrentAdc;
+pub use edges::Edges;
 pub use encoder::Encoder;
 pub use flash::SimFlash;
 pub use index::Index;
