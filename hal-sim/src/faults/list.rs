@@ -142,7 +142,8 @@ mod tests {
 
     #[test]
     fn a_file_names_what_is_broken_and_when() {
-        let faults = read("[[faults]]\nwhat = \"supply-dip\"\nfrom_s = 2\nfor_s = 0.5\nsize = 7\n[[faults]]\nwhat = \"index-off\"\n").unwrap();
+        let faults =
+            read("[[faults]]\nwhat = \"supply-dip\"\nfrom_s = 2\nfor_s = 0.5\nsize = 7\n[[faults]]\nwhat = \"index-off\"\n").unwrap();
         let expected = [Fault::new(What::SupplyDip, 2.0, 0.5).of_size(7.0), Fault::new(What::IndexOff, 0.0, f64::INFINITY)];
         assert!(faults.iter().eq(&expected));
         assert_eq!(faults.first(What::IndexOff).map(Fault::size), Some(0.0));

@@ -20,7 +20,7 @@ mod what;
 
 pub use broken::Broken;
 pub use encoder::Decoder;
-pub use list::{Faults, MOST_FAULTS};
+pub use list::{FaultError, Faults, MOST_FAULTS};
 pub use what::{Size, What};
 
 use serde::{Deserialize, Serialize};
