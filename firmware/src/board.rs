@@ -160,6 +160,15 @@ pub struct Sensed {
     pub tick: u64,
     /// The speed loop's encoder counter.
     pub encoder: EncoderCount,
+    /// Steps of the edge timer ([`Hardware::edge_timer_Hz`]) from the last edge of the encoder, on either channel, to the look at its
+    /// counter; both belong together. Saturates: where no edge was ever seen it is the greatest number.
+    pub edge_age: u32,
+    /// The newest conversion of the motor current.
+    pub current: CurrentCode,
+    /// The newest conversion of the supply.
+    pub supply: SupplyCode,
+    /// Somebody asks for an emergency stop now: a pin, or the serial line's guard.
+    pub stop: bool,
 }
 
 /// What the interrupt asks of the bridge.
@@ -228,6 +237,8 @@ pub trait Board {
 pub struct Hardware {
     /// Encoder counts in one turn, every edge counted.
     pub counts_per_turn: f64,
+    /// Rate of the timer that stamps the encoder's edges, Hz.
+    pub edge_timer_Hz: f64,
     /// Compare counts at which the bridge is fully on.
     pub duty_full_scale: i16,
     /// Supply for which duties are computed, V.
@@ -249,6 +260,7 @@ impl Default for Hardware {
     fn default() -> Self {
         Self {
             counts_per_turn: 20_000.0, // 5000 lines × 4 edges (US Digital E6, 5000 CPR)
+            edge_timer_Hz: 90e6,       // TIM2 on APB1, twice its 45 MHz
             duty_full_scale: 4_500,    // 180 MHz / 20 kHz / 2, centre-aligned
             supply_nominal_V: 12.0,
             current_A_per_code: 3.3 / 4096.0, // 12 bits of 3.3 V at 20 mΩ × 50 V/V = 1 V/A (INA240A2, SBOS662)
@@ -267,6 +279,7 @@ impl Hardware {
     /// The name of the first that makes no sense.
     pub fn check(&self) -> Result<(), ConfigError> {
         within("counts_per_turn", self.counts_per_turn, 4.0, 1e6)?;
+        within("edge_timer_Hz", self.edge_timer_Hz, 1e5, 1e9)?;
         within("duty_full_scale", f64::from(self.duty_full_scale), 16.0, 32_000.0)?;
         within("supply_nominal_V", self.supply_nominal_V, 0.1, 1e3)?;
         within("current_A_per_code", self.current_A_per_code, 1e-15, 1e3)?;

@@ -7,7 +7,7 @@
 pub mod linear_motor;
 
 use crate::clock::{SimClock, VirtualClock};
-use crate::peripherals::{CurrentAdc, Encoder, Index, Noise, RateSensor, SensorSetup, SlowChannel};
+use crate::peripherals::{CurrentAdc, Edges, Encoder, Index, Noise, RateSensor, SensorSetup, SlowChannel};
 use stand_firmware::board::{
     Board, CONTROL_PER_ROW, CurrentSum, Drive, EncoderCount, Hardware, RateCode, Sensed, Stamped, SupplyCode, TICKS_PER_CONTROL,
     TICKS_PER_S, TemperatureCode, TickIo, Ticks,
@@ -59,7 +59,10 @@ pub struct Bench<P> {
     /// Current times time since the tick began, A s, and that time, s.
     charge: (f64, f64),
     encoder: Encoder,
+    edges: Edges,
     index: Index,
+    /// An emergency stop is asked for: the line's guard, or a pin.
+    stop: bool,
     /// What the interrupt's and the tasks' counter captured and nobody has taken yet.
     captured: [Option<EncoderCount>; 2],
     current: CurrentAdc,
@@ -84,6 +87,8 @@ impl<P: PlantPort> Bench<P> {
             pending_V: 0.0,
             charge: (0.0, 0.0),
             encoder,
+            edges: Edges::new(encoder.exact(plant.theta_rad()), plant.true_rate_rad_s(), hardware),
+            stop: false,
             index: Index::new(hardware, encoder.whole(plant.theta_rad())),
             captured: [None; 2],
             current: CurrentAdc::new(hardware, sensors, seed),
@@ -112,6 +117,11 @@ impl<P: PlantPort> Bench<P> {
         self.truth
     }
 
+    /// Asks for an emergency stop from the next tick on, or no longer.
+    pub fn ask_stop(&mut self, stop: bool) {
+        self.stop = stop;
+    }
+
     /// The plant.
     pub fn plant(&self) -> &P {
         &self.plant
@@ -125,6 +135,7 @@ impl<P: PlantPort> Bench<P> {
         }
         let dt_s = steps as f64 * (1.0 / TICKS_PER_S as f64);
         self.plant.advance(self.acting_V, dt_s);
+        self.edges.advance(self.encoder.exact(self.plant.theta_rad()), self.plant.true_rate_rad_s(), dt_s);
         self.rate.value.advance(self.plant.rate_rad_s(), dt_s);
         if steps == TICKS_PER_CONTROL {
             // The usual case, without rounding.
@@ -166,7 +177,15 @@ pub struct SimTickIo<'a, P>(&'a mut Bench<P>);
 impl<P: PlantPort> TickIo for SimTickIo<'_, P> {
     #[inline]
     fn sense(&mut self) -> Sensed {
-        Sensed { tick: self.0.tick, encoder: self.0.encoder.count(self.0.plant.theta_rad()) }
+        let bench = &self.0;
+        Sensed {
+            tick: bench.tick,
+            encoder: bench.encoder.count(bench.plant.theta_rad()),
+            edge_age: bench.edges.age(),
+            current: bench.current.newest(),
+            supply: SupplyCode(bench.supply.value.code().max(0) as u32),
+            stop: bench.stop,
+        }
     }
 
     #[inline]
