@@ -15,7 +15,7 @@ use tempfile::TempDir;
 type Shows = fn(&Path);
 
 /// `command word` as in its help; commands by name alone.
-const WORDS: [(&str, Shows); 72] = [
+const WORDS: [(&str, Shows); 73] = [
     (" --help", help_everywhere),
     (" --version", |f| assert!(said(f, &["--version"]).starts_with("stand "))),
     ("sim", |f| drop(session(f, &[]))),
@@ -26,7 +26,8 @@ const WORDS: [(&str, Shows); 72] = [
         assert!(std::fs::read(f.join("other.parquet")).unwrap().starts_with(b"PAR1"));
     }),
     ("sim --profile", |f| {
-        let logs = ["constant", "multi-step", "multisine", "prbs", "chirp", "staircase", "trapezoid", "s-curve", "sine", "turns"].map(|p| session(f, &["--profile", p]));
+        let logs = ["constant", "multi-step", "multisine", "prbs", "chirp", "staircase", "trapezoid", "s-curve", "sine", "turns"]
+            .map(|p| session(f, &["--profile", p]));
         for (k, log) in logs.iter().enumerate() {
             assert!(logs[..k].iter().all(|other| other.columns() != log.columns()), "{:?}", log.note("profile"));
         }
