@@ -7,9 +7,9 @@
 pub mod linear_motor;
 
 use crate::clock::{SimClock, VirtualClock};
-use crate::peripherals::{CurrentAdc, Encoder, Index, Noise, RateSensor, SensorSetup, SlowChannel};
+use crate::peripherals::{CurrentAdc, Encoder, Index, Noise, OwnEdge, RateSensor, SensorSetup, SlowChannel};
 use stand_firmware::board::{
-    Board, CONTROL_PER_ROW, CurrentSum, Drive, EncoderCount, Hardware, RateCode, Sensed, Stamped, SupplyCode, TICKS_PER_CONTROL,
+    Board, CONTROL_PER_ROW, CurrentSum, Drive, Edge, EncoderCount, Hardware, RateCode, Sensed, Stamped, SupplyCode, TICKS_PER_CONTROL,
     TICKS_PER_S, TemperatureCode, TickIo, Ticks,
 };
 use std::cell::RefCell;
@@ -60,8 +60,10 @@ pub struct Bench<P> {
     charge: (f64, f64),
     encoder: Encoder,
     index: Index,
+    /// The tasks' capture.
+    own_edge: OwnEdge,
     /// What the interrupt's and the tasks' counter captured and nobody has taken yet.
-    captured: [Option<EncoderCount>; 2],
+    captured: [Option<Edge>; 2],
     current: CurrentAdc,
     rate: Stamped<RateSensor>,
     supply: Stamped<SlowChannel>,
@@ -85,6 +87,7 @@ impl<P: PlantPort> Bench<P> {
             charge: (0.0, 0.0),
             encoder,
             index: Index::new(hardware, encoder.whole(plant.theta_rad())),
+            own_edge: OwnEdge::new(hardware, encoder.exact(plant.theta_rad())),
             captured: [None; 2],
             current: CurrentAdc::new(hardware, sensors, seed),
             rate: Stamped { value: rate, at: Ticks(0) },
@@ -143,8 +146,11 @@ impl<P: PlantPort> Bench<P> {
             self.current.tick(charge / time);
         }
         self.acting_V = self.pending_V;
-        if let Some(count) = self.index.pass(self.encoder.whole(self.plant.theta_rad())) {
-            self.captured = [Some(count); 2];
+        let theta_rad = self.plant.theta_rad();
+        let count = self.encoder.whole(theta_rad);
+        let passed = self.own_edge.pass(self.encoder.exact(theta_rad), count, self.tick);
+        if let Some(edge) = self.index.pass(count, &passed) {
+            self.captured = [Some(edge); 2];
         }
         if self.tick.is_multiple_of(RATE_SENSOR_EVERY) {
             self.rate.value.sample();
@@ -171,7 +177,7 @@ impl<P: PlantPort> TickIo for SimTickIo<'_, P> {
 
     #[inline]
     fn index(&mut self) -> Option<EncoderCount> {
-        self.0.captured[0].take()
+        self.0.captured[0].take().map(|edge| edge.count)
     }
 
     #[inline]
@@ -205,7 +211,11 @@ impl<'a, P: PlantPort> Board for SimBoard<'a, P> {
         Stamped { value: bench.encoder.count(bench.plant.theta_rad()), at: bench.now }
     }
 
-    fn index(&mut self) -> Option<EncoderCount> {
+    fn edge(&mut self) -> Option<Edge> {
+        self.bench.borrow().own_edge.newest()
+    }
+
+    fn index(&mut self) -> Option<Edge> {
         self.bench.borrow_mut().captured[1].take()
     }
 

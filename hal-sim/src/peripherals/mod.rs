@@ -8,6 +8,7 @@ mod current;
 mod encoder;
 mod index;
 mod noise;
+mod own_edge;
 mod rate_sensor;
 mod slow;
 
@@ -15,6 +16,7 @@ pub use current::CurrentAdc;
 pub use encoder::Encoder;
 pub use index::Index;
 pub use noise::Noise;
+pub use own_edge::OwnEdge;
 pub use rate_sensor::RateSensor;
 pub use slow::SlowChannel;
 
