@@ -186,6 +186,15 @@ pub struct Sensed {
     pub tick: u64,
     /// The speed loop's encoder counter.
     pub encoder: EncoderCount,
+    /// Steps of the edge timer ([`Hardware::edge_timer_Hz`]) from the last edge of the encoder, on either channel, to the look at its
+    /// counter; both belong together. Saturates: where no edge was ever seen it is the greatest number.
+    pub edge_age: u32,
+    /// The newest conversion of the motor current.
+    pub current: CurrentCode,
+    /// The newest conversion of the supply.
+    pub supply: SupplyCode,
+    /// Somebody asks for an emergency stop now: a pin, or the serial line's guard.
+    pub stop: bool,
 }
 
 /// What the interrupt asks of the bridge.

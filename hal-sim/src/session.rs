@@ -34,9 +34,9 @@ impl StandSetup {
     /// No noise, no filter, and converter steps so fine that they do not show; the encoder is left as it is.
     pub fn ideal() -> Self {
         let hardware = Hardware {
-            current_A_per_code: 1e-11,
-            current_zero_code: 1_099_511_627_776.0, // 2⁴⁰ codes: ± 11 A
-            rate_rad_s_per_code: 5e-8,              // 32 bits: ± 107 rad/s
+            current_A_per_code: 4e-9,
+            current_zero_code: 1_073_741_824.0, // 2³⁰ codes, the most that a code of 31 bits shows: ± 4.3 A
+            rate_rad_s_per_code: 5e-8,          // 32 bits: ± 107 rad/s
             supply_V_per_code: 1e-8,
             temperature_C_per_code: 1e-6,
             ..Hardware::default()

@@ -41,7 +41,8 @@ fn voltage_current_angle_and_rate_of_a_row_belong_together_to_the_tick() {
             let step = end * h - (omega[k] - end) * tau * (-h / tau).exp_m1();
             assert!((theta[k + 1] - theta[k] - step).abs() < 1e-9);
             let mean_A = (u[k] - motor.motor_constant_N_m_A * step / h) / motor.resistance_ohm;
-            assert!((i[k] - mean_A).abs() < 1e-9, "{kind} row {k}: {} {mean_A}", i[k]);
+            // The converter's step is 4e-9 A, ten of them make a row.
+            assert!((i[k] - mean_A).abs() < 3e-9, "{kind} row {k}: {} {mean_A}", i[k]);
             // The sensor's step is 5e-8 rad/s.
             assert!((col(&record, "omega_rad_s")[k] - omega[k]).abs() < 3e-8);
             let below = theta[k] - col(&record, "theta_rad")[k];
@@ -195,7 +196,7 @@ fn mean_voltage_and_mean_current_match_in_the_closed_loop_and_at_the_limits_too(
         for k in 0..record.rows() - 1 {
             let rate = (theta[k + 1] - theta[k]) / 1e-3;
             let expected = (u[k] - motor.motor_constant_N_m_A * rate) / motor.resistance_ohm;
-            assert!((i[k] - expected).abs() < 1e-9, "row {k}: {} {expected}", i[k]);
+            assert!((i[k] - expected).abs() < 3e-9, "row {k}: {} {expected}", i[k]);
         }
         assert!(record.limits.iter().any(|l| l.contains(limit)), "{limit:?}");
     }

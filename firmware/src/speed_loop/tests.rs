@@ -30,7 +30,7 @@ impl Stand {
 
     fn order(&mut self, order: Option<Order>) -> (Drive, Report) {
         let counts = (self.theta_rad / HW().rad_per_count()).floor() as i64;
-        let sensed = Sensed { tick: self.n, encoder: EncoderCount(counts as u16) };
+        let sensed = Sensed { tick: self.n, encoder: EncoderCount(counts as u16), ..Sensed::default() };
         self.n += 1;
         self.law.tick(sensed, order)
     }

@@ -5,13 +5,15 @@
 //! whole tick. Nothing is allocated per tick and nothing is dynamic.
 
 pub mod linear_motor;
+mod sensor_bus;
 
 use crate::clock::{SimClock, VirtualClock};
-use crate::peripherals::{CurrentAdc, Encoder, Index, Noise, OwnEdge, RateSensor, SensorSetup, SlowChannel};
+use crate::peripherals::{CurrentAdc, Edges, Encoder, Index, Noise, OwnEdge, RateSensor, SensorSetup, SlowChannel};
 use stand_firmware::board::{
     Board, CONTROL_PER_ROW, CurrentSum, Drive, Edge, EncoderCount, Hardware, RateCode, Sensed, Stamped, SupplyCode, TICKS_PER_CONTROL,
     TICKS_PER_S, TemperatureCode, TickIo, Ticks,
 };
+pub use sensor_bus::SensorBus;
 use std::cell::RefCell;
 
 /// Control ticks between two samples of the rate sensor (BMG160: output rate 2 kHz).
@@ -59,9 +61,12 @@ pub struct Bench<P> {
     /// Current times time since the tick began, A s, and that time, s.
     charge: (f64, f64),
     encoder: Encoder,
+    edges: Edges,
     index: Index,
     /// The tasks' capture.
     own_edge: OwnEdge,
+    /// An emergency stop is asked for: the line's guard, or a pin.
+    stop: bool,
     /// What the interrupt's and the tasks' counter captured and nobody has taken yet.
     captured: [Option<Edge>; 2],
     current: CurrentAdc,
@@ -86,6 +91,8 @@ impl<P: PlantPort> Bench<P> {
             pending_V: 0.0,
             charge: (0.0, 0.0),
             encoder,
+            edges: Edges::new(encoder.exact(plant.theta_rad()), plant.true_rate_rad_s(), hardware),
+            stop: false,
             index: Index::new(hardware, encoder.whole(plant.theta_rad())),
             own_edge: OwnEdge::new(hardware, encoder.exact(plant.theta_rad())),
             captured: [None; 2],
@@ -115,6 +122,16 @@ impl<P: PlantPort> Bench<P> {
         self.truth
     }
 
+    /// Asks for an emergency stop from the next tick on, or no longer.
+    pub fn ask_stop(&mut self, stop: bool) {
+        self.stop = stop;
+    }
+
+    /// Chip select goes low: who answers until it rises again. Nobody is connected yet.
+    fn select_sensor(&mut self) -> sensor_bus::Exchange {
+        sensor_bus::Exchange
+    }
+
     /// The plant.
     pub fn plant(&self) -> &P {
         &self.plant
@@ -128,6 +145,7 @@ impl<P: PlantPort> Bench<P> {
         }
         let dt_s = steps as f64 * (1.0 / TICKS_PER_S as f64);
         self.plant.advance(self.acting_V, dt_s);
+        self.edges.advance(self.encoder.exact(self.plant.theta_rad()), self.plant.true_rate_rad_s(), dt_s);
         self.rate.value.advance(self.plant.rate_rad_s(), dt_s);
         if steps == TICKS_PER_CONTROL {
             // The usual case, without rounding.
@@ -172,7 +190,15 @@ pub struct SimTickIo<'a, P>(&'a mut Bench<P>);
 impl<P: PlantPort> TickIo for SimTickIo<'_, P> {
     #[inline]
     fn sense(&mut self) -> Sensed {
-        Sensed { tick: self.0.tick, encoder: self.0.encoder.count(self.0.plant.theta_rad()) }
+        let bench = &self.0;
+        Sensed {
+            tick: bench.tick,
+            encoder: bench.encoder.count(bench.plant.theta_rad()),
+            edge_age: bench.edges.age(),
+            current: bench.current.newest(),
+            supply: SupplyCode(bench.supply.value.code().max(0) as u32),
+            stop: bench.stop,
+        }
     }
 
     #[inline]
@@ -190,17 +216,19 @@ impl<P: PlantPort> TickIo for SimTickIo<'_, P> {
 pub struct SimBoard<'a, P> {
     bench: &'a RefCell<Bench<P>>,
     clock: &'a VirtualClock,
+    bus_taken: bool,
 }
 
 impl<'a, P: PlantPort> SimBoard<'a, P> {
     /// The tasks' half of this bench, on this clock.
     pub fn new(bench: &'a RefCell<Bench<P>>, clock: &'a VirtualClock) -> Self {
-        Self { bench, clock }
+        Self { bench, clock, bus_taken: false }
     }
 }
 
 impl<'a, P: PlantPort> Board for SimBoard<'a, P> {
     type Clock = SimClock<'a>;
+    type SensorBus = SensorBus<'a, P>;
 
     fn clock(&self) -> SimClock<'a> {
         SimClock(self.clock)
@@ -237,5 +265,10 @@ impl<'a, P: PlantPort> Board for SimBoard<'a, P> {
     fn temperature(&mut self) -> Option<Stamped<TemperatureCode>> {
         let bench = self.bench.borrow();
         Some(Stamped { value: TemperatureCode(bench.temperature.code() as i32), at: bench.supply.at })
+    }
+
+    fn sensor_bus(&mut self) -> Option<SensorBus<'a, P>> {
+        let first = !std::mem::replace(&mut self.bus_taken, true);
+        first.then_some(SensorBus { bench: self.bench, clock: self.clock })
     }
 }

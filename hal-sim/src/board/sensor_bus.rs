@@ -44,7 +44,7 @@ impl<P: PlantPort> SpiDevice for SensorBus<'_, P> {
         for operation in operations {
             match operation {
                 Operation::Read(words) => words.iter_mut().for_each(|word| *word = exchange.byte(0)),
-                Operation::Write(words) => words.iter().for_each(|word| drop(exchange.byte(*word))),
+                Operation::Write(words) => words.iter().for_each(|word| _ = exchange.byte(*word)),
                 Operation::Transfer(read, write) => {
                     for k in 0..read.len().max(write.len()) {
                         let answer = exchange.byte(write.get(k).copied().unwrap_or(0));
@@ -58,5 +58,14 @@ impl<P: PlantPort> SpiDevice for SensorBus<'_, P> {
             }
         }
         Ok(())
+    }
+}
+
+/// What answers while the line is selected.
+pub(super) struct Exchange;
+
+impl Exchange {
+    pub(super) fn byte(&mut self, _sent: u8) -> u8 {
+        0xFF
     }
 }

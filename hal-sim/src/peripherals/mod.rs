@@ -5,7 +5,9 @@
 //! everywhere (xoshiro256++ and its `jump`).
 
 mod current;
+mod edges;
 mod encoder;
+pub mod flash;
 mod index;
 mod noise;
 mod own_edge;
@@ -13,7 +15,9 @@ mod rate_sensor;
 mod slow;
 
 pub use current::CurrentAdc;
+pub use edges::Edges;
 pub use encoder::Encoder;
+pub use flash::SimFlash;
 pub use index::Index;
 pub use noise::Noise;
 pub use own_edge::OwnEdge;

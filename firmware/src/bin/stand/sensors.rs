@@ -5,7 +5,8 @@
 //! (ADC1) are converted when asked, some 4 µs each. There is no rate sensor yet, and it says so.
 
 use crate::index::Index;
-use crate::tick::{BoardClock, take_current};
+use crate::tick::{BoardClock, SUPPLY, take_current};
+use core::sync::atomic::Ordering;
 use embassy_stm32::Peri;
 use embassy_stm32::adc::{Adc, AdcChannel, InjectedAdc, SampleTime};
 use embassy_stm32::pac::adc::vals::Exten;
@@ -73,6 +74,7 @@ impl Board for StandBoard {
     fn supply(&mut self) -> Option<Stamped<SupplyCode>> {
         let at = BoardClock.now();
         let code = self.adc.blocking_read(&mut self.supply, SampleTime::CYCLES56);
+        SUPPLY.store(u32::from(code), Ordering::Relaxed);
         Some(Stamped { value: SupplyCode(u32::from(code)), at })
     }
 

@@ -8,6 +8,7 @@ use crate::bridge::Bridge;
 use crate::index::Index;
 use core::cell::{Cell, RefCell};
 use core::future::poll_fn;
+use core::sync::atomic::{AtomicU32, Ordering};
 use core::task::Poll;
 use cortex_m::peripheral::DWT;
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
@@ -17,11 +18,19 @@ use embassy_stm32::timer::qei::Qei;
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::waitqueue::AtomicWaker;
-use stand_firmware::board::{Clock, CurrentSum, Drive, EncoderCount, Sensed, Stamped, TICKS_PER_CONTROL, TickIo, Ticks};
+use stand_firmware::board::{
+    Clock, CurrentCode, CurrentSum, Drive, EncoderCount, Sensed, Stamped, SupplyCode, TICKS_PER_CONTROL, TickIo, Ticks,
+};
 use stand_firmware::speed_loop::Interrupt;
 
 /// Core cycles in one step of the board clock.
 const CYCLES_PER_STEP: u32 = crate::clocks::CORE_HZ / 10_000_000;
+
+/// Steps of the edge timer in a tick: 90 MHz ([`stand_firmware::board::Hardware::edge_timer_Hz`]), half the core's.
+const EDGE_STEPS_PER_TICK: u32 = crate::clocks::CORE_HZ / 2 / 10_000;
+
+/// The newest conversion of the supply, which the tasks make.
+pub static SUPPLY: AtomicU32 = AtomicU32::new(0);
 
 /// What interrupt and tasks share beside the mailboxes; touched for a few cycles with interrupts off.
 #[derive(Clone, Copy)]
@@ -51,6 +60,10 @@ struct TickHardware {
     index: Index,
     bridge: Bridge,
     _current: crate::sensors::Current,
+    current: CurrentCode,
+    /// The counter at the last tick, and the ticks since it changed.
+    last: EncoderCount,
+    still_ticks: u32,
 }
 
 impl Tick {
@@ -62,14 +75,35 @@ impl Tick {
         bridge: Bridge,
         current: crate::sensors::Current,
     ) -> Self {
-        Self { interrupt, hardware: TickHardware { tick: 0, qei, index, bridge, _current: current } }
+        let hardware = TickHardware {
+            tick: 0,
+            qei,
+            index,
+            bridge,
+            _current: current,
+            current: CurrentCode::default(),
+            last: EncoderCount::default(),
+            still_ticks: u32::MAX,
+        };
+        Self { interrupt, hardware }
     }
 }
 
 impl TickIo for TickHardware {
     #[inline]
     fn sense(&mut self) -> Sensed {
-        Sensed { tick: self.tick, encoder: EncoderCount(self.qei.count()) }
+        let encoder = EncoderCount(self.qei.count());
+        // No timer captures the edges: an edge is as old as the tick that first saw its count.
+        self.still_ticks = if encoder == self.last { self.still_ticks.saturating_add(1) } else { 0 };
+        self.last = encoder;
+        Sensed {
+            tick: self.tick,
+            encoder,
+            edge_age: self.still_ticks.saturating_mul(EDGE_STEPS_PER_TICK),
+            current: self.current,
+            supply: SupplyCode(SUPPLY.load(Ordering::Relaxed)),
+            stop: false,
+        }
     }
 
     #[inline]
@@ -116,6 +150,7 @@ fn on_tick(tick: &mut Tick) {
     // The conversion that was started a tick ago; then the next, in the middle of a bridge period.
     let code = ADC2.jdr(0).read().jdata();
     ADC2.cr2().modify(|w| w.set_jswstart(true));
+    io.current = CurrentCode(i32::from(code));
     tick.interrupt.run(io);
     let now = Ticks::of_control(io.tick);
     let due = SHARED.lock(|cell| {
