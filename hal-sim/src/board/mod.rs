@@ -9,11 +9,11 @@ mod sensor_bus;
 
 use crate::clock::{SimClock, VirtualClock};
 use crate::peripherals::{CurrentAdc, Edges, Encoder, Index, Noise, OwnEdge, RateSensor, SensorSetup, SlowChannel};
+pub use sensor_bus::SensorBus;
 use stand_firmware::board::{
     Board, CONTROL_PER_ROW, CurrentSum, Drive, Edge, EncoderCount, Hardware, RateCode, Sensed, Stamped, SupplyCode, TICKS_PER_CONTROL,
     TICKS_PER_S, TemperatureCode, TickIo, Ticks,
 };
-pub use sensor_bus::SensorBus;
 use std::cell::RefCell;
 
 /// Control ticks between two samples of the rate sensor (BMG160: output rate 2 kHz).
