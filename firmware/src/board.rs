@@ -264,8 +264,8 @@ pub trait Board {
 }
 
 /// The scales of one stand's hardware: data, so that another stand is other numbers.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default, deny_unknown_fields))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct Hardware {
     /// Encoder counts in one turn, every edge counted.
     pub counts_per_turn: f64,

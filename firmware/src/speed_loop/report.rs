@@ -63,7 +63,8 @@ impl Fault {
         }
     }
 
-    fn code(self) -> u32 {
+    /// Its number on the wire; 0 is none.
+    pub fn code(self) -> u32 {
         match self {
             Fault::None => 0,
             Fault::Overspeed => 1,

@@ -12,6 +12,7 @@ mod index;
 mod noise;
 mod own_edge;
 mod rate_sensor;
+pub mod serial;
 mod slow;
 
 pub use current::CurrentAdc;
@@ -22,6 +23,7 @@ pub use index::Index;
 pub use noise::Noise;
 pub use own_edge::OwnEdge;
 pub use rate_sensor::RateSensor;
+pub use serial::SerialLine;
 pub use slow::SlowChannel;
 
 use stand_firmware::config::{ConfigError, within};
