@@ -8,7 +8,7 @@
 
 use core::sync::atomic::{AtomicU16, Ordering};
 use embassy_stm32::Peri;
-use embassy_stm32::adc::{Adc, AdcChannel};
+use embassy_stm32::adc::Adc;
 use embassy_stm32::gpio::Flex;
 use embassy_stm32::pac::adc::vals::{Dds, Exten, SampleTime};
 use embassy_stm32::pac::dma::vals::{Dir, Pl, Size};
@@ -48,7 +48,11 @@ pub fn start(
     full: u16,
 ) {
     let _adc = Adc::new(adc);
-    core::mem::forget((Flex::new(pins.0), Flex::new(pins.1), Flex::new(pins.2), Flex::new(pins.3)));
+    // Dropped, a pin is analog too, but then nothing says that it is taken.
+    for mut pin in [Flex::new(pins.0), Flex::new(pins.1), Flex::new(pins.2), Flex::new(pins.3)] {
+        pin.set_as_analog();
+        core::mem::forget(pin);
+    }
     ADC1.cr1().modify(|w| w.set_scan(true));
     ADC1.sqr1().modify(|w| w.set_l(CHANNELS as u8 - 1));
     for (place, channel) in PINS.into_iter().enumerate() {

@@ -16,6 +16,7 @@ use embassy_stm32::interrupt::typelevel::{self, Handler, Interrupt};
 use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_stm32::mode::Async;
 use embassy_stm32::pac::dma::vals::{Dir, Pl, Size};
+use embassy_stm32::pac::gpio::vals::Idr;
 use embassy_stm32::pac::{DMA1, GPIOA, RCC, USART2};
 use embassy_stm32::usart::UartTx;
 use embassy_stm32::{Peri, interrupt, peripherals};
@@ -61,7 +62,7 @@ impl Handler<typelevel::USART2> for Watch {
             USART2.dr().read();
         }
         // A break: no stop bit, and the line is low still.
-        if status.fe() && !GPIOA.idr().read().idr(PIN).to_bits() == 1 {
+        if status.fe() && GPIOA.idr().read().idr(PIN) == Idr::LOW {
             GUARD.lock(|guard| guard.borrow_mut().line_break());
         }
         watch();
