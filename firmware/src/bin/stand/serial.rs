@@ -115,7 +115,11 @@ pub struct Receiver {
 
 impl Receiver {
     /// Begins to receive on the line that `sender` has set up.
-    pub fn new(_sender: &UartTx<'static, Async>, pin: Peri<'static, peripherals::PA3>, _stream: Peri<'static, peripherals::DMA1_CH5>) -> Self {
+    pub fn new(
+        _sender: &UartTx<'static, Async>,
+        pin: Peri<'static, peripherals::PA3>,
+        _stream: Peri<'static, peripherals::DMA1_CH5>,
+    ) -> Self {
         let mut pin = Flex::new(pin);
         pin.set_as_af_unchecked(AF_USART2, AfType::input(Pull::Up));
         RCC.ahb1enr().modify(|w| w.set_dma1en(true));
