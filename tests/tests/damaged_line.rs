@@ -1,0 +1,77 @@
+//! A line that flips, loses and inserts bytes, over the whole controller: no damaged command is obeyed, and it can always be stopped.
+#![allow(clippy::unwrap_used)]
+
+use std::collections::BTreeSet;
+
+use hal_sim::faults::What;
+use hal_sim::plant::Stand;
+use stand_tests::bench::{at_the_bench, checked};
+
+/// What was sent and what is in force, told apart in each digit.
+fn value(n: u32) -> String {
+    format!("{:.6}", 1.0 + f64::from(n.wrapping_mul(2_654_435_761) % 29_000_000) * 1e-6)
+}
+
+#[test]
+fn no_damaged_command_is_obeyed() {
+    for (what, share) in [(What::LineFlips, 0.02), (What::LineLoses, 0.02), (What::LineInserts, 0.02)] {
+        at_the_bench(&Stand::default(), async |host| {
+            // Who talks with checks is heard with checks only.
+            host.send(checked("*IDN?").as_bytes());
+            assert!(host.line(1.0).await.unwrap().starts_with("Rotary Stand"));
+            let (mut sent, mut in_force, mut refused) = (BTreeSet::from(["0".to_owned()]), BTreeSet::new(), 0);
+            for round in 0..400 {
+                host.break_(what, f64::INFINITY, Some(share));
+                for n in 0..5 {
+                    let value = value(round * 5 + n);
+                    host.send(checked(&format!("SOUR:RATE {value}")).as_bytes());
+                    sent.insert(value);
+                }
+                host.wait_s(0.02).await;
+                host.mend(what);
+                // Ends what is left of a line.
+                host.send(b"\n");
+                host.wait_s(0.002).await;
+                host.heard();
+                host.send(checked("SOUR:RATE?").as_bytes());
+                let answer = host.line(1.0).await.unwrap();
+                let number: f64 = answer.split(' ').next().unwrap().parse().unwrap();
+                assert!(sent.iter().any(|sent| (sent.parse::<f64>().unwrap() - number).abs() < 1e-9), "{what:?}: {answer} was never sent");
+                in_force.insert(answer);
+                host.send(checked("SYST:ERR:COUN?").as_bytes());
+                refused += host.line(1.0).await.unwrap().parse::<u32>().unwrap();
+                host.send(checked("*CLS").as_bytes());
+            }
+            println!("{what:?}: {} of {} values were in force when asked, {refused} lines refused", in_force.len(), sent.len());
+            // Most groups of five have one that came through; a share of the lines was damaged and is known to be.
+            assert!(in_force.len() > 300 && refused > 300, "{what:?}: {} {refused}", in_force.len());
+        });
+    }
+}
+
+#[test]
+fn the_byte_0x18_stops_the_platform_on_a_damaged_line() {
+    at_the_bench(&Stand::default(), async |host| {
+        host.tell("SOUR:RATE 10;:SOUR:MODE RATE").await;
+        host.wait_s(1.0).await;
+        host.break_(What::LineFlips, f64::INFINITY, Some(0.05));
+        host.send(b"SOUR:RA\x18");
+        host.send(&[0x18; 3]); // one of them comes through: 5 % of damage a byte
+        host.wait_s(0.01).await;
+        host.mend(What::LineFlips);
+        host.send(b"\n");
+        host.wait_s(0.01).await;
+        host.heard();
+        let fault = host.ask("FAULT?").await;
+        assert!(fault.contains("emergency stop"), "{fault}");
+        assert!(host.refusal("SOUR:MODE RATE").await.starts_with("-221"), "latched");
+        host.wait_s(4.0).await;
+        assert!(host.true_rate_rad_s().abs() < 0.1);
+        host.tell("*CLS").await;
+        host.tell("FAULT:CLEAR").await;
+        host.wait_s(0.01).await;
+        host.tell("SOUR:RATE 5;:SOUR:MODE RATE").await;
+        host.wait_s(0.5).await;
+        assert!((host.true_rate_rad_s() - 5.0).abs() < 0.2, "it goes on: {}", host.true_rate_rad_s());
+    });
+}
