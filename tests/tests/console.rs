@@ -116,6 +116,7 @@ fn settings_are_kept_over_a_power_cut_where_they_were_saved_and_forgotten_where_
 #[test]
 fn a_profile_runs_to_its_end_and_opc_waits_for_it() {
     at_the_bench(&Stand::default(), async |host| {
+        host.wait_s(0.1).await; // before the first row there is no angle
         host.tell("PROF:TYPE turns;:PROF:AMPL 10;:PROF:TURNS 2;:PROF:DUR 2").await;
         let begin = host.number("MEAS:ANGL?").await;
         host.tell("PROF:STAR").await;
