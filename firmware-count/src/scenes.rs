@@ -112,7 +112,7 @@ pub fn play(scene: &Scene, meter: &Meter) -> Tally {
                 clear += 1;
             }
             if let Some(segment) = asked(scene.ask, &hardware, n) {
-                order_writer.post(&Order { segment, clear });
+                order_writer.post(&Order { segment, clear, ..Order::default() });
             }
         }
         if n % 100 == 0 && matches!(scene.learnt, Learnt::Lessons(_)) {

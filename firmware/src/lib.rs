@@ -32,6 +32,7 @@ pub mod console;
 pub mod mailbox;
 pub mod measurement_loop;
 pub mod profile;
+pub mod safety;
 pub mod session;
 pub mod speed_loop;
 pub mod telemetry;

@@ -34,7 +34,7 @@ fn tick_alone() -> f64 {
     let hardware = Hardware::default();
     let config = Config::new(&Settings::default(), &hardware).expect("the default is a good one");
     let mut speed_loop = SpeedLoop::new(config);
-    let order = Order { segment: Segment::rate(&hardware, 1, 10, 10.0, 10.0), clear: 0 };
+    let order = Order { segment: Segment::rate(&hardware, 1, 10, 10.0, 10.0), ..Order::default() };
     let begin = Instant::now();
     for n in 0..TICKS {
         // 3.183 counts per tick are 10 rad/s.

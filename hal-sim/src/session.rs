@@ -6,6 +6,7 @@
 
 use crate::board::{Bench, PlantPort, SimBoard, Truth};
 use crate::clock::{self, SimClock, Stuck, VirtualClock};
+use crate::faults::{Faults, What};
 use crate::peripherals::SensorSetup;
 use stand_firmware::board::{Clock, Hardware, ROW_HZ, TICKS_PER_ROW};
 use stand_firmware::calibration::{self, Found, Map, Refused, Watch};
@@ -28,6 +29,8 @@ pub struct StandSetup {
     pub sensors: SensorSetup,
     /// The speed loop's gains and limits.
     pub settings: Settings,
+    /// What breaks, and when.
+    pub faults: Faults,
 }
 
 impl StandSetup {
@@ -41,7 +44,7 @@ impl StandSetup {
             temperature_C_per_code: 1e-6,
             ..Hardware::default()
         };
-        Self { hardware, sensors: SensorSetup::ideal(), settings: Settings::default() }
+        Self { hardware, sensors: SensorSetup::ideal(), ..Self::default() }
     }
 }
 
@@ -136,7 +139,7 @@ impl Record {
 /// # Errors
 /// A parameter that makes no sense, by name; or a firmware that waits for ever.
 pub fn run<P: PlantPort>(stand: StandSetup, plant: P, request: SessionRequest) -> Result<Record, SessionError> {
-    let mut columns = Columns::default();
+    let mut columns = Columns { cut_s: stand.faults.first(What::PowerCut).map(|cut| cut.from_s), ..Columns::default() };
     let pace = run_rows(stand, plant, request, |row, truth| columns.take(row, truth))?;
     Ok(columns.into_record(&stand, &request, pace))
 }
@@ -158,7 +161,7 @@ pub fn run_rows<P: PlantPort>(
     let profile = Profile::new(&request.profile)?;
 
     let clock = VirtualClock::default();
-    let bench = RefCell::new(Bench::new(&stand.hardware, &stand.sensors, request.seed, plant));
+    let bench = RefCell::new(Bench::new(&stand.hardware, &stand.sensors, request.seed, plant).breaking(stand.faults));
     let (mut orders, mut reports) = (Orders::new(), Reports::new());
     let (order_writer, order_reader) = orders.split();
     let (report_writer, report_reader) = reports.split();
@@ -194,7 +197,7 @@ pub fn calibrate<P: PlantPort>(stand: StandSetup, plant: P, seed: u64, watching:
     let still = Profile::legs(Default::default());
 
     let clock = VirtualClock::default();
-    let bench = RefCell::new(Bench::new(&stand.hardware, &stand.sensors, seed, plant));
+    let bench = RefCell::new(Bench::new(&stand.hardware, &stand.sensors, seed, plant).breaking(stand.faults));
     let (mut orders, mut reports, mut lessons) = (Orders::new(), Reports::new(), Lessons::new());
     let (order_writer, order_reader) = orders.split();
     let (report_writer, report_reader) = reports.split();
@@ -266,10 +269,19 @@ struct Columns {
     limits: Vec<Limits>,
     compensating: Vec<Compensating>,
     fault: Option<(Fault, f64)>,
+    /// When the controller loses its supply, s from power-on.
+    cut_s: Option<f64>,
 }
+
+/// The session's row 0 after power-on, and a row: s.
+const FIRST_ROW_S: f64 = 1e-3;
+const ROW_S: f64 = 1e-3;
 
 impl Columns {
     fn take(&mut self, row: &Row, truth: &Truth) {
+        if self.cut_s.is_some_and(|cut_s| row.t_s + FIRST_ROW_S + ROW_S > cut_s) {
+            return;
+        }
         if row.fault != Fault::None && self.fault.is_none() {
             self.fault = Some((row.fault, row.t_s));
         }
@@ -289,7 +301,7 @@ impl Columns {
         let rows = self.limits.len();
         let named = COLUMNS.iter().map(|(name, _)| *name).zip(self.values);
         Record {
-            notes: notes(stand, request, &self.limits, &self.compensating, self.fault),
+            notes: notes(stand, request, &self.limits, &self.compensating, self.fault, self.cut_s),
             // A column that some row lacks is no column: nothing is made up.
             columns: named.filter(|(_, values)| values.len() == rows && rows > 0).collect(),
             true_theta_rad: self.true_theta_rad,
@@ -309,6 +321,7 @@ fn notes(
     limits: &[Limits],
     compensating: &[Compensating],
     fault: Option<(Fault, f64)>,
+    cut_s: Option<f64>,
 ) -> Vec<(String, String)> {
     let profile = &request.profile;
     let (mode, unit) = match request.mode {
@@ -343,6 +356,8 @@ fn notes(
     }
     if let Some((fault, at_s)) = fault {
         notes.push(("fault".to_string(), format!("{} at {at_s} s; the rows end there", fault.name())));
+    } else if let Some(cut_s) = cut_s.filter(|cut_s| *cut_s - FIRST_ROW_S < request.seconds) {
+        notes.push(("fault".to_string(), format!("power-cut at {:.4} s; the rows end there", cut_s - FIRST_ROW_S)));
     }
     notes
 }

@@ -7,6 +7,7 @@
 pub mod linear_motor;
 
 use crate::clock::{SimClock, VirtualClock};
+use crate::faults::{Broken, Decoder, Faults, What};
 use crate::peripherals::{CurrentAdc, Edges, Encoder, Index, Noise, RateSensor, SensorSetup, SlowChannel};
 use stand_firmware::board::{
     Board, CONTROL_PER_ROW, CurrentSum, Drive, EncoderCount, Hardware, RateCode, Sensed, Stamped, SupplyCode, TICKS_PER_CONTROL,
@@ -33,6 +34,10 @@ pub trait PlantPort {
     fn temp_C(&self) -> f64;
     /// The angle as it is.
     fn true_theta_rad(&self) -> f64;
+    /// The supply gives so many volts from now on; `None`: what it is made for. A plant may have no such supply.
+    fn supply_gives(&mut self, _: Option<f64>) {}
+    /// The winding is this hot now. A plant may have no such winding.
+    fn heat_winding(&mut self, _temp_C: f64) {}
     /// The rate as it is; the same as [`PlantPort::rate_rad_s`] unless the sensor's element errs.
     fn true_rate_rad_s(&self) -> f64 {
         self.rate_rad_s()
@@ -70,6 +75,15 @@ pub struct Bench<P> {
     supply: Stamped<SlowChannel>,
     temperature: SlowChannel,
     truth: [Truth; 2],
+    /// What is broken, and what the encoder's counters show by it: the interrupt's and the tasks'.
+    broken: Broken,
+    decoder: Decoder,
+    /// The interrupt's counter while it is stuck.
+    stuck: Option<i64>,
+    /// Since when both of the encoder's wires are off.
+    silent_since: Option<Ticks>,
+    /// Current, A, and rate, rad/s, that a burst of noise adds.
+    burst: [Noise; 2],
 }
 
 impl<P: PlantPort> Bench<P> {
@@ -96,8 +110,23 @@ impl<P: PlantPort> Bench<P> {
             supply: Stamped { value: supply, at: Ticks(0) },
             temperature,
             truth: [Truth::default(); 2],
+            broken: Broken::new(Faults::default()),
+            decoder: Decoder::default(),
+            stuck: None,
+            silent_since: None,
+            burst: [Noise::new(seed, 4, 1.0), Noise::new(seed, 5, 1.0)],
             plant,
         }
+    }
+
+    /// The same bench on which these things break.
+    pub fn breaking(self, faults: Faults) -> Self {
+        Self { broken: Broken::new(faults), ..self }
+    }
+
+    /// What is broken: to look, or to break and mend from the next tick on.
+    pub fn broken(&mut self) -> &mut Broken {
+        &mut self.broken
     }
 
     /// Brings everything to `to`; `interrupt` runs at the beginning of each tick on the way, `to` included.
@@ -106,7 +135,9 @@ impl<P: PlantPort> Bench<P> {
         while Ticks::of_control(self.tick) <= to {
             self.integrate(Ticks::of_control(self.tick));
             self.begin_tick();
-            interrupt(&mut SimTickIo(self));
+            if !self.broken.any() || self.interrupt_comes() {
+                interrupt(&mut SimTickIo(self));
+            }
             self.tick += 1;
         }
         self.integrate(to);
@@ -136,7 +167,8 @@ impl<P: PlantPort> Bench<P> {
         let dt_s = steps as f64 * (1.0 / TICKS_PER_S as f64);
         self.plant.advance(self.acting_V, dt_s);
         self.edges.advance(self.encoder.exact(self.plant.theta_rad()), self.plant.true_rate_rad_s(), dt_s);
-        self.rate.value.advance(self.plant.rate_rad_s(), dt_s);
+        let disturbed = if self.broken.any() { self.rate_disturbance_rad_s() } else { 0.0 };
+        self.rate.value.advance(self.plant.rate_rad_s() + disturbed, dt_s);
         if steps == TICKS_PER_CONTROL {
             // The usual case, without rounding.
             self.charge = (self.plant.mean_current_A(), 1.0);
@@ -149,17 +181,27 @@ impl<P: PlantPort> Bench<P> {
 
     #[inline]
     fn begin_tick(&mut self) {
+        if self.broken.begin(self.tick) {
+            self.break_plant();
+        }
         let (charge, time) = std::mem::take(&mut self.charge);
         if time > 0.0 {
-            self.current.tick(charge / time);
+            let disturbed = if self.broken.any() { self.current_disturbance_A() } else { 0.0 };
+            self.current.tick(charge / time + disturbed);
         }
         self.acting_V = self.pending_V;
-        if let Some(count) = self.index.pass(self.encoder.whole(self.plant.theta_rad())) {
-            self.captured = [Some(count); 2];
+        let disc = self.encoder.whole(self.plant.theta_rad());
+        let shown = self.decoder.show(disc, self.broken.is(What::EncoderAOff), self.broken.is(What::EncoderBOff));
+        if let Some(count) = self.index.pass(disc).filter(|_| !self.broken.is(What::IndexOff)) {
+            let ahead = EncoderCount((shown - disc) as u16);
+            self.captured = [Some(EncoderCount(count.0.wrapping_add(ahead.0))); 2];
         }
-        if self.tick.is_multiple_of(RATE_SENSOR_EVERY) {
+        if self.tick.is_multiple_of(RATE_SENSOR_EVERY) && !self.broken.is(What::SensorSilent) {
             self.rate.value.sample();
             self.rate.at = self.now;
+            if self.broken.is(What::SensorRubbish) {
+                self.rate.value.rubbish();
+            }
         }
         if self.tick.is_multiple_of(CONTROL_PER_ROW) {
             self.supply.value.sample(self.plant.supply_V());
@@ -168,6 +210,50 @@ impl<P: PlantPort> Bench<P> {
             let now = Truth { theta_rad: self.plant.true_theta_rad(), omega_rad_s: self.plant.true_rate_rad_s() };
             self.truth = [now, self.truth[0]];
         }
+    }
+}
+
+/// What is broken, where it acts. Off the way of a stand on which nothing is.
+impl<P: PlantPort> Bench<P> {
+    /// What the encoder's counters show, wires and all.
+    #[inline]
+    fn shown(&self) -> i64 {
+        self.decoder.shown(self.encoder.whole(self.plant.theta_rad()))
+    }
+
+    #[cold]
+    fn interrupt_comes(&mut self) -> bool {
+        if self.broken.is(What::WindingHot) {
+            self.plant.heat_winding(self.broken.size(What::WindingHot));
+        }
+        if self.broken.is(What::PowerCut) {
+            self.pending_V = 0.0;
+        }
+        !self.broken.is(What::LostTicks) && !self.broken.is(What::PowerCut)
+    }
+
+    /// Something has begun or ended.
+    #[cold]
+    fn break_plant(&mut self) {
+        let dips = self.broken.is(What::SupplyDip);
+        self.plant.supply_gives(dips.then(|| self.broken.size(What::SupplyDip)));
+        self.stuck = self.broken.is(What::CounterStuck).then(|| self.stuck.unwrap_or_else(|| self.shown()));
+        // With one wire off an edge comes half as often, and its stamp errs by no more than one edge: left as it is.
+        let silent = self.broken.is(What::EncoderAOff) && self.broken.is(What::EncoderBOff);
+        self.silent_since = silent.then(|| self.silent_since.unwrap_or(self.now));
+    }
+
+    #[cold]
+    fn current_disturbance_A(&mut self) -> f64 {
+        if self.broken.is(What::CurrentSensorOff) {
+            return f64::NEG_INFINITY;
+        }
+        self.burst[0].draw() * self.broken.size(What::NoiseBurst) * SensorSetup::default().current_noise_A
+    }
+
+    #[cold]
+    fn rate_disturbance_rad_s(&mut self) -> f64 {
+        self.burst[1].draw() * self.broken.size(What::NoiseBurst) * SensorSetup::default().rate_noise_rad_s
     }
 }
 
@@ -180,8 +266,11 @@ impl<P: PlantPort> TickIo for SimTickIo<'_, P> {
         let bench = &self.0;
         Sensed {
             tick: bench.tick,
-            encoder: bench.encoder.count(bench.plant.theta_rad()),
-            edge_age: bench.edges.age(),
+            encoder: EncoderCount(bench.stuck.unwrap_or_else(|| bench.shown()) as u16),
+            edge_age: match bench.silent_since {
+                None => bench.edges.age(),
+                Some(since) => bench.edges.age_after(bench.now - since),
+            },
             current: bench.current.newest(),
             supply: SupplyCode(bench.supply.value.code().max(0) as u32),
             stop: bench.stop,
@@ -221,7 +310,7 @@ impl<'a, P: PlantPort> Board for SimBoard<'a, P> {
 
     fn encoder(&mut self) -> Stamped<EncoderCount> {
         let bench = self.bench.borrow();
-        Stamped { value: bench.encoder.count(bench.plant.theta_rad()), at: bench.now }
+        Stamped { value: EncoderCount(bench.shown() as u16), at: bench.now }
     }
 
     fn index(&mut self) -> Option<EncoderCount> {

@@ -4,7 +4,7 @@
 //! parabola through both angles with the mean acceleration of both rates: what a changing acceleration adds to it in 0.1 ms is below
 //! 10⁻³ of a count on the default stand. A reversal within the step, which crosses an edge and comes back, is an edge too.
 
-use stand_firmware::board::Hardware;
+use stand_firmware::board::{Hardware, TICKS_PER_S};
 
 /// The edge timer.
 #[derive(Clone, Copy, Debug)]
@@ -45,6 +45,12 @@ impl Edges {
     #[inline]
     pub fn age(&self) -> u32 {
         (self.age_s * self.timer_Hz) as u32
+    }
+
+    /// The same where no edge was stamped for so many board clock steps.
+    #[cold]
+    pub fn age_after(&self, steps: u64) -> u32 {
+        (steps as f64 / TICKS_PER_S as f64 * self.timer_Hz) as u32
     }
 
     /// Where within the step the last edge was crossed, 0 … 1.
