@@ -34,6 +34,7 @@ pub mod measurement_loop;
 pub mod profile;
 pub mod safety;
 pub mod session;
+pub mod settings;
 pub mod speed_loop;
 pub mod telemetry;
 
