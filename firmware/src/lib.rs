@@ -24,6 +24,7 @@
 #![cfg_attr(test, allow(clippy::unwrap_used))]
 #![warn(missing_docs)]
 
+pub mod app;
 pub mod board;
 pub mod calibration;
 pub mod compensation;

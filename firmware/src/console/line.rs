@@ -3,6 +3,7 @@
 //! CR, LF and CR LF end a line; an empty line is nothing. At most 200 bytes; a longer one is refused whole. Backspace takes the last byte
 //! away, for a person who types into a plain terminal; nothing is echoed (the terminal does that: `picocom --echo`, `stand console`), because a
 //! program would have to tell the echo from the answer. `~` and eight hex digits at the end are the CRC-32 of all that is before the `~`.
+//! Where a tool speaks, the app takes no line without a check: a byte that damage has made an end of line would leave a plain command.
 
 use crate::telemetry::crc32;
 
@@ -25,6 +26,8 @@ pub enum BadLine {
 pub struct Line<'a> {
     /// What is in it, without its end and without a check that was right.
     pub text: Result<&'a [u8], BadLine>,
+    /// There was a check, and it was right: it is a tool's.
+    pub is_checked: bool,
     /// It ended with CR, as a person's key does, and not with LF.
     pub by_hand: bool,
 }
@@ -83,9 +86,12 @@ impl Lines {
         let bad = self.bad.take();
         let text = self.bytes.get(..length).unwrap_or_default();
         match bad {
-            Some(bad) => Some(Line { text: Err(bad), by_hand }),
+            Some(bad) => Some(Line { text: Err(bad), is_checked: false, by_hand }),
             None if text.is_empty() => None,
-            None => Some(Line { text: checked(text), by_hand }),
+            None => {
+                let whole = checked(text);
+                Some(Line { text: whole, is_checked: whole.is_ok_and(|whole| whole.len() < text.len()), by_hand })
+            }
         }
     }
 }
