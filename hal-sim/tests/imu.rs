@@ -81,7 +81,8 @@ fn samples_carry_rate_and_forces_of_their_own_moment_on_the_boards_clock() {
     assert!((status.relative_pace - (1.0 + 4e-4)).abs() < 3e-5, "{}", status.relative_pace);
     let rate_delay_s = 1.0 / (std::f64::consts::TAU * 304.2);
     let force_delay_s = 1.0 / (std::f64::consts::TAU * 166.7);
-    for (newest, age) in &seen[100..] {
+    // The first quarter of a second, before the chip's pace was seen, is off by 0.04 % of it.
+    for (newest, age) in &seen[300..] {
         // Read 0.2 ms before the millisecond, which takes some 60 µs, and a sample each 0.6 ms.
         assert!((1_000..8_500).contains(age), "{age}");
         let t = newest.at.seconds();

@@ -1,7 +1,8 @@
 //! The chip's own time on the board's clock.
 //!
 //! The chip stamps its samples in steps of about 25 µs of an oscillator that is off by up to some per cent and drifts. Now and then its
-//! time is read with the board's beside it; between such pairs it is taken to run evenly, at the pace of the last long stretch.
+//! time is read with the board's beside it; between such pairs it is taken to run evenly, at the pace of the last long stretch, and before
+//! there was one at the pace of all that was seen.
 
 use crate::board::{TICKS_PER_S, Ticks};
 
@@ -19,13 +20,15 @@ pub struct SampleClock {
     /// The pair from which samples are reckoned, and the one at which the stretch began.
     pair: Option<(u32, Ticks)>,
     stretch: Option<(u32, Ticks)>,
+    /// A whole stretch was seen.
+    settled: bool,
 }
 
 impl SampleClock {
     /// A chip with steps of `stamp_s`.
     pub fn new(stamp_s: f64) -> Self {
         let pace = stamp_s * TICKS_PER_S as f64;
-        Self { nominal: pace, pace, pair: None, stretch: None }
+        Self { nominal: pace, pace, pair: None, stretch: None, settled: false }
     }
 
     /// The chip's time was `stamp` at `at`.
@@ -36,11 +39,15 @@ impl SampleClock {
             return;
         };
         let steps = (at - from) as f64;
-        if steps >= STRETCH_S * TICKS_PER_S as f64 {
+        let whole = steps >= STRETCH_S * TICKS_PER_S as f64;
+        if whole || !self.settled {
             let pace = steps / f64::from(stamp.wrapping_sub(begin).max(1));
             if libm::fabs(pace / self.nominal - 1.0) < FURTHEST_OFF {
                 self.pace = pace;
             }
+        }
+        if whole {
+            self.settled = true;
             self.stretch = Some((stamp, at));
         }
     }
