@@ -138,7 +138,7 @@ impl<'a, S: Sensor, C: Clock> Runner<'a, S, C> {
         let before = self.clock.now();
         let stamp = self.sensor.stamp().await?;
         let after = self.clock.now();
-        chip.pair(stamp, before + (after - before >> 1));
+        chip.pair(stamp, before + ((after - before) >> 1));
         let relative_pace = chip.relative_pace();
         self.shared.change(|status| status.relative_pace = relative_pace);
         Ok(())
