@@ -42,7 +42,7 @@ fn the_drives_constants_agree_with_the_fit_afterwards_and_with_the_truth() {
         (Mode::Voltage, ProfileKind::MultiStep),
         (Mode::Voltage, ProfileKind::Multisine),
         (Mode::Rate, ProfileKind::MultiStep),
-        (Mode::Rate, ProfileKind::Sweep),
+        (Mode::Rate, ProfileKind::Chirp),
         (Mode::Rate, ProfileKind::Staircase),
     ];
     println!("running value, its σ in %; in σ: from the fit of all rows afterwards, from the truth");

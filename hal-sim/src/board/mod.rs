@@ -176,11 +176,11 @@ impl<P: PlantPort> Bench<P> {
 
     /// Chip select goes low: who answers until it rises again.
     fn select_sensor(&mut self) -> sensor_bus::Exchange<'_> {
-        let chip = self.imu.as_mut().map(|imu| &mut imu.chip);
-        sensor_bus::Exchange(chip.map(|chip| {
+        let mut chip = self.imu.as_mut().map(|imu| &mut imu.chip);
+        if let Some(chip) = &mut chip {
             chip.select();
-            chip
-        }))
+        }
+        sensor_bus::Exchange(chip)
     }
 
     /// Brings the plant to the last moment that was asked for, where that lies within a tick. Few look there, and each look is a step.

@@ -141,12 +141,12 @@ impl Chip {
         let number = self.next;
         let due = |every: Option<u32>| every.is_some_and(|every| number.is_multiple_of(u64::from(every)));
         let sampled = self.registers.divided().map(due);
-        for axis in 0..6 {
+        for (axis, now) in now.iter().enumerate() {
             let kind = axis / 3;
             if !sampled[kind] {
                 continue;
             }
-            let value = now[axis] + tests[kind] * TEST[kind] + self.sigma[kind] * self.noise[axis].draw();
+            let value = now + tests[kind] * TEST[kind] + self.sigma[kind] * self.noise[axis].draw();
             let code = nearest(value / scales[kind]).clamp(-32_768, 32_767) as i16;
             if !(self.registers.block_data_update() && self.held[axis]) {
                 self.output[axis] = code;
