@@ -49,6 +49,29 @@ fn no_damaged_command_is_obeyed() {
     }
 }
 
+/// A check of decimal digits only: with the `~` lost it would lengthen the number before it.
+#[test]
+fn a_check_whose_mark_is_lost_and_a_line_that_is_cut_do_not_pass_for_a_persons_line() {
+    let command = |n: u32| format!("SOUR:RATE 1.{n}");
+    let treacherous = (0..).find(|n| checked(&command(*n)).trim_end().rsplit('~').next().unwrap().bytes().all(|b| b.is_ascii_digit()));
+    let line = checked(&command(treacherous.unwrap()));
+    at_the_bench(&Stand::default(), async |host| {
+        host.send(checked("*IDN?").as_bytes());
+        host.line(1.0).await.unwrap();
+        let cut = line.replace("1.", "1\n.");
+        for damaged in [line.replace('~', ""), cut] {
+            host.send(damaged.as_bytes());
+            host.wait_s(0.01).await;
+            host.send(checked("SOUR:RATE?").as_bytes());
+            assert!(host.line(1.0).await.unwrap().starts_with("0 "), "{damaged}");
+        }
+        // The same from a person, on a line on which no program has talked with checks, is a number like any other.
+        host.wait_s(60.0).await;
+        host.tell("*CLS").await;
+        host.tell("SOUR:RATE 1.5").await;
+    });
+}
+
 #[test]
 fn the_byte_0x18_stops_the_platform_on_a_damaged_line() {
     at_the_bench(&Stand::default(), async |host| {
