@@ -7,6 +7,7 @@ pub mod foreign;
 pub mod own;
 pub mod rate_accuracy;
 pub mod real;
+pub mod streaming;
 pub mod tables;
 pub mod verdicts;
 
