@@ -128,3 +128,16 @@ fn a_profile_runs_to_its_end_and_opc_waits_for_it() {
         assert!((turned - 2.0 * std::f64::consts::TAU).abs() < 0.01, "two whole turns: {turned}");
     });
 }
+
+#[test]
+fn a_setting_that_is_set_is_in_force_with_the_next_start() {
+    at_the_bench(&Stand::default(), async |host| {
+        host.wait_s(0.1).await;
+        host.tell("SETT:acceleration_rad_s2 2").await;
+        host.tell("SOUR:RATE 10;MODE RATE").await;
+        host.wait_s(1.0).await;
+        let rate = host.true_rate_rad_s();
+        assert!((rate - 2.0).abs() < 0.2, "a second at 2 rad/s²: {rate}");
+        assert!(host.ask("FAULt:LIMits?").await.contains("acceleration"));
+    });
+}
