@@ -98,7 +98,9 @@ impl<'a, C: Clock> Rows<'a, C> {
             self.frames = Decimate::new(every, Framer { state: self.state }).ok().map(|decimate| (every, decimate));
         }
         if let Some((_, frames)) = &mut self.frames {
-            frames.row(row);
+            let zero_rad = self.state.to_index_rad.get().unwrap_or(0.0);
+            let theta_cmd_rad = row.theta_cmd_rad.map(|theta_rad| theta_rad + zero_rad);
+            frames.row(&Row { theta_rad: row.theta_rad + zero_rad, theta_cmd_rad, ..*row });
         }
         if now >= self.beat_at {
             self.beat_at = now + TICKS_PER_S;

@@ -123,8 +123,8 @@ pub struct State<'a> {
     pub imu_setup: Cell<Option<imu::Setup>>,
     /// The sensor under test.
     pub imu: &'a imu::Shared,
-    /// The rows' angles are from the index.
-    pub zero_is_index: Cell<bool>,
+    /// What is added to the stream's angles so that they are from the index, rad; `None` where it was not seen before the stream began.
+    pub to_index_rad: Cell<Option<f64>>,
     /// What the stream sends.
     pub stream: Cell<Stream>,
     /// When the host was heard last.
@@ -184,7 +184,7 @@ impl<'a> State<'a> {
             instruments,
             imu_setup: Cell::new(None),
             imu,
-            zero_is_index: Cell::new(false),
+            to_index_rad: Cell::new(None),
             stream: Cell::new(Stream { channels: Channels::USUAL, decimation: 1 }),
             heard: Cell::new(Ticks(0)),
             checked: Cell::new(None),
