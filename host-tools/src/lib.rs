@@ -6,6 +6,7 @@ pub mod explain;
 pub mod expression;
 pub mod fit;
 pub mod hidden;
+pub mod link;
 pub mod log;
 pub mod model;
 pub mod pages;
