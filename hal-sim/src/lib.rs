@@ -5,6 +5,7 @@
 
 pub mod board;
 pub mod clock;
+pub mod controller;
 pub mod effects;
 pub mod faults;
 pub mod peripherals;

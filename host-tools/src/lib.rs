@@ -11,6 +11,9 @@ pub mod log;
 pub mod model;
 pub mod pages;
 pub mod plausible;
+pub mod record;
 pub mod report;
 pub mod residual;
+#[cfg(unix)]
+pub mod serve;
 pub mod words;

@@ -1,4 +1,4 @@
-//! `stand sim`: the firmware on the simulated stand, in virtual time.
+//! `stand sim`: the firmware on the simulated stand; a session in virtual time, or the whole controller in real time behind a port.
 
 use std::path::PathBuf;
 
@@ -53,6 +53,9 @@ pub(super) struct Sim {
     #[command(flatten)]
     answer: Answer,
 }
+
+/// Length of a record where nobody says it, s.
+const USUAL_S: f64 = 30.0;
 
 /// A session by request: what was run, and its log.
 pub(super) struct Session {
@@ -111,24 +114,83 @@ pub(super) fn stand(path: Option<&PathBuf>) -> Result<Stand, Trouble> {
 }
 
 impl Sim {
+    #[cfg(not(unix))]
+    fn serve(&self) -> Result<(), Trouble> {
+        Err(Trouble::Input("--serve pty: this system has no pseudo-terminals".to_owned()))
+    }
+
+    /// The whole controller behind a port, until somebody ends it.
+    #[cfg(unix)]
+    fn serve(&self) -> Result<(), Trouble> {
+        use hal_sim::controller::{Controller, flash};
+        use std::sync::atomic::Ordering;
+        use std::time::Duration;
+
+        let mut stand = stand(self.stand.as_ref())?;
+        let hidden = match &self.hidden {
+            Some(word) => Some(hidden::hide(word, &mut stand).map_err(|e| Trouble::Input(format!("--hidden: {e}")))?),
+            None => None,
+        };
+        let until = match self.seconds {
+            Some(seconds) if !(seconds > 0.0 && seconds < 1e9) => {
+                return Err(Trouble::Input(format!("--seconds: {seconds} is outside 0 … 1e9")));
+            }
+            seconds => seconds.map_or(Duration::MAX, Duration::from_secs_f64),
+        };
+        let mut flash = flash(self.seed);
+        if let Some(path) = &self.flash {
+            check_place(path)?;
+            match std::fs::read(path) {
+                Ok(bytes) => flash.load(&bytes),
+                Err(e) if e.kind() == std::io::ErrorKind::NotFound => {}
+                Err(e) => return Err(Trouble::file(path, "read", &e)),
+            }
+        }
+        let clock = hal_sim::clock::VirtualClock::default();
+        // Anywhere on the turn: a platform seldom stands at its index.
+        let plant = Plant::new(&stand, -2.0)?;
+        let controller = Controller::new(&clock, &stand.setup(), plant, flash, self.seed).map_err(|e| Trouble::Input(e.to_string()))?;
+        let interrupted = super::record::interrupts()?;
+        let mut pty = crate::serve::Pty::open(self.link.as_deref()).map_err(|e| Trouble::Input(e.to_string()))?;
+        // The path alone on standard output: a script reads one line.
+        super::output::print(&format!("{}\n", pty.path().display()))?;
+        let second = self.link.as_ref().map_or(String::new(), |link| format!(" (also {})", link.display()));
+        eprintln!("the simulated stand is at {}{second}, 921600 baud; `stand console --port …` talks to it, Ctrl-C ends it", pty.path().display());
+        if let (Some(hidden), true) = (&hidden, self.reveal) {
+            eprintln!("hidden: {hidden}");
+        }
+        let over = |now: Duration| interrupted.load(Ordering::Relaxed) > 0 || now >= until;
+        let served = crate::serve::serve(&controller, &mut pty, over, |behind| {
+            eprintln!("stand: this computer is too slow for real time: the stand's clock is {:.1} s behind from here on", behind.as_secs_f64());
+        });
+        if let Some(path) = &self.flash {
+            std::fs::write(path, controller.into_flash().bytes()).map_err(|e| Trouble::file(path, "write", &e))?;
+        }
+        if pty.lost() > 0 {
+            eprintln!("stand: {} bytes were lost because a client did not read them", pty.lost());
+        }
+        served.map_err(|e| Trouble::Other(e.to_string()))
+    }
+
     pub(super) fn run(self) -> Result<(), Trouble> {
-        check_place(&self.out)?;
         self.answer.check()?;
+        let Some(out) = &self.out else { return self.serve() };
+        check_place(out)?;
         let request = Request {
-            out: &self.out,
+            out,
             profile: &self.profile,
-            seconds: self.seconds,
+            seconds: self.seconds.unwrap_or(USUAL_S),
             mode: self.mode,
             hidden: self.hidden.as_deref(),
             stand: stand(self.stand.as_ref())?,
             seed: self.seed,
         };
         let session = session(&request)?;
-        session.log.write(&self.out)?;
+        session.log.write(out)?;
         let columns: Vec<&str> = session.log.columns().iter().map(|c| c.name.as_str()).collect();
         let mut text = format!(
             "{}: {} rows, {} s at {:.0} Hz: {}\n",
-            self.out.display(),
+            out.display(),
             session.log.len(),
             session.log.duration_s(),
             1.0 / session.log.median_dt_s(),
@@ -149,7 +211,7 @@ impl Sim {
         self.answer.text(&text)?;
         self.answer.json(|| {
             json!({
-                "log": self.out.display().to_string(),
+                "log": out.display().to_string(),
                 "samples": session.log.len(),
                 "duration_s": session.log.duration_s(),
                 "columns": columns,

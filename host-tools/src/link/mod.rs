@@ -9,7 +9,7 @@ mod port;
 mod receive;
 
 pub use error::LinkError;
-pub use port::{BAUD, Port};
+pub use port::{BAUD, Port, ports};
 pub use receive::{Greeting, Heard, Losses, Receiver};
 
 use std::collections::VecDeque;
@@ -24,6 +24,22 @@ pub const REPLY: Duration = Duration::from_millis(1500);
 const MOMENT: Duration = Duration::from_millis(20);
 /// What a stand's answer to `*IDN?` has in it.
 const MODEL: &str = "rotary stand";
+
+/// What ends what is said to a line: the oldest error, and something that nobody else asks for.
+const MARK: &str = "SYSTem:ERRor?;:SYSTem:LINE:RATE?";
+const MARK_ENDS: &str = " BAUD";
+/// The error of a line that was damaged on the way, and how often it is said again.
+const DAMAGED: &str = "-362,";
+const TRIES: u32 = 4;
+
+/// What came of a line.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Said {
+    /// The lines of the reply, empty ones too.
+    pub lines: Vec<String>,
+    /// The errors that were in the stand's queue afterwards, the oldest first.
+    pub refused: Vec<String>,
+}
 
 /// A stand at the other end of a line.
 #[derive(Debug)]
@@ -78,6 +94,11 @@ impl Link {
         self.receiver.losses()
     }
 
+    /// What was lost so far is nobody's.
+    pub fn forget_losses(&mut self) {
+        self.receiver.forget();
+    }
+
     /// Sends a line with its check.
     ///
     /// # Errors
@@ -90,20 +111,65 @@ impl Link {
         self.port.write(line.as_bytes())
     }
 
+    /// Says a line and hears what the stand has to say to it, and what of it the stand refused. A line that was damaged on the way is said again.
+    ///
+    /// # Errors
+    /// The line was unplugged; no reply within `patience`.
+    pub fn converse(&mut self, command: &str, patience: Duration) -> Result<Said, LinkError> {
+        for _ in 0..TRIES {
+            let said = self.converse_once(command, patience)?;
+            if !said.refused.iter().any(|says| says.starts_with(DAMAGED)) {
+                return Ok(said);
+            }
+        }
+        Err(LinkError::NoReply { port: self.name(), query: command.to_owned() })
+    }
+
+    fn converse_once(&mut self, command: &str, patience: Duration) -> Result<Said, LinkError> {
+        // Lines that nobody asked for belong to no question.
+        self.heard.retain(|heard| !matches!(heard, Heard::Line(_)));
+        self.send(command)?;
+        let mut said = Said::default();
+        loop {
+            self.send(MARK)?;
+            let deadline = Instant::now() + patience;
+            let error = loop {
+                let Some(line) = self.line(deadline)? else {
+                    return Err(LinkError::NoReply { port: self.name(), query: command.to_owned() });
+                };
+                match line.rsplit_once(';') {
+                    Some((error, mark)) if mark.ends_with(MARK_ENDS) && error.ends_with('"') => break error.to_owned(),
+                    // In a stream errors are told at once; they are in the queue, too.
+                    _ if line.starts_with("ERROR ") => {}
+                    _ => said.lines.push(line),
+                }
+            };
+            if error.starts_with("0,") {
+                return Ok(said);
+            }
+            said.refused.push(error);
+        }
+    }
+
     /// Asks, and waits for the one line of the reply.
     ///
     /// # Errors
     /// The line was unplugged; no reply; the stand refuses, with its own words.
     pub fn ask(&mut self, query: &str) -> Result<String, LinkError> {
-        self.let_lines_go();
-        self.send(query)?;
-        match self.line(Instant::now() + REPLY)? {
-            Some(line) => Ok(line),
-            // A query that is not understood has no reply; the error says why.
-            None => match self.errors()? {
-                Some(says) => Err(LinkError::Refused { command: query.to_owned(), says }),
-                None => Err(LinkError::NoReply { port: self.name(), query: query.to_owned() }),
-            },
+        let lines = self.ask_lines(query)?;
+        let none = || LinkError::NoReply { port: self.name(), query: query.to_owned() };
+        lines.into_iter().next().ok_or_else(none)
+    }
+
+    /// Asks for a reply of several lines.
+    ///
+    /// # Errors
+    /// As [`Link::ask`].
+    pub fn ask_lines(&mut self, query: &str) -> Result<Vec<String>, LinkError> {
+        let said = self.converse(query, REPLY)?;
+        match said.refused.into_iter().next() {
+            None => Ok(said.lines.into_iter().filter(|line| !line.is_empty()).collect()),
+            Some(says) => Err(LinkError::Refused { command: query.to_owned(), says }),
         }
     }
 
@@ -112,45 +178,15 @@ impl Link {
     /// # Errors
     /// The line was unplugged; the stand refuses, with its own words.
     pub fn tell(&mut self, command: &str) -> Result<(), LinkError> {
-        self.let_lines_go();
-        self.send(command)?;
-        match self.errors()? {
-            None => Ok(()),
-            Some(says) => Err(LinkError::Refused { command: command.to_owned(), says }),
-        }
+        self.ask_lines(command).map(|_| ())
     }
 
-    /// Asks for a reply of several lines: all that come until the stand has done it.
+    /// The byte 0x18: the drive is stopped and text is spoken, whatever the stand does.
     ///
     /// # Errors
-    /// As [`Link::ask`].
-    pub fn ask_lines(&mut self, query: &str) -> Result<Vec<String>, LinkError> {
-        self.let_lines_go();
-        self.send(query)?;
-        self.send("*OPC?")?;
-        let mut lines = Vec::new();
-        while let Some(line) = self.line(Instant::now() + REPLY)? {
-            if line == "1" {
-                return Ok(lines);
-            }
-            lines.push(line);
-        }
-        Err(LinkError::NoReply { port: self.name(), query: query.to_owned() })
-    }
-
-    /// The oldest error of the stand's queue, if there is one; the rest of the queue is emptied.
-    fn errors(&mut self) -> Result<Option<String>, LinkError> {
-        let mut first = None;
-        loop {
-            self.send("SYSTem:ERRor?")?;
-            let Some(line) = self.line(Instant::now() + REPLY)? else {
-                return Err(LinkError::NoReply { port: self.name(), query: "SYSTem:ERRor?".to_owned() });
-            };
-            if line.trim_start_matches('+').starts_with('0') {
-                return Ok(first);
-            }
-            first.get_or_insert(line);
-        }
+    /// The line was unplugged.
+    pub fn cancel(&mut self) -> Result<(), LinkError> {
+        self.port.write(&[0x18])
     }
 
     /// The next line of text until `deadline`; rows and the like that come before it are kept.
@@ -186,11 +222,6 @@ impl Link {
         let count = self.port.read(&mut some, wait)?;
         self.receiver.take(&some[..count], &mut self.heard);
         Ok(())
-    }
-
-    /// Lines that nobody asked for belong to no question.
-    fn let_lines_go(&mut self) {
-        self.heard.retain(|heard| !matches!(heard, Heard::Line(_)));
     }
 
     /// Lets go what comes until a moment is silent, in a stream for a moment.

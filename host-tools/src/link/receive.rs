@@ -123,7 +123,7 @@ impl Receiver {
         let text = String::from_utf8_lossy(&self.line).trim().to_owned();
         if self.foreign {
             self.lines_damaged += 1;
-        } else if !text.is_empty() {
+        } else {
             heard.push_back(Heard::Line(text));
         }
         self.line.clear();
