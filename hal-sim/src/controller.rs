@@ -55,11 +55,8 @@ struct LineFaults {
 
 impl LineFaults {
     fn of(broken: &Broken) -> Self {
-        let rates = DamageRates {
-            flip: broken.size(What::LineFlips),
-            lose: broken.size(What::LineLoses),
-            insert: broken.size(What::LineInserts),
-        };
+        let rates =
+            DamageRates { flip: broken.size(What::LineFlips), lose: broken.size(What::LineLoses), insert: broken.size(What::LineInserts) };
         Self { rates, is_off: broken.is(What::LineOff), breaks: broken.is(What::LineBreak) }
     }
 }

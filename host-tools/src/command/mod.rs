@@ -12,9 +12,10 @@ mod explain_folder;
 mod hold;
 mod model;
 mod output;
-mod record;
 mod profile;
+mod record;
 mod sim;
+mod sim_serve;
 mod story;
 
 use std::ffi::OsString;

@@ -9,12 +9,13 @@ use clap::Args;
 use hal_sim::session::SessionRequest;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
-use stand_firmware::profile::{Parameter, ProfileKind};
+use stand_firmware::profile::Parameter;
 use stand_firmware::speed_loop::Mode;
 use stand_firmware::telemetry::Channels;
 
 use super::error::Trouble;
 use super::output::{Answer, check_place};
+use super::profile::{self, ProfileWords};
 use super::sim::Drive;
 use crate::link::{Heard, Link, LinkError, ports};
 use crate::log::Log;
@@ -32,6 +33,7 @@ const LOOK: Duration = Duration::from_secs(10);
 
 /// Record what a stand does.
 #[derive(Debug, Args)]
+#[command(after_help = profile::list())]
 pub(super) struct Record {
     /// The serial port of the stand
     #[arg(long, value_name = "P")]
@@ -39,24 +41,17 @@ pub(super) struct Record {
     /// The log to write, .csv or .parquet
     #[arg(long, value_name = "LOG")]
     out: PathBuf,
-    /// The profile to run (`stand console`, PROFile:TYPE:LIST? lists them)
-    #[arg(long, default_value = "multi-step")]
-    profile: String,
+    #[command(flatten)]
+    profile: ProfileWords,
     /// Length of the record, s
     #[arg(long, default_value_t = 30.0, allow_negative_numbers = true)]
     seconds: f64,
     /// With the speed loop (rate) or without it (voltage)
     #[arg(long, value_enum, default_value_t = Drive::Rate)]
     mode: Drive,
-    /// Largest rate (rad/s) or voltage (V) of the profile; what suits the default stand if not given
-    #[arg(long, allow_negative_numbers = true)]
-    amplitude: Option<f64>,
     /// Seed of a random profile
     #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     seed: u64,
-    /// Another parameter of the profile, as dwell_s=0.5; may be repeated
-    #[arg(long = "set", value_name = "NAME=VALUE")]
-    set: Vec<String>,
     /// Rows of 1 ms in one row of the log
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1000))]
     decimation: u16,
@@ -95,7 +90,10 @@ impl Record {
         let mut link = Link::open(&port)?;
         let fault = link.ask("FAULt?")?;
         if !fault.starts_with("0,") {
-            return Err(Trouble::Input(format!("{}: the drive is off by a fault: {fault}; FAULt:CLEar in `stand console` first", port.display())));
+            return Err(Trouble::Input(format!(
+                "{}: the drive is off by a fault: {fault}; FAULt:CLEar in `stand console` first",
+                port.display()
+            )));
         }
         link.tell("STReam OFF")?;
         for order in &orders {
@@ -115,7 +113,6 @@ impl Record {
 
     /// What is told to the stand before the profile begins.
     fn orders(&self) -> Result<Vec<String>, Trouble> {
-        let kind: ProfileKind = self.profile.parse().map_err(|e| Trouble::Input(format!("--profile: {e}")))?;
         let (mode, word) = match self.mode {
             Drive::Rate => (Mode::Rate, "RATE"),
             Drive::Voltage => (Mode::Voltage, "VOLTage"),
@@ -123,15 +120,8 @@ impl Record {
         if !(self.seconds.is_finite() && (1e-3..=1e6).contains(&self.seconds)) {
             return Err(Trouble::Input(format!("--seconds: {} is outside 0.001 … 1000000", self.seconds)));
         }
-        let amplitude = self.amplitude.unwrap_or_else(|| SessionRequest::usual_amplitude(mode));
-        let mut config = SessionRequest::usual_profile(mode, kind, amplitude, self.seed);
-        for set in &self.set {
-            let (name, value) = pair("--set", set)?;
-            let wrong = |says: &dyn std::fmt::Display| Trouble::Input(format!("--set {set}: {says}"));
-            let parameter = Parameter::of_name(&name).ok_or_else(|| wrong(&"no profile has such a parameter"))?;
-            let value: f64 = value.parse().map_err(|_| wrong(&"the value is no number"))?;
-            parameter.set(&mut config, value).map_err(|e| wrong(&e))?;
-        }
+        let config = self.profile.config(mode, self.seed)?;
+        let kind = config.kind;
         let mut orders = vec![format!("PROFile:MODE {word}"), format!("PROFile:TYPE {}", kind.name())];
         for name in kind.parameters() {
             if let Some(parameter) = Parameter::of_name(name) {
@@ -179,7 +169,9 @@ impl Record {
             link.tell("OUTPut OFF")?;
             if zero.is_none() {
                 link.tell("STReam OFF")?;
-                return Err(Trouble::Input("--find-index: the platform was turned and its index was not seen; is it free, is the index wired?".to_owned()));
+                return Err(Trouble::Input(
+                    "--find-index: the platform was turned and its index was not seen; is it free, is the index wired?".to_owned(),
+                ));
             }
         }
         link.tell("STReam OFF")?;
@@ -207,12 +199,12 @@ impl Record {
             Drive::Voltage => ("voltage", "V"),
         };
         let mode_kind = if self.mode == Drive::Rate { Mode::Rate } else { Mode::Voltage };
-        let amplitude = self.amplitude.unwrap_or_else(|| SessionRequest::usual_amplitude(mode_kind));
+        let amplitude = self.profile.amplitude.unwrap_or_else(|| SessionRequest::usual_amplitude(mode_kind));
         let mut notes = vec![
             ("stand".to_owned(), format!("{} {} {}", part(0), part(1), part(2))),
             ("firmware".to_owned(), part(3)),
             ("port".to_owned(), link.name()),
-            ("profile".to_owned(), self.profile.clone()),
+            ("profile".to_owned(), self.profile.profile.clone()),
             ("amplitude".to_owned(), format!("{amplitude} {unit}")),
             ("mode".to_owned(), mode.to_owned()),
             ("profile_seed".to_owned(), self.seed.to_string()),
@@ -229,7 +221,6 @@ impl Record {
         }
         notes.extend(rate_lsb.map(|lsb| ("omega_lsb_rad_s".to_owned(), format!("{lsb:e}"))));
         notes.extend(supply.map(|volts| ("supply_nominal_V".to_owned(), volts.to_string())));
-        notes.extend(self.set.iter().map(|set| ("profile_parameter".to_owned(), set.clone())));
         notes.push(("date".to_owned(), jiff::Zoned::now().strftime("%Y-%m-%dT%H:%M:%S%:z").to_string()));
         // What the person says of a column stands for what is said here.
         notes.retain(|(key, _)| !more.iter().any(|(k, _)| k == key));
@@ -263,7 +254,10 @@ impl Record {
                     if let Heard::Row(row) = heard {
                         match recorder.take(&row).map_err(failed)? {
                             Taken::Fault(_) => break End::Fault(String::new()),
-                            Taken::Written if recorder.last_s() + 0.5e-3 * f64::from(self.decimation) >= self.seconds - 1e-3 * f64::from(self.decimation) => {
+                            Taken::Written
+                                if recorder.last_s() + 0.5e-3 * f64::from(self.decimation)
+                                    >= self.seconds - 1e-3 * f64::from(self.decimation) =>
+                            {
                                 break End::Whole;
                             }
                             _ => {}
@@ -290,7 +284,15 @@ impl Record {
     }
 
     /// Leaves the stand at rest and the log whole, and says what came of it.
-    fn close<W: std::io::Write>(&self, link: &mut Link, recorder: Recorder<W>, place: &Place, mut end: End, has_zero: bool, begun: Instant) -> Result<(), Trouble> {
+    fn close<W: std::io::Write>(
+        &self,
+        link: &mut Link,
+        recorder: Recorder<W>,
+        place: &Place,
+        mut end: End,
+        has_zero: bool,
+        begun: Instant,
+    ) -> Result<(), Trouble> {
         let losses = link.losses();
         if !matches!(end, End::Lost(_) | End::Silent) {
             let rest = ["PROFile:STOP", "HOST:ARM 0 S", "STReam OFF"].iter().try_for_each(|order| link.tell(order));
@@ -310,10 +312,7 @@ impl Record {
             End::Lost(error) => Some(error.to_string()),
             End::Silent => Some(format!("the stand was silent for {} s", SILENCE.as_secs())),
         };
-        let mut notes = vec![
-            ("lost_rows".to_owned(), losses.rows.to_string()),
-            ("damaged_frames".to_owned(), losses.damaged.to_string()),
-        ];
+        let mut notes = vec![("lost_rows".to_owned(), losses.rows.to_string()), ("damaged_frames".to_owned(), losses.damaged.to_string())];
         if let End::Fault(says) = &end {
             notes.push(("fault".to_owned(), format!("{says} at {last_s} s; the rows end there")));
         }
@@ -325,7 +324,8 @@ impl Record {
         }
         place.close()?;
         let log = Log::read(&self.out)?;
-        let mut text = format!("{}: {rows} rows, {:.3} s, in {:.1} s\n", self.out.display(), log.duration_s(), begun.elapsed().as_secs_f64());
+        let mut text =
+            format!("{}: {rows} rows, {:.3} s, in {:.1} s\n", self.out.display(), log.duration_s(), begun.elapsed().as_secs_f64());
         if !losses.is_none() {
             text += &format!("lost on the line: {} rows; {} frames or lines were damaged and are not shown\n", losses.rows, losses.damaged);
         }
@@ -353,7 +353,11 @@ impl Record {
         match end {
             End::Whole | End::Interrupted | End::Fault(_) => Ok(()),
             End::Lost(error) => Err(Trouble::Other(format!("{error}; what came until then is in {}", self.out.display()))),
-            End::Silent => Err(Trouble::Other(format!("{}: the stand says nothing any more; what came until then is in {}", link.name(), self.out.display()))),
+            End::Silent => Err(Trouble::Other(format!(
+                "{}: the stand says nothing any more; what came until then is in {}",
+                link.name(),
+                self.out.display()
+            ))),
         }
     }
 }

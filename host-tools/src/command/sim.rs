@@ -23,33 +23,49 @@ pub(super) enum Drive {
     Voltage,
 }
 
+/// What the simulated stand is put behind.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum Served {
+    /// A pseudo-terminal that any program opens as a serial port
+    Pty,
+}
+
 /// Run the firmware on the simulated stand and write its log.
 #[derive(Debug, Args)]
-#[command(after_help = profile::list())]
+#[command(after_help = profile::list(), group = clap::ArgGroup::new("what").required(true).args(["out", "serve"]))]
 pub(super) struct Sim {
     /// The log to write, .csv or .parquet
     #[arg(long, value_name = "LOG")]
-    out: PathBuf,
+    out: Option<PathBuf>,
+    /// Instead of a log: the stand in real time behind a serial line, whose path is printed
+    #[arg(long, value_enum, conflicts_with_all = ["profile", "mode", "amplitude", "json"])]
+    pub(super) serve: Option<Served>,
+    /// A second name for the served port
+    #[arg(long, value_name = "PATH", requires = "serve")]
+    pub(super) link: Option<PathBuf>,
+    /// Where the served stand's flash is kept from one time to the next
+    #[arg(long, value_name = "FILE", requires = "serve")]
+    pub(super) flash: Option<PathBuf>,
     #[command(flatten)]
     profile: ProfileWords,
-    /// Length of the record, s
-    #[arg(long, default_value_t = 30.0, allow_negative_numbers = true)]
-    seconds: f64,
+    /// Length of the record, s [default: 30]; of a served stand: how long it is there [default: until Ctrl-C]
+    #[arg(long, allow_negative_numbers = true)]
+    pub(super) seconds: Option<f64>,
     /// With the speed loop (rate) or without it (voltage)
     #[arg(long, value_enum, default_value_t = Drive::Rate)]
     mode: Drive,
     /// Give the stand an effect that its model lacks: one of the catalogue, or a number that draws one
     #[arg(long, value_name = "SEED|EFFECT", allow_negative_numbers = true)]
-    hidden: Option<String>,
+    pub(super) hidden: Option<String>,
     /// Say which effect was hidden, with its parameters
     #[arg(long)]
-    reveal: bool,
+    pub(super) reveal: bool,
     /// Another stand, described in TOML
     #[arg(long, value_name = "FILE")]
-    stand: Option<PathBuf>,
+    pub(super) stand: Option<PathBuf>,
     /// Seed of profile and noise
     #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
-    seed: u64,
+    pub(super) seed: u64,
     #[command(flatten)]
     answer: Answer,
 }
@@ -114,64 +130,6 @@ pub(super) fn stand(path: Option<&PathBuf>) -> Result<Stand, Trouble> {
 }
 
 impl Sim {
-    #[cfg(not(unix))]
-    fn serve(&self) -> Result<(), Trouble> {
-        Err(Trouble::Input("--serve pty: this system has no pseudo-terminals".to_owned()))
-    }
-
-    /// The whole controller behind a port, until somebody ends it.
-    #[cfg(unix)]
-    fn serve(&self) -> Result<(), Trouble> {
-        use hal_sim::controller::{Controller, flash};
-        use std::sync::atomic::Ordering;
-        use std::time::Duration;
-
-        let mut stand = stand(self.stand.as_ref())?;
-        let hidden = match &self.hidden {
-            Some(word) => Some(hidden::hide(word, &mut stand).map_err(|e| Trouble::Input(format!("--hidden: {e}")))?),
-            None => None,
-        };
-        let until = match self.seconds {
-            Some(seconds) if !(seconds > 0.0 && seconds < 1e9) => {
-                return Err(Trouble::Input(format!("--seconds: {seconds} is outside 0 … 1e9")));
-            }
-            seconds => seconds.map_or(Duration::MAX, Duration::from_secs_f64),
-        };
-        let mut flash = flash(self.seed);
-        if let Some(path) = &self.flash {
-            check_place(path)?;
-            match std::fs::read(path) {
-                Ok(bytes) => flash.load(&bytes),
-                Err(e) if e.kind() == std::io::ErrorKind::NotFound => {}
-                Err(e) => return Err(Trouble::file(path, "read", &e)),
-            }
-        }
-        let clock = hal_sim::clock::VirtualClock::default();
-        // Anywhere on the turn: a platform seldom stands at its index.
-        let plant = Plant::new(&stand, -2.0)?;
-        let controller = Controller::new(&clock, &stand.setup(), plant, flash, self.seed).map_err(|e| Trouble::Input(e.to_string()))?;
-        let interrupted = super::record::interrupts()?;
-        let mut pty = crate::serve::Pty::open(self.link.as_deref()).map_err(|e| Trouble::Input(e.to_string()))?;
-        // The path alone on standard output: a script reads one line.
-        super::output::print(&format!("{}\n", pty.path().display()))?;
-        let second = self.link.as_ref().map_or(String::new(), |link| format!(" (also {})", link.display()));
-        eprintln!("the simulated stand is at {}{second}, 921600 baud; `stand console --port …` talks to it, Ctrl-C ends it", pty.path().display());
-        if let (Some(hidden), true) = (&hidden, self.reveal) {
-            eprintln!("hidden: {hidden}");
-        }
-        let over = |now: Duration| interrupted.load(Ordering::Relaxed) > 0 || now >= until;
-        let served = crate::serve::serve(&controller, &mut pty, over, |behind| {
-            eprintln!("stand: this computer is too slow for real time: the stand's clock is {:.1} s behind from here on", behind.as_secs_f64());
-        });
-        if let Some(path) = &self.flash {
-            std::fs::write(path, controller.into_flash().bytes()).map_err(|e| Trouble::file(path, "write", &e))?;
-        }
-        if pty.lost() > 0 {
-            eprintln!("stand: {} bytes were lost because a client did not read them", pty.lost());
-        }
-        served.map_err(|e| Trouble::Other(e.to_string()))
-    }
-
     pub(super) fn run(self) -> Result<(), Trouble> {
         self.answer.check()?;
         let Some(out) = &self.out else { return self.serve() };
