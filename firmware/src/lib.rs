@@ -24,6 +24,7 @@
 #![cfg_attr(test, allow(clippy::unwrap_used))]
 #![warn(missing_docs)]
 
+pub mod app;
 pub mod board;
 pub mod calibration;
 pub mod compensation;
@@ -34,6 +35,7 @@ pub mod measurement_loop;
 pub mod profile;
 pub mod safety;
 pub mod session;
+pub mod settings;
 pub mod speed_loop;
 pub mod telemetry;
 
