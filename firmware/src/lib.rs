@@ -30,6 +30,7 @@ pub mod calibration;
 pub mod compensation;
 pub mod config;
 pub mod console;
+pub mod imu;
 pub mod mailbox;
 pub mod measurement_loop;
 pub mod profile;

@@ -14,7 +14,7 @@ const DAMAGED: u32 = if cfg!(debug_assertions) { 100_000 } else { 1_000_000 };
 fn row() -> Row {
     Row {
         sequence: 3_600_000,
-        t_s: 3600.000_1,
+        t_s: 3_600.000_1,
         u_V: 0.25,
         i_A: Some(-0.125),
         theta_rad: 45_239.123_456_789,
