@@ -79,12 +79,7 @@ impl Encoder {
         edges.arr().write_value(u32::MAX);
         edges.cr1().modify(|w| w.set_cen(true));
         let af = edges_af as u8;
-        Self {
-            counter,
-            edges,
-            seen: false,
-            _pins: [input(a, af), input(b, af), input(counter_index, AF_TIM3_4_5)],
-        }
+        Self { counter, edges, seen: false, _pins: [input(a, af), input(b, af), input(counter_index, AF_TIM3_4_5)] }
     }
 
     /// Count, edge and time that belong together.

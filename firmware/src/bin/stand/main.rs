@@ -11,6 +11,7 @@ mod bridge;
 mod clocks;
 mod encoder;
 mod flash;
+mod last_words;
 mod panel;
 mod sensor_bus;
 mod sensors;
@@ -19,6 +20,7 @@ mod tick;
 mod watchdog;
 
 use defmt::{error, info};
+use defmt_rtt as _;
 use embassy_executor::Spawner;
 use embassy_futures::join::join3;
 use embassy_stm32::dac::{DacChannel, Value};
@@ -29,7 +31,6 @@ use panel::{Typed, WithButton};
 use stand_firmware::app::{Identity, Memory, assemble};
 use stand_firmware::settings::{Kept, Store};
 use static_cell::StaticCell;
-use {defmt_rtt as _, panic_probe as _};
 
 bind_interrupts!(struct Irqs {
     DMA1_STREAM3 => dma::InterruptHandler<peripherals::DMA1_CH3>;
