@@ -80,7 +80,7 @@ impl RowFrame {
                 *value = (channel.read)(row);
             }
         }
-        Self { sequence: row.sequence, at: (row.t_s * 1e7 + 0.5) as u64, channels, values }
+        Self { sequence: row.sequence, at: row.at.0, channels, values }
     }
 
     /// Names and values of the channels that are there.
