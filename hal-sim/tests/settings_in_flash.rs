@@ -1,5 +1,7 @@
 //! Settings in flash over power cuts: what was kept before or the new, never neither, never another.
 
+#![allow(clippy::unwrap_used)]
+
 use hal_sim::peripherals::flash::{SMALL_SECTOR_BYTES, SimFlash};
 use stand_firmware::settings::store::{SLOT_BYTES, Store};
 use stand_firmware::settings::{Kept, StoreError};

@@ -25,12 +25,13 @@ use crate::calibration::Map;
 use crate::config::ConfigError;
 use crate::console::errors::{Code, ErrorEntry};
 use crate::console::guard::StopLine;
-use crate::measurement_loop::MeasurementLoop;
+use crate::imu;
+use crate::measurement_loop::{Instruments, MeasurementLoop};
 use crate::session::next_start;
 use crate::settings::{Kept, Store};
 use crate::speed_loop::{Interrupt, LessonWriter, Lessons, OrderWriter, Orders, Reports, SpeedLoop};
 use core::cell::Cell;
-use embassy_futures::join::join5;
+use embassy_futures::join::{join, join5};
 use embedded_io_async::{Read, Write};
 use embedded_storage::nor_flash::NorFlash;
 
@@ -40,6 +41,8 @@ pub struct Memory {
     reports: Reports,
     lessons: Lessons,
     map: Map,
+    instruments: Option<Instruments>,
+    imu: imu::Shared,
 }
 
 impl Default for Memory {
@@ -50,8 +53,15 @@ impl Default for Memory {
 
 impl Memory {
     /// Nothing in it yet.
-    pub const fn new() -> Self {
-        Self { orders: Orders::new(), reports: Reports::new(), lessons: Lessons::new(), map: Map::new() }
+    pub fn new() -> Self {
+        Self {
+            orders: Orders::new(),
+            reports: Reports::new(),
+            lessons: Lessons::new(),
+            map: Map::new(),
+            instruments: None,
+            imu: imu::Shared::default(),
+        }
     }
 }
 
@@ -95,11 +105,13 @@ pub fn assemble<'a, F: NorFlash>(
     let (report_writer, report_reader) = memory.reports.split();
     let (lessons, lesson_reader) = memory.lessons.split();
     let interrupt = Interrupt::new(SpeedLoop::new(config), order_reader, report_writer).listening(lesson_reader);
-    let state = State::new(identity, stop_line, kept, defaults);
+    let instruments: &Instruments = memory.instruments.insert(Instruments::new(kept.hardware));
+    let imu = &memory.imu;
+    let state = State::new(identity, stop_line, instruments, imu, kept, defaults);
     if let Some(entry) = wrong {
         state.report(entry);
     }
-    let measurement = MeasurementLoop::new(kept.hardware, report_reader);
+    let measurement = MeasurementLoop::new(kept.hardware, report_reader).with_imu(imu);
     Ok((interrupt, App { state, store, measurement, orders: order_writer, lessons, map: &mut memory.map }))
 }
 
@@ -109,10 +121,16 @@ impl<F: NorFlash> App<'_, F> {
         let Self { state, mut store, mut measurement, orders, lessons, map } = self;
         let clock = board.clock();
         let start = next_start(clock.now());
-        state.first_row.set(start);
+        let sensor_bus = board.sensor_bus();
         let measuring = Cell::new(None);
         let mut rows = rows::Rows::new(&state, clock.clone(), &measuring);
-        join5(
+        let sensor = async {
+            if let Some(line) = sensor_bus {
+                let sensor = imu::Ism330dhcx::new(line, clock.clone());
+                imu::Runner::new(sensor, clock.clone(), state.imu).run().await;
+            }
+        };
+        let parts = join5(
             async {
                 // So many that a stand is worn out first.
                 measurement.run(board, start, u64::MAX, &mut rows).await;
@@ -121,8 +139,8 @@ impl<F: NorFlash> App<'_, F> {
             console::run(&state, &clock, receive, &mut store),
             send(&state, &clock, transmit),
             calibrate::run(&state, &clock, map, &measuring, lessons),
-        )
-        .await;
+        );
+        join(sensor, parts).await;
     }
 }
 

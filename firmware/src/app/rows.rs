@@ -1,7 +1,7 @@
 //! Where the measurement loop's rows go: telemetry, supervision, calibration, and the cells that the console reads. Nothing here waits.
 
 use super::state::{Running, State};
-use crate::board::{Clock, TICKS_PER_ROW, TICKS_PER_S, Ticks};
+use crate::board::{Clock, EdgeTime, Hardware, ROW_HZ, TICKS_PER_ROW, TICKS_PER_S, Ticks};
 use crate::calibration::{Measuring, Refused};
 use crate::console::errors::{Code, ErrorEntry};
 use crate::measurement_loop::{Decimate, Row, RowSink};
@@ -13,6 +13,25 @@ use core::cell::Cell;
 const RATE_ROWS: usize = 32;
 /// After a line typed by hand, what is wrong with it is shown unless its end goes on within this: a program ends its lines with LF. 5 ms.
 const BY_HAND: u64 = 5 * TICKS_PER_ROW;
+
+/// Where the platform was, by the own counter.
+#[derive(Clone, Copy, Default)]
+struct Mark {
+    theta_rad: f64,
+    edge: Option<(i64, EdgeTime)>,
+}
+
+impl Mark {
+    /// Mean rate from `oldest`, a whole window before, rad/s.
+    fn rate_since(&self, oldest: &Self, hardware: &Hardware) -> f64 {
+        match (self.edge, oldest.edge) {
+            (Some((counts, at)), Some((from, since))) if at > since => {
+                counts.wrapping_sub(from) as f64 * hardware.rad_per_count() / at.since_s(since, hardware)
+            }
+            _ => (self.theta_rad - oldest.theta_rad) * (ROW_HZ as f64 / RATE_ROWS as f64),
+        }
+    }
+}
 
 /// Puts rows into frames.
 pub struct Framer<'a> {
@@ -29,9 +48,10 @@ impl RowSink for Framer<'_> {
 pub struct Rows<'a, C> {
     state: &'a State<'a>,
     clock: C,
+    hardware: Hardware,
     frames: Option<(u32, Decimate<Framer<'a>>)>,
     fault: Fault,
-    thetas: [f64; RATE_ROWS],
+    marks: [Mark; RATE_ROWS],
     taken: usize,
     beat_at: Ticks,
     /// The calibration's sums while it measures; given back to [`super::calibrate`] at its end.
@@ -41,16 +61,28 @@ pub struct Rows<'a, C> {
 impl<'a, C: Clock> Rows<'a, C> {
     /// A fan for this state.
     pub fn new(state: &'a State<'a>, clock: C, measuring: &'a Cell<Option<Measuring<'a>>>) -> Self {
-        Self { state, clock, frames: None, fault: Fault::None, thetas: [0.0; RATE_ROWS], taken: 0, beat_at: Ticks(0), measuring }
+        Self {
+            state,
+            clock,
+            hardware: state.kept.get().hardware,
+            frames: None,
+            fault: Fault::None,
+            marks: [Mark::default(); RATE_ROWS],
+            taken: 0,
+            beat_at: Ticks(0),
+            measuring,
+        }
     }
 
-    fn rate(&mut self, theta_rad: f64) {
+    /// From edge to edge where there were some; a platform that gave none has moved by less than a count.
+    fn rate(&mut self, row: &Row) {
         let place = self.taken & (RATE_ROWS - 1);
-        if let Some(oldest) = self.thetas.get_mut(place) {
+        let now = Mark { theta_rad: row.theta_rad, edge: row.edge };
+        if let Some(oldest) = self.marks.get_mut(place) {
             if self.taken >= RATE_ROWS {
-                self.state.rate_rad_s.set(Some((theta_rad - *oldest) * (1e3 / RATE_ROWS as f64)));
+                self.state.rate_rad_s.set(Some(now.rate_since(oldest, &self.hardware)));
             }
-            *oldest = theta_rad;
+            *oldest = now;
         }
         // Past the first round only the place counts.
         self.taken = if self.taken >= 2 * RATE_ROWS - 1 { RATE_ROWS } else { self.taken + 1 };
@@ -66,7 +98,9 @@ impl<'a, C: Clock> Rows<'a, C> {
             self.frames = Decimate::new(every, Framer { state: self.state }).ok().map(|decimate| (every, decimate));
         }
         if let Some((_, frames)) = &mut self.frames {
-            frames.row(row);
+            let zero_rad = self.state.to_index_rad.get().unwrap_or(0.0);
+            let theta_cmd_rad = row.theta_cmd_rad.map(|theta_rad| theta_rad + zero_rad);
+            frames.row(&Row { theta_rad: row.theta_rad + zero_rad, theta_cmd_rad, ..*row });
         }
         if now >= self.beat_at {
             self.beat_at = now + TICKS_PER_S;
@@ -119,8 +153,7 @@ impl<'a, C: Clock> Rows<'a, C> {
 
     fn measure(&mut self, row: &Row) {
         let Some(from) = self.state.calibration_from.get() else { return };
-        let at = self.state.first_row.get() + (row.t_s * TICKS_PER_S as f64 + 0.5) as u64;
-        if at < from {
+        if row.at < from {
             return;
         }
         if let Some(mut measuring) = self.measuring.take() {
@@ -150,7 +183,8 @@ impl<C: Clock> RowSink for Rows<'_, C> {
     fn row(&mut self, row: &Row) {
         let now = self.clock.now();
         self.state.row.set(*row);
-        self.rate(row.theta_rad);
+        self.state.instruments.take(row);
+        self.rate(row);
         self.supervise(row, now);
         self.measure(row);
         self.stream(row, now);

@@ -10,7 +10,8 @@ use crate::console::errors::{Code, ErrorEntry, ErrorQueue};
 use crate::console::guard::StopLine;
 use crate::console::status::Status;
 use crate::console::text::Text;
-use crate::measurement_loop::Row;
+use crate::imu;
+use crate::measurement_loop::{Instruments, Row};
 use crate::profile::{ProfileConfig, ProfileKind};
 use crate::safety::Fault;
 use crate::settings::Kept;
@@ -116,12 +117,14 @@ pub struct State<'a> {
     pub row: Cell<Row>,
     /// The mean rate of the last rows, rad/s; `None` before there are enough.
     pub rate_rad_s: Cell<Option<f64>>,
-    /// Shortest and longest time between rows, board clock steps.
-    pub pace: Cell<crate::measurement_loop::Pace>,
-    /// The moment of the first row.
-    pub first_row: Cell<Ticks>,
-    /// The rows' angles are from the index.
-    pub zero_is_index: Cell<bool>,
+    /// What the rows say of drive, sensor and rate.
+    pub instruments: &'a Instruments,
+    /// The set-up of the sensor that was asked for last.
+    pub imu_setup: Cell<Option<imu::Setup>>,
+    /// The sensor under test.
+    pub imu: &'a imu::Shared,
+    /// What is added to the stream's angles so that they are from the index, rad; `None` where it was not seen before the stream began.
+    pub to_index_rad: Cell<Option<f64>>,
     /// What the stream sends.
     pub stream: Cell<Stream>,
     /// When the host was heard last.
@@ -152,7 +155,14 @@ pub struct State<'a> {
 
 impl<'a> State<'a> {
     /// A stand at rest.
-    pub fn new(identity: Identity<'a>, stop_line: &'a StopLine, kept: Kept, defaults: Kept) -> Self {
+    pub fn new(
+        identity: Identity<'a>,
+        stop_line: &'a StopLine,
+        instruments: &'a Instruments,
+        imu: &'a imu::Shared,
+        kept: Kept,
+        defaults: Kept,
+    ) -> Self {
         Self {
             identity,
             stop_line,
@@ -171,9 +181,10 @@ impl<'a> State<'a> {
             trip: Cell::new(Fault::None),
             row: Cell::new(Row::default()),
             rate_rad_s: Cell::new(None),
-            pace: Cell::new(Default::default()),
-            first_row: Cell::new(Ticks(0)),
-            zero_is_index: Cell::new(false),
+            instruments,
+            imu_setup: Cell::new(None),
+            imu,
+            to_index_rad: Cell::new(None),
             stream: Cell::new(Stream { channels: Channels::USUAL, decimation: 1 }),
             heard: Cell::new(Ticks(0)),
             checked: Cell::new(None),

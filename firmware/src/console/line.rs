@@ -115,6 +115,8 @@ fn checked(line: &[u8]) -> Result<&[u8], BadLine> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rand_xoshiro::Xoshiro256PlusPlus;
+    use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
     fn lines(bytes: &[u8]) -> Vec<Result<String, BadLine>> {
         let mut lines = Lines::default();
@@ -141,6 +143,40 @@ mod tests {
         let long = [vec![b'x'; 201], b"\nA\x01B\nC\n".to_vec()].concat();
         assert_eq!(lines(&long), [Err(BadLine::TooLong), Err(BadLine::NotText), Ok("C".to_string())]);
         assert_eq!(lines(&[vec![b'x'; 200], b"\n".to_vec()].concat()), [Ok("x".repeat(200))]);
+    }
+
+    /// Flipped, lost and inserted bytes, as many as it takes: a line that passes its check is the one that was sent.
+    #[test]
+    fn no_damaged_line_passes_its_check() {
+        let damaged = if cfg!(debug_assertions) { 100_000 } else { 1_000_000 };
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(6);
+        let (mut passed, mut pieces) = (0_u32, 0_u32);
+        for n in 0..damaged {
+            let command = format!("SOURce:RATE {}.{:03} DEG/S;:PROFile:AMPLitude {n}", n % 2000, n % 1000);
+            let sent = format!("{command}~{:08X}\n", crc32(command.as_bytes()));
+            let mut bytes = sent.clone().into_bytes();
+            for _ in 0..=random.next_u32() % 3 {
+                let place = random.next_u32() as usize % bytes.len();
+                match random.next_u32() % 4 {
+                    0 => bytes[place] ^= 1 << (random.next_u32() % 8),
+                    1 => drop(bytes.remove(place)),
+                    2 => bytes.insert(place, random.next_u32() as u8),
+                    _ => bytes.insert(place, b'\n'),
+                }
+            }
+            let was_damaged = bytes.strip_suffix(b"\n").unwrap_or(&bytes) != sent.trim_end().as_bytes();
+            let mut lines = Lines::default();
+            for byte in bytes.into_iter().chain(*b"\n") {
+                let Some(line) = lines.push(byte) else { continue };
+                pieces += 1;
+                if let (Ok(text), true) = (line.text, line.is_checked) {
+                    // A line end more before or behind it, or a byte that a backspace takes away again, leaves it whole.
+                    assert_eq!(String::from_utf8_lossy(text), command);
+                    passed += u32::from(was_damaged);
+                }
+            }
+        }
+        assert!(passed < damaged / 10 && pieces > damaged, "{passed} whole in spite of it");
     }
 
     #[test]

@@ -79,8 +79,7 @@ fn self_test(state: &State<'_>) -> f64 {
     let settings = u8::from(state.kept.get().config().is_err());
     let no_rows = u8::from(state.rate_rad_s.get().is_none()) << 1;
     // Late by more than a control tick.
-    let pace = state.pace.get();
-    let late = u8::from(pace.greatest > crate::board::TICKS_PER_ROW + crate::board::TICKS_PER_CONTROL) << 2;
+    let late = u8::from(state.instruments.timing().greatest_s > 1.1e-3) << 2;
     let fault = u8::from(state.row.get().fault != Fault::None) << 3;
     f64::from(settings | no_rows | late | fault)
 }

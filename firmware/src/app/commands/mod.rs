@@ -10,6 +10,7 @@ mod compensation;
 mod drive;
 mod fault;
 mod help;
+mod imu;
 mod measure;
 mod profile;
 mod settings;
@@ -143,12 +144,13 @@ const fn entry(header: &'static str, act: Act, says: &'static str) -> Entry {
 }
 
 /// All commands, by group, in the order of `HELP?`.
-pub const GROUPS: [&[Entry]; 12] = [
+pub const GROUPS: [&[Entry]; 13] = [
     common::ENTRIES,
     system::ENTRIES,
     drive::ENTRIES,
     profile::ENTRIES,
     measure::ENTRIES,
+    imu::ENTRIES,
     fault::ENTRIES,
     stream::ENTRIES,
     settings::ENTRIES,

@@ -22,6 +22,7 @@ pub(super) const ENTRIES: &[Entry] = &[
             write: |state, on| {
                 if on {
                     fits(state, state.stream.get())?;
+                    zero(state);
                 }
                 state.out.set_streaming(on);
                 hello(state);
@@ -108,6 +109,13 @@ fn choose(state: &State<'_>, stream: Stream) -> Done {
     Ok(())
 }
 
+/// The stream's angles are from the index if it was seen; within a stream their zero does not move.
+fn zero(state: &State<'_>) {
+    let row = state.row.get();
+    let half_count_rad = 0.5 * state.kept.get().hardware.rad_per_count();
+    state.to_index_rad.set(row.from_index_rad.map(|from_index_rad| from_index_rad - half_count_rad - row.theta_rad));
+}
+
 /// Tells a receiver what the rows are from now on.
 fn hello(state: &State<'_>) {
     if !state.out.is_streaming() {
@@ -123,7 +131,7 @@ fn hello(state: &State<'_>) {
         row_Hz: ROW_HZ as u16,
         decimation: stream.decimation as u16,
         channels: stream.channels.0,
-        zero_is_index: state.zero_is_index.get(),
+        zero_is_index: state.to_index_rad.get().is_some(),
     }));
 }
 

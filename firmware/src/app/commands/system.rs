@@ -2,7 +2,7 @@
 
 use super::{Act, Entry, List, entry};
 use crate::app::state::State;
-use crate::board::{ROW_HZ, TICKS_PER_S};
+use crate::board::TICKS_PER_ROW;
 use crate::console::parse::Range;
 use crate::console::quantity::Quantity;
 use crate::console::text::Writer;
@@ -13,7 +13,7 @@ pub(super) const ENTRIES: &[Entry] = &[
     entry("SYSTem:ERRor:COUNt", Act::Ask("", |state| Ok(state.error_count() as f64)), "errors that nobody has asked for"),
     entry("SYSTem:ERRor:ALL", Act::List(List::Errors), "all of them, taken"),
     entry("SYSTem:VERSion", Act::Say("year", |_, out| (out.text("1999.0"), Ok(())).1), "the SCPI that is spoken"),
-    entry("SYSTem:UPTime", Act::Ask("S", |state| Ok(state.row.get().t_s)), "since the first row"),
+    entry("SYSTem:UPTime", Act::Ask("S", |state| Ok(state.row.get().at.seconds())), "since power-on"),
     entry("SYSTem:LINE:RATE", Act::Ask("BAUD", |state| Ok(f64::from(state.identity.baud))), "the serial line's rate"),
     entry("SYSTem:LINE:LOST", Act::Ask("", |state| Ok(f64::from(state.out.lost()))), "frames that found no room since STReam ON"),
     entry(
@@ -23,7 +23,7 @@ pub(super) const ENTRIES: &[Entry] = &[
             read: |state| state.host_silence_s.get().unwrap_or(0.0),
             write: |state, seconds| {
                 // Counted from now, not from the line that was heard last.
-                state.heard.set(state.first_row.get() + ((state.row.get().t_s + 1.0 / ROW_HZ as f64) * TICKS_PER_S as f64) as u64);
+                state.heard.set(state.row.get().at + TICKS_PER_ROW);
                 state.host_silence_s.set((seconds > 0.0).then_some(seconds));
                 Ok(())
             },
