@@ -298,6 +298,17 @@ fn settings_are_kept_over_power_off_and_refused_while_it_drives() {
 }
 
 #[test]
+fn another_setting_acts_at_once() {
+    stand(async |host| {
+        host.send("SETT:acceleration_rad_s2 5 RAD/S2");
+        host.send("SOUR:MODE RATE;RATE 10");
+        host.wait(1.0).await;
+        assert!((4.0..5.5).contains(&host.true_rate()), "{}", host.true_rate());
+        host.no_error().await;
+    });
+}
+
+#[test]
 fn a_host_that_vanishes_is_missed_where_it_asked_to_be() {
     stand(async |host| {
         host.send("HOST:ARM 0.5 S;:SOUR:MODE RATE;RATE 2");
