@@ -15,4 +15,4 @@ python3 scripts/callgraph.py "$image" "TIM1_UP_TIM10:$most" USART2
 # The same library, with doors to its parts.
 firmware_cargo build --profile chip -p firmware-count --bin reach --features qemu
 python3 scripts/callgraph.py "$firmware_folder/$firmware_target/chip/reach" \
-    reach_tick reach_guard reach_framing_encode:+double reach_framing_decode:+double
+    reach_tick reach_guard reach_parser:+double reach_framing_encode:+double reach_framing_decode:+double

@@ -6,6 +6,7 @@ allow it, or if there are more instructions than said. Indirect calls are told: 
 it nothing is checked, and that is said.
 """
 
+import bisect
 import glob
 import re
 import shutil
@@ -14,8 +15,8 @@ import sys
 
 PANIC = re.compile(r"panick?|unwrap_failed|expect_failed|rust_begin_unwind|slice_index_fail|slice_.*index.*_len_fail")
 DOUBLE = re.compile(r"__aeabi_(d|ul2d|l2d|i2d|ui2d|f2d)[a-z0-9]*$|__(add|sub|mul|div)df3")
-FUNCTION = re.compile(r"^[0-9a-f]+ <(.*)>:$")
-CALL = re.compile(r"\t(?:bl|blx|b|b\.w|b[a-z]{2}|b[a-z]{2}\.w|cbn?z)\t[^<]*<(.*?)(?:\+0x[0-9a-f]+)?>(?: @.*)?$")
+FUNCTION = re.compile(r"^([0-9a-f]+) <(.*)>:$")
+CALL = re.compile(r"\t(?:bl|blx|b|b\.w|b[a-z]{2}|b[a-z]{2}\.w|cbn?z)\t(?:r\d+, |lr, )?(?:#[^<]*|0x([0-9a-f]+) )<.*>")
 INDIRECT = "(indirect)"
 
 
@@ -26,42 +27,55 @@ def disassembler():
 
 
 def graph(tool, image):
-    """The functions that each function calls, and its instructions."""
+    """By a function's address (names repeat: outlined pieces of different crates): its name, the addresses that it calls, its instructions."""
     text = subprocess.run([tool, "-d", "-C", "--no-show-raw-insn", image], check=True, capture_output=True, text=True).stdout
-    calls, length, current = {}, {}, None
+    names, calls, length, current = {}, {}, {}, None
     for line in text.splitlines():
         if start := FUNCTION.match(line):
-            current = start[1]
-            calls.setdefault(current, set())
-            length.setdefault(current, 0)
-        elif current and "\t" in line:
+            current = int(start[1], 16)
+            names[current], calls[current], length[current] = start[2], set(), 0
+        elif current is not None and "\t" in line:
             length[current] += 1
             if call := CALL.search(line):
-                calls[current].add(call[1])
+                calls[current].add(int(call[1], 16))
             elif re.search(r"\tblx?\tr|\tbx\tr", line):
                 calls[current].add(INDIRECT)
-    return calls, length
+    starts = sorted(names)
+
+    def whole(target):
+        """The function that an address lies in: a branch may go into the middle of one."""
+        if target == INDIRECT:
+            return INDIRECT
+        return starts[max(bisect.bisect_right(starts, target) - 1, 0)]
+
+    return names, {caller: {whole(target) for target in targets} for caller, targets in calls.items()}, length
 
 
-def walk(calls, length, entry, most, double):
+def walk(names, calls, length, entry, most, double):
     """What is wrong with what `entry` reaches, in words."""
-    if entry not in calls:
+    door = next((address for address, name in names.items() if name == entry), None)
+    if door is None:
         return [f"there is no {entry} in the image"]
-    reached, wrong, todo = {}, [], [(entry, "")]
+    names = {**names, INDIRECT: INDIRECT}
+    reached, wrong, indirect, todo = {}, [], [], [(door, None)]
     while todo:
-        name, caller = todo.pop()
-        if name in reached:
-            if name == INDIRECT:
-                reached[name].append(caller)
+        function, caller = todo.pop()
+        if function == INDIRECT:
+            indirect.append(names[caller])
+        if function in reached:
             continue
-        reached[name] = [caller]
+        reached[function] = caller
+        name = names[function]
         if PANIC.search(name) or not double and DOUBLE.search(name):
-            wrong.append(f"{name}\n  called by {caller}")
+            path = [name]
+            while caller is not None:
+                path.append(names[caller])
+                caller = reached[caller]
+            wrong.append("\n  called by ".join(path))
             continue
-        todo += [(callee, name) for callee in calls.get(name, ())]
-    size = sum(length.get(name, 0) for name in reached)
-    indirect = ", ".join(reached.get(INDIRECT, [])) or "none"
-    print(f"{entry}: {len(reached)} functions, {size} instructions in all; indirect calls in: {indirect}")
+        todo += [(callee, function) for callee in calls.get(function, ())]
+    size = sum(length.get(function, 0) for function in reached)
+    print(f"{entry}: {len(reached)} functions, {size} instructions in all; indirect calls in: {', '.join(indirect) or 'none'}")
     # A door that only jumps would look clean: what is behind it must be in what was walked.
     if size < 15:
         wrong.append(f"{size} instructions cannot be all; the disassembly was not understood")
@@ -75,12 +89,12 @@ def main():
     if tool is None:
         print("no llvm-objdump here: the call graph was not checked")
         return
-    calls, length = graph(tool, sys.argv[1])
+    names, calls, length = graph(tool, sys.argv[1])
     failed = False
     for argument in sys.argv[2:]:
         entry, *rules = argument.split(":")
         most = next((int(rule) for rule in rules if rule.isdigit()), None)
-        for wrong in walk(calls, length, entry, most, "+double" in rules):
+        for wrong in walk(names, calls, length, entry, most, "+double" in rules):
             print(f"{entry}: {wrong}")
             failed = True
     if failed:

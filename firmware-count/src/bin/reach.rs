@@ -9,6 +9,10 @@ use core::hint::black_box;
 use cortex_m_rt::entry;
 use panic_semihosting as _;
 use stand_firmware::board::{Drive, EncoderCount, Sensed, TickIo};
+use stand_firmware::console::line::{Line, Lines};
+use stand_firmware::console::parse::{Commands, Range, is_name};
+use stand_firmware::console::quantity::Quantity;
+use stand_firmware::console::text::Text;
 use stand_firmware::console::{Guard, StopLine};
 use stand_firmware::measurement_loop::Row;
 use stand_firmware::speed_loop::Interrupt;
@@ -57,6 +61,25 @@ extern "C" fn reach_framing_decode(deframer: &mut Deframer, byte: u8) {
     black_box(deframer.push(byte));
 }
 
+#[unsafe(no_mangle)]
+#[inline(never)]
+extern "C" fn reach_parser(lines: &mut Lines, byte: u8, said: &mut Text<200>) {
+    let Some(Line { text: Ok(text), .. }) = lines.push(byte) else { return };
+    for command in Commands::new(text) {
+        black_box(is_name(command.header(), black_box("dwell_s")));
+        black_box((command.is(black_box("SOURce:RATE")), command.last_below(black_box("SETTings")), command.header()));
+        let mut parameters = command.parameters();
+        let range = Range::new(Quantity::RATE, black_box(-1.0), black_box(1.0), 0.0);
+        if let Ok(number) = parameters.number(&range) {
+            said.writer().number(number, 9);
+        }
+        black_box((parameters.text().is_ok(), parameters.on_off().is_ok(), parameters.choice(&["ONE", "TWO"]).is_ok()));
+        if let Err(wrong) = parameters.end() {
+            wrong.write(&mut said.writer());
+        }
+    }
+}
+
 static LINE: StopLine = StopLine::new();
 
 #[entry]
@@ -66,6 +89,7 @@ fn main() -> ! {
     reach_framing_encode(&row, seq, &mut out);
     reach_framing_decode(&mut Deframer::default(), black_box(0));
     reach_guard(&mut Guard::new(&LINE), black_box(0));
+    reach_parser(&mut Lines::default(), black_box(0), &mut Text::default());
     tick();
     loop {
         cortex_m::asm::nop();

@@ -49,7 +49,7 @@ impl<'a> Iterator for Commands<'a> {
                 _ => (false, after),
             };
             let at_root = header.starts_with(b":") || header.starts_with(b"*") || header.eq_ignore_ascii_case(b"STOP");
-            let header = header.strip_prefix(b":").unwrap_or(header);
+            let header = if let [b':', rest @ ..] = header { rest } else { header };
             let path = if at_root { b"" } else { self.path };
             let command = Command { path, header, is_query, parameters: parameters.trim_ascii() };
             if !header.starts_with(b"*") {
@@ -73,11 +73,11 @@ impl<'a> Command<'a> {
 
     fn matches(&self, pattern: &str, path: &[u8]) -> bool {
         let mut words = self.words_after(path);
-        let mut wanted = pattern.split(':');
+        let mut wanted = split_words(pattern.as_bytes());
         loop {
             match (words.next(), wanted.next()) {
                 (None, None) => return true,
-                (Some(word), Some(wanted)) if is_word(word, wanted) => {}
+                (Some(word), Some(wanted)) if is_form(word, wanted) => {}
                 _ => return false,
             }
         }
@@ -86,8 +86,8 @@ impl<'a> Command<'a> {
     /// Its last word, if the others are this pattern.
     pub fn last_below(&self, pattern: &str) -> Option<&'a [u8]> {
         let mut words = self.words_after(self.path);
-        for wanted in pattern.split(':') {
-            if !words.next().is_some_and(|word| is_word(word, wanted)) {
+        for wanted in split_words(pattern.as_bytes()) {
+            if !words.next().is_some_and(|word| is_form(word, wanted)) {
                 return None;
             }
         }
@@ -99,8 +99,7 @@ impl<'a> Command<'a> {
     where
         'a: 'p,
     {
-        let of_path = path.split(|byte| *byte == b':').filter(|word| !word.is_empty());
-        of_path.chain(self.header.split(|byte| *byte == b':'))
+        split_words(path).filter(|word| !word.is_empty()).chain(split_words(self.header))
     }
 
     /// Its header as it was written, for errors.
@@ -134,8 +133,10 @@ impl<'a> Parameters<'a> {
     /// It is missing.
     pub fn text(&mut self) -> Result<&'a [u8], ErrorEntry> {
         let text = self.next_text().ok_or_else(|| ErrorEntry::new(Code::MISSING_PARAMETER))?;
-        let unquoted = |quote: &[u8]| text.strip_prefix(quote).and_then(|text| text.strip_suffix(quote));
-        Ok(unquoted(b"\"").or_else(|| unquoted(b"'")).unwrap_or(text))
+        Ok(match text {
+            [b'"', inner @ .., b'"'] | [b'\'', inner @ .., b'\''] => inner,
+            text => text,
+        })
     }
 
     /// The next as the place of a word among `words`, in long or short form.
@@ -180,7 +181,8 @@ impl<'a> Parameters<'a> {
             range.write(entry.detail.writer().text(": "));
             return Err(entry);
         }
-        Ok(value.clamp(range.least, range.greatest))
+        // `clamp` panics where its bounds are swapped.
+        Ok(value.max(range.least).min(range.greatest))
     }
 
     /// There must be no more.
@@ -230,14 +232,30 @@ impl Range {
 
 /// Whether `text` is `pattern`, whole or its capitals (and what comes before the first small letter), in any case.
 pub fn is_word(text: &[u8], pattern: &str) -> bool {
-    let short = pattern.bytes().position(|byte| byte.is_ascii_lowercase()).unwrap_or(pattern.len());
-    text.eq_ignore_ascii_case(pattern.as_bytes()) || pattern.as_bytes().get(..short).is_some_and(|short| text.eq_ignore_ascii_case(short))
+    is_form(text, pattern.as_bytes())
+}
+
+fn is_form(text: &[u8], pattern: &[u8]) -> bool {
+    let short = pattern.iter().position(u8::is_ascii_lowercase).unwrap_or(pattern.len());
+    text.eq_ignore_ascii_case(pattern) || pattern.get(..short).is_some_and(|short| text.eq_ignore_ascii_case(short))
+}
+
+/// The words between `:`, at least one. (The standard library's splitting slices, and what slices can panic as far as the compiler can see.)
+fn split_words(text: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let mut rest = Some(text);
+    core::iter::from_fn(move || {
+        let text = rest?;
+        let end = text.iter().position(|byte| *byte == b':');
+        rest = end.and_then(|end| text.get(end + 1..));
+        text.get(..end.unwrap_or(text.len()))
+    })
 }
 
 /// Whether `text` is a name of a parameter (`dwell_s`): whole, without its unit, or that in SCPI's short form (four letters, three where
 /// the fourth is a vowel).
 pub fn is_name(text: &[u8], name: &str) -> bool {
-    let base = name.split(['_', '-']).next().unwrap_or(name);
+    let end = name.bytes().position(|byte| matches!(byte, b'_' | b'-')).unwrap_or(name.len());
+    let base = name.get(..end).unwrap_or(name);
     let fourth_is_vowel = base.as_bytes().get(3).is_some_and(|byte| b"aeiouAEIOU".contains(byte));
     let short = if base.len() > 4 && fourth_is_vowel { 3 } else { 4 };
     let short = base.as_bytes().get(..short).unwrap_or(base.as_bytes());
