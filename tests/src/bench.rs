@@ -134,7 +134,6 @@ impl Host<'_, '_> {
     ///
     /// # Panics
     /// Where it is not.
-    #[track_caller]
     pub async fn tell(&self, command: &str) {
         let error = self.refusal(command).await;
         assert!(error.starts_with("0,"), "{command}: {error}");
