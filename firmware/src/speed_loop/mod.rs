@@ -18,12 +18,14 @@ mod segment;
 mod settings;
 #[cfg(test)]
 mod tests;
+mod tuning;
 
 pub use crate::safety::Fault;
 pub use feed_forward::{Compensating, LEARNT_WORDS, Learnt};
 pub use report::{Limits, Report};
 pub use segment::{Mode, ONE, Order, Segment, rate_unit};
 pub use settings::{Config, Settings};
+pub use tuning::Tuning;
 
 use crate::board::{Drive, EncoderCount, Sensed, TickIo, Unwrapped};
 use crate::mailbox::{Mailbox, Reader, Writer};
@@ -49,6 +51,7 @@ pub type LessonWriter<'a> = Writer<'a, Learnt, LEARNT_WORDS>;
 pub struct Interrupt<'a> {
     speed_loop: SpeedLoop,
     lessons: Option<Reader<'a, Learnt, LEARNT_WORDS>>,
+    tuning: Option<&'a Tuning>,
     orders: Reader<'a, Order, 8>,
     reports: Writer<'a, Report, 14>,
 }
@@ -56,12 +59,17 @@ pub struct Interrupt<'a> {
 impl<'a> Interrupt<'a> {
     /// Joins the law with the interrupt's ends of the two mailboxes.
     pub fn new(speed_loop: SpeedLoop, orders: Reader<'a, Order, 8>, reports: Writer<'a, Report, 14>) -> Self {
-        Self { speed_loop, lessons: None, orders, reports }
+        Self { speed_loop, lessons: None, tuning: None, orders, reports }
     }
 
     /// Listens for what is learnt while it runs; otherwise the settings' compensation stays.
     pub fn listening(self, lessons: Reader<'a, Learnt, LEARNT_WORDS>) -> Self {
         Self { lessons: Some(lessons), ..self }
+    }
+
+    /// Takes other settings while it runs, with the drive off.
+    pub fn tuned_by(self, tuning: &'a Tuning) -> Self {
+        Self { tuning: Some(tuning), ..self }
     }
 
     /// The compensation in force.
@@ -75,6 +83,9 @@ impl<'a> Interrupt<'a> {
         let sensed = io.sense();
         if let Some(at) = io.index() {
             self.speed_loop.see_index(at);
+        }
+        if let Some(config) = self.tuning.and_then(Tuning::take) {
+            self.speed_loop.tune(config);
         }
         if let Some(learnt) = self.lessons.as_mut().and_then(Reader::take_once) {
             self.speed_loop.learn(learnt);
@@ -143,6 +154,12 @@ impl SpeedLoop {
     pub fn learn(&mut self, learnt: Learnt) {
         self.feed_forward.learnt = learnt;
         self.feed_forward.restart();
+    }
+
+    /// Other settings from the next tick on; the drive must be off.
+    pub fn tune(&mut self, config: Config) {
+        self.config = config;
+        self.learn(config.learnt);
     }
 
     /// The rate estimate, counts per tick.
