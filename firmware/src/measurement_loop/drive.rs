@@ -173,6 +173,7 @@ mod tests {
                 slope_A: Some(0.01 * noise()),
                 angle_rad: rate,
                 rate_rad_s: acceleration,
+                slope_rad_s2: 0.0,
                 sensor_rad: None,
                 way: Some(way as i8),
             });
