@@ -71,3 +71,30 @@ fn a_check_whose_mark_is_lost_and_a_line_that_is_cut_do_not_pass_for_a_persons_l
         host.tell("SOUR:RATE 1.5").await;
     });
 }
+
+#[test]
+fn the_byte_0x18_stops_the_platform_on_a_damaged_line() {
+    at_the_bench(&Stand::default(), async |host| {
+        host.tell("SOUR:RATE 10;:SOUR:MODE RATE").await;
+        host.wait_s(1.0).await;
+        host.break_(What::LineFlips, f64::INFINITY, Some(0.05));
+        host.send(b"SOUR:RA\x18");
+        host.send(&[0x18; 3]); // one of them comes through: 5 % of damage a byte
+        host.wait_s(0.01).await;
+        host.mend(What::LineFlips);
+        host.send(b"\n");
+        host.wait_s(0.01).await;
+        host.heard();
+        let fault = host.ask("FAULT?").await;
+        assert!(fault.contains("emergency stop"), "{fault}");
+        assert!(host.refusal("SOUR:MODE RATE").await.starts_with("-221"), "latched");
+        host.wait_s(4.0).await;
+        assert!(host.true_rate_rad_s().abs() < 0.1);
+        host.tell("*CLS").await;
+        host.tell("FAULT:CLEAR").await;
+        host.wait_s(0.01).await;
+        host.tell("SOUR:RATE 5;:SOUR:MODE RATE").await;
+        host.wait_s(0.5).await;
+        assert!((host.true_rate_rad_s() - 5.0).abs() < 0.2, "it goes on: {}", host.true_rate_rad_s());
+    });
+}

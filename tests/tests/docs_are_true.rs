@@ -1,0 +1,84 @@
+//! The transcripts of docs/the-stand-controller.md are typed again on the simulated stand; every character must be what it says.
+//!
+//! With `STAND_DOCS=write` the page is written anew instead.
+#![allow(clippy::unwrap_used)]
+
+use hal_sim::plant::Stand;
+use stand_firmware::safety::Fault;
+use stand_tests::bench::at_the_bench;
+
+/// The line is quiet when nothing has come for so long, s; replies come within milliseconds, but for those that wait for something.
+const QUIET_S: f64 = 0.05;
+const MOST_S: f64 = 20.0;
+
+/// The page as it is on the disk and as the stand has it.
+fn page() -> (std::path::PathBuf, String) {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/the-stand-controller.md");
+    let text = std::fs::read_to_string(&path).unwrap();
+    (path, text)
+}
+
+/// What one block of the page is when it is typed: each stands for itself, from power-on.
+fn typed(block: &[&str]) -> Vec<String> {
+    at_the_bench(&Stand::default(), async |host| {
+        host.wait_s(0.1).await;
+        let mut page = Vec::new();
+        for line in block {
+            if let Some(command) = line.strip_prefix("> ") {
+                page.push((*line).to_owned());
+                host.send(format!("{command}\n").as_bytes());
+                let waits = command.contains("*OPC?");
+                let mut patience_s = if waits { MOST_S } else { QUIET_S };
+                while let Some(answer) = host.line(patience_s).await {
+                    patience_s = QUIET_S;
+                    // A list ends with an empty line.
+                    if answer.is_empty() {
+                        break;
+                    }
+                    page.push(answer);
+                }
+            } else if let Some(time) = line.strip_prefix('(').and_then(|time| time.strip_suffix(')')) {
+                page.push((*line).to_owned());
+                let (number, unit) = time.split_once(' ').unwrap();
+                let number: f64 = number.parse().unwrap();
+                host.wait_s(if unit == "ms" { 1e-3 * number } else { number }).await;
+            }
+        }
+        page
+    })
+}
+
+fn faults() -> Vec<String> {
+    let mut table = vec!["| | fault | what to do |".to_owned(), "|---:|---|---|".to_owned()];
+    table.extend(Fault::ALL.iter().map(|fault| format!("| {} | {} | {} |", fault.code(), fault.name(), fault.advice())));
+    table
+}
+
+#[test]
+fn the_page_for_the_bench_says_what_the_stand_says() {
+    let (path, text) = page();
+    let mut is = Vec::new();
+    let mut lines = text.lines().peekable();
+    while let Some(line) = lines.next() {
+        if line == "```console" {
+            is.push(line.to_owned());
+            let block: Vec<&str> = lines.by_ref().take_while(|line| *line != "```").collect();
+            is.extend(typed(&block));
+            is.push("```".to_owned());
+        } else if line == "FAULTS" || line.starts_with("| | fault |") {
+            while lines.next_if(|line| line.starts_with('|')).is_some() {}
+            is.extend(faults());
+        } else {
+            is.push(line.to_owned());
+        }
+    }
+    let is = is.join("\n") + "\n";
+    if std::env::var("STAND_DOCS").is_ok_and(|word| word == "write") {
+        std::fs::write(path, is).unwrap();
+        return;
+    }
+    for (n, (says, is)) in text.lines().zip(is.lines()).enumerate() {
+        assert_eq!(says, is, "line {}: write the page anew with STAND_DOCS=write", n + 1);
+    }
+    assert_eq!(text.len(), is.len(), "write the page anew with STAND_DOCS=write");
+}

@@ -1,0 +1,126 @@
+//! Whatever can break is broken while the platform turns: the drive goes off, the first cause is latched and told with what to do, and the way
+//! back is FAULt:CLEar when the cause is gone.
+#![allow(clippy::unwrap_used)]
+
+use hal_sim::faults::What;
+use hal_sim::plant::Stand;
+use rayon::prelude::*;
+use stand_firmware::safety::Fault;
+use stand_tests::bench::{Host, at_the_bench};
+
+/// Turns at 10 rad/s.
+async fn turn(host: &Host<'_, '_>) {
+    host.tell("SOUR:RATE 10 RAD/S;:SOUR:MODE RATE").await;
+    host.wait_s(1.5).await;
+    assert!((host.true_rate_rad_s() - 10.0).abs() < 0.3, "{}", host.true_rate_rad_s());
+}
+
+/// The drive is off for this reason, stays so, and can be had again.
+async fn is_latched(host: &Host<'_, '_>, fault: Fault, mend: impl FnOnce()) {
+    let told = host.ask("FAULt?").await;
+    assert_eq!(told, format!("{},{},{}", fault.code(), fault.name(), fault.advice()), "expected {}", fault.name());
+    assert_eq!(host.ask("OUTP?").await, "0");
+    let error = host.ask("SYST:ERR?").await;
+    assert!(error.contains(fault.name()), "told without being asked: {error}");
+    host.send(b"*CLS\n");
+    assert!(host.refusal("SOUR:MODE RATE").await.starts_with("-221"), "{}: it is held off", fault.name());
+    host.wait_s(1.0).await;
+    mend();
+    host.wait_s(1.0).await;
+    assert_eq!(host.ask("FAULt?").await, told, "latched");
+    host.wait_s(3.0).await;
+    host.tell("FAULt:CLEar").await;
+    host.wait_s(0.05).await;
+    assert_eq!(host.number("FAULt?").await, 0.0, "cleared after {}", fault.name());
+    turn(host).await;
+}
+
+#[test]
+fn each_fault_that_is_injected_is_latched_by_its_name_and_can_be_cleared_when_mended() {
+    let cases: [(What, f64, Option<f64>, Fault); 9] = [
+        (What::EncoderAOff, f64::INFINITY, None, Fault::EncoderLost),
+        (What::EncoderBOff, f64::INFINITY, None, Fault::EncoderLost),
+        (What::CounterStuck, f64::INFINITY, None, Fault::EncoderLost),
+        (What::CurrentSensorOff, f64::INFINITY, None, Fault::OverCurrent),
+        (What::SupplyDip, f64::INFINITY, Some(6.0), Fault::SupplyLow),
+        (What::SupplyDip, f64::INFINITY, Some(30.0), Fault::SupplyHigh),
+        (What::WindingHot, f64::INFINITY, None, Fault::Temperature),
+        (What::LostTicks, 3e-4, None, Fault::Clock),
+        (What::IndexOff, f64::INFINITY, None, Fault::IndexLost),
+    ];
+    cases.par_iter().for_each(|(what, for_s, size, fault)| {
+        at_the_bench(&Stand::default(), async |host| {
+            turn(host).await;
+            host.break_(*what, *for_s, *size);
+            host.wait_s(3.0).await;
+            println!("{what:?}: {}", host.ask("FAULt?").await);
+            is_latched(host, *fault, || host.mend(*what)).await;
+        });
+    });
+}
+
+#[test]
+fn a_host_that_vanishes_while_armed_stops_the_drive_and_one_that_talks_does_not() {
+    at_the_bench(&Stand::default(), async |host| {
+        turn(host).await;
+        host.tell("HOST:ARM 0.5 S").await;
+        for _ in 0..10 {
+            host.wait_s(0.3).await;
+            assert_eq!(host.number("FAULt?").await, 0.0, "it talks");
+        }
+        host.wait_s(0.8).await;
+        is_latched(host, Fault::HostSilent, || ()).await;
+    });
+}
+
+#[test]
+fn nobody_who_did_not_ask_for_it_is_watched() {
+    at_the_bench(&Stand::default(), async |host| {
+        turn(host).await;
+        host.wait_s(20.0).await;
+        assert_eq!(host.number("FAULt?").await, 0.0);
+        assert!((host.true_rate_rad_s() - 10.0).abs() < 0.3);
+    });
+}
+
+#[test]
+fn too_much_voltage_is_overspeed_and_a_blocked_platform_a_stall() {
+    at_the_bench(&Stand::default(), async |host| {
+        host.tell("SOUR:VOLT 4 V;:SOUR:MODE VOLT").await;
+        host.wait_s(5.0).await;
+        is_latched(host, Fault::Overspeed, || ()).await;
+    });
+    let mut blocked = Stand::default();
+    blocked.effects.insert("coulomb".to_owned(), [("coulomb_N_m".to_owned(), 0.1)].into());
+    at_the_bench(&blocked, async |host| {
+        host.tell("SOUR:RATE 5 RAD/S;:SOUR:MODE RATE").await;
+        host.wait_s(5.0).await;
+        let fault = host.ask("FAULt?").await;
+        assert!(fault.contains("stall") || fault.contains("tracking"), "{fault}");
+        assert_eq!(host.ask("OUTP?").await, "0");
+    });
+}
+
+#[test]
+fn a_power_cut_ends_the_drive_and_it_stays_off_when_the_supply_is_back() {
+    at_the_bench(&Stand::default(), async |host| {
+        turn(host).await;
+        host.break_(What::PowerCut, 0.1, None);
+        host.wait_s(6.0).await;
+        host.heard();
+        assert_eq!((host.ask("OUTP?").await.as_str(), host.power_cuts()), ("0", 1));
+        assert!(host.true_rate_rad_s().abs() < 0.1);
+        turn(host).await;
+    });
+}
+
+#[test]
+fn a_sensor_that_answers_rubbish_moves_nothing_that_the_encoder_says() {
+    at_the_bench(&Stand::default(), async |host| {
+        turn(host).await;
+        host.break_(What::SensorRubbish, f64::INFINITY, None);
+        host.wait_s(2.0).await;
+        assert!((host.number("MEAS:RATE?").await - 10.0).abs() < 0.2, "the rate is the encoder's");
+        assert!((host.true_rate_rad_s() - 10.0).abs() < 0.2, "and is held");
+    });
+}
