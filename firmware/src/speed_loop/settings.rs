@@ -45,10 +45,10 @@ impl Default for Settings {
             resistance_ohm: 2.32,          // maxon RE 25, 118752
             motor_constant_N_m_A: 23.4e-3, // the same sheet
             inertia_kg_m2: 2.5e-4,
-            // Two poles at 40 rad/s: J s² + (K²/R + K k/R) s + K c/R = J (s + 40)².
-            rate_gain_V_s_rad: 1.95,
-            position_gain_V_rad: 40.0,
-            rate_bandwidth_Hz: 60.0,
+            // Two poles at 80 rad/s: J s² + (K²/R + K k/R) s + K c/R = J (s + 80)². At 40 a step never stayed within 2 % (docs/rate-accuracy.md).
+            rate_gain_V_s_rad: 3.94,
+            position_gain_V_rad: 159.0,
+            rate_bandwidth_Hz: 120.0,
             acceleration_rad_s2: 60.0, // 0.64 A of the 1.5
             slip_rad: 0.1,
             current_limit_A: 1.5,

@@ -36,7 +36,7 @@ use stand_firmware::board::Hardware;
 use stand_firmware::speed_loop::Settings;
 
 /// Where the default gains of the speed loop put its poles, rad/s.
-const LOOP_POLES_RAD_S: f64 = 40.0;
+const LOOP_POLES_RAD_S: f64 = 80.0;
 
 /// A stand.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
