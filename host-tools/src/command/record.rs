@@ -363,7 +363,7 @@ impl Record {
 }
 
 /// Where the index is: what its distance from the angle's zero is, once a row has both.
-fn index(link: &mut Link, within: Duration) -> Result<Option<f64>, Trouble> {
+pub(super) fn index(link: &mut Link, within: Duration) -> Result<Option<f64>, Trouble> {
     let until = Instant::now() + within;
     while Instant::now() < until {
         if let Some(Heard::Row(row)) = link.next(Duration::from_millis(20))? {
