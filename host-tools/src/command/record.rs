@@ -238,7 +238,7 @@ impl Record {
         link.tell("STReam ON")?;
         link.tell(WATCH)?;
         link.tell("PROFile:STARt")?;
-        link.forget_losses();
+        link.forget();
         let failed = |e: std::io::Error| Trouble::file(file, "write", &e);
         let (mut heard_at, mut each) = (Instant::now(), Instant::now());
         let end = loop {
