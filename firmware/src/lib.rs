@@ -26,6 +26,7 @@
 
 pub mod board;
 pub mod calibration;
+pub mod capture;
 pub mod compensation;
 pub mod config;
 pub mod console;

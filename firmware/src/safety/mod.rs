@@ -3,5 +3,7 @@
 //! What must be fast is judged in the control interrupt ([`crate::speed_loop`]).
 
 mod fault;
+mod settings;
 
 pub use fault::Fault;
+pub use settings::Settings;

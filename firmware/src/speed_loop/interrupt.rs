@@ -1,0 +1,95 @@
+//! The timer interrupt: the law between its hardware and its mailboxes.
+//!
+//! Once in a millisecond each: a report out (slot 0), a lesson in (slot 4), orders in (slots 5 to 8; who orders for the next whole
+//! millisecond comes in time). An emergency stop does not wait for them: it is sensed in each tick.
+
+use super::{LEARNT_WORDS, Learnt, Order, REPORT_WORDS, Report, SpeedLoop};
+use crate::board::TickIo;
+use crate::capture::{Recorder, Sample};
+use crate::mailbox::{Mailbox, Reader, Writer};
+
+/// The mailbox of orders, tasks to interrupt.
+pub type Orders = Mailbox<Order, 8>;
+/// The tasks' end of the orders.
+pub type OrderWriter<'a> = Writer<'a, Order, 8>;
+/// The interrupt's end of the orders.
+pub type OrderReader<'a> = Reader<'a, Order, 8>;
+/// The mailbox of reports, interrupt to tasks.
+pub type Reports = Mailbox<Report, REPORT_WORDS>;
+/// The tasks' end of the reports.
+pub type ReportReader<'a> = Reader<'a, Report, REPORT_WORDS>;
+/// The interrupt's end of the reports.
+pub type ReportWriter<'a> = Writer<'a, Report, REPORT_WORDS>;
+/// The mailbox of what was learnt, tasks to interrupt.
+pub type Lessons = Mailbox<Learnt, LEARNT_WORDS>;
+/// The tasks' end of the lessons.
+pub type LessonWriter<'a> = Writer<'a, Learnt, LEARNT_WORDS>;
+
+/// All that the timer interrupt owns besides its hardware.
+pub struct Interrupt<'a> {
+    speed_loop: SpeedLoop,
+    lessons: Option<Reader<'a, Learnt, LEARNT_WORDS>>,
+    orders: OrderReader<'a>,
+    reports: ReportWriter<'a>,
+    recorder: Option<Recorder<'a>>,
+}
+
+impl<'a> Interrupt<'a> {
+    /// Joins the law with the interrupt's ends of the two mailboxes.
+    pub fn new(speed_loop: SpeedLoop, orders: OrderReader<'a>, reports: ReportWriter<'a>) -> Self {
+        Self { speed_loop, lessons: None, orders, reports, recorder: None }
+    }
+
+    /// Listens for what is learnt while it runs; otherwise the settings' compensation stays.
+    pub fn listening(self, lessons: Reader<'a, Learnt, LEARNT_WORDS>) -> Self {
+        Self { lessons: Some(lessons), ..self }
+    }
+
+    /// Records each tick, so that what led to a fault can be looked at.
+    pub fn recording(self, recorder: Recorder<'a>) -> Self {
+        Self { recorder: Some(recorder), ..self }
+    }
+
+    /// The compensation in force.
+    pub fn learnt(&self) -> &Learnt {
+        self.speed_loop.learnt()
+    }
+
+    /// The interrupt: sense, decide, drive, report.
+    #[inline]
+    pub fn run<T: TickIo>(&mut self, io: &mut T) {
+        let sensed = io.sense();
+        self.speed_loop.look(&sensed);
+        if let Some(at) = io.index() {
+            self.speed_loop.see_index(at);
+        }
+        match self.speed_loop.slot() {
+            0 => self.reports.post(&self.speed_loop.report()),
+            4 => {
+                if let Some(learnt) = self.lessons.as_mut().and_then(Reader::take_once) {
+                    self.speed_loop.learn(&learnt);
+                }
+            }
+            5..=8 => {
+                if let Some(order) = self.orders.take_once() {
+                    self.speed_loop.order(&order, &sensed);
+                }
+            }
+            _ => {}
+        }
+        let drive = self.speed_loop.decide(&sensed);
+        io.drive(drive);
+        if let Some(recorder) = &mut self.recorder {
+            recorder.take(&Sample {
+                count: sensed.encoder,
+                duty: drive.counts(),
+                current: sensed.current,
+                rate: self.speed_loop.rate_estimate(),
+                command: self.speed_loop.command(),
+            });
+            if self.speed_loop.slot() == 3 {
+                recorder.look(sensed.tick as u32, self.speed_loop.fault());
+            }
+        }
+    }
+}
