@@ -9,6 +9,7 @@
 
 use crate::config::{ConfigError, within};
 use core::ops::{Add, Sub};
+use embedded_hal_async::spi::SpiDevice;
 
 /// Board clock, steps per second.
 pub const TICKS_PER_S: u64 = 10_000_000;
@@ -153,6 +154,31 @@ impl<T> Stamped<T> {
     }
 }
 
+/// A moment of the edge timer: its steps ([`Hardware::edge_timer_Hz`]) since power-on. The board counts the timer's wraps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct EdgeTime(pub u64);
+
+impl EdgeTime {
+    /// The moment at which a timer of 32 bits stood at `captured`, at most one wrap before `self`.
+    pub fn when(self, captured: u32) -> Self {
+        Self(self.0.wrapping_sub(u64::from((self.0 as u32).wrapping_sub(captured))))
+    }
+
+    /// Seconds since `earlier`, negative if `self` is the earlier one.
+    pub fn since_s(self, earlier: Self, hardware: &Hardware) -> f64 {
+        self.0.wrapping_sub(earlier.0) as i64 as f64 / hardware.edge_timer_Hz
+    }
+}
+
+/// An edge of the encoder or of its index, as the hardware caught it: no code was in between.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Edge {
+    /// What the counter was right after it.
+    pub count: EncoderCount,
+    /// When it came.
+    pub at: EdgeTime,
+}
+
 /// What the interrupt senses at the beginning of its tick.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sensed {
@@ -216,12 +242,16 @@ pub trait Clock {
 pub trait Board {
     /// A handle to the board's time, cheap to copy.
     type Clock: Clock + Clone;
+    /// The line to the sensor under test. Transfers go by DMA: who waits for one leaves the core to the others.
+    type SensorBus: SpiDevice<u8>;
     /// The board's time.
     fn clock(&self) -> Self::Clock;
     /// The encoder by a counter of its own, not the speed loop's.
     fn encoder(&mut self) -> Stamped<EncoderCount>;
-    /// What that counter was when the index pulse last began, if it has begun since the last call.
-    fn index(&mut self) -> Option<EncoderCount>;
+    /// The newest edge of that counter with its time, captured for the tasks alone; `None` before the first, and where nothing captures it.
+    fn edge(&mut self) -> Option<Edge>;
+    /// What that counter was when the index pulse last began, and when that was; if it has begun since the last call.
+    fn index(&mut self) -> Option<Edge>;
     /// What the current's ADC has summed since the last call; stamped with the end of the sum.
     fn current(&mut self) -> Stamped<CurrentSum>;
     /// The rate sensor's newest sample; `None` where there is no sensor.
@@ -230,6 +260,8 @@ pub trait Board {
     fn supply(&mut self) -> Option<Stamped<SupplyCode>>;
     /// The newest temperature reading.
     fn temperature(&mut self) -> Option<Stamped<TemperatureCode>>;
+    /// Hands out the line to the sensor under test, once; `None` after that, and where the board has none.
+    fn sensor_bus(&mut self) -> Option<Self::SensorBus>;
 }
 
 /// The scales of one stand's hardware: data, so that another stand is other numbers.

@@ -12,7 +12,7 @@ use stand_firmware::board::{Clock, Hardware, ROW_HZ, TICKS_PER_ROW};
 use stand_firmware::calibration::{self, Found, Map, Refused, Watch};
 use stand_firmware::config::ConfigError;
 use stand_firmware::measurement_loop::{MeasurementLoop, Pace, Row, RowSink};
-use stand_firmware::profile::{Profile, ProfileConfig, ProfileKind, ProfileRunner};
+use stand_firmware::profile::{PARAMETERS, Profile, ProfileConfig, ProfileKind, ProfileRunner};
 use stand_firmware::session::rows_in;
 use stand_firmware::speed_loop::{
     Compensating, Config, Fault, Interrupt, Learnt, Lessons, Limits, Mode, Orders, Reports, Settings, SpeedLoop,
@@ -80,7 +80,7 @@ impl SessionRequest {
         let usual = ProfileConfig::new(kind, amplitude, seed);
         match mode {
             Mode::Rate => ProfileConfig { to_Hz: 1.0, bit_s: 0.5, ..usual },
-            Mode::Voltage | Mode::Off => usual,
+            Mode::Voltage | Mode::Off => ProfileConfig { acceleration: 2.0, jerk: 20.0, ..usual },
         }
     }
 }
@@ -158,7 +158,7 @@ pub fn run_rows<P: PlantPort>(
     let seconds = stand_firmware::config::within("seconds", request.seconds, 1e-3, 1e6)?;
     stand.sensors.check()?;
     let config = Config::new(&stand.settings, &stand.hardware)?;
-    let profile = Profile::new(&request.profile)?;
+    let profile = Profile::for_mode(&request.profile, request.mode)?;
 
     let clock = VirtualClock::default();
     let bench = RefCell::new(Bench::new(&stand.hardware, &stand.sensors, request.seed, plant).breaking(stand.faults));
@@ -347,6 +347,10 @@ fn notes(
         ("theta_lsb_rad".to_string(), format!("{:e}", stand.hardware.rad_per_count())),
         ("omega_lsb_rad_s".to_string(), format!("{:e}", stand.hardware.rate_rad_s_per_code)),
     ];
+    let said_above = ["amplitude", "offset", "seed"];
+    for parameter in PARAMETERS.iter().filter(|p| profile.kind.parameters().contains(&p.name) && !said_above.contains(&p.name)) {
+        notes.push((format!("profile_{}", parameter.name), (parameter.read)(profile).to_string()));
+    }
     notes.extend(compensation_note(stand, compensating).map(|says| ("compensation".to_string(), says)));
     for (bit, name) in Limits::NAMES.iter().enumerate() {
         let limited = limits.iter().filter(|limits| limits.contains(Limits(1 << bit))).count();

@@ -89,8 +89,8 @@ fn the_mean_rate_over_whole_turns_is_as_good_as_the_crystal() {
 fn a_hundred_stands_side_by_side_are_each_what_they_are_alone() {
     let request = |seed: u64| {
         let mode = if seed.is_multiple_of(2) { Mode::Rate } else { Mode::Voltage };
-        let kind = ProfileKind::ALL[seed as usize % ProfileKind::ALL.len()];
-        SessionRequest::new(mode, kind, 0.5, seed)
+        let kinds = [ProfileKind::MultiStep, ProfileKind::Multisine, ProfileKind::Prbs, ProfileKind::Chirp, ProfileKind::SCurve];
+        SessionRequest::new(mode, kinds[seed as usize % kinds.len()], 0.5, seed)
     };
     let alone: Vec<Record> = (0..100).map(|seed| run(StandSetup::default(), with_friction(), request(seed)).unwrap()).collect();
     let together: Vec<Record> = std::thread::scope(|scope| {
@@ -99,7 +99,7 @@ fn a_hundred_stands_side_by_side_are_each_what_they_are_alone() {
         stands.into_iter().map(|stand| stand.join().unwrap()).collect()
     });
     assert_eq!(alone, together);
-    assert_ne!(alone[0].columns, alone[6].columns, "another seed is another record");
+    assert_ne!(alone[0].columns, alone[10].columns, "another seed is another record");
 }
 
 #[test]

@@ -5,12 +5,14 @@
 //! whole tick. Nothing is allocated per tick and nothing is dynamic.
 
 pub mod linear_motor;
+mod sensor_bus;
 
 use crate::clock::{SimClock, VirtualClock};
 use crate::faults::{Broken, Decoder, Faults, What};
-use crate::peripherals::{CurrentAdc, Edges, Encoder, Index, Noise, RateSensor, SensorSetup, SlowChannel};
+use crate::peripherals::{CurrentAdc, Edges, Encoder, Index, Noise, OwnEdge, RateSensor, SensorSetup, SlowChannel};
+pub use sensor_bus::SensorBus;
 use stand_firmware::board::{
-    Board, CONTROL_PER_ROW, CurrentSum, Drive, EncoderCount, Hardware, RateCode, Sensed, Stamped, SupplyCode, TICKS_PER_CONTROL,
+    Board, CONTROL_PER_ROW, CurrentSum, Drive, Edge, EncoderCount, Hardware, RateCode, Sensed, Stamped, SupplyCode, TICKS_PER_CONTROL,
     TICKS_PER_S, TemperatureCode, TickIo, Ticks,
 };
 use std::cell::RefCell;
@@ -66,10 +68,12 @@ pub struct Bench<P> {
     encoder: Encoder,
     edges: Edges,
     index: Index,
+    /// The tasks' capture.
+    own_edge: OwnEdge,
     /// An emergency stop is asked for: the line's guard, or a pin.
     stop: bool,
     /// What the interrupt's and the tasks' counter captured and nobody has taken yet.
-    captured: [Option<EncoderCount>; 2],
+    captured: [Option<Edge>; 2],
     current: CurrentAdc,
     rate: Stamped<RateSensor>,
     supply: Stamped<SlowChannel>,
@@ -104,6 +108,7 @@ impl<P: PlantPort> Bench<P> {
             edges: Edges::new(encoder.exact(plant.theta_rad()), plant.true_rate_rad_s(), hardware),
             stop: false,
             index: Index::new(hardware, encoder.whole(plant.theta_rad())),
+            own_edge: OwnEdge::new(hardware, encoder.exact(plant.theta_rad())),
             captured: [None; 2],
             current: CurrentAdc::new(hardware, sensors, seed),
             rate: Stamped { value: rate, at: Ticks(0) },
@@ -153,6 +158,11 @@ impl<P: PlantPort> Bench<P> {
         self.stop = stop;
     }
 
+    /// Chip select goes low: who answers until it rises again. Nobody is connected yet.
+    fn select_sensor(&mut self) -> sensor_bus::Exchange {
+        sensor_bus::Exchange
+    }
+
     /// The plant.
     pub fn plant(&self) -> &P {
         &self.plant
@@ -190,11 +200,12 @@ impl<P: PlantPort> Bench<P> {
             self.current.tick(charge / time + disturbed);
         }
         self.acting_V = self.pending_V;
+        let exact = self.encoder.exact(self.plant.theta_rad());
         let disc = self.encoder.whole(self.plant.theta_rad());
         let shown = self.decoder.show(disc, self.broken.is(What::EncoderAOff), self.broken.is(What::EncoderBOff));
-        if let Some(count) = self.index.pass(disc).filter(|_| !self.broken.is(What::IndexOff)) {
-            let ahead = EncoderCount((shown - disc) as u16);
-            self.captured = [Some(EncoderCount(count.0.wrapping_add(ahead.0))); 2];
+        let passed = self.own_edge.pass(exact, disc, self.tick);
+        if let Some(edge) = self.index.pass(disc, &passed).filter(|_| !self.broken.is(What::IndexOff)) {
+            self.captured = [Some(counted(edge, shown - disc)); 2];
         }
         if self.tick.is_multiple_of(RATE_SENSOR_EVERY) && !self.broken.is(What::SensorSilent) {
             self.rate.value.sample();
@@ -257,6 +268,11 @@ impl<P: PlantPort> Bench<P> {
     }
 }
 
+/// The edge as a counter shows it that has run ahead of the disc.
+fn counted(edge: Edge, ahead: i64) -> Edge {
+    Edge { count: EncoderCount(edge.count.0.wrapping_add(ahead as u16)), ..edge }
+}
+
 /// The interrupt's half.
 pub struct SimTickIo<'a, P>(&'a mut Bench<P>);
 
@@ -279,7 +295,7 @@ impl<P: PlantPort> TickIo for SimTickIo<'_, P> {
 
     #[inline]
     fn index(&mut self) -> Option<EncoderCount> {
-        self.0.captured[0].take()
+        self.0.captured[0].take().map(|edge| edge.count)
     }
 
     #[inline]
@@ -292,17 +308,19 @@ impl<P: PlantPort> TickIo for SimTickIo<'_, P> {
 pub struct SimBoard<'a, P> {
     bench: &'a RefCell<Bench<P>>,
     clock: &'a VirtualClock,
+    bus_taken: bool,
 }
 
 impl<'a, P: PlantPort> SimBoard<'a, P> {
     /// The tasks' half of this bench, on this clock.
     pub fn new(bench: &'a RefCell<Bench<P>>, clock: &'a VirtualClock) -> Self {
-        Self { bench, clock }
+        Self { bench, clock, bus_taken: false }
     }
 }
 
 impl<'a, P: PlantPort> Board for SimBoard<'a, P> {
     type Clock = SimClock<'a>;
+    type SensorBus = SensorBus<'a, P>;
 
     fn clock(&self) -> SimClock<'a> {
         SimClock(self.clock)
@@ -313,7 +331,13 @@ impl<'a, P: PlantPort> Board for SimBoard<'a, P> {
         Stamped { value: EncoderCount(bench.shown() as u16), at: bench.now }
     }
 
-    fn index(&mut self) -> Option<EncoderCount> {
+    fn edge(&mut self) -> Option<Edge> {
+        let bench = self.bench.borrow();
+        let disc = bench.encoder.whole(bench.plant.theta_rad());
+        bench.own_edge.newest().map(|edge| counted(edge, bench.shown() - disc))
+    }
+
+    fn index(&mut self) -> Option<Edge> {
         self.bench.borrow_mut().captured[1].take()
     }
 
@@ -335,5 +359,10 @@ impl<'a, P: PlantPort> Board for SimBoard<'a, P> {
     fn temperature(&mut self) -> Option<Stamped<TemperatureCode>> {
         let bench = self.bench.borrow();
         Some(Stamped { value: TemperatureCode(bench.temperature.code() as i32), at: bench.supply.at })
+    }
+
+    fn sensor_bus(&mut self) -> Option<SensorBus<'a, P>> {
+        let first = !std::mem::replace(&mut self.bus_taken, true);
+        first.then_some(SensorBus { bench: self.bench, clock: self.clock })
     }
 }
