@@ -66,6 +66,7 @@ impl SessionRequest {
     pub fn usual_amplitude(mode: Mode) -> f64 {
         match mode {
             Mode::Rate => 15.0,
+            Mode::Position => 3.0,
             Mode::Voltage | Mode::Off => 0.7,
         }
     }
@@ -328,6 +329,7 @@ fn notes(
         Mode::Off => ("off", ""),
         Mode::Voltage => ("voltage", " V"),
         Mode::Rate => ("rate", " rad/s"),
+        Mode::Position => ("position", " rad"),
     };
     let cutoff = stand.sensors.rate_cutoff_Hz;
     let omega = if cutoff.is_finite() { format!("gyro, filter {cutoff} Hz") } else { "gyro".to_string() };

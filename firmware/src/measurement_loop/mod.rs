@@ -13,7 +13,7 @@ mod decimate;
 pub use decimate::Decimate;
 
 use crate::board::{Board, CONTROL_HZ, Clock, Hardware, TICKS_PER_ROW, Ticks, Unwrapped};
-use crate::speed_loop::{Compensating, Fault, Limits, Mode, ONE, Report, ReportReader};
+use crate::speed_loop::{Compensating, Fault, Limits, ONE, Report, ReportReader};
 
 /// One sample of everything.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -34,9 +34,9 @@ pub struct Row {
     pub from_index_rad: Option<f64>,
     /// The rate sensor at t_k, rad/s.
     pub omega_rad_s: Option<f64>,
-    /// Rate command at t_k, rad/s; rate mode only.
+    /// Rate command at t_k, rad/s; rate and position mode only.
     pub rate_cmd_rad_s: Option<f64>,
-    /// Position command at t_k, rad; rate mode only.
+    /// Position command at t_k, rad; rate and position mode only.
     pub theta_cmd_rad: Option<f64>,
     /// Winding temperature at t_k, °C.
     pub temp_C: Option<f64>,
@@ -179,9 +179,9 @@ impl<'a> MeasurementLoop<'a> {
     fn row(&self, k: &Look, next: &Look, i_A: Option<f64>, start: Ticks) -> Row {
         let h = &self.hardware;
         let ticks = next.report.tick.saturating_sub(k.report.tick).max(1) as f64;
-        let duty = next.report.duty_sum.wrapping_sub(k.report.duty_sum) as f64;
+        let duty = f64::from(next.report.duty_since(&k.report));
         let count_rad = h.rad_per_count();
-        let in_rate_mode = k.report.mode == Mode::Rate;
+        let follows = k.report.mode.follows();
         Row {
             sequence: self.sequence,
             t_s: Ticks(k.at - start).seconds(),
@@ -191,8 +191,8 @@ impl<'a> MeasurementLoop<'a> {
             theta_rad: k.counts.wrapping_sub(self.zero_counts) as f64 * count_rad,
             from_index_rad: k.from_index.map(|counts| (counts as f64 + 0.5) * count_rad),
             omega_rad_s: k.omega_rad_s,
-            rate_cmd_rad_s: in_rate_mode.then(|| k.report.rate_command as f64 / ONE * count_rad * CONTROL_HZ as f64),
-            theta_cmd_rad: in_rate_mode.then(|| (k.report.position_command as f64 / ONE - self.zero_counts as f64) * count_rad),
+            rate_cmd_rad_s: follows.then(|| k.report.rate_command as f64 / ONE * count_rad * CONTROL_HZ as f64),
+            theta_cmd_rad: follows.then(|| (k.report.position_command_counts(k.counts) - self.zero_counts as f64) * count_rad),
             temp_C: k.temp_C,
             limits: next.report.limits_since(&k.report),
             compensating: k.report.compensating,

@@ -3,8 +3,8 @@
 use crate::config::{ConfigError, within};
 
 /// Thresholds. The default suits the default stand: maxon RE 25, 1.5 A of current limit, 12 V.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default, deny_unknown_fields))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct Settings {
     /// Motor current above which the drive is switched off within 0.4 ms, A; where the converter ends below it, there.
     pub over_current_A: f64,

@@ -39,8 +39,8 @@ mod tests {
 
     #[test]
     fn every_way_ends_at_its_end_at_rest_within_the_limits() {
-        let (fastest, acceleration) = (2.0, 0.02);
-        for distance in [0.01, 0.3, 1.0, 7.77, 100.0, 5_000.0, 123_456.0, -0.3, -4_321.0] {
+        let (fastest, acceleration) = (2.0_f32, 0.02_f32);
+        for distance in [0.01_f32, 0.3, 1.0, 7.77, 100.0, 5_000.0, 123_456.0, -0.3, -4_321.0] {
             for start in [0.0, 1.3, -1.3] {
                 let (mut left, mut rate, mut steps) = (f64::from(distance), start, 0);
                 while steps < 20_000 && (left.abs() > 1e-3 || rate != 0.0) {

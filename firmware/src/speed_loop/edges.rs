@@ -197,15 +197,19 @@ mod tests {
             let start = f64::from(phase) * 0.137 + 0.01;
             let mut changes = 0;
             let mut last = None;
-            follow(ticks, |t| start + rate * t, |_, edges| {
-                changes += u32::from(last.is_some_and(|last| last != edges.counts));
-                last = Some(edges.counts);
-                if changes > 4 {
-                    let off = f64::from(edges.rate(PERIOD)) * 1e4 / rate - 1.0;
-                    sum += off * off;
-                    n += 1;
-                }
-            });
+            follow(
+                ticks,
+                |t| start + rate * t,
+                |_, edges| {
+                    changes += u32::from(last.is_some_and(|last| last != edges.counts));
+                    last = Some(edges.counts);
+                    if changes > 4 {
+                        let off = f64::from(edges.rate(PERIOD)) * 1e4 / rate - 1.0;
+                        sum += off * off;
+                        n += 1;
+                    }
+                },
+            );
         }
         assert!(n > 100, "{deg_s}: {n}");
         (sum / f64::from(n)).sqrt()

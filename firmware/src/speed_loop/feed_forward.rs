@@ -216,7 +216,8 @@ impl FeedForward {
         }
         // Parts of a count by 256, to the nearest by what lies below a float's last bit.
         let on = ((part + rate * (ahead + self.learnt.lead)) * 256.0 + ROUND).to_bits().wrapping_sub(ROUND.to_bits());
-        let angle = (self.from_index.counts(counts) as u32).wrapping_mul(angle_per_count).wrapping_add(on.wrapping_mul(angle_per_count >> 8));
+        let angle =
+            (self.from_index.counts(counts) as u32).wrapping_mul(angle_per_count).wrapping_add(on.wrapping_mul(angle_per_count >> 8));
         self.coming -= wave.duty * sine(angle.wrapping_mul(order).wrapping_add(wave.phase));
     }
 

@@ -82,10 +82,9 @@ pub struct SpeedLoop {
 struct Active {
     mode: Mode,
     zero: Zero,
-    /// Value at the tick `at`, and what it gains in each, until nothing is left.
+    /// Value at the tick for which output is computed next, and what it gains in each, until nothing is left.
     value: i64,
     slope: i64,
-    at: u32,
     left: u32,
     /// Ran out without a successor.
     starved: bool,
@@ -320,7 +319,6 @@ impl SpeedLoop {
             zero: next.zero,
             value: next.value.wrapping_add(ahead),
             slope: next.slope,
-            at: soon,
             left: u32::from(next.ticks).wrapping_sub(along),
             starved: false,
         };
@@ -374,19 +372,18 @@ impl SpeedLoop {
     /// Lays out the millisecond that begins with the next tick.
     #[inline]
     fn plan(&mut self) {
-        let config = &self.config;
         let target = if self.active.mode == Mode::Position {
             self.approach()
         } else {
-            // Where the segment will be at the millisecond's end, whose beginning is `at` or later.
+            // Where the segment will be at the millisecond's end.
             let active = &mut self.active;
             let ticks = active.left.min(SLOTS);
-            self.limits.set(Limits::STARVED, ticks < SLOTS && active.starved);
-            active.starved = ticks < SLOTS;
+            self.limits.set(Limits::STARVED, ticks < SLOTS);
             active.left = active.left.wrapping_sub(ticks);
             active.value = active.value.wrapping_add(active.slope.wrapping_mul(i64::from(ticks)));
             active.value
         };
+        let config = &self.config;
         let (from, to, held_back) = self.ramp.plan(target, config.acceleration);
         self.limits.set(Limits::ACCELERATION, held_back && self.active.mode == Mode::Rate);
         let pushed = config.inertia * (to - from);

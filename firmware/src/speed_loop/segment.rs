@@ -132,6 +132,12 @@ impl Segment {
         Self { start_tick, ..Self::default() }
     }
 
+    /// The value at tick `n`: what the tick works out piece by piece.
+    #[cfg(test)]
+    pub(crate) fn at(&self, n: u64) -> i64 {
+        let along = n.saturating_sub(self.start_tick).min(u64::from(self.ticks)) as i64;
+        self.value.saturating_add(self.slope.saturating_mul(along))
+    }
 }
 
 /// 2⁻³² counts per tick in one rad/s.
