@@ -68,7 +68,7 @@ const OTHER: u8 = u8::MAX;
 
 impl<'a> Guard<'a> {
     /// A guard at the start of a line.
-    pub fn new(line: &'a StopLine) -> Self {
+    pub const fn new(line: &'a StopLine) -> Self {
         Self { line, seen: 0 }
     }
 
