@@ -67,7 +67,7 @@ impl SessionRequest {
         match mode {
             Mode::Rate => 15.0,
             Mode::Position => 3.0,
-            Mode::Voltage | Mode::Off => 0.7,
+            Mode::Voltage | Mode::Position | Mode::Off => 0.7,
         }
     }
 
@@ -81,7 +81,7 @@ impl SessionRequest {
         let usual = ProfileConfig::new(kind, amplitude, seed);
         match mode {
             Mode::Rate => ProfileConfig { to_Hz: 1.0, bit_s: 0.5, ..usual },
-            Mode::Voltage | Mode::Off => ProfileConfig { acceleration: 2.0, jerk: 20.0, ..usual },
+            Mode::Voltage | Mode::Position | Mode::Off => ProfileConfig { acceleration: 2.0, jerk: 20.0, ..usual },
         }
     }
 }

@@ -1,6 +1,6 @@
 //! What switches the drive off, judged in the tick.
 //!
-//! In each tick: rate, current, the wish to stop. Once in a millisecond, in turn: whether the motor pushes and nothing turns, whether its
+//! In each tick: current, the wish to stop. Once in a millisecond, in turn: rate, whether the motor pushes and nothing turns, whether its
 //! back-EMF says that it turns and no edge comes, supply, and how long the ramp has been slipping. The first cause latches and is kept;
 //! clearing takes its cause to be gone. Thresholds: [`crate::safety::Settings`].
 
@@ -102,6 +102,7 @@ pub struct Guard {
     /// The tick in which it was seen, low word.
     pub at: u32,
     over: u32,
+    over_at: u32,
     stalled_ms: u32,
     back_emf: f32,
     turning_ms: u32,
@@ -120,23 +121,28 @@ impl Guard {
         }
     }
 
-    /// In each tick: what must be fast.
+    /// In each tick: current, and the wish to stop.
     #[inline]
-    pub fn fast(&mut self, t: &Thresholds, sensed: &Sensed, rate: f32) {
+    pub fn fast(&mut self, t: &Thresholds, sensed: &Sensed) {
+        if sensed.stop || t.is_over(sensed.current.0) {
+            self.out_of_bounds(t, sensed);
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn out_of_bounds(&mut self, t: &Thresholds, sensed: &Sensed) {
         let tick = sensed.tick as u32;
         if sensed.stop {
             self.trip(Fault::EmergencyStop, tick);
         }
-        if rate.abs() > t.overspeed {
-            self.trip(Fault::Overspeed, tick);
-        }
         if t.is_over(sensed.current.0) {
-            self.over = self.over.wrapping_add(1);
+            let in_a_row = tick.wrapping_sub(self.over_at) == 1;
+            self.over = if in_a_row { self.over.wrapping_add(1) } else { 1 };
+            self.over_at = tick;
             if self.over >= OVER_CURRENT_TICKS {
                 self.trip(Fault::OverCurrent, tick);
             }
-        } else {
-            self.over = 0;
         }
     }
 
@@ -164,9 +170,12 @@ impl Guard {
         }
     }
 
-    /// Once in a millisecond: supply, and how long the ramp has been slipping.
+    /// Once in a millisecond: rate, supply, and how long the ramp has been slipping.
     #[inline]
-    pub fn supply(&mut self, t: &Thresholds, look: &Look, tick: u32) {
+    pub fn supply(&mut self, t: &Thresholds, look: &Look, rate: f32, tick: u32) {
+        if rate.abs() > t.overspeed {
+            self.trip(Fault::Overspeed, tick);
+        }
         let bad = look.on && (look.supply < t.supply_from || look.supply > t.supply_to);
         self.bad_supply_ms = if bad { self.bad_supply_ms.wrapping_add(1) } else { 0 };
         if self.bad_supply_ms >= SUPPLY_MS {

@@ -1,12 +1,15 @@
 //! The timer interrupt: the law between its hardware and its mailboxes.
 //!
-//! Once in a millisecond each: a report out (slot 0), a lesson in (slot 4), orders in (slots 5 to 8; who orders for the next whole
+//! Once in a millisecond each: a report out (slot 0), a lesson in (slot 4), orders in (slots 5 and 6; who orders for the next whole
 //! millisecond comes in time). An emergency stop does not wait for them: it is sensed in each tick.
 
 use super::{LEARNT_WORDS, Learnt, Order, REPORT_WORDS, Report, SpeedLoop};
-use crate::board::TickIo;
+use crate::board::{Sensed, TickIo};
 use crate::capture::{Recorder, Sample};
-use crate::mailbox::{Mailbox, Reader, Writer};
+use crate::mailbox::{Mailbox, Parts, Reader, Words, Writer};
+
+/// Words of a lesson that are taken in a millisecond.
+const LESSON_PART: usize = 7;
 
 /// The mailbox of orders, tasks to interrupt.
 pub type Orders = Mailbox<Order, 8>;
@@ -28,7 +31,7 @@ pub type LessonWriter<'a> = Writer<'a, Learnt, LEARNT_WORDS>;
 /// All that the timer interrupt owns besides its hardware.
 pub struct Interrupt<'a> {
     speed_loop: SpeedLoop,
-    lessons: Option<Reader<'a, Learnt, LEARNT_WORDS>>,
+    lessons: Option<(Reader<'a, Learnt, LEARNT_WORDS>, Parts<LEARNT_WORDS>)>,
     orders: OrderReader<'a>,
     reports: ReportWriter<'a>,
     recorder: Option<Recorder<'a>>,
@@ -42,7 +45,7 @@ impl<'a> Interrupt<'a> {
 
     /// Listens for what is learnt while it runs; otherwise the settings' compensation stays.
     pub fn listening(self, lessons: Reader<'a, Learnt, LEARNT_WORDS>) -> Self {
-        Self { lessons: Some(lessons), ..self }
+        Self { lessons: Some((lessons, Parts::default())), ..self }
     }
 
     /// Records each tick, so that what led to a fault can be looked at.
@@ -63,21 +66,22 @@ impl<'a> Interrupt<'a> {
         if let Some(at) = io.index() {
             self.speed_loop.see_index(at);
         }
-        match self.speed_loop.slot() {
-            0 => self.reports.post(&self.speed_loop.report()),
-            4 => {
-                if let Some(learnt) = self.lessons.as_mut().and_then(Reader::take_once) {
-                    self.speed_loop.learn(&learnt);
+        let slot = self.speed_loop.slot();
+        match slot {
+            0 => {
+                self.reports.post(&self.speed_loop.report());
+                self.speed_loop.in_turn(&sensed);
+            }
+            5 | 6 => self.take_order(&sensed),
+            9 => {}
+            _ => {
+                self.speed_loop.in_turn(&sensed);
+                if slot == 4 {
+                    self.rest(&sensed);
                 }
             }
-            5..=8 => {
-                if let Some(order) = self.orders.take_once() {
-                    self.speed_loop.order(&order, &sensed);
-                }
-            }
-            _ => {}
         }
-        let drive = self.speed_loop.decide(&sensed);
+        let drive = self.speed_loop.decide();
         io.drive(drive);
         if let Some(recorder) = &mut self.recorder {
             recorder.take(&Sample {
@@ -87,9 +91,26 @@ impl<'a> Interrupt<'a> {
                 rate: self.speed_loop.rate_estimate(),
                 command: self.speed_loop.command(),
             });
-            if self.speed_loop.slot() == 3 {
-                recorder.look(sensed.tick as u32, self.speed_loop.fault());
-            }
+        }
+    }
+
+    #[inline]
+    fn take_order(&mut self, sensed: &Sensed) {
+        if let Some(order) = self.orders.take_once() {
+            self.speed_loop.order(&order, sensed);
+        }
+    }
+
+    /// Lessons, and what the record is to do.
+    #[inline]
+    fn rest(&mut self, sensed: &Sensed) {
+        if let Some(recorder) = &mut self.recorder {
+            recorder.look(sensed.tick as u32, self.speed_loop.fault());
+        }
+        if let Some((lessons, parts)) = &mut self.lessons
+            && lessons.take_part(parts, LESSON_PART)
+        {
+            self.speed_loop.learn(&Learnt::from_words(parts.words()));
         }
     }
 }

@@ -9,8 +9,8 @@
 //! and is on the motor from exactly tick s on. The report of tick n sums what has acted up to n.
 //!
 //! A tick is a tenth of a millisecond, and what may take a millisecond is done in one of its ten *slots*, so that each tick stays short:
-//! slot 0 reports, 1 to 4 judge what takes time to judge, 5 to 8 take orders, 1 to 8 work out a harmonic each, 9 lays out the ramp of the
-//! next millisecond. Slots are numbered from the board's whole milliseconds, in which the log's rows begin, too.
+//! slot 0 reports, 1 and 2 judge what takes time to judge, 3 measures the rate by the edges, 4 takes lessons, 5 and 6 take orders, 7 leads
+//! the ramp, 9 lays it out for the next millisecond; harmonics are worked out one by one between. Slots are numbered from the board's whole milliseconds, in which the log's rows begin, too.
 //!
 //! Promises: no panic, no wait, no double-precision call.
 
@@ -72,8 +72,12 @@ pub struct SpeedLoop {
     /// Limits in force within this millisecond.
     limits: Limits,
     limited_ms: [u32; Limits::COUNT],
+    /// What was asked for, for a record.
+    commanded: f32,
     /// Rounding of the duty that is still owed, compare counts.
     owed: f32,
+    /// What the rate at the end of this millisecond needs, compare counts.
+    needed: f32,
     began: bool,
 }
 
@@ -111,7 +115,9 @@ impl SpeedLoop {
             duty_sum: 0,
             limits: Limits::default(),
             limited_ms: [0; Limits::COUNT],
+            commanded: 0.0,
             owed: 0.0,
+            needed: 0.0,
             began: false,
         }
     }
@@ -155,17 +161,18 @@ impl SpeedLoop {
     /// What is regulated, for a record: the rate command, counts per tick, or the voltage asked for, compare counts.
     #[inline]
     pub fn command(&self) -> f32 {
-        if self.active.mode.follows() { self.ramp.command } else { fixed_to_f32(self.active.value) }
+        self.commanded
     }
 
     /// One tick: see the module. The interrupt does the same in parts.
     #[inline]
     pub fn tick(&mut self, sensed: &Sensed, order: Option<&Order>) -> Drive {
         self.look(sensed);
+        self.in_turn(sensed);
         if let Some(order) = order {
             self.order(order, sensed);
         }
-        self.decide(sensed)
+        self.decide()
     }
 
     /// The tick's first half: what is so.
@@ -182,7 +189,7 @@ impl SpeedLoop {
         self.acting = self.pending;
         let went = self.edges.take(sensed.encoder, sensed.edge_age, self.config.period);
         self.estimate.update(&self.config.tracking, went);
-        self.guard.fast(&self.config.thresholds, sensed, self.estimate.rate);
+        self.guard.fast(&self.config.thresholds, sensed);
     }
 
     /// The first tick, or one that follows a lost one.
@@ -242,16 +249,49 @@ impl SpeedLoop {
         }
     }
 
+    /// What is done once in a millisecond, in all slots but 5, 6 and 9.
+    #[inline]
+    pub fn in_turn(&mut self, sensed: &Sensed) {
+        let tick = sensed.tick as u32;
+        match self.slot {
+            1 => {
+                self.guard.turning(&self.config.thresholds, &self.guarded(sensed), tick);
+                self.harmonic(0);
+            }
+            2 => {
+                self.guard.supply(&self.config.thresholds, &self.guarded(sensed), self.estimate.rate, tick);
+                self.harmonic(1);
+            }
+            3 => {
+                self.edges.measure();
+                self.harmonic(2);
+            }
+            4 => {
+                self.feed_forward.from_index.check(self.edges.counts, self.config.index_lost);
+                self.harmonic(3);
+            }
+            7 => {
+                self.lead();
+                self.harmonic(4);
+            }
+            8 => {
+                self.harmonic(5);
+                self.harmonic(6);
+            }
+            0 => self.harmonic(7),
+            _ => {}
+        }
+    }
+
     /// The tick's second half: what to do about it.
     #[inline]
-    pub fn decide(&mut self, sensed: &Sensed) -> Drive {
+    pub fn decide(&mut self) -> Drive {
         let soon = self.awaited;
         if let Some(next) = &self.next
             && (next.start_tick as u32).wrapping_sub(soon) as i32 <= 0
         {
             self.switch_segment(soon);
         }
-        self.in_turn(sensed);
         let on = self.guard.fault == Fault::None;
         let duty = match self.active.mode {
             Mode::Rate | Mode::Position if on => self.follow(),
@@ -267,41 +307,24 @@ impl SpeedLoop {
 }
 
 impl SpeedLoop {
-    /// What is done once in a millisecond, a slot each.
     #[inline]
-    fn in_turn(&mut self, sensed: &Sensed) {
-        let (slot, tick) = (self.slot, sensed.tick as u32);
-        match slot {
-            1..=2 => {
-                let look = Look {
-                    current: sensed.current.0,
-                    supply: sensed.supply.0,
-                    duty: self.acting,
-                    on: self.active.mode != Mode::Off && self.guard.fault == Fault::None,
-                    edge_age: self.edges.age(),
-                    limits: self.limits,
-                };
-                if slot == 1 {
-                    self.guard.turning(&self.config.thresholds, &look, tick);
-                } else {
-                    self.guard.supply(&self.config.thresholds, &look, tick);
-                }
-            }
-            3 => self.edges.forget_old(),
-            4 => self.feed_forward.from_index.check(self.edges.counts, self.config.index_lost),
-            _ => {}
+    fn guarded(&self, sensed: &Sensed) -> Look {
+        Look {
+            current: sensed.current.0,
+            supply: sensed.supply.0,
+            duty: self.acting,
+            on: self.active.mode != Mode::Off && self.guard.fault == Fault::None,
+            edge_age: self.edges.age(),
+            limits: self.limits,
         }
-        if slot.wrapping_sub(1) < 8 {
-            let ahead = SLOTS.wrapping_mul(2).wrapping_sub(slot);
-            self.feed_forward.add(
-                slot.wrapping_sub(1) as usize,
-                self.edges.counts,
-                self.edges.part,
-                self.estimate.rate,
-                ahead as i32 as f32,
-                self.config.angle_per_count,
-            );
-        }
+    }
+
+    /// Works out harmonic `k` for the end of the millisecond after this.
+    #[inline]
+    fn harmonic(&mut self, k: usize) {
+        let ahead = SLOTS.wrapping_mul(2).wrapping_sub(self.slot) as i32 as f32;
+        let (edges, rate) = (&self.edges, self.estimate.rate);
+        self.feed_forward.add(k, edges.boundary, edges.part, rate, ahead, self.config.angle_per_count);
     }
 
     /// Takes the next segment over; `soon` is the tick for which output is computed.
@@ -323,10 +346,12 @@ impl SpeedLoop {
             starved: false,
         };
         if next.mode.follows() && !was.follows() {
-            let measured = i64::from(self.edges.counts) << 32 | i64::from((self.edges.part * 16_777_216.0) as i32) << 8;
-            self.ramp = Ramp::anchor(measured, self.estimate.rate);
+            let measured = (i64::from(self.edges.boundary) << 32).wrapping_add(i64::from((self.edges.part * 16_777_216.0) as i32) << 8);
+            self.ramp.anchor(measured, self.estimate.rate);
             self.owed = 0.0;
             self.feed_forward.restart();
+            self.needed = self.config.back_emf * self.estimate.rate + self.feed_forward.friction(self.estimate.rate);
+            self.ramp.feed(self.needed, self.needed);
         }
     }
 
@@ -335,6 +360,7 @@ impl SpeedLoop {
     fn voltage(&mut self) -> i16 {
         let active = &mut self.active;
         let asked = fixed_to_f32(active.value);
+        self.commanded = asked;
         if active.left > 0 {
             active.left = active.left.wrapping_sub(1);
             active.value = active.value.wrapping_add(active.slope);
@@ -349,9 +375,10 @@ impl SpeedLoop {
     /// The regulator on the ramp; moves the ramp to the next tick.
     #[inline]
     fn follow(&mut self) -> i16 {
-        let (error, slipped) = self.ramp.error(self.edges.counts, self.config.slip);
+        let (error, slipped) = self.ramp.error(self.edges.boundary, self.config.slip);
         self.limits.set(Limits::SLIPPED, slipped);
-        let lag = self.ramp.command - self.estimate.rate;
+        self.commanded = self.ramp.command;
+        let lag = self.commanded - self.estimate.rate;
         self.ramp.step();
         self.feed_forward.step();
         if self.slot == PLAN {
@@ -369,13 +396,16 @@ impl SpeedLoop {
         shifted.to_bits().wrapping_sub(ROUND.to_bits()) as i16
     }
 
-    /// Lays out the millisecond that begins with the next tick.
-    #[inline]
-    fn plan(&mut self) {
+    /// Works out where the ramp is to be at the end of the millisecond after this.
+    #[inline(never)]
+    fn lead(&mut self) {
+        if !self.active.mode.follows() {
+            return;
+        }
         let target = if self.active.mode == Mode::Position {
             self.approach()
         } else {
-            // Where the segment will be at the millisecond's end.
+            // Where the segment will be at this millisecond's end.
             let active = &mut self.active;
             let ticks = active.left.min(SLOTS);
             self.limits.set(Limits::STARVED, ticks < SLOTS);
@@ -383,13 +413,19 @@ impl SpeedLoop {
             active.value = active.value.wrapping_add(active.slope.wrapping_mul(i64::from(ticks)));
             active.value
         };
-        let config = &self.config;
-        let (from, to, held_back) = self.ramp.plan(target, config.acceleration);
+        let held_back = self.ramp.ahead(target, self.config.acceleration);
         self.limits.set(Limits::ACCELERATION, held_back && self.active.mode == Mode::Rate);
+    }
+
+    /// Lays out the millisecond that begins with the next tick.
+    #[inline(never)]
+    fn plan(&mut self) {
+        let config = &self.config;
+        let (from, to) = self.ramp.plan();
         let pushed = config.inertia * (to - from);
-        let needs = |rate: f32| config.back_emf * rate + self.feed_forward.friction(rate) + pushed;
-        let (begins, ends) = (needs(from), needs(to));
-        self.ramp.feed(begins, ends);
+        let ends = config.back_emf * to + self.feed_forward.friction(to);
+        self.ramp.feed(self.needed + pushed, ends + pushed);
+        self.needed = ends;
         self.feed_forward.turn_over();
     }
 

@@ -1,6 +1,6 @@
 //! The command as an integrated position, in integers: the mean rate is as good as the crystal.
 //!
-//! In, once in a millisecond: the rate to be reached at its end. Out, in each tick: position and rate command, both fixed point
+//! In, once in a millisecond: the rate to be reached at the end of it, which it reaches a millisecond later. Out, in each tick: position and rate command, both fixed point
 //! (2⁻³² counts, 2⁻³² counts per tick; the position's whole counts wrap with the counter's). The rate follows its target under the
 //! acceleration limit and is then averaged over the last [`SMOOTHED`] milliseconds, so that acceleration, and with it the voltage, rises
 //! in small steps, at the beginnings of the log's rows and nowhere else. Within a millisecond the rate goes straight and the position is
@@ -29,40 +29,57 @@ pub struct Ramp {
     feed_step: f32,
     /// Rate at the end of this millisecond, 2⁻³² counts per tick.
     end: i64,
-    /// Rate before it is smoothed, and its integral, at the end of this millisecond.
+    end_f32: f32,
+    /// Rate before it is smoothed, and its integral.
     straight: i64,
     straight_position: i64,
     sum: i64,
-    oldest: usize,
+    /// The rate before the ramp began, which stands for all milliseconds that are not filled yet.
+    anchored: i64,
+    filled: usize,
     past: [i64; SMOOTHED],
 }
 
 impl Default for Ramp {
     fn default() -> Self {
-        Self::anchor(0, 0.0)
+        Self {
+            position: 0,
+            advance: 0,
+            slope: 0,
+            command: 0.0,
+            command_step: 0.0,
+            feed: 0.0,
+            feed_step: 0.0,
+            end: 0,
+            end_f32: 0.0,
+            straight: 0,
+            straight_position: 0,
+            sum: 0,
+            anchored: 0,
+            filled: 0,
+            past: [0; SMOOTHED],
+        }
     }
 }
 
 impl Ramp {
     /// Starts at where the stand is, with the rate that it has.
-    pub fn anchor(position: i64, rate_counts_tick: f32) -> Self {
+    #[inline]
+    pub fn anchor(&mut self, position: i64, rate_counts_tick: f32) {
         // Two integer halves: a 64-bit conversion is a library call on the chip.
         let rate = i64::from((rate_counts_tick * 16_777_216.0) as i32) << 8;
-        Self {
-            position,
-            advance: rate,
-            slope: 0,
-            command: rate_counts_tick,
-            command_step: 0.0,
-            feed: 0.0,
-            feed_step: 0.0,
-            end: rate,
-            straight: rate,
-            straight_position: position,
-            sum: rate << SMOOTHED_SHIFT,
-            oldest: 0,
-            past: [rate; SMOOTHED],
-        }
+        self.position = position;
+        self.advance = rate;
+        self.slope = 0;
+        self.command = rate_counts_tick;
+        self.command_step = 0.0;
+        self.end = rate;
+        self.end_f32 = rate_counts_tick;
+        self.straight = rate;
+        self.straight_position = position;
+        self.sum = rate << SMOOTHED_SHIFT;
+        self.anchored = rate;
+        self.filled = 0;
     }
 
     /// Rate command at the present tick, 2⁻³² counts per tick.
@@ -71,7 +88,7 @@ impl Ramp {
         self.advance.wrapping_sub(self.slope >> 1)
     }
 
-    /// Rate and position to which the ramp will have come at the end of this millisecond, before they are smoothed.
+    /// Rate and position to which the ramp has come before they are smoothed.
     #[inline]
     pub fn straight(&self) -> (i64, i64) {
         (self.straight, self.straight_position)
@@ -86,28 +103,39 @@ impl Ramp {
         self.feed += self.feed_step;
     }
 
-    /// Lays out the millisecond that begins with the present tick: towards `target` by no more than `acceleration` (per millisecond).
-    /// Returns the rates at its ends and whether the limit held it back. [`Ramp::feed`] follows.
+    /// Works out the end of the millisecond after this: towards `target` by no more than `acceleration` (per millisecond). Returns whether
+    /// the limit held it back.
     #[inline]
-    pub fn plan(&mut self, target: i64, acceleration: i64) -> (f32, f32, bool) {
+    pub fn ahead(&mut self, target: i64, acceleration: i64) -> bool {
         let wanted = target.wrapping_sub(self.straight);
         let step = within(wanted, acceleration);
         let before = self.straight;
         self.straight = before.wrapping_add(step);
-        self.straight_position = self.straight_position.wrapping_add(before.wrapping_add(step >> 1).wrapping_mul(10));
-        if let Some(oldest) = self.past.get_mut(self.oldest & (SMOOTHED - 1)) {
-            self.sum = self.sum.wrapping_sub(*oldest).wrapping_add(self.straight);
+        // Ten ticks at the mean of both ends, in 2⁻³² counts.
+        let mean = before.wrapping_add(step >> 1);
+        self.straight_position = self.straight_position.wrapping_add(mean.wrapping_add(mean << 2) << 1);
+        if let Some(oldest) = self.past.get_mut(self.filled & (SMOOTHED - 1)) {
+            let leaves = if self.filled < SMOOTHED { self.anchored } else { *oldest };
+            self.sum = self.sum.wrapping_sub(leaves).wrapping_add(self.straight);
             *oldest = self.straight;
         }
-        self.oldest = self.oldest.wrapping_add(1);
+        // From here on round and round, and never through zero.
+        self.filled = if self.filled >= 2 * SMOOTHED - 1 { SMOOTHED } else { self.filled.wrapping_add(1) };
+        step != wanted
+    }
+
+    /// Lays out the millisecond that begins with the present tick. Returns the rates at its ends; [`Ramp::feed`] follows.
+    #[inline]
+    pub fn plan(&mut self) -> (f32, f32) {
         let start = self.end;
         self.end = self.sum >> SMOOTHED_SHIFT;
         self.slope = tenth(self.end.wrapping_sub(start));
         self.advance = start.wrapping_add(self.slope >> 1);
-        let (from, to) = (fixed_to_f32(start), fixed_to_f32(self.end));
+        let (from, to) = (self.end_f32, fixed_to_f32(self.end));
+        self.end_f32 = to;
         self.command = from;
         self.command_step = (to - from) * (1.0 / TICKS);
-        (from, to, step != wanted)
+        (from, to)
     }
 
     /// What is fed forward in this millisecond, from its beginning to its end, compare counts.
