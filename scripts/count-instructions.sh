@@ -13,7 +13,7 @@ if ! command -v qemu-system-arm >/dev/null 2>&1; then
 fi
 . scripts/firmware-cargo.sh
 
-firmware_cargo build --release -p firmware-count --features qemu
+firmware_cargo build --release -p firmware-count --bin count --features qemu
 # An instruction is 1024 ns of virtual time, and nothing waits for the real one.
 timeout 300 qemu-system-arm -M mps2-an386 -icount shift=10 -semihosting -nographic -monitor none -serial none \
     -kernel "$firmware_folder/$firmware_target/release/count" </dev/null |

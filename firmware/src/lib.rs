@@ -24,17 +24,20 @@
 #![cfg_attr(test, allow(clippy::unwrap_used))]
 #![warn(missing_docs)]
 
+pub mod app;
 pub mod board;
 pub mod calibration;
 pub mod capture;
 pub mod compensation;
 pub mod config;
 pub mod console;
+pub mod imu;
 pub mod mailbox;
 pub mod measurement_loop;
 pub mod profile;
 pub mod safety;
 pub mod session;
+pub mod settings;
 pub mod speed_loop;
 pub mod telemetry;
 

@@ -24,7 +24,7 @@ pub async fn run<B: Board, S: RowSink>(
 }
 
 /// The whole millisecond that is at least one whole millisecond ahead of `now`.
-fn next_start(now: Ticks) -> Ticks {
+pub(crate) fn next_start(now: Ticks) -> Ticks {
     let whole = now.0.div_ceil(TICKS_PER_ROW).saturating_add(1);
     Ticks(whole.saturating_mul(TICKS_PER_ROW))
 }

@@ -8,9 +8,12 @@ use crate::board::{Bench, PlantPort, SimBoard, Truth};
 use crate::clock::{self, SimClock, Stuck, VirtualClock};
 use crate::faults::{Faults, What};
 use crate::peripherals::SensorSetup;
-use stand_firmware::board::{Clock, Hardware, ROW_HZ, TICKS_PER_ROW};
+use crate::peripherals::imu::ImuSetup;
+use embassy_futures::select::select;
+use stand_firmware::board::{Board, Clock, Hardware, ROW_HZ, TICKS_PER_ROW};
 use stand_firmware::calibration::{self, Found, Map, Refused, Watch};
 use stand_firmware::config::ConfigError;
+use stand_firmware::imu;
 use stand_firmware::measurement_loop::{MeasurementLoop, Pace, Row, RowSink};
 use stand_firmware::profile::{PARAMETERS, Profile, ProfileConfig, ProfileKind, ProfileRunner};
 use stand_firmware::session::rows_in;
@@ -31,6 +34,9 @@ pub struct StandSetup {
     pub settings: Settings,
     /// What breaks, and when.
     pub faults: Faults,
+    /// The sensor under test, if the platform carries one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub imu: Option<ImuSetup>,
 }
 
 impl StandSetup {
@@ -141,8 +147,8 @@ impl Record {
 /// A parameter that makes no sense, by name; or a firmware that waits for ever.
 pub fn run<P: PlantPort>(stand: StandSetup, plant: P, request: SessionRequest) -> Result<Record, SessionError> {
     let mut columns = Columns { cut_s: stand.faults.first(What::PowerCut).map(|cut| cut.from_s), ..Columns::default() };
-    let pace = run_rows(stand, plant, request, |row, truth| columns.take(row, truth))?;
-    Ok(columns.into_record(&stand, &request, pace))
+    let (pace, sensor) = run_session(stand, plant, request, |row, truth| columns.take(row, truth))?;
+    Ok(columns.into_record(&stand, &request, pace, &sensor))
 }
 
 /// Runs a session and hands each row over as it comes, with what was true at its t_k: for logs longer than the memory
@@ -156,25 +162,69 @@ pub fn run_rows<P: PlantPort>(
     request: SessionRequest,
     take: impl FnMut(&Row, &Truth),
 ) -> Result<Pace, SessionError> {
+    run_session(stand, plant, request, take).map(|(pace, _)| pace)
+}
+
+/// The same, which also says how the sensor under test went.
+fn run_session<P: PlantPort>(
+    stand: StandSetup,
+    plant: P,
+    request: SessionRequest,
+    take: impl FnMut(&Row, &Truth),
+) -> Result<(Pace, imu::Status), SessionError> {
     let seconds = stand_firmware::config::within("seconds", request.seconds, 1e-3, 1e6)?;
     stand.sensors.check()?;
+    if let Some(sensor) = &stand.imu {
+        sensor.check()?;
+    }
     let config = Config::new(&stand.settings, &stand.hardware)?;
     let profile = Profile::for_mode(&request.profile, request.mode)?;
 
     let clock = VirtualClock::default();
-    let bench = RefCell::new(Bench::new(&stand.hardware, &stand.sensors, request.seed, plant).breaking(stand.faults));
+    let bench = Bench::new(&stand.hardware, &stand.sensors, request.seed, plant).breaking(stand.faults);
+    let bench = RefCell::new(match stand.imu {
+        Some(sensor) => bench.carrying(sensor, request.seed),
+        None => bench,
+    });
     let (mut orders, mut reports) = (Orders::new(), Reports::new());
     let (order_writer, order_reader) = orders.split();
     let (report_writer, report_reader) = reports.split();
     let mut interrupt = Interrupt::new(SpeedLoop::new(config), order_reader, report_writer);
     let mut runner = ProfileRunner::new(profile, request.mode, stand.hardware, order_writer);
-    let mut measurement = MeasurementLoop::new(stand.hardware, report_reader);
+    let sensor = imu::Shared::default();
+    let mut measurement = MeasurementLoop::new(stand.hardware, report_reader).with_imu(&sensor);
     let mut sink = WithTruth { bench: &bench, take };
 
     let mut board = SimBoard::new(&bench, &clock);
-    let session = stand_firmware::session::run(&mut board, &mut runner, &mut measurement, rows_in(seconds), &mut sink);
-    clock::run(&clock, session, |to| bench.borrow_mut().advance(to, |io| interrupt.run(io)))?;
-    Ok(measurement.pace())
+    let line = board.sensor_bus().filter(|_| stand.imu.is_some());
+    let carries = line.is_some();
+    let session = async {
+        if carries {
+            await_first_sample(&SimClock(&clock), &sensor).await;
+        }
+        stand_firmware::session::run(&mut board, &mut runner, &mut measurement, rows_in(seconds), &mut sink).await;
+    };
+    let both = async {
+        match line {
+            Some(line) => {
+                let chip = imu::Ism330dhcx::new(line, SimClock(&clock));
+                select(session, imu::Runner::new(chip, SimClock(&clock), &sensor).run()).await;
+            }
+            None => session.await,
+        }
+    };
+    clock::run(&clock, both, |to| bench.borrow_mut().advance(to, |io| interrupt.run(io)))?;
+    Ok((measurement.pace(), sensor.status()))
+}
+
+/// Returns when the sensor under test has shown something, or a twentieth of a second later: then the rows are without it.
+async fn await_first_sample(clock: &SimClock<'_>, sensor: &imu::Shared) {
+    for _ in 0..50 {
+        if sensor.newest().is_some() {
+            return;
+        }
+        clock.until(clock.now() + TICKS_PER_ROW).await;
+    }
 }
 
 /// What came of a calibration of its own, on the simulated stand.
@@ -249,7 +299,7 @@ impl<P: PlantPort, F: FnMut(&Row, &Truth)> RowSink for WithTruth<'_, P, F> {
 type Fill = fn(&Row) -> Option<f64>;
 
 /// The columns of a log, in order.
-const COLUMNS: [(&str, Fill); 9] = [
+const COLUMNS: [(&str, Fill); 13] = [
     ("t_s", |row| Some(row.t_s)),
     ("u_V", |row| Some(row.u_V)),
     ("supply_V", |row| row.supply_V),
@@ -258,7 +308,11 @@ const COLUMNS: [(&str, Fill); 9] = [
     ("omega_rad_s", |row| row.omega_rad_s),
     ("rate_cmd_rad_s", |row| row.rate_cmd_rad_s),
     ("theta_cmd_rad", |row| row.theta_cmd_rad),
+    ("turn_s", |row| Some(row.turn_s().unwrap_or(0.0))),
     ("temp_C", |row| row.temp_C),
+    ("gyro_rad_s", |row| row.gyro_rad_s),
+    ("accel_x_m_s2", |row| row.accel_x_m_s2),
+    ("accel_y_m_s2", |row| row.accel_y_m_s2),
 ];
 
 /// Rows as columns, up to the first fault.
@@ -298,13 +352,13 @@ impl Columns {
         self.compensating.push(row.compensating);
     }
 
-    fn into_record(self, stand: &StandSetup, request: &SessionRequest, pace: Pace) -> Record {
+    fn into_record(self, stand: &StandSetup, request: &SessionRequest, pace: Pace, sensor: &imu::Status) -> Record {
         let rows = self.limits.len();
         let named = COLUMNS.iter().map(|(name, _)| *name).zip(self.values);
         Record {
-            notes: notes(stand, request, &self.limits, &self.compensating, self.fault, self.cut_s),
+            notes: notes(stand, request, sensor, &self.limits, &self.compensating, self.fault, self.cut_s),
             // A column that some row lacks is no column: nothing is made up.
-            columns: named.filter(|(_, values)| values.len() == rows && rows > 0).collect(),
+            columns: named.filter(|(name, values)| values.len() == rows && rows > 0 && !(*name == "turn_s" && no_turn(values))).collect(),
             true_theta_rad: self.true_theta_rad,
             true_omega_rad_s: self.true_omega_rad_s,
             limits: self.limits,
@@ -315,10 +369,16 @@ impl Columns {
     }
 }
 
+/// Before the first whole turn the column shows 0; one that shows nothing else is no column.
+fn no_turn(turn_s: &[f64]) -> bool {
+    turn_s.last().is_none_or(|last| *last == 0.0)
+}
+
 /// What the log says of itself: interfaces.md, "Logs".
 fn notes(
     stand: &StandSetup,
     request: &SessionRequest,
+    sensor: &imu::Status,
     limits: &[Limits],
     compensating: &[Compensating],
     fault: Option<(Fault, f64)>,
@@ -353,6 +413,9 @@ fn notes(
     for parameter in PARAMETERS.iter().filter(|p| profile.kind.parameters().contains(&p.name) && !said_above.contains(&p.name)) {
         notes.push((format!("profile_{}", parameter.name), (parameter.read)(profile).to_string()));
     }
+    let timer_MHz = stand.hardware.edge_timer_Hz * 1e-6;
+    notes.push(("turn_s".to_string(), format!("index to index, captured at {timer_MHz} MHz; 0 before the first whole turn")));
+    notes.extend(sensor_notes(sensor));
     notes.extend(compensation_note(stand, compensating).map(|says| ("compensation".to_string(), says)));
     for (bit, name) in Limits::NAMES.iter().enumerate() {
         let limited = limits.iter().filter(|limits| limits.contains(Limits(1 << bit))).count();
@@ -366,6 +429,19 @@ fn notes(
         notes.push(("fault".to_string(), format!("power-cut at {:.4} s; the rows end there", cut_s - FIRST_ROW_S)));
     }
     notes
+}
+
+/// How the columns of the sensor under test were made.
+fn sensor_notes(sensor: &imu::Status) -> Vec<(String, String)> {
+    let Some(in_force) = sensor.in_force else { return Vec::new() };
+    let setup = in_force.setup;
+    let made = |what: &str, cutoff_Hz: f32, range: String| {
+        let (name, rate_Hz) = (sensor.name, setup.data_rate_Hz);
+        format!("{name}, {what}, filter {cutoff_Hz} Hz, ±{range}, newest sample of {rate_Hz} Hz before t")
+    };
+    let accel = made("accelerometer", in_force.accel_cutoff_Hz, format!("{:.0} g", setup.accel_range_m_s2 / imu::STANDARD_GRAVITY_M_S2));
+    let gyro = made("gyro", in_force.rate_cutoff_Hz, format!("{:.0} °/s", setup.rate_range_rad_s.to_degrees()));
+    [("gyro_rad_s", gyro), ("accel_x_m_s2", accel.clone()), ("accel_y_m_s2", accel)].map(|(key, says)| (key.to_string(), says)).into()
 }
 
 /// Which compensation was at work, and from when on; `None` where there is none.

@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 
 use hal_sim::board::PlantPort;
 use hal_sim::plant::{Plant, Stand};
-use hal_sim::session::{SessionError, SessionRequest, run_rows};
+use hal_sim::session::{SessionError, SessionRequest, calibrate, run_rows};
 use stand_firmware::board::TICKS_PER_S;
 use stand_firmware::profile::{ProfileConfig, ProfileKind};
 use stand_firmware::speed_loop::Mode;
@@ -24,6 +24,29 @@ pub const TURNS_OF_THE_SCATTER: usize = 20;
 const SETTLED: f64 = 0.02;
 /// How long a step is looked at, s.
 const STEP_S: f64 = 2.0;
+
+/// The default stand (dry and viscous friction, inductance, a tick of delay) with cogging: of order 7, in the middle of the range from which hidden
+/// cogging is drawn, and half as much of order 14.
+pub fn cogging_stand() -> Stand {
+    let mut stand = Stand::default();
+    for (name, order, torque_N_m, phase_rad) in [("cogging", 7.0, 2e-3, 0.3), ("cogging#2", 14.0, 1e-3, 2.0)] {
+        let parameters = [("cogging_N_m", torque_N_m), ("cogging_order", order), ("cogging_phase_rad", phase_rad)];
+        stand.effects.insert(name.to_owned(), parameters.map(|(name, value)| (name.to_owned(), value)).into());
+    }
+    stand
+}
+
+/// The same stand after it has measured its own cogging and friction.
+///
+/// # Panics
+/// Where it cannot.
+pub fn learnt(stand: &Stand, seed: u64) -> Stand {
+    let plant = Plant::new(stand, BEGIN_RAD).expect("a good stand");
+    let calibrated = calibrate(stand.setup(), plant, seed, |_| ()).expect("a good stand");
+    let mut stand = stand.clone();
+    stand.firmware.compensation = calibrated.outcome.expect("a stand that can be calibrated").compensation;
+    stand
+}
 
 /// What was found at one rate.
 #[derive(Debug, Clone, Copy, PartialEq)]

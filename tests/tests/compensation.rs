@@ -167,7 +167,11 @@ fn a_calibration_is_refused_where_the_index_cannot_come_or_the_rate_is_not_held(
     let mut weak = stand(&STANDS[2]);
     weak.firmware.current_limit_A = 0.1;
     let refused = calibrate(weak.setup(), Plant::new(&weak, 1.0).unwrap(), 1, |_| ()).unwrap();
-    assert!(matches!(refused.outcome, Err(Refused::NotHeld(_) | Refused::NoIndex | Refused::Fault(Fault::Tracking))), "{:?}", refused.outcome);
+    assert!(
+        matches!(refused.outcome, Err(Refused::NotHeld(_) | Refused::NoIndex | Refused::Fault(Fault::Tracking))),
+        "{:?}",
+        refused.outcome
+    );
 }
 
 fn constant(stand: &Stand, rate_rad_s: f64, begin_rad: f64, seconds: f64) -> Record {

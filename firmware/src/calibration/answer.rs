@@ -64,7 +64,7 @@ impl Phasor {
 ///
 /// # Errors
 /// Where a bin stayed empty (the platform did not turn round) or no current was measured.
-pub(super) fn answer(map: &Map, course: &Course, settings: &Settings, hardware: &Hardware) -> Result<Found, Refused> {
+pub(super) async fn answer(map: &Map, course: &Course, settings: &Settings, hardware: &Hardware) -> Result<Found, Refused> {
     if [false, true].iter().any(|backwards| map.turn(*backwards).iter().any(|bin| bin.count == 0)) {
         return Err(Refused::NotHeld(Limits::default()));
     }
@@ -79,6 +79,8 @@ pub(super) fn answer(map: &Map, course: &Course, settings: &Settings, hardware: 
         let phase_rad = libm::atan2(mean.im, mean.re) + FRAC_PI_2;
         let harmonic = Harmonic { order, torque_N_m: mean.size(), phase_rad: if phase_rad < 0.0 { phase_rad + TAU } else { phase_rad } };
         insert(&mut best, harmonic, *half);
+        // An order is 3 ms of the chip's time: rows and replies come between.
+        embassy_futures::yield_now().await;
     }
     // The size of two equal normal components has the median σ √(2 ln 2).
     let sigma_N_m = median(&halves) / libm::sqrt(2.0 * LN_2);

@@ -16,7 +16,7 @@ pub use answer::{Found, FoundHarmonic};
 pub use course::{Course, Leg};
 pub use map::{BINS, Map};
 
-use crate::board::{Board, Clock, ROW_HZ, TICKS_PER_ROW, Ticks};
+use crate::board::{Board, Clock, Hardware, ROW_HZ, TICKS_PER_ROW, Ticks};
 use crate::config::ConfigError;
 use crate::measurement_loop::{MeasurementLoop, Row, RowSink};
 use crate::profile::ProfileRunner;
@@ -80,8 +80,19 @@ impl Watch {
         self.refuse(Refused::Aborted);
     }
 
-    fn refuse(&self, why: Refused) {
-        // The first reason is the reason.
+    /// Why it is to end, if it is.
+    pub fn refused(&self) -> Option<Refused> {
+        self.refused.get()
+    }
+
+    /// For the next time.
+    pub fn restart(&self) {
+        self.permille.set(0);
+        self.refused.set(None);
+    }
+
+    /// Ends it for this reason, unless there was another before.
+    pub fn refuse(&self, why: Refused) {
         if self.refused.get().is_none() {
             self.refused.set(Some(why));
         }
@@ -104,8 +115,7 @@ pub async fn run<B: Board>(
     let clock = board.clock();
     watch.permille.set(0);
     runner.set(course.profile(), Mode::Rate);
-    map.clear();
-    let mut sink = Sink { course: &course, map, watch, winding_lag_s: settings.compensation.winding_lag_s, k: 0, seen: false };
+    let mut sink = Sink { measuring: Measuring::new(course, map, settings), watch };
     let ended = select(session::run(board, runner, measurement, course.rows(), &mut sink), refused(&clock, watch)).await;
     if let Either::Second(why) = ended {
         runner.stop(&clock);
@@ -115,7 +125,7 @@ pub async fn run<B: Board>(
         return Err(why);
     }
     watch.permille.set(1000);
-    answer::answer(map, &course, settings, measurement.hardware())
+    sink.measuring.answer(settings, measurement.hardware()).await
 }
 
 /// Returns when there is a reason to end.
@@ -128,38 +138,76 @@ async fn refused<C: Clock>(clock: &C, watch: &Watch) -> Refused {
     }
 }
 
-/// Puts each row where it belongs.
 struct Sink<'a> {
-    course: &'a Course,
-    map: &'a mut Map,
+    measuring: Measuring<'a>,
     watch: &'a Watch,
+}
+
+impl RowSink for Sink<'_> {
+    fn row(&mut self, row: &Row) {
+        self.measuring.row(row, self.watch);
+    }
+}
+
+/// The sums of a calibration under way: puts each row where it belongs. For who runs the course himself.
+pub struct Measuring<'a> {
+    course: Course,
+    map: &'a mut Map,
     winding_lag_s: f64,
     k: u64,
     /// The index was seen, by the row.
     seen: bool,
 }
 
-impl RowSink for Sink<'_> {
-    fn row(&mut self, row: &Row) {
+impl<'a> Measuring<'a> {
+    /// No sums yet; the first row is to be the one in which the course begins.
+    pub fn new(course: Course, map: &'a mut Map, settings: &Settings) -> Self {
+        map.clear();
+        Self { course, map, winding_lag_s: settings.compensation.winding_lag_s, k: 0, seen: false }
+    }
+
+    /// Whether the course is over.
+    pub fn is_over(&self) -> bool {
+        self.k >= self.course.rows()
+    }
+
+    /// Works the answer out: a third of a second of the chip's time, in pieces, between which others run.
+    ///
+    /// # Errors
+    /// Why nothing was found.
+    pub async fn answer(&self, settings: &Settings, hardware: &Hardware) -> Result<Found, Refused> {
+        answer::answer(self.map, &self.course, settings, hardware).await
+    }
+
+    /// Gives the room for the sums back.
+    pub fn into_map(self) -> &'a mut Map {
+        self.map
+    }
+
+    /// Takes the next row; what makes the calibration void is told to `watch`.
+    pub fn row(&mut self, row: &Row, watch: &Watch) {
         let k = self.k;
         self.k += 1;
         let rows = self.course.rows().max(1);
-        self.watch.permille.set((k.saturating_mul(999).checked_div(rows).unwrap_or(0)) as u16);
+        watch.permille.set((k.min(rows).saturating_mul(999).checked_div(rows).unwrap_or(0)) as u16);
+        if k >= rows {
+            return;
+        }
         if row.fault != Fault::None {
-            return self.watch.refuse(Refused::Fault(row.fault));
+            return watch.refuse(Refused::Fault(row.fault));
         }
         self.seen |= row.compensating.contains(Compensating::INDEX);
         let Some(leg) = self.course.measured(k) else {
             if k >= self.course.seek_rows() && !self.seen {
-                self.watch.refuse(Refused::NoIndex);
+                watch.refuse(Refused::NoIndex);
             }
             return;
         };
         if row.limits.0 != 0 {
-            return self.watch.refuse(Refused::NotHeld(row.limits));
+            return watch.refuse(Refused::NotHeld(row.limits));
         }
         let (Some(i_A), Some(theta_cmd_rad), Some(from_index_rad)) = (row.i_A, row.theta_cmd_rad, row.from_index_rad) else {
-            return self.watch.refuse(if row.i_A.is_none() { Refused::NoCurrent } else { Refused::NoIndex });
+            return watch.refuse(if row.i_A.is_none() { Refused::NoCurrent } else { Refused::NoIndex });
         };
         // The voltage is a mean over the row that begins at the angle, and its torque comes L/R later still.
         let on_rad = leg.rate_rad_s * (0.5 / ROW_HZ as f64 + self.winding_lag_s);

@@ -4,57 +4,39 @@
 //! voltage and current are means over [t_k, t_{k+1}). Of the speed loop it knows only the report, for what was *asked*:
 //! voltage and commands; what is *measured* never passes through the speed loop, and nothing here slows that.
 //!
-//! Rows carry a sequence number, so that a loss is counted, and the age of the oldest reading in them. A sensor that
-//! Angles are from the index where it was seen before the session, else from the counter's zero. A sensor that
-//! is not there is `None`, and so is a current without a conversion; nothing is made up.
+//! Rows carry a sequence number, so that a loss is counted, and the age of the oldest reading in them. A look that comes a row late
+//! or more leaves rows out, and their numbers with them. Angles are from the index where it was seen before the session, else from the
+//! counter's zero. A sensor that is not there is `None`, and so is a current without a conversion; nothing is made up.
+//!
+//! What the rows say of drive, sensor and rate is worked out by [`Instruments`], one of the places where rows go.
 
 mod decimate;
+mod drive;
+mod instruments;
+mod matrix;
+mod moments;
+mod row;
+mod sensor;
+mod stability;
+mod statistics;
+mod timing;
+mod turn;
+mod windows;
 
 pub use decimate::Decimate;
+pub use drive::{DriveReading, Estimate};
+pub use instruments::Instruments;
+pub use row::{Row, RowSink};
+pub use sensor::SensorReading;
+pub use stability::{StabilityReading, WINDOWS_DEG};
+pub use statistics::Statistics;
+pub use timing::TimingReading;
+pub use turn::{Turn, TurnReading};
 
-use crate::board::{Board, CONTROL_HZ, Clock, Hardware, TICKS_PER_ROW, Ticks, Unwrapped};
-use crate::speed_loop::{Compensating, Fault, Limits, ONE, Report, ReportReader};
-
-/// One sample of everything.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Row {
-    /// Number of the row since the loop was made; a gap is a loss.
-    pub sequence: u32,
-    /// t_k in seconds since the start of the session.
-    pub t_s: f64,
-    /// Asked voltage at nominal supply, mean over [t_k, t_{k+1}), V.
-    pub u_V: f64,
-    /// Supply at t_k, V.
-    pub supply_V: Option<f64>,
-    /// Motor current, mean over [t_k, t_{k+1}), A.
-    pub i_A: Option<f64>,
-    /// Platform angle at t_k from the own counter, unwrapped, rad; its zero is the session's ([`MeasurementLoop::zero_is_index`]).
-    pub theta_rad: f64,
-    /// Platform angle at t_k from the index as it was last seen, half a count added: the middle of the count; `None` before it was seen, rad.
-    pub from_index_rad: Option<f64>,
-    /// The rate sensor at t_k, rad/s.
-    pub omega_rad_s: Option<f64>,
-    /// Rate command at t_k, rad/s; rate and position mode only.
-    pub rate_cmd_rad_s: Option<f64>,
-    /// Position command at t_k, rad; rate and position mode only.
-    pub theta_cmd_rad: Option<f64>,
-    /// Winding temperature at t_k, °C.
-    pub temp_C: Option<f64>,
-    /// The limits that were in force at some time within the row.
-    pub limits: Limits,
-    /// What of the learnt compensation was at work at t_k.
-    pub compensating: Compensating,
-    /// The latched fault at the row's end.
-    pub fault: Fault,
-    /// Age of the oldest reading of the row at its t_k, board clock steps.
-    pub age: u64,
-}
-
-/// Where rows go.
-pub trait RowSink {
-    /// Takes a row; must not wait.
-    fn row(&mut self, row: &Row);
-}
+use crate::board::{Board, CONTROL_HZ, Clock, EdgeTime, Hardware, TICKS_PER_ROW, Ticks, Unwrapped};
+use crate::imu;
+use crate::speed_loop::{ONE, Report, ReportReader};
+use turn::TurnTimer;
 
 /// How evenly the rows came: shortest and longest time between two looks, board clock steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,6 +59,10 @@ struct Look {
     at: Ticks,
     counts: i64,
     from_index: Option<i64>,
+    edge: Option<(i64, EdgeTime)>,
+    turn: Option<Turn>,
+    imu: Option<imu::Motion>,
+    imu_age: u64,
     omega_rad_s: Option<f64>,
     supply_V: Option<f64>,
     temp_C: Option<f64>,
@@ -92,6 +78,8 @@ pub struct MeasurementLoop<'a> {
     position: Unwrapped,
     /// The counter at the index, as last seen.
     index_counts: Option<i64>,
+    turns: TurnTimer,
+    imu: Option<&'a imu::Shared>,
     /// The counter at the session's zero of the angle.
     zero_counts: i64,
     sequence: u32,
@@ -107,10 +95,17 @@ impl<'a> MeasurementLoop<'a> {
             report: Report::default(),
             position: Unwrapped::default(),
             index_counts: None,
+            turns: TurnTimer::new(hardware),
+            imu: None,
             zero_counts: 0,
             sequence: 0,
             pace: Pace::default(),
         }
+    }
+
+    /// The same loop, whose rows carry what the sensor under test last showed.
+    pub fn with_imu(self, imu: &'a imu::Shared) -> Self {
+        Self { imu: Some(imu), ..self }
     }
 
     /// The scales that it reads with.
@@ -136,17 +131,20 @@ impl<'a> MeasurementLoop<'a> {
         // What the ADC summed before the session belongs to no row.
         board.current();
         let mut before = self.look(board, clock.now());
-        let mut at = start;
-        for _ in 0..rows {
-            at = at + TICKS_PER_ROW;
-            clock.until(at).await;
+        let mut row = 0;
+        while row < rows {
+            let due = start + TICKS_PER_ROW.saturating_mul(row.saturating_add(1));
+            clock.until(due).await;
             let now = self.look(board, clock.now());
             let between = now.at - before.at;
             self.pace.least = self.pace.least.min(between);
             self.pace.greatest = self.pace.greatest.max(between);
             let i_A = board.current().value.mean_A(&self.hardware);
             sink.row(&self.row(&before, &now, i_A, start));
-            self.sequence = self.sequence.wrapping_add(1);
+            // Whole rows that it came too late for: they are gone, and their numbers say so.
+            let missed = (now.at - due).checked_div(TICKS_PER_ROW).unwrap_or(0);
+            self.sequence = self.sequence.wrapping_add(1).wrapping_add(missed as u32);
+            row = row.saturating_add(1).saturating_add(missed);
             before = now;
         }
     }
@@ -157,17 +155,28 @@ impl<'a> MeasurementLoop<'a> {
         let rate = board.rate();
         let supply = board.supply();
         let temperature = board.temperature();
+        let edge = board.edge();
         let index = board.index();
         self.position.take(encoder.value);
-        if let Some(edge) = index {
-            self.index_counts = Some(self.position.counts.wrapping_sub(i64::from(encoder.value.since(edge.count))));
+        // A capture is of a count less than half a wrap back.
+        let unwrap = |count| self.position.counts.wrapping_sub(i64::from(encoder.value.since(count)));
+        let met = index.map(|edge| (unwrap(edge.count), edge.at));
+        let edge = edge.map(|edge| (unwrap(edge.count), edge.at));
+        if let Some((counts, _)) = met {
+            self.index_counts = Some(counts);
         }
+        let turn = self.turns.look(self.position.counts, met);
+        let imu = self.imu.and_then(|shared| shared.newest());
         self.report = self.reports.take().unwrap_or(self.report);
         let ages = [Some(encoder.age(at)), rate.map(|r| r.age(at)), supply.map(|r| r.age(at)), temperature.map(|r| r.age(at))];
         Look {
             at,
             counts: self.position.counts,
             from_index: self.index_counts.map(|index| self.position.counts.wrapping_sub(index)),
+            edge,
+            turn,
+            imu: imu.map(|newest| newest.value),
+            imu_age: imu.map_or(0, |newest| newest.age(at)),
             omega_rad_s: rate.map(|r| r.value.rad_s(&h)),
             supply_V: supply.map(|r| r.value.volts(&h)),
             temp_C: temperature.map(|r| r.value.celsius(&h)),
@@ -184,16 +193,25 @@ impl<'a> MeasurementLoop<'a> {
         let follows = k.report.mode.follows();
         Row {
             sequence: self.sequence,
+            at: k.at,
             t_s: Ticks(k.at - start).seconds(),
             u_V: duty / ticks * h.volt_per_duty(),
             supply_V: k.supply_V,
             i_A,
             theta_rad: k.counts.wrapping_sub(self.zero_counts) as f64 * count_rad,
             from_index_rad: k.from_index.map(|counts| (counts as f64 + 0.5) * count_rad),
+            edge: k.edge,
+            turn: k.turn,
             omega_rad_s: k.omega_rad_s,
+            gyro_rad_s: k.imu.map(|motion| f64::from(motion.rate_rad_s)),
+            accel_x_m_s2: k.imu.map(|motion| f64::from(motion.outward_m_s2)),
+            accel_y_m_s2: k.imu.map(|motion| f64::from(motion.along_m_s2)),
+            imu_age: k.imu_age,
             rate_cmd_rad_s: follows.then(|| k.report.rate_command as f64 / ONE * count_rad * CONTROL_HZ as f64),
             theta_cmd_rad: follows.then(|| (k.report.position_command_counts(k.counts) - self.zero_counts as f64) * count_rad),
             temp_C: k.temp_C,
+            loop_rate_rad_s: f64::from(k.report.rate) * count_rad * CONTROL_HZ as f64,
+            loop_rate_age_s: f64::from(k.report.edge_age) / h.edge_timer_Hz,
             limits: next.report.limits_since(&k.report),
             compensating: k.report.compensating,
             fault: next.report.fault,

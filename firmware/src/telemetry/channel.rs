@@ -48,7 +48,7 @@ fn some(value: Option<f64>) -> f64 {
 }
 
 /// All channels; the place is the bit in [`Channels`], so new ones come at the end.
-pub const CHANNELS: [Channel; 12] = [
+pub const CHANNELS: [Channel; 16] = [
     channel("u_V", Coding::Single, |row| row.u_V),
     channel("supply_V", Coding::Single, |row| some(row.supply_V)),
     channel("i_A", Coding::Single, |row| some(row.i_A)),
@@ -61,6 +61,10 @@ pub const CHANNELS: [Channel; 12] = [
     channel("limits", Coding::Whole, |row| f64::from(row.limits.0)),
     channel("fault", Coding::Whole, |row| f64::from(row.fault.code())),
     channel("age_s", Coding::Nano, |row| row.age as f64 * 1e-7),
+    channel("turn_s", Coding::Nano, |row| some(row.turn_s())),
+    channel("gyro_rad_s", Coding::Single, |row| some(row.gyro_rad_s)),
+    channel("accel_x_m_s2", Coding::Single, |row| some(row.accel_x_m_s2)),
+    channel("accel_y_m_s2", Coding::Single, |row| some(row.accel_y_m_s2)),
 ];
 
 /// A set of channels.

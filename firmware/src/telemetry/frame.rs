@@ -4,13 +4,14 @@
 //! a frame if COBS, length, CRC and body hold to the last byte; else it is counted as damaged and never shown. `seq` counts the frames
 //! that were made, so that one that found no room leaves a gap. Numbers are little-endian, as postcard's are; the CRC is over type, seq and body.
 
+use super::body;
 use super::channel::{CHANNELS, Channels, Coding};
 use super::crc32;
+use super::stuffing::{stuff, unstuff};
 use crate::measurement_loop::Row;
 use core::fmt;
 use serde::de::{Error, SeqAccess, Visitor};
-use serde::ser::SerializeTuple;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Deserializer};
 
 /// Version of this protocol, in the [`Hello`].
 pub const PROTOCOL: u8 = 1;
@@ -28,7 +29,7 @@ pub const MOST_PIECE: usize = HEAD + MOST_BODY + TAIL + 1;
 pub const MOST_FRAME: usize = MOST_PIECE + 2;
 
 /// What a stream begins with: what a receiver must know to make a log of it.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 pub struct Hello<'a> {
     /// [`PROTOCOL`].
     pub protocol: u8,
@@ -47,7 +48,7 @@ pub struct Hello<'a> {
 }
 
 /// Once a second, whatever else is sent: the stand is alive, and what was lost on it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 pub struct Beat {
     /// Board clock, 0.1 µs since power-on.
     pub at: u64,
@@ -79,7 +80,7 @@ impl RowFrame {
                 *value = (channel.read)(row);
             }
         }
-        Self { sequence: row.sequence, at: (row.t_s * 1e7 + 0.5) as u64, channels, values }
+        Self { sequence: row.sequence, at: row.at.0, channels, values }
     }
 
     /// Names and values of the channels that are there.
@@ -122,18 +123,18 @@ pub fn encode<'o>(body: &Body<'_>, seq: u16, out: &'o mut [u8; MOST_FRAME]) -> O
     let mut raw = [0_u8; HEAD + MOST_BODY + TAIL];
     let (head, rest) = raw.split_first_chunk_mut::<HEAD>()?;
     let space = rest.get_mut(..MOST_BODY)?;
-    let (kind, used) = match body {
-        Body::Hello(hello) => (HELLO, postcard::to_slice(hello, space)),
-        Body::Row(row) => (ROW, postcard::to_slice(row, space)),
-        Body::Text(text) => (TEXT, postcard::to_slice(text, space)),
-        Body::Beat(beat) => (BEAT, postcard::to_slice(beat, space)),
+    let kind = match body {
+        Body::Hello(_) => HELLO,
+        Body::Row(_) => ROW,
+        Body::Text(_) => TEXT,
+        Body::Beat(_) => BEAT,
     };
-    let length = HEAD + used.ok()?.len();
+    let length = HEAD + body::write(body, space)?;
     let [low, high] = seq.to_le_bytes();
     *head = [kind, low, high];
     let crc = crc32(raw.get(..length)?).to_le_bytes();
     raw.get_mut(length..length + TAIL)?.copy_from_slice(&crc);
-    let sent = cobs::try_encode(raw.get(..length + TAIL)?, out.get_mut(1..=MOST_PIECE)?).ok()?;
+    let sent = stuff(raw.get(..length + TAIL)?, out.get_mut(1..=MOST_PIECE)?)?;
     // The zeros of the two ends; what the last frame left is in between.
     *out.first_mut()? = 0;
     *out.get_mut(sent + 1)? = 0;
@@ -198,9 +199,10 @@ impl Deframer {
 
 /// The frame of a piece, decoded in its place.
 fn decode(piece: &mut [u8]) -> Option<Frame<'_>> {
-    let length = cobs::decode_in_place(piece).ok()?;
-    let (kept, crc) = piece.get(..length)?.split_last_chunk::<TAIL>()?;
-    if crc32(kept) != u32::from_le_bytes(*crc) {
+    let length = unstuff(piece)?;
+    // `split_last_chunk` would do, but for a panic within it as far as the compiler can see.
+    let (kept, crc) = piece.get(..length)?.split_at_checked(length.checked_sub(TAIL)?)?;
+    if crc32(kept) != u32::from_le_bytes(crc.try_into().ok()?) {
         return None;
     }
     let ([kind, low, high], body) = kept.split_first_chunk::<HEAD>()?;
@@ -217,28 +219,6 @@ fn decode(piece: &mut [u8]) -> Option<Frame<'_>> {
 /// A value that takes all bytes.
 fn whole<'a, T: Deserialize<'a>>(bytes: &'a [u8]) -> Option<T> {
     postcard::take_from_bytes(bytes).ok().and_then(|(value, rest)| rest.is_empty().then_some(value))
-}
-
-impl Serialize for RowFrame {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut tuple = serializer.serialize_tuple(3 + CHANNELS.len())?;
-        tuple.serialize_element(&self.sequence)?;
-        tuple.serialize_element(&self.at)?;
-        tuple.serialize_element(&self.channels.0)?;
-        for (bit, (channel, value)) in CHANNELS.iter().zip(self.values).enumerate() {
-            if self.channels.0 >> bit & 1 == 0 {
-                continue;
-            }
-            match channel.coding {
-                Coding::Single => tuple.serialize_element(&(value as f32))?,
-                Coding::Nano if value.is_nan() => tuple.serialize_element(&i64::MIN)?,
-                // A cast saturates: no angle of a stand gets there.
-                Coding::Nano => tuple.serialize_element(&(libm::round(value * 1e9) as i64))?,
-                Coding::Whole => tuple.serialize_element(&(value as u32))?,
-            }
-        }
-        tuple.end()
-    }
 }
 
 impl<'de> Deserialize<'de> for RowFrame {

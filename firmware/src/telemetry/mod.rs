@@ -3,8 +3,10 @@
 //! [`frame`] is the wire: what a frame is, how it is made, and how a receiver finds it again (the host uses the same code). [`channel`] is
 //! the list of what a row can carry, and what a choice of it costs on the line.
 
+mod body;
 pub mod channel;
 pub mod frame;
+mod stuffing;
 
 #[cfg(test)]
 mod tests;

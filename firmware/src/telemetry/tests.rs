@@ -3,6 +3,7 @@
 use super::channel::CHANNELS;
 use super::frame::{MOST_FRAME, MOST_TEXT, PROTOCOL, Piece};
 use super::*;
+use crate::board::Ticks;
 use crate::measurement_loop::Row;
 use crate::speed_loop::Limits;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -14,7 +15,7 @@ const DAMAGED: u32 = if cfg!(debug_assertions) { 100_000 } else { 1_000_000 };
 fn row() -> Row {
     Row {
         sequence: 3_600_000,
-        t_s: 3600.000_1,
+        at: Ticks(36_000_001_000),
         u_V: 0.25,
         i_A: Some(-0.125),
         theta_rad: 45_239.123_456_789,
@@ -78,7 +79,7 @@ fn a_frame_is_no_longer_than_the_cost_that_its_channels_are_refused_by() {
     for channels in [Channels::ALL, Channels::USUAL, Channels(1), Channels(0)] {
         let row = Row {
             sequence: u32::MAX,
-            t_s: 4e6,
+            at: Ticks(40_000_000_000_000),
             theta_rad: -3e6,
             theta_cmd_rad: Some(3e6),
             from_index_rad: Some(4e6),

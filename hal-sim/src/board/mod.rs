@@ -9,6 +9,7 @@ mod sensor_bus;
 
 use crate::clock::{SimClock, VirtualClock};
 use crate::faults::{Broken, Decoder, Faults, What};
+use crate::peripherals::imu::{Imu, ImuSetup};
 use crate::peripherals::{CurrentAdc, Edges, Encoder, Index, Noise, OwnEdge, RateSensor, SensorSetup, SlowChannel};
 pub use sensor_bus::SensorBus;
 use stand_firmware::board::{
@@ -59,6 +60,8 @@ pub struct Truth {
 pub struct Bench<P> {
     plant: P,
     now: Ticks,
+    /// How far time has come; the plant may be up to a tick behind.
+    reached: Ticks,
     tick: u64,
     volt_per_duty: f64,
     acting_V: f64,
@@ -78,6 +81,7 @@ pub struct Bench<P> {
     rate: Stamped<RateSensor>,
     supply: Stamped<SlowChannel>,
     temperature: SlowChannel,
+    imu: Option<Imu>,
     truth: [Truth; 2],
     /// What is broken, and what the encoder's counters show by it: the interrupt's and the tasks'.
     broken: Broken,
@@ -99,6 +103,7 @@ impl<P: PlantPort> Bench<P> {
         let temperature = SlowChannel::new(hardware.temperature_C_per_code, Noise::new(seed, 3, sensors.temp_noise_K));
         Self {
             now: Ticks(0),
+            reached: Ticks(0),
             tick: 0,
             volt_per_duty: hardware.volt_per_duty(),
             acting_V: 0.0,
@@ -114,6 +119,7 @@ impl<P: PlantPort> Bench<P> {
             rate: Stamped { value: rate, at: Ticks(0) },
             supply: Stamped { value: supply, at: Ticks(0) },
             temperature,
+            imu: None,
             truth: [Truth::default(); 2],
             broken: Broken::new(Faults::default()),
             decoder: Decoder::default(),
@@ -145,7 +151,7 @@ impl<P: PlantPort> Bench<P> {
             }
             self.tick += 1;
         }
-        self.integrate(to);
+        self.reached = to;
     }
 
     /// What is so at the last whole millisecond, and at the one before.
@@ -158,9 +164,28 @@ impl<P: PlantPort> Bench<P> {
         self.stop = stop;
     }
 
-    /// Chip select goes low: who answers until it rises again. Nobody is connected yet.
-    fn select_sensor(&mut self) -> sensor_bus::Exchange {
-        sensor_bus::Exchange
+    /// The same bench whose platform carries this sensor; its noise is of `seed`.
+    pub fn carrying(self, sensor: ImuSetup, seed: u64) -> Self {
+        Self { imu: Some(Imu::new(sensor, seed)), ..self }
+    }
+
+    /// The sensor under test: to break it, or to mend it.
+    pub fn imu(&mut self) -> Option<&mut Imu> {
+        self.imu.as_mut()
+    }
+
+    /// Chip select goes low: who answers until it rises again.
+    fn select_sensor(&mut self) -> sensor_bus::Exchange<'_> {
+        let mut chip = self.imu.as_mut().map(|imu| &mut imu.chip);
+        if let Some(chip) = &mut chip {
+            chip.select();
+        }
+        sensor_bus::Exchange(chip)
+    }
+
+    /// Brings the plant to the last moment that was asked for, where that lies within a tick. Few look there, and each look is a step.
+    fn catch_up(&mut self) {
+        self.integrate(self.reached);
     }
 
     /// The plant.
@@ -213,6 +238,9 @@ impl<P: PlantPort> Bench<P> {
             if self.broken.is(What::SensorRubbish) {
                 self.rate.value.rubbish();
             }
+        }
+        if let Some(imu) = &mut self.imu {
+            imu.tick(self.now.seconds(), self.plant.rate_rad_s(), self.plant.true_rate_rad_s(), self.plant.true_theta_rad());
         }
         if self.tick.is_multiple_of(CONTROL_PER_ROW) {
             self.supply.value.sample(self.plant.supply_V());
@@ -327,7 +355,8 @@ impl<'a, P: PlantPort> Board for SimBoard<'a, P> {
     }
 
     fn encoder(&mut self) -> Stamped<EncoderCount> {
-        let bench = self.bench.borrow();
+        let mut bench = self.bench.borrow_mut();
+        bench.catch_up();
         Stamped { value: EncoderCount(bench.shown() as u16), at: bench.now }
     }
 
@@ -343,6 +372,7 @@ impl<'a, P: PlantPort> Board for SimBoard<'a, P> {
 
     fn current(&mut self) -> Stamped<CurrentSum> {
         let mut bench = self.bench.borrow_mut();
+        bench.catch_up();
         Stamped { value: bench.current.take(), at: bench.now }
     }
 

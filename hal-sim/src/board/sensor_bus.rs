@@ -5,6 +5,7 @@
 
 use super::{Bench, PlantPort};
 use crate::clock::{SimClock, VirtualClock};
+use crate::peripherals::imu::Chip;
 use embedded_hal_async::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
 use stand_firmware::board::Clock;
 use std::cell::RefCell;
@@ -61,11 +62,11 @@ impl<P: PlantPort> SpiDevice for SensorBus<'_, P> {
     }
 }
 
-/// What answers while the line is selected.
-pub(super) struct Exchange;
+/// What answers while the line is selected: the chip, or nobody.
+pub(super) struct Exchange<'a>(pub Option<&'a mut Chip>);
 
-impl Exchange {
-    pub(super) fn byte(&mut self, _sent: u8) -> u8 {
-        0xFF
+impl Exchange<'_> {
+    fn byte(&mut self, sent: u8) -> u8 {
+        self.0.as_mut().map_or(0xFF, |chip| chip.byte(sent))
     }
 }

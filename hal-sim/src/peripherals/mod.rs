@@ -8,6 +8,7 @@ mod current;
 mod edges;
 mod encoder;
 pub mod flash;
+pub mod imu;
 mod index;
 mod noise;
 mod own_edge;

@@ -28,6 +28,7 @@ use super::outsiders::Outsiders;
 use crate::effects::{self, Kind};
 use crate::faults::{FaultError, Faults};
 use crate::peripherals::SensorSetup;
+use crate::peripherals::imu::ImuSetup;
 use crate::session::StandSetup;
 use stand_firmware::board::Hardware;
 use stand_firmware::speed_loop::Settings;
@@ -50,6 +51,9 @@ pub struct Stand {
     pub outsiders: Outsiders,
     /// Noise and filters of its sensors.
     pub sensors: SensorSetup,
+    /// The sensor under test, if its platform carries one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub imu: Option<ImuSetup>,
     /// Scales of its converters and its encoder.
     pub hardware: Hardware,
     /// Settings of its firmware; what a file does not say follows from its drive.
@@ -110,6 +114,7 @@ impl Default for Stand {
             .collect(),
             outsiders: Outsiders::default(),
             sensors: SensorSetup::default(),
+            imu: None,
             hardware: Hardware::default(),
             firmware: Settings::default(),
             faults: Faults::default(),
@@ -262,7 +267,7 @@ impl Stand {
 
     /// The stand apart from its plant: scales, sensors, settings of the firmware.
     pub fn setup(&self) -> StandSetup {
-        StandSetup { hardware: self.hardware, sensors: self.sensors, settings: self.firmware, faults: self.faults }
+        StandSetup { hardware: self.hardware, sensors: self.sensors, settings: self.firmware, faults: self.faults, imu: self.imu }
     }
 }
 

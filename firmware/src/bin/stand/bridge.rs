@@ -80,3 +80,10 @@ impl Bridge {
         TIM1.ccr(1).write(|w| w.set_ccr(in2));
     }
 }
+
+/// Both inputs high, whoever owns the bridge: for the program's end.
+pub fn off() {
+    for channel in 0..2 {
+        TIM1.ccr(channel).write(|w| w.set_ccr(HIGH));
+    }
+}

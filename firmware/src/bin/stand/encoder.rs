@@ -79,12 +79,7 @@ impl Encoder {
         edges.arr().write_value(u32::MAX);
         edges.cr1().modify(|w| w.set_cen(true));
         let af = edges_af as u8;
-        Self {
-            counter,
-            edges,
-            seen: false,
-            _pins: [input(a, af, Pull::Up), input(b, af, Pull::Up), input(counter_index, AF_TIM3_4_5, Pull::Down)],
-        }
+        Self { counter, edges, seen: false, _pins: [input(a, af), input(b, af), input(counter_index, AF_TIM3_4_5)] }
     }
 
     /// Count, edge and time that belong together.
@@ -136,7 +131,7 @@ impl IndexTime {
             w.set_icf(TIMER_INDEX - 2, FILTER);
         });
         edges.ccer().modify(|w| w.set_cce(TIMER_INDEX, true));
-        Self { edges, _pin: input(pin, AF_TIM2, Pull::Down) }
+        Self { edges, _pin: input(pin, AF_TIM2) }
     }
 
     /// What the timer stood at when the index last began, if it has since the last call.
@@ -145,8 +140,9 @@ impl IndexTime {
     }
 }
 
-fn input(pin: Peri<'static, impl Pin>, af: u8, pull: Pull) -> Flex<'static> {
+/// The encoder gives 5 V, which the pins take with their own pull resistors off only (DS10693, table 17).
+fn input(pin: Peri<'static, impl Pin>, af: u8) -> Flex<'static> {
     let mut pin = Flex::new(pin);
-    pin.set_as_af_unchecked(af, AfType::input(pull));
+    pin.set_as_af_unchecked(af, AfType::input(Pull::None));
     pin
 }

@@ -9,9 +9,11 @@ use embassy_stm32::{Peri, peripherals};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 
 /// One sector, bytes.
-const SECTOR: u32 = 16 * 1024;
+pub const SECTOR: u32 = 16 * 1024;
 /// Where the settings begin, from the flash's start: behind the sector of the vector table.
 const BEGIN: u32 = SECTOR;
+/// Where the two begin in [`SettingsFlash`].
+pub const BEGINS: [u32; 2] = [0, SECTOR];
 /// Both sectors.
 const LENGTH: u32 = 2 * SECTOR;
 

@@ -63,10 +63,19 @@ impl Handler<typelevel::USART2> for Watch {
         }
         // A break: no stop bit, and the line is low still.
         if status.fe() && GPIOA.idr().read().idr(PIN) == Idr::LOW {
-            GUARD.lock(|guard| guard.borrow_mut().line_break());
+            with_guard(Guard::line_break);
         }
         watch();
     }
+}
+
+/// Nobody else has the guard; asking first keeps a panic out of the interrupt.
+fn with_guard(look: impl FnOnce(&mut Guard<'static>)) {
+    GUARD.lock(|guard| {
+        if let Ok(mut guard) = guard.try_borrow_mut() {
+            look(&mut guard);
+        }
+    });
 }
 
 /// Passes what has come to the guard and wakes the reader.
@@ -84,12 +93,7 @@ fn watch() {
     }
     let mut done = 0;
     while done < new {
-        GUARD.lock(|guard| {
-            let mut guard = guard.borrow_mut();
-            for place in done..new.min(done + GO) {
-                guard.byte(byte(at + place));
-            }
-        });
+        with_guard(|guard| (done..new.min(done + GO)).for_each(|place| guard.byte(byte(at + place))));
         done += GO;
     }
     RECEIVED.store(before.wrapping_add(new as u32), Ordering::Release);

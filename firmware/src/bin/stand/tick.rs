@@ -10,6 +10,7 @@ use crate::encoder::Encoder;
 use crate::serial;
 use core::cell::{Cell, RefCell};
 use core::future::poll_fn;
+use core::sync::atomic::{AtomicBool, Ordering};
 use core::task::Poll;
 use cortex_m::peripheral::DWT;
 use embassy_stm32::gpio::Input;
@@ -43,6 +44,13 @@ static SHARED: Mutex<CriticalSectionRawMutex, Cell<Shared>> =
     Mutex::new(Cell::new(Shared { tick: 0, cycles: 0, deadline: Ticks(u64::MAX) }));
 static TICK: Mutex<CriticalSectionRawMutex, RefCell<Option<Tick>>> = Mutex::new(RefCell::new(None));
 static WAKER: AtomicWaker = AtomicWaker::new();
+/// Whether the last tick has asked for a voltage, zero included.
+static DRIVEN: AtomicBool = AtomicBool::new(false);
+
+/// Whether the stand is driven now.
+pub fn is_driven() -> bool {
+    DRIVEN.load(Ordering::Relaxed)
+}
 
 /// All that the interrupt owns.
 pub struct Tick {
@@ -107,6 +115,7 @@ impl TickIo for TickHardware {
 
     #[inline]
     fn drive(&mut self, out: Drive) {
+        DRIVEN.store(out != Drive::Off, Ordering::Relaxed);
         self.bridge.drive(out);
     }
 }

@@ -45,7 +45,11 @@ pub enum LineError {
 
 impl embedded_io_async::Error for LineError {
     fn kind(&self) -> ErrorKind {
-        ErrorKind::Other
+        match self {
+            // What the app takes for a break.
+            LineError::Break => ErrorKind::Interrupted,
+            LineError::Overrun => ErrorKind::Other,
+        }
     }
 }
 

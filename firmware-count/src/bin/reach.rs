@@ -1,0 +1,104 @@
+//! Doors to the tick, the parser and the framing, so that what each can reach shows in one call graph.
+//!
+//! In the chip's image the compiler melts parser and framing into the tasks, and the walk from a vector does not see where they begin. Here each
+//! is a function with a name that the linker keeps (`reach_…`); scripts/callgraph.py walks from them. Nothing is run.
+#![no_std]
+#![no_main]
+
+use core::hint::black_box;
+use cortex_m_rt::entry;
+use panic_semihosting as _;
+use stand_firmware::board::{Drive, EncoderCount, Sensed, TickIo};
+use stand_firmware::console::line::{Line, Lines};
+use stand_firmware::console::parse::{Commands, Range, is_name};
+use stand_firmware::console::quantity::Quantity;
+use stand_firmware::console::text::Text;
+use stand_firmware::console::{Guard, StopLine};
+use stand_firmware::measurement_loop::Row;
+use stand_firmware::speed_loop::Interrupt;
+use stand_firmware::telemetry::frame::MOST_FRAME;
+use stand_firmware::telemetry::{Body, Channels, Deframer, RowFrame, encode};
+
+/// A bridge and an encoder of which the compiler knows nothing.
+struct Io;
+
+impl TickIo for Io {
+    fn sense(&mut self) -> Sensed {
+        black_box(Sensed::default())
+    }
+    fn index(&mut self) -> Option<EncoderCount> {
+        black_box(None)
+    }
+    fn drive(&mut self, out: Drive) {
+        black_box(out);
+    }
+}
+
+#[unsafe(no_mangle)]
+#[inline(never)]
+extern "C" fn reach_tick(interrupt: &mut Interrupt<'static>) {
+    interrupt.run(&mut Io);
+}
+
+#[unsafe(no_mangle)]
+#[inline(never)]
+extern "C" fn reach_guard(guard: &mut Guard<'static>, byte: u8) {
+    guard.byte(byte);
+    guard.line_break();
+}
+
+#[unsafe(no_mangle)]
+#[inline(never)]
+extern "C" fn reach_framing_encode(row: &Row, seq: u16, out: &mut [u8; MOST_FRAME]) -> usize {
+    let channels = Channels(black_box(u32::MAX));
+    let frame = RowFrame::new(row, channels);
+    encode(&black_box(Body::Row(frame)), seq, out).map_or(0, <[u8]>::len)
+}
+
+#[unsafe(no_mangle)]
+#[inline(never)]
+extern "C" fn reach_framing_decode(deframer: &mut Deframer, byte: u8) {
+    black_box(deframer.push(byte));
+}
+
+#[unsafe(no_mangle)]
+#[inline(never)]
+extern "C" fn reach_parser(lines: &mut Lines, byte: u8, said: &mut Text<200>) {
+    let Some(Line { text: Ok(text), .. }) = lines.push(byte) else { return };
+    for command in Commands::new(text) {
+        black_box(is_name(command.header(), black_box("dwell_s")));
+        black_box((command.is(black_box("SOURce:RATE")), command.last_below(black_box("SETTings")), command.header()));
+        let mut parameters = command.parameters();
+        let range = Range::new(Quantity::RATE, black_box(-1.0), black_box(1.0), 0.0);
+        if let Ok(number) = parameters.number(&range) {
+            said.writer().number(number, 9);
+        }
+        black_box((parameters.text().is_ok(), parameters.on_off().is_ok(), parameters.choice(&["ONE", "TWO"]).is_ok()));
+        if let Err(wrong) = parameters.end() {
+            wrong.write(&mut said.writer());
+        }
+    }
+}
+
+static LINE: StopLine = StopLine::new();
+
+#[entry]
+fn main() -> ! {
+    let (row, seq) = black_box((Row::default(), 0));
+    let mut out = [0; MOST_FRAME];
+    reach_framing_encode(&row, seq, &mut out);
+    reach_framing_decode(&mut Deframer::default(), black_box(0));
+    reach_guard(&mut Guard::new(&LINE), black_box(0));
+    reach_parser(&mut Lines::default(), black_box(0), &mut Text::default());
+    tick();
+    loop {
+        cortex_m::asm::nop();
+    }
+}
+
+/// The tick needs what is made by much else; it is only to be linked.
+fn tick() {
+    if let Some(interrupt) = black_box(None::<&mut Interrupt<'static>>) {
+        reach_tick(interrupt);
+    }
+}

@@ -1,0 +1,343 @@
+//! A line taken apart: commands between `;`, each a header and its parameters. Nothing is copied.
+//!
+//! A header's words are matched in long or short form, in any case (`SOURce:RATE`: SOURCE or SOUR). A command after `;` begins where the one
+//! before it had its last word (`SOURce:MODE RATE;RATE 5`), one with `:` before it, or with `*`, at the root; and so does STOP, always.
+
+use super::errors::{Code, ErrorEntry};
+use super::quantity::{Quantity, number};
+
+/// The commands of a line.
+#[derive(Clone, Debug)]
+pub struct Commands<'a> {
+    rest: Option<&'a [u8]>,
+    path: &'a [u8],
+}
+
+/// One command.
+#[derive(Clone, Copy, Debug)]
+pub struct Command<'a> {
+    /// The words that the one before it had but its last.
+    path: &'a [u8],
+    header: &'a [u8],
+    /// Whether it asks.
+    pub is_query: bool,
+    parameters: &'a [u8],
+}
+
+impl<'a> Commands<'a> {
+    /// The commands of a line, whose check is stripped.
+    pub fn new(line: &'a [u8]) -> Self {
+        Self { rest: Some(line), path: b"" }
+    }
+}
+
+impl<'a> Iterator for Commands<'a> {
+    type Item = Command<'a>;
+
+    fn next(&mut self) -> Option<Command<'a>> {
+        loop {
+            let (text, rest) = cut(self.rest?, b';');
+            self.rest = rest;
+            let text = text.trim_ascii();
+            if text.is_empty() {
+                continue;
+            }
+            let end = text.iter().position(|byte| matches!(byte, b' ' | b'\t' | b'?')).unwrap_or(text.len());
+            let (header, after) = text.split_at_checked(end)?;
+            let (is_query, parameters) = match after.split_first() {
+                Some((b'?', parameters)) => (true, parameters),
+                _ => (false, after),
+            };
+            let at_root = header.starts_with(b":") || header.starts_with(b"*") || header.eq_ignore_ascii_case(b"STOP");
+            let header = if let [b':', rest @ ..] = header { rest } else { header };
+            let path = if at_root { b"" } else { self.path };
+            let command = Command { path, header, is_query, parameters: parameters.trim_ascii() };
+            if !header.starts_with(b"*") {
+                // The path of the next: only one level of words is carried on where this one had a path of its own.
+                self.path = match header.iter().rposition(|byte| *byte == b':') {
+                    Some(last) => header.get(..last).unwrap_or_default(),
+                    None if at_root => b"",
+                    None => path,
+                };
+            }
+            return Some(command);
+        }
+    }
+}
+
+impl<'a> Command<'a> {
+    /// Whether it is this pattern: words with `:`, the short form in capitals.
+    pub fn is(&self, pattern: &str) -> bool {
+        self.matches(pattern, self.path) || (!self.path.is_empty() && self.header.contains(&b':') && self.matches(pattern, b""))
+    }
+
+    fn matches(&self, pattern: &str, path: &[u8]) -> bool {
+        let mut words = self.words_after(path);
+        let mut wanted = split_words(pattern.as_bytes());
+        loop {
+            match (words.next(), wanted.next()) {
+                (None, None) => return true,
+                (Some(word), Some(wanted)) if is_form(word, wanted) => {}
+                _ => return false,
+            }
+        }
+    }
+
+    /// Its last word, if the others are this pattern.
+    pub fn last_below(&self, pattern: &str) -> Option<&'a [u8]> {
+        let mut words = self.words_after(self.path);
+        for wanted in split_words(pattern.as_bytes()) {
+            if !words.next().is_some_and(|word| is_form(word, wanted)) {
+                return None;
+            }
+        }
+        let last = words.next()?;
+        words.next().is_none().then_some(last)
+    }
+
+    fn words_after<'p>(&self, path: &'p [u8]) -> impl Iterator<Item = &'p [u8]> + use<'p, 'a>
+    where
+        'a: 'p,
+    {
+        split_words(path).filter(|word| !word.is_empty()).chain(split_words(self.header))
+    }
+
+    /// Its header as it was written, for errors.
+    pub fn header(&self) -> &'a [u8] {
+        self.header
+    }
+
+    /// Its parameters.
+    pub fn parameters(&self) -> Parameters<'a> {
+        Parameters { rest: (!self.parameters.is_empty()).then_some(self.parameters) }
+    }
+}
+
+/// The parameters of a command, one after the other.
+#[derive(Clone, Copy, Debug)]
+pub struct Parameters<'a> {
+    rest: Option<&'a [u8]>,
+}
+
+impl<'a> Parameters<'a> {
+    /// The next as it is, if there is one.
+    pub fn next_text(&mut self) -> Option<&'a [u8]> {
+        let (text, rest) = cut(self.rest?, b',');
+        self.rest = rest;
+        Some(text.trim_ascii())
+    }
+
+    /// The next, which must be there; quotes around it are taken off.
+    ///
+    /// # Errors
+    /// It is missing.
+    pub fn text(&mut self) -> Result<&'a [u8], ErrorEntry> {
+        let text = self.next_text().ok_or_else(|| ErrorEntry::new(Code::MISSING_PARAMETER))?;
+        Ok(match text {
+            [b'"', inner @ .., b'"'] | [b'\'', inner @ .., b'\''] => inner,
+            text => text,
+        })
+    }
+
+    /// The next as the place of a word among `words`, in long or short form.
+    ///
+    /// # Errors
+    /// It is missing, or none of them.
+    pub fn choice(&mut self, words: &[&str]) -> Result<usize, ErrorEntry> {
+        let text = self.text()?;
+        words.iter().position(|word| is_word(text, word)).ok_or_else(|| ErrorEntry::about(Code::ILLEGAL_VALUE, text))
+    }
+
+    /// The next as ON or OFF, 1 or 0.
+    ///
+    /// # Errors
+    /// It is missing, or something else.
+    pub fn on_off(&mut self) -> Result<bool, ErrorEntry> {
+        self.choice(&["OFF", "ON", "0", "1"]).map(|place| place & 1 == 1)
+    }
+
+    /// The next as a number in the range's own unit.
+    ///
+    /// # Errors
+    /// It is missing, no number, of another unit, or outside of the range.
+    pub fn number(&mut self, range: &Range) -> Result<f64, ErrorEntry> {
+        let text = self.text()?;
+        if let Some(bound) = range.keyword(text) {
+            return Ok(bound);
+        }
+        let Some((value, suffix)) = number(text) else {
+            return Err(ErrorEntry::about(Code::NUMERIC_DATA, text));
+        };
+        let factor = range.quantity.factor(suffix.trim_ascii()).ok_or_else(|| {
+            let mut entry = ErrorEntry::about(Code::INVALID_SUFFIX, text);
+            entry.detail.writer().text(" is not in ").text(range.quantity.unit);
+            entry
+        })?;
+        let value = value * factor;
+        // A bound that was written in another unit may be off by its last digit.
+        let slack = 1e-12 * (range.greatest.abs() + range.least.abs());
+        if !(value >= range.least - slack && value <= range.greatest + slack) {
+            let mut entry = ErrorEntry::about(Code::OUT_OF_RANGE, text);
+            range.write(entry.detail.writer().text(": "));
+            return Err(entry);
+        }
+        // `clamp` panics where its bounds are swapped.
+        Ok(value.max(range.least).min(range.greatest))
+    }
+
+    /// There must be no more.
+    ///
+    /// # Errors
+    /// There are.
+    pub fn end(&mut self) -> Result<(), ErrorEntry> {
+        self.next_text().map_or(Ok(()), |text| Err(ErrorEntry::about(Code::PARAMETER_NOT_ALLOWED, text)))
+    }
+}
+
+/// What a number may be.
+#[derive(Clone, Copy, Debug)]
+pub struct Range {
+    /// What it measures.
+    pub quantity: Quantity,
+    /// The least.
+    pub least: f64,
+    /// The greatest.
+    pub greatest: f64,
+    /// What DEFault stands for.
+    pub usual: f64,
+}
+
+impl Range {
+    /// A range.
+    pub const fn new(quantity: Quantity, least: f64, greatest: f64, usual: f64) -> Self {
+        Self { quantity, least, greatest, usual }
+    }
+
+    /// What a keyword stands for.
+    pub fn keyword(&self, text: &[u8]) -> Option<f64> {
+        [("MINimum", self.least), ("MAXimum", self.greatest), ("DEFault", self.usual)]
+            .into_iter()
+            .find(|(word, _)| is_word(text, word))
+            .map(|(_, value)| value)
+    }
+
+    /// `least to greatest unit`.
+    pub fn write(&self, out: &mut super::text::Writer<'_>) {
+        out.number(self.least, 6).text(" to ").number(self.greatest, 6);
+        if !self.quantity.unit.is_empty() {
+            out.byte(b' ').text(self.quantity.unit);
+        }
+    }
+}
+
+/// Whether `text` is `pattern`, whole or its capitals (and what comes before the first small letter), in any case.
+pub fn is_word(text: &[u8], pattern: &str) -> bool {
+    is_form(text, pattern.as_bytes())
+}
+
+fn is_form(text: &[u8], pattern: &[u8]) -> bool {
+    let short = pattern.iter().position(u8::is_ascii_lowercase).unwrap_or(pattern.len());
+    text.eq_ignore_ascii_case(pattern) || pattern.get(..short).is_some_and(|short| text.eq_ignore_ascii_case(short))
+}
+
+/// The words between `:`, at least one. (The standard library's splitting slices, and what slices can panic as far as the compiler can see.)
+fn split_words(text: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let mut rest = Some(text);
+    core::iter::from_fn(move || {
+        let text = rest?;
+        let end = text.iter().position(|byte| *byte == b':');
+        rest = end.and_then(|end| text.get(end + 1..));
+        text.get(..end.unwrap_or(text.len()))
+    })
+}
+
+/// Whether `text` is a name of a parameter (`dwell_s`): whole, without its unit, or that in SCPI's short form (four letters, three where
+/// the fourth is a vowel).
+pub fn is_name(text: &[u8], name: &str) -> bool {
+    let end = name.bytes().position(|byte| matches!(byte, b'_' | b'-')).unwrap_or(name.len());
+    let base = name.get(..end).unwrap_or(name);
+    let fourth_is_vowel = base.as_bytes().get(3).is_some_and(|byte| b"aeiouAEIOU".contains(byte));
+    let short = if base.len() > 4 && fourth_is_vowel { 3 } else { 4 };
+    let short = base.as_bytes().get(..short).unwrap_or(base.as_bytes());
+    [name.as_bytes(), base.as_bytes(), short].into_iter().any(|form| text.eq_ignore_ascii_case(form))
+}
+
+/// What is before the first `at` outside of quotes, and what is after it.
+fn cut(text: &[u8], at: u8) -> (&[u8], Option<&[u8]>) {
+    let mut quote = None;
+    let place = text.iter().position(|byte| {
+        match quote {
+            Some(open) if open == *byte => quote = None,
+            None if matches!(byte, b'"' | b'\'') => quote = Some(*byte),
+            _ => {}
+        }
+        quote.is_none() && *byte == at
+    });
+    match place {
+        Some(place) => (text.get(..place).unwrap_or_default(), text.get(place + 1..)),
+        None => (text, None),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn is(line: &str, patterns: &[&str]) {
+        let all: Vec<_> = Commands::new(line.as_bytes()).collect();
+        assert_eq!(all.len(), patterns.len(), "{line}");
+        for (command, pattern) in all.iter().zip(patterns) {
+            assert!(command.is(pattern), "{line}: {:?} is not {pattern}", String::from_utf8_lossy(command.header));
+        }
+    }
+
+    #[test]
+    fn headers_match_in_long_and_short_form_and_carry_their_path() {
+        is("SOURce:RATE 5", &["SOURce:RATE"]);
+        is("sour:rate 5;:outp on", &["SOURce:RATE", "OUTPut"]);
+        is("SOURce:MODE RATE;RATE 100 DEG/S;*OPC?;RATE?", &["SOURce:MODE", "SOURce:RATE", "*OPC", "SOURce:RATE"]);
+        is("SYST:ERR?;ERR:COUN?", &["SYSTem:ERRor", "SYSTem:ERRor:COUNt"]);
+        is("PROF:STAR;STOP", &["PROFile:STARt", "STOP"]);
+        is(";;*idn?; ;", &["*IDN"]);
+        is("SOUR:RATE 1;SOUR:MODE OFF", &["SOURce:RATE", "SOURce:MODE"]);
+        let not = |line: &str, pattern: &str| assert!(!Commands::new(line.as_bytes()).next().unwrap().is(pattern), "{line}");
+        for line in ["SOURC:RATE", "SOU:RATE", "RATE", "SOUR:RAT", "SOUR:RATE:X", "SOUR:", "SOUR::RATE", ":"] {
+            not(line, "SOURce:RATE");
+        }
+    }
+
+    #[test]
+    fn parameters_are_numbers_words_and_texts() {
+        let rate = Range::new(Quantity::RATE, -35.0, 35.0, 1.0);
+        let of = |line: &'static str| Commands::new(line.as_bytes()).next().unwrap().parameters();
+        assert_eq!(of("X 100").number(&rate).unwrap_err().code, Code::OUT_OF_RANGE);
+        assert_eq!(of("X -2.5 , 3").number(&rate).unwrap(), -2.5);
+        assert!((of("X 360DEG/S").number(&rate).unwrap() - core::f64::consts::TAU).abs() < 1e-12);
+        assert_eq!(
+            (of("X MAX").number(&rate).unwrap(), of("X min").number(&rate).unwrap(), of("X DEF").number(&rate).unwrap()),
+            (35.0, -35.0, 1.0)
+        );
+        assert_eq!(of("X 5 V").number(&rate).unwrap_err().code, Code::INVALID_SUFFIX);
+        assert_eq!(of("X FAST").number(&rate).unwrap_err().code, Code::NUMERIC_DATA);
+        assert_eq!(of("X").number(&rate).unwrap_err().code, Code::MISSING_PARAMETER);
+        assert_eq!(of("X 1E400").number(&rate).unwrap_err().code, Code::OUT_OF_RANGE);
+        let mut two = of("X \"a;b,c\", off");
+        assert_eq!((two.text().unwrap(), two.on_off().unwrap()), (&b"a;b,c"[..], false));
+        assert!(two.end().is_ok());
+        assert_eq!(of("X 1,2").end().unwrap_err().code, Code::PARAMETER_NOT_ALLOWED);
+    }
+
+    #[test]
+    fn a_parameters_name_goes_whole_without_its_unit_or_short() {
+        for (text, name) in [
+            ("DWEL", "dwell_s"),
+            ("dwell_s", "dwell_s"),
+            ("DWELL", "dwell_s"),
+            ("amp", "amplitude"),
+            ("ACC", "acceleration"),
+            ("to", "to_Hz"),
+        ] {
+            assert_eq!(is_name(text.as_bytes(), name), text != "amp", "{text}");
+        }
+    }
+}

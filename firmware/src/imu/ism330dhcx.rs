@@ -1,0 +1,323 @@
+//! ST's ISM330DHCX (data sheet DS13012, application note AN5398) through ST's own driver.
+//!
+//! The driver names the registers, holds their bits and moves the bytes. Its verbs for the data rate also look at parts of the chip that are
+//! not used here, and its verbs for the FIFO read one word at a time; so registers are written and read as a whole, and the FIFO in one
+//! burst. Every register that is written is read back.
+
+use super::fifo::{Assembly, Took, WORD};
+use super::{Drained, InForce, Ready, STANDARD_GRAVITY_M_S2, Sample, SelfTest, Sensor, Setup, Trouble};
+use crate::board::{Clock, TICKS_PER_S};
+use embedded_hal_async::delay::DelayNs;
+use embedded_hal_async::spi::{Operation, SpiDevice};
+use ism330dhcx_rs::asynchronous::prelude::*;
+use ism330dhcx_rs::asynchronous::{self as st, Error};
+use st_mems_bus::asynchronous::{BusOperation, SensorOperation};
+
+type Chip<D, C> = st::Ism330dhcx<Line<D>, Wait<C>, MainBank>;
+
+/// Output rates, Hz, and their code (CTRL1_XL, CTRL2_G, FIFO_CTRL3).
+const RATES: [(f32, u8); 7] = [
+    (104.0, OdrGy::_104hz as u8),
+    (208.0, OdrGy::_208hz as u8),
+    (417.0, OdrGy::_416hz as u8),
+    (833.0, OdrGy::_833hz as u8),
+    (1667.0, OdrGy::_1666hz as u8),
+    (3333.0, OdrGy::_3332hz as u8),
+    (6667.0, OdrGy::_6667hz as u8),
+];
+/// Cutoff of the gyro's low-pass at those rates, Hz: LPF1 with FTYPE 000 and LPF2 (DS13012, table 60).
+const RATE_CUTOFFS_HZ: [f32; 7] = [33.0, 67.0, 136.6, 239.2, 304.2, 328.5, 335.5];
+/// Ranges of the gyro, °/s, their code (CTRL2_G), and mdps in one code (DS13012, table 2).
+const RATE_RANGES: [(f32, u8, f32); 6] = [
+    (125.0, FsGy::_125dps as u8, 4.375),
+    (250.0, FsGy::_250dps as u8, 8.75),
+    (500.0, FsGy::_500dps as u8, 17.5),
+    (1000.0, FsGy::_1000dps as u8, 35.0),
+    (2000.0, FsGy::_2000dps as u8, 70.0),
+    (4000.0, FsGy::_4000dps as u8, 140.0),
+];
+/// Ranges of the accelerometer, g, their code (CTRL1_XL), and mg in one code.
+const ACCEL_RANGES: [(f32, u8, f32); 4] =
+    [(2.0, FsXl::_2g as u8, 0.061), (4.0, FsXl::_4g as u8, 0.122), (8.0, FsXl::_8g as u8, 0.244), (16.0, FsXl::_16g as u8, 0.488)];
+/// LPF2 of the accelerometer at a tenth of the output rate (HPCF_XL 001; DS13012, table 65).
+const ACCEL_CUTOFF_PART: f32 = 0.1;
+const HPCF_TENTH: u8 = 1;
+
+/// Words in the FIFO (3 KiB).
+const FIFO_WORDS: u16 = 512;
+/// Words read in one burst: what three samples need, and room for one more.
+const BURST_WORDS: usize = 12;
+/// One step of the time stamp, s, and what a step of INTERNAL_FREQ_FINE changes of it (AN5398 §6.4).
+const STAMP_S: f64 = 25e-6;
+const FINE: f64 = 0.0015;
+
+/// What the self-test must move, on each axis (DS13012, tables 3 and 4): mg, and °/s at ± 2000 °/s.
+const TEST_MG: (f32, f32) = (40.0, 1700.0);
+const TEST_DEG_S: (f32, f32) = (150.0, 700.0);
+/// Readings in the mean of a self-test, and how long the chip settles before (AN5398 §7).
+const TEST_READINGS: u32 = 5;
+const TEST_SETTLES: u64 = TICKS_PER_S >> 3;
+
+/// Waits by the board's clock, for ST's driver.
+struct Wait<C>(C);
+
+impl<C: Clock> DelayNs for Wait<C> {
+    async fn delay_ns(&mut self, ns: u32) {
+        let steps = u64::from(ns).saturating_add(99).checked_div(100).unwrap_or(0);
+        self.0.until(self.0.now() + steps).await;
+    }
+}
+
+/// The line as ST's driver wants it. Its own keeps a copy of 256 bytes for each writing; a register is one.
+struct Line<D>(D);
+
+/// The first byte says the register, its highest bit that it is read.
+const READS: u8 = 0x80;
+
+impl<D: SpiDevice<u8>> BusOperation for Line<D> {
+    type Error = D::Error;
+
+    async fn read_bytes(&mut self, bytes: &mut [u8]) -> Result<(), D::Error> {
+        self.0.transaction(&mut [Operation::Read(bytes)]).await
+    }
+
+    async fn write_bytes(&mut self, bytes: &[u8]) -> Result<(), D::Error> {
+        self.0.transaction(&mut [Operation::Write(bytes)]).await
+    }
+
+    async fn write_byte_read_bytes(&mut self, [register]: &[u8; 1], bytes: &mut [u8]) -> Result<(), D::Error> {
+        self.0.transaction(&mut [Operation::Write(&[register | READS]), Operation::Read(bytes)]).await
+    }
+
+    async fn write_to_register(&mut self, register: u8, bytes: &[u8]) -> Result<(), D::Error> {
+        self.0.transaction(&mut [Operation::Write(&[register]), Operation::Write(bytes)]).await
+    }
+}
+
+/// The sensor on its line.
+pub struct Ism330dhcx<D: SpiDevice<u8>, C: Clock> {
+    chip: Chip<D, C>,
+    /// rad/s and m/s² in one code.
+    rate_rad_s: f32,
+    accel_m_s2: f32,
+    assembly: Assembly,
+    overrun: bool,
+}
+
+impl<B> From<Error<B>> for Trouble {
+    fn from(_: Error<B>) -> Self {
+        // Registers and bytes are all that is asked of the driver; only the line can fail under them.
+        Trouble::Bus
+    }
+}
+
+impl<D: SpiDevice<u8>, C: Clock> Ism330dhcx<D, C> {
+    /// The chip behind this line; nothing is sent yet.
+    pub fn new(line: D, clock: C) -> Self {
+        Self {
+            chip: st::Ism330dhcx::from_bus(Line(line), Wait(clock)),
+            rate_rad_s: 0.0,
+            accel_m_s2: 0.0,
+            assembly: Assembly::default(),
+            overrun: false,
+        }
+    }
+
+    async fn wait(&mut self, steps: u64) {
+        let clock = &self.chip.tim.0;
+        clock.until(clock.now() + steps).await;
+    }
+
+    async fn read(&mut self, register: Reg) -> Result<u8, Trouble> {
+        let mut value = [0];
+        self.chip.read_from_register(register as u8, &mut value).await?;
+        let [value] = value;
+        Ok(value)
+    }
+
+    /// Writes a register and reads it back.
+    async fn set(&mut self, register: Reg, wrote: u8) -> Result<(), Trouble> {
+        let address = register as u8;
+        self.chip.write_to_register(address, &[wrote]).await?;
+        let read = self.read(register).await?;
+        if read == wrote { Ok(()) } else { Err(Trouble::NotConfigured { register: address, wrote, read }) }
+    }
+
+    /// Back to what it is after power-on.
+    async fn reset(&mut self) -> Result<(), Trouble> {
+        let power_on = Ctrl3C::new().into_bits();
+        let wrote = Ctrl3C::new().with_sw_reset(1).into_bits();
+        self.chip.write_to_register(Reg::Ctrl3C as u8, &[wrote]).await?;
+        // It takes 50 µs.
+        let mut read = wrote;
+        for _ in 0..10 {
+            self.wait(1_000).await;
+            read = self.read(Reg::Ctrl3C).await?;
+            if read == power_on {
+                // Both halves of a reading belong together, and bursts go from register to register.
+                return self.set(Reg::Ctrl3C, Ctrl3C::new().with_bdu(1).into_bits()).await;
+            }
+        }
+        Err(Trouble::NotConfigured { register: Reg::Ctrl3C as u8, wrote: power_on, read })
+    }
+
+    /// Mean of some readings, rad/s and m/s², at ± 2000 °/s and ± 4 g; each is waited for.
+    async fn mean(&mut self) -> Result<([f32; 3], [f32; 3]), Trouble> {
+        let mut sums = ([0.0_f32; 3], [0.0_f32; 3]);
+        for _ in 0..TEST_READINGS {
+            let mut tries = 0;
+            loop {
+                let ready = self.ready().await?;
+                if ready.rate && ready.accel {
+                    break;
+                }
+                tries += 1;
+                // The slower of the two gives 52 readings a second.
+                if tries > 100 {
+                    return Err(Trouble::Silent);
+                }
+                self.wait(10_000).await;
+            }
+            let mut bytes = [0; 12];
+            self.chip.read_from_register(Reg::OutxLG as u8, &mut bytes).await?;
+            let [a, b, c, d, e, f, g, h, i, j, k, l] = bytes;
+            let code = |low, high| f32::from(i16::from_le_bytes([low, high]));
+            let (rates, forces) = ([code(a, b), code(c, d), code(e, f)], [code(g, h), code(i, j), code(k, l)]);
+            sums.0.iter_mut().zip(rates).for_each(|(sum, code)| *sum += code);
+            sums.1.iter_mut().zip(forces).for_each(|(sum, code)| *sum += code);
+        }
+        let part = 1.0 / TEST_READINGS as f32;
+        Ok((sums.0.map(|sum| sum * part * 70e-3_f32.to_radians()), sums.1.map(|sum| sum * part * 0.122e-3 * STANDARD_GRAVITY_M_S2)))
+    }
+}
+
+/// The least that is at least `wanted`, or the greatest there is.
+fn at_least<T: Copy>(list: &[T], wanted: f32, size: impl Fn(&T) -> f32) -> Option<T> {
+    // What was read back as a float of another unit may have lost its last digit.
+    list.iter().find(|entry| size(entry) >= wanted * 0.999).or(list.last()).copied()
+}
+
+impl<D: SpiDevice<u8>, C: Clock> Sensor for Ism330dhcx<D, C> {
+    const NAME: &'static str = "ISM330DHCX";
+
+    async fn identify(&mut self) -> Result<(), Trouble> {
+        let who_am_i = self.chip.device_id_get().await?;
+        match (who_am_i, st::ISM330DHCX_ID) {
+            (who_am_i, expected) if who_am_i == expected => Ok(()),
+            (who_am_i @ (0x00 | 0xFF), expected) => Err(Trouble::Absent { who_am_i, expected }),
+            (who_am_i, expected) => Err(Trouble::WrongChip { who_am_i, expected }),
+        }
+    }
+
+    async fn configure(&mut self, wanted: &Setup) -> Result<InForce, Trouble> {
+        let nothing = Trouble::Rubbish("no range is wide enough");
+        let (rate_Hz, rate_code) = at_least(&RATES, wanted.data_rate_Hz, |r| r.0).ok_or(nothing)?;
+        let cutoff_Hz = RATES.iter().zip(RATE_CUTOFFS_HZ).find(|((Hz, _), _)| *Hz == rate_Hz).map_or(0.0, |(_, cutoff)| cutoff);
+        let (deg_s, rate_range, mdps) = at_least(&RATE_RANGES, wanted.rate_range_rad_s.to_degrees(), |r| r.0).ok_or(nothing)?;
+        let (g, accel_range, mg) = at_least(&ACCEL_RANGES, wanted.accel_range_m_s2 / STANDARD_GRAVITY_M_S2, |r| r.0).ok_or(nothing)?;
+        self.reset().await?;
+        // As AN5398 §4 recommends, and the other interface off.
+        self.set(Reg::Ctrl9Xl, Ctrl9Xl::new().with_device_conf(1).into_bits()).await?;
+        self.set(Reg::Ctrl4C, Ctrl4C::new().with_i2c_disable(1).with_lpf1_sel_g(1).into_bits()).await?;
+        self.set(Reg::Ctrl6C, Ctrl6C::new().into_bits()).await?;
+        self.set(Reg::Ctrl8Xl, Ctrl8Xl::new().with_hpcf_xl(HPCF_TENTH).into_bits()).await?;
+        self.set(Reg::Ctrl10C, Ctrl10C::new().with_timestamp_en(1).into_bits()).await?;
+        self.set(Reg::FifoCtrl3, FifoCtrl3::new().with_bdr_gy(rate_code).with_bdr_xl(rate_code).into_bits()).await?;
+        // The gyro's ranges of 125 and 4000 °/s are the low bits of the same code.
+        self.set(Reg::Ctrl2G, rate_code << 4 | rate_range).await?;
+        self.set(Reg::Ctrl1Xl, Ctrl1Xl::new().with_odr_xl(rate_code).with_fs_xl(accel_range).with_lpf2_xl_en(1).into_bits()).await?;
+        let goes_on = FifoCtrl4::new().with_fifo_mode(FifoMode::StreamMode as u8).with_odr_ts_batch(OdrTsBatch::_1 as u8);
+        self.set(Reg::FifoCtrl4, goes_on.into_bits()).await?;
+        let fine = f64::from(self.chip.odr_cal_reg_get().await?);
+        self.rate_rad_s = (mdps * 1e-3).to_radians();
+        self.accel_m_s2 = mg * 1e-3 * STANDARD_GRAVITY_M_S2;
+        self.assembly = Assembly::default();
+        let setup = Setup { data_rate_Hz: rate_Hz, rate_range_rad_s: deg_s.to_radians(), accel_range_m_s2: g * STANDARD_GRAVITY_M_S2 };
+        Ok(InForce {
+            setup,
+            rate_cutoff_Hz: cutoff_Hz,
+            accel_cutoff_Hz: rate_Hz * ACCEL_CUTOFF_PART,
+            stamp_s: STAMP_S / (1.0 + FINE * fine),
+        })
+    }
+
+    async fn ready(&mut self) -> Result<Ready, Trouble> {
+        let status = StatusReg::from_bits(self.read(Reg::StatusRegOrSpiaux).await?);
+        Ok(Ready { rate: status.gda() != 0, accel: status.xlda() != 0, temperature: status.tda() != 0 })
+    }
+
+    async fn drain(&mut self, samples: &mut [Sample]) -> Result<Drained, Trouble> {
+        let mut drained = Drained::default();
+        while drained.samples < samples.len() {
+            let mut status = [0; 2];
+            self.chip.read_from_register(Reg::FifoStatus1 as u8, &mut status).await?;
+            let [low, high] = status;
+            let flags = FifoStatus2::from_bits(high);
+            let level = u16::from_le_bytes([low, flags.diff_fifo()]);
+            if level > FIFO_WORDS {
+                return Err(Trouble::Rubbish("more words in the FIFO than it has room for"));
+            }
+            // Every word that was overwritten is gone uncounted; the gap in the samples' time is all that says how many.
+            let overrun = flags.fifo_ovr_ia() != 0;
+            drained.lost = drained.lost.saturating_add(u32::from(overrun && !self.overrun));
+            self.overrun = overrun;
+            let room = samples.len().saturating_sub(drained.samples).saturating_mul(3);
+            let words = usize::from(level).min(BURST_WORDS).min(room);
+            if words == 0 {
+                break;
+            }
+            let mut burst = [0; BURST_WORDS * WORD];
+            let Some(bytes) = burst.get_mut(..words.saturating_mul(WORD)) else { break };
+            self.chip.read_from_register(Reg::FifoDataOutTag as u8, bytes).await?;
+            let (whole, _) = bytes.as_chunks::<WORD>();
+            for word in whole {
+                match self.assembly.take(*word, self.rate_rad_s, self.accel_m_s2) {
+                    Took::Part => {}
+                    Took::Refused => drained.refused = drained.refused.saturating_add(1),
+                    Took::Sample(sample) => {
+                        if let Some(place) = samples.get_mut(drained.samples) {
+                            *place = sample;
+                            drained.samples = drained.samples.saturating_add(1);
+                        }
+                    }
+                }
+            }
+            if words == usize::from(level) {
+                break;
+            }
+        }
+        drained.lost = drained.lost.saturating_add(self.assembly.take_lost());
+        Ok(drained)
+    }
+
+    async fn stamp(&mut self) -> Result<u32, Trouble> {
+        Ok(self.chip.timestamp_raw_get().await?)
+    }
+
+    async fn temperature_C(&mut self) -> Result<f32, Trouble> {
+        Ok(st::from_lsb_to_celsius(self.chip.temperature_raw_get().await?))
+    }
+
+    async fn self_test(&mut self) -> Result<SelfTest, Trouble> {
+        self.reset().await?;
+        self.set(Reg::Ctrl1Xl, Ctrl1Xl::new().with_odr_xl(OdrXl::_52hz as u8).with_fs_xl(FsXl::_4g as u8).into_bits()).await?;
+        self.set(Reg::Ctrl2G, (OdrGy::_208hz as u8) << 4 | FsGy::_2000dps as u8).await?;
+        self.wait(TEST_SETTLES).await;
+        self.mean().await?;
+        let without = self.mean().await?;
+        self.set(Reg::Ctrl5C, Ctrl5C::new().with_st_xl(StXl::Positive as u8).with_st_g(StGy::Positive as u8).into_bits()).await?;
+        self.wait(TEST_SETTLES).await;
+        self.mean().await?;
+        let with = self.mean().await?;
+        self.set(Reg::Ctrl5C, Ctrl5C::new().into_bits()).await?;
+        let change = |with: [f32; 3], without: [f32; 3]| {
+            let ([a, b, c], [d, e, f]) = (with, without);
+            [a - d, b - e, c - f]
+        };
+        let (rate_rad_s, accel_m_s2) = (change(with.0, without.0), change(with.1, without.1));
+        let within = |(least, greatest): (f32, f32), value: f32| value >= least && value <= greatest;
+        let passed = accel_m_s2.iter().all(|a| within(TEST_MG, a.abs() / STANDARD_GRAVITY_M_S2 * 1e3))
+            && rate_rad_s.iter().all(|r| within(TEST_DEG_S, r.abs().to_degrees()));
+        Ok(SelfTest { rate_rad_s, accel_m_s2, passed })
+    }
+}

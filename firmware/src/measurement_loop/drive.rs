@@ -1,0 +1,202 @@
+//! The drive's constants from its own rows, while it runs: `MEASure:DRIVe?`.
+//!
+//! In: the weighted sums of [`Window`]s. Out: R, K, J, b and c (Coulomb) of u = R i + K ω and J ω' = K i − b ω − c sign ω (theory.md §4), each
+//! with its standard error. Two regressions in which the *current* is what is explained, because its noise is by far the largest and a
+//! noisy regressor would bias what it multiplies; angle and asked voltage are all but exact:
+//!
+//! ```text
+//! ∫φi = (1/R) ∫φu − (K/R) ∫φω + o ∫φ            ∫φi = (J/K) ∫φω' + (b/K) ∫φω ± (c/K) ∫φ + o ∫φ
+//! ```
+//!
+//! with o the offset of the current's sensor. Their errors are the same noise, and the covariance between the two is counted. Windows in
+//! which the platform stood or turned back do not count: there the friction is not c. Memory grows until a restart ([`Moments`]).
+
+use super::matrix::Matrix;
+use super::moments::{Moments, Regressor};
+use super::windows::Window;
+
+/// Elements of z.
+const CURRENT: usize = 0;
+const VOLTAGE: usize = 1;
+const RATE: usize = 2;
+const ACCELERATION: usize = 3;
+const FRICTION: usize = 4;
+const OFFSET: usize = 5;
+/// Lags of the errors' colour: one second.
+const LAGS: usize = 10;
+/// Windows before anything is said.
+const FEWEST: u32 = 20;
+/// Offset of the current's sensor, 1 σ: INA240A2 (SBOS662) 25 µV over 20 mΩ is 1.3 mA, its mid-supply reference to 0.1 % 3 mA.
+const OFFSET_A: f64 = 4e-3;
+
+/// A value with its standard error.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Estimate {
+    /// The value.
+    pub value: f64,
+    /// Its standard error, 1 σ.
+    pub sigma: f64,
+}
+
+impl Estimate {
+    /// Whether the rows determine it: it is at least five times its error.
+    pub fn is_seen(&self) -> bool {
+        libm::fabs(self.value) > 5.0 * self.sigma
+    }
+}
+
+/// What is said of the drive.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DriveReading {
+    /// Resistance, Ω; not seen where neither voltage nor rate changed.
+    pub resistance_ohm: Estimate,
+    /// Motor constant, N m/A and V s/rad.
+    pub motor_constant_N_m_A: Estimate,
+    /// Inertia; not seen where the rate did not change.
+    pub inertia_kg_m2: Estimate,
+    /// Viscous friction.
+    pub viscous_N_m_s: Estimate,
+    /// Coulomb friction; with the current's offset in its error where the platform turned one way only.
+    pub coulomb_N_m: Estimate,
+    /// Windows that counted.
+    pub windows: u32,
+}
+
+/// The sums.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Drive {
+    moments: Moments<6, LAGS>,
+}
+
+impl Drive {
+    /// Takes a window.
+    pub fn take(&mut self, window: &Window) {
+        let z = window.ampere_s.zip(window.way).map(|(ampere_s, way)| {
+            [ampere_s, window.volt_s, window.angle_rad, window.rate_rad_s, f64::from(way) * window.weight_s, window.weight_s]
+        });
+        self.moments.take(z);
+    }
+
+    /// Forgets what was.
+    pub fn restart(&mut self) {
+        *self = Self::default();
+    }
+
+    /// What is said so far; `None` before there is enough to say anything.
+    pub fn reading(&self) -> Option<DriveReading> {
+        let moments = &self.moments;
+        if moments.count() < FEWEST {
+            return None;
+        }
+        let offset = Regressor { prior_sigma: OFFSET_A, ..Regressor::new(OFFSET, 1.0) };
+        let electrical = moments.solve([Regressor::new(VOLTAGE, 1.0), Regressor::new(RATE, -1.0), offset])?;
+        let mechanical =
+            moments.solve([Regressor::new(ACCELERATION, 1.0), Regressor::new(RATE, 1.0), Regressor::new(FRICTION, 1.0), offset])?;
+        let [g, h, _] = electrical.coefficients;
+        let [p, q, r, _] = mechanical.coefficients;
+        if g <= 0.0 {
+            return None;
+        }
+        let both = Both {
+            electrical: moments.covariance(&electrical, &electrical, true),
+            mechanical: moments.covariance(&mechanical, &mechanical, true),
+            cross: moments.covariance(&electrical, &mechanical, false),
+        };
+        let (resistance, constant) = (1.0 / g, h / g);
+        // K = h/g by g and h; the others are K times p, q, r.
+        let by_constant = [-h / (g * g), 1.0 / g, 0.0];
+        let times = |value: f64, place: usize| {
+            let electrical = by_constant.map(|d| d * value);
+            let mechanical = core::array::from_fn(|k| if k == place { constant } else { 0.0 });
+            Estimate { value: constant * value, sigma: both.sigma(electrical, mechanical) }
+        };
+        Some(DriveReading {
+            resistance_ohm: Estimate { value: resistance, sigma: both.sigma([-1.0 / (g * g), 0.0, 0.0], [0.0; 4]) },
+            motor_constant_N_m_A: Estimate { value: constant, sigma: both.sigma(by_constant, [0.0; 4]) },
+            inertia_kg_m2: times(p, 0),
+            viscous_N_m_s: times(q, 1),
+            coulomb_N_m: times(r, 2),
+            windows: moments.count(),
+        })
+    }
+}
+
+const _: () = assert!(CURRENT == 0, "the first element is what is explained");
+
+/// The covariance of both regressions.
+struct Both {
+    electrical: Matrix<3, 3>,
+    mechanical: Matrix<4, 4>,
+    cross: Matrix<3, 4>,
+}
+
+impl Both {
+    /// Standard error of what changes so with the coefficients.
+    fn sigma(&self, electrical: [f64; 3], mechanical: [f64; 4]) -> f64 {
+        let variance = self.electrical.form(&electrical, &electrical)
+            + 2.0 * self.cross.form(&electrical, &mechanical)
+            + self.mechanical.form(&mechanical, &mechanical);
+        libm::sqrt(variance.max(0.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Windows of a drive whose current is noisy, at rates both ways or one way.
+    fn run(both_ways: bool, seed: u64) -> DriveReading {
+        let (resistance, constant, inertia, viscous, coulomb) = (2.3, 0.0234, 2.5e-4, 2e-5, 9e-4);
+        let mut state = seed;
+        let mut noise = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            ((state >> 33) as f64 / f64::from(1_u32 << 31) - 0.5) * 12_f64.sqrt()
+        };
+        let mut drive = Drive::default();
+        for _ in 0..600 {
+            let way = if both_ways && noise() < 0.0 { -1.0 } else { 1.0 };
+            let (rate, acceleration) = (way * (8.0 + 3.0 * noise()), 10.0 * noise());
+            let current = (inertia * acceleration + viscous * rate + coulomb * way) / constant;
+            let volts = resistance * current + constant * rate;
+            drive.take(&Window {
+                weight_s: 1.0,
+                volt_s: volts,
+                ampere_s: Some(current + 2e-3 * noise()),
+                angle_rad: rate,
+                rate_rad_s: acceleration,
+                sensor_rad: None,
+                way: Some(way as i8),
+            });
+        }
+        let reading = drive.reading().unwrap();
+        for (estimate, truth) in [
+            (reading.resistance_ohm, resistance),
+            (reading.motor_constant_N_m_A, constant),
+            (reading.inertia_kg_m2, inertia),
+            (reading.viscous_N_m_s, viscous),
+            (reading.coulomb_N_m, coulomb),
+        ] {
+            assert!((estimate.value - truth).abs() < 4.0 * estimate.sigma && estimate.sigma < 0.5 * truth, "{truth}: {estimate:?}");
+        }
+        reading
+    }
+
+    #[test]
+    fn the_constants_are_found_within_their_errors_and_one_way_says_less_of_the_friction() {
+        for seed in 1..=20 {
+            let (both, one) = (run(true, seed), run(false, seed));
+            assert!(both.coulomb_N_m.sigma < 2e-5, "{both:?}");
+            // 4 mA of offset are 94 µN m.
+            assert!((8e-5..1.2e-4).contains(&one.coulomb_N_m.sigma), "{one:?}");
+        }
+    }
+
+    #[test]
+    fn a_drive_that_stands_says_nothing() {
+        let mut drive = Drive::default();
+        for _ in 0..100 {
+            drive.take(&Window { ampere_s: Some(0.1), ..Window::default() });
+        }
+        assert_eq!(drive.reading(), None);
+    }
+}

@@ -1,0 +1,200 @@
+//! Least squares that goes on for ever in constant memory, with errors that may be of any colour.
+//!
+//! In: one vector z for each window, of what is explained and what explains it; `None` for a window that does not count. Kept are the sums
+//! Σ z_t z_{t−l}ᵀ for the lags l = 0 … L − 1: a *growing memory*, nothing is forgotten until a restart. From them any regression among the
+//! elements of z is solved when it is asked for, and its residuals' autocovariance is known exactly for the answer of that moment.
+//!
+//! Standard errors are Newey and West's (1987): Cov = (XᵀX)⁻¹ Ω (XᵀX)⁻¹ with Ω = Σ_l w_l C_l Σ_t x_t x_{t−l}ᵀ, C_l the autocovariance of the
+//! residuals and w_l Bartlett's weights. So windows that overlap, and a misfit that lasts for some windows, are not counted as news.
+
+use super::matrix::{Matrix, solve};
+
+/// The sums. `N` elements in z, `L` lags with the lag 0.
+#[derive(Clone, Copy, Debug)]
+pub struct Moments<const N: usize, const L: usize> {
+    sums: [Matrix<N, N>; L],
+    /// The last vectors, newest first; zeros where a window did not count.
+    last: [[f64; N]; L],
+    count: u32,
+}
+
+impl<const N: usize, const L: usize> Default for Moments<N, L> {
+    fn default() -> Self {
+        Self { sums: [Matrix::zero(); L], last: [[0.0; N]; L], count: 0 }
+    }
+}
+
+/// One element of z as a regressor, with a sign.
+#[derive(Clone, Copy, Debug)]
+pub struct Regressor {
+    /// Which element.
+    pub element: usize,
+    /// +1 or −1.
+    pub sign: f64,
+    /// How far from 0 its coefficient is thought to lie before anything is measured, 1 σ; infinite: nothing is known.
+    pub prior_sigma: f64,
+}
+
+impl Regressor {
+    /// An element of which nothing is known.
+    pub const fn new(element: usize, sign: f64) -> Self {
+        Self { element, sign, prior_sigma: f64::INFINITY }
+    }
+}
+
+/// An answer: the coefficients, and what is needed for their errors.
+#[derive(Clone, Copy, Debug)]
+pub struct Answer<const N: usize, const P: usize> {
+    /// The coefficients.
+    pub coefficients: [f64; P],
+    regressors: [Regressor; P],
+    inverse: Matrix<P, P>,
+    /// The residual as a combination of the elements of z.
+    residual: [f64; N],
+    variance: f64,
+}
+
+impl<const N: usize, const L: usize> Moments<N, L> {
+    /// One more window; `None`: it does not count, but time went on.
+    pub fn take(&mut self, z: Option<[f64; N]>) {
+        self.last.rotate_right(1);
+        if let Some(newest) = self.last.first_mut() {
+            *newest = z.unwrap_or([0.0; N]);
+        }
+        let Some(z) = z else { return };
+        self.count = self.count.saturating_add(1);
+        for (sum, before) in self.sums.iter_mut().zip(&self.last) {
+            sum.add_product(&z, before);
+        }
+    }
+
+    /// Windows that counted.
+    pub fn count(&self) -> u32 {
+        self.count
+    }
+
+    /// Element 0 of z by these regressors; `None` if they cannot be told apart, or there are too few windows.
+    pub fn solve<const P: usize>(&self, regressors: [Regressor; P]) -> Option<Answer<N, P>> {
+        let freedom = f64::from(self.count) - P as f64;
+        let sums = self.sums.first().filter(|_| freedom >= 1.0)?;
+        let pick = |a: &Regressor, b: &Regressor| a.sign * b.sign * sums.at(a.element, b.element);
+        let normal = Matrix::<P, P>::from_fn(|a, b| regressors.get(a).zip(regressors.get(b)).map_or(0.0, |(a, b)| pick(a, b)));
+        let right: [f64; P] = core::array::from_fn(|a| regressors.get(a).map_or(0.0, |a| a.sign * sums.at(a.element, 0)));
+        // What is known before weighs as much as the noise allows, so the noise comes first.
+        let mut variance = 0.0;
+        let mut answer = None;
+        for _ in 0..4 {
+            let mut weighted = normal;
+            for (k, regressor) in regressors.iter().enumerate().filter(|(_, r)| r.prior_sigma.is_finite()) {
+                // A hair of it at first, so that a coefficient that only the prior determines does not stop the rest.
+                weighted.add(k, k, (variance / (regressor.prior_sigma * regressor.prior_sigma)).max(1e-9 * normal.at(k, k)));
+            }
+            let (coefficients, inverse) = solve(&weighted, &right)?;
+            let mut residual: [f64; N] = core::array::from_fn(|k| if k == 0 { 1.0 } else { 0.0 });
+            for (coefficient, regressor) in coefficients.iter().zip(&regressors) {
+                if let Some(weight) = residual.get_mut(regressor.element) {
+                    *weight -= coefficient * regressor.sign;
+                }
+            }
+            let before = variance;
+            variance = sums.form(&residual, &residual).max(0.0) / freedom;
+            answer = Some(Answer { coefficients, regressors, inverse, residual, variance });
+            if libm::fabs(variance - before) <= 1e-3 * variance {
+                break;
+            }
+        }
+        answer
+    }
+
+    /// The covariance of two answers' coefficients, of the same one's if they are the same.
+    pub fn covariance<const P: usize, const Q: usize>(&self, a: &Answer<N, P>, b: &Answer<N, Q>, same: bool) -> Matrix<P, Q> {
+        let mut meat = Matrix::<P, Q>::zero();
+        let windows = f64::from(self.count.max(1));
+        for (lag, sums) in self.sums.iter().enumerate() {
+            let weight = 1.0 - lag as f64 / L as f64;
+            let pick = |p: usize, q: usize, earlier: bool| {
+                let (Some(p), Some(q)) = (a.regressors.get(p), b.regressors.get(q)) else { return 0.0 };
+                p.sign * q.sign * if earlier { sums.at(q.element, p.element) } else { sums.at(p.element, q.element) }
+            };
+            // Both ways round: t and t − l, and t − l and t.
+            let later = weight * sums.form(&a.residual, &b.residual) / windows;
+            meat.add_fn(|p, q| later * pick(p, q, false));
+            if lag > 0 {
+                let earlier = weight * sums.form(&b.residual, &a.residual) / windows;
+                meat.add_fn(|p, q| earlier * pick(p, q, true));
+            }
+        }
+        if same {
+            // A prior is one more reading, and its error counts too.
+            for (k, regressor) in a.regressors.iter().enumerate().filter(|(_, r)| r.prior_sigma.is_finite()) {
+                meat.add(k, k, a.variance * a.variance / (regressor.prior_sigma * regressor.prior_sigma));
+            }
+        }
+        a.inverse.times(&meat).times(&b.inverse)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Noise from a small generator, uniform with the variance 1.
+    fn noise(state: &mut u64) -> f64 {
+        *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((*state >> 33) as f64 / f64::from(1_u32 << 31) - 0.5) * 12_f64.sqrt()
+    }
+
+    /// y = 2 a − 3 b + error, 400 windows; the error is the mean of `colour` neighbours.
+    fn run(seed: u64, colour: usize) -> ([f64; 2], [f64; 2]) {
+        let mut state = seed;
+        let mut moments = Moments::<3, 10>::default();
+        let raw: Vec<f64> = (0..420).map(|_| noise(&mut state)).collect();
+        let mut slow = 0.0;
+        for t in 0..400 {
+            // A regressor as slow as the error.
+            slow = 0.8 * slow + noise(&mut state);
+            let (a, b) = (slow, 1.0 + noise(&mut state));
+            let error = raw[t..t + colour].iter().sum::<f64>() * 0.1;
+            moments.take(Some([2.0 * a - 3.0 * b + error, a, b]));
+            if t % 50 == 17 {
+                moments.take(None);
+            }
+        }
+        assert_eq!(moments.count(), 400);
+        let answer = moments.solve([Regressor::new(1, 1.0), Regressor::new(2, -1.0)]).unwrap();
+        let covariance = moments.covariance(&answer, &answer, true);
+        (answer.coefficients, [covariance.at(0, 0).sqrt(), covariance.at(1, 1).sqrt()])
+    }
+
+    #[test]
+    fn errors_are_as_large_as_said_whether_the_noise_is_white_or_slow() {
+        for colour in [1, 5] {
+            let mut squares = [0.0; 2];
+            for seed in 1..=200 {
+                let (found, sigma) = run(seed, colour);
+                for (k, truth) in [2.0, 3.0].into_iter().enumerate() {
+                    squares[k] += ((found[k] - truth) / sigma[k]).powi(2) / 200.0;
+                }
+            }
+            // 200 draws know a variance to 10 %; Bartlett's weights leave out a tenth of what neighbours share.
+            assert!(squares.iter().all(|s| (0.65..1.5).contains(s)), "colour {colour}: {squares:?}");
+        }
+    }
+
+    #[test]
+    fn what_only_the_prior_determines_keeps_its_uncertainty_and_alike_regressors_are_refused() {
+        let mut moments = Moments::<3, 4>::default();
+        let mut state = 5;
+        for _ in 0..300 {
+            let a = 1.0 + 0.5 * noise(&mut state);
+            // Both regressors are the same: a friction and an offset where the platform turns one way only.
+            moments.take(Some([2.0 * a + 0.01 * noise(&mut state), a, a]));
+        }
+        assert!(moments.solve([Regressor::new(1, 1.0), Regressor::new(2, 1.0)]).is_none());
+        let offset = Regressor { prior_sigma: 0.1, ..Regressor::new(2, 1.0) };
+        let answer = moments.solve([Regressor::new(1, 1.0), offset]).unwrap();
+        let covariance = moments.covariance(&answer, &answer, true);
+        assert!((answer.coefficients[0] - 2.0).abs() < 0.01 && answer.coefficients[1].abs() < 0.01, "{:?}", answer.coefficients);
+        assert!((covariance.at(0, 0).sqrt() - 0.1).abs() < 0.01, "{}", covariance.at(0, 0).sqrt());
+    }
+}

@@ -1,0 +1,136 @@
+//! All kept numbers by name, with what they may be: one list for the console, for `HELP?`, for the record's layout.
+//!
+//! The names are those of the fields, and end with their unit. The ranges are those that [`Kept::config`] accepts each number in, given the
+//! rest is as usual; that the two agree is tested. Harmonics are no single numbers and are set by `COMPensation:HARMonic`.
+
+use super::Kept;
+use crate::console::quantity::Quantity;
+
+/// One number.
+pub struct Field {
+    /// The field's name.
+    pub name: &'static str,
+    /// The least that is accepted.
+    pub least: f64,
+    /// The greatest.
+    pub greatest: f64,
+    /// Its value.
+    pub read: fn(&Kept) -> f64,
+    /// Sets it.
+    pub write: fn(&mut Kept, f64),
+}
+
+impl Field {
+    /// What it measures.
+    pub fn quantity(&self) -> Quantity {
+        Quantity::of_name(self.name)
+    }
+
+    /// The field of a name, in any case.
+    pub fn named(name: &[u8]) -> Option<&'static Self> {
+        FIELDS.iter().find(|field| name.eq_ignore_ascii_case(field.name.as_bytes()))
+    }
+}
+
+macro_rules! fields {
+    ($($place:ident . $name:ident $(. $inner:ident)? : $least:expr, $greatest:expr;)*) => {
+        /// All of them.
+        pub const FIELDS: &[Field] = &[$(Field {
+            name: fields!(@name $name $($inner)?),
+            least: $least,
+            greatest: $greatest,
+            read: |kept| fields!(@read kept.$place.$name $(.$inner)?),
+            write: |kept, value| fields!(@write kept.$place.$name $(.$inner)?, value),
+        }),*];
+    };
+    (@name $name:ident) => { stringify!($name) };
+    (@name $name:ident $inner:ident) => { stringify!($inner) };
+    (@read $kept:ident . $place:ident . duty_full_scale) => { f64::from($kept.$place.duty_full_scale) };
+    (@read $($path:tt)*) => { $($path)* };
+    (@write $kept:ident . $place:ident . duty_full_scale, $value:ident) => { $kept.$place.duty_full_scale = libm::round($value) as i16 };
+    (@write $kept:ident . $place:ident . $name:ident $(. $inner:ident)?, $value:ident) => { $kept.$place.$name $(.$inner)? = $value };
+}
+
+fields! {
+    settings.resistance_ohm: 1e-3, 1e4;
+    settings.motor_constant_N_m_A: 1e-6, 1e3;
+    settings.inertia_kg_m2: 0.0, 1e3;
+    settings.rate_gain_V_s_rad: 0.0, 1e4;
+    settings.position_gain_V_rad: 0.0, 1e6;
+    settings.rate_bandwidth_Hz: 1.0, 1e3;
+    settings.acceleration_rad_s2: 1e-3, 1e5;
+    settings.slip_rad: 1e-4, 6.3;
+    settings.current_limit_A: 1e-3, 1e3;
+    settings.voltage_limit_V: 1e-3, 12.0;
+    settings.overspeed_rad_s: 1e-3, 1e4;
+    settings.approach_rad_s: 1e-4, 1e4;
+    settings.compensation.coulomb_N_m: 0.0, 1.5 * 23.4e-3;
+    settings.compensation.coulomb_fade_rad_s: 1e-6, 1e3;
+    settings.compensation.viscous_N_m_s: 0.0, 1e3;
+    settings.compensation.winding_lag_s: 0.0, 0.1;
+    settings.safety.over_current_A: 1e-3, 1e3;
+    settings.safety.stall_current_A: 1e-3, 1e3;
+    settings.safety.stall_s: 1e-3, 60.0;
+    settings.safety.encoder_lost_rad_s: 1e-3, 1e4;
+    settings.safety.encoder_lost_s: 1e-3, 5.0;
+    settings.safety.supply_low_share: 0.0, 1.0;
+    settings.safety.supply_high_share: 1.0, 10.0;
+    settings.safety.tracking_s: 1e-3, 3600.0;
+    settings.safety.temperature_C: -50.0, 500.0;
+    settings.safety.sensor_silent_s: 1e-3, 3600.0;
+    settings.safety.index_off_counts: 0.0, 1e6;
+    hardware.counts_per_turn: 4.0, 1e6;
+    hardware.edge_timer_Hz: 1e5, 1e9;
+    hardware.duty_full_scale: 16.0, 32_000.0;
+    hardware.supply_nominal_V: 11.4, 1e3;
+    hardware.current_A_per_code: 1e-15, 1e3;
+    hardware.current_zero_code: 1.0, 1e15;
+    hardware.supply_V_per_code: 1e-9, 1e3;
+    hardware.rate_rad_s_per_code: 1e-12, 1e3;
+    hardware.temperature_C_per_code: 1e-9, 1e3;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_ranges_are_what_is_accepted() {
+        for field in FIELDS {
+            let with = |value| {
+                let mut kept = Kept::default();
+                (field.write)(&mut kept, value);
+                kept.config().map(drop).map_err(|wrong| wrong.parameter().rsplit('.').next().unwrap_or_default().to_string())
+            };
+            assert_eq!((with(field.least), with(field.greatest)), (Ok(()), Ok(())), "{}", field.name);
+            let named = Err(field.name.to_string());
+            let beyond = [field.least - 1e-3 * field.least.abs().max(1e-3), field.greatest * 1.001];
+            // What depends on another setting names that one.
+            let names = |value: f64| with(value) == named || (field.name == "supply_nominal_V" && with(value).is_err());
+            assert!(field.name == "duty_full_scale" || names(beyond[0]), "{} {}", field.name, beyond[0]);
+            assert!(names(beyond[1]), "{} {}", field.name, beyond[1]);
+        }
+    }
+
+    #[test]
+    fn what_is_written_is_read_and_nothing_else_moves() {
+        for (n, field) in FIELDS.iter().enumerate() {
+            let mut kept = Kept::default();
+            (field.write)(&mut kept, 17.0);
+            assert_eq!((field.read)(&kept), 17.0, "{}", field.name);
+            for (m, other) in FIELDS.iter().enumerate() {
+                assert!(m == n || (other.read)(&kept) == (other.read)(&Kept::default()), "{} moves {}", field.name, other.name);
+            }
+        }
+    }
+
+    /// The record holds all fields: a field that is not in the list could not be set, and would not change the layout.
+    #[test]
+    fn the_list_is_complete() {
+        let kept = Kept::default();
+        let mut space = [0; 1024];
+        let length = postcard::to_slice(&kept, &mut space).unwrap().len();
+        // 8 bytes for each number; `duty_full_scale` is an integer of 2, the empty list of harmonics one byte.
+        assert_eq!(length, 8 * (FIELDS.len() - 1) + 2 + 1);
+    }
+}

@@ -1,0 +1,131 @@
+//! Where the sensor rides, and what is wrong with it: data, so that another stand is other numbers.
+
+use super::chip::Chip;
+use crate::peripherals::Noise;
+use serde::{Deserialize, Serialize};
+use stand_firmware::board::CONTROL_HZ;
+use stand_firmware::config::{ConfigError, within};
+
+/// Standard gravity, m/s².
+pub(super) const G_M_S2: f64 = 9.806_65;
+
+/// The surroundings of the chip, °C: it sits on the platform, far from the winding.
+const ROOM_C: f64 = 25.0;
+
+/// The sensor under test of one stand. The defaults are a typical part's (DS13012, tables 2 and 3), with nothing wrong in its scale.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ImuSetup {
+    /// From the platform's axis to the accelerometer's element, m.
+    pub radius_m: f64,
+    /// How far the sensor is turned about the platform's axis, from outward towards the motion, rad.
+    pub chi_rad: f64,
+    /// How far the platform's axis leans, rad; at the angle 0 it leans outward along the sensor.
+    pub tilt_rad: f64,
+    /// Rate shown over rate.
+    pub gyro_scale: f64,
+    /// Rate shown at rest, rad/s.
+    pub gyro_bias_rad_s: f64,
+    /// Noise of the gyro, rad/s/√Hz.
+    pub gyro_noise_rad_s_rtHz: f64,
+    /// Specific force shown over specific force.
+    pub accel_scale: f64,
+    /// Specific force shown where there is none, along x and along y, m/s².
+    pub accel_bias_m_s2: f64,
+    /// Noise of the accelerometer, m/s²/√Hz.
+    pub accel_noise_m_s2_rtHz: f64,
+    /// How far the chip's oscillator is off what its trim says, as a part of it.
+    pub clock_error: f64,
+    /// INTERNAL_FREQ_FINE: what its trim says, in steps of 0.15 %.
+    pub clock_trim: i8,
+    /// The chip above the surroundings, K.
+    pub self_heating_K: f64,
+}
+
+impl Default for ImuSetup {
+    fn default() -> Self {
+        Self {
+            radius_m: 0.05,
+            chi_rad: 0.0,
+            tilt_rad: 0.0,
+            gyro_scale: 1.0,
+            gyro_bias_rad_s: 0.0,
+            gyro_noise_rad_s_rtHz: 5e-3_f64.to_radians(), // 5 mdps/√Hz
+            accel_scale: 1.0,
+            accel_bias_m_s2: 0.0,
+            accel_noise_m_s2_rtHz: 60e-6 * G_M_S2, // 60 µg/√Hz
+            clock_error: 4e-4,                     // the trim is good to half a step
+            clock_trim: -7,                        // within the ± 2 % or so that parts come with
+            self_heating_K: 1.5,
+        }
+    }
+}
+
+impl ImuSetup {
+    /// No noise, no bias, an oscillator that is right.
+    pub fn ideal() -> Self {
+        Self { gyro_noise_rad_s_rtHz: 0.0, accel_noise_m_s2_rtHz: 0.0, clock_error: 0.0, clock_trim: 0, ..Self::default() }
+    }
+
+    /// Checks what a file may have brought.
+    ///
+    /// # Errors
+    /// The name of the first parameter that makes no sense.
+    pub fn check(&self) -> Result<(), ConfigError> {
+        within("imu.radius_m", self.radius_m, 0.0, 10.0)?;
+        within("imu.chi_rad", self.chi_rad, -7.0, 7.0)?;
+        within("imu.tilt_rad", self.tilt_rad, -1.5, 1.5)?;
+        within("imu.gyro_scale", self.gyro_scale, 0.1, 10.0)?;
+        within("imu.gyro_bias_rad_s", self.gyro_bias_rad_s, -10.0, 10.0)?;
+        within("imu.gyro_noise_rad_s_rtHz", self.gyro_noise_rad_s_rtHz, 0.0, 1.0)?;
+        within("imu.accel_scale", self.accel_scale, 0.1, 10.0)?;
+        within("imu.accel_bias_m_s2", self.accel_bias_m_s2, -20.0, 20.0)?;
+        within("imu.accel_noise_m_s2_rtHz", self.accel_noise_m_s2_rtHz, 0.0, 1.0)?;
+        within("imu.clock_error", self.clock_error, -0.05, 0.05)?;
+        within("imu.self_heating_K", self.self_heating_K, -50.0, 50.0)?;
+        Ok(())
+    }
+}
+
+/// The chip where it rides.
+#[derive(Clone, Debug)]
+pub struct Imu {
+    setup: ImuSetup,
+    /// The chip behind its line.
+    pub chip: Chip,
+    last_rate_rad_s: f64,
+}
+
+impl Imu {
+    /// The sensor of this set-up, just powered; its noise is of `seed`.
+    pub fn new(setup: ImuSetup, seed: u64) -> Self {
+        let noise = std::array::from_fn(|axis| Noise::new(seed, 8 + axis as u32, 1.0));
+        let noise_density = [setup.gyro_noise_rad_s_rtHz, setup.accel_noise_m_s2_rtHz];
+        let pace = (1.0 + 0.0015 * f64::from(setup.clock_trim)) * (1.0 + setup.clock_error);
+        Self { setup, chip: Chip::new(noise, noise_density, pace, setup.clock_trim), last_rate_rad_s: 0.0 }
+    }
+
+    /// A tick is over, at `now_s`: the element sees the rate `shown_rad_s`, while the platform turns with `rate_rad_s` and stands at
+    /// `theta_rad`.
+    #[inline]
+    pub fn tick(&mut self, now_s: f64, shown_rad_s: f64, rate_rad_s: f64, theta_rad: f64) {
+        let acceleration = (rate_rad_s - self.last_rate_rad_s) * CONTROL_HZ as f64;
+        self.last_rate_rad_s = rate_rad_s;
+        if !self.chip.samples() {
+            return self.chip.pass(now_s);
+        }
+        let s = &self.setup;
+        // theory.md §4; the axis leans, so gravity turns through the platform's plane.
+        let (outward, along) = (-rate_rad_s * rate_rad_s * s.radius_m, acceleration * s.radius_m);
+        let (sin, cos) = s.chi_rad.sin_cos();
+        let lean = G_M_S2 * s.tilt_rad.sin();
+        let forces = [
+            outward * cos + along * sin + lean * (theta_rad + s.chi_rad).cos(),
+            along * cos - outward * sin - lean * (theta_rad + s.chi_rad).sin(),
+            G_M_S2 * s.tilt_rad.cos(),
+        ];
+        let [x, y, z] = forces.map(|force| force * s.accel_scale);
+        let seen = [0.0, 0.0, s.gyro_scale * shown_rad_s + s.gyro_bias_rad_s, x + s.accel_bias_m_s2, y + s.accel_bias_m_s2, z];
+        self.chip.tick(now_s, &seen, ROOM_C + s.self_heating_K);
+    }
+}

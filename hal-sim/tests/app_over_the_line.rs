@@ -1,0 +1,372 @@
+//! The whole app in virtual time over a serial line: what a person or a program types, and what comes back.
+#![allow(clippy::unwrap_used)]
+
+use embassy_futures::select::{Either, select};
+use hal_sim::board::linear_motor::LinearMotor;
+use hal_sim::board::{Bench, SimBoard};
+use hal_sim::clock::{self, SimClock, VirtualClock};
+use hal_sim::peripherals::SensorSetup;
+use hal_sim::peripherals::flash::{SMALL_SECTOR_BYTES, SimFlash};
+use hal_sim::peripherals::serial::{DamageRates, SerialLine, USUAL_BAUD};
+use stand_firmware::app::{Identity, Memory, assemble};
+use stand_firmware::board::{Clock, TICKS_PER_S};
+use stand_firmware::console::{Guard, StopLine};
+use stand_firmware::settings::{Kept, Store};
+use stand_firmware::telemetry::frame::Piece;
+use stand_firmware::telemetry::{Body, Deframer, crc32};
+use std::cell::RefCell;
+
+/// A host's program at the other end of the line.
+struct Host<'h, 'c> {
+    line: &'h SerialLine<'c>,
+    clock: SimClock<'c>,
+    bench: &'h RefCell<Bench<LinearMotor>>,
+    bytes: RefCell<Vec<u8>>,
+}
+
+impl Host<'_, '_> {
+    async fn wait(&self, seconds: f64) {
+        self.clock.until(self.clock.now() + (seconds * TICKS_PER_S as f64) as u64).await;
+        self.line.receive(&mut self.bytes.borrow_mut());
+    }
+
+    fn send(&self, text: &str) {
+        self.line.send(format!("{text}\n").as_bytes());
+    }
+
+    /// Everything that came since the last call, as text.
+    fn text(&self) -> String {
+        let bytes = std::mem::take(&mut *self.bytes.borrow_mut());
+        let allowed = |b: &u8| matches!(b, b' '..=b'~' | b'\r' | b'\n');
+        assert!(bytes.iter().all(allowed), "text mode is text and nothing else: {:?}", String::from_utf8_lossy(&bytes));
+        String::from_utf8(bytes).unwrap()
+    }
+
+    async fn ask(&self, text: &str) -> String {
+        self.send(text);
+        self.wait(0.05).await;
+        let reply = self.text();
+        reply.strip_suffix("\r\n").unwrap_or_else(|| panic!("{text}: {reply:?}")).to_string()
+    }
+
+    async fn error(&self) -> String {
+        self.ask("SYST:ERR?").await
+    }
+
+    async fn no_error(&self) {
+        assert_eq!(self.error().await, "0,\"No error\"");
+    }
+
+    fn true_rate(&self) -> f64 {
+        self.bench.borrow().truth()[0].omega_rad_s
+    }
+}
+
+/// Runs `host` against a stand with this flash; gives the flash back.
+fn with_flash<T>(flash: SimFlash, baud: u32, host: impl AsyncFnOnce(&Host<'_, '_>) -> T) -> T {
+    let defaults = Kept::default();
+    let clock = VirtualClock::default();
+    let bench = RefCell::new(Bench::new(&defaults.hardware, &SensorSetup::default(), 1, LinearMotor::default()));
+    let line = SerialLine::new(&clock, baud, 1);
+    let stop_line = StopLine::new();
+    let mut guard = Guard::new(&stop_line);
+    let mut memory = Memory::new();
+    let store = Store::new(flash, [0, SMALL_SECTOR_BYTES as u32], SMALL_SECTOR_BYTES as u32);
+    let identity = Identity { model: "simulated", serial: "1", baud };
+    let (mut interrupt, app) = assemble(&mut memory, store, defaults, identity, &stop_line).unwrap();
+    let mut board = SimBoard::new(&bench, &clock);
+    let (receive, transmit) = line.device();
+    let host_end = Host { line: &line, clock: SimClock(&clock), bench: &bench, bytes: RefCell::default() };
+    let both = select(app.run(&mut board, receive, transmit), host(&host_end));
+    let ended = clock::run(&clock, both, |to| {
+        line.deliver(to, |byte| guard.byte(byte));
+        let mut bench = bench.borrow_mut();
+        bench.ask_stop(stop_line.is_stop_asked());
+        bench.advance(to, |io| interrupt.run(io));
+    });
+    match ended.unwrap() {
+        Either::First(()) => panic!("the app ended"),
+        Either::Second(result) => result,
+    }
+}
+
+fn stand<T>(host: impl AsyncFnOnce(&Host<'_, '_>) -> T) -> T {
+    with_flash(SimFlash::new(&[SMALL_SECTOR_BYTES; 2], 1), USUAL_BAUD, host)
+}
+
+#[test]
+fn it_says_who_it_is_and_keeps_its_errors() {
+    stand(async |host| {
+        assert_eq!(host.ask("*IDN?").await, format!("Rotary Stand,simulated,1,{}", stand_firmware::VERSION));
+        host.no_error().await;
+        host.send("FOO:BAR 1");
+        host.send("SOUR:RATE 5 V");
+        host.send("SOUR:RATE 9E9");
+        host.send("SOUR:RATE");
+        host.send("*RST 5");
+        host.wait(0.05).await;
+        assert_eq!(host.text(), "", "a program's errors wait until they are asked for");
+        assert_eq!(host.ask("SYST:ERR:COUN?").await, "5");
+        for (code, about) in [(-113, "FOO:BAR"), (-131, "5 V"), (-222, "9E9"), (-109, "SOUR:RATE"), (-108, "5")] {
+            let error = host.error().await;
+            assert!(error.starts_with(&format!("{code},\"")) && error.contains(about), "{error}");
+        }
+        host.no_error().await;
+        assert_eq!(host.ask("*ESR?;*ESR?").await, "176;0", "power on, command errors, an execution error");
+    });
+}
+
+#[test]
+fn a_person_sees_at_once_what_was_wrong() {
+    stand(async |host| {
+        host.line.send(b"SOUR:RTAE 5\r");
+        host.wait(0.05).await;
+        let told = host.text();
+        assert!(told.starts_with("ERROR -113,\"Undefined header; SOUR:RTAE") && told.matches("\r\n").count() == 1, "{told:?}");
+        host.line.send(b"SOUR:RTAE 5\r\n");
+        host.wait(0.05).await;
+        assert_eq!(host.text(), "", "CR LF is a program's");
+        assert!(host.error().await.starts_with("-113"));
+    });
+}
+
+#[test]
+fn help_lists_what_the_parser_takes() {
+    stand(async |host| {
+        host.send("HELP?");
+        host.wait(2.0).await;
+        let help = host.text();
+        let lines: Vec<_> = help.split("\r\n").collect();
+        assert!(lines.len() > 120 && lines[lines.len() - 2..] == ["", ""], "an empty line ends it: {} lines", lines.len());
+        host.send("*CLS");
+        for line in &lines[..lines.len() - 2] {
+            let (command, says) = line.split_once("  ").unwrap_or_else(|| panic!("{line}"));
+            assert!(!says.is_empty());
+            let header = command.split(' ').next().unwrap();
+            // What ends the text or takes its time is tried by itself elsewhere.
+            if ["STReam", "STOP", "HELP?", "*WAI", "*OPC?"].contains(&header) {
+                continue;
+            }
+            // With a parameter of its kind, in long and in short form.
+            let parameter = match command.split_once(" <") {
+                Some((_, kind)) if kind.starts_with("ON") => " OFF".to_string(),
+                Some((_, kind)) if kind.contains('|') => format!(" {}", kind.split('|').next().unwrap()),
+                Some((_, kind)) if kind.contains(" to ") => " DEF".to_string(),
+                Some((_, _)) if header.ends_with("TYPE") => " sine".to_string(),
+                Some((_, _)) if header.ends_with("CHANnels") => " u_V,i_A".to_string(),
+                Some((_, _)) if header.ends_with("HARMonic") => " 7,1 MN.M,0".to_string(),
+                Some((_, _)) => " 1".to_string(),
+                None => String::new(),
+            };
+            let short: String = header.chars().filter(|c| !c.is_lowercase()).collect();
+            let is_name =
+                header.contains(['_']) || header.starts_with("PROFile:") && header.chars().rev().nth(1).is_some_and(char::is_lowercase);
+            for form in if is_name { vec![header.to_string()] } else { vec![header.to_string(), short] } {
+                host.send(&format!("{form}{}{parameter}", if header.ends_with('?') && !form.ends_with('?') { "?" } else { "" }));
+                host.wait(0.02).await;
+                let error = host.ask("*RST;:SYST:ERR?").await;
+                let error = error.rsplit("\r\n").next().unwrap();
+                assert!(
+                    error.starts_with("0,") || error.starts_with("-230") || error.starts_with("-240") || error.starts_with("103"),
+                    "{form}{parameter}: {error}"
+                );
+                host.send("FAULt:CLEar;*CLS");
+                host.wait(0.02).await;
+                host.text();
+            }
+        }
+    });
+}
+
+#[test]
+fn it_spins_up_measures_and_stops() {
+    stand(async |host| {
+        host.send("SOURce:MODE RATE;RATE 100 DEG/S");
+        host.wait(1.0).await;
+        let asked = 100_f64.to_radians();
+        assert!((host.true_rate() - asked).abs() < 0.02, "{}", host.true_rate());
+        let reply = host.ask("MEASure:RATE?").await;
+        let (value, unit) = reply.split_once(' ').unwrap();
+        assert_eq!(unit, "RAD/S");
+        // One count of 20 000 in 32 ms is 0.01 rad/s.
+        assert!((value.parse::<f64>().unwrap() - asked).abs() < 0.03, "{reply}");
+        assert_eq!(host.ask("SOUR:MODE?;RATE?;:OUTP?").await, "RATE;1.74532925 RAD/S;1");
+        host.no_error().await;
+        host.send("STOP");
+        host.wait(3.0).await;
+        assert!(host.true_rate().abs() < 0.5, "{}", host.true_rate());
+        assert_eq!(host.ask("OUTP?").await, "0");
+    });
+}
+
+#[test]
+fn a_stream_carries_rows_replies_and_no_gap_and_0x18_ends_it() {
+    stand(async |host| {
+        host.send("STR:CHAN theta_rad,i_A,rate_cmd_rad_s,from_index_rad;DEC 2");
+        host.send("SOUR:MODE RATE;RATE 2");
+        host.wait(4.0).await;
+        assert_eq!(host.text(), "");
+        host.send("STReam ON");
+        host.wait(0.5).await;
+        host.send("*IDN?");
+        host.send("FOO");
+        host.wait(0.5).await;
+        let bytes = std::mem::take(&mut *host.bytes.borrow_mut());
+        let mut deframer = Deframer::default();
+        let (mut rows, mut texts, mut beats, mut hello, mut last) = (Vec::new(), Vec::new(), 0, 0, None);
+        for byte in bytes {
+            let Some(Piece::Frame(frame)) = deframer.push(byte) else { continue };
+            assert!(last.is_none_or(|last: u16| frame.seq == last.wrapping_add(1)), "no gap");
+            last = Some(frame.seq);
+            match frame.body {
+                Body::Row(row) => rows.push(row),
+                Body::Text(text) => texts.push(text.to_string()),
+                Body::Beat(beat) => beats += u32::from(beat.lost == 0),
+                Body::Hello(said) => {
+                    hello += u32::from(said.decimation == 2 && said.zero_is_index && said.identity.starts_with("Rotary Stand"))
+                }
+            }
+        }
+        assert_eq!((deframer.damaged(), hello), (0, 1));
+        assert!((490..=510).contains(&rows.len()) && beats >= 1, "{} rows, {beats} beats", rows.len());
+        for pair in rows.windows(2) {
+            assert_eq!((pair[1].sequence - pair[0].sequence, pair[1].at - pair[0].at), (2, 20_000));
+        }
+        let names: Vec<_> = rows[0].named().map(|(name, _)| name).collect();
+        assert_eq!(names, ["i_A", "theta_rad", "rate_cmd_rad_s", "from_index_rad"]);
+        let value = |name| rows[0].named().find(|(n, _)| *n == name).unwrap().1;
+        let half_count_rad = std::f64::consts::PI / 20_000.0;
+        assert!((value("from_index_rad") - value("theta_rad") - half_count_rad).abs() % std::f64::consts::TAU < 1e-8, "from the index");
+        assert_eq!(texts.len(), 2);
+        assert!(texts[0].starts_with("Rotary Stand") && texts[1].starts_with("ERROR -113"), "{texts:?}");
+
+        host.line.send(&[0x18]);
+        host.wait(0.3).await;
+        host.bytes.borrow_mut().clear();
+        assert_eq!(host.ask("OUTP?").await, "0", "text again, and the drive is off");
+        host.send("*CLS;FAUL:CLE");
+        host.send("STReam ON");
+        host.wait(0.1).await;
+        host.line.send_break();
+        host.wait(0.1).await;
+        host.bytes.borrow_mut().clear();
+        assert!(host.ask("*IDN?").await.starts_with("Rotary"), "a break ends it, too");
+    });
+}
+
+#[test]
+fn what_the_line_does_not_carry_is_refused_with_its_figure() {
+    with_flash(SimFlash::new(&[SMALL_SECTOR_BYTES; 2], 1), 115_200, async |host: &Host<'_, '_>| {
+        host.send("STReam ON");
+        let error = host.error().await;
+        assert!(error.starts_with("102,\"") && error.contains('%') && error.contains("115200"), "{error}");
+        host.send("STR:DEC 10");
+        host.send("STR ON");
+        host.wait(0.5).await;
+        assert!(host.bytes.borrow().contains(&0), "with decimation it fits");
+    });
+}
+
+#[test]
+fn a_profile_runs_ends_and_is_waited_for() {
+    stand(async |host| {
+        host.send("PROF:TYPE sine;AMPL 3;FREQ 2;DUR 1.5 S;:PROF:STAR;*OPC?");
+        host.wait(0.5).await;
+        assert_eq!(host.text(), "", "it is not complete");
+        host.wait(1.2).await;
+        assert_eq!(host.text(), "1\r\n");
+        assert_eq!(host.ask("PROF:STAT?;FREQ?").await, "STOPPED;2 HZ");
+        host.no_error().await;
+    });
+}
+
+#[test]
+fn settings_are_kept_over_power_off_and_refused_while_it_drives() {
+    stand(async |host| {
+        host.send("SOUR:MODE RATE");
+        host.send("SETT:rate_gain_V_s_rad 1.5");
+        assert!(host.error().await.starts_with("-221"));
+        host.send("OUTP OFF;:SETT:RATE_GAIN_V_S_RAD 1.5;:SETT:SAVE;:SETT:RATE_GAIN_V_S_RAD 1.7");
+        assert_eq!(host.ask("SETT:rate_gain_V_s_rad?").await, "1.7 V.S/RAD");
+        assert_eq!(host.ask("SETT:LOAD;:SETT:rate_gain_V_s_rad?").await, "1.5 V.S/RAD");
+        assert_eq!(host.ask("SETT:RES;:SETT:rate_gain_V_s_rad?").await, "1.95 V.S/RAD");
+        host.no_error().await;
+    });
+}
+
+#[test]
+fn a_host_that_vanishes_is_missed_where_it_asked_to_be() {
+    stand(async |host| {
+        host.send("HOST:ARM 0.5 S;:SOUR:MODE RATE;RATE 2");
+        for _ in 0..10 {
+            host.wait(0.2).await;
+            host.send("*OPC?");
+        }
+        assert!((host.true_rate() - 2.0).abs() < 0.1, "heard, and so on");
+        host.wait(2.5).await;
+        assert!(host.true_rate().abs() < 0.5, "{}", host.true_rate());
+        host.text();
+        assert!(host.ask("FAUL?").await.contains("host silent"));
+        host.send("SOUR:MODE RATE");
+        assert!(host.error().await.starts_with("101,"), "the fault itself");
+        assert!(host.error().await.starts_with("-221"), "nothing begins before it is cleared");
+        host.send("FAUL:CLE");
+        host.wait(0.01).await;
+        host.send("SOUR:RATE 1;MODE RATE");
+        host.wait(1.0).await;
+        assert!((host.true_rate() - 1.0).abs() < 0.1);
+    });
+}
+
+fn checked(command: &str) -> String {
+    format!("{command}~{:08X}", crc32(command.as_bytes()))
+}
+
+#[test]
+fn no_damaged_line_is_obeyed() {
+    stand(async |host| {
+        let rates = DamageRates { flip: 0.02, lose: 0.01, insert: 0.01 };
+        let (mut obeyed, mut refused) = (0, 0);
+        let mut sent = vec![0];
+        for n in 0..2000_u32 {
+            // The tool has spoken before: a piece of a line that seems to be a plain one is not taken for a person's.
+            let milli_degrees = (n * 7919) % 90_000 + 1;
+            host.line.damage(rates, DamageRates::NONE);
+            host.send(&checked(&format!("SOUR:RATE {}.{:03} DEG/S", milli_degrees / 1000, milli_degrees % 1000)));
+            if n == 0 {
+                host.line.damage(DamageRates::NONE, DamageRates::NONE);
+            }
+            host.wait(0.002).await;
+            host.line.damage(DamageRates::NONE, DamageRates::NONE);
+            host.send("");
+            host.send(&checked("*CLS"));
+            sent.push(milli_degrees);
+            let reply = host.ask(&checked("SOUR:RATE?")).await;
+            let now = (reply.split(' ').next().unwrap().parse::<f64>().unwrap().to_degrees() * 1000.0).round() as u32;
+            assert!(sent.contains(&now), "line {n}: {now} was never asked for");
+            *(if now == milli_degrees { &mut obeyed } else { &mut refused }) += 1;
+        }
+        assert!(obeyed > 200 && refused > 200, "{obeyed} whole, {refused} damaged");
+        host.send("*IDN?");
+        host.wait(0.05).await;
+        assert_eq!(host.text(), "", "plain lines are not a tool's");
+    });
+}
+
+#[test]
+fn a_person_is_heard_again_after_the_tool() {
+    stand(async |host| {
+        assert!(host.ask(&checked("*IDN?")).await.starts_with("Rotary"));
+        host.send("SOUR:RATE 1");
+        host.wait(0.02).await;
+        let error = host.ask(&checked("SYST:ERR?")).await;
+        assert!(error.starts_with("-362,"), "{error}");
+        host.line.send(&[0x18]);
+        host.wait(0.05).await;
+        host.text();
+        assert!(host.ask("*IDN?").await.starts_with("Rotary"), "after Ctrl-X");
+        assert!(host.ask(&checked("*IDN?")).await.starts_with("Rotary"));
+        host.wait(11.0).await;
+        assert!(host.ask("*IDN?").await.starts_with("Rotary"), "after ten seconds without the tool");
+    });
+}

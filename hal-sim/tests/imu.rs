@@ -1,0 +1,229 @@
+//! The sensor under test: the firmware's driver and task on the chip's registers, and what they say when the chip fails.
+#![allow(clippy::unwrap_used)]
+
+use embassy_futures::select::select;
+use hal_sim::board::{Bench, PlantPort, SimBoard};
+use hal_sim::clock::{self, SimClock, VirtualClock};
+use hal_sim::peripherals::SensorSetup;
+use hal_sim::peripherals::imu::{Fault, ImuSetup};
+use stand_firmware::board::{Board, Clock, Hardware, TICKS_PER_S, TickIo, Ticks};
+use stand_firmware::imu::{Ism330dhcx, Motion, Runner, Setup, Shared, State, Status, Trouble};
+use std::cell::RefCell;
+
+/// A platform that turns with ω = 10 + 5 t rad/s from t = 0 on, or stands.
+struct Turning {
+    t_s: f64,
+    from_rad_s: f64,
+    acceleration_rad_s2: f64,
+}
+
+impl PlantPort for Turning {
+    fn advance(&mut self, _: f64, dt_s: f64) {
+        self.t_s += dt_s;
+    }
+    fn theta_rad(&self) -> f64 {
+        self.from_rad_s * self.t_s + 0.5 * self.acceleration_rad_s2 * self.t_s * self.t_s
+    }
+    fn rate_rad_s(&self) -> f64 {
+        self.from_rad_s + self.acceleration_rad_s2 * self.t_s
+    }
+    fn mean_current_A(&self) -> f64 {
+        0.0
+    }
+    fn supply_V(&self) -> f64 {
+        12.0
+    }
+    fn temp_C(&self) -> f64 {
+        60.0
+    }
+    fn true_theta_rad(&self) -> f64 {
+        self.theta_rad()
+    }
+}
+
+const STILL: Turning = Turning { t_s: 0.0, from_rad_s: 0.0, acceleration_rad_s2: 0.0 };
+
+/// Runs the sensor's task for `seconds`; `each` sees it, and the bench, at each millisecond.
+fn run(plant: Turning, setup: ImuSetup, seconds: f64, mut each: impl FnMut(u64, &Shared, &mut Bench<Turning>)) -> Status {
+    let clock = VirtualClock::default();
+    let bench = RefCell::new(Bench::new(&Hardware::default(), &SensorSetup::default(), 1, plant).carrying(setup, 1));
+    let mut board = SimBoard::new(&bench, &clock);
+    let line = board.sensor_bus().unwrap();
+    assert!(board.sensor_bus().is_none(), "the line is handed out once");
+    let shared = Shared::default();
+    let mut runner = Runner::new(Ism330dhcx::new(line, SimClock(&clock)), SimClock(&clock), &shared);
+    let watch = async {
+        let clock = SimClock(&clock);
+        for ms in 1..=(seconds * 1e3) as u64 {
+            clock.until(Ticks(ms * TICKS_PER_S / 1000)).await;
+            each(ms, &shared, &mut bench.borrow_mut());
+        }
+    };
+    clock::run(&clock, select(watch, runner.run()), |to| bench.borrow_mut().advance(to, |io| _ = io.sense())).unwrap();
+    shared.status()
+}
+
+#[test]
+fn samples_carry_rate_and_forces_of_their_own_moment_on_the_boards_clock() {
+    let setup = ImuSetup { chi_rad: 2_f64.to_radians(), clock_error: 4e-4, clock_trim: -7, ..ImuSetup::ideal() };
+    let mut seen = Vec::new();
+    let status = run(Turning { t_s: 0.0, from_rad_s: 0.0, acceleration_rad_s2: 5.0 }, setup, 5.0, |ms, shared, _| {
+        if let Some(newest) = shared.newest() {
+            seen.push((newest, newest.age(Ticks(ms * 10_000))));
+        }
+    });
+    assert_eq!((status.state, status.lost, status.refused, status.troubles), (State::Running, 0, 0, 0));
+    assert_eq!(status.name, "ISM330DHCX");
+    assert_eq!(status.in_force.unwrap().setup.data_rate_Hz, 1667.0);
+    // 6667 / 4 Hz by an oscillator that is 1.05 % slow and 0.04 % fast, for five seconds.
+    let pace = (1.0 - 7.0 * 0.0015) * (1.0 + 4e-4);
+    assert!((f64::from(status.samples) / (5.0 * 6667.0 / 4.0 * pace) - 1.0).abs() < 3e-3, "{}", status.samples);
+    assert!((status.relative_pace - (1.0 + 4e-4)).abs() < 3e-5, "{}", status.relative_pace);
+    let rate_delay_s = 1.0 / (std::f64::consts::TAU * 304.2);
+    let force_delay_s = 1.0 / (std::f64::consts::TAU * 166.7);
+    // The first quarter of a second, before the chip's pace was seen, is off by 0.04 % of it.
+    for (newest, age) in &seen[300..] {
+        // Read 0.2 ms before the millisecond, which takes some 60 µs, and a sample each 0.6 ms.
+        assert!((1_000..8_500).contains(age), "{age}");
+        let t = newest.at.seconds();
+        let Motion { rate_rad_s, outward_m_s2, along_m_s2 } = newest.value;
+        // The stamp has steps of 25 µs and its place on the board's clock another; the code is 1.2 mrad/s.
+        assert!((f64::from(rate_rad_s) - 5.0 * (t - rate_delay_s)).abs() < 1.2e-3 + 5.0 * 80e-6, "{t}: {rate_rad_s}");
+        let (rate, chi) = (5.0 * (t - force_delay_s), 2_f64.to_radians());
+        let (x, y) = (-rate * rate * 0.05, 5.0 * 0.05);
+        let near = |seen: f32, expected: f64| (f64::from(seen) - expected).abs() < 1.2e-3 + 10.0 * rate * 0.05 * 1e-4;
+        assert!(near(outward_m_s2, x * chi.cos() + y * chi.sin()), "{t}: {outward_m_s2} {x}");
+        assert!(near(along_m_s2, y * chi.cos() - x * chi.sin()), "{t}: {along_m_s2} {y}");
+    }
+    println!("longest reading of the FIFO {:.1} µs", status.longest_reading_s * 1e6);
+    // Two bytes of state, and at most twelve words at 0.8 µs a byte: a tenth of a row, and the others run meanwhile.
+    assert!(status.longest_reading_s < 200e-6, "{}", status.longest_reading_s);
+}
+
+#[test]
+fn theorys_example_of_the_accelerometer_is_what_the_sensor_shows() {
+    // theory.md §4: r = 0.05 m, χ = 2°, ω = 10, ω' = 5: −4.988229261 and 0.424345190 m/s². The filter is passed in a tenth of a second.
+    let setup = ImuSetup { chi_rad: 2_f64.to_radians(), ..ImuSetup::ideal() };
+    let delay_s = 1.0 / (std::f64::consts::TAU * 166.7);
+    let mut at_ten = None;
+    run(Turning { t_s: 0.0, from_rad_s: 9.0, acceleration_rad_s2: 5.0 }, setup, 0.4, |_, shared, _| {
+        if let Some(newest) = shared.newest().filter(|n| 9.0 + 5.0 * (n.at.seconds() - delay_s) < 10.0) {
+            at_ten = Some(newest.value);
+        }
+    });
+    let motion = at_ten.unwrap();
+    assert!((f64::from(motion.outward_m_s2) + 4.988).abs() < 8e-3 && (f64::from(motion.along_m_s2) - 0.4243).abs() < 2e-3, "{motion:?}");
+}
+
+#[test]
+fn noise_is_the_data_sheets_and_a_temperature_is_shown() {
+    let mut rates = Vec::new();
+    let status = run(STILL, ImuSetup::default(), 4.0, |_, shared, _| rates.extend(shared.newest().map(|n| f64::from(n.value.rate_rad_s))));
+    let mean = rates.iter().sum::<f64>() / rates.len() as f64;
+    let sigma = (rates.iter().map(|r| (r - mean).powi(2)).sum::<f64>() / rates.len() as f64).sqrt();
+    // 5 mdps/√Hz through 304 Hz of first order, and a code of 70 mdps.
+    let expected = (0.005_f64 * (std::f64::consts::FRAC_PI_2 * 304.2).sqrt()).hypot(0.07 / 12_f64.sqrt());
+    assert!((sigma.to_degrees() / expected - 1.0).abs() < 0.06, "{} {expected}", sigma.to_degrees());
+    assert!((status.temperature_C.unwrap() - 26.5).abs() < 0.01, "{status:?}");
+}
+
+#[test]
+fn the_self_test_moves_what_the_data_sheet_says_and_samples_come_again() {
+    let mut answers = Vec::new();
+    let status = run(STILL, ImuSetup::default(), 3.0, |ms, shared, _| {
+        if ms == 100 {
+            shared.ask_self_test();
+        }
+        answers.extend(shared.tested().filter(|_| answers.is_empty()));
+    });
+    let test = answers.first().unwrap().unwrap();
+    assert!(test.passed, "{test:?}");
+    assert!(
+        test.rate_rad_s.iter().all(|r| (r.to_degrees() - 400.0).abs() < 1.0) && test.accel_m_s2.iter().all(|a| (a - 3.92).abs() < 0.05)
+    );
+    assert_eq!((status.state, status.troubles), (State::Running, 0));
+}
+
+#[test]
+fn another_setup_is_read_back_and_wide_enough() {
+    let mut asked = false;
+    let wanted = Setup { data_rate_Hz: 500.0, rate_range_rad_s: 300_f32.to_radians(), accel_range_m_s2: 60.0 };
+    let status = run(Turning { t_s: 0.0, from_rad_s: 8.0, acceleration_rad_s2: 0.0 }, ImuSetup::ideal(), 1.0, |ms, shared, _| {
+        if ms == 100 {
+            shared.ask_setup(wanted);
+            asked = true;
+        }
+        if ms > 200 {
+            assert!((shared.newest().unwrap().value.rate_rad_s - 8.0).abs() < 4e-4, "the code is finer now");
+        }
+    });
+    let setup = status.in_force.unwrap().setup;
+    assert!(asked && setup.data_rate_Hz == 833.0 && (setup.rate_range_rad_s.to_degrees() - 500.0).abs() < 1e-3, "{setup:?}");
+    assert!((setup.accel_range_m_s2 / 9.80665 - 8.0).abs() < 1e-3);
+}
+
+#[test]
+fn a_chip_that_is_absent_wrong_stuck_or_talks_rubbish_is_reported_and_found_again() {
+    type Fails = fn(Trouble) -> bool;
+    let faults: [(Fault, Fails, &str); 6] = [
+        (Fault::Silent(0x00), |t| matches!(t, Trouble::Absent { who_am_i: 0, .. } | Trouble::Silent), "no sensor, or no power"),
+        (Fault::Silent(0xFF), |t| matches!(t, Trouble::Absent { who_am_i: 0xFF, .. } | Trouble::Rubbish(_)), "no sensor, or no power"),
+        (Fault::Named(0x6C), |t| matches!(t, Trouble::WrongChip { who_am_i: 0x6C, expected: 0x6B }), "0x6c instead of 0x6b"),
+        (Fault::Stuck, |t| matches!(t, Trouble::Silent), "no sample comes"),
+        (Fault::FlippedBits(2), |_| true, ""),
+        (Fault::FlippedBits(20), |_| true, ""),
+    ];
+    for (fault, fails, says) in faults {
+        // From the beginning, and in the middle.
+        for from in [0, 700] {
+            let mut troubles = Vec::new();
+            let status = run(STILL, ImuSetup::default(), 4.0, |ms, shared, bench| {
+                let chip = &mut bench.imu().unwrap().chip;
+                chip.fail(if (from..2500).contains(&ms) { fault } else { Fault::None });
+                if let State::Failed(trouble) = shared.status().state
+                    && ms < 2500
+                {
+                    assert!(shared.newest().is_none(), "no last-known-good in silence");
+                    troubles.push(trouble);
+                }
+            });
+            assert!(!troubles.is_empty() && troubles.iter().all(|t| fails(*t)), "{fault:?} from {from}: {troubles:?}");
+            assert!(troubles.last().unwrap().to_string().contains(says), "{fault:?}: {}", troubles.last().unwrap());
+            assert_eq!(status.state, State::Running, "{fault:?} from {from}: found again");
+        }
+    }
+}
+
+#[test]
+fn a_single_flipped_bit_in_a_while_is_refused_and_the_rest_goes_on() {
+    let status = run(STILL, ImuSetup::default(), 3.0, |_, _, bench| bench.imu().unwrap().chip.fail(Fault::FlippedBits(20_000)));
+    // 21 bytes a moment of which three are tags: most flips hit data, which nothing protects.
+    assert!(status.refused > 0 && status.samples > 1500, "{status:?}");
+}
+
+#[test]
+fn a_fifo_that_was_not_read_in_time_says_what_was_lost() {
+    use embedded_hal_async::spi::{Operation, SpiDevice};
+    use stand_firmware::imu::{Sample, Sensor};
+    let clock = VirtualClock::default();
+    let bench = RefCell::new(Bench::new(&Hardware::default(), &SensorSetup::default(), 1, STILL).carrying(ImuSetup::ideal(), 1));
+    let mut board = SimBoard::new(&bench, &clock);
+    let mut line = board.sensor_bus().unwrap();
+    let story = async {
+        let mut name = [0];
+        line.transaction(&mut [Operation::Write(&[0x8F]), Operation::Read(&mut name)]).await.unwrap();
+        assert_eq!(name, [0x6B]);
+        let mut chip = Ism330dhcx::new(line, SimClock(&clock));
+        chip.configure(&Setup::default()).await.unwrap();
+        SimClock(&clock).until(Ticks(TICKS_PER_S)).await;
+        let mut samples = [Sample::default(); 300];
+        let drained = chip.drain(&mut samples).await.unwrap();
+        // 512 words, three to a moment, and some that come while it is read; the oldest moment lost some of its words.
+        assert!((170..180).contains(&drained.samples) && drained.lost >= 1 && drained.refused == 0, "{drained:?}");
+        let steps: Vec<u32> = samples[..170].windows(2).map(|w| w[1].stamp - w[0].stamp).collect();
+        assert!(steps.iter().all(|s| (23..=25).contains(s)), "a sample each 600 µs is 24 steps: {steps:?}");
+        let ready = chip.ready().await.unwrap();
+        assert!(ready.rate && ready.accel && ready.temperature);
+    };
+    clock::run(&clock, story, |to| bench.borrow_mut().advance(to, |io| _ = io.sense())).unwrap();
+}
