@@ -3,8 +3,12 @@
 //! * [`effects`], the physical effects, and [`rig`], the model that is made of them (also what users fit);
 //! * [`plant`], the truth, integrated by other means; [`peripherals`], [`board`], [`clock`], [`session`]: the same firmware in virtual time.
 
+// The firmware holds interrupts off where tasks and interrupt share: here that is the standard library's lock.
+use critical_section as _;
+
 pub mod board;
 pub mod clock;
+pub mod controller;
 pub mod effects;
 pub mod faults;
 pub mod peripherals;

@@ -79,7 +79,10 @@ fn with_flash<T>(flash: SimFlash, baud: u32, host: impl AsyncFnOnce(&Host<'_, '_
     let host_end = Host { line: &line, clock: SimClock(&clock), bench: &bench, bytes: RefCell::default() };
     let both = select(app.run(&mut board, receive, transmit), host(&host_end));
     let ended = clock::run(&clock, both, |to| {
-        line.deliver(to, |byte| guard.byte(byte));
+        line.deliver(to, |incoming| match incoming {
+            Ok(byte) => guard.byte(byte),
+            Err(_) => guard.line_break(),
+        });
         let mut bench = bench.borrow_mut();
         bench.ask_stop(stop_line.is_stop_asked());
         bench.advance(to, |io| interrupt.run(io));
@@ -290,6 +293,17 @@ fn settings_are_kept_over_power_off_and_refused_while_it_drives() {
         assert_eq!(host.ask("SETT:rate_gain_V_s_rad?").await, "1.7 V.S/RAD");
         assert_eq!(host.ask("SETT:LOAD;:SETT:rate_gain_V_s_rad?").await, "1.5 V.S/RAD");
         assert_eq!(host.ask("SETT:RES;:SETT:rate_gain_V_s_rad?").await, "1.95 V.S/RAD");
+        host.no_error().await;
+    });
+}
+
+#[test]
+fn another_setting_acts_at_once() {
+    stand(async |host| {
+        host.send("SETT:acceleration_rad_s2 5 RAD/S2");
+        host.send("SOUR:MODE RATE;RATE 10");
+        host.wait(1.0).await;
+        assert!((4.0..5.5).contains(&host.true_rate()), "{}", host.true_rate());
         host.no_error().await;
     });
 }

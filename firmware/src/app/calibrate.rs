@@ -5,7 +5,7 @@ use crate::board::{Clock, TICKS_PER_ROW};
 use crate::calibration::{Course, Found, Map, Measuring, Refused};
 use crate::console::errors::{Code, ErrorEntry};
 use crate::console::text::Writer;
-use crate::speed_loop::{LessonWriter, Limits};
+use crate::speed_loop::{Config, LessonWriter, Limits};
 use core::cell::Cell;
 
 /// Waits for a calibration to be asked for, runs it, and learns what it found; for ever. It is also who hands the speed loop what was
@@ -21,7 +21,7 @@ pub async fn run<'a, C: Clock>(
     loop {
         clock.until(clock.now() + TICKS_PER_ROW).await;
         if state.learn.take()
-            && let Ok(config) = state.kept.get().config()
+            && let Ok(config) = Config::new(&state.kept.get().settings, &state.hardware)
         {
             lessons.post(&config.learnt());
         }
@@ -37,7 +37,7 @@ pub async fn run<'a, C: Clock>(
                     let sums = measuring.take();
                     state.calibration_from.set(None);
                     let outcome = match (over, &sums) {
-                        (Ok(()), Some(sums)) => sums.answer(&settings, &state.kept.get().hardware).await,
+                        (Ok(()), Some(sums)) => sums.answer(&settings, &state.hardware).await,
                         (Err(why), _) => Err(why),
                         (Ok(()), None) => Err(Refused::Aborted),
                     };

@@ -172,9 +172,7 @@ fn work<F: NorFlash>(state: &State<'_>, job: Job, store: &mut Store<F>, said: &m
         Job::Load => {
             super::commands::at_rest(state)?;
             let kept = store.load(Kept::layout()).map_err(failed)?;
-            state.kept.set(kept.unwrap_or(state.defaults));
-            state.learn.set(true);
-            Ok(())
+            state.tune(kept.unwrap_or(state.defaults)).map_err(|wrong| super::commands::refused(&wrong))
         }
     }
 }

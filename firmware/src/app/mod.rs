@@ -29,7 +29,7 @@ use crate::imu;
 use crate::measurement_loop::{Instruments, MeasurementLoop};
 use crate::session::next_start;
 use crate::settings::{Kept, Store};
-use crate::speed_loop::{Interrupt, LessonWriter, Lessons, OrderWriter, Orders, Reports, SpeedLoop};
+use crate::speed_loop::{Interrupt, LessonWriter, Lessons, OrderWriter, Orders, Reports, SpeedLoop, Tuning};
 use core::cell::Cell;
 use embassy_futures::join::{join, join5};
 use embedded_io_async::{Read, Write};
@@ -41,6 +41,7 @@ pub struct Memory {
     reports: Reports,
     lessons: Lessons,
     map: Map,
+    tuning: Tuning,
     instruments: Option<Instruments>,
     imu: imu::Shared,
 }
@@ -59,6 +60,7 @@ impl Memory {
             reports: Reports::new(),
             lessons: Lessons::new(),
             map: Map::new(),
+            tuning: Tuning::new(),
             instruments: None,
             imu: imu::Shared::default(),
         }
@@ -104,10 +106,10 @@ pub fn assemble<'a, F: NorFlash>(
     let (order_writer, order_reader) = memory.orders.split();
     let (report_writer, report_reader) = memory.reports.split();
     let (lessons, lesson_reader) = memory.lessons.split();
-    let interrupt = Interrupt::new(SpeedLoop::new(config), order_reader, report_writer).listening(lesson_reader);
+    let interrupt = Interrupt::new(SpeedLoop::new(config), order_reader, report_writer).listening(lesson_reader).tuned_by(&memory.tuning);
     let instruments: &Instruments = memory.instruments.insert(Instruments::new(kept.hardware));
     let imu = &memory.imu;
-    let state = State::new(identity, stop_line, instruments, imu, kept, defaults);
+    let state = State::new(identity, stop_line, instruments, imu, &memory.tuning, kept, defaults);
     if let Some(entry) = wrong {
         state.report(entry);
     }

@@ -64,7 +64,7 @@ impl<'a, C: Clock> Rows<'a, C> {
         Self {
             state,
             clock,
-            hardware: state.kept.get().hardware,
+            hardware: state.hardware,
             frames: None,
             fault: Fault::None,
             marks: [Mark::default(); RATE_ROWS],

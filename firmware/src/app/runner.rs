@@ -43,8 +43,7 @@ pub async fn run<C: Clock>(state: &State<'_>, clock: &C, mut orders: OrderWriter
             },
         };
         value = to;
-        let hardware = state.kept.get().hardware;
-        orders.post(&Order { segment: segment(&hardware, mode, tick, from, to), clear: state.clear.get(), trip: state.trip.get() });
+        orders.post(&Order { segment: segment(&state.hardware, mode, tick, from, to), clear: state.clear.get(), trip: state.trip.get() });
         if let Some(running) = &mut course {
             running.rows = running.rows.saturating_sub(1);
             if running.rows == 0 {

@@ -4,8 +4,9 @@
 //! here, so that they are in the queue and the registers, and on the line where a stream is on.
 
 use super::out::Out;
-use crate::board::{TICKS_PER_S, Ticks};
+use crate::board::{Hardware, TICKS_PER_S, Ticks};
 use crate::calibration;
+use crate::config::ConfigError;
 use crate::console::errors::{Code, ErrorEntry, ErrorQueue};
 use crate::console::guard::StopLine;
 use crate::console::status::Status;
@@ -15,7 +16,7 @@ use crate::measurement_loop::{Instruments, Row};
 use crate::profile::{ProfileConfig, ProfileKind};
 use crate::safety::Fault;
 use crate::settings::Kept;
-use crate::speed_loop::Mode;
+use crate::speed_loop::{Config, Mode, Tuning};
 use crate::telemetry::Channels;
 use core::cell::{Cell, RefCell};
 
@@ -89,6 +90,8 @@ pub struct State<'a> {
     pub stop_line: &'a StopLine,
     /// The way to the line.
     pub out: Out,
+    /// The scales in force; others act from the next power-on on, when they are kept.
+    pub hardware: Hardware,
     /// What is kept in flash, as it is now.
     pub kept: Cell<Kept>,
     /// What it is by default: the stand's own.
@@ -143,6 +146,8 @@ pub struct State<'a> {
     pub calibrate: Cell<bool>,
     /// The compensation is another one: the speed loop shall have it.
     pub learn: Cell<bool>,
+    /// The way of other settings to the speed loop.
+    pub tuning: &'a Tuning,
     /// How the calibration goes.
     pub calibration: calibration::Watch,
     /// How the last calibration ended.
@@ -160,6 +165,7 @@ impl<'a> State<'a> {
         stop_line: &'a StopLine,
         instruments: &'a Instruments,
         imu: &'a imu::Shared,
+        tuning: &'a Tuning,
         kept: Kept,
         defaults: Kept,
     ) -> Self {
@@ -167,6 +173,7 @@ impl<'a> State<'a> {
             identity,
             stop_line,
             out: Out::default(),
+            hardware: kept.hardware,
             kept: Cell::new(kept),
             defaults,
             demand: Cell::new(Demand::Off),
@@ -194,11 +201,24 @@ impl<'a> State<'a> {
             show_errors_at: Cell::new(None),
             calibrate: Cell::new(false),
             learn: Cell::new(false),
+            tuning,
             calibration: calibration::Watch::default(),
             calibrated: Cell::new(None),
             calibration_from: Cell::new(None),
             errors: RefCell::new(ErrorQueue::default()),
         }
+    }
+
+    /// Takes other settings; the speed loop has them a millisecond later. The drive must be off. Scales act from the next power-on on.
+    ///
+    /// # Errors
+    /// One of them makes no sense, with the scales in force or with its own.
+    pub fn tune(&self, kept: Kept) -> Result<(), ConfigError> {
+        kept.config()?;
+        let config = Config::new(&kept.settings, &self.hardware)?;
+        self.kept.set(kept);
+        self.tuning.post(config);
+        Ok(())
     }
 
     /// Text mode, for whoever speaks next.

@@ -3,7 +3,7 @@
 //! Once in a millisecond each: a report out (slot 0), a lesson in (slot 4), orders in (slots 5 and 6; who orders for the next whole
 //! millisecond comes in time). An emergency stop does not wait for them: it is sensed in each tick.
 
-use super::{LEARNT_WORDS, Learnt, Order, REPORT_WORDS, Report, SpeedLoop};
+use super::{LEARNT_WORDS, Learnt, Order, REPORT_WORDS, Report, SpeedLoop, Tuning};
 use crate::board::{Sensed, TickIo};
 use crate::capture::{Recorder, Sample};
 use crate::mailbox::{Mailbox, Parts, Reader, Words, Writer};
@@ -32,6 +32,7 @@ pub type LessonWriter<'a> = Writer<'a, Learnt, LEARNT_WORDS>;
 pub struct Interrupt<'a> {
     speed_loop: SpeedLoop,
     lessons: Option<(Reader<'a, Learnt, LEARNT_WORDS>, Parts<LEARNT_WORDS>)>,
+    tuning: Option<&'a Tuning>,
     orders: OrderReader<'a>,
     reports: ReportWriter<'a>,
     recorder: Option<Recorder<'a>>,
@@ -40,12 +41,17 @@ pub struct Interrupt<'a> {
 impl<'a> Interrupt<'a> {
     /// Joins the law with the interrupt's ends of the two mailboxes.
     pub fn new(speed_loop: SpeedLoop, orders: OrderReader<'a>, reports: ReportWriter<'a>) -> Self {
-        Self { speed_loop, lessons: None, orders, reports, recorder: None }
+        Self { speed_loop, lessons: None, tuning: None, orders, reports, recorder: None }
     }
 
     /// Listens for what is learnt while it runs; otherwise the settings' compensation stays.
     pub fn listening(self, lessons: Reader<'a, Learnt, LEARNT_WORDS>) -> Self {
         Self { lessons: Some((lessons, Parts::default())), ..self }
+    }
+
+    /// Takes other settings while it runs, with the drive off.
+    pub fn tuned_by(self, tuning: &'a Tuning) -> Self {
+        Self { tuning: Some(tuning), ..self }
     }
 
     /// Records each tick, so that what led to a fault can be looked at.
@@ -73,7 +79,11 @@ impl<'a> Interrupt<'a> {
                 self.speed_loop.in_turn(&sensed);
             }
             5 | 6 => self.take_order(&sensed),
-            9 => {}
+            9 => {
+                if let Some(config) = self.tuning.and_then(Tuning::take) {
+                    self.speed_loop.tune(config);
+                }
+            }
             _ => {
                 self.speed_loop.in_turn(&sensed);
                 if slot == 4 {

@@ -26,6 +26,7 @@ mod segment;
 mod settings;
 #[cfg(test)]
 mod tests;
+mod tuning;
 
 pub use crate::safety::Fault;
 pub use feed_forward::{Compensating, LEARNT_WORDS, Learnt};
@@ -33,6 +34,7 @@ pub use interrupt::{Interrupt, LessonWriter, Lessons, OrderReader, OrderWriter, 
 pub use report::{Limits, REPORT_WORDS, Report};
 pub use segment::{Mode, ONE, Order, Segment, Zero, rate_unit};
 pub use settings::{Config, Settings};
+pub use tuning::Tuning;
 
 use crate::board::{CONTROL_PER_ROW, Drive, EncoderCount, Sensed};
 use edges::Edges;
@@ -134,6 +136,13 @@ impl SpeedLoop {
     pub fn learn(&mut self, learnt: &Learnt) {
         self.feed_forward.learnt = *learnt;
         self.feed_forward.restart();
+    }
+
+    /// Other settings from the next tick on; the drive must be off.
+    #[cold]
+    pub fn tune(&mut self, config: Config) {
+        self.config = config;
+        self.learn(&config.learnt);
     }
 
     /// The compensation in force.

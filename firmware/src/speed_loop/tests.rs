@@ -1,11 +1,13 @@
 //! The law tick by tick against prescribed motion; closed loops are tried in hal-sim, on plants.
 
+// Behind the lock of `Tuning`.
 use super::ramp::SMOOTHED;
 use super::segment::ONE;
 use super::*;
 use crate::board::{CONTROL_HZ, CurrentCode, EncoderCount, Hardware, Sensed, SupplyCode};
 use crate::mailbox::Words;
 use crate::safety;
+use critical_section as _;
 
 const HW: fn() -> Hardware = Hardware::default;
 

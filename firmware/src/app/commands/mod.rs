@@ -261,7 +261,7 @@ pub fn say_wrong(wrong: &ConfigError, out: &mut Writer<'_>) {
     }
 }
 
-fn refused(wrong: &ConfigError) -> ErrorEntry {
+pub(super) fn refused(wrong: &ConfigError) -> ErrorEntry {
     let mut entry = ErrorEntry::new(Code::SETTING);
     say_wrong(wrong, &mut entry.detail.writer());
     entry

@@ -15,9 +15,7 @@ pub(super) const ENTRIES: &[Entry] = &[
         "SETTings:RESet",
         Act::Do(|state| {
             at_rest(state)?;
-            state.kept.set(state.defaults);
-            state.learn.set(true);
-            Ok(())
+            state.tune(state.defaults).map_err(|wrong| refused(&wrong))
         }),
         "take the stand's own; SAVE keeps them",
     ),
@@ -63,9 +61,7 @@ fn set(state: &State<'_>, field: &Field, parameters: &mut Parameters<'_>) -> Res
     at_rest(state)?;
     let mut kept = state.kept.get();
     (field.write)(&mut kept, value);
-    kept.config().map_err(|wrong| refused(&wrong))?;
-    state.kept.set(kept);
-    state.learn.set(true);
+    state.tune(kept).map_err(|wrong| refused(&wrong))?;
     Ok(Answer::Done)
 }
 
@@ -78,7 +74,7 @@ pub(super) fn help(line: usize, out: &mut Writer<'_>) -> Option<()> {
     } else {
         out.text(" <");
         Range::new(field.quantity(), field.least, field.greatest, 0.0).write(out);
-        out.text(">  set it; the drive must be off");
+        out.text(if field.is_scale { ">  scale; acts from the next power-on on, when it is saved" } else { ">  the drive must be off" });
     }
     Some(())
 }

@@ -112,7 +112,7 @@ fn choose(state: &State<'_>, stream: Stream) -> Done {
 /// The stream's angles are from the index if it was seen; within a stream their zero does not move.
 fn zero(state: &State<'_>) {
     let row = state.row.get();
-    let half_count_rad = 0.5 * state.kept.get().hardware.rad_per_count();
+    let half_count_rad = 0.5 * state.hardware.rad_per_count();
     state.to_index_rad.set(row.from_index_rad.map(|from_index_rad| from_index_rad - half_count_rad - row.theta_rad));
 }
 
@@ -127,7 +127,7 @@ fn hello(state: &State<'_>) {
     state.out.frame(&Body::Hello(Hello {
         protocol: PROTOCOL,
         identity: identity.as_str(),
-        counts_per_turn: state.kept.get().hardware.counts_per_turn,
+        counts_per_turn: state.hardware.counts_per_turn,
         row_Hz: ROW_HZ as u16,
         decimation: stream.decimation as u16,
         channels: stream.channels.0,
