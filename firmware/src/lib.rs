@@ -27,11 +27,13 @@
 pub mod app;
 pub mod board;
 pub mod calibration;
+pub mod capture;
 pub mod compensation;
 pub mod config;
 pub mod console;
 pub mod imu;
 pub mod mailbox;
+mod maths;
 pub mod measurement_loop;
 pub mod profile;
 pub mod safety;
