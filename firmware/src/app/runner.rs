@@ -9,7 +9,7 @@ use crate::board::{CONTROL_PER_ROW, Clock, Hardware, TICKS_PER_CONTROL, TICKS_PE
 use crate::console::errors::{Code, ErrorEntry};
 use crate::console::status::OPERATION_COMPLETE;
 use crate::profile::Profile;
-use crate::speed_loop::{Mode, Order, OrderWriter, Segment};
+use crate::speed_loop::{Mode, Order, OrderWriter, Segment, Zero};
 
 /// What is under way.
 struct Course {
@@ -92,5 +92,7 @@ fn segment(hardware: &Hardware, mode: Mode, tick: u64, from: f64, to: f64) -> Se
         Mode::Off => Segment::off(tick),
         Mode::Voltage => Segment::voltage(hardware, tick, ticks, from),
         Mode::Rate => Segment::rate(hardware, tick, ticks, from, to),
+        // From the zero of power-on: the index may not have been seen.
+        Mode::Position => Segment::position(hardware, tick, Zero::PowerOn, from, None),
     }
 }

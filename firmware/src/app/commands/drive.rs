@@ -65,6 +65,7 @@ fn value(targets: Targets, mode: Mode) -> f64 {
         Mode::Off => 0.0,
         Mode::Voltage => targets.voltage_V,
         Mode::Rate => targets.rate_rad_s,
+        Mode::Position => targets.position_rad,
     }
 }
 
