@@ -3,7 +3,7 @@
 //! One pole, no noise: what it must show is every way through the tick, not how a stand moves.
 
 use core::f64::consts::TAU;
-use stand_firmware::board::{CONTROL_HZ, Drive, EncoderCount, Hardware, Sensed, TickIo};
+use stand_firmware::board::{CONTROL_HZ, CurrentCode, Drive, EncoderCount, Hardware, Sensed, SupplyCode, TickIo};
 use stand_firmware::speed_loop::Settings;
 
 /// What is wrong with the stand.
@@ -17,6 +17,12 @@ pub enum Wrong {
     Jammed,
     /// Its index does not come.
     NoIndex,
+    /// Somebody asks for an emergency stop.
+    Stop,
+    /// Its encoder gives no edge any more.
+    NoEdges,
+    /// The supply is half of what it is to be.
+    LowSupply,
     /// A tick in so many is left out.
     LosesTicks(u64),
 }
@@ -33,6 +39,9 @@ pub struct Motor {
     /// Angle, counts.
     angle: f64,
     rate_rad_s: f64,
+    supply_V: f64,
+    /// Where the encoder stopped.
+    stuck: Option<f64>,
     tick: u64,
 }
 
@@ -48,6 +57,8 @@ impl Motor {
             drive: Drive::Off,
             angle: 0.5,
             rate_rad_s: 0.0,
+            supply_V: hardware.supply_nominal_V,
+            stuck: None,
             tick: 0,
         }
     }
@@ -74,7 +85,25 @@ impl Motor {
             Wrong::LosesTicks(every) if self.tick % every == 0 => 2,
             _ => 1,
         };
-        self.sensed = Sensed { tick: self.tick, encoder: EncoderCount(self.angle as i64 as u16), ..Sensed::default() };
+        // The edge's age as if it had come straight to where it is.
+        let steps = h.edge_timer_Hz * dt_s;
+        self.supply_V = if self.wrong == Wrong::LowSupply { 0.5 } else { 1.0 } * h.supply_nominal_V;
+        let frozen = (self.wrong == Wrong::NoEdges).then(|| *self.stuck.get_or_insert(before));
+        let (from, to) = frozen.map_or((before as i64, self.angle as i64), |at| (at as i64, at as i64));
+        let edge_age = if from == to {
+            self.sensed.edge_age.saturating_add(steps as u32)
+        } else {
+            let boundary = if to > from { to } else { to + 1 } as f64;
+            ((self.angle - boundary) / (self.angle - before) * steps) as u32
+        };
+        self.sensed = Sensed {
+            tick: self.tick,
+            encoder: EncoderCount(to as u16),
+            edge_age,
+            current: CurrentCode((h.current_zero_code + current_A / h.current_A_per_code) as i32),
+            supply: SupplyCode((self.supply_V / h.supply_V_per_code) as u32),
+            stop: self.wrong == Wrong::Stop,
+        };
         self.tick
     }
 }

@@ -4,8 +4,9 @@ use crate::meter::Meter;
 use crate::motor::{Motor, Wrong};
 use crate::tally::Tally;
 use stand_firmware::board::{CONTROL_PER_ROW, Hardware};
+use stand_firmware::capture::Memory;
 use stand_firmware::compensation::{Compensation, Harmonic, Harmonics};
-use stand_firmware::speed_loop::{Config, Fault, Interrupt, Lessons, Limits, Order, Orders, Reports, Segment, Settings, SpeedLoop};
+use stand_firmware::speed_loop::{Config, Fault, Interrupt, Lessons, Limits, Order, Orders, Reports, Segment, Settings, SpeedLoop, Zero};
 
 /// Ticks of a scene: two seconds.
 const TICKS: u64 = 20_000;
@@ -19,6 +20,10 @@ pub enum Ask {
     Voltage(f64),
     /// A rate that swings between ± so many rad/s, twice a second.
     Rate(f64),
+    /// So many volts from the middle on.
+    Push(f64),
+    /// ± an angle of so many rad, half a second each.
+    Position(f64),
     /// A rate, and no order after the first: the segment runs out.
     Forgotten(f64),
 }
@@ -76,10 +81,17 @@ pub const SCENES: &[Scene] = &[
     wrong("rate, orders fail to come", Ask::Forgotten(5.0), Wrong::Nothing, Shows::Limit(Limits::STARVED)),
     wrong("rate, jammed: current limit, slip", Ask::Rate(20.0), Wrong::Jammed, Shows::Limit(Limits::SLIPPED)),
     wrong("rate, acceleration limit", Ask::Rate(34.0), Wrong::Nothing, Shows::Limit(Limits::ACCELERATION)),
+    scene("position, 8 harmonics", Ask::Position(6.0), Learnt::Harmonics(8)),
+    wrong("fault: stop", Ask::Rate(5.0), Wrong::Stop, Shows::Fault(Fault::EmergencyStop)),
+    wrong("fault: encoder lost", Ask::Rate(20.0), Wrong::NoEdges, Shows::Fault(Fault::EncoderLost)),
+    wrong("fault: supply low", Ask::Rate(5.0), Wrong::LowSupply, Shows::Fault(Fault::SupplyLow)),
+    wrong("fault: stall", Ask::Push(3.3), Wrong::Jammed, Shows::Fault(Fault::Stall)),
     wrong("rate, index lost", Ask::Rate(5.0), Wrong::NoIndex, Shows::NoFault),
     wrong("fault: overspeed", Ask::Rate(5.0), Wrong::Turned(60.0), Shows::Fault(Fault::Overspeed)),
     wrong("fault: clock, cleared each row", Ask::Rate(5.0), Wrong::LosesTicks(7), Shows::Fault(Fault::Clock)),
 ];
+
+static MEMORY: Memory = Memory::new();
 
 /// Plays a scene from power-on and counts each of its ticks.
 ///
@@ -97,7 +109,8 @@ pub fn play(scene: &Scene, meter: &Meter) -> Tally {
     let (mut order_writer, order_reader) = orders.split();
     let (report_writer, mut report_reader) = reports.split();
     let (mut lesson_writer, lesson_reader) = lessons.split();
-    let mut interrupt = Interrupt::new(SpeedLoop::new(config), order_reader, report_writer).listening(lesson_reader);
+    let mut interrupt =
+        Interrupt::new(SpeedLoop::new(config), order_reader, report_writer).listening(lesson_reader).recording(MEMORY.recorder(1_500));
     let mut motor = Motor::new(hardware, settings);
     let mut tally = Tally::new();
     let (mut limits, mut fault, mut clear) = (Limits::default(), Fault::None, 0);
@@ -153,6 +166,11 @@ fn asked(ask: Ask, hardware: &Hardware, n: u64) -> Option<Segment> {
         Ask::Off => Some(Segment::off(start)),
         Ask::Voltage(volts) => Some(Segment::voltage(hardware, start, ticks, if n % 5_000 < 2_500 { volts } else { -volts })),
         Ask::Rate(rad_s) => Some(Segment::rate(hardware, start, ticks, rad_s * triangle(start), rad_s * triangle(start + CONTROL_PER_ROW))),
+        Ask::Push(volts) => Some(Segment::voltage(hardware, start, ticks, if n < TICKS / 2 { 0.0 } else { volts })),
+        Ask::Position(rad) => {
+            let rad = if n % 10_000 < 5_000 { rad } else { -rad };
+            Some(Segment::position(hardware, start, Zero::PowerOn, rad, Some(20.0)))
+        }
         Ask::Forgotten(rad_s) => (n < 10).then(|| Segment::rate(hardware, start, ticks, 0.0, rad_s)),
     }
 }

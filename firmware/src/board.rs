@@ -186,8 +186,9 @@ pub struct Sensed {
     pub tick: u64,
     /// The speed loop's encoder counter.
     pub encoder: EncoderCount,
-    /// Steps of the edge timer ([`Hardware::edge_timer_Hz`]) from the last edge of the encoder, on either channel, to the look at its
-    /// counter; both belong together. Saturates: where no edge was ever seen it is the greatest number.
+    /// Steps of the edge timer ([`Hardware::edge_timer_Hz`]) from the last edge of the encoder, on either channel, to the beginning of this
+    /// tick, which comes each 100 µs of that timer exactly, however late the look. It belongs to `encoder`: where an edge came between
+    /// the tick's beginning and the look, the age is negative (two's complement). Saturates; where no edge was ever seen it is the greatest number.
     pub edge_age: u32,
     /// The newest conversion of the motor current.
     pub current: CurrentCode,

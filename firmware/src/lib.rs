@@ -27,6 +27,7 @@
 pub mod app;
 pub mod board;
 pub mod calibration;
+pub mod capture;
 pub mod compensation;
 pub mod config;
 pub mod console;

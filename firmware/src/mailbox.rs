@@ -109,6 +109,57 @@ impl<T: Words<N>, const N: usize> Reader<'_, T, N> {
     }
 }
 
+/// A value on its way out of a mailbox, a few words at a time: for the interrupt, where a long value would take too long at once.
+pub struct Parts<const N: usize> {
+    words: [u32; N],
+    taken: usize,
+    sequence: u32,
+}
+
+impl<const N: usize> Default for Parts<N> {
+    fn default() -> Self {
+        Self { words: [0; N], taken: 0, sequence: 0 }
+    }
+}
+
+impl<const N: usize> Parts<N> {
+    /// The words, once all are there.
+    pub fn words(&self) -> &[u32; N] {
+        &self.words
+    }
+}
+
+impl<T: Words<N>, const N: usize> Reader<'_, T, N> {
+    /// Takes up to `most` more words of what was posted; true when they are all there. Begins anew where something else was posted meanwhile.
+    #[inline]
+    pub fn take_part(&mut self, parts: &mut Parts<N>, most: usize) -> bool {
+        let sequence = self.mailbox.sequence.load(Ordering::Acquire);
+        if sequence == self.seen || sequence & 1 == 1 {
+            return false;
+        }
+        if sequence != parts.sequence {
+            parts.sequence = sequence;
+            parts.taken = 0;
+        }
+        let pairs = parts.words.iter_mut().zip(&self.mailbox.words);
+        for (word, cell) in pairs.skip(parts.taken).take(most) {
+            *word = cell.load(Ordering::Relaxed);
+        }
+        fence(Ordering::Acquire);
+        if self.mailbox.sequence.load(Ordering::Relaxed) != sequence {
+            parts.taken = 0;
+            return false;
+        }
+        parts.taken = parts.taken.wrapping_add(most);
+        if parts.taken < N {
+            return false;
+        }
+        parts.taken = 0;
+        self.seen = sequence;
+        true
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -133,6 +184,21 @@ mod tests {
         writer.post(&Sixteen([2; 16]));
         assert_eq!(reader.take(), Some(Sixteen([2; 16])), "the newest wins");
         assert_eq!(reader.take(), None, "and is news once");
+    }
+
+    #[test]
+    fn a_value_taken_in_parts_is_whole_or_begins_anew() {
+        let mut mailbox = Mailbox::<Sixteen, 16>::new();
+        let (mut writer, mut reader) = mailbox.split();
+        let mut parts = Parts::default();
+        assert!(!reader.take_part(&mut parts, 6));
+        writer.post(&Sixteen([1; 16]));
+        assert!(!reader.take_part(&mut parts, 6));
+        writer.post(&Sixteen([2; 16]));
+        assert!(!reader.take_part(&mut parts, 6) && !reader.take_part(&mut parts, 6));
+        assert!(reader.take_part(&mut parts, 6));
+        assert_eq!(parts.words(), &[2; 16]);
+        assert!(!reader.take_part(&mut parts, 6), "and is news once");
     }
 
     #[test]

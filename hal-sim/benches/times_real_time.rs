@@ -40,7 +40,7 @@ fn tick_alone() -> f64 {
         // 3.183 counts per tick are 10 rad/s.
         let encoder = EncoderCount((n * 3183 / 1000) as u16);
         let order = n.is_multiple_of(10).then_some(order);
-        black_box(speed_loop.tick(black_box(Sensed { tick: n, encoder, ..Sensed::default() }), order));
+        black_box(speed_loop.tick(black_box(&Sensed { tick: n, encoder, ..Sensed::default() }), order.as_ref()));
     }
     begin.elapsed().as_secs_f64() / TICKS as f64 * 1e9
 }

@@ -72,6 +72,7 @@ impl SessionRequest {
     pub fn usual_amplitude(mode: Mode) -> f64 {
         match mode {
             Mode::Rate => 15.0,
+            Mode::Position => 3.0,
             Mode::Voltage | Mode::Off => 0.7,
         }
     }
@@ -86,7 +87,7 @@ impl SessionRequest {
         let usual = ProfileConfig::new(kind, amplitude, seed);
         match mode {
             Mode::Rate => ProfileConfig { to_Hz: 1.0, bit_s: 0.5, ..usual },
-            Mode::Voltage | Mode::Off => ProfileConfig { acceleration: 2.0, jerk: 20.0, ..usual },
+            Mode::Voltage | Mode::Position | Mode::Off => ProfileConfig { acceleration: 2.0, jerk: 20.0, ..usual },
         }
     }
 }
@@ -388,6 +389,7 @@ fn notes(
         Mode::Off => ("off", ""),
         Mode::Voltage => ("voltage", " V"),
         Mode::Rate => ("rate", " rad/s"),
+        Mode::Position => ("position", " rad"),
     };
     let cutoff = stand.sensors.rate_cutoff_Hz;
     let omega = if cutoff.is_finite() { format!("gyro, filter {cutoff} Hz") } else { "gyro".to_string() };

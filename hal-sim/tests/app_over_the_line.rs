@@ -306,6 +306,38 @@ fn another_setting_acts_at_once() {
 }
 
 #[test]
+fn an_angle_is_held() {
+    stand(async |host| {
+        host.send("SOUR:MODE POS;POS 2 TURN");
+        host.wait(3.0).await;
+        let theta_rad = host.bench.borrow().truth()[0].theta_rad;
+        assert!((theta_rad - 2.0 * std::f64::consts::TAU).abs() < 2e-3, "{theta_rad}");
+        host.no_error().await;
+    });
+}
+
+#[test]
+fn the_record_around_a_stop_is_read_out() {
+    stand(async |host| {
+        host.send("SOUR:MODE RATE;RATE 5");
+        host.wait(1.0).await;
+        assert_eq!(host.ask("FAUL:CAPT?").await, "EMPTY");
+        host.send("STOP");
+        host.wait(0.2).await;
+        let about = host.ask("FAUL:CAPT?").await;
+        let trigger: usize = about.split(',').nth(1).unwrap().parse().unwrap();
+        assert!(about.starts_with("2048,") && about.contains("emergency stop"), "{about}");
+        host.send(&format!("FAUL:CAPT:DATA? {},4", trigger - 2));
+        host.wait(0.1).await;
+        let text = host.text();
+        let lines: Vec<_> = text.split("\r\n").filter(|line| !line.is_empty()).collect();
+        assert!(lines.len() == 4 && lines[2].starts_with("0.0000,"), "{text}");
+        let rate: f64 = lines[0].split(',').nth(4).unwrap().parse().unwrap();
+        assert!((rate - 5.0).abs() < 0.1, "{text}");
+    });
+}
+
+#[test]
 fn a_host_that_vanishes_is_missed_where_it_asked_to_be() {
     stand(async |host| {
         host.send("HOST:ARM 0.5 S;:SOUR:MODE RATE;RATE 2");
@@ -321,7 +353,7 @@ fn a_host_that_vanishes_is_missed_where_it_asked_to_be() {
         host.send("SOUR:MODE RATE");
         assert!(host.error().await.starts_with("101,"), "the fault itself");
         assert!(host.error().await.starts_with("-221"), "nothing begins before it is cleared");
-        host.send("FAUL:CLE");
+        host.send("HOST:ARM 0;:FAUL:CLE");
         host.wait(0.01).await;
         host.send("SOUR:RATE 1;MODE RATE");
         host.wait(1.0).await;

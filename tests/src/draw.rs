@@ -240,11 +240,7 @@ impl Drawn {
 
 /// Name of a mode in a case's name.
 pub fn mode_name(mode: Mode) -> &'static str {
-    match mode {
-        Mode::Off => "off",
-        Mode::Voltage => "voltage",
-        Mode::Rate => "rate",
-    }
+    mode.name()
 }
 
 /// Its law follows the winding's temperature.

@@ -63,7 +63,7 @@ pub async fn run<C: Clock, R: Read, F: NorFlash>(state: &State<'_>, clock: &C, m
                     state.report(ErrorEntry::about(Code::CHECKSUM, b"no check, and a tool is on the line; Ctrl-X ends that"));
                 }
                 Ok(text) => {
-                    state.heard.set(clock.now());
+                    state.heard.set(true);
                     obey(state, clock, text, store).await;
                 }
                 Err(bad) => state.report(bad_line(bad)),

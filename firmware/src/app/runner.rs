@@ -9,7 +9,7 @@ use crate::board::{CONTROL_PER_ROW, Clock, Hardware, TICKS_PER_CONTROL, TICKS_PE
 use crate::console::errors::{Code, ErrorEntry};
 use crate::console::status::OPERATION_COMPLETE;
 use crate::profile::Profile;
-use crate::speed_loop::{Mode, Order, OrderWriter, Segment};
+use crate::speed_loop::{Mode, Order, OrderWriter, Segment, Zero};
 
 /// What is under way.
 struct Course {
@@ -43,7 +43,11 @@ pub async fn run<C: Clock>(state: &State<'_>, clock: &C, mut orders: OrderWriter
             },
         };
         value = to;
-        orders.post(&Order { segment: segment(&state.hardware, mode, tick, from, to), clear: state.clear.get(), trip: state.trip.get() });
+        orders.post(&Order {
+            segment: segment(&state.hardware, state.zero.get(), mode, tick, from, to),
+            clear: state.clear.get(),
+            trip: state.trip.get(),
+        });
         if let Some(running) = &mut course {
             running.rows = running.rows.saturating_sub(1);
             if running.rows == 0 {
@@ -86,11 +90,12 @@ fn end(state: &State<'_>) {
     }
 }
 
-fn segment(hardware: &Hardware, mode: Mode, tick: u64, from: f64, to: f64) -> Segment {
+fn segment(hardware: &Hardware, zero: Zero, mode: Mode, tick: u64, from: f64, to: f64) -> Segment {
     let ticks = CONTROL_PER_ROW as u16;
     match mode {
         Mode::Off => Segment::off(tick),
         Mode::Voltage => Segment::voltage(hardware, tick, ticks, from),
         Mode::Rate => Segment::rate(hardware, tick, ticks, from, to),
+        Mode::Position => Segment::position(hardware, tick, zero, to, None),
     }
 }

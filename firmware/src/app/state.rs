@@ -6,6 +6,7 @@
 use super::out::Out;
 use crate::board::{Hardware, TICKS_PER_S, Ticks};
 use crate::calibration;
+use crate::capture;
 use crate::config::ConfigError;
 use crate::console::errors::{Code, ErrorEntry, ErrorQueue};
 use crate::console::guard::StopLine;
@@ -16,7 +17,7 @@ use crate::measurement_loop::{Instruments, Row};
 use crate::profile::{ProfileConfig, ProfileKind};
 use crate::safety::Fault;
 use crate::settings::Kept;
-use crate::speed_loop::{Config, Mode, Tuning};
+use crate::speed_loop::{Config, Mode, Tuning, Zero};
 use crate::telemetry::Channels;
 use core::cell::{Cell, RefCell};
 
@@ -104,6 +105,12 @@ pub struct State<'a> {
     pub running: Cell<Running>,
     /// What `SOURce` would hold.
     pub targets: Cell<Targets>,
+    /// What held angles are counted from.
+    pub zero: Cell<Zero>,
+    /// The record around a fault, or a moment that was asked for.
+    pub capture: &'a capture::Memory,
+    /// Which of its samples are asked for: the first, and the one behind the last.
+    pub capture_lines: Cell<(usize, usize)>,
     /// The mode that `OUTPut ON` takes.
     pub mode: Cell<Mode>,
     /// The profile that `PROFile:STARt` begins.
@@ -130,8 +137,10 @@ pub struct State<'a> {
     pub to_index_rad: Cell<Option<f64>>,
     /// What the stream sends.
     pub stream: Cell<Stream>,
-    /// When the host was heard last.
-    pub heard: Cell<Ticks>,
+    /// The slow supervision's thresholds are others, or the host's watch.
+    pub watch_anew: Cell<bool>,
+    /// A line of the host was heard since the last row.
+    pub heard: Cell<bool>,
     /// When the last line with a check came, since the last 0x18, break or `*RST`.
     pub checked: Cell<Option<Ticks>>,
     /// For how long the host may be silent, s; `None`: not watched.
@@ -166,6 +175,7 @@ impl<'a> State<'a> {
         instruments: &'a Instruments,
         imu: &'a imu::Shared,
         tuning: &'a Tuning,
+        capture: &'a capture::Memory,
         kept: Kept,
         defaults: Kept,
     ) -> Self {
@@ -180,6 +190,9 @@ impl<'a> State<'a> {
             request: Cell::new(None),
             running: Cell::new(Running::None),
             targets: Cell::new(Targets::default()),
+            zero: Cell::new(Zero::PowerOn),
+            capture,
+            capture_lines: Cell::new((0, 0)),
             mode: Cell::new(Mode::Rate),
             profile: Cell::new(ProfileConfig::new(ProfileKind::Sine, 5.0, 1)),
             profile_mode: Cell::new(Mode::Rate),
@@ -193,7 +206,8 @@ impl<'a> State<'a> {
             imu,
             to_index_rad: Cell::new(None),
             stream: Cell::new(Stream { channels: Channels::USUAL, decimation: 1 }),
-            heard: Cell::new(Ticks(0)),
+            watch_anew: Cell::new(false),
+            heard: Cell::new(false),
             checked: Cell::new(None),
             host_silence_s: Cell::new(None),
             status: Status::default(),
@@ -217,6 +231,7 @@ impl<'a> State<'a> {
         kept.config()?;
         let config = Config::new(&kept.settings, &self.hardware)?;
         self.kept.set(kept);
+        self.watch_anew.set(true);
         self.tuning.post(config);
         Ok(())
     }

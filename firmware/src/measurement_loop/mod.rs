@@ -35,7 +35,7 @@ pub use turn::{Turn, TurnReading};
 
 use crate::board::{Board, CONTROL_HZ, Clock, EdgeTime, Hardware, TICKS_PER_ROW, Ticks, Unwrapped};
 use crate::imu;
-use crate::speed_loop::{Mode, ONE, Report, ReportReader};
+use crate::speed_loop::{ONE, Report, ReportReader};
 use turn::TurnTimer;
 
 /// How evenly the rows came: shortest and longest time between two looks, board clock steps.
@@ -188,9 +188,9 @@ impl<'a> MeasurementLoop<'a> {
     fn row(&self, k: &Look, next: &Look, i_A: Option<f64>, start: Ticks) -> Row {
         let h = &self.hardware;
         let ticks = next.report.tick.saturating_sub(k.report.tick).max(1) as f64;
-        let duty = next.report.duty_sum.wrapping_sub(k.report.duty_sum) as f64;
+        let duty = f64::from(next.report.duty_since(&k.report));
         let count_rad = h.rad_per_count();
-        let in_rate_mode = k.report.mode == Mode::Rate;
+        let follows = k.report.mode.follows();
         Row {
             sequence: self.sequence,
             at: k.at,
@@ -207,8 +207,8 @@ impl<'a> MeasurementLoop<'a> {
             accel_x_m_s2: k.imu.map(|motion| f64::from(motion.outward_m_s2)),
             accel_y_m_s2: k.imu.map(|motion| f64::from(motion.along_m_s2)),
             imu_age: k.imu_age,
-            rate_cmd_rad_s: in_rate_mode.then(|| k.report.rate_command as f64 / ONE * count_rad * CONTROL_HZ as f64),
-            theta_cmd_rad: in_rate_mode.then(|| (k.report.position_command as f64 / ONE - self.zero_counts as f64) * count_rad),
+            rate_cmd_rad_s: follows.then(|| k.report.rate_command as f64 / ONE * count_rad * CONTROL_HZ as f64),
+            theta_cmd_rad: follows.then(|| (k.report.position_command_counts(k.counts) - self.zero_counts as f64) * count_rad),
             temp_C: k.temp_C,
             limits: next.report.limits_since(&k.report),
             compensating: k.report.compensating,

@@ -38,9 +38,9 @@ pub struct Row {
     pub accel_y_m_s2: Option<f64>,
     /// Age of that sample at t_k, board clock steps; 0 where there is none.
     pub imu_age: u64,
-    /// Rate command at t_k, rad/s; rate mode only.
+    /// Rate command at t_k, rad/s; rate and position mode only.
     pub rate_cmd_rad_s: Option<f64>,
-    /// Position command at t_k, rad; rate mode only.
+    /// Position command at t_k, rad; rate and position mode only.
     pub theta_cmd_rad: Option<f64>,
     /// Winding temperature at t_k, °C.
     pub temp_C: Option<f64>,

@@ -6,7 +6,7 @@
 use super::Profile;
 use crate::board::{CONTROL_PER_ROW, Clock, Hardware, TICKS_PER_CONTROL, TICKS_PER_ROW, Ticks};
 use crate::safety::Fault;
-use crate::speed_loop::{Mode, Order, OrderWriter, Segment};
+use crate::speed_loop::{Mode, Order, OrderWriter, Segment, Zero};
 
 /// A profile on its way to the speed loop. Made by [`ProfileRunner::new`]; run wherever the caller likes.
 pub struct ProfileRunner<'a> {
@@ -53,6 +53,8 @@ impl<'a> ProfileRunner<'a> {
                 Mode::Off => Segment::off(tick),
                 Mode::Voltage => Segment::voltage(&self.hardware, tick, ticks, value),
                 Mode::Rate => Segment::rate(&self.hardware, tick, ticks, value, following),
+                // From the zero of power-on: the index may not have been seen.
+                Mode::Position => Segment::position(&self.hardware, tick, Zero::PowerOn, value, None),
             };
             self.orders.post(&Order { segment, clear: self.clear, trip: Fault::None });
             value = following;

@@ -68,6 +68,18 @@ fields! {
     settings.current_limit_A: 1e-3, 1e3;
     settings.voltage_limit_V: 1e-3, 12.0;
     settings.overspeed_rad_s: 1e-3, 1e4;
+    settings.approach_rad_s: 1e-4, 45.0;
+    settings.safety.over_current_A: 1e-3, 1e3;
+    settings.safety.stall_current_A: 1e-3, 1e3;
+    settings.safety.stall_s: 1e-3, 60.0;
+    settings.safety.encoder_lost_rad_s: 1e-3, 1e4;
+    settings.safety.encoder_lost_s: 1e-3, 5.0;
+    settings.safety.supply_low_share: 0.0, 1.0;
+    settings.safety.supply_high_share: 1.0, 10.0;
+    settings.safety.tracking_s: 1e-3, 3600.0;
+    settings.safety.temperature_C: -50.0, 500.0;
+    settings.safety.sensor_silent_s: 1e-3, 3600.0;
+    settings.safety.index_off_counts: 0.0, 1e6;
     settings.compensation.coulomb_N_m: 0.0, 1.5 * 23.4e-3;
     settings.compensation.coulomb_fade_rad_s: 1e-6, 1e3;
     settings.compensation.viscous_N_m_s: 0.0, 1e3;
@@ -92,6 +104,8 @@ mod tests {
         for field in FIELDS {
             let with = |value| {
                 let mut kept = Kept::default();
+                // An approach faster than that is refused by its own name.
+                kept.settings.approach_rad_s = 1e-3;
                 (field.write)(&mut kept, value);
                 kept.config().map(drop).map_err(|wrong| wrong.parameter().rsplit('.').next().unwrap_or_default().to_string())
             };

@@ -1,16 +1,24 @@
 //! The control law: one plain function for the 10 kHz timer interrupt.
 //!
-//! In: the encoder's counter and the number of the tick ([`Sensed`]), orders from the tasks ([`Order`]). Out: compare
-//! counts of the bridge ([`Drive`]) and a [`Report`]. Modes: off, voltage as asked, rate as an integrated position ramp
-//! with a PI on top and back-EMF, inertia and what was learnt ([`crate::compensation`]) fed forward. Limits (current, voltage, acceleration, slip) are statuses;
-//! overspeed and a lost tick are faults and latch until they are cleared.
+//! In: the encoder's counter and the age of its last edge, current, supply and the number of the tick ([`Sensed`]), orders from the tasks
+//! ([`Order`]). Out: compare counts of the bridge ([`Drive`]) and, each millisecond, a [`Report`]. Modes: off, voltage as asked, rate as an
+//! integrated position ramp with a PI on top and back-EMF, inertia and what was learnt ([`crate::compensation`]) fed forward, position as
+//! such a ramp to an angle. Limits (current, voltage, acceleration, slip) are statuses; what switches off latches until it is cleared (`guard.rs`).
 //!
 //! Timing: what tick n computes acts during [n+1, n+2). So a segment that starts at tick s is worked out at tick s−1
 //! and is on the motor from exactly tick s on. The report of tick n sums what has acted up to n.
 //!
-//! Promises: no panic, no wait, no double-precision call. Does not do yet: edge timing.
+//! A tick is a tenth of a millisecond, and what may take a millisecond is done in one of its ten *slots*, so that each tick stays short:
+//! slot 0 reports, 1 and 2 judge what takes time to judge, 3 measures the rate by the edges, 4 takes lessons, 5 and 6 take orders, 7 leads
+//! the ramp, 9 lays it out for the next millisecond; harmonics are worked out one by one between. Slots are numbered from the board's whole milliseconds, in which the log's rows begin, too.
+//!
+//! Promises: no panic, no wait, no double-precision call.
 
+mod approach;
+mod edges;
 mod feed_forward;
+mod guard;
+mod interrupt;
 mod ramp;
 mod rate_estimate;
 mod report;
@@ -22,102 +30,70 @@ mod tuning;
 
 pub use crate::safety::Fault;
 pub use feed_forward::{Compensating, LEARNT_WORDS, Learnt};
-pub use report::{Limits, Report};
-pub use segment::{Mode, ONE, Order, Segment, rate_unit};
+pub use interrupt::{Interrupt, LessonWriter, Lessons, OrderReader, OrderWriter, Orders, ReportReader, ReportWriter, Reports};
+pub use report::{Limits, REPORT_WORDS, Report};
+pub use segment::{Mode, ONE, Order, Segment, Zero, rate_unit};
 pub use settings::{Config, Settings};
 pub use tuning::Tuning;
 
-use crate::board::{Drive, EncoderCount, Sensed, TickIo, Unwrapped};
-use crate::mailbox::{Mailbox, Reader, Writer};
+use crate::board::{CONTROL_PER_ROW, Drive, EncoderCount, Sensed};
+use edges::Edges;
 use feed_forward::FeedForward;
-use ramp::Ramp;
+use guard::{Guard, Look};
+use ramp::{Ramp, fixed_to_f32};
 use rate_estimate::RateEstimate;
 
-/// The mailbox of orders, tasks to interrupt.
-pub type Orders = Mailbox<Order, 8>;
-/// The mailbox of reports, interrupt to tasks.
-pub type Reports = Mailbox<Report, 14>;
-/// The tasks' end of the orders.
-pub type OrderWriter<'a> = Writer<'a, Order, 8>;
-/// The tasks' end of the reports.
-pub type ReportReader<'a> = Reader<'a, Report, 14>;
-
-/// The mailbox of what was learnt, tasks to interrupt.
-pub type Lessons = Mailbox<Learnt, LEARNT_WORDS>;
-/// The tasks' end of the lessons.
-pub type LessonWriter<'a> = Writer<'a, Learnt, LEARNT_WORDS>;
-
-/// All that the timer interrupt owns besides its hardware.
-pub struct Interrupt<'a> {
-    speed_loop: SpeedLoop,
-    lessons: Option<Reader<'a, Learnt, LEARNT_WORDS>>,
-    tuning: Option<&'a Tuning>,
-    orders: Reader<'a, Order, 8>,
-    reports: Writer<'a, Report, 14>,
-}
-
-impl<'a> Interrupt<'a> {
-    /// Joins the law with the interrupt's ends of the two mailboxes.
-    pub fn new(speed_loop: SpeedLoop, orders: Reader<'a, Order, 8>, reports: Writer<'a, Report, 14>) -> Self {
-        Self { speed_loop, lessons: None, tuning: None, orders, reports }
-    }
-
-    /// Listens for what is learnt while it runs; otherwise the settings' compensation stays.
-    pub fn listening(self, lessons: Reader<'a, Learnt, LEARNT_WORDS>) -> Self {
-        Self { lessons: Some(lessons), ..self }
-    }
-
-    /// Takes other settings while it runs, with the drive off.
-    pub fn tuned_by(self, tuning: &'a Tuning) -> Self {
-        Self { tuning: Some(tuning), ..self }
-    }
-
-    /// The compensation in force.
-    pub fn learnt(&self) -> &Learnt {
-        &self.speed_loop.feed_forward.learnt
-    }
-
-    /// The interrupt: sense, decide, drive, report.
-    #[inline]
-    pub fn run<T: TickIo>(&mut self, io: &mut T) {
-        let sensed = io.sense();
-        if let Some(at) = io.index() {
-            self.speed_loop.see_index(at);
-        }
-        if let Some(config) = self.tuning.and_then(Tuning::take) {
-            self.speed_loop.tune(config);
-        }
-        if let Some(learnt) = self.lessons.as_mut().and_then(Reader::take_once) {
-            self.speed_loop.learn(learnt);
-        }
-        let (drive, report) = self.speed_loop.tick(sensed, self.orders.take_once());
-        io.drive(drive);
-        self.reports.post(&report);
-    }
-}
+/// Slots in a millisecond.
+const SLOTS: u32 = CONTROL_PER_ROW as u32;
+/// The slot that lays out the next millisecond.
+const PLAN: u32 = SLOTS - 1;
 
 /// The law's configuration and state.
 pub struct SpeedLoop {
     config: Config,
-    position: Unwrapped,
+    /// Number of this tick.
+    tick: u64,
+    /// The number that the next tick must have, low word.
+    awaited: u32,
+    /// The tick's place in its millisecond.
+    slot: u32,
+    edges: Edges,
     estimate: RateEstimate,
     ramp: Ramp,
     feed_forward: FeedForward,
-    /// An index that the next tick is to take.
-    index: Option<EncoderCount>,
-    active: Segment,
+    guard: Guard,
+    active: Active,
+    /// The segment that waits for its start.
     next: Option<Segment>,
     clear: u16,
-    fault: Fault,
-    last_tick: Option<u64>,
     /// What the bridge does during the tick that runs now.
     acting: i16,
     /// What it does from the next tick on.
     pending: i16,
-    duty_sum: i64,
-    limited_ticks: [u32; Limits::COUNT],
+    duty_sum: i32,
+    /// Limits in force within this millisecond.
+    limits: Limits,
+    limited_ms: [u32; Limits::COUNT],
+    /// What was asked for, for a record.
+    commanded: f32,
     /// Rounding of the duty that is still owed, compare counts.
     owed: f32,
+    /// What the rate at the end of this millisecond needs, compare counts.
+    needed: f32,
+    began: bool,
+}
+
+/// The segment under way.
+#[derive(Clone, Copy, Debug, Default)]
+struct Active {
+    mode: Mode,
+    zero: Zero,
+    /// Value at the tick for which output is computed next, and what it gains in each, until nothing is left.
+    value: i64,
+    slope: i64,
+    left: u32,
+    /// Ran out without a successor.
+    starved: bool,
 }
 
 impl SpeedLoop {
@@ -125,203 +101,388 @@ impl SpeedLoop {
     pub fn new(config: Config) -> Self {
         Self {
             feed_forward: FeedForward::new(config.learnt),
-            index: None,
             config,
-            position: Unwrapped::default(),
+            tick: 0,
+            awaited: u32::MAX,
+            slot: 0,
+            edges: Edges::default(),
             estimate: RateEstimate::default(),
             ramp: Ramp::default(),
-            active: Segment::default(),
+            guard: Guard::default(),
+            active: Active::default(),
             next: None,
             clear: 0,
-            fault: Fault::None,
-            last_tick: None,
             acting: 0,
             pending: 0,
             duty_sum: 0,
-            limited_ticks: [0; Limits::COUNT],
+            limits: Limits::default(),
+            limited_ms: [0; Limits::COUNT],
+            commanded: 0.0,
             owed: 0.0,
+            needed: 0.0,
+            began: false,
         }
     }
 
-    /// The index pulse has begun at this count, since the last tick: the tick that follows counts on from it.
+    /// The index pulse has begun at this count since the last tick; to be told after [`SpeedLoop::look`].
     #[inline]
     pub fn see_index(&mut self, at: EncoderCount) {
-        self.index = Some(at);
+        let now = EncoderCount(self.edges.counts as u16);
+        self.feed_forward.from_index.see(self.edges.counts, now.since(at));
     }
 
-    /// Compensates what was learnt from the next tick on; its harmonics come in anew.
+    /// Compensates what was learnt from now on; its harmonics come in anew.
     #[inline]
-    pub fn learn(&mut self, learnt: Learnt) {
-        self.feed_forward.learnt = learnt;
+    pub fn learn(&mut self, learnt: &Learnt) {
+        self.feed_forward.learnt = *learnt;
         self.feed_forward.restart();
     }
 
     /// Other settings from the next tick on; the drive must be off.
     pub fn tune(&mut self, config: Config) {
         self.config = config;
-        self.learn(config.learnt);
+        self.learn(&config.learnt);
     }
 
-    /// The rate estimate, counts per tick.
+    /// The compensation in force.
+    pub fn learnt(&self) -> &Learnt {
+        &self.feed_forward.learnt
+    }
+
+    /// The rate that is regulated, counts per tick.
     pub fn rate_estimate(&self) -> f32 {
         self.estimate.rate
     }
 
-    /// One tick: see the module.
+    /// The tick's place in its millisecond, 0 … 9.
     #[inline]
-    pub fn tick(&mut self, sensed: Sensed, order: Option<Order>) -> (Drive, Report) {
-        let n = sensed.tick;
-        let first = self.last_tick.is_none();
-        self.close_intervals(n);
-        let step = self.position.take(sensed.encoder);
-        self.feed_forward.from_index.take(step, sensed.encoder, self.index.take(), self.config.index_lost);
-        if !first {
-            self.estimate.update(&self.config.tracking, f32::from(step));
-        }
-        if let Some(order) = order {
-            self.take_order(order);
-        }
+    pub fn slot(&self) -> u32 {
+        self.slot
+    }
 
-        let mut limits = Limits::default();
-        let soon = n.saturating_add(1);
-        let was = self.active.mode;
-        // What is reported belongs to now; from here on the ramp is the next tick's.
-        self.switch_segment(soon, &mut limits);
-        if self.active.mode == Mode::Rate && was != Mode::Rate {
-            self.ramp = Ramp::anchor(self.position.counts, self.estimate.rate);
-            self.owed = 0.0;
-            self.feed_forward.restart();
+    /// The latched fault, and the tick in which it was seen, low word.
+    #[inline]
+    pub fn fault(&self) -> (Fault, u32) {
+        (self.guard.fault, self.guard.at)
+    }
+
+    /// What is regulated, for a record: the rate command, counts per tick, or the voltage asked for, compare counts.
+    #[inline]
+    pub fn command(&self) -> f32 {
+        self.commanded
+    }
+
+    /// One tick: see the module. The interrupt does the same in parts.
+    #[inline]
+    pub fn tick(&mut self, sensed: &Sensed, order: Option<&Order>) -> Drive {
+        self.look(sensed);
+        self.in_turn(sensed);
+        if let Some(order) = order {
+            self.order(order, sensed);
         }
-        if self.fault == Fault::None && self.estimate.rate.abs() > self.config.overspeed {
-            self.fault = Fault::Overspeed;
+        self.decide()
+    }
+
+    /// The tick's first half: what is so.
+    #[inline]
+    pub fn look(&mut self, sensed: &Sensed) {
+        let tick = sensed.tick as u32;
+        self.slot = if self.slot >= PLAN { 0 } else { self.slot.wrapping_add(1) };
+        if tick != self.awaited {
+            self.out_of_step(sensed);
         }
-        let mut report = Report {
-            tick: n,
-            duty_sum: self.duty_sum,
-            mode: was,
-            position_command: self.ramp.position,
-            rate_command: self.ramp.rate,
-            compensating: self.feed_forward.compensating(was == Mode::Rate),
-            ..Report::default()
-        };
-        let drive = if self.fault != Fault::None {
-            Drive::Off
+        self.tick = sensed.tick;
+        self.awaited = tick.wrapping_add(1);
+        self.duty_sum = self.duty_sum.wrapping_add(i32::from(self.acting));
+        self.acting = self.pending;
+        let went = self.edges.take(sensed.encoder, sensed.edge_age, self.config.period);
+        self.estimate.update(&self.config.tracking, went);
+        self.guard.fast(&self.config.thresholds, sensed);
+    }
+
+    /// The first tick, or one that follows a lost one.
+    #[cold]
+    #[inline(never)]
+    fn out_of_step(&mut self, sensed: &Sensed) {
+        // 2³² is 6 modulo 10.
+        let (high, low) = ((sensed.tick >> 32) as u32, sensed.tick as u32);
+        let rest = |x: u32| x.wrapping_sub(x.checked_div(SLOTS).unwrap_or(0).wrapping_mul(SLOTS));
+        self.slot = rest(rest(high).wrapping_mul(6).wrapping_add(rest(low)));
+        if self.began {
+            let lost = (sensed.tick as u32).wrapping_sub(self.awaited);
+            // What had been asked for last has acted all along.
+            self.duty_sum = self.duty_sum.wrapping_add(i32::from(self.pending).wrapping_mul(lost as i32));
+            self.edges.pass(self.config.period.wrapping_mul(lost));
+            self.guard.trip(Fault::Clock, sensed.tick as u32);
         } else {
-            match self.active.mode {
-                Mode::Off => Drive::Off,
-                Mode::Voltage => self.voltage(soon, &mut limits),
-                Mode::Rate => self.rate(soon, &mut report, &mut limits),
-            }
-        };
-        self.pending = drive.counts();
+            self.began = true;
+            self.edges.begin(sensed.encoder);
+        }
+    }
+
+    /// Takes an order.
+    pub fn order(&mut self, order: &Order, sensed: &Sensed) {
+        if order.trip != Fault::None {
+            self.guard.trip(order.trip, sensed.tick as u32);
+        } else if order.clear != self.clear {
+            self.guard.clear(&self.config.thresholds, sensed, self.estimate.rate);
+            // A cleared fault starts from rest in its mode, not from where the command has got to.
+            self.active = Active::default();
+        }
+        self.clear = order.clear;
+        self.next = Some(order.segment);
+    }
+
+    /// What is so at this tick; to be asked for between [`SpeedLoop::look`] and [`SpeedLoop::decide`]. Begins a new millisecond of limits.
+    #[inline]
+    pub fn report(&mut self) -> Report {
+        let limits = core::mem::take(&mut self.limits);
         if limits != Limits::default() {
-            for (bit, ticks) in self.limited_ticks.iter_mut().enumerate() {
-                *ticks = ticks.wrapping_add(u32::from(limits.0 >> bit & 1));
+            for (bit, ms) in self.limited_ms.iter_mut().enumerate() {
+                *ms = ms.wrapping_add(u32::from(limits.0 >> bit & 1));
             }
         }
-        report.fault = self.fault;
-        report.limits = limits;
-        report.limited_ticks = self.limited_ticks;
-        (drive, report)
+        Report {
+            tick: self.tick,
+            duty_sum: self.duty_sum,
+            position_command: self.ramp.position,
+            rate_command: self.ramp.rate(),
+            rate: self.edges.rate(self.config.period),
+            edge_age: self.edges.age(),
+            mode: self.active.mode,
+            compensating: self.feed_forward.compensating(self.active.mode.follows()),
+            fault: self.guard.fault,
+            limits,
+            limited_ms: self.limited_ms,
+        }
+    }
+
+    /// What is done once in a millisecond, in all slots but 5, 6 and 9.
+    #[inline]
+    pub fn in_turn(&mut self, sensed: &Sensed) {
+        let tick = sensed.tick as u32;
+        match self.slot {
+            1 => {
+                self.guard.turning(&self.config.thresholds, &self.guarded(sensed), tick);
+                self.harmonic(0);
+            }
+            2 => {
+                self.guard.supply(&self.config.thresholds, &self.guarded(sensed), self.estimate.rate, tick);
+                self.harmonic(1);
+            }
+            3 => {
+                self.edges.measure();
+                self.harmonic(2);
+            }
+            4 => {
+                self.feed_forward.from_index.check(self.edges.counts, self.config.index_lost);
+                self.harmonic(3);
+            }
+            7 => {
+                self.lead();
+                self.harmonic(4);
+            }
+            8 => {
+                self.harmonic(5);
+                self.harmonic(6);
+            }
+            0 => self.harmonic(7),
+            _ => {}
+        }
+    }
+
+    /// The tick's second half: what to do about it.
+    #[inline]
+    pub fn decide(&mut self) -> Drive {
+        let soon = self.awaited;
+        if let Some(next) = &self.next
+            && (next.start_tick as u32).wrapping_sub(soon) as i32 <= 0
+        {
+            self.switch_segment(soon);
+        }
+        let on = self.guard.fault == Fault::None;
+        let duty = match self.active.mode {
+            Mode::Rate | Mode::Position if on => self.follow(),
+            Mode::Voltage if on => self.voltage(),
+            _ => {
+                self.pending = 0;
+                return Drive::Off;
+            }
+        };
+        self.pending = duty;
+        Drive::Duty(duty)
     }
 }
 
 impl SpeedLoop {
-    /// Adds up what has acted since the last tick; a tick that was left out is a fault.
     #[inline]
-    fn close_intervals(&mut self, n: u64) {
-        if let Some(last) = self.last_tick.replace(n) {
-            let lost = n.saturating_sub(last).saturating_sub(1);
-            self.duty_sum = self.duty_sum.wrapping_add(i64::from(self.acting));
-            if lost > 0 {
-                self.duty_sum = self.duty_sum.wrapping_add(i64::from(self.pending).wrapping_mul(lost as i64));
-                self.fault = Fault::Clock;
-            }
+    fn guarded(&self, sensed: &Sensed) -> Look {
+        Look {
+            current: sensed.current.0,
+            supply: sensed.supply.0,
+            duty: self.acting,
+            on: self.active.mode != Mode::Off && self.guard.fault == Fault::None,
+            edge_age: self.edges.age(),
+            limits: self.limits,
         }
-        self.acting = self.pending;
     }
 
-    fn take_order(&mut self, order: Order) {
-        if order.trip != Fault::None {
-            self.clear = order.clear;
-            if self.fault == Fault::None {
-                self.fault = order.trip;
-            }
-        } else if order.clear != self.clear {
-            self.clear = order.clear;
-            self.fault = Fault::None;
-            // A cleared fault starts from rest in its mode, not from where the command has got to.
-            self.active = Segment::default();
+    /// Works out harmonic `k` for the end of the millisecond after this.
+    #[inline]
+    fn harmonic(&mut self, k: usize) {
+        let ahead = SLOTS.wrapping_mul(2).wrapping_sub(self.slot) as i32 as f32;
+        let (edges, rate) = (&self.edges, self.estimate.rate);
+        self.feed_forward.add(k, edges.boundary, edges.part, rate, ahead, self.config.angle_per_count);
+    }
+
+    /// Takes the next segment over; `soon` is the tick for which output is computed.
+    #[inline(never)]
+    fn switch_segment(&mut self, soon: u32) {
+        let Some(next) = self.next.take() else { return };
+        let was = self.active.mode;
+        let late = soon.wrapping_sub(next.start_tick as u32);
+        self.limits.set(Limits::STARVED, late > 0 && next.mode != Mode::Off && next.mode != Mode::Position);
+        let along = late.min(u32::from(next.ticks));
+        let moves = next.mode != Mode::Position;
+        let ahead = if moves { next.slope.wrapping_mul(i64::from(along)) } else { 0 };
+        self.active = Active {
+            mode: next.mode,
+            zero: next.zero,
+            value: next.value.wrapping_add(ahead),
+            slope: next.slope,
+            left: u32::from(next.ticks).wrapping_sub(along),
+            starved: false,
+        };
+        if next.mode.follows() && !was.follows() {
+            let measured = (i64::from(self.edges.boundary) << 32).wrapping_add(i64::from((self.edges.part * 16_777_216.0) as i32) << 8);
+            self.ramp.anchor(measured, self.estimate.rate);
+            self.owed = 0.0;
+            self.feed_forward.restart();
+            self.needed = self.config.back_emf * self.estimate.rate + self.feed_forward.friction(self.estimate.rate);
+            self.ramp.feed(self.needed, self.needed);
         }
-        self.next = Some(order.segment);
     }
 
-    /// Takes the next segment over if its time has come; `soon` is the tick for which output is computed.
+    /// The voltage asked for at this tick; moves on to the next.
     #[inline]
-    fn switch_segment(&mut self, soon: u64, limits: &mut Limits) {
-        if let Some(next) = self.next.take_if(|next| next.start_tick <= soon) {
-            limits.set(Limits::STARVED, next.start_tick < soon);
-            self.active = next;
+    fn voltage(&mut self) -> i16 {
+        let active = &mut self.active;
+        let asked = fixed_to_f32(active.value);
+        self.commanded = asked;
+        if active.left > 0 {
+            active.left = active.left.wrapping_sub(1);
+            active.value = active.value.wrapping_add(active.slope);
+        } else {
+            self.limits.set(Limits::STARVED, active.starved);
+            active.starved = true;
         }
-        limits.set(Limits::STARVED, self.active.mode != Mode::Off && self.active.is_over(soon));
+        let held = self.limit(asked);
+        (held + ROUND).to_bits().wrapping_sub(ROUND.to_bits()) as i16
     }
 
+    /// The regulator on the ramp; moves the ramp to the next tick.
     #[inline]
-    fn voltage(&mut self, soon: u64, limits: &mut Limits) -> Drive {
-        let asked = fixed_to_f32(self.active.at(soon));
-        Drive::Duty(round(self.limit(asked, limits)))
-    }
-
-    /// The regulator in rate mode; moves the ramp to the tick `soon`.
-    #[inline]
-    fn rate(&mut self, soon: u64, report: &mut Report, limits: &mut Limits) -> Drive {
+    fn follow(&mut self) -> i16 {
+        let (error, slipped) = self.ramp.error(self.edges.boundary, self.config.slip);
+        self.limits.set(Limits::SLIPPED, slipped);
+        self.commanded = self.ramp.command;
+        let lag = self.commanded - self.estimate.rate;
+        self.ramp.step();
+        self.feed_forward.step();
+        if self.slot == PLAN {
+            self.plan();
+        }
         let config = &self.config;
-        let (error, slipped) = self.ramp.error(self.position.counts, config.slip);
-        limits.set(Limits::SLIPPED, slipped);
-        report.position_command = self.ramp.position;
-        let rate_now = self.ramp.rate;
-        let held_back = self.ramp.advance(self.active.at(soon), config.acceleration);
-        limits.set(Limits::ACCELERATION, held_back);
-
-        let command = fixed_to_f32(self.ramp.rate);
-        let acceleration = fixed_to_f32(self.ramp.rate.wrapping_sub(rate_now));
-        let asked = config.back_emf * command
-            + config.inertia * acceleration
-            + config.rate_gain * (fixed_to_f32(rate_now) - self.estimate.rate)
-            + config.position_gain * fixed_to_f32(error)
-            + self.feed_forward.duty(command, self.estimate.rate, config.angle_per_count);
-        let held = self.limit(asked, limits);
+        let asked = self.ramp.feed
+            + self.feed_forward.wave
+            + config.rate_gain * lag
+            + (config.fine_gain * error as f32 - config.position_gain * self.edges.part);
+        let held = self.limit(asked) + self.owed;
         // What rounding takes now is given later: the mean duty is finer than a compare count.
-        let duty = round(held + self.owed);
-        self.owed = held + self.owed - f32::from(duty);
-        Drive::Duty(duty)
+        let shifted = held + ROUND;
+        self.owed = held - (shifted - ROUND);
+        shifted.to_bits().wrapping_sub(ROUND.to_bits()) as i16
+    }
+
+    /// Works out where the ramp is to be at the end of the millisecond after this.
+    #[inline(never)]
+    fn lead(&mut self) {
+        if !self.active.mode.follows() {
+            return;
+        }
+        let target = if self.active.mode == Mode::Position {
+            self.approach()
+        } else {
+            // Where the segment will be at this millisecond's end.
+            let active = &mut self.active;
+            let ticks = active.left.min(SLOTS);
+            self.limits.set(Limits::STARVED, ticks < SLOTS);
+            active.left = active.left.wrapping_sub(ticks);
+            active.value = active.value.wrapping_add(active.slope.wrapping_mul(i64::from(ticks)));
+            active.value
+        };
+        let held_back = self.ramp.ahead(target, self.config.acceleration);
+        self.limits.set(Limits::ACCELERATION, held_back && self.active.mode == Mode::Rate);
+    }
+
+    /// Lays out the millisecond that begins with the next tick.
+    #[inline(never)]
+    fn plan(&mut self) {
+        let config = &self.config;
+        let (from, to) = self.ramp.plan();
+        let pushed = config.inertia * (to - from);
+        let ends = config.back_emf * to + self.feed_forward.friction(to);
+        self.ramp.feed(self.needed + pushed, ends + pushed);
+        self.needed = ends;
+        self.feed_forward.turn_over();
+    }
+
+    /// The rate that leads to the angle.
+    #[inline(never)]
+    fn approach(&mut self) -> i64 {
+        let (rate, position) = self.ramp.straight();
+        let goal = match self.active.zero {
+            Zero::PowerOn => self.active.value,
+            Zero::Index if self.feed_forward.from_index.seen => {
+                self.active.value.wrapping_add(i64::from(self.feed_forward.from_index.at) << 32)
+            }
+            Zero::Index => {
+                self.limits.set(Limits::NO_INDEX, true);
+                return 0;
+            }
+        };
+        let fastest = if self.active.slope == 0 { self.config.approach } else { fixed_to_f32(self.active.slope) };
+        let next = approach::next_rate(fixed_to_f32(goal.wrapping_sub(position)), fixed_to_f32(rate), fastest, self.config.braking);
+        // Whole counts per tick and 2⁻²⁴ of one, in two integer halves.
+        i64::from((next * 16_777_216.0) as i32) << 8
     }
 
     /// Current limit, then voltage limit.
     #[inline]
-    fn limit(&self, asked: f32, limits: &mut Limits) -> f32 {
-        let back_emf = self.config.back_emf * self.estimate.rate;
-        let window = self.config.current_window;
-        let within_current = asked.max(back_emf - window).min(back_emf + window);
-        limits.set(Limits::CURRENT, within_current != asked);
-        let duty_limit = self.config.duty_limit;
-        let within_voltage = within_current.max(-duty_limit).min(duty_limit);
-        limits.set(Limits::VOLTAGE, within_voltage != within_current);
-        within_voltage
+    fn limit(&mut self, asked: f32) -> f32 {
+        let config = &self.config;
+        let back_emf = config.back_emf * self.estimate.rate;
+        if (asked - back_emf).abs() <= config.current_window && asked.abs() <= config.duty_limit {
+            return asked;
+        }
+        let (low, high) = (back_emf - config.current_window, back_emf + config.current_window);
+        let within_current = if asked > high {
+            self.limits.set(Limits::CURRENT, true);
+            high
+        } else if asked < low {
+            self.limits.set(Limits::CURRENT, true);
+            low
+        } else {
+            asked
+        };
+        let most = config.duty_limit;
+        if within_current.abs() > most {
+            self.limits.set(Limits::VOLTAGE, true);
+            return most.copysign(within_current);
+        }
+        within_current
     }
 }
 
-/// A fixed-point number as single precision, in units; ± 32 767.
-#[inline]
-fn fixed_to_f32(value: i64) -> f32 {
-    // Two integer halves: a 64-bit conversion is a library call on the chip.
-    let whole = (value >> 32) as i32;
-    let part = (value as u32 >> 8) as i32;
-    whole as f32 + part as f32 * (1.0 / 16_777_216.0)
-}
-
-/// To the nearest compare count; saturates, NaN is 0.
-#[inline]
-fn round(duty: f32) -> i16 {
-    (duty + 0.5_f32.copysign(duty)) as i16
-}
+/// Added to a float below 2²², it leaves the nearest whole number in the low bits; what is no number leaves 0 in the lowest 16.
+const ROUND: f32 = 12_582_912.0;

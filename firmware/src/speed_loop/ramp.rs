@@ -1,76 +1,170 @@
-//! The rate command as an integrated position, in integers: the mean rate is as good as the crystal.
+//! The command as an integrated position, in integers: the mean rate is as good as the crystal.
 //!
-//! In: a target rate for the next tick. Out: position and rate command now, both fixed point (2⁻³² counts, 2⁻³² counts
-//! per tick). The rate follows its target under the acceleration limit and is then averaged over the last [`SMOOTHED`] ticks, so that
-//! acceleration, and with it the voltage, never jumps: a voltage that jumps within a millisecond would leave the winding's current where
-//! a log of millisecond means cannot follow it. The position is the smoothed rate's exact trapezoid.
-//! When the measured position falls behind by more than the slip, the ramp is pulled along and says so.
+//! In, once in a millisecond: the rate to be reached at the end of it, which it reaches a millisecond later. Out, in each tick: position and rate command, both fixed point
+//! (2⁻³² counts, 2⁻³² counts per tick; the position's whole counts wrap with the counter's). The rate follows its target under the
+//! acceleration limit and is then averaged over the last [`SMOOTHED`] milliseconds, so that acceleration, and with it the voltage, rises
+//! in small steps, at the beginnings of the log's rows and nowhere else. Within a millisecond the rate goes straight and the position is
+//! its exact trapezoid. When the measured position falls behind by more than the slip, the ramp is pulled along and says so.
 
-/// Ticks over which the rate command is averaged: 25.6 ms, within which the acceleration rises to its limit.
+/// Milliseconds over which the rate command is averaged: the time in which the acceleration rises to its limit.
 pub const SMOOTHED: usize = 1 << SMOOTHED_SHIFT;
-const SMOOTHED_SHIFT: u32 = 8;
+const SMOOTHED_SHIFT: u32 = 5;
+/// Ticks in a millisecond.
+const TICKS: f32 = 10.0;
 
 /// Where the ramp is at the present tick.
 #[derive(Clone, Copy, Debug)]
 pub struct Ramp {
     /// Position command, 2⁻³² counts.
     pub position: i64,
-    /// Rate command, smoothed, 2⁻³² counts per tick.
-    pub rate: i64,
-    /// Rate before it is smoothed.
+    /// What the position gains in this tick.
+    advance: i64,
+    /// What that gains in each tick of this millisecond.
+    slope: i64,
+    /// Rate command, counts per tick.
+    pub command: f32,
+    command_step: f32,
+    /// Voltage that is fed forward for the tick after this, compare counts.
+    pub feed: f32,
+    feed_step: f32,
+    /// Rate at the end of this millisecond, 2⁻³² counts per tick.
+    end: i64,
+    end_f32: f32,
+    /// Rate before it is smoothed, and its integral.
     straight: i64,
-    past: [i64; SMOOTHED],
-    oldest: usize,
+    straight_position: i64,
     sum: i64,
+    /// The rate before the ramp began, which stands for all milliseconds that are not filled yet.
+    anchored: i64,
+    filled: usize,
+    past: [i64; SMOOTHED],
 }
 
 impl Default for Ramp {
     fn default() -> Self {
-        Self { position: 0, rate: 0, straight: 0, past: [0; SMOOTHED], oldest: 0, sum: 0 }
+        Self {
+            position: 0,
+            advance: 0,
+            slope: 0,
+            command: 0.0,
+            command_step: 0.0,
+            feed: 0.0,
+            feed_step: 0.0,
+            end: 0,
+            end_f32: 0.0,
+            straight: 0,
+            straight_position: 0,
+            sum: 0,
+            anchored: 0,
+            filled: 0,
+            past: [0; SMOOTHED],
+        }
     }
 }
 
 impl Ramp {
     /// Starts at where the stand is, with the rate that it has.
-    pub fn anchor(position_counts: i64, rate_counts_tick: f32) -> Self {
-        let rate = (rate_counts_tick * 4_294_967_296.0) as i64;
-        Self {
-            position: position_counts << 32,
-            rate,
-            straight: rate,
-            past: [rate; SMOOTHED],
-            oldest: 0,
-            sum: rate.wrapping_mul(SMOOTHED as i64),
-        }
+    #[inline]
+    pub fn anchor(&mut self, position: i64, rate_counts_tick: f32) {
+        // Two integer halves: a 64-bit conversion is a library call on the chip.
+        let rate = i64::from((rate_counts_tick * 16_777_216.0) as i32) << 8;
+        self.position = position;
+        self.advance = rate;
+        self.slope = 0;
+        self.command = rate_counts_tick;
+        self.command_step = 0.0;
+        self.end = rate;
+        self.end_f32 = rate_counts_tick;
+        self.straight = rate;
+        self.straight_position = position;
+        self.sum = rate << SMOOTHED_SHIFT;
+        self.anchored = rate;
+        self.filled = 0;
     }
 
-    /// The ramp's step to the next tick: its new rate, and whether the acceleration limit held it back.
+    /// Rate command at the present tick, 2⁻³² counts per tick.
     #[inline]
-    pub fn advance(&mut self, target: i64, acceleration: i64) -> bool {
-        let wanted = target.saturating_sub(self.straight);
+    pub fn rate(&self) -> i64 {
+        self.advance.wrapping_sub(self.slope >> 1)
+    }
+
+    /// Rate and position to which the ramp has come before they are smoothed.
+    #[inline]
+    pub fn straight(&self) -> (i64, i64) {
+        (self.straight, self.straight_position)
+    }
+
+    /// One tick further.
+    #[inline]
+    pub fn step(&mut self) {
+        self.position = self.position.wrapping_add(self.advance);
+        self.advance = self.advance.wrapping_add(self.slope);
+        self.command += self.command_step;
+        self.feed += self.feed_step;
+    }
+
+    /// Works out the end of the millisecond after this: towards `target` by no more than `acceleration` (per millisecond). Returns whether
+    /// the limit held it back.
+    #[inline]
+    pub fn ahead(&mut self, target: i64, acceleration: i64) -> bool {
+        let wanted = target.wrapping_sub(self.straight);
         let step = within(wanted, acceleration);
-        self.straight = self.straight.saturating_add(step);
-        if let Some(oldest) = self.past.get_mut(self.oldest & (SMOOTHED - 1)) {
-            self.sum = self.sum.wrapping_sub(*oldest).wrapping_add(self.straight);
+        let before = self.straight;
+        self.straight = before.wrapping_add(step);
+        // Ten ticks at the mean of both ends, in 2⁻³² counts.
+        let mean = before.wrapping_add(step >> 1);
+        self.straight_position = self.straight_position.wrapping_add(mean.wrapping_add(mean << 2) << 1);
+        if let Some(oldest) = self.past.get_mut(self.filled & (SMOOTHED - 1)) {
+            let leaves = if self.filled < SMOOTHED { self.anchored } else { *oldest };
+            self.sum = self.sum.wrapping_sub(leaves).wrapping_add(self.straight);
             *oldest = self.straight;
         }
-        self.oldest = self.oldest.wrapping_add(1);
-        let before = self.rate;
-        self.rate = self.sum >> SMOOTHED_SHIFT;
-        self.position = self.position.wrapping_add(before.saturating_add((self.rate.saturating_sub(before)) >> 1));
+        // From here on round and round, and never through zero.
+        self.filled = if self.filled >= 2 * SMOOTHED - 1 { SMOOTHED } else { self.filled.wrapping_add(1) };
         step != wanted
     }
 
-    /// Position command minus measured position, 2⁻³² counts; slips if that is more than `slip`, and says so.
+    /// Lays out the millisecond that begins with the present tick. Returns the rates at its ends; [`Ramp::feed`] follows.
     #[inline]
-    pub fn error(&mut self, measured_counts: i64, slip: i64) -> (i64, bool) {
-        let error = self.position.wrapping_sub(measured_counts << 32);
-        let held = within(error, slip);
-        let slipped = held != error;
+    pub fn plan(&mut self) -> (f32, f32) {
+        let start = self.end;
+        self.end = self.sum >> SMOOTHED_SHIFT;
+        self.slope = tenth(self.end.wrapping_sub(start));
+        self.advance = start.wrapping_add(self.slope >> 1);
+        let (from, to) = (self.end_f32, fixed_to_f32(self.end));
+        self.end_f32 = to;
+        self.command = from;
+        self.command_step = (to - from) * (1.0 / TICKS);
+        (from, to)
+    }
+
+    /// What is fed forward in this millisecond, from its beginning to its end, compare counts.
+    #[inline]
+    pub fn feed(&mut self, from: f32, to: f32) {
+        self.feed_step = (to - from) * (1.0 / TICKS);
+        // A tick's mean lies in its middle.
+        self.feed = from + 0.5 * self.feed_step;
+    }
+
+    /// Position command minus measured position, 2⁻¹⁶ counts; slips if that is `slip` whole counts or more, and says so.
+    #[inline]
+    pub fn error(&mut self, counts: i32, slip: i32) -> (i32, bool) {
+        let whole = ((self.position >> 32) as i32).wrapping_sub(counts);
+        let slipped = whole >= slip || whole < slip.wrapping_neg();
         if slipped {
-            self.position = (measured_counts << 32).wrapping_add(held);
+            self.slip(whole, slip);
         }
-        (held, slipped)
+        let whole = ((self.position >> 32) as i32).wrapping_sub(counts);
+        ((whole << 16) | (self.position as u32 >> 16) as i32, slipped)
+    }
+
+    /// Pulls the ramp along, to `slip` counts before or behind.
+    #[cold]
+    fn slip(&mut self, whole: i32, slip: i32) {
+        let held = if whole > 0 { slip.wrapping_sub(1) } else { slip.wrapping_neg() };
+        let pulled = i64::from(whole.wrapping_sub(held)) << 32;
+        self.position = self.position.wrapping_sub(pulled);
+        self.straight_position = self.straight_position.wrapping_sub(pulled);
     }
 }
 
@@ -78,4 +172,43 @@ impl Ramp {
 #[inline]
 fn within(value: i64, limit: i64) -> i64 {
     value.min(limit).max(limit.wrapping_neg())
+}
+
+/// A tenth, to 2⁻³¹ of it, without a 64-bit division.
+#[inline]
+fn tenth(value: i64) -> i64 {
+    // 2³² / 10, rounded.
+    const TENTH: u64 = 429_496_730;
+    let low = (u64::from(value as u32) * TENTH) >> 32;
+    (value >> 32).wrapping_mul(TENTH as i64).wrapping_add(low as i64)
+}
+
+/// A fixed-point number as single precision, in units; ± 2³¹.
+#[inline]
+pub fn fixed_to_f32(value: i64) -> f32 {
+    // Two integer halves: a 64-bit conversion is a library call on the chip.
+    let whole = (value >> 32) as i32;
+    let part = (value as u32 >> 8) as i32;
+    whole as f32 + part as f32 * (1.0 / 16_777_216.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tenth_is_a_tenth_to_a_unit_in_ten_digits() {
+        for value in [0, 1, 9, 10, -1, -10, 123_456_789_012, -123_456_789_012, 1 << 46, -(1 << 46)] {
+            let error = tenth(value) as f64 - value as f64 / 10.0;
+            assert!(error.abs() <= 1.0 + value.unsigned_abs() as f64 * 1e-10, "{value}: {}", tenth(value));
+        }
+    }
+
+    #[test]
+    fn fixed_point_becomes_single_precision_without_a_64_bit_conversion() {
+        for value in [0.0, 0.5, -0.5, 11.103_5, -11.103_5, 4500.0, -4500.25, 1e-6] {
+            let converted = f64::from(fixed_to_f32((value * 4_294_967_296.0) as i64));
+            assert!((converted - value).abs() <= 1.2e-7 * value.abs().max(0.5), "{value} {converted}");
+        }
+    }
 }

@@ -1,14 +1,15 @@
-//! Rate from encoder counts: a tracking filter of third order with three equal poles.
+//! The rate that is regulated: a tracking filter of third order with three equal poles.
 //!
-//! In: the step of the counter in each tick. Out: rate in counts per tick and acceleration in counts per tick², smooth
-//! from tick to tick (at 1 rad/s an edge comes only every third tick). No lag at constant rate or acceleration. The
-//! filter runs on the *difference* between counted and estimated position, so single precision is enough for ever.
+//! In: how far the platform went in each tick, to parts of a count ([`super::edges`]). Out: rate in counts per tick and acceleration in
+//! counts per tick². Its delay is the same at all rates, which a rate taken over edges cannot promise: at 1 °/s they are 18 ms apart,
+//! and the loop's poles lie at 40 rad/s. No lag at constant rate or acceleration. The
+//! filter runs on the *difference* between measured and estimated position, so single precision is enough for ever.
 //! Source of the gains: the critically damped g-h-k filter, E. Brookner, Tracking and Kalman Filtering Made Easy, §1.4.
 
 /// The estimate's state, in counts and ticks.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RateEstimate {
-    /// Counted minus estimated position, counts.
+    /// Measured minus estimated position, counts.
     behind: f32,
     /// Rate, counts per tick.
     pub rate: f32,
@@ -17,7 +18,7 @@ pub struct RateEstimate {
 }
 
 impl RateEstimate {
-    /// One tick further; `step` counts have come.
+    /// One tick further; it went `step` counts.
     #[inline]
     pub fn update(&mut self, gains: &[f32; 3], step: f32) {
         let [position, rate, acceleration] = *gains;

@@ -21,14 +21,33 @@ pub enum Mode {
     Voltage,
     /// Rate is held as an integrated position ramp.
     Rate,
+    /// An angle is approached and held.
+    Position,
 }
 
 impl Mode {
+    /// Whether the platform follows a ramp.
+    #[inline]
+    pub fn follows(self) -> bool {
+        matches!(self, Mode::Rate | Mode::Position)
+    }
+
+    /// Its name in logs and answers.
+    pub fn name(self) -> &'static str {
+        match self {
+            Mode::Off => "off",
+            Mode::Voltage => "voltage",
+            Mode::Rate => "rate",
+            Mode::Position => "position",
+        }
+    }
+
     pub(crate) fn code(self) -> u32 {
         match self {
             Mode::Off => 0,
             Mode::Voltage => 1,
             Mode::Rate => 2,
+            Mode::Position => 3,
         }
     }
 
@@ -36,12 +55,26 @@ impl Mode {
         match code {
             1 => Mode::Voltage,
             2 => Mode::Rate,
+            3 => Mode::Position,
             _ => Mode::Off,
         }
     }
 }
 
+/// What an angle is counted from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Zero {
+    /// Where the counter was zero, at power-on.
+    #[default]
+    PowerOn,
+    /// The index, as it was last seen.
+    Index,
+}
+
 /// A straight piece: `value + slope · (n − start_tick)` at tick n, for `ticks` ticks, then held.
+///
+/// A voltage is followed from tick to tick; rate and position from millisecond to millisecond, so their segments begin at whole
+/// milliseconds. An angle (position mode) has no slope and is held for ever.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Segment {
     /// The tick from which on it acts *on the motor*.
@@ -50,24 +83,48 @@ pub struct Segment {
     pub ticks: u16,
     /// What is regulated.
     pub mode: Mode,
-    /// Value at the start, 2⁻³² counts per tick or 2⁻³² compare counts.
+    /// Value at the start, 2⁻³² counts per tick, 2⁻³² compare counts, or 2⁻³² counts of angle, of which the whole ones wrap.
     pub value: i64,
-    /// Its change per tick.
+    /// Its change per tick; for an angle the greatest rate on the way, 2⁻³² counts per tick, 0: the settings'.
     pub slope: i64,
+    /// What an angle is counted from.
+    pub zero: Zero,
 }
 
 impl Segment {
     /// A constant voltage, V, rounded to a compare count.
     pub fn voltage(hardware: &Hardware, start_tick: u64, ticks: u16, volts: f64) -> Self {
         let counts = libm::round(volts / hardware.volt_per_duty());
-        Self { start_tick, ticks, mode: Mode::Voltage, value: (counts * ONE) as i64, slope: 0 }
+        Self { start_tick, ticks, mode: Mode::Voltage, value: (counts * ONE) as i64, ..Self::default() }
     }
 
     /// A rate that goes straight from `from_rad_s` at the start to `to_rad_s` at the end.
     pub fn rate(hardware: &Hardware, start_tick: u64, ticks: u16, from_rad_s: f64, to_rad_s: f64) -> Self {
         let unit = rate_unit(hardware);
         let slope = (to_rad_s - from_rad_s) * unit / f64::from(ticks.max(1));
-        Self { start_tick, ticks, mode: Mode::Rate, value: libm::round(from_rad_s * unit) as i64, slope: libm::round(slope) as i64 }
+        Self {
+            start_tick,
+            ticks,
+            mode: Mode::Rate,
+            value: libm::round(from_rad_s * unit) as i64,
+            slope: libm::round(slope) as i64,
+            ..Self::default()
+        }
+    }
+
+    /// An angle from `zero`, rad, several turns if it is to be, approached no faster than `fastest_rad_s`; `None`: the settings' rate.
+    pub fn position(hardware: &Hardware, start_tick: u64, zero: Zero, angle_rad: f64, fastest_rad_s: Option<f64>) -> Self {
+        let counts = angle_rad / hardware.rad_per_count();
+        let whole = libm::floor(counts);
+        Self {
+            start_tick,
+            ticks: u16::MAX,
+            mode: Mode::Position,
+            // Whole counts wrap as the counter does.
+            value: i64::from(whole as i64 as i32) << 32 | ((counts - whole) * ONE) as i64,
+            slope: fastest_rad_s.map_or(0, |rate| libm::round(rate.abs() * rate_unit(hardware)).max(1.0) as i64),
+            zero,
+        }
     }
 
     /// Nothing, from `start_tick` on.
@@ -75,17 +132,11 @@ impl Segment {
         Self { start_tick, ..Self::default() }
     }
 
-    /// The value at tick `n`.
-    #[inline]
+    /// The value at tick `n`: what the tick works out piece by piece.
+    #[cfg(test)]
     pub(crate) fn at(&self, n: u64) -> i64 {
         let along = n.saturating_sub(self.start_tick).min(u64::from(self.ticks)) as i64;
         self.value.saturating_add(self.slope.saturating_mul(along))
-    }
-
-    /// Whether tick `n` lies past its end.
-    #[inline]
-    pub(crate) fn is_over(&self, n: u64) -> bool {
-        n.saturating_sub(self.start_tick) > u64::from(self.ticks)
     }
 }
 
@@ -110,7 +161,8 @@ impl Words<8> for Order {
         let [s0, s1] = split_u64(self.segment.start_tick);
         let [v0, v1] = split_u64(self.segment.value as u64);
         let [d0, d1] = split_u64(self.segment.slope as u64);
-        let how = u32::from(self.segment.ticks) << 8 | self.segment.mode.code();
+        let zero = u32::from(self.segment.zero == Zero::Index);
+        let how = u32::from(self.segment.ticks) << 8 | zero << 7 | self.segment.mode.code();
         [s0, s1, v0, v1, d0, d1, how, u32::from(self.clear) | self.trip.code() << 16]
     }
 
@@ -119,9 +171,10 @@ impl Words<8> for Order {
             segment: Segment {
                 start_tick: join_u64(s0, s1),
                 ticks: (how >> 8) as u16,
-                mode: Mode::of_code(how & 0xff),
+                mode: Mode::of_code(how & 0x7f),
                 value: join_u64(v0, v1) as i64,
                 slope: join_u64(d0, d1) as i64,
+                zero: if how & 0x80 == 0 { Zero::PowerOn } else { Zero::Index },
             },
             clear: clear as u16,
             trip: Fault::of_code(clear >> 16),

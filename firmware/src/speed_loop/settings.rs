@@ -4,10 +4,12 @@
 //! single precision. Making one from the other is the only place where a number can be refused.
 
 use super::feed_forward::{self, Learnt};
-use super::segment::{ONE, rate_unit};
-use crate::board::{CONTROL_HZ, Hardware};
+use super::guard::{Given, Thresholds};
+use super::segment::rate_unit;
+use crate::board::{CONTROL_HZ, Hardware, ROW_HZ};
 use crate::compensation::Compensation;
 use crate::config::{ConfigError, within};
+use crate::safety;
 
 /// Gains and limits. The default is the default stand's: maxon RE 25 118752, platform of 2.5·10⁻⁴ kg m².
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -23,7 +25,7 @@ pub struct Settings {
     pub rate_gain_V_s_rad: f64,
     /// Gain on the position error, which is the integral of the rate error, V/rad.
     pub position_gain_V_rad: f64,
-    /// Bandwidth of the rate estimate, Hz.
+    /// Bandwidth of the rate that is regulated, Hz.
     pub rate_bandwidth_Hz: f64,
     /// Acceleration limit of the rate command, rad/s².
     pub acceleration_rad_s2: f64,
@@ -35,8 +37,12 @@ pub struct Settings {
     pub voltage_limit_V: f64,
     /// Rate at which the drive is switched off, rad/s.
     pub overspeed_rad_s: f64,
-    /// What was learnt of the drive, fed forward in rate mode.
+    /// Greatest rate on the way to an angle, rad/s, where the order names none.
+    pub approach_rad_s: f64,
+    /// What was learnt of the drive, fed forward in rate and position mode.
     pub compensation: Compensation,
+    /// What else switches the drive off, and when.
+    pub safety: safety::Settings,
 }
 
 impl Default for Settings {
@@ -54,7 +60,9 @@ impl Default for Settings {
             current_limit_A: 1.5,
             voltage_limit_V: 11.4, // 5 % of reserve: the loop keeps authority when the supply sags
             overspeed_rad_s: 45.0, // the range is 34.9 (2000 °/s)
+            approach_rad_s: 6.0,   // a turn in a second
             compensation: Compensation::default(),
+            safety: safety::Settings::default(),
         }
     }
 }
@@ -64,20 +72,27 @@ impl Default for Settings {
 pub struct Config {
     /// Duty per rate of back-EMF.
     pub(crate) back_emf: f32,
-    /// Duty per acceleration command (counts/tick²).
+    /// Duty per change of the rate command in a millisecond (counts per tick).
     pub(crate) inertia: f32,
     pub(crate) rate_gain: f32,
+    /// Duty per 2⁻¹⁶ counts, and per count.
+    pub(crate) fine_gain: f32,
     pub(crate) position_gain: f32,
     /// Gains of the tracking filter for position, rate, acceleration.
     pub(crate) tracking: [f32; 3],
-    /// 2⁻³² counts per tick².
+    /// 2⁻³² counts per tick in a millisecond, and the same in counts.
     pub(crate) acceleration: i64,
-    /// 2⁻³² counts.
-    pub(crate) slip: i64,
+    pub(crate) braking: f32,
+    /// Greatest rate on the way to an angle, counts per tick.
+    pub(crate) approach: f32,
+    /// Whole counts.
+    pub(crate) slip: i32,
+    /// Edge timer steps in a tick.
+    pub(crate) period: u32,
     /// R·I_max as duty.
     pub(crate) current_window: f32,
     pub(crate) duty_limit: f32,
-    pub(crate) overspeed: f32,
+    pub(crate) thresholds: Thresholds,
     pub(crate) learnt: Learnt,
     /// One encoder count, 2⁻³² turn.
     pub(crate) angle_per_count: u32,
@@ -108,7 +123,9 @@ impl Config {
         let current = within("current_limit_A", s.current_limit_A, 1e-3, 1e3)?;
         let volts = within("voltage_limit_V", s.voltage_limit_V, 1e-3, hardware.supply_nominal_V)?;
         let overspeed = within("overspeed_rad_s", s.overspeed_rad_s, 1e-3, 1e4)?;
+        let approach = within("approach_rad_s", s.approach_rad_s, 1e-4, overspeed)?;
         s.compensation.check(constant * current)?;
+        s.safety.check()?;
 
         let hz = CONTROL_HZ as f64;
         let rad_s_per_count_tick = hardware.rad_per_count() * hz;
@@ -119,15 +136,24 @@ impl Config {
         let (angle_per_count, index_lost) = feed_forward::units(hardware);
         Ok(Self {
             back_emf: (constant * rad_s_per_count_tick * duty_per_volt) as f32,
-            inertia: (resistance / constant * inertia * rad_s_per_count_tick * hz * duty_per_volt) as f32,
+            inertia: (resistance / constant * inertia * rad_s_per_count_tick * ROW_HZ as f64 * duty_per_volt) as f32,
             rate_gain: (rate_gain * rad_s_per_count_tick * duty_per_volt) as f32,
+            fine_gain: (position_gain * hardware.rad_per_count() * duty_per_volt / 65_536.0) as f32,
             position_gain: (position_gain * hardware.rad_per_count() * duty_per_volt) as f32,
             tracking: [(1.0 - pole * pole * pole) as f32, (1.5 * gap * gap * (1.0 + pole)) as f32, (gap * gap * gap) as f32],
-            acceleration: ((acceleration * rate_unit(hardware) / hz) as i64).max(1),
-            slip: (slip / hardware.rad_per_count() * ONE) as i64,
+            acceleration: ((acceleration * rate_unit(hardware) / ROW_HZ as f64) as i64).max(1),
+            braking: (acceleration / rad_s_per_count_tick / ROW_HZ as f64) as f32,
+            approach: (approach / rad_s_per_count_tick) as f32,
+            // More than 2¹⁵ counts have no room in the tick.
+            slip: ((slip / hardware.rad_per_count()) as i32).clamp(1, 32_000),
+            period: libm::round(hardware.edge_timer_Hz / hz) as u32,
             current_window: (resistance * current * duty_per_volt) as f32,
             duty_limit: (volts * duty_per_volt) as f32,
-            overspeed: (overspeed / rad_s_per_count_tick) as f32,
+            thresholds: Thresholds::new(
+                &s.safety,
+                hardware,
+                &Given { overspeed_rad_s: overspeed, resistance_ohm: resistance, motor_constant_N_m_A: constant, rad_s_per_count_tick },
+            ),
             learnt: Learnt::new(&s.compensation, hardware, resistance, constant),
             angle_per_count,
             index_lost,
