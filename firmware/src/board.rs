@@ -284,6 +284,8 @@ pub struct Hardware {
     pub supply_V_per_code: f64,
     /// Rate per code, rad/s.
     pub rate_rad_s_per_code: f64,
+    /// Cutoff of the rate sensor's own low pass, Hz; 0 where it has none. For who reads the log: nothing is corrected by it.
+    pub rate_cutoff_Hz: f64,
     /// Winding temperature per code, °C.
     pub temperature_C_per_code: f64,
 }
@@ -300,6 +302,7 @@ impl Default for Hardware {
             current_zero_code: 2048.0,        // its references at mid-supply
             supply_V_per_code: 3.3 / 4096.0 * 6.0, // divider 10 kΩ : 2 kΩ
             rate_rad_s_per_code: core::f64::consts::PI / 180.0 / 16.4, // Bosch BMG160, ±2000 °/s (BST-BMG160-DS000)
+            rate_cutoff_Hz: 523.0,            // the same, unfiltered
             temperature_C_per_code: 0.01,     // NTC linearised by table
         }
     }
@@ -319,6 +322,7 @@ impl Hardware {
         within("current_zero_code", self.current_zero_code, 1.0, 1e15)?;
         within("supply_V_per_code", self.supply_V_per_code, 1e-9, 1e3)?;
         within("rate_rad_s_per_code", self.rate_rad_s_per_code, 1e-12, 1e3)?;
+        within("rate_cutoff_Hz", self.rate_cutoff_Hz, 0.0, 1e6)?;
         within("temperature_C_per_code", self.temperature_C_per_code, 1e-9, 1e3)?;
         Ok(())
     }

@@ -8,6 +8,7 @@ use critical_section as _;
 
 pub mod board;
 pub mod clock;
+pub mod controller;
 pub mod effects;
 pub mod faults;
 pub mod peripherals;

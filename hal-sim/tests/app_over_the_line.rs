@@ -79,7 +79,10 @@ fn with_flash<T>(flash: SimFlash, baud: u32, host: impl AsyncFnOnce(&Host<'_, '_
     let host_end = Host { line: &line, clock: SimClock(&clock), bench: &bench, bytes: RefCell::default() };
     let both = select(app.run(&mut board, receive, transmit), host(&host_end));
     let ended = clock::run(&clock, both, |to| {
-        line.deliver(to, |byte| guard.byte(byte));
+        line.deliver(to, |incoming| match incoming {
+            Ok(byte) => guard.byte(byte),
+            Err(_) => guard.line_break(),
+        });
         let mut bench = bench.borrow_mut();
         bench.ask_stop(stop_line.is_stop_asked());
         bench.advance(to, |io| interrupt.run(io));

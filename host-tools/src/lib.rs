@@ -6,10 +6,14 @@ pub mod explain;
 pub mod expression;
 pub mod fit;
 pub mod hidden;
+pub mod link;
 pub mod log;
 pub mod model;
 pub mod pages;
 pub mod plausible;
+pub mod record;
 pub mod report;
 pub mod residual;
+#[cfg(unix)]
+pub mod serve;
 pub mod words;

@@ -304,6 +304,18 @@ fn counted(edge: Edge, ahead: i64) -> Edge {
 /// The interrupt's half.
 pub struct SimTickIo<'a, P>(&'a mut Bench<P>);
 
+impl<P> SimTickIo<'_, P> {
+    /// The moment at which this tick began.
+    pub fn now(&self) -> Ticks {
+        self.0.now
+    }
+
+    /// Asks for an emergency stop in this tick, or no longer: what the line's guard says.
+    pub fn ask_stop(&mut self, stop: bool) {
+        self.0.stop = stop;
+    }
+}
+
 impl<P: PlantPort> TickIo for SimTickIo<'_, P> {
     #[inline]
     fn sense(&mut self) -> Sensed {

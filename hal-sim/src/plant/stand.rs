@@ -185,8 +185,13 @@ impl Stand {
         let volts = f.inertia_kg_m2 * f.resistance_ohm / f.motor_constant_N_m_A;
         follow("rate_gain_V_s_rad", &mut f.rate_gain_V_s_rad, (2.0 * LOOP_POLES_RAD_S * volts - f.motor_constant_N_m_A).max(0.0));
         follow("position_gain_V_rad", &mut f.position_gain_V_rad, volts * LOOP_POLES_RAD_S * LOOP_POLES_RAD_S);
-        if given.get("hardware").and_then(|h| h.get("supply_nominal_V")).is_none() {
+        let hardware_said = |key: &str| given.get("hardware").and_then(|h| h.get(key)).is_some();
+        if !hardware_said("supply_nominal_V") {
             stand.hardware.supply_nominal_V = d.supply_V;
+        }
+        if !hardware_said("rate_cutoff_Hz") {
+            let cutoff = stand.sensors.rate_cutoff_Hz;
+            stand.hardware.rate_cutoff_Hz = if cutoff.is_finite() { cutoff } else { 0.0 };
         }
         stand.check()?;
         Ok(stand)

@@ -35,6 +35,12 @@ of_the_input!(
     hal_sim::plant::StandError,
 );
 
+impl From<crate::link::LinkError> for Trouble {
+    fn from(error: crate::link::LinkError) -> Self {
+        if error.is_of_the_input() { Trouble::Input(error.to_string()) } else { Trouble::Other(error.to_string()) }
+    }
+}
+
 impl From<hal_sim::session::SessionError> for Trouble {
     fn from(error: hal_sim::session::SessionError) -> Self {
         match error {

@@ -4,6 +4,7 @@
 //! something to see, `--html FILE`. Exit status: 0 it did its job, whatever it found; 2 the words or the input are wrong; 1 anything else.
 
 mod compensate;
+mod console;
 mod effects;
 mod error;
 mod explain;
@@ -12,7 +13,9 @@ mod hold;
 mod model;
 mod output;
 mod profile;
+mod record;
 mod sim;
+mod sim_serve;
 mod story;
 
 use std::ffi::OsString;
@@ -45,6 +48,10 @@ enum Command {
     Explain(explain::Explain),
     /// Write what was learnt into the firmware's compensation, and see the ripple fall
     Compensate(compensate::Compensate),
+    /// Talk to a stand over its serial line
+    Console(console::Console),
+    /// Run a profile on a stand and record what it measures
+    Record(record::Record),
     /// Make, show or change a model file
     #[command(subcommand)]
     Model(model::ModelCommand),
@@ -72,6 +79,8 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
         Some(Command::Fit(fit)) => fit.run(),
         Some(Command::Explain(explain)) => explain.run(),
         Some(Command::Compensate(compensate)) => compensate.run(),
+        Some(Command::Console(console)) => console.run(),
+        Some(Command::Record(record)) => record.run(),
         Some(Command::Model(model)) => model.run(),
         Some(Command::Effects(effects)) => effects.run(),
     };

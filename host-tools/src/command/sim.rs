@@ -1,4 +1,4 @@
-//! `stand sim`: the firmware on the simulated stand, in virtual time.
+//! `stand sim`: the firmware on the simulated stand; a session in virtual time, or the whole controller in real time behind a port.
 
 use std::path::PathBuf;
 
@@ -23,36 +23,55 @@ pub(super) enum Drive {
     Voltage,
 }
 
+/// What the simulated stand is put behind.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum Served {
+    /// A pseudo-terminal that any program opens as a serial port
+    Pty,
+}
+
 /// Run the firmware on the simulated stand and write its log.
 #[derive(Debug, Args)]
-#[command(after_help = profile::list())]
+#[command(after_help = profile::list(), group = clap::ArgGroup::new("what").required(true).args(["out", "serve"]))]
 pub(super) struct Sim {
     /// The log to write, .csv or .parquet
     #[arg(long, value_name = "LOG")]
-    out: PathBuf,
+    out: Option<PathBuf>,
+    /// Instead of a log: the stand in real time behind a serial line, whose path is printed
+    #[arg(long, value_enum, conflicts_with_all = ["profile", "mode", "amplitude", "json"])]
+    pub(super) serve: Option<Served>,
+    /// A second name for the served port
+    #[arg(long, value_name = "PATH", requires = "serve")]
+    pub(super) link: Option<PathBuf>,
+    /// Where the served stand's flash is kept from one time to the next
+    #[arg(long, value_name = "FILE", requires = "serve")]
+    pub(super) flash: Option<PathBuf>,
     #[command(flatten)]
     profile: ProfileWords,
-    /// Length of the record, s
-    #[arg(long, default_value_t = 30.0, allow_negative_numbers = true)]
-    seconds: f64,
+    /// Length of the record, s [default: 30]; of a served stand: how long it is there [default: until Ctrl-C]
+    #[arg(long, allow_negative_numbers = true)]
+    pub(super) seconds: Option<f64>,
     /// With the speed loop (rate) or without it (voltage)
     #[arg(long, value_enum, default_value_t = Drive::Rate)]
     mode: Drive,
     /// Give the stand an effect that its model lacks: one of the catalogue, or a number that draws one
     #[arg(long, value_name = "SEED|EFFECT", allow_negative_numbers = true)]
-    hidden: Option<String>,
+    pub(super) hidden: Option<String>,
     /// Say which effect was hidden, with its parameters
     #[arg(long)]
-    reveal: bool,
+    pub(super) reveal: bool,
     /// Another stand, described in TOML
     #[arg(long, value_name = "FILE")]
-    stand: Option<PathBuf>,
+    pub(super) stand: Option<PathBuf>,
     /// Seed of profile and noise
     #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
-    seed: u64,
+    pub(super) seed: u64,
     #[command(flatten)]
     answer: Answer,
 }
+
+/// Length of a record where nobody says it, s.
+const USUAL_S: f64 = 30.0;
 
 /// A session by request: what was run, and its log.
 pub(super) struct Session {
@@ -112,23 +131,24 @@ pub(super) fn stand(path: Option<&PathBuf>) -> Result<Stand, Trouble> {
 
 impl Sim {
     pub(super) fn run(self) -> Result<(), Trouble> {
-        check_place(&self.out)?;
         self.answer.check()?;
+        let Some(out) = &self.out else { return self.serve() };
+        check_place(out)?;
         let request = Request {
-            out: &self.out,
+            out,
             profile: &self.profile,
-            seconds: self.seconds,
+            seconds: self.seconds.unwrap_or(USUAL_S),
             mode: self.mode,
             hidden: self.hidden.as_deref(),
             stand: stand(self.stand.as_ref())?,
             seed: self.seed,
         };
         let session = session(&request)?;
-        session.log.write(&self.out)?;
+        session.log.write(out)?;
         let columns: Vec<&str> = session.log.columns().iter().map(|c| c.name.as_str()).collect();
         let mut text = format!(
             "{}: {} rows, {} s at {:.0} Hz: {}\n",
-            self.out.display(),
+            out.display(),
             session.log.len(),
             session.log.duration_s(),
             1.0 / session.log.median_dt_s(),
@@ -149,7 +169,7 @@ impl Sim {
         self.answer.text(&text)?;
         self.answer.json(|| {
             json!({
-                "log": self.out.display().to_string(),
+                "log": out.display().to_string(),
                 "samples": session.log.len(),
                 "duration_s": session.log.duration_s(),
                 "columns": columns,

@@ -69,10 +69,11 @@ pub struct LineCounts {
 }
 
 /// What can come in: a byte or a break.
-type Incoming = Result<u8, LineError>;
+pub type Incoming = Result<u8, LineError>;
 
 struct Wires {
     plugged: bool,
+    powered: bool,
     /// Host to device: bytes on the wire, then those in the receive buffer.
     inward: Timed<Incoming>,
     received: VecDeque<Incoming>,
@@ -95,6 +96,7 @@ impl<'a> SerialLine<'a> {
     pub fn new(clock: &'a VirtualClock, baud: u32, seed: u64) -> Self {
         let wires = Wires {
             plugged: true,
+            powered: true,
             inward: Timed::new(baud),
             received: VecDeque::with_capacity(RECEIVE_BYTES),
             reader: None,
@@ -135,23 +137,26 @@ impl<'a> SerialLine<'a> {
         into.extend(wires.arrived.drain(..));
     }
 
-    /// Brings the line to `now`: `interrupt` gets each byte that has come in, in its order, then it waits to be read.
+    /// Brings the line to `now`: `interrupt` gets each byte or break that has come in, in its order, then it waits to be read.
     #[inline]
-    pub fn deliver(&self, now: Ticks, mut interrupt: impl FnMut(u8)) {
+    pub fn deliver(&self, now: Ticks, mut interrupt: impl FnMut(Incoming)) {
         let mut wires = self.wires.borrow_mut();
         while let Some(incoming) = wires.inward.pop(now) {
-            if !wires.plugged {
+            if !wires.plugged || !wires.powered {
                 continue;
             }
             match incoming {
                 Ok(byte) => {
                     for byte in wires.damage[0].pass(byte).into_iter().flatten() {
-                        interrupt(byte);
+                        interrupt(Ok(byte));
                         wires.counts.received += 1;
                         wires.keep(Ok(byte));
                     }
                 }
-                Err(error) => wires.keep(Err(error)),
+                Err(error) => {
+                    interrupt(Err(error));
+                    wires.keep(Err(error));
+                }
             }
         }
         wires.arrive(now);
@@ -170,6 +175,15 @@ impl<'a> SerialLine<'a> {
         let mut wires = self.wires.borrow_mut();
         wires.arrive(self.clock.now());
         wires.plugged = plugged;
+    }
+
+    /// The controller has lost its supply, or has it again: what was in its buffers is gone, and nothing is received meanwhile.
+    pub fn power(&self, powered: bool) {
+        let mut wires = self.wires.borrow_mut();
+        wires.arrive(self.clock.now());
+        wires.outward.clear(self.clock.now());
+        wires.received.clear();
+        wires.powered = powered;
     }
 
     /// What has passed so far.

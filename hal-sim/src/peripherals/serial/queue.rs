@@ -49,6 +49,12 @@ impl<T> Timed<T> {
         self.queue.get(last).map(|(at, _)| *at)
     }
 
+    /// Nothing more comes of what was under way.
+    pub fn clear(&mut self, now: Ticks) {
+        self.queue.clear();
+        self.free_fine = now.0 << FINE;
+    }
+
     pub fn len(&self) -> usize {
         self.queue.len()
     }

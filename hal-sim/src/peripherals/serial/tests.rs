@@ -14,10 +14,10 @@ fn run<D: Future<Output = ()>, H: Future<Output = ()>>(clock: &VirtualClock, lin
     let mut tick = Ticks(0);
     clock::run(clock, join(device, host), |to| {
         while tick <= to {
-            line.deliver(tick, |byte| had.push(byte));
+            line.deliver(tick, |byte| had.extend(byte));
             tick = tick + TICKS_PER_CONTROL;
         }
-        line.deliver(to, |byte| had.push(byte));
+        line.deliver(to, |byte| had.extend(byte));
     })
     .unwrap();
     had

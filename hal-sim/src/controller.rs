@@ -1,0 +1,203 @@
+//! The whole simulated controller: the firmware's app on the simulated board, behind its serial line, with its flash.
+//!
+//! In: a stand, a plant, what somebody at the other end of the line does (a future: a test's script, or for ever). Out: whatever that
+//! returns. Time is virtual; `outside` is called before each jump, so that a caller may hold it to the wall's clock and carry bytes to and from
+//! [`Controller::line`]. What breaks ([`crate::faults`]) breaks here too, the line and the supply included: a power cut ends the program in
+//! the middle, and it starts anew on the flash it left.
+
+use crate::board::{Bench, PlantPort, SimBoard};
+use crate::clock::{self, SimClock, Stuck, VirtualClock};
+use crate::faults::{Broken, What};
+use crate::peripherals::SimFlash;
+use crate::peripherals::flash::SMALL_SECTOR_BYTES;
+use crate::peripherals::serial::{DamageRates, SerialLine, USUAL_BAUD};
+use crate::session::StandSetup;
+use embassy_futures::select::{Either, Either3, select, select3};
+use stand_firmware::app::{Identity, Memory, assemble};
+use stand_firmware::board::{TICKS_PER_ROW, Ticks};
+use stand_firmware::config::ConfigError;
+use stand_firmware::console::{Guard, StopLine};
+use stand_firmware::settings::{Kept, Store};
+use std::cell::{Cell, RefCell};
+use std::future::{Future, poll_fn};
+use std::pin::pin;
+use std::task::Poll;
+
+/// The sectors of the flash in which the settings are kept.
+const SECTORS_BYTES: [usize; 2] = [SMALL_SECTOR_BYTES; 2];
+
+/// Flash for one controller, erased.
+pub fn flash(seed: u64) -> SimFlash {
+    SimFlash::new(&SECTORS_BYTES, seed)
+}
+
+/// Why a controller cannot run, or no longer.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ControllerError {
+    /// The stand's own settings make no sense.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// The firmware stands still.
+    #[error(transparent)]
+    Stuck(#[from] Stuck),
+    /// The firmware's program ended, which it must not.
+    #[error("the firmware's program has ended")]
+    Ended,
+}
+
+/// What is broken of the line.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct LineFaults {
+    rates: DamageRates,
+    is_off: bool,
+    breaks: bool,
+}
+
+impl LineFaults {
+    fn of(broken: &Broken) -> Self {
+        let rates =
+            DamageRates { flip: broken.size(What::LineFlips), lose: broken.size(What::LineLoses), insert: broken.size(What::LineInserts) };
+        Self { rates, is_off: broken.is(What::LineOff), breaks: broken.is(What::LineBreak) }
+    }
+}
+
+/// One controller on its stand. Lives as long as its clock.
+pub struct Controller<'c, P> {
+    clock: &'c VirtualClock,
+    line: SerialLine<'c>,
+    bench: RefCell<Bench<P>>,
+    flash: RefCell<SimFlash>,
+    defaults: Kept,
+    serial: String,
+    line_faults: Cell<LineFaults>,
+    power_cuts: Cell<u32>,
+}
+
+impl<'c, P: PlantPort> Controller<'c, P> {
+    /// A controller of this stand, at rest and without supply.
+    ///
+    /// # Errors
+    /// A setting of the stand that makes no sense, by name.
+    pub fn new(clock: &'c VirtualClock, stand: &StandSetup, plant: P, flash: SimFlash, seed: u64) -> Result<Self, ControllerError> {
+        stand.sensors.check()?;
+        let defaults = Kept { settings: stand.settings, hardware: stand.hardware };
+        defaults.config()?;
+        Ok(Self {
+            clock,
+            line: SerialLine::new(clock, USUAL_BAUD, seed),
+            bench: RefCell::new(Bench::new(&stand.hardware, &stand.sensors, seed, plant).breaking(stand.faults)),
+            flash: RefCell::new(flash),
+            defaults,
+            serial: format!("SIM-{seed}"),
+            line_faults: Cell::default(),
+            power_cuts: Cell::new(0),
+        })
+    }
+
+    /// The serial line, from the host's side.
+    pub fn line(&self) -> &SerialLine<'c> {
+        &self.line
+    }
+
+    /// The stand's time, for a host that waits.
+    pub fn clock(&self) -> SimClock<'c> {
+        SimClock(self.clock)
+    }
+
+    /// Plant and sensors: to look, to break, to mend. Not to be held across a wait.
+    pub fn bench(&self) -> &RefCell<Bench<P>> {
+        &self.bench
+    }
+
+    /// How often the supply was cut so far.
+    pub fn power_cuts(&self) -> u32 {
+        self.power_cuts.get()
+    }
+
+    /// The flash, once the controller is no longer needed.
+    pub fn into_flash(self) -> SimFlash {
+        self.flash.into_inner()
+    }
+
+    /// Switches on and runs until `host` ends; `outside` is told each moment that is come to next.
+    ///
+    /// # Errors
+    /// A setting that makes no sense; a firmware that waits for ever or ends.
+    pub fn run<T>(&self, host: impl Future<Output = T>, mut outside: impl FnMut(Ticks)) -> Result<T, ControllerError> {
+        let mut host = pin!(host);
+        let mut flash = self.flash.borrow_mut();
+        let [first, second] = SECTORS_BYTES;
+        loop {
+            flash.power_on();
+            let store = Store::new(&mut *flash, [0, first as u32], second as u32);
+            let stop_line = StopLine::new();
+            let mut guard = Guard::new(&stop_line);
+            let mut memory = Box::new(Memory::new());
+            let identity = Identity { model: "simulated", serial: &self.serial, baud: USUAL_BAUD };
+            let (mut interrupt, app) = assemble(&mut memory, store, self.defaults, identity, &stop_line)?;
+            let mut board = SimBoard::new(&self.bench, self.clock);
+            let (receive, transmit) = self.line.device();
+            let program = app.run(&mut board, receive, transmit);
+            let on = clock::run(self.clock, select3(host.as_mut(), program, self.supply(false)), |to| {
+                outside(to);
+                self.break_line();
+                self.bench.borrow_mut().advance(to, |io| {
+                    self.line.deliver(io.now(), |incoming| match incoming {
+                        Ok(byte) => guard.byte(byte),
+                        Err(_) => guard.line_break(),
+                    });
+                    io.ask_stop(stop_line.is_stop_asked());
+                    interrupt.run(io);
+                });
+            })?;
+            match on {
+                Either3::First(done) => return Ok(done),
+                Either3::Second(()) => return Err(ControllerError::Ended),
+                Either3::Third(()) => {}
+            }
+            self.power_cuts.set(self.power_cuts.get() + 1);
+            self.line.power(false);
+            let off = clock::run(self.clock, select(host.as_mut(), self.supply(true)), |to| {
+                outside(to);
+                self.break_line();
+                self.bench.borrow_mut().advance(to, |_| {});
+                self.line.deliver(to, |_| {});
+            })?;
+            if let Either::First(done) = off {
+                return Ok(done);
+            }
+            self.line.power(true);
+        }
+    }
+
+    /// Until the supply is there, or is not.
+    async fn supply(&self, is_there: bool) {
+        poll_fn(|_| {
+            if self.bench.borrow_mut().broken().is(What::PowerCut) != is_there {
+                return Poll::Ready(());
+            }
+            self.clock.wait_until(self.clock.now() + TICKS_PER_ROW);
+            Poll::Pending
+        })
+        .await
+    }
+
+    /// What is broken of the line now.
+    fn break_line(&self) {
+        let mut bench = self.bench.borrow_mut();
+        let before = self.line_faults.get();
+        if !bench.broken().any() && before == LineFaults::default() {
+            return;
+        }
+        let now = LineFaults::of(bench.broken());
+        if now == before {
+            return;
+        }
+        self.line_faults.set(now);
+        self.line.damage(now.rates, now.rates);
+        self.line.plug(!now.is_off);
+        if now.breaks && !before.breaks {
+            self.line.send_break();
+        }
+    }
+}

@@ -1,0 +1,211 @@
+//! The whole controller behind its line, in virtual time: it answers, streams, stops, and survives a bad line and a power cut.
+#![allow(clippy::unwrap_used)]
+
+use hal_sim::board::PlantPort;
+use hal_sim::clock::{SimClock, VirtualClock};
+use hal_sim::controller::{Controller, flash};
+use hal_sim::faults::{Fault, Faults, What};
+use hal_sim::peripherals::SimFlash;
+use hal_sim::plant::{Plant, Stand};
+use stand_firmware::board::{Clock, TICKS_PER_S, Ticks};
+use stand_firmware::telemetry::frame::Piece;
+use stand_firmware::telemetry::{Body, Deframer};
+use std::cell::RefCell;
+
+/// A host's end of the line.
+struct Host<'a, 'c> {
+    controller: &'a Controller<'c, Plant>,
+    clock: SimClock<'c>,
+    heard: RefCell<Vec<u8>>,
+}
+
+impl Host<'_, '_> {
+    async fn wait_s(&self, seconds: f64) {
+        self.clock.until(self.clock.now() + (seconds * TICKS_PER_S as f64) as u64).await;
+        self.controller.line().receive(&mut self.heard.borrow_mut());
+    }
+
+    /// What came since the last call.
+    fn heard(&self) -> Vec<u8> {
+        self.heard.take()
+    }
+
+    /// Says a line and gives what comes within so many seconds.
+    async fn ask_within(&self, line: &str, seconds: f64) -> String {
+        self.heard();
+        self.controller.line().send(format!("{line}\n").as_bytes());
+        self.wait_s(seconds).await;
+        String::from_utf8(self.heard()).unwrap().trim_end().to_owned()
+    }
+
+    async fn ask(&self, line: &str) -> String {
+        self.ask_within(line, 0.05).await
+    }
+}
+
+/// Switches a controller on and has `script` talk to it.
+fn talk<T>(faults: Faults, flash: SimFlash, script: impl AsyncFnOnce(&Host<'_, '_>) -> T) -> (T, SimFlash) {
+    let stand = Stand { faults, ..Stand::default() };
+    let clock = VirtualClock::default();
+    let controller = Controller::new(&clock, &stand.setup(), Plant::new(&stand, -1.0).unwrap(), flash, 1).unwrap();
+    let host = Host { controller: &controller, clock: controller.clock(), heard: RefCell::default() };
+    let done = controller.run(script(&host), |_| ()).unwrap();
+    (done, controller.into_flash())
+}
+
+fn sound<T>(script: impl AsyncFnOnce(&Host<'_, '_>) -> T) -> T {
+    talk(Faults::default(), flash(1), script).0
+}
+
+fn true_rate(host: &Host<'_, '_>) -> f64 {
+    host.controller.bench().borrow().plant().true_rate_rad_s()
+}
+
+#[test]
+fn it_says_who_it_is_and_holds_a_rate_that_is_physically_so() {
+    sound(async |host| {
+        host.wait_s(0.1).await;
+        host.heard();
+        assert_eq!(host.ask("*IDN?").await, format!("Rotary Stand,simulated,SIM-1,{}", stand_firmware::VERSION));
+        assert_eq!(host.ask("SOURce:RATE 5 RAD/S;:SOURce:MODE RATE;:SYSTem:ERRor?").await, "0,\"No error\"");
+        host.wait_s(1.0).await;
+        assert!((true_rate(host) - 5.0).abs() < 0.05, "{}", true_rate(host));
+        assert_eq!(host.ask("OUTPut OFF;:SYSTem:ERRor?").await, "0,\"No error\"");
+        host.wait_s(1.0).await;
+        assert!(true_rate(host).abs() < 1.0, "it runs down: {}", true_rate(host));
+    });
+}
+
+#[test]
+fn the_byte_0x18_stops_the_drive_in_the_interrupt_in_both_modes() {
+    for streams in [false, true] {
+        sound(async |host| {
+            host.wait_s(0.1).await;
+            host.ask("SOURce:RATE 5 RAD/S;:SOURce:MODE RATE").await;
+            if streams {
+                host.controller.line().send(b"STReam ON\n");
+            }
+            host.wait_s(1.0).await;
+            host.heard();
+            host.controller.line().send(b"\x18");
+            host.wait_s(0.02).await;
+            // What was on the way of the stream goes out first.
+            host.wait_s(0.1).await;
+            host.heard();
+            assert!(host.ask("*IDN?").await.starts_with("Rotary"), "and it speaks text");
+            host.wait_s(1.0).await;
+            assert!(true_rate(host) < 3.0, "the drive is off: {}", true_rate(host));
+        });
+    }
+}
+
+#[test]
+fn ten_seconds_of_rows_at_1_khz_come_whole_and_in_order() {
+    sound(async |host| {
+        host.wait_s(0.1).await;
+        host.ask("SOURce:RATE 5 RAD/S;:SOURce:MODE RATE").await;
+        host.controller.line().send(b"STReam ON\n");
+        host.wait_s(10.0).await;
+        let mut deframer = Deframer::default();
+        let (mut rows, mut last, mut next_seq) = (0, None, None);
+        for byte in host.heard() {
+            let Some(piece) = deframer.push(byte) else { continue };
+            let Piece::Frame(frame) = piece else { panic!("a damaged piece") };
+            assert!(next_seq.is_none_or(|seq: u16| seq == frame.seq), "{next_seq:?} {}", frame.seq);
+            next_seq = Some(frame.seq.wrapping_add(1));
+            if let Body::Row(row) = frame.body {
+                assert!(last.is_none_or(|last: u32| row.sequence == last + 1));
+                last = Some(row.sequence);
+                rows += 1;
+            }
+        }
+        assert!((9990..=10_000).contains(&rows), "{rows}");
+    });
+}
+
+#[test]
+fn after_a_power_cut_it_starts_anew_with_what_it_kept() {
+    let faults = Faults::of([Fault::new(What::PowerCut, 2.0, 0.5)]).unwrap();
+    let (cuts, _) = talk(faults, flash(7), async |host| {
+        host.wait_s(0.1).await;
+        assert_eq!(host.ask("SETTings:current_limit_A 1.25;:SETTings:SAVE;:SYSTem:ERRor?").await, "0,\"No error\"");
+        assert_eq!(host.ask("SETTings:slip_rad 0.2;:SYSTem:ERRor?").await, "0,\"No error\"");
+        host.ask("SOURce:RATE 5 RAD/S;:SOURce:MODE RATE").await;
+        host.wait_s(1.0).await;
+        assert!(true_rate(host) > 4.9);
+        // The cut, and back again.
+        host.wait_s(1.0).await;
+        assert_eq!(host.ask("*IDN?").await, "", "nobody is at home");
+        host.wait_s(1.0).await;
+        host.heard();
+        assert!(host.ask("*IDN?").await.starts_with("Rotary Stand"));
+        assert!(host.ask("SETTings:current_limit_A?").await.starts_with("1.25"), "what was saved is there");
+        assert!(host.ask("SETTings:slip_rad?").await.starts_with("0.1"), "what was not is not");
+        assert!(host.ask("FAULt?").await.starts_with("0,"), "a fresh start is no fault");
+        host.wait_s(2.0).await;
+        assert!(true_rate(host).abs() < 1.0, "and the drive is off: {}", true_rate(host));
+        host.controller.power_cuts()
+    });
+    assert_eq!(cuts, 1);
+}
+
+#[test]
+fn on_a_bad_line_no_damaged_command_is_obeyed_and_no_damaged_frame_shown() {
+    let faults = [What::LineFlips, What::LineLoses, What::LineInserts].map(|what| Fault::new(what, 0.3, f64::INFINITY).of_size(0.003));
+    let (shown, _) = talk(Faults::of(faults).unwrap(), flash(1), async |host| {
+        host.wait_s(0.1).await;
+        host.controller.line().send(b"STReam:CHANnels theta_rad,rate_cmd_rad_s\nSTReam ON\n");
+        host.wait_s(0.3).await;
+        // A checked command a hundred times: some arrive damaged, none of those may set another rate.
+        for _ in 0..100 {
+            host.controller.line().send(checked("SOURce:RATE 3 RAD/S;:SOURce:MODE RATE").as_bytes());
+            host.wait_s(0.05).await;
+        }
+        let mut deframer = Deframer::default();
+        let mut shown = 0;
+        for byte in host.heard() {
+            if let Some(Piece::Frame(frame)) = deframer.push(byte)
+                && let Body::Row(row) = frame.body
+            {
+                shown += 1;
+                let command = row.named().find(|(name, _)| *name == "rate_cmd_rad_s").unwrap().1;
+                assert!(command.is_nan() || (0.0..=3.000_1).contains(&command), "{command}");
+            }
+        }
+        assert!(deframer.damaged() > 100, "the line was bad: {}", deframer.damaged());
+        shown
+    });
+    assert!(shown > 1000, "{shown}");
+}
+
+fn checked(command: &str) -> String {
+    format!("{command}~{:08X}\n", stand_firmware::telemetry::crc32(command.as_bytes()))
+}
+
+#[test]
+fn two_controllers_of_one_seed_say_the_same_bytes() {
+    let said = || {
+        sound(async |host| {
+            host.wait_s(0.1).await;
+            host.controller.line().send(b"SOURce:RATE 5 RAD/S;:SOURce:MODE RATE;:STReam ON\n");
+            host.wait_s(0.5).await;
+            host.heard()
+        })
+    };
+    let first = said();
+    assert!(first.len() > 20_000);
+    assert!(first == said());
+}
+
+#[test]
+fn an_unplugged_line_is_silent_and_comes_back() {
+    let faults = Faults::of([Fault::new(What::LineOff, 0.2, 0.3)]).unwrap();
+    talk(faults, flash(1), async |host| {
+        host.wait_s(0.1).await;
+        assert!(host.ask("*IDN?").await.starts_with("Rotary"));
+        host.clock.until(Ticks(3_000_000)).await;
+        assert_eq!(host.ask("*IDN?").await, "");
+        host.clock.until(Ticks(6_000_000)).await;
+        assert!(host.ask("*IDN?").await.starts_with("Rotary"));
+    });
+}

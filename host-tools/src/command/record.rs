@@ -1,0 +1,398 @@
+//! `stand record`: a profile runs on a stand, and what the stand measures becomes a log.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use hal_sim::session::SessionRequest;
+use indicatif::{ProgressBar, ProgressStyle};
+use serde_json::json;
+use stand_firmware::profile::Parameter;
+use stand_firmware::speed_loop::Mode;
+use stand_firmware::telemetry::Channels;
+
+use super::error::Trouble;
+use super::output::{Answer, check_place};
+use super::profile::{self, ProfileWords};
+use super::sim::Drive;
+use crate::link::{Heard, Link, LinkError, ports};
+use crate::log::Log;
+use crate::record::{Place, Recorder, Taken};
+
+/// A stand that says nothing for this long has gone.
+const SILENCE: Duration = Duration::from_secs(3);
+/// How often the log is flushed, and the stand hears that somebody is there.
+const EACH: Duration = Duration::from_secs(1);
+/// The stand switches its drive off when its host is silent for this long.
+const WATCH: &str = "HOST:ARM 5 S";
+/// The rate at which the index is looked for, and how long.
+const LOOK_RAD_S: f64 = 3.0;
+const LOOK: Duration = Duration::from_secs(10);
+
+/// Record what a stand does.
+#[derive(Debug, Args)]
+#[command(after_help = profile::list())]
+pub(super) struct Record {
+    /// The serial port of the stand
+    #[arg(long, value_name = "P")]
+    port: Option<PathBuf>,
+    /// The log to write, .csv or .parquet
+    #[arg(long, value_name = "LOG")]
+    out: PathBuf,
+    #[command(flatten)]
+    profile: ProfileWords,
+    /// Length of the record, s
+    #[arg(long, default_value_t = 30.0, allow_negative_numbers = true)]
+    seconds: f64,
+    /// With the speed loop (rate) or without it (voltage)
+    #[arg(long, value_enum, default_value_t = Drive::Rate)]
+    mode: Drive,
+    /// Seed of a random profile
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
+    seed: u64,
+    /// Rows of 1 ms in one row of the log
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    decimation: u16,
+    /// Turn the platform first, until its index is seen: the log's angles are from there
+    #[arg(long)]
+    find_index: bool,
+    /// A note for the log, as operator=Ann; may be repeated
+    #[arg(long = "note", value_name = "KEY=VALUE")]
+    notes: Vec<String>,
+    #[command(flatten)]
+    answer: Answer,
+}
+
+/// What a command says that was not told to which port.
+pub(super) fn missing_port() -> Trouble {
+    Trouble::Input(format!("--port is missing: which serial port is the stand's? ({}; `stand sim --serve pty` makes one)", ports()))
+}
+
+/// How a recording ended.
+enum End {
+    Whole,
+    Interrupted,
+    Fault(String),
+    Lost(LinkError),
+    Silent,
+}
+
+impl Record {
+    pub(super) fn run(self) -> Result<(), Trouble> {
+        let port = self.port.clone().ok_or_else(missing_port)?;
+        check_place(&self.out)?;
+        self.answer.check()?;
+        let place = Place::of(&self.out)?;
+        let orders = self.orders()?;
+        let notes = self.notes.iter().map(|note| pair("--note", note)).collect::<Result<Vec<_>, _>>()?;
+        let mut link = Link::open(&port)?;
+        let fault = link.ask("FAULt?")?;
+        if !fault.starts_with("0,") {
+            return Err(Trouble::Input(format!(
+                "{}: the drive is off by a fault: {fault}; FAULt:CLEar in `stand console` first",
+                port.display()
+            )));
+        }
+        link.tell("STReam OFF")?;
+        for order in &orders {
+            link.tell(order)?;
+        }
+        let zero_rad = self.zero(&mut link)?;
+        let head = self.head(&mut link, zero_rad.is_some(), notes)?;
+        link.tell(&format!("STReam:DECimation {}", self.decimation))?;
+        link.tell(self.channels())?;
+        let file = place.create().map_err(|e| Trouble::file(place.meanwhile(), "write", &e))?;
+        let channels = Channels::USUAL;
+        let mut recorder = Recorder::new(file, self.mode_channels(channels), zero_rad.unwrap_or(0.0), head);
+        let begun = Instant::now();
+        let end = self.measure(&mut link, &mut recorder, place.meanwhile())?;
+        self.close(&mut link, recorder, &place, end, zero_rad.is_some(), begun)
+    }
+
+    /// What is told to the stand before the profile begins.
+    fn orders(&self) -> Result<Vec<String>, Trouble> {
+        let (mode, word) = match self.mode {
+            Drive::Rate => (Mode::Rate, "RATE"),
+            Drive::Voltage => (Mode::Voltage, "VOLTage"),
+        };
+        if !(self.seconds.is_finite() && (1e-3..=1e6).contains(&self.seconds)) {
+            return Err(Trouble::Input(format!("--seconds: {} is outside 0.001 … 1000000", self.seconds)));
+        }
+        let config = self.profile.config(mode, self.seed)?;
+        let kind = config.kind;
+        let mut orders = vec![format!("PROFile:MODE {word}"), format!("PROFile:TYPE {}", kind.name())];
+        for name in kind.parameters() {
+            if let Some(parameter) = Parameter::of_name(name) {
+                orders.push(format!("PROFile:{name} {}", (parameter.read)(&config)));
+            }
+        }
+        // A little longer than what is recorded, so that the last row is of the profile.
+        orders.push(format!("PROFile:DURation {}", self.seconds + 0.2));
+        Ok(orders)
+    }
+
+    /// The channels of the log: commands only where there are any.
+    fn channels(&self) -> &'static str {
+        match self.mode {
+            Drive::Rate => "STReam:CHANnels DEFault",
+            Drive::Voltage => "STReam:CHANnels u_V,supply_V,i_A,theta_rad,omega_rad_s,temp_C,limits,fault",
+        }
+    }
+
+    fn mode_channels(&self, usual: Channels) -> Channels {
+        let commands = ["rate_cmd_rad_s", "theta_cmd_rad"].iter().filter_map(|name| Channels::named(name));
+        match self.mode {
+            Drive::Rate => usual,
+            Drive::Voltage => commands.fold(usual, |all, one| Channels(all.0 & !one.0)),
+        }
+    }
+
+    /// What must be added to the stand's angles so that their zero is the index; `None` where it was not seen.
+    fn zero(&self, link: &mut Link) -> Result<Option<f64>, Trouble> {
+        link.tell("STReam:DECimation 1")?;
+        link.tell("STReam:CHANnels theta_rad,from_index_rad")?;
+        link.tell("STReam ON")?;
+        let mut zero = index(link, Duration::from_millis(200))?;
+        if zero.is_none() && self.find_index {
+            link.tell(WATCH)?;
+            link.tell(&format!("SOURce:RATE {LOOK_RAD_S} RAD/S"))?;
+            link.tell("SOURce:MODE RATE")?;
+            let begun = Instant::now();
+            while zero.is_none() && begun.elapsed() < LOOK {
+                link.tell("HOST:ARM 5 S")?;
+                zero = index(link, EACH)?;
+            }
+            link.tell("SOURce:RATE 0 RAD/S")?;
+            std::thread::sleep(EACH);
+            link.tell("OUTPut OFF")?;
+            if zero.is_none() {
+                link.tell("STReam OFF")?;
+                return Err(Trouble::Input(
+                    "--find-index: the platform was turned and its index was not seen; is it free, is the index wired?".to_owned(),
+                ));
+            }
+        }
+        link.tell("STReam OFF")?;
+        Ok(zero)
+    }
+
+    /// What the log says of itself: interfaces.md, "Logs".
+    fn head(&self, link: &mut Link, zero_is_index: bool, more: Vec<(String, String)>) -> Result<Vec<(String, String)>, Trouble> {
+        let mut setting = |name: &str| -> Result<Option<f64>, Trouble> {
+            match link.ask(&format!("SETTings:{name}?")) {
+                Ok(reply) => Ok(reply.split_whitespace().next().and_then(|number| number.parse().ok())),
+                // An older firmware may not have it.
+                Err(LinkError::Refused { .. }) => Ok(None),
+                Err(error) => Err(error.into()),
+            }
+        };
+        let counts = setting("counts_per_turn")?;
+        let rate_lsb = setting("rate_rad_s_per_code")?;
+        let supply = setting("supply_nominal_V")?;
+        let cutoff = setting("rate_cutoff_Hz")?.filter(|cutoff| *cutoff > 0.0);
+        let identity: Vec<&str> = link.identity().split(',').collect();
+        let part = |k: usize| identity.get(k).copied().unwrap_or("").trim().to_owned();
+        let (mode, unit) = match self.mode {
+            Drive::Rate => ("rate", "rad/s"),
+            Drive::Voltage => ("voltage", "V"),
+        };
+        let mode_kind = if self.mode == Drive::Rate { Mode::Rate } else { Mode::Voltage };
+        let amplitude = self.profile.amplitude.unwrap_or_else(|| SessionRequest::usual_amplitude(mode_kind));
+        let mut notes = vec![
+            ("stand".to_owned(), format!("{} {} {}", part(0), part(1), part(2))),
+            ("firmware".to_owned(), part(3)),
+            ("port".to_owned(), link.name()),
+            ("profile".to_owned(), self.profile.profile.clone()),
+            ("amplitude".to_owned(), format!("{amplitude} {unit}")),
+            ("mode".to_owned(), mode.to_owned()),
+            ("profile_seed".to_owned(), self.seed.to_string()),
+            ("u_V".to_owned(), "asked".to_owned()),
+            ("i_A".to_owned(), "mean over [t_k, t_k+1)".to_owned()),
+            ("omega_rad_s".to_owned(), cutoff.map_or("gyro".to_owned(), |cutoff| format!("gyro, filter {cutoff} Hz"))),
+        ];
+        if let Some(counts) = counts {
+            notes.push(("encoder".to_owned(), format!("{counts} counts per turn")));
+            notes.push(("theta_lsb_rad".to_owned(), format!("{:e}", std::f64::consts::TAU / counts)));
+        }
+        if zero_is_index {
+            notes.push(("theta_zero".to_owned(), "index".to_owned()));
+        }
+        notes.extend(rate_lsb.map(|lsb| ("omega_lsb_rad_s".to_owned(), format!("{lsb:e}"))));
+        notes.extend(supply.map(|volts| ("supply_nominal_V".to_owned(), volts.to_string())));
+        notes.push(("date".to_owned(), jiff::Zoned::now().strftime("%Y-%m-%dT%H:%M:%S%:z").to_string()));
+        // What the person says of a column stands for what is said here.
+        notes.retain(|(key, _)| !more.iter().any(|(k, _)| k == key));
+        notes.extend(more);
+        Ok(notes)
+    }
+
+    /// Runs the profile and takes rows until the record is long enough, somebody interrupts, or the line is no more.
+    fn measure<W: std::io::Write>(&self, link: &mut Link, recorder: &mut Recorder<W>, file: &Path) -> Result<End, Trouble> {
+        let interrupted = interrupts()?;
+        let bar = ProgressBar::new((self.seconds * 1e3) as u64);
+        if let Ok(style) = ProgressStyle::with_template("{wide_bar} {msg}") {
+            bar.set_style(style);
+        }
+        link.tell("STReam ON")?;
+        link.tell(WATCH)?;
+        link.tell("PROFile:STARt")?;
+        link.forget_losses();
+        let failed = |e: std::io::Error| Trouble::file(file, "write", &e);
+        let (mut heard_at, mut each) = (Instant::now(), Instant::now());
+        let end = loop {
+            if interrupted.load(Ordering::Relaxed) > 0 {
+                break End::Interrupted;
+            }
+            match link.next(Duration::from_millis(50)) {
+                Err(lost) => break End::Lost(lost),
+                Ok(None) if heard_at.elapsed() > SILENCE => break End::Silent,
+                Ok(None) => {}
+                Ok(Some(heard)) => {
+                    heard_at = Instant::now();
+                    if let Heard::Row(row) = heard {
+                        match recorder.take(&row).map_err(failed)? {
+                            Taken::Fault(_) => break End::Fault(String::new()),
+                            Taken::Written
+                                if recorder.last_s() + 0.5e-3 * f64::from(self.decimation)
+                                    >= self.seconds - 1e-3 * f64::from(self.decimation) =>
+                            {
+                                break End::Whole;
+                            }
+                            _ => {}
+                        }
+                        if row.sequence.is_multiple_of(100) {
+                            let rate = row.named().find(|(name, _)| *name == "omega_rad_s").map_or(f64::NAN, |(_, rate)| rate);
+                            let lost = link.losses().rows;
+                            bar.set_position((recorder.last_s() * 1e3) as u64);
+                            bar.set_message(format!("{:.1} of {} s, {rate:+.3} rad/s, {lost} rows lost", recorder.last_s(), self.seconds));
+                        }
+                    }
+                }
+            }
+            if each.elapsed() > EACH {
+                each = Instant::now();
+                recorder.flush().map_err(failed)?;
+                if let Err(lost) = link.send("HOST:ARM 5 S") {
+                    break End::Lost(lost);
+                }
+            }
+        };
+        bar.finish_and_clear();
+        Ok(end)
+    }
+
+    /// Leaves the stand at rest and the log whole, and says what came of it.
+    fn close<W: std::io::Write>(
+        &self,
+        link: &mut Link,
+        recorder: Recorder<W>,
+        place: &Place,
+        mut end: End,
+        has_zero: bool,
+        begun: Instant,
+    ) -> Result<(), Trouble> {
+        let losses = link.losses();
+        if !matches!(end, End::Lost(_) | End::Silent) {
+            let rest = ["PROFile:STOP", "HOST:ARM 0 S", "STReam OFF"].iter().try_for_each(|order| link.tell(order));
+            let said = link.ask("FAULt?");
+            match (&end, rest, said) {
+                (End::Fault(_), _, Ok(says)) => end = End::Fault(says),
+                (_, Err(lost), _) | (_, _, Err(lost)) => end = End::Lost(lost),
+                _ => {}
+            }
+        }
+        let (rows, last_s, left_out) = (recorder.rows(), recorder.last_s(), recorder.left_out());
+        let absent = recorder.absent().join(", ");
+        let how = match &end {
+            End::Whole => None,
+            End::Interrupted => Some("by hand".to_owned()),
+            End::Fault(says) => Some(format!("fault {says}")),
+            End::Lost(error) => Some(error.to_string()),
+            End::Silent => Some(format!("the stand was silent for {} s", SILENCE.as_secs())),
+        };
+        let mut notes = vec![("lost_rows".to_owned(), losses.rows.to_string()), ("damaged_frames".to_owned(), losses.damaged.to_string())];
+        if let End::Fault(says) = &end {
+            notes.push(("fault".to_owned(), format!("{says} at {last_s} s; the rows end there")));
+        }
+        notes.extend(how.iter().map(|how| ("ended".to_owned(), format!("{how}, at {last_s} s"))));
+        recorder.finish(&notes).map_err(|e| Trouble::file(place.meanwhile(), "write", &e))?;
+        if rows == 0 {
+            let _ = std::fs::remove_file(place.meanwhile());
+            return Err(Trouble::Other(format!("nothing was recorded: {}", how.unwrap_or_else(|| "no rows came".to_owned()))));
+        }
+        place.close()?;
+        let log = Log::read(&self.out)?;
+        let mut text =
+            format!("{}: {rows} rows, {:.3} s, in {:.1} s\n", self.out.display(), log.duration_s(), begun.elapsed().as_secs_f64());
+        if !losses.is_none() {
+            text += &format!("lost on the line: {} rows; {} frames or lines were damaged and are not shown\n", losses.rows, losses.damaged);
+        }
+        if left_out > 0 {
+            text += &format!("left out: {left_out} rows that lacked a value\n");
+        }
+        if !absent.is_empty() {
+            text += &format!("not in the log, for the stand has no values: {absent}\n");
+        }
+        if !has_zero {
+            text += "the index was not seen: the angle's zero is arbitrary (--find-index turns the platform first)\n";
+        }
+        if let Some(how) = &how {
+            text += &format!("ended before its time: {how}\n");
+        }
+        self.answer.text(&text)?;
+        self.answer.json(|| {
+            json!({
+                "log": self.out.display().to_string(), "samples": rows, "duration_s": log.duration_s(),
+                "lost_rows": losses.rows, "lost_frames": losses.frames, "damaged": losses.damaged, "left_out": left_out,
+                "theta_zero": if has_zero { json!("index") } else { serde_json::Value::Null },
+                "ended": how,
+            })
+        })?;
+        match end {
+            End::Whole | End::Interrupted | End::Fault(_) => Ok(()),
+            End::Lost(error) => Err(Trouble::Other(format!("{error}; what came until then is in {}", self.out.display()))),
+            End::Silent => Err(Trouble::Other(format!(
+                "{}: the stand says nothing any more; what came until then is in {}",
+                link.name(),
+                self.out.display()
+            ))),
+        }
+    }
+}
+
+/// Where the index is: what its distance from the angle's zero is, once a row has both.
+fn index(link: &mut Link, within: Duration) -> Result<Option<f64>, Trouble> {
+    let until = Instant::now() + within;
+    while Instant::now() < until {
+        if let Some(Heard::Row(row)) = link.next(Duration::from_millis(20))? {
+            let value = |name: &str| row.named().find(|(n, _)| *n == name).map_or(f64::NAN, |(_, value)| value);
+            let zero_rad = value("from_index_rad") - value("theta_rad");
+            if zero_rad.is_finite() {
+                return Ok(Some(zero_rad));
+            }
+        }
+    }
+    Ok(None)
+}
+
+/// `NAME=VALUE` in two.
+fn pair(option: &str, text: &str) -> Result<(String, String), Trouble> {
+    match text.split_once('=') {
+        Some((name, value)) if !name.trim().is_empty() => Ok((name.trim().to_owned(), value.trim().to_owned())),
+        _ => Err(Trouble::Input(format!("{option} {text}: must be NAME=VALUE"))),
+    }
+}
+
+/// Counts Ctrl-C and its like; the second one ends the program at once.
+pub(super) fn interrupts() -> Result<Arc<AtomicUsize>, Trouble> {
+    let (count, second) = (Arc::new(AtomicUsize::new(0)), Arc::new(AtomicBool::new(false)));
+    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM, signal_hook::consts::SIGHUP] {
+        let registered = signal_hook::flag::register_conditional_shutdown(signal, 1, second.clone())
+            .and_then(|_| signal_hook::flag::register(signal, second.clone()))
+            .and_then(|_| signal_hook::flag::register_usize(signal, count.clone(), 1));
+        registered.map_err(|e| Trouble::Other(format!("signals: {e}")))?;
+    }
+    Ok(count)
+}

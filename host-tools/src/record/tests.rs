@@ -1,0 +1,55 @@
+//! A log from rows, by itself.
+
+use super::*;
+use crate::log::Log;
+use stand_firmware::measurement_loop::Row;
+use stand_firmware::telemetry::Channels;
+
+fn row(k: u32, has_command: bool) -> RowFrame {
+    let row = Row {
+        sequence: k,
+        t_s: 5.0 + f64::from(k) * 1e-3,
+        u_V: 0.25,
+        i_A: Some(0.5),
+        theta_rad: f64::from(k) * 0.01,
+        rate_cmd_rad_s: has_command.then_some(10.0),
+        ..Row::default()
+    };
+    let channels = ["u_V", "i_A", "theta_rad", "omega_rad_s", "rate_cmd_rad_s", "limits", "fault"];
+    RowFrame::new(&row, channels.iter().fold(Channels::default(), |all, name| all.and(Channels::named(name).unwrap())))
+}
+
+#[test]
+fn the_log_begins_when_each_column_has_a_value_and_reads_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.csv");
+    let out = std::fs::File::create(&path).unwrap();
+    let first = row(0, false);
+    let mut recorder = Recorder::new(out, first.channels, 1.0, vec![("profile".to_owned(), "sine".to_owned())]);
+    // The rate sensor has no values at all, the command comes with row 40.
+    let taken: Vec<Taken> = (0..200).map(|k| recorder.take(&row(k, k >= 40 && k != 150)).unwrap()).collect();
+    assert_eq!(taken.iter().filter(|t| **t == Taken::NotYet).count(), 99, "it waits for the sensor that is not there");
+    assert_eq!(recorder.absent(), ["omega_rad_s"]);
+    assert_eq!(taken[150], Taken::LeftOut);
+    recorder.finish(&[("lost_rows".to_owned(), "0".to_owned())]).unwrap();
+    let log = Log::read(&path).unwrap();
+    let names: Vec<&str> = log.columns().iter().map(|c| c.name.as_str()).collect();
+    assert_eq!(names, ["t_s", "u_V", "i_A", "theta_rad", "rate_cmd_rad_s"]);
+    assert_eq!(log.len(), 100);
+    assert_eq!(log.t_s()[0], 0.0);
+    assert!((log.t_s()[99] - 0.1).abs() < 1e-12, "{}", log.t_s()[99]);
+    assert!((log.column("theta_rad").unwrap()[0] - 1.99).abs() < 1e-9);
+    assert_eq!(log.segments().len(), 2, "the row that is left out is a gap");
+    assert_eq!((log.note("profile"), log.note("lost_rows")), (Some("sine"), Some("0")));
+}
+
+#[test]
+fn a_fault_ends_the_log_before_its_row() {
+    let mut recorder = Recorder::new(Vec::new(), row(0, true).channels, 0.0, Vec::new());
+    let mut faulty = row(7, true);
+    let bit = stand_firmware::telemetry::CHANNELS.iter().position(|c| c.name == "fault").unwrap();
+    faulty.values[bit] = 3.0;
+    assert_eq!(recorder.take(&faulty).unwrap(), Taken::Fault(3));
+    assert_eq!(recorder.rows(), 0);
+    recorder.finish(&[]).unwrap();
+}
