@@ -18,6 +18,7 @@ mod runner;
 pub mod state;
 
 pub use out::Out;
+use state::Parts;
 pub use state::{Identity, State};
 
 use crate::board::{Board, Clock, TICKS_PER_ROW, Ticks};
@@ -118,7 +119,8 @@ pub fn assemble<'a, F: NorFlash>(
         .recording(memory.capture.recorder(CAPTURE_BEFORE));
     let instruments: &Instruments = memory.instruments.insert(Instruments::new(kept.hardware));
     let imu = &memory.imu;
-    let state = State::new(identity, stop_line, instruments, imu, &memory.tuning, &memory.capture, kept, defaults);
+    let state =
+        State::new(identity, stop_line, Parts { instruments, imu, tuning: &memory.tuning, capture: &memory.capture }, kept, defaults);
     if let Some(entry) = wrong {
         state.report(entry);
     }

@@ -83,6 +83,19 @@ pub struct Identity<'a> {
     pub baud: u32,
 }
 
+/// What others of the program hold an end of.
+#[derive(Clone, Copy)]
+pub struct Parts<'a> {
+    /// What the rows say of drive, sensor and rate.
+    pub instruments: &'a Instruments,
+    /// The sensor under test.
+    pub imu: &'a imu::Shared,
+    /// The way of settings to the speed loop.
+    pub tuning: &'a Tuning,
+    /// The record around a fault.
+    pub capture: &'a capture::Memory,
+}
+
 /// All of it.
 pub struct State<'a> {
     /// Who it is.
@@ -169,16 +182,7 @@ pub struct State<'a> {
 
 impl<'a> State<'a> {
     /// A stand at rest.
-    pub fn new(
-        identity: Identity<'a>,
-        stop_line: &'a StopLine,
-        instruments: &'a Instruments,
-        imu: &'a imu::Shared,
-        tuning: &'a Tuning,
-        capture: &'a capture::Memory,
-        kept: Kept,
-        defaults: Kept,
-    ) -> Self {
+    pub fn new(identity: Identity<'a>, stop_line: &'a StopLine, parts: Parts<'a>, kept: Kept, defaults: Kept) -> Self {
         Self {
             identity,
             stop_line,
@@ -191,7 +195,7 @@ impl<'a> State<'a> {
             running: Cell::new(Running::None),
             targets: Cell::new(Targets::default()),
             zero: Cell::new(Zero::PowerOn),
-            capture,
+            capture: parts.capture,
             capture_lines: Cell::new((0, 0)),
             mode: Cell::new(Mode::Rate),
             profile: Cell::new(ProfileConfig::new(ProfileKind::Sine, 5.0, 1)),
@@ -201,9 +205,9 @@ impl<'a> State<'a> {
             trip: Cell::new(Fault::None),
             row: Cell::new(Row::default()),
             rate_rad_s: Cell::new(None),
-            instruments,
+            instruments: parts.instruments,
             imu_setup: Cell::new(None),
-            imu,
+            imu: parts.imu,
             to_index_rad: Cell::new(None),
             stream: Cell::new(Stream { channels: Channels::USUAL, decimation: 1 }),
             watch_anew: Cell::new(false),
@@ -215,7 +219,7 @@ impl<'a> State<'a> {
             show_errors_at: Cell::new(None),
             calibrate: Cell::new(false),
             learn: Cell::new(false),
-            tuning,
+            tuning: parts.tuning,
             calibration: calibration::Watch::default(),
             calibrated: Cell::new(None),
             calibration_from: Cell::new(None),
