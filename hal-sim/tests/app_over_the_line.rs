@@ -341,6 +341,32 @@ fn the_record_around_a_stop_is_read_out() {
 }
 
 #[test]
+fn it_calibrates_when_told_shows_how_far_it_is_and_can_be_stopped() {
+    stand(async |host| {
+        host.send("CAL:COGG:STAR");
+        host.wait(5.0).await;
+        let progress = host.ask("CAL:COGG:PROG?").await;
+        let percent: f64 = progress.strip_suffix(" PCT").unwrap().parse().unwrap();
+        assert!((3.0..20.0).contains(&percent), "{progress}");
+        host.send("CAL:COGG:STAR");
+        assert!(host.error().await.starts_with("-221"), "one at a time");
+        host.send("CAL:COGG:ABOR");
+        host.wait(0.1).await;
+        assert!(host.ask("CAL:COGG?").await.starts_with("FAILED,aborted"));
+        assert!(host.error().await.starts_with("103,"));
+        assert_eq!(host.ask("OUTP?").await, "0");
+        host.wait(3.0).await;
+        host.send("CAL:COGG:STAR;*OPC?");
+        host.wait(100.0).await;
+        assert_eq!(host.text(), "1\r\n");
+        let found = host.ask("CAL:COGG?").await;
+        // The linear motor has viscous friction of 5e-6 N m s and nothing else.
+        assert!(found.starts_with("DONE,coulomb ") && !found.contains("order"), "{found}");
+        host.no_error().await;
+    });
+}
+
+#[test]
 fn a_host_that_vanishes_is_missed_where_it_asked_to_be() {
     stand(async |host| {
         host.send("HOST:ARM 0.5 S;:SOUR:MODE RATE;RATE 2");

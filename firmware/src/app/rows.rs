@@ -143,7 +143,7 @@ impl<'a, C: Clock> Rows<'a, C> {
 
     fn registers(&self, row: &Row) {
         let state = self.state;
-        let calibrates = u16::from(state.running.get() == Running::Calibration);
+        let calibrates = u16::from(state.calibrating.get());
         let profile = u16::from(state.running.get() == Running::Profile) << 9;
         let drives = u16::from(state.is_driving()) << 8;
         let streams = u16::from(state.out.is_streaming()) << 10;

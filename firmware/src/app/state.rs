@@ -166,6 +166,8 @@ pub struct State<'a> {
     pub show_errors_at: Cell<Option<Ticks>>,
     /// A calibration is asked for.
     pub calibrate: Cell<bool>,
+    /// One is under way, its answer included.
+    pub calibrating: Cell<bool>,
     /// The compensation is another one: the speed loop shall have it.
     pub learn: Cell<bool>,
     /// The way of other settings to the speed loop.
@@ -218,6 +220,7 @@ impl<'a> State<'a> {
             completes: Cell::new(false),
             show_errors_at: Cell::new(None),
             calibrate: Cell::new(false),
+            calibrating: Cell::new(false),
             learn: Cell::new(false),
             tuning: parts.tuning,
             calibration: calibration::Watch::default(),
@@ -238,6 +241,11 @@ impl<'a> State<'a> {
         self.watch_anew.set(true);
         self.tuning.post(config);
         Ok(())
+    }
+
+    /// Whether something runs for a time of its own, or is about to.
+    pub fn is_busy(&self) -> bool {
+        self.running.get() != Running::None || self.request.get().is_some() || self.calibrating.get()
     }
 
     /// Text mode, for whoever speaks next.
