@@ -87,7 +87,7 @@ pub const SCENES: &[Scene] = &[
     wrong("fault: supply low", Ask::Rate(5.0), Wrong::LowSupply, Shows::Fault(Fault::SupplyLow)),
     wrong("fault: stall", Ask::Push(3.3), Wrong::Jammed, Shows::Fault(Fault::Stall)),
     wrong("rate, index lost", Ask::Rate(5.0), Wrong::NoIndex, Shows::NoFault),
-    wrong("fault: overspeed", Ask::Rate(5.0), Wrong::Turned(60.0), Shows::Fault(Fault::Overspeed)),
+    wrong("fault: overspeed", Ask::Rate(5.0), Wrong::Turned(46.0), Shows::Fault(Fault::Overspeed)),
     wrong("fault: clock, cleared each row", Ask::Rate(5.0), Wrong::LosesTicks(7), Shows::Fault(Fault::Clock)),
 ];
 

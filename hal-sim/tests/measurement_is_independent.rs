@@ -128,13 +128,15 @@ fn rows(tick: Tick, lies: bool) -> (Vec<Row>, Instruments) {
     (rows, instruments)
 }
 
-/// A row without what is *asked*, which is the speed loop's to say.
+/// A row without what the speed loop says: what is *asked*, and the rate that it regulates by.
 fn measured(row: &Row) -> Row {
     let none = Row::default();
     Row {
         u_V: 0.0,
         rate_cmd_rad_s: None,
         theta_cmd_rad: None,
+        loop_rate_rad_s: 0.0,
+        loop_rate_age_s: 0.0,
         limits: none.limits,
         compensating: none.compensating,
         fault: none.fault,

@@ -164,15 +164,11 @@ fn the_rate_command_is_the_profile_where_no_limit_is_in_force() {
     let mut profile = stand_firmware::profile::Profile::new(&request.profile).unwrap();
     let commands = col(&record, "rate_cmd_rad_s");
     let values: Vec<f64> = commands.iter().map(|_| profile.next_value()).collect();
-    // The start from rest is a step; 1 rad/s at 60 rad/s² are 17 ms, and then 26 ms of smoothing.
+    // The start from rest is a step; 1 rad/s at 60 rad/s² are 17 ms, and then 32 ms of smoothing.
     for (k, command) in commands.iter().enumerate().skip(50) {
         assert!(!record.limits[k].contains(Limits::ACCELERATION), "row {k}");
-        // Its mean over the last 25.6 ms, tick by tick; between two milliseconds the profile is straight.
-        let at = |tick: usize| {
-            let (row, part) = (tick / 10, (tick % 10) as f64 / 10.0);
-            values[row] + if part > 0.0 { part * (values[row + 1] - values[row]) } else { 0.0 }
-        };
-        let smoothed = (0..256).map(|back| at(10 * k - back)).sum::<f64>() / 256.0;
+        // Its mean over 32 milliseconds, worked out in the one before.
+        let smoothed = (1..=32).map(|back| values[k - back]).sum::<f64>() / 32.0;
         assert!((command - smoothed).abs() < 1e-8, "row {k}: {command} {smoothed}");
     }
 }

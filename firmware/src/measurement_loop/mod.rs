@@ -210,6 +210,8 @@ impl<'a> MeasurementLoop<'a> {
             rate_cmd_rad_s: follows.then(|| k.report.rate_command as f64 / ONE * count_rad * CONTROL_HZ as f64),
             theta_cmd_rad: follows.then(|| (k.report.position_command_counts(k.counts) - self.zero_counts as f64) * count_rad),
             temp_C: k.temp_C,
+            loop_rate_rad_s: f64::from(k.report.rate) * count_rad * CONTROL_HZ as f64,
+            loop_rate_age_s: f64::from(k.report.edge_age) / h.edge_timer_Hz,
             limits: next.report.limits_since(&k.report),
             compensating: k.report.compensating,
             fault: next.report.fault,

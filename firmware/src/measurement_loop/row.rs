@@ -44,6 +44,11 @@ pub struct Row {
     pub theta_cmd_rad: Option<f64>,
     /// Winding temperature at t_k, °C.
     pub temp_C: Option<f64>,
+    /// The speed loop's own rate by the encoder's edges at t_k, rad/s, and the time since the last of them, s: what it regulates by, not a
+    /// measurement.
+    pub loop_rate_rad_s: f64,
+    /// Age of that rate, s; ends at 2³⁰ steps of the edge timer (12 s).
+    pub loop_rate_age_s: f64,
     /// The limits that were in force at some time within the row.
     pub limits: Limits,
     /// What of the learnt compensation was at work at t_k.

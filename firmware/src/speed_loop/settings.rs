@@ -37,7 +37,7 @@ pub struct Settings {
     pub voltage_limit_V: f64,
     /// Rate at which the drive is switched off, rad/s.
     pub overspeed_rad_s: f64,
-    /// Greatest rate on the way to an angle, rad/s, where the order names none.
+    /// Greatest rate on the way to an angle, rad/s, where the order names none; below the overspeed in any case.
     pub approach_rad_s: f64,
     /// What was learnt of the drive, fed forward in rate and position mode.
     pub compensation: Compensation,
@@ -123,7 +123,7 @@ impl Config {
         let current = within("current_limit_A", s.current_limit_A, 1e-3, 1e3)?;
         let volts = within("voltage_limit_V", s.voltage_limit_V, 1e-3, hardware.supply_nominal_V)?;
         let overspeed = within("overspeed_rad_s", s.overspeed_rad_s, 1e-3, 1e4)?;
-        let approach = within("approach_rad_s", s.approach_rad_s, 1e-4, overspeed)?;
+        let approach = within("approach_rad_s", s.approach_rad_s, 1e-4, 1e4)?.min(0.9 * overspeed);
         s.compensation.check(constant * current)?;
         s.safety.check()?;
 
