@@ -14,6 +14,8 @@ pub struct Field {
     pub least: f64,
     /// The greatest.
     pub greatest: f64,
+    /// Whether it is a scale of the hardware, which acts from the next power-on on.
+    pub is_scale: bool,
     /// Its value.
     pub read: fn(&Kept) -> f64,
     /// Sets it.
@@ -37,12 +39,15 @@ macro_rules! fields {
         /// All of them.
         pub const FIELDS: &[Field] = &[$(Field {
             name: fields!(@name $name $($inner)?),
+            is_scale: fields!(@is_scale $place),
             least: $least,
             greatest: $greatest,
             read: |kept| fields!(@read kept.$place.$name $(.$inner)?),
             write: |kept, value| fields!(@write kept.$place.$name $(.$inner)?, value),
         }),*];
     };
+    (@is_scale hardware) => { true };
+    (@is_scale settings) => { false };
     (@name $name:ident) => { stringify!($name) };
     (@name $name:ident $inner:ident) => { stringify!($inner) };
     (@read $kept:ident . $place:ident . duty_full_scale) => { f64::from($kept.$place.duty_full_scale) };
