@@ -92,6 +92,7 @@ fields! {
     hardware.current_zero_code: 1.0, 1e15;
     hardware.supply_V_per_code: 1e-9, 1e3;
     hardware.rate_rad_s_per_code: 1e-12, 1e3;
+    hardware.rate_cutoff_Hz: 0.0, 1e6;
     hardware.temperature_C_per_code: 1e-9, 1e3;
 }
 
