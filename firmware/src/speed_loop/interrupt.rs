@@ -32,16 +32,16 @@ pub type LessonWriter<'a> = Writer<'a, Learnt, LEARNT_WORDS>;
 pub struct Interrupt<'a> {
     speed_loop: SpeedLoop,
     lessons: Option<(Reader<'a, Learnt, LEARNT_WORDS>, Parts<LEARNT_WORDS>)>,
+    tuning: Option<&'a Tuning>,
     orders: OrderReader<'a>,
     reports: ReportWriter<'a>,
     recorder: Option<Recorder<'a>>,
-    tuning: Option<&'a Tuning>,
 }
 
 impl<'a> Interrupt<'a> {
     /// Joins the law with the interrupt's ends of the two mailboxes.
     pub fn new(speed_loop: SpeedLoop, orders: OrderReader<'a>, reports: ReportWriter<'a>) -> Self {
-        Self { speed_loop, lessons: None, orders, reports, recorder: None, tuning: None }
+        Self { speed_loop, lessons: None, tuning: None, orders, reports, recorder: None }
     }
 
     /// Listens for what is learnt while it runs; otherwise the settings' compensation stays.
@@ -49,14 +49,14 @@ impl<'a> Interrupt<'a> {
         Self { lessons: Some((lessons, Parts::default())), ..self }
     }
 
-    /// Records each tick, so that what led to a fault can be looked at.
-    pub fn recording(self, recorder: Recorder<'a>) -> Self {
-        Self { recorder: Some(recorder), ..self }
-    }
-
     /// Takes other settings while it runs, with the drive off.
     pub fn tuned_by(self, tuning: &'a Tuning) -> Self {
         Self { tuning: Some(tuning), ..self }
+    }
+
+    /// Records each tick, so that what led to a fault can be looked at.
+    pub fn recording(self, recorder: Recorder<'a>) -> Self {
+        Self { recorder: Some(recorder), ..self }
     }
 
     /// The compensation in force.
@@ -79,7 +79,11 @@ impl<'a> Interrupt<'a> {
                 self.speed_loop.in_turn(&sensed);
             }
             5 | 6 => self.take_order(&sensed),
-            9 => {}
+            9 => {
+                if let Some(config) = self.tuning.and_then(Tuning::take) {
+                    self.speed_loop.tune(config);
+                }
+            }
             _ => {
                 self.speed_loop.in_turn(&sensed);
                 if slot == 4 {
@@ -110,9 +114,6 @@ impl<'a> Interrupt<'a> {
     /// Lessons, and what the record is to do.
     #[inline]
     fn rest(&mut self, sensed: &Sensed) {
-        if let Some(config) = self.tuning.and_then(Tuning::take) {
-            self.speed_loop.tune(config);
-        }
         if let Some(recorder) = &mut self.recorder {
             recorder.look(sensed.tick as u32, self.speed_loop.fault());
         }

@@ -139,6 +139,7 @@ impl SpeedLoop {
     }
 
     /// Other settings from the next tick on; the drive must be off.
+    #[cold]
     pub fn tune(&mut self, config: Config) {
         self.config = config;
         self.learn(&config.learnt);

@@ -6,7 +6,6 @@ use super::segment::ONE;
 use super::*;
 use crate::board::{CONTROL_HZ, CurrentCode, EncoderCount, Hardware, Sensed, SupplyCode};
 use crate::mailbox::Words;
-// Behind the lock of `Tuning`.
 use crate::safety;
 use critical_section as _;
 
