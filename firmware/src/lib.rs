@@ -33,6 +33,7 @@ pub mod config;
 pub mod console;
 pub mod imu;
 pub mod mailbox;
+mod maths;
 pub mod measurement_loop;
 pub mod profile;
 pub mod safety;

@@ -11,6 +11,7 @@ use super::course::Course;
 use super::map::{BINS, Bin, Map};
 use crate::board::Hardware;
 use crate::compensation::{Compensation, Harmonic, Harmonics, MOST_HARMONICS};
+use crate::maths;
 use crate::speed_loop::{Limits, Settings};
 use core::f64::consts::{FRAC_PI_2, LN_2, TAU};
 
@@ -111,9 +112,9 @@ fn disturbance(turn: &[Bin; BINS], order: u16, rate_rad_s: f64, settings: &Setti
     let bin_rad = TAU / BINS as f64;
     // A bin's mean is the value in its middle, weaker by the sine of half its width over that half.
     let half_width = 0.5 * n * bin_rad;
-    let scale = 2.0 / BINS as f64 * half_width / libm::sin(half_width);
-    let mut turned = Phasor { re: libm::cos(half_width), im: -libm::sin(half_width) };
-    let (step_re, step_im) = (libm::cos(n * bin_rad), -libm::sin(n * bin_rad));
+    let scale = 2.0 / BINS as f64 * half_width / maths::sin(half_width);
+    let mut turned = Phasor { re: maths::sin_cos(half_width).1, im: -maths::sin(half_width) };
+    let (step_re, step_im) = (maths::sin_cos(n * bin_rad).1, -maths::sin(n * bin_rad));
     let (mut voltage, mut deviation) = (Phasor::default(), Phasor::default());
     for bin in turn {
         let count = f64::from(bin.count.max(1));

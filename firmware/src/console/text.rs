@@ -193,7 +193,7 @@ impl Writer<'_> {
 
 /// e with 10^e ≤ value < 10^(e+1), for a finite value above 0.
 fn exponent_of(value: f64) -> i32 {
-    let mut exponent = libm::floor(libm::log10(value)) as i32;
+    let mut exponent = libm::floor(libm::log(value) * core::f64::consts::LOG10_E) as i32;
     // The logarithm may be off by its last bit at a power of ten.
     if scaled(value, -exponent) >= 10.0 {
         exponent += 1;

@@ -2,6 +2,7 @@
 
 use super::{ProfileConfig, milliseconds, sine};
 use crate::config::{ConfigError, within};
+use crate::maths;
 
 /// Phase per millisecond at one hertz, 2⁻³² turn.
 const STEP_PER_HZ: f64 = 1e-3 * 4_294_967_296.0;
@@ -24,7 +25,7 @@ impl Chirp {
     /// The same factor in each second.
     pub(super) fn logarithmic(amplitude: f64, c: &ProfileConfig) -> Result<Self, ConfigError> {
         let chirp = Self::constant(amplitude, c)?;
-        let growth = libm::pow(c.to_Hz / c.from_Hz, 1.0 / f64::from(chirp.sweep_ms));
+        let growth = maths::power(c.to_Hz / c.from_Hz, 1.0 / f64::from(chirp.sweep_ms));
         Ok(Self { growth, ..chirp })
     }
 

@@ -7,6 +7,7 @@
 
 use super::{ProfileConfig, sine};
 use crate::config::{ConfigError, within};
+use crate::maths;
 
 const LINES: usize = 20;
 
@@ -34,7 +35,7 @@ impl Multisine {
         for (n, line) in lines.iter_mut().enumerate() {
             let n = n as f64;
             let below = multiple;
-            let wanted = libm::round(libm::pow(highest / lowest, n / last));
+            let wanted = libm::round(maths::power(highest / lowest, n / last));
             // Low lines that would fall together take the next free multiple.
             multiple = if wanted > multiple { wanted } else { multiple + 1.0 };
             turns += (multiple - below) * n / LINES as f64;

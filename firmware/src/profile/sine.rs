@@ -1,10 +1,11 @@
 //! One sine, for the response at one frequency.
 //!
-//! Single precision (1e-7), not micromath's: what is asked for shall have no lines beside its own. The phase is in 2⁻⁶⁴ turn, so that after
+//! Double precision, not micromath's: what is asked for shall have no lines beside its own. The phase is in 2⁻⁶⁴ turn, so that after
 //! hours it is still right.
 
 use super::ProfileConfig;
 use crate::config::{ConfigError, within};
+use crate::maths;
 
 #[derive(Clone, Debug)]
 pub(super) struct Sine {
@@ -20,8 +21,8 @@ impl Sine {
     }
 
     pub(super) fn next_value(&mut self) -> f64 {
-        let turn = ((self.phase >> 32) as u32 as i32) as f32 * (1.0 / 4_294_967_296.0);
+        let turn = ((self.phase >> 32) as u32 as i32) as f64 * (1.0 / 4_294_967_296.0);
         self.phase = self.phase.wrapping_add(self.step);
-        self.amplitude * f64::from(libm::sinf(core::f32::consts::TAU * turn))
+        self.amplitude * maths::sin(core::f64::consts::TAU * turn)
     }
 }

@@ -7,6 +7,7 @@
 
 use super::ProfileConfig;
 use crate::config::{ConfigError, within};
+use crate::maths;
 
 /// What holds a slope back.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,7 +30,7 @@ impl Hold {
     /// The greatest level from which one can come, from zero up and to zero down again, with an `area` (level × s) under the way.
     pub(super) fn greatest_within(&self, area: f64) -> f64 {
         // Without full acceleration: 2 v √(v/j) = A; with it: v (v/a + a/j) = A.
-        let rounded = libm::cbrt(0.25 * area * area * self.jerk);
+        let rounded = maths::cube_root(0.25 * area * area * self.jerk);
         let corner = self.acceleration / self.jerk;
         if rounded * self.jerk <= self.acceleration * self.acceleration {
             return rounded;
