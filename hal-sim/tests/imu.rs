@@ -7,7 +7,9 @@ use hal_sim::clock::{self, SimClock, VirtualClock};
 use hal_sim::peripherals::SensorSetup;
 use hal_sim::peripherals::imu::{Fault, ImuSetup};
 use stand_firmware::board::{Board, Clock, Hardware, TICKS_PER_S, TickIo, Ticks};
-use stand_firmware::imu::{Ism330dhcx, Motion, Runner, Setup, Shared, State, Status, Trouble};
+use stand_firmware::imu::{
+    Drained, InForce, Ism330dhcx, Motion, Ready, Runner, Sample, SelfTest, Sensor, Setup, Shared, State, Status, Trouble,
+};
 use std::cell::RefCell;
 
 /// A platform that turns with ω = 10 + 5 t rad/s from t = 0 on, or stands.
@@ -204,7 +206,6 @@ fn a_single_flipped_bit_in_a_while_is_refused_and_the_rest_goes_on() {
 #[test]
 fn a_fifo_that_was_not_read_in_time_says_what_was_lost() {
     use embedded_hal_async::spi::{Operation, SpiDevice};
-    use stand_firmware::imu::{Sample, Sensor};
     let clock = VirtualClock::default();
     let bench = RefCell::new(Bench::new(&Hardware::default(), &SensorSetup::default(), 1, STILL).carrying(ImuSetup::ideal(), 1));
     let mut board = SimBoard::new(&bench, &clock);
@@ -226,4 +227,97 @@ fn a_fifo_that_was_not_read_in_time_says_what_was_lost() {
         assert!(ready.rate && ready.accel && ready.temperature);
     };
     clock::run(&clock, story, |to| bench.borrow_mut().advance(to, |io| _ = io.sense())).unwrap();
+}
+
+/// Another part behind the same trait: one that is told what is so.
+struct Told<'a> {
+    bench: &'a RefCell<Bench<Turning>>,
+    last: u32,
+}
+
+impl Told<'_> {
+    /// Its time has steps of 1 µs.
+    fn sample(&self) -> Sample {
+        let bench = self.bench.borrow();
+        let plant = bench.plant();
+        let rate = plant.true_rate_rad_s();
+        Sample {
+            stamp: (plant.t_s * 1e6).round() as u32,
+            rate_rad_s: [0.0, 0.0, rate as f32],
+            accel_m_s2: [(-rate * rate * 0.05) as f32, 0.0, 9.8],
+        }
+    }
+}
+
+impl Sensor for Told<'_> {
+    const NAME: &'static str = "told";
+
+    async fn identify(&mut self) -> Result<(), Trouble> {
+        Ok(())
+    }
+    async fn configure(&mut self, wanted: &Setup) -> Result<InForce, Trouble> {
+        Ok(InForce { setup: *wanted, rate_cutoff_Hz: 1e4, accel_cutoff_Hz: 1e4, stamp_s: 1e-6 })
+    }
+    async fn ready(&mut self) -> Result<Ready, Trouble> {
+        Ok(Ready { rate: true, accel: true, temperature: true })
+    }
+    async fn drain(&mut self, samples: &mut [Sample]) -> Result<Drained, Trouble> {
+        let sample = self.sample();
+        let fresh = usize::from(std::mem::replace(&mut self.last, sample.stamp) != sample.stamp);
+        samples[0] = sample;
+        Ok(Drained { samples: fresh, ..Drained::default() })
+    }
+    async fn stamp(&mut self) -> Result<u32, Trouble> {
+        Ok(self.sample().stamp)
+    }
+    async fn temperature_C(&mut self) -> Result<f32, Trouble> {
+        Ok(25.0)
+    }
+    async fn self_test(&mut self) -> Result<SelfTest, Trouble> {
+        Ok(SelfTest { passed: true, ..SelfTest::default() })
+    }
+}
+
+#[test]
+fn a_second_part_fits_behind_the_trait() {
+    let clock = VirtualClock::default();
+    let plant = Turning { t_s: 0.0, from_rad_s: 3.0, acceleration_rad_s2: 0.0 };
+    let bench = RefCell::new(Bench::new(&Hardware::default(), &SensorSetup::default(), 1, plant));
+    let shared = Shared::default();
+    let mut runner = Runner::new(Told { bench: &bench, last: 0 }, SimClock(&clock), &shared);
+    let until = SimClock(&clock);
+    let watch = until.until(Ticks(TICKS_PER_S));
+    clock::run(&clock, select(watch, runner.run()), |to| bench.borrow_mut().advance(to, |io| _ = io.sense())).unwrap();
+    let (status, newest) = (shared.status(), shared.newest().unwrap());
+    assert_eq!((status.name, status.state, status.troubles), ("told", State::Running, 0));
+    assert!((newest.value.rate_rad_s - 3.0).abs() < 1e-6 && (newest.value.outward_m_s2 + 0.45).abs() < 1e-6);
+    assert!(newest.age(Ticks(TICKS_PER_S)) < 3_000, "{newest:?}");
+}
+
+#[test]
+fn a_stand_whose_file_names_a_sensor_has_its_columns_and_says_how_they_were_made() {
+    use hal_sim::plant::{Plant, Stand};
+    use hal_sim::session::{self, SessionRequest};
+    use stand_firmware::profile::{ProfileConfig, ProfileKind};
+    use stand_firmware::speed_loop::Mode;
+    let profile = ProfileConfig::new(ProfileKind::Constant, 10.0, 1);
+    let request = SessionRequest { mode: Mode::Rate, profile, seconds: 3.0, seed: 1 };
+    let record = |stand: &Stand| session::run(stand.setup(), Plant::new(stand, 0.0).unwrap(), request).unwrap();
+    let with = Stand::parse("[imu]\nradius_m = 0.04\ngyro_scale = 1.01\n").unwrap();
+    let (with, without) = (record(&with), record(&Stand::default()));
+    for name in ["gyro_rad_s", "accel_x_m_s2", "accel_y_m_s2"] {
+        assert!(with.column(name).is_some() && without.column(name).is_none(), "{name}");
+        assert!(with.note(name).unwrap().starts_with("ISM330DHCX, "), "{:?}", with.note(name));
+    }
+    let mean = |name: &str| with.column(name).unwrap()[2000..].iter().sum::<f64>() / 1000.0;
+    assert!((mean("gyro_rad_s") / 10.1 - 1.0).abs() < 1e-3, "{}", mean("gyro_rad_s"));
+    assert!((mean("accel_x_m_s2") / -4.0 - 1.0).abs() < 5e-3, "{}", mean("accel_x_m_s2"));
+    for record in [&with, &without] {
+        let turns = record.column("turn_s").unwrap();
+        assert!(turns[0] == 0.0 && (turns[2999] - std::f64::consts::TAU / 10.0).abs() < 1e-4, "{}", turns[2999]);
+        assert!(record.note("turn_s").unwrap().contains("90 MHz"));
+    }
+    let wrong = Stand::parse("[imu]\nradius_m = -1.0\n").unwrap();
+    let error = session::run(wrong.setup(), Plant::new(&wrong, 0.0).unwrap(), request).unwrap_err().to_string();
+    assert!(error.contains("imu.radius_m"), "{error}");
 }

@@ -87,7 +87,7 @@ impl<const N: usize, const L: usize> Moments<N, L> {
             let mut weighted = normal;
             for (k, regressor) in regressors.iter().enumerate().filter(|(_, r)| r.prior_sigma.is_finite()) {
                 // A hair of it at first, so that a coefficient that only the prior determines does not stop the rest.
-                weighted.add(k, k, (variance / (regressor.prior_sigma * regressor.prior_sigma)).max(1e-9 * normal.at(k, k)));
+                weighted.add(k, k, (variance / (regressor.prior_sigma * regressor.prior_sigma)).max(1e-9 * normal.at(k, k)).max(1e-30));
             }
             let (coefficients, inverse) = solve(&weighted, &right)?;
             let mut residual: [f64; N] = core::array::from_fn(|k| if k == 0 { 1.0 } else { 0.0 });

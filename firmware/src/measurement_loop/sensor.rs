@@ -1,24 +1,30 @@
 //! Scale, bias and delay of the rate sensor under test against the encoder, while it runs: `MEASure:SENSor?`.
 //!
 //! In: the weighted sums of [`Window`]s. Out: s, b and τ of y(t) = s ω(t − τ) + b, each with its standard error, by
-//! ∫φy = s ∫φω + b ∫φ − s τ ∫φω'. The sensor's noise is what is explained; the encoder's angle is all but exact. The delay is that of the
-//! sensor's filter, of the transport and of the age of its samples together; without it a rate that changes would bias the scale. Memory
+//! ∫φy = s ∫φω + b ∫φ − s τ ∫φω' + m ∫φω''. The sensor's noise is what is explained; the encoder's angle is all but exact. The delay is that of the
+//! sensor's filter, of the transport and of the age of its samples together; without it, and the next order of it (m), a rate that changes would bias the
+//! scale, by some millionths for 1 ms. Memory
 //! grows until a restart ([`Moments`]).
 
 use super::drive::Estimate;
 use super::moments::{Moments, Regressor};
 use super::windows::Window;
+use crate::board::ROW_HZ;
 
 /// Elements of z after the sensor itself.
 const RATE: usize = 1;
 const ACCELERATION: usize = 2;
 const BIAS: usize = 3;
+const BEND: usize = 4;
 /// Lags of the errors' colour: one second.
 const LAGS: usize = 10;
 /// Windows before anything is said.
 const FEWEST: u32 = 20;
 /// A delay that nobody has, 1 σ, in s times the scale: at a constant rate nothing is known of it, and nothing has to be.
 const DELAY_S: f64 = 0.02;
+
+/// A row's sensor is that of its beginning, its rate the mean of the row: half a row of the delay is none.
+const HALF_ROW_S: f64 = 0.5 / ROW_HZ as f64;
 
 /// What is said of the sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -36,13 +42,14 @@ pub struct SensorReading {
 /// The sums.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sensor {
-    moments: Moments<4, LAGS>,
+    moments: Moments<5, LAGS>,
 }
 
 impl Sensor {
     /// Takes a window.
     pub fn take(&mut self, window: &Window) {
-        self.moments.take(window.sensor_rad.map(|shown| [shown, window.angle_rad, window.rate_rad_s, window.weight_s]));
+        let z = |shown| [shown, window.angle_rad, window.rate_rad_s, window.weight_s, window.slope_rad_s2];
+        self.moments.take(window.sensor_rad.map(z));
     }
 
     /// Forgets what was.
@@ -56,15 +63,16 @@ impl Sensor {
             return None;
         }
         let delay = Regressor { prior_sigma: DELAY_S, ..Regressor::new(ACCELERATION, -1.0) };
-        let answer = self.moments.solve([Regressor::new(RATE, 1.0), delay, Regressor::new(BIAS, 1.0)])?;
+        let bend = Regressor { prior_sigma: DELAY_S * DELAY_S, ..Regressor::new(BEND, 1.0) };
+        let answer = self.moments.solve([Regressor::new(RATE, 1.0), delay, Regressor::new(BIAS, 1.0), bend])?;
         let covariance = self.moments.covariance(&answer, &answer, true);
-        let [scale, late, bias] = answer.coefficients;
-        let sigma = |by: [f64; 3]| libm::sqrt(covariance.form(&by, &by).max(0.0));
-        let delay_sigma = sigma([-late / (scale * scale), 1.0 / scale, 0.0]);
+        let [scale, late, bias, _] = answer.coefficients;
+        let sigma = |by: [f64; 4]| libm::sqrt(covariance.form(&by, &by).max(0.0));
+        let delay_sigma = sigma([-late / (scale * scale), 1.0 / scale, 0.0, 0.0]);
         Some(SensorReading {
-            scale: Estimate { value: scale, sigma: sigma([1.0, 0.0, 0.0]) },
-            bias_rad_s: Estimate { value: bias, sigma: sigma([0.0, 0.0, 1.0]) },
-            delay_s: Estimate { value: late / scale, sigma: delay_sigma },
+            scale: Estimate { value: scale, sigma: sigma([1.0, 0.0, 0.0, 0.0]) },
+            bias_rad_s: Estimate { value: bias, sigma: sigma([0.0, 0.0, 1.0, 0.0]) },
+            delay_s: Estimate { value: late / scale - HALF_ROW_S, sigma: delay_sigma },
             windows: self.moments.count(),
         })
     }
@@ -93,6 +101,6 @@ mod tests {
             assert!((r.scale.value - 1.01).abs() < 4.0 * r.scale.sigma.max(1e-5) && r.scale.sigma < 1e-3, "{r:?}");
             assert!((r.bias_rad_s.value - 0.02).abs() < 4.0 * r.bias_rad_s.sigma.max(1e-5), "{r:?}");
         }
-        assert!((reading.delay_s.value - 2e-3).abs() < 4.0 * reading.delay_s.sigma && reading.delay_s.sigma < 1e-4, "{reading:?}");
+        assert!((reading.delay_s.value - 1.5e-3).abs() < 4.0 * reading.delay_s.sigma && reading.delay_s.sigma < 1e-4, "{reading:?}");
     }
 }

@@ -7,10 +7,12 @@
 //! rows, and the angle's increments enter exactly.
 
 use super::Row;
-use crate::board::{TICKS_PER_ROW, TICKS_PER_S};
+use crate::board::{ROW_HZ, TICKS_PER_ROW, TICKS_PER_S};
 
 /// Rows in a window.
 pub const ROWS: u32 = 200;
+/// 32 over the square of a window's length, 1/s².
+const PER_LENGTH2: f64 = 32.0 * (ROW_HZ as f64 / ROWS as f64) * (ROW_HZ as f64 / ROWS as f64);
 /// Windows that run at the same time, evenly one after the other.
 const AT_ONCE: usize = 2;
 /// Rows without a count after which the platform is taken to stand: at less than 0.016 rad/s the sign of the friction is not known.
@@ -25,10 +27,14 @@ pub struct Window {
     pub volt_s: f64,
     /// Of the current, A s; `None` where a row had none.
     pub ampere_s: Option<f64>,
+    /// Of the current's slope, by parts, A; `None` where a row had no current.
+    pub slope_A: Option<f64>,
     /// Of the rate, by the angle's increments, rad.
     pub angle_rad: f64,
     /// Of the acceleration, by parts, rad/s.
     pub rate_rad_s: f64,
+    /// Of the acceleration's slope, by parts twice, rad/s².
+    pub slope_rad_s2: f64,
     /// Of the rate sensor, rad; `None` where a row had none.
     pub sensor_rad: Option<f64>,
     /// +1 or −1 if the platform turned that way all the time without standing.
@@ -124,7 +130,7 @@ impl Windows {
 
 impl Open {
     fn new() -> Self {
-        let sums = Window { ampere_s: Some(0.0), sensor_rad: Some(0.0), ..Window::default() };
+        let sums = Window { ampere_s: Some(0.0), slope_A: Some(0.0), sensor_rad: Some(0.0), ..Window::default() };
         Self { sums, ..Self::default() }
     }
 
@@ -136,8 +142,11 @@ impl Open {
         sums.weight_s += weight * dt_s;
         sums.volt_s += weight * row.u_V * dt_s;
         sums.ampere_s = sums.ampere_s.zip(row.i_A).map(|(sum, i_A)| sum + weight * i_A * dt_s);
+        sums.slope_A = sums.slope_A.zip(row.i_A).map(|(sum, i_A)| sum + (self.before - weight) * i_A);
         sums.sensor_rad = sums.sensor_rad.zip(row.gyro_rad_s.or(row.omega_rad_s)).map(|(sum, rate)| sum + weight * rate * dt_s);
         sums.angle_rad += weight * step_rad;
+        // φ'' = 32 (1 − 6 s + 6 s²)/T².
+        sums.slope_rad_s2 += PER_LENGTH2 * (1.0 - 6.0 * s * (1.0 - s)) * step_rad;
         sums.rate_rad_s += (self.before - weight) * rate_rad_s;
         self.before = weight;
         if self.taken == 0 {

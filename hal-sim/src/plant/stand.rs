@@ -13,6 +13,8 @@
 //! rub_N_m = 1e-3
 //! [sensors]
 //! rate_noise_rad_s = 0.02
+//! [imu]
+//! radius_m = 0.04
 //! [[faults]]
 //! what = "supply-dip"
 //! from_s = 2.0
