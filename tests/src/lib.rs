@@ -1,11 +1,13 @@
 //! What the tests and tables of whole sessions share: logs from elsewhere with their answers, sessions on the simulated stand, stands with
 //! something hidden, and how an explanation of their logs is judged.
 
+pub mod bench;
 pub mod draw;
 pub mod foreign;
 pub mod own;
 pub mod rate_accuracy;
 pub mod real;
+pub mod streaming;
 pub mod tables;
 pub mod verdicts;
 

@@ -1,0 +1,73 @@
+//! A line that flips, loses and inserts bytes, over the whole controller: no damaged command is obeyed, and it can always be stopped.
+#![allow(clippy::unwrap_used)]
+
+use std::collections::BTreeSet;
+
+use hal_sim::faults::What;
+use hal_sim::plant::Stand;
+use stand_tests::bench::{at_the_bench, checked};
+
+/// What was sent and what is in force, told apart in each digit.
+fn value(n: u32) -> String {
+    format!("{:.6}", 1.0 + f64::from(n.wrapping_mul(2_654_435_761) % 29_000_000) * 1e-6)
+}
+
+#[test]
+fn no_damaged_command_is_obeyed() {
+    for (what, share) in [(What::LineFlips, 0.02), (What::LineLoses, 0.02), (What::LineInserts, 0.02)] {
+        at_the_bench(&Stand::default(), async |host| {
+            // Who talks with checks is heard with checks only.
+            host.send(checked("*IDN?").as_bytes());
+            assert!(host.line(1.0).await.unwrap().starts_with("Rotary Stand"));
+            let (mut sent, mut in_force, mut refused) = (BTreeSet::from(["0".to_owned()]), BTreeSet::new(), 0);
+            for round in 0..2000 {
+                host.break_(what, f64::INFINITY, Some(share));
+                for n in 0..5 {
+                    let value = value(round * 5 + n);
+                    host.send(checked(&format!("SOUR:RATE {value}")).as_bytes());
+                    sent.insert(value);
+                }
+                host.wait_s(0.02).await;
+                host.mend(what);
+                // Ends what is left of a line.
+                host.send(b"\n");
+                host.wait_s(0.002).await;
+                host.heard();
+                host.send(checked("SOUR:RATE?").as_bytes());
+                let answer = host.line(1.0).await.unwrap();
+                let number: f64 = answer.split(' ').next().unwrap().parse().unwrap();
+                assert!(sent.iter().any(|sent| (sent.parse::<f64>().unwrap() - number).abs() < 1e-9), "{what:?}: {answer} was never sent");
+                in_force.insert(answer);
+                host.send(checked("SYST:ERR:COUN?").as_bytes());
+                refused += host.line(1.0).await.unwrap().parse::<u32>().unwrap();
+                host.send(checked("*CLS").as_bytes());
+            }
+            println!("{what:?}: {} of {} values were in force when asked, {refused} lines refused", in_force.len(), sent.len());
+            // Most groups of five have one that came through; a share of the lines was damaged and is known to be.
+            assert!(in_force.len() > 1500 && refused > 1500, "{what:?}: {} {refused}", in_force.len());
+        });
+    }
+}
+
+/// A check of decimal digits only: with the `~` lost it would lengthen the number before it.
+#[test]
+fn a_check_whose_mark_is_lost_and_a_line_that_is_cut_do_not_pass_for_a_persons_line() {
+    let command = |n: u32| format!("SOUR:RATE 1.{n}");
+    let treacherous = (0..).find(|n| checked(&command(*n)).trim_end().rsplit('~').next().unwrap().bytes().all(|b| b.is_ascii_digit()));
+    let line = checked(&command(treacherous.unwrap()));
+    at_the_bench(&Stand::default(), async |host| {
+        host.send(checked("*IDN?").as_bytes());
+        host.line(1.0).await.unwrap();
+        let cut = line.replace("1.", "1\n.");
+        for damaged in [line.replace('~', ""), cut] {
+            host.send(damaged.as_bytes());
+            host.wait_s(0.01).await;
+            host.send(checked("SOUR:RATE?").as_bytes());
+            assert!(host.line(1.0).await.unwrap().starts_with("0 "), "{damaged}");
+        }
+        // The same from a person, on a line on which no program has talked with checks, is a number like any other.
+        host.wait_s(60.0).await;
+        host.tell("*CLS").await;
+        host.tell("SOUR:RATE 1.5").await;
+    });
+}
