@@ -87,6 +87,7 @@ fn the_byte_0x18_stops_the_platform_on_a_damaged_line() {
         host.heard();
         let fault = host.ask("FAULT?").await;
         assert!(fault.contains("emergency stop"), "{fault}");
+        host.send(b"*CLS\n");
         assert!(host.refusal("SOUR:MODE RATE").await.starts_with("-221"), "latched");
         host.wait_s(4.0).await;
         assert!(host.true_rate_rad_s().abs() < 0.1);

@@ -137,6 +137,9 @@ impl<'a, C: Clock> Rows<'a, C> {
         if state.heard.take() {
             self.watch.heard();
         }
+        if before != Fault::None && row.fault == Fault::None {
+            self.watch.cleared();
+        }
         // For as long as the cause is there: a fault that is cleared before latches again.
         state.trip.set(self.watch.take(row));
     }

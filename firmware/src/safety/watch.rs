@@ -23,6 +23,10 @@ pub struct Watch {
     unheard_rows: u32,
     /// Time, and angle at the index, of the last row that knew it, rad.
     index: Option<(f64, f64)>,
+    /// A cleared fault: the next index is awaited from here on.
+    awaits_anew: bool,
+    /// Angle from the index up to which no further one can have been missed, rad.
+    from_rad: f64,
 }
 
 impl Watch {
@@ -36,7 +40,14 @@ impl Watch {
             host_rows: 0,
             unheard_rows: 0,
             index: None,
+            awaits_anew: false,
+            from_rad: 0.0,
         }
+    }
+
+    /// A fault was cleared: an index that did not come is awaited from where the stand is now, else the way to it would stay barred.
+    pub fn cleared(&mut self) {
+        self.awaits_anew = true;
     }
 
     /// Other thresholds from now on.
@@ -91,8 +102,13 @@ impl Watch {
             Some((t_s, before_rad)) if row.t_s > t_s => (at_rad - before_rad) / core::f64::consts::TAU,
             _ => 0.0,
         };
+        if core::mem::take(&mut self.awaits_anew) {
+            self.from_rad = from_rad;
+        } else if moved != 0.0 || from_rad.abs() < self.from_rad.abs() {
+            self.from_rad = 0.0;
+        }
         let off_counts = (moved - libm::round(moved)).abs() * core::f64::consts::TAU / self.rad_per_count;
-        off_counts > self.settings.index_off_counts || from_rad.abs() > INDEX_WITHIN_TURNS * core::f64::consts::TAU
+        off_counts > self.settings.index_off_counts || (from_rad - self.from_rad).abs() > INDEX_WITHIN_TURNS * core::f64::consts::TAU
     }
 }
 
@@ -180,6 +196,10 @@ mod tests {
         let without = |k: u32| Row { from_index_rad: Some(0.01 * f64::from(k)), ..row(k) };
         let first = (0..2_000).find(|k| lost.take(&without(*k)) != Fault::None);
         assert_eq!(first, Some(786), "a turn and a quarter are 7.85 rad");
+        // Cleared, it may turn as far again to look for it.
+        lost.cleared();
+        assert!((786..1_571).all(|k| lost.take(&without(k)) == Fault::None));
+        assert!((1_571..1_573).any(|k| lost.take(&without(k)) == Fault::IndexLost));
         // Another session: the angle's zero jumps, and nothing else.
         let mut again = self::watch();
         again.take(&row(500));

@@ -16,6 +16,8 @@ const CONVERTER_ENDS: f64 = 0.98;
 const SUPPLY_MS: u32 = 5;
 /// What of R·i may be wrong, as the resistance is (copper: 0.4 % for each kelvin).
 const RESISTANCE_WRONG: f32 = 0.2;
+/// Part of the back-EMF that the counted rate must show at least: so wrong may the motor constant be.
+const CONSTANT_WRONG: f32 = 0.3;
 /// Share of a new reading in the back-EMF's mean: 8 ms.
 const BACK_EMF_SHARE: f32 = 0.125;
 
@@ -146,9 +148,10 @@ impl Guard {
         }
     }
 
-    /// Once in a millisecond: the motor pushes, and nothing turns; or it turns, and no edge comes.
+    /// Once in a millisecond: the motor pushes, and nothing turns; or it turns, and the encoder does not, or much less: no edge comes, or with
+    /// one of its two wires off the same count to and fro. `counted` is the back-EMF of the rate that the encoder tells, compare counts.
     #[inline]
-    pub fn turning(&mut self, t: &Thresholds, look: &Look, tick: u32) {
+    pub fn turning(&mut self, t: &Thresholds, look: &Look, counted: f32, tick: u32) {
         if !look.on {
             *self = Self { stalled_ms: 0, turning_ms: 0, back_emf: 0.0, ..*self };
             return;
@@ -162,7 +165,8 @@ impl Guard {
         self.stalled_ms = if pushes && no_edge { self.stalled_ms.wrapping_add(1) } else { 0 };
         self.back_emf += BACK_EMF_SHARE * (duty - drop - self.back_emf);
         let turns = self.back_emf.abs() > t.turning_duty + RESISTANCE_WRONG * drop.abs();
-        self.turning_ms = if turns && no_edge { self.turning_ms.wrapping_add(1) } else { 0 };
+        let unseen = no_edge || counted.abs() < CONSTANT_WRONG * self.back_emf.abs();
+        self.turning_ms = if turns && unseen { self.turning_ms.wrapping_add(1) } else { 0 };
         if self.turning_ms >= t.lost_ms {
             self.trip(Fault::EncoderLost, tick);
         } else if self.stalled_ms >= t.stall_ms {

@@ -264,7 +264,8 @@ impl SpeedLoop {
         let tick = sensed.tick as u32;
         match self.slot {
             1 => {
-                self.guard.turning(&self.config.thresholds, &self.guarded(sensed), tick);
+                let counted = self.config.back_emf * self.estimate.rate;
+                self.guard.turning(&self.config.thresholds, &self.guarded(sensed), counted, tick);
                 self.harmonic(0);
             }
             2 => {
