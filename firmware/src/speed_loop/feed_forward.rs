@@ -160,9 +160,8 @@ impl FromIndex {
 pub(super) struct FeedForward {
     pub learnt: Learnt,
     pub from_index: FromIndex,
-    /// Compare counts that the harmonics add in the next tick, and what that gains in each.
-    pub wave: f32,
-    wave_step: f32,
+    /// Compare counts that the harmonics add at the end of this millisecond.
+    wave: f32,
     /// What the harmonics worked out so far add up to at the end of the millisecond to come.
     coming: f32,
     /// Share of the harmonics that has come in, 0 … 1.
@@ -171,13 +170,15 @@ pub(super) struct FeedForward {
 
 impl FeedForward {
     pub fn new(learnt: Learnt) -> Self {
-        Self { learnt, from_index: FromIndex::default(), wave: 0.0, wave_step: 0.0, coming: 0.0, share: 0.0 }
+        Self { learnt, from_index: FromIndex::default(), wave: 0.0, coming: 0.0, share: 0.0 }
     }
 
     /// Lets the harmonics come in anew.
     #[inline]
     pub fn restart(&mut self) {
-        *self = Self { learnt: self.learnt, from_index: self.from_index, wave: 0.0, wave_step: 0.0, coming: 0.0, share: 0.0 };
+        self.wave = 0.0;
+        self.coming = 0.0;
+        self.share = 0.0;
     }
 
     /// Friction at a commanded rate, compare counts.
@@ -195,21 +196,18 @@ impl FeedForward {
         learnt.coulomb * sign + learnt.viscous * command
     }
 
-    /// One tick further.
-    #[inline]
-    pub fn step(&mut self) {
-        self.wave += self.wave_step;
-    }
-
     /// Adds harmonic `k` as it will be `ahead` ticks after this one; rate in counts per tick, `angle_per_count` in 2⁻³² turn.
     #[inline]
     pub fn add(&mut self, k: usize, counts: i32, part: f32, rate: f32, ahead: f32, angle_per_count: u32) {
         let Some(wave) = self.learnt.waves.get(k) else { return };
         // At nothing the angle may have no zero yet: nothing is computed from it.
-        if wave.order == 0 || !(self.from_index.seen || self.share > 0.0) {
+        if !(self.from_index.seen || self.share > 0.0) {
             return;
         }
         let order = wave.order;
+        if order == 0 {
+            return;
+        }
         // Faster than a radian and a half in a millisecond a straight line is no wave any more; the inertia takes it there.
         if rate.abs() * order as f32 * angle_per_count as f32 > FASTEST {
             return;
@@ -221,9 +219,9 @@ impl FeedForward {
         self.coming -= wave.duty * sine(angle.wrapping_mul(order).wrapping_add(wave.phase));
     }
 
-    /// A millisecond begins: towards what was worked out for its end.
+    /// A millisecond begins: what the harmonics add at its beginning and at its end, compare counts.
     #[inline]
-    pub fn turn_over(&mut self) {
+    pub fn turn_over(&mut self) -> (f32, f32) {
         self.share = if self.from_index.seen {
             if self.share >= 1.0 { 1.0 } else { self.share + COMING_IN }
         } else if self.share <= COMING_IN {
@@ -231,8 +229,17 @@ impl FeedForward {
         } else {
             self.share - COMING_IN
         };
-        self.wave_step = (self.coming * self.share - self.wave) * 0.1;
+        let begins = self.wave;
+        self.wave = self.coming * self.share;
         self.coming = 0.0;
+        (begins, self.wave)
+    }
+
+    /// Whether any harmonic is learnt.
+    #[inline]
+    pub fn has_waves(&self) -> bool {
+        let [first, ..] = &self.learnt.waves;
+        first.order != 0
     }
 
     /// What is at work while a rate is held.
@@ -327,7 +334,6 @@ mod tests {
         let millisecond = |forward: &mut FeedForward, counts: i32| {
             forward.add(0, counts, 0.5, 0.0, 1.0, angle_per_count);
             forward.turn_over();
-            (0..10).for_each(|_| forward.step());
         };
         millisecond(&mut forward, 10);
         assert_eq!(forward.wave, 0.0);
