@@ -8,13 +8,13 @@ use crate::config::{ConfigError, within};
 pub struct Settings {
     /// Motor current above which the drive is switched off within 0.4 ms, A; where the converter ends below it, there.
     pub over_current_A: f64,
-    /// Current, or voltage over resistance, at which the motor pushes: with no edge of the encoder it is stalled, A.
+    /// Current, or voltage over resistance, at which the motor pushes: if the count stays, it is stalled, A.
     pub stall_current_A: f64,
-    /// How long it may push without an edge, s.
+    /// How long it may push while the count stays, s.
     pub stall_s: f64,
-    /// Rate by its back-EMF at which a motor cannot be without edges, rad/s; a fifth of R·i is added for what the resistance is wrong.
+    /// Rate by its back-EMF at which a motor's count cannot stay, rad/s; a fifth of R·i is added for what the resistance is wrong.
     pub encoder_lost_rad_s: f64,
-    /// How long it may seem to turn without an edge, s.
+    /// How long it may seem to turn while the count stays, s.
     pub encoder_lost_s: f64,
     /// Least supply while it drives, share of the nominal one.
     pub supply_low_share: f64,

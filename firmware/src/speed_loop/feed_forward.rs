@@ -111,15 +111,25 @@ impl Words<LEARNT_WORDS> for Learnt {
     }
 
     fn from_words(words: &[u32; LEARNT_WORDS]) -> Self {
+        let mut learnt = Self::default();
+        learnt.set_words(words);
+        learnt
+    }
+}
+
+impl Learnt {
+    /// Takes on what `to_words` made, in its place.
+    #[inline]
+    pub(super) fn set_words(&mut self, words: &[u32; LEARNT_WORDS]) {
         let [coulomb, fade, viscous, lead, rest @ ..] = words;
-        let [coulomb, fade, viscous, lead] = [coulomb, fade, viscous, lead].map(|bits| f32::from_bits(*bits));
-        let mut waves = [Wave::default(); MOST_HARMONICS];
-        for (wave, three) in waves.iter_mut().zip(rest.chunks_exact(3)) {
-            if let [order, phase, duty] = three {
-                *wave = Wave { order: *order, phase: *phase, duty: f32::from_bits(*duty) };
-            }
+        self.coulomb = f32::from_bits(*coulomb);
+        self.fade = f32::from_bits(*fade);
+        self.viscous = f32::from_bits(*viscous);
+        self.lead = f32::from_bits(*lead);
+        for (wave, three) in self.waves.iter_mut().zip(rest.as_chunks::<3>().0) {
+            let [order, phase, duty] = *three;
+            *wave = Wave { order, phase, duty: f32::from_bits(duty) };
         }
-        Self { coulomb, fade, viscous, lead, waves }
     }
 }
 

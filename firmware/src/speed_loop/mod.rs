@@ -37,6 +37,7 @@ pub use settings::{Config, Settings};
 pub use tuning::Tuning;
 
 use crate::board::{CONTROL_PER_ROW, Drive, EncoderCount, Sensed};
+use crate::mailbox::Words;
 use edges::Edges;
 use feed_forward::FeedForward;
 use guard::{Guard, Look};
@@ -127,7 +128,13 @@ impl SpeedLoop {
     /// Compensates what was learnt from now on; its harmonics come in anew.
     #[inline]
     pub fn learn(&mut self, learnt: &Learnt) {
-        self.feed_forward.learnt = *learnt;
+        self.learn_words(&learnt.to_words());
+    }
+
+    /// The same, by its words.
+    #[inline]
+    pub(crate) fn learn_words(&mut self, words: &[u32; LEARNT_WORDS]) {
+        self.feed_forward.learnt.set_words(words);
         self.feed_forward.restart();
     }
 
@@ -299,7 +306,7 @@ impl SpeedLoop {
             supply: sensed.supply.0,
             duty: self.pending,
             on: self.active.mode != Mode::Off && self.guard.fault == Fault::None,
-            edge_age: self.edges.age(),
+            counts: self.edges.counts,
             limits: self.limits,
         }
     }
@@ -333,7 +340,8 @@ impl SpeedLoop {
         self.limits.set(Limits::STARVED, late > 0 && next.mode != Mode::Off && next.mode != Mode::Position);
         let along = late.min(u32::from(next.ticks));
         let moves = next.mode != Mode::Position;
-        let ahead = if moves { next.slope.wrapping_mul(i64::from(along)) } else { 0 };
+        // In time there is nothing to catch up with, and no 64-bit product.
+        let ahead = if moves && along > 0 { next.slope.wrapping_mul(i64::from(along)) } else { 0 };
         self.active = Active {
             mode: next.mode,
             zero: next.zero,
