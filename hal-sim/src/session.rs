@@ -73,7 +73,7 @@ impl SessionRequest {
         match mode {
             Mode::Rate => 15.0,
             Mode::Position => 3.0,
-            Mode::Voltage | Mode::Position | Mode::Off => 0.7,
+            Mode::Voltage | Mode::Off => 0.7,
         }
     }
 

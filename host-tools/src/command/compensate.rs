@@ -22,53 +22,69 @@ const RATES_DEG_S: [f64; 3] = [10.0, 100.0, 720.0];
 /// Write what was learnt into the firmware's compensation.
 #[derive(Debug, Args)]
 #[command(group = clap::ArgGroup::new("source").required(true).args(["model", "measure_cogging"]))]
+#[command(group = clap::ArgGroup::new("target").required(true).args(["stand", "port"]))]
 pub(super) struct Compensate {
     /// The fitted model whose friction, cogging and unbalance are to be compensated, .toml
     #[arg(long)]
-    model: Option<PathBuf>,
+    pub(super) model: Option<PathBuf>,
     /// The log that the model was fitted to: it says from where the phases count
     #[arg(long, requires = "model")]
-    log: Option<PathBuf>,
+    pub(super) log: Option<PathBuf>,
     /// Without a model: the stand turns slowly both ways and measures its cogging and friction itself
     #[arg(long)]
     measure_cogging: bool,
     /// The simulated stand's file, .toml, whose settings are written; made from the default stand if it is not there
     #[arg(long, value_name = "FILE")]
-    stand: PathBuf,
+    stand: Option<PathBuf>,
+    /// The serial port of a stand, into which it is written
+    #[arg(long, value_name = "P")]
+    port: Option<PathBuf>,
+    /// With --port: it is kept in the stand's flash, too
+    #[arg(long, requires = "port")]
+    pub(super) save: bool,
     /// Seed of the sensors' noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
     #[command(flatten)]
-    answer: Answer,
+    pub(super) answer: Answer,
 }
 
 impl Compensate {
     pub(super) fn run(self) -> Result<(), Trouble> {
-        check_place(&self.stand)?;
         self.answer.check()?;
-        let text = match std::fs::read_to_string(&self.stand) {
+        match (&self.stand, &self.port) {
+            (Some(file), _) => self.into_a_file(file),
+            (None, Some(port)) => self.over_the_line(port),
+            // The words were checked; there is one of the two.
+            (None, None) => Ok(()),
+        }
+    }
+
+    fn into_a_file(&self, path: &Path) -> Result<(), Trouble> {
+        check_place(path)?;
+        let text = match std::fs::read_to_string(path) {
             Ok(text) => text,
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => file::NEW.to_owned(),
-            Err(e) => return Err(Trouble::file(&self.stand, "read", &e)),
+            Err(e) => return Err(Trouble::file(path, "read", &e)),
         };
-        let stand = parsed(&text, &self.stand)?;
+        let stand = parsed(&text, path)?;
         let learnt = match &self.model {
             Some(model) => of_a_model(model, self.log.as_deref(), &stand.firmware)?,
-            None => self.measured(&stand)?,
+            None => self.measured(&stand, path)?,
         };
-        let said = file::with_compensation(&text, &learnt.compensation).map_err(|e| of_file(&self.stand, &e))?;
+        let said = file::with_compensation(&text, &learnt.compensation).map_err(|e| of_file(path, &e))?;
         // What is written is what is tried: read back, with the digits of the file.
-        let after = parsed(&said, &self.stand)?;
+        let after = parsed(&said, path)?;
         let turned = turn(&stand, &after, self.seed)?;
-        write(&self.stand, &said)?;
+        write(path, &said)?;
         let compensation = &after.firmware.compensation;
-        self.answer.text(&words(&self.stand, compensation, &learnt.left_out, &turned))?;
+        self.answer.text(&words(path, compensation, &learnt.left_out, &turned))?;
         let source = if self.model.is_some() { "model" } else { "measured" };
-        self.answer.json(|| answer(&self.stand, source, compensation, &learnt.left_out, &turned))
+        self.answer.json(|| answer(path, source, compensation, &learnt.left_out, &turned))
     }
 
     /// What the simulated stand finds out about itself.
-    fn measured(&self, stand: &Stand) -> Result<Learnt, Trouble> {
+    fn measured(&self, stand: &Stand, path: &Path) -> Result<Learnt, Trouble> {
         let bar = ProgressBar::new(1000).with_message("the stand measures its cogging");
         if let Ok(style) = ProgressStyle::with_template("{msg} {wide_bar} {percent} %") {
             bar.set_style(style);
@@ -77,7 +93,7 @@ impl Compensate {
         let plant = Plant::new(stand, 2.0)?;
         let calibrated = session::calibrate(stand.setup(), plant, self.seed, |watch| bar.set_position((watch.percent() * 10.0) as u64))?;
         bar.finish_and_clear();
-        let found = calibrated.outcome.map_err(|why| of_file(&self.stand, &why))?;
+        let found = calibrated.outcome.map_err(|why| of_file(path, &why))?;
         let left_out = if found.compensation.harmonics.is_empty() {
             vec![format!("no order is above {} N m, which noise alone could reach", short(found.threshold_N_m))]
         } else {
@@ -99,7 +115,7 @@ fn parsed(text: &str, path: &Path) -> Result<Stand, Trouble> {
     Ok(stand)
 }
 
-fn of_a_model(model: &Path, log: Option<&Path>, settings: &Settings) -> Result<Learnt, Trouble> {
+pub(super) fn of_a_model(model: &Path, log: Option<&Path>, settings: &Settings) -> Result<Learnt, Trouble> {
     let model = Model::read(model)?;
     let log = log.map(Log::read).transpose()?;
     learn(&model, log.as_ref(), settings).map_err(|e| Trouble::Input(e.to_string()))

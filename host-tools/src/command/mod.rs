@@ -4,6 +4,7 @@
 //! something to see, `--html FILE`. Exit status: 0 it did its job, whatever it found; 2 the words or the input are wrong; 1 anything else.
 
 mod compensate;
+mod compensate_port;
 mod console;
 mod effects;
 mod error;

@@ -238,7 +238,7 @@ impl Record {
         link.tell("STReam ON")?;
         link.tell(WATCH)?;
         link.tell("PROFile:STARt")?;
-        link.forget_losses();
+        link.forget();
         let failed = |e: std::io::Error| Trouble::file(file, "write", &e);
         let (mut heard_at, mut each) = (Instant::now(), Instant::now());
         let end = loop {
@@ -363,7 +363,7 @@ impl Record {
 }
 
 /// Where the index is: what its distance from the angle's zero is, once a row has both.
-fn index(link: &mut Link, within: Duration) -> Result<Option<f64>, Trouble> {
+pub(super) fn index(link: &mut Link, within: Duration) -> Result<Option<f64>, Trouble> {
     let until = Instant::now() + within;
     while Instant::now() < until {
         if let Some(Heard::Row(row)) = link.next(Duration::from_millis(20))? {

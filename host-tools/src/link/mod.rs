@@ -94,8 +94,9 @@ impl Link {
         self.receiver.losses()
     }
 
-    /// What was lost so far is nobody's.
-    pub fn forget_losses(&mut self) {
+    /// What was heard and lost so far is nobody's: a recording begins.
+    pub fn forget(&mut self) {
+        self.heard.clear();
         self.receiver.forget();
     }
 

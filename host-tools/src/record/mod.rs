@@ -37,6 +37,7 @@ pub enum Taken {
 #[derive(Debug)]
 pub struct Recorder<W: Write> {
     out: Option<W>,
+    channels: Channels,
     notes: Vec<(String, String)>,
     /// Columns beside the time, by their names in a row.
     columns: Vec<&'static str>,
@@ -59,6 +60,7 @@ impl<W: Write> Recorder<W> {
         let columns: Vec<&'static str> = channels.iter().map(|c| c.name).filter(|name| known(name).is_some()).collect();
         Self {
             out: Some(out),
+            channels,
             notes,
             columns,
             absent: Vec::new(),
@@ -100,6 +102,10 @@ impl<W: Write> Recorder<W> {
     /// Of the output.
     pub fn take(&mut self, row: &RowFrame) -> std::io::Result<Taken> {
         let value = |name: &str| row.named().find(|(n, _)| *n == name).map(|(_, value)| value).unwrap_or(f64::NAN);
+        if row.channels.0 & self.channels.0 != self.channels.0 {
+            // Of a stream before this one.
+            return Ok(Taken::NotYet);
+        }
         let fault = value("fault");
         if fault > 0.0 {
             return Ok(Taken::Fault(fault as u32));

@@ -1,0 +1,306 @@
+//! The stand behind its serial line, as a person and a program find it: in real time, over a real pseudo-terminal.
+#![cfg(unix)]
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use common::{MODEL, Ran, command, stand};
+use host_tools::log::Log;
+use host_tools::serve::Pty;
+use tempfile::TempDir;
+
+/// A simulated stand that is served for as long as this lives.
+struct Served {
+    child: Child,
+    port: String,
+}
+
+impl Served {
+    fn new(folder: &Path, words: &[&str]) -> Self {
+        let all = [&["sim", "--serve", "pty", "--link", "port"], words].concat();
+        let mut child = command(folder, &all).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+        let mut port = String::new();
+        BufReader::new(child.stdout.take().unwrap()).read_line(&mut port).unwrap();
+        Served { child, port: port.trim().to_owned() }
+    }
+
+    fn signal(&self, name: &str) {
+        assert!(Command::new("kill").args(["-s", name, &self.child.id().to_string()]).status().unwrap().success());
+    }
+}
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+fn folder() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("model.toml"), MODEL).unwrap();
+    folder
+}
+
+/// Says lines through a pipe.
+fn said(folder: &Path, port: &str, lines: &str) -> Ran {
+    let mut console = command(folder, &["console", "--port", port]);
+    let mut child = console.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    child.stdin.take().unwrap().write_all(lines.as_bytes()).unwrap();
+    child.wait_with_output().unwrap().into()
+}
+
+fn record(folder: &Path, port: &str, more: &[&str]) -> Ran {
+    stand(folder, &[&["record", "--port", port], more].concat())
+}
+
+#[test]
+fn a_pipe_says_lines_and_a_bad_word_is_one_clear_line_with_nothing_lost() {
+    let folder = folder();
+    let served = Served::new(folder.path(), &[]);
+    let identity = format!("Rotary Stand,simulated,SIM-1,{}\n", stand_firmware::VERSION);
+    // Clients come and go; the second name serves as well.
+    for port in [served.port.as_str(), "port", "port"] {
+        assert_eq!(said(folder.path(), port, "*IDN?\n").well().out, identity);
+    }
+    let bad = said(folder.path(), "port", "*IDN?\nSOURce:RAET 5\nSOURce:RATE?\n");
+    assert_eq!(bad.status, Some(2));
+    assert!(bad.out.starts_with(&identity) && bad.out.lines().count() == 2, "what came after was said too: {}", bad.out);
+    let mut lines = bad.err.lines();
+    assert!(lines.next().is_some_and(|line| line.starts_with("stand: line 2: `SOURce:RAET 5`: -113,\"Undefined header")), "{}", bad.err);
+    assert_eq!(lines.next(), Some("stand: the stand refused one command"));
+    assert_eq!(lines.next(), None);
+    let help = said(folder.path(), "port", "HELP?\n").well().out;
+    assert!(help.lines().count() > 50 && help.contains("STReam:CHANnels"));
+}
+
+#[test]
+fn a_port_that_is_absent_taken_silent_or_no_stand_is_one_line_and_status_2() {
+    let folder = folder();
+    let refused = |port: &str, says: &str| {
+        for words in [vec!["console", "--port", port], vec!["record", "--port", port, "--out", "x.csv"]] {
+            let ran = stand(folder.path(), &words);
+            assert_eq!((ran.status, ran.out.as_str()), (Some(2), ""), "{ran:?}");
+            assert!(ran.err.lines().count() == 1 && ran.err.contains(says), "{says}: {}", ran.err);
+        }
+    };
+    refused("/dev/ttyABSENT7", "there is no such port");
+    refused("model.toml", "this is no serial port");
+    refused(".", "this is no serial port");
+    for words in [vec!["console"], vec!["record", "--out", "x.csv"]] {
+        let ran = stand(folder.path(), &words);
+        assert!(ran.status == Some(2) && ran.err.starts_with("stand: --port is missing"), "{ran:?}");
+    }
+    let silent = Pty::open(None).unwrap();
+    refused(silent.path().to_str().unwrap(), "nobody answers");
+    let served = Served::new(folder.path(), &[]);
+    let holder = host_tools::link::Port::open(Path::new(&served.port)).unwrap();
+    refused(&served.port, "another program has this port");
+    drop(holder);
+    said(folder.path(), &served.port, "*IDN?\n").well();
+    assert!(!folder.path().join("x.csv").exists(), "nothing was begun");
+}
+
+#[test]
+fn somebody_else_at_the_port_is_told_from_a_stand() {
+    let mut pty = Pty::open(None).unwrap();
+    let path = pty.path().to_owned();
+    let (stop, stopped) = std::sync::mpsc::channel::<()>();
+    let other = std::thread::spawn(move || {
+        let mut heard = Vec::new();
+        while stopped.try_recv().is_err() {
+            pty.exchange(&mut Vec::new(), &mut heard).unwrap();
+            if heard.ends_with(b"\n") && heard.len() > 4 {
+                heard.clear();
+                pty.exchange(&mut b"ACME,voltmeter,7,1.0\r\n".to_vec(), &mut heard).unwrap();
+            }
+            std::thread::sleep(Duration::from_millis(2));
+        }
+    });
+    let ran = stand(Path::new("."), &["console", "--port", path.to_str().unwrap()]);
+    stop.send(()).unwrap();
+    other.join().unwrap();
+    assert_eq!(ran.status, Some(2));
+    assert!(ran.err.contains("what answers is no stand: `ACME,voltmeter,7,1.0`"), "{}", ran.err);
+}
+
+#[test]
+fn what_is_hidden_in_the_served_stand_is_found_in_its_recording() {
+    let folder = folder();
+    let served = Served::new(folder.path(), &["--hidden", "cogging"]);
+    let ran = record(folder.path(), &served.port, &["--out", "log.parquet", "--seconds", "15", "--find-index", "--json", "-"]);
+    assert_eq!((ran.status, ran.err.as_str()), (Some(0), ""), "{ran:?}");
+    let answer = ran.json();
+    assert_eq!(answer["lost_rows"], 0, "{answer}");
+    assert_eq!((&answer["samples"], &answer["theta_zero"], &answer["ended"]), (&15_000.into(), &"index".into(), &serde_json::Value::Null));
+    let log = Log::read(folder.path().join("log.parquet")).unwrap();
+    assert!(log.warnings().is_empty(), "{:?}", log.warnings());
+    assert_eq!(log.segments().len(), 1);
+    assert!(!folder.path().join("log.parquet.csv").exists());
+    let explained = stand(folder.path(), &["explain", "log.parquet", "--model", "model.toml", "--json", "-"]).json();
+    assert_eq!(explained["verdict"], "effect-found", "{explained}");
+    assert_eq!(explained["missing"][0], "cogging", "{explained}");
+}
+
+/// A recording that is under way.
+fn recording(folder: &Path, port: &str, out: &str) -> Child {
+    let words = ["record", "--port", port, "--out", out, "--seconds", "60"];
+    let child = command(folder, &words).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let meanwhile = PathBuf::from(out.replace(".parquet", ".parquet.csv"));
+    let begun = Instant::now();
+    // Flushed each second: after some there is something in the file.
+    while std::fs::metadata(folder.join(&meanwhile)).map_or(0, |m| m.len()) < 20_000 {
+        assert!(begun.elapsed() < Duration::from_secs(20), "the recording does not begin");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    child
+}
+
+#[test]
+fn a_line_that_is_unplugged_in_the_middle_leaves_a_whole_log() {
+    for out in ["log.csv", "log.parquet"] {
+        let folder = folder();
+        let served = Served::new(folder.path(), &[]);
+        let child = recording(folder.path(), &served.port, out);
+        drop(served);
+        let ran: Ran = child.wait_with_output().unwrap().into();
+        assert_eq!(ran.status, Some(1));
+        assert!(ran.err.contains("the line was unplugged") && ran.err.contains(out), "{}", ran.err);
+        let log = Log::read(folder.path().join(out)).unwrap();
+        assert!(log.len() > 500, "{}", log.len());
+        assert!(log.note("ended").is_some_and(|note| note.contains("unplugged")), "{:?}", log.notes());
+        assert_eq!(log.note("lost_rows"), Some("0"));
+    }
+}
+
+#[test]
+fn ctrl_c_ends_a_recording_with_a_whole_log_and_the_stand_at_rest() {
+    let folder = folder();
+    let served = Served::new(folder.path(), &[]);
+    let child = recording(folder.path(), &served.port, "log.csv");
+    assert!(Command::new("kill").args(["-s", "INT", &child.id().to_string()]).status().unwrap().success());
+    let ran: Ran = child.wait_with_output().unwrap().into();
+    assert_eq!((ran.status, ran.err.as_str()), (Some(0), ""));
+    assert!(ran.out.contains("ended before its time: by hand"), "{}", ran.out);
+    assert!(Log::read(folder.path().join("log.csv")).unwrap().len() > 500);
+    let after = said(folder.path(), "port", "STReam?;OUTPut?;PROFile:STATe?\n").well().out;
+    assert_eq!(after.trim(), "0;0;STOPPED");
+}
+
+#[test]
+fn what_a_bad_line_loses_is_counted_and_said() {
+    let folder = folder();
+    let faults = "[[faults]]\nwhat = \"line-flips\"\nfrom_s = 6\nsize = 0.0003\n";
+    std::fs::write(folder.path().join("stand.toml"), faults).unwrap();
+    let served = Served::new(folder.path(), &["--stand", "stand.toml"]);
+    let ran = record(folder.path(), &served.port, &["--out", "log.csv", "--seconds", "12", "--json", "-"]);
+    let answer = ran.json();
+    let (rows, lost) = (answer["samples"].as_u64().unwrap(), answer["lost_rows"].as_u64().unwrap());
+    assert!(lost > 5, "some 70 bytes a row, 3 in 10 000 of them: {answer}");
+    assert!((11_990..=12_010).contains(&(rows + lost)), "{answer}");
+    let log = Log::read(folder.path().join("log.csv")).unwrap();
+    assert_eq!(log.note("lost_rows"), Some(lost.to_string().as_str()));
+    assert!(log.segments().len() > 3, "each loss is a gap");
+}
+
+#[test]
+fn what_was_learnt_goes_into_the_stand_once_it_knows_its_index() {
+    let folder = folder();
+    let path = folder.path();
+    let with_cogging = MODEL.replace("\"inductance\"]", "\"inductance\", \"cogging\"]")
+        + "cogging_N_m = 1.5e-3\ncogging_order = 7\ncogging_phase_rad = 0.4\n";
+    std::fs::write(path.join("learnt.toml"), with_cogging).unwrap();
+    std::fs::write(path.join("zero.csv"), "# theta_zero: index\nt_s,theta_rad\n0,0\n0.001,0\n").unwrap();
+    let served = Served::new(path, &[]);
+    let words = ["compensate", "--model", "learnt.toml", "--log", "zero.csv", "--port", &served.port];
+    let early = stand(path, &words);
+    assert_eq!(early.status, Some(2));
+    assert!(early.err.contains("has not seen its index"), "{}", early.err);
+    assert!(said(path, "port", "COMPensation:COULomb?\n").out.starts_with("0 "), "and nothing was written");
+    said(path, "port", "SOURce:RATE 5 RAD/S;:SOURce:MODE RATE\n").well();
+    std::thread::sleep(Duration::from_millis(1500));
+    said(path, "port", "OUTPut OFF\n").well();
+    let done = stand(path, &words).well().out;
+    assert!(done.contains("order 7: 0.0015") && done.contains("coulomb 0.00086"), "{done}");
+    let list = said(path, "port", "COMPensation:LIST?\n").well().out;
+    assert!(list.contains("order 7: 0.0015 N.M, 0.4 RAD"), "{list}");
+}
+
+#[test]
+fn ended_by_a_signal_the_second_name_is_gone() {
+    let folder = folder();
+    let mut served = Served::new(folder.path(), &["--flash", "flash.bin"]);
+    assert!(folder.path().join("port").exists());
+    said(folder.path(), "port", "SETTings:current_limit_A 1.25\nSETTings:SAVE\n").well();
+    served.signal("TERM");
+    assert!(served.child.wait().unwrap().success());
+    assert!(std::fs::symlink_metadata(folder.path().join("port")).is_err());
+    // And what was saved is in the flash's file.
+    let again = Served::new(folder.path(), &["--flash", "flash.bin"]);
+    assert!(said(folder.path(), &again.port, "SETTings:current_limit_A?\n").well().out.starts_with("1.25"));
+}
+
+/// A script in python whose module may not be here.
+fn python(module: &str, script: &str, port: &str) {
+    let here = Command::new("python3").args(["-c", &format!("import {module}")]).stderr(Stdio::null()).status();
+    if !here.is_ok_and(|status| status.success()) {
+        eprintln!("skipped: python3 with {module} is not here");
+        return;
+    }
+    let ran: Ran = Command::new("python3").args(["-c", script, port]).output().unwrap().into();
+    assert_eq!(ran.status, Some(0), "{module}: {}", ran.err);
+}
+
+#[test]
+fn other_peoples_clients_talk_to_it() {
+    let folder = folder();
+    let served = Served::new(folder.path(), &[]);
+    let pyserial = r#"
+import serial, sys
+port = serial.Serial(sys.argv[1], 921600, timeout=2, exclusive=True)
+port.write(b"*IDN?\n")
+assert port.readline().startswith(b"Rotary Stand,"), "identity"
+port.write(b"BOGUS\nsyst:err?\n")
+assert port.readline().startswith(b'-113,"Undefined header'), "error"
+port.write(b"STReam ON\n")
+stream = port.read(20000)
+assert stream.count(0) > 300, "frames"
+port.write(b"\x18")
+port.read_until(b"never", 100)
+port.timeout = 0.3
+while port.read(4096): pass
+port.timeout = 2
+port.write(b"*IDN?\n")
+assert port.readline().startswith(b"Rotary Stand,"), "text again"
+"#;
+    python("serial", pyserial, &served.port);
+    let visa = r#"
+import pyvisa, sys, time
+stand = pyvisa.ResourceManager("@py").open_resource(f"ASRL{sys.argv[1]}::INSTR", baud_rate=921600, read_termination="\r\n", write_termination="\n", timeout=2000)
+assert stand.query("*IDN?").startswith("Rotary Stand,")
+stand.write("FAULt:CLEar")
+time.sleep(0.1)
+stand.write("SOURce:RATE 5 RAD/S;:SOURce:MODE RATE")
+time.sleep(1.5)
+rate = float(stand.query("MEASure:RATE?").split()[0])
+assert abs(rate - 5) < 0.1, rate
+stand.write("OUTPut OFF")
+assert stand.query("SYSTem:ERRor?") == '0,"No error"', stand.query("SYSTem:ERRor?")
+assert stand.query("*OPC?") == "1"
+"#;
+    python("pyvisa, pyvisa_py", visa, &served.port);
+    let typed = format!("(printf '*IDN?\\r'; sleep 1) | picocom -q -b 921600 --noreset {}", served.port);
+    if Command::new("picocom").arg("--help").stdout(Stdio::null()).stderr(Stdio::null()).status().is_err() {
+        eprintln!("skipped: picocom is not here");
+    } else {
+        let ran: Ran = Command::new("sh").args(["-c", &typed]).output().unwrap().into();
+        assert!(ran.out.contains("Rotary Stand,simulated"), "{ran:?}");
+    }
+    // After all of them it is the same stand.
+    said(folder.path(), &served.port, "*IDN?\n").well();
+}
