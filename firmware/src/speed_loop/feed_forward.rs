@@ -196,13 +196,8 @@ impl FeedForward {
     pub fn friction(&self, command: f32) -> f32 {
         let learnt = &self.learnt;
         let fade = command * learnt.fade;
-        let sign = if fade > 1.0 {
-            1.0
-        } else if fade < -1.0 {
-            -1.0
-        } else {
-            fade
-        };
+        // Constant bounds: this clamp has no way to panic.
+        let sign = fade.clamp(-1.0, 1.0);
         learnt.coulomb * sign + learnt.viscous * command
     }
 
