@@ -48,6 +48,7 @@ struct Phasor {
 }
 
 impl Phasor {
+    #[inline(never)]
     fn times(self, re: f64, im: f64) -> Self {
         Self { re: self.re * re - self.im * im, im: self.re * im + self.im * re }
     }
@@ -107,6 +108,7 @@ pub(super) async fn answer(map: &Map, course: &Course, settings: &Settings, hard
 }
 
 /// Disturbing torque of one order in one direction, N m; the rate has its sign.
+#[inline(never)]
 fn disturbance(turn: &[Bin; BINS], order: u16, rate_rad_s: f64, settings: &Settings) -> Phasor {
     let n = f64::from(order);
     let bin_rad = TAU / BINS as f64;
