@@ -145,7 +145,7 @@ impl Config {
         let rad_s_per_count_tick = hardware.rad_per_count() * hz;
         let duty_per_volt = 1.0 / hardware.volt_per_duty();
         // Triple pole at w: the rate's transfer (3 w² s + w³)/(s + w)³ is 3 dB down at 1.65 w.
-        let pole = libm::exp(-core::f64::consts::TAU * bandwidth / 1.65 / hz);
+        let pole = crate::maths::exp(-core::f64::consts::TAU * bandwidth / 1.65 / hz);
         let gap = 1.0 - pole;
         let (angle_per_count, index_lost) = feed_forward::units(hardware);
         Ok(Self {
@@ -160,7 +160,7 @@ impl Config {
             approach: (approach / rad_s_per_count_tick) as f32,
             // More than 2¹⁵ counts have no room in the tick.
             slip: ((slip / hardware.rad_per_count()) as i32).clamp(1, 32_000),
-            period: libm::round(hardware.edge_timer_Hz / hz) as u32,
+            period: crate::maths::round(hardware.edge_timer_Hz / hz) as u32,
             current_window: (resistance * current * duty_per_volt) as f32,
             duty_limit: (volts * duty_per_volt) as f32,
             thresholds: Thresholds::new(
