@@ -1,5 +1,7 @@
 //! Functions of one real number, small: on the chip double precision is made of calls, and the general ones take a tenth of the flash that there is.
 //!
+//! None is written out where it is called, for the same reason.
+//!
 //! Good to a few units of the last digit where the argument is what a stand has (no angles of thousands of turns, no powers of nothing).
 
 use core::f64::consts::{FRAC_PI_2, LN_2, PI};
@@ -39,22 +41,26 @@ pub fn sin(angle_rad: f64) -> f64 {
 }
 
 /// The greatest whole number that is not above; of numbers within ±2⁶².
+#[inline(never)]
 pub fn floor(value: f64) -> f64 {
     let whole = trunc(value);
     if whole > value { whole - 1.0 } else { whole }
 }
 
 /// The least whole number that is not below; of numbers within ±2⁶².
+#[inline(never)]
 pub fn ceil(value: f64) -> f64 {
     -floor(-value)
 }
 
 /// The whole number towards zero; of numbers within ±2⁶².
+#[inline(never)]
 pub fn trunc(value: f64) -> f64 {
     value as i64 as f64
 }
 
 /// The nearest whole number, halves away from zero; of numbers within ±2⁶².
+#[inline(never)]
 pub fn round(value: f64) -> f64 {
     let whole = trunc(value);
     // Exact: both are within a factor of two, or `whole` is zero.
@@ -63,6 +69,7 @@ pub fn round(value: f64) -> f64 {
 }
 
 /// Square root of a number that is not negative; not a number of one that is.
+#[inline(never)]
 pub fn sqrt(value: f64) -> f64 {
     if value < 0.0 || value.is_nan() {
         return f64::NAN;
