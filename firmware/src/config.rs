@@ -60,7 +60,7 @@ pub fn in_ranges(ranges: &[Range], values: &[f64]) -> Result<(), ConfigError> {
 }
 
 /// Checks fields of a structure against a table: `all_within!(of self, "name's beginning"; field: least, greatest; …)`. One check after the
-/// other in code would be three times as long.
+/// other in code is longer.
 macro_rules! all_within {
     (of $of:expr, $prefix:literal; $($name:ident: $least:expr, $greatest:expr;)*) => {
         $crate::config::in_ranges(

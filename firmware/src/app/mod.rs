@@ -159,7 +159,7 @@ impl<F: NorFlash> App<'_, F> {
     }
 }
 
-/// A future whose code stays a function of its own: all of them written out in one are a fifth larger.
+/// A future whose code stays a function of its own: written out in one they make 1.7 kB more, for what each keeps lies far from the others.
 fn apart<F: Future>(mut future: Pin<&mut F>) -> impl Future<Output = F::Output> {
     #[inline(never)]
     fn poll<F: Future>(future: Pin<&mut F>, context: &mut Context<'_>) -> Poll<F::Output> {

@@ -1,6 +1,6 @@
 //! [`Kept`] as bytes: the numbers of [`FIELDS`] in their order, 8 bytes each, then the harmonics; all little-endian.
 //!
-//! The list does it, not a derived reader for each structure: one loop in place of 4 KiB of code. Numbers are taken as they are; whether they
+//! The list does it, not a derived reader for each structure: one loop in place of some KiB of code. Numbers are taken as they are; whether they
 //! make sense is checked where a [`Kept`] is put in force.
 
 use super::{FIELDS, Kept};
