@@ -56,7 +56,7 @@ impl Thresholds {
         let codes = |amperes: f64| amperes / hardware.current_A_per_code;
         let duty_per_volt = 1.0 / hardware.volt_per_duty();
         let supply = |share: f64| (share * hardware.supply_nominal_V / hardware.supply_V_per_code) as u32;
-        let ms = |seconds: f64| libm::round(seconds * 1e3).max(1.0) as u32;
+        let ms = |seconds: f64| crate::maths::round(seconds * 1e3).max(1.0) as u32;
         let zero = hardware.current_zero_code;
         // A current at the converter's end may be any: there it is over, too.
         let over_codes = codes(s.over_current_A).min(CONVERTER_ENDS * zero);
