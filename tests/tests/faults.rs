@@ -12,7 +12,8 @@ use stand_tests::bench::{Host, at_the_bench};
 async fn turn(host: &Host<'_, '_>) {
     host.tell("SOUR:RATE 10 RAD/S;:SOUR:MODE RATE").await;
     host.wait_s(1.5).await;
-    assert!((host.true_rate_rad_s() - 10.0).abs() < 0.3, "{}", host.true_rate_rad_s());
+    let fault = host.ask("FAULt?").await;
+    assert!((host.true_rate_rad_s() - 10.0).abs() < 0.3, "{} rad/s, {fault}", host.true_rate_rad_s());
 }
 
 /// The drive is off for this reason, stays so, and can be had again.

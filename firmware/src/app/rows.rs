@@ -52,6 +52,8 @@ pub struct Rows<'a, C> {
     frames: Option<(u32, Decimate<Framer<'a>>)>,
     fault: Fault,
     watch: Watch,
+    /// Number of the last clearing that the watch was told of.
+    cleared: u16,
     marks: [Mark; RATE_ROWS],
     taken: usize,
     beat_at: Ticks,
@@ -69,6 +71,7 @@ impl<'a, C: Clock> Rows<'a, C> {
             frames: None,
             fault: Fault::None,
             watch: Watch::new(&state.kept.get().settings.safety, &state.hardware),
+            cleared: state.clear.get(),
             marks: [Mark::default(); RATE_ROWS],
             taken: 0,
             beat_at: Ticks(0),
@@ -137,8 +140,8 @@ impl<'a, C: Clock> Rows<'a, C> {
         if state.heard.take() {
             self.watch.heard();
         }
-        if before != Fault::None && row.fault == Fault::None {
-            self.watch.cleared();
+        if core::mem::replace(&mut self.cleared, state.clear.get()) != state.clear.get() {
+            self.watch.cleared(row);
         }
         // For as long as the cause is there: a fault that is cleared before latches again.
         state.trip.set(self.watch.take(row));

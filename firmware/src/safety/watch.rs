@@ -23,9 +23,9 @@ pub struct Watch {
     unheard_rows: u32,
     /// Time, and angle at the index, of the last row that knew it, rad.
     index: Option<(f64, f64)>,
-    /// A cleared fault: the next index is awaited from here on.
+    /// A fault was cleared, and no index has come since.
     awaits_anew: bool,
-    /// Angle from the index up to which no further one can have been missed, rad.
+    /// Angle from the index, as last seen, at which the next began to be awaited, rad.
     from_rad: f64,
 }
 
@@ -45,9 +45,11 @@ impl Watch {
         }
     }
 
-    /// A fault was cleared: an index that did not come is awaited from where the stand is now, else the way to it would stay barred.
-    pub fn cleared(&mut self) {
+    /// A fault is cleared, `row` being the newest: an index that did not come is awaited from where the stand is now, else the way to it
+    /// would stay barred.
+    pub fn cleared(&mut self, row: &Row) {
         self.awaits_anew = true;
+        self.from_rad = row.from_index_rad.unwrap_or(0.0);
     }
 
     /// Other thresholds from now on.
@@ -102,19 +104,23 @@ impl Watch {
             Some((t_s, before_rad)) if row.t_s > t_s => (at_rad - before_rad) / core::f64::consts::TAU,
             _ => 0.0,
         };
-        if core::mem::take(&mut self.awaits_anew) {
-            self.from_rad = from_rad;
-        } else if moved != 0.0 || from_rad.abs() < self.from_rad.abs() {
+        let counts_per_turn = core::f64::consts::TAU / self.rad_per_count;
+        let mut off_counts = (moved - crate::maths::round(moved)).abs() * counts_per_turn;
+        // A new index; less than half a count is rounding.
+        if moved.abs() * counts_per_turn > 0.5 {
             self.from_rad = 0.0;
+            // After a cleared fault counts may be missing: the first index is the new zero, wherever it comes.
+            if core::mem::take(&mut self.awaits_anew) {
+                off_counts = 0.0;
+            }
         }
-        let off_counts = (moved - libm::round(moved)).abs() * core::f64::consts::TAU / self.rad_per_count;
         off_counts > self.settings.index_off_counts || (from_rad - self.from_rad).abs() > INDEX_WITHIN_TURNS * core::f64::consts::TAU
     }
 }
 
 /// Rows in so many seconds, at least one where there is any time; a time that is none is none.
 fn rows(seconds: f64) -> u32 {
-    if seconds > 0.0 { libm::ceil(seconds * ROW_HZ as f64).min(4e9) as u32 } else { 0 }
+    if seconds > 0.0 { crate::maths::ceil(seconds * ROW_HZ as f64).min(4e9) as u32 } else { 0 }
 }
 
 #[cfg(test)]
@@ -197,7 +203,7 @@ mod tests {
         let first = (0..2_000).find(|k| lost.take(&without(*k)) != Fault::None);
         assert_eq!(first, Some(786), "a turn and a quarter are 7.85 rad");
         // Cleared, it may turn as far again to look for it.
-        lost.cleared();
+        lost.cleared(&without(786));
         assert!((786..1_571).all(|k| lost.take(&without(k)) == Fault::None));
         assert!((1_571..1_573).any(|k| lost.take(&without(k)) == Fault::IndexLost));
         // Another session: the angle's zero jumps, and nothing else.
