@@ -31,7 +31,7 @@ async fn is_latched(host: &Host<'_, '_>, fault: Fault, mend: impl FnOnce()) {
     assert_eq!(host.ask("FAULt?").await, told, "latched");
     host.wait_s(3.0).await;
     // A winding takes its time.
-    while host.number("MEAS:TEMP?").await > 95.0 {
+    while host.number("MEAS:TEMP?").await > 99.0 {
         host.wait_s(5.0).await;
     }
     host.tell("FAULt:CLEar").await;
@@ -49,7 +49,7 @@ fn each_fault_that_is_injected_is_latched_by_its_name_and_can_be_cleared_when_me
         (What::CurrentSensorOff, f64::INFINITY, None, Fault::OverCurrent),
         (What::SupplyDip, f64::INFINITY, Some(6.0), Fault::SupplyLow),
         (What::SupplyDip, f64::INFINITY, Some(30.0), Fault::SupplyHigh),
-        (What::WindingHot, f64::INFINITY, None, Fault::Temperature),
+        (What::WindingHot, f64::INFINITY, Some(104.0), Fault::Temperature),
         (What::LostTicks, 3e-4, None, Fault::Clock),
         (What::IndexOff, f64::INFINITY, None, Fault::IndexLost),
     ];
