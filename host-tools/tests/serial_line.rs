@@ -283,7 +283,9 @@ assert port.readline().startswith(b"Rotary Stand,"), "text again"
 import pyvisa, sys, time
 stand = pyvisa.ResourceManager("@py").open_resource(f"ASRL{sys.argv[1]}::INSTR", baud_rate=921600, read_termination="\r\n", write_termination="\n", timeout=2000)
 assert stand.query("*IDN?").startswith("Rotary Stand,")
-stand.write("FAULt:CLEar")
+# The 0x18 before has latched a fault, which is also in the queue.
+assert "emergency stop" in stand.query("FAULt?")
+stand.write("FAULt:CLEar;*CLS")
 time.sleep(0.1)
 stand.write("SOURce:RATE 5 RAD/S;:SOURce:MODE RATE")
 time.sleep(1.5)
