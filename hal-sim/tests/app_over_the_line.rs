@@ -309,6 +309,64 @@ fn another_setting_acts_at_once() {
 }
 
 #[test]
+fn an_angle_is_held() {
+    stand(async |host| {
+        host.send("SOUR:MODE POS;POS 2 TURN");
+        host.wait(3.0).await;
+        let theta_rad = host.bench.borrow().truth()[0].theta_rad;
+        assert!((theta_rad - 2.0 * std::f64::consts::TAU).abs() < 2e-3, "{theta_rad}");
+        host.no_error().await;
+    });
+}
+
+#[test]
+fn the_record_around_a_stop_is_read_out() {
+    stand(async |host| {
+        host.send("SOUR:MODE RATE;RATE 5");
+        host.wait(1.0).await;
+        assert_eq!(host.ask("FAUL:CAPT?").await, "EMPTY");
+        host.send("STOP");
+        host.wait(0.2).await;
+        let about = host.ask("FAUL:CAPT?").await;
+        let trigger: usize = about.split(',').nth(1).unwrap().parse().unwrap();
+        assert!(about.starts_with("2048,") && about.contains("emergency stop"), "{about}");
+        host.send(&format!("FAUL:CAPT:DATA? {},4", trigger - 2));
+        host.wait(0.1).await;
+        let text = host.text();
+        let lines: Vec<_> = text.split("\r\n").filter(|line| !line.is_empty()).collect();
+        assert!(lines.len() == 4 && lines[2].starts_with("0.0000,"), "{text}");
+        let rate: f64 = lines[0].split(',').nth(4).unwrap().parse().unwrap();
+        assert!((rate - 5.0).abs() < 0.1, "{text}");
+    });
+}
+
+#[test]
+fn it_calibrates_when_told_shows_how_far_it_is_and_can_be_stopped() {
+    stand(async |host| {
+        host.send("CAL:COGG:STAR");
+        host.wait(5.0).await;
+        let progress = host.ask("CAL:COGG:PROG?").await;
+        let percent: f64 = progress.strip_suffix(" PCT").unwrap().parse().unwrap();
+        assert!((3.0..20.0).contains(&percent), "{progress}");
+        host.send("CAL:COGG:STAR");
+        assert!(host.error().await.starts_with("-221"), "one at a time");
+        host.send("CAL:COGG:ABOR");
+        host.wait(0.1).await;
+        assert!(host.ask("CAL:COGG?").await.starts_with("FAILED,aborted"));
+        assert!(host.error().await.starts_with("103,"));
+        assert_eq!(host.ask("OUTP?").await, "0");
+        host.wait(3.0).await;
+        host.send("CAL:COGG:STAR;*OPC?");
+        host.wait(100.0).await;
+        assert_eq!(host.text(), "1\r\n");
+        let found = host.ask("CAL:COGG?").await;
+        // The linear motor has viscous friction of 5e-6 N m s and nothing else.
+        assert!(found.starts_with("DONE,coulomb ") && !found.contains("order"), "{found}");
+        host.no_error().await;
+    });
+}
+
+#[test]
 fn a_host_that_vanishes_is_missed_where_it_asked_to_be() {
     stand(async |host| {
         host.send("HOST:ARM 0.5 S;:SOUR:MODE RATE;RATE 2");
@@ -324,7 +382,7 @@ fn a_host_that_vanishes_is_missed_where_it_asked_to_be() {
         host.send("SOUR:MODE RATE");
         assert!(host.error().await.starts_with("101,"), "the fault itself");
         assert!(host.error().await.starts_with("-221"), "nothing begins before it is cleared");
-        host.send("FAUL:CLE");
+        host.send("HOST:ARM 0;:FAUL:CLE");
         host.wait(0.01).await;
         host.send("SOUR:RATE 1;MODE RATE");
         host.wait(1.0).await;

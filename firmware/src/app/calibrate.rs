@@ -4,6 +4,7 @@ use super::state::{Request, Running, State};
 use crate::board::{Clock, TICKS_PER_ROW};
 use crate::calibration::{Course, Found, Map, Measuring, Refused};
 use crate::console::errors::{Code, ErrorEntry};
+use crate::console::status::OPERATION_COMPLETE;
 use crate::console::text::Writer;
 use crate::speed_loop::{Config, LessonWriter, Limits};
 use core::cell::Cell;
@@ -87,6 +88,10 @@ fn end(state: &State<'_>, outcome: Result<Found, Refused>) {
         }
     }
     state.calibrated.set(Some(outcome));
+    state.calibrating.set(false);
+    if state.completes.replace(false) {
+        state.status.happened(OPERATION_COMPLETE);
+    }
 }
 
 /// Why there is no answer, in words.

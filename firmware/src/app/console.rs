@@ -5,7 +5,7 @@
 //! nobody to ask for them; a program's are kept until `SYSTem:ERRor?`.
 
 use super::commands::{Answer, Job, List, execute, list_line};
-use super::state::{Running, State};
+use super::state::State;
 use crate::board::{Clock, TICKS_PER_ROW};
 use crate::console::errors::{Code, ErrorEntry};
 use crate::console::guard::CANCEL;
@@ -63,7 +63,7 @@ pub async fn run<C: Clock, R: Read, F: NorFlash>(state: &State<'_>, clock: &C, m
                     state.report(ErrorEntry::about(Code::CHECKSUM, b"no check, and a tool is on the line; Ctrl-X ends that"));
                 }
                 Ok(text) => {
-                    state.heard.set(clock.now());
+                    state.heard.set(true);
                     obey(state, clock, text, store).await;
                 }
                 Err(bad) => state.report(bad_line(bad)),
@@ -152,7 +152,7 @@ async fn send_list<C: Clock>(state: &State<'_>, clock: &C, list: List) {
 
 /// Until nothing runs, or somebody stops it.
 async fn wait<C: Clock>(state: &State<'_>, clock: &C) {
-    while state.running.get() != Running::None || state.request.get().is_some() {
+    while state.is_busy() {
         clock.until(clock.now() + TICKS_PER_ROW).await;
     }
 }

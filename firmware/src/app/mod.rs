@@ -18,10 +18,12 @@ mod runner;
 pub mod state;
 
 pub use out::Out;
+use state::Parts;
 pub use state::{Identity, State};
 
 use crate::board::{Board, Clock, TICKS_PER_ROW, Ticks};
 use crate::calibration::Map;
+use crate::capture;
 use crate::config::ConfigError;
 use crate::console::errors::{Code, ErrorEntry};
 use crate::console::guard::StopLine;
@@ -35,6 +37,9 @@ use embassy_futures::join::{join, join5};
 use embedded_io_async::{Read, Write};
 use embedded_storage::nor_flash::NorFlash;
 
+/// Samples of a record that lie before its trigger, of 2048: 0.15 s.
+pub const CAPTURE_BEFORE: usize = 1536;
+
 /// All memory of the app but what its futures hold.
 pub struct Memory {
     orders: Orders,
@@ -42,6 +47,7 @@ pub struct Memory {
     lessons: Lessons,
     map: Map,
     tuning: Tuning,
+    capture: capture::Memory,
     instruments: Option<Instruments>,
     imu: imu::Shared,
 }
@@ -61,6 +67,7 @@ impl Memory {
             lessons: Lessons::new(),
             map: Map::new(),
             tuning: Tuning::new(),
+            capture: capture::Memory::new(),
             instruments: None,
             imu: imu::Shared::default(),
         }
@@ -106,10 +113,14 @@ pub fn assemble<'a, F: NorFlash>(
     let (order_writer, order_reader) = memory.orders.split();
     let (report_writer, report_reader) = memory.reports.split();
     let (lessons, lesson_reader) = memory.lessons.split();
-    let interrupt = Interrupt::new(SpeedLoop::new(config), order_reader, report_writer).listening(lesson_reader).tuned_by(&memory.tuning);
+    let interrupt = Interrupt::new(SpeedLoop::new(config), order_reader, report_writer)
+        .listening(lesson_reader)
+        .tuned_by(&memory.tuning)
+        .recording(memory.capture.recorder(CAPTURE_BEFORE));
     let instruments: &Instruments = memory.instruments.insert(Instruments::new(kept.hardware));
     let imu = &memory.imu;
-    let state = State::new(identity, stop_line, instruments, imu, &memory.tuning, kept, defaults);
+    let state =
+        State::new(identity, stop_line, Parts { instruments, imu, tuning: &memory.tuning, capture: &memory.capture }, kept, defaults);
     if let Some(entry) = wrong {
         state.report(entry);
     }

@@ -5,7 +5,7 @@ use crate::board::{Clock, EdgeTime, Hardware, ROW_HZ, TICKS_PER_ROW, TICKS_PER_S
 use crate::calibration::{Measuring, Refused};
 use crate::console::errors::{Code, ErrorEntry};
 use crate::measurement_loop::{Decimate, Row, RowSink};
-use crate::safety::Fault;
+use crate::safety::{Fault, Watch};
 use crate::telemetry::{Beat, Body, RowFrame};
 use core::cell::Cell;
 
@@ -51,6 +51,7 @@ pub struct Rows<'a, C> {
     hardware: Hardware,
     frames: Option<(u32, Decimate<Framer<'a>>)>,
     fault: Fault,
+    watch: Watch,
     marks: [Mark; RATE_ROWS],
     taken: usize,
     beat_at: Ticks,
@@ -67,6 +68,7 @@ impl<'a, C: Clock> Rows<'a, C> {
             hardware: state.hardware,
             frames: None,
             fault: Fault::None,
+            watch: Watch::new(&state.kept.get().settings.safety, &state.hardware),
             marks: [Mark::default(); RATE_ROWS],
             taken: 0,
             beat_at: Ticks(0),
@@ -110,7 +112,7 @@ impl<'a, C: Clock> Rows<'a, C> {
     }
 
     /// A fault that latches ends everything, and is told with what to do.
-    fn supervise(&mut self, row: &Row, now: Ticks) {
+    fn supervise(&mut self, row: &Row) {
         let state = self.state;
         let before = core::mem::replace(&mut self.fault, row.fault);
         if row.fault != Fault::None && row.fault != before {
@@ -120,27 +122,28 @@ impl<'a, C: Clock> Rows<'a, C> {
             state.report(entry);
         }
         if row.fault != Fault::None {
-            // Latched: what tripped it and who asked for it have been heard.
+            // Latched: who asked for it has been heard.
             state.stop_line.clear_stop();
-            state.trip.set(Fault::None);
         } else if state.stop_line.is_stop_asked() && state.is_driving() {
             state.all_off();
         }
         if state.stop_line.take_text() {
             state.to_text();
         }
-        if let Some(silence_s) = state.host_silence_s.get()
-            && (now - state.heard.get()) as f64 > silence_s * TICKS_PER_S as f64
-            && row.fault == Fault::None
-        {
-            state.host_silence_s.set(None);
-            state.trip.set(Fault::HostSilent);
+        if state.watch_anew.take() {
+            self.watch.set(&state.kept.get().settings.safety);
+            self.watch.arm_host(state.host_silence_s.get().unwrap_or(0.0));
         }
+        if state.heard.take() {
+            self.watch.heard();
+        }
+        // For as long as the cause is there: a fault that is cleared before latches again.
+        state.trip.set(self.watch.take(row));
     }
 
     fn registers(&self, row: &Row) {
         let state = self.state;
-        let calibrates = u16::from(state.running.get() == Running::Calibration);
+        let calibrates = u16::from(state.calibrating.get());
         let profile = u16::from(state.running.get() == Running::Profile) << 9;
         let drives = u16::from(state.is_driving()) << 8;
         let streams = u16::from(state.out.is_streaming()) << 10;
@@ -185,7 +188,7 @@ impl<C: Clock> RowSink for Rows<'_, C> {
         self.state.row.set(*row);
         self.state.instruments.take(row);
         self.rate(row);
-        self.supervise(row, now);
+        self.supervise(row);
         self.measure(row);
         self.stream(row, now);
         self.registers(row);

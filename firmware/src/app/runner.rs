@@ -43,7 +43,11 @@ pub async fn run<C: Clock>(state: &State<'_>, clock: &C, mut orders: OrderWriter
             },
         };
         value = to;
-        orders.post(&Order { segment: segment(&state.hardware, mode, tick, from, to), clear: state.clear.get(), trip: state.trip.get() });
+        orders.post(&Order {
+            segment: segment(&state.hardware, state.zero.get(), mode, tick, from, to),
+            clear: state.clear.get(),
+            trip: state.trip.get(),
+        });
         if let Some(running) = &mut course {
             running.rows = running.rows.saturating_sub(1);
             if running.rows == 0 {
@@ -81,18 +85,17 @@ fn begin(state: &State<'_>, request: Request, acts: Ticks) -> Option<Course> {
 
 /// Nothing runs any more.
 fn end(state: &State<'_>) {
-    if state.running.replace(Running::None) != Running::None && state.completes.replace(false) {
+    if state.running.replace(Running::None) != Running::None && !state.calibrating.get() && state.completes.replace(false) {
         state.status.happened(OPERATION_COMPLETE);
     }
 }
 
-fn segment(hardware: &Hardware, mode: Mode, tick: u64, from: f64, to: f64) -> Segment {
+fn segment(hardware: &Hardware, zero: Zero, mode: Mode, tick: u64, from: f64, to: f64) -> Segment {
     let ticks = CONTROL_PER_ROW as u16;
     match mode {
         Mode::Off => Segment::off(tick),
         Mode::Voltage => Segment::voltage(hardware, tick, ticks, from),
         Mode::Rate => Segment::rate(hardware, tick, ticks, from, to),
-        // From the zero of power-on: the index may not have been seen.
-        Mode::Position => Segment::position(hardware, tick, Zero::PowerOn, from, None),
+        Mode::Position => Segment::position(hardware, tick, zero, to, None),
     }
 }

@@ -6,6 +6,7 @@
 use super::out::Out;
 use crate::board::{Hardware, TICKS_PER_S, Ticks};
 use crate::calibration;
+use crate::capture;
 use crate::config::ConfigError;
 use crate::console::errors::{Code, ErrorEntry, ErrorQueue};
 use crate::console::guard::StopLine;
@@ -16,7 +17,7 @@ use crate::measurement_loop::{Instruments, Row};
 use crate::profile::{ProfileConfig, ProfileKind};
 use crate::safety::Fault;
 use crate::settings::Kept;
-use crate::speed_loop::{Config, Mode, Tuning};
+use crate::speed_loop::{Config, Mode, Tuning, Zero};
 use crate::telemetry::Channels;
 use core::cell::{Cell, RefCell};
 
@@ -82,6 +83,19 @@ pub struct Identity<'a> {
     pub baud: u32,
 }
 
+/// What others of the program hold an end of.
+#[derive(Clone, Copy)]
+pub struct Parts<'a> {
+    /// What the rows say of drive, sensor and rate.
+    pub instruments: &'a Instruments,
+    /// The sensor under test.
+    pub imu: &'a imu::Shared,
+    /// The way of settings to the speed loop.
+    pub tuning: &'a Tuning,
+    /// The record around a fault.
+    pub capture: &'a capture::Memory,
+}
+
 /// All of it.
 pub struct State<'a> {
     /// Who it is.
@@ -104,6 +118,12 @@ pub struct State<'a> {
     pub running: Cell<Running>,
     /// What `SOURce` would hold.
     pub targets: Cell<Targets>,
+    /// What held angles are counted from.
+    pub zero: Cell<Zero>,
+    /// The record around a fault, or a moment that was asked for.
+    pub capture: &'a capture::Memory,
+    /// Which of its samples are asked for: the first, and the one behind the last.
+    pub capture_lines: Cell<(usize, usize)>,
     /// The mode that `OUTPut ON` takes.
     pub mode: Cell<Mode>,
     /// The profile that `PROFile:STARt` begins.
@@ -130,8 +150,10 @@ pub struct State<'a> {
     pub to_index_rad: Cell<Option<f64>>,
     /// What the stream sends.
     pub stream: Cell<Stream>,
-    /// When the host was heard last.
-    pub heard: Cell<Ticks>,
+    /// The slow supervision's thresholds are others, or the host's watch.
+    pub watch_anew: Cell<bool>,
+    /// A line of the host was heard since the last row.
+    pub heard: Cell<bool>,
     /// When the last line with a check came, since the last 0x18, break or `*RST`.
     pub checked: Cell<Option<Ticks>>,
     /// For how long the host may be silent, s; `None`: not watched.
@@ -144,6 +166,8 @@ pub struct State<'a> {
     pub show_errors_at: Cell<Option<Ticks>>,
     /// A calibration is asked for.
     pub calibrate: Cell<bool>,
+    /// One is under way, its answer included.
+    pub calibrating: Cell<bool>,
     /// The compensation is another one: the speed loop shall have it.
     pub learn: Cell<bool>,
     /// The way of other settings to the speed loop.
@@ -160,15 +184,7 @@ pub struct State<'a> {
 
 impl<'a> State<'a> {
     /// A stand at rest.
-    pub fn new(
-        identity: Identity<'a>,
-        stop_line: &'a StopLine,
-        instruments: &'a Instruments,
-        imu: &'a imu::Shared,
-        tuning: &'a Tuning,
-        kept: Kept,
-        defaults: Kept,
-    ) -> Self {
+    pub fn new(identity: Identity<'a>, stop_line: &'a StopLine, parts: Parts<'a>, kept: Kept, defaults: Kept) -> Self {
         Self {
             identity,
             stop_line,
@@ -180,6 +196,9 @@ impl<'a> State<'a> {
             request: Cell::new(None),
             running: Cell::new(Running::None),
             targets: Cell::new(Targets::default()),
+            zero: Cell::new(Zero::PowerOn),
+            capture: parts.capture,
+            capture_lines: Cell::new((0, 0)),
             mode: Cell::new(Mode::Rate),
             profile: Cell::new(ProfileConfig::new(ProfileKind::Sine, 5.0, 1)),
             profile_mode: Cell::new(Mode::Rate),
@@ -188,20 +207,22 @@ impl<'a> State<'a> {
             trip: Cell::new(Fault::None),
             row: Cell::new(Row::default()),
             rate_rad_s: Cell::new(None),
-            instruments,
+            instruments: parts.instruments,
             imu_setup: Cell::new(None),
-            imu,
+            imu: parts.imu,
             to_index_rad: Cell::new(None),
             stream: Cell::new(Stream { channels: Channels::USUAL, decimation: 1 }),
-            heard: Cell::new(Ticks(0)),
+            watch_anew: Cell::new(false),
+            heard: Cell::new(false),
             checked: Cell::new(None),
             host_silence_s: Cell::new(None),
             status: Status::default(),
             completes: Cell::new(false),
             show_errors_at: Cell::new(None),
             calibrate: Cell::new(false),
+            calibrating: Cell::new(false),
             learn: Cell::new(false),
-            tuning,
+            tuning: parts.tuning,
             calibration: calibration::Watch::default(),
             calibrated: Cell::new(None),
             calibration_from: Cell::new(None),
@@ -217,8 +238,14 @@ impl<'a> State<'a> {
         kept.config()?;
         let config = Config::new(&kept.settings, &self.hardware)?;
         self.kept.set(kept);
+        self.watch_anew.set(true);
         self.tuning.post(config);
         Ok(())
+    }
+
+    /// Whether something runs for a time of its own, or is about to.
+    pub fn is_busy(&self) -> bool {
+        self.running.get() != Running::None || self.request.get().is_some() || self.calibrating.get()
     }
 
     /// Text mode, for whoever speaks next.

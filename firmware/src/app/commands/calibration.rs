@@ -18,19 +18,20 @@ pub(super) const ENTRIES: &[Entry] = &[
 
 fn start(state: &State<'_>) -> Result<(), ErrorEntry> {
     no_fault(state)?;
-    if state.running.get() != Running::None {
+    if state.is_busy() {
         return Err(ErrorEntry::about(Code::SETTINGS_CONFLICT, b"something runs: wait for its end, or STOP"));
     }
     state.calibration.restart();
     state.calibrated.set(None);
     state.running.set(Running::Calibration);
+    state.calibrating.set(true);
     state.calibrate.set(true);
     Ok(())
 }
 
 fn result(state: &State<'_>, out: &mut Writer<'_>) -> Result<(), ErrorEntry> {
     match state.calibrated.get() {
-        None if state.running.get() == Running::Calibration => drop(out.text("RUNNING")),
+        None if state.calibrating.get() => drop(out.text("RUNNING")),
         None => drop(out.text("NONE")),
         Some(Err(why)) => {
             out.text("FAILED,");

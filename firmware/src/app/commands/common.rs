@@ -1,7 +1,7 @@
 //! What IEEE 488.2 asks of every instrument.
 
 use super::{Act, Entry, Job, entry};
-use crate::app::state::{Running, State, Stream};
+use crate::app::state::{State, Stream};
 use crate::console::parse::Range;
 use crate::console::quantity::Quantity;
 use crate::console::status::OPERATION_COMPLETE;
@@ -44,10 +44,10 @@ pub(super) const ENTRIES: &[Entry] = &[
     entry(
         "*OPC",
         Act::Do(|state| {
-            if state.running.get() == Running::None && state.request.get().is_none() {
-                state.status.happened(OPERATION_COMPLETE);
-            } else {
+            if state.is_busy() {
                 state.completes.set(true);
+            } else {
+                state.status.happened(OPERATION_COMPLETE);
             }
             Ok(())
         }),

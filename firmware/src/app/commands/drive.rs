@@ -2,14 +2,15 @@
 
 use super::{Act, Done, Entry, entry};
 use crate::app::state::{Demand, State, Targets, hold, no_fault};
+use crate::console::errors::{Code, ErrorEntry};
 use crate::console::parse::Range;
 use crate::console::quantity::Quantity;
-use crate::speed_loop::Mode;
+use crate::speed_loop::{Mode, Zero};
 
 /// 2000 °/s: the range of the stand.
 const RATE_RAD_S: f64 = 2000.0 * core::f64::consts::PI / 180.0;
 
-const MODES: [(&str, Mode); 3] = [("OFF", Mode::Off), ("VOLTage", Mode::Voltage), ("RATE", Mode::Rate)];
+const MODES: [Mode; 4] = [Mode::Off, Mode::Voltage, Mode::Rate, Mode::Position];
 
 pub(super) const ENTRIES: &[Entry] = &[
     entry(
@@ -23,13 +24,13 @@ pub(super) const ENTRIES: &[Entry] = &[
     entry(
         "SOURce:MODE",
         Act::Words {
-            words: &["OFF", "VOLTage", "RATE"],
+            words: &["OFF", "VOLTage", "RATE", "POSition"],
             read: |state| match state.demand.get() {
                 Demand::Off => 0,
-                Demand::Hold(mode, _) => MODES.iter().position(|(_, m)| *m == mode).unwrap_or(0),
+                Demand::Hold(mode, _) => MODES.iter().position(|m| *m == mode).unwrap_or(0),
             },
             write: |state, chosen| {
-                let mode = MODES.get(chosen).map_or(Mode::Off, |(_, mode)| *mode);
+                let mode = MODES.get(chosen).copied().unwrap_or_default();
                 if mode == Mode::Off {
                     return hold(state, Demand::Off);
                 }
@@ -57,6 +58,33 @@ pub(super) const ENTRIES: &[Entry] = &[
             write: |state, voltage_V| target(state, Mode::Voltage, Targets { voltage_V, ..state.targets.get() }),
         },
         "voltage to hold in mode VOLTAGE; limits hold",
+    ),
+    entry(
+        "SOURce:POSition",
+        Act::Number {
+            range: Range::new(Quantity::ANGLE, -1e4, 1e4, 0.0),
+            read: |state| state.targets.get().position_rad,
+            write: |state, position_rad| target(state, Mode::Position, Targets { position_rad, ..state.targets.get() }),
+        },
+        "angle to go to and hold in mode POSITION; several turns if it is to be",
+    ),
+    entry(
+        "SOURce:POSition:ZERO",
+        Act::Words {
+            words: &["POWeron", "INDex"],
+            read: |state| usize::from(state.zero.get() == Zero::Index),
+            write: |state, chosen| {
+                if chosen == 1 && state.row.get().from_index_rad.is_none() {
+                    return Err(ErrorEntry::about(Code::SETTINGS_CONFLICT, b"the index was not seen yet: turn the platform first"));
+                }
+                if matches!(state.demand.get(), Demand::Hold(Mode::Position, _)) {
+                    return Err(ErrorEntry::about(Code::SETTINGS_CONFLICT, b"an angle is held: OUTPut OFF first"));
+                }
+                state.zero.set(if chosen == 1 { Zero::Index } else { Zero::PowerOn });
+                Ok(())
+            },
+        },
+        "what angles of SOURce are counted from",
     ),
 ];
 

@@ -39,7 +39,7 @@ fn write(entry: &Entry, asks: bool, out: &mut Writer<'_>) {
             out.byte(b'>');
         }
         (Act::Switch { .. }, false) => drop(out.text(" <ON|OFF>")),
-        (Act::Take(what, _) | Act::TakeAndSay(what, ..), false) => drop(out.byte(b' ').text(what)),
+        (Act::AskList(what, _), true) | (Act::Take(what, _) | Act::TakeAndSay(what, ..), false) => drop(out.byte(b' ').text(what)),
         (Act::Number { range, .. }, true) if !range.quantity.unit.is_empty() => drop(out.text(" -> ").text(range.quantity.unit)),
         (Act::Ask(what, _) | Act::Say(what, _), true) if !what.is_empty() => drop(out.text(" -> ").text(what)),
         _ => {}

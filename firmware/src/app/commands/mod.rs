@@ -55,6 +55,8 @@ pub enum List {
     Errors,
     /// The learnt compensation.
     Compensation,
+    /// What was recorded around a fault.
+    Capture,
 }
 
 /// What takes time or the flash.
@@ -108,6 +110,8 @@ pub enum Act {
     Say(&'static str, fn(&State<'_>, &mut Writer<'_>) -> Done),
     /// Many lines.
     List(List),
+    /// Many lines, some of them; and what says which.
+    AskList(&'static str, fn(&State<'_>, &mut Parameters<'_>) -> Result<List, ErrorEntry>),
     /// An event that the console does.
     Job(Job),
     /// A question that the console answers.
@@ -124,7 +128,7 @@ impl Act {
         match self {
             Act::Number { .. } | Act::Words { .. } | Act::Switch { .. } | Act::TakeAndSay(..) => true,
             Act::Do(_) | Act::Job(_) | Act::Take(..) => !asks,
-            Act::Ask(..) | Act::Say(..) | Act::List(_) | Act::AskJob(_) => asks,
+            Act::Ask(..) | Act::Say(..) | Act::List(_) | Act::AskList(..) | Act::AskJob(_) => asks,
         }
     }
 }
@@ -222,6 +226,7 @@ fn act(state: &State<'_>, act: &Act, asks: bool, parameters: &mut Parameters<'_>
         }
         (Act::Say(_, say) | Act::TakeAndSay(_, _, say), true) => say(state, out).map(|()| Answer::Said),
         (Act::List(list), true) => Ok(Answer::List(*list)),
+        (Act::AskList(_, which), true) => which(state, parameters).map(Answer::List),
         (Act::Job(job), false) | (Act::AskJob(job), true) => Ok(Answer::Job(*job)),
         (Act::Take(_, take) | Act::TakeAndSay(_, take, _), false) => take(state, parameters).map(|()| Answer::Done),
         _ => {
@@ -275,6 +280,7 @@ pub fn list_line(state: &State<'_>, list: List, line: usize, out: &mut Writer<'_
         List::Settings => settings::line(state, line, out),
         List::Profiles => profile::line(line, out),
         List::Errors => system::error_line(state, out),
+        List::Capture => fault::capture_line(state, line, out),
         List::Compensation => compensation::line(state, line, out),
     }
 }

@@ -10,7 +10,7 @@ use crate::profile::{PARAMETERS, Parameter, Profile, ProfileKind};
 use crate::session::rows_in;
 use crate::speed_loop::Mode;
 
-const MODES: [Mode; 2] = [Mode::Voltage, Mode::Rate];
+const MODES: [Mode; 3] = [Mode::Voltage, Mode::Rate, Mode::Position];
 
 pub(super) const ENTRIES: &[Entry] = &[
     entry(
@@ -39,7 +39,7 @@ pub(super) const ENTRIES: &[Entry] = &[
     entry(
         "PROFile:MODE",
         Act::Words {
-            words: &["VOLTage", "RATE"],
+            words: &["VOLTage", "RATE", "POSition"],
             read: |state| MODES.iter().position(|mode| *mode == state.profile_mode.get()).unwrap_or(1),
             write: |state, chosen| (state.profile_mode.set(MODES.get(chosen).copied().unwrap_or(Mode::Rate)), Ok(())).1,
         },
@@ -86,6 +86,7 @@ fn named(name: &[u8]) -> Option<&'static Parameter> {
 fn quantity(parameter: &Parameter, mode: Mode) -> Quantity {
     let (value, per_s, per_s2) = match mode {
         Mode::Voltage => (Quantity::VOLTAGE, Quantity::only("V/S"), Quantity::only("V/S2")),
+        Mode::Position => (Quantity::ANGLE, Quantity::RATE, Quantity::ACCELERATION),
         _ => (Quantity::RATE, Quantity::ACCELERATION, Quantity::only("RAD/S3")),
     };
     match parameter.unit {

@@ -2,7 +2,6 @@
 
 use super::{Act, Entry, List, entry};
 use crate::app::state::State;
-use crate::board::TICKS_PER_ROW;
 use crate::console::parse::Range;
 use crate::console::quantity::Quantity;
 use crate::console::text::Writer;
@@ -22,9 +21,8 @@ pub(super) const ENTRIES: &[Entry] = &[
             range: Range::new(Quantity::TIME, 0.0, 3600.0, 2.0),
             read: |state| state.host_silence_s.get().unwrap_or(0.0),
             write: |state, seconds| {
-                // Counted from now, not from the line that was heard last.
-                state.heard.set(state.row.get().at + TICKS_PER_ROW);
                 state.host_silence_s.set((seconds > 0.0).then_some(seconds));
+                state.watch_anew.set(true);
                 Ok(())
             },
         },
