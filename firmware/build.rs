@@ -14,4 +14,6 @@ fn main() {
     println!("cargo::rustc-link-search={}", out.display());
     println!("cargo::rustc-link-arg-bins=-Tlink.x");
     println!("cargo::rustc-link-arg-bins=-Tdefmt.x");
+    // One copy of functions that came out the same; both rust-lld and ld.lld know it.
+    println!("cargo::rustc-link-arg-bins=--icf=all");
 }

@@ -68,7 +68,9 @@ impl Motor {
         let (h, s) = (&self.hardware, &self.settings);
         let dt_s = 1.0 / CONTROL_HZ as f64;
         let volts = f64::from(self.drive.counts()) * h.volt_per_duty();
-        let current_A = (volts - s.motor_constant_N_m_A * self.rate_rad_s) / s.resistance_ohm;
+        // What turns it from outside may hold any current; here it holds none.
+        let turned = matches!(self.wrong, Wrong::Turned(_));
+        let current_A = if turned { 0.0 } else { (volts - s.motor_constant_N_m_A * self.rate_rad_s) / s.resistance_ohm };
         match self.wrong {
             Wrong::Turned(rate_rad_s) => self.rate_rad_s = rate_rad_s,
             Wrong::Jammed => self.rate_rad_s = 0.0,

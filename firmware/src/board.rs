@@ -7,7 +7,7 @@
 //! clock, finer (0.1 µs). A *code* is what a converter delivers, before any scale; scales are in [`Hardware`], so that
 //! another stand is other data, not other code. A *stamped* reading carries the time at which it was true.
 
-use crate::config::{ConfigError, within};
+use crate::config::{ConfigError, all_within};
 use core::ops::{Add, Sub};
 use embedded_hal_async::spi::SpiDevice;
 
@@ -314,17 +314,18 @@ impl Hardware {
     /// # Errors
     /// The name of the first that makes no sense.
     pub fn check(&self) -> Result<(), ConfigError> {
-        within("counts_per_turn", self.counts_per_turn, 4.0, 1e6)?;
-        within("edge_timer_Hz", self.edge_timer_Hz, 1e5, 1e9)?;
-        within("duty_full_scale", f64::from(self.duty_full_scale), 16.0, 32_000.0)?;
-        within("supply_nominal_V", self.supply_nominal_V, 0.1, 1e3)?;
-        within("current_A_per_code", self.current_A_per_code, 1e-15, 1e3)?;
-        within("current_zero_code", self.current_zero_code, 1.0, 1e15)?;
-        within("supply_V_per_code", self.supply_V_per_code, 1e-9, 1e3)?;
-        within("rate_rad_s_per_code", self.rate_rad_s_per_code, 1e-12, 1e3)?;
-        within("rate_cutoff_Hz", self.rate_cutoff_Hz, 0.0, 1e6)?;
-        within("temperature_C_per_code", self.temperature_C_per_code, 1e-9, 1e3)?;
-        Ok(())
+        all_within! { of self, "";
+            counts_per_turn: 4.0, 1e6;
+            edge_timer_Hz: 1e5, 1e9;
+            duty_full_scale: 16.0, 32_000.0;
+            supply_nominal_V: 0.1, 1e3;
+            current_A_per_code: 1e-15, 1e3;
+            current_zero_code: 1.0, 1e15;
+            supply_V_per_code: 1e-9, 1e3;
+            rate_rad_s_per_code: 1e-12, 1e3;
+            rate_cutoff_Hz: 0.0, 1e6;
+            temperature_C_per_code: 1e-9, 1e3;
+        }
     }
 
     /// One encoder count, rad.

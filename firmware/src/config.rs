@@ -38,7 +38,8 @@ impl fmt::Display for ConfigError {
 
 impl core::error::Error for ConfigError {}
 
-/// `value` if it is finite and within `[least, greatest]`.
+/// `value` if it is finite and within `[least, greatest]`. Double precision is a call for each comparison, so they are here only.
+#[inline(never)]
 pub fn within(name: &'static str, value: f64, least: f64, greatest: f64) -> Result<f64, ConfigError> {
     if !value.is_finite() {
         Err(ConfigError::NonFinite(name))
@@ -48,3 +49,24 @@ pub fn within(name: &'static str, value: f64, least: f64, greatest: f64) -> Resu
         Ok(value)
     }
 }
+
+/// Name, least and greatest of a number.
+pub type Range = (&'static str, f64, f64);
+
+/// That each value is finite and within the range of its place; the first that is not is told. For tables: see [`all_within`].
+#[inline(never)]
+pub fn in_ranges(ranges: &[Range], values: &[f64]) -> Result<(), ConfigError> {
+    ranges.iter().zip(values).try_for_each(|(&(name, least, greatest), value)| within(name, *value, least, greatest).map(|_| ()))
+}
+
+/// Checks fields of a structure against a table: `all_within!(of self, "name's beginning"; field: least, greatest; …)`. One check after the
+/// other in code is longer.
+macro_rules! all_within {
+    (of $of:expr, $prefix:literal; $($name:ident: $least:expr, $greatest:expr;)*) => {
+        $crate::config::in_ranges(
+            const { &[$((concat!($prefix, stringify!($name)), $least, $greatest)),*] },
+            &[$(f64::from($of.$name)),*],
+        )
+    };
+}
+pub(crate) use all_within;

@@ -223,7 +223,7 @@ async fn await_first_sample(clock: &SimClock<'_>, sensor: &imu::Shared) {
         if sensor.newest().is_some() {
             return;
         }
-        clock.until(clock.now() + TICKS_PER_ROW).await;
+        clock.until(clock.now() + 6 * TICKS_PER_ROW).await;
     }
 }
 
@@ -269,9 +269,9 @@ pub fn calibrate<P: PlantPort>(stand: StandSetup, plant: P, seed: u64, watching:
                 lesson_writer.post(&config.learnt());
             }
         }
-        // Some ticks more: the drive goes off, and what was posted is taken.
+        // Some milliseconds more: the drive goes off, and what was posted is taken, a part in each.
         let clock = SimClock(&clock);
-        clock.until(clock.now() + TICKS_PER_ROW).await;
+        clock.until(clock.now() + 6 * TICKS_PER_ROW).await;
         outcome
     };
     let outcome = clock::run(&clock, calibration, |to| {

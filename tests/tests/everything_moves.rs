@@ -140,9 +140,9 @@ fn numbers(table: &Table, path: &[String]) -> Vec<Vec<String>> {
         match value {
             // compensation.rs walks over these, where something is learnt.
             Value::Table(_) if key == "compensation" => {}
-            // tests/tests/faults.rs walks over these: a threshold moves nothing where nothing is wrong.
+            // A threshold moves nothing where nothing is wrong: hal-sim/tests/safety.rs has what is.
             Value::Table(_) if key == "safety" => {}
-            // The way to an angle is no session's profile; tests/tests/position.rs has it.
+            // The way to an angle: hal-sim/tests/safety.rs.
             _ if key == "approach_rad_s" => {}
             Value::Table(inner) => found.extend(numbers(inner, &path)),
             Value::Float(_) | Value::Integer(_) => found.push(path),

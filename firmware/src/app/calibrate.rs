@@ -17,7 +17,7 @@ pub async fn run<'a, C: Clock>(
     map: &'a mut Map,
     measuring: &Cell<Option<Measuring<'a>>>,
     mut lessons: LessonWriter<'_>,
-) {
+) -> ! {
     let mut room = Some(map);
     loop {
         clock.until(clock.now() + TICKS_PER_ROW).await;

@@ -21,7 +21,7 @@ use embedded_storage::nor_flash::NorFlash;
 type Reply = Text<MOST_TEXT>;
 
 /// Reads and answers, for ever.
-pub async fn run<C: Clock, R: Read, F: NorFlash>(state: &State<'_>, clock: &C, mut receive: R, store: &mut Store<F>) {
+pub async fn run<C: Clock, R: Read, F: NorFlash>(state: &State<'_>, clock: &C, mut receive: R, store: &mut Store<F>) -> ! {
     let mut lines = Lines::default();
     let mut bytes = [0; 64];
     loop {

@@ -48,6 +48,7 @@ struct Phasor {
 }
 
 impl Phasor {
+    #[inline(never)]
     fn times(self, re: f64, im: f64) -> Self {
         Self { re: self.re * re - self.im * im, im: self.re * im + self.im * re }
     }
@@ -57,7 +58,7 @@ impl Phasor {
     }
 
     fn size(self) -> f64 {
-        libm::sqrt(self.re * self.re + self.im * self.im)
+        crate::maths::sqrt(self.re * self.re + self.im * self.im)
     }
 }
 
@@ -77,17 +78,17 @@ pub(super) async fn answer(map: &Map, course: &Course, settings: &Settings, hard
         let mean = forwards.plus(backwards).times(0.5, 0.0);
         *half = forwards.plus(backwards.times(-1.0, 0.0)).size() * 0.5;
         // a sin(nθ + φ) is the real part of −j a exp(jφ) exp(jnθ).
-        let phase_rad = libm::atan2(mean.im, mean.re) + FRAC_PI_2;
+        let phase_rad = crate::maths::atan2(mean.im, mean.re) + FRAC_PI_2;
         let harmonic = Harmonic { order, torque_N_m: mean.size(), phase_rad: if phase_rad < 0.0 { phase_rad + TAU } else { phase_rad } };
         insert(&mut best, harmonic, *half);
         // An order is 3 ms of the chip's time: rows and replies come between.
         embassy_futures::yield_now().await;
     }
     // The size of two equal normal components has the median σ √(2 ln 2).
-    let sigma_N_m = median(&halves) / libm::sqrt(2.0 * LN_2);
+    let sigma_N_m = median(&halves) / crate::maths::sqrt(2.0 * LN_2);
     // Below one compare count of the bridge, what the encoder's and the bridge's own steps make of a turn is as large, and no noise.
     let one_count_N_m = hardware.volt_per_duty() * settings.motor_constant_N_m_A / settings.resistance_ohm;
-    let threshold_N_m = one_count_N_m.max(sigma_N_m * libm::sqrt(2.0 * libm::log(ORDERS as f64 / CHANCE)));
+    let threshold_N_m = one_count_N_m.max(sigma_N_m * crate::maths::sqrt(2.0 * crate::maths::log(ORDERS as f64 / CHANCE)));
     let mut harmonics = [None; MOST_HARMONICS];
     let mut taken = Harmonics::default();
     // An order of which the two directions say different things does not belong to the angle alone.
@@ -107,6 +108,7 @@ pub(super) async fn answer(map: &Map, course: &Course, settings: &Settings, hard
 }
 
 /// Disturbing torque of one order in one direction, N m; the rate has its sign.
+#[inline(never)]
 fn disturbance(turn: &[Bin; BINS], order: u16, rate_rad_s: f64, settings: &Settings) -> Phasor {
     let n = f64::from(order);
     let bin_rad = TAU / BINS as f64;

@@ -84,7 +84,7 @@ impl Memory {
             a.store(u32::from(sample.count.0) | u32::from(sample.duty as u16) << 16, Ordering::Relaxed);
             b.store(sample.current.0 as u32, Ordering::Relaxed);
             c.store(sample.rate.to_bits(), Ordering::Relaxed);
-            d.store(sample.command.to_bits(), Ordering::Relaxed);
+            d.store(sample.command as u32, Ordering::Relaxed);
         }
     }
 
@@ -168,7 +168,7 @@ impl Record<'_> {
             duty: (a >> 16) as u16 as i16,
             current: CurrentCode(b as i32),
             rate: f32::from_bits(c),
-            command: f32::from_bits(d),
+            command: d as i32,
         })
     }
 }

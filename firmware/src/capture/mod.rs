@@ -26,6 +26,6 @@ pub struct Sample {
     pub current: CurrentCode,
     /// The rate that is regulated, counts per tick.
     pub rate: f32,
-    /// The rate command, counts per tick; in voltage mode what is asked for, compare counts.
-    pub command: f32,
+    /// The rate command, 2⁻¹⁶ counts per tick; in voltage mode what is asked for, 2⁻¹⁶ compare counts.
+    pub command: i32,
 }

@@ -2,7 +2,7 @@ use super::*;
 use crate::safety::Fault;
 
 fn sample(n: u32) -> Sample {
-    Sample { count: EncoderCount(n as u16), duty: -(n as i16), current: CurrentCode(n as i32), rate: n as f32, command: 0.5 }
+    Sample { count: EncoderCount(n as u16), duty: -(n as i16), current: CurrentCode(n as i32), rate: n as f32, command: -(n as i32) }
 }
 
 /// Ticks `from..to`, with the fault latched from its tick on.

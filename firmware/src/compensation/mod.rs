@@ -7,7 +7,7 @@
 
 mod files;
 
-use crate::config::{ConfigError, within};
+use crate::config::{ConfigError, all_within, within};
 
 /// Greatest number of harmonics.
 pub const MOST_HARMONICS: usize = 8;
@@ -100,14 +100,18 @@ impl Compensation {
     /// The name of the first parameter that is not a number or makes no sense.
     pub fn check(&self, torque_limit_N_m: f64) -> Result<(), ConfigError> {
         within("compensation.coulomb_N_m", self.coulomb_N_m, 0.0, torque_limit_N_m)?;
-        within("compensation.coulomb_fade_rad_s", self.coulomb_fade_rad_s, 1e-6, 1e3)?;
-        within("compensation.viscous_N_m_s", self.viscous_N_m_s, 0.0, 1e3)?;
-        within("compensation.winding_lag_s", self.winding_lag_s, 0.0, 0.1)?;
+        all_within! { of self, "compensation.";
+            coulomb_fade_rad_s: 1e-6, 1e3;
+            viscous_N_m_s: 0.0, 1e3;
+            winding_lag_s: 0.0, 0.1;
+        }?;
         let mut sum_N_m = 0.0;
         for harmonic in self.harmonics.as_slice() {
-            within("compensation.harmonics.order", f64::from(harmonic.order), 1.0, f64::from(HIGHEST_ORDER))?;
+            all_within! { of harmonic, "compensation.harmonics.";
+                order: 1.0, HIGHEST_ORDER as f64;
+                phase_rad: -1e3, 1e3;
+            }?;
             sum_N_m += within("compensation.harmonics.torque_N_m", harmonic.torque_N_m, 0.0, torque_limit_N_m)?;
-            within("compensation.harmonics.phase_rad", harmonic.phase_rad, -1e3, 1e3)?;
         }
         // Where all of them meet, the drive must still be able to give it.
         within("compensation.harmonics.torque_N_m (sum)", sum_N_m, 0.0, torque_limit_N_m).map(|_| ())

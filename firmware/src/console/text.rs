@@ -144,7 +144,7 @@ impl Writer<'_> {
         }
         let significant = significant.clamp(1, 17) as i32;
         let mut exponent = exponent_of(value);
-        let mut digits = libm::round(scaled(value, significant - 1 - exponent)) as u64;
+        let mut digits = crate::maths::round(scaled(value, significant - 1 - exponent)) as u64;
         // Rounded up to one digit more.
         if digits >= 10_u64.saturating_pow(significant as u32) {
             exponent += 1;
@@ -170,7 +170,7 @@ impl Writer<'_> {
 
     /// A number with so many decimals, for columns; as [`Writer::number`] where it is too large for that.
     pub fn fixed(&mut self, value: f64, decimals: u32) -> &mut Self {
-        let whole = libm::round(scaled(value.abs(), decimals as i32));
+        let whole = crate::maths::round(scaled(value.abs(), decimals as i32));
         if value.is_nan() || whole >= 1e18 {
             return self.number(value, 9);
         }
@@ -193,7 +193,7 @@ impl Writer<'_> {
 
 /// e with 10^e ≤ value < 10^(e+1), for a finite value above 0.
 fn exponent_of(value: f64) -> i32 {
-    let mut exponent = libm::floor(libm::log(value) * core::f64::consts::LOG10_E) as i32;
+    let mut exponent = crate::maths::floor(crate::maths::log(value) * core::f64::consts::LOG10_E) as i32;
     // The logarithm may be off by its last bit at a power of ten.
     if scaled(value, -exponent) >= 10.0 {
         exponent += 1;

@@ -24,6 +24,8 @@ const ACCELERATION: usize = 3;
 const FRICTION: usize = 4;
 const OFFSET: usize = 5;
 const SLOPE: usize = 6;
+/// How many. The sensor's regression takes as many, so that the code of the sums is there once.
+pub(super) const ELEMENTS: usize = 7;
 /// Lags of the errors' colour: one second.
 const LAGS: usize = 10;
 /// Windows before anything is said.
@@ -70,7 +72,7 @@ pub struct DriveReading {
 /// The sums.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Drive {
-    moments: Moments<7, LAGS>,
+    moments: Moments<ELEMENTS, LAGS>,
 }
 
 impl Drive {
@@ -144,7 +146,7 @@ impl Both {
         let variance = self.electrical.form(&electrical, &electrical)
             + 2.0 * self.cross.form(&electrical, &mechanical)
             + self.mechanical.form(&mechanical, &mechanical);
-        libm::sqrt(variance.max(0.0))
+        crate::maths::sqrt(variance.max(0.0))
     }
 }
 

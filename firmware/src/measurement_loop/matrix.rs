@@ -46,6 +46,7 @@ impl<const P: usize, const Q: usize> Matrix<P, Q> {
     }
 
     /// aᵀ M b.
+    #[inline(never)]
     pub fn form(&self, a: &[f64; P], b: &[f64; Q]) -> f64 {
         self.0.iter().zip(a).map(|(row, a)| a * row.iter().zip(b).map(|(m, b)| m * b).sum::<f64>()).sum()
     }
@@ -66,10 +67,11 @@ impl<const P: usize, const Q: usize> Matrix<P, Q> {
 
 /// Solves M x = b for a symmetric positive M by Gauss and Jordan, columns scaled to one; also the inverse. `None` where two columns are
 /// alike to ten digits.
+#[inline(never)]
 pub fn solve<const P: usize>(m: &Matrix<P, P>, b: &[f64; P]) -> Option<([f64; P], Matrix<P, P>)> {
     /// What is left of a scaled diagonal that counts as nothing.
     const NOTHING: f64 = 1e-10;
-    let scale: [f64; P] = core::array::from_fn(|k| 1.0 / libm::sqrt(m.at(k, k)));
+    let scale: [f64; P] = core::array::from_fn(|k| 1.0 / crate::maths::sqrt(m.at(k, k)));
     if scale.iter().any(|s| !s.is_finite()) {
         return None;
     }

@@ -56,6 +56,7 @@ pub struct Answer<const N: usize, const P: usize> {
 
 impl<const N: usize, const L: usize> Moments<N, L> {
     /// One more window; `None`: it does not count, but time went on.
+    #[inline(never)]
     pub fn take(&mut self, z: Option<[f64; N]>) {
         self.last.rotate_right(1);
         if let Some(newest) = self.last.first_mut() {
@@ -74,6 +75,7 @@ impl<const N: usize, const L: usize> Moments<N, L> {
     }
 
     /// Element 0 of z by these regressors; `None` if they cannot be told apart, or there are too few windows.
+    #[inline(never)]
     pub fn solve<const P: usize>(&self, regressors: [Regressor; P]) -> Option<Answer<N, P>> {
         let freedom = f64::from(self.count) - P as f64;
         let sums = self.sums.first().filter(|_| freedom >= 1.0)?;
@@ -107,6 +109,7 @@ impl<const N: usize, const L: usize> Moments<N, L> {
     }
 
     /// The covariance of two answers' coefficients, of the same one's if they are the same.
+    #[inline(never)]
     pub fn covariance<const P: usize, const Q: usize>(&self, a: &Answer<N, P>, b: &Answer<N, Q>, same: bool) -> Matrix<P, Q> {
         let mut meat = Matrix::<P, Q>::zero();
         let windows = f64::from(self.count.max(1));

@@ -6,7 +6,7 @@
 //! scale, by some millionths for 1 ms. Memory
 //! grows until a restart ([`Moments`]).
 
-use super::drive::Estimate;
+use super::drive::{ELEMENTS, Estimate};
 use super::moments::{Moments, Regressor};
 use super::windows::Window;
 use crate::board::ROW_HZ;
@@ -42,13 +42,13 @@ pub struct SensorReading {
 /// The sums.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sensor {
-    moments: Moments<5, LAGS>,
+    moments: Moments<ELEMENTS, LAGS>,
 }
 
 impl Sensor {
     /// Takes a window.
     pub fn take(&mut self, window: &Window) {
-        let z = |shown| [shown, window.angle_rad, window.rate_rad_s, window.weight_s, window.slope_rad_s2];
+        let z = |shown| [shown, window.angle_rad, window.rate_rad_s, window.weight_s, window.slope_rad_s2, 0.0, 0.0];
         self.moments.take(window.sensor_rad.map(z));
     }
 
@@ -67,7 +67,7 @@ impl Sensor {
         let answer = self.moments.solve([Regressor::new(RATE, 1.0), delay, Regressor::new(BIAS, 1.0), bend])?;
         let covariance = self.moments.covariance(&answer, &answer, true);
         let [scale, late, bias, _] = answer.coefficients;
-        let sigma = |by: [f64; 4]| libm::sqrt(covariance.form(&by, &by).max(0.0));
+        let sigma = |by: [f64; 4]| crate::maths::sqrt(covariance.form(&by, &by).max(0.0));
         let delay_sigma = sigma([-late / (scale * scale), 1.0 / scale, 0.0, 0.0]);
         Some(SensorReading {
             scale: Estimate { value: scale, sigma: sigma([1.0, 0.0, 0.0, 0.0]) },

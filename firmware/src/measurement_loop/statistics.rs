@@ -30,7 +30,7 @@ impl Statistics {
 
     /// Standard deviation of one of them; `None` before the second.
     pub fn sigma(&self) -> Option<f64> {
-        (self.count > 1).then(|| libm::sqrt(self.squares.max(0.0) / (f64::from(self.count) - 1.0)))
+        (self.count > 1).then(|| crate::maths::sqrt(self.squares.max(0.0) / (f64::from(self.count) - 1.0)))
     }
 }
 

@@ -35,11 +35,11 @@ impl Multisine {
         for (n, line) in lines.iter_mut().enumerate() {
             let n = n as f64;
             let below = multiple;
-            let wanted = libm::round(maths::power(highest / lowest, n / last));
+            let wanted = crate::maths::round(maths::power(highest / lowest, n / last));
             // Low lines that would fall together take the next free multiple.
             multiple = if wanted > multiple { wanted } else { multiple + 1.0 };
             turns += (multiple - below) * n / LINES as f64;
-            line.phase = ((1.0 - (turns - libm::trunc(turns))) * 18_446_744_073_709_551_616.0) as u64;
+            line.phase = ((1.0 - (turns - crate::maths::trunc(turns))) * 18_446_744_073_709_551_616.0) as u64;
             line.step = (multiple * lowest * 1e-3 * 18_446_744_073_709_551_616.0) as u64;
         }
         let mut sines = Self { lines, scale: 1.0 };

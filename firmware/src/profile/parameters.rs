@@ -102,7 +102,7 @@ impl Parameter {
             }
             Write::Whole(most, write) => {
                 let value = within(self.name, value, 0.0, most)?;
-                if libm::trunc(value) != value {
+                if crate::maths::trunc(value) != value {
                     return Err(ConfigError::Unfit(self.name, "must be a whole number"));
                 }
                 write(config, value);

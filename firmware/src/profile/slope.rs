@@ -36,7 +36,7 @@ impl Hold {
             return rounded;
         }
         let half = 0.5 * self.acceleration * corner;
-        libm::sqrt(half * half + self.acceleration * area) - half
+        crate::maths::sqrt(half * half + self.acceleration * area) - half
     }
 }
 
@@ -57,7 +57,7 @@ impl Slope {
     pub(super) fn new(from: f64, to: f64, hold: &Hold) -> Self {
         let way = (to - from).abs();
         let (corner_s, greatest) = if way * hold.jerk < hold.acceleration * hold.acceleration {
-            let corner_s = libm::sqrt(way / hold.jerk);
+            let corner_s = crate::maths::sqrt(way / hold.jerk);
             (corner_s, hold.jerk * corner_s)
         } else {
             (hold.acceleration / hold.jerk, hold.acceleration)

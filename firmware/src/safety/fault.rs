@@ -14,7 +14,7 @@ pub enum Fault {
     Stall,
     /// The platform did not follow: the ramp slipped for longer than the settings allow.
     Tracking,
-    /// The motor's back-EMF says that it turns, and no edge of the encoder comes.
+    /// The motor's back-EMF says that it turns, and the encoder's count stays.
     EncoderLost,
     /// The bridge's supply was too low while it drove.
     SupplyLow,

@@ -1,6 +1,6 @@
 //! Thresholds of what switches the drive off, in a person's units, checked by name.
 
-use crate::config::{ConfigError, within};
+use crate::config::{ConfigError, all_within};
 
 /// Thresholds. The default suits the default stand: maxon RE 25, 1.5 A of current limit, 12 V.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -8,13 +8,13 @@ use crate::config::{ConfigError, within};
 pub struct Settings {
     /// Motor current above which the drive is switched off within 0.4 ms, A; where the converter ends below it, there.
     pub over_current_A: f64,
-    /// Current, or voltage over resistance, at which the motor pushes: with no edge of the encoder it is stalled, A.
+    /// Current, or voltage over resistance, at which the motor pushes: if the count stays, it is stalled, A.
     pub stall_current_A: f64,
-    /// How long it may push without an edge, s.
+    /// How long it may push while the count stays, s.
     pub stall_s: f64,
-    /// Rate by its back-EMF at which a motor cannot be without edges, rad/s; a fifth of R·i is added for what the resistance is wrong.
+    /// Rate by its back-EMF at which a motor's count cannot stay, rad/s; a fifth of R·i is added for what the resistance is wrong.
     pub encoder_lost_rad_s: f64,
-    /// How long it may seem to turn without an edge, s.
+    /// How long it may seem to turn while the count stays, s.
     pub encoder_lost_s: f64,
     /// Least supply while it drives, share of the nominal one.
     pub supply_low_share: f64,
@@ -54,17 +54,18 @@ impl Settings {
     /// # Errors
     /// The name of the first that is not a number or makes no sense.
     pub fn check(&self) -> Result<(), ConfigError> {
-        within("safety.over_current_A", self.over_current_A, 1e-3, 1e3)?;
-        within("safety.stall_current_A", self.stall_current_A, 1e-3, 1e3)?;
-        within("safety.stall_s", self.stall_s, 1e-3, 60.0)?;
-        within("safety.encoder_lost_rad_s", self.encoder_lost_rad_s, 1e-3, 1e4)?;
-        within("safety.encoder_lost_s", self.encoder_lost_s, 1e-3, 5.0)?;
-        within("safety.supply_low_share", self.supply_low_share, 0.0, 1.0)?;
-        within("safety.supply_high_share", self.supply_high_share, 1.0, 10.0)?;
-        within("safety.tracking_s", self.tracking_s, 1e-3, 3600.0)?;
-        within("safety.temperature_C", self.temperature_C, -50.0, 500.0)?;
-        within("safety.sensor_silent_s", self.sensor_silent_s, 1e-3, 3600.0)?;
-        within("safety.index_off_counts", self.index_off_counts, 0.0, 1e6)?;
-        Ok(())
+        all_within! { of self, "safety.";
+            over_current_A: 1e-3, 1e3;
+            stall_current_A: 1e-3, 1e3;
+            stall_s: 1e-3, 60.0;
+            encoder_lost_rad_s: 1e-3, 1e4;
+            encoder_lost_s: 1e-3, 5.0;
+            supply_low_share: 0.0, 1.0;
+            supply_high_share: 1.0, 10.0;
+            tracking_s: 1e-3, 3600.0;
+            temperature_C: -50.0, 500.0;
+            sensor_silent_s: 1e-3, 3600.0;
+            index_off_counts: 0.0, 1e6;
+        }
     }
 }

@@ -91,14 +91,14 @@ impl Watch {
             Some((t_s, before_rad)) if row.t_s > t_s => (at_rad - before_rad) / core::f64::consts::TAU,
             _ => 0.0,
         };
-        let off_counts = (moved - libm::round(moved)).abs() * core::f64::consts::TAU / self.rad_per_count;
+        let off_counts = (moved - crate::maths::round(moved)).abs() * core::f64::consts::TAU / self.rad_per_count;
         off_counts > self.settings.index_off_counts || from_rad.abs() > INDEX_WITHIN_TURNS * core::f64::consts::TAU
     }
 }
 
 /// Rows in so many seconds, at least one where there is any time; a time that is none is none.
 fn rows(seconds: f64) -> u32 {
-    if seconds > 0.0 { libm::ceil(seconds * ROW_HZ as f64).min(4e9) as u32 } else { 0 }
+    if seconds > 0.0 { crate::maths::ceil(seconds * ROW_HZ as f64).min(4e9) as u32 } else { 0 }
 }
 
 #[cfg(test)]

@@ -4,9 +4,11 @@
 //! of two flash sectors, so that a power cut at any word leaves the record before or the new one, never neither.
 
 pub mod fields;
+mod record;
 pub mod store;
 
 pub use fields::{FIELDS, Field};
+pub use record::Record;
 pub use store::{Store, StoreError};
 
 use crate::board::Hardware;
@@ -33,6 +35,7 @@ impl Kept {
 
     /// A number that is another one where the record's fields are others: firmware of another layout does not read it.
     pub fn layout() -> u32 {
-        FIELDS.iter().fold(0, |sum: u32, field| sum.rotate_left(5) ^ crate::telemetry::crc32(field.name.as_bytes()))
+        // 1: the second way of writing them.
+        FIELDS.iter().fold(1, |sum: u32, field| sum.rotate_left(5) ^ crate::telemetry::crc32(field.name.as_bytes()))
     }
 }

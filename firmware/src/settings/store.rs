@@ -4,13 +4,13 @@
 //! is none, the other sector, which holds only older records, is erased and takes it. So at least one whole record is in flash at any moment,
 //! once there was one. What was written is read back before it counts. A slot that a power cut left half-written is passed over.
 //!
-//! A record: length u32, number u32, layout u32, CRC-32 over those and the body, postcard body. Numbers rise; the greatest is the newest.
+//! A record: length u32, number u32, layout u32, CRC-32 over those and the body, the body ([`Record`]). Numbers rise; the greatest is the newest.
 //! Erasing an STM32F446's 16 KiB stalls the core for half a second (DS10693, table 48), so whoever calls sees to it that the drive is off.
 
+use super::Record;
 use crate::telemetry::crc32;
 use core::fmt;
 use embedded_storage::nor_flash::NorFlash;
-use serde::{Deserialize, Serialize};
 
 /// Bytes of a slot.
 pub const SLOT_BYTES: usize = 1024;
@@ -81,7 +81,7 @@ impl<F: NorFlash> Store<F> {
     ///
     /// # Errors
     /// The flash cannot be read; or the newest is of another layout.
-    pub fn load<T: for<'a> Deserialize<'a>>(&mut self, layout: u32) -> Result<Option<T>, StoreError> {
+    pub fn load<T: Record>(&mut self, layout: u32) -> Result<Option<T>, StoreError> {
         let mut slot = [0; SLOT_BYTES];
         let Some(newest) = self.newest(&mut slot)? else { return Ok(None) };
         if newest.layout != layout {
@@ -89,14 +89,14 @@ impl<F: NorFlash> Store<F> {
         }
         self.read(newest.at, &mut slot)?;
         let body = slot.get(HEAD_BYTES..newest.length).unwrap_or_default();
-        postcard::from_bytes(body).map(Some).map_err(|_| StoreError::OtherLayout)
+        T::read(body).map(Some).ok_or(StoreError::OtherLayout)
     }
 
     /// Appends a record.
     ///
     /// # Errors
     /// It does not fit, the flash refuses, or does not keep it; what was kept before is still there.
-    pub fn save<T: Serialize>(&mut self, value: &T, layout: u32) -> Result<(), StoreError> {
+    pub fn save<T: Record>(&mut self, value: &T, layout: u32) -> Result<(), StoreError> {
         let mut slot = [0; SLOT_BYTES];
         let newest = self.newest(&mut slot)?;
         let number = newest.map_or(1, |found| found.number.wrapping_add(1));
@@ -187,15 +187,10 @@ impl<F: NorFlash> Store<F> {
 }
 
 /// Makes a record in `slot`; its length, and with what fills up the last unit of a write.
-fn record<T: Serialize, F: NorFlash>(
-    value: &T,
-    number: u32,
-    layout: u32,
-    slot: &mut [u8; SLOT_BYTES],
-) -> Result<(usize, usize), StoreError> {
+fn record<T: Record, F: NorFlash>(value: &T, number: u32, layout: u32, slot: &mut [u8; SLOT_BYTES]) -> Result<(usize, usize), StoreError> {
     slot.fill(0xff);
-    let body = slot.get_mut(HEAD_BYTES..).and_then(|space| postcard::to_slice(value, space).ok());
-    let length = HEAD_BYTES + body.ok_or(StoreError::TooLong)?.len();
+    let body = slot.get_mut(HEAD_BYTES..).and_then(|space| value.write(space));
+    let length = HEAD_BYTES + body.ok_or(StoreError::TooLong)?;
     for (place, word) in slot.chunks_exact_mut(4).zip([length as u32, number, layout]) {
         place.copy_from_slice(&word.to_le_bytes());
     }

@@ -264,7 +264,7 @@ mod tests {
         let mut right = None;
         follow(1_000, at, |n, edges| {
             let rate = f64::from(edges.rate(PERIOD)) * 1e4;
-            assert!(rate <= 3_001.0 && rate >= -3_001.0);
+            assert!((-3_001.0..=3_001.0).contains(&rate));
             if n > 500 && right.is_none() && (rate / -3_000.0 - 1.0).abs() < 1e-3 {
                 right = Some(n);
             }

@@ -57,7 +57,7 @@ struct Wave {
 impl Wave {
     fn of(harmonic: &Harmonic, duty_per_torque: f64) -> Self {
         let turns = harmonic.phase_rad / TAU;
-        let phase = ((turns - libm::floor(turns)) * TURN) as u64 as u32;
+        let phase = ((turns - crate::maths::floor(turns)) * TURN) as u64 as u32;
         Self { order: u32::from(harmonic.order), phase, duty: (harmonic.torque_N_m * duty_per_torque) as f32 }
     }
 }
@@ -111,15 +111,25 @@ impl Words<LEARNT_WORDS> for Learnt {
     }
 
     fn from_words(words: &[u32; LEARNT_WORDS]) -> Self {
+        let mut learnt = Self::default();
+        learnt.set_words(words);
+        learnt
+    }
+}
+
+impl Learnt {
+    /// Takes on what `to_words` made, in its place.
+    #[inline]
+    pub(super) fn set_words(&mut self, words: &[u32; LEARNT_WORDS]) {
         let [coulomb, fade, viscous, lead, rest @ ..] = words;
-        let [coulomb, fade, viscous, lead] = [coulomb, fade, viscous, lead].map(|bits| f32::from_bits(*bits));
-        let mut waves = [Wave::default(); MOST_HARMONICS];
-        for (wave, three) in waves.iter_mut().zip(rest.chunks_exact(3)) {
-            if let [order, phase, duty] = three {
-                *wave = Wave { order: *order, phase: *phase, duty: f32::from_bits(*duty) };
-            }
+        self.coulomb = f32::from_bits(*coulomb);
+        self.fade = f32::from_bits(*fade);
+        self.viscous = f32::from_bits(*viscous);
+        self.lead = f32::from_bits(*lead);
+        for (wave, three) in self.waves.iter_mut().zip(rest.as_chunks::<3>().0) {
+            let [order, phase, duty] = *three;
+            *wave = Wave { order, phase, duty: f32::from_bits(duty) };
         }
-        Self { coulomb, fade, viscous, lead, waves }
     }
 }
 
@@ -160,9 +170,8 @@ impl FromIndex {
 pub(super) struct FeedForward {
     pub learnt: Learnt,
     pub from_index: FromIndex,
-    /// Compare counts that the harmonics add in the next tick, and what that gains in each.
-    pub wave: f32,
-    wave_step: f32,
+    /// Compare counts that the harmonics add at the end of this millisecond.
+    wave: f32,
     /// What the harmonics worked out so far add up to at the end of the millisecond to come.
     coming: f32,
     /// Share of the harmonics that has come in, 0 … 1.
@@ -171,13 +180,15 @@ pub(super) struct FeedForward {
 
 impl FeedForward {
     pub fn new(learnt: Learnt) -> Self {
-        Self { learnt, from_index: FromIndex::default(), wave: 0.0, wave_step: 0.0, coming: 0.0, share: 0.0 }
+        Self { learnt, from_index: FromIndex::default(), wave: 0.0, coming: 0.0, share: 0.0 }
     }
 
     /// Lets the harmonics come in anew.
     #[inline]
     pub fn restart(&mut self) {
-        *self = Self { learnt: self.learnt, from_index: self.from_index, wave: 0.0, wave_step: 0.0, coming: 0.0, share: 0.0 };
+        self.wave = 0.0;
+        self.coming = 0.0;
+        self.share = 0.0;
     }
 
     /// Friction at a commanded rate, compare counts.
@@ -185,20 +196,9 @@ impl FeedForward {
     pub fn friction(&self, command: f32) -> f32 {
         let learnt = &self.learnt;
         let fade = command * learnt.fade;
-        let sign = if fade > 1.0 {
-            1.0
-        } else if fade < -1.0 {
-            -1.0
-        } else {
-            fade
-        };
+        // Constant bounds: this clamp has no way to panic.
+        let sign = fade.clamp(-1.0, 1.0);
         learnt.coulomb * sign + learnt.viscous * command
-    }
-
-    /// One tick further.
-    #[inline]
-    pub fn step(&mut self) {
-        self.wave += self.wave_step;
     }
 
     /// Adds harmonic `k` as it will be `ahead` ticks after this one; rate in counts per tick, `angle_per_count` in 2⁻³² turn.
@@ -206,10 +206,13 @@ impl FeedForward {
     pub fn add(&mut self, k: usize, counts: i32, part: f32, rate: f32, ahead: f32, angle_per_count: u32) {
         let Some(wave) = self.learnt.waves.get(k) else { return };
         // At nothing the angle may have no zero yet: nothing is computed from it.
-        if wave.order == 0 || !(self.from_index.seen || self.share > 0.0) {
+        if !(self.from_index.seen || self.share > 0.0) {
             return;
         }
         let order = wave.order;
+        if order == 0 {
+            return;
+        }
         // Faster than a radian and a half in a millisecond a straight line is no wave any more; the inertia takes it there.
         if rate.abs() * order as f32 * angle_per_count as f32 > FASTEST {
             return;
@@ -221,9 +224,9 @@ impl FeedForward {
         self.coming -= wave.duty * sine(angle.wrapping_mul(order).wrapping_add(wave.phase));
     }
 
-    /// A millisecond begins: towards what was worked out for its end.
+    /// A millisecond begins: what the harmonics add at its beginning and at its end, compare counts.
     #[inline]
-    pub fn turn_over(&mut self) {
+    pub fn turn_over(&mut self) -> (f32, f32) {
         self.share = if self.from_index.seen {
             if self.share >= 1.0 { 1.0 } else { self.share + COMING_IN }
         } else if self.share <= COMING_IN {
@@ -231,8 +234,17 @@ impl FeedForward {
         } else {
             self.share - COMING_IN
         };
-        self.wave_step = (self.coming * self.share - self.wave) * 0.1;
+        let begins = self.wave;
+        self.wave = self.coming * self.share;
         self.coming = 0.0;
+        (begins, self.wave)
+    }
+
+    /// Whether any harmonic is learnt.
+    #[inline]
+    pub fn has_waves(&self) -> bool {
+        let [first, ..] = &self.learnt.waves;
+        first.order != 0
     }
 
     /// What is at work while a rate is held.
@@ -266,7 +278,7 @@ fn sine(phase: u32) -> f32 {
 
 /// Units of the angle in one encoder count, 2⁻³² turn, and the counts without an index after which it is lost.
 pub(super) fn units(hardware: &Hardware) -> (u32, i32) {
-    (libm::round(TURN / hardware.counts_per_turn) as u32, (1.25 * hardware.counts_per_turn) as i32)
+    (crate::maths::round(TURN / hardware.counts_per_turn) as u32, (1.25 * hardware.counts_per_turn) as i32)
 }
 
 #[cfg(test)]
@@ -327,7 +339,6 @@ mod tests {
         let millisecond = |forward: &mut FeedForward, counts: i32| {
             forward.add(0, counts, 0.5, 0.0, 1.0, angle_per_count);
             forward.turn_over();
-            (0..10).for_each(|_| forward.step());
         };
         millisecond(&mut forward, 10);
         assert_eq!(forward.wave, 0.0);

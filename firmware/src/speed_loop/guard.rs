@@ -14,6 +14,8 @@ const OVER_CURRENT_TICKS: u32 = 3;
 const CONVERTER_ENDS: f64 = 0.98;
 /// Supply readings in a row out of its limits: a notch of a connector is shorter.
 const SUPPLY_MS: u32 = 5;
+/// Counts about a count that are no motion.
+const STAYS_COUNTS: u32 = 2;
 /// What of R·i may be wrong, as the resistance is (copper: 0.4 % for each kelvin).
 const RESISTANCE_WRONG: f32 = 0.2;
 /// Share of a new reading in the back-EMF's mean: 8 ms.
@@ -37,8 +39,6 @@ pub struct Thresholds {
     supply_from: u32,
     supply_to: u32,
     tracking_ms: u32,
-    /// Two milliseconds in edge timer steps.
-    two_ms: u32,
 }
 
 /// What of the settings decides, all in SI units.
@@ -56,7 +56,7 @@ impl Thresholds {
         let codes = |amperes: f64| amperes / hardware.current_A_per_code;
         let duty_per_volt = 1.0 / hardware.volt_per_duty();
         let supply = |share: f64| (share * hardware.supply_nominal_V / hardware.supply_V_per_code) as u32;
-        let ms = |seconds: f64| libm::round(seconds * 1e3).max(1.0) as u32;
+        let ms = |seconds: f64| crate::maths::round(seconds * 1e3).max(1.0) as u32;
         let zero = hardware.current_zero_code;
         // A current at the converter's end may be any: there it is over, too.
         let over_codes = codes(s.over_current_A).min(CONVERTER_ENDS * zero);
@@ -73,7 +73,6 @@ impl Thresholds {
             supply_from: supply(s.supply_low_share),
             supply_to: supply(s.supply_high_share),
             tracking_ms: ms(s.tracking_s),
-            two_ms: (hardware.edge_timer_Hz * 2e-3) as u32,
         }
     }
 }
@@ -88,8 +87,8 @@ pub struct Look {
     pub duty: i16,
     /// Whether the drive is on.
     pub on: bool,
-    /// Edge timer steps since the last edge.
-    pub edge_age: u32,
+    /// Whole counts.
+    pub counts: i32,
     /// What was in force within the millisecond.
     pub limits: Limits,
 }
@@ -105,6 +104,8 @@ pub struct Guard {
     over_at: u32,
     stalled_ms: u32,
     back_emf: f32,
+    /// The count about which it has stayed.
+    stays_at: i32,
     turning_ms: u32,
     bad_supply_ms: u32,
     slipping_ms: u32,
@@ -157,12 +158,16 @@ impl Guard {
         let duty = f32::from(look.duty);
         // What it pushes with: what is measured, or, where the current's wire is off, what the voltage would drive at rest.
         let pushes = drop.abs() > t.stall_duty || duty.abs() > t.stall_duty;
-        // An edge is seen at least once in the two milliseconds after it.
-        let no_edge = look.edge_age > t.two_ms;
-        self.stalled_ms = if pushes && no_edge { self.stalled_ms.wrapping_add(1) } else { 0 };
+        // Not the edges: with one channel off the other still has them, and the count goes to and fro by one.
+        let moved = look.counts.wrapping_sub(self.stays_at).unsigned_abs() > STAYS_COUNTS;
+        if moved {
+            self.stays_at = look.counts;
+        }
+        let stays = !moved;
+        self.stalled_ms = if pushes && stays { self.stalled_ms.wrapping_add(1) } else { 0 };
         self.back_emf += BACK_EMF_SHARE * (duty - drop - self.back_emf);
         let turns = self.back_emf.abs() > t.turning_duty + RESISTANCE_WRONG * drop.abs();
-        self.turning_ms = if turns && no_edge { self.turning_ms.wrapping_add(1) } else { 0 };
+        self.turning_ms = if turns && stays { self.turning_ms.wrapping_add(1) } else { 0 };
         if self.turning_ms >= t.lost_ms {
             self.trip(Fault::EncoderLost, tick);
         } else if self.stalled_ms >= t.stall_ms {

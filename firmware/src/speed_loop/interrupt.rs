@@ -6,7 +6,7 @@
 use super::{LEARNT_WORDS, Learnt, Order, REPORT_WORDS, Report, SpeedLoop, Tuning};
 use crate::board::{Sensed, TickIo};
 use crate::capture::{Recorder, Sample};
-use crate::mailbox::{Mailbox, Parts, Reader, Words, Writer};
+use crate::mailbox::{Mailbox, Parts, Reader, Writer};
 
 /// Words of a lesson that are taken in a millisecond.
 const LESSON_PART: usize = 7;
@@ -120,7 +120,7 @@ impl<'a> Interrupt<'a> {
         if let Some((lessons, parts)) = &mut self.lessons
             && lessons.take_part(parts, LESSON_PART)
         {
-            self.speed_loop.learn(&Learnt::from_words(parts.words()));
+            self.speed_loop.learn_words(parts.words());
         }
     }
 }

@@ -37,6 +37,7 @@ pub use settings::{Config, Settings};
 pub use tuning::Tuning;
 
 use crate::board::{CONTROL_PER_ROW, Drive, EncoderCount, Sensed};
+use crate::mailbox::Words;
 use edges::Edges;
 use feed_forward::FeedForward;
 use guard::{Guard, Look};
@@ -53,8 +54,6 @@ pub struct SpeedLoop {
     config: Config,
     /// Number of this tick.
     tick: u64,
-    /// The number that the next tick must have, low word.
-    awaited: u32,
     /// The tick's place in its millisecond.
     slot: u32,
     edges: Edges,
@@ -66,16 +65,13 @@ pub struct SpeedLoop {
     /// The segment that waits for its start.
     next: Option<Segment>,
     clear: u16,
-    /// What the bridge does during the tick that runs now.
-    acting: i16,
-    /// What it does from the next tick on.
+    /// What the bridge does during the tick that runs now; from the end of the interrupt on, what it does from the next tick on.
     pending: i16,
+    /// Sum of all that was ever pending.
     duty_sum: i32,
     /// Limits in force within this millisecond.
     limits: Limits,
     limited_ms: [u32; Limits::COUNT],
-    /// What was asked for, for a record.
-    commanded: f32,
     /// Rounding of the duty that is still owed, compare counts.
     owed: f32,
     /// What the rate at the end of this millisecond needs, compare counts.
@@ -102,8 +98,8 @@ impl SpeedLoop {
         Self {
             feed_forward: FeedForward::new(config.learnt),
             config,
-            tick: 0,
-            awaited: u32::MAX,
+            // No tick follows it.
+            tick: u64::MAX - 1,
             slot: 0,
             edges: Edges::default(),
             estimate: RateEstimate::default(),
@@ -112,12 +108,10 @@ impl SpeedLoop {
             active: Active::default(),
             next: None,
             clear: 0,
-            acting: 0,
             pending: 0,
             duty_sum: 0,
             limits: Limits::default(),
             limited_ms: [0; Limits::COUNT],
-            commanded: 0.0,
             owed: 0.0,
             needed: 0.0,
             began: false,
@@ -134,7 +128,13 @@ impl SpeedLoop {
     /// Compensates what was learnt from now on; its harmonics come in anew.
     #[inline]
     pub fn learn(&mut self, learnt: &Learnt) {
-        self.feed_forward.learnt = *learnt;
+        self.learn_words(&learnt.to_words());
+    }
+
+    /// The same, by its words.
+    #[inline]
+    pub(crate) fn learn_words(&mut self, words: &[u32; LEARNT_WORDS]) {
+        self.feed_forward.learnt.set_words(words);
         self.feed_forward.restart();
     }
 
@@ -167,10 +167,11 @@ impl SpeedLoop {
         (self.guard.fault, self.guard.at)
     }
 
-    /// What is regulated, for a record: the rate command, counts per tick, or the voltage asked for, compare counts.
+    /// What is regulated, for a record: the rate command, 2⁻¹⁶ counts per tick, or the voltage asked for, 2⁻¹⁶ compare counts.
     #[inline]
-    pub fn command(&self) -> f32 {
-        self.commanded
+    pub fn command(&self) -> i32 {
+        let value = if self.active.mode.follows() { self.ramp.rate() } else { self.active.value };
+        (value >> 16) as i32
     }
 
     /// One tick: see the module. The interrupt does the same in parts.
@@ -189,13 +190,10 @@ impl SpeedLoop {
     pub fn look(&mut self, sensed: &Sensed) {
         let tick = sensed.tick as u32;
         self.slot = if self.slot >= PLAN { 0 } else { self.slot.wrapping_add(1) };
-        if tick != self.awaited {
+        if tick.wrapping_sub(1) != self.tick as u32 {
             self.out_of_step(sensed);
         }
         self.tick = sensed.tick;
-        self.awaited = tick.wrapping_add(1);
-        self.duty_sum = self.duty_sum.wrapping_add(i32::from(self.acting));
-        self.acting = self.pending;
         let went = self.edges.take(sensed.encoder, sensed.edge_age, self.config.period);
         self.estimate.update(&self.config.tracking, went);
         self.guard.fast(&self.config.thresholds, sensed);
@@ -210,7 +208,7 @@ impl SpeedLoop {
         let rest = |x: u32| x.wrapping_sub(x.checked_div(SLOTS).unwrap_or(0).wrapping_mul(SLOTS));
         self.slot = rest(rest(high).wrapping_mul(6).wrapping_add(rest(low)));
         if self.began {
-            let lost = (sensed.tick as u32).wrapping_sub(self.awaited);
+            let lost = (sensed.tick as u32).wrapping_sub(self.tick as u32).wrapping_sub(1);
             // What had been asked for last has acted all along.
             self.duty_sum = self.duty_sum.wrapping_add(i32::from(self.pending).wrapping_mul(lost as i32));
             self.edges.pass(self.config.period.wrapping_mul(lost));
@@ -245,7 +243,8 @@ impl SpeedLoop {
         }
         Report {
             tick: self.tick,
-            duty_sum: self.duty_sum,
+            // What is pending acts in the tick that begins now.
+            duty_sum: self.duty_sum.wrapping_sub(i32::from(self.pending)),
             position_command: self.ramp.position,
             rate_command: self.ramp.rate(),
             rate: self.edges.rate(self.config.period),
@@ -259,43 +258,26 @@ impl SpeedLoop {
     }
 
     /// What is done once in a millisecond, in all slots but 5, 6 and 9.
-    #[inline]
+    #[inline(always)]
     pub fn in_turn(&mut self, sensed: &Sensed) {
         let tick = sensed.tick as u32;
         match self.slot {
-            1 => {
-                self.guard.turning(&self.config.thresholds, &self.guarded(sensed), tick);
-                self.harmonic(0);
-            }
-            2 => {
-                self.guard.supply(&self.config.thresholds, &self.guarded(sensed), self.estimate.rate, tick);
-                self.harmonic(1);
-            }
-            3 => {
-                self.edges.measure();
-                self.harmonic(2);
-            }
-            4 => {
-                self.feed_forward.from_index.check(self.edges.counts, self.config.index_lost);
-                self.harmonic(3);
-            }
-            7 => {
-                self.lead();
-                self.harmonic(4);
-            }
-            8 => {
-                self.harmonic(5);
-                self.harmonic(6);
-            }
-            0 => self.harmonic(7),
+            1 => self.guard.turning(&self.config.thresholds, &self.guarded(sensed), tick),
+            2 => self.guard.supply(&self.config.thresholds, &self.guarded(sensed), self.estimate.rate, tick),
+            3 => self.edges.measure(),
+            4 => self.feed_forward.from_index.check(self.edges.counts, self.config.index_lost),
+            7 => self.lead(),
             _ => {}
+        }
+        if self.feed_forward.has_waves() {
+            self.harmonics();
         }
     }
 
     /// The tick's second half: what to do about it.
     #[inline]
     pub fn decide(&mut self) -> Drive {
-        let soon = self.awaited;
+        let soon = (self.tick as u32).wrapping_add(1);
         if let Some(next) = &self.next
             && (next.start_tick as u32).wrapping_sub(soon) as i32 <= 0
         {
@@ -311,6 +293,7 @@ impl SpeedLoop {
             }
         };
         self.pending = duty;
+        self.duty_sum = self.duty_sum.wrapping_add(i32::from(duty));
         Drive::Duty(duty)
     }
 }
@@ -321,14 +304,26 @@ impl SpeedLoop {
         Look {
             current: sensed.current.0,
             supply: sensed.supply.0,
-            duty: self.acting,
+            duty: self.pending,
             on: self.active.mode != Mode::Off && self.guard.fault == Fault::None,
-            edge_age: self.edges.age(),
+            counts: self.edges.counts,
             limits: self.limits,
         }
     }
 
-    /// Works out harmonic `k` for the end of the millisecond after this.
+    /// Works out the slot's harmonics for the end of the millisecond after this: one, and in slot 8, which has nothing else to do, two.
+    #[inline(never)]
+    fn harmonics(&mut self) {
+        match self.slot {
+            slot @ (0..=4 | 7) => self.harmonic(if slot == 7 { 5 } else { slot as usize }),
+            8 => {
+                self.harmonic(6);
+                self.harmonic(7);
+            }
+            _ => {}
+        }
+    }
+
     #[inline]
     fn harmonic(&mut self, k: usize) {
         let ahead = SLOTS.wrapping_mul(2).wrapping_sub(self.slot) as i32 as f32;
@@ -345,7 +340,8 @@ impl SpeedLoop {
         self.limits.set(Limits::STARVED, late > 0 && next.mode != Mode::Off && next.mode != Mode::Position);
         let along = late.min(u32::from(next.ticks));
         let moves = next.mode != Mode::Position;
-        let ahead = if moves { next.slope.wrapping_mul(i64::from(along)) } else { 0 };
+        // In time there is nothing to catch up with, and no 64-bit product.
+        let ahead = if moves && along > 0 { next.slope.wrapping_mul(i64::from(along)) } else { 0 };
         self.active = Active {
             mode: next.mode,
             zero: next.zero,
@@ -360,7 +356,7 @@ impl SpeedLoop {
             self.owed = 0.0;
             self.feed_forward.restart();
             self.needed = self.config.back_emf * self.estimate.rate + self.feed_forward.friction(self.estimate.rate);
-            self.ramp.feed(self.needed, self.needed);
+            self.feed(self.estimate.rate, self.estimate.rate, (0.0, 0.0));
         }
     }
 
@@ -369,7 +365,6 @@ impl SpeedLoop {
     fn voltage(&mut self) -> i16 {
         let active = &mut self.active;
         let asked = fixed_to_f32(active.value);
-        self.commanded = asked;
         if active.left > 0 {
             active.left = active.left.wrapping_sub(1);
             active.value = active.value.wrapping_add(active.slope);
@@ -385,18 +380,15 @@ impl SpeedLoop {
     #[inline]
     fn follow(&mut self) -> i16 {
         let (error, slipped) = self.ramp.error(self.edges.boundary, self.config.slip);
-        self.limits.set(Limits::SLIPPED, slipped);
-        self.commanded = self.ramp.command;
-        let lag = self.commanded - self.estimate.rate;
+        if slipped {
+            self.limits.set(Limits::SLIPPED, true);
+        }
         self.ramp.step();
-        self.feed_forward.step();
         if self.slot == PLAN {
             self.plan();
         }
         let config = &self.config;
-        let asked = self.ramp.feed
-            + self.feed_forward.wave
-            + config.rate_gain * lag
+        let asked = self.ramp.feed - config.rate_gain * self.estimate.rate
             + (config.fine_gain * error as f32 - config.position_gain * self.edges.part);
         let held = self.limit(asked) + self.owed;
         // What rounding takes now is given later: the mean duty is finer than a compare count.
@@ -429,13 +421,21 @@ impl SpeedLoop {
     /// Lays out the millisecond that begins with the next tick.
     #[inline(never)]
     fn plan(&mut self) {
-        let config = &self.config;
         let (from, to) = self.ramp.plan();
-        let pushed = config.inertia * (to - from);
-        let ends = config.back_emf * to + self.feed_forward.friction(to);
-        self.ramp.feed(self.needed + pushed, ends + pushed);
-        self.needed = ends;
-        self.feed_forward.turn_over();
+        let waves = self.feed_forward.turn_over();
+        self.feed(from, to, waves);
+    }
+
+    /// What the millisecond from the rate `from` to `to` needs, whatever is measured in it.
+    #[inline]
+    fn feed(&mut self, from: f32, to: f32, (waves_from, waves_to): (f32, f32)) {
+        let config = &self.config;
+        let change = to - from;
+        // What is fed forward acts on the mean in the middle of the next tick; the rate that is measured is this tick's.
+        let needs = config.back_emf * to + self.feed_forward.friction(to);
+        let pushed = config.inertia * change + 0.05 * (needs - self.needed) - 0.1 * config.rate_gain * change;
+        self.ramp.feed(self.needed + config.rate_gain * from + pushed + waves_from, needs + config.rate_gain * to + pushed + waves_to);
+        self.needed = needs;
     }
 
     /// The rate that leads to the angle.

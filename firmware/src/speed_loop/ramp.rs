@@ -21,10 +21,7 @@ pub struct Ramp {
     advance: i64,
     /// What that gains in each tick of this millisecond.
     slope: i64,
-    /// Rate command, counts per tick.
-    pub command: f32,
-    command_step: f32,
-    /// Voltage that is fed forward for the tick after this, compare counts.
+    /// What of the answer does not depend on what is measured, compare counts.
     pub feed: f32,
     feed_step: f32,
     /// Rate at the end of this millisecond, 2⁻³² counts per tick.
@@ -46,8 +43,6 @@ impl Default for Ramp {
             position: 0,
             advance: 0,
             slope: 0,
-            command: 0.0,
-            command_step: 0.0,
             feed: 0.0,
             feed_step: 0.0,
             end: 0,
@@ -71,8 +66,6 @@ impl Ramp {
         self.position = position;
         self.advance = rate;
         self.slope = 0;
-        self.command = rate_counts_tick;
-        self.command_step = 0.0;
         self.end = rate;
         self.end_f32 = rate_counts_tick;
         self.straight = rate;
@@ -99,7 +92,6 @@ impl Ramp {
     pub fn step(&mut self) {
         self.position = self.position.wrapping_add(self.advance);
         self.advance = self.advance.wrapping_add(self.slope);
-        self.command += self.command_step;
         self.feed += self.feed_step;
     }
 
@@ -133,8 +125,6 @@ impl Ramp {
         self.advance = start.wrapping_add(self.slope >> 1);
         let (from, to) = (self.end_f32, fixed_to_f32(self.end));
         self.end_f32 = to;
-        self.command = from;
-        self.command_step = (to - from) * (1.0 / TICKS);
         (from, to)
     }
 
@@ -142,29 +132,30 @@ impl Ramp {
     #[inline]
     pub fn feed(&mut self, from: f32, to: f32) {
         self.feed_step = (to - from) * (1.0 / TICKS);
-        // A tick's mean lies in its middle.
-        self.feed = from + 0.5 * self.feed_step;
+        self.feed = from;
     }
 
     /// Position command minus measured position, 2⁻¹⁶ counts; slips if that is `slip` whole counts or more, and says so.
     #[inline]
     pub fn error(&mut self, counts: i32, slip: i32) -> (i32, bool) {
         let whole = ((self.position >> 32) as i32).wrapping_sub(counts);
-        let slipped = whole >= slip || whole < slip.wrapping_neg();
-        if slipped {
-            self.slip(whole, slip);
+        let fine = |position: i64, whole: i32| (whole << 16) | (position as u32 >> 16) as i32;
+        // One comparison for both sides.
+        if whole.wrapping_add(slip) as u32 >= (slip as u32) << 1 {
+            return (fine(self.position, self.slip(whole, slip)), true);
         }
-        let whole = ((self.position >> 32) as i32).wrapping_sub(counts);
-        ((whole << 16) | (self.position as u32 >> 16) as i32, slipped)
+        (fine(self.position, whole), false)
     }
 
-    /// Pulls the ramp along, to `slip` counts before or behind.
+    /// Pulls the ramp along, to `slip` counts before or behind; returns how many are left.
     #[cold]
-    fn slip(&mut self, whole: i32, slip: i32) {
+    #[inline(never)]
+    fn slip(&mut self, whole: i32, slip: i32) -> i32 {
         let held = if whole > 0 { slip.wrapping_sub(1) } else { slip.wrapping_neg() };
         let pulled = i64::from(whole.wrapping_sub(held)) << 32;
         self.position = self.position.wrapping_sub(pulled);
         self.straight_position = self.straight_position.wrapping_sub(pulled);
+        held
     }
 }
 

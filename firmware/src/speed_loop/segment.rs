@@ -94,7 +94,7 @@ pub struct Segment {
 impl Segment {
     /// A constant voltage, V, rounded to a compare count.
     pub fn voltage(hardware: &Hardware, start_tick: u64, ticks: u16, volts: f64) -> Self {
-        let counts = libm::round(volts / hardware.volt_per_duty());
+        let counts = crate::maths::round(volts / hardware.volt_per_duty());
         Self { start_tick, ticks, mode: Mode::Voltage, value: (counts * ONE) as i64, ..Self::default() }
     }
 
@@ -106,8 +106,8 @@ impl Segment {
             start_tick,
             ticks,
             mode: Mode::Rate,
-            value: libm::round(from_rad_s * unit) as i64,
-            slope: libm::round(slope) as i64,
+            value: crate::maths::round(from_rad_s * unit) as i64,
+            slope: crate::maths::round(slope) as i64,
             ..Self::default()
         }
     }
@@ -115,14 +115,14 @@ impl Segment {
     /// An angle from `zero`, rad, several turns if it is to be, approached no faster than `fastest_rad_s`; `None`: the settings' rate.
     pub fn position(hardware: &Hardware, start_tick: u64, zero: Zero, angle_rad: f64, fastest_rad_s: Option<f64>) -> Self {
         let counts = angle_rad / hardware.rad_per_count();
-        let whole = libm::floor(counts);
+        let whole = crate::maths::floor(counts);
         Self {
             start_tick,
             ticks: u16::MAX,
             mode: Mode::Position,
             // Whole counts wrap as the counter does.
             value: i64::from(whole as i64 as i32) << 32 | ((counts - whole) * ONE) as i64,
-            slope: fastest_rad_s.map_or(0, |rate| libm::round(rate.abs() * rate_unit(hardware)).max(1.0) as i64),
+            slope: fastest_rad_s.map_or(0, |rate| crate::maths::round(rate.abs() * rate_unit(hardware)).max(1.0) as i64),
             zero,
         }
     }

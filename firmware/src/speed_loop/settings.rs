@@ -8,7 +8,7 @@ use super::guard::{Given, Thresholds};
 use super::segment::rate_unit;
 use crate::board::{CONTROL_HZ, Hardware, ROW_HZ};
 use crate::compensation::Compensation;
-use crate::config::{ConfigError, within};
+use crate::config::{ConfigError, all_within, within};
 use crate::safety;
 
 /// Gains and limits. The default is the default stand's: maxon RE 25 118752, platform of 2.5·10⁻⁴ kg m².
@@ -112,18 +112,32 @@ impl Config {
     /// The name of the first parameter that is not a number or makes no sense.
     pub fn new(s: &Settings, hardware: &Hardware) -> Result<Self, ConfigError> {
         hardware.check()?;
-        let resistance = within("resistance_ohm", s.resistance_ohm, 1e-3, 1e4)?;
-        let constant = within("motor_constant_N_m_A", s.motor_constant_N_m_A, 1e-6, 1e3)?;
-        let inertia = within("inertia_kg_m2", s.inertia_kg_m2, 0.0, 1e3)?;
-        let rate_gain = within("rate_gain_V_s_rad", s.rate_gain_V_s_rad, 0.0, 1e4)?;
-        let position_gain = within("position_gain_V_rad", s.position_gain_V_rad, 0.0, 1e6)?;
-        let bandwidth = within("rate_bandwidth_Hz", s.rate_bandwidth_Hz, 1.0, 1e3)?;
-        let acceleration = within("acceleration_rad_s2", s.acceleration_rad_s2, 1e-3, 1e5)?;
-        let slip = within("slip_rad", s.slip_rad, 1e-4, 6.3)?;
-        let current = within("current_limit_A", s.current_limit_A, 1e-3, 1e3)?;
-        let volts = within("voltage_limit_V", s.voltage_limit_V, 1e-3, hardware.supply_nominal_V)?;
-        let overspeed = within("overspeed_rad_s", s.overspeed_rad_s, 1e-3, 1e4)?;
-        let approach = within("approach_rad_s", s.approach_rad_s, 1e-4, 1e4)?.min(0.9 * overspeed);
+        all_within! { of s, "";
+            resistance_ohm: 1e-3, 1e4;
+            motor_constant_N_m_A: 1e-6, 1e3;
+            inertia_kg_m2: 0.0, 1e3;
+            rate_gain_V_s_rad: 0.0, 1e4;
+            position_gain_V_rad: 0.0, 1e6;
+            rate_bandwidth_Hz: 1.0, 1e3;
+            acceleration_rad_s2: 1e-3, 1e5;
+            slip_rad: 1e-4, 6.3;
+            current_limit_A: 1e-3, 1e3;
+            overspeed_rad_s: 1e-3, 1e4;
+            approach_rad_s: 1e-4, 1e4;
+        }?;
+        within("voltage_limit_V", s.voltage_limit_V, 1e-3, hardware.supply_nominal_V)?;
+        let resistance = s.resistance_ohm;
+        let constant = s.motor_constant_N_m_A;
+        let inertia = s.inertia_kg_m2;
+        let rate_gain = s.rate_gain_V_s_rad;
+        let position_gain = s.position_gain_V_rad;
+        let bandwidth = s.rate_bandwidth_Hz;
+        let acceleration = s.acceleration_rad_s2;
+        let slip = s.slip_rad;
+        let current = s.current_limit_A;
+        let volts = s.voltage_limit_V;
+        let overspeed = s.overspeed_rad_s;
+        let approach = s.approach_rad_s.min(0.9 * overspeed);
         s.compensation.check(constant * current)?;
         s.safety.check()?;
 
@@ -131,7 +145,7 @@ impl Config {
         let rad_s_per_count_tick = hardware.rad_per_count() * hz;
         let duty_per_volt = 1.0 / hardware.volt_per_duty();
         // Triple pole at w: the rate's transfer (3 w² s + w³)/(s + w)³ is 3 dB down at 1.65 w.
-        let pole = libm::exp(-core::f64::consts::TAU * bandwidth / 1.65 / hz);
+        let pole = crate::maths::exp(-core::f64::consts::TAU * bandwidth / 1.65 / hz);
         let gap = 1.0 - pole;
         let (angle_per_count, index_lost) = feed_forward::units(hardware);
         Ok(Self {
@@ -146,7 +160,7 @@ impl Config {
             approach: (approach / rad_s_per_count_tick) as f32,
             // More than 2¹⁵ counts have no room in the tick.
             slip: ((slip / hardware.rad_per_count()) as i32).clamp(1, 32_000),
-            period: libm::round(hardware.edge_timer_Hz / hz) as u32,
+            period: crate::maths::round(hardware.edge_timer_Hz / hz) as u32,
             current_window: (resistance * current * duty_per_volt) as f32,
             duty_limit: (volts * duty_per_volt) as f32,
             thresholds: Thresholds::new(

@@ -46,7 +46,7 @@ impl Stand {
         };
         // R i = u − K ω, by the mean of the tick that has ended.
         let rate_rad_s = (self.theta_rad - self.before_rad) * CONTROL_HZ as f64;
-        let amperes = (f64::from(self.law.acting) * HW().volt_per_duty() - 0.0234 * rate_rad_s) / 2.32;
+        let amperes = (f64::from(self.law.pending) * HW().volt_per_duty() - 0.0234 * rate_rad_s) / 2.32;
         self.sensed.current = CurrentCode((2048.0 + amperes / HW().current_A_per_code).clamp(0.0, 4095.0) as i32);
         self.before_rad = self.theta_rad;
         self.sensed.tick = self.n;

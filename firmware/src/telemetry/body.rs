@@ -47,7 +47,7 @@ impl Out<'_> {
                 Coding::Single => self.bytes(&(value as f32).to_le_bytes())?,
                 Coding::Nano if value.is_nan() => self.signed(i64::MIN)?,
                 // A cast saturates: no angle of a stand gets there.
-                Coding::Nano => self.signed(libm::round(value * 1e9) as i64)?,
+                Coding::Nano => self.signed(crate::maths::round(value * 1e9) as i64)?,
                 Coding::Whole => self.whole((value as u32).into())?,
             }
         }

@@ -10,7 +10,7 @@ pub(super) const ENTRIES: &[Entry] = &[
     entry("CALibration:COGGing:ABORt", Act::Do(|state| (state.calibration.abort(), Ok(())).1), "end it; the compensation stays as it was"),
     entry(
         "CALibration:COGGing:PROGress",
-        Act::Ask("PCT", |state| Ok(libm::round(f64::from(state.calibration.percent()) * 10.0) * 0.1)),
+        Act::Ask("PCT", |state| Ok(crate::maths::round(f64::from(state.calibration.percent()) * 10.0) * 0.1)),
         "how far it is",
     ),
     entry("CALibration:COGGing", Act::Say("RUNNING, DONE and what was found, or FAILED and why", result), "how it ended"),

@@ -76,7 +76,7 @@ fn harmonic(state: &State<'_>, parameters: &mut Parameters<'_>) -> Done {
     let order = parameters.number(&Range::new(Quantity::PLAIN, 1.0, f64::from(crate::compensation::HIGHEST_ORDER), 1.0))?;
     let torque_N_m = parameters.number(&Range::new(Quantity::TORQUE, 0.0, 1e3, 0.0))?;
     let phase_rad = parameters.number(&Range::new(Quantity::ANGLE, -1e3, 1e3, 0.0))?;
-    let order = libm::round(order) as u16;
+    let order = crate::maths::round(order) as u16;
     let new = Harmonic { order, torque_N_m, phase_rad };
     let old = state.kept.get().settings.compensation.harmonics;
     let others = old.as_slice().iter().copied().filter(|harmonic| harmonic.order != order);

@@ -47,7 +47,7 @@ pub(super) const ENTRIES: &[Entry] = &[
         Act::Take("<samples before the trigger>", |state, parameters| {
             let most = (SAMPLES - 2) as f64;
             let before = parameters.number(&Range::new(Quantity::PLAIN, 0.0, most, crate::app::CAPTURE_BEFORE as f64))?;
-            state.capture.arm(libm::round(before) as usize);
+            state.capture.arm(crate::maths::round(before) as usize);
             Ok(())
         }),
         "record anew; what was recorded is gone",
@@ -83,7 +83,7 @@ fn captured(state: &State<'_>, parameters: &mut Parameters<'_>) -> Result<List, 
     let most = Range::new(Quantity::PLAIN, 0.0, SAMPLES as f64, 0.0);
     let mut next = |otherwise: usize| {
         let mut copy = *parameters;
-        if copy.next_text().is_none() { Ok(otherwise) } else { parameters.number(&most).map(|number| libm::round(number) as usize) }
+        if copy.next_text().is_none() { Ok(otherwise) } else { parameters.number(&most).map(|number| crate::maths::round(number) as usize) }
     };
     let first = next(0)?;
     let count = next(record.len())?;

@@ -60,7 +60,7 @@ pub(super) const ENTRIES: &[Entry] = &[
         Act::Number {
             range: Range::new(Quantity::PLAIN, 1.0, 1000.0, 1.0),
             read: |state| f64::from(state.stream.get().decimation),
-            write: |state, every| choose(state, Stream { decimation: libm::round(every) as u32, ..state.stream.get() }),
+            write: |state, every| choose(state, Stream { decimation: crate::maths::round(every) as u32, ..state.stream.get() }),
         },
         "rows of 1 kHz in one of the line",
     ),

@@ -43,7 +43,7 @@ bind_interrupts!(struct Irqs {
 static MEMORY: StaticCell<Memory> = StaticCell::new();
 
 #[embassy_executor::main]
-async fn main(_spawner: Spawner) {
+async fn main(_spawner: Spawner) -> ! {
     let p = embassy_stm32::init(clocks::config());
     // First of all: what tells time by the cycle counter must find it counting.
     tick::count_cycles();
@@ -60,7 +60,7 @@ async fn main(_spawner: Spawner) {
         Ok(both) => both,
         Err(wrong) => {
             error!("the stand's own settings cannot be used: {}", wrong.parameter());
-            return;
+            give_up()
         }
     };
 
@@ -82,12 +82,19 @@ async fn main(_spawner: Spawner) {
     line.baudrate = serial::BAUD;
     let Ok(transmit) = usart::UartTx::new(p.USART2, p.PA2, p.DMA1_CH6, Irqs, line) else {
         error!("the serial line cannot do {} baud", serial::BAUD);
-        return;
+        give_up()
     };
     let typed = Typed::new();
     let receive = WithButton::new(serial::Receiver::new(&transmit, p.PA3, p.DMA1_CH5), &typed);
     let button = gpio::Input::new(p.PC13, gpio::Pull::None);
     let lamp = gpio::Output::new(p.PA5, gpio::Level::Low, gpio::Speed::Low);
     info!("ready at {} baud; the angle sensor gives {} codes of 4096", serial::BAUD, analog::slow().angle);
-    join3(app.run(&mut board, receive, transmit), panel::run(button, lamp, &typed), watchdog::feed(p.IWDG)).await;
+    join3(app.run(&mut board, receive, transmit), panel::run(button, lamp, &typed), watchdog::feed(p.IWDG)).await.1
+}
+
+/// There is nothing to go on with, and it was said. The drive is off: without tasks nothing asks for any.
+fn give_up() -> ! {
+    loop {
+        cortex_m::asm::wfi();
+    }
 }

@@ -8,7 +8,7 @@ use crate::analog;
 use crate::bridge::Bridge;
 use crate::encoder::Encoder;
 use crate::serial;
-use core::cell::{Cell, RefCell};
+use core::cell::Cell;
 use core::future::poll_fn;
 use core::sync::atomic::{AtomicBool, Ordering};
 use core::task::Poll;
@@ -20,6 +20,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::waitqueue::AtomicWaker;
 use stand_firmware::board::{CONTROL_HZ, Clock, Drive, EncoderCount, Sensed, SupplyCode, TICKS_PER_CONTROL, TickIo, Ticks};
 use stand_firmware::speed_loop::Interrupt;
+use static_cell::StaticCell;
 
 /// Core cycles in one step of the board clock.
 const CYCLES_PER_STEP: u32 = crate::clocks::CORE_HZ / 10_000_000;
@@ -42,7 +43,10 @@ struct Shared {
 
 static SHARED: Mutex<CriticalSectionRawMutex, Cell<Shared>> =
     Mutex::new(Cell::new(Shared { tick: 0, cycles: 0, deadline: Ticks(u64::MAX) }));
-static TICK: Mutex<CriticalSectionRawMutex, RefCell<Option<Tick>>> = Mutex::new(RefCell::new(None));
+/// Its memory, and who has it: `None` before it is there, and while the interrupt runs. The reference is what makes "none" all zeros, so that
+/// the flash holds no picture of it.
+static TICK_MEMORY: StaticCell<Tick> = StaticCell::new();
+static TICK: Mutex<CriticalSectionRawMutex, Cell<Option<&'static mut Tick>>> = Mutex::new(Cell::new(None));
 static WAKER: AtomicWaker = AtomicWaker::new();
 /// Whether the last tick has asked for a voltage, zero included.
 static DRIVEN: AtomicBool = AtomicBool::new(false);
@@ -121,10 +125,11 @@ impl TickIo for TickHardware {
 }
 
 /// Hands everything to the interrupt and lets it begin.
-pub fn start(mut tick: Tick) {
+pub fn start(tick: Tick) {
+    let tick = TICK_MEMORY.init(tick);
     tick.hardware.cycles = DWT::cycle_count();
     tick.hardware.bridge.interrupt_each_tick();
-    TICK.lock(|cell| cell.replace(Some(tick)));
+    TICK.lock(|cell| cell.set(Some(tick)));
     interrupt::TIM1_UP_TIM10.set_priority(Priority::P0);
     // SAFETY: nothing else uses this vector, and what its handler needs is in its place.
     unsafe { interrupt::TIM1_UP_TIM10.enable() };
@@ -142,10 +147,9 @@ pub fn count_cycles() {
 #[embassy_stm32::interrupt]
 fn TIM1_UP_TIM10() {
     TICK.lock(|cell| {
-        if let Ok(mut held) = cell.try_borrow_mut()
-            && let Some(tick) = held.as_mut()
-        {
+        if let Some(tick) = cell.take() {
             on_tick(tick);
+            cell.set(Some(tick));
         }
     });
 }
