@@ -92,7 +92,8 @@ fn the_byte_0x18_stops_the_drive_in_the_interrupt_in_both_modes() {
             // What was on the way of the stream goes out first.
             host.wait_s(0.1).await;
             host.heard();
-            assert!(host.ask("*IDN?").await.starts_with("Rotary"), "and it speaks text");
+            let fault = host.ask("FAULt?").await;
+            assert!(fault.contains("emergency stop"), "streams {streams}: {fault}");
             host.wait_s(1.0).await;
             assert!(true_rate(host) < 3.0, "the drive is off: {}", true_rate(host));
         });

@@ -6,6 +6,7 @@ mod common;
 use std::collections::BTreeSet;
 use std::path::Path;
 
+use common::served::{self, Served};
 use common::{folder, stand};
 use host_tools::log::Log;
 use serde_json::Value;
@@ -15,7 +16,7 @@ use tempfile::TempDir;
 type Shows = fn(&Path);
 
 /// `command word` as in its help; commands by name alone.
-const WORDS: [(&str, Shows); 73] = [
+const WORDS: [(&str, Shows); 81] = [
     (" --help", help_everywhere),
     (" --version", |f| assert!(said(f, &["--version"]).starts_with("stand "))),
     ("sim", |f| drop(session(f, &[]))),
@@ -27,7 +28,7 @@ const WORDS: [(&str, Shows); 73] = [
     }),
     ("sim --profile", |f| {
         let logs = ["constant", "multi-step", "multisine", "prbs", "chirp", "staircase", "trapezoid", "s-curve", "sine", "turns"]
-            .map(|p| session(f, &["--profile", p]));
+            .map(|p| session(f, &["--profile", p, "--seconds", "2"]));
         for (k, log) in logs.iter().enumerate() {
             assert!(logs[..k].iter().all(|other| other.columns() != log.columns()), "{:?}", log.note("profile"));
         }
@@ -107,6 +108,64 @@ const WORDS: [(&str, Shows); 73] = [
         assert_eq!(two.note("seed"), Some("2"));
     }),
     ("sim --json", |f| json_in_both_places(f, &["sim", "--out", "s.csv", "--seconds", "0.1"])),
+    #[cfg(unix)]
+    ("sim --serve --link --flash", |f| {
+        let mut one = Served::new(f, &["--flash", "flash.bin"]);
+        assert!(one.port.starts_with('/') && f.join("port").exists());
+        served::said(f, "port", "SETTings:slip_rad 0.2;SAVE\n").well();
+        one.signal("INT");
+        assert!(one.child.wait().unwrap().success());
+        assert!(std::fs::read(f.join("flash.bin")).unwrap().iter().any(|byte| *byte != 0xff), "what was saved is in it");
+    }),
+    ("console --help", help_everywhere),
+    #[cfg(unix)]
+    ("console --port", |f| {
+        let one = Served::new(f, &[]);
+        assert!(served::said(f, &one.port, "*IDN?\n").well().out.starts_with("Rotary Stand"));
+    }),
+    ("record --help", help_everywhere),
+    #[cfg(unix)]
+    ("record --port --out --seconds --mode --decimation --note --find-index --json", |f| {
+        let one = Served::new(f, &[]);
+        let words = ["record", "--port", &one.port, "--out", "r.csv", "--seconds", "0.4"];
+        let with = |more: &[&str]| {
+            stand(f, &[&words[..], more].concat()).well();
+            Log::read(f.join("r.csv")).unwrap()
+        };
+        let usual = with(&[]);
+        assert!(usual.len() == 400 && usual.column("rate_cmd_rad_s").is_some() && !usual.theta_zero_is_index());
+        assert!(with(&["--mode", "voltage"]).column("rate_cmd_rad_s").is_none());
+        assert_eq!(with(&["--decimation", "4"]).len(), 100);
+        assert_eq!(with(&["--note", "operator=Ann"]).note("operator"), Some("Ann"));
+        assert!(with(&["--find-index"]).theta_zero_is_index());
+        assert_eq!(json(f, &words)["samples"], 400);
+    }),
+    #[cfg(unix)]
+    ("record --profile --amplitude --offset --seed --dwell-s --levels --bit-s --from-hz --to-hz --sweep-s --frequency-hz", |f| {
+        let all: [(&str, &[(&str, &str)]); 5] = [
+            ("staircase", &[("amplitude", "3"), ("offset", "0.5"), ("dwell_s", "0.7"), ("levels", "4")]),
+            ("prbs", &[("bit_s", "0.2")]),
+            ("multi-step", &[("seed", "9")]),
+            ("chirp", &[("from_Hz", "0.2"), ("to_Hz", "0.8"), ("sweep_s", "7")]),
+            ("sine", &[("frequency_Hz", "0.75")]),
+        ];
+        all.iter().for_each(|(profile, parameters)| recorded_with(f, profile, parameters));
+    }),
+    #[cfg(unix)]
+    ("record --acceleration --jerk --cycles --turns", |f| {
+        recorded_with(f, "alternating", &[("amplitude", "2"), ("acceleration", "11"), ("jerk", "222"), ("cycles", "3")]);
+        recorded_with(f, "turns", &[("amplitude", "3"), ("turns", "4")]);
+    }),
+    #[cfg(unix)]
+    ("compensate --port --save", |f| {
+        let one = Served::new(f, &["--flash", "flash.bin"]);
+        stand(f, &["compensate", "--model", "model.toml", "--port", &one.port, "--save"]).well();
+        let asked = |port: &str| served::said(f, port, "COMPensation:COULomb?\n").well().out;
+        let written = asked(&one.port);
+        assert!(!written.starts_with("0 "), "{written}");
+        served::said(f, &one.port, "SETTings:LOAD\n").well();
+        assert_eq!(asked(&one.port), written, "it was saved");
+    }),
     ("compare", |f| assert!(said(f, &["compare", "log.csv", "--model", "model.toml"]).contains("omega_rad_s"))),
     ("compare --help", help_everywhere),
     ("compare <LOG>", |f| another_log(f, "compare")),
@@ -315,6 +374,22 @@ fn compensated<'a>(model: &'a str, stand: &'a str) -> [&'a str; 5] {
 /// A second of a session with these words.
 fn session(folder: &Path, words: &[&str]) -> Log {
     session_in(folder, "session.csv", words)
+}
+
+/// After a short recording with these parameters the stand has them.
+fn recorded_with(folder: &Path, profile: &str, parameters: &[(&str, &str)]) {
+    let one = Served::new(folder, &[]);
+    let options: Vec<String> =
+        parameters.iter().flat_map(|(name, value)| [format!("--{}", name.to_lowercase().replace('_', "-")), value.to_string()]).collect();
+    let mut words = vec!["record", "--port", &one.port, "--out", "r.csv", "--seconds", "0.2", "--profile", profile];
+    words.extend(options.iter().map(String::as_str));
+    stand(folder, &words).well();
+    assert_eq!(Log::read(folder.join("r.csv")).unwrap().note("profile"), Some(profile));
+    assert_eq!(served::said(folder, &one.port, "PROFile:TYPE?\n").out.trim(), profile);
+    for (name, value) in parameters {
+        let said = served::said(folder, &one.port, &format!("PROFile:{name}?\n")).well().out;
+        assert_eq!(said.split_whitespace().next(), Some(*value), "{profile} {name}: {said}");
+    }
 }
 
 /// What was asked for in a second of a session with these words, rad/s.

@@ -4,55 +4,20 @@
 
 mod common;
 
-use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use common::served::{Served, said};
 use common::{MODEL, Ran, command, stand};
 use host_tools::log::Log;
 use host_tools::serve::Pty;
 use tempfile::TempDir;
 
-/// A simulated stand that is served for as long as this lives.
-struct Served {
-    child: Child,
-    port: String,
-}
-
-impl Served {
-    fn new(folder: &Path, words: &[&str]) -> Self {
-        let all = [&["sim", "--serve", "pty", "--link", "port"], words].concat();
-        let mut child = command(folder, &all).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
-        let mut port = String::new();
-        BufReader::new(child.stdout.take().unwrap()).read_line(&mut port).unwrap();
-        Served { child, port: port.trim().to_owned() }
-    }
-
-    fn signal(&self, name: &str) {
-        assert!(Command::new("kill").args(["-s", name, &self.child.id().to_string()]).status().unwrap().success());
-    }
-}
-
-impl Drop for Served {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-}
-
 fn folder() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("model.toml"), MODEL).unwrap();
     folder
-}
-
-/// Says lines through a pipe.
-fn said(folder: &Path, port: &str, lines: &str) -> Ran {
-    let mut console = command(folder, &["console", "--port", port]);
-    let mut child = console.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    child.stdin.take().unwrap().write_all(lines.as_bytes()).unwrap();
-    child.wait_with_output().unwrap().into()
 }
 
 fn record(folder: &Path, port: &str, more: &[&str]) -> Ran {
@@ -283,7 +248,9 @@ assert port.readline().startswith(b"Rotary Stand,"), "text again"
 import pyvisa, sys, time
 stand = pyvisa.ResourceManager("@py").open_resource(f"ASRL{sys.argv[1]}::INSTR", baud_rate=921600, read_termination="\r\n", write_termination="\n", timeout=2000)
 assert stand.query("*IDN?").startswith("Rotary Stand,")
-stand.write("FAULt:CLEar")
+# The 0x18 before has latched a fault, which is also in the queue.
+assert "emergency stop" in stand.query("FAULt?")
+stand.write("FAULt:CLEar;*CLS")
 time.sleep(0.1)
 stand.write("SOURce:RATE 5 RAD/S;:SOURce:MODE RATE")
 time.sleep(1.5)

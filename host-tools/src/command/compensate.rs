@@ -53,14 +53,14 @@ impl Compensate {
     pub(super) fn run(self) -> Result<(), Trouble> {
         self.answer.check()?;
         match (&self.stand, &self.port) {
-            (Some(file), _) => self.into_a_file(file),
+            (Some(file), _) => self.write_file(file),
             (None, Some(port)) => self.over_the_line(port),
             // The words were checked; there is one of the two.
             (None, None) => Ok(()),
         }
     }
 
-    fn into_a_file(&self, path: &Path) -> Result<(), Trouble> {
+    fn write_file(&self, path: &Path) -> Result<(), Trouble> {
         check_place(path)?;
         let text = match std::fs::read_to_string(path) {
             Ok(text) => text,

@@ -1,6 +1,8 @@
 //! The command `stand` as a person runs it: words in, streams and exit status out.
 #![allow(dead_code, clippy::unwrap_used, reason = "each test binary uses its part")]
 
+pub mod served;
+
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
