@@ -28,6 +28,7 @@ mod unknown;
 use std::time::Instant;
 
 pub use answer::{Candidate, Estimate, Explanation, NextExperiment, Shape, Shown, Stage, Verdict};
+pub use fitted::APART;
 
 use crate::fit::FitError;
 use crate::fit::prepare::{self, PrepareError};
