@@ -12,4 +12,6 @@ fn main() {
         println!("cargo::error=memory.x of the root cannot be copied: {error}");
     }
     println!("cargo::rustc-link-search={}", out.display());
+    println!("cargo::rustc-link-arg-bins=-Tlink.x");
+    println!("cargo::rustc-link-arg-bins=-Tdefmt.x");
 }

@@ -9,6 +9,7 @@
 
 use crate::config::{ConfigError, within};
 use core::ops::{Add, Sub};
+use embedded_hal_async::spi::SpiDevice;
 
 /// Board clock, steps per second.
 pub const TICKS_PER_S: u64 = 10_000_000;
@@ -153,6 +154,31 @@ impl<T> Stamped<T> {
     }
 }
 
+/// A moment of the edge timer: its steps ([`Hardware::edge_timer_Hz`]) since power-on. The board counts the timer's wraps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct EdgeTime(pub u64);
+
+impl EdgeTime {
+    /// The moment at which a timer of 32 bits stood at `captured`, at most one wrap before `self`.
+    pub fn when(self, captured: u32) -> Self {
+        Self(self.0.wrapping_sub(u64::from((self.0 as u32).wrapping_sub(captured))))
+    }
+
+    /// Seconds since `earlier`, negative if `self` is the earlier one.
+    pub fn since_s(self, earlier: Self, hardware: &Hardware) -> f64 {
+        self.0.wrapping_sub(earlier.0) as i64 as f64 / hardware.edge_timer_Hz
+    }
+}
+
+/// An edge of the encoder or of its index, as the hardware caught it: no code was in between.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Edge {
+    /// What the counter was right after it.
+    pub count: EncoderCount,
+    /// When it came.
+    pub at: EdgeTime,
+}
+
 /// What the interrupt senses at the beginning of its tick.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sensed {
@@ -160,6 +186,15 @@ pub struct Sensed {
     pub tick: u64,
     /// The speed loop's encoder counter.
     pub encoder: EncoderCount,
+    /// Steps of the edge timer ([`Hardware::edge_timer_Hz`]) from the last edge of the encoder, on either channel, to the look at its
+    /// counter; both belong together. Saturates: where no edge was ever seen it is the greatest number.
+    pub edge_age: u32,
+    /// The newest conversion of the motor current.
+    pub current: CurrentCode,
+    /// The newest conversion of the supply.
+    pub supply: SupplyCode,
+    /// Somebody asks for an emergency stop now: a pin, or the serial line's guard.
+    pub stop: bool,
 }
 
 /// What the interrupt asks of the bridge.
@@ -206,12 +241,16 @@ pub trait Clock {
 pub trait Board {
     /// A handle to the board's time, cheap to copy.
     type Clock: Clock + Clone;
+    /// The line to the sensor under test. Transfers go by DMA: who waits for one leaves the core to the others.
+    type SensorBus: SpiDevice<u8>;
     /// The board's time.
     fn clock(&self) -> Self::Clock;
     /// The encoder by a counter of its own, not the speed loop's.
     fn encoder(&mut self) -> Stamped<EncoderCount>;
-    /// What that counter was when the index pulse last began, if it has begun since the last call.
-    fn index(&mut self) -> Option<EncoderCount>;
+    /// The newest edge of that counter with its time, captured for the tasks alone; `None` before the first, and where nothing captures it.
+    fn edge(&mut self) -> Option<Edge>;
+    /// What that counter was when the index pulse last began, and when that was; if it has begun since the last call.
+    fn index(&mut self) -> Option<Edge>;
     /// What the current's ADC has summed since the last call; stamped with the end of the sum.
     fn current(&mut self) -> Stamped<CurrentSum>;
     /// The rate sensor's newest sample; `None` where there is no sensor.
@@ -220,14 +259,18 @@ pub trait Board {
     fn supply(&mut self) -> Option<Stamped<SupplyCode>>;
     /// The newest temperature reading.
     fn temperature(&mut self) -> Option<Stamped<TemperatureCode>>;
+    /// Hands out the line to the sensor under test, once; `None` after that, and where the board has none.
+    fn sensor_bus(&mut self) -> Option<Self::SensorBus>;
 }
 
 /// The scales of one stand's hardware: data, so that another stand is other numbers.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default, deny_unknown_fields))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct Hardware {
     /// Encoder counts in one turn, every edge counted.
     pub counts_per_turn: f64,
+    /// Rate of the timer that stamps the encoder's edges, Hz.
+    pub edge_timer_Hz: f64,
     /// Compare counts at which the bridge is fully on.
     pub duty_full_scale: i16,
     /// Supply for which duties are computed, V.
@@ -249,6 +292,7 @@ impl Default for Hardware {
     fn default() -> Self {
         Self {
             counts_per_turn: 20_000.0, // 5000 lines × 4 edges (US Digital E6, 5000 CPR)
+            edge_timer_Hz: 90e6,       // TIM2 on APB1, twice its 45 MHz
             duty_full_scale: 4_500,    // 180 MHz / 20 kHz / 2, centre-aligned
             supply_nominal_V: 12.0,
             current_A_per_code: 3.3 / 4096.0, // 12 bits of 3.3 V at 20 mΩ × 50 V/V = 1 V/A (INA240A2, SBOS662)
@@ -267,6 +311,7 @@ impl Hardware {
     /// The name of the first that makes no sense.
     pub fn check(&self) -> Result<(), ConfigError> {
         within("counts_per_turn", self.counts_per_turn, 4.0, 1e6)?;
+        within("edge_timer_Hz", self.edge_timer_Hz, 1e5, 1e9)?;
         within("duty_full_scale", f64::from(self.duty_full_scale), 16.0, 32_000.0)?;
         within("supply_nominal_V", self.supply_nominal_V, 0.1, 1e3)?;
         within("current_A_per_code", self.current_A_per_code, 1e-15, 1e3)?;

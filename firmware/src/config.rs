@@ -11,13 +11,15 @@ pub enum ConfigError {
     NonFinite(&'static str),
     /// Outside of what makes sense: name, value, least, greatest.
     OutOfRange(&'static str, f64, f64, f64),
+    /// Does not go with the rest: name, what it must be or why it cannot be.
+    Unfit(&'static str, &'static str),
 }
 
 impl ConfigError {
     /// The name of the parameter.
     pub fn parameter(&self) -> &'static str {
         match self {
-            Self::NonFinite(name) | Self::OutOfRange(name, ..) => name,
+            Self::NonFinite(name) | Self::OutOfRange(name, ..) | Self::Unfit(name, _) => name,
         }
     }
 }
@@ -29,6 +31,7 @@ impl fmt::Display for ConfigError {
             Self::OutOfRange(name, value, least, greatest) => {
                 write!(f, "{name} = {value} is outside {least} … {greatest}")
             }
+            Self::Unfit(name, why) => write!(f, "{name} {why}"),
         }
     }
 }

@@ -28,11 +28,14 @@ pub mod board;
 pub mod calibration;
 pub mod compensation;
 pub mod config;
+pub mod console;
 pub mod mailbox;
 pub mod measurement_loop;
 pub mod profile;
+pub mod safety;
 pub mod session;
 pub mod speed_loop;
+pub mod telemetry;
 
 /// Version of the firmware, as the logs' notes carry it.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -28,6 +28,20 @@ impl Default for VirtualClock {
     }
 }
 
+impl VirtualClock {
+    /// Now.
+    pub fn now(&self) -> Ticks {
+        self.now.get()
+    }
+
+    /// The task that is being polled wants to be polled again at `t`. For futures that wait for a peripheral.
+    pub(crate) fn wait_until(&self, t: Ticks) {
+        // Everything is polled again after each jump, so deadlines are collected anew each time.
+        let earliest = self.deadline.get().map_or(t, |other| other.min(t));
+        self.deadline.set(Some(earliest));
+    }
+}
+
 /// The board's handle to it.
 #[derive(Clone, Copy, Debug)]
 pub struct SimClock<'a>(pub &'a VirtualClock);
@@ -53,9 +67,7 @@ impl Future for Until<'_> {
         if self.clock.now.get() >= self.t {
             return Poll::Ready(());
         }
-        // Everything is polled again after each jump, so deadlines are collected anew each time.
-        let earliest = self.clock.deadline.get().map_or(self.t, |other| other.min(self.t));
-        self.clock.deadline.set(Some(earliest));
+        self.clock.wait_until(self.t);
         Poll::Pending
     }
 }

@@ -6,6 +6,7 @@
 pub mod board;
 pub mod clock;
 pub mod effects;
+pub mod faults;
 pub mod peripherals;
 pub mod plant;
 pub mod rig;

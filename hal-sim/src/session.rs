@@ -6,12 +6,13 @@
 
 use crate::board::{Bench, PlantPort, SimBoard, Truth};
 use crate::clock::{self, SimClock, Stuck, VirtualClock};
+use crate::faults::{Faults, What};
 use crate::peripherals::SensorSetup;
 use stand_firmware::board::{Clock, Hardware, ROW_HZ, TICKS_PER_ROW};
 use stand_firmware::calibration::{self, Found, Map, Refused, Watch};
 use stand_firmware::config::ConfigError;
 use stand_firmware::measurement_loop::{MeasurementLoop, Pace, Row, RowSink};
-use stand_firmware::profile::{Profile, ProfileConfig, ProfileKind, ProfileRunner};
+use stand_firmware::profile::{PARAMETERS, Profile, ProfileConfig, ProfileKind, ProfileRunner};
 use stand_firmware::session::rows_in;
 use stand_firmware::speed_loop::{
     Compensating, Config, Fault, Interrupt, Learnt, Lessons, Limits, Mode, Orders, Reports, Settings, SpeedLoop,
@@ -28,20 +29,22 @@ pub struct StandSetup {
     pub sensors: SensorSetup,
     /// The speed loop's gains and limits.
     pub settings: Settings,
+    /// What breaks, and when.
+    pub faults: Faults,
 }
 
 impl StandSetup {
     /// No noise, no filter, and converter steps so fine that they do not show; the encoder is left as it is.
     pub fn ideal() -> Self {
         let hardware = Hardware {
-            current_A_per_code: 1e-11,
-            current_zero_code: 1_099_511_627_776.0, // 2⁴⁰ codes: ± 11 A
-            rate_rad_s_per_code: 5e-8,              // 32 bits: ± 107 rad/s
+            current_A_per_code: 4e-9,
+            current_zero_code: 1_073_741_824.0, // 2³⁰ codes, the most that a code of 31 bits shows: ± 4.3 A
+            rate_rad_s_per_code: 5e-8,          // 32 bits: ± 107 rad/s
             supply_V_per_code: 1e-8,
             temperature_C_per_code: 1e-6,
             ..Hardware::default()
         };
-        Self { hardware, sensors: SensorSetup::ideal(), settings: Settings::default() }
+        Self { hardware, sensors: SensorSetup::ideal(), ..Self::default() }
     }
 }
 
@@ -77,7 +80,7 @@ impl SessionRequest {
         let usual = ProfileConfig::new(kind, amplitude, seed);
         match mode {
             Mode::Rate => ProfileConfig { to_Hz: 1.0, bit_s: 0.5, ..usual },
-            Mode::Voltage | Mode::Off => usual,
+            Mode::Voltage | Mode::Off => ProfileConfig { acceleration: 2.0, jerk: 20.0, ..usual },
         }
     }
 }
@@ -136,7 +139,7 @@ impl Record {
 /// # Errors
 /// A parameter that makes no sense, by name; or a firmware that waits for ever.
 pub fn run<P: PlantPort>(stand: StandSetup, plant: P, request: SessionRequest) -> Result<Record, SessionError> {
-    let mut columns = Columns::default();
+    let mut columns = Columns { cut_s: stand.faults.first(What::PowerCut).map(|cut| cut.from_s), ..Columns::default() };
     let pace = run_rows(stand, plant, request, |row, truth| columns.take(row, truth))?;
     Ok(columns.into_record(&stand, &request, pace))
 }
@@ -155,10 +158,10 @@ pub fn run_rows<P: PlantPort>(
     let seconds = stand_firmware::config::within("seconds", request.seconds, 1e-3, 1e6)?;
     stand.sensors.check()?;
     let config = Config::new(&stand.settings, &stand.hardware)?;
-    let profile = Profile::new(&request.profile)?;
+    let profile = Profile::for_mode(&request.profile, request.mode)?;
 
     let clock = VirtualClock::default();
-    let bench = RefCell::new(Bench::new(&stand.hardware, &stand.sensors, request.seed, plant));
+    let bench = RefCell::new(Bench::new(&stand.hardware, &stand.sensors, request.seed, plant).breaking(stand.faults));
     let (mut orders, mut reports) = (Orders::new(), Reports::new());
     let (order_writer, order_reader) = orders.split();
     let (report_writer, report_reader) = reports.split();
@@ -194,7 +197,7 @@ pub fn calibrate<P: PlantPort>(stand: StandSetup, plant: P, seed: u64, watching:
     let still = Profile::legs(Default::default());
 
     let clock = VirtualClock::default();
-    let bench = RefCell::new(Bench::new(&stand.hardware, &stand.sensors, seed, plant));
+    let bench = RefCell::new(Bench::new(&stand.hardware, &stand.sensors, seed, plant).breaking(stand.faults));
     let (mut orders, mut reports, mut lessons) = (Orders::new(), Reports::new(), Lessons::new());
     let (order_writer, order_reader) = orders.split();
     let (report_writer, report_reader) = reports.split();
@@ -266,10 +269,19 @@ struct Columns {
     limits: Vec<Limits>,
     compensating: Vec<Compensating>,
     fault: Option<(Fault, f64)>,
+    /// When the controller loses its supply, s from power-on.
+    cut_s: Option<f64>,
 }
+
+/// The session's row 0 after power-on, and a row: s.
+const FIRST_ROW_S: f64 = 1e-3;
+const ROW_S: f64 = 1e-3;
 
 impl Columns {
     fn take(&mut self, row: &Row, truth: &Truth) {
+        if self.cut_s.is_some_and(|cut_s| row.t_s + FIRST_ROW_S + ROW_S > cut_s) {
+            return;
+        }
         if row.fault != Fault::None && self.fault.is_none() {
             self.fault = Some((row.fault, row.t_s));
         }
@@ -289,7 +301,7 @@ impl Columns {
         let rows = self.limits.len();
         let named = COLUMNS.iter().map(|(name, _)| *name).zip(self.values);
         Record {
-            notes: notes(stand, request, &self.limits, &self.compensating, self.fault),
+            notes: notes(stand, request, &self.limits, &self.compensating, self.fault, self.cut_s),
             // A column that some row lacks is no column: nothing is made up.
             columns: named.filter(|(_, values)| values.len() == rows && rows > 0).collect(),
             true_theta_rad: self.true_theta_rad,
@@ -309,6 +321,7 @@ fn notes(
     limits: &[Limits],
     compensating: &[Compensating],
     fault: Option<(Fault, f64)>,
+    cut_s: Option<f64>,
 ) -> Vec<(String, String)> {
     let profile = &request.profile;
     let (mode, unit) = match request.mode {
@@ -334,6 +347,10 @@ fn notes(
         ("theta_lsb_rad".to_string(), format!("{:e}", stand.hardware.rad_per_count())),
         ("omega_lsb_rad_s".to_string(), format!("{:e}", stand.hardware.rate_rad_s_per_code)),
     ];
+    let said_above = ["amplitude", "offset", "seed"];
+    for parameter in PARAMETERS.iter().filter(|p| profile.kind.parameters().contains(&p.name) && !said_above.contains(&p.name)) {
+        notes.push((format!("profile_{}", parameter.name), (parameter.read)(profile).to_string()));
+    }
     notes.extend(compensation_note(stand, compensating).map(|says| ("compensation".to_string(), says)));
     for (bit, name) in Limits::NAMES.iter().enumerate() {
         let limited = limits.iter().filter(|limits| limits.contains(Limits(1 << bit))).count();
@@ -343,6 +360,8 @@ fn notes(
     }
     if let Some((fault, at_s)) = fault {
         notes.push(("fault".to_string(), format!("{} at {at_s} s; the rows end there", fault.name())));
+    } else if let Some(cut_s) = cut_s.filter(|cut_s| *cut_s - FIRST_ROW_S < request.seconds) {
+        notes.push(("fault".to_string(), format!("power-cut at {:.4} s; the rows end there", cut_s - FIRST_ROW_S)));
     }
     notes
 }

@@ -41,7 +41,8 @@ fn voltage_current_angle_and_rate_of_a_row_belong_together_to_the_tick() {
             let step = end * h - (omega[k] - end) * tau * (-h / tau).exp_m1();
             assert!((theta[k + 1] - theta[k] - step).abs() < 1e-9);
             let mean_A = (u[k] - motor.motor_constant_N_m_A * step / h) / motor.resistance_ohm;
-            assert!((i[k] - mean_A).abs() < 1e-9, "{kind} row {k}: {} {mean_A}", i[k]);
+            // The converter's step is 4e-9 A, ten of them make a row.
+            assert!((i[k] - mean_A).abs() < 3e-9, "{kind} row {k}: {} {mean_A}", i[k]);
             // The sensor's step is 5e-8 rad/s.
             assert!((col(&record, "omega_rad_s")[k] - omega[k]).abs() < 3e-8);
             let below = theta[k] - col(&record, "theta_rad")[k];
@@ -88,8 +89,8 @@ fn the_mean_rate_over_whole_turns_is_as_good_as_the_crystal() {
 fn a_hundred_stands_side_by_side_are_each_what_they_are_alone() {
     let request = |seed: u64| {
         let mode = if seed.is_multiple_of(2) { Mode::Rate } else { Mode::Voltage };
-        let kind = ProfileKind::ALL[seed as usize % ProfileKind::ALL.len()];
-        SessionRequest::new(mode, kind, 0.5, seed)
+        let kinds = [ProfileKind::MultiStep, ProfileKind::Multisine, ProfileKind::Prbs, ProfileKind::Chirp, ProfileKind::SCurve];
+        SessionRequest::new(mode, kinds[seed as usize % kinds.len()], 0.5, seed)
     };
     let alone: Vec<Record> = (0..100).map(|seed| run(StandSetup::default(), with_friction(), request(seed)).unwrap()).collect();
     let together: Vec<Record> = std::thread::scope(|scope| {
@@ -98,7 +99,7 @@ fn a_hundred_stands_side_by_side_are_each_what_they_are_alone() {
         stands.into_iter().map(|stand| stand.join().unwrap()).collect()
     });
     assert_eq!(alone, together);
-    assert_ne!(alone[0].columns, alone[6].columns, "another seed is another record");
+    assert_ne!(alone[0].columns, alone[10].columns, "another seed is another record");
 }
 
 #[test]
@@ -195,7 +196,7 @@ fn mean_voltage_and_mean_current_match_in_the_closed_loop_and_at_the_limits_too(
         for k in 0..record.rows() - 1 {
             let rate = (theta[k + 1] - theta[k]) / 1e-3;
             let expected = (u[k] - motor.motor_constant_N_m_A * rate) / motor.resistance_ohm;
-            assert!((i[k] - expected).abs() < 1e-9, "row {k}: {} {expected}", i[k]);
+            assert!((i[k] - expected).abs() < 3e-9, "row {k}: {} {expected}", i[k]);
         }
         assert!(record.limits.iter().any(|l| l.contains(limit)), "{limit:?}");
     }

@@ -232,6 +232,11 @@ fn a_bad_session_gets_one_line_that_names_the_parameter() {
     bad(&["--seconds", "1e9"], &["seconds"]);
     bad(&["--seconds", "long"], &["--seconds", "long"]);
     bad(&["--profile", "nonsense"], &["--profile", "multi-step", "staircase"]);
+    bad(&["--profile", "sine", "--levels", "3"], &["--levels", "sine", "--frequency-hz"]);
+    bad(&["--profile", "staircase", "--levels", "2.5"], &["--levels", "whole number"]);
+    bad(&["--profile", "abba", "--dwell-s", "-1"], &["--dwell-s", "-1"]);
+    bad(&["--profile", "turns", "--mode", "voltage"], &["--profile", "rate mode"]);
+    bad(&["--profile", "turns", "--turns", "1", "--amplitude", "34"], &["--amplitude", "34", "outside"]);
     bad(&["--mode", "torque"], &["--mode", "torque", "rate", "voltage"]);
     bad(&["--amplitude", "nan"], &["amplitude"]);
     bad(&["--amplitude", "1e9"], &["amplitude"]);

@@ -15,7 +15,7 @@ use tempfile::TempDir;
 type Shows = fn(&Path);
 
 /// `command word` as in its help; commands by name alone.
-const WORDS: [(&str, Shows); 65] = [
+const WORDS: [(&str, Shows); 73] = [
     (" --help", help_everywhere),
     (" --version", |f| assert!(said(f, &["--version"]).starts_with("stand "))),
     ("sim", |f| drop(session(f, &[]))),
@@ -26,7 +26,8 @@ const WORDS: [(&str, Shows); 65] = [
         assert!(std::fs::read(f.join("other.parquet")).unwrap().starts_with(b"PAR1"));
     }),
     ("sim --profile", |f| {
-        let logs = ["constant", "multi-step", "multisine", "prbs", "sweep", "staircase"].map(|p| session(f, &["--profile", p]));
+        let logs = ["constant", "multi-step", "multisine", "prbs", "chirp", "staircase", "trapezoid", "s-curve", "sine", "turns"]
+            .map(|p| session(f, &["--profile", p]));
         for (k, log) in logs.iter().enumerate() {
             assert!(logs[..k].iter().all(|other| other.columns() != log.columns()), "{:?}", log.note("profile"));
         }
@@ -41,6 +42,39 @@ const WORDS: [(&str, Shows); 65] = [
         let greatest = |log: &Log| log.column("rate_cmd_rad_s").unwrap().iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         let [slow, fast] = ["1", "10"].map(|a| greatest(&session(f, &["--amplitude", a])));
         assert!(slow <= 1.0 && fast > 1.0, "{slow} {fast}");
+    }),
+    ("sim --offset", |f| {
+        let last = *command(f, &["--profile", "constant", "--amplitude", "1", "--offset", "2"]).last().unwrap();
+        assert!((last - 3.0).abs() < 1e-8, "to what a tick's counts are rounded to: {last}");
+    }),
+    ("sim --dwell-s --cycles", |f| {
+        // One cycle of two dwells of 0.1 s, with 0.1 s of slopes: over after 0.4 s.
+        let words = ["--profile", "trapezoid", "--amplitude", "1", "--acceleration", "10", "--dwell-s", "0.1", "--cycles"];
+        let [once, on] = ["1", "0"].map(|n| command(f, &[&words[..], &[n]].concat()));
+        assert!(once[500..].iter().all(|v| *v == 0.0) && on[500..].iter().any(|v| *v > 0.9));
+    }),
+    ("sim --levels", |f| {
+        let words = ["--profile", "staircase", "--amplitude", "4", "--dwell-s", "0.4", "--levels"];
+        let [one, four] = ["1", "4"].map(|n| command(f, &[&words[..], &[n]].concat())[750]);
+        assert!((one - 4.0).abs() < 0.1 && (four - 1.0).abs() < 0.1, "{one} {four}");
+    }),
+    ("sim --bit-s", |f| differ(f, &["--profile", "prbs", "--bit-s"], ["0.1", "0.2"])),
+    ("sim --from-hz --to-hz --sweep-s", |f| {
+        differ(f, &["--profile", "chirp", "--from-hz"], ["0.1", "0.5"]);
+        differ(f, &["--profile", "chirp", "--to-hz"], ["1", "5"]);
+        differ(f, &["--profile", "chirp-linear", "--sweep-s"], ["1", "10"]);
+    }),
+    ("sim --frequency-hz", |f| differ(f, &["--profile", "sine", "--frequency-hz"], ["1", "2"])),
+    ("sim --acceleration --jerk", |f| {
+        differ(f, &["--profile", "alternating", "--acceleration"], ["10", "20"]);
+        differ(f, &["--profile", "s-curve", "--jerk"], ["100", "200"]);
+    }),
+    ("sim --turns", |f| {
+        let log = session(f, &["--profile", "turns", "--amplitude", "20", "--acceleration", "55", "--turns", "2", "--seconds", "1.6"]);
+        let angle = log.column("theta_cmd_rad").unwrap();
+        let turned = angle.last().unwrap() - angle[0];
+        assert!((turned - 2.0 * std::f64::consts::TAU).abs() < 3.2e-4, "two turns to an encoder count: {turned}");
+        assert_eq!(log.note("profile_turns"), Some("2"));
     }),
     ("sim --hidden", |f| {
         let logs: Vec<Log> = [&[][..], &["--hidden", "cogging"], &["--hidden", "7"], &["--hidden", "9"]].map(|w| session(f, w)).into();
@@ -281,6 +315,18 @@ fn compensated<'a>(model: &'a str, stand: &'a str) -> [&'a str; 5] {
 /// A second of a session with these words.
 fn session(folder: &Path, words: &[&str]) -> Log {
     session_in(folder, "session.csv", words)
+}
+
+/// What was asked for in a second of a session with these words, rad/s.
+fn command(folder: &Path, words: &[&str]) -> Vec<f64> {
+    session(folder, words).column("rate_cmd_rad_s").unwrap().to_vec()
+}
+
+/// Two values of the last word are two commands.
+#[track_caller]
+fn differ(folder: &Path, words: &[&str], values: [&str; 2]) {
+    let [one, other] = values.map(|value| command(folder, &[words, &[value]].concat()));
+    assert_ne!(one, other, "{words:?} {values:?}");
 }
 
 fn session_in(folder: &Path, file: &str, words: &[&str]) -> Log {

@@ -21,7 +21,7 @@ use stand_firmware::profile::ProfileKind;
 use stand_firmware::speed_loop::Mode;
 
 /// The experiments.
-pub const PROFILES: [ProfileKind; 3] = [ProfileKind::MultiStep, ProfileKind::Multisine, ProfileKind::Sweep];
+pub const PROFILES: [&str; 3] = ["multi-step", "multisine", "sweep"];
 /// Voltage mode, and the firmware's speed loop.
 pub const MODES: [Mode; 2] = [Mode::Voltage, Mode::Rate];
 /// Disturbances outside the catalogue, by name.

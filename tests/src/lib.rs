@@ -4,6 +4,7 @@
 pub mod draw;
 pub mod foreign;
 pub mod own;
+pub mod rate_accuracy;
 pub mod real;
 pub mod tables;
 pub mod verdicts;

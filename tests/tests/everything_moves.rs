@@ -9,6 +9,7 @@ use hal_sim::plant::{Plant, Stand};
 use hal_sim::session::{Record, SessionRequest, run};
 use host_tools::hidden;
 use rayon::prelude::*;
+use stand_firmware::config::ConfigError;
 use stand_firmware::profile::{Profile, ProfileConfig, ProfileKind};
 use stand_firmware::speed_loop::Mode;
 use toml::{Table, Value};
@@ -235,9 +236,24 @@ fn two_effects_of_one_kind_are_both_there() {
 type Change = fn(&mut ProfileConfig);
 
 /// All parameters of a profile. A field that is new does not compile here without a line.
-fn parameters() -> [(&'static str, Change); 9] {
-    let ProfileConfig { kind: _, amplitude: _, offset: _, dwell_s: _, levels: _, bit_s: _, from_Hz: _, to_Hz: _, sweep_s: _, seed: _ } =
-        ProfileConfig::new(ProfileKind::Constant, 1.0, 1);
+fn parameters() -> [(&'static str, Change); 14] {
+    let ProfileConfig {
+        kind: _,
+        amplitude: _,
+        offset: _,
+        dwell_s: _,
+        levels: _,
+        bit_s: _,
+        from_Hz: _,
+        to_Hz: _,
+        sweep_s: _,
+        frequency_Hz: _,
+        acceleration: _,
+        jerk: _,
+        cycles: _,
+        turns: _,
+        seed: _,
+    } = ProfileConfig::new(ProfileKind::Constant, 1.0, 1);
     [
         ("amplitude", |c| c.amplitude *= 1.5),
         ("offset", |c| c.offset += 0.5),
@@ -247,36 +263,32 @@ fn parameters() -> [(&'static str, Change); 9] {
         ("from_Hz", |c| c.from_Hz *= 2.0),
         ("to_Hz", |c| c.to_Hz *= 0.5),
         ("sweep_s", |c| c.sweep_s *= 0.5),
+        ("frequency_Hz", |c| c.frequency_Hz *= 2.0),
+        ("acceleration", |c| c.acceleration *= 0.5),
+        ("jerk", |c| c.jerk *= 0.5),
+        ("cycles", |c| c.cycles += 1),
+        ("turns", |c| c.turns -= 1),
         ("seed", |c| c.seed += 1),
     ]
-}
-
-/// What a profile uses beside amplitude and offset, which all use.
-fn uses(kind: ProfileKind) -> &'static [&'static str] {
-    match kind {
-        ProfileKind::Constant => &[],
-        ProfileKind::MultiStep => &["dwell_s", "seed"],
-        ProfileKind::Multisine => &["from_Hz", "to_Hz"],
-        ProfileKind::Prbs => &["bit_s", "seed"],
-        ProfileKind::Sweep => &["from_Hz", "to_Hz", "sweep_s"],
-        ProfileKind::Staircase => &["dwell_s", "levels"],
-    }
 }
 
 #[test]
 fn a_profile_moves_with_each_parameter_that_it_uses_and_with_no_other() {
     for kind in ProfileKind::ALL {
         let values = |config: &ProfileConfig| {
-            let mut profile = Profile::new(config).unwrap();
-            // Longer than one sweep and than all stairs.
-            (0..40_000).map(|_| profile.next_value()).collect::<Vec<f64>>()
+            let mut profile = Profile::new(config)?;
+            // Longer than one chirp and than all stairs.
+            Ok::<_, ConfigError>((0..40_000).map(|_| profile.next_value()).collect::<Vec<f64>>())
         };
         let usual = ProfileConfig::new(kind, 2.0, 1);
         for (name, change) in parameters() {
             let mut other = usual;
             change(&mut other);
-            let used = ["amplitude", "offset"].contains(&name) || uses(kind).contains(&name);
+            // Turns have no offset, and say so.
+            let refused = kind == ProfileKind::Turns && name == "offset";
+            let used = kind.parameters().contains(&name) || refused;
             assert_eq!(values(&usual) != values(&other), used, "{kind}: {name}");
+            assert_eq!(values(&other).is_err(), refused, "{kind}: {name}");
         }
     }
 }
@@ -284,12 +296,17 @@ fn a_profile_moves_with_each_parameter_that_it_uses_and_with_no_other() {
 #[test]
 fn every_profile_and_every_seed_is_another_log() {
     for mode in MODES {
-        let records: Vec<Record> =
-            ProfileKind::ALL.iter().map(|kind| session(&Stand::default(), SessionRequest::new(mode, *kind, 2.0, 1))).collect();
+        let kinds: Vec<ProfileKind> = ProfileKind::ALL.into_iter().filter(|kind| mode == Mode::Rate || !kind.is_a_rate()).collect();
+        let request = |kind| {
+            let mut request = SessionRequest::new(mode, kind, 2.0, 1);
+            request.profile.dwell_s = 0.2; // ABBA is another than alternating from its third level on
+            request
+        };
+        let records: Vec<Record> = kinds.iter().map(|kind| session(&Stand::default(), request(*kind))).collect();
         for (k, one) in records.iter().enumerate() {
-            assert!(records[..k].iter().all(|other| other.columns != one.columns), "{mode:?} {}", ProfileKind::ALL[k]);
+            assert!(records[..k].iter().all(|other| other.columns != one.columns), "{mode:?} {}", kinds[k]);
         }
-        let noise = session(&Stand::default(), SessionRequest { seed: 2, ..SessionRequest::new(mode, ProfileKind::Multisine, 2.0, 1) });
+        let noise = session(&Stand::default(), SessionRequest { seed: 2, ..request(ProfileKind::Multisine) });
         assert_ne!(noise.columns, records[2].columns, "{mode:?}: another seed is another noise");
     }
 }

@@ -12,7 +12,7 @@ use stand_tests::own::{TRUTH, hold, log, model};
 
 const MODES: [Mode; 2] = [Mode::Voltage, Mode::Rate];
 const PROFILES: [ProfileKind; 5] =
-    [ProfileKind::MultiStep, ProfileKind::Multisine, ProfileKind::Prbs, ProfileKind::Sweep, ProfileKind::Staircase];
+    [ProfileKind::MultiStep, ProfileKind::Multisine, ProfileKind::Prbs, ProfileKind::Chirp, ProfileKind::Staircase];
 /// Long enough that every profile has crossed zero several times and blocks are held out.
 const SECONDS: f64 = 12.0;
 /// The stairs go down the other side from 11 s to 20 s, partly in blocks that are held out.

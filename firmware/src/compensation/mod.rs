@@ -5,7 +5,6 @@
 //! (effects.md, `cogging` and `unbalance`), with θ = 0 at the index; the loop applies its opposite. The list holds at most
 //! [`MOST_HARMONICS`]: what a tick can afford.
 
-#[cfg(feature = "serde")]
 mod files;
 
 use crate::config::{ConfigError, within};
@@ -16,8 +15,8 @@ pub const MOST_HARMONICS: usize = 8;
 pub const HIGHEST_ORDER: u16 = 400;
 
 /// A torque on the rotor, `torque_N_m · sin(order · θ + phase_rad)`.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Harmonic {
     /// Periods per turn, 1 … 400.
     pub order: u16,
@@ -61,8 +60,8 @@ impl Harmonics {
 }
 
 /// The learnt compensation. The default compensates nothing.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default, deny_unknown_fields))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct Compensation {
     /// Dry friction, by the sign of the commanded rate, N m.
     pub coulomb_N_m: f64,

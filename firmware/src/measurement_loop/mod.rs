@@ -159,8 +159,8 @@ impl<'a> MeasurementLoop<'a> {
         let temperature = board.temperature();
         let index = board.index();
         self.position.take(encoder.value);
-        if let Some(at) = index {
-            self.index_counts = Some(self.position.counts.wrapping_sub(i64::from(encoder.value.since(at))));
+        if let Some(edge) = index {
+            self.index_counts = Some(self.position.counts.wrapping_sub(i64::from(encoder.value.since(edge.count))));
         }
         self.report = self.reports.take().unwrap_or(self.report);
         let ages = [Some(encoder.age(at)), rate.map(|r| r.age(at)), supply.map(|r| r.age(at)), temperature.map(|r| r.age(at))];

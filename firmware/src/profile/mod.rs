@@ -1,123 +1,38 @@
 //! What is asked for over time: profiles, one value per millisecond.
 //!
-//! In: a [`ProfileConfig`] (volts or rad/s: the profile does not care). Out: one value after the other, each within
+//! In: a [`ProfileConfig`] (volts, rad/s or rad: the profile does not care). Out: one value after the other, each within
 //! `offset ± amplitude`, the same for the same seed on every machine. [`ProfileRunner`] turns them into segments for the
 //! speed loop, one millisecond ahead: constant within the millisecond in voltage mode, straight in rate mode.
 //!
-//! The sine is micromath's (1e-3): what is asked for is logged as it went out, so nothing measured passes through it.
+//! The sine of multisine and chirps is micromath's (1e-3): what is asked for is logged as it went out, so nothing measured passes through it.
 //! Phases are whole numbers of 2⁻³² (2⁻⁶⁴) turn, so that hour-long sines do not drift.
 
+mod chirp;
+mod kind;
 mod legs;
 mod multisine;
+mod parameters;
+mod plateaus;
 mod prbs;
 mod runner;
+mod sine;
+mod slope;
 mod staircase;
 mod steps;
-mod sweep;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod tests_of_slopes;
+mod turns;
 
+pub use kind::{ProfileKind, UnknownProfile};
 pub use legs::LEGS;
+pub use parameters::{PARAMETERS, Parameter, ProfileConfig};
 pub use runner::ProfileRunner;
 
 use crate::config::{ConfigError, within};
-use core::fmt;
-use core::str::FromStr;
-
-/// Which profile.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ProfileKind {
-    /// `offset + amplitude`, always.
-    Constant,
-    /// Random levels for random times, through zero, both signs.
-    MultiStep,
-    /// A sum of sines, 0.05–20 Hz in even steps of log frequency, with Schroeder's phases.
-    Multisine,
-    /// A pseudo-random binary sequence of 1023 bits.
-    Prbs,
-    /// A sine whose frequency rises by the same factor in each second, up and again from the start.
-    Sweep,
-    /// Steps up, down through zero to the other side, and back, with a dwell on each.
-    Staircase,
-}
-
-impl ProfileKind {
-    /// All of them.
-    pub const ALL: [Self; 6] = [Self::Constant, Self::MultiStep, Self::Multisine, Self::Prbs, Self::Sweep, Self::Staircase];
-
-    /// Its name on the command line and in the logs' notes.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Constant => "constant",
-            Self::MultiStep => "multi-step",
-            Self::Multisine => "multisine",
-            Self::Prbs => "prbs",
-            Self::Sweep => "sweep",
-            Self::Staircase => "staircase",
-        }
-    }
-}
-
-impl fmt::Display for ProfileKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-/// A name that no profile has.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct UnknownProfile;
-
-impl fmt::Display for UnknownProfile {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("unknown profile; there are")?;
-        for (n, kind) in ProfileKind::ALL.iter().enumerate() {
-            write!(f, "{} {kind}", if n == 0 { "" } else { "," })?;
-        }
-        Ok(())
-    }
-}
-
-impl core::error::Error for UnknownProfile {}
-
-impl FromStr for ProfileKind {
-    type Err = UnknownProfile;
-    fn from_str(name: &str) -> Result<Self, UnknownProfile> {
-        Self::ALL.into_iter().find(|kind| kind.name() == name).ok_or(UnknownProfile)
-    }
-}
-
-/// A profile's parameters. Amplitude and offset are in V or rad/s, as the mode has it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ProfileConfig {
-    /// Which one.
-    pub kind: ProfileKind,
-    /// Largest distance from the offset.
-    pub amplitude: f64,
-    /// Added to all values.
-    pub offset: f64,
-    /// Mean dwell of `multi-step`, dwell of `staircase`, s.
-    pub dwell_s: f64,
-    /// Levels on each side of `staircase`.
-    pub levels: u32,
-    /// Length of a bit of `prbs`, s.
-    pub bit_s: f64,
-    /// Lowest frequency of `multisine` and `sweep`, Hz.
-    pub from_Hz: f64,
-    /// Highest frequency, Hz.
-    pub to_Hz: f64,
-    /// Duration of one `sweep`, s.
-    pub sweep_s: f64,
-    /// What random profiles are drawn from; `multisine` takes no seed.
-    pub seed: u64,
-}
-
-impl ProfileConfig {
-    /// A profile with the usual parameters.
-    pub fn new(kind: ProfileKind, amplitude: f64, seed: u64) -> Self {
-        Self { kind, amplitude, offset: 0.0, dwell_s: 1.0, levels: 5, bit_s: 0.1, from_Hz: 0.05, to_Hz: 20.0, sweep_s: 30.0, seed }
-    }
-}
+use crate::speed_loop::Mode;
+use slope::Hold;
 
 /// A profile under way.
 #[derive(Clone, Debug)]
@@ -134,8 +49,11 @@ enum State {
     MultiStep(steps::MultiStep),
     Multisine(multisine::Multisine),
     Prbs(prbs::Prbs),
-    Sweep(sweep::Sweep),
+    Chirp(chirp::Chirp),
     Staircase(staircase::Staircase),
+    Plateaus(plateaus::Plateaus),
+    Sine(sine::Sine),
+    Turns(turns::Turns),
     Legs(legs::Legs),
 }
 
@@ -147,15 +65,34 @@ impl Profile {
     pub fn new(c: &ProfileConfig) -> Result<Self, ConfigError> {
         let amplitude = within("amplitude", c.amplitude, -1e4, 1e4)?;
         let offset = within("offset", c.offset, -1e4, 1e4)?;
+        let plateaus = |pattern, hold| plateaus::Plateaus::new(amplitude, pattern, hold, c).map(State::Plateaus);
         let kind = match c.kind {
             ProfileKind::Constant => State::Constant(amplitude),
             ProfileKind::MultiStep => State::MultiStep(steps::MultiStep::new(amplitude, c)?),
             ProfileKind::Multisine => State::Multisine(multisine::Multisine::new(amplitude, c)?),
             ProfileKind::Prbs => State::Prbs(prbs::Prbs::new(amplitude, c)?),
-            ProfileKind::Sweep => State::Sweep(sweep::Sweep::new(amplitude, c)?),
+            ProfileKind::Chirp => State::Chirp(chirp::Chirp::logarithmic(amplitude, c)?),
+            ProfileKind::ChirpLinear => State::Chirp(chirp::Chirp::linear(amplitude, c)?),
             ProfileKind::Staircase => State::Staircase(staircase::Staircase::new(amplitude, c)?),
+            ProfileKind::Trapezoid => plateaus(plateaus::ONE_SIDE, Hold::straight(c)?)?,
+            ProfileKind::SCurve => plateaus(plateaus::ONE_SIDE, Hold::rounded(c)?)?,
+            ProfileKind::Alternating => plateaus(plateaus::BOTH_SIDES, Hold::rounded(c)?)?,
+            ProfileKind::Abba => plateaus(plateaus::ABBA, Hold::rounded(c)?)?,
+            ProfileKind::Sine => State::Sine(sine::Sine::new(amplitude, c)?),
+            ProfileKind::Turns => State::Turns(turns::Turns::new(amplitude, c)?),
         };
         Ok(Self { offset, kind })
+    }
+
+    /// The same for a stand that is regulated by `mode`: a profile that counts turns has no meaning as a voltage.
+    ///
+    /// # Errors
+    /// As [`Profile::new`]; or the profile does not go with the mode.
+    pub fn for_mode(c: &ProfileConfig, mode: Mode) -> Result<Self, ConfigError> {
+        if c.kind.is_a_rate() && mode != Mode::Rate {
+            return Err(ConfigError::Unfit("profile", "turns is a rate: it goes with rate mode only"));
+        }
+        Self::new(c)
     }
 
     /// Constant values, each for so many milliseconds, one after the other; then zero. For courses that are no profile of a person's.
@@ -163,7 +100,7 @@ impl Profile {
         Self { offset: 0.0, kind: State::Legs(legs::Legs::new(legs)) }
     }
 
-    /// The value of the next millisecond, V or rad/s.
+    /// The value of the next millisecond, V, rad/s or rad.
     pub fn next_value(&mut self) -> f64 {
         self.offset
             + match &mut self.kind {
@@ -171,8 +108,11 @@ impl Profile {
                 State::MultiStep(steps) => steps.next_value(),
                 State::Multisine(sines) => sines.next_value(),
                 State::Prbs(bits) => bits.next_value(),
-                State::Sweep(sweep) => sweep.next_value(),
+                State::Chirp(chirp) => chirp.next_value(),
                 State::Staircase(stairs) => stairs.next_value(),
+                State::Plateaus(plateaus) => plateaus.next_value(),
+                State::Sine(sine) => sine.next_value(),
+                State::Turns(turns) => turns.next_value(),
                 State::Legs(legs) => legs.next_value(),
             }
     }

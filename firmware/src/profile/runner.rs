@@ -5,6 +5,7 @@
 
 use super::Profile;
 use crate::board::{CONTROL_PER_ROW, Clock, Hardware, TICKS_PER_CONTROL, TICKS_PER_ROW, Ticks};
+use crate::safety::Fault;
 use crate::speed_loop::{Mode, Order, OrderWriter, Segment};
 
 /// A profile on its way to the speed loop. Made by [`ProfileRunner::new`]; run wherever the caller likes.
@@ -31,7 +32,7 @@ impl<'a> ProfileRunner<'a> {
     /// Switches off now, whatever was under way.
     pub fn stop<C: Clock>(&mut self, clock: &C) {
         let tick = clock.now().0.checked_div(TICKS_PER_CONTROL).unwrap_or(0);
-        self.orders.post(&Order { segment: Segment::off(tick), clear: self.clear });
+        self.orders.post(&Order { segment: Segment::off(tick), clear: self.clear, trip: Fault::None });
     }
 
     /// The next order clears a latched fault.
@@ -53,12 +54,12 @@ impl<'a> ProfileRunner<'a> {
                 Mode::Voltage => Segment::voltage(&self.hardware, tick, ticks, value),
                 Mode::Rate => Segment::rate(&self.hardware, tick, ticks, value, following),
             };
-            self.orders.post(&Order { segment, clear: self.clear });
+            self.orders.post(&Order { segment, clear: self.clear, trip: Fault::None });
             value = following;
             tick = tick.saturating_add(CONTROL_PER_ROW);
             at = at + TICKS_PER_ROW;
         }
         clock.until(at).await;
-        self.orders.post(&Order { segment: Segment::off(tick), clear: self.clear });
+        self.orders.post(&Order { segment: Segment::off(tick), clear: self.clear, trip: Fault::None });
     }
 }

@@ -11,10 +11,12 @@ fn values(config: &ProfileConfig, count: usize) -> Vec<f64> {
 fn no_profile_leaves_its_bounds_and_each_is_the_same_for_the_same_seed() {
     for kind in ProfileKind::ALL {
         for seed in 0..20 {
-            let config = ProfileConfig { offset: 0.5, ..ProfileConfig::new(kind, 3.0, seed) };
+            // Turns begin and end at rest: they have no offset.
+            let offset = if kind == ProfileKind::Turns { 0.0 } else { 0.5 };
+            let config = ProfileConfig { offset, ..ProfileConfig::new(kind, 3.0, seed) };
             let x = values(&config, 25_000);
             // micromath's sine exceeds one by a part in a thousand.
-            assert!(x.iter().all(|x| (x - 0.5).abs() <= 3.0 * 1.001), "{kind} {seed}");
+            assert!(x.iter().all(|x| (x - offset).abs() <= 3.0 * 1.001), "{kind} {seed}");
             assert_eq!(x, values(&config, 25_000));
         }
     }
@@ -86,8 +88,8 @@ fn multisine_has_twenty_equal_lines_and_nothing_between_and_reaches_its_amplitud
 }
 
 #[test]
-fn a_sweep_rises_by_the_same_factor_in_each_second_and_begins_anew() {
-    let config = ProfileConfig { from_Hz: 0.5, to_Hz: 8.0, sweep_s: 20.0, ..ProfileConfig::new(ProfileKind::Sweep, 1.0, 0) };
+fn a_chirp_rises_by_the_same_factor_in_each_second_and_begins_anew() {
+    let config = ProfileConfig { from_Hz: 0.5, to_Hz: 8.0, sweep_s: 20.0, ..ProfileConfig::new(ProfileKind::Chirp, 1.0, 0) };
     let x = values(&config, 40_000);
     let ups: Vec<usize> = (1..x.len()).filter(|n| x[n - 1] < 0.0 && x[*n] >= 0.0).collect();
     // Factor 16 in 20 s: the middle between two zero crossings tells the frequency at its time.
@@ -102,30 +104,105 @@ fn a_sweep_rises_by_the_same_factor_in_each_second_and_begins_anew() {
 }
 
 #[test]
+fn a_linear_chirp_rises_by_the_same_hertz_in_each_second_and_begins_anew() {
+    let config = ProfileConfig { from_Hz: 1.0, to_Hz: 9.0, sweep_s: 20.0, ..ProfileConfig::new(ProfileKind::ChirpLinear, 1.0, 0) };
+    let x = values(&config, 40_000);
+    let ups: Vec<usize> = (1..x.len()).filter(|n| x[n - 1] < 0.0 && x[*n] >= 0.0).collect();
+    for pair in ups.windows(2).filter(|p| p[1] < 19_900) {
+        let seconds = (pair[0] + pair[1]) as f64 / 2e3;
+        let hz = 1e3 / (pair[1] - pair[0]) as f64;
+        // A crossing is known to a millisecond: one part in so many as the period has.
+        assert!((hz / (1.0 + 0.4 * seconds) - 1.0).abs() < 1.2e-3 * hz + 1e-3, "at {seconds} s: {hz}");
+    }
+    let of_the_first = ups.iter().filter(|n| **n < 20_000).count() as f64;
+    assert!((of_the_first - 100.0).abs() <= 1.0, "the mean frequency is the middle: {of_the_first}");
+    assert!(*ups.iter().find(|n| **n > 20_200).unwrap() > 20_700, "slow again");
+}
+
+#[test]
+fn a_sine_has_its_line_and_no_other() {
+    let config = ProfileConfig { frequency_Hz: 2.0, ..ProfileConfig::new(ProfileKind::Sine, 3.0, 0) };
+    let x = values(&config, 10_000);
+    assert!((line(&x, 2.0) - 3.0).abs() < 1e-6);
+    for harmonic in 2..20 {
+        assert!(line(&x, 2.0 * f64::from(harmonic)) < 1e-6, "{harmonic}");
+    }
+    let hours = {
+        let mut profile = Profile::new(&config).unwrap();
+        (0..3_600_000).for_each(|_| _ = profile.next_value());
+        profile.next_value()
+    };
+    assert!(hours.abs() < 1e-6, "after an hour the phase is still right: {hours}");
+}
+
+#[test]
 fn names_are_parsed_back_and_an_unknown_one_lists_them() {
     for kind in ProfileKind::ALL {
         assert_eq!(kind.name().parse(), Ok(kind));
     }
+    assert_eq!("sweep".parse(), Ok(ProfileKind::Chirp), "its name of old");
     let error = "square".parse::<ProfileKind>().unwrap_err().to_string();
-    assert!(error.contains("multi-step") && error.contains("sweep"), "{error}");
+    assert!(error.contains("multi-step") && error.contains("chirp"), "{error}");
 }
 
 #[test]
 fn a_bad_parameter_is_named() {
     type Spoil = fn(&mut ProfileConfig);
-    let cases: [(&str, ProfileKind, Spoil); 8] = [
+    let cases: [(&str, ProfileKind, Spoil); 19] = [
         ("amplitude", ProfileKind::Constant, |c| c.amplitude = f64::NAN),
         ("offset", ProfileKind::Constant, |c| c.offset = f64::INFINITY),
         ("dwell_s", ProfileKind::MultiStep, |c| c.dwell_s = 0.0),
         ("levels", ProfileKind::Staircase, |c| c.levels = 0),
         ("bit_s", ProfileKind::Prbs, |c| c.bit_s = -1.0),
         ("from_Hz", ProfileKind::Multisine, |c| c.from_Hz = 0.0),
-        ("to_Hz", ProfileKind::Sweep, |c| c.to_Hz = 0.01),
-        ("sweep_s", ProfileKind::Sweep, |c| c.sweep_s = f64::NAN),
+        ("to_Hz", ProfileKind::Chirp, |c| c.to_Hz = 0.01),
+        ("to_Hz", ProfileKind::ChirpLinear, |c| c.to_Hz = 251.0),
+        ("sweep_s", ProfileKind::ChirpLinear, |c| c.sweep_s = f64::NAN),
+        ("frequency_Hz", ProfileKind::Sine, |c| c.frequency_Hz = 0.0),
+        ("acceleration", ProfileKind::Trapezoid, |c| c.acceleration = 0.0),
+        ("acceleration", ProfileKind::Alternating, |c| c.acceleration = -1.0),
+        ("jerk", ProfileKind::SCurve, |c| c.jerk = f64::INFINITY),
+        ("dwell_s", ProfileKind::Abba, |c| c.dwell_s = -1.0),
+        ("cycles", ProfileKind::Abba, |c| c.cycles = 2_000_000),
+        ("turns", ProfileKind::Turns, |c| c.turns = 0),
+        ("amplitude", ProfileKind::Turns, |c| c.amplitude = 1e-9),
+        ("amplitude", ProfileKind::Turns, |c| c.amplitude = 200.0), // not reached within ten turns
+        ("offset", ProfileKind::Turns, |c| c.offset = 1.0),
     ];
     for (name, kind, spoil) in cases {
         let mut config = ProfileConfig::new(kind, 1.0, 0);
         spoil(&mut config);
-        assert_eq!(Profile::new(&config).unwrap_err().parameter(), name);
+        let error = Profile::new(&config).unwrap_err();
+        assert_eq!(error.parameter(), name);
+        assert!(error.to_string().contains(name), "{error}");
+    }
+}
+
+#[test]
+fn turns_are_counted_in_rate_mode_only() {
+    let config = ProfileConfig::new(ProfileKind::Turns, 1.0, 0);
+    assert!(Profile::for_mode(&config, Mode::Rate).is_ok());
+    assert_eq!(Profile::for_mode(&config, Mode::Voltage).unwrap_err().parameter(), "profile");
+}
+
+#[test]
+fn the_table_names_every_parameter_and_sets_what_it_reads() {
+    for kind in ProfileKind::ALL {
+        for name in kind.parameters() {
+            assert!(Parameter::of_name(name).is_some(), "{kind}: {name}");
+        }
+    }
+    for parameter in &PARAMETERS {
+        assert!(ProfileKind::ALL.iter().any(|kind| kind.parameters().contains(&parameter.name)), "{}: nobody's", parameter.name);
+        let mut config = ProfileConfig::new(ProfileKind::Constant, 1.0, 0);
+        parameter.set(&mut config, 7.0).unwrap();
+        assert_eq!((parameter.read)(&config), 7.0, "{}", parameter.name);
+        let others = PARAMETERS.iter().filter(|p| (p.read)(&config) == 7.0).count();
+        assert_eq!(others, 1, "{} and no other", parameter.name);
+        assert_eq!(parameter.set(&mut config, f64::NAN).unwrap_err().parameter(), parameter.name);
+    }
+    let mut config = ProfileConfig::new(ProfileKind::Turns, 1.0, 0);
+    for (name, bad) in [("turns", 2.5), ("levels", -1.0), ("cycles", 1e10), ("seed", 1e17)] {
+        assert_eq!(Parameter::of_name(name).unwrap().set(&mut config, bad).unwrap_err().parameter(), name);
     }
 }

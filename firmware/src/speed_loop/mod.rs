@@ -19,8 +19,9 @@ mod settings;
 #[cfg(test)]
 mod tests;
 
+pub use crate::safety::Fault;
 pub use feed_forward::{Compensating, LEARNT_WORDS, Learnt};
-pub use report::{Fault, Limits, Report};
+pub use report::{Limits, Report};
 pub use segment::{Mode, ONE, Order, Segment, rate_unit};
 pub use settings::{Config, Settings};
 
@@ -224,7 +225,12 @@ impl SpeedLoop {
     }
 
     fn take_order(&mut self, order: Order) {
-        if order.clear != self.clear {
+        if order.trip != Fault::None {
+            self.clear = order.clear;
+            if self.fault == Fault::None {
+                self.fault = order.trip;
+            }
+        } else if order.clear != self.clear {
             self.clear = order.clear;
             self.fault = Fault::None;
             // A cleared fault starts from rest in its mode, not from where the command has got to.

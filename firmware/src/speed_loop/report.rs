@@ -7,6 +7,7 @@
 use super::feed_forward::Compensating;
 use super::segment::Mode;
 use crate::mailbox::{Words, join_u64, split_u64};
+use crate::safety::Fault;
 
 /// Why the output is not what was asked for; a set of flags.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -38,45 +39,6 @@ impl Limits {
     pub(crate) fn set(&mut self, other: Self, when: bool) {
         if when {
             self.0 |= other.0;
-        }
-    }
-}
-
-/// Why the drive was switched off.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Fault {
-    /// It was not.
-    #[default]
-    None,
-    /// The platform turned faster than the settings allow.
-    Overspeed,
-    /// A tick of the control interrupt was lost.
-    Clock,
-}
-
-impl Fault {
-    fn of_code(code: u32) -> Self {
-        match code {
-            1 => Fault::Overspeed,
-            2 => Fault::Clock,
-            _ => Fault::None,
-        }
-    }
-
-    fn code(self) -> u32 {
-        match self {
-            Fault::None => 0,
-            Fault::Overspeed => 1,
-            Fault::Clock => 2,
-        }
-    }
-
-    /// The fault in a word, for logs and people.
-    pub fn name(self) -> &'static str {
-        match self {
-            Fault::None => "none",
-            Fault::Overspeed => "overspeed",
-            Fault::Clock => "clock",
         }
     }
 }

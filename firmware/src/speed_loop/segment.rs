@@ -6,6 +6,7 @@
 
 use crate::board::{CONTROL_HZ, Hardware};
 use crate::mailbox::{Words, join_u64, split_u64};
+use crate::safety::Fault;
 
 /// One unit of the fixed point.
 pub const ONE: f64 = 4_294_967_296.0;
@@ -98,8 +99,10 @@ pub fn rate_unit(hardware: &Hardware) -> f64 {
 pub struct Order {
     /// What to do next.
     pub segment: Segment,
-    /// A number that, when it changes, clears a latched fault.
+    /// A number that, when it changes, clears a latched fault whose cause is gone.
     pub clear: u16,
+    /// A cause that the tasks see, for as long as it is there: it switches the drive off.
+    pub trip: Fault,
 }
 
 impl Words<8> for Order {
@@ -108,7 +111,7 @@ impl Words<8> for Order {
         let [v0, v1] = split_u64(self.segment.value as u64);
         let [d0, d1] = split_u64(self.segment.slope as u64);
         let how = u32::from(self.segment.ticks) << 8 | self.segment.mode.code();
-        [s0, s1, v0, v1, d0, d1, how, u32::from(self.clear)]
+        [s0, s1, v0, v1, d0, d1, how, u32::from(self.clear) | self.trip.code() << 16]
     }
 
     fn from_words(&[s0, s1, v0, v1, d0, d1, how, clear]: &[u32; 8]) -> Self {
@@ -121,6 +124,7 @@ impl Words<8> for Order {
                 slope: join_u64(d0, d1) as i64,
             },
             clear: clear as u16,
+            trip: Fault::of_code(clear >> 16),
         }
     }
 }

@@ -10,8 +10,8 @@ use crate::compensation::Compensation;
 use crate::config::{ConfigError, within};
 
 /// Gains and limits. The default is the default stand's: maxon RE 25 118752, platform of 2.5·10⁻⁴ kg m².
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default, deny_unknown_fields))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct Settings {
     /// Terminal resistance, Ω: for the current limit and the acceleration feed-forward.
     pub resistance_ohm: f64,

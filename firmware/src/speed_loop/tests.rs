@@ -25,12 +25,12 @@ impl Stand {
     }
 
     fn tick(&mut self, order: Option<Segment>) -> (Drive, Report) {
-        self.order(order.map(|segment| Order { segment, clear: 0 }))
+        self.order(order.map(|segment| Order { segment, ..Order::default() }))
     }
 
     fn order(&mut self, order: Option<Order>) -> (Drive, Report) {
         let counts = (self.theta_rad / HW().rad_per_count()).floor() as i64;
-        let sensed = Sensed { tick: self.n, encoder: EncoderCount(counts as u16) };
+        let sensed = Sensed { tick: self.n, encoder: EncoderCount(counts as u16), ..Sensed::default() };
         self.n += 1;
         self.law.tick(sensed, order)
     }
@@ -180,7 +180,7 @@ fn a_blocked_platform_lets_the_ramp_slip_and_does_not_wind_up() {
 #[test]
 fn overspeed_switches_off_stays_off_and_is_cleared_by_an_order() {
     let mut stand = Stand::new();
-    let order = |clear, at| Some(Order { segment: Segment::voltage(&HW(), at, u16::MAX, 1.0), clear });
+    let order = |clear, at| Some(Order { segment: Segment::voltage(&HW(), at, u16::MAX, 1.0), clear, trip: Fault::None });
     stand.order(order(0, 1));
     // Not from standstill at once: the estimate of third order overshoots a step by an eighth.
     assert_eq!((0..=44).map(|rate| stand.turn(f64::from(rate), 200).1.fault).last(), Some(Fault::None));
@@ -289,7 +289,7 @@ fn every_bad_setting_is_refused_by_its_name() {
 #[test]
 fn orders_and_reports_pass_the_mailbox_unchanged() {
     let segment = Segment { start_tick: u64::MAX - 3, ticks: 65_535, mode: Mode::Rate, value: i64::MIN + 7, slope: -123_456_789_012 };
-    let order = Order { segment, clear: 65_535 };
+    let order = Order { segment, clear: 65_535, trip: Fault::IndexLost };
     assert_eq!(Order::from_words(&order.to_words()), order);
     let report = Report {
         tick: u64::MAX - 1,

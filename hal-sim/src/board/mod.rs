@@ -5,11 +5,14 @@
 //! whole tick. Nothing is allocated per tick and nothing is dynamic.
 
 pub mod linear_motor;
+mod sensor_bus;
 
 use crate::clock::{SimClock, VirtualClock};
-use crate::peripherals::{CurrentAdc, Encoder, Index, Noise, RateSensor, SensorSetup, SlowChannel};
+use crate::faults::{Broken, Decoder, Faults, What};
+use crate::peripherals::{CurrentAdc, Edges, Encoder, Index, Noise, OwnEdge, RateSensor, SensorSetup, SlowChannel};
+pub use sensor_bus::SensorBus;
 use stand_firmware::board::{
-    Board, CONTROL_PER_ROW, CurrentSum, Drive, EncoderCount, Hardware, RateCode, Sensed, Stamped, SupplyCode, TICKS_PER_CONTROL,
+    Board, CONTROL_PER_ROW, CurrentSum, Drive, Edge, EncoderCount, Hardware, RateCode, Sensed, Stamped, SupplyCode, TICKS_PER_CONTROL,
     TICKS_PER_S, TemperatureCode, TickIo, Ticks,
 };
 use std::cell::RefCell;
@@ -33,6 +36,10 @@ pub trait PlantPort {
     fn temp_C(&self) -> f64;
     /// The angle as it is.
     fn true_theta_rad(&self) -> f64;
+    /// The supply gives so many volts from now on; `None`: what it is made for. A plant may have no such supply.
+    fn supply_gives(&mut self, _: Option<f64>) {}
+    /// The winding is this hot now. A plant may have no such winding.
+    fn heat_winding(&mut self, _temp_C: f64) {}
     /// The rate as it is; the same as [`PlantPort::rate_rad_s`] unless the sensor's element errs.
     fn true_rate_rad_s(&self) -> f64 {
         self.rate_rad_s()
@@ -59,14 +66,28 @@ pub struct Bench<P> {
     /// Current times time since the tick began, A s, and that time, s.
     charge: (f64, f64),
     encoder: Encoder,
+    edges: Edges,
     index: Index,
+    /// The tasks' capture.
+    own_edge: OwnEdge,
+    /// An emergency stop is asked for: the line's guard, or a pin.
+    stop: bool,
     /// What the interrupt's and the tasks' counter captured and nobody has taken yet.
-    captured: [Option<EncoderCount>; 2],
+    captured: [Option<Edge>; 2],
     current: CurrentAdc,
     rate: Stamped<RateSensor>,
     supply: Stamped<SlowChannel>,
     temperature: SlowChannel,
     truth: [Truth; 2],
+    /// What is broken, and what the encoder's counters show by it: the interrupt's and the tasks'.
+    broken: Broken,
+    decoder: Decoder,
+    /// The interrupt's counter while it is stuck.
+    stuck: Option<i64>,
+    /// Since when both of the encoder's wires are off.
+    silent_since: Option<Ticks>,
+    /// Current, A, and rate, rad/s, that a burst of noise adds.
+    burst: [Noise; 2],
 }
 
 impl<P: PlantPort> Bench<P> {
@@ -84,15 +105,33 @@ impl<P: PlantPort> Bench<P> {
             pending_V: 0.0,
             charge: (0.0, 0.0),
             encoder,
+            edges: Edges::new(encoder.exact(plant.theta_rad()), plant.true_rate_rad_s(), hardware),
+            stop: false,
             index: Index::new(hardware, encoder.whole(plant.theta_rad())),
+            own_edge: OwnEdge::new(hardware, encoder.exact(plant.theta_rad())),
             captured: [None; 2],
             current: CurrentAdc::new(hardware, sensors, seed),
             rate: Stamped { value: rate, at: Ticks(0) },
             supply: Stamped { value: supply, at: Ticks(0) },
             temperature,
             truth: [Truth::default(); 2],
+            broken: Broken::new(Faults::default()),
+            decoder: Decoder::default(),
+            stuck: None,
+            silent_since: None,
+            burst: [Noise::new(seed, 4, 1.0), Noise::new(seed, 5, 1.0)],
             plant,
         }
+    }
+
+    /// The same bench on which these things break.
+    pub fn breaking(self, faults: Faults) -> Self {
+        Self { broken: Broken::new(faults), ..self }
+    }
+
+    /// What is broken: to look, or to break and mend from the next tick on.
+    pub fn broken(&mut self) -> &mut Broken {
+        &mut self.broken
     }
 
     /// Brings everything to `to`; `interrupt` runs at the beginning of each tick on the way, `to` included.
@@ -101,7 +140,9 @@ impl<P: PlantPort> Bench<P> {
         while Ticks::of_control(self.tick) <= to {
             self.integrate(Ticks::of_control(self.tick));
             self.begin_tick();
-            interrupt(&mut SimTickIo(self));
+            if !self.broken.any() || self.interrupt_comes() {
+                interrupt(&mut SimTickIo(self));
+            }
             self.tick += 1;
         }
         self.integrate(to);
@@ -110,6 +151,16 @@ impl<P: PlantPort> Bench<P> {
     /// What is so at the last whole millisecond, and at the one before.
     pub fn truth(&self) -> [Truth; 2] {
         self.truth
+    }
+
+    /// Asks for an emergency stop from the next tick on, or no longer.
+    pub fn ask_stop(&mut self, stop: bool) {
+        self.stop = stop;
+    }
+
+    /// Chip select goes low: who answers until it rises again. Nobody is connected yet.
+    fn select_sensor(&mut self) -> sensor_bus::Exchange {
+        sensor_bus::Exchange
     }
 
     /// The plant.
@@ -125,7 +176,9 @@ impl<P: PlantPort> Bench<P> {
         }
         let dt_s = steps as f64 * (1.0 / TICKS_PER_S as f64);
         self.plant.advance(self.acting_V, dt_s);
-        self.rate.value.advance(self.plant.rate_rad_s(), dt_s);
+        self.edges.advance(self.encoder.exact(self.plant.theta_rad()), self.plant.true_rate_rad_s(), dt_s);
+        let disturbed = if self.broken.any() { self.rate_disturbance_rad_s() } else { 0.0 };
+        self.rate.value.advance(self.plant.rate_rad_s() + disturbed, dt_s);
         if steps == TICKS_PER_CONTROL {
             // The usual case, without rounding.
             self.charge = (self.plant.mean_current_A(), 1.0);
@@ -138,17 +191,28 @@ impl<P: PlantPort> Bench<P> {
 
     #[inline]
     fn begin_tick(&mut self) {
+        if self.broken.begin(self.tick) {
+            self.break_plant();
+        }
         let (charge, time) = std::mem::take(&mut self.charge);
         if time > 0.0 {
-            self.current.tick(charge / time);
+            let disturbed = if self.broken.any() { self.current_disturbance_A() } else { 0.0 };
+            self.current.tick(charge / time + disturbed);
         }
         self.acting_V = self.pending_V;
-        if let Some(count) = self.index.pass(self.encoder.whole(self.plant.theta_rad())) {
-            self.captured = [Some(count); 2];
+        let exact = self.encoder.exact(self.plant.theta_rad());
+        let disc = self.encoder.whole(self.plant.theta_rad());
+        let shown = self.decoder.show(disc, self.broken.is(What::EncoderAOff), self.broken.is(What::EncoderBOff));
+        let passed = self.own_edge.pass(exact, disc, self.tick);
+        if let Some(edge) = self.index.pass(disc, &passed).filter(|_| !self.broken.is(What::IndexOff)) {
+            self.captured = [Some(counted(edge, shown - disc)); 2];
         }
-        if self.tick.is_multiple_of(RATE_SENSOR_EVERY) {
+        if self.tick.is_multiple_of(RATE_SENSOR_EVERY) && !self.broken.is(What::SensorSilent) {
             self.rate.value.sample();
             self.rate.at = self.now;
+            if self.broken.is(What::SensorRubbish) {
+                self.rate.value.rubbish();
+            }
         }
         if self.tick.is_multiple_of(CONTROL_PER_ROW) {
             self.supply.value.sample(self.plant.supply_V());
@@ -160,18 +224,78 @@ impl<P: PlantPort> Bench<P> {
     }
 }
 
+/// What is broken, where it acts. Off the way of a stand on which nothing is.
+impl<P: PlantPort> Bench<P> {
+    /// What the encoder's counters show, wires and all.
+    #[inline]
+    fn shown(&self) -> i64 {
+        self.decoder.shown(self.encoder.whole(self.plant.theta_rad()))
+    }
+
+    #[cold]
+    fn interrupt_comes(&mut self) -> bool {
+        if self.broken.is(What::WindingHot) {
+            self.plant.heat_winding(self.broken.size(What::WindingHot));
+        }
+        if self.broken.is(What::PowerCut) {
+            self.pending_V = 0.0;
+        }
+        !self.broken.is(What::LostTicks) && !self.broken.is(What::PowerCut)
+    }
+
+    /// Something has begun or ended.
+    #[cold]
+    fn break_plant(&mut self) {
+        let dips = self.broken.is(What::SupplyDip);
+        self.plant.supply_gives(dips.then(|| self.broken.size(What::SupplyDip)));
+        self.stuck = self.broken.is(What::CounterStuck).then(|| self.stuck.unwrap_or_else(|| self.shown()));
+        // With one wire off an edge comes half as often, and its stamp errs by no more than one edge: left as it is.
+        let silent = self.broken.is(What::EncoderAOff) && self.broken.is(What::EncoderBOff);
+        self.silent_since = silent.then(|| self.silent_since.unwrap_or(self.now));
+    }
+
+    #[cold]
+    fn current_disturbance_A(&mut self) -> f64 {
+        if self.broken.is(What::CurrentSensorOff) {
+            return f64::NEG_INFINITY;
+        }
+        self.burst[0].draw() * self.broken.size(What::NoiseBurst) * SensorSetup::default().current_noise_A
+    }
+
+    #[cold]
+    fn rate_disturbance_rad_s(&mut self) -> f64 {
+        self.burst[1].draw() * self.broken.size(What::NoiseBurst) * SensorSetup::default().rate_noise_rad_s
+    }
+}
+
+/// The edge as a counter shows it that has run ahead of the disc.
+fn counted(edge: Edge, ahead: i64) -> Edge {
+    Edge { count: EncoderCount(edge.count.0.wrapping_add(ahead as u16)), ..edge }
+}
+
 /// The interrupt's half.
 pub struct SimTickIo<'a, P>(&'a mut Bench<P>);
 
 impl<P: PlantPort> TickIo for SimTickIo<'_, P> {
     #[inline]
     fn sense(&mut self) -> Sensed {
-        Sensed { tick: self.0.tick, encoder: self.0.encoder.count(self.0.plant.theta_rad()) }
+        let bench = &self.0;
+        Sensed {
+            tick: bench.tick,
+            encoder: EncoderCount(bench.stuck.unwrap_or_else(|| bench.shown()) as u16),
+            edge_age: match bench.silent_since {
+                None => bench.edges.age(),
+                Some(since) => bench.edges.age_after(bench.now - since),
+            },
+            current: bench.current.newest(),
+            supply: SupplyCode(bench.supply.value.code().max(0) as u32),
+            stop: bench.stop,
+        }
     }
 
     #[inline]
     fn index(&mut self) -> Option<EncoderCount> {
-        self.0.captured[0].take()
+        self.0.captured[0].take().map(|edge| edge.count)
     }
 
     #[inline]
@@ -184,17 +308,19 @@ impl<P: PlantPort> TickIo for SimTickIo<'_, P> {
 pub struct SimBoard<'a, P> {
     bench: &'a RefCell<Bench<P>>,
     clock: &'a VirtualClock,
+    bus_taken: bool,
 }
 
 impl<'a, P: PlantPort> SimBoard<'a, P> {
     /// The tasks' half of this bench, on this clock.
     pub fn new(bench: &'a RefCell<Bench<P>>, clock: &'a VirtualClock) -> Self {
-        Self { bench, clock }
+        Self { bench, clock, bus_taken: false }
     }
 }
 
 impl<'a, P: PlantPort> Board for SimBoard<'a, P> {
     type Clock = SimClock<'a>;
+    type SensorBus = SensorBus<'a, P>;
 
     fn clock(&self) -> SimClock<'a> {
         SimClock(self.clock)
@@ -202,10 +328,16 @@ impl<'a, P: PlantPort> Board for SimBoard<'a, P> {
 
     fn encoder(&mut self) -> Stamped<EncoderCount> {
         let bench = self.bench.borrow();
-        Stamped { value: bench.encoder.count(bench.plant.theta_rad()), at: bench.now }
+        Stamped { value: EncoderCount(bench.shown() as u16), at: bench.now }
     }
 
-    fn index(&mut self) -> Option<EncoderCount> {
+    fn edge(&mut self) -> Option<Edge> {
+        let bench = self.bench.borrow();
+        let disc = bench.encoder.whole(bench.plant.theta_rad());
+        bench.own_edge.newest().map(|edge| counted(edge, bench.shown() - disc))
+    }
+
+    fn index(&mut self) -> Option<Edge> {
         self.bench.borrow_mut().captured[1].take()
     }
 
@@ -227,5 +359,10 @@ impl<'a, P: PlantPort> Board for SimBoard<'a, P> {
     fn temperature(&mut self) -> Option<Stamped<TemperatureCode>> {
         let bench = self.bench.borrow();
         Some(Stamped { value: TemperatureCode(bench.temperature.code() as i32), at: bench.supply.at })
+    }
+
+    fn sensor_bus(&mut self) -> Option<SensorBus<'a, P>> {
+        let first = !std::mem::replace(&mut self.bus_taken, true);
+        first.then_some(SensorBus { bench: self.bench, clock: self.clock })
     }
 }

@@ -5,7 +5,7 @@
 //! by noise of 15 codes, so that sums are much finer than a code.
 
 use super::{Noise, SensorSetup, nearest};
-use stand_firmware::board::{CurrentSum, Hardware};
+use stand_firmware::board::{CurrentCode, CurrentSum, Hardware};
 
 /// The converter and the sum since the last look.
 #[derive(Clone, Debug)]
@@ -15,6 +15,7 @@ pub struct CurrentAdc {
     per_tick: u32,
     greatest: i64,
     noise: Noise,
+    newest: i64,
     sum: CurrentSum,
 }
 
@@ -29,6 +30,8 @@ impl CurrentAdc {
             // The converter ends as far above its zero as below.
             greatest: (2.0 * hardware.current_zero_code) as i64 - 1,
             noise: Noise::new(seed, 0, setup.current_noise_A * codes_per_A),
+            // Before the first conversion no current flows.
+            newest: hardware.current_zero_code as i64,
             sum: CurrentSum::default(),
         }
     }
@@ -38,9 +41,16 @@ impl CurrentAdc {
     pub fn tick(&mut self, mean_A: f64) {
         let exact = mean_A * self.codes_per_A + self.zero;
         for _ in 0..self.per_tick {
-            self.sum.codes += nearest(exact + self.noise.draw()).clamp(0, self.greatest);
+            self.newest = nearest(exact + self.noise.draw()).clamp(0, self.greatest);
+            self.sum.codes += self.newest;
             self.sum.count += 1;
         }
+    }
+
+    /// The newest conversion.
+    #[inline]
+    pub fn newest(&self) -> CurrentCode {
+        CurrentCode(self.newest as i32)
     }
 
     /// The sum since the last call.

@@ -26,10 +26,20 @@ impl Encoder {
     /// The edges passed since the angle zero, before the counter wraps.
     #[inline]
     pub fn whole(&self, theta_rad: f64) -> i64 {
-        let exact = theta_rad * self.counts_per_rad;
-        let truncated = exact as i64;
-        truncated - i64::from((truncated as f64) > exact)
+        floor(self.exact(theta_rad))
     }
+
+    /// The angle in counts, before it is counted.
+    #[inline]
+    pub fn exact(&self, theta_rad: f64) -> f64 {
+        theta_rad * self.counts_per_rad
+    }
+}
+
+#[inline]
+fn floor(exact: f64) -> i64 {
+    let truncated = exact as i64;
+    truncated - i64::from((truncated as f64) > exact)
 }
 
 #[cfg(test)]

@@ -1,9 +1,11 @@
-//! The encoder's index: a pulse once per turn, at which a counter's value is captured.
+//! The encoder's index: a pulse once per turn, at which a counter's value and the edge timer are captured.
 //!
 //! The pulse is gated to one count (as HEDS-9040's channel I is), the first of the turn, so that its beginning captures the same count
-//! from either side. At most one pulse between two looks: the bench looks at each tick, and no stand turns a whole turn in one.
+//! from either side; its two sides lie a count apart, and so do the places at which it begins. At most one pulse between two looks: the
+//! bench looks at each tick, and no stand turns a whole turn in one.
 
-use stand_firmware::board::{EncoderCount, Hardware};
+use super::own_edge::Passed;
+use stand_firmware::board::{Edge, Hardware};
 
 /// Watches the disc for the index.
 #[derive(Clone, Copy, Debug)]
@@ -21,9 +23,9 @@ impl Index {
         Self { counts_per_turn, within: count.rem_euclid(counts_per_turn), last: count }
     }
 
-    /// The disc has come to `count`: what a counter captured on the way, if the pulse began.
+    /// The disc has come to `count`, as `passed`: what was captured on the way, if the pulse began.
     #[inline]
-    pub fn pass(&mut self, count: i64) -> Option<EncoderCount> {
+    pub fn pass(&mut self, count: i64, passed: &Passed) -> Option<Edge> {
         let before = self.within;
         let mut now = before + count - self.last;
         self.last = count;
@@ -38,29 +40,33 @@ impl Index {
             (before > 0 && at >= count).then_some(at)
         };
         self.within = now;
-        captured.map(|count| EncoderCount(count as u16))
+        captured.map(|captured| passed.edge(captured))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::peripherals::OwnEdge;
+    use stand_firmware::board::EncoderCount;
 
     #[test]
     fn the_pulse_captures_the_same_count_from_either_side_and_not_where_it_began() {
         let hardware = Hardware::default();
+        let passed = OwnEdge::new(&hardware, 0.5).pass(0.5, 0, 1);
+        let pass = |index: &mut Index, count: i64| index.pass(count, &passed).map(|edge| edge.count);
         let mut index = Index::new(&hardware, 0);
-        assert_eq!(index.pass(5), None, "it was in the pulse at power-on: nothing began");
-        assert_eq!(index.pass(-3), Some(EncoderCount(0)), "backwards through it");
-        assert_eq!(index.pass(2), Some(EncoderCount(0)), "and forwards again");
-        assert_eq!(index.pass(0), Some(EncoderCount(0)), "backwards into it");
-        assert_eq!(index.pass(3), None, "out of it is no beginning");
-        assert_eq!(index.pass(19_999), None);
-        assert_eq!(index.pass(20_001), Some(EncoderCount(20_000)));
-        assert_eq!(index.pass(19_990), Some(EncoderCount(20_000)));
-        assert_eq!(index.pass(19_000), None);
+        assert_eq!(pass(&mut index, 5), None, "it was in the pulse at power-on: nothing began");
+        assert_eq!(pass(&mut index, -3), Some(EncoderCount(0)), "backwards through it");
+        assert_eq!(pass(&mut index, 2), Some(EncoderCount(0)), "and forwards again");
+        assert_eq!(pass(&mut index, 0), Some(EncoderCount(0)), "backwards into it");
+        assert_eq!(pass(&mut index, 3), None, "out of it is no beginning");
+        assert_eq!(pass(&mut index, 19_999), None);
+        assert_eq!(pass(&mut index, 20_001), Some(EncoderCount(20_000)));
+        assert_eq!(pass(&mut index, 19_990), Some(EncoderCount(20_000)));
+        assert_eq!(pass(&mut index, 19_000), None);
         let mut behind = Index::new(&hardware, -320);
-        assert_eq!(behind.pass(-2), None);
-        assert_eq!(behind.pass(0), Some(EncoderCount(0)));
+        assert_eq!(pass(&mut behind, -2), None);
+        assert_eq!(pass(&mut behind, 0), Some(EncoderCount(0)));
     }
 }

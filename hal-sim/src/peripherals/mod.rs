@@ -5,17 +5,25 @@
 //! everywhere (xoshiro256++ and its `jump`).
 
 mod current;
+mod edges;
 mod encoder;
+pub mod flash;
 mod index;
 mod noise;
+mod own_edge;
 mod rate_sensor;
+pub mod serial;
 mod slow;
 
 pub use current::CurrentAdc;
+pub use edges::Edges;
 pub use encoder::Encoder;
+pub use flash::SimFlash;
 pub use index::Index;
 pub use noise::Noise;
+pub use own_edge::OwnEdge;
 pub use rate_sensor::RateSensor;
+pub use serial::SerialLine;
 pub use slow::SlowChannel;
 
 use stand_firmware::config::{ConfigError, within};

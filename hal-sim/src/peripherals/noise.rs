@@ -2,7 +2,7 @@
 
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
-use rand_xoshiro::rand_core::SeedableRng;
+use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
 /// A stream of normal deviates of a given size.
 #[derive(Clone, Debug)]
@@ -29,5 +29,11 @@ impl Noise {
         }
         let deviate: f64 = StandardNormal.sample(&mut self.generator);
         self.sigma * deviate
+    }
+
+    /// A number from −`most` to `most`, each as likely; whatever the stream's size.
+    pub fn uniform(&mut self, most: f64) -> f64 {
+        let whole = (self.generator.next_u64() >> 11) as f64 / (1_u64 << 52) as f64;
+        (whole - 1.0) * most
     }
 }

@@ -66,6 +66,13 @@ impl RateSensor {
         self.code = RateCode(nearest(seen * self.codes_per_rad_s) as i32);
     }
 
+    /// The newest sample is rubbish: any code of its full scale.
+    #[cold]
+    pub fn rubbish(&mut self) {
+        let full_scale = self.full_scale.min(1e3) * self.codes_per_rad_s;
+        self.code = RateCode(self.noise.uniform(full_scale) as i32);
+    }
+
     /// The newest sample.
     pub fn code(&self) -> RateCode {
         self.code

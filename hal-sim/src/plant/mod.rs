@@ -183,6 +183,14 @@ impl PlantPort for Plant {
         self.heat_K + T0_C
     }
 
+    fn supply_gives(&mut self, volts: Option<f64>) {
+        self.supply_V = volts.unwrap_or(self.nominal_V);
+    }
+
+    fn heat_winding(&mut self, temp_C: f64) {
+        self.heat_K = temp_C - T0_C;
+    }
+
     fn true_theta_rad(&self) -> f64 {
         self.state[THETA]
     }

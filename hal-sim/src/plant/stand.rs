@@ -13,6 +13,10 @@
 //! rub_N_m = 1e-3
 //! [sensors]
 //! rate_noise_rad_s = 0.02
+//! [[faults]]
+//! what = "supply-dip"
+//! from_s = 2.0
+//! for_s = 0.5
 //! ```
 //! What a file does not say is the default stand's; a file that names any effect names all of them.
 
@@ -22,6 +26,7 @@ use serde::{Deserialize, Serialize};
 
 use super::outsiders::Outsiders;
 use crate::effects::{self, Kind};
+use crate::faults::{FaultError, Faults};
 use crate::peripherals::SensorSetup;
 use crate::session::StandSetup;
 use stand_firmware::board::Hardware;
@@ -49,6 +54,9 @@ pub struct Stand {
     pub hardware: Hardware,
     /// Settings of its firmware; what a file does not say follows from its drive.
     pub firmware: Settings,
+    /// What breaks on it, and when.
+    #[serde(skip_serializing_if = "Faults::is_empty")]
+    pub faults: Faults,
 }
 
 /// Motor, platform, supply.
@@ -104,6 +112,7 @@ impl Default for Stand {
             sensors: SensorSetup::default(),
             hardware: Hardware::default(),
             firmware: Settings::default(),
+            faults: Faults::default(),
         }
     }
 }
@@ -127,6 +136,9 @@ pub enum StandError {
         /// What there is.
         has: String,
     },
+    /// Something breaks that cannot.
+    #[error(transparent)]
+    Fault(#[from] FaultError),
     /// A clutch and a shaft.
     #[error("outsiders.slipping-clutch and effects.{0}: between motor and platform there is one of the two")]
     TwoCouplings(String),
@@ -197,6 +209,7 @@ impl Stand {
             });
         }
         self.check_outside()?;
+        self.faults.check()?;
         self.placed().map(|_| ())
     }
 
@@ -249,7 +262,7 @@ impl Stand {
 
     /// The stand apart from its plant: scales, sensors, settings of the firmware.
     pub fn setup(&self) -> StandSetup {
-        StandSetup { hardware: self.hardware, sensors: self.sensors, settings: self.firmware }
+        StandSetup { hardware: self.hardware, sensors: self.sensors, settings: self.firmware, faults: self.faults }
     }
 }
 

@@ -11,6 +11,7 @@ mod explain_folder;
 mod hold;
 mod model;
 mod output;
+mod profile;
 mod sim;
 mod story;
 

@@ -6,11 +6,11 @@ use clap::{Args, ValueEnum};
 use hal_sim::plant::{Plant, Stand};
 use hal_sim::session::{self, SessionRequest};
 use serde_json::json;
-use stand_firmware::profile::ProfileKind;
 use stand_firmware::speed_loop::{Config, Mode};
 
 use super::error::Trouble;
 use super::output::{Answer, check_place, working};
+use super::profile::{self, ProfileWords};
 use crate::hidden::{self, Hidden};
 use crate::log::{Column, Log};
 
@@ -25,22 +25,19 @@ pub(super) enum Drive {
 
 /// Run the firmware on the simulated stand and write its log.
 #[derive(Debug, Args)]
+#[command(after_help = profile::list())]
 pub(super) struct Sim {
     /// The log to write, .csv or .parquet
     #[arg(long, value_name = "LOG")]
     out: PathBuf,
-    /// constant, multi-step, multisine, prbs, sweep or staircase
-    #[arg(long, default_value = "multi-step")]
-    profile: String,
+    #[command(flatten)]
+    profile: ProfileWords,
     /// Length of the record, s
     #[arg(long, default_value_t = 30.0, allow_negative_numbers = true)]
     seconds: f64,
     /// With the speed loop (rate) or without it (voltage)
     #[arg(long, value_enum, default_value_t = Drive::Rate)]
     mode: Drive,
-    /// Largest rate (rad/s) or voltage (V) of the profile; what suits the stand if not given
-    #[arg(long, allow_negative_numbers = true)]
-    amplitude: Option<f64>,
     /// Give the stand an effect that its model lacks: one of the catalogue, or a number that draws one
     #[arg(long, value_name = "SEED|EFFECT", allow_negative_numbers = true)]
     hidden: Option<String>,
@@ -66,10 +63,9 @@ pub(super) struct Session {
 /// What a session needs to know.
 pub(super) struct Request<'a> {
     pub out: &'a std::path::Path,
-    pub profile: &'a str,
+    pub profile: &'a ProfileWords,
     pub seconds: f64,
     pub mode: Drive,
-    pub amplitude: Option<f64>,
     pub hidden: Option<&'a str>,
     pub stand: Stand,
     pub seed: u64,
@@ -79,7 +75,6 @@ pub(super) struct Request<'a> {
 pub(super) fn session(request: &Request) -> Result<Session, Trouble> {
     // The ending is wrong before an hour has been simulated, not after.
     crate::log::Format::of(request.out)?;
-    let kind: ProfileKind = request.profile.parse().map_err(|e| Trouble::Input(format!("--profile: {e}")))?;
     let mut stand = request.stand.clone();
     let hidden = match request.hidden {
         Some(word) => Some(hidden::hide(word, &mut stand).map_err(|e| Trouble::Input(format!("--hidden: {e}")))?),
@@ -89,8 +84,7 @@ pub(super) fn session(request: &Request) -> Result<Session, Trouble> {
         Drive::Rate => Mode::Rate,
         Drive::Voltage => Mode::Voltage,
     };
-    let amplitude = request.amplitude.unwrap_or_else(|| SessionRequest::usual_amplitude(mode));
-    let profile = SessionRequest::usual_profile(mode, kind, amplitude, request.seed);
+    let profile = request.profile.config(mode, request.seed)?;
     let wanted = SessionRequest { mode, profile, seconds: request.seconds, seed: request.seed };
     let plant = Plant::new(&stand, 0.0)?;
     let working = working("the stand runs");
@@ -125,7 +119,6 @@ impl Sim {
             profile: &self.profile,
             seconds: self.seconds,
             mode: self.mode,
-            amplitude: self.amplitude,
             hidden: self.hidden.as_deref(),
             stand: stand(self.stand.as_ref())?,
             seed: self.seed,

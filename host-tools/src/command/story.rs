@@ -11,6 +11,7 @@ use super::error::Trouble;
 use super::explain::explained_log;
 use super::hold::{Manner, hold};
 use super::output::{Answer, Output, is_terminal, print, write};
+use super::profile::ProfileWords;
 use super::sim::{Drive, Request, session};
 use crate::explain::Explanation;
 use crate::fit::Held;
@@ -46,10 +47,9 @@ pub(super) fn run() -> Result<(), Trouble> {
     print("1  The firmware runs 30 s of steps on the simulated stand, in which an effect is hidden that its model lacks.\n")?;
     let session = session(&Request {
         out: &log_path,
-        profile: "multi-step",
+        profile: &ProfileWords::usual("multi-step"),
         seconds: 30.0,
         mode: Drive::Rate,
-        amplitude: None,
         hidden: Some(HIDDEN),
         stand: Stand::default(),
         seed: 1,

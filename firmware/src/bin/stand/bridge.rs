@@ -19,7 +19,7 @@ use stand_firmware::board::Drive;
 
 const PWM_HZ: u32 = 20_000;
 /// Compare counts at full scale.
-const FULL: u16 = (CORE_HZ / PWM_HZ / 2) as u16;
+pub const FULL: u16 = (CORE_HZ / PWM_HZ / 2) as u16;
 /// Above all counts: an input that stays high. At `FULL` it would fall for one cycle at the turning point (RM0390 §16.3.10).
 const HIGH: u16 = FULL + 1;
 /// Turning points of the counter in one tick, minus one.

@@ -13,8 +13,6 @@ use stand_firmware::board::Hardware;
 use stand_firmware::measurement_loop::{Row, RowSink};
 use stand_firmware::profile::ProfileConfig;
 
-/// The ST-Link's serial line carries this without loss.
-pub const BAUD: u32 = 460_800;
 /// Rows of the loop in one row of the line: 200 rows of at most 110 bytes a second are half of what it carries.
 pub const EVERY: u32 = 5;
 

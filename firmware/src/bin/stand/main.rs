@@ -7,21 +7,27 @@
 #![no_std]
 #![no_main]
 
+mod analog;
 mod bridge;
 mod clocks;
-mod index;
+mod encoder;
+mod flash;
 mod line;
 mod panel;
+mod sensor_bus;
 mod sensors;
+mod serial;
 mod tick;
+mod watchdog;
 
 use core::future::Future;
 use defmt::{error, info};
 use embassy_executor::Spawner;
 use embassy_futures::join::join;
 use embassy_futures::select::{Either, select};
-use embassy_stm32::{adc, bind_interrupts, dma, gpio, pac, peripherals, timer, usart};
-use index::Index;
+use embassy_stm32::dac::{DacChannel, Value};
+use embassy_stm32::{bind_interrupts, dma, gpio, pac, peripherals, rcc, timer, usart};
+use encoder::{EdgeTimer, Encoder, IndexTime};
 use panel::Panel;
 use stand_firmware::board::{Clock, Hardware};
 use stand_firmware::calibration::{self, Found, Map, Refused, Watch};
@@ -33,7 +39,11 @@ use static_cell::StaticCell;
 use {defmt_rtt as _, panic_probe as _};
 
 bind_interrupts!(struct Irqs {
+    DMA1_STREAM3 => dma::InterruptHandler<peripherals::DMA1_CH3>;
+    DMA1_STREAM4 => dma::InterruptHandler<peripherals::DMA1_CH4>;
     DMA1_STREAM6 => dma::InterruptHandler<peripherals::DMA1_CH6>;
+    // In this order: the first sees to the receiver's flags, the second to the sender's.
+    USART2 => serial::Watch, usart::InterruptHandler<peripherals::USART2>;
 });
 
 /// What the button runs: rad/s, and seconds.
@@ -64,25 +74,38 @@ async fn main(spawner: Spawner) {
         }
     };
 
-    let a_b = || timer::qei::Config { ch1_pull: gpio::Pull::Up, ch2_pull: gpio::Pull::Up, ..Default::default() };
-    let qei = timer::qei::Qei::new(p.TIM3, p.PA6, p.PA7, a_b());
-    let own_qei = timer::qei::Qei::new(p.TIM4, p.PB6, p.PB7, a_b());
-    let (index, own_index) = (Index::new(pac::TIM3, p.PB0), Index::new(pac::TIM4, p.PB8));
+    // First of all: what tells time by the cycle counter must find it counting.
+    tick::count_cycles();
     let bridge = bridge::Bridge::new(p.TIM1, p.PA8, p.PA9);
-    // In this order: the converters share one reset, and ADC1 is set up anew for each of its conversions.
-    let adc = adc::Adc::new(p.ADC1);
-    let current = sensors::start_current(p.ADC2, p.PA0);
-    let interrupt = Interrupt::new(SpeedLoop::new(config), order_reader, report_writer).listening(lesson_reader);
-    tick::start(tick::Tick::new(interrupt, qei, index, bridge, current));
+    analog::start(p.ADC1, p.DMA2_CH0, (p.PC0, p.PC1, p.PC2, p.PC3), bridge::FULL);
+    // The torquer's amplifier gets no current at the middle of the range; nothing drives it yet.
+    let mut torquer = DacChannel::new_blocking(p.DAC1, p.PA4);
+    torquer.set(Value::Bit12Right(2048));
+    torquer.enable();
 
-    let mut board = sensors::StandBoard::new(own_qei, own_index, adc, p.PA1, p.PA4);
+    let a_b = || timer::qei::Config { ch1_pull: gpio::Pull::Up, ch2_pull: gpio::Pull::Up, ..Default::default() };
+    let _counters = (timer::qei::Qei::new(p.TIM3, p.PA6, p.PA7, a_b()), timer::qei::Qei::new(p.TIM4, p.PB6, p.PB7, a_b()));
+    rcc::enable_and_reset::<peripherals::TIM5>();
+    rcc::enable_and_reset::<peripherals::TIM2>();
+    let encoder = Encoder::new(pac::TIM3, pac::TIM5, p.PA0, p.PA1, p.PB0, EdgeTimer::Tim5);
+    let own_encoder = Encoder::new(pac::TIM4, pac::TIM2, p.PA15, p.PB3, p.PB8, EdgeTimer::Tim2);
+    let index_time = IndexTime::new(pac::TIM2, p.PB2);
+    let contact = gpio::Input::new(p.PC8, gpio::Pull::Up);
+    let interrupt = Interrupt::new(SpeedLoop::new(config), order_reader, report_writer).listening(lesson_reader);
+    tick::start(tick::Tick::new(interrupt, encoder, bridge, contact));
+
+    let pins = sensor_bus::Pins { clock: p.PB13, to_sensor: p.PB15, from_sensor: p.PB14, select: p.PB12 };
+    let Ok(bus) = sensor_bus::start(p.SPI2, pins, p.DMA1_CH4, p.DMA1_CH3, Irqs);
+    let mut board = sensors::StandBoard::new(own_encoder, index_time, bus);
+    info!("the angle sensor gives {} codes of 4096", analog::slow().angle);
     let mut panel = Panel::new(gpio::Input::new(p.PC13, gpio::Pull::None), gpio::Output::new(p.PA5, gpio::Level::Low, gpio::Speed::Low));
     let mut serial = usart::Config::default();
-    serial.baudrate = line::BAUD;
+    serial.baudrate = serial::BAUD;
     let Ok(uart) = usart::UartTx::new(p.USART2, p.PA2, p.DMA1_CH6, Irqs, serial) else {
-        error!("the serial line cannot do {} baud", line::BAUD);
+        error!("the serial line cannot do {} baud", serial::BAUD);
         return;
     };
+    let _receiver = serial::Receiver::new(&uart, p.PA3, p.DMA1_CH5);
     match line::send(uart) {
         Ok(task) => spawner.spawn(task),
         Err(_) => {

@@ -1,69 +1,108 @@
-//! The tasks' half of the board: the second encoder counter, supply and temperature, the current's sum.
-//!
-//! The current (ADC2) is converted once in each tick, started by the interrupt at a turning point of the bridge's
-//! counter, where a period's mean shows; that is a sample each 100 µs, not yet a gapless mean. Supply and temperature
-//! (ADC1) are converted when asked, some 4 µs each. There is no rate sensor yet, and it says so.
+//! The tasks' half of the board: the second encoder input with its times, the converters' ring, the line to the sensor under test.
 
-use crate::index::Index;
-use crate::tick::{BoardClock, take_current};
-use embassy_stm32::Peri;
-use embassy_stm32::adc::{Adc, AdcChannel, InjectedAdc, SampleTime};
-use embassy_stm32::pac::adc::vals::Exten;
-use embassy_stm32::peripherals::{ADC1, ADC2, PA0, PA1, PA4, TIM4};
-use embassy_stm32::timer::qei::Qei;
-use embassy_stm32::triggers::TIM1_TRGO;
-use stand_firmware::board::{Board, Clock, CurrentSum, EncoderCount, RateCode, Stamped, SupplyCode, TemperatureCode};
+use crate::analog::{self, Slow, Sweeps};
+use crate::encoder::{Encoder, IndexTime, Look};
+use crate::sensor_bus::SensorBus;
+use crate::tick::BoardClock;
+use core::sync::atomic::{AtomicU32, Ordering};
+use stand_firmware::board::{
+    Board, Clock, CurrentSum, Edge, EdgeTime, EncoderCount, RateCode, Stamped, SupplyCode, TemperatureCode, Ticks,
+};
 
-/// The current's converter, kept by the interrupt.
-pub type Current = InjectedAdc<'static, ADC2, 1>;
+/// How often the measurement has looked at its encoder, for the watchdog.
+static LOOKS: AtomicU32 = AtomicU32::new(0);
 
-/// Sets the current's converter up for starts by software.
-pub fn start_current(adc: Peri<'static, ADC2>, pin: Peri<'static, PA0>) -> Current {
-    let channel = pin.degrade_adc();
-    // 15 cycles of 22.5 MHz: the INA240 drives the pin with a few ohms.
-    Adc::new(adc).setup_injected_conversions([(channel, SampleTime::CYCLES15)], TIM1_TRGO, Exten::DISABLED, false)
+/// How often the measurement has looked since power-on, wrapping.
+pub fn looks() -> u32 {
+    LOOKS.load(Ordering::Relaxed)
 }
 
 /// The tasks' half.
 pub struct StandBoard {
-    qei: Qei<'static, TIM4>,
-    index: Index,
-    adc: Adc<'static, ADC1>,
-    supply: Peri<'static, PA1>,
-    thermistor: Peri<'static, PA4>,
+    encoder: Encoder,
+    index_time: IndexTime,
+    bus: Option<SensorBus>,
+    sweeps: Sweeps,
+    /// The edge timer with its wraps counted, as it was last seen; it goes round in 48 s and is looked at each millisecond.
+    edge_time: EdgeTime,
+    /// The last edge, and what the timer had caught for it.
+    last_edge: Option<(u32, Edge)>,
+    /// The sweep at which the converters were last seen, and when it was a new one.
+    sweep: usize,
+    sweep_at: Ticks,
 }
 
 impl StandBoard {
-    /// The tasks' half of these peripherals.
-    pub fn new(
-        qei: Qei<'static, TIM4>,
-        index: Index,
-        adc: Adc<'static, ADC1>,
-        supply: Peri<'static, PA1>,
-        thermistor: Peri<'static, PA4>,
-    ) -> Self {
-        Self { qei, index, adc, supply, thermistor }
+    /// The tasks' half of these.
+    pub fn new(encoder: Encoder, index_time: IndexTime, bus: SensorBus) -> Self {
+        Self {
+            encoder,
+            index_time,
+            bus: Some(bus),
+            sweeps: Sweeps::default(),
+            edge_time: EdgeTime::default(),
+            last_edge: None,
+            sweep: 0,
+            sweep_at: Ticks::default(),
+        }
+    }
+
+    fn look(&mut self) -> Look {
+        let look = self.encoder.look();
+        let passed = look.now.wrapping_sub(self.edge_time.0 as u32);
+        self.edge_time = EdgeTime(self.edge_time.0 + u64::from(passed));
+        look
+    }
+
+    /// The newest sweep; if none has come since the last look, it is as old as it was.
+    fn slow(&mut self) -> Stamped<Slow> {
+        let sweep = analog::under_way();
+        if sweep != self.sweep {
+            self.sweep = sweep;
+            self.sweep_at = BoardClock.now();
+        }
+        Stamped { value: analog::slow(), at: self.sweep_at }
     }
 }
 
 impl Board for StandBoard {
     type Clock = BoardClock;
+    type SensorBus = SensorBus;
 
     fn clock(&self) -> BoardClock {
         BoardClock
     }
 
     fn encoder(&mut self) -> Stamped<EncoderCount> {
-        let value = EncoderCount(self.qei.count());
+        LOOKS.fetch_add(1, Ordering::Relaxed);
+        let value = self.look().count;
         Stamped { value, at: BoardClock.now() }
     }
 
-    fn index(&mut self) -> Option<EncoderCount> {
-        self.index.take()
+    fn edge(&mut self) -> Option<Edge> {
+        let look = self.look();
+        let caught = look.edge?;
+        match self.last_edge {
+            // The timer may have gone round since then: what was known of this edge stays so.
+            Some((known, edge)) if known == caught && edge.count == look.count => Some(edge),
+            _ => {
+                let edge = Edge { count: look.count, at: self.edge_time.when(caught) };
+                self.last_edge = Some((caught, edge));
+                Some(edge)
+            }
+        }
+    }
+
+    fn index(&mut self) -> Option<Edge> {
+        self.look();
+        // Both are caught from the same wire; a time without a count, or a count without a time, is a wire that is off.
+        let (count, caught) = (self.encoder.index(), self.index_time.take());
+        Some(Edge { count: count?, at: self.edge_time.when(caught?) })
     }
 
     fn current(&mut self) -> Stamped<CurrentSum> {
-        take_current()
+        let value = self.sweeps.current();
+        Stamped { value, at: BoardClock.now() }
     }
 
     fn rate(&mut self) -> Option<Stamped<RateCode>> {
@@ -71,15 +110,17 @@ impl Board for StandBoard {
     }
 
     fn supply(&mut self) -> Option<Stamped<SupplyCode>> {
-        let at = BoardClock.now();
-        let code = self.adc.blocking_read(&mut self.supply, SampleTime::CYCLES56);
-        Some(Stamped { value: SupplyCode(u32::from(code)), at })
+        let Stamped { value, at } = self.slow();
+        Some(Stamped { value: SupplyCode(u32::from(value.supply)), at })
     }
 
     fn temperature(&mut self) -> Option<Stamped<TemperatureCode>> {
-        let at = BoardClock.now();
-        let code = self.adc.blocking_read(&mut self.thermistor, SampleTime::CYCLES84);
-        celsius(code).map(|degrees| Stamped { value: TemperatureCode((degrees * 100.0) as i32), at })
+        let Stamped { value, at } = self.slow();
+        celsius(value.temperature).map(|degrees| Stamped { value: TemperatureCode((degrees * 100.0) as i32), at })
+    }
+
+    fn sensor_bus(&mut self) -> Option<SensorBus> {
+        self.bus.take()
     }
 }
 

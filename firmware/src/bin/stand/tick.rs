@@ -1,27 +1,33 @@
 //! The control interrupt, and the time that comes from it.
 //!
-//! TIM1's update each 100 µs runs the library's interrupt and counts ticks; the core's cycle counter tells the time
-//! between two ticks. Tasks wait by a deadline and one waker: all that waits is one task (the session), which is polled
-//! again after each wake and says its deadlines anew.
+//! TIM1's update each 100 µs runs the library's interrupt and counts ticks; the core's cycle counter tells the time between two ticks, and how
+//! many were lost if the core stood still (an erase of the flash). Tasks wait by a deadline and one waker: all that waits is one task, which is
+//! polled again after each wake and says its deadlines anew.
 
+use crate::analog;
 use crate::bridge::Bridge;
-use crate::index::Index;
+use crate::encoder::Encoder;
+use crate::serial;
 use core::cell::{Cell, RefCell};
 use core::future::poll_fn;
 use core::task::Poll;
 use cortex_m::peripheral::DWT;
+use embassy_stm32::gpio::Input;
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
-use embassy_stm32::pac::ADC2;
-use embassy_stm32::peripherals;
-use embassy_stm32::timer::qei::Qei;
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::waitqueue::AtomicWaker;
-use stand_firmware::board::{Clock, CurrentSum, Drive, EncoderCount, Sensed, Stamped, TICKS_PER_CONTROL, TickIo, Ticks};
+use stand_firmware::board::{CONTROL_HZ, Clock, Drive, EncoderCount, Sensed, SupplyCode, TICKS_PER_CONTROL, TickIo, Ticks};
 use stand_firmware::speed_loop::Interrupt;
 
 /// Core cycles in one step of the board clock.
 const CYCLES_PER_STEP: u32 = crate::clocks::CORE_HZ / 10_000_000;
+/// Core cycles in one tick.
+const CYCLES_PER_TICK: u32 = crate::clocks::CORE_HZ / CONTROL_HZ as u32;
+/// An edge this many ticks ago is for ever ago: 40 s, before the edge timer has gone round.
+const FOR_EVER: u32 = 400_000;
+/// Ticks for which the emergency stop's contact must be open to be believed: 0.5 ms, longer than a spark's noise.
+const OPEN: u8 = 5;
 
 /// What interrupt and tasks share beside the mailboxes; touched for a few cycles with interrupts off.
 #[derive(Clone, Copy)]
@@ -31,11 +37,10 @@ struct Shared {
     cycles: u32,
     /// The earliest moment that a task waits for.
     deadline: Ticks,
-    current: CurrentSum,
 }
 
 static SHARED: Mutex<CriticalSectionRawMutex, Cell<Shared>> =
-    Mutex::new(Cell::new(Shared { tick: 0, cycles: 0, deadline: Ticks(u64::MAX), current: CurrentSum { codes: 0, count: 0 } }));
+    Mutex::new(Cell::new(Shared { tick: 0, cycles: 0, deadline: Ticks(u64::MAX) }));
 static TICK: Mutex<CriticalSectionRawMutex, RefCell<Option<Tick>>> = Mutex::new(RefCell::new(None));
 static WAKER: AtomicWaker = AtomicWaker::new();
 
@@ -47,34 +52,57 @@ pub struct Tick {
 
 struct TickHardware {
     tick: u64,
-    qei: Qei<'static, peripherals::TIM3>,
-    index: Index,
+    cycles: u32,
+    encoder: Encoder,
     bridge: Bridge,
-    _current: crate::sensors::Current,
+    /// The emergency stop's contact: closed to ground while all is well.
+    contact: Input<'static>,
+    open_ticks: u8,
+    /// The last edge that was caught, and the ticks since then.
+    edge: Option<u32>,
+    still_ticks: u32,
 }
 
 impl Tick {
     /// The library's interrupt on this hardware.
-    pub fn new(
-        interrupt: Interrupt<'static>,
-        qei: Qei<'static, peripherals::TIM3>,
-        index: Index,
-        bridge: Bridge,
-        current: crate::sensors::Current,
-    ) -> Self {
-        Self { interrupt, hardware: TickHardware { tick: 0, qei, index, bridge, _current: current } }
+    pub fn new(interrupt: Interrupt<'static>, encoder: Encoder, bridge: Bridge, contact: Input<'static>) -> Self {
+        let hardware = TickHardware { tick: 0, cycles: 0, encoder, bridge, contact, open_ticks: 0, edge: None, still_ticks: FOR_EVER };
+        Self { interrupt, hardware }
+    }
+}
+
+impl TickHardware {
+    /// Counts the tick that begins at `cycles`, and those that were lost before it.
+    #[inline]
+    fn count(&mut self, cycles: u32) {
+        let since = cycles.wrapping_sub(self.cycles);
+        self.cycles = cycles;
+        self.tick += match since {
+            0..CYCLES_PER_TICK => 1,
+            _ => u64::from((since + CYCLES_PER_TICK / 2) / CYCLES_PER_TICK),
+        };
     }
 }
 
 impl TickIo for TickHardware {
     #[inline]
     fn sense(&mut self) -> Sensed {
-        Sensed { tick: self.tick, encoder: EncoderCount(self.qei.count()) }
+        let look = self.encoder.look();
+        self.still_ticks = if look.edge == self.edge { self.still_ticks.saturating_add(1) } else { 0 };
+        self.edge = look.edge;
+        let edge_age = match look.edge {
+            Some(edge) if self.still_ticks < FOR_EVER => look.now.wrapping_sub(edge),
+            _ => u32::MAX,
+        };
+        let (current, supply) = analog::newest();
+        self.open_ticks = if self.contact.is_high() { self.open_ticks.saturating_add(1) } else { 0 };
+        let stop = self.open_ticks >= OPEN || serial::STOP.is_stop_asked();
+        Sensed { tick: self.tick, encoder: look.count, edge_age, current, supply: SupplyCode(supply), stop }
     }
 
     #[inline]
     fn index(&mut self) -> Option<EncoderCount> {
-        self.index.take()
+        self.encoder.index()
     }
 
     #[inline]
@@ -85,15 +113,20 @@ impl TickIo for TickHardware {
 
 /// Hands everything to the interrupt and lets it begin.
 pub fn start(mut tick: Tick) {
-    if let Some(mut core) = cortex_m::Peripherals::take() {
-        core.DCB.enable_trace();
-        core.DWT.enable_cycle_counter();
-    }
+    tick.hardware.cycles = DWT::cycle_count();
     tick.hardware.bridge.interrupt_each_tick();
     TICK.lock(|cell| cell.replace(Some(tick)));
     interrupt::TIM1_UP_TIM10.set_priority(Priority::P0);
     // SAFETY: nothing else uses this vector, and what its handler needs is in its place.
     unsafe { interrupt::TIM1_UP_TIM10.enable() };
+}
+
+/// Lets the core count its cycles; before all that tells time by it.
+pub fn count_cycles() {
+    if let Some(mut core) = cortex_m::Peripherals::take() {
+        core.DCB.enable_trace();
+        core.DWT.enable_cycle_counter();
+    }
 }
 
 /// TIM1's update: each 100 µs, above all other interrupts.
@@ -113,20 +146,13 @@ fn on_tick(tick: &mut Tick) {
     let cycles = DWT::cycle_count();
     let io = &mut tick.hardware;
     io.bridge.acknowledge();
-    // The conversion that was started a tick ago; then the next, in the middle of a bridge period.
-    let code = ADC2.jdr(0).read().jdata();
-    ADC2.cr2().modify(|w| w.set_jswstart(true));
+    io.count(cycles);
     tick.interrupt.run(io);
     let now = Ticks::of_control(io.tick);
     let due = SHARED.lock(|cell| {
         let mut shared = cell.get();
         shared.tick = io.tick;
         shared.cycles = cycles;
-        // What was started at tick 0 is the first there is.
-        if io.tick > 0 {
-            shared.current.codes += i64::from(code);
-            shared.current.count += 1;
-        }
         let due = shared.deadline <= now;
         if due {
             shared.deadline = Ticks(u64::MAX);
@@ -134,20 +160,10 @@ fn on_tick(tick: &mut Tick) {
         cell.set(shared);
         due
     });
-    io.tick += 1;
+    serial::look();
     if due {
         WAKER.wake();
     }
-}
-
-/// The current's conversions since the last call.
-pub fn take_current() -> Stamped<CurrentSum> {
-    SHARED.lock(|cell| {
-        let mut shared = cell.get();
-        let value = core::mem::take(&mut shared.current);
-        cell.set(shared);
-        Stamped { value, at: Ticks::of_control(shared.tick) }
-    })
 }
 
 /// The board's time for the tasks.

@@ -1,0 +1,69 @@
+//! Levels that are held for a dwell, with slopes between them: trapezoid, S-curve, alternating, ABBA.
+//!
+//! Begins at zero. The dwell is the time *on* the level, the slopes come to it. After the last cycle it goes to zero and
+//! stays there. Slopes begin on whole milliseconds.
+
+use super::slope::{Hold, Slope};
+use super::{ProfileConfig, milliseconds};
+use crate::config::{ConfigError, within};
+
+#[derive(Clone, Debug)]
+pub(super) struct Plateaus {
+    amplitude: f64,
+    /// Signs of the levels of one cycle.
+    pattern: &'static [i8],
+    nth: usize,
+    /// Cycles to come with this one; `None`: without end.
+    left: Option<u32>,
+    hold: Hold,
+    slope: Slope,
+    slope_ms: u64,
+    dwell_ms: u64,
+    done_ms: u64,
+}
+
+/// Up and down again.
+pub(super) const ONE_SIDE: &[i8] = &[1, 0];
+/// Both sides in turn.
+pub(super) const BOTH_SIDES: &[i8] = &[1, -1];
+/// What drifts evenly is in A B B A as much with A as with B.
+pub(super) const ABBA: &[i8] = &[1, -1, -1, 1];
+
+impl Plateaus {
+    pub(super) fn new(amplitude: f64, pattern: &'static [i8], hold: Hold, c: &ProfileConfig) -> Result<Self, ConfigError> {
+        let dwell_ms = u64::from(milliseconds("dwell_s", c.dwell_s)?);
+        within("cycles", f64::from(c.cycles), 0.0, 1e6)?;
+        let left = (c.cycles > 0).then_some(c.cycles);
+        let still = Slope::new(0.0, 0.0, &hold);
+        let mut plateaus = Self { amplitude, pattern, nth: 0, left, hold, slope: still, slope_ms: 0, dwell_ms, done_ms: 0 };
+        plateaus.set_out(0.0);
+        Ok(plateaus)
+    }
+
+    pub(super) fn next_value(&mut self) -> f64 {
+        while self.done_ms >= self.slope_ms.saturating_add(self.dwell_ms) && self.left != Some(0) {
+            let from = self.level();
+            self.nth += 1;
+            if self.nth >= self.pattern.len() {
+                self.nth = 0;
+                self.left = self.left.map(|left| left.saturating_sub(1));
+            }
+            self.set_out(from);
+        }
+        let value = if self.done_ms < self.slope_ms { self.slope.level(self.done_ms as f64 * 1e-3) } else { self.slope.to };
+        self.done_ms = self.done_ms.saturating_add(1);
+        value
+    }
+
+    fn level(&self) -> f64 {
+        let sign = if self.left == Some(0) { 0 } else { self.pattern.get(self.nth).copied().unwrap_or(0) };
+        f64::from(sign) * self.amplitude
+    }
+
+    fn set_out(&mut self, from: f64) {
+        self.slope = Slope::new(from, self.level(), &self.hold);
+        // A way of whole milliseconds shall not take one more because of rounding.
+        self.slope_ms = libm::ceil(self.slope.length_s * 1e3 - 1e-9) as u64;
+        self.done_ms = 0;
+    }
+}

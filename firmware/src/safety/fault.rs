@@ -1,0 +1,120 @@
+//! Why the drive was switched off.
+
+/// A reason to switch the drive off. Each latches: the first is kept until it is cleared, and that takes its cause to be gone.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Fault {
+    /// It was not.
+    #[default]
+    None,
+    /// The platform turned faster than the settings allow.
+    Overspeed,
+    /// The motor current was above what the settings allow.
+    OverCurrent,
+    /// The motor pushes and the platform does not turn.
+    Stall,
+    /// The platform did not follow: the ramp slipped for longer than the settings allow.
+    Tracking,
+    /// The motor's back-EMF says that it turns, and no edge of the encoder comes.
+    EncoderLost,
+    /// The bridge's supply was too low while it drove.
+    SupplyLow,
+    /// The bridge's supply was too high while it drove.
+    SupplyHigh,
+    /// A tick of the control interrupt was lost.
+    Clock,
+    /// Somebody asked for an emergency stop.
+    EmergencyStop,
+    /// The winding was too hot.
+    Temperature,
+    /// The sensor under test gave no reading for longer than the settings allow.
+    SensorSilent,
+    /// The host, which had asked to be watched, was not heard for longer than it had said.
+    HostSilent,
+    /// The index did not come where the counted turns say that it must.
+    IndexLost,
+}
+
+impl Fault {
+    /// All but `None`, by their codes from 1 on.
+    pub const ALL: [Self; 13] = [
+        Self::Overspeed,
+        Self::OverCurrent,
+        Self::Stall,
+        Self::Tracking,
+        Self::EncoderLost,
+        Self::SupplyLow,
+        Self::SupplyHigh,
+        Self::Clock,
+        Self::EmergencyStop,
+        Self::Temperature,
+        Self::SensorSilent,
+        Self::HostSilent,
+        Self::IndexLost,
+    ];
+
+    /// Its number: 0 for none, else from 1 on; the same for ever, as frames and logs carry it.
+    #[inline]
+    pub fn code(self) -> u32 {
+        self as u32
+    }
+
+    /// The fault of a number; `None` for one that no fault has.
+    pub fn of_code(code: u32) -> Self {
+        Self::ALL.into_iter().find(|fault| fault.code() == code).unwrap_or_default()
+    }
+
+    /// The fault in a word or two, for logs and people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Overspeed => "overspeed",
+            Self::OverCurrent => "over-current",
+            Self::Stall => "stall",
+            Self::Tracking => "tracking error",
+            Self::EncoderLost => "encoder lost",
+            Self::SupplyLow => "supply low",
+            Self::SupplyHigh => "supply high",
+            Self::Clock => "clock",
+            Self::EmergencyStop => "emergency stop",
+            Self::Temperature => "temperature",
+            Self::SensorSilent => "sensor silent",
+            Self::HostSilent => "host silent",
+            Self::IndexLost => "index lost",
+        }
+    }
+
+    /// What a person at the bench may do about it.
+    pub fn advice(self) -> &'static str {
+        match self {
+            Self::None => "nothing is wrong",
+            Self::Overspeed => "ask for a lower rate or voltage, or raise overspeed_rad_s",
+            Self::OverCurrent => "look for a short or a blocked platform; resistance_ohm must be the motor's",
+            Self::Stall => "free the platform, or ask for less torque",
+            Self::Tracking => "ask for less acceleration or a lower rate, or look for what holds the platform back",
+            Self::EncoderLost => "check the encoder's plug, supply and both channels",
+            Self::SupplyLow => "check the bridge's supply under load",
+            Self::SupplyHigh => "check the bridge's supply; braking feeds energy back into it",
+            Self::Clock => "a control tick came late or was lost: a fault of the firmware or of its clock",
+            Self::EmergencyStop => "release the stop, then clear the fault",
+            Self::Temperature => "let the motor cool",
+            Self::SensorSilent => "check the sensor's plug and supply, or run without it",
+            Self::HostSilent => "the host's program or its line has failed; arm it anew when it is back",
+            Self::IndexLost => "check the encoder's index channel and the counts per turn",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_fault_has_a_code_of_its_own_a_name_and_advice() {
+        for (n, fault) in Fault::ALL.into_iter().enumerate() {
+            assert_eq!((fault.code(), Fault::of_code(fault.code())), (n as u32 + 1, fault));
+            assert!(!fault.name().is_empty() && !fault.advice().is_empty());
+            assert!(Fault::ALL.iter().all(|other| *other == fault || other.name() != fault.name()));
+        }
+        assert_eq!(Fault::of_code(200), Fault::None);
+    }
+}

@@ -1,0 +1,71 @@
+//! The SPI line to the sensor under test: the firmware's transactions with the time that their bits take.
+//!
+//! Mode 3, 10 MHz (the most that ISM330DHCX allows, DS13012 §4.4.1), by DMA: a transaction ends when its last bit has gone, and what it read
+//! is what the sensor held then; until that the other tasks run. On a line without a sensor all bits are ones.
+
+use super::{Bench, PlantPort};
+use crate::clock::{SimClock, VirtualClock};
+use embedded_hal_async::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
+use stand_firmware::board::Clock;
+use std::cell::RefCell;
+
+/// Board clock steps in one byte: 0.8 µs.
+const STEPS_PER_BYTE: u64 = 8;
+/// Setting DMA up, chip select and the interrupt at the end, measured on an STM32F4 at 180 MHz: some 5 µs.
+const STEPS_PER_TRANSACTION: u64 = 50;
+
+/// The line of one simulated board.
+pub struct SensorBus<'a, P> {
+    pub(super) bench: &'a RefCell<Bench<P>>,
+    pub(super) clock: &'a VirtualClock,
+}
+
+/// The line itself never fails: what does not answer reads as ones.
+impl<P> ErrorType for SensorBus<'_, P> {
+    type Error = ErrorKind;
+}
+
+impl<P: PlantPort> SpiDevice for SensorBus<'_, P> {
+    async fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), ErrorKind> {
+        let clock = SimClock(self.clock);
+        let mut steps = STEPS_PER_TRANSACTION;
+        for operation in operations.iter() {
+            steps += match operation {
+                Operation::Read(words) => words.len() as u64 * STEPS_PER_BYTE,
+                Operation::Write(words) => words.len() as u64 * STEPS_PER_BYTE,
+                Operation::Transfer(read, write) => read.len().max(write.len()) as u64 * STEPS_PER_BYTE,
+                Operation::TransferInPlace(words) => words.len() as u64 * STEPS_PER_BYTE,
+                Operation::DelayNs(ns) => u64::from(ns.div_ceil(100)),
+            };
+        }
+        clock.until(clock.now() + steps).await;
+        let mut bench = self.bench.borrow_mut();
+        let mut exchange = bench.select_sensor();
+        for operation in operations {
+            match operation {
+                Operation::Read(words) => words.iter_mut().for_each(|word| *word = exchange.byte(0)),
+                Operation::Write(words) => words.iter().for_each(|word| _ = exchange.byte(*word)),
+                Operation::Transfer(read, write) => {
+                    for k in 0..read.len().max(write.len()) {
+                        let answer = exchange.byte(write.get(k).copied().unwrap_or(0));
+                        if let Some(word) = read.get_mut(k) {
+                            *word = answer;
+                        }
+                    }
+                }
+                Operation::TransferInPlace(words) => words.iter_mut().for_each(|word| *word = exchange.byte(*word)),
+                Operation::DelayNs(_) => {}
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What answers while the line is selected.
+pub(super) struct Exchange;
+
+impl Exchange {
+    pub(super) fn byte(&mut self, _sent: u8) -> u8 {
+        0xFF
+    }
+}

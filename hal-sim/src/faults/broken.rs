@@ -1,0 +1,115 @@
+//! What is broken now: asked at each tick, looked up only when something changes.
+
+use super::{Fault, Faults, What};
+use stand_firmware::board::CONTROL_HZ;
+
+/// What is broken now.
+#[derive(Clone, Copy, Debug)]
+pub struct Broken {
+    faults: Faults,
+    /// The kinds that are broken, a bit each.
+    now: u32,
+    /// The tick at which something changes next.
+    changes_at: u64,
+    tick: u64,
+}
+
+impl Broken {
+    /// What breaks by this list, from tick 0.
+    pub fn new(faults: Faults) -> Self {
+        Self { faults, now: 0, changes_at: 0, tick: 0 }
+    }
+
+    /// Tick `n` begins. Whether something has changed.
+    #[inline]
+    pub fn begin(&mut self, n: u64) -> bool {
+        self.tick = n;
+        n >= self.changes_at && self.look()
+    }
+
+    /// Whether this is broken.
+    #[inline]
+    pub fn is(&self, what: What) -> bool {
+        self.now & what.bit() != 0
+    }
+
+    /// Whether anything is.
+    #[inline]
+    pub fn any(&self) -> bool {
+        self.now != 0
+    }
+
+    /// How much this is broken; 0 where it is not.
+    pub fn size(&self, what: What) -> f64 {
+        let at_s = self.at_s();
+        self.faults.iter().filter(|fault| fault.what == what && fault.is_at(at_s)).map(Fault::size).next_back().unwrap_or(0.0)
+    }
+
+    /// Breaks something more, beginning now. `None` where there is no room.
+    pub fn inject(&mut self, what: What, for_s: f64, size: Option<f64>) -> Option<()> {
+        self.changes_at = 0;
+        self.faults.push(Fault { what, from_s: self.at_s(), for_s, size })
+    }
+
+    /// Mends all of a kind, now and for ever.
+    pub fn mend(&mut self, what: What) {
+        self.changes_at = 0;
+        self.faults.remove(what);
+    }
+
+    /// The list.
+    pub fn faults(&self) -> &Faults {
+        &self.faults
+    }
+
+    /// The middle of the tick, so that a fault of one tick's length is there for one tick whatever its digits.
+    fn at_s(&self) -> f64 {
+        (self.tick as f64 + 0.5) / CONTROL_HZ as f64
+    }
+
+    #[cold]
+    fn look(&mut self) -> bool {
+        let at_s = self.at_s();
+        let before = self.now;
+        self.now = self.faults.iter().filter(|fault| fault.is_at(at_s)).fold(0, |set, fault| set | fault.what.bit());
+        let changes = self.faults.iter().flat_map(|fault| [fault.from_s, fault.from_s + fault.for_s]);
+        let next_s = changes.filter(|change| *change > at_s).fold(f64::INFINITY, f64::min);
+        // A cast saturates: never.
+        self.changes_at = ((next_s * CONTROL_HZ as f64 - 0.5).ceil() as u64).max(self.tick + 1);
+        self.now != before
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_is_broken_from_its_tick_to_its_tick() {
+        let faults = [Fault::new(What::LostTicks, 0.01, 1e-4), Fault::new(What::SupplyDip, 0.005, 0.02).of_size(3.0)];
+        let mut broken = Broken::new(Faults::of(faults).unwrap());
+        let mut lost = Vec::new();
+        let mut dips = Vec::new();
+        for n in 0..1000 {
+            broken.begin(n);
+            lost.extend(broken.is(What::LostTicks).then_some(n));
+            dips.extend(broken.is(What::SupplyDip).then_some(n));
+            assert_eq!(broken.size(What::SupplyDip), if broken.is(What::SupplyDip) { 3.0 } else { 0.0 });
+        }
+        assert_eq!(lost, [100]);
+        assert_eq!(dips, (50..250).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn a_test_breaks_and_mends_at_will() {
+        let mut broken = Broken::new(Faults::default());
+        broken.begin(0);
+        broken.begin(77);
+        assert!(!broken.any());
+        broken.inject(What::IndexOff, f64::INFINITY, None).unwrap();
+        assert!(broken.begin(78) && broken.is(What::IndexOff));
+        assert!(!broken.begin(1_000_000) && broken.is(What::IndexOff));
+        broken.mend(What::IndexOff);
+        assert!(broken.begin(1_000_001) && !broken.any());
+    }
+}

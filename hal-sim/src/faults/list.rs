@@ -1,0 +1,171 @@
+//! The faults of a stand: few, checked, without memory of their own.
+
+use super::{Fault, What};
+use serde::de::{Error, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::fmt;
+
+/// Most faults of a stand.
+pub const MOST_FAULTS: usize = 16;
+
+/// Up to [`MOST_FAULTS`] faults, in the order in which they were given.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Faults {
+    list: [Option<Fault>; MOST_FAULTS],
+}
+
+/// A fault that cannot be.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("faults[{place}].{key} = {value}: must be {range}")]
+pub struct FaultError {
+    /// Its place in the list, from 0.
+    pub place: usize,
+    /// Which number.
+    pub key: &'static str,
+    /// What was given.
+    pub value: f64,
+    /// What it may be.
+    pub range: String,
+}
+
+impl Faults {
+    /// The faults of a list; `None` where there are too many.
+    pub fn of(faults: impl IntoIterator<Item = Fault>) -> Option<Self> {
+        let mut all = Self::default();
+        faults.into_iter().try_for_each(|fault| all.push(fault))?;
+        Some(all)
+    }
+
+    /// Adds one; `None` where there is no room.
+    pub fn push(&mut self, fault: Fault) -> Option<()> {
+        *self.list.iter_mut().find(|place| place.is_none())? = Some(fault);
+        Some(())
+    }
+
+    /// Takes all of a kind out.
+    pub fn remove(&mut self, what: What) {
+        for place in self.list.iter_mut().filter(|place| place.is_some_and(|fault| fault.what == what)) {
+            *place = None;
+        }
+    }
+
+    /// One after another.
+    pub fn iter(&self) -> impl DoubleEndedIterator<Item = &Fault> {
+        self.list.iter().flatten()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.iter().next().is_none()
+    }
+
+    /// The first of a kind by time.
+    pub fn first(&self, what: What) -> Option<&Fault> {
+        self.iter().filter(|fault| fault.what == what).min_by(|a, b| a.from_s.total_cmp(&b.from_s))
+    }
+
+    /// The same faults for a stand whose power-on is `by_s` later.
+    pub fn later(&self, by_s: f64) -> Self {
+        let shifted = |fault: &Fault| Fault { from_s: fault.from_s - by_s, ..*fault };
+        Self { list: self.list.map(|place| place.as_ref().map(shifted)) }
+    }
+
+    /// Checks what a file may have brought.
+    ///
+    /// # Errors
+    /// The first number that makes no sense, by its place and name.
+    pub fn check(&self) -> Result<(), FaultError> {
+        for (place, fault) in self.iter().enumerate() {
+            let bad = |key, value, range: &str| Err(FaultError { place, key, value, range: range.to_owned() });
+            if !(0.0..=1e9).contains(&fault.from_s) {
+                return bad("from_s", fault.from_s, "seconds from 0 to 1e9");
+            }
+            if fault.for_s.is_nan() || fault.for_s <= 0.0 {
+                return bad("for_s", fault.for_s, "seconds above 0");
+            }
+            match (fault.size, fault.what.size()) {
+                (Some(size), None) => return bad("size", size, "left out: this fault has no size"),
+                (Some(value), Some(size)) if !(size.range.0..=size.range.1).contains(&value) => {
+                    return bad("size", value, &format!("{}, from {} to {}", size.says, size.range.0, size.range.1));
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Serialize for Faults {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.iter())
+    }
+}
+
+impl<'de> Deserialize<'de> for Faults {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_seq(List)
+    }
+}
+
+struct List;
+
+impl<'de> Visitor<'de> for List {
+    type Value = Faults;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "a list of at most {MOST_FAULTS} faults")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut sequence: A) -> Result<Faults, A::Error> {
+        let mut all = Faults::default();
+        while let Some(fault) = sequence.next_element::<Fault>()? {
+            all.push(fault).ok_or_else(|| A::Error::invalid_length(MOST_FAULTS + 1, &self))?;
+        }
+        Ok(all)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Debug, Deserialize)]
+    struct File {
+        faults: Faults,
+    }
+
+    fn read(text: &str) -> Result<Faults, String> {
+        let file: File = toml::from_str(text).map_err(|e| e.message().to_owned())?;
+        file.faults.check().map_err(|e| e.to_string())?;
+        Ok(file.faults)
+    }
+
+    #[test]
+    fn a_file_names_what_is_broken_and_when() {
+        let faults =
+            read("[[faults]]\nwhat = \"supply-dip\"\nfrom_s = 2\nfor_s = 0.5\nsize = 7\n[[faults]]\nwhat = \"index-off\"\n").unwrap();
+        let expected = [Fault::new(What::SupplyDip, 2.0, 0.5).of_size(7.0), Fault::new(What::IndexOff, 0.0, f64::INFINITY)];
+        assert!(faults.iter().eq(&expected));
+        assert_eq!(faults.first(What::IndexOff).map(Fault::size), Some(0.0));
+    }
+
+    #[test]
+    fn each_kind_has_a_name_of_its_own_that_reads_back() {
+        for what in What::ALL {
+            let text = toml::to_string(&Fault::new(what, 1.0, 2.0)).unwrap();
+            assert_eq!(read(&format!("[[faults]]\n{text}")).unwrap().iter().next().unwrap().what, what);
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_is_refused_by_its_place_and_name() {
+        let one = |rest: &str| read(&format!("[[faults]]\nwhat = \"index-off\"\n[[faults]]\n{rest}")).unwrap_err();
+        assert!(one("what = \"supply-dip\"\nfrom_s = -1").starts_with("faults[1].from_s = -1"));
+        assert!(one("what = \"supply-dip\"\nfor_s = 0").starts_with("faults[1].for_s = 0"));
+        assert!(one("what = \"supply-dip\"\nsize = nan").starts_with("faults[1].size = NaN"));
+        assert!(one("what = \"line-flips\"\nsize = 2").contains("share of the bytes, from 0 to 1"));
+        assert!(one("what = \"lost-ticks\"\nsize = 2").contains("has no size"));
+        assert!(one("what = \"supply\"").contains("supply-dip"), "the names there are");
+        assert!(read(&"[[faults]]\nwhat = \"index-off\"\n".repeat(MOST_FAULTS + 1)).unwrap_err().contains("at most 16"));
+    }
+}

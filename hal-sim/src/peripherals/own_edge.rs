@@ -1,0 +1,120 @@
+//! The capture of edges for the tasks' half: which edge the tasks' counter passed last, and when.
+//!
+//! In: the disc's angle at each tick. Out: [`Edge`]s, stamped by the edge timer. When within the tick an edge came is where the parabola
+//! through the angles of the last three ticks crosses it: exact to far below a step of the timer, unless the rotor turns round within the
+//! tick. It is worked out only for those that somebody looks at.
+
+use stand_firmware::board::{CONTROL_HZ, Edge, EdgeTime, EncoderCount, Hardware};
+
+/// How the disc moved in one tick.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Passed {
+    /// Steps of the edge timer in a tick.
+    steps_per_tick: f64,
+    /// The angle at its beginning, counts.
+    start: f64,
+    /// The way from there to its end, and what the way changes from tick to tick, halved.
+    way: f64,
+    bend: f64,
+    /// The tick that begins at its end.
+    tick: u64,
+}
+
+impl Passed {
+    /// The edge by which the counter came to `count` on this way.
+    pub fn edge(&self, count: i64) -> Edge {
+        let side = count as f64 + if self.way < 0.0 { 1.0 } else { 0.0 };
+        let at = (self.tick as f64 - 1.0 + self.crossing(side - self.start)) * self.steps_per_tick;
+        Edge { count: EncoderCount(count as u16), at: EdgeTime(at.max(0.0) as u64) }
+    }
+
+    /// The part s of the tick after which way·s + bend·s(s − 1) has come to `reach`.
+    fn crossing(&self, reach: f64) -> f64 {
+        let (way, bend) = (self.way, self.bend);
+        let mut s = reach / way;
+        // Newton: the bend is a small correction, and where it is not, the rotor turns round and a tick is all that can be said.
+        for _ in 0..3 {
+            s -= (way * s + bend * s * (s - 1.0) - reach) / (way + bend * (2.0 * s - 1.0));
+        }
+        if s.is_finite() { s.clamp(0.0, 1.0) } else { 1.0 }
+    }
+}
+
+/// The tasks' counter: where the disc was, and the last edge that it passed.
+#[derive(Clone, Copy, Debug)]
+pub struct OwnEdge {
+    now: Passed,
+    count: i64,
+    /// The tick in which the counter changed last.
+    changed: Option<Passed>,
+}
+
+impl OwnEdge {
+    /// The disc stands at `exact` counts, and no edge has come yet.
+    pub fn new(hardware: &Hardware, exact: f64) -> Self {
+        let steps_per_tick = hardware.edge_timer_Hz / CONTROL_HZ as f64;
+        Self { now: Passed { steps_per_tick, start: exact, ..Passed::default() }, count: exact.floor() as i64, changed: None }
+    }
+
+    /// At the beginning of `tick` the disc has come to `exact` counts, of which `count` are whole: how it moved.
+    #[inline]
+    pub fn pass(&mut self, exact: f64, count: i64, tick: u64) -> Passed {
+        let start = self.now.start + self.now.way;
+        let way = exact - start;
+        self.now = Passed { start, way, bend: 0.5 * (way - self.now.way), tick, ..self.now };
+        if count != self.count {
+            self.count = count;
+            self.changed = Some(self.now);
+        }
+        self.now
+    }
+
+    /// The newest edge; `None` before the first.
+    pub fn newest(&self) -> Option<Edge> {
+        self.changed.map(|passed| passed.edge(self.count))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_time_of_an_edge_is_that_of_its_crossing_to_a_step_of_the_timer() {
+        let hardware = Hardware::default();
+        for (from, rate, acceleration) in
+            [(-40.3, 3e4, 0.0), (-40.3, 3e3, 2e5), (33.3, -3e3, 1e5), (33.3, -900.0, -2e5), (-3.7, 500.0, -3e4), (1e6 + 0.7, -6e4, 1e6)]
+        {
+            let at = |t: f64| from + rate * t + 0.5 * acceleration * t * t;
+            let mut own = OwnEdge::new(&hardware, at(0.0));
+            let mut seen = 0;
+            for n in 1..100 {
+                let exact = at(n as f64 * 1e-4);
+                let before = own.newest();
+                // The first tick has no way before it, and so no bend.
+                own.pass(exact, exact.floor() as i64, n);
+                let Some(edge) = own.newest().filter(|_| n > 2 && own.newest() != before) else { continue };
+                let t = edge.at.0 as f64 / hardware.edge_timer_Hz;
+                let slope = rate + acceleration * t;
+                let side = exact.floor() + if slope < 0.0 { 1.0 } else { 0.0 };
+                assert!(((at(t) - side) / slope).abs() < 2.0 / hardware.edge_timer_Hz, "{rate} {acceleration} tick {n}: {t}");
+                assert_eq!(edge.count, EncoderCount(exact.floor() as i64 as u16));
+                seen += 1;
+            }
+            assert!(seen > 2, "{rate}");
+        }
+    }
+
+    #[test]
+    fn before_the_first_edge_there_is_none_and_at_rest_it_stays() {
+        let mut own = OwnEdge::new(&Hardware::default(), 0.5);
+        own.pass(0.7, 0, 1);
+        assert_eq!(own.newest(), None);
+        own.pass(1.2, 1, 2);
+        let edge = own.newest();
+        assert!(edge.is_some());
+        own.pass(1.2, 1, 3);
+        own.pass(1.2, 1, 4);
+        assert_eq!(own.newest(), edge);
+    }
+}

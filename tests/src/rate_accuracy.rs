@@ -1,0 +1,204 @@
+//! How exactly the simulated stand turns, by the plant's own angle and the crystal: for docs/rate-accuracy.md.
+//!
+//! In: a stand and a rate. Out: the mean rate over whole turns, its scatter over windows of whole turns, ten degrees and one degree, and how a
+//! step of the rate settles. Neither encoder nor rate sensor is asked: marks of the plant's angle are timed between ticks.
+
+use std::f64::consts::PI;
+
+use hal_sim::board::PlantPort;
+use hal_sim::plant::{Plant, Stand};
+use hal_sim::session::{SessionError, SessionRequest, calibrate, run_rows};
+use stand_firmware::board::TICKS_PER_S;
+use stand_firmware::profile::{ProfileConfig, ProfileKind};
+use stand_firmware::speed_loop::Mode;
+
+/// Where the platform begins, rad from the index: 3° before it, so that the index comes soon.
+const BEGIN_RAD: f64 = -PI / 60.0;
+/// Turns after the index that are not looked at.
+pub const TURNS_TO_SETTLE: usize = 2;
+/// Turns over which the mean is taken.
+pub const TURNS_OF_THE_MEAN: usize = 10;
+/// Turns over whose times the scatter is taken.
+pub const TURNS_OF_THE_SCATTER: usize = 20;
+/// The band within which a step is settled, of the step.
+const SETTLED: f64 = 0.02;
+/// How long a step is looked at, s.
+const STEP_S: f64 = 2.0;
+
+/// The default stand (dry and viscous friction, inductance, a tick of delay) with cogging: of order 7, in the middle of the range from which hidden
+/// cogging is drawn, and half as much of order 14.
+pub fn cogging_stand() -> Stand {
+    let mut stand = Stand::default();
+    for (name, order, torque_N_m, phase_rad) in [("cogging", 7.0, 2e-3, 0.3), ("cogging#2", 14.0, 1e-3, 2.0)] {
+        let parameters = [("cogging_N_m", torque_N_m), ("cogging_order", order), ("cogging_phase_rad", phase_rad)];
+        stand.effects.insert(name.to_owned(), parameters.map(|(name, value)| (name.to_owned(), value)).into());
+    }
+    stand
+}
+
+/// The same stand after it has measured its own cogging and friction.
+///
+/// # Panics
+/// Where it cannot.
+pub fn learnt(stand: &Stand, seed: u64) -> Stand {
+    let plant = Plant::new(stand, BEGIN_RAD).expect("a good stand");
+    let calibrated = calibrate(stand.setup(), plant, seed, |_| ()).expect("a good stand");
+    let mut stand = stand.clone();
+    stand.firmware.compensation = calibrated.outcome.expect("a stand that can be calibrated").compensation;
+    stand
+}
+
+/// What was found at one rate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Accuracy {
+    /// The rate asked for, °/s.
+    pub rate_deg_s: f64,
+    /// Mean rate over ten whole turns less what was asked for, parts of it.
+    pub mean: f64,
+    /// Scatter (1 σ) of the mean rates over whole turns from index to index, parts of the rate.
+    pub turn: f64,
+    /// The same over each ten degrees.
+    pub ten_degrees: f64,
+    /// The same over each degree.
+    pub one_degree: f64,
+}
+
+/// How a step from rest settled.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step {
+    /// When the rate was outside of ± 2 % for the last time, s after the step.
+    pub settled_s: f64,
+    /// By how much it exceeded the step at most, parts of it.
+    pub overshoot: f64,
+}
+
+/// Turns `stand` at `rate_deg_s` (positive) and measures.
+///
+/// # Errors
+/// The session cannot be.
+///
+/// # Panics
+/// Where the platform did not turn as far as asked, or the stand is none.
+pub fn accuracy(stand: &Stand, rate_deg_s: f64, seed: u64) -> Result<Accuracy, SessionError> {
+    let rate_rad_s = rate_deg_s.to_radians();
+    let turns = TURNS_TO_SETTLE + TURNS_OF_THE_SCATTER;
+    let seconds = (turns as f64 * 360.0 + 6.0) / rate_deg_s + rate_rad_s / stand.firmware.acceleration_rad_s2 + 1.0;
+    let mut degrees_s = Vec::with_capacity(turns * 360 + 100);
+    let plant = Marked::new(Plant::new(stand, BEGIN_RAD).expect("a good stand"), PI / 180.0, &mut degrees_s);
+    run_rows(stand.setup(), plant, constant(rate_rad_s, seconds, seed), |_, _| ())?;
+    let marks = &degrees_s[TURNS_TO_SETTLE * 360..=turns * 360];
+    let mean_s = (marks[TURNS_OF_THE_MEAN * 360] - marks[0]) / (TURNS_OF_THE_MEAN * 360) as f64;
+    Ok(Accuracy {
+        rate_deg_s,
+        mean: 1.0 / (mean_s * rate_deg_s) - 1.0,
+        turn: scatter(marks, 360),
+        ten_degrees: scatter(marks, 10),
+        one_degree: scatter(marks, 1),
+    })
+}
+
+/// A step from rest to `rate_deg_s` (positive), by the plant's own rate.
+///
+/// # Errors
+/// The session cannot be.
+///
+/// # Panics
+/// Where the stand is none.
+pub fn step(stand: &Stand, rate_deg_s: f64, seed: u64) -> Result<Step, SessionError> {
+    let rate_rad_s = rate_deg_s.to_radians();
+    let (mut settled_s, mut overshoot) = (0.0_f64, 0.0_f64);
+    let plant = Plant::new(stand, BEGIN_RAD).expect("a good stand");
+    run_rows(stand.setup(), plant, constant(rate_rad_s, STEP_S, seed), |row, truth| {
+        let off = truth.omega_rad_s / rate_rad_s - 1.0;
+        overshoot = overshoot.max(off);
+        if off.abs() > SETTLED {
+            settled_s = row.t_s;
+        }
+    })?;
+    Ok(Step { settled_s, overshoot })
+}
+
+fn constant(rate_rad_s: f64, seconds: f64, seed: u64) -> SessionRequest {
+    SessionRequest { mode: Mode::Rate, profile: ProfileConfig::new(ProfileKind::Constant, rate_rad_s, seed), seconds, seed }
+}
+
+/// Standard deviation of the mean rates over windows of so many marks, relative to their mean.
+fn scatter(marks_s: &[f64], window: usize) -> f64 {
+    let ends: Vec<f64> = marks_s.iter().copied().step_by(window).collect();
+    let rates: Vec<f64> = ends.windows(2).map(|ends| 1.0 / (ends[1] - ends[0])).collect();
+    let mean = rates.iter().sum::<f64>() / rates.len() as f64;
+    let squares: f64 = rates.iter().map(|rate| (rate / mean - 1.0).powi(2)).sum();
+    (squares / (rates.len() - 1) as f64).sqrt()
+}
+
+/// A plant that times the marks of its own angle as it passes them forward, from zero on.
+pub struct Marked<'a, P> {
+    plant: P,
+    every_rad: f64,
+    steps: u64,
+    times_s: &'a mut Vec<f64>,
+}
+
+impl<'a, P: PlantPort> Marked<'a, P> {
+    /// Marks every `every_rad`; their times go to `times_s`.
+    pub fn new(plant: P, every_rad: f64, times_s: &'a mut Vec<f64>) -> Self {
+        Self { plant, every_rad, steps: 0, times_s }
+    }
+
+    fn now_s(&self) -> f64 {
+        self.steps as f64 / TICKS_PER_S as f64
+    }
+}
+
+impl<P: PlantPort> PlantPort for Marked<'_, P> {
+    fn advance(&mut self, asked_V: f64, dt_s: f64) {
+        let (theta, omega) = (self.plant.true_theta_rad(), self.plant.true_rate_rad_s());
+        self.plant.advance(asked_V, dt_s);
+        let (after, omega_after) = (self.plant.true_theta_rad(), self.plant.true_rate_rad_s());
+        loop {
+            let mark = self.times_s.len() as f64 * self.every_rad;
+            if after < mark {
+                break;
+            }
+            // Hermite's cubic through both ends; the chord is a good start for Newton's.
+            let way = after - theta;
+            let mut x = ((mark - theta) / way).clamp(0.0, 1.0);
+            for _ in 0..3 {
+                let (a, b) = (omega * dt_s - way, way - omega_after * dt_s);
+                let value = theta + way * x + x * (1.0 - x) * (a * (1.0 - x) + b * x);
+                let slope = way + (1.0 - 2.0 * x) * (a * (1.0 - x) + b * x) + x * (1.0 - x) * (b - a);
+                x = (x + (mark - value) / slope).clamp(0.0, 1.0);
+            }
+            self.times_s.push(self.now_s() + x * dt_s);
+        }
+        self.steps += (dt_s * TICKS_PER_S as f64).round() as u64;
+    }
+
+    fn theta_rad(&self) -> f64 {
+        self.plant.theta_rad()
+    }
+
+    fn rate_rad_s(&self) -> f64 {
+        self.plant.rate_rad_s()
+    }
+
+    fn mean_current_A(&self) -> f64 {
+        self.plant.mean_current_A()
+    }
+
+    fn supply_V(&self) -> f64 {
+        self.plant.supply_V()
+    }
+
+    fn temp_C(&self) -> f64 {
+        self.plant.temp_C()
+    }
+
+    fn true_theta_rad(&self) -> f64 {
+        self.plant.true_theta_rad()
+    }
+
+    fn true_rate_rad_s(&self) -> f64 {
+        self.plant.true_rate_rad_s()
+    }
+}
