@@ -2,6 +2,7 @@
 
 use hal_sim::effects::Coordinate;
 
+use super::fitted::FAMILYWISE;
 use crate::fit::Held;
 use crate::log::Log;
 use crate::model::{Channel, Model};
@@ -89,7 +90,7 @@ pub struct Candidate {
     pub outputs: Vec<Shown>,
     /// BIC on whitened residuals with it, minus that without: negative is better with it. `None` where it was only screened.
     pub delta_bic: Option<f64>,
-    /// Probability of as much by chance, over the whole catalogue (familywise).
+    /// Probability of as much by chance, over the whole catalogue (familywise); where it was only screened, too small on residuals that remember.
     pub p_value: f64,
     /// Its decimal logarithm.
     pub log10_p: f64,
@@ -97,6 +98,13 @@ pub struct Candidate {
     pub ambiguous_with: Vec<String>,
     /// Why it cannot be the explanation, or cannot be seen in this log, as a sentence; `None` where nothing speaks against it but the figures.
     pub refused: Option<String>,
+}
+
+impl Candidate {
+    /// Over the whole catalogue, chance alone would do as much too often.
+    pub fn may_be_chance(&self) -> bool {
+        self.log10_p > FAMILYWISE.log10()
+    }
 }
 
 /// What is left, drawn over a coordinate, with an expression for it.

@@ -28,6 +28,7 @@ mod unknown;
 use std::time::Instant;
 
 pub use answer::{Candidate, Estimate, Explanation, NextExperiment, Shape, Shown, Stage, Verdict};
+pub use fitted::APART;
 
 use crate::fit::FitError;
 use crate::fit::prepare::{self, PrepareError};
@@ -136,6 +137,13 @@ fn verdict(path: &mut path::Path, rows: &[std::ops::Range<usize>]) -> (Verdict, 
         return (Verdict::EffectFound, Vec::new());
     }
     let shapes: Vec<Shape> = unknown::best(last, rows).map(|u| u.shape).into_iter().collect();
-    let explained = found && left - 1.0 < 0.5 * (given - 1.0);
-    (if explained { Verdict::EffectFound } else { Verdict::UnknownStructure }, shapes)
+    if found && left - 1.0 < 0.5 * (given - 1.0) {
+        return (Verdict::EffectFound, shapes);
+    }
+    if path.missing.len() >= MANY {
+        path.remarks.push(format!("{} together explain less than half of it: none of them is called the cause", path.missing.join(", ")));
+        path.missing.clear();
+        path.grounds.truncate(1);
+    }
+    (Verdict::UnknownStructure, shapes)
 }

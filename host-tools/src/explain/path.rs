@@ -7,6 +7,7 @@
 
 use std::ops::Range;
 
+use hal_sim::effects::Kind;
 use rayon::prelude::*;
 
 use super::evidence::{Whitener, delta_bic};
@@ -22,6 +23,9 @@ use crate::model::Model;
 
 /// Effects that one explanation adds at most.
 const MOST_ADDED: usize = 10;
+/// Standard errors below which an amplitude is no more than a trifle, and how often such an effect may lead to a better fit without it.
+const TRIFLE: f64 = 5.0;
+const MOST_BETTER_GROUNDS: usize = 3;
 
 /// The way from the given model to the last.
 pub struct Path<'a> {
@@ -42,6 +46,7 @@ pub struct Path<'a> {
 pub fn walk<'a>(log: &Log, logs: &[Range<usize>], ground: Ground<'a>, progress: &(dyn Fn(&str) + Sync)) -> Result<Path<'a>, FitError> {
     let mut path = Path { grounds: vec![ground], missing: Vec::new(), candidates: Vec::new(), remarks: Vec::new() };
     let mut rivals: Vec<(String, Vec<Trial>)> = Vec::new();
+    let mut better_grounds = 0;
     while path.missing.len() < MOST_ADDED {
         let Some(ground) = path.grounds.last() else { break };
         progress(&match path.missing.last() {
@@ -56,6 +61,17 @@ pub fn walk<'a>(log: &Log, logs: &[Range<usize>], ground: Ground<'a>, progress: 
         let (model, name) = added(&ground.model, &step.fitted[chosen]);
         let record = ground.record_for(&step.fitted[chosen].trial);
         let next = ground.refit(&model, record)?;
+        if better_grounds < MOST_BETTER_GROUNDS
+            && is_a_trifle(&next, &name)
+            && let Some(better) = without(&next, &name, logs)?
+        {
+            // What was added only led the fit to a better place of the model that was there.
+            better_grounds += 1;
+            if let Some(last) = path.grounds.last_mut() {
+                *last = better;
+            }
+            continue;
+        }
         rivals.push((name.clone(), alike));
         path.missing.push(name);
         path.grounds.push(next);
@@ -64,6 +80,26 @@ pub fn walk<'a>(log: &Log, logs: &[Range<usize>], ground: Ground<'a>, progress: 
         }
     }
     Ok(path)
+}
+
+/// No amplitude of effect `name` is told from zero by its standard error.
+fn is_a_trifle(ground: &Ground, name: &str) -> bool {
+    let Some(found) = ground.model.effects().iter().find(|e| e.name() == name) else { return false };
+    let own: Vec<&str> = found.parameters.iter().map(|&k| ground.model.parameters()[k].name.as_str()).collect();
+    let pairs = ground.held.parameters.list.iter().zip(&ground.held.sigmas);
+    pairs
+        .filter(|(p, _)| own.contains(&p.name.as_str()) && matches!(p.kind, Kind::Level | Kind::Signed))
+        .all(|(p, sigma)| p.value.abs() < TRIFLE * sigma)
+}
+
+/// The model without effect `name`, fitted from the place where it is with it; `None` where the log misses the effect there.
+fn without<'a>(ground: &Ground<'a>, name: &str, logs: &[Range<usize>]) -> Result<Option<Ground<'a>>, FitError> {
+    let mut model = ground.model.clone();
+    if model.remove(name).is_err() {
+        return Ok(None);
+    }
+    let less = ground.refit(&model, ground.record.clone())?;
+    Ok((evidence(&less, ground, logs) > -APART).then_some(less))
 }
 
 /// Is every earlier effect still needed, and still better than its rivals? What is not goes, or is exchanged.

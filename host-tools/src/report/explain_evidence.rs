@@ -1,12 +1,7 @@
 //! The evidence for a candidate, in words and figures.
 
 use super::digits;
-use crate::explain::{Candidate, Explanation, Shown};
-
-/// What is too weak for this is put down to chance: the same over the whole catalogue as the search itself (design.md).
-const FAMILYWISE_LOG10: f64 = -2.699; // 0.2 %
-/// From here on BIC tells rivals apart (interfaces.md).
-pub(super) const APART: f64 = 6.0;
+use crate::explain::{APART, Candidate, Explanation, Shown};
 
 /// A probability: plain where it can be read, else as a power of ten; at most 1.
 pub fn probability(log10_p: f64) -> String {
@@ -19,15 +14,20 @@ pub fn probability(log10_p: f64) -> String {
     format!("10{}", digits::superscript(log10_p.round() as i32))
 }
 
-/// Probability in the table: only a fit is judged on whitened residuals, so that a first step alone has no honest small one.
+/// It has a probability that can be stood for: only a fit is judged on whitened residuals, so that a first step alone has no honest small one.
+pub fn has_chance(c: &Candidate) -> bool {
+    tried(c) && (c.refitted || c.may_be_chance())
+}
+
+/// Probability in the table.
 pub fn chance(c: &Candidate) -> String {
-    if tried(c) && (c.refitted || c.log10_p > FAMILYWISE_LOG10) { probability(c.log10_p) } else { "–".to_owned() }
+    if has_chance(c) { probability(c.log10_p) } else { "–".to_owned() }
 }
 
 /// How sure the evidence is, as a sentence.
 pub fn sure(c: &Candidate) -> String {
     let chance = match c.log10_p {
-        p if p > FAMILYWISE_LOG10 => format!("chance alone does as much with a probability of {}: this is not sure", probability(p)),
+        _ if c.may_be_chance() => format!("chance alone does as much with a probability of {}: this is not sure", probability(c.log10_p)),
         p if p > -6.0 => format!("chance alone would do as much once in {} times", digits::grouped(10f64.powf(-p).round() as usize)),
         p => format!("chance alone would not do this once in a million times (p = {})", probability(p)),
     };
@@ -77,10 +77,10 @@ pub fn fate(e: &Explanation, c: &Candidate) -> (&'static str, Option<String>) {
     if c.ambiguous_with.iter().any(|name| e.missing.contains(name)) {
         return ("fits as well", None);
     }
-    if !c.refitted && c.log10_p <= FAMILYWISE_LOG10 {
+    if !c.refitted && !c.may_be_chance() {
         return ("promises less", None);
     }
-    if !c.refitted || c.log10_p > FAMILYWISE_LOG10 || c.delta_bic.is_some_and(|d| d > -APART) {
+    if !c.refitted || c.may_be_chance() || c.delta_bic.is_some_and(|d| d > -APART) {
         return ("no more than chance", None);
     }
     (if e.missing.is_empty() { "helps" } else { "helps less" }, None)

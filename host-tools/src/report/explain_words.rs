@@ -3,11 +3,10 @@
 use hal_sim::effects::{self, Card};
 
 use super::explain_coverage::Coverage;
-use super::explain_evidence::APART;
-pub use super::explain_evidence::{chance, fate, grouped, heldout, probability, sure, tried};
+pub use super::explain_evidence::{chance, fate, grouped, has_chance, heldout, probability, sure, tried};
 use super::words::AS_SMALL;
 use super::{digits, unit};
-use crate::explain::{Estimate, Explanation, Shown, Stage, Verdict};
+use crate::explain::{APART, Estimate, Explanation, Shown, Stage, Verdict};
 use crate::model::Channel;
 
 /// Heading.
