@@ -67,7 +67,7 @@ fn every_command_of_the_help_can_be_asked_in_its_long_and_its_short_form() {
             if question.ends_with("LIST") || ["HELP", "SYSTem:ERRor:ALL"].contains(&question) {
                 continue;
             }
-            let short: String = question.split(':').map(|word| short_form(word)).collect::<Vec<_>>().join(":");
+            let short: String = question.split(':').map(short_form).collect::<Vec<_>>().join(":");
             for form in [question, &short] {
                 host.send(format!("{form}?\n").as_bytes());
                 let answer = host.line(0.2).await;
