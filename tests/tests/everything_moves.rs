@@ -144,7 +144,7 @@ fn numbers(table: &Table, path: &[String]) -> Vec<Vec<String>> {
             Value::Table(_) if key == "safety" => {}
             // The way to an angle: hal-sim/tests/safety.rs.
             _ if key == "approach_rad_s" => {}
-            // A note of recorded logs, of what the board's filter is: host-tools/tests/serial_line.rs reads it.
+            // Says what the board's filter is, for the notes of `stand record`; a session's own notes take the sensor's.
             _ if key == "rate_cutoff_Hz" => {}
             Value::Table(inner) => found.extend(numbers(inner, &path)),
             Value::Float(_) | Value::Integer(_) => found.push(path),
