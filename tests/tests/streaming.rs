@@ -1,4 +1,4 @@
-//! Telemetry of the whole controller: a minute of rows at 1 kHz. The hour is `examples/hour_of_telemetry.rs`.
+//! Telemetry of the whole controller: a minute of rows at 1 kHz. The hour is `cargo bench -p hal-sim --bench hour_of_telemetry`.
 #![allow(clippy::unwrap_used)]
 
 use hal_sim::faults::What;
