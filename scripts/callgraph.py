@@ -18,6 +18,8 @@ DOUBLE = re.compile(r"__aeabi_(d|ul2d|l2d|i2d|ui2d|f2d)[a-z0-9]*$|__(add|sub|mul
 FUNCTION = re.compile(r"^([0-9a-f]+) <(.*)>:$")
 CALL = re.compile(r"\t(?:bl|blx|b|b\.w|b[a-z]{2}|b[a-z]{2}\.w|cbn?z)\t(?:r\d+, |lr, )?(?:#[^<]*|0x([0-9a-f]+) )<.*>")
 INDIRECT = "(indirect)"
+# What lld fills gaps between functions with (0xd4d4) reads as this branch; no function falls into it.
+PADDING = re.compile(r"\tbmi\t.*imm = #-0x58$")
 
 
 def disassembler():
@@ -34,7 +36,7 @@ def graph(tool, image):
         if start := FUNCTION.match(line):
             current = int(start[1], 16)
             names[current], calls[current], length[current] = start[2], set(), 0
-        elif current is not None and "\t" in line:
+        elif current is not None and "\t" in line and not PADDING.search(line.rstrip()):
             length[current] += 1
             if call := CALL.search(line):
                 calls[current].add(int(call[1], 16))
