@@ -89,7 +89,10 @@ pub(super) fn quantum(notes: &Notes, column: &str) -> Option<f64> {
     }
 }
 
-/// A line for each note that speaks of a column and was not understood.
+/// Columns that no model takes or shows: what their notes say is for a person.
+const NOT_MODELLED: [&str; 6] = ["turn_s", "gyro_rad_s", "accel_x_m_s2", "accel_y_m_s2", "angle_sensor_V", "torquer_A"];
+
+/// A line for each note that speaks of a modelled column and was not understood.
 pub(super) fn warnings(notes: &Notes) -> Vec<String> {
     let mut says = Vec::new();
     let mut report = |key: &str, what: &str, example: &str| {
@@ -101,6 +104,9 @@ pub(super) fn warnings(notes: &Notes) -> Vec<String> {
                 report(key, value, "# theta_lsb_rad: 3.1e-4");
             }
         } else if let Some(column) = KNOWN.iter().find(|c| is_about(key, c.name)) {
+            if NOT_MODELLED.contains(&column.name) {
+                continue;
+            }
             let example = if column.mean_over_row { "# i_A: at t" } else { "# omega_rad_s: encoder, mean over 4 ms before t" };
             for clause in column_made(std::slice::from_ref(&(key.clone(), value.clone())), column.name).1 {
                 report(key, &clause, if column.name == "u_V" { "# u_V: terminal" } else { example });

@@ -221,6 +221,9 @@ fn a_note_that_is_not_understood_is_a_warning() {
         assert!(warnings.len() == 1 && warnings[0].contains(key), "{key}: {value} → {warnings:?}");
     }
     assert!(noted(&[("stand", "anything"), ("seed", "7"), ("theta_zero", "arbitrary")]).warnings().is_empty());
+    let for_a_person =
+        [("turn_s", "index to index, captured at 90 MHz, 0 before the first whole turn"), ("gyro_rad_s", "ISM330DHCX, its own low-pass")];
+    assert!(noted(&for_a_person).warnings().is_empty());
 }
 
 #[test]
