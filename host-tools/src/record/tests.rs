@@ -2,12 +2,14 @@
 
 use super::*;
 use crate::log::Log;
+use stand_firmware::board::{TICKS_PER_ROW, TICKS_PER_S, Ticks};
 use stand_firmware::measurement_loop::Row;
 use stand_firmware::telemetry::Channels;
 
 fn row(k: u32, has_command: bool) -> RowFrame {
     let row = Row {
         sequence: k,
+        at: Ticks(5 * TICKS_PER_S + u64::from(k) * TICKS_PER_ROW),
         t_s: 5.0 + f64::from(k) * 1e-3,
         u_V: 0.25,
         i_A: Some(0.5),
