@@ -30,10 +30,6 @@ async fn is_latched(host: &Host<'_, '_>, fault: Fault, mend: impl FnOnce()) {
     host.wait_s(1.0).await;
     assert_eq!(host.ask("FAULt?").await, told, "latched");
     host.wait_s(3.0).await;
-    // A winding takes its time.
-    while host.number("MEAS:TEMP?").await > 99.0 {
-        host.wait_s(5.0).await;
-    }
     host.tell("FAULt:CLEar").await;
     host.wait_s(0.05).await;
     assert_eq!(host.number("FAULt?").await, 0.0, "cleared after {}", fault.name());
@@ -59,7 +55,14 @@ fn each_fault_that_is_injected_is_latched_by_its_name_and_can_be_cleared_when_me
             host.break_(*what, *for_s, *size);
             host.wait_s(3.0).await;
             println!("{what:?}: {}", host.ask("FAULt?").await);
-            is_latched(host, *fault, || host.mend(*what)).await;
+            let mend = || {
+                host.mend(*what);
+                if *what == What::WindingHot {
+                    // This stand's winding knows no cooling of its own.
+                    host.break_(*what, 0.01, Some(25.0));
+                }
+            };
+            is_latched(host, *fault, mend).await;
         });
     });
 }
