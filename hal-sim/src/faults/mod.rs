@@ -66,8 +66,13 @@ impl Fault {
         self.size.or(self.what.size().map(|size| size.usual)).unwrap_or(0.0)
     }
 
+    /// When it is over; told in one way, so that its end is not passed by where the digits are rounded.
+    pub fn until_s(&self) -> f64 {
+        self.from_s + self.for_s
+    }
+
     /// Whether it is so at `at_s`.
     pub fn is_at(&self, at_s: f64) -> bool {
-        at_s >= self.from_s && at_s - self.from_s < self.for_s
+        at_s >= self.from_s && at_s < self.until_s()
     }
 }

@@ -267,7 +267,8 @@ impl Read for DeviceReceive<'_, '_> {
                 return Poll::Ready(Ok(count));
             }
             match wires.inward.next() {
-                Some(at) => self.0.clock.wait_until(next_tick(at)),
+                // Where the tick that was to bring it was lost, with the next.
+                Some(at) => self.0.clock.wait_until(next_tick(at.max(self.0.clock.now() + 1))),
                 None => wires.reader = Some(context.waker().clone()),
             }
             Poll::Pending
