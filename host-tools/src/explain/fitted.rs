@@ -21,6 +21,9 @@ pub const FAMILYWISE: f64 = 0.002;
 pub const APART: f64 = 6.0;
 /// Held-out rows, or another log, speak against an effect where their likelihood falls by more than this.
 const AGAINST: f64 = 6.0;
+/// χ²/n from which on much is unexplained, and the part of it that is hardly anything.
+const MUCH: f64 = 4.0;
+const HARDLY: f64 = 0.04;
 /// Standard errors by which a parameter may lie beyond its physical range.
 const WITHIN_ERROR: f64 = 3.0;
 
@@ -44,8 +47,8 @@ pub struct Fitted {
     pub cost: f64,
     /// The largest χ²/n of its channels.
     pub misfit: f64,
-    /// The same on rows that the fit never saw.
-    pub heldout_misfit: f64,
+    /// χ²/n of each channel on rows that the fit never saw.
+    pub heldout: Vec<f64>,
     /// Parameters that it has more than the model, scanned ones too.
     pub more: usize,
     /// BIC on whitened residuals with it, minus that without.
@@ -95,7 +98,7 @@ impl Fitted {
         Some(Fitted {
             more: place.parameters.free().len() - ground.held.parameters.free().len() + scanned,
             misfit: misfit(shown.iter().map(|s| s.ratio().powi(2))),
-            heldout_misfit: misfit(shown.iter().map(|s| (s.heldout_rms.unwrap_or(s.rms) / s.noise).powi(2))),
+            heldout: shown.iter().map(|s| (s.heldout_rms.unwrap_or(s.rms) / s.noise).powi(2)).collect(),
             trial,
             own,
             sigmas,
@@ -125,7 +128,7 @@ impl Fitted {
 
     /// It leaves far less to explain than `other`, on rows that neither has seen.
     pub fn leaves_far_less_than(&self, other: &Fitted) -> bool {
-        leaves_far_less(self.heldout_misfit, other.heldout_misfit)
+        leaves_far_less(&self.heldout, &other.heldout)
     }
 
     pub fn estimates(&self) -> Vec<Estimate> {
@@ -162,6 +165,16 @@ pub fn refusal(ground: &Ground, logs: &[Range<usize>], f: &Fitted, without: &Squ
     let seen = without.held_out_gain(with);
     if seen < -AGAINST {
         return Some("on the rows that the fit never saw the error grows".to_owned());
+    }
+    if ground.misfit() > MUCH {
+        // While so much is unexplained, whitened residuals are mostly its colour; what is shown must get better too.
+        let falls = || ground.heldout().into_iter().zip(&f.heldout).map(|(before, after)| after / before);
+        if falls().any(|fall| fall > 1.0 + HARDLY) {
+            return Some("on the rows that the fit never saw the error of a channel grows".to_owned());
+        }
+        if falls().all(|fall| fall > 1.0 - HARDLY) {
+            return Some("it explains hardly any of the much that is left".to_owned());
+        }
     }
     if logs.len() > 1 {
         for log in 0..logs.len() {

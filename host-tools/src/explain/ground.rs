@@ -97,9 +97,9 @@ impl<'a> Ground<'a> {
         misfit(self.held.channels.iter().map(|c| c.chi2_per_n()))
     }
 
-    /// The same on rows that the fit never saw.
-    pub fn heldout_misfit(&self) -> f64 {
-        misfit(self.held.channels.iter().map(|c| (c.heldout_rms.unwrap_or(c.rms) / c.noise).powi(2)))
+    /// χ²/n of each channel on rows that the fit never saw.
+    pub fn heldout(&self) -> Vec<f64> {
+        self.held.channels.iter().map(|c| (c.heldout_rms.unwrap_or(c.rms) / c.noise).powi(2)).collect()
     }
 
     /// Residuals by channel.
@@ -183,9 +183,9 @@ impl<'a> Ground<'a> {
 /// χ²/n beyond 1 below which nothing is left to compare.
 const AS_NOISE: f64 = 0.1;
 
-/// A model with the first χ²/n leaves less than half of what one with the second leaves to explain.
-pub fn leaves_far_less(one: f64, other: f64) -> bool {
-    let left = |misfit: f64| (misfit - 1.0).max(AS_NOISE);
+/// A model with the first channels' χ²/n leaves less than half of what one with the second leaves to explain, in the worst channel.
+pub fn leaves_far_less(one: &[f64], other: &[f64]) -> bool {
+    let left = |of: &[f64]| (misfit(of.iter().copied()) - 1.0).max(AS_NOISE);
     left(one) < 0.5 * left(other)
 }
 

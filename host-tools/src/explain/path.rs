@@ -161,7 +161,7 @@ fn reconsider(path: &mut Path, rivals: &mut Vec<(String, Vec<Trial>)>, logs: &[R
                 let with = whitener.squares(&f.system, &f.parameters, &f.starts, &without.record_for(&f.trial), logs);
                 let bic = delta_bic(less.gain(&with), f.more, full.witnesses());
                 let refused = refusal(&without, logs, &f, &less, &with).is_some();
-                let worse = leaves_far_less(last.heldout_misfit(), f.heldout_misfit);
+                let worse = leaves_far_less(&last.heldout(), &f.heldout);
                 (!refused && !worse && bic < own_bic - APART).then_some((f, bic))
             })
             .min_by(|a, b| a.1.total_cmp(&b.1));
