@@ -24,9 +24,8 @@ const ROUGH_PART: f64 = 0.05;
 const EXPLAINED: f64 = 1.03;
 /// A costly candidate is fitted to the whole log where it leaves less than this part of what the best other leaves of an excerpt.
 const WORTH: f64 = 0.7;
-/// Who is this near to the best is fitted to the end: as a part of what the best leaves to explain, and in χ².
-const NEAR: f64 = 0.02;
-pub const CLOSE: f64 = 100.0;
+/// Who is this near to the best is fitted to the end: as a part of what the best leaves to explain, or of the noise.
+pub const NEAR: f64 = 0.1;
 
 /// One adding step: everything that was tried.
 pub struct Step {
@@ -85,7 +84,8 @@ pub fn step(log: &Log, logs: &[Range<usize>], ground: &Ground) -> Step {
         fitted.extend(more);
     }
     let best = least(&fitted);
-    let near = best + NEAR * (best - noise_chi2(&ground.record)).max(0.0) + CLOSE;
+    let noise = noise_chi2(&ground.record);
+    let near = best + NEAR * (best - noise).max(noise);
     let mut fitted: Vec<Fitted> = fitted.into_par_iter().map(|f| if f.cost < near { f.to_the_end(ground) } else { f }).collect();
     judge(ground, logs, &mut fitted, tests);
     let mut screened: Vec<(Trial, Score, f64)> = Vec::new();
