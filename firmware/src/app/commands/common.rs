@@ -8,7 +8,7 @@ use crate::console::status::OPERATION_COMPLETE;
 use crate::safety::Fault;
 use crate::telemetry::Channels;
 
-const BYTE: Range = Range::new(Quantity::PLAIN, 0.0, 255.0, 0.0);
+const BYTE: &Range = &Range::new(Quantity::PLAIN, 0.0, 255.0, 0.0);
 
 pub(super) const ENTRIES: &[Entry] = &[
     entry(

@@ -24,7 +24,7 @@ pub(super) const ENTRIES: &[Entry] = &[
     entry(
         "COMPensation:COULomb",
         Act::Number {
-            range: Range::new(Quantity::TORQUE, 0.0, 1e3, 0.0),
+            range: const { &Range::new(Quantity::TORQUE, 0.0, 1e3, 0.0) },
             read: |state| state.kept.get().settings.compensation.coulomb_N_m,
             write: |state, torque_N_m| learn(state, |c| c.coulomb_N_m = torque_N_m),
         },
@@ -33,7 +33,7 @@ pub(super) const ENTRIES: &[Entry] = &[
     entry(
         "COMPensation:VISCous",
         Act::Number {
-            range: Range::new(Quantity::only("N.M.S"), 0.0, 1e3, 0.0),
+            range: const { &Range::new(Quantity::only("N.M.S"), 0.0, 1e3, 0.0) },
             read: |state| state.kept.get().settings.compensation.viscous_N_m_s,
             write: |state, viscous_N_m_s| learn(state, |c| c.viscous_N_m_s = viscous_N_m_s),
         },

@@ -44,7 +44,7 @@ pub(super) const ENTRIES: &[Entry] = &[
     entry(
         "SOURce:RATE",
         Act::Number {
-            range: Range::new(Quantity::RATE, -RATE_RAD_S, RATE_RAD_S, 0.0),
+            range: const { &Range::new(Quantity::RATE, -RATE_RAD_S, RATE_RAD_S, 0.0) },
             read: |state| state.targets.get().rate_rad_s,
             write: |state, rate_rad_s| target(state, Mode::Rate, Targets { rate_rad_s, ..state.targets.get() }),
         },
@@ -53,7 +53,7 @@ pub(super) const ENTRIES: &[Entry] = &[
     entry(
         "SOURce:VOLTage",
         Act::Number {
-            range: Range::new(Quantity::VOLTAGE, -48.0, 48.0, 0.0),
+            range: const { &Range::new(Quantity::VOLTAGE, -48.0, 48.0, 0.0) },
             read: |state| state.targets.get().voltage_V,
             write: |state, voltage_V| target(state, Mode::Voltage, Targets { voltage_V, ..state.targets.get() }),
         },
@@ -62,7 +62,7 @@ pub(super) const ENTRIES: &[Entry] = &[
     entry(
         "SOURce:POSition",
         Act::Number {
-            range: Range::new(Quantity::ANGLE, -1e4, 1e4, 0.0),
+            range: const { &Range::new(Quantity::ANGLE, -1e4, 1e4, 0.0) },
             read: |state| state.targets.get().position_rad,
             write: |state, position_rad| target(state, Mode::Position, Targets { position_rad, ..state.targets.get() }),
         },

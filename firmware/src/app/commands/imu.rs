@@ -20,7 +20,7 @@ pub(super) const ENTRIES: &[Entry] = &[
     entry(
         "IMU:DATarate",
         Act::Number {
-            range: Range::new(Quantity::FREQUENCY, 1.0, 10_000.0, 1667.0),
+            range: const { &Range::new(Quantity::FREQUENCY, 1.0, 10_000.0, 1667.0) },
             read: |state| f64::from(in_force(state).data_rate_Hz),
             write: |state, data_rate_Hz| ask(state, Setup { data_rate_Hz: data_rate_Hz as f32, ..setup(state) }),
         },
@@ -29,7 +29,7 @@ pub(super) const ENTRIES: &[Entry] = &[
     entry(
         "IMU:RANGe:RATE",
         Act::Number {
-            range: Range::new(Quantity::RATE, RAD_PER_DEG, 4000.0 * RAD_PER_DEG, 2000.0 * RAD_PER_DEG),
+            range: const { &Range::new(Quantity::RATE, RAD_PER_DEG, 4000.0 * RAD_PER_DEG, 2000.0 * RAD_PER_DEG) },
             read: |state| f64::from(in_force(state).rate_range_rad_s),
             write: |state, range| ask(state, Setup { rate_range_rad_s: range as f32, ..setup(state) }),
         },
@@ -38,7 +38,7 @@ pub(super) const ENTRIES: &[Entry] = &[
     entry(
         "IMU:RANGe:ACCeleration",
         Act::Number {
-            range: Range::new(Quantity::only("M/S2"), 1.0, 160.0, 4.0 * 9.80665),
+            range: const { &Range::new(Quantity::only("M/S2"), 1.0, 160.0, 4.0 * 9.80665) },
             read: |state| f64::from(in_force(state).accel_range_m_s2),
             write: |state, range| ask(state, Setup { accel_range_m_s2: range as f32, ..setup(state) }),
         },

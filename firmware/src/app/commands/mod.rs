@@ -80,7 +80,7 @@ pub enum Act {
     /// A number that is set and asked for.
     Number {
         /// What it may be.
-        range: Range,
+        range: &'static Range,
         /// Its value.
         read: fn(&State<'_>) -> f64,
         /// Sets it.

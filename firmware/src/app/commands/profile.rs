@@ -48,7 +48,7 @@ pub(super) const ENTRIES: &[Entry] = &[
     entry(
         "PROFile:DURation",
         Act::Number {
-            range: Range::new(Quantity::TIME, 1e-3, 1e6, 30.0),
+            range: const { &Range::new(Quantity::TIME, 1e-3, 1e6, 30.0) },
             read: |state| state.profile_s.get(),
             write: |state, seconds| (state.profile_s.set(seconds), Ok(())).1,
         },

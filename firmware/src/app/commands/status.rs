@@ -4,7 +4,7 @@ use super::{Act, Entry, entry};
 use crate::console::parse::Range;
 use crate::console::quantity::Quantity;
 
-const WORD: Range = Range::new(Quantity::PLAIN, 0.0, 65_535.0, 0.0);
+const WORD: &Range = &Range::new(Quantity::PLAIN, 0.0, 65_535.0, 0.0);
 
 pub(super) const ENTRIES: &[Entry] = &[
     entry(

@@ -58,7 +58,7 @@ pub(super) const ENTRIES: &[Entry] = &[
     entry(
         "STReam:DECimation",
         Act::Number {
-            range: Range::new(Quantity::PLAIN, 1.0, 1000.0, 1.0),
+            range: const { &Range::new(Quantity::PLAIN, 1.0, 1000.0, 1.0) },
             read: |state| f64::from(state.stream.get().decimation),
             write: |state, every| choose(state, Stream { decimation: crate::maths::round(every) as u32, ..state.stream.get() }),
         },

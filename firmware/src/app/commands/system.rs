@@ -18,7 +18,7 @@ pub(super) const ENTRIES: &[Entry] = &[
     entry(
         "HOST:ARM",
         Act::Number {
-            range: Range::new(Quantity::TIME, 0.0, 3600.0, 2.0),
+            range: const { &Range::new(Quantity::TIME, 0.0, 3600.0, 2.0) },
             read: |state| state.host_silence_s.get().unwrap_or(0.0),
             write: |state, seconds| {
                 state.host_silence_s.set((seconds > 0.0).then_some(seconds));
