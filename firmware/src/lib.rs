@@ -35,6 +35,7 @@ pub mod imu;
 pub mod mailbox;
 mod maths;
 pub mod measurement_loop;
+pub mod observer;
 pub mod profile;
 pub mod safety;
 pub mod session;
