@@ -46,7 +46,7 @@ impl Chirp {
     }
 
     pub(super) fn next_value(&mut self) -> f64 {
-        let value = self.amplitude * sine(self.phase as u64 as u32);
+        let value = self.amplitude * sine(crate::maths::to_u64(self.phase) as u32);
         if self.left_ms == 0 {
             self.left_ms = self.sweep_ms;
             self.step = self.first_step;

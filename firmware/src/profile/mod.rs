@@ -120,7 +120,7 @@ impl Profile {
 
 /// Milliseconds of a checked duration, at least one.
 fn milliseconds(name: &'static str, seconds: f64) -> Result<u32, ConfigError> {
-    Ok(libm::round(within(name, seconds, 1e-3, 1e5)? * 1e3) as u32)
+    Ok(crate::maths::to_u32(crate::maths::round(within(name, seconds, 1e-3, 1e5)? * 1e3)))
 }
 
 /// Sine of a phase in 2⁻³² turn, to 1e-3.

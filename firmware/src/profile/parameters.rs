@@ -4,6 +4,7 @@
 
 use super::ProfileKind;
 use crate::config::{ConfigError, within};
+use crate::maths::{to_u32, to_u64};
 use crate::words::{Words, words};
 
 /// A profile's parameters. Amplitude and offset are in V, rad/s or rad, as the mode has it; acceleration is their change per
@@ -122,7 +123,7 @@ pub const PARAMETERS: [Parameter; 14] = [
     real("amplitude", "x", words!("largest distance from the offset"), |c| c.amplitude, |c, x| c.amplitude = x),
     real("offset", "x", words!("added to all values"), |c| c.offset, |c, x| c.offset = x),
     real("dwell_s", "s", words!("time on each level (multi-step: its mean)"), |c| c.dwell_s, |c, x| c.dwell_s = x),
-    whole("levels", ALL_32_BITS, words!("levels on each side of zero"), |c| f64::from(c.levels), |c, x| c.levels = x as u32),
+    whole("levels", ALL_32_BITS, words!("levels on each side of zero"), |c| f64::from(c.levels), |c, x| c.levels = to_u32(x)),
     real("bit_s", "s", words!("length of one bit"), |c| c.bit_s, |c, x| c.bit_s = x),
     real("from_Hz", "Hz", words!("lowest frequency"), |c| c.from_Hz, |c, x| c.from_Hz = x),
     real("to_Hz", "Hz", words!("highest frequency"), |c| c.to_Hz, |c, x| c.to_Hz = x),
@@ -130,9 +131,9 @@ pub const PARAMETERS: [Parameter; 14] = [
     real("frequency_Hz", "Hz", words!("frequency"), |c| c.frequency_Hz, |c, x| c.frequency_Hz = x),
     real("acceleration", "x/s", words!("greatest change per second"), |c| c.acceleration, |c, x| c.acceleration = x),
     real("jerk", "x/s2", words!("greatest change of the acceleration per second"), |c| c.jerk, |c, x| c.jerk = x),
-    whole("cycles", ALL_32_BITS, words!("how often it goes round, 0: without end"), |c| f64::from(c.cycles), |c, x| c.cycles = x as u32),
-    whole("turns", ALL_32_BITS, words!("whole turns"), |c| f64::from(c.turns), |c, x| c.turns = x as u32),
-    whole("seed", ALL_53_BITS, words!("what random profiles are drawn from"), |c| c.seed as f64, |c, x| c.seed = x as u64),
+    whole("cycles", ALL_32_BITS, words!("how often it goes round, 0: without end"), |c| f64::from(c.cycles), |c, x| c.cycles = to_u32(x)),
+    whole("turns", ALL_32_BITS, words!("whole turns"), |c| f64::from(c.turns), |c, x| c.turns = to_u32(x)),
+    whole("seed", ALL_53_BITS, words!("what random profiles are drawn from"), |c| c.seed as f64, |c, x| c.seed = to_u64(x)),
 ];
 
 const fn real(

@@ -63,7 +63,7 @@ impl Plateaus {
     fn set_out(&mut self, from: f64) {
         self.slope = Slope::new(from, self.level(), &self.hold);
         // A way of whole milliseconds shall not take one more because of rounding.
-        self.slope_ms = crate::maths::ceil(self.slope.length_s * 1e3 - 1e-9) as u64;
+        self.slope_ms = crate::maths::to_u64(crate::maths::ceil(self.slope.length_s * 1e3 - 1e-9));
         self.done_ms = 0;
     }
 }

@@ -20,7 +20,7 @@ impl Staircase {
         let levels = within("levels", f64::from(c.levels), 1.0, 1000.0)?;
         let dwell_ms = milliseconds("dwell_s", c.dwell_s)?;
         let step = amplitude / levels;
-        Ok(Self { step, levels: levels as i32, dwell_ms, left_ms: dwell_ms, level: 0, up: true })
+        Ok(Self { step, levels: crate::maths::to_i32(levels), dwell_ms, left_ms: dwell_ms, level: 0, up: true })
     }
 
     pub(super) fn next_value(&mut self) -> f64 {
