@@ -26,8 +26,9 @@ pub(super) struct Multisine {
 
 impl Multisine {
     pub(super) fn new(amplitude: f64, c: &ProfileConfig) -> Result<Self, ConfigError> {
+        // Its period is run through once, for the greatest value.
         let lowest = within("from_Hz", c.from_Hz, 0.01, 250.0)?;
-        let highest = within("to_Hz", c.to_Hz, lowest, 250.0)?;
+        let highest = c.to_Hz;
         let last = (LINES - 1) as f64;
         let mut lines = [Line::default(); LINES];
         let mut multiple = 0.0;

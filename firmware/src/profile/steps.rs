@@ -4,7 +4,6 @@
 //! sixth level is zero itself; dwells are even between half and one and a half of the mean.
 
 use super::{ProfileConfig, milliseconds};
-use crate::config::ConfigError;
 
 #[derive(Clone, Debug)]
 pub(super) struct MultiStep {
@@ -17,9 +16,8 @@ pub(super) struct MultiStep {
 }
 
 impl MultiStep {
-    pub(super) fn new(amplitude: f64, c: &ProfileConfig) -> Result<Self, ConfigError> {
-        let dwell_ms = milliseconds("dwell_s", c.dwell_s)?;
-        Ok(Self { amplitude, dwell_ms, random: SplitMix(c.seed), level: 0.0, left_ms: 0, nth: 0 })
+    pub(super) fn new(amplitude: f64, c: &ProfileConfig) -> Self {
+        Self { amplitude, dwell_ms: milliseconds(c.dwell_s), random: SplitMix(c.seed), level: 0.0, left_ms: 0, nth: 0 }
     }
 
     pub(super) fn next_value(&mut self) -> f64 {
