@@ -26,6 +26,9 @@ def main():
         limit = budget[key]
         print(f"tick, {what}: {scene[column]} instructions of {limit} budgeted ({scene[0]})")
         over |= scene[column] > limit
+        aim = budget.get("aim_" + key)
+        if aim is not None and scene[column] > aim:
+            print(f"AIM MISSED: tick, {what}: {scene[column]} instructions of {aim} ({scene[0]})")
     if over:
         sys.exit("tick: more instructions than firmware/budget.toml allows")
 
