@@ -18,7 +18,7 @@ pub enum ObserverError {
     #[error("pole {0}: {1}")]
     Pole(String, &'static str),
     /// As many poles as states.
-    #[error("there are {got} poles, and the {what} takes {wanted}")]
+    #[error("there are {got} poles, and {what} observer takes {wanted}")]
     Count {
         /// What was given.
         got: usize,
@@ -43,7 +43,7 @@ pub enum ObserverError {
     #[error("an integral channel in row {0} leaves a pole at 0: it cannot remove the offset; rows that can: {1}")]
     Row(usize, String),
     /// An integral gain that is not stable.
-    #[error("the integral gain {gain} in row {row} is not stable (pole at {pole:+.4} 1/s); stable is 0 < gain < {most:.4e}")]
+    #[error("the integral gain {gain} in row {row} is not stable (pole at {pole:+.3e} 1/s); stable is 0 < gain < {most:.4e}")]
     Unstable {
         /// The gain.
         gain: f64,
