@@ -42,6 +42,7 @@ pub mod session;
 pub mod settings;
 pub mod speed_loop;
 pub mod telemetry;
+pub mod words;
 
 /// Version of the firmware, as the logs' notes carry it.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
