@@ -10,6 +10,7 @@ pub mod board;
 pub mod clock;
 pub mod controller;
 pub mod effects;
+pub mod element;
 pub mod faults;
 pub mod peripherals;
 pub mod plant;
