@@ -82,10 +82,13 @@ impl<'c, P: PlantPort> Controller<'c, P> {
         stand.sensors.check()?;
         let defaults = Kept { settings: stand.settings, hardware: stand.hardware };
         defaults.config()?;
+        if let Some(sensor) = stand.imu {
+            sensor.check()?;
+        }
         Ok(Self {
             clock,
             line: SerialLine::new(clock, USUAL_BAUD, seed),
-            bench: RefCell::new(Bench::new(&stand.hardware, &stand.sensors, seed, plant).breaking(stand.faults)),
+            bench: RefCell::new(Bench::of(stand, seed, plant)),
             flash: RefCell::new(flash),
             defaults,
             serial: format!("SIM-{seed}"),

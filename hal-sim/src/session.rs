@@ -181,11 +181,7 @@ fn run_session<P: PlantPort>(
     let profile = Profile::for_mode(&request.profile, request.mode)?;
 
     let clock = VirtualClock::default();
-    let bench = Bench::new(&stand.hardware, &stand.sensors, request.seed, plant).breaking(stand.faults);
-    let bench = RefCell::new(match stand.imu {
-        Some(sensor) => bench.carrying(sensor, request.seed),
-        None => bench,
-    });
+    let bench = RefCell::new(Bench::of(&stand, request.seed, plant));
     let (mut orders, mut reports) = (Orders::new(), Reports::new());
     let (order_writer, order_reader) = orders.split();
     let (report_writer, report_reader) = reports.split();
@@ -248,7 +244,7 @@ pub fn calibrate<P: PlantPort>(stand: StandSetup, plant: P, seed: u64, watching:
     let still = Profile::legs(Default::default());
 
     let clock = VirtualClock::default();
-    let bench = RefCell::new(Bench::new(&stand.hardware, &stand.sensors, seed, plant).breaking(stand.faults));
+    let bench = RefCell::new(Bench::of(&stand, seed, plant));
     let (mut orders, mut reports, mut lessons) = (Orders::new(), Reports::new(), Lessons::new());
     let (order_writer, order_reader) = orders.split();
     let (report_writer, report_reader) = reports.split();

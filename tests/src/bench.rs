@@ -164,6 +164,12 @@ impl Host<'_, '_> {
         self.controller.bench().borrow().plant().true_rate_rad_s()
     }
 
+    /// The platform's own angle, rad.
+    pub fn true_angle_rad(&self) -> f64 {
+        use hal_sim::board::PlantPort;
+        self.controller.bench().borrow().plant().true_theta_rad()
+    }
+
     /// How often the supply was cut.
     pub fn power_cuts(&self) -> u32 {
         self.controller.power_cuts()

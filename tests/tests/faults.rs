@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 use hal_sim::faults::What;
+use hal_sim::peripherals::imu::ImuSetup;
 use hal_sim::plant::Stand;
 use rayon::prelude::*;
 use stand_firmware::safety::Fault;
@@ -123,13 +124,69 @@ fn a_power_cut_ends_the_drive_and_it_stays_off_when_the_supply_is_back() {
     });
 }
 
+/// A stand that carries the sensor under test.
+fn with_sensor() -> Stand {
+    Stand { imu: Some(ImuSetup::default()), ..Stand::default() }
+}
+
 #[test]
-fn a_sensor_that_answers_rubbish_moves_nothing_that_the_encoder_says() {
+fn a_sensor_that_falls_silent_is_latched_and_its_chip_reported_and_both_come_back() {
+    at_the_bench(&with_sensor(), async |host| {
+        turn(host).await;
+        assert!(host.ask("IMU?").await.contains("RUNNING"), "{}", host.ask("IMU?").await);
+        host.break_(What::SensorSilent, f64::INFINITY, None);
+        host.wait_s(1.0).await;
+        let chip = host.ask("IMU?").await;
+        assert!(chip.contains("FAILED"), "no register answers: {chip}");
+        is_latched(host, Fault::SensorSilent, || host.mend(What::SensorSilent)).await;
+        assert!(host.ask("IMU?").await.contains("RUNNING"), "found again and set up anew");
+    });
+}
+
+#[test]
+fn a_sensor_under_test_that_answers_rubbish_is_not_believed_and_counts_as_silent() {
+    at_the_bench(&with_sensor(), async |host| {
+        turn(host).await;
+        host.break_(What::SensorRubbish, f64::INFINITY, None);
+        host.wait_s(1.0).await;
+        let chip = host.ask("IMU?").await;
+        assert!(chip.contains("FAILED"), "with every second bit wrong nothing of it is believed: {chip}");
+        is_latched(host, Fault::SensorSilent, || host.mend(What::SensorRubbish)).await;
+        assert!(host.ask("IMU?").await.contains("RUNNING"), "found again: {}", host.ask("IMU?").await);
+    });
+}
+
+#[test]
+fn a_rate_sensor_that_answers_rubbish_moves_nothing_that_the_encoder_says() {
     at_the_bench(&Stand::default(), async |host| {
         turn(host).await;
         host.break_(What::SensorRubbish, f64::INFINITY, None);
         host.wait_s(2.0).await;
         assert!((host.number("MEAS:RATE?").await - 10.0).abs() < 0.2, "the rate is the encoder's");
         assert!((host.true_rate_rad_s() - 10.0).abs() < 0.2, "and is held");
+    });
+}
+
+#[test]
+fn a_rate_sensor_that_falls_silent_is_latched() {
+    at_the_bench(&Stand::default(), async |host| {
+        turn(host).await;
+        host.break_(What::SensorSilent, f64::INFINITY, None);
+        host.wait_s(1.0).await;
+        is_latched(host, Fault::SensorSilent, || host.mend(What::SensorSilent)).await;
+    });
+}
+
+#[test]
+fn a_self_test_and_a_new_set_up_of_the_sensor_are_no_silence() {
+    at_the_bench(&with_sensor(), async |host| {
+        host.wait_s(1.0).await;
+        host.tell("IMU:TEST:STARt").await;
+        host.wait_s(2.5).await;
+        assert!(host.ask("IMU:TEST?").await.starts_with("PASSED"), "{}", host.ask("IMU:TEST?").await);
+        host.tell("IMU:DATarate 833").await;
+        host.wait_s(2.5).await;
+        assert!(host.ask("IMU?").await.contains("RUNNING"));
+        assert_eq!(host.number("FAULt?").await, 0.0);
     });
 }

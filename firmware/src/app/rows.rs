@@ -140,6 +140,9 @@ impl<'a, C: Clock> Rows<'a, C> {
         if state.heard.take() {
             self.watch.heard();
         }
+        if state.imu_busy.take() {
+            self.watch.sensor_is_busy();
+        }
         if core::mem::replace(&mut self.cleared, state.clear.get()) != state.clear.get() {
             self.watch.cleared(row);
         }

@@ -153,6 +153,8 @@ pub struct State<'a> {
     pub stream: Cell<Stream>,
     /// The slow supervision's thresholds are others, or the host's watch.
     pub watch_anew: Cell<bool>,
+    /// The sensor under test was told to do something that keeps it from giving samples.
+    pub imu_busy: Cell<bool>,
     /// A line of the host was heard since the last row.
     pub heard: Cell<bool>,
     /// When the last line with a check came, since the last 0x18, break or `*RST`.
@@ -214,6 +216,7 @@ impl<'a> State<'a> {
             to_index_rad: Cell::new(None),
             stream: Cell::new(Stream { channels: Channels::USUAL, decimation: 1 }),
             watch_anew: Cell::new(false),
+            imu_busy: Cell::new(false),
             heard: Cell::new(false),
             checked: Cell::new(None),
             host_silence_s: Cell::new(None),

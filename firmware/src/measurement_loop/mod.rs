@@ -38,6 +38,9 @@ use crate::imu;
 use crate::speed_loop::{ONE, Report, ReportReader};
 use turn::TurnTimer;
 
+/// A rate that is older is no rate: its sensor gives one every half millisecond.
+const FRESH: u64 = 5 * TICKS_PER_ROW;
+
 /// How evenly the rows came: shortest and longest time between two looks, board clock steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pace {
@@ -152,7 +155,7 @@ impl<'a> MeasurementLoop<'a> {
     fn look<B: Board>(&mut self, board: &mut B, at: Ticks) -> Look {
         let h = self.hardware;
         let encoder = board.encoder();
-        let rate = board.rate();
+        let rate = board.rate().filter(|sample| sample.age(at) <= FRESH);
         let supply = board.supply();
         let temperature = board.temperature();
         let edge = board.edge();

@@ -10,14 +10,34 @@ use crate::measurement_loop::Row;
 /// Turns from the index, by the count, within which the next must have come.
 const INDEX_WITHIN_TURNS: f64 = 1.25;
 
+/// How long a new set-up or a self-test may keep the sensor under test from giving samples, s.
+const BUSY_S: f64 = 2.0;
+
+/// Whether a sensor was ever there, and for how many rows it has said nothing.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sensor {
+    seen: bool,
+    silent_rows: u32,
+}
+
+impl Sensor {
+    /// For how many rows one that was there has given nothing and was not `busy`. One that was never there is none.
+    fn silent_rows(&mut self, gives: bool, busy: bool) -> u32 {
+        self.seen |= gives;
+        self.silent_rows = if gives || busy || !self.seen { 0 } else { self.silent_rows.saturating_add(1) };
+        self.silent_rows
+    }
+}
+
 /// The watch between rows.
 #[derive(Clone, Copy, Debug)]
 pub struct Watch {
     settings: Settings,
     rad_per_count: f64,
-    /// Whether a sensor was ever there, and for how many rows it has said nothing.
-    sensor_seen: bool,
-    silent_rows: u32,
+    /// The stand's own rate sensor, and the sensor under test.
+    sensors: [Sensor; 2],
+    /// Rows for which the sensor under test may be silent because it was told to do something else.
+    busy_rows: u32,
     /// Rows after which a host that is not heard is gone; 0: it is not watched.
     host_rows: u32,
     unheard_rows: u32,
@@ -35,8 +55,8 @@ impl Watch {
         Self {
             settings: *settings,
             rad_per_count: hardware.rad_per_count(),
-            sensor_seen: false,
-            silent_rows: 0,
+            sensors: [Sensor::default(); 2],
+            busy_rows: 0,
             host_rows: 0,
             unheard_rows: 0,
             index: None,
@@ -63,6 +83,11 @@ impl Watch {
         self.unheard_rows = 0;
     }
 
+    /// The sensor under test was told to take a new set-up, or to test itself.
+    pub fn sensor_is_busy(&mut self) {
+        self.busy_rows = rows(BUSY_S);
+    }
+
     /// Something was heard of the host.
     pub fn heard(&mut self) {
         self.unheard_rows = 0;
@@ -84,11 +109,13 @@ impl Watch {
         }
     }
 
-    /// A sensor that was there gives nothing. A sensor that was never there is none.
+    /// A sensor that was there gives nothing.
     fn sensor_is_silent(&mut self, row: &Row) -> bool {
-        self.sensor_seen |= row.omega_rad_s.is_some();
-        self.silent_rows = if row.omega_rad_s.is_some() { 0 } else { self.silent_rows.saturating_add(1) };
-        self.sensor_seen && self.silent_rows > rows(self.settings.sensor_silent_s)
+        let [own, tested] = &mut self.sensors;
+        let busy = self.busy_rows > 0;
+        self.busy_rows = self.busy_rows.saturating_sub(1);
+        let silent = own.silent_rows(row.omega_rad_s.is_some(), false).max(tested.silent_rows(row.gyro_rad_s.is_some(), busy));
+        silent > rows(self.settings.sensor_silent_s)
     }
 
     /// The index has moved against the count, or has not come for more than a turn.
@@ -168,6 +195,22 @@ mod tests {
         assert!((1..=100).all(|k| watch.take(&mute(k)) == Fault::None));
         assert_eq!(watch.take(&mute(101)), Fault::SensorSilent);
         assert_eq!(watch.take(&row(102)), Fault::None, "it is back");
+    }
+
+    #[test]
+    fn the_sensor_under_test_is_watched_too_and_may_pause_for_what_it_was_told_to_do() {
+        let gives = |k| Row { gyro_rad_s: Some(0.0), ..row(k) };
+        let (mut watch, mut none) = (watch(), watch());
+        watch.take(&gives(0));
+        assert!((1..=100).all(|k| watch.take(&row(k)) == Fault::None));
+        assert_eq!(watch.take(&row(101)), Fault::SensorSilent);
+        assert_eq!(watch.take(&gives(102)), Fault::None);
+        watch.sensor_is_busy();
+        assert!((103..2103).all(|k| watch.take(&row(k)) == Fault::None), "a self-test");
+        assert!((2103..2203).all(|k| watch.take(&row(k)) == Fault::None), "and as long as ever");
+        assert_eq!(watch.take(&row(2203)), Fault::SensorSilent, "but it came to nothing");
+        none.sensor_is_busy();
+        assert!((0..5_000).all(|k| none.take(&row(k)) == Fault::None), "a stand without one was asked in vain");
     }
 
     #[test]

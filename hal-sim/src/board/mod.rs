@@ -9,8 +9,9 @@ mod sensor_bus;
 
 use crate::clock::{SimClock, VirtualClock};
 use crate::faults::{Broken, Decoder, Faults, What};
-use crate::peripherals::imu::{Imu, ImuSetup};
+use crate::peripherals::imu::{self as chip, Imu, ImuSetup};
 use crate::peripherals::{CurrentAdc, Edges, Encoder, Index, Noise, OwnEdge, RateSensor, SensorSetup, SlowChannel};
+use crate::session::StandSetup;
 pub use sensor_bus::SensorBus;
 use stand_firmware::board::{
     Board, CONTROL_PER_ROW, CurrentSum, Drive, Edge, EncoderCount, Hardware, RateCode, Sensed, Stamped, SupplyCode, TICKS_PER_CONTROL,
@@ -127,6 +128,15 @@ impl<P: PlantPort> Bench<P> {
             silent_since: None,
             burst: [Noise::new(seed, 4, 1.0), Noise::new(seed, 5, 1.0)],
             plant,
+        }
+    }
+
+    /// A stand's bench: its sensors, what breaks on it, and the sensor under test that it carries.
+    pub fn of(stand: &StandSetup, seed: u64, plant: P) -> Self {
+        let bench = Self::new(&stand.hardware, &stand.sensors, seed, plant).breaking(stand.faults);
+        match stand.imu {
+            Some(sensor) => bench.carrying(sensor, seed),
+            None => bench,
         }
     }
 
@@ -280,6 +290,14 @@ impl<P: PlantPort> Bench<P> {
         // With one wire off an edge comes half as often, and its stamp errs by no more than one edge: left as it is.
         let silent = self.broken.is(What::EncoderAOff) && self.broken.is(What::EncoderBOff);
         self.silent_since = silent.then(|| self.silent_since.unwrap_or(self.now));
+        if let Some(imu) = &mut self.imu {
+            imu.chip.fail(match (self.broken.is(What::SensorSilent), self.broken.is(What::SensorRubbish)) {
+                // Its plug is out: the line is pulled up.
+                (true, _) => chip::Fault::Silent(0xFF),
+                (_, true) => chip::Fault::FlippedBits(2),
+                _ => chip::Fault::None,
+            });
+        }
     }
 
     #[cold]

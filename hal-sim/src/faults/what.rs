@@ -23,9 +23,9 @@ pub enum What {
     NoiseBurst,
     /// The winding is this hot, °C.
     WindingHot,
-    /// The rate sensor answers no more.
+    /// The rate sensor answers no more, and the line of the sensor under test is open.
     SensorSilent,
-    /// The rate sensor answers rubbish.
+    /// The rate sensor answers rubbish, and on the line of the sensor under test every second bit is wrong.
     SensorRubbish,
     /// The control interrupt does not come.
     LostTicks,

@@ -73,6 +73,7 @@ fn setup(state: &State<'_>) -> Setup {
 fn ask(state: &State<'_>, setup: Setup) -> Done {
     state.imu_setup.set(Some(setup));
     state.imu.ask_setup(setup);
+    state.imu_busy.set(true);
     Ok(())
 }
 
@@ -105,6 +106,7 @@ fn test(state: &State<'_>) -> Done {
         return Err(ErrorEntry::saying(Code::HARDWARE, words!("the sensor does not run: IMU? says why")));
     }
     state.imu.ask_self_test();
+    state.imu_busy.set(true);
     Ok(())
 }
 
