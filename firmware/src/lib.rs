@@ -36,6 +36,7 @@ pub mod mailbox;
 mod maths;
 pub mod measurement_loop;
 pub mod profile;
+pub mod pulse;
 pub mod safety;
 pub mod session;
 pub mod settings;

@@ -7,6 +7,7 @@
 mod calibration;
 mod common;
 mod compensation;
+mod drift;
 mod drive;
 mod fault;
 mod help;
@@ -148,7 +149,7 @@ const fn entry(header: &'static str, act: Act, says: &'static str) -> Entry {
 }
 
 /// All commands, by group, in the order of `HELP?`.
-pub const GROUPS: [&[Entry]; 13] = [
+pub const GROUPS: [&[Entry]; 14] = [
     common::ENTRIES,
     system::ENTRIES,
     drive::ENTRIES,
@@ -160,6 +161,7 @@ pub const GROUPS: [&[Entry]; 13] = [
     settings::ENTRIES,
     compensation::ENTRIES,
     calibration::ENTRIES,
+    drift::ENTRIES,
     status::ENTRIES,
     help::ENTRIES,
 ];

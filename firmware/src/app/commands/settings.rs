@@ -26,6 +26,9 @@ pub(crate) fn at_rest(state: &State<'_>) -> Result<(), ErrorEntry> {
     if state.is_driving() {
         return Err(ErrorEntry::about(Code::SETTINGS_CONFLICT, b"the drive is on: OUTPut OFF first"));
     }
+    if state.pulse.is_running() {
+        return Err(ErrorEntry::about(Code::SETTINGS_CONFLICT, b"the drift is measured: DRIFt:ABORt first"));
+    }
     Ok(())
 }
 
