@@ -35,6 +35,7 @@ pub mod imu;
 pub mod mailbox;
 mod maths;
 pub mod measurement_loop;
+pub mod observer;
 pub mod profile;
 pub mod pulse;
 pub mod safety;
@@ -42,6 +43,7 @@ pub mod session;
 pub mod settings;
 pub mod speed_loop;
 pub mod telemetry;
+pub mod words;
 
 /// Version of the firmware, as the logs' notes carry it.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

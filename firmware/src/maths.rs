@@ -68,6 +68,18 @@ pub fn round(value: f64) -> f64 {
     whole + trunc(rest + rest)
 }
 
+/// The greater of two numbers; the other of one that is not a number.
+#[inline(never)]
+pub fn greater(a: f64, b: f64) -> f64 {
+    a.max(b)
+}
+
+/// The lesser of two numbers; the other of one that is not a number.
+#[inline(never)]
+pub fn lesser(a: f64, b: f64) -> f64 {
+    a.min(b)
+}
+
 /// Square root of a number that is not negative; not a number of one that is.
 #[inline(never)]
 pub fn sqrt(value: f64) -> f64 {

@@ -7,6 +7,7 @@ use crate::console::errors::{Code, ErrorEntry};
 use crate::console::status::OPERATION_COMPLETE;
 use crate::console::text::Writer;
 use crate::speed_loop::{Config, LessonWriter, Limits};
+use crate::words::words;
 use core::cell::Cell;
 
 /// Waits for a calibration to be asked for, runs it, and learns what it found; for ever. It is also who hands the speed loop what was
@@ -97,18 +98,18 @@ fn end(state: &State<'_>, outcome: Result<Found, Refused>) {
 /// Why there is no answer, in words.
 pub fn say(why: &Refused, out: &mut Writer<'_>) {
     match why {
-        Refused::NoIndex => drop(out.text("no index within a turn and a quarter; check its channel")),
-        Refused::Aborted => drop(out.text("aborted; the compensation is as it was")),
-        Refused::Fault(fault) => drop(out.text("the drive was switched off: ").text(fault.name())),
+        Refused::NoIndex => drop(out.words(words!("no index within a turn and a quarter; check its channel"))),
+        Refused::Aborted => drop(out.words(words!("aborted; the compensation is as it was"))),
+        Refused::Fault(fault) => drop(out.words(words!("the drive was switched off: ")).text(fault.name())),
         Refused::NotHeld(limits) => {
-            out.text("the rate was not held; limited by:");
+            out.words(words!("the rate was not held; limited by:"));
             for (bit, name) in Limits::NAMES.iter().enumerate() {
                 if limits.contains(Limits(1 << bit)) {
                     out.byte(b' ').text(name);
                 }
             }
         }
-        Refused::NoCurrent => drop(out.text("the current was not measured in every row")),
+        Refused::NoCurrent => drop(out.words(words!("the current was not measured in every row"))),
         Refused::Settings(wrong) => super::commands::say_wrong(wrong, out),
     }
 }

@@ -14,6 +14,7 @@ use crate::console::parse::Commands;
 use crate::console::text::Text;
 use crate::settings::{Kept, Store, StoreError};
 use crate::telemetry::frame::MOST_TEXT;
+use crate::words::words;
 use embedded_io_async::{Error, ErrorKind, Read};
 use embedded_storage::nor_flash::NorFlash;
 
@@ -60,7 +61,7 @@ pub async fn run<C: Clock, R: Read, F: NorFlash>(state: &State<'_>, clock: &C, m
             }
             match text {
                 Ok(_) if !is_checked && !state.is_plain_allowed(clock.now()) => {
-                    state.report(ErrorEntry::about(Code::CHECKSUM, b"no check, and a tool is on the line; Ctrl-X ends that"));
+                    state.report(ErrorEntry::saying(Code::CHECKSUM, words!("no check, and a tool is on the line; Ctrl-X ends that")));
                 }
                 Ok(text) => {
                     state.heard.set(true);
@@ -85,9 +86,9 @@ fn copied<'c>(text: Result<&[u8], BadLine>, copy: &'c mut [u8; MOST_LINE]) -> Re
 
 fn bad_line(bad: BadLine) -> ErrorEntry {
     match bad {
-        BadLine::TooLong => ErrorEntry::about(Code::TOO_MUCH_DATA, b"a line has at most 200 bytes"),
-        BadLine::NotText => ErrorEntry::about(Code::INVALID_CHARACTER, b"a line is printable ASCII; nothing of it was done"),
-        BadLine::Check => ErrorEntry::about(Code::CHECKSUM, b"nothing of it was done; send it again"),
+        BadLine::TooLong => ErrorEntry::saying(Code::TOO_MUCH_DATA, words!("a line has at most 200 bytes")),
+        BadLine::NotText => ErrorEntry::saying(Code::INVALID_CHARACTER, words!("a line is printable ASCII; nothing of it was done")),
+        BadLine::Check => ErrorEntry::saying(Code::CHECKSUM, words!("nothing of it was done; send it again")),
     }
 }
 
@@ -158,7 +159,7 @@ async fn wait<C: Clock>(state: &State<'_>, clock: &C) {
 }
 
 fn work<F: NorFlash>(state: &State<'_>, job: Job, store: &mut Store<F>, said: &mut Reply) -> Result<(), ErrorEntry> {
-    let failed = |why: StoreError| ErrorEntry::about(Code::STORAGE, why.says().as_bytes());
+    let failed = |why: StoreError| ErrorEntry::saying(Code::STORAGE, why.says());
     match job {
         Job::Wait => Ok(()),
         Job::WaitAndSay => {

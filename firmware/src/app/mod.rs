@@ -114,7 +114,7 @@ pub fn assemble<'a, F: NorFlash>(
                 (defaults, usual, Some(entry))
             }
         },
-        Err(why) => (defaults, usual, Some(ErrorEntry::about(Code::STORAGE, why.says().as_bytes()))),
+        Err(why) => (defaults, usual, Some(ErrorEntry::saying(Code::STORAGE, why.says()))),
     };
     let (order_writer, order_reader) = memory.orders.split();
     let (report_writer, report_reader) = memory.reports.split();

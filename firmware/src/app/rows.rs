@@ -125,7 +125,7 @@ impl<'a, C: Clock> Rows<'a, C> {
         if row.fault != Fault::None && row.fault != before {
             state.all_off();
             let mut entry = ErrorEntry::about(Code::FAULT, row.fault.name().as_bytes());
-            entry.detail.writer().text(": ").text(row.fault.advice());
+            entry.detail.writer().text(": ").words(row.fault.advice());
             state.report(entry);
         }
         if row.fault != Fault::None {

@@ -20,6 +20,7 @@ use crate::safety::Fault;
 use crate::settings::Kept;
 use crate::speed_loop::{Config, Mode, Tuning, Zero};
 use crate::telemetry::Channels;
+use crate::words::words;
 use core::cell::{Cell, RefCell};
 
 /// What the drive is to do when nothing runs.
@@ -350,8 +351,8 @@ pub fn no_fault(state: &State<'_>) -> Result<(), ErrorEntry> {
     match state.row.get().fault {
         Fault::None => Ok(()),
         fault => {
-            let mut entry = ErrorEntry::about(Code::SETTINGS_CONFLICT, b"the drive is off: ");
-            entry.detail.writer().text(fault.name()).text("; FAULt:CLEar first");
+            let mut entry = ErrorEntry::saying(Code::SETTINGS_CONFLICT, words!("the drive is off: "));
+            entry.detail.writer().text(fault.name()).words(words!("; FAULt:CLEar first"));
             Err(entry)
         }
     }

@@ -88,7 +88,7 @@ pub(super) async fn answer(map: &Map, course: &Course, settings: &Settings, hard
     let sigma_N_m = median(&halves) / crate::maths::sqrt(2.0 * LN_2);
     // Below one compare count of the bridge, what the encoder's and the bridge's own steps make of a turn is as large, and no noise.
     let one_count_N_m = hardware.volt_per_duty() * settings.motor_constant_N_m_A / settings.resistance_ohm;
-    let threshold_N_m = one_count_N_m.max(sigma_N_m * crate::maths::sqrt(2.0 * crate::maths::log(ORDERS as f64 / CHANCE)));
+    let threshold_N_m = maths::greater(one_count_N_m, sigma_N_m * maths::sqrt(2.0 * maths::log(ORDERS as f64 / CHANCE)));
     let mut harmonics = [None; MOST_HARMONICS];
     let mut taken = Harmonics::default();
     // An order of which the two directions say different things does not belong to the angle alone.
@@ -100,8 +100,8 @@ pub(super) async fn answer(map: &Map, course: &Course, settings: &Settings, hard
     let constant = settings.motor_constant_N_m_A;
     let torque = |slow| map.friction_A(slow).map(|current_A| current_A * constant).ok_or(Refused::NoCurrent);
     let (at_slow, at_fast) = (torque(true)?, torque(false)?);
-    let viscous_N_m_s = ((at_fast - at_slow) / (fast - slow)).max(0.0);
-    let coulomb_N_m = (at_slow - viscous_N_m_s * slow).max(0.0);
+    let viscous_N_m_s = maths::greater((at_fast - at_slow) / (fast - slow), 0.0);
+    let coulomb_N_m = maths::greater(at_slow - viscous_N_m_s * slow, 0.0);
     let compensation = Compensation { coulomb_N_m, viscous_N_m_s, harmonics: taken, ..settings.compensation };
     compensation.check(constant * settings.current_limit_A).map_err(Refused::Settings)?;
     Ok(Found { compensation, harmonics, threshold_N_m })
@@ -150,5 +150,5 @@ fn insert(best: &mut [Option<(Harmonic, f64)>; MOST_HARMONICS], harmonic: Harmon
 /// The value that half of the others are below. By counting: a sort is 8 KiB of flash, and this is asked once.
 fn median(values: &[f64; ORDERS]) -> f64 {
     let below = |value: f64| values.iter().filter(|other| **other < value).count();
-    values.iter().copied().filter(|value| below(*value) <= ORDERS >> 1).fold(0.0, f64::max)
+    values.iter().copied().filter(|value| below(*value) <= ORDERS >> 1).fold(0.0, maths::greater)
 }

@@ -3,6 +3,7 @@
 //! Negative numbers are SCPI's (volume 2, chapter 21), positive ones the stand's own. The words say what it was about, too.
 
 use super::text::{Text, Writer};
+use crate::words::{Words, words};
 
 /// An error's number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,31 +54,31 @@ impl Code {
     pub const SETTING: Self = Self(104);
 
     /// Its words.
-    pub fn words(self) -> &'static str {
+    pub fn words(self) -> Words {
         match self {
-            Self(0) => "No error",
-            Self::INVALID_CHARACTER => "Invalid character",
-            Self::SYNTAX => "Syntax error",
-            Self::DATA_TYPE => "Data type error",
-            Self::PARAMETER_NOT_ALLOWED => "Parameter not allowed",
-            Self::MISSING_PARAMETER => "Missing parameter",
-            Self::UNDEFINED_HEADER => "Undefined header",
-            Self::NUMERIC_DATA => "Numeric data error",
-            Self::INVALID_SUFFIX => "Invalid suffix",
-            Self::SETTINGS_CONFLICT => "Settings conflict",
-            Self::OUT_OF_RANGE => "Data out of range",
-            Self::TOO_MUCH_DATA => "Too much data",
-            Self::ILLEGAL_VALUE => "Illegal parameter value",
-            Self::DATA_STALE => "Data corrupt or stale",
-            Self::HARDWARE => "Hardware error",
-            Self::STORAGE => "Storage fault",
-            Self::QUEUE_OVERFLOW => "Queue overflow",
-            Self::CHECKSUM => "Checksum error in the line",
-            Self::FAULT => "Drive switched off",
-            Self::LINE_TOO_SLOW => "More than the line carries",
-            Self::CALIBRATION => "Calibration without an answer",
-            Self::SETTING => "Setting refused",
-            _ => "Error",
+            Self(0) => words!("No error"),
+            Self::INVALID_CHARACTER => words!("Invalid character"),
+            Self::SYNTAX => words!("Syntax error"),
+            Self::DATA_TYPE => words!("Data type error"),
+            Self::PARAMETER_NOT_ALLOWED => words!("Parameter not allowed"),
+            Self::MISSING_PARAMETER => words!("Missing parameter"),
+            Self::UNDEFINED_HEADER => words!("Undefined header"),
+            Self::NUMERIC_DATA => words!("Numeric data error"),
+            Self::INVALID_SUFFIX => words!("Invalid suffix"),
+            Self::SETTINGS_CONFLICT => words!("Settings conflict"),
+            Self::OUT_OF_RANGE => words!("Data out of range"),
+            Self::TOO_MUCH_DATA => words!("Too much data"),
+            Self::ILLEGAL_VALUE => words!("Illegal parameter value"),
+            Self::DATA_STALE => words!("Data corrupt or stale"),
+            Self::HARDWARE => words!("Hardware error"),
+            Self::STORAGE => words!("Storage fault"),
+            Self::QUEUE_OVERFLOW => words!("Queue overflow"),
+            Self::CHECKSUM => words!("Checksum error in the line"),
+            Self::FAULT => words!("Drive switched off"),
+            Self::LINE_TOO_SLOW => words!("More than the line carries"),
+            Self::CALIBRATION => words!("Calibration without an answer"),
+            Self::SETTING => words!("Setting refused"),
+            _ => words!("Error"),
         }
     }
 
@@ -111,7 +112,14 @@ impl ErrorEntry {
         Self { code, detail: Detail::default() }
     }
 
-    /// About some words of the line, or of the stand.
+    /// With words of the stand.
+    pub fn saying(code: Code, words: Words) -> Self {
+        let mut entry = Self::new(code);
+        entry.detail.writer().words(words);
+        entry
+    }
+
+    /// About some words of the line.
     pub fn about(code: Code, what: &[u8]) -> Self {
         let mut entry = Self::new(code);
         entry.detail.writer().bytes(what);
@@ -120,7 +128,7 @@ impl ErrorEntry {
 
     /// As the reply has it: number, comma, words in quotes.
     pub fn write(&self, out: &mut Writer<'_>) {
-        out.signed(i64::from(self.code.0)).text(",\"").text(self.code.words());
+        out.signed(i64::from(self.code.0)).text(",\"").words(self.code.words());
         if !self.detail.is_empty() {
             out.text("; ");
             // A quote within would end the text.

@@ -182,7 +182,7 @@ impl<'a> Parameters<'a> {
             return Err(entry);
         }
         // `clamp` panics where its bounds are swapped.
-        Ok(value.max(range.least).min(range.greatest))
+        Ok(crate::maths::lesser(crate::maths::greater(value, range.least), range.greatest))
     }
 
     /// There must be no more.

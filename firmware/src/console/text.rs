@@ -3,6 +3,8 @@
 //! What does not fit is cut and remembered ([`Text::is_cut`]); nothing panics. Numbers are written shortest: as many digits as asked for,
 //! zeros at the end left away.
 
+use crate::words::Words;
+
 /// At most `N` bytes of ASCII.
 #[derive(Clone, Copy, Debug)]
 pub struct Text<const N: usize> {
@@ -83,6 +85,12 @@ impl Writer<'_> {
     /// Text.
     pub fn text(&mut self, text: &str) -> &mut Self {
         self.bytes(text.as_bytes())
+    }
+
+    /// Words.
+    pub fn words(&mut self, words: Words) -> &mut Self {
+        words.letters(&mut |letter| _ = self.byte(letter));
+        self
     }
 
     /// Text as bytes.

@@ -1,19 +1,15 @@
-//! ST's ISM330DHCX (data sheet DS13012, application note AN5398) through ST's own driver.
+//! ST's ISM330DHCX (data sheet DS13012, application note AN5398) by the registers of ST's own driver.
 //!
-//! The driver names the registers, holds their bits and moves the bytes. Its verbs for the data rate also look at parts of the chip that are
-//! not used here, and its verbs for the FIFO read one word at a time; so registers are written and read as a whole, and the FIFO in one
-//! burst. Every register that is written is read back.
+//! The driver names the registers and their bits. Its verbs are not used: each of them is code of its own wherever one waits for it, those for
+//! the data rate also look at other parts of the chip, those for the FIFO read one word at a time. Here all goes by one exchange of bytes,
+//! registers as a whole and the FIFO in one burst. Every register that is written is read back.
 
 use super::fifo::{Assembly, Took, WORD};
 use super::{Drained, InForce, Ready, STANDARD_GRAVITY_M_S2, Sample, SelfTest, Sensor, Setup, Trouble};
 use crate::board::{Clock, TICKS_PER_S};
-use embedded_hal_async::delay::DelayNs;
-use embedded_hal_async::spi::{Operation, SpiDevice};
+use embedded_hal_async::spi::SpiDevice;
+use ism330dhcx_rs::asynchronous as st;
 use ism330dhcx_rs::asynchronous::prelude::*;
-use ism330dhcx_rs::asynchronous::{self as st, Error};
-use st_mems_bus::asynchronous::{BusOperation, SensorOperation};
-
-type Chip<D, C> = st::Ism330dhcx<Line<D>, Wait<C>, MainBank>;
 
 /// Output rates, Hz, and their code (CTRL1_XL, CTRL2_G, FIFO_CTRL3).
 const RATES: [(f32, u8); 7] = [
@@ -58,45 +54,15 @@ const TEST_DEG_S: (f32, f32) = (150.0, 700.0);
 const TEST_READINGS: u32 = 5;
 const TEST_SETTLES: u64 = TICKS_PER_S >> 3;
 
-/// Waits by the board's clock, for ST's driver.
-struct Wait<C>(C);
-
-impl<C: Clock> DelayNs for Wait<C> {
-    async fn delay_ns(&mut self, ns: u32) {
-        let steps = u64::from(ns).saturating_add(99).checked_div(100).unwrap_or(0);
-        self.0.until(self.0.now() + steps).await;
-    }
-}
-
-/// The line as ST's driver wants it. Its own keeps a copy of 256 bytes for each writing; a register is one.
-struct Line<D>(D);
-
 /// The first byte says the register, its highest bit that it is read.
 const READS: u8 = 0x80;
 
-impl<D: SpiDevice<u8>> BusOperation for Line<D> {
-    type Error = D::Error;
-
-    async fn read_bytes(&mut self, bytes: &mut [u8]) -> Result<(), D::Error> {
-        self.0.transaction(&mut [Operation::Read(bytes)]).await
-    }
-
-    async fn write_bytes(&mut self, bytes: &[u8]) -> Result<(), D::Error> {
-        self.0.transaction(&mut [Operation::Write(bytes)]).await
-    }
-
-    async fn write_byte_read_bytes(&mut self, [register]: &[u8; 1], bytes: &mut [u8]) -> Result<(), D::Error> {
-        self.0.transaction(&mut [Operation::Write(&[register | READS]), Operation::Read(bytes)]).await
-    }
-
-    async fn write_to_register(&mut self, register: u8, bytes: &[u8]) -> Result<(), D::Error> {
-        self.0.transaction(&mut [Operation::Write(&[register]), Operation::Write(bytes)]).await
-    }
-}
-
 /// The sensor on its line.
 pub struct Ism330dhcx<D: SpiDevice<u8>, C: Clock> {
-    chip: Chip<D, C>,
+    line: D,
+    clock: C,
+    /// What goes over the line: the register, then what is written or came.
+    bytes: [u8; 1 + BURST_WORDS * WORD],
     /// rad/s and m/s² in one code.
     rate_rad_s: f32,
     accel_m_s2: f32,
@@ -104,18 +70,13 @@ pub struct Ism330dhcx<D: SpiDevice<u8>, C: Clock> {
     overrun: bool,
 }
 
-impl<B> From<Error<B>> for Trouble {
-    fn from(_: Error<B>) -> Self {
-        // Registers and bytes are all that is asked of the driver; only the line can fail under them.
-        Trouble::Bus
-    }
-}
-
 impl<D: SpiDevice<u8>, C: Clock> Ism330dhcx<D, C> {
     /// The chip behind this line; nothing is sent yet.
     pub fn new(line: D, clock: C) -> Self {
         Self {
-            chip: st::Ism330dhcx::from_bus(Line(line), Wait(clock)),
+            line,
+            clock,
+            bytes: [0; 1 + BURST_WORDS * WORD],
             rate_rad_s: 0.0,
             accel_m_s2: 0.0,
             assembly: Assembly::default(),
@@ -124,29 +85,40 @@ impl<D: SpiDevice<u8>, C: Clock> Ism330dhcx<D, C> {
     }
 
     async fn wait(&mut self, steps: u64) {
-        let clock = &self.chip.tim.0;
-        clock.until(clock.now() + steps).await;
+        self.clock.until(self.clock.now() + steps).await;
     }
 
-    async fn read(&mut self, register: Reg) -> Result<u8, Trouble> {
-        let mut value = [0];
-        self.chip.read_from_register(register as u8, &mut value).await?;
-        let [value] = value;
-        Ok(value)
+    /// Sends the first byte and `count` more; what came in their place stands in [`Self::came`].
+    async fn exchange(&mut self, first: u8, count: usize) -> Result<(), Trouble> {
+        if let Some(place) = self.bytes.first_mut() {
+            *place = first;
+        }
+        let bytes = self.bytes.get_mut(..=count).unwrap_or_default();
+        self.line.transfer_in_place(bytes).await.map_err(|_| Trouble::Bus)
     }
 
-    /// Writes a register and reads it back.
-    async fn set(&mut self, register: Reg, wrote: u8) -> Result<(), Trouble> {
-        let address = register as u8;
-        self.chip.write_to_register(address, &[wrote]).await?;
-        let read = self.read(register).await?;
-        if read == wrote { Ok(()) } else { Err(Trouble::NotConfigured { register: address, wrote, read }) }
+    /// What came after the first byte.
+    fn came<const N: usize>(&self) -> [u8; N] {
+        self.bytes.get(1..).and_then(|bytes| bytes.first_chunk()).copied().unwrap_or([0; N])
     }
 
-    /// The same for one after the other. A loop: each place where one waits is code of its own.
+    /// Reads so many bytes from a register on; they stand in [`Self::came`].
+    async fn read(&mut self, register: Reg, count: usize) -> Result<(), Trouble> {
+        self.exchange(register as u8 | READS, count).await
+    }
+
+    /// Writes registers, one after the other, and reads each back. A loop: each place where one waits is code of its own.
     async fn set_all(&mut self, registers: &[(Reg, u8)]) -> Result<(), Trouble> {
         for (register, wrote) in registers {
-            self.set(*register, *wrote).await?;
+            let register = *register as u8;
+            for first in [register, register | READS] {
+                self.bytes = [*wrote; _];
+                self.exchange(first, 1).await?;
+            }
+            let [read] = self.came();
+            if read != *wrote {
+                return Err(Trouble::NotConfigured { register, wrote: *wrote, read });
+            }
         }
         Ok(())
     }
@@ -154,13 +126,17 @@ impl<D: SpiDevice<u8>, C: Clock> Ism330dhcx<D, C> {
     /// Back to what it is after power-on.
     async fn reset(&mut self) -> Result<(), Trouble> {
         let power_on = Ctrl3C::new().into_bits();
-        let wrote = Ctrl3C::new().with_sw_reset(1).into_bits();
-        self.chip.write_to_register(Reg::Ctrl3C as u8, &[wrote]).await?;
-        // It takes 50 µs.
-        let mut read = wrote;
-        for _ in 0..10 {
+        let mut read = Ctrl3C::new().with_sw_reset(1).into_bits();
+        self.bytes = [read; _];
+        let mut first = Reg::Ctrl3C as u8;
+        // Written once, then read; it takes 50 µs.
+        for _ in 0..=10 {
+            self.exchange(first, 1).await?;
             self.wait(1_000).await;
-            read = self.read(Reg::Ctrl3C).await?;
+            if first & READS != 0 {
+                [read] = self.came();
+            }
+            first |= READS;
             if read == power_on {
                 // Both halves of a reading belong together, and bursts go from register to register.
                 return self.set_all(&[(Reg::Ctrl3C, Ctrl3C::new().with_bdu(1).into_bits())]).await;
@@ -186,9 +162,8 @@ impl<D: SpiDevice<u8>, C: Clock> Ism330dhcx<D, C> {
                 }
                 self.wait(10_000).await;
             }
-            let mut bytes = [0; 12];
-            self.chip.read_from_register(Reg::OutxLG as u8, &mut bytes).await?;
-            let [a, b, c, d, e, f, g, h, i, j, k, l] = bytes;
+            self.read(Reg::OutxLG, 12).await?;
+            let [a, b, c, d, e, f, g, h, i, j, k, l] = self.came();
             let code = |low, high| f32::from(i16::from_le_bytes([low, high]));
             let (rates, forces) = ([code(a, b), code(c, d), code(e, f)], [code(g, h), code(i, j), code(k, l)]);
             sums.0.iter_mut().zip(rates).for_each(|(sum, code)| *sum += code);
@@ -209,7 +184,8 @@ impl<D: SpiDevice<u8>, C: Clock> Sensor for Ism330dhcx<D, C> {
     const NAME: &'static str = "ISM330DHCX";
 
     async fn identify(&mut self) -> Result<(), Trouble> {
-        let who_am_i = self.chip.device_id_get().await?;
+        self.read(Reg::WhoAmI, 1).await?;
+        let [who_am_i] = self.came();
         match (who_am_i, st::ISM330DHCX_ID) {
             (who_am_i, expected) if who_am_i == expected => Ok(()),
             (who_am_i @ (0x00 | 0xFF), expected) => Err(Trouble::Absent { who_am_i, expected }),
@@ -240,7 +216,8 @@ impl<D: SpiDevice<u8>, C: Clock> Sensor for Ism330dhcx<D, C> {
             (Reg::FifoCtrl4, goes_on.into_bits()),
         ])
         .await?;
-        let fine = f64::from(self.chip.odr_cal_reg_get().await?);
+        self.read(Reg::InternalFreqFine, 1).await?;
+        let fine = f64::from(i8::from_le_bytes(self.came()));
         self.rate_rad_s = (mdps * 1e-3).to_radians();
         self.accel_m_s2 = mg * 1e-3 * STANDARD_GRAVITY_M_S2;
         self.assembly = Assembly::default();
@@ -254,16 +231,17 @@ impl<D: SpiDevice<u8>, C: Clock> Sensor for Ism330dhcx<D, C> {
     }
 
     async fn ready(&mut self) -> Result<Ready, Trouble> {
-        let status = StatusReg::from_bits(self.read(Reg::StatusRegOrSpiaux).await?);
+        self.read(Reg::StatusRegOrSpiaux, 1).await?;
+        let [status] = self.came();
+        let status = StatusReg::from_bits(status);
         Ok(Ready { rate: status.gda() != 0, accel: status.xlda() != 0, temperature: status.tda() != 0 })
     }
 
     async fn drain(&mut self, samples: &mut [Sample]) -> Result<Drained, Trouble> {
         let mut drained = Drained::default();
         while drained.samples < samples.len() {
-            let mut status = [0; 2];
-            self.chip.read_from_register(Reg::FifoStatus1 as u8, &mut status).await?;
-            let [low, high] = status;
+            self.read(Reg::FifoStatus1, 2).await?;
+            let [low, high] = self.came();
             let flags = FifoStatus2::from_bits(high);
             let level = u16::from_le_bytes([low, flags.diff_fifo()]);
             if level > FIFO_WORDS {
@@ -278,11 +256,9 @@ impl<D: SpiDevice<u8>, C: Clock> Sensor for Ism330dhcx<D, C> {
             if words == 0 {
                 break;
             }
-            let mut burst = [0; BURST_WORDS * WORD];
-            let Some(bytes) = burst.get_mut(..words.saturating_mul(WORD)) else { break };
-            self.chip.read_from_register(Reg::FifoDataOutTag as u8, bytes).await?;
-            let (whole, _) = bytes.as_chunks::<WORD>();
-            for word in whole {
+            self.read(Reg::FifoDataOutTag, words.saturating_mul(WORD)).await?;
+            let (whole, _) = self.bytes.get(1..).unwrap_or_default().as_chunks::<WORD>();
+            for word in whole.iter().take(words) {
                 match self.assembly.take(*word, self.rate_rad_s, self.accel_m_s2) {
                     Took::Part => {}
                     Took::Refused => drained.refused = drained.refused.saturating_add(1),
@@ -303,11 +279,13 @@ impl<D: SpiDevice<u8>, C: Clock> Sensor for Ism330dhcx<D, C> {
     }
 
     async fn stamp(&mut self) -> Result<u32, Trouble> {
-        Ok(self.chip.timestamp_raw_get().await?)
+        self.read(Reg::Timestamp0, 4).await?;
+        Ok(u32::from_le_bytes(self.came()))
     }
 
     async fn temperature_C(&mut self) -> Result<f32, Trouble> {
-        Ok(st::from_lsb_to_celsius(self.chip.temperature_raw_get().await?))
+        self.read(Reg::OutTempL, 2).await?;
+        Ok(st::from_lsb_to_celsius(i16::from_le_bytes(self.came())))
     }
 
     async fn self_test(&mut self) -> Result<SelfTest, Trouble> {

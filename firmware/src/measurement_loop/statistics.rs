@@ -24,13 +24,13 @@ impl Statistics {
         let off = value - self.mean;
         self.mean += off / f64::from(self.count);
         self.squares += off * (value - self.mean);
-        self.least = self.least.min(value);
-        self.greatest = self.greatest.max(value);
+        self.least = crate::maths::lesser(self.least, value);
+        self.greatest = crate::maths::greater(self.greatest, value);
     }
 
     /// Standard deviation of one of them; `None` before the second.
     pub fn sigma(&self) -> Option<f64> {
-        (self.count > 1).then(|| crate::maths::sqrt(self.squares.max(0.0) / (f64::from(self.count) - 1.0)))
+        (self.count > 1).then(|| crate::maths::sqrt(crate::maths::greater(self.squares, 0.0) / (f64::from(self.count) - 1.0)))
     }
 }
 

@@ -3,6 +3,8 @@
 use core::fmt;
 use core::str::FromStr;
 
+use crate::words::{Words, words};
+
 /// Which profile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ProfileKind {
@@ -80,21 +82,21 @@ impl ProfileKind {
     }
 
     /// What it does, in a line.
-    pub fn says(self) -> &'static str {
+    pub fn says(self) -> Words {
         match self {
-            Self::Constant => "one value",
-            Self::MultiStep => "random levels for random times, both signs",
-            Self::Multisine => "twenty sines at once",
-            Self::Prbs => "a pseudo-random binary sequence",
-            Self::Chirp => "a sine of rising frequency, the same factor each second",
-            Self::ChirpLinear => "a sine of rising frequency, the same hertz each second",
-            Self::Staircase => "levels up, down through zero to the other side, and back",
-            Self::Trapezoid => "up to a plateau and down, straight",
-            Self::SCurve => "up to a plateau and down, with rounded corners",
-            Self::Sine => "one sine",
-            Self::Alternating => "plus, minus, plus, minus",
-            Self::Abba => "blocks of plus, minus, minus, plus",
-            Self::Turns => "whole turns, ends at the angle where it began",
+            Self::Constant => words!("one value"),
+            Self::MultiStep => words!("random levels for random times, both signs"),
+            Self::Multisine => words!("twenty sines at once"),
+            Self::Prbs => words!("a pseudo-random binary sequence"),
+            Self::Chirp => words!("a sine of rising frequency, the same factor each second"),
+            Self::ChirpLinear => words!("a sine of rising frequency, the same hertz each second"),
+            Self::Staircase => words!("levels up, down through zero to the other side, and back"),
+            Self::Trapezoid => words!("up to a plateau and down, straight"),
+            Self::SCurve => words!("up to a plateau and down, with rounded corners"),
+            Self::Sine => words!("one sine"),
+            Self::Alternating => words!("plus, minus, plus, minus"),
+            Self::Abba => words!("blocks of plus, minus, minus, plus"),
+            Self::Turns => words!("whole turns, ends at the angle where it began"),
         }
     }
 

@@ -44,8 +44,8 @@ impl Multisine {
         }
         let mut sines = Self { lines, scale: 1.0 };
         let period_ms = (1e3 / lowest) as u32;
-        let peak = (0..period_ms).map(|_| sines.next_value().abs()).fold(0.0, f64::max);
-        Ok(Self { lines, scale: amplitude / peak.max(1.0) })
+        let peak = (0..period_ms).map(|_| sines.next_value().abs()).fold(0.0, maths::greater);
+        Ok(Self { lines, scale: amplitude / maths::greater(peak, 1.0) })
     }
 
     pub(super) fn next_value(&mut self) -> f64 {

@@ -4,6 +4,7 @@
 
 use super::ProfileKind;
 use crate::config::{ConfigError, within};
+use crate::words::{Words, words};
 
 /// A profile's parameters. Amplitude and offset are in V, rad/s or rad, as the mode has it; acceleration is their change per
 /// second, jerk the change of that.
@@ -72,7 +73,7 @@ pub struct Parameter {
     /// Its unit; `x` stands for the unit of the amplitude.
     pub unit: &'static str,
     /// What it is, in a line.
-    pub says: &'static str,
+    pub says: Words,
     /// Its value.
     pub read: fn(&ProfileConfig) -> f64,
     write: Write,
@@ -118,26 +119,26 @@ const ALL_53_BITS: f64 = 9_007_199_254_740_991.0;
 
 /// All parameters, in the order in which a person would ask for them.
 pub const PARAMETERS: [Parameter; 14] = [
-    real("amplitude", "x", "largest distance from the offset", |c| c.amplitude, |c, x| c.amplitude = x),
-    real("offset", "x", "added to all values", |c| c.offset, |c, x| c.offset = x),
-    real("dwell_s", "s", "time on each level (multi-step: its mean)", |c| c.dwell_s, |c, x| c.dwell_s = x),
-    whole("levels", ALL_32_BITS, "levels on each side of zero", |c| f64::from(c.levels), |c, x| c.levels = x as u32),
-    real("bit_s", "s", "length of one bit", |c| c.bit_s, |c, x| c.bit_s = x),
-    real("from_Hz", "Hz", "lowest frequency", |c| c.from_Hz, |c, x| c.from_Hz = x),
-    real("to_Hz", "Hz", "highest frequency", |c| c.to_Hz, |c, x| c.to_Hz = x),
-    real("sweep_s", "s", "time from the lowest to the highest frequency", |c| c.sweep_s, |c, x| c.sweep_s = x),
-    real("frequency_Hz", "Hz", "frequency", |c| c.frequency_Hz, |c, x| c.frequency_Hz = x),
-    real("acceleration", "x/s", "greatest change per second", |c| c.acceleration, |c, x| c.acceleration = x),
-    real("jerk", "x/s2", "greatest change of the acceleration per second", |c| c.jerk, |c, x| c.jerk = x),
-    whole("cycles", ALL_32_BITS, "how often it goes round, 0: without end", |c| f64::from(c.cycles), |c, x| c.cycles = x as u32),
-    whole("turns", ALL_32_BITS, "whole turns", |c| f64::from(c.turns), |c, x| c.turns = x as u32),
-    whole("seed", ALL_53_BITS, "what random profiles are drawn from", |c| c.seed as f64, |c, x| c.seed = x as u64),
+    real("amplitude", "x", words!("largest distance from the offset"), |c| c.amplitude, |c, x| c.amplitude = x),
+    real("offset", "x", words!("added to all values"), |c| c.offset, |c, x| c.offset = x),
+    real("dwell_s", "s", words!("time on each level (multi-step: its mean)"), |c| c.dwell_s, |c, x| c.dwell_s = x),
+    whole("levels", ALL_32_BITS, words!("levels on each side of zero"), |c| f64::from(c.levels), |c, x| c.levels = x as u32),
+    real("bit_s", "s", words!("length of one bit"), |c| c.bit_s, |c, x| c.bit_s = x),
+    real("from_Hz", "Hz", words!("lowest frequency"), |c| c.from_Hz, |c, x| c.from_Hz = x),
+    real("to_Hz", "Hz", words!("highest frequency"), |c| c.to_Hz, |c, x| c.to_Hz = x),
+    real("sweep_s", "s", words!("time from the lowest to the highest frequency"), |c| c.sweep_s, |c, x| c.sweep_s = x),
+    real("frequency_Hz", "Hz", words!("frequency"), |c| c.frequency_Hz, |c, x| c.frequency_Hz = x),
+    real("acceleration", "x/s", words!("greatest change per second"), |c| c.acceleration, |c, x| c.acceleration = x),
+    real("jerk", "x/s2", words!("greatest change of the acceleration per second"), |c| c.jerk, |c, x| c.jerk = x),
+    whole("cycles", ALL_32_BITS, words!("how often it goes round, 0: without end"), |c| f64::from(c.cycles), |c, x| c.cycles = x as u32),
+    whole("turns", ALL_32_BITS, words!("whole turns"), |c| f64::from(c.turns), |c, x| c.turns = x as u32),
+    whole("seed", ALL_53_BITS, words!("what random profiles are drawn from"), |c| c.seed as f64, |c, x| c.seed = x as u64),
 ];
 
 const fn real(
     name: &'static str,
     unit: &'static str,
-    says: &'static str,
+    says: Words,
     read: fn(&ProfileConfig) -> f64,
     write: fn(&mut ProfileConfig, f64),
 ) -> Parameter {
@@ -147,7 +148,7 @@ const fn real(
 const fn whole(
     name: &'static str,
     most: f64,
-    says: &'static str,
+    says: Words,
     read: fn(&ProfileConfig) -> f64,
     write: fn(&mut ProfileConfig, f64),
 ) -> Parameter {

@@ -9,6 +9,7 @@
 
 use super::Record;
 use crate::telemetry::crc32;
+use crate::words::{Words, words};
 use core::fmt;
 use embedded_storage::nor_flash::NorFlash;
 
@@ -31,19 +32,19 @@ pub enum StoreError {
 
 impl StoreError {
     /// In words, with what to do.
-    pub fn says(self) -> &'static str {
+    pub fn says(self) -> Words {
         match self {
-            Self::Flash => "the flash refused; switch off and on, then try again",
-            Self::NotKept => "the flash does not keep what is written; its sectors are worn out or protected",
-            Self::TooLong => "the settings are longer than their place in flash",
-            Self::OtherLayout => "the kept settings are another firmware's; SETTings:SAVE writes them anew",
+            Self::Flash => words!("the flash refused; switch off and on, then try again"),
+            Self::NotKept => words!("the flash does not keep what is written; its sectors are worn out or protected"),
+            Self::TooLong => words!("the settings are longer than their place in flash"),
+            Self::OtherLayout => words!("the kept settings are another firmware's; SETTings:SAVE writes them anew"),
         }
     }
 }
 
 impl fmt::Display for StoreError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.says())
+        self.says().fmt(f)
     }
 }
 

@@ -56,10 +56,10 @@ impl Thresholds {
         let codes = |amperes: f64| amperes / hardware.current_A_per_code;
         let duty_per_volt = 1.0 / hardware.volt_per_duty();
         let supply = |share: f64| (share * hardware.supply_nominal_V / hardware.supply_V_per_code) as u32;
-        let ms = |seconds: f64| crate::maths::round(seconds * 1e3).max(1.0) as u32;
+        let ms = |seconds: f64| crate::maths::greater(crate::maths::round(seconds * 1e3), 1.0) as u32;
         let zero = hardware.current_zero_code;
         // A current at the converter's end may be any: there it is over, too.
-        let over_codes = codes(s.over_current_A).min(CONVERTER_ENDS * zero);
+        let over_codes = crate::maths::lesser(codes(s.over_current_A), CONVERTER_ENDS * zero);
         Self {
             overspeed: (given.overspeed_rad_s / given.rad_s_per_count_tick) as f32,
             current_from: (zero - over_codes) as i32,

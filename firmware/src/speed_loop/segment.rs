@@ -122,7 +122,7 @@ impl Segment {
             mode: Mode::Position,
             // Whole counts wrap as the counter does.
             value: i64::from(whole as i64 as i32) << 32 | ((counts - whole) * ONE) as i64,
-            slope: fastest_rad_s.map_or(0, |rate| crate::maths::round(rate.abs() * rate_unit(hardware)).max(1.0) as i64),
+            slope: fastest_rad_s.map_or(0, |rate| crate::maths::greater(crate::maths::round(rate.abs() * rate_unit(hardware)), 1.0) as i64),
             zero,
         }
     }

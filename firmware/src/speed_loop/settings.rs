@@ -141,7 +141,7 @@ impl Config {
         let current = s.current_limit_A;
         let volts = s.voltage_limit_V;
         let overspeed = s.overspeed_rad_s;
-        let approach = s.approach_rad_s.min(0.9 * overspeed);
+        let approach = crate::maths::lesser(s.approach_rad_s, 0.9 * overspeed);
         s.compensation.check(constant * current)?;
         s.safety.check()?;
         s.gyro.check()?;

@@ -4,22 +4,23 @@ use super::{Act, Entry, entry};
 use crate::app::state::{Running, State, no_fault};
 use crate::console::errors::{Code, ErrorEntry};
 use crate::console::text::Writer;
+use crate::words::words;
 
 pub(super) const ENTRIES: &[Entry] = &[
-    entry("CALibration:COGGing:STARt", Act::Do(start), "turn, measure and compensate; *OPC? waits for its end; SETTings:SAVE keeps it"),
-    entry("CALibration:COGGing:ABORt", Act::Do(|state| (state.calibration.abort(), Ok(())).1), "end it; the compensation stays as it was"),
-    entry(
+    entry!("CALibration:COGGing:STARt", Act::Do(start), "turn, measure and compensate; *OPC? waits for its end; SETTings:SAVE keeps it"),
+    entry!("CALibration:COGGing:ABORt", Act::Do(|state| (state.calibration.abort(), Ok(())).1), "end it; the compensation stays as it was"),
+    entry!(
         "CALibration:COGGing:PROGress",
         Act::Ask("PCT", |state| Ok(crate::maths::round(f64::from(state.calibration.percent()) * 10.0) * 0.1)),
         "how far it is",
     ),
-    entry("CALibration:COGGing", Act::Say("RUNNING, DONE and what was found, or FAILED and why", result), "how it ended"),
+    entry!("CALibration:COGGing", Act::Say(words!("RUNNING, DONE and what was found, or FAILED and why"), result), "how it ended"),
 ];
 
 fn start(state: &State<'_>) -> Result<(), ErrorEntry> {
     no_fault(state)?;
     if state.is_busy() {
-        return Err(ErrorEntry::about(Code::SETTINGS_CONFLICT, b"something runs: wait for its end, or STOP"));
+        return Err(ErrorEntry::saying(Code::SETTINGS_CONFLICT, words!("something runs: wait for its end, or STOP")));
     }
     state.calibration.restart();
     state.calibrated.set(None);

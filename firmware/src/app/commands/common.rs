@@ -7,22 +7,23 @@ use crate::console::quantity::Quantity;
 use crate::console::status::OPERATION_COMPLETE;
 use crate::safety::Fault;
 use crate::telemetry::Channels;
+use crate::words::words;
 
-const BYTE: Range = Range::new(Quantity::PLAIN, 0.0, 255.0, 0.0);
+const BYTE: &Range = &Range::new(Quantity::PLAIN, 0.0, 255.0, 0.0);
 
 pub(super) const ENTRIES: &[Entry] = &[
-    entry(
+    entry!(
         "*IDN",
-        Act::Say("maker,model,serial number,firmware", |state, out| {
+        Act::Say(words!("maker,model,serial number,firmware"), |state, out| {
             identity(state, out);
             Ok(())
         }),
         "who it is",
     ),
-    entry("*RST", Act::Do(|state| (reset(state), Ok(())).1), "drive off, text mode, nothing asked for; settings stay"),
-    entry("*CLS", Act::Do(|state| (state.clear_status(), Ok(())).1), "forget errors and events"),
-    entry("*ESR", Act::Ask("", |state| Ok(f64::from(state.status.take_event()))), "standard events, taken"),
-    entry(
+    entry!("*RST", Act::Do(|state| (reset(state), Ok(())).1), "drive off, text mode, nothing asked for; settings stay"),
+    entry!("*CLS", Act::Do(|state| (state.clear_status(), Ok(())).1), "forget errors and events"),
+    entry!("*ESR", Act::Ask("", |state| Ok(f64::from(state.status.take_event()))), "standard events, taken"),
+    entry!(
         "*ESE",
         Act::Number {
             range: BYTE,
@@ -31,8 +32,8 @@ pub(super) const ENTRIES: &[Entry] = &[
         },
         "standard events that the status byte shows",
     ),
-    entry("*STB", Act::Ask("", |state| Ok(f64::from(state.status.byte(state.error_count() > 0)))), "status byte"),
-    entry(
+    entry!("*STB", Act::Ask("", |state| Ok(f64::from(state.status.byte(state.error_count() > 0)))), "status byte"),
+    entry!(
         "*SRE",
         Act::Number {
             range: BYTE,
@@ -41,7 +42,7 @@ pub(super) const ENTRIES: &[Entry] = &[
         },
         "bits of the status byte that its bit 6 shows",
     ),
-    entry(
+    entry!(
         "*OPC",
         Act::Do(|state| {
             if state.is_busy() {
@@ -53,10 +54,10 @@ pub(super) const ENTRIES: &[Entry] = &[
         }),
         "set the event 'operation complete' when nothing runs any more",
     ),
-    entry("*OPC", Act::AskJob(Job::WaitAndSay), "1 when nothing runs any more"),
-    entry("*WAI", Act::Job(Job::Wait), "wait until nothing runs any more"),
-    entry("*TST", Act::Ask("", |state| Ok(self_test(state))), "self-test: 0, or 1 settings + 2 no rows + 4 late rows + 8 a fault"),
-    entry("STOP", Act::Do(|state| (stop(state), Ok(())).1), "emergency stop, as the byte 0x18; FAULt:CLEar ends it"),
+    entry!("*OPC", Act::AskJob(Job::WaitAndSay), "1 when nothing runs any more"),
+    entry!("*WAI", Act::Job(Job::Wait), "wait until nothing runs any more"),
+    entry!("*TST", Act::Ask("", |state| Ok(self_test(state))), "self-test: 0, or 1 settings + 2 no rows + 4 late rows + 8 a fault"),
+    entry!("STOP", Act::Do(|state| (stop(state), Ok(())).1), "emergency stop, as the byte 0x18; FAULt:CLEar ends it"),
 ];
 
 pub(crate) fn identity(state: &State<'_>, out: &mut crate::console::text::Writer<'_>) {

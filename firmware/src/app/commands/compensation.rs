@@ -8,40 +8,41 @@ use crate::console::parse::{Parameters, Range};
 use crate::console::quantity::Quantity;
 use crate::console::text::Writer;
 use crate::speed_loop::Compensating;
+use crate::words::words;
 
 pub(super) const ENTRIES: &[Entry] = &[
-    entry("COMPensation:LIST", Act::List(List::Compensation), "friction and harmonics in force"),
-    entry(
+    entry!("COMPensation:LIST", Act::List(List::Compensation), "friction and harmonics in force"),
+    entry!(
         "COMPensation:HARMonic",
-        Act::Take("<order>,<N.M>,<RAD>", harmonic),
+        Act::Take(words!("<order>,<N.M>,<RAD>"), harmonic),
         "set one order: torque sin(order angle + phase); 0 N.M takes it away",
     ),
-    entry(
+    entry!(
         "COMPensation:CLEar",
         Act::Do(|state| learn(state, |c| *c = Compensation { winding_lag_s: c.winding_lag_s, ..Compensation::default() })),
         "compensate nothing",
     ),
-    entry(
+    entry!(
         "COMPensation:COULomb",
         Act::Number {
-            range: Range::new(Quantity::TORQUE, 0.0, 1e3, 0.0),
+            range: const { &Range::new(Quantity::TORQUE, 0.0, 1e3, 0.0) },
             read: |state| state.kept.get().settings.compensation.coulomb_N_m,
             write: |state, torque_N_m| learn(state, |c| c.coulomb_N_m = torque_N_m),
         },
         "dry friction; also while the drive is on",
     ),
-    entry(
+    entry!(
         "COMPensation:VISCous",
         Act::Number {
-            range: Range::new(Quantity::only("N.M.S"), 0.0, 1e3, 0.0),
+            range: const { &Range::new(Quantity::only("N.M.S"), 0.0, 1e3, 0.0) },
             read: |state| state.kept.get().settings.compensation.viscous_N_m_s,
             write: |state, viscous_N_m_s| learn(state, |c| c.viscous_N_m_s = viscous_N_m_s),
         },
         "viscous friction; also while the drive is on",
     ),
-    entry(
+    entry!(
         "COMPensation:STATe",
-        Act::Say("what is at work", |state, out| {
+        Act::Say(words!("what is at work"), |state, out| {
             let at_work = state.row.get().compensating;
             let mut any = false;
             for (flag, name) in [
@@ -81,7 +82,8 @@ fn harmonic(state: &State<'_>, parameters: &mut Parameters<'_>) -> Done {
     let old = state.kept.get().settings.compensation.harmonics;
     let others = old.as_slice().iter().copied().filter(|harmonic| harmonic.order != order);
     let all = Harmonics::of(others.chain((torque_N_m > 0.0).then_some(new)));
-    let all = all.ok_or_else(|| ErrorEntry::about(Code::SETTINGS_CONFLICT, b"no room for another order; take one away with 0 N.M"))?;
+    let all =
+        all.ok_or_else(|| ErrorEntry::saying(Code::SETTINGS_CONFLICT, words!("no room for another order; take one away with 0 N.M")))?;
     learn(state, |compensation| compensation.harmonics = all)
 }
 

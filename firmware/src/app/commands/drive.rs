@@ -6,6 +6,7 @@ use crate::console::errors::{Code, ErrorEntry};
 use crate::console::parse::Range;
 use crate::console::quantity::Quantity;
 use crate::speed_loop::{Mode, Zero};
+use crate::words::words;
 
 /// 2000 °/s: the range of the stand.
 const RATE_RAD_S: f64 = 2000.0 * core::f64::consts::PI / 180.0;
@@ -13,7 +14,7 @@ const RATE_RAD_S: f64 = 2000.0 * core::f64::consts::PI / 180.0;
 const MODES: [Mode; 4] = [Mode::Off, Mode::Voltage, Mode::Rate, Mode::Position];
 
 pub(super) const ENTRIES: &[Entry] = &[
-    entry(
+    entry!(
         "OUTPut",
         Act::Switch {
             read: |state| state.is_driving(),
@@ -21,7 +22,7 @@ pub(super) const ENTRIES: &[Entry] = &[
         },
         "drive on in the mode that was last chosen, or off",
     ),
-    entry(
+    entry!(
         "SOURce:MODE",
         Act::Words {
             words: &["OFF", "VOLTage", "RATE", "POSition"],
@@ -41,44 +42,44 @@ pub(super) const ENTRIES: &[Entry] = &[
         },
         "what is held; the drive goes on with the value that was asked for",
     ),
-    entry(
+    entry!(
         "SOURce:RATE",
         Act::Number {
-            range: Range::new(Quantity::RATE, -RATE_RAD_S, RATE_RAD_S, 0.0),
+            range: const { &Range::new(Quantity::RATE, -RATE_RAD_S, RATE_RAD_S, 0.0) },
             read: |state| state.targets.get().rate_rad_s,
             write: |state, rate_rad_s| target(state, Mode::Rate, Targets { rate_rad_s, ..state.targets.get() }),
         },
         "rate to hold in mode RATE",
     ),
-    entry(
+    entry!(
         "SOURce:VOLTage",
         Act::Number {
-            range: Range::new(Quantity::VOLTAGE, -48.0, 48.0, 0.0),
+            range: const { &Range::new(Quantity::VOLTAGE, -48.0, 48.0, 0.0) },
             read: |state| state.targets.get().voltage_V,
             write: |state, voltage_V| target(state, Mode::Voltage, Targets { voltage_V, ..state.targets.get() }),
         },
         "voltage to hold in mode VOLTAGE; limits hold",
     ),
-    entry(
+    entry!(
         "SOURce:POSition",
         Act::Number {
-            range: Range::new(Quantity::ANGLE, -1e4, 1e4, 0.0),
+            range: const { &Range::new(Quantity::ANGLE, -1e4, 1e4, 0.0) },
             read: |state| state.targets.get().position_rad,
             write: |state, position_rad| target(state, Mode::Position, Targets { position_rad, ..state.targets.get() }),
         },
         "angle to go to and hold in mode POSITION; several turns if it is to be",
     ),
-    entry(
+    entry!(
         "SOURce:POSition:ZERO",
         Act::Words {
             words: &["POWeron", "INDex"],
             read: |state| usize::from(state.zero.get() == Zero::Index),
             write: |state, chosen| {
                 if chosen == 1 && state.row.get().from_index_rad.is_none() {
-                    return Err(ErrorEntry::about(Code::SETTINGS_CONFLICT, b"the index was not seen yet: turn the platform first"));
+                    return Err(ErrorEntry::saying(Code::SETTINGS_CONFLICT, words!("the index was not seen yet: turn the platform first")));
                 }
                 if matches!(state.demand.get(), Demand::Hold(Mode::Position, _)) {
-                    return Err(ErrorEntry::about(Code::SETTINGS_CONFLICT, b"an angle is held: OUTPut OFF first"));
+                    return Err(ErrorEntry::saying(Code::SETTINGS_CONFLICT, words!("an angle is held: OUTPut OFF first")));
                 }
                 state.zero.set(if chosen == 1 { Zero::Index } else { Zero::PowerOn });
                 Ok(())

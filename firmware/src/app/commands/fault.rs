@@ -10,21 +10,22 @@ use crate::console::parse::{Parameters, Range};
 use crate::console::quantity::Quantity;
 use crate::console::text::Writer;
 use crate::speed_loop::Limits;
+use crate::words::words;
 
 pub(super) const ENTRIES: &[Entry] = &[
-    entry(
+    entry!(
         "FAULt",
-        Act::Say("number,name,advice", |state, out| {
+        Act::Say(words!("number,name,advice"), |state, out| {
             let fault = state.row.get().fault;
-            out.whole(u64::from(fault.code()), 1).byte(b',').text(fault.name()).byte(b',').text(fault.advice());
+            out.whole(u64::from(fault.code()), 1).byte(b',').text(fault.name()).byte(b',').words(fault.advice());
             Ok(())
         }),
         "the latched fault; 0,none",
     ),
-    entry("FAULt:CLEar", Act::Do(|state| (clear(state), Ok(())).1), "clear it, where its cause is gone; the drive stays off"),
-    entry(
+    entry!("FAULt:CLEar", Act::Do(|state| (clear(state), Ok(())).1), "clear it, where its cause is gone; the drive stays off"),
+    entry!(
         "FAULt:CAPTure",
-        Act::Say("EMPTY, or samples, the trigger's, fault, tick", |state, out| {
+        Act::Say(words!("EMPTY, or samples, the trigger's, fault, tick"), |state, out| {
             match state.capture.record() {
                 None => drop(out.text("EMPTY")),
                 Some(record) => {
@@ -36,15 +37,15 @@ pub(super) const ENTRIES: &[Entry] = &[
         }),
         "the record at 10 kHz around a fault",
     ),
-    entry(
+    entry!(
         "FAULt:CAPTure:DATA",
-        Act::AskList("{<first>{,<count>}}", captured),
+        Act::AskList(words!("{<first>{,<count>}}"), captured),
         "its samples: S from the trigger, counts, V, A, RAD/S, command",
     ),
-    entry("FAULt:CAPTure:TRIGger", Act::Do(|state| (state.capture.trigger(), Ok(())).1), "record what is around this moment"),
-    entry(
+    entry!("FAULt:CAPTure:TRIGger", Act::Do(|state| (state.capture.trigger(), Ok(())).1), "record what is around this moment"),
+    entry!(
         "FAULt:CAPTure:ARM",
-        Act::Take("<samples before the trigger>", |state, parameters| {
+        Act::Take(words!("<samples before the trigger>"), |state, parameters| {
             let most = (SAMPLES - 2) as f64;
             let before = parameters.number(&Range::new(Quantity::PLAIN, 0.0, most, crate::app::CAPTURE_BEFORE as f64))?;
             state.capture.arm(crate::maths::round(before) as usize);
@@ -52,9 +53,9 @@ pub(super) const ENTRIES: &[Entry] = &[
         }),
         "record anew; what was recorded is gone",
     ),
-    entry(
+    entry!(
         "FAULt:LIMits",
-        Act::Say("names", |state, out| {
+        Act::Say(words!("names"), |state, out| {
             let limits = state.row.get().limits;
             let mut any = false;
             for (bit, name) in Limits::NAMES.iter().enumerate() {
@@ -81,7 +82,7 @@ fn clear(state: &State<'_>) {
 /// Which samples are asked for: all, or so many from one on.
 fn captured(state: &State<'_>, parameters: &mut Parameters<'_>) -> Result<List, ErrorEntry> {
     let record =
-        state.capture.record().ok_or_else(|| ErrorEntry::about(Code::DATA_STALE, b"nothing is recorded: FAULt:CAPTure:TRIGger"))?;
+        state.capture.record().ok_or_else(|| ErrorEntry::saying(Code::DATA_STALE, words!("nothing is recorded: FAULt:CAPTure:TRIGger")))?;
     let most = Range::new(Quantity::PLAIN, 0.0, SAMPLES as f64, 0.0);
     let mut next = |otherwise: usize| {
         let mut copy = *parameters;

@@ -4,8 +4,9 @@
 
 use super::{Act, Entry, GROUPS, List, entry, profile, settings};
 use crate::console::text::Writer;
+use crate::words::words;
 
-pub(super) const ENTRIES: &[Entry] = &[entry("HELP", Act::List(List::Help), "this list; an empty line ends it")];
+pub(super) const ENTRIES: &[Entry] = &[entry!("HELP", Act::List(List::Help), "this list; an empty line ends it")];
 
 /// A line of the list; `None` after the last.
 pub fn help_line(mut line: usize, out: &mut Writer<'_>) -> Option<()> {
@@ -39,10 +40,11 @@ fn write(entry: &Entry, asks: bool, out: &mut Writer<'_>) {
             out.byte(b'>');
         }
         (Act::Switch { .. }, false) => drop(out.text(" <ON|OFF>")),
-        (Act::AskList(what, _), true) | (Act::Take(what, _) | Act::TakeAndSay(what, ..), false) => drop(out.byte(b' ').text(what)),
+        (Act::AskList(what, _), true) | (Act::Take(what, _) | Act::TakeAndSay(what, ..), false) => drop(out.byte(b' ').words(*what)),
         (Act::Number { range, .. }, true) if !range.quantity.unit.is_empty() => drop(out.text(" -> ").text(range.quantity.unit)),
-        (Act::Ask(what, _) | Act::Say(what, _), true) if !what.is_empty() => drop(out.text(" -> ").text(what)),
+        (Act::Ask(unit, _), true) if !unit.is_empty() => drop(out.text(" -> ").text(unit)),
+        (Act::Say(what, _), true) => drop(out.text(" -> ").words(*what)),
         _ => {}
     }
-    out.text("  ").text(entry.says);
+    out.text("  ").words(entry.says);
 }

@@ -7,55 +7,56 @@ use crate::console::parse::Range;
 use crate::console::quantity::Quantity;
 use crate::console::text::Writer;
 use crate::imu::{self, InForce, Setup, Trouble};
+use crate::words::{Words, words};
 
 const RAD_PER_DEG: f64 = core::f64::consts::PI / 180.0;
 
 pub(super) const ENTRIES: &[Entry] = &[
-    entry("IMU", Act::Say("part, state, samples, lost, refused words", status), "whether it runs, or why not"),
-    entry(
+    entry!("IMU", Act::Say(words!("part, state, samples, lost, refused words"), status), "whether it runs, or why not"),
+    entry!(
         "IMU:TEMPerature",
-        Act::Ask("CEL", |state| there(state.imu.status().temperature_C.map(f64::from), "no sample yet: IMU? says why")),
+        Act::Ask("CEL", |state| there(state.imu.status().temperature_C.map(f64::from), words!("no sample yet: IMU? says why"))),
         "of the chip",
     ),
-    entry(
+    entry!(
         "IMU:DATarate",
         Act::Number {
-            range: Range::new(Quantity::FREQUENCY, 1.0, 10_000.0, 1667.0),
+            range: const { &Range::new(Quantity::FREQUENCY, 1.0, 10_000.0, 1667.0) },
             read: |state| f64::from(in_force(state).data_rate_Hz),
             write: |state, data_rate_Hz| ask(state, Setup { data_rate_Hz: data_rate_Hz as f32, ..setup(state) }),
         },
         "samples per second; the chip takes its next that holds it",
     ),
-    entry(
+    entry!(
         "IMU:RANGe:RATE",
         Act::Number {
-            range: Range::new(Quantity::RATE, RAD_PER_DEG, 4000.0 * RAD_PER_DEG, 2000.0 * RAD_PER_DEG),
+            range: const { &Range::new(Quantity::RATE, RAD_PER_DEG, 4000.0 * RAD_PER_DEG, 2000.0 * RAD_PER_DEG) },
             read: |state| f64::from(in_force(state).rate_range_rad_s),
             write: |state, range| ask(state, Setup { rate_range_rad_s: range as f32, ..setup(state) }),
         },
         "largest rate; the chip takes its next that holds it",
     ),
-    entry(
+    entry!(
         "IMU:RANGe:ACCeleration",
         Act::Number {
-            range: Range::new(Quantity::only("M/S2"), 1.0, 160.0, 4.0 * 9.80665),
+            range: const { &Range::new(Quantity::only("M/S2"), 1.0, 160.0, 4.0 * 9.80665) },
             read: |state| f64::from(in_force(state).accel_range_m_s2),
             write: |state, range| ask(state, Setup { accel_range_m_s2: range as f32, ..setup(state) }),
         },
         "largest acceleration; the chip takes its next that holds it",
     ),
-    entry("IMU:FILTer", Act::Say("gyro HZ, accelerometer HZ", filter), "cutoffs of the chip's low-passes"),
-    entry("IMU:TEST:STARt", Act::Do(test), "self-test of the chip, at rest, drive off; IMU:TEST? within a second"),
-    entry("IMU:TEST", Act::Say("PASSED, FAILED or NONE; x, y, z RAD/S and M/S2", tested), "what the self-test moved"),
-    entry(
+    entry!("IMU:FILTer", Act::Say(words!("gyro HZ, accelerometer HZ"), filter), "cutoffs of the chip's low-passes"),
+    entry!("IMU:TEST:STARt", Act::Do(test), "self-test of the chip, at rest, drive off; IMU:TEST? within a second"),
+    entry!("IMU:TEST", Act::Say(words!("PASSED, FAILED or NONE; x, y, z RAD/S and M/S2"), tested), "what the self-test moved"),
+    entry!(
         "IMU:CLOCk",
         Act::Ask("PPM", |state| Ok((state.imu.status().relative_pace - 1.0) * 1e6)),
         "how fast the chip's oscillator runs against the crystal",
     ),
 ];
 
-fn there<T>(value: Option<T>, why: &str) -> Result<T, ErrorEntry> {
-    value.ok_or_else(|| ErrorEntry::about(Code::HARDWARE, why.as_bytes()))
+fn there<T>(value: Option<T>, why: Words) -> Result<T, ErrorEntry> {
+    value.ok_or_else(|| ErrorEntry::saying(Code::HARDWARE, why))
 }
 
 /// What is in force, or will be asked for where the sensor does not run.
@@ -91,7 +92,8 @@ fn status(state: &State<'_>, out: &mut Writer<'_>) -> Done {
 }
 
 fn filter(state: &State<'_>, out: &mut Writer<'_>) -> Done {
-    let InForce { rate_cutoff_Hz, accel_cutoff_Hz, .. } = there(state.imu.status().in_force, "the sensor does not run: IMU? says why")?;
+    let InForce { rate_cutoff_Hz, accel_cutoff_Hz, .. } =
+        there(state.imu.status().in_force, words!("the sensor does not run: IMU? says why"))?;
     with_unit(out, f64::from(rate_cutoff_Hz), "HZ,");
     with_unit(out, f64::from(accel_cutoff_Hz), "HZ");
     Ok(())
@@ -100,7 +102,7 @@ fn filter(state: &State<'_>, out: &mut Writer<'_>) -> Done {
 fn test(state: &State<'_>) -> Done {
     super::at_rest(state)?;
     if state.imu.status().state != imu::State::Running {
-        return Err(ErrorEntry::about(Code::HARDWARE, b"the sensor does not run: IMU? says why"));
+        return Err(ErrorEntry::saying(Code::HARDWARE, words!("the sensor does not run: IMU? says why")));
     }
     state.imu.ask_self_test();
     Ok(())
@@ -125,22 +127,25 @@ fn tested(state: &State<'_>, out: &mut Writer<'_>) -> Done {
 /// What is the matter, with what to do.
 fn say(trouble: Trouble, out: &mut Writer<'_>) {
     match trouble {
-        Trouble::Bus => drop(out.text("the SPI transfer failed on the processor's side")),
+        Trouble::Bus => drop(out.words(words!("the SPI transfer failed on the processor's side"))),
         Trouble::Absent { who_am_i, expected } => {
-            out.text("no sensor or no power: WHO_AM_I ").whole(u64::from(who_am_i), 1).text(" instead of ").whole(u64::from(expected), 1);
-            out.text("; check supply and CS, SCK, SDO");
+            out.words(words!("no sensor or no power: WHO_AM_I "))
+                .whole(u64::from(who_am_i), 1)
+                .text(" instead of ")
+                .whole(u64::from(expected), 1);
+            out.words(words!("; check supply and CS, SCK, SDO"));
         }
         Trouble::WrongChip { who_am_i, expected } => {
-            out.text("another part or a bad wire: WHO_AM_I ")
+            out.words(words!("another part or a bad wire: WHO_AM_I "))
                 .whole(u64::from(who_am_i), 1)
                 .text(" instead of ")
                 .whole(u64::from(expected), 1);
         }
         Trouble::NotConfigured { register, wrote, read } => {
             out.text("register ").whole(u64::from(register), 1).text(" reads ").whole(u64::from(read), 1).text(" after ");
-            out.whole(u64::from(wrote), 1).text(" was written; check SDI and the supply");
+            out.whole(u64::from(wrote), 1).words(words!(" was written; check SDI and the supply"));
         }
-        Trouble::Rubbish(what) => drop(out.text(what).text("; check the wires' length and ground")),
-        Trouble::Silent => drop(out.text("it answers, but no sample comes")),
+        Trouble::Rubbish(what) => drop(out.text(what).words(words!("; check the wires' length and ground"))),
+        Trouble::Silent => drop(out.words(words!("it answers, but no sample comes"))),
     }
 }

@@ -5,60 +5,73 @@ use crate::app::state::State;
 use crate::console::errors::{Code, ErrorEntry};
 use crate::console::text::Writer;
 use crate::measurement_loop::Estimate;
+use crate::words::{Words, words};
 
 /// Turns over which `MEASure:TURN?` gives the mean.
 const TURNS: u32 = 10;
 
 pub(super) const ENTRIES: &[Entry] = &[
-    entry(
+    entry!(
         "MEASure:RATE",
-        Act::Ask("RAD/S", |state| there(state.rate_rad_s.get(), "no rows yet")),
+        Act::Ask("RAD/S", |state| there(state.rate_rad_s.get(), words!("no rows yet"))),
         "by the encoder's edges, mean over 32 ms",
     ),
-    entry("MEASure:ANGLe", Act::Ask("RAD", |state| Ok(state.row.get().theta_rad)), "by the encoder, unwrapped"),
-    entry(
+    entry!("MEASure:ANGLe", Act::Ask("RAD", |state| Ok(state.row.get().theta_rad)), "by the encoder, unwrapped"),
+    entry!(
         "MEASure:INDex",
-        Act::Ask("RAD", |state| there(state.row.get().from_index_rad, "the index was not seen yet: turn the platform")),
+        Act::Ask("RAD", |state| there(state.row.get().from_index_rad, words!("the index was not seen yet: turn the platform"))),
         "angle from the index",
     ),
-    entry(
+    entry!(
         "MEASure:CURRent",
-        Act::Ask("A", |state| there(state.row.get().i_A, "no conversion of the current")),
+        Act::Ask("A", |state| there(state.row.get().i_A, words!("no conversion of the current"))),
         "of the motor, mean over 1 ms",
     ),
-    entry("MEASure:SUPPly", Act::Ask("V", |state| there(state.row.get().supply_V, "no reading of the supply")), "of the bridge"),
-    entry("MEASure:VOLTage", Act::Ask("V", |state| Ok(state.row.get().u_V)), "that was asked for, mean over 1 ms"),
-    entry("MEASure:TEMPerature", Act::Ask("CEL", |state| there(state.row.get().temp_C, "no reading of the temperature")), "of the winding"),
-    entry(
+    entry!("MEASure:SUPPly", Act::Ask("V", |state| there(state.row.get().supply_V, words!("no reading of the supply"))), "of the bridge"),
+    entry!("MEASure:VOLTage", Act::Ask("V", |state| Ok(state.row.get().u_V)), "that was asked for, mean over 1 ms"),
+    entry!(
+        "MEASure:TEMPerature",
+        Act::Ask("CEL", |state| there(state.row.get().temp_C, words!("no reading of the temperature"))),
+        "of the winding"
+    ),
+    entry!(
         "MEASure:GYRO",
         Act::Ask("RAD/S", |state| {
             let row = state.row.get();
-            there(row.gyro_rad_s.or(row.omega_rad_s), "no rate sensor gives a sample: IMU? says why")
+            there(row.gyro_rad_s.or(row.omega_rad_s), words!("no rate sensor gives a sample: IMU? says why"))
         }),
         "the sensor under test",
     ),
-    entry("MEASure:TURN", Act::Say("last turn S, mean rate RAD/S, over turns, age S", turn), "whole turns by the index and the crystal"),
-    entry("MEASure:STABility", Act::Say("for 1, 10, 360 DEG: mean RAD/S, 1 sigma PPM, windows", stability), "how steadily it turns"),
-    entry("MEASure:STABility:RESet", Act::Do(|state| (state.instruments.restart_stability(), Ok(())).1), "begin anew"),
-    entry(
+    entry!(
+        "MEASure:TURN",
+        Act::Say(words!("last turn S, mean rate RAD/S, over turns, age S"), turn),
+        "whole turns by the index and the crystal"
+    ),
+    entry!(
+        "MEASure:STABility",
+        Act::Say(words!("for 1, 10, 360 DEG: mean RAD/S, 1 sigma PPM, windows"), stability),
+        "how steadily it turns"
+    ),
+    entry!("MEASure:STABility:RESet", Act::Do(|state| (state.instruments.restart_stability(), Ok(())).1), "begin anew"),
+    entry!(
         "MEASure:DRIVe",
-        Act::Say("R OHM, K N.M/A, J KG.M2, b N.M.S, c N.M, each +- 1 sigma; windows", drive),
+        Act::Say(words!("R OHM, K N.M/A, J KG.M2, b N.M.S, c N.M, each +- 1 sigma; windows"), drive),
         "the drive, from its own rows",
     ),
-    entry("MEASure:DRIVe:RESet", Act::Do(|state| (state.instruments.restart_drive(), Ok(())).1), "begin anew"),
-    entry(
+    entry!("MEASure:DRIVe:RESet", Act::Do(|state| (state.instruments.restart_drive(), Ok(())).1), "begin anew"),
+    entry!(
         "MEASure:SENSor",
-        Act::Say("scale, bias RAD/S, delay S, each +- 1 sigma; windows", sensor),
+        Act::Say(words!("scale, bias RAD/S, delay S, each +- 1 sigma; windows"), sensor),
         "the rate sensor against the encoder",
     ),
-    entry("MEASure:SENSor:RESet", Act::Do(|state| (state.instruments.restart_sensor(), Ok(())).1), "begin anew"),
-    entry("MEASure:TIMing", Act::Say("rows, missed, least, mean, greatest, 1 sigma S", timing), "how evenly the rows come"),
-    entry("MEASure:TIMing:RESet", Act::Do(|state| (state.instruments.restart_timing(), Ok(())).1), "begin anew"),
+    entry!("MEASure:SENSor:RESet", Act::Do(|state| (state.instruments.restart_sensor(), Ok(())).1), "begin anew"),
+    entry!("MEASure:TIMing", Act::Say(words!("rows, missed, least, mean, greatest, 1 sigma S"), timing), "how evenly the rows come"),
+    entry!("MEASure:TIMing:RESet", Act::Do(|state| (state.instruments.restart_timing(), Ok(())).1), "begin anew"),
 ];
 
 /// A reading, or why there is none.
-fn there<T>(value: Option<T>, why: &str) -> Result<T, ErrorEntry> {
-    value.ok_or_else(|| ErrorEntry::about(Code::DATA_STALE, why.as_bytes()))
+fn there<T>(value: Option<T>, why: Words) -> Result<T, ErrorEntry> {
+    value.ok_or_else(|| ErrorEntry::saying(Code::DATA_STALE, why))
 }
 
 /// A number with its unit, and a comma before the next.
@@ -82,7 +95,7 @@ fn estimate(out: &mut Writer<'_>, estimate: &Estimate, unit: &str) {
 }
 
 fn turn(state: &State<'_>, out: &mut Writer<'_>) -> Done {
-    let turn = there(state.instruments.turn(TURNS), "no whole turn yet")?;
+    let turn = there(state.instruments.turn(TURNS), words!("no whole turn yet"))?;
     next(out, turn.turn_s, "S");
     next(out, turn.rate_rad_s, "RAD/S");
     next(out, f64::from(turn.turns), "");
@@ -100,7 +113,7 @@ fn stability(state: &State<'_>, out: &mut Writer<'_>) -> Done {
 }
 
 fn drive(state: &State<'_>, out: &mut Writer<'_>) -> Done {
-    let drive = there(state.instruments.drive(), "not enough motion yet: run a profile in both directions")?;
+    let drive = there(state.instruments.drive(), words!("not enough motion yet: run a profile in both directions"))?;
     estimate(out, &drive.resistance_ohm, "OHM");
     estimate(out, &drive.motor_constant_N_m_A, "N.M/A");
     estimate(out, &drive.inertia_kg_m2, "KG.M2");
@@ -111,7 +124,7 @@ fn drive(state: &State<'_>, out: &mut Writer<'_>) -> Done {
 }
 
 fn sensor(state: &State<'_>, out: &mut Writer<'_>) -> Done {
-    let sensor = there(state.instruments.sensor(), "not enough motion with a rate sensor yet: IMU? says whether it runs")?;
+    let sensor = there(state.instruments.sensor(), words!("not enough motion with a rate sensor yet: IMU? says whether it runs"))?;
     estimate(out, &sensor.scale, "");
     estimate(out, &sensor.bias_rad_s, "RAD/S");
     estimate(out, &sensor.delay_s, "S");

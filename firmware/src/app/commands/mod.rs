@@ -27,6 +27,7 @@ use crate::config::ConfigError;
 use crate::console::errors::{Code, ErrorEntry};
 use crate::console::parse::{Command, Parameters, Range};
 use crate::console::text::Writer;
+use crate::words::{Words, words};
 
 /// What comes of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,7 +82,7 @@ pub enum Act {
     /// A number that is set and asked for.
     Number {
         /// What it may be.
-        range: Range,
+        range: &'static Range,
         /// Its value.
         read: fn(&State<'_>) -> f64,
         /// Sets it.
@@ -108,19 +109,19 @@ pub enum Act {
     /// A number that is asked for, with its unit.
     Ask(&'static str, fn(&State<'_>) -> Result<f64, ErrorEntry>),
     /// Words that are asked for; and what they are.
-    Say(&'static str, fn(&State<'_>, &mut Writer<'_>) -> Done),
+    Say(Words, fn(&State<'_>, &mut Writer<'_>) -> Done),
     /// Many lines.
     List(List),
     /// Many lines, some of them; and what says which.
-    AskList(&'static str, fn(&State<'_>, &mut Parameters<'_>) -> Result<List, ErrorEntry>),
+    AskList(Words, fn(&State<'_>, &mut Parameters<'_>) -> Result<List, ErrorEntry>),
     /// An event that the console does.
     Job(Job),
     /// A question that the console answers.
     AskJob(Job),
     /// An event with parameters of its own; and what they are.
-    Take(&'static str, fn(&State<'_>, &mut Parameters<'_>) -> Done),
+    Take(Words, fn(&State<'_>, &mut Parameters<'_>) -> Done),
     /// The same, also asked for.
-    TakeAndSay(&'static str, fn(&State<'_>, &mut Parameters<'_>) -> Done, fn(&State<'_>, &mut Writer<'_>) -> Done),
+    TakeAndSay(Words, fn(&State<'_>, &mut Parameters<'_>) -> Done, fn(&State<'_>, &mut Writer<'_>) -> Done),
 }
 
 impl Act {
@@ -141,12 +142,16 @@ pub struct Entry {
     /// What it does.
     pub act: Act,
     /// That in a few words.
-    pub says: &'static str,
+    pub says: Words,
 }
 
-const fn entry(header: &'static str, act: Act, says: &'static str) -> Entry {
-    Entry { header, act, says }
+/// Header, what it does, and that in words.
+macro_rules! entry {
+    ($header:expr, $act:expr, $says:expr $(,)?) => {
+        Entry { header: $header, act: $act, says: words!($says) }
+    };
 }
+use entry;
 
 /// All commands, by group, in the order of `HELP?`.
 pub const GROUPS: [&[Entry]; 14] = [
@@ -190,7 +195,7 @@ pub fn execute(state: &State<'_>, command: &Command<'_>, out: &mut Writer<'_>) -
     };
     listed.unwrap_or_else(|| {
         let mut wrong = ErrorEntry::about(Code::UNDEFINED_HEADER, command.header());
-        wrong.detail.writer().text(if command.is_query { "?" } else { "" }).text(": HELP? lists all");
+        wrong.detail.writer().text(if command.is_query { "?" } else { "" }).words(words!(": HELP? lists all"));
         Err(wrong)
     })
 }
@@ -232,8 +237,8 @@ fn act(state: &State<'_>, act: &Act, asks: bool, parameters: &mut Parameters<'_>
         (Act::Job(job), false) | (Act::AskJob(job), true) => Ok(Answer::Job(*job)),
         (Act::Take(_, take) | Act::TakeAndSay(_, take, _), false) => take(state, parameters).map(|()| Answer::Done),
         _ => {
-            let words = if asks { "there is nothing to ask for here" } else { "this can only be asked for: put ? behind it" };
-            Err(ErrorEntry::about(Code::UNDEFINED_HEADER, words.as_bytes()))
+            let why = if asks { words!("there is nothing to ask for here") } else { words!("this can only be asked for: put ? behind it") };
+            Err(ErrorEntry::saying(Code::UNDEFINED_HEADER, why))
         }
     }
 }
@@ -260,7 +265,7 @@ fn among(mut wrong: ErrorEntry, words: &[&str]) -> ErrorEntry {
 pub fn say_wrong(wrong: &ConfigError, out: &mut Writer<'_>) {
     out.text(wrong.parameter());
     match wrong {
-        ConfigError::NonFinite(_) => drop(out.text(" is not a finite number")),
+        ConfigError::NonFinite(_) => drop(out.words(words!(" is not a finite number"))),
         ConfigError::OutOfRange(_, value, least, greatest) => {
             out.text(" = ").number(*value, 6).text(" is outside ").number(*least, 6).text(" to ").number(*greatest, 6);
         }

@@ -9,14 +9,15 @@ use crate::console::text::Writer;
 use crate::profile::{PARAMETERS, Parameter, Profile, ProfileKind};
 use crate::session::rows_in;
 use crate::speed_loop::Mode;
+use crate::words::words;
 
 const MODES: [Mode; 3] = [Mode::Voltage, Mode::Rate, Mode::Position];
 
 pub(super) const ENTRIES: &[Entry] = &[
-    entry(
+    entry!(
         "PROFile:TYPE",
         Act::TakeAndSay(
-            "<name>",
+            words!("<name>"),
             |state, parameters| {
                 let name = parameters.text()?;
                 let named = |kind: &&ProfileKind| {
@@ -25,7 +26,7 @@ pub(super) const ENTRIES: &[Entry] = &[
                 };
                 let kind = ProfileKind::ALL.iter().find(named).ok_or_else(|| {
                     let mut wrong = ErrorEntry::about(Code::ILLEGAL_VALUE, name);
-                    wrong.detail.writer().text(": PROFile:TYPE:LIST? has the names");
+                    wrong.detail.writer().words(words!(": PROFile:TYPE:LIST? has the names"));
                     wrong
                 })?;
                 state.profile.set(crate::profile::ProfileConfig { kind: *kind, ..state.profile.get() });
@@ -35,8 +36,8 @@ pub(super) const ENTRIES: &[Entry] = &[
         ),
         "which profile",
     ),
-    entry("PROFile:TYPE:LIST", Act::List(List::Profiles), "all profiles with their parameters"),
-    entry(
+    entry!("PROFile:TYPE:LIST", Act::List(List::Profiles), "all profiles with their parameters"),
+    entry!(
         "PROFile:MODE",
         Act::Words {
             words: &["VOLTage", "RATE", "POSition"],
@@ -45,20 +46,20 @@ pub(super) const ENTRIES: &[Entry] = &[
         },
         "what the profile is of",
     ),
-    entry(
+    entry!(
         "PROFile:DURation",
         Act::Number {
-            range: Range::new(Quantity::TIME, 1e-3, 1e6, 30.0),
+            range: const { &Range::new(Quantity::TIME, 1e-3, 1e6, 30.0) },
             read: |state| state.profile_s.get(),
             write: |state, seconds| (state.profile_s.set(seconds), Ok(())).1,
         },
         "how long it runs",
     ),
-    entry("PROFile:STARt", Act::Do(start), "begin; *OPC? waits for its end"),
-    entry("PROFile:STOP", Act::Do(|state| hold(state, Demand::Off)), "end it, drive off"),
-    entry(
+    entry!("PROFile:STARt", Act::Do(start), "begin; *OPC? waits for its end"),
+    entry!("PROFile:STOP", Act::Do(|state| hold(state, Demand::Off)), "end it, drive off"),
+    entry!(
         "PROFile:STATe",
-        Act::Say("RUNNING or STOPPED", |state, out| {
+        Act::Say(words!("RUNNING or STOPPED"), |state, out| {
             out.text(if state.running.get() == Running::Profile { "RUNNING" } else { "STOPPED" });
             Ok(())
         }),
@@ -69,7 +70,7 @@ pub(super) const ENTRIES: &[Entry] = &[
 fn start(state: &State<'_>) -> Result<(), ErrorEntry> {
     no_fault(state)?;
     if state.running.get() == Running::Calibration {
-        return Err(ErrorEntry::about(Code::SETTINGS_CONFLICT, b"a calibration runs; CALibration:COGGing:ABORt ends it"));
+        return Err(ErrorEntry::saying(Code::SETTINGS_CONFLICT, words!("a calibration runs; CALibration:COGGing:ABORt ends it")));
     }
     let (config, mode) = (state.profile.get(), state.profile_mode.get());
     Profile::for_mode(&config, mode).map_err(|wrong| refused(&wrong))?;
@@ -133,14 +134,14 @@ pub(super) fn help(line: usize, out: &mut Writer<'_>) -> Option<()> {
         });
         out.text(">");
     }
-    out.text("  ").text(parameter.says);
+    out.text("  ").words(parameter.says);
     Some(())
 }
 
 /// A profile with the parameters that it takes.
 pub(super) fn line(line: usize, out: &mut Writer<'_>) -> Option<()> {
     let kind = ProfileKind::ALL.get(line)?;
-    out.text(kind.name()).text(": ").text(kind.says()).text("; takes");
+    out.text(kind.name()).text(": ").words(kind.says()).text("; takes");
     for name in kind.parameters() {
         out.byte(b' ').text(name);
     }

@@ -6,12 +6,13 @@ use crate::console::errors::{Code, ErrorEntry};
 use crate::console::parse::{Parameters, Range};
 use crate::console::text::Writer;
 use crate::settings::{FIELDS, Field};
+use crate::words::words;
 
 pub(super) const ENTRIES: &[Entry] = &[
-    entry("SETTings:LIST", Act::List(List::Settings), "all settings with their values"),
-    entry("SETTings:SAVE", Act::Job(Job::Save), "write them to flash; the drive must be off"),
-    entry("SETTings:LOAD", Act::Job(Job::Load), "take what is in flash; the drive must be off"),
-    entry(
+    entry!("SETTings:LIST", Act::List(List::Settings), "all settings with their values"),
+    entry!("SETTings:SAVE", Act::Job(Job::Save), "write them to flash; the drive must be off"),
+    entry!("SETTings:LOAD", Act::Job(Job::Load), "take what is in flash; the drive must be off"),
+    entry!(
         "SETTings:RESet",
         Act::Do(|state| {
             at_rest(state)?;
@@ -24,7 +25,7 @@ pub(super) const ENTRIES: &[Entry] = &[
 /// Settings change and flash is written only with the drive off.
 pub(crate) fn at_rest(state: &State<'_>) -> Result<(), ErrorEntry> {
     if state.is_driving() {
-        return Err(ErrorEntry::about(Code::SETTINGS_CONFLICT, b"the drive is on: OUTPut OFF first"));
+        return Err(ErrorEntry::saying(Code::SETTINGS_CONFLICT, words!("the drive is on: OUTPut OFF first")));
     }
     if state.pulse.is_running() {
         return Err(ErrorEntry::about(Code::SETTINGS_CONFLICT, b"the drift is measured: DRIFt:ABORt first"));
@@ -73,7 +74,7 @@ pub(super) fn help(line: usize, out: &mut Writer<'_>) -> Option<()> {
     let field = FIELDS.get(line >> 1)?;
     out.text("SETTings:").text(field.name);
     if line & 1 == 1 {
-        out.text("?  the setting");
+        out.words(words!("?  the setting"));
     } else {
         out.text(" <");
         Range::new(field.quantity(), field.least, field.greatest, 0.0).write(out);

@@ -3,18 +3,19 @@
 use super::{Act, Entry, entry};
 use crate::console::parse::Range;
 use crate::console::quantity::Quantity;
+use crate::words::words;
 
-const WORD: Range = Range::new(Quantity::PLAIN, 0.0, 65_535.0, 0.0);
+const WORD: &Range = &Range::new(Quantity::PLAIN, 0.0, 65_535.0, 0.0);
 
 pub(super) const ENTRIES: &[Entry] = &[
-    entry(
+    entry!(
         "STATus:OPERation:CONDition",
         Act::Ask("", |state| Ok(f64::from(state.status.operation.condition()))),
         "1 calibrates, 256 drives, 512 a profile, 1024 streams, 2048 compensates",
     ),
-    entry("STATus:OPERation:EVENt", Act::Ask("", |state| Ok(f64::from(state.status.operation.take_event()))), "what has become so, taken"),
-    entry("STATus:OPERation", Act::Ask("", |state| Ok(f64::from(state.status.operation.take_event()))), "the same"),
-    entry(
+    entry!("STATus:OPERation:EVENt", Act::Ask("", |state| Ok(f64::from(state.status.operation.take_event()))), "what has become so, taken"),
+    entry!("STATus:OPERation", Act::Ask("", |state| Ok(f64::from(state.status.operation.take_event()))), "the same"),
+    entry!(
         "STATus:OPERation:ENABle",
         Act::Number {
             range: WORD,
@@ -23,18 +24,18 @@ pub(super) const ENTRIES: &[Entry] = &[
         },
         "events that the status byte shows",
     ),
-    entry(
+    entry!(
         "STATus:QUEStionable:CONDition",
         Act::Ask("", |state| Ok(f64::from(state.status.questionable.condition()))),
         "1 to 128 limits in force, 256 a fault, 512 frames were lost",
     ),
-    entry(
+    entry!(
         "STATus:QUEStionable:EVENt",
         Act::Ask("", |state| Ok(f64::from(state.status.questionable.take_event()))),
         "what has become so, taken",
     ),
-    entry("STATus:QUEStionable", Act::Ask("", |state| Ok(f64::from(state.status.questionable.take_event()))), "the same"),
-    entry(
+    entry!("STATus:QUEStionable", Act::Ask("", |state| Ok(f64::from(state.status.questionable.take_event()))), "the same"),
+    entry!(
         "STATus:QUEStionable:ENABle",
         Act::Number {
             range: WORD,
@@ -43,5 +44,5 @@ pub(super) const ENTRIES: &[Entry] = &[
         },
         "events that the status byte shows",
     ),
-    entry("STATus:PRESet", Act::Do(|state| (state.status.preset(), Ok(())).1), "the status byte shows none of them"),
+    entry!("STATus:PRESet", Act::Do(|state| (state.status.preset(), Ok(())).1), "the status byte shows none of them"),
 ];

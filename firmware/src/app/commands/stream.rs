@@ -10,12 +10,13 @@ use crate::console::text::{Text, Writer};
 use crate::telemetry::channel::Coding;
 use crate::telemetry::frame::PROTOCOL;
 use crate::telemetry::{Body, CHANNELS, Channels, Hello};
+use crate::words::words;
 
 /// What of the line rows may take; the rest is for replies.
 const SHARE: f64 = 0.8;
 
 pub(super) const ENTRIES: &[Entry] = &[
-    entry(
+    entry!(
         "STReam",
         Act::Switch {
             read: |state| state.out.is_streaming(),
@@ -31,10 +32,10 @@ pub(super) const ENTRIES: &[Entry] = &[
         },
         "frames from now on, or text; 0x18, a break and *RST end it, too",
     ),
-    entry(
+    entry!(
         "STReam:CHANnels",
         Act::TakeAndSay(
-            "<name>{,<name>} or ALL or DEFault",
+            words!("<name>{,<name>} or ALL or DEFault"),
             |state, parameters| {
                 let mut chosen = Channels::default();
                 chosen = chosen.and(one(parameters)?);
@@ -54,17 +55,17 @@ pub(super) const ENTRIES: &[Entry] = &[
         ),
         "what a row carries",
     ),
-    entry("STReam:CHANnels:LIST", Act::List(List::Channels), "all channels"),
-    entry(
+    entry!("STReam:CHANnels:LIST", Act::List(List::Channels), "all channels"),
+    entry!(
         "STReam:DECimation",
         Act::Number {
-            range: Range::new(Quantity::PLAIN, 1.0, 1000.0, 1.0),
+            range: const { &Range::new(Quantity::PLAIN, 1.0, 1000.0, 1.0) },
             read: |state| f64::from(state.stream.get().decimation),
             write: |state, every| choose(state, Stream { decimation: crate::maths::round(every) as u32, ..state.stream.get() }),
         },
         "rows of 1 kHz in one of the line",
     ),
-    entry("STReam:LOAD", Act::Ask("PCT", |state| Ok(100.0 * load(state, state.stream.get()))), "what the choice takes of the line"),
+    entry!("STReam:LOAD", Act::Ask("PCT", |state| Ok(100.0 * load(state, state.stream.get()))), "what the choice takes of the line"),
 ];
 
 fn one(parameters: &mut Parameters<'_>) -> Result<Channels, ErrorEntry> {
@@ -77,7 +78,7 @@ fn one(parameters: &mut Parameters<'_>) -> Result<Channels, ErrorEntry> {
     }
     core::str::from_utf8(name).ok().and_then(Channels::named).ok_or_else(|| {
         let mut wrong = ErrorEntry::about(Code::ILLEGAL_VALUE, name);
-        wrong.detail.writer().text(": STReam:CHANnels:LIST? has the names");
+        wrong.detail.writer().words(words!(": STReam:CHANnels:LIST? has the names"));
         wrong
     })
 }
@@ -98,7 +99,7 @@ fn fits(state: &State<'_>, stream: Stream) -> Done {
     out.fixed(100.0 * load, 1)
         .text(" % of ")
         .whole(u64::from(state.identity.baud), 1)
-        .text(" baud, 80 % is the most: fewer channels or more decimation");
+        .words(words!(" baud, 80 % is the most: fewer channels or more decimation"));
     Err(wrong)
 }
 

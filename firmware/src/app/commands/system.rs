@@ -5,20 +5,21 @@ use crate::app::state::State;
 use crate::console::parse::Range;
 use crate::console::quantity::Quantity;
 use crate::console::text::Writer;
+use crate::words::words;
 
 pub(super) const ENTRIES: &[Entry] = &[
-    entry("SYSTem:ERRor", Act::Say("number,words", next), "oldest error, taken; 0 if there is none"),
-    entry("SYSTem:ERRor:NEXT", Act::Say("number,words", next), "the same"),
-    entry("SYSTem:ERRor:COUNt", Act::Ask("", |state| Ok(state.error_count() as f64)), "errors that nobody has asked for"),
-    entry("SYSTem:ERRor:ALL", Act::List(List::Errors), "all of them, taken"),
-    entry("SYSTem:VERSion", Act::Say("year", |_, out| (out.text("1999.0"), Ok(())).1), "the SCPI that is spoken"),
-    entry("SYSTem:UPTime", Act::Ask("S", |state| Ok(state.row.get().at.seconds())), "since power-on"),
-    entry("SYSTem:LINE:RATE", Act::Ask("BAUD", |state| Ok(f64::from(state.identity.baud))), "the serial line's rate"),
-    entry("SYSTem:LINE:LOST", Act::Ask("", |state| Ok(f64::from(state.out.lost()))), "frames that found no room since STReam ON"),
-    entry(
+    entry!("SYSTem:ERRor", Act::Say(words!("number,words"), next), "oldest error, taken; 0 if there is none"),
+    entry!("SYSTem:ERRor:NEXT", Act::Say(words!("number,words"), next), "the same"),
+    entry!("SYSTem:ERRor:COUNt", Act::Ask("", |state| Ok(state.error_count() as f64)), "errors that nobody has asked for"),
+    entry!("SYSTem:ERRor:ALL", Act::List(List::Errors), "all of them, taken"),
+    entry!("SYSTem:VERSion", Act::Say(words!("year"), |_, out| (out.text("1999.0"), Ok(())).1), "the SCPI that is spoken"),
+    entry!("SYSTem:UPTime", Act::Ask("S", |state| Ok(state.row.get().at.seconds())), "since power-on"),
+    entry!("SYSTem:LINE:RATE", Act::Ask("BAUD", |state| Ok(f64::from(state.identity.baud))), "the serial line's rate"),
+    entry!("SYSTem:LINE:LOST", Act::Ask("", |state| Ok(f64::from(state.out.lost()))), "frames that found no room since STReam ON"),
+    entry!(
         "HOST:ARM",
         Act::Number {
-            range: Range::new(Quantity::TIME, 0.0, 3600.0, 2.0),
+            range: const { &Range::new(Quantity::TIME, 0.0, 3600.0, 2.0) },
             read: |state| state.host_silence_s.get().unwrap_or(0.0),
             write: |state, seconds| {
                 state.host_silence_s.set((seconds > 0.0).then_some(seconds));

@@ -72,7 +72,7 @@ async fn main(_spawner: Spawner) -> ! {
     tick::start(tick::Tick::new(interrupt, encoder, bridge, contact));
 
     let pins = sensor_bus::Pins { clock: p.PB13, to_sensor: p.PB15, from_sensor: p.PB14, select: p.PB12 };
-    let Ok(bus) = sensor_bus::start(p.SPI2, pins, p.DMA1_CH4, p.DMA1_CH3, Irqs);
+    let bus = sensor_bus::start(p.SPI2, pins, p.DMA1_CH4, p.DMA1_CH3, Irqs);
     let mut board = sensors::StandBoard::new(own_encoder, index_time, bus);
 
     let mut line = usart::Config::default();

@@ -1,0 +1,86 @@
+//! What vibration does to the mean azimuth, taken off on line (theory §2.3).
+//!
+//! The balance of moments about the body's vertical axis, averaged over whole periods, leaves ⟨α⟩ = \[H⟨α′ sin γ⟩ − (Jx−Jz)⟨β′ γ′⟩\]/k_α of an azimuth that
+//! should be 0. Both rates are estimates, γ is measured. Averages are taken over whole periods: a period is seldom whole steps, so that the
+//! step in which one ends counts for both by its parts.
+
+use crate::config::{ConfigError, within};
+
+/// What one step knows.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Motion {
+    /// Measured azimuth α, rad.
+    pub alpha_rad: f64,
+    /// Estimate of α′, rad/s.
+    pub alpha_rate_rad_s: f64,
+    /// Estimate of β′, rad/s.
+    pub beta_rate_rad_s: f64,
+    /// Measured roll γ, rad.
+    pub gamma_rad: f64,
+}
+
+/// Means over the last whole periods.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Corrected {
+    /// Mean azimuth, rad.
+    pub alpha_rad: f64,
+    /// What of it is vibration's, rad.
+    pub vibration_rad: f64,
+    /// How often there was such a mean since the start.
+    pub means: u32,
+}
+
+/// The compensation at work.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Vibration {
+    /// H/k_α, s.
+    rate_gain_s: f64,
+    /// (Jx − Jz)/k_α, s², over the step, s.
+    inertia_gain_s: f64,
+    /// Steps in a mean, not whole.
+    steps: f64,
+    left: f64,
+    sums: [f64; 2],
+    before: Option<Motion>,
+    newest: Corrected,
+}
+
+impl Vibration {
+    /// Means over `window_s`, whole periods, of steps of `step_s`; `rate_gain_s` is H/k_α and `inertia_gain_s2` (Jx−Jz)/k_α.
+    ///
+    /// # Errors
+    /// The name of what is no number or makes no sense; the window must be at least two steps.
+    pub fn new(window_s: f64, step_s: f64, rate_gain_s: f64, inertia_gain_s2: f64) -> Result<Self, ConfigError> {
+        within("vibration step_s", step_s, 1e-9, 1e3)?;
+        within("vibration window_s", window_s, 2.0 * step_s, 1e6)?;
+        within("vibration rate_gain_s", rate_gain_s, -1e12, 1e12)?;
+        within("vibration inertia_gain_s2", inertia_gain_s2, -1e12, 1e12)?;
+        let steps = window_s / step_s;
+        let inertia_gain_s = inertia_gain_s2 / step_s;
+        Ok(Self { rate_gain_s, inertia_gain_s, steps, left: steps, sums: [0.0; 2], before: None, newest: Corrected::default() })
+    }
+
+    /// Takes the next step. The value between two steps is the mean of both, and so are its products: the second order that a step leaves is
+    /// (2πf·step)²/12 of the correction.
+    pub fn take(&mut self, motion: Motion) -> Corrected {
+        let Some(before) = self.before.replace(motion) else { return self.newest };
+        let turned_rad = motion.gamma_rad - before.gamma_rad;
+        let product = |m: &Motion| m.alpha_rate_rad_s * crate::maths::sin(m.gamma_rad);
+        let vibration_rad = 0.5 * self.rate_gain_s * (product(&before) + product(&motion))
+            - 0.5 * self.inertia_gain_s * (before.beta_rate_rad_s + motion.beta_rate_rad_s) * turned_rad;
+        let values = [0.5 * (before.alpha_rad + motion.alpha_rad), vibration_rad];
+        let part = if self.left < 1.0 { self.left } else { 1.0 };
+        for (sum, value) in self.sums.iter_mut().zip(values) {
+            *sum += part * value;
+        }
+        self.left -= 1.0;
+        if self.left <= 0.0 {
+            let [alpha_rad, vibration_rad] = self.sums.map(|sum| sum / self.steps);
+            self.newest = Corrected { alpha_rad, vibration_rad, means: self.newest.means.saturating_add(1) };
+            // What the window leaves of this step belongs to the next.
+            self.sums = values.map(|value| (1.0 - part) * value);
+            self.left += self.steps;
+        }
+        self.newest
+    }
+}
