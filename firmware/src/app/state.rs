@@ -153,7 +153,7 @@ pub struct State<'a> {
     /// The drift measurement.
     pub pulse: &'a pulse::Shared,
     /// The session of it that `DRIFt:STARt` begins.
-    pub drift: Cell<pulse::Plan>,
+    pub drift: pulse::Asked,
     /// What is added to the stream's angles so that they are from the index, rad; `None` where it was not seen before the stream began.
     pub to_index_rad: Cell<Option<f64>>,
     /// What the stream sends.
@@ -219,7 +219,7 @@ impl<'a> State<'a> {
             imu_setup: Cell::new(None),
             imu: parts.imu,
             pulse: parts.pulse,
-            drift: Cell::new(pulse::Plan::default()),
+            drift: pulse::Asked::default(),
             to_index_rad: Cell::new(None),
             stream: Cell::new(Stream { channels: Channels::USUAL, decimation: 1 }),
             watch_anew: Cell::new(false),

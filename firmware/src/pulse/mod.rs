@@ -26,7 +26,7 @@ mod tests;
 pub use commutator::{Commutator, LEAD_ROWS, Phase};
 pub use cycle::{Bad, Cycle, Polarity};
 pub use integrator::{Integrator, Sums};
-pub use plan::{MOST_ROWS, Plan, Sequence};
+pub use plan::{Asked, MOST_ROWS, Plan, Sequence};
 pub use settings::{Scales, Settings};
 pub use shape::{Pulse, Shape};
 pub use shared::Shared;

@@ -3,6 +3,7 @@
 use super::{Polarity, Pulse, Scales, Shape};
 use crate::board::ROW_HZ;
 use crate::config::ConfigError;
+use core::cell::Cell;
 
 /// Most samples in one pulse: a minute. The sums hold it.
 pub const MOST_ROWS: u32 = 60_000;
@@ -66,6 +67,62 @@ impl Default for Plan {
             rest_s: 4.0,
             cycles: 10,
             position: 1,
+        }
+    }
+}
+
+/// The plan as a person sets it, number by number.
+pub struct Asked {
+    /// What a pulse looks like.
+    pub shape: Cell<Shape>,
+    /// The second pulse runs backwards.
+    pub reversed: Cell<bool>,
+    /// The signs.
+    pub sequence: Cell<Sequence>,
+    /// Greatest reference rate, rad/s.
+    pub rate_rad_s: Cell<f64>,
+    /// Duration of one pulse, s.
+    pub duration_s: Cell<f64>,
+    /// Period of which it is a multiple, s.
+    pub period_s: Cell<f64>,
+    /// Rest before each cycle, s.
+    pub rest_s: Cell<f64>,
+    /// How many cycles.
+    pub cycles: Cell<f64>,
+    /// The position's number.
+    pub position: Cell<f64>,
+}
+
+impl Default for Asked {
+    fn default() -> Self {
+        let plan = Plan::default();
+        Self {
+            shape: Cell::new(plan.shape),
+            reversed: Cell::new(plan.reversed),
+            sequence: Cell::new(plan.sequence),
+            rate_rad_s: Cell::new(plan.rate_rad_s),
+            duration_s: Cell::new(plan.duration_s),
+            period_s: Cell::new(plan.period_s),
+            rest_s: Cell::new(plan.rest_s),
+            cycles: Cell::new(10.0),
+            position: Cell::new(1.0),
+        }
+    }
+}
+
+impl Asked {
+    /// All of it together.
+    pub fn plan(&self) -> Plan {
+        Plan {
+            shape: self.shape.get(),
+            reversed: self.reversed.get(),
+            sequence: self.sequence.get(),
+            rate_rad_s: self.rate_rad_s.get(),
+            duration_s: self.duration_s.get(),
+            period_s: self.period_s.get(),
+            rest_s: self.rest_s.get(),
+            cycles: nearest(self.cycles.get() as f32),
+            position: nearest(self.position.get() as f32) as u8,
         }
     }
 }

@@ -6,7 +6,8 @@ use crate::console::errors::{Code, ErrorEntry};
 use crate::console::parse::{Parameters, Range};
 use crate::console::quantity::Quantity;
 use crate::console::text::Writer;
-use crate::pulse::{MOST_ROWS, Pair, Phase, Plan, Sequence, Shape};
+use crate::pulse::{MOST_ROWS, Pair, Phase, Sequence, Shape};
+use crate::words::words;
 
 const SEQUENCES: [Sequence; 3] = [Sequence::PlusMinus, Sequence::MinusPlus, Sequence::Both];
 const PAIRS: [&str; 3] = ["OFF", "OWN", "APParent"];
@@ -15,12 +16,12 @@ const LONGEST_S: f64 = MOST_ROWS as f64 / 1e3;
 /// A number of the plan.
 macro_rules! number {
     ($header:literal, $field:ident, $quantity:expr, $least:expr, $most:expr, $says:literal) => {
-        entry(
+        entry!(
             $header,
             Act::Number {
-                range: Range::new($quantity, $least, $most, 1.0),
-                read: |state| f64::from(state.drift.get().$field),
-                write: |state, value| change(state, |plan| plan.$field = value as _),
+                range: const { &Range::new($quantity, $least, $most, 1.0) },
+                read: |state| state.drift.$field.get(),
+                write: |state, value| (state.drift.$field.set(value), Ok(())).1,
             },
             $says,
         )
@@ -28,26 +29,26 @@ macro_rules! number {
 }
 
 pub(super) const ENTRIES: &[Entry] = &[
-    entry(
+    entry!(
         "DRIFt:SHAPe",
         Act::Words {
             words: &["RECTangular", "TRIangular", "SAWTooth"],
-            read: |state| state.drift.get().shape as usize,
-            write: |state, chosen| change(state, |plan| plan.shape = Shape::ALL.get(chosen).copied().unwrap_or_default()),
+            read: |state| state.drift.shape.get() as usize,
+            write: |state, chosen| (state.drift.shape.set(Shape::ALL.get(chosen).copied().unwrap_or_default()), Ok(())).1,
         },
         "what a reference pulse looks like",
     ),
-    entry(
+    entry!(
         "DRIFt:REVersed",
-        Act::Switch { read: |state| state.drift.get().reversed, write: |state, on| change(state, |plan| plan.reversed = on) },
+        Act::Switch { read: |state| state.drift.reversed.get(), write: |state, on| (state.drift.reversed.set(on), Ok(())).1 },
         "the second pulse runs backwards: a sawtooth cancels",
     ),
-    entry(
+    entry!(
         "DRIFt:SEQuence",
         Act::Words {
             words: &["PLUSminus", "MINusplus", "BOTH"],
-            read: |state| state.drift.get().sequence as usize,
-            write: |state, chosen| change(state, |plan| plan.sequence = SEQUENCES.get(chosen).copied().unwrap_or_default()),
+            read: |state| state.drift.sequence.get() as usize,
+            write: |state, chosen| (state.drift.sequence.set(SEQUENCES.get(chosen).copied().unwrap_or_default()), Ok(())).1,
         },
         "signs of the two pulses; BOTH by turns",
     ),
@@ -57,41 +58,34 @@ pub(super) const ENTRIES: &[Entry] = &[
     number!("DRIFt:REST", rest_s, Quantity::TIME, 1e-3, 1e5, "with the correction loop closed, before each cycle"),
     number!("DRIFt:COUNt", cycles, Quantity::PLAIN, 1.0, 1e6, "cycles of a session"),
     number!("DRIFt:POSition", position, Quantity::PLAIN, 1.0, 99.0, "the gyro's position: 1, and 2 turned by 180 DEG; others as told"),
-    entry("DRIFt:STARt", Act::Do(|state| start(state, false)), "measure; *OPC? waits for the end"),
-    entry("DRIFt:ABORt", Act::Do(|state| (state.pulse.abort(), Ok(())).1), "end it; the correction loop closes"),
-    entry("DRIFt:STATe", Act::Say("IDLE, REST, LEAD or PULSES; loop; cycles over, of", phase), "where it is"),
-    entry(
+    entry!("DRIFt:STARt", Act::Do(|state| start(state, false)), "measure; *OPC? waits for the end"),
+    entry!("DRIFt:ABORt", Act::Do(|state| (state.pulse.abort(), Ok(())).1), "end it; the correction loop closes"),
+    entry!("DRIFt:STATe", Act::Say(words!("IDLE, REST, LEAD or PULSES; loop; cycles over, of"), phase), "where it is"),
+    entry!(
         "DRIFt:CYCLe",
-        Act::Say("number,position,sign,N,ACC2,SUM2,CURRENT,MOMENT,least,greatest,(13),corrected RAD/S,good or why not", cycle),
+        Act::Say(words!("number,position,sign,N,ACC2,SUM2,CURRENT,MOMENT,least,greatest,(13),corrected RAD/S,good or why not"), cycle),
         "the newest cycle; exact sums",
     ),
-    entry("DRIFt", Act::Say("good,bad,mean,its sigma RAD/S", mean), "drift rate of the session: own + apparent"),
-    entry(
+    entry!("DRIFt", Act::Say(words!("good,bad,mean,its sigma RAD/S"), mean), "drift rate of the session: own + apparent"),
+    entry!(
         "DRIFt:PAIR",
-        Act::TakeAndSay("<OFF|OWN|APParent>", hold, register),
+        Act::TakeAndSay(words!("<OFF|OWN|APParent>"), hold, register),
         "zero the register over positions 1 and 2; asked: what,sum,cycles,RAD/S",
     ),
-    entry("DRIFt:NULL:STARt", Act::Do(|state| start(state, true)), "a cycle without pulses, input at zero; taken off all others"),
-    entry("DRIFt:NULL:CLEar", Act::Do(|state| (state.pulse.forget_null(), Ok(())).1), "forget it"),
-    entry("DRIFt:NULL", Act::Say("N,ACC2,CURRENT or NONE", null), "the zero-input cycle"),
+    entry!("DRIFt:NULL:STARt", Act::Do(|state| start(state, true)), "a cycle without pulses, input at zero; taken off all others"),
+    entry!("DRIFt:NULL:CLEar", Act::Do(|state| (state.pulse.forget_null(), Ok(())).1), "forget it"),
+    entry!("DRIFt:NULL", Act::Say(words!("N,ACC2,CURRENT or NONE"), null), "the zero-input cycle"),
 ];
-
-fn change(state: &State<'_>, change: impl FnOnce(&mut Plan)) -> Done {
-    let mut plan = state.drift.get();
-    change(&mut plan);
-    state.drift.set(plan);
-    Ok(())
-}
 
 fn start(state: &State<'_>, nulls: bool) -> Done {
     no_fault(state)?;
     if state.pulse.is_running() {
-        return Err(ErrorEntry::about(Code::SETTINGS_CONFLICT, b"the drift is measured: wait for its end, or DRIFt:ABORt"));
+        return Err(ErrorEntry::saying(Code::SETTINGS_CONFLICT, words!("the drift is measured: wait for its end, or DRIFt:ABORt")));
     }
-    let plan = state.drift.get();
+    let plan = state.drift.plan();
     state.pulse.check(&plan).map_err(|wrong| refused(&wrong))?;
     if !nulls && state.pulse.null().is_some_and(|(samples, _)| samples != plan.samples()) {
-        return Err(ErrorEntry::about(Code::SETTINGS_CONFLICT, b"the zero-input cycle has another duration: DRIFt:NULL:CLEar"));
+        return Err(ErrorEntry::saying(Code::SETTINGS_CONFLICT, words!("the zero-input cycle has another duration: DRIFt:NULL:CLEar")));
     }
     state.pulse.start(plan, nulls);
     Ok(())
