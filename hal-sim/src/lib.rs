@@ -11,6 +11,7 @@ pub mod board;
 pub mod clock;
 pub mod controller;
 pub mod effects;
+pub mod element;
 pub mod faults;
 pub mod gyro;
 pub mod peripherals;

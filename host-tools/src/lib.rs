@@ -10,6 +10,7 @@ pub mod hidden;
 pub mod link;
 pub mod log;
 pub mod model;
+pub mod observer;
 pub mod pages;
 pub mod plausible;
 pub mod record;

@@ -32,6 +32,7 @@ of_the_input!(
     crate::model::ModelError,
     crate::fit::prepare::PrepareError,
     crate::fit::FitError,
+    crate::observer::ObserverError,
     hal_sim::plant::StandError,
 );
 

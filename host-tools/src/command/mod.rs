@@ -13,12 +13,14 @@ mod explain;
 mod explain_folder;
 mod hold;
 mod model;
+mod observer;
 mod output;
 mod profile;
 mod record;
 mod sim;
 mod sim_serve;
 mod story;
+mod vibration;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -60,6 +62,12 @@ enum Command {
     /// Make, show or change a model file
     #[command(subcommand)]
     Model(model::ModelCommand),
+    /// State observers of a gyrotheodolite: gains, errors, frequency response
+    #[command(subcommand)]
+    Observer(observer::ObserverCommand),
+    /// What vibration does to an azimuth
+    #[command(subcommand)]
+    Vibration(vibration::VibrationCommand),
     /// The catalogue of physical effects, or the account of one
     Effects(effects::Effects),
 }
@@ -88,6 +96,8 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
         Some(Command::Record(record)) => record.run(),
         Some(Command::Drift(drift)) => drift.run(),
         Some(Command::Model(model)) => model.run(),
+        Some(Command::Observer(observer)) => observer.run(),
+        Some(Command::Vibration(vibration)) => vibration.run(),
         Some(Command::Effects(effects)) => effects.run(),
     };
     exit_code(done)

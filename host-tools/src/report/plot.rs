@@ -55,6 +55,13 @@ impl Axis {
         Axis { from: 0.0, to: TAU, ticks, label: label.to_owned() }
     }
 
+    /// Powers of ten: an axis over the logarithms of what is shown, `range` in tens.
+    pub fn decades(range: (f64, f64), label: &str) -> Self {
+        let ticks =
+            (range.0.ceil() as i32..=range.1.floor() as i32).map(|k| (f64::from(k), format!("10{}", digits::superscript(k)))).collect();
+        Axis { from: range.0, to: range.1, ticks, label: label.to_owned() }
+    }
+
     fn place(&self, v: f64) -> f64 {
         ((v - self.from) / (self.to - self.from)).clamp(-0.002, 1.002)
     }

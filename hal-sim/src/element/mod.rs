@@ -1,0 +1,13 @@
+//! The gyrotheodolite's sensitive element: what hangs between its torquer and its angle sensor.
+//!
+//! In: a moment about the vertical, disturbances, vibration of the base. Out: azimuth, tilt, roll, displacement. Three models:
+//! linear with six states ([`SixState`]) or with four ([`FourState`]), both [`LinearElement`], and the rigid body without small angles
+//! ([`RigidBody`]). Numbers are parameters with names and units.
+
+mod body;
+mod linear;
+mod parameters;
+
+pub use body::{Attitude, BaseVibration, RigidBody};
+pub use linear::LinearElement;
+pub use parameters::{EARTH_RATE_RAD_S, FourState, SixState};

@@ -1,0 +1,35 @@
+//! `stand observer design`.
+
+use clap::Args;
+
+use super::{ElementWords, Placing};
+use crate::command::error::Trouble;
+use crate::command::output::Output;
+use crate::observer::{design_html, design_json, design_text};
+
+/// Step of the stand's rows, s.
+const ROW_S: f64 = 1e-3;
+
+/// Gains of an observer.
+#[derive(Debug, Args)]
+pub(in crate::command) struct DesignObserver {
+    #[command(flatten)]
+    element: ElementWords,
+    #[command(flatten)]
+    placing: Placing,
+    /// Step of the exact discrete form, s
+    #[arg(long, value_name = "S", default_value_t = ROW_S, allow_negative_numbers = true)]
+    step: f64,
+    #[command(flatten)]
+    output: Output,
+}
+
+impl DesignObserver {
+    pub(super) fn run(self) -> Result<(), Trouble> {
+        self.output.check()?;
+        let design = self.placing.request(self.element.plant()?, None, Some(self.step))?.design()?;
+        self.output.text(&design_text(&design))?;
+        self.output.json(|| design_json(&design))?;
+        self.output.html(|| design_html(&design))
+    }
+}

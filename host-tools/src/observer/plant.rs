@@ -1,0 +1,147 @@
+//! The element as a linear plant: x′ = A x + B (M_K + M_L), the angle is the first state.
+
+use std::path::Path;
+
+use hal_sim::element::{FourState, SixState};
+
+use super::ObserverError;
+
+/// Names of the sets of parameters that are built in.
+pub const PRESETS: [&str; 3] = ["astatic-identifier", "astatic-identifier-recovered", "rate-observer"];
+
+/// Which element.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Element {
+    /// On an elastic suspension (theory §1.1).
+    Six(SixState),
+    /// On a stiff one (theory §2.1).
+    Four(FourState),
+}
+
+/// An element with its name.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plant {
+    /// Preset or file.
+    pub name: String,
+    /// Its parameters.
+    pub element: Element,
+}
+
+/// A file: one table, of one of the two.
+#[derive(serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    six_state: Option<SixState>,
+    four_state: Option<FourState>,
+}
+
+impl Plant {
+    /// A preset by name, or a file with a table `[six_state]` or `[four_state]`.
+    ///
+    /// # Errors
+    /// No such preset; a file that cannot be read or names what there is not; a parameter that makes no sense.
+    pub fn named(name: &str) -> Result<Self, ObserverError> {
+        let element = match name {
+            "astatic-identifier" => Element::Six(SixState::PRINTED),
+            "astatic-identifier-recovered" => Element::Six(SixState::RECOVERED),
+            "rate-observer" => Element::Four(FourState::SET_B),
+            file if Path::new(file).extension().is_some_and(|e| e == "toml") => return Self::read(file),
+            other => return Err(ObserverError::Unknown(other.to_owned())),
+        };
+        Self::new(name, element)
+    }
+
+    /// An element whose parameters make sense.
+    ///
+    /// # Errors
+    /// The first that does not.
+    pub fn new(name: &str, element: Element) -> Result<Self, ObserverError> {
+        match &element {
+            Element::Six(p) => p.check()?,
+            Element::Four(p) => p.check()?,
+        }
+        Ok(Self { name: name.to_owned(), element })
+    }
+
+    fn read(file: &str) -> Result<Self, ObserverError> {
+        let fail = |says: String| ObserverError::File(file.to_owned(), says);
+        let text = std::fs::read_to_string(file).map_err(|e| fail(format!("cannot read: {e}")))?;
+        let read: File = toml::from_str(&text).map_err(|e| fail(one_line(e.message())))?;
+        let element = match (read.six_state, read.four_state) {
+            (Some(p), None) => Element::Six(p),
+            (None, Some(p)) => Element::Four(p),
+            _ => return Err(fail("one table is wanted, [six_state] or [four_state]".to_owned())),
+        };
+        Self::new(file, element).map_err(|e| fail(e.to_string()))
+    }
+
+    /// Names of the states, with units.
+    pub fn states(&self) -> &'static [&'static str] {
+        match self.element {
+            Element::Six(_) => &["alpha_rad", "alpha_rate_rad_s", "beta_rad", "beta_rate_rad_s", "y_m", "y_rate_m_s"],
+            Element::Four(_) => &["alpha_rad", "alpha_rate_rad_s", "beta_rad", "beta_rate_rad_s"],
+        }
+    }
+
+    /// Inertia that a moment about the vertical turns, kg m²; and H, N m s.
+    pub fn inertia_and_rotor(&self) -> (f64, f64) {
+        match self.element {
+            Element::Six(p) => (p.inertia_z_kg_m2, p.rotor_N_m_s),
+            Element::Four(p) => (p.inertia_y_kg_m2, p.rotor_N_m_s),
+        }
+    }
+
+    /// Stiffness in azimuth k_α, N m/rad.
+    pub fn azimuth_N_m_rad(&self) -> f64 {
+        match self.element {
+            Element::Six(p) => p.azimuth_N_m_rad(),
+            Element::Four(p) => p.azimuth_N_m_rad(),
+        }
+    }
+
+    /// The matrix A, rows of states (theory §1.1 and §2.1).
+    pub fn a(&self) -> Vec<Vec<f64>> {
+        match self.element {
+            Element::Six(p) => {
+                let (a, b) = (p.azimuth_N_m_rad() / p.inertia_z_kg_m2, p.rotor_N_m_s / p.inertia_z_kg_m2);
+                let (c, d) = (p.rotor_N_m_s / p.inertia_x_kg_m2, p.mass_kg * p.gravity_m_s2 * p.arm_m / p.inertia_x_kg_m2);
+                let (e, f) = (p.suspension_N_per_m * p.arm_m / p.inertia_x_kg_m2, p.suspension_N_per_m / p.mass_kg);
+                let l = p.arm_m;
+                vec![
+                    vec![0.0, 1.0, 0.0, 0.0, 0.0, 0.0],
+                    vec![-a, 0.0, 0.0, -b, 0.0, 0.0],
+                    vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0],
+                    vec![0.0, c, -d, 0.0, e, 0.0],
+                    vec![0.0, 0.0, 0.0, 0.0, 0.0, 1.0],
+                    vec![0.0, -l * c, l * d, 0.0, -(f + l * e), 0.0],
+                ]
+            }
+            Element::Four(p) => {
+                let r = (p.link_damping_N_m_s + p.alpha_damping_N_m_s) / p.inertia_y_kg_m2;
+                let (q, d) = (p.beta_damping_N_m_s / p.inertia_z_kg_m2, p.pendulum_N_m / p.inertia_z_kg_m2);
+                let a = p.azimuth_N_m_rad() / p.inertia_y_kg_m2;
+                let (b, c) = (p.rotor_N_m_s / p.inertia_y_kg_m2, p.rotor_N_m_s / p.inertia_z_kg_m2);
+                vec![vec![0.0, 1.0, 0.0, 0.0], vec![-a, -r, 0.0, -b], vec![0.0, 0.0, 0.0, 1.0], vec![0.0, c, -d, -q]]
+            }
+        }
+    }
+
+    /// The column of the control moment, and of a moment from outside.
+    pub fn b(&self) -> Vec<f64> {
+        let mut b = vec![0.0; self.states().len()];
+        b[1] = 1.0 / self.inertia_and_rotor().0;
+        b
+    }
+
+    /// Its greatest mode, rad/s: nutation.
+    pub fn fastest_rad_s(&self) -> f64 {
+        let a = self.a();
+        let n = a.len();
+        let eigenvalues = nalgebra::DMatrix::from_fn(n, n, |i, j| a[i][j]).complex_eigenvalues();
+        eigenvalues.iter().map(|z| z.norm()).fold(0.0, f64::max)
+    }
+}
+
+fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
