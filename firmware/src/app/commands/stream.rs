@@ -102,7 +102,7 @@ fn fits(state: &State<'_>, stream: Stream) -> Done {
     out.fixed(100.0 * load, 1)
         .text(" % of ")
         .whole(u64::from(state.identity.baud), 1)
-        .words(words!(" baud, 80 % is the most: fewer channels or more decimation"));
+        .words(words!(" baud, 80 % at most: fewer channels or rows"));
     Err(wrong)
 }
 
