@@ -1,4 +1,5 @@
 //! `stand drift` as a person runs it: through the simulated stand, from its log, and with what makes no sense.
+#![allow(clippy::unwrap_used)]
 
 mod common;
 

@@ -52,7 +52,7 @@ fn page(folder: &Path, words: &[&str]) {
 }
 
 /// The same as in tests/options.rs.
-pub const WORDS: &[(&str, fn(&Path))] = &[
+pub const WORDS: &[(&str, super::Shows)] = &[
     ("drift --help", |_| ()),
     ("drift run --help", |_| ()),
     ("drift compute --help", |_| ()),
