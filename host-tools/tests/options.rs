@@ -2,6 +2,8 @@
 #![allow(clippy::unwrap_used)]
 
 mod common;
+#[path = "common/drift_words.rs"]
+mod drift_words;
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -498,6 +500,11 @@ fn listed(help: &str, section: &str) -> Vec<String> {
         .collect()
 }
 
+/// The table and those of whole groups of commands.
+fn all_words() -> impl Iterator<Item = (&'static str, Shows)> {
+    WORDS.into_iter().chain(drift_words::WORDS.iter().copied())
+}
+
 /// The help of every command says what it is for, how it is used, and a line for each of its words.
 fn help_everywhere(folder: &Path) {
     for path in commands(folder) {
@@ -529,7 +536,7 @@ fn the_table_has_a_line_for_every_word_of_every_command_and_no_other() {
         }
     }
     let mut lines = BTreeSet::from([String::new()]);
-    for (line, _) in WORDS {
+    for (line, _) in all_words() {
         // `model set <MODEL> <VALUE> --free`: a command, and several of its words.
         let is_word = |w: &str| w.starts_with(['-', '<', '[']);
         let command: Vec<&str> = line.split_whitespace().take_while(|w| !is_word(w)).collect();
@@ -545,7 +552,7 @@ fn the_table_has_a_line_for_every_word_of_every_command_and_no_other() {
 #[test]
 fn every_word_of_the_command_line_moves_an_output() {
     let mut helped = false;
-    for (name, shows) in WORDS {
+    for (name, shows) in all_words() {
         // All of these are one walk.
         if name.ends_with("--help") && std::mem::replace(&mut helped, true) {
             continue;
