@@ -114,7 +114,7 @@ impl Fitted {
     }
 
     /// The rest of the way, for one that may be the best.
-    pub fn to_the_end(self, ground: &Ground) -> Self {
+    pub fn finished(self, ground: &Ground) -> Self {
         let record = ground.record_for(&self.trial);
         let place = ground.descend(&self.system, &self.parameters, &record, &self.starts, Goal::End);
         let (trial, system, own) = (self.trial.clone(), self.system.clone(), self.own.clone());

@@ -152,7 +152,7 @@ fn reconsider(path: &mut Path, rivals: &mut Vec<(String, Vec<Trial>)>, logs: &[R
                 let score = scores(&without, std::slice::from_ref(trial)).into_iter().next().unwrap_or_else(|| base.clone());
                 let rival = last.held.chi2;
                 let raced = fit(&without, trial, &score, rival)?;
-                Some(if raced.cost < rival * (1.0 + NEAR) { raced.to_the_end(&without) } else { raced })
+                Some(if raced.cost < rival * (1.0 + NEAR) { raced.finished(&without) } else { raced })
             })
             .collect();
         let better = tried

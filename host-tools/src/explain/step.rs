@@ -86,7 +86,7 @@ pub fn step(log: &Log, logs: &[Range<usize>], ground: &Ground) -> Step {
     let best = least(&fitted);
     let noise = noise_chi2(&ground.record);
     let near = best + NEAR * (best - noise).max(noise);
-    let mut fitted: Vec<Fitted> = fitted.into_par_iter().map(|f| if f.cost < near { f.to_the_end(ground) } else { f }).collect();
+    let mut fitted: Vec<Fitted> = fitted.into_par_iter().map(|f| if f.cost < near { f.finished(ground) } else { f }).collect();
     judge(ground, logs, &mut fitted, tests);
     let mut screened: Vec<(Trial, Score, f64)> = Vec::new();
     for &k in &order {
