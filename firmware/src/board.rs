@@ -127,6 +127,34 @@ impl RateCode {
     }
 }
 
+/// What the gyro's angle sensor and its torquer showed at one whole millisecond, as their converters have it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct GyroSample {
+    /// The angle sensor at that moment, code.
+    pub angle: i32,
+    /// The torquer's current over the millisecond before, sum of codes.
+    pub torquer: i32,
+    /// How many codes are in that sum.
+    pub conversions: u32,
+}
+
+impl GyroSample {
+    /// Volts of the angle sensor.
+    pub fn angle_V(&self, hardware: &Hardware) -> f64 {
+        (f64::from(self.angle) - hardware.angle_zero_code) * hardware.angle_V_per_code
+    }
+
+    /// Mean current of the torquer over the millisecond before, A; `None` where nothing was converted.
+    pub fn torquer_A(&self, hardware: &Hardware) -> Option<f64> {
+        let mean = || f64::from(self.torquer) / f64::from(self.conversions) - hardware.torquer_zero_code;
+        (self.conversions > 0).then(|| mean() * hardware.torquer_A_per_code)
+    }
+}
+
+/// What the torquer's converter is given: steps from the middle of its range, where the amplifier gives no current.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TorquerStep(pub i16);
+
 /// The winding's temperature in steps of the converter, linearised by the board.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TemperatureCode(pub i32);
@@ -260,6 +288,14 @@ pub trait Board {
     fn supply(&mut self) -> Option<Stamped<SupplyCode>>;
     /// The newest temperature reading.
     fn temperature(&mut self) -> Option<Stamped<TemperatureCode>>;
+    /// What the gyro's angle sensor showed at the moment that was asked for last, see [`Board::torque`]; `None` before the first, and where
+    /// the board has no gyro.
+    fn gyro(&mut self) -> Option<Stamped<GyroSample>> {
+        None
+    }
+    /// At `at`, a whole millisecond ahead, the angle sensor is sampled, and from then on the torquer is given this current: both by the
+    /// hardware that paces the control ticks, whatever the tasks do. What is late acts at once, and its sample's stamp shows it.
+    fn torque(&mut self, _at: Ticks, _step: TorquerStep) {}
     /// Hands out the line to the sensor under test, once; `None` after that, and where the board has none.
     fn sensor_bus(&mut self) -> Option<Self::SensorBus>;
 }
@@ -288,6 +324,16 @@ pub struct Hardware {
     pub rate_cutoff_Hz: f64,
     /// Winding temperature per code, °C.
     pub temperature_C_per_code: f64,
+    /// Voltage of the gyro's angle sensor per code, V.
+    pub angle_V_per_code: f64,
+    /// Code at no angle.
+    pub angle_zero_code: f64,
+    /// The torquer's current, as it is measured, per code, A.
+    pub torquer_A_per_code: f64,
+    /// Code at no current of the torquer.
+    pub torquer_zero_code: f64,
+    /// The torquer's current, as it is given, per step of its converter, A.
+    pub torquer_A_per_step: f64,
 }
 
 impl Default for Hardware {
@@ -304,6 +350,11 @@ impl Default for Hardware {
             rate_rad_s_per_code: core::f64::consts::PI / 180.0 / 16.4, // Bosch BMG160, ±2000 °/s (BST-BMG160-DS000)
             rate_cutoff_Hz: 523.0,            // the same, unfiltered
             temperature_C_per_code: 0.01,     // NTC linearised by table
+            angle_V_per_code: 3.3 / 4096.0,   // 12 bits of 3.3 V; the demodulator's output lies at mid-supply at no angle
+            angle_zero_code: 2048.0,
+            torquer_A_per_code: 0.2 / 4096.0, // 1 Ω × 16.5 V/V about mid-supply: ± 0.1 A
+            torquer_zero_code: 2048.0,
+            torquer_A_per_step: 0.2 / 4096.0, // an amplifier of ± 0.1 A over the converter's range
         }
     }
 }
@@ -325,6 +376,11 @@ impl Hardware {
             rate_rad_s_per_code: 1e-12, 1e3;
             rate_cutoff_Hz: 0.0, 1e6;
             temperature_C_per_code: 1e-9, 1e3;
+            angle_V_per_code: 1e-15, 1e3;
+            angle_zero_code: -1e9, 1e9;
+            torquer_A_per_code: 1e-15, 1e3;
+            torquer_zero_code: -1e9, 1e9;
+            torquer_A_per_step: 1e-9, 1e3;
         }
     }
 

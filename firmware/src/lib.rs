@@ -37,6 +37,7 @@ mod maths;
 pub mod measurement_loop;
 pub mod observer;
 pub mod profile;
+pub mod pulse;
 pub mod safety;
 pub mod session;
 pub mod settings;

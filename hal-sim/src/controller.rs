@@ -8,6 +8,7 @@
 use crate::board::{Bench, PlantPort, SimBoard};
 use crate::clock::{self, SimClock, Stuck, VirtualClock};
 use crate::faults::{Broken, What};
+use crate::gyro::GyroPort;
 use crate::peripherals::SimFlash;
 use crate::peripherals::flash::SMALL_SECTOR_BYTES;
 use crate::peripherals::serial::{DamageRates, SerialLine, USUAL_BAUD};
@@ -92,6 +93,13 @@ impl<'c, P: PlantPort> Controller<'c, P> {
             line_faults: Cell::default(),
             power_cuts: Cell::new(0),
         })
+    }
+
+    /// The same controller with this gyro on its torquer's and angle sensor's wires.
+    pub fn with_gyro(mut self, gyro: Box<dyn GyroPort>, seed: u64) -> Self {
+        let hardware = self.defaults.hardware;
+        self.bench = RefCell::new(self.bench.into_inner().with_gyro(gyro, &hardware, seed));
+        self
     }
 
     /// The serial line, from the host's side.

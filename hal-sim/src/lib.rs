@@ -1,6 +1,7 @@
 //! The board that is not there: the simulated stand.
 //!
 //! * [`effects`], the physical effects, and [`rig`], the model that is made of them (also what users fit);
+//! * [`gyro`], stabilisers on the torquer's and the angle sensor's wires;
 //! * [`plant`], the truth, integrated by other means; [`peripherals`], [`board`], [`clock`], [`session`]: the same firmware in virtual time.
 
 // The firmware holds interrupts off where tasks and interrupt share: here that is the standard library's lock.
@@ -12,6 +13,7 @@ pub mod controller;
 pub mod effects;
 pub mod element;
 pub mod faults;
+pub mod gyro;
 pub mod peripherals;
 pub mod plant;
 pub mod rig;

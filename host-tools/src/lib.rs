@@ -2,6 +2,7 @@
 
 pub mod command;
 pub mod compensate;
+pub mod drift;
 pub mod explain;
 pub mod expression;
 pub mod fit;

@@ -29,6 +29,7 @@ use crate::console::errors::{Code, ErrorEntry};
 use crate::console::guard::StopLine;
 use crate::imu;
 use crate::measurement_loop::{Instruments, MeasurementLoop};
+use crate::pulse;
 use crate::session::next_start;
 use crate::settings::{Kept, Store};
 use crate::speed_loop::{Interrupt, LessonWriter, Lessons, OrderWriter, Orders, Reports, SpeedLoop, Tuning};
@@ -53,6 +54,7 @@ pub struct Memory {
     capture: capture::Memory,
     instruments: Option<Instruments>,
     imu: imu::Shared,
+    pulse: Option<pulse::Shared>,
 }
 
 impl Default for Memory {
@@ -73,6 +75,7 @@ impl Memory {
             capture: capture::Memory::new(),
             instruments: None,
             imu: imu::Shared::default(),
+            pulse: None,
         }
     }
 }
@@ -122,12 +125,18 @@ pub fn assemble<'a, F: NorFlash>(
         .recording(memory.capture.recorder(CAPTURE_BEFORE));
     let instruments: &Instruments = memory.instruments.insert(Instruments::new(kept.hardware));
     let imu = &memory.imu;
-    let state =
-        State::new(identity, stop_line, Parts { instruments, imu, tuning: &memory.tuning, capture: &memory.capture }, kept, defaults);
+    let pulse: &pulse::Shared = memory.pulse.insert(pulse::Shared::new(pulse::Scales::new(&kept.settings.gyro, &kept.hardware)));
+    let state = State::new(
+        identity,
+        stop_line,
+        Parts { instruments, imu, pulse, tuning: &memory.tuning, capture: &memory.capture },
+        kept,
+        defaults,
+    );
     if let Some(entry) = wrong {
         state.report(entry);
     }
-    let measurement = MeasurementLoop::new(kept.hardware, report_reader).with_imu(imu);
+    let measurement = MeasurementLoop::new(kept.hardware, report_reader).with_imu(imu).with_pulse(pulse);
     Ok((interrupt, App { state, store, measurement, orders: order_writer, lessons, map: &mut memory.map }))
 }
 

@@ -4,6 +4,7 @@ use super::state::{Running, State};
 use crate::board::{Clock, EdgeTime, Hardware, ROW_HZ, TICKS_PER_ROW, TICKS_PER_S, Ticks};
 use crate::calibration::{Measuring, Refused};
 use crate::console::errors::{Code, ErrorEntry};
+use crate::console::status::OPERATION_COMPLETE;
 use crate::measurement_loop::{Decimate, Row, RowSink};
 use crate::safety::{Fault, Watch};
 use crate::telemetry::{Beat, Body, RowFrame};
@@ -57,6 +58,8 @@ pub struct Rows<'a, C> {
     marks: [Mark; RATE_ROWS],
     taken: usize,
     beat_at: Ticks,
+    /// A drift session ran in the row before.
+    drifted: bool,
     /// The calibration's sums while it measures; given back to [`super::calibrate`] at its end.
     pub(super) measuring: &'a Cell<Option<Measuring<'a>>>,
 }
@@ -75,6 +78,7 @@ impl<'a, C: Clock> Rows<'a, C> {
             marks: [Mark::default(); RATE_ROWS],
             taken: 0,
             beat_at: Ticks(0),
+            drifted: false,
             measuring,
         }
     }
@@ -174,6 +178,15 @@ impl<'a, C: Clock> Rows<'a, C> {
         }
     }
 
+    /// A drift session that is over was what somebody waited for.
+    fn drift(&mut self) {
+        let state = self.state;
+        let runs = state.pulse.is_running();
+        if core::mem::replace(&mut self.drifted, runs) && !runs && !state.is_busy() && state.completes.replace(false) {
+            state.status.happened(OPERATION_COMPLETE);
+        }
+    }
+
     fn by_hand(&self, now: Ticks) {
         let state = self.state;
         if state.show_errors_at.get().is_some_and(|at| now >= at + BY_HAND) {
@@ -196,6 +209,7 @@ impl<C: Clock> RowSink for Rows<'_, C> {
         self.rate(row);
         self.supervise(row);
         self.measure(row);
+        self.drift();
         self.stream(row, now);
         self.registers(row);
         self.by_hand(now);

@@ -85,7 +85,11 @@ fn begin(state: &State<'_>, request: Request, acts: Ticks) -> Option<Course> {
 
 /// Nothing runs any more.
 fn end(state: &State<'_>) {
-    if state.running.replace(Running::None) != Running::None && !state.calibrating.get() && state.completes.replace(false) {
+    if state.running.replace(Running::None) != Running::None
+        && !state.calibrating.get()
+        && !state.pulse.is_running()
+        && state.completes.replace(false)
+    {
         state.status.happened(OPERATION_COMPLETE);
     }
 }

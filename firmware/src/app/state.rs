@@ -15,6 +15,7 @@ use crate::console::text::Text;
 use crate::imu;
 use crate::measurement_loop::{Instruments, Row};
 use crate::profile::{ProfileConfig, ProfileKind};
+use crate::pulse;
 use crate::safety::Fault;
 use crate::settings::Kept;
 use crate::speed_loop::{Config, Mode, Tuning, Zero};
@@ -91,6 +92,8 @@ pub struct Parts<'a> {
     pub instruments: &'a Instruments,
     /// The sensor under test.
     pub imu: &'a imu::Shared,
+    /// The drift measurement.
+    pub pulse: &'a pulse::Shared,
     /// The way of settings to the speed loop.
     pub tuning: &'a Tuning,
     /// The record around a fault.
@@ -147,6 +150,10 @@ pub struct State<'a> {
     pub imu_setup: Cell<Option<imu::Setup>>,
     /// The sensor under test.
     pub imu: &'a imu::Shared,
+    /// The drift measurement.
+    pub pulse: &'a pulse::Shared,
+    /// The session of it that `DRIFt:STARt` begins.
+    pub drift: pulse::Asked,
     /// What is added to the stream's angles so that they are from the index, rad; `None` where it was not seen before the stream began.
     pub to_index_rad: Cell<Option<f64>>,
     /// What the stream sends.
@@ -211,6 +218,8 @@ impl<'a> State<'a> {
             instruments: parts.instruments,
             imu_setup: Cell::new(None),
             imu: parts.imu,
+            pulse: parts.pulse,
+            drift: pulse::Asked::default(),
             to_index_rad: Cell::new(None),
             stream: Cell::new(Stream { channels: Channels::USUAL, decimation: 1 }),
             watch_anew: Cell::new(false),
@@ -240,13 +249,14 @@ impl<'a> State<'a> {
         let config = Config::new(&kept.settings, &self.hardware)?;
         self.kept.set(kept);
         self.watch_anew.set(true);
+        self.pulse.scale(pulse::Scales::new(&kept.settings.gyro, &self.hardware));
         self.tuning.post(config);
         Ok(())
     }
 
     /// Whether something runs for a time of its own, or is about to.
     pub fn is_busy(&self) -> bool {
-        self.running.get() != Running::None || self.request.get().is_some() || self.calibrating.get()
+        self.running.get() != Running::None || self.request.get().is_some() || self.calibrating.get() || self.pulse.is_running()
     }
 
     /// Text mode, for whoever speaks next.
@@ -310,6 +320,7 @@ impl<'a> State<'a> {
         if self.running.get() == Running::Calibration {
             self.calibration.abort();
         }
+        self.pulse.abort();
         self.demand.set(Demand::Off);
         self.targets.set(Targets::default());
         self.request.set(Some(Request::End));

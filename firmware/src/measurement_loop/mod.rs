@@ -33,8 +33,9 @@ pub use statistics::Statistics;
 pub use timing::TimingReading;
 pub use turn::{Turn, TurnReading};
 
-use crate::board::{Board, CONTROL_HZ, Clock, EdgeTime, Hardware, TICKS_PER_ROW, Ticks, Unwrapped};
+use crate::board::{Board, CONTROL_HZ, Clock, EdgeTime, GyroSample, Hardware, TICKS_PER_ROW, Ticks, Unwrapped};
 use crate::imu;
+use crate::pulse;
 use crate::speed_loop::{ONE, Report, ReportReader};
 use turn::TurnTimer;
 
@@ -63,6 +64,8 @@ struct Look {
     turn: Option<Turn>,
     imu: Option<imu::Motion>,
     imu_age: u64,
+    gyro: Option<GyroSample>,
+    mark: u32,
     omega_rad_s: Option<f64>,
     supply_V: Option<f64>,
     temp_C: Option<f64>,
@@ -80,6 +83,7 @@ pub struct MeasurementLoop<'a> {
     index_counts: Option<i64>,
     turns: TurnTimer,
     imu: Option<&'a imu::Shared>,
+    pulse: Option<&'a pulse::Shared>,
     /// The counter at the session's zero of the angle.
     zero_counts: i64,
     sequence: u32,
@@ -97,6 +101,7 @@ impl<'a> MeasurementLoop<'a> {
             index_counts: None,
             turns: TurnTimer::new(hardware),
             imu: None,
+            pulse: None,
             zero_counts: 0,
             sequence: 0,
             pace: Pace::default(),
@@ -106,6 +111,11 @@ impl<'a> MeasurementLoop<'a> {
     /// The same loop, whose rows carry what the sensor under test last showed.
     pub fn with_imu(self, imu: &'a imu::Shared) -> Self {
         Self { imu: Some(imu), ..self }
+    }
+
+    /// The same loop, which steps the pulses of the drift measurement and closes its correction loop: both go by the rows' time.
+    pub fn with_pulse(self, pulse: &'a pulse::Shared) -> Self {
+        Self { pulse: Some(pulse), ..self }
     }
 
     /// The scales that it reads with.
@@ -130,12 +140,12 @@ impl<'a> MeasurementLoop<'a> {
         self.zero_counts = self.index_counts.unwrap_or(0);
         // What the ADC summed before the session belongs to no row.
         board.current();
-        let mut before = self.look(board, clock.now());
+        let mut before = self.look(board, start, clock.now());
         let mut row = 0;
         while row < rows {
             let due = start + TICKS_PER_ROW.saturating_mul(row.saturating_add(1));
             clock.until(due).await;
-            let now = self.look(board, clock.now());
+            let now = self.look(board, due, clock.now());
             let between = now.at - before.at;
             self.pace.least = self.pace.least.min(between);
             self.pace.greatest = self.pace.greatest.max(between);
@@ -149,8 +159,14 @@ impl<'a> MeasurementLoop<'a> {
         }
     }
 
-    fn look<B: Board>(&mut self, board: &mut B, at: Ticks) -> Look {
+    fn look<B: Board>(&mut self, board: &mut B, due: Ticks, at: Ticks) -> Look {
         let h = self.hardware;
+        self.report = self.reports.take().unwrap_or(self.report);
+        let gyro = board.gyro();
+        if let Some(pulse) = self.pulse {
+            let step = pulse.step(gyro, due, self.report.fault);
+            board.torque(due + TICKS_PER_ROW, step);
+        }
         let encoder = board.encoder();
         let rate = board.rate();
         let supply = board.supply();
@@ -167,7 +183,6 @@ impl<'a> MeasurementLoop<'a> {
         }
         let turn = self.turns.look(self.position.counts, met);
         let imu = self.imu.and_then(|shared| shared.newest());
-        self.report = self.reports.take().unwrap_or(self.report);
         let ages = [Some(encoder.age(at)), rate.map(|r| r.age(at)), supply.map(|r| r.age(at)), temperature.map(|r| r.age(at))];
         Look {
             at,
@@ -177,6 +192,8 @@ impl<'a> MeasurementLoop<'a> {
             turn,
             imu: imu.map(|newest| newest.value),
             imu_age: imu.map_or(0, |newest| newest.age(at)),
+            gyro: gyro.filter(|sample| sample.at == due).map(|sample| sample.value),
+            mark: self.pulse.map_or(0, pulse::Shared::mark),
             omega_rad_s: rate.map(|r| r.value.rad_s(&h)),
             supply_V: supply.map(|r| r.value.volts(&h)),
             temp_C: temperature.map(|r| r.value.celsius(&h)),
@@ -207,6 +224,10 @@ impl<'a> MeasurementLoop<'a> {
             accel_x_m_s2: k.imu.map(|motion| f64::from(motion.outward_m_s2)),
             accel_y_m_s2: k.imu.map(|motion| f64::from(motion.along_m_s2)),
             imu_age: k.imu_age,
+            angle_sensor_V: k.gyro.map(|sample| sample.angle_V(h)),
+            // A sample has the current of the millisecond before it.
+            torquer_A: next.gyro.and_then(|sample| sample.torquer_A(h)),
+            drift_mark: k.mark,
             rate_cmd_rad_s: follows.then(|| k.report.rate_command as f64 / ONE * count_rad * CONTROL_HZ as f64),
             theta_cmd_rad: follows.then(|| (k.report.position_command_counts(k.counts) - self.zero_counts as f64) * count_rad),
             temp_C: k.temp_C,

@@ -38,6 +38,12 @@ pub struct Row {
     pub accel_y_m_s2: Option<f64>,
     /// Age of that sample at t_k, board clock steps; 0 where there is none.
     pub imu_age: u64,
+    /// The gyro's angle sensor at t_k, V.
+    pub angle_sensor_V: Option<f64>,
+    /// The current of its torquer, mean over [t_k, t_{k+1}), A.
+    pub torquer_A: Option<f64>,
+    /// Where the drift measurement is at t_k: [`Commutator::mark`](crate::pulse::Commutator::mark).
+    pub drift_mark: u32,
     /// Rate command at t_k, rad/s; rate and position mode only.
     pub rate_cmd_rad_s: Option<f64>,
     /// Position command at t_k, rad; rate and position mode only.

@@ -84,6 +84,11 @@ fields! {
     settings.safety.temperature_C: -50.0, 500.0;
     settings.safety.sensor_silent_s: 1e-3, 3600.0;
     settings.safety.index_off_counts: 0.0, 1e6;
+    settings.gyro.angle_gain_V_rad: 1e-3, 1e6;
+    settings.gyro.torquer_gain_rad_s_A: 1e-9, 1e3;
+    settings.gyro.correction_1_s: 0.0, 100.0;
+    settings.gyro.torquer_limit_A: 1e-6, 1e3;
+    settings.gyro.angle_limit_V: 1e-3, 1e3;
     hardware.counts_per_turn: 4.0, 1e6;
     hardware.edge_timer_Hz: 1e5, 1e9;
     hardware.duty_full_scale: 16.0, 32_000.0;
@@ -94,6 +99,11 @@ fields! {
     hardware.rate_rad_s_per_code: 1e-12, 1e3;
     hardware.rate_cutoff_Hz: 0.0, 1e6;
     hardware.temperature_C_per_code: 1e-9, 1e3;
+    hardware.angle_V_per_code: 1e-15, 1e3;
+    hardware.angle_zero_code: -1e9, 1e9;
+    hardware.torquer_A_per_code: 1e-15, 1e3;
+    hardware.torquer_zero_code: -1e9, 1e9;
+    hardware.torquer_A_per_step: 1e-9, 1e3;
 }
 
 #[cfg(test)]

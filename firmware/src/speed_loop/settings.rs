@@ -9,6 +9,7 @@ use super::segment::rate_unit;
 use crate::board::{CONTROL_HZ, Hardware, ROW_HZ};
 use crate::compensation::Compensation;
 use crate::config::{ConfigError, all_within, within};
+use crate::pulse;
 use crate::safety;
 
 /// Gains and limits. The default is the default stand's: maxon RE 25 118752, platform of 2.5·10⁻⁴ kg m².
@@ -43,6 +44,8 @@ pub struct Settings {
     pub compensation: Compensation,
     /// What else switches the drive off, and when.
     pub safety: safety::Settings,
+    /// The gyro beside the drive: its gains, its correction loop.
+    pub gyro: pulse::Settings,
 }
 
 impl Default for Settings {
@@ -63,6 +66,7 @@ impl Default for Settings {
             approach_rad_s: 6.0,   // a turn in a second
             compensation: Compensation::default(),
             safety: safety::Settings::default(),
+            gyro: pulse::Settings::default(),
         }
     }
 }
@@ -140,6 +144,7 @@ impl Config {
         let approach = crate::maths::lesser(s.approach_rad_s, 0.9 * overspeed);
         s.compensation.check(constant * current)?;
         s.safety.check()?;
+        s.gyro.check()?;
 
         let hz = CONTROL_HZ as f64;
         let rad_s_per_count_tick = hardware.rad_per_count() * hz;

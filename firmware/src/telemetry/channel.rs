@@ -48,7 +48,7 @@ fn some(value: Option<f64>) -> f64 {
 }
 
 /// All channels; the place is the bit in [`Channels`], so new ones come at the end.
-pub const CHANNELS: [Channel; 16] = [
+pub const CHANNELS: [Channel; 19] = [
     channel("u_V", Coding::Single, |row| row.u_V),
     channel("supply_V", Coding::Single, |row| some(row.supply_V)),
     channel("i_A", Coding::Single, |row| some(row.i_A)),
@@ -65,6 +65,9 @@ pub const CHANNELS: [Channel; 16] = [
     channel("gyro_rad_s", Coding::Single, |row| some(row.gyro_rad_s)),
     channel("accel_x_m_s2", Coding::Single, |row| some(row.accel_x_m_s2)),
     channel("accel_y_m_s2", Coding::Single, |row| some(row.accel_y_m_s2)),
+    channel("angle_sensor_V", Coding::Single, |row| some(row.angle_sensor_V)),
+    channel("torquer_A", Coding::Single, |row| some(row.torquer_A)),
+    channel("drift_mark", Coding::Whole, |row| f64::from(row.drift_mark)),
 ];
 
 /// A set of channels.

@@ -9,12 +9,13 @@ mod sensor_bus;
 
 use crate::clock::{SimClock, VirtualClock};
 use crate::faults::{Broken, Decoder, Faults, What};
+use crate::gyro::{GyroLine, GyroPort};
 use crate::peripherals::imu::{Imu, ImuSetup};
 use crate::peripherals::{CurrentAdc, Edges, Encoder, Index, Noise, OwnEdge, RateSensor, SensorSetup, SlowChannel};
 pub use sensor_bus::SensorBus;
 use stand_firmware::board::{
-    Board, CONTROL_PER_ROW, CurrentSum, Drive, Edge, EncoderCount, Hardware, RateCode, Sensed, Stamped, SupplyCode, TICKS_PER_CONTROL,
-    TICKS_PER_S, TemperatureCode, TickIo, Ticks,
+    Board, CONTROL_PER_ROW, CurrentSum, Drive, Edge, EncoderCount, GyroSample, Hardware, RateCode, Sensed, Stamped, SupplyCode,
+    TICKS_PER_CONTROL, TICKS_PER_S, TemperatureCode, TickIo, Ticks, TorquerStep,
 };
 use std::cell::RefCell;
 
@@ -82,6 +83,7 @@ pub struct Bench<P> {
     supply: Stamped<SlowChannel>,
     temperature: SlowChannel,
     imu: Option<Imu>,
+    gyro: Option<GyroLine>,
     truth: [Truth; 2],
     /// What is broken, and what the encoder's counters show by it: the interrupt's and the tasks'.
     broken: Broken,
@@ -120,6 +122,7 @@ impl<P: PlantPort> Bench<P> {
             supply: Stamped { value: supply, at: Ticks(0) },
             temperature,
             imu: None,
+            gyro: None,
             truth: [Truth::default(); 2],
             broken: Broken::new(Faults::default()),
             decoder: Decoder::default(),
@@ -169,6 +172,16 @@ impl<P: PlantPort> Bench<P> {
         Self { imu: Some(Imu::new(sensor, seed)), ..self }
     }
 
+    /// The same bench with this gyro on its torquer's and angle sensor's wires; the converters' noise is of `seed`.
+    pub fn with_gyro(self, gyro: Box<dyn GyroPort>, hardware: &Hardware, seed: u64) -> Self {
+        Self { gyro: Some(GyroLine::new(gyro, hardware, seed)), ..self }
+    }
+
+    /// That gyro with its wires: to turn it, or to break it.
+    pub fn gyro(&mut self) -> Option<&mut GyroLine> {
+        self.gyro.as_mut()
+    }
+
     /// The sensor under test: to break it, or to mend it.
     pub fn imu(&mut self) -> Option<&mut Imu> {
         self.imu.as_mut()
@@ -204,6 +217,9 @@ impl<P: PlantPort> Bench<P> {
         self.edges.advance(self.encoder.exact(self.plant.theta_rad()), self.plant.true_rate_rad_s(), dt_s);
         let disturbed = if self.broken.any() { self.rate_disturbance_rad_s() } else { 0.0 };
         self.rate.value.advance(self.plant.rate_rad_s() + disturbed, dt_s);
+        if let Some(gyro) = &mut self.gyro {
+            gyro.advance(self.plant.true_theta_rad(), dt_s);
+        }
         if steps == TICKS_PER_CONTROL {
             // The usual case, without rounding.
             self.charge = (self.plant.mean_current_A(), 1.0);
@@ -238,6 +254,9 @@ impl<P: PlantPort> Bench<P> {
             if self.broken.is(What::SensorRubbish) {
                 self.rate.value.rubbish();
             }
+        }
+        if let Some(gyro) = &mut self.gyro {
+            gyro.tick(self.now);
         }
         if let Some(imu) = &mut self.imu {
             imu.tick(self.now.seconds(), self.plant.rate_rad_s(), self.plant.true_rate_rad_s(), self.plant.true_theta_rad());
@@ -277,6 +296,13 @@ impl<P: PlantPort> Bench<P> {
         let dips = self.broken.is(What::SupplyDip);
         self.plant.supply_gives(dips.then(|| self.broken.size(What::SupplyDip)));
         self.stuck = self.broken.is(What::CounterStuck).then(|| self.stuck.unwrap_or_else(|| self.shown()));
+        let limits = self.broken.is(What::TorquerLimit);
+        let limit_A = limits.then(|| self.broken.size(What::TorquerLimit));
+        let unplugged = self.broken.is(What::AngleSensorOff);
+        if let Some(line) = &mut self.gyro {
+            line.unplug(unplugged);
+            line.gyro().limit(limit_A);
+        }
         // With one wire off an edge comes half as often, and its stamp errs by no more than one edge: left as it is.
         let silent = self.broken.is(What::EncoderAOff) && self.broken.is(What::EncoderBOff);
         self.silent_since = silent.then(|| self.silent_since.unwrap_or(self.now));
@@ -401,6 +427,16 @@ impl<'a, P: PlantPort> Board for SimBoard<'a, P> {
     fn temperature(&mut self) -> Option<Stamped<TemperatureCode>> {
         let bench = self.bench.borrow();
         Some(Stamped { value: TemperatureCode(bench.temperature.code() as i32), at: bench.supply.at })
+    }
+
+    fn gyro(&mut self) -> Option<Stamped<GyroSample>> {
+        self.bench.borrow().gyro.as_ref()?.newest()
+    }
+
+    fn torque(&mut self, at: Ticks, step: TorquerStep) {
+        if let Some(line) = &mut self.bench.borrow_mut().gyro {
+            line.give(at, step);
+        }
     }
 
     fn sensor_bus(&mut self) -> Option<SensorBus<'a, P>> {

@@ -41,6 +41,10 @@ pub enum What {
     LineOff,
     /// The host sends a break at the beginning.
     LineBreak,
+    /// The wire of the gyro's angle sensor is off: its converter reads its end.
+    AngleSensorOff,
+    /// The torquer's amplifier gives no more than so many amperes.
+    TorquerLimit,
 }
 
 /// What the size of a fault is.
@@ -56,7 +60,7 @@ pub struct Size {
 
 impl What {
     /// All there are.
-    pub const ALL: [What; 17] = [
+    pub const ALL: [What; 19] = [
         What::EncoderAOff,
         What::EncoderBOff,
         What::IndexOff,
@@ -74,6 +78,8 @@ impl What {
         What::LineInserts,
         What::LineOff,
         What::LineBreak,
+        What::AngleSensorOff,
+        What::TorquerLimit,
     ];
 
     /// Its bit in a set.
@@ -86,6 +92,11 @@ impl What {
         matches!(self, What::LineFlips | What::LineLoses | What::LineInserts | What::LineOff | What::LineBreak)
     }
 
+    /// Whether it is about the gyro beside the drive, which not every stand has.
+    pub fn is_of_the_gyro(self) -> bool {
+        matches!(self, What::AngleSensorOff | What::TorquerLimit)
+    }
+
     /// What its size is; `None` where it has none.
     pub fn size(self) -> Option<Size> {
         let size = |says, usual, range| Some(Size { says, usual, range });
@@ -93,6 +104,7 @@ impl What {
             What::SupplyDip => size("the supply that is left, V", 6.0, (0.0, 1e3)),
             What::NoiseBurst => size("multiples of the usual noise", 30.0, (0.0, 1e4)),
             What::WindingHot => size("the winding's temperature, °C", 160.0, (-100.0, 1e3)),
+            What::TorquerLimit => size("the current that is left, A", 0.02, (0.0, 10.0)),
             What::LineFlips | What::LineLoses | What::LineInserts => size("share of the bytes", 0.01, (0.0, 1.0)),
             _ => None,
         }

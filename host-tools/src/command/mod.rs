@@ -6,6 +6,7 @@
 mod compensate;
 mod compensate_port;
 mod console;
+mod drift;
 mod effects;
 mod error;
 mod explain;
@@ -55,6 +56,9 @@ enum Command {
     Console(console::Console),
     /// Run a profile on a stand and record what it measures
     Record(record::Record),
+    /// A gyro's drift by pulses of alternating sign: measure it, or work it out from a log
+    #[command(subcommand)]
+    Drift(drift::Drift),
     /// Make, show or change a model file
     #[command(subcommand)]
     Model(model::ModelCommand),
@@ -90,6 +94,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
         Some(Command::Compensate(compensate)) => compensate.run(),
         Some(Command::Console(console)) => console.run(),
         Some(Command::Record(record)) => record.run(),
+        Some(Command::Drift(drift)) => drift.run(),
         Some(Command::Model(model)) => model.run(),
         Some(Command::Observer(observer)) => observer.run(),
         Some(Command::Vibration(vibration)) => vibration.run(),

@@ -38,7 +38,7 @@ pub const KNOWN: &[KnownColumn] = &[
     at_instant("accel_x_m_s2", "m/s²", "accelerometer, outward"),
     at_instant("accel_y_m_s2", "m/s²", "accelerometer, along the motion"),
     at_instant("angle_sensor_V", "V", "the gyro's angle sensor"),
-    at_instant("torquer_A", "A", "the gyro's torquer"),
+    mean_over_row("torquer_A", "A", "the gyro's torquer"),
 ];
 
 /// The known column of that name.

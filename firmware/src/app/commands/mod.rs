@@ -7,6 +7,7 @@
 mod calibration;
 mod common;
 mod compensation;
+mod drift;
 mod drive;
 mod fault;
 mod help;
@@ -153,7 +154,7 @@ macro_rules! entry {
 use entry;
 
 /// All commands, by group, in the order of `HELP?`.
-pub const GROUPS: [&[Entry]; 13] = [
+pub const GROUPS: [&[Entry]; 14] = [
     common::ENTRIES,
     system::ENTRIES,
     drive::ENTRIES,
@@ -165,6 +166,7 @@ pub const GROUPS: [&[Entry]; 13] = [
     settings::ENTRIES,
     compensation::ENTRIES,
     calibration::ENTRIES,
+    drift::ENTRIES,
     status::ENTRIES,
     help::ENTRIES,
 ];

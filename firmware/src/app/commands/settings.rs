@@ -27,6 +27,9 @@ pub(crate) fn at_rest(state: &State<'_>) -> Result<(), ErrorEntry> {
     if state.is_driving() {
         return Err(ErrorEntry::saying(Code::SETTINGS_CONFLICT, words!("the drive is on: OUTPut OFF first")));
     }
+    if state.pulse.is_running() {
+        return Err(ErrorEntry::saying(Code::SETTINGS_CONFLICT, words!("the drift is measured: DRIFt:ABORt first")));
+    }
     Ok(())
 }
 

@@ -1,7 +1,7 @@
-//! Current, supply, temperature and the angle sensor: converted by ADC1 in step with the bridge, brought to memory by DMA.
+//! Current, supply, temperature, the gyro's angle sensor and its torquer's current: converted by ADC1 in step with the bridge, brought to memory by DMA.
 //!
-//! TIM1's third channel has no pin; its edge at the top of the bridge's counter starts a sweep of four conversions, 20 000 a second. At the
-//! top the bridge drives and the current passes through its period's mean. A sweep takes 11.5 of its 50 µs (22.5 MHz: 27 + 68 + 96 + 68
+//! TIM1's third channel has no pin; its edge at the top of the bridge's counter starts a sweep of five conversions, 20 000 a second. At the
+//! top the bridge drives and the current passes through its period's mean. A sweep takes 14.5 of its 50 µs (22.5 MHz: 27 + 68 + 96 + 68 + 68
 //! cycles). The ring holds 64 sweeps, 3.2 ms: the tick reads the newest, the measurement sums what came since it last looked.
 //!
 //! Only ADC1 is in use: the three converters share one reset.
@@ -15,21 +15,22 @@ use embassy_stm32::pac::dma::vals::{Dir, Pl, Size};
 use embassy_stm32::pac::timer::vals::Ocm;
 use embassy_stm32::pac::{ADC1, DMA2, RCC, TIM1};
 use embassy_stm32::peripherals;
-use stand_firmware::board::{CurrentCode, CurrentSum};
+use stand_firmware::board::{CurrentCode, CurrentSum, GyroSample};
 
 /// Conversions in a sweep, in this order.
 const CURRENT: usize = 0;
 const SUPPLY: usize = 1;
 const TEMPERATURE: usize = 2;
 const ANGLE: usize = 3;
-const CHANNELS: usize = 4;
+const TORQUER: usize = 4;
+const CHANNELS: usize = 5;
 /// Sweeps in the ring.
 const SWEEPS: usize = 64;
 const LENGTH: usize = CHANNELS * SWEEPS;
 /// ADC1 is request 0 of DMA2's stream 0 (RM0390, table 29).
 const STREAM: usize = 0;
-/// The channels of PC0 to PC3 (DS10693, table 10).
-const PINS: [u8; CHANNELS] = [10, 11, 12, 13];
+/// The channels of PC0 to PC4 (DS10693, table 10).
+const PINS: [u8; CHANNELS] = [10, 11, 12, 13, 14];
 /// Trigger "TIM1_CC3" of the regular sequence (RM0390, table 83).
 const TIM1_CC3: u8 = 0b0010;
 
@@ -44,12 +45,13 @@ pub fn start(
         Peri<'static, peripherals::PC1>,
         Peri<'static, peripherals::PC2>,
         Peri<'static, peripherals::PC3>,
+        Peri<'static, peripherals::PC4>,
     ),
     full: u16,
 ) {
     let _adc = Adc::new(adc);
     // Dropped, a pin is analog too, but then nothing says that it is taken.
-    for mut pin in [Flex::new(pins.0), Flex::new(pins.1), Flex::new(pins.2), Flex::new(pins.3)] {
+    for mut pin in [Flex::new(pins.0), Flex::new(pins.1), Flex::new(pins.2), Flex::new(pins.3), Flex::new(pins.4)] {
         pin.set_as_analog();
         core::mem::forget(pin);
     }
@@ -58,7 +60,7 @@ pub fn start(
     for (place, channel) in PINS.into_iter().enumerate() {
         ADC1.sqr3().modify(|w| w.set_sq(place, channel));
         // The INA240 drives its pin with a few ohms; the dividers are kilohms.
-        let time = [SampleTime::CYCLES15, SampleTime::CYCLES56, SampleTime::CYCLES84, SampleTime::CYCLES56];
+        let time = [SampleTime::CYCLES15, SampleTime::CYCLES56, SampleTime::CYCLES84, SampleTime::CYCLES56, SampleTime::CYCLES56];
         if let Some(time) = time.get(place) {
             ADC1.smpr1().modify(|w| w.set_smp(usize::from(channel) - 10, *time));
         }
@@ -136,8 +138,19 @@ pub struct Slow {
     pub supply: u16,
     /// Code of the thermistor.
     pub temperature: u16,
-    /// Code of the gyro's angle sensor.
-    pub angle: u16,
+}
+
+/// The gyro in the sweep before `sweep`: its angle sensor, and its torquer's current summed from `since` to there.
+pub fn gyro(since: usize, sweep: usize) -> GyroSample {
+    let angle = i32::from(code(sweep.wrapping_sub(1), ANGLE));
+    let mut sample = GyroSample { angle, ..GyroSample::default() };
+    let mut taken = since % SWEEPS;
+    while taken != sweep % SWEEPS {
+        sample.torquer += i32::from(code(taken, TORQUER));
+        sample.conversions += 1;
+        taken = (taken + 1) % SWEEPS;
+    }
+    sample
 }
 
 impl Sweeps {
@@ -162,5 +175,5 @@ impl Sweeps {
 /// The newest whole sweep, but for the current.
 pub fn slow() -> Slow {
     let sweep = under_way().wrapping_sub(1);
-    Slow { supply: code(sweep, SUPPLY), temperature: code(sweep, TEMPERATURE), angle: code(sweep, ANGLE) }
+    Slow { supply: code(sweep, SUPPLY), temperature: code(sweep, TEMPERATURE) }
 }

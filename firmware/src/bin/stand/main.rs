@@ -17,13 +17,13 @@ mod sensor_bus;
 mod sensors;
 mod serial;
 mod tick;
+mod torquer;
 mod watchdog;
 
 use defmt::{error, info};
 use defmt_rtt as _;
 use embassy_executor::Spawner;
 use embassy_futures::join::join3;
-use embassy_stm32::dac::{DacChannel, Value};
 use embassy_stm32::{bind_interrupts, dma, gpio, pac, peripherals, rcc, timer, uid, usart};
 use encoder::{EdgeTimer, Encoder, IndexTime};
 use flash::SettingsFlash;
@@ -48,11 +48,8 @@ async fn main(_spawner: Spawner) -> ! {
     // First of all: what tells time by the cycle counter must find it counting.
     tick::count_cycles();
     let bridge = bridge::Bridge::new(p.TIM1, p.PA8, p.PA9);
-    analog::start(p.ADC1, p.DMA2_CH0, (p.PC0, p.PC1, p.PC2, p.PC3), bridge::FULL);
-    // The torquer's amplifier gives no current at the middle of the range; nothing drives it yet.
-    let mut torquer = DacChannel::new_blocking(p.DAC1, p.PA4);
-    torquer.set(Value::Bit12Right(2048));
-    torquer.enable();
+    analog::start(p.ADC1, p.DMA2_CH0, (p.PC0, p.PC1, p.PC2, p.PC3, p.PC4), bridge::FULL);
+    torquer::start(p.DAC1, p.PA4);
 
     let store = Store::new(SettingsFlash::new(p.FLASH), flash::BEGINS, flash::SECTOR);
     let identity = Identity { model: "NUCLEO-F446RE", serial: uid::uid_hex(), baud: serial::BAUD };
@@ -88,7 +85,7 @@ async fn main(_spawner: Spawner) -> ! {
     let receive = WithButton::new(serial::Receiver::new(&transmit, p.PA3, p.DMA1_CH5), &typed);
     let button = gpio::Input::new(p.PC13, gpio::Pull::None);
     let lamp = gpio::Output::new(p.PA5, gpio::Level::Low, gpio::Speed::Low);
-    info!("ready at {} baud; the angle sensor gives {} codes of 4096", serial::BAUD, analog::slow().angle);
+    info!("ready at {} baud", serial::BAUD);
     join3(app.run(&mut board, receive, transmit), panel::run(button, lamp, &typed), watchdog::feed(p.IWDG)).await.1
 }
 

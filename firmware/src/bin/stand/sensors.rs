@@ -4,9 +4,10 @@ use crate::analog::{self, Slow, Sweeps};
 use crate::encoder::{Encoder, IndexTime, Look};
 use crate::sensor_bus::SensorBus;
 use crate::tick::BoardClock;
+use crate::torquer::Torquer;
 use core::sync::atomic::{AtomicU32, Ordering};
 use stand_firmware::board::{
-    Board, Clock, CurrentSum, Edge, EdgeTime, EncoderCount, RateCode, Stamped, SupplyCode, TemperatureCode, Ticks,
+    Board, Clock, CurrentSum, Edge, EdgeTime, EncoderCount, GyroSample, RateCode, Stamped, SupplyCode, TemperatureCode, Ticks, TorquerStep,
 };
 
 /// How often the measurement has looked at its encoder, for the watchdog.
@@ -23,6 +24,7 @@ pub struct StandBoard {
     index_time: IndexTime,
     bus: Option<SensorBus>,
     sweeps: Sweeps,
+    torquer: Torquer,
     /// The edge timer with its wraps counted, as it was last seen; it goes round in 48 s and is looked at each millisecond.
     edge_time: EdgeTime,
     /// The last edge, and what the timer had caught for it.
@@ -40,6 +42,7 @@ impl StandBoard {
             index_time,
             bus: Some(bus),
             sweeps: Sweeps::default(),
+            torquer: Torquer::default(),
             edge_time: EdgeTime::default(),
             last_edge: None,
             sweep: 0,
@@ -117,6 +120,14 @@ impl Board for StandBoard {
     fn temperature(&mut self) -> Option<Stamped<TemperatureCode>> {
         let Stamped { value, at } = self.slow();
         celsius(value.temperature).map(|degrees| Stamped { value: TemperatureCode((degrees * 100.0) as i32), at })
+    }
+
+    fn gyro(&mut self) -> Option<Stamped<GyroSample>> {
+        self.torquer.sample(BoardClock.now())
+    }
+
+    fn torque(&mut self, at: Ticks, step: TorquerStep) {
+        self.torquer.give(at, step);
     }
 
     fn sensor_bus(&mut self) -> Option<SensorBus> {

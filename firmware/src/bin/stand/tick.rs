@@ -160,6 +160,8 @@ fn on_tick(tick: &mut Tick) {
     let io = &mut tick.hardware;
     io.bridge.acknowledge();
     io.count(cycles);
+    // First: edge and sample come at the same place of each tick.
+    crate::torquer::on_tick(io.tick as u32);
     tick.interrupt.run(io);
     let now = Ticks::of_control(io.tick);
     let due = SHARED.lock(|cell| {

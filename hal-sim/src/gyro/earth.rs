@@ -1,0 +1,39 @@
+//! The Earth's rotation, as a gyro at a site feels it.
+
+/// Rate of the Earth's rotation, rad/s.
+pub const EARTH_RAD_S: f64 = 7.292_115_9e-5;
+
+/// Where the stand is.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Site {
+    /// Latitude, north positive, rad.
+    pub latitude_rad: f64,
+    /// Azimuth of the base's x axis from north, rad, clockwise from above.
+    pub azimuth_rad: f64,
+}
+
+impl Default for Site {
+    /// That of the published figures: 70° north, 80°.
+    fn default() -> Self {
+        Self { latitude_rad: 70_f64.to_radians(), azimuth_rad: 80_f64.to_radians() }
+    }
+}
+
+impl Site {
+    /// ω_h: towards north, rad/s.
+    pub fn horizontal_rad_s(&self) -> f64 {
+        EARTH_RAD_S * self.latitude_rad.cos()
+    }
+
+    /// ω_v: upwards, rad/s.
+    pub fn vertical_rad_s(&self) -> f64 {
+        EARTH_RAD_S * self.latitude_rad.sin()
+    }
+
+    /// The Earth's rate in axes turned by `turned_rad` from the base's: x at the azimuth, y up, z to its right, rad/s.
+    pub fn rate_rad_s(&self, turned_rad: f64) -> [f64; 3] {
+        let (sin, cos) = (self.azimuth_rad + turned_rad).sin_cos();
+        [self.horizontal_rad_s() * cos, self.vertical_rad_s(), -self.horizontal_rad_s() * sin]
+    }
+}

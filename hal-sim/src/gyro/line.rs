@@ -1,0 +1,83 @@
+//! The wires between the board and the gyro: the torquer's converter, the two channels of the ADC, and the tick that serves all three.
+
+use super::GyroPort;
+use crate::peripherals::Noise;
+use stand_firmware::board::{GyroSample, Hardware, Stamped, Ticks, TorquerStep};
+
+/// The ADC's codes: 0 to this (12 bits, RM0390).
+const MOST_CODE: f64 = 4095.0;
+/// Noise of one conversion, codes rms (DS10693: total unadjusted error some codes; the noise of a quiet board is about one).
+const NOISE_CODES: f64 = 1.0;
+
+/// A gyro on its wires.
+pub struct GyroLine {
+    gyro: Box<dyn GyroPort>,
+    hardware: Hardware,
+    acting_A: f64,
+    pending: Option<(Ticks, TorquerStep)>,
+    charge: i32,
+    conversions: u32,
+    newest: Option<Stamped<GyroSample>>,
+    noise: Noise,
+    is_off: bool,
+}
+
+impl GyroLine {
+    /// This gyro, with converters of these scales; noise of `seed`.
+    pub fn new(gyro: Box<dyn GyroPort>, hardware: &Hardware, seed: u64) -> Self {
+        Self {
+            gyro,
+            hardware: *hardware,
+            acting_A: 0.0,
+            pending: None,
+            charge: 0,
+            conversions: 0,
+            newest: None,
+            noise: Noise::new(seed, 7, 1.0),
+            is_off: false,
+        }
+    }
+
+    /// What is behind the wires.
+    pub fn gyro(&mut self) -> &mut dyn GyroPort {
+        &mut *self.gyro
+    }
+
+    /// The angle sensor's wire is off: its input is pulled up.
+    pub fn unplug(&mut self, is_off: bool) {
+        self.is_off = is_off;
+    }
+
+    /// What it is to be given at a moment.
+    pub fn give(&mut self, at: Ticks, step: TorquerStep) {
+        self.pending = Some((at, step));
+    }
+
+    /// The newest sample.
+    pub fn newest(&self) -> Option<Stamped<GyroSample>> {
+        self.newest
+    }
+
+    /// Time passes.
+    pub fn advance(&mut self, platform_rad: f64, dt_s: f64) {
+        self.gyro.advance(self.acting_A, platform_rad, dt_s);
+    }
+
+    /// A tick begins at `now`: one conversion of the current, and, where it is due, the sample and the next step.
+    pub fn tick(&mut self, now: Ticks) {
+        let h = self.hardware;
+        self.charge += self.code(self.gyro.torquer_A() / h.torquer_A_per_code + h.torquer_zero_code);
+        self.conversions += 1;
+        if let Some((_, step)) = self.pending.take_if(|(at, _)| *at <= now) {
+            let volts = self.gyro.sensor_V();
+            let angle = if self.is_off { MOST_CODE as i32 } else { self.code(volts / h.angle_V_per_code + h.angle_zero_code) };
+            let value = GyroSample { angle, torquer: std::mem::take(&mut self.charge), conversions: std::mem::take(&mut self.conversions) };
+            self.newest = Some(Stamped { value, at: now });
+            self.acting_A = f64::from(step.0) * h.torquer_A_per_step;
+        }
+    }
+
+    fn code(&mut self, exact: f64) -> i32 {
+        (exact + NOISE_CODES * self.noise.draw()).round().clamp(0.0, MOST_CODE) as i32
+    }
+}

@@ -1,0 +1,43 @@
+//! The angle sensor: gain, noise, steps, and the end of its range.
+
+use crate::peripherals::Noise;
+
+/// What it makes of an angle.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct AngleSensor {
+    /// K_k, V/rad.
+    pub gain_V_rad: f64,
+    /// U0: its voltage at no angle, V.
+    pub offset_V: f64,
+    /// Noise of one sample, rad rms.
+    pub noise_rad: f64,
+    /// Its own steps, rad; 0: none, what converts it has its own.
+    pub step_rad: f64,
+    /// The end of its range, either side, V.
+    pub range_V: f64,
+}
+
+impl Default for AngleSensor {
+    fn default() -> Self {
+        Self { gain_V_rad: 150.0, offset_V: 0.02, noise_rad: 0.5 * super::ARCSEC, step_rad: 0.0, range_V: 1.65 }
+    }
+}
+
+impl AngleSensor {
+    /// No noise, no steps, no end.
+    pub fn ideal() -> Self {
+        Self { noise_rad: 0.0, range_V: f64::INFINITY, ..Self::default() }
+    }
+
+    /// The angle as it shows it, rad; `noise` is a stream of unit deviates.
+    pub fn shows_rad(&self, theta_rad: f64, noise: &mut Noise) -> f64 {
+        let noisy = if self.noise_rad > 0.0 { theta_rad + self.noise_rad * noise.draw() } else { theta_rad };
+        if self.step_rad > 0.0 { (noisy / self.step_rad).round() * self.step_rad } else { noisy }
+    }
+
+    /// Its output, V.
+    pub fn shows_V(&self, theta_rad: f64, noise: &mut Noise) -> f64 {
+        (self.offset_V + self.gain_V_rad * self.shows_rad(theta_rad, noise)).clamp(-self.range_V, self.range_V)
+    }
+}

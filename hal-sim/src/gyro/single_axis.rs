@@ -1,0 +1,148 @@
+//! A stabiliser of one axis: θ′ = w + ω_d + ω_a, where w is the torquer's precession, ω_d the gyro's own drift, and ω_a the Earth's rotation.
+//!
+//! The correction loop is whoever gives the torquer its current. A vibration of the base shows in the angle; the stabiliser's loop follows with a lag of
+//! its own, which is the torquer's here: both act alike (theory.md §3.2, reference lag).
+
+use super::{AngleSensor, GyroPort, Site, Torquer};
+use crate::peripherals::Noise;
+use std::f64::consts::TAU;
+
+/// Own drift by what gravity does to the gyro, rad/s, and rad/s for each g along its axes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct OwnDrift {
+    /// What is always there.
+    pub constant_rad_s: f64,
+    /// For a g along the sensitive (input) axis.
+    pub input_rad_s_g: f64,
+    /// For a g along the output axis.
+    pub output_rad_s_g: f64,
+    /// For a g along the spin axis.
+    pub spin_rad_s_g: f64,
+}
+
+/// How the gyro is put: turned about the vertical, its sensitive axis raised, and rolled about that axis.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Place {
+    /// ψ, clockwise from above, rad.
+    pub turned_rad: f64,
+    /// ε, rad.
+    pub raised_rad: f64,
+    /// ρ: at 0 the spin axis points up, at 90° the output axis, rad.
+    pub rolled_rad: f64,
+}
+
+impl Place {
+    /// Up in the gyro's axes: input, output, spin.
+    pub fn up(&self) -> [f64; 3] {
+        let (sin_raised, cos_raised) = self.raised_rad.sin_cos();
+        let (sin_rolled, cos_rolled) = self.rolled_rad.sin_cos();
+        [sin_raised, cos_raised * sin_rolled, cos_raised * cos_rolled]
+    }
+}
+
+/// A swing of the base about the sensitive axis.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Vibration {
+    /// Its amplitude, rad.
+    pub amplitude_rad: f64,
+    /// Its frequency, Hz.
+    pub frequency_Hz: f64,
+}
+
+/// Constants and state.
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SingleAxis {
+    /// Where it stands.
+    pub site: Site,
+    /// Its own drift.
+    pub own: OwnDrift,
+    /// The torquer.
+    pub torquer: Torquer,
+    /// The angle sensor.
+    pub sensor: AngleSensor,
+    /// What the base does.
+    pub vibration: Vibration,
+    /// By how much the first turn to another place misses it, about the vertical, rad.
+    pub turn_error_rad: f64,
+    /// How it is put.
+    pub place: Place,
+    /// Angle between gyro and base, rad.
+    pub theta_rad: f64,
+    #[serde(skip)]
+    t_s: f64,
+    #[serde(skip, default = "noise")]
+    noise: Noise,
+}
+
+fn noise() -> Noise {
+    Noise::new(0, 0, 1.0)
+}
+
+impl Default for SingleAxis {
+    /// Theory's single axis: 1.5 °/h of own drift at 70° north, 80° of azimuth.
+    fn default() -> Self {
+        Self {
+            site: Site::default(),
+            own: OwnDrift { constant_rad_s: 1.5 * super::DEG_H, ..OwnDrift::default() },
+            torquer: Torquer::default(),
+            sensor: AngleSensor::default(),
+            vibration: Vibration::default(),
+            turn_error_rad: 0.0,
+            place: Place::default(),
+            theta_rad: 0.0,
+            t_s: 0.0,
+            noise: noise(),
+        }
+    }
+}
+
+impl SingleAxis {
+    /// The same whose noise is of this seed.
+    pub fn seeded(self, seed: u64) -> Self {
+        Self { noise: Noise::new(seed, 6, 1.0), ..self }
+    }
+
+    /// ω_d in its place, rad/s.
+    pub fn own_rad_s(&self) -> f64 {
+        let [input, output, spin] = self.place.up();
+        let own = &self.own;
+        own.constant_rad_s + own.input_rad_s_g * input + own.output_rad_s_g * output + own.spin_rad_s_g * spin
+    }
+
+    /// ω_a in its place on a platform that stands at `platform_rad`: minus what the Earth's rotation has along the sensitive axis, rad/s.
+    pub fn apparent_rad_s(&self, platform_rad: f64) -> f64 {
+        // The platform turns counted from above like the encoder: to the left.
+        let [ahead, up, _] = self.site.rate_rad_s(self.place.turned_rad - platform_rad);
+        let (sin, cos) = self.place.raised_rad.sin_cos();
+        -(ahead * cos + up * sin)
+    }
+}
+
+impl GyroPort for SingleAxis {
+    fn advance(&mut self, given_A: f64, platform_rad: f64, dt_s: f64) {
+        let reference = self.torquer.advance(given_A, dt_s);
+        self.theta_rad += (reference + self.own_rad_s() + self.apparent_rad_s(platform_rad)) * dt_s;
+        self.t_s += dt_s;
+    }
+
+    fn sensor_V(&mut self) -> f64 {
+        let shaken = self.vibration.amplitude_rad * (TAU * self.vibration.frequency_Hz * self.t_s).sin();
+        self.sensor.shows_V(self.theta_rad + shaken, &mut self.noise)
+    }
+
+    fn torquer_A(&self) -> f64 {
+        self.torquer.mean_A()
+    }
+
+    fn put(&mut self, place: Place) {
+        self.place = Place { turned_rad: place.turned_rad + std::mem::take(&mut self.turn_error_rad), ..place };
+    }
+
+    fn limit(&mut self, limit_A: Option<f64>) {
+        self.torquer.limit(limit_A);
+    }
+}

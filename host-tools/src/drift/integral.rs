@@ -1,0 +1,66 @@
+//! The integrals of one cycle: formulas (11) to (13), the reference channel, the slope, and the residual of the current.
+//!
+//! In: 2 N + 1 angles and the 2 N mean currents between them. The sums have trapezoid weights, as the firmware's.
+
+/// What is added up over a cycle of two pulses of `pulse_s`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Integral {
+    /// T, s.
+    pub pulse_s: f64,
+    /// ∫₁ θ dt − ∫₂ θ dt: τ U_int/K_k of (11), rad s.
+    pub switched_rad_s: f64,
+    /// The same without the switch, S, rad s.
+    pub sum_rad_s: f64,
+    /// Least-squares slope of the angle, rad/s.
+    pub slope_rad_s: f64,
+    /// Greatest angle less the least, rad.
+    pub span_rad: f64,
+}
+
+impl Integral {
+    /// Over samples of one cycle, an odd number of at least three, evenly in time; `None` for others.
+    pub fn of(angles_rad: &[f64], pulse_s: f64) -> Option<Self> {
+        let n = angles_rad.len().checked_sub(1)? / 2;
+        if n == 0 || angles_rad.len() != 2 * n + 1 {
+            return None;
+        }
+        let dt_s = pulse_s / n as f64;
+        let ends = [angles_rad[0], angles_rad[2 * n]];
+        let first: f64 = ends[0] / 2.0 + angles_rad[1..n].iter().sum::<f64>();
+        let second: f64 = angles_rad[n + 1..2 * n].iter().sum::<f64>() + ends[1] / 2.0;
+        let moment: f64 = angles_rad.iter().enumerate().map(|(k, angle)| (k as f64 - n as f64) * angle).sum();
+        let count = n as f64;
+        let (least, most) = angles_rad.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), a| (l.min(*a), m.max(*a)));
+        Some(Self {
+            pulse_s,
+            switched_rad_s: dt_s * (first - second),
+            sum_rad_s: dt_s * (first + angles_rad[n] + second),
+            // Σ (k − N)² = N (N + 1)(2 N + 1)/3.
+            slope_rad_s: moment * 3.0 / (count * (count + 1.0) * (2.0 * count + 1.0)) / dt_s,
+            span_rad: most - least,
+        })
+    }
+
+    /// (13): the drift rate of pulses that are symmetric about their middle, or whose second runs backwards, rad/s.
+    pub fn drift_rad_s(&self) -> f64 {
+        -self.switched_rad_s / (self.pulse_s * self.pulse_s)
+    }
+
+    /// (12): the same for any pulse; `reference_rad` = 2 Φ − θ_e T = ∫ (T − 2t) w dt of the first, rad s.
+    pub fn drift_with_reference_rad_s(&self, reference_rad: f64) -> f64 {
+        -(self.switched_rad_s - reference_rad) / (self.pulse_s * self.pulse_s)
+    }
+}
+
+/// ∫ W w du over a cycle, with the measured reference rate w in each interval, W = u/T² in the first pulse and (2T − u)/T² in the second: what the
+/// pulses were not equal by, rad/s.
+pub fn residual_rad_s(rates_rad_s: &[f64]) -> f64 {
+    let n = rates_rad_s.len() / 2;
+    let weighted: f64 = rates_rad_s.iter().enumerate().map(|(k, rate)| (2 * k.min(2 * n - 1 - k) + 1) as f64 * rate).sum();
+    weighted / (2.0 * (n * n) as f64)
+}
+
+/// K_m i/H by the unswitched sums of both polarities: (S₊ − S₋)/(2 T²), rad/s.
+pub fn reference_rad_s(plus: &Integral, minus: &Integral) -> f64 {
+    (plus.sum_rad_s - minus.sum_rad_s) / (2.0 * plus.pulse_s * plus.pulse_s)
+}

@@ -1,0 +1,324 @@
+//! A session of cycles on a stand: what is told to its firmware, and the cycles that come of it.
+//!
+//! [`Stand`] is a stand at the end of a line: the simulated one in virtual time ([`Simulated`]), or a port ([`Link`]). One session, one code.
+
+use super::answer::CycleLine;
+use super::integral::Integral;
+use crate::link::{Heard, Link, LinkError, Receiver, checked};
+use hal_sim::board::PlantPort;
+use hal_sim::controller::Controller;
+use hal_sim::gyro::Place;
+use stand_firmware::board::{Clock, TICKS_PER_S};
+use stand_firmware::telemetry::RowFrame;
+use std::collections::VecDeque;
+use std::time::{Duration, Instant};
+
+/// The channels of the log.
+pub const CHANNELS: [&str; 3] = ["angle_sensor_V", "torquer_A", "drift_mark"];
+/// How long a simulated stand may take for a reply, s.
+const REPLY_S: f64 = 1.0;
+/// How often is looked, s: a lead alone is half a second.
+const LOOK_S: f64 = 0.2;
+
+/// Why a session ended before its end.
+#[derive(Debug, thiserror::Error)]
+pub enum SessionError {
+    /// The line.
+    #[error(transparent)]
+    Link(#[from] LinkError),
+    /// The stand refuses, with its own words.
+    #[error("the stand refuses {order}: {says}")]
+    Refused {
+        /// What was told.
+        order: String,
+        /// What it said.
+        says: String,
+    },
+    /// No reply, or one that is none.
+    #[error("the stand does not answer {query} as it should: {says:?}")]
+    Reply {
+        /// What was asked.
+        query: String,
+        /// What came.
+        says: String,
+    },
+}
+
+/// A stand that is asked and told.
+#[allow(async_fn_in_trait)] // one thread
+pub trait Stand {
+    /// The one line of a reply.
+    async fn ask(&mut self, query: &str) -> Result<String, SessionError>;
+    /// Makes sure that it was taken.
+    async fn tell(&mut self, order: &str) -> Result<(), SessionError>;
+    /// Lets time pass; the rows that came meanwhile, where a stream is on.
+    async fn wait_s(&mut self, seconds: f64) -> Result<Vec<RowFrame>, SessionError>;
+}
+
+impl Stand for Link {
+    async fn ask(&mut self, query: &str) -> Result<String, SessionError> {
+        Ok(Link::ask(self, query)?)
+    }
+
+    async fn tell(&mut self, order: &str) -> Result<(), SessionError> {
+        Ok(Link::tell(self, order)?)
+    }
+
+    async fn wait_s(&mut self, seconds: f64) -> Result<Vec<RowFrame>, SessionError> {
+        let until = Instant::now() + Duration::from_secs_f64(seconds);
+        let mut rows = Vec::new();
+        loop {
+            let left = until.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return Ok(rows);
+            }
+            if let Some(Heard::Row(row)) = self.next(left)? {
+                rows.push(row);
+            }
+        }
+    }
+}
+
+/// The simulated controller from the host's end of its line, in virtual time.
+pub struct Simulated<'h, 'c, P> {
+    controller: &'h Controller<'c, P>,
+    receiver: Receiver,
+    heard: VecDeque<Heard>,
+}
+
+impl<'h, 'c, P: PlantPort> Simulated<'h, 'c, P> {
+    /// At the end of this one's line.
+    pub fn new(controller: &'h Controller<'c, P>) -> Self {
+        Self { controller, receiver: Receiver::default(), heard: VecDeque::new() }
+    }
+
+    async fn pass(&mut self, seconds: f64) {
+        let clock = self.controller.clock();
+        clock.until(clock.now() + (seconds * TICKS_PER_S as f64) as u64).await;
+        let mut bytes = Vec::new();
+        self.controller.line().receive(&mut bytes);
+        self.receiver.take(&bytes, &mut self.heard);
+    }
+
+    async fn line(&mut self, query: &str) -> Result<String, SessionError> {
+        self.heard.retain(|heard| !matches!(heard, Heard::Line(_)));
+        self.controller.line().send(checked(query).as_bytes());
+        let mut waited = 0.0;
+        while waited < REPLY_S {
+            self.pass(0.002).await;
+            waited += 0.002;
+            let is_reply = |heard: &Heard| matches!(heard, Heard::Line(line) if !line.starts_with("ERROR "));
+            if let Some(at) = self.heard.iter().position(is_reply)
+                && let Some(Heard::Line(line)) = self.heard.remove(at)
+            {
+                return Ok(line);
+            }
+        }
+        Err(SessionError::Reply { query: query.to_owned(), says: String::new() })
+    }
+}
+
+impl<P: PlantPort> Stand for Simulated<'_, '_, P> {
+    async fn ask(&mut self, query: &str) -> Result<String, SessionError> {
+        self.line(query).await
+    }
+
+    async fn tell(&mut self, order: &str) -> Result<(), SessionError> {
+        // What is refused leaves the rest of its line undone, so the error is asked for by itself.
+        self.controller.line().send(checked(order).as_bytes());
+        self.pass(0.005).await;
+        let says = self.line("SYSTem:ERRor?").await?;
+        if says.starts_with("0,") { Ok(()) } else { Err(SessionError::Refused { order: order.to_owned(), says }) }
+    }
+
+    async fn wait_s(&mut self, seconds: f64) -> Result<Vec<RowFrame>, SessionError> {
+        // The line holds 22 ms of a stream.
+        let mut rows = Vec::new();
+        let mut left = seconds;
+        while left > 0.0 {
+            self.pass(left.min(0.05)).await;
+            left -= 0.05;
+            self.heard.retain(|heard| match heard {
+                Heard::Row(row) => {
+                    rows.push(row.clone());
+                    false
+                }
+                _ => true,
+            });
+        }
+        Ok(rows)
+    }
+}
+
+/// What is told to the firmware.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    /// RECTangular, TRIangular or SAWTooth.
+    pub shape: &'static str,
+    /// The second pulse runs backwards.
+    pub reversed: bool,
+    /// PLUSminus, MINusplus or BOTH.
+    pub sequence: &'static str,
+    /// w, rad/s.
+    pub rate_rad_s: f64,
+    /// T, s.
+    pub pulse_s: f64,
+    /// Of which it is a multiple, s; 0: none.
+    pub period_s: f64,
+    /// With the loop closed before each cycle, s.
+    pub rest_s: f64,
+    /// Cycles in each position.
+    pub cycles: u32,
+}
+
+/// What the stand's settings say of the gyro.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scales {
+    /// V per code of the angle sensor.
+    pub angle_V_per_code: f64,
+    /// K_k, V/rad.
+    pub angle_gain_V_rad: f64,
+    /// K_m/H, rad/s/A.
+    pub torquer_gain_rad_s_A: f64,
+    /// End of the sensor's range, V.
+    pub angle_limit_V: f64,
+}
+
+fn first_number(query: &str, reply: &str) -> Result<f64, SessionError> {
+    let word = reply.split([' ', ',']).next().unwrap_or_default();
+    word.parse().map_err(|_| SessionError::Reply { query: query.to_owned(), says: reply.to_owned() })
+}
+
+/// Asks for the scales.
+///
+/// # Errors
+/// The line; a firmware that does not have them.
+pub async fn scales(stand: &mut impl Stand) -> Result<Scales, SessionError> {
+    let mut numbers = [0.0; 4];
+    for (number, name) in numbers.iter_mut().zip(["angle_V_per_code", "angle_gain_V_rad", "torquer_gain_rad_s_A", "angle_limit_V"]) {
+        let query = format!("SETTings:{name}?");
+        *number = first_number(&query, &stand.ask(&query).await?)?;
+    }
+    let [angle_V_per_code, angle_gain_V_rad, torquer_gain_rad_s_A, angle_limit_V] = numbers;
+    Ok(Scales { angle_V_per_code, angle_gain_V_rad, torquer_gain_rad_s_A, angle_limit_V })
+}
+
+/// Tells the plan.
+///
+/// # Errors
+/// The line; the stand refuses.
+pub async fn set_up(stand: &mut impl Stand, plan: &Plan) -> Result<(), SessionError> {
+    let orders = [
+        format!("DRIFt:SHAPe {}", plan.shape),
+        format!("DRIFt:REVersed {}", if plan.reversed { "ON" } else { "OFF" }),
+        format!("DRIFt:SEQuence {}", plan.sequence),
+        format!("DRIFt:RATE {:e} RAD/S", plan.rate_rad_s),
+        format!("DRIFt:DURation {} S", plan.pulse_s),
+        format!("DRIFt:PERiod {} S", plan.period_s),
+        format!("DRIFt:REST {} S", plan.rest_s),
+        format!("DRIFt:COUNt {}", plan.cycles),
+    ];
+    for order in orders {
+        stand.tell(&order).await?;
+    }
+    Ok(())
+}
+
+/// What one position gave.
+#[derive(Debug, Default)]
+pub struct Position {
+    /// Its cycles.
+    pub cycles: Vec<CycleLine>,
+    /// The rows of the stream, where one is on.
+    pub rows: Vec<RowFrame>,
+}
+
+/// Measures in one position, which the firmware knows by `number`; `tell` hears how far it is.
+///
+/// # Errors
+/// The line; the stand refuses.
+pub async fn measure(
+    stand: &mut impl Stand,
+    scales: &Scales,
+    number: u32,
+    place: Place,
+    mut tell: impl FnMut(&str),
+) -> Result<Position, SessionError> {
+    stand.tell(&format!("DRIFt:POSition {number}")).await?;
+    stand.tell("DRIFt:STARt").await?;
+    let mut position = Position::default();
+    let mut last = None;
+    let mut elapsed_s = 0.0;
+    loop {
+        let state = stand.ask("DRIFt:STATe?").await?;
+        let says = stand.ask("DRIFt:CYCLe?").await?;
+        let known = says.split(',').next().map(str::to_owned);
+        let is_ours = says.split(',').nth(1) == Some(number.to_string().as_str());
+        // What was measured before is another session's.
+        if last.is_none() && !state.starts_with("IDLE") && position.cycles.is_empty() && state.contains(",0,") {
+            last = known.clone();
+        }
+        if is_ours && known != last {
+            last = known;
+            position.cycles.push(cycle(&says, scales, place, elapsed_s)?);
+        }
+        if state.starts_with("IDLE") {
+            return Ok(position);
+        }
+        tell(&state);
+        position.rows.extend(stand.wait_s(LOOK_S).await?);
+        elapsed_s += LOOK_S;
+    }
+}
+
+/// A cycle by the firmware's words.
+fn cycle(says: &str, scales: &Scales, place: Place, elapsed_s: f64) -> Result<CycleLine, SessionError> {
+    let wrong = || SessionError::Reply { query: "DRIFt:CYCLe?".into(), says: says.to_owned() };
+    let fields: Vec<&str> = says.split(',').collect();
+    let number =
+        |k: usize| fields.get(k).and_then(|field| field.split(' ').next()).and_then(|word| word.parse::<f64>().ok()).ok_or_else(wrong);
+    let samples = number(3)?;
+    let (sum2, moment, span) = (number(5)?, number(7)?, number(9)? - number(8)?);
+    let (raw, corrected) = (number(10)?, number(11)?);
+    let dt_s = 1e-3;
+    let pulse_s = samples * dt_s;
+    let rad = scales.angle_V_per_code / scales.angle_gain_V_rad;
+    let verdict = fields.get(12..).ok_or_else(wrong)?.join(",");
+    Ok(CycleLine {
+        number: number(0)? as u32,
+        place,
+        axis: 0,
+        sign: number(2)? as i8,
+        start_s: (elapsed_s - 2.0 * pulse_s).max(0.0),
+        integral: Integral {
+            pulse_s,
+            // (13) as the firmware tells it, zero-input cycle taken off.
+            switched_rad_s: -raw * pulse_s * pulse_s,
+            sum_rad_s: sum2 / 2.0 * dt_s * rad,
+            slope_rad_s: moment * 3.0 / (samples * (samples + 1.0) * (2.0 * samples + 1.0)) / dt_s * rad,
+            span_rad: span * rad,
+        },
+        residual_rad_s: Some(raw - corrected),
+        bad: (verdict != "good").then_some(verdict),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cycle_is_read_from_the_firmwares_words_and_nonsense_is_told() {
+        let scales = Scales { angle_V_per_code: 1e-3, angle_gain_V_rad: 100.0, torquer_gain_rad_s_A: 0.02, angle_limit_V: 1.6 };
+        let says = "3,2,-1,5000,-41,82,17,5,7,411,1.5E-6 RAD/S,1.25E-6 RAD/S,good";
+        let cycle = super::cycle(says, &scales, Place::default(), 20.0).unwrap();
+        assert_eq!((cycle.number, cycle.sign, cycle.bad.clone(), cycle.start_s), (3, -1, None, 10.0));
+        assert!((cycle.integral.drift_rad_s() - 1.5e-6).abs() < 1e-15 && (cycle.rate_rad_s() - 1.25e-6).abs() < 1e-15);
+        assert!((cycle.integral.span_rad - 404e-5).abs() < 1e-12);
+        let bad = super::cycle(&says.replace("good", "emergency stop"), &scales, Place::default(), 0.0).unwrap();
+        assert_eq!(bad.bad.as_deref(), Some("emergency stop"));
+        for nonsense in ["NONE", "", "3,2,x", "3,2,-1,5000,-41,82,17,5,7,411,1.5E-6 RAD/S"] {
+            assert!(super::cycle(nonsense, &scales, Place::default(), 0.0).is_err(), "{nonsense}");
+        }
+    }
+}
