@@ -42,6 +42,9 @@ def main():
         limit = budget[memory]["greatest_KiB"] * 1024
         print(f"{memory:<6}{size:>9} B of {limit} B budgeted ({100 * size / limit:.0f} %)")
         over |= size > limit
+        aim = budget[memory].get("aim_KiB")
+        if aim is not None and size > aim * 1024:
+            print(f"AIM MISSED: {memory} {size} B of {aim * 1024} B, {size - aim * 1024} B too much")
     if over:
         sys.exit("over the budget of firmware/budget.toml: make it smaller, or say there why it must grow")
 

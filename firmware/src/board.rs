@@ -42,6 +42,7 @@ impl Ticks {
 
 impl Add<u64> for Ticks {
     type Output = Self;
+    #[inline(never)] // small; the tick does not use it
     fn add(self, steps: u64) -> Self {
         Self(self.0.saturating_add(steps))
     }
@@ -50,6 +51,7 @@ impl Add<u64> for Ticks {
 impl Sub for Ticks {
     type Output = u64;
     /// Steps from `earlier` to `self`; 0 if `earlier` is later.
+    #[inline(never)]
     fn sub(self, earlier: Self) -> u64 {
         self.0.saturating_sub(earlier.0)
     }

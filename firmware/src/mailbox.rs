@@ -68,8 +68,8 @@ impl<T: Words<N>, const N: usize> Writer<'_, T, N> {
         let sequence = self.mailbox.sequence.load(Ordering::Relaxed);
         self.mailbox.sequence.store(sequence.wrapping_add(1), Ordering::Relaxed);
         fence(Ordering::Release);
-        for (cell, word) in self.mailbox.words.iter().zip(value.to_words()) {
-            cell.store(word, Ordering::Relaxed);
+        for (cell, word) in self.mailbox.words.iter().zip(&value.to_words()) {
+            cell.store(*word, Ordering::Relaxed);
         }
         // After 2^31 posts the sequence passes 0, "nothing yet", which would hide one value: skip it.
         let next = sequence.wrapping_add(2);

@@ -27,7 +27,7 @@ pub fn sin_cos(angle_rad: f64) -> (f64, f64) {
         sine += term;
         term *= -rest / f64::from(2 * n);
     }
-    match quarters as i64 & 3 {
+    match to_i64(quarters) & 3 {
         0 => (sine, cosine),
         1 => (cosine, -sine),
         2 => (-sine, -cosine),
@@ -56,7 +56,7 @@ pub fn ceil(value: f64) -> f64 {
 /// The whole number towards zero; of numbers within ±2⁶².
 #[inline(never)]
 pub fn trunc(value: f64) -> f64 {
-    value as i64 as f64
+    to_i64(value) as f64
 }
 
 /// The nearest whole number, halves away from zero; of numbers within ±2⁶².
@@ -66,6 +66,29 @@ pub fn round(value: f64) -> f64 {
     // Exact: both are within a factor of two, or `whole` is zero.
     let rest = value - whole;
     whole + trunc(rest + rest)
+}
+
+/// As a whole number, cut towards zero, as the language's `as` does it: 0 of what is no number, the nearest there is where it is too large. Each `as`
+/// of a double is three comparisons, all of them calls.
+#[inline(never)]
+pub fn to_i64(value: f64) -> i64 {
+    value as i64
+}
+
+/// The same without a sign: 0 of what is below.
+#[inline(never)]
+pub fn to_u64(value: f64) -> u64 {
+    value as u64
+}
+
+/// The same, shorter.
+pub fn to_u32(value: f64) -> u32 {
+    u32::try_from(to_u64(value)).unwrap_or(u32::MAX)
+}
+
+/// The same with a sign, shorter.
+pub fn to_i32(value: f64) -> i32 {
+    to_i64(value).clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32
 }
 
 /// The greater of two numbers; the other of one that is not a number.
@@ -106,7 +129,7 @@ pub fn exp(value: f64) -> f64 {
         term *= rest / f64::from(n);
         sum += term;
     }
-    sum * f64::from_bits(((twos as i64).wrapping_add(1023) as u64) << 52)
+    sum * f64::from_bits((to_i64(twos).wrapping_add(1023) as u64) << 52)
 }
 
 /// Natural logarithm of a number above 0.

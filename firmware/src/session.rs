@@ -31,5 +31,5 @@ pub(crate) fn next_start(now: Ticks) -> Ticks {
 
 /// Rows in so many seconds.
 pub fn rows_in(seconds: f64) -> u64 {
-    crate::maths::greater(crate::maths::round(seconds * ROW_HZ as f64), 0.0) as u64
+    crate::maths::to_u64(crate::maths::round(seconds * ROW_HZ as f64))
 }

@@ -178,9 +178,10 @@ fn vibration_is_taken_off_on_line() {
         host.settled().await;
         host.wait_s(11.0).await;
         let found = host.numbers("OBS:VIBR?").await;
-        let share = found[1] / found[0];
-        // Theory: 98 % of −6.92e-3 at 100 1/s; the astatic one at 1 ms filters a little otherwise.
-        assert!(found[2] == 2.0 && (found[0] / -6.923e-3 - 1.0).abs() < 0.02 && (0.93..1.03).contains(&share), "{found:?}");
+        // Theory: 98 % of −6.92e-3 is taken off at 100 1/s; the astatic one at 1 ms filters a little otherwise. The mean itself still moves with the
+        // precession, a period of ten minutes.
+        assert!(found[2] == 2.0 && (0.95..1.02).contains(&(found[1] / -6.923e-3)), "{found:?}");
+        assert!((found[0] + 6.923e-3).abs() < 3e-3, "{found:?}");
     });
 }
 

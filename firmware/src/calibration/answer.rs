@@ -40,16 +40,22 @@ pub struct FoundHarmonic {
     pub sigma_N_m: f64,
 }
 
-/// A complex amplitude.
+/// A complex amplitude, in single precision: a bin holds no more, and 256 of them turned one after the other lose 2·10⁻⁵.
 #[derive(Clone, Copy, Default)]
 struct Phasor {
-    re: f64,
-    im: f64,
+    re: f32,
+    im: f32,
 }
 
 impl Phasor {
+    /// Of the length 1.
+    fn at(angle_rad: f32) -> Self {
+        let (sine, cosine) = maths::sin_cos(f64::from(angle_rad));
+        Self { re: cosine as f32, im: sine as f32 }
+    }
+
     #[inline(never)]
-    fn times(self, re: f64, im: f64) -> Self {
+    fn times(self, re: f32, im: f32) -> Self {
         Self { re: self.re * re - self.im * im, im: self.re * im + self.im * re }
     }
 
@@ -58,7 +64,7 @@ impl Phasor {
     }
 
     fn size(self) -> f64 {
-        crate::maths::sqrt(self.re * self.re + self.im * self.im)
+        maths::sqrt(f64::from(self.re * self.re + self.im * self.im))
     }
 }
 
@@ -71,21 +77,22 @@ pub(super) async fn answer(map: &Map, course: &Course, settings: &Settings, hard
         return Err(Refused::NotHeld(Limits::default()));
     }
     let (slow, fast) = course.rates_rad_s();
-    let mut halves = [0.0_f64; ORDERS];
+    let mut halves = [0.0_f32; ORDERS];
     let mut best: [Option<(Harmonic, f64)>; MOST_HARMONICS] = [None; MOST_HARMONICS];
     for (order, half) in (1..).zip(halves.iter_mut()) {
         let [forwards, backwards] = [(false, slow), (true, -slow)].map(|(back, rate)| disturbance(map.turn(back), order, rate, settings));
         let mean = forwards.plus(backwards).times(0.5, 0.0);
-        *half = forwards.plus(backwards.times(-1.0, 0.0)).size() * 0.5;
+        let apart = forwards.plus(backwards.times(-1.0, 0.0)).size() * 0.5;
+        *half = apart as f32;
         // a sin(nθ + φ) is the real part of −j a exp(jφ) exp(jnθ).
-        let phase_rad = crate::maths::atan2(mean.im, mean.re) + FRAC_PI_2;
+        let phase_rad = maths::atan2(f64::from(mean.im), f64::from(mean.re)) + FRAC_PI_2;
         let harmonic = Harmonic { order, torque_N_m: mean.size(), phase_rad: if phase_rad < 0.0 { phase_rad + TAU } else { phase_rad } };
-        insert(&mut best, harmonic, *half);
+        insert(&mut best, harmonic, apart);
         // An order is 3 ms of the chip's time: rows and replies come between.
         embassy_futures::yield_now().await;
     }
     // The size of two equal normal components has the median σ √(2 ln 2).
-    let sigma_N_m = median(&halves) / crate::maths::sqrt(2.0 * LN_2);
+    let sigma_N_m = f64::from(median(&halves)) / maths::sqrt(2.0 * LN_2);
     // Below one compare count of the bridge, what the encoder's and the bridge's own steps make of a turn is as large, and no noise.
     let one_count_N_m = hardware.volt_per_duty() * settings.motor_constant_N_m_A / settings.resistance_ohm;
     let threshold_N_m = maths::greater(one_count_N_m, sigma_N_m * maths::sqrt(2.0 * maths::log(ORDERS as f64 / CHANCE)));
@@ -110,24 +117,24 @@ pub(super) async fn answer(map: &Map, course: &Course, settings: &Settings, hard
 /// Disturbing torque of one order in one direction, N m; the rate has its sign.
 #[inline(never)]
 fn disturbance(turn: &[Bin; BINS], order: u16, rate_rad_s: f64, settings: &Settings) -> Phasor {
-    let n = f64::from(order);
-    let bin_rad = TAU / BINS as f64;
+    let n = f32::from(order);
+    let bin_rad = TAU as f32 / BINS as f32;
     // A bin's mean is the value in its middle, weaker by the sine of half its width over that half.
     let half_width = 0.5 * n * bin_rad;
-    let scale = 2.0 / BINS as f64 * half_width / maths::sin(half_width);
-    let mut turned = Phasor { re: maths::sin_cos(half_width).1, im: -maths::sin(half_width) };
-    let (step_re, step_im) = (maths::sin_cos(n * bin_rad).1, -maths::sin(n * bin_rad));
+    let mut turned = Phasor::at(-half_width);
+    let scale = -2.0 / BINS as f32 * half_width / turned.im;
+    let step = Phasor::at(-n * bin_rad);
     let (mut voltage, mut deviation) = (Phasor::default(), Phasor::default());
     for bin in turn {
-        let count = f64::from(bin.count.max(1));
-        voltage = voltage.plus(turned.times(f64::from(bin.voltage_V) / count, 0.0));
-        deviation = deviation.plus(turned.times(f64::from(bin.deviation_rad) / count, 0.0));
-        turned = turned.times(step_re, step_im);
+        let part = 1.0 / bin.count.max(1) as f32;
+        voltage = voltage.plus(turned.times(bin.voltage_V * part, 0.0));
+        deviation = deviation.plus(turned.times(bin.deviation_rad * part, 0.0));
+        turned = turned.times(step.re, step.im);
     }
-    let (constant, resistance) = (settings.motor_constant_N_m_A, settings.resistance_ohm);
-    let frequency = n * rate_rad_s;
+    let (constant, resistance) = (settings.motor_constant_N_m_A as f32, settings.resistance_ohm as f32);
+    let frequency = n * rate_rad_s as f32;
     // −(K s + R J/K s²) with s = j n ω.
-    let inertial = resistance * settings.inertia_kg_m2 / constant * frequency * frequency;
+    let inertial = resistance * settings.inertia_kg_m2 as f32 / constant * frequency * frequency;
     let held = voltage.plus(deviation.times(inertial, -constant * frequency)).times(scale, 0.0);
     held.times(-constant / resistance, 0.0)
 }
@@ -148,7 +155,7 @@ fn insert(best: &mut [Option<(Harmonic, f64)>; MOST_HARMONICS], harmonic: Harmon
 }
 
 /// The value that half of the others are below. By counting: a sort is 8 KiB of flash, and this is asked once.
-fn median(values: &[f64; ORDERS]) -> f64 {
-    let below = |value: f64| values.iter().filter(|other| **other < value).count();
-    values.iter().copied().filter(|value| below(*value) <= ORDERS >> 1).fold(0.0, maths::greater)
+fn median(values: &[f32; ORDERS]) -> f32 {
+    let below = |value: f32| values.iter().filter(|other| **other < value).count();
+    values.iter().copied().filter(|value| below(*value) <= ORDERS >> 1).fold(0.0, f32::max)
 }

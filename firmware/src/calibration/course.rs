@@ -56,7 +56,7 @@ impl Course {
         let overspeed = within("overspeed_rad_s", settings.overspeed_rad_s, 1e-3, 1e4)?;
         let fast = crate::maths::lesser(FAST_RAD_S, 0.5 * overspeed);
         let slow = crate::maths::lesser(SLOW_RAD_S, 0.2 * fast);
-        let rows = |seconds: f64| crate::maths::round(seconds * ROW_HZ as f64) as u64;
+        let rows = |seconds: f64| crate::maths::to_u64(crate::maths::round(seconds * ROW_HZ as f64));
         let settle_rows = rows(SETTLE_S + 2.0 * fast / acceleration);
         let leg =
             |rate_rad_s: f64, is_slow: bool| Leg { rate_rad_s, slow: is_slow, settle_rows, rows: rows(TURNS * TAU / rate_rad_s.abs()) };

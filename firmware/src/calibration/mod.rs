@@ -92,6 +92,7 @@ impl Watch {
     }
 
     /// Ends it for this reason, unless there was another before.
+    #[inline(never)]
     pub fn refuse(&self, why: Refused) {
         if self.refused.get().is_none() {
             self.refused.set(Some(why));

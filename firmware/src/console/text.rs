@@ -152,7 +152,7 @@ impl Writer<'_> {
         }
         let significant = significant.clamp(1, 17) as i32;
         let mut exponent = exponent_of(value);
-        let mut digits = crate::maths::round(scaled(value, significant - 1 - exponent)) as u64;
+        let mut digits = crate::maths::to_u64(crate::maths::round(scaled(value, significant - 1 - exponent)));
         // Rounded up to one digit more.
         if digits >= 10_u64.saturating_pow(significant as u32) {
             exponent += 1;
@@ -185,7 +185,7 @@ impl Writer<'_> {
         if value < 0.0 && whole > 0.0 {
             self.byte(b'-');
         }
-        self.point(whole as u64, decimals)
+        self.point(crate::maths::to_u64(whole), decimals)
     }
 
     /// `digits` × 10^−decimals.
@@ -201,7 +201,7 @@ impl Writer<'_> {
 
 /// e with 10^e ≤ value < 10^(e+1), for a finite value above 0.
 fn exponent_of(value: f64) -> i32 {
-    let mut exponent = crate::maths::floor(crate::maths::log(value) * core::f64::consts::LOG10_E) as i32;
+    let mut exponent = crate::maths::to_i32(crate::maths::floor(crate::maths::log(value) * core::f64::consts::LOG10_E));
     // The logarithm may be off by its last bit at a power of ten.
     if scaled(value, -exponent) >= 10.0 {
         exponent += 1;

@@ -56,7 +56,7 @@ impl SampleClock {
     pub fn at(&self, stamp: u32) -> Option<Ticks> {
         self.pair.map(|(known, at)| {
             let steps = f64::from(stamp.wrapping_sub(known) as i32) * self.pace;
-            if steps >= 0.0 { at + steps as u64 } else { Ticks(at - Ticks((-steps) as u64)) }
+            Ticks(at.0.saturating_add_signed(crate::maths::to_i64(steps)))
         })
     }
 

@@ -83,17 +83,16 @@ pub fn solve<const P: usize>(m: &Matrix<P, P>, b: &[f64; P]) -> Option<([f64; P]
         if pivot.is_nan() || pivot < NOTHING {
             return None;
         }
-        let (Some(from), Some(into)) = (left.0.get(k).copied(), inverse.0.get(k).copied()) else { return None };
-        let (from, into) = (from.map(|v| v / pivot), into.map(|v| v / pivot));
-        for p in 0..P {
-            let factor = left.at(p, k);
-            let (Some(row), Some(other)) = (left.0.get_mut(p), inverse.0.get_mut(p)) else { continue };
-            if p == k {
-                (*row, *other) = (from, into);
-                continue;
+        let factors: [f64; P] = core::array::from_fn(|p| left.at(p, k));
+        for matrix in [&mut left, &mut inverse] {
+            let from = matrix.0.get(k)?.map(|v| v / pivot);
+            for (p, (row, factor)) in matrix.0.iter_mut().zip(&factors).enumerate() {
+                if p == k {
+                    *row = from;
+                } else {
+                    row.iter_mut().zip(&from).for_each(|(v, f)| *v -= factor * f);
+                }
             }
-            row.iter_mut().zip(&from).for_each(|(v, f)| *v -= factor * f);
-            other.iter_mut().zip(&into).for_each(|(v, f)| *v -= factor * f);
         }
     }
     let inverse = Matrix::from_fn(|p, q| inverse.at(p, q) * scaled(p) * scaled(q));

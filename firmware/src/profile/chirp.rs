@@ -1,7 +1,6 @@
 //! A sine whose frequency rises, and begins anew at the end: by the same factor in each second, or by the same number of hertz.
 
 use super::{ProfileConfig, milliseconds, sine};
-use crate::config::{ConfigError, within};
 use crate::maths;
 
 /// Phase per millisecond at one hertz, 2⁻³² turn.
@@ -23,30 +22,28 @@ pub(super) struct Chirp {
 
 impl Chirp {
     /// The same factor in each second.
-    pub(super) fn logarithmic(amplitude: f64, c: &ProfileConfig) -> Result<Self, ConfigError> {
-        let chirp = Self::constant(amplitude, c)?;
+    pub(super) fn logarithmic(amplitude: f64, c: &ProfileConfig) -> Self {
+        let chirp = Self::constant(amplitude, c);
         let growth = maths::power(c.to_Hz / c.from_Hz, 1.0 / f64::from(chirp.sweep_ms));
-        Ok(Self { growth, ..chirp })
+        Self { growth, ..chirp }
     }
 
     /// The same number of hertz in each second.
-    pub(super) fn linear(amplitude: f64, c: &ProfileConfig) -> Result<Self, ConfigError> {
-        let chirp = Self::constant(amplitude, c)?;
+    pub(super) fn linear(amplitude: f64, c: &ProfileConfig) -> Self {
+        let chirp = Self::constant(amplitude, c);
         let rise = (c.to_Hz - c.from_Hz) * STEP_PER_HZ / f64::from(chirp.sweep_ms);
-        Ok(Self { rise, ..chirp })
+        Self { rise, ..chirp }
     }
 
-    /// The lowest frequency, checked, not yet rising.
-    fn constant(amplitude: f64, c: &ProfileConfig) -> Result<Self, ConfigError> {
-        let lowest = within("from_Hz", c.from_Hz, 1e-3, 250.0)?;
-        within("to_Hz", c.to_Hz, lowest, 250.0)?;
-        let sweep_ms = milliseconds("sweep_s", c.sweep_s)?;
-        let first_step = lowest * STEP_PER_HZ;
-        Ok(Self { amplitude, phase: 0.0, step: first_step, first_step, growth: 1.0, rise: 0.0, sweep_ms, left_ms: sweep_ms })
+    /// The lowest frequency, not yet rising.
+    fn constant(amplitude: f64, c: &ProfileConfig) -> Self {
+        let sweep_ms = milliseconds(c.sweep_s);
+        let first_step = c.from_Hz * STEP_PER_HZ;
+        Self { amplitude, phase: 0.0, step: first_step, first_step, growth: 1.0, rise: 0.0, sweep_ms, left_ms: sweep_ms }
     }
 
     pub(super) fn next_value(&mut self) -> f64 {
-        let value = self.amplitude * sine(self.phase as u64 as u32);
+        let value = self.amplitude * sine(crate::maths::to_u64(self.phase) as u32);
         if self.left_ms == 0 {
             self.left_ms = self.sweep_ms;
             self.step = self.first_step;

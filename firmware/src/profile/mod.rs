@@ -63,22 +63,27 @@ impl Profile {
     /// # Errors
     /// The name of the first parameter that makes no sense.
     pub fn new(c: &ProfileConfig) -> Result<Self, ConfigError> {
-        let amplitude = within("amplitude", c.amplitude, -1e4, 1e4)?;
-        let offset = within("offset", c.offset, -1e4, 1e4)?;
-        let plateaus = |pattern, hold| plateaus::Plateaus::new(amplitude, pattern, hold, c).map(State::Plateaus);
+        for parameter in c.kind.parameters().iter().filter_map(|name| Parameter::of_name(name)) {
+            let (least, greatest) = parameter.range;
+            // Of two frequencies the higher one is the second.
+            let least = if parameter.name == "to_Hz" { c.from_Hz } else { least };
+            within(parameter.name, (parameter.read)(c), least, greatest)?;
+        }
+        let (amplitude, offset) = (c.amplitude, c.offset);
+        let plateaus = |pattern, hold| State::Plateaus(plateaus::Plateaus::new(amplitude, pattern, hold, c));
         let kind = match c.kind {
             ProfileKind::Constant => State::Constant(amplitude),
-            ProfileKind::MultiStep => State::MultiStep(steps::MultiStep::new(amplitude, c)?),
+            ProfileKind::MultiStep => State::MultiStep(steps::MultiStep::new(amplitude, c)),
             ProfileKind::Multisine => State::Multisine(multisine::Multisine::new(amplitude, c)?),
-            ProfileKind::Prbs => State::Prbs(prbs::Prbs::new(amplitude, c)?),
-            ProfileKind::Chirp => State::Chirp(chirp::Chirp::logarithmic(amplitude, c)?),
-            ProfileKind::ChirpLinear => State::Chirp(chirp::Chirp::linear(amplitude, c)?),
-            ProfileKind::Staircase => State::Staircase(staircase::Staircase::new(amplitude, c)?),
-            ProfileKind::Trapezoid => plateaus(plateaus::ONE_SIDE, Hold::straight(c)?)?,
-            ProfileKind::SCurve => plateaus(plateaus::ONE_SIDE, Hold::rounded(c)?)?,
-            ProfileKind::Alternating => plateaus(plateaus::BOTH_SIDES, Hold::rounded(c)?)?,
-            ProfileKind::Abba => plateaus(plateaus::ABBA, Hold::rounded(c)?)?,
-            ProfileKind::Sine => State::Sine(sine::Sine::new(amplitude, c)?),
+            ProfileKind::Prbs => State::Prbs(prbs::Prbs::new(amplitude, c)),
+            ProfileKind::Chirp => State::Chirp(chirp::Chirp::logarithmic(amplitude, c)),
+            ProfileKind::ChirpLinear => State::Chirp(chirp::Chirp::linear(amplitude, c)),
+            ProfileKind::Staircase => State::Staircase(staircase::Staircase::new(amplitude, c)),
+            ProfileKind::Trapezoid => plateaus(plateaus::ONE_SIDE, Hold::straight(c)),
+            ProfileKind::SCurve => plateaus(plateaus::ONE_SIDE, Hold::rounded(c)),
+            ProfileKind::Alternating => plateaus(plateaus::BOTH_SIDES, Hold::rounded(c)),
+            ProfileKind::Abba => plateaus(plateaus::ABBA, Hold::rounded(c)),
+            ProfileKind::Sine => State::Sine(sine::Sine::new(amplitude, c)),
             ProfileKind::Turns => State::Turns(turns::Turns::new(amplitude, c)?),
         };
         Ok(Self { offset, kind })
@@ -118,9 +123,9 @@ impl Profile {
     }
 }
 
-/// Milliseconds of a checked duration, at least one.
-fn milliseconds(name: &'static str, seconds: f64) -> Result<u32, ConfigError> {
-    Ok(libm::round(within(name, seconds, 1e-3, 1e5)? * 1e3) as u32)
+/// Milliseconds of a checked duration.
+fn milliseconds(seconds: f64) -> u32 {
+    crate::maths::to_u32(crate::maths::round(seconds * 1e3))
 }
 
 /// Sine of a phase in 2⁻³² turn, to 1e-3.

@@ -26,8 +26,9 @@ pub(super) struct Multisine {
 
 impl Multisine {
     pub(super) fn new(amplitude: f64, c: &ProfileConfig) -> Result<Self, ConfigError> {
+        // Its period is run through once, for the greatest value.
         let lowest = within("from_Hz", c.from_Hz, 0.01, 250.0)?;
-        let highest = within("to_Hz", c.to_Hz, lowest, 250.0)?;
+        let highest = c.to_Hz;
         let last = (LINES - 1) as f64;
         let mut lines = [Line::default(); LINES];
         let mut multiple = 0.0;
@@ -39,11 +40,11 @@ impl Multisine {
             // Low lines that would fall together take the next free multiple.
             multiple = if wanted > multiple { wanted } else { multiple + 1.0 };
             turns += (multiple - below) * n / LINES as f64;
-            line.phase = ((1.0 - (turns - crate::maths::trunc(turns))) * 18_446_744_073_709_551_616.0) as u64;
-            line.step = (multiple * lowest * 1e-3 * 18_446_744_073_709_551_616.0) as u64;
+            line.phase = maths::to_u64((1.0 - (turns - maths::trunc(turns))) * 18_446_744_073_709_551_616.0);
+            line.step = maths::to_u64(multiple * lowest * 1e-3 * 18_446_744_073_709_551_616.0);
         }
         let mut sines = Self { lines, scale: 1.0 };
-        let period_ms = (1e3 / lowest) as u32;
+        let period_ms = maths::to_u32(1e3 / lowest);
         let peak = (0..period_ms).map(|_| sines.next_value().abs()).fold(0.0, maths::greater);
         Ok(Self { lines, scale: amplitude / maths::greater(peak, 1.0) })
     }

@@ -4,6 +4,7 @@
 
 use super::ProfileKind;
 use crate::config::{ConfigError, within};
+use crate::maths::{to_u32, to_u64};
 use crate::words::{Words, words};
 
 /// A profile's parameters. Amplitude and offset are in V, rad/s or rad, as the mode has it; acceleration is their change per
@@ -76,6 +77,8 @@ pub struct Parameter {
     pub says: Words,
     /// Its value.
     pub read: fn(&ProfileConfig) -> f64,
+    /// What a profile can work with.
+    pub(super) range: (f64, f64),
     write: Write,
 }
 
@@ -117,40 +120,67 @@ impl Parameter {
 const ALL_32_BITS: f64 = 4_294_967_295.0;
 const ALL_53_BITS: f64 = 9_007_199_254_740_991.0;
 
+/// Durations, s, and frequencies, Hz: a period has at least four values.
+const LASTS: (f64, f64) = (1e-3, 1e5);
+const SWINGS: (f64, f64) = (1e-3, 250.0);
+
 /// All parameters, in the order in which a person would ask for them.
 pub const PARAMETERS: [Parameter; 14] = [
-    real("amplitude", "x", words!("largest distance from the offset"), |c| c.amplitude, |c, x| c.amplitude = x),
-    real("offset", "x", words!("added to all values"), |c| c.offset, |c, x| c.offset = x),
-    real("dwell_s", "s", words!("time on each level (multi-step: its mean)"), |c| c.dwell_s, |c, x| c.dwell_s = x),
-    whole("levels", ALL_32_BITS, words!("levels on each side of zero"), |c| f64::from(c.levels), |c, x| c.levels = x as u32),
-    real("bit_s", "s", words!("length of one bit"), |c| c.bit_s, |c, x| c.bit_s = x),
-    real("from_Hz", "Hz", words!("lowest frequency"), |c| c.from_Hz, |c, x| c.from_Hz = x),
-    real("to_Hz", "Hz", words!("highest frequency"), |c| c.to_Hz, |c, x| c.to_Hz = x),
-    real("sweep_s", "s", words!("time from the lowest to the highest frequency"), |c| c.sweep_s, |c, x| c.sweep_s = x),
-    real("frequency_Hz", "Hz", words!("frequency"), |c| c.frequency_Hz, |c, x| c.frequency_Hz = x),
-    real("acceleration", "x/s", words!("greatest change per second"), |c| c.acceleration, |c, x| c.acceleration = x),
-    real("jerk", "x/s2", words!("greatest change of the acceleration per second"), |c| c.jerk, |c, x| c.jerk = x),
-    whole("cycles", ALL_32_BITS, words!("how often it goes round, 0: without end"), |c| f64::from(c.cycles), |c, x| c.cycles = x as u32),
-    whole("turns", ALL_32_BITS, words!("whole turns"), |c| f64::from(c.turns), |c, x| c.turns = x as u32),
-    whole("seed", ALL_53_BITS, words!("what random profiles are drawn from"), |c| c.seed as f64, |c, x| c.seed = x as u64),
+    real("amplitude", "x", (-1e4, 1e4), words!("largest distance from the offset"), |c| c.amplitude, |c, x| c.amplitude = x),
+    real("offset", "x", (-1e4, 1e4), words!("added to all values"), |c| c.offset, |c, x| c.offset = x),
+    real("dwell_s", "s", LASTS, words!("time on each level (multi-step: its mean)"), |c| c.dwell_s, |c, x| c.dwell_s = x),
+    whole(
+        "levels",
+        ALL_32_BITS,
+        (1.0, 1000.0),
+        words!("levels on each side of zero"),
+        |c| f64::from(c.levels),
+        |c, x| c.levels = to_u32(x),
+    ),
+    real("bit_s", "s", LASTS, words!("length of one bit"), |c| c.bit_s, |c, x| c.bit_s = x),
+    real("from_Hz", "Hz", SWINGS, words!("lowest frequency"), |c| c.from_Hz, |c, x| c.from_Hz = x),
+    real("to_Hz", "Hz", SWINGS, words!("highest frequency"), |c| c.to_Hz, |c, x| c.to_Hz = x),
+    real("sweep_s", "s", LASTS, words!("time from the lowest to the highest frequency"), |c| c.sweep_s, |c, x| c.sweep_s = x),
+    real("frequency_Hz", "Hz", SWINGS, words!("frequency"), |c| c.frequency_Hz, |c, x| c.frequency_Hz = x),
+    real("acceleration", "x/s", (1e-3, 1e6), words!("greatest change per second"), |c| c.acceleration, |c, x| c.acceleration = x),
+    real("jerk", "x/s2", (1e-3, 1e9), words!("greatest change of the acceleration per second"), |c| c.jerk, |c, x| c.jerk = x),
+    whole(
+        "cycles",
+        ALL_32_BITS,
+        (0.0, 1e6),
+        words!("how often it goes round, 0: without end"),
+        |c| f64::from(c.cycles),
+        |c, x| c.cycles = to_u32(x),
+    ),
+    whole("turns", ALL_32_BITS, (1.0, 1e6), words!("whole turns"), |c| f64::from(c.turns), |c, x| c.turns = to_u32(x)),
+    whole(
+        "seed",
+        ALL_53_BITS,
+        (0.0, f64::MAX),
+        words!("what random profiles are drawn from"),
+        |c| c.seed as f64,
+        |c, x| c.seed = to_u64(x),
+    ),
 ];
 
 const fn real(
     name: &'static str,
     unit: &'static str,
+    range: (f64, f64),
     says: Words,
     read: fn(&ProfileConfig) -> f64,
     write: fn(&mut ProfileConfig, f64),
 ) -> Parameter {
-    Parameter { name, unit, says, read, write: Write::Real(write) }
+    Parameter { name, unit, range, says, read, write: Write::Real(write) }
 }
 
 const fn whole(
     name: &'static str,
     most: f64,
+    range: (f64, f64),
     says: Words,
     read: fn(&ProfileConfig) -> f64,
     write: fn(&mut ProfileConfig, f64),
 ) -> Parameter {
-    Parameter { name, unit: "", says, read, write: Write::Whole(most, write) }
+    Parameter { name, unit: "", range, says, read, write: Write::Whole(most, write) }
 }

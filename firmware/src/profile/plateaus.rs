@@ -5,7 +5,6 @@
 
 use super::slope::{Hold, Slope};
 use super::{ProfileConfig, milliseconds};
-use crate::config::{ConfigError, within};
 
 #[derive(Clone, Debug)]
 pub(super) struct Plateaus {
@@ -30,14 +29,13 @@ pub(super) const BOTH_SIDES: &[i8] = &[1, -1];
 pub(super) const ABBA: &[i8] = &[1, -1, -1, 1];
 
 impl Plateaus {
-    pub(super) fn new(amplitude: f64, pattern: &'static [i8], hold: Hold, c: &ProfileConfig) -> Result<Self, ConfigError> {
-        let dwell_ms = u64::from(milliseconds("dwell_s", c.dwell_s)?);
-        within("cycles", f64::from(c.cycles), 0.0, 1e6)?;
+    pub(super) fn new(amplitude: f64, pattern: &'static [i8], hold: Hold, c: &ProfileConfig) -> Self {
+        let dwell_ms = u64::from(milliseconds(c.dwell_s));
         let left = (c.cycles > 0).then_some(c.cycles);
         let still = Slope::new(0.0, 0.0, &hold);
         let mut plateaus = Self { amplitude, pattern, nth: 0, left, hold, slope: still, slope_ms: 0, dwell_ms, done_ms: 0 };
         plateaus.set_out(0.0);
-        Ok(plateaus)
+        plateaus
     }
 
     pub(super) fn next_value(&mut self) -> f64 {
@@ -63,7 +61,7 @@ impl Plateaus {
     fn set_out(&mut self, from: f64) {
         self.slope = Slope::new(from, self.level(), &self.hold);
         // A way of whole milliseconds shall not take one more because of rounding.
-        self.slope_ms = crate::maths::ceil(self.slope.length_s * 1e3 - 1e-9) as u64;
+        self.slope_ms = crate::maths::to_u64(crate::maths::ceil(self.slope.length_s * 1e3 - 1e-9));
         self.done_ms = 0;
     }
 }

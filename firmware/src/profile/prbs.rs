@@ -4,7 +4,6 @@
 //! sequence it begins.
 
 use super::{ProfileConfig, milliseconds};
-use crate::config::ConfigError;
 
 #[derive(Clone, Debug)]
 pub(super) struct Prbs {
@@ -15,10 +14,10 @@ pub(super) struct Prbs {
 }
 
 impl Prbs {
-    pub(super) fn new(amplitude: f64, c: &ProfileConfig) -> Result<Self, ConfigError> {
-        let bit_ms = milliseconds("bit_s", c.bit_s)?;
+    pub(super) fn new(amplitude: f64, c: &ProfileConfig) -> Self {
+        let bit_ms = milliseconds(c.bit_s);
         let start = super::steps::SplitMix(c.seed).next() as u16 & 0x3ff;
-        Ok(Self { amplitude, bit_ms, left_ms: bit_ms, register: if start == 0 { 1 } else { start } })
+        Self { amplitude, bit_ms, left_ms: bit_ms, register: if start == 0 { 1 } else { start } }
     }
 
     pub(super) fn next_value(&mut self) -> f64 {

@@ -4,7 +4,6 @@
 //! hours it is still right.
 
 use super::ProfileConfig;
-use crate::config::{ConfigError, within};
 use crate::maths;
 
 #[derive(Clone, Debug)]
@@ -15,9 +14,8 @@ pub(super) struct Sine {
 }
 
 impl Sine {
-    pub(super) fn new(amplitude: f64, c: &ProfileConfig) -> Result<Self, ConfigError> {
-        let hz = within("frequency_Hz", c.frequency_Hz, 1e-3, 250.0)?;
-        Ok(Self { amplitude, phase: 0, step: (hz * 1e-3 * 18_446_744_073_709_551_616.0) as u64 })
+    pub(super) fn new(amplitude: f64, c: &ProfileConfig) -> Self {
+        Self { amplitude, phase: 0, step: maths::to_u64(c.frequency_Hz * 1e-3 * 18_446_744_073_709_551_616.0) }
     }
 
     pub(super) fn next_value(&mut self) -> f64 {

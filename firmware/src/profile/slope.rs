@@ -6,7 +6,6 @@
 //! L. Biagiotti, C. Melchiorri, Trajectory Planning for Automatic Machines and Robots, §3.4 ("double S", one derivative lower).
 
 use super::ProfileConfig;
-use crate::config::{ConfigError, within};
 use crate::maths;
 
 /// What holds a slope back.
@@ -19,12 +18,12 @@ pub(super) struct Hold {
 }
 
 impl Hold {
-    pub(super) fn straight(c: &ProfileConfig) -> Result<Self, ConfigError> {
-        Ok(Self { acceleration: within("acceleration", c.acceleration, 1e-3, 1e6)?, jerk: f64::INFINITY })
+    pub(super) fn straight(c: &ProfileConfig) -> Self {
+        Self { acceleration: c.acceleration, jerk: f64::INFINITY }
     }
 
-    pub(super) fn rounded(c: &ProfileConfig) -> Result<Self, ConfigError> {
-        Ok(Self { jerk: within("jerk", c.jerk, 1e-3, 1e9)?, ..Self::straight(c)? })
+    pub(super) fn rounded(c: &ProfileConfig) -> Self {
+        Self { acceleration: c.acceleration, jerk: c.jerk }
     }
 
     /// The greatest level from which one can come, from zero up and to zero down again, with an `area` (level × s) under the way.

@@ -3,7 +3,6 @@
 //! The profile for friction against rate, with both directions of approach.
 
 use super::{ProfileConfig, milliseconds};
-use crate::config::{ConfigError, within};
 
 #[derive(Clone, Debug)]
 pub(super) struct Staircase {
@@ -16,11 +15,9 @@ pub(super) struct Staircase {
 }
 
 impl Staircase {
-    pub(super) fn new(amplitude: f64, c: &ProfileConfig) -> Result<Self, ConfigError> {
-        let levels = within("levels", f64::from(c.levels), 1.0, 1000.0)?;
-        let dwell_ms = milliseconds("dwell_s", c.dwell_s)?;
-        let step = amplitude / levels;
-        Ok(Self { step, levels: levels as i32, dwell_ms, left_ms: dwell_ms, level: 0, up: true })
+    pub(super) fn new(amplitude: f64, c: &ProfileConfig) -> Self {
+        let dwell_ms = milliseconds(c.dwell_s);
+        Self { step: amplitude / f64::from(c.levels), levels: c.levels as i32, dwell_ms, left_ms: dwell_ms, level: 0, up: true }
     }
 
     pub(super) fn next_value(&mut self) -> f64 {

@@ -4,7 +4,6 @@
 //! sixth level is zero itself; dwells are even between half and one and a half of the mean.
 
 use super::{ProfileConfig, milliseconds};
-use crate::config::ConfigError;
 
 #[derive(Clone, Debug)]
 pub(super) struct MultiStep {
@@ -17,9 +16,8 @@ pub(super) struct MultiStep {
 }
 
 impl MultiStep {
-    pub(super) fn new(amplitude: f64, c: &ProfileConfig) -> Result<Self, ConfigError> {
-        let dwell_ms = milliseconds("dwell_s", c.dwell_s)?;
-        Ok(Self { amplitude, dwell_ms, random: SplitMix(c.seed), level: 0.0, left_ms: 0, nth: 0 })
+    pub(super) fn new(amplitude: f64, c: &ProfileConfig) -> Self {
+        Self { amplitude, dwell_ms: milliseconds(c.dwell_s), random: SplitMix(c.seed), level: 0.0, left_ms: 0, nth: 0 }
     }
 
     pub(super) fn next_value(&mut self) -> f64 {
@@ -29,7 +27,7 @@ impl MultiStep {
             let sign = if (self.level > 0.0) == back { -1.0 } else { 1.0 };
             self.level = if self.nth == 5 { 0.0 } else { self.amplitude * size * sign };
             self.nth = if self.nth == 5 { 0 } else { self.nth + 1 };
-            self.left_ms = ((0.5 + self.random.unit()) * f64::from(self.dwell_ms)) as u32;
+            self.left_ms = crate::maths::to_u32((0.5 + self.random.unit()) * f64::from(self.dwell_ms));
         }
         self.left_ms = self.left_ms.saturating_sub(1);
         self.level

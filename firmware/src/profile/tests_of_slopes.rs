@@ -47,7 +47,7 @@ proptest! {
     #[test]
     fn a_slope_is_as_fast_as_its_limits_allow(way in 0.01..100.0_f64, acceleration in 0.5..500.0_f64, jerk in 1.0..1e5_f64) {
         let limits = config(ProfileKind::SCurve, 1.0, acceleration, jerk);
-        let slope = Slope::new(-0.25 * way, 0.75 * way, &Hold::rounded(&limits).unwrap());
+        let slope = Slope::new(-0.25 * way, 0.75 * way, &Hold::rounded(&limits));
         // Of the shortest way from rest to rest: no acceleration limit 2 √(Δ/j), no jerk limit Δ/a; both together their sum where a is reached.
         let reached = way * jerk >= acceleration * acceleration;
         let shortest = if reached { way / acceleration + acceleration / jerk } else { 2.0 * (way / jerk).sqrt() };
@@ -58,7 +58,7 @@ proptest! {
 
     #[test]
     fn the_area_of_a_slope_is_the_integral_of_its_levels(to in -50.0..50.0_f64, acceleration in 0.5..500.0_f64, jerk in 1.0..1e5_f64) {
-        let slope = Slope::new(0.0, to, &Hold::rounded(&config(ProfileKind::SCurve, 1.0, acceleration, jerk)).unwrap());
+        let slope = Slope::new(0.0, to, &Hold::rounded(&config(ProfileKind::SCurve, 1.0, acceleration, jerk)));
         let end_s = 1.3 * slope.length_s;
         let step_s = end_s / 4000.0;
         let mut sum = 0.0;

@@ -27,8 +27,8 @@ impl Turns {
         if c.offset != 0.0 {
             return Err(ConfigError::Unfit("offset", "must be 0 for turns, which begin and end at rest"));
         }
-        let hold = Hold::rounded(c)?;
-        let angle_rad = within("turns", f64::from(c.turns), 1.0, 1e6)? * TAU;
+        let hold = Hold::rounded(c);
+        let angle_rad = f64::from(c.turns) * TAU;
         // A little below: at the greatest rate itself the plateau has no length, and rounding decides.
         let greatest = hold.greatest_within(angle_rad) * (1.0 - 1e-9);
         let rate_rad_s = within("amplitude", amplitude, -greatest, greatest)?;

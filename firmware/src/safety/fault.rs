@@ -62,7 +62,7 @@ impl Fault {
 
     /// The fault of a number; `None` for one that no fault has.
     pub fn of_code(code: u32) -> Self {
-        Self::ALL.into_iter().find(|fault| fault.code() == code).unwrap_or_default()
+        Self::ALL.get((code as usize).wrapping_sub(1)).copied().unwrap_or_default()
     }
 
     /// The fault in a word or two, for logs and people.

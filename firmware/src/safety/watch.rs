@@ -120,7 +120,7 @@ impl Watch {
 
 /// Rows in so many seconds, at least one where there is any time; a time that is none is none.
 fn rows(seconds: f64) -> u32 {
-    if seconds > 0.0 { crate::maths::lesser(crate::maths::ceil(seconds * ROW_HZ as f64), 4e9) as u32 } else { 0 }
+    crate::maths::to_u32(crate::maths::ceil(seconds * ROW_HZ as f64))
 }
 
 #[cfg(test)]

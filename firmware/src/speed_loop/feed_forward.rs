@@ -57,7 +57,7 @@ struct Wave {
 impl Wave {
     fn of(harmonic: &Harmonic, duty_per_torque: f64) -> Self {
         let turns = harmonic.phase_rad / TAU;
-        let phase = ((turns - crate::maths::floor(turns)) * TURN) as u64 as u32;
+        let phase = crate::maths::to_u64((turns - crate::maths::floor(turns)) * TURN) as u32;
         Self { order: u32::from(harmonic.order), phase, duty: (harmonic.torque_N_m * duty_per_torque) as f32 }
     }
 }
@@ -278,7 +278,7 @@ fn sine(phase: u32) -> f32 {
 
 /// Units of the angle in one encoder count, 2⁻³² turn, and the counts without an index after which it is lost.
 pub(super) fn units(hardware: &Hardware) -> (u32, i32) {
-    (crate::maths::round(TURN / hardware.counts_per_turn) as u32, (1.25 * hardware.counts_per_turn) as i32)
+    (crate::maths::to_u32(crate::maths::round(TURN / hardware.counts_per_turn)), crate::maths::to_i32(1.25 * hardware.counts_per_turn))
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@
 
 use super::report::Limits;
 use crate::board::{Hardware, Sensed};
+use crate::maths::{to_i32, to_u32};
 use crate::safety::{self, Fault};
 
 /// Conversions in a row above the limit that are a current: one alone is a spike of the bridge.
@@ -55,16 +56,16 @@ impl Thresholds {
     pub fn new(s: &safety::Settings, hardware: &Hardware, given: &Given) -> Self {
         let codes = |amperes: f64| amperes / hardware.current_A_per_code;
         let duty_per_volt = 1.0 / hardware.volt_per_duty();
-        let supply = |share: f64| (share * hardware.supply_nominal_V / hardware.supply_V_per_code) as u32;
-        let ms = |seconds: f64| crate::maths::greater(crate::maths::round(seconds * 1e3), 1.0) as u32;
+        let supply = |share: f64| to_u32(share * hardware.supply_nominal_V / hardware.supply_V_per_code);
+        let ms = |seconds: f64| to_u32(crate::maths::round(seconds * 1e3)).max(1);
         let zero = hardware.current_zero_code;
         // A current at the converter's end may be any: there it is over, too.
         let over_codes = crate::maths::lesser(codes(s.over_current_A), CONVERTER_ENDS * zero);
         Self {
             overspeed: (given.overspeed_rad_s / given.rad_s_per_count_tick) as f32,
-            current_from: (zero - over_codes) as i32,
-            current_range: (2.0 * over_codes) as u32,
-            zero_code: zero as i32,
+            current_from: to_i32(zero - over_codes),
+            current_range: to_u32(2.0 * over_codes),
+            zero_code: to_i32(zero),
             duty_per_code: (hardware.current_A_per_code * given.resistance_ohm * duty_per_volt) as f32,
             stall_duty: (s.stall_current_A * given.resistance_ohm * duty_per_volt) as f32,
             stall_ms: ms(s.stall_s),

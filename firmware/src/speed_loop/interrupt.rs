@@ -1,7 +1,7 @@
 //! The timer interrupt: the law between its hardware and its mailboxes.
 //!
-//! Once in a millisecond each: a report out (slot 0), a lesson in (slot 4), orders in (slots 5 and 6; who orders for the next whole
-//! millisecond comes in time). An emergency stop does not wait for them: it is sensed in each tick.
+//! Once in a millisecond each: a report out (slot 0), a part of a lesson in (slot 4; the whole of it acts from slot 8 on), orders in (slots 5 and
+//! 6; who orders for the next whole millisecond comes in time). An emergency stop does not wait for them: it is sensed in each tick.
 
 use super::{LEARNT_WORDS, Learnt, Order, REPORT_WORDS, Report, SpeedLoop, Tuning};
 use crate::board::{Sensed, TickIo};
@@ -32,6 +32,8 @@ pub type LessonWriter<'a> = Writer<'a, Learnt, LEARNT_WORDS>;
 pub struct Interrupt<'a> {
     speed_loop: SpeedLoop,
     lessons: Option<(Reader<'a, Learnt, LEARNT_WORDS>, Parts<LEARNT_WORDS>)>,
+    /// A lesson is whole and waits for its slot.
+    lesson_waits: bool,
     tuning: Option<&'a Tuning>,
     orders: OrderReader<'a>,
     reports: ReportWriter<'a>,
@@ -41,7 +43,7 @@ pub struct Interrupt<'a> {
 impl<'a> Interrupt<'a> {
     /// Joins the law with the interrupt's ends of the two mailboxes.
     pub fn new(speed_loop: SpeedLoop, orders: OrderReader<'a>, reports: ReportWriter<'a>) -> Self {
-        Self { speed_loop, lessons: None, tuning: None, orders, reports, recorder: None }
+        Self { speed_loop, lessons: None, lesson_waits: false, tuning: None, orders, reports, recorder: None }
     }
 
     /// Listens for what is learnt while it runs; otherwise the settings' compensation stays.
@@ -76,9 +78,10 @@ impl<'a> Interrupt<'a> {
         match slot {
             0 => {
                 self.reports.post(&self.speed_loop.report());
-                self.speed_loop.in_turn(&sensed);
+                self.speed_loop.waves();
             }
             5 | 6 => self.take_order(&sensed),
+            8 if self.lesson_waits => self.learn(),
             9 => {
                 if let Some(config) = self.tuning.and_then(Tuning::take) {
                     self.speed_loop.tune(config);
@@ -120,6 +123,15 @@ impl<'a> Interrupt<'a> {
         if let Some((lessons, parts)) = &mut self.lessons
             && lessons.take_part(parts, LESSON_PART)
         {
+            self.lesson_waits = true;
+        }
+    }
+
+    /// The harmonics begin anew, so none is worked out in this slot.
+    #[inline(never)]
+    fn learn(&mut self) {
+        self.lesson_waits = false;
+        if let Some((_, parts)) = &self.lessons {
             self.speed_loop.learn_words(parts.words());
         }
     }

@@ -269,6 +269,12 @@ impl SpeedLoop {
             7 => self.lead(),
             _ => {}
         }
+        self.waves();
+    }
+
+    /// The slot's harmonics; all that is done in turn in the slot that reports.
+    #[inline]
+    pub(crate) fn waves(&mut self) {
         if self.feed_forward.has_waves() {
             self.harmonics();
         }

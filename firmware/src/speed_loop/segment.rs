@@ -6,6 +6,7 @@
 
 use crate::board::{CONTROL_HZ, Hardware};
 use crate::mailbox::{Words, join_u64, split_u64};
+use crate::maths::to_i64;
 use crate::safety::Fault;
 
 /// One unit of the fixed point.
@@ -95,7 +96,7 @@ impl Segment {
     /// A constant voltage, V, rounded to a compare count.
     pub fn voltage(hardware: &Hardware, start_tick: u64, ticks: u16, volts: f64) -> Self {
         let counts = crate::maths::round(volts / hardware.volt_per_duty());
-        Self { start_tick, ticks, mode: Mode::Voltage, value: (counts * ONE) as i64, ..Self::default() }
+        Self { start_tick, ticks, mode: Mode::Voltage, value: to_i64(counts * ONE), ..Self::default() }
     }
 
     /// A rate that goes straight from `from_rad_s` at the start to `to_rad_s` at the end.
@@ -106,8 +107,8 @@ impl Segment {
             start_tick,
             ticks,
             mode: Mode::Rate,
-            value: crate::maths::round(from_rad_s * unit) as i64,
-            slope: crate::maths::round(slope) as i64,
+            value: to_i64(crate::maths::round(from_rad_s * unit)),
+            slope: to_i64(crate::maths::round(slope)),
             ..Self::default()
         }
     }
@@ -121,8 +122,8 @@ impl Segment {
             ticks: u16::MAX,
             mode: Mode::Position,
             // Whole counts wrap as the counter does.
-            value: i64::from(whole as i64 as i32) << 32 | ((counts - whole) * ONE) as i64,
-            slope: fastest_rad_s.map_or(0, |rate| crate::maths::greater(crate::maths::round(rate.abs() * rate_unit(hardware)), 1.0) as i64),
+            value: i64::from(to_i64(whole) as i32) << 32 | to_i64((counts - whole) * ONE),
+            slope: fastest_rad_s.map_or(0, |rate| to_i64(crate::maths::round(rate.abs() * rate_unit(hardware))).max(1)),
             zero,
         }
     }

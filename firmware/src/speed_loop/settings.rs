@@ -9,6 +9,7 @@ use super::segment::rate_unit;
 use crate::board::{CONTROL_HZ, Hardware, ROW_HZ};
 use crate::compensation::Compensation;
 use crate::config::{ConfigError, all_within, within};
+use crate::maths::{to_i32, to_i64, to_u32};
 use crate::pulse;
 use crate::safety;
 
@@ -160,12 +161,12 @@ impl Config {
             fine_gain: (position_gain * hardware.rad_per_count() * duty_per_volt / 65_536.0) as f32,
             position_gain: (position_gain * hardware.rad_per_count() * duty_per_volt) as f32,
             tracking: [(1.0 - pole * pole * pole) as f32, (1.5 * gap * gap * (1.0 + pole)) as f32, (gap * gap * gap) as f32],
-            acceleration: ((acceleration * rate_unit(hardware) / ROW_HZ as f64) as i64).max(1),
+            acceleration: to_i64(acceleration * rate_unit(hardware) / ROW_HZ as f64).max(1),
             braking: (acceleration / rad_s_per_count_tick / ROW_HZ as f64) as f32,
             approach: (approach / rad_s_per_count_tick) as f32,
             // More than 2¹⁵ counts have no room in the tick.
-            slip: ((slip / hardware.rad_per_count()) as i32).clamp(1, 32_000),
-            period: crate::maths::round(hardware.edge_timer_Hz / hz) as u32,
+            slip: to_i32(slip / hardware.rad_per_count()).clamp(1, 32_000),
+            period: to_u32(crate::maths::round(hardware.edge_timer_Hz / hz)),
             current_window: (resistance * current * duty_per_volt) as f32,
             duty_limit: (volts * duty_per_volt) as f32,
             thresholds: Thresholds::new(

@@ -7,6 +7,7 @@ use crate::console::errors::{Code, ErrorEntry};
 use crate::console::parse::{Parameters, Range};
 use crate::console::quantity::Quantity;
 use crate::console::text::Writer;
+use crate::maths;
 use crate::speed_loop::Compensating;
 use crate::words::words;
 
@@ -74,10 +75,10 @@ fn learn(state: &State<'_>, change: impl FnOnce(&mut Compensation)) -> Done {
 }
 
 fn harmonic(state: &State<'_>, parameters: &mut Parameters<'_>) -> Done {
-    let order = parameters.number(&Range::new(Quantity::PLAIN, 1.0, f64::from(crate::compensation::HIGHEST_ORDER), 1.0))?;
-    let torque_N_m = parameters.number(&Range::new(Quantity::TORQUE, 0.0, 1e3, 0.0))?;
-    let phase_rad = parameters.number(&Range::new(Quantity::ANGLE, -1e3, 1e3, 0.0))?;
-    let order = crate::maths::round(order) as u16;
+    let order = parameters.number(const { &Range::new(Quantity::PLAIN, 1.0, crate::compensation::HIGHEST_ORDER as f64, 1.0) })?;
+    let torque_N_m = parameters.number(const { &Range::new(Quantity::TORQUE, 0.0, 1e3, 0.0) })?;
+    let phase_rad = parameters.number(const { &Range::new(Quantity::ANGLE, -1e3, 1e3, 0.0) })?;
+    let order = maths::to_u32(maths::round(order)) as u16;
     let new = Harmonic { order, torque_N_m, phase_rad };
     let old = state.kept.get().settings.compensation.harmonics;
     let others = old.as_slice().iter().copied().filter(|harmonic| harmonic.order != order);

@@ -46,9 +46,9 @@ pub(super) const ENTRIES: &[Entry] = &[
     entry!(
         "FAULt:CAPTure:ARM",
         Act::Take(words!("<samples before the trigger>"), |state, parameters| {
-            let most = (SAMPLES - 2) as f64;
-            let before = parameters.number(&Range::new(Quantity::PLAIN, 0.0, most, crate::app::CAPTURE_BEFORE as f64))?;
-            state.capture.arm(crate::maths::round(before) as usize);
+            let range = const { &Range::new(Quantity::PLAIN, 0.0, (SAMPLES - 2) as f64, crate::app::CAPTURE_BEFORE as f64) };
+            let before = parameters.number(range)?;
+            state.capture.arm(crate::maths::to_u32(crate::maths::round(before)) as usize);
             Ok(())
         }),
         "record anew; what was recorded is gone",
@@ -83,10 +83,14 @@ fn clear(state: &State<'_>) {
 fn captured(state: &State<'_>, parameters: &mut Parameters<'_>) -> Result<List, ErrorEntry> {
     let record =
         state.capture.record().ok_or_else(|| ErrorEntry::saying(Code::DATA_STALE, words!("nothing is recorded: FAULt:CAPTure:TRIGger")))?;
-    let most = Range::new(Quantity::PLAIN, 0.0, SAMPLES as f64, 0.0);
+    let most = const { &Range::new(Quantity::PLAIN, 0.0, SAMPLES as f64, 0.0) };
     let mut next = |otherwise: usize| {
         let mut copy = *parameters;
-        if copy.next_text().is_none() { Ok(otherwise) } else { parameters.number(&most).map(|number| crate::maths::round(number) as usize) }
+        if copy.next_text().is_none() {
+            Ok(otherwise)
+        } else {
+            parameters.number(most).map(|number| crate::maths::to_u32(crate::maths::round(number)) as usize)
+        }
     };
     let first = next(0)?;
     let count = next(record.len())?;

@@ -61,7 +61,10 @@ pub(super) const ENTRIES: &[Entry] = &[
         Act::Number {
             range: const { &Range::new(Quantity::PLAIN, 1.0, 1000.0, 1.0) },
             read: |state| f64::from(state.stream.get().decimation),
-            write: |state, every| choose(state, Stream { decimation: crate::maths::round(every) as u32, ..state.stream.get() }),
+            write: |state, every| choose(
+                state,
+                Stream { decimation: crate::maths::to_u32(crate::maths::round(every)), ..state.stream.get() }
+            ),
         },
         "rows of 1 kHz in one of the line",
     ),
