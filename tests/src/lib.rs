@@ -3,6 +3,7 @@
 
 pub mod bench;
 pub mod draw;
+pub mod drift;
 pub mod foreign;
 pub mod own;
 pub mod rate_accuracy;
