@@ -2,6 +2,8 @@
 #![allow(clippy::unwrap_used)]
 
 mod common;
+#[path = "options/observer.rs"]
+mod observer;
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -346,6 +348,11 @@ const WORDS: [(&str, Shows); 81] = [
     }),
 ];
 
+/// The table above and those of the rooms that have their own.
+fn all_words() -> impl Iterator<Item = (&'static str, Shows)> {
+    WORDS.into_iter().chain(observer::WORDS)
+}
+
 /// A model of the same stand that is linear in its parameters, driven by the current.
 fn inverse_model(folder: &Path) -> String {
     let text = "[drive]\ninput = \"i_A\"\neffects = [\"viscous\", \"coulomb\"]\n[parameters]\ninertia_kg_m2 = 2.2e-4\n\
@@ -529,7 +536,7 @@ fn the_table_has_a_line_for_every_word_of_every_command_and_no_other() {
         }
     }
     let mut lines = BTreeSet::from([String::new()]);
-    for (line, _) in WORDS {
+    for (line, _) in all_words() {
         // `model set <MODEL> <VALUE> --free`: a command, and several of its words.
         let is_word = |w: &str| w.starts_with(['-', '<', '[']);
         let command: Vec<&str> = line.split_whitespace().take_while(|w| !is_word(w)).collect();
@@ -545,7 +552,7 @@ fn the_table_has_a_line_for_every_word_of_every_command_and_no_other() {
 #[test]
 fn every_word_of_the_command_line_moves_an_output() {
     let mut helped = false;
-    for (name, shows) in WORDS {
+    for (name, shows) in all_words() {
         // All of these are one walk.
         if name.ends_with("--help") && std::mem::replace(&mut helped, true) {
             continue;
