@@ -328,8 +328,9 @@ struct Columns {
     cut_s: Option<f64>,
 }
 
-/// The session's row 0 after power-on, and a row: s.
-const FIRST_ROW_S: f64 = 1e-3;
+/// The session's row 0 after power-on: its log counts time from there, s.
+pub const FIRST_ROW_S: f64 = 1e-3;
+/// A row, s.
 const ROW_S: f64 = 1e-3;
 
 impl Columns {

@@ -183,11 +183,6 @@ impl Drawn {
         self.model(&[effect], |_, _, value| value)
     }
 
-    /// The true value of a parameter of the stand.
-    pub fn true_value(&self, name: &str) -> Option<f64> {
-        self.stand.effects.values().find_map(|p| p.get(name)).copied()
-    }
-
     fn model(&self, without: &[&str], mut believed: impl FnMut(&str, Kind, f64) -> f64) -> Model {
         let drive = &self.stand.drive;
         let names: Vec<&String> = self.stand.effects.keys().filter(|name| !without.contains(&name.as_str())).collect();
@@ -203,7 +198,7 @@ impl Drawn {
         for name in names {
             let given = &self.stand.effects[name];
             for p in effects::card(name).into_iter().flat_map(|card| card.parameters) {
-                let value = given.get(p.name).copied().unwrap_or(p.start);
+                let value = in_log(p.kind, given.get(p.name).copied().unwrap_or(p.start));
                 // A coefficient that is truly zero is not part of the question.
                 text += &match value == 0.0 && p.kind != Kind::Phase {
                     true => format!("{} = {{ value = 0.0, fixed = true }}\n", p.name),
@@ -236,6 +231,11 @@ impl Drawn {
         fs::write(folder.join("hidden.txt"), format!("{}: {}\n", self.id, self.says()))?;
         Ok(())
     }
+}
+
+/// A parameter of the stand as the log has it: there time begins with the first row.
+fn in_log(kind: Kind, value: f64) -> f64 {
+    if kind == Kind::Moment { value - session::FIRST_ROW_S } else { value }
 }
 
 /// Name of a mode in a case's name.

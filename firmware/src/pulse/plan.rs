@@ -55,19 +55,24 @@ pub struct Plan {
     pub position: u8,
 }
 
+impl Plan {
+    /// Ten cycles of 10 s at 0.05 °/s, both ways, by 50 Hz mains.
+    pub const USUAL: Self = Self {
+        shape: Shape::Rectangular,
+        reversed: false,
+        sequence: Sequence::Both,
+        rate_rad_s: 0.05 * core::f64::consts::PI / 180.0,
+        duration_s: 5.0,
+        period_s: 0.02,
+        rest_s: 4.0,
+        cycles: 10,
+        position: 1,
+    };
+}
+
 impl Default for Plan {
     fn default() -> Self {
-        Self {
-            shape: Shape::Rectangular,
-            reversed: false,
-            sequence: Sequence::Both,
-            rate_rad_s: 0.05 * core::f64::consts::PI / 180.0,
-            duration_s: 5.0,
-            period_s: 0.02, // the mains
-            rest_s: 4.0,
-            cycles: 10,
-            position: 1,
-        }
+        Self::USUAL
     }
 }
 
@@ -95,7 +100,7 @@ pub struct Asked {
 
 impl Default for Asked {
     fn default() -> Self {
-        let plan = Plan::default();
+        let plan = Plan::USUAL;
         Self {
             shape: Cell::new(plan.shape),
             reversed: Cell::new(plan.reversed),
@@ -104,7 +109,7 @@ impl Default for Asked {
             duration_s: Cell::new(plan.duration_s),
             period_s: Cell::new(plan.period_s),
             rest_s: Cell::new(plan.rest_s),
-            cycles: Cell::new(10.0),
+            cycles: Cell::new(f64::from(plan.cycles)),
             position: Cell::new(1.0),
         }
     }

@@ -34,7 +34,7 @@ pub fn read(text: &str) -> Result<SingleAxis, String> {
     let gyro: SingleAxis =
         toml::from_str(text).map_err(|e| e.to_string().lines().next().unwrap_or_default().to_owned() + ": " + e.message())?;
     let checks = [
-        ("site.latitude_rad", gyro.site.latitude_rad, -1.5708, 1.5708),
+        ("site.latitude_rad", gyro.site.latitude_rad, -std::f64::consts::FRAC_PI_2, std::f64::consts::FRAC_PI_2),
         ("torquer.gain_rad_s_A", gyro.torquer.gain_rad_s_A, 1e-9, 1e3),
         ("torquer.lag_s", gyro.torquer.lag_s, 0.0, 10.0),
         ("torquer.inequality", gyro.torquer.inequality, -0.5, 0.5),

@@ -21,10 +21,10 @@ use crate::effects::{Acts, Arms, Law, Point, Reading, Scalar, T0_C};
 
 /// Longest step, s: a thousandth, as the logs of the stand.
 const LONGEST_STEP_S: f64 = 1.0e-3;
-/// Most steps within one row.
-const MOST_STEPS: f64 = 256.0;
-/// Parts of a step in which the rotor leaves rest or passes it, where the current has an inductance: 0.1 ms, as small motors' L/R.
-const REST_STEPS: u32 = 10;
+/// Most steps within one row: a shaft of 250 Hz in rows of 1 ms, which no row shows.
+const MOST_STEPS: f64 = 64.0;
+/// Longest step in which the rotor leaves rest or passes it, where the current has an inductance, s: as small motors' L/R.
+const REST_STEP_S: f64 = 0.1e-3;
 
 /// What the bare model knows: J ω' = K i, i = (u − K ω)/R.
 #[derive(Debug, Clone, Copy)]
@@ -173,7 +173,8 @@ impl<S: Scalar> Rig<S> {
     /// Carries the state over one row; gives the mean current over it, A.
     pub fn advance(&self, state: &mut State<S>, span: &Span) -> S {
         let steps = self.steps(span.dt_s);
-        if self.arms.inductance_H.is_none() || self.input != Input::Voltage {
+        let at_rest = (span.dt_s / REST_STEP_S).ceil() as u32;
+        if self.arms.inductance_H.is_none() || self.input != Input::Voltage || steps >= at_rest {
             return self.advance_in(state, span, steps);
         }
         // A rotor that leaves rest or turns round while the current rises has the dry level against it for a part of the step that the
@@ -185,7 +186,7 @@ impl<S: Scalar> Rig<S> {
             return current;
         }
         *state = start;
-        self.advance_in(state, span, steps * REST_STEPS)
+        self.advance_in(state, span, at_rest)
     }
 
     /// A rotor at rest would stay there if the input went on.

@@ -292,10 +292,10 @@ impl Measured {
 
 impl Answer {
     /// All parts together.
-    pub fn total(&self, of: impl Fn(&Part) -> Option<f64>) -> Option<f64> {
+    pub fn total(&self, of: fn(&Part) -> Option<f64>) -> Option<f64> {
         // Without a scatter nobody knows.
         of(&self.parts[0])?;
-        Some(self.parts.iter().filter_map(|part| of(part)).map(|x| x * x).sum::<f64>().sqrt())
+        Some(self.parts.iter().filter_map(of).map(|x| x * x).sum::<f64>().sqrt())
     }
 
     /// The answer of interfaces.md.

@@ -140,7 +140,7 @@ impl<P: PlantPort> Stand for Simulated<'_, '_, P> {
             left -= 0.05;
             self.heard.retain(|heard| match heard {
                 Heard::Row(row) => {
-                    rows.push(row.clone());
+                    rows.push(*row);
                     false
                 }
                 _ => true,

@@ -5,13 +5,14 @@ use std::ops::Range;
 use hal_sim::effects::{CATALOGUE, Card, Kind};
 
 use super::evidence::Squares;
-use super::ground::{Ground, misfit};
+use super::ground::{Goal, Ground, leaves_far_less, misfit};
 use super::screen::Score;
 use super::trial::Trial;
 use super::{Estimate, Shown};
 use crate::fit::Parameters;
 use crate::fit::normal::Starts;
 use crate::fit::simulate::System;
+use crate::fit::solve::Place;
 use crate::model::Model;
 
 /// Probability of adding anything to a model that lacks nothing, per step and over the whole catalogue.
@@ -20,6 +21,9 @@ pub const FAMILYWISE: f64 = 0.002;
 pub const APART: f64 = 6.0;
 /// Held-out rows, or another log, speak against an effect where their likelihood falls by more than this.
 const AGAINST: f64 = 6.0;
+/// χ²/n from which on much is unexplained, and the part of it that is hardly anything.
+const MUCH: f64 = 4.0;
+const HARDLY: f64 = 0.04;
 /// Standard errors by which a parameter may lie beyond its physical range.
 const WITHIN_ERROR: f64 = 3.0;
 
@@ -43,6 +47,8 @@ pub struct Fitted {
     pub cost: f64,
     /// The largest χ²/n of its channels.
     pub misfit: f64,
+    /// χ²/n of each channel on rows that the fit never saw.
+    pub heldout: Vec<f64>,
     /// Parameters that it has more than the model, scanned ones too.
     pub more: usize,
     /// BIC on whitened residuals with it, minus that without.
@@ -53,8 +59,8 @@ pub struct Fitted {
     pub refused: Option<String>,
 }
 
-/// Fits a trial in full, from where its score promises most.
-pub fn fit(ground: &Ground, trial: &Trial, score: &Score) -> Option<Fitted> {
+/// Fits a trial from where its score promises most, until it is clear whether it can reach a rival of the χ² `rival`.
+pub fn fit(ground: &Ground, trial: &Trial, score: &Score, rival: f64) -> Option<Fitted> {
     let record = ground.record_for(trial);
     let begin = Trial { values: score.values.clone(), ..trial.clone() };
     let (system, at_own, own) = ground.with(&begin, &begin.fitted);
@@ -63,48 +69,66 @@ pub fn fit(ground: &Ground, trial: &Trial, score: &Score) -> Option<Fitted> {
     let base = ground.held.parameters.moved(&score.step);
     moved.list[..base.list.len()].clone_from_slice(&base.list);
     let starts = ground.starts_for(&system, &at_own, &record);
-    let finish = |parameters: &Parameters| ground.descend(&system, parameters, &record, &starts);
-    let mut place = finish(&moved);
-    let cost = |place: &crate::fit::solve::Place| place.linear(&ground.weights).cost;
+    let race = |parameters: &Parameters| ground.descend(&system, parameters, &record, &starts, Goal::Race(rival));
+    let mut place = race(&moved);
+    let cost = |place: &Place| place.linear(&ground.weights).cost;
     let reached = ground.held.chi2 - cost(&place);
     if reached.is_nan() || reached <= 0.3 * score.gain {
-        let other = finish(&at_own);
+        let other = race(&at_own);
         if cost(&other) < cost(&place) || !cost(&place).is_finite() {
             place = other;
         }
     }
-    let linear = place.linear(&ground.weights);
-    if !linear.cost.is_finite() {
-        return None;
-    }
-    let free = place.parameters.free().len();
-    let rows = record.len() * record.channels.len();
-    let excess = (linear.cost / rows as f64).max(1.0);
-    let covariance = linear.profiled().0.try_inverse().map(|c| c * excess);
-    let sigmas = covariance.map_or_else(|| vec![0.0; place.parameters.list.len()], |c| place.parameters.sigmas(&c));
-    let scanned = trial.card.parameters.iter().filter(|p| p.kind == Kind::Order).count();
-    let more = free - ground.held.parameters.free().len() + scanned;
-    Some(Fitted {
-        trial: trial.clone(),
-        own,
-        sigmas,
-        cost: linear.cost,
-        misfit: misfit(shown_of(ground, &place.pass.residuals).iter().map(|s| s.ratio().powi(2))),
-        residuals: std::mem::take(&mut place.pass.residuals),
-        parameters: place.parameters,
-        starts: place.starts,
-        system,
-        more,
-        delta_bic: 0.0,
-        ln_p: 0.0,
-        refused: None,
-    })
+    Fitted::at(ground, trial.clone(), system, own, place)
 }
 
 impl Fitted {
+    /// A trial at the end of its descent; `None` where the model cannot be simulated there.
+    fn at(ground: &Ground, trial: Trial, system: System, own: Range<usize>, place: Place) -> Option<Self> {
+        let linear = place.linear(&ground.weights);
+        if !linear.cost.is_finite() {
+            return None;
+        }
+        let rows = ground.record.len() * ground.record.channels.len();
+        let excess = (linear.cost / rows as f64).max(1.0);
+        let covariance = linear.profiled().0.try_inverse().map(|c| c * excess);
+        let sigmas = covariance.map_or_else(|| vec![0.0; place.parameters.list.len()], |c| place.parameters.sigmas(&c));
+        let scanned = trial.card.parameters.iter().filter(|p| p.kind == Kind::Order).count();
+        let shown = shown_of(ground, &place.pass.residuals);
+        Some(Fitted {
+            more: place.parameters.free().len() - ground.held.parameters.free().len() + scanned,
+            misfit: misfit(shown.iter().map(|s| s.ratio().powi(2))),
+            heldout: shown.iter().map(|s| (s.heldout_rms.unwrap_or(s.rms) / s.noise).powi(2)).collect(),
+            trial,
+            own,
+            sigmas,
+            cost: linear.cost,
+            residuals: place.pass.residuals,
+            parameters: place.parameters,
+            starts: place.starts,
+            system,
+            delta_bic: 0.0,
+            ln_p: 0.0,
+            refused: None,
+        })
+    }
+
+    /// The rest of the way, for one that may be the best.
+    pub fn to_the_end(self, ground: &Ground) -> Self {
+        let record = ground.record_for(&self.trial);
+        let place = ground.descend(&self.system, &self.parameters, &record, &self.starts, Goal::End);
+        let (trial, system, own) = (self.trial.clone(), self.system.clone(), self.own.clone());
+        Fitted::at(ground, trial, system, own, place).unwrap_or(self)
+    }
+
     /// It earns its place.
     pub fn earns(&self) -> bool {
         self.refused.is_none() && self.ln_p < FAMILYWISE.ln() && self.delta_bic < -APART
+    }
+
+    /// It leaves far less to explain than `other`, on rows that neither has seen.
+    pub fn leaves_far_less_than(&self, other: &Fitted) -> bool {
+        leaves_far_less(&self.heldout, &other.heldout)
     }
 
     pub fn estimates(&self) -> Vec<Estimate> {
@@ -141,6 +165,16 @@ pub fn refusal(ground: &Ground, logs: &[Range<usize>], f: &Fitted, without: &Squ
     let seen = without.held_out_gain(with);
     if seen < -AGAINST {
         return Some("on the rows that the fit never saw the error grows".to_owned());
+    }
+    if ground.misfit() > MUCH {
+        // While so much is unexplained, whitened residuals are mostly its colour; what is shown must get better too.
+        let falls = || ground.heldout().into_iter().zip(&f.heldout).map(|(before, after)| after / before);
+        if falls().any(|fall| fall > 1.0 + HARDLY) {
+            return Some("on the rows that the fit never saw the error of a channel grows".to_owned());
+        }
+        if falls().all(|fall| fall > 1.0 - HARDLY) {
+            return Some("it explains hardly any of the much that is left".to_owned());
+        }
     }
     if logs.len() > 1 {
         for log in 0..logs.len() {

@@ -27,12 +27,34 @@ pub struct Ground<'a> {
 
 /// Fall of χ² that a fit of a candidate leaves undone: far below what any decision asks for.
 const ENOUGH: f64 = 0.05;
+/// The same for one that will be fitted again if it is among the best: a part of what it leaves to explain.
+const ROUGHLY: f64 = 1e-3;
+/// A step that promises less than this part of the way to the best rival will not reach it.
+const LOST: f64 = 0.02;
 /// Most steps of one candidate's fit.
 const MOST_STEPS: usize = 20;
 const MOST_ON_EXCERPT: usize = 30;
 /// Length of an excerpt.
 const EXCERPT_S: f64 = 3.0;
 const EXCERPT_ROWS: usize = 500;
+
+/// How far a descent goes.
+#[derive(Debug, Clone, Copy)]
+pub enum Goal {
+    /// To the end.
+    End,
+    /// Until it is clear where it ends, or that it cannot reach a rival of this χ² (infinite: none is known).
+    Race(f64),
+}
+
+fn rows(record: &Record) -> usize {
+    record.segments.iter().map(Range::len).sum()
+}
+
+/// χ² that a record's noise leaves, at most: held-out rows count here.
+pub fn noise_chi2(record: &Record) -> f64 {
+    (rows(record) * record.channels.len()) as f64
+}
 
 impl<'a> Ground<'a> {
     /// Fits `model` to the record.
@@ -73,6 +95,11 @@ impl<'a> Ground<'a> {
     /// The largest χ²/n of the channels: 1 where nothing but noise is left.
     pub fn misfit(&self) -> f64 {
         misfit(self.held.channels.iter().map(|c| c.chi2_per_n()))
+    }
+
+    /// χ²/n of each channel on rows that the fit never saw.
+    pub fn heldout(&self) -> Vec<f64> {
+        self.held.channels.iter().map(|c| (c.heldout_rms.unwrap_or(c.rms) / c.noise).powi(2)).collect()
     }
 
     /// Residuals by channel.
@@ -120,10 +147,14 @@ impl<'a> Ground<'a> {
     }
 
     /// Descends from the given parameters, with this ground's weights.
-    pub fn descend(&self, system: &System, parameters: &Parameters, record: &Record, starts: &Starts) -> Place {
+    pub fn descend(&self, system: &System, parameters: &Parameters, record: &Record, starts: &Starts, goal: Goal) -> Place {
         let place = Place::begin(system, parameters, record, starts);
-        let most = if record.segments.iter().map(Range::len).sum::<usize>() < self.record.len() { MOST_ON_EXCERPT } else { MOST_STEPS };
-        solve::descend_within(system, record, place, &self.weights, most, |_| ENOUGH)
+        let most = if rows(record) < self.record.len() { MOST_ON_EXCERPT } else { MOST_STEPS };
+        let noise = noise_chi2(record);
+        solve::descend_within(system, record, place, &self.weights, most, |cost| match goal {
+            Goal::End => ENOUGH,
+            Goal::Race(rival) => ENOUGH.max(ROUGHLY * (cost - noise)).max(if rival.is_finite() { LOST * (cost - rival) } else { 0.0 }),
+        })
     }
 
     /// A few seconds of the record where the model fails most: enough to judge what rings or plays, at a small part of the cost.
@@ -147,6 +178,15 @@ impl<'a> Ground<'a> {
         let part = best.map_or(0..record.len(), |(_, part)| part);
         Record { segments: vec![part], hold_out: false, ..record.clone() }
     }
+}
+
+/// χ²/n beyond 1 below which nothing is left to compare.
+const AS_NOISE: f64 = 0.1;
+
+/// A model with the first channels' χ²/n leaves less than half of what one with the second leaves to explain, in the worst channel.
+pub fn leaves_far_less(one: &[f64], other: &[f64]) -> bool {
+    let left = |of: &[f64]| (misfit(of.iter().copied()) - 1.0).max(AS_NOISE);
+    left(one) < 0.5 * left(other)
 }
 
 /// The largest of the channels' χ²/n.

@@ -12,9 +12,9 @@ use rayon::prelude::*;
 
 use super::evidence::{Whitener, delta_bic};
 use super::fitted::{APART, Fitted, added, fit, refusal};
-use super::ground::Ground;
+use super::ground::{Ground, leaves_far_less};
 use super::screen::{Score, scores};
-use super::step::step;
+use super::step::{NEAR, step};
 use super::trial::{Trial, may_be_added};
 use super::{Candidate, Estimate, Shown, Stage};
 use crate::fit::{FitError, Fitness};
@@ -150,7 +150,9 @@ fn reconsider(path: &mut Path, rivals: &mut Vec<(String, Vec<Trial>)>, logs: &[R
             .filter(|trial| may_be_added(&without.model, trial.card))
             .filter_map(|trial| {
                 let score = scores(&without, std::slice::from_ref(trial)).into_iter().next().unwrap_or_else(|| base.clone());
-                fit(&without, trial, &score)
+                let rival = last.held.chi2;
+                let raced = fit(&without, trial, &score, rival)?;
+                Some(if raced.cost < rival * (1.0 + NEAR) { raced.to_the_end(&without) } else { raced })
             })
             .collect();
         let better = tried
@@ -159,7 +161,8 @@ fn reconsider(path: &mut Path, rivals: &mut Vec<(String, Vec<Trial>)>, logs: &[R
                 let with = whitener.squares(&f.system, &f.parameters, &f.starts, &without.record_for(&f.trial), logs);
                 let bic = delta_bic(less.gain(&with), f.more, full.witnesses());
                 let refused = refusal(&without, logs, &f, &less, &with).is_some();
-                (!refused && bic < own_bic - APART).then_some((f, bic))
+                let worse = leaves_far_less(&last.heldout(), &f.heldout);
+                (!refused && !worse && bic < own_bic - APART).then_some((f, bic))
             })
             .min_by(|a, b| a.1.total_cmp(&b.1));
         if let Some((f, _)) = better {

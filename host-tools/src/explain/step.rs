@@ -8,7 +8,7 @@ use super::Candidate;
 use super::Estimate;
 use super::evidence::{Squares, Whitener, delta_bic, ln_chance};
 use super::fitted::{APART, FAMILYWISE, Fitted, fit, place, refusal, shown_of, slices};
-use super::ground::Ground;
+use super::ground::{Goal, Ground, noise_chi2};
 use super::orders::{HIGHEST, promising};
 use super::screen::{ALIKE, Score, scores};
 use super::trial::{Scene, Trial, Unseen, trials};
@@ -24,6 +24,8 @@ const ROUGH_PART: f64 = 0.05;
 const EXPLAINED: f64 = 1.03;
 /// A costly candidate is fitted to the whole log where it leaves less than this part of what the best other leaves of an excerpt.
 const WORTH: f64 = 0.7;
+/// Who is this near to the best is fitted to the end: as a part of what the best leaves to explain, or of the noise.
+pub const NEAR: f64 = 0.1;
 
 /// One adding step: everything that was tried.
 pub struct Step {
@@ -65,15 +67,26 @@ pub fn step(log: &Log, logs: &[Range<usize>], ground: &Ground) -> Step {
         chosen
     };
     let (costly, cheap) = (pick(true), pick(false));
-    let fit_all = |list: &[usize]| -> Vec<Fitted> { list.par_iter().filter_map(|&k| fit(ground, &trials[k], &scores[k])).collect() };
-    let mut fitted = fit_all(&cheap);
+    // Who promises most goes first: the others need not be followed to the end where they cannot reach it.
+    let (first, others) = cheap.split_at(cheap.len().min(2));
+    let mut fitted: Vec<Fitted> = Vec::new();
+    for list in [first, others] {
+        let rival = least(&fitted);
+        let more: Vec<Fitted> = list.par_iter().filter_map(|&k| fit(ground, &trials[k], &scores[k], rival)).collect();
+        fitted.extend(more);
+    }
     // What leaves nothing but noise with fewer parameters needs no shaft as a rival.
     let explained = fitted.iter().map(|f| f.misfit).fold(f64::INFINITY, f64::min);
     if explained > EXPLAINED {
         let worth = worth_their_cost(ground, &trials, &scores, &costly, &fitted);
-        let more: Vec<Fitted> = worth.par_iter().filter_map(|(k, score)| fit(ground, &trials[*k], score)).collect();
+        let rival = least(&fitted);
+        let more: Vec<Fitted> = worth.par_iter().filter_map(|(k, score)| fit(ground, &trials[*k], score, rival)).collect();
         fitted.extend(more);
     }
+    let best = least(&fitted);
+    let noise = noise_chi2(&ground.record);
+    let near = best + NEAR * (best - noise).max(noise);
+    let mut fitted: Vec<Fitted> = fitted.into_par_iter().map(|f| if f.cost < near { f.to_the_end(ground) } else { f }).collect();
     judge(ground, logs, &mut fitted, tests);
     let mut screened: Vec<(Trial, Score, f64)> = Vec::new();
     for &k in &order {
@@ -85,6 +98,11 @@ pub fn step(log: &Log, logs: &[Range<usize>], ground: &Ground) -> Step {
         }
     }
     Step { fitted, screened, unseen }
+}
+
+/// The least χ² among them; infinite where there is none.
+fn least(fitted: &[Fitted]) -> f64 {
+    fitted.iter().map(|f| f.cost).fold(f64::INFINITY, f64::min)
 }
 
 /// Of the costly trials of each effect the best on an excerpt, with its values there, if there it beats the best of those that were fitted.
@@ -103,7 +121,7 @@ fn worth_their_cost(ground: &Ground, trials: &[Trial], scores: &[Score], costly:
             let begin = Trial { values: scores[k].values.clone(), ..trials[k].clone() };
             let (system, parameters, own) = ground.with(&begin, &begin.fitted);
             let starts = ground.starts_for(&system, &parameters, &excerpt);
-            let place = ground.descend(&system, &parameters, &excerpt, &starts);
+            let place = ground.descend(&system, &parameters, &excerpt, &starts, Goal::Race(WORTH * rival));
             (k, place.linear(&ground.weights).cost, place.parameters.list[own].iter().map(|p| p.value).collect())
         })
         .collect();
@@ -160,32 +178,42 @@ fn judge(ground: &Ground, logs: &[Range<usize>], fitted: &mut Vec<Fitted>, tests
 }
 
 impl Step {
-    /// Which candidate is added, with the rivals that the log cannot tell from it; `None` where none earns its place.
+    /// The best that earns its place: by BIC; but whitening weighs lightly what is slow, and while much is left unexplained, who leaves far
+    /// less of it on rows that the fit never saw goes before.
+    fn best(&self) -> Option<&Fitted> {
+        let mut best = self.fitted.iter().find(|f| f.earns())?;
+        while let Some(better) = self.fitted.iter().find(|f| f.earns() && f.leaves_far_less_than(best)) {
+            best = better;
+        }
+        Some(best)
+    }
+
+    /// The log cannot tell it from the best.
+    fn is_as_good(f: &Fitted, best: &Fitted) -> bool {
+        f.earns() && f.delta_bic < best.delta_bic + APART && !best.leaves_far_less_than(f)
+    }
+
+    /// Which candidate is added, with the rivals that may take its place later; `None` where none earns its place.
     pub fn choice(&self) -> Option<(usize, Vec<Trial>)> {
-        let best = self.fitted.iter().find(|f| f.earns())?.delta_bic;
-        let alike: Vec<usize> =
-            (0..self.fitted.len()).filter(|&k| self.fitted[k].earns() && self.fitted[k].delta_bic < best + APART).collect();
-        let first = alike.iter().copied().min_by_key(|&k| place(self.fitted[k].trial.card))?;
+        let best = self.best()?;
+        let alike = (0..self.fitted.len()).filter(|&k| Self::is_as_good(&self.fitted[k], best));
+        let first = alike.min_by_key(|&k| place(self.fitted[k].trial.card))?;
         let rivals = self.fitted.iter().enumerate().filter(|(k, f)| *k != first && f.refused.is_none()).map(|(_, f)| f.trial.clone());
         Some((first, rivals.take(4).collect()))
     }
 
     /// The step's candidates as the answer shows them.
     pub fn candidates(&self, ground: &Ground) -> Vec<Candidate> {
-        let best = self.fitted.iter().find(|f| f.earns()).map(|f| f.delta_bic);
+        let best = self.best();
         let named = |f: &Fitted| ground.model.next_name(f.trial.card.id);
         let mut list: Vec<Candidate> = self
             .fitted
             .iter()
             .map(|f| {
                 let close = |a: f64, b: f64| (a - b).abs() < APART;
-                let near_best = best.is_some_and(|best| f.earns() && f.delta_bic < best + APART);
-                let ambiguous_with = if near_best {
-                    let others = self.fitted.iter().filter(|o| o.trial.card.id != f.trial.card.id && o.earns());
-                    others.filter(|o| close(o.delta_bic, f.delta_bic) && best.is_some_and(|b| o.delta_bic < b + APART)).map(named).collect()
-                } else {
-                    Vec::new()
-                };
+                let near_best = |f: &Fitted| best.is_some_and(|best| Self::is_as_good(f, best));
+                let others = self.fitted.iter().filter(|o| near_best(f) && near_best(o) && o.trial.card.id != f.trial.card.id);
+                let ambiguous_with = others.filter(|o| close(o.delta_bic, f.delta_bic)).map(named).collect();
                 Candidate {
                     effect: named(f),
                     parameters: f.estimates(),

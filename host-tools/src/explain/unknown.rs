@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use super::Shape;
 use super::evidence::{Whitener, delta_bic, ln_chance};
 use super::fitted::{APART, FAMILYWISE};
-use super::ground::{Ground, misfit};
+use super::ground::{Goal, Ground, misfit};
 use super::orders::swings;
 use super::shape::Hats;
 use super::trial::turns;
@@ -118,7 +118,7 @@ fn free_form(ground: &Ground, logs: &[std::ops::Range<usize>], hats: &Hats) -> O
     let (mut system, mut parameters) = (ground.system.clone(), ground.held.parameters.clone());
     let own = append_linear(&mut system, &mut parameters, NAME, Arc::new(Everywhere(hats.clone())), hats.count);
     let starts = ground.starts_for(&system, &parameters, &ground.record);
-    let place = ground.descend(&system, &parameters, &ground.record, &starts);
+    let place = ground.descend(&system, &parameters, &ground.record, &starts, Goal::End);
     let linear = place.linear(&ground.weights);
     if !linear.cost.is_finite() {
         return None;
@@ -301,7 +301,7 @@ fn fitted_expression(
         return None;
     }
     let begin = ground.starts_for(&system, &parameters, &ground.record);
-    let at: At = ground.descend(&system, &parameters, &ground.record, &begin);
+    let at: At = ground.descend(&system, &parameters, &ground.record, &begin, Goal::End);
     if !at.linear(&ground.weights).cost.is_finite() {
         return None;
     }

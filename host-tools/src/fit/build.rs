@@ -15,7 +15,7 @@ struct Catalogued(&'static str);
 /// The same law in every scalar of [`Source`].
 macro_rules! in_every_scalar {
     ($source:ident => $law:expr) => {
-        in_every_scalar!(@ $source => $law, plain f64, dual8 Dual<8>, dual16 Dual<16>, dual32 Dual<32>);
+        in_every_scalar!(@ $source => $law, plain f64, dual8 Dual<8>, dual12 Dual<12>, dual16 Dual<16>, dual32 Dual<32>);
     };
     (@ $source:ident => $law:expr, $($make:ident $scalar:ty),*) => {$(
         fn $make(&self) -> Box<dyn Law<$scalar>> {
@@ -114,7 +114,7 @@ pub struct Everywhere<T>(pub T);
 
 impl<T> Source for Everywhere<T>
 where
-    T: Clone + Law<f64> + Law<Dual<8>> + Law<Dual<16>> + Law<Dual<32>> + 'static,
+    T: Clone + Law<f64> + Law<Dual<8>> + Law<Dual<12>> + Law<Dual<16>> + Law<Dual<32>> + 'static,
 {
     in_every_scalar!(source => Box::new(source.0.clone()));
 }

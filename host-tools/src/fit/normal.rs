@@ -68,7 +68,8 @@ pub fn pass(system: &System, parameters: &Parameters, record: &Record, starts: &
     let lanes = parameters.free().len() + starts.kinds.len();
     match lanes {
         0..=8 => pass_in::<8>(system, parameters, record, starts),
-        9..=16 => pass_in::<16>(system, parameters, record, starts),
+        9..=12 => pass_in::<12>(system, parameters, record, starts),
+        13..=16 => pass_in::<16>(system, parameters, record, starts),
         _ => pass_in::<32>(system, parameters, record, starts),
     }
 }

@@ -16,6 +16,8 @@ pub trait Source: Send + Sync {
     fn plain(&self) -> Box<dyn Law<f64>>;
     /// The law with eight derivatives.
     fn dual8(&self) -> Box<dyn Law<super::parameters::Dual<8>>>;
+    /// The law with twelve derivatives.
+    fn dual12(&self) -> Box<dyn Law<super::parameters::Dual<12>>>;
     /// The law with sixteen derivatives.
     fn dual16(&self) -> Box<dyn Law<super::parameters::Dual<16>>>;
     /// The law with thirty-two derivatives.
@@ -41,7 +43,7 @@ macro_rules! sourced {
         }
     )*};
 }
-sourced!(8 dual8, 16 dual16, 32 dual32);
+sourced!(8 dual8, 12 dual12, 16 dual16, 32 dual32);
 
 /// An effect of the model: its law and where its parameters stand in the list.
 #[derive(Clone)]

@@ -9,6 +9,8 @@ use super::simulate::{Initial, System};
 const MOST_STEPS: usize = 100;
 /// Promised fall of χ² below which nothing is left to gain: a thirtieth of a standard error.
 pub const NOTHING_LEFT: f64 = 1e-3;
+/// Damping that hardly shortens a step.
+const FREE: f64 = 1e-3;
 /// Damping at which a descent gives up.
 const MOST_DAMPING: f64 = 1e12;
 
@@ -55,8 +57,9 @@ pub fn descend_within(system: &System, record: &Record, place: Place, weights: &
         steps += 1;
         // A parameter at the end of what it can be does not hold up the others.
         let against = |step: &Step| place.parameters.against_a_limit(&step.parameters);
+        let mut held = Vec::new();
         let step = linear.step(damping, &[]).and_then(|step| {
-            let held = against(&step);
+            held = against(&step);
             if held.is_empty() { Some(step) } else { linear.step(damping, &held) }
         });
         let Some(step) = step else {
@@ -67,7 +70,8 @@ pub fn descend_within(system: &System, record: &Record, place: Place, weights: &
             continue;
         };
         let enough = enough(linear.cost);
-        if step.promised < enough {
+        // A damped step promises little wherever it is; how far it still is tells the free one.
+        if step.promised < enough && (damping <= FREE || linear.step(FREE, &held).is_none_or(|free| free.promised < enough)) {
             converged = true;
             break;
         }

@@ -19,6 +19,9 @@ pub fn card(name: &str) -> Option<&'static Card> {
     effects::card(name.split('#').next().unwrap_or(name))
 }
 
+/// Times the noise from which on what is left is no longer small.
+const MUCH: f64 = 2.0;
+
 /// The answer in a sentence or two.
 pub fn headline(e: &Explanation) -> String {
     let channels = e.explained.channels.len();
@@ -37,6 +40,10 @@ pub fn headline(e: &Explanation) -> String {
             let left = off(last(e));
             let left = match left.is_empty() {
                 true => format!("With {} only noise is left {every}.", if e.missing.len() > 1 { "them" } else { "it" }),
+                false if last(e).iter().any(|s| s.ratio() > MUCH) => format!(
+                    "Much is left that no effect of the catalogue explains ({left}): a cause of no name may be behind {} too.",
+                    if e.missing.len() > 1 { "them" } else { "it" }
+                ),
                 false => format!("Something small is left that no effect of the catalogue explains: {left}."),
             };
             format!("Missing: {}. {left}", listed(&e.missing))

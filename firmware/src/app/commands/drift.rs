@@ -6,20 +6,22 @@ use crate::console::errors::{Code, ErrorEntry};
 use crate::console::parse::{Parameters, Range};
 use crate::console::quantity::Quantity;
 use crate::console::text::Writer;
-use crate::pulse::{MOST_ROWS, Pair, Phase, Sequence, Shape};
+use crate::pulse::{MOST_ROWS, Pair, Phase, Plan, Sequence, Shape};
 use crate::words::words;
 
 const SEQUENCES: [Sequence; 3] = [Sequence::PlusMinus, Sequence::MinusPlus, Sequence::Both];
 const PAIRS: [&str; 3] = ["OFF", "OWN", "APParent"];
+/// What a session is without being told.
+const USUAL: Plan = Plan::USUAL;
 const LONGEST_S: f64 = MOST_ROWS as f64 / 1e3;
 
 /// A number of the plan.
 macro_rules! number {
-    ($header:literal, $field:ident, $quantity:expr, $least:expr, $most:expr, $says:literal) => {
+    ($header:literal, $field:ident, $quantity:expr, $least:expr, $most:expr, $usual:expr, $says:literal) => {
         entry!(
             $header,
             Act::Number {
-                range: const { &Range::new($quantity, $least, $most, 1.0) },
+                range: const { &Range::new($quantity, $least, $most, $usual) },
                 read: |state| state.drift.$field.get(),
                 write: |state, value| (state.drift.$field.set(value), Ok(())).1,
             },
@@ -52,12 +54,20 @@ pub(super) const ENTRIES: &[Entry] = &[
         },
         "signs of the two pulses; BOTH by turns",
     ),
-    number!("DRIFt:RATE", rate_rad_s, Quantity::RATE, 0.0, 10.0, "greatest rate of a pulse"),
-    number!("DRIFt:DURation", duration_s, Quantity::TIME, 0.0, LONGEST_S, "of one pulse; taken to a multiple of the period"),
-    number!("DRIFt:PERiod", period_s, Quantity::TIME, 0.0, LONGEST_S, "of vibration or mains; 0: none"),
-    number!("DRIFt:REST", rest_s, Quantity::TIME, 1e-3, 1e5, "with the correction loop closed, before each cycle"),
-    number!("DRIFt:COUNt", cycles, Quantity::PLAIN, 1.0, 1e6, "cycles of a session"),
-    number!("DRIFt:POSition", position, Quantity::PLAIN, 1.0, 99.0, "the gyro's position: 1, and 2 turned by 180 DEG; others as told"),
+    number!("DRIFt:RATE", rate_rad_s, Quantity::RATE, 0.0, 10.0, USUAL.rate_rad_s, "greatest rate of a pulse"),
+    number!(
+        "DRIFt:DURation",
+        duration_s,
+        Quantity::TIME,
+        0.0,
+        LONGEST_S,
+        USUAL.duration_s,
+        "of one pulse; taken to a multiple of the period"
+    ),
+    number!("DRIFt:PERiod", period_s, Quantity::TIME, 0.0, LONGEST_S, USUAL.period_s, "of vibration or mains; 0: none"),
+    number!("DRIFt:REST", rest_s, Quantity::TIME, 1e-3, 1e5, USUAL.rest_s, "with the correction loop closed, before each cycle"),
+    number!("DRIFt:COUNt", cycles, Quantity::PLAIN, 1.0, 1e6, USUAL.cycles as f64, "cycles of a session"),
+    number!("DRIFt:POSition", position, Quantity::PLAIN, 1.0, 99.0, 1.0, "the gyro's position: 1, and 2 turned by 180 DEG; others as told"),
     entry!("DRIFt:STARt", Act::Do(|state| start(state, false)), "measure; *OPC? waits for the end"),
     entry!("DRIFt:ABORt", Act::Do(|state| (state.pulse.abort(), Ok(())).1), "end it; the correction loop closes"),
     entry!("DRIFt:STATe", Act::Say(words!("IDLE, REST, LEAD or PULSES; loop; cycles over, of"), phase), "where it is"),
