@@ -58,7 +58,7 @@ pub(super) struct Record {
     /// Turn the platform first, until its index is seen: the log's angles are from there
     #[arg(long)]
     find_index: bool,
-    /// Channels beside the usual ones, e.g. angle_sensor_V,alpha_hat_rad (STReam:CHANnels:LIST? in `stand console` has the names)
+    /// Channels beside the usual ones, e.g. angle_sensor_V,alpha_hat_rad; the line may want --decimation 2 then (STReam:CHANnels:LIST? in `stand console` has the names)
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     also: Vec<String>,
     /// A note for the log, as operator=Ann; may be repeated

@@ -101,7 +101,11 @@ pub const WORDS: [(&str, Shows); 19] = [
     #[cfg(unix)]
     ("record --also", |f| {
         let one = Served::new(f, &[]);
-        stand(f, &["record", "--port", &one.port, "--out", "r.csv", "--seconds", "0.2", "--also", "age_s,from_index_rad"]).well();
+        stand(
+            f,
+            &["record", "--port", &one.port, "--out", "r.csv", "--seconds", "0.2", "--decimation", "2", "--also", "age_s,from_index_rad"],
+        )
+        .well();
         assert!(Log::read(f.join("r.csv")).is_ok());
         let refused = stand(f, &["record", "--port", &one.port, "--out", "r.csv", "--also", "nonesuch"]);
         assert!(refused.status == Some(2) && refused.err.contains("nonesuch"), "{}", refused.err);
