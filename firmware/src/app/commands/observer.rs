@@ -31,7 +31,7 @@ pub(super) const ENTRIES: &[Entry] = &[
         "OBServer:PHI",
         Act::Take(words!("<row>,<a number for each state>"), |state, parameters| {
             let row = parameters.number(&Range::new(Quantity::PLAIN, 1.0, MOST_STATES as f64, 1.0))?;
-            take(state, parameters, phi((row as usize).saturating_sub(1)))
+            take(state, parameters, phi((crate::maths::to_u32(row) as usize).saturating_sub(1)))
         }),
         "x[n+1] = PHI x[n] + GAMMA u[n] + GAIN (y[n] - x1[n])",
     ),
