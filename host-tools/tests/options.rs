@@ -2,8 +2,10 @@
 #![allow(clippy::unwrap_used)]
 
 mod common;
-#[path = "options/observer.rs"]
-mod observer;
+#[path = "common/drift_words.rs"]
+mod drift_words;
+#[path = "common/observer_words.rs"]
+mod observer_words;
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -348,11 +350,6 @@ const WORDS: [(&str, Shows); 81] = [
     }),
 ];
 
-/// The table above and those of the rooms that have their own.
-fn all_words() -> impl Iterator<Item = (&'static str, Shows)> {
-    WORDS.into_iter().chain(observer::WORDS)
-}
-
 /// A model of the same stand that is linear in its parameters, driven by the current.
 fn inverse_model(folder: &Path) -> String {
     let text = "[drive]\ninput = \"i_A\"\neffects = [\"viscous\", \"coulomb\"]\n[parameters]\ninertia_kg_m2 = 2.2e-4\n\
@@ -503,6 +500,11 @@ fn listed(help: &str, section: &str) -> Vec<String> {
             }
         })
         .collect()
+}
+
+/// The table and those of whole groups of commands.
+fn all_words() -> impl Iterator<Item = (&'static str, Shows)> {
+    WORDS.into_iter().chain(drift_words::WORDS.iter().copied()).chain(observer_words::WORDS)
 }
 
 /// The help of every command says what it is for, how it is used, and a line for each of its words.

@@ -1,0 +1,167 @@
+//! Every word of `stand drift` moves an output; held against `--help` by tests/options.rs.
+
+use super::common::stand;
+use serde_json::Value;
+use std::path::Path;
+
+fn json(folder: &Path, words: &[&str]) -> Value {
+    stand(folder, words).well().json()
+}
+
+/// A short measurement on the simulated stand.
+fn run(folder: &Path, more: &[&str]) -> Value {
+    let short = ["drift", "run", "--pulse", "0.5", "--rest", "1", "--cycles", "2", "--json", "-"];
+    // A word that is given again counts.
+    let kept: Vec<&str> =
+        short[..2].iter().copied().chain(short[2..].chunks(2).filter(|pair| !more.contains(&pair[0])).flatten().copied()).collect();
+    json(folder, &[&kept, more].concat())
+}
+
+/// A log of one.
+fn log(folder: &Path) {
+    run(folder, &["--out", "drift.csv"]);
+}
+
+fn compute(folder: &Path, more: &[&str]) -> Value {
+    json(folder, &[&["drift", "compute", "drift.csv", "--json", "-"], more].concat())
+}
+
+fn own(found: &Value) -> f64 {
+    found["own_drift_deg_h"]["value"].as_f64().unwrap()
+}
+
+fn sigma(found: &Value, of: &str) -> f64 {
+    found[of]["sigma"].as_f64().unwrap()
+}
+
+/// Both errors of a place and the gain's move an uncertainty.
+fn errors(with: impl Fn(&[&str]) -> Value) {
+    let plain = with(&[]);
+    for (word, value, of) in [
+        ("--turn-error", "1200", "apparent_drift_deg_h"),
+        ("--level-error", "3600", "own_drift_deg_h"),
+        ("--gain-error", "50", "own_drift_deg_h"),
+    ] {
+        assert!(sigma(&with(&[word, value]), of) > 1.01 * sigma(&plain, of), "{word}");
+    }
+}
+
+fn page(folder: &Path, words: &[&str]) {
+    stand(folder, &[words, &["--html", "page.html"]].concat()).well();
+    assert!(std::fs::read_to_string(folder.join("page.html")).unwrap().contains("<svg"));
+}
+
+/// The same as in tests/options.rs.
+pub const WORDS: &[(&str, super::Shows)] = &[
+    ("drift --help", |_| ()),
+    ("drift run --help", |_| ()),
+    ("drift compute --help", |_| ()),
+    ("drift advise --help", |_| ()),
+    ("drift platform --help", |_| ()),
+    ("drift run --cycles --pulse --period --json", |f| {
+        let usual = run(f, &[]);
+        assert_eq!((usual["cycles"].as_array().unwrap().len(), usual["cycles"][0]["pulse_s"].as_f64()), (4, Some(0.5)));
+        assert_eq!(run(f, &["--cycles", "3"])["cycles"].as_array().unwrap().len(), 6);
+        let pulse_ms = |more: &[&str]| (1e3 * run(f, more)["cycles"][0]["pulse_s"].as_f64().unwrap()).round();
+        assert_eq!((pulse_ms(&["--pulse", "0.7"]), pulse_ms(&["--period", "0.3"])), (700.0, 600.0));
+    }),
+    ("drift run --rate --sequence --shape --reversed", |f| {
+        let reference = |found: &Value| found["reference_deg_s"].as_f64();
+        assert!((reference(&run(f, &["--rate", "0.1"])).unwrap() - 0.1).abs() < 2e-3);
+        let one = run(f, &["--sequence", "minus-plus"]);
+        assert!(one["cycles"].as_array().unwrap().iter().all(|c| c["sequence"] == "-+") && reference(&one).is_none());
+        let raw = |more: &[&str]| run(f, &[&["--sequence", "plus-minus"], more].concat())["cycles"][0]["raw_deg_h"].as_f64().unwrap();
+        // A sixth of 180 °/h, unless it runs backwards.
+        let sawtooth = raw(&["--shape", "sawtooth"]);
+        assert!((sawtooth - 30.0).abs() < 3.0, "{sawtooth}");
+        assert!(raw(&["--shape", "sawtooth", "--reversed"]).abs() < 3.0);
+    }),
+    ("drift run --rest", |f| {
+        let start = |found: Value| found["cycles"][1]["start_s"].as_f64().unwrap();
+        assert!(start(run(f, &["--rest", "3"])) > start(run(f, &[])) + 3.0);
+    }),
+    ("drift run --positions --turn", |f| {
+        let turned = run(f, &["--positions", "0,180,90"]);
+        assert_eq!(turned["cycles"][5]["turned_deg"], 90.0);
+        let driven = run(f, &["--turn", "drive"]);
+        // The platform's own turn: apparent drift changes its sign all the same.
+        assert!((driven["apparent_drift_deg_h"]["value"].as_f64().unwrap() + 0.89).abs() < 0.3, "{driven}");
+        assert_ne!(driven["cycles"], run(f, &[])["cycles"]);
+    }),
+    ("drift run --latitude", |f| assert_ne!(run(f, &["--latitude", "50"])["azimuth_deg"], run(f, &[])["azimuth_deg"])),
+    ("drift run --gyro --seed", |f| {
+        std::fs::write(f.join("gyro.toml"), "[own]\nconstant_rad_s = 4.848e-5\n").unwrap();
+        assert!((own(&run(f, &["--gyro", "gyro.toml"])) - 10.0).abs() < 0.5);
+        assert_ne!(own(&run(f, &["--seed", "2"])), own(&run(f, &[])));
+    }),
+    ("drift run --turn-error --level-error --gain-error", |f| errors(|more| run(f, &[&["--cycles", "4"], more].concat()))),
+    ("drift run --out --html", |f| {
+        log(f);
+        assert!(f.join("drift.csv").exists());
+        page(f, &["drift", "run", "--pulse", "0.5", "--rest", "1", "--cycles", "1"]);
+    }),
+    #[cfg(unix)]
+    ("drift run --port", |f| {
+        // A stand without a gyro, in real time: it says so.
+        let one = super::served::Served::new(f, &[]);
+        let ran = stand(f, &["drift", "run", "--port", &one.port, "--cycles", "1", "--positions", "0"]);
+        assert_eq!(ran.status, Some(2), "{ran:?}");
+        assert!(ran.err.contains("no angle sensor"), "{ran:?}");
+    }),
+    ("drift compute <LOG>... --json --html", |f| {
+        log(f);
+        std::fs::copy(f.join("drift.csv"), f.join("again.csv")).unwrap();
+        assert_eq!(json(f, &["drift", "compute", "drift.csv", "again.csv", "--json", "-"])["good"], 8);
+        page(f, &["drift", "compute", "drift.csv"]);
+    }),
+    ("drift compute --angle-gain --torquer-gain --pulse --angle-limit --latitude", |f| {
+        log(f);
+        let plain = compute(f, &[]);
+        assert!((own(&compute(f, &["--angle-gain", "300", "--torquer-gain", "0.01"])) / own(&plain) - 0.5).abs() < 0.01);
+        assert_ne!(compute(f, &["--torquer-gain", "0.03"])["cycles"], plain["cycles"]);
+        assert_ne!(compute(f, &["--latitude", "50"])["azimuth_deg"], plain["azimuth_deg"]);
+        let short = stand(f, &["drift", "compute", "drift.csv", "--pulse", "0.4"]);
+        assert!(short.out != stand(f, &["drift", "compute", "drift.csv"]).out);
+        let saturated = stand(f, &["drift", "compute", "drift.csv", "--angle-limit", "0.01"]);
+        assert!(saturated.err.contains("angle sensor saturated"), "{saturated:?}");
+    }),
+    ("drift compute --turn-error --level-error --gain-error", |f| {
+        run(f, &["--cycles", "4", "--out", "drift.csv"]);
+        errors(|more| compute(f, more));
+    }),
+    ("drift advise <LOG> --pulse --angle-gain --json --html", |f| {
+        let mut text = "t_s,angle_sensor_V\n".to_owned();
+        for k in 0..8_000 {
+            let t = f64::from(k) * 1e-3;
+            text += &format!("{t},{}\n", 0.01 * (std::f64::consts::TAU * t / 0.7).sin() + 1e-5 * f64::from((k * 7919) % 101));
+        }
+        std::fs::write(f.join("static.csv"), text).unwrap();
+        let advise =
+            |gain: &str, pulse: &str| json(f, &["drift", "advise", "static.csv", "--angle-gain", gain, "--pulse", pulse, "--json", "-"]);
+        let (one, finer, longer) = (advise("150", "2"), advise("300", "2"), advise("150", "3.4"));
+        assert!(
+            (one["pulse_s"].as_f64().unwrap() - 2.1).abs() < 0.02 && (longer["pulse_s"].as_f64().unwrap() - 3.5).abs() < 0.02,
+            "{one} {longer}"
+        );
+        let amplitude = |found: &Value| found["lines"][0]["amplitude_arcsec"].as_f64().unwrap();
+        assert!((amplitude(&one) / amplitude(&finer) - 2.0).abs() < 1e-6);
+        page(f, &["drift", "advise", "static.csv", "--angle-gain", "150", "--pulse", "2"]);
+    }),
+    ("drift platform <LOG> --pulse --json", |f| {
+        let mut text = "t_s,theta_rad,gyro_rad_s\n".to_owned();
+        let mut theta = 0.0;
+        for k in 0..5_000 {
+            let rate = match k {
+                500..2_500 => 0.1,
+                2_500..4_500 => -0.1,
+                _ => 0.0,
+            };
+            text += &format!("{},{theta},{}\n", f64::from(k) * 1e-3, rate + 0.002);
+            theta += rate * 1e-3;
+        }
+        std::fs::write(f.join("turned.csv"), text).unwrap();
+        let found = json(f, &["drift", "platform", "turned.csv", "--pulse", "2", "--json", "-"]);
+        assert!((found["bias_rad_s"]["value"].as_f64().unwrap() - 0.002).abs() < 1e-4, "{found}");
+        assert_eq!(stand(f, &["drift", "platform", "turned.csv", "--pulse", "3"]).status, Some(2));
+    }),
+];

@@ -1,0 +1,181 @@
+//! `stand drift` as a person runs it: through the simulated stand, from its log, and with what makes no sense.
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::stand;
+use std::path::Path;
+
+fn value(json: &serde_json::Value, name: &str) -> (f64, f64) {
+    (json[name]["value"].as_f64().unwrap(), json[name]["sigma"].as_f64().unwrap())
+}
+
+/// One line that says this, status 2.
+#[track_caller]
+fn refused(folder: &Path, words: &[&str], says: &str) {
+    let ran = stand(folder, words);
+    assert_eq!((ran.status, ran.err.lines().count()), (Some(2), 1), "{words:?}: {ran:?}");
+    assert!(ran.err.contains(says), "{words:?}: {}", ran.err);
+}
+
+#[test]
+fn a_measurement_and_its_log_say_the_same_and_know_how_well() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let run = stand(path, &["drift", "run", "--cycles", "4", "--out", "log.csv", "--html", "run.html", "--json", "-"]).well().json();
+    assert_eq!((run["good"].as_u64(), run["bad"].as_u64()), (Some(8), Some(0)));
+    for (name, truth) in [("own_drift_deg_h", 1.5), ("apparent_drift_deg_h", -0.893_307), ("azimuth_deg", 80.0)] {
+        let (value, sigma) = value(&run, name);
+        // A t of 6 degrees of freedom passes 5 in one of 400; the seed is fixed.
+        assert!((value - truth).abs() < 5.0 * sigma, "{name}: {value} ± {sigma}");
+        let most = if name == "azimuth_deg" { 0.1 } else { 0.01 };
+        assert!(sigma > 0.0 && sigma < most, "{name}: {sigma}");
+    }
+    // 1e-4 of inequality in the amplifier is −0.009 °/h of drift until the current takes it off.
+    let raw = run["uncorrected"]["own_drift_deg_h"]["value"].as_f64().unwrap();
+    assert!((raw - value(&run, "own_drift_deg_h").0 + 0.009).abs() < 0.003, "{raw}");
+    let log = stand(path, &["drift", "compute", "log.csv", "--json", "-"]).well().json();
+    for name in ["own_drift_deg_h", "apparent_drift_deg_h", "azimuth_deg"] {
+        let (a, b) = (value(&run, name).0, value(&log, name).0);
+        // The log's numbers are single precision.
+        assert!((a - b).abs() < 2e-4 * a.abs().max(1.0), "{name}: {a} {b}");
+    }
+    let page = std::fs::read_to_string(path.join("run.html")).unwrap();
+    let body = page.strip_prefix("<!DOCTYPE html>\n").unwrap();
+    assert!(roxmltree::Document::parse(body).is_ok() && body.contains("<svg") && body.contains("own drift"));
+}
+
+#[test]
+fn cycles_are_found_by_the_current_where_no_mark_tells_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    stand(path, &["drift", "run", "--cycles", "2", "--pulse", "1", "--rest", "2", "--out", "log.csv"]).well();
+    let with = std::fs::read_to_string(path.join("log.csv")).unwrap();
+    // The column under another name is unknown, and ignored.
+    std::fs::write(path.join("bare.csv"), with.replace("drift_mark", "mark")).unwrap();
+    let json = |log: &str| {
+        let ran = stand(path, &["drift", "compute", log, "--json", "-"]);
+        assert_eq!(ran.status, Some(0), "{ran:?}");
+        ran.json()
+    };
+    let (marked, bare) = (json("log.csv"), json("bare.csv"));
+    assert_eq!(marked["cycles"].as_array().unwrap().len(), 4);
+    for (a, b) in marked["cycles"].as_array().unwrap().iter().zip(bare["cycles"].as_array().unwrap()) {
+        assert_eq!(a["sequence"], b["sequence"]);
+        // The torquer's lag of a millisecond shifts the current; what that does to (13) the current takes off.
+        let late = b["start_s"].as_f64().unwrap() - a["start_s"].as_f64().unwrap();
+        assert!((0.0..0.0035).contains(&late), "{late}");
+    }
+    let own = |json: &serde_json::Value| json["own_drift_deg_h"]["value"].as_f64().unwrap();
+    let (by_mark, by_current) = (own(&marked), own(&bare));
+    assert!((by_mark - by_current).abs() < 0.05, "{by_mark} {by_current}");
+}
+
+#[test]
+fn four_turns_find_the_azimuth_without_the_latitude_and_rolls_find_what_gravity_does() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let gyro = "[own]\nconstant_rad_s = 7.27e-6\noutput_rad_s_g = 4.848e-6\nspin_rad_s_g = -2.424e-6\n";
+    std::fs::write(path.join("gyro.toml"), gyro).unwrap();
+    let words = ["drift", "run", "--cycles", "2", "--gyro", "gyro.toml", "--positions", "0,90,180,270,0:0:90,0:0:180", "--json", "-"];
+    let found = stand(path, &words).well().json();
+    let azimuth = found["azimuth_deg"]["value"].as_f64().unwrap();
+    assert!((azimuth - 80.0).abs() < 0.3, "{azimuth}");
+    let by_g = found["g_drift_deg_h_g"].as_array().unwrap();
+    let of = |axis: &str| by_g.iter().find(|v| v["axis"] == axis).and_then(|v| v["value"].as_f64()).unwrap();
+    assert!((of("output") - 1.0).abs() < 0.05 && (of("spin") + 0.5).abs() < 0.05, "{by_g:?}");
+    let own = found["own_drift_deg_h"]["value"].as_f64().unwrap();
+    assert!((own - 1.5).abs() < 0.05, "{own}");
+}
+
+#[test]
+fn a_vibration_advises_a_multiple_of_its_period() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let mut text = "# angle_gain_V_rad: 150\nt_s,angle_sensor_V\n".to_owned();
+    for k in 0..20_000 {
+        let t = f64::from(k) * 1e-3;
+        // 20″ at 1.43 Hz, and some ripple that is no line.
+        let angle = 1e-4 * (std::f64::consts::TAU * t / 0.7).sin() + 1e-7 * f64::from((k * 7919) % 101);
+        text += &format!("{t},{}\n", 150.0 * angle + 1e-5 * t);
+    }
+    std::fs::write(path.join("static.csv"), text).unwrap();
+    let found = stand(path, &["drift", "advise", "static.csv", "--html", "advice.html", "--json", "-"]).well().json();
+    let number = |name: &str| found[name].as_f64().unwrap();
+    assert!((number("period_s") - 0.7).abs() < 1e-3 && (number("pulse_s") - 4.9).abs() < 0.01, "{found}");
+    assert!((found["lines"][0]["amplitude_arcsec"].as_f64().unwrap() - 20.6).abs() < 0.3, "{found}");
+    assert!(number("leaves_deg_h") < 0.01 * number("wanted_leaves_deg_h"), "{found}");
+    refused(path, &["drift", "advise", "static.csv", "--pulse", "15"], "should last twice the pulse");
+}
+
+#[test]
+fn a_rate_gyro_on_the_platform_has_its_bias_and_scale() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let mut text = "t_s,theta_rad,gyro_rad_s\n".to_owned();
+    let mut theta = 0.0;
+    for k in 0..24_000 {
+        let rate = match k % 12_000 {
+            1_000..6_000 => 0.1,
+            6_000..11_000 => -0.1,
+            _ => 0.0,
+        };
+        text += &format!("{},{theta},{}\n", f64::from(k) * 1e-3, 1.01 * rate + 0.002);
+        theta += rate * 1e-3;
+    }
+    std::fs::write(path.join("log.csv"), text).unwrap();
+    let found = stand(path, &["drift", "platform", "log.csv", "--json", "-"]).well().json();
+    assert_eq!(found["cycles"].as_array().unwrap().len(), 2);
+    // The rate's edge is between two samples: half a sample of 0.1 rad/s in 5 s.
+    assert!((found["bias_rad_s"]["value"].as_f64().unwrap() - 0.002).abs() < 5e-5, "{found}");
+    assert!((found["scale"]["value"].as_f64().unwrap() - 1.01).abs() < 5e-4, "{found}");
+}
+
+#[test]
+fn what_makes_no_sense_is_one_line_and_status_2() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    for (words, says) in [
+        (&["--pulse", "0"][..], "--pulse = 0"),
+        (&["--pulse", "nan"], "--pulse = NaN"),
+        (&["--latitude", "90"], "at a pole"),
+        (&["--latitude", "91"], "--latitude = 91"),
+        (&["--rate", "1"], "the stand refuses DRIFt:STARt"),
+        (&["--positions", "0,x"], "--positions: `x`"),
+        (&["--positions", "0", "--cycles", "1"], "no turn"),
+        (&["--turn-error", "-1", "--cycles", "1"], "--turn-error"),
+        (&["--gyro", "none.toml"], "none.toml: cannot read"),
+        (&["--out", "log.txt"], "log.txt"),
+    ] {
+        refused(path, &[&["drift", "run"], words].concat(), says);
+    }
+    std::fs::write(path.join("bad.toml"), "[sensor]\ngain = 3\n").unwrap();
+    refused(path, &["drift", "run", "--gyro", "bad.toml"], "unknown field `gain`");
+
+    stand(path, &["drift", "run", "--cycles", "2", "--pulse", "1", "--rest", "2", "--out", "log.csv"]).well();
+    let log = std::fs::read_to_string(path.join("log.csv")).unwrap();
+    let with = |name: &str, text: String| std::fs::write(path.join(name), text).unwrap();
+    with("no-gain.csv", log.replace("# angle_gain_V_rad: 150\n", ""));
+    refused(path, &["drift", "compute", "no-gain.csv"], "no note `angle_gain_V_rad`, and no --angle-gain says it");
+    with("text.csv", log.replace("angle_gain_V_rad: 150", "angle_gain_V_rad: large"));
+    refused(path, &["drift", "compute", "text.csv"], "`large` is no number");
+    refused(path, &["drift", "compute", "log.csv", "--pulse", "0"], "pulse_s = 0");
+    refused(path, &["drift", "compute", "log.csv", "--latitude", "-90"], "at a pole");
+    with(
+        "still.csv",
+        "# angle_gain_V_rad: 150\n# pulse_s: 0.001\nt_s,angle_sensor_V,torquer_A\n0,0,0\n0.001,0,0\n0.002,0,0\n0.003,0,0\n".into(),
+    );
+    refused(path, &["drift", "compute", "still.csv"], "the torquer's current does not change");
+    with("none.csv", "# angle_gain_V_rad: 150\n# pulse_s: 1\nt_s,u_V\n0,0\n0.001,0\n".into());
+    refused(path, &["drift", "compute", "none.csv"], "no column `angle_sensor_V`");
+    // A sensor that stands at its end all the time.
+    let saturated: String = log
+        .lines()
+        .map(|line| match line.split_once(',') {
+            Some((t, rest)) if t.parse::<f64>().is_ok() => format!("{t},1.65,{}\n", rest.split_once(',').unwrap().1),
+            _ => format!("{line}\n"),
+        })
+        .collect();
+    with("saturated.csv", saturated);
+    refused(path, &["drift", "compute", "saturated.csv"], "none of the 4 cycles is good: angle sensor saturated");
+}
