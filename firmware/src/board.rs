@@ -153,6 +153,17 @@ impl GyroSample {
     }
 }
 
+/// One conversion of the gyro's roll sensor.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RollCode(pub i32);
+
+impl RollCode {
+    /// Radians.
+    pub fn rad(self, hardware: &Hardware) -> f64 {
+        f64::from(self.0) * hardware.roll_rad_per_code
+    }
+}
+
 /// What the torquer's converter is given: steps from the middle of its range, where the amplifier gives no current.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TorquerStep(pub i16);
@@ -295,6 +306,10 @@ pub trait Board {
     fn gyro(&mut self) -> Option<Stamped<GyroSample>> {
         None
     }
+    /// The roll γ about the rotor's axis by a sensor of its own; `None` where there is none.
+    fn roll(&mut self) -> Option<Stamped<RollCode>> {
+        None
+    }
     /// At `at`, a whole millisecond ahead, the angle sensor is sampled, and from then on the torquer is given this current: both by the
     /// hardware that paces the control ticks, whatever the tasks do. What is late acts at once, and its sample's stamp shows it.
     fn torque(&mut self, _at: Ticks, _step: TorquerStep) {}
@@ -330,6 +345,8 @@ pub struct Hardware {
     pub angle_V_per_code: f64,
     /// Code at no angle.
     pub angle_zero_code: f64,
+    /// Roll per code of its sensor, rad.
+    pub roll_rad_per_code: f64,
     /// The torquer's current, as it is measured, per code, A.
     pub torquer_A_per_code: f64,
     /// Code at no current of the torquer.
@@ -354,6 +371,7 @@ impl Default for Hardware {
             temperature_C_per_code: 0.01,     // NTC linearised by table
             angle_V_per_code: 3.3 / 4096.0,   // 12 bits of 3.3 V; the demodulator's output lies at mid-supply at no angle
             angle_zero_code: 2048.0,
+            roll_rad_per_code: 5e-6, // 1 arcsecond, as an electrolytic or capacitive tilt sensor with its own converter resolves
             torquer_A_per_code: 0.2 / 4096.0, // 1 Ω × 16.5 V/V about mid-supply: ± 0.1 A
             torquer_zero_code: 2048.0,
             torquer_A_per_step: 0.2 / 4096.0, // an amplifier of ± 0.1 A over the converter's range
@@ -380,6 +398,7 @@ impl Hardware {
             temperature_C_per_code: 1e-9, 1e3;
             angle_V_per_code: 1e-15, 1e3;
             angle_zero_code: -1e9, 1e9;
+            roll_rad_per_code: 1e-12, 1.0;
             torquer_A_per_code: 1e-15, 1e3;
             torquer_zero_code: -1e9, 1e9;
             torquer_A_per_step: 1e-9, 1e3;

@@ -152,6 +152,10 @@ fn help_lists_what_the_parser_takes() {
             }
             // With a parameter of its kind, in long and in short form.
             let parameter = match command.split_once(" <") {
+                // In the order of the list: after `NEW` there are two states.
+                Some((_, _)) if header == "OBServer:NEW" => " 2,OFF".to_string(),
+                Some((_, _)) if ["OBServer:PHI", "OBServer:VIBRation"].contains(&header) => " 1,0,0".to_string(),
+                Some((_, kind)) if kind.contains("each state") => " 0,0".to_string(),
                 Some((_, kind)) if kind.starts_with("ON") => " OFF".to_string(),
                 Some((_, kind)) if kind.contains('|') => format!(" {}", kind.split('|').next().unwrap()),
                 Some((_, kind)) if kind.contains(" to ") => " DEF".to_string(),

@@ -4,6 +4,8 @@
 mod common;
 #[path = "common/drift_words.rs"]
 mod drift_words;
+#[path = "common/observer_words.rs"]
+mod observer_words;
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -502,7 +504,7 @@ fn listed(help: &str, section: &str) -> Vec<String> {
 
 /// The table and those of whole groups of commands.
 fn all_words() -> impl Iterator<Item = (&'static str, Shows)> {
-    WORDS.into_iter().chain(drift_words::WORDS.iter().copied())
+    WORDS.into_iter().chain(drift_words::WORDS.iter().copied()).chain(observer_words::WORDS)
 }
 
 /// The help of every command says what it is for, how it is used, and a line for each of its words.

@@ -12,7 +12,7 @@ use crate::console::guard::CANCEL;
 use crate::console::line::{BadLine, Lines, MOST_LINE};
 use crate::console::parse::Commands;
 use crate::console::text::Text;
-use crate::settings::{Kept, Store, StoreError};
+use crate::settings::{Kept, Saved, Store, StoreError};
 use crate::telemetry::frame::MOST_TEXT;
 use crate::words::words;
 use embedded_io_async::{Error, ErrorKind, Read};
@@ -168,12 +168,13 @@ fn work<F: NorFlash>(state: &State<'_>, job: Job, store: &mut Store<F>, said: &m
         }
         Job::Save => {
             super::commands::at_rest(state)?;
-            store.save(&state.kept.get(), Kept::layout()).map_err(failed)
+            store.save(&Saved { kept: state.kept.get(), observer: state.observer.numbers() }, Kept::layout()).map_err(failed)
         }
         Job::Load => {
             super::commands::at_rest(state)?;
-            let kept = store.load(Kept::layout()).map_err(failed)?;
-            state.tune(kept.unwrap_or(state.defaults)).map_err(|wrong| super::commands::refused(&wrong))
+            let saved: Option<Saved> = store.load(Kept::layout()).map_err(failed)?;
+            state.observer.set(&saved.map_or_else(Default::default, |saved| saved.observer));
+            state.tune(saved.map_or(state.defaults, |saved| saved.kept)).map_err(|wrong| super::commands::refused(&wrong))
         }
     }
 }

@@ -29,9 +29,10 @@ use crate::console::errors::{Code, ErrorEntry};
 use crate::console::guard::StopLine;
 use crate::imu;
 use crate::measurement_loop::{Instruments, MeasurementLoop};
+use crate::observer;
 use crate::pulse;
 use crate::session::next_start;
-use crate::settings::{Kept, Store};
+use crate::settings::{Kept, Saved, Store};
 use crate::speed_loop::{Interrupt, LessonWriter, Lessons, OrderWriter, Orders, Reports, SpeedLoop, Tuning};
 use core::cell::Cell;
 use core::future::poll_fn;
@@ -55,6 +56,7 @@ pub struct Memory {
     instruments: Option<Instruments>,
     imu: imu::Shared,
     pulse: Option<pulse::Shared>,
+    observer: observer::Shared,
 }
 
 impl Default for Memory {
@@ -76,6 +78,7 @@ impl Memory {
             instruments: None,
             imu: imu::Shared::default(),
             pulse: None,
+            observer: observer::Shared::default(),
         }
     }
 }
@@ -103,7 +106,10 @@ pub fn assemble<'a, F: NorFlash>(
     stop_line: &'a StopLine,
 ) -> Result<(Interrupt<'a>, App<'a, F>), ConfigError> {
     let usual = defaults.config()?;
-    let loaded = store.load::<Kept>(Kept::layout());
+    let (loaded, numbers) = match store.load::<Saved>(Kept::layout()) {
+        Ok(saved) => (Ok(saved.map(|saved| saved.kept)), saved.map(|saved| saved.observer)),
+        Err(why) => (Err(why), None),
+    };
     let (kept, config, wrong) = match loaded {
         Ok(None) => (defaults, usual, None),
         Ok(Some(kept)) => match kept.config() {
@@ -126,17 +132,20 @@ pub fn assemble<'a, F: NorFlash>(
     let instruments: &Instruments = memory.instruments.insert(Instruments::new(kept.hardware));
     let imu = &memory.imu;
     let pulse: &pulse::Shared = memory.pulse.insert(pulse::Shared::new(pulse::Scales::new(&kept.settings.gyro, &kept.hardware)));
+    let observer = &memory.observer;
+    observer.set(&numbers.unwrap_or_default());
+    observer.scale(kept.settings.gyro);
     let state = State::new(
         identity,
         stop_line,
-        Parts { instruments, imu, pulse, tuning: &memory.tuning, capture: &memory.capture },
+        Parts { instruments, imu, pulse, observer, tuning: &memory.tuning, capture: &memory.capture },
         kept,
         defaults,
     );
     if let Some(entry) = wrong {
         state.report(entry);
     }
-    let measurement = MeasurementLoop::new(kept.hardware, report_reader).with_imu(imu).with_pulse(pulse);
+    let measurement = MeasurementLoop::new(kept.hardware, report_reader).with_imu(imu).with_pulse(pulse).with_observer(observer);
     Ok((interrupt, App { state, store, measurement, orders: order_writer, lessons, map: &mut memory.map }))
 }
 

@@ -154,6 +154,13 @@ impl<'a, C: Clock> Rows<'a, C> {
         state.trip.set(self.watch.take(row));
     }
 
+    /// The observer's check is over and has found something.
+    fn observe(&self) {
+        if let Some(wrong) = self.state.observer.take_refused() {
+            self.state.report(super::commands::refused(&wrong));
+        }
+    }
+
     fn registers(&self, row: &Row) {
         let state = self.state;
         let calibrates = u16::from(state.calibrating.get());
@@ -213,6 +220,7 @@ impl<C: Clock> RowSink for Rows<'_, C> {
         self.supervise(row);
         self.measure(row);
         self.drift();
+        self.observe();
         self.stream(row, now);
         self.registers(row);
         self.by_hand(now);

@@ -14,6 +14,7 @@ use crate::console::status::Status;
 use crate::console::text::Text;
 use crate::imu;
 use crate::measurement_loop::{Instruments, Row};
+use crate::observer;
 use crate::profile::{ProfileConfig, ProfileKind};
 use crate::pulse;
 use crate::safety::Fault;
@@ -94,6 +95,8 @@ pub struct Parts<'a> {
     pub imu: &'a imu::Shared,
     /// The drift measurement.
     pub pulse: &'a pulse::Shared,
+    /// The observer of the gyro.
+    pub observer: &'a observer::Shared,
     /// The way of settings to the speed loop.
     pub tuning: &'a Tuning,
     /// The record around a fault.
@@ -152,6 +155,8 @@ pub struct State<'a> {
     pub imu: &'a imu::Shared,
     /// The drift measurement.
     pub pulse: &'a pulse::Shared,
+    /// The observer of the gyro.
+    pub observer: &'a observer::Shared,
     /// The session of it that `DRIFt:STARt` begins.
     pub drift: pulse::Asked,
     /// What is added to the stream's angles so that they are from the index, rad; `None` where it was not seen before the stream began.
@@ -221,6 +226,7 @@ impl<'a> State<'a> {
             imu_setup: Cell::new(None),
             imu: parts.imu,
             pulse: parts.pulse,
+            observer: parts.observer,
             drift: pulse::Asked::default(),
             to_index_rad: Cell::new(None),
             stream: Cell::new(Stream { channels: Channels::USUAL, decimation: 1 }),
@@ -252,6 +258,7 @@ impl<'a> State<'a> {
         let config = Config::new(&kept.settings, &self.hardware)?;
         self.kept.set(kept);
         self.watch_anew.set(true);
+        self.observer.scale(kept.settings.gyro);
         self.pulse.scale(pulse::Scales::new(&kept.settings.gyro, &self.hardware));
         self.tuning.post(config);
         Ok(())
@@ -324,6 +331,7 @@ impl<'a> State<'a> {
             self.calibration.abort();
         }
         self.pulse.abort();
+        self.observer.feed_back(false);
         self.demand.set(Demand::Off);
         self.targets.set(Targets::default());
         self.request.set(Some(Request::End));

@@ -60,7 +60,8 @@ impl Quantity {
 
     /// The quantity that a name of a setting ends with (`rate_bandwidth_Hz`).
     pub fn of_name(name: &str) -> Self {
-        const ENDS: [(&str, Quantity); 28] = [
+        const ENDS: [(&str, Quantity); 29] = [
+            ("_rad_per_code", Quantity::only("RAD/CODE")),
             ("_rad_s_A", Quantity::only("RAD/S/A")),
             ("_A_per_step", Quantity::only("A/STEP")),
             ("_V_s_rad", Quantity::only("V.S/RAD")),

@@ -35,8 +35,9 @@ pub use turn::{Turn, TurnReading};
 
 use crate::board::{Board, CONTROL_HZ, Clock, EdgeTime, GyroSample, Hardware, TICKS_PER_ROW, Ticks, Unwrapped};
 use crate::imu;
+use crate::observer::{self, Observed, Seen};
 use crate::pulse;
-use crate::speed_loop::{ONE, Report, ReportReader};
+use crate::speed_loop::{Fault, ONE, Report, ReportReader};
 use turn::TurnTimer;
 
 /// A rate that is older is no rate: its sensor gives one every half millisecond.
@@ -69,6 +70,8 @@ struct Look {
     imu_age: u64,
     gyro: Option<GyroSample>,
     mark: u32,
+    observed: Option<Observed>,
+    roll_rad: Option<f64>,
     omega_rad_s: Option<f64>,
     supply_V: Option<f64>,
     temp_C: Option<f64>,
@@ -87,6 +90,7 @@ pub struct MeasurementLoop<'a> {
     turns: TurnTimer,
     imu: Option<&'a imu::Shared>,
     pulse: Option<&'a pulse::Shared>,
+    observer: Option<&'a observer::Shared>,
     /// The counter at the session's zero of the angle.
     zero_counts: i64,
     sequence: u32,
@@ -105,6 +109,7 @@ impl<'a> MeasurementLoop<'a> {
             turns: TurnTimer::new(hardware),
             imu: None,
             pulse: None,
+            observer: None,
             zero_counts: 0,
             sequence: 0,
             pace: Pace::default(),
@@ -119,6 +124,11 @@ impl<'a> MeasurementLoop<'a> {
     /// The same loop, which steps the pulses of the drift measurement and closes its correction loop: both go by the rows' time.
     pub fn with_pulse(self, pulse: &'a pulse::Shared) -> Self {
         Self { pulse: Some(pulse), ..self }
+    }
+
+    /// The same loop, which steps an observer of the gyro.
+    pub fn with_observer(self, observer: &'a observer::Shared) -> Self {
+        Self { observer: Some(observer), ..self }
     }
 
     /// The scales that it reads with.
@@ -166,8 +176,26 @@ impl<'a> MeasurementLoop<'a> {
         let h = self.hardware;
         self.report = self.reports.take().unwrap_or(self.report);
         let gyro = board.gyro();
+        let roll_rad = board.roll().map(|roll| roll.value.rad(&h));
+        let mut observed = None;
         if let Some(pulse) = self.pulse {
-            let step = pulse.step(gyro, due, self.report.fault);
+            let mut step = pulse.step(gyro, due, self.report.fault);
+            if let Some(observer) = self.observer {
+                let gains = observer.gains();
+                let angle_V = gyro.filter(|sample| sample.at == due).map(|sample| sample.value.angle_V(&h));
+                let seen = Seen {
+                    due,
+                    angle_rad: angle_V.filter(|volts| volts.abs() <= gains.angle_limit_V).map(|volts| volts / gains.angle_gain_V_rad),
+                    roll_rad,
+                    limit_A: gains.torquer_limit_A,
+                    faulty: self.report.fault != Fault::None,
+                };
+                let (estimate, own) = observer.step(&seen, &h);
+                observed = estimate;
+                // While pulses run, the torquer is theirs; the observer is told.
+                step = own.filter(|_| !pulse.is_running()).unwrap_or(step);
+                observer.given(step);
+            }
             board.torque(due + TICKS_PER_ROW, step);
         }
         let encoder = board.encoder();
@@ -197,6 +225,8 @@ impl<'a> MeasurementLoop<'a> {
             imu_age: imu.map_or(0, |newest| newest.age(at)),
             gyro: gyro.filter(|sample| sample.at == due).map(|sample| sample.value),
             mark: self.pulse.map_or(0, pulse::Shared::mark),
+            observed,
+            roll_rad,
             omega_rad_s: rate.map(|r| r.value.rad_s(&h)),
             supply_V: supply.map(|r| r.value.volts(&h)),
             temp_C: temperature.map(|r| r.value.celsius(&h)),
@@ -231,6 +261,8 @@ impl<'a> MeasurementLoop<'a> {
             // A sample has the current of the millisecond before it.
             torquer_A: next.gyro.and_then(|sample| sample.torquer_A(h)),
             drift_mark: k.mark,
+            observed: k.observed,
+            roll_rad: k.roll_rad,
             rate_cmd_rad_s: follows.then(|| k.report.rate_command as f64 / ONE * count_rad * CONTROL_HZ as f64),
             theta_cmd_rad: follows.then(|| (k.report.position_command_counts(k.counts) - self.zero_counts as f64) * count_rad),
             temp_C: k.temp_C,

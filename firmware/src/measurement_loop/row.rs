@@ -2,6 +2,7 @@
 
 use super::turn::Turn;
 use crate::board::{EdgeTime, Ticks};
+use crate::observer::Observed;
 use crate::speed_loop::{Compensating, Fault, Limits};
 
 /// One sample of everything.
@@ -50,6 +51,10 @@ pub struct Row {
     pub theta_cmd_rad: Option<f64>,
     /// Winding temperature at t_k, °C.
     pub temp_C: Option<f64>,
+    /// What the observer had estimated for t_k, while it is on.
+    pub observed: Option<Observed>,
+    /// The gyro's roll at t_k, rad.
+    pub roll_rad: Option<f64>,
     /// The speed loop's own rate by the encoder's edges at t_k, rad/s, and the time since the last of them, s: what it regulates by, not a
     /// measurement.
     pub loop_rate_rad_s: f64,

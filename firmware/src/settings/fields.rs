@@ -101,6 +101,7 @@ fields! {
     hardware.temperature_C_per_code: 1e-9, 1e3;
     hardware.angle_V_per_code: 1e-15, 1e3;
     hardware.angle_zero_code: -1e9, 1e9;
+    hardware.roll_rad_per_code: 1e-12, 1.0;
     hardware.torquer_A_per_code: 1e-15, 1e3;
     hardware.torquer_zero_code: -1e9, 1e9;
     hardware.torquer_A_per_step: 1e-9, 1e3;

@@ -5,6 +5,7 @@
 
 use super::{FIELDS, Kept};
 use crate::compensation::{Harmonic, Harmonics};
+use crate::observer::Numbers;
 
 /// What a store keeps.
 pub trait Record: Sized {
@@ -12,6 +13,39 @@ pub trait Record: Sized {
     fn write(&self, space: &mut [u8]) -> Option<usize>;
     /// Reads all of `bytes`; `None` where that is no record.
     fn read(bytes: &[u8]) -> Option<Self>;
+}
+
+/// All that a stand keeps: its settings, and the numbers of an observer.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Saved {
+    /// The settings.
+    pub kept: Kept,
+    /// The observer.
+    pub observer: Numbers,
+}
+
+/// How many numbers of an observer follow, then those, then the settings.
+impl Record for Saved {
+    fn write(&self, space: &mut [u8]) -> Option<usize> {
+        let count = if self.observer.states() == 0 { 0 } else { self.observer.0.len() };
+        let (first, mut rest) = space.split_first_mut()?;
+        *first = count as u8;
+        for number in self.observer.0.iter().take(count) {
+            let place;
+            (place, rest) = rest.split_first_chunk_mut()?;
+            *place = number.to_le_bytes();
+        }
+        self.kept.write(rest).map(|written| 1 + 8 * count + written)
+    }
+
+    fn read(bytes: &[u8]) -> Option<Self> {
+        let (count, mut rest) = bytes.split_first()?;
+        let mut observer = Numbers::default();
+        for place in observer.0.get_mut(..usize::from(*count))? {
+            *place = number(&mut rest)?;
+        }
+        Kept::read(rest).map(|kept| Self { kept, observer })
+    }
 }
 
 /// Bytes of a harmonic: order u16, amplitude and phase f64.
@@ -84,6 +118,21 @@ mod tests {
             let length = kept(harmonics).write(&mut space).unwrap();
             assert_eq!(length, 8 * FIELDS.len() + HARMONIC * harmonics);
             assert_eq!(Kept::read(&space[..length]), Some(kept(harmonics)));
+        }
+    }
+
+    #[test]
+    fn an_observer_is_kept_with_them_or_takes_no_room() {
+        let none = Saved { kept: kept(3), observer: Numbers::default() };
+        let mut some = none;
+        some.observer.0.iter_mut().enumerate().for_each(|(n, number)| *number = 0.1 * n as f64 - 3.0);
+        some.observer.of_mut(crate::observer::numbers::STATES).fill(7.0);
+        for (saved, more) in [(none, 0), (some, 8 * some.observer.0.len())] {
+            let mut space = [0; 2048];
+            let length = saved.write(&mut space).unwrap();
+            assert_eq!(length, 1 + more + 8 * FIELDS.len() + 3 * HARMONIC);
+            assert_eq!(Saved::read(&space[..length]), Some(saved));
+            assert_eq!((Saved::read(&space[..length - 1]), Saved::read(&[200])), (None, None));
         }
     }
 

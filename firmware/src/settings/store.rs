@@ -14,7 +14,7 @@ use core::fmt;
 use embedded_storage::nor_flash::NorFlash;
 
 /// Bytes of a slot.
-pub const SLOT_BYTES: usize = 1024;
+pub const SLOT_BYTES: usize = 2048;
 const HEAD_BYTES: usize = 16;
 
 /// Why nothing was kept or found.

@@ -47,8 +47,12 @@ fn some(value: Option<f64>) -> f64 {
     value.unwrap_or(f64::NAN)
 }
 
+fn single(value: Option<f32>) -> f64 {
+    some(value.map(f64::from))
+}
+
 /// All channels; the place is the bit in [`Channels`], so new ones come at the end.
-pub const CHANNELS: [Channel; 19] = [
+pub const CHANNELS: [Channel; 24] = [
     channel("u_V", Coding::Single, |row| row.u_V),
     channel("supply_V", Coding::Single, |row| some(row.supply_V)),
     channel("i_A", Coding::Single, |row| some(row.i_A)),
@@ -68,6 +72,11 @@ pub const CHANNELS: [Channel; 19] = [
     channel("angle_sensor_V", Coding::Single, |row| some(row.angle_sensor_V)),
     channel("torquer_A", Coding::Single, |row| some(row.torquer_A)),
     channel("drift_mark", Coding::Whole, |row| f64::from(row.drift_mark)),
+    channel("gamma_rad", Coding::Single, |row| some(row.roll_rad)),
+    channel("alpha_hat_rad", Coding::Single, |row| single(row.observed.map(|o| o.alpha_rad))),
+    channel("alpha_rate_hat_rad_s", Coding::Single, |row| single(row.observed.map(|o| o.alpha_rate_rad_s))),
+    channel("beta_rate_hat_rad_s", Coding::Single, |row| single(row.observed.map(|o| o.beta_rate_rad_s))),
+    channel("moment_hat_N_m", Coding::Single, |row| single(row.observed.and_then(|o| o.moment_N_m))),
 ];
 
 /// A set of channels.
@@ -98,6 +107,6 @@ impl Channels {
     /// Bytes of one row's frame on the line, at most in practice.
     pub fn frame_bytes(self) -> u32 {
         // Two zeros, COBS, type and number, CRC; then the row's number, its time and the set.
-        2 + 1 + 3 + 4 + 5 + 6 + 3 + self.iter().map(|channel| channel.coding.bytes()).sum::<u32>()
+        2 + 1 + 3 + 4 + 5 + 6 + 4 + self.iter().map(|channel| channel.coding.bytes()).sum::<u32>()
     }
 }

@@ -143,6 +143,7 @@ pub fn encode<'o>(body: &Body<'_>, seq: u16, out: &'o mut [u8; MOST_FRAME]) -> O
 
 /// What a piece between two zeros was.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "a piece is looked at once and kept nowhere")]
 pub enum Piece<'a> {
     /// A whole frame.
     Frame(Frame<'a>),

@@ -15,7 +15,7 @@ use crate::peripherals::{CurrentAdc, Edges, Encoder, Index, Noise, OwnEdge, Rate
 use crate::session::StandSetup;
 pub use sensor_bus::SensorBus;
 use stand_firmware::board::{
-    Board, CONTROL_PER_ROW, CurrentSum, Drive, Edge, EncoderCount, GyroSample, Hardware, RateCode, Sensed, Stamped, SupplyCode,
+    Board, CONTROL_PER_ROW, CurrentSum, Drive, Edge, EncoderCount, GyroSample, Hardware, RateCode, RollCode, Sensed, Stamped, SupplyCode,
     TICKS_PER_CONTROL, TICKS_PER_S, TemperatureCode, TickIo, Ticks, TorquerStep,
 };
 use std::cell::RefCell;
@@ -449,6 +449,13 @@ impl<'a, P: PlantPort> Board for SimBoard<'a, P> {
 
     fn gyro(&mut self) -> Option<Stamped<GyroSample>> {
         self.bench.borrow().gyro.as_ref()?.newest()
+    }
+
+    fn roll(&mut self) -> Option<Stamped<RollCode>> {
+        let mut bench = self.bench.borrow_mut();
+        bench.catch_up();
+        let at = bench.now;
+        bench.gyro.as_ref()?.roll().map(|value| Stamped { value, at })
     }
 
     fn torque(&mut self, at: Ticks, step: TorquerStep) {

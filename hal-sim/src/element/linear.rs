@@ -43,6 +43,11 @@ impl LinearElement {
         &self.state
     }
 
+    /// The roll γ, of four states.
+    pub fn roll_rad(&self) -> Option<f64> {
+        matches!(self.equations, Equations::Four(..)).then_some(self.state[4])
+    }
+
     /// Time passes with this control moment, N m.
     pub fn advance(&mut self, moment_N_m: f64, dt_s: f64) {
         let steps = (dt_s / LONGEST_S).ceil().max(1.0);

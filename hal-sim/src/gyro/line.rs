@@ -2,9 +2,9 @@
 
 use super::GyroPort;
 use crate::peripherals::Noise;
-use stand_firmware::board::{GyroSample, Hardware, Stamped, Ticks, TorquerStep};
+use stand_firmware::board::{GyroSample, Hardware, RollCode, Stamped, Ticks, TorquerStep};
 
-/// The ADC's codes: 0 to this (12 bits, RM0390).
+/// The chip's ADC's codes: 0 to this (12 bits, RM0390).
 const MOST_CODE: f64 = 4095.0;
 /// Noise of one conversion, codes rms (DS10693: total unadjusted error some codes; the noise of a quiet board is about one).
 const NOISE_CODES: f64 = 1.0;
@@ -20,6 +20,8 @@ pub struct GyroLine {
     newest: Option<Stamped<GyroSample>>,
     noise: Noise,
     is_off: bool,
+    most_code: f64,
+    noise_codes: f64,
 }
 
 impl GyroLine {
@@ -35,7 +37,19 @@ impl GyroLine {
             newest: None,
             noise: Noise::new(seed, 7, 1.0),
             is_off: false,
+            most_code: MOST_CODE,
+            noise_codes: NOISE_CODES,
         }
+    }
+
+    /// Other converters than the chip's: codes from 0 to this, noise of one conversion, codes rms.
+    pub fn convert(&mut self, most_code: f64, noise_codes: f64) {
+        (self.most_code, self.noise_codes) = (most_code, noise_codes);
+    }
+
+    /// The roll sensor, code; `None` where the gyro has none.
+    pub fn roll(&self) -> Option<RollCode> {
+        self.gyro.roll_rad().map(|roll_rad| RollCode((roll_rad / self.hardware.roll_rad_per_code).round() as i32))
     }
 
     /// What is behind the wires.
@@ -70,7 +84,7 @@ impl GyroLine {
         self.conversions += 1;
         if let Some((_, step)) = self.pending.take_if(|(at, _)| *at <= now) {
             let volts = self.gyro.sensor_V();
-            let angle = if self.is_off { MOST_CODE as i32 } else { self.code(volts / h.angle_V_per_code + h.angle_zero_code) };
+            let angle = if self.is_off { self.most_code as i32 } else { self.code(volts / h.angle_V_per_code + h.angle_zero_code) };
             let value = GyroSample { angle, torquer: std::mem::take(&mut self.charge), conversions: std::mem::take(&mut self.conversions) };
             self.newest = Some(Stamped { value, at: now });
             self.acting_A = f64::from(step.0) * h.torquer_A_per_step;
@@ -78,6 +92,6 @@ impl GyroLine {
     }
 
     fn code(&mut self, exact: f64) -> i32 {
-        (exact + NOISE_CODES * self.noise.draw()).round().clamp(0.0, MOST_CODE) as i32
+        (exact + self.noise_codes * self.noise.draw()).round().clamp(0.0, self.most_code) as i32
     }
 }

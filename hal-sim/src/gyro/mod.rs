@@ -58,6 +58,10 @@ pub trait GyroPort: Send {
     fn sensor_V(&mut self) -> f64;
     /// The current through the torquer, mean over the last `advance`, A.
     fn torquer_A(&self) -> f64;
+    /// The roll about the rotor's axis, rad, where a sensor of its own shows it.
+    fn roll_rad(&self) -> Option<f64> {
+        None
+    }
     /// Somebody turns the gyro by hand. A gyro may have no such places.
     fn put(&mut self, _place: Place) {}
     /// The amplifier gives no more than this from now on, A; `None`: what it is made for. A gyro may have no such amplifier.

@@ -58,6 +58,9 @@ pub(super) struct Record {
     /// Turn the platform first, until its index is seen: the log's angles are from there
     #[arg(long)]
     find_index: bool,
+    /// Channels beside the usual ones, e.g. angle_sensor_V,alpha_hat_rad; the line may want --decimation 2 then (STReam:CHANnels:LIST? in `stand console` has the names)
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    also: Vec<String>,
     /// A note for the log, as operator=Ann; may be repeated
     #[arg(long = "note", value_name = "KEY=VALUE")]
     notes: Vec<String>,
@@ -86,6 +89,7 @@ impl Record {
         self.answer.check()?;
         let place = Place::of(&self.out)?;
         let orders = self.orders()?;
+        let also = self.also()?;
         let notes = self.notes.iter().map(|note| pair("--note", note)).collect::<Result<Vec<_>, _>>()?;
         let mut link = Link::open(&port)?;
         let fault = link.ask("FAULt?")?;
@@ -102,10 +106,11 @@ impl Record {
         let zero_rad = self.zero(&mut link)?;
         let head = self.head(&mut link, zero_rad.is_some(), notes)?;
         link.tell(&format!("STReam:DECimation {}", self.decimation))?;
-        link.tell(self.channels())?;
+        let more: String = self.also.iter().map(|name| format!(",{name}")).collect();
+        link.tell(&format!("{}{more}", self.channels()))?;
         let file = place.create().map_err(|e| Trouble::file(place.meanwhile(), "write", &e))?;
         let channels = Channels::USUAL;
-        let mut recorder = Recorder::new(file, self.mode_channels(channels), zero_rad.unwrap_or(0.0), head);
+        let mut recorder = Recorder::new(file, self.mode_channels(channels).and(also), zero_rad.unwrap_or(0.0), head);
         let begun = Instant::now();
         let end = self.measure(&mut link, &mut recorder, place.meanwhile())?;
         self.close(&mut link, recorder, &place, end, zero_rad.is_some(), begun)
@@ -139,6 +144,14 @@ impl Record {
             Drive::Rate => "STReam:CHANnels DEFault",
             Drive::Voltage => "STReam:CHANnels u_V,supply_V,i_A,theta_rad,omega_rad_s,temp_C,limits,fault",
         }
+    }
+
+    /// What is asked for beside the usual.
+    fn also(&self) -> Result<Channels, Trouble> {
+        self.also.iter().try_fold(Channels(0), |all, name| match Channels::named(name) {
+            Some(one) => Ok(all.and(one)),
+            None => Err(Trouble::Input(format!("--also: `{name}` is no channel (STReam:CHANnels:LIST? in `stand console` has the names)"))),
+        })
     }
 
     fn mode_channels(&self, usual: Channels) -> Channels {

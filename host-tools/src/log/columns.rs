@@ -39,6 +39,11 @@ pub const KNOWN: &[KnownColumn] = &[
     at_instant("accel_y_m_s2", "m/s²", "accelerometer, along the motion"),
     at_instant("angle_sensor_V", "V", "the gyro's angle sensor"),
     mean_over_row("torquer_A", "A", "the gyro's torquer"),
+    at_instant("gamma_rad", "rad", "the gyro's roll"),
+    at_instant("alpha_hat_rad", "rad", "azimuth, estimated by the observer"),
+    at_instant("alpha_rate_hat_rad_s", "rad/s", "its rate, estimated"),
+    at_instant("beta_rate_hat_rad_s", "rad/s", "rate of the tilt, estimated"),
+    at_instant("moment_hat_N_m", "N m", "moment about the vertical, estimated"),
 ];
 
 /// The known column of that name.

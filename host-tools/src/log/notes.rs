@@ -90,7 +90,19 @@ pub(super) fn quantum(notes: &Notes, column: &str) -> Option<f64> {
 }
 
 /// Columns that no model takes or shows: what their notes say is for a person.
-const NOT_MODELLED: [&str; 6] = ["turn_s", "gyro_rad_s", "accel_x_m_s2", "accel_y_m_s2", "angle_sensor_V", "torquer_A"];
+const NOT_MODELLED: [&str; 11] = [
+    "turn_s",
+    "gyro_rad_s",
+    "accel_x_m_s2",
+    "accel_y_m_s2",
+    "angle_sensor_V",
+    "torquer_A",
+    "gamma_rad",
+    "alpha_hat_rad",
+    "alpha_rate_hat_rad_s",
+    "beta_rate_hat_rad_s",
+    "moment_hat_N_m",
+];
 
 /// A line for each note that speaks of a modelled column and was not understood.
 pub(super) fn warnings(notes: &Notes) -> Vec<String> {

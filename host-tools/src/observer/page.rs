@@ -163,9 +163,24 @@ fn over_frequency(curves: &[(String, Vec<(f64, f64)>)], range: (f64, f64), name:
     banded(curves, range, name, unit, None)
 }
 
+/// Pieces of a line that jumps where an angle goes round.
+fn unwrapped(line: &[(f64, f64)]) -> Vec<Vec<(f64, f64)>> {
+    let mut pieces: Vec<Vec<(f64, f64)>> = vec![Vec::new()];
+    for point in line {
+        let jumps = pieces.last().and_then(|piece| piece.last()).is_some_and(|last: &(f64, f64)| (point.1 - last.1).abs() > 180.0);
+        if jumps {
+            pieces.push(Vec::new());
+        }
+        if let Some(piece) = pieces.last_mut() {
+            piece.push(*point);
+        }
+    }
+    pieces
+}
+
 /// Curves over the logarithm of frequency; beyond `limit`, rad/s, shaded.
 fn banded(curves: &[(String, Vec<(f64, f64)>)], range: (f64, f64), name: &str, unit: &str, limit: Option<f64>) -> String {
-    let pieces: Vec<_> = curves.iter().map(|(_, line)| vec![line.clone()]).collect();
+    let pieces: Vec<_> = curves.iter().map(|(_, line)| unwrapped(line)).collect();
     let extent = extent(pieces.iter()).unwrap_or((0.0, 1.0));
     let x = Axis::decades(range, "frequency, rad/s");
     let mut plot = Plot::new(x, Axis::new(with_room(extent), 5, name, unit), WIDTH, 260.0);

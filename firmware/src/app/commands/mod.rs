@@ -13,6 +13,7 @@ mod fault;
 mod help;
 mod imu;
 mod measure;
+mod observer;
 mod profile;
 mod settings;
 mod status;
@@ -57,6 +58,8 @@ pub enum List {
     Errors,
     /// The learnt compensation.
     Compensation,
+    /// The observer's numbers.
+    Observer,
     /// What was recorded around a fault.
     Capture,
 }
@@ -154,13 +157,14 @@ macro_rules! entry {
 use entry;
 
 /// All commands, by group, in the order of `HELP?`.
-pub const GROUPS: [&[Entry]; 14] = [
+pub const GROUPS: [&[Entry]; 15] = [
     common::ENTRIES,
     system::ENTRIES,
     drive::ENTRIES,
     profile::ENTRIES,
     measure::ENTRIES,
     imu::ENTRIES,
+    observer::ENTRIES,
     fault::ENTRIES,
     stream::ENTRIES,
     settings::ENTRIES,
@@ -288,6 +292,7 @@ pub fn list_line(state: &State<'_>, list: List, line: usize, out: &mut Writer<'_
         List::Profiles => profile::line(line, out),
         List::Errors => system::error_line(state, out),
         List::Capture => fault::capture_line(state, line, out),
+        List::Observer => observer::line(state, line, out),
         List::Compensation => compensation::line(state, line, out),
     }
 }

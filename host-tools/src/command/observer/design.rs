@@ -2,13 +2,14 @@
 
 use clap::Args;
 
+use super::write::Target;
 use super::{ElementWords, Placing};
 use crate::command::error::Trouble;
 use crate::command::output::Output;
 use crate::observer::{design_html, design_json, design_text};
 
 /// Step of the stand's rows, s.
-const ROW_S: f64 = 1e-3;
+pub(super) const ROW_S: f64 = 1e-3;
 
 /// Gains of an observer.
 #[derive(Debug, Args)]
@@ -21,6 +22,8 @@ pub(in crate::command) struct DesignObserver {
     #[arg(long, value_name = "S", default_value_t = ROW_S, allow_negative_numbers = true)]
     step: f64,
     #[command(flatten)]
+    target: Target,
+    #[command(flatten)]
     output: Output,
 }
 
@@ -28,7 +31,8 @@ impl DesignObserver {
     pub(super) fn run(self) -> Result<(), Trouble> {
         self.output.check()?;
         let design = self.placing.request(self.element.plant()?, None, Some(self.step))?.design()?;
-        self.output.text(&design_text(&design))?;
+        let written = self.target.port.as_deref().map(|port| self.target.write(&design, port)).transpose()?;
+        self.output.text(&(design_text(&design) + &written.unwrap_or_default()))?;
         self.output.json(|| design_json(&design))?;
         self.output.html(|| design_html(&design))
     }

@@ -3,6 +3,7 @@
 mod bode;
 mod design;
 mod simulate;
+mod write;
 
 use clap::{Args, Subcommand, ValueEnum};
 
