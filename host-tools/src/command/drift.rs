@@ -2,6 +2,8 @@
 
 mod run;
 
+pub(super) use run::gyro;
+
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};

@@ -46,6 +46,9 @@ pub(super) struct Sim {
     /// Where the served stand's flash is kept from one time to the next
     #[arg(long, value_name = "FILE", requires = "serve")]
     pub(super) flash: Option<PathBuf>,
+    /// The served stand carries a gyro on its torquer and angle sensor (`stand drift run --port`): 1.5 °/h at 70° north, or as a TOML file says
+    #[arg(long, value_name = "FILE", requires = "serve", num_args = 0..=1)]
+    pub(super) gyro: Option<Option<PathBuf>>,
     #[command(flatten)]
     profile: ProfileWords,
     /// Length of the record, s [default: 30]; of a served stand: how long it is there [default: until Ctrl-C]

@@ -43,7 +43,11 @@ impl Sim {
         let clock = VirtualClock::default();
         // Anywhere on the turn: a platform seldom stands at its index.
         let plant = Plant::new(&stand, -2.0)?;
-        let controller = Controller::new(&clock, &stand.setup(), plant, flash, self.seed).map_err(|e| Trouble::Input(e.to_string()))?;
+        let mut controller = Controller::new(&clock, &stand.setup(), plant, flash, self.seed).map_err(|e| Trouble::Input(e.to_string()))?;
+        if let Some(path) = &self.gyro {
+            let gyro = super::drift::gyro(path.as_deref())?;
+            controller = controller.with_gyro(Box::new(gyro.seeded(self.seed)), self.seed);
+        }
         let interrupted = super::record::interrupts()?;
         let mut pty = crate::serve::Pty::open(self.link.as_deref()).map_err(|e| Trouble::Input(e.to_string()))?;
         // The path alone on standard output: a script reads one line.

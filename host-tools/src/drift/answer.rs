@@ -86,6 +86,14 @@ pub struct Separated {
     pub places: Option<Found>,
 }
 
+impl Separated {
+    /// The other azimuth with the same apparent drift, rad: positions half a turn apart know its cosine alone.
+    pub fn other_azimuth_rad(&self) -> Option<f64> {
+        let by_cosine = self.places.as_ref().is_some_and(|found| found.across.is_none());
+        self.azimuth_rad.filter(|_| by_cosine).map(|a| std::f64::consts::TAU - a.value)
+    }
+}
+
 /// The answer.
 #[derive(Debug, Clone)]
 pub struct Answer {
@@ -335,7 +343,8 @@ impl Answer {
         let azimuth = |found: &Separated, total: Option<f64>| {
             found.azimuth_rad.map_or(Json::Null, |a| {
                 let sigma = total.map(|arcmin| arcmin / 60.0).or(a.sigma.map(f64::to_degrees));
-                json!({"value": finite(a.value.to_degrees()), "sigma": sigma.map_or(Json::Null, finite)})
+                let other = found.other_azimuth_rad().map_or(Json::Null, |other| finite(other.to_degrees()));
+                json!({"value": finite(a.value.to_degrees()), "sigma": sigma.map_or(Json::Null, finite), "or": other})
             })
         };
         let by_g: Vec<Json> = self

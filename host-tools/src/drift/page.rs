@@ -22,8 +22,15 @@ fn lines(found: &Separated) -> Vec<String> {
         lines.push(value(&format!("apparent drift {name}"), "°/h", v, DEG_H));
     }
     match &found.azimuth_rad {
-        Some(v) => lines.push(value("azimuth", "°", v, 1_f64.to_radians())),
+        Some(v) => {
+            let other =
+                found.other_azimuth_rad().map(|other| format!(", or {}: positions 0,90,180,270 tell which", plain(other.to_degrees(), 5)));
+            lines.push(value("azimuth", "°", v, 1_f64.to_radians()) + &other.unwrap_or_default());
+        }
         None => lines.push("azimuth not known: it takes the latitude, and an apparent drift below the Earth's horizontal rate".to_owned()),
+    }
+    if found.own_rad_s.iter().all(|v| v.sigma.is_none()) {
+        lines.push("no uncertainty: that takes two cycles of each sequence in each position".to_owned());
     }
     if let Some(places) = &found.places {
         for (v, axis) in places.by_g.iter().zip(["sensitive", "output", "spin"]) {

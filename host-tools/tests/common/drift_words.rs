@@ -108,6 +108,20 @@ pub const WORDS: &[(&str, super::Shows)] = &[
         assert_eq!(ran.status, Some(2), "{ran:?}");
         assert!(ran.err.contains("no angle sensor"), "{ran:?}");
     }),
+    #[cfg(unix)]
+    ("sim --gyro", |f| {
+        std::fs::write(f.join("gyro.toml"), "[own]\nconstant_rad_s = 9.0e-6\n").unwrap();
+        let usual = super::served::Served::new(f, &["--gyro"]);
+        assert_eq!(super::served::said(f, &usual.port, "DRIFt:STATe?\n").status, Some(0));
+        drop(usual);
+        let one = super::served::Served::new(f, &["--gyro", "gyro.toml"]);
+        let short = ["--cycles", "2", "--pulse", "0.5", "--rest", "1", "--latitude", "70", "--turn", "drive", "--json", "-"];
+        let found = json(f, &[&["drift", "run", "--port", one.port.as_str()][..], &short].concat());
+        assert_eq!((found["good"].as_u64(), found["bad"].as_u64()), (Some(4), Some(0)), "{found}");
+        // 1.856 °/h; with pulses of half a second some 0.4 °/h of noise are left.
+        let own = found["own_drift_deg_h"]["value"].as_f64().unwrap();
+        assert!((own - 1.856).abs() < 3.0, "{own}");
+    }),
     ("drift compute <LOG>... --json --html", |f| {
         log(f);
         std::fs::copy(f.join("drift.csv"), f.join("again.csv")).unwrap();

@@ -156,13 +156,7 @@ impl Run {
     }
 
     fn simulated(&self, places: &[Place]) -> Result<(Session, Scales, String, Option<f64>), Trouble> {
-        let gyro: SingleAxis = match &self.gyro {
-            None => SingleAxis::default(),
-            Some(path) => {
-                let text = std::fs::read_to_string(path).map_err(|e| Trouble::file(path, "read", &e))?;
-                hal_sim::gyro::read(&text).map_err(|says| Trouble::Input(format!("{}: {says}", path.display())))?
-            }
-        };
+        let gyro = gyro(self.gyro.as_deref())?;
         let latitude_deg = self.latitude.unwrap_or(gyro.site.latitude_rad.to_degrees());
         separate::earth_rad_s(latitude_deg)?;
         let other = |e: hal_sim::controller::ControllerError| Trouble::Other(e.to_string());
@@ -224,6 +218,13 @@ impl Run {
         notes.extend(latitude_deg.map(|latitude| ("latitude_deg".to_owned(), format!("{latitude}"))));
         Ok(Log::new(path, columns, notes)?)
     }
+}
+
+/// The simulated gyro that a file describes; without one theory's.
+pub(in crate::command) fn gyro(path: Option<&Path>) -> Result<SingleAxis, Trouble> {
+    let Some(path) = path else { return Ok(SingleAxis::default()) };
+    let text = std::fs::read_to_string(path).map_err(|e| Trouble::file(path, "read", &e))?;
+    hal_sim::gyro::read(&text).map_err(|says| Trouble::Input(format!("{}: {says}", path.display())))
 }
 
 /// The stand's drive turns the platform, by an angle from where it stood first; the encoder counts to the left, azimuths go to the right.
