@@ -1,6 +1,9 @@
 //! The drift of a simulated gyro, measured by the firmware's app over the console: what it finds, and what goes wrong in mid-cycle.
 #![allow(clippy::unwrap_used)]
 
+#[path = "common/host.rs"]
+mod host;
+
 use hal_sim::board::PlantPort;
 use hal_sim::board::linear_motor::LinearMotor;
 use hal_sim::clock::VirtualClock;
@@ -8,35 +11,10 @@ use hal_sim::controller::{Controller, flash};
 use hal_sim::faults::What;
 use hal_sim::gyro::{AngleSensor, DEG_H, GyroPort, OneAxis, Place, SingleAxis, Site, ThreeAxis, Torquer};
 use hal_sim::session::StandSetup;
-use stand_firmware::board::{Clock, TICKS_PER_S};
+use host::Host;
 use std::f64::consts::PI;
 
-/// A program at the other end of the line.
-struct Host<'h, 'c> {
-    controller: &'h Controller<'c, LinearMotor>,
-}
-
 impl Host<'_, '_> {
-    async fn wait_s(&self, seconds: f64) {
-        let clock = self.controller.clock();
-        clock.until(clock.now() + (seconds * TICKS_PER_S as f64) as u64).await;
-    }
-
-    async fn ask(&self, text: &str) -> String {
-        let mut bytes = Vec::new();
-        self.controller.line().receive(&mut bytes);
-        bytes.clear();
-        self.controller.line().send(format!("{text}\n").as_bytes());
-        self.wait_s(0.02).await;
-        self.controller.line().receive(&mut bytes);
-        String::from_utf8(bytes).unwrap().trim_end().to_owned()
-    }
-
-    /// Says something that is taken.
-    async fn tell(&self, text: &str) {
-        assert_eq!(self.ask(&format!("{text};:SYST:ERR?")).await, "0,\"No error\"", "{text}");
-    }
-
     async fn until_idle(&self) {
         while !self.ask("DRIF:STAT?").await.starts_with("IDLE,CLOSED") {
             self.wait_s(0.2).await;

@@ -1,6 +1,9 @@
 //! The firmware's observer on the simulated gyrotheodolite: set up over the console, settled, in the closed loop, beside vibration.
 #![allow(clippy::unwrap_used)]
 
+#[path = "common/host.rs"]
+mod host;
+
 use hal_sim::board::linear_motor::LinearMotor;
 use hal_sim::clock::VirtualClock;
 use hal_sim::controller::{Controller, flash};
@@ -8,7 +11,7 @@ use hal_sim::element::{BaseVibration, FourState, LinearElement, Moving, RigidBod
 use hal_sim::faults::What;
 use hal_sim::peripherals::SimFlash;
 use hal_sim::session::StandSetup;
-use stand_firmware::board::{Clock, TICKS_PER_S};
+use host::Host;
 
 #[allow(clippy::excessive_precision, dead_code)]
 #[path = "../../firmware/src/observer/vectors.rs"]
@@ -17,30 +20,7 @@ use vectors::{GAIN_5, GAIN_6, GAIN_7, GAMMA_5, GAMMA_6, GAMMA_7, PHI_5, PHI_6, P
 
 const MOMENT_N_M: f64 = 1e-5;
 
-struct Host<'h, 'c> {
-    controller: &'h Controller<'c, LinearMotor>,
-}
-
 impl Host<'_, '_> {
-    async fn wait_s(&self, seconds: f64) {
-        let clock = self.controller.clock();
-        clock.until(clock.now() + (seconds * TICKS_PER_S as f64) as u64).await;
-    }
-
-    async fn ask(&self, text: &str) -> String {
-        let mut bytes = Vec::new();
-        self.controller.line().receive(&mut bytes);
-        bytes.clear();
-        self.controller.line().send(format!("{text}\n").as_bytes());
-        self.wait_s(0.02).await;
-        self.controller.line().receive(&mut bytes);
-        String::from_utf8(bytes).unwrap().trim_end().to_owned()
-    }
-
-    async fn tell(&self, text: &str) {
-        assert_eq!(self.ask(&format!("{text};:SYST:ERR?")).await, "0,\"No error\"", "{text}");
-    }
-
     /// Says something that is refused, and why.
     async fn refused(&self, text: &str) -> String {
         self.ask(text).await;
