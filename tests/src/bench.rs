@@ -7,6 +7,7 @@ use std::cell::RefCell;
 use hal_sim::clock::VirtualClock;
 use hal_sim::controller::{Controller, flash};
 use hal_sim::faults::What;
+use hal_sim::gyro::SingleAxis;
 use hal_sim::peripherals::SimFlash;
 use hal_sim::plant::{Plant, Stand};
 use stand_firmware::board::{Clock, TICKS_PER_ROW, TICKS_PER_S};
@@ -26,9 +27,16 @@ pub struct Host<'x, 'c> {
 /// # Panics
 /// Where the stand cannot be, or its firmware stands still.
 pub fn with_flash<T>(stand: &Stand, flash: SimFlash, script: impl AsyncFnOnce(&Host<'_, '_>) -> T) -> (T, SimFlash) {
+    talk(stand, flash, None, script)
+}
+
+fn talk<T>(stand: &Stand, flash: SimFlash, gyro: Option<SingleAxis>, script: impl AsyncFnOnce(&Host<'_, '_>) -> T) -> (T, SimFlash) {
     let clock = VirtualClock::default();
     let plant = Plant::new(stand, -0.05).expect("a good stand");
-    let controller = Controller::new(&clock, &stand.setup(), plant, flash, 1).expect("a good stand");
+    let mut controller = Controller::new(&clock, &stand.setup(), plant, flash, 1).expect("a good stand");
+    if let Some(gyro) = gyro {
+        controller = controller.with_gyro(Box::new(gyro.seeded(1)), 1);
+    }
     let talk = async {
         let host = Host { controller: &controller, heard: RefCell::default() };
         script(&host).await
@@ -43,6 +51,14 @@ pub fn with_flash<T>(stand: &Stand, flash: SimFlash, script: impl AsyncFnOnce(&H
 /// As [`with_flash`].
 pub fn at_the_bench<T>(stand: &Stand, script: impl AsyncFnOnce(&Host<'_, '_>) -> T) -> T {
     with_flash(stand, flash(1), script).0
+}
+
+/// The same with this gyro on the torquer's and the angle sensor's wires.
+///
+/// # Panics
+/// As [`with_flash`].
+pub fn with_gyro<T>(stand: &Stand, gyro: SingleAxis, script: impl AsyncFnOnce(&Host<'_, '_>) -> T) -> T {
+    talk(stand, flash(1), Some(gyro), script).0
 }
 
 /// A command with the check that a tool puts behind it.
