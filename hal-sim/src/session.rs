@@ -337,6 +337,11 @@ impl Columns {
         if row.fault != Fault::None && self.fault.is_none() {
             self.fault = Some((row.fault, row.t_s));
         }
+        // No column has holes.
+        let silent = || COLUMNS.iter().zip(&self.values).any(|((_, value), column)| !column.is_empty() && value(row).is_none());
+        if self.fault.is_none() && silent() {
+            self.fault = Some((Fault::SensorSilent, row.t_s));
+        }
         if self.fault.is_some() {
             return;
         }
