@@ -33,11 +33,11 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self {
-            over_current_A: 1.6,      // the limit is 1.5, the converter ends at 1.65
-            stall_current_A: 1.2,     // four fifths of the limit: 28 mN m, thirty times the default stand's friction
-            stall_s: 0.5,             // 2.25 A² × 2.32 Ω × 0.5 s is 2.6 J: half a kelvin in the winding
-            encoder_lost_rad_s: 14.0, // 0.33 V of back-EMF: more than brushes or the bridge's dead time keep back while it stands
-            encoder_lost_s: 0.02,     // 5 rad/s are 300 edges in it
+            over_current_A: 1.6,     // the limit is 1.5, the converter ends at 1.65
+            stall_current_A: 1.2,    // four fifths of the limit: 28 mN m, thirty times the default stand's friction
+            stall_s: 0.5,            // 2.25 A² × 2.32 Ω × 0.5 s is 2.6 J: half a kelvin in the winding
+            encoder_lost_rad_s: 5.0, // 0.12 V of back-EMF; the current's noise makes 0.03 V
+            encoder_lost_s: 0.02,    // 5 rad/s are 300 edges in it
             supply_low_share: 0.75,
             supply_high_share: 1.25,
             tracking_s: 1.0,
