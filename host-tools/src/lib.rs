@@ -18,4 +18,5 @@ pub mod report;
 pub mod residual;
 #[cfg(unix)]
 pub mod serve;
+pub mod stand;
 pub mod words;

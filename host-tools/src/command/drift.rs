@@ -13,7 +13,7 @@ use super::error::Trouble;
 use super::output::{Answer as Out, Output};
 use crate::drift::advise::advise;
 use crate::drift::compute::{COLUMNS, Given, measured};
-use crate::drift::{Answer, DEG_H, DriftError, page, platform, session};
+use crate::drift::{Answer, DEG_H, DriftError, page, platform};
 use crate::log::Log;
 use crate::report::finite;
 
@@ -178,16 +178,6 @@ pub(super) struct Platform {
 impl From<DriftError> for Trouble {
     fn from(error: DriftError) -> Self {
         Trouble::Input(error.to_string())
-    }
-}
-
-impl From<session::SessionError> for Trouble {
-    fn from(error: session::SessionError) -> Self {
-        match error {
-            session::SessionError::Link(error) => error.into(),
-            refused @ session::SessionError::Refused { .. } => Trouble::Input(refused.to_string()),
-            other => Trouble::Other(other.to_string()),
-        }
     }
 }
 

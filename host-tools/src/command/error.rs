@@ -3,6 +3,8 @@
 use std::path::Path;
 use std::process::ExitCode;
 
+use crate::stand::SessionError;
+
 /// Why a command did not do its job.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum Trouble {
@@ -39,6 +41,16 @@ of_the_input!(
 impl From<crate::link::LinkError> for Trouble {
     fn from(error: crate::link::LinkError) -> Self {
         if error.is_of_the_input() { Trouble::Input(error.to_string()) } else { Trouble::Other(error.to_string()) }
+    }
+}
+
+impl From<SessionError> for Trouble {
+    fn from(error: SessionError) -> Self {
+        match error {
+            SessionError::Link(error) => error.into(),
+            refused @ SessionError::Refused { .. } => Trouble::Input(refused.to_string()),
+            other => Trouble::Other(other.to_string()),
+        }
     }
 }
 

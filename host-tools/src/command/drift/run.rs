@@ -16,10 +16,11 @@ use super::super::output::{check_place, working};
 use super::{ARCMIN, Run, Turn, tell};
 use crate::drift::answer::{CycleLine, Measured};
 use crate::drift::error::within;
-use crate::drift::session::{self, Plan, Scales, Simulated, Stand};
+use crate::drift::session::{self, Plan, Scales};
 use crate::drift::{DEG_H, separate};
 use crate::link::Link;
 use crate::log::{Column, Format, Log};
+use crate::stand::{Simulated, Stand};
 
 /// `0,180,0:0:90`: turned, and raised and rolled.
 fn places(list: &str) -> Result<Vec<Place>, Trouble> {
