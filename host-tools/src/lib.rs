@@ -19,4 +19,5 @@ pub mod residual;
 #[cfg(unix)]
 pub mod serve;
 pub mod stand;
+pub mod uncertainty;
 pub mod words;

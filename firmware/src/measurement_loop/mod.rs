@@ -68,6 +68,7 @@ struct Look {
     turn: Option<Turn>,
     imu: Option<imu::Motion>,
     imu_age: u64,
+    sensor_C: Option<f32>,
     gyro: Option<GyroSample>,
     mark: u32,
     observed: Option<Observed>,
@@ -223,6 +224,7 @@ impl<'a> MeasurementLoop<'a> {
             turn,
             imu: imu.map(|newest| newest.value),
             imu_age: imu.map_or(0, |newest| newest.age(at)),
+            sensor_C: self.imu.and_then(|shared| shared.status().temperature_C),
             gyro: gyro.filter(|sample| sample.at == due).map(|sample| sample.value),
             mark: self.pulse.map_or(0, pulse::Shared::mark),
             observed,
@@ -257,6 +259,7 @@ impl<'a> MeasurementLoop<'a> {
             accel_x_m_s2: k.imu.map(|motion| f64::from(motion.outward_m_s2)),
             accel_y_m_s2: k.imu.map(|motion| f64::from(motion.along_m_s2)),
             imu_age: k.imu_age,
+            sensor_C: k.sensor_C.map(f64::from),
             angle_sensor_V: k.gyro.map(|sample| sample.angle_V(h)),
             // A sample has the current of the millisecond before it.
             torquer_A: next.gyro.and_then(|sample| sample.torquer_A(h)),

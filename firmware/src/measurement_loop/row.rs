@@ -39,6 +39,8 @@ pub struct Row {
     pub accel_y_m_s2: Option<f64>,
     /// Age of that sample at t_k, board clock steps; 0 where there is none.
     pub imu_age: u64,
+    /// Temperature of the chip under test, the last that it told, °C.
+    pub sensor_C: Option<f64>,
     /// The gyro's angle sensor at t_k, V.
     pub angle_sensor_V: Option<f64>,
     /// The current of its torquer, mean over [t_k, t_{k+1}), A.

@@ -52,7 +52,7 @@ fn single(value: Option<f32>) -> f64 {
 }
 
 /// All channels; the place is the bit in [`Channels`], so new ones come at the end.
-pub const CHANNELS: [Channel; 24] = [
+pub const CHANNELS: [Channel; 26] = [
     channel("u_V", Coding::Single, |row| row.u_V),
     channel("supply_V", Coding::Single, |row| some(row.supply_V)),
     channel("i_A", Coding::Single, |row| some(row.i_A)),
@@ -77,6 +77,8 @@ pub const CHANNELS: [Channel; 24] = [
     channel("alpha_rate_hat_rad_s", Coding::Single, |row| single(row.observed.map(|o| o.alpha_rate_rad_s))),
     channel("beta_rate_hat_rad_s", Coding::Single, |row| single(row.observed.map(|o| o.beta_rate_rad_s))),
     channel("moment_hat_N_m", Coding::Single, |row| single(row.observed.and_then(|o| o.moment_N_m))),
+    channel("sensor_C", Coding::Single, |row| some(row.sensor_C)),
+    channel("sensor_age_s", Coding::Nano, |row| some(row.gyro_rad_s.map(|_| row.imu_age as f64 * 1e-7))),
 ];
 
 /// A set of channels.

@@ -37,6 +37,8 @@ pub const KNOWN: &[KnownColumn] = &[
     at_instant("gyro_rad_s", "rad/s", "gyro under test"),
     at_instant("accel_x_m_s2", "m/s²", "accelerometer, outward"),
     at_instant("accel_y_m_s2", "m/s²", "accelerometer, along the motion"),
+    at_instant("sensor_C", "°C", "temperature of the sensor under test"),
+    at_instant("sensor_age_s", "s", "how long before t_k the sensor under test was sampled"),
     at_instant("angle_sensor_V", "V", "the gyro's angle sensor"),
     mean_over_row("torquer_A", "A", "the gyro's torquer"),
     at_instant("gamma_rad", "rad", "the gyro's roll"),

@@ -8,9 +8,11 @@
 //! z is the platform's axis, x points outward, y along the motion. It costs nothing while it is switched off by its registers.
 
 mod chip;
+mod element;
 mod fifo;
 mod mounting;
 mod registers;
 
 pub use chip::{Chip, Fault};
-pub use mounting::{Imu, ImuSetup};
+pub use element::GyroElement;
+pub use mounting::{Imu, ImuSetup, Lying, Mounted};

@@ -1,6 +1,7 @@
 //! Where the sensor rides, and what is wrong with it: data, so that another stand is other numbers.
 
 use super::chip::Chip;
+use super::element::{Element, GyroElement};
 use crate::peripherals::Noise;
 use serde::{Deserialize, Serialize};
 use stand_firmware::board::CONTROL_HZ;
@@ -38,8 +39,39 @@ pub struct ImuSetup {
     pub clock_error: f64,
     /// INTERNAL_FREQ_FINE: what its trim says, in steps of 0.15 %.
     pub clock_trim: i8,
-    /// The chip above the surroundings, K.
+    /// The chip above the surroundings, once it is warm, K.
     pub self_heating_K: f64,
+    /// Time constant with which it warms from power-on, s; 0: it is warm at once.
+    pub warm_up_s: f64,
+    /// What of the Earth's rotation lies along the platform's axis, rad/s: 7.292115e-5 sin(latitude) on a level stand.
+    pub earth_rate_rad_s: f64,
+    /// How the sensor lies.
+    pub lying: Lying,
+    /// What is wrong with the gyro's element.
+    pub gyro: GyroElement,
+}
+
+/// How the sensor lies on the platform.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Lying {
+    /// Its z along the platform's axis.
+    #[default]
+    Flat,
+    /// On its side: its y along the platform's axis, its z inward.
+    Side,
+    /// On the other side: its y against the platform's axis.
+    OtherSide,
+}
+
+/// Where and how the sensor is mounted: what a person changes between two steps of a calibration.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(missing_docs, reason = "as in ImuSetup")]
+pub struct Mounted {
+    pub radius_m: f64,
+    pub chi_rad: f64,
+    pub tilt_rad: f64,
+    pub lying: Lying,
 }
 
 impl Default for ImuSetup {
@@ -57,6 +89,10 @@ impl Default for ImuSetup {
             clock_error: 4e-4,                     // the trim is good to half a step
             clock_trim: -7,                        // within the ± 2 % or so that parts come with
             self_heating_K: 1.5,
+            warm_up_s: 0.0,
+            earth_rate_rad_s: 0.0,
+            lying: Lying::Flat,
+            gyro: GyroElement::default(),
         }
     }
 }
@@ -83,7 +119,9 @@ impl ImuSetup {
         within("imu.accel_noise_m_s2_rtHz", self.accel_noise_m_s2_rtHz, 0.0, 1.0)?;
         within("imu.clock_error", self.clock_error, -0.05, 0.05)?;
         within("imu.self_heating_K", self.self_heating_K, -50.0, 50.0)?;
-        Ok(())
+        within("imu.warm_up_s", self.warm_up_s, 0.0, 1e5)?;
+        within("imu.earth_rate_rad_s", self.earth_rate_rad_s, -1e-4, 1e-4)?;
+        self.gyro.check()
     }
 }
 
@@ -93,6 +131,7 @@ pub struct Imu {
     setup: ImuSetup,
     /// The chip behind its line.
     pub chip: Chip,
+    element: Element,
     last_rate_rad_s: f64,
 }
 
@@ -102,7 +141,20 @@ impl Imu {
         let noise = std::array::from_fn(|axis| Noise::new(seed, 8 + axis as u32, 1.0));
         let noise_density = [setup.gyro_noise_rad_s_rtHz, setup.accel_noise_m_s2_rtHz];
         let pace = (1.0 + 0.0015 * f64::from(setup.clock_trim)) * (1.0 + setup.clock_error);
-        Self { setup, chip: Chip::new(noise, noise_density, pace, setup.clock_trim), last_rate_rad_s: 0.0 }
+        let chip = Chip::new(noise, noise_density, pace, setup.clock_trim);
+        Self { setup, chip, element: Element::new(setup.gyro), last_rate_rad_s: 0.0 }
+    }
+
+    /// Where it is mounted.
+    pub fn mounted(&self) -> Mounted {
+        let ImuSetup { radius_m, chi_rad, tilt_rad, lying, .. } = self.setup;
+        Mounted { radius_m, chi_rad, tilt_rad, lying }
+    }
+
+    /// A person mounts it elsewhere.
+    pub fn mount(&mut self, m: Mounted) {
+        let Mounted { radius_m, chi_rad, tilt_rad, lying } = m;
+        self.setup = ImuSetup { radius_m, chi_rad, tilt_rad, lying, ..self.setup };
     }
 
     /// A tick is over, at `now_s`: the element sees the rate `shown_rad_s`, while the platform turns with `rate_rad_s` and stands at
@@ -124,8 +176,18 @@ impl Imu {
             along * cos - outward * sin - lean * (theta_rad + s.chi_rad).sin(),
             G_M_S2 * s.tilt_rad.cos(),
         ];
+        let warm = if s.warm_up_s > 0.0 { 1.0 - (-now_s / s.warm_up_s).exp() } else { 1.0 };
+        let temp_C = ROOM_C + s.self_heating_K * warm;
+        let turning = shown_rad_s + s.earth_rate_rad_s;
+        // On its side the platform's axis is the sensor's y, and what pointed up points inward.
+        let (about, across, forces) = match s.lying {
+            Lying::Flat => (turning, 0.0, forces),
+            Lying::Side => (0.0, turning, [forces[1], forces[2], -forces[0]]),
+            Lying::OtherSide => (0.0, -turning, [-forces[1], -forces[2], -forces[0]]),
+        };
+        let rate = self.element.show(about, across, forces[0], temp_C);
         let [x, y, z] = forces.map(|force| force * s.accel_scale);
-        let seen = [0.0, 0.0, s.gyro_scale * shown_rad_s + s.gyro_bias_rad_s, x + s.accel_bias_m_s2, y + s.accel_bias_m_s2, z];
-        self.chip.tick(now_s, &seen, ROOM_C + s.self_heating_K);
+        let seen = [0.0, 0.0, s.gyro_scale * rate + s.gyro_bias_rad_s, x + s.accel_bias_m_s2, y + s.accel_bias_m_s2, z];
+        self.chip.tick(now_s, &seen, temp_C);
     }
 }

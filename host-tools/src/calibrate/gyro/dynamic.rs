@@ -1,0 +1,166 @@
+//! Bandwidth, phase, delay: lock-in against the encoder at the frequencies that were run, or along a chirp.
+
+use super::{Given, samples};
+use crate::calibrate::lock_in::{Response, lock_in};
+use crate::calibrate::response::{Transfer, transfer};
+use crate::calibrate::{Curve, Findings, Step};
+use crate::log::Log;
+use crate::uncertainty::{Part, Quantity};
+
+/// Less than this is no answer of the sensor to the platform.
+const COHERENT: f64 = 0.02;
+
+fn note(log: &Log, key: &str) -> Option<f64> {
+    log.note(key).and_then(|text| text.split_whitespace().next()?.parse().ok())
+}
+
+/// The responses of all steps that are a sine or a chirp.
+fn responses(steps: &[&Step], given: &Given) -> Vec<Response> {
+    let mut found = Vec::new();
+    for step in steps {
+        let log = &step.log;
+        let (Some(shown), Some(theta)) = (samples(log, given), log.column("theta_rad")) else { continue };
+        // The age is of the part under test; the stand's own rate sensor is read at the row.
+        let age = log.column("sensor_age_s").filter(|_| given.column != "omega_rad_s");
+        let from = log.t_s().partition_point(|t| *t < log.t_s()[0] + given.settle_s);
+        let t_s = &log.t_s()[from..];
+        match log.note("profile") {
+            Some("sine") => {
+                let Some(frequency_Hz) = note(log, "profile_frequency_Hz") else { continue };
+                found.extend(lock_in(t_s, &theta[from..], &shown[from..], age.map(|a| &a[from..]), frequency_Hz));
+            }
+            Some("chirp") => found.extend(along_chirp(log, theta, shown, age)),
+            _ => {}
+        }
+    }
+    found.retain(|r| r.coherence > COHERENT);
+    found.sort_by(|a, b| a.frequency_Hz.total_cmp(&b.frequency_Hz));
+    found
+}
+
+/// A chirp in pieces in which its frequency changes little: the gyro's samples on the platform's motion in the band of the piece.
+fn along_chirp(log: &Log, theta: &[f64], shown: &[f64], age: Option<&[f64]>) -> Vec<Response> {
+    let (Some(from_Hz), Some(to_Hz), Some(sweep_s)) =
+        (note(log, "profile_from_Hz"), note(log, "profile_to_Hz"), note(log, "profile_sweep_s"))
+    else {
+        return Vec::new();
+    };
+    let t_s = log.t_s();
+    let begin_s = t_s[0];
+    let factor = (to_Hz / from_Hz).ln();
+    let mut found = Vec::new();
+    const PIECES: usize = 24;
+    for piece in 0..PIECES {
+        let at = |k: usize| begin_s + sweep_s * k as f64 / PIECES as f64;
+        let rows = t_s.partition_point(|t| *t < at(piece))..t_s.partition_point(|t| *t < at(piece + 1));
+        let frequency_Hz = from_Hz * (factor * (piece as f64 + 0.5) / PIECES as f64).exp();
+        if rows.len() < 200 {
+            continue;
+        }
+        found.extend(piece_response(&t_s[rows.clone()], &theta[rows.clone()], &shown[rows.clone()], age.map(|a| &a[rows.clone()]), frequency_Hz));
+    }
+    found
+}
+
+/// Within a piece the frequency moves: both signals are demodulated by the piece's own middle and compared sample by sample, so that what they have
+/// in common (the moving phase) falls out.
+fn piece_response(t_s: &[f64], theta: &[f64], shown: &[f64], age: Option<&[f64]>, frequency_Hz: f64) -> Option<Response> {
+    use nalgebra::Complex;
+    use std::f64::consts::TAU;
+    let periods = ((t_s.last()? - t_s.first()?) * frequency_Hz).floor();
+    if periods < 3.0 {
+        return None;
+    }
+    // Blocks of whole periods; each gives one pair of phasors.
+    let blocks = (periods / 2.0).floor().min(24.0) as usize;
+    let length = t_s.len() / blocks;
+    let phasor = |t: &dyn Fn(usize) -> f64, y: &[f64], rows: std::ops::Range<usize>| {
+        let n = rows.len() as f64;
+        let (mean, middle) = (y[rows.clone()].iter().sum::<f64>() / n, 0.5 * (rows.start + rows.end) as f64);
+        let slope = rows.clone().map(|k| (k as f64 - middle) * (y[k] - mean)).sum::<f64>() / (n * n * n / 12.0);
+        rows.map(|k| {
+            let window = 1.0 - (TAU * (k - (middle - n / 2.0) as usize) as f64 / n).cos();
+            Complex::from_polar(window * (y[k] - mean - slope * (k as f64 - middle)), -TAU * frequency_Hz * t(k))
+        })
+        .sum::<Complex<f64>>()
+            * (2.0 / n)
+    };
+    let row = |k: usize| t_s[k];
+    let taken = |k: usize| t_s[k] - age.map_or(0.0, |a| a[k]);
+    let pairs: Vec<(Complex<f64>, Complex<f64>)> = (0..blocks)
+        .map(|b| {
+            let rows = b * length..(b + 1) * length;
+            (Complex::new(0.0, TAU * frequency_Hz) * phasor(&row, theta, rows.clone()), phasor(&taken, shown, rows))
+        })
+        .collect();
+    let rate_2: f64 = pairs.iter().map(|(rate, _)| rate.norm_sqr()).sum();
+    if !(rate_2 > 0.0) || blocks < 3 {
+        return None;
+    }
+    let h: Complex<f64> = pairs.iter().map(|(rate, shown)| shown * rate.conj()).sum::<Complex<f64>>() / rate_2;
+    let left: f64 = pairs.iter().map(|(rate, shown)| (shown - h * rate).norm_sqr()).sum();
+    let all: f64 = pairs.iter().map(|(_, shown)| shown.norm_sqr()).sum();
+    let variance = left / (2.0 * (blocks as f64 - 1.0));
+    Some(Response {
+        frequency_Hz,
+        re: h.re,
+        im: h.im,
+        sigma: (variance / rate_2).sqrt(),
+        coherence: 1.0 - left / all,
+        rate_rad_s: (rate_2 / blocks as f64).sqrt(),
+    })
+}
+
+/// Adds what the responses show.
+pub(super) fn add(steps: &[&Step], given: &Given, findings: &mut Findings) {
+    let found = responses(steps, given);
+    let Some(h) = transfer(&found) else {
+        return findings.lacks("bandwidth_Hz", "it takes sines of three frequencies or more, or a chirp (mode voltage)");
+    };
+    let scatter = |u: f64| Part::measured("noise", u, h.dof, format!("{} frequencies; scatter {:.2} × their own uncertainty", found.len(), h.ratio.max(0.0)));
+    let highest_Hz = found.last().map_or(0.0, |r| r.frequency_Hz);
+    match h.bandwidth_Hz() {
+        Some((value, u)) => {
+            let clock = Part::known("clock", crate::uncertainty::rectangular(given.known.crystal_ppm * 1e-6), "1", value, "crystal");
+            let q = Quantity::new("bandwidth_Hz", "Hz", value, vec![scatter(u), clock]);
+            let how = if value > highest_Hz { format!("; beyond {highest_Hz:.0} Hz, the highest that was run: by the fitted form") } else { String::new() };
+            findings.quantities.push(q.saying(format!("where the gain has fallen by 3 dB; {}{how}", h.order.says())));
+        }
+        None => findings.lacks("bandwidth_Hz", format!("no fall by 3 dB is in sight of {highest_Hz:.0} Hz, the highest that was run")),
+    }
+    let (delay, u) = h.delay_s();
+    findings.quantities.push(Quantity::new("delay_s", "s", delay, vec![scatter(u)]).saying("transport delay, apart from the lag; the sample's own age taken off where the log has it"));
+    if let Some((zeta, u)) = h.damping() {
+        findings.quantities.push(Quantity::new("damping", "1", zeta, vec![scatter(u)]).saying("damping ratio of the pair of poles"));
+    }
+    let (scale, u) = h.scale();
+    findings.quantities.push(Quantity::new("scale_dynamic", "1", scale, vec![scatter(u)]).saying("scale towards rest, by the sines"));
+    findings.curves.extend(pictures(&found, &h));
+}
+
+fn pictures(found: &[Response], h: &Transfer) -> [Curve; 2] {
+    let (low, high) = (found.first().map_or(1.0, |r| r.frequency_Hz), found.last().map_or(1.0, |r| r.frequency_Hz));
+    let grid: Vec<f64> = (0..=100).map(|k| low * (high / low).powf(f64::from(k) / 100.0)).collect();
+    let curve = |title: &str, y: &str, points: Vec<(f64, f64)>, line: Vec<(f64, f64)>| Curve {
+        title: title.into(),
+        x: "frequency, Hz".into(),
+        y: y.into(),
+        is_log: true,
+        points,
+        line,
+    };
+    [
+        curve(
+            "Gain against the encoder",
+            "shown over rate",
+            found.iter().map(|r| (r.frequency_Hz, r.gain())).collect(),
+            grid.iter().map(|f| (*f, h.at(*f).norm())).collect(),
+        ),
+        curve(
+            "Phase against the encoder",
+            "phase, °",
+            found.iter().map(|r| (r.frequency_Hz, r.phase_rad().to_degrees())).collect(),
+            grid.iter().map(|f| (*f, h.at(*f).arg().to_degrees())).collect(),
+        ),
+    ]
+}

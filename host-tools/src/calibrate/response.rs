@@ -1,0 +1,290 @@
+//! A transfer function through measured responses: scale, lags, and a transport delay apart from them.
+//!
+//! H(jω) = s e^(−jωτ) · 1/(1 + jω/ω₁) · 1/(1 + 2ζ jω/ω₀ − ω²/ω₀²), each factor there or not; which, the evidence says (BIC: each parameter must
+//! earn its place). Only frequencies that were run are known: a bandwidth beyond three times the highest is not told.
+
+use super::lock_in::Response;
+use nalgebra::{Complex, DMatrix, DVector};
+use std::f64::consts::TAU;
+
+/// Which lags there are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Order {
+    /// A delay alone.
+    Delay,
+    /// One pole.
+    First,
+    /// A pair of poles.
+    Second,
+    /// Both.
+    Third,
+}
+
+impl Order {
+    /// What it is, for a person.
+    pub fn says(self) -> &'static str {
+        match self {
+            Order::Delay => "a delay alone",
+            Order::First => "first order and a delay",
+            Order::Second => "second order and a delay",
+            Order::Third => "third order and a delay",
+        }
+    }
+
+    fn parameters(self) -> usize {
+        match self {
+            Order::Delay => 2,
+            Order::First => 3,
+            Order::Second => 4,
+            Order::Third => 5,
+        }
+    }
+}
+
+/// What was found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Transfer {
+    /// Its structure.
+    pub order: Order,
+    /// Scale, delay in s; then ln ω₁, and ln ω₀, ln ζ, where they are there.
+    parameters: Vec<f64>,
+    covariance: DMatrix<f64>,
+    /// Real and imaginary parts less parameters.
+    pub dof: f64,
+    /// Scatter over what the responses' own uncertainties say.
+    pub ratio: f64,
+    highest_Hz: f64,
+}
+
+fn value(order: Order, p: &[f64], frequency_Hz: f64) -> Complex<f64> {
+    let w = TAU * frequency_Hz;
+    let mut h = Complex::from_polar(p[0], -w * p[1]);
+    let first = |h: Complex<f64>, corner: f64| h / Complex::new(1.0, w / corner);
+    let second = |h: Complex<f64>, natural: f64, zeta: f64| h / Complex::new(1.0 - (w / natural).powi(2), 2.0 * zeta * w / natural);
+    match order {
+        Order::Delay => {}
+        Order::First => h = first(h, p[2].exp()),
+        Order::Second => h = second(h, p[2].exp(), p[3].exp()),
+        Order::Third => h = second(first(h, p[2].exp()), p[3].exp(), p[4].exp()),
+    }
+    h
+}
+
+impl Transfer {
+    /// H at a frequency.
+    pub fn at(&self, frequency_Hz: f64) -> Complex<f64> {
+        value(self.order, &self.parameters, frequency_Hz)
+    }
+
+    /// Transport delay, s, and its standard uncertainty.
+    pub fn delay_s(&self) -> (f64, f64) {
+        (self.parameters[1], self.covariance[(1, 1)].max(0.0).sqrt())
+    }
+
+    /// Scale at rest, and its standard uncertainty.
+    pub fn scale(&self) -> (f64, f64) {
+        (self.parameters[0], self.covariance[(0, 0)].max(0.0).sqrt())
+    }
+
+    /// Damping ratio of the pair of poles, and its standard uncertainty.
+    pub fn damping(&self) -> Option<(f64, f64)> {
+        let at = match self.order {
+            Order::Second => 3,
+            Order::Third => 4,
+            _ => return None,
+        };
+        let zeta = self.parameters[at].exp();
+        Some((zeta, zeta * self.covariance[(at, at)].max(0.0).sqrt()))
+    }
+
+    /// Where the gain has fallen by 3 dB (1/√2 of the scale), Hz, and its standard uncertainty; `None` where that lies too far beyond what was run.
+    pub fn bandwidth_Hz(&self) -> Option<(f64, f64)> {
+        let found = bandwidth(self.order, &self.parameters, 3.0 * self.highest_Hz)?;
+        let sigma = self.sigma_of(|p| bandwidth(self.order, p, 10.0 * self.highest_Hz).unwrap_or(found));
+        Some((found, sigma))
+    }
+
+    /// Phase at a frequency, rad, and its standard uncertainty.
+    pub fn phase_rad(&self, frequency_Hz: f64) -> (f64, f64) {
+        let phase = |p: &[f64]| value(self.order, p, frequency_Hz).arg();
+        (phase(&self.parameters), self.sigma_of(phase))
+    }
+
+    fn sigma_of(&self, of: impl Fn(&[f64]) -> f64) -> f64 {
+        let n = self.parameters.len();
+        let gradient = DVector::from_fn(n, |k, _| {
+            let step = (1e-3 * self.covariance[(k, k)].max(0.0).sqrt()).max(1e-12);
+            let mut p = self.parameters.clone();
+            p[k] += step;
+            let above = of(&p);
+            p[k] -= 2.0 * step;
+            (above - of(&p)) / (2.0 * step)
+        });
+        (gradient.transpose() * &self.covariance * gradient)[(0, 0)].max(0.0).sqrt()
+    }
+}
+
+fn bandwidth(order: Order, p: &[f64], most_Hz: f64) -> Option<f64> {
+    let below = |f: f64| value(order, p, f).norm() < p[0].abs() / 2_f64.sqrt();
+    // The first crossing, to a hundredth of a decade, then halved.
+    let mut low = 1e-2;
+    while !below(low) {
+        if low > most_Hz {
+            return None;
+        }
+        low *= 1.023;
+    }
+    let mut high = low;
+    low /= 1.023;
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if below(middle) { high = middle } else { low = middle }
+    }
+    Some(0.5 * (low + high))
+}
+
+/// The transfer function that the responses speak for; `None` with fewer than three.
+pub fn transfer(responses: &[Response]) -> Option<Transfer> {
+    if responses.len() < 3 {
+        return None;
+    }
+    let rows = 2.0 * responses.len() as f64;
+    let orders = [Order::Delay, Order::First, Order::Second, Order::Third];
+    let fits = orders.into_iter().filter(|order| rows > order.parameters() as f64 + 1.0).filter_map(|order| fit(order, responses));
+    // χ² with the responses' own uncertainties; where all fits are worse than those, their common factor matters to none of them.
+    let fits: Vec<(f64, Transfer)> = fits.collect();
+    let best = fits.iter().map(|(chi2, t)| chi2 / t.dof).fold(f64::INFINITY, f64::min).max(1.0);
+    fits.into_iter().min_by(|(a, s), (b, t)| {
+        let cost = |chi2: f64, t: &Transfer| chi2 / best + t.parameters.len() as f64 * rows.ln();
+        cost(*a, s).total_cmp(&cost(*b, t))
+    }).map(|(_, t)| t)
+}
+
+fn fit(order: Order, responses: &[Response]) -> Option<(f64, Transfer)> {
+    let highest_Hz = responses.iter().map(|r| r.frequency_Hz).fold(0.0, f64::max);
+    let lowest = responses.iter().min_by(|a, b| a.frequency_Hz.total_cmp(&b.frequency_Hz))?;
+    let scale = lowest.gain() * if lowest.re < 0.0 { -1.0 } else { 1.0 };
+    let mut best: Option<(f64, Vec<f64>, DMatrix<f64>)> = None;
+    for corner in [0.3, 1.0, 3.0].map(|part| part * highest_Hz) {
+        let ln = (TAU * corner).ln();
+        let start = match order {
+            Order::Delay => vec![scale, 0.0],
+            Order::First => vec![scale, 0.0, ln],
+            Order::Second => vec![scale, 0.0, ln, 0.7_f64.ln()],
+            Order::Third => vec![scale, 0.0, ln + 1.0, ln, 0.7_f64.ln()],
+        };
+        let (p, chi2, information) = descend(order, responses, start);
+        if chi2.is_finite() && best.as_ref().is_none_or(|(least, ..)| chi2 < *least) {
+            best = Some((chi2, p, information));
+        }
+    }
+    let (chi2, parameters, information) = best?;
+    let dof = 2.0 * responses.len() as f64 - parameters.len() as f64;
+    let ratio = chi2 / dof;
+    let covariance = information.try_inverse()? * ratio.max(1.0);
+    Some((chi2, Transfer { order, parameters, covariance, dof, ratio: ratio.sqrt(), highest_Hz }))
+}
+
+fn residuals(order: Order, responses: &[Response], p: &[f64]) -> DVector<f64> {
+    let each = responses.iter().flat_map(|r| {
+        let h = value(order, p, r.frequency_Hz);
+        let sigma = r.sigma.max(1e-12);
+        [(r.re - h.re) / sigma, (r.im - h.im) / sigma]
+    });
+    DVector::from_iterator(2 * responses.len(), each)
+}
+
+/// Levenberg and Marquardt.
+fn descend(order: Order, responses: &[Response], mut p: Vec<f64>) -> (Vec<f64>, f64, DMatrix<f64>) {
+    let n = p.len();
+    let mut damping = 1e-3;
+    let mut r = residuals(order, responses, &p);
+    let mut information = DMatrix::identity(n, n);
+    for _ in 0..200 {
+        let jacobian = DMatrix::from_columns(
+            &(0..n)
+                .map(|k| {
+                    let step = if k == 1 { 1e-8 } else { 1e-6 * p[k].abs().max(1e-3) };
+                    let mut q = p.clone();
+                    q[k] += step;
+                    (residuals(order, responses, &q) - &r) / step
+                })
+                .collect::<Vec<_>>(),
+        );
+        information = jacobian.transpose() * &jacobian;
+        let gradient = jacobian.transpose() * &r;
+        let mut improved = false;
+        while damping < 1e12 {
+            let mut damped = information.clone();
+            for k in 0..n {
+                damped[(k, k)] *= 1.0 + damping;
+            }
+            if let Some(step) = damped.lu().solve(&(-&gradient)) {
+                let q: Vec<f64> = p.iter().zip(step.iter()).map(|(p, s)| p + s).collect();
+                let next = residuals(order, responses, &q);
+                if next.norm_squared() < r.norm_squared() {
+                    improved = r.norm_squared() - next.norm_squared() > 1e-9 * r.norm_squared().max(1e-12);
+                    (p, r) = (q, next);
+                    damping = (damping * 0.3).max(1e-12);
+                    break;
+                }
+            }
+            damping *= 4.0;
+        }
+        if !improved {
+            break;
+        }
+    }
+    (p, r.norm_squared(), information)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(truth: impl Fn(f64) -> Complex<f64>, sigma: f64) -> Vec<Response> {
+        [1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 50.0, 70.0, 90.0]
+            .iter()
+            .enumerate()
+            .map(|(k, &frequency_Hz)| {
+                let h = truth(frequency_Hz);
+                // Two irrational steps stand for noise of variance 1.
+                let noise = |k: f64| sigma * 12_f64.sqrt() * ((k * 0.618_034).fract() - 0.5);
+                let k = k as f64;
+                Response { frequency_Hz, re: h.re + noise(k + 1.0), im: h.im + noise(k + 20.5), sigma, coherence: 1.0, rate_rad_s: 1.0 }
+            })
+            .collect()
+    }
+
+    /// theory.md §4: second order, 80 Hz, ζ 0.7.
+    #[test]
+    fn a_second_order_gyro_with_a_delay() {
+        let truth = |f: f64| {
+            let x = f / 80.0;
+            Complex::from_polar(1.02, -TAU * f * 7e-4) / Complex::new(1.0 - x * x, 1.4 * x)
+        };
+        assert!((truth(50.0).norm() / 1.02 - 0.937_835_904).abs() < 1e-8);
+        let found = transfer(&of(truth, 1e-4)).unwrap();
+        assert_eq!(found.order, Order::Second);
+        let (delay, u) = found.delay_s();
+        assert!((delay - 7e-4).abs() < 4.0 * u && u < 1e-5, "{delay} {u}");
+        let (zeta, u) = found.damping().unwrap();
+        assert!((zeta - 0.7).abs() < 4.0 * u && u < 3e-3, "{zeta} {u}");
+        // |H|² = ½: x⁴ + (4ζ² − 2) x² − 1 = 0.
+        let b: f64 = 4.0 * 0.49 - 2.0;
+        let exact = 80.0 * ((-b + (b * b + 4.0).sqrt()) / 2.0).sqrt();
+        let (bandwidth, u) = found.bandwidth_Hz().unwrap();
+        assert!((bandwidth - exact).abs() < 4.0 * u && u < 0.2, "{bandwidth} {exact} {u}");
+    }
+
+    #[test]
+    fn a_delay_is_no_lag_and_a_lag_is_no_delay() {
+        let late = transfer(&of(|f| Complex::from_polar(0.9, -TAU * f * 2e-3), 1e-4)).unwrap();
+        assert_eq!((late.order, late.bandwidth_Hz()), (Order::Delay, None));
+        let lag = transfer(&of(|f| Complex::new(1.0, 0.0) / Complex::new(1.0, f / 60.0), 1e-4)).unwrap();
+        assert_eq!(lag.order, Order::First);
+        assert!(lag.delay_s().0.abs() < 4.0 * lag.delay_s().1);
+        assert!((lag.bandwidth_Hz().unwrap().0 - 60.0).abs() < 0.2);
+        assert!(transfer(&[]).is_none());
+    }
+}

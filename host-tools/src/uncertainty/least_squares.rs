@@ -1,0 +1,137 @@
+//! Ordinary least squares with the covariance that follows from the residual's own scatter.
+
+use nalgebra::{DMatrix, DVector};
+
+/// Coefficients with their covariance.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fit {
+    /// In the order of the columns.
+    pub coefficients: Vec<f64>,
+    /// Row by row; already with the scatter's variance.
+    covariance: DMatrix<f64>,
+    /// Measured minus fitted, row by row.
+    pub residuals: Vec<f64>,
+    /// Standard deviation of one row.
+    pub scatter: f64,
+    /// Rows less coefficients.
+    pub dof: f64,
+}
+
+impl Fit {
+    /// Standard uncertainty of a coefficient.
+    pub fn sigma(&self, k: usize) -> f64 {
+        self.covariance[(k, k)].max(0.0).sqrt()
+    }
+
+    /// Standard uncertainty of Σ gradient·coefficient.
+    ///
+    /// # Panics
+    /// Never: a gradient that is too short counts as zero beyond its end.
+    pub fn sigma_of(&self, gradient: &[f64]) -> f64 {
+        let at = |k: usize| gradient.get(k).copied().unwrap_or(0.0);
+        let n = self.coefficients.len();
+        let sum: f64 = (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).map(|(i, j)| at(i) * self.covariance[(i, j)] * at(j)).sum();
+        sum.max(0.0).sqrt()
+    }
+}
+
+/// Fits `y` by the columns of `rows`; `None` where there are too few rows, or the columns depend on each other.
+pub fn least_squares(rows: &[Vec<f64>], y: &[f64]) -> Option<Fit> {
+    let n = rows.first()?.len();
+    if rows.len() != y.len() || rows.len() <= n || n == 0 {
+        return None;
+    }
+    // Each column in its own unit, so that seconds and rad³/s³ may stand side by side.
+    let scale: Vec<f64> = (0..n).map(|j| rows.iter().map(|row| row[j] * row[j]).sum::<f64>().sqrt()).collect();
+    if scale.iter().any(|s| !s.is_finite() || *s <= 0.0) {
+        return None;
+    }
+    let a = DMatrix::from_fn(rows.len(), n, |i, j| rows[i][j] / scale[j]);
+    let b = DVector::from_column_slice(y);
+    let svd = a.clone().svd(true, true);
+    let (largest, least) = (svd.singular_values.max(), svd.singular_values.min());
+    if !(least > 1e-9 * largest) {
+        return None;
+    }
+    let x = svd.solve(&b, 0.0).ok()?;
+    let residual = &b - &a * &x;
+    let dof = (rows.len() - n) as f64;
+    let variance = residual.norm_squared() / dof;
+    let v_t = svd.v_t?;
+    let inverse = DMatrix::from_fn(n, n, |i, j| {
+        let sum: f64 = (0..n).map(|k| v_t[(k, i)] * v_t[(k, j)] / svd.singular_values[k].powi(2)).sum();
+        sum * variance / (scale[i] * scale[j])
+    });
+    Some(Fit {
+        coefficients: (0..n).map(|j| x[j] / scale[j]).collect(),
+        covariance: inverse,
+        residuals: residual.iter().copied().collect(),
+        scatter: variance.sqrt(),
+        dof,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// NIST StRD, Norris (itl.nist.gov, linear regression, lower level of difficulty): the certified values.
+    #[test]
+    fn norris() {
+        let data = [
+            (0.2, 0.1),
+            (337.4, 338.8),
+            (118.2, 118.1),
+            (884.6, 888.0),
+            (10.1, 9.2),
+            (226.5, 228.1),
+            (666.3, 668.5),
+            (996.3, 998.5),
+            (448.6, 449.1),
+            (777.0, 778.9),
+            (558.2, 559.2),
+            (0.4, 0.3),
+            (0.6, 0.1),
+            (775.5, 778.1),
+            (666.9, 668.8),
+            (338.0, 339.3),
+            (447.5, 448.9),
+            (11.6, 10.8),
+            (556.0, 557.7),
+            (228.1, 228.3),
+            (995.8, 998.0),
+            (887.6, 888.8),
+            (120.2, 119.6),
+            (0.3, 0.3),
+            (0.3, 0.6),
+            (556.8, 557.6),
+            (339.1, 339.3),
+            (887.2, 888.0),
+            (999.0, 998.5),
+            (779.0, 778.9),
+            (11.1, 10.2),
+            (118.3, 117.6),
+            (229.2, 228.9),
+            (669.1, 668.4),
+            (448.9, 449.2),
+            (0.5, 0.2),
+        ];
+        let rows: Vec<Vec<f64>> = data.iter().map(|(x, _)| vec![1.0, *x]).collect();
+        let y: Vec<f64> = data.iter().map(|(_, y)| *y).collect();
+        let fit = least_squares(&rows, &y).unwrap();
+        for (k, (value, sigma)) in [(-0.262323073774029, 0.232818234301152), (1.00211681802045, 0.429796848199937e-3)].iter().enumerate() {
+            assert!((fit.coefficients[k] / value - 1.0).abs() < 1e-10);
+            assert!((fit.sigma(k) / sigma - 1.0).abs() < 1e-9);
+        }
+        assert!((fit.scatter / 0.884796396144373 - 1.0).abs() < 1e-10);
+        assert!((fit.sigma_of(&[1.0]) / fit.sigma(0) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_cannot_be_told_apart_is_no_fit() {
+        let rows: Vec<Vec<f64>> = (0..5).map(|k| vec![1.0, f64::from(k), 2.0 * f64::from(k)]).collect();
+        assert_eq!(least_squares(&rows, &[0.0; 5]), None);
+        assert_eq!(least_squares(&[vec![1.0]], &[1.0]), None);
+        assert_eq!(least_squares(&[], &[]), None);
+    }
+}
