@@ -102,7 +102,8 @@ mod tests {
         let age_s: Vec<f64> = (0..4000).map(|k| 6e-4 * ((f64::from(k) * 0.618).fract())).collect();
         let theta: Vec<f64> = t_s.iter().map(|t| 3.0 * t + 0.02 * (TAU * f * t).sin()).collect();
         let rate = 0.02 * TAU * f;
-        let shown: Vec<f64> = t_s.iter().zip(&age_s).map(|(t, age)| 0.8 * rate * (TAU * f * (t - age) - 0.3).cos() + 3.0 + 0.01 * t).collect();
+        let shown: Vec<f64> =
+            t_s.iter().zip(&age_s).map(|(t, age)| 0.8 * rate * (TAU * f * (t - age) - 0.3).cos() + 3.0 + 0.01 * t).collect();
         let found = lock_in(&t_s, &theta, &shown, Some(&age_s), f).unwrap();
         assert!((found.gain() - 0.8).abs() < 1e-9 && (found.phase_rad() + 0.3).abs() < 1e-9, "{found:?}");
         assert!(found.coherence > 0.999_999 && (found.rate_rad_s - rate).abs() < 1e-9);

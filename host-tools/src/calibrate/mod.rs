@@ -7,10 +7,16 @@
 //! * a *plateau* is a stretch of constant command after it has settled, cut to whole turns where it has them;
 //! * *full scale* is the rate to which the per cents refer; by default the greatest that was run.
 
+pub mod accel;
+pub mod drive;
 pub mod gyro;
 pub mod lock_in;
+pub mod page;
+pub mod part;
 pub mod plateaus;
+pub mod record;
 pub mod response;
+pub mod session;
 
 use crate::log::Log;
 use crate::uncertainty::Quantity;
@@ -102,10 +108,12 @@ pub struct Step {
     pub log: Log,
     /// How the part was mounted.
     pub mounted: Mounted,
+    /// A moment of inertia that was added to the platform, kg m².
+    pub added_inertia_kg_m2: Option<f64>,
 }
 
 /// A curve for a person to see: a static characteristic, a frequency response.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Curve {
     /// What it is.
     pub title: String,
@@ -117,6 +125,8 @@ pub struct Curve {
     pub is_log: bool,
     /// Measured points.
     pub points: Vec<(f64, f64)>,
+    /// Other points beside them, each with its name.
+    pub beside: Vec<(String, Vec<(f64, f64)>)>,
     /// What the result says, as a line.
     pub line: Vec<(f64, f64)>,
 }

@@ -87,11 +87,7 @@ fn cut(t_s: &[f64], theta: &[f64], held: Range<usize>, settle_s: f64, asked: f64
     let last = held.end - 1;
     let went = (theta[last] - theta[from]).abs();
     let turns = (went / TAU).floor();
-    let to = if turns >= 1.0 {
-        (from..=last).find(|k| (theta[*k] - theta[from]).abs() >= turns * TAU).unwrap_or(last)
-    } else {
-        last
-    };
+    let to = if turns >= 1.0 { (from..=last).find(|k| (theta[*k] - theta[from]).abs() >= turns * TAU).unwrap_or(last) } else { last };
     let duration_s = t_s[to] - t_s[from];
     (duration_s >= LEAST_S).then(|| Plateau {
         rows: from..to,
@@ -114,7 +110,14 @@ mod tests {
         let asked: Vec<f64> = levels.iter().flat_map(|level| [*level; 2000]).collect();
         let t_s: Vec<f64> = (0..asked.len()).map(|k| k as f64 * 1e-3).collect();
         let mut angle = 0.0;
-        let theta = asked.iter().map(|rate| { let here = angle; angle += rate * 1e-3; here }).collect();
+        let theta = asked
+            .iter()
+            .map(|rate| {
+                let here = angle;
+                angle += rate * 1e-3;
+                here
+            })
+            .collect();
         Log::new("x.csv", vec![column("t_s", t_s), column("rate_cmd_rad_s", asked), column("theta_rad", theta)], Vec::new()).unwrap()
     }
 

@@ -154,10 +154,12 @@ pub fn transfer(responses: &[Response]) -> Option<Transfer> {
     // χ² with the responses' own uncertainties; where all fits are worse than those, their common factor matters to none of them.
     let fits: Vec<(f64, Transfer)> = fits.collect();
     let best = fits.iter().map(|(chi2, t)| chi2 / t.dof).fold(f64::INFINITY, f64::min).max(1.0);
-    fits.into_iter().min_by(|(a, s), (b, t)| {
-        let cost = |chi2: f64, t: &Transfer| chi2 / best + t.parameters.len() as f64 * rows.ln();
-        cost(*a, s).total_cmp(&cost(*b, t))
-    }).map(|(_, t)| t)
+    fits.into_iter()
+        .min_by(|(a, s), (b, t)| {
+            let cost = |chi2: f64, t: &Transfer| chi2 / best + t.parameters.len() as f64 * rows.ln();
+            cost(*a, s).total_cmp(&cost(*b, t))
+        })
+        .map(|(_, t)| t)
 }
 
 fn fit(order: Order, responses: &[Response]) -> Option<(f64, Transfer)> {

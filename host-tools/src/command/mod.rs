@@ -3,6 +3,8 @@
 //! Every command that computes takes `--json FILE` (`-` for standard output, and then nothing else is printed there) and, where there is
 //! something to see, `--html FILE`. Exit status: 0 it did its job, whatever it found; 2 the words or the input are wrong; 1 anything else.
 
+mod calibrate;
+mod calibrate_into;
 mod compensate;
 mod compensate_port;
 mod console;
@@ -50,6 +52,8 @@ enum Command {
     /// Several logs are fitted together, as one measurement with one set of parameters. A folder is another thing: each of its logs is
     /// explained by itself, over all cores, and a table says what came of each.
     Explain(explain::Explain),
+    /// Calibrate a sensor on the platform, or the drive itself: a session, its record, each quantity with its uncertainty
+    Calibrate(Box<calibrate::Calibrate>),
     /// Write what was learnt into the firmware's compensation, and see the ripple fall
     Compensate(compensate::Compensate),
     /// Talk to a stand over its serial line
@@ -91,6 +95,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
         Some(Command::Compare(compare)) => compare.run(),
         Some(Command::Fit(fit)) => fit.run(),
         Some(Command::Explain(explain)) => explain.run(),
+        Some(Command::Calibrate(calibrate)) => calibrate.run(),
         Some(Command::Compensate(compensate)) => compensate.run(),
         Some(Command::Console(console)) => console.run(),
         Some(Command::Record(record)) => record.run(),

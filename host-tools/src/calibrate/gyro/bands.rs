@@ -18,7 +18,8 @@ pub(super) fn add(steps: &[&Step], given: &Given, findings: &mut Findings) {
     };
     let small: Vec<(f64, f64)> = all.iter().filter(|p| is_small(p.log)).map(|p| (p.plateau.rate_rad_s, p.shown)).collect();
     if small.len() < 8 || !steps.iter().any(|s| samples(&s.log, given).is_some()) {
-        return findings.lacks("dead_band_rad_s", "it takes a staircase of small rates (below 5 % of the greatest), eight plateaus or more");
+        return findings
+            .lacks("dead_band_rad_s", "it takes a staircase of small rates (below 5 % of the greatest), eight plateaus or more");
     }
     let y: Vec<f64> = small.iter().map(|(_, shown)| *shown).collect();
     let largest = small.iter().map(|(rate, _)| rate.abs()).fold(0.0, f64::max);
@@ -42,8 +43,15 @@ pub(super) fn add(steps: &[&Step], given: &Given, findings: &mut Findings) {
     let scatter = Part::measured("noise and repeatability", u, dof, format!("{} plateaus", small.len()));
     findings.quantities.push(Quantity::new("dead_band_rad_s", "rad/s", band, vec![scatter]).saying("rates within ± this show as rest"));
     let threshold = band + 2.0 * variance.sqrt() / slope.abs();
-    let part = Part::measured("noise and repeatability", u.hypot(2.0 * variance.sqrt() / slope.abs() / (2.0 * dof).sqrt()), dof, "two standard deviations of a plateau");
-    findings.quantities.push(Quantity::new("threshold_rad_s", "rad/s", threshold, vec![part]).saying("least rate that one plateau tells from rest"));
+    let part = Part::measured(
+        "noise and repeatability",
+        u.hypot(2.0 * variance.sqrt() / slope.abs() / (2.0 * dof).sqrt()),
+        dof,
+        "two standard deviations of a plateau",
+    );
+    findings
+        .quantities
+        .push(Quantity::new("threshold_rad_s", "rad/s", threshold, vec![part]).saying("least rate that one plateau tells from rest"));
     let level = fit_at(band).map_or(0.0, |f| f.coefficients[0]);
     findings.curves.push(Curve {
         title: "Small rates".into(),
@@ -52,5 +60,6 @@ pub(super) fn add(steps: &[&Step], given: &Given, findings: &mut Findings) {
         is_log: false,
         points: small.iter().map(|(rate, shown)| (*rate, shown - level)).collect(),
         line: (-100..=100).map(|k| f64::from(k) / 100.0 * largest).map(|r| (r, slope * (r.abs() - band).max(0.0).copysign(r))).collect(),
+        ..Curve::default()
     });
 }

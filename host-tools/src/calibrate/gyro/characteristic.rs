@@ -133,7 +133,13 @@ impl Characteristic {
         let mut parts: Vec<Part> = parts.into_iter().map(|p| Part { sensitivity: p.sensitivity / fs, ..p }).collect();
         parts[0].unit = "rad/s".into();
         let tilt_rad = known.misalignment_deg.to_radians();
-        parts.push(Part::known("clock", rectangular(known.crystal_ppm * 1e-6), "1", scale, format!("crystal, ± {} ppm", known.crystal_ppm)));
+        parts.push(Part::known(
+            "clock",
+            rectangular(known.crystal_ppm * 1e-6),
+            "1",
+            scale,
+            format!("crystal, ± {} ppm", known.crystal_ppm),
+        ));
         parts.push(Part::known(
             "misalignment",
             rectangular(0.5 * tilt_rad * tilt_rad),
@@ -154,7 +160,13 @@ impl Characteristic {
                 let latitude = latitude_deg.to_radians();
                 bias -= scale * EARTH_RAD_S * latitude.sin();
                 let u = rectangular(level_rad);
-                parts.push(Part::known("tilt", u, "rad", EARTH_RAD_S * latitude.cos(), format!("level to ± {}°: the Earth's rotation seen along the axis", known.level_deg)));
+                parts.push(Part::known(
+                    "tilt",
+                    u,
+                    "rad",
+                    EARTH_RAD_S * latitude.cos(),
+                    format!("level to ± {}°: the Earth's rotation seen along the axis", known.level_deg),
+                ));
                 "without the Earth's rotation along the axis"
             }
             None => {
@@ -174,10 +186,9 @@ impl Characteristic {
         let per_cent = 100.0 / (self.coefficient(1).abs() * self.full_scale_rad_s);
         let (value, parts) = self.of(&[0.0, 0.0, 2.0 / 3.0 * sign(2), 0.4 * sign(3)]);
         let parts = parts.into_iter().map(|p| Part { sensitivity: p.sensitivity * per_cent, ..p }).collect();
-        Some(
-            Quantity::new("nonlinearity_percent_fs", "%", value * per_cent, parts)
-                .saying("greatest departure of the curve from its straight line, at one end of ± full scale; never below 0, so noise alone makes some"),
-        )
+        Some(Quantity::new("nonlinearity_percent_fs", "%", value * per_cent, parts).saying(
+            "greatest departure of the curve from its straight line, at one end of ± full scale; never below 0, so noise alone makes some",
+        ))
     }
 
     /// The coefficient of Ω² over the scale, s: what a linearity defect and g-sensitivity at a radius have in common.
@@ -230,7 +241,10 @@ impl Characteristic {
         let mean = 0.5 * (plus + minus);
         let u = fit.sigma_of(&[0.0, 100.0 / mean, -100.0 / mean]);
         let part = Part::measured("noise and repeatability", u, fit.dof, "scatter about two straight lines that meet at rest");
-        Some(Quantity::new("asymmetry_percent", "%", 100.0 * (plus - minus) / mean, vec![part]).saying("slope at positive less slope at negative rates"))
+        Some(
+            Quantity::new("asymmetry_percent", "%", 100.0 * (plus - minus) / mean, vec![part])
+                .saying("slope at positive less slope at negative rates"),
+        )
     }
 
     /// Scatter of a plateau that is run again, per cent of full scale.
@@ -254,7 +268,12 @@ impl Characteristic {
         }
         let per_cent = 100.0 / (self.coefficient(1).abs() * self.full_scale_rad_s);
         let value = (sum / dof).sqrt() * per_cent;
-        let part = Part::measured("number of repeats", value / (2.0 * dof).sqrt(), dof, "standard uncertainty of a standard deviation (GUM E.4.3)");
+        let part = Part::measured(
+            "number of repeats",
+            value / (2.0 * dof).sqrt(),
+            dof,
+            "standard uncertainty of a standard deviation (GUM E.4.3)",
+        );
         Some(Quantity::new("repeatability_percent_fs", "%", value, vec![part]).saying("standard deviation of one plateau, run again"))
     }
 
@@ -273,6 +292,7 @@ impl Characteristic {
             is_log: false,
             points,
             line,
+            ..Curve::default()
         }
     }
 }
@@ -311,7 +331,10 @@ pub(super) fn add(steps: &[&Step], given: &Given, findings: &mut Findings) -> Re
         });
     };
     if found.fit.dof < 2.0 {
-        return Err(CalibrateError::TooLittle { what: "gyro", says: format!("{} plateaus are too few; record longer", found.points.len()) });
+        return Err(CalibrateError::TooLittle {
+            what: "gyro",
+            says: format!("{} plateaus are too few; record longer", found.points.len()),
+        });
     }
     findings.quantities.extend([found.scale(&given.known), found.bias(&given.known)]);
     for (name, quantity, why) in [

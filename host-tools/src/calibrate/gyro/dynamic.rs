@@ -39,7 +39,7 @@ fn responses(steps: &[&Step], given: &Given) -> Vec<Response> {
 }
 
 /// A chirp in pieces in which its frequency changes little: the gyro's samples on the platform's motion in the band of the piece.
-fn along_chirp(log: &Log, theta: &[f64], shown: &[f64], age: Option<&[f64]>) -> Vec<Response> {
+pub(in crate::calibrate) fn along_chirp(log: &Log, theta: &[f64], shown: &[f64], age: Option<&[f64]>) -> Vec<Response> {
     let (Some(from_Hz), Some(to_Hz), Some(sweep_s)) =
         (note(log, "profile_from_Hz"), note(log, "profile_to_Hz"), note(log, "profile_sweep_s"))
     else {
@@ -57,7 +57,13 @@ fn along_chirp(log: &Log, theta: &[f64], shown: &[f64], age: Option<&[f64]>) -> 
         if rows.len() < 200 {
             continue;
         }
-        found.extend(piece_response(&t_s[rows.clone()], &theta[rows.clone()], &shown[rows.clone()], age.map(|a| &a[rows.clone()]), frequency_Hz));
+        found.extend(piece_response(
+            &t_s[rows.clone()],
+            &theta[rows.clone()],
+            &shown[rows.clone()],
+            age.map(|a| &a[rows.clone()]),
+            frequency_Hz,
+        ));
     }
     found
 }
@@ -117,19 +123,28 @@ pub(super) fn add(steps: &[&Step], given: &Given, findings: &mut Findings) {
     let Some(h) = transfer(&found) else {
         return findings.lacks("bandwidth_Hz", "it takes sines of three frequencies or more, or a chirp (mode voltage)");
     };
-    let scatter = |u: f64| Part::measured("noise", u, h.dof, format!("{} frequencies; scatter {:.2} × their own uncertainty", found.len(), h.ratio.max(0.0)));
+    let scatter = |u: f64| {
+        Part::measured("noise", u, h.dof, format!("{} frequencies; scatter {:.2} × their own uncertainty", found.len(), h.ratio.max(0.0)))
+    };
     let highest_Hz = found.last().map_or(0.0, |r| r.frequency_Hz);
     match h.bandwidth_Hz() {
         Some((value, u)) => {
             let clock = Part::known("clock", crate::uncertainty::rectangular(given.known.crystal_ppm * 1e-6), "1", value, "crystal");
             let q = Quantity::new("bandwidth_Hz", "Hz", value, vec![scatter(u), clock]);
-            let how = if value > highest_Hz { format!("; beyond {highest_Hz:.0} Hz, the highest that was run: by the fitted form") } else { String::new() };
+            let how = if value > highest_Hz {
+                format!("; beyond {highest_Hz:.0} Hz, the highest that was run: by the fitted form")
+            } else {
+                String::new()
+            };
             findings.quantities.push(q.saying(format!("where the gain has fallen by 3 dB; {}{how}", h.order.says())));
         }
         None => findings.lacks("bandwidth_Hz", format!("no fall by 3 dB is in sight of {highest_Hz:.0} Hz, the highest that was run")),
     }
     let (delay, u) = h.delay_s();
-    findings.quantities.push(Quantity::new("delay_s", "s", delay, vec![scatter(u)]).saying("transport delay, apart from the lag; the sample's own age taken off where the log has it"));
+    findings.quantities.push(
+        Quantity::new("delay_s", "s", delay, vec![scatter(u)])
+            .saying("transport delay, apart from the lag; the sample's own age taken off where the log has it"),
+    );
     if let Some((zeta, u)) = h.damping() {
         findings.quantities.push(Quantity::new("damping", "1", zeta, vec![scatter(u)]).saying("damping ratio of the pair of poles"));
     }
@@ -148,6 +163,7 @@ fn pictures(found: &[Response], h: &Transfer) -> [Curve; 2] {
         is_log: true,
         points,
         line,
+        ..Curve::default()
     };
     [
         curve(

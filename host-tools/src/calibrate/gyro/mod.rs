@@ -17,7 +17,9 @@ mod still;
 mod turns;
 
 pub use characteristic::{Characteristic, characteristic};
+pub(super) use dynamic::along_chirp;
 
+use super::session::Session;
 use super::{CalibrateError, Findings, Known, Lying, Step};
 use crate::log::Log;
 
@@ -37,6 +39,19 @@ pub struct Given {
 impl Default for Given {
     fn default() -> Self {
         Self { column: "gyro_rad_s".into(), full_scale_rad_s: None, settle_s: 0.5, known: Known::default() }
+    }
+}
+
+impl Given {
+    /// What a session's file says.
+    pub fn of(session: &Session) -> Self {
+        let usual = Self::default();
+        Self {
+            column: session.column.clone().unwrap_or(usual.column),
+            full_scale_rad_s: session.full_scale_rad_s,
+            settle_s: session.settle_s,
+            known: session.known,
+        }
     }
 }
 

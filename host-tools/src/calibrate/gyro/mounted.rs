@@ -118,7 +118,8 @@ fn on_its_sides(steps: &[Step], given: &Given) -> Option<[Quantity; 2]> {
             Part::measured("other side", other.sigma(1) * per, other.dof, "slope of what is shown over the rate"),
         ]
     };
-    let cross = Quantity::new("cross_axis_percent", "%", 50.0 * (a - b), parts(50.0)).saying("of the rate about the part's y: half the difference of both sides");
+    let cross = Quantity::new("cross_axis_percent", "%", 50.0 * (a - b), parts(50.0))
+        .saying("of the rate about the part's y: half the difference of both sides");
     let off = Quantity::new("mounting_deg", "°", (0.5 * (a + b)).to_degrees(), parts(0.5_f64.to_degrees()))
         .saying("sensitive axis off the platform's plane as it was mounted: half the sum of both sides");
     Some([cross, off])

@@ -19,7 +19,9 @@ pub(super) fn add(steps: &[&Step], given: &Given, findings: &mut Findings) {
     }
     match scale(steps, given) {
         Some(q) => findings.quantities.push(q),
-        None => findings.lacks("scale_per_K", "it takes plateaus of both signs with the column sensor_C while the part warms by 1 K or more"),
+        None => {
+            findings.lacks("scale_per_K", "it takes plateaus of both signs with the column sensor_C while the part warms by 1 K or more")
+        }
     }
 }
 
@@ -27,7 +29,9 @@ fn bias(steps: &[&Step], given: &Given) -> Option<Quantity> {
     let (mut rows, mut y) = (Vec::new(), Vec::new());
     for step in steps {
         let log = &step.log;
-        let (Some(shown), Some(celsius), Some(theta)) = (samples(log, given), log.column("sensor_C"), log.column("theta_rad")) else { continue };
+        let (Some(shown), Some(celsius), Some(theta)) = (samples(log, given), log.column("sensor_C"), log.column("theta_rad")) else {
+            continue;
+        };
         let went = theta.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
         if went.1 - went.0 > 0.01 {
             continue;
@@ -78,7 +82,12 @@ fn coefficient(name: &str, unit: &str, rows: &[Vec<f64>], y: &[f64], k: usize, p
     let value = fit.coefficients[k] * per;
     let noise = Part::measured("noise", fit.sigma(k) * per.abs(), fit.dof, format!("{} means, over {:.1} K", rows.len(), high - low));
     // A thermometer that is off by a slope: its error over the range.
-    let thermometer =
-        Part::known("thermometer", rectangular(given.known.temperature_K), "K", value / (high - low), format!("± {} K over the range", given.known.temperature_K));
+    let thermometer = Part::known(
+        "thermometer",
+        rectangular(given.known.temperature_K),
+        "K",
+        value / (high - low),
+        format!("± {} K over the range", given.known.temperature_K),
+    );
     Some(Quantity::new(name, unit, value, vec![noise, thermometer]))
 }

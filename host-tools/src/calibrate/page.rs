@@ -1,0 +1,148 @@
+//! A calibration told to a person: text for a terminal, and one HTML file that prints.
+
+use super::Curve;
+use super::record::Record;
+use super::session::Session;
+use crate::report::page::{Page, escaped, swatch};
+use crate::report::plot::{Axis, Plot, with_room};
+use crate::report::{plain, significant, with_sigma};
+use crate::uncertainty::{CONFIDENCE, Kind, Quantity};
+
+/// Value with its expanded uncertainty, to two digits of that.
+fn shown(q: &Quantity) -> String {
+    let unit = if q.unit == "1" { String::new() } else { format!(" {}", q.unit) };
+    format!("{}{unit}", with_sigma(q.value, q.expanded()))
+}
+
+fn heading(record: &Record) -> String {
+    let s = &record.session;
+    let part: Vec<&str> = [s.sensor.as_str(), s.serial.as_str()].into_iter().filter(|w| !w.is_empty()).collect();
+    format!("calibration {} {}", s.what.name(), part.join(" ")).trim_end().to_owned()
+}
+
+/// For a terminal.
+pub fn text(record: &Record) -> String {
+    let mut out = format!(
+        "{}: {} of {} steps, begun {}\n",
+        heading(record),
+        record.journal.steps.len(),
+        record.session.steps.len(),
+        record.journal.began
+    );
+    let width = record.findings.quantities.iter().map(|q| q.name.len()).max().unwrap_or(0);
+    for q in &record.findings.quantities {
+        out += &format!("  {:<width$}  {}", q.name, shown(q));
+        out += &if q.dof().is_finite() {
+            format!("  (k {}, ν {:.0})\n", significant(q.coverage_factor(CONFIDENCE), 3), q.dof())
+        } else {
+            "\n".to_owned()
+        };
+    }
+    for (name, why) in &record.findings.absent {
+        out += &format!("  {name:<width$}  not found: {why}\n");
+    }
+    for line in record.findings.says.iter().chain(&record.journal.interruptions) {
+        out += &format!("{line}\n");
+    }
+    out + &format!("± is expanded, for {} %. Not an accredited certificate.\n", plain(CONFIDENCE * 100.0, 3))
+}
+
+/// One HTML file.
+pub fn html(record: &Record) -> String {
+    let mut page = Page::new(&heading(record));
+    let (j, s) = (&record.journal, &record.session);
+    let who = if s.operator.is_empty() { String::new() } else { format!(", by {}", s.operator) };
+    page.paragraph("lead", &format!("Begun {}{who}, on {}. {}", j.began, j.stand, Session::statement()));
+    if !record.is_whole() {
+        page.paragraph("warn", &format!("{} of {} steps are done: the rest is not in these results.", j.steps.len(), s.steps.len()));
+    }
+    for line in record.findings.says.iter().chain(&j.interruptions) {
+        page.paragraph("warn", line);
+    }
+    page.push("<section><h2>Results</h2><div class=\"scroll\"><table><thead><tr><th>quantity</th><th>value</th><th>u</th><th>ν</th><th>k</th><th>U</th><th>unit</th><th></th></tr></thead><tbody>");
+    for q in &record.findings.quantities {
+        let number = |x: f64, digits: u32| if x.is_finite() { significant(x, digits) } else { "∞".into() };
+        page.push(&format!(
+            "<tr><td>{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td><td>{}</td><td>{}</td></tr>",
+            escaped(&q.name),
+            with_sigma(q.value, q.sigma()).split(" ±").next().unwrap_or_default(),
+            number(q.sigma(), 2),
+            number(q.dof().floor(), 3),
+            number(q.coverage_factor(CONFIDENCE), 3),
+            number(q.expanded(), 2),
+            escaped(if q.unit == "1" { "" } else { &q.unit }),
+            escaped(&q.says)
+        ));
+    }
+    for (name, why) in &record.findings.absent {
+        page.push(&format!("<tr><td>{}</td><td colspan=\"6\">not found</td><td>{}</td></tr>", escaped(name), escaped(why)));
+    }
+    page.push("</tbody></table></div></section><section><h2>Pictures</h2>");
+    for curve in record.findings.curves.iter().filter(|c| c.points.len() > 1) {
+        page.figure(
+            &picture(curve),
+            &format!("{}: {} measured, {} by the result", escaped(&curve.title), swatch("measured", ""), swatch("modelled", "")),
+        );
+    }
+    page.push("</section><section><h2>Uncertainty</h2>");
+    for q in &record.findings.quantities {
+        page.push(&budget(q));
+    }
+    page.push("</section><section><h2>Raw logs</h2><div class=\"scroll\"><table><thead><tr><th>step</th><th>file</th><th>rows</th><th>lost</th><th>SHA-256</th><th>asked and said</th></tr></thead><tbody>");
+    for step in &j.steps {
+        let asked = step.asked.as_ref().map_or(String::new(), |[ask, said]| format!("{ask} — {said}"));
+        page.push(&format!(
+            "<tr><td>{}</td><td>{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td><td><code>{}</code></td><td>{}</td></tr>",
+            escaped(&step.name),
+            escaped(&step.log),
+            step.rows,
+            step.lost_rows,
+            step.sha256,
+            escaped(&asked)
+        ));
+    }
+    page.push("</tbody></table></div></section>");
+    page.finish()
+}
+
+fn budget(q: &Quantity) -> String {
+    let mut table = format!(
+        "<h3>{}</h3><div class=\"scroll\"><table><thead><tr><th>of</th><th>type</th><th>u</th><th>unit</th><th>sensitivity</th><th>ν</th><th>contribution</th><th></th></tr></thead><tbody>",
+        escaped(&q.name)
+    );
+    for p in &q.parts {
+        table += &format!(
+            "<tr><td>{}</td><td>{}</td><td class=\"number\">{}</td><td>{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td><td>{}</td></tr>",
+            escaped(&p.of),
+            if p.kind == Kind::A { "A" } else { "B" },
+            significant(p.u, 2),
+            escaped(if p.unit.is_empty() { &q.unit } else { &p.unit }),
+            significant(p.sensitivity, 3),
+            if p.dof.is_finite() { format!("{:.0}", p.dof) } else { "∞".into() },
+            significant(p.contribution(), 2),
+            escaped(&p.says)
+        );
+    }
+    table + "</tbody></table></div>"
+}
+
+fn picture(curve: &Curve) -> String {
+    let x = |v: f64| if curve.is_log { v.max(1e-12).log10() } else { v };
+    let all = || curve.points.iter().chain(&curve.line);
+    let range = |of: &dyn Fn(&(f64, f64)) -> f64| all().map(of).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+    let across = range(&|p| x(p.0));
+    let axis = if curve.is_log {
+        Axis::decades((across.0 - 0.05, across.1 + 0.05), &curve.x)
+    } else {
+        Axis::new(with_room(across), 10, &curve.x, "")
+    };
+    let mut plot = Plot::new(axis, Axis::new(with_room(range(&|p| p.1)), 6, &curve.y, ""), 980.0, 280.0);
+    plot.level(0.0, "zero");
+    if !curve.line.is_empty() {
+        plot.lines(&[curve.line.iter().map(|(a, b)| (x(*a), *b)).collect()], "modelled");
+    }
+    for (a, b) in &curve.points {
+        plot.dot((x(*a), *b), 2.5, "mean");
+    }
+    plot.finish()
+}

@@ -1,0 +1,114 @@
+//! A part drawn by its number, for the simulated stand: what a calibration is to find, and nobody is told.
+//!
+//! What no log shows (crystal, mounting, latitude) is drawn within what a session believes of it ([`Known`]), so that intervals can be tested.
+
+use super::Known;
+use hal_sim::peripherals::imu::{GyroElement, ImuSetup};
+use hal_sim::plant::Stand;
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rand_xoshiro::rand_core::{Rng, SeedableRng};
+
+/// A generator and what is drawn from it.
+struct Draw(Xoshiro256PlusPlus);
+
+impl Draw {
+    /// Evenly from −1 to 1.
+    fn side(&mut self) -> f64 {
+        (self.0.next_u64() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+
+    /// Evenly between.
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * 0.5 * (self.side() + 1.0)
+    }
+}
+
+/// What the part is, in the calibration's own words: name and true value.
+pub type Truth = Vec<(&'static str, f64)>;
+
+/// A gyro–accelerometer of this number on the default stand, at these rates of full scale; and what is true of it.
+pub fn sensor(seed: u64, known: &Known, full_scale_rad_s: f64) -> (ImuSetup, Truth) {
+    let mut d = Draw(Xoshiro256PlusPlus::seed_from_u64(seed));
+    let side = |d: &mut Draw, size: f64| size * d.side();
+    let scale = 1.0 + side(&mut d, 0.02);
+    let bias = side(&mut d, 0.02);
+    // Nonlinearity of 0.02 … 0.2 % of full scale, in both terms: a departure that noise makes of itself stays below.
+    let sign = |d: &mut Draw| if d.side() < 0.0 { -1.0 } else { 1.0 };
+    let quadratic = sign(&mut d) * d.between(1e-4, 1e-3) / full_scale_rad_s;
+    let cubic = sign(&mut d) * d.between(1e-4, 2e-3) / full_scale_rad_s.powi(2);
+    let natural_Hz = d.between(40.0, 80.0);
+    let damping = d.between(0.5, 0.9);
+    let misalignment = side(&mut d, known.misalignment_deg.to_radians());
+    let earth = match known.latitude_deg {
+        Some(latitude) => super::EARTH_RAD_S * (latitude.to_radians() + side(&mut d, known.level_deg.to_radians())).sin(),
+        None => side(&mut d, super::EARTH_RAD_S),
+    };
+    let radius_m = 0.05 + side(&mut d, known.radius_error_m);
+    let (chi_deg, accel_scale) = (side(&mut d, 5.0), 1.0 + side(&mut d, 0.02));
+    let accel_bias = side(&mut d, 0.3);
+    let imu = ImuSetup {
+        gyro_scale: scale * misalignment.cos(),
+        gyro_bias_rad_s: bias,
+        earth_rate_rad_s: earth,
+        radius_m,
+        chi_rad: chi_deg.to_radians(),
+        accel_scale,
+        accel_bias_m_s2: accel_bias,
+        gyro: GyroElement {
+            quadratic_s: quadratic,
+            cubic_s2: cubic,
+            natural_Hz,
+            damping,
+            delay_s: 1e-4 * d.between(0.0, 12.0).floor(),
+            ..GyroElement::default()
+        },
+        ..ImuSetup::default()
+    };
+    let fs = full_scale_rad_s;
+    // Of the element before its scale: ⅔|c₂|Fs + ⅖|c₃|Fs², over the slope at rest.
+    let nonlinearity = 100.0 * (2.0 / 3.0 * (quadratic * fs).abs() + 0.4 * (cubic * fs * fs).abs());
+    let b = 4.0 * damping * damping - 2.0;
+    let truth = vec![
+        ("scale", scale * (1.0 + 0.6 * cubic * fs * fs)),
+        ("bias_rad_s", if known.latitude_deg.is_some() { bias } else { bias + scale * earth }),
+        ("nonlinearity_percent_fs", nonlinearity),
+        ("quadratic_s", quadratic),
+        // Of the element alone; the chip's own low-pass comes behind it.
+        ("element_bandwidth_Hz", natural_Hz * ((-b + (b * b + 4.0).sqrt()) / 2.0).sqrt()),
+        ("natural_Hz", natural_Hz),
+        ("damping", damping),
+        ("delay_s", imu.gyro.delay_s),
+        ("radius_m", radius_m),
+        ("accel_scale", accel_scale),
+        ("angle_deg", chi_deg),
+        ("bias_x_m_s2", accel_bias),
+    ];
+    (imu, truth)
+}
+
+/// A drive of this number: the default stand's, each parameter within a fifth, read by instruments that are off within what is believed of them.
+pub fn drive(seed: u64, known: &Known) -> (Stand, Truth) {
+    let mut d = Draw(Xoshiro256PlusPlus::seed_from_u64(seed));
+    let mut stand = Stand::default();
+    let off = |d: &mut Draw, value: &mut f64, part: f64| *value *= 1.0 + part * d.side();
+    off(&mut d, &mut stand.drive.inertia_kg_m2, 0.2);
+    off(&mut d, &mut stand.drive.motor_constant_N_m_A, 0.2);
+    off(&mut d, &mut stand.drive.resistance_ohm, 0.2);
+    for parameter in stand.effects.values_mut().flat_map(|p| p.values_mut()) {
+        off(&mut d, parameter, 0.2);
+    }
+    let at = |effect: &str, name: &str| stand.effects.get(effect).and_then(|p| p.get(name)).copied().unwrap_or(0.0);
+    let truth = vec![
+        ("inertia_kg_m2", stand.drive.inertia_kg_m2),
+        ("motor_constant_N_m_A", stand.drive.motor_constant_N_m_A),
+        ("resistance_ohm", stand.drive.resistance_ohm),
+        ("inductance_H", at("inductance", "inductance_H")),
+        ("viscous_N_m_s", at("viscous", "viscous_N_m_s")),
+        ("coulomb_N_m", at("coulomb", "coulomb_N_m")),
+    ];
+    // The instruments: a supply that is not what the duty is multiplied with, a current that is shown too large.
+    off(&mut d, &mut stand.drive.supply_V, known.supply_percent / 100.0);
+    let current = known.current_percent / 100.0 * d.side();
+    stand.effects.insert("current-scale".into(), [("current_scale".to_owned(), current)].into_iter().collect());
+    (stand, truth)
+}

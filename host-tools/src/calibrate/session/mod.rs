@@ -1,0 +1,320 @@
+//! A session: what is run on a stand for a calibration, step by step, unattended where no person is needed.
+//!
+//! In: a file in TOML ([`Session`]) and a stand. Out: a folder with a raw log for each step, and a journal ([`journal`]) that says after each step what was done,
+//! with the log's SHA-256; so a session that was broken off goes on with the step that is not done ([`run`]). What the stand cannot do is refused before
+//! anything moves ([`check`]).
+
+pub mod check;
+pub mod journal;
+pub mod run;
+
+pub use check::check;
+
+use super::{Known, Mounted};
+use crate::uncertainty::CONFIDENCE;
+use hal_sim::session::SessionRequest;
+use serde::{Deserialize, Serialize};
+use stand_firmware::profile::{PARAMETERS, Parameter, Profile, ProfileConfig, ProfileKind};
+use stand_firmware::speed_loop::Mode;
+use std::collections::BTreeMap;
+
+/// What is calibrated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum What {
+    /// A rate gyro.
+    Gyro,
+    /// An accelerometer, as a rate sensor at a radius.
+    Accel,
+    /// The stand's own drive.
+    Drive,
+}
+
+impl What {
+    /// Its name on the command line and in records.
+    pub fn name(self) -> &'static str {
+        match self {
+            What::Gyro => "gyro",
+            What::Accel => "accel",
+            What::Drive => "drive",
+        }
+    }
+
+    /// The usual session, as a file with comments.
+    pub fn usual(self) -> &'static str {
+        match self {
+            What::Gyro => include_str!("gyro.toml"),
+            What::Accel => include_str!("accel.toml"),
+            What::Drive => include_str!("drive.toml"),
+        }
+    }
+}
+
+/// How the drive is regulated in a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum How {
+    /// Not at all: the platform rests, or coasts.
+    Off,
+    /// The speed loop holds the profile's rate.
+    Rate,
+    /// The profile is the voltage.
+    Voltage,
+}
+
+impl How {
+    /// As the firmware has it.
+    pub fn mode(self) -> Mode {
+        match self {
+            How::Off => Mode::Off,
+            How::Rate => Mode::Rate,
+            How::Voltage => Mode::Voltage,
+        }
+    }
+}
+
+/// A session's file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Session {
+    /// What is calibrated.
+    pub what: What,
+    /// The part's type.
+    #[serde(default)]
+    pub sensor: String,
+    /// Its serial number.
+    #[serde(default)]
+    pub serial: String,
+    /// Who runs it.
+    #[serde(default)]
+    pub operator: String,
+    /// The sensor's column; the usual one by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub column: Option<String>,
+    /// Rate to which per cents refer, rad/s; else the greatest that was run.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub full_scale_rad_s: Option<f64>,
+    /// Left out at the begin of each plateau, s.
+    #[serde(default = "settle")]
+    pub settle_s: f64,
+    /// What no log shows.
+    #[serde(default)]
+    pub known: Known,
+    /// What no step may pass, beside the stand's own limits.
+    #[serde(default)]
+    pub limits: Limits,
+    /// What is run, in this order.
+    pub steps: Vec<StepPlan>,
+}
+
+fn settle() -> f64 {
+    0.5
+}
+
+/// What no step may pass.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Limits {
+    /// Greatest rate, rad/s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rate_rad_s: Option<f64>,
+    /// Greatest voltage, V.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub voltage_V: Option<f64>,
+}
+
+/// One step.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StepPlan {
+    /// Its name, which is part of its log's.
+    pub name: String,
+    /// What a person must do first.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ask: Option<String>,
+    /// How the part is mounted from this step on.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mounted: Option<Mounted>,
+    /// How the drive is regulated.
+    pub mode: How,
+    /// Length of the record, s.
+    pub seconds: f64,
+    /// The drive goes off after so long, while the record goes on, s: the platform runs out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drive_s: Option<f64>,
+    /// Which profile; none where the drive is off.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile: Option<String>,
+    /// A moment of inertia that was added to the platform for this step, kg m².
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub added_inertia_kg_m2: Option<f64>,
+    /// The profile's parameters by the firmware's names.
+    #[serde(flatten)]
+    pub parameters: BTreeMap<String, toml::Value>,
+}
+
+/// Why a session cannot be.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum PlanError {
+    /// Not TOML, or keys that no session has.
+    #[error("{0}")]
+    Toml(String),
+    /// A step that makes no sense.
+    #[error("step {number} `{name}`: {says}")]
+    Step {
+        /// From 1.
+        number: usize,
+        /// Its name.
+        name: String,
+        /// What is wrong.
+        says: String,
+    },
+    /// A value of the whole.
+    #[error("{0}")]
+    Whole(String),
+}
+
+impl Session {
+    /// Reads a file's text and checks all that can be checked without a stand.
+    ///
+    /// # Errors
+    /// The first thing that is wrong, with its step and parameter.
+    pub fn parse(text: &str) -> Result<Self, PlanError> {
+        let session: Self = toml::from_str(text).map_err(|e| PlanError::Toml(e.to_string().lines().collect::<Vec<_>>().join(" ")))?;
+        let whole = |says: String| Err(PlanError::Whole(says));
+        if session.steps.is_empty() {
+            return whole("steps: there is none".into());
+        }
+        if !(0.0..=3600.0).contains(&session.settle_s) {
+            return whole(format!("settle_s: {} is outside 0 … 3600", session.settle_s));
+        }
+        if let Some(fs) = session.full_scale_rad_s.filter(|fs| !(*fs > 0.0 && fs.is_finite())) {
+            return whole(format!("full_scale_rad_s: {fs} must be above 0"));
+        }
+        if let Some(latitude) = session.known.latitude_deg.filter(|l| !(-90.0..=90.0).contains(l)) {
+            return whole(format!("known.latitude_deg: {latitude} is outside -90 … 90"));
+        }
+        let known = &session.known;
+        let halves = [
+            ("crystal_ppm", known.crystal_ppm),
+            ("misalignment_deg", known.misalignment_deg),
+            ("level_deg", known.level_deg),
+            ("radius_error_m", known.radius_error_m),
+            ("current_percent", known.current_percent),
+            ("supply_percent", known.supply_percent),
+            ("temperature_K", known.temperature_K),
+        ];
+        if let Some((name, value)) = halves.iter().find(|(_, v)| !(*v >= 0.0 && v.is_finite())) {
+            return whole(format!("known.{name}: {value} must be 0 or more"));
+        }
+        for (k, step) in session.steps.iter().enumerate() {
+            let doubled = session.steps[..k].iter().any(|s| s.name == step.name);
+            let says = if doubled { Err("another step has this name".to_owned()) } else { step.config().map(|_| ()) };
+            says.map_err(|says| PlanError::Step { number: k + 1, name: step.name.clone(), says })?;
+        }
+        Ok(session)
+    }
+
+    /// Time that all steps take, s.
+    pub fn seconds(&self) -> f64 {
+        self.steps.iter().map(|s| s.seconds).sum()
+    }
+
+    /// How the part is mounted in each step.
+    pub fn mounted(&self) -> Vec<Mounted> {
+        let mut now = Mounted::default();
+        self.steps
+            .iter()
+            .map(|step| {
+                now = step.mounted.unwrap_or(now);
+                now
+            })
+            .collect()
+    }
+
+    /// Said in each record.
+    pub fn statement() -> String {
+        format!("Expanded uncertainties hold with a probability of {} %. This is not an accredited certificate.", CONFIDENCE * 100.0)
+    }
+}
+
+impl StepPlan {
+    /// The profile, checked; `None` where the drive is off.
+    ///
+    /// # Errors
+    /// What is wrong, in words.
+    pub fn config(&self) -> Result<Option<ProfileConfig>, String> {
+        if self.name.trim().is_empty() || self.name.chars().any(char::is_control) {
+            return Err("name: must be a word".into());
+        }
+        if !(self.seconds.is_finite() && (0.1..=1e6).contains(&self.seconds)) {
+            return Err(format!("seconds: {} is outside 0.1 … 1000000", self.seconds));
+        }
+        if let Some(m) = self
+            .mounted
+            .filter(|m| !(m.radius_m.is_finite() && m.radius_m.abs() < 10.0 && m.tilt_deg.abs() < 90.0 && m.turned_deg.is_finite()))
+        {
+            return Err(format!("mounted: {m:?} is no place on a platform"));
+        }
+        if let Some(drive_s) = self.drive_s.filter(|d| !(*d >= 0.1 && *d < self.seconds && self.mode != How::Off)) {
+            return Err(format!("drive_s: {drive_s} must be at least 0.1, and less than seconds, in a step with a profile"));
+        }
+        if let Some(j) = self.added_inertia_kg_m2.filter(|j| !(*j > 0.0 && j.is_finite())) {
+            return Err(format!("added_inertia_kg_m2: {j} must be above 0"));
+        }
+        if self.mode == How::Off {
+            return match (&self.profile, self.parameters.keys().next()) {
+                (Some(_), _) => Err("profile: the drive is off in this step".into()),
+                (_, Some(name)) => Err(format!("{name}: no such parameter; the drive is off in this step")),
+                _ => Ok(None),
+            };
+        }
+        let Some(profile) = &self.profile else {
+            return Err("profile: is missing (`stand record --help` has the profiles)".into());
+        };
+        let kind: ProfileKind = profile.parse().map_err(|e| format!("profile: {e}"))?;
+        let amplitude = SessionRequest::usual_amplitude(self.mode.mode());
+        let mut config = SessionRequest::usual_profile(self.mode.mode(), kind, amplitude, 1);
+        for (name, value) in &self.parameters {
+            let Some(parameter) = Parameter::of_name(name) else {
+                let near = strsim_near(name);
+                return Err(format!("{name}: no such parameter{near}"));
+            };
+            if !kind.parameters().contains(&name.as_str()) {
+                return Err(format!("{name}: the profile {kind} takes {} and not this", kind.parameters().join(" ")));
+            }
+            let number =
+                value.as_float().or(value.as_integer().map(|i| i as f64)).ok_or_else(|| format!("{name}: {value} is no number"))?;
+            parameter.set(&mut config, number).map_err(|e| e.to_string())?;
+        }
+        Profile::for_mode(&config, self.mode.mode()).map_err(|e| e.to_string())?;
+        Ok(Some(config))
+    }
+
+    /// Its log's name in the folder, for the step of this number from 1.
+    pub fn file(&self, number: usize) -> String {
+        let word: String = self
+            .name
+            .chars()
+            .map(|c| {
+                if c.is_alphanumeric() {
+                    c.to_ascii_lowercase()
+                } else if c == '+' {
+                    'p'
+                } else if c == '-' {
+                    'm'
+                } else {
+                    '-'
+                }
+            })
+            .collect();
+        format!("{number:02}-{word}.parquet")
+    }
+}
+
+fn strsim_near(name: &str) -> String {
+    let near = PARAMETERS.iter().map(|p| (strsim::jaro_winkler(p.name, name), p.name)).max_by(|a, b| a.0.total_cmp(&b.0));
+    near.filter(|(score, _)| *score > 0.8).map_or(String::new(), |(_, near)| format!("; did you mean {near}?"))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,56 @@
+use super::check::Able;
+use super::*;
+
+#[test]
+fn the_usual_sessions_are_good() {
+    for what in [What::Gyro, What::Accel, What::Drive] {
+        let session = Session::parse(what.usual()).unwrap_or_else(|e| panic!("{}: {e}", what.name()));
+        assert_eq!(session.what, what);
+        let able = Able { overspeed_rad_s: 45.0, acceleration_rad_s2: 60.0, voltage_V: 11.4, has_sensor: true };
+        check(&session, &able).unwrap_or_else(|e| panic!("{}: {e}", what.name()));
+        assert!(session.seconds() > 60.0 && session.seconds() < 600.0);
+    }
+}
+
+fn refused(steps: &str) -> String {
+    Session::parse(&format!("what = \"gyro\"\n{steps}")).unwrap_err().to_string()
+}
+
+#[test]
+fn a_bad_file_is_told_by_step_and_parameter() {
+    assert!(refused("").contains("steps"));
+    assert!(refused("steps = []").contains("there is none"));
+    let step = |more: &str| format!("[[steps]]\nname = \"a\"\nseconds = 5.0\nmode = \"rate\"\n{more}");
+    assert!(refused(&step("")).contains("step 1 `a`: profile: is missing"));
+    assert!(refused(&step("profile = \"stare\"")).contains("profile"));
+    assert!(refused(&step("profile = \"sine\"\nlevels = 3")).contains("levels: the profile sine takes"));
+    assert!(refused(&step("profile = \"sine\"\nfrequency_hz = 3")).contains("did you mean frequency_Hz?"));
+    assert!(refused(&step("profile = \"sine\"\namplitude = \"big\"")).contains("no number"));
+    assert!(refused(&step("profile = \"sine\"").replace("5.0", "0.0")).contains("seconds: 0 is outside"));
+    let twice = format!("{0}{0}", step("profile = \"sine\"\n"));
+    assert!(refused(&twice).contains("step 2 `a`: another step has this name"));
+    assert!(Session::parse("what = \"gyro\"\nsteps = 3").is_err());
+    assert!(Session::parse("what = \"moon\"\n").unwrap_err().to_string().contains("moon"));
+}
+
+#[test]
+fn what_the_stand_cannot_do_is_refused_with_the_figure() {
+    let able = Able { overspeed_rad_s: 45.0, acceleration_rad_s2: 60.0, voltage_V: 11.4, has_sensor: true };
+    let refused = |text: &str, able: &Able| check(&Session::parse(text).unwrap(), able).unwrap_err().to_string();
+    let step = |mode: &str, more: &str| format!("what = \"gyro\"\n[[steps]]\nname = \"a\"\nseconds = 5.0\nmode = \"{mode}\"\n{more}");
+    assert!(refused(&step("rate", "profile = \"constant\"\namplitude = 44.0"), &able).contains("95 % of the overspeed limit"));
+    assert!(refused(&step("voltage", "profile = \"constant\"\namplitude = 12.0"), &able).contains("11.4 V"));
+    assert!(refused(&step("rate", "profile = \"sine\"\namplitude = 2.0\nfrequency_Hz = 50.0"), &able).contains("628 rad/s²"));
+    let limited =
+        step("rate", "profile = \"constant\"\namplitude = 20.0").replace("[[steps]]", "limits = { rate_rad_s = 10.0 }\n[[steps]]");
+    assert!(refused(&limited, &able).contains("the session's limit of 10 rad/s"));
+    let blind = Able { has_sensor: false, ..able };
+    assert!(refused(&step("rate", "profile = \"constant\"\namplitude = 2.0"), &blind).contains("no sensor under test"));
+}
+
+#[test]
+fn a_step_s_log_has_its_number_and_name() {
+    let session = Session::parse(What::Gyro.usual()).unwrap();
+    assert_eq!(session.steps[3].file(4), "04-turns-p.parquet");
+    assert_eq!(session.steps[4].file(5), "05-turns-m.parquet");
+}
