@@ -3,6 +3,7 @@
 use super::integral::{Integral, reference_rad_s};
 use super::places::{self, Found, Rate, Value};
 use super::separate::{self, Platform};
+use super::uncertainty::{Part, together};
 use super::{DEG_H, DriftError};
 use crate::report::finite;
 use hal_sim::gyro::Place;
@@ -60,19 +61,6 @@ pub struct Measured {
     pub warnings: Vec<String>,
 }
 
-/// One part of an uncertainty, °/h and arcminutes.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Part {
-    /// Of what.
-    pub of: &'static str,
-    /// In the own drift.
-    pub own_deg_h: Option<f64>,
-    /// In the apparent drift.
-    pub apparent_deg_h: Option<f64>,
-    /// In the azimuth.
-    pub azimuth_arcmin: Option<f64>,
-}
-
 /// What comes of it, rad/s and rad.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Separated {
@@ -105,8 +93,8 @@ pub struct Answer {
     pub uncorrected: Separated,
     /// K_m i/H by the unswitched sums, rad/s, where both polarities were used.
     pub reference_rad_s: Option<f64>,
-    /// Where the uncertainty comes from.
-    pub parts: Vec<Part>,
+    /// Where the uncertainty comes from, for each axis.
+    pub parts: Vec<Vec<Part>>,
 }
 
 /// A mean over the cycles of one place and axis: the mean of the polarities' means.
@@ -169,13 +157,20 @@ impl Measured {
             return Err(DriftError::AllBad { log: self.name, count: self.cycles.len(), reason });
         }
         let earth = self.latitude_deg.map(separate::earth_rad_s).transpose()?;
-        let (corrected, uncorrected) = if self.has_three_axes {
+        let (mut corrected, uncorrected) = if self.has_three_axes {
             (self.three(earth, &CycleLine::rate_rad_s, true)?, self.three(earth, &|c| c.integral.drift_rad_s(), false)?)
         } else {
             (self.single(earth, &CycleLine::rate_rad_s)?, self.single(earth, &|c| c.integral.drift_rad_s())?)
         };
         let reference_rad_s = self.reference();
-        let parts = self.parts(earth, &corrected);
+        let parts: Vec<Vec<Part>> = (0..corrected.own_rad_s.len()).map(|axis| self.parts(axis, earth, &corrected)).collect();
+        for (axis, parts) in parts.iter().enumerate() {
+            corrected.own_rad_s[axis].sigma = together(parts, |p| p.own_rad_s);
+            corrected.apparent_rad_s[axis].sigma = together(parts, |p| p.apparent_rad_s);
+        }
+        if let Some(azimuth) = &mut corrected.azimuth_rad {
+            azimuth.sigma = together(&parts[0], |p| p.azimuth_rad);
+        }
         Ok(Answer { measured: self, corrected, uncorrected, reference_rad_s, parts })
     }
 
@@ -236,10 +231,12 @@ impl Measured {
         let (sin, cos) = azimuth_rad.sin_cos();
         let sigma = half(0).zip(half(2)).map(|(x, z)| (sin * x).hypot(cos * z) / horizontal);
         let apparent = [-horizontal * cos, -vertical, horizontal * sin];
-        let with = |values: [f64; 3]| (0..3).map(|axis| Value { value: values[axis], sigma: half(axis) }).collect::<Vec<_>>();
+        // The apparent drift is the azimuth's and the latitude's, and that about the vertical the latitude's alone.
+        let lever = [Some(horizontal * sin.abs()), None, Some(horizontal * cos.abs())];
+        let of_azimuth = |axis: usize| Value { value: apparent[axis], sigma: sigma.zip(lever[axis]).map(|(sigma, lever)| sigma * lever) };
         Ok(Separated {
-            own_rad_s: with(own_rad_s),
-            apparent_rad_s: with(apparent),
+            own_rad_s: (0..3).map(|axis| Value { value: own_rad_s[axis], sigma: half(axis) }).collect(),
+            apparent_rad_s: (0..3).map(of_azimuth).collect(),
             azimuth_rad: Some(Value { value: azimuth_rad - first.turned_rad, sigma }),
             places: None,
         })
@@ -255,57 +252,9 @@ impl Measured {
         };
         Some(reference_rad_s(&of(1)?, &of(-1)?))
     }
-
-    /// Scatter, turn, level, gain: what each does to the answer (theory.md §3.3).
-    fn parts(&self, earth: Option<(f64, f64)>, found: &Separated) -> Vec<Part> {
-        let (horizontal, vertical) = earth.unwrap_or((0.0, 0.0));
-        let azimuth = found.azimuth_rad.map(|azimuth| azimuth.value);
-        let sin = azimuth.map_or(1.0, |azimuth| azimuth.sin().abs());
-        let arcmin = |rad: f64| rad.to_degrees() * 60.0;
-        let per_azimuth = |rad_s: f64| azimuth.filter(|_| horizontal > 0.0).map(|_| arcmin(rad_s / (horizontal * sin.max(1e-6))));
-        let turn = self.turn_error_rad;
-        let level_rad_s = vertical * self.level_error_rad;
-        let gain = |values: &[Value]| values.first().map(|v| v.value.abs() * self.gain_error / DEG_H);
-        let scatter = |values: &[Value]| values.first().and_then(|v| v.sigma).map(|sigma| sigma / DEG_H);
-        vec![
-            Part {
-                of: "scatter of the cycles",
-                own_deg_h: scatter(&found.own_rad_s),
-                apparent_deg_h: scatter(&found.apparent_rad_s),
-                azimuth_arcmin: found.azimuth_rad.and_then(|a| a.sigma).map(arcmin),
-            },
-            // Half of the error is the azimuth's, and its sine goes to the drift.
-            Part {
-                of: "turn between the positions",
-                own_deg_h: Some(horizontal * sin * turn / 2.0 / DEG_H),
-                apparent_deg_h: Some(horizontal * sin * turn / 2.0 / DEG_H),
-                azimuth_arcmin: azimuth.map(|_| arcmin(turn / 2.0)),
-            },
-            // Turned with the platform it goes to the drift, fixed to the base to the azimuth.
-            Part {
-                of: "level",
-                own_deg_h: Some(level_rad_s / DEG_H),
-                apparent_deg_h: Some(level_rad_s / DEG_H),
-                azimuth_arcmin: per_azimuth(level_rad_s),
-            },
-            Part {
-                of: "gain of the angle sensor",
-                own_deg_h: gain(&found.own_rad_s),
-                apparent_deg_h: gain(&found.apparent_rad_s),
-                azimuth_arcmin: found.apparent_rad_s.first().and_then(|v| per_azimuth(v.value.abs() * self.gain_error)),
-            },
-        ]
-    }
 }
 
 impl Answer {
-    /// All parts together.
-    pub fn total(&self, of: fn(&Part) -> Option<f64>) -> Option<f64> {
-        // Without a scatter nobody knows.
-        of(&self.parts[0])?;
-        Some(self.parts.iter().filter_map(of).map(|x| x * x).sum::<f64>().sqrt())
-    }
-
     /// The answer of interfaces.md.
     pub fn json(&self) -> Json {
         let m = &self.measured;
@@ -330,23 +279,32 @@ impl Answer {
                 })
             })
             .collect();
-        let rates = |values: &[Value], total: Option<f64>| {
-            let one = |v: &Value, sigma: Option<f64>| json!({"value": finite(v.value / DEG_H), "sigma": sigma.map_or(Json::Null, finite)});
+        let optional = |x: Option<f64>| x.map_or(Json::Null, finite);
+        let rates = |values: &[Value]| {
+            let one = |v: &Value| json!({"value": finite(v.value / DEG_H), "sigma": optional(v.sigma.map(|s| s / DEG_H))});
             match values {
-                [v] => one(v, total.or(v.sigma.map(|s| s / DEG_H))),
-                [x, y, z] => {
-                    json!({"x": one(x, x.sigma.map(|s| s / DEG_H)), "y": one(y, y.sigma.map(|s| s / DEG_H)), "z": one(z, z.sigma.map(|s| s / DEG_H))})
-                }
+                [v] => one(v),
+                [x, y, z] => json!({"x": one(x), "y": one(y), "z": one(z)}),
                 _ => Json::Null,
             }
         };
-        let azimuth = |found: &Separated, total: Option<f64>| {
+        let azimuth = |found: &Separated| {
             found.azimuth_rad.map_or(Json::Null, |a| {
-                let sigma = total.map(|arcmin| arcmin / 60.0).or(a.sigma.map(f64::to_degrees));
-                let other = found.other_azimuth_rad().map_or(Json::Null, |other| finite(other.to_degrees()));
-                json!({"value": finite(a.value.to_degrees()), "sigma": sigma.map_or(Json::Null, finite), "or": other})
+                let other = found.other_azimuth_rad().map(f64::to_degrees);
+                json!({"value": finite(a.value.to_degrees()), "sigma": optional(a.sigma.map(f64::to_degrees)), "or": optional(other)})
             })
         };
+        let part = |axis: usize, p: &Part| {
+            json!({
+                "of": p.of,
+                "axis": if m.has_three_axes { json!(["x", "y", "z"][axis]) } else { Json::Null },
+                "own_deg_h": optional(p.own_rad_s.map(|s| s / DEG_H)),
+                "apparent_deg_h": optional(p.apparent_rad_s.map(|s| s / DEG_H)),
+                "azimuth_arcmin": optional(p.azimuth_rad.map(|s| s.to_degrees() * 60.0)),
+            })
+        };
+        let uncertainty: Vec<Json> =
+            self.parts.iter().enumerate().flat_map(|(axis, parts)| parts.iter().map(move |p| part(axis, p))).collect();
         let by_g: Vec<Json> = self
             .corrected
             .places
@@ -363,17 +321,17 @@ impl Answer {
             "cycles": cycles,
             "good": m.good().len(),
             "bad": m.cycles.len() - m.good().len(),
-            "own_drift_deg_h": rates(&self.corrected.own_rad_s, self.total(|p| p.own_deg_h)),
-            "apparent_drift_deg_h": rates(&self.corrected.apparent_rad_s, self.total(|p| p.apparent_deg_h)),
-            "azimuth_deg": azimuth(&self.corrected, self.total(|p| p.azimuth_arcmin)),
+            "own_drift_deg_h": rates(&self.corrected.own_rad_s),
+            "apparent_drift_deg_h": rates(&self.corrected.apparent_rad_s),
+            "azimuth_deg": azimuth(&self.corrected),
             "g_drift_deg_h_g": by_g,
             "latitude_deg": m.latitude_deg,
             "reference_deg_s": self.reference_rad_s.map_or(Json::Null, |w| finite(w.to_degrees())),
-            "uncertainty": self.parts.iter().map(|p| json!({"of": p.of, "own_deg_h": p.own_deg_h.map_or(Json::Null, finite), "apparent_deg_h": p.apparent_deg_h.map_or(Json::Null, finite), "azimuth_arcmin": p.azimuth_arcmin.map_or(Json::Null, finite)})).collect::<Vec<_>>(),
+            "uncertainty": uncertainty,
             "uncorrected": {
-                "own_drift_deg_h": rates(&self.uncorrected.own_rad_s, None),
-                "apparent_drift_deg_h": rates(&self.uncorrected.apparent_rad_s, None),
-                "azimuth_deg": azimuth(&self.uncorrected, None),
+                "own_drift_deg_h": rates(&self.uncorrected.own_rad_s),
+                "apparent_drift_deg_h": rates(&self.uncorrected.apparent_rad_s),
+                "azimuth_deg": azimuth(&self.uncorrected),
             },
             "warnings": m.warnings,
         })

@@ -19,6 +19,7 @@ pub mod places;
 pub mod platform;
 pub mod separate;
 pub mod session;
+pub mod uncertainty;
 
 pub use answer::{Answer, CycleLine, Measured};
 pub use error::DriftError;

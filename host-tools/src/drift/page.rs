@@ -2,6 +2,7 @@
 
 use super::answer::{Answer, Measured, Separated};
 use super::places::Value;
+use super::uncertainty::{Part, together};
 use super::{DEG_H, advise::Advice, platform::GyroAnswer};
 use crate::report::page::{Page, escaped, swatch};
 use crate::report::plot::{Axis, Plot, with_room};
@@ -97,29 +98,29 @@ pub fn html(answer: &Answer) -> String {
         ));
     }
     page.push("</tbody></table></div></section>");
-    page.push("<section><h2>Uncertainty</h2><div class=\"scroll\"><table><thead><tr><th>of</th><th>own drift, °/h</th><th>apparent, °/h</th><th>azimuth, ′</th></tr></thead><tbody>");
-    let cell = |x: Option<f64>| format!("<td class=\"number\">{}</td>", x.map_or("–".to_owned(), |x| significant(x, 2)));
-    for part in &answer.parts {
-        page.push(&format!(
-            "<tr><td>{}</td>{}{}{}</tr>",
-            part.of,
-            cell(part.own_deg_h),
-            cell(part.apparent_deg_h),
-            cell(part.azimuth_arcmin)
-        ));
+    for (axis, parts) in answer.parts.iter().enumerate() {
+        uncertainty(&mut page, if m.has_three_axes { [" about x", " about y", " about z"][axis] } else { "" }, parts);
     }
-    page.push(&format!(
-        "<tr><td>together</td>{}{}{}</tr></tbody></table></div></section>",
-        cell(answer.total(|p| p.own_deg_h)),
-        cell(answer.total(|p| p.apparent_deg_h)),
-        cell(answer.total(|p| p.azimuth_arcmin))
-    ));
     page.push("<section><h2>Without the corrections</h2>");
     for line in lines(&answer.uncorrected) {
         page.paragraph("", &line);
     }
     page.push("</section>");
     page.finish()
+}
+
+fn uncertainty(page: &mut Page, about: &str, parts: &[Part]) {
+    page.push(&format!("<section><h2>Uncertainty{about}</h2><div class=\"scroll\"><table><thead><tr><th>of</th><th>own drift, °/h</th><th>apparent, °/h</th><th>azimuth, ′</th></tr></thead><tbody>"));
+    let cell = |x: Option<f64>, unit: f64| format!("<td class=\"number\">{}</td>", x.map_or("–".to_owned(), |x| significant(x / unit, 2)));
+    let mut row = |of: &str, [own, apparent, azimuth]: [Option<f64>; 3]| {
+        let cells = [cell(own, DEG_H), cell(apparent, DEG_H), cell(azimuth, 60.0 * DEG_H)];
+        page.push(&format!("<tr><td>{of}</td>{}</tr>", cells.concat()));
+    };
+    for part in parts {
+        row(part.of, [part.own_rad_s, part.apparent_rad_s, part.azimuth_rad]);
+    }
+    row("together", [together(parts, |p| p.own_rad_s), together(parts, |p| p.apparent_rad_s), together(parts, |p| p.azimuth_rad)]);
+    page.push("</tbody></table></div></section>");
 }
 
 fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
