@@ -1,5 +1,6 @@
 //! Many cycles become one answer: own drift, apparent drift, azimuth, each with its uncertainty, corrected and as they are.
 
+use super::amplitudes::{LEAST_RATIO, Unequal, mean};
 use super::integral::{Integral, reference_rad_s};
 use super::places::{self, Found, Rate, Value};
 use super::separate::{self, Platform};
@@ -27,6 +28,8 @@ pub struct CycleLine {
     pub start_s: f64,
     /// Its sums.
     pub integral: Integral,
+    /// w, without sign, rad/s: as it was asked for, or by the angles, of a rectangular pulse that turns as far.
+    pub amplitude_rad_s: f64,
     /// What the current says that the pulses were not equal by, rad/s; `None` where the current or K_m/H is not known.
     pub residual_rad_s: Option<f64>,
     /// Why it enters no mean.
@@ -72,6 +75,8 @@ pub struct Separated {
     pub azimuth_rad: Option<Value>,
     /// What gravity adds.
     pub places: Option<Found>,
+    /// What pulses of two amplitudes tell of the torquer, for each axis; empty without them.
+    pub unequal: Vec<Unequal>,
 }
 
 impl Separated {
@@ -97,23 +102,8 @@ pub struct Answer {
     pub parts: Vec<Vec<Part>>,
 }
 
-/// A mean over the cycles of one place and axis: the mean of the polarities' means.
-fn mean(cycles: &[&CycleLine], rate: &dyn Fn(&CycleLine) -> f64) -> (f64, Option<f64>) {
-    let groups: Vec<Vec<f64>> = [1, -1]
-        .iter()
-        .map(|sign| cycles.iter().filter(|cycle| cycle.sign == *sign).map(|cycle| rate(cycle)).collect::<Vec<_>>())
-        .filter(|group| !group.is_empty())
-        .collect();
-    let average = |group: &[f64]| group.iter().sum::<f64>() / group.len() as f64;
-    let kinds = groups.len() as f64;
-    let squares: f64 = groups.iter().map(|group| group.iter().map(|r| (r - average(group)).powi(2)).sum::<f64>()).sum();
-    let free: usize = groups.iter().map(|group| group.len() - 1).sum();
-    let share: f64 = groups.iter().map(|group| 1.0 / group.len() as f64).sum::<f64>() / (kinds * kinds);
-    let sigma = (free > 0).then(|| (squares / free as f64 * share).sqrt());
-    (groups.iter().map(|group| average(group)).sum::<f64>() / kinds, sigma)
-}
-
-fn same(a: &Place, b: &Place) -> bool {
+/// Whether two places are one.
+pub(super) fn same(a: &Place, b: &Place) -> bool {
     let turned = (a.turned_rad - b.turned_rad).rem_euclid(std::f64::consts::TAU);
     turned.min(std::f64::consts::TAU - turned) < SAME_RAD
         && (a.raised_rad - b.raised_rad).abs() < SAME_RAD
@@ -136,10 +126,15 @@ impl Measured {
         places
     }
 
-    fn means(&self, axis: usize, rate: &dyn Fn(&CycleLine) -> f64) -> Vec<Rate> {
+    /// What two amplitudes tell of an axis.
+    fn unequal(&self, axis: usize, rate: &dyn Fn(&CycleLine) -> f64) -> Option<Unequal> {
+        Unequal::of(&self.good().into_iter().filter(|c| c.axis == axis).collect::<Vec<_>>(), rate)
+    }
+
+    fn means(&self, axis: usize, rate: &dyn Fn(&CycleLine) -> f64, unequal: Option<&Unequal>) -> Vec<Rate> {
         let of = |place: &Place| {
             let cycles: Vec<&CycleLine> = self.good().into_iter().filter(|c| c.axis == axis && same(&c.place, place)).collect();
-            (!cycles.is_empty()).then(|| mean(&cycles, rate))
+            (!cycles.is_empty()).then(|| mean(&cycles, rate, unequal))
         };
         self.places()
             .iter()
@@ -160,7 +155,7 @@ impl Measured {
         let (mut corrected, uncorrected) = if self.has_three_axes {
             (self.three(earth, &CycleLine::rate_rad_s, true)?, self.three(earth, &|c| c.integral.drift_rad_s(), false)?)
         } else {
-            (self.single(earth, &CycleLine::rate_rad_s)?, self.single(earth, &|c| c.integral.drift_rad_s())?)
+            (self.single(earth, &CycleLine::rate_rad_s, true)?, self.single(earth, &|c| c.integral.drift_rad_s(), false)?)
         };
         let reference_rad_s = self.reference();
         let parts: Vec<Vec<Part>> = (0..corrected.own_rad_s.len()).map(|axis| self.parts(axis, earth, &corrected)).collect();
@@ -174,8 +169,9 @@ impl Measured {
         Ok(Answer { measured: self, corrected, uncorrected, reference_rad_s, parts })
     }
 
-    fn single(&self, earth: Option<(f64, f64)>, rate: &dyn Fn(&CycleLine) -> f64) -> Result<Separated, DriftError> {
-        let rates = self.means(0, rate);
+    fn single(&self, earth: Option<(f64, f64)>, rate: &dyn Fn(&CycleLine) -> f64, corrects: bool) -> Result<Separated, DriftError> {
+        let unequal: Vec<Unequal> = self.unequal(0, rate).filter(|_| corrects).into_iter().collect();
+        let rates = self.means(0, rate, unequal.first());
         let raised = rates.iter().any(|rate| rate.place.raised_rad.sin().abs() > 1e-9);
         if raised && earth.is_none() {
             return Err(DriftError::Positions {
@@ -196,13 +192,16 @@ impl Measured {
             (None, None) => None,
         };
         let apparent = Value { value: -found.along.value, sigma: found.along.sigma };
-        Ok(Separated { own_rad_s: vec![found.own], apparent_rad_s: vec![apparent], azimuth_rad, places: Some(found) })
+        Ok(Separated { own_rad_s: vec![found.own], apparent_rad_s: vec![apparent], azimuth_rad, places: Some(found), unequal })
     }
 
     fn three(&self, earth: Option<(f64, f64)>, rate: &dyn Fn(&CycleLine) -> f64, corrects: bool) -> Result<Separated, DriftError> {
         let log = || self.name.clone();
         let (horizontal, vertical) = earth.ok_or_else(|| DriftError::Note { log: log(), note: "latitude_deg", option: "--latitude" })?;
-        let axes: [Vec<Rate>; 3] = std::array::from_fn(|axis| self.means(axis, rate));
+        // All of them, or none.
+        let unequal: Vec<Unequal> = (0..3).map_while(|axis| self.unequal(axis, rate).filter(|_| corrects)).collect();
+        let unequal = if unequal.len() == 3 { unequal } else { Vec::new() };
+        let axes: [Vec<Rate>; 3] = std::array::from_fn(|axis| self.means(axis, rate, unequal.get(axis)));
         let places = self.places();
         let [first, turned] = match places.as_slice() {
             [first] => return Err(DriftError::NoTurn { position: format!("turned {}°", first.turned_rad.to_degrees()) }),
@@ -239,11 +238,15 @@ impl Measured {
             apparent_rad_s: (0..3).map(of_azimuth).collect(),
             azimuth_rad: Some(Value { value: azimuth_rad - first.turned_rad, sigma }),
             places: None,
+            unequal,
         })
     }
 
     fn reference(&self) -> Option<f64> {
-        let good = self.good();
+        // Of several amplitudes that of the first.
+        let first = self.good().first()?.amplitude_rad_s;
+        let good: Vec<&CycleLine> =
+            self.good().into_iter().filter(|c| (c.amplitude_rad_s / first - 1.0).abs() < (LEAST_RATIO - 1.0) / 2.0).collect();
         let of = |sign: i8| -> Option<Integral> {
             let cycles: Vec<_> =
                 good.iter().filter(|c| c.sign == sign && c.axis == good[0].axis && same(&c.place, &good[0].place)).collect();
@@ -271,6 +274,7 @@ impl Answer {
                     "sequence": if c.sign < 0 { "-+" } else { "+-" },
                     "start_s": finite(c.start_s),
                     "pulse_s": finite(c.integral.pulse_s),
+                    "amplitude_deg_s": finite(c.amplitude_rad_s.to_degrees()),
                     "drift_deg_h": finite(c.rate_rad_s() / DEG_H),
                     "raw_deg_h": finite(c.integral.drift_rad_s() / DEG_H),
                     "residual_deg_h": c.residual_rad_s.map_or(Json::Null, |r| finite(r / DEG_H)),
@@ -294,17 +298,25 @@ impl Answer {
                 json!({"value": finite(a.value.to_degrees()), "sigma": optional(a.sigma.map(f64::to_degrees)), "or": optional(other)})
             })
         };
-        let part = |axis: usize, p: &Part| {
+        let axis = |k: usize| if m.has_three_axes { json!(["x", "y", "z"][k]) } else { Json::Null };
+        let part = |k: usize, p: &Part| {
             json!({
                 "of": p.of,
-                "axis": if m.has_three_axes { json!(["x", "y", "z"][axis]) } else { Json::Null },
+                "axis": axis(k),
                 "own_deg_h": optional(p.own_rad_s.map(|s| s / DEG_H)),
                 "apparent_deg_h": optional(p.apparent_rad_s.map(|s| s / DEG_H)),
                 "azimuth_arcmin": optional(p.azimuth_rad.map(|s| s.to_degrees() * 60.0)),
             })
         };
+        let unequal: Vec<Json> = self
+            .corrected
+            .unequal
+            .iter()
+            .enumerate()
+            .map(|(k, unequal)| json!({"axis": axis(k), "value": finite(unequal.inequality.value), "sigma": optional(unequal.inequality.sigma)}))
+            .collect();
         let uncertainty: Vec<Json> =
-            self.parts.iter().enumerate().flat_map(|(axis, parts)| parts.iter().map(move |p| part(axis, p))).collect();
+            self.parts.iter().enumerate().flat_map(|(k, parts)| parts.iter().map(|p| part(k, p)).collect::<Vec<_>>()).collect();
         let by_g: Vec<Json> = self
             .corrected
             .places
@@ -326,6 +338,7 @@ impl Answer {
             "azimuth_deg": azimuth(&self.corrected),
             "g_drift_deg_h_g": by_g,
             "latitude_deg": m.latitude_deg,
+            "inequality": unequal,
             "reference_deg_s": self.reference_rad_s.map_or(Json::Null, |w| finite(w.to_degrees())),
             "uncertainty": uncertainty,
             "uncorrected": {

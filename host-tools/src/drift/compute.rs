@@ -7,7 +7,7 @@ use super::DriftError;
 use super::answer::{CycleLine, Measured};
 use super::error::within;
 use super::find::{Found, by_current, by_mark, contrast};
-use super::integral::{Integral, residual_rad_s};
+use super::integral::{Integral, amplitude_rad_s, residual_rad_s};
 use crate::log::Log;
 use hal_sim::gyro::Place;
 
@@ -172,6 +172,7 @@ impl About<'_> {
             start_s: t_s[rows.start],
             bad: self.bad(found, volts, currents),
             integral: whole.unwrap_or(nothing),
+            amplitude_rad_s: if found.is_cut { 0.0 } else { amplitude_rad_s(&angles, self.pulse_s) },
             residual_rad_s,
         })
     }

@@ -33,6 +33,10 @@ fn lines(found: &Separated) -> Vec<String> {
     if found.own_rad_s.iter().all(|v| v.sigma.is_none()) {
         lines.push("no uncertainty: that takes two cycles of each sequence in each position".to_owned());
     }
+    for (name, unequal) in names.iter().zip(&found.unequal) {
+        let percent = Value { value: 100.0 * unequal.inequality.value, sigma: unequal.inequality.sigma.map(|s| 100.0 * s) };
+        lines.push(value(&format!("by two amplitudes: negative pulses {name}stronger by"), "%, taken off", &percent, 1.0));
+    }
     if let Some(places) = &found.places {
         for (v, axis) in places.by_g.iter().zip(["sensitive", "output", "spin"]) {
             lines.extend(v.as_ref().map(|v| value(&format!("by gravity along the {axis} axis"), "°/h/g", v, DEG_H)));
@@ -83,14 +87,15 @@ pub fn html(answer: &Answer) -> String {
         &cycles_plot(answer),
         &format!("drift rate of each cycle, {} corrected by the current, {} as it is", swatch("residual", ""), swatch("measured", "")),
     );
-    page.push("<div class=\"scroll\"><table><thead><tr><th>cycle</th><th>turned</th><th>sequence</th><th>drift, °/h</th><th>as it is</th><th>by slope</th><th></th></tr></thead><tbody>");
+    page.push("<div class=\"scroll\"><table><thead><tr><th>cycle</th><th>turned</th><th>sequence</th><th>pulses, °/s</th><th>drift, °/h</th><th>as it is</th><th>by slope</th><th></th></tr></thead><tbody>");
     for c in &m.cycles {
         let number = |x: f64| format!("<td class=\"number\">{}</td>", significant(x / DEG_H, 5));
         page.push(&format!(
-            "<tr><td>{}</td><td class=\"number\">{}°</td><td>{}</td>{}{}{}<td class=\"warn\">{}</td></tr>",
+            "<tr><td>{}</td><td class=\"number\">{}°</td><td>{}</td><td class=\"number\">{}</td>{}{}{}<td class=\"warn\">{}</td></tr>",
             c.number,
             plain(c.place.turned_rad.to_degrees(), 5),
             if c.sign < 0 { "− +" } else { "+ −" },
+            significant(c.amplitude_rad_s.to_degrees(), 3),
             number(c.rate_rad_s()),
             number(c.integral.drift_rad_s()),
             number(c.integral.slope_rad_s),

@@ -1,4 +1,4 @@
-//! Where an uncertainty comes from: scatter, turn, level, gain (theory.md §3.3).
+//! Where an uncertainty comes from: scatter, turn, level, gain (theory.md §3.3), and the torquer's inequality where two amplitudes tell it.
 
 use super::answer::{Measured, Separated};
 
@@ -38,7 +38,13 @@ impl Measured {
             apparent_rad_s,
             azimuth_rad,
         });
-        std::iter::once(scatter).chain(others).collect()
+        let common = found.unequal.get(axis).map(|unequal| Part {
+            of: "unequal pulses, by two amplitudes",
+            own_rad_s: unequal.common_rad_s,
+            apparent_rad_s: Some(0.0),
+            azimuth_rad: found.azimuth_rad.map(|_| 0.0),
+        });
+        std::iter::once(scatter).chain(others).chain(common).collect()
     }
 
     fn of_one(&self, earth: Option<(f64, f64)>, found: &Separated) -> [[Option<f64>; 3]; 3] {
