@@ -52,9 +52,7 @@ impl Bench {
             let mut mean_A = [0.0; 3];
             for _ in 0..STEPS {
                 let rates: [f64; 3] = std::array::from_fn(|axis| self.torquers[axis].advance(given[axis], ROW_S / STEPS as f64));
-                for axis in 0..3 {
-                    mean_A[axis] += self.torquers[axis].mean_A() / STEPS as f64;
-                }
+                mean_A.iter_mut().zip(&self.torquers).for_each(|(mean, torquer)| *mean += torquer.mean_A() / STEPS as f64);
                 self.platform.advance(rates, ROW_S / STEPS as f64);
             }
             let [x, y, z]: [f64; 3] = std::array::from_fn(|axis| mean_A[axis] + ZERO_A[axis] + 1e-6 * self.noise.draw());

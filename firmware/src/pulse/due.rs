@@ -44,7 +44,7 @@ impl Due {
     #[inline]
     pub fn take(&self, tick: u32) -> Option<u16> {
         let next = self.next.load(Ordering::Relaxed);
-        if next == NONE || tick.wrapping_sub(self.due.load(Ordering::Relaxed)) >= u32::MAX / 2 {
+        if next == NONE || tick.wrapping_sub(self.due.load(Ordering::Relaxed)) > u32::MAX >> 1 {
             return None;
         }
         self.taken.store(tick, Ordering::Relaxed);
