@@ -2,8 +2,8 @@
 //!
 //! Runs under QEMU alone: `qemu-system-arm -M mps2-an386 -icount shift=10 -semihosting`; scripts/count-instructions.sh does it.
 //! The library's interrupt runs as it is on the board, with a small motor in the place of the registers, along scenes that go
-//! through modes, limits, faults and arrivals. What is counted is a call of `Interrupt::run`, from the branch to the return: mailboxes,
-//! law and report, without the registers of the board, of which a tick reads and writes some ten.
+//! through modes, limits, faults and arrivals. What is counted is what a tick calls, from the branch to the return: the look whether the torquer is due, and
+//! `Interrupt::run` with mailboxes, law and report; without the registers of the board, of which a tick reads and writes some ten.
 //!
 //! Out, over semihosting: a line for each scene, `scene|ticks|median|greatest`. A counter that does not count right is a panic.
 #![no_std]

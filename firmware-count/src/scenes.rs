@@ -1,11 +1,14 @@
 //! What is gone through: each mode, each limit, each fault, with what is learnt and without, orders and lessons arriving.
 
+use core::sync::atomic::{AtomicU32, Ordering};
+
 use crate::meter::Meter;
 use crate::motor::{Motor, Wrong};
 use crate::tally::Tally;
 use stand_firmware::board::{CONTROL_PER_ROW, Hardware};
 use stand_firmware::capture::Memory;
 use stand_firmware::compensation::{Compensation, Harmonic, Harmonics};
+use stand_firmware::pulse::Due;
 use stand_firmware::speed_loop::{Config, Fault, Interrupt, Lessons, Limits, Order, Orders, Reports, Segment, Settings, SpeedLoop, Zero};
 
 /// Ticks of a scene: two seconds.
@@ -47,6 +50,8 @@ pub struct Scene {
     learnt: Learnt,
     /// What is wrong in its second half.
     wrong: Wrong,
+    /// The drift of a gyro is measured meanwhile: the torquer is driven and its gyro sampled each millisecond.
+    drives_torquer: bool,
     /// What must be seen in it, so that a scene does not go by its subject.
     shows: Shows,
 }
@@ -60,11 +65,11 @@ enum Shows {
 }
 
 const fn scene(name: &'static str, ask: Ask, learnt: Learnt) -> Scene {
-    Scene { name, ask, learnt, wrong: Wrong::Nothing, shows: Shows::NoFault }
+    Scene { name, ask, learnt, wrong: Wrong::Nothing, drives_torquer: false, shows: Shows::NoFault }
 }
 
 const fn wrong(name: &'static str, ask: Ask, wrong: Wrong, shows: Shows) -> Scene {
-    Scene { name, ask, learnt: Learnt::Harmonics(8), wrong, shows }
+    Scene { name, ask, learnt: Learnt::Harmonics(8), wrong, drives_torquer: false, shows }
 }
 
 /// All scenes.
@@ -78,6 +83,7 @@ pub const SCENES: &[Scene] = &[
     scene("rate, 3 harmonics", Ask::Rate(5.0), Learnt::Harmonics(3)),
     scene("rate, 8 harmonics", Ask::Rate(5.0), Learnt::Harmonics(8)),
     scene("rate, lessons of 8 arriving", Ask::Rate(5.0), Learnt::Lessons(8)),
+    Scene { drives_torquer: true, ..scene("rate, 8 harmonics, drift pulses", Ask::Rate(5.0), Learnt::Harmonics(8)) },
     wrong("rate, orders fail to come", Ask::Forgotten(5.0), Wrong::Nothing, Shows::Limit(Limits::STARVED)),
     wrong("rate, jammed: current limit, slip", Ask::Rate(20.0), Wrong::Jammed, Shows::Limit(Limits::SLIPPED)),
     wrong("rate, acceleration limit", Ask::Rate(34.0), Wrong::Nothing, Shows::Limit(Limits::ACCELERATION)),
@@ -91,6 +97,12 @@ pub const SCENES: &[Scene] = &[
     wrong("fault: clock, cleared each row", Ask::Rate(5.0), Wrong::LosesTicks(7), Shows::Fault(Fault::Clock)),
 ];
 
+/// The torquer's converter and what is left of the ring of conversions, in the place of the registers; the ring is the board's.
+static CONVERTER: AtomicU32 = AtomicU32::new(0);
+static LEFT: AtomicU32 = AtomicU32::new(0);
+const CHANNELS: u32 = 5;
+const SWEEPS: u32 = 64;
+static DUE: Due = Due::new();
 static MEMORY: Memory = Memory::new();
 
 /// Plays a scene from power-on and counts each of its ticks.
@@ -114,6 +126,7 @@ pub fn play(scene: &Scene, meter: &Meter) -> Tally {
     let mut motor = Motor::new(hardware, settings);
     let mut tally = Tally::new();
     let (mut limits, mut fault, mut clear) = (Limits::default(), Fault::None, 0);
+    let mut samples = 0;
     let mut n = 0;
     while n < TICKS {
         n = motor.pass();
@@ -131,7 +144,13 @@ pub fn play(scene: &Scene, meter: &Meter) -> Tally {
         if n % 100 == 0 && matches!(scene.learnt, Learnt::Lessons(_)) {
             lesson_writer.post(&config.learnt());
         }
-        let instructions = meter.count(|| tick(&mut interrupt, &mut motor));
+        if scene.drives_torquer && n % CONTROL_PER_ROW == 3 {
+            // As the measurement's task does it: the sample of this millisecond, and a pulse for the next.
+            LEFT.store(n as u32 % (CHANNELS * SWEEPS), Ordering::Relaxed);
+            samples += u64::from(DUE.sample().is_some());
+            DUE.give((n - 3 + CONTROL_PER_ROW) as u32, if n < TICKS / 2 { 2500 } else { 1500 });
+        }
+        let instructions = meter.count(|| tick(&mut interrupt, &mut motor, n as u32));
         tally.add(instructions);
         if let Some(report) = report_reader.take() {
             limits.0 |= report.limits.0;
@@ -139,6 +158,10 @@ pub fn play(scene: &Scene, meter: &Meter) -> Tally {
                 fault = report.fault;
             }
         }
+    }
+    if scene.drives_torquer {
+        assert!(samples + 2 >= TICKS / CONTROL_PER_ROW, "{}: the torquer took {samples} pulses", scene.name);
+        assert_eq!(CONVERTER.load(Ordering::Relaxed), 1500, "{}", scene.name);
     }
     match scene.shows {
         Shows::Limit(limit) => assert!(limits.contains(limit), "{}: the limit was never in force: {limits:?}", scene.name),
@@ -148,9 +171,13 @@ pub fn play(scene: &Scene, meter: &Meter) -> Tally {
     tally
 }
 
-/// The interrupt as the board calls it; a function of its own, so that nothing of it moves past the meter.
+/// The interrupt as the board calls it, the torquer first; a function of its own, so that nothing of it moves past the meter.
 #[inline(never)]
-fn tick(interrupt: &mut Interrupt<'_>, motor: &mut Motor) {
+fn tick(interrupt: &mut Interrupt<'_>, motor: &mut Motor, n: u32) {
+    if let Some(value) = DUE.take(n) {
+        CONVERTER.store(u32::from(value), Ordering::Relaxed);
+        DUE.sampled((CHANNELS * SWEEPS).saturating_sub(LEFT.load(Ordering::Relaxed)) / CHANNELS % SWEEPS);
+    }
     interrupt.run(motor);
 }
 

@@ -140,6 +140,7 @@ impl<'c, P: PlantPort> Controller<'c, P> {
         let [first, second] = SECTORS_BYTES;
         loop {
             flash.power_on();
+            self.bench.borrow_mut().power_on();
             let store = Store::new(&mut *flash, [0, first as u32], second as u32);
             let stop_line = StopLine::new();
             let mut guard = Guard::new(&stop_line);

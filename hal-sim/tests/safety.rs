@@ -222,3 +222,29 @@ fn an_angle_from_the_index_waits_for_the_index_and_then_is_right() {
     let end = (found.theta_rad[4_990] - 1.0) / stand.hardware.rad_per_count();
     assert!(end.abs() < 8.0, "{end} counts off");
 }
+
+/// Brushes keep 0.28 V back, more than a motor's back-EMF at the rate that is judged (0.12 V): at rest from the beginning, and after a run.
+#[test]
+fn a_motor_at_rest_behind_its_brushes_has_not_lost_its_encoder_and_a_running_one_has_at_once() {
+    let mut stand = Stand::default();
+    stand.effects.insert("brush-drop".to_owned(), [("brush_V".to_owned(), 0.28)].into());
+    let creeping: Ask = |stand, start| Segment::voltage(&stand.hardware, start, u16::MAX, 0.3);
+    let running: Ask = |stand, start| Segment::voltage(&stand.hardware, start, u16::MAX, 1.0);
+    let still = play(&stand, 0.0, 2.5, &Memory::new(), creeping, quiet);
+    assert_eq!(still.first(), None, "it never moved");
+    let stops = |ms| (false, (ms == 1_000).then(|| Order { segment: creeping(&stand, 10 * ms + 20), ..Order::default() }));
+    let slowed = play(&stand, 0.0, 8.0, &Memory::new(), running, stops);
+    let last = &slowed.theta_rad[7_000..];
+    assert!(slowed.theta_rad[999] > 1.0 && (last[999] - last[0]).abs() < 1e-6, "it ran, and came to rest");
+    assert_eq!(slowed.first(), None, "it crept to rest");
+
+    // The same stand at 0.6 V, some 12 rad/s, whose wire breaks.
+    stand.faults = Faults::of([Break::new(What::EncoderAOff, 1.0, 9.0)]).unwrap();
+    let slow: Ask = |stand, start| Segment::voltage(&stand.hardware, start, u16::MAX, 0.6);
+    let (fault, at_s) = play(&stand, 0.0, 2.5, &Memory::new(), slow, quiet).first().unwrap();
+    assert!(fault == Fault::EncoderLost && at_s < 1.1, "{fault:?} at {at_s} s");
+    // And one that is off from the beginning: later, since it could be the brushes.
+    let off = broken(What::CounterStuck, 0.0, 9.0);
+    let (fault, at_s) = play(&off, 0.0, 2.5, &Memory::new(), RATE, quiet).first().unwrap();
+    assert!(fault == Fault::EncoderLost && at_s < 0.6, "{fault:?} at {at_s} s");
+}

@@ -45,6 +45,48 @@ fn a_measurement_and_its_log_say_the_same_and_know_how_well() {
     assert!(roxmltree::Document::parse(body).is_ok() && body.contains("<svg") && body.contains("own drift"));
 }
 
+/// A torquer that turns 0.3 % faster one way, which no current shows: −ε w/2 of 180 °/h are −0.27 °/h of own drift.
+#[test]
+fn two_amplitudes_tell_a_torquer_that_is_stronger_one_way_from_the_drift() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    std::fs::write(path.join("gyro.toml"), "[torquer]\ngain_inequality = 3e-3\n").unwrap();
+    let run = |rates: &str| {
+        let words = ["drift", "run", "--cycles", "4", "--gyro", "gyro.toml", "--out", "log.csv", "--html", "run.html", "--json", "-"];
+        stand(path, &[&words[..], &["--rate", rates]].concat()).well().json()
+    };
+    let one = run("0.05");
+    let (own, sigma) = value(&one, "own_drift_deg_h");
+    assert!((own - 1.5 + 0.27).abs() < 5.0 * sigma && (own - 1.5).abs() > 50.0 * sigma, "{own} ± {sigma}");
+    assert_eq!(one["inequality"].as_array().unwrap().len(), 0, "one amplitude does not know of it");
+
+    let two = run("0.05,0.02");
+    assert!(std::fs::read_to_string(path.join("run.html")).unwrap().contains("negative pulses stronger by"));
+    // The same from the log, by the firmware's mark, and by the current alone.
+    let log = std::fs::read_to_string(path.join("log.csv")).unwrap();
+    std::fs::write(path.join("bare.csv"), log.replace("drift_mark", "mark")).unwrap();
+    let computed = |log: &str| {
+        let ran = stand(path, &["drift", "compute", log, "--json", "-"]);
+        assert_eq!(ran.status, Some(0), "{ran:?}");
+        ran.json()
+    };
+    for found in [two, computed("log.csv"), computed("bare.csv")] {
+        assert_eq!(found["good"], 16, "{found}");
+        for (name, truth, most) in
+            [("own_drift_deg_h", 1.5, 0.01), ("apparent_drift_deg_h", -0.893_307, 0.003), ("azimuth_deg", 80.0, 0.04)]
+        {
+            let (value, sigma) = value(&found, name);
+            // A t of 10 degrees of freedom passes 4 in one of 400; the seed is fixed.
+            assert!((value - truth).abs() < 4.0 * sigma && sigma < most, "{name}: {value} ± {sigma}");
+        }
+        let [unequal] = found["inequality"].as_array().unwrap().as_slice() else { panic!("{found}") };
+        let (value, sigma) = (unequal["value"].as_f64().unwrap(), unequal["sigma"].as_f64().unwrap());
+        assert!((value - 3e-3).abs() < 4.0 * sigma && sigma < 1e-4, "{value} ± {sigma}");
+        let raw = found["uncorrected"]["own_drift_deg_h"]["value"].as_f64().unwrap();
+        assert!(raw < 1.4, "between the two amplitudes: {raw}");
+    }
+}
+
 #[test]
 fn cycles_are_found_by_the_current_where_no_mark_tells_them() {
     let folder = tempfile::tempdir().unwrap();
@@ -141,6 +183,8 @@ fn what_makes_no_sense_is_one_line_and_status_2() {
         (&["--latitude", "90"], "at a pole"),
         (&["--latitude", "91"], "--latitude = 91"),
         (&["--rate", "1"], "the stand refuses DRIFt:STARt"),
+        (&["--rate", "0.05,0.055"], "--rate 0.055: amplitudes differ by 20 % at least"),
+        (&["--rate", "0.05,0"], "--rate = 0"),
         (&["--positions", "0,x"], "--positions: `x`"),
         (&["--positions", "0", "--cycles", "1"], "no turn"),
         (&["--turn-error", "-1", "--cycles", "1"], "--turn-error"),

@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 
 use common::served::{Served, said};
 use common::{MODEL, Ran, command, stand};
+use host_tools::link::Link;
 use host_tools::log::Log;
 use host_tools::serve::Pty;
 use tempfile::TempDir;
@@ -69,6 +70,36 @@ fn a_port_that_is_absent_taken_silent_or_no_stand_is_one_line_and_status_2() {
     drop(holder);
     said(folder.path(), &served.port, "*IDN?\n").well();
     assert!(!folder.path().join("x.csv").exists(), "nothing was begun");
+}
+
+/// A line that is off for the first 0.7 s, and one that changes a bit in one of 200 bytes: a single question is lost at first, or in one of eight openings.
+#[test]
+fn a_stand_whose_first_lines_are_damaged_is_asked_again() {
+    let folder = folder();
+    let fault = |what: &str, more: &str| format!("[[faults]]\nwhat = \"{what}\"\nfrom_s = 0.0\n{more}\n");
+    std::fs::write(folder.path().join("off.toml"), fault("line-off", "for_s = 0.7")).unwrap();
+    std::fs::write(folder.path().join("flips.toml"), fault("line-flips", "size = 0.005")).unwrap();
+    let served = Served::new(folder.path(), &["--stand", "off.toml"]);
+    assert!(Link::open(Path::new(&served.port)).unwrap().identity().starts_with("Rotary Stand,"));
+    drop(served);
+    let served = Served::new(folder.path(), &["--stand", "flips.toml"]);
+    for opening in 0..24 {
+        Link::open(Path::new(&served.port)).unwrap_or_else(|e| panic!("opening {opening}: {e}"));
+    }
+}
+
+#[test]
+fn what_somebody_has_left_half_said_is_not_done_and_is_not_the_next_ones_error() {
+    let folder = folder();
+    let served = Served::new(folder.path(), &[]);
+    for half in ["SOURce:RATE 7", "nonsense", "SOURce:RATE 7~12AB"] {
+        let mut port = host_tools::link::Port::open(Path::new(&served.port)).unwrap();
+        port.write(half.as_bytes()).unwrap();
+        std::thread::sleep(Duration::from_millis(20));
+        drop(port);
+        let ran = said(folder.path(), &served.port, "SOURce:RATE?\n").well();
+        assert!(ran.out.starts_with("0 "), "{half}: {}", ran.out);
+    }
 }
 
 #[test]

@@ -7,6 +7,7 @@
 //! measures, and closed after it and after whatever goes wrong; a cycle that is bad says why and enters no mean.
 //!
 //! * [`Pulse`]: the reference pulses, in steps of the torquer's converter; [`Integrator`]: the sums over a cycle;
+//! * [`Due`]: what is given in which tick, from the task to the control interrupt;
 //! * [`Commutator`]: rest, lead, pulses, and the loop around them; [`Tally`]: means over a session, and the pair of positions.
 //!
 //! *T* is the duration of one pulse, N samples; a cycle is 2 T. *Own* drift is the gyro's, *apparent* drift is the rotation of the Earth. The sources
@@ -14,6 +15,7 @@
 
 mod commutator;
 mod cycle;
+mod due;
 mod integrator;
 mod plan;
 mod settings;
@@ -25,6 +27,7 @@ mod tests;
 
 pub use commutator::{Commutator, LEAD_ROWS, Phase};
 pub use cycle::{Bad, Cycle, Polarity};
+pub use due::Due;
 pub use integrator::{Integrator, Sums};
 pub use plan::{Asked, MOST_ROWS, Plan, Sequence};
 pub use settings::{Scales, Settings};

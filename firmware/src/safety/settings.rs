@@ -12,7 +12,8 @@ pub struct Settings {
     pub stall_current_A: f64,
     /// How long it may push while the count stays, s.
     pub stall_s: f64,
-    /// Rate by its back-EMF at which a motor's count cannot stay, rad/s; a fifth of R·i is added for what the resistance is wrong.
+    /// Rate by its back-EMF at which a motor's count cannot stay, rad/s; a fifth of R·i is added for what the resistance is wrong. Where the count crept
+    /// to rest, or never ran, at least three times as much: brushes and the bridge's dead time keep voltage back, too.
     pub encoder_lost_rad_s: f64,
     /// How long it may seem to turn while the count stays, s.
     pub encoder_lost_s: f64,

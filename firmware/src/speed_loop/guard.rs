@@ -19,6 +19,10 @@ const SUPPLY_MS: u32 = 5;
 const STAYS_COUNTS: u32 = 2;
 /// What of R·i may be wrong, as the resistance is (copper: 0.4 % for each kelvin).
 const RESISTANCE_WRONG: f32 = 0.2;
+/// Counts in a millisecond, and half of those in the one before, from which no motor comes to rest at once: 2.5 rad/s of the default encoder.
+const PACE_COUNTS: u32 = 8;
+/// What looks like back-EMF of a motor that came to rest slowly may be its brushes' or the bridge's: at least so many times the rate's is taken there, 0.35 V.
+const AT_REST: f32 = 3.0;
 /// Share of a new reading in the back-EMF's mean: 8 ms.
 const BACK_EMF_SHARE: f32 = 0.125;
 
@@ -107,6 +111,8 @@ pub struct Guard {
     back_emf: f32,
     /// The count about which it has stayed.
     stays_at: i32,
+    /// Counts in the last millisecond in which it moved; of those before, half as many for each.
+    pace: u32,
     turning_ms: u32,
     bad_supply_ms: u32,
     slipping_ms: u32,
@@ -152,7 +158,7 @@ impl Guard {
     #[inline]
     pub fn turning(&mut self, t: &Thresholds, look: &Look, tick: u32) {
         if !look.on {
-            *self = Self { stalled_ms: 0, turning_ms: 0, back_emf: 0.0, ..*self };
+            *self = Self { stalled_ms: 0, turning_ms: 0, back_emf: 0.0, pace: 0, stays_at: look.counts, ..*self };
             return;
         }
         let drop = look.current.wrapping_sub(t.zero_code) as f32 * t.duty_per_code;
@@ -160,14 +166,21 @@ impl Guard {
         // What it pushes with: what is measured, or, where the current's wire is off, what the voltage would drive at rest.
         let pushes = drop.abs() > t.stall_duty || duty.abs() > t.stall_duty;
         // Not the edges: with one channel off the other still has them, and the count goes to and fro by one.
-        let moved = look.counts.wrapping_sub(self.stays_at).unsigned_abs() > STAYS_COUNTS;
+        let counts = look.counts.wrapping_sub(self.stays_at).unsigned_abs();
+        let moved = counts > STAYS_COUNTS;
         if moved {
             self.stays_at = look.counts;
+            self.pace = (self.pace >> 1).max(counts);
         }
         let stays = !moved;
         self.stalled_ms = if pushes && stays { self.stalled_ms.wrapping_add(1) } else { 0 };
         self.back_emf += BACK_EMF_SHARE * (duty - drop - self.back_emf);
-        let turns = self.back_emf.abs() > t.turning_duty + RESISTANCE_WRONG * drop.abs();
+        let mut least_duty = t.turning_duty + RESISTANCE_WRONG * drop.abs();
+        // A count that stops in its run has lost its encoder; one that crept to rest, or never ran, is at rest until more speaks against it.
+        if self.pace <= PACE_COUNTS {
+            least_duty = least_duty.max(AT_REST * t.turning_duty);
+        }
+        let turns = self.back_emf.abs() > least_duty;
         self.turning_ms = if turns && stays { self.turning_ms.wrapping_add(1) } else { 0 };
         if self.turning_ms >= t.lost_ms {
             self.trip(Fault::EncoderLost, tick);

@@ -126,7 +126,7 @@ impl<P: PlantPort> Bench<P> {
             gyro: None,
             truth: [Truth::default(); 2],
             broken: Broken::new(Faults::default()),
-            decoder: Decoder::default(),
+            decoder: Decoder::at(encoder.whole(plant.theta_rad())),
             stuck: None,
             silent_since: None,
             burst: [Noise::new(seed, 4, 1.0), Noise::new(seed, 5, 1.0)],
@@ -146,6 +146,12 @@ impl<P: PlantPort> Bench<P> {
     /// The same bench on which these things break.
     pub fn breaking(self, faults: Faults) -> Self {
         Self { broken: Broken::new(faults), ..self }
+    }
+
+    /// The board is switched on: its counters begin at 0, wherever the disc stands, and have captured nothing.
+    pub fn power_on(&mut self) {
+        self.decoder = Decoder::at(self.encoder.whole(self.plant.theta_rad()));
+        self.captured = [None; 2];
     }
 
     /// What is broken: to look, or to break and mend from the next tick on.

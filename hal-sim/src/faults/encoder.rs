@@ -17,6 +17,11 @@ pub struct Decoder {
 }
 
 impl Decoder {
+    /// A counter that begins at 0, as the chip's does at power-on, where the disc is at the count `disc`.
+    pub fn at(disc: i64) -> Self {
+        Self { offset: -disc, shows: None }
+    }
+
     /// What the counter shows when the disc is at the count `disc`.
     #[inline]
     pub fn show(&mut self, disc: i64, a_off: bool, b_off: bool) -> i64 {
@@ -75,6 +80,12 @@ mod tests {
             }
             assert!(1401 - first > 395, "what passed meanwhile is lost");
         }
+    }
+
+    #[test]
+    fn it_begins_at_nothing_wherever_the_disc_stands() {
+        let mut decoder = Decoder::at(-6367);
+        assert_eq!((decoder.shown(-6367), decoder.show(-6360, false, false)), (0, 7));
     }
 
     #[test]

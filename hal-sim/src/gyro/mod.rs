@@ -38,6 +38,7 @@ pub fn read(text: &str) -> Result<SingleAxis, String> {
         ("torquer.gain_rad_s_A", gyro.torquer.gain_rad_s_A, 1e-9, 1e3),
         ("torquer.lag_s", gyro.torquer.lag_s, 0.0, 10.0),
         ("torquer.inequality", gyro.torquer.inequality, -0.5, 0.5),
+        ("torquer.gain_inequality", gyro.torquer.gain_inequality, -0.5, 0.5),
         ("torquer.limit_A", gyro.torquer.limit_A, 1e-9, 1e3),
         ("sensor.gain_V_rad", gyro.sensor.gain_V_rad, 1e-6, 1e9),
         ("sensor.noise_rad", gyro.sensor.noise_rad, 0.0, 1.0),

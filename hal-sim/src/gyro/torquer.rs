@@ -10,6 +10,8 @@ pub struct Torquer {
     pub lag_s: f64,
     /// By what share a negative current is greater than asked.
     pub inequality: f64,
+    /// By what share a negative current turns the gyro faster than a positive one: K_m/H itself is unequal, and no current shows it.
+    pub gain_inequality: f64,
     /// The amplifier's current at no input, A.
     pub offset_A: f64,
     /// Its greatest, A.
@@ -24,7 +26,17 @@ pub struct Torquer {
 
 impl Default for Torquer {
     fn default() -> Self {
-        Self { gain_rad_s_A: 0.02, lag_s: 1e-3, inequality: 1e-4, offset_A: 0.0, limit_A: 0.1, now_A: 0.0, mean_A: 0.0, limited_A: None }
+        Self {
+            gain_rad_s_A: 0.02,
+            lag_s: 1e-3,
+            inequality: 1e-4,
+            gain_inequality: 0.0,
+            offset_A: 0.0,
+            limit_A: 0.1,
+            now_A: 0.0,
+            mean_A: 0.0,
+            limited_A: None,
+        }
     }
 }
 
@@ -49,7 +61,8 @@ impl Torquer {
         };
         self.now_A = end_A + off_A * left;
         self.mean_A = end_A + off_A * mean;
-        self.mean_A * self.gain_rad_s_A
+        let gain_rad_s_A = if self.mean_A < 0.0 { self.gain_rad_s_A * (1.0 + self.gain_inequality) } else { self.gain_rad_s_A };
+        self.mean_A * gain_rad_s_A
     }
 
     /// Mean current of the last step, A.

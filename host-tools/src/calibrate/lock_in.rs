@@ -17,7 +17,7 @@ pub struct Response {
     pub im: f64,
     /// Standard uncertainty of each part.
     pub sigma: f64,
-    /// Magnitude-squared coherence: part of the sensor's variance (constant and slope left out) that goes with the platform's sine.
+    /// Coherence: part of the sensor's power at the frequency that goes with the platform's sine; the rest is noise as it is beside the frequency.
     pub coherence: f64,
     /// Amplitude of the platform's rate, rad/s.
     pub rate_rad_s: f64,
@@ -35,7 +35,7 @@ impl Response {
     }
 }
 
-/// A sine by least squares: cosine, sine, and their standard uncertainty; scatter about it and variance before.
+/// A sine by least squares: amplitude as a complex number, its standard uncertainty, and the part of the variance that it is.
 struct Sine {
     re: f64,
     im: f64,
@@ -43,21 +43,43 @@ struct Sine {
     explained: f64,
 }
 
+/// Degree of the polynomial that is fitted beside the sine: spinning up, drifting.
+const DEGREE: i32 = 4;
+/// Where the noise is looked at, in steps of one over the length: beside the main lobe of the window.
+const BESIDE: [f64; 8] = [-6.0, -5.0, -4.0, -3.0, 3.0, 4.0, 5.0, 6.0];
+
 fn sine(t_s: &[f64], y: &[f64], frequency_Hz: f64) -> Option<Sine> {
-    let middle = 0.5 * (t_s.first()? + t_s.last()?);
+    let (first, last) = (*t_s.first()?, *t_s.last()?);
+    let (middle, half) = (0.5 * (first + last), 0.5 * (last - first));
+    // Weighted by Hann's window, so that what is slow and no polynomial does not leak to the sine's frequency.
+    let weight = |t: f64| (std::f64::consts::FRAC_PI_2 * ((t - middle) / half).clamp(-1.0, 1.0)).cos();
     let rows: Vec<Vec<f64>> = t_s
         .iter()
         .map(|t| {
             let (sin, cos) = (TAU * frequency_Hz * t).sin_cos();
-            vec![cos, sin, 1.0, t - middle]
+            let slow = (0..=DEGREE).map(|k| ((t - middle) / half).powi(k));
+            [cos, sin].into_iter().chain(slow).map(|x| x * weight(*t)).collect()
         })
         .collect();
-    let fit = least_squares(&rows, y)?;
+    let weighted: Vec<f64> = t_s.iter().zip(y).map(|(t, y)| y * weight(*t)).collect();
+    let fit = least_squares(&rows, &weighted)?;
+    // What is left, at frequencies beside: noise as it is there, and not as slow motion would have it.
+    let total: f64 = t_s.iter().map(|t| weight(*t).powi(2)).sum();
+    let left_2 = |f: f64| {
+        let (mut re, mut im) = (0.0, 0.0);
+        for (t, r) in t_s.iter().zip(&fit.residuals) {
+            let (sin, cos) = (TAU * f * t).sin_cos();
+            (re, im) = (re + weight(*t) * r * cos, im + weight(*t) * r * sin);
+        }
+        4.0 * (re * re + im * im) / (total * total)
+    };
+    let steps = BESIDE.map(|k| frequency_Hz + k / (last - first)).into_iter().filter(|f| *f > 3.0 / (last - first));
+    let beside: Vec<f64> = steps.map(left_2).collect();
+    let noise_2 = beside.iter().sum::<f64>() / beside.len().max(1) as f64;
     let [a, b] = [fit.coefficients[0], fit.coefficients[1]];
-    // a cos + b sin = Re (a − jb) e^{jωt}.
-    let amplitude_2 = 0.5 * (a * a + b * b);
-    let explained = amplitude_2 / (amplitude_2 + fit.scatter * fit.scatter).max(f64::MIN_POSITIVE);
-    Some(Sine { re: a, im: -b, sigma: fit.sigma(0).max(fit.sigma(1)), explained })
+    // a cos + b sin = Re (a − jb) e^{jωt}; each part has half of the noise's power there.
+    let size_2 = a * a + b * b;
+    Some(Sine { re: a, im: -b, sigma: (0.5 * noise_2).sqrt(), explained: size_2 / (size_2 + noise_2).max(f64::MIN_POSITIVE) })
 }
 
 /// The response at this frequency; `t_s` are the rows' times, `age_s` how long before them the sensor was sampled. `None` where there is less than

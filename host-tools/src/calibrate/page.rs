@@ -8,6 +8,9 @@ use crate::report::plot::{Axis, Plot, with_room};
 use crate::report::{plain, significant, with_sigma};
 use crate::uncertainty::{CONFIDENCE, Kind, Quantity};
 
+/// Beyond these degrees of freedom the number says nothing.
+const MANY: f64 = 1e4;
+
 /// Value with its expanded uncertainty, to two digits of that.
 fn shown(q: &Quantity) -> String {
     let unit = if q.unit == "1" { String::new() } else { format!(" {}", q.unit) };
@@ -32,7 +35,7 @@ pub fn text(record: &Record) -> String {
     let width = record.findings.quantities.iter().map(|q| q.name.len()).max().unwrap_or(0);
     for q in &record.findings.quantities {
         out += &format!("  {:<width$}  {}", q.name, shown(q));
-        out += &if q.dof().is_finite() {
+        out += &if q.dof() < MANY {
             format!("  (k {}, ν {:.0})\n", significant(q.coverage_factor(CONFIDENCE), 3), q.dof())
         } else {
             "\n".to_owned()
@@ -67,7 +70,7 @@ pub fn html(record: &Record) -> String {
             escaped(&q.name),
             with_sigma(q.value, q.sigma()).split(" ±").next().unwrap_or_default(),
             number(q.sigma(), 2),
-            number(q.dof().floor(), 3),
+            if q.dof() < MANY { format!("{:.0}", q.dof().floor()) } else { "∞".into() },
             number(q.coverage_factor(CONFIDENCE), 3),
             number(q.expanded(), 2),
             escaped(if q.unit == "1" { "" } else { &q.unit }),

@@ -1,17 +1,12 @@
 //! `stand calibrate`: a session on a stand, its record, and what is done with the result.
 
-use std::cell::RefCell;
 use std::io::{BufRead, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
 use clap::{Args, ValueEnum};
 use embassy_futures::block_on;
-use hal_sim::board::PlantPort;
-use hal_sim::clock::VirtualClock;
-use hal_sim::controller::{Controller, flash};
-use hal_sim::peripherals::imu as chip;
-use hal_sim::plant::{Plant, Stand as Described};
+use hal_sim::plant::Stand as Described;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::error::Trouble;
@@ -19,14 +14,13 @@ use super::output::{Output, write};
 use super::record::interrupts;
 use super::sim;
 use crate::calibrate::record::{self, Record, RecordError};
-use crate::calibrate::session::check::Able;
 use crate::calibrate::session::journal::{self, Journal, JournalError};
 use crate::calibrate::session::run::{self, Person, Progress, RunError};
-use crate::calibrate::session::{Session, What, check};
-use crate::calibrate::{Lying, Mounted, page, part};
+use crate::calibrate::session::simulated::simulate;
+use crate::calibrate::session::{Session, What};
+use crate::calibrate::{Mounted, page, part};
 use crate::link::Link;
 use crate::model::Model;
-use crate::stand::{Simulated, Stand};
 
 /// What is calibrated.
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -101,7 +95,7 @@ impl From<RunError> for Trouble {
         match error {
             RunError::Stand(error) => error.into(),
             RunError::Journal(error) => error.into(),
-            RunError::NotDone { .. } => Trouble::Input(error.to_string()),
+            RunError::NotDone { .. } | RunError::Plan(_) => Trouble::Input(error.to_string()),
             other => Trouble::Other(other.to_string()),
         }
     }
@@ -197,44 +191,18 @@ impl Calibrate {
         let done = match &self.port {
             Some(port) => {
                 let mut link = Link::open(port)?;
-                block_on(whole(&mut link, &session, &text, begun, &folder, &mut AtHand, goes))
+                block_on(run::whole(&mut link, &session, &text, begun, &folder, &mut AtHand, goes))
             }
-            None => self.simulated(&session, &text, begun, &folder, goes),
+            None => simulate(&self.simulated_stand(&session)?, self.seed, &session, &text, begun, &folder, goes),
         };
         bar.finish_and_clear();
-        done.map_err(|trouble| match trouble {
+        done.map_err(|error| match Trouble::from(error) {
             Trouble::Other(says) if folder.join(journal::FILE).exists() => {
                 Trouble::Other(format!("{says}; what was recorded is in {}, --resume goes on", folder.display()))
             }
             other => other,
         })?;
         Ok(folder)
-    }
-
-    fn simulated(
-        &self,
-        session: &Session,
-        text: &str,
-        begun: Option<Journal>,
-        folder: &Path,
-        goes: impl FnMut(Progress) -> bool,
-    ) -> Result<(), Trouble> {
-        let stand = self.simulated_stand(session)?;
-        let other = |e: hal_sim::controller::ControllerError| Trouble::Other(e.to_string());
-        let clock = VirtualClock::default();
-        let controller = Controller::new(&clock, &stand.setup(), Plant::new(&stand, 0.0)?, flash(self.seed), self.seed).map_err(other)?;
-        let done = RefCell::new(None);
-        let host = async {
-            let mut line = Simulated::new(&controller);
-            // The sensor under test wants a moment after power-on.
-            let ended = match line.wait_s(0.3).await {
-                Ok(_) => whole(&mut line, session, text, begun, folder, &mut Robot::new(&controller, session), goes).await,
-                Err(error) => Err(error.into()),
-            };
-            done.replace(Some(ended));
-        };
-        controller.run(host, |_| ()).map_err(other)?;
-        done.into_inner().unwrap_or_else(|| Err(Trouble::Other("the simulated stand did not end".to_owned())))
     }
 
     /// The stand of a file, or the default one with what the seed draws.
@@ -279,35 +247,6 @@ impl Calibrate {
     }
 }
 
-/// Asks what the stand can, refuses what it cannot, and runs the rest.
-async fn whole(
-    stand: &mut impl Stand,
-    session: &Session,
-    text: &str,
-    begun: Option<Journal>,
-    folder: &Path,
-    person: &mut impl Person,
-    goes: impl FnMut(Progress) -> bool,
-) -> Result<(), Trouble> {
-    stand.tell("STReam OFF").await?;
-    let fault = stand.ask("FAULt?").await?;
-    if !fault.starts_with("0,") {
-        return Err(Trouble::Input(format!("the drive is off by a fault: {fault}; FAULt:CLEar in `stand console` first")));
-    }
-    let able = Able::of(stand).await?;
-    check(session, &able).map_err(|e| Trouble::Input(e.to_string()))?;
-    let identity = stand.ask("*IDN?").await?;
-    let mut journal = match begun {
-        Some(journal) => journal,
-        None => {
-            let journal = Journal::new(session.what, identity);
-            run::begin(folder, text, &journal)?;
-            journal
-        }
-    };
-    Ok(run::run(stand, session, &mut journal, folder, person, goes).await?)
-}
-
 /// A person at the keyboard.
 struct AtHand;
 
@@ -320,34 +259,5 @@ impl Person for AtHand {
             Ok(count) if count > 0 => Some(line.trim().to_owned()),
             _ => None,
         }
-    }
-}
-
-/// The simulated stand does it by itself; the part stays off by what it is off from where it is believed to be.
-struct Robot<'h, 'c, P> {
-    controller: &'h Controller<'c, P>,
-    off_m: f64,
-}
-
-impl<'h, 'c, P: PlantPort> Robot<'h, 'c, P> {
-    fn new(controller: &'h Controller<'c, P>, session: &Session) -> Self {
-        let believed_m = session.mounted().first().map_or(0.0, |m| m.radius_m);
-        let off_m = controller.bench().borrow_mut().imu().map_or(0.0, |imu| imu.mounted().radius_m - believed_m);
-        Self { controller, off_m }
-    }
-}
-
-impl<P: PlantPort> Person for Robot<'_, '_, P> {
-    fn does(&mut self, _: &str, m: &Mounted) -> Option<String> {
-        let lying = match m.lying {
-            Lying::Flat => chip::Lying::Flat,
-            Lying::Side => chip::Lying::Side,
-            Lying::OtherSide => chip::Lying::OtherSide,
-        };
-        if let Some(imu) = self.controller.bench().borrow_mut().imu() {
-            let chi_rad = imu.mounted().chi_rad;
-            imu.mount(chip::Mounted { radius_m: m.radius_m + self.off_m, chi_rad, tilt_rad: m.tilt_deg.to_radians(), lying });
-        }
-        Some("done by the simulated stand".to_owned())
     }
 }

@@ -85,9 +85,9 @@ pub(super) struct Run {
     /// Period of vibration or mains of which the pulse is a multiple, s; 0: none
     #[arg(long, value_name = "S", default_value_t = 0.02, allow_negative_numbers = true)]
     period: f64,
-    /// Greatest rate of a pulse, °/s
-    #[arg(long, value_name = "DEG_S", default_value_t = 0.05, allow_negative_numbers = true)]
-    rate: f64,
+    /// Greatest rate of a pulse, °/s; two of them (0.05,0.02) tell a torquer that is stronger one way from the drift, each with all cycles
+    #[arg(long, value_name = "DEG_S", default_value = "0.05", value_delimiter = ',', allow_negative_numbers = true)]
+    rate: Vec<f64>,
     /// Time with the correction loop closed before each cycle, s
     #[arg(long, value_name = "S", default_value_t = 4.0, allow_negative_numbers = true)]
     rest: f64,

@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 
 use super::error::Trouble;
-use super::output::Answer;
+use super::output::Output;
 use crate::log::Log;
 use crate::observer::vibration::{Measured, compensate};
-use crate::observer::{Element, Kind, Plant, Poles, Request, vibration_json, vibration_text};
+use crate::observer::{Element, Kind, Plant, Poles, Request, vibration_html, vibration_json, vibration_text};
 
 /// Columns beside those of interfaces.md.
 const COLUMNS: [&str; 4] = ["alpha_rad", "gamma_rad", "alpha_rate_rad_s", "beta_rate_rad_s"];
@@ -47,12 +47,12 @@ pub(super) struct Compensate {
     #[arg(long, value_name = "V_RAD", allow_negative_numbers = true)]
     angle_gain: Option<f64>,
     #[command(flatten)]
-    answer: Answer,
+    output: Output,
 }
 
 impl Compensate {
     fn run(self) -> Result<(), Trouble> {
-        self.answer.check()?;
+        self.output.check()?;
         let plant = Plant::named(&self.model)?;
         let Element::Four(element) = plant.element else {
             return Err(Trouble::Input(format!("{}: vibration is corrected with the element of four states", self.model)));
@@ -76,8 +76,9 @@ impl Compensate {
         let found = compensate(&measured, &element, &design, vibration_Hz).map_err(|e| Trouble::Input(format!("{name}: {e}")))?;
         design.request.vibration_Hz = Some(found.vibration_Hz);
         let warnings = design.warnings();
-        self.answer.text(&vibration_text(&found, &warnings))?;
-        self.answer.json(|| vibration_json(&found, &warnings))
+        self.output.text(&vibration_text(&found, &warnings))?;
+        self.output.json(|| vibration_json(&found, &warnings))?;
+        self.output.html(|| vibration_html(&name, &measured, &found, &warnings))
     }
 
     /// The azimuth, from its own column or from the angle sensor's.

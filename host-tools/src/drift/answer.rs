@@ -1,8 +1,10 @@
 //! Many cycles become one answer: own drift, apparent drift, azimuth, each with its uncertainty, corrected and as they are.
 
+use super::amplitudes::{LEAST_RATIO, Unequal, mean};
 use super::integral::{Integral, reference_rad_s};
 use super::places::{self, Found, Rate, Value};
 use super::separate::{self, Platform};
+use super::uncertainty::{Part, together};
 use super::{DEG_H, DriftError};
 use crate::report::finite;
 use hal_sim::gyro::Place;
@@ -26,6 +28,8 @@ pub struct CycleLine {
     pub start_s: f64,
     /// Its sums.
     pub integral: Integral,
+    /// w, without sign, rad/s: as it was asked for, or by the angles, of a rectangular pulse that turns as far.
+    pub amplitude_rad_s: f64,
     /// What the current says that the pulses were not equal by, rad/s; `None` where the current or K_m/H is not known.
     pub residual_rad_s: Option<f64>,
     /// Why it enters no mean.
@@ -60,19 +64,6 @@ pub struct Measured {
     pub warnings: Vec<String>,
 }
 
-/// One part of an uncertainty, °/h and arcminutes.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Part {
-    /// Of what.
-    pub of: &'static str,
-    /// In the own drift.
-    pub own_deg_h: Option<f64>,
-    /// In the apparent drift.
-    pub apparent_deg_h: Option<f64>,
-    /// In the azimuth.
-    pub azimuth_arcmin: Option<f64>,
-}
-
 /// What comes of it, rad/s and rad.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Separated {
@@ -84,6 +75,8 @@ pub struct Separated {
     pub azimuth_rad: Option<Value>,
     /// What gravity adds.
     pub places: Option<Found>,
+    /// What pulses of two amplitudes tell of the torquer, for each axis; empty without them.
+    pub unequal: Vec<Unequal>,
 }
 
 impl Separated {
@@ -105,27 +98,12 @@ pub struct Answer {
     pub uncorrected: Separated,
     /// K_m i/H by the unswitched sums, rad/s, where both polarities were used.
     pub reference_rad_s: Option<f64>,
-    /// Where the uncertainty comes from.
-    pub parts: Vec<Part>,
+    /// Where the uncertainty comes from, for each axis.
+    pub parts: Vec<Vec<Part>>,
 }
 
-/// A mean over the cycles of one place and axis: the mean of the polarities' means.
-fn mean(cycles: &[&CycleLine], rate: &dyn Fn(&CycleLine) -> f64) -> (f64, Option<f64>) {
-    let groups: Vec<Vec<f64>> = [1, -1]
-        .iter()
-        .map(|sign| cycles.iter().filter(|cycle| cycle.sign == *sign).map(|cycle| rate(cycle)).collect::<Vec<_>>())
-        .filter(|group| !group.is_empty())
-        .collect();
-    let average = |group: &[f64]| group.iter().sum::<f64>() / group.len() as f64;
-    let kinds = groups.len() as f64;
-    let squares: f64 = groups.iter().map(|group| group.iter().map(|r| (r - average(group)).powi(2)).sum::<f64>()).sum();
-    let free: usize = groups.iter().map(|group| group.len() - 1).sum();
-    let share: f64 = groups.iter().map(|group| 1.0 / group.len() as f64).sum::<f64>() / (kinds * kinds);
-    let sigma = (free > 0).then(|| (squares / free as f64 * share).sqrt());
-    (groups.iter().map(|group| average(group)).sum::<f64>() / kinds, sigma)
-}
-
-fn same(a: &Place, b: &Place) -> bool {
+/// Whether two places are one.
+pub(super) fn same(a: &Place, b: &Place) -> bool {
     let turned = (a.turned_rad - b.turned_rad).rem_euclid(std::f64::consts::TAU);
     turned.min(std::f64::consts::TAU - turned) < SAME_RAD
         && (a.raised_rad - b.raised_rad).abs() < SAME_RAD
@@ -148,10 +126,15 @@ impl Measured {
         places
     }
 
-    fn means(&self, axis: usize, rate: &dyn Fn(&CycleLine) -> f64) -> Vec<Rate> {
+    /// What two amplitudes tell of an axis.
+    fn unequal(&self, axis: usize, rate: &dyn Fn(&CycleLine) -> f64) -> Option<Unequal> {
+        Unequal::of(&self.good().into_iter().filter(|c| c.axis == axis).collect::<Vec<_>>(), rate)
+    }
+
+    fn means(&self, axis: usize, rate: &dyn Fn(&CycleLine) -> f64, unequal: Option<&Unequal>) -> Vec<Rate> {
         let of = |place: &Place| {
             let cycles: Vec<&CycleLine> = self.good().into_iter().filter(|c| c.axis == axis && same(&c.place, place)).collect();
-            (!cycles.is_empty()).then(|| mean(&cycles, rate))
+            (!cycles.is_empty()).then(|| mean(&cycles, rate, unequal))
         };
         self.places()
             .iter()
@@ -169,18 +152,26 @@ impl Measured {
             return Err(DriftError::AllBad { log: self.name, count: self.cycles.len(), reason });
         }
         let earth = self.latitude_deg.map(separate::earth_rad_s).transpose()?;
-        let (corrected, uncorrected) = if self.has_three_axes {
+        let (mut corrected, uncorrected) = if self.has_three_axes {
             (self.three(earth, &CycleLine::rate_rad_s, true)?, self.three(earth, &|c| c.integral.drift_rad_s(), false)?)
         } else {
-            (self.single(earth, &CycleLine::rate_rad_s)?, self.single(earth, &|c| c.integral.drift_rad_s())?)
+            (self.single(earth, &CycleLine::rate_rad_s, true)?, self.single(earth, &|c| c.integral.drift_rad_s(), false)?)
         };
         let reference_rad_s = self.reference();
-        let parts = self.parts(earth, &corrected);
+        let parts: Vec<Vec<Part>> = (0..corrected.own_rad_s.len()).map(|axis| self.parts(axis, earth, &corrected)).collect();
+        for (axis, parts) in parts.iter().enumerate() {
+            corrected.own_rad_s[axis].sigma = together(parts, |p| p.own_rad_s);
+            corrected.apparent_rad_s[axis].sigma = together(parts, |p| p.apparent_rad_s);
+        }
+        if let Some(azimuth) = &mut corrected.azimuth_rad {
+            azimuth.sigma = together(&parts[0], |p| p.azimuth_rad);
+        }
         Ok(Answer { measured: self, corrected, uncorrected, reference_rad_s, parts })
     }
 
-    fn single(&self, earth: Option<(f64, f64)>, rate: &dyn Fn(&CycleLine) -> f64) -> Result<Separated, DriftError> {
-        let rates = self.means(0, rate);
+    fn single(&self, earth: Option<(f64, f64)>, rate: &dyn Fn(&CycleLine) -> f64, corrects: bool) -> Result<Separated, DriftError> {
+        let unequal: Vec<Unequal> = self.unequal(0, rate).filter(|_| corrects).into_iter().collect();
+        let rates = self.means(0, rate, unequal.first());
         let raised = rates.iter().any(|rate| rate.place.raised_rad.sin().abs() > 1e-9);
         if raised && earth.is_none() {
             return Err(DriftError::Positions {
@@ -201,13 +192,16 @@ impl Measured {
             (None, None) => None,
         };
         let apparent = Value { value: -found.along.value, sigma: found.along.sigma };
-        Ok(Separated { own_rad_s: vec![found.own], apparent_rad_s: vec![apparent], azimuth_rad, places: Some(found) })
+        Ok(Separated { own_rad_s: vec![found.own], apparent_rad_s: vec![apparent], azimuth_rad, places: Some(found), unequal })
     }
 
     fn three(&self, earth: Option<(f64, f64)>, rate: &dyn Fn(&CycleLine) -> f64, corrects: bool) -> Result<Separated, DriftError> {
         let log = || self.name.clone();
         let (horizontal, vertical) = earth.ok_or_else(|| DriftError::Note { log: log(), note: "latitude_deg", option: "--latitude" })?;
-        let axes: [Vec<Rate>; 3] = std::array::from_fn(|axis| self.means(axis, rate));
+        // All of them, or none.
+        let unequal: Vec<Unequal> = (0..3).map_while(|axis| self.unequal(axis, rate).filter(|_| corrects)).collect();
+        let unequal = if unequal.len() == 3 { unequal } else { Vec::new() };
+        let axes: [Vec<Rate>; 3] = std::array::from_fn(|axis| self.means(axis, rate, unequal.get(axis)));
         let places = self.places();
         let [first, turned] = match places.as_slice() {
             [first] => return Err(DriftError::NoTurn { position: format!("turned {}°", first.turned_rad.to_degrees()) }),
@@ -236,17 +230,23 @@ impl Measured {
         let (sin, cos) = azimuth_rad.sin_cos();
         let sigma = half(0).zip(half(2)).map(|(x, z)| (sin * x).hypot(cos * z) / horizontal);
         let apparent = [-horizontal * cos, -vertical, horizontal * sin];
-        let with = |values: [f64; 3]| (0..3).map(|axis| Value { value: values[axis], sigma: half(axis) }).collect::<Vec<_>>();
+        // The apparent drift is the azimuth's and the latitude's, and that about the vertical the latitude's alone.
+        let lever = [Some(horizontal * sin.abs()), None, Some(horizontal * cos.abs())];
+        let of_azimuth = |axis: usize| Value { value: apparent[axis], sigma: sigma.zip(lever[axis]).map(|(sigma, lever)| sigma * lever) };
         Ok(Separated {
-            own_rad_s: with(own_rad_s),
-            apparent_rad_s: with(apparent),
+            own_rad_s: (0..3).map(|axis| Value { value: own_rad_s[axis], sigma: half(axis) }).collect(),
+            apparent_rad_s: (0..3).map(of_azimuth).collect(),
             azimuth_rad: Some(Value { value: azimuth_rad - first.turned_rad, sigma }),
             places: None,
+            unequal,
         })
     }
 
     fn reference(&self) -> Option<f64> {
-        let good = self.good();
+        // Of several amplitudes that of the first.
+        let first = self.good().first()?.amplitude_rad_s;
+        let good: Vec<&CycleLine> =
+            self.good().into_iter().filter(|c| (c.amplitude_rad_s / first - 1.0).abs() < (LEAST_RATIO - 1.0) / 2.0).collect();
         let of = |sign: i8| -> Option<Integral> {
             let cycles: Vec<_> =
                 good.iter().filter(|c| c.sign == sign && c.axis == good[0].axis && same(&c.place, &good[0].place)).collect();
@@ -255,57 +255,9 @@ impl Measured {
         };
         Some(reference_rad_s(&of(1)?, &of(-1)?))
     }
-
-    /// Scatter, turn, level, gain: what each does to the answer (theory.md §3.3).
-    fn parts(&self, earth: Option<(f64, f64)>, found: &Separated) -> Vec<Part> {
-        let (horizontal, vertical) = earth.unwrap_or((0.0, 0.0));
-        let azimuth = found.azimuth_rad.map(|azimuth| azimuth.value);
-        let sin = azimuth.map_or(1.0, |azimuth| azimuth.sin().abs());
-        let arcmin = |rad: f64| rad.to_degrees() * 60.0;
-        let per_azimuth = |rad_s: f64| azimuth.filter(|_| horizontal > 0.0).map(|_| arcmin(rad_s / (horizontal * sin.max(1e-6))));
-        let turn = self.turn_error_rad;
-        let level_rad_s = vertical * self.level_error_rad;
-        let gain = |values: &[Value]| values.first().map(|v| v.value.abs() * self.gain_error / DEG_H);
-        let scatter = |values: &[Value]| values.first().and_then(|v| v.sigma).map(|sigma| sigma / DEG_H);
-        vec![
-            Part {
-                of: "scatter of the cycles",
-                own_deg_h: scatter(&found.own_rad_s),
-                apparent_deg_h: scatter(&found.apparent_rad_s),
-                azimuth_arcmin: found.azimuth_rad.and_then(|a| a.sigma).map(arcmin),
-            },
-            // Half of the error is the azimuth's, and its sine goes to the drift.
-            Part {
-                of: "turn between the positions",
-                own_deg_h: Some(horizontal * sin * turn / 2.0 / DEG_H),
-                apparent_deg_h: Some(horizontal * sin * turn / 2.0 / DEG_H),
-                azimuth_arcmin: azimuth.map(|_| arcmin(turn / 2.0)),
-            },
-            // Turned with the platform it goes to the drift, fixed to the base to the azimuth.
-            Part {
-                of: "level",
-                own_deg_h: Some(level_rad_s / DEG_H),
-                apparent_deg_h: Some(level_rad_s / DEG_H),
-                azimuth_arcmin: per_azimuth(level_rad_s),
-            },
-            Part {
-                of: "gain of the angle sensor",
-                own_deg_h: gain(&found.own_rad_s),
-                apparent_deg_h: gain(&found.apparent_rad_s),
-                azimuth_arcmin: found.apparent_rad_s.first().and_then(|v| per_azimuth(v.value.abs() * self.gain_error)),
-            },
-        ]
-    }
 }
 
 impl Answer {
-    /// All parts together.
-    pub fn total(&self, of: fn(&Part) -> Option<f64>) -> Option<f64> {
-        // Without a scatter nobody knows.
-        of(&self.parts[0])?;
-        Some(self.parts.iter().filter_map(of).map(|x| x * x).sum::<f64>().sqrt())
-    }
-
     /// The answer of interfaces.md.
     pub fn json(&self) -> Json {
         let m = &self.measured;
@@ -322,6 +274,7 @@ impl Answer {
                     "sequence": if c.sign < 0 { "-+" } else { "+-" },
                     "start_s": finite(c.start_s),
                     "pulse_s": finite(c.integral.pulse_s),
+                    "amplitude_deg_s": finite(c.amplitude_rad_s.to_degrees()),
                     "drift_deg_h": finite(c.rate_rad_s() / DEG_H),
                     "raw_deg_h": finite(c.integral.drift_rad_s() / DEG_H),
                     "residual_deg_h": c.residual_rad_s.map_or(Json::Null, |r| finite(r / DEG_H)),
@@ -330,23 +283,40 @@ impl Answer {
                 })
             })
             .collect();
-        let rates = |values: &[Value], total: Option<f64>| {
-            let one = |v: &Value, sigma: Option<f64>| json!({"value": finite(v.value / DEG_H), "sigma": sigma.map_or(Json::Null, finite)});
+        let optional = |x: Option<f64>| x.map_or(Json::Null, finite);
+        let rates = |values: &[Value]| {
+            let one = |v: &Value| json!({"value": finite(v.value / DEG_H), "sigma": optional(v.sigma.map(|s| s / DEG_H))});
             match values {
-                [v] => one(v, total.or(v.sigma.map(|s| s / DEG_H))),
-                [x, y, z] => {
-                    json!({"x": one(x, x.sigma.map(|s| s / DEG_H)), "y": one(y, y.sigma.map(|s| s / DEG_H)), "z": one(z, z.sigma.map(|s| s / DEG_H))})
-                }
+                [v] => one(v),
+                [x, y, z] => json!({"x": one(x), "y": one(y), "z": one(z)}),
                 _ => Json::Null,
             }
         };
-        let azimuth = |found: &Separated, total: Option<f64>| {
+        let azimuth = |found: &Separated| {
             found.azimuth_rad.map_or(Json::Null, |a| {
-                let sigma = total.map(|arcmin| arcmin / 60.0).or(a.sigma.map(f64::to_degrees));
-                let other = found.other_azimuth_rad().map_or(Json::Null, |other| finite(other.to_degrees()));
-                json!({"value": finite(a.value.to_degrees()), "sigma": sigma.map_or(Json::Null, finite), "or": other})
+                let other = found.other_azimuth_rad().map(f64::to_degrees);
+                json!({"value": finite(a.value.to_degrees()), "sigma": optional(a.sigma.map(f64::to_degrees)), "or": optional(other)})
             })
         };
+        let axis = |k: usize| if m.has_three_axes { json!(["x", "y", "z"][k]) } else { Json::Null };
+        let part = |k: usize, p: &Part| {
+            json!({
+                "of": p.of,
+                "axis": axis(k),
+                "own_deg_h": optional(p.own_rad_s.map(|s| s / DEG_H)),
+                "apparent_deg_h": optional(p.apparent_rad_s.map(|s| s / DEG_H)),
+                "azimuth_arcmin": optional(p.azimuth_rad.map(|s| s.to_degrees() * 60.0)),
+            })
+        };
+        let unequal: Vec<Json> = self
+            .corrected
+            .unequal
+            .iter()
+            .enumerate()
+            .map(|(k, unequal)| json!({"axis": axis(k), "value": finite(unequal.inequality.value), "sigma": optional(unequal.inequality.sigma)}))
+            .collect();
+        let uncertainty: Vec<Json> =
+            self.parts.iter().enumerate().flat_map(|(k, parts)| parts.iter().map(|p| part(k, p)).collect::<Vec<_>>()).collect();
         let by_g: Vec<Json> = self
             .corrected
             .places
@@ -363,17 +333,18 @@ impl Answer {
             "cycles": cycles,
             "good": m.good().len(),
             "bad": m.cycles.len() - m.good().len(),
-            "own_drift_deg_h": rates(&self.corrected.own_rad_s, self.total(|p| p.own_deg_h)),
-            "apparent_drift_deg_h": rates(&self.corrected.apparent_rad_s, self.total(|p| p.apparent_deg_h)),
-            "azimuth_deg": azimuth(&self.corrected, self.total(|p| p.azimuth_arcmin)),
+            "own_drift_deg_h": rates(&self.corrected.own_rad_s),
+            "apparent_drift_deg_h": rates(&self.corrected.apparent_rad_s),
+            "azimuth_deg": azimuth(&self.corrected),
             "g_drift_deg_h_g": by_g,
             "latitude_deg": m.latitude_deg,
+            "inequality": unequal,
             "reference_deg_s": self.reference_rad_s.map_or(Json::Null, |w| finite(w.to_degrees())),
-            "uncertainty": self.parts.iter().map(|p| json!({"of": p.of, "own_deg_h": p.own_deg_h.map_or(Json::Null, finite), "apparent_deg_h": p.apparent_deg_h.map_or(Json::Null, finite), "azimuth_arcmin": p.azimuth_arcmin.map_or(Json::Null, finite)})).collect::<Vec<_>>(),
+            "uncertainty": uncertainty,
             "uncorrected": {
-                "own_drift_deg_h": rates(&self.uncorrected.own_rad_s, None),
-                "apparent_drift_deg_h": rates(&self.uncorrected.apparent_rad_s, None),
-                "azimuth_deg": azimuth(&self.uncorrected, None),
+                "own_drift_deg_h": rates(&self.uncorrected.own_rad_s),
+                "apparent_drift_deg_h": rates(&self.uncorrected.apparent_rad_s),
+                "azimuth_deg": azimuth(&self.uncorrected),
             },
             "warnings": m.warnings,
         })

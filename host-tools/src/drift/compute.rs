@@ -6,8 +6,8 @@
 use super::DriftError;
 use super::answer::{CycleLine, Measured};
 use super::error::within;
-use super::find::{Found, by_current, by_mark};
-use super::integral::{Integral, residual_rad_s};
+use super::find::{Found, by_current, by_mark, contrast};
+use super::integral::{Integral, amplitude_rad_s, residual_rad_s};
 use crate::log::Log;
 use hal_sim::gyro::Place;
 
@@ -24,8 +24,10 @@ pub const COLUMNS: [&str; 10] = [
     "raised_deg",
     "rolled_deg",
 ];
-/// Rows before a cycle in which the current at rest is looked for.
-const LEAD_ROWS: usize = 400;
+/// Time before a cycle in which the current at rest is looked for, s: the firmware opens the loop half a second before.
+const LEAD_S: f64 = 0.4;
+/// An axis of three whose current's halves differ by less than this share of the greatest has no pulse in that cycle.
+const NO_PULSE: f64 = 0.05;
 /// Rows of one code at the end of the range that are a saturation.
 const STUCK_ROWS: usize = 5;
 
@@ -111,17 +113,24 @@ fn take(log: &Log, given: &Given, all: &mut Measured) -> Result<(), DriftError> 
         }
     }
     let before = all.cycles.len();
-    for (axis, (volts, amperes)) in columns.iter().enumerate() {
-        let column = |column: &str| log.column(column).ok_or_else(|| DriftError::Column { log: name.clone(), column: column.to_owned() });
+    let column = |column: &str| log.column(column).ok_or_else(|| DriftError::Column { log: name.clone(), column: column.to_owned() });
+    let mut of_axes = Vec::new();
+    for (volts, amperes) in &columns {
         let (volts, amperes) = (column(volts)?, column(amperes)?);
         let found = match log.column("drift_mark") {
             Some(mark) => by_mark(mark, amperes, samples),
             None => by_current(amperes, samples),
         };
+        of_axes.push((volts, amperes, found));
+    }
+    let pulses = |amperes: &[f64], found: &Found| contrast(amperes, found.rows.start, samples).abs();
+    let greatest = of_axes.iter().flat_map(|(_, i, found)| found.iter().map(|one| pulses(i, one))).fold(0.0, f64::max);
+    for (axis, (volts, amperes, found)) in of_axes.iter().enumerate() {
         let about = About { log, pulse_s, samples, gain, torquer, limit_V, axis };
-        for one in found {
+        // The mark is of all axes, the pulses need not be.
+        for one in found.iter().filter(|one| !all.has_three_axes || pulses(amperes, one) > NO_PULSE * greatest) {
             let number = all.cycles.len() as u32 + 1;
-            all.cycles.push(about.cycle(&one, number, volts, amperes)?);
+            all.cycles.push(about.cycle(one, number, volts, amperes)?);
         }
     }
     if all.cycles.len() == before {
@@ -163,6 +172,7 @@ impl About<'_> {
             start_s: t_s[rows.start],
             bad: self.bad(found, volts, currents),
             integral: whole.unwrap_or(nothing),
+            amplitude_rad_s: if found.is_cut { 0.0 } else { amplitude_rad_s(&angles, self.pulse_s) },
             residual_rad_s,
         })
     }
@@ -170,9 +180,10 @@ impl About<'_> {
     /// Current while the loop is open and nothing is given, A: what the sensor shows at none.
     fn at_rest(&self, start: usize, amperes: &[f64], pulses: &[f64]) -> f64 {
         let most = pulses.iter().fold(0.0_f64, |most, i| most.max(i.abs()));
-        let lead: Vec<f64> = amperes[start.saturating_sub(LEAD_ROWS)..start].iter().copied().filter(|i| i.abs() < 0.05 * most).collect();
+        let rows = (LEAD_S / self.log.median_dt_s()).round() as usize;
+        let lead: Vec<f64> = amperes[start.saturating_sub(rows)..start].iter().copied().filter(|i| i.abs() < 0.05 * most).collect();
         // A few rows of a closed loop are no rest.
-        if lead.len() < LEAD_ROWS / 2 { 0.0 } else { lead.iter().sum::<f64>() / lead.len() as f64 }
+        if lead.is_empty() || lead.len() < rows / 2 { 0.0 } else { lead.iter().sum::<f64>() / lead.len() as f64 }
     }
 
     fn bad(&self, found: &Found, volts: &[f64], currents: &[f64]) -> Option<String> {

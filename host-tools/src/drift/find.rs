@@ -39,21 +39,26 @@ pub fn by_mark(mark: &[f64], current: &[f64], samples: usize) -> Vec<Found> {
     found
 }
 
+/// Least contrast of a cycle beside the greatest one's: amplitudes may differ as 1 to 5.
+const LEAST: f64 = 0.15;
+/// Share of the current's size that must go into the contrast: all of a pulse is of one sign.
+const PURE: f64 = 0.9;
+
 /// By the current alone: where the sum over N rows less that over the next N is greatest, the pulses begin. Least distance: 2 N.
 pub fn by_current(current: &[f64], samples: usize) -> Vec<Found> {
     let rows = current.len();
     if rows < 2 * samples {
         return Vec::new();
     }
-    let mut sums = Vec::with_capacity(rows + 1);
-    sums.push(0.0);
-    for i in current {
-        sums.push(sums.last().copied().unwrap_or(0.0) + i);
-    }
-    let contrast = |k: usize| 2.0 * sums[k + samples] - sums[k] - sums[k + 2 * samples];
-    let scores: Vec<f64> = (0..=rows - 2 * samples).map(contrast).collect();
+    let sums = sums_of(current.iter().copied());
+    let scores: Vec<f64> = (0..=rows - 2 * samples).map(|k| 2.0 * sums[k + samples] - sums[k] - sums[k + 2 * samples]).collect();
     let greatest = scores.iter().fold(0.0, |most: f64, score| most.max(score.abs()));
-    let mut order: Vec<usize> = (0..scores.len()).filter(|k| scores[*k].abs() > 0.8 * greatest && is_pulse(current, *k, samples)).collect();
+    let halves = |k: usize| [sums[k + samples] - sums[k], sums[k + 2 * samples] - sums[k + samples]];
+    let are_opposite = |k: usize| {
+        let [first, second] = halves(k);
+        first * second < 0.0 && (first + second).abs() < 0.2 * (first - second).abs()
+    };
+    let mut order: Vec<usize> = (0..scores.len()).filter(|k| scores[*k].abs() > LEAST * greatest && are_opposite(*k)).collect();
     order.sort_by(|a, b| scores[*b].abs().total_cmp(&scores[*a].abs()).then(a.cmp(b)));
     let mut begins: Vec<usize> = Vec::new();
     for k in order {
@@ -64,18 +69,45 @@ pub fn by_current(current: &[f64], samples: usize) -> Vec<Found> {
     begins.sort_unstable();
     begins
         .into_iter()
+        .filter_map(|k| refined(current, k, samples))
         .map(|k| Found {
             rows: k..(k + 2 * samples + 1).min(rows),
-            sign: if scores[k] < 0.0 { -1 } else { 1 },
+            sign: if contrast(current, k, samples) < 0.0 { -1 } else { 1 },
             is_cut: k + 2 * samples + 1 > rows,
         })
         .collect()
 }
 
-/// Whether the halves are pulses indeed: of one sign each, and opposite.
-fn is_pulse(current: &[f64], k: usize, samples: usize) -> bool {
-    let mean = |half: &[f64]| half.iter().sum::<f64>() / half.len() as f64;
-    let (first, second) = (mean(&current[k..k + samples]), mean(&current[k + samples..k + 2 * samples]));
-    let balance = (first + second).abs();
-    first * second < 0.0 && balance < 0.2 * (first - second).abs()
+/// The beginning of the pulses near `k`, by currents no greater than a pulse's: a loop that closes swiftly gives much for a moment. `None` where these are
+/// no pulses but such moments.
+fn refined(current: &[f64], k: usize, samples: usize) -> Option<usize> {
+    let mut sizes: Vec<f64> = current[k..k + 2 * samples].iter().map(|i| i.abs()).collect();
+    let middle = sizes.len() / 2;
+    let level = 1.5 * *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let (from, to) = (k.saturating_sub(samples / 2), (k + 2 * samples + samples / 2).min(current.len()));
+    let clipped = || current[from..to].iter().map(|i| i.clamp(-level, level));
+    let (sums, sizes) = (sums_of(clipped()), sums_of(clipped().map(f64::abs)));
+    let score = |k: usize| (2.0 * sums[k + samples] - sums[k] - sums[k + 2 * samples]).abs();
+    let best = (0..=to - from - 2 * samples).fold(0, |best, k| if score(k) > score(best) { k } else { best });
+    let size = sizes[best + 2 * samples] - sizes[best];
+    (score(best) > PURE * size && size > 0.0).then_some(from + best)
+}
+
+fn sums_of(values: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut sum = 0.0;
+    std::iter::once(0.0)
+        .chain(values.map(|value| {
+            sum += value;
+            sum
+        }))
+        .collect()
+}
+
+/// Mean of the first half less that of the second, of a cycle that begins at a row; of the rows that are there.
+pub fn contrast(current: &[f64], row: usize, samples: usize) -> f64 {
+    let half = |from: usize| {
+        let rows = &current[from.min(current.len())..(from + samples).min(current.len())];
+        rows.iter().sum::<f64>() / rows.len().max(1) as f64
+    };
+    half(row) - half(row + samples)
 }

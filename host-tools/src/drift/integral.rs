@@ -64,3 +64,13 @@ pub fn residual_rad_s(rates_rad_s: &[f64]) -> f64 {
 pub fn reference_rad_s(plus: &Integral, minus: &Integral) -> f64 {
     (plus.sum_rad_s - minus.sum_rad_s) / (2.0 * plus.pulse_s * plus.pulse_s)
 }
+
+/// Amplitude of the pulses by the angles of a cycle, 2 N + 1 of them, without sign, rad/s: of the rectangular pulses whose tent fits best. A drift and a
+/// first angle do not move it.
+pub fn amplitude_rad_s(angles_rad: &[f64], pulse_s: f64) -> f64 {
+    let n = angles_rad.len() / 2;
+    let middle = n as f64 * n as f64 / (2 * n + 1) as f64;
+    let tent = |k: usize| k.min(2 * n - k) as f64 - middle;
+    let (product, square) = angles_rad.iter().enumerate().fold((0.0, 0.0), |(p, s), (k, angle)| (p + tent(k) * angle, s + tent(k).powi(2)));
+    if square > 0.0 { (product / square).abs() * n as f64 / pulse_s } else { 0.0 }
+}

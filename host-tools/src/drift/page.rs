@@ -2,6 +2,7 @@
 
 use super::answer::{Answer, Measured, Separated};
 use super::places::Value;
+use super::uncertainty::{Part, together};
 use super::{DEG_H, advise::Advice, platform::GyroAnswer};
 use crate::report::page::{Page, escaped, swatch};
 use crate::report::plot::{Axis, Plot, with_room};
@@ -31,6 +32,10 @@ fn lines(found: &Separated) -> Vec<String> {
     }
     if found.own_rad_s.iter().all(|v| v.sigma.is_none()) {
         lines.push("no uncertainty: that takes two cycles of each sequence in each position".to_owned());
+    }
+    for (name, unequal) in names.iter().zip(&found.unequal) {
+        let percent = Value { value: 100.0 * unequal.inequality.value, sigma: unequal.inequality.sigma.map(|s| 100.0 * s) };
+        lines.push(value(&format!("by two amplitudes: negative pulses {name}stronger by"), "%, taken off", &percent, 1.0));
     }
     if let Some(places) = &found.places {
         for (v, axis) in places.by_g.iter().zip(["sensitive", "output", "spin"]) {
@@ -82,14 +87,15 @@ pub fn html(answer: &Answer) -> String {
         &cycles_plot(answer),
         &format!("drift rate of each cycle, {} corrected by the current, {} as it is", swatch("residual", ""), swatch("measured", "")),
     );
-    page.push("<div class=\"scroll\"><table><thead><tr><th>cycle</th><th>turned</th><th>sequence</th><th>drift, °/h</th><th>as it is</th><th>by slope</th><th></th></tr></thead><tbody>");
+    page.push("<div class=\"scroll\"><table><thead><tr><th>cycle</th><th>turned</th><th>sequence</th><th>pulses, °/s</th><th>drift, °/h</th><th>as it is</th><th>by slope</th><th></th></tr></thead><tbody>");
     for c in &m.cycles {
         let number = |x: f64| format!("<td class=\"number\">{}</td>", significant(x / DEG_H, 5));
         page.push(&format!(
-            "<tr><td>{}</td><td class=\"number\">{}°</td><td>{}</td>{}{}{}<td class=\"warn\">{}</td></tr>",
+            "<tr><td>{}</td><td class=\"number\">{}°</td><td>{}</td><td class=\"number\">{}</td>{}{}{}<td class=\"warn\">{}</td></tr>",
             c.number,
             plain(c.place.turned_rad.to_degrees(), 5),
             if c.sign < 0 { "− +" } else { "+ −" },
+            significant(c.amplitude_rad_s.to_degrees(), 3),
             number(c.rate_rad_s()),
             number(c.integral.drift_rad_s()),
             number(c.integral.slope_rad_s),
@@ -97,29 +103,29 @@ pub fn html(answer: &Answer) -> String {
         ));
     }
     page.push("</tbody></table></div></section>");
-    page.push("<section><h2>Uncertainty</h2><div class=\"scroll\"><table><thead><tr><th>of</th><th>own drift, °/h</th><th>apparent, °/h</th><th>azimuth, ′</th></tr></thead><tbody>");
-    let cell = |x: Option<f64>| format!("<td class=\"number\">{}</td>", x.map_or("–".to_owned(), |x| significant(x, 2)));
-    for part in &answer.parts {
-        page.push(&format!(
-            "<tr><td>{}</td>{}{}{}</tr>",
-            part.of,
-            cell(part.own_deg_h),
-            cell(part.apparent_deg_h),
-            cell(part.azimuth_arcmin)
-        ));
+    for (axis, parts) in answer.parts.iter().enumerate() {
+        uncertainty(&mut page, if m.has_three_axes { [" about x", " about y", " about z"][axis] } else { "" }, parts);
     }
-    page.push(&format!(
-        "<tr><td>together</td>{}{}{}</tr></tbody></table></div></section>",
-        cell(answer.total(|p| p.own_deg_h)),
-        cell(answer.total(|p| p.apparent_deg_h)),
-        cell(answer.total(|p| p.azimuth_arcmin))
-    ));
     page.push("<section><h2>Without the corrections</h2>");
     for line in lines(&answer.uncorrected) {
         page.paragraph("", &line);
     }
     page.push("</section>");
     page.finish()
+}
+
+fn uncertainty(page: &mut Page, about: &str, parts: &[Part]) {
+    page.push(&format!("<section><h2>Uncertainty{about}</h2><div class=\"scroll\"><table><thead><tr><th>of</th><th>own drift, °/h</th><th>apparent, °/h</th><th>azimuth, ′</th></tr></thead><tbody>"));
+    let cell = |x: Option<f64>, unit: f64| format!("<td class=\"number\">{}</td>", x.map_or("–".to_owned(), |x| significant(x / unit, 2)));
+    let mut row = |of: &str, [own, apparent, azimuth]: [Option<f64>; 3]| {
+        let cells = [cell(own, DEG_H), cell(apparent, DEG_H), cell(azimuth, 60.0 * DEG_H)];
+        page.push(&format!("<tr><td>{of}</td>{}</tr>", cells.concat()));
+    };
+    for part in parts {
+        row(part.of, [part.own_rad_s, part.apparent_rad_s, part.azimuth_rad]);
+    }
+    row("together", [together(parts, |p| p.own_rad_s), together(parts, |p| p.apparent_rad_s), together(parts, |p| p.azimuth_rad)]);
+    page.push("</tbody></table></div></section>");
 }
 
 fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {

@@ -22,8 +22,6 @@ pub struct Plan {
     pub reversed: bool,
     /// PLUSminus, MINusplus or BOTH.
     pub sequence: &'static str,
-    /// w, rad/s.
-    pub rate_rad_s: f64,
     /// T, s.
     pub pulse_s: f64,
     /// Of which it is a multiple, s; 0: none.
@@ -75,7 +73,6 @@ pub async fn set_up(stand: &mut impl Stand, plan: &Plan) -> Result<(), SessionEr
         format!("DRIFt:SHAPe {}", plan.shape),
         format!("DRIFt:REVersed {}", if plan.reversed { "ON" } else { "OFF" }),
         format!("DRIFt:SEQuence {}", plan.sequence),
-        format!("DRIFt:RATE {:e} RAD/S", plan.rate_rad_s),
         format!("DRIFt:DURation {} S", plan.pulse_s),
         format!("DRIFt:PERiod {} S", plan.period_s),
         format!("DRIFt:REST {} S", plan.rest_s),
@@ -87,6 +84,14 @@ pub async fn set_up(stand: &mut impl Stand, plan: &Plan) -> Result<(), SessionEr
     Ok(())
 }
 
+/// Tells the rate of the pulses.
+///
+/// # Errors
+/// The line; the stand refuses.
+pub async fn set_rate(stand: &mut impl Stand, rate_rad_s: f64) -> Result<(), SessionError> {
+    stand.tell(&format!("DRIFt:RATE {rate_rad_s:e} RAD/S")).await
+}
+
 /// What one position gave.
 #[derive(Debug, Default)]
 pub struct Position {
@@ -96,7 +101,7 @@ pub struct Position {
     pub rows: Vec<RowFrame>,
 }
 
-/// Measures in one position, which the firmware knows by `number`; `tell` hears how far it is.
+/// Measures in one position, which the firmware knows by `number`, with pulses of the rate that it was told; `tell` hears how far it is.
 ///
 /// # Errors
 /// The line; the stand refuses.
@@ -105,6 +110,7 @@ pub async fn measure(
     scales: &Scales,
     number: u32,
     place: Place,
+    rate_rad_s: f64,
     mut tell: impl FnMut(&str),
 ) -> Result<Position, SessionError> {
     stand.tell(&format!("DRIFt:POSition {number}")).await?;
@@ -123,7 +129,7 @@ pub async fn measure(
         }
         if is_ours && known != last {
             last = known;
-            position.cycles.push(cycle(&says, scales, place, elapsed_s)?);
+            position.cycles.push(CycleLine { amplitude_rad_s: rate_rad_s, ..cycle(&says, scales, place, elapsed_s)? });
         }
         if state.starts_with("IDLE") {
             return Ok(position);
@@ -134,7 +140,7 @@ pub async fn measure(
     }
 }
 
-/// A cycle by the firmware's words.
+/// A cycle by the firmware's words, which do not say its amplitude.
 fn cycle(says: &str, scales: &Scales, place: Place, elapsed_s: f64) -> Result<CycleLine, SessionError> {
     let wrong = || SessionError::Reply { query: "DRIFt:CYCLe?".into(), says: says.to_owned() };
     let fields: Vec<&str> = says.split(',').collect();
@@ -161,6 +167,7 @@ fn cycle(says: &str, scales: &Scales, place: Place, elapsed_s: f64) -> Result<Cy
             slope_rad_s: moment * 3.0 / (samples * (samples + 1.0) * (2.0 * samples + 1.0)) / dt_s * rad,
             span_rad: span * rad,
         },
+        amplitude_rad_s: 0.0,
         residual_rad_s: Some(raw - corrected),
         bad: (verdict != "good").then_some(verdict),
     })

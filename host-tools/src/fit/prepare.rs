@@ -46,12 +46,14 @@ pub enum PrepareError {
         has: String,
     },
     /// Too short.
-    #[error("{log}: {rows} rows are too few to hold a model against; record at least some hundred")]
+    #[error("{log}: {rows} rows are too few to hold a model against; {hint}")]
     TooShort {
         /// The log.
         log: String,
         /// Its rows.
         rows: usize,
+        /// What to do, or what ended it.
+        hint: String,
     },
 }
 
@@ -71,7 +73,11 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Recor
     let has = || log.columns().iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", ");
     let mut remarks = Vec::new();
     if log.len() < FEWEST_ROWS {
-        return Err(PrepareError::TooShort { log: name(), rows: log.len() });
+        let hint = match crate::plausible::fault_that_ended(log) {
+            Some(fault) => format!("a fault ended it early ({fault})"),
+            None => "record at least some hundred".to_owned(),
+        };
+        return Err(PrepareError::TooShort { log: name(), rows: log.len(), hint });
     }
     let input_column = model.input().column();
     let Some(input) = log.column(input_column) else {

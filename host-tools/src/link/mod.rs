@@ -31,6 +31,8 @@ const MARK_ENDS: &str = " BAUD";
 /// The error of a line that was damaged on the way, and how often it is said again.
 const DAMAGED: &str = "-362,";
 const TRIES: u32 = 4;
+/// How often it is asked who is there.
+const GREETINGS: u32 = 6;
 
 /// What came of a line.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -58,25 +60,54 @@ impl Link {
     pub fn open(path: &Path) -> Result<Self, LinkError> {
         let port = Port::open(path)?;
         let mut link = Link { port, receiver: Receiver::default(), heard: VecDeque::new(), identity: String::new() };
-        // Whatever another program has left half-said ends here; what the stand was saying is let go.
-        link.port.write(b"\r\n")?;
-        link.quiet()?;
-        link.send("*IDN?")?;
-        let deadline = Instant::now() + REPLY;
+        link.greet()?;
+        Ok(link)
+    }
+
+    /// Asks who is there, as often as the time of a reply allows: the first line may be damaged, or come before the stand listens.
+    fn greet(&mut self) -> Result<(), LinkError> {
         let mut stranger = None;
-        while let Some(line) = link.line(deadline)? {
-            if line.to_ascii_lowercase().contains(MODEL) {
-                link.identity = line;
-                link.receiver.forget();
-                return Ok(link);
+        for attempt in 0..GREETINGS {
+            // Whatever another program or a person has left half-said ends here, and is not done: nothing is no check.
+            self.port.write(b"~\r\n")?;
+            if attempt == 0 {
+                // What the stand was saying is let go.
+                self.quiet()?;
             }
-            stranger.get_or_insert(line);
+            self.send("*IDN?")?;
+            let deadline = Instant::now() + REPLY / GREETINGS;
+            while let Some(line) = self.line(deadline)? {
+                if line.to_ascii_lowercase().contains(MODEL) {
+                    self.identity = line;
+                    self.settle()?;
+                    self.receiver.forget();
+                    return Ok(());
+                }
+                stranger.get_or_insert(line);
+            }
         }
         Err(match stranger {
-            Some(line) => LinkError::Stranger { port: link.name(), says: line.chars().take(60).collect() },
-            None if link.receiver.bytes() > 0 => LinkError::Garbled { port: link.name(), baud: BAUD },
-            None => LinkError::Silent { port: link.name(), baud: BAUD },
+            Some(line) => LinkError::Stranger { port: self.name(), says: line.chars().take(60).collect() },
+            None if self.receiver.bytes() > 0 => LinkError::Garbled { port: self.name(), baud: BAUD },
+            None => LinkError::Silent { port: self.name(), baud: BAUD },
         })
+    }
+
+    /// Hears the rest of what was asked more than once, and the errors that were in the queue before: they are nobody's answer.
+    fn settle(&mut self) -> Result<(), LinkError> {
+        let deadline = Instant::now() + REPLY;
+        while Instant::now() < deadline {
+            self.send(MARK)?;
+            let patience = Instant::now() + REPLY / GREETINGS;
+            while let Some(line) = self.line(patience)? {
+                match line.rsplit_once(';') {
+                    Some((error, mark)) if mark.ends_with(MARK_ENDS) && error.starts_with("0,") => return Ok(()),
+                    Some((_, mark)) if mark.ends_with(MARK_ENDS) => break,
+                    _ => {}
+                }
+            }
+        }
+        Err(LinkError::NoReply { port: self.name(), query: "*IDN?".to_owned() })
     }
 
     /// The port's path.

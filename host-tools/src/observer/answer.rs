@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use super::bode::{MOST_DB, MOST_DEG};
 use super::vibration::Compensated;
 use super::{Bode, Design, Disturbed, Plant, Simulated};
-use crate::report::digits;
+use crate::report::{digits, plain};
 
 /// A number, or `null`.
 pub(super) fn number(x: f64) -> Value {
@@ -162,10 +162,13 @@ pub fn simulate_text(beside: &Beside<'_>) -> String {
         one.request.kind.name(),
         other.request.kind.name()
     );
+    let time = |t: Option<f64>| t.map_or("not yet".to_owned(), |t| plain(t, 4));
+    for (name, x, y) in
+        [("angle within 1 % after, s", a.settled_s, b.settled_s), ("rate within 1 % of its peak, s", a.rate_settled_s, b.rate_settled_s)]
+    {
+        text += &format!("{name:34}{:>16}{:>16}\n", time(x), time(y));
+    }
     let mut row = |name: &str, x: f64, y: f64| text += &format!("{name:34}{:>16}{:>16}\n", cell(x), cell(y));
-    let time = |t: Option<f64>| t.unwrap_or(f64::NAN);
-    row("angle within 1 % after, s", time(a.settled_s), time(b.settled_s));
-    row("rate within 1 % of its peak, s", time(a.rate_settled_s), time(b.rate_settled_s));
     row("greatest error of angle, rad", a.greatest[0], b.greatest[0]);
     row("greatest error of rate, rad/s", a.greatest[1], b.greatest[1]);
     row("offset of angle at the end, rad", a.rest[0], b.rest[0]);
@@ -173,7 +176,8 @@ pub fn simulate_text(beside: &Beside<'_>) -> String {
     row("offset of tilt rate, rad/s", a.rest[3], b.rest[3]);
     let last = |run: &Simulated| run.both.moment_N_m.last().copied().unwrap_or(f64::NAN);
     row("estimated moment at the end, N m", last(a), last(b));
-    row("closed loop: angle at the end, rad", time(a.closed_rest_rad), time(b.closed_rest_rad));
+    let rest = |run: &Simulated| run.closed_rest_rad.unwrap_or(f64::NAN);
+    row("closed loop: angle at the end, rad", rest(a), rest(b));
     text
 }
 

@@ -25,7 +25,7 @@ pub use bode::{Bode, Limit};
 pub use design::{Design, Integral, Kind, Request};
 pub use discrete::Discrete;
 pub use error::ObserverError;
-pub use page::{bode_html, design_html, simulate_html};
+pub use page::{bode_html, design_html, simulate_html, vibration_html};
 pub use plant::{Element, PRESETS, Plant};
 pub use poles::Poles;
 pub use simulate::{Disturbed, Regulated, Simulated, Start, Trace};

@@ -2,6 +2,7 @@
 
 use super::answer::{Beside, pole_words};
 use super::bode::{object, value};
+use super::vibration::{Compensated, Correction, Measured, Period};
 use super::{Bode, Design, Plant, Trace};
 use crate::report::digits;
 use crate::report::page::{Page, escaped, swatch};
@@ -122,6 +123,39 @@ fn over_time(lines: &[Vec<(f64, f64)>], name: &str, unit: &str) -> String {
     plot.finish()
 }
 
+/// An azimuth under vibration, corrected.
+pub fn vibration_html(name: &str, measured: &Measured<'_>, found: &Compensated, warnings: &[String]) -> String {
+    let arcsec = |rad: f64| rad.to_degrees() * 3600.0;
+    let mut page = Page::new(&format!("Azimuth of {name} under vibration"));
+    let left = |c: &Correction| digits(arcsec(found.alpha_rad - c.with_inertia_rad));
+    let exact = found.exact.as_ref().map_or(String::new(), |exact| format!(", by the exact rates {}″", left(exact)));
+    page.paragraph(
+        "lead",
+        &format!(
+            "The mean azimuth over {} periods of {} Hz is {}″; corrected by the estimated rates it is {}″{exact}.",
+            found.periods,
+            digits(found.vibration_Hz),
+            digits(arcsec(found.alpha_rad)),
+            left(&found.estimated)
+        ),
+    );
+    for warning in warnings {
+        page.paragraph("warn", warning);
+    }
+    page.push(&format!("<pre class=\"notes\">{}</pre>", escaped(&super::vibration_text(found, &[]))));
+    let over = |of: &dyn Fn(&Period) -> Option<f64>| -> Vec<(f64, f64)> {
+        found.course.iter().filter_map(|period| of(period).map(|rad| (period.t_s, arcsec(rad)))).collect()
+    };
+    let means = [over(&|p| Some(p.alpha_rad)), over(&|p| Some(p.estimated_rad)), over(&|p| p.exact_rad)];
+    let names = ["as it is", "corrected by the estimated rates", "corrected by the exact rates"];
+    let shown = if found.exact.is_some() { 3 } else { 2 };
+    let says: Vec<String> = CLASSES.iter().zip(names).take(shown).map(|(class, name)| swatch(class, name)).collect();
+    page.figure(&over_time(&means[..shown], "azimuth, mean of a period", "″"), &format!("{}.", says.join(" ")));
+    let rows = measured.alpha_rad.iter().enumerate().map(|(k, alpha)| (k as f64 * measured.step_s, arcsec(*alpha))).collect();
+    page.figure(&over_time(&[rows], "azimuth", "″"), &format!("{} of all rows.", swatch(CLASSES[0], "azimuth")));
+    page.finish()
+}
+
 /// Object and observers over frequency.
 pub fn bode_html(plant: &Plant, bodes: &[Bode], vibration_Hz: Option<f64>) -> String {
     let mut page = Page::new(&format!("Observers of {} over frequency", plant.name));
@@ -140,7 +174,7 @@ pub fn bode_html(plant: &Plant, bodes: &[Bode], vibration_Hz: Option<f64>) -> St
     }
     page.figure(&over_frequency(&curves, (from, to), "gain", "dB"), &captions(&curves, &format!("From {says} to rad/s.")));
     for bode in bodes {
-        let gain: Vec<(f64, f64)> = grid.iter().map(|w| (w.log10(), dB(bode.ratio(*w).norm()).clamp(-40.0, 40.0))).collect();
+        let gain: Vec<(f64, f64)> = grid.iter().map(|w| (w.log10(), dB(bode.ratio(*w).norm()))).collect();
         let phase: Vec<(f64, f64)> = grid.iter().map(|w| (w.log10(), bode.ratio(*w).arg().to_degrees())).collect();
         let says = match bode.limit.rad_s {
             Some(w) => format!("Poles at {} 1/s: distorted from {} rad/s on.", digits(bode.omega_rad_s), digits(w)),

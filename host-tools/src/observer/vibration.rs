@@ -37,6 +37,19 @@ pub struct Correction {
     pub with_inertia_rad: f64,
 }
 
+/// Means over one period of the vibration.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Period {
+    /// Its middle, s from the first row on.
+    pub t_s: f64,
+    /// Azimuth as it is, rad.
+    pub alpha_rad: f64,
+    /// Less the correction by the estimated rates, rad.
+    pub estimated_rad: f64,
+    /// Less that by the exact ones, rad.
+    pub exact_rad: Option<f64>,
+}
+
 /// What came of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Compensated {
@@ -50,6 +63,8 @@ pub struct Compensated {
     pub estimated: Correction,
     /// By the exact ones.
     pub exact: Option<Correction>,
+    /// Period after period, from where the observer has settled.
+    pub course: Vec<Period>,
 }
 
 /// Corrects a record by the rates that `design`, an observer of a four-state element with a discrete form at the record's step, estimates.
@@ -106,7 +121,29 @@ pub fn compensate(
     };
     let (alpha_rad, estimated) = both(&|k| estimates[k])?;
     let exact = measured.exact.map(|(alpha, beta)| both(&|k| (alpha[k], beta[k]))).transpose()?.map(|(_, correction)| correction);
-    Ok(Compensated { vibration_Hz, periods, alpha_rad, estimated, exact })
+    let each = |rates: &dyn Fn(usize) -> (f64, f64)| -> Result<Vec<Period>, ObserverError> {
+        let mut vibration = Vibration::new(1.0 / vibration_Hz, step_s, rate_gain_s, inertia_gain_s2)?;
+        let (mut course, mut means) = (Vec::new(), 0);
+        for k in settling..rows {
+            let (alpha_rate_rad_s, beta_rate_rad_s) = rates(k);
+            let (alpha_rad, gamma_rad) = (measured.alpha_rad[k], measured.gamma_rad[k]);
+            let last = vibration.take(Motion { alpha_rad, alpha_rate_rad_s, beta_rate_rad_s, gamma_rad });
+            if last.means > means {
+                means = last.means;
+                let corrected_rad = last.alpha_rad - last.vibration_rad;
+                let t_s = k as f64 * step_s - 0.5 / vibration_Hz;
+                course.push(Period { t_s, alpha_rad: last.alpha_rad, estimated_rad: corrected_rad, exact_rad: None });
+            }
+        }
+        Ok(course)
+    };
+    let mut course = each(&|k| estimates[k])?;
+    if let Some((alpha, beta)) = measured.exact {
+        for (period, exact) in course.iter_mut().zip(each(&|k| (alpha[k], beta[k]))?) {
+            period.exact_rad = Some(exact.estimated_rad);
+        }
+    }
+    Ok(Compensated { vibration_Hz, periods, alpha_rad, estimated, exact, course })
 }
 
 /// α̂′ and β̂′ at each row, before that row's angle is seen.

@@ -74,6 +74,19 @@ impl Finding {
     }
 }
 
+/// The fault that ended a log before its time, by its note: `overspeed at 0.2 s`. A stand's own words are number, name and what to do.
+pub fn fault_that_ended(log: &Log) -> Option<String> {
+    let note = log.note("fault")?;
+    let note = note.strip_suffix("; the rows end there").unwrap_or(note);
+    let (says, at) = note.rsplit_once(" at ").map_or((note, String::new()), |(says, at)| (says, format!(" at {at}")));
+    let mut words = says.splitn(3, ',');
+    let name = match (words.next(), words.next()) {
+        (Some(number), Some(name)) if number.bytes().all(|b| b.is_ascii_digit()) => name,
+        _ => says,
+    };
+    (!name.is_empty()).then(|| format!("{name}{at}"))
+}
+
 /// What is wrong with `log` as the record of a drive whose input is the column `input`; most basic first, empty where it is sound.
 ///
 /// Work is one pass per test over the rows; memory is a few numbers per tenth of a second.

@@ -1,7 +1,7 @@
 //! Does anything move, does the input change, are there decimals at all?
 
 use super::windows::{Windows, mean, sd};
-use super::{Code, Finding};
+use super::{Code, Finding, fault_that_ended};
 use crate::log::{Log, known};
 
 /// A range below this part of the largest value is constant.
@@ -27,18 +27,27 @@ pub(super) fn check(log: &Log, input: &str) -> Vec<Finding> {
     if !moves(log) {
         let columns: Vec<&'static str> = ["theta_rad", "omega_rad_s"].into_iter().filter(|c| log.column(c).is_some()).collect();
         if !columns.is_empty() {
-            let says = "nothing moves in this log: the drive was off, too weak for its friction, or the sensor is not connected";
+            let says = match fault_that_ended(log) {
+                Some(fault) => format!("nothing moves in this log: a fault ended it ({fault}) before anything could"),
+                None => {
+                    "nothing moves in this log: the drive was off, too weak for its friction, or the sensor is not connected".to_owned()
+                }
+            };
             findings.push(Finding::new(Code::NoMotion, &columns, says));
         }
     }
     if is_constant(driven_by) && input != "theta_rad" {
-        let says = format!("the input {input} is {} in all rows: a model cannot be told from it; use a profile that changes", driven_by[0]);
+        let hint =
+            fault_that_ended(log).map_or("use a profile that changes".to_owned(), |fault| format!("a fault ended the log early ({fault})"));
+        let says = format!("the input {input} is {} in all rows: a model cannot be told from it; {hint}", driven_by[0]);
         findings.push(Finding::new(Code::ConstantInput, &[input], says));
     }
     for channel in MEASURED {
         let stands = channel != input && log.column(channel).is_some_and(|c| c.len() > 2 && is_constant(c));
         if stands && !findings.iter().any(|f| f.columns.contains(&channel)) {
-            let says = format!("{channel} never changes: is the sensor connected?");
+            let hint = fault_that_ended(log)
+                .map_or("is the sensor connected?".to_owned(), |fault| format!("a fault ended the log early ({fault})"));
+            let says = format!("{channel} never changes: {hint}");
             findings.push(Finding::new(Code::ConstantChannel, &[channel], says));
         }
     }

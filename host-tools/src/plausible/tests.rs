@@ -251,3 +251,27 @@ fn corrupted_real_records_are_found() {
         each_corruption_is_found(&Log::read(&path).unwrap());
     }
 }
+
+/// The drive stood until a fault ended the log: each sentence names it, as the simulated stand and as a stand at a line put it.
+#[test]
+fn a_log_that_a_fault_ended_before_anything_moved_names_the_fault() {
+    let sound = drive();
+    let still: Vec<Column> = sound
+        .columns()
+        .iter()
+        .map(|c| Column { name: c.name.clone(), values: c.values[..600].iter().map(|v| if c.name == "t_s" { *v } else { 0.0 }).collect() })
+        .collect();
+    for (note, name) in [
+        ("encoder lost at 0.6 s; the rows end there", "encoder lost at 0.6 s"),
+        ("5,encoder lost,check the encoder's plug, then clear the fault at 0.6 s; the rows end there", "encoder lost at 0.6 s"),
+        ("power-cut at 0.5990 s; the rows end there", "power-cut at 0.5990 s"),
+    ] {
+        let log = Log::new("made", still.clone(), vec![("fault".to_owned(), note.to_owned())]).unwrap();
+        let found = check(&log, "u_V");
+        let codes: Vec<Code> = found.iter().map(|f| f.code).collect();
+        assert_eq!(codes, [Code::NoMotion, Code::ConstantInput, Code::ConstantChannel], "{found:?}");
+        assert!(found.iter().all(|f| f.says.contains(name) && !f.says.contains("connected")), "{name}: {found:?}");
+    }
+    let log = Log::new("made", still, Vec::new()).unwrap();
+    assert!(check(&log, "u_V").iter().all(|f| !f.says.contains("fault")));
+}

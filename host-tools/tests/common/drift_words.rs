@@ -68,6 +68,8 @@ pub const WORDS: &[(&str, super::Shows)] = &[
     ("drift run --rate --sequence --shape --reversed", |f| {
         let reference = |found: &Value| found["reference_deg_s"].as_f64();
         assert!((reference(&run(f, &["--rate", "0.1"])).unwrap() - 0.1).abs() < 2e-3);
+        let two = run(f, &["--rate", "0.05,0.1"]);
+        assert_eq!((two["cycles"].as_array().unwrap().len(), two["inequality"].as_array().unwrap().len()), (8, 1), "{two}");
         let one = run(f, &["--sequence", "minus-plus"]);
         assert!(one["cycles"].as_array().unwrap().iter().all(|c| c["sequence"] == "-+") && reference(&one).is_none());
         let raw = |more: &[&str]| run(f, &[&["--sequence", "plus-minus"], more].concat())["cycles"][0]["raw_deg_h"].as_f64().unwrap();

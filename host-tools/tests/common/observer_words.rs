@@ -89,7 +89,7 @@ pub const WORDS: [(&str, Shows); 19] = [
         json_in_both_places(f, &["observer", "bode", "rate-observer"]);
         page(f, &["observer", "bode", "rate-observer"]);
     }),
-    ("vibration compensate <LOG> --model --omega --vibration-hz --angle-gain --json", |f| {
+    ("vibration compensate <LOG> --model --omega --vibration-hz --angle-gain --json --html", |f| {
         swinging(f);
         let answer = |more: &[&str]| json(f, &[&["vibration", "compensate", "swing.csv"], more].concat());
         let usual = answer(&[]);
@@ -97,6 +97,7 @@ pub const WORDS: [(&str, Shows); 19] = [
             assert_ne!(usual, answer(&more), "{more:?}");
         }
         json_in_both_places(f, &["vibration", "compensate", "swing.csv"]);
+        page(f, &["vibration", "compensate", "swing.csv"]);
     }),
     #[cfg(unix)]
     ("record --also", |f| {

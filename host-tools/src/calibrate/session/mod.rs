@@ -7,6 +7,7 @@
 pub mod check;
 pub mod journal;
 pub mod run;
+pub mod simulated;
 
 pub use check::check;
 

@@ -3,8 +3,9 @@
 //! Whatever ends a step before its time (the line, a fault, a full disk, a kill), the rows until then are in the folder as `NAME.parquet.csv`, the journal says
 //! so, and the session goes on later with that step from its begin.
 
+use super::check::{Able, check};
 use super::journal::{Done, FILE, Journal, JournalError, SESSION, now, sha256, write_whole};
-use super::{How, Session, StepPlan};
+use super::{How, PlanError, Session, StepPlan};
 use crate::calibrate::Mounted;
 use crate::record::{Place, Recorder, Taken};
 use crate::stand::{SessionError, Stand};
@@ -100,16 +101,50 @@ pub enum RunError {
         /// Before which step.
         step: String,
     },
+    /// The stand cannot run it.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// The simulated stand cannot be, or stands still.
+    #[error("{0}")]
+    Simulated(String),
     /// Somebody ended it.
     #[error("ended by hand")]
     Interrupted,
 }
 
-/// What a session's folder is told before it begins.
+/// Asks what the stand can, refuses what it cannot, and runs the session from its begin, or from where the journal ends. `text` is the session's file.
 ///
 /// # Errors
-/// The folder cannot be made or holds another session.
-pub fn begin(folder: &Path, session: &str, journal: &Journal) -> Result<(), JournalError> {
+/// What is refused, before anything moved; what ended it.
+pub async fn whole(
+    stand: &mut impl Stand,
+    session: &Session,
+    text: &str,
+    begun: Option<Journal>,
+    folder: &Path,
+    person: &mut impl Person,
+    goes: impl FnMut(Progress) -> bool,
+) -> Result<(), RunError> {
+    stand.tell("STReam OFF").await?;
+    let fault = stand.ask("FAULt?").await?;
+    if !fault.starts_with("0,") {
+        let says = format!("the drive is off by a fault: {fault}; FAULt:CLEar in `stand console` first");
+        return Err(PlanError::Whole(says).into());
+    }
+    check(session, &Able::of(stand).await?)?;
+    let mut journal = match begun {
+        Some(journal) => journal,
+        None => {
+            let journal = Journal::new(session.what, stand.ask("*IDN?").await?);
+            begin(folder, text, &journal)?;
+            journal
+        }
+    };
+    run(stand, session, &mut journal, folder, person, goes).await
+}
+
+/// What a session's folder is told before it begins.
+fn begin(folder: &Path, session: &str, journal: &Journal) -> Result<(), JournalError> {
     let failed = |says: String| JournalError::File { path: folder.to_owned(), says };
     if folder.join(FILE).exists() {
         return Err(failed("another session was begun here; --resume goes on with it, another --out begins anew".into()));
@@ -119,11 +154,8 @@ pub fn begin(folder: &Path, session: &str, journal: &Journal) -> Result<(), Jour
     journal.write(folder)
 }
 
-/// Runs the steps that are not done.
-///
-/// # Errors
-/// What ended it; the journal has that too, and the session can go on.
-pub async fn run(
+/// Runs the steps that are not done; what ends it is in the journal too.
+async fn run(
     stand: &mut impl Stand,
     session: &Session,
     journal: &mut Journal,
@@ -204,7 +236,8 @@ fn channels(session: &Session, plan: &StepPlan) -> Channels {
         super::What::Gyro => names.extend(["gyro_rad_s", "sensor_C", "sensor_age_s"]),
         super::What::Accel => names.extend(["gyro_rad_s", "accel_x_m_s2", "accel_y_m_s2"]),
     }
-    if plan.mode == How::Rate {
+    // Where the drive goes off in mid-record there is no command any more.
+    if plan.mode == How::Rate && plan.drive_s.is_none() {
         names.push("rate_cmd_rad_s");
     }
     names.iter().filter_map(|name| Channels::named(name)).fold(Channels::default(), Channels::and)

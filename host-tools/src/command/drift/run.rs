@@ -14,6 +14,7 @@ use hal_sim::session::StandSetup;
 use super::super::error::Trouble;
 use super::super::output::{check_place, working};
 use super::{ARCMIN, Run, Turn, tell};
+use crate::drift::amplitudes::LEAST_RATIO;
 use crate::drift::answer::{CycleLine, Measured};
 use crate::drift::error::within;
 use crate::drift::session::{self, Plan, Scales};
@@ -21,6 +22,7 @@ use crate::drift::{DEG_H, separate};
 use crate::link::Link;
 use crate::log::{Column, Format, Log};
 use crate::stand::{Simulated, Stand};
+use stand_firmware::telemetry::RowFrame;
 
 /// `0,180,0:0:90`: turned, and raised and rolled.
 fn places(list: &str) -> Result<Vec<Place>, Trouble> {
@@ -60,7 +62,7 @@ impl Run {
         within("--pulse", self.pulse, 1e-3, 60.0)?;
         within("--period", self.period, 0.0, 60.0)?;
         within("--rest", self.rest, 1e-3, 1e5)?;
-        within("--rate", self.rate, 1e-6, 100.0)?;
+        self.rates()?;
         if let Some(latitude) = self.latitude {
             separate::earth_rad_s(latitude)?;
         }
@@ -89,6 +91,20 @@ impl Run {
         tell(&self.output, &measured.answer()?)
     }
 
+    /// The amplitudes make sense, and differ where there are several.
+    fn rates(&self) -> Result<(), Trouble> {
+        for (k, rate) in self.rate.iter().enumerate() {
+            within("--rate", *rate, 1e-6, 100.0)?;
+            if self.rate[..k].iter().any(|other| rate.max(*other) < LEAST_RATIO * rate.min(*other)) {
+                let most = 100.0 * (LEAST_RATIO - 1.0);
+                return Err(Trouble::Input(format!(
+                    "--rate {rate}: amplitudes differ by {most:.0} % at least, or tell nothing of the torquer"
+                )));
+            }
+        }
+        Ok(())
+    }
+
     fn plan(&self) -> Plan {
         let shape = ["RECTangular", "TRIangular", "SAWTooth"][self.shape as usize];
         let sequence = ["PLUSminus", "MINusplus", "BOTH"][self.sequence as usize];
@@ -96,7 +112,6 @@ impl Run {
             shape,
             reversed: self.reversed,
             sequence,
-            rate_rad_s: self.rate.to_radians(),
             pulse_s: self.pulse,
             period_s: self.period,
             rest_s: self.rest,
@@ -124,7 +139,7 @@ impl Run {
             stand.tell("STReam ON").await?;
         }
         let mut all = Session::default();
-        let mut origin_rad = None;
+        let (mut origin_rad, mut given) = (None, None);
         for (k, place) in places.iter().enumerate() {
             if k > 0 && self.turn == Turn::Drive {
                 drive_to(stand, place.turned_rad - places[0].turned_rad, &mut origin_rad).await?;
@@ -134,18 +149,23 @@ impl Run {
             let bar = working(&format!("position {} of {}", k + 1, places.len()));
             // The firmware's pair is of positions 1 and 2.
             let number = k as u32 + 1;
-            let position =
-                session::measure(stand, &scales, number, *place, |state| bar.set_message(format!("position {number}: {state}"))).await?;
-            bar.finish_and_clear();
-            all.cycles.extend(position.cycles);
             all.row_places.push((all.rows.len(), *place));
-            for row in position.rows {
-                let value = |name: &str| {
-                    let place = stand_firmware::telemetry::Channels::named(name).map_or(0, |c| c.0.trailing_zeros() as usize);
-                    row.values.get(place).copied().unwrap_or(f64::NAN)
-                };
-                all.rows.push([row.at as f64 * 1e-7, value("angle_sensor_V"), value("torquer_A"), value("drift_mark")]);
+            // To and fro, so that what changes steadily is not taken for the amplitude's.
+            let mut rates = self.rate.clone();
+            if k % 2 == 1 {
+                rates.reverse();
             }
+            for rate in rates {
+                if given != Some(rate) {
+                    session::set_rate(stand, rate.to_radians()).await?;
+                    given = Some(rate);
+                }
+                let told = |state: &str| bar.set_message(format!("position {number}: {state}"));
+                let position = session::measure(stand, &scales, number, *place, rate.to_radians(), told).await?;
+                all.cycles.extend(position.cycles);
+                all.rows.extend(position.rows.iter().map(channels));
+            }
+            bar.finish_and_clear();
         }
         if self.turn == Turn::Drive {
             stand.tell("OUTPut OFF").await?;
@@ -219,6 +239,16 @@ impl Run {
         notes.extend(latitude_deg.map(|latitude| ("latitude_deg".to_owned(), format!("{latitude}"))));
         Ok(Log::new(path, columns, notes)?)
     }
+}
+
+/// `t_s` of a row and the channels of the session.
+fn channels(row: &RowFrame) -> [f64; 4] {
+    let value = |name: &str| {
+        let place = stand_firmware::telemetry::Channels::named(name).map_or(0, |c| c.0.trailing_zeros() as usize);
+        row.values.get(place).copied().unwrap_or(f64::NAN)
+    };
+    let [angle, torquer, mark] = session::CHANNELS.map(value);
+    [row.at as f64 * 1e-7, angle, torquer, mark]
 }
 
 /// The simulated gyro that a file describes; without one theory's.
