@@ -56,7 +56,7 @@ fn fitted(rates: Vec<f64>) -> Found {
 
 #[test]
 fn intervals_hold_what_they_promise() {
-    let (series, rows) = (400, 4000);
+    let (series, rows) = (1000, 4000);
     let (mut of_n, mut of_points, mut strangers) = (0, [0; 3], 0);
     let factors = [4, 32, 256];
     for seed in 0..series {
@@ -73,11 +73,11 @@ fn intervals_hold_what_they_promise() {
         strangers += found.sigmas.iter().flatten().count() - 1;
     }
     println!("95 % intervals: N {of_n}, points {of_points:?}; strangers {strangers}; of {series}");
-    // 95 % of 400 are 380; 93 to 97 % is what is promised, two standard errors.
-    let promised = 372..=388;
+    // 93 to 97 %: three standard errors of a thousand.
+    let promised = 930..=970;
     assert!(promised.contains(&of_n), "{of_n}");
     assert!(of_points.iter().all(|n| promised.contains(n)), "{of_points:?}");
-    assert!(strangers <= 12, "processes that are not there: {strangers}");
+    assert!(strangers <= 30, "processes that are not there: {strangers}");
 }
 
 #[test]

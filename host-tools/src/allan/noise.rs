@@ -18,9 +18,6 @@ use super::deviation::Variance;
 
 /// What one process more must take from χ², beside ln(points).
 const PRICE: f64 = 6.0;
-/// What it must take when standard errors weigh which set is true: between 0, with which N of white noise would lie in its 95 % interval 99 times of 100, and
-/// the price of being told, with which B and K would be surer of themselves than they are (host-tools/tests/allan_noise.rs measures both).
-const DOUBT: f64 = 5.0;
 /// A misfit that chance makes more often than this is none.
 const CHANCE: f64 = 1e-4;
 /// Fewest points of a fit.
@@ -116,10 +113,10 @@ fn from(first: usize, points: &[Variance], related: &BTreeMap<(usize, usize), Co
     Some(Found { squares, sigmas, below, first, misfit, unexplained })
 }
 
-/// Standard errors of the first trial's squares that also know that another set may be the true one: each set counts by its BIC and [`DOUBT`], and a process
+/// Standard errors of the first trial's squares that also know that another set may be the true one: each set counts by what it pays, and a process
 /// that it lacks is 0 in it. Flicker and a walk look alike in a short record; with either left out the other would seem surer than it is.
 fn with_doubt(trials: &[(u32, Trial)], points: usize) -> [f64; 5] {
-    let paid = |(set, trial): &(u32, Trial)| trial.chi2 + (DOUBT + (points as f64).ln()) * f64::from(set.count_ones());
+    let paid = |(set, trial): &(u32, Trial)| trial.chi2 + (PRICE + (points as f64).ln()) * f64::from(set.count_ones());
     let least = trials.iter().map(paid).fold(f64::INFINITY, f64::min);
     let weights: Vec<f64> = trials.iter().map(|t| (-0.5 * (paid(t) - least)).exp()).collect();
     let total: f64 = weights.iter().sum();
