@@ -77,7 +77,8 @@ fn the_thousand_points_of_sp_1065_have_their_published_deviations() {
 fn ten_points_of_phase_have_their_published_deviations() {
     let Some(data) = published() else { return };
     let ten = &data["ten_point_phase"];
-    let series = Series::of_angles(numbers(&ten["x"]), &[0..10], 1.0);
+    let rows = 0..10;
+    let series = Series::of_angles(numbers(&ten["x"]), &[rows], 1.0);
     for (key, found) in [("OADEV", series.overlapping(&[1, 2])), ("ADEV", series.plain(&[1, 2]))] {
         for (found, wanted) in deviations(&found).iter().zip(numbers(&ten[key])) {
             close(*found, wanted, 1e-6, key);

@@ -68,7 +68,9 @@ fn read_columns(path: &Path, wanted: &mut Wanted<'_>) -> Result<Parts, LogError>
         columns.push((index, Column { name, values: Vec::new() }));
     }
     for (index, column) in &mut columns {
-        let mut take = Taken { path, name: &column.name, rows: 0, last: f64::NEG_INFINITY, values: &mut column.values, times: None };
+        let is_time = column.name == "t_s";
+        let mut take =
+            Taken { path, name: &column.name, is_time, rows: 0, last: f64::NEG_INFINITY, values: &mut column.values, times: None };
         if wanted.keeps(take.name) {
             take.values.reserve_exact(rows.min(MOST_RESERVED));
         } else {
@@ -152,6 +154,7 @@ fn is_time(column: &ColumnDescriptor) -> bool {
 struct Taken<'a, 'b, 'c> {
     path: &'a Path,
     name: &'a str,
+    is_time: bool,
     rows: usize,
     last: f64,
     values: &'a mut Vec<f64>,
@@ -195,7 +198,7 @@ impl Taken<'_, '_, '_> {
         if !value.is_finite() {
             return Err(self.error(Trouble::NotFinite(value.to_string())).row(self.rows));
         }
-        if self.name == "t_s" {
+        if self.is_time {
             if value <= self.last {
                 return Err(self.error(Trouble::time(self.last, value)).row(self.rows));
             }
