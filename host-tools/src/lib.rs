@@ -1,5 +1,6 @@
 //! What a person at the stand uses on the host.
 
+pub mod allan;
 pub mod calibrate;
 pub mod command;
 pub mod compensate;

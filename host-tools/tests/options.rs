@@ -1,6 +1,8 @@
 //! Every word of the command line moves an output: the table below has a line for each, and is held against `--help`.
 #![allow(clippy::unwrap_used)]
 
+#[path = "common/allan_words.rs"]
+mod allan_words;
 mod common;
 #[path = "common/drift_words.rs"]
 mod drift_words;
@@ -504,7 +506,7 @@ fn listed(help: &str, section: &str) -> Vec<String> {
 
 /// The table and those of whole groups of commands.
 fn all_words() -> impl Iterator<Item = (&'static str, Shows)> {
-    WORDS.into_iter().chain(drift_words::WORDS.iter().copied()).chain(observer_words::WORDS)
+    WORDS.into_iter().chain(allan_words::WORDS).chain(drift_words::WORDS.iter().copied()).chain(observer_words::WORDS)
 }
 
 /// The help of every command says what it is for, how it is used, and a line for each of its words.

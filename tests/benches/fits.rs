@@ -8,6 +8,7 @@ use hal_sim::plant::Stand;
 use host_tools::log::{Column, Log};
 use stand_firmware::profile::ProfileKind;
 use stand_firmware::speed_loop::Mode;
+use stand_tests::memory::{peak_MiB, resident_MiB};
 use stand_tests::own::{hold, log, model};
 
 const RUNS: usize = 9;
@@ -53,18 +54,4 @@ fn main() {
         held.steps,
         peak_MiB()
     );
-}
-
-fn status(key: &str) -> f64 {
-    let text = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = text.lines().find(|l| l.starts_with(key)).unwrap_or_default().to_owned();
-    line.split_whitespace().nth(1).and_then(|kb| kb.parse::<f64>().ok()).map_or(f64::NAN, |kb| kb / 1024.0)
-}
-
-fn resident_MiB() -> f64 {
-    status("VmRSS")
-}
-
-fn peak_MiB() -> f64 {
-    status("VmHWM")
 }

@@ -5,6 +5,7 @@ pub mod bench;
 pub mod draw;
 pub mod drift;
 pub mod foreign;
+pub mod memory;
 pub mod own;
 pub mod rate_accuracy;
 pub mod real;

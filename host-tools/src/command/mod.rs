@@ -3,6 +3,7 @@
 //! Every command that computes takes `--json FILE` (`-` for standard output, and then nothing else is printed there) and, where there is
 //! something to see, `--html FILE`. Exit status: 0 it did its job, whatever it found; 2 the words or the input are wrong; 1 anything else.
 
+mod allan;
 mod calibrate;
 mod calibrate_into;
 mod compensate;
@@ -63,6 +64,8 @@ enum Command {
     /// A gyro's drift by pulses of alternating sign: measure it, or work it out from a log
     #[command(subcommand)]
     Drift(drift::Drift),
+    /// The noise of a sensor at rest: Allan deviation, angle random walk, bias instability and the others
+    Allan(allan::Allan),
     /// Make, show or change a model file
     #[command(subcommand)]
     Model(model::ModelCommand),
@@ -100,6 +103,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
         Some(Command::Console(console)) => console.run(),
         Some(Command::Record(record)) => record.run(),
         Some(Command::Drift(drift)) => drift.run(),
+        Some(Command::Allan(allan)) => allan.run(),
         Some(Command::Model(model)) => model.run(),
         Some(Command::Observer(observer)) => observer.run(),
         Some(Command::Vibration(vibration)) => vibration.run(),

@@ -7,20 +7,20 @@ use std::io::{BufRead, BufReader};
 use std::path::Path;
 
 use super::error::{LogError, Trouble};
-use super::{Column, Parts};
+use super::{Column, Parts, Wanted};
 
 /// Longest line that is taken for text, bytes: a file without line breaks must not fill the memory.
 const LONGEST_LINE: u64 = 1 << 20;
 /// Most rows that are reserved at once on the file's own account of its length.
 const MOST_RESERVED: usize = 1 << 26;
 
-/// Reads the columns that are `wanted`, checks each number, and that time rises.
-pub(super) fn read(path: &Path, wanted: &dyn Fn(&str) -> bool) -> Result<Parts, LogError> {
+/// Reads the columns that are wanted, checks each number, and that time rises.
+pub(super) fn read(path: &Path, wanted: &mut Wanted<'_>) -> Result<Parts, LogError> {
     let file = File::open(path).map_err(|e| LogError::new(path, Trouble::Read(e)))?;
     let bytes = file.metadata().map(|m| m.len()).unwrap_or(0);
     let mut lines = Lines { path, input: BufReader::with_capacity(1 << 18, file), text: Vec::with_capacity(256), number: 0, ended: true };
     let mut parts = Parts::default();
-    let Some(header) = header(&mut lines, &mut parts, wanted)? else {
+    let Some(header) = header(&mut lines, &mut parts, wanted.column)? else {
         let trouble = if parts.notes.is_empty() { Trouble::Empty } else { Trouble::NotesOnly };
         return Err(LogError::new(path, trouble));
     };
@@ -39,9 +39,10 @@ pub(super) fn read(path: &Path, wanted: &dyn Fn(&str) -> bool) -> Result<Parts, 
         row += 1;
         if row == 1 {
             let rows = (bytes / (lines.text.len() as u64 + 1)) as usize + 16;
-            parts.columns.iter_mut().for_each(|c| c.values.reserve(rows.min(MOST_RESERVED)));
+            let kept = parts.columns.iter_mut().filter(|c| wanted.keeps(&c.name));
+            kept.for_each(|c| c.values.reserve(rows.min(MOST_RESERVED)));
         }
-        if let Err(error) = take_row(path, &lines.text, &header, &mut parts.columns, &mut last_t_s) {
+        if let Err(error) = take_row(path, &lines.text, &header, &mut parts.columns, &mut last_t_s, &mut wanted.times) {
             let line = lines.number;
             let has = count_cells(&lines.text);
             // A short row is a recording that broke off if nothing but blank lines follows it; so is half a number at the very end.
@@ -113,7 +114,14 @@ fn header(lines: &mut Lines<'_>, parts: &mut Parts, wanted: &dyn Fn(&str) -> boo
 }
 
 /// One row into the columns. On an error the columns may be of unequal length: the read ends there.
-fn take_row(path: &Path, text: &[u8], header: &[Cell], columns: &mut [Column], last_t_s: &mut f64) -> Result<(), LogError> {
+fn take_row(
+    path: &Path,
+    text: &[u8],
+    header: &[Cell],
+    columns: &mut [Column],
+    last_t_s: &mut f64,
+    times: &mut Option<&mut dyn FnMut(f64)>,
+) -> Result<(), LogError> {
     let mut cells = text.split(|&b| b == b',');
     for cell in header {
         let Some(bytes) = cells.next() else { return Err(wrong_count(path, text, header)) };
@@ -135,6 +143,10 @@ fn take_row(path: &Path, text: &[u8], header: &[Cell], columns: &mut [Column], l
                 return Err(LogError::new(path, Trouble::time(*last_t_s, value)).column(&cell.name));
             }
             *last_t_s = value;
+            if let Some(times) = times {
+                times(value);
+                continue;
+            }
         }
         columns[target].values.push(value);
     }

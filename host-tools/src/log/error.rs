@@ -98,6 +98,12 @@ pub enum Trouble {
         /// The columns that are there.
         has: String,
     },
+    /// The column that was asked for.
+    #[error("there is no such column; the file has {has}")]
+    NoColumn {
+        /// The columns that are there.
+        has: String,
+    },
     /// A name twice.
     #[error("this name stands twice in the header; each column needs its own")]
     Doubled,

@@ -13,6 +13,7 @@ mod csv;
 mod csv_write;
 mod error;
 mod notes;
+mod one_column;
 mod parquet;
 mod quantum;
 
@@ -23,6 +24,7 @@ pub use columns::{KNOWN, KnownColumn, known};
 pub use csv_write::CsvWriter;
 pub use error::{LogError, Trouble};
 pub use notes::{HowMade, Source, Voltage};
+pub use one_column::{OneColumn, times};
 
 /// A step longer than this many median intervals is a gap (interfaces.md).
 pub const GAP_INTERVALS: f64 = 1.5;
@@ -83,11 +85,7 @@ impl Log {
     pub fn read_also(path: impl AsRef<Path>, also: &[&str]) -> Result<Log, LogError> {
         let path = path.as_ref();
         let wanted = |name: &str| known(name).is_some() || also.contains(&name);
-        let parts = match Format::of(path)? {
-            Format::Csv => csv::read(path, &wanted)?,
-            Format::Parquet => parquet::read(path, &wanted)?,
-        };
-        Log::assemble(path, parts)
+        Log::assemble(path, read_parts(path, &mut Wanted { column: &wanted, times: None })?)
     }
 
     /// A log from what a program holds; `path` is the name it goes by in messages.
@@ -120,8 +118,7 @@ impl Log {
     fn assemble(path: &Path, parts: Parts) -> Result<Log, LogError> {
         let Parts { columns, ignored, notes, mut warnings } = parts;
         let Some(t_s) = columns.iter().find(|c| c.name == "t_s") else {
-            let has = columns.iter().map(|c| c.name.clone()).chain(ignored.iter().cloned()).collect::<Vec<_>>().join(", ");
-            return Err(LogError::new(path, Trouble::NoTime { has }));
+            return Err(LogError::new(path, Trouble::NoTime { has: names(&columns, &ignored) }));
         };
         if t_s.values.is_empty() {
             return Err(LogError::new(path, Trouble::NoRows));
@@ -242,6 +239,28 @@ impl Log {
     }
 }
 
+/// What a reader is asked for.
+struct Wanted<'a> {
+    /// The columns by name.
+    column: &'a dyn Fn(&str) -> bool,
+    /// Who is told the times, row by row; they are then not kept.
+    times: Option<&'a mut dyn FnMut(f64)>,
+}
+
+impl Wanted<'_> {
+    fn keeps(&self, name: &str) -> bool {
+        name != "t_s" || self.times.is_none()
+    }
+}
+
+/// The parts of the file, in either form.
+fn read_parts(path: &Path, wanted: &mut Wanted<'_>) -> Result<Parts, LogError> {
+    match Format::of(path)? {
+        Format::Csv => csv::read(path, wanted),
+        Format::Parquet => parquet::read(path, wanted),
+    }
+}
+
 /// What a reader hands over.
 #[derive(Debug, Default)]
 struct Parts {
@@ -249,6 +268,11 @@ struct Parts {
     ignored: Vec<String>,
     notes: Vec<(String, String)>,
     warnings: Vec<String>,
+}
+
+/// All columns that a file has, for a message.
+fn names(read: &[Column], ignored: &[String]) -> String {
+    read.iter().map(|c| c.name.as_str()).chain(ignored.iter().map(String::as_str)).collect::<Vec<_>>().join(", ")
 }
 
 /// Median of the steps; of at most some hundred thousand of them, taken evenly, so that an hour's log needs no second column.

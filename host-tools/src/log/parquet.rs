@@ -19,7 +19,7 @@ use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::{ColumnDescriptor, Type};
 
 use super::error::{LogError, Trouble};
-use super::{Column, Log, Parts};
+use super::{Column, Log, Parts, Wanted};
 
 /// Rows of a row group that we write.
 const GROUP_ROWS: usize = 1 << 20;
@@ -31,14 +31,14 @@ const NOT_NOTES: [&str; 2] = ["ARROW:schema", "pandas"];
 /// Most rows that are reserved at once on the file's own account of its length.
 const MOST_RESERVED: usize = 1 << 26;
 
-/// Reads the columns that are `wanted`, checks each number, and that time rises.
-pub(super) fn read(path: &Path, wanted: &dyn Fn(&str) -> bool) -> Result<Parts, LogError> {
+/// Reads the columns that are wanted, checks each number, and that time rises.
+pub(super) fn read(path: &Path, wanted: &mut Wanted<'_>) -> Result<Parts, LogError> {
     // The parquet crate asserts where a damaged file contradicts itself; what is known of that is checked before.
     std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| read_columns(path, wanted)))
         .unwrap_or_else(|_| Err(LogError::new(path, Trouble::Parquet("its parts contradict each other".to_owned()))))
 }
 
-fn read_columns(path: &Path, wanted: &dyn Fn(&str) -> bool) -> Result<Parts, LogError> {
+fn read_columns(path: &Path, wanted: &mut Wanted<'_>) -> Result<Parts, LogError> {
     let damaged = |e: ParquetError| LogError::new(path, Trouble::Parquet(e.to_string()));
     let mut file = File::open(path).map_err(|e| LogError::new(path, Trouble::Read(e)))?;
     let length = check_marks(&mut file).map_err(|trouble| LogError::new(path, trouble))?;
@@ -60,7 +60,7 @@ fn read_columns(path: &Path, wanted: &dyn Fn(&str) -> bool) -> Result<Parts, Log
             return Err(LogError::new(path, Trouble::Doubled).column(&name));
         }
         // A list's leaves are called `name.list.element`: of no use, and no column of ours.
-        if !wanted(&name) && !wanted(&descriptor.path().parts()[0]) {
+        if !(wanted.column)(&name) && !(wanted.column)(&descriptor.path().parts()[0]) {
             parts.ignored.push(name);
             continue;
         }
@@ -68,28 +68,30 @@ fn read_columns(path: &Path, wanted: &dyn Fn(&str) -> bool) -> Result<Parts, Log
         columns.push((index, Column { name, values: Vec::new() }));
     }
     for (index, column) in &mut columns {
-        column.values.reserve_exact(rows.min(MOST_RESERVED));
+        let is_time = column.name == "t_s";
+        let mut take =
+            Taken { path, name: &column.name, is_time, rows: 0, last: f64::NEG_INFINITY, values: &mut column.values, times: None };
+        if wanted.keeps(take.name) {
+            take.values.reserve_exact(rows.min(MOST_RESERVED));
+        } else {
+            take.times = wanted.times.as_deref_mut();
+        }
         for group in 0..reader.num_row_groups() {
             let reader = reader.get_row_group(group).and_then(|g| g.get_column_reader(*index));
-            let trouble = match reader.map_err(damaged)? {
-                ColumnReader::DoubleColumnReader(r) => take::<DoubleType>(r, &mut column.values, |v| v),
-                ColumnReader::FloatColumnReader(r) => take::<parquet::data_type::FloatType>(r, &mut column.values, f64::from),
-                ColumnReader::Int32ColumnReader(r) => take::<parquet::data_type::Int32Type>(r, &mut column.values, f64::from),
-                ColumnReader::Int64ColumnReader(r) => take::<parquet::data_type::Int64Type>(r, &mut column.values, |v| v as f64),
-                _ => Err(Trouble::NotNumeric("something else".to_owned())),
-            };
-            trouble.map_err(|t| {
-                let error = LogError::new(path, t).column(&column.name);
-                if matches!(*error.trouble, Trouble::Null) { error.row(column.values.len() + 1) } else { error }
-            })?;
+            match reader.map_err(damaged)? {
+                ColumnReader::DoubleColumnReader(r) => take.all::<DoubleType>(r, |v| v)?,
+                ColumnReader::FloatColumnReader(r) => take.all::<parquet::data_type::FloatType>(r, f64::from)?,
+                ColumnReader::Int32ColumnReader(r) => take.all::<parquet::data_type::Int32Type>(r, f64::from)?,
+                ColumnReader::Int64ColumnReader(r) => take.all::<parquet::data_type::Int64Type>(r, |v| v as f64)?,
+                _ => return Err(take.error(Trouble::NotNumeric("something else".to_owned()))),
+            }
         }
-        check_numbers(path, column)?;
+        if take.rows != rows {
+            let says = format!("{} of {rows} values are there", take.rows);
+            return Err(take.error(Trouble::Parquet(says)));
+        }
     }
     parts.columns = columns.into_iter().map(|(_, c)| c).collect();
-    if let Some(short) = parts.columns.iter().find(|c| c.values.len() != rows) {
-        let says = format!("{} of {rows} values are there", short.values.len());
-        return Err(LogError::new(path, Trouble::Parquet(says)).column(&short.name));
-    }
     Ok(parts)
 }
 
@@ -148,39 +150,66 @@ fn is_time(column: &ColumnDescriptor) -> bool {
     !matches!(column.logical_type_ref(), None | Some(L::Integer { .. }))
 }
 
-/// Appends one column of one row group; a missing value is an error, and `values` then ends before it.
-fn take<T: DataType>(mut reader: ColumnReaderImpl<T>, values: &mut Vec<f64>, number: impl Fn(T::T) -> f64) -> Result<(), Trouble> {
-    let mut batch: Vec<T::T> = Vec::with_capacity(BATCH_ROWS);
-    let mut levels: Vec<i16> = Vec::with_capacity(BATCH_ROWS);
-    loop {
-        batch.clear();
-        levels.clear();
-        let result = reader.read_records(BATCH_ROWS, Some(&mut levels), None, &mut batch);
-        let (records, present, _) = result.map_err(|e| Trouble::Parquet(e.to_string()))?;
-        if present < records {
-            // At most one level deep: present is 1.
-            let before = levels.iter().position(|&l| l == 0).unwrap_or(0);
-            values.extend(batch.drain(..before.min(batch.len())).map(&number));
-            return Err(Trouble::Null);
-        }
-        if records == 0 {
-            return Ok(());
-        }
-        values.extend(batch.drain(..).map(&number));
-    }
+/// One column under way: each number is checked, then kept or, where it is a time that somebody listens to, told.
+struct Taken<'a, 'b, 'c> {
+    path: &'a Path,
+    name: &'a str,
+    is_time: bool,
+    rows: usize,
+    last: f64,
+    values: &'a mut Vec<f64>,
+    times: Option<&'b mut (dyn FnMut(f64) + 'c)>,
 }
 
-fn check_numbers(path: &Path, column: &Column) -> Result<(), LogError> {
-    let values = &column.values;
-    if let Some(k) = values.iter().position(|v| !v.is_finite()) {
-        return Err(LogError::new(path, Trouble::NotFinite(values[k].to_string())).row(k + 1).column(&column.name));
+impl Taken<'_, '_, '_> {
+    fn error(&self, trouble: Trouble) -> LogError {
+        LogError::new(self.path, trouble).column(self.name)
     }
-    if column.name == "t_s"
-        && let Some(k) = values.windows(2).position(|w| w[1] <= w[0])
-    {
-        return Err(LogError::new(path, Trouble::time(values[k], values[k + 1])).row(k + 2).column(&column.name));
+
+    /// One row group; a missing value is an error.
+    fn all<T: DataType>(&mut self, mut reader: ColumnReaderImpl<T>, number: impl Fn(T::T) -> f64) -> Result<(), LogError> {
+        let mut batch: Vec<T::T> = Vec::with_capacity(BATCH_ROWS);
+        let mut levels: Vec<i16> = Vec::with_capacity(BATCH_ROWS);
+        loop {
+            batch.clear();
+            levels.clear();
+            let result = reader.read_records(BATCH_ROWS, Some(&mut levels), None, &mut batch);
+            let (records, present, _) = result.map_err(|e| self.error(Trouble::Parquet(e.to_string())))?;
+            if present < records {
+                // At most one level deep: present is 1.
+                let before = levels.iter().position(|&l| l == 0).unwrap_or(0);
+                for value in batch.drain(..before.min(batch.len())) {
+                    self.one(number(value))?;
+                }
+                return Err(self.error(Trouble::Null).row(self.rows + 1));
+            }
+            if records == 0 {
+                return Ok(());
+            }
+            for value in batch.drain(..) {
+                self.one(number(value))?;
+            }
+        }
     }
-    Ok(())
+
+    #[inline]
+    fn one(&mut self, value: f64) -> Result<(), LogError> {
+        self.rows += 1;
+        if !value.is_finite() {
+            return Err(self.error(Trouble::NotFinite(value.to_string())).row(self.rows));
+        }
+        if self.is_time {
+            if value <= self.last {
+                return Err(self.error(Trouble::time(self.last, value)).row(self.rows));
+            }
+            self.last = value;
+        }
+        match &mut self.times {
+            Some(times) => times(value),
+            None => self.values.push(value),
+        }
+        Ok(())
+    }
 }
 
 /// Writes the whole log.

@@ -34,7 +34,7 @@ pub mod words;
 
 pub use crate::residual::Failure;
 pub use bad_log::{bad_log_html, bad_log_json, bad_log_text};
-pub use digits::{plain, significant, with_sigma};
+pub use digits::{grouped, plain, significant, with_sigma};
 pub use explain_html::explain_html;
 pub use explain_json::{explain_bad_log_json, explain_json};
 pub use explain_text::explain_text;

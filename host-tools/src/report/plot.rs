@@ -166,6 +166,13 @@ impl Plot {
         self.svg.dot(at, radius, class);
     }
 
+    /// A word beside a point.
+    pub fn word(&mut self, at: (f64, f64), word: &str) {
+        let (x, y) = self.at(at);
+        let (at, anchor) = if x > self.width / 2.0 { ((x - 5.0, y - 5.0), Anchor::End) } else { ((x + 5.0, y - 5.0), Anchor::Start) };
+        self.svg.text(at, anchor, "label", word);
+    }
+
     /// A mean with its confidence.
     pub fn whisker(&mut self, x: f64, y: f64, half: f64) {
         let (from, to, at) = (self.at((x, y - half)), self.at((x, y + half)), self.at((x, y)));

@@ -1,0 +1,120 @@
+//! Coefficients and intervals against noise that is known.
+#![allow(clippy::unwrap_used)]
+
+#[path = "common/gyro_noise.rs"]
+mod gyro_noise;
+
+use gyro_noise::{DEG_H, Gyro};
+use host_tools::allan::confidence::{Covariance, chi_squared_share, interval};
+use host_tools::allan::deviation::Series;
+use host_tools::allan::noise::{self, Found};
+
+#[track_caller]
+fn close(found: f64, wanted: f64, relative: f64, what: &str) {
+    assert!((found / wanted - 1.0).abs() <= relative, "{what}: {found}, not {wanted}");
+}
+
+fn whole(rates: Vec<f64>) -> Series {
+    let rows = 0..rates.len();
+    Series::of_rates(rates, &[rows])
+}
+
+#[test]
+fn degrees_of_freedom_are_those_of_greenhall_and_riley() {
+    // Of white rates m = 1 is exact: z is white less its own past, M²/(M + (M − 1)/2).
+    let terms = 1023.0;
+    let exact = Covariance::new(1, 1, &[(1025, 1)]).degrees_of_freedom(&[0.0, 1.0, 0.0, 0.0, 0.0]);
+    close(exact, terms * terms / (terms + (terms - 1.0) / 2.0), 1e-9, "white, m 1");
+    // Greenhall and Riley's formulas (allantools' edf_greenhall, d = 2, overlapping, unmodified) for 1025 angles and α = 0, −1, −2. They average each
+    // angle over a row, which matters for few rows, and stop their sums early, which is good to a few per cent.
+    let table: [(usize, [f64; 3]); 2] = [(32, [44.442, 35.719, 28.156]), (128, [9.83, 7.609, 5.903])];
+    for (m, wanted) in table {
+        let covariance = Covariance::new(m, m, &[(1025, 1)]);
+        for (p, wanted) in wanted.into_iter().enumerate() {
+            let mut squares = [0.0; 5];
+            squares[p + 1] = 1.0;
+            close(covariance.degrees_of_freedom(&squares), wanted, 0.03, &format!("m {m}, process {p}"));
+        }
+    }
+    // 95 % of χ² with 10 degrees lies between 3.247 and 20.483 (any table).
+    assert!((10.0 * chi_squared_share(0.025, 10.0) - 3.247).abs() < 5e-4 && (10.0 * chi_squared_share(0.975, 10.0) - 20.483).abs() < 5e-4);
+    // Where many degrees are counted otherwise, nothing jumps.
+    for p in [0.025, 0.16, 0.84, 0.975] {
+        close(chi_squared_share(p, 400.001), chi_squared_share(p, 400.0), 2e-5, "many");
+    }
+    let [low, high] = interval(1.0, 10.0, 0.95);
+    close(low, (10.0_f64 / 20.483).sqrt(), 1e-4, "low");
+    close(high, (10.0_f64 / 3.247).sqrt(), 1e-4, "high");
+}
+
+/// Fit of all octaves up to a tenth of the record.
+fn fitted(rates: Vec<f64>) -> Found {
+    let rows = rates.len();
+    let factors: Vec<usize> = (0..).map(|k| 1 << k).take_while(|m| *m <= rows / 10).collect();
+    noise::fit(&whole(rates).overlapping(&factors), &[(rows + 1, 1)]).unwrap()
+}
+
+#[test]
+fn intervals_hold_what_they_promise() {
+    let (series, rows) = (1000, 4000);
+    let (mut of_n, mut of_points, mut strangers) = (0, [0; 3], 0);
+    let factors = [4, 32, 256];
+    for seed in 0..series {
+        let rates = Gyro { white: 1.0, ..Gyro::default() }.rates(rows, 1.0, 100 + seed);
+        for (k, found) in whole(rates.clone()).overlapping(&factors).iter().enumerate() {
+            let degrees = Covariance::new(found.factor, found.factor, &[(rows + 1, 1)]).degrees_of_freedom(&[0.0, 1.0, 0.0, 0.0, 0.0]);
+            let [low, high] = interval(found.variance.sqrt(), degrees, 0.95);
+            let truth = 1.0 / (found.factor as f64).sqrt();
+            of_points[k] += usize::from(low <= truth && truth <= high);
+        }
+        let found = fitted(rates);
+        let (n, sigma) = (found.squares[1].sqrt(), found.sigmas[1].unwrap() / 2.0 / found.squares[1].sqrt());
+        of_n += usize::from((n - 1.0).abs() < 1.96 * sigma);
+        strangers += found.sigmas.iter().flatten().count() - 1;
+    }
+    println!("95 % intervals: N {of_n}, points {of_points:?}; strangers {strangers}; of {series}");
+    // 93 to 97 %: three standard errors of a thousand.
+    let promised = 930..=970;
+    assert!(promised.contains(&of_n), "{of_n}");
+    assert!(of_points.iter().all(|n| promised.contains(n)), "{of_points:?}");
+    assert!(strangers <= 30, "processes that are not there: {strangers}");
+}
+
+#[test]
+fn noise_that_is_known_is_found_within_its_uncertainty() {
+    // A good MEMS gyro: 0.3 °/√h, 4 °/h, 60 °/h/√h, an hour and a half at 50 Hz.
+    let interval_s = 0.02_f64;
+    let truth = Gyro { white: 0.3 / 60.0 * DEG_H * 3600.0, flicker: 4.0 * DEG_H, walk: DEG_H, ..Gyro::default() };
+    let wanted = [0.0, truth.white / interval_s.sqrt(), truth.flicker, truth.walk * interval_s.sqrt(), 0.0];
+    let mut squares = [0.0; 5];
+    let (mut shown, count) = ([0; 5], 24);
+    for seed in 0..count {
+        let found = fitted(truth.rates(1 << 18, interval_s, seed));
+        for p in 1..4 {
+            if let Some(sigma) = found.sigmas[p] {
+                let off = (found.squares[p] - wanted[p].powi(2)) / sigma;
+                squares[p] += off * off;
+                shown[p] += 1;
+            } else {
+                assert!(wanted[p].powi(2) < 2.0 * found.below[p], "{p}: {} is not below {}", wanted[p], found.below[p].sqrt());
+            }
+        }
+    }
+    let rms: Vec<f64> = (1..4).map(|p| (squares[p] / f64::from(shown[p].max(1))).sqrt()).collect();
+    println!("N, B, K shown {:?} of {count}, off by {rms:?} standard errors (rms)", &shown[1..4]);
+    assert_eq!(shown[1], count as i32);
+    assert!(shown[2] * 2 > count as i32 && shown[3] * 2 > count as i32, "{shown:?}");
+    assert!(rms.iter().all(|r| *r < 1.7), "{rms:?}");
+}
+
+#[test]
+fn steps_of_the_angle_and_a_ramp_are_found() {
+    let truth = Gyro { quantisation: 1e-5, white: 1e-5, ramp: 2e-8, ..Gyro::default() };
+    let found = fitted(truth.rates(1 << 17, 0.1, 4));
+    let seconds = [0.1, 0.1_f64.sqrt(), 1.0, 1.0 / 0.1_f64.sqrt(), 10.0];
+    for (p, wanted) in [(0, truth.quantisation), (1, truth.white), (4, truth.ramp)] {
+        let value = found.squares[p].sqrt() * seconds[p];
+        let sigma = found.sigmas[p].unwrap() / 2.0 / found.squares[p].sqrt() * seconds[p];
+        assert!((value - wanted).abs() < 3.0 * sigma, "{p}: {value} ± {sigma}, not {wanted}");
+    }
+}
