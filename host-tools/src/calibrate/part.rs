@@ -38,6 +38,8 @@ pub fn sensor(seed: u64, known: &Known, full_scale_rad_s: f64) -> (ImuSetup, Tru
     let cubic = sign(&mut d) * d.between(1e-4, 2e-3) / full_scale_rad_s.powi(2);
     let natural_Hz = d.between(40.0, 80.0);
     let damping = d.between(0.5, 0.9);
+    // The stand's time is its crystal's: a crystal that is fast shows rates that are too low, and so a scale that is too large is right.
+    let crystal = side(&mut d, known.crystal_ppm * 1e-6);
     let misalignment = side(&mut d, known.misalignment_deg.to_radians());
     let earth = match known.latitude_deg {
         Some(latitude) => super::EARTH_RAD_S * (latitude.to_radians() + side(&mut d, known.level_deg.to_radians())).sin(),
@@ -69,7 +71,7 @@ pub fn sensor(seed: u64, known: &Known, full_scale_rad_s: f64) -> (ImuSetup, Tru
     let nonlinearity = 100.0 * (2.0 / 3.0 * (quadratic * fs).abs() + 0.4 * (cubic * fs * fs).abs());
     let b = 4.0 * damping * damping - 2.0;
     let truth = vec![
-        ("scale", scale * (1.0 + 0.6 * cubic * fs * fs)),
+        ("scale", scale * (1.0 + 0.6 * cubic * fs * fs) * (1.0 + crystal)),
         ("bias_rad_s", if known.latitude_deg.is_some() { bias } else { bias + scale * earth }),
         ("nonlinearity_percent_fs", nonlinearity),
         ("quadratic_s", quadratic),
@@ -98,17 +100,18 @@ pub fn drive(seed: u64, known: &Known) -> (Stand, Truth) {
         off(&mut d, parameter, 0.2);
     }
     let at = |effect: &str, name: &str| stand.effects.get(effect).and_then(|p| p.get(name)).copied().unwrap_or(0.0);
-    let truth = vec![
-        ("inertia_kg_m2", stand.drive.inertia_kg_m2),
-        ("motor_constant_N_m_A", stand.drive.motor_constant_N_m_A),
-        ("resistance_ohm", stand.drive.resistance_ohm),
-        ("inductance_H", at("inductance", "inductance_H")),
-        ("viscous_N_m_s", at("viscous", "viscous_N_m_s")),
-        ("coulomb_N_m", at("coulomb", "coulomb_N_m")),
-    ];
-    // The instruments: a supply that is not what the duty is multiplied with, a current that is shown too large.
-    off(&mut d, &mut stand.drive.supply_V, known.supply_percent / 100.0);
+    // The instruments: volts that are more than is said, a current that is shown too large. Whoever believes the volts finds K, R, L, and with K all torques, in
+    // those volts: the truth is by so much more.
+    let volts = 1.0 + known.supply_percent / 100.0 * d.side();
     let current = known.current_percent / 100.0 * d.side();
+    let truth = vec![
+        ("inertia_kg_m2", volts * stand.drive.inertia_kg_m2),
+        ("motor_constant_N_m_A", volts * stand.drive.motor_constant_N_m_A),
+        ("resistance_ohm", volts * stand.drive.resistance_ohm),
+        ("inductance_H", volts * at("inductance", "inductance_H")),
+        ("viscous_N_m_s", volts * at("viscous", "viscous_N_m_s")),
+        ("coulomb_N_m", volts * at("coulomb", "coulomb_N_m")),
+    ];
     stand.effects.insert("current-scale".into(), [("current_scale".to_owned(), current)].into_iter().collect());
     (stand, truth)
 }

@@ -9,12 +9,18 @@ use std::ops::Range;
 
 /// Least duration of what is left of a plateau, s.
 const LEAST_S: f64 = 0.2;
+/// Most rows by which a plateau is shifted, and the least part of it that they are: the mean over all shifts, each of the same whole turns, has an
+/// encoder's step divided by the square root of their number.
+const SHIFTS: usize = 200;
+const PART: usize = 10;
 
 /// One plateau.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plateau {
     /// Rows over which is averaged; the row behind them is there too.
     pub rows: Range<usize>,
+    /// So many times, each a row later.
+    pub shifts: usize,
     /// What was asked for, in the command's unit.
     pub asked: f64,
     /// What was asked for before; `None` for the first.
@@ -32,8 +38,11 @@ pub struct Plateau {
 impl Plateau {
     /// Mean of a column over it.
     pub fn mean(&self, column: &[f64]) -> f64 {
-        let part = column.get(self.rows.clone()).unwrap_or(&[]);
-        part.iter().sum::<f64>() / part.len().max(1) as f64
+        let Some(part) = column.get(self.rows.start..self.rows.end + self.shifts - 1) else { return f64::NAN };
+        let n = self.rows.len();
+        // A row is in as many of the shifted stretches as its place allows.
+        let times = |k: usize| (k + 1).min(self.shifts).min(n).min(part.len() - k) as f64;
+        part.iter().enumerate().map(|(k, value)| value * times(k)).sum::<f64>() / (n * self.shifts) as f64
     }
 
     /// Slope of a column over it, per second.
@@ -84,16 +93,22 @@ pub fn plateaus(log: &Log, command: &str, settle_s: f64) -> Vec<Plateau> {
 
 fn cut(t_s: &[f64], theta: &[f64], held: Range<usize>, settle_s: f64, asked: f64, before: Option<f64>) -> Option<Plateau> {
     let from = held.clone().find(|k| t_s[*k] - t_s[held.start] >= settle_s)?;
-    let last = held.end - 1;
+    let shifts = ((held.end - from) / PART).clamp(1, SHIFTS);
+    let last = held.end - shifts;
+    if last <= from {
+        return None;
+    }
     let went = (theta[last] - theta[from]).abs();
     let turns = (went / TAU).floor();
     let to = if turns >= 1.0 { (from..=last).find(|k| (theta[*k] - theta[from]).abs() >= turns * TAU).unwrap_or(last) } else { last };
     let duration_s = t_s[to] - t_s[from];
+    let rate = |shift: usize| (theta[to + shift] - theta[from + shift]) / (t_s[to + shift] - t_s[from + shift]);
     (duration_s >= LEAST_S).then(|| Plateau {
         rows: from..to,
+        shifts,
         asked,
         before,
-        rate_rad_s: (theta[to] - theta[from]) / duration_s,
+        rate_rad_s: (0..shifts).map(rate).sum::<f64>() / shifts as f64,
         mid_s: 0.5 * (t_s[to] + t_s[from]),
         duration_s,
         turns: turns as u32,
@@ -130,6 +145,12 @@ mod tests {
         assert!(found.iter().all(|p| (p.rate_rad_s - p.asked).abs() < 1e-9));
         assert_eq!(found.iter().map(Plateau::direction).collect::<Vec<_>>(), [0.0, 1.0, -1.0, -1.0]);
         assert!(found[0].rows.start == 500 && found[2].rows.start == 4500);
+        // The mean of what is the rate is the rate, whatever shape it has: both are over the same shifts.
+        let log = log(&[3.0, -7.0, 2.0]);
+        let rate: Vec<f64> = log.column("theta_rad").unwrap().windows(2).map(|w| (w[1] - w[0]) / 1e-3).chain([2.0]).collect();
+        for plateau in plateaus(&log, "rate_cmd_rad_s", 0.3) {
+            assert!((plateau.mean(&rate) - plateau.rate_rad_s).abs() < 1e-9, "{plateau:?}");
+        }
     }
 
     #[test]

@@ -5,6 +5,7 @@
 //! as independent of each other; what is correlated is one contribution.
 
 mod least_squares;
+mod sum;
 
 pub use least_squares::{Fit, least_squares};
 
@@ -39,6 +40,8 @@ pub struct Part {
     pub sensitivity: f64,
     /// Degrees of freedom; infinite where it is taken as known.
     pub dof: f64,
+    /// It lies anywhere within ± √3 u with the same probability, and nowhere else; otherwise it is normal.
+    pub is_rectangular: bool,
     /// How it was come by.
     pub says: String,
 }
@@ -46,12 +49,26 @@ pub struct Part {
 impl Part {
     /// Scatter that was measured, in the quantity's own unit.
     pub fn measured(of: &str, u: f64, dof: f64, says: impl Into<String>) -> Self {
-        Self { of: of.into(), kind: Kind::A, u, unit: String::new(), sensitivity: 1.0, dof, says: says.into() }
+        Self { of: of.into(), kind: Kind::A, u, unit: String::new(), sensitivity: 1.0, dof, is_rectangular: false, says: says.into() }
     }
 
     /// Knowledge from elsewhere: a standard uncertainty `u` in `unit`, and what it does to the quantity.
     pub fn known(of: &str, u: f64, unit: &str, sensitivity: f64, says: impl Into<String>) -> Self {
-        Self { of: of.into(), kind: Kind::B, u, unit: unit.into(), sensitivity: sensitivity.abs(), dof: f64::INFINITY, says: says.into() }
+        Self {
+            of: of.into(),
+            kind: Kind::B,
+            u,
+            unit: unit.into(),
+            sensitivity: sensitivity.abs(),
+            dof: f64::INFINITY,
+            is_rectangular: false,
+            says: says.into(),
+        }
+    }
+
+    /// Knowledge of bounds alone: anywhere within ± `half_width` (GUM 4.3.7).
+    pub fn within(of: &str, half_width: f64, unit: &str, sensitivity: f64, says: impl Into<String>) -> Self {
+        Self { is_rectangular: true, ..Self::known(of, rectangular(half_width), unit, sensitivity, says) }
     }
 
     /// What it makes of the quantity's uncertainty, in the quantity's unit.
@@ -102,9 +119,17 @@ impl Quantity {
         if below > 0.0 { self.sigma().powi(4) / below } else { f64::INFINITY }
     }
 
-    /// Coverage factor for an interval that holds with this probability; ν is cut to a whole number (GUM G.4.1).
+    /// Coverage factor for an interval that holds with this probability: Student's t with ν cut to a whole number (GUM G.4.1), unless bounds alone make
+    /// much of it; then by the distribution of the sum (JCGM 101), which is narrower than a normal one.
     pub fn coverage_factor(&self, probability: f64) -> f64 {
-        coverage_factor(self.dof(), probability)
+        let student = coverage_factor(self.dof(), probability);
+        let half_widths: Vec<f64> = self.parts.iter().filter(|p| p.is_rectangular).map(|p| p.contribution() * 3_f64.sqrt()).collect();
+        let bounded: f64 = half_widths.iter().map(|a| a * a / 3.0).sum();
+        let u = self.sigma();
+        if bounded < 0.05 * u * u || self.dof() < 30.0 {
+            return student;
+        }
+        sum::half_width(&half_widths, (u * u - bounded).max(0.0).sqrt(), probability) / u
     }
 
     /// Expanded uncertainty U for [`CONFIDENCE`].
@@ -126,7 +151,7 @@ impl Quantity {
                 json!({
                     "of": p.of, "type": if p.kind == Kind::A { "A" } else { "B" }, "u": finite(p.u),
                     "unit": if p.unit.is_empty() { &self.unit } else { &p.unit },
-                    "sensitivity": finite(p.sensitivity), "dof": finite(p.dof), "contribution": finite(p.contribution()), "says": p.says,
+                    "sensitivity": finite(p.sensitivity), "distribution": if p.is_rectangular { "rectangular" } else { "normal" }, "dof": finite(p.dof), "contribution": finite(p.contribution()), "says": p.says,
                 })
             })
             .collect();
@@ -181,6 +206,18 @@ mod tests {
         assert!((known.expanded() - 1.959_964).abs() < 1e-5);
         assert_eq!(known.json()["dof"], Value::Null);
         assert!(known.holds(1.9) && !known.holds(2.0));
+    }
+
+    #[test]
+    fn where_bounds_make_the_most_of_it_the_factor_is_theirs() {
+        // EA-4/02, S9: one rectangle that dominates has k = 1.65 for 95 %.
+        let mostly =
+            Quantity::new("x", "1", 0.0, vec![Part::within("resolution", 1.0, "", 1.0, ""), Part::known("noise", 0.02, "", 1.0, "")]);
+        assert!((mostly.coverage_factor(0.95) - 1.65).abs() < 0.01, "{}", mostly.coverage_factor(0.95));
+        // Two equal ones make a triangle: 1 − (1 − x)² = 0.95 of its half-width.
+        let two = Quantity::new("x", "1", 0.0, vec![Part::within("a", 1.0, "", 1.0, ""), Part::within("b", 1.0, "", 1.0, "")]);
+        let exact = 2.0 * (1.0 - 0.05_f64.sqrt()) / (2.0 / 3.0_f64).sqrt();
+        assert!((two.coverage_factor(0.95) - exact).abs() < 2e-3, "{} {exact}", two.coverage_factor(0.95));
     }
 
     #[test]

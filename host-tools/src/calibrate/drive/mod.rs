@@ -11,7 +11,7 @@ mod sweep;
 
 use super::session::Session;
 use super::{CalibrateError, Findings, Step};
-use crate::uncertainty::{Part, rectangular};
+use crate::uncertainty::Part;
 
 /// What the stand's own readings add to a quantity's uncertainty: `by` are the powers with which voltage and current enter it.
 pub(super) fn readings(session: &Session, value: f64, by: [i32; 2]) -> Vec<Part> {
@@ -20,7 +20,7 @@ pub(super) fn readings(session: &Session, value: f64, by: [i32; 2]) -> Vec<Part>
         .into_iter()
         .filter(|(_, _, power)| *power != 0)
         .map(|(of, percent, power)| {
-            Part::known(of, rectangular(percent / 100.0), "1", value * f64::from(power), format!("± {percent} % of what it shows"))
+            Part::within(of, percent / 100.0, "1", value * f64::from(power), format!("± {percent} % of what it shows"))
         })
         .collect()
 }

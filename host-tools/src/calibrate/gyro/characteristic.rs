@@ -3,7 +3,7 @@
 use super::{Given, samples};
 use crate::calibrate::plateaus::{Plateau, plateaus};
 use crate::calibrate::{CalibrateError, Curve, EARTH_RAD_S, Findings, Known, Step};
-use crate::uncertainty::{Fit, Part, Quantity, least_squares, rectangular};
+use crate::uncertainty::{Fit, Part, Quantity, least_squares};
 
 /// Logs below this part of the greatest rate are for thresholds, not for the characteristic.
 const SMALL: f64 = 0.05;
@@ -132,21 +132,12 @@ impl Characteristic {
         let scale = sum / fs;
         let mut parts: Vec<Part> = parts.into_iter().map(|p| Part { sensitivity: p.sensitivity / fs, ..p }).collect();
         parts[0].unit = "rad/s".into();
-        let tilt_rad = known.misalignment_deg.to_radians();
-        parts.push(Part::known(
-            "clock",
-            rectangular(known.crystal_ppm * 1e-6),
-            "1",
-            scale,
-            format!("crystal, ± {} ppm", known.crystal_ppm),
-        ));
-        parts.push(Part::known(
-            "misalignment",
-            rectangular(0.5 * tilt_rad * tilt_rad),
-            "1",
-            scale,
-            format!("cosine of up to {}° between the part's axis and the platform's", known.misalignment_deg),
-        ));
+        parts.push(Part::within("clock", known.crystal_ppm * 1e-6, "1", scale, format!("crystal, ± {} ppm", known.crystal_ppm)));
+        // The cosine of an angle that lies anywhere within ± m is 1 − m²/6 in the mean, and scatters by m²/2 √(4/45) (GUM F.2.4.4).
+        let m_2 = known.misalignment_deg.to_radians().powi(2);
+        let scale = scale * (1.0 + m_2 / 6.0);
+        let says = format!("cosine of up to {}° between the part's axis and the platform's; its mean is taken off", known.misalignment_deg);
+        parts.push(Part::known("misalignment", 0.5 * m_2 * (4.0_f64 / 45.0).sqrt(), "1", scale, says));
         Quantity::new("scale", "1", scale, parts).saying("slope of the straight line of least squares over ± full scale")
     }
 
@@ -159,10 +150,9 @@ impl Characteristic {
             Some(latitude_deg) => {
                 let latitude = latitude_deg.to_radians();
                 bias -= scale * EARTH_RAD_S * latitude.sin();
-                let u = rectangular(level_rad);
-                parts.push(Part::known(
+                parts.push(Part::within(
                     "tilt",
-                    u,
+                    level_rad,
                     "rad",
                     EARTH_RAD_S * latitude.cos(),
                     format!("level to ± {}°: the Earth's rotation seen along the axis", known.level_deg),
@@ -170,7 +160,7 @@ impl Characteristic {
                 "without the Earth's rotation along the axis"
             }
             None => {
-                parts.push(Part::known("Earth rate", rectangular(EARTH_RAD_S), "rad/s", scale, "no latitude was given"));
+                parts.push(Part::within("Earth rate", EARTH_RAD_S, "rad/s", scale, "no latitude was given"));
                 "with the Earth's rotation along the axis: give the latitude to take it off"
             }
         };

@@ -26,7 +26,9 @@ pub fn simulate(
     folder: &Path,
     goes: impl FnMut(Progress) -> bool,
 ) -> Result<(), RunError> {
-    let plant = Plant::new(stand, 0.0).map_err(|e| RunError::Simulated(e.to_string()))?;
+    // Where the disc stands at power-on is of the seed too: the golden ratio spreads it.
+    let plant = Plant::new(stand, (seed as f64 * 0.618_033_988_749_895).fract() * std::f64::consts::TAU)
+        .map_err(|e| RunError::Simulated(e.to_string()))?;
     let clock = VirtualClock::default();
     let controller = Controller::new(&clock, &stand.setup(), plant, flash(seed), seed).map_err(|e| RunError::Simulated(e.to_string()))?;
     let done = RefCell::new(None);
