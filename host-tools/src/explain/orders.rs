@@ -4,6 +4,8 @@
 //! order n at once, and held against the residual: score = |Σ w s̄ r|² / Σ w |s|². The recursion knows neither dry friction nor what the
 //! model's own parameters could imitate, so that it only ranks; [`super::screen`] takes the exact score of the best few.
 
+mod local;
+
 use rayon::prelude::*;
 
 use super::trial::Orders;
@@ -15,6 +17,8 @@ pub const HIGHEST: usize = 400;
 const HIGHEST_OF_ENCODER: usize = 8;
 /// How many orders of each kind are looked at exactly.
 const COGGING: usize = 5;
+/// And how many by the rows' own torque, if they are not among those.
+const LOCAL: usize = 1;
 const RIPPLE: usize = 4;
 const ECCENTRICITY: usize = 2;
 /// Orders that go through the log together: as many as a few vector registers hold.
@@ -32,7 +36,10 @@ pub fn promising(model: &Model, record: &Record, residuals: &[&[f64]], weights: 
     // Order one of a torque is a mass off the axis.
     let mut taken = has("cogging", "cogging_order");
     taken.push(1);
-    let cogging = best(&scan.scores(scan.highest(), Kind::Torque), &taken, COGGING);
+    let mut cogging = best(&scan.scores(scan.highest(), Kind::Torque), &taken, COGGING);
+    // Where the model is far off, its residual says little of the angle that was really passed: the torque that the rows themselves lack does.
+    let local = best(&local::torque_by_order(model, record, theta, scan.highest()), &taken, LOCAL);
+    cogging.extend(local.into_iter().filter(|order| !cogging.contains(order)).collect::<Vec<_>>());
     let ripple = match scan.constant {
         Some(_) if scan.current.is_some() => {
             best(&scan.scores(scan.highest(), Kind::Ripple), &has("torque-ripple", "ripple_order"), RIPPLE)
