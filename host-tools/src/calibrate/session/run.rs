@@ -29,8 +29,9 @@ const INDEX_S: f64 = 10.0;
 
 /// What a session asks of a person.
 pub trait Person {
-    /// Does what is asked for and says so; `None`: does not, and the session ends there.
-    fn does(&mut self, ask: &str, mounted: &Mounted) -> Option<String>;
+    /// Does what is asked for and says so; `None`: does not, and the session ends there. How the part is to be mounted, and the moment of inertia that is to
+    /// be on the platform beside it, kg m².
+    fn does(&mut self, ask: &str, mounted: &Mounted, added_kg_m2: f64) -> Option<String>;
 }
 
 /// How far it is.
@@ -184,20 +185,23 @@ async fn steps(
     stand.tell("STReam OFF").await?;
     let mounted = session.mounted();
     let total = session.steps.len();
-    let mut here: Option<Mounted> = journal.steps.last().map(|done| done.mounted);
+    let last = journal.steps.last();
+    let mut here = (last.map(|done| done.mounted).unwrap_or_default(), last.and_then(|done| done.added_inertia_kg_m2).unwrap_or(0.0));
     for (k, plan) in session.steps.iter().enumerate() {
         if journal.steps.iter().any(|done| done.name == plan.name) {
             continue;
         }
-        let ask = plan.ask.clone().or_else(|| (here.unwrap_or_default() != mounted[k]).then(|| says_mounted(&mounted[k])));
+        let there = (mounted[k], plan.added_inertia_kg_m2.unwrap_or(0.0));
+        let ask = plan.ask.clone().or_else(|| asks(here, there));
         let asked = match ask {
             Some(ask) => {
-                let said = person.does(&ask, &mounted[k]).ok_or_else(|| RunError::NotDone { step: plan.name.clone(), ask: ask.clone() })?;
+                let said =
+                    person.does(&ask, &there.0, there.1).ok_or_else(|| RunError::NotDone { step: plan.name.clone(), ask: ask.clone() })?;
                 Some([ask, said])
             }
             None => None,
         };
-        here = Some(mounted[k]);
+        here = there;
         let after_s: f64 = session.steps[k + 1..].iter().map(|s| s.seconds).sum();
         let progress = |at_s: f64, rate_rad_s| Progress {
             step: &plan.name,
@@ -216,6 +220,17 @@ async fn steps(
         journal.write(folder)?;
     }
     Ok(())
+}
+
+/// What a person must do so that part and platform are as a step has them; `None`: nothing.
+fn asks(here: (Mounted, f64), there: (Mounted, f64)) -> Option<String> {
+    let mount = (here.0 != there.0).then(|| says_mounted(&there.0));
+    let load = (here.1 != there.1).then(|| match there.1 {
+        0.0 => "Take the added inertia off the platform.".to_owned(),
+        added => format!("Put the inertia of {added} kg m² on the platform, centred on its axis."),
+    });
+    let all: Vec<String> = mount.into_iter().chain(load).collect();
+    (!all.is_empty()).then(|| all.join(" "))
 }
 
 fn says_mounted(m: &Mounted) -> String {
