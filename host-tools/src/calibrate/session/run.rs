@@ -248,6 +248,8 @@ fn channels(session: &Session, plan: &StepPlan) -> Channels {
     let mut names = vec!["u_V", "i_A", "theta_rad", "omega_rad_s", "limits", "fault"];
     match session.what {
         super::What::Drive => names.extend(["supply_V", "temp_C"]),
+        // The stand's own rate sensor needs no other.
+        super::What::Gyro if session.column.as_deref() == Some("omega_rad_s") => {}
         super::What::Gyro => names.extend(["gyro_rad_s", "sensor_C", "sensor_age_s"]),
         super::What::Accel => names.extend(["gyro_rad_s", "accel_x_m_s2", "accel_y_m_s2"]),
     }
@@ -470,6 +472,19 @@ async fn notes(
     notes.push(note("supply_nominal_V", number(stand, "SETTings:supply_nominal_V?").await?.to_string()));
     let cutoff_Hz = number(stand, "SETTings:rate_cutoff_Hz?").await?;
     notes.push(note("omega_rad_s", if cutoff_Hz > 0.0 { format!("gyro, filter {cutoff_Hz} Hz") } else { "gyro".into() }));
+    // The chip's own low-pass: what it does to phase and gain is known.
+    let part = match session.what {
+        super::What::Gyro if session.column.as_deref() != Some("omega_rad_s") => Some(0),
+        super::What::Accel => Some(1),
+        _ => None,
+    };
+    if let Some(part) = part {
+        let query = "IMU:FILTer?";
+        let says = stand.ask(query).await?;
+        let number = says.split(',').nth(part).and_then(|word| word.split_whitespace().next()?.parse::<f64>().ok());
+        let cutoff_Hz = number.ok_or_else(|| SessionError::Reply { query: query.to_owned(), says })?;
+        notes.push(note("sensor_filter_Hz", cutoff_Hz.to_string()));
+    }
     notes.extend(plan.drive_s.map(|drive_s| note("drive_s", drive_s.to_string())));
     if has_index {
         notes.push(note("theta_zero", "index".into()));
