@@ -1,6 +1,7 @@
 //! The stand's own drive: inertia by an added one, by coasting, by output error; its corner along a chirp; cogging by order.
 
-use stand_tests::calibration::{calibrated, found, holds};
+use host_tools::uncertainty::least_squares;
+use stand_tests::calibration::{calibrated, found, holds, recorded};
 use std::f64::consts::TAU;
 
 const STEPS: &str = "
@@ -114,4 +115,65 @@ fn a_drive_without_cogging_shows_no_order() {
     let orders: Vec<_> = findings.quantities.iter().filter(|q| q.name.starts_with("order_")).collect();
     assert!(orders.is_empty(), "{:?}", orders.iter().map(|q| (&q.name, q.value)).collect::<Vec<_>>());
     assert!(findings.absent.iter().any(|(name, why)| name == "cogging_N_m" && why.contains("stands out")));
+}
+
+/// theory.md §4: R 2.3 Ω, L 0.5 mH, k 0.02 N m/A, J 1e-4 kg m², b 2e-6 N m s, Mc 1e-3 N m.
+const THEORY: &str = "
+[drive]
+inertia_kg_m2 = 1e-4
+motor_constant_N_m_A = 0.02
+resistance_ohm = 2.3
+[effects.coulomb]
+coulomb_N_m = 1e-3
+[effects.viscous]
+viscous_N_m_s = 2e-6
+[effects.inductance]
+inductance_H = 0.5e-3
+";
+
+#[test]
+fn the_drive_of_theory_4_has_its_time_constant() {
+    let findings = calibrated(THEORY, &session("").replace("amplitude = 0.8", "amplitude = 0.7"), 1).findings;
+    holds(&findings, "mechanical_time_constant_s", 0.568_462_679, 5e-3);
+    holds(&findings, "electrical_time_constant_s", 0.5e-3 / 2.3, 1e-5);
+}
+
+/// theory.md §4: J Ω′ = k i − b Ω − Mc integrated over a noisy record of 20 s, the rate regressed on [∫i, −∫Ω, −t, 1].
+#[test]
+fn the_integrated_law_identifies_the_drive_from_its_own_current() {
+    let one_way = "what = 'drive'
+[[steps]]
+name = 'one way'
+mode = 'voltage'
+profile = 'chirp'
+amplitude = 0.3
+offset = 0.5
+from_Hz = 0.05
+to_Hz = 1.0
+sweep_s = 20.0
+seconds = 21.0
+";
+    let (steps, _) = recorded(THEORY, one_way, 1);
+    let log = &steps[0].log;
+    let [t_s, theta, i_A] = ["t_s", "theta_rad", "i_A"].map(|name| log.column(name).expect("it was recorded"));
+    let mut charge = 0.0;
+    let (mut rows, mut rates) = (Vec::new(), Vec::new());
+    // The rate is the slope of the angle over 41 rows; the first second spins it up.
+    for k in 0..t_s.len() - 21 {
+        if k >= 1000 && k % 41 == 0 {
+            let square: f64 = (k - 20..=k + 20).map(|row| (t_s[row] - t_s[k]).powi(2)).sum();
+            let cross: f64 = (k - 20..=k + 20).map(|row| (t_s[row] - t_s[k]) * (theta[row] - theta[k])).sum();
+            rows.push(vec![charge, -theta[k], -t_s[k], 1.0]);
+            rates.push(cross / square);
+        }
+        charge += i_A[k] * (t_s[k + 1] - t_s[k]);
+    }
+    assert!(rates.iter().all(|rate| *rate > 1.0), "one way");
+    let fit = least_squares(&rows, &rates).expect("the columns are apart");
+    for (k, (name, truth, part)) in [("k/J", 0.02 / 1e-4, 1e-3), ("b/J", 2e-6 / 1e-4, 0.03), ("Mc/J", 1e-3 / 1e-4, 0.01)].iter().enumerate()
+    {
+        let off = fit.coefficients[k] / truth - 1.0;
+        println!("{name} {off:.2e}, σ {:.2e}", fit.sigma(k) / truth);
+        assert!(off.abs() < *part, "{name}: off by {off}");
+    }
 }

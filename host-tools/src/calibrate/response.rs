@@ -164,7 +164,10 @@ pub fn transfer(responses: &[Response], known_Hz: Option<f64>) -> Option<Transfe
     }
     let rows = 2.0 * responses.len() as f64;
     let orders = [Order::Delay, Order::First, Order::Second, Order::Third];
-    let fits = orders.into_iter().filter(|order| rows > order.parameters() as f64 + 1.0).filter_map(|order| fit(Form { order, known_Hz }, responses));
+    let fits = orders
+        .into_iter()
+        .filter(|order| rows > order.parameters() as f64 + 1.0)
+        .filter_map(|order| fit(Form { order, known_Hz }, responses));
     // χ² with the responses' own uncertainties; where all fits are worse than those, their common factor matters to none of them.
     let fits: Vec<(f64, Transfer)> = fits.collect();
     let best = fits.iter().map(|(chi2, t)| chi2 / t.dof).fold(f64::INFINITY, f64::min).max(1.0);

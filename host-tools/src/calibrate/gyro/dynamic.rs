@@ -154,7 +154,9 @@ pub(super) fn add(steps: &[&Step], given: &Given, findings: &mut Findings) {
             .saying(format!("transport delay, apart from the lag; the sample's own age taken off where the log has it{beside}")),
     );
     if let Some((zeta, u)) = h.damping() {
-        findings.quantities.push(Quantity::new("damping", "1", zeta, vec![scatter(u)]).saying(format!("damping ratio of the pair of poles{beside}")));
+        findings
+            .quantities
+            .push(Quantity::new("damping", "1", zeta, vec![scatter(u)]).saying(format!("damping ratio of the pair of poles{beside}")));
     }
     let (scale, u) = h.scale();
     findings.quantities.push(Quantity::new("scale_dynamic", "1", scale, vec![scatter(u)]).saying("scale towards rest, by the sines"));
