@@ -2,6 +2,7 @@
 //! something hidden, and how an explanation of their logs is judged.
 
 pub mod bench;
+pub mod calibration;
 pub mod calibrations;
 pub mod draw;
 pub mod drift;

@@ -43,6 +43,8 @@ pub trait PlantPort {
     fn supply_gives(&mut self, _: Option<f64>) {}
     /// The winding is this hot now. A plant may have no such winding.
     fn heat_winding(&mut self, _temp_C: f64) {}
+    /// A body of this moment of inertia, kg m², sits on the platform from now on; 0: none. A plant may have no room for one.
+    fn carry(&mut self, _added_kg_m2: f64) {}
     /// The rate as it is; the same as [`PlantPort::rate_rad_s`] unless the sensor's element errs.
     fn true_rate_rad_s(&self) -> f64 {
         self.rate_rad_s()
@@ -220,6 +222,11 @@ impl<P: PlantPort> Bench<P> {
     /// The plant.
     pub fn plant(&self) -> &P {
         &self.plant
+    }
+
+    /// The plant, for what a person does to it.
+    pub fn plant_mut(&mut self) -> &mut P {
+        &mut self.plant
     }
 
     #[inline]

@@ -25,6 +25,8 @@ pub use stand::{Stand, StandError};
 /// A drive with its effects.
 pub struct Plant {
     inertia: f64,
+    /// What of it was put on the platform.
+    added: f64,
     motor_constant: f64,
     resistance: f64,
     /// Laws that act, and laws that only change what a sensor sees.
@@ -69,6 +71,7 @@ impl Plant {
         let sensing = Sensing::new(&arms);
         let mut plant = Plant {
             inertia: stand.drive.inertia_kg_m2,
+            added: 0.0,
             motor_constant: stand.drive.motor_constant_N_m_A,
             resistance: stand.drive.resistance_ohm,
             laws,
@@ -189,6 +192,20 @@ impl PlantPort for Plant {
 
     fn heat_winding(&mut self, temp_C: f64) {
         self.heat_K = temp_C - T0_C;
+    }
+
+    fn carry(&mut self, added_kg_m2: f64) {
+        let before = self.inertia;
+        self.inertia += added_kg_m2 - self.added;
+        self.added = added_kg_m2;
+        // It sits on the platform: what the motor's side has stays, its share falls.
+        let share = before / self.inertia;
+        if let Some(shaft) = &mut self.arms.shaft {
+            shaft.share *= share;
+        }
+        if let Some(clutch) = &mut self.outsiders.slipping_clutch {
+            clutch.motor_inertia_share *= share;
+        }
     }
 
     fn true_theta_rad(&self) -> f64 {

@@ -18,7 +18,8 @@ const WINDOW_S: f64 = 0.05;
 
 /// Means over a window.
 struct Window {
-    rate: f64,
+    /// Of Ω².
+    square: f64,
     acceleration: f64,
     cos: f64,
     sin: f64,
@@ -26,24 +27,43 @@ struct Window {
     y: f64,
 }
 
+/// A window with so many samples at a column's greatest or least value is at the end of the part's range, and shows no more than that.
+const AT_END: usize = 3;
+/// Where the angle is off its parabola by more than this many times what it is elsewhere, the acceleration changed within the window.
+const BENT: f64 = 3.0;
+
 fn windows(step: &Step) -> Vec<Window> {
     let log = &step.log;
+    let ends = |column: &[f64]| column.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
     let (Some(theta), Some(x), Some(y)) = (log.column("theta_rad"), log.column("accel_x_m_s2"), log.column("accel_y_m_s2")) else {
         return Vec::new();
     };
+    let ends = [ends(x), ends(y)];
+    let at_end = |k: usize, rows: &Range<usize>| {
+        let column = if k == 0 { x } else { y };
+        let (low, high) = ends[k];
+        let count = |end: f64| column[rows.clone()].iter().filter(|v| **v == end).count();
+        low < high && count(low).max(count(high)) >= AT_END
+    };
     let t_s = log.t_s();
     let size = ((WINDOW_S / log.median_dt_s().max(1e-9)).round() as usize).max(8);
-    let mut found = Vec::new();
+    let (mut found, mut scatters) = (Vec::new(), Vec::new());
     for segment in log.segments() {
         for from in segment.clone().step_by(size).filter(|from| from + size <= segment.end) {
             let rows = from..from + size;
+            if at_end(0, &rows) || at_end(1, &rows) {
+                continue;
+            }
+            let length_s = t_s[rows.end - 1] - t_s[rows.start];
             let middle_s = 0.5 * (t_s[rows.start] + t_s[rows.end - 1]);
             let parabola: Vec<Vec<f64>> =
                 rows.clone().map(|k| (t_s[k] - middle_s, 1.0)).map(|(t, one)| vec![one, t, 0.5 * t * t]).collect();
             let Some(fit) = least_squares(&parabola, &theta[rows.clone()]) else { continue };
             let mean = |of: &dyn Fn(usize) -> f64| rows.clone().map(of).sum::<f64>() / size as f64;
+            scatters.push(fit.scatter);
             found.push(Window {
-                rate: fit.coefficients[1],
+                // Of the middle's rate, and of what it changes to both sides.
+                square: fit.coefficients[1].powi(2) + (fit.coefficients[2] * length_s).powi(2) / 12.0,
                 acceleration: fit.coefficients[2],
                 cos: mean(&|k| theta[k].cos()),
                 sin: mean(&|k| theta[k].sin()),
@@ -52,7 +72,11 @@ fn windows(step: &Step) -> Vec<Window> {
             });
         }
     }
-    found
+    let mut sorted = scatters.clone();
+    sorted.sort_by(f64::total_cmp);
+    // A nanoradian is rounding.
+    let straight = BENT * sorted.get(sorted.len() / 2).copied().unwrap_or(0.0).max(1e-9);
+    found.into_iter().zip(scatters).filter(|(_, scatter)| *scatter <= straight).map(|(window, _)| window).collect()
 }
 
 /// What both axes show at one radius.
@@ -83,7 +107,7 @@ impl AtRadius {
 
 fn at_radius(steps: &[&Step]) -> Option<AtRadius> {
     let all: Vec<Window> = steps.iter().flat_map(|step| windows(step)).collect();
-    let rows: Vec<Vec<f64>> = all.iter().map(|w| vec![1.0, w.rate * w.rate, w.acceleration, w.cos, w.sin]).collect();
+    let rows: Vec<Vec<f64>> = all.iter().map(|w| vec![1.0, w.square, w.acceleration, w.cos, w.sin]).collect();
     let x: Vec<f64> = all.iter().map(|w| w.x).collect();
     let y: Vec<f64> = all.iter().map(|w| w.y).collect();
     Some(AtRadius { radius_m: steps.first()?.mounted.radius_m, x: least_squares(&rows, &x)?, y: least_squares(&rows, &y)? })
@@ -144,8 +168,10 @@ pub fn calibrate(steps: &[Step], session: &Session) -> Result<Findings, Calibrat
                 Quantity::new("scale", "1", product / near_m, parts)
                     .saying("with the radius as it was given; a second radius tells them apart"),
             );
-            let q = Quantity::new("radius_m", "m", product, vec![scatter(u, &near.x)])
-                .saying("with a scale of 1; a second radius tells them apart");
+            let percent = session.known.scale_percent;
+            let says = format!("the scale is believed to be 1 ± {percent} %");
+            let parts = vec![scatter(u, &near.x), Part::known("scale", rectangular(percent / 100.0), "1", product, says)];
+            let q = Quantity::new("radius_m", "m", product, parts).saying("with a scale of 1; a second radius tells them apart");
             findings.quantities.push(q);
         }
     }
@@ -164,6 +190,11 @@ pub fn calibrate(steps: &[Step], session: &Session) -> Result<Findings, Calibrat
     blind(&near, product, &mut findings);
     combine(&of_radius(near_m), product, near.x.coefficients[0], session, &mut findings);
     Ok(findings)
+}
+
+/// What an error of the specific force makes of a rate |Ω| = √(f/r): f/(2 Ω r) for a small one, rad/s.
+fn rate_error(force_m_s2: f64, rate_rad_s: f64, radius_m: f64) -> f64 {
+    force_m_s2 / (2.0 * rate_rad_s.abs() * radius_m)
 }
 
 /// Where |Ω| = √(f/r) is worth nothing: an error of f makes one of f/(2 Ω r), and below √(f/(2 r)) that is the rate itself.
@@ -217,7 +248,7 @@ fn combine(steps: &[&Step], product: f64, bias: f64, session: &Session, findings
     if let Some(x) = column("accel_x_m_s2") {
         let rate = |p: &Plateau| {
             let size = ((bias - p.mean(x)) / product).max(0.0).sqrt();
-            (size.copysign(p.rate_rad_s), u_of(x, &p.rows) / (2.0 * size.max(1e-3) * product))
+            (size.copysign(p.rate_rad_s), rate_error(u_of(x, &p.rows), size.max(1e-3), product))
         };
         witness("accelerometer (its sign from the encoder)", moving.iter().map(|p| rate(p)).collect());
     }
@@ -267,4 +298,53 @@ fn combine(steps: &[&Step], product: f64, bias: f64, session: &Session, findings
 
 fn widest(found: &[Plateau]) -> f64 {
     found.iter().map(|p| p.rate_rad_s.abs()).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibrate::Mounted;
+    use crate::log::{Column, Log};
+
+    /// A platform that speeds up from 0 to 20 rad/s by 5 rad/s², and what a part at this radius and angle shows of it by theory.md §4.
+    fn step(radius_m: f64, chi_rad: f64) -> Step {
+        let t_s: Vec<f64> = (0..4000).map(|k| f64::from(k) * 1e-3).collect();
+        let (sin, cos) = chi_rad.sin_cos();
+        let force = |t: &f64| {
+            let (rate, acceleration) = (5.0 * t, 5.0);
+            [-rate * rate * radius_m * cos + acceleration * radius_m * sin, rate * rate * radius_m * sin + acceleration * radius_m * cos]
+        };
+        let at_10 = force(&2.0);
+        if (radius_m, chi_rad.to_degrees()) == (0.05, 2.0) {
+            assert!((at_10[0] + 4.988_229_261).abs() < 1e-9 && (at_10[1] - 0.424_345_190).abs() < 1e-9, "{at_10:?}");
+        }
+        let column = |name: &str, values: Vec<f64>| Column { name: name.into(), values };
+        let columns = vec![
+            column("theta_rad", t_s.iter().map(|t| 2.5 * t * t).collect()),
+            column("accel_x_m_s2", t_s.iter().map(|t| force(t)[0]).collect()),
+            column("accel_y_m_s2", t_s.iter().map(|t| force(t)[1]).collect()),
+            column("t_s", t_s),
+        ];
+        let log = Log::new("x.csv", columns, Vec::new()).unwrap();
+        Step { name: "up".into(), log, mounted: Mounted { radius_m, ..Mounted::default() }, added_inertia_kg_m2: None }
+    }
+
+    #[test]
+    fn radius_and_angle_come_back_from_the_forces_of_theory_4() {
+        for (radius_m, chi_deg) in [(0.05, 2.0_f64), (0.03, -1.5), (0.08, 0.0)] {
+            let step = step(radius_m, chi_deg.to_radians());
+            let found = at_radius(&[&step]).unwrap();
+            let [(c, _), (s, _)] = found.effective();
+            // The mean of Ω² over a window of 50 ms is its middle's and (Ω′ · 50 ms)²/12: it goes into the bias, all but rounding.
+            assert!((found.product().0 / radius_m - 1.0).abs() < 1e-6, "{}", found.product().0);
+            assert!((s.atan2(c).to_degrees() - chi_deg).abs() < 1e-4, "{}", s.atan2(c).to_degrees());
+        }
+    }
+
+    #[test]
+    fn a_thousandth_of_g_is_a_tenth_of_a_radian_a_second_at_one() {
+        let mg = 9.806_65e-3;
+        assert!((rate_error(mg, 1.0, 0.05) - 0.098_066_5).abs() < 1e-12);
+        assert!((rate_error(mg, -10.0, 0.05) - 0.009_806_65).abs() < 1e-12);
+    }
 }

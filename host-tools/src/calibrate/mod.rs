@@ -78,6 +78,8 @@ pub struct Known {
     pub supply_percent: f64,
     /// The thermometer, K.
     pub temperature_K: f64,
+    /// An accelerometer's scale, per cent off 1, where one radius alone was run.
+    pub scale_percent: f64,
 }
 
 impl Default for Known {
@@ -92,6 +94,7 @@ impl Default for Known {
             current_percent: 1.0,
             supply_percent: 0.5,
             temperature_K: 1.0,
+            scale_percent: 1.0,
         }
     }
 }

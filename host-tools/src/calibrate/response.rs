@@ -1,7 +1,8 @@
 //! A transfer function through measured responses: scale, lags, and a transport delay apart from them.
 //!
 //! H(jω) = s e^(−jωτ) · 1/(1 + jω/ω₁) · 1/(1 + 2ζ jω/ω₀ − ω²/ω₀²), each factor there or not; which, the evidence says (BIC: each parameter must
-//! earn its place). Only frequencies that were run are known: a bandwidth beyond three times the highest is not told.
+//! earn its place). A low-pass of first order that is known beforehand, as a chip's own is, is a factor of its own: two or three lags in one place are more
+//! than such responses tell apart from a delay. Only frequencies that were run are known: a bandwidth beyond three times the highest is not told.
 
 use super::lock_in::Response;
 use nalgebra::{Complex, DMatrix, DVector};
@@ -44,8 +45,6 @@ impl Order {
 /// What was found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Transfer {
-    /// Its structure.
-    pub order: Order,
     /// Scale, delay in s; then ln ω₁, and ln ω₀, ln ζ, where they are there.
     parameters: Vec<f64>,
     covariance: DMatrix<f64>,
@@ -54,14 +53,23 @@ pub struct Transfer {
     /// Scatter over what the responses' own uncertainties say.
     pub ratio: f64,
     highest_Hz: f64,
+    form: Form,
 }
 
-fn value(order: Order, p: &[f64], frequency_Hz: f64) -> Complex<f64> {
+/// The form that is fitted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Form {
+    order: Order,
+    /// Cutoff of the low-pass that is known; infinite: there is none.
+    known_Hz: f64,
+}
+
+fn value(form: Form, p: &[f64], frequency_Hz: f64) -> Complex<f64> {
     let w = TAU * frequency_Hz;
-    let mut h = Complex::from_polar(p[0], -w * p[1]);
+    let mut h = Complex::from_polar(p[0], -w * p[1]) / Complex::new(1.0, frequency_Hz / form.known_Hz);
     let first = |h: Complex<f64>, corner: f64| h / Complex::new(1.0, w / corner);
     let second = |h: Complex<f64>, natural: f64, zeta: f64| h / Complex::new(1.0 - (w / natural).powi(2), 2.0 * zeta * w / natural);
-    match order {
+    match form.order {
         Order::Delay => {}
         Order::First => h = first(h, p[2].exp()),
         Order::Second => h = second(h, p[2].exp(), p[3].exp()),
@@ -71,9 +79,14 @@ fn value(order: Order, p: &[f64], frequency_Hz: f64) -> Complex<f64> {
 }
 
 impl Transfer {
+    /// Its structure, beside the low-pass that is known.
+    pub fn order(&self) -> Order {
+        self.form.order
+    }
+
     /// H at a frequency.
     pub fn at(&self, frequency_Hz: f64) -> Complex<f64> {
-        value(self.order, &self.parameters, frequency_Hz)
+        value(self.form, &self.parameters, frequency_Hz)
     }
 
     /// Transport delay, s, and its standard uncertainty.
@@ -88,7 +101,7 @@ impl Transfer {
 
     /// Damping ratio of the pair of poles, and its standard uncertainty.
     pub fn damping(&self) -> Option<(f64, f64)> {
-        let at = match self.order {
+        let at = match self.form.order {
             Order::Second => 3,
             Order::Third => 4,
             _ => return None,
@@ -99,14 +112,14 @@ impl Transfer {
 
     /// Where the gain has fallen by 3 dB (1/√2 of the scale), Hz, and its standard uncertainty; `None` where that lies too far beyond what was run.
     pub fn bandwidth_Hz(&self) -> Option<(f64, f64)> {
-        let found = bandwidth(self.order, &self.parameters, 3.0 * self.highest_Hz)?;
-        let sigma = self.sigma_of(|p| bandwidth(self.order, p, 10.0 * self.highest_Hz).unwrap_or(found));
+        let found = bandwidth(self.form, &self.parameters, 3.0 * self.highest_Hz)?;
+        let sigma = self.sigma_of(|p| bandwidth(self.form, p, 10.0 * self.highest_Hz).unwrap_or(found));
         Some((found, sigma))
     }
 
     /// Phase at a frequency, rad, and its standard uncertainty.
     pub fn phase_rad(&self, frequency_Hz: f64) -> (f64, f64) {
-        let phase = |p: &[f64]| value(self.order, p, frequency_Hz).arg();
+        let phase = |p: &[f64]| value(self.form, p, frequency_Hz).arg();
         (phase(&self.parameters), self.sigma_of(phase))
     }
 
@@ -124,8 +137,8 @@ impl Transfer {
     }
 }
 
-fn bandwidth(order: Order, p: &[f64], most_Hz: f64) -> Option<f64> {
-    let below = |f: f64| value(order, p, f).norm() < p[0].abs() / 2_f64.sqrt();
+fn bandwidth(form: Form, p: &[f64], most_Hz: f64) -> Option<f64> {
+    let below = |f: f64| value(form, p, f).norm() < p[0].abs() / 2_f64.sqrt();
     // The first crossing, to a hundredth of a decade, then halved.
     let mut low = 1e-2;
     while !below(low) {
@@ -143,14 +156,18 @@ fn bandwidth(order: Order, p: &[f64], most_Hz: f64) -> Option<f64> {
     Some(0.5 * (low + high))
 }
 
-/// The transfer function that the responses speak for; `None` with fewer than three.
-pub fn transfer(responses: &[Response]) -> Option<Transfer> {
+/// The transfer function that the responses speak for, behind a low-pass of first order at `known_Hz`; `None` with fewer than three.
+pub fn transfer(responses: &[Response], known_Hz: Option<f64>) -> Option<Transfer> {
+    let known_Hz = known_Hz.filter(|f| *f > 0.0).unwrap_or(f64::INFINITY);
     if responses.len() < 3 {
         return None;
     }
     let rows = 2.0 * responses.len() as f64;
     let orders = [Order::Delay, Order::First, Order::Second, Order::Third];
-    let fits = orders.into_iter().filter(|order| rows > order.parameters() as f64 + 1.0).filter_map(|order| fit(order, responses));
+    let fits = orders
+        .into_iter()
+        .filter(|order| rows > order.parameters() as f64 + 1.0)
+        .filter_map(|order| fit(Form { order, known_Hz }, responses));
     // χ² with the responses' own uncertainties; where all fits are worse than those, their common factor matters to none of them.
     let fits: Vec<(f64, Transfer)> = fits.collect();
     let best = fits.iter().map(|(chi2, t)| chi2 / t.dof).fold(f64::INFINITY, f64::min).max(1.0);
@@ -162,20 +179,20 @@ pub fn transfer(responses: &[Response]) -> Option<Transfer> {
         .map(|(_, t)| t)
 }
 
-fn fit(order: Order, responses: &[Response]) -> Option<(f64, Transfer)> {
+fn fit(form: Form, responses: &[Response]) -> Option<(f64, Transfer)> {
     let highest_Hz = responses.iter().map(|r| r.frequency_Hz).fold(0.0, f64::max);
     let lowest = responses.iter().min_by(|a, b| a.frequency_Hz.total_cmp(&b.frequency_Hz))?;
     let scale = lowest.gain() * if lowest.re < 0.0 { -1.0 } else { 1.0 };
     let mut best: Option<(f64, Vec<f64>, DMatrix<f64>)> = None;
     for corner in [0.3, 1.0, 3.0].map(|part| part * highest_Hz) {
         let ln = (TAU * corner).ln();
-        let start = match order {
+        let start = match form.order {
             Order::Delay => vec![scale, 0.0],
             Order::First => vec![scale, 0.0, ln],
             Order::Second => vec![scale, 0.0, ln, 0.7_f64.ln()],
             Order::Third => vec![scale, 0.0, ln + 1.0, ln, 0.7_f64.ln()],
         };
-        let (p, chi2, information) = descend(order, responses, start);
+        let (p, chi2, information) = descend(form, responses, start);
         if chi2.is_finite() && best.as_ref().is_none_or(|(least, ..)| chi2 < *least) {
             best = Some((chi2, p, information));
         }
@@ -184,12 +201,12 @@ fn fit(order: Order, responses: &[Response]) -> Option<(f64, Transfer)> {
     let dof = 2.0 * responses.len() as f64 - parameters.len() as f64;
     let ratio = chi2 / dof;
     let covariance = information.try_inverse()? * ratio.max(1.0);
-    Some((chi2, Transfer { order, parameters, covariance, dof, ratio: ratio.sqrt(), highest_Hz }))
+    Some((chi2, Transfer { parameters, covariance, dof, ratio: ratio.sqrt(), highest_Hz, form }))
 }
 
-fn residuals(order: Order, responses: &[Response], p: &[f64]) -> DVector<f64> {
+fn residuals(form: Form, responses: &[Response], p: &[f64]) -> DVector<f64> {
     let each = responses.iter().flat_map(|r| {
-        let h = value(order, p, r.frequency_Hz);
+        let h = value(form, p, r.frequency_Hz);
         let sigma = r.sigma.max(1e-12);
         [(r.re - h.re) / sigma, (r.im - h.im) / sigma]
     });
@@ -197,10 +214,10 @@ fn residuals(order: Order, responses: &[Response], p: &[f64]) -> DVector<f64> {
 }
 
 /// Levenberg and Marquardt.
-fn descend(order: Order, responses: &[Response], mut p: Vec<f64>) -> (Vec<f64>, f64, DMatrix<f64>) {
+fn descend(form: Form, responses: &[Response], mut p: Vec<f64>) -> (Vec<f64>, f64, DMatrix<f64>) {
     let n = p.len();
     let mut damping = 1e-3;
-    let mut r = residuals(order, responses, &p);
+    let mut r = residuals(form, responses, &p);
     let mut information = DMatrix::identity(n, n);
     for _ in 0..200 {
         let jacobian = DMatrix::from_columns(
@@ -209,7 +226,7 @@ fn descend(order: Order, responses: &[Response], mut p: Vec<f64>) -> (Vec<f64>, 
                     let step = if k == 1 { 1e-8 } else { 1e-6 * p[k].abs().max(1e-3) };
                     let mut q = p.clone();
                     q[k] += step;
-                    (residuals(order, responses, &q) - &r) / step
+                    (residuals(form, responses, &q) - &r) / step
                 })
                 .collect::<Vec<_>>(),
         );
@@ -223,7 +240,7 @@ fn descend(order: Order, responses: &[Response], mut p: Vec<f64>) -> (Vec<f64>, 
             }
             if let Some(step) = damped.lu().solve(&(-&gradient)) {
                 let q: Vec<f64> = p.iter().zip(step.iter()).map(|(p, s)| p + s).collect();
-                let next = residuals(order, responses, &q);
+                let next = residuals(form, responses, &q);
                 if next.norm_squared() < r.norm_squared() {
                     improved = r.norm_squared() - next.norm_squared() > 1e-9 * r.norm_squared().max(1e-12);
                     (p, r) = (q, next);
@@ -266,8 +283,8 @@ mod tests {
             Complex::from_polar(1.02, -TAU * f * 7e-4) / Complex::new(1.0 - x * x, 1.4 * x)
         };
         assert!((truth(50.0).norm() / 1.02 - 0.937_835_904).abs() < 1e-8);
-        let found = transfer(&of(truth, 1e-4)).unwrap();
-        assert_eq!(found.order, Order::Second);
+        let found = transfer(&of(truth, 1e-4), None).unwrap();
+        assert_eq!(found.order(), Order::Second);
         let (delay, u) = found.delay_s();
         assert!((delay - 7e-4).abs() < 4.0 * u && u < 1e-5, "{delay} {u}");
         let (zeta, u) = found.damping().unwrap();
@@ -281,12 +298,28 @@ mod tests {
 
     #[test]
     fn a_delay_is_no_lag_and_a_lag_is_no_delay() {
-        let late = transfer(&of(|f| Complex::from_polar(0.9, -TAU * f * 2e-3), 1e-4)).unwrap();
-        assert_eq!((late.order, late.bandwidth_Hz()), (Order::Delay, None));
-        let lag = transfer(&of(|f| Complex::new(1.0, 0.0) / Complex::new(1.0, f / 60.0), 1e-4)).unwrap();
-        assert_eq!(lag.order, Order::First);
+        let late = transfer(&of(|f| Complex::from_polar(0.9, -TAU * f * 2e-3), 1e-4), None).unwrap();
+        assert_eq!((late.order(), late.bandwidth_Hz()), (Order::Delay, None));
+        let lag = transfer(&of(|f| Complex::new(1.0, 0.0) / Complex::new(1.0, f / 60.0), 1e-4), None).unwrap();
+        assert_eq!(lag.order(), Order::First);
         assert!(lag.delay_s().0.abs() < 4.0 * lag.delay_s().1);
         assert!((lag.bandwidth_Hz().unwrap().0 - 60.0).abs() < 0.2);
-        assert!(transfer(&[]).is_none());
+        assert!(transfer(&[], None).is_none());
+    }
+
+    #[test]
+    fn a_low_pass_that_is_known_is_no_delay() {
+        let truth = |f: f64| {
+            let x = f / 60.0;
+            Complex::new(1.0, 0.0) / Complex::new(1.0 - x * x, 1.2 * x) / Complex::new(1.0, f / 300.0)
+        };
+        let responses = of(truth, 1e-4);
+        let (blind, found) = (transfer(&responses, None).unwrap(), transfer(&responses, Some(300.0)).unwrap());
+        // 1/(2π 300 Hz) is 0.53 ms.
+        assert!(blind.order() == Order::Third || (blind.delay_s().0 - 5.3e-4).abs() < 5e-5, "{blind:?}");
+        assert_eq!(found.order(), Order::Second);
+        assert!(found.delay_s().0.abs() < 4.0 * found.delay_s().1, "{:?}", found.delay_s());
+        let (zeta, u) = found.damping().unwrap();
+        assert!((zeta - 0.6).abs() < 4.0 * u && u < 3e-3, "{zeta} {u}");
     }
 }

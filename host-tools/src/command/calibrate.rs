@@ -251,7 +251,7 @@ impl Calibrate {
 struct AtHand;
 
 impl Person for AtHand {
-    fn does(&mut self, ask: &str, _: &Mounted) -> Option<String> {
+    fn does(&mut self, ask: &str, _: &Mounted, _: f64) -> Option<String> {
         let hint = if std::io::stdin().is_terminal() { " Press Enter when it is done, or say what you saw." } else { "" };
         eprintln!("{ask}{hint}");
         let mut line = String::new();

@@ -4,6 +4,8 @@
 //! shorts the motor while it is off, i is −K Ω/R and brakes; where it opens, i is nothing.
 
 use super::model::Drive;
+use super::readings;
+use crate::calibrate::session::Session;
 use crate::calibrate::{Findings, Step};
 use crate::log::Log;
 use crate::uncertainty::{Part, Quantity, least_squares};
@@ -13,13 +15,13 @@ const AFTER_S: f64 = 0.05;
 const DOWN_TO: f64 = 0.03;
 
 /// Adds the decay and the inertia that follows.
-pub(super) fn add(steps: &[Step], drive: Option<&Drive>, findings: &mut Findings) {
+pub(super) fn add(steps: &[Step], drive: Option<&Drive>, session: &Session, findings: &mut Findings) {
     let name = "coast_decay_1_s";
     let Some((step, from_s)) = steps.iter().find_map(|s| Some((s, s.log.note("drive_s")?.parse::<f64>().ok()?))) else {
         return findings.lacks(name, "it takes a step whose drive ends before the record does (drive_s)");
     };
     match coast(&step.log, from_s) {
-        Some(found) => findings.quantities.extend(found.quantities(drive)),
+        Some(found) => findings.quantities.extend(found.quantities(drive, session)),
         None => findings.lacks(name, "the platform did not run out in sight: drive it faster, or record longer"),
     }
 }
@@ -72,7 +74,7 @@ fn coast(log: &Log, from_s: f64) -> Option<Coast> {
 }
 
 impl Coast {
-    fn quantities(&self, drive: Option<&Drive>) -> Vec<Quantity> {
+    fn quantities(&self, drive: Option<&Drive>, session: &Session) -> Vec<Quantity> {
         let part = |u: f64| Part::measured("noise", u, self.dof, "scatter about the integrated law");
         let mut found = vec![
             Quantity::new("coast_decay_1_s", "1/s", self.decay_1_s.0, vec![part(self.decay_1_s.1)])
@@ -80,23 +82,17 @@ impl Coast {
             Quantity::new("coast_dry_rad_s2", "rad/s²", self.dry_rad_s2.0, vec![part(self.dry_rad_s2.1)])
                 .saying("dry friction over the inertia"),
         ];
-        // Where the motor brakes, its torque is known by K and the current: J = K (braking + b/K)/decay. Friction is a small part of it.
+        // Where the motor brakes, its torque is known by K and the current: J = (K braking + b)/decay. Friction is a small part of it.
         if let Some(drive) = drive {
-            let (k, uk) = drive.motor_constant_N_m_A;
-            let viscous = self.decay_1_s.0 * drive.inertia_kg_m2.0 - k * self.braking_A_s;
-            if self.braking_A_s * k > 5.0 * viscous.abs() {
-                let value = (k * self.braking_A_s + viscous.max(0.0)) / self.decay_1_s.0;
-                let parts = vec![
+            let ((k, uk), (b, ub)) = (drive.motor_constant_N_m_A, drive.viscous_N_m_s);
+            if self.braking_A_s * k > 5.0 * b.abs() {
+                let value = (k * self.braking_A_s + b) / self.decay_1_s.0;
+                let mut parts = vec![
                     part(value * self.decay_1_s.1 / self.decay_1_s.0),
                     Part::known("motor constant", uk, "N m/A", self.braking_A_s / self.decay_1_s.0, "by the model's fit"),
-                    Part::known(
-                        "viscous friction",
-                        viscous.abs() / 3_f64.sqrt(),
-                        "N m s/rad",
-                        1.0 / self.decay_1_s.0,
-                        "what of the decay the motor does not explain",
-                    ),
+                    Part::known("viscous friction", ub, "N m s/rad", 1.0 / self.decay_1_s.0, "by the model's fit"),
                 ];
+                parts.extend(readings(session, value, [1, 1]));
                 found.push(
                     Quantity::new("inertia_by_coasting_kg_m2", "kg m²", value, parts)
                         .saying("braked by the shorted motor: its current times the motor constant over the decay"),

@@ -41,7 +41,7 @@ pub fn calibrate(steps: &[Step], session: &Session) -> Result<Findings, Calibrat
     let mut findings = Findings::default();
     let found = model::add(steps, session, &mut findings);
     curves::add(steps, session, &mut findings);
-    coast::add(steps, found.as_ref(), &mut findings);
+    coast::add(steps, found.as_ref(), session, &mut findings);
     sweep::add(steps, session, &mut findings);
     orders::add(steps, found.as_ref(), session, &mut findings);
     if findings.quantities.is_empty() {

@@ -1,6 +1,6 @@
 //! The model's parameters by output error, from the record that moves most; and the inertia by an added one, which needs no motor constant.
 
-use super::readings;
+use super::{orders, readings};
 use crate::calibrate::session::Session;
 use crate::calibrate::{Findings, Step};
 use crate::fit::{self, Held};
@@ -18,6 +18,20 @@ pub(super) struct Drive {
     pub inertia_kg_m2: (f64, f64),
     /// K.
     pub motor_constant_N_m_A: (f64, f64),
+    /// b.
+    pub viscous_N_m_s: (f64, f64),
+}
+
+impl Drive {
+    fn of(held: &Held, misfit: f64) -> Option<Self> {
+        // Where the model lacks something, its own uncertainties are too small by as much at the least.
+        let wide = |(value, sigma): (f64, f64)| (value, sigma * misfit.max(1.0));
+        Some(Self {
+            inertia_kg_m2: wide(get(held, "inertia_kg_m2")?),
+            motor_constant_N_m_A: wide(get(held, "motor_constant_N_m_A")?),
+            viscous_N_m_s: wide(get(held, "viscous_N_m_s").unwrap_or((0.0, 0.0))),
+        })
+    }
 }
 
 /// Profiles that excite all parameters.
@@ -26,10 +40,20 @@ fn is_rich(step: &Step) -> bool {
     says("mode", &["voltage"]) && says("profile", &["multi-step", "prbs", "multisine"])
 }
 
-fn fitted(step: &Step) -> Result<(Held, f64), String> {
+/// What comes round with the angle: order, amplitude in N m, phase, as the slow turn has it.
+type Waves = [(usize, f64, f64)];
+
+fn fitted(step: &Step, waves: &Waves) -> Result<(Held, f64), String> {
     let mut model = Model::new(Input::Voltage, "drive").map_err(|e| e.to_string())?;
     for effect in EFFECTS {
         model.add(effect).map_err(|e| e.to_string())?;
+    }
+    for (k, (order, amplitude_N_m, phase_rad)) in waves.iter().enumerate() {
+        let mark = if k == 0 { String::new() } else { format!("#{}", k + 1) };
+        model.add(&format!("cogging{mark}")).map_err(|e| e.to_string())?;
+        for (name, value) in [("N_m", *amplitude_N_m), ("order", *order as f64), ("phase_rad", *phase_rad)] {
+            model.set(&format!("cogging_{name}{mark}"), value).map_err(|e| e.to_string())?;
+        }
     }
     let (record, _) = fit::prepare::prepare(&step.log, &model, false).map_err(|e| e.to_string())?;
     let (system, parameters) = fit::build::system(&model, record.temp_C.is_some());
@@ -54,13 +78,28 @@ pub(super) fn add(steps: &[Step], session: &Session, findings: &mut Findings) ->
         lacks(findings, "it takes a step in voltage mode with the profile multi-step, prbs or multisine");
         return None;
     };
-    let (held, misfit) = match fitted(step) {
+    let (mut held, mut misfit) = match fitted(step, &[]) {
         Ok(found) => found,
         Err(why) => {
             lacks(findings, &why);
             return None;
         }
     };
+    // A torque that comes round with the angle bends the other parameters: what the slow turn shows of it goes into the model.
+    let mut waves = Vec::new();
+    if misfit > MISFIT
+        && let Some(rough) = Drive::of(&held, misfit)
+    {
+        waves = orders::strongest(steps, &rough, session);
+        match fitted(step, &waves) {
+            Ok((with, left)) if !waves.is_empty() && left < misfit => {
+                (held, misfit) = (with, left);
+                let orders: Vec<String> = waves.iter().map(|(order, ..)| order.to_string()).collect();
+                findings.says.push(format!("the model has cogging of order {} beside its friction", orders.join(", ")));
+            }
+            _ => waves.clear(),
+        }
+    }
     if misfit > MISFIT {
         findings.says.push(format!(
             "step `{}`: the model of {} leaves {misfit:.2} × the noise: it lacks something, and its parameters bend to make up for it; `stand explain` says what",
@@ -98,8 +137,8 @@ pub(super) fn add(steps: &[Step], session: &Session, findings: &mut Findings) ->
     let (j, k, r) = (get(&held, "inertia_kg_m2")?, get(&held, "motor_constant_N_m_A")?, get(&held, "resistance_ohm")?);
     let b = get(&held, "viscous_N_m_s").unwrap_or((0.0, 0.0));
     time_constants(findings, &held, j, k, r, b);
-    added(steps, &held, findings);
-    Some(Drive { inertia_kg_m2: j, motor_constant_N_m_A: k })
+    added(steps, &held, &waves, findings);
+    Drive::of(&held, misfit)
 }
 
 /// τ_m = J R/(K² + R b), τ_e = L/R. Voltage and current scales fall out of both but for b's small part.
@@ -122,13 +161,13 @@ fn time_constants(findings: &mut Findings, held: &Held, j: (f64, f64), k: (f64, 
 }
 
 /// Two fits, with and without a known inertia: their difference is known, so their ratio gives J whatever the scales of current and voltage.
-fn added(steps: &[Step], held: &Held, findings: &mut Findings) {
+fn added(steps: &[Step], held: &Held, waves: &Waves, findings: &mut Findings) {
     let name = "inertia_by_added_kg_m2";
     let Some(step) = steps.iter().find(|s| is_rich(s) && s.added_inertia_kg_m2.is_some()) else {
         return findings.lacks(name, "it takes the same step again with a known inertia on the platform (added_inertia_kg_m2)");
     };
     let more = step.added_inertia_kg_m2.unwrap_or(0.0);
-    let with = match fitted(step) {
+    let with = match fitted(step, waves) {
         Ok((with, _)) => with,
         Err(why) => return findings.lacks(name, why),
     };

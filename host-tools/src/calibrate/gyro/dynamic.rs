@@ -50,77 +50,84 @@ pub(in crate::calibrate) fn along_chirp(log: &Log, theta: &[f64], shown: &[f64],
     let factor = (to_Hz / from_Hz).ln();
     let mut found = Vec::new();
     const PIECES: usize = 24;
+    let frequency_Hz = |t: f64| from_Hz * (factor * (t - begin_s) / sweep_s).exp();
     for piece in 0..PIECES {
         let at = |k: usize| begin_s + sweep_s * k as f64 / PIECES as f64;
         let rows = t_s.partition_point(|t| *t < at(piece))..t_s.partition_point(|t| *t < at(piece + 1));
-        let frequency_Hz = from_Hz * (factor * (piece as f64 + 0.5) / PIECES as f64).exp();
         if rows.len() < 200 {
             continue;
         }
-        found.extend(piece_response(
-            &t_s[rows.clone()],
-            &theta[rows.clone()],
-            &shown[rows.clone()],
-            age.map(|a| &a[rows.clone()]),
-            frequency_Hz,
-        ));
+        let [t_s, theta, shown] = [t_s, theta, shown].map(|column| &column[rows.clone()]);
+        found.extend(piece_response(t_s, theta, shown, age.map(|a| &a[rows.clone()]), &frequency_Hz));
     }
     found
 }
 
-/// Within a piece the frequency moves: both signals are demodulated by the piece's own middle and compared sample by sample, so that what they have
-/// in common (the moving phase) falls out.
-fn piece_response(t_s: &[f64], theta: &[f64], shown: &[f64], age: Option<&[f64]>, frequency_Hz: f64) -> Option<Response> {
+/// Fewer blocks than this are no piece.
+const BLOCKS: usize = 4;
+
+/// Within a piece the frequency moves: in each of its blocks both signals are demodulated by the block's own middle, so that what they have in common (the
+/// moving phase) falls out; the response is what the blocks say of the piece's middle, straight in the frequency's logarithm.
+fn piece_response(t_s: &[f64], theta: &[f64], shown: &[f64], age: Option<&[f64]>, frequency_Hz: &impl Fn(f64) -> f64) -> Option<Response> {
     use nalgebra::Complex;
     use std::f64::consts::TAU;
-    let periods = ((t_s.last()? - t_s.first()?) * frequency_Hz).floor();
-    if periods < 3.0 {
+    let (first, last) = (*t_s.first()?, *t_s.last()?);
+    let middle_Hz = frequency_Hz(0.5 * (first + last));
+    // Blocks of two periods or more; each gives one pair of phasors.
+    let blocks = ((last - first) * middle_Hz / 2.0).floor().min(24.0) as usize;
+    if blocks < BLOCKS {
         return None;
     }
-    // Blocks of whole periods; each gives one pair of phasors.
-    let blocks = (periods / 2.0).floor().min(24.0) as usize;
     let length = t_s.len() / blocks;
-    let phasor = |t: &dyn Fn(usize) -> f64, y: &[f64], rows: std::ops::Range<usize>| {
+    let phasor = |t: &dyn Fn(usize) -> f64, y: &[f64], rows: std::ops::Range<usize>, f_Hz: f64| {
         let n = rows.len() as f64;
-        let (mean, middle) = (y[rows.clone()].iter().sum::<f64>() / n, 0.5 * (rows.start + rows.end) as f64);
+        let (mean, middle) = (y[rows.clone()].iter().sum::<f64>() / n, rows.start as f64 + 0.5 * (n - 1.0));
         let slope = rows.clone().map(|k| (k as f64 - middle) * (y[k] - mean)).sum::<f64>() / (n * n * n / 12.0);
         rows.map(|k| {
-            let window = 1.0 - (TAU * (k - (middle - n / 2.0) as usize) as f64 / n).cos();
-            Complex::from_polar(window * (y[k] - mean - slope * (k as f64 - middle)), -TAU * frequency_Hz * t(k))
+            let window = 1.0 + (TAU * (k as f64 - middle) / n).cos();
+            Complex::from_polar(window * (y[k] - mean - slope * (k as f64 - middle)), -TAU * f_Hz * t(k))
         })
         .sum::<Complex<f64>>()
             * (2.0 / n)
     };
     let row = |k: usize| t_s[k];
     let taken = |k: usize| t_s[k] - age.map_or(0.0, |a| a[k]);
-    let pairs: Vec<(Complex<f64>, Complex<f64>)> = (0..blocks)
+    // How far each block's frequency is from the middle's, the rate, what is shown.
+    let each: Vec<(f64, Complex<f64>, Complex<f64>)> = (0..blocks)
         .map(|b| {
             let rows = b * length..(b + 1) * length;
-            (Complex::new(0.0, TAU * frequency_Hz) * phasor(&row, theta, rows.clone()), phasor(&taken, shown, rows))
+            let f_Hz = frequency_Hz(0.5 * (t_s[rows.start] + t_s[rows.end - 1]));
+            let rate = Complex::new(0.0, TAU * f_Hz) * phasor(&row, theta, rows.clone(), f_Hz);
+            ((f_Hz / middle_Hz).ln(), rate, phasor(&taken, shown, rows, f_Hz))
         })
         .collect();
-    let rate_2: f64 = pairs.iter().map(|(rate, _)| rate.norm_sqr()).sum();
-    if !(rate_2 > 0.0) || blocks < 3 {
+    let sum = |power: i32| each.iter().map(|(x, rate, _)| x.powi(power) * rate.norm_sqr()).sum::<f64>();
+    let cross = |power: i32| each.iter().map(|(x, rate, shown)| shown * rate.conj() * x.powi(power)).sum::<Complex<f64>>();
+    let (s0, s1, s2) = (sum(0), sum(1), sum(2));
+    let determinant = s0 * s2 - s1 * s1;
+    if !(determinant > 0.0) {
         return None;
     }
-    let h: Complex<f64> = pairs.iter().map(|(rate, shown)| shown * rate.conj()).sum::<Complex<f64>>() / rate_2;
-    let left: f64 = pairs.iter().map(|(rate, shown)| (shown - h * rate).norm_sqr()).sum();
-    let all: f64 = pairs.iter().map(|(_, shown)| shown.norm_sqr()).sum();
-    let variance = left / (2.0 * (blocks as f64 - 1.0));
+    let (h, bend) = ((cross(0) * s2 - cross(1) * s1) / determinant, (cross(1) * s0 - cross(0) * s1) / determinant);
+    let left: f64 = each.iter().map(|(x, rate, shown)| (shown - (h + bend * *x) * rate).norm_sqr()).sum();
+    let all: f64 = each.iter().map(|(_, _, shown)| shown.norm_sqr()).sum();
+    let variance = left / (2.0 * (blocks as f64 - 2.0));
     Some(Response {
-        frequency_Hz,
+        frequency_Hz: middle_Hz,
         re: h.re,
         im: h.im,
-        sigma: (variance / rate_2).sqrt(),
+        sigma: (variance * s2 / determinant).sqrt(),
         coherence: 1.0 - left / all,
-        rate_rad_s: (rate_2 / blocks as f64).sqrt(),
+        rate_rad_s: (s0 / blocks as f64).sqrt(),
     })
 }
 
 /// Adds what the responses show.
 pub(super) fn add(steps: &[&Step], given: &Given, findings: &mut Findings) {
     let found = responses(steps, given);
-    let Some(h) = transfer(&found) else {
+    let own = |s: &&Step| note(&s.log, "sensor_filter_Hz").filter(|_| given.column != "omega_rad_s");
+    let filter_Hz = steps.iter().find_map(|s| own(s));
+    let Some(h) = transfer(&found, filter_Hz) else {
         return findings.lacks("bandwidth_Hz", "it takes sines of three frequencies or more, or a chirp (mode voltage)");
     };
     let scatter = |u: f64| {
@@ -136,17 +143,20 @@ pub(super) fn add(steps: &[&Step], given: &Given, findings: &mut Findings) {
             } else {
                 String::new()
             };
-            findings.quantities.push(q.saying(format!("where the gain has fallen by 3 dB; {}{how}", h.order.says())));
+            findings.quantities.push(q.saying(format!("where the gain has fallen by 3 dB; {}{how}", h.order().says())));
         }
         None => findings.lacks("bandwidth_Hz", format!("no fall by 3 dB is in sight of {highest_Hz:.0} Hz, the highest that was run")),
     }
+    let beside = filter_Hz.map_or(String::new(), |f| format!("; behind it the chip's own low-pass of {f:.0} Hz, which is believed"));
     let (delay, u) = h.delay_s();
     findings.quantities.push(
         Quantity::new("delay_s", "s", delay, vec![scatter(u)])
-            .saying("transport delay, apart from the lag; the sample's own age taken off where the log has it"),
+            .saying(format!("transport delay, apart from the lag; the sample's own age taken off where the log has it{beside}")),
     );
     if let Some((zeta, u)) = h.damping() {
-        findings.quantities.push(Quantity::new("damping", "1", zeta, vec![scatter(u)]).saying("damping ratio of the pair of poles"));
+        findings
+            .quantities
+            .push(Quantity::new("damping", "1", zeta, vec![scatter(u)]).saying(format!("damping ratio of the pair of poles{beside}")));
     }
     let (scale, u) = h.scale();
     findings.quantities.push(Quantity::new("scale_dynamic", "1", scale, vec![scatter(u)]).saying("scale towards rest, by the sines"));

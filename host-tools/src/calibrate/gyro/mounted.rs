@@ -6,9 +6,13 @@ use crate::calibrate::plateaus::plateaus;
 use crate::calibrate::{Findings, Lying, Step};
 use crate::uncertainty::{Part, Quantity, least_squares, rectangular};
 
+/// √(2 ln 20) over 1.96: from the interval of a coordinate to that of the amplitude of two.
+const AMPLITUDE: f64 = 1.249;
+
 /// Adds g-sensitivity, what of the even order is nonlinearity, and the cross-axis.
 pub(super) fn add(steps: &[Step], radius_m: f64, full_scale: f64, given: &Given, findings: &mut Findings) {
-    match on_tilt(steps, given) {
+    let scale = findings.get("scale").map_or(1.0, |q| q.value);
+    match on_tilt(steps, scale, given) {
         Some(q) => findings.quantities.push(q),
         None => findings.lacks("g_sensitivity_rad_s_g", "it takes whole turns on a tilted stand (a step with tilt_deg)"),
     }
@@ -16,14 +20,14 @@ pub(super) fn add(steps: &[Step], radius_m: f64, full_scale: f64, given: &Given,
         Some(both) => findings.quantities.extend(both),
         None => findings.lacks("g_sensitivity_outward_rad_s_g", "it takes the same staircase at a second radius (a step with radius_m)"),
     }
-    match on_its_sides(steps, given) {
+    match on_its_sides(steps, scale, given) {
         Some(both) => findings.quantities.extend(both),
         None => findings.lacks("cross_axis_percent", "it takes a staircase with the part on its side, and on the other (steps with lying)"),
     }
 }
 
 /// Gravity turns through the part: what it shows of cos θ and sin θ, with no rate behind it.
-fn on_tilt(steps: &[Step], given: &Given) -> Option<Quantity> {
+fn on_tilt(steps: &[Step], scale: f64, given: &Given) -> Option<Quantity> {
     let (mut rows, mut y) = (Vec::new(), Vec::new());
     let mut tilt_deg: f64 = 0.0;
     for step in steps.iter().filter(|s| s.mounted.tilt_deg != 0.0 && s.mounted.lying == Lying::Flat) {
@@ -45,14 +49,17 @@ fn on_tilt(steps: &[Step], given: &Given) -> Option<Quantity> {
         }
     }
     let fit = least_squares(&rows, &y)?;
-    let (c, s) = (fit.coefficients[2], fit.coefficients[3]);
+    // Of the rate, as the other coefficients: over the scale, whose own uncertainty is nothing beside the level's.
+    let (c, s) = (fit.coefficients[2] / scale, fit.coefficients[3] / scale);
     let size = c.hypot(s).max(f64::MIN_POSITIVE);
-    let u = fit.sigma_of(&[0.0, 0.0, c / size, s / size]);
-    let noise = Part::measured("noise", u, fit.dof, format!("{} parts of turns", rows.len()));
+    let u = fit.sigma_of(&[0.0, 0.0, c / size / scale.abs(), s / size / scale.abs()]);
+    // An amplitude is never below 0: where noise alone makes it, 95 % lie below √(2 ln 20) and not 1.96.
+    let wide = if size < 3.0 * u { AMPLITUDE } else { 1.0 };
+    let noise = Part::measured("noise", wide * u, fit.dof, format!("{} parts of turns", rows.len()));
     let slope = size / tilt_deg.to_radians().tan().abs();
     let tilt = Part::known("tilt", rectangular(given.known.level_deg.to_radians()), "rad", slope, format!("± {}°", given.known.level_deg));
     Some(
-        Quantity::new("g_sensitivity_rad_s_g", "rad/s/g", c.hypot(s), vec![noise, tilt])
+        Quantity::new("g_sensitivity_rad_s_g", "rad/s/g", size, vec![noise, tilt])
             .saying("amplitude over a turn on the tilted stand, per g across the axis"),
     )
 }
@@ -103,7 +110,7 @@ fn two_radii(steps: &[Step], radius_m: f64, full_scale: f64, given: &Given) -> O
 
 /// The sensitive axis across the platform's: what is shown is cross-axis sensitivity, which changes sign when the part is turned about its sensitive axis,
 /// and misalignment, which does not.
-fn on_its_sides(steps: &[Step], given: &Given) -> Option<[Quantity; 2]> {
+fn on_its_sides(steps: &[Step], scale: f64, given: &Given) -> Option<[Quantity; 2]> {
     let slope = |lying: Lying| {
         let there: Vec<&Step> = steps.iter().filter(|s| s.mounted.lying == lying).collect();
         let (rows, y): (Vec<Vec<f64>>, Vec<f64>) =
@@ -112,7 +119,10 @@ fn on_its_sides(steps: &[Step], given: &Given) -> Option<[Quantity; 2]> {
     };
     let (one, other) = (slope(Lying::Side)?, slope(Lying::OtherSide)?);
     let (a, b) = (one.coefficients[1], other.coefficients[1]);
+    // Of the rate, not of what is shown: over the scale, whose own uncertainty is a small part of a small slope.
+    let (a, b) = (a / scale, b / scale);
     let parts = |per: f64| {
+        let per = per / scale.abs();
         vec![
             Part::measured("one side", one.sigma(1) * per, one.dof, "slope of what is shown over the rate"),
             Part::measured("other side", other.sigma(1) * per, other.dof, "slope of what is shown over the rate"),

@@ -203,6 +203,7 @@ impl Session {
             ("current_percent", known.current_percent),
             ("supply_percent", known.supply_percent),
             ("temperature_K", known.temperature_K),
+            ("scale_percent", known.scale_percent),
         ];
         if let Some((name, value)) = halves.iter().find(|(_, v)| !(*v >= 0.0 && v.is_finite())) {
             return whole(format!("known.{name}: {value} must be 0 or more"));

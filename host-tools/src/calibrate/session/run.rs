@@ -29,8 +29,9 @@ const INDEX_S: f64 = 10.0;
 
 /// What a session asks of a person.
 pub trait Person {
-    /// Does what is asked for and says so; `None`: does not, and the session ends there.
-    fn does(&mut self, ask: &str, mounted: &Mounted) -> Option<String>;
+    /// Does what is asked for and says so; `None`: does not, and the session ends there. How the part is to be mounted, and the moment of inertia that is to
+    /// be on the platform beside it, kg m².
+    fn does(&mut self, ask: &str, mounted: &Mounted, added_kg_m2: f64) -> Option<String>;
 }
 
 /// How far it is.
@@ -184,20 +185,23 @@ async fn steps(
     stand.tell("STReam OFF").await?;
     let mounted = session.mounted();
     let total = session.steps.len();
-    let mut here: Option<Mounted> = journal.steps.last().map(|done| done.mounted);
+    let last = journal.steps.last();
+    let mut here = (last.map(|done| done.mounted).unwrap_or_default(), last.and_then(|done| done.added_inertia_kg_m2).unwrap_or(0.0));
     for (k, plan) in session.steps.iter().enumerate() {
         if journal.steps.iter().any(|done| done.name == plan.name) {
             continue;
         }
-        let ask = plan.ask.clone().or_else(|| (here.unwrap_or_default() != mounted[k]).then(|| says_mounted(&mounted[k])));
+        let there = (mounted[k], plan.added_inertia_kg_m2.unwrap_or(0.0));
+        let ask = plan.ask.clone().or_else(|| asks(here, there));
         let asked = match ask {
             Some(ask) => {
-                let said = person.does(&ask, &mounted[k]).ok_or_else(|| RunError::NotDone { step: plan.name.clone(), ask: ask.clone() })?;
+                let said =
+                    person.does(&ask, &there.0, there.1).ok_or_else(|| RunError::NotDone { step: plan.name.clone(), ask: ask.clone() })?;
                 Some([ask, said])
             }
             None => None,
         };
-        here = Some(mounted[k]);
+        here = there;
         let after_s: f64 = session.steps[k + 1..].iter().map(|s| s.seconds).sum();
         let progress = |at_s: f64, rate_rad_s| Progress {
             step: &plan.name,
@@ -218,6 +222,17 @@ async fn steps(
     Ok(())
 }
 
+/// What a person must do so that part and platform are as a step has them; `None`: nothing.
+fn asks(here: (Mounted, f64), there: (Mounted, f64)) -> Option<String> {
+    let mount = (here.0 != there.0).then(|| says_mounted(&there.0));
+    let load = (here.1 != there.1).then(|| match there.1 {
+        0.0 => "Take the added inertia off the platform.".to_owned(),
+        added => format!("Put the inertia of {added} kg m² on the platform, centred on its axis."),
+    });
+    let all: Vec<String> = mount.into_iter().chain(load).collect();
+    (!all.is_empty()).then(|| all.join(" "))
+}
+
 fn says_mounted(m: &Mounted) -> String {
     let lying = match m.lying {
         super::super::Lying::Flat => "its sensitive axis along the platform's",
@@ -233,6 +248,8 @@ fn channels(session: &Session, plan: &StepPlan) -> Channels {
     let mut names = vec!["u_V", "i_A", "theta_rad", "omega_rad_s", "limits", "fault"];
     match session.what {
         super::What::Drive => names.extend(["supply_V", "temp_C"]),
+        // The stand's own rate sensor needs no other.
+        super::What::Gyro if session.column.as_deref() == Some("omega_rad_s") => {}
         super::What::Gyro => names.extend(["gyro_rad_s", "sensor_C", "sensor_age_s"]),
         super::What::Accel => names.extend(["gyro_rad_s", "accel_x_m_s2", "accel_y_m_s2"]),
     }
@@ -455,6 +472,19 @@ async fn notes(
     notes.push(note("supply_nominal_V", number(stand, "SETTings:supply_nominal_V?").await?.to_string()));
     let cutoff_Hz = number(stand, "SETTings:rate_cutoff_Hz?").await?;
     notes.push(note("omega_rad_s", if cutoff_Hz > 0.0 { format!("gyro, filter {cutoff_Hz} Hz") } else { "gyro".into() }));
+    // The chip's own low-pass: what it does to phase and gain is known.
+    let part = match session.what {
+        super::What::Gyro if session.column.as_deref() != Some("omega_rad_s") => Some(0),
+        super::What::Accel => Some(1),
+        _ => None,
+    };
+    if let Some(part) = part {
+        let query = "IMU:FILTer?";
+        let says = stand.ask(query).await?;
+        let number = says.split(',').nth(part).and_then(|word| word.split_whitespace().next()?.parse::<f64>().ok());
+        let cutoff_Hz = number.ok_or_else(|| SessionError::Reply { query: query.to_owned(), says })?;
+        notes.push(note("sensor_filter_Hz", cutoff_Hz.to_string()));
+    }
     notes.extend(plan.drive_s.map(|drive_s| note("drive_s", drive_s.to_string())));
     if has_index {
         notes.push(note("theta_zero", "index".into()));

@@ -36,7 +36,14 @@ pub fn simulate(
         let mut line = Simulated::new(&controller);
         // The sensor under test wants a moment after power-on.
         let ended = match line.wait_s(0.3).await {
-            Ok(_) => whole(&mut line, session, text, begun, folder, &mut Robot::new(&controller, session), goes).await,
+            Ok(_) => {
+                let mut robot = Robot::new(&controller, session);
+                // A session that goes on finds the part as it was left.
+                if let Some(last) = begun.as_ref().and_then(|journal| journal.steps.last()) {
+                    robot.does("", &last.mounted, last.added_inertia_kg_m2.unwrap_or(0.0));
+                }
+                whole(&mut line, session, text, begun, folder, &mut robot, goes).await
+            }
             Err(error) => Err(error.into()),
         };
         done.replace(Some(ended));
@@ -60,13 +67,15 @@ impl<'h, 'c, P: PlantPort> Robot<'h, 'c, P> {
 }
 
 impl<P: PlantPort> Person for Robot<'_, '_, P> {
-    fn does(&mut self, _: &str, m: &Mounted) -> Option<String> {
+    fn does(&mut self, _: &str, m: &Mounted, added_kg_m2: f64) -> Option<String> {
         let lying = match m.lying {
             Lying::Flat => chip::Lying::Flat,
             Lying::Side => chip::Lying::Side,
             Lying::OtherSide => chip::Lying::OtherSide,
         };
-        if let Some(imu) = self.controller.bench().borrow_mut().imu() {
+        let mut bench = self.controller.bench().borrow_mut();
+        bench.plant_mut().carry(added_kg_m2);
+        if let Some(imu) = bench.imu() {
             let chi_rad = imu.mounted().chi_rad;
             imu.mount(chip::Mounted { radius_m: m.radius_m + self.off_m, chi_rad, tilt_rad: m.tilt_deg.to_radians(), lying });
         }

@@ -1,0 +1,91 @@
+//! An accelerometer as a rate sensor: scale, radius, angle, bias; a stand that leans; where it is blind.
+
+use host_tools::calibrate::Findings;
+use stand_tests::calibration::{calibrated, found, holds};
+
+fn turning(name: &str, mounted: &str) -> String {
+    format!(
+        "
+[[steps]]
+name = '{name}'
+mounted = {{ {mounted} }}
+mode = 'rate'
+profile = 'staircase'
+amplitude = 20.0
+levels = 2
+dwell_s = 1.5
+seconds = 14.0
+[[steps]]
+name = '{name} to and fro'
+mode = 'rate'
+profile = 'sine'
+amplitude = 8.0
+frequency_Hz = 1.0
+seconds = 8.0
+"
+    )
+}
+
+/// A part that is 2 % and 1.2° off, with biases of both axes.
+fn accel(leans_rad: f64, steps: &str, seed: u64) -> Findings {
+    let stand = format!("[imu]\naccel_scale = 1.02\naccel_bias_m_s2 = 0.15\nchi_rad = {}\ntilt_rad = {leans_rad}\n", 1.2_f64.to_radians());
+    let record = calibrated(&stand, &format!("what = 'accel'\n[known]\nradius_error_m = 1e-4\n{steps}"), seed);
+    record.findings
+}
+
+#[test]
+fn one_radius_gives_scale_times_radius_and_believes_one_of_them() {
+    for seed in 1..3 {
+        let findings = accel(0.0, &turning("near", "radius_m = 0.05"), seed);
+        // The radius is believed to 0.1 mm: 0.2 % of it, times 1.13 for a rectangle's 95 %.
+        holds(&findings, "scale", 1.02, 2.5e-3);
+        holds(&findings, "angle_deg", 1.2, 0.05);
+        holds(&findings, "bias_x_m_s2", 0.15, 0.01);
+        holds(&findings, "bias_y_m_s2", 0.15, 0.01);
+        // With a scale of 1 the radius is off by what the scale is off, and that is what its budget is made of.
+        let radius = found(&findings, "radius_m");
+        assert!((radius.value - 1.02 * 0.05).abs() < 2e-5, "{}", radius.value);
+        let of_scale = radius.parts.iter().find(|p| p.of == "scale").expect("the scale is believed").contribution();
+        assert!(of_scale > 0.95 * radius.sigma() && (of_scale / radius.value - 0.01 / 3_f64.sqrt()).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn two_radii_tell_scale_and_radius_apart() {
+    let steps = format!("{}{}", turning("near", "radius_m = 0.05"), turning("far", "radius_m = 0.09"));
+    let findings = accel(0.0, &steps, 3);
+    // 0.1 mm at each radius over 40 mm.
+    holds(&findings, "scale", 1.02, 5e-3);
+    holds(&findings, "radius_m", 0.05, 2.5e-4);
+}
+
+#[test]
+fn what_is_beyond_the_part_s_range_is_left_out() {
+    // 20 rad/s at 0.1 m are 40 m/s², times 1.02: the range is 4 g.
+    let steps = format!("{}{}", turning("near", "radius_m = 0.05"), turning("far", "radius_m = 0.1"));
+    let findings = accel(0.0, &steps, 7);
+    holds(&findings, "scale", 1.02, 5e-3);
+    holds(&findings, "radius_m", 0.05, 2.5e-4);
+}
+
+#[test]
+fn a_stand_that_leans_changes_neither() {
+    for (lean_deg, seed) in [(0.0_f64, 4), (5.0, 5)] {
+        let findings = accel(0.0, &turning("near", &format!("radius_m = 0.05, tilt_deg = {lean_deg}")), seed);
+        holds(&findings, "scale", 1.02, 2.5e-3);
+        holds(&findings, "angle_deg", 1.2, 0.1);
+        // 5° are 0.85 m/s² that come round with the angle.
+        holds(&findings, "bias_x_m_s2", 0.15, 0.02);
+        holds(&findings, "bias_y_m_s2", 0.15, 0.02);
+    }
+}
+
+#[test]
+fn near_rest_it_is_blind_and_says_so() {
+    let findings = accel(0.0, &turning("near", "radius_m = 0.05"), 6);
+    let blind = found(&findings, "blind_below_rad_s");
+    assert!(findings.says.iter().any(|s| s.contains("no sign")));
+    // 60 µg/√Hz over 50 ms are 1.9 mm/s² at the least: √(f/2r) is 0.13 rad/s.
+    assert!(blind.value > 0.13 && blind.value < 1.0, "{}", blind.value);
+    assert!(found(&findings, "combined_rms_rad_s").value < 0.02);
+}

@@ -1,0 +1,179 @@
+//! The stand's own drive: inertia by an added one, by coasting, by output error; its corner along a chirp; cogging by order.
+
+use host_tools::uncertainty::least_squares;
+use stand_tests::calibration::{calibrated, found, holds, recorded};
+use std::f64::consts::TAU;
+
+const STEPS: &str = "
+[[steps]]
+name = 'steps'
+mode = 'voltage'
+profile = 'multi-step'
+amplitude = 0.8
+dwell_s = 0.5
+seconds = 15.0
+";
+
+fn session(more: &str) -> String {
+    format!("what = 'drive'\n{STEPS}{more}")
+}
+
+/// A stand whose current sensor is off, with these effects beside the default stand's.
+fn stand(current_scale: f64, more: &str) -> String {
+    format!(
+        "[effects.coulomb]\ncoulomb_N_m = 9e-4\n[effects.viscous]\nviscous_N_m_s = 2e-5\n[effects.inductance]\ninductance_H = 2.38e-4\n[effects.current-scale]\ncurrent_scale = {current_scale}\n{more}"
+    )
+}
+
+#[test]
+fn an_added_inertia_gives_the_inertia_whatever_the_current_sensor_s_scale() {
+    let session = session(&STEPS.replace("steps'", "loaded'").replace("seconds = 15.0", "seconds = 15.0\nadded_inertia_kg_m2 = 1.5e-4"));
+    for (scale, seed) in [(0.01, 1), (-0.01, 2)] {
+        let record = calibrated(&stand(scale, ""), &session, seed);
+        holds(&record.findings, "inertia_by_added_kg_m2", 2.5e-4, 3e-6);
+        // By the motor constant it is off by as much as the current, and says so.
+        let believed = found(&record.findings, "inertia_kg_m2");
+        assert!(believed.holds(2.5e-4), "{}", believed.value);
+        assert!((believed.value / 2.5e-4 - 1.0).abs() > 0.5 * 0.01, "{}", believed.value);
+        let asked = record.journal.steps[1].asked.as_ref().expect("somebody put it on");
+        assert!(asked[0].contains("0.00015 kg m²"), "{}", asked[0]);
+    }
+}
+
+#[test]
+fn what_is_put_on_is_taken_off_again() {
+    let loaded = STEPS.replace("steps'", "loaded'").replace("seconds = 15.0", "seconds = 15.0\nadded_inertia_kg_m2 = 1.5e-4");
+    let record = calibrated(&stand(0.0, ""), &format!("what = 'drive'\n{loaded}{STEPS}"), 3);
+    holds(&record.findings, "inertia_kg_m2", 2.5e-4, 8e-6);
+    let asked = record.journal.steps[1].asked.as_ref().expect("somebody took it off");
+    assert!(asked[0].contains("off the platform"), "{}", asked[0]);
+}
+
+#[test]
+fn a_platform_that_runs_out_gives_its_inertia_again() {
+    let session = session(
+        "
+[[steps]]
+name = 'coast'
+mode = 'rate'
+profile = 'constant'
+amplitude = 30.0
+drive_s = 3.0
+seconds = 15.0
+",
+    );
+    let findings = calibrated(&stand(0.0, ""), &session, 1).findings;
+    holds(&findings, "inertia_by_coasting_kg_m2", 2.5e-4, 1e-5);
+}
+
+#[test]
+fn the_corner_along_a_chirp_is_that_of_the_linear_model() {
+    let session = session(
+        "
+[[steps]]
+name = 'sweep'
+mode = 'voltage'
+profile = 'chirp'
+amplitude = 0.4
+offset = 0.6
+from_Hz = 0.05
+to_Hz = 20.0
+sweep_s = 40.0
+seconds = 40.0
+",
+    );
+    let (k, r, b) = (2.34e-2_f64, 2.32_f64, 2e-5_f64);
+    for j in [1.8e-4, 2.5e-4, 4e-4] {
+        let corner = (k * k / r + b) / j / TAU;
+        let findings = calibrated(&stand(0.0, &format!("[drive]\ninertia_kg_m2 = {j}\n")), &session, 1).findings;
+        holds(&findings, "drive_bandwidth_Hz", corner, 0.01 * corner);
+        holds(&findings, "mechanical_time_constant_s", 1.0 / (TAU * corner), 0.05 / (TAU * corner));
+    }
+}
+
+const SLOW: &str = "
+[[steps]]
+name = 'slow turns'
+mode = 'rate'
+profile = 'constant'
+amplitude = 2.0
+seconds = 20.0
+";
+
+#[test]
+fn cogging_is_found_by_its_order_and_nowhere_else() {
+    let cogging = stand(0.0, "[effects.cogging]\ncogging_N_m = 1.5e-3\ncogging_order = 7\n");
+    let findings = calibrated(&cogging, &session(SLOW), 1).findings;
+    holds(&findings, "order_7_N_m", 1.5e-3, 1e-4);
+    let others: Vec<_> = findings.quantities.iter().filter(|q| q.name.starts_with("order_") && q.name != "order_7_N_m").collect();
+    assert!(others.is_empty(), "{:?}", others.iter().map(|q| (&q.name, q.value)).collect::<Vec<_>>());
+}
+
+#[test]
+fn a_drive_without_cogging_shows_no_order() {
+    let findings = calibrated(&stand(0.0, ""), &session(SLOW), 2).findings;
+    let orders: Vec<_> = findings.quantities.iter().filter(|q| q.name.starts_with("order_")).collect();
+    assert!(orders.is_empty(), "{:?}", orders.iter().map(|q| (&q.name, q.value)).collect::<Vec<_>>());
+    assert!(findings.absent.iter().any(|(name, why)| name == "cogging_N_m" && why.contains("stands out")));
+}
+
+/// theory.md §4: R 2.3 Ω, L 0.5 mH, k 0.02 N m/A, J 1e-4 kg m², b 2e-6 N m s, Mc 1e-3 N m.
+const THEORY: &str = "
+[drive]
+inertia_kg_m2 = 1e-4
+motor_constant_N_m_A = 0.02
+resistance_ohm = 2.3
+[effects.coulomb]
+coulomb_N_m = 1e-3
+[effects.viscous]
+viscous_N_m_s = 2e-6
+[effects.inductance]
+inductance_H = 0.5e-3
+";
+
+#[test]
+fn the_drive_of_theory_4_has_its_time_constant() {
+    let findings = calibrated(THEORY, &session("").replace("amplitude = 0.8", "amplitude = 0.7"), 1).findings;
+    holds(&findings, "mechanical_time_constant_s", 0.568_462_679, 5e-3);
+    holds(&findings, "electrical_time_constant_s", 0.5e-3 / 2.3, 1e-5);
+}
+
+/// theory.md §4: J Ω′ = k i − b Ω − Mc integrated over a noisy record of 20 s, the rate regressed on [∫i, −∫Ω, −t, 1].
+#[test]
+fn the_integrated_law_identifies_the_drive_from_its_own_current() {
+    let one_way = "what = 'drive'
+[[steps]]
+name = 'one way'
+mode = 'voltage'
+profile = 'chirp'
+amplitude = 0.3
+offset = 0.5
+from_Hz = 0.05
+to_Hz = 1.0
+sweep_s = 20.0
+seconds = 21.0
+";
+    let (steps, _) = recorded(THEORY, one_way, 1);
+    let log = &steps[0].log;
+    let [t_s, theta, i_A] = ["t_s", "theta_rad", "i_A"].map(|name| log.column(name).expect("it was recorded"));
+    let mut charge = 0.0;
+    let (mut rows, mut rates) = (Vec::new(), Vec::new());
+    // The rate is the slope of the angle over 41 rows; the first second spins it up.
+    for k in 0..t_s.len() - 21 {
+        if k >= 1000 && k % 41 == 0 {
+            let square: f64 = (k - 20..=k + 20).map(|row| (t_s[row] - t_s[k]).powi(2)).sum();
+            let cross: f64 = (k - 20..=k + 20).map(|row| (t_s[row] - t_s[k]) * (theta[row] - theta[k])).sum();
+            rows.push(vec![charge, -theta[k], -t_s[k], 1.0]);
+            rates.push(cross / square);
+        }
+        charge += i_A[k] * (t_s[k + 1] - t_s[k]);
+    }
+    assert!(rates.iter().all(|rate| *rate > 1.0), "one way");
+    let fit = least_squares(&rows, &rates).expect("the columns are apart");
+    for (k, (name, truth, part)) in [("k/J", 0.02 / 1e-4, 1e-3), ("b/J", 2e-6 / 1e-4, 0.03), ("Mc/J", 1e-3 / 1e-4, 0.01)].iter().enumerate()
+    {
+        let off = fit.coefficients[k] / truth - 1.0;
+        println!("{name} {off:.2e}, σ {:.2e}", fit.sigma(k) / truth);
+        assert!(off.abs() < *part, "{name}: off by {off}");
+    }
+}

@@ -1,0 +1,101 @@
+//! Rest and small rates: temperature, dead band, repeatability; and whole turns, which need no plateau.
+
+use stand_tests::calibration::{calibrated, found, holds};
+
+#[test]
+fn temperature_coefficients_of_bias_and_scale_are_found_while_the_part_warms() {
+    let stand = "
+[imu]
+gyro_scale = 0.98
+self_heating_K = 8.0
+warm_up_s = 25.0
+[imu.gyro]
+bias_rad_s_per_K = 4e-4
+scale_per_K = 5e-4
+";
+    let session = "
+what = 'gyro'
+[known]
+temperature_K = 0.1
+[[steps]]
+name = 'rest'
+mode = 'off'
+seconds = 20.0
+[[steps]]
+name = 'staircase'
+mode = 'rate'
+profile = 'staircase'
+amplitude = 10.0
+levels = 2
+dwell_s = 1.2
+seconds = 30.0
+";
+    let findings = calibrated(stand, session, 1).findings;
+    // Twenty means of a second scatter by 9e-5 rad/s over 4 K; the thermometer may be off by 0.1 K. What is shown is times the scale.
+    holds(&findings, "bias_per_K_rad_s", 0.98 * 4e-4, 0.1 * 4e-4);
+    // As a part of the scale at its own mean temperature, some 6 K above 25 °C: 0.3 % of it.
+    holds(&findings, "scale_per_K", 5e-4 / (1.0 + 6.0 * 5e-4), 0.1 * 5e-4);
+}
+
+fn small(band_rad_s: f64, seed: u64) -> host_tools::calibrate::Findings {
+    let stand = format!("[imu]\ngyro_scale = 1.01\ngyro_bias_rad_s = 0.004\n[imu.gyro]\ndead_band_rad_s = {band_rad_s}\n");
+    let session = "
+what = 'gyro'
+[[steps]]
+name = 'staircase'
+mode = 'rate'
+profile = 'staircase'
+amplitude = 10.0
+levels = 3
+dwell_s = 1.5
+seconds = 37.5
+[[steps]]
+name = 'small rates'
+mode = 'rate'
+profile = 'staircase'
+amplitude = 0.1
+levels = 5
+dwell_s = 2.0
+seconds = 42.0
+";
+    calibrated(&stand, session, seed).findings
+}
+
+#[test]
+fn a_dead_band_is_found_and_none_is_none() {
+    for (band, seed) in [(0.0, 1), (0.02, 2), (0.05, 3)] {
+        let findings = small(band, seed);
+        holds(&findings, "dead_band_rad_s", band, 2e-3);
+        // A band is no curve: what is left of it about the curve is scatter, in per cent of 10 rad/s.
+        holds(&findings, "hysteresis_percent_fs", 0.0, 0.01 + 100.0 * 0.3 * band / 10.0);
+    }
+}
+
+#[test]
+fn a_plateau_repeats_as_its_samples_noise_has_it() {
+    let findings = small(0.0, 4);
+    let q = found(&findings, "repeatability_percent_fs");
+    // 5 mdps/√Hz over some 0.9 s (1 s, cut to whole turns), of 10 rad/s.
+    let noise = 5e-3_f64.to_radians() / (2.0 * 0.9_f64).sqrt();
+    assert!(q.holds(100.0 * noise / 10.0), "{} ± {} %, predicted {} %", q.value, q.expanded(), 100.0 * noise / 10.0);
+}
+
+#[test]
+fn whole_turns_give_the_scale_without_a_plateau() {
+    let turns = |name: &str, rate: f64| {
+        format!("[[steps]]\nname = '{name}'\nmode = 'rate'\nprofile = 'turns'\namplitude = {rate}\nturns = 5\nseconds = 5.5\n")
+    };
+    let session = format!(
+        "what = 'gyro'\n[[steps]]\nname = 'staircase'\nmode = 'rate'\nprofile = 'staircase'\namplitude = 8.0\nlevels = 2\ndwell_s = 1.5\nseconds = 25.5\n{}{}{}{}",
+        turns("a", 8.0),
+        turns("b", -8.0),
+        turns("c", -8.0),
+        turns("d", 8.0)
+    );
+    for (scale, seed) in [(1.0, 1), (0.96, 2), (1.03, 3)] {
+        let stand = format!("[imu]\ngyro_scale = {scale}\ngyro_bias_rad_s = 0.02\n[imu.gyro]\nquadratic_s = 1e-4\n");
+        let findings = calibrated(&stand, &session, seed).findings;
+        holds(&findings, "scale_whole_turns", scale, 2e-3 * scale);
+        holds(&findings, "scale", scale, 2e-3 * scale);
+    }
+}
