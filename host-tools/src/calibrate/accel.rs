@@ -113,7 +113,7 @@ pub fn calibrate(steps: &[Step], session: &Session) -> Result<Findings, Calibrat
     let far = used.iter().map(|s| s.mounted.radius_m).find(|r| *r != near_m).and_then(|radius| at_radius(&of_radius(radius)));
     let mut findings = Findings::default();
     let (product, u) = near.product();
-    if !(product > 5.0 * u) {
+    if product.is_nan() || product <= 5.0 * u {
         return Err(too_little());
     }
     let radius_u = rectangular(session.known.radius_error_m);

@@ -6,7 +6,7 @@ use super::session::Session;
 use crate::report::page::{Page, escaped, swatch};
 use crate::report::plot::{Axis, Plot, with_room};
 use crate::report::{plain, significant, with_sigma};
-use crate::uncertainty::{CONFIDENCE, Kind, Quantity};
+use crate::uncertainty::{CONFIDENCE, Kind, Part, Quantity};
 
 /// Beyond these degrees of freedom the number says nothing.
 const MANY: f64 = 1e4;
@@ -82,10 +82,7 @@ pub fn html(record: &Record) -> String {
     }
     page.push("</tbody></table></div></section><section><h2>Pictures</h2>");
     for curve in record.findings.curves.iter().filter(|c| c.points.len() > 1) {
-        page.figure(
-            &picture(curve),
-            &format!("{}: {} measured, {} by the result", escaped(&curve.title), swatch("measured", ""), swatch("modelled", "")),
-        );
+        page.figure(&picture(curve), &caption(curve));
     }
     page.push("</section><section><h2>Uncertainty</h2>");
     for q in &record.findings.quantities {
@@ -108,6 +105,11 @@ pub fn html(record: &Record) -> String {
     page.finish()
 }
 
+/// `A` or `B`.
+pub(super) fn kind(p: &Part) -> &'static str {
+    if p.kind == Kind::A { "A" } else { "B" }
+}
+
 fn budget(q: &Quantity) -> String {
     let mut table = format!(
         "<h3>{}</h3><div class=\"scroll\"><table><thead><tr><th>of</th><th>type</th><th>u</th><th>unit</th><th>sensitivity</th><th>ν</th><th>contribution</th><th></th></tr></thead><tbody>",
@@ -117,7 +119,7 @@ fn budget(q: &Quantity) -> String {
         table += &format!(
             "<tr><td>{}</td><td>{}</td><td class=\"number\">{}</td><td>{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td><td>{}</td></tr>",
             escaped(&p.of),
-            if p.kind == Kind::A { "A" } else { "B" },
+            kind(p),
             significant(p.u, 2),
             escaped(if p.unit.is_empty() { &q.unit } else { &p.unit }),
             significant(p.sensitivity, 3),
@@ -131,21 +133,36 @@ fn budget(q: &Quantity) -> String {
 
 fn picture(curve: &Curve) -> String {
     let x = |v: f64| if curve.is_log { v.max(1e-12).log10() } else { v };
-    let all = || curve.points.iter().chain(&curve.line);
+    let all = || curve.points.iter().chain(&curve.line).chain(curve.beside.iter().flat_map(|(_, points)| points));
     let range = |of: &dyn Fn(&(f64, f64)) -> f64| all().map(of).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
     let across = range(&|p| x(p.0));
-    let axis = if curve.is_log {
-        Axis::decades((across.0 - 0.05, across.1 + 0.05), &curve.x)
-    } else {
-        Axis::new(with_room(across), 10, &curve.x, "")
-    };
-    let mut plot = Plot::new(axis, Axis::new(with_room(range(&|p| p.1)), 6, &curve.y, ""), 980.0, 280.0);
+    let axis =
+        if curve.is_log { Axis::log((across.0 - 0.03, across.1 + 0.03), &curve.x) } else { Axis::new(with_room(across), 10, &curve.x, "") };
+    let up = range(&|p| p.1);
+    let up = if curve.has_bars { (0.0, 1.06 * up.1) } else { with_room(up) };
+    let mut plot = Plot::new(axis, Axis::new(up, 6, &curve.y, ""), 980.0, 280.0);
     plot.level(0.0, "zero");
     if !curve.line.is_empty() {
         plot.lines(&[curve.line.iter().map(|(a, b)| (x(*a), *b)).collect()], "modelled");
     }
-    for (a, b) in &curve.points {
-        plot.dot((x(*a), *b), 2.5, "mean");
+    if curve.has_bars {
+        curve.points.iter().for_each(|(a, b)| plot.bar((a - 0.4, a + 0.4), *b, "bar loud"));
+    } else {
+        curve.points.iter().for_each(|(a, b)| plot.dot((x(*a), *b), 2.5, "mean"));
+    }
+    for (_, points) in &curve.beside {
+        points.iter().for_each(|(a, b)| plot.dot((x(*a), *b), 2.5, "mean-beside"));
     }
     plot.finish()
+}
+
+/// What is what in the picture.
+fn caption(curve: &Curve) -> String {
+    let name = if curve.name.is_empty() { "measured" } else { &curve.name };
+    let mut words = vec![swatch("residual", name)];
+    words.extend(curve.beside.iter().map(|(name, _)| swatch("process", name)));
+    if !curve.line.is_empty() {
+        words.push(swatch("modelled", if curve.has_bars { "what must be passed to count" } else { "by the result" }));
+    }
+    format!("{}: {}", escaped(&curve.title), words.join(", "))
 }

@@ -80,7 +80,10 @@ pub(super) struct Calibrate {
 
 impl From<JournalError> for Trouble {
     fn from(error: JournalError) -> Self {
-        Trouble::Input(error.to_string())
+        match error {
+            JournalError::Write { .. } => Trouble::Other(error.to_string()),
+            other => Trouble::Input(other.to_string()),
+        }
     }
 }
 

@@ -89,6 +89,7 @@ pub(super) fn add(steps: &[Step], drive: Option<&Drive>, session: &Session, find
         title: "Torque by order".into(),
         x: "order, per turn".into(),
         y: "amplitude, N m".into(),
+        has_bars: true,
         points: found.iter().map(|(order, re, im, _)| (*order as f64, re.hypot(*im))).collect(),
         line: found.iter().map(|(order, _, _, u)| (*order as f64, SEEN * u.max(level))).collect(),
         ..Curve::default()

@@ -100,7 +100,7 @@ fn piece_response(t_s: &[f64], theta: &[f64], shown: &[f64], age: Option<&[f64]>
         })
         .collect();
     let rate_2: f64 = pairs.iter().map(|(rate, _)| rate.norm_sqr()).sum();
-    if !(rate_2 > 0.0) || blocks < 3 {
+    if rate_2.is_nan() || rate_2 <= 0.0 || blocks < 3 {
         return None;
     }
     let h: Complex<f64> = pairs.iter().map(|(rate, shown)| shown * rate.conj()).sum::<Complex<f64>>() / rate_2;
