@@ -259,6 +259,7 @@ fn combine(steps: &[&Step], product: f64, bias: f64, session: &Session, findings
         title: "All witnesses of one run, less the encoder".into(),
         x: "rate by the encoder, rad/s".into(),
         y: "shown less the encoder, rad/s".into(),
+        name: "all together, weighted".into(),
         points: combined,
         beside: witnesses,
         ..Curve::default()

@@ -3,7 +3,7 @@
 use super::Curve;
 use super::record::Record;
 use super::session::Session;
-use crate::report::page::{Page, escaped, swatch};
+use crate::report::page::{Page, escaped, swatch, with_code};
 use crate::report::plot::{Axis, Plot, with_room};
 use crate::report::{plain, significant, with_sigma};
 use crate::uncertainty::{CONFIDENCE, Kind, Part, Quantity};
@@ -15,6 +15,16 @@ const MANY: f64 = 1e4;
 fn shown(q: &Quantity) -> String {
     let unit = if q.unit == "1" { String::new() } else { format!(" {}", q.unit) };
     format!("{}{unit}", with_sigma(q.value, q.expanded()))
+}
+
+/// The value to the place of its standard uncertainty, which has a column of its own.
+fn value(q: &Quantity) -> String {
+    let both = with_sigma(q.value, q.sigma());
+    let Some((value, rest)) = both.split_once(" ±") else { return both };
+    match (value.strip_prefix('('), rest.split_once(')')) {
+        (Some(value), Some((_, power))) => format!("{value}{power}"),
+        _ => value.to_owned(),
+    }
 }
 
 fn heading(record: &Record) -> String {
@@ -44,7 +54,7 @@ pub fn text(record: &Record) -> String {
     for (name, why) in &record.findings.absent {
         out += &format!("  {name:<width$}  not found: {why}\n");
     }
-    for line in record.findings.says.iter().chain(&record.journal.interruptions) {
+    for line in record.remarks() {
         out += &format!("{line}\n");
     }
     out + &format!("± is expanded, for {} %. Not an accredited certificate.\n", plain(CONFIDENCE * 100.0, 3))
@@ -59,8 +69,8 @@ pub fn html(record: &Record) -> String {
     if !record.is_whole() {
         page.paragraph("warn", &format!("{} of {} steps are done: the rest is not in these results.", j.steps.len(), s.steps.len()));
     }
-    for line in record.findings.says.iter().chain(&j.interruptions) {
-        page.paragraph("warn", line);
+    for line in record.remarks() {
+        page.push(&format!("<p class=\"warn\">{}</p>", with_code(&line)));
     }
     page.push("<section><h2>Results</h2><div class=\"scroll\"><table><thead><tr><th>quantity</th><th>value</th><th>u</th><th>ν</th><th>k</th><th>U</th><th>unit</th><th></th></tr></thead><tbody>");
     for q in &record.findings.quantities {
@@ -68,13 +78,13 @@ pub fn html(record: &Record) -> String {
         page.push(&format!(
             "<tr><td>{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td><td>{}</td><td>{}</td></tr>",
             escaped(&q.name),
-            with_sigma(q.value, q.sigma()).split(" ±").next().unwrap_or_default(),
+            value(q),
             number(q.sigma(), 2),
             if q.dof() < MANY { format!("{:.0}", q.dof().floor()) } else { "∞".into() },
             number(q.coverage_factor(CONFIDENCE), 3),
             number(q.expanded(), 2),
             escaped(if q.unit == "1" { "" } else { &q.unit }),
-            escaped(&q.says)
+            with_code(&q.says)
         ));
     }
     for (name, why) in &record.findings.absent {
@@ -131,6 +141,9 @@ fn budget(q: &Quantity) -> String {
     table + "</tbody></table></div>"
 }
 
+/// Classes of what is drawn beside the measured points, one after another.
+const BESIDE: [&str; 3] = ["second", "third", "fourth"];
+
 fn picture(curve: &Curve) -> String {
     let x = |v: f64| if curve.is_log { v.max(1e-12).log10() } else { v };
     let all = || curve.points.iter().chain(&curve.line).chain(curve.beside.iter().flat_map(|(_, points)| points));
@@ -150,8 +163,8 @@ fn picture(curve: &Curve) -> String {
     } else {
         curve.points.iter().for_each(|(a, b)| plot.dot((x(*a), *b), 2.5, "mean"));
     }
-    for (_, points) in &curve.beside {
-        points.iter().for_each(|(a, b)| plot.dot((x(*a), *b), 2.5, "mean-beside"));
+    for ((_, points), class) in curve.beside.iter().zip(BESIDE.iter().cycle()) {
+        points.iter().for_each(|(a, b)| plot.dot((x(*a), *b), 2.5, class));
     }
     plot.finish()
 }
@@ -160,9 +173,36 @@ fn picture(curve: &Curve) -> String {
 fn caption(curve: &Curve) -> String {
     let name = if curve.name.is_empty() { "measured" } else { &curve.name };
     let mut words = vec![swatch("residual", name)];
-    words.extend(curve.beside.iter().map(|(name, _)| swatch("process", name)));
+    words.extend(curve.beside.iter().zip(BESIDE.iter().cycle()).map(|((name, _), class)| swatch(class, name)));
     if !curve.line.is_empty() {
         words.push(swatch("modelled", if curve.has_bars { "what must be passed to count" } else { "by the result" }));
     }
     format!("{}: {}", escaped(&curve.title), words.join(", "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_alone_keeps_its_power_of_ten() {
+        let of = |v: f64, u: f64| value(&Quantity::new("x", "1", v, vec![Part::measured("noise", u, 9.0, "")]));
+        assert_eq!((of(1.0123, 0.0011), of(2.812e-4, 1.8e-6)), ("1.0123".into(), "2.812 × 10⁻⁴".into()));
+        assert_eq!(of(-8.1e-4, 2.8e-4), "−8.1 × 10⁻⁴");
+    }
+
+    #[test]
+    fn each_series_of_a_picture_has_a_colour_and_its_name() {
+        let beside = vec![("falling".to_owned(), vec![(1.0, 2.0)]), ("again".to_owned(), vec![(2.0, 1.0)])];
+        let curve = Curve { name: "rising".into(), points: vec![(0.0, 0.0), (1.0, 1.0)], beside, ..Curve::default() };
+        let (drawn, caption) = (picture(&curve), caption(&curve));
+        for (class, name) in [("second", "falling"), ("third", "again")] {
+            assert!(
+                drawn.contains(&format!("class=\"{class}\"")) && caption.contains(&format!("swatch {class}\"></span>{name}")),
+                "{caption}"
+            );
+        }
+        assert!(caption.contains("rising") && !drawn.contains("bar"));
+        assert_eq!(picture(&Curve { has_bars: true, ..curve }).matches("bar loud").count(), 1, "a bar of height 0 is none");
+    }
 }

@@ -86,6 +86,13 @@ impl Record {
         Ok(Self { journal, session, findings, date: word(&about["computed"]) })
     }
 
+    /// What is to be known of it beside the results: remarks, losses, interruptions.
+    pub fn remarks(&self) -> Vec<String> {
+        let lost = self.journal.steps.iter().filter(|done| done.lost_rows > 0);
+        let lost = lost.map(|done| format!("step `{}`: {} rows were lost on the line, {} came", done.name, done.lost_rows, done.rows));
+        self.findings.says.iter().cloned().chain(lost).chain(self.journal.interruptions.iter().cloned()).collect()
+    }
+
     /// Whether all steps are done.
     pub fn is_whole(&self) -> bool {
         self.journal.steps.len() == self.session.steps.len()

@@ -150,7 +150,7 @@ fn picture(s: &Series) -> Option<String> {
 /// A trend as one HTML file.
 pub fn trend_html(trend: &Trend) -> String {
     let mut page = Page::new(&heading(trend));
-    page.paragraph("lead", &format!("{} records. {}.", trend.dates.len(), verdict(trend)));
+    page.paragraph("lead", &format!("{} records: {}.", trend.dates.len(), verdict(trend)));
     page.paragraph("", COMMON);
     for s in &trend.series {
         page.push(&format!("<section><h2>{}</h2>", escaped(&s.name)));
@@ -170,7 +170,7 @@ pub fn trend_html(trend: &Trend) -> String {
                 format!("<td class=\"{class}\">{}</td>", c.map_or(String::new(), |c| escaped(&change(c))))
             };
             page.push(&format!(
-                "<tr><td>{}{}</td><td class=\"number\">{}</td>{}{}<td class=\"number\">{}</td></tr>",
+                "<tr><td class=\"number\">{}{}</td><td class=\"number\">{}</td>{}{}<td class=\"number\">{}</td></tr>",
                 escaped(&p.began),
                 if p.is_whole { "" } else { " (not whole)" },
                 escaped(&value(&p.found)),

@@ -201,7 +201,7 @@ impl Calibrate {
         bar.finish_and_clear();
         done.map_err(|error| match Trouble::from(error) {
             Trouble::Other(says) if folder.join(journal::FILE).exists() => {
-                Trouble::Other(format!("{says}; what was recorded is in {}, --resume goes on", folder.display()))
+                Trouble::Other(format!("{says}; what was recorded is in {}, and --resume goes on there", folder.display()))
             }
             other => other,
         })?;

@@ -38,7 +38,7 @@ impl StepPlan {
         let Some(profile) = &self.profile else {
             return Err("profile: is missing (`stand record --help` has the profiles)".into());
         };
-        let kind: ProfileKind = profile.parse().map_err(|e| format!("profile: {e}"))?;
+        let kind: ProfileKind = profile.parse().map_err(|e| format!("profile: `{profile}`: {e}"))?;
         let amplitude = SessionRequest::usual_amplitude(self.mode.mode());
         let mut config = SessionRequest::usual_profile(self.mode.mode(), kind, amplitude, 1);
         for (name, value) in &self.parameters {

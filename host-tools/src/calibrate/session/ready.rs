@@ -4,6 +4,7 @@ use super::run::RunError;
 use super::{Session, StepPlan};
 use crate::calibrate::Mounted;
 use crate::calibrate::session::journal::now;
+use crate::link::LinkError;
 use crate::stand::{SessionError, Stand};
 use stand_firmware::profile::Parameter;
 use stand_firmware::telemetry::RowFrame;
@@ -16,6 +17,24 @@ const REST_S: f64 = 30.0;
 /// The rate at which the index is looked for, rad/s, and how long, s.
 const LOOK_RAD_S: f64 = 3.0;
 const INDEX_S: f64 = 10.0;
+
+/// The fault that has latched. A fault also stands in the queue of errors, where the next order finds it: it is asked past that.
+pub(super) async fn fault(stand: &mut impl Stand) -> Result<Option<String>, SessionError> {
+    let mut asked = 0;
+    loop {
+        asked += 1;
+        match stand.ask("FAULt?").await {
+            Ok(says) => return Ok((!says.starts_with("0,")).then_some(says)),
+            Err(error) if asked < 3 && is_refused(&error) => {}
+            Err(error) => return Err(error),
+        }
+    }
+}
+
+/// The stand has spoken, and says no.
+pub(super) fn is_refused(error: &SessionError) -> bool {
+    matches!(error, SessionError::Refused { .. } | SessionError::Link(LinkError::Refused { .. }))
+}
 
 async fn number(stand: &mut impl Stand, query: &str) -> Result<f64, SessionError> {
     let says = stand.ask(query).await?;

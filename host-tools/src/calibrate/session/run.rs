@@ -6,6 +6,7 @@
 
 use super::check::{Able, check};
 use super::journal::{Done, FILE, Journal, JournalError, SESSION, now, sha256, write_whole};
+use super::ready::{fault, is_refused};
 use super::step::{put_aside, record};
 use super::{PlanError, Session};
 use crate::calibrate::Mounted;
@@ -64,6 +65,12 @@ pub enum RunError {
         /// In which step.
         step: String,
     },
+    /// Nothing came, and then it answered as one that was just switched on.
+    #[error("step `{step}`: the stand has started anew in the middle of it: was its supply cut?")]
+    Restarted {
+        /// In which step.
+        step: String,
+    },
     /// A row lacks what the session needs.
     #[error("step `{step}`: the sensor under test is silent: {lacking} has no values")]
     Sensor {
@@ -110,9 +117,11 @@ pub async fn whole(
     person: &mut impl Person,
     goes: impl FnMut(Progress) -> bool,
 ) -> Result<(), RunError> {
-    stand.tell("STReam OFF").await?;
-    let fault = stand.ask("FAULt?").await?;
-    if !fault.starts_with("0,") {
+    match stand.tell("STReam OFF").await {
+        Err(error) if !is_refused(&error) => return Err(error.into()),
+        _ => {}
+    }
+    if let Some(fault) = fault(stand).await? {
         let says = format!("the drive is off by a fault: {fault}; FAULt:CLEar in `stand console` first");
         return Err(PlanError::Whole(says).into());
     }
@@ -149,7 +158,9 @@ async fn run(
     mut goes: impl FnMut(Progress) -> bool,
 ) -> Result<(), RunError> {
     if let Some(step) = journal.under_way.take() {
-        journal.interruptions.push(format!("step `{step}`: the program that ran it ended without a word: killed, or without power"));
+        journal
+            .interruptions
+            .push(format!("step `{step}`: the program that ran it ended without a word: killed, without power, or its disk full"));
     }
     let ended = steps(stand, session, journal, folder, person, &mut goes).await;
     if let Err(error) = &ended {

@@ -1,11 +1,12 @@
 //! One step: what is asked of the stand, and its rows into a log.
 
-use super::ready::{WATCH, at_rest, index, notes};
+use super::ready::{WATCH, at_rest, fault, index, is_refused, notes};
 use super::run::RunError;
 use super::{How, Session, StepPlan};
 use crate::calibrate::Mounted;
+use crate::link::LinkError;
 use crate::record::{Place, Recorder, Taken};
-use crate::stand::Stand;
+use crate::stand::{SessionError, Stand};
 use stand_firmware::profile::Parameter;
 use stand_firmware::telemetry::{Channels, RowFrame};
 use std::io::Write;
@@ -64,11 +65,22 @@ pub(super) async fn record(
 ) -> Result<(u64, u64), RunError> {
     let place = Place::of(path).map_err(|e| failed(&path.display().to_string(), e))?;
     let ended = record_into(stand, session, plan, &place, path, mounted, goes).await;
-    if ended.is_err() {
-        // A full disk takes a part of a row.
-        let _ = place.cut_to_whole_rows();
-    }
-    ended
+    let Err(error) = ended else { return ended };
+    // A full disk takes a part of a row.
+    let _ = place.cut_to_whole_rows();
+    let step = plan.name.clone();
+    Err(match &error {
+        // Refused may be because the drive went off.
+        RunError::Stand(says) if is_refused(says) => match fault(stand).await {
+            Ok(Some(fault)) => RunError::Fault { step, fault },
+            _ => error,
+        },
+        RunError::Silent { .. } => match stand.ask("STReam?").await {
+            Ok(says) if says.starts_with('0') => RunError::Restarted { step },
+            _ => error,
+        },
+        _ => error,
+    })
 }
 
 async fn record_into(
@@ -81,8 +93,7 @@ async fn record_into(
     goes: &mut impl FnMut(f64, f64) -> bool,
 ) -> Result<(u64, u64), RunError> {
     let name = &plan.name;
-    let fault = stand.ask("FAULt?").await?;
-    if !fault.starts_with("0,") {
+    if let Some(fault) = fault(stand).await? {
         return Err(RunError::Fault { step: name.clone(), fault });
     }
     at_rest(stand, name).await?;
@@ -151,8 +162,9 @@ async fn rows<W: Write>(
             match recorder.take(row).map_err(written)? {
                 Taken::Fault(_) => {
                     recorder.flush().map_err(written)?;
-                    stand.tell("STReam OFF").await?;
-                    let fault = stand.ask("FAULt?").await?;
+                    // What is refused here is refused because of the fault.
+                    let _ = stand.tell("STReam OFF").await;
+                    let fault = fault(stand).await?.unwrap_or_else(|| "a fault that is gone again".to_owned());
                     return Err(RunError::Fault { step: plan.name.clone(), fault });
                 }
                 Taken::Written | Taken::LeftOut => {
@@ -178,7 +190,15 @@ async fn rows<W: Write>(
         if since_s >= 1.0 {
             since_s = 0.0;
             recorder.flush().map_err(written)?;
-            stand.tell(WATCH).await?;
+            match stand.tell(WATCH).await {
+                // No answer while nothing comes: how long that lasts is counted above.
+                Err(error) if silent_s > 0.0 && !is_refused(&error) && !is_unplugged(&error) => {}
+                told => told?,
+            }
         }
     }
+}
+
+fn is_unplugged(error: &SessionError) -> bool {
+    matches!(error, SessionError::Link(LinkError::Unplugged { .. } | LinkError::Other { .. }))
 }
