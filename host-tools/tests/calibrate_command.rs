@@ -175,6 +175,21 @@ fn the_stand_s_own_rate_sensor_goes_into_a_model_as_its_effects() {
 }
 
 #[test]
+#[cfg(unix)]
+fn the_stand_s_own_rate_sensor_needs_no_sensor_under_test() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    std::fs::write(path.join("own.toml"), format!("column = \"omega_rad_s\"\n{SHORT}")).unwrap();
+    let one = common::served::Served::new(path, &[]);
+    let answer = json_of(path, &["calibrate", "gyro", "--session", "own.toml", "--port", &one.port, "--out", "g"]);
+    assert!((quantity(&answer, "scale") - 1.0).abs() < 1e-2, "{}", answer["scale"]);
+    // And one that is to be calibrated but is not there is refused before anything moves.
+    std::fs::write(path.join("s.toml"), SHORT).unwrap();
+    let ran = stand(path, &["calibrate", "gyro", "--session", "s.toml", "--port", &one.port, "--out", "h"]);
+    assert!(ran.status == Some(2) && ran.err.contains("no sensor under test") && !path.join("h").exists(), "{ran:?}");
+}
+
+#[test]
 fn the_usual_session_is_written_changed_and_run() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();

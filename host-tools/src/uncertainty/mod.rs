@@ -122,7 +122,11 @@ impl Quantity {
     /// # Errors
     /// What is missing, by its path.
     pub fn of_json(name: &str, q: &Value) -> Result<Self, String> {
-        let number = |of: &Value, key: &str| of[key].as_f64().ok_or_else(|| format!("{name}.{key} is no number"));
+        // What was no finite number is null there.
+        let number = |of: &Value, key: &str| match of.get(key) {
+            Some(Value::Null) => Ok(f64::NAN),
+            found => found.and_then(Value::as_f64).ok_or_else(|| format!("{name}.{key} is no number")),
+        };
         let word = |of: &Value, key: &str| of[key].as_str().unwrap_or_default().to_owned();
         let unit = q["unit"].as_str().ok_or_else(|| format!("{name}.unit is missing"))?;
         let parts = q["budget"].as_array().ok_or_else(|| format!("{name}.budget is missing"))?;

@@ -19,9 +19,12 @@ pub const WORDS: [(&str, Shows); 11] = [
     }),
     ("records show --help", help_everywhere),
     ("records show <RECORD> --json", |f| {
-        let [one, two] = [("a", "1"), ("b", "2")].map(|(name, seed)| run(f, name, SHORT, &["--seed", seed])["scale"].clone());
+        let [one, two] = [("a", "1"), ("b", "2")].map(|(name, seed)| run(f, name, SHORT, &["--seed", seed])["scale"]["value"].clone());
         assert_eq!(
-            (json(f, &["records", "show", "a"])["scale"].clone(), json(f, &["records", "show", "b/record.json"])["scale"].clone()),
+            (
+                json(f, &["records", "show", "a"])["scale"]["value"].clone(),
+                json(f, &["records", "show", "b/record.json"])["scale"]["value"].clone()
+            ),
             (one, two)
         );
         json_in_both_places(f, &["records", "show", "a"]);

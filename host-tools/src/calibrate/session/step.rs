@@ -23,6 +23,8 @@ fn channels(session: &Session, plan: &StepPlan) -> Channels {
     let mut names = vec!["u_V", "i_A", "theta_rad", "omega_rad_s", "limits", "fault"];
     match session.what {
         super::What::Drive => names.extend(["supply_V", "temp_C"]),
+        // The stand's own rate sensor: it may carry no other.
+        super::What::Gyro if session.column.as_deref() == Some("omega_rad_s") => {}
         super::What::Gyro => names.extend(["gyro_rad_s", "sensor_C", "sensor_age_s"]),
         super::What::Accel => names.extend(["gyro_rad_s", "accel_x_m_s2", "accel_y_m_s2"]),
     }
