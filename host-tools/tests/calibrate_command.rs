@@ -221,3 +221,27 @@ fn what_a_person_must_do_is_recorded_with_the_answer() {
     assert!(last["asked"][1].as_str().unwrap().contains("simulated stand"), "{last}");
     assert!(std::fs::read_to_string(path.join("g/record.html")).unwrap().contains("Turn the part over."));
 }
+
+#[test]
+#[cfg(unix)]
+fn a_person_at_a_real_stand_is_asked_and_what_was_said_is_kept() {
+    use std::io::Write;
+    use std::process::Stdio;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let session = "what = \"drive\"\n[[steps]]\nname = \"free\"\nask = \"Take the weight off.\"\nmode = \"voltage\"\nprofile = \"multi-step\"\n\
+        amplitude = 0.8\ndwell_s = 0.4\nseconds = 6.0\n";
+    std::fs::write(path.join("s.toml"), session).unwrap();
+    let one = common::served::Served::new(path, &[]);
+    // Nobody there: nothing moves, and the session waits for its step.
+    let ran = stand(path, &["calibrate", "drive", "--session", "s.toml", "--port", &one.port, "--out", "d"]);
+    assert!(ran.status == Some(2) && ran.err.contains("Take the weight off.") && ran.err.contains("step `free`: not done"), "{ran:?}");
+    let mut words = common::command(path, &["calibrate", "drive", "--out", "d", "--resume", "--port", &one.port, "--json", "d.json"]);
+    let mut child = words.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    child.stdin.take().unwrap().write_all(b"off, 20 g\n").unwrap();
+    let ran: common::Ran = child.wait_with_output().unwrap().into();
+    assert_eq!((ran.status, ran.err.as_str()), (Some(0), "Take the weight off.\n"), "{ran:?}");
+    let answer: Value = serde_json::from_slice(&std::fs::read(path.join("d.json")).unwrap()).unwrap();
+    assert_eq!(answer["record"]["steps"][0]["asked"], serde_json::json!(["Take the weight off.", "off, 20 g"]));
+    assert!(answer["record"]["interruptions"].to_string().contains("not done"));
+}
