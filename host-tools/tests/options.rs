@@ -3,11 +3,17 @@
 
 #[path = "common/allan_words.rs"]
 mod allan_words;
+#[path = "common/calibrate_words.rs"]
+mod calibrate_words;
+#[path = "common/calibration.rs"]
+mod calibration;
 mod common;
 #[path = "common/drift_words.rs"]
 mod drift_words;
 #[path = "common/observer_words.rs"]
 mod observer_words;
+#[path = "common/records_words.rs"]
+mod records_words;
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -506,7 +512,13 @@ fn listed(help: &str, section: &str) -> Vec<String> {
 
 /// The table and those of whole groups of commands.
 fn all_words() -> impl Iterator<Item = (&'static str, Shows)> {
-    WORDS.into_iter().chain(allan_words::WORDS).chain(drift_words::WORDS.iter().copied()).chain(observer_words::WORDS)
+    WORDS
+        .into_iter()
+        .chain(allan_words::WORDS)
+        .chain(calibrate_words::WORDS)
+        .chain(records_words::WORDS)
+        .chain(drift_words::WORDS.iter().copied())
+        .chain(observer_words::WORDS)
 }
 
 /// The help of every command says what it is for, how it is used, and a line for each of its words.

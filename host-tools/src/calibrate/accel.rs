@@ -137,7 +137,7 @@ pub fn calibrate(steps: &[Step], session: &Session) -> Result<Findings, Calibrat
     let far = used.iter().map(|s| s.mounted.radius_m).find(|r| *r != near_m).and_then(|radius| at_radius(&of_radius(radius)));
     let mut findings = Findings::default();
     let (product, u) = near.product();
-    if !(product > 5.0 * u) {
+    if product.is_nan() || product <= 5.0 * u {
         return Err(too_little());
     }
     let radius_u = rectangular(session.known.radius_error_m);
@@ -290,6 +290,7 @@ fn combine(steps: &[&Step], product: f64, bias: f64, session: &Session, findings
         title: "All witnesses of one run, less the encoder".into(),
         x: "rate by the encoder, rad/s".into(),
         y: "shown less the encoder, rad/s".into(),
+        name: "all together, weighted".into(),
         points: combined,
         beside: witnesses,
         ..Curve::default()

@@ -102,7 +102,7 @@ pub fn lock_in(t_s: &[f64], theta: &[f64], sensor: &[f64], age_s: Option<&[f64]>
     // jω θ.
     let (rate_re, rate_im) = (-omega * angle.im, omega * angle.re);
     let rate_2 = rate_re * rate_re + rate_im * rate_im;
-    if !(rate_2 > 0.0) {
+    if rate_2.is_nan() || rate_2 <= 0.0 {
         return None;
     }
     let re = (shown.re * rate_re + shown.im * rate_im) / rate_2;

@@ -10,13 +10,16 @@
 pub mod accel;
 pub mod drive;
 pub mod gyro;
+pub mod kept;
 pub mod lock_in;
 pub mod page;
 pub mod part;
 pub mod plateaus;
 pub mod record;
+pub mod records_page;
 pub mod response;
 pub mod session;
+pub mod trend;
 
 use crate::log::Log;
 use crate::uncertainty::Quantity;
@@ -126,6 +129,10 @@ pub struct Curve {
     pub y: String,
     /// x is shown by its logarithm.
     pub is_log: bool,
+    /// The points are bars from zero.
+    pub has_bars: bool,
+    /// Name of the measured points, where others are beside them.
+    pub name: String,
     /// Measured points.
     pub points: Vec<(f64, f64)>,
     /// Other points beside them, each with its name.

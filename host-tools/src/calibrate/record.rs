@@ -1,11 +1,12 @@
 //! The record of a calibration: one JSON file with all that another person needs to compute it again.
 //!
 //! It names the session as it was run, the raw logs with their SHA-256, what a person was asked and said, each interruption, and each result with its budget.
-//! [`compute`] makes it from a session's folder; made again from the same folder, the results are the same.
+//! [`compute`] makes it from a session's folder; made again from the same folder, the results are the same. [`Record::of_json`] reads it.
 
 use super::session::journal::{Journal, JournalError};
 use super::session::{Session, What};
 use super::{CalibrateError, Findings, gyro};
+use crate::uncertainty::Quantity;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -49,16 +50,49 @@ pub struct Record {
 /// No session there; a log that was changed; logs that show nothing.
 pub fn compute(folder: &Path) -> Result<Record, RecordError> {
     let (journal, session) = Journal::read(folder)?;
-    let steps = journal.logs(folder)?;
-    let findings = match session.what {
-        What::Gyro => gyro::calibrate(&steps, &gyro::Given::of(&session)),
-        What::Accel => super::accel::calibrate(&steps, &session),
-        What::Drive => super::drive::calibrate(&steps, &session),
-    }?;
+    let findings = findings(&journal, &session, folder)?;
     Ok(Record { journal, session, findings, date: super::session::journal::now() })
 }
 
+/// What the logs of these steps show.
+///
+/// # Errors
+/// As [`compute`].
+pub fn findings(journal: &Journal, session: &Session, folder: &Path) -> Result<Findings, RecordError> {
+    let steps = journal.logs(folder)?;
+    Ok(match session.what {
+        What::Gyro => gyro::calibrate(&steps, &gyro::Given::of(session)),
+        What::Accel => super::accel::calibrate(&steps, session),
+        What::Drive => super::drive::calibrate(&steps, session),
+    }?)
+}
+
 impl Record {
+    /// A record from its JSON alone; the pictures are not in it.
+    ///
+    /// # Errors
+    /// What it lacks, in words.
+    pub fn of_json(all: &Value) -> Result<Self, String> {
+        let about = all.get("record").ok_or("no record of a calibration: it has no `record`")?;
+        let lacks = |what: &str, e: serde_json::Error| format!("record.{what}: {e}");
+        let journal: Journal = serde_json::from_value(about.clone()).map_err(|e| format!("record: {e}"))?;
+        let session: Session = serde_json::from_value(about["session"].clone()).map_err(|e| lacks("session", e))?;
+        let quantities = all.as_object().into_iter().flatten().filter(|(name, _)| *name != "record");
+        let quantities = quantities.map(|(name, q)| Quantity::of_json(name, q)).collect::<Result<_, _>>()?;
+        let list = |key: &str| about[key].as_array().into_iter().flatten();
+        let word = |v: &Value| v.as_str().unwrap_or_default().to_owned();
+        let absent = list("absent").map(|a| (word(&a["name"]), word(&a["why"]))).collect();
+        let findings = Findings { quantities, absent, says: list("says").map(word).collect(), curves: Vec::new() };
+        Ok(Self { journal, session, findings, date: word(&about["computed"]) })
+    }
+
+    /// What is to be known of it beside the results: remarks, losses, interruptions.
+    pub fn remarks(&self) -> Vec<String> {
+        let lost = self.journal.steps.iter().filter(|done| done.lost_rows > 0);
+        let lost = lost.map(|done| format!("step `{}`: {} rows were lost on the line, {} came", done.name, done.lost_rows, done.rows));
+        self.findings.says.iter().cloned().chain(lost).chain(self.journal.interruptions.iter().cloned()).collect()
+    }
+
     /// Whether all steps are done.
     pub fn is_whole(&self) -> bool {
         self.journal.steps.len() == self.session.steps.len()
@@ -89,43 +123,4 @@ impl Record {
             "says": self.findings.says,
         })
     }
-}
-
-/// What a folder of records shows of one record.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Kept {
-    /// Its file.
-    pub path: PathBuf,
-    /// gyro, accel or drive.
-    pub what: String,
-    /// Of the part.
-    pub serial: String,
-    /// When the session began.
-    pub began: String,
-    /// All steps were done.
-    pub is_whole: bool,
-    /// Name, value, standard uncertainty, degrees of freedom, unit.
-    pub results: Vec<(String, f64, f64, f64, String)>,
-}
-
-/// Reads a record's file.
-///
-/// # Errors
-/// It is not there, or is none; the file is named.
-pub fn read(path: &Path) -> Result<Kept, RecordError> {
-    let wrong = |says: String| RecordError::File { path: path.to_owned(), says };
-    let text = std::fs::read_to_string(path).map_err(|e| wrong(e.to_string()))?;
-    let all: Value = serde_json::from_str(&text).map_err(|e| wrong(format!("no record: {e}")))?;
-    let about = all.get("record").ok_or_else(|| wrong("no record of a calibration: it has no `record`".into()))?;
-    let word = |key: &str| about.get(key).and_then(Value::as_str).unwrap_or_default().to_owned();
-    let quantities = all.as_object().into_iter().flatten().filter(|(name, _)| *name != "record");
-    let results = quantities
-        .filter_map(|(name, q)| {
-            let number = |key: &str| q.get(key).and_then(Value::as_f64);
-            let dof = number("dof").unwrap_or(f64::INFINITY);
-            Some((name.clone(), number("value")?, number("sigma")?, dof, q.get("unit")?.as_str()?.to_owned()))
-        })
-        .collect();
-    let is_whole = about.get("whole").and_then(Value::as_bool).unwrap_or(false);
-    Ok(Kept { path: path.to_owned(), what: word("what"), serial: word("serial"), began: word("began"), is_whole, results })
 }

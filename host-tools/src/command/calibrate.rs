@@ -80,7 +80,10 @@ pub(super) struct Calibrate {
 
 impl From<JournalError> for Trouble {
     fn from(error: JournalError) -> Self {
-        Trouble::Input(error.to_string())
+        match error {
+            JournalError::Write { .. } => Trouble::Other(error.to_string()),
+            other => Trouble::Input(other.to_string()),
+        }
     }
 }
 
@@ -198,7 +201,7 @@ impl Calibrate {
         bar.finish_and_clear();
         done.map_err(|error| match Trouble::from(error) {
             Trouble::Other(says) if folder.join(journal::FILE).exists() => {
-                Trouble::Other(format!("{says}; what was recorded is in {}, --resume goes on", folder.display()))
+                Trouble::Other(format!("{says}; what was recorded is in {}, and --resume goes on there", folder.display()))
             }
             other => other,
         })?;

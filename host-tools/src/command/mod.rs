@@ -20,6 +20,7 @@ mod observer;
 mod output;
 mod profile;
 mod record;
+mod records;
 mod sim;
 mod sim_serve;
 mod story;
@@ -55,6 +56,9 @@ enum Command {
     Explain(explain::Explain),
     /// Calibrate a sensor on the platform, or the drive itself: a session, its record, each quantity with its uncertainty
     Calibrate(Box<calibrate::Calibrate>),
+    /// Records of calibrations: listed, shown, computed again, followed over time
+    #[command(subcommand)]
+    Records(records::Records),
     /// Write what was learnt into the firmware's compensation, and see the ripple fall
     Compensate(compensate::Compensate),
     /// Talk to a stand over its serial line
@@ -99,6 +103,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
         Some(Command::Fit(fit)) => fit.run(),
         Some(Command::Explain(explain)) => explain.run(),
         Some(Command::Calibrate(calibrate)) => calibrate.run(),
+        Some(Command::Records(records)) => records.run(),
         Some(Command::Compensate(compensate)) => compensate.run(),
         Some(Command::Console(console)) => console.run(),
         Some(Command::Record(record)) => record.run(),

@@ -1,7 +1,7 @@
 //! Where a log is written while it is made, and where it ends.
 
-use std::fs::{File, remove_file};
-use std::io::BufWriter;
+use std::fs::{File, OpenOptions, remove_file};
+use std::io::{BufWriter, ErrorKind, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use crate::log::{Format, Log, LogError};
@@ -37,6 +37,33 @@ impl Place {
     /// Of the system.
     pub fn create(&self) -> std::io::Result<BufWriter<File>> {
         Ok(BufWriter::with_capacity(1 << 18, File::create(&self.meanwhile)?))
+    }
+
+    /// Cuts what a full disk or a kill has left of a last row off the CSV; nothing where there is none.
+    ///
+    /// # Errors
+    /// Of the system.
+    pub fn cut_to_whole_rows(&self) -> std::io::Result<()> {
+        let mut file = match OpenOptions::new().read(true).write(true).open(&self.meanwhile) {
+            Ok(file) => file,
+            Err(e) if e.kind() == ErrorKind::NotFound => return Ok(()),
+            Err(e) => return Err(e),
+        };
+        let length = file.seek(SeekFrom::End(0))?;
+        let mut end = length;
+        let mut part = vec![0; 4096];
+        while end > 0 {
+            let from = end.saturating_sub(part.len() as u64);
+            let piece = &mut part[..(end - from) as usize];
+            file.seek(SeekFrom::Start(from))?;
+            file.read_exact(piece)?;
+            if let Some(at) = piece.iter().rposition(|byte| *byte == b'\n') {
+                end = from + at as u64 + 1;
+                break;
+            }
+            end = from;
+        }
+        if end < length { file.set_len(end) } else { Ok(()) }
     }
 
     /// The CSV is whole: makes of it what was asked for.

@@ -62,6 +62,14 @@ impl Axis {
         Axis { from: range.0, to: range.1, ticks, label: label.to_owned() }
     }
 
+    /// An axis over logarithms of less than some three decades, `range` in tens: ticks at 1, 2 and 5 times the powers of ten.
+    pub fn log(range: (f64, f64), label: &str) -> Self {
+        let decades = range.0.floor() as i32..=range.1.ceil() as i32;
+        let at = decades.flat_map(|k| [1.0, 2.0, 5.0].map(|m: f64| f64::from(k) + m.log10()));
+        let ticks = at.filter(|v| (range.0..=range.1).contains(v)).map(|v| (v, digits::plain(10_f64.powf(v), 2))).collect();
+        Axis { from: range.0, to: range.1, ticks, label: label.to_owned() }
+    }
+
     fn place(&self, v: f64) -> f64 {
         ((v - self.from) / (self.to - self.from)).clamp(-0.002, 1.002)
     }

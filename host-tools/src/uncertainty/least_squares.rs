@@ -50,7 +50,7 @@ pub fn least_squares(rows: &[Vec<f64>], y: &[f64]) -> Option<Fit> {
     let b = DVector::from_column_slice(y);
     let svd = a.clone().svd(true, true);
     let (largest, least) = (svd.singular_values.max(), svd.singular_values.min());
-    if !(least > 1e-9 * largest) {
+    if least.is_nan() || least <= 1e-9 * largest {
         return None;
     }
     let x = svd.solve(&b, 0.0).ok()?;

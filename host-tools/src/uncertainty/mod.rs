@@ -142,6 +142,35 @@ impl Quantity {
         (self.value - truth).abs() <= self.expanded()
     }
 
+    /// A quantity back from its JSON; u, ν, k and U follow from the budget.
+    ///
+    /// # Errors
+    /// What is missing, by its path.
+    pub fn of_json(name: &str, q: &Value) -> Result<Self, String> {
+        // What was no finite number is null there.
+        let number = |of: &Value, key: &str| match of.get(key) {
+            Some(Value::Null) => Ok(f64::NAN),
+            found => found.and_then(Value::as_f64).ok_or_else(|| format!("{name}.{key} is no number")),
+        };
+        let word = |of: &Value, key: &str| of[key].as_str().unwrap_or_default().to_owned();
+        let unit = q["unit"].as_str().ok_or_else(|| format!("{name}.unit is missing"))?;
+        let parts = q["budget"].as_array().ok_or_else(|| format!("{name}.budget is missing"))?;
+        let part = |p: &Value| -> Result<Part, String> {
+            Ok(Part {
+                of: word(p, "of"),
+                kind: if p["type"] == "A" { Kind::A } else { Kind::B },
+                u: number(p, "u")?,
+                unit: word(p, "unit"),
+                sensitivity: number(p, "sensitivity")?,
+                dof: p["dof"].as_f64().unwrap_or(f64::INFINITY),
+                is_rectangular: p["distribution"] == "rectangular",
+                says: word(p, "says"),
+            })
+        };
+        let parts = parts.iter().map(part).collect::<Result<_, _>>()?;
+        Ok(Self { name: name.to_owned(), unit: unit.to_owned(), value: number(q, "value")?, parts, says: word(q, "says") })
+    }
+
     /// `value`, `sigma`, `unit`, `dof`, `k`, `U`, and the budget.
     pub fn json(&self) -> Value {
         let parts: Vec<Value> = self
@@ -167,7 +196,7 @@ impl Quantity {
 pub fn coverage_factor(dof: f64, probability: f64) -> f64 {
     let quantile = 0.5 * (1.0 + probability);
     // Beyond some ten thousand the two agree to 1e-4, and statrs' quantile takes for ever.
-    if !(dof < 1e4) {
+    if dof.is_nan() || dof >= 1e4 {
         return Normal::standard().inverse_cdf(quantile);
     }
     StudentsT::new(0.0, 1.0, dof.floor().max(1.0)).map_or(f64::NAN, |t| t.inverse_cdf(quantile))
@@ -206,6 +235,7 @@ mod tests {
         assert!((known.expanded() - 1.959_964).abs() < 1e-5);
         assert_eq!(known.json()["dof"], Value::Null);
         assert!(known.holds(1.9) && !known.holds(2.0));
+        assert_eq!(Quantity::of_json("x", &known.json()).unwrap().json(), known.json());
     }
 
     #[test]

@@ -176,7 +176,7 @@ fn added(steps: &[Step], held: &Held, waves: &Waves, findings: &mut Findings) {
     let (Some(((j1, u1), (k1, _))), Some(((j2, u2), (k2, _)))) = (ratio(held), ratio(&with)) else { return };
     let (a1, a2) = (j1 / k1, j2 / k2);
     let (ua1, ua2) = (u1 / k1, u2 / k2);
-    if !(a2 - a1 > 5.0 * ua1.hypot(ua2)) {
+    if (a2 - a1).is_nan() || a2 - a1 <= 5.0 * ua1.hypot(ua2) {
         return findings.lacks(name, "the inertia that was added does not show: is it on the platform?");
     }
     let value = more * a1 / (a2 - a1);

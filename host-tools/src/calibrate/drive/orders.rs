@@ -158,6 +158,7 @@ pub(super) fn add(steps: &[Step], drive: Option<&Drive>, session: &Session, find
         title: "Torque by order".into(),
         x: "order, per turn".into(),
         y: "amplitude, N m".into(),
+        has_bars: true,
         points: found.all.iter().map(|o| (o.order as f64, o.size())).collect(),
         line: found.all.iter().map(|o| (o.order as f64, SEEN * o.u.max(found.level))).collect(),
         ..Curve::default()

@@ -105,7 +105,7 @@ fn piece_response(t_s: &[f64], theta: &[f64], shown: &[f64], age: Option<&[f64]>
     let cross = |power: i32| each.iter().map(|(x, rate, shown)| shown * rate.conj() * x.powi(power)).sum::<Complex<f64>>();
     let (s0, s1, s2) = (sum(0), sum(1), sum(2));
     let determinant = s0 * s2 - s1 * s1;
-    if !(determinant > 0.0) {
+    if determinant.is_nan() || determinant <= 0.0 {
         return None;
     }
     let (h, bend) = ((cross(0) * s2 - cross(1) * s1) / determinant, (cross(1) * s0 - cross(0) * s1) / determinant);

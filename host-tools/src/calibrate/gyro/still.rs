@@ -63,7 +63,7 @@ fn scale(steps: &[&Step], given: &Given) -> Option<Quantity> {
 fn coefficient(name: &str, unit: &str, rows: &[Vec<f64>], y: &[f64], k: usize, per: f64, given: &Given) -> Option<Quantity> {
     let celsius: Vec<f64> = rows.iter().map(|r| r[1]).collect();
     let (low, high) = celsius.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
-    if !(high - low >= LEAST_K) {
+    if (high - low).is_nan() || high - low < LEAST_K {
         return None;
     }
     let mean = celsius.iter().sum::<f64>() / celsius.len() as f64;

@@ -49,6 +49,9 @@ pub struct Journal {
     pub stand: String,
     /// Version of these tools.
     pub tools: String,
+    /// The step that is being recorded.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub under_way: Option<String>,
     /// The steps that are done, in their order.
     pub steps: Vec<Done>,
     /// When and why it was broken off, and what is left of the step that was under way.
@@ -61,6 +64,14 @@ pub enum JournalError {
     /// A file that cannot be read or written.
     #[error("{path}: {says}")]
     File {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        says: String,
+    },
+    /// A file that cannot be written.
+    #[error("{path}: cannot write: {says}")]
+    Write {
         /// Which.
         path: PathBuf,
         /// Why.
@@ -114,14 +125,17 @@ pub fn write_whole(path: &Path, text: &str) -> Result<(), JournalError> {
         file.sync_all()?;
         std::fs::rename(&beside, path)
     };
-    write().map_err(|e| of_file(path, e))
+    write().map_err(|e: std::io::Error| {
+        let _ = std::fs::remove_file(&beside);
+        JournalError::Write { path: path.to_owned(), says: e.to_string() }
+    })
 }
 
 impl Journal {
     /// An empty one.
     pub fn new(what: What, stand: String) -> Self {
         let began = now();
-        Self { what, began, stand, tools: env!("CARGO_PKG_VERSION").into(), steps: Vec::new(), interruptions: Vec::new() }
+        Self { what, began, stand, tools: env!("CARGO_PKG_VERSION").into(), under_way: None, steps: Vec::new(), interruptions: Vec::new() }
     }
 
     /// Reads that of a folder, with the session that was run.

@@ -1,0 +1,95 @@
+//! A line for each word of `calibrate`.
+
+use std::path::Path;
+
+use super::calibration::{SHORT, carrying};
+use super::common::served::{Served, said};
+use super::{Shows, help_everywhere, json, page, stand};
+use serde_json::Value;
+
+pub const WORDS: [(&str, Shows); 13] = [
+    ("calibrate --help", help_everywhere),
+    ("calibrate <WHAT> --write-session", |f| {
+        let whats = ["gyro", "accel", "drive"].map(|what| {
+            stand(f, &["calibrate", what, "--write-session", "usual.toml"]).well();
+            std::fs::read_to_string(f.join("usual.toml")).unwrap()
+        });
+        assert!(whats[0].contains("what = \"gyro\"") && whats[1].contains("what = \"accel\"") && whats[2].contains("what = \"drive\""));
+    }),
+    ("calibrate --session --out", |f| {
+        let (one, other) = (run(f, "a", SHORT, &[]), run(f, "b", &SHORT.replace("amplitude = 4.0", "amplitude = 5.0"), &[]));
+        assert!(f.join("a/record.json").exists() && f.join("b/01-one.parquet").exists());
+        assert_ne!(one["scale"], other["scale"]);
+    }),
+    ("calibrate --serial --operator", |f| {
+        let about = |name: &str, more: &[&str]| run(f, name, SHORT, more)["record"].clone();
+        let (plain, named) = (about("a", &[]), about("b", &["--serial", "X-9", "--operator", "Ada"]));
+        assert_eq!((&plain["serial"], &plain["operator"]), (&"S-1".into(), &"".into()));
+        assert_eq!((&named["serial"], &named["operator"]), (&"X-9".into(), &"Ada".into()));
+    }),
+    ("calibrate --stand", |f| {
+        let other = |bias: &str| {
+            std::fs::write(f.join("stand.toml"), carrying(&format!("gyro_bias_rad_s = {bias}\n"))).unwrap();
+            run(f, bias, SHORT, &["--stand", "stand.toml"])["bias_rad_s"]["value"].as_f64().unwrap()
+        };
+        assert!((other("0.02") - other("0.01") - 0.01).abs() < 1e-3);
+    }),
+    ("calibrate --seed", |f| {
+        let [one, again, other] =
+            [("a", "1"), ("b", "1"), ("c", "2")].map(|(name, seed)| run(f, name, SHORT, &["--seed", seed])["scale"].clone());
+        assert!(one == again && one != other);
+    }),
+    ("calibrate --resume", |f| {
+        let before = run(f, "a", SHORT, &[]);
+        // As if the second step had not been done.
+        let mut journal: Value = serde_json::from_slice(&std::fs::read(f.join("a/journal.json")).unwrap()).unwrap();
+        journal["steps"].as_array_mut().unwrap().pop();
+        std::fs::write(f.join("a/journal.json"), journal.to_string()).unwrap();
+        std::fs::remove_file(f.join("a/02-two.parquet")).unwrap();
+        let after = json(f, &["calibrate", "gyro", "--out", "a", "--resume"]);
+        assert!(f.join("a/02-two.parquet").exists());
+        assert_eq!(before["record"]["steps"][0], after["record"]["steps"][0]);
+    }),
+    ("calibrate --from", |f| {
+        let answer = run(f, "a", SHORT, &[]);
+        assert_eq!(json(f, &["calibrate", "gyro", "--from", "a"])["scale"], answer["scale"]);
+    }),
+    #[cfg(unix)]
+    ("calibrate --port --into-stand", |f| {
+        let one = Served::new(f, &[]);
+        std::fs::write(f.join("own.toml"), format!("column = \"omega_rad_s\"\n{SHORT}")).unwrap();
+        let scale = || said(f, &one.port, "SETTings:rate_rad_s_per_code?\n").well().out;
+        let before = scale();
+        let words = ["calibrate", "gyro", "--session", "own.toml", "--port", &one.port, "--out"];
+        stand(f, &[&words[..], &["a"]].concat()).well();
+        assert_eq!(scale(), before);
+        stand(f, &[&words[..], &["b", "--into-stand"]].concat()).well();
+        assert_ne!(scale(), before);
+    }),
+    ("calibrate --into-model", |f| {
+        std::fs::write(f.join("own.toml"), format!("column = \"omega_rad_s\"\n{SHORT}")).unwrap();
+        let before = std::fs::read(f.join("model.toml")).unwrap();
+        stand(f, &["calibrate", "gyro", "--session", "own.toml", "--out", "a"]).well();
+        assert_eq!(before, std::fs::read(f.join("model.toml")).unwrap());
+        stand(f, &["calibrate", "gyro", "--from", "a", "--into-model", "model.toml"]).well();
+        assert!(std::fs::read_to_string(f.join("model.toml")).unwrap().contains("rate_scale"));
+    }),
+    ("calibrate --json", |f| {
+        run(f, "a", SHORT, &[]);
+        let printed = json(f, &["calibrate", "gyro", "--from", "a"]);
+        stand(f, &["calibrate", "gyro", "--from", "a", "--json", "a.json"]).well();
+        let written: Value = serde_json::from_slice(&std::fs::read(f.join("a.json")).unwrap()).unwrap();
+        assert_eq!(printed["scale"], written["scale"]);
+    }),
+    ("calibrate --html", |f| {
+        run(f, "a", SHORT, &[]);
+        page(f, &["calibrate", "gyro", "--from", "a"]);
+    }),
+    ("calibrate", |f| assert!(stand(f, &["calibrate"]).err.contains("<WHAT>"))),
+];
+
+/// A short session with these words, and its answer.
+pub fn run(folder: &Path, out: &str, session: &str, more: &[&str]) -> Value {
+    std::fs::write(folder.join("short.toml"), session).unwrap();
+    json(folder, &[&["calibrate", "gyro", "--session", "short.toml", "--out", out], more].concat())
+}
