@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use host_tools::calibrate::session::What;
 use rayon::prelude::*;
-use stand_tests::calibrations::{Compared, calibrated};
+use stand_tests::drawn_parts::{Compared, calibrated};
 
 fn main() {
     // Cargo itself passes `--bench`.

@@ -3,8 +3,8 @@
 
 pub mod bench;
 pub mod calibration;
-pub mod calibrations;
 pub mod draw;
+pub mod drawn_parts;
 pub mod drift;
 pub mod foreign;
 pub mod memory;

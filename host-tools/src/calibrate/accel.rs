@@ -233,8 +233,10 @@ fn combine(steps: &[&Step], product: f64, bias: f64, session: &Session, findings
     };
     let mut weighed: Vec<Vec<(f64, f64)>> = vec![Vec::new(); moving.len()];
     let mut witness = |name: &str, rates: Vec<(f64, f64)>| {
-        for (k, rate) in rates.iter().enumerate() {
-            weighed[k].push(*rate);
+        // A witness errs by more than its scatter: its own curve shows over all plateaus.
+        let off = moving.iter().zip(&rates).map(|(p, (rate, _))| (rate - p.rate_rad_s).powi(2)).sum::<f64>() / rates.len().max(1) as f64;
+        for (k, (rate, u)) in rates.iter().enumerate() {
+            weighed[k].push((*rate, u.hypot(off.sqrt())));
         }
         witnesses.push((name.to_owned(), moving.iter().zip(&rates).map(|(p, (rate, _))| (p.rate_rad_s, rate - p.rate_rad_s)).collect()));
     };
@@ -284,7 +286,7 @@ fn combine(steps: &[&Step], product: f64, bias: f64, session: &Session, findings
     let part = Part::measured("number of plateaus", rms / (2.0 * n).sqrt(), n, "standard uncertainty of a standard deviation");
     findings.quantities.push(
         Quantity::new("combined_rms_rad_s", "rad/s", rms, vec![part])
-            .saying("weighted combination of all witnesses but the encoder, less the encoder, over the plateaus of one run"),
+            .saying("weighted combination of all witnesses but the encoder, less the encoder, over the plateaus of one run; weights by scatter and by departure"),
     );
     findings.curves.push(Curve {
         title: "All witnesses of one run, less the encoder".into(),

@@ -3,7 +3,7 @@
 use super::{Given, samples};
 use crate::calibrate::plateaus::{Plateau, plateaus};
 use crate::calibrate::{CalibrateError, Curve, EARTH_RAD_S, Findings, Known, Step};
-use crate::uncertainty::{Fit, Part, Quantity, least_squares};
+use crate::uncertainty::{Fit, Kind, Part, Quantity, least_squares};
 
 /// Logs below this part of the greatest rate are for thresholds, not for the characteristic.
 const SMALL: f64 = 0.05;
@@ -113,13 +113,11 @@ impl Characteristic {
         if !self.by_drift.is_empty() {
             let moved: f64 = gradient.iter().zip(&self.by_drift).map(|(g, c)| g * c).sum();
             let (drift, u) = self.drift;
-            parts.push(Part::known(
-                "drift",
-                drift.hypot(u),
-                "1/s",
-                moved,
-                "the order of the plateaus does not tell drift from rate; as large as it is seen within them",
-            ));
+            let says = "the order of the plateaus does not tell drift from rate; as large as it is seen within them";
+            // Seen in this log, and of this log alone.
+            let seen =
+                Part { kind: Kind::A, dof: self.points.len() as f64 - 1.0, ..Part::known("drift", drift.hypot(u), "1/s", moved, says) };
+            parts.push(seen);
         }
         (value, parts)
     }
