@@ -27,23 +27,22 @@ struct Window {
     y: f64,
 }
 
-/// A window with so many samples at a column's greatest or least value is at the end of the part's range, and shows no more than that.
+/// A window with so many samples at the greatest size that either axis shows is at the end of the part's range, and shows no more than that.
 const AT_END: usize = 3;
+/// Both ends of a range are one code apart in size.
+const END: f64 = 1e-4;
 /// Where the angle is off its parabola by more than this many times what it is elsewhere, the acceleration changed within the window.
 const BENT: f64 = 3.0;
 
 fn windows(step: &Step) -> Vec<Window> {
     let log = &step.log;
-    let ends = |column: &[f64]| column.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
     let (Some(theta), Some(x), Some(y)) = (log.column("theta_rad"), log.column("accel_x_m_s2"), log.column("accel_y_m_s2")) else {
         return Vec::new();
     };
-    let ends = [ends(x), ends(y)];
-    let at_end = |k: usize, rows: &Range<usize>| {
-        let column = if k == 0 { x } else { y };
-        let (low, high) = ends[k];
-        let count = |end: f64| column[rows.clone()].iter().filter(|v| **v == end).count();
-        low < high && count(low).max(count(high)) >= AT_END
+    let most = x.iter().chain(y).fold(0.0_f64, |most, v| most.max(v.abs()));
+    let at_end = |rows: &Range<usize>| {
+        let is = |column: &[f64]| column[rows.clone()].iter().filter(|v| v.abs() >= most * (1.0 - END)).count() >= AT_END;
+        most > 0.0 && (is(x) || is(y))
     };
     let t_s = log.t_s();
     let size = ((WINDOW_S / log.median_dt_s().max(1e-9)).round() as usize).max(8);
@@ -51,7 +50,7 @@ fn windows(step: &Step) -> Vec<Window> {
     for segment in log.segments() {
         for from in segment.clone().step_by(size).filter(|from| from + size <= segment.end) {
             let rows = from..from + size;
-            if at_end(0, &rows) || at_end(1, &rows) {
+            if at_end(&rows) {
                 continue;
             }
             let length_s = t_s[rows.end - 1] - t_s[rows.start];
@@ -309,21 +308,22 @@ mod tests {
     use crate::calibrate::Mounted;
     use crate::log::{Column, Log};
 
-    /// A platform that speeds up from 0 to 20 rad/s by 5 rad/s², and what a part at this radius and angle shows of it by theory.md §4.
+    /// A platform that speeds up from 0 to 20 rad/s by 5 rad/s² and down again, and what a part at this radius and angle shows of it by theory.md §4.
     fn step(radius_m: f64, chi_rad: f64) -> Step {
-        let t_s: Vec<f64> = (0..4000).map(|k| f64::from(k) * 1e-3).collect();
+        let t_s: Vec<f64> = (0..8000).map(|k| f64::from(k) * 1e-3).collect();
         let (sin, cos) = chi_rad.sin_cos();
         let force = |t: &f64| {
-            let (rate, acceleration) = (5.0 * t, 5.0);
+            let (rate, acceleration) = if *t < 4.0 { (5.0 * t, 5.0) } else { (5.0 * (8.0 - t), -5.0) };
             [-rate * rate * radius_m * cos + acceleration * radius_m * sin, rate * rate * radius_m * sin + acceleration * radius_m * cos]
         };
+        let angle = |t: &f64| if *t < 4.0 { 2.5 * t * t } else { 80.0 - 2.5 * (8.0 - t).powi(2) };
         let at_10 = force(&2.0);
         if (radius_m, chi_rad.to_degrees()) == (0.05, 2.0) {
             assert!((at_10[0] + 4.988_229_261).abs() < 1e-9 && (at_10[1] - 0.424_345_190).abs() < 1e-9, "{at_10:?}");
         }
         let column = |name: &str, values: Vec<f64>| Column { name: name.into(), values };
         let columns = vec![
-            column("theta_rad", t_s.iter().map(|t| 2.5 * t * t).collect()),
+            column("theta_rad", t_s.iter().map(angle).collect()),
             column("accel_x_m_s2", t_s.iter().map(|t| force(t)[0]).collect()),
             column("accel_y_m_s2", t_s.iter().map(|t| force(t)[1]).collect()),
             column("t_s", t_s),
