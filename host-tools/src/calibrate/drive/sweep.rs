@@ -70,7 +70,7 @@ fn linear(log: &Log, u_V: &[f64], theta: &[f64]) -> Result<Linear, &'static str>
     let y: Vec<f64> = used.iter().map(|(_, rate, ..)| *rate).collect();
     let fit = least_squares(&rows, &y).ok_or("voltage and angle do not tell its parameters apart")?;
     let beta = fit.coefficients[2];
-    if !(beta > 0.0) {
+    if beta.is_nan() || beta <= 0.0 {
         return Err("no fall of the gain is in sight: begin the chirp at a lower frequency");
     }
     // What is left is white where it is the encoder's noise; a torque that comes and goes leaves more than that says.

@@ -126,7 +126,7 @@ fn piece_response(t_s: &[f64], theta: &[f64], shown: &[f64], age: Option<&[f64]>
 pub(super) fn add(steps: &[&Step], given: &Given, findings: &mut Findings) {
     let found = responses(steps, given);
     let own = |s: &&Step| note(&s.log, "sensor_filter_Hz").filter(|_| given.column != "omega_rad_s");
-    let filter_Hz = steps.iter().find_map(|s| own(s));
+    let filter_Hz = steps.iter().find_map(own);
     let Some(h) = transfer(&found, filter_Hz) else {
         return findings.lacks("bandwidth_Hz", "it takes sines of three frequencies or more, or a chirp (mode voltage)");
     };
