@@ -46,7 +46,7 @@ pub fn sensor(seed: u64, known: &Known, full_scale_rad_s: f64) -> (ImuSetup, Tru
         None => side(&mut d, super::EARTH_RAD_S),
     };
     let radius_m = 0.05 + side(&mut d, known.radius_error_m);
-    let (chi_deg, accel_scale) = (side(&mut d, 5.0), 1.0 + side(&mut d, 0.02));
+    let (chi_deg, accel_scale) = (side(&mut d, 5.0), 1.0 + side(&mut d, known.scale_percent / 100.0));
     let accel_bias = side(&mut d, 0.3);
     let imu = ImuSetup {
         gyro_scale: scale * misalignment.cos(),

@@ -7,6 +7,9 @@ use crate::calibrate::{Curve, Findings, Step};
 use crate::log::Log;
 use crate::uncertainty::{Part, Quantity};
 
+/// A step of the time stamp of the part under test, s (ISM330DHCX: DS13012, 25 µs).
+const STAMP_S: f64 = 25e-6;
+
 /// Less than this is no answer of the sensor to the platform.
 const COHERENT: f64 = 0.02;
 
@@ -149,8 +152,18 @@ pub(super) fn add(steps: &[&Step], given: &Given, findings: &mut Findings) {
     }
     let beside = filter_Hz.map_or(String::new(), |f| format!("; behind it the chip's own low-pass of {f:.0} Hz, which is believed"));
     let (delay, u) = h.delay_s();
+    let mut parts = vec![scatter(u)];
+    if filter_Hz.is_some() {
+        parts.push(Part::within(
+            "time stamp",
+            STAMP_S,
+            "s",
+            1.0,
+            "the part under test stamps its samples in steps of 25 µs, and the stand reckons their age from that",
+        ));
+    }
     findings.quantities.push(
-        Quantity::new("delay_s", "s", delay, vec![scatter(u)])
+        Quantity::new("delay_s", "s", delay, parts)
             .saying(format!("transport delay, apart from the lag; the sample's own age taken off where the log has it{beside}")),
     );
     if let Some((zeta, u)) = h.damping() {
