@@ -2,7 +2,7 @@
 
 use super::{Given, samples};
 use crate::calibrate::lock_in::{Response, lock_in};
-use crate::calibrate::response::{Transfer, transfer};
+use crate::calibrate::response::{Order, Transfer, transfer};
 use crate::calibrate::{Curve, Findings, Step};
 use crate::log::Log;
 use crate::uncertainty::{Part, Quantity};
@@ -137,9 +137,15 @@ pub(super) fn add(steps: &[&Step], given: &Given, findings: &mut Findings) {
         Part::measured("noise", u, h.dof, format!("{} frequencies; scatter {:.2} × their own uncertainty", found.len(), h.ratio.max(0.0)))
     };
     let highest_Hz = found.last().map_or(0.0, |r| r.frequency_Hz);
-    match h.bandwidth_Hz() {
-        Some((value, u)) => {
-            let clock = Part::known("clock", crate::uncertainty::rectangular(given.known.crystal_ppm * 1e-6), "1", value, "crystal");
+    match (h.bandwidth_Hz(), filter_Hz) {
+        // A believed low-pass is no measurement.
+        (Some(_), Some(chip_Hz)) if h.order() == Order::Delay => {
+            let why =
+                format!("up to {highest_Hz:.0} Hz nothing shows beside the chip's own low-pass of {chip_Hz:.0} Hz, which is believed");
+            findings.lacks("bandwidth_Hz", why);
+        }
+        (Some((value, u)), _) => {
+            let clock = Part::within("clock", given.known.crystal_ppm * 1e-6, "1", value, "crystal");
             let q = Quantity::new("bandwidth_Hz", "Hz", value, vec![scatter(u), clock]);
             let how = if value > highest_Hz {
                 format!("; beyond {highest_Hz:.0} Hz, the highest that was run: by the fitted form")
@@ -148,7 +154,7 @@ pub(super) fn add(steps: &[&Step], given: &Given, findings: &mut Findings) {
             };
             findings.quantities.push(q.saying(format!("where the gain has fallen by 3 dB; {}{how}", h.order().says())));
         }
-        None => findings.lacks("bandwidth_Hz", format!("no fall by 3 dB is in sight of {highest_Hz:.0} Hz, the highest that was run")),
+        (None, _) => findings.lacks("bandwidth_Hz", format!("no fall by 3 dB is in sight of {highest_Hz:.0} Hz, the highest that was run")),
     }
     let beside = filter_Hz.map_or(String::new(), |f| format!("; behind it the chip's own low-pass of {f:.0} Hz, which is believed"));
     let (delay, u) = h.delay_s();
