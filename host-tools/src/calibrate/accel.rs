@@ -5,7 +5,7 @@
 //! second radius can), the angle χ, the biases; where it is blind; and the rates that gyro, accelerometer, encoder and back-EMF give of one run, with
 //! their weighted combination.
 //!
-//! The angle is fitted by a parabola over [`WINDOW_S`]: its slope is Ω, its curvature Ω′.
+//! The angle is fitted by a cubic over [`WINDOW_S`]: its slope is Ω, its curvature Ω′.
 
 use super::plateaus::{Plateau, plateaus};
 use super::session::Session;
@@ -31,7 +31,7 @@ struct Window {
 const AT_END: usize = 3;
 /// Both ends of a range are one code apart in size.
 const END: f64 = 1e-4;
-/// Where the angle is off its parabola by more than this many times what it is elsewhere, the acceleration changed within the window.
+/// Where the angle is off its cubic by more than this many times what it is elsewhere, the acceleration changed within the window.
 const BENT: f64 = 3.0;
 
 fn windows(step: &Step) -> Vec<Window> {
@@ -55,15 +55,16 @@ fn windows(step: &Step) -> Vec<Window> {
             }
             let length_s = t_s[rows.end - 1] - t_s[rows.start];
             let middle_s = 0.5 * (t_s[rows.start] + t_s[rows.end - 1]);
-            let parabola: Vec<Vec<f64>> =
-                rows.clone().map(|k| (t_s[k] - middle_s, 1.0)).map(|(t, one)| vec![one, t, 0.5 * t * t]).collect();
-            let Some(fit) = least_squares(&parabola, &theta[rows.clone()]) else { continue };
+            let cubic: Vec<Vec<f64>> =
+                rows.clone().map(|k| t_s[k] - middle_s).map(|t| vec![1.0, t, t * t / 2.0, t * t * t / 6.0]).collect();
+            let Some(fit) = least_squares(&cubic, &theta[rows.clone()]) else { continue };
+            let [rate, acceleration, jerk] = [fit.coefficients[1], fit.coefficients[2], fit.coefficients[3]];
             let mean = |of: &dyn Fn(usize) -> f64| rows.clone().map(of).sum::<f64>() / size as f64;
             scatters.push(fit.scatter);
             found.push(Window {
                 // Of the middle's rate, and of what it changes to both sides.
-                square: fit.coefficients[1].powi(2) + (fit.coefficients[2] * length_s).powi(2) / 12.0,
-                acceleration: fit.coefficients[2],
+                square: rate * rate + (acceleration * acceleration + rate * jerk) * length_s.powi(2) / 12.0,
+                acceleration,
                 cos: mean(&|k| theta[k].cos()),
                 sin: mean(&|k| theta[k].sin()),
                 x: mean(&|k| x[k]),
