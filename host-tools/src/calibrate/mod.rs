@@ -22,6 +22,7 @@ pub mod session;
 pub mod trend;
 
 use crate::log::Log;
+use crate::report::finite;
 use crate::uncertainty::Quantity;
 use serde::{Deserialize, Serialize};
 
@@ -139,6 +140,20 @@ pub struct Curve {
     pub beside: Vec<(String, Vec<(f64, f64)>)>,
     /// What the result says, as a line.
     pub line: Vec<(f64, f64)>,
+}
+
+impl Curve {
+    /// A frequency response: points measured, the line by the result.
+    pub fn over_frequency(title: &str, y: &str, points: Vec<(f64, f64)>, line: Vec<(f64, f64)>) -> Self {
+        Self { title: title.into(), x: "frequency, Hz".into(), y: y.into(), is_log: true, points, line, ..Self::default() }
+    }
+
+    /// What was measured, for whoever draws it anew: the title, both axes, the points of each series.
+    fn json(&self) -> serde_json::Value {
+        let pairs = |points: &[(f64, f64)]| points.iter().map(|(x, y)| serde_json::json!([finite(*x), finite(*y)])).collect::<Vec<_>>();
+        let beside: Vec<_> = self.beside.iter().map(|(name, points)| serde_json::json!({"name": name, "points": pairs(points)})).collect();
+        serde_json::json!({"title": self.title, "x": self.x, "y": self.y, "points": pairs(&self.points), "beside": beside, "line": pairs(&self.line)})
+    }
 }
 
 /// What came of the logs.

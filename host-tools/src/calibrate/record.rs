@@ -5,7 +5,7 @@
 
 use super::session::journal::{Journal, JournalError};
 use super::session::{Session, What};
-use super::{CalibrateError, Findings, gyro};
+use super::{CalibrateError, Curve, Findings, gyro};
 use crate::uncertainty::Quantity;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -121,6 +121,7 @@ impl Record {
             "interruptions": j.interruptions,
             "absent": self.findings.absent.iter().map(|(name, why)| json!({"name": name, "why": why})).collect::<Vec<_>>(),
             "says": self.findings.says,
+            "curves": self.findings.curves.iter().map(Curve::json).collect::<Vec<_>>(),
         })
     }
 }

@@ -118,23 +118,14 @@ pub(super) fn add(steps: &[Step], session: &Session, findings: &mut Findings) {
     let low = 0.1 * value;
     let high = found.last().map_or(10.0 * value, |r| r.frequency_Hz);
     let grid: Vec<f64> = (0..=100).map(|k| low * (high / low).powf(f64::from(k) / 100.0)).collect();
-    let curve = |title: &str, y: &str, points: Vec<(f64, f64)>, line: Vec<(f64, f64)>| Curve {
-        title: title.into(),
-        x: "frequency, Hz".into(),
-        y: y.into(),
-        is_log: true,
-        points,
-        line,
-        ..Curve::default()
-    };
     let dB = |x: f64| 20.0 * x.max(1e-12).log10();
-    findings.curves.push(curve(
+    findings.curves.push(Curve::over_frequency(
         "Frequency response, voltage to rate: gain",
         "gain, dB re 1 rad/s/V",
         found.iter().map(|r| (r.frequency_Hz, dB(r.gain()))).collect(),
         grid.iter().map(|f| (*f, dB(h.at(*f).norm()))).collect(),
     ));
-    findings.curves.push(curve(
+    findings.curves.push(Curve::over_frequency(
         "Frequency response, voltage to rate: phase",
         "phase, °",
         found.iter().map(|r| (r.frequency_Hz, r.phase_rad().to_degrees())).collect(),

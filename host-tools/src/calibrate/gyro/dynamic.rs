@@ -182,30 +182,27 @@ pub(super) fn add(steps: &[&Step], given: &Given, findings: &mut Findings) {
     findings.curves.extend(pictures(&found, &h));
 }
 
-fn pictures(found: &[Response], h: &Transfer) -> [Curve; 2] {
+fn pictures(found: &[Response], h: &Transfer) -> [Curve; 3] {
     let (low, high) = (found.first().map_or(1.0, |r| r.frequency_Hz), found.last().map_or(1.0, |r| r.frequency_Hz));
     let grid: Vec<f64> = (0..=100).map(|k| low * (high / low).powf(f64::from(k) / 100.0)).collect();
-    let curve = |title: &str, y: &str, points: Vec<(f64, f64)>, line: Vec<(f64, f64)>| Curve {
-        title: title.into(),
-        x: "frequency, Hz".into(),
-        y: y.into(),
-        is_log: true,
-        points,
-        line,
-        ..Curve::default()
-    };
     [
-        curve(
+        Curve::over_frequency(
             "Gain against the encoder",
             "shown over rate",
             found.iter().map(|r| (r.frequency_Hz, r.gain())).collect(),
             grid.iter().map(|f| (*f, h.at(*f).norm())).collect(),
         ),
-        curve(
+        Curve::over_frequency(
             "Phase against the encoder",
             "phase, °",
             found.iter().map(|r| (r.frequency_Hz, r.phase_rad().to_degrees())).collect(),
             grid.iter().map(|f| (*f, h.at(*f).arg().to_degrees())).collect(),
+        ),
+        Curve::over_frequency(
+            "Coherence",
+            "part of the power that goes with the platform",
+            found.iter().map(|r| (r.frequency_Hz, r.coherence)).collect(),
+            Vec::new(),
         ),
     ]
 }
