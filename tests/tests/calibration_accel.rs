@@ -72,7 +72,8 @@ fn what_is_beyond_the_part_s_range_is_left_out() {
 fn a_stand_that_leans_changes_neither() {
     for (lean_deg, seed) in [(0.0_f64, 4), (5.0, 5)] {
         let findings = accel(0.0, &turning("near", &format!("radius_m = 0.05, tilt_deg = {lean_deg}")), seed);
-        holds(&findings, "scale", 1.02, 2.5e-3);
+        // What gravity bends within a window, the cubic of the angle does not follow.
+        holds(&findings, "scale", 1.02, 3.5e-3);
         holds(&findings, "angle_deg", 1.2, 0.1);
         // 5° are 0.85 m/s² that come round with the angle.
         holds(&findings, "bias_x_m_s2", 0.15, 0.02);
