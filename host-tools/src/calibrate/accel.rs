@@ -5,7 +5,7 @@
 //! second radius can), the angle χ, the biases; where it is blind; and the rates that gyro, accelerometer, encoder and back-EMF give of one run, with
 //! their weighted combination.
 //!
-//! The angle is fitted by a cubic over [`WINDOW_S`]: its slope is Ω, its curvature Ω′.
+//! The angle is fitted by a parabola over [`WINDOW_S`]: its slope is Ω, its curvature Ω′.
 
 use super::plateaus::{Plateau, plateaus};
 use super::session::Session;
@@ -14,7 +14,7 @@ use crate::uncertainty::{Fit, Part, Quantity, least_squares, rectangular};
 use std::ops::Range;
 
 /// Length of a window, s.
-const WINDOW_S: f64 = 0.05;
+const WINDOW_S: f64 = 0.03;
 
 /// Means over a window.
 struct Window {
@@ -31,7 +31,9 @@ struct Window {
 const AT_END: usize = 3;
 /// Both ends of a range are one code apart in size.
 const END: f64 = 1e-4;
-/// Where the angle is off its cubic by more than this many times what it is elsewhere, the acceleration changed within the window.
+/// Gravity that comes round with more than this says that the stand leans, m/s²: half a degree.
+const LEANING_M_S2: f64 = 0.09;
+/// Where the angle is off its parabola by more than this many times what it is elsewhere, the acceleration changed within the window.
 const BENT: f64 = 3.0;
 
 fn windows(step: &Step) -> Vec<Window> {
@@ -55,15 +57,14 @@ fn windows(step: &Step) -> Vec<Window> {
             }
             let length_s = t_s[rows.end - 1] - t_s[rows.start];
             let middle_s = 0.5 * (t_s[rows.start] + t_s[rows.end - 1]);
-            let cubic: Vec<Vec<f64>> =
-                rows.clone().map(|k| t_s[k] - middle_s).map(|t| vec![1.0, t, t * t / 2.0, t * t * t / 6.0]).collect();
-            let Some(fit) = least_squares(&cubic, &theta[rows.clone()]) else { continue };
-            let [rate, acceleration, jerk] = [fit.coefficients[1], fit.coefficients[2], fit.coefficients[3]];
+            let parabola: Vec<Vec<f64>> = rows.clone().map(|k| t_s[k] - middle_s).map(|t| vec![1.0, t, t * t / 2.0]).collect();
+            let Some(fit) = least_squares(&parabola, &theta[rows.clone()]) else { continue };
+            let [rate, acceleration] = [fit.coefficients[1], fit.coefficients[2]];
             let mean = |of: &dyn Fn(usize) -> f64| rows.clone().map(of).sum::<f64>() / size as f64;
             scatters.push(fit.scatter);
             found.push(Window {
                 // Of the middle's rate, and of what it changes to both sides.
-                square: rate * rate + (acceleration * acceleration + rate * jerk) * length_s.powi(2) / 12.0,
+                square: rate * rate + (acceleration * length_s).powi(2) / 12.0,
                 acceleration,
                 cos: mean(&|k| theta[k].cos()),
                 sin: mean(&|k| theta[k].sin()),
@@ -106,7 +107,10 @@ impl AtRadius {
 }
 
 fn at_radius(steps: &[&Step]) -> Option<AtRadius> {
-    let all: Vec<Window> = steps.iter().flat_map(|step| windows(step)).collect();
+    // Gravity comes round with the angle: a step whose angle is from another zero than the index does not go with those from it.
+    let has_index = steps.iter().any(|step| step.log.theta_zero_is_index());
+    let from_one_zero = steps.iter().filter(|step| step.log.theta_zero_is_index() == has_index);
+    let all: Vec<Window> = from_one_zero.flat_map(|step| windows(step)).collect();
     let rows: Vec<Vec<f64>> = all.iter().map(|w| vec![1.0, w.square, w.acceleration, w.cos, w.sin]).collect();
     let x: Vec<f64> = all.iter().map(|w| w.x).collect();
     let y: Vec<f64> = all.iter().map(|w| w.y).collect();
@@ -177,11 +181,20 @@ pub fn calibrate(steps: &[Step], session: &Session) -> Result<Findings, Calibrat
     }
     let [(c, uc), (s, us)] = near.effective();
     let angle_u = (s * uc).hypot(c * us) / (c * c + s * s);
-    findings.quantities.push(
-        Quantity::new("angle_deg", "°", s.atan2(c).to_degrees(), vec![scatter(angle_u.to_degrees(), &near.x)])
-            .saying("from outward to the sensor's x, towards the motion"),
-    );
-    for (name, fit) in [("bias_x_m_s2", &near.x), ("bias_y_m_s2", &near.y)] {
+    // Seen: on a stand that leans by degrees angle and biases came out wrong by more than its uncertainty, by where the disc stood.
+    let gravity = near.x.coefficients[3].hypot(near.x.coefficients[4]);
+    if gravity > LEANING_M_S2 {
+        let why = format!("gravity comes round with {gravity:.2} m/s² and hides it: level the stand to half a degree");
+        for name in ["angle_deg", "bias_x_m_s2", "bias_y_m_s2"] {
+            findings.lacks(name, why.clone());
+        }
+    } else {
+        findings.quantities.push(
+            Quantity::new("angle_deg", "°", s.atan2(c).to_degrees(), vec![scatter(angle_u.to_degrees(), &near.x)])
+                .saying("from outward to the sensor's x, towards the motion"),
+        );
+    }
+    for (name, fit) in [("bias_x_m_s2", &near.x), ("bias_y_m_s2", &near.y)].into_iter().filter(|_| gravity <= LEANING_M_S2) {
         findings.quantities.push(
             Quantity::new(name, "m/s²", fit.coefficients[0], vec![scatter(fit.sigma(0), fit)])
                 .saying("gravity on a leaning stand is taken off by the angle"),
