@@ -31,8 +31,6 @@ struct Window {
 const AT_END: usize = 3;
 /// Both ends of a range are one code apart in size.
 const END: f64 = 1e-4;
-/// Gravity that comes round with more than this says that the stand leans, m/s²: half a degree.
-const LEANING_M_S2: f64 = 0.09;
 /// Where the angle is off its parabola by more than this many times what it is elsewhere, the acceleration changed within the window.
 const BENT: f64 = 3.0;
 
@@ -181,20 +179,11 @@ pub fn calibrate(steps: &[Step], session: &Session) -> Result<Findings, Calibrat
     }
     let [(c, uc), (s, us)] = near.effective();
     let angle_u = (s * uc).hypot(c * us) / (c * c + s * s);
-    // Seen: on a stand that leans by degrees angle and biases came out wrong by more than its uncertainty, by where the disc stood.
-    let gravity = near.x.coefficients[3].hypot(near.x.coefficients[4]);
-    if gravity > LEANING_M_S2 {
-        let why = format!("gravity comes round with {gravity:.2} m/s² and hides it: level the stand to half a degree");
-        for name in ["angle_deg", "bias_x_m_s2", "bias_y_m_s2"] {
-            findings.lacks(name, why.clone());
-        }
-    } else {
-        findings.quantities.push(
-            Quantity::new("angle_deg", "°", s.atan2(c).to_degrees(), vec![scatter(angle_u.to_degrees(), &near.x)])
-                .saying("from outward to the sensor's x, towards the motion"),
-        );
-    }
-    for (name, fit) in [("bias_x_m_s2", &near.x), ("bias_y_m_s2", &near.y)].into_iter().filter(|_| gravity <= LEANING_M_S2) {
+    findings.quantities.push(
+        Quantity::new("angle_deg", "°", s.atan2(c).to_degrees(), vec![scatter(angle_u.to_degrees(), &near.x)])
+            .saying("from outward to the sensor's x, towards the motion"),
+    );
+    for (name, fit) in [("bias_x_m_s2", &near.x), ("bias_y_m_s2", &near.y)]{
         findings.quantities.push(
             Quantity::new(name, "m/s²", fit.coefficients[0], vec![scatter(fit.sigma(0), fit)])
                 .saying("gravity on a leaning stand is taken off by the angle"),

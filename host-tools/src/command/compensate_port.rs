@@ -13,7 +13,7 @@ use stand_firmware::settings::{FIELDS, Kept};
 
 use super::compensate::{Compensate, of_a_model};
 use super::error::Trouble;
-use super::record::index;
+use super::record::has_index;
 use crate::link::{Link, LinkError};
 
 /// How long is looked whether the stand knows its index.
@@ -117,10 +117,10 @@ fn kept(link: &mut Link) -> Result<Kept, Trouble> {
 
 /// Whether the stand has seen its index since it was switched on.
 fn knows_index(link: &mut Link) -> Result<bool, Trouble> {
-    for order in ["STReam:DECimation 1", "STReam:CHANnels theta_rad,from_index_rad", "STReam ON"] {
+    for order in ["STReam:DECimation 1", "STReam:CHANnels from_index_rad", "STReam ON"] {
         link.tell(order)?;
     }
-    let zero = index(link, LOOK)?;
+    let seen = has_index(link, LOOK)?;
     link.tell("STReam OFF")?;
-    Ok(zero.is_some())
+    Ok(seen)
 }

@@ -19,7 +19,7 @@ use super::profile::{self, ProfileWords};
 use super::sim::Drive;
 use crate::link::{Heard, Link, LinkError, ports};
 use crate::log::Log;
-use crate::record::{Place, Recorder, Taken};
+use crate::record::{Place, Recorder, Taken, shows_index};
 
 /// A stand that says nothing for this long has gone.
 const SILENCE: Duration = Duration::from_secs(3);
@@ -103,17 +103,17 @@ impl Record {
         for order in &orders {
             link.tell(order)?;
         }
-        let zero_rad = self.zero(&mut link)?;
-        let head = self.head(&mut link, zero_rad.is_some(), notes)?;
+        let has_index = self.find_index(&mut link)?;
+        let head = self.head(&mut link, has_index, notes)?;
         link.tell(&format!("STReam:DECimation {}", self.decimation))?;
         let more: String = self.also.iter().map(|name| format!(",{name}")).collect();
         link.tell(&format!("{}{more}", self.channels()))?;
         let file = place.create().map_err(|e| Trouble::file(place.meanwhile(), "write", &e))?;
         let channels = Channels::USUAL;
-        let mut recorder = Recorder::new(file, self.mode_channels(channels).and(also), zero_rad.unwrap_or(0.0), head);
+        let mut recorder = Recorder::new(file, self.mode_channels(channels).and(also), head);
         let begun = Instant::now();
         let end = self.measure(&mut link, &mut recorder, place.meanwhile())?;
-        self.close(&mut link, recorder, &place, end, zero_rad.is_some(), begun)
+        self.close(&mut link, recorder, &place, end, has_index, begun)
     }
 
     /// What is told to the stand before the profile begins.
@@ -162,25 +162,25 @@ impl Record {
         }
     }
 
-    /// What must be added to the stand's angles so that their zero is the index; `None` where it was not seen.
-    fn zero(&self, link: &mut Link) -> Result<Option<f64>, Trouble> {
+    /// Whether the index was seen, so that angles of the next stream are from there; `--find-index` turns the platform until it is.
+    fn find_index(&self, link: &mut Link) -> Result<bool, Trouble> {
         link.tell("STReam:DECimation 1")?;
-        link.tell("STReam:CHANnels theta_rad,from_index_rad")?;
+        link.tell("STReam:CHANnels from_index_rad")?;
         link.tell("STReam ON")?;
-        let mut zero = index(link, Duration::from_millis(200))?;
-        if zero.is_none() && self.find_index {
+        let mut seen = has_index(link, Duration::from_millis(200))?;
+        if !seen && self.find_index {
             link.tell(WATCH)?;
             link.tell(&format!("SOURce:RATE {LOOK_RAD_S} RAD/S"))?;
             link.tell("SOURce:MODE RATE")?;
             let begun = Instant::now();
-            while zero.is_none() && begun.elapsed() < LOOK {
+            while !seen && begun.elapsed() < LOOK {
                 link.tell("HOST:ARM 5 S")?;
-                zero = index(link, EACH)?;
+                seen = has_index(link, EACH)?;
             }
             link.tell("SOURce:RATE 0 RAD/S")?;
             std::thread::sleep(EACH);
             link.tell("OUTPut OFF")?;
-            if zero.is_none() {
+            if !seen {
                 link.tell("STReam OFF")?;
                 return Err(Trouble::Input(
                     "--find-index: the platform was turned and its index was not seen; is it free, is the index wired?".to_owned(),
@@ -188,11 +188,11 @@ impl Record {
             }
         }
         link.tell("STReam OFF")?;
-        Ok(zero)
+        Ok(seen)
     }
 
     /// What the log says of itself: interfaces.md, "Logs".
-    fn head(&self, link: &mut Link, zero_is_index: bool, more: Vec<(String, String)>) -> Result<Vec<(String, String)>, Trouble> {
+    fn head(&self, link: &mut Link, has_index: bool, more: Vec<(String, String)>) -> Result<Vec<(String, String)>, Trouble> {
         let mut setting = |name: &str| -> Result<Option<f64>, Trouble> {
             match link.ask(&format!("SETTings:{name}?")) {
                 Ok(reply) => Ok(reply.split_whitespace().next().and_then(|number| number.parse().ok())),
@@ -229,7 +229,7 @@ impl Record {
             notes.push(("encoder".to_owned(), format!("{counts} counts per turn")));
             notes.push(("theta_lsb_rad".to_owned(), format!("{:e}", std::f64::consts::TAU / counts)));
         }
-        if zero_is_index {
+        if has_index {
             notes.push(("theta_zero".to_owned(), "index".to_owned()));
         }
         notes.extend(rate_lsb.map(|lsb| ("omega_lsb_rad_s".to_owned(), format!("{lsb:e}"))));
@@ -303,7 +303,7 @@ impl Record {
         recorder: Recorder<W>,
         place: &Place,
         mut end: End,
-        has_zero: bool,
+        has_index: bool,
         begun: Instant,
     ) -> Result<(), Trouble> {
         let losses = link.losses();
@@ -348,7 +348,7 @@ impl Record {
         if !absent.is_empty() {
             text += &format!("not in the log, for the stand has no values: {absent}\n");
         }
-        if !has_zero {
+        if !has_index {
             text += "the index was not seen: the angle's zero is arbitrary (--find-index turns the platform first)\n";
         }
         if let Some(how) = &how {
@@ -359,7 +359,7 @@ impl Record {
             json!({
                 "log": self.out.display().to_string(), "samples": rows, "duration_s": log.duration_s(),
                 "lost_rows": losses.rows, "lost_frames": losses.frames, "damaged": losses.damaged, "left_out": left_out,
-                "theta_zero": if has_zero { json!("index") } else { serde_json::Value::Null },
+                "theta_zero": if has_index { json!("index") } else { serde_json::Value::Null },
                 "ended": how,
             })
         })?;
@@ -375,19 +375,17 @@ impl Record {
     }
 }
 
-/// Where the index is: what its distance from the angle's zero is, once a row has both.
-pub(super) fn index(link: &mut Link, within: Duration) -> Result<Option<f64>, Trouble> {
+/// Whether a row of the running stream says that the index was seen; `from_index_rad` must be among its channels.
+pub(super) fn has_index(link: &mut Link, within: Duration) -> Result<bool, Trouble> {
     let until = Instant::now() + within;
     while Instant::now() < until {
-        if let Some(Heard::Row(row)) = link.next(Duration::from_millis(20))? {
-            let value = |name: &str| row.named().find(|(n, _)| *n == name).map_or(f64::NAN, |(_, value)| value);
-            let zero_rad = value("from_index_rad") - value("theta_rad");
-            if zero_rad.is_finite() {
-                return Ok(Some(zero_rad));
-            }
+        if let Some(Heard::Row(row)) = link.next(Duration::from_millis(20))?
+            && shows_index(&row)
+        {
+            return Ok(true);
         }
     }
-    Ok(None)
+    Ok(false)
 }
 
 /// `NAME=VALUE` in two.

@@ -20,6 +20,11 @@ const PATIENCE_ROWS: u32 = 100;
 /// Board clock steps in a second.
 const STEPS_PER_S: f64 = 1e7;
 
+/// Whether the row says how far the platform is from its index: the index was seen, and the stand counts the angles of the next stream from there.
+pub fn shows_index(row: &RowFrame) -> bool {
+    row.named().any(|(name, value)| name == "from_index_rad" && value.is_finite())
+}
+
 /// What becomes of a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Taken {
@@ -42,8 +47,6 @@ pub struct Recorder<W: Write> {
     /// Columns beside the time, by their names in a row.
     columns: Vec<&'static str>,
     absent: Vec<&'static str>,
-    /// Added to the angles: their zero is the index.
-    zero_rad: f64,
     csv: Option<CsvWriter<W>>,
     waited: u32,
     first_at: u64,
@@ -55,8 +58,8 @@ pub struct Recorder<W: Write> {
 }
 
 impl<W: Write> Recorder<W> {
-    /// A log of these channels into `out`, with these notes at its head; `zero_rad` is added to all angles.
-    pub fn new(out: W, channels: Channels, zero_rad: f64, notes: Vec<(String, String)>) -> Self {
+    /// A log of these channels into `out`, with these notes at its head.
+    pub fn new(out: W, channels: Channels, notes: Vec<(String, String)>) -> Self {
         let columns: Vec<&'static str> = channels.iter().map(|c| c.name).filter(|name| known(name).is_some()).collect();
         Self {
             out: Some(out),
@@ -64,7 +67,6 @@ impl<W: Write> Recorder<W> {
             notes,
             columns,
             absent: Vec::new(),
-            zero_rad,
             csv: None,
             waited: 0,
             first_at: 0,
@@ -123,8 +125,7 @@ impl<W: Write> Recorder<W> {
         self.cells.clear();
         self.cells.push(row.at.saturating_sub(self.first_at) as f64 / STEPS_PER_S);
         for name in &self.columns {
-            let zero_rad = if matches!(*name, "theta_rad" | "theta_cmd_rad") { self.zero_rad } else { 0.0 };
-            self.cells.push(value(name) + zero_rad);
+            self.cells.push(value(name));
         }
         if self.cells.iter().any(|cell| !cell.is_finite()) {
             self.left_out += 1;

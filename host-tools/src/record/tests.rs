@@ -27,7 +27,7 @@ fn the_log_begins_when_each_column_has_a_value_and_reads_back() {
     let path = folder.path().join("log.csv");
     let out = std::fs::File::create(&path).unwrap();
     let first = row(0, false);
-    let mut recorder = Recorder::new(out, first.channels, 1.0, vec![("profile".to_owned(), "sine".to_owned())]);
+    let mut recorder = Recorder::new(out, first.channels, vec![("profile".to_owned(), "sine".to_owned())]);
     // The rate sensor has no values at all, the command comes with row 40.
     let taken: Vec<Taken> = (0..200).map(|k| recorder.take(&row(k, k >= 40 && k != 150)).unwrap()).collect();
     assert_eq!(taken.iter().filter(|t| **t == Taken::NotYet).count(), 99, "it waits for the sensor that is not there");
@@ -40,14 +40,14 @@ fn the_log_begins_when_each_column_has_a_value_and_reads_back() {
     assert_eq!(log.len(), 100);
     assert_eq!(log.t_s()[0], 0.0);
     assert!((log.t_s()[99] - 0.1).abs() < 1e-12, "{}", log.t_s()[99]);
-    assert!((log.column("theta_rad").unwrap()[0] - 1.99).abs() < 1e-9);
+    assert!((log.column("theta_rad").unwrap()[0] - 0.99).abs() < 1e-9);
     assert_eq!(log.segments().len(), 2, "the row that is left out is a gap");
     assert_eq!((log.note("profile"), log.note("lost_rows")), (Some("sine"), Some("0")));
 }
 
 #[test]
 fn a_fault_ends_the_log_before_its_row() {
-    let mut recorder = Recorder::new(Vec::new(), row(0, true).channels, 0.0, Vec::new());
+    let mut recorder = Recorder::new(Vec::new(), row(0, true).channels, Vec::new());
     let mut faulty = row(7, true);
     let bit = stand_firmware::telemetry::CHANNELS.iter().position(|c| c.name == "fault").unwrap();
     faulty.values[bit] = 3.0;

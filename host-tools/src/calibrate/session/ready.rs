@@ -5,6 +5,7 @@ use super::{Session, StepPlan, What};
 use crate::calibrate::Mounted;
 use crate::calibrate::session::journal::now;
 use crate::link::LinkError;
+use crate::record::shows_index;
 use crate::stand::{SessionError, Stand};
 use stand_firmware::profile::Parameter;
 use stand_firmware::telemetry::RowFrame;
@@ -71,33 +72,27 @@ pub(super) async fn at_rest(stand: &mut impl Stand, step: &str) -> Result<(), Ru
     Err(RunError::Turning { step: step.to_owned() })
 }
 
-/// What must be added to angles so that their zero is the index; it is looked for once, where the platform may turn.
-pub(super) async fn index(stand: &mut impl Stand, may_turn: bool) -> Result<Option<f64>, RunError> {
-    for order in ["STReam:DECimation 1", "STReam:CHANnels theta_rad,from_index_rad", "STReam ON"] {
+/// Whether the index was seen, so that angles of the next stream are from there; it is looked for once, where the platform may turn.
+pub(super) async fn index(stand: &mut impl Stand, may_turn: bool) -> Result<bool, RunError> {
+    for order in ["STReam:DECimation 1", "STReam:CHANnels from_index_rad", "STReam ON"] {
         stand.tell(order).await?;
     }
-    let seen = |rows: &[RowFrame]| {
-        rows.iter().rev().find_map(|row| {
-            let value = |name: &str| row.named().find(|(n, _)| *n == name).map_or(f64::NAN, |(_, value)| value);
-            let zero_rad = value("from_index_rad") - value("theta_rad");
-            zero_rad.is_finite().then_some(zero_rad)
-        })
-    };
-    let mut zero = seen(&stand.wait_s(0.1).await?);
-    if zero.is_none() && may_turn {
+    let shows = |rows: &[RowFrame]| rows.iter().any(shows_index);
+    let mut seen = shows(&stand.wait_s(0.1).await?);
+    if !seen && may_turn {
         for order in [WATCH.to_owned(), format!("SOURce:RATE {LOOK_RAD_S} RAD/S"), "SOURce:MODE RATE".into(), "OUTPut ON".into()] {
             stand.tell(&order).await?;
         }
         let mut waited_s = 0.0;
-        while zero.is_none() && waited_s < INDEX_S {
-            zero = seen(&stand.wait_s(0.5).await?);
+        while !seen && waited_s < INDEX_S {
+            seen = shows(&stand.wait_s(0.5).await?);
             waited_s += 0.5;
             stand.tell(WATCH).await?;
         }
         stand.tell("HOST:ARM 0 S").await?;
     }
     stand.tell("STReam OFF").await?;
-    Ok(zero)
+    Ok(seen)
 }
 
 /// What the log says of itself: interfaces.md, "Logs".

@@ -99,14 +99,14 @@ async fn record_into(
         return Err(RunError::Fault { step: name.clone(), fault });
     }
     at_rest(stand, name).await?;
-    let zero_rad = index(stand, plan.mode != How::Off).await?;
+    let has_index = index(stand, plan.mode != How::Off).await?;
     at_rest(stand, name).await?;
     let config = plan.config().map_err(|says| RunError::Write { log: name.clone(), says })?;
     let channels = channels(session, plan);
     let list: Vec<&str> = channels.iter().map(|c| c.name).collect();
     let written = |e: std::io::Error| failed(&path.display().to_string(), e);
-    let notes = notes(stand, session, plan, mounted, zero_rad.is_some()).await?;
-    let mut recorder = Recorder::new(place.create().map_err(written)?, channels, zero_rad.unwrap_or(0.0), notes);
+    let notes = notes(stand, session, plan, mounted, has_index).await?;
+    let mut recorder = Recorder::new(place.create().map_err(written)?, channels, notes);
     let mut orders = Vec::new();
     if let Some(config) = &config {
         orders.push(format!("PROFile:MODE {}", if plan.mode == How::Rate { "RATE" } else { "VOLTage" }));
