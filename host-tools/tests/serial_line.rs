@@ -12,6 +12,7 @@ use common::served::{Served, said};
 use common::{MODEL, Ran, command, stand};
 use host_tools::link::Link;
 use host_tools::log::Log;
+use host_tools::model::Model;
 use host_tools::serve::Pty;
 use tempfile::TempDir;
 
@@ -126,9 +127,13 @@ fn somebody_else_at_the_port_is_told_from_a_stand() {
 }
 
 #[test]
-fn what_is_hidden_in_the_served_stand_is_found_in_its_recording() {
+fn what_the_served_stand_has_is_found_in_its_recording() {
     let folder = folder();
-    let served = Served::new(folder.path(), &["--hidden", "cogging"]);
+    // The served stand's disc starts away from its index: a phase is right only where the log's angles are from there.
+    let phase_rad = 1.0;
+    let cogging = format!("[effects.cogging]\ncogging_N_m = 1.5e-3\ncogging_order = 12\ncogging_phase_rad = {phase_rad}\n");
+    std::fs::write(folder.path().join("stand.toml"), cogging).unwrap();
+    let served = Served::new(folder.path(), &["--stand", "stand.toml"]);
     let ran = record(folder.path(), &served.port, &["--out", "log.parquet", "--seconds", "15", "--find-index", "--json", "-"]);
     assert_eq!((ran.status, ran.err.as_str()), (Some(0), ""), "{ran:?}");
     let answer = ran.json();
@@ -138,9 +143,12 @@ fn what_is_hidden_in_the_served_stand_is_found_in_its_recording() {
     assert!(log.warnings().is_empty(), "{:?}", log.warnings());
     assert_eq!(log.segments().len(), 1);
     assert!(!folder.path().join("log.parquet.csv").exists());
-    let explained = stand(folder.path(), &["explain", "log.parquet", "--model", "model.toml", "--json", "-"]).json();
+    let explained =
+        stand(folder.path(), &["explain", "log.parquet", "--model", "model.toml", "--out", "learnt.toml", "--json", "-"]).json();
     assert_eq!(explained["verdict"], "effect-found", "{explained}");
     assert_eq!(explained["missing"][0], "cogging", "{explained}");
+    let found_rad = Model::read(folder.path().join("learnt.toml")).unwrap().value("cogging_phase_rad").unwrap();
+    assert!((found_rad - phase_rad).abs() < 0.05, "{found_rad}");
 }
 
 /// A recording that is under way.

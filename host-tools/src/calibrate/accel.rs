@@ -183,7 +183,7 @@ pub fn calibrate(steps: &[Step], session: &Session) -> Result<Findings, Calibrat
         Quantity::new("angle_deg", "°", s.atan2(c).to_degrees(), vec![scatter(angle_u.to_degrees(), &near.x)])
             .saying("from outward to the sensor's x, towards the motion"),
     );
-    for (name, fit) in [("bias_x_m_s2", &near.x), ("bias_y_m_s2", &near.y)]{
+    for (name, fit) in [("bias_x_m_s2", &near.x), ("bias_y_m_s2", &near.y)] {
         findings.quantities.push(
             Quantity::new(name, "m/s²", fit.coefficients[0], vec![scatter(fit.sigma(0), fit)])
                 .saying("gravity on a leaning stand is taken off by the angle"),
