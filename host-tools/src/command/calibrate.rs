@@ -199,11 +199,14 @@ impl Calibrate {
             None => simulate(&self.simulated_stand(&session)?, self.seed, &session, &text, begun, &folder, goes),
         };
         bar.finish_and_clear();
-        done.map_err(|error| match Trouble::from(error) {
-            Trouble::Other(says) if folder.join(journal::FILE).exists() => {
-                Trouble::Other(format!("{says}; what was recorded is in {}, and --resume goes on there", folder.display()))
+        done.map_err(|error| {
+            let resumes = format!("; what was recorded is in {}, and --resume goes on there", folder.display());
+            let is_begun = folder.join(journal::FILE).exists();
+            match (matches!(error, RunError::NotDone { .. }), Trouble::from(error)) {
+                (_, Trouble::Other(says)) if is_begun => Trouble::Other(says + &resumes),
+                (true, Trouble::Input(says)) if is_begun => Trouble::Input(says + &resumes),
+                (_, other) => other,
             }
-            other => other,
         })?;
         Ok(folder)
     }

@@ -48,7 +48,9 @@ pub fn calibrate(steps: &[Step], session: &Session) -> Result<Findings, Calibrat
         let says = findings.absent.first().map_or(String::new(), |(name, why)| format!("{name}: {why}"));
         return Err(CalibrateError::TooLittle { what: "drive", says });
     }
-    let first = steps.first().map_or(String::new(), |s| s.log.path().display().to_string());
+    // The step that shows most of the drive.
+    let first =
+        steps.iter().find(|step| model::is_rich(step)).or(steps.first()).map_or(String::new(), |s| s.log.path().display().to_string());
     findings.says.push(format!(
         "one command further: `stand compare {first} --model M` and `stand explain {first} --model M` say what this model lacks"
     ));

@@ -35,7 +35,7 @@ impl Drive {
 }
 
 /// Profiles that excite all parameters.
-fn is_rich(step: &Step) -> bool {
+pub(super) fn is_rich(step: &Step) -> bool {
     let says = |key: &str, words: &[&str]| step.log.note(key).is_some_and(|v| words.contains(&v));
     says("mode", &["voltage"]) && says("profile", &["multi-step", "prbs", "multisine"])
 }

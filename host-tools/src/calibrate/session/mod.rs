@@ -10,6 +10,7 @@ mod plan;
 mod ready;
 pub mod run;
 pub mod simulated;
+mod stable;
 mod step;
 
 pub use check::check;
@@ -140,6 +141,9 @@ pub struct StepPlan {
     pub mode: How,
     /// Length of the record, s.
     pub seconds: f64,
+    /// The step ends before that, once the part's temperature (a drive's: the winding's) has changed by less than this a minute, K/min.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stable_K_min: Option<f64>,
     /// The drive goes off after so long, while the record goes on, s: the platform runs out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drive_s: Option<f64>,
@@ -211,7 +215,13 @@ impl Session {
         }
         for (k, step) in session.steps.iter().enumerate() {
             let doubled = session.steps[..k].iter().any(|s| s.name == step.name);
-            let says = if doubled { Err("another step has this name".to_owned()) } else { step.config().map(|_| ()) };
+            let says = if doubled {
+                Err("another step has this name".to_owned())
+            } else if step.stable_K_min.is_some() && session.temperature().is_none() {
+                Err("stable_K_min: the logs of this session have no temperature".to_owned())
+            } else {
+                step.config().map(|_| ())
+            };
             says.map_err(|says| PlanError::Step { number: k + 1, name: step.name.clone(), says })?;
         }
         Ok(session)
@@ -220,6 +230,15 @@ impl Session {
     /// Time that all steps take, s.
     pub fn seconds(&self) -> f64 {
         self.steps.iter().map(|s| s.seconds).sum()
+    }
+
+    /// The logs' column with the temperature of what is calibrated; `None`: there is none.
+    pub fn temperature(&self) -> Option<&'static str> {
+        match self.what {
+            What::Drive => Some("temp_C"),
+            What::Gyro if self.column.as_deref() != Some("omega_rad_s") => Some("sensor_C"),
+            What::Gyro | What::Accel => None,
+        }
     }
 
     /// How the part is mounted in each step.

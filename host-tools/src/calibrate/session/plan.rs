@@ -1,5 +1,6 @@
 //! A step's profile, checked as far as it can be without a stand.
 
+use super::stable::OVER_S;
 use super::{How, StepPlan};
 use hal_sim::session::SessionRequest;
 use stand_firmware::profile::{PARAMETERS, Parameter, Profile, ProfileConfig, ProfileKind};
@@ -24,6 +25,9 @@ impl StepPlan {
         }
         if let Some(drive_s) = self.drive_s.filter(|d| !(*d >= 0.1 && *d < self.seconds && self.mode != How::Off)) {
             return Err(format!("drive_s: {drive_s} must be at least 0.1, and less than seconds, in a step with a profile"));
+        }
+        if let Some(slope) = self.stable_K_min.filter(|s| !(*s > 0.0 && s.is_finite() && self.seconds > OVER_S)) {
+            return Err(format!("stable_K_min: {slope} must be above 0, in a step of more than {OVER_S} s"));
         }
         if let Some(j) = self.added_inertia_kg_m2.filter(|j| !(*j > 0.0 && j.is_finite())) {
             return Err(format!("added_inertia_kg_m2: {j} must be above 0"));

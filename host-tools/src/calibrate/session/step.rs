@@ -2,6 +2,7 @@
 
 use super::ready::{WATCH, at_rest, fault, index, is_refused, notes};
 use super::run::RunError;
+use super::stable::Stable;
 use super::{How, Session, StepPlan};
 use crate::calibrate::Mounted;
 use crate::link::LinkError;
@@ -125,7 +126,8 @@ async fn record_into(
     for order in &orders {
         stand.tell(order).await?;
     }
-    let sequence = rows(stand, plan, &mut recorder, path, goes).await?;
+    let mut stable = plan.stable_K_min.zip(session.temperature()).map(|(below_K_min, column)| Stable::new(column, below_K_min));
+    let sequence = rows(stand, plan, &mut recorder, stable.as_mut(), path, goes).await?;
     let lost_rows =
         sequence.map_or(0, |(first, last)| u64::from(last.wrapping_sub(first)) + 1).saturating_sub(recorder.rows() + recorder.left_out());
     for order in ["PROFile:STOP", "HOST:ARM 0 S", "STReam OFF"] {
@@ -135,16 +137,19 @@ async fn record_into(
         return Err(RunError::Sensor { step: name.clone(), lacking: recorder.absent().join(", ") });
     }
     let written_rows = recorder.rows();
-    recorder.finish(&[("lost_rows".into(), lost_rows.to_string())]).map_err(written)?;
+    let mut notes = vec![("lost_rows".to_owned(), lost_rows.to_string())];
+    notes.extend(stable.map(|stable| ("stable".to_owned(), stable.says(recorder.last_s()))));
+    recorder.finish(&notes).map_err(written)?;
     place.close().map_err(|e| failed(&path.display().to_string(), e))?;
     Ok((written_rows, lost_rows))
 }
 
-/// Takes rows until the step is long enough; the numbers of the first and the last.
+/// Takes rows until the step is long enough, or the temperature stable; the numbers of the first and the last.
 async fn rows<W: Write>(
     stand: &mut impl Stand,
     plan: &StepPlan,
     recorder: &mut Recorder<W>,
+    mut stable: Option<&mut Stable>,
     path: &Path,
     goes: &mut impl FnMut(f64, f64) -> bool,
 ) -> Result<Option<(u32, u32)>, RunError> {
@@ -171,7 +176,11 @@ async fn rows<W: Write>(
                 }
                 Taken::Written | Taken::LeftOut => {
                     numbers = Some((numbers.map_or(row.sequence, |(first, _)| first), row.sequence));
-                    if recorder.last_s() + 0.5e-3 >= plan.seconds - 1e-3 {
+                    if let Some(stable) = &mut stable {
+                        let temp_C = row.named().find(|(name, _)| *name == stable.column).map_or(f64::NAN, |(_, value)| value);
+                        stable.take(recorder.last_s(), temp_C);
+                    }
+                    if recorder.last_s() + 0.5e-3 >= plan.seconds - 1e-3 || stable.as_ref().is_some_and(|stable| stable.is_reached()) {
                         return Ok(numbers);
                     }
                 }
