@@ -90,9 +90,9 @@ pub fn holds(findings: &Findings, name: &str, truth: f64, at_most_U: f64) {
     assert!(U <= at_most_U, "{name} = {} ± {U}: that is no knowledge, {at_most_U} was expected", q.value);
 }
 
-/// What the scatter alone says: the expanded uncertainty of the contributions of type A.
+/// What the scatter alone says: the expanded uncertainty of the contributions of type A, without a drift that was seen.
 pub fn noise(q: &Quantity) -> f64 {
-    let scatter: Vec<_> = q.parts.iter().filter(|p| p.kind == Kind::A).collect();
+    let scatter: Vec<_> = q.parts.iter().filter(|p| p.kind == Kind::A && p.of != "drift").collect();
     let u = scatter.iter().map(|p| p.contribution().powi(2)).sum::<f64>().sqrt();
     let dof = scatter.iter().map(|p| p.dof).fold(f64::INFINITY, f64::min);
     u * coverage_factor(dof, CONFIDENCE)

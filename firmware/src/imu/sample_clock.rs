@@ -55,8 +55,7 @@ impl SampleClock {
     /// The board's time of a sample; `None` before the first pair.
     pub fn at(&self, stamp: u32) -> Option<Ticks> {
         self.pair.map(|(known, at)| {
-            // A sample is taken as its stamp begins; the chip's time was read somewhere within its step: half of one later, on the mean.
-            let steps = (f64::from(stamp.wrapping_sub(known) as i32) - 0.5) * self.pace;
+            let steps = f64::from(stamp.wrapping_sub(known) as i32) * self.pace;
             Ticks(at.0.saturating_add_signed(crate::maths::to_i64(steps)))
         })
     }

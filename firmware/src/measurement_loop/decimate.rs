@@ -46,7 +46,6 @@ impl<S: RowSink> RowSink for Decimate<S> {
             group.limits.0 |= row.limits.0;
             group.fault = row.fault;
             group.age = group.age.max(row.age);
-            group.imu_age = group.imu_age.max(row.imu_age);
         }
         self.taken += 1;
         if self.taken >= self.every {

@@ -205,11 +205,11 @@ impl<P: PlantPort> Bench<P> {
         self.imu.as_mut()
     }
 
-    /// Chip select goes low: who answers until it rises again.
-    fn select_sensor(&mut self) -> sensor_bus::Exchange<'_> {
+    /// Chip select goes low at `now`: who answers until it rises again.
+    fn select_sensor(&mut self, now: Ticks) -> sensor_bus::Exchange<'_> {
         let mut chip = self.imu.as_mut().map(|imu| &mut imu.chip);
         if let Some(chip) = &mut chip {
-            chip.select();
+            chip.select(now.seconds());
         }
         sensor_bus::Exchange(chip)
     }

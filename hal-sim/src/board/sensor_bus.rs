@@ -41,7 +41,7 @@ impl<P: PlantPort> SpiDevice for SensorBus<'_, P> {
         }
         clock.until(clock.now() + steps).await;
         let mut bench = self.bench.borrow_mut();
-        let mut exchange = bench.select_sensor();
+        let mut exchange = bench.select_sensor(clock.now());
         for operation in operations {
             match operation {
                 Operation::Read(words) => words.iter_mut().for_each(|word| *word = exchange.byte(0)),

@@ -5,7 +5,7 @@
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use serial2::{SerialPort, Settings};
 
@@ -13,6 +13,9 @@ use super::LinkError;
 
 /// The line's rate on the board, bits per second; a PTY has none.
 pub const BAUD: u32 = 921_600;
+
+/// Who has just closed a port may hold it for a moment yet: a program that was being started meanwhile has it until it runs.
+const GIVING_BACK: Duration = Duration::from_millis(300);
 
 /// An open port.
 #[derive(Debug)]
@@ -28,6 +31,16 @@ impl Port {
     /// # Errors
     /// There is none, it is no port, it is taken, or it may not be opened.
     pub fn open(path: &Path) -> Result<Self, LinkError> {
+        let begun = Instant::now();
+        loop {
+            match Self::open_at_once(path) {
+                Err(LinkError::Taken { .. }) if begun.elapsed() < GIVING_BACK => std::thread::sleep(Duration::from_millis(10)),
+                opened => return opened,
+            }
+        }
+    }
+
+    fn open_at_once(path: &Path) -> Result<Self, LinkError> {
         let port = path.display().to_string();
         let settings = |mut settings: Settings| {
             settings.set_raw();

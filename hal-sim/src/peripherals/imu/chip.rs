@@ -42,6 +42,8 @@ pub struct Chip {
     /// When its samples and its time stamp began, s of its own time.
     stamped_from_s: f64,
     own_s: f64,
+    /// When it was last selected: its time stamp runs on between ticks.
+    asked_s: f64,
     /// The number of the next sample at the fastest rate.
     next: u64,
     /// What the low-passes hold and had as input: rates, then forces.
@@ -76,6 +78,7 @@ impl Chip {
             trim,
             stamped_from_s: 0.0,
             own_s: 0.0,
+            asked_s: 0.0,
             next: 0,
             filtered: [0.0; 6],
             input: [0.0; 6],
@@ -194,8 +197,9 @@ impl Chip {
         if self.registers.stamps() { ((own_s - self.stamped_from_s) / STAMP_S).max(0.0) as u64 as u32 } else { 0 }
     }
 
-    /// Chip select went low.
-    pub fn select(&mut self) {
+    /// Chip select went low, at `now_s`.
+    pub fn select(&mut self, now_s: f64) {
+        self.asked_s = now_s * self.pace;
         self.selected = None;
     }
 
@@ -272,7 +276,7 @@ impl Chip {
                 self.fifo.unlatch();
                 status
             }
-            TIMESTAMP0..=TIMESTAMP3 => self.stamp_of(self.own_s).to_le_bytes()[usize::from(address - TIMESTAMP0)],
+            TIMESTAMP0..=TIMESTAMP3 => self.stamp_of(self.asked_s).to_le_bytes()[usize::from(address - TIMESTAMP0)],
             INTERNAL_FREQ_FINE => self.trim as u8,
             FIFO_TAG..=FIFO_Z_H => self.fifo.read(usize::from(address - FIFO_TAG)),
             _ => self.registers.read(address).unwrap_or(0),
@@ -281,7 +285,7 @@ impl Chip {
 
     fn write(&mut self, address: u8, value: u8) {
         match address {
-            TIMESTAMP2 if value == 0xAA => self.stamped_from_s = self.own_s,
+            TIMESTAMP2 if value == 0xAA => self.stamped_from_s = self.asked_s,
             CTRL3_C if value & 1 != 0 => {
                 self.registers = Registers::after_power_on();
                 self.fifo.clear();
@@ -293,7 +297,7 @@ impl Chip {
                     return;
                 }
                 if !stamped && self.registers.stamps() {
-                    self.stamped_from_s = self.own_s;
+                    self.stamped_from_s = self.asked_s;
                 }
                 if self.registers.fifo_mode() == 0 {
                     self.fifo.clear();
