@@ -51,7 +51,10 @@ pub fn calibrated(what: What, seed: u64, folder: &Path) -> Vec<Compared> {
         What::Drive => part::drive(seed, &known),
         What::Gyro | What::Accel => {
             let (imu, truth) = part::sensor(seed, &known, 10.0);
-            (Stand { imu: Some(imu), ..Stand::default() }, truth)
+            // Each on a platform of its own: the same motion in all would have the same errors of the encoder in all.
+            let mut stand = Stand { imu: Some(imu), ..Stand::default() };
+            stand.drive.inertia_kg_m2 = part::drive(seed, &known).0.drive.inertia_kg_m2;
+            (stand, truth)
         }
     };
     simulate(&stand, seed, &session, &text, None, folder, |_| true).unwrap_or_else(|e| panic!("part {seed}: {e}"));

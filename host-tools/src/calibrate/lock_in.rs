@@ -46,7 +46,7 @@ struct Sine {
 /// Degree of the polynomial that is fitted beside the sine: spinning up, drifting.
 const DEGREE: i32 = 4;
 /// Where the noise is looked at, in steps of one over the length: beside the main lobe of the window.
-const BESIDE: [f64; 8] = [-6.0, -5.0, -4.0, -3.0, 3.0, 4.0, 5.0, 6.0];
+const BESIDE: std::ops::RangeInclusive<i32> = 3..=12;
 
 fn sine(t_s: &[f64], y: &[f64], frequency_Hz: f64) -> Option<Sine> {
     let (first, last) = (*t_s.first()?, *t_s.last()?);
@@ -73,7 +73,7 @@ fn sine(t_s: &[f64], y: &[f64], frequency_Hz: f64) -> Option<Sine> {
         }
         4.0 * (re * re + im * im) / (total * total)
     };
-    let steps = BESIDE.map(|k| frequency_Hz + k / (last - first)).into_iter().filter(|f| *f > 3.0 / (last - first));
+    let steps = BESIDE.flat_map(|k| [-k, k]).map(|k| frequency_Hz + f64::from(k) / (last - first)).filter(|f| *f > 3.0 / (last - first));
     let beside: Vec<f64> = steps.map(left_2).collect();
     let noise_2 = beside.iter().sum::<f64>() / beside.len().max(1) as f64;
     let [a, b] = [fit.coefficients[0], fit.coefficients[1]];

@@ -1,6 +1,7 @@
 //! The chip: samples at its own pace, answers byte by byte.
 
 use super::fifo::{ACCEL, Fifo, RATE, STAMP};
+use super::ramp::{Ends, Ramp};
 use super::registers::address::*;
 use super::registers::{FASTEST_HZ, ID, Registers};
 use crate::peripherals::{Noise, nearest};
@@ -48,9 +49,10 @@ pub struct Chip {
     next: u64,
     /// What the low-passes hold and had as input: rates, then forces.
     filtered: [f64; 6],
-    input: [f64; 6],
+    input: [Ends; 6],
     /// What depends on registers, worked out when one is written.
     decay: [f64; 2],
+    late_ticks: [f64; 2],
     sigma: [f64; 2],
     on: bool,
     every: u64,
@@ -81,8 +83,9 @@ impl Chip {
             asked_s: 0.0,
             next: 0,
             filtered: [0.0; 6],
-            input: [0.0; 6],
+            input: [Ends::default(); 6],
             decay: [0.0; 2],
+            late_ticks: [0.0; 2],
             sigma: [0.0; 2],
             on: false,
             every: 1,
@@ -122,10 +125,11 @@ impl Chip {
         self.own_s = now_s * self.pace;
         let before = self.filtered;
         for (axis, ((filtered, input), seen)) in self.filtered.iter_mut().zip(&mut self.input).zip(seen).enumerate() {
-            // The mean of both ends stands for the tick.
-            let mean = 0.5 * (*input + seen);
-            *filtered = mean + (*filtered - mean) * self.decay[axis / 3];
-            *input = *seen;
+            let Ramp { begin, end } = input.to(*seen);
+            // About what it shows of a ramp once all else has died away.
+            let (decay, late_ticks) = (self.decay[axis / 3], self.late_ticks[axis / 3]);
+            let late = (end - begin) * late_ticks;
+            *filtered = end - late + (*filtered - (begin - late)) * decay;
         }
         let fastest_s = 1.0 / FASTEST_HZ;
         while self.next as f64 * fastest_s <= self.own_s {
@@ -315,10 +319,11 @@ impl Chip {
         let now = (self.own_s * FASTEST_HZ) as u64 + 1;
         self.next = now.next_multiple_of(self.every);
         let cutoffs_Hz = self.registers.cutoffs_Hz();
-        self.decay = cutoffs_Hz.map(|cutoff_Hz| (-TAU * cutoff_Hz / CONTROL_HZ as f64).exp());
+        self.late_ticks = cutoffs_Hz.map(|cutoff_Hz| CONTROL_HZ as f64 / (TAU * cutoff_Hz));
+        self.decay = self.late_ticks.map(|ticks| (-1.0 / ticks).exp());
         self.sigma = std::array::from_fn(|kind| self.density[kind] * (FRAC_PI_2 * cutoffs_Hz[kind]).sqrt());
         if !was_on {
-            self.filtered = self.input;
+            self.filtered = self.input.map(|input| input.last());
         }
     }
 }

@@ -1,5 +1,6 @@
 //! What is wrong with the gyro's element itself, before the chip's own filter: the quantities that a calibration finds.
 
+use super::ramp::{Ends, Ramp};
 use serde::{Deserialize, Serialize};
 use stand_firmware::board::CONTROL_HZ;
 use stand_firmware::config::{ConfigError, within};
@@ -78,10 +79,10 @@ impl GyroElement {
 #[derive(Clone, Debug)]
 pub(super) struct Element {
     setup: GyroElement,
-    /// Second order by the exact step of a constant input: two states.
+    /// Second order by the exact step of a ramp: two states.
     step: Option<[[f64; 2]; 2]>,
     state: [f64; 2],
-    before: f64,
+    input: Ends,
     late: VecDeque<f64>,
     late_ticks: usize,
 }
@@ -90,7 +91,14 @@ impl Element {
     pub(super) fn new(setup: GyroElement) -> Self {
         let dt_s = 1.0 / CONTROL_HZ as f64;
         let step = setup.natural_Hz.is_finite().then(|| exact_step(TAU * setup.natural_Hz, setup.damping, dt_s));
-        Self { setup, step, state: [0.0; 2], before: 0.0, late: VecDeque::new(), late_ticks: (setup.delay_s / dt_s).round() as usize }
+        Self {
+            setup,
+            step,
+            state: [0.0; 2],
+            input: Ends::default(),
+            late: VecDeque::new(),
+            late_ticks: (setup.delay_s / dt_s).round() as usize,
+        }
     }
 
     /// What it shows a tick later: of the rates about its own axis and its y, the force along its x, at this temperature.
@@ -105,11 +113,12 @@ impl Element {
         let followed = match &self.step {
             None => shown,
             Some([to_value, to_slope]) => {
-                // About the input: the mean of the tick's both ends stands for it, so that it is neither early nor late.
-                let input = 0.5 * (self.before + shown);
-                self.before = shown;
-                let [off, slope] = [self.state[0] - input, self.state[1]];
-                self.state = [input + to_value[0] * off + to_value[1] * slope, to_slope[0] * off + to_slope[1] * slope];
+                // About what it shows of a ramp once all else has died away: the ramp itself, 2ζ/ω late.
+                let Ramp { begin, end } = self.input.to(shown);
+                let steep = (end - begin) * CONTROL_HZ as f64;
+                let late = steep * 2.0 * s.damping / (TAU * s.natural_Hz);
+                let [off, slope] = [self.state[0] - (begin - late), self.state[1] - steep];
+                self.state = [end - late + to_value[0] * off + to_value[1] * slope, steep + to_slope[0] * off + to_slope[1] * slope];
                 self.state[0]
             }
         };
@@ -166,8 +175,7 @@ mod tests {
                 }
             }
             let (found, found_deg) = (re.hypot(im), im.atan2(re).to_degrees());
-            // The mean of both ends is a cosine of half a tick: 1.2e-4 of the gain at 50 Hz.
-            assert!((found / gain - 1.0).abs() < 2e-4 && (found_deg - phase_deg).abs() < 1e-3, "{frequency_Hz}: {found} {found_deg}");
+            assert!((found / gain - 1.0).abs() < 1e-6 && (found_deg - phase_deg).abs() < 1e-3, "{frequency_Hz}: {found} {found_deg}");
         }
     }
 

@@ -11,6 +11,7 @@ mod chip;
 mod element;
 mod fifo;
 mod mounting;
+mod ramp;
 mod registers;
 
 pub use chip::{Chip, Fault};
