@@ -76,7 +76,7 @@ pub fn html(record: &Record) -> String {
     for q in &record.findings.quantities {
         let number = |x: f64, digits: u32| if x.is_finite() { significant(x, digits) } else { "∞".into() };
         page.push(&format!(
-            "<tr><td>{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td><td>{}</td><td>{}</td></tr>",
+            "<tr><td>{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td><td>{}</td><td class=\"says\">{}</td></tr>",
             escaped(&q.name),
             value(q),
             number(q.sigma(), 2),
@@ -88,7 +88,7 @@ pub fn html(record: &Record) -> String {
         ));
     }
     for (name, why) in &record.findings.absent {
-        page.push(&format!("<tr><td>{}</td><td colspan=\"6\">not found</td><td>{}</td></tr>", escaped(name), escaped(why)));
+        page.push(&format!("<tr><td>{}</td><td colspan=\"6\">not found</td><td class=\"says\">{}</td></tr>", escaped(name), escaped(why)));
     }
     page.push("</tbody></table></div></section><section><h2>Pictures</h2>");
     for curve in record.findings.curves.iter().filter(|c| c.points.len() > 1) {
@@ -127,7 +127,7 @@ fn budget(q: &Quantity) -> String {
     );
     for p in &q.parts {
         table += &format!(
-            "<tr><td>{}</td><td>{}</td><td class=\"number\">{}</td><td>{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td><td>{}</td></tr>",
+            "<tr><td>{}</td><td>{}</td><td class=\"number\">{}</td><td>{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"says\">{}</td></tr>",
             escaped(&p.of),
             kind(p),
             significant(p.u, 2),
