@@ -43,8 +43,9 @@ struct Sine {
     explained: f64,
 }
 
-/// Degree of the polynomial that is fitted beside the sine: spinning up, drifting.
-const DEGREE: i32 = 4;
+/// Degree of the polynomial that is fitted beside the sine: spinning up with a time constant of the order of the record, drifting. With a degree of 4 it left a
+/// ten-thousandth of the gain at 5 Hz, and with that a thousandth of the damping.
+const DEGREE: i32 = 8;
 /// Where the noise is looked at, in steps of one over the length: beside the main lobe of the window.
 const BESIDE: std::ops::RangeInclusive<i32> = 3..=12;
 
