@@ -10,7 +10,7 @@
 use super::plateaus::{Plateau, plateaus};
 use super::session::Session;
 use super::{CalibrateError, Curve, Findings, Step};
-use crate::uncertainty::{Fit, Part, Quantity, least_squares, rectangular};
+use crate::uncertainty::{Fit, Part, Quantity, least_squares};
 use std::ops::Range;
 
 /// Length of a window, s.
@@ -142,18 +142,19 @@ pub fn calibrate(steps: &[Step], session: &Session) -> Result<Findings, Calibrat
     if product.is_nan() || product <= 5.0 * u {
         return Err(too_little());
     }
-    let radius_u = rectangular(session.known.radius_error_m);
+    let radius_error_m = session.known.radius_error_m;
     let scatter = |u: f64, fit: &Fit| Part::measured("noise", u, fit.dof, format!("scatter of windows of {} ms", WINDOW_S * 1e3));
     match far {
         Some(far) => {
             let (other, other_u) = far.product();
             let apart_m = far.radius_m - near_m;
             let scale = (other - product) / apart_m;
-            let says = format!("± {} m at each radius", session.known.radius_error_m);
+            let says = format!("± {radius_error_m} m");
             let parts = vec![
                 scatter(u / apart_m.abs(), &near.x),
                 scatter(other_u / apart_m.abs(), &far.x),
-                Part::known("radius", radius_u * 2_f64.sqrt(), "m", scale / apart_m, says),
+                Part::within("near radius", radius_error_m, "m", scale / apart_m, says.clone()),
+                Part::within("far radius", radius_error_m, "m", scale / apart_m, says),
             ];
             let q = Quantity::new("scale", "1", scale, parts).saying("by the difference of two radii: no bias, no radius enters by itself");
             let su = q.sigma();
@@ -164,15 +165,15 @@ pub fn calibrate(steps: &[Step], session: &Session) -> Result<Findings, Calibrat
             );
         }
         None => {
-            let says = format!("the radius is believed to be {near_m} ± {} m", session.known.radius_error_m);
-            let parts = vec![scatter(u / near_m, &near.x), Part::known("radius", radius_u, "m", product / near_m / near_m, says)];
+            let says = format!("the radius is believed to be {near_m} ± {radius_error_m} m");
+            let parts = vec![scatter(u / near_m, &near.x), Part::within("radius", radius_error_m, "m", product / near_m / near_m, says)];
             findings.quantities.push(
                 Quantity::new("scale", "1", product / near_m, parts)
                     .saying("with the radius as it was given; a second radius tells them apart"),
             );
             let percent = session.known.scale_percent;
             let says = format!("the scale is believed to be 1 ± {percent} %");
-            let parts = vec![scatter(u, &near.x), Part::known("scale", rectangular(percent / 100.0), "1", product, says)];
+            let parts = vec![scatter(u, &near.x), Part::within("scale", percent / 100.0, "1", product, says)];
             let q = Quantity::new("radius_m", "m", product, parts).saying("with a scale of 1; a second radius tells them apart");
             findings.quantities.push(q);
         }

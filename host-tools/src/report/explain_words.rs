@@ -53,7 +53,12 @@ pub fn headline(e: &Explanation) -> String {
                 if e.missing.is_empty() { String::new() } else { format!("{} was missing, but that is not all. ", listed(&e.missing)) };
             let left = off(last(e));
             let left = if left.is_empty() { String::new() } else { format!(" ({left})") };
-            format!("{found}Something is there that no effect of the catalogue explains{left}. Below is its shape.")
+            let shape = if e.unexplained.is_empty() {
+                "Over none of this log's coordinates it has a shape that is sure: it may come at moments of its own, or ring"
+            } else {
+                "Below is its shape"
+            };
+            format!("{found}Something is there that no effect of the catalogue explains{left}. {shape}.")
         }
     }
 }

@@ -8,7 +8,7 @@ use crate::calibrate::lock_in::Response;
 use crate::calibrate::session::Session;
 use crate::calibrate::{Curve, Findings, Step};
 use crate::log::Log;
-use crate::uncertainty::{Part, Quantity, least_squares, rectangular};
+use crate::uncertainty::{Part, Quantity, least_squares};
 use nalgebra::Complex;
 use std::f64::consts::TAU;
 
@@ -100,13 +100,7 @@ pub(super) fn add(steps: &[Step], session: &Session, findings: &mut Findings) {
             h.dof,
             format!("scatter of {} rates about the integrated law; colour taken into account", h.rates),
         ),
-        Part::known(
-            "clock",
-            rectangular(session.known.crystal_ppm * 1e-6),
-            "1",
-            value,
-            format!("crystal, ± {} ppm", session.known.crystal_ppm),
-        ),
+        Part::within("clock", session.known.crystal_ppm * 1e-6, "1", value, format!("crystal, ± {} ppm", session.known.crystal_ppm)),
     ];
     findings.quantities.push(
         Quantity::new(name, "Hz", value, parts)

@@ -4,7 +4,7 @@ use super::characteristic::{characteristic, points};
 use super::{Given, samples};
 use crate::calibrate::plateaus::plateaus;
 use crate::calibrate::{Findings, Lying, Step};
-use crate::uncertainty::{Part, Quantity, least_squares, rectangular};
+use crate::uncertainty::{Part, Quantity, least_squares};
 
 /// √(2 ln 20) over 1.96: from the interval of a coordinate to that of the amplitude of two.
 const AMPLITUDE: f64 = 1.249;
@@ -57,7 +57,7 @@ fn on_tilt(steps: &[Step], scale: f64, given: &Given) -> Option<Quantity> {
     let wide = if size < 3.0 * u { AMPLITUDE } else { 1.0 };
     let noise = Part::measured("noise", wide * u, fit.dof, format!("{} parts of turns", rows.len()));
     let slope = size / tilt_deg.to_radians().tan().abs();
-    let tilt = Part::known("tilt", rectangular(given.known.level_deg.to_radians()), "rad", slope, format!("± {}°", given.known.level_deg));
+    let tilt = Part::within("tilt", given.known.level_deg.to_radians(), "rad", slope, format!("± {}°", given.known.level_deg));
     Some(
         Quantity::new("g_sensitivity_rad_s_g", "rad/s/g", size, vec![noise, tilt])
             .saying("amplitude over a turn on the tilted stand, per g across the axis"),
@@ -82,7 +82,9 @@ fn two_radii(steps: &[Step], radius_m: f64, full_scale: f64, given: &Given) -> O
     let slope = (far.value - near.value) / apart_m;
     let g = 9.806_65;
     let noise = |q: &Quantity, per: f64, of: &str| Part::measured(of, q.sigma() * per.abs(), q.dof(), "the coefficient of Ω² there");
-    let radius_u = 2_f64.sqrt() * rectangular(given.known.radius_error_m);
+    let radius = |at: &str, sensitivity: f64| {
+        Part::within(at, given.known.radius_error_m, "m", sensitivity, format!("± {} m", given.known.radius_error_m))
+    };
     let outward = Quantity::new(
         "g_sensitivity_outward_rad_s_g",
         "rad/s/g",
@@ -90,7 +92,8 @@ fn two_radii(steps: &[Step], radius_m: f64, full_scale: f64, given: &Given) -> O
         vec![
             noise(&near, g / apart_m, "first radius"),
             noise(&far, g / apart_m, "second radius"),
-            Part::known("radius", radius_u, "m", slope * g / apart_m, format!("± {} m each", given.known.radius_error_m)),
+            radius("near radius", slope * g / apart_m),
+            radius("far radius", slope * g / apart_m),
         ],
     )
     .saying("by the centripetal acceleration at two radii");
@@ -101,7 +104,8 @@ fn two_radii(steps: &[Step], radius_m: f64, full_scale: f64, given: &Given) -> O
         vec![
             noise(&near, 1.0 + radius_m / apart_m, "first radius"),
             noise(&far, radius_m / apart_m, "second radius"),
-            Part::known("radius", radius_u, "m", slope, format!("± {} m each", given.known.radius_error_m)),
+            radius("near radius", slope * (1.0 + radius_m / apart_m)),
+            radius("far radius", slope * radius_m / apart_m),
         ],
     )
     .saying("the coefficient of Ω² that is the gyro's own: what is left at the axis");

@@ -3,7 +3,7 @@
 use super::characteristic::points;
 use super::{Given, samples};
 use crate::calibrate::{Findings, Step};
-use crate::uncertainty::{Part, Quantity, least_squares, rectangular};
+use crate::uncertainty::{Part, Quantity, least_squares};
 
 /// Less than this is no change of temperature, K.
 const LEAST_K: f64 = 1.0;
@@ -82,9 +82,9 @@ fn coefficient(name: &str, unit: &str, rows: &[Vec<f64>], y: &[f64], k: usize, p
     let value = fit.coefficients[k] * per;
     let noise = Part::measured("noise", fit.sigma(k) * per.abs(), fit.dof, format!("{} means, over {:.1} K", rows.len(), high - low));
     // A thermometer that is off by a slope: its error over the range.
-    let thermometer = Part::known(
+    let thermometer = Part::within(
         "thermometer",
-        rectangular(given.known.temperature_K),
+        given.known.temperature_K,
         "K",
         value / (high - low),
         format!("± {} K over the range", given.known.temperature_K),

@@ -4,7 +4,7 @@
 
 use super::{Given, samples};
 use crate::calibrate::{Findings, Step};
-use crate::uncertainty::{Part, Quantity, least_squares, rectangular};
+use crate::uncertainty::{Part, Quantity, least_squares};
 
 /// Over rows that were lost for longer, an integral is no longer one, s: a straight line over 20 ms errs by a millionth of ten turns at the most.
 const LONGEST_GAP_S: f64 = 0.02;
@@ -37,13 +37,7 @@ pub(super) fn add(steps: &[&Step], given: &Given, findings: &mut Findings) {
     let scale = fit.coefficients[0];
     let part = Part::measured("noise and repeatability", fit.sigma(0), fit.dof, says);
     // An angle needs no clock: what the crystal is off, it is off in the integral; the encoder's turn is a turn.
-    let clock = Part::known(
-        "clock",
-        rectangular(given.known.crystal_ppm * 1e-6),
-        "1",
-        scale,
-        format!("crystal, ± {} ppm", given.known.crystal_ppm),
-    );
+    let clock = Part::within("clock", given.known.crystal_ppm * 1e-6, "1", scale, format!("crystal, ± {} ppm", given.known.crystal_ppm));
     findings.quantities.push(
         Quantity::new("scale_whole_turns", "1", scale, vec![part, clock]).saying("by the integral over whole turns, beside the plateaus"),
     );
