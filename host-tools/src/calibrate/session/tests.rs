@@ -32,7 +32,9 @@ fn a_bad_file_is_told_by_step_and_parameter() {
         Session::parse(&text).map(|_| ()).map_err(|e| e.to_string())
     };
     assert_eq!((waits("gyro", "90.0", "0.2"), waits("drive", "90.0", "0.2")), (Ok(()), Ok(())));
-    assert!(waits("gyro", "60.0", "0.2").unwrap_err().contains("step 1 `a`: stable_K_min: 0.2 must be above 0, in a step of more than 60 s"));
+    assert!(
+        waits("gyro", "60.0", "0.2").unwrap_err().contains("step 1 `a`: stable_K_min: 0.2 must be above 0, in a step of more than 60 s")
+    );
     assert!(waits("gyro", "90.0", "-1.0").unwrap_err().contains("stable_K_min: -1 must be above 0"));
     assert!(waits("accel", "90.0", "0.2").unwrap_err().contains("the logs of this session have no temperature"));
     let twice = format!("{0}{0}", step("profile = \"sine\"\n"));
