@@ -342,7 +342,7 @@ mod tests {
             let step = step(radius_m, chi_deg.to_radians());
             let found = at_radius(&[&step]).unwrap();
             let [(c, _), (s, _)] = found.effective();
-            // The mean of Ω² over a window of 50 ms is its middle's and (Ω′ · 50 ms)²/12: it goes into the bias, all but rounding.
+            // The mean of Ω² over a window is its middle's and (Ω′ times its length)²/12: it goes into the bias, all but rounding.
             assert!((found.product().0 / radius_m - 1.0).abs() < 1e-6, "{}", found.product().0);
             assert!((s.atan2(c).to_degrees() - chi_deg).abs() < 1e-4, "{}", s.atan2(c).to_degrees());
         }
