@@ -7,6 +7,7 @@ use host_tools::log::Log;
 use host_tools::model::Model;
 use stand_firmware::profile::ProfileKind;
 use stand_firmware::speed_loop::Mode;
+use stand_tests::draw::Drawn;
 use stand_tests::foreign::shared_data;
 use stand_tests::own;
 use std::path::PathBuf;
@@ -87,6 +88,24 @@ fn cogging_of_our_own_stand_is_found_and_the_model_with_it_leaves_the_noise() {
     assert!(left(&e) < 1.05, "{} × the noise is left", left(&e));
     let order = |model: &Model| model.value("cogging_order");
     assert_eq!(order(&e.model), stand.effects["cogging"].get("cogging_order").copied());
+}
+
+#[test]
+fn play_behind_a_stribeck_bump_is_found_in_its_turn() {
+    let drawn = Drawn::by_name("several/2/voltage/multi-step/1").expect("a log of the table");
+    let e = answer(vec![drawn.log()], &drawn.user_model());
+    assert_eq!((e.verdict, e.missing.as_slice()), (Verdict::EffectFound, &["stribeck".to_owned(), "backlash".to_owned()][..]));
+    assert!(left(&e) < 1.02, "{} × the noise is left", left(&e));
+    let gap_rad = e.model.value("gap_rad").expect("a play");
+    assert!((gap_rad / drawn.true_model().value("gap_rad").expect("a play") - 1.0).abs() < 0.01, "{gap_rad} rad");
+}
+
+#[test]
+fn a_bump_at_a_low_rate_that_holds_the_rotor_fast_at_the_first_step_is_found() {
+    let drawn = Drawn::by_name("own/stribeck/rate/sweep/11").expect("a log of the table");
+    let e = answer(vec![drawn.log()], &drawn.user_model());
+    assert_eq!((e.verdict, e.missing.as_slice()), (Verdict::EffectFound, &["stribeck".to_owned()][..]));
+    assert!(left(&e) < 1.02, "{} × the noise is left", left(&e));
 }
 
 #[test]

@@ -108,9 +108,9 @@ impl Whitener {
             run(&rig, record, segment, (&starts.kinds, &starts.values[segment]), free, &mut |c, row, value: &Dual<N>| {
                 let filter = &self.channels[c];
                 if !(row - rows.start).is_multiple_of(filter.stride) {
-                    return;
+                    return true;
                 }
-                let Some(target) = record.target(c, row, rows.start).filter(|_| value.re.is_finite()) else { return };
+                let Some(target) = record.target(c, row, rows.start).filter(|_| value.re.is_finite()) else { return true };
                 let residual = target - value.re;
                 let mut slopes = [0.0; N];
                 if let Some(eps) = value.eps.0.as_ref() {
@@ -134,6 +134,7 @@ impl Whitener {
                     }
                     queue.push_back((residual, slopes));
                 }
+                true
             });
         }
         let steps = self.steps(&cells, &key, free, lanes, record.segments.len());

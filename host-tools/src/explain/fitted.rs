@@ -59,27 +59,60 @@ pub struct Fitted {
     pub refused: Option<String>,
 }
 
+/// Parts of an absent effect's first step that are tried, until one helps.
+const SHARES: &[f64] = &[1.0, 0.3, 0.1, 0.03];
+
 /// Fits a trial from where its score promises most, until it is clear whether it can reach a rival of the χ² `rival`.
 pub fn fit(ground: &Ground, trial: &Trial, score: &Score, rival: f64) -> Option<Fitted> {
     let record = ground.record_for(trial);
-    let begin = Trial { values: score.values.clone(), ..trial.clone() };
-    let (system, at_own, own) = ground.with(&begin, &begin.fitted);
-    // The model's own parameters go along, as the linear model says; or stay where they are.
-    let mut moved = at_own.clone();
-    let base = ground.held.parameters.moved(&score.step);
-    moved.list[..base.list.len()].clone_from_slice(&base.list);
-    let starts = ground.starts_for(&system, &at_own, &record);
-    let race = |parameters: &Parameters| ground.descend(&system, parameters, &record, &starts, Goal::Race(rival));
-    let mut place = race(&moved);
+    let (system, parameters, own) = ground.with(trial, &trial.fitted);
+    let starts = ground.starts_for(&system, &parameters, &record);
     let cost = |place: &Place| place.linear(&ground.weights).cost;
+    let race = |begin: Place| ground.descend_from(&system, &record, begin, Goal::Race(rival));
+    let begin = |share: f64, along: bool| {
+        let mut parameters = parameters.clone();
+        for (p, value) in parameters.list[own.clone()].iter_mut().zip(part_of_the_way(trial, score, share)) {
+            p.value = value;
+        }
+        if along {
+            let step: Vec<f64> = score.step.iter().map(|s| share * s).collect();
+            let base = ground.held.parameters.moved(&step);
+            parameters.list[..base.list.len()].clone_from_slice(&base.list);
+        }
+        Place::begin(&system, &parameters, &record, &starts)
+    };
+    // As far along as it helps: a whole step may hold the rotor fast, and from there no derivative leads back.
+    let tried = if trial.absent { SHARES } else { &[1.0, 0.0] };
+    let mut from = (1.0, begin(1.0, true));
+    for &share in &tried[1..] {
+        if cost(&from.1) < ground.held.chi2 {
+            break;
+        }
+        let shorter = begin(share, true);
+        if cost(&shorter) < cost(&from.1) || !cost(&from.1).is_finite() {
+            from = (share, shorter);
+        }
+    }
+    let (share, from) = from;
+    // The model's own parameters go along, as the linear model says; or stay where they are.
+    let mut place = race(from);
     let reached = ground.held.chi2 - cost(&place);
     if reached.is_nan() || reached <= 0.3 * score.gain {
-        let other = race(&at_own);
+        let other = race(begin(share, false));
         if cost(&other) < cost(&place) || !cost(&place).is_finite() {
             place = other;
         }
     }
     Fitted::at(ground, trial.clone(), system, own, place)
+}
+
+/// Values of a trial at a share of the way that its score promises: an absent effect grows from nothing, another begins at either end.
+fn part_of_the_way(trial: &Trial, score: &Score, share: f64) -> Vec<f64> {
+    if !trial.absent {
+        return if share > 0.0 { score.values.clone() } else { trial.values.clone() };
+    }
+    let grows = |k: usize| trial.screened[k] && matches!(trial.card.parameters[k].kind, Kind::Level | Kind::Signed);
+    score.values.iter().enumerate().map(|(k, value)| if grows(k) { share * value } else { *value }).collect()
 }
 
 impl Fitted {

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::evidence::{Squares, Whitener};
-use super::trial::Trial;
+use super::trial::{Trial, keep_in_reach};
 use crate::fit::normal::Starts;
 use crate::fit::parameters::Parameters;
 use crate::fit::simulate::{Initial, System, initials};
@@ -52,8 +52,17 @@ fn rows(record: &Record) -> usize {
 }
 
 /// χ² that a record's noise leaves, at most: held-out rows count here.
-pub fn noise_chi2(record: &Record) -> f64 {
+fn noise_chi2(record: &Record) -> f64 {
     (rows(record) * record.channels.len()) as f64
+}
+
+/// Who is this near to the best is fitted to the end: as a part of what the best leaves to explain, or of the noise.
+const NEAR: f64 = 0.1;
+
+/// χ² below which a fit is near to one of the χ² `best`.
+pub fn near(best: f64, record: &Record) -> f64 {
+    let noise = noise_chi2(record);
+    best + NEAR * (best - noise).max(noise)
 }
 
 impl<'a> Ground<'a> {
@@ -72,10 +81,33 @@ impl<'a> Ground<'a> {
     /// # Errors
     /// Where the model cannot be simulated along this log.
     pub fn refit(&self, model: &Model, record: Record<'a>) -> Result<Self, FitError> {
-        let (system, parameters) = build::system(model, record.temp_C.is_some());
-        let starts = self.starts_for(&system, &parameters, &record);
+        let (system, parameters, starts) = self.changed(model, &record);
         let held = fit::refit(&system, &parameters, &record, &starts, &self.noise())?;
         Ok(Ground::of(model, system, held, record))
+    }
+
+    /// The same for a model of which is asked whether it comes near a rival of the χ² `rival`: where it does not, it is not followed to its end.
+    ///
+    /// # Errors
+    /// Where the model cannot be simulated along this log.
+    pub fn refit_beside(&self, model: &Model, record: Record<'a>, rival: f64) -> Result<Self, FitError> {
+        let (system, parameters, starts) = self.changed(model, &record);
+        let place = self.descend(&system, &parameters, &record, &starts, Goal::Race(rival));
+        let cost = place.linear(&self.weights).cost;
+        let held = if cost.is_finite() && cost >= near(rival, &record) {
+            fit::hold(&system, &record, place, &self.noise())
+        } else {
+            fit::refit(&system, &place.parameters, &record, &place.starts, &self.noise())?
+        };
+        Ok(Ground::of(model, system, held, record))
+    }
+
+    /// System, parameters and initial states of a model that is a small change of this ground's.
+    fn changed(&self, model: &Model, record: &Record) -> (System, Parameters, Starts) {
+        let (system, mut parameters) = build::system(model, record.temp_C.is_some());
+        keep_in_reach(model, record.dt_s, &mut parameters);
+        let starts = self.starts_for(&system, &parameters, record);
+        (system, parameters, starts)
     }
 
     fn of(model: &Model, system: System, held: Held, record: Record<'a>) -> Self {
@@ -121,11 +153,14 @@ impl<'a> Ground<'a> {
         record
     }
 
-    /// Initial states for a system that may have more of them than this one.
+    /// Initial states for a system that may have more of them than this one: this ground's where the record begins as its own does,
+    /// else what the first rows show.
     pub fn starts_for(&self, system: &System, parameters: &Parameters, record: &Record) -> Starts {
         let kinds: Vec<Initial> = initials(&system.rig::<f64>(parameters, record.driven), record);
         let mut starts = first_starts(&kinds, record, parameters, system);
-        for (values, own) in starts.values.iter_mut().zip(&self.held.starts.values) {
+        for (values, rows) in starts.values.iter_mut().zip(&record.segments) {
+            let same = self.record.segments.iter().position(|own| own.start == rows.start);
+            let Some(own) = same.map(|k| &self.held.starts.values[k]) else { continue };
             for (value, kind) in values.iter_mut().zip(&kinds) {
                 if let Some(k) = self.held.starts.kinds.iter().position(|own| own == kind) {
                     *value = own[k];
@@ -148,7 +183,11 @@ impl<'a> Ground<'a> {
 
     /// Descends from the given parameters, with this ground's weights.
     pub fn descend(&self, system: &System, parameters: &Parameters, record: &Record, starts: &Starts, goal: Goal) -> Place {
-        let place = Place::begin(system, parameters, record, starts);
+        self.descend_from(system, record, Place::begin(system, parameters, record, starts), goal)
+    }
+
+    /// The same from a place.
+    pub fn descend_from(&self, system: &System, record: &Record, place: Place, goal: Goal) -> Place {
         let most = if rows(record) < self.record.len() { MOST_ON_EXCERPT } else { MOST_STEPS };
         let noise = noise_chi2(record);
         solve::descend_within(system, record, place, &self.weights, most, |cost| match goal {

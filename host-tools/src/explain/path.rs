@@ -12,9 +12,9 @@ use rayon::prelude::*;
 
 use super::evidence::{Whitener, delta_bic};
 use super::fitted::{APART, Fitted, added, fit, refusal};
-use super::ground::{Ground, leaves_far_less};
+use super::ground::{Ground, leaves_far_less, near};
 use super::screen::{Score, scores};
-use super::step::{NEAR, step};
+use super::step::step;
 use super::trial::{Trial, may_be_added};
 use super::{Candidate, Estimate, Shown, Stage};
 use crate::fit::{FitError, Fitness};
@@ -98,7 +98,7 @@ fn without<'a>(ground: &Ground<'a>, name: &str, logs: &[Range<usize>]) -> Result
     if model.remove(name).is_err() {
         return Ok(None);
     }
-    let less = ground.refit(&model, ground.record.clone())?;
+    let less = ground.refit_beside(&model, ground.record.clone(), ground.held.chi2)?;
     Ok((evidence(&less, ground, logs) > -APART).then_some(less))
 }
 
@@ -113,7 +113,7 @@ fn reconsider(path: &mut Path, rivals: &mut Vec<(String, Vec<Trial>)>, logs: &[R
             k += 1;
             continue;
         }
-        let without = last.refit(&model, last.record.clone())?;
+        let without = last.refit_beside(&model, last.record.clone(), last.held.chi2)?;
         let whitener = Whitener::of(&last.record, &last.residuals());
         let (full, less) = (last.squares(&whitener, logs), without.squares(&whitener, logs));
         let more = last.held.parameters.free().len() - without.held.parameters.free().len();
@@ -152,7 +152,7 @@ fn reconsider(path: &mut Path, rivals: &mut Vec<(String, Vec<Trial>)>, logs: &[R
                 let score = scores(&without, std::slice::from_ref(trial)).into_iter().next().unwrap_or_else(|| base.clone());
                 let rival = last.held.chi2;
                 let raced = fit(&without, trial, &score, rival)?;
-                Some(if raced.cost < rival * (1.0 + NEAR) { raced.finished(&without) } else { raced })
+                Some(if raced.cost < near(rival, &without.record) { raced.finished(&without) } else { raced })
             })
             .collect();
         let better = tried

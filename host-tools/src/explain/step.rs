@@ -8,7 +8,7 @@ use super::Candidate;
 use super::Estimate;
 use super::evidence::{Squares, Whitener, delta_bic, ln_chance};
 use super::fitted::{APART, FAMILYWISE, Fitted, fit, place, refusal, shown_of, slices};
-use super::ground::{Goal, Ground, noise_chi2};
+use super::ground::{Goal, Ground, near};
 use super::orders::{HIGHEST, promising};
 use super::screen::{ALIKE, Score, scores};
 use super::trial::{Scene, Trial, Unseen, trials};
@@ -24,8 +24,6 @@ const ROUGH_PART: f64 = 0.05;
 const EXPLAINED: f64 = 1.03;
 /// A costly candidate is fitted to the whole log where it leaves less than this part of what the best other leaves of an excerpt.
 const WORTH: f64 = 0.7;
-/// Who is this near to the best is fitted to the end: as a part of what the best leaves to explain, or of the noise.
-pub const NEAR: f64 = 0.1;
 
 /// One adding step: everything that was tried.
 pub struct Step {
@@ -83,9 +81,7 @@ pub fn step(log: &Log, logs: &[Range<usize>], ground: &Ground) -> Step {
         let more: Vec<Fitted> = worth.par_iter().filter_map(|(k, score)| fit(ground, &trials[*k], score, rival)).collect();
         fitted.extend(more);
     }
-    let best = least(&fitted);
-    let noise = noise_chi2(&ground.record);
-    let near = best + NEAR * (best - noise).max(noise);
+    let near = near(least(&fitted), &ground.record);
     let mut fitted: Vec<Fitted> = fitted.into_par_iter().map(|f| if f.cost < near { f.finished(ground) } else { f }).collect();
     judge(ground, logs, &mut fitted, tests);
     let mut screened: Vec<(Trial, Score, f64)> = Vec::new();

@@ -6,7 +6,7 @@
 
 use hal_sim::effects::{CATALOGUE, Card, Kind, Screen};
 
-use crate::fit::Record;
+use crate::fit::{Parameters, Record};
 use crate::log::Log;
 use crate::model::{Channel, Input, Model};
 
@@ -22,6 +22,7 @@ const HEAT_CAPACITIES: [f64; 3] = [0.1, 1.0, 10.0];
 const RESONANCES_HZ: [f64; 4] = [5.0, 12.0, 30.0, 70.0];
 const SLOWEST_SHAFT_HZ: f64 = 1.0;
 const STIFFEST_SHAFT_ROWS: f64 = 0.08;
+const STIFFEST_BRISTLE_ROWS: f64 = 0.2;
 const SHAFT_DAMPING: f64 = 0.1;
 const SHARE: f64 = 0.3;
 /// Plays at which backlash is tried, rad, and the resonance of its flanks, Hz.
@@ -53,7 +54,7 @@ pub struct Trial {
 impl Trial {
     /// A shaft: its resonance takes many steps a row.
     pub fn is_costly(&self) -> bool {
-        matches!(self.card.id, "compliance" | "backlash")
+        is_shaft(self.card)
     }
 }
 
@@ -251,17 +252,20 @@ fn of(card: &'static Card, scene: &Scene) -> Vec<Trial> {
         }
         "presliding" => {
             let dry = value("coulomb_N_m").or_else(|| value("stribeck_N_m")).unwrap_or(1e-3).abs().max(1e-9);
-            [0.003, 0.02, 0.1].iter().map(|reach| trial(vec![dry / reach], vec![true], vec![true], false)).collect()
+            let (low, high) = card.parameters[0].range;
+            let within = (low, high.min(stiffest_bristle(scene.model, scene.record.dt_s)));
+            let list = [0.003, 0.02, 0.1].iter().map(|reach| trial(vec![dry / reach], vec![true], vec![true], false));
+            list.map(|t| Trial { ranges: vec![within], ..t }).collect()
         }
         "compliance" => {
-            let within = shaft_ranges(scene);
+            let within = shaft_ranges(scene.model, scene.record.dt_s);
             let list = shafts(scene).into_iter().map(|s| trial(s.to_vec(), vec![true; 3], vec![true; 3], false));
             list.map(|t| Trial { ranges: within.to_vec(), ..t }).collect()
         }
         "backlash" => {
             let Some(flank) = shaft(scene, FLANK_HZ, 1.0) else { return Vec::new() };
             let mut within = vec![card.parameters[0].range];
-            within.extend(shaft_ranges(scene));
+            within.extend(shaft_ranges(scene.model, scene.record.dt_s));
             let list = GAPS_RAD
                 .iter()
                 .map(|gap| trial(vec![*gap, flank[0], flank[1], flank[2]], vec![true, false, false, false], vec![true; 4], false));
@@ -298,12 +302,42 @@ fn shafts(scene: &Scene) -> Vec<[f64; 3]> {
     RESONANCES_HZ.iter().filter(|hz| **hz * scene.record.dt_s < 0.2).filter_map(|&hz| shaft(scene, hz, SHAFT_DAMPING)).collect()
 }
 
-/// How far a shaft may go while it is tried: a resonance beyond what the rows resolve is a stiff shaft, at many times the cost.
-fn shaft_ranges(scene: &Scene) -> [(f64, f64); 3] {
-    let inertia = scene.model.value("inertia_kg_m2").unwrap_or(1.0);
+/// How far a shaft may go: a resonance beyond what the rows resolve is a stiff shaft, at many times the cost.
+fn shaft_ranges(model: &Model, dt_s: f64) -> [(f64, f64); 3] {
+    let inertia = model.value("inertia_kg_m2").unwrap_or(1.0);
     let w = std::f64::consts::TAU * SLOWEST_SHAFT_HZ;
-    let stiff = std::f64::consts::TAU * STIFFEST_SHAFT_ROWS / scene.record.dt_s;
+    let stiff = std::f64::consts::TAU * STIFFEST_SHAFT_ROWS / dt_s;
     [(0.05 * inertia * w * w, 0.25 * inertia * stiff * stiff), (0.0, 0.5 * inertia * stiff), (0.03, 0.97)]
+}
+
+/// The same for a bristle, by the resonance of the rotor on it: a stiffer one is dry friction.
+fn stiffest_bristle(model: &Model, dt_s: f64) -> f64 {
+    let inertia = model.value("inertia_kg_m2").unwrap_or(1.0);
+    let stiff = std::f64::consts::TAU * STIFFEST_BRISTLE_ROWS / dt_s;
+    inertia * stiff * stiff
+}
+
+/// Keeps shafts and bristles of a model within what the rows resolve, where they begin there.
+pub fn keep_in_reach(model: &Model, dt_s: f64, parameters: &mut Parameters) {
+    for used in model.effects() {
+        let within = match used.card.id {
+            "presliding" => vec![(0.0, stiffest_bristle(model, dt_s))],
+            _ if is_shaft(used.card) => shaft_ranges(model, dt_s).to_vec(),
+            _ => continue,
+        };
+        // A shaft's own three stand last.
+        let first = used.parameters.len().saturating_sub(within.len());
+        for (&k, range) in used.parameters[first..].iter().zip(within) {
+            let p = &mut parameters.list[k];
+            if p.value >= range.0 && p.value <= range.1 {
+                p.range = (p.range.0.max(range.0), p.range.1.min(range.1));
+            }
+        }
+    }
+}
+
+fn is_shaft(card: &Card) -> bool {
+    matches!(card.id, "compliance" | "backlash")
 }
 
 /// Stiffness, damping and share of a shaft that resonates at `hz`, J_red (2π f)².

@@ -126,7 +126,7 @@ where
                 if on {
                     add(&j, w);
                 }
-                return;
+                return true;
             }
             // Noise e_{k−m} enters row k with −1 and row k−m with +1; the noise of the first rows enters once.
             let queue = &mut past[channel];
@@ -137,6 +137,7 @@ where
             if let Some(before) = queue.pop_front() {
                 add(&(before - j), 0.5 * w);
             }
+            true
         });
         for (channel, queue) in past.iter().enumerate() {
             for j in queue {

@@ -170,12 +170,17 @@ fn settle(system: &System, record: &Record, begin: solve::Place, noise: Vec<f64>
     if nearly(record, &place, &noise) {
         place = approach::past_a_step(system, record, place, &weights(&noise));
     }
+    Ok(hold(system, record, place, &noise))
+}
+
+/// A place as it is, with how far it can be trusted; `noise` is each channel's.
+pub fn hold(system: &System, record: &Record, mut place: solve::Place, noise: &[f64]) -> Held {
     let channels: Vec<Fitness> =
         std::mem::take(&mut place.pass.residuals).into_iter().enumerate().map(|(c, r)| fitness(record, c, noise[c], r)).collect();
     let colours: Vec<Colour> = channels.iter().enumerate().map(|(c, f)| colour(record, c, f)).collect();
-    let linear = place.linear(&weights(&noise));
-    let covariance = covariance::covariance(system, &place.parameters, record, &place.starts, &weights(&noise), &colours, &linear);
-    Ok(Held {
+    let linear = place.linear(&weights(noise));
+    let covariance = covariance::covariance(system, &place.parameters, record, &place.starts, &weights(noise), &colours, &linear);
+    Held {
         sigmas: place.parameters.sigmas(&covariance.matrix),
         not_identifiable: not_identifiable(&place.parameters, &covariance),
         parameters: place.parameters,
@@ -184,7 +189,7 @@ fn settle(system: &System, record: &Record, begin: solve::Place, noise: Vec<f64>
         converged: place.converged,
         steps: place.steps,
         chi2: linear.cost,
-    })
+    }
 }
 
 /// The model describes the log but for a slow misfit: as it does where a moment of sticking is missed.

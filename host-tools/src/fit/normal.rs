@@ -65,16 +65,21 @@ pub const MOST_LANES: usize = 32;
 
 /// Runs the model with its derivatives at these parameters and states.
 pub fn pass(system: &System, parameters: &Parameters, record: &Record, starts: &Starts) -> Pass {
+    pass_below(system, parameters, record, starts, &[], f64::INFINITY)
+}
+
+/// The same, given up where χ² by `weights` passes `most`: then it is infinite. What diverges is not followed to its end.
+pub fn pass_below(system: &System, parameters: &Parameters, record: &Record, starts: &Starts, weights: &[f64], most: f64) -> Pass {
     let lanes = parameters.free().len() + starts.kinds.len();
     match lanes {
-        0..=8 => pass_in::<8>(system, parameters, record, starts),
-        9..=12 => pass_in::<12>(system, parameters, record, starts),
-        13..=16 => pass_in::<16>(system, parameters, record, starts),
-        _ => pass_in::<32>(system, parameters, record, starts),
+        0..=8 => pass_in::<8>(system, parameters, record, starts, weights, most),
+        9..=12 => pass_in::<12>(system, parameters, record, starts, weights, most),
+        13..=16 => pass_in::<16>(system, parameters, record, starts, weights, most),
+        _ => pass_in::<32>(system, parameters, record, starts, weights, most),
     }
 }
 
-fn pass_in<const N: usize>(system: &System, parameters: &Parameters, record: &Record, starts: &Starts) -> Pass
+fn pass_in<const N: usize>(system: &System, parameters: &Parameters, record: &Record, starts: &Starts, weights: &[f64], most: f64) -> Pass
 where
     Dual<N>: Sourced,
 {
@@ -83,18 +88,24 @@ where
     let lanes = free + starts.kinds.len();
     let mut residuals = vec![vec![f64::NAN; record.len()]; record.channels.len()];
     let mut parts = Vec::with_capacity(record.segments.len());
+    let mut chi2 = 0.0;
     for (segment, rows) in record.segments.iter().enumerate() {
         let mut sums = vec![([[0.0; N]; N], [0.0; N], 0.0); record.channels.len()];
         run(&rig, record, segment, (&starts.kinds, &starts.values[segment]), free, &mut |channel, row, value: &Dual<N>| {
-            let Some(target) = record.target(channel, row, rows.start) else { return };
+            let Some(target) = record.target(channel, row, rows.start) else { return true };
             let r = target - value.re;
             residuals[channel][row] = r;
             if record.held_out(row) {
-                return;
+                return true;
             }
             let (h, g, square) = &mut sums[channel];
             *square += r * r;
-            let Some(eps) = value.eps.0.as_ref() else { return };
+            chi2 += weights.get(channel).map_or(0.0, |w| w * r * r);
+            if chi2 > most {
+                *square = f64::INFINITY;
+                return false;
+            }
+            let Some(eps) = value.eps.0.as_ref() else { return true };
             let eps = eps.as_slice();
             for i in 0..lanes {
                 let e = eps[i];
@@ -104,6 +115,7 @@ where
                     h[i][j] += e * eps[j];
                 }
             }
+            true
         });
         parts.push(
             sums.into_iter()
@@ -114,6 +126,12 @@ where
                 })
                 .collect(),
         );
+        if chi2 > most {
+            // Its cost is infinite whatever the other segments say.
+            let nothing = parts.last().cloned().unwrap_or_default();
+            parts.resize(record.segments.len(), nothing);
+            break;
+        }
     }
     Pass { parts, residuals, free }
 }

@@ -146,14 +146,14 @@ fn begin<S: Lane>(kinds: &[Initial], values: &[f64], free: usize, theta: f64) ->
     state
 }
 
-/// Runs the model along one segment and hands every compared value to `visit(channel, row, value)`.
+/// Runs the model along one segment and hands every compared value to `visit(channel, row, value)`, for as long as it says to go on.
 pub fn run<S: Lane>(
     rig: &Rig<S>,
     record: &Record,
     segment: usize,
     (kinds, values): (&[Initial], &[f64]),
     free: usize,
-    visit: &mut impl FnMut(usize, usize, &S),
+    visit: &mut impl FnMut(usize, usize, &S) -> bool,
 ) {
     let rows = record.segments[segment].clone();
     if record.driven == Input::Motion {
@@ -162,7 +162,9 @@ pub fn run<S: Lane>(
     if !rig.resolves(record.dt_s) {
         for row in rows {
             for c in 0..record.channels.len() {
-                visit(c, row, &S::from(f64::NAN));
+                if !visit(c, row, &S::from(f64::NAN)) {
+                    return;
+                }
             }
         }
         return;
@@ -184,15 +186,19 @@ pub fn run<S: Lane>(
         };
         let read = Row { span: &span, omega: before.0, theta: before.1, reading: &reading, current_slope_A_s };
         for (c, chain) in chains.iter_mut().enumerate() {
-            if let Some(value) = chain.push(&read) {
-                visit(c, row, &value);
+            if let Some(value) = chain.push(&read)
+                && !visit(c, row, &value)
+            {
+                return;
             }
         }
         // A diverging step is no use further on; the cost of what is left is infinite and the step is refused.
         if !state.omega.re().is_finite() {
             for rest in row + 1..rows.end {
                 for c in 0..chains.len() {
-                    visit(c, rest, &S::from(f64::NAN));
+                    if !visit(c, rest, &S::from(f64::NAN)) {
+                        return;
+                    }
                 }
             }
             return;
@@ -204,7 +210,7 @@ pub fn run<S: Lane>(
 const MOTION_HALF_WINDOW_S: f64 = 0.1;
 
 /// The prescribed motion: rate and acceleration by a local parabola, then what they need of the drive.
-fn demand<S: Scalar>(rig: &Rig<S>, record: &Record, segment: usize, visit: &mut impl FnMut(usize, usize, &S)) {
+fn demand<S: Scalar>(rig: &Rig<S>, record: &Record, segment: usize, visit: &mut impl FnMut(usize, usize, &S) -> bool) {
     let rows = record.segments[segment].clone();
     let theta = &record.input[rows.clone()];
     let t = &record.t_s[rows.clone()];
@@ -234,7 +240,9 @@ fn demand<S: Scalar>(rig: &Rig<S>, record: &Record, segment: usize, visit: &mut 
                 Channel::Torque => need.torque,
                 _ => continue,
             };
-            visit(c, row, &value);
+            if !visit(c, row, &value) {
+                return;
+            }
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Levenberg and Marquardt's descent, by output error.
 
-use super::normal::{Linear, Pass, Starts, Step, pass};
+use super::normal::{Linear, Pass, Starts, Step, pass, pass_below};
 use super::parameters::Parameters;
 use super::record::Record;
 use super::simulate::{Initial, System};
@@ -11,6 +11,9 @@ const MOST_STEPS: usize = 100;
 pub const NOTHING_LEFT: f64 = 1e-3;
 /// Damping that hardly shortens a step.
 const FREE: f64 = 1e-3;
+/// Where the model is wrong anyway (χ²/n above this), so many steps that win less than one row's share of χ² are the end.
+const WRONG: f64 = 2.0;
+const STALLED_STEPS: usize = 12;
 /// Damping at which a descent gives up.
 const MOST_DAMPING: f64 = 1e12;
 
@@ -53,7 +56,17 @@ pub fn descend_within(system: &System, record: &Record, place: Place, weights: &
     let mut converged = false;
     let mut steps = 0;
     let mut damping = 1e-3;
+    let values = (record.len() * record.channels.len()) as f64;
+    let mut before = linear.cost;
     while steps < most {
+        if steps > 0 && steps.is_multiple_of(STALLED_STEPS) {
+            let share = linear.cost / values;
+            if share > WRONG && before - linear.cost < share {
+                converged = true;
+                break;
+            }
+            before = linear.cost;
+        }
         steps += 1;
         // A parameter at the end of what it can be does not hold up the others.
         let against = |step: &Step| place.parameters.against_a_limit(&step.parameters);
@@ -77,7 +90,7 @@ pub fn descend_within(system: &System, record: &Record, place: Place, weights: &
         }
         let next = place.parameters.moved(&step.parameters);
         let next_starts = moved(&place.starts, &step.states);
-        let trial_pass = pass(system, &next, record, &next_starts);
+        let trial_pass = pass_below(system, &next, record, &next_starts, weights, linear.cost);
         let trial = trial_pass.weighted(&next_starts, weights);
         let fell = linear.cost - trial.cost;
         if trial.cost.is_finite() && fell > 0.0 {
