@@ -6,11 +6,10 @@ use crate::safety::Fault;
 /// Writes the samples.
 pub struct Recorder<'a> {
     memory: &'a Memory,
-    /// Where the next sample goes, round and round.
+    /// Where the next sample goes, round and round, and where none goes any more: before the trigger never reached.
     next: u32,
-    /// Samples until it freezes, and what of them a tick takes: 0 before the trigger.
-    left: u32,
-    takes: u32,
+    end: u32,
+    triggered: bool,
     /// Samples since it was armed, as seen once in a millisecond.
     armed_at: u32,
     before: u32,
@@ -27,8 +26,8 @@ impl<'a> Recorder<'a> {
         Self {
             memory,
             next: 0,
-            left: 1,
-            takes: 0,
+            end: u32::MAX,
+            triggered: false,
             armed_at: 0,
             before,
             triggered_at: 0,
@@ -42,10 +41,9 @@ impl<'a> Recorder<'a> {
     /// In each tick.
     #[inline]
     pub fn take(&mut self, sample: &Sample) {
-        if self.left != 0 {
+        if self.next != self.end {
             self.memory.write(self.next, sample);
             self.next = self.next.wrapping_add(1);
-            self.left = self.left.wrapping_sub(self.takes);
         }
     }
 
@@ -56,16 +54,19 @@ impl<'a> Recorder<'a> {
         if arm.is_some() || fault != self.latched {
             self.change(arm, fault, fault_tick, tick);
         }
-        if trigger && self.takes == 0 {
+        if trigger && !self.triggered {
             self.trigger(0, Fault::None, tick);
         }
-        if self.left == 0 && !self.frozen {
+        if !self.triggered {
+            self.end = self.next.wrapping_sub(1);
+            if self.next.wrapping_sub(self.armed_at) > SAMPLES as u32 {
+                // Full, and no fuller: so that the difference does not wrap.
+                self.armed_at = self.next.wrapping_sub(SAMPLES as u32);
+            }
+        } else if self.next == self.end && !self.frozen {
             self.frozen = true;
             let len = self.next.wrapping_sub(self.armed_at).min(SAMPLES as u32);
             self.memory.freeze(self.next, len, self.triggered_at, self.fault, self.tick);
-        } else if self.takes == 0 && self.next.wrapping_sub(self.armed_at) > SAMPLES as u32 {
-            // Full, and no fuller: so that the difference does not wrap.
-            self.armed_at = self.next.wrapping_sub(SAMPLES as u32);
         }
     }
 
@@ -75,11 +76,12 @@ impl<'a> Recorder<'a> {
         let cleared = fault == Fault::None && self.latched != Fault::None;
         if let Some(before) = arm.or(cleared.then_some(self.before)) {
             self.memory.thaw();
-            *self = Self { next: self.next, armed_at: self.next, latched: self.latched, ..Self::new(self.memory, before) };
+            let next = self.next;
+            *self = Self { next, end: next.wrapping_sub(1), armed_at: next, latched: self.latched, ..Self::new(self.memory, before) };
         }
         let came = fault != self.latched && fault != Fault::None;
         self.latched = fault;
-        if came && self.takes == 0 {
+        if came && !self.triggered {
             self.trigger(tick.wrapping_sub(fault_tick), fault, fault_tick);
         }
     }
@@ -89,8 +91,8 @@ impl<'a> Recorder<'a> {
     #[inline(never)]
     fn trigger(&mut self, ago: u32, fault: Fault, tick: u32) {
         self.triggered_at = self.next.wrapping_sub(1).wrapping_sub(ago);
-        self.takes = 1;
-        self.left = (SAMPLES as u32).wrapping_sub(self.before).wrapping_sub(1).saturating_sub(ago).max(1);
+        self.triggered = true;
+        self.end = self.next.wrapping_add((SAMPLES as u32).wrapping_sub(self.before).wrapping_sub(1).saturating_sub(ago).max(1));
         self.fault = fault;
         self.tick = tick;
     }
