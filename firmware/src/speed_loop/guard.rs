@@ -41,8 +41,9 @@ pub struct Thresholds {
     /// Compare counts of back-EMF at the rate that cannot be without edges.
     turning_duty: f32,
     lost_ms: u32,
+    /// Codes: the lowest that is allowed, and from there the range.
     supply_from: u32,
-    supply_to: u32,
+    supply_range: u32,
     tracking_ms: u32,
 }
 
@@ -76,7 +77,7 @@ impl Thresholds {
             turning_duty: (s.encoder_lost_rad_s * given.motor_constant_N_m_A * duty_per_volt) as f32,
             lost_ms: ms(s.encoder_lost_s),
             supply_from: supply(s.supply_low_share),
-            supply_to: supply(s.supply_high_share),
+            supply_range: supply(s.supply_high_share).saturating_sub(supply(s.supply_low_share)),
             tracking_ms: ms(s.tracking_s),
         }
     }
@@ -177,8 +178,9 @@ impl Guard {
         self.back_emf += BACK_EMF_SHARE * (duty - drop - self.back_emf);
         let mut least_duty = t.turning_duty + RESISTANCE_WRONG * drop.abs();
         // A count that stops in its run has lost its encoder; one that crept to rest, or never ran, is at rest until more speaks against it.
-        if self.pace <= PACE_COUNTS {
-            least_duty = least_duty.max(AT_REST * t.turning_duty);
+        let at_rest = AT_REST * t.turning_duty;
+        if self.pace <= PACE_COUNTS && least_duty < at_rest {
+            least_duty = at_rest;
         }
         let turns = self.back_emf.abs() > least_duty;
         self.turning_ms = if turns && stays { self.turning_ms.wrapping_add(1) } else { 0 };
@@ -195,7 +197,7 @@ impl Guard {
         if rate.abs() > t.overspeed {
             self.trip(Fault::Overspeed, tick);
         }
-        let bad = look.on && (look.supply < t.supply_from || look.supply > t.supply_to);
+        let bad = look.supply.wrapping_sub(t.supply_from) > t.supply_range && look.on;
         self.bad_supply_ms = if bad { self.bad_supply_ms.wrapping_add(1) } else { 0 };
         if self.bad_supply_ms >= SUPPLY_MS {
             self.trip(if look.supply < t.supply_from { Fault::SupplyLow } else { Fault::SupplyHigh }, tick);
@@ -215,12 +217,20 @@ impl Guard {
             Fault::Overspeed => rate.abs() > t.overspeed,
             Fault::OverCurrent => t.is_over(sensed.current.0),
             Fault::SupplyLow => supply < t.supply_from,
-            Fault::SupplyHigh => supply > t.supply_to,
+            Fault::SupplyHigh => supply >= t.supply_from && supply.wrapping_sub(t.supply_from) > t.supply_range,
             // With the drive off nothing pushes, turns or slips; what the tasks see, they say anew.
             _ => false,
         };
         if !there {
-            *self = Self::default();
+            // What counts, counts anew. (A whole new guard would be a call that fills it byte by byte.)
+            self.fault = Fault::None;
+            self.over = 0;
+            self.stalled_ms = 0;
+            self.back_emf = 0.0;
+            self.pace = 0;
+            self.turning_ms = 0;
+            self.bad_supply_ms = 0;
+            self.slipping_ms = 0;
         }
     }
 }
