@@ -39,68 +39,65 @@ pub struct Edges {
     reach: u32,
     /// 0 up, −1 down, else not known.
     way: i32,
-    /// Now and at the last edge, timer steps, wrapping.
-    now: u32,
-    last_at: u32,
-    last: EncoderCount,
+    /// Timer steps since the last edge, wrapping; stays at a quarter of the timer's width.
+    pub age: u32,
     next: usize,
     edges: [Edge; SPAN],
 }
 
 impl Edges {
-    /// Begins at this count, within half a wrap of zero, with no edge known.
-    pub fn begin(&mut self, count: EncoderCount) {
+    /// Begins at this count, within half a wrap of zero, with no edge known; `now` is the time of the tick before.
+    pub fn begin(&mut self, count: EncoderCount, now: u32) {
         let counts = i32::from(count.since(EncoderCount(0)));
-        *self = Self { counts, boundary: counts, way: UNKNOWN, last: count, now: self.now, last_at: self.now, ..Self::default() };
-        self.edges = [Edge { at: self.now, boundary: counts }; SPAN];
+        *self = Self { counts, boundary: counts, way: UNKNOWN, ..Self::default() };
+        self.edges = [Edge { at: now, boundary: counts }; SPAN];
     }
 
     /// Ticks were lost: so many timer steps have passed unseen.
     pub fn pass(&mut self, steps: u32) {
-        self.now = self.now.wrapping_add(steps);
+        self.age = self.age.wrapping_add(steps);
     }
 
-    /// One tick further, `period` timer steps; returns how far it went, counts, parts included.
+    /// One tick further, number `tick`, `period` timer steps; returns by how many counts the last boundary moved.
     #[inline]
-    pub fn take(&mut self, count: EncoderCount, age: u32, period: u32) -> f32 {
-        self.now = self.now.wrapping_add(period);
-        let step = i32::from(count.since(self.last));
+    pub fn take(&mut self, count: EncoderCount, age: u32, tick: u32, period: u32) -> i32 {
+        self.age = self.age.wrapping_add(period);
+        let step = i32::from(count.since(EncoderCount(self.counts as u16)));
         let before = self.boundary;
         if step != 0 {
-            self.last = count;
             self.counts = self.counts.wrapping_add(step);
-            self.last_at = self.now.wrapping_sub(age);
+            self.age = age;
             // Upwards the last edge is the count's lower boundary, downwards the upper one.
             let way = step >> 31;
             self.boundary = self.counts.wrapping_sub(way);
             if way != self.way {
-                self.turn(way);
+                self.turn(way, tick.wrapping_mul(period));
             }
         }
-        let along = self.now.wrapping_sub(self.last_at).min(self.reach);
-        let part = along as i32 as f32 * self.per_step;
-        let went = self.boundary.wrapping_sub(before) as f32 + (part - self.part);
-        self.part = part;
-        went
+        self.part = self.age.min(self.reach) as i32 as f32 * self.per_step;
+        self.boundary.wrapping_sub(before)
     }
 
-    /// The first edge of a new direction.
+    /// The first edge of a new direction; `now` in timer steps, wrapping.
     #[cold]
     #[inline(never)]
-    fn turn(&mut self, way: i32) {
+    fn turn(&mut self, way: i32, now: u32) {
         self.way = way;
         self.per_step = 0.0;
         self.reach = 0;
-        self.edges = [Edge { at: self.last_at, boundary: self.boundary }; SPAN];
+        let edge = Edge { at: now.wrapping_sub(self.age), boundary: self.boundary };
+        // Written out: a loop takes twice as long.
+        let [a, b, c, d] = &mut self.edges;
+        (*a, *b, *c, *d) = (edge, edge, edge, edge);
     }
 
-    /// Once in a millisecond: the rate over the last edges.
+    /// Once in a millisecond: the rate over the last edges; `now` in timer steps, wrapping.
     #[inline]
-    pub fn measure(&mut self) {
-        let edge = Edge { at: self.last_at, boundary: self.boundary };
+    pub fn measure(&mut self, now: u32) {
+        let edge = Edge { at: now.wrapping_sub(self.age), boundary: self.boundary };
         let last = self.edges.get(self.next.wrapping_sub(1) & (SPAN - 1)).map_or(0, |edge| edge.at);
         if edge.at == last {
-            return self.forget_old();
+            return self.forget_old(now);
         }
         if let Some(oldest) = self.edges.get_mut(self.next & (SPAN - 1)) {
             let time = edge.at.wrapping_sub(oldest.at) as i32;
@@ -117,23 +114,17 @@ impl Edges {
 
     /// Forgets edges that are too old for the timer's width.
     #[inline]
-    fn forget_old(&mut self) {
-        if self.age() > STALE {
-            self.last_at = self.now.wrapping_sub(STALE);
-            self.turn(UNKNOWN);
+    fn forget_old(&mut self, now: u32) {
+        if self.age > STALE {
+            self.age = STALE;
+            self.turn(UNKNOWN, now);
         }
-    }
-
-    /// Timer steps since the last edge; stays at a quarter of the timer's width.
-    #[inline]
-    pub fn age(&self) -> u32 {
-        self.now.wrapping_sub(self.last_at)
     }
 
     /// The rate, counts per tick: over the last edges, and no more than the age of the last allows.
     #[inline]
     pub fn rate(&self, period: u32) -> f32 {
-        let age = self.age();
+        let age = self.age;
         // A reversal leaves a direction, but no rate.
         let per_step = if age <= self.reach { self.per_step } else { self.bound() / age as f32 };
         per_step * period as f32
@@ -163,7 +154,7 @@ mod tests {
     /// An encoder on a given motion, theta in counts by time in seconds, and what is made of it at each tick.
     fn follow(ticks: u32, theta: impl Fn(f64) -> f64, mut see: impl FnMut(u32, &Edges)) {
         let mut edges = Edges::default();
-        edges.begin(EncoderCount(theta(0.0).floor() as i64 as u16));
+        edges.begin(EncoderCount(theta(0.0).floor() as i64 as u16), 0);
         let mut last_edge_s = f64::NEG_INFINITY;
         for n in 1..=ticks {
             let (before, now) = (f64::from(n - 1) * 1e-4, f64::from(n) * 1e-4);
@@ -181,9 +172,9 @@ mod tests {
             // The timer captures in whole steps.
             let captured = (last_edge_s * HZ).floor();
             let age = ((now * HZ).round() - captured).min(f64::from(u32::MAX)) as u32;
-            edges.take(EncoderCount(count as i64 as u16), age, PERIOD);
+            edges.take(EncoderCount(count as i64 as u16), age, n, PERIOD);
             if n % 10 == 3 {
-                edges.measure();
+                edges.measure(n.wrapping_mul(PERIOD));
             }
             see(n, &edges);
         }

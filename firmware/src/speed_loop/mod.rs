@@ -194,8 +194,8 @@ impl SpeedLoop {
             self.out_of_step(sensed);
         }
         self.tick = sensed.tick;
-        let went = self.edges.take(sensed.encoder, sensed.edge_age, self.config.period);
-        self.estimate.update(&self.config.tracking, went);
+        let moved = self.edges.take(sensed.encoder, sensed.edge_age, tick, self.config.period);
+        self.estimate.update(&self.config.tracking, moved, self.edges.part);
         self.guard.fast(&self.config.thresholds, sensed);
     }
 
@@ -215,7 +215,7 @@ impl SpeedLoop {
             self.guard.trip(Fault::Clock, sensed.tick as u32);
         } else {
             self.began = true;
-            self.edges.begin(sensed.encoder);
+            self.edges.begin(sensed.encoder, (sensed.tick as u32).wrapping_sub(1).wrapping_mul(self.config.period));
         }
     }
 
@@ -248,7 +248,7 @@ impl SpeedLoop {
             position_command: self.ramp.position,
             rate_command: self.ramp.rate(),
             rate: self.edges.rate(self.config.period),
-            edge_age: self.edges.age(),
+            edge_age: self.edges.age,
             mode: self.active.mode,
             compensating: self.feed_forward.compensating(self.active.mode.follows()),
             fault: self.guard.fault,
@@ -264,7 +264,7 @@ impl SpeedLoop {
         match self.slot {
             1 => self.guard.turning(&self.config.thresholds, &self.guarded(sensed), tick),
             2 => self.guard.supply(&self.config.thresholds, &self.guarded(sensed), self.estimate.rate, tick),
-            3 => self.edges.measure(),
+            3 => self.edges.measure(tick.wrapping_mul(self.config.period)),
             4 => self.feed_forward.from_index.check(self.edges.counts, self.config.index_lost),
             7 => self.lead(),
             _ => {}

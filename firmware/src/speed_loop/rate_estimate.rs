@@ -1,30 +1,33 @@
 //! The rate that is regulated: a tracking filter of third order with three equal poles.
 //!
-//! In: how far the platform went in each tick, to parts of a count ([`super::edges`]). Out: rate in counts per tick and acceleration in
+//! In, in each tick: the last boundary between counts and the part of a count since then ([`super::edges`]). Out: rate in counts per tick and acceleration in
 //! counts per tick². Its delay is the same at all rates, which a rate taken over edges cannot promise: at 1 °/s they are 18 ms apart,
-//! and the loop's poles lie at 40 rad/s. No lag at constant rate or acceleration. The
-//! filter runs on the *difference* between measured and estimated position, so single precision is enough for ever.
+//! and the loop's poles lie at 40 rad/s. No lag at constant rate or acceleration. The filter's position counts from the boundary that the
+//! platform has passed last, so single precision is enough for ever.
 //! Source of the gains: the critically damped g-h-k filter, E. Brookner, Tracking and Kalman Filtering Made Easy, §1.4.
 
 /// The estimate's state, in counts and ticks.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RateEstimate {
-    /// Measured minus estimated position, counts.
-    behind: f32,
+    /// Estimated position, counts from the last boundary.
+    part: f32,
     /// Rate, counts per tick.
     pub rate: f32,
-    /// Acceleration, counts per tick².
-    pub acceleration: f32,
+    /// What the rate gains in half a tick, counts per tick.
+    half_gain: f32,
 }
 
 impl RateEstimate {
-    /// One tick further; it went `step` counts.
+    /// One tick further, in which the last boundary moved by so many counts; the platform is `part` of a count past it. The gains are those for position,
+    /// rate, and half of the acceleration.
     #[inline]
-    pub fn update(&mut self, gains: &[f32; 3], step: f32) {
-        let [position, rate, acceleration] = *gains;
-        let innovation = self.behind + step - (self.rate + 0.5 * self.acceleration);
-        self.behind = innovation - position * innovation;
-        self.rate += self.acceleration + rate * innovation;
-        self.acceleration += acceleration * innovation;
+    pub fn update(&mut self, gains: &[f32; 3], moved: i32, part: f32) {
+        let [position, rate, half_gain] = *gains;
+        let mean_rate = self.rate + self.half_gain;
+        let predicted = self.part + mean_rate - moved as f32;
+        let innovation = part - predicted;
+        self.part = predicted + position * innovation;
+        self.rate = mean_rate + self.half_gain + rate * innovation;
+        self.half_gain += half_gain * innovation;
     }
 }

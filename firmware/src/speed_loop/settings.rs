@@ -83,7 +83,7 @@ pub struct Config {
     /// Duty per 2⁻¹⁶ counts, and per count.
     pub(crate) fine_gain: f32,
     pub(crate) position_gain: f32,
-    /// Gains of the tracking filter for position, rate, acceleration.
+    /// Gains of the tracking filter for position, rate, half of the acceleration.
     pub(crate) tracking: [f32; 3],
     /// 2⁻³² counts per tick in a millisecond, and the same in counts.
     pub(crate) acceleration: i64,
@@ -160,7 +160,7 @@ impl Config {
             rate_gain: (rate_gain * rad_s_per_count_tick * duty_per_volt) as f32,
             fine_gain: (position_gain * hardware.rad_per_count() * duty_per_volt / 65_536.0) as f32,
             position_gain: (position_gain * hardware.rad_per_count() * duty_per_volt) as f32,
-            tracking: [(1.0 - pole * pole * pole) as f32, (1.5 * gap * gap * (1.0 + pole)) as f32, (gap * gap * gap) as f32],
+            tracking: [(1.0 - pole * pole * pole) as f32, (1.5 * gap * gap * (1.0 + pole)) as f32, (0.5 * gap * gap * gap) as f32],
             acceleration: to_i64(acceleration * rate_unit(hardware) / ROW_HZ as f64).max(1),
             braking: (acceleration / rad_s_per_count_tick / ROW_HZ as f64) as f32,
             approach: (approach / rad_s_per_count_tick) as f32,
