@@ -17,7 +17,26 @@ pub trait Words<const N: usize>: Copy {
     fn to_words(&self) -> [u32; N];
     /// The value from words that `to_words` made.
     fn from_words(words: &[u32; N]) -> Self;
+
+    /// Takes the words from their cells. What passes the interrupt does it one by one ([`one_by_one`]): three instructions a word fewer.
+    #[inline]
+    fn get(cells: &[AtomicU32; N], words: &mut [u32; N]) {
+        for (word, cell) in words.iter_mut().zip(cells) {
+            *word = cell.load(Ordering::Relaxed);
+        }
+    }
 }
+
+/// [`Words::get`] written out, by the places of all words.
+macro_rules! one_by_one {
+    ($n:literal: $($place:literal)+) => {
+        #[inline(always)]
+        fn get(cells: &[core::sync::atomic::AtomicU32; $n], words: &mut [u32; $n]) {
+            $(words[$place] = cells[$place].load(core::sync::atomic::Ordering::Relaxed);)+
+        }
+    };
+}
+pub(crate) use one_by_one;
 
 /// The two words of a 64-bit number, low first.
 #[inline]
@@ -65,12 +84,20 @@ impl<T: Words<N>, const N: usize> Writer<'_, T, N> {
     /// Puts `value` in the place of what was there. Never waits.
     #[inline]
     pub fn post(&mut self, value: &T) {
+        self.post_by(|cells| {
+            for (cell, word) in cells.iter().zip(&value.to_words()) {
+                cell.store(*word, Ordering::Relaxed);
+            }
+        });
+    }
+
+    /// The same with a value that `put` puts into the cells, word by word: it is nowhere else then.
+    #[inline]
+    pub fn post_by(&mut self, put: impl FnOnce(&[AtomicU32; N])) {
         let sequence = self.mailbox.sequence.load(Ordering::Relaxed);
         self.mailbox.sequence.store(sequence.wrapping_add(1), Ordering::Relaxed);
         fence(Ordering::Release);
-        for (cell, word) in self.mailbox.words.iter().zip(&value.to_words()) {
-            cell.store(*word, Ordering::Relaxed);
-        }
+        put(&self.mailbox.words);
         // After 2^31 posts the sequence passes 0, "nothing yet", which would hide one value: skip it.
         let next = sequence.wrapping_add(2);
         self.mailbox.sequence.store(if next == 0 { 2 } else { next }, Ordering::Release);
@@ -87,20 +114,24 @@ impl<T: Words<N>, const N: usize> Reader<'_, T, N> {
     /// What was posted since the last look, if it can be read whole at the first try. For the interrupt.
     #[inline]
     pub fn take_once(&mut self) -> Option<T> {
+        let mut words = [0; N];
+        (self.take_to(&mut words) == Some(true)).then(|| T::from_words(&words))
+    }
+
+    /// Its words, into `words`; false where they are torn, `None` where there is nothing new and `words` stays as it was.
+    #[inline]
+    pub fn take_to(&mut self, words: &mut [u32; N]) -> Option<bool> {
         let before = self.mailbox.sequence.load(Ordering::Acquire);
         if before == self.seen || before & 1 == 1 {
             return None;
         }
-        let mut words = [0; N];
-        for (word, cell) in words.iter_mut().zip(&self.mailbox.words) {
-            *word = cell.load(Ordering::Relaxed);
-        }
+        T::get(&self.mailbox.words, words);
         fence(Ordering::Acquire);
-        if self.mailbox.sequence.load(Ordering::Relaxed) != before {
-            return None;
+        let whole = self.mailbox.sequence.load(Ordering::Relaxed) == before;
+        if whole {
+            self.seen = before;
         }
-        self.seen = before;
-        Some(T::from_words(&words))
+        Some(whole)
     }
 
     /// The same with a few tries. For the tasks: the interrupt writes for less than a microsecond in each 100.
@@ -109,30 +140,20 @@ impl<T: Words<N>, const N: usize> Reader<'_, T, N> {
     }
 }
 
-/// A value on its way out of a mailbox, a few words at a time: for the interrupt, where a long value would take too long at once.
-pub struct Parts<const N: usize> {
-    words: [u32; N],
+/// How far a value has come out of a mailbox that is taken a few words at a time: for the interrupt, where a long value would take too long at once.
+#[derive(Default)]
+pub struct Parts {
     taken: usize,
     sequence: u32,
 }
 
-impl<const N: usize> Default for Parts<N> {
-    fn default() -> Self {
-        Self { words: [0; N], taken: 0, sequence: 0 }
-    }
-}
-
-impl<const N: usize> Parts<N> {
-    /// The words, once all are there.
-    pub fn words(&self) -> &[u32; N] {
-        &self.words
-    }
-}
-
 impl<T: Words<N>, const N: usize> Reader<'_, T, N> {
-    /// Takes up to `most` more words of what was posted; true when they are all there. Begins anew where something else was posted meanwhile.
+    /// Takes seven more words of what was posted into their place in `words`; true when they are all there. `N` is a multiple of seven. Begins anew
+    /// where something else was posted meanwhile.
     #[inline]
-    pub fn take_part(&mut self, parts: &mut Parts<N>, most: usize) -> bool {
+    pub fn take_part(&mut self, parts: &mut Parts, words: &mut [u32; N]) -> bool {
+        const PART: usize = 7;
+        const { assert!(N.is_multiple_of(PART)) };
         let sequence = self.mailbox.sequence.load(Ordering::Acquire);
         if sequence == self.seen || sequence & 1 == 1 {
             return false;
@@ -141,17 +162,18 @@ impl<T: Words<N>, const N: usize> Reader<'_, T, N> {
             parts.sequence = sequence;
             parts.taken = 0;
         }
-        let pairs = parts.words.iter_mut().zip(&self.mailbox.words);
-        for (word, cell) in pairs.skip(parts.taken).take(most) {
-            *word = cell.load(Ordering::Relaxed);
+        let places = words.as_chunks_mut::<PART>().0.get_mut(parts.taken);
+        if let (Some(place), Some([a, b, c, d, e, f, g])) = (places, self.mailbox.words.as_chunks::<PART>().0.get(parts.taken)) {
+            let word = |cell: &AtomicU32| cell.load(Ordering::Relaxed);
+            *place = [word(a), word(b), word(c), word(d), word(e), word(f), word(g)];
         }
         fence(Ordering::Acquire);
         if self.mailbox.sequence.load(Ordering::Relaxed) != sequence {
             parts.taken = 0;
             return false;
         }
-        parts.taken = parts.taken.wrapping_add(most);
-        if parts.taken < N {
+        parts.taken = parts.taken.wrapping_add(1);
+        if parts.taken.wrapping_mul(PART) < N {
             return false;
         }
         parts.taken = 0;
@@ -186,19 +208,32 @@ mod tests {
         assert_eq!(reader.take(), None, "and is news once");
     }
 
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    struct TwentyOne([u32; 21]);
+    impl Words<21> for TwentyOne {
+        fn to_words(&self) -> [u32; 21] {
+            self.0
+        }
+        fn from_words(words: &[u32; 21]) -> Self {
+            Self(*words)
+        }
+    }
+
     #[test]
     fn a_value_taken_in_parts_is_whole_or_begins_anew() {
-        let mut mailbox = Mailbox::<Sixteen, 16>::new();
+        let mut mailbox = Mailbox::<TwentyOne, 21>::new();
         let (mut writer, mut reader) = mailbox.split();
-        let mut parts = Parts::default();
-        assert!(!reader.take_part(&mut parts, 6));
-        writer.post(&Sixteen([1; 16]));
-        assert!(!reader.take_part(&mut parts, 6));
-        writer.post(&Sixteen([2; 16]));
-        assert!(!reader.take_part(&mut parts, 6) && !reader.take_part(&mut parts, 6));
-        assert!(reader.take_part(&mut parts, 6));
-        assert_eq!(parts.words(), &[2; 16]);
-        assert!(!reader.take_part(&mut parts, 6), "and is news once");
+        let (mut parts, mut words) = (Parts::default(), [0; 21]);
+        let mut take = || reader.take_part(&mut parts, &mut words);
+        assert!(!take());
+        writer.post(&TwentyOne([1; 21]));
+        assert!(!take());
+        let second = core::array::from_fn(|n| n as u32);
+        writer.post(&TwentyOne(second));
+        assert!(!take() && !take());
+        assert!(take());
+        assert!(!take(), "and is news once");
+        assert_eq!(words, second);
     }
 
     #[test]

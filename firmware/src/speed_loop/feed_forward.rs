@@ -8,18 +8,22 @@
 //! come for more than a turn (a wire off), they go out again, and a status says so.
 
 use crate::board::{CONTROL_HZ, Hardware};
-use crate::compensation::{Compensation, Harmonic, MOST_HARMONICS};
+use crate::compensation::{Compensation, HIGHEST_ORDER, Harmonic, MOST_HARMONICS};
 use crate::mailbox::Words;
 use core::f64::consts::TAU;
 
 /// One turn, in units of the angle.
 const TURN: f64 = 4_294_967_296.0;
+/// Half of it.
+const HALF_TURN: f32 = 2_147_483_648.0;
 /// From the beginning of a tick to the middle of it, in which its duty acts on the mean.
 const TO_THE_MIDDLE_TICKS: f64 = 0.5;
 /// What the harmonics' share gains in a millisecond: from nothing to all in 0.1 s.
 const COMING_IN: f32 = 0.01;
 /// A radian and a half in ten ticks, 2⁻³² turn per tick.
 const FASTEST: f32 = 0.15 / core::f32::consts::TAU * 4_294_967_296.0;
+/// Harmonics that are worked out in one tick.
+const GROUP: usize = 2;
 /// Added to a float below 2²², it leaves the nearest whole number in the low bits.
 const ROUND: f32 = 12_582_912.0;
 
@@ -43,38 +47,20 @@ impl Compensating {
     }
 }
 
-/// One harmonic in the tick's units.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Wave {
-    /// Periods per turn; 0: none here.
-    order: u32,
-    /// Phase at the index, 2⁻³² turn.
-    phase: u32,
-    /// Amplitude, compare counts.
-    duty: f32,
-}
+/// A [`Compensation`] in the tick's units; what the tasks post to the interrupt when something was learnt.
+///
+/// As words, so that it comes out of its mailbox in the place where it is used: four of friction and winding, then three for each harmonic.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Learnt([u32; LEARNT_WORDS]);
 
-impl Wave {
-    fn of(harmonic: &Harmonic, duty_per_torque: f64) -> Self {
-        let turns = harmonic.phase_rad / TAU;
-        let phase = crate::maths::to_u64((turns - crate::maths::floor(turns)) * TURN) as u32;
-        Self { order: u32::from(harmonic.order), phase, duty: (harmonic.torque_N_m * duty_per_torque) as f32 }
+impl Default for Learnt {
+    fn default() -> Self {
+        Self([0; LEARNT_WORDS])
     }
 }
 
-/// A [`Compensation`] in the tick's units; what the tasks post to the interrupt when something was learnt.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Learnt {
-    /// Dry friction, compare counts.
-    coulomb: f32,
-    /// 1 / the rate of its fade, ticks per count.
-    fade: f32,
-    /// Viscous friction, compare counts per (count per tick).
-    viscous: f32,
-    /// From the beginning of the tick in which it acts to its torque, ticks.
-    lead: f32,
-    waves: [Wave; MOST_HARMONICS],
-}
+/// Words of a [`Learnt`].
+pub const LEARNT_WORDS: usize = 4 + 3 * MOST_HARMONICS;
 
 impl Learnt {
     /// `compensation`, which was checked, for a drive of this resistance and constant.
@@ -82,54 +68,72 @@ impl Learnt {
         let hz = CONTROL_HZ as f64;
         let rad_s_per_count_tick = hardware.rad_per_count() * hz;
         let duty_per_torque = resistance_ohm / motor_constant_N_m_A / hardware.volt_per_duty();
-        let mut waves = [Wave::default(); MOST_HARMONICS];
-        for (wave, harmonic) in waves.iter_mut().zip(compensation.harmonics.as_slice()) {
-            *wave = Wave::of(harmonic, duty_per_torque);
+        let mut words = [0; LEARNT_WORDS];
+        let [coulomb, fade, viscous, lead, waves @ ..] = &mut words;
+        *coulomb = ((compensation.coulomb_N_m * duty_per_torque) as f32).to_bits();
+        *fade = ((rad_s_per_count_tick / compensation.coulomb_fade_rad_s) as f32).to_bits();
+        *viscous = ((compensation.viscous_N_m_s * rad_s_per_count_tick * duty_per_torque) as f32).to_bits();
+        *lead = ((TO_THE_MIDDLE_TICKS + compensation.winding_lag_s * hz) as f32).to_bits();
+        for (wave, harmonic) in waves.as_chunks_mut::<3>().0.iter_mut().zip(compensation.harmonics.as_slice()) {
+            *wave = wave_of(harmonic, duty_per_torque);
         }
-        Self {
-            coulomb: (compensation.coulomb_N_m * duty_per_torque) as f32,
-            fade: (rad_s_per_count_tick / compensation.coulomb_fade_rad_s) as f32,
-            viscous: (compensation.viscous_N_m_s * rad_s_per_count_tick * duty_per_torque) as f32,
-            lead: (TO_THE_MIDDLE_TICKS + compensation.winding_lag_s * hz) as f32,
-            waves,
-        }
+        Self(words)
+    }
+
+    /// Dry friction, compare counts.
+    #[inline]
+    fn coulomb(&self) -> f32 {
+        f32::from_bits(self.0[0])
+    }
+
+    /// 1 / the rate of its fade, ticks per count.
+    #[inline]
+    fn fade(&self) -> f32 {
+        f32::from_bits(self.0[1])
+    }
+
+    /// Viscous friction, compare counts per (count per tick).
+    #[inline]
+    fn viscous(&self) -> f32 {
+        f32::from_bits(self.0[2])
+    }
+
+    /// From the beginning of the tick in which it acts to its torque, ticks.
+    #[inline]
+    fn lead(&self) -> f32 {
+        f32::from_bits(self.0[3])
+    }
+
+    /// The harmonics: periods per turn, 0 from the first that is none on; phase at the index, 2⁻³² turn; amplitude, compare counts as bits of an `f32`.
+    #[inline]
+    fn waves(&self) -> &[[u32; 3]] {
+        let [_, _, _, _, waves @ ..] = &self.0;
+        waves.as_chunks().0
+    }
+
+    /// Whether any friction and any harmonic is learnt. Zero has two signs.
+    #[inline]
+    fn offers(&self) -> u8 {
+        let friction = if (self.0[0] | self.0[2]) << 1 != 0 { Compensating::FRICTION.0 } else { 0 };
+        let harmonics = if self.0[4] != 0 { Compensating::HARMONICS.0 } else { 0 };
+        friction | harmonics
     }
 }
 
-/// Words of a [`Learnt`].
-pub const LEARNT_WORDS: usize = 4 + 3 * MOST_HARMONICS;
+/// One harmonic in the tick's units: see [`Learnt::waves`].
+fn wave_of(harmonic: &Harmonic, duty_per_torque: f64) -> [u32; 3] {
+    let turns = harmonic.phase_rad / TAU;
+    let phase = crate::maths::to_u64((turns - crate::maths::floor(turns)) * TURN) as u32;
+    [u32::from(harmonic.order), phase, ((harmonic.torque_N_m * duty_per_torque) as f32).to_bits()]
+}
 
 impl Words<LEARNT_WORDS> for Learnt {
     fn to_words(&self) -> [u32; LEARNT_WORDS] {
-        let mut words = [0; LEARNT_WORDS];
-        let head = [self.coulomb, self.fade, self.viscous, self.lead].map(f32::to_bits);
-        let waves = self.waves.iter().flat_map(|w| [w.order, w.phase, w.duty.to_bits()]);
-        for (word, value) in words.iter_mut().zip(head.into_iter().chain(waves)) {
-            *word = value;
-        }
-        words
+        self.0
     }
 
     fn from_words(words: &[u32; LEARNT_WORDS]) -> Self {
-        let mut learnt = Self::default();
-        learnt.set_words(words);
-        learnt
-    }
-}
-
-impl Learnt {
-    /// Takes on what `to_words` made, in its place.
-    #[inline]
-    pub(super) fn set_words(&mut self, words: &[u32; LEARNT_WORDS]) {
-        let [coulomb, fade, viscous, lead, rest @ ..] = words;
-        self.coulomb = f32::from_bits(*coulomb);
-        self.fade = f32::from_bits(*fade);
-        self.viscous = f32::from_bits(*viscous);
-        self.lead = f32::from_bits(*lead);
-        for (wave, three) in self.waves.iter_mut().zip(rest.as_chunks::<3>().0) {
-            let [order, phase, duty] = *three;
-            *wave = Wave { order, phase, duty: f32::from_bits(duty) };
-        }
+        Self(*words)
     }
 }
 
@@ -164,12 +168,20 @@ impl FromIndex {
 
 /// What is learnt, and how much of it is in.
 ///
-/// The harmonics are worked out for the beginnings of the milliseconds, one harmonic in a tick, a millisecond ahead, and go straight
+/// The harmonics are worked out for the beginnings of the milliseconds, a millisecond ahead, in a few ticks of it, and go straight
 /// between: at order 14 and 720 °/s that is off by 4·10⁻³ of an amplitude.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FeedForward {
-    pub learnt: Learnt,
+    /// What acts, and the room into which the next lesson comes; which of both.
+    learnt: [Learnt; 2],
+    odd: bool,
+    /// What of it could be at work: friction, harmonics.
+    offers: u8,
     pub from_index: FromIndex,
+    /// The platform's angle from the index at the end of the millisecond to come, when the torque acts, 2⁻³² turn; and the highest order that is
+    /// a wave still at this rate.
+    angle: u32,
+    highest: u32,
     /// Compare counts that the harmonics add at the end of this millisecond.
     wave: f32,
     /// What the harmonics worked out so far add up to at the end of the millisecond to come.
@@ -180,48 +192,92 @@ pub(super) struct FeedForward {
 
 impl FeedForward {
     pub fn new(learnt: Learnt) -> Self {
-        Self { learnt, from_index: FromIndex::default(), wave: 0.0, coming: 0.0, share: 0.0 }
+        Self {
+            offers: learnt.offers(),
+            learnt: [learnt, Learnt::default()],
+            odd: false,
+            from_index: FromIndex::default(),
+            angle: 0,
+            highest: 0,
+            wave: 0.0,
+            coming: 0.0,
+            share: 0.0,
+        }
+    }
+
+    /// The compensation in force.
+    #[inline]
+    pub fn learnt(&self) -> &Learnt {
+        let [even, odd] = &self.learnt;
+        if self.odd { odd } else { even }
+    }
+
+    /// The room into which the next lesson comes, and which [`FeedForward::learn`] lets act.
+    #[inline]
+    pub fn lesson(&mut self) -> &mut [u32; LEARNT_WORDS] {
+        let [even, odd] = &mut self.learnt;
+        if self.odd { &mut even.0 } else { &mut odd.0 }
+    }
+
+    /// The lesson acts from now on.
+    #[inline]
+    pub fn learn(&mut self) {
+        self.odd = !self.odd;
+        self.offers = self.learnt().offers();
+        self.restart();
     }
 
     /// Lets the harmonics come in anew.
     #[inline]
     pub fn restart(&mut self) {
+        self.highest = 0;
         self.wave = 0.0;
         self.coming = 0.0;
         self.share = 0.0;
     }
 
     /// Friction at a commanded rate, compare counts.
-    #[inline]
+    #[inline(always)]
     pub fn friction(&self, command: f32) -> f32 {
-        let learnt = &self.learnt;
-        let fade = command * learnt.fade;
-        // Constant bounds: this clamp has no way to panic.
-        let sign = fade.clamp(-1.0, 1.0);
-        learnt.coulomb * sign + learnt.viscous * command
+        let learnt = self.learnt();
+        let fade = command * learnt.fade();
+        let sign = if fade.abs() > 1.0 { 1.0_f32.copysign(fade) } else { fade };
+        learnt.coulomb() * sign + learnt.viscous() * command
     }
 
-    /// Adds harmonic `k` as it will be `ahead` ticks after this one; rate in counts per tick, `angle_per_count` in 2⁻³² turn.
+    /// Where the harmonics will be `ahead` ticks after this one; rate in counts per tick, `angle_per_count` in 2⁻³² turn.
     #[inline]
-    pub fn add(&mut self, k: usize, counts: i32, part: f32, rate: f32, ahead: f32, angle_per_count: u32) {
-        let Some(wave) = self.learnt.waves.get(k) else { return };
+    pub fn aim(&mut self, counts: i32, part: f32, rate: f32, ahead: f32, angle_per_count: u32, fastest_wave: f32) {
         // At nothing the angle may have no zero yet: nothing is computed from it.
-        if !(self.from_index.seen || self.share > 0.0) {
-            return;
+        self.highest = 0;
+        if self.from_index.seen || self.share > 0.0 {
+            // Faster than a radian and a half in a millisecond a straight line is no wave any more; the inertia takes it there.
+            let highest = fastest_wave / rate.abs();
+            self.highest = if highest < f32::from(HIGHEST_ORDER) { whole(highest - 0.5) } else { u32::from(HIGHEST_ORDER) };
+            // Parts of a count by 256.
+            let on = whole((part + rate * (ahead + self.learnt().lead())) * 256.0);
+            self.angle =
+                (self.from_index.counts(counts) as u32).wrapping_mul(angle_per_count).wrapping_add(on.wrapping_mul(angle_per_count >> 8));
         }
-        let order = wave.order;
-        if order == 0 {
-            return;
+    }
+
+    /// Adds the harmonics of one [`GROUP`] as they will be where [`FeedForward::aim`] says.
+    #[inline(always)]
+    pub fn add(&mut self, group: usize) {
+        let Some([first, second]) = self.learnt().waves().as_chunks::<GROUP>().0.get(group) else { return };
+        // What is not there has the order 0.
+        let (highest, angle) = (self.highest, self.angle);
+        let has_first = first[0].wrapping_sub(1) < highest;
+        let has_second = second[0].wrapping_sub(1) < highest;
+        let mut sum = 0.0;
+        if has_first && has_second {
+            sum = harmonic(first, angle) + harmonic(second, angle);
+        } else if has_first {
+            sum = harmonic(first, angle);
+        } else if has_second {
+            sum = harmonic(second, angle);
         }
-        // Faster than a radian and a half in a millisecond a straight line is no wave any more; the inertia takes it there.
-        if rate.abs() * order as f32 * angle_per_count as f32 > FASTEST {
-            return;
-        }
-        // Parts of a count by 256, to the nearest by what lies below a float's last bit.
-        let on = ((part + rate * (ahead + self.learnt.lead)) * 256.0 + ROUND).to_bits().wrapping_sub(ROUND.to_bits());
-        let angle =
-            (self.from_index.counts(counts) as u32).wrapping_mul(angle_per_count).wrapping_add(on.wrapping_mul(angle_per_count >> 8));
-        self.coming -= wave.duty * sine(angle.wrapping_mul(order).wrapping_add(wave.phase));
+        self.coming -= sum;
     }
 
     /// A millisecond begins: what the harmonics add at its beginning and at its end, compare counts.
@@ -240,40 +296,50 @@ impl FeedForward {
         (begins, self.wave)
     }
 
-    /// Whether any harmonic is learnt.
-    #[inline]
-    pub fn has_waves(&self) -> bool {
-        let [first, ..] = &self.learnt.waves;
-        first.order != 0
-    }
-
     /// What is at work while a rate is held.
     #[inline]
     pub fn compensating(&self, follows: bool) -> Compensating {
-        let [first, ..] = &self.learnt.waves;
         let mut flags = u8::from(self.from_index.seen);
-        if follows && (self.learnt.coulomb != 0.0 || self.learnt.viscous != 0.0) {
-            flags |= Compensating::FRICTION.0;
+        if follows {
+            flags |= self.offers & Compensating::FRICTION.0;
         }
-        if first.order != 0 {
-            flags |= match (self.share > 0.0, self.from_index.seen) {
-                (true, _) if follows => Compensating::HARMONICS.0,
-                (_, false) => Compensating::WAITS_FOR_INDEX.0,
-                _ => 0,
-            };
+        if self.offers & Compensating::HARMONICS.0 != 0 {
+            // The share is never below nothing.
+            if follows && self.share.to_bits() != 0 {
+                flags |= Compensating::HARMONICS.0;
+            } else if !self.from_index.seen {
+                flags |= Compensating::WAITS_FOR_INDEX.0;
+            }
         }
         Compensating(flags)
     }
 }
 
+/// A harmonic at this angle of the platform, compare counts.
+#[inline(always)]
+fn harmonic(&[order, phase, duty]: &[u32; 3], angle: u32) -> f32 {
+    f32::from_bits(duty) * sine(angle.wrapping_mul(order).wrapping_add(phase))
+}
+
+/// The nearest whole number, modulo 2³², by what lies below a float's last bit; ± 2²².
+#[inline]
+fn whole(x: f32) -> u32 {
+    (x + ROUND).to_bits().wrapping_sub(ROUND.to_bits())
+}
+
 /// Sine of a phase in 2⁻³² turn, to 1e-3 of an amplitude: what the compensation leaves of a harmonic by that is a thousandth.
 /// Two parabolas, the second through what the first is off: micromath's, without its reduction of an angle that is reduced by itself here.
-#[inline]
+#[inline(always)]
 fn sine(phase: u32) -> f32 {
-    // Half turns, −1 … 1.
-    let x = (phase as i32) as f32 * (1.0 / 2_147_483_648.0);
-    let rough = 4.0 * x * (1.0 - x.abs());
-    rough + 0.225 * rough * (rough.abs() - 1.0)
+    // Half turns, −1 … 1, are 2⁻³¹ of it.
+    let x = (phase as i32) as f32;
+    let rough = x * (4.0 / HALF_TURN) * (1.0 - x.abs() * (1.0 / HALF_TURN));
+    rough * (0.775 + 0.225 * rough.abs())
+}
+
+/// Order and rate, counts per tick, whose product is no wave within a millisecond any more.
+pub(super) fn fastest_wave(angle_per_count: u32) -> f32 {
+    FASTEST / angle_per_count as f32
 }
 
 /// Units of the angle in one encoder count, 2⁻³² turn, and the counts without an index after which it is lost.
@@ -300,7 +366,8 @@ mod tests {
         let (learnt, angle_per_count, _) = learnt();
         let mut forward = FeedForward::new(learnt);
         forward.from_index.see(0, 0);
-        forward.add(0, counts, part, rate, ahead, angle_per_count);
+        forward.aim(counts, part, rate, ahead, angle_per_count, fastest_wave(angle_per_count));
+        forward.add(0);
         f64::from(forward.coming)
     }
 
@@ -337,7 +404,8 @@ mod tests {
         let (learnt, angle_per_count, lost) = learnt();
         let mut forward = FeedForward::new(learnt);
         let millisecond = |forward: &mut FeedForward, counts: i32| {
-            forward.add(0, counts, 0.5, 0.0, 1.0, angle_per_count);
+            forward.aim(counts, 0.5, 0.0, 1.0, angle_per_count, fastest_wave(angle_per_count));
+            forward.add(0);
             forward.turn_over();
         };
         millisecond(&mut forward, 10);

@@ -1,22 +1,19 @@
 //! The timer interrupt: the law between its hardware and its mailboxes.
 //!
-//! Once in a millisecond each: a report out (slot 0), a part of a lesson in (slot 4; the whole of it acts from slot 8 on), orders in (slots 5 and
+//! Once in a millisecond each: a report out (slot 0), a part of a lesson in (slot 1; the whole of it acts from slot 6 on), orders in (slots 5 and
 //! 6; who orders for the next whole millisecond comes in time). An emergency stop does not wait for them: it is sensed in each tick.
 
-use super::{LEARNT_WORDS, Learnt, Order, REPORT_WORDS, Report, SpeedLoop, Tuning};
+use super::{LEARNT_WORDS, Learnt, ORDER_WORDS, Order, REPORT_WORDS, Report, SpeedLoop, Tuning};
 use crate::board::{Sensed, TickIo};
 use crate::capture::{Recorder, Sample};
 use crate::mailbox::{Mailbox, Parts, Reader, Writer};
 
-/// Words of a lesson that are taken in a millisecond.
-const LESSON_PART: usize = 7;
-
 /// The mailbox of orders, tasks to interrupt.
-pub type Orders = Mailbox<Order, 8>;
+pub type Orders = Mailbox<Order, ORDER_WORDS>;
 /// The tasks' end of the orders.
-pub type OrderWriter<'a> = Writer<'a, Order, 8>;
+pub type OrderWriter<'a> = Writer<'a, Order, ORDER_WORDS>;
 /// The interrupt's end of the orders.
-pub type OrderReader<'a> = Reader<'a, Order, 8>;
+pub type OrderReader<'a> = Reader<'a, Order, ORDER_WORDS>;
 /// The mailbox of reports, interrupt to tasks.
 pub type Reports = Mailbox<Report, REPORT_WORDS>;
 /// The tasks' end of the reports.
@@ -31,7 +28,7 @@ pub type LessonWriter<'a> = Writer<'a, Learnt, LEARNT_WORDS>;
 /// All that the timer interrupt owns besides its hardware.
 pub struct Interrupt<'a> {
     speed_loop: SpeedLoop,
-    lessons: Option<(Reader<'a, Learnt, LEARNT_WORDS>, Parts<LEARNT_WORDS>)>,
+    lessons: Option<(Reader<'a, Learnt, LEARNT_WORDS>, Parts)>,
     /// A lesson is whole and waits for its slot.
     lesson_waits: bool,
     tuning: Option<&'a Tuning>,
@@ -76,21 +73,19 @@ impl<'a> Interrupt<'a> {
         }
         let slot = self.speed_loop.slot();
         match slot {
-            0 => {
-                self.reports.post(&self.speed_loop.report());
-                self.speed_loop.waves();
-            }
-            5 | 6 => self.take_order(&sensed),
-            8 if self.lesson_waits => self.learn(),
-            9 => {
-                if let Some(config) = self.tuning.and_then(Tuning::take) {
-                    self.speed_loop.tune(config);
-                }
-            }
+            0 => self.reports.post_by(|cells| self.speed_loop.report_to(cells)),
+            9 => self.take_tuning(),
             _ => {
+                if slot == 6 && self.lesson_waits {
+                    self.lesson_waits = false;
+                    self.speed_loop.learn_lesson();
+                }
                 self.speed_loop.in_turn(&sensed);
-                if slot == 4 {
-                    self.rest(&sensed);
+                match slot {
+                    1 => self.listen(),
+                    4 => self.look_at_record(&sensed),
+                    5 | 6 => self.take_order(&sensed),
+                    _ => {}
                 }
             }
         }
@@ -99,7 +94,7 @@ impl<'a> Interrupt<'a> {
         if let Some(recorder) = &mut self.recorder {
             recorder.take(&Sample {
                 count: sensed.encoder,
-                duty: drive.counts(),
+                duty: self.speed_loop.duty(),
                 current: sensed.current,
                 rate: self.speed_loop.rate_estimate(),
                 command: self.speed_loop.command(),
@@ -109,30 +104,43 @@ impl<'a> Interrupt<'a> {
 
     #[inline]
     fn take_order(&mut self, sensed: &Sensed) {
-        if let Some(order) = self.orders.take_once() {
-            self.speed_loop.order(&order, sensed);
+        match self.orders.take_to(self.speed_loop.ordered()) {
+            Some(true) => self.speed_loop.take_order(sensed),
+            Some(false) => self.speed_loop.forget_order(),
+            None => {}
         }
     }
 
-    /// Lessons, and what the record is to do.
+    /// Other settings; a lesson that waits comes first.
     #[inline]
-    fn rest(&mut self, sensed: &Sensed) {
+    fn take_tuning(&mut self) {
+        if !self.lesson_waits
+            && let Some(config) = self.tuning.and_then(Tuning::take)
+        {
+            self.speed_loop.tune(config);
+            // The settings' compensation came into the room in which a lesson may lie in part.
+            if let Some((_, parts)) = &mut self.lessons {
+                *parts = Parts::default();
+            }
+        }
+    }
+
+    /// What the record is to do.
+    #[inline]
+    fn look_at_record(&mut self, sensed: &Sensed) {
         if let Some(recorder) = &mut self.recorder {
             recorder.look(sensed.tick as u32, self.speed_loop.fault());
         }
-        if let Some((lessons, parts)) = &mut self.lessons
-            && lessons.take_part(parts, LESSON_PART)
-        {
-            self.lesson_waits = true;
-        }
     }
 
-    /// The harmonics begin anew, so none is worked out in this slot.
-    #[inline(never)]
-    fn learn(&mut self) {
-        self.lesson_waits = false;
-        if let Some((_, parts)) = &self.lessons {
-            self.speed_loop.learn_words(parts.words());
+    /// Lessons; one that waits for its slot is not written over.
+    #[inline]
+    fn listen(&mut self) {
+        if !self.lesson_waits
+            && let Some((lessons, parts)) = &mut self.lessons
+            && lessons.take_part(parts, self.speed_loop.lesson())
+        {
+            self.lesson_waits = true;
         }
     }
 }

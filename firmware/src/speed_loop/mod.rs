@@ -9,8 +9,8 @@
 //! and is on the motor from exactly tick s on. The report of tick n sums what has acted up to n.
 //!
 //! A tick is a tenth of a millisecond, and what may take a millisecond is done in one of its ten *slots*, so that each tick stays short:
-//! slot 0 reports, 1 and 2 judge what takes time to judge, 3 measures the rate by the edges, 4 takes lessons, 5 and 6 take orders, 7 leads
-//! the ramp, 9 lays it out for the next millisecond; harmonics are worked out one by one between. Slots are numbered from the board's whole milliseconds, in which the log's rows begin, too.
+//! slot 0 reports, 1 and 2 judge what takes time to judge (and 1 takes lessons), 3 measures the rate by the edges, 4 looks after the record, 5 and 6 take orders, 7 leads
+//! the ramp, 8 lays it out for the next millisecond, 9 takes that over; harmonics are worked out between. Slots are numbered from the board's whole milliseconds, in which the log's rows begin, too.
 //!
 //! Promises: no panic, no wait, no double-precision call.
 
@@ -32,22 +32,28 @@ pub use crate::safety::Fault;
 pub use feed_forward::{Compensating, LEARNT_WORDS, Learnt};
 pub use interrupt::{Interrupt, LessonWriter, Lessons, OrderReader, OrderWriter, Orders, ReportReader, ReportWriter, Reports};
 pub use report::{Limits, REPORT_WORDS, Report};
-pub use segment::{Mode, ONE, Order, Segment, Zero, rate_unit};
+pub use segment::{Mode, ONE, ORDER_WORDS, Order, Segment, Zero, rate_unit};
 pub use settings::{Config, Settings};
 pub use tuning::Tuning;
 
 use crate::board::{CONTROL_PER_ROW, Drive, EncoderCount, Sensed};
-use crate::mailbox::Words;
+use crate::mailbox::{Words, split_u64};
+use core::sync::atomic::{AtomicU32, Ordering};
 use edges::Edges;
 use feed_forward::FeedForward;
 use guard::{Guard, Look};
 use ramp::{Ramp, fixed_to_f32};
 use rate_estimate::RateEstimate;
+use report::state_word;
 
 /// Slots in a millisecond.
 const SLOTS: u32 = CONTROL_PER_ROW as u32;
-/// The slot that lays out the next millisecond.
-const PLAN: u32 = SLOTS - 1;
+/// The slot that sees where the harmonics will be.
+const AIM: u32 = 2;
+/// The slot that leads the ramp; from here on those have little to do that follow none.
+const LEAD: u32 = 7;
+/// The slot that takes the next millisecond over.
+const LAST: u32 = SLOTS - 1;
 
 /// The law's configuration and state.
 pub struct SpeedLoop {
@@ -62,9 +68,11 @@ pub struct SpeedLoop {
     feed_forward: FeedForward,
     guard: Guard,
     active: Active,
-    /// The segment that waits for its start.
-    next: Option<Segment>,
-    clear: u16,
+    /// The newest order, and whether its segment waits for its start.
+    ordered: [u32; ORDER_WORDS],
+    waits: bool,
+    /// What it said of faults.
+    of_faults: u32,
     /// What the bridge does during the tick that runs now; from the end of the interrupt on, what it does from the next tick on.
     pending: i16,
     /// Sum of all that was ever pending.
@@ -77,6 +85,9 @@ pub struct SpeedLoop {
     /// What the rate at the end of this millisecond needs, compare counts.
     needed: f32,
     began: bool,
+    /// An angle is approached in this millisecond, and the rate that leads to it, 2⁻³² counts per tick.
+    approaches: bool,
+    way: i64,
 }
 
 /// The segment under way.
@@ -106,8 +117,9 @@ impl SpeedLoop {
             ramp: Ramp::default(),
             guard: Guard::default(),
             active: Active::default(),
-            next: None,
-            clear: 0,
+            ordered: [0; ORDER_WORDS],
+            waits: false,
+            of_faults: 0,
             pending: 0,
             duty_sum: 0,
             limits: Limits::default(),
@@ -115,6 +127,8 @@ impl SpeedLoop {
             owed: 0.0,
             needed: 0.0,
             began: false,
+            approaches: false,
+            way: 0,
         }
     }
 
@@ -128,14 +142,20 @@ impl SpeedLoop {
     /// Compensates what was learnt from now on; its harmonics come in anew.
     #[inline]
     pub fn learn(&mut self, learnt: &Learnt) {
-        self.learn_words(&learnt.to_words());
+        *self.lesson() = learnt.to_words();
+        self.learn_lesson();
     }
 
-    /// The same, by its words.
+    /// The words of the next lesson, to be filled before it acts.
     #[inline]
-    pub(crate) fn learn_words(&mut self, words: &[u32; LEARNT_WORDS]) {
-        self.feed_forward.learnt.set_words(words);
-        self.feed_forward.restart();
+    pub(crate) fn lesson(&mut self) -> &mut [u32; LEARNT_WORDS] {
+        self.feed_forward.lesson()
+    }
+
+    /// Compensates that lesson from now on.
+    #[inline]
+    pub(crate) fn learn_lesson(&mut self) {
+        self.feed_forward.learn();
     }
 
     /// Other settings from the next tick on; the drive must be off.
@@ -147,7 +167,7 @@ impl SpeedLoop {
 
     /// The compensation in force.
     pub fn learnt(&self) -> &Learnt {
-        &self.feed_forward.learnt
+        self.feed_forward.learnt()
     }
 
     /// The rate that is regulated, counts per tick.
@@ -170,8 +190,13 @@ impl SpeedLoop {
     /// What is regulated, for a record: the rate command, 2⁻¹⁶ counts per tick, or the voltage asked for, 2⁻¹⁶ compare counts.
     #[inline]
     pub fn command(&self) -> i32 {
-        let value = if self.active.mode.follows() { self.ramp.rate() } else { self.active.value };
-        (value >> 16) as i32
+        if self.active.mode.follows() { self.ramp.rate_16() } else { (self.active.value >> 16) as i32 }
+    }
+
+    /// What the bridge does from the next tick on, compare counts; to be asked for after [`SpeedLoop::decide`].
+    #[inline]
+    pub fn duty(&self) -> i16 {
+        self.pending
     }
 
     /// One tick: see the module. The interrupt does the same in parts.
@@ -189,7 +214,7 @@ impl SpeedLoop {
     #[inline]
     pub fn look(&mut self, sensed: &Sensed) {
         let tick = sensed.tick as u32;
-        self.slot = if self.slot >= PLAN { 0 } else { self.slot.wrapping_add(1) };
+        self.slot = if self.slot >= LAST { 0 } else { self.slot.wrapping_add(1) };
         if tick.wrapping_sub(1) != self.tick as u32 {
             self.out_of_step(sensed);
         }
@@ -221,62 +246,133 @@ impl SpeedLoop {
 
     /// Takes an order.
     pub fn order(&mut self, order: &Order, sensed: &Sensed) {
-        if order.trip != Fault::None {
-            self.guard.trip(order.trip, sensed.tick as u32);
-        } else if order.clear != self.clear {
+        self.ordered = order.to_words();
+        self.take_order(sensed);
+    }
+
+    /// The place of an order that is to be taken with [`SpeedLoop::take_order`].
+    #[inline]
+    pub(crate) fn ordered(&mut self) -> &mut [u32; ORDER_WORDS] {
+        &mut self.ordered
+    }
+
+    /// What is in their place is no order.
+    #[inline]
+    pub(crate) fn forget_order(&mut self) {
+        self.waits = false;
+    }
+
+    /// Takes the order whose words are in their place.
+    #[inline]
+    pub(crate) fn take_order(&mut self, sensed: &Sensed) {
+        let [.., of_faults] = self.ordered;
+        if of_faults != self.of_faults {
+            self.order_of_faults(of_faults, sensed);
+        }
+        self.waits = true;
+    }
+
+    /// An order that says something new of faults.
+    #[cold]
+    #[inline(never)]
+    fn order_of_faults(&mut self, of_faults: u32, sensed: &Sensed) {
+        let (trip, clear) = (segment::trip_of(of_faults), segment::clear_of(of_faults));
+        if trip != Fault::None {
+            self.guard.trip(trip, sensed.tick as u32);
+        } else if clear != segment::clear_of(self.of_faults) {
             self.guard.clear(&self.config.thresholds, sensed, self.estimate.rate);
             // A cleared fault starts from rest in its mode, not from where the command has got to.
-            self.active = Active::default();
+            self.active.mode = Mode::Off;
+            self.active.value = 0;
+            self.active.left = 0;
         }
-        self.clear = order.clear;
-        self.next = Some(order.segment);
+        self.of_faults = of_faults;
     }
 
     /// What is so at this tick; to be asked for between [`SpeedLoop::look`] and [`SpeedLoop::decide`]. Begins a new millisecond of limits.
-    #[inline]
     pub fn report(&mut self) -> Report {
-        let limits = core::mem::take(&mut self.limits);
-        if limits != Limits::default() {
-            for (bit, ms) in self.limited_ms.iter_mut().enumerate() {
-                *ms = ms.wrapping_add(u32::from(limits.0 >> bit & 1));
-            }
-        }
-        Report {
-            tick: self.tick,
-            // What is pending acts in the tick that begins now.
-            duty_sum: self.duty_sum.wrapping_sub(i32::from(self.pending)),
-            position_command: self.ramp.position,
-            rate_command: self.ramp.rate(),
-            rate: self.edges.rate(self.config.period),
-            edge_age: self.edges.age,
-            mode: self.active.mode,
-            compensating: self.feed_forward.compensating(self.active.mode.follows()),
-            fault: self.guard.fault,
-            limits,
-            limited_ms: self.limited_ms,
-        }
+        let cells = [const { AtomicU32::new(0) }; REPORT_WORDS];
+        self.report_to(&cells);
+        Report::from_words(&cells.map(|cell| cell.into_inner()))
     }
 
-    /// What is done once in a millisecond, in all slots but 5, 6 and 9.
+    /// The same, word by word to where it goes.
+    #[inline(always)]
+    pub(crate) fn report_to(&mut self, cells: &[AtomicU32; REPORT_WORDS]) {
+        let limits = core::mem::take(&mut self.limits);
+        if limits != Limits::default() {
+            let mut left = u32::from(limits.0);
+            let mut count = |ms: &mut u32| {
+                *ms = ms.wrapping_add(left & 1);
+                left >>= 1;
+            };
+            // Written out: a loop takes twice as long.
+            let [current, voltage, acceleration, slipped, starved, no_index] = &mut self.limited_ms;
+            count(current);
+            count(voltage);
+            count(acceleration);
+            count(slipped);
+            count(starved);
+            count(no_index);
+        }
+        let [tick_0, tick_1, duty, position_0, position_1, command_0, command_1, rate, edge_age, state, ms @ ..] = cells;
+        let put = |cell: &AtomicU32, word: u32| cell.store(word, Ordering::Relaxed);
+        let put_u64 = |low: &AtomicU32, high: &AtomicU32, value: u64| {
+            let [low_word, high_word] = split_u64(value);
+            put(low, low_word);
+            put(high, high_word);
+        };
+        put_u64(tick_0, tick_1, self.tick);
+        // What is pending acts in the tick that begins now.
+        put(duty, self.duty_sum.wrapping_sub(i32::from(self.pending)) as u32);
+        put_u64(position_0, position_1, self.ramp.position as u64);
+        put_u64(command_0, command_1, self.ramp.rate() as u64);
+        put(rate, self.edges.rate(self.config.period).to_bits());
+        put(edge_age, self.edges.age);
+        let mode = self.active.mode;
+        put(state, state_word(mode, self.guard.fault, limits, self.feed_forward.compensating(mode.follows())));
+        let ([a, b, c, d, e, f], [in_a, in_b, in_c, in_d, in_e, in_f]) = (&self.limited_ms, ms);
+        put(in_a, *a);
+        put(in_b, *b);
+        put(in_c, *c);
+        put(in_d, *d);
+        put(in_e, *e);
+        put(in_f, *f);
+    }
+
+    /// What is done once in a millisecond, in its slot.
     #[inline(always)]
     pub fn in_turn(&mut self, sensed: &Sensed) {
         let tick = sensed.tick as u32;
+        let mut harmonics = None;
         match self.slot {
             1 => self.guard.turning(&self.config.thresholds, &self.guarded(sensed), tick),
-            2 => self.guard.supply(&self.config.thresholds, &self.guarded(sensed), self.estimate.rate, tick),
-            3 => self.edges.measure(tick.wrapping_mul(self.config.period)),
-            4 => self.feed_forward.from_index.check(self.edges.counts, self.config.index_lost),
-            7 => self.lead(),
+            AIM => {
+                self.guard.supply(&self.config.thresholds, &self.guarded(sensed), self.estimate.rate, tick);
+                self.aim();
+                self.approaches = self.active.mode == Mode::Position;
+                if self.approaches {
+                    harmonics = Some(3);
+                }
+            }
+            3 => {
+                self.edges.measure(tick.wrapping_mul(self.config.period));
+                harmonics = Some(0);
+            }
+            4 => {
+                self.feed_forward.from_index.check(self.edges.counts, self.config.index_lost);
+                harmonics = Some(1);
+            }
+            5 => harmonics = Some(2),
+            6 if self.approaches => self.way = self.approach(),
+            6 => harmonics = Some(3),
+            LEAD => self.lead(),
+            8 => self.plan(),
             _ => {}
         }
-        self.waves();
-    }
-
-    /// The slot's harmonics; all that is done in turn in the slot that reports.
-    #[inline]
-    pub(crate) fn waves(&mut self) {
-        if self.feed_forward.has_waves() {
-            self.harmonics();
+        // In one place, so that it is written out once.
+        if let Some(group) = harmonics {
+            self.feed_forward.add(group);
         }
     }
 
@@ -284,20 +380,24 @@ impl SpeedLoop {
     #[inline]
     pub fn decide(&mut self) -> Drive {
         let soon = (self.tick as u32).wrapping_add(1);
-        if let Some(next) = &self.next
-            && (next.start_tick as u32).wrapping_sub(soon) as i32 <= 0
-        {
+        let [start_tick, ..] = self.ordered;
+        if self.waits && start_tick.wrapping_sub(soon) as i32 <= 0 {
             self.switch_segment(soon);
         }
         let on = self.guard.fault == Fault::None;
-        let duty = match self.active.mode {
-            Mode::Rate | Mode::Position if on => self.follow(),
-            Mode::Voltage if on => self.voltage(),
+        let (asked, owed) = match self.active.mode {
+            Mode::Rate | Mode::Position if on => (self.follow(), self.owed),
+            Mode::Voltage if on => (self.voltage(), 0.0),
             _ => {
                 self.pending = 0;
                 return Drive::Off;
             }
         };
+        let held = self.limit(asked) + owed;
+        // What rounding takes now is given later, where a rate is held: the mean duty is finer than a compare count.
+        let shifted = held + ROUND;
+        self.owed = held - (shifted - ROUND);
+        let duty = shifted.to_bits().wrapping_sub(ROUND.to_bits()) as i16;
         self.pending = duty;
         self.duty_sum = self.duty_sum.wrapping_add(i32::from(duty));
         Drive::Duty(duty)
@@ -317,58 +417,63 @@ impl SpeedLoop {
         }
     }
 
-    /// Works out the slot's harmonics for the end of the millisecond after this: one, and in slot 8, which has nothing else to do, two.
-    #[inline(never)]
-    fn harmonics(&mut self) {
-        match self.slot {
-            slot @ (0..=4 | 7) => self.harmonic(if slot == 7 { 5 } else { slot as usize }),
-            8 => {
-                self.harmonic(6);
-                self.harmonic(7);
-            }
-            _ => {}
-        }
-    }
-
-    #[inline]
-    fn harmonic(&mut self, k: usize) {
-        let ahead = SLOTS.wrapping_mul(2).wrapping_sub(self.slot) as i32 as f32;
-        let (edges, rate) = (&self.edges, self.estimate.rate);
-        self.feed_forward.add(k, edges.boundary, edges.part, rate, ahead, self.config.angle_per_count);
+    /// Where the harmonics will be at the end of the millisecond after this.
+    #[inline(always)]
+    fn aim(&mut self) {
+        const AHEAD: f32 = (2 * SLOTS - AIM) as f32;
+        let (edges, rate, config) = (&self.edges, self.estimate.rate, &self.config);
+        self.feed_forward.aim(edges.boundary, edges.part, rate, AHEAD, config.angle_per_count, config.fastest_wave);
     }
 
     /// Takes the next segment over; `soon` is the tick for which output is computed.
-    #[inline(never)]
+    #[inline(always)]
     fn switch_segment(&mut self, soon: u32) {
-        let Some(next) = self.next.take() else { return };
-        let was = self.active.mode;
+        let Order { segment: next, .. } = Order::from_words(&self.ordered);
+        let begins = next.mode.follows() && !self.active.mode.follows();
         let late = soon.wrapping_sub(next.start_tick as u32);
-        self.limits.set(Limits::STARVED, late > 0 && next.mode != Mode::Off && next.mode != Mode::Position);
-        let along = late.min(u32::from(next.ticks));
-        let moves = next.mode != Mode::Position;
-        // In time there is nothing to catch up with, and no 64-bit product.
-        let ahead = if moves && along > 0 { next.slope.wrapping_mul(i64::from(along)) } else { 0 };
-        self.active = Active {
-            mode: next.mode,
-            zero: next.zero,
-            value: next.value.wrapping_add(ahead),
-            slope: next.slope,
-            left: u32::from(next.ticks).wrapping_sub(along),
-            starved: false,
-        };
-        if next.mode.follows() && !was.follows() {
-            let measured = (i64::from(self.edges.boundary) << 32).wrapping_add(i64::from((self.edges.part * 16_777_216.0) as i32) << 8);
-            self.ramp.anchor(measured, self.estimate.rate);
-            self.owed = 0.0;
-            self.feed_forward.restart();
-            self.needed = self.config.back_emf * self.estimate.rate + self.feed_forward.friction(self.estimate.rate);
-            self.feed(self.estimate.rate, self.estimate.rate, (0.0, 0.0));
+        if begins && late > 0 && self.slot < LEAD {
+            // What is late anyway waits for a slot that has the time.
+            self.limits.set(Limits::STARVED, next.mode == Mode::Rate);
+            return;
+        }
+        self.waits = false;
+        let left = u32::from(next.ticks);
+        self.active = Active { mode: next.mode, zero: next.zero, value: next.value, slope: next.slope, left, starved: false };
+        if late > 0 {
+            self.catch_up(late);
+        }
+        if begins {
+            self.anchor();
         }
     }
 
-    /// The voltage asked for at this tick; moves on to the next.
+    /// The segment under way should have begun so many ticks ago.
+    #[cold]
+    #[inline(never)]
+    fn catch_up(&mut self, late: u32) {
+        let active = &mut self.active;
+        self.limits.set(Limits::STARVED, active.mode != Mode::Off && active.mode != Mode::Position);
+        let along = late.min(active.left);
+        active.left = active.left.wrapping_sub(along);
+        if active.mode != Mode::Position {
+            active.value = active.value.wrapping_add(active.slope.wrapping_mul(i64::from(along)));
+        }
+    }
+
+    /// The ramp begins where the stand is.
+    #[inline(always)]
+    fn anchor(&mut self) {
+        let measured = (i64::from(self.edges.boundary) << 32).wrapping_add(i64::from((self.edges.part * 16_777_216.0) as i32) << 8);
+        let rate = self.estimate.rate;
+        self.owed = 0.0;
+        self.feed_forward.restart();
+        self.needed = self.config.back_emf * rate + self.feed_forward.friction(rate);
+        self.ramp.anchor(measured, rate, self.needed + self.config.rate_gain * rate);
+    }
+
+    /// The voltage asked for at this tick, compare counts; moves on to the next.
     #[inline]
-    fn voltage(&mut self) -> i16 {
+    fn voltage(&mut self) -> f32 {
         let active = &mut self.active;
         let asked = fixed_to_f32(active.value);
         if active.left > 0 {
@@ -378,39 +483,31 @@ impl SpeedLoop {
             self.limits.set(Limits::STARVED, active.starved);
             active.starved = true;
         }
-        let held = self.limit(asked);
-        (held + ROUND).to_bits().wrapping_sub(ROUND.to_bits()) as i16
+        asked
     }
 
-    /// The regulator on the ramp; moves the ramp to the next tick.
+    /// What the regulator on the ramp asks for, compare counts; moves the ramp to the next tick.
     #[inline]
-    fn follow(&mut self) -> i16 {
+    fn follow(&mut self) -> f32 {
         let (error, slipped) = self.ramp.error(self.edges.boundary, self.config.slip);
         if slipped {
             self.limits.set(Limits::SLIPPED, true);
         }
-        self.ramp.step();
-        if self.slot == PLAN {
-            self.plan();
-        }
+        self.ramp.step(self.slot == LAST);
         let config = &self.config;
-        let asked = self.ramp.feed - config.rate_gain * self.estimate.rate
-            + (config.fine_gain * error as f32 - config.position_gain * self.edges.part);
-        let held = self.limit(asked) + self.owed;
-        // What rounding takes now is given later: the mean duty is finer than a compare count.
-        let shifted = held + ROUND;
-        self.owed = held - (shifted - ROUND);
-        shifted.to_bits().wrapping_sub(ROUND.to_bits()) as i16
+        self.ramp.feed() - config.rate_gain * self.estimate.rate
+            + (config.fine_gain * error as f32 - config.position_gain * self.edges.part)
     }
 
     /// Works out where the ramp is to be at the end of the millisecond after this.
-    #[inline(never)]
+    #[inline(always)]
     fn lead(&mut self) {
         if !self.active.mode.follows() {
             return;
         }
         let target = if self.active.mode == Mode::Position {
-            self.approach()
+            // An order that came since then is looked at in the next millisecond.
+            if self.approaches { self.way } else { self.ramp.straight().0 }
         } else {
             // Where the segment will be at this millisecond's end.
             let active = &mut self.active;
@@ -424,28 +521,26 @@ impl SpeedLoop {
         self.limits.set(Limits::ACCELERATION, held_back && self.active.mode == Mode::Rate);
     }
 
-    /// Lays out the millisecond that begins with the next tick.
-    #[inline(never)]
+    /// Lays out the next millisecond: what it needs, whatever is measured in it.
+    #[inline(always)]
     fn plan(&mut self) {
+        if !self.active.mode.follows() {
+            return;
+        }
         let (from, to) = self.ramp.plan();
-        let waves = self.feed_forward.turn_over();
-        self.feed(from, to, waves);
-    }
-
-    /// What the millisecond from the rate `from` to `to` needs, whatever is measured in it.
-    #[inline]
-    fn feed(&mut self, from: f32, to: f32, (waves_from, waves_to): (f32, f32)) {
+        let (waves_from, waves_to) = self.feed_forward.turn_over();
         let config = &self.config;
         let change = to - from;
         // What is fed forward acts on the mean in the middle of the next tick; the rate that is measured is this tick's.
         let needs = config.back_emf * to + self.feed_forward.friction(to);
         let pushed = config.inertia * change + 0.05 * (needs - self.needed) - 0.1 * config.rate_gain * change;
-        self.ramp.feed(self.needed + config.rate_gain * from + pushed + waves_from, needs + config.rate_gain * to + pushed + waves_to);
+        self.ramp
+            .feed_forward(self.needed + config.rate_gain * from + pushed + waves_from, needs + config.rate_gain * to + pushed + waves_to);
         self.needed = needs;
     }
 
     /// The rate that leads to the angle.
-    #[inline(never)]
+    #[inline(always)]
     fn approach(&mut self) -> i64 {
         let (rate, position) = self.ramp.straight();
         let goal = match self.active.zero {
@@ -464,30 +559,22 @@ impl SpeedLoop {
         i64::from((next * 16_777_216.0) as i32) << 8
     }
 
-    /// Current limit, then voltage limit.
+    /// Current limit, then voltage limit. What is no number is within both.
     #[inline]
     fn limit(&mut self, asked: f32) -> f32 {
         let config = &self.config;
         let back_emf = config.back_emf * self.estimate.rate;
-        if (asked - back_emf).abs() <= config.current_window && asked.abs() <= config.duty_limit {
-            return asked;
+        let drop = asked - back_emf;
+        let mut held = asked;
+        if drop.abs() > config.current_window {
+            held = back_emf + config.current_window.copysign(drop);
+            self.limits.set(Limits::CURRENT, true);
         }
-        let (low, high) = (back_emf - config.current_window, back_emf + config.current_window);
-        let within_current = if asked > high {
-            self.limits.set(Limits::CURRENT, true);
-            high
-        } else if asked < low {
-            self.limits.set(Limits::CURRENT, true);
-            low
-        } else {
-            asked
-        };
-        let most = config.duty_limit;
-        if within_current.abs() > most {
+        if held.abs() > config.duty_limit {
+            held = config.duty_limit.copysign(held);
             self.limits.set(Limits::VOLTAGE, true);
-            return most.copysign(within_current);
         }
-        within_current
+        held
     }
 }
 

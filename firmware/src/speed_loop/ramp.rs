@@ -1,6 +1,7 @@
 //! The command as an integrated position, in integers: the mean rate is as good as the crystal.
 //!
-//! In, once in a millisecond: the rate to be reached at the end of it, which it reaches a millisecond later. Out, in each tick: position and rate command, both fixed point
+//! In, once in a millisecond: the rate to be reached at the end of it, which it reaches a millisecond later. That millisecond is laid out
+//! ahead of its beginning, and taken over in a few instructions when it begins. Out, in each tick: position and rate command, both fixed point
 //! (2⁻³² counts, 2⁻³² counts per tick; the position's whole counts wrap with the counter's). The rate follows its target under the
 //! acceleration limit and is then averaged over the last [`SMOOTHED`] milliseconds, so that acceleration, and with it the voltage, rises
 //! in small steps, at the beginnings of the log's rows and nowhere else. Within a millisecond the rate goes straight and the position is
@@ -12,19 +13,41 @@ const SMOOTHED_SHIFT: u32 = 5;
 /// Ticks in a millisecond.
 const TICKS: f32 = 10.0;
 
+/// A millisecond of the ramp, from its beginning on.
+#[derive(Clone, Copy, Debug, Default)]
+struct Piece {
+    /// What the position gains in the present tick, 2⁻³² counts.
+    advance: i64,
+    /// What that gains in each tick of this millisecond.
+    slope: i64,
+    /// Half of that, 2⁻¹⁶ counts.
+    half_slope_16: i32,
+    /// What of the answer does not depend on what is measured, compare counts, and what that gains in each tick.
+    feed: f32,
+    feed_step: f32,
+}
+
+impl Piece {
+    /// One field after the other: all at once it is a call that copies byte by byte.
+    #[inline(always)]
+    fn become_like(&mut self, other: &Self) {
+        self.advance = other.advance;
+        self.slope = other.slope;
+        self.half_slope_16 = other.half_slope_16;
+        self.feed = other.feed;
+        self.feed_step = other.feed_step;
+    }
+}
+
 /// Where the ramp is at the present tick.
 #[derive(Clone, Copy, Debug)]
 pub struct Ramp {
     /// Position command, 2⁻³² counts.
     pub position: i64,
-    /// What the position gains in this tick.
-    advance: i64,
-    /// What that gains in each tick of this millisecond.
-    slope: i64,
-    /// What of the answer does not depend on what is measured, compare counts.
-    pub feed: f32,
-    feed_step: f32,
-    /// Rate at the end of this millisecond, 2⁻³² counts per tick.
+    /// This millisecond, and the next.
+    now: Piece,
+    next: Piece,
+    /// Rate at the end of the millisecond that is laid out, 2⁻³² counts per tick.
     end: i64,
     end_f32: f32,
     /// Rate before it is smoothed, and its integral.
@@ -41,10 +64,8 @@ impl Default for Ramp {
     fn default() -> Self {
         Self {
             position: 0,
-            advance: 0,
-            slope: 0,
-            feed: 0.0,
-            feed_step: 0.0,
+            now: Piece::default(),
+            next: Piece::default(),
             end: 0,
             end_f32: 0.0,
             straight: 0,
@@ -58,14 +79,16 @@ impl Default for Ramp {
 }
 
 impl Ramp {
-    /// Starts at where the stand is, with the rate that it has.
+    /// Starts at where the stand is, with the rate that it has and what holds that, compare counts.
     #[inline]
-    pub fn anchor(&mut self, position: i64, rate_counts_tick: f32) {
+    pub fn anchor(&mut self, position: i64, rate_counts_tick: f32, feed: f32) {
         // Two integer halves: a 64-bit conversion is a library call on the chip.
         let rate = i64::from((rate_counts_tick * 16_777_216.0) as i32) << 8;
         self.position = position;
-        self.advance = rate;
-        self.slope = 0;
+        let steady = Piece { advance: rate, slope: 0, half_slope_16: 0, feed, feed_step: 0.0 };
+        self.now.become_like(&steady);
+        // Where it starts between the laying out of a millisecond and its beginning.
+        self.next.become_like(&steady);
         self.end = rate;
         self.end_f32 = rate_counts_tick;
         self.straight = rate;
@@ -78,7 +101,19 @@ impl Ramp {
     /// Rate command at the present tick, 2⁻³² counts per tick.
     #[inline]
     pub fn rate(&self) -> i64 {
-        self.advance.wrapping_sub(self.slope >> 1)
+        self.now.advance.wrapping_sub(self.now.slope >> 1)
+    }
+
+    /// The same in 2⁻¹⁶ counts per tick, to two units.
+    #[inline]
+    pub fn rate_16(&self) -> i32 {
+        ((self.now.advance >> 16) as i32).wrapping_sub(self.now.half_slope_16)
+    }
+
+    /// What of the answer does not depend on what is measured, compare counts.
+    #[inline]
+    pub fn feed(&self) -> f32 {
+        self.now.feed
     }
 
     /// Rate and position to which the ramp has come before they are smoothed.
@@ -87,12 +122,16 @@ impl Ramp {
         (self.straight, self.straight_position)
     }
 
-    /// One tick further.
+    /// One tick further; where a millisecond `begins` with it, that is taken over.
     #[inline]
-    pub fn step(&mut self) {
-        self.position = self.position.wrapping_add(self.advance);
-        self.advance = self.advance.wrapping_add(self.slope);
-        self.feed += self.feed_step;
+    pub fn step(&mut self, begins: bool) {
+        self.position = self.position.wrapping_add(self.now.advance);
+        if begins {
+            self.now.become_like(&self.next);
+        } else {
+            self.now.advance = self.now.advance.wrapping_add(self.now.slope);
+            self.now.feed += self.now.feed_step;
+        }
     }
 
     /// Works out the end of the millisecond after this: towards `target` by no more than `acceleration` (per millisecond). Returns whether
@@ -116,23 +155,25 @@ impl Ramp {
         step != wanted
     }
 
-    /// Lays out the millisecond that begins with the present tick. Returns the rates at its ends; [`Ramp::feed`] follows.
+    /// Lays out the next millisecond. Returns the rates at its ends; [`Ramp::feed_forward`] follows.
     #[inline]
     pub fn plan(&mut self) -> (f32, f32) {
         let start = self.end;
         self.end = self.sum >> SMOOTHED_SHIFT;
-        self.slope = tenth(self.end.wrapping_sub(start));
-        self.advance = start.wrapping_add(self.slope >> 1);
+        self.next.slope = tenth(self.end.wrapping_sub(start));
+        let half = self.next.slope >> 1;
+        self.next.half_slope_16 = (half >> 16) as i32;
+        self.next.advance = start.wrapping_add(half);
         let (from, to) = (self.end_f32, fixed_to_f32(self.end));
         self.end_f32 = to;
         (from, to)
     }
 
-    /// What is fed forward in this millisecond, from its beginning to its end, compare counts.
+    /// What is fed forward in the next millisecond, from its beginning to its end, compare counts.
     #[inline]
-    pub fn feed(&mut self, from: f32, to: f32) {
-        self.feed_step = (to - from) * (1.0 / TICKS);
-        self.feed = from;
+    pub fn feed_forward(&mut self, from: f32, to: f32) {
+        self.next.feed_step = (to - from) * (1.0 / TICKS);
+        self.next.feed = from;
     }
 
     /// Position command minus measured position, 2⁻¹⁶ counts; slips if that is `slip` whole counts or more, and says so.

@@ -95,13 +95,19 @@ impl Report {
     }
 }
 
+/// What is so, in one word.
+#[inline(always)]
+pub(super) fn state_word(mode: Mode, fault: Fault, limits: Limits, compensating: Compensating) -> u32 {
+    mode.code() | fault.code() << 8 | u32::from(limits.0) << 16 | u32::from(compensating.0) << 24
+}
+
 impl Words<REPORT_WORDS> for Report {
     #[inline]
     fn to_words(&self) -> [u32; REPORT_WORDS] {
         let [t0, t1] = split_u64(self.tick);
         let [p0, p1] = split_u64(self.position_command as u64);
         let [r0, r1] = split_u64(self.rate_command as u64);
-        let state = self.mode.code() | self.fault.code() << 8 | u32::from(self.limits.0) << 16 | u32::from(self.compensating.0) << 24;
+        let state = state_word(self.mode, self.fault, self.limits, self.compensating);
         let [a, b, c, d, e, f] = self.limited_ms;
         [t0, t1, self.duty_sum as u32, p0, p1, r0, r1, self.rate.to_bits(), self.edge_age, state, a, b, c, d, e, f]
     }

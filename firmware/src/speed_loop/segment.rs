@@ -5,7 +5,7 @@
 //! A segment that nobody follows up ends by itself: its value is held and its slope is over.
 
 use crate::board::{CONTROL_HZ, Hardware};
-use crate::mailbox::{Words, join_u64, split_u64};
+use crate::mailbox::{Words, join_u64, one_by_one, split_u64};
 use crate::maths::to_i64;
 use crate::safety::Fault;
 
@@ -157,8 +157,14 @@ pub struct Order {
     pub trip: Fault,
 }
 
-impl Words<8> for Order {
-    fn to_words(&self) -> [u32; 8] {
+/// Words of an [`Order`].
+pub const ORDER_WORDS: usize = 8;
+
+impl Words<ORDER_WORDS> for Order {
+    one_by_one!(8: 0 1 2 3 4 5 6 7);
+
+    #[inline]
+    fn to_words(&self) -> [u32; ORDER_WORDS] {
         let [s0, s1] = split_u64(self.segment.start_tick);
         let [v0, v1] = split_u64(self.segment.value as u64);
         let [d0, d1] = split_u64(self.segment.slope as u64);
@@ -167,7 +173,8 @@ impl Words<8> for Order {
         [s0, s1, v0, v1, d0, d1, how, u32::from(self.clear) | self.trip.code() << 16]
     }
 
-    fn from_words(&[s0, s1, v0, v1, d0, d1, how, clear]: &[u32; 8]) -> Self {
+    #[inline]
+    fn from_words(&[s0, s1, v0, v1, d0, d1, how, clear]: &[u32; ORDER_WORDS]) -> Self {
         Self {
             segment: Segment {
                 start_tick: join_u64(s0, s1),
@@ -177,8 +184,20 @@ impl Words<8> for Order {
                 slope: join_u64(d0, d1) as i64,
                 zero: if how & 0x80 == 0 { Zero::PowerOn } else { Zero::Index },
             },
-            clear: clear as u16,
-            trip: Fault::of_code(clear >> 16),
+            clear: clear_of(clear),
+            trip: trip_of(clear),
         }
     }
+}
+
+/// The number in an order's last word that clears a fault when it changes.
+#[inline]
+pub(super) fn clear_of(of_faults: u32) -> u16 {
+    of_faults as u16
+}
+
+/// The cause in an order's last word.
+#[inline]
+pub(super) fn trip_of(of_faults: u32) -> Fault {
+    Fault::of_code(of_faults >> 16)
 }

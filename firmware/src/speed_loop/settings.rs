@@ -101,6 +101,8 @@ pub struct Config {
     pub(crate) learnt: Learnt,
     /// One encoder count, 2⁻³² turn.
     pub(crate) angle_per_count: u32,
+    /// Order and rate, counts per tick, whose product is no wave within a millisecond any more.
+    pub(crate) fastest_wave: f32,
     /// Counts without an index after which it is lost.
     pub(crate) index_lost: i32,
 }
@@ -176,6 +178,7 @@ impl Config {
             ),
             learnt: Learnt::new(&s.compensation, hardware, resistance, constant),
             angle_per_count,
+            fastest_wave: feed_forward::fastest_wave(angle_per_count),
             index_lost,
         })
     }

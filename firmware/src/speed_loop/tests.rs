@@ -4,7 +4,8 @@
 use super::ramp::SMOOTHED;
 use super::segment::ONE;
 use super::*;
-use crate::board::{CONTROL_HZ, CurrentCode, EncoderCount, Hardware, Sensed, SupplyCode};
+use crate::board::{CONTROL_HZ, CurrentCode, EncoderCount, Hardware, Sensed, SupplyCode, TickIo};
+use crate::compensation::{Compensation, Harmonic, Harmonics};
 use crate::mailbox::Words;
 use crate::safety;
 use critical_section as _;
@@ -357,4 +358,74 @@ fn orders_and_reports_pass_the_mailbox_unchanged() {
         limited_ms: [1, 2, 3, 4, 5, u32::MAX],
     };
     assert_eq!(Report::from_words(&report.to_words()), report);
+}
+
+/// Hardware on which nothing happens but time.
+#[derive(Default)]
+struct Still(u64);
+
+impl TickIo for Still {
+    fn sense(&mut self) -> Sensed {
+        self.0 += 1;
+        Sensed { tick: self.0, edge_age: i32::MAX as u32, current: CurrentCode(2048), supply: SupplyCode(2482), ..Sensed::default() }
+    }
+    fn index(&mut self) -> Option<EncoderCount> {
+        None
+    }
+    fn drive(&mut self, _: Drive) {}
+}
+
+#[test]
+fn a_lesson_acts_whole_whatever_settings_come_while_it_is_taken_in_parts() {
+    let config = |torque_N_m: f64| {
+        let harmonics = [7, 14, 21].map(|order| Harmonic { order, torque_N_m, phase_rad: 0.3 });
+        let compensation =
+            Compensation { coulomb_N_m: torque_N_m, harmonics: Harmonics::of(harmonics).unwrap(), ..Compensation::default() };
+        Config::new(&Settings { compensation, ..Settings::default() }, &HW()).unwrap()
+    };
+    for tuned_at in 1..200 {
+        let (mut orders, mut reports, mut lessons, tuning) = (Orders::new(), Reports::new(), Lessons::new(), Tuning::new());
+        let (mut lesson_writer, lesson_reader) = lessons.split();
+        let law = SpeedLoop::new(config(1e-3));
+        let mut interrupt = Interrupt::new(law, orders.split().1, reports.split().0).listening(lesson_reader).tuned_by(&tuning);
+        let (first, lesson, settings) = (config(1e-3).learnt(), config(2e-3).learnt(), config(3e-3).learnt());
+        let mut io = Still::default();
+        let mut seen = Vec::new();
+        for tick in 1..200 {
+            if tick == 37 {
+                lesson_writer.post(&lesson);
+            }
+            if tick == tuned_at {
+                tuning.post(config(3e-3));
+            }
+            interrupt.run(&mut io);
+            let learnt = *interrupt.learnt();
+            assert!([first, lesson, settings].contains(&learnt), "mixed, {tuned_at}: {learnt:?}");
+            if seen.last() != Some(&learnt) {
+                seen.push(learnt);
+            }
+        }
+        // Both acted, each once, in the order in which they were whole.
+        assert!(seen.len() == 3 || tuned_at > 189, "{tuned_at}: {seen:?}");
+    }
+}
+
+#[test]
+fn a_report_passes_its_mailbox_as_it_is() {
+    let (mut orders, mut reports) = (Orders::new(), Reports::new());
+    let (mut order_writer, order_reader) = orders.split();
+    let (report_writer, mut report_reader) = reports.split();
+    let mut interrupt = Interrupt::new(SpeedLoop::new(Config::new(&Settings::default(), &HW()).unwrap()), order_reader, report_writer);
+    let mut io = Still::default();
+    for n in 1..=100 {
+        if n % 10 == 5 {
+            order_writer.post(&Order { segment: Segment::voltage(&HW(), n + 5, 10, 0.1 * n as f64), ..Order::default() });
+        }
+        interrupt.run(&mut io);
+        if let Some(report) = report_reader.take() {
+            assert_eq!((n % 10, report.tick), (0, n));
+            assert_eq!(Report::from_words(&report.to_words()), report);
+            assert_eq!(report.mode == Mode::Voltage, n >= 10, "{n}");
+        }
+    }
 }
