@@ -154,6 +154,15 @@ impl Fitted {
         Fitted::at(ground, trial, system, own, place).unwrap_or(self)
     }
 
+    /// What was fitted to short windows, fitted to the whole of this ground's record.
+    pub fn along(self, ground: &Ground, rival: f64) -> Option<Self> {
+        let record = ground.record_for(&self.trial);
+        let parameters = ground.lengthened(&self.system, &self.parameters, &record);
+        let starts = ground.starts_for(&self.system, &parameters, &record);
+        let place = ground.descend(&self.system, &parameters, &record, &starts, Goal::Race(rival));
+        Fitted::at(ground, self.trial, self.system, self.own, place)
+    }
+
     /// It earns its place.
     pub fn earns(&self) -> bool {
         self.refused.is_none() && self.ln_p < FAMILYWISE.ln() && self.delta_bic < -APART

@@ -4,12 +4,13 @@ use std::ops::Range;
 
 use super::evidence::{Squares, Whitener};
 use super::trial::{Trial, keep_in_reach};
+use crate::fit::approach::{WINDOW_S, in_windows, windows};
 use crate::fit::normal::Starts;
 use crate::fit::parameters::Parameters;
 use crate::fit::simulate::{Initial, System, initials};
 use crate::fit::solve::{self, Place};
 use crate::fit::{self, FitError, Held, Record, build, first_starts};
-use crate::model::Model;
+use crate::model::{Input, Model};
 
 /// A fitted model and its record.
 pub struct Ground<'a> {
@@ -19,6 +20,8 @@ pub struct Ground<'a> {
     pub record: Record<'a>,
     /// The model as a system.
     pub system: System,
+    /// Where its fit began.
+    begun: Parameters,
     /// The fit.
     pub held: Held,
     /// 1/noise² of each channel.
@@ -37,6 +40,9 @@ const MOST_ON_EXCERPT: usize = 30;
 /// Length of an excerpt.
 const EXCERPT_S: f64 = 3.0;
 const EXCERPT_ROWS: usize = 500;
+
+/// Windows after the short ones.
+const LONGER_S: [f64; 2] = [1.0, 4.0];
 
 /// How far a descent goes.
 #[derive(Debug, Clone, Copy)]
@@ -73,7 +79,7 @@ impl<'a> Ground<'a> {
     pub fn fit(model: &Model, record: Record<'a>) -> Result<Self, FitError> {
         let (system, parameters) = build::system(model, record.temp_C.is_some());
         let held = fit::fit(&system, &parameters, &record)?;
-        Ok(Ground::of(model, system, held, record))
+        Ok(Ground::of(model, system, parameters, held, record))
     }
 
     /// Fits a model that is a small change of this ground's, from the values that it has.
@@ -83,7 +89,7 @@ impl<'a> Ground<'a> {
     pub fn refit(&self, model: &Model, record: Record<'a>) -> Result<Self, FitError> {
         let (system, parameters, starts) = self.changed(model, &record);
         let held = fit::refit(&system, &parameters, &record, &starts, &self.noise())?;
-        Ok(Ground::of(model, system, held, record))
+        Ok(Ground::of(model, system, parameters, held, record))
     }
 
     /// The same for a model of which is asked whether it comes near a rival of the χ² `rival`: where it does not, it is not followed to its end.
@@ -99,7 +105,7 @@ impl<'a> Ground<'a> {
         } else {
             fit::refit(&system, &place.parameters, &record, &place.starts, &self.noise())?
         };
-        Ok(Ground::of(model, system, held, record))
+        Ok(Ground::of(model, system, parameters, held, record))
     }
 
     /// System, parameters and initial states of a model that is a small change of this ground's.
@@ -110,14 +116,38 @@ impl<'a> Ground<'a> {
         (system, parameters, starts)
     }
 
-    fn of(model: &Model, system: System, held: Held, record: Record<'a>) -> Self {
+    /// The model fitted to short windows from where its fit began. What is missing cannot carry it far in them, where along the whole log the
+    /// parameters may have run away with it; `None` where there are too few windows.
+    pub fn in_windows(&self) -> Option<Self> {
+        let record = if self.record.driven == Input::Motion { None } else { windows(&self.record, WINDOW_S) }?;
+        let place = in_windows(&self.system, &self.begun, &record, &self.held.starts.kinds, &self.weights);
+        let held = fit::hold(&self.system, &record, place, &self.noise());
+        held.chi2.is_finite().then(|| Ground::of(&self.model, self.system.clone(), self.begun.clone(), held, record))
+    }
+
+    /// Parameters that were found in short windows, fitted to longer and longer ones: what swings over runs away along a whole log from
+    /// parameters that are a little off.
+    pub fn lengthened(&self, system: &System, parameters: &Parameters, record: &Record) -> Parameters {
+        let mut parameters = parameters.clone();
+        let kinds = initials(&system.rig::<f64>(&parameters, record.driven), record);
+        for window_s in LONGER_S {
+            let Some(record) = windows(record, window_s) else { continue };
+            let place = in_windows(system, &parameters, &record, &kinds, &self.weights);
+            if place.linear(&self.weights).cost.is_finite() {
+                parameters = place.parameters;
+            }
+        }
+        parameters
+    }
+
+    fn of(model: &Model, system: System, begun: Parameters, held: Held, record: Record<'a>) -> Self {
         let mut model = model.clone();
         // A fit may leave a physical range that the file's reader guards; then the file keeps its own value and the answer says so.
         for p in &held.parameters.list {
             let _ = model.set(&p.name, p.value);
         }
         let noise: Vec<f64> = held.channels.iter().map(|c| c.noise).collect();
-        Ground { model, record, system, weights: fit::weights(&noise), held }
+        Ground { model, record, system, begun, weights: fit::weights(&noise), held }
     }
 
     fn noise(&self) -> Vec<f64> {

@@ -22,6 +22,9 @@ const FITTED_PART: f64 = 0.25;
 const ROUGH_PART: f64 = 0.05;
 /// χ²/n up to which a candidate leaves nothing to explain.
 const EXPLAINED: f64 = 1.03;
+/// χ²/n above which the model's own parameters may have run away, and how many trials are then fitted from short windows.
+const FAR_OFF: f64 = 25.0;
+const FROM_WINDOWS: usize = 6;
 /// A costly candidate is fitted to the whole log where it leaves less than this part of what the best other leaves of an excerpt.
 const WORTH: f64 = 0.7;
 
@@ -67,7 +70,7 @@ pub fn step(log: &Log, logs: &[Range<usize>], ground: &Ground) -> Step {
     let (costly, cheap) = (pick(true), pick(false));
     // Who promises most goes first: the others need not be followed to the end where they cannot reach it.
     let (first, others) = cheap.split_at(cheap.len().min(2));
-    let mut fitted: Vec<Fitted> = Vec::new();
+    let mut fitted = if ground.misfit() > FAR_OFF { from_windows(ground, &trials, critical) } else { Vec::new() };
     for list in [first, others] {
         let rival = least(&fitted);
         let more: Vec<Fitted> = list.par_iter().filter_map(|&k| fit(ground, &trials[k], &scores[k], rival)).collect();
@@ -99,6 +102,31 @@ pub fn step(log: &Log, logs: &[Range<usize>], ground: &Ground) -> Step {
 /// The least χ² among them; infinite where there is none.
 fn least(fitted: &[Fitted]) -> f64 {
     fitted.iter().map(|f| f.cost).fold(f64::INFINITY, f64::min)
+}
+
+/// The best trials of short windows, fitted there and from there to the whole log.
+fn from_windows(ground: &Ground, trials: &[Trial], critical: f64) -> Vec<Fitted> {
+    let Some(near) = ground.in_windows() else { return Vec::new() };
+    let cheap: Vec<Trial> = trials.iter().filter(|t| !t.is_costly()).cloned().collect();
+    let scores = scores(&near, &cheap);
+    let mut order: Vec<usize> = (0..cheap.len()).filter(|&k| scores[k].gain > critical).collect();
+    order.sort_by(|a, b| scores[*b].gain.total_cmp(&scores[*a].gain));
+    let mut chosen: Vec<usize> = Vec::new();
+    for k in order {
+        let alike = chosen.iter().filter(|&&other| cheap[other].card.id == cheap[k].card.id).count();
+        if chosen.len() < FROM_WINDOWS && alike < 2 {
+            chosen.push(k);
+        }
+    }
+    let mut tried: Vec<Fitted> = chosen.par_iter().filter_map(|&k| fit(&near, &cheap[k], &scores[k], f64::INFINITY)).collect();
+    tried.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let mut fitted: Vec<Fitted> = Vec::new();
+    while !tried.is_empty() {
+        let rival = least(&fitted);
+        let few: Vec<Fitted> = tried.drain(..tried.len().min(2)).collect();
+        fitted.extend(few.into_par_iter().filter_map(|f| f.along(ground, rival)).collect::<Vec<_>>());
+    }
+    fitted
 }
 
 /// Of the costly trials of each effect the best on an excerpt, with its values there, if there it beats the best of those that were fitted.

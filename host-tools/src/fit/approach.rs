@@ -15,10 +15,11 @@ use super::solve::{self, Place};
 use crate::model::Input;
 
 /// Length of a window, s, and the least number of rows in it.
-const WINDOW_S: f64 = 0.25;
+pub const WINDOW_S: f64 = 0.25;
 const WINDOW_ROWS: usize = 60;
-/// Windows at most.
+/// Windows at most and at least.
 const WINDOWS: usize = 40;
+const FEWEST_WINDOWS: usize = 4;
 /// Relative fall of the cost at which the windows have said what they can.
 const ROUGHLY: f64 = 1e-2;
 /// Cost per row at which the place is good without comparing it with the given one.
@@ -40,13 +41,8 @@ fn near(system: &System, parameters: &Parameters, record: &Record, kinds: &[Init
     if record.driven == Input::Motion || parameters.free().is_empty() {
         return at(parameters);
     }
-    let windows = windows(record);
-    if windows.segments.len() < 4 {
-        return at(parameters);
-    }
-    let starts = first_starts(kinds, &windows, parameters, system);
-    let begin = Place::begin(system, parameters, &windows, &starts);
-    let near = solve::descend(system, &windows, begin, weights, |cost| ROUGHLY * cost);
+    let Some(windows) = windows(record, WINDOW_S) else { return at(parameters) };
+    let near = in_windows(system, parameters, &windows, kinds, weights);
     let approached = at(&near.parameters);
     let cost = |place: &Place| place.linear(weights).cost;
     if cost(&approached) < CLOSE * record.len() as f64 {
@@ -55,6 +51,13 @@ fn near(system: &System, parameters: &Parameters, record: &Record, kinds: &[Init
     let given = at(parameters);
     // An infinite or undefined cost never wins.
     if cost(&approached) < cost(&given) || !cost(&given).is_finite() { approached } else { given }
+}
+
+/// The parameters fitted to `windows`, from the given ones.
+pub fn in_windows(system: &System, parameters: &Parameters, windows: &Record, kinds: &[Initial], weights: &[f64]) -> Place {
+    let starts = first_starts(kinds, windows, parameters, system);
+    let begin = Place::begin(system, parameters, windows, &starts);
+    solve::descend(system, windows, begin, weights, |cost| ROUGHLY * cost)
 }
 
 /// Shifts of the dry level, in standard errors, by which a descent is started anew.
@@ -121,9 +124,9 @@ fn valleys(parameter: &Parameter, record: &Record) -> Vec<f64> {
     Vec::new()
 }
 
-/// The same record, cut into short segments spread over what is not held out.
-fn windows<'a>(record: &Record<'a>) -> Record<'a> {
-    let rows = ((WINDOW_S / record.dt_s) as usize).max(WINDOW_ROWS);
+/// The same record, cut into segments of `window_s` spread over what is not held out; `None` where there are too few.
+pub fn windows<'a>(record: &Record<'a>, window_s: f64) -> Option<Record<'a>> {
+    let rows = ((window_s / record.dt_s) as usize).max(WINDOW_ROWS);
     let mut segments = Vec::new();
     for segment in &record.segments {
         let mut from = segment.start;
@@ -135,5 +138,6 @@ fn windows<'a>(record: &Record<'a>) -> Record<'a> {
         }
     }
     let every = segments.len().div_ceil(WINDOWS).max(1);
-    Record { segments: segments.into_iter().step_by(every).collect(), ..record.clone() }
+    let segments: Vec<_> = segments.into_iter().step_by(every).collect();
+    (segments.len() >= FEWEST_WINDOWS).then(|| Record { segments, ..record.clone() })
 }
