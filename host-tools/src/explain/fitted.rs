@@ -187,6 +187,9 @@ pub fn refusal(ground: &Ground, logs: &[Range<usize>], f: &Fitted, without: &Squ
         let own = f.own.contains(&k);
         let (low, high) = p.range;
         let slack = WITHIN_ERROR * f.sigmas[k];
+        if own && p.name == "gap_rad" && p.value < WITHIN_ERROR * f.sigmas[k] {
+            return Some("its gap_rad is not told from zero: a shaft without play, which is compliance".to_owned());
+        }
         // A level at zero is no effect at all.
         let absent = own && p.kind == Kind::Level && !p.fixed && p.value <= low && !f.trial.card.polar;
         if absent {

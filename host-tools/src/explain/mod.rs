@@ -137,11 +137,15 @@ fn verdict(path: &mut path::Path, rows: &[std::ops::Range<usize>]) -> (Verdict, 
         return (Verdict::EffectFound, Vec::new());
     }
     let shapes: Vec<Shape> = unknown::best(last, rows).map(|u| u.shape).into_iter().collect();
-    if found && left - 1.0 < 0.5 * (given - 1.0) {
+    let unseen = |ground: &ground::Ground| ground::misfit(ground.heldout().into_iter());
+    let less_than_half = |given: f64, left: f64| found && left - 1.0 >= 0.5 * (given - 1.0);
+    let not_beyond = less_than_half(unseen(first), unseen(last));
+    if found && !less_than_half(given, left) && !not_beyond {
         return (Verdict::EffectFound, shapes);
     }
-    if path.missing.len() >= MANY {
-        path.remarks.push(format!("{} together explain less than half of it: none of them is called the cause", path.missing.join(", ")));
+    if path.missing.len() >= MANY || not_beyond {
+        let of_what = if not_beyond { "of the error on rows that the fit never saw" } else { "of it" };
+        path.remarks.push(format!("{}: less than half {of_what} explained, none is called the cause", path.missing.join(", ")));
         path.missing.clear();
         path.grounds.truncate(1);
     }

@@ -12,6 +12,7 @@ use super::ground::{Goal, Ground, near};
 use super::orders::{HIGHEST, promising};
 use super::screen::{ALIKE, Score, scores};
 use super::trial::{Scene, Trial, Unseen, trials};
+use crate::fit::solve::Place;
 use crate::log::Log;
 
 /// Candidates that are fitted in full, and the part of the best score from which on.
@@ -25,6 +26,8 @@ const EXPLAINED: f64 = 1.03;
 /// χ²/n above which the model's own parameters may have run away, and how many trials are then fitted from short windows.
 const FAR_OFF: f64 = 25.0;
 const FROM_WINDOWS: usize = 6;
+/// Standard errors below which a play may be none.
+const CLOSED: f64 = 10.0;
 /// A costly candidate is fitted to the whole log where it leaves less than this part of what the best other leaves of an excerpt.
 const WORTH: f64 = 0.7;
 
@@ -82,7 +85,9 @@ pub fn step(log: &Log, logs: &[Range<usize>], ground: &Ground) -> Step {
         let worth = worth_their_cost(ground, &trials, &scores, &costly, &fitted);
         let rival = least(&fitted);
         let more: Vec<Fitted> = worth.par_iter().filter_map(|(k, score)| fit(ground, &trials[*k], score, rival)).collect();
+        let without_play = more.iter().find_map(|f| shaft_alone(ground, &trials, f));
         fitted.extend(more);
+        fitted.extend(without_play);
     }
     let near = near(least(&fitted), &ground.record);
     let mut fitted: Vec<Fitted> = fitted.into_par_iter().map(|f| if f.cost < near { f.finished(ground) } else { f }).collect();
@@ -129,6 +134,19 @@ fn from_windows(ground: &Ground, trials: &[Trial], critical: f64) -> Vec<Fitted>
     fitted
 }
 
+/// A shaft whose play has closed, fitted without it.
+fn shaft_alone(ground: &Ground, trials: &[Trial], f: &Fitted) -> Option<Fitted> {
+    let [gap_rad, shaft @ ..] = &f.parameters.list[f.own.clone()] else { return None };
+    if gap_rad.name != "gap_rad" || gap_rad.value > CLOSED * f.sigmas[f.own.start] {
+        return None;
+    }
+    let trial = trials.iter().find(|t| t.card.id == "compliance")?;
+    let trial = Trial { values: shaft.iter().map(|p| p.value).collect(), ..trial.clone() };
+    let score = Score { gain: 0.0, free: trial.values.len(), step: Vec::new(), values: trial.values.clone(), apart: 1.0, negative: false };
+    let step = vec![0.0; ground.held.parameters.free().len()];
+    fit(ground, &trial, &Score { step, ..score }, f64::INFINITY)
+}
+
 /// Of the costly trials of each effect the best on an excerpt, with its values there, if there it beats the best of those that were fitted.
 fn worth_their_cost(ground: &Ground, trials: &[Trial], scores: &[Score], costly: &[usize], fitted: &[Fitted]) -> Vec<(usize, Score)> {
     let excerpt = ground.excerpt();
@@ -142,10 +160,17 @@ fn worth_their_cost(ground: &Ground, trials: &[Trial], scores: &[Score], costly:
     let tried: Vec<(usize, f64, Vec<f64>)> = costly
         .par_iter()
         .map(|&k| {
-            let begin = Trial { values: scores[k].values.clone(), ..trials[k].clone() };
-            let (system, parameters, own) = ground.with(&begin, &begin.fitted);
-            let starts = ground.starts_for(&system, &parameters, &excerpt);
-            let place = ground.descend(&system, &parameters, &excerpt, &starts, Goal::Race(WORTH * rival));
+            // From the trial's own values, or a step further where that is better.
+            let at = |values: &[f64]| {
+                let begin = Trial { values: values.to_vec(), ..trials[k].clone() };
+                let (system, parameters, own) = ground.with(&begin, &begin.fitted);
+                let starts = ground.starts_for(&system, &parameters, &excerpt);
+                (Place::begin(&system, &parameters, &excerpt, &starts), system, own)
+            };
+            let cost = |place: &Place| Some(place.linear(&ground.weights).cost).filter(|c| c.is_finite()).unwrap_or(f64::INFINITY);
+            let (here, further) = (at(&trials[k].values), at(&scores[k].values));
+            let (begin, system, own) = if cost(&further.0) < cost(&here.0) { further } else { here };
+            let place = ground.descend_from(&system, &excerpt, begin, Goal::Race(WORTH * rival));
             (k, place.linear(&ground.weights).cost, place.parameters.list[own].iter().map(|p| p.value).collect())
         })
         .collect();
