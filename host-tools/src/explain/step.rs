@@ -141,10 +141,10 @@ fn shaft_alone(ground: &Ground, trials: &[Trial], f: &Fitted) -> Option<Fitted> 
         return None;
     }
     let trial = trials.iter().find(|t| t.card.id == "compliance")?;
-    let trial = Trial { values: shaft.iter().map(|p| p.value).collect(), ..trial.clone() };
-    let score = Score { gain: 0.0, free: trial.values.len(), step: Vec::new(), values: trial.values.clone(), apart: 1.0, negative: false };
+    let values: Vec<f64> = shaft.iter().map(|p| p.value).collect();
     let step = vec![0.0; ground.held.parameters.free().len()];
-    fit(ground, &trial, &Score { step, ..score }, f64::INFINITY)
+    let score = Score { gain: 0.0, free: values.len(), step, values: values.clone(), apart: 1.0, negative: false };
+    fit(ground, &Trial { values, ..trial.clone() }, &score, f64::INFINITY)
 }
 
 /// Of the costly trials of each effect the best on an excerpt, with its values there, if there it beats the best of those that were fitted.
