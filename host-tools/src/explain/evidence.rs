@@ -74,7 +74,8 @@ impl Whitener {
     pub fn squares(&self, system: &System, parameters: &Parameters, starts: &Starts, record: &Record, logs: &[Range<usize>]) -> Squares {
         match parameters.free().len() + starts.kinds.len() {
             0..=8 => self.squares_in::<8>(system, parameters, starts, record, logs),
-            9..=16 => self.squares_in::<16>(system, parameters, starts, record, logs),
+            9..=12 => self.squares_in::<12>(system, parameters, starts, record, logs),
+            13..=16 => self.squares_in::<16>(system, parameters, starts, record, logs),
             _ => self.squares_in::<32>(system, parameters, starts, record, logs),
         }
     }
@@ -294,9 +295,14 @@ impl Squares {
         likelihood(&self.held_out, &after.held_out, None)
     }
 
-    /// The same on one log alone, fitted and held-out rows together.
+    /// Twice the logarithm of the likelihood ratio on one log alone, fitted and held-out rows together.
     pub fn gain_on(&self, after: &Squares, log: usize) -> f64 {
         likelihood(&self.fitted, &after.fitted, Some(log)) + likelihood(&self.held_out, &after.held_out, Some(log))
+    }
+
+    /// There are rows that no fit saw.
+    pub fn holds_rows_out(&self) -> bool {
+        self.held_out.iter().flatten().any(|(_, n)| *n > 0.0)
     }
 
     /// Witnesses among the fitted rows.

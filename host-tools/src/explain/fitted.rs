@@ -21,6 +21,10 @@ pub const FAMILYWISE: f64 = 0.002;
 pub const APART: f64 = 6.0;
 /// Held-out rows, or another log, speak against an effect where their likelihood falls by more than this.
 const AGAINST: f64 = 6.0;
+/// A gain below this (2 ln of the likelihood ratio) is little, and must be found again on held-out rows, which are a third as many as the
+/// fitted ones: at least this part of it.
+const LITTLE: f64 = 200.0;
+const CONFIRMED: f64 = 0.1;
 /// χ²/n from which on much is unexplained, and the part of it that is hardly anything.
 const MUCH: f64 = 4.0;
 const HARDLY: f64 = 0.04;
@@ -97,7 +101,7 @@ pub fn fit(ground: &Ground, trial: &Trial, score: &Score, rival: f64) -> Option<
     // The model's own parameters go along, as the linear model says; or stay where they are.
     let mut place = race(from);
     let reached = ground.held.chi2 - cost(&place);
-    if reached.is_nan() || reached <= 0.3 * score.gain {
+    if share > 0.0 && (reached.is_nan() || reached <= 0.3 * score.gain) {
         let other = race(begin(share, false));
         if cost(&other) < cost(&place) || !cost(&place).is_finite() {
             place = other;
@@ -163,6 +167,13 @@ impl Fitted {
         Fitted::at(ground, self.trial, self.system, self.own, place)
     }
 
+    /// Another start of the same structure: only the better of the two is of interest.
+    pub fn is_the_same_as(&self, other: &Fitted) -> bool {
+        let (one, two) = (&self.trial, &other.trial);
+        let given = |t: &Trial| t.values.iter().zip(&t.fitted).filter(|(_, fitted)| !**fitted).map(|(v, _)| *v).collect::<Vec<_>>();
+        one.card.id == two.card.id && one.fitted == two.fitted && given(one) == given(two) && one.rate_from_encoder == two.rate_from_encoder
+    }
+
     /// It earns its place.
     pub fn earns(&self) -> bool {
         self.refused.is_none() && self.ln_p < FAMILYWISE.ln() && self.delta_bic < -APART
@@ -207,9 +218,12 @@ pub fn refusal(ground: &Ground, logs: &[Range<usize>], f: &Fitted, without: &Squ
     if with.gain(without) > 0.0 {
         return Some("the residuals are no smaller with it".to_owned());
     }
-    let seen = without.held_out_gain(with);
+    let (gain, seen) = (without.gain(with), without.held_out_gain(with));
     if seen < -AGAINST {
         return Some("on the rows that the fit never saw the error grows".to_owned());
+    }
+    if gain < LITTLE && without.holds_rows_out() && seen < CONFIRMED * gain {
+        return Some("what little it explains is not found again on the rows that the fit never saw".to_owned());
     }
     if ground.misfit() > MUCH {
         // While so much is unexplained, whitened residuals are mostly its colour; what is shown must get better too.

@@ -34,6 +34,9 @@ const ENOUGH: f64 = 0.05;
 const ROUGHLY: f64 = 1e-3;
 /// A step that promises less than this part of the way to the best rival will not reach it.
 const LOST: f64 = 0.02;
+/// Steps after which a descent is judged by how fast it falls, and a fall in them that is no more than a trifle.
+const TREND_STEPS: usize = 4;
+const TRIFLE: f64 = 0.5;
 /// Most steps of one candidate's fit.
 const MOST_STEPS: usize = 20;
 const MOST_ON_EXCERPT: usize = 30;
@@ -65,10 +68,29 @@ fn noise_chi2(record: &Record) -> f64 {
 /// Who is this near to the best is fitted to the end: as a part of what the best leaves to explain, or of the noise.
 const NEAR: f64 = 0.1;
 
+/// In its last steps a descent that passed these χ² won less than any decision asks for: where what sticks comes loose the cost has steps, and
+/// what the linear model promises there is not kept.
+fn falls_by_trifles(passed: &[f64]) -> bool {
+    passed.len().checked_sub(TREND_STEPS + 1).is_some_and(|before| passed[before] - passed[passed.len() - 1] < TRIFLE)
+}
+
+/// A descent that passed these χ² would, falling on as in its last steps, not have reached a rival of the χ² `rival` after `most` steps.
+fn falls_too_slowly(passed: &[f64], rival: f64, most: usize) -> bool {
+    let Some(before) = passed.len().checked_sub(TREND_STEPS + 1) else { return false };
+    let now = passed[passed.len() - 1];
+    let per_step = (passed[before] - now) / TREND_STEPS as f64;
+    now - per_step * most.saturating_sub(passed.len() - 1) as f64 > rival
+}
+
 /// χ² below which a fit is near to one of the χ² `best`.
 pub fn near(best: f64, record: &Record) -> f64 {
+    within(NEAR, best, record)
+}
+
+/// χ² that leaves this part more to explain than the χ² `best`, or this part of the noise where that leaves less.
+pub fn within(part: f64, best: f64, record: &Record) -> f64 {
     let noise = noise_chi2(record);
-    best + NEAR * (best - noise).max(noise)
+    best + part * (best - noise).max(noise)
 }
 
 impl<'a> Ground<'a> {
@@ -220,9 +242,18 @@ impl<'a> Ground<'a> {
     pub fn descend_from(&self, system: &System, record: &Record, place: Place, goal: Goal) -> Place {
         let most = if rows(record) < self.record.len() { MOST_ON_EXCERPT } else { MOST_STEPS };
         let noise = noise_chi2(record);
-        solve::descend_within(system, record, place, &self.weights, most, |cost| match goal {
-            Goal::End => ENOUGH,
-            Goal::Race(rival) => ENOUGH.max(ROUGHLY * (cost - noise)).max(if rival.is_finite() { LOST * (cost - rival) } else { 0.0 }),
+        let mut passed: Vec<f64> = Vec::new();
+        solve::descend_within(system, record, place, &self.weights, most, |cost| {
+            // A step that was refused says nothing of how fast it falls.
+            if passed.last() != Some(&cost) {
+                passed.push(cost);
+            }
+            match goal {
+                Goal::End if falls_by_trifles(&passed) => f64::INFINITY,
+                Goal::End => ENOUGH,
+                Goal::Race(rival) if rival.is_finite() && falls_too_slowly(&passed, rival, most) => f64::INFINITY,
+                Goal::Race(rival) => ENOUGH.max(ROUGHLY * (cost - noise)).max(if rival.is_finite() { LOST * (cost - rival) } else { 0.0 }),
+            }
         })
     }
 

@@ -8,7 +8,7 @@ use super::Candidate;
 use super::Estimate;
 use super::evidence::{Squares, Whitener, delta_bic, ln_chance};
 use super::fitted::{APART, FAMILYWISE, Fitted, fit, place, refusal, shown_of, slices};
-use super::ground::{Goal, Ground, near};
+use super::ground::{Goal, Ground, near, within};
 use super::orders::{HIGHEST, promising};
 use super::screen::{ALIKE, Score, scores};
 use super::trial::{Scene, Trial, Unseen, trials};
@@ -26,8 +26,12 @@ const EXPLAINED: f64 = 1.03;
 /// χ²/n above which the model's own parameters may have run away, and how many trials are then fitted from short windows.
 const FAR_OFF: f64 = 25.0;
 const FROM_WINDOWS: usize = 6;
+/// Part of what the best leaves in short windows by which another may leave more.
+const LIKELY: f64 = 1.0;
 /// Standard errors below which a play may be none.
 const CLOSED: f64 = 10.0;
+/// Part of what the best explains by which another may explain less and still be fitted to the end.
+const HALF: f64 = 0.5;
 /// A costly candidate is fitted to the whole log where it leaves less than this part of what the best other leaves of an excerpt.
 const WORTH: f64 = 0.7;
 
@@ -89,8 +93,11 @@ pub fn step(log: &Log, logs: &[Range<usize>], ground: &Ground) -> Step {
         fitted.extend(more);
         fitted.extend(without_play);
     }
-    let near = near(least(&fitted), &ground.record);
-    let mut fitted: Vec<Fitted> = fitted.into_par_iter().map(|f| if f.cost < near { f.finished(ground) } else { f }).collect();
+    // Who may be the best: near to it in what it leaves, and in what it explains.
+    let best = least(&fitted);
+    let near = near(best, &ground.record).min(best + HALF * (ground.held.chi2 - best).max(0.0));
+    let mut fitted: Vec<Fitted> =
+        best_of_each(fitted).into_par_iter().map(|f| if f.cost <= near { f.finished(ground) } else { f }).collect();
     judge(ground, logs, &mut fitted, tests);
     let mut screened: Vec<(Trial, Score, f64)> = Vec::new();
     for &k in &order {
@@ -109,11 +116,23 @@ fn least(fitted: &[Fitted]) -> f64 {
     fitted.iter().map(|f| f.cost).fold(f64::INFINITY, f64::min)
 }
 
+/// The best first, and of several starts of one structure the best alone.
+fn best_of_each(mut fitted: Vec<Fitted>) -> Vec<Fitted> {
+    fitted.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let mut best: Vec<Fitted> = Vec::new();
+    for f in fitted {
+        if !best.iter().any(|b| b.is_the_same_as(&f)) {
+            best.push(f);
+        }
+    }
+    best
+}
+
 /// The best trials of short windows, fitted there and from there to the whole log.
 fn from_windows(ground: &Ground, trials: &[Trial], critical: f64) -> Vec<Fitted> {
-    let Some(near) = ground.in_windows() else { return Vec::new() };
+    let Some(short) = ground.in_windows() else { return Vec::new() };
     let cheap: Vec<Trial> = trials.iter().filter(|t| !t.is_costly()).cloned().collect();
-    let scores = scores(&near, &cheap);
+    let scores = scores(&short, &cheap);
     let mut order: Vec<usize> = (0..cheap.len()).filter(|&k| scores[k].gain > critical).collect();
     order.sort_by(|a, b| scores[*b].gain.total_cmp(&scores[*a].gain));
     let mut chosen: Vec<usize> = Vec::new();
@@ -123,8 +142,15 @@ fn from_windows(ground: &Ground, trials: &[Trial], critical: f64) -> Vec<Fitted>
             chosen.push(k);
         }
     }
-    let mut tried: Vec<Fitted> = chosen.par_iter().filter_map(|&k| fit(&near, &cheap[k], &scores[k], f64::INFINITY)).collect();
-    tried.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let mut tried: Vec<Fitted> = Vec::new();
+    for few in chosen.chunks(2) {
+        let rival = least(&tried);
+        tried.extend(few.par_iter().filter_map(|&k| fit(&short, &cheap[k], &scores[k], rival)).collect::<Vec<_>>());
+    }
+    // Who leaves twice as much as the best even there has no prospect along the whole log.
+    let prospect = within(LIKELY, least(&tried), &short.record);
+    tried.retain(|f| f.cost < prospect);
+    let mut tried = best_of_each(tried);
     let mut fitted: Vec<Fitted> = Vec::new();
     while !tried.is_empty() {
         let rival = least(&fitted);

@@ -157,15 +157,18 @@ fn settle(system: &System, record: &Record, begin: solve::Place, noise: Vec<f64>
             return Err(FitError::Diverges(channel.shows.column()));
         }
     }
+    // What a wrong model leaves widens its standard errors, too.
+    let values = (record.len() * record.channels.len()) as f64;
+    let nothing_left = |cost: f64| solve::NOTHING_LEFT * (cost / values).max(1.0);
     // Again with the noise of the residuals, in place of that of the measured series, until it no longer changes.
-    let mut place = solve::descend(system, record, begin, &weights(&noise), |_| solve::NOTHING_LEFT);
+    let mut place = solve::descend(system, record, begin, &weights(&noise), nothing_left);
     for _ in 0..3 {
         let before = noise.clone();
         noise = (0..noise.len()).map(|c| residual_noise(record, c, &place.pass.residuals[c])).collect();
         if !place.converged || noise.iter().zip(&before).all(|(n, b)| (n / b - 1.0).abs() < 0.01) {
             break;
         }
-        place = solve::descend(system, record, place, &weights(&noise), |_| solve::NOTHING_LEFT);
+        place = solve::descend(system, record, place, &weights(&noise), nothing_left);
     }
     if nearly(record, &place, &noise) {
         place = approach::past_a_step(system, record, place, &weights(&noise));

@@ -45,12 +45,19 @@ impl Place {
 }
 
 /// Descends from `place` until no step promises more than `enough`, in χ²; the weights per channel are 1/σ².
-pub fn descend(system: &System, record: &Record, place: Place, weights: &[f64], enough: impl Fn(f64) -> f64) -> Place {
+pub fn descend(system: &System, record: &Record, place: Place, weights: &[f64], enough: impl FnMut(f64) -> f64) -> Place {
     descend_within(system, record, place, weights, MOST_STEPS, enough)
 }
 
 /// The same in at most so many steps.
-pub fn descend_within(system: &System, record: &Record, place: Place, weights: &[f64], most: usize, enough: impl Fn(f64) -> f64) -> Place {
+pub fn descend_within(
+    system: &System,
+    record: &Record,
+    place: Place,
+    weights: &[f64],
+    most: usize,
+    mut enough: impl FnMut(f64) -> f64,
+) -> Place {
     let mut place = place;
     let mut linear = place.linear(weights);
     let mut converged = false;
