@@ -109,6 +109,22 @@ fn a_bump_at_a_low_rate_that_holds_the_rotor_fast_at_the_first_step_is_found() {
 }
 
 #[test]
+fn a_ripple_of_a_far_off_model_is_looked_for_where_the_model_still_follows_the_log() {
+    // Along the whole log its residual says little of the angle: the orders 5, 6, 12 and 25 promise more than the right one.
+    let drawn = Drawn::by_name("own/torque-ripple/voltage/sweep/12").expect("a log of the table");
+    let e = answer(vec![drawn.log()], &drawn.user_model());
+    assert_eq!((e.verdict, e.missing.as_slice()), (Verdict::EffectFound, &["torque-ripple".to_owned()][..]), "{}", left(&e));
+}
+
+#[test]
+fn what_little_an_order_explains_is_no_cause_if_unseen_rows_do_not_show_it() {
+    // 1.005 × the noise is left after the bump, and a cogging of order 238 would take ΔBIC −7 of it.
+    let drawn = Drawn::by_name("own/stribeck/rate/multisine/12").expect("a log of the table");
+    let e = answer(vec![drawn.log()], &drawn.user_model());
+    assert_eq!((e.verdict, e.missing.as_slice()), (Verdict::EffectFound, &["stribeck".to_owned()][..]), "{}", left(&e));
+}
+
+#[test]
 fn the_gear_motor_has_dry_friction_or_an_offset_and_a_late_rate() {
     let Some(data) = data() else { return };
     let text = "[drive]\ninput = \"u_V\"\neffects = [\"viscous\"]\n[parameters]\ninertia_kg_m2 = 0.005\nviscous_N_m_s = 0.03\n\

@@ -123,15 +123,7 @@ fn reconsider(path: &mut Path, rivals: &mut Vec<(String, Vec<Trial>)>, logs: &[R
             rivals.remove(k);
             // The stages after it were fitted with it.
             path.grounds.truncate(k + 1);
-            let mut grounds = Vec::new();
-            for name in &path.missing[k..] {
-                let before = grounds.last().or(path.grounds.last());
-                let Some(before) = before else { break };
-                let mut model: Model = before.model.clone();
-                copy_effect(&without.model, &mut model, name);
-                grounds.push(before.refit(&model, without.record.clone())?);
-            }
-            path.grounds.extend(grounds);
+            add_again(path, k, &without)?;
             continue;
         }
         // A rival of an earlier effect, in its place.
@@ -174,33 +166,45 @@ fn reconsider(path: &mut Path, rivals: &mut Vec<(String, Vec<Trial>)>, logs: &[R
             rivals[k] = (other, Vec::new());
             let end = without.refit(&model, record)?;
             path.grounds.truncate(k + 1);
-            let mut grounds: Vec<Ground> = Vec::new();
-            for name in &path.missing[k..] {
-                let Some(before) = grounds.last().or(path.grounds.last()) else { break };
-                let mut stage: Model = before.model.clone();
-                copy_effect(&end.model, &mut stage, name);
-                grounds.push(before.refit(&stage, end.record.clone())?);
-            }
-            path.grounds.extend(grounds);
+            add_again(path, k, &end)?;
         }
         k += 1;
     }
     Ok(())
 }
 
-/// Adds effect `name` of `from` to `to`, with its values.
-fn copy_effect(from: &Model, to: &mut Model, name: &str) {
-    if to.add(name).is_err() {
-        return;
+/// Adds what is missing from number `from` on to the last stage again, one by one, with the values that it has at `end`.
+fn add_again<'a>(path: &mut Path<'a>, from: usize, end: &Ground<'a>) -> Result<(), FitError> {
+    for k in from..path.missing.len() {
+        let Some(before) = path.grounds.last() else { break };
+        let mut model = before.model.clone();
+        if let Some(name) = copy_effect(&end.model, &mut model, &path.missing[k])
+            && name != path.missing[k]
+        {
+            path.remarks.push(format!("{} is called {name} from there on", path.missing[k]));
+            path.missing[k] = name;
+        }
+        let next = before.refit(&model, end.record.clone())?;
+        path.grounds.push(next);
     }
-    let Some(found) = from.effects().iter().find(|e| e.name() == name) else { return };
-    for &k in &found.parameters {
-        let p = &from.parameters()[k];
-        let _ = to.set(&p.name, p.value);
+    Ok(())
+}
+
+/// Adds effect `name` of `from` to `to`, with its values, and says what it is called there: the second of its kind may be the first now.
+fn copy_effect(from: &Model, to: &mut Model, name: &str) -> Option<String> {
+    let found = from.effects().iter().find(|e| e.name() == name)?;
+    let name = to.next_name(found.card.id);
+    to.add(&name).ok()?;
+    let own = to.effects().iter().find(|e| e.name() == name)?.parameters.clone();
+    for (&there, &here) in own.iter().zip(&found.parameters) {
+        let p = &from.parameters()[here];
+        let own_name = to.parameters()[there].name.clone();
+        let _ = to.set(&own_name, p.value);
         if p.fixed {
-            let _ = to.fix(&p.name, true);
+            let _ = to.fix(&own_name, true);
         }
     }
+    Some(name)
 }
 
 /// BIC on whitened residuals of `last` minus that of `first`, which has fewer parameters.
@@ -235,4 +239,24 @@ pub fn stage(ground: &Ground, added: Option<&String>) -> Stage {
 
 fn shown(f: &Fitness) -> Shown {
     Shown { shows: f.shows, rms: f.rms, heldout_rms: f.heldout_rms, noise: f.noise }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::Input;
+
+    #[test]
+    fn what_was_the_second_of_its_kind_is_added_as_the_first_where_the_first_has_gone() {
+        let mut from = Model::new(Input::Voltage, "the end").expect("a model");
+        from.add("cogging").expect("the first");
+        from.add("cogging#2").expect("the second");
+        from.set("cogging_order#2", 13.0).expect("an order");
+        from.fix("cogging_N_m#2", true).expect("a parameter");
+        let mut to = Model::new(Input::Voltage, "the stage").expect("a model");
+        assert_eq!(copy_effect(&from, &mut to, "cogging#2").as_deref(), Some("cogging"));
+        assert_eq!(to.value("cogging_order"), Some(13.0));
+        assert!(to.parameter("cogging_N_m").is_some_and(|p| p.fixed));
+        assert_eq!(copy_effect(&from, &mut to, "cogging").as_deref(), Some("cogging#2"));
+    }
 }

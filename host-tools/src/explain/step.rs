@@ -44,71 +44,115 @@ pub struct Step {
     unseen: Vec<Unseen>,
 }
 
-/// Screens everything, fits the best few, judges them together.
-pub fn step(log: &Log, logs: &[Range<usize>], ground: &Ground) -> Step {
-    let orders = promising(&ground.model, &ground.record, &ground.residuals(), &ground.weights);
-    let (mut trials, unseen) = trials(&Scene { model: &ground.model, log, record: &ground.record, orders });
-    if ground.misfit() <= EXPLAINED {
-        // A shaft that shows leaves more than that.
-        trials.retain(|t| !t.is_costly());
+/// Everything that can be tried on a ground, screened.
+struct Field {
+    trials: Vec<Trial>,
+    unseen: Vec<Unseen>,
+    scores: Vec<Score>,
+    /// The trials, who promises most first.
+    order: Vec<usize>,
+    /// How many chances one step gives to chance.
+    tests: usize,
+    /// The score that chance hardly reaches in so many tests.
+    critical: f64,
+}
+
+impl Field {
+    fn of(log: &Log, ground: &Ground) -> Self {
+        let orders = promising(&ground.model, &ground.record, &ground.residuals(), &ground.weights);
+        let (mut trials, unseen) = trials(&Scene { model: &ground.model, log, record: &ground.record, orders });
+        if ground.misfit() <= EXPLAINED {
+            // A shaft that shows leaves more than that.
+            trials.retain(|t| !t.is_costly());
+        }
+        let scores = scores(ground, &trials);
+        let mut order: Vec<usize> = (0..trials.len()).collect();
+        order.sort_by(|a, b| scores[*b].gain.total_cmp(&scores[*a].gain));
+        let tests = number_of_tests(&trials);
+        Field { trials, unseen, scores, order, tests, critical: critical_gain(tests) }
     }
-    let scores = scores(ground, &trials);
-    let tests = number_of_tests(&trials);
-    let mut order: Vec<usize> = (0..trials.len()).collect();
-    order.sort_by(|a, b| scores[*b].gain.total_cmp(&scores[*a].gain));
-    let critical = critical_gain(tests);
-    // Costly trials were scored on an excerpt: their gains stand apart.
-    let pick = |costly: bool| -> Vec<usize> {
+
+    /// The most promising of the costly trials, or of the others. Costly trials were scored on an excerpt: their gains stand apart.
+    fn pick(&self, costly: bool) -> Vec<usize> {
+        let Field { trials, scores, .. } = self;
         let mut chosen: Vec<usize> = Vec::new();
         let mut best = 0.0;
-        for &k in order.iter().filter(|&&k| trials[k].is_costly() == costly) {
+        for &k in self.order.iter().filter(|&&k| trials[k].is_costly() == costly) {
             best = f64::max(best, scores[k].gain);
             let alike = |other: &&usize| trials[**other].card.id == trials[k].card.id && trials[**other].screened == trials[k].screened;
             let rough = !trials[k].absent || trials[k].screened != trials[k].fitted;
             let part = if rough { ROUGH_PART } else { FITTED_PART };
             let few = chosen.iter().filter(alike).count() < 1 + usize::from(costly || scores[k].gain > 0.6 * best);
             let worth = scores[k].gain > part * best || chosen.len() < FITTED_LEAST;
-            if scores[k].gain > critical && worth && few && chosen.len() < FITTED_MOST {
+            if scores[k].gain > self.critical && worth && few && chosen.len() < FITTED_MOST {
                 chosen.push(k);
             }
         }
         chosen
+    }
+
+    /// The best score of each effect that was not fitted, with its probability by chance.
+    fn only_screened(&self, fitted: &[Fitted]) -> Vec<(Trial, Score, f64)> {
+        let mut screened: Vec<(Trial, Score, f64)> = Vec::new();
+        for &k in &self.order {
+            let (trial, score) = (&self.trials[k], &self.scores[k]);
+            let known = fitted.iter().map(|f| &f.trial).chain(screened.iter().map(|(t, ..)| t)).any(|t| t.card.id == trial.card.id);
+            if !known {
+                let ln_p = (ln_chance(score.gain, score.free) + (self.tests as f64).ln()).min(0.0);
+                screened.push((trial.clone(), score.clone(), ln_p));
+            }
+        }
+        screened
+    }
+}
+
+/// Screens everything, fits the best few, judges them together.
+pub fn step(log: &Log, logs: &[Range<usize>], ground: &Ground) -> Step {
+    let short = if ground.misfit() > FAR_OFF { from_windows(log, ground) } else { None };
+    let (field, fitted) = match short {
+        // What short windows explain need not be looked for from where the model's own parameters have run away to.
+        Some((field, fitted)) if explained(&fitted) <= EXPLAINED => (field, fitted),
+        other => {
+            let field = Field::of(log, ground);
+            let fitted = along(ground, &field, other.map_or_else(Vec::new, |(_, fitted)| fitted));
+            (field, fitted)
+        }
     };
-    let (costly, cheap) = (pick(true), pick(false));
+    // Who may be the best: near to it in what it leaves, and in what it explains.
+    let best = least(&fitted);
+    let near = near(best, &ground.record).min(best + HALF * (ground.held.chi2 - best).max(0.0));
+    let mut fitted: Vec<Fitted> =
+        best_of_each(fitted).into_par_iter().map(|f| if f.cost <= near { f.finished(ground) } else { f }).collect();
+    judge(ground, logs, &mut fitted, field.tests);
+    Step { screened: field.only_screened(&fitted), fitted, unseen: field.unseen }
+}
+
+/// The best few of the field beside those that are `fitted` already, each fitted to the whole log.
+fn along(ground: &Ground, field: &Field, mut fitted: Vec<Fitted>) -> Vec<Fitted> {
+    let Field { trials, scores, .. } = field;
+    let cheap = field.pick(false);
     // Who promises most goes first: the others need not be followed to the end where they cannot reach it.
     let (first, others) = cheap.split_at(cheap.len().min(2));
-    let mut fitted = if ground.misfit() > FAR_OFF { from_windows(ground, &trials, critical) } else { Vec::new() };
     for list in [first, others] {
         let rival = least(&fitted);
         let more: Vec<Fitted> = list.par_iter().filter_map(|&k| fit(ground, &trials[k], &scores[k], rival)).collect();
         fitted.extend(more);
     }
     // What leaves nothing but noise with fewer parameters needs no shaft as a rival.
-    let explained = fitted.iter().map(|f| f.misfit).fold(f64::INFINITY, f64::min);
-    if explained > EXPLAINED {
-        let worth = worth_their_cost(ground, &trials, &scores, &costly, &fitted);
+    if explained(&fitted) > EXPLAINED {
+        let worth = worth_their_cost(ground, trials, scores, &field.pick(true), &fitted);
         let rival = least(&fitted);
         let more: Vec<Fitted> = worth.par_iter().filter_map(|(k, score)| fit(ground, &trials[*k], score, rival)).collect();
-        let without_play = more.iter().find_map(|f| shaft_alone(ground, &trials, f));
+        let without_play = more.iter().find_map(|f| shaft_alone(ground, trials, f));
         fitted.extend(more);
         fitted.extend(without_play);
     }
-    // Who may be the best: near to it in what it leaves, and in what it explains.
-    let best = least(&fitted);
-    let near = near(best, &ground.record).min(best + HALF * (ground.held.chi2 - best).max(0.0));
-    let mut fitted: Vec<Fitted> =
-        best_of_each(fitted).into_par_iter().map(|f| if f.cost <= near { f.finished(ground) } else { f }).collect();
-    judge(ground, logs, &mut fitted, tests);
-    let mut screened: Vec<(Trial, Score, f64)> = Vec::new();
-    for &k in &order {
-        let known =
-            fitted.iter().any(|f| f.trial.card.id == trials[k].card.id) || screened.iter().any(|(t, ..)| t.card.id == trials[k].card.id);
-        if !known {
-            let ln_p = (ln_chance(scores[k].gain, scores[k].free) + (tests as f64).ln()).min(0.0);
-            screened.push((trials[k].clone(), scores[k].clone(), ln_p));
-        }
-    }
-    Step { fitted, screened, unseen }
+    fitted
+}
+
+/// The least χ²/n that one of them leaves in its worst channel.
+fn explained(fitted: &[Fitted]) -> f64 {
+    fitted.iter().map(|f| f.misfit).fold(f64::INFINITY, f64::min)
 }
 
 /// The least χ² among them; infinite where there is none.
@@ -128,16 +172,14 @@ fn best_of_each(mut fitted: Vec<Fitted>) -> Vec<Fitted> {
     best
 }
 
-/// The best trials of short windows, fitted there and from there to the whole log.
-fn from_windows(ground: &Ground, trials: &[Trial], critical: f64) -> Vec<Fitted> {
-    let Some(short) = ground.in_windows() else { return Vec::new() };
-    let cheap: Vec<Trial> = trials.iter().filter(|t| !t.is_costly()).cloned().collect();
-    let scores = scores(&short, &cheap);
-    let mut order: Vec<usize> = (0..cheap.len()).filter(|&k| scores[k].gain > critical).collect();
-    order.sort_by(|a, b| scores[*b].gain.total_cmp(&scores[*a].gain));
+/// The best trials of short windows, fitted there and from there to the whole log; `None` where there are too few windows.
+fn from_windows(log: &Log, ground: &Ground) -> Option<(Field, Vec<Fitted>)> {
+    let short = ground.in_windows()?;
+    let field = Field::of(log, &short);
+    let Field { trials, scores, .. } = &field;
     let mut chosen: Vec<usize> = Vec::new();
-    for k in order {
-        let alike = chosen.iter().filter(|&&other| cheap[other].card.id == cheap[k].card.id).count();
+    for &k in field.order.iter().filter(|&&k| scores[k].gain > field.critical && !trials[k].is_costly()) {
+        let alike = chosen.iter().filter(|&&other| trials[other].card.id == trials[k].card.id).count();
         if chosen.len() < FROM_WINDOWS && alike < 2 {
             chosen.push(k);
         }
@@ -145,7 +187,7 @@ fn from_windows(ground: &Ground, trials: &[Trial], critical: f64) -> Vec<Fitted>
     let mut tried: Vec<Fitted> = Vec::new();
     for few in chosen.chunks(2) {
         let rival = least(&tried);
-        tried.extend(few.par_iter().filter_map(|&k| fit(&short, &cheap[k], &scores[k], rival)).collect::<Vec<_>>());
+        tried.extend(few.par_iter().filter_map(|&k| fit(&short, &trials[k], &scores[k], rival)).collect::<Vec<_>>());
     }
     // Who leaves twice as much as the best even there has no prospect along the whole log.
     let prospect = within(LIKELY, least(&tried), &short.record);
@@ -157,7 +199,7 @@ fn from_windows(ground: &Ground, trials: &[Trial], critical: f64) -> Vec<Fitted>
         let few: Vec<Fitted> = tried.drain(..tried.len().min(2)).collect();
         fitted.extend(few.into_par_iter().filter_map(|f| f.along(ground, rival)).collect::<Vec<_>>());
     }
-    fitted
+    Some((field, fitted))
 }
 
 /// A shaft whose play has closed, fitted without it.
