@@ -195,6 +195,12 @@ fn see(outcome: &mut Outcome, explanation: &Explanation, log: &Log, known: &Know
     }
 }
 
+/// By how much the phase of an eccentric disc differs where the angle is counted from its own index, which the disc shows at e sin φ.
+fn index_shift(truth: &Model) -> f64 {
+    let value = |name: &str| truth.value(name).unwrap_or(0.0);
+    value("eccentricity_order") * value("eccentricity_rad") * value("eccentricity_phase_rad").sin()
+}
+
 /// Fitted minus true, in standard errors, of the free parameters of rightly added effects, if everything that was added is right.
 fn deviations(explanation: &Explanation, known: &Known) -> Vec<(String, f64)> {
     let Some(truth) = &known.truth else { return Vec::new() };
@@ -209,6 +215,9 @@ fn deviations(explanation: &Explanation, known: &Known) -> Vec<(String, f64)> {
             let fitted = last.parameters.iter().find(|e| e.name == p.name && e.sigma > 0.0);
             if let (Some(fitted), Some(value)) = (fitted, truth.value(p.name)) {
                 let mut off = fitted.value - value;
+                if p.name == "eccentricity_phase_rad" {
+                    off -= index_shift(truth);
+                }
                 if p.kind == effects::Kind::Phase {
                     off -= std::f64::consts::TAU * (off / std::f64::consts::TAU).round();
                 }
