@@ -31,8 +31,6 @@ pub struct Edges {
     pub counts: i32,
     /// The boundary between counts that was crossed last.
     pub boundary: i32,
-    /// From the boundary to where the platform is by now, counts, −1 … 1.
-    pub part: f32,
     /// Rate over the span, counts per timer step; 0 where it is not known.
     per_step: f32,
     /// Timer steps to the next edge at this rate.
@@ -46,10 +44,12 @@ pub struct Edges {
 }
 
 impl Edges {
-    /// Begins at this count, within half a wrap of zero, with no edge known; `now` is the time of the tick before.
+    /// Begins once, at this count, within half a wrap of zero, with no edge known; `now` is the time of the tick before.
     pub fn begin(&mut self, count: EncoderCount, now: u32) {
         let counts = i32::from(count.since(EncoderCount(0)));
-        *self = Self { counts, boundary: counts, way: UNKNOWN, ..Self::default() };
+        self.counts = counts;
+        self.boundary = counts;
+        self.way = UNKNOWN;
         self.edges = [Edge { at: now, boundary: counts }; SPAN];
     }
 
@@ -58,12 +58,11 @@ impl Edges {
         self.age = self.age.wrapping_add(steps);
     }
 
-    /// One tick further, number `tick`, `period` timer steps; returns by how many counts the last boundary moved.
+    /// One tick further, number `tick`, `period` timer steps.
     #[inline]
-    pub fn take(&mut self, count: EncoderCount, age: u32, tick: u32, period: u32) -> i32 {
+    pub fn take(&mut self, count: EncoderCount, age: u32, tick: u32, period: u32) {
         self.age = self.age.wrapping_add(period);
         let step = i32::from(count.since(EncoderCount(self.counts as u16)));
-        let before = self.boundary;
         if step != 0 {
             self.counts = self.counts.wrapping_add(step);
             self.age = age;
@@ -74,8 +73,12 @@ impl Edges {
                 self.turn(way, tick.wrapping_mul(period));
             }
         }
-        self.part = self.age.min(self.reach) as i32 as f32 * self.per_step;
-        self.boundary.wrapping_sub(before)
+    }
+
+    /// From the boundary to where the platform is by now, counts, −1 … 1.
+    #[inline]
+    pub fn part(&self) -> f32 {
+        self.age.min(self.reach) as i32 as f32 * self.per_step
     }
 
     /// The first edge of a new direction; `now` in timer steps, wrapping.
@@ -227,7 +230,7 @@ mod tests {
             follow((20.0 / f64::abs(rate) * 1e4) as u32 + 400, at, |n, edges| {
                 let t = f64::from(n) * 1e-4;
                 if f64::abs(at(t) - at(0.0)) > 6.0 && n > 25 {
-                    worst = worst.max((f64::from(edges.boundary) + f64::from(edges.part) - at(t)).abs());
+                    worst = worst.max((f64::from(edges.boundary) + f64::from(edges.part()) - at(t)).abs());
                 }
             });
             assert!(worst < 0.01, "{rate}: {worst}");

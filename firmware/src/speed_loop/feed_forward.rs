@@ -2,7 +2,7 @@
 //!
 //! In: the commanded rate, the estimated rate, the encoder and what its index captured. Out: compare counts that are added to what the
 //! regulator asks. Torque becomes duty through R/K. The angle is the one that the torque will meet: the duty acts on the mean in the
-//! middle of its tick, and the winding is L/R late. At 720 °/s and order 14, those 0.15 ms are 0.03 rad.
+//! middle of its two ticks, and the winding is L/R late. At 720 °/s and order 14, those 0.2 ms are 0.04 rad.
 //!
 //! Harmonics act once the index was seen, and come in over a tenth of a second, so that the voltage does not jump. If the index fails to
 //! come for more than a turn (a wire off), they go out again, and a status says so.
@@ -16,12 +16,14 @@ use core::f64::consts::TAU;
 const TURN: f64 = 4_294_967_296.0;
 /// Half of it.
 const HALF_TURN: f32 = 2_147_483_648.0;
-/// From the beginning of a tick to the middle of it, in which its duty acts on the mean.
-const TO_THE_MIDDLE_TICKS: f64 = 0.5;
+/// From the tick from which on a duty acts to the middle of its time, in which it acts on the mean.
+const TO_THE_MIDDLE_TICKS: f64 = 0.5 * super::BEAT as f64;
 /// What the harmonics' share gains in a millisecond: from nothing to all in 0.1 s.
 const COMING_IN: f32 = 0.01;
 /// A radian and a half in ten ticks, 2⁻³² turn per tick.
 const FASTEST: f32 = 0.15 / core::f32::consts::TAU * 4_294_967_296.0;
+/// What makes a half wave of the first parabola.
+const ROUGH: f32 = 4.0 / HALF_TURN / HALF_TURN;
 /// Harmonics that are worked out in one tick.
 const GROUP: usize = 2;
 /// Added to a float below 2²², it leaves the nearest whole number in the low bits.
@@ -98,7 +100,7 @@ impl Learnt {
         f32::from_bits(self.0[2])
     }
 
-    /// From the beginning of the tick in which it acts to its torque, ticks.
+    /// From the tick from which on it acts to its torque, ticks.
     #[inline]
     fn lead(&self) -> f32 {
         f32::from_bits(self.0[3])
@@ -262,7 +264,7 @@ impl FeedForward {
     }
 
     /// Adds the harmonics of one [`GROUP`] as they will be where [`FeedForward::aim`] says.
-    #[inline(always)]
+    #[inline(never)]
     pub fn add(&mut self, group: usize) {
         let Some([first, second]) = self.learnt().waves().as_chunks::<GROUP>().0.get(group) else { return };
         // What is not there has the order 0.
@@ -331,10 +333,10 @@ fn whole(x: f32) -> u32 {
 /// Two parabolas, the second through what the first is off: micromath's, without its reduction of an angle that is reduced by itself here.
 #[inline(always)]
 fn sine(phase: u32) -> f32 {
-    // Half turns, −1 … 1, are 2⁻³¹ of it.
+    // Half turns, −1 … 1, are 2⁻³¹ of it; what they are scaled by is in the constants.
     let x = (phase as i32) as f32;
-    let rough = x * (4.0 / HALF_TURN) * (1.0 - x.abs() * (1.0 / HALF_TURN));
-    rough * (0.775 + 0.225 * rough.abs())
+    let rough = x * (HALF_TURN - x.abs());
+    rough * (0.775 * ROUGH + 0.225 * ROUGH * ROUGH * rough.abs())
 }
 
 /// Order and rate, counts per tick, whose product is no wave within a millisecond any more.
@@ -379,8 +381,8 @@ mod tests {
 
     #[test]
     fn the_duty_is_the_opposite_of_the_torque_at_the_angle_that_it_will_meet() {
-        // 0.238 mH over 2.32 Ω, in ticks of 0.1 ms.
-        let (lead_ticks, rate) = (0.5 + 2.38 / 2.32, 4.0_f32);
+        // Half of two ticks, and 0.238 mH over 2.32 Ω in ticks of 0.1 ms.
+        let (lead_ticks, rate) = (1.0 + 2.38 / 2.32, 4.0_f32);
         for counts in (-24_000..24_000).step_by(313) {
             for (part, ahead) in [(0.5_f32, 1.0_f32), (0.1, 20.0)] {
                 let duty = worked_out(counts, part, rate, ahead);

@@ -141,6 +141,9 @@ impl Guard {
     #[cold]
     #[inline(never)]
     fn out_of_bounds(&mut self, t: &Thresholds, sensed: &Sensed) {
+        if self.fault != Fault::None {
+            return;
+        }
         let tick = sensed.tick as u32;
         if sensed.stop {
             self.trip(Fault::EmergencyStop, tick);

@@ -1,7 +1,7 @@
 //! The timer interrupt: the law between its hardware and its mailboxes.
 //!
-//! Once in a millisecond each: a report out (slot 0), a part of a lesson in (slot 1; the whole of it acts from slot 6 on), orders in (slots 5 and
-//! 6; who orders for the next whole millisecond comes in time). An emergency stop does not wait for them: it is sensed in each tick.
+//! Once in a millisecond each: a report out (slot 0), a part of a lesson in (slot 1; the whole of it acts from slot 7 on), orders in (slots 5 and
+//! 8; who orders for the next whole millisecond comes in time). An emergency stop does not wait for them: it is sensed in each tick.
 
 use super::{LEARNT_WORDS, Learnt, ORDER_WORDS, Order, REPORT_WORDS, Report, SpeedLoop, Tuning};
 use crate::board::{Sensed, TickIo};
@@ -73,18 +73,20 @@ impl<'a> Interrupt<'a> {
         }
         let slot = self.speed_loop.slot();
         match slot {
-            0 => self.reports.post_by(|cells| self.speed_loop.report_to(cells)),
+            0 => {
+                self.speed_loop.measure();
+                self.reports.post_by(|cells| self.speed_loop.report_to(cells));
+            }
             9 => self.take_tuning(),
             _ => {
-                if slot == 6 && self.lesson_waits {
-                    self.lesson_waits = false;
-                    self.speed_loop.learn_lesson();
-                }
                 self.speed_loop.in_turn(&sensed);
                 match slot {
                     1 => self.listen(),
-                    4 => self.look_at_record(&sensed),
-                    5 | 6 => self.take_order(&sensed),
+                    5 | 8 => self.take_order(&sensed),
+                    7 => {
+                        self.look_at_record(&sensed);
+                        self.take_lesson();
+                    }
                     _ => {}
                 }
             }
@@ -130,6 +132,15 @@ impl<'a> Interrupt<'a> {
     fn look_at_record(&mut self, sensed: &Sensed) {
         if let Some(recorder) = &mut self.recorder {
             recorder.look(sensed.tick as u32, self.speed_loop.fault());
+        }
+    }
+
+    /// A lesson that is whole acts from now on.
+    #[inline]
+    fn take_lesson(&mut self) {
+        if self.lesson_waits {
+            self.lesson_waits = false;
+            self.speed_loop.learn_lesson();
         }
     }
 

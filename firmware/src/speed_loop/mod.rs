@@ -5,12 +5,16 @@
 //! integrated position ramp with a PI on top and back-EMF, inertia and what was learnt ([`crate::compensation`]) fed forward, position as
 //! such a ramp to an angle. Limits (current, voltage, acceleration, slip) are statuses; what switches off latches until it is cleared (`guard.rs`).
 //!
-//! Timing: what tick n computes acts during [n+1, n+2). So a segment that starts at tick s is worked out at tick s−1
-//! and is on the motor from exactly tick s on. The report of tick n sums what has acted up to n.
+//! Timing: what tick n computes acts from tick n+1 on. In each tick edges are counted, what switches off at once is judged, and a sample is
+//! recorded; the law itself is worked out in every second one ([`BEAT`]), at 5 kHz, some hundred times the drive's bandwidth, and its duty
+//! stands for two ticks. A segment that starts at tick s is on the motor from exactly tick s on, though s−1 be a tick between. The report
+//! of tick n sums what has acted up to n.
 //!
-//! A tick is a tenth of a millisecond, and what may take a millisecond is done in one of its ten *slots*, so that each tick stays short:
-//! slot 0 reports, 1 and 2 judge what takes time to judge (and 1 takes lessons), 3 measures the rate by the edges, 4 looks after the record, 5 and 6 take orders, 7 leads
-//! the ramp, 8 lays it out for the next millisecond, 9 takes that over; harmonics are worked out between. Slots are numbered from the board's whole milliseconds, in which the log's rows begin, too.
+//! A tick is a tenth of a millisecond, and what may take a millisecond is done in one of its ten *slots*, so that each tick stays short. They
+//! are numbered from the board's whole milliseconds, in which the log's rows begin, too. The law has the odd ones, so that it acts from whole
+//! milliseconds on, and the even ones have what is long: 0 measures the rate by the edges and reports, 2 judges what takes time to judge and sees where
+//! the harmonics will be, 4 and 8 work them out, 6 leads the ramp, 8 lays it out for the next millisecond. Beside the law 1 takes lessons, 1 and 3 look for
+//! the rate that leads to an angle, 5 takes orders, and 8 what came late, 7 looks after the record, 9 takes the next millisecond over.
 //!
 //! Promises: no panic, no wait, no double-precision call.
 
@@ -47,12 +51,12 @@ use ramp::Ramp;
 use rate_estimate::RateEstimate;
 use report::state_word;
 
+/// Ticks from one decision to the next; the odd slots decide.
+const BEAT: u32 = 2;
 /// Slots in a millisecond.
 const SLOTS: u32 = CONTROL_PER_ROW as u32;
 /// The slot that sees where the harmonics will be.
 const AIM: u32 = 2;
-/// The slot that leads the ramp; from here on those have little to do that follow none.
-const LEAD: u32 = 7;
 /// The slot that takes the next millisecond over.
 const LAST: u32 = SLOTS - 1;
 
@@ -64,6 +68,8 @@ pub struct SpeedLoop {
     /// The tick's place in its millisecond.
     slot: u32,
     edges: Edges,
+    /// From the last boundary to where the platform was at the last decision, counts.
+    part: f32,
     estimate: RateEstimate,
     ramp: Ramp,
     feed_forward: FeedForward,
@@ -74,6 +80,8 @@ pub struct SpeedLoop {
     waits: bool,
     /// What it said of faults.
     of_faults: u32,
+    /// What was decided on last, for a record.
+    command: i32,
     /// What the bridge does during the tick that runs now; from the end of the interrupt on, what it does from the next tick on.
     pending: i16,
     /// Sum of all that was ever pending.
@@ -81,13 +89,16 @@ pub struct SpeedLoop {
     /// Limits in force within this millisecond.
     limits: Limits,
     limited_ms: [u32; Limits::COUNT],
+    /// What may be asked for within this millisecond without a look at the limits, compare counts.
+    free_duty: f32,
     /// Rounding of the duty that is still owed, compare counts.
     owed: f32,
     /// What the rate at the end of this millisecond needs, compare counts.
     needed: f32,
     began: bool,
-    /// An angle is approached in this millisecond, and the rate that leads to it, 2⁻³² counts per tick.
+    /// An angle is approached in this millisecond; how far it is, counts, and the rate that leads to it, 2⁻³² counts per tick.
     approaches: bool,
+    distance: f32,
     way: i64,
 }
 
@@ -96,7 +107,7 @@ pub struct SpeedLoop {
 struct Active {
     mode: Mode,
     zero: Zero,
-    /// Value at the tick for which output is computed next, and what it gains in each, until nothing is left.
+    /// Value at the tick for which output is computed next, and what it gains in a tick, until nothing is left.
     value: i64,
     slope: i64,
     left: u32,
@@ -114,6 +125,7 @@ impl SpeedLoop {
             tick: u64::MAX - 1,
             slot: 0,
             edges: Edges::default(),
+            part: 0.0,
             estimate: RateEstimate::default(),
             ramp: Ramp::default(),
             guard: Guard::default(),
@@ -121,14 +133,17 @@ impl SpeedLoop {
             ordered: [0; ORDER_WORDS],
             waits: false,
             of_faults: 0,
+            command: 0,
             pending: 0,
             duty_sum: 0,
             limits: Limits::default(),
             limited_ms: [0; Limits::COUNT],
+            free_duty: 0.0,
             owed: 0.0,
             needed: 0.0,
             began: false,
             approaches: false,
+            distance: 0.0,
             way: 0,
         }
     }
@@ -188,10 +203,10 @@ impl SpeedLoop {
         (self.guard.fault, self.guard.at)
     }
 
-    /// What is regulated, for a record: the rate command, 2⁻¹⁶ counts per tick, or the voltage asked for, 2⁻¹⁶ compare counts.
+    /// What is regulated, for a record, as it was decided last: the rate command, 2⁻¹⁶ counts per tick, or the voltage asked for, 2⁻¹⁶ compare counts.
     #[inline]
     pub fn command(&self) -> i32 {
-        if self.active.mode.follows() { self.ramp.rate_16() } else { (self.active.value >> 16) as i32 }
+        self.command
     }
 
     /// What the bridge does from the next tick on, compare counts; to be asked for after [`SpeedLoop::decide`].
@@ -204,6 +219,9 @@ impl SpeedLoop {
     #[inline]
     pub fn tick(&mut self, sensed: &Sensed, order: Option<&Order>) -> Drive {
         self.look(sensed);
+        if self.slot == 0 {
+            self.measure();
+        }
         self.in_turn(sensed);
         if let Some(order) = order {
             self.order(order, sensed);
@@ -220,8 +238,11 @@ impl SpeedLoop {
             self.out_of_step(sensed);
         }
         self.tick = sensed.tick;
-        let moved = self.edges.take(sensed.encoder, sensed.edge_age, tick, self.config.period);
-        self.estimate.update(&self.config.tracking, moved, self.edges.part);
+        self.edges.take(sensed.encoder, sensed.edge_age, tick, self.config.period);
+        if self.decides() {
+            self.part = self.edges.part();
+            self.estimate.update(&self.config.tracking, self.edges.boundary, self.part);
+        }
         self.guard.fast(&self.config.thresholds, sensed);
     }
 
@@ -242,6 +263,7 @@ impl SpeedLoop {
         } else {
             self.began = true;
             self.edges.begin(sensed.encoder, (sensed.tick as u32).wrapping_sub(1).wrapping_mul(self.config.period));
+            self.estimate.begin(self.edges.boundary);
         }
     }
 
@@ -285,6 +307,7 @@ impl SpeedLoop {
             // A cleared fault starts from rest in its mode, not from where the command has got to.
             self.active.mode = Mode::Off;
             self.active.value = 0;
+            self.command = 0;
             self.active.left = 0;
         }
         self.of_faults = of_faults;
@@ -341,71 +364,93 @@ impl SpeedLoop {
         put(in_f, *f);
     }
 
+    /// In slot 0, before its report: the rate by the edges.
+    #[inline]
+    pub fn measure(&mut self) {
+        self.edges.measure((self.tick as u32).wrapping_mul(self.config.period));
+    }
+
     /// What is done once in a millisecond, in its slot.
     #[inline(always)]
     pub fn in_turn(&mut self, sensed: &Sensed) {
         let tick = sensed.tick as u32;
-        let mut harmonics = None;
         match self.slot {
-            1 => self.guard.turning(&self.config.thresholds, &self.guarded(sensed), tick),
-            AIM => {
-                self.guard.supply(&self.config.thresholds, &self.guarded(sensed), self.estimate.rate, tick);
-                self.aim();
+            1 => {
                 self.approaches = self.active.mode == Mode::Position;
                 if self.approaches {
-                    harmonics = Some(3);
+                    self.distance = self.distance();
                 }
             }
-            3 => {
-                self.edges.measure(tick.wrapping_mul(self.config.period));
-                harmonics = Some(0);
+            AIM => {
+                let look = self.guarded(sensed);
+                self.guard.turning(&self.config.thresholds, &look, tick);
+                self.guard.supply(&self.config.thresholds, &look, self.estimate.rate, tick);
+                self.look_for_room();
+                self.aim();
             }
+            3 if self.approaches => self.way = self.approach(),
             4 => {
-                self.feed_forward.from_index.check(self.edges.counts, self.config.index_lost);
-                harmonics = Some(1);
+                self.feed_forward.add(0);
+                self.feed_forward.add(1);
+                self.feed_forward.add(2);
             }
-            5 => harmonics = Some(2),
-            6 if self.approaches => self.way = self.approach(),
-            6 => harmonics = Some(3),
-            LEAD => self.lead(),
-            8 => self.plan(),
+            6 => {
+                self.feed_forward.from_index.check(self.edges.counts, self.config.index_lost);
+                self.lead();
+            }
+            8 => {
+                self.feed_forward.add(3);
+                self.plan();
+            }
             _ => {}
-        }
-        // In one place, so that it is written out once.
-        if let Some(group) = harmonics {
-            self.feed_forward.add(group);
         }
     }
 
     /// The tick's second half: what to do about it.
     #[inline]
     pub fn decide(&mut self) -> Drive {
-        let soon = (self.tick as u32).wrapping_add(1);
+        let tick = self.tick as u32;
         let [start_tick, ..] = self.ordered;
-        if self.waits && start_tick.wrapping_sub(soon) as i32 <= 0 {
-            self.switch_segment(soon);
+        let (mut decides, mut begins) = (self.decides(), false);
+        if self.waits && start_tick.wrapping_sub(tick) as i32 <= 1 {
+            begins = self.switch_segment(tick.wrapping_add(1));
+            // A voltage is on the motor from exactly its tick on.
+            decides |= begins || !self.active.mode.follows();
         }
-        let on = self.guard.fault == Fault::None;
-        let (asked, owed) = match self.active.mode {
-            Mode::Rate | Mode::Position if on => (self.follow(), self.owed),
-            Mode::Voltage if on => (self.voltage(), 0.0),
-            _ => {
-                self.pending = 0;
-                return Drive::Off;
-            }
-        };
-        let held = self.limit(asked) + owed;
-        // What rounding takes now is given later, where a rate is held: the mean duty is finer than a compare count.
-        let shifted = held + ROUND;
-        self.owed = held - (shifted - ROUND);
-        let duty = shifted.to_bits().wrapping_sub(ROUND.to_bits()) as i16;
-        self.pending = duty;
-        self.duty_sum = self.duty_sum.wrapping_add(i32::from(duty));
-        Drive::Duty(duty)
+        if self.guard.fault != Fault::None || self.active.mode == Mode::Off {
+            self.pending = 0;
+            return Drive::Off;
+        }
+        if decides {
+            let (asked, owed) = match self.active.mode {
+                _ if begins => (self.needed, 0.0),
+                Mode::Voltage => (self.voltage(), 0.0),
+                _ => (self.follow(), self.owed),
+            };
+            let held = self.limit(asked) + owed;
+            // What rounding takes now is given later, where a rate is held: the mean duty is finer than a compare count.
+            let shifted = held + ROUND;
+            self.owed = held - (shifted - ROUND);
+            self.pending = shifted.to_bits().wrapping_sub(ROUND.to_bits()) as i16;
+        }
+        self.duty_sum = self.duty_sum.wrapping_add(i32::from(self.pending));
+        Drive::Duty(self.pending)
     }
 }
 
 impl SpeedLoop {
+    /// Whether the law is worked out in this tick; a tick between keeps what it has decided.
+    #[inline]
+    fn decides(&self) -> bool {
+        self.slot % BEAT != 0
+    }
+
+    /// Ticks from this one to the next in which the law is worked out.
+    #[inline]
+    fn until_next(&self) -> u32 {
+        if self.decides() { BEAT } else { 1 }
+    }
+
     #[inline]
     fn guarded(&self, sensed: &Sensed) -> Look {
         Look {
@@ -423,7 +468,7 @@ impl SpeedLoop {
     fn aim(&mut self) {
         const AHEAD: f32 = (2 * SLOTS - AIM) as f32;
         let (edges, rate, config) = (&self.edges, self.estimate.rate, &self.config);
-        self.feed_forward.aim(edges.boundary, edges.part, rate, AHEAD, config.angle_per_count, config.fastest_wave);
+        self.feed_forward.aim(edges.boundary, edges.part(), rate, AHEAD, config.angle_per_count, config.fastest_wave);
     }
 }
 

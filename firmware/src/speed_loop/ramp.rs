@@ -1,28 +1,32 @@
 //! The command as an integrated position, in integers: the mean rate is as good as the crystal.
 //!
 //! In, once in a millisecond: the rate to be reached at the end of it, which it reaches a millisecond later. That millisecond is laid out
-//! ahead of its beginning, and taken over in a few instructions when it begins. Out, in each tick: position and rate command, both fixed point
+//! ahead of its beginning, and taken over in a few instructions when it begins. Out, at each decision: position and rate command, both fixed point
 //! (2⁻³² counts, 2⁻³² counts per tick; the position's whole counts wrap with the counter's). The rate follows its target under the
 //! acceleration limit and is then averaged over the last [`SMOOTHED`] milliseconds, so that acceleration, and with it the voltage, rises
 //! in small steps, at the beginnings of the log's rows and nowhere else. Within a millisecond the rate goes straight and the position is
-//! its exact trapezoid. When the measured position falls behind by more than the slip, the ramp is pulled along and says so.
+//! its exact trapezoid. When the measured position is behind by more than the slip at a millisecond's beginning, the ramp is pulled along and says so.
+
+use super::{BEAT, SLOTS};
 
 /// Milliseconds over which the rate command is averaged: the time in which the acceleration rises to its limit.
 pub const SMOOTHED: usize = 1 << SMOOTHED_SHIFT;
 const SMOOTHED_SHIFT: u32 = 5;
-/// Ticks in a millisecond.
-const TICKS: f32 = 10.0;
+/// Decisions in a millisecond.
+const BEATS: f32 = (SLOTS / BEAT) as f32;
+/// What the position gains between two decisions: twice the rate and, of the rate's gain in a tick, twice; four times that more with each.
+const _: () = assert!(BEAT == 2);
 
 /// A millisecond of the ramp, from its beginning on.
 #[derive(Clone, Copy, Debug, Default)]
 struct Piece {
-    /// What the position gains in the present tick, 2⁻³² counts.
+    /// What the position gains from this decision's tick to the next one's, 2⁻³² counts.
     advance: i64,
-    /// What that gains in each tick of this millisecond.
+    /// What that gains with each decision of this millisecond.
     slope: i64,
-    /// Half of that, 2⁻¹⁶ counts.
-    half_slope_16: i32,
-    /// What of the answer does not depend on what is measured, compare counts, and what that gains in each tick.
+    /// A quarter of that, which is what the rate gains in a tick, 2⁻¹⁶ counts per tick.
+    gain_16: i32,
+    /// What of the answer does not depend on what is measured, compare counts, and what that gains with each decision.
     feed: f32,
     feed_step: f32,
 }
@@ -33,13 +37,13 @@ impl Piece {
     fn become_like(&mut self, other: &Self) {
         self.advance = other.advance;
         self.slope = other.slope;
-        self.half_slope_16 = other.half_slope_16;
+        self.gain_16 = other.gain_16;
         self.feed = other.feed;
         self.feed_step = other.feed_step;
     }
 }
 
-/// Where the ramp is at the present tick.
+/// Where the ramp is in the tick from which on the last decision acts.
 #[derive(Clone, Copy, Debug)]
 pub struct Ramp {
     /// Position command, 2⁻³² counts.
@@ -84,8 +88,9 @@ impl Ramp {
     pub fn anchor(&mut self, position: i64, rate_counts_tick: f32, feed: f32) {
         // Two integer halves: a 64-bit conversion is a library call on the chip.
         let rate = i64::from((rate_counts_tick * 16_777_216.0) as i32) << 8;
-        self.position = position;
-        let steady = Piece { advance: rate, slope: 0, half_slope_16: 0, feed, feed_step: 0.0 };
+        // In the tick after the decision.
+        self.position = position.wrapping_add(rate);
+        let steady = Piece { advance: rate << 1, slope: 0, gain_16: 0, feed, feed_step: 0.0 };
         self.now.become_like(&steady);
         // Where it starts between the laying out of a millisecond and its beginning.
         self.next.become_like(&steady);
@@ -98,16 +103,16 @@ impl Ramp {
         self.filled = 0;
     }
 
-    /// Rate command at the present tick, 2⁻³² counts per tick.
+    /// Rate command, 2⁻³² counts per tick.
     #[inline]
     pub fn rate(&self) -> i64 {
-        self.now.advance.wrapping_sub(self.now.slope >> 1)
+        self.now.advance.wrapping_sub(self.now.slope >> 1) >> 1
     }
 
     /// The same in 2⁻¹⁶ counts per tick, to two units.
     #[inline]
     pub fn rate_16(&self) -> i32 {
-        ((self.now.advance >> 16) as i32).wrapping_sub(self.now.half_slope_16)
+        ((self.now.advance >> 17) as i32).wrapping_sub(self.now.gain_16)
     }
 
     /// What of the answer does not depend on what is measured, compare counts.
@@ -122,7 +127,7 @@ impl Ramp {
         (self.straight, self.straight_position)
     }
 
-    /// One tick further; where a millisecond `begins` with it, that is taken over.
+    /// A decision further; where a millisecond `begins` with it, that is taken over.
     #[inline]
     pub fn step(&mut self, begins: bool) {
         self.position = self.position.wrapping_add(self.now.advance);
@@ -139,12 +144,14 @@ impl Ramp {
     #[inline]
     pub fn ahead(&mut self, target: i64, acceleration: i64) -> bool {
         let wanted = target.wrapping_sub(self.straight);
-        let step = within(wanted, acceleration);
+        // One comparison for both sides.
+        let held_back = wanted.wrapping_add(acceleration) as u64 > (acceleration as u64) << 1;
+        let step = if held_back { along(wanted, acceleration) } else { wanted };
         let before = self.straight;
         self.straight = before.wrapping_add(step);
         // Ten ticks at the mean of both ends, in 2⁻³² counts.
         let mean = before.wrapping_add(step >> 1);
-        self.straight_position = self.straight_position.wrapping_add(mean.wrapping_add(mean << 2) << 1);
+        self.straight_position = self.straight_position.wrapping_add(mean.wrapping_mul(i64::from(SLOTS)));
         if let Some(oldest) = self.past.get_mut(self.filled & (SMOOTHED - 1)) {
             let leaves = if self.filled < SMOOTHED { self.anchored } else { *oldest };
             self.sum = self.sum.wrapping_sub(leaves).wrapping_add(self.straight);
@@ -152,7 +159,7 @@ impl Ramp {
         }
         // From here on round and round, and never through zero.
         self.filled = if self.filled >= 2 * SMOOTHED - 1 { SMOOTHED } else { self.filled.wrapping_add(1) };
-        step != wanted
+        held_back
     }
 
     /// Lays out the next millisecond. Returns the rates at its ends; [`Ramp::feed_forward`] follows.
@@ -160,10 +167,10 @@ impl Ramp {
     pub fn plan(&mut self) -> (f32, f32) {
         let start = self.end;
         self.end = self.sum >> SMOOTHED_SHIFT;
-        self.next.slope = tenth(self.end.wrapping_sub(start));
-        let half = self.next.slope >> 1;
-        self.next.half_slope_16 = (half >> 16) as i32;
-        self.next.advance = start.wrapping_add(half);
+        let gain = tenth(self.end.wrapping_sub(start));
+        self.next.slope = gain << 2;
+        self.next.gain_16 = (gain >> 16) as i32;
+        self.next.advance = start.wrapping_add(gain) << 1;
         let (from, to) = (self.end_f32, fixed_to_f32(self.end));
         self.end_f32 = to;
         (from, to)
@@ -172,38 +179,43 @@ impl Ramp {
     /// What is fed forward in the next millisecond, from its beginning to its end, compare counts.
     #[inline]
     pub fn feed_forward(&mut self, from: f32, to: f32) {
-        self.next.feed_step = (to - from) * (1.0 / TICKS);
+        self.next.feed_step = (to - from) * (1.0 / BEATS);
         self.next.feed = from;
     }
 
-    /// Position command minus measured position, 2⁻¹⁶ counts; slips if that is `slip` whole counts or more, and says so.
+    /// Position command minus measured position, 2⁻¹⁶ counts.
     #[inline]
-    pub fn error(&mut self, counts: i32, slip: i32) -> (i32, bool) {
-        let whole = ((self.position >> 32) as i32).wrapping_sub(counts);
-        let fine = |position: i64, whole: i32| (whole << 16) | (position as u32 >> 16) as i32;
-        // One comparison for both sides.
-        if whole.wrapping_add(slip) as u32 >= (slip as u32) << 1 {
-            return (fine(self.position, self.slip(whole, slip)), true);
-        }
-        (fine(self.position, whole), false)
+    pub fn error(&self, counts: i32) -> i32 {
+        ((self.position >> 16) as i32).wrapping_sub(counts << 16)
     }
 
-    /// Pulls the ramp along, to `slip` counts before or behind; returns how many are left.
+    /// Slips if the position command is `slip` whole counts or more off the measured position, and says so.
+    #[inline]
+    pub fn slips(&mut self, counts: i32, slip: i32) -> bool {
+        let whole = ((self.position >> 32) as i32).wrapping_sub(counts);
+        // One comparison for both sides.
+        let slips = whole.wrapping_add(slip) as u32 >= (slip as u32) << 1;
+        if slips {
+            self.slip(whole, slip);
+        }
+        slips
+    }
+
+    /// Pulls the ramp along, to `slip` counts before or behind.
     #[cold]
     #[inline(never)]
-    fn slip(&mut self, whole: i32, slip: i32) -> i32 {
+    fn slip(&mut self, whole: i32, slip: i32) {
         let held = if whole > 0 { slip.wrapping_sub(1) } else { slip.wrapping_neg() };
         let pulled = i64::from(whole.wrapping_sub(held)) << 32;
         self.position = self.position.wrapping_sub(pulled);
         self.straight_position = self.straight_position.wrapping_sub(pulled);
-        held
     }
 }
 
-/// `value` held within ± `limit`. (`clamp` panics where its bounds are swapped, and so has no place in the tick.)
+/// `limit` in the direction of `value`.
 #[inline]
-fn within(value: i64, limit: i64) -> i64 {
-    value.min(limit).max(limit.wrapping_neg())
+fn along(value: i64, limit: i64) -> i64 {
+    if value < 0 { limit.wrapping_neg() } else { limit }
 }
 
 /// A tenth, to 2⁻³¹ of it, without a 64-bit division.

@@ -1,30 +1,40 @@
 //! The rate that is regulated: a tracking filter of third order with three equal poles.
 //!
-//! In, in each tick: the last boundary between counts and the part of a count since then ([`super::edges`]). Out: rate in counts per tick and acceleration in
+//! In, at each decision: the last boundary between counts and the part of a count since then ([`super::edges`]). Out: rate in counts per tick and acceleration in
 //! counts per tick². Its delay is the same at all rates, which a rate taken over edges cannot promise: at 1 °/s they are 18 ms apart,
 //! and the loop's poles lie at 40 rad/s. No lag at constant rate or acceleration. The filter's position counts from the boundary that the
 //! platform has passed last, so single precision is enough for ever.
 //! Source of the gains: the critically damped g-h-k filter, E. Brookner, Tracking and Kalman Filtering Made Easy, §1.4.
 
+use super::BEAT;
+
 /// The estimate's state, in counts and ticks.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RateEstimate {
-    /// Estimated position, counts from the last boundary.
+    /// The boundary that was crossed last at the last decision, from which the position counts, and the estimated position, counts from there.
+    pub boundary: i32,
     part: f32,
     /// Rate, counts per tick.
     pub rate: f32,
-    /// What the rate gains in half a tick, counts per tick.
+    /// What the rate gains in half of the time between decisions, counts per tick.
     half_gain: f32,
 }
 
 impl RateEstimate {
-    /// One tick further, in which the last boundary moved by so many counts; the platform is `part` of a count past it. The gains are those for position,
-    /// rate, and half of the acceleration.
+    /// Counts from this boundary on.
+    pub fn begin(&mut self, boundary: i32) {
+        self.boundary = boundary;
+    }
+
+    /// A decision further, [`BEAT`] ticks; the platform is `part` of a count past that boundary. The gains are those for position,
+    /// rate, and half of what the rate gains.
     #[inline]
-    pub fn update(&mut self, gains: &[f32; 3], moved: i32, part: f32) {
+    pub fn update(&mut self, gains: &[f32; 3], boundary: i32, part: f32) {
         let [position, rate, half_gain] = *gains;
         let mean_rate = self.rate + self.half_gain;
-        let predicted = self.part + mean_rate - moved as f32;
+        let moved = boundary.wrapping_sub(self.boundary);
+        self.boundary = boundary;
+        let predicted = self.part + BEAT as f32 * mean_rate - moved as f32;
         let innovation = part - predicted;
         self.part = predicted + position * innovation;
         self.rate = mean_rate + self.half_gain + rate * innovation;

@@ -3,6 +3,7 @@
 //! [`Settings`] are in a person's units; [`Config`] is the same in the tick's units (counts, ticks, compare counts), in
 //! single precision. Making one from the other is the only place where a number can be refused.
 
+use super::BEAT;
 use super::feed_forward::{self, Learnt};
 use super::guard::{Given, Thresholds};
 use super::segment::rate_unit;
@@ -80,6 +81,8 @@ pub struct Config {
     /// Duty per change of the rate command in a millisecond (counts per tick).
     pub(crate) inertia: f32,
     pub(crate) rate_gain: f32,
+    /// The same for the rate command: less by what the position command is ahead of what is measured, a tick.
+    pub(crate) command_gain: f32,
     /// Duty per 2⁻¹⁶ counts, and per count.
     pub(crate) fine_gain: f32,
     pub(crate) position_gain: f32,
@@ -152,22 +155,26 @@ impl Config {
         let hz = CONTROL_HZ as f64;
         let rad_s_per_count_tick = hardware.rad_per_count() * hz;
         let duty_per_volt = 1.0 / hardware.volt_per_duty();
+        let step = f64::from(BEAT);
         // Triple pole at w: the rate's transfer (3 w² s + w³)/(s + w)³ is 3 dB down at 1.65 w.
-        let pole = crate::maths::exp(-core::f64::consts::TAU * bandwidth / 1.65 / hz);
+        let pole = crate::maths::exp(-core::f64::consts::TAU * bandwidth / 1.65 / hz * step);
         let gap = 1.0 - pole;
         let (angle_per_count, index_lost) = feed_forward::units(hardware);
         Ok(Self {
             back_emf: (constant * rad_s_per_count_tick * duty_per_volt) as f32,
             inertia: (resistance / constant * inertia * rad_s_per_count_tick * ROW_HZ as f64 * duty_per_volt) as f32,
             rate_gain: (rate_gain * rad_s_per_count_tick * duty_per_volt) as f32,
+            command_gain: ((rate_gain * rad_s_per_count_tick - position_gain * hardware.rad_per_count()) * duty_per_volt) as f32,
             fine_gain: (position_gain * hardware.rad_per_count() * duty_per_volt / 65_536.0) as f32,
             position_gain: (position_gain * hardware.rad_per_count() * duty_per_volt) as f32,
-            tracking: [(1.0 - pole * pole * pole) as f32, (1.5 * gap * gap * (1.0 + pole)) as f32, (0.5 * gap * gap * gap) as f32],
+            // The gains of a step are for rates in counts per step; the rate is in counts per tick.
+            tracking: [1.0 - pole * pole * pole, 1.5 * gap * gap * (1.0 + pole) / step, 0.5 * gap * gap * gap / step]
+                .map(|gain| gain as f32),
             acceleration: to_i64(acceleration * rate_unit(hardware) / ROW_HZ as f64).max(1),
             braking: (acceleration / rad_s_per_count_tick / ROW_HZ as f64) as f32,
             approach: (approach / rad_s_per_count_tick) as f32,
-            // More than 2¹⁵ counts have no room in the tick.
-            slip: to_i32(slip / hardware.rad_per_count()).clamp(1, 32_000),
+            // More than 2¹⁵ counts have no room in the tick; some are gone within a millisecond.
+            slip: to_i32(slip / hardware.rad_per_count()).clamp(1, 30_000),
             period: to_u32(crate::maths::round(hardware.edge_timer_Hz / hz)),
             current_window: (resistance * current * duty_per_volt) as f32,
             duty_limit: (volts * duty_per_volt) as f32,

@@ -54,6 +54,9 @@ impl Stand {
         self.sensed.encoder = EncoderCount(now.floor() as i64 as u16);
         self.n += 1;
         self.law.look(&self.sensed);
+        if self.law.slot() == 0 {
+            self.law.measure();
+        }
         let report = self.law.report();
         self.law.in_turn(&self.sensed);
         if let Some(order) = order {
@@ -138,7 +141,10 @@ fn a_straight_segment_is_followed_straight_and_its_position_is_the_integral() {
     let before = stand.turn(2.0, 2_000).1;
     assert!((before.rate_command as f64 / unit - 2.0).abs() < 1e-9);
     stand.tick(Some(Segment::rate(&HW(), 2_100, 800, 2.0, 4.0)));
-    let mut reports: Vec<Report> = (0..1_200).map(|_| stand.turn(2.0, 1).1).collect();
+    // From decision to decision.
+    let odd = stand.n % 2;
+    stand.turn(2.0, 1 + odd);
+    let mut reports: Vec<Report> = (0..600).map(|_| stand.turn(2.0, 2).1).collect();
     // Once the whole average lies on the slope it is straight, later by the mean age of what is averaged.
     reports.retain(|r| (2_440..=2_900).contains(&r.tick));
     // And the millisecond in which it is worked out.
@@ -148,9 +154,9 @@ fn a_straight_segment_is_followed_straight_and_its_position_is_the_integral() {
         let expected = 2.0 + 0.0025 * (r.tick as f64 - 2_100.0 - late);
         // The slope is rounded to 2⁻³² counts per tick²: 1.5e-7 of it, so 3e-7 rad/s after 2 rad/s.
         assert!((r.rate_command as f64 / unit - expected).abs() < 4e-7, "{}", r.tick);
-        way += if k == 0 || k == 460 { 0.5 } else { 1.0 } * expected / 1e4;
+        way += if k == 0 || k == 230 { 0.5 } else { 1.0 } * expected / 5e3;
     }
-    let went = (reports[460].position_command - reports[0].position_command) as f64 / ONE * HW().rad_per_count();
+    let went = (reports[230].position_command - reports[0].position_command) as f64 / ONE * HW().rad_per_count();
     assert!((way - went).abs() < 2e-8, "{way} {went}");
 }
 
@@ -160,9 +166,11 @@ fn the_acceleration_of_the_command_never_jumps() {
     stand.tick(Some(hold_rate(1, 10.0)));
     let unit = rate_unit(&HW());
     let (mut rate, mut acceleration) = (0.0, 0.0);
-    for _ in 0..3_000 {
-        let r = stand.turn(0.0, 1).1.rate_command as f64 / unit;
-        let a = (r - rate) * 1e4;
+    stand.turn(0.0, 1);
+    for _ in 0..1_500 {
+        // From decision to decision.
+        let r = stand.turn(0.0, 2).1.rate_command as f64 / unit;
+        let a = (r - rate) * 0.5e4;
         // The limit of 60 rad/s² is reached in no less than the average's length, in steps of a millisecond.
         assert!((a - acceleration).abs() < 60.0 / SMOOTHED as f64 + 1e-4, "{a} after {acceleration}");
         (rate, acceleration) = (r, a);
@@ -176,11 +184,13 @@ fn the_rate_command_keeps_the_acceleration_limit_and_says_so() {
     let unit = rate_unit(&HW());
     let mut last = 0.0;
     let mut limited = 0;
-    for _ in 0..3_000 {
-        let r = stand.turn(0.0, 1).1;
+    stand.turn(0.0, 1);
+    for _ in 0..1_500 {
+        // From decision to decision.
+        let r = stand.turn(0.0, 2).1;
         let rate = r.rate_command as f64 / unit;
-        // A tenth of a millisecond's gain, and at its end what rounding left of it: ten units.
-        assert!(rate - last < 60.0 / 1e4 + 1e-8, "{}", rate - last);
+        // A fifth of a millisecond's gain, and at its end what rounding left of it: ten units.
+        assert!(rate - last < 60.0 / 5e3 + 1e-8, "{}", rate - last);
         limited += u32::from(r.limits.contains(Limits::ACCELERATION));
         last = rate;
     }
