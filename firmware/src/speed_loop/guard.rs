@@ -107,7 +107,6 @@ pub struct Guard {
     /// The tick in which it was seen, low word.
     pub at: u32,
     over: u32,
-    over_at: u32,
     stalled_ms: u32,
     back_emf: f32,
     /// The count about which it has stayed.
@@ -115,6 +114,7 @@ pub struct Guard {
     /// Counts in the last millisecond in which it moved; of those before, half as many for each.
     pace: u32,
     turning_ms: u32,
+    over_at: u32,
     bad_supply_ms: u32,
     slipping_ms: u32,
 }

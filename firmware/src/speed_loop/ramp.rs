@@ -24,8 +24,6 @@ struct Piece {
     advance: i64,
     /// What that gains with each decision of this millisecond.
     slope: i64,
-    /// A quarter of that, which is what the rate gains in a tick, 2⁻¹⁶ counts per tick.
-    gain_16: i32,
     /// What of the answer does not depend on what is measured, compare counts, and what that gains with each decision.
     feed: f32,
     feed_step: f32,
@@ -37,7 +35,6 @@ impl Piece {
     fn become_like(&mut self, other: &Self) {
         self.advance = other.advance;
         self.slope = other.slope;
-        self.gain_16 = other.gain_16;
         self.feed = other.feed;
         self.feed_step = other.feed_step;
     }
@@ -90,7 +87,7 @@ impl Ramp {
         let rate = i64::from((rate_counts_tick * 16_777_216.0) as i32) << 8;
         // In the tick after the decision.
         self.position = position.wrapping_add(rate);
-        let steady = Piece { advance: rate << 1, slope: 0, gain_16: 0, feed, feed_step: 0.0 };
+        let steady = Piece { advance: rate << 1, slope: 0, feed, feed_step: 0.0 };
         self.now.become_like(&steady);
         // Where it starts between the laying out of a millisecond and its beginning.
         self.next.become_like(&steady);
@@ -109,10 +106,10 @@ impl Ramp {
         self.now.advance.wrapping_sub(self.now.slope >> 1) >> 1
     }
 
-    /// The same in 2⁻¹⁶ counts per tick, to two units.
+    /// Its mean from this decision's tick to the next one's, 2⁻¹⁶ counts per tick.
     #[inline]
-    pub fn rate_16(&self) -> i32 {
-        ((self.now.advance >> 17) as i32).wrapping_sub(self.now.gain_16)
+    pub fn mean_rate_16(&self) -> i32 {
+        (self.now.advance >> 17) as i32
     }
 
     /// What of the answer does not depend on what is measured, compare counts.
@@ -169,7 +166,6 @@ impl Ramp {
         self.end = self.sum >> SMOOTHED_SHIFT;
         let gain = tenth(self.end.wrapping_sub(start));
         self.next.slope = gain << 2;
-        self.next.gain_16 = (gain >> 16) as i32;
         self.next.advance = start.wrapping_add(gain) << 1;
         let (from, to) = (self.end_f32, fixed_to_f32(self.end));
         self.end_f32 = to;

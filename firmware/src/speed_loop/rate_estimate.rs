@@ -16,8 +16,8 @@ pub struct RateEstimate {
     part: f32,
     /// Rate, counts per tick.
     pub rate: f32,
-    /// What the rate gains in half of the time between decisions, counts per tick.
-    half_gain: f32,
+    /// What the rate gains from one decision to the next, counts per tick.
+    gain: f32,
 }
 
 impl RateEstimate {
@@ -27,17 +27,19 @@ impl RateEstimate {
     }
 
     /// A decision further, [`BEAT`] ticks; the platform is `part` of a count past that boundary. The gains are those for position,
-    /// rate, and half of what the rate gains.
+    /// rate, and what the rate gains.
     #[inline]
     pub fn update(&mut self, gains: &[f32; 3], boundary: i32, part: f32) {
-        let [position, rate, half_gain] = *gains;
-        let mean_rate = self.rate + self.half_gain;
+        let [position, rate, gain] = *gains;
+        let rate_now = self.rate + self.gain;
         let moved = boundary.wrapping_sub(self.boundary);
         self.boundary = boundary;
-        let predicted = self.part + BEAT as f32 * mean_rate - moved as f32;
+        // Two ticks at the mean of both ends.
+        const { assert!(BEAT == 2) };
+        let predicted = self.part + (self.rate + rate_now) - moved as f32;
         let innovation = part - predicted;
         self.part = predicted + position * innovation;
-        self.rate = mean_rate + self.half_gain + rate * innovation;
-        self.half_gain += half_gain * innovation;
+        self.rate = rate_now + rate * innovation;
+        self.gain += gain * innovation;
     }
 }

@@ -86,7 +86,7 @@ pub struct Config {
     /// Duty per 2⁻¹⁶ counts, and per count.
     pub(crate) fine_gain: f32,
     pub(crate) position_gain: f32,
-    /// Gains of the tracking filter for position, rate, half of the acceleration.
+    /// Gains of the tracking filter for position, rate, and what the rate gains.
     pub(crate) tracking: [f32; 3],
     /// 2⁻³² counts per tick in a millisecond, and the same in counts.
     pub(crate) acceleration: i64,
@@ -168,8 +168,7 @@ impl Config {
             fine_gain: (position_gain * hardware.rad_per_count() * duty_per_volt / 65_536.0) as f32,
             position_gain: (position_gain * hardware.rad_per_count() * duty_per_volt) as f32,
             // The gains of a step are for rates in counts per step; the rate is in counts per tick.
-            tracking: [1.0 - pole * pole * pole, 1.5 * gap * gap * (1.0 + pole) / step, 0.5 * gap * gap * gap / step]
-                .map(|gain| gain as f32),
+            tracking: [1.0 - pole * pole * pole, 1.5 * gap * gap * (1.0 + pole) / step, gap * gap * gap / step].map(|gain| gain as f32),
             acceleration: to_i64(acceleration * rate_unit(hardware) / ROW_HZ as f64).max(1),
             braking: (acceleration / rad_s_per_count_tick / ROW_HZ as f64) as f32,
             approach: (approach / rad_s_per_count_tick) as f32,

@@ -92,7 +92,7 @@ impl SpeedLoop {
         }
         let error = self.ramp.error(self.estimate.boundary);
         let config = &self.config;
-        self.command = self.ramp.rate_16();
+        self.command = self.ramp.mean_rate_16();
         self.ramp.feed() - config.rate_gain * self.estimate.rate + (config.fine_gain * error as f32 - config.position_gain * self.part)
     }
 
