@@ -20,12 +20,12 @@ use crate::board::{CurrentCode, EncoderCount};
 pub struct Sample {
     /// The speed loop's counter at the tick.
     pub count: EncoderCount,
-    /// Compare counts that it decided on; they act in the next tick.
+    /// Compare counts that it decided on last; they act in the next tick.
     pub duty: i16,
     /// The newest conversion of the current.
     pub current: CurrentCode,
-    /// The rate that is regulated, counts per tick.
+    /// The rate that is regulated, counts per tick, as at the last decision.
     pub rate: f32,
-    /// The rate command, 2⁻¹⁶ counts per tick; in voltage mode what is asked for, 2⁻¹⁶ compare counts.
+    /// The rate command, its mean between two decisions, 2⁻¹⁶ counts per tick; in voltage mode what is asked for, 2⁻¹⁶ compare counts.
     pub command: i32,
 }

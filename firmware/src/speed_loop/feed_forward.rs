@@ -24,8 +24,6 @@ const COMING_IN: f32 = 0.01;
 const FASTEST: f32 = 0.15 / core::f32::consts::TAU * 4_294_967_296.0;
 /// What makes a half wave of the first parabola.
 const ROUGH: f32 = 4.0 / HALF_TURN / HALF_TURN;
-/// Harmonics that are worked out in one tick.
-const GROUP: usize = 2;
 /// Added to a float below 2²², it leaves the nearest whole number in the low bits.
 const ROUND: f32 = 12_582_912.0;
 
@@ -263,21 +261,17 @@ impl FeedForward {
         }
     }
 
-    /// Adds the harmonics of one [`GROUP`] as they will be where [`FeedForward::aim`] says.
+    /// Adds these of the harmonics as they will be where [`FeedForward::aim`] says.
     #[inline(never)]
-    pub fn add(&mut self, group: usize) {
-        let Some([first, second]) = self.learnt().waves().as_chunks::<GROUP>().0.get(group) else { return };
-        // What is not there has the order 0.
+    pub fn add(&mut self, which: core::ops::Range<usize>) {
+        let Some(waves) = self.learnt().waves().get(which) else { return };
         let (highest, angle) = (self.highest, self.angle);
-        let has_first = first[0].wrapping_sub(1) < highest;
-        let has_second = second[0].wrapping_sub(1) < highest;
         let mut sum = 0.0;
-        if has_first && has_second {
-            sum = harmonic(first, angle) + harmonic(second, angle);
-        } else if has_first {
-            sum = harmonic(first, angle);
-        } else if has_second {
-            sum = harmonic(second, angle);
+        for wave in waves {
+            // What is not there has the order 0.
+            if wave[0].wrapping_sub(1) < highest {
+                sum += harmonic(wave, angle);
+            }
         }
         self.coming -= sum;
     }
@@ -369,7 +363,7 @@ mod tests {
         let mut forward = FeedForward::new(learnt);
         forward.from_index.see(0, 0);
         forward.aim(counts, part, rate, ahead, angle_per_count, fastest_wave(angle_per_count));
-        forward.add(0);
+        forward.add(0..1);
         f64::from(forward.coming)
     }
 
@@ -407,7 +401,7 @@ mod tests {
         let mut forward = FeedForward::new(learnt);
         let millisecond = |forward: &mut FeedForward, counts: i32| {
             forward.aim(counts, 0.5, 0.0, 1.0, angle_per_count, fastest_wave(angle_per_count));
-            forward.add(0);
+            forward.add(0..1);
             forward.turn_over();
         };
         millisecond(&mut forward, 10);

@@ -95,7 +95,7 @@ pub struct Look {
     pub on: bool,
     /// Whole counts.
     pub counts: i32,
-    /// What was in force within the millisecond.
+    /// What was in force within the millisecond before.
     pub limits: Limits,
 }
 

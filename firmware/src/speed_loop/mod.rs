@@ -1,4 +1,4 @@
-//! The control law: one plain function for the 10 kHz timer interrupt.
+//! The control law, worked out at 5 kHz: one plain function for the 10 kHz timer interrupt.
 //!
 //! In: the encoder's counter and the age of its last edge, current, supply and the number of the tick ([`Sensed`]), orders from the tasks
 //! ([`Order`]). Out: compare counts of the bridge ([`Drive`]) and, each millisecond, a [`Report`]. Modes: off, voltage as asked, rate as an
@@ -42,6 +42,7 @@ pub use settings::{Config, Settings};
 pub use tuning::Tuning;
 
 use crate::board::{CONTROL_PER_ROW, Drive, EncoderCount, Sensed};
+use crate::compensation::MOST_HARMONICS;
 use crate::mailbox::{Words, split_u64};
 use core::sync::atomic::{AtomicU32, Ordering};
 use edges::Edges;
@@ -57,6 +58,8 @@ const BEAT: u32 = 2;
 const SLOTS: u32 = CONTROL_PER_ROW as u32;
 /// The slot that sees where the harmonics will be.
 const AIM: u32 = 2;
+/// Harmonics that are worked out in slot 4; slot 8 has the others.
+const EARLY: usize = 7;
 /// The slot that takes the next millisecond over.
 const LAST: u32 = SLOTS - 1;
 
@@ -86,8 +89,9 @@ pub struct SpeedLoop {
     pending: i16,
     /// Sum of all that was ever pending.
     duty_sum: i32,
-    /// Limits in force within this millisecond.
+    /// Limits in force within this millisecond, and those of the one before.
     limits: Limits,
+    reported: Limits,
     limited_ms: [u32; Limits::COUNT],
     /// What may be asked for within this millisecond without a look at the limits, compare counts.
     free_duty: f32,
@@ -137,6 +141,7 @@ impl SpeedLoop {
             pending: 0,
             duty_sum: 0,
             limits: Limits::default(),
+            reported: Limits::default(),
             limited_ms: [0; Limits::COUNT],
             free_duty: 0.0,
             owed: 0.0,
@@ -324,6 +329,7 @@ impl SpeedLoop {
     #[inline(always)]
     pub(crate) fn report_to(&mut self, cells: &[AtomicU32; REPORT_WORDS]) {
         let limits = core::mem::take(&mut self.limits);
+        self.reported = limits;
         if limits != Limits::default() {
             let mut left = u32::from(limits.0);
             let mut count = |ms: &mut u32| {
@@ -390,16 +396,14 @@ impl SpeedLoop {
             }
             3 if self.approaches => self.way = self.approach(),
             4 => {
-                self.feed_forward.add(0);
-                self.feed_forward.add(1);
-                self.feed_forward.add(2);
+                self.feed_forward.add(0..EARLY);
             }
             6 => {
                 self.feed_forward.from_index.check(self.edges.counts, self.config.index_lost);
                 self.lead();
             }
             8 => {
-                self.feed_forward.add(3);
+                self.feed_forward.add(EARLY..MOST_HARMONICS);
                 self.plan();
             }
             _ => {}
@@ -459,7 +463,7 @@ impl SpeedLoop {
             duty: self.pending,
             on: self.active.mode != Mode::Off && self.guard.fault == Fault::None,
             counts: self.edges.counts,
-            limits: self.limits,
+            limits: self.reported,
         }
     }
 

@@ -74,8 +74,8 @@ pub enum Zero {
 
 /// A straight piece: `value + slope · (n − start_tick)` at tick n, for `ticks` ticks, then held.
 ///
-/// A voltage is followed from tick to tick; rate and position from millisecond to millisecond, so their segments begin at whole
-/// milliseconds. An angle (position mode) has no slope and is held for ever.
+/// A voltage is followed from decision to decision, two ticks, and begins at any tick; rate and position are followed from millisecond to
+/// millisecond, so their segments begin at whole milliseconds. An angle (position mode) has no slope and is held for ever.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Segment {
     /// The tick from which on it acts *on the motor*.

@@ -114,6 +114,44 @@ fn one_segment_hands_over_to_the_next_without_a_tick_between() {
 }
 
 #[test]
+fn a_segment_that_starts_between_two_decisions_acts_from_exactly_its_tick_on_too() {
+    for start in 10..20 {
+        let mut stand = Stand::new();
+        stand.tick(Some(Segment::voltage(&HW(), start, 7, 1.0)));
+        let other = Segment::voltage(&HW(), start + 7, 10, -1.0);
+        let drives: Vec<i16> = (1..30).map(|n| stand.tick((n == start).then_some(other)).0.counts()).collect();
+        for (n, drive) in (1..).zip(&drives) {
+            let expected = if n + 1 < start { 0 } else { 375 * if n + 1 < start + 7 { 1 } else { -1 } };
+            assert_eq!(*drive, expected, "{start}: {n}");
+        }
+        // A ramp begins at the tick and where the stand is.
+        let mut stand = Stand::new();
+        stand.turn(3.0, 2_000);
+        stand.theta_rad += 3.0 / CONTROL_HZ as f64;
+        stand.tick(Some(hold_rate(2_000 + start, 3.0)));
+        for n in 2_001..2_000 + start + 50 {
+            let (drive, report) = stand.turn(3.0, 1);
+            assert_eq!(drive.counts() != 0, n + 1 >= 2_000 + start, "{start}: {n}");
+            if n > 2_000 + start && n % 10 == 0 {
+                let off = report.position_command as f64 / ONE - stand.theta_rad / HW().rad_per_count();
+                assert!(off.abs() < 0.1, "{start}: {n} {off}");
+            }
+        }
+    }
+}
+
+#[test]
+fn an_emergency_stop_switches_off_in_the_tick_that_sees_it() {
+    for at in 20..30 {
+        let mut stand = Stand::new();
+        stand.tick(Some(Segment::voltage(&HW(), 1, u16::MAX, 1.0)));
+        assert_eq!(stand.turn(0.0, at - 1).0.counts(), 375);
+        stand.sensed.stop = true;
+        assert_eq!((stand.tick(None).0, stand.law.fault()), (Drive::Off, (Fault::EmergencyStop, at as u32)));
+    }
+}
+
+#[test]
 fn the_mean_rate_is_as_good_as_the_crystal() {
     for rate in [1e-3, 0.123_456_789, 1.0, 34.9] {
         let mut stand = Stand::new();

@@ -5,7 +5,7 @@
 use super::approach::next_rate;
 use super::ramp::fixed_to_f32;
 use super::segment::{Mode, Order, Zero};
-use super::{Active, BEAT, LAST, Limits, SLOTS, SpeedLoop};
+use super::{Active, LAST, Limits, SLOTS, SpeedLoop};
 use crate::mailbox::Words;
 
 /// Share of the current limit's voltage that is free at rest; what is left is more than the back-EMF gains in a millisecond.
@@ -71,7 +71,7 @@ impl SpeedLoop {
         if active.left > 0 {
             let ticks = until_next.min(active.left);
             active.left = active.left.wrapping_sub(ticks);
-            active.value = active.value.wrapping_add(if ticks == BEAT { active.slope << 1 } else { active.slope });
+            active.value = active.value.wrapping_add(active.slope.wrapping_mul(i64::from(ticks)));
         } else {
             self.limits.set(Limits::STARVED, active.starved);
             active.starved = true;
