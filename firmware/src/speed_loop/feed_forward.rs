@@ -24,6 +24,8 @@ const COMING_IN: f32 = 0.01;
 const FASTEST: f32 = 0.15 / core::f32::consts::TAU * 4_294_967_296.0;
 /// What makes a half wave of the first parabola.
 const ROUGH: f32 = 4.0 / HALF_TURN / HALF_TURN;
+/// Harmonics that are worked out in the first of two slots.
+const EARLY: usize = 7;
 /// Added to a float below 2²², it leaves the nearest whole number in the low bits.
 const ROUND: f32 = 12_582_912.0;
 
@@ -168,7 +170,7 @@ impl FromIndex {
 
 /// What is learnt, and how much of it is in.
 ///
-/// The harmonics are worked out for the beginnings of the milliseconds, a millisecond ahead, in a few ticks of it, and go straight
+/// The harmonics are worked out for the beginnings of the milliseconds, a millisecond ahead, in two ticks of it, and go straight
 /// between: at order 14 and 720 °/s that is off by 4·10⁻³ of an amplitude.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FeedForward {
@@ -261,13 +263,13 @@ impl FeedForward {
         }
     }
 
-    /// Adds these of the harmonics as they will be where [`FeedForward::aim`] says.
+    /// Adds the harmonics as they will be where [`FeedForward::aim`] says: in one slot the first [`EARLY`], in another the rest.
     #[inline(never)]
-    pub fn add(&mut self, which: core::ops::Range<usize>) {
-        let Some(waves) = self.learnt().waves().get(which) else { return };
+    pub fn add(&mut self, late: bool) {
+        let (first, rest) = self.learnt().waves().split_at_checked(EARLY).unwrap_or_default();
         let (highest, angle) = (self.highest, self.angle);
         let mut sum = 0.0;
-        for wave in waves {
+        for wave in if late { rest } else { first } {
             // What is not there has the order 0.
             if wave[0].wrapping_sub(1) < highest {
                 sum += harmonic(wave, angle);
@@ -363,7 +365,7 @@ mod tests {
         let mut forward = FeedForward::new(learnt);
         forward.from_index.see(0, 0);
         forward.aim(counts, part, rate, ahead, angle_per_count, fastest_wave(angle_per_count));
-        forward.add(0..1);
+        forward.add(false);
         f64::from(forward.coming)
     }
 
@@ -401,7 +403,7 @@ mod tests {
         let mut forward = FeedForward::new(learnt);
         let millisecond = |forward: &mut FeedForward, counts: i32| {
             forward.aim(counts, 0.5, 0.0, 1.0, angle_per_count, fastest_wave(angle_per_count));
-            forward.add(0..1);
+            forward.add(false);
             forward.turn_over();
         };
         millisecond(&mut forward, 10);

@@ -141,6 +141,7 @@ impl Guard {
     #[cold]
     #[inline(never)]
     fn out_of_bounds(&mut self, t: &Thresholds, sensed: &Sensed) {
+        // One that is latched stays, and a stop may be held for long.
         if self.fault != Fault::None {
             return;
         }

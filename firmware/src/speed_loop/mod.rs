@@ -42,7 +42,6 @@ pub use settings::{Config, Settings};
 pub use tuning::Tuning;
 
 use crate::board::{CONTROL_PER_ROW, Drive, EncoderCount, Sensed};
-use crate::compensation::MOST_HARMONICS;
 use crate::mailbox::{Words, split_u64};
 use core::sync::atomic::{AtomicU32, Ordering};
 use edges::Edges;
@@ -58,8 +57,6 @@ const BEAT: u32 = 2;
 const SLOTS: u32 = CONTROL_PER_ROW as u32;
 /// The slot that sees where the harmonics will be.
 const AIM: u32 = 2;
-/// Harmonics that are worked out in slot 4; slot 8 has the others.
-const EARLY: usize = 7;
 /// The slot that takes the next millisecond over.
 const LAST: u32 = SLOTS - 1;
 
@@ -312,7 +309,6 @@ impl SpeedLoop {
             // A cleared fault starts from rest in its mode, not from where the command has got to.
             self.active.mode = Mode::Off;
             self.active.value = 0;
-            self.command = 0;
             self.active.left = 0;
         }
         self.of_faults = of_faults;
@@ -395,15 +391,13 @@ impl SpeedLoop {
                 self.aim();
             }
             3 if self.approaches => self.way = self.approach(),
-            4 => {
-                self.feed_forward.add(0..EARLY);
-            }
+            4 => self.feed_forward.add(false),
             6 => {
                 self.feed_forward.from_index.check(self.edges.counts, self.config.index_lost);
                 self.lead();
             }
             8 => {
-                self.feed_forward.add(EARLY..MOST_HARMONICS);
+                self.feed_forward.add(true);
                 self.plan();
             }
             _ => {}
@@ -422,6 +416,7 @@ impl SpeedLoop {
             decides |= begins || !self.active.mode.follows();
         }
         if self.guard.fault != Fault::None || self.active.mode == Mode::Off {
+            self.command = 0;
             self.pending = 0;
             return Drive::Off;
         }

@@ -26,8 +26,6 @@ impl SpeedLoop {
         self.waits = false;
         let left = u32::from(next.ticks);
         self.active = Active { mode: next.mode, zero: next.zero, value: next.value, slope: next.slope, left, starved: false };
-        // Until it is worked out.
-        self.command = 0;
         if late > 0 {
             self.catch_up(late);
         }
