@@ -37,6 +37,18 @@ fn an_eccentric_encoder_shows_another_angle_and_leaves_a_separate_rate_sensor_al
 }
 
 #[test]
+fn an_eccentric_encoder_errs_by_where_it_is_and_not_by_where_it_seems_to_be() {
+    // Taking one angle for the other leaves n e²/2 at twice the order: 3e-4 rad.
+    let (e, n, phase) = (0.012, 4.0, 0.9);
+    for omega in [7.0, -13.0, 3.1] {
+        let bench = turning(Kind::Rig, "encoder-eccentricity", &[e, n, phase], omega);
+        let shown = bench.seen(false).theta;
+        let error = bench.seen_at(shown).theta - bench.theta();
+        close(error, shown - bench.theta(), n * n * e * e * e, "angle");
+    }
+}
+
+#[test]
 fn scale_bias_and_curvature_of_the_rate_are_what_they_say() {
     for kind in BOTH {
         for omega in [11.0, -11.0] {

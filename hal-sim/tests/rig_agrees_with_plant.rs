@@ -81,7 +81,7 @@ fn differences(stand: &Stand, kind: ProfileKind, known: Known, seed: u64) -> [f6
     let mut angles = Vec::with_capacity(ROWS);
     for n in 0..ROWS {
         let volt = profile.next_value();
-        let begin = (plant.true_theta_rad(), plant.temp_C());
+        let temp_C = plant.temp_C();
         let seen_rate = if filtered { plant.true_rate_rad_s() } else { plant.rate_rad_s() };
         let seen_theta = plant.theta_rad();
         let mut mean = 0.0;
@@ -89,8 +89,8 @@ fn differences(stand: &Stand, kind: ProfileKind, known: Known, seed: u64) -> [f6
             plant.advance(volt, TICK_S);
             mean += plant.mean_current_A() / 10.0;
         }
-        let theta = (known == Known::All).then(|| (begin.0, plant.true_theta_rad()));
-        let temp_C = (known == Known::All).then_some(begin.1);
+        let theta = (known == Known::All).then(|| (seen_theta, plant.theta_rad()));
+        let temp_C = (known == Known::All).then_some(temp_C);
         let span = Span { theta, ..span(n as f64 * ROW_S, ROW_S, volt, temp_C) };
         let before = (state.omega, state.theta, state.heat_K);
         let i = rig.advance(&mut state, &span);

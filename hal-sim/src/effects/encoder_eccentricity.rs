@@ -56,7 +56,12 @@ pub struct EncoderEccentricity;
 
 impl<S: Scalar> Law<S> for EncoderEccentricity {
     fn see(&self, p: &[S], x: &Point<S>, y: &mut Reading<S>) {
-        let (s, c) = (x.theta * p[1] + p[2]).sin_cos();
+        let mut phase = x.theta * p[1] + p[2];
+        if x.theta_measured {
+            // The disc errs by where it is, not by where it seems to be: else n e²/2 is left at the order 2n.
+            phase -= p[0] * p[1] * phase.sin();
+        }
+        let (s, c) = phase.sin_cos();
         y.theta += p[0] * s;
         if x.rate_from_encoder {
             y.omega += p[0] * p[1] * c * x.omega;

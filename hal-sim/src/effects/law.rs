@@ -34,6 +34,8 @@ pub struct Point<S> {
     pub to_s: f64,
     /// Platform angle, rad: the measured one where there is one.
     pub theta: S,
+    /// The angle is the measured one, with what the encoder's own error does to it.
+    pub theta_measured: bool,
     /// Rate, rad/s (of the motor where the shaft is an arm of the rig).
     pub omega: S,
     /// Motor current, A.

@@ -49,6 +49,7 @@ impl Plant {
             from_s: t_s,
             to_s: t_s,
             theta: s[THETA],
+            theta_measured: false,
             omega: s[self.motor::<N>()],
             current,
             voltage: asked_V,

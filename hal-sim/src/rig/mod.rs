@@ -258,6 +258,7 @@ impl<S: Scalar> Rig<S> {
             from_s,
             to_s: from_s + h,
             theta,
+            theta_measured: span.theta.is_some(),
             omega,
             current,
             voltage: if self.input == Input::Voltage { S::from(span.input) } else { S::zero() },

@@ -189,11 +189,17 @@ impl Bench {
 
     /// What the channels show now: the rig's reading, the plant's elements.
     pub fn seen(&self, rate_from_encoder: bool) -> Reading<f64> {
+        self.seen_by(&Span { rate_from_encoder, ..span(self.t_s, ROW_S, 0.0, self.temp_C) })
+    }
+
+    /// The same where the rig is given this measured angle.
+    pub fn seen_at(&self, theta: f64) -> Reading<f64> {
+        self.seen_by(&Span { theta: Some((theta, theta)), ..span(self.t_s, ROW_S, 0.0, self.temp_C) })
+    }
+
+    fn seen_by(&self, span: &Span) -> Reading<f64> {
         match &self.machine {
-            Machine::Rig { rig, state } => {
-                let span = Span { rate_from_encoder, ..span(self.t_s, ROW_S, 0.0, self.temp_C) };
-                rig.read((state.omega, state.theta, state.heat_K), &span, self.current)
-            }
+            Machine::Rig { rig, state } => rig.read((state.omega, state.theta, state.heat_K), span, self.current),
             Machine::Plant(plant) => Reading { omega: plant.rate_rad_s(), theta: plant.theta_rad(), current: plant.mean_current_A() },
         }
     }

@@ -297,6 +297,7 @@ fn an_own_effect_acts_in_each_of_its_places() {
         from_s: 1.0,
         to_s: 1.5,
         theta: 0.3,
+        theta_measured: false,
         omega: 2.0,
         current: 0.4,
         voltage: 6.0,
