@@ -53,8 +53,11 @@ use report::state_word;
 
 /// Ticks from one decision to the next; the odd slots decide.
 const BEAT: u32 = 2;
+/// Decisions in a millisecond.
+const BEATS: u32 = 5;
 /// Slots in a millisecond.
 const SLOTS: u32 = CONTROL_PER_ROW as u32;
+const _: () = assert!(BEATS * BEAT == SLOTS);
 /// The slot that sees where the harmonics will be.
 const AIM: u32 = 2;
 /// The slot that takes the next millisecond over.
@@ -441,7 +444,7 @@ impl SpeedLoop {
     /// Whether the law is worked out in this tick; a tick between keeps what it has decided.
     #[inline]
     fn decides(&self) -> bool {
-        self.slot % BEAT != 0
+        self.slot & (BEAT - 1) != 0
     }
 
     /// Ticks from this one to the next in which the law is worked out.

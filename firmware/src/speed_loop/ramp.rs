@@ -7,13 +7,11 @@
 //! in small steps, at the beginnings of the log's rows and nowhere else. Within a millisecond the rate goes straight and the position is
 //! its exact trapezoid. When the measured position is behind by more than the slip at a millisecond's beginning, the ramp is pulled along and says so.
 
-use super::{BEAT, SLOTS};
+use super::{BEAT, BEATS, SLOTS};
 
 /// Milliseconds over which the rate command is averaged: the time in which the acceleration rises to its limit.
 pub const SMOOTHED: usize = 1 << SMOOTHED_SHIFT;
 const SMOOTHED_SHIFT: u32 = 5;
-/// Decisions in a millisecond.
-const BEATS: f32 = (SLOTS / BEAT) as f32;
 /// What the position gains between two decisions: twice the rate and, of the rate's gain in a tick, twice; four times that more with each.
 const _: () = assert!(BEAT == 2);
 
@@ -175,7 +173,7 @@ impl Ramp {
     /// What is fed forward in the next millisecond, from its beginning to its end, compare counts.
     #[inline]
     pub fn feed_forward(&mut self, from: f32, to: f32) {
-        self.next.feed_step = (to - from) * (1.0 / BEATS);
+        self.next.feed_step = (to - from) * (1.0 / BEATS as f32);
         self.next.feed = from;
     }
 
