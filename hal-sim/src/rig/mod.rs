@@ -4,8 +4,8 @@
 //! user's model is made of; the truth of the simulated stand is [`crate::plant`], which integrates the same effects by other means.
 //!
 //! The step is the explicit midpoint rule, with three parts solved exactly inside it: dry friction ([`slide`]: no smoothing, no event
-//! search), the current of an inductive winding ([`armature`]) and a bristle. A shaft is stepped by the implicit midpoint rule
-//! ([`shaft`]). Local error O(h³) while nothing sticks, O(h²) at a reversal.
+//! search), the current of an inductive winding ([`armature`]) and a bristle. A shaft swings by its series, and a stiff or a stuck one by the
+//! implicit midpoint rule ([`shaft`]). Local error O(h³) while nothing sticks, O(h²) at a reversal.
 //!
 //! Glossary: *row*, one sample of the log, [t, t + dt); *span*, a row with its input; *demand*, what a prescribed motion needs.
 
@@ -21,7 +21,7 @@ use crate::effects::{Acts, Arms, Law, Point, Reading, Scalar, T0_C};
 
 /// Longest step, s: a thousandth, as the logs of the stand.
 const LONGEST_STEP_S: f64 = 1.0e-3;
-/// Most steps within one row: a shaft of 250 Hz in rows of 1 ms, which no row shows.
+/// Most steps within one row: a shaft of 2 kHz in rows of 1 ms, which no row shows.
 const MOST_STEPS: f64 = 64.0;
 /// Longest step in which the rotor leaves rest or passes it, where the current has an inductance, s: as small motors' L/R.
 const REST_STEP_S: f64 = 0.1e-3;
@@ -155,12 +155,14 @@ impl<S: Scalar> Rig<S> {
         if let Some(shaft) = &self.arms.shaft {
             let share = shaft.share.re();
             let reduced = inertia * share * (1.0 - share);
-            // A resonance rings on, and its phase must hold; against a flank it is over soon.
-            let part = if shaft.gap.re() > 0.0 { 0.1 } else { 0.025 };
-            rate_1_s = rate_1_s.max((shaft.stiffness.re() / reduced).sqrt() / part).max(brake / (inertia * share) / 0.1);
-            if shaft.gap.re() > 0.0 {
-                rate_1_s = rate_1_s.max(shaft.damping.re() / reduced / 0.2);
-            }
+            let (swing_1_s, decay_1_s) = ((shaft.stiffness.re() / reduced).sqrt(), shaft.damping.re() / reduced);
+            // Where there is play, whether a flank is hit or just missed may hang on the last digit.
+            let by_shaft = if shaft.gap.re() > 0.0 {
+                (swing_1_s / 0.1).max(decay_1_s / 0.2)
+            } else {
+                (swing_1_s / 0.2).max(decay_1_s.min(swing_1_s / 0.025))
+            };
+            rate_1_s = rate_1_s.max(by_shaft).max(brake / (inertia * share) / 0.1);
         }
         if let Some(stiffness) = &self.arms.bristle_N_m_rad {
             rate_1_s = rate_1_s.max((stiffness.re() / inertia).sqrt() / 0.1);
