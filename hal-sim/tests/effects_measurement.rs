@@ -44,7 +44,7 @@ fn an_eccentric_encoder_errs_by_where_it_is_and_not_by_where_it_seems_to_be() {
         let bench = turning(Kind::Rig, "encoder-eccentricity", &[e, n, phase], omega);
         let shown = bench.seen(false).theta;
         let error = bench.seen_at(shown).theta - bench.theta();
-        close(error, shown - bench.theta(), n * n * e * e * e, "angle");
+        close(error, shown - bench.theta(), e * (n * e).powi(3), "angle");
     }
 }
 

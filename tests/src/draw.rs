@@ -55,7 +55,9 @@ pub struct Drawn {
     pub stand: Stand,
     seconds: f64,
     amplitude: f64,
+    /// Seed of the profile, and that of all noise: each log has noise of its own, so that what one seed's noise does is not counted in each.
     seed: u64,
+    noise: u64,
     /// Factors of the user's beliefs are drawn from here on.
     beliefs: u64,
 }
@@ -108,6 +110,7 @@ impl Drawn {
             seconds: SECONDS,
             amplitude: SessionRequest::usual_amplitude(mode),
             seed,
+            noise: stream >> 1,
             beliefs: stream.rotate_left(32),
         };
         match (parts[0], parts.len()) {
@@ -154,7 +157,7 @@ impl Drawn {
     /// Where the stand cannot be built, which is a fault of the draw.
     pub fn log(&self) -> Log {
         let profile = SessionRequest::usual_profile(self.mode, self.profile, self.amplitude, self.seed);
-        let request = SessionRequest { mode: self.mode, profile, seconds: self.seconds, seed: self.seed };
+        let request = SessionRequest { mode: self.mode, profile, seconds: self.seconds, seed: self.noise };
         let plant = Plant::new(&self.stand, 0.0).expect("a good stand");
         let record = session::run(self.stand.setup(), plant, request).expect("a good request");
         let columns = record.columns.into_iter().map(|(name, values)| Column { name: name.to_owned(), values }).collect();

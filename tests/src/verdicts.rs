@@ -12,6 +12,8 @@ use host_tools::fit::{self, Held, Record, System};
 use host_tools::log::Log;
 use host_tools::model::Model;
 
+use stand_firmware::board::Hardware;
+
 use crate::TWO_SIDED_95;
 
 /// Least rms of the user's model over the noise, in one channel.
@@ -195,10 +197,13 @@ fn see(outcome: &mut Outcome, explanation: &Explanation, log: &Log, known: &Know
     }
 }
 
-/// By how much the phase of an eccentric disc differs where the angle is counted from its own index, which the disc shows at e sin φ.
+/// By how much the phase of an eccentric disc differs where the angle is counted from its own index, which the disc shows at e sin φ: in
+/// whole counts, and a row holds the middle of its count.
 fn index_shift(truth: &Model) -> f64 {
     let value = |name: &str| truth.value(name).unwrap_or(0.0);
-    value("eccentricity_order") * value("eccentricity_rad") * value("eccentricity_phase_rad").sin()
+    let count_rad = Hardware::default().rad_per_count();
+    let shown = value("eccentricity_rad") * value("eccentricity_phase_rad").sin();
+    value("eccentricity_order") * (shown / count_rad).floor() * count_rad
 }
 
 /// Fitted minus true, in standard errors, of the free parameters of rightly added effects, if everything that was added is right.

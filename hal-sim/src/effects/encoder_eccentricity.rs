@@ -56,10 +56,14 @@ pub struct EncoderEccentricity;
 
 impl<S: Scalar> Law<S> for EncoderEccentricity {
     fn see(&self, p: &[S], x: &Point<S>, y: &mut Reading<S>) {
-        let mut phase = x.theta * p[1] + p[2];
+        let shown = x.theta * p[1] + p[2];
+        let mut phase = shown;
         if x.theta_measured {
-            // The disc errs by where it is, not by where it seems to be: else n e²/2 is left at the order 2n.
-            phase -= p[0] * p[1] * phase.sin();
+            // The disc errs by where it is, not by where it seems to be: else n e²/2 is left at the order 2n. Each turn of the loop leaves n e of
+            // what the one before did.
+            for _ in 0..2 {
+                phase = shown - p[0] * p[1] * phase.sin();
+            }
         }
         let (s, c) = phase.sin_cos();
         y.theta += p[0] * s;

@@ -23,6 +23,11 @@ use crate::model::Model;
 
 /// Effects that one explanation adds at most.
 const MOST_ADDED: usize = 10;
+/// So many effects in turn, each of which explains no more than this part of what the one before left, lead nowhere.
+const IN_VAIN: usize = 2;
+const HARDLY: f64 = 0.03;
+/// χ²/n from which on that is asked: nearer to the noise small effects are worth their while.
+const FAR_FROM_NOISE: f64 = 2.0;
 /// Standard errors below which an amplitude is no more than a trifle, and how often such an effect may lead to a better fit without it.
 const TRIFLE: f64 = 5.0;
 const MOST_BETTER_GROUNDS: usize = 3;
@@ -78,8 +83,19 @@ pub fn walk<'a>(log: &Log, logs: &[Range<usize>], ground: Ground<'a>, progress: 
         if path.missing.len() > 1 {
             reconsider(&mut path, &mut rivals, logs)?;
         }
+        let misfits: Vec<f64> = path.grounds.iter().map(Ground::misfit).collect();
+        if leads_nowhere(&misfits) {
+            path.remarks.push("what was added last hardly helps: nothing further is tried".to_owned());
+            break;
+        }
     }
     Ok(path)
+}
+
+/// The last steps with these χ²/n of the stages hardly came nearer to the noise.
+fn leads_nowhere(misfits: &[f64]) -> bool {
+    let hardly = |w: &[f64]| w[1] > FAR_FROM_NOISE && w[1] - 1.0 > (1.0 - HARDLY) * (w[0] - 1.0);
+    misfits.len() > IN_VAIN && misfits.windows(2).rev().take(IN_VAIN).all(hardly)
 }
 
 /// No amplitude of effect `name` is told from zero by its standard error.
@@ -245,6 +261,15 @@ fn shown(f: &Fitness) -> Shown {
 mod tests {
     use super::*;
     use crate::model::Input;
+
+    #[test]
+    fn small_effects_are_in_vain_only_far_from_the_noise() {
+        assert!(leads_nowhere(&[13.0, 12.9, 12.8]));
+        assert!(!leads_nowhere(&[13.0, 12.9]), "one may fail");
+        assert!(!leads_nowhere(&[13.0, 12.9, 9.0]), "the last one helped");
+        assert!(!leads_nowhere(&[13.0, 9.0, 8.9]), "the one before did");
+        assert!(!leads_nowhere(&[1.30, 1.299, 1.298]), "near to the noise");
+    }
 
     #[test]
     fn what_was_the_second_of_its_kind_is_added_as_the_first_where_the_first_has_gone() {
