@@ -157,7 +157,7 @@ impl Config {
         let duty_per_volt = 1.0 / hardware.volt_per_duty();
         let step = f64::from(BEAT);
         // Triple pole at w: the rate's transfer (3 w² s + w³)/(s + w)³ is 3 dB down at 1.65 w.
-        let pole = crate::maths::exp(-core::f64::consts::TAU * bandwidth / 1.65 / hz * step);
+        let pole = crate::maths::exp(-core::f64::consts::TAU * bandwidth / 1.65 / (hz / step));
         let gap = 1.0 - pole;
         let (angle_per_count, index_lost) = feed_forward::units(hardware);
         let by_rate = rate_gain * rad_s_per_count_tick * duty_per_volt;
@@ -170,7 +170,7 @@ impl Config {
             fine_gain: by_position as f32 / 65_536.0,
             position_gain: by_position as f32,
             // The gains of a step are for rates in counts per step; the rate is in counts per tick.
-            tracking: [1.0 - pole * pole * pole, 1.5 * gap * gap * (1.0 + pole) / step, gap * gap * gap / step].map(|gain| gain as f32),
+            tracking: [1.0 - pole * pole * pole, 1.5 / step * gap * gap * (1.0 + pole), gap / step * gap * gap].map(|gain| gain as f32),
             acceleration: to_i64(acceleration * rate_unit(hardware) / ROW_HZ as f64).max(1),
             braking: (acceleration / rad_s_per_count_tick / ROW_HZ as f64) as f32,
             approach: (approach / rad_s_per_count_tick) as f32,
