@@ -109,7 +109,7 @@ pub fn say(why: &Refused, out: &mut Writer<'_>) {
                 }
             }
         }
-        Refused::NoCurrent => drop(out.words(words!("the current was not measured in every row"))),
+        Refused::NoCurrent => drop(out.words(words!("rows without a current"))),
         Refused::Settings(wrong) => super::commands::say_wrong(wrong, out),
     }
 }

@@ -126,9 +126,9 @@ const SWINGS: (f64, f64) = (1e-3, 250.0);
 
 /// All parameters, in the order in which a person would ask for them.
 pub const PARAMETERS: [Parameter; 14] = [
-    real("amplitude", "x", (-1e4, 1e4), words!("largest distance from the offset"), |c| c.amplitude, |c, x| c.amplitude = x),
+    real("amplitude", "x", (-1e4, 1e4), words!("largest distance from offset"), |c| c.amplitude, |c, x| c.amplitude = x),
     real("offset", "x", (-1e4, 1e4), words!("added to all values"), |c| c.offset, |c, x| c.offset = x),
-    real("dwell_s", "s", LASTS, words!("time on each level (multi-step: its mean)"), |c| c.dwell_s, |c, x| c.dwell_s = x),
+    real("dwell_s", "s", LASTS, words!("time on a level (multi-step: its mean)"), |c| c.dwell_s, |c, x| c.dwell_s = x),
     whole(
         "levels",
         ALL_32_BITS,
@@ -140,10 +140,10 @@ pub const PARAMETERS: [Parameter; 14] = [
     real("bit_s", "s", LASTS, words!("length of one bit"), |c| c.bit_s, |c, x| c.bit_s = x),
     real("from_Hz", "Hz", SWINGS, words!("lowest frequency"), |c| c.from_Hz, |c, x| c.from_Hz = x),
     real("to_Hz", "Hz", SWINGS, words!("highest frequency"), |c| c.to_Hz, |c, x| c.to_Hz = x),
-    real("sweep_s", "s", LASTS, words!("time from the lowest to the highest frequency"), |c| c.sweep_s, |c, x| c.sweep_s = x),
+    real("sweep_s", "s", LASTS, words!("time from lowest to highest frequency"), |c| c.sweep_s, |c, x| c.sweep_s = x),
     real("frequency_Hz", "Hz", SWINGS, words!("frequency"), |c| c.frequency_Hz, |c, x| c.frequency_Hz = x),
     real("acceleration", "x/s", (1e-3, 1e6), words!("greatest change per second"), |c| c.acceleration, |c, x| c.acceleration = x),
-    real("jerk", "x/s2", (1e-3, 1e9), words!("greatest change of the acceleration per second"), |c| c.jerk, |c, x| c.jerk = x),
+    real("jerk", "x/s2", (1e-3, 1e9), words!("greatest change of acceleration per second"), |c| c.jerk, |c, x| c.jerk = x),
     whole(
         "cycles",
         ALL_32_BITS,

@@ -35,9 +35,9 @@ impl StoreError {
     pub fn says(self) -> Words {
         match self {
             Self::Flash => words!("the flash refused; switch off and on, then try again"),
-            Self::NotKept => words!("the flash does not keep what is written; its sectors are worn out or protected"),
-            Self::TooLong => words!("the settings are longer than their place in flash"),
-            Self::OtherLayout => words!("the kept settings are another firmware's; SETTings:SAVE writes them anew"),
+            Self::NotKept => words!("the flash does not keep what is written: worn out or protected"),
+            Self::TooLong => words!("the settings do not fit into the flash"),
+            Self::OtherLayout => words!("the kept settings are of another firmware; SETTings:SAVE anew"),
         }
     }
 }

@@ -157,20 +157,18 @@ impl Config {
         let duty_per_volt = 1.0 / hardware.volt_per_duty();
         let step = f64::from(BEAT);
         // Triple pole at w: the rate's transfer (3 w² s + w³)/(s + w)³ is 3 dB down at 1.65 w.
-        let pole = crate::maths::exp(-core::f64::consts::TAU * bandwidth / 1.65 / (hz / step));
+        let pole = crate::maths::exp(-core::f64::consts::TAU * bandwidth / 1.65 / hz * step);
         let gap = 1.0 - pole;
         let (angle_per_count, index_lost) = feed_forward::units(hardware);
-        let by_rate = rate_gain * rad_s_per_count_tick * duty_per_volt;
-        let by_position = position_gain * hardware.rad_per_count() * duty_per_volt;
         Ok(Self {
             back_emf: (constant * rad_s_per_count_tick * duty_per_volt) as f32,
             inertia: (resistance / constant * inertia * rad_s_per_count_tick * ROW_HZ as f64 * duty_per_volt) as f32,
-            rate_gain: by_rate as f32,
-            command_gain: (by_rate - by_position) as f32,
-            fine_gain: by_position as f32 / 65_536.0,
-            position_gain: by_position as f32,
+            rate_gain: (rate_gain * rad_s_per_count_tick * duty_per_volt) as f32,
+            command_gain: ((rate_gain * rad_s_per_count_tick - position_gain * hardware.rad_per_count()) * duty_per_volt) as f32,
+            fine_gain: (position_gain * hardware.rad_per_count() * duty_per_volt / 65_536.0) as f32,
+            position_gain: (position_gain * hardware.rad_per_count() * duty_per_volt) as f32,
             // The gains of a step are for rates in counts per step; the rate is in counts per tick.
-            tracking: [1.0 - pole * pole * pole, 1.5 / step * gap * gap * (1.0 + pole), gap / step * gap * gap].map(|gain| gain as f32),
+            tracking: [1.0 - pole * pole * pole, 1.5 * gap * gap * (1.0 + pole) / step, gap * gap * gap / step].map(|gain| gain as f32),
             acceleration: to_i64(acceleration * rate_unit(hardware) / ROW_HZ as f64).max(1),
             braking: (acceleration / rad_s_per_count_tick / ROW_HZ as f64) as f32,
             approach: (approach / rad_s_per_count_tick) as f32,

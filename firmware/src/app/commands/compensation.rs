@@ -83,8 +83,7 @@ fn harmonic(state: &State<'_>, parameters: &mut Parameters<'_>) -> Done {
     let old = state.kept.get().settings.compensation.harmonics;
     let others = old.as_slice().iter().copied().filter(|harmonic| harmonic.order != order);
     let all = Harmonics::of(others.chain((torque_N_m > 0.0).then_some(new)));
-    let all =
-        all.ok_or_else(|| ErrorEntry::saying(Code::SETTINGS_CONFLICT, words!("no room for another order; take one away with 0 N.M")))?;
+    let all = all.ok_or_else(|| ErrorEntry::saying(Code::SETTINGS_CONFLICT, words!("no room for another order; 0 N.M takes one away")))?;
     learn(state, |compensation| compensation.harmonics = all)
 }
 

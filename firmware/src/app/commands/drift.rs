@@ -90,7 +90,7 @@ pub(super) const ENTRIES: &[Entry] = &[
 fn start(state: &State<'_>, nulls: bool) -> Done {
     no_fault(state)?;
     if state.pulse.is_running() {
-        return Err(ErrorEntry::saying(Code::SETTINGS_CONFLICT, words!("the drift is measured: wait for its end, or DRIFt:ABORt")));
+        return Err(ErrorEntry::saying(Code::SETTINGS_CONFLICT, words!("the drift is measured: DRIFt:ABORt first")));
     }
     let plan = state.drift.plan();
     state.pulse.check(&plan).map_err(|wrong| refused(&wrong))?;

@@ -76,7 +76,7 @@ pub(super) const ENTRIES: &[Entry] = &[
             read: |state| usize::from(state.zero.get() == Zero::Index),
             write: |state, chosen| {
                 if chosen == 1 && state.row.get().from_index_rad.is_none() {
-                    return Err(ErrorEntry::saying(Code::SETTINGS_CONFLICT, words!("the index was not seen yet: turn the platform")));
+                    return Err(ErrorEntry::saying(Code::SETTINGS_CONFLICT, words!("the index was not seen yet: turn the platform first")));
                 }
                 if matches!(state.demand.get(), Demand::Hold(Mode::Position, _)) {
                     return Err(ErrorEntry::saying(Code::SETTINGS_CONFLICT, words!("an angle is held: OUTPut OFF first")));

@@ -19,7 +19,7 @@ pub(super) const ENTRIES: &[Entry] = &[
     entry!("MEASure:ANGLe", Act::Ask("RAD", |state| Ok(state.row.get().theta_rad)), "by the encoder, unwrapped"),
     entry!(
         "MEASure:INDex",
-        Act::Ask("RAD", |state| there(state.row.get().from_index_rad, words!("the index was not seen yet: turn the platform"))),
+        Act::Ask("RAD", |state| there(state.row.get().from_index_rad, words!("the index was not seen yet: turn the platform first"))),
         "angle from the index",
     ),
     entry!(
@@ -113,7 +113,7 @@ fn stability(state: &State<'_>, out: &mut Writer<'_>) -> Done {
 }
 
 fn drive(state: &State<'_>, out: &mut Writer<'_>) -> Done {
-    let drive = there(state.instruments.drive(), words!("not enough motion yet: run a profile in both directions"))?;
+    let drive = there(state.instruments.drive(), words!("not enough motion yet: run a profile both ways"))?;
     estimate(out, &drive.resistance_ohm, "OHM");
     estimate(out, &drive.motor_constant_N_m_A, "N.M/A");
     estimate(out, &drive.inertia_kg_m2, "KG.M2");
@@ -124,7 +124,7 @@ fn drive(state: &State<'_>, out: &mut Writer<'_>) -> Done {
 }
 
 fn sensor(state: &State<'_>, out: &mut Writer<'_>) -> Done {
-    let sensor = there(state.instruments.sensor(), words!("not enough motion with a rate sensor yet: IMU? says whether it runs"))?;
+    let sensor = there(state.instruments.sensor(), words!("not enough motion with a rate sensor yet: IMU? says why"))?;
     estimate(out, &sensor.scale, "");
     estimate(out, &sensor.bias_rad_s, "RAD/S");
     estimate(out, &sensor.delay_s, "S");

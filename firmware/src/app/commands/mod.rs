@@ -241,7 +241,7 @@ fn act(state: &State<'_>, act: &Act, asks: bool, parameters: &mut Parameters<'_>
         (Act::Job(job), false) | (Act::AskJob(job), true) => Ok(Answer::Job(*job)),
         (Act::Take(_, take) | Act::TakeAndSay(_, take, _), false) => take(state, parameters).map(|()| Answer::Done),
         _ => {
-            let why = if asks { words!("there is nothing to ask for here") } else { words!("this can only be asked for: put ? behind it") };
+            let why = if asks { words!("nothing to ask for here") } else { words!("this can only be asked for: put ? behind it") };
             Err(ErrorEntry::saying(Code::UNDEFINED_HEADER, why))
         }
     }

@@ -70,7 +70,7 @@ pub(super) const ENTRIES: &[Entry] = &[
 fn start(state: &State<'_>) -> Result<(), ErrorEntry> {
     no_fault(state)?;
     if state.running.get() == Running::Calibration {
-        return Err(ErrorEntry::saying(Code::SETTINGS_CONFLICT, words!("a calibration runs; CALibration:COGGing:ABORt ends it")));
+        return Err(ErrorEntry::saying(Code::SETTINGS_CONFLICT, words!("something runs: wait for its end, or STOP")));
     }
     let (config, mode) = (state.profile.get(), state.profile_mode.get());
     Profile::for_mode(&config, mode).map_err(|wrong| refused(&wrong))?;

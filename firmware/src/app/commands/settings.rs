@@ -28,7 +28,7 @@ pub(crate) fn at_rest(state: &State<'_>) -> Result<(), ErrorEntry> {
         return Err(ErrorEntry::saying(Code::SETTINGS_CONFLICT, words!("the drive is on: OUTPut OFF first")));
     }
     if state.pulse.is_running() {
-        return Err(ErrorEntry::saying(Code::SETTINGS_CONFLICT, words!("the drift is measured: wait for its end, or DRIFt:ABORt")));
+        return Err(ErrorEntry::saying(Code::SETTINGS_CONFLICT, words!("the drift is measured: DRIFt:ABORt first")));
     }
     Ok(())
 }
