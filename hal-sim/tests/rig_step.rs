@@ -160,7 +160,7 @@ fn a_shaft_is_followed_to_a_twentieth_of_the_noise_and_a_play_to_a_hundredth() {
         let run = |parts: u32| -> Vec<f64> {
             let mut state = State::turning(0.0, 0.0);
             let row = |n: u32| {
-                let volt = if n / 90 % 2 == 0 { 0.6 } else { -0.4 };
+                let volt = if (n / 90).is_multiple_of(2) { 0.6 } else { -0.4 };
                 for part in 0..parts {
                     let t_s = (f64::from(n) + f64::from(part) / f64::from(parts)) * ROW_S;
                     rig.advance(&mut state, &span(t_s, ROW_S / f64::from(parts), volt, None));

@@ -129,7 +129,8 @@ const NEWTON_STEPS: usize = 8;
 /// parameters.
 fn crossing<S: Scalar>(from: S, to: S, slope_from: S, slope_to: S) -> Option<S> {
     let (a, b, c, d) = (from.re(), to.re(), slope_from.re(), slope_to.re());
-    if !(a * b < 0.0) {
+    let passes = a * b < 0.0;
+    if !passes {
         return None;
     }
     // Hermite's cubic: f = a + s (c + s (p + s q)).
