@@ -55,8 +55,9 @@ pub struct Drawn {
     pub stand: Stand,
     seconds: f64,
     amplitude: f64,
-    /// Seed of the profile, and that of all noise: each log has noise of its own, so that what one seed's noise does is not counted in each.
+    /// Seed of the profile.
     seed: u64,
+    /// Seed of all noise: each log has noise of its own, so that what one seed's noise does is not counted in each.
     noise: u64,
     /// Factors of the user's beliefs are drawn from here on.
     beliefs: u64,

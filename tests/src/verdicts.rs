@@ -11,7 +11,6 @@ use host_tools::explain::{Explanation, explain};
 use host_tools::fit::{self, Held, Record, System};
 use host_tools::log::Log;
 use host_tools::model::Model;
-
 use stand_firmware::board::Hardware;
 
 use crate::TWO_SIDED_95;
