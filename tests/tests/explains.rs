@@ -117,6 +117,15 @@ fn a_ripple_of_a_far_off_model_is_looked_for_where_the_model_still_follows_the_l
 }
 
 #[test]
+fn an_unbalance_in_whose_valley_the_platform_swings_is_no_bristle() {
+    // The platform comes no further than a third of a turn; without the unbalance the fit runs away to an inductance of 0.4 H.
+    let drawn = Drawn::by_name("own/unbalance/voltage/multisine/13").expect("a log of the table");
+    let e = answer(vec![drawn.log()], &drawn.user_model());
+    assert_eq!((e.verdict, e.missing.as_slice()), (Verdict::EffectFound, &["unbalance".to_owned()][..]), "{}", left(&e));
+    assert!(left(&e) < 1.02, "{} × the noise is left", left(&e));
+}
+
+#[test]
 fn what_little_an_order_explains_is_no_cause_if_unseen_rows_do_not_show_it() {
     // 1.005 × the noise is left after the bump, and a cogging of order 238 would take ΔBIC −7 of it.
     let drawn = Drawn::by_name("own/stribeck/rate/multisine/12").expect("a log of the table");

@@ -143,6 +143,17 @@ impl<'a> Ground<'a> {
     pub fn in_windows(&self) -> Option<Self> {
         let record = if self.record.driven == Input::Motion { None } else { windows(&self.record, WINDOW_S) }?;
         let place = in_windows(&self.system, &self.begun, &record, &self.held.starts.kinds, &self.weights);
+        self.held_at(place, record)
+    }
+
+    /// The model as its fit began, held against this ground's rows.
+    pub fn as_begun(&self) -> Option<Self> {
+        let starts = first_starts(&self.held.starts.kinds, &self.record, &self.begun, &self.system);
+        self.held_at(Place::begin(&self.system, &self.begun, &self.record, &starts), self.record.clone())
+    }
+
+    /// The model at a place of this record; `None` where it does not stay finite there.
+    fn held_at(&self, place: Place, record: Record<'a>) -> Option<Self> {
         let held = fit::hold(&self.system, &record, place, &self.noise());
         held.chi2.is_finite().then(|| Ground::of(&self.model, self.system.clone(), self.begun.clone(), held, record))
     }

@@ -108,8 +108,23 @@ pub fn explain(logs: Vec<Log>, model: &Model, progress: &(dyn Fn(&str) + Sync)) 
     })
 }
 
+/// Part of what the given model leaves to explain; a cause that leaves more of it is none.
+const HALF: f64 = 0.5;
+/// χ²/n from which on the noise is far away; a cause that leaves more than this part there may stand in for another.
+const FAR: f64 = 25.0;
+const STAND_IN: f64 = 0.1;
 /// Effects from which on a path is suspected to imitate one structure of no name.
 const MANY: usize = 3;
+
+/// Part of what is left to explain at the χ²/n `given` that is left at `left` too.
+fn rest(given: f64, left: f64) -> f64 {
+    (left - 1.0).max(0.0) / (given - 1.0).max(1e-3)
+}
+
+/// What leaves the part `rest` of the error, and the χ²/n `left`, may be called its cause.
+fn may_be_the_cause(rest: f64, left: f64) -> bool {
+    rest < HALF && (left < FAR || rest < STAND_IN)
+}
 
 /// The answer in one word, and the shape of what no effect explains. Where one structure of no name does better than all that was added, the
 /// path goes back to its begin.
@@ -138,16 +153,35 @@ fn verdict(path: &mut path::Path, rows: &[std::ops::Range<usize>]) -> (Verdict, 
     }
     let shapes: Vec<Shape> = unknown::best(last, rows).map(|u| u.shape).into_iter().collect();
     let unseen = |ground: &ground::Ground| ground::misfit(ground.heldout().into_iter());
-    let less_than_half = |given: f64, left: f64| found && left - 1.0 >= 0.5 * (given - 1.0);
-    let not_beyond = less_than_half(unseen(first), unseen(last));
-    if found && !less_than_half(given, left) && !not_beyond {
+    let beyond = rest(unseen(first), unseen(last));
+    let rest = rest(given, left).max(beyond);
+    if found && may_be_the_cause(rest, left) {
         return (Verdict::EffectFound, shapes);
     }
-    if path.missing.len() >= MANY || not_beyond {
-        let of_what = if not_beyond { "of the error on rows that the fit never saw" } else { "of it" };
-        path.remarks.push(format!("{}: less than half {of_what} explained, none is called the cause", path.missing.join(", ")));
+    if found && (path.missing.len() >= MANY || beyond >= HALF) {
+        path.remarks.push(format!(
+            "{}: {:.0} % of the error is left with them{}, none is called the cause",
+            path.missing.join(", "),
+            100.0 * rest,
+            if beyond >= HALF { " on rows that the fit never saw" } else { "" }
+        ));
         path.missing.clear();
         path.grounds.truncate(1);
     }
     (Verdict::UnknownStructure, shapes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_leaves_much_of_an_error_far_from_the_noise_is_not_called_its_cause() {
+        let judged = |given: f64, left: f64| may_be_the_cause(rest(given * given, left * left), left * left);
+        assert!(judged(154.0, 1.0) && judged(154.0, 20.0), "next to nothing is left of it");
+        assert!(!judged(154.0, 57.0), "a seventh of the squares, and 57 × the noise");
+        assert!(judged(3.0, 1.5), "near to the noise");
+        assert!(!judged(3.0, 2.5), "more than half is left");
+        assert!(!judged(1.0, 1.1), "nothing was there to explain");
+    }
 }

@@ -85,7 +85,13 @@ pub fn walk<'a>(log: &Log, logs: &[Range<usize>], ground: Ground<'a>, progress: 
         }
         let misfits: Vec<f64> = path.grounds.iter().map(Ground::misfit).collect();
         if leads_nowhere(&misfits) {
-            path.remarks.push("what was added last hardly helps: nothing further is tried".to_owned());
+            let kept = path.missing.len() - IN_VAIN;
+            path.remarks.push(format!(
+                "{} hardly help, far from the noise: not added, and nothing further is tried",
+                path.missing[kept..].join(" and ")
+            ));
+            path.missing.truncate(kept);
+            path.grounds.truncate(kept + 1);
             break;
         }
     }

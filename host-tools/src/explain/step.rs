@@ -175,19 +175,12 @@ fn best_of_each(mut fitted: Vec<Fitted>) -> Vec<Fitted> {
 /// The best trials of short windows, fitted there and from there to the whole log; `None` where there are too few windows.
 fn from_windows(log: &Log, ground: &Ground) -> Option<(Field, Vec<Fitted>)> {
     let short = ground.in_windows()?;
-    let field = Field::of(log, &short);
-    let Field { trials, scores, .. } = &field;
-    let mut chosen: Vec<usize> = Vec::new();
-    for &k in field.order.iter().filter(|&&k| scores[k].gain > field.critical && !trials[k].is_costly()) {
-        let alike = chosen.iter().filter(|&&other| trials[other].card.id == trials[k].card.id).count();
-        if chosen.len() < FROM_WINDOWS && alike < 2 {
-            chosen.push(k);
-        }
-    }
-    let mut tried: Vec<Fitted> = Vec::new();
-    for few in chosen.chunks(2) {
-        let rival = least(&tried);
-        tried.extend(few.par_iter().filter_map(|&k| fit(&short, &trials[k], &scores[k], rival)).collect::<Vec<_>>());
+    let (field, mut tried) = in_short(log, &short, Vec::new());
+    if explained(&tried) > EXPLAINED
+        && let Some(begun) = short.as_begun()
+    {
+        // Even in short windows what is missing may have carried the model's own parameters off.
+        tried = in_short(log, &begun, tried).1;
     }
     // Who leaves twice as much as the best even there has no prospect along the whole log.
     let prospect = within(LIKELY, least(&tried), &short.record);
@@ -200,6 +193,24 @@ fn from_windows(log: &Log, ground: &Ground) -> Option<(Field, Vec<Fitted>)> {
         fitted.extend(few.into_par_iter().filter_map(|f| f.along(ground, rival)).collect::<Vec<_>>());
     }
     Some((field, fitted))
+}
+
+/// The most promising trials of a ground of short windows, fitted there, beside those that are `tried` already.
+fn in_short(log: &Log, short: &Ground, mut tried: Vec<Fitted>) -> (Field, Vec<Fitted>) {
+    let field = Field::of(log, short);
+    let Field { trials, scores, .. } = &field;
+    let mut chosen: Vec<usize> = Vec::new();
+    for &k in field.order.iter().filter(|&&k| scores[k].gain > field.critical && !trials[k].is_costly()) {
+        let alike = chosen.iter().filter(|&&other| trials[other].card.id == trials[k].card.id).count();
+        if chosen.len() < FROM_WINDOWS && alike < 2 {
+            chosen.push(k);
+        }
+    }
+    for few in chosen.chunks(2) {
+        let rival = least(&tried);
+        tried.extend(few.par_iter().filter_map(|&k| fit(short, &trials[k], &scores[k], rival)).collect::<Vec<_>>());
+    }
+    (field, tried)
 }
 
 /// A shaft whose play has closed, fitted without it.

@@ -32,7 +32,7 @@ const FLANK_HZ: f64 = 50.0;
 /// Periods that must be seen before anything is called periodic.
 const FEWEST_PERIODS: f64 = 1.5;
 /// Turns in which a pendulum's torque bends enough to be no spring.
-const LEAST_SWING_TURNS: f64 = 0.5;
+const LEAST_SWING_TURNS: f64 = 0.25;
 
 /// One effect at one set of values.
 #[derive(Debug, Clone)]
@@ -165,7 +165,7 @@ fn why_unseen(card: &Card, scene: &Scene) -> Option<String> {
         },
         "presliding" | "stribeck" if !has("coulomb") && !has("stribeck") => needs("a dry level (coulomb) in the model"),
         "asymmetric-friction" if !has("coulomb") => needs("a dry level (coulomb) in the model: on top of it friction differs by direction"),
-        "unbalance" if turns(scene.record) < LEAST_SWING_TURNS => needs("half a turn at least, to be told from a cable's spring"),
+        "unbalance" if turns(scene.record) < LEAST_SWING_TURNS => needs("a quarter of a turn at least, to be told from a cable's spring"),
         "encoder-eccentricity" | "rate-g-sensitivity" if turns(scene.record) < FEWEST_PERIODS => needs("a turn and a half at least"),
         "magnetic-saturation" if input == Input::Motion => {
             Some("the motion is prescribed and the current compared: what depends on the current would be explained by itself".to_owned())

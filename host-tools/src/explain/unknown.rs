@@ -147,6 +147,10 @@ fn free_form(ground: &Ground, logs: &[std::ops::Range<usize>], hats: &Hats) -> O
         .filter(|(_, c)| **c > 0.0 && **c < SELDOM * usual)
         .map(|((at, height), confidence)| Bin { at: *at, mean: height - mean, confidence: *confidence })
         .collect();
+    if !bins.iter().any(|b| b.mean.abs() > b.confidence) {
+        // What helped was another place of the model's own parameters.
+        return None;
+    }
     let judged = judge(ground, logs, &system, &place, free - ground.held.parameters.free().len());
     let by_words = expression(hats, &heights).and_then(|(place, text, starts)| fitted_expression(ground, logs, place, &text, &starts));
     let along = match hats.coordinate {
@@ -309,6 +313,9 @@ fn fitted_expression(
     for (name, _) in starts {
         let p = at.parameters.list.iter().find(|p| p.name == format!("{NAME}.{name}"))?;
         values.push((*name, p.value));
+    }
+    if values.iter().zip(starts).all(|((_, value), (_, start))| value == start) {
+        return None;
     }
     let (bic, left) = judge(ground, logs, &system, &at, starts.len());
     let numbers = values.iter().map(|(n, v)| format!("{n} = {v:.6e}")).collect::<Vec<_>>().join(", ");

@@ -49,8 +49,11 @@ pub fn headline(e: &Explanation) -> String {
             format!("Missing: {}. {left}", listed(&e.missing))
         }
         Verdict::UnknownStructure => {
-            let found =
-                if e.missing.is_empty() { String::new() } else { format!("{} was missing, but that is not all. ", listed(&e.missing)) };
+            let found = match &e.missing[..] {
+                [] => String::new(),
+                [one] => format!("{one} explains a part of the error, but may stand in for something else. "),
+                many => format!("{} explain a part of the error, but may stand in for something else. ", listed(many)),
+            };
             let left = off(last(e));
             let left = if left.is_empty() { String::new() } else { format!(" ({left})") };
             let shape = if e.unexplained.is_empty() {
@@ -129,7 +132,8 @@ pub fn of_effect(e: &Explanation, k: usize) -> Vec<(String, String)> {
     // The list is that of the first step; what was added later was judged again, beside what was added before.
     let candidate = e.candidates.iter().find(|c| k == 0 && c.effect == *name && c.refitted);
     if let Some(c) = candidate {
-        says("How sure", sure(c));
+        let not_the_cause = "Sure that it helps, not that it is the cause: what is left with it is far more than noise.";
+        says("How sure", if e.verdict == Verdict::UnknownStructure { format!("{not_the_cause} {}", sure(c)) } else { sure(c) });
     }
     if let Some(text) = fall(e, k + 1) {
         says("How much", text);
