@@ -3,10 +3,11 @@
 
 use std::path::PathBuf;
 
-use host_tools::fit::Held;
 use host_tools::fit::equation_error::{self, Equation, Settings};
+use host_tools::fit::{Held, prepare};
 use host_tools::log::Log;
 use host_tools::model::Model;
+use host_tools::residual;
 use stand_tests::foreign::shared_data;
 use stand_tests::own::hold;
 use stand_tests::real::{correlation_with_map, noted, position_rms, record, with_values};
@@ -132,6 +133,21 @@ fn asymmetric_friction_learnt_on_one_record_of_emps_helps_on_the_other() {
     println!("rms of the position along the pulses: Coulomb {coulomb:.1} mm, asymmetric {asymmetric:.1} mm; published 8.0 and 5.4");
     assert!(coulomb < 16.0 && asymmetric < 10.8, "{coulomb} mm, {asymmetric} mm");
     assert!(asymmetric < 0.75 * coulomb, "{coulomb} mm, {asymmetric} mm");
+}
+
+/// The pulses show something else than the first record did: what its asymmetric model leaves of them goes with the rate.
+#[test]
+fn what_the_first_record_of_emps_taught_fails_on_the_second_over_the_rate() {
+    let Some(data) = data() else { return };
+    let (train, pulses) = (record(&data, "emps_train.csv", &[]), record(&data, "emps_pulses.csv", &[]));
+    let model = axis("\"load\", \"asymmetric-friction\"", "");
+    let learnt = with_values(&model, &hold(&train, &model, true).unwrap().parameters);
+    let (compared, _) = prepare::prepare(&pulses, &learnt, true).unwrap();
+    let failures = residual::failures(&pulses, &compared, &hold(&pulses, &learnt, false).unwrap());
+    let first = failures.first().expect("it fails somewhere");
+    println!("{}", first.says);
+    assert_eq!(first.coordinate.name(), "omega");
+    assert!(first.share > 0.5, "{}", first.share);
 }
 
 /// u has two levels and the motor never turns back: a dry level and a constant load leave the same.

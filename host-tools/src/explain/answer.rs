@@ -157,6 +157,8 @@ pub struct Explanation {
     pub model: Model,
     /// That model held against the log (for the plots).
     pub explained: Held,
+    /// Their paths, as they were given.
+    pub logs: Vec<String>,
     /// All logs as one, a segment each at least; what `given` and `explained` were held against.
     pub log: Log,
     /// What a person should know of how it was done.

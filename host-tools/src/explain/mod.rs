@@ -73,6 +73,7 @@ pub fn explain(logs: Vec<Log>, model: &Model, progress: &(dyn Fn(&str) + Sync)) 
             return Err(ExplainError::BadLog { log: log.path().display().to_string(), findings });
         }
     }
+    let paths = logs.iter().map(|l| l.path().display().to_string()).collect();
     let (log, rows) = gather::gather(logs)?;
     let (record, mut remarks) = prepare::prepare(&log, model, true)?;
     progress("fitting the model as it is");
@@ -102,6 +103,7 @@ pub fn explain(logs: Vec<Log>, model: &Model, progress: &(dyn Fn(&str) + Sync)) 
         next,
         model: found,
         explained,
+        logs: paths,
         log,
         remarks,
         seconds: begin.elapsed().as_secs_f64(),
@@ -158,7 +160,7 @@ fn verdict(path: &mut path::Path, rows: &[std::ops::Range<usize>]) -> (Verdict, 
     if found && may_be_the_cause(rest, left) {
         return (Verdict::EffectFound, shapes);
     }
-    if found && (path.missing.len() >= MANY || beyond >= HALF) {
+    if found && (path.missing.len() >= MANY || rest >= HALF) {
         path.remarks.push(format!(
             "{}: {:.0} % of the error is left with them{}, none is called the cause",
             path.missing.join(", "),

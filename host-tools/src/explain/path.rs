@@ -16,7 +16,7 @@ use super::ground::{Ground, leaves_far_less, near};
 use super::screen::{Score, scores};
 use super::step::step;
 use super::trial::{Trial, may_be_added};
-use super::{Candidate, Estimate, Shown, Stage};
+use super::{Candidate, Estimate, FAR, HALF, STAND_IN, Shown, Stage, rest};
 use crate::fit::{FitError, Fitness};
 use crate::log::Log;
 use crate::model::Model;
@@ -26,6 +26,9 @@ const MOST_ADDED: usize = 10;
 /// So many effects in turn, each of which explains no more than this part of what the one before left, lead nowhere.
 const IN_VAIN: usize = 2;
 const HARDLY: f64 = 0.03;
+/// So many effects, and the part of the error that they may together leave far from the noise: with more none of them will be called its
+/// cause, and a further one hardly makes them so.
+const ASTRAY: [(usize, f64); 2] = [(4, HALF), (6, STAND_IN)];
 /// χ²/n from which on that is asked: nearer to the noise small effects are worth their while.
 const FAR_FROM_NOISE: f64 = 2.0;
 /// Standard errors below which an amplitude is no more than a trifle, and how often such an effect may lead to a better fit without it.
@@ -94,6 +97,9 @@ pub fn walk<'a>(log: &Log, logs: &[Range<usize>], ground: Ground<'a>, progress: 
             path.grounds.truncate(kept + 1);
             break;
         }
+        if leads_astray(&misfits) {
+            break;
+        }
     }
     Ok(path)
 }
@@ -102,6 +108,12 @@ pub fn walk<'a>(log: &Log, logs: &[Range<usize>], ground: Ground<'a>, progress: 
 fn leads_nowhere(misfits: &[f64]) -> bool {
     let hardly = |w: &[f64]| w[1] > FAR_FROM_NOISE && w[1] - 1.0 > (1.0 - HARDLY) * (w[0] - 1.0);
     misfits.len() > IN_VAIN && misfits.windows(2).rev().take(IN_VAIN).all(hardly)
+}
+
+/// So many steps with these χ²/n of the stages leave too much, far from the noise.
+fn leads_astray(misfits: &[f64]) -> bool {
+    let (Some(given), Some(left)) = (misfits.first(), misfits.last()) else { return false };
+    *left > FAR && ASTRAY.iter().any(|(effects, part)| misfits.len() > *effects && rest(*given, *left) >= *part)
 }
 
 /// No amplitude of effect `name` is told from zero by its standard error.
@@ -275,6 +287,16 @@ mod tests {
         assert!(!leads_nowhere(&[13.0, 12.9, 9.0]), "the last one helped");
         assert!(!leads_nowhere(&[13.0, 9.0, 8.9]), "the one before did");
         assert!(!leads_nowhere(&[1.30, 1.299, 1.298]), "near to the noise");
+    }
+
+    #[test]
+    fn a_path_that_leaves_most_of_the_error_far_from_the_noise_leads_astray() {
+        assert!(leads_astray(&[2000.0, 1800.0, 1500.0, 1300.0, 1200.0]));
+        assert!(!leads_astray(&[2000.0, 1800.0, 1500.0, 1300.0, 900.0]), "more than half is explained");
+        assert!(!leads_astray(&[20.0, 18.0, 17.0, 16.0, 15.0]), "near to the noise");
+        assert!(!leads_astray(&[2000.0, 1800.0, 1500.0, 1300.0]), "only three");
+        assert!(leads_astray(&[2000.0, 1000.0, 900.0, 600.0, 500.0, 400.0, 300.0]));
+        assert!(!leads_astray(&[2000.0, 1000.0, 900.0, 600.0, 500.0, 400.0, 150.0]));
     }
 
     #[test]

@@ -13,7 +13,7 @@ use crate::model::{Channel, Input, Model};
 /// An amplitude at which an effect is absent and its phase still has a direction.
 const ABSENT: f64 = 1e-12;
 /// Rates at which the Stribeck bump is tried, as parts of the largest rate.
-const STRIBECK_PARTS: [f64; 5] = [0.005, 0.015, 0.05, 0.15, 0.4];
+const STRIBECK_PARTS: [f64; 6] = [0.005, 0.015, 0.05, 0.15, 0.4, 1.0];
 /// Moments at which a load may set in.
 const MOMENTS: usize = 24;
 /// Time constants of a winding whose temperature is not measured, relative to the card's start.

@@ -219,7 +219,9 @@ pub fn blind(e: &Explanation) -> Vec<String> {
 /// Where a proposed expression goes, as sentences.
 pub fn paste(e: &Explanation) -> String {
     let model = e.model.name();
-    format!("To try it, paste these lines at the end of {model}, then run `stand fit {} --model {model}`.", e.log.path().display())
+    // Only `explain` takes several logs.
+    let command = if e.logs.len() > 1 { "explain" } else { "fit" };
+    format!("To try it, paste these lines at the end of {model}, then run `stand {command} {} --model {model}`.", e.logs.join(" "))
 }
 
 /// Name of a stage in a staircase.
