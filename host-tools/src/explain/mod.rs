@@ -78,8 +78,9 @@ pub fn explain(logs: Vec<Log>, model: &Model, progress: &(dyn Fn(&str) + Sync)) 
     let (record, mut remarks) = prepare::prepare(&log, model, true)?;
     progress("fitting the model as it is");
     let given = Ground::fit(model, record)?;
-    let failures = residual::failures(&log, &given.record, &given.held);
-    let mut path = path::walk(&log, &rows, given, progress)?;
+    let (as_given, held) = (given.record.clone(), given.held.clone());
+    let (path, failures) = rayon::join(|| path::walk(&log, &rows, given, progress), || residual::failures(&log, &as_given, &held));
+    let mut path = path?;
     remarks.append(&mut path.remarks);
     progress("looking at what is left");
     let (verdict, unexplained) = verdict(&mut path, &rows);

@@ -6,6 +6,7 @@
 //! log begins from there, if that is the better place.
 
 use hal_sim::effects::Kind;
+use rayon::prelude::*;
 
 use super::first_starts;
 use super::parameters::{Parameter, Parameters};
@@ -76,12 +77,14 @@ pub fn past_a_step(system: &System, record: &Record, place: Place, weights: &[f6
     if !(sigma > 0.0 && sigma.is_finite()) {
         return place;
     }
-    let from = (place.parameters.clone(), place.starts.clone());
-    let mut best = place;
-    for shift in SHIFTS {
+    let shifted = |shift: f64| {
         let step: Vec<f64> = (0..free.len()).map(|k| shift * covariance[(k, lane)] / sigma).collect();
-        let begin = Place::begin(system, &from.0.moved(&step), record, &from.1);
-        let tried = solve::descend(system, record, begin, weights, |_| solve::NOTHING_LEFT);
+        let begin = Place::begin(system, &place.parameters.moved(&step), record, &place.starts);
+        solve::descend(system, record, begin, weights, |_| solve::NOTHING_LEFT)
+    };
+    let tried: Vec<Place> = SHIFTS.par_iter().map(|&shift| shifted(shift)).collect();
+    let mut best = place;
+    for tried in tried {
         if tried.linear(weights).cost < best.linear(weights).cost - 1.0 {
             let steps = best.steps;
             best = tried;
@@ -98,13 +101,16 @@ fn in_the_best_valley(system: &System, record: &Record, place: Place, weights: &
         (!values.is_empty()).then_some((k, values))
     });
     let Some((k, values)) = trials else { return place };
-    let given = (place.parameters.clone(), place.starts.clone());
-    let mut best = solve::descend(system, record, place, weights, |cost| ROUGHLY * cost);
-    for value in values {
-        let mut parameters = given.0.clone();
+    let (parameters, starts) = (place.parameters.clone(), place.starts.clone());
+    let from = |place: Place| solve::descend(system, record, place, weights, |cost| ROUGHLY * cost);
+    let valley = |value: f64| {
+        let mut parameters = parameters.clone();
         parameters.list[k].value = value;
-        let begin = Place::begin(system, &parameters, record, &given.1);
-        let tried = solve::descend(system, record, begin, weights, |cost| ROUGHLY * cost);
+        from(Place::begin(system, &parameters, record, &starts))
+    };
+    let tried: Vec<Place> = values.par_iter().map(|&value| valley(value)).collect();
+    let mut best = from(place);
+    for tried in tried {
         if tried.linear(weights).cost < best.linear(weights).cost {
             best = tried;
         }

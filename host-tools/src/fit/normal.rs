@@ -3,7 +3,9 @@
 //! The free parameters are common to all segments, the initial states belong to one each; the states are eliminated segment by segment
 //! (Schur complement), so that memory and work stay linear in the number of segments.
 
+use hal_sim::rig::Rig;
 use nalgebra::{Cholesky, DMatrix, DVector};
+use rayon::prelude::*;
 
 use super::parameters::{Dual, Parameters};
 use super::record::Record;
@@ -85,55 +87,78 @@ where
 {
     let rig = system.rig::<Dual<N>>(parameters, record.driven);
     let free = parameters.free().len();
-    let lanes = free + starts.kinds.len();
-    let mut residuals = vec![vec![f64::NAN; record.len()]; record.channels.len()];
-    let mut parts = Vec::with_capacity(record.segments.len());
-    let mut chi2 = 0.0;
-    for (segment, rows) in record.segments.iter().enumerate() {
-        let mut sums = vec![([[0.0; N]; N], [0.0; N], 0.0); record.channels.len()];
-        run(&rig, record, segment, (&starts.kinds, &starts.values[segment]), free, &mut |channel, row, value: &Dual<N>| {
-            let Some(target) = record.target(channel, row, rows.start) else { return true };
-            let r = target - value.re;
-            residuals[channel][row] = r;
-            if record.held_out(row) {
-                return true;
-            }
-            let (h, g, square) = &mut sums[channel];
-            *square += r * r;
-            chi2 += weights.get(channel).map_or(0.0, |w| w * r * r);
-            if chi2 > most {
-                *square = f64::INFINITY;
-                return false;
-            }
-            let Some(eps) = value.eps.0.as_ref() else { return true };
-            let eps = eps.as_slice();
-            for i in 0..lanes {
-                let e = eps[i];
-                g[i] += e * r;
-                // The lower triangle, in whole rows of four so that the compiler makes vectors of it.
-                for j in 0..((i | 3) + 1).min(N) {
-                    h[i][j] += e * eps[j];
-                }
-            }
-            true
-        });
-        parts.push(
-            sums.into_iter()
-                .map(|(h, g, square)| Part {
-                    h: DMatrix::from_fn(lanes, lanes, |i, j| if j <= i { h[i][j] } else { h[j][i] }),
-                    g: DVector::from_fn(lanes, |i, _| g[i]),
-                    square,
-                })
-                .collect(),
-        );
-        if chi2 > most {
-            // Its cost is infinite whatever the other segments say.
-            let nothing = parts.last().cloned().unwrap_or_default();
-            parts.resize(record.segments.len(), nothing);
-            break;
+    let segments: Vec<(Vec<Part>, Vec<Vec<f64>>)> = (0..record.segments.len())
+        .into_par_iter()
+        .map(|segment| along_segment(&rig, record, segment, free, (&starts.kinds, &starts.values[segment]), weights, most))
+        .collect();
+    let mut parts = Vec::with_capacity(segments.len());
+    let nowhere = || vec![f64::NAN; record.len()];
+    let mut residuals = Vec::new();
+    for (rows, (own, found)) in record.segments.iter().zip(segments) {
+        parts.push(own);
+        if *rows == (0..record.len()) {
+            residuals = found;
+            continue;
+        }
+        residuals.resize_with(record.channels.len(), nowhere);
+        for (all, found) in residuals.iter_mut().zip(found) {
+            all[rows.clone()].copy_from_slice(&found);
         }
     }
+    residuals.resize_with(record.channels.len(), nowhere);
     Pass { parts, residuals, free }
+}
+
+/// One segment: what each channel contributes, and its residuals there. Given up where its χ² alone passes `most`: then it is infinite.
+fn along_segment<const N: usize>(
+    rig: &Rig<Dual<N>>,
+    record: &Record,
+    segment: usize,
+    free: usize,
+    states: (&[Initial], &[f64]),
+    weights: &[f64],
+    most: f64,
+) -> (Vec<Part>, Vec<Vec<f64>>) {
+    let rows = record.segments[segment].clone();
+    let lanes = free + states.0.len();
+    let mut residuals = vec![vec![f64::NAN; rows.len()]; record.channels.len()];
+    let mut sums = vec![([[0.0; N]; N], [0.0; N], 0.0); record.channels.len()];
+    let mut chi2 = 0.0;
+    run(rig, record, segment, states, free, &mut |channel, row, value: &Dual<N>| {
+        let Some(target) = record.target(channel, row, rows.start) else { return true };
+        let r = target - value.re;
+        residuals[channel][row - rows.start] = r;
+        if record.held_out(row) {
+            return true;
+        }
+        let (h, g, square) = &mut sums[channel];
+        *square += r * r;
+        chi2 += weights.get(channel).map_or(0.0, |w| w * r * r);
+        if chi2 > most {
+            *square = f64::INFINITY;
+            return false;
+        }
+        let Some(eps) = value.eps.0.as_ref() else { return true };
+        let eps = eps.as_slice();
+        for i in 0..lanes {
+            let e = eps[i];
+            g[i] += e * r;
+            // The lower triangle, in whole rows of four so that the compiler makes vectors of it.
+            for j in 0..((i | 3) + 1).min(N) {
+                h[i][j] += e * eps[j];
+            }
+        }
+        true
+    });
+    let parts = sums
+        .into_iter()
+        .map(|(h, g, square)| Part {
+            h: DMatrix::from_fn(lanes, lanes, |i, j| if j <= i { h[i][j] } else { h[j][i] }),
+            g: DVector::from_fn(lanes, |i, _| g[i]),
+            square,
+        })
+        .collect();
+    (parts, residuals)
 }
 
 impl Pass {
