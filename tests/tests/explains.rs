@@ -126,6 +126,24 @@ fn an_unbalance_in_whose_valley_the_platform_swings_is_no_bristle() {
 }
 
 #[test]
+fn what_has_no_shape_and_is_near_the_noise_is_the_noise() {
+    // The angle's own noise, counts along an even rate, is 4 % greater than it is taken for.
+    let drawn = Drawn::by_name("nulls/rate/multi-step/6408").expect("a log of the table");
+    let e = answer(vec![drawn.log()], &drawn.user_model());
+    assert_eq!((e.verdict, e.missing.len()), (Verdict::Adequate, 0), "{} × the noise is left", left(&e));
+}
+
+#[test]
+fn where_only_noise_is_left_a_trifle_is_no_cause() {
+    // A load step of 3e-7 N m would take ΔBIC −24, and chance would do as much once in ten million times; it is an error of the rig's steps.
+    let drawn = Drawn::by_name("known/voltage/sweep/6304").expect("a log of the table");
+    let e = answer(vec![drawn.log()], &drawn.user_model());
+    assert_eq!((e.verdict, e.missing.as_slice()), (Verdict::Adequate, &[][..]));
+    let refused = e.candidates.iter().filter(|c| c.refused.as_ref().is_some_and(|why| why.contains("only noise is left")));
+    assert!(refused.count() > 0, "nothing was refused for it");
+}
+
+#[test]
 fn what_little_an_order_explains_is_no_cause_if_unseen_rows_do_not_show_it() {
     // 1.005 × the noise is left after the bump, and a cogging of order 238 would take ΔBIC −7 of it.
     let drawn = Drawn::by_name("own/stribeck/rate/multisine/12").expect("a log of the table");

@@ -25,6 +25,10 @@ const AGAINST: f64 = 6.0;
 /// fitted ones: at least this part of it.
 const LITTLE: f64 = 200.0;
 const CONFIRMED: f64 = 0.1;
+/// χ²/n up to which a model leaves only noise, and the gain from which on something is still added to it: below, it may as well be an error
+/// of the steps.
+pub const EXPLAINED: f64 = 1.03;
+const BEYOND_STEPS: f64 = 100.0;
 /// χ²/n from which on much is unexplained, and the part of it that is hardly anything.
 const MUCH: f64 = 4.0;
 const HARDLY: f64 = 0.04;
@@ -224,6 +228,9 @@ pub fn refusal(ground: &Ground, logs: &[Range<usize>], f: &Fitted, without: &Squ
     }
     if gain < LITTLE && without.holds_rows_out() && seen < CONFIRMED * gain {
         return Some("what little it explains is not found again on the rows that the fit never saw".to_owned());
+    }
+    if ground.misfit() <= EXPLAINED && gain < BEYOND_STEPS {
+        return Some("without it only noise is left, and what it explains of that is too little to be sure".to_owned());
     }
     if ground.misfit() > MUCH {
         // While so much is unexplained, whitened residuals are mostly its colour; what is shown must get better too.

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::Candidate;
 use super::Estimate;
 use super::evidence::{Squares, Whitener, delta_bic, ln_chance};
-use super::fitted::{APART, FAMILYWISE, Fitted, fit, place, refusal, shown_of, slices};
+use super::fitted::{APART, EXPLAINED, FAMILYWISE, Fitted, fit, place, refusal, shown_of, slices};
 use super::ground::{Goal, Ground, near, within};
 use super::orders::{HIGHEST, promising};
 use super::screen::{ALIKE, Score, scores};
@@ -21,8 +21,6 @@ const FITTED_LEAST: usize = 4;
 const FITTED_PART: f64 = 0.25;
 /// One step from a finite trial promises only roughly.
 const ROUGH_PART: f64 = 0.05;
-/// χ²/n up to which a candidate leaves nothing to explain.
-const EXPLAINED: f64 = 1.03;
 /// χ²/n above which the model's own parameters may have run away, and how many trials are then fitted from short windows.
 const FAR_OFF: f64 = 25.0;
 const FROM_WINDOWS: usize = 6;
