@@ -171,7 +171,8 @@ fn the_axis_with_the_worn_screw_lacks_coulomb_friction_then_its_asymmetry_and_no
     let log = || Log::read(data.join("emps_train.csv")).unwrap();
     let text = "[drive]\ninput = \"torque_N_m\"\neffects = [\"viscous\"]\n[parameters]\ninertia_kg_m2 = 100.0\nviscous_N_m_s = 200.0\n";
     let e = answer(vec![log()], &Model::parse(text, "viscous alone").unwrap());
-    assert_eq!(e.missing[..2], ["coulomb", "asymmetric-friction"], "{:?}", e.missing);
+    // A load step, a bump and a spring explain a third of what is left then, 154 × the noise: they are not kept.
+    assert_eq!((e.verdict, e.missing.as_slice()), (Verdict::EffectFound, &["coulomb".to_owned(), "asymmetric-friction".to_owned()][..]));
     let text = "[drive]\ninput = \"torque_N_m\"\neffects = [\"viscous\", \"coulomb\", \"load\"]\n[parameters]\ninertia_kg_m2 = 95.0\n\
                 viscous_N_m_s = 200.0\ncoulomb_N_m = 20.0\nload_N_m = 3.0\n";
     let e = answer(vec![log()], &Model::parse(text, "symmetric friction").unwrap());

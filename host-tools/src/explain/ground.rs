@@ -9,7 +9,7 @@ use crate::fit::normal::Starts;
 use crate::fit::parameters::Parameters;
 use crate::fit::simulate::{Initial, System, initials};
 use crate::fit::solve::{self, Place};
-use crate::fit::{self, FitError, Held, Record, build, first_starts};
+use crate::fit::{self, FitError, Fitness, Held, Record, build, first_starts};
 use crate::model::{Input, Model};
 
 /// A fitted model and its record.
@@ -190,6 +190,16 @@ impl<'a> Ground<'a> {
     /// The largest χ²/n of the channels: 1 where nothing but noise is left.
     pub fn misfit(&self) -> f64 {
         misfit(self.held.channels.iter().map(|c| c.chi2_per_n()))
+    }
+
+    /// The same of its rms over the noise that `other` found: the fine structure of a wrong model's residual says less of the noise. With it
+    /// that of the rows that the fit never saw.
+    pub fn misfits_beside(&self, other: &Ground) -> (f64, f64) {
+        let squares = |rms: fn(&Fitness) -> f64| {
+            let noise = other.held.channels.iter().map(|c| c.noise);
+            misfit(self.held.channels.iter().zip(noise).map(|(c, noise)| (rms(c) / noise).powi(2)))
+        };
+        (squares(|c| c.rms), squares(|c| c.heldout_rms.unwrap_or(c.rms)))
     }
 
     /// χ²/n of each channel on rows that the fit never saw.

@@ -84,7 +84,11 @@ pub fn explain(logs: Vec<Log>, model: &Model, progress: &(dyn Fn(&str) + Sync)) 
     remarks.append(&mut path.remarks);
     progress("looking at what is left");
     let (verdict, unexplained) = verdict(&mut path, &rows);
-    let stages = path.grounds.iter().enumerate().map(|(k, g)| path::stage(g, k.checked_sub(1).map(|k| &path.missing[k]))).collect();
+    let added = |k: usize| k.checked_sub(1).map(|k| &path.missing[k]);
+    let stages = match path.grounds.last() {
+        Some(last) => path.grounds.iter().enumerate().map(|(k, g)| path::stage(g, last, added(k))).collect(),
+        None => Vec::new(),
+    };
     let last = path.grounds.pop();
     let mut grounds = path.grounds.into_iter();
     let (given, explained, found) = match (grounds.next(), last) {
@@ -135,7 +139,7 @@ fn may_be_the_cause(rest: f64, left: f64) -> bool {
 /// path goes back to its begin.
 fn verdict(path: &mut path::Path, rows: &[std::ops::Range<usize>]) -> (Verdict, Vec<Shape>) {
     let (Some(first), Some(last)) = (path.grounds.first(), path.grounds.last()) else { return (Verdict::Adequate, Vec::new()) };
-    let (given, left) = (first.misfit(), last.misfit());
+    let left = last.misfit();
     let found = !path.missing.is_empty();
     if left <= unknown::LEFT && path.missing.len() < MANY {
         return (if found { Verdict::EffectFound } else { Verdict::Adequate }, Vec::new());
@@ -160,8 +164,8 @@ fn verdict(path: &mut path::Path, rows: &[std::ops::Range<usize>]) -> (Verdict, 
     if !found && shapes.is_empty() && left <= NOISE_KNOWN_TO {
         return (Verdict::Adequate, shapes);
     }
-    let unseen = |ground: &ground::Ground| ground::misfit(ground.heldout().into_iter());
-    let beyond = rest(unseen(first), unseen(last));
+    let ((given, given_unseen), (_, left_unseen)) = (first.misfits_beside(last), last.misfits_beside(last));
+    let beyond = rest(given_unseen, left_unseen);
     let rest = rest(given, left).max(beyond);
     if found && may_be_the_cause(rest, left) {
         return (Verdict::EffectFound, shapes);

@@ -15,7 +15,7 @@ use super::fitted::{APART, Fitted, added, fit, refusal};
 use super::ground::{Ground, leaves_far_less, near};
 use super::screen::{Score, scores};
 use super::step::step;
-use super::trial::{Trial, may_be_added};
+use super::trial::{Trial, carries_another, may_be_added};
 use super::{Candidate, Estimate, FAR, HALF, STAND_IN, Shown, Stage, rest};
 use crate::fit::{FitError, Fitness};
 use crate::log::Log;
@@ -86,22 +86,41 @@ pub fn walk<'a>(log: &Log, logs: &[Range<usize>], ground: Ground<'a>, progress: 
         if path.missing.len() > 1 {
             reconsider(&mut path, &mut rivals, logs)?;
         }
-        let misfits: Vec<f64> = path.grounds.iter().map(Ground::misfit).collect();
+        let misfits = path.misfits();
         if leads_nowhere(&misfits) {
-            let kept = path.missing.len() - IN_VAIN;
-            path.remarks.push(format!(
-                "{} hardly help, far from the noise: not added, and nothing further is tried",
-                path.missing[kept..].join(" and ")
-            ));
-            path.missing.truncate(kept);
-            path.grounds.truncate(kept + 1);
+            path.keep(path.missing.len() - IN_VAIN);
             break;
         }
         if leads_astray(&misfits) {
             break;
         }
     }
+    if let Some(kept) = before_stand_ins(&path.misfits()) {
+        path.keep(kept);
+    }
     Ok(path)
+}
+
+impl Path<'_> {
+    /// χ²/n of the stages, in units of the noise that the last one found.
+    fn misfits(&self) -> Vec<f64> {
+        let of = |last: &Ground| self.grounds.iter().map(|g| g.misfits_beside(last).0).collect();
+        self.grounds.last().map_or_else(Vec::new, of)
+    }
+
+    /// Keeps so many of the effects that were added; what comes after them stands in for something else.
+    fn keep(&mut self, count: usize) {
+        self.remarks
+            .push(format!("far from the noise these help too little to be more than stand-ins: {}", self.missing[count..].join(", ")));
+        self.missing.truncate(count);
+        self.grounds.truncate(count + 1);
+    }
+}
+
+/// After which stage of these χ²/n all that follows explains, together, less than half of what was left there, and is far from the noise.
+fn before_stand_ins(misfits: &[f64]) -> Option<usize> {
+    let (left, before) = misfits.split_last()?;
+    before.iter().position(|m| *left > FAR && rest(*m, *left) >= HALF)
 }
 
 /// The last steps with these χ²/n of the stages hardly came nearer to the noise.
@@ -143,7 +162,8 @@ fn reconsider(path: &mut Path, rivals: &mut Vec<(String, Vec<Trial>)>, logs: &[R
         let Some(last) = path.grounds.last() else { break };
         let name = path.missing[k].clone();
         let mut model = last.model.clone();
-        if model.remove(&name).is_err() {
+        let carries = last.model.effects().iter().any(|e| e.name() == name && carries_another(&last.model, e.card));
+        if carries || model.remove(&name).is_err() {
             k += 1;
             continue;
         }
@@ -249,8 +269,8 @@ pub fn evidence(first: &Ground, last: &Ground, logs: &[Range<usize>]) -> f64 {
     delta_bic(before.gain(&after), more, before.witnesses())
 }
 
-/// A ground as a stage of the answer.
-pub fn stage(ground: &Ground, added: Option<&String>) -> Stage {
+/// A ground as a stage of the answer, in units of the noise that the `last` one found.
+pub fn stage(ground: &Ground, last: &Ground, added: Option<&String>) -> Stage {
     let held = &ground.held;
     let unit = |name: &str| {
         let own = ground.model.parameter(name).and_then(|p| p.info);
@@ -259,7 +279,7 @@ pub fn stage(ground: &Ground, added: Option<&String>) -> Stage {
     Stage {
         effects: ground.model.effect_names(),
         added: added.cloned(),
-        outputs: held.channels.iter().map(shown).collect(),
+        outputs: held.channels.iter().zip(&last.held.channels).map(|(f, last)| shown(f, last.noise)).collect(),
         parameters: held
             .parameters
             .list
@@ -271,8 +291,8 @@ pub fn stage(ground: &Ground, added: Option<&String>) -> Stage {
     }
 }
 
-fn shown(f: &Fitness) -> Shown {
-    Shown { shows: f.shows, rms: f.rms, heldout_rms: f.heldout_rms, noise: f.noise }
+fn shown(f: &Fitness, noise: f64) -> Shown {
+    Shown { shows: f.shows, rms: f.rms, heldout_rms: f.heldout_rms, noise }
 }
 
 #[cfg(test)]
@@ -287,6 +307,15 @@ mod tests {
         assert!(!leads_nowhere(&[13.0, 12.9, 9.0]), "the last one helped");
         assert!(!leads_nowhere(&[13.0, 9.0, 8.9]), "the one before did");
         assert!(!leads_nowhere(&[1.30, 1.299, 1.298]), "near to the noise");
+    }
+
+    #[test]
+    fn the_end_of_a_path_that_explains_less_than_half_far_from_the_noise_is_of_stand_ins() {
+        assert_eq!(before_stand_ins(&[5480.0, 3557.0, 28.2, 27.9, 24.0]), None, "near enough");
+        assert_eq!(before_stand_ins(&[5_480_000.0, 3_557_000.0, 28_200.0, 27_900.0, 24_000.0, 18_000.0]), Some(2));
+        assert_eq!(before_stand_ins(&[2000.0, 1800.0]), Some(0));
+        assert_eq!(before_stand_ins(&[2000.0, 30.0]), None);
+        assert_eq!(before_stand_ins(&[2000.0]), None);
     }
 
     #[test]

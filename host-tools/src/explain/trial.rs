@@ -112,6 +112,20 @@ pub fn may_be_added(model: &Model, card: &Card) -> bool {
     matches!(card.id, "cogging" | "torque-ripple" | "encoder-eccentricity") || !model.effects().iter().any(|e| e.card.id == card.id)
 }
 
+/// The effect without which that of this card does nothing that could be told from it.
+fn rests_on(card: &Card) -> Option<&'static str> {
+    match card.id {
+        "stribeck" | "presliding" | "asymmetric-friction" => Some("coulomb"),
+        "viscous-temperature" => Some("viscous"),
+        _ => None,
+    }
+}
+
+/// Another effect of the model rests on that of this card.
+pub fn carries_another(model: &Model, card: &Card) -> bool {
+    model.effects().iter().any(|e| rests_on(e.card) == Some(card.id))
+}
+
 /// Why these columns, or this model, cannot show the effect; `None` where they can.
 fn why_unseen(card: &Card, scene: &Scene) -> Option<String> {
     let (model, record) = (scene.model, scene.record);
