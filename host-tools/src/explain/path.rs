@@ -3,7 +3,8 @@
 //! One step: every trial is screened by its score, the best few are fitted in full, and their whitened residuals are judged together with
 //! the model's that lacks them. An effect is added if as much by chance has a probability below [`super::fitted::FAMILYWISE`] over everything that was
 //! tried, if it pays for its parameters in BIC, if rows that no fit saw agree, if every log agrees, and if its parameters are physical.
-//! After each adding it is asked whether every earlier one is still needed, and whether a rival of an earlier one has become better.
+//! After each adding it is asked whether every earlier one is still needed, and whether a rival of an earlier one has become better. A path
+//! that leads nowhere ends early, and what only stands in for something else at its end is not kept.
 
 use std::ops::Range;
 
@@ -26,11 +27,11 @@ const MOST_ADDED: usize = 10;
 /// So many effects in turn, each of which explains no more than this part of what the one before left, lead nowhere.
 const IN_VAIN: usize = 2;
 const HARDLY: f64 = 0.03;
+/// χ²/n from which on that is asked: nearer to the noise small effects are worth their while.
+const FAR_FROM_NOISE: f64 = 2.0;
 /// So many effects, and the part of the error that they may together leave far from the noise: with more none of them will be called its
 /// cause, and a further one hardly makes them so.
 const ASTRAY: [(usize, f64); 2] = [(4, HALF), (6, STAND_IN)];
-/// χ²/n from which on that is asked: nearer to the noise small effects are worth their while.
-const FAR_FROM_NOISE: f64 = 2.0;
 /// Standard errors below which an amplitude is no more than a trifle, and how often such an effect may lead to a better fit without it.
 const TRIFLE: f64 = 5.0;
 const MOST_BETTER_GROUNDS: usize = 3;
