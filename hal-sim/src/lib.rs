@@ -1,6 +1,5 @@
 //! The board that is not there: the simulated stand.
 //!
-//! * [`effects`], the physical effects, and [`rig`], the model that is made of them (also what users fit);
 //! * [`gyro`], stabilisers on the torquer's and the angle sensor's wires;
 //! * [`plant`], the truth, integrated by other means; [`peripherals`], [`board`], [`clock`], [`session`]: the same firmware in virtual time.
 
@@ -10,11 +9,9 @@ use critical_section as _;
 pub mod board;
 pub mod clock;
 pub mod controller;
-pub mod effects;
 pub mod element;
 pub mod faults;
 pub mod gyro;
 pub mod peripherals;
 pub mod plant;
-pub mod rig;
 pub mod session;

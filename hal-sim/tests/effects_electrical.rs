@@ -6,7 +6,7 @@
 mod common;
 
 use common::{BOTH, Bench, Drive, Kind, ROW_S, Setup, close, close_rel};
-use hal_sim::rig::{Input, State};
+use drive_rig::{Input, State};
 
 /// A locked rotor, or a flywheel once spun.
 const FLYWHEEL: Drive = Drive { inertia: 1e9, motor_constant: 0.02, resistance: 2.0 };
@@ -177,7 +177,7 @@ fn supply_and_leads_lose_r_i() {
 fn a_measured_supply_scales_the_voltage_asked_for() {
     let list = [("supply-droop".to_owned(), vec![0.5])];
     let rig = common::rig(FLYWHEEL, Input::Voltage, &list);
-    let span = hal_sim::rig::Span { supply_ratio: 0.9, ..common::span(0.0, ROW_S, 4.0, None) };
+    let span = drive_rig::Span { supply_ratio: 0.9, ..common::span(0.0, ROW_S, 4.0, None) };
     let mean = rig.advance(&mut State::turning(0.0, 0.0), &span);
     close_rel(mean, 0.9 * 4.0 / 2.5, 1e-12, "0.9 of what was asked for");
 }

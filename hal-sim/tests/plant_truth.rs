@@ -5,7 +5,6 @@ mod common;
 
 use common::{Bench, Draw, Drive, Kind, ROW_S, Setup, close, stand_of};
 use hal_sim::board::PlantPort;
-use hal_sim::effects;
 use hal_sim::plant::Plant;
 
 const DRIVE: Drive = Drive { inertia: 2.5e-4, motor_constant: 0.0234, resistance: 2.32 };
@@ -15,15 +14,15 @@ fn with(id: &str) -> Vec<(String, Vec<f64>)> {
     let mut list: Vec<(String, Vec<f64>)> =
         vec![("coulomb".to_owned(), vec![9e-4]), ("viscous".to_owned(), vec![2e-5]), ("inductance".to_owned(), vec![2.38e-4])];
     list.retain(|e| e.0 != id);
-    let middle = |p: &effects::Parameter| {
+    let middle = |p: &drive_model::Parameter| {
         let m = 0.5 * (p.hidden.0 + p.hidden.1);
         match p.kind {
-            effects::Kind::Order => m.ceil(),
-            effects::Kind::Moment => 0.30037,
+            drive_model::Kind::Order => m.ceil(),
+            drive_model::Kind::Moment => 0.30037,
             _ => m,
         }
     };
-    list.push((id.to_owned(), effects::card(id).unwrap().parameters.iter().map(middle).collect()));
+    list.push((id.to_owned(), drive_model::card(id).unwrap().parameters.iter().map(middle).collect()));
     list
 }
 
@@ -49,7 +48,7 @@ fn record(list: &[(String, Vec<f64>)], ticks_per_row: usize) -> Vec<[f64; 5]> {
 
 #[test]
 fn a_rerun_is_the_same_to_the_last_bit() {
-    for card in effects::CATALOGUE {
+    for card in drive_model::CATALOGUE {
         let list = with(card.id);
         let bits = |rows: Vec<[f64; 5]>| rows.concat().iter().map(|x| x.to_bits()).collect::<Vec<_>>();
         assert_eq!(bits(record(&list, 10)), bits(record(&list, 10)), "{}", card.id);
@@ -61,7 +60,7 @@ fn a_finer_tick_changes_nothing_that_a_sensor_could_see() {
     println!(
         "greatest difference of rate (rad/s), angle (rad), row-mean current (A) between ticks of 100 and 25 µs (steps of 50 and 25 µs where the winding asks for them)"
     );
-    for card in effects::CATALOGUE {
+    for card in drive_model::CATALOGUE {
         let list = with(card.id);
         let (coarse, fine) = (record(&list, 10), record(&list, 40));
         // Impacts in a play amplify the last digits of their instants (neighbouring motions part by a factor at each): rms there.

@@ -7,9 +7,9 @@ mod common;
 
 use common::{ROW_S, TICK_S, span, stem};
 use hal_sim::board::PlantPort;
-use hal_sim::effects::{self, Card, Kind};
+use drive_model::{Card, Kind};
 use hal_sim::plant::{Plant, Stand};
-use hal_sim::rig::{Input, Rig, Span, State};
+use drive_rig::{Input, Rig, Span, State};
 use stand_firmware::profile::{Profile, ProfileConfig, ProfileKind};
 use std::f64::consts::TAU;
 
@@ -28,7 +28,7 @@ const AMPLITUDE_V: f64 = 0.7;
 
 /// The middle of the range from which `--hidden` draws; a whole number for an order, a moment within the ten seconds (and within a row).
 fn middle(card: &Card) -> Vec<f64> {
-    let value = |p: &effects::Parameter| {
+    let value = |p: &drive_model::Parameter| {
         let middle = 0.5 * (p.hidden.0 + p.hidden.1);
         match p.kind {
             Kind::Order => middle.ceil(),
@@ -42,7 +42,7 @@ fn middle(card: &Card) -> Vec<f64> {
 /// The default stand with one effect more, or at another value.
 fn stand(name: &str, parameters: &[f64]) -> Stand {
     let mut stand = Stand::default();
-    let card = effects::card(stem(name)).unwrap();
+    let card = drive_model::card(stem(name)).unwrap();
     let values = card.parameters.iter().zip(parameters).map(|(p, v)| (p.name.to_owned(), *v)).collect();
     stand.effects.insert(name.to_owned(), values);
     // Without another temperature the laws of temperature do nothing.
@@ -73,7 +73,7 @@ enum Known {
 fn differences(stand: &Stand, kind: ProfileKind, known: Known, seed: u64) -> [f64; 3] {
     let mut plant = Plant::new(stand, 0.3).unwrap();
     let rig = rig(stand);
-    let mut state = State { heat_K: plant.temp_C() - effects::T0_C, ..State::turning(0.0, 0.3) };
+    let mut state = State { heat_K: plant.temp_C() - drive_model::T0_C, ..State::turning(0.0, 0.3) };
     let mut profile = Profile::new(&ProfileConfig::new(kind, AMPLITUDE_V, seed)).unwrap();
     // Lag and skew are filters of the finished series in host-tools: the rate itself is compared.
     let filtered = rig.arms().lag_s.is_some() || rig.arms().skew_s.is_some();
@@ -110,7 +110,7 @@ fn every_effect_moves_the_rig_as_it_moves_the_plant_to_a_tenth_of_the_noise() {
     println!("rms difference over noise: rate, angle increments, current");
     println!("{:26} {:>20} {:>20} {:>20}", "effect", "multi-step", "multisine", "prbs");
     let mut wrong = Vec::new();
-    for card in effects::CATALOGUE {
+    for card in drive_model::CATALOGUE {
         let stand = stand(card.id, &middle(card));
         let mut line = format!("{:26}", card.id);
         for kind in kinds {
@@ -131,7 +131,7 @@ fn every_effect_moves_the_rig_as_it_moves_the_plant_to_a_tenth_of_the_noise() {
 #[test]
 fn a_rig_with_its_own_angle_and_heat_agrees_as_well() {
     for id in ["torque-ripple", "cable-spring", "rate-g-sensitivity"] {
-        let stand = stand(id, &middle(effects::card(id).unwrap()));
+        let stand = stand(id, &middle(drive_model::card(id).unwrap()));
         let d = differences(&stand, ProfileKind::MultiStep, Known::Voltage, 1);
         println!("{id} {d:?}");
         assert!(d.iter().all(|d| *d < 0.1), "{id} {d:?}");

@@ -6,8 +6,8 @@
 mod common;
 
 use common::{ROW_S, span};
-use hal_sim::effects::{self, Law, Scalar};
-use hal_sim::rig::{Base, Input, Rig, Span, State};
+use drive_model::{Law, Scalar};
+use drive_rig::{Base, Input, Rig, Span, State};
 use num_dual::{Derivative, DualSVec64};
 
 type Dual = DualSVec64<8>;
@@ -38,8 +38,8 @@ fn run<S: Scalar>(case: &Case, values: &[S]) -> Vec<S> {
     let mut rest = &values[STATES + 1..];
     let mut list: Vec<(Box<dyn Law<S>>, Vec<S>)> = Vec::new();
     for id in &case.effects {
-        let n = effects::card(id).unwrap().parameters.len();
-        list.push((effects::law::<S>(id).unwrap(), rest[..n].to_vec()));
+        let n = drive_model::card(id).unwrap().parameters.len();
+        list.push((drive_model::law::<S>(id).unwrap(), rest[..n].to_vec()));
         rest = &rest[n..];
     }
     let rig = Rig::new(base, case.input, list);
@@ -123,8 +123,8 @@ fn usual(id: &str) -> Vec<f64> {
         "rate-bias" | "rate-bias-temperature" | "current-offset" => vec![0.02],
         "rate-scale-nonlinearity" => vec![1e-4, 5e-5],
         _ => {
-            let card = effects::card(id).unwrap();
-            card.parameters.iter().map(|p| if p.kind == effects::Kind::Phase { 0.6 } else { p.start }).collect()
+            let card = drive_model::card(id).unwrap();
+            card.parameters.iter().map(|p| if p.kind == drive_model::Kind::Phase { 0.6 } else { p.start }).collect()
         }
     }
 }
@@ -143,7 +143,7 @@ fn case(id: &'static str, input: Input) -> Case {
 
 #[test]
 fn every_parameter_of_every_effect_has_the_derivative_of_its_finite_difference() {
-    for card in effects::CATALOGUE {
+    for card in drive_model::CATALOGUE {
         for input in [Input::Voltage, Input::Current, Input::Torque] {
             let case = case(card.id, input);
             let moved = check(&case, &format!("{} {input:?}", card.id));
@@ -188,7 +188,7 @@ fn the_derivative_by_the_moment_of_a_load_is_its_kink_also_within_a_row() {
     // ω = l (t − t0)/J: −l/J, exactly, whether t0 is at the edge of a row or within.
     for t0 in [0.02, 0.0203, 0.02999] {
         let laws: Vec<(Box<dyn Law<Dual>>, Vec<Dual>)> =
-            vec![(effects::law::<Dual>("load-step").unwrap(), vec![Dual::from(6e-4), seeded(t0, 0)])];
+            vec![(drive_model::law::<Dual>("load-step").unwrap(), vec![Dual::from(6e-4), seeded(t0, 0)])];
         let base = Base { inertia: Dual::from(1e-4), motor_constant: Dual::from(0.02), resistance: Dual::from(2.0) };
         let rig = Rig::new(base, Input::Torque, laws);
         let mut state = State::turning(Dual::from(1.0), Dual::from(0.0));
@@ -206,7 +206,7 @@ fn the_derivative_by_the_moment_of_a_load_is_its_kink_also_within_a_row() {
 fn the_derivatives_of_a_slide_pass_through_rest() {
     // ω0 > 0, stopped within the step and turned round: end = (τ + c)/J (h − ω0 J/(c − τ)), its slope by ω0 is −(τ + c)/(c − τ).
     let (torque, dry, j) = (-3e-3, 1e-3, 1e-4);
-    let (end, _) = hal_sim::rig::slide(seeded(0.01, 0), Dual::from(torque), seeded(dry, 1), seeded(j, 2), 1e-3);
+    let (end, _) = drive_rig::slide(seeded(0.01, 0), Dual::from(torque), seeded(dry, 1), seeded(j, 2), 1e-3);
     common::close_rel(end.re, (torque + dry) / j * (1e-3 - 0.01 * j / (dry - torque)), 1e-12, "end");
     common::close_rel(slope(&end, 0), -(torque + dry) / (dry - torque), 1e-12, "by the rate");
 }

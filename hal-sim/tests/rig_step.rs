@@ -4,8 +4,8 @@
 mod common;
 
 use common::{Bench, Draw, Drive, Kind, ROW_S, Setup, close, rig, span};
-use hal_sim::effects::{self, Kind as Moves, Parameter};
-use hal_sim::rig::{Input, State, slide};
+use drive_model::{Kind as Moves, Parameter};
+use drive_rig::{Input, State, slide};
 
 /// Within the range, a hundredth to a hundred times the start value (or the hidden one, where the start is zero).
 fn drawn(draw: &mut Draw, p: &Parameter) -> f64 {
@@ -25,7 +25,7 @@ fn drawn(draw: &mut Draw, p: &Parameter) -> f64 {
 #[test]
 fn the_step_is_finite_for_any_parameters() {
     let mut draw = Draw(21);
-    for card in effects::CATALOGUE {
+    for card in drive_model::CATALOGUE {
         for _ in 0..12 {
             let parameters: Vec<f64> = card.parameters.iter().map(|p| drawn(&mut draw, p)).collect();
             let drive = Drive { inertia: draw.log(2e-5, 3e-3), motor_constant: draw.log(3e-3, 0.2), resistance: draw.log(0.3, 20.0) };
@@ -201,7 +201,7 @@ fn mirrored_inputs_mirror_the_motion_to_the_last_bit() {
     for id in odd {
         let mut list = vec![("coulomb".to_owned(), vec![9e-4]), ("viscous".to_owned(), vec![2e-5]), ("inductance".to_owned(), vec![5e-4])];
         list.retain(|e| e.0 != id);
-        list.push((id.to_owned(), effects::card(id).unwrap().parameters.iter().map(|p| p.start).collect()));
+        list.push((id.to_owned(), drive_model::card(id).unwrap().parameters.iter().map(|p| p.start).collect()));
         for kind in common::BOTH {
             let setup = Setup { effects: list.clone(), ..Setup::by_voltage(drive, &[]) };
             let mut draw = Draw(24);

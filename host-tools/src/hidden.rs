@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use hal_sim::effects::{self, CATALOGUE, Kind};
+use drive_model::{CATALOGUE, Kind};
 use hal_sim::plant::Stand;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
@@ -46,7 +46,7 @@ pub fn hide(word: &str, stand: &mut Stand) -> Result<Hidden, String> {
             (**card, seed)
         }
         Err(_) => {
-            let card = effects::card(word).ok_or_else(|| {
+            let card = drive_model::card(word).ok_or_else(|| {
                 let hint = nearest(word, CATALOGUE.iter().map(|c| c.id)).map_or(String::new(), |n| format!("; did you mean `{n}`?"));
                 format!("`{word}` is neither a number nor an effect of the catalogue{hint} (`stand effects` lists them)")
             })?;

@@ -4,7 +4,7 @@
 mod common;
 
 use common::{folder, stand};
-use hal_sim::effects::{CATALOGUE, Coordinate};
+use drive_model::{CATALOGUE, Coordinate};
 use serde_json::Value;
 
 /// What a field may be.

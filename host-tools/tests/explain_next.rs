@@ -4,7 +4,7 @@
 mod common;
 
 use common::{MODEL, stand};
-use hal_sim::effects::CATALOGUE;
+use drive_model::CATALOGUE;
 use host_tools::explain::next::{RUNS, between, run_for};
 use host_tools::log::Log;
 use serde_json::Value;

@@ -4,7 +4,7 @@
 mod common;
 
 use common::{MODEL, stand};
-use hal_sim::effects::Coordinate;
+use drive_model::Coordinate;
 use host_tools::explain::{Explanation, Shape, Verdict, explain};
 use host_tools::log::Log;
 use host_tools::model::Model;

@@ -13,7 +13,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-use hal_sim::effects::CATALOGUE;
+use drive_model::CATALOGUE;
 use rayon::ThreadPoolBuilder;
 use stand_tests::draw::{Drawn, MODES, OUTSIDERS, PROFILES, mode_name};
 use stand_tests::foreign::{cases, shared_data};

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use hal_sim::effects::{self, CATALOGUE, Card, Kind};
+use drive_model::{CATALOGUE, Card, Kind};
 use hal_sim::plant::outsiders::{self, GrindingBearing, HuntingSupply, Outsiders, SectorRub, SlippingClutch};
 use hal_sim::plant::{Plant, Stand};
 use hal_sim::session::{self, SessionRequest};
@@ -115,7 +115,7 @@ impl Drawn {
             beliefs: stream.rotate_left(32),
         };
         match (parts[0], parts.len()) {
-            ("own", 5) => drawn.hidden.push(effects::card(parts[1])?.id.to_owned()),
+            ("own", 5) => drawn.hidden.push(drive_model::card(parts[1])?.id.to_owned()),
             ("several", 5) => drawn.hidden = several(parts[1].parse().ok()?, &mut draw),
             ("outsiders", 5) => {
                 drawn.outsider = Some(parts[1].to_owned());
@@ -136,7 +136,7 @@ impl Drawn {
 
     /// Puts an effect into the stand, with what it needs to act.
     fn put(&mut self, id: &str, draw: &mut Draw) {
-        let Some(card) = effects::card(id) else { return };
+        let Some(card) = drive_model::card(id) else { return };
         self.stand.effects.insert(id.to_owned(), draw.effect(card));
         if warms(id) {
             self.seconds = WARMING_S;
@@ -201,7 +201,7 @@ impl Drawn {
         }
         for name in names {
             let given = &self.stand.effects[name];
-            for p in effects::card(name).into_iter().flat_map(|card| card.parameters) {
+            for p in drive_model::card(name).into_iter().flat_map(|card| card.parameters) {
                 let value = in_log(p.kind, given.get(p.name).copied().unwrap_or(p.start));
                 // A coefficient that is truly zero is not part of the question.
                 text += &match value == 0.0 && p.kind != Kind::Phase {

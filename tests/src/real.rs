@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use hal_sim::rig::State;
+use drive_rig::State;
 use host_tools::fit::{self, FitError, Held};
 use host_tools::log::Log;
 use host_tools::model::Model;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use hal_sim::effects::CATALOGUE;
+use drive_model::CATALOGUE;
 
 use crate::verdicts::{Outcome, stem};
 

@@ -5,7 +5,6 @@
 //! fitted from the truth; rivals are the candidates that the explanation fitted in full and physics allows, with the BIC that it gives
 //! them; where there is none, "no effect at all" is the rival. A family here is what the cards say. What is not visible need not be found.
 
-use hal_sim::effects;
 use host_tools::explain::evidence::{Whitener, delta_bic};
 use host_tools::explain::{Explanation, explain};
 use host_tools::fit::{self, Held, Record, System};
@@ -74,7 +73,7 @@ pub fn stem(name: &str) -> &str {
 
 /// They are of one family by their cards.
 pub fn akin(a: &str, b: &str) -> bool {
-    let family = |id: &str| effects::card(stem(id)).map_or("", |c| c.family);
+    let family = |id: &str| drive_model::card(stem(id)).map_or("", |c| c.family);
     stem(a) == stem(b) || (!family(a).is_empty() && family(a) == family(b))
 }
 
@@ -214,7 +213,7 @@ fn deviations(explanation: &Explanation, known: &Known) -> Vec<(String, f64)> {
     }
     let Some(last) = explanation.stages.last() else { return Vec::new() };
     let mut list = Vec::new();
-    for card in known.hidden.iter().filter_map(|h| effects::card(h)) {
+    for card in known.hidden.iter().filter_map(|h| drive_model::card(h)) {
         for p in card.parameters {
             let fitted = last.parameters.iter().find(|e| e.name == p.name && e.sigma > 0.0);
             if let (Some(fitted), Some(value)) = (fitted, truth.value(p.name)) {
@@ -222,7 +221,7 @@ fn deviations(explanation: &Explanation, known: &Known) -> Vec<(String, f64)> {
                 if p.name == "eccentricity_phase_rad" {
                     off -= index_shift(truth);
                 }
-                if p.kind == effects::Kind::Phase {
+                if p.kind == drive_model::Kind::Phase {
                     off -= std::f64::consts::TAU * (off / std::f64::consts::TAU).round();
                 }
                 list.push((p.name.to_owned(), off / fitted.sigma));

@@ -4,7 +4,7 @@
 //! by itself what is new in it. The command's options are walked over in `host-tools/tests/options.rs`.
 #![allow(clippy::unwrap_used)]
 
-use hal_sim::effects::{CATALOGUE, Card, Kind, Parameter, Room};
+use drive_model::{CATALOGUE, Card, Kind, Parameter, Room};
 use hal_sim::gyro::SingleAxis;
 use hal_sim::plant::{Plant, Stand};
 use hal_sim::session::{Record, SessionRequest, run};

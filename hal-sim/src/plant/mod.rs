@@ -1,6 +1,6 @@
 //! The truth of the simulated stand.
 //!
-//! The same effects as the model's ([`crate::effects`]), integrated by other means: Runge and Kutta's fourth order, with the instants at
+//! The same effects as the model's ([`drive_model`]), integrated by other means: Runge and Kutta's fourth order, with the instants at
 //! which the rotor stops located and sticking held as a constraint, and finer steps where winding, shaft or bristle need them. Nothing of
 //! [`crate::rig`] is used here, so that an error of the one is not hidden by the other. Beside them it may have disturbances that
 //! no model knows ([`outsiders`]).
@@ -15,7 +15,7 @@ mod sensing;
 pub mod stand;
 
 use crate::board::PlantPort;
-use crate::effects::{self, Arms, T0_C, Thermal};
+use drive_model::{Arms, T0_C, Thermal};
 use motion::{BRISTLE, CHARGE, CURRENT, FULL, MOTOR, OMEGA, PLAIN, State, THETA, TWIST, past_gap};
 use outsiders::Outsiders;
 use outsiders::grinding_bearing::Grinding;
@@ -61,7 +61,7 @@ impl Plant {
         let mut arms = Arms::default();
         let (mut laws, mut seen) = (Vec::new(), Vec::new());
         for (id, parameters) in placed {
-            let Some(law) = effects::law::<f64>(id) else { continue };
+            let Some(law) = drive_model::law::<f64>(id) else { continue };
             law.arm(&parameters, &mut arms);
             if law.is_silent() { seen.push((law, parameters)) } else { laws.push((law, parameters)) }
         }

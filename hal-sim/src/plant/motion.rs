@@ -2,7 +2,7 @@
 
 use super::Plant;
 use super::events::QUICKEST_BRISTLE_S;
-use crate::effects::{self, Acts, Point, T0_C};
+use drive_model::{Acts, Point, T0_C};
 
 /// State: rate, current, angle, charge since the last tick; with shaft, clutch or bristle also the motor's rate, twist, bristle.
 pub(super) type State = [f64; FULL];
@@ -239,7 +239,7 @@ pub(super) fn past_gap(x: f64, width: f64) -> f64 {
 }
 
 /// Torque through a shaft, from motor to platform, N m.
-pub(super) fn through<const N: usize>(shaft: &effects::Shaft<f64>, s: &[f64; N]) -> f64 {
+pub(super) fn through<const N: usize>(shaft: &drive_model::Shaft<f64>, s: &[f64; N]) -> f64 {
     let wound = past_gap(s[TWIST], shaft.gap);
     if shaft.gap > 0.0 && wound == 0.0 { 0.0 } else { shaft.stiffness * wound + shaft.damping * (s[MOTOR] - s[OMEGA]) }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use crate::effects::{Arms, Law, Point, Reading};
+use drive_model::{Arms, Law, Point, Reading};
 
 /// A law with its parameters.
 pub(super) type Placed = (Box<dyn Law<f64>>, Vec<f64>);

@@ -27,7 +27,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::outsiders::Outsiders;
-use crate::effects::{self, Kind};
+use drive_model::Kind;
 use crate::faults::{FaultError, Faults};
 use crate::peripherals::SensorSetup;
 use crate::peripherals::imu::ImuSetup;
@@ -247,11 +247,11 @@ impl Stand {
         let mut placed = Vec::new();
         // In the catalogue's order, so that the order of a file does not matter.
         let mut names: Vec<&String> = self.effects.keys().collect();
-        let place = |name: &str| effects::CATALOGUE.iter().position(|c| c.id == stem(name));
+        let place = |name: &str| drive_model::CATALOGUE.iter().position(|c| c.id == stem(name));
         names.sort_by_key(|name| place(name));
         for name in names {
             let given = &self.effects[name];
-            let card = effects::card(stem(name)).ok_or_else(|| StandError::UnknownEffect(name.clone()))?;
+            let card = drive_model::card(stem(name)).ok_or_else(|| StandError::UnknownEffect(name.clone()))?;
             if let Some(parameter) = given.keys().find(|key| !card.parameters.iter().any(|p| p.name == *key)) {
                 let has = card.parameters.iter().map(|p| p.name).collect::<Vec<_>>().join(", ");
                 return Err(StandError::UnknownParameter { effect: name.clone(), parameter: parameter.clone(), has });

@@ -2,9 +2,9 @@
 #![allow(dead_code, reason = "each test binary uses its part")]
 
 use hal_sim::board::PlantPort;
-use hal_sim::effects::{self, Law, Reading};
+use drive_model::{Law, Reading};
 use hal_sim::plant::{Plant, Stand, stand};
-use hal_sim::rig::{Base, Input, Rig, Span, State};
+use drive_rig::{Base, Input, Rig, Span, State};
 
 /// Which integrator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,14 +80,14 @@ pub fn stem(name: &str) -> &str {
 /// The rig of these effects, in the catalogue's order.
 pub fn rig(drive: Drive, input: Input, list: &[(String, Vec<f64>)]) -> Rig<f64> {
     let base = Base { inertia: drive.inertia, motor_constant: drive.motor_constant, resistance: drive.resistance };
-    let laws: Vec<(Box<dyn Law<f64>>, Vec<f64>)> = list.iter().map(|(id, p)| (effects::law::<f64>(stem(id)).unwrap(), p.clone())).collect();
+    let laws: Vec<(Box<dyn Law<f64>>, Vec<f64>)> = list.iter().map(|(id, p)| (drive_model::law::<f64>(stem(id)).unwrap(), p.clone())).collect();
     Rig::new(base, input, laws)
 }
 
 /// A stand of these effects and nothing else.
 pub fn stand_of(drive: Drive, list: &[(String, Vec<f64>)]) -> Stand {
     let named = |(id, p): &(String, Vec<f64>)| {
-        let card = effects::card(stem(id)).unwrap();
+        let card = drive_model::card(stem(id)).unwrap();
         assert_eq!(card.parameters.len(), p.len(), "{id}");
         (id.clone(), card.parameters.iter().zip(p).map(|(c, v)| (c.name.to_owned(), *v)).collect())
     };

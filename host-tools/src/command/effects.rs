@@ -1,7 +1,7 @@
 //! `stand effects [ID]`: the catalogue, and the account of one effect.
 
 use clap::Args;
-use hal_sim::effects::{self, CATALOGUE};
+use drive_model::CATALOGUE;
 
 use super::error::Trouble;
 use super::output::{Output, is_terminal};
@@ -25,7 +25,7 @@ impl Effects {
             self.output.json(pages::list_json)?;
             return self.output.html(pages::list_html);
         };
-        let card = effects::card(id).ok_or_else(|| {
+        let card = drive_model::card(id).ok_or_else(|| {
             let hint = nearest(id, CATALOGUE.iter().map(|c| c.id)).map_or(String::new(), |n| format!("; did you mean `{n}`?"));
             Trouble::Input(format!("`{id}` is no effect of the catalogue{hint} (`stand effects` lists them)"))
         })?;

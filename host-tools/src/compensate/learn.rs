@@ -7,7 +7,7 @@
 
 use std::f64::consts::TAU;
 
-use hal_sim::effects::Room;
+use drive_model::Room;
 use stand_firmware::compensation::{Compensation, Harmonic, Harmonics, MOST_HARMONICS};
 use stand_firmware::speed_loop::Settings;
 

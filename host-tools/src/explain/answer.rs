@@ -1,6 +1,6 @@
 //! What an explanation says, apart from how it is told.
 
-use hal_sim::effects::Coordinate;
+use drive_model::Coordinate;
 
 use super::fitted::FAMILYWISE;
 use crate::fit::Held;

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use hal_sim::effects::{CATALOGUE, Card, Kind};
+use drive_model::{CATALOGUE, Card, Kind};
 
 use super::evidence::Squares;
 use super::ground::{Goal, Ground, leaves_far_less, misfit};

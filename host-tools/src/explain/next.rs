@@ -3,7 +3,6 @@
 //! In: what was found and what is still ambiguous. Out: one experiment as a command that runs: the one that separates rivals, else the one
 //! that shows what was found better, else the one that the log lacked to be sure that nothing is missing.
 
-use hal_sim::effects;
 use hal_sim::plant::Stand;
 
 use super::{Candidate, NextExperiment, Verdict};
@@ -155,7 +154,7 @@ fn wanted(candidates: &[Candidate], missing: &[String], verdict: Verdict, log: &
             Some((other, (says, run))) => (other, says.to_owned(), run),
             None => {
                 let other = open.ambiguous_with.first()?;
-                let best = |id: &str| effects::card(id).map_or(String::new(), |c| lower(c.account.experiment));
+                let best = |id: &str| drive_model::card(id).map_or(String::new(), |c| lower(c.account.experiment));
                 let says = format!("{one} shows best by this: {} And {}: {}", best(one), stem(other), best(stem(other)));
                 (other, says, run_for(one))
             }
@@ -172,7 +171,7 @@ fn wanted(candidates: &[Candidate], missing: &[String], verdict: Verdict, log: &
     match verdict {
         Verdict::EffectFound => {
             let first = stem(missing.first()?);
-            let card = effects::card(first)?;
+            let card = drive_model::card(first)?;
             Some((format!("To see {first} better, and its numbers to more digits: {}", lower(card.account.experiment)), run_for(first)))
         }
         Verdict::UnknownStructure => Some((

@@ -8,7 +8,7 @@
 
 use std::ops::Range;
 
-use hal_sim::effects::Kind;
+use drive_model::Kind;
 use rayon::prelude::*;
 
 use super::evidence::{Whitener, delta_bic};

@@ -17,7 +17,7 @@ use crate::fit::normal::{MOST_LANES, pass};
 use crate::fit::parameters::Parameters;
 use crate::fit::simulate::System;
 use crate::fit::solve::Place;
-use hal_sim::effects::Kind;
+use drive_model::Kind;
 
 /// What the score test says of a trial.
 #[derive(Debug, Clone)]

@@ -1,6 +1,6 @@
 //! A free-form law: heights over a coordinate, linear between them. It claims nothing but that something depends on that coordinate there.
 
-use hal_sim::effects::{Acts, Arms, Coordinate, Law, Point, Scalar};
+use drive_model::{Acts, Arms, Coordinate, Law, Point, Scalar};
 
 use crate::model::Place;
 

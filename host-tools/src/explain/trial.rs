@@ -4,7 +4,7 @@
 //! is singular ([`Screen::Probe`]) is tried at a few finite values, each with a run of its own. The values come from the model and the
 //! log (resonances that the rows resolve, a part of the largest current), never from one stand's size.
 
-use hal_sim::effects::{CATALOGUE, Card, Kind, Screen};
+use drive_model::{CATALOGUE, Card, Kind, Screen};
 
 use crate::fit::{Parameters, Record};
 use crate::log::Log;

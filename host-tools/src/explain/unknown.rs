@@ -7,7 +7,7 @@
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use hal_sim::effects::Coordinate;
+use drive_model::Coordinate;
 use rayon::prelude::*;
 
 use super::Shape;

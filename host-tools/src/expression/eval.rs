@@ -2,7 +2,7 @@
 //!
 //! `log` is the natural logarithm, as `ln`. Powers are real: a negative base needs a whole exponent.
 
-use hal_sim::effects::Scalar;
+use drive_model::Scalar;
 
 use super::Env;
 use super::node::{Function, Node, Pair, Variable};

@@ -13,7 +13,7 @@ mod node;
 mod parse;
 mod print;
 
-use hal_sim::effects::Scalar;
+use drive_model::Scalar;
 
 pub use error::ExpressionError;
 use node::{Node, Variable};

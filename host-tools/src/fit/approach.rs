@@ -5,7 +5,7 @@
 //! spread over the log, each with initial states of its own (multiple shooting without the continuity), and the descent along the whole
 //! log begins from there, if that is the better place.
 
-use hal_sim::effects::Kind;
+use drive_model::Kind;
 use rayon::prelude::*;
 
 use super::first_starts;

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use hal_sim::effects::{self, Card, Law};
+use drive_model::{Card, Law};
 
 use super::parameters::{Dual, Parameter, Parameters};
 use super::simulate::{Effect, Source, System};
@@ -28,7 +28,7 @@ macro_rules! in_every_scalar {
 impl Source for Catalogued {
     in_every_scalar!(source => {
         #[expect(clippy::expect_used, reason = "the identifier comes from the catalogue itself")]
-        effects::law(source.0).expect("an effect of the catalogue")
+        drive_model::law(source.0).expect("an effect of the catalogue")
     });
 }
 
@@ -99,7 +99,7 @@ pub fn append_linear(system: &mut System, parameters: &mut Parameters, name: &st
             name: format!("{name}.{k}"),
             value: 0.0,
             fixed: false,
-            kind: effects::Kind::Signed,
+            kind: drive_model::Kind::Signed,
             range: (f64::NEG_INFINITY, f64::INFINITY),
             polar: None,
         });

@@ -384,7 +384,7 @@ fn not_identifiable(parameters: &Parameters, covariance: &Covariance) -> Vec<(St
         let p = &parameters.list[free[lane]];
         let sigma = covariance.matrix[(lane, lane)].sqrt();
         let relative = match p.kind {
-            hal_sim::effects::Kind::Positive | hal_sim::effects::Kind::Share => sigma,
+            drive_model::Kind::Positive | drive_model::Kind::Share => sigma,
             _ => 0.0,
         };
         if relative > 1.0 && !list.iter().any(|(n, _)| *n == p.name) {

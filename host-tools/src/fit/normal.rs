@@ -3,7 +3,7 @@
 //! The free parameters are common to all segments, the initial states belong to one each; the states are eliminated segment by segment
 //! (Schur complement), so that memory and work stay linear in the number of segments.
 
-use hal_sim::rig::Rig;
+use drive_rig::Rig;
 use nalgebra::{Cholesky, DMatrix, DVector};
 use rayon::prelude::*;
 

@@ -3,7 +3,7 @@
 //! A positive parameter moves by its logarithm, a share by its logit, an amplitude with its phase as a·cos φ and a·sin φ; the rest as
 //! it is. The answers are always in the parameters of the model file.
 
-use hal_sim::effects::{Kind, Scalar};
+use drive_model::{Kind, Scalar};
 use nalgebra::SVector;
 use num_dual::{Derivative, DualSVec64};
 

@@ -9,8 +9,8 @@ mod past;
 
 use std::collections::VecDeque;
 
-use hal_sim::effects::{Arms, Reading, Scalar};
-use hal_sim::rig::Span;
+use drive_model::{Arms, Reading, Scalar};
+use drive_rig::Span;
 
 use super::record::{Compared, Record};
 use crate::model::Channel;

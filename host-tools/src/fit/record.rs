@@ -5,7 +5,7 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use hal_sim::rig::Span;
+use drive_rig::Span;
 
 use crate::model::{Channel, Input};
 

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use hal_sim::effects::{Law, Scalar};
-use hal_sim::rig::{self, Base, Rig, State};
+use drive_model::{Law, Scalar};
+use drive_rig::{Base, Rig, State};
 
 use super::parameters::{Lane, Parameters};
 use super::pipeline::{Chain, Row};
@@ -80,9 +80,9 @@ impl System {
             resistance: self.resistance.map_or(one, |k| values[k]),
         };
         let input = match driven {
-            Input::Voltage => rig::Input::Voltage,
-            Input::Current => rig::Input::Current,
-            Input::Torque | Input::Motion => rig::Input::Torque,
+            Input::Voltage => drive_rig::Input::Voltage,
+            Input::Current => drive_rig::Input::Current,
+            Input::Torque | Input::Motion => drive_rig::Input::Torque,
         };
         let effects = self.effects.iter().map(|e| (S::law(e.source.as_ref()), e.parameters.iter().map(|&k| values[k]).collect())).collect();
         Rig::new(base, input, effects)

@@ -1,6 +1,6 @@
 //! What the model file may name: base parameters, effects with their marks, and a blank file.
 
-use hal_sim::effects::{Arms, CATALOGUE, Card, Kind, Parameter, card, law};
+use drive_model::{Arms, CATALOGUE, Card, Kind, Parameter, card, law};
 
 use super::Input;
 use super::error::ModelTrouble;

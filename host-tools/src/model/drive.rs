@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use hal_sim::effects::{CATALOGUE, Card};
+use drive_model::{CATALOGUE, Card};
 use toml_edit::TableLike;
 
 use super::catalogue;

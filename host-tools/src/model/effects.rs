@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use hal_sim::effects::Card;
+use drive_model::Card;
 use toml_edit::TableLike;
 
 use super::catalogue::{self, BASE, marked};

@@ -19,7 +19,7 @@ mod read;
 
 use std::path::Path;
 
-use hal_sim::effects::{Card, Kind, Parameter};
+use drive_model::{Card, Kind, Parameter};
 use toml_edit::DocumentMut;
 
 pub use catalogue::BASE;

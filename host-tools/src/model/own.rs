@@ -1,6 +1,6 @@
 //! An effect of the user's own: an expression in the same places as the catalogue's laws.
 
-use hal_sim::effects::{Acts, Law, Point, Reading, Scalar};
+use drive_model::{Acts, Law, Point, Reading, Scalar};
 
 use crate::expression::{Env, Expression};
 

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use hal_sim::effects::{Kind, Parameter};
+use drive_model::{Kind, Parameter};
 use toml_edit::{Document, Item, TableLike};
 
 use super::error::{ModelError, ModelTrouble as Trouble};

@@ -1,4 +1,4 @@
-use hal_sim::effects::{Acts, Law, Point, Reading};
+use drive_model::{Acts, Law, Point, Reading};
 use proptest::prelude::*;
 
 use super::*;
@@ -202,7 +202,7 @@ fn each_input_needs_its_base() {
 
 #[test]
 fn every_effect_of_the_catalogue_can_be_added_and_removed_again() {
-    for card in hal_sim::effects::CATALOGUE {
+    for card in drive_model::CATALOGUE {
         let mut model = example();
         if model.effects().iter().any(|e| e.card.id == card.id) {
             continue;

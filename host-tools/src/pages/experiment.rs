@@ -5,7 +5,7 @@
 
 use std::f64::consts::TAU;
 
-use hal_sim::effects::{Card, Coordinate, Room};
+use drive_model::{Card, Coordinate, Room};
 
 /// What the stand is made to do.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,6 +1,6 @@
 //! Pages for a browser.
 
-use hal_sim::effects::Card;
+use drive_model::Card;
 
 use super::picture::drawings;
 use super::{ROOMS, beside, family, of_room, range, unit};

@@ -1,6 +1,6 @@
 //! Pages as JSON.
 
-use hal_sim::effects::{CATALOGUE, Card, Kind, Room};
+use drive_model::{CATALOGUE, Card, Kind, Room};
 use serde_json::{Value, json};
 
 use super::family;

@@ -11,7 +11,7 @@ mod picture;
 mod simulate;
 mod text;
 
-use hal_sim::effects::{CATALOGUE, Card, Room};
+use drive_model::{CATALOGUE, Card, Room};
 
 pub use experiment::{Experiment, Motion, Over, Shown};
 pub use html::{effect_html, list_html};

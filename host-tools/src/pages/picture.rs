@@ -1,6 +1,6 @@
 //! The picture of an effect: both traces over time, and their difference over the coordinate in which it shows.
 
-use hal_sim::effects::{Card, Coordinate};
+use drive_model::{Card, Coordinate};
 
 use super::experiment::Over;
 use super::simulate::Beside;

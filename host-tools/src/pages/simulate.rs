@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 use hal_sim::board::PlantPort;
-use hal_sim::effects::{Card, Coordinate, Kind, Parameter};
+use drive_model::{Card, Coordinate, Kind, Parameter};
 use hal_sim::plant::{Plant, Stand, StandError};
 
 use super::experiment::{Experiment, Motion, Over, Shown};

@@ -1,6 +1,6 @@
 use super::experiment::Shown;
 use super::*;
-use hal_sim::effects::Coordinate;
+use drive_model::Coordinate;
 
 /// What the default stand's sensors scatter in these channels at 1 kHz: a difference below it could not be seen.
 fn noise(shown: Shown) -> f64 {
@@ -78,7 +78,7 @@ fn every_page_is_one_well_formed_file_that_fetches_nothing() {
 
 #[test]
 fn the_terminal_page_reads_well() {
-    insta::assert_snapshot!(effect_text(hal_sim::effects::card("cogging").unwrap(), false));
+    insta::assert_snapshot!(effect_text(drive_model::card("cogging").unwrap(), false));
 }
 
 #[test]
@@ -94,7 +94,7 @@ fn the_list_names_every_effect_within_eighty_columns() {
 
 #[test]
 fn the_answer_has_the_card() {
-    let answer = effect_json(hal_sim::effects::card("rate-scale").unwrap());
+    let answer = effect_json(drive_model::card("rate-scale").unwrap());
     assert_eq!(answer["coordinate"], "omega");
     assert_eq!(answer["parameters"][0]["name"], "rate_scale");
     assert_eq!(list_json()["effects"].as_array().map(Vec::len), Some(CATALOGUE.len()));

@@ -1,6 +1,6 @@
 //! Pages for a terminal.
 
-use hal_sim::effects::{CATALOGUE, Card};
+use drive_model::{CATALOGUE, Card};
 
 use super::{ROOMS, family, of_room, range, unit};
 use crate::report::{Style, digits};

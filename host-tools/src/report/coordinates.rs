@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use hal_sim::effects::Coordinate;
+use drive_model::Coordinate;
 
 use crate::fit::{Fitness, Record};
 use crate::log::Log;

@@ -1,6 +1,6 @@
 //! The pictures of an explanation: the model as it was given beside the one with what was missing.
 
-use hal_sim::effects::Coordinate;
+use drive_model::Coordinate;
 
 use super::coordinates::Along;
 use super::explain_words as words;

@@ -1,6 +1,6 @@
 //! What an explanation says, in words: the same in every form of its report.
 
-use hal_sim::effects::{self, Card};
+use drive_model::Card;
 
 use super::explain_coverage::Coverage;
 pub use super::explain_evidence::{chance, fate, grouped, has_chance, heldout, probability, sure, tried};
@@ -16,7 +16,7 @@ pub fn title(e: &Explanation) -> String {
 
 /// The effect's card: `cogging` of `cogging#2`.
 pub fn card(name: &str) -> Option<&'static Card> {
-    effects::card(name.split('#').next().unwrap_or(name))
+    drive_model::card(name.split('#').next().unwrap_or(name))
 }
 
 /// Times the noise from which on what is left is no longer small.

@@ -8,7 +8,7 @@ use super::{html, quantity, statistics, unit};
 use crate::fit::record::Compared;
 use crate::fit::{Fitness, Record};
 use crate::model::Channel;
-use hal_sim::effects::Coordinate;
+use drive_model::Coordinate;
 
 /// Width of a plot across the page and of one of a pair, px.
 const WIDE: f64 = 980.0;

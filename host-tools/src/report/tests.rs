@@ -5,7 +5,7 @@ use crate::fit::record::Compared;
 use crate::fit::{Fitness, Held, Parameters, Record, build};
 use crate::log::{Column, Log};
 use crate::model::{Channel, Model};
-use hal_sim::effects::Coordinate;
+use drive_model::Coordinate;
 use serde_json::Value;
 
 /// A log of a sine, ten seconds at 100 Hz, or as many rows as are asked for.

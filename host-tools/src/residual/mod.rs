@@ -13,7 +13,7 @@ mod search;
 mod shapes;
 mod test;
 
-use hal_sim::effects::Coordinate;
+use drive_model::Coordinate;
 
 use crate::fit::{Held, Record};
 use crate::log::Log;

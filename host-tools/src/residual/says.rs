@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use hal_sim::effects::Coordinate;
+use drive_model::Coordinate;
 
 use super::Failure;
 use super::search::{Found, InChannel, SEEN_LOG10};

@@ -3,7 +3,7 @@
 //! Each round takes the family that lowers n ln(sum of squares) + k ln n most, if it is seen against the colour of what remains, and takes it
 //! out of the residual. So a coordinate that only goes along with one found before has nothing left to account for and is not listed.
 
-use hal_sim::effects::Coordinate;
+use drive_model::Coordinate;
 
 use super::orders;
 use super::rows::Rows;

@@ -1,6 +1,6 @@
 //! The shapes that are sought over each coordinate: few, so that noise is not learnt, and such as missing physics leaves.
 
-use hal_sim::effects::Coordinate;
+use drive_model::Coordinate;
 
 use super::rows::{Missing, Rows};
 use crate::fit::Held;

@@ -4,7 +4,7 @@
 //! no equation is written twice. An amplitude with its phase has the coordinates a·cos φ and a·sin φ. Whether the model is linear is
 //! tried, not believed.
 
-use hal_sim::effects::{Arms, Kind};
+use drive_model::{Arms, Kind};
 use nalgebra::DMatrix;
 
 use super::EquationTrouble as Trouble;

@@ -1,6 +1,6 @@
 //! A first-order lag, exact for an input that is a straight line or a parabola within the row.
 
-use hal_sim::effects::Scalar;
+use drive_model::Scalar;
 
 /// τ y' = u − y.
 pub(super) struct Lag<S> {

@@ -6,7 +6,7 @@
 
 use std::collections::VecDeque;
 
-use hal_sim::effects::Scalar;
+use drive_model::Scalar;
 
 /// Two instants are the same, s.
 pub(super) const CLOSE_S: f64 = 1e-9;

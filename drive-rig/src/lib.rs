@@ -1,0 +1,374 @@
+//! The rig: a rotor, a shaft, an armature and a list of effects; one step, generic over the scalar.
+//!
+//! In `f64` it simulates, in dual numbers it also carries the exact derivatives by every parameter and initial state. It is what a
+//! user's model is made of; the truth of the simulated stand is [`crate::plant`], which integrates the same effects by other means.
+//!
+//! The step is the explicit midpoint rule, with three parts solved exactly inside it: dry friction ([`slide`]: no smoothing, no event
+//! search), the current of an inductive winding ([`armature`]) and a bristle. A shaft swings by its series, and a stiff or a stuck one by the
+//! implicit midpoint rule ([`shaft`]). Local error O(h³) while nothing sticks, O(h²) at a reversal.
+//!
+//! Glossary: *row*, one sample of the log, [t, t + dt); *span*, a row with its input; *demand*, what a prescribed motion needs.
+
+mod armature;
+mod demand;
+mod shaft;
+mod slide;
+
+pub use demand::Demand;
+pub use slide::slide;
+
+use drive_model::{Acts, Arms, Law, Point, Reading, Scalar, T0_C};
+
+/// Longest step, s: a thousandth, as the logs of the stand.
+const LONGEST_STEP_S: f64 = 1.0e-3;
+/// Most steps within one row: a shaft of 2 kHz in rows of 1 ms, which no row shows.
+const MOST_STEPS: f64 = 64.0;
+/// Longest step in which the rotor leaves rest or passes it, where the current has an inductance, s: as small motors' L/R.
+const REST_STEP_S: f64 = 0.1e-3;
+
+/// What the bare model knows: J ω' = K i, i = (u − K ω)/R.
+#[derive(Debug, Clone, Copy)]
+pub struct Base<S> {
+    /// Inertia J of all that turns, kg m².
+    pub inertia: S,
+    /// Motor constant K, N m/A and V s.
+    pub motor_constant: S,
+    /// Resistance R of the winding, Ω.
+    pub resistance: S,
+}
+
+/// What is known of the drive, and so is the model's input.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Input {
+    /// `u_V`
+    Voltage,
+    /// `i_A`
+    Current,
+    /// `torque_N_m`
+    Torque,
+}
+
+/// One row with its input.
+#[derive(Debug, Clone, Copy)]
+pub struct Span {
+    /// Begin, s.
+    pub t_s: f64,
+    /// Length, s.
+    pub dt_s: f64,
+    /// Voltage, current or torque, mean over the row.
+    pub input: f64,
+    /// Measured angle at begin and end, rad; `None`: the rig's own angle.
+    pub theta: Option<(f64, f64)>,
+    /// Measured winding temperature, °C; `None`: the rig's own, if an effect heats it.
+    pub temp_C: Option<f64>,
+    /// Supply over its nominal value; 1 where it is not measured.
+    pub supply_ratio: f64,
+    /// The rate channel is made from the encoder.
+    pub rate_from_encoder: bool,
+}
+
+/// State of the rig.
+#[derive(Debug, Clone, Copy)]
+pub struct State<S> {
+    /// Rate of the platform, rad/s.
+    pub omega: S,
+    /// Angle of the platform, rad.
+    pub theta: S,
+    /// Current at the end of the last step, A (mean over it where there is no inductance).
+    pub current: S,
+    /// Rate of the motor, rad/s (only with a shaft).
+    pub motor_omega: S,
+    /// Angle of the motor before the platform's, rad (only with a shaft).
+    pub twist: S,
+    /// Deflection of the bristle, rad.
+    pub bristle: S,
+    /// Winding temperature above [`T0_C`], K (only where it is not measured).
+    pub heat_K: S,
+}
+
+impl<S: Scalar> State<S> {
+    /// Everything turning at `omega`, nothing twisted, no current, cold.
+    pub fn turning(omega: S, theta: S) -> Self {
+        let zero = S::zero();
+        State { omega, theta, current: zero, motor_omega: omega, twist: zero, bristle: zero, heat_K: zero }
+    }
+}
+
+/// A law with its parameters.
+struct Placed<S> {
+    law: Box<dyn Law<S>>,
+    parameters: Vec<S>,
+}
+
+/// The model of a drive with its effects, at one set of parameters.
+pub struct Rig<S: Scalar> {
+    base: Base<S>,
+    input: Input,
+    /// Laws that act, and all laws.
+    acting: Vec<usize>,
+    placed: Vec<Placed<S>>,
+    arms: Arms<S>,
+}
+
+impl<S: Scalar> Rig<S> {
+    /// A rig of these effects, each with its parameters in its card's order.
+    pub fn new(base: Base<S>, input: Input, effects: Vec<(Box<dyn Law<S>>, Vec<S>)>) -> Self {
+        let mut arms = Arms::default();
+        let placed: Vec<_> = effects
+            .into_iter()
+            .map(|(law, parameters)| {
+                law.arm(&parameters, &mut arms);
+                Placed { law, parameters }
+            })
+            .collect();
+        let acting = (0..placed.len()).filter(|&k| !placed[k].law.is_silent()).collect();
+        Rig { base, input, acting, placed, arms }
+    }
+
+    /// The structure that the effects gave it.
+    pub fn arms(&self) -> &Arms<S> {
+        &self.arms
+    }
+
+    /// Steps that a row of `dt_s` takes; see [`Rig::resolves`] for the most.
+    pub fn steps(&self, dt_s: f64) -> u32 {
+        self.steps_needed(dt_s).clamp(1.0, MOST_STEPS) as u32
+    }
+
+    /// The rig can follow its own time constants over rows of `dt_s`. Parameters far from any stand's (an inertia of nothing) are too
+    /// fast for it: it would not stay finite.
+    pub fn resolves(&self, dt_s: f64) -> bool {
+        self.steps_needed(dt_s) <= MOST_STEPS
+    }
+
+    /// Steps that a row of `dt_s` needs for the error to stay below the noise: by the fastest of its time constants.
+    fn steps_needed(&self, dt_s: f64) -> f64 {
+        let inertia = self.base.inertia.re();
+        let brake = match self.input {
+            Input::Voltage => self.base.motor_constant.re().powi(2) / self.base.resistance.re(),
+            Input::Current | Input::Torque => 0.0,
+        };
+        let mut rate_1_s = brake / inertia / 0.03;
+        if self.arms.by_current {
+            rate_1_s = rate_1_s.max(2.0 / LONGEST_STEP_S);
+        }
+        if let Some(shaft) = &self.arms.shaft {
+            let share = shaft.share.re();
+            let reduced = inertia * share * (1.0 - share);
+            let (swing_1_s, decay_1_s) = ((shaft.stiffness.re() / reduced).sqrt(), shaft.damping.re() / reduced);
+            // Where there is play, whether a flank is hit or just missed may hang on the last digit.
+            let by_shaft = if shaft.gap.re() > 0.0 {
+                (swing_1_s / 0.1).max(decay_1_s / 0.2)
+            } else {
+                (swing_1_s / 0.2).max(decay_1_s.min(swing_1_s / 0.025))
+            };
+            rate_1_s = rate_1_s.max(by_shaft).max(brake / (inertia * share) / 0.1);
+        }
+        if let Some(stiffness) = &self.arms.bristle_N_m_rad {
+            rate_1_s = rate_1_s.max((stiffness.re() / inertia).sqrt() / 0.1);
+        }
+        let steps = (dt_s / LONGEST_STEP_S).max(dt_s * rate_1_s);
+        // A hair of slack, so that jitter in the last digit of dt does not double the work.
+        (steps - 1e-6).ceil()
+    }
+
+    /// Carries the state over one row; gives the mean current over it, A.
+    pub fn advance(&self, state: &mut State<S>, span: &Span) -> S {
+        let steps = self.steps(span.dt_s);
+        let at_rest = (span.dt_s / REST_STEP_S).ceil() as u32;
+        if self.arms.inductance_H.is_none() || self.input != Input::Voltage || steps >= at_rest {
+            return self.advance_in(state, span, steps);
+        }
+        // A rotor that leaves rest or turns round while the current rises has the dry level against it for a part of the step that the
+        // step's mean torque does not know.
+        let start = *state;
+        let current = self.advance_in(state, span, steps);
+        let (from, to) = (self.motor_omega(&start).re(), self.motor_omega(state).re());
+        if from * to > 0.0 || (from == 0.0 && to == 0.0 && self.is_held(state, span)) {
+            return current;
+        }
+        *state = start;
+        self.advance_in(state, span, at_rest)
+    }
+
+    /// A rotor at rest would stay there if the input went on.
+    fn is_held(&self, state: &State<S>, span: &Span) -> bool {
+        let x = self.point(span, 1.0, 0.0, state.theta, self.motor_omega(state), state.current, state.heat_K);
+        let acts = self.acts(&x);
+        let (torque, ..) = self.torque(&acts, x.omega, state.current, span.input, span.dt_s);
+        let shaft = self.arms.shaft.as_ref().map_or(0.0, |s| if s.gap.re() > 0.0 { 0.0 } else { s.stiffness.re() * state.twist.re() });
+        (torque.re() - shaft).abs() <= acts.dry.re()
+    }
+
+    #[inline]
+    fn advance_in(&self, state: &mut State<S>, span: &Span, steps: u32) -> S {
+        if steps == 1 {
+            return self.step(state, span, 0.0, span.dt_s);
+        }
+        let h = span.dt_s / f64::from(steps);
+        let mut current = S::zero();
+        for k in 0..steps {
+            current += self.step(state, span, f64::from(k) / f64::from(steps), h);
+        }
+        current / f64::from(steps)
+    }
+
+    /// What the channels show at the begin of `span`, before lag and skew, with rate, angle and heat there; `current` is the row's mean.
+    pub fn read(&self, (omega, theta, heat_K): (S, S, S), span: &Span, current: S) -> Reading<S> {
+        let mut reading = Reading { omega, theta, current };
+        let x = self.point(span, 0.0, 0.0, theta, omega, current, heat_K);
+        for placed in &self.placed {
+            placed.law.see(&placed.parameters, &x, &mut reading);
+        }
+        reading
+    }
+
+    /// Current at the begin of `span`, A, for a log that took it at the instant.
+    pub fn current_now(&self, state: &State<S>, span: &Span) -> S {
+        if self.input == Input::Current {
+            return S::from(span.input);
+        }
+        if self.arms.inductance_H.is_some() {
+            return state.current;
+        }
+        let omega = if self.arms.shaft.is_some() { state.motor_omega } else { state.omega };
+        let acts = self.acts(&self.point(span, 0.0, 0.0, state.theta, omega, state.current, state.heat_K));
+        self.armature(&acts, self.base.motor_constant * acts.motor_factor, omega, state.current, span.input, 0.0).0
+    }
+
+    /// Sum of what the effects do at `x`.
+    #[inline]
+    pub(crate) fn acts(&self, x: &Point<S>) -> Acts<S> {
+        let mut acts = Acts::none();
+        for &k in &self.acting {
+            let placed = &self.placed[k];
+            placed.law.act(&placed.parameters, x, &mut acts);
+        }
+        acts
+    }
+
+    /// The point that stands for the part [from, from + h) of a span, `from` as a share of it.
+    #[inline]
+    #[expect(clippy::too_many_arguments, reason = "a point has that many coordinates")]
+    fn point(&self, span: &Span, from: f64, h: f64, theta: S, omega: S, current: S, heat_K: S) -> Point<S> {
+        let from_s = span.t_s + from * span.dt_s;
+        let theta = match span.theta {
+            Some((a, b)) => S::from(a + (b - a) * (from + 0.5 * h / span.dt_s)),
+            None => theta,
+        };
+        Point {
+            from_s,
+            to_s: from_s + h,
+            theta,
+            theta_measured: span.theta.is_some(),
+            omega,
+            current,
+            voltage: if self.input == Input::Voltage { S::from(span.input) } else { S::zero() },
+            temp_C: span.temp_C.map_or(heat_K + T0_C, S::from),
+            supply_ratio: span.supply_ratio,
+            rate_from_encoder: span.rate_from_encoder,
+        }
+    }
+
+    /// One step of length `h`, beginning at the share `from` of the span; gives the mean current over it.
+    #[inline]
+    fn step(&self, state: &mut State<S>, span: &Span, from: f64, h: f64) -> S {
+        if self.arms.is_plain() { self.step_plain(state, span, from, h) } else { self.step_armed(state, span, from, h) }
+    }
+
+    /// A rotor and a winding: all that most models have, without the copies of the whole state.
+    #[inline]
+    fn step_plain(&self, state: &mut State<S>, span: &Span, from: f64, h: f64) -> S {
+        let x = self.point(span, from, 0.5 * h, state.theta, state.omega, state.current, state.heat_K);
+        let acts = self.acts(&x);
+        let (torque, _, last) = self.torque(&acts, state.omega, state.current, span.input, 0.5 * h);
+        let (middle, turned) = slide(state.omega, torque, acts.dry, self.base.inertia, 0.5 * h);
+        let x = self.point(span, from, h, state.theta + turned, middle, last, state.heat_K);
+        let acts = self.acts(&x);
+        let (torque, mean, last) = self.torque(&acts, middle, state.current, span.input, h);
+        let (omega, turned) = slide(state.omega, torque, acts.dry, self.base.inertia, h);
+        state.omega = omega;
+        state.theta += turned;
+        state.current = last;
+        mean
+    }
+
+    /// The same with shaft, bristle, winding heat, or a law that asks for the current.
+    #[inline(never)]
+    fn step_armed(&self, state: &mut State<S>, span: &Span, from: f64, h: f64) -> S {
+        let start = *state;
+        let mut x = self.point(span, from, 0.5 * h, start.theta, self.motor_omega(&start), start.current, start.heat_K);
+        if self.arms.by_current && self.input == Input::Voltage {
+            // The voltage may just have jumped: the current that the laws ask for is the one that it drives now.
+            x.current = self.torque(&self.acts(&x), x.omega, start.current, span.input, 0.5 * h).1;
+        }
+        let (half, _) = self.stage(&start, &start, &self.acts(&x), span, 0.5 * h);
+        let x = self.point(span, from, h, half.theta, self.motor_omega(&half), half.current, half.heat_K);
+        let (end, current) = self.stage(&start, &half, &self.acts(&x), span, h);
+        *state = end;
+        current
+    }
+
+    /// The rate that friction and winding see.
+    fn motor_omega(&self, state: &State<S>) -> S {
+        if self.arms.shaft.is_some() { state.motor_omega } else { state.omega }
+    }
+
+    /// Torque on the rotor without its dry part, over `h` at the rate `omega`; with it (mean, last) current.
+    #[inline]
+    fn torque(&self, acts: &Acts<S>, omega: S, current: S, input: f64, h: f64) -> (S, S, S) {
+        let motor_constant = self.base.motor_constant * acts.motor_factor;
+        let (drive, mean, last) = match self.input {
+            Input::Voltage => {
+                let (mean, last) = self.armature(acts, motor_constant, omega, current, input, h);
+                (motor_constant * mean, mean, last)
+            }
+            Input::Current => (motor_constant * input, S::from(input), S::from(input)),
+            Input::Torque => (S::from(input), S::zero(), S::zero()),
+        };
+        (drive + acts.torque - acts.viscous * acts.viscous_factor * omega, mean, last)
+    }
+
+    /// From `start` over `h`, with what acts at the state `mid`; gives the state there and the mean current.
+    fn stage(&self, start: &State<S>, mid: &State<S>, acts: &Acts<S>, span: &Span, h: f64) -> (State<S>, S) {
+        let mut end = *start;
+        let omega = self.motor_omega(mid);
+        let (mut torque, current, last) = self.torque(acts, omega, start.current, span.input, h);
+        end.current = last;
+        if let (Some(thermal), None) = (&self.arms.thermal, span.temp_C) {
+            let loss_W = self.base.resistance * acts.resistance_factor * current * current;
+            end.heat_K = start.heat_K + (loss_W - mid.heat_K / thermal.K_W) / thermal.J_K * h;
+        }
+        let mut dry = acts.dry;
+        if let Some(stiffness) = self.arms.bristle_N_m_rad {
+            let (mean, last) = bristle(start.bristle, omega, dry, stiffness, h);
+            torque -= stiffness * mean;
+            dry = S::zero();
+            end.bristle = last;
+        }
+        match &self.arms.shaft {
+            None => {
+                let (omega, turned) = slide(start.omega, torque, dry, self.base.inertia, h);
+                end.omega = omega;
+                end.motor_omega = omega;
+                end.theta = start.theta + turned;
+            }
+            Some(shaft) => self.twist(shaft, start, &mut end, torque, dry, h),
+        }
+        (end, current)
+    }
+}
+
+/// Dahl's bristle z' = ω − σ|ω|z/c over `h` at constant rate: (mean, last) deflection. Exact in z, so no step is too long for it.
+fn bristle<S: Scalar>(z: S, omega: S, dry: S, stiffness: S, h: f64) -> (S, S) {
+    if dry <= 0.0 || omega == 0.0 {
+        return (z, z);
+    }
+    let limit = dry / stiffness * omega.signum();
+    let decay = -(omega.abs() * stiffness / dry * h);
+    let toward = -decay.exp_m1();
+    let last = z + (limit - z) * toward;
+    // Mean of the exponential; its series where the exponent is too small to divide by.
+    let mean_part = if decay < -1e-6 { (toward / decay) + 1.0 } else { decay * -0.5 };
+    (z + (limit - z) * mean_part, last)
+}

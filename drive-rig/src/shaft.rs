@@ -1,0 +1,186 @@
+//! Two masses on a shaft, with or without play.
+
+use std::ops::{Add, Mul};
+
+use crate::{Rig, State, slide};
+use drive_model::{Scalar, Shaft};
+
+impl<S: Scalar> Rig<S> {
+    /// Motor and platform over `h`, in two parts where the play closes or opens within it.
+    ///
+    /// All torques and the friction act on the motor's side; the platform is driven by the shaft alone.
+    pub(super) fn twist(&self, shaft: &Shaft<S>, start: &State<S>, end: &mut State<S>, torque: S, dry: S, h: f64) {
+        let half_gap = shaft.gap.re() * 0.5;
+        let side = Side::at(start, half_gap);
+        self.twist_on(side, shaft, start, end, torque, dry, h);
+        if half_gap <= 0.0 {
+            return;
+        }
+        let edge = match side {
+            Side::Free if end.twist > half_gap => shaft.gap * 0.5,
+            Side::Free if -end.twist > half_gap => shaft.gap * -0.5,
+            Side::Ahead if end.twist < half_gap => shaft.gap * 0.5,
+            Side::Behind if -end.twist < half_gap => shaft.gap * -0.5,
+            _ => return,
+        };
+        let rates = (start.motor_omega - start.omega, end.motor_omega - end.omega);
+        let Some(part) = crossing(start.twist - edge, end.twist - edge, rates.0 * h, rates.1 * h) else { return };
+        let mut between = *end;
+        self.twist_on(side, shaft, start, &mut between, torque, dry, part * h);
+        let beyond = match side {
+            Side::Free if edge > 0.0 => Side::Ahead,
+            Side::Free => Side::Behind,
+            _ => Side::Free,
+        };
+        self.twist_on(beyond, shaft, &between, end, torque, dry, (-part + 1.0) * h);
+    }
+
+    /// The same while the contact does not change: both masses by the series of the swing ([`Rig::swing`]); where that is too stiff, or the motor
+    /// comes to rest, the twist by the implicit midpoint rule (stable at any stiffness), each mass then by [`slide`].
+    #[expect(clippy::too_many_arguments, reason = "two bodies")]
+    fn twist_on<H>(&self, side: Side, shaft: &Shaft<S>, start: &State<S>, end: &mut State<S>, torque: S, dry: S, h: H)
+    where
+        S: Mul<H, Output = S> + Add<H, Output = S>,
+        H: Copy,
+    {
+        let motor_inertia = self.base.inertia * shaft.share;
+        let platform_inertia = self.base.inertia - motor_inertia;
+        let relative = start.motor_omega - start.omega;
+        let side = match side {
+            Side::Free => {
+                self.turn(start, end, torque, dry, S::zero(), motor_inertia, platform_inertia, h);
+                return;
+            }
+            Side::Ahead => shaft.gap * 0.5,
+            Side::Behind => shaft.gap * -0.5,
+        };
+        let wound = start.twist - side;
+        // What moves against each other without the shaft: dry friction opposes the motor's motion, or holds it, then the platform alone.
+        let load = torque - shaft.stiffness * wound - shaft.damping * relative;
+        let (drive, inverse) = if start.motor_omega == 0.0 && load.abs() <= dry {
+            (S::zero(), platform_inertia.recip())
+        } else {
+            let forward = if start.motor_omega == 0.0 { load > 0.0 } else { start.motor_omega > 0.0 };
+            let friction = if forward { dry } else { -dry };
+            ((torque - friction) / motor_inertia, motor_inertia.recip() + platform_inertia.recip())
+        };
+        let k = shaft.stiffness * inverse;
+        let c = shaft.damping * inverse;
+        if start.motor_omega != 0.0 && self.swing(shaft, start, end, drive, (wound, k, c), h) {
+            return;
+        }
+        let middle = (relative + (drive - k * wound) * h * 0.5) / (c * h * 0.5 + k * h * h * 0.25 + 1.0);
+        let through = shaft.stiffness * (wound + middle * h * 0.5) + shaft.damping * middle;
+        self.turn(start, end, torque, dry, through, motor_inertia, platform_inertia, h);
+    }
+
+    /// Motor and platform swing against each other while the motor slides on: the twist x'' = a − k x − c x' by its Taylor series up to h⁵,
+    /// what both have in common exactly. Says whether it holds: the series converges well, and the motor did not come to rest.
+    fn swing<H>(&self, shaft: &Shaft<S>, start: &State<S>, end: &mut State<S>, a: S, (wound, k, c): (S, S, S), h: H) -> bool
+    where
+        S: Mul<H, Output = S>,
+        H: Copy,
+    {
+        let (square, damped) = ((k * h * h).re(), (c * h).re());
+        if square > SERIES * SERIES || damped > SERIES {
+            return false;
+        }
+        let relative = start.motor_omega - start.omega;
+        let d2 = a - k * wound - c * relative;
+        let d3 = -(k * relative) - c * d2;
+        let d4 = -(k * d2) - c * d3;
+        let d5 = -(k * d3) - c * d4;
+        let twisted = (((d5 * h / 120.0 + d4 / 24.0) * h + d3 / 6.0) * h + d2 / 2.0) * h * h + relative * h;
+        let gained = (((d5 * h / 24.0 + d4 / 6.0) * h + d3 / 2.0) * h + d2) * h;
+        let common = a * shaft.share * h;
+        let motor_omega = start.motor_omega + common + gained - shaft.share * gained;
+        if (motor_omega * start.motor_omega).re() <= 0.0 {
+            return false;
+        }
+        end.motor_omega = motor_omega;
+        end.omega = start.omega + common - shaft.share * gained;
+        end.theta = start.theta + (start.omega + common / 2.0) * h + shaft.share * (relative * h - twisted);
+        end.twist = start.twist + twisted;
+        true
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "two bodies")]
+    fn turn<H>(&self, start: &State<S>, end: &mut State<S>, torque: S, dry: S, through: S, motor: S, platform: S, h: H)
+    where
+        S: Mul<H, Output = S> + Add<H, Output = S>,
+        H: Copy,
+    {
+        let (motor_omega, motor_turned) = slide(start.motor_omega, torque - through, dry, motor, h);
+        end.motor_omega = motor_omega;
+        let (omega, turned) = slide(start.omega, through, S::zero(), platform, h);
+        end.omega = omega;
+        end.theta = start.theta + turned;
+        end.twist = start.twist + motor_turned - turned;
+    }
+}
+
+/// Longest step, as an angle of the undamped swing and as a decay, for its series: off by a millionth at most.
+const SERIES: f64 = 0.3;
+/// Steps of Newton's to a contact's instant, each held within what is known of it.
+const NEWTON_STEPS: usize = 8;
+
+/// Where in a step, 0 … 1, the cubic with these values and slopes at its ends passes zero; `None` where it does not. (A straight line
+/// would be off by a h²/8v: at a slow contact far more than the step's own error.) Its derivative says how the instant moves with the
+/// parameters.
+fn crossing<S: Scalar>(from: S, to: S, slope_from: S, slope_to: S) -> Option<S> {
+    let (a, b, c, d) = (from.re(), to.re(), slope_from.re(), slope_to.re());
+    let passes = a * b < 0.0;
+    if !passes {
+        return None;
+    }
+    // Hermite's cubic: f = a + s (c + s (p + s q)).
+    let (p, q) = (3.0 * (b - a) - 2.0 * c - d, 2.0 * (a - b) + c + d);
+    let (mut low, mut high) = (0.0, 1.0);
+    let mut s = a / (a - b);
+    for _ in 0..NEWTON_STEPS {
+        let value = a + s * (c + s * (p + s * q));
+        if value * a > 0.0 {
+            low = s
+        } else {
+            high = s
+        }
+        let next = s - value / (c + s * (2.0 * p + s * 3.0 * q));
+        s = if next > low && next < high { next } else { 0.5 * (low + high) };
+    }
+    let slope = c + s * (2.0 * p + s * 3.0 * q);
+    if slope == 0.0 {
+        return None;
+    }
+    // The last step in full numbers: it is the instant's derivative that it brings.
+    let [square, cube] = [s * s, s * s * s];
+    let value = from * (1.0 - 3.0 * square + 2.0 * cube)
+        + to * (3.0 * square - 2.0 * cube)
+        + slope_from * (s - 2.0 * square + cube)
+        + slope_to * (cube - square);
+    Some(-(value / slope) + s).filter(|s| *s > 0.0 && *s < 1.0)
+}
+
+/// Where the motor stands in the play.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Side {
+    /// Between the flanks: no torque goes through.
+    Free,
+    /// Against the flank ahead.
+    Ahead,
+    /// Against the flank behind.
+    Behind,
+}
+
+impl Side {
+    /// On a flank it is the motion that says whether they touch.
+    fn at<S: Scalar>(state: &State<S>, half_gap: f64) -> Side {
+        let (twist, relative) = (state.twist.re(), (state.motor_omega - state.omega).re());
+        if half_gap <= 0.0 || twist > half_gap || (twist == half_gap && relative > 0.0) {
+            Side::Ahead
+        } else if -twist > half_gap || (-twist == half_gap && relative < 0.0) {
+            Side::Behind
+        } else {
+            Side::Free
+        }
+    }
+}
