@@ -6,10 +6,10 @@
 mod common;
 
 use common::{ROW_S, TICK_S, span, stem};
-use hal_sim::board::PlantPort;
 use drive_model::{Card, Kind};
-use hal_sim::plant::{Plant, Stand};
 use drive_rig::{Input, Rig, Span, State};
+use hal_sim::board::PlantPort;
+use hal_sim::plant::{Plant, Stand};
 use stand_firmware::profile::{Profile, ProfileConfig, ProfileKind};
 use std::f64::consts::TAU;
 

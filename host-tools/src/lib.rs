@@ -1,25 +1,18 @@
-//! What a person at the stand uses on the host.
+//! The host side of the rotary stand: logs, models, identification, sessions and analyses behind the command `stand`.
+//!
+//! Layers, lowest first: [`statistics`] and [`words`]; [`log`] and [`model`]; [`acquire`] and [`identify`]; the analyses [`allan`], [`calibrate`],
+//! [`compensate`], [`drift`] and [`observer`], which return data; [`report`], which makes text, HTML and JSON of them; [`command`].
 
+pub mod acquire;
 pub mod allan;
 pub mod calibrate;
 pub mod command;
 pub mod compensate;
 pub mod drift;
-pub mod explain;
-pub mod expression;
-pub mod fit;
-pub mod hidden;
-pub mod link;
+pub mod identify;
 pub mod log;
 pub mod model;
 pub mod observer;
-pub mod pages;
-pub mod plausible;
-pub mod record;
 pub mod report;
-pub mod residual;
-#[cfg(unix)]
-pub mod serve;
-pub mod stand;
-pub mod uncertainty;
+pub mod statistics;
 pub mod words;

@@ -5,7 +5,7 @@ mod common;
 
 use common::{MODEL, stand};
 use drive_model::CATALOGUE;
-use host_tools::explain::next::{RUNS, between, run_for};
+use host_tools::identify::explain::next::{RUNS, between, run_for};
 use host_tools::log::Log;
 use serde_json::Value;
 

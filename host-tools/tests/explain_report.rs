@@ -5,7 +5,7 @@ mod common;
 
 use common::{MODEL, stand};
 use drive_model::Coordinate;
-use host_tools::explain::{Explanation, Shape, Verdict, explain};
+use host_tools::identify::explain::{Explanation, Shape, Verdict, explain};
 use host_tools::log::Log;
 use host_tools::model::Model;
 use host_tools::report::statistics::Bin;

@@ -10,10 +10,10 @@ use std::time::{Duration, Instant};
 
 use common::served::{Served, said};
 use common::{MODEL, Ran, command, stand};
-use host_tools::link::Link;
+use host_tools::acquire::link::Link;
+use host_tools::acquire::serve::Pty;
 use host_tools::log::Log;
 use host_tools::model::Model;
-use host_tools::serve::Pty;
 use tempfile::TempDir;
 
 fn folder() -> TempDir {
@@ -66,7 +66,7 @@ fn a_port_that_is_absent_taken_silent_or_no_stand_is_one_line_and_status_2() {
     let silent = Pty::open(None).unwrap();
     refused(silent.path().to_str().unwrap(), "nobody answers");
     let served = Served::new(folder.path(), &[]);
-    let holder = host_tools::link::Port::open(Path::new(&served.port)).unwrap();
+    let holder = host_tools::acquire::link::Port::open(Path::new(&served.port)).unwrap();
     refused(&served.port, "another program has this port");
     drop(holder);
     said(folder.path(), &served.port, "*IDN?\n").well();
@@ -94,7 +94,7 @@ fn what_somebody_has_left_half_said_is_not_done_and_is_not_the_next_ones_error()
     let folder = folder();
     let served = Served::new(folder.path(), &[]);
     for half in ["SOURce:RATE 7", "nonsense", "SOURce:RATE 7~12AB"] {
-        let mut port = host_tools::link::Port::open(Path::new(&served.port)).unwrap();
+        let mut port = host_tools::acquire::link::Port::open(Path::new(&served.port)).unwrap();
         port.write(half.as_bytes()).unwrap();
         std::thread::sleep(Duration::from_millis(20));
         drop(port);

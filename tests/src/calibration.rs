@@ -6,7 +6,7 @@ use host_tools::calibrate::session::Session;
 use host_tools::calibrate::session::journal::Journal;
 use host_tools::calibrate::session::simulated::simulate;
 use host_tools::calibrate::{Findings, Step};
-use host_tools::uncertainty::{CONFIDENCE, Kind, Quantity, coverage_factor};
+use host_tools::statistics::uncertainty::{CONFIDENCE, Kind, Quantity, coverage_factor};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 

@@ -6,7 +6,7 @@ use hal_sim::plant::Stand;
 use host_tools::calibrate::session::simulated::simulate;
 use host_tools::calibrate::session::{Session, What};
 use host_tools::calibrate::{Known, part, record};
-use host_tools::uncertainty::Quantity;
+use host_tools::statistics::uncertainty::Quantity;
 
 /// The gyro's session, its latitude known; the sines go up to what the drawn parts need.
 pub fn session(what: What) -> (Session, String) {

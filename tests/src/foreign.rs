@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use host_tools::fit::{self, FitError, Held};
+use host_tools::identify::fit::{self, FitError, Held};
 use host_tools::log::Log;
 use host_tools::model::Model;
 use serde_json::Value;

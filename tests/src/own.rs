@@ -2,7 +2,7 @@
 
 use hal_sim::plant::{Plant, Stand};
 use hal_sim::session::{self, SessionRequest};
-use host_tools::fit::{self, FitError, Held};
+use host_tools::identify::fit::{self, FitError, Held};
 use host_tools::log::{Column, Log};
 use host_tools::model::Model;
 use stand_firmware::profile::ProfileKind;

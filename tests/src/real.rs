@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use drive_rig::State;
-use host_tools::fit::{self, FitError, Held};
+use host_tools::identify::fit::{self, FitError, Held};
 use host_tools::log::Log;
 use host_tools::model::Model;
 

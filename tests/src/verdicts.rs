@@ -5,9 +5,9 @@
 //! fitted from the truth; rivals are the candidates that the explanation fitted in full and physics allows, with the BIC that it gives
 //! them; where there is none, "no effect at all" is the rival. A family here is what the cards say. What is not visible need not be found.
 
-use host_tools::explain::evidence::{Whitener, delta_bic};
-use host_tools::explain::{Explanation, explain};
-use host_tools::fit::{self, Held, Record, System};
+use host_tools::identify::explain::evidence::{Whitener, delta_bic};
+use host_tools::identify::explain::{Explanation, explain};
+use host_tools::identify::fit::{self, Held, Record, System};
 use host_tools::log::Log;
 use host_tools::model::Model;
 use stand_firmware::board::Hardware;
@@ -104,7 +104,7 @@ pub fn judge(log: Log, known: &Known) -> Outcome {
     let explanation = match explain(vec![log.clone()], &known.user, &|_| ()) {
         Ok(explanation) => explanation,
         Err(e) => {
-            let bad = matches!(e, host_tools::explain::ExplainError::BadLog { .. });
+            let bad = matches!(e, host_tools::identify::explain::ExplainError::BadLog { .. });
             let verdict = if bad { "bad-log" } else { "error" };
             return Outcome { verdict: verdict.to_owned(), error: e.to_string(), ..Outcome::default() };
         }

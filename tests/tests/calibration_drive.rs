@@ -1,7 +1,7 @@
 //! The stand's own drive: inertia by an added one, by coasting, by output error; its corner along a chirp; cogging by order.
 
 use host_tools::log::Log;
-use host_tools::uncertainty::{Fit, least_squares};
+use host_tools::statistics::uncertainty::{Fit, least_squares};
 use stand_tests::calibration::{calibrated, found, holds, recorded};
 use std::f64::consts::TAU;
 

@@ -4,7 +4,7 @@
 use hal_sim::peripherals::imu::ImuSetup;
 use hal_sim::plant::{Plant, Stand};
 use hal_sim::session::{self, SessionRequest};
-use host_tools::fit::{self, Held};
+use host_tools::identify::fit::{self, Held};
 use host_tools::log::{Column, Log};
 use host_tools::model::Model;
 use stand_firmware::measurement_loop::{Estimate, Instruments};

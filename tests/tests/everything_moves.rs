@@ -8,7 +8,7 @@ use drive_model::{CATALOGUE, Card, Kind, Parameter, Room};
 use hal_sim::gyro::SingleAxis;
 use hal_sim::plant::{Plant, Stand};
 use hal_sim::session::{Record, SessionRequest, run};
-use host_tools::hidden;
+use host_tools::acquire::hidden;
 use rayon::prelude::*;
 use stand_firmware::config::ConfigError;
 use stand_firmware::profile::{Profile, ProfileConfig, ProfileKind};

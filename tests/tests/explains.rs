@@ -1,8 +1,8 @@
 //! The explainer as its users meet it: a sample of the tables of docs/figures.md. All cases: `cargo bench -p stand-tests --bench confusion`.
 
 use hal_sim::plant::Stand;
-use host_tools::explain::{Explanation, Verdict, explain};
-use host_tools::hidden::hide;
+use host_tools::acquire::hidden::hide;
+use host_tools::identify::explain::{Explanation, Verdict, explain};
 use host_tools::log::Log;
 use host_tools::model::Model;
 use stand_firmware::profile::ProfileKind;

@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use host_tools::fit::Held;
+use host_tools::identify::fit::Held;
 use host_tools::log::Log;
 use host_tools::model::{Channel, Model};
 use rayon::prelude::*;

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use hal_sim::plant::Stand;
-use host_tools::fit::Held;
+use host_tools::identify::fit::Held;
 use host_tools::log::Log;
 use host_tools::model::{Channel, Model};
 use rayon::prelude::*;

@@ -3,11 +3,11 @@
 
 use std::path::PathBuf;
 
-use host_tools::fit::equation_error::{self, Equation, Settings};
-use host_tools::fit::{Held, prepare};
+use host_tools::identify::fit::equation_error::{self, Equation, Settings};
+use host_tools::identify::fit::{Held, prepare};
+use host_tools::identify::residual;
 use host_tools::log::Log;
 use host_tools::model::Model;
-use host_tools::residual;
 use stand_tests::foreign::shared_data;
 use stand_tests::own::hold;
 use stand_tests::real::{correlation_with_map, noted, position_rms, record, with_values};

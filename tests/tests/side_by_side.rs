@@ -3,7 +3,7 @@
 
 use hal_sim::plant::{Plant, Stand};
 use hal_sim::session::{Record, SessionRequest, run};
-use host_tools::hidden;
+use host_tools::acquire::hidden;
 use rayon::prelude::*;
 use stand_firmware::profile::ProfileKind;
 use stand_firmware::speed_loop::Mode;

@@ -27,11 +27,11 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::outsiders::Outsiders;
-use drive_model::Kind;
 use crate::faults::{FaultError, Faults};
 use crate::peripherals::SensorSetup;
 use crate::peripherals::imu::ImuSetup;
 use crate::session::StandSetup;
+use drive_model::Kind;
 use stand_firmware::board::Hardware;
 use stand_firmware::speed_loop::Settings;
 

@@ -1,10 +1,10 @@
 //! One bench for both integrators: the rig (the model) and the plant (the truth), driven alike.
 #![allow(dead_code, reason = "each test binary uses its part")]
 
-use hal_sim::board::PlantPort;
 use drive_model::{Law, Reading};
-use hal_sim::plant::{Plant, Stand, stand};
 use drive_rig::{Base, Input, Rig, Span, State};
+use hal_sim::board::PlantPort;
+use hal_sim::plant::{Plant, Stand, stand};
 
 /// Which integrator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,7 +80,8 @@ pub fn stem(name: &str) -> &str {
 /// The rig of these effects, in the catalogue's order.
 pub fn rig(drive: Drive, input: Input, list: &[(String, Vec<f64>)]) -> Rig<f64> {
     let base = Base { inertia: drive.inertia, motor_constant: drive.motor_constant, resistance: drive.resistance };
-    let laws: Vec<(Box<dyn Law<f64>>, Vec<f64>)> = list.iter().map(|(id, p)| (drive_model::law::<f64>(stem(id)).unwrap(), p.clone())).collect();
+    let laws: Vec<(Box<dyn Law<f64>>, Vec<f64>)> =
+        list.iter().map(|(id, p)| (drive_model::law::<f64>(stem(id)).unwrap(), p.clone())).collect();
     Rig::new(base, input, laws)
 }
 

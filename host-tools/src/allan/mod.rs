@@ -17,8 +17,7 @@ pub mod confidence;
 pub mod deviation;
 pub mod error;
 pub mod noise;
-pub mod page;
-mod picture;
+
 pub mod request;
 pub mod time_stamps;
 pub mod units;

@@ -10,7 +10,7 @@
 use super::plateaus::{Plateau, plateaus};
 use super::session::Session;
 use super::{CalibrateError, Curve, Findings, Step};
-use crate::uncertainty::{Fit, Part, Quantity, least_squares};
+use crate::statistics::uncertainty::{Fit, Part, Quantity, least_squares};
 use std::ops::Range;
 
 /// Length of a window, s.

@@ -1,7 +1,7 @@
 //! Calibration: static and dynamic characteristics of the drive and of the sensors on the platform, each with its uncertainty (theory.md §4).
 //!
 //! In: the logs of a session's steps ([`Step`]), how the part was mounted in each, and what no log shows ([`Known`]: crystal, tilt, latitude). Out:
-//! [`Quantity`](crate::uncertainty::Quantity) by quantity with its budget, what could not be found and why ([`Findings`]). [`session`] makes such logs on a
+//! [`Quantity`](crate::statistics::uncertainty::Quantity) by quantity with its budget, what could not be found and why ([`Findings`]). [`session`] makes such logs on a
 //! stand and leaves a record; from the record anybody computes the same again.
 //!
 //! * a *plateau* is a stretch of constant command after it has settled, cut to whole turns where it has them;
@@ -12,18 +12,18 @@ pub mod drive;
 pub mod gyro;
 pub mod kept;
 pub mod lock_in;
-pub mod page;
+
 pub mod part;
 pub mod plateaus;
 pub mod record;
-pub mod records_page;
+
 pub mod response;
 pub mod session;
 pub mod trend;
 
 use crate::log::Log;
 use crate::report::finite;
-use crate::uncertainty::Quantity;
+use crate::statistics::uncertainty::Quantity;
 use serde::{Deserialize, Serialize};
 
 /// How the part under test lies on the platform.

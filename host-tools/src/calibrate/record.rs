@@ -6,7 +6,7 @@
 use super::session::journal::{Journal, JournalError};
 use super::session::{Session, What};
 use super::{CalibrateError, Curve, Findings, gyro};
-use crate::uncertainty::Quantity;
+use crate::statistics::uncertainty::Quantity;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 

@@ -9,7 +9,7 @@
 
 use super::kept::Kept;
 use crate::report::finite;
-use crate::uncertainty::{Kind, Part, Quantity, coverage_factor};
+use crate::statistics::uncertainty::{Kind, Part, Quantity, coverage_factor};
 use serde_json::{Value, json};
 
 const DAY_S: f64 = 86_400.0;
@@ -209,7 +209,7 @@ impl Trend {
             let line = s.line.as_ref().map(|(at_first, slope)| {
                 json!({
                     "at_first": finite(*at_first), "per_day": finite(slope.value), "sigma": finite(slope.sigma()), "U": finite(slope.expanded()),
-                    "unit": slope.unit, "beyond": slope.value.abs() > slope.expanded(), "k": finite(coverage_factor(slope.dof(), crate::uncertainty::CONFIDENCE)),
+                    "unit": slope.unit, "beyond": slope.value.abs() > slope.expanded(), "k": finite(coverage_factor(slope.dof(), crate::statistics::uncertainty::CONFIDENCE)),
                     "says": slope.parts.first().map(|p| &p.says),
                 })
             });

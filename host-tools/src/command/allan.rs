@@ -6,7 +6,8 @@ use clap::{Args, ValueEnum};
 
 use super::error::Trouble;
 use super::output::{Output, working};
-use crate::allan::{AllanError, Request, Take, Taus, page};
+use crate::allan::{AllanError, Request, Take, Taus};
+use crate::report::allan as page;
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum Averages {

@@ -13,14 +13,15 @@ use super::error::Trouble;
 use super::output::{Output, write};
 use super::record::interrupts;
 use super::sim;
+use crate::acquire::link::Link;
 use crate::calibrate::record::{self, Record, RecordError};
 use crate::calibrate::session::journal::{self, Journal, JournalError};
 use crate::calibrate::session::run::{self, Person, Progress, RunError};
 use crate::calibrate::session::simulated::simulate;
 use crate::calibrate::session::{Session, What};
-use crate::calibrate::{Mounted, page, part};
-use crate::link::Link;
+use crate::calibrate::{Mounted, part};
 use crate::model::Model;
+use crate::report::calibration as page;
 
 /// What is calibrated.
 #[derive(Debug, Clone, Copy, ValueEnum)]

@@ -14,7 +14,7 @@ use stand_firmware::settings::{FIELDS, Kept};
 use super::compensate::{Compensate, of_a_model};
 use super::error::Trouble;
 use super::record::has_index;
-use crate::link::{Link, LinkError};
+use crate::acquire::link::{Link, LinkError};
 
 /// How long is looked whether the stand knows its index.
 const LOOK: Duration = Duration::from_millis(500);

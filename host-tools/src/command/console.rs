@@ -16,7 +16,7 @@ use rustyline::{Context, Editor, Helper, Highlighter, Hinter, Validator};
 use super::error::Trouble;
 use super::output::print;
 use super::record::missing_port;
-use crate::link::{Heard, Link, REPLY};
+use crate::acquire::link::{Heard, Link, REPLY};
 
 /// What waits for the end of something may take an hour.
 const END: Duration = Duration::from_secs(3600);

@@ -13,8 +13,9 @@ use super::error::Trouble;
 use super::output::{Answer as Out, Output};
 use crate::drift::advise::advise;
 use crate::drift::compute::{COLUMNS, Given, measured};
-use crate::drift::{Answer, DEG_H, DriftError, page, platform};
+use crate::drift::{Answer, DEG_H, DriftError, platform};
 use crate::log::Log;
+use crate::report::drift as page;
 use crate::report::finite;
 
 const ARCMIN: f64 = std::f64::consts::PI / 180.0 / 60.0;

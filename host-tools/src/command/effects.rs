@@ -5,7 +5,7 @@ use drive_model::CATALOGUE;
 
 use super::error::Trouble;
 use super::output::{Output, is_terminal};
-use crate::pages;
+use crate::report::pages;
 use crate::words::nearest;
 
 /// The catalogue of physical effects, or the account of one.

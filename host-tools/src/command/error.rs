@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::ExitCode;
 
-use crate::stand::SessionError;
+use crate::acquire::stand::SessionError;
 
 /// Why a command did not do its job.
 #[derive(Debug, thiserror::Error)]
@@ -32,14 +32,14 @@ macro_rules! of_the_input {
 of_the_input!(
     crate::log::LogError,
     crate::model::ModelError,
-    crate::fit::prepare::PrepareError,
-    crate::fit::FitError,
+    crate::identify::fit::prepare::PrepareError,
+    crate::identify::fit::FitError,
     crate::observer::ObserverError,
     hal_sim::plant::StandError,
 );
 
-impl From<crate::link::LinkError> for Trouble {
-    fn from(error: crate::link::LinkError) -> Self {
+impl From<crate::acquire::link::LinkError> for Trouble {
+    fn from(error: crate::acquire::link::LinkError) -> Self {
         if error.is_of_the_input() { Trouble::Input(error.to_string()) } else { Trouble::Other(error.to_string()) }
     }
 }

@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::error::Trouble;
 use super::output::{Output, check_place, is_terminal, working};
-use crate::explain::{self, ExplainError, Explanation};
+use crate::identify::explain::{self, ExplainError, Explanation};
 use crate::log::Log;
 use crate::model::Model;
 use crate::report::{self, Style};
@@ -110,7 +110,7 @@ pub(super) enum Answer {
     /// An explanation.
     Explained(Box<Explanation>),
     /// The log is no record of a drive.
-    BadLog(Box<Log>, Vec<crate::plausible::Finding>),
+    BadLog(Box<Log>, Vec<crate::log::plausible::Finding>),
 }
 
 /// Reads logs and explains them together, with a sign of life on a terminal.

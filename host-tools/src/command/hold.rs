@@ -9,12 +9,12 @@ use clap::Args;
 
 use super::error::Trouble;
 use super::output::{Output, check_place, is_terminal, working};
-use crate::fit::{self, Held, Record};
+use crate::identify::fit::{self, Held, Record};
+use crate::identify::residual;
+use crate::log::plausible;
 use crate::log::{Log, Source};
 use crate::model::{Channel, Model};
-use crate::plausible;
 use crate::report::{self, Comparison, Style};
-use crate::residual;
 
 /// Hold a model against a log, unchanged.
 #[derive(Debug, Args)]

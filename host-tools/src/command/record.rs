@@ -17,9 +17,9 @@ use super::error::Trouble;
 use super::output::{Answer, check_place};
 use super::profile::{self, ProfileWords};
 use super::sim::Drive;
-use crate::link::{Heard, Link, LinkError, ports};
+use crate::acquire::link::{Heard, Link, LinkError, ports};
+use crate::acquire::record::{Place, Recorder, Taken, shows_index};
 use crate::log::Log;
-use crate::record::{Place, Recorder, Taken, shows_index};
 
 /// A stand that says nothing for this long has gone.
 const SILENCE: Duration = Duration::from_secs(3);

@@ -9,7 +9,8 @@ use super::error::Trouble;
 use super::output::{Answer, Output, working};
 use crate::calibrate::kept::{Kept, below};
 use crate::calibrate::session::What;
-use crate::calibrate::{records_page as page, trend};
+use crate::calibrate::trend;
+use crate::report::calibration_records as page;
 
 #[derive(Debug, Subcommand)]
 pub(super) enum Records {

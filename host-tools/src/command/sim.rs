@@ -11,7 +11,7 @@ use stand_firmware::speed_loop::{Config, Mode};
 use super::error::Trouble;
 use super::output::{Answer, check_place, working};
 use super::profile::{self, ProfileWords};
-use crate::hidden::{self, Hidden};
+use crate::acquire::hidden::{self, Hidden};
 use crate::log::{Column, Log};
 
 /// With the speed loop, or without.

@@ -22,7 +22,7 @@ impl Sim {
     pub(super) fn serve(&self) -> Result<(), Trouble> {
         let mut stand = super::sim::stand(self.stand.as_ref())?;
         let hidden = match &self.hidden {
-            Some(word) => Some(crate::hidden::hide(word, &mut stand).map_err(|e| Trouble::Input(format!("--hidden: {e}")))?),
+            Some(word) => Some(crate::acquire::hidden::hide(word, &mut stand).map_err(|e| Trouble::Input(format!("--hidden: {e}")))?),
             None => None,
         };
         let until = match self.seconds {
@@ -49,7 +49,7 @@ impl Sim {
             controller = controller.with_gyro(Box::new(gyro.seeded(self.seed)), self.seed);
         }
         let interrupted = super::record::interrupts()?;
-        let mut pty = crate::serve::Pty::open(self.link.as_deref()).map_err(|e| Trouble::Input(e.to_string()))?;
+        let mut pty = crate::acquire::serve::Pty::open(self.link.as_deref()).map_err(|e| Trouble::Input(e.to_string()))?;
         // The path alone on standard output: a script reads one line.
         print(&format!("{}\n", pty.path().display()))?;
         let second = self.link.as_ref().map_or(String::new(), |link| format!(" (also {})", link.display()));
@@ -61,7 +61,7 @@ impl Sim {
             eprintln!("hidden: {hidden}");
         }
         let over = |now: Duration| interrupted.load(Ordering::Relaxed) > 0 || now >= until;
-        let served = crate::serve::serve(&controller, &mut pty, over, |behind| {
+        let served = crate::acquire::serve::serve(&controller, &mut pty, over, |behind| {
             eprintln!(
                 "stand: this computer is too slow for real time: the stand's clock is {:.1} s behind from here on",
                 behind.as_secs_f64()

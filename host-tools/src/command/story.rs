@@ -13,9 +13,9 @@ use super::hold::{Manner, hold};
 use super::output::{Answer, Output, is_terminal, print, write};
 use super::profile::ProfileWords;
 use super::sim::{Drive, Request, session};
-use crate::explain::Explanation;
-use crate::fit::Held;
-use crate::hidden::Hidden;
+use crate::acquire::hidden::Hidden;
+use crate::identify::explain::Explanation;
+use crate::identify::fit::Held;
 use crate::model::Model;
 use crate::report::{self, Style, explain_words};
 

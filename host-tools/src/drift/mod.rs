@@ -15,7 +15,7 @@ pub mod compute;
 pub mod error;
 pub mod find;
 pub mod integral;
-pub mod page;
+
 pub mod places;
 pub mod platform;
 pub mod separate;

@@ -4,7 +4,7 @@
 
 use super::answer::CycleLine;
 use super::integral::Integral;
-use crate::stand::{SessionError, Stand};
+use crate::acquire::stand::{SessionError, Stand};
 use hal_sim::gyro::Place;
 use stand_firmware::telemetry::RowFrame;
 

@@ -15,6 +15,7 @@ mod error;
 mod notes;
 mod one_column;
 mod parquet;
+pub mod plausible;
 mod quantum;
 
 use std::ops::Range;

@@ -10,7 +10,7 @@ use super::error::{ModelError, ModelTrouble as Trouble};
 use super::own::{OwnEffect, Place};
 use super::read::Reader;
 use super::{Channel, EffectUse, Input, ModelParameter};
-use crate::expression::{Expression, is_name, is_reserved};
+use crate::model::expression::{Expression, is_name, is_reserved};
 use crate::words::nearest;
 
 impl Reader<'_> {

@@ -150,7 +150,7 @@ pub enum ModelTrouble {
     Expressions(usize),
     /// An expression that cannot be read.
     #[error("{0}")]
-    Expression(#[source] crate::expression::ExpressionError),
+    Expression(#[source] crate::model::expression::ExpressionError),
     /// A parameter name that an expression cannot use.
     #[error("'{0}' cannot name a parameter: a letter, then letters, digits, underscores, and none of t theta omega i u T pi or a function")]
     ParameterName(String),

@@ -14,6 +14,7 @@ mod drive;
 mod edit;
 mod effects;
 mod error;
+pub mod expression;
 mod own;
 mod read;
 

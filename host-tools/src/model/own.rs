@@ -2,7 +2,7 @@
 
 use drive_model::{Acts, Law, Point, Reading, Scalar};
 
-use crate::expression::{Env, Expression};
+use crate::model::expression::{Env, Expression};
 
 /// Where an own effect acts; what its expression gives is added there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -87,7 +87,7 @@ pub fn design_text(design: &Design) -> String {
 }
 
 /// Poles, equal ones once.
-pub(super) fn pole_words(poles: &[Complex<f64>]) -> String {
+pub(crate) fn pole_words(poles: &[Complex<f64>]) -> String {
     let mut words: Vec<String> = Vec::new();
     let mut k = 0;
     while let Some(pole) = poles.get(k) {

@@ -115,7 +115,7 @@ fn transfer(matrix: &[Vec<f64>], input: &[f64], state: usize) -> (Vec<f64>, Vec<
 }
 
 /// A polynomial's value.
-pub(super) fn value(polynomial: &[f64], s: Complex<f64>) -> Complex<f64> {
+pub(crate) fn value(polynomial: &[f64], s: Complex<f64>) -> Complex<f64> {
     polynomial.iter().fold(Complex::new(0.0, 0.0), |sum, c| sum * s + c)
 }
 

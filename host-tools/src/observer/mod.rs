@@ -4,13 +4,13 @@
 //! and exact discrete ([`Design`]), what its errors do ([`Simulated`]), where it distorts ([`Bode`]), what to beware of; and what vibration does
 //! to an azimuth ([`vibration`]). Gains are worked out in 77 digits and rounded once; what the firmware would refuse is refused here, by its own code.
 
-mod answer;
-mod bode;
+pub mod answer;
+pub mod bode;
 mod design;
 mod discrete;
 mod error;
 mod exact;
-mod page;
+
 mod plant;
 mod poles;
 mod simulate;
@@ -25,7 +25,6 @@ pub use bode::{Bode, Limit};
 pub use design::{Design, Integral, Kind, Request};
 pub use discrete::Discrete;
 pub use error::ObserverError;
-pub use page::{bode_html, design_html, simulate_html, vibration_html};
 pub use plant::{Element, PRESETS, Plant};
 pub use poles::Poles;
 pub use simulate::{Disturbed, Regulated, Simulated, Start, Trace};

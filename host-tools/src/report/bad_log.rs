@@ -6,7 +6,7 @@ use super::json::{finite, problems_json};
 use super::page::{Page, with_code};
 use super::terminal::Style;
 use crate::log::Log;
-use crate::plausible::Finding;
+use crate::log::plausible::Finding;
 
 /// The answer: verdict and problems, with the keys of every answer.
 pub fn bad_log_json(log: &Log, problems: &[Finding]) -> Value {

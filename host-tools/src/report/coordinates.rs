@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use drive_model::Coordinate;
 
-use crate::fit::{Fitness, Record};
+use crate::identify::fit::{Fitness, Record};
 use crate::log::Log;
 use crate::model::Channel;
 

@@ -1,7 +1,7 @@
 //! The evidence for a candidate, in words and figures.
 
 use super::digits;
-use crate::explain::{APART, Candidate, Explanation, Shown};
+use crate::identify::explain::{APART, Candidate, Explanation, Shown};
 
 /// A probability: plain where it can be read, else as a power of ten; at most 1.
 pub fn probability(log10_p: f64) -> String {

@@ -4,11 +4,11 @@ use super::coordinates::{Along, coordinates};
 use super::explain_plots::{self as plots, Pair};
 use super::page::{Page, escaped, swatch, with_code};
 use super::{digits, explain_words as words, log_warnings, quantity, unit};
-use crate::explain::{Explanation, Verdict};
-use crate::fit::Record;
-use crate::fit::prepare::prepare;
-use crate::residual::orders::Spectrum;
-use crate::residual::picture::Pictures;
+use crate::identify::explain::{Explanation, Verdict};
+use crate::identify::fit::Record;
+use crate::identify::fit::prepare::prepare;
+use crate::identify::residual::orders::Spectrum;
+use crate::identify::residual::picture::Pictures;
 
 /// The page, which needs nothing else.
 pub fn explain_html(e: &Explanation) -> String {
@@ -159,7 +159,7 @@ fn channel(record: &Record, pair: &Pair, added: bool, along: &[Along], spectra: 
         swatch("before", "the model as given"),
         swatch("after", if added { "with what was missing" } else { "the same: nothing was added" }),
     );
-    let size = |f: &crate::fit::Fitness| digits::significant(f.rms, 3);
+    let size = |f: &crate::identify::fit::Fitness| digits::significant(f.rms, 3);
     let words = format!("{} {}, {} {}", as_given, size(pair.before), explained, size(pair.after));
     page.push(&format!("<p>rms: {words}; noise {} {}.</p>", digits::significant(pair.after.noise, 3), unit(pair.before.shows)));
     let Some(whole) = plots::whole(record) else { return };

@@ -4,9 +4,9 @@ use serde_json::{Map, Value, json};
 
 use super::json::{failures_json, finite};
 use super::{bad_log_json, explain_words as words, log_warnings};
-use crate::explain::{Candidate, Estimate, Explanation, Shape, Shown, Stage};
+use crate::identify::explain::{Candidate, Estimate, Explanation, Shape, Shown, Stage};
 use crate::log::Log;
-use crate::plausible::Finding;
+use crate::log::plausible::Finding;
 
 /// Below this a probability is said as 0, with its logarithm beside it.
 const SMALLEST_P: f64 = 1e-300;

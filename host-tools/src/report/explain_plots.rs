@@ -8,11 +8,11 @@ use super::plot::{Axis, Plot, with_room};
 use super::series::{Pieces, envelope, extent};
 use super::svg::{Anchor, Svg};
 use super::{digits, quantity, statistics, unit};
-use crate::explain::{Explanation, Shape};
-use crate::fit::record::Compared;
-use crate::fit::{Fitness, Record};
+use crate::identify::explain::{Explanation, Shape};
+use crate::identify::fit::record::Compared;
+use crate::identify::fit::{Fitness, Record};
+use crate::identify::residual::orders::Spectrum;
 use crate::model::Channel;
-use crate::residual::orders::Spectrum;
 
 /// Width of a plot across the page and of one of a pair, px.
 const WIDE: f64 = 980.0;

@@ -3,7 +3,7 @@
 use super::explain_words as words;
 use super::terminal::{Style, sparkline};
 use super::{digits, log_warnings};
-use crate::explain::{Candidate, Explanation, Shape, Verdict};
+use crate::identify::explain::{Candidate, Explanation, Shape, Verdict};
 
 /// Widest bar of the staircase, columns.
 const BAR: usize = 34;

@@ -6,7 +6,7 @@ use super::explain_coverage::Coverage;
 pub use super::explain_evidence::{chance, fate, grouped, has_chance, heldout, probability, sure, tried};
 use super::words::AS_SMALL;
 use super::{digits, unit};
-use crate::explain::{APART, Estimate, Explanation, Shown, Stage, Verdict};
+use crate::identify::explain::{APART, Estimate, Explanation, Shown, Stage, Verdict};
 use crate::model::Channel;
 
 /// Heading.

@@ -4,9 +4,9 @@ use super::page::{Page, swatch};
 use super::plot::{Axis, Plot, with_room};
 use super::statistics::{self, Bin};
 use super::unit;
-use crate::fit::Fitness;
-use crate::residual::orders::Spectrum;
-use crate::residual::picture::Pictures;
+use crate::identify::fit::Fitness;
+use crate::identify::residual::orders::Spectrum;
+use crate::identify::residual::picture::Pictures;
 
 /// Width of a plot across the page and of one of a pair, px.
 const WIDE: f64 = 980.0;

@@ -4,7 +4,7 @@ use super::coordinates::coordinates;
 use super::page::{Page, escaped, swatch, with_code};
 use super::words::{self, ParameterRow};
 use super::{Comparison, digits, failing, quantity, sections, unit};
-use crate::residual::picture::Pictures;
+use crate::identify::residual::picture::Pictures;
 
 /// The report of a comparison or a fit as one file that needs nothing else.
 pub fn html(c: &Comparison) -> String {

@@ -3,10 +3,10 @@
 use serde_json::{Map, Value, json};
 
 use super::{Comparison, Failure, unit};
-use crate::fit::Fitness;
-use crate::fit::record::ANGLE_INCREMENT_S;
+use crate::identify::fit::Fitness;
+use crate::identify::fit::record::ANGLE_INCREMENT_S;
+use crate::log::plausible::Finding;
 use crate::model::Channel;
-use crate::plausible::Finding;
 
 /// Below this a probability is said as 0, with its logarithm beside it.
 const SMALLEST_P: f64 = 1e-300;

@@ -10,9 +10,14 @@
 //!
 //! An explanation will be made of the same parts: plots, tables and words take a channel's residual and a coordinate, not a command.
 
+pub mod allan;
+mod allan_picture;
 mod bad_log;
+pub mod calibration;
+pub mod calibration_records;
 pub mod coordinates;
 mod digits;
+pub mod drift;
 pub mod explain_coverage;
 mod explain_evidence;
 mod explain_html;
@@ -23,7 +28,9 @@ pub mod explain_words;
 pub mod failing;
 mod html;
 mod json;
+pub mod observer;
 pub mod page;
+pub mod pages;
 pub mod plot;
 mod sections;
 pub mod series;
@@ -32,7 +39,7 @@ pub mod svg;
 mod terminal;
 pub mod words;
 
-pub use crate::residual::Failure;
+pub use crate::identify::residual::Failure;
 pub use bad_log::{bad_log_html, bad_log_json, bad_log_text};
 pub use digits::{grouped, plain, significant, with_sigma};
 pub use explain_html::explain_html;
@@ -42,7 +49,7 @@ pub use html::html;
 pub use json::{compare_json, failures_json, finite, fit_json};
 pub use terminal::{Style, sparkline, text};
 
-use crate::fit::{Held, Record};
+use crate::identify::fit::{Held, Record};
 use crate::log::Log;
 use crate::model::{Channel, Model};
 

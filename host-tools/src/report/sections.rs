@@ -5,8 +5,8 @@ use super::page::{Page, swatch};
 use super::plot::{Axis, Plot, with_room};
 use super::series::{Pieces, envelope, extent};
 use super::{html, quantity, statistics, unit};
-use crate::fit::record::Compared;
-use crate::fit::{Fitness, Record};
+use crate::identify::fit::record::Compared;
+use crate::identify::fit::{Fitness, Record};
 use crate::model::Channel;
 use drive_model::Coordinate;
 

@@ -2,7 +2,7 @@
 //!
 //! Each is one pass over the rows (the memory: one per lag) into a few dozen numbers, so that an hour's log costs no second copy.
 
-use crate::fit::Record;
+use crate::identify::fit::Record;
 
 /// Root mean square of the residual in equal stretches of time; `None` where none was compared.
 pub fn rms_over_time(record: &Record, residual: &[f64], columns: usize) -> Vec<Option<f64>> {

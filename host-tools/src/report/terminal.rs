@@ -2,7 +2,7 @@
 
 use super::words::{self, ParameterRow};
 use super::{Comparison, digits, quantity, statistics, unit};
-use crate::fit::Fitness;
+use crate::identify::fit::Fitness;
 
 /// How to write.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,8 +1,8 @@
 use super::digits::{change, grouped, plain, significant, with_sigma};
 use super::{Comparison, Failure, Style, bad_log_html, bad_log_json, bad_log_text, finite, fit_json, html, sparkline, text};
-use crate::fit::normal::Starts;
-use crate::fit::record::Compared;
-use crate::fit::{Fitness, Held, Parameters, Record, build};
+use crate::identify::fit::normal::Starts;
+use crate::identify::fit::record::Compared;
+use crate::identify::fit::{Fitness, Held, Parameters, Record, build};
 use crate::log::{Column, Log};
 use crate::model::{Channel, Model};
 use drive_model::Coordinate;
@@ -220,7 +220,7 @@ fn a_sparkline_shows_heights_and_gaps() {
 #[test]
 fn a_bad_log_gets_its_verdict_in_every_form() {
     let log = log(100);
-    let problems = crate::plausible::check(&log, "torque_N_m");
+    let problems = crate::log::plausible::check(&log, "torque_N_m");
     assert!(!problems.is_empty());
     assert_eq!(bad_log_json(&log, &problems)["verdict"], "bad-log");
     assert_eq!(bad_log_json(&log, &problems)["problems"][0]["code"], "missing-input");

@@ -1,7 +1,7 @@
 //! What the numbers mean, in words: the same in every form of a report.
 
 use super::{Comparison, digits, unit};
-use crate::fit::Fitness;
+use crate::identify::fit::Fitness;
 use crate::model::Channel;
 
 /// Up to this ratio of rms to noise a residual is called as small as the noise.

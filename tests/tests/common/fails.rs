@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use host_tools::fit;
+use host_tools::identify::fit;
+use host_tools::identify::residual::{self, Failure};
 use host_tools::log::Log;
 use host_tools::model::Model;
-use host_tools::residual::{self, Failure};
 use stand_tests::foreign::Case;
 
 /// Where `model`, fitted to the log, fails.

@@ -4,7 +4,7 @@ use super::readings;
 use crate::calibrate::plateaus::{Plateau, plateaus};
 use crate::calibrate::session::Session;
 use crate::calibrate::{Curve, Findings, Step};
-use crate::uncertainty::{Part, Quantity, least_squares};
+use crate::statistics::uncertainty::{Part, Quantity, least_squares};
 
 /// Slower than this part of the greatest rate it is at rest.
 const AT_REST: f64 = 0.01;

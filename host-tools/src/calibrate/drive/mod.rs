@@ -11,7 +11,7 @@ mod sweep;
 
 use super::session::Session;
 use super::{CalibrateError, Findings, Step};
-use crate::uncertainty::Part;
+use crate::statistics::uncertainty::Part;
 
 /// What the stand's own readings add to a quantity's uncertainty: `by` are the powers with which voltage and current enter it.
 pub(super) fn readings(session: &Session, value: f64, by: [i32; 2]) -> Vec<Part> {

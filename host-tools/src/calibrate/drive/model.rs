@@ -3,9 +3,9 @@
 use super::{orders, readings};
 use crate::calibrate::session::Session;
 use crate::calibrate::{Findings, Step};
-use crate::fit::{self, Held};
+use crate::identify::fit::{self, Held};
 use crate::model::{Input, Model};
-use crate::uncertainty::{Part, Quantity};
+use crate::statistics::uncertainty::{Part, Quantity};
 
 /// The effects of a plain drive.
 const EFFECTS: [&str; 3] = ["viscous", "coulomb", "inductance"];

@@ -6,7 +6,7 @@ use super::model::Drive;
 use super::readings;
 use crate::calibrate::session::Session;
 use crate::calibrate::{Curve, Findings, Step};
-use crate::uncertainty::{Part, Quantity};
+use crate::statistics::uncertainty::{Part, Quantity};
 use std::f64::consts::TAU;
 
 /// Highest order that is looked at.

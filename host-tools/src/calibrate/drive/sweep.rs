@@ -8,7 +8,7 @@ use crate::calibrate::lock_in::Response;
 use crate::calibrate::session::Session;
 use crate::calibrate::{Curve, Findings, Step};
 use crate::log::Log;
-use crate::uncertainty::{Part, Quantity, least_squares};
+use crate::statistics::uncertainty::{Part, Quantity, least_squares};
 use nalgebra::Complex;
 use std::f64::consts::TAU;
 

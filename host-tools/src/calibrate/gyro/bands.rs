@@ -3,7 +3,7 @@
 use super::characteristic::{Point, points};
 use super::{Given, samples};
 use crate::calibrate::{Curve, Findings, Step};
-use crate::uncertainty::{Part, Quantity, least_squares};
+use crate::statistics::uncertainty::{Part, Quantity, least_squares};
 
 /// Most of a log's rate that is small, as a part of the greatest of all.
 const SMALL: f64 = 0.05;

@@ -3,7 +3,7 @@
 use super::{Given, samples};
 use crate::calibrate::plateaus::{Plateau, plateaus};
 use crate::calibrate::{CalibrateError, Curve, EARTH_RAD_S, Findings, Known, Step};
-use crate::uncertainty::{Fit, Kind, Part, Quantity, least_squares};
+use crate::statistics::uncertainty::{Fit, Kind, Part, Quantity, least_squares};
 
 /// Logs below this part of the greatest rate are for thresholds, not for the characteristic.
 const SMALL: f64 = 0.05;

@@ -5,7 +5,7 @@ use crate::calibrate::lock_in::{Response, lock_in};
 use crate::calibrate::response::{Order, Transfer, transfer};
 use crate::calibrate::{Curve, Findings, Step};
 use crate::log::Log;
-use crate::uncertainty::{Part, Quantity};
+use crate::statistics::uncertainty::{Part, Quantity};
 
 /// A step of the time stamp of the part under test, s (ISM330DHCX: DS13012, 25 µs).
 const STAMP_S: f64 = 25e-6;

@@ -4,7 +4,7 @@ use super::characteristic::{characteristic, points};
 use super::{Given, samples};
 use crate::calibrate::plateaus::plateaus;
 use crate::calibrate::{Findings, Lying, Step};
-use crate::uncertainty::{Part, Quantity, least_squares};
+use crate::statistics::uncertainty::{Part, Quantity, least_squares};
 
 /// √(2 ln 20) over 1.96: from the interval of a coordinate to that of the amplitude of two.
 const AMPLITUDE: f64 = 1.249;

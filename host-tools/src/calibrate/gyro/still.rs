@@ -3,7 +3,7 @@
 use super::characteristic::points;
 use super::{Given, samples};
 use crate::calibrate::{Findings, Step};
-use crate::uncertainty::{Part, Quantity, least_squares};
+use crate::statistics::uncertainty::{Part, Quantity, least_squares};
 
 /// Less than this is no change of temperature, K.
 const LEAST_K: f64 = 1.0;

@@ -1,7 +1,7 @@
 //! What this stand cannot do is refused before anything moves, with the reason.
 
 use super::{How, PlanError, Session, StepPlan, What};
-use crate::stand::{SessionError, Stand};
+use crate::acquire::stand::{SessionError, Stand};
 use stand_firmware::profile::{ProfileConfig, ProfileKind};
 use std::f64::consts::TAU;
 

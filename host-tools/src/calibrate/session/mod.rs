@@ -16,7 +16,7 @@ mod step;
 pub use check::check;
 
 use super::{Known, Mounted};
-use crate::uncertainty::CONFIDENCE;
+use crate::statistics::uncertainty::CONFIDENCE;
 use serde::{Deserialize, Serialize};
 use stand_firmware::speed_loop::Mode;
 use std::collections::BTreeMap;

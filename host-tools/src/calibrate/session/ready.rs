@@ -2,11 +2,11 @@
 
 use super::run::RunError;
 use super::{Session, StepPlan, What};
+use crate::acquire::link::LinkError;
+use crate::acquire::record::shows_index;
+use crate::acquire::stand::{SessionError, Stand};
 use crate::calibrate::Mounted;
 use crate::calibrate::session::journal::now;
-use crate::link::LinkError;
-use crate::record::shows_index;
-use crate::stand::{SessionError, Stand};
 use stand_firmware::profile::Parameter;
 use stand_firmware::telemetry::RowFrame;
 

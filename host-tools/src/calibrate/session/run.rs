@@ -9,8 +9,8 @@ use super::journal::{Done, FILE, Journal, JournalError, SESSION, now, sha256, wr
 use super::ready::{fault, is_refused};
 use super::step::{put_aside, record};
 use super::{PlanError, Session};
+use crate::acquire::stand::{SessionError, Stand};
 use crate::calibrate::Mounted;
-use crate::stand::{SessionError, Stand};
 use std::path::Path;
 
 /// What a session asks of a person.

@@ -3,8 +3,8 @@
 use super::Session;
 use super::journal::Journal;
 use super::run::{Person, Progress, RunError, whole};
+use crate::acquire::stand::{Simulated, Stand};
 use crate::calibrate::{Lying, Mounted};
-use crate::stand::{Simulated, Stand};
 use hal_sim::board::PlantPort;
 use hal_sim::clock::VirtualClock;
 use hal_sim::controller::{Controller, flash};

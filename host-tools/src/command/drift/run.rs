@@ -14,14 +14,14 @@ use hal_sim::session::StandSetup;
 use super::super::error::Trouble;
 use super::super::output::{check_place, working};
 use super::{ARCMIN, Run, Turn, tell};
+use crate::acquire::link::Link;
+use crate::acquire::stand::{Simulated, Stand};
 use crate::drift::amplitudes::LEAST_RATIO;
 use crate::drift::answer::{CycleLine, Measured};
 use crate::drift::error::within;
 use crate::drift::session::{self, Plan, Scales};
 use crate::drift::{DEG_H, separate};
-use crate::link::Link;
 use crate::log::{Column, Format, Log};
-use crate::stand::{Simulated, Stand};
 use stand_firmware::telemetry::RowFrame;
 
 /// `0,180,0:0:90`: turned, and raised and rolled.

@@ -4,11 +4,11 @@ use serde_json::{Map, Value, json};
 
 use super::super::error::Trouble;
 use super::super::output::{Output, working};
-use crate::fit::equation_error::{self, Equation, Settings};
-use crate::fit::{self, FitError, Held};
+use crate::identify::fit::equation_error::{self, Equation, Settings};
+use crate::identify::fit::{self, FitError, Held};
 use crate::log::Log;
+use crate::log::plausible;
 use crate::model::{Input, Model};
-use crate::plausible;
 use crate::report::{self, Style, finite, plain, significant, with_sigma};
 
 /// A parameter whose two values are further apart than this many standard errors of their difference is marked.

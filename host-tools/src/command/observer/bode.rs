@@ -5,7 +5,8 @@ use clap::Args;
 use super::{ElementWords, KindWord, usual_omega};
 use crate::command::error::Trouble;
 use crate::command::output::Output;
-use crate::observer::{Bode, Kind, bode_html, bode_json, bode_text};
+use crate::observer::{Bode, Kind, bode_json, bode_text};
+use crate::report::observer::bode_html;
 
 /// Object and observers over frequency.
 #[derive(Debug, Args)]

@@ -6,7 +6,8 @@ use super::write::Target;
 use super::{ElementWords, Placing};
 use crate::command::error::Trouble;
 use crate::command::output::Output;
-use crate::observer::{design_html, design_json, design_text};
+use crate::observer::{design_json, design_text};
+use crate::report::observer::design_html;
 
 /// Step of the stand's rows, s.
 pub(super) const ROW_S: f64 = 1e-3;

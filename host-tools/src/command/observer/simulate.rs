@@ -5,7 +5,8 @@ use clap::Args;
 use super::{ElementWords, KindWord, Placing};
 use crate::command::error::Trouble;
 use crate::command::output::Output;
-use crate::observer::{Beside, Disturbed, ObserverError, Regulated, Start, simulate_html, simulate_json, simulate_text};
+use crate::observer::{Beside, Disturbed, ObserverError, Regulated, Start, simulate_json, simulate_text};
+use crate::report::observer::simulate_html;
 
 /// Steps of the closed loop's picture.
 const LOOP_STEPS: f64 = 4000.0;

@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use stand_firmware::observer::MOST_STATES;
 
+use crate::acquire::link::Link;
 use crate::command::error::Trouble;
-use crate::link::Link;
 use crate::observer::{Design, Disturbed};
 
 /// How long the stand may take to look at the poles.

@@ -1,0 +1,84 @@
+//! The measured motion made ready for the inverse model: even in time, low-passed without delay, differentiated.
+
+use super::Settings;
+use super::zero_phase::LowPass;
+use crate::identify::fit::Record;
+
+/// Rows of a segment on an even grid.
+pub(super) struct Motion {
+    /// Row of the log at or before each point.
+    pub row: Vec<usize>,
+    /// Time, s.
+    pub t_s: Vec<f64>,
+    /// Filtered angle, rad, with its first and second central differences.
+    pub theta: Vec<f64>,
+    /// Rate, rad/s.
+    pub omega: Vec<f64>,
+    /// Acceleration, rad/s².
+    pub alpha: Vec<f64>,
+    /// What the drive was measured to give, at the same instants.
+    pub given: Vec<f64>,
+}
+
+/// A step that differs from the median by more than this part makes the grid uneven.
+const UNEVEN: f64 = 1e-3;
+/// Pairs of poles of the filter before differentiation: order four (Janot, Gautier and Brunot 2019).
+const PAIRS: u32 = 2;
+
+/// The motion along one segment. `given` is the measured input, a mean over each row if `mean_over_row`.
+pub(super) fn along(record: &Record, segment: usize, angle: &[f64], given: &[f64], mean_over_row: bool, settings: Settings) -> Motion {
+    let rows = record.segments[segment].clone();
+    let (t, h) = (&record.t_s[rows.clone()], record.dt_s);
+    let even = t.windows(2).all(|w| ((w[1] - w[0]) / h - 1.0).abs() < UNEVEN);
+    let half_count = 0.5 * record.theta_quantum;
+    let raw: Vec<f64> = angle[rows.clone()].iter().map(|a| a + half_count).collect();
+    let given = &given[rows.clone()];
+    let (t_s, raw) = if even {
+        (t.to_vec(), raw)
+    } else {
+        let (from, to) = (t.first().copied().unwrap_or(0.0), t.last().copied().unwrap_or(0.0));
+        let grid: Vec<f64> = (0..=((to - from) / h).floor() as usize).map(|k| from + k as f64 * h).collect();
+        let raw = between(t, &raw, &grid);
+        (grid, raw)
+    };
+    let given = match (mean_over_row, even) {
+        (false, true) => given.to_vec(),
+        (false, false) => between(t, given, &t_s),
+        (true, _) => {
+            // A mean over [t_k, t_k+1) stands for the middle of the row.
+            let middles: Vec<f64> = (0..t.len()).map(|k| t[k] + 0.5 * t.get(k + 1).map_or(h, |next| next - t[k])).collect();
+            between(&middles, given, &t_s)
+        }
+    };
+    let theta = LowPass::butterworth(PAIRS, settings.cutoff_hz * 2.0 * h).both_ways(&raw);
+    let omega = central(&theta, h);
+    let alpha = central(&omega, h);
+    let row = t_s.iter().map(|&at| rows.start + t.partition_point(|&t| t <= at).saturating_sub(1)).collect();
+    Motion { row, t_s, theta, omega, alpha, given }
+}
+
+/// Values at `grid`, linear between the points; beyond them the outermost. Both times rise.
+fn between(t: &[f64], y: &[f64], grid: &[f64]) -> Vec<f64> {
+    let mut after = 0;
+    let at = |at: &f64| {
+        while after < t.len() && t[after] <= *at {
+            after += 1;
+        }
+        match (after.checked_sub(1), after < t.len()) {
+            (Some(k), true) => y[k] + (y[after] - y[k]) * ((at - t[k]) / (t[after] - t[k])),
+            (Some(k), false) => y[k],
+            (None, _) => y[0],
+        }
+    };
+    grid.iter().map(at).collect()
+}
+
+/// Central differences, one-sided at the ends.
+fn central(y: &[f64], h: f64) -> Vec<f64> {
+    let last = y.len().saturating_sub(1);
+    let slope = |k: usize| {
+        let (a, b) = (k.saturating_sub(1), (k + 1).min(last));
+        if b > a { (y[b] - y[a]) / ((b - a) as f64 * h) } else { 0.0 }
+    };
+    (0..y.len()).map(slope).collect()
+}

@@ -1,0 +1,229 @@
+//! The same for a browser, with plots.
+
+use crate::observer::answer::{Beside, pole_words};
+use crate::observer::bode::{object, value};
+use crate::observer::vibration::{Compensated, Correction, Measured, Period};
+use crate::observer::{Bode, Design, Plant, Trace};
+use crate::report::digits;
+use crate::report::page::{Page, escaped, swatch};
+use crate::report::plot::{Axis, Plot, with_room};
+use crate::report::series::{envelope, extent};
+
+const WIDTH: f64 = 980.0;
+/// Classes of the lines, in order.
+const CLASSES: [&str; 3] = ["measured", "modelled", "residual"];
+
+/// A design.
+pub fn design_html(design: &Design) -> String {
+    let request = &design.request;
+    let mut page = Page::new(&format!("Observer of {}", request.plant.name));
+    page.paragraph(
+        "lead",
+        &format!(
+            "A {} observer; the angle tells {} of {} states apart, condition {}.",
+            request.kind.name(),
+            design.rank,
+            design.gains.len(),
+            digits(design.condition)
+        ),
+    );
+    for warning in design.warnings() {
+        page.paragraph("warn", &warning);
+    }
+    page.paragraph("", &format!("Poles, 1/s: {}.", pole_words(&design.poles)));
+    let head = if design.discrete.is_some() { "<th>K, discrete</th><th>Γ</th>" } else { "" };
+    page.push(&format!("<div class=\"scroll\"><table><thead><tr><th>state</th><th>gain</th>{head}</tr></thead><tbody>"));
+    let scientific = |x: f64| escaped(&crate::report::significant(x, 9));
+    for (k, state) in request.plant.states().iter().copied().chain(design.integral.map(|_| "moment_N_m")).enumerate() {
+        let gain = design.gains.get(k).map_or(String::new(), |x| scientific(*x));
+        let more =
+            design.discrete.as_ref().and_then(|d| Some((d.gains.get(k)?, d.gamma.get(k)?))).map_or(String::new(), |(gain, gamma)| {
+                format!("<td class=\"number\">{}</td><td class=\"number\">{}</td>", scientific(*gain), scientific(*gamma))
+            });
+        page.push(&format!("<tr><td><code>{state}</code></td><td class=\"number\">{gain}</td>{more}</tr>"));
+    }
+    page.push("</tbody></table></div>");
+    if let Some(channel) = design.integral {
+        let below = channel.stable_below.map_or(String::new(), |most| format!("; stable below {}", digits(most)));
+        let gain = digits(channel.gain);
+        page.paragraph(
+            "",
+            &format!(
+                "Integral channel: row {}, gain {gain}{below}. Moment = {} N m for each rad s.",
+                channel.row,
+                digits(channel.moment_per_integral)
+            ),
+        );
+    }
+    page.finish()
+}
+
+/// Static beside astatic.
+pub fn simulate_html(beside: &Beside<'_>) -> String {
+    let [one, other] = beside.designs;
+    let [a, b] = beside.runs;
+    let mut page = Page::new(&format!("Observers of {}, side by side", one.request.plant.name));
+    let offset = |x: f64| if x.abs() < 1e-18 { "none".to_owned() } else { format!("{} rad", digits(x)) };
+    page.paragraph(
+        "lead",
+        &format!(
+            "Under a moment of {} N m the {} observer keeps an offset of {} in the angle, the {} one keeps {}.",
+            digits(beside.disturbed.moment_N_m),
+            one.request.kind.name(),
+            offset(a.rest[0]),
+            other.request.kind.name(),
+            offset(b.rest[0])
+        ),
+    );
+    page.push(&format!("<pre class=\"notes\">{}</pre>", escaped(&crate::observer::simulate_text(beside))));
+    let names = [one.request.kind.name(), other.request.kind.name()];
+    let says = format!("{} {}", swatch(CLASSES[0], names[0]), swatch(CLASSES[1], names[1]));
+    let pairs = [
+        ("error of the angle, with an initial error", "rad", [column(&a.both, 0), column(&b.both, 0)]),
+        ("error of the rate, with an initial error", "rad/s", [column(&a.both, 1), column(&b.both, 1)]),
+        ("error of the angle, by the moment alone", "rad", [column(&a.moment_only, 0), column(&b.moment_only, 0)]),
+        ("error of the rate, by the moment alone", "rad/s", [column(&a.moment_only, 1), column(&b.moment_only, 1)]),
+    ];
+    for (name, unit, lines) in pairs {
+        page.figure(&over_time(&lines, name, unit), &says);
+    }
+    let moment = [
+        vec![(0.0, beside.disturbed.moment_N_m), (a.both.t_s.last().copied().unwrap_or(1.0), beside.disturbed.moment_N_m)],
+        moments(&b.moment_only),
+    ];
+    page.figure(&over_time(&moment, "moment", "N m"), &format!("{} {}", swatch(CLASSES[0], "that acts"), swatch(CLASSES[1], "estimated")));
+    if let (Some((t, x)), Some((u, y))) = (&a.closed, &b.closed) {
+        let line = |t: &[f64], x: &[f64]| t.iter().copied().zip(x.iter().copied()).collect::<Vec<_>>();
+        page.figure(
+            &over_time(&[line(t, x), line(u, y)], "angle in the closed loop", "rad"),
+            &format!("{says}. The {} one feeds its estimated moment forward.", names[1]),
+        );
+    }
+    page.finish()
+}
+
+fn column(trace: &Trace, k: usize) -> Vec<(f64, f64)> {
+    trace.t_s.iter().copied().zip(trace.errors.iter().map(|e| e[k])).collect()
+}
+
+fn moments(trace: &Trace) -> Vec<(f64, f64)> {
+    trace.t_s.iter().copied().zip(trace.moment_N_m.iter().copied()).collect()
+}
+
+fn over_time(lines: &[Vec<(f64, f64)>], name: &str, unit: &str) -> String {
+    let end = lines.iter().filter_map(|line| line.last()).map(|p| p.0).fold(0.0, f64::max);
+    let pieces: Vec<_> = lines.iter().map(|line| envelope(line.iter().copied(), (0.0, end), 1500, f64::INFINITY)).collect();
+    let range = extent(pieces.iter()).unwrap_or((0.0, 1.0));
+    let range = (range.0.min(0.0), range.1.max(0.0));
+    let mut plot = Plot::new(Axis::new((0.0, end), 10, "time", "s"), Axis::new(with_room(range), 5, name, unit), WIDTH, 260.0);
+    plot.level(0.0, "zero");
+    for (line, class) in pieces.iter().zip(CLASSES) {
+        plot.lines(line, class);
+    }
+    plot.finish()
+}
+
+/// An azimuth under vibration, corrected.
+pub fn vibration_html(name: &str, measured: &Measured<'_>, found: &Compensated, warnings: &[String]) -> String {
+    let arcsec = |rad: f64| rad.to_degrees() * 3600.0;
+    let mut page = Page::new(&format!("Azimuth of {name} under vibration"));
+    let left = |c: &Correction| digits(arcsec(found.alpha_rad - c.with_inertia_rad));
+    let exact = found.exact.as_ref().map_or(String::new(), |exact| format!(", by the exact rates {}″", left(exact)));
+    page.paragraph(
+        "lead",
+        &format!(
+            "The mean azimuth over {} periods of {} Hz is {}″; corrected by the estimated rates it is {}″{exact}.",
+            found.periods,
+            digits(found.vibration_Hz),
+            digits(arcsec(found.alpha_rad)),
+            left(&found.estimated)
+        ),
+    );
+    for warning in warnings {
+        page.paragraph("warn", warning);
+    }
+    page.push(&format!("<pre class=\"notes\">{}</pre>", escaped(&crate::observer::vibration_text(found, &[]))));
+    let over = |of: &dyn Fn(&Period) -> Option<f64>| -> Vec<(f64, f64)> {
+        found.course.iter().filter_map(|period| of(period).map(|rad| (period.t_s, arcsec(rad)))).collect()
+    };
+    let means = [over(&|p| Some(p.alpha_rad)), over(&|p| Some(p.estimated_rad)), over(&|p| p.exact_rad)];
+    let names = ["as it is", "corrected by the estimated rates", "corrected by the exact rates"];
+    let shown = if found.exact.is_some() { 3 } else { 2 };
+    let says: Vec<String> = CLASSES.iter().zip(names).take(shown).map(|(class, name)| swatch(class, name)).collect();
+    page.figure(&over_time(&means[..shown], "azimuth, mean of a period", "″"), &format!("{}.", says.join(" ")));
+    let rows = measured.alpha_rad.iter().enumerate().map(|(k, alpha)| (k as f64 * measured.step_s, arcsec(*alpha))).collect();
+    page.figure(&over_time(&[rows], "azimuth", "″"), &format!("{} of all rows.", swatch(CLASSES[0], "azimuth")));
+    page.finish()
+}
+
+/// Object and observers over frequency.
+pub fn bode_html(plant: &Plant, bodes: &[Bode], vibration_Hz: Option<f64>) -> String {
+    let mut page = Page::new(&format!("Observers of {} over frequency", plant.name));
+    page.push(&format!("<pre class=\"notes\">{}</pre>", escaped(&crate::observer::bode_text(plant, bodes, vibration_Hz))));
+    let (from, to) = (-2.0_f64, 4.0_f64);
+    let grid: Vec<f64> = (0..1500).map(|k| 10f64.powf(from + (to - from) * k as f64 / 1499.0)).collect();
+    let (says, numerator, denominator) = object(plant);
+    let s = |w: f64| nalgebra::Complex::new(0.0, w);
+    let object = |w: f64| value(&numerator, s(w)) / value(&denominator, s(w));
+    let dB = |x: f64| 20.0 * x.max(1e-12).log10();
+    let mut curves: Vec<(String, Vec<(f64, f64)>)> =
+        vec![("the object's rate".to_owned(), grid.iter().map(|w| (w.log10(), dB(object(*w).norm()))).collect())];
+    for bode in bodes.iter().take(CLASSES.len() - 1) {
+        let name = format!("as an observer with poles at {} 1/s shows it", digits(bode.omega_rad_s));
+        curves.push((name, grid.iter().map(|w| (w.log10(), dB((object(*w) * bode.ratio(*w)).norm()))).collect()));
+    }
+    page.figure(&over_frequency(&curves, (from, to), "gain", "dB"), &captions(&curves, &format!("From {says} to rad/s.")));
+    for bode in bodes {
+        let gain: Vec<(f64, f64)> = grid.iter().map(|w| (w.log10(), dB(bode.ratio(*w).norm()))).collect();
+        let phase: Vec<(f64, f64)> = grid.iter().map(|w| (w.log10(), bode.ratio(*w).arg().to_degrees())).collect();
+        let says = match bode.limit.rad_s {
+            Some(w) => format!("Poles at {} 1/s: distorted from {} rad/s on.", digits(bode.omega_rad_s), digits(w)),
+            None => format!("Poles at {} 1/s: not distorted.", digits(bode.omega_rad_s)),
+        };
+        for (line, unit, name) in [(gain, "dB", "estimated over true rate"), (phase, "°", "its phase")] {
+            let one = [(name.to_owned(), line)];
+            page.figure(&banded(&one, (from, to), name, unit, bode.limit.rad_s), &escaped(&says));
+        }
+    }
+    page.finish()
+}
+
+fn captions(curves: &[(String, Vec<(f64, f64)>)], says: &str) -> String {
+    let names: Vec<String> = curves.iter().zip(CLASSES).map(|((name, _), class)| swatch(class, name)).collect();
+    format!("{}. {}", names.join(" "), escaped(says))
+}
+
+fn over_frequency(curves: &[(String, Vec<(f64, f64)>)], range: (f64, f64), name: &str, unit: &str) -> String {
+    banded(curves, range, name, unit, None)
+}
+
+/// Pieces of a line that jumps where an angle goes round.
+fn unwrapped(line: &[(f64, f64)]) -> Vec<Vec<(f64, f64)>> {
+    let mut pieces: Vec<Vec<(f64, f64)>> = vec![Vec::new()];
+    for point in line {
+        let jumps = pieces.last().and_then(|piece| piece.last()).is_some_and(|last: &(f64, f64)| (point.1 - last.1).abs() > 180.0);
+        if jumps {
+            pieces.push(Vec::new());
+        }
+        if let Some(piece) = pieces.last_mut() {
+            piece.push(*point);
+        }
+    }
+    pieces
+}
+
+/// Curves over the logarithm of frequency; beyond `limit`, rad/s, shaded.
+fn banded(curves: &[(String, Vec<(f64, f64)>)], range: (f64, f64), name: &str, unit: &str, limit: Option<f64>) -> String {
+    let pieces: Vec<_> = curves.iter().map(|(_, line)| unwrapped(line)).collect();
+    let extent = extent(pieces.iter()).unwrap_or((0.0, 1.0));
+    let x = Axis::decades(range, "frequency, rad/s");
+    let mut plot = Plot::new(x, Axis::new(with_room(extent), 5, name, unit), WIDTH, 260.0);
+    if let Some(limit) = limit {
+        plot.shade(limit.log10(), range.1, "held");
+    }
+    plot.level(0.0, "zero");
+    for (line, class) in pieces.iter().zip(CLASSES) {
+        plot.lines(line, class);
+    }
+    plot.finish()
+}

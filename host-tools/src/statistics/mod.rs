@@ -1,0 +1,3 @@
+//! Statistics shared by all analyses.
+
+pub mod uncertainty;
