@@ -8,8 +8,8 @@ use drive_model::Coordinate;
 use host_tools::identify::explain::{Explanation, Shape, Verdict, explain};
 use host_tools::log::Log;
 use host_tools::model::Model;
-use host_tools::report::statistics::Bin;
 use host_tools::report::{Style, explain_html, explain_json, explain_text};
+use host_tools::statistics::bins::Bin;
 
 /// The answer of a sound log, for changing.
 fn explanation() -> Explanation {

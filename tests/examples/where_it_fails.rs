@@ -5,9 +5,9 @@
 use std::time::Instant;
 
 use hal_sim::plant::Stand;
+use host_tools::identify::{fit, residual};
 use host_tools::log::Log;
 use host_tools::model::Model;
-use host_tools::identify::{fit, residual};
 use rayon::prelude::*;
 use stand_firmware::profile::ProfileKind;
 use stand_firmware::speed_loop::Mode;

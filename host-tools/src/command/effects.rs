@@ -5,7 +5,7 @@ use drive_model::CATALOGUE;
 
 use super::error::Trouble;
 use super::output::{Output, is_terminal};
-use crate::report::pages;
+use crate::report::effects;
 use crate::words::nearest;
 
 /// The catalogue of physical effects, or the account of one.
@@ -21,16 +21,16 @@ impl Effects {
     pub(super) fn run(self) -> Result<(), Trouble> {
         self.output.check()?;
         let Some(id) = &self.id else {
-            self.output.text(&pages::list_text(is_terminal()))?;
-            self.output.json(pages::list_json)?;
-            return self.output.html(pages::list_html);
+            self.output.text(&effects::list_text(is_terminal()))?;
+            self.output.json(effects::list_json)?;
+            return self.output.html(effects::list_html);
         };
         let card = drive_model::card(id).ok_or_else(|| {
             let hint = nearest(id, CATALOGUE.iter().map(|c| c.id)).map_or(String::new(), |n| format!("; did you mean `{n}`?"));
             Trouble::Input(format!("`{id}` is no effect of the catalogue{hint} (`stand effects` lists them)"))
         })?;
-        self.output.text(&pages::effect_text(card, is_terminal()))?;
-        self.output.json(|| pages::effect_json(card))?;
-        self.output.html(|| pages::effect_html(card))
+        self.output.text(&effects::effect_text(card, is_terminal()))?;
+        self.output.json(|| effects::effect_json(card))?;
+        self.output.html(|| effects::effect_html(card))
     }
 }

@@ -17,7 +17,7 @@ use crate::acquire::hidden::Hidden;
 use crate::identify::explain::Explanation;
 use crate::identify::fit::Held;
 use crate::model::Model;
-use crate::report::{self, Style, explain_words};
+use crate::report::{self, Style, explanation::words as explain_words};
 
 /// Where the story leaves its files.
 const FOLDER: &str = "out";

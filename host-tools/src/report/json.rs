@@ -1,12 +1,9 @@
-//! The answers of interfaces.md as JSON: no NaN, no infinity, `null` instead.
+//! JSON that several topics share: finite numbers, failures, findings.
 
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
-use super::{Comparison, Failure, unit};
-use crate::identify::fit::Fitness;
-use crate::identify::fit::record::ANGLE_INCREMENT_S;
+use crate::identify::residual::Failure;
 use crate::log::plausible::Finding;
-use crate::model::Channel;
 
 /// Below this a probability is said as 0, with its logarithm beside it.
 const SMALLEST_P: f64 = 1e-300;
@@ -14,28 +11,6 @@ const SMALLEST_P: f64 = 1e-300;
 /// A number, or `null` where there is none.
 pub fn finite(x: f64) -> Value {
     if x.is_finite() { json!(x) } else { Value::Null }
-}
-
-/// The answer of `stand compare --json`.
-pub fn compare_json(c: &Comparison) -> Value {
-    Value::Object(common(c))
-}
-
-/// The answer of `stand fit --json`: that of a comparison, and the parameters.
-pub fn fit_json(c: &Comparison) -> Value {
-    let mut answer = Map::new();
-    answer.insert("parameters".into(), parameters(c));
-    let held = c.held;
-    answer.insert("not_identifiable".into(), held.not_identifiable.iter().map(|(name, _)| json!(name)).collect());
-    let details = held.not_identifiable.iter().map(|(name, with)| {
-        let (with, correlation) = with.as_ref().map_or((Value::Null, Value::Null), |(with, r)| (json!(with), finite(*r)));
-        json!({"parameter": name, "with": with, "correlation": correlation})
-    });
-    answer.insert("not_identifiable_details".into(), details.collect());
-    answer.insert("converged".into(), json!(held.converged));
-    answer.insert("steps".into(), json!(held.steps));
-    answer.append(&mut common(c));
-    Value::Object(answer)
 }
 
 /// The findings of plausibility, as in `problems`.
@@ -59,53 +34,4 @@ pub fn failures_json(failures: &[Failure]) -> Value {
             })
         })
         .collect()
-}
-
-/// What every answer has.
-fn common(c: &Comparison) -> Map<String, Value> {
-    let mut answer = Map::new();
-    answer.insert("log".into(), json!(c.log.path().display().to_string()));
-    answer.insert("model".into(), json!(c.model.name()));
-    answer.insert("samples".into(), json!(c.log.len()));
-    answer.insert("duration_s".into(), finite(c.log.duration_s()));
-    let outputs = c.held.channels.iter().map(|f| (f.shows.column().to_owned(), output(f)));
-    answer.insert("outputs".into(), Value::Object(outputs.collect()));
-    answer.insert("failures".into(), failures_json(&c.failures));
-    answer.insert("remarks".into(), json!(c.all_remarks()));
-    answer.insert("warnings".into(), json!(c.all_warnings()));
-    answer.insert("seconds".into(), finite(c.seconds));
-    answer
-}
-
-fn output(f: &Fitness) -> Value {
-    let mut o = json!({
-        "rms": finite(f.rms),
-        "noise": finite(f.noise),
-        "ratio": finite(f.rms / f.noise),
-        "fit_percent": finite(f.fit_percent),
-        "white": f.white(),
-        "chi2_per_n": finite(f.chi2_per_n()),
-        "heldout_rms": f.heldout_rms.map_or(Value::Null, finite),
-        "rows": f.rows,
-        "unit": unit(f.shows),
-    });
-    if f.shows == Channel::Angle {
-        o["compared"] = json!(format!("increments over {} ms", (ANGLE_INCREMENT_S * 1e3).round()));
-    }
-    o
-}
-
-fn parameters(c: &Comparison) -> Value {
-    let rows = super::words::parameters(c);
-    let entries = rows.into_iter().map(|row| {
-        let mut p = json!({"value": finite(row.value), "sigma": if row.undetermined.is_some() { Value::Null } else { finite(row.sigma) }, "unit": row.unit, "fixed": row.fixed, "start": finite(row.start)});
-        if row.at_bound {
-            p["at_bound"] = json!(true);
-        }
-        if row.out_of_range {
-            p["out_of_range"] = json!(true);
-        }
-        (row.name, p)
-    });
-    Value::Object(entries.collect())
 }

@@ -6,8 +6,8 @@ use crate::observer::vibration::{Compensated, Correction, Measured, Period};
 use crate::observer::{Bode, Design, Plant, Trace};
 use crate::report::digits;
 use crate::report::page::{Page, escaped, swatch};
+use crate::report::plot::envelope::{envelope, extent};
 use crate::report::plot::{Axis, Plot, with_room};
-use crate::report::series::{envelope, extent};
 
 const WIDTH: f64 = 980.0;
 /// Classes of the lines, in order.

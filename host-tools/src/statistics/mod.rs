@@ -1,3 +1,5 @@
 //! Statistics shared by all analyses.
 
+pub mod bins;
+pub mod distribution;
 pub mod uncertainty;

@@ -4,10 +4,10 @@ use drive_model::Coordinate;
 
 use super::fitted::FAMILYWISE;
 use crate::identify::fit::Held;
+use crate::identify::residual::Failure;
 use crate::log::Log;
 use crate::model::{Channel, Model};
-use crate::report::Failure;
-use crate::report::statistics::Bin;
+use crate::statistics::bins::Bin;
 
 /// The answer in one word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -12,6 +12,7 @@
 //! * [`next`]: what to measure next.
 
 mod answer;
+pub mod coverage;
 pub mod evidence;
 mod fitted;
 mod gather;

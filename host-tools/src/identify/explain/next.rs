@@ -5,10 +5,10 @@
 
 use hal_sim::plant::Stand;
 
+use super::coverage::Coverage;
 use super::{Candidate, NextExperiment, Verdict};
 use crate::log::Log;
 use crate::model::Model;
-use crate::report::explain_coverage::Coverage;
 
 /// A session as `stand sim` runs it.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -22,7 +22,7 @@ use crate::identify::fit::normal::{MOST_LANES, pass};
 use crate::identify::fit::simulate::System;
 use crate::identify::fit::solve::Place as At;
 use crate::model::{Channel, Input, Model, Place};
-use crate::report::statistics::Bin;
+use crate::statistics::bins::Bin;
 
 /// χ²/n from which on something is left that a person would see: rms 1.04 × the noise.
 pub const LEFT: f64 = 1.08;

@@ -6,7 +6,7 @@ use super::rows::Rows;
 use super::{search, shapes};
 use crate::identify::fit::{Held, Record};
 use crate::log::Log;
-use crate::report::statistics::Bin;
+use crate::statistics::bins::Bin;
 
 /// A log's residuals, ready for pictures.
 pub struct Pictures {

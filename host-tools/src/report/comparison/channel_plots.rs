@@ -1,13 +1,16 @@
 //! The plots of one channel: measured beside modelled, the residual, how it scatters, what it depends on.
 
-use super::coordinates::Along;
-use super::page::{Page, swatch};
-use super::plot::{Axis, Plot, with_room};
-use super::series::{Pieces, envelope, extent};
-use super::{html, quantity, statistics, unit};
+use super::html;
 use crate::identify::fit::record::Compared;
 use crate::identify::fit::{Fitness, Record};
 use crate::model::Channel;
+use crate::report::page::{Page, swatch};
+use crate::report::plot::envelope::{Pieces, envelope, extent};
+use crate::report::plot::{Axis, Plot, with_room};
+use crate::report::residual::{Along, rms_over_time};
+use crate::report::{quantity, unit};
+use crate::statistics::bins::binned;
+use crate::statistics::distribution::{autocorrelation, histogram};
 use drive_model::Coordinate;
 
 /// Width of a plot across the page and of one of a pair, px.
@@ -31,7 +34,7 @@ pub(super) fn close_up(record: &Record, compared: &Compared, f: &Fitness, page: 
         return;
     }
     let windows = ((last - first) / CLOSE_UP_S).floor();
-    let sizes = statistics::rms_over_time(record, &f.residual, windows as usize);
+    let sizes = rms_over_time(record, &f.residual, windows as usize);
     let worst = sizes.iter().enumerate().filter_map(|(k, s)| s.map(|s| (k, s))).max_by(|a, b| a.1.total_cmp(&b.1));
     let Some((worst, _)) = worst else { return };
     let length = (last - first) / windows;
@@ -129,7 +132,7 @@ pub(super) fn noise_like(record: &Record, f: &Fitness, page: &mut Page) {
     }
     let spread = (finite.iter().map(|r| r * r).sum::<f64>() / finite.len() as f64).sqrt();
     let reach = 4.0 * spread.max(f.noise);
-    let h = statistics::histogram(&finite, reach, 60);
+    let h = histogram(&finite, reach, 60);
     let normal = |x: f64| (-0.5 * (x / f.noise).powi(2)).exp() / (f.noise * std::f64::consts::TAU.sqrt());
     let most = h.density.iter().copied().fold(0.0, f64::max).max(normal(0.0).min(6.0 * h.density.iter().copied().fold(0.0, f64::max)));
     page.push("<div class=\"pair\">");
@@ -147,7 +150,7 @@ pub(super) fn noise_like(record: &Record, f: &Fitness, page: &mut Page) {
     plot.lines(&[curve], "normal");
     page.figure(&plot.finish(), &format!("How the residual scatters. {} the normal curve of the noise alone", swatch("modelled", "")));
 
-    let memory = statistics::memory(&f.residual, LAGS);
+    let memory = autocorrelation(&f.residual, LAGS);
     let ms = record.dt_s * 1e3;
     let (least, most) = memory.correlation.iter().fold((-2.0 * memory.band, 2.0 * memory.band), |(l, m), c| (l.min(*c), m.max(*c)));
     let mut plot = Plot::new(
@@ -173,7 +176,7 @@ pub(super) fn over_coordinates(f: &Fitness, along: &[Along], page: &mut Page) {
     page.push("<h3>What the residual depends on</h3>");
     page.push("<p class=\"faint\">Mean residual in each bin, with its 95 % interval. Of a complete model all lie on zero, but for one bin in twenty.</p><div class=\"pair\">");
     for a in along {
-        let bins = statistics::binned(a.values(f.residual.len()), f.residual.iter().copied(), a.range, a.bins);
+        let bins = binned(a.values(f.residual.len()), f.residual.iter().copied(), a.range, a.bins);
         if bins.is_empty() {
             continue;
         }

@@ -1,7 +1,7 @@
 //! The evidence for a candidate, in words and figures.
 
-use super::digits;
 use crate::identify::explain::{APART, Candidate, Explanation, Shown};
+use crate::report::numbers;
 
 /// A probability: plain where it can be read, else as a power of ten; at most 1.
 pub fn probability(log10_p: f64) -> String {
@@ -9,9 +9,9 @@ pub fn probability(log10_p: f64) -> String {
         return "–".to_owned();
     }
     if log10_p >= -3.0 {
-        return digits::plain(10f64.powf(log10_p.min(0.0)), 2);
+        return numbers::plain(10f64.powf(log10_p.min(0.0)), 2);
     }
-    format!("10{}", digits::superscript(log10_p.round() as i32))
+    format!("10{}", numbers::superscript(log10_p.round() as i32))
 }
 
 /// It has a probability that can be stood for: only a fit is judged on whitened residuals, so that a first step alone has no honest small one.
@@ -28,7 +28,7 @@ pub fn chance(c: &Candidate) -> String {
 pub fn sure(c: &Candidate) -> String {
     let chance = match c.log10_p {
         _ if c.may_be_chance() => format!("chance alone does as much with a probability of {}: this is not sure", probability(c.log10_p)),
-        p if p > -6.0 => format!("chance alone would do as much once in {} times", digits::grouped(10f64.powf(-p).round() as usize)),
+        p if p > -6.0 => format!("chance alone would do as much once in {} times", numbers::grouped(10f64.powf(-p).round() as usize)),
         p => format!("chance alone would not do this once in a million times (p = {})", probability(p)),
     };
     let bic = match c.delta_bic {
@@ -43,7 +43,7 @@ pub fn sure(c: &Candidate) -> String {
                 "strong evidence"
             }
         ),
-        Some(d) => format!("; its better fit hardly pays for its parameters (BIC changes by {})", digits::significant(d, 2)),
+        Some(d) => format!("; its better fit hardly pays for its parameters (BIC changes by {})", numbers::significant(d, 2)),
         None => String::new(),
     };
     format!("{}{bic}.", first_upper(&chance))
@@ -56,9 +56,9 @@ pub fn grouped(x: f64) -> String {
     if !size.is_finite() {
         "–".to_owned()
     } else if size >= 100.0 {
-        format!("{sign}{}", digits::grouped(size.round() as usize))
+        format!("{sign}{}", numbers::grouped(size.round() as usize))
     } else {
-        format!("{sign}{}", digits::significant(size, 2))
+        format!("{sign}{}", numbers::significant(size, 2))
     }
 }
 

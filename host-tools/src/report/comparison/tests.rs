@@ -1,10 +1,11 @@
-use super::digits::{change, grouped, plain, significant, with_sigma};
-use super::{Comparison, Failure, Style, bad_log_html, bad_log_json, bad_log_text, finite, fit_json, html, sparkline, text};
+use super::{Comparison, Failure, fit_json, html, text};
 use crate::identify::fit::normal::Starts;
 use crate::identify::fit::record::Compared;
 use crate::identify::fit::{Fitness, Held, Parameters, Record, build};
 use crate::log::{Column, Log};
 use crate::model::{Channel, Model};
+use crate::report::numbers::{change, grouped, plain, significant, with_sigma};
+use crate::report::{Style, bad_log_html, bad_log_json, bad_log_text, finite, sparkline};
 use drive_model::Coordinate;
 use serde_json::Value;
 

@@ -108,3 +108,18 @@ pub fn coordinates<'a>(log: &'a Log, record: &'a Record<'a>, channels: &'a [Fitn
     }
     list
 }
+
+/// Root mean square of the residual in `columns` equal intervals of time; `None` where no row was compared.
+pub fn rms_over_time(record: &Record, residual: &[f64], columns: usize) -> Vec<Option<f64>> {
+    let mut sums = vec![(0.0, 0usize); columns];
+    let Some((&first, &last)) = record.t_s.first().zip(record.t_s.last()) else { return Vec::new() };
+    let scale = columns as f64 / (last - first).max(f64::MIN_POSITIVE);
+    for (t, r) in record.t_s.iter().zip(residual).filter(|(_, r)| r.is_finite()) {
+        let column = (((t - first) * scale) as usize).min(columns.saturating_sub(1));
+        if let Some((sum, n)) = sums.get_mut(column) {
+            *sum += r * r;
+            *n += 1;
+        }
+    }
+    sums.into_iter().map(|(sum, n)| (n > 0).then(|| (sum / n as f64).sqrt())).collect()
+}

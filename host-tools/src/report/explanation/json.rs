@@ -2,11 +2,12 @@
 
 use serde_json::{Map, Value, json};
 
-use super::json::{failures_json, finite};
-use super::{bad_log_json, explain_words as words, log_warnings};
+use super::words;
 use crate::identify::explain::{Candidate, Estimate, Explanation, Shape, Shown, Stage};
 use crate::log::Log;
 use crate::log::plausible::Finding;
+use crate::report::json::{failures_json, finite};
+use crate::report::{bad_log_json, log_warnings};
 
 /// Below this a probability is said as 0, with its logarithm beside it.
 const SMALLEST_P: f64 = 1e-300;

@@ -1,12 +1,12 @@
 //! Pictures of where a model fails: orders of the angle, how the strongest goes with rate and current, what follows a reversal.
 
-use super::page::{Page, swatch};
-use super::plot::{Axis, Plot, with_room};
-use super::statistics::{self, Bin};
-use super::unit;
 use crate::identify::fit::Fitness;
 use crate::identify::residual::orders::Spectrum;
 use crate::identify::residual::picture::Pictures;
+use crate::report::page::{Page, swatch};
+use crate::report::plot::{Axis, Plot, with_room};
+use crate::report::unit;
+use crate::statistics::bins::{Bin, binned};
 
 /// Width of a plot across the page and of one of a pair, px.
 const WIDE: f64 = 980.0;
@@ -94,7 +94,7 @@ fn two_way(p: &Pictures, index: usize, (order, seen): (u32, bool), f: &Fitness, 
 /// The residual in the direction of the motion, over the time since it last turned round or left rest.
 fn reversals(p: &Pictures, index: usize, f: &Fitness, page: &mut Page) {
     let Some((since, along)) = p.after_reversals(index) else { return };
-    let bins = statistics::binned(since.iter().copied(), along.iter().copied(), (0.0, AFTER_S), 50);
+    let bins = binned(since.iter().copied(), along.iter().copied(), (0.0, AFTER_S), 50);
     if bins.len() < 8 {
         return;
     }

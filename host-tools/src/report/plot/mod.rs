@@ -2,8 +2,11 @@
 //!
 //! In: values in their own units. Out: SVG. What lies beyond an axis is drawn at its edge.
 
-use super::digits;
-use super::svg::{Anchor, Svg};
+pub mod envelope;
+pub mod svg;
+
+use super::numbers;
+use svg::{Anchor, Svg};
 
 /// One axis: from, to, ticks with their words, label.
 #[derive(Debug, Clone)]
@@ -40,9 +43,9 @@ impl Axis {
             .collect();
         let label = match (unit.is_empty() || unit == "1", power) {
             (true, 0) => name.to_owned(),
-            (true, _) => format!("{name}, 10{}", digits::superscript(power)),
+            (true, _) => format!("{name}, 10{}", numbers::superscript(power)),
             (false, 0) => format!("{name}, {unit}"),
-            (false, _) => format!("{name}, 10{} {unit}", digits::superscript(power)),
+            (false, _) => format!("{name}, 10{} {unit}", numbers::superscript(power)),
         };
         Axis { from, to, ticks, label }
     }
@@ -58,7 +61,7 @@ impl Axis {
     /// Powers of ten: an axis over the logarithms of what is shown, `range` in tens.
     pub fn decades(range: (f64, f64), label: &str) -> Self {
         let ticks =
-            (range.0.ceil() as i32..=range.1.floor() as i32).map(|k| (f64::from(k), format!("10{}", digits::superscript(k)))).collect();
+            (range.0.ceil() as i32..=range.1.floor() as i32).map(|k| (f64::from(k), format!("10{}", numbers::superscript(k)))).collect();
         Axis { from: range.0, to: range.1, ticks, label: label.to_owned() }
     }
 
@@ -66,7 +69,7 @@ impl Axis {
     pub fn log(range: (f64, f64), label: &str) -> Self {
         let decades = range.0.floor() as i32..=range.1.ceil() as i32;
         let at = decades.flat_map(|k| [1.0, 2.0, 5.0].map(|m: f64| f64::from(k) + m.log10()));
-        let ticks = at.filter(|v| (range.0..=range.1).contains(v)).map(|v| (v, digits::plain(10_f64.powf(v), 2))).collect();
+        let ticks = at.filter(|v| (range.0..=range.1).contains(v)).map(|v| (v, numbers::plain(10_f64.powf(v), 2))).collect();
         Axis { from: range.0, to: range.1, ticks, label: label.to_owned() }
     }
 

@@ -1,8 +1,9 @@
 //! What the numbers mean, in words: the same in every form of a report.
 
-use super::{Comparison, digits, unit};
+use super::Comparison;
 use crate::identify::fit::Fitness;
 use crate::model::Channel;
+use crate::report::{numbers, unit};
 
 /// Up to this ratio of rms to noise a residual is called as small as the noise.
 pub const AS_SMALL: f64 = 1.05;
@@ -20,7 +21,7 @@ pub fn size(ratio: f64) -> String {
     } else if ratio <= AS_SMALL {
         "as small as the noise".to_owned()
     } else {
-        format!("{} × the noise", digits::significant(ratio, 3))
+        format!("{} × the noise", numbers::significant(ratio, 3))
     }
 }
 
@@ -56,7 +57,7 @@ impl ParameterRow {
     /// Value and standard error with sensible digits, with the unit.
     pub fn value_text(&self) -> String {
         let number =
-            if self.undetermined.is_some() { digits::significant(self.value, 3) } else { digits::with_sigma(self.value, self.sigma) };
+            if self.undetermined.is_some() { numbers::significant(self.value, 3) } else { numbers::with_sigma(self.value, self.sigma) };
         if self.unit.is_empty() || self.unit == "1" { number } else { format!("{number} {}", self.unit) }
     }
 
@@ -82,7 +83,7 @@ impl ParameterRow {
             let with = match trade {
                 Some((other, r)) if r.abs() > SEEN_TO_TRADE => format!(
                     "only its combination with {other} shows (correlation {}): hold one of the two, `{{ value = …, fixed = true }}`, or record what tells them apart.",
-                    digits::significant(*r, 3)
+                    numbers::significant(*r, 3)
                 ),
                 _ => "it hardly moves any channel: hold it, `{ value = …, fixed = true }`, or record a run that excites it.".to_owned(),
             };
@@ -140,7 +141,7 @@ pub fn parameters(c: &Comparison) -> Vec<ParameterRow> {
 pub fn channel(f: &Fitness) -> String {
     let ratio = f.rms / f.noise;
     let column = f.shows.column();
-    let noise = digits::significant(f.noise, 2);
+    let noise = numbers::significant(f.noise, 2);
     let unit = unit(f.shows);
     if !ratio.is_finite() {
         return format!("{column}: too few rows to say.");
@@ -154,11 +155,11 @@ pub fn channel(f: &Fitness) -> String {
         } else {
             format!(
                 "{column}: as small as the noise ({noise} {unit}), though not quite white: a trace of structure{}.",
-                if rest > 0.0 { format!(", at most {} % of the noise", digits::significant(100.0 * rest, 2)) } else { String::new() }
+                if rest > 0.0 { format!(", at most {} % of the noise", numbers::significant(100.0 * rest, 2)) } else { String::new() }
             )
         };
     }
-    format!("{column} is off by {} × its noise.", digits::significant(ratio, 3))
+    format!("{column} is off by {} × its noise.", numbers::significant(ratio, 3))
 }
 
 /// The report's last words: what was found, and what to do next.
@@ -180,7 +181,7 @@ pub fn conclusion(c: &Comparison) -> String {
         .iter()
         .enumerate()
         .map(|(k, f)| {
-            let ratio = digits::significant(f.rms / f.noise, 3);
+            let ratio = numbers::significant(f.rms / f.noise, 3);
             if k == 0 {
                 format!("{} is off by {ratio} × its noise", f.shows.column())
             } else {

@@ -1,9 +1,9 @@
 //! An explanation for a person at a terminal: how the error fell, what was tried, and what it means.
 
-use super::explain_words as words;
-use super::terminal::{Style, sparkline};
-use super::{digits, log_warnings};
+use super::words;
 use crate::identify::explain::{Candidate, Explanation, Shape, Verdict};
+use crate::report::terminal::{Style, sparkline};
+use crate::report::{log_warnings, numbers};
 
 /// Widest bar of the staircase, columns.
 const BAR: usize = 34;
@@ -17,10 +17,10 @@ pub fn explain_text(e: &Explanation, style: Style) -> String {
     let mut text = format!("{}\n", style.strong(&words::title(e)));
     text.push_str(&style.faint(&format!(
         "{} rows, {} s at {} ms; looked at for {} s",
-        digits::grouped(e.log.len()),
-        digits::plain(e.log.duration_s(), 4),
-        digits::plain(e.log.median_dt_s() * 1e3, 3),
-        digits::significant(e.seconds, 2)
+        numbers::grouped(e.log.len()),
+        numbers::plain(e.log.duration_s(), 4),
+        numbers::plain(e.log.median_dt_s() * 1e3, 3),
+        numbers::significant(e.seconds, 2)
     )));
     text.push_str("\n\n");
     text.push_str(&staircase(e, style));
@@ -62,8 +62,8 @@ fn staircase(e: &Explanation, style: Style) -> String {
             let Some(o) = o else { continue };
             let ratio = o.ratio();
             let bar = bar(ratio / most);
-            let size = digits::significant(ratio, 3);
-            let painted = if ratio <= super::words::AS_SMALL { style.good(&bar) } else { style.warn(&bar) };
+            let size = numbers::significant(ratio, 3);
+            let painted = if ratio <= crate::report::comparison::words::AS_SMALL { style.good(&bar) } else { style.warn(&bar) };
             let pad = " ".repeat(BAR.saturating_sub(bar.chars().count()));
             text.push_str(&format!("    {label:<width$}  {painted}{pad}  {size}\n"));
         }
@@ -90,7 +90,7 @@ fn evidence(e: &Explanation, style: Style) -> String {
     let lines: Vec<&Candidate> = e.candidates.iter().enumerate().filter(worth).map(|(_, c)| c).collect();
     let names = lines.iter().map(|c| c.effect.chars().count()).chain(["the model as given".len()]).max().unwrap_or(0);
     let number = |x: Option<f64>| x.map_or("–".to_owned(), words::grouped);
-    let ratio = |x: Option<f64>| x.map_or("–".to_owned(), |r| digits::significant(r, 3));
+    let ratio = |x: Option<f64>| x.map_or("–".to_owned(), |r| numbers::significant(r, 3));
     text.push_str(&style.faint(&format!("  {:<names$}  {:>8}  {:>8}  {:>8}\n", "", "ΔBIC", "p", "held-out")));
     let given = e.stages.first().and_then(|s| words::heldout(&s.outputs));
     text.push_str(&format!("  {:<names$}  {:>8}  {:>8}  {:>8}\n", "the model as given", "", "", ratio(given)));
@@ -153,7 +153,7 @@ fn unexplained(e: &Explanation, shape: &Shape, style: Style) -> String {
     if let (Some(first), Some(last)) = (shape.bins.first(), shape.bins.last()) {
         let heights: Vec<Option<f64>> = shape.bins.iter().map(|b| Some(b.mean - extent.0)).collect();
         let (name, unit) = words::acts_on(shape.acts_on);
-        let number = |x: f64| digits::significant(x, 3);
+        let number = |x: f64| numbers::significant(x, 3);
         text.push_str(&format!("    {}\n", sparkline(&heights, extent.1 - extent.0)));
         let says = format!(
             "{name} from {} to {} {unit}, over the {} from {} to {}",

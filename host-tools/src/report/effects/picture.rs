@@ -7,8 +7,8 @@ use super::simulate::Beside;
 use super::unit;
 use crate::report::digits;
 use crate::report::page::swatch;
+use crate::report::plot::envelope::{envelope, extent};
 use crate::report::plot::{Axis, Plot, with_room};
-use crate::report::series::{envelope, extent};
 
 /// Width of the plots, px.
 const WIDTH: f64 = 980.0;

@@ -2,17 +2,19 @@
 
 use drive_model::Coordinate;
 
-use super::coordinates::Along;
-use super::explain_words as words;
-use super::plot::{Axis, Plot, with_room};
-use super::series::{Pieces, envelope, extent};
-use super::svg::{Anchor, Svg};
-use super::{digits, quantity, statistics, unit};
+use super::words;
 use crate::identify::explain::{Explanation, Shape};
 use crate::identify::fit::record::Compared;
 use crate::identify::fit::{Fitness, Record};
 use crate::identify::residual::orders::Spectrum;
 use crate::model::Channel;
+use crate::report::plot::envelope::{Pieces, envelope, extent};
+use crate::report::plot::svg::{Anchor, Svg};
+use crate::report::plot::{Axis, Plot, with_room};
+use crate::report::residual::Along;
+use crate::report::residual::rms_over_time;
+use crate::report::{numbers, quantity, unit};
+use crate::statistics::bins::binned;
 
 /// Width of a plot across the page and of one of a pair, px.
 const WIDE: f64 = 980.0;
@@ -64,7 +66,7 @@ pub(super) fn worst(record: &Record, before: &Fitness) -> Option<(f64, f64)> {
         return None;
     }
     let windows = ((last - first) / CLOSE_UP_S).floor();
-    let sizes = statistics::rms_over_time(record, &before.residual, windows as usize);
+    let sizes = rms_over_time(record, &before.residual, windows as usize);
     let (worst, _) = sizes.iter().enumerate().filter_map(|(k, s)| s.map(|s| (k, s))).max_by(|a, b| a.1.total_cmp(&b.1))?;
     let length = (last - first) / windows;
     let from = first + worst as f64 * length;
@@ -105,7 +107,7 @@ pub(super) fn residuals(record: &Record, pair: &Pair, range: (f64, f64)) -> Opti
 
 /// Mean residual over a coordinate, before and after, with 95 % intervals.
 pub(super) fn over(pair: &Pair, a: &Along) -> Option<String> {
-    let bins = |f: &Fitness| statistics::binned(a.values(f.residual.len()), f.residual.iter().copied(), a.range, a.bins);
+    let bins = |f: &Fitness| binned(a.values(f.residual.len()), f.residual.iter().copied(), a.range, a.bins);
     let (before, after) = (bins(pair.before), bins(pair.after));
     if before.is_empty() {
         return None;
@@ -188,7 +190,7 @@ pub(super) fn staircase(e: &Explanation) -> String {
             }
             let x = place(ratio);
             svg.line((x, 0.0), (x, bottom), if ratio == 1.0 { "zero" } else { "grid" });
-            svg.text((x, bottom + 14.0), Anchor::Middle, "tick", &digits::plain(ratio, 2));
+            svg.text((x, bottom + 14.0), Anchor::Middle, "tick", &numbers::plain(ratio, 2));
         }
     }
     svg.text(((BARS.0 + BARS.1) / 2.0, height - 4.0), Anchor::Middle, "label", "rms over noise (1: only noise is left)");
@@ -204,7 +206,7 @@ pub(super) fn staircase(e: &Explanation) -> String {
                 let last = k + 1 == e.stages.len() && k > 0;
                 svg.text((BARS.0 - 8.0, y + 14.5), Anchor::End, "tick", &words::stage(stage));
                 svg.rect(BARS.0, y + 3.0, end - BARS.0, STEP - 6.0, if last { "bar-after" } else { "bar" });
-                svg.text((end + 6.0, y + 14.5), Anchor::Start, "label", &digits::significant(o.ratio(), 3));
+                svg.text((end + 6.0, y + 14.5), Anchor::Start, "label", &numbers::significant(o.ratio(), 3));
             }
             y += STEP;
         }

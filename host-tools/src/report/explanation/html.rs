@@ -1,14 +1,15 @@
 //! An explanation as one HTML file: what is missing, the evidence, and the error before and after.
 
-use super::coordinates::{Along, coordinates};
-use super::explain_plots::{self as plots, Pair};
-use super::page::{Page, escaped, swatch, with_code};
-use super::{digits, explain_words as words, log_warnings, quantity, unit};
+use super::plots::{self, Pair};
+use super::words;
 use crate::identify::explain::{Explanation, Verdict};
 use crate::identify::fit::Record;
 use crate::identify::fit::prepare::prepare;
 use crate::identify::residual::orders::Spectrum;
 use crate::identify::residual::picture::Pictures;
+use crate::report::page::{Page, escaped, swatch, with_code};
+use crate::report::residual::{Along, coordinates};
+use crate::report::{log_warnings, numbers, quantity, unit};
 
 /// The page, which needs nothing else.
 pub fn explain_html(e: &Explanation) -> String {
@@ -59,8 +60,8 @@ fn head(e: &Explanation, page: &mut Page) {
     }
     page.push("<h3>What it was made from</h3><dl>");
     let mut entry = |term: &str, text: &str| page.push(&format!("<dt>{term}</dt><dd>{}</dd>", escaped(text)));
-    let (rows, length) = (digits::grouped(e.log.len()), digits::plain(e.log.duration_s(), 4));
-    entry("Log", &format!("{}: {rows} rows, {length} s at {} ms", e.log.path().display(), digits::plain(e.log.median_dt_s() * 1e3, 3)));
+    let (rows, length) = (numbers::grouped(e.log.len()), numbers::plain(e.log.duration_s(), 4));
+    entry("Log", &format!("{}: {rows} rows, {length} s at {} ms", e.log.path().display(), numbers::plain(e.log.median_dt_s() * 1e3, 3)));
     for (key, term) in [("date", "Recorded"), ("stand", "Stand"), ("profile", "Profile")] {
         if let Some(note) = e.log.note(key) {
             entry(term, note);
@@ -69,7 +70,7 @@ fn head(e: &Explanation, page: &mut Page) {
     let effects = e.stages.first().map_or(String::new(), |s| s.effects.join(", "));
     let effects = if effects.is_empty() { "none".to_owned() } else { effects };
     entry("Model", &format!("{}, driven by {}; effects as given: {effects}", e.model.name(), e.model.input().column()));
-    entry("Work", &format!("{} s", digits::significant(e.seconds, 2)));
+    entry("Work", &format!("{} s", numbers::significant(e.seconds, 2)));
     page.push("</dl>");
     for line in log_warnings(&e.log) {
         page.paragraph("warn", &line);
@@ -103,7 +104,7 @@ fn evidence(e: &Explanation, page: &mut Page) {
     page.push("<p class=\"faint\">Every effect that the model lacks, added to the model as it was given. ΔBIC: how much better it fits, less a charge for each parameter; negative is better, −6 counts. p: probability that chance alone looks as good. held-out: error on rows that the fit never saw, × noise.</p>");
     page.push("<div class=\"scroll\"><table><thead><tr><th>effect</th><th>ΔBIC</th><th>p</th><th>held-out</th><th>what came of it, and its parameters</th></tr></thead><tbody>");
     let cell = |text: &str| format!("<td class=\"number\">{}</td>", escaped(text));
-    let ratio = |x: Option<f64>| x.map_or("–".to_owned(), |r| digits::significant(r, 3));
+    let ratio = |x: Option<f64>| x.map_or("–".to_owned(), |r| numbers::significant(r, 3));
     if let Some(given) = e.stages.first() {
         page.push(&format!(
             "<tr><td class=\"number\">the model as given</td>{}{}{}<td></td></tr>",
@@ -159,9 +160,9 @@ fn channel(record: &Record, pair: &Pair, added: bool, along: &[Along], spectra: 
         swatch("before", "the model as given"),
         swatch("after", if added { "with what was missing" } else { "the same: nothing was added" }),
     );
-    let size = |f: &crate::identify::fit::Fitness| digits::significant(f.rms, 3);
+    let size = |f: &crate::identify::fit::Fitness| numbers::significant(f.rms, 3);
     let words = format!("{} {}, {} {}", as_given, size(pair.before), explained, size(pair.after));
-    page.push(&format!("<p>rms: {words}; noise {} {}.</p>", digits::significant(pair.after.noise, 3), unit(pair.before.shows)));
+    page.push(&format!("<p>rms: {words}; noise {} {}.</p>", numbers::significant(pair.after.noise, 3), unit(pair.before.shows)));
     let Some(whole) = plots::whole(record) else { return };
     let both = format!("{as_given} {explained}");
     if let Some(stretch) = plots::worst(record, pair.before)
@@ -211,7 +212,7 @@ fn parameters(e: &Explanation, page: &mut Page) {
 
 fn glossary(page: &mut Page) {
     page.push("<section><h2>What the words mean</h2><dl>");
-    for (term, says) in super::words::GLOSSARY
+    for (term, says) in crate::report::comparison::words::GLOSSARY
         .iter()
         .filter(|(t, _)| matches!(*t, "residual" | "rms" | "noise" | "ratio" | "± sigma"))
         .chain(words::GLOSSARY)

@@ -1,10 +1,11 @@
 //! The report in one HTML file: plots and tables, for a browser or for paper.
 
-use super::coordinates::coordinates;
-use super::page::{Page, escaped, swatch, with_code};
 use super::words::{self, ParameterRow};
-use super::{Comparison, digits, failing, quantity, sections, unit};
+use super::{Comparison, channel_plots, failure_plots};
 use crate::identify::residual::picture::Pictures;
+use crate::report::page::{Page, escaped, swatch, with_code};
+use crate::report::residual::coordinates;
+use crate::report::{numbers, quantity, unit};
 
 /// The report of a comparison or a fit as one file that needs nothing else.
 pub fn html(c: &Comparison) -> String {
@@ -21,12 +22,12 @@ pub fn html(c: &Comparison) -> String {
         page.push("<section>");
         page.push(&format!("<h2>{} <span class=\"faint\">{}</span></h2>", escaped(fitness.shows.column()), quantity(fitness.shows)));
         page.paragraph("", &words::channel(fitness));
-        sections::overview(c.record, compared, fitness, &mut page);
-        sections::close_up(c.record, compared, fitness, &mut page);
-        sections::noise_like(c.record, fitness, &mut page);
-        sections::over_coordinates(fitness, &along, &mut page);
+        channel_plots::overview(c.record, compared, fitness, &mut page);
+        channel_plots::close_up(c.record, compared, fitness, &mut page);
+        channel_plots::noise_like(c.record, fitness, &mut page);
+        channel_plots::over_coordinates(fitness, &along, &mut page);
         if let Some(p) = &pictures {
-            failing::pictures(p, index, fitness, &mut page);
+            failure_plots::pictures(p, index, fitness, &mut page);
         }
         page.push("</section>");
     }
@@ -41,9 +42,9 @@ fn head(c: &Comparison, page: &mut Page) {
     let log = format!(
         "{}: {} rows, {} s at {} ms",
         c.log.path().display(),
-        digits::grouped(c.log.len()),
-        digits::plain(c.log.duration_s(), 4),
-        digits::plain(c.log.median_dt_s() * 1e3, 3)
+        numbers::grouped(c.log.len()),
+        numbers::plain(c.log.duration_s(), 4),
+        numbers::plain(c.log.median_dt_s() * 1e3, 3)
     );
     page.push("<dl>");
     let mut entry = |term: &str, text: &str| page.push(&format!("<dt>{term}</dt><dd>{}</dd>", escaped(text)));
@@ -56,7 +57,7 @@ fn head(c: &Comparison, page: &mut Page) {
     entry("Model", &format!("{}, driven by {}; effects: {effects}", c.model.name(), c.model.input().column()));
     entry(
         "Work",
-        &format!("{} s{}", digits::significant(c.seconds, 2), if c.fitted { format!(", {} steps", c.held.steps) } else { String::new() }),
+        &format!("{} s{}", numbers::significant(c.seconds, 2), if c.fitted { format!(", {} steps", c.held.steps) } else { String::new() }),
     );
     page.push("</dl>");
     let notes: Vec<String> = c.log.notes().iter().map(|(key, value)| format!("{key}: {value}")).collect();
@@ -87,9 +88,9 @@ fn where_it_fails(c: &Comparison, page: &mut Page) {
             "<tr><td>{}</td><td>{}</td><td class=\"number\">{} %</td><td class=\"number\">{}</td><td class=\"number\">10{}</td><td>{}</td></tr>",
             f.output.column(),
             f.coordinate.name(),
-            digits::significant(100.0 * f.share, 2),
+            numbers::significant(100.0 * f.share, 2),
             f.order.map_or(String::new(), |n| n.to_string()),
-            digits::superscript(f.log10_p.ceil().max(-1e6) as i32),
+            numbers::superscript(f.log10_p.ceil().max(-1e6) as i32),
             escaped(&f.says)
         ));
     }
@@ -100,7 +101,7 @@ fn summary(c: &Comparison, page: &mut Page) {
     page.push("<div class=\"scroll\"><table><thead><tr><th>channel</th><th>rms</th><th>held-out</th><th>noise</th><th>ratio</th><th>χ²/n</th><th>fit</th><th>white</th><th></th></tr></thead><tbody>");
     for f in &c.held.channels {
         let ratio = f.rms / f.noise;
-        let number = |x: f64| format!("<td class=\"number\">{}</td>", digits::significant(x, 3));
+        let number = |x: f64| format!("<td class=\"number\">{}</td>", numbers::significant(x, 3));
         let class = if ratio <= words::AS_SMALL { "good" } else { "warn" };
         page.push(&format!(
             "<tr><td>{}, {}</td>{}{}{}{}{}<td class=\"number\">{} %</td><td>{}</td><td class=\"{class}\">{}</td></tr>",
@@ -111,7 +112,7 @@ fn summary(c: &Comparison, page: &mut Page) {
             number(f.noise),
             number(ratio),
             number(f.chi2_per_n()),
-            digits::significant(f.fit_percent, 4),
+            numbers::significant(f.fit_percent, 4),
             if f.white() { "yes" } else { "no" },
             words::size(ratio)
         ));
@@ -123,13 +124,13 @@ fn parameters(rows: &[ParameterRow], page: &mut Page) {
     page.push("<section><h2>Parameters</h2><div class=\"scroll\"><table><thead><tr><th>parameter</th><th>value ± sigma</th><th>start</th><th>change</th><th></th></tr></thead><tbody>");
     for row in rows {
         let class = if row.mark() == "fixed" { "mark" } else { "warn" };
-        let change = if row.fixed { String::new() } else { digits::change(row.start, row.value) };
+        let change = if row.fixed { String::new() } else { numbers::change(row.start, row.value) };
         page.push(&format!(
             "<tr><td><code>{}</code><br/><span class=\"faint\">{}</span></td><td class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"number\">{change}</td><td class=\"{class}\">{}</td></tr>",
             escaped(&row.name),
             escaped(row.says),
             escaped(&row.value_text()),
-            digits::plain(row.start, 4),
+            numbers::plain(row.start, 4),
             row.mark()
         ));
     }

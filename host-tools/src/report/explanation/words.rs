@@ -2,12 +2,13 @@
 
 use drive_model::Card;
 
-use super::explain_coverage::Coverage;
-pub use super::explain_evidence::{chance, fate, grouped, has_chance, heldout, probability, sure, tried};
-use super::words::AS_SMALL;
-use super::{digits, unit};
+use super::coverage;
+pub use super::evidence::{chance, fate, grouped, has_chance, heldout, probability, sure, tried};
+use crate::identify::explain::coverage::Coverage;
 use crate::identify::explain::{APART, Estimate, Explanation, Shown, Stage, Verdict};
 use crate::model::Channel;
+use crate::report::comparison::words::AS_SMALL;
+use crate::report::{numbers, unit};
 
 /// Heading.
 pub fn title(e: &Explanation) -> String {
@@ -75,7 +76,7 @@ fn off(outputs: &[Shown]) -> String {
     let off: Vec<String> = outputs
         .iter()
         .filter(|o| o.ratio() > AS_SMALL)
-        .map(|o| format!("{} at {} × its noise", o.shows.column(), digits::significant(o.ratio(), 3)))
+        .map(|o| format!("{} at {} × its noise", o.shows.column(), numbers::significant(o.ratio(), 3)))
         .collect();
     listed(&off)
 }
@@ -109,7 +110,7 @@ pub fn estimate(p: &Estimate) -> String {
 
 /// Its value with unit.
 pub fn value(p: &Estimate) -> String {
-    let number = digits::with_sigma(p.value, p.sigma);
+    let number = numbers::with_sigma(p.value, p.sigma);
     if p.unit.is_empty() || p.unit == "1" { number } else { format!("{number} {}", p.unit) }
 }
 
@@ -174,17 +175,17 @@ fn fall(e: &Explanation, k: usize) -> Option<String> {
             format!(
                 "{} from {} to {} {} (noise {})",
                 b.shows.column(),
-                digits::significant(b.rms, 3),
-                digits::significant(a.rms, 3),
+                numbers::significant(b.rms, 3),
+                numbers::significant(a.rms, 3),
                 unit(b.shows),
-                digits::significant(a.noise, 3)
+                numbers::significant(a.noise, 3)
             )
         })
         .collect();
     let part = share(e, k)?;
     let part = match 100.0 * part {
         p if p >= 99.95 => "practically all".to_owned(),
-        p if p >= 0.05 => format!("{} %", digits::significant(p, 3)),
+        p if p >= 0.05 => format!("{} %", numbers::significant(p, 3)),
         _ => "hardly any".to_owned(),
     };
     let channels = if channels.is_empty() { String::new() } else { format!(": the rms error fell, {}", listed(&channels)) };
@@ -194,8 +195,8 @@ fn fall(e: &Explanation, k: usize) -> Option<String> {
 /// What this log could not have shown: of its motion, and by its columns; a sentence each.
 pub fn blind(e: &Explanation) -> Vec<String> {
     let coverage = Coverage::of(&e.log);
-    let mut list = vec![coverage.says()];
-    list.extend(coverage.blind());
+    let mut list = vec![coverage::covered(&coverage)];
+    list.extend(coverage::not_covered(&coverage));
     let mut reasons: Vec<(String, Vec<String>)> = Vec::new();
     for c in e.candidates.iter().filter(|c| !tried(c)) {
         let why = c.refused.as_deref().unwrap_or("it could not be tried");

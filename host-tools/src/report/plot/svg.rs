@@ -5,7 +5,7 @@
 
 use std::fmt::Write as _;
 
-use super::page::escaped;
+use crate::report::page::escaped;
 
 /// A drawing under way.
 pub struct Svg {

@@ -1,0 +1,13 @@
+//! An explanation (which effect the model lacks) as text, HTML and JSON.
+
+pub mod coverage;
+mod evidence;
+mod html;
+mod json;
+mod plots;
+mod text;
+pub mod words;
+
+pub use html::explain_html;
+pub use json::{explain_bad_log_json, explain_json};
+pub use text::explain_text;
