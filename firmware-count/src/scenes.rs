@@ -8,7 +8,7 @@ use crate::tally::Tally;
 use stand_firmware::board::{CONTROL_PER_ROW, Hardware};
 use stand_firmware::capture::Memory;
 use stand_firmware::compensation::{Compensation, Harmonic, Harmonics};
-use stand_firmware::pulse::Due;
+use stand_firmware::gyro_loop::Due;
 use stand_firmware::speed_loop::{Config, Fault, Interrupt, Lessons, Limits, Order, Orders, Reports, Segment, Settings, SpeedLoop, Zero};
 
 /// Ticks of a scene: two seconds.

@@ -31,17 +31,19 @@ pub mod capture;
 pub mod compensation;
 pub mod config;
 pub mod console;
+pub mod gyro_loop;
 pub mod imu;
 pub mod mailbox;
 mod maths;
 pub mod measurement_loop;
-pub mod observer;
+
 pub mod profile;
-pub mod pulse;
-pub mod safety;
+
 pub mod session;
 pub mod settings;
 pub mod speed_loop;
+pub mod status;
+pub mod supervision;
 pub mod telemetry;
 pub mod words;
 

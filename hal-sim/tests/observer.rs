@@ -14,7 +14,7 @@ use hal_sim::session::StandSetup;
 use host::Host;
 
 #[allow(clippy::excessive_precision, dead_code)]
-#[path = "../../firmware/src/observer/vectors.rs"]
+#[path = "../../firmware/src/gyro_loop/observer/vectors.rs"]
 mod vectors;
 use vectors::{GAIN_5, GAIN_6, GAIN_7, GAMMA_5, GAMMA_6, GAMMA_7, PHI_5, PHI_6, PHI_7};
 

@@ -8,8 +8,8 @@ use hal_sim::session::{SessionRequest, run};
 use stand_firmware::board::{Drive, TickIo, Ticks};
 use stand_firmware::capture::{Memory, SAMPLES};
 use stand_firmware::profile::{ProfileConfig, ProfileKind};
-use stand_firmware::safety::Fault;
 use stand_firmware::speed_loop::{Config, Interrupt, Limits, Mode, Order, Orders, Report, Reports, Segment, SpeedLoop, Zero};
+use stand_firmware::status::Fault;
 
 /// What is asked for from tick 100 on.
 type Ask = fn(&Stand, u64) -> Segment;

@@ -4,7 +4,7 @@
 #![allow(clippy::unwrap_used)]
 
 use hal_sim::plant::Stand;
-use stand_firmware::safety::Fault;
+use stand_firmware::status::Fault;
 use stand_tests::bench::at_the_bench;
 
 /// The line is quiet when nothing has come for so long, s; replies come within milliseconds, but for those that wait for something.

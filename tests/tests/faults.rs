@@ -6,7 +6,7 @@ use hal_sim::faults::What;
 use hal_sim::peripherals::imu::ImuSetup;
 use hal_sim::plant::Stand;
 use rayon::prelude::*;
-use stand_firmware::safety::Fault;
+use stand_firmware::status::Fault;
 use stand_tests::bench::{Host, at_the_bench};
 
 /// Turns at 10 rad/s.

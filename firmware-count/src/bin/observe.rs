@@ -8,7 +8,7 @@
 #[path = "../meter.rs"]
 mod meter;
 #[allow(clippy::excessive_precision)]
-#[path = "../../../firmware/src/observer/vectors.rs"]
+#[path = "../../../firmware/src/gyro_loop/observer/vectors.rs"]
 mod vectors;
 
 use core::hint::black_box;
@@ -16,7 +16,7 @@ use cortex_m_rt::entry;
 use cortex_m_semihosting::{debug, hprintln};
 use meter::Meter;
 use panic_semihosting as _;
-use stand_firmware::observer::{Design, Observer, Real};
+use stand_firmware::gyro_loop::observer::{Design, Observer, Real};
 use vectors::{GAIN_5, GAIN_6, GAIN_7, GAMMA_5, GAMMA_6, GAMMA_7, PHI_5, PHI_6, PHI_7};
 
 /// After so many steps: α − α̂ and α′ − α̂′ of the static observer, of the astatic one, its moment; and the tolerance.

@@ -27,10 +27,10 @@ use crate::capture;
 use crate::config::ConfigError;
 use crate::console::errors::{Code, ErrorEntry};
 use crate::console::guard::StopLine;
+use crate::gyro_loop;
+use crate::gyro_loop::observer;
 use crate::imu;
 use crate::measurement_loop::{Instruments, MeasurementLoop};
-use crate::observer;
-use crate::pulse;
 use crate::session::next_start;
 use crate::settings::{Kept, Saved, Store};
 use crate::speed_loop::{Interrupt, LessonWriter, Lessons, OrderWriter, Orders, Reports, SpeedLoop, Tuning};
@@ -55,7 +55,7 @@ pub struct Memory {
     capture: capture::Memory,
     instruments: Option<Instruments>,
     imu: imu::Shared,
-    pulse: Option<pulse::Shared>,
+    pulse: Option<gyro_loop::Shared>,
     observer: observer::Shared,
 }
 
@@ -131,7 +131,8 @@ pub fn assemble<'a, F: NorFlash>(
         .recording(memory.capture.recorder(CAPTURE_BEFORE));
     let instruments: &Instruments = memory.instruments.insert(Instruments::new(kept.hardware));
     let imu = &memory.imu;
-    let pulse: &pulse::Shared = memory.pulse.insert(pulse::Shared::new(pulse::Scales::new(&kept.settings.gyro, &kept.hardware)));
+    let pulse: &gyro_loop::Shared =
+        memory.pulse.insert(gyro_loop::Shared::new(gyro_loop::Scales::new(&kept.settings.gyro, &kept.hardware)));
     let observer = &memory.observer;
     observer.set(&numbers.unwrap_or_default());
     observer.scale(kept.settings.gyro);

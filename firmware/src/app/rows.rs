@@ -6,7 +6,8 @@ use crate::calibration::{Measuring, Refused};
 use crate::console::errors::{Code, ErrorEntry};
 use crate::console::status::OPERATION_COMPLETE;
 use crate::measurement_loop::{Decimate, Row, RowSink};
-use crate::safety::{Fault, Watch};
+use crate::status::Fault;
+use crate::supervision::Watch;
 use crate::telemetry::{Beat, Body, RowFrame};
 use core::cell::Cell;
 

@@ -12,14 +12,14 @@ use crate::console::errors::{Code, ErrorEntry, ErrorQueue};
 use crate::console::guard::StopLine;
 use crate::console::status::Status;
 use crate::console::text::Text;
+use crate::gyro_loop;
+use crate::gyro_loop::observer;
 use crate::imu;
 use crate::measurement_loop::{Instruments, Row};
-use crate::observer;
 use crate::profile::{ProfileConfig, ProfileKind};
-use crate::pulse;
-use crate::safety::Fault;
 use crate::settings::Kept;
 use crate::speed_loop::{Config, Mode, Tuning, Zero};
+use crate::status::Fault;
 use crate::telemetry::Channels;
 use crate::words::words;
 use core::cell::{Cell, RefCell};
@@ -94,7 +94,7 @@ pub struct Parts<'a> {
     /// The sensor under test.
     pub imu: &'a imu::Shared,
     /// The drift measurement.
-    pub pulse: &'a pulse::Shared,
+    pub pulse: &'a gyro_loop::Shared,
     /// The observer of the gyro.
     pub observer: &'a observer::Shared,
     /// The way of settings to the speed loop.
@@ -154,11 +154,11 @@ pub struct State<'a> {
     /// The sensor under test.
     pub imu: &'a imu::Shared,
     /// The drift measurement.
-    pub pulse: &'a pulse::Shared,
+    pub pulse: &'a gyro_loop::Shared,
     /// The observer of the gyro.
     pub observer: &'a observer::Shared,
     /// The session of it that `DRIFt:STARt` begins.
-    pub drift: pulse::Asked,
+    pub drift: gyro_loop::Asked,
     /// What is added to the stream's angles so that they are from the index, rad; `None` where it was not seen before the stream began.
     pub to_index_rad: Cell<Option<f64>>,
     /// What the stream sends.
@@ -227,7 +227,7 @@ impl<'a> State<'a> {
             imu: parts.imu,
             pulse: parts.pulse,
             observer: parts.observer,
-            drift: pulse::Asked::default(),
+            drift: gyro_loop::Asked::default(),
             to_index_rad: Cell::new(None),
             stream: Cell::new(Stream { channels: Channels::USUAL, decimation: 1 }),
             watch_anew: Cell::new(false),
@@ -259,7 +259,7 @@ impl<'a> State<'a> {
         self.kept.set(kept);
         self.watch_anew.set(true);
         self.observer.scale(kept.settings.gyro);
-        self.pulse.scale(pulse::Scales::new(&kept.settings.gyro, &self.hardware));
+        self.pulse.scale(gyro_loop::Scales::new(&kept.settings.gyro, &self.hardware));
         self.tuning.post(config);
         Ok(())
     }

@@ -2,7 +2,7 @@
 
 use super::{Recorder, Sample};
 use crate::board::{CurrentCode, EncoderCount};
-use crate::safety::Fault;
+use crate::status::Fault;
 use core::sync::atomic::{AtomicU32, Ordering};
 
 /// Samples that the memory holds: 0.2 s of ticks.

@@ -1,7 +1,7 @@
 //! The interrupt's end of a capture: some fifteen instructions in a tick.
 
 use super::{Memory, SAMPLES, Sample};
-use crate::safety::Fault;
+use crate::status::Fault;
 
 /// Writes the samples.
 pub struct Recorder<'a> {

@@ -1,5 +1,5 @@
 use super::*;
-use crate::safety::Fault;
+use crate::status::Fault;
 
 fn sample(n: u32) -> Sample {
     Sample { count: EncoderCount(n as u16), duty: -(n as i16), current: CurrentCode(n as i32), rate: n as f32, command: -(n as i32) }

@@ -34,9 +34,9 @@ pub use timing::TimingReading;
 pub use turn::{Turn, TurnReading};
 
 use crate::board::{Board, CONTROL_HZ, Clock, EdgeTime, GyroSample, Hardware, TICKS_PER_ROW, Ticks, Unwrapped};
+use crate::gyro_loop;
+use crate::gyro_loop::observer::{self, Observed, Seen};
 use crate::imu;
-use crate::observer::{self, Observed, Seen};
-use crate::pulse;
 use crate::speed_loop::{Fault, ONE, Report, ReportReader};
 use turn::TurnTimer;
 
@@ -90,7 +90,7 @@ pub struct MeasurementLoop<'a> {
     index_counts: Option<i64>,
     turns: TurnTimer,
     imu: Option<&'a imu::Shared>,
-    pulse: Option<&'a pulse::Shared>,
+    pulse: Option<&'a gyro_loop::Shared>,
     observer: Option<&'a observer::Shared>,
     /// The counter at the session's zero of the angle.
     zero_counts: i64,
@@ -123,7 +123,7 @@ impl<'a> MeasurementLoop<'a> {
     }
 
     /// The same loop, which steps the pulses of the drift measurement and closes its correction loop: both go by the rows' time.
-    pub fn with_pulse(self, pulse: &'a pulse::Shared) -> Self {
+    pub fn with_pulse(self, pulse: &'a gyro_loop::Shared) -> Self {
         Self { pulse: Some(pulse), ..self }
     }
 
@@ -226,7 +226,7 @@ impl<'a> MeasurementLoop<'a> {
             imu_age: imu.map_or(0, |newest| newest.age(at)),
             sensor_C: self.imu.and_then(|shared| shared.status().temperature_C),
             gyro: gyro.filter(|sample| sample.at == due).map(|sample| sample.value),
-            mark: self.pulse.map_or(0, pulse::Shared::mark),
+            mark: self.pulse.map_or(0, gyro_loop::Shared::mark),
             observed,
             roll_rad,
             omega_rad_s: rate.map(|r| r.value.rad_s(&h)),

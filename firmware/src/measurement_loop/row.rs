@@ -2,7 +2,7 @@
 
 use super::turn::Turn;
 use crate::board::{EdgeTime, Ticks};
-use crate::observer::Observed;
+use crate::gyro_loop::observer::Observed;
 use crate::speed_loop::{Compensating, Fault, Limits};
 
 /// One sample of everything.
@@ -45,7 +45,7 @@ pub struct Row {
     pub angle_sensor_V: Option<f64>,
     /// The current of its torquer, mean over [t_k, t_{k+1}), A.
     pub torquer_A: Option<f64>,
-    /// Where the drift measurement is at t_k: [`Commutator::mark`](crate::pulse::Commutator::mark).
+    /// Where the drift measurement is at t_k: [`Commutator::mark`](crate::gyro_loop::Commutator::mark).
     pub drift_mark: u32,
     /// Rate command at t_k, rad/s; rate and position mode only.
     pub rate_cmd_rad_s: Option<f64>,

@@ -5,8 +5,8 @@
 
 use super::Profile;
 use crate::board::{CONTROL_PER_ROW, Clock, Hardware, TICKS_PER_CONTROL, TICKS_PER_ROW, Ticks};
-use crate::safety::Fault;
 use crate::speed_loop::{Mode, Order, OrderWriter, Segment, Zero};
+use crate::status::Fault;
 
 /// A profile on its way to the speed loop. Made by [`ProfileRunner::new`]; run wherever the caller likes.
 pub struct ProfileRunner<'a> {

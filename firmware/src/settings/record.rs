@@ -5,7 +5,7 @@
 
 use super::{FIELDS, Kept};
 use crate::compensation::{Harmonic, Harmonics};
-use crate::observer::Numbers;
+use crate::gyro_loop::observer::Numbers;
 
 /// What a store keeps.
 pub trait Record: Sized {
@@ -126,7 +126,7 @@ mod tests {
         let none = Saved { kept: kept(3), observer: Numbers::default() };
         let mut some = none;
         some.observer.0.iter_mut().enumerate().for_each(|(n, number)| *number = 0.1 * n as f64 - 3.0);
-        some.observer.of_mut(crate::observer::numbers::STATES).fill(7.0);
+        some.observer.of_mut(crate::gyro_loop::observer::numbers::STATES).fill(7.0);
         for (saved, more) in [(none, 0), (some, 8 * some.observer.0.len())] {
             let mut space = [0; 2048];
             let length = saved.write(&mut space).unwrap();

@@ -2,12 +2,13 @@
 //!
 //! In each tick: current, the wish to stop. Once in a millisecond, in turn: rate, whether the motor pushes and nothing turns, whether its
 //! back-EMF says that it turns and no edge comes, supply, and how long the ramp has been slipping. The first cause latches and is kept;
-//! clearing takes its cause to be gone. Thresholds: [`crate::safety::Settings`].
+//! clearing takes its cause to be gone. Thresholds: [`crate::supervision::Settings`].
 
-use super::report::Limits;
 use crate::board::{Hardware, Sensed};
 use crate::maths::{to_i32, to_u32};
-use crate::safety::{self, Fault};
+use crate::status::Fault;
+use crate::status::Limits;
+use crate::supervision;
 
 /// Conversions in a row above the limit that are a current: one alone is a spike of the bridge.
 const OVER_CURRENT_TICKS: u32 = 3;
@@ -58,7 +59,7 @@ pub struct Given {
 
 impl Thresholds {
     /// Checked settings in the tick's units.
-    pub fn new(s: &safety::Settings, hardware: &Hardware, given: &Given) -> Self {
+    pub fn new(s: &supervision::Settings, hardware: &Hardware, given: &Given) -> Self {
         let codes = |amperes: f64| amperes / hardware.current_A_per_code;
         let duty_per_volt = 1.0 / hardware.volt_per_duty();
         let supply = |share: f64| to_u32(share * hardware.supply_nominal_V / hardware.supply_V_per_code);

@@ -33,10 +33,10 @@ mod tests;
 mod tuning;
 mod under_way;
 
-pub use crate::safety::Fault;
+pub use crate::status::{Fault, Limits};
 pub use feed_forward::{Compensating, LEARNT_WORDS, Learnt};
 pub use interrupt::{Interrupt, LessonWriter, Lessons, OrderReader, OrderWriter, Orders, ReportReader, ReportWriter, Reports};
-pub use report::{Limits, REPORT_WORDS, Report};
+pub use report::{REPORT_WORDS, Report};
 pub use segment::{Mode, ONE, ORDER_WORDS, Order, Segment, Zero, rate_unit};
 pub use settings::{Config, Settings};
 pub use tuning::Tuning;

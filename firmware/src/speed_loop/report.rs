@@ -7,43 +7,7 @@
 use super::feed_forward::Compensating;
 use super::segment::Mode;
 use crate::mailbox::{Words, join_u64, split_u64};
-use crate::safety::Fault;
-
-/// Why the output is not what was asked for; a set of flags.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Limits(pub u8);
-
-impl Limits {
-    /// How many there are.
-    pub const COUNT: usize = 6;
-    /// The current limit holds the voltage back.
-    pub const CURRENT: Self = Self(1);
-    /// The bridge has no more voltage.
-    pub const VOLTAGE: Self = Self(2);
-    /// The rate command follows its target at the acceleration limit.
-    pub const ACCELERATION: Self = Self(4);
-    /// The position ramp was left behind and has been anchored anew: the mean rate is not the crystal's here.
-    pub const SLIPPED: Self = Self(8);
-    /// A segment came late, or none came and the last value is held.
-    pub const STARVED: Self = Self(16);
-    /// An angle from the index is asked for, and the index was not seen: the platform is held where it is.
-    pub const NO_INDEX: Self = Self(32);
-
-    /// Their names, in the order of the bits.
-    pub const NAMES: [&'static str; Self::COUNT] = ["current", "voltage", "acceleration", "slipped", "starved", "no index"];
-
-    /// Whether all of `other` are set.
-    pub fn contains(self, other: Self) -> bool {
-        self.0 & other.0 == other.0
-    }
-
-    #[inline]
-    pub(crate) fn set(&mut self, other: Self, when: bool) {
-        if when {
-            self.0 |= other.0;
-        }
-    }
-}
+use crate::status::{Fault, Limits};
 
 /// What is so at the beginning of tick `tick`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -7,7 +7,7 @@
 use crate::board::{CONTROL_HZ, Hardware};
 use crate::mailbox::{Words, join_u64, one_by_one, split_u64};
 use crate::maths::to_i64;
-use crate::safety::Fault;
+use crate::status::Fault;
 
 /// One unit of the fixed point.
 pub const ONE: f64 = 4_294_967_296.0;

@@ -10,9 +10,9 @@ use super::segment::rate_unit;
 use crate::board::{CONTROL_HZ, Hardware, ROW_HZ};
 use crate::compensation::Compensation;
 use crate::config::{ConfigError, all_within, within};
+use crate::gyro_loop;
 use crate::maths::{to_i32, to_i64, to_u32};
-use crate::pulse;
-use crate::safety;
+use crate::supervision;
 
 /// Gains and limits. The default is the default stand's: maxon RE 25 118752, platform of 2.5·10⁻⁴ kg m².
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -45,9 +45,9 @@ pub struct Settings {
     /// What was learnt of the drive, fed forward in rate and position mode.
     pub compensation: Compensation,
     /// What else switches the drive off, and when.
-    pub safety: safety::Settings,
+    pub safety: supervision::Settings,
     /// The gyro beside the drive: its gains, its correction loop.
-    pub gyro: pulse::Settings,
+    pub gyro: gyro_loop::Settings,
 }
 
 impl Default for Settings {
@@ -67,8 +67,8 @@ impl Default for Settings {
             overspeed_rad_s: 45.0, // the range is 34.9 (2000 °/s)
             approach_rad_s: 6.0,   // a turn in a second
             compensation: Compensation::default(),
-            safety: safety::Settings::default(),
-            gyro: pulse::Settings::default(),
+            safety: supervision::Settings::default(),
+            gyro: gyro_loop::Settings::default(),
         }
     }
 }

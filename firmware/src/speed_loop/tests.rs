@@ -7,7 +7,7 @@ use super::*;
 use crate::board::{CONTROL_HZ, CurrentCode, EncoderCount, Hardware, Sensed, SupplyCode, TickIo};
 use crate::compensation::{Compensation, Harmonic, Harmonics};
 use crate::mailbox::Words;
-use crate::safety;
+use crate::supervision;
 use critical_section as _;
 
 const HW: fn() -> Hardware = Hardware::default;
@@ -239,7 +239,7 @@ fn the_rate_command_keeps_the_acceleration_limit_and_says_so() {
 
 #[test]
 fn a_blocked_platform_lets_the_ramp_slip_and_does_not_wind_up() {
-    let patient = safety::Settings { stall_s: 60.0, tracking_s: 60.0, ..safety::Settings::default() };
+    let patient = supervision::Settings { stall_s: 60.0, tracking_s: 60.0, ..supervision::Settings::default() };
     let mut stand = Stand::with(&Settings { safety: patient, ..Settings::default() });
     stand.tick(Some(hold_rate(1, 5.0)));
     let (drive, report) = stand.turn(0.0, 30_000);

@@ -2,7 +2,7 @@
 
 use nalgebra::Complex;
 use stand_firmware::config::ConfigError;
-use stand_firmware::observer::Design as Law;
+use stand_firmware::gyro_loop::observer::Design as Law;
 
 use super::design::{Integral, Kind, Request, augmented};
 use super::exact::{Matrix, exact, gains, rounded};

@@ -1,6 +1,6 @@
 //! What single precision would do to an observer: its own numbers, run by the firmware's law in both precisions.
 
-use stand_firmware::observer::{Design as Law, Observer, Real};
+use stand_firmware::gyro_loop::observer::{Design as Law, Observer, Real};
 
 use super::Discrete;
 

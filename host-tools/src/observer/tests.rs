@@ -208,7 +208,7 @@ fn the_discrete_gains_are_those_of_theory() {
         let pi = discrete(Kind::Integral { row, gain: None });
         near(&pi.gains[..6], &fixed.gains, 1e-12);
         let law = pi.law::<7>().unwrap();
-        let mut observer = stand_firmware::observer::Observer::at(0.0);
+        let mut observer = stand_firmware::gyro_loop::observer::Observer::at(0.0);
         let mut plant = [0.0; 6];
         for _ in 0..6000 {
             observer.step(&law, plant[0], 0.0);

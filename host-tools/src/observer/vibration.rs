@@ -6,7 +6,7 @@
 
 use hal_sim::element::{BaseVibration, FourState};
 use nalgebra::Complex;
-use stand_firmware::observer::{Motion, Observer, Vibration};
+use stand_firmware::gyro_loop::observer::{Motion, Observer, Vibration};
 
 use super::{Bode, Design, Discrete, ObserverError};
 

@@ -5,7 +5,7 @@ use crate::app::state::{State, Stream};
 use crate::console::parse::Range;
 use crate::console::quantity::Quantity;
 use crate::console::status::OPERATION_COMPLETE;
-use crate::safety::Fault;
+use crate::status::Fault;
 use crate::telemetry::Channels;
 use crate::words::words;
 

@@ -6,7 +6,7 @@ use crate::console::errors::{Code, ErrorEntry};
 use crate::console::parse::{Parameters, Range};
 use crate::console::quantity::Quantity;
 use crate::console::text::Writer;
-use crate::pulse::{MOST_ROWS, Pair, Phase, Plan, Sequence, Shape};
+use crate::gyro_loop::{MOST_ROWS, Pair, Phase, Plan, Sequence, Shape};
 use crate::words::words;
 
 const SEQUENCES: [Sequence; 3] = [Sequence::PlusMinus, Sequence::MinusPlus, Sequence::Both];

@@ -75,7 +75,7 @@ fn clear(state: &State<'_>) {
     state.all_off();
     state.stop_line.clear_stop();
     // A cause that is still there is said anew with the next row.
-    state.trip.set(crate::safety::Fault::None);
+    state.trip.set(crate::status::Fault::None);
     state.clear.set(state.clear.get().wrapping_add(1));
 }
 

@@ -6,8 +6,8 @@ use crate::console::errors::{Code, ErrorEntry};
 use crate::console::parse::{Parameters, Range};
 use crate::console::quantity::Quantity;
 use crate::console::text::Writer;
-use crate::observer::MOST_STATES;
-use crate::observer::numbers::{GAIN, GAMMA, MOMENT, Place, REGULATOR, SETTLE, STATES, TORQUER, VIBRATION, phi};
+use crate::gyro_loop::observer::MOST_STATES;
+use crate::gyro_loop::observer::numbers::{GAIN, GAMMA, MOMENT, Place, REGULATOR, SETTLE, STATES, TORQUER, VIBRATION, phi};
 use crate::words::words;
 
 const ANY: Range = Range::new(Quantity::PLAIN, -1e18, 1e18, 0.0);
@@ -68,7 +68,7 @@ pub(super) const ENTRIES: &[Entry] = &[
     entry!(
         "OBServer:STATe",
         Act::Switch {
-            read: |state| state.observer.phase() != crate::observer::Phase::Off,
+            read: |state| state.observer.phase() != crate::gyro_loop::observer::Phase::Off,
             write: |state, on| {
                 if on {
                     return state.observer.begin().map_err(|wrong| refused(&wrong));

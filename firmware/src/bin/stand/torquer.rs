@@ -8,7 +8,7 @@ use embassy_stm32::dac::{DacChannel, Value};
 use embassy_stm32::pac::DAC1;
 use embassy_stm32::{Peri, peripherals};
 use stand_firmware::board::{GyroSample, Stamped, TICKS_PER_CONTROL, Ticks, TorquerStep};
-use stand_firmware::pulse::Due;
+use stand_firmware::gyro_loop::Due;
 
 /// The middle of the converter's range: the amplifier gives no current.
 const MIDDLE: u16 = 2048;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use stand_firmware::observer::MOST_STATES;
+use stand_firmware::gyro_loop::observer::MOST_STATES;
 
 use crate::acquire::link::Link;
 use crate::command::error::Trouble;

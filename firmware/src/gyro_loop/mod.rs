@@ -17,6 +17,7 @@ mod commutator;
 mod cycle;
 mod due;
 mod integrator;
+pub mod observer;
 mod plan;
 mod settings;
 mod shape;

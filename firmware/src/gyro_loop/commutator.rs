@@ -7,7 +7,7 @@
 use super::plan::nearest;
 use super::{Bad, Cycle, Integrator, Plan, Polarity, Pulse, Scales};
 use crate::board::{GyroSample, Stamped, TICKS_PER_ROW, Ticks, TorquerStep};
-use crate::safety::Fault;
+use crate::status::Fault;
 
 /// Samples of the lead: half a second, so that noise of a code in the current's zero is 0.002 °/h.
 pub const LEAD_ROWS: u32 = 500;

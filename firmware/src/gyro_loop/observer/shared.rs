@@ -8,7 +8,7 @@ use super::numbers::{GAIN, GAMMA, MOMENT, REGULATOR, SETTLE, TORQUER, VIBRATION}
 use super::{Corrected, Design, MOST_STATES, Motion, Numbers, Observer, Regulator, Stability, Vibration};
 use crate::board::{Hardware, ROW_HZ, TICKS_PER_ROW, Ticks, TorquerStep};
 use crate::config::{ConfigError, within};
-use crate::pulse;
+use crate::gyro_loop;
 use core::cell::RefCell;
 
 /// Rows without an angle that are predicted.
@@ -80,7 +80,7 @@ struct All {
     refused: Option<ConfigError>,
     /// Rows until it has settled, from the beginning.
     settling: u32,
-    gains: pulse::Settings,
+    gains: gyro_loop::Settings,
     design: Option<Design<f64, MOST_STATES>>,
     observer: Observer<f64, MOST_STATES>,
     vibration: Option<Vibration>,
@@ -109,7 +109,7 @@ impl Default for Shared {
                 stability: None,
                 refused: None,
                 settling: 0,
-                gains: pulse::Settings::default(),
+                gains: gyro_loop::Settings::default(),
                 design: None,
                 observer: Observer::at(0.0),
                 vibration: None,
@@ -152,12 +152,12 @@ impl Shared {
     }
 
     /// The angle sensor's gain and the torquer's limits.
-    pub fn gains(&self) -> pulse::Settings {
+    pub fn gains(&self) -> gyro_loop::Settings {
         self.with(|all| all.gains).unwrap_or_default()
     }
 
     /// Other ones.
-    pub fn scale(&self, gains: pulse::Settings) {
+    pub fn scale(&self, gains: gyro_loop::Settings) {
         self.with(|all| all.gains = gains);
     }
 

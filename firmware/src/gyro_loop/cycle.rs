@@ -2,7 +2,7 @@
 
 use super::{Scales, Sums};
 use crate::board::{ROW_HZ, Ticks};
-use crate::safety::Fault;
+use crate::status::Fault;
 
 /// Which pulse comes first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

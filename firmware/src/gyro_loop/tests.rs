@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::board::{GyroSample, Hardware, Stamped, TICKS_PER_ROW, Ticks, TorquerStep};
-use crate::safety::Fault;
+use crate::status::Fault;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 

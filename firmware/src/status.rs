@@ -1,4 +1,6 @@
-//! Why the drive was switched off.
+//! Status of the drive: the latched fault, and the limits in force.
+//!
+//! A [`Fault`] has switched the drive off and stays latched until it is cleared. [`Limits`] are not faults: the drive runs and holds the output back.
 
 use crate::words::{Words, words};
 
@@ -102,6 +104,42 @@ impl Fault {
             Self::SensorSilent => words!("check the sensor's plug and supply, or run without it"),
             Self::HostSilent => words!("the host's program or its line has failed; arm it anew when it is back"),
             Self::IndexLost => words!("check the encoder's index channel and the counts per turn"),
+        }
+    }
+}
+
+/// Limits in force: why the output is less than the command. A set of flags.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Limits(pub u8);
+
+impl Limits {
+    /// How many there are.
+    pub const COUNT: usize = 6;
+    /// The current limit holds the voltage back.
+    pub const CURRENT: Self = Self(1);
+    /// The bridge has no more voltage.
+    pub const VOLTAGE: Self = Self(2);
+    /// The rate command follows its target at the acceleration limit.
+    pub const ACCELERATION: Self = Self(4);
+    /// The position ramp was left behind and has been anchored anew: the mean rate is not the crystal's here.
+    pub const SLIPPED: Self = Self(8);
+    /// A segment came late, or none came and the last value is held.
+    pub const STARVED: Self = Self(16);
+    /// An angle from the index is asked for, and the index was not seen: the platform is held where it is.
+    pub const NO_INDEX: Self = Self(32);
+
+    /// Their names, in the order of the bits.
+    pub const NAMES: [&'static str; Self::COUNT] = ["current", "voltage", "acceleration", "slipped", "starved", "no index"];
+
+    /// Whether all of `other` are set.
+    pub fn contains(self, other: Self) -> bool {
+        self.0 & other.0 == other.0
+    }
+
+    #[inline]
+    pub(crate) fn set(&mut self, other: Self, when: bool) {
+        if when {
+            self.0 |= other.0;
         }
     }
 }

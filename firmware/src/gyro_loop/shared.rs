@@ -3,7 +3,7 @@
 use super::{Bad, Commutator, Cycle, Drift, Pair, Phase, Plan, Polarity, Register, Scales, Sums, Tally};
 use crate::board::{GyroSample, Stamped, Ticks, TorquerStep};
 use crate::config::ConfigError;
-use crate::safety::Fault;
+use crate::status::Fault;
 use core::cell::{Cell, RefCell};
 
 /// The commutator and what came of its cycles.

@@ -3,10 +3,8 @@
 //! What must be fast is judged in the control interrupt ([`crate::speed_loop`]); what may take milliseconds is [`Watch`]'s, which a task
 //! feeds with each row and whose causes go to the interrupt as the `trip` of an order. [`Settings`] hold the thresholds of both.
 
-mod fault;
 mod settings;
 mod watch;
 
-pub use fault::Fault;
 pub use settings::Settings;
 pub use watch::Watch;

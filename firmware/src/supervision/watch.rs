@@ -3,9 +3,10 @@
 //! In: each [`Row`], and what is heard of the host. Out: the cause that is there now, for as long as it is there; it goes to the interrupt
 //! as the `trip` of an order, which latches it. The watch itself keeps no fault: what clears is the interrupt's.
 
-use super::{Fault, Settings};
+use super::Settings;
 use crate::board::{Hardware, ROW_HZ};
 use crate::measurement_loop::Row;
+use crate::status::Fault;
 
 /// Turns from the index, by the count, within which the next must have come.
 const INDEX_WITHIN_TURNS: f64 = 1.25;
