@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use common::served::{Served, said};
 use common::{MODEL, Ran, command, stand};
-use host_tools::acquire::link::Link;
+use host_tools::acquire::link::SerialLink;
 use host_tools::acquire::serve::Pty;
 use host_tools::log::Log;
 use host_tools::model::Model;
@@ -81,11 +81,11 @@ fn a_stand_whose_first_lines_are_damaged_is_asked_again() {
     std::fs::write(folder.path().join("off.toml"), fault("line-off", "for_s = 0.7")).unwrap();
     std::fs::write(folder.path().join("flips.toml"), fault("line-flips", "size = 0.005")).unwrap();
     let served = Served::new(folder.path(), &["--stand", "off.toml"]);
-    assert!(Link::open(Path::new(&served.port)).unwrap().identity().starts_with("Rotary Stand,"));
+    assert!(SerialLink::open(Path::new(&served.port)).unwrap().identity().starts_with("Rotary Stand,"));
     drop(served);
     let served = Served::new(folder.path(), &["--stand", "flips.toml"]);
     for opening in 0..24 {
-        Link::open(Path::new(&served.port)).unwrap_or_else(|e| panic!("opening {opening}: {e}"));
+        SerialLink::open(Path::new(&served.port)).unwrap_or_else(|e| panic!("opening {opening}: {e}"));
     }
 }
 

@@ -12,14 +12,14 @@ use crate::words::nearest;
 
 /// What was hidden.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Hidden {
+pub struct HiddenEffect {
     /// The effect.
     pub effect: &'static str,
     /// Its parameters.
     pub parameters: BTreeMap<String, f64>,
 }
 
-impl fmt::Display for Hidden {
+impl fmt::Display for HiddenEffect {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.effect)?;
         for (k, (name, value)) in self.parameters.iter().enumerate() {
@@ -36,7 +36,7 @@ const NAMED_SEED: u64 = 1;
 ///
 /// # Errors
 /// A word that is neither a number nor an effect, with the nearest that is.
-pub fn hide(word: &str, stand: &mut Stand) -> Result<Hidden, String> {
+pub fn hide(word: &str, stand: &mut Stand) -> Result<HiddenEffect, String> {
     let (card, seed) = match word.parse::<u64>() {
         Ok(seed) => {
             let free: Vec<_> =
@@ -66,7 +66,7 @@ pub fn hide(word: &str, stand: &mut Stand) -> Result<Hidden, String> {
         parameters.insert(p.name.to_owned(), value);
     }
     stand.effects.insert(card.id.to_owned(), parameters.clone());
-    Ok(Hidden { effect: card.id, parameters })
+    Ok(HiddenEffect { effect: card.id, parameters })
 }
 
 /// A drive has one shaft.

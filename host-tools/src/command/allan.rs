@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::error::Trouble;
-use super::output::{Output, working};
+use super::error::CliError;
+use super::output::{ReportOutput, working};
 use crate::allan::{AllanError, Request, Take, Taus};
 use crate::report::allan as page;
 
@@ -48,17 +48,17 @@ pub(super) struct Allan {
     #[arg(long = "as", value_enum)]
     take: Option<As>,
     #[command(flatten)]
-    output: Output,
+    output: ReportOutput,
 }
 
-impl From<AllanError> for Trouble {
+impl From<AllanError> for CliError {
     fn from(error: AllanError) -> Self {
-        Trouble::Input(error.to_string())
+        CliError::Input(error.to_string())
     }
 }
 
 impl Allan {
-    pub(super) fn run(self) -> Result<(), Trouble> {
+    pub(super) fn run(self) -> Result<(), CliError> {
         self.output.check()?;
         let request = Request {
             log: self.log,

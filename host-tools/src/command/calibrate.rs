@@ -9,11 +9,11 @@ use embassy_futures::block_on;
 use hal_sim::plant::Stand as Described;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::error::Trouble;
-use super::output::{Output, write};
+use super::error::CliError;
+use super::output::{ReportOutput, write};
 use super::record::interrupts;
 use super::sim;
-use crate::acquire::link::Link;
+use crate::acquire::link::SerialLink;
 use crate::calibrate::record::{self, Record, RecordError};
 use crate::calibrate::session::journal::{self, Journal, JournalError};
 use crate::calibrate::session::run::{self, Person, Progress, RunError};
@@ -76,31 +76,31 @@ pub(super) struct Calibrate {
     #[arg(long, requires = "port")]
     into_stand: bool,
     #[command(flatten)]
-    output: Output,
+    output: ReportOutput,
 }
 
-impl From<JournalError> for Trouble {
+impl From<JournalError> for CliError {
     fn from(error: JournalError) -> Self {
         match error {
-            JournalError::Write { .. } => Trouble::Other(error.to_string()),
-            other => Trouble::Input(other.to_string()),
+            JournalError::Write { .. } => CliError::Other(error.to_string()),
+            other => CliError::Input(other.to_string()),
         }
     }
 }
 
-impl From<RecordError> for Trouble {
+impl From<RecordError> for CliError {
     fn from(error: RecordError) -> Self {
-        Trouble::Input(error.to_string())
+        CliError::Input(error.to_string())
     }
 }
 
-impl From<RunError> for Trouble {
+impl From<RunError> for CliError {
     fn from(error: RunError) -> Self {
         match error {
             RunError::Stand(error) => error.into(),
             RunError::Journal(error) => error.into(),
-            RunError::NotDone { .. } | RunError::Plan(_) => Trouble::Input(error.to_string()),
-            other => Trouble::Other(other.to_string()),
+            RunError::NotDone { .. } | RunError::Plan(_) => CliError::Input(error.to_string()),
+            other => CliError::Other(other.to_string()),
         }
     }
 }
@@ -114,7 +114,7 @@ impl Calibrate {
         }
     }
 
-    pub(super) fn run(self) -> Result<(), Trouble> {
+    pub(super) fn run(self) -> Result<(), CliError> {
         self.output.check()?;
         if let Some(path) = &self.write_session {
             write(path, self.what().usual())?;
@@ -129,10 +129,10 @@ impl Calibrate {
         if record.session.what != self.what() {
             let says =
                 format!("{}: the session there is of {}, not of {}", folder.display(), record.session.what.name(), self.what().name());
-            return Err(Trouble::Input(says));
+            return Err(CliError::Input(says));
         }
         if self.from.is_none() {
-            let text = serde_json::to_string_pretty(&record.json()).map_err(|e| Trouble::Other(e.to_string()))?;
+            let text = serde_json::to_string_pretty(&record.json()).map_err(|e| CliError::Other(e.to_string()))?;
             journal::write_whole(&folder.join(record::FILE), &format!("{text}\n"))?;
             journal::write_whole(&folder.join("record.html"), &page::html(&record))?;
         }
@@ -152,21 +152,21 @@ impl Calibrate {
     }
 
     /// The session that is run, its text, and the folder's journal where it goes on.
-    fn planned(&self, folder: &Path) -> Result<(Session, String, Option<Journal>), Trouble> {
+    fn planned(&self, folder: &Path) -> Result<(Session, String, Option<Journal>), CliError> {
         if self.resume {
             let (journal, session) = Journal::read(folder)?;
             return Ok((session, String::new(), Some(journal)));
         }
         let (text, name) = match &self.session {
-            Some(path) => (std::fs::read_to_string(path).map_err(|e| Trouble::file(path, "read", &e))?, path.display().to_string()),
+            Some(path) => (std::fs::read_to_string(path).map_err(|e| CliError::file(path, "read", &e))?, path.display().to_string()),
             None => (self.what().usual().to_owned(), "the usual session".to_owned()),
         };
-        let mut session = Session::parse(&text).map_err(|e| Trouble::Input(format!("{name}: {e}")))?;
+        let mut session = Session::parse(&text).map_err(|e| CliError::Input(format!("{name}: {e}")))?;
         if session.what != self.what() {
-            return Err(Trouble::Input(format!("{name}: what = \"{}\", and not {}", session.what.name(), self.what().name())));
+            return Err(CliError::Input(format!("{name}: what = \"{}\", and not {}", session.what.name(), self.what().name())));
         }
         let mut document: toml_edit::DocumentMut =
-            text.parse().map_err(|e: toml_edit::TomlError| Trouble::Input(format!("{name}: {e}")))?;
+            text.parse().map_err(|e: toml_edit::TomlError| CliError::Input(format!("{name}: {e}")))?;
         for (key, value, kept) in [("serial", &self.serial, &mut session.serial), ("operator", &self.operator, &mut session.operator)] {
             if let Some(value) = value {
                 document[key] = toml_edit::value(value.as_str());
@@ -177,7 +177,7 @@ impl Calibrate {
     }
 
     /// Runs the session and gives its folder.
-    fn measure(&self) -> Result<PathBuf, Trouble> {
+    fn measure(&self) -> Result<PathBuf, CliError> {
         let name = |serial: &str| format!("calibration-{}{}{serial}", self.what().name(), if serial.is_empty() { "" } else { "-" });
         let folder = self.out.clone().unwrap_or_else(|| PathBuf::from(name(self.serial.as_deref().unwrap_or(""))));
         let (session, text, begun) = self.planned(&folder)?;
@@ -194,7 +194,7 @@ impl Calibrate {
         };
         let done = match &self.port {
             Some(port) => {
-                let mut link = Link::open(port)?;
+                let mut link = SerialLink::open(port)?;
                 block_on(run::whole(&mut link, &session, &text, begun, &folder, &mut AtHand, goes))
             }
             None => simulate(&self.simulated_stand(&session)?, self.seed, &session, &text, begun, &folder, goes),
@@ -203,9 +203,9 @@ impl Calibrate {
         done.map_err(|error| {
             let resumes = format!("; what was recorded is in {}, and --resume goes on there", folder.display());
             let is_begun = folder.join(journal::FILE).exists();
-            match (matches!(error, RunError::NotDone { .. }), Trouble::from(error)) {
-                (_, Trouble::Other(says)) if is_begun => Trouble::Other(says + &resumes),
-                (true, Trouble::Input(says)) if is_begun => Trouble::Input(says + &resumes),
+            match (matches!(error, RunError::NotDone { .. }), CliError::from(error)) {
+                (_, CliError::Other(says)) if is_begun => CliError::Other(says + &resumes),
+                (true, CliError::Input(says)) if is_begun => CliError::Input(says + &resumes),
                 (_, other) => other,
             }
         })?;
@@ -213,7 +213,7 @@ impl Calibrate {
     }
 
     /// The stand of a file, or the default one with what the seed draws.
-    fn simulated_stand(&self, session: &Session) -> Result<Described, Trouble> {
+    fn simulated_stand(&self, session: &Session) -> Result<Described, CliError> {
         let mut stand = sim::stand(self.stand.as_ref())?;
         if self.stand.is_none() && session.what == What::Drive {
             stand = part::drive(self.seed, &session.known).0;
@@ -225,31 +225,31 @@ impl Calibrate {
     }
 
     /// Says what was found to the stand, which keeps it.
-    fn settings(&self, record: &Record) -> Result<(), Trouble> {
+    fn settings(&self, record: &Record) -> Result<(), CliError> {
         let Some(port) = &self.port else { return Ok(()) };
-        let mut link = Link::open(port)?;
+        let mut link = SerialLink::open(port)?;
         let mut told = Vec::new();
         for (setting, value) in super::calibrate_into::settings(record) {
             let value = match value {
                 super::calibrate_into::Setting::Is(value) => value,
                 super::calibrate_into::Setting::Over(by) => {
-                    let says = link.ask(&format!("SETTings:{setting}?"))?;
+                    let says = link.query(&format!("SETTings:{setting}?"))?;
                     let now: f64 = says
                         .split([' ', ','])
                         .next()
                         .unwrap_or_default()
                         .parse()
-                        .map_err(|_| Trouble::Other(format!("SETTings:{setting}? says {says}")))?;
+                        .map_err(|_| CliError::Other(format!("SETTings:{setting}? says {says}")))?;
                     now / by
                 }
             };
-            link.tell(&format!("SETTings:{setting} {value:e}"))?;
+            link.command(&format!("SETTings:{setting} {value:e}"))?;
             told.push(format!("{setting} {}", crate::report::significant(value, 6)));
         }
         if told.is_empty() {
             return self.output.text("no setting of the stand is of what was calibrated\n");
         }
-        link.tell("SETTings:SAVE")?;
+        link.command("SETTings:SAVE")?;
         self.output.text(&format!("kept by the stand: {}\n", told.join(", ")))
     }
 }

@@ -1,6 +1,6 @@
 //! Where a calibration goes: into a model file, into the stand's settings.
 
-use super::error::Trouble;
+use super::error::CliError;
 use crate::calibrate::record::Record;
 use crate::calibrate::session::What;
 use crate::model::Model;
@@ -32,7 +32,7 @@ pub(super) fn settings(record: &Record) -> Vec<(&'static str, Setting)> {
 ///
 /// # Errors
 /// What was calibrated is no part of such a model.
-pub(super) fn model(record: &Record, model: &mut Model) -> Result<(), Trouble> {
+pub(super) fn model(record: &Record, model: &mut Model) -> Result<(), CliError> {
     let get = |name: &str| record.findings.get(name).map(|q| q.value);
     let values: Vec<(&str, &str, f64)> = match record.session.what {
         What::Drive => [
@@ -54,7 +54,7 @@ pub(super) fn model(record: &Record, model: &mut Model) -> Result<(), Trouble> {
         }
         what => {
             let says = "--into-model: a model of the drive has the stand's own rate sensor (a session with column = \"omega_rad_s\") and the drive";
-            return Err(Trouble::Input(format!("{says}, and no {} under test", what.name())));
+            return Err(CliError::Input(format!("{says}, and no {} under test", what.name())));
         }
     };
     for (effect, name, value) in values {

@@ -10,8 +10,8 @@ use serde_json::{Value, json};
 use stand_firmware::compensation::Compensation;
 use stand_firmware::speed_loop::{Config, Settings};
 
-use super::error::Trouble;
-use super::output::{Answer, check_place, working, write};
+use super::error::CliError;
+use super::output::{JsonOutput, check_place, working, write};
 use crate::compensate::{Learnt, Ripple, RippleError, file, learn, ripple};
 use crate::log::Log;
 use crate::model::Model;
@@ -46,12 +46,12 @@ pub(super) struct Compensate {
     #[arg(long, default_value_t = 1)]
     seed: u64,
     #[command(flatten)]
-    pub(super) answer: Answer,
+    pub(super) json: JsonOutput,
 }
 
 impl Compensate {
-    pub(super) fn run(self) -> Result<(), Trouble> {
-        self.answer.check()?;
+    pub(super) fn run(self) -> Result<(), CliError> {
+        self.json.check()?;
         match (&self.stand, &self.port) {
             (Some(file), _) => self.write_file(file),
             (None, Some(port)) => self.over_the_line(port),
@@ -60,12 +60,12 @@ impl Compensate {
         }
     }
 
-    fn write_file(&self, path: &Path) -> Result<(), Trouble> {
+    fn write_file(&self, path: &Path) -> Result<(), CliError> {
         check_place(path)?;
         let text = match std::fs::read_to_string(path) {
             Ok(text) => text,
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => file::NEW.to_owned(),
-            Err(e) => return Err(Trouble::file(path, "read", &e)),
+            Err(e) => return Err(CliError::file(path, "read", &e)),
         };
         let stand = parsed(&text, path)?;
         let learnt = match &self.model {
@@ -78,13 +78,13 @@ impl Compensate {
         let turned = turn(&stand, &after, self.seed)?;
         write(path, &said)?;
         let compensation = &after.firmware.compensation;
-        self.answer.text(&words(path, compensation, &learnt.left_out, &turned))?;
+        self.json.text(&words(path, compensation, &learnt.left_out, &turned))?;
         let source = if self.model.is_some() { "model" } else { "measured" };
-        self.answer.json(|| answer(path, source, compensation, &learnt.left_out, &turned))
+        self.json.json(|| answer(path, source, compensation, &learnt.left_out, &turned))
     }
 
     /// What the simulated stand finds out about itself.
-    fn measured(&self, stand: &Stand, path: &Path) -> Result<Learnt, Trouble> {
+    fn measured(&self, stand: &Stand, path: &Path) -> Result<Learnt, CliError> {
         let bar = ProgressBar::new(1000).with_message("the stand measures its cogging");
         if let Ok(style) = ProgressStyle::with_template("{msg} {wide_bar} {percent} %") {
             bar.set_style(style);
@@ -103,26 +103,26 @@ impl Compensate {
     }
 }
 
-fn of_file(path: &Path, says: &dyn std::fmt::Display) -> Trouble {
-    Trouble::Input(format!("{}: {says}", path.display()))
+fn of_file(path: &Path, says: &dyn std::fmt::Display) -> CliError {
+    CliError::Input(format!("{}: {says}", path.display()))
 }
 
 /// A stand of this text, with settings that its firmware takes.
-fn parsed(text: &str, path: &Path) -> Result<Stand, Trouble> {
+fn parsed(text: &str, path: &Path) -> Result<Stand, CliError> {
     let stand = Stand::parse(text).map_err(|e| of_file(path, &e))?;
     stand.sensors.check().map_err(|e| of_file(path, &e))?;
     Config::new(&stand.firmware, &stand.hardware).map_err(|e| of_file(path, &e))?;
     Ok(stand)
 }
 
-pub(super) fn of_a_model(model: &Path, log: Option<&Path>, settings: &Settings) -> Result<Learnt, Trouble> {
+pub(super) fn of_a_model(model: &Path, log: Option<&Path>, settings: &Settings) -> Result<Learnt, CliError> {
     let model = Model::read(model)?;
     let log = log.map(Log::read).transpose()?;
-    learn(&model, log.as_ref(), settings).map_err(|e| Trouble::Input(e.to_string()))
+    learn(&model, log.as_ref(), settings).map_err(|e| CliError::Input(e.to_string()))
 }
 
 /// The stand at each rate, before and after.
-fn turn(before: &Stand, after: &Stand, seed: u64) -> Result<Vec<[Ripple; 2]>, Trouble> {
+fn turn(before: &Stand, after: &Stand, seed: u64) -> Result<Vec<[Ripple; 2]>, CliError> {
     let harmonics = after.firmware.compensation.harmonics;
     let orders: Vec<u16> = harmonics.as_slice().iter().map(|h| h.order).collect();
     let working = working("the stand turns, before and after");
@@ -136,7 +136,7 @@ fn turn(before: &Stand, after: &Stand, seed: u64) -> Result<Vec<[Ripple; 2]>, Tr
     });
     let both: Result<Vec<_>, RippleError> = both.into_iter().collect();
     working.finish_and_clear();
-    both.map_err(|e| Trouble::Input(format!("nothing was written: {e}")))
+    both.map_err(|e| CliError::Input(format!("nothing was written: {e}")))
 }
 
 fn words(path: &Path, compensation: &Compensation, left_out: &[String], turned: &[[Ripple; 2]]) -> String {

@@ -12,76 +12,76 @@ use stand_firmware::compensation::Compensation;
 use stand_firmware::settings::{FIELDS, Kept};
 
 use super::compensate::{Compensate, of_a_model};
-use super::error::Trouble;
+use super::error::CliError;
 use super::record::has_index;
-use crate::acquire::link::{Link, LinkError};
+use crate::acquire::link::{LinkError, SerialLink};
 
 /// How long is looked whether the stand knows its index.
 const LOOK: Duration = Duration::from_millis(500);
 
 impl Compensate {
     /// Writes what `model` teaches into the stand at `port`.
-    pub(super) fn over_the_line(&self, port: &Path) -> Result<(), Trouble> {
+    pub(super) fn over_the_line(&self, port: &Path) -> Result<(), CliError> {
         let Some(model) = &self.model else { return self.measured_by_itself(port) };
-        let mut link = Link::open(port)?;
+        let mut link = SerialLink::open(port)?;
         let kept = kept(&mut link)?;
         let learnt = of_a_model(model, self.log.as_deref(), &kept.settings)?;
         let compensation = learnt.compensation;
         // What the firmware would refuse, before anything is changed.
         let mut after = kept;
         after.settings.compensation = compensation;
-        after.config().map_err(|e| Trouble::Input(format!("{}: {e}", model.display())))?;
+        after.config().map_err(|e| CliError::Input(format!("{}: {e}", model.display())))?;
         if !compensation.harmonics.is_empty() && !knows_index(&mut link)? {
-            return Err(Trouble::Input(format!(
+            return Err(CliError::Input(format!(
                 "{}: the stand has not seen its index, so the orders' phases mean nothing to it; turn the platform once by hand or by SOURce:RATE",
                 link.name()
             )));
         }
         let before = kept.settings.compensation;
-        if let Err(refused) = orders(&compensation).iter().try_for_each(|order| link.tell(order)) {
+        if let Err(refused) = orders(&compensation).iter().try_for_each(|order| link.command(order)) {
             for order in orders(&before) {
-                link.tell(&order)?;
+                link.command(&order)?;
             }
-            return Err(Trouble::Input(format!("{refused}; the compensation is what it was")));
+            return Err(CliError::Input(format!("{refused}; the compensation is what it was")));
         }
         if self.save {
-            link.tell("SETTings:SAVE")?;
+            link.command("SETTings:SAVE")?;
         }
         self.told(&mut link, "model", &learnt.left_out)
     }
 
     /// The stand turns slowly both ways and finds its cogging and friction itself.
-    fn measured_by_itself(&self, port: &Path) -> Result<(), Trouble> {
-        let mut link = Link::open(port)?;
-        link.tell("CALibration:COGGing:STARt")?;
+    fn measured_by_itself(&self, port: &Path) -> Result<(), CliError> {
+        let mut link = SerialLink::open(port)?;
+        link.command("CALibration:COGGing:STARt")?;
         let bar = super::output::working("the stand measures its cogging");
         let found = loop {
             std::thread::sleep(Duration::from_millis(500));
-            let says = link.ask("CALibration:COGGing?")?;
+            let says = link.query("CALibration:COGGing?")?;
             if !says.starts_with("RUNNING") {
                 break says;
             }
-            bar.set_message(format!("the stand measures its cogging, {}", link.ask("CALibration:COGGing:PROGress?")?));
+            bar.set_message(format!("the stand measures its cogging, {}", link.query("CALibration:COGGing:PROGress?")?));
         };
         bar.finish_and_clear();
         if !found.starts_with("DONE") {
-            return Err(Trouble::Input(format!("{}: {found}", link.name())));
+            return Err(CliError::Input(format!("{}: {found}", link.name())));
         }
         if self.save {
-            link.tell("SETTings:SAVE")?;
+            link.command("SETTings:SAVE")?;
         }
         self.told(&mut link, "measured", &[])
     }
 
     /// What is in force now, by the stand's own words.
-    fn told(&self, link: &mut Link, source: &str, left_out: &[String]) -> Result<(), Trouble> {
-        let lines = link.ask_lines("COMPensation:LIST?")?;
+    fn told(&self, link: &mut SerialLink, source: &str, left_out: &[String]) -> Result<(), CliError> {
+        let lines = link.query_lines("COMPensation:LIST?")?;
         let mut text =
             format!("{}: the compensation is in force{}\n", link.name(), if self.save { " and saved" } else { "; SETTings:SAVE keeps it" });
         lines.iter().for_each(|line| text += &format!("  {line}\n"));
         left_out.iter().for_each(|line| text += &format!("  not compensated: {line}\n"));
-        self.answer.text(&text)?;
-        self.answer.json(|| json!({ "port": link.name(), "source": source, "in_force": lines, "saved": self.save, "left_out": left_out }))
+        self.json.text(&text)?;
+        self.json.json(|| json!({ "port": link.name(), "source": source, "in_force": lines, "saved": self.save, "left_out": left_out }))
     }
 }
 
@@ -98,13 +98,13 @@ fn orders(compensation: &Compensation) -> Vec<String> {
 }
 
 /// All settings of the stand that this program knows.
-fn kept(link: &mut Link) -> Result<Kept, Trouble> {
+fn kept(link: &mut SerialLink) -> Result<Kept, CliError> {
     let mut kept = Kept::default();
     for field in FIELDS {
-        match link.ask(&format!("SETTings:{}?", field.name)) {
+        match link.query(&format!("SETTings:{}?", field.name)) {
             Ok(reply) => {
                 let number = reply.split_whitespace().next().and_then(|number| number.parse().ok());
-                let number: f64 = number.ok_or_else(|| Trouble::Other(format!("SETTings:{}? is no number: `{reply}`", field.name)))?;
+                let number: f64 = number.ok_or_else(|| CliError::Other(format!("SETTings:{}? is no number: `{reply}`", field.name)))?;
                 (field.write)(&mut kept, number);
             }
             // An older firmware may not have it.
@@ -116,11 +116,11 @@ fn kept(link: &mut Link) -> Result<Kept, Trouble> {
 }
 
 /// Whether the stand has seen its index since it was switched on.
-fn knows_index(link: &mut Link) -> Result<bool, Trouble> {
+fn knows_index(link: &mut SerialLink) -> Result<bool, CliError> {
     for order in ["STReam:DECimation 1", "STReam:CHANnels from_index_rad", "STReam ON"] {
-        link.tell(order)?;
+        link.command(order)?;
     }
     let seen = has_index(link, LOOK)?;
-    link.tell("STReam OFF")?;
+    link.command("STReam OFF")?;
     Ok(seen)
 }

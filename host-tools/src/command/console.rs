@@ -13,10 +13,10 @@ use rustyline::error::ReadlineError;
 use rustyline::history::FileHistory;
 use rustyline::{Context, Editor, Helper, Highlighter, Hinter, Validator};
 
-use super::error::Trouble;
+use super::error::CliError;
 use super::output::print;
 use super::record::missing_port;
-use crate::acquire::link::{Heard, Link, REPLY};
+use crate::acquire::link::{REPLY_TIMEOUT, Received, SerialLink};
 
 /// What waits for the end of something may take an hour.
 const END: Duration = Duration::from_secs(3600);
@@ -30,17 +30,17 @@ pub(super) struct Console {
 }
 
 impl Console {
-    pub(super) fn run(self) -> Result<(), Trouble> {
+    pub(super) fn run(self) -> Result<(), CliError> {
         let port = self.port.ok_or_else(missing_port)?;
-        let mut link = Link::open(&port)?;
+        let mut link = SerialLink::open(&port)?;
         if std::io::stdin().is_terminal() { typed(&mut link) } else { piped(&mut link) }
     }
 }
 
 /// Says one line; what was refused.
-fn say(link: &mut Link, line: &str) -> Result<Vec<String>, Trouble> {
+fn say(link: &mut SerialLink, line: &str) -> Result<Vec<String>, CliError> {
     let waits = ["*opc?", "*wai"].iter().any(|word| line.to_ascii_lowercase().contains(word));
-    let said = link.converse(line, if waits { END } else { REPLY })?;
+    let said = link.converse(line, if waits { END } else { REPLY_TIMEOUT })?;
     let mut text = String::new();
     for line in said.lines.iter().filter(|line| !line.is_empty()) {
         text += line;
@@ -50,10 +50,10 @@ fn say(link: &mut Link, line: &str) -> Result<Vec<String>, Trouble> {
     Ok(said.refused)
 }
 
-fn piped(link: &mut Link) -> Result<(), Trouble> {
+fn piped(link: &mut SerialLink) -> Result<(), CliError> {
     let mut refused = 0;
     for (n, line) in std::io::stdin().lock().lines().enumerate() {
-        let line = line.map_err(|e| Trouble::Input(format!("standard input, line {}: {e}", n + 1)))?;
+        let line = line.map_err(|e| CliError::Input(format!("standard input, line {}: {e}", n + 1)))?;
         let line = line.trim();
         if line.is_empty() {
             continue;
@@ -65,14 +65,14 @@ fn piped(link: &mut Link) -> Result<(), Trouble> {
     }
     match refused {
         0 => Ok(()),
-        1 => Err(Trouble::Input("the stand refused one command".to_owned())),
-        many => Err(Trouble::Input(format!("the stand refused {many} commands"))),
+        1 => Err(CliError::Input("the stand refused one command".to_owned())),
+        many => Err(CliError::Input(format!("the stand refused {many} commands"))),
     }
 }
 
-fn typed(link: &mut Link) -> Result<(), Trouble> {
-    let headers = headers(&link.ask_lines("HELP?")?);
-    let broken = |e: ReadlineError| Trouble::Other(format!("the terminal: {e}"));
+fn typed(link: &mut SerialLink) -> Result<(), CliError> {
+    let headers = headers(&link.query_lines("HELP?")?);
+    let broken = |e: ReadlineError| CliError::Other(format!("the terminal: {e}"));
     let config = rustyline::Config::builder().completion_type(rustyline::CompletionType::List).auto_add_history(true).build();
     let mut editor = Editor::<Headers, FileHistory>::with_config(config).map_err(broken)?;
     editor.set_helper(Some(Headers(headers)));
@@ -107,12 +107,12 @@ fn typed(link: &mut Link) -> Result<(), Trouble> {
 }
 
 /// What the stand has said since the last line: a fault, the rows of a stream.
-fn unasked(link: &mut Link) -> Result<(), Trouble> {
+fn unasked(link: &mut SerialLink) -> Result<(), CliError> {
     let mut rows = 0;
     while let Some(heard) = link.next(Duration::from_millis(20))? {
         match heard {
-            Heard::Line(line) if !line.is_empty() => println!("{line}"),
-            Heard::Row(row) => {
+            Received::Line(line) if !line.is_empty() => println!("{line}"),
+            Received::Row(row) => {
                 rows += 1;
                 if rows == 1 {
                     println!("{}", row.named().map(|(name, value)| format!("{name} {value:.6}")).collect::<Vec<_>>().join(", "));

@@ -9,8 +9,8 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 use serde_json::json;
 
-use super::error::Trouble;
-use super::output::{Answer as Out, Output};
+use super::error::CliError;
+use super::output::{JsonOutput, ReportOutput};
 use crate::drift::advise::advise;
 use crate::drift::compute::{COLUMNS, Given, measured};
 use crate::drift::{Answer, DEG_H, DriftError, platform};
@@ -122,7 +122,7 @@ pub(super) struct Run {
     #[command(flatten)]
     errors: Errors,
     #[command(flatten)]
-    output: Output,
+    output: ReportOutput,
 }
 
 #[derive(Debug, Args)]
@@ -148,7 +148,7 @@ pub(super) struct Compute {
     #[command(flatten)]
     errors: Errors,
     #[command(flatten)]
-    output: Output,
+    output: ReportOutput,
 }
 
 #[derive(Debug, Args)]
@@ -162,7 +162,7 @@ pub(super) struct Advise {
     #[arg(long, value_name = "V_RAD", allow_negative_numbers = true)]
     angle_gain: Option<f64>,
     #[command(flatten)]
-    output: Output,
+    output: ReportOutput,
 }
 
 #[derive(Debug, Args)]
@@ -173,17 +173,17 @@ pub(super) struct Platform {
     #[arg(long, value_name = "S", default_value_t = 5.0, allow_negative_numbers = true)]
     pulse: f64,
     #[command(flatten)]
-    answer: Out,
+    json: JsonOutput,
 }
 
-impl From<DriftError> for Trouble {
+impl From<DriftError> for CliError {
     fn from(error: DriftError) -> Self {
-        Trouble::Input(error.to_string())
+        CliError::Input(error.to_string())
     }
 }
 
 impl Drift {
-    pub(super) fn run(self) -> Result<(), Trouble> {
+    pub(super) fn run(self) -> Result<(), CliError> {
         match self {
             Drift::Run(run) => run.run(),
             Drift::Compute(compute) => compute.run(),
@@ -193,14 +193,14 @@ impl Drift {
     }
 }
 
-fn tell(output: &Output, answer: &Answer) -> Result<(), Trouble> {
+fn tell(output: &ReportOutput, answer: &Answer) -> Result<(), CliError> {
     output.text(&page::text(answer))?;
     output.html(|| page::html(answer))?;
     output.json(|| answer.json())
 }
 
 impl Compute {
-    fn run(self) -> Result<(), Trouble> {
+    fn run(self) -> Result<(), CliError> {
         self.output.check()?;
         let given = Given {
             angle_gain_V_rad: self.angle_gain,
@@ -218,7 +218,7 @@ impl Compute {
 }
 
 impl Advise {
-    fn run(self) -> Result<(), Trouble> {
+    fn run(self) -> Result<(), CliError> {
         self.output.check()?;
         let log = Log::read(&self.log)?;
         let name = self.log.display().to_string();
@@ -247,13 +247,13 @@ impl Advise {
 }
 
 impl Platform {
-    fn run(self) -> Result<(), Trouble> {
-        self.answer.check()?;
+    fn run(self) -> Result<(), CliError> {
+        self.json.check()?;
         let log = Log::read(&self.log)?;
         let name = self.log.display().to_string();
         let found = platform::of_log(&log, self.pulse)?;
-        self.answer.text(&page::platform_text(&name, &found))?;
-        self.answer.json(|| {
+        self.json.text(&page::platform_text(&name, &found))?;
+        self.json.json(|| {
             let with = |(value, sigma): (f64, Option<f64>), unit: &str| json!({"value": finite(value), "sigma": sigma.map_or(serde_json::Value::Null, finite), "unit": unit});
             json!({
                 "log": name,

@@ -3,8 +3,8 @@
 use clap::Args;
 use drive_model::CATALOGUE;
 
-use super::error::Trouble;
-use super::output::{Output, is_terminal};
+use super::error::CliError;
+use super::output::{ReportOutput, is_terminal};
 use crate::report::effects;
 use crate::words::nearest;
 
@@ -14,11 +14,11 @@ pub(super) struct Effects {
     /// An effect, e.g. cogging
     id: Option<String>,
     #[command(flatten)]
-    output: Output,
+    output: ReportOutput,
 }
 
 impl Effects {
-    pub(super) fn run(self) -> Result<(), Trouble> {
+    pub(super) fn run(self) -> Result<(), CliError> {
         self.output.check()?;
         let Some(id) = &self.id else {
             self.output.text(&effects::list_text(is_terminal()))?;
@@ -27,7 +27,7 @@ impl Effects {
         };
         let card = drive_model::card(id).ok_or_else(|| {
             let hint = nearest(id, CATALOGUE.iter().map(|c| c.id)).map_or(String::new(), |n| format!("; did you mean `{n}`?"));
-            Trouble::Input(format!("`{id}` is no effect of the catalogue{hint} (`stand effects` lists them)"))
+            CliError::Input(format!("`{id}` is no effect of the catalogue{hint} (`stand effects` lists them)"))
         })?;
         self.output.text(&effects::effect_text(card, is_terminal()))?;
         self.output.json(|| effects::effect_json(card))?;

@@ -3,15 +3,15 @@
 use std::path::Path;
 use std::process::ExitCode;
 
-use crate::acquire::stand::SessionError;
+use crate::acquire::connection::ConnectionError;
 
 /// Why a command did not do its job.
 #[derive(Debug, thiserror::Error)]
-pub(super) enum Trouble {
+pub(super) enum CliError {
     /// The words or the input are wrong: status 2.
     #[error("{0}")]
     Input(String),
-    /// Standard output was closed: nobody reads on, which is no trouble.
+    /// Standard output was closed: nobody reads on, which is no error.
     #[error("standard output was closed")]
     ClosedPipe,
     /// Anything else: status 1.
@@ -22,9 +22,9 @@ pub(super) enum Trouble {
 /// An error of the input, whatever its type.
 macro_rules! of_the_input {
     ($($error:ty),* $(,)?) => {$(
-        impl From<$error> for Trouble {
+        impl From<$error> for CliError {
             fn from(error: $error) -> Self {
-                Trouble::Input(error.to_string())
+                CliError::Input(error.to_string())
             }
         }
     )*};
@@ -38,51 +38,51 @@ of_the_input!(
     hal_sim::plant::StandError,
 );
 
-impl From<crate::acquire::link::LinkError> for Trouble {
+impl From<crate::acquire::link::LinkError> for CliError {
     fn from(error: crate::acquire::link::LinkError) -> Self {
-        if error.is_of_the_input() { Trouble::Input(error.to_string()) } else { Trouble::Other(error.to_string()) }
+        if error.is_of_the_input() { CliError::Input(error.to_string()) } else { CliError::Other(error.to_string()) }
     }
 }
 
-impl From<SessionError> for Trouble {
-    fn from(error: SessionError) -> Self {
+impl From<ConnectionError> for CliError {
+    fn from(error: ConnectionError) -> Self {
         match error {
-            SessionError::Link(error) => error.into(),
-            refused @ SessionError::Refused { .. } => Trouble::Input(refused.to_string()),
-            other => Trouble::Other(other.to_string()),
+            ConnectionError::Link(error) => error.into(),
+            refused @ ConnectionError::Refused { .. } => CliError::Input(refused.to_string()),
+            other => CliError::Other(other.to_string()),
         }
     }
 }
 
-impl From<hal_sim::session::SessionError> for Trouble {
+impl From<hal_sim::session::SessionError> for CliError {
     fn from(error: hal_sim::session::SessionError) -> Self {
         match error {
-            hal_sim::session::SessionError::Config(error) => Trouble::Input(error.to_string()),
-            other => Trouble::Other(other.to_string()),
+            hal_sim::session::SessionError::Config(error) => CliError::Input(error.to_string()),
+            other => CliError::Other(other.to_string()),
         }
     }
 }
 
-impl Trouble {
+impl CliError {
     /// A file that could not be read or written: a wrong name is the input's fault, a full disk is not.
     pub(super) fn file(path: &Path, doing: &str, error: &std::io::Error) -> Self {
         use std::io::ErrorKind;
         let line = format!("{}: cannot {doing}: {error}", path.display());
         match error.kind() {
-            ErrorKind::NotFound | ErrorKind::PermissionDenied | ErrorKind::IsADirectory | ErrorKind::NotADirectory => Trouble::Input(line),
-            ErrorKind::BrokenPipe => Trouble::ClosedPipe,
-            _ => Trouble::Other(line),
+            ErrorKind::NotFound | ErrorKind::PermissionDenied | ErrorKind::IsADirectory | ErrorKind::NotADirectory => CliError::Input(line),
+            ErrorKind::BrokenPipe => CliError::ClosedPipe,
+            _ => CliError::Other(line),
         }
     }
 }
 
 /// Says what went wrong on standard error, and the status.
-pub(super) fn exit_code(done: Result<(), Trouble>) -> ExitCode {
+pub(super) fn exit_code(done: Result<(), CliError>) -> ExitCode {
     match done {
-        Ok(()) | Err(Trouble::ClosedPipe) => ExitCode::SUCCESS,
-        Err(trouble) => {
-            eprintln!("stand: {trouble}");
-            ExitCode::from(if matches!(trouble, Trouble::Input(_)) { 2 } else { 1 })
+        Ok(()) | Err(CliError::ClosedPipe) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("stand: {error}");
+            ExitCode::from(if matches!(error, CliError::Input(_)) { 2 } else { 1 })
         }
     }
 }

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::error::Trouble;
-use super::output::{Output, check_place, is_terminal, working};
+use super::error::CliError;
+use super::output::{ReportOutput, check_place, is_terminal, working};
 use crate::identify::explain::{self, ExplainError, Explanation};
 use crate::log::Log;
 use crate::model::Model;
@@ -27,11 +27,11 @@ pub(super) struct Explain {
     #[arg(long, value_name = "MODEL")]
     out: Option<PathBuf>,
     #[command(flatten)]
-    output: Output,
+    output: ReportOutput,
 }
 
 impl Explain {
-    pub(super) fn run(self) -> Result<(), Trouble> {
+    pub(super) fn run(self) -> Result<(), CliError> {
         self.output.check()?;
         self.out.as_deref().map_or(Ok(()), check_place)?;
         if let Some(folder) = self.log.iter().find(|p| p.is_dir()) {
@@ -47,14 +47,14 @@ impl Explain {
                 self.output.json(|| report::explain_bad_log_json(&log, &findings))?;
                 self.output.html(|| report::bad_log_html(&log, &findings))
             }
-            Answer::Explained(e) => self.tell(&e, &model),
+            Answer::Explained(e) => self.report(&e, &model),
         }
     }
 
     /// A folder stands alone, and only its table and its JSON can be asked for.
-    fn alone(&self, folder: &Path) -> Result<(), Trouble> {
+    fn alone(&self, folder: &Path) -> Result<(), CliError> {
         let folder = folder.display();
-        let refuse = |says: String| Err(Trouble::Input(says));
+        let refuse = |says: String| Err(CliError::Input(says));
         if self.log.len() > 1 {
             refuse(format!("{folder}: a folder stands alone, each of its logs is explained by itself; to fit logs together, name them"))
         } else if self.apply || self.out.is_some() {
@@ -66,7 +66,7 @@ impl Explain {
         }
     }
 
-    fn tell(&self, e: &Explanation, given: &Model) -> Result<(), Trouble> {
+    fn report(&self, e: &Explanation, given: &Model) -> Result<(), CliError> {
         self.output.text(&report::explain_text(e, Style { colour: is_terminal(), width: 80 }))?;
         // The files last: an answer that cannot be told has changed nothing.
         self.output.json(|| report::explain_json(e))?;
@@ -114,7 +114,7 @@ pub(super) enum Answer {
 }
 
 /// Reads logs and explains them together, with a sign of life on a terminal.
-pub(super) fn explained(paths: &[PathBuf], model: &Model) -> Result<Answer, Trouble> {
+pub(super) fn explained(paths: &[PathBuf], model: &Model) -> Result<Answer, CliError> {
     let bar = working("reading");
     let answer = quietly(paths, model, &|says| bar.set_message(says.to_owned()));
     bar.finish_and_clear();
@@ -122,19 +122,19 @@ pub(super) fn explained(paths: &[PathBuf], model: &Model) -> Result<Answer, Trou
 }
 
 /// Explains a log that is there already.
-pub(super) fn explained_log(log: Log, model: &Model) -> Result<Explanation, Trouble> {
+pub(super) fn explained_log(log: Log, model: &Model) -> Result<Explanation, CliError> {
     let bar = working("explaining");
     let found = explain::explain(vec![log], model, &|says| bar.set_message(says.to_owned()));
     bar.finish_and_clear();
-    found.map_err(|error| Trouble::Input(error.to_string()))
+    found.map_err(|error| CliError::Input(error.to_string()))
 }
 
 /// Reads logs and explains them together; `progress` is told what is being done.
-pub(super) fn quietly(paths: &[PathBuf], model: &Model, progress: &(dyn Fn(&str) + Sync)) -> Result<Answer, Trouble> {
+pub(super) fn quietly(paths: &[PathBuf], model: &Model, progress: &(dyn Fn(&str) + Sync)) -> Result<Answer, CliError> {
     let logs = paths.iter().map(Log::read).collect::<Result<Vec<_>, _>>()?;
     match explain::explain(logs, model, progress) {
         Ok(e) => Ok(Answer::Explained(Box::new(e))),
         Err(ExplainError::BadLog { log, findings }) => Ok(Answer::BadLog(Box::new(Log::read(log)?), findings)),
-        Err(error) => Err(Trouble::Input(error.to_string())),
+        Err(error) => Err(CliError::Input(error.to_string())),
     }
 }

@@ -6,9 +6,9 @@ use std::time::Instant;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::error::Trouble;
+use super::error::CliError;
 use super::explain::{Answer, quietly};
-use super::output::{Output, working};
+use super::output::{ReportOutput, working};
 use crate::model::Model;
 use crate::report;
 
@@ -22,7 +22,7 @@ struct Line {
 }
 
 /// Explains each log and prints a table; the JSON is a list of answers.
-pub(super) fn run(folder: &Path, model: &Model, output: &Output) -> Result<(), Trouble> {
+pub(super) fn run(folder: &Path, model: &Model, output: &ReportOutput) -> Result<(), CliError> {
     let logs = logs(folder)?;
     let bar = working(&format!("{} logs", logs.len()));
     let lines: Vec<Line> = logs
@@ -39,7 +39,7 @@ pub(super) fn run(folder: &Path, model: &Model, output: &Output) -> Result<(), T
     output.json(|| Value::Array(lines.iter().map(|l| l.answer.clone()).collect()))?;
     match unread {
         0 => Ok(()),
-        n => Err(Trouble::Input(format!(
+        n => Err(CliError::Input(format!(
             "{}: {n} of {} logs could not be held against {}; the table says why",
             folder.display(),
             lines.len(),
@@ -49,14 +49,14 @@ pub(super) fn run(folder: &Path, model: &Model, output: &Output) -> Result<(), T
 }
 
 /// The logs of a folder, by name.
-fn logs(folder: &Path) -> Result<Vec<PathBuf>, Trouble> {
-    let entries = std::fs::read_dir(folder).map_err(|e| Trouble::file(folder, "read the folder", &e))?;
+fn logs(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
+    let entries = std::fs::read_dir(folder).map_err(|e| CliError::file(folder, "read the folder", &e))?;
     let ending =
         |p: &Path| p.extension().and_then(|e| e.to_str()).is_some_and(|e| matches!(e.to_ascii_lowercase().as_str(), "csv" | "parquet"));
     let mut logs: Vec<PathBuf> = entries.filter_map(Result::ok).map(|e| e.path()).filter(|p| p.is_file() && ending(p)).collect();
     logs.sort();
     if logs.is_empty() {
-        return Err(Trouble::Input(format!("{}: no logs in this folder (files that end in .csv or .parquet)", folder.display())));
+        return Err(CliError::Input(format!("{}: no logs in this folder (files that end in .csv or .parquet)", folder.display())));
     }
     Ok(logs)
 }

@@ -7,8 +7,8 @@ use std::time::Instant;
 
 use clap::Args;
 
-use super::error::Trouble;
-use super::output::{Output, check_place, is_terminal, working};
+use super::error::CliError;
+use super::output::{ReportOutput, check_place, is_terminal, working};
 use crate::identify::fit::{self, Held, Record};
 use crate::identify::residual;
 use crate::log::plausible;
@@ -25,7 +25,7 @@ pub(super) struct Compare {
     #[arg(long)]
     model: PathBuf,
     #[command(flatten)]
-    output: Output,
+    output: ReportOutput,
 }
 
 /// Fit a model's parameters to a log.
@@ -49,11 +49,11 @@ pub(super) struct Fit {
     #[arg(long, value_name = "HZ", requires = "equation_error")]
     cutoff_hz: Option<f64>,
     #[command(flatten)]
-    output: Output,
+    output: ReportOutput,
 }
 
 impl Compare {
-    pub(super) fn run(self) -> Result<(), Trouble> {
+    pub(super) fn run(self) -> Result<(), CliError> {
         self.output.check()?;
         let (log, model) = read(&self.log, &self.model)?;
         hold(&log, &model, Manner::Compared, &self.output).map(|_| ())
@@ -61,7 +61,7 @@ impl Compare {
 }
 
 impl Fit {
-    pub(super) fn run(self) -> Result<(), Trouble> {
+    pub(super) fn run(self) -> Result<(), CliError> {
         self.output.check()?;
         self.out.as_deref().map_or(Ok(()), check_place)?;
         let (log, model) = read(&self.log, &self.model)?;
@@ -92,7 +92,7 @@ pub(super) enum Manner {
 }
 
 /// Reads a log, with the columns that the model asks for, and a model.
-pub(super) fn read(log: &Path, model: &Path) -> Result<(Log, Model), Trouble> {
+pub(super) fn read(log: &Path, model: &Path) -> Result<(Log, Model), CliError> {
     let model = Model::read(model)?;
     let working = working(&format!("reading {}", log.display()));
     let log = Log::read(log)?;
@@ -101,7 +101,7 @@ pub(super) fn read(log: &Path, model: &Path) -> Result<(Log, Model), Trouble> {
 }
 
 /// Holds the model against the log and says what came of it; `None` where the log is not plausible.
-pub(super) fn hold(log: &Log, model: &Model, manner: Manner, output: &Output) -> Result<Option<Held>, Trouble> {
+pub(super) fn hold(log: &Log, model: &Model, manner: Manner, output: &ReportOutput) -> Result<Option<Held>, CliError> {
     let begin = Instant::now();
     let (mut record, mut remarks) = fit::prepare::prepare(log, model, manner != Manner::FittedToAll)?;
     let problems = plausible::check(log, model.input().column());
@@ -133,7 +133,7 @@ pub(super) fn hold(log: &Log, model: &Model, manner: Manner, output: &Output) ->
 }
 
 /// Fits or compares; where nobody said what the rate was measured with and the encoder is off its centre, both are tried.
-fn run(model: &Model, record: &mut Record, log: &Log, manner: Manner, remarks: &mut Vec<String>) -> Result<Held, Trouble> {
+fn run(model: &Model, record: &mut Record, log: &Log, manner: Manner, remarks: &mut Vec<String>) -> Result<Held, CliError> {
     let (system, parameters) = fit::build::system(model, record.temp_C.is_some());
     let once = |record: &Record| match manner {
         Manner::Compared => fit::compare(&system, &parameters, record),

@@ -31,7 +31,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use error::{Trouble, exit_code};
+use error::{CliError, exit_code};
 
 /// The rotary stand: run it, log it, hold a model against the log, see where it fails.
 #[derive(Debug, Parser)]
@@ -89,14 +89,14 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
         Ok(words) => words,
         Err(error) => {
             if error.use_stderr() {
-                return exit_code(Err(Trouble::Input(error::in_one_line(&error.to_string()))));
+                return exit_code(Err(CliError::Input(error::in_one_line(&error.to_string()))));
             }
-            // A closed pipe behind `--help` is no trouble of ours.
+            // A closed pipe behind `--help` is no error of ours.
             let _ = error.print();
             return ExitCode::SUCCESS;
         }
     };
-    let done: Result<(), Trouble> = match words.command {
+    let done: Result<(), CliError> = match words.command {
         None => story::run(),
         Some(Command::Sim(sim)) => sim.run(),
         Some(Command::Compare(compare)) => compare.run(),

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Subcommand;
 
-use super::error::Trouble;
+use super::error::CliError;
 use super::output::print;
 use crate::model::{Input, Model};
 use crate::words::nearest;
@@ -63,16 +63,16 @@ pub(super) enum ModelCommand {
 }
 
 impl ModelCommand {
-    pub(super) fn run(self) -> Result<(), Trouble> {
+    pub(super) fn run(self) -> Result<(), CliError> {
         match self {
             ModelCommand::New { model, input, effects, force } => {
                 let known = Input::ALL.map(Input::column);
                 let Some(input) = Input::ALL.into_iter().find(|i| i.column() == input) else {
                     let hint = nearest(&input, known).map_or(String::new(), |n| format!("; did you mean `{n}`?"));
-                    return Err(Trouble::Input(format!("--input `{input}`: it is one of {}{hint}", known.join(", "))));
+                    return Err(CliError::Input(format!("--input `{input}`: it is one of {}{hint}", known.join(", "))));
                 };
                 if model.exists() && !force {
-                    return Err(Trouble::Input(format!("{}: is there already; --force overwrites it", model.display())));
+                    return Err(CliError::Input(format!("{}: is there already; --force overwrites it", model.display())));
                 }
                 let mut new = Model::new(input, &model.display().to_string())?;
                 for effect in &effects {
@@ -109,7 +109,7 @@ impl ModelCommand {
     }
 }
 
-fn show(model: &Model) -> Result<(), Trouble> {
+fn show(model: &Model) -> Result<(), CliError> {
     let outputs = match model.outputs() {
         Some(outputs) => outputs.iter().map(|o| o.column()).collect::<Vec<_>>().join(", "),
         None => "all that the log has".to_owned(),
@@ -130,8 +130,8 @@ fn show(model: &Model) -> Result<(), Trouble> {
         };
         text += &format!("  {:<width$}  {:>12}  {mark:<5}  {says}\n", p.name, crate::report::digits(p.value));
     }
-    for own in model.own() {
-        text += &format!("\n  {}: {} += {}\n", own.name, own.place.key(), own.expression);
+    for own in model.user_effects() {
+        text += &format!("\n  {}: {} += {}\n", own.name, own.summing_point.key(), own.expression);
     }
     for remark in model.remarks() {
         text += &format!("  {remark}\n");

@@ -7,7 +7,7 @@ use hal_sim::session::SessionRequest;
 use stand_firmware::profile::{PARAMETERS, Parameter, Profile, ProfileConfig, ProfileKind};
 use stand_firmware::speed_loop::Mode;
 
-use super::error::Trouble;
+use super::error::CliError;
 
 /// What is asked for over time.
 #[derive(Debug, Clone, Args)]
@@ -81,8 +81,8 @@ impl ProfileWords {
     ///
     /// # Errors
     /// No such profile; a parameter that it does not take; a value that it cannot work with.
-    pub(super) fn config(&self, mode: Mode, seed: u64) -> Result<ProfileConfig, Trouble> {
-        let kind: ProfileKind = self.profile.parse().map_err(|e| Trouble::Input(format!("--profile: {e}")))?;
+    pub(super) fn config(&self, mode: Mode, seed: u64) -> Result<ProfileConfig, CliError> {
+        let kind: ProfileKind = self.profile.parse().map_err(|e| CliError::Input(format!("--profile: {e}")))?;
         let amplitude = self.amplitude.unwrap_or_else(|| SessionRequest::usual_amplitude(mode));
         let mut config = SessionRequest::usual_profile(mode, kind, amplitude, seed);
         let given = [
@@ -102,11 +102,11 @@ impl ProfileWords {
         for (name, value) in given {
             let (Some(value), Some(parameter)) = (value, Parameter::of_name(name)) else { continue };
             if !kind.parameters().contains(&name) {
-                return Err(Trouble::Input(format!("{}: the profile {kind} takes {} and not this", option(name), takes(kind))));
+                return Err(CliError::Input(format!("{}: the profile {kind} takes {} and not this", option(name), takes(kind))));
             }
-            parameter.set(&mut config, value).map_err(|e| Trouble::Input(format!("{}: {e}", option(name))))?;
+            parameter.set(&mut config, value).map_err(|e| CliError::Input(format!("{}: {e}", option(name))))?;
         }
-        Profile::for_mode(&config, mode).map_err(|e| Trouble::Input(format!("{}: {e}", option(e.parameter()))))?;
+        Profile::for_mode(&config, mode).map_err(|e| CliError::Input(format!("{}: {e}", option(e.parameter()))))?;
         Ok(config)
     }
 }

@@ -13,12 +13,12 @@ use stand_firmware::profile::Parameter;
 use stand_firmware::speed_loop::Mode;
 use stand_firmware::telemetry::Channels;
 
-use super::error::Trouble;
-use super::output::{Answer, check_place};
+use super::error::CliError;
+use super::output::{JsonOutput, check_place};
 use super::profile::{self, ProfileWords};
 use super::sim::Drive;
-use crate::acquire::link::{Heard, Link, LinkError, ports};
-use crate::acquire::record::{Place, Recorder, Taken, shows_index};
+use crate::acquire::link::{LinkError, Received, SerialLink, ports};
+use crate::acquire::record::{LogFile, Recorder, RowOutcome, shows_index};
 use crate::log::Log;
 
 /// A stand that says nothing for this long has gone.
@@ -65,12 +65,12 @@ pub(super) struct Record {
     #[arg(long = "note", value_name = "KEY=VALUE")]
     notes: Vec<String>,
     #[command(flatten)]
-    answer: Answer,
+    json: JsonOutput,
 }
 
 /// What a command says that was not told to which port.
-pub(super) fn missing_port() -> Trouble {
-    Trouble::Input(format!("--port is missing: which serial port is the stand's? ({}; `stand sim --serve pty` makes one)", ports()))
+pub(super) fn missing_port() -> CliError {
+    CliError::Input(format!("--port is missing: which serial port is the stand's? ({}; `stand sim --serve pty` makes one)", ports()))
 }
 
 /// How a recording ended.
@@ -83,47 +83,47 @@ enum End {
 }
 
 impl Record {
-    pub(super) fn run(self) -> Result<(), Trouble> {
+    pub(super) fn run(self) -> Result<(), CliError> {
         let port = self.port.clone().ok_or_else(missing_port)?;
         check_place(&self.out)?;
-        self.answer.check()?;
-        let place = Place::of(&self.out)?;
+        self.json.check()?;
+        let place = LogFile::of(&self.out)?;
         let orders = self.orders()?;
         let also = self.also()?;
         let notes = self.notes.iter().map(|note| pair("--note", note)).collect::<Result<Vec<_>, _>>()?;
-        let mut link = Link::open(&port)?;
-        let fault = link.ask("FAULt?")?;
+        let mut link = SerialLink::open(&port)?;
+        let fault = link.query("FAULt?")?;
         if !fault.starts_with("0,") {
-            return Err(Trouble::Input(format!(
+            return Err(CliError::Input(format!(
                 "{}: the drive is off by a fault: {fault}; FAULt:CLEar in `stand console` first",
                 port.display()
             )));
         }
-        link.tell("STReam OFF")?;
+        link.command("STReam OFF")?;
         for order in &orders {
-            link.tell(order)?;
+            link.command(order)?;
         }
         let has_index = self.find_index(&mut link)?;
         let head = self.head(&mut link, has_index, notes)?;
-        link.tell(&format!("STReam:DECimation {}", self.decimation))?;
+        link.command(&format!("STReam:DECimation {}", self.decimation))?;
         let more: String = self.also.iter().map(|name| format!(",{name}")).collect();
-        link.tell(&format!("{}{more}", self.channels()))?;
-        let file = place.create().map_err(|e| Trouble::file(place.meanwhile(), "write", &e))?;
+        link.command(&format!("{}{more}", self.channels()))?;
+        let file = place.create().map_err(|e| CliError::file(place.partial_path(), "write", &e))?;
         let channels = Channels::USUAL;
         let mut recorder = Recorder::new(file, self.mode_channels(channels).and(also), head);
         let begun = Instant::now();
-        let end = self.measure(&mut link, &mut recorder, place.meanwhile())?;
+        let end = self.measure(&mut link, &mut recorder, place.partial_path())?;
         self.close(&mut link, recorder, &place, end, has_index, begun)
     }
 
     /// What is told to the stand before the profile begins.
-    fn orders(&self) -> Result<Vec<String>, Trouble> {
+    fn orders(&self) -> Result<Vec<String>, CliError> {
         let (mode, word) = match self.mode {
             Drive::Rate => (Mode::Rate, "RATE"),
             Drive::Voltage => (Mode::Voltage, "VOLTage"),
         };
         if !(self.seconds.is_finite() && (1e-3..=1e6).contains(&self.seconds)) {
-            return Err(Trouble::Input(format!("--seconds: {} is outside 0.001 … 1000000", self.seconds)));
+            return Err(CliError::Input(format!("--seconds: {} is outside 0.001 … 1000000", self.seconds)));
         }
         let config = self.profile.config(mode, self.seed)?;
         let kind = config.kind;
@@ -147,10 +147,12 @@ impl Record {
     }
 
     /// What is asked for beside the usual.
-    fn also(&self) -> Result<Channels, Trouble> {
+    fn also(&self) -> Result<Channels, CliError> {
         self.also.iter().try_fold(Channels(0), |all, name| match Channels::named(name) {
             Some(one) => Ok(all.and(one)),
-            None => Err(Trouble::Input(format!("--also: `{name}` is no channel (STReam:CHANnels:LIST? in `stand console` has the names)"))),
+            None => {
+                Err(CliError::Input(format!("--also: `{name}` is no channel (STReam:CHANnels:LIST? in `stand console` has the names)")))
+            }
         })
     }
 
@@ -163,38 +165,38 @@ impl Record {
     }
 
     /// Whether the index was seen, so that angles of the next stream are from there; `--find-index` turns the platform until it is.
-    fn find_index(&self, link: &mut Link) -> Result<bool, Trouble> {
-        link.tell("STReam:DECimation 1")?;
-        link.tell("STReam:CHANnels from_index_rad")?;
-        link.tell("STReam ON")?;
+    fn find_index(&self, link: &mut SerialLink) -> Result<bool, CliError> {
+        link.command("STReam:DECimation 1")?;
+        link.command("STReam:CHANnels from_index_rad")?;
+        link.command("STReam ON")?;
         let mut seen = has_index(link, Duration::from_millis(200))?;
         if !seen && self.find_index {
-            link.tell(WATCH)?;
-            link.tell(&format!("SOURce:RATE {LOOK_RAD_S} RAD/S"))?;
-            link.tell("SOURce:MODE RATE")?;
+            link.command(WATCH)?;
+            link.command(&format!("SOURce:RATE {LOOK_RAD_S} RAD/S"))?;
+            link.command("SOURce:MODE RATE")?;
             let begun = Instant::now();
             while !seen && begun.elapsed() < LOOK {
-                link.tell("HOST:ARM 5 S")?;
+                link.command("HOST:ARM 5 S")?;
                 seen = has_index(link, EACH)?;
             }
-            link.tell("SOURce:RATE 0 RAD/S")?;
+            link.command("SOURce:RATE 0 RAD/S")?;
             std::thread::sleep(EACH);
-            link.tell("OUTPut OFF")?;
+            link.command("OUTPut OFF")?;
             if !seen {
-                link.tell("STReam OFF")?;
-                return Err(Trouble::Input(
+                link.command("STReam OFF")?;
+                return Err(CliError::Input(
                     "--find-index: the platform was turned and its index was not seen; is it free, is the index wired?".to_owned(),
                 ));
             }
         }
-        link.tell("STReam OFF")?;
+        link.command("STReam OFF")?;
         Ok(seen)
     }
 
     /// What the log says of itself: interfaces.md, "Logs".
-    fn head(&self, link: &mut Link, has_index: bool, more: Vec<(String, String)>) -> Result<Vec<(String, String)>, Trouble> {
-        let mut setting = |name: &str| -> Result<Option<f64>, Trouble> {
-            match link.ask(&format!("SETTings:{name}?")) {
+    fn head(&self, link: &mut SerialLink, has_index: bool, more: Vec<(String, String)>) -> Result<Vec<(String, String)>, CliError> {
+        let mut setting = |name: &str| -> Result<Option<f64>, CliError> {
+            match link.query(&format!("SETTings:{name}?")) {
                 Ok(reply) => Ok(reply.split_whitespace().next().and_then(|number| number.parse().ok())),
                 // An older firmware may not have it.
                 Err(LinkError::Refused { .. }) => Ok(None),
@@ -242,17 +244,17 @@ impl Record {
     }
 
     /// Runs the profile and takes rows until the record is long enough, somebody interrupts, or the line is no more.
-    fn measure<W: std::io::Write>(&self, link: &mut Link, recorder: &mut Recorder<W>, file: &Path) -> Result<End, Trouble> {
+    fn measure<W: std::io::Write>(&self, link: &mut SerialLink, recorder: &mut Recorder<W>, file: &Path) -> Result<End, CliError> {
         let interrupted = interrupts()?;
         let bar = ProgressBar::new((self.seconds * 1e3) as u64);
         if let Ok(style) = ProgressStyle::with_template("{wide_bar} {msg}") {
             bar.set_style(style);
         }
-        link.tell("STReam ON")?;
-        link.tell(WATCH)?;
-        link.tell("PROFile:STARt")?;
+        link.command("STReam ON")?;
+        link.command(WATCH)?;
+        link.command("PROFile:STARt")?;
         link.forget();
-        let failed = |e: std::io::Error| Trouble::file(file, "write", &e);
+        let failed = |e: std::io::Error| CliError::file(file, "write", &e);
         let (mut heard_at, mut each) = (Instant::now(), Instant::now());
         let end = loop {
             if interrupted.load(Ordering::Relaxed) > 0 {
@@ -264,10 +266,10 @@ impl Record {
                 Ok(None) => {}
                 Ok(Some(heard)) => {
                     heard_at = Instant::now();
-                    if let Heard::Row(row) = heard {
+                    if let Received::Row(row) = heard {
                         match recorder.take(&row).map_err(failed)? {
-                            Taken::Fault(_) => break End::Fault(String::new()),
-                            Taken::Written
+                            RowOutcome::Fault(_) => break End::Fault(String::new()),
+                            RowOutcome::Written
                                 if recorder.last_s() + 0.5e-3 * f64::from(self.decimation)
                                     >= self.seconds - 1e-3 * f64::from(self.decimation) =>
                             {
@@ -299,17 +301,17 @@ impl Record {
     /// Leaves the stand at rest and the log whole, and says what came of it.
     fn close<W: std::io::Write>(
         &self,
-        link: &mut Link,
+        link: &mut SerialLink,
         recorder: Recorder<W>,
-        place: &Place,
+        place: &LogFile,
         mut end: End,
         has_index: bool,
         begun: Instant,
-    ) -> Result<(), Trouble> {
+    ) -> Result<(), CliError> {
         let losses = link.losses();
         if !matches!(end, End::Lost(_) | End::Silent) {
-            let rest = ["PROFile:STOP", "HOST:ARM 0 S", "STReam OFF"].iter().try_for_each(|order| link.tell(order));
-            let said = link.ask("FAULt?");
+            let rest = ["PROFile:STOP", "HOST:ARM 0 S", "STReam OFF"].iter().try_for_each(|order| link.command(order));
+            let said = link.query("FAULt?");
             match (&end, rest, said) {
                 (End::Fault(_), _, Ok(says)) => end = End::Fault(says),
                 (_, Err(lost), _) | (_, _, Err(lost)) => end = End::Lost(lost),
@@ -330,10 +332,10 @@ impl Record {
             notes.push(("fault".to_owned(), format!("{says} at {last_s} s; the rows end there")));
         }
         notes.extend(how.iter().map(|how| ("ended".to_owned(), format!("{how}, at {last_s} s"))));
-        recorder.finish(&notes).map_err(|e| Trouble::file(place.meanwhile(), "write", &e))?;
+        recorder.finish(&notes).map_err(|e| CliError::file(place.partial_path(), "write", &e))?;
         if rows == 0 {
-            let _ = std::fs::remove_file(place.meanwhile());
-            return Err(Trouble::Other(format!("nothing was recorded: {}", how.unwrap_or_else(|| "no rows came".to_owned()))));
+            let _ = std::fs::remove_file(place.partial_path());
+            return Err(CliError::Other(format!("nothing was recorded: {}", how.unwrap_or_else(|| "no rows came".to_owned()))));
         }
         place.close()?;
         let log = Log::read(&self.out)?;
@@ -354,8 +356,8 @@ impl Record {
         if let Some(how) = &how {
             text += &format!("ended before its time: {how}\n");
         }
-        self.answer.text(&text)?;
-        self.answer.json(|| {
+        self.json.text(&text)?;
+        self.json.json(|| {
             json!({
                 "log": self.out.display().to_string(), "samples": rows, "duration_s": log.duration_s(),
                 "lost_rows": losses.rows, "lost_frames": losses.frames, "damaged": losses.damaged, "left_out": left_out,
@@ -365,8 +367,8 @@ impl Record {
         })?;
         match end {
             End::Whole | End::Interrupted | End::Fault(_) => Ok(()),
-            End::Lost(error) => Err(Trouble::Other(format!("{error}; what came until then is in {}", self.out.display()))),
-            End::Silent => Err(Trouble::Other(format!(
+            End::Lost(error) => Err(CliError::Other(format!("{error}; what came until then is in {}", self.out.display()))),
+            End::Silent => Err(CliError::Other(format!(
                 "{}: the stand says nothing any more; what came until then is in {}",
                 link.name(),
                 self.out.display()
@@ -376,10 +378,10 @@ impl Record {
 }
 
 /// Whether a row of the running stream says that the index was seen; `from_index_rad` must be among its channels.
-pub(super) fn has_index(link: &mut Link, within: Duration) -> Result<bool, Trouble> {
+pub(super) fn has_index(link: &mut SerialLink, within: Duration) -> Result<bool, CliError> {
     let until = Instant::now() + within;
     while Instant::now() < until {
-        if let Some(Heard::Row(row)) = link.next(Duration::from_millis(20))?
+        if let Some(Received::Row(row)) = link.next(Duration::from_millis(20))?
             && shows_index(&row)
         {
             return Ok(true);
@@ -389,21 +391,21 @@ pub(super) fn has_index(link: &mut Link, within: Duration) -> Result<bool, Troub
 }
 
 /// `NAME=VALUE` in two.
-fn pair(option: &str, text: &str) -> Result<(String, String), Trouble> {
+fn pair(option: &str, text: &str) -> Result<(String, String), CliError> {
     match text.split_once('=') {
         Some((name, value)) if !name.trim().is_empty() => Ok((name.trim().to_owned(), value.trim().to_owned())),
-        _ => Err(Trouble::Input(format!("{option} {text}: must be NAME=VALUE"))),
+        _ => Err(CliError::Input(format!("{option} {text}: must be NAME=VALUE"))),
     }
 }
 
 /// Counts Ctrl-C and its like; the second one ends the program at once.
-pub(super) fn interrupts() -> Result<Arc<AtomicUsize>, Trouble> {
+pub(super) fn interrupts() -> Result<Arc<AtomicUsize>, CliError> {
     let (count, second) = (Arc::new(AtomicUsize::new(0)), Arc::new(AtomicBool::new(false)));
     for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM, signal_hook::consts::SIGHUP] {
         let registered = signal_hook::flag::register_conditional_shutdown(signal, 1, second.clone())
             .and_then(|_| signal_hook::flag::register(signal, second.clone()))
             .and_then(|_| signal_hook::flag::register_usize(signal, count.clone(), 1));
-        registered.map_err(|e| Trouble::Other(format!("signals: {e}")))?;
+        registered.map_err(|e| CliError::Other(format!("signals: {e}")))?;
     }
     Ok(count)
 }

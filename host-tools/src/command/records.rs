@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Subcommand, ValueEnum};
 use serde_json::{Map, Value, json};
 
-use super::error::Trouble;
-use super::output::{Answer, Output, working};
+use super::error::CliError;
+use super::output::{JsonOutput, ReportOutput, working};
 use crate::calibrate::kept::{Kept, below};
 use crate::calibrate::session::What;
 use crate::calibrate::trend;
@@ -28,7 +28,7 @@ pub(super) struct List {
     /// Searched with all folders in it
     folder: PathBuf,
     #[command(flatten)]
-    answer: Answer,
+    json: JsonOutput,
 }
 
 /// One record: values, budgets, and whether its raw logs give them again.
@@ -37,7 +37,7 @@ pub(super) struct Show {
     /// A record.json, or a session's folder
     record: PathBuf,
     #[command(flatten)]
-    answer: Answer,
+    json: JsonOutput,
 }
 
 /// Which records are of one kind.
@@ -66,11 +66,11 @@ pub(super) struct Trend {
     #[arg(long, value_name = "NAME")]
     quantity: Option<String>,
     #[command(flatten)]
-    output: Output,
+    output: ReportOutput,
 }
 
 impl Records {
-    pub(super) fn run(self) -> Result<(), Trouble> {
+    pub(super) fn run(self) -> Result<(), CliError> {
         match self {
             Records::List(list) => list.run(),
             Records::Show(show) => show.run(),
@@ -79,17 +79,17 @@ impl Records {
     }
 }
 
-fn found(folder: &Path) -> Result<(Vec<Kept>, Vec<String>), Trouble> {
+fn found(folder: &Path) -> Result<(Vec<Kept>, Vec<String>), CliError> {
     let (kept, passed) = below(folder)?;
     Ok((kept, passed.iter().map(ToString::to_string).collect()))
 }
 
 impl List {
-    fn run(self) -> Result<(), Trouble> {
-        self.answer.check()?;
+    fn run(self) -> Result<(), CliError> {
+        self.json.check()?;
         let (kept, passed) = found(&self.folder)?;
-        self.answer.text(&page::list(&kept, &passed))?;
-        self.answer.json(|| {
+        self.json.text(&page::list(&kept, &passed))?;
+        self.json.json(|| {
             let line = |k: &Kept| {
                 let r = &k.record;
                 json!({
@@ -104,14 +104,14 @@ impl List {
 }
 
 impl Show {
-    fn run(self) -> Result<(), Trouble> {
-        self.answer.check()?;
+    fn run(self) -> Result<(), CliError> {
+        self.json.check()?;
         let kept = Kept::read(&self.record)?;
         let bar = working("computing again");
         let checked = kept.checked();
         bar.finish_and_clear();
-        self.answer.text(&page::show(&kept, &checked))?;
-        self.answer.json(|| {
+        self.json.text(&page::show(&kept, &checked))?;
+        self.json.json(|| {
             let mut all: Map<String, Value> = kept.record.json().as_object().cloned().unwrap_or_default();
             all.insert("checked".into(), checked.json());
             Value::Object(all)
@@ -120,7 +120,7 @@ impl Show {
 }
 
 impl Trend {
-    fn run(self) -> Result<(), Trouble> {
+    fn run(self) -> Result<(), CliError> {
         self.output.check()?;
         let (kept, passed) = found(&self.folder)?;
         let wanted = self.what.map(|what| match what {
@@ -130,7 +130,7 @@ impl Trend {
         });
         let of = |k: &&Kept| k.record.session.serial == self.serial && wanted.is_none_or(|what| k.record.session.what == what);
         let part: Vec<&Kept> = kept.iter().filter(of).collect();
-        let input = |says: String| Err(Trouble::Input(format!("{}: {says}", self.folder.display())));
+        let input = |says: String| Err(CliError::Input(format!("{}: {says}", self.folder.display())));
         let listed = |mut words: Vec<String>| {
             words.sort();
             words.dedup();

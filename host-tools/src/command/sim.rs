@@ -8,10 +8,10 @@ use hal_sim::session::{self, SessionRequest};
 use serde_json::json;
 use stand_firmware::speed_loop::{Config, Mode};
 
-use super::error::Trouble;
-use super::output::{Answer, check_place, working};
+use super::error::CliError;
+use super::output::{JsonOutput, check_place, working};
 use super::profile::{self, ProfileWords};
-use crate::acquire::hidden::{self, Hidden};
+use crate::acquire::hidden::{self, HiddenEffect};
 use crate::log::{Column, Log};
 
 /// With the speed loop, or without.
@@ -70,7 +70,7 @@ pub(super) struct Sim {
     #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     pub(super) seed: u64,
     #[command(flatten)]
-    answer: Answer,
+    json: JsonOutput,
 }
 
 /// Length of a record where nobody says it, s.
@@ -79,7 +79,7 @@ const USUAL_S: f64 = 30.0;
 /// A session by request: what was run, and its log.
 pub(super) struct Session {
     pub log: Log,
-    pub hidden: Option<Hidden>,
+    pub hidden: Option<HiddenEffect>,
 }
 
 /// What a session needs to know.
@@ -94,12 +94,12 @@ pub(super) struct Request<'a> {
 }
 
 /// Runs a session and gives its log, not yet written.
-pub(super) fn session(request: &Request) -> Result<Session, Trouble> {
+pub(super) fn session(request: &Request) -> Result<Session, CliError> {
     // The ending is wrong before an hour has been simulated, not after.
     crate::log::Format::of(request.out)?;
     let mut stand = request.stand.clone();
     let hidden = match request.hidden {
-        Some(word) => Some(hidden::hide(word, &mut stand).map_err(|e| Trouble::Input(format!("--hidden: {e}")))?),
+        Some(word) => Some(hidden::hide(word, &mut stand).map_err(|e| CliError::Input(format!("--hidden: {e}")))?),
         None => None,
     };
     let mode = match request.mode {
@@ -121,10 +121,10 @@ pub(super) fn session(request: &Request) -> Result<Session, Trouble> {
 }
 
 /// A stand from its file, or the default one.
-pub(super) fn stand(path: Option<&PathBuf>) -> Result<Stand, Trouble> {
+pub(super) fn stand(path: Option<&PathBuf>) -> Result<Stand, CliError> {
     let Some(path) = path else { return Ok(Stand::default()) };
-    let text = std::fs::read_to_string(path).map_err(|e| Trouble::file(path, "read", &e))?;
-    let of_the_file = |e: &dyn std::fmt::Display| Trouble::Input(format!("{}: {e}", path.display()));
+    let text = std::fs::read_to_string(path).map_err(|e| CliError::file(path, "read", &e))?;
+    let of_the_file = |e: &dyn std::fmt::Display| CliError::Input(format!("{}: {e}", path.display()));
     let stand = Stand::parse(&text).map_err(|e| of_the_file(&e))?;
     // What the session would refuse too, but without the file's name.
     stand.sensors.check().map_err(|e| of_the_file(&e))?;
@@ -133,8 +133,8 @@ pub(super) fn stand(path: Option<&PathBuf>) -> Result<Stand, Trouble> {
 }
 
 impl Sim {
-    pub(super) fn run(self) -> Result<(), Trouble> {
-        self.answer.check()?;
+    pub(super) fn run(self) -> Result<(), CliError> {
+        self.json.check()?;
         let Some(out) = &self.out else { return self.serve() };
         check_place(out)?;
         let request = Request {
@@ -169,8 +169,8 @@ impl Sim {
             (None, true) => text += "hidden: nothing\n",
             (None, false) => {}
         }
-        self.answer.text(&text)?;
-        self.answer.json(|| {
+        self.json.text(&text)?;
+        self.json.json(|| {
             json!({
                 "log": out.display().to_string(),
                 "samples": session.log.len(),

@@ -7,13 +7,13 @@ use std::path::Path;
 
 use hal_sim::plant::Stand;
 
-use super::error::Trouble;
+use super::error::CliError;
 use super::explain::explained_log;
 use super::hold::{Manner, hold};
-use super::output::{Answer, Output, is_terminal, print, write};
+use super::output::{JsonOutput, ReportOutput, is_terminal, print, write};
 use super::profile::ProfileWords;
 use super::sim::{Drive, Request, session};
-use crate::acquire::hidden::Hidden;
+use crate::acquire::hidden::HiddenEffect;
 use crate::identify::explain::Explanation;
 use crate::identify::fit::Held;
 use crate::model::Model;
@@ -39,9 +39,9 @@ coulomb_N_m = 8.6e-4            # no-load current 36.9 mA × 23.4 mN m/A
 inductance_H = 2.38e-4          # the same
 "#;
 
-pub(super) fn run() -> Result<(), Trouble> {
+pub(super) fn run() -> Result<(), CliError> {
     let folder = Path::new(FOLDER);
-    std::fs::create_dir_all(folder).map_err(|e| Trouble::file(folder, "make the folder", &e))?;
+    std::fs::create_dir_all(folder).map_err(|e| CliError::file(folder, "make the folder", &e))?;
     let place = |name: &str| folder.join(name);
     let (log_path, model_path) = (place("session.parquet"), place("nominal.toml"));
     print("1  The firmware runs 30 s of steps on the simulated stand, in which an effect is hidden that its model lacks.\n")?;
@@ -60,7 +60,7 @@ pub(super) fn run() -> Result<(), Trouble> {
     print("2  The nominal model, by the data sheets, beside the measurement:\n\n")?;
     write(&model_path, NOMINAL)?;
     let model = Model::read(&model_path)?;
-    let page = |name: &str| Output { answer: Answer::default(), html: Some(place(name)) };
+    let page = |name: &str| ReportOutput { json: JsonOutput::default(), html: Some(place(name)) };
     let nominal = hold(&session.log, &model, Manner::Compared, &page("nominal.html"))?;
 
     print("\n3  The same model with its parameters fitted:\n\n")?;
@@ -91,7 +91,7 @@ pub(super) fn run() -> Result<(), Trouble> {
 }
 
 /// The stand of the story, with what was hidden in it, as `--stand` reads it.
-fn stand_file(hidden: Option<&Hidden>) -> String {
+fn stand_file(hidden: Option<&HiddenEffect>) -> String {
     let mut effects = Stand::default().effects;
     effects.extend(hidden.map(|h| (h.effect.to_owned(), h.parameters.clone())));
     let mut text = String::from("# The default stand, with what the story hid in it.\n");

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-use super::error::Trouble;
-use super::output::Output;
+use super::error::CliError;
+use super::output::ReportOutput;
 use crate::log::Log;
 use crate::observer::vibration::{Measured, compensate};
 use crate::observer::{Element, Kind, Plant, Poles, Request, vibration_json, vibration_text};
@@ -23,7 +23,7 @@ pub(super) enum VibrationCommand {
 }
 
 impl VibrationCommand {
-    pub(super) fn run(self) -> Result<(), Trouble> {
+    pub(super) fn run(self) -> Result<(), CliError> {
         match self {
             Self::Compensate(compensate) => compensate.run(),
         }
@@ -48,15 +48,15 @@ pub(super) struct Compensate {
     #[arg(long, value_name = "V_RAD", allow_negative_numbers = true)]
     angle_gain: Option<f64>,
     #[command(flatten)]
-    output: Output,
+    output: ReportOutput,
 }
 
 impl Compensate {
-    fn run(self) -> Result<(), Trouble> {
+    fn run(self) -> Result<(), CliError> {
         self.output.check()?;
         let plant = Plant::named(&self.model)?;
         let Element::Four(element) = plant.element else {
-            return Err(Trouble::Input(format!("{}: vibration is corrected with the element of four states", self.model)));
+            return Err(CliError::Input(format!("{}: vibration is corrected with the element of four states", self.model)));
         };
         let log = Log::read_also(&self.log, &COLUMNS)?;
         let name = self.log.display().to_string();
@@ -64,7 +64,7 @@ impl Compensate {
         let t_s = column(&log, "t_s").ok_or_else(|| lacks(&name, "t_s"))?;
         let step_s = (t_s[t_s.len() - 1] - t_s[0]) / (t_s.len().max(2) - 1) as f64;
         if let Some(row) = t_s.windows(2).position(|w| ((w[1] - w[0]) / step_s - 1.0).abs() > UNEVEN) {
-            return Err(Trouble::Input(format!(
+            return Err(CliError::Input(format!(
                 "{name}: row {}, column t_s: the rows are not evenly spaced, and the observer runs at one step",
                 row + 2
             )));
@@ -74,7 +74,7 @@ impl Compensate {
         let request = Request { plant, poles: Poles::Binomial(self.omega), kind: Kind::Static, step_s: Some(step_s), vibration_Hz };
         let mut design = request.design()?;
         let measured = Measured { step_s, alpha_rad: &alpha, gamma_rad: gamma, exact };
-        let found = compensate(&measured, &element, &design, vibration_Hz).map_err(|e| Trouble::Input(format!("{name}: {e}")))?;
+        let found = compensate(&measured, &element, &design, vibration_Hz).map_err(|e| CliError::Input(format!("{name}: {e}")))?;
         design.request.vibration_Hz = Some(found.vibration_Hz);
         let warnings = design.warnings();
         self.output.text(&vibration_text(&found, &warnings))?;
@@ -83,16 +83,16 @@ impl Compensate {
     }
 
     /// The azimuth, from its own column or from the angle sensor's.
-    fn alpha_rad(&self, log: &Log, name: &str) -> Result<Vec<f64>, Trouble> {
+    fn alpha_rad(&self, log: &Log, name: &str) -> Result<Vec<f64>, CliError> {
         if let Some(alpha) = column(log, "alpha_rad") {
             return Ok(alpha.to_vec());
         }
         let volts = column(log, "angle_sensor_V").ok_or_else(|| lacks(name, "alpha_rad or angle_sensor_V"))?;
         let noted = log.note("angle_gain_V_rad").and_then(|note| note.split_whitespace().next()).and_then(|number| number.parse().ok());
         let gain: f64 =
-            self.angle_gain.or(noted).ok_or_else(|| Trouble::Input(format!("{name}: no note `angle_gain_V_rad`: give --angle-gain")))?;
+            self.angle_gain.or(noted).ok_or_else(|| CliError::Input(format!("{name}: no note `angle_gain_V_rad`: give --angle-gain")))?;
         if !(gain.is_finite() && gain != 0.0) {
-            return Err(Trouble::Input(format!("angle gain {gain} V/rad: must be a number other than 0")));
+            return Err(CliError::Input(format!("angle gain {gain} V/rad: must be a number other than 0")));
         }
         Ok(volts.iter().map(|volts| volts / gain).collect())
     }
@@ -102,6 +102,6 @@ fn column<'a>(log: &'a Log, name: &str) -> Option<&'a [f64]> {
     log.columns().iter().find(|column| column.name == name).map(|column| column.values.as_slice())
 }
 
-fn lacks(name: &str, column: &str) -> Trouble {
-    Trouble::Input(format!("{name}: the log has no column {column}"))
+fn lacks(name: &str, column: &str) -> CliError {
+    CliError::Input(format!("{name}: the log has no column {column}"))
 }

@@ -12,7 +12,7 @@ use stand_firmware::compensation::{Compensation, Harmonic, Harmonics, MOST_HARMO
 use stand_firmware::speed_loop::Settings;
 
 use crate::log::Log;
-use crate::model::{EffectUse, Model};
+use crate::model::{Model, ModelEffect};
 
 /// What was taken from a model.
 #[derive(Debug, Clone, PartialEq)]
@@ -100,7 +100,8 @@ pub fn learn(model: &Model, log: Option<&Log>, settings: &Settings) -> Result<Le
             of_the_angle.push(effect);
         }
     }
-    left_out.extend(model.own().iter().map(|own| format!("{}: the firmware has no compensation for an effect of your own", own.name)));
+    left_out
+        .extend(model.user_effects().iter().map(|own| format!("{}: the firmware has no compensation for an effect of your own", own.name)));
     if !found {
         return Err(LearnError::Nothing { model: model.name().to_owned() });
     }
@@ -134,7 +135,7 @@ fn harmonic(order: u16, [sine, cosine]: [f64; 2]) -> Harmonic {
     Harmonic { order, torque_N_m: sine.hypot(cosine), phase_rad: cosine.atan2(sine).rem_euclid(TAU) }
 }
 
-fn check_zero(model: &Model, log: Option<&Log>, of_the_angle: &[&EffectUse]) -> Result<(), LearnError> {
+fn check_zero(model: &Model, log: Option<&Log>, of_the_angle: &[&ModelEffect]) -> Result<(), LearnError> {
     if of_the_angle.is_empty() {
         return Ok(());
     }

@@ -4,7 +4,7 @@
 
 use super::answer::CycleLine;
 use super::integral::Integral;
-use crate::acquire::stand::{SessionError, Stand};
+use crate::acquire::connection::{ConnectionError, StandConnection};
 use hal_sim::gyro::Place;
 use stand_firmware::telemetry::RowFrame;
 
@@ -45,20 +45,20 @@ pub struct Scales {
     pub angle_limit_V: f64,
 }
 
-fn first_number(query: &str, reply: &str) -> Result<f64, SessionError> {
+fn first_number(query: &str, reply: &str) -> Result<f64, ConnectionError> {
     let word = reply.split([' ', ',']).next().unwrap_or_default();
-    word.parse().map_err(|_| SessionError::Reply { query: query.to_owned(), says: reply.to_owned() })
+    word.parse().map_err(|_| ConnectionError::Reply { query: query.to_owned(), says: reply.to_owned() })
 }
 
 /// Asks for the scales.
 ///
 /// # Errors
 /// The line; a firmware that does not have them.
-pub async fn scales(stand: &mut impl Stand) -> Result<Scales, SessionError> {
+pub async fn scales(stand: &mut impl StandConnection) -> Result<Scales, ConnectionError> {
     let mut numbers = [0.0; 4];
     for (number, name) in numbers.iter_mut().zip(["angle_V_per_code", "angle_gain_V_rad", "torquer_gain_rad_s_A", "angle_limit_V"]) {
         let query = format!("SETTings:{name}?");
-        *number = first_number(&query, &stand.ask(&query).await?)?;
+        *number = first_number(&query, &stand.query(&query).await?)?;
     }
     let [angle_V_per_code, angle_gain_V_rad, torquer_gain_rad_s_A, angle_limit_V] = numbers;
     Ok(Scales { angle_V_per_code, angle_gain_V_rad, torquer_gain_rad_s_A, angle_limit_V })
@@ -68,7 +68,7 @@ pub async fn scales(stand: &mut impl Stand) -> Result<Scales, SessionError> {
 ///
 /// # Errors
 /// The line; the stand refuses.
-pub async fn set_up(stand: &mut impl Stand, plan: &Plan) -> Result<(), SessionError> {
+pub async fn set_up(stand: &mut impl StandConnection, plan: &Plan) -> Result<(), ConnectionError> {
     let orders = [
         format!("DRIFt:SHAPe {}", plan.shape),
         format!("DRIFt:REVersed {}", if plan.reversed { "ON" } else { "OFF" }),
@@ -79,7 +79,7 @@ pub async fn set_up(stand: &mut impl Stand, plan: &Plan) -> Result<(), SessionEr
         format!("DRIFt:COUNt {}", plan.cycles),
     ];
     for order in orders {
-        stand.tell(&order).await?;
+        stand.command(&order).await?;
     }
     Ok(())
 }
@@ -88,8 +88,8 @@ pub async fn set_up(stand: &mut impl Stand, plan: &Plan) -> Result<(), SessionEr
 ///
 /// # Errors
 /// The line; the stand refuses.
-pub async fn set_rate(stand: &mut impl Stand, rate_rad_s: f64) -> Result<(), SessionError> {
-    stand.tell(&format!("DRIFt:RATE {rate_rad_s:e} RAD/S")).await
+pub async fn set_rate(stand: &mut impl StandConnection, rate_rad_s: f64) -> Result<(), ConnectionError> {
+    stand.command(&format!("DRIFt:RATE {rate_rad_s:e} RAD/S")).await
 }
 
 /// What one position gave.
@@ -106,21 +106,21 @@ pub struct Position {
 /// # Errors
 /// The line; the stand refuses.
 pub async fn measure(
-    stand: &mut impl Stand,
+    stand: &mut impl StandConnection,
     scales: &Scales,
     number: u32,
     place: Place,
     rate_rad_s: f64,
     mut tell: impl FnMut(&str),
-) -> Result<Position, SessionError> {
-    stand.tell(&format!("DRIFt:POSition {number}")).await?;
-    stand.tell("DRIFt:STARt").await?;
+) -> Result<Position, ConnectionError> {
+    stand.command(&format!("DRIFt:POSition {number}")).await?;
+    stand.command("DRIFt:STARt").await?;
     let mut position = Position::default();
     let mut last = None;
     let mut elapsed_s = 0.0;
     loop {
-        let state = stand.ask("DRIFt:STATe?").await?;
-        let says = stand.ask("DRIFt:CYCLe?").await?;
+        let state = stand.query("DRIFt:STATe?").await?;
+        let says = stand.query("DRIFt:CYCLe?").await?;
         let known = says.split(',').next().map(str::to_owned);
         let is_ours = says.split(',').nth(1) == Some(number.to_string().as_str());
         // What was measured before is another session's.
@@ -141,8 +141,8 @@ pub async fn measure(
 }
 
 /// A cycle by the firmware's words, which do not say its amplitude.
-fn cycle(says: &str, scales: &Scales, place: Place, elapsed_s: f64) -> Result<CycleLine, SessionError> {
-    let wrong = || SessionError::Reply { query: "DRIFt:CYCLe?".into(), says: says.to_owned() };
+fn cycle(says: &str, scales: &Scales, place: Place, elapsed_s: f64) -> Result<CycleLine, ConnectionError> {
+    let wrong = || ConnectionError::Reply { query: "DRIFt:CYCLe?".into(), says: says.to_owned() };
     let fields: Vec<&str> = says.split(',').collect();
     let number =
         |k: usize| fields.get(k).and_then(|field| field.split(' ').next()).and_then(|word| word.parse::<f64>().ok()).ok_or_else(wrong);

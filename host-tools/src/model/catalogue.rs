@@ -3,7 +3,7 @@
 use drive_model::{Arms, CATALOGUE, Card, Kind, Parameter, card, law};
 
 use super::Input;
-use super::error::ModelTrouble;
+use super::error::ModelErrorKind;
 
 const fn base(name: &'static str, unit: &'static str, says: &'static str, start: f64) -> Parameter {
     Parameter { name, unit, says, range: (0.0, f64::INFINITY), start, kind: Kind::Positive, hidden: (start, start) }
@@ -28,12 +28,12 @@ pub(super) fn needed(input: Input) -> &'static [&'static str] {
 }
 
 /// `cogging`, `cogging#2`.
-pub(super) fn marked(name: &str, instance: u32) -> String {
+pub(super) fn with_instance(name: &str, instance: u32) -> String {
     if instance == 1 { name.to_owned() } else { format!("{name}#{instance}") }
 }
 
 /// Name and instance of a mark; `None` where the mark is no number from 2 on.
-pub(super) fn unmarked(name: &str) -> Option<(&str, u32)> {
+pub(super) fn split_instance(name: &str) -> Option<(&str, u32)> {
     match name.split_once('#') {
         None => Some((name, 1)),
         Some((stem, mark)) => {
@@ -44,12 +44,12 @@ pub(super) fn unmarked(name: &str) -> Option<(&str, u32)> {
 }
 
 /// The card and instance of a name in the file, if the catalogue knows its stem.
-pub(super) fn effect(name: &str) -> Option<Result<(&'static Card, u32), ModelTrouble>> {
+pub(super) fn effect(name: &str) -> Option<Result<(&'static Card, u32), ModelErrorKind>> {
     let stem = name.split('#').next().unwrap_or(name);
     let card = card(stem)?;
-    Some(match unmarked(name) {
-        None => Err(ModelTrouble::Mark(name.to_owned(), stem.to_owned())),
-        Some((_, instance)) if instance > 1 && is_structural(card) => Err(ModelTrouble::NoRepeat(card.id)),
+    Some(match split_instance(name) {
+        None => Err(ModelErrorKind::Mark(name.to_owned(), stem.to_owned())),
+        Some((_, instance)) if instance > 1 && is_structural(card) => Err(ModelErrorKind::NoRepeat(card.id)),
         Some((_, instance)) => Ok((card, instance)),
     })
 }

@@ -6,7 +6,7 @@ use drive_model::{CATALOGUE, Card};
 use toml_edit::TableLike;
 
 use super::catalogue;
-use super::error::{ModelError, ModelTrouble as Trouble};
+use super::error::{ModelError, ModelErrorKind};
 use super::read::{Named, Reader};
 use super::{Channel, Input};
 use crate::words::nearest;
@@ -14,14 +14,14 @@ use crate::words::nearest;
 impl Reader<'_> {
     pub(super) fn input(&self, drive: &dyn TableLike, span: Option<Range<usize>>) -> Result<Input, ModelError> {
         let key = "[drive] input";
-        let Some(item) = drive.get("input") else { return self.fail(span, "[drive]", Trouble::Missing("input")) };
-        let Some(name) = item.as_str() else { return self.fail(item.span(), key, Trouble::Wants("a column in quotes, \"u_V\"")) };
+        let Some(item) = drive.get("input") else { return self.fail(span, "[drive]", ModelErrorKind::Missing("input")) };
+        let Some(name) = item.as_str() else { return self.fail(item.span(), key, ModelErrorKind::Wants("a column in quotes, \"u_V\"")) };
         if let Some(input) = Input::ALL.into_iter().find(|i| i.column() == name) {
             return Ok(input);
         }
         let near = nearest(name, Input::ALL.iter().map(|i| i.column()));
         let known = "possible are u_V, i_A, torque_N_m, theta_rad".to_owned();
-        self.fail(item.span(), key, Trouble::Unknown { what: "input", name: name.to_owned(), near, known })
+        self.fail(item.span(), key, ModelErrorKind::Unknown { what: "input", name: name.to_owned(), near, known })
     }
 
     pub(super) fn outputs(&self, drive: &dyn TableLike, input: Input) -> Result<Option<Vec<Channel>>, ModelError> {
@@ -33,19 +33,19 @@ impl Reader<'_> {
             let Some(channel) = ALL.into_iter().find(|c| c.column() == name) else {
                 let near = nearest(name, ALL.iter().map(|c| c.column()));
                 let known = format!("known are {}", columns(&ALL));
-                return self.fail(span, key, Trouble::Unknown { what: "output", name: name.to_owned(), near, known });
+                return self.fail(span, key, ModelErrorKind::Unknown { what: "output", name: name.to_owned(), near, known });
             };
             if outputs.contains(&channel) {
-                return self.fail(span, key, Trouble::Twice { what: "output", name: name.to_owned(), hint: String::new() });
+                return self.fail(span, key, ModelErrorKind::Twice { what: "output", name: name.to_owned(), hint: String::new() });
             }
             if !input.outputs().contains(&channel) {
                 let possible = columns(input.outputs());
-                return self.fail(span, key, Trouble::Output { output: channel.column(), input: input.column(), possible });
+                return self.fail(span, key, ModelErrorKind::Output { output: channel.column(), input: input.column(), possible });
             }
             outputs.push(channel);
         }
         if outputs.is_empty() {
-            return self.fail(item.span(), key, Trouble::Wants("at least one output; without the key it is all that the log has"));
+            return self.fail(item.span(), key, ModelErrorKind::Wants("at least one output; without the key it is all that the log has"));
         }
         Ok(Some(outputs))
     }
@@ -61,7 +61,7 @@ impl Reader<'_> {
         for (k, (name, span)) in names.iter().enumerate() {
             if names[..k].iter().any(|(n, _)| n == name) {
                 let hint = if catalogue::effect(name).is_some() { format!("; a second one is written '{name}#2'") } else { String::new() };
-                return self.fail(span.clone(), key, Trouble::Twice { what: "effect", name: (*name).to_owned(), hint });
+                return self.fail(span.clone(), key, ModelErrorKind::Twice { what: "effect", name: (*name).to_owned(), hint });
             }
             match catalogue::effect(name) {
                 Some(Ok((card, instance))) => {
@@ -69,17 +69,17 @@ impl Reader<'_> {
                         c.0.id != card.id && c.0.parameters.iter().any(|p| card.parameters.iter().any(|q| p.name == q.name))
                     };
                     if let Some((rival, _)) = listed.iter().find(shares) {
-                        return self.fail(span.clone(), key, Trouble::Rivals(rival.id, card.id));
+                        return self.fail(span.clone(), key, ModelErrorKind::Rivals(rival.id, card.id));
                     }
                     listed.push((card, instance));
                 }
-                Some(Err(trouble)) => return self.fail(span.clone(), key, trouble),
+                Some(Err(kind)) => return self.fail(span.clone(), key, kind),
                 None if own.contains_key(name) => {}
                 None => {
                     let known = CATALOGUE.iter().map(|c| c.id).chain(own.iter().map(|(k, _)| k));
                     let near = nearest(name, known);
                     let known = "`stand effects` lists those that are known".to_owned();
-                    return self.fail(span.clone(), key, Trouble::Unknown { what: "effect", name: (*name).to_owned(), near, known });
+                    return self.fail(span.clone(), key, ModelErrorKind::Unknown { what: "effect", name: (*name).to_owned(), near, known });
                 }
             }
         }

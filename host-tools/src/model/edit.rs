@@ -3,8 +3,8 @@
 use toml_edit::{Array, InlineTable, Item, Table, TableLike, Value};
 
 use super::catalogue;
-use super::error::{ModelError, ModelTrouble as Trouble};
-use super::own::Place;
+use super::error::{ModelError, ModelErrorKind};
+use super::user_effects::SummingPoint;
 use super::{Input, Model};
 use crate::words::nearest;
 
@@ -23,7 +23,7 @@ impl Model {
             let Some(Ok((card, instance))) = catalogue::effect(effect) else { return Ok(()) };
             let parameters = table(document, "parameters")?;
             for info in card.parameters {
-                let name = catalogue::marked(info.name, instance);
+                let name = catalogue::with_instance(info.name, instance);
                 if model.index(&name).is_none() && !parameters.contains_key(&name) {
                     parameters.insert(&name, Item::Value(number(info.start)));
                 }
@@ -35,17 +35,23 @@ impl Model {
     /// The name under which one more of that effect can be added: `cogging`, or `cogging#2` where that is there.
     pub fn next_name(&self, id: &str) -> String {
         let taken = |instance: &u32| !self.effects.iter().any(|e| e.card.id == id && e.instance == *instance);
-        catalogue::marked(id, (1..).find(taken).unwrap_or(1))
+        catalogue::with_instance(id, (1..).find(taken).unwrap_or(1))
     }
 
     /// Adds an effect of the user's own; `parameters` are names and start values.
     ///
     /// # Errors
     /// The name is taken, or the expression cannot be read.
-    pub fn add_own(&mut self, name: &str, place: Place, expression: &str, parameters: &[(&str, f64)]) -> Result<(), ModelError> {
+    pub fn add_user_effect(
+        &mut self,
+        name: &str,
+        summing_point: SummingPoint,
+        expression: &str,
+        parameters: &[(&str, f64)],
+    ) -> Result<(), ModelError> {
         self.edit(|model, document| {
             if model.own.iter().any(|o| o.name == name) {
-                let twice = Trouble::Twice { what: "effect", name: name.to_owned(), hint: "; give it another name".to_owned() };
+                let twice = ModelErrorKind::Twice { what: "effect", name: name.to_owned(), hint: "; give it another name".to_owned() };
                 return Err(ModelError::file(&model.name, twice));
             }
             let effects = document.entry("effect").or_insert_with(|| {
@@ -54,7 +60,7 @@ impl Model {
                 Item::Table(table)
             });
             let mut own = Table::new();
-            own.insert(place.key(), toml_edit::value(expression));
+            own.insert(summing_point.key(), toml_edit::value(expression));
             let mut starts = InlineTable::new();
             for (parameter, start) in parameters {
                 starts.insert(*parameter, number(*start));
@@ -79,7 +85,7 @@ impl Model {
             let near = nearest(effect, names.iter().map(String::as_str));
             let known = if names.is_empty() { "it has none".to_owned() } else { format!("it has {}", names.join(", ")) };
             let name = effect.to_owned();
-            return Err(ModelError::file(&self.name, Trouble::Absent { what: "effect", name, near, known }));
+            return Err(ModelError::file(&self.name, ModelErrorKind::Absent { what: "effect", name, near, known }));
         }
         self.edit(|model, document| {
             if let Some(list) = table(document, "drive")?.get_mut("effects").and_then(Item::as_array_mut) {
@@ -170,7 +176,7 @@ impl Model {
             let near = nearest(parameter, self.parameters.iter().map(|p| p.name.as_str()));
             let known = format!("it has {}", self.parameters.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", "));
             let name = parameter.to_owned();
-            ModelError::file(&self.name, Trouble::Absent { what: "parameter", name, near, known })
+            ModelError::file(&self.name, ModelErrorKind::Absent { what: "parameter", name, near, known })
         })
     }
 
@@ -186,7 +192,7 @@ impl Model {
 /// The table of that name, made where it is missing.
 fn table<'d>(document: &'d mut Table, name: &str) -> Result<&'d mut dyn TableLike, ModelError> {
     let item = document.entry(name).or_insert_with(|| Item::Table(Table::new()));
-    item.as_table_like_mut().ok_or_else(|| ModelError::file(name, Trouble::Wants("a table")))
+    item.as_table_like_mut().ok_or_else(|| ModelError::file(name, ModelErrorKind::Wants("a table")))
 }
 
 /// Where the file gives a parameter: in `[parameters]`, in its effect's table, or in an own effect's.
@@ -199,9 +205,9 @@ fn entry<'d>(document: &'d mut Table, name: &str) -> Option<&'d mut Item> {
     if let Some((effect, parameter)) = name.rsplit_once('.') {
         return effects.get_mut(effect)?.as_table_like_mut()?.get_mut("parameters")?.as_table_like_mut()?.get_mut(parameter);
     }
-    let (stem, instance) = catalogue::unmarked(name)?;
+    let (stem, instance) = catalogue::split_instance(name)?;
     let has = |table: &dyn TableLike, key: &str| table.contains_key(key);
-    let owner = catalogue::owners(stem).into_iter().map(|o| catalogue::marked(o, instance)).find_map(|owner| {
+    let owner = catalogue::owners(stem).into_iter().map(|o| catalogue::with_instance(o, instance)).find_map(|owner| {
         let table = effects.get(&owner)?.as_table_like()?;
         let key = [name, stem].into_iter().find(|key| has(table, key))?;
         Some((owner, key))

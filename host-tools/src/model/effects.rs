@@ -5,11 +5,11 @@ use std::ops::Range;
 use drive_model::Card;
 use toml_edit::TableLike;
 
-use super::catalogue::{self, BASE, marked};
-use super::error::{ModelError, ModelTrouble as Trouble};
-use super::own::{OwnEffect, Place};
+use super::catalogue::{self, BASE, with_instance};
+use super::error::{ModelError, ModelErrorKind};
 use super::read::Reader;
-use super::{Channel, EffectUse, Input, ModelParameter};
+use super::user_effects::{SummingPoint, UserEffect};
+use super::{Channel, Input, ModelEffect, ModelParameter};
 use crate::model::expression::{Expression, is_name, is_reserved};
 use crate::words::nearest;
 
@@ -26,7 +26,7 @@ impl Reader<'_> {
                 Some(parameter) => self.parameters.push(parameter),
                 None if needed.contains(&info.name) => {
                     let example = catalogue::number(info.start);
-                    return self.fail(span, "", Trouble::Needed { name: info.name, input: input.column(), example });
+                    return self.fail(span, "", ModelErrorKind::Needed { name: info.name, input: input.column(), example });
                 }
                 None => {}
             }
@@ -38,32 +38,32 @@ impl Reader<'_> {
     pub(super) fn effect_tables(&mut self, tables: &dyn TableLike, listed: &[(&'static Card, u32)]) -> Result<(), ModelError> {
         for (name, item) in tables.iter() {
             let span = tables.key(name).and_then(|k| k.span()).or(item.span());
-            let place = format!("[effect.{name}]");
+            let table_name = format!("[effect.{name}]");
             let (card, instance) = match catalogue::effect(name) {
                 None => continue,
-                Some(Err(trouble)) => return self.fail(span, &place, trouble),
+                Some(Err(kind)) => return self.fail(span, &table_name, kind),
                 Some(Ok(found)) => found,
             };
-            let table = self.table(item, &place)?;
-            if Place::ALL.iter().any(|p| table.contains_key(p.key())) {
-                return self.fail(span, &place, Trouble::Taken(name.to_owned()));
+            let table = self.table(item, &table_name)?;
+            if SummingPoint::ALL.iter().any(|p| table.contains_key(p.key())) {
+                return self.fail(span, &table_name, ModelErrorKind::Taken(name.to_owned()));
             }
             if !listed.iter().any(|l| l.0.id == card.id && l.1 == instance) {
                 let hint = format!("; add \"{name}\" to [drive] effects, or remove this table");
-                return self.fail(span, &place, Trouble::Unused { name: name.to_owned(), hint });
+                return self.fail(span, &table_name, ModelErrorKind::Unused { name: name.to_owned(), hint });
             }
-            let stem = |key: &str| marked(key.split('#').next().unwrap_or(key), instance);
-            self.collect(table, &place, |key| {
-                if card.parameters.iter().any(|p| marked(p.name, instance) == key) { key.to_owned() } else { stem(key) }
+            let stem = |key: &str| with_instance(key.split('#').next().unwrap_or(key), instance);
+            self.collect(table, &table_name, |key| {
+                if card.parameters.iter().any(|p| with_instance(p.name, instance) == key) { key.to_owned() } else { stem(key) }
             })?;
         }
         Ok(())
     }
 
-    pub(super) fn effect(&mut self, card: &'static Card, instance: u32) -> Result<EffectUse, ModelError> {
+    pub(super) fn effect(&mut self, card: &'static Card, instance: u32) -> Result<ModelEffect, ModelError> {
         let mut parameters = Vec::with_capacity(card.parameters.len());
         for info in card.parameters {
-            let name = marked(info.name, instance);
+            let name = with_instance(info.name, instance);
             let parameter = match self.take(&name, Some(info))? {
                 Some(parameter) => parameter,
                 None => {
@@ -75,46 +75,48 @@ impl Reader<'_> {
             parameters.push(self.parameters.len());
             self.parameters.push(parameter);
         }
-        Ok(EffectUse { card, instance, parameters })
+        Ok(ModelEffect { card, instance, parameters })
     }
 
-    pub(super) fn own_effects(&mut self, tables: &dyn TableLike) -> Result<Vec<OwnEffect>, ModelError> {
+    pub(super) fn own_effects(&mut self, tables: &dyn TableLike) -> Result<Vec<UserEffect>, ModelError> {
         let mut own = Vec::new();
         for (name, item) in tables.iter().filter(|(name, _)| catalogue::effect(name).is_none()) {
-            let place = format!("[effect.{name}]");
-            let table = self.table(item, &place)?;
-            let keys = Place::ALL.map(Place::key);
+            let table_name = format!("[effect.{name}]");
+            let table = self.table(item, &table_name)?;
+            let keys = SummingPoint::ALL.map(SummingPoint::key);
             let known: Vec<&str> = keys.iter().copied().chain(["parameters"]).collect();
-            self.only(table, &format!("{place} "), &known, "key")?;
-            let places: Vec<Place> = Place::ALL.into_iter().filter(|p| table.contains_key(p.key())).collect();
-            let &[acts] = places.as_slice() else {
+            self.only(table, &format!("{table_name} "), &known, "key")?;
+            let points: Vec<SummingPoint> = SummingPoint::ALL.into_iter().filter(|p| table.contains_key(p.key())).collect();
+            let &[summing_point] = points.as_slice() else {
                 let span = tables.key(name).and_then(|k| k.span()).or(item.span());
-                return self.fail(span, &place, Trouble::Expressions(places.len()));
+                return self.fail(span, &table_name, ModelErrorKind::Expressions(points.len()));
             };
             let mut names = Vec::new();
             let mut spans = Vec::new();
             if let Some(item) = table.get("parameters") {
-                let key = format!("{place} parameters");
+                let key = format!("{table_name} parameters");
                 let parameters = self.table(item, &key)?;
                 for (parameter, item) in parameters.iter() {
                     let span = parameters.key(parameter).and_then(|k| k.span()).or(item.span());
                     if !is_name(parameter) || is_reserved(parameter) {
-                        return self.fail(span, &key, Trouble::ParameterName(parameter.to_owned()));
+                        return self.fail(span, &key, ModelErrorKind::ParameterName(parameter.to_owned()));
                     }
                     names.push(parameter.to_owned());
                     spans.push(span);
                 }
                 self.collect(parameters, &key, |parameter| format!("{name}.{parameter}"))?;
             }
-            let key = format!("{place} {}", acts.key());
-            let Some(text) = table.get(acts.key()) else { continue };
-            let Some(expression) = text.as_str() else { return self.fail(text.span(), &key, Trouble::Wants("an expression in quotes")) };
+            let key = format!("{table_name} {}", summing_point.key());
+            let Some(text) = table.get(summing_point.key()) else { continue };
+            let Some(expression) = text.as_str() else {
+                return self.fail(text.span(), &key, ModelErrorKind::Wants("an expression in quotes"));
+            };
             let expression = match Expression::parse(expression, &names) {
                 Ok(expression) => expression,
-                Err(error) => return self.fail(text.span(), &key, Trouble::Expression(error)),
+                Err(error) => return self.fail(text.span(), &key, ModelErrorKind::Expression(error)),
             };
             if let Some(k) = (0..names.len()).find(|&k| !expression.uses_parameter(k)) {
-                return self.fail(spans[k].clone(), &place, Trouble::ParameterUnused(names[k].clone()));
+                return self.fail(spans[k].clone(), &table_name, ModelErrorKind::ParameterUnused(names[k].clone()));
             }
             let mut parameters = Vec::new();
             for parameter in &names {
@@ -123,31 +125,36 @@ impl Reader<'_> {
                     self.parameters.push(parameter);
                 }
             }
-            own.push(OwnEffect { name: name.to_owned(), place: acts, expression, parameters });
+            own.push(UserEffect { name: name.to_owned(), summing_point, expression, parameters });
         }
         Ok(own)
     }
 
     /// Every parameter of the file belongs to something.
-    pub(super) fn nothing_left(&self, effects: &[EffectUse]) -> Result<(), ModelError> {
+    pub(super) fn nothing_left(&self, effects: &[ModelEffect]) -> Result<(), ModelError> {
         let Some(left) = self.given.iter().find(|g| !g.taken) else { return Ok(()) };
         let stem = left.name.split('#').next().unwrap_or(&left.name);
         let owners = catalogue::owners(stem);
-        let trouble = if owners.is_empty() {
+        let kind = if owners.is_empty() {
             let known = self.parameters.iter().map(|p| p.name.as_str()).chain(catalogue::parameter_names().map(|n: &str| n));
             let near = nearest(&left.name, known);
-            Trouble::Unknown { what: "parameter", name: left.name.clone(), near, known: "`stand effects` lists the known ones".to_owned() }
+            ModelErrorKind::Unknown {
+                what: "parameter",
+                name: left.name.clone(),
+                near,
+                known: "`stand effects` lists the known ones".to_owned(),
+            }
         } else {
             let mark = left.name.strip_prefix(stem).unwrap_or("");
             let repeats = effects.iter().any(|e| owners.contains(&e.card.id));
             let wants = owners.iter().map(|o| format!("\"{o}{mark}\"")).collect::<Vec<_>>().join(" or ");
             let hint = if repeats && mark.is_empty() { String::new() } else { format!("; add {wants} to [drive] effects, or remove it") };
-            Trouble::Unused { name: left.name.clone(), hint }
+            ModelErrorKind::Unused { name: left.name.clone(), hint }
         };
-        self.fail(left.span.clone(), &left.key, trouble)
+        self.fail(left.span.clone(), &left.key, kind)
     }
 
-    pub(super) fn remark_on(&mut self, effects: &[EffectUse], own: &[OwnEffect]) {
+    pub(super) fn remark_on(&mut self, effects: &[ModelEffect], own: &[UserEffect]) {
         let has = |id: &str| effects.iter().any(|e| e.card.id == id);
         if has("viscous-temperature") && !has("viscous") {
             self.remarks.push("viscous-temperature changes viscous, which is not listed: it does nothing".to_owned());
@@ -156,7 +163,7 @@ impl Reader<'_> {
             self.remarks
                 .push("presliding takes the place of a dry level, and neither coulomb nor stribeck is listed: it does nothing".to_owned());
         }
-        for effect in own.iter().filter(|o| o.place == Place::Torque && o.expression.to_string().contains("sign(omega)")) {
+        for effect in own.iter().filter(|o| o.summing_point == SummingPoint::Torque && o.expression.to_string().contains("sign(omega)")) {
             let name = &effect.name;
             self.remarks.push(format!("effect {name}: sign(omega) chatters at rest; coulomb holds truly, tanh(omega / w0) is smooth"));
         }

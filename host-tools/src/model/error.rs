@@ -1,4 +1,4 @@
-//! What can be wrong with a model, in one line: file, place, key, and what to do.
+//! What can be wrong with a model, in one line: file, position, key, and what to do.
 
 use std::fmt;
 use std::ops::Range;
@@ -9,52 +9,52 @@ pub struct ModelError {
     /// The file, as it was called.
     pub file: String,
     /// Line and column, counted from 1, where the text shows it.
-    pub place: Option<(usize, usize)>,
+    pub position: Option<(usize, usize)>,
     /// The key, e.g. `[parameters] cogging_N_m`; empty where the whole file is meant.
     pub key: String,
     /// What is wrong.
-    pub trouble: Box<ModelTrouble>,
+    pub kind: Box<ModelErrorKind>,
 }
 
 impl ModelError {
-    pub(super) fn file(file: &str, trouble: ModelTrouble) -> Self {
-        ModelError { file: file.to_owned(), place: None, key: String::new(), trouble: Box::new(trouble) }
+    pub(super) fn file(file: &str, kind: ModelErrorKind) -> Self {
+        ModelError { file: file.to_owned(), position: None, key: String::new(), kind: Box::new(kind) }
     }
 
-    pub(super) fn at(file: &str, text: &str, span: Option<Range<usize>>, key: &str, trouble: ModelTrouble) -> Self {
-        let place = span.and_then(|span| {
+    pub(super) fn at(file: &str, text: &str, span: Option<Range<usize>>, key: &str, kind: ModelErrorKind) -> Self {
+        let position = span.and_then(|span| {
             let before = text.get(..span.start)?;
             let line_begin = before.rfind('\n').map_or(0, |k| k + 1);
             Some((before.matches('\n').count() + 1, before[line_begin..].chars().count() + 1))
         });
-        ModelError { file: file.to_owned(), place, key: key.to_owned(), trouble: Box::new(trouble) }
+        ModelError { file: file.to_owned(), position, key: key.to_owned(), kind: Box::new(kind) }
     }
 }
 
 impl fmt::Display for ModelError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.file)?;
-        if let Some((line, column)) = self.place {
+        if let Some((line, column)) = self.position {
             write!(f, ": line {line}, column {column}")?;
         }
         if !self.key.is_empty() {
             write!(f, ": {}", self.key.escape_debug())?;
         }
         // The TOML reader's own words, and keys of a broken file, may hold line breaks.
-        write!(f, ": {}", self.trouble.to_string().replace(['\n', '\r'], " "))
+        write!(f, ": {}", self.kind.to_string().replace(['\n', '\r'], " "))
     }
 }
 
 impl std::error::Error for ModelError {
     fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
-        self.trouble.source()
+        self.kind.source()
     }
 }
 
 /// What is wrong.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub enum ModelTrouble {
+pub enum ModelErrorKind {
     /// The file cannot be opened or read.
     #[error("cannot be read: {0}")]
     Read(#[source] std::io::Error),

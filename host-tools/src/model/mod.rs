@@ -15,8 +15,8 @@ mod edit;
 mod effects;
 mod error;
 pub mod expression;
-mod own;
 mod read;
+mod user_effects;
 
 use std::path::Path;
 
@@ -24,8 +24,8 @@ use drive_model::{Card, Kind, Parameter};
 use toml_edit::DocumentMut;
 
 pub use catalogue::BASE;
-pub use error::{ModelError, ModelTrouble};
-pub use own::{OwnEffect, Place};
+pub use error::{ModelError, ModelErrorKind};
+pub use user_effects::{SummingPoint, UserEffect};
 
 /// What drives the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -121,7 +121,7 @@ impl ModelParameter {
 
 /// One effect of the catalogue in a model.
 #[derive(Debug, Clone)]
-pub struct EffectUse {
+pub struct ModelEffect {
     /// What the catalogue says of it.
     pub card: &'static Card,
     /// 1, or the number after `#`.
@@ -130,10 +130,10 @@ pub struct EffectUse {
     pub parameters: Vec<usize>,
 }
 
-impl EffectUse {
+impl ModelEffect {
     /// Name in the file: `cogging`, `cogging#2`.
     pub fn name(&self) -> String {
-        catalogue::marked(self.card.id, self.instance)
+        catalogue::with_instance(self.card.id, self.instance)
     }
 }
 
@@ -143,8 +143,8 @@ pub struct Model {
     name: String,
     input: Input,
     outputs: Option<Vec<Channel>>,
-    effects: Vec<EffectUse>,
-    own: Vec<OwnEffect>,
+    effects: Vec<ModelEffect>,
+    own: Vec<UserEffect>,
     parameters: Vec<ModelParameter>,
     remarks: Vec<String>,
     document: DocumentMut,
@@ -158,7 +158,7 @@ impl Model {
     pub fn read(path: impl AsRef<Path>) -> Result<Model, ModelError> {
         let path = path.as_ref();
         let name = path.display().to_string();
-        let text = std::fs::read_to_string(path).map_err(|e| ModelError::file(&name, ModelTrouble::Read(e)))?;
+        let text = std::fs::read_to_string(path).map_err(|e| ModelError::file(&name, ModelErrorKind::Read(e)))?;
         Model::parse(&text, &name)
     }
 
@@ -186,7 +186,7 @@ impl Model {
     /// The file cannot be written.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), ModelError> {
         let path = path.as_ref();
-        std::fs::write(path, self.to_toml()).map_err(|e| ModelError::file(&path.display().to_string(), ModelTrouble::Write(e)))
+        std::fs::write(path, self.to_toml()).map_err(|e| ModelError::file(&path.display().to_string(), ModelErrorKind::Write(e)))
     }
 
     /// What the file is called in messages.
@@ -205,18 +205,18 @@ impl Model {
     }
 
     /// Effects of the catalogue, in the file's order.
-    pub fn effects(&self) -> &[EffectUse] {
+    pub fn effects(&self) -> &[ModelEffect] {
         &self.effects
     }
 
     /// Effects of the user's own, in the file's order.
-    pub fn own(&self) -> &[OwnEffect] {
+    pub fn user_effects(&self) -> &[UserEffect] {
         &self.own
     }
 
     /// Names of all effects: the catalogue's, then the own.
     pub fn effect_names(&self) -> Vec<String> {
-        self.effects.iter().map(EffectUse::name).chain(self.own.iter().map(|o| o.name.clone())).collect()
+        self.effects.iter().map(ModelEffect::name).chain(self.own.iter().map(|o| o.name.clone())).collect()
     }
 
     /// All parameters: base, then each effect's, then the own ones.

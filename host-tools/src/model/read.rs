@@ -5,14 +5,14 @@ use std::ops::Range;
 use drive_model::{Kind, Parameter};
 use toml_edit::{Document, Item, TableLike};
 
-use super::error::{ModelError, ModelTrouble as Trouble};
+use super::error::{ModelError, ModelErrorKind};
 use super::{Model, ModelParameter};
 use crate::words::nearest;
 
 /// Reads and checks `text`.
 pub(super) fn parse(text: &str, file: &str) -> Result<Model, ModelError> {
-    let document =
-        Document::parse(text.to_owned()).map_err(|e| ModelError::at(file, text, e.span(), "", Trouble::Toml(e.message().to_owned())))?;
+    let document = Document::parse(text.to_owned())
+        .map_err(|e| ModelError::at(file, text, e.span(), "", ModelErrorKind::Toml(e.message().to_owned())))?;
     let reader = Reader { file, text, given: Vec::new(), parameters: Vec::new(), remarks: Vec::new() };
     let parts = reader.model(document.as_table())?;
     Ok(Model { document: document.into_mut(), ..parts })
@@ -41,13 +41,13 @@ pub(super) struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    pub(super) fn fail<T>(&self, span: Option<Range<usize>>, key: &str, trouble: Trouble) -> Result<T, ModelError> {
-        Err(ModelError::at(self.file, self.text, span, key, trouble))
+    pub(super) fn fail<T>(&self, span: Option<Range<usize>>, key: &str, kind: ModelErrorKind) -> Result<T, ModelError> {
+        Err(ModelError::at(self.file, self.text, span, key, kind))
     }
 
     fn model(mut self, root: &dyn TableLike) -> Result<Model, ModelError> {
         self.only(root, "", &["drive", "parameters", "effect"], "table")?;
-        let Some(drive) = root.get("drive") else { return self.fail(None, "", Trouble::Missing("[drive]")) };
+        let Some(drive) = root.get("drive") else { return self.fail(None, "", ModelErrorKind::Missing("[drive]")) };
         let drive_table = self.table(drive, "[drive]")?;
         self.only(drive_table, "[drive] ", &["input", "outputs", "effects"], "key")?;
         let input = self.input(drive_table, drive.span())?;
@@ -74,13 +74,13 @@ impl Reader<'_> {
     }
 
     /// Every key of `table` is one of `known`.
-    pub(super) fn only(&self, table: &dyn TableLike, place: &str, known: &[&str], what: &'static str) -> Result<(), ModelError> {
+    pub(super) fn only(&self, table: &dyn TableLike, prefix: &str, known: &[&str], what: &'static str) -> Result<(), ModelError> {
         for (key, item) in table.iter() {
             if !known.contains(&key) {
                 let span = table.key(key).and_then(|k| k.span()).or(item.span());
                 let near = nearest(key, known.iter().copied());
                 let known = format!("known are {}", known.join(", "));
-                return self.fail(span, &format!("{place}{key}"), Trouble::Unknown { what, name: key.to_owned(), near, known });
+                return self.fail(span, &format!("{prefix}{key}"), ModelErrorKind::Unknown { what, name: key.to_owned(), near, known });
             }
         }
         Ok(())
@@ -89,33 +89,33 @@ impl Reader<'_> {
     pub(super) fn table<'i>(&self, item: &'i Item, key: &str) -> Result<&'i dyn TableLike, ModelError> {
         match item.as_table_like() {
             Some(table) => Ok(table),
-            None => self.fail(item.span(), key, Trouble::Wants("a table")),
+            None => self.fail(item.span(), key, ModelErrorKind::Wants("a table")),
         }
     }
 
     pub(super) fn strings<'i>(&self, item: &'i Item, key: &str) -> Result<Vec<Named<'i>>, ModelError> {
         let Some(array) = item.as_array() else {
-            return self.fail(item.span(), key, Trouble::Wants("a list of names, [\"…\", \"…\"]"));
+            return self.fail(item.span(), key, ModelErrorKind::Wants("a list of names, [\"…\", \"…\"]"));
         };
         let mut list = Vec::new();
         for value in array {
             match value.as_str() {
                 Some(text) => list.push((text, value.span())),
-                None => return self.fail(value.span(), key, Trouble::Wants("a name in quotes")),
+                None => return self.fail(value.span(), key, ModelErrorKind::Wants("a name in quotes")),
             }
         }
         Ok(list)
     }
 
     /// Takes every entry of a table of parameters; `rename` gives the name in the model.
-    pub(super) fn collect(&mut self, table: &dyn TableLike, place: &str, rename: impl Fn(&str) -> String) -> Result<(), ModelError> {
+    pub(super) fn collect(&mut self, table: &dyn TableLike, prefix: &str, rename: impl Fn(&str) -> String) -> Result<(), ModelError> {
         for (key, item) in table.iter() {
             let name = rename(key);
-            let says = format!("{place} {key}");
+            let says = format!("{prefix} {key}");
             let span = table.key(key).and_then(|k| k.span()).or(item.span());
             if self.given.iter().any(|g| g.name == name) {
                 let hint = ", in [parameters] and in the effect's own table".to_owned();
-                return self.fail(span, &says, Trouble::Twice { what: "parameter", name, hint });
+                return self.fail(span, &says, ModelErrorKind::Twice { what: "parameter", name, hint });
             }
             let (value, fixed) = self.number(item, &says)?;
             self.given.push(Given { name, value, fixed, key: says, span, taken: false });
@@ -139,8 +139,8 @@ impl Reader<'_> {
         };
         match value {
             Some(value) if value.is_finite() => Ok((value, fixed)),
-            Some(value) => self.fail(item.span(), key, Trouble::NotFinite(value)),
-            None => self.fail(item.span(), key, Trouble::Wants(WANTS)),
+            Some(value) => self.fail(item.span(), key, ModelErrorKind::NotFinite(value)),
+            None => self.fail(item.span(), key, ModelErrorKind::Wants(WANTS)),
         }
     }
 
@@ -153,9 +153,9 @@ impl Reader<'_> {
             let (low, high) = info.range;
             match info.kind {
                 Kind::Phase => value = value.rem_euclid(std::f64::consts::TAU),
-                Kind::Order if value.fract() != 0.0 => return self.fail(span, &key, Trouble::NotWhole(value)),
-                Kind::Positive if value <= 0.0 => return self.fail(span, &key, Trouble::Range { value, range: range(info) }),
-                _ if value < low || value > high => return self.fail(span, &key, Trouble::Range { value, range: range(info) }),
+                Kind::Order if value.fract() != 0.0 => return self.fail(span, &key, ModelErrorKind::NotWhole(value)),
+                Kind::Positive if value <= 0.0 => return self.fail(span, &key, ModelErrorKind::Range { value, range: range(info) }),
+                _ if value < low || value > high => return self.fail(span, &key, ModelErrorKind::Range { value, range: range(info) }),
                 _ => {}
             }
         }

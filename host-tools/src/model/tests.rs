@@ -53,7 +53,7 @@ fn the_example_of_the_contract_reads() {
     assert!(model.remarks().is_empty());
     assert_eq!(model.to_toml(), EXAMPLE);
     assert_eq!(model.effects()[1].parameters, [4]);
-    assert_eq!(model.own()[0].parameters, [5, 6, 7]);
+    assert_eq!(model.user_effects()[0].parameters, [5, 6, 7]);
 }
 
 #[test]
@@ -72,7 +72,7 @@ fn a_second_cogging_has_marked_parameters_in_either_place() {
         "{:?}",
         in_table.remarks()
     );
-    assert!(in_table.own().is_empty());
+    assert!(in_table.user_effects().is_empty());
     in_table.set("cogging_order#2", 21.0).unwrap();
     assert!(in_table.to_toml().contains("[effect.\"cogging#2\"]\ncogging_order = 21.0"), "{}", in_table.to_toml());
 }
@@ -247,14 +247,14 @@ fn edits_keep_comments_and_order() {
     model.remove("viscous").unwrap();
     assert!(model.to_toml().contains("effects = [\"coulomb\"] # so far"), "{}", model.to_toml());
     model.remove("seal-drag").unwrap();
-    assert!(model.own().is_empty() && !model.to_toml().contains("seal"));
-    model.add_own("seal", Place::Torque, "-a * tanh(omega)", &[("a", 1e-4)]).unwrap();
+    assert!(model.user_effects().is_empty() && !model.to_toml().contains("seal"));
+    model.add_user_effect("seal", SummingPoint::Torque, "-a * tanh(omega)", &[("a", 1e-4)]).unwrap();
     assert!(
         model.to_toml().ends_with("[effect.seal]\ntorque_N_m = \"-a * tanh(omega)\"\nparameters = { a = 1e-4 }\n"),
         "{}",
         model.to_toml()
     );
-    assert!(model.add_own("seal", Place::Torque, "1", &[]).is_err());
+    assert!(model.add_user_effect("seal", SummingPoint::Torque, "1", &[]).is_err());
 }
 
 #[test]
@@ -305,15 +305,15 @@ fn an_own_effect_acts_in_each_of_its_places() {
         supply_ratio: 1.0,
         rate_from_encoder: false,
     };
-    for place in Place::ALL {
+    for place in SummingPoint::ALL {
         let mut model = example();
-        model.add_own("mine", place, "k * (t + theta + omega + i + u + T)", &[("k", 2.0)]).unwrap();
-        let own = &model.own()[1];
+        model.add_user_effect("mine", place, "k * (t + theta + omega + i + u + T)", &[("k", 2.0)]).unwrap();
+        let own = &model.user_effects()[1];
         let (mut acts, mut reading) = (Acts::<f64>::none(), Reading { omega: 0.0, theta: 0.0, current: 0.0 });
         own.act(&[2.0], &x, &mut acts);
         own.see(&[2.0], &x, &mut reading);
         let all = [acts.torque, acts.dry, acts.voltage, reading.omega, reading.theta, reading.current];
-        let at = Place::ALL.iter().position(|p| *p == place).unwrap();
+        let at = SummingPoint::ALL.iter().position(|p| *p == place).unwrap();
         for (k, value) in all.into_iter().enumerate() {
             let wants = if k == at { 2.0 * (1.25 + 0.3 + 2.0 + 0.4 + 6.0 + 30.0) } else { 0.0 };
             assert!((value - wants).abs() < 1e-12, "{place:?}: {value}");
@@ -354,7 +354,7 @@ proptest! {
                 let _ = model.add("cogging");
                 let _ = model.set("cogging_N_m", 1e-3);
                 let _ = model.fix("coulomb_N_m", true);
-                let _ = model.add_own("x", Place::Voltage, "u", &[]);
+                let _ = model.add_user_effect("x", SummingPoint::Voltage, "u", &[]);
                 for name in model.effect_names() {
                     model.remove(&name).unwrap();
                 }

@@ -9,7 +9,7 @@ pub enum LinkError {
     #[error("{port}: this is no serial port")]
     NoPort { port: String },
     #[error("{port}: another program has this port; close it first")]
-    Taken { port: String },
+    RowOutcome { port: String },
     #[error("{port}: you may not open this port; it belongs to a group (often `dialout`) that you can be added to")]
     Denied { port: String },
     #[error("{port}: nobody answers; is the stand on, is this its port, and does it speak at {baud} baud?")]

@@ -1,7 +1,7 @@
 //! The serial line to a stand, from the host's side.
 //!
-//! In: the path of a port, a real one or a PTY. Out: a [`Link`]: questions and orders in text, each line with its check (interfaces.md, "The serial
-//! line"), and the frames of a stream. What was lost on the way is counted ([`Losses`]), never hidden. A port that is not there, is taken, or
+//! In: the path of a port, a real one or a PTY. Out: a [`SerialLink`]: questions and orders in text, each line with its check (interfaces.md, "The serial
+//! line"), and the frames of a stream. What was lost on the way is counted ([`LineLosses`]), never hidden. A port that is not there, is taken, or
 //! has no stand behind it is told in one line when the link is opened.
 
 mod error;
@@ -10,7 +10,7 @@ mod receive;
 
 pub use error::LinkError;
 pub use port::{BAUD, Port, ports};
-pub use receive::{Greeting, Heard, Losses, Receiver};
+pub use receive::{LineLosses, Received, Receiver, StreamHeader};
 
 use std::collections::VecDeque;
 use std::path::Path;
@@ -19,7 +19,7 @@ use std::time::{Duration, Instant};
 use stand_firmware::telemetry::crc32;
 
 /// How long a stand may take for a reply.
-pub const REPLY: Duration = Duration::from_millis(1500);
+pub const REPLY_TIMEOUT: Duration = Duration::from_millis(1500);
 /// How long is listened for the rest of what came.
 const MOMENT: Duration = Duration::from_millis(20);
 /// What a stand's answer to `*IDN?` has in it.
@@ -36,7 +36,7 @@ const GREETINGS: u32 = 6;
 
 /// What came of a line.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Said {
+pub struct Reply {
     /// The lines of the reply, empty ones too.
     pub lines: Vec<String>,
     /// The errors that were in the stand's queue afterwards, the oldest first.
@@ -45,21 +45,21 @@ pub struct Said {
 
 /// A stand at the other end of a line.
 #[derive(Debug)]
-pub struct Link {
+pub struct SerialLink {
     port: Port,
     receiver: Receiver,
-    heard: VecDeque<Heard>,
+    heard: VecDeque<Received>,
     identity: String,
 }
 
-impl Link {
+impl SerialLink {
     /// Opens the port and makes sure that a stand answers.
     ///
     /// # Errors
     /// No such port, taken, no stand: one line for a person each.
     pub fn open(path: &Path) -> Result<Self, LinkError> {
         let port = Port::open(path)?;
-        let mut link = Link { port, receiver: Receiver::default(), heard: VecDeque::new(), identity: String::new() };
+        let mut link = SerialLink { port, receiver: Receiver::default(), heard: VecDeque::new(), identity: String::new() };
         link.greet()?;
         Ok(link)
     }
@@ -75,7 +75,7 @@ impl Link {
                 self.quiet()?;
             }
             self.send("*IDN?")?;
-            let deadline = Instant::now() + REPLY / GREETINGS;
+            let deadline = Instant::now() + REPLY_TIMEOUT / GREETINGS;
             while let Some(line) = self.line(deadline)? {
                 if line.to_ascii_lowercase().contains(MODEL) {
                     self.identity = line;
@@ -95,10 +95,10 @@ impl Link {
 
     /// Hears the rest of what was asked more than once, and the errors that were in the queue before: they are nobody's answer.
     fn settle(&mut self) -> Result<(), LinkError> {
-        let deadline = Instant::now() + REPLY;
+        let deadline = Instant::now() + REPLY_TIMEOUT;
         while Instant::now() < deadline {
             self.send(MARK)?;
-            let patience = Instant::now() + REPLY / GREETINGS;
+            let patience = Instant::now() + REPLY_TIMEOUT / GREETINGS;
             while let Some(line) = self.line(patience)? {
                 match line.rsplit_once(';') {
                     Some((error, mark)) if mark.ends_with(MARK_ENDS) && error.starts_with("0,") => return Ok(()),
@@ -121,7 +121,7 @@ impl Link {
     }
 
     /// What was lost on the line since it was opened.
-    pub fn losses(&self) -> Losses {
+    pub fn losses(&self) -> LineLosses {
         self.receiver.losses()
     }
 
@@ -136,7 +136,7 @@ impl Link {
     /// # Errors
     /// The line was unplugged, or is longer than the stand takes.
     pub fn send(&mut self, command: &str) -> Result<(), LinkError> {
-        let line = checked(command);
+        let line = with_checksum(command);
         if line.len() > MOST_LINE {
             return Err(LinkError::TooLong { command: command.to_owned(), most: MOST_LINE - CHECK });
         }
@@ -147,7 +147,7 @@ impl Link {
     ///
     /// # Errors
     /// The line was unplugged; no reply within `patience`.
-    pub fn converse(&mut self, command: &str, patience: Duration) -> Result<Said, LinkError> {
+    pub fn converse(&mut self, command: &str, patience: Duration) -> Result<Reply, LinkError> {
         for _ in 0..TRIES {
             let said = self.converse_once(command, patience)?;
             if !said.refused.iter().any(|says| says.starts_with(DAMAGED)) {
@@ -157,11 +157,11 @@ impl Link {
         Err(LinkError::NoReply { port: self.name(), query: command.to_owned() })
     }
 
-    fn converse_once(&mut self, command: &str, patience: Duration) -> Result<Said, LinkError> {
+    fn converse_once(&mut self, command: &str, patience: Duration) -> Result<Reply, LinkError> {
         // Lines that nobody asked for belong to no question.
-        self.heard.retain(|heard| !matches!(heard, Heard::Line(_)));
+        self.heard.retain(|heard| !matches!(heard, Received::Line(_)));
         self.send(command)?;
-        let mut said = Said::default();
+        let mut said = Reply::default();
         loop {
             self.send(MARK)?;
             let deadline = Instant::now() + patience;
@@ -187,8 +187,8 @@ impl Link {
     ///
     /// # Errors
     /// The line was unplugged; no reply; the stand refuses, with its own words.
-    pub fn ask(&mut self, query: &str) -> Result<String, LinkError> {
-        let lines = self.ask_lines(query)?;
+    pub fn query(&mut self, query: &str) -> Result<String, LinkError> {
+        let lines = self.query_lines(query)?;
         let none = || LinkError::NoReply { port: self.name(), query: query.to_owned() };
         lines.into_iter().next().ok_or_else(none)
     }
@@ -196,9 +196,9 @@ impl Link {
     /// Asks for a reply of several lines.
     ///
     /// # Errors
-    /// As [`Link::ask`].
-    pub fn ask_lines(&mut self, query: &str) -> Result<Vec<String>, LinkError> {
-        let said = self.converse(query, REPLY)?;
+    /// As [`SerialLink::ask`].
+    pub fn query_lines(&mut self, query: &str) -> Result<Vec<String>, LinkError> {
+        let said = self.converse(query, REPLY_TIMEOUT)?;
         match said.refused.into_iter().next() {
             None => Ok(said.lines.into_iter().filter(|line| !line.is_empty()).collect()),
             Some(says) => Err(LinkError::Refused { command: query.to_owned(), says }),
@@ -209,8 +209,8 @@ impl Link {
     ///
     /// # Errors
     /// The line was unplugged; the stand refuses, with its own words.
-    pub fn tell(&mut self, command: &str) -> Result<(), LinkError> {
-        self.ask_lines(command).map(|_| ())
+    pub fn command(&mut self, command: &str) -> Result<(), LinkError> {
+        self.query_lines(command).map(|_| ())
     }
 
     /// The byte 0x18: the drive is stopped and text is spoken, whatever the stand does.
@@ -224,8 +224,8 @@ impl Link {
     /// The next line of text until `deadline`; rows and the like that come before it are kept.
     fn line(&mut self, deadline: Instant) -> Result<Option<String>, LinkError> {
         loop {
-            if let Some(at) = self.heard.iter().position(|heard| matches!(heard, Heard::Line(_)))
-                && let Some(Heard::Line(line)) = self.heard.remove(at)
+            if let Some(at) = self.heard.iter().position(|heard| matches!(heard, Received::Line(_)))
+                && let Some(Received::Line(line)) = self.heard.remove(at)
             {
                 return Ok(Some(line));
             }
@@ -241,7 +241,7 @@ impl Link {
     ///
     /// # Errors
     /// The line was unplugged.
-    pub fn next(&mut self, wait: Duration) -> Result<Option<Heard>, LinkError> {
+    pub fn next(&mut self, wait: Duration) -> Result<Option<Received>, LinkError> {
         if self.heard.is_empty() {
             self.listen(wait)?;
         }
@@ -274,7 +274,7 @@ const MOST_LINE: usize = 200;
 const CHECK: usize = 9;
 
 /// A command with its check and its end: `*IDN?~XXXXXXXX` and a line feed.
-pub fn checked(command: &str) -> String {
+pub fn with_checksum(command: &str) -> String {
     format!("{command}~{:08X}\n", crc32(command.as_bytes()))
 }
 
@@ -283,6 +283,6 @@ mod tests {
     #[test]
     fn the_check_is_zlibs_crc_of_the_command() {
         // python: zlib.crc32(b"*IDN?")
-        assert_eq!(super::checked("123456789"), "123456789~CBF43926\n");
+        assert_eq!(super::with_checksum("123456789"), "123456789~CBF43926\n");
     }
 }

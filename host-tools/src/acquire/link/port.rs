@@ -1,6 +1,6 @@
 //! A serial port, for this program alone.
 //!
-//! Raw bytes, eight bits, no parity, no flow control. Taken by an advisory lock (as pyserial's `exclusive` and picocom's do) and by the
+//! Raw bytes, eight bits, no parity, no flow control. RowOutcome by an advisory lock (as pyserial's `exclusive` and picocom's do) and by the
 //! driver's own exclusive mode, so that neither a second `stand` nor another program reads half of what the first one waits for.
 
 use std::io::ErrorKind;
@@ -34,7 +34,7 @@ impl Port {
         let begun = Instant::now();
         loop {
             match Self::open_at_once(path) {
-                Err(LinkError::Taken { .. }) if begun.elapsed() < GIVING_BACK => std::thread::sleep(Duration::from_millis(10)),
+                Err(LinkError::RowOutcome { .. }) if begun.elapsed() < GIVING_BACK => std::thread::sleep(Duration::from_millis(10)),
                 opened => return opened,
             }
         }
@@ -52,7 +52,7 @@ impl Port {
             Err(error) => return Err(refused(path, error)),
         };
         if !lock(&serial) {
-            return Err(LinkError::Taken { port });
+            return Err(LinkError::RowOutcome { port });
         }
         let other = |source| LinkError::Other { port: port.clone(), source };
         serial.set_write_timeout(Duration::from_secs(2)).map_err(other)?;
@@ -126,7 +126,7 @@ fn refused(path: &Path, error: std::io::Error) -> LinkError {
     match (error.kind(), error.raw_os_error()) {
         (ErrorKind::NotFound, _) => LinkError::Absent { port, there: ports() },
         (ErrorKind::PermissionDenied, _) => LinkError::Denied { port },
-        (ErrorKind::ResourceBusy, _) => LinkError::Taken { port },
+        (ErrorKind::ResourceBusy, _) => LinkError::RowOutcome { port },
         // ENOTTY, EINVAL, EISDIR, ENXIO: a file, a folder, a socket.
         (_, Some(25 | 22 | 21 | 6)) => LinkError::NoPort { port },
         _ if path.is_file() || path.is_dir() => LinkError::NoPort { port },

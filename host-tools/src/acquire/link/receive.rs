@@ -14,7 +14,7 @@ const MOST_LINE: usize = 4096;
 
 /// What a stream begins with, to keep.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Greeting {
+pub struct StreamHeader {
     /// The answer to `*IDN?`.
     pub identity: String,
     /// Encoder counts in a turn.
@@ -31,11 +31,11 @@ pub struct Greeting {
 
 /// What was heard.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Heard {
+pub enum Received {
     /// A line of text, in either mode, without its end.
     Line(String),
     /// A stream begins, or its channels have changed.
-    Greeting(Greeting),
+    StreamHeader(StreamHeader),
     /// A row.
     Row(RowFrame),
     /// A sign of life.
@@ -44,7 +44,7 @@ pub enum Heard {
 
 /// What was lost on the line.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Losses {
+pub struct LineLosses {
     /// Frames whose number is missing.
     pub frames: u64,
     /// Pieces that were no frame, and lines that were no text.
@@ -53,10 +53,10 @@ pub struct Losses {
     pub rows: u64,
 }
 
-impl Losses {
+impl LineLosses {
     /// Whether nothing was lost.
     pub fn is_none(&self) -> bool {
-        *self == Losses::default()
+        *self == LineLosses::default()
     }
 }
 
@@ -86,9 +86,9 @@ impl Receiver {
     }
 
     /// What was lost since the beginning, or since [`Receiver::forget`].
-    pub fn losses(&self) -> Losses {
+    pub fn losses(&self) -> LineLosses {
         let damaged = self.deframer.damaged() + self.lines_damaged - self.damaged_before;
-        Losses { frames: self.frames_lost, damaged, rows: self.rows_lost }
+        LineLosses { frames: self.frames_lost, damaged, rows: self.rows_lost }
     }
 
     /// What was lost so far is nobody's: the line was opened in the middle of something.
@@ -98,7 +98,7 @@ impl Receiver {
     }
 
     /// Takes bytes as they came.
-    pub fn take(&mut self, bytes: &[u8], heard: &mut VecDeque<Heard>) {
+    pub fn take(&mut self, bytes: &[u8], heard: &mut VecDeque<Received>) {
         self.bytes += bytes.len() as u64;
         for &byte in bytes {
             match byte {
@@ -115,7 +115,7 @@ impl Receiver {
         }
     }
 
-    fn end_of_line(&mut self, heard: &mut VecDeque<Heard>) {
+    fn end_of_line(&mut self, heard: &mut VecDeque<Received>) {
         self.deframer.restart();
         self.streaming = false;
         // The next stream may go on anywhere.
@@ -124,13 +124,13 @@ impl Receiver {
         if self.foreign {
             self.lines_damaged += 1;
         } else {
-            heard.push_back(Heard::Line(text));
+            heard.push_back(Received::Line(text));
         }
         self.line.clear();
         self.foreign = false;
     }
 
-    fn zero(&mut self, heard: &mut VecDeque<Heard>) {
+    fn zero(&mut self, heard: &mut VecDeque<Received>) {
         if !self.streaming {
             // Text that was cut short by a stream is no damaged frame.
             self.streaming = true;
@@ -143,12 +143,12 @@ impl Receiver {
             self.frames_lost += u64::from(seq.wrapping_sub(last.wrapping_add(1)));
         }
         heard.push_back(match body {
-            Body::Text(text) => Heard::Line(text.trim_end().to_owned()),
-            Body::Beat(beat) => Heard::Beat(beat),
+            Body::Text(text) => Received::Line(text.trim_end().to_owned()),
+            Body::Beat(beat) => Received::Beat(beat),
             Body::Hello(Hello { identity, counts_per_turn, row_Hz, decimation, channels, zero_is_index, .. }) => {
                 self.decimation = u32::from(decimation.max(1));
                 self.row = None;
-                Heard::Greeting(Greeting {
+                Received::StreamHeader(StreamHeader {
                     identity: identity.to_owned(),
                     counts_per_turn,
                     row_hz: row_Hz,
@@ -162,7 +162,7 @@ impl Receiver {
                     let steps = row.sequence.wrapping_sub(last) / self.decimation.max(1);
                     self.rows_lost += u64::from(steps.saturating_sub(1));
                 }
-                Heard::Row(row)
+                Received::Row(row)
             }
         });
     }
@@ -178,7 +178,7 @@ mod tests {
         encode(body, seq, &mut [0; MOST_FRAME]).unwrap().to_vec()
     }
 
-    fn heard(receiver: &mut Receiver, bytes: &[u8]) -> Vec<Heard> {
+    fn heard(receiver: &mut Receiver, bytes: &[u8]) -> Vec<Received> {
         let mut all = VecDeque::new();
         // Byte by byte and at once must be the same.
         for byte in bytes {
@@ -203,11 +203,11 @@ mod tests {
         bytes.extend(frame(&Body::Beat(Beat::default()), 7));
         let mut receiver = Receiver::default();
         let all = heard(&mut receiver, &bytes);
-        let lines: Vec<&Heard> = all.iter().filter(|h| matches!(h, Heard::Line(_))).collect();
-        let line = |text: &str| Heard::Line(text.to_owned());
+        let lines: Vec<&Received> = all.iter().filter(|h| matches!(h, Received::Line(_))).collect();
+        let line = |text: &str| Received::Line(text.to_owned());
         assert_eq!(lines, [&line("rotary"), &line("1"), &line("ok"), &line("text again")]);
-        assert_eq!(all.iter().filter(|h| matches!(h, Heard::Row(_))).count(), 300);
-        assert_eq!(all.last(), Some(&Heard::Beat(Beat::default())));
+        assert_eq!(all.iter().filter(|h| matches!(h, Received::Row(_))).count(), 300);
+        assert_eq!(all.last(), Some(&Received::Beat(Beat::default())));
         assert!(receiver.losses().is_none(), "{:?}", receiver.losses());
     }
 
@@ -224,6 +224,6 @@ mod tests {
         bytes.extend(frame(&Body::Row(row(21)), 21));
         let all = heard(&mut receiver, &bytes);
         assert_eq!(all.len(), 18);
-        assert_eq!(receiver.losses(), Losses { frames: 4, damaged: 1, rows: 4 });
+        assert_eq!(receiver.losses(), LineLosses { frames: 4, damaged: 1, rows: 4 });
     }
 }

@@ -1,12 +1,12 @@
 //! Rows of a stream become a log, as they come.
 //!
 //! In: [`RowFrame`]s. Out: CSV, flushed as often as the caller likes; what is to be a Parquet file is CSV beside it until it is closed
-//! ([`Place`]), so that whatever happens there is a whole log. A column that the first rows do not have is left out; a later row that lacks a value is left
+//! ([`LogFile`]), so that whatever happens there is a whole log. A column that the first rows do not have is left out; a later row that lacks a value is left
 //! out, too, and counted: nothing is made up. The rows end with the first fault.
 
-mod place;
+mod log_file;
 
-pub use place::Place;
+pub use log_file::LogFile;
 
 use std::io::Write;
 
@@ -27,7 +27,7 @@ pub fn shows_index(row: &RowFrame) -> bool {
 
 /// What becomes of a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Taken {
+pub enum RowOutcome {
     /// The log has not begun: not all columns have values yet.
     NotYet,
     /// It is in the log.
@@ -102,21 +102,21 @@ impl<W: Write> Recorder<W> {
     ///
     /// # Errors
     /// Of the output.
-    pub fn take(&mut self, row: &RowFrame) -> std::io::Result<Taken> {
+    pub fn take(&mut self, row: &RowFrame) -> std::io::Result<RowOutcome> {
         let value = |name: &str| row.named().find(|(n, _)| *n == name).map(|(_, value)| value).unwrap_or(f64::NAN);
         if row.channels.0 & self.channels.0 != self.channels.0 {
             // Of a stream before this one.
-            return Ok(Taken::NotYet);
+            return Ok(RowOutcome::NotYet);
         }
         let fault = value("fault");
         if fault > 0.0 {
-            return Ok(Taken::Fault(fault as u32));
+            return Ok(RowOutcome::Fault(fault as u32));
         }
         if self.csv.is_none() {
             let lacking: Vec<&'static str> = self.columns.iter().copied().filter(|name| !value(name).is_finite()).collect();
             self.waited += 1;
             if !lacking.is_empty() && self.waited < PATIENCE_ROWS {
-                return Ok(Taken::NotYet);
+                return Ok(RowOutcome::NotYet);
             }
             self.columns.retain(|name| !lacking.contains(name));
             self.absent = lacking;
@@ -129,7 +129,7 @@ impl<W: Write> Recorder<W> {
         }
         if self.cells.iter().any(|cell| !cell.is_finite()) {
             self.left_out += 1;
-            return Ok(Taken::LeftOut);
+            return Ok(RowOutcome::LeftOut);
         }
         let limits = value("limits");
         for (bit, count) in self.limited.iter_mut().enumerate() {
@@ -140,7 +140,7 @@ impl<W: Write> Recorder<W> {
         }
         self.rows += 1;
         self.last_s = self.cells[0];
-        Ok(Taken::Written)
+        Ok(RowOutcome::Written)
     }
 
     /// What was written so far is with the system.

@@ -1,7 +1,7 @@
 //! What this stand cannot do is refused before anything moves, with the reason.
 
 use super::{How, PlanError, Session, StepPlan, What};
-use crate::acquire::stand::{SessionError, Stand};
+use crate::acquire::connection::{ConnectionError, StandConnection};
 use stand_firmware::profile::{ProfileConfig, ProfileKind};
 use std::f64::consts::TAU;
 
@@ -23,16 +23,16 @@ impl Able {
     ///
     /// # Errors
     /// The line; a firmware that does not answer.
-    pub async fn of(stand: &mut impl Stand) -> Result<Self, SessionError> {
+    pub async fn of(stand: &mut impl StandConnection) -> Result<Self, ConnectionError> {
         let mut numbers = [0.0; 3];
         for (number, name) in numbers.iter_mut().zip(["overspeed_rad_s", "acceleration_rad_s2", "voltage_limit_V"]) {
             let query = format!("SETTings:{name}?");
-            let says = stand.ask(&query).await?;
+            let says = stand.query(&query).await?;
             let word = says.split([' ', ',']).next().unwrap_or_default().parse();
-            *number = word.map_err(|_| SessionError::Reply { query, says })?;
+            *number = word.map_err(|_| ConnectionError::Reply { query, says })?;
         }
         let [overspeed_rad_s, acceleration_rad_s2, voltage_V] = numbers;
-        let has_sensor = stand.ask("IMU?").await?.contains("RUNNING");
+        let has_sensor = stand.query("IMU?").await?.contains("RUNNING");
         Ok(Self { overspeed_rad_s, acceleration_rad_s2, voltage_V, has_sensor })
     }
 }

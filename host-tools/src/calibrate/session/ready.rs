@@ -2,9 +2,9 @@
 
 use super::run::RunError;
 use super::{Session, StepPlan, What};
+use crate::acquire::connection::{ConnectionError, StandConnection};
 use crate::acquire::link::LinkError;
 use crate::acquire::record::shows_index;
-use crate::acquire::stand::{SessionError, Stand};
 use crate::calibrate::Mounted;
 use crate::calibrate::session::journal::now;
 use stand_firmware::profile::Parameter;
@@ -20,11 +20,11 @@ const LOOK_RAD_S: f64 = 3.0;
 const INDEX_S: f64 = 10.0;
 
 /// The fault that has latched. A fault also stands in the queue of errors, where the next order finds it: it is asked past that.
-pub(super) async fn fault(stand: &mut impl Stand) -> Result<Option<String>, SessionError> {
+pub(super) async fn fault(stand: &mut impl StandConnection) -> Result<Option<String>, ConnectionError> {
     let mut asked = 0;
     loop {
         asked += 1;
-        match stand.ask("FAULt?").await {
+        match stand.query("FAULt?").await {
             Ok(says) => return Ok((!says.starts_with("0,")).then_some(says)),
             Err(error) if asked < 3 && is_refused(&error) => {}
             Err(error) => return Err(error),
@@ -33,18 +33,18 @@ pub(super) async fn fault(stand: &mut impl Stand) -> Result<Option<String>, Sess
 }
 
 /// The stand has spoken, and says no.
-pub(super) fn is_refused(error: &SessionError) -> bool {
-    matches!(error, SessionError::Refused { .. } | SessionError::Link(LinkError::Refused { .. }))
+pub(super) fn is_refused(error: &ConnectionError) -> bool {
+    matches!(error, ConnectionError::Refused { .. } | ConnectionError::Link(LinkError::Refused { .. }))
 }
 
-async fn number(stand: &mut impl Stand, query: &str) -> Result<f64, SessionError> {
-    let says = stand.ask(query).await?;
+async fn number(stand: &mut impl StandConnection, query: &str) -> Result<f64, ConnectionError> {
+    let says = stand.query(query).await?;
     let word = says.split([' ', ',']).next().unwrap_or_default().parse();
-    word.map_err(|_| SessionError::Reply { query: query.to_owned(), says })
+    word.map_err(|_| ConnectionError::Reply { query: query.to_owned(), says })
 }
 
 /// Brings the platform to rest, then takes the drive off.
-pub(super) async fn at_rest(stand: &mut impl Stand, step: &str) -> Result<(), RunError> {
+pub(super) async fn at_rest(stand: &mut impl StandConnection, step: &str) -> Result<(), RunError> {
     let mut waited_s = 0.0;
     let mut still = 0;
     let mut before = number(stand, "MEASure:ANGLe?").await?;
@@ -57,14 +57,14 @@ pub(super) async fn at_rest(stand: &mut impl Stand, step: &str) -> Result<(), Ru
         before = now;
         if still >= 2 {
             if braked {
-                stand.tell("OUTPut OFF").await?;
+                stand.command("OUTPut OFF").await?;
                 stand.wait_s(0.5).await?;
             }
             return Ok(());
         }
         if still == 0 && !braked {
             for order in ["SOURce:RATE 0 RAD/S", "SOURce:MODE RATE", "OUTPut ON"] {
-                stand.tell(order).await?;
+                stand.command(order).await?;
             }
             braked = true;
         }
@@ -73,31 +73,31 @@ pub(super) async fn at_rest(stand: &mut impl Stand, step: &str) -> Result<(), Ru
 }
 
 /// Whether the index was seen, so that angles of the next stream are from there; it is looked for once, where the platform may turn.
-pub(super) async fn index(stand: &mut impl Stand, may_turn: bool) -> Result<bool, RunError> {
+pub(super) async fn index(stand: &mut impl StandConnection, may_turn: bool) -> Result<bool, RunError> {
     for order in ["STReam:DECimation 1", "STReam:CHANnels from_index_rad", "STReam ON"] {
-        stand.tell(order).await?;
+        stand.command(order).await?;
     }
     let shows = |rows: &[RowFrame]| rows.iter().any(shows_index);
     let mut seen = shows(&stand.wait_s(0.1).await?);
     if !seen && may_turn {
         for order in [WATCH.to_owned(), format!("SOURce:RATE {LOOK_RAD_S} RAD/S"), "SOURce:MODE RATE".into(), "OUTPut ON".into()] {
-            stand.tell(&order).await?;
+            stand.command(&order).await?;
         }
         let mut waited_s = 0.0;
         while !seen && waited_s < INDEX_S {
             seen = shows(&stand.wait_s(0.5).await?);
             waited_s += 0.5;
-            stand.tell(WATCH).await?;
+            stand.command(WATCH).await?;
         }
-        stand.tell("HOST:ARM 0 S").await?;
+        stand.command("HOST:ARM 0 S").await?;
     }
-    stand.tell("STReam OFF").await?;
+    stand.command("STReam OFF").await?;
     Ok(seen)
 }
 
 /// What the log says of itself: interfaces.md, "Logs".
 pub(super) async fn notes(
-    stand: &mut impl Stand,
+    stand: &mut impl StandConnection,
     session: &Session,
     plan: &StepPlan,
     mounted: &Mounted,
@@ -105,7 +105,7 @@ pub(super) async fn notes(
 ) -> Result<Vec<(String, String)>, RunError> {
     let note = |key: &str, value: String| (key.to_owned(), value);
     let mut notes = vec![
-        note("stand", stand.ask("*IDN?").await?),
+        note("stand", stand.query("*IDN?").await?),
         note("date", now()),
         note("step", plan.name.clone()),
         note("sensor", session.sensor.clone()),
@@ -138,9 +138,9 @@ pub(super) async fn notes(
     };
     if let Some(part) = part {
         let query = "IMU:FILTer?";
-        let says = stand.ask(query).await?;
+        let says = stand.query(query).await?;
         let number = says.split(',').nth(part).and_then(|word| word.split_whitespace().next()?.parse::<f64>().ok());
-        let cutoff_Hz = number.ok_or_else(|| SessionError::Reply { query: query.to_owned(), says })?;
+        let cutoff_Hz = number.ok_or_else(|| ConnectionError::Reply { query: query.to_owned(), says })?;
         notes.push(note("sensor_filter_Hz", cutoff_Hz.to_string()));
     }
     notes.extend(plan.drive_s.map(|drive_s| note("drive_s", drive_s.to_string())));

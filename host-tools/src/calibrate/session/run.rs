@@ -9,7 +9,7 @@ use super::journal::{Done, FILE, Journal, JournalError, SESSION, now, sha256, wr
 use super::ready::{fault, is_refused};
 use super::step::{put_aside, record};
 use super::{PlanError, Session};
-use crate::acquire::stand::{SessionError, Stand};
+use crate::acquire::connection::{ConnectionError, StandConnection};
 use crate::calibrate::Mounted;
 use std::path::Path;
 
@@ -40,7 +40,7 @@ pub struct Progress<'a> {
 pub enum RunError {
     /// The line or the stand.
     #[error(transparent)]
-    Stand(#[from] SessionError),
+    Stand(#[from] ConnectionError),
     /// Journal and logs.
     #[error(transparent)]
     Journal(#[from] JournalError),
@@ -110,7 +110,7 @@ pub enum RunError {
 /// # Errors
 /// What is refused, before anything moved; what ended it.
 pub async fn whole(
-    stand: &mut impl Stand,
+    stand: &mut impl StandConnection,
     session: &Session,
     text: &str,
     begun: Option<Journal>,
@@ -118,7 +118,7 @@ pub async fn whole(
     person: &mut impl Person,
     goes: impl FnMut(Progress) -> bool,
 ) -> Result<(), RunError> {
-    match stand.tell("STReam OFF").await {
+    match stand.command("STReam OFF").await {
         Err(error) if !is_refused(&error) => return Err(error.into()),
         _ => {}
     }
@@ -130,7 +130,7 @@ pub async fn whole(
     let mut journal = match begun {
         Some(journal) => journal,
         None => {
-            let journal = Journal::new(session.what, stand.ask("*IDN?").await?);
+            let journal = Journal::new(session.what, stand.query("*IDN?").await?);
             begin(folder, text, &journal)?;
             journal
         }
@@ -151,7 +151,7 @@ fn begin(folder: &Path, session: &str, journal: &Journal) -> Result<(), JournalE
 
 /// Runs the steps that are not done; what ends it is in the journal too.
 async fn run(
-    stand: &mut impl Stand,
+    stand: &mut impl StandConnection,
     session: &Session,
     journal: &mut Journal,
     folder: &Path,
@@ -171,20 +171,20 @@ async fn run(
         journal.interruptions.push(format!("{}: {step}{says}", now()));
         // A disk that is full has no room for this either; what was there stays.
         let _ = journal.write(folder);
-        let _ = stand.tell("PROFile:STOP;:HOST:ARM 0 S;:STReam OFF").await;
+        let _ = stand.command("PROFile:STOP;:HOST:ARM 0 S;:STReam OFF").await;
     }
     ended
 }
 
 async fn steps(
-    stand: &mut impl Stand,
+    stand: &mut impl StandConnection,
     session: &Session,
     journal: &mut Journal,
     folder: &Path,
     person: &mut impl Person,
     goes: &mut impl FnMut(Progress) -> bool,
 ) -> Result<(), RunError> {
-    stand.tell("STReam OFF").await?;
+    stand.command("STReam OFF").await?;
     let mounted = session.mounted();
     let total = session.steps.len();
     let last = journal.steps.last();

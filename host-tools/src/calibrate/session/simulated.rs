@@ -3,7 +3,7 @@
 use super::Session;
 use super::journal::Journal;
 use super::run::{Person, Progress, RunError, whole};
-use crate::acquire::stand::{Simulated, Stand};
+use crate::acquire::connection::{SimulatedConnection, StandConnection};
 use crate::calibrate::{Lying, Mounted};
 use hal_sim::board::PlantPort;
 use hal_sim::clock::VirtualClock;
@@ -33,7 +33,7 @@ pub fn simulate(
     let controller = Controller::new(&clock, &stand.setup(), plant, flash(seed), seed).map_err(|e| RunError::Simulated(e.to_string()))?;
     let done = RefCell::new(None);
     let host = async {
-        let mut line = Simulated::new(&controller);
+        let mut line = SimulatedConnection::new(&controller);
         // The sensor under test wants a moment after power-on.
         let ended = match line.wait_s(0.3).await {
             Ok(_) => {

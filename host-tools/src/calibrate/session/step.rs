@@ -4,9 +4,9 @@ use super::ready::{WATCH, at_rest, fault, index, is_refused, notes};
 use super::run::RunError;
 use super::stable::Stable;
 use super::{How, Session, StepPlan};
+use crate::acquire::connection::{ConnectionError, StandConnection};
 use crate::acquire::link::LinkError;
-use crate::acquire::record::{Place, Recorder, Taken};
-use crate::acquire::stand::{SessionError, Stand};
+use crate::acquire::record::{LogFile, Recorder, RowOutcome};
 use crate::calibrate::Mounted;
 use stand_firmware::profile::Parameter;
 use stand_firmware::telemetry::{Channels, RowFrame};
@@ -41,15 +41,15 @@ fn channels(session: &Session, plan: &StepPlan) -> Channels {
 /// # Errors
 /// The disk.
 pub(super) fn put_aside(folder: &Path, file: &str) -> Result<Option<String>, RunError> {
-    let place = Place::of(&folder.join(file)).map_err(|e| failed(file, e))?;
-    if !place.meanwhile().exists() {
+    let place = LogFile::of(&folder.join(file)).map_err(|e| failed(file, e))?;
+    if !place.partial_path().exists() {
         return Ok(None);
     }
     // What was killed in the middle of a row leaves half of one.
     place.cut_to_whole_rows().map_err(|e| failed(file, e))?;
     let stem = file.trim_end_matches(".parquet");
     let name = (1..).map(|n| format!("{stem}.attempt-{n}.csv")).find(|name| !folder.join(name).exists()).unwrap_or_default();
-    std::fs::rename(place.meanwhile(), folder.join(&name)).map_err(|e| failed(&name, e))?;
+    std::fs::rename(place.partial_path(), folder.join(&name)).map_err(|e| failed(&name, e))?;
     Ok(Some(format!("{name}: what was recorded of this step before it was broken off; not in the results")))
 }
 
@@ -59,14 +59,14 @@ fn failed(log: &str, says: impl std::fmt::Display) -> RunError {
 
 /// Runs one step and writes its log; rows, and rows lost. What ends it before its time leaves whole rows.
 pub(super) async fn record(
-    stand: &mut impl Stand,
+    stand: &mut impl StandConnection,
     session: &Session,
     plan: &StepPlan,
     path: &Path,
     mounted: &Mounted,
     goes: &mut impl FnMut(f64, f64) -> bool,
 ) -> Result<(u64, u64), RunError> {
-    let place = Place::of(path).map_err(|e| failed(&path.display().to_string(), e))?;
+    let place = LogFile::of(path).map_err(|e| failed(&path.display().to_string(), e))?;
     let ended = record_into(stand, session, plan, &place, path, mounted, goes).await;
     let Err(error) = ended else { return ended };
     // A full disk takes a part of a row.
@@ -78,7 +78,7 @@ pub(super) async fn record(
             Ok(Some(fault)) => RunError::Fault { step, fault },
             _ => error,
         },
-        RunError::Silent { .. } => match stand.ask("STReam?").await {
+        RunError::Silent { .. } => match stand.query("STReam?").await {
             Ok(says) if says.starts_with('0') => RunError::Restarted { step },
             _ => error,
         },
@@ -87,10 +87,10 @@ pub(super) async fn record(
 }
 
 async fn record_into(
-    stand: &mut impl Stand,
+    stand: &mut impl StandConnection,
     session: &Session,
     plan: &StepPlan,
-    place: &Place,
+    place: &LogFile,
     path: &Path,
     mounted: &Mounted,
     goes: &mut impl FnMut(f64, f64) -> bool,
@@ -124,14 +124,14 @@ async fn record_into(
         orders.push("PROFile:STARt".into());
     }
     for order in &orders {
-        stand.tell(order).await?;
+        stand.command(order).await?;
     }
     let mut stable = plan.stable_K_min.zip(session.temperature()).map(|(below_K_min, column)| Stable::new(column, below_K_min));
     let sequence = rows(stand, plan, &mut recorder, stable.as_mut(), path, goes).await?;
     let lost_rows =
         sequence.map_or(0, |(first, last)| u64::from(last.wrapping_sub(first)) + 1).saturating_sub(recorder.rows() + recorder.left_out());
     for order in ["PROFile:STOP", "HOST:ARM 0 S", "STReam OFF"] {
-        stand.tell(order).await?;
+        stand.command(order).await?;
     }
     if !recorder.absent().is_empty() {
         return Err(RunError::Sensor { step: name.clone(), lacking: recorder.absent().join(", ") });
@@ -146,7 +146,7 @@ async fn record_into(
 
 /// Takes rows until the step is long enough, or the temperature stable; the numbers of the first and the last.
 async fn rows<W: Write>(
-    stand: &mut impl Stand,
+    stand: &mut impl StandConnection,
     plan: &StepPlan,
     recorder: &mut Recorder<W>,
     mut stable: Option<&mut Stable>,
@@ -167,14 +167,14 @@ async fn rows<W: Write>(
         }
         for row in &came {
             match recorder.take(row).map_err(written)? {
-                Taken::Fault(_) => {
+                RowOutcome::Fault(_) => {
                     recorder.flush().map_err(written)?;
                     // What is refused here is refused because of the fault.
-                    let _ = stand.tell("STReam OFF").await;
+                    let _ = stand.command("STReam OFF").await;
                     let fault = fault(stand).await?.unwrap_or_else(|| "a fault that is gone again".to_owned());
                     return Err(RunError::Fault { step: plan.name.clone(), fault });
                 }
-                Taken::Written | Taken::LeftOut => {
+                RowOutcome::Written | RowOutcome::LeftOut => {
                     numbers = Some((numbers.map_or(row.sequence, |(first, _)| first), row.sequence));
                     if let Some(stable) = &mut stable {
                         let temp_C = row.named().find(|(name, _)| *name == stable.column).map_or(f64::NAN, |(_, value)| value);
@@ -184,7 +184,7 @@ async fn rows<W: Write>(
                         return Ok(numbers);
                     }
                 }
-                Taken::NotYet => {}
+                RowOutcome::NotYet => {}
             }
         }
         if let Some(row) = came.last() {
@@ -201,7 +201,7 @@ async fn rows<W: Write>(
         if since_s >= 1.0 {
             since_s = 0.0;
             recorder.flush().map_err(written)?;
-            match stand.tell(WATCH).await {
+            match stand.command(WATCH).await {
                 // No answer while nothing comes: how long that lasts is counted above.
                 Err(error) if silent_s > 0.0 && !is_refused(&error) && !is_unplugged(&error) => {}
                 told => told?,
@@ -210,6 +210,6 @@ async fn rows<W: Write>(
     }
 }
 
-fn is_unplugged(error: &SessionError) -> bool {
-    matches!(error, SessionError::Link(LinkError::Unplugged { .. } | LinkError::Other { .. }))
+fn is_unplugged(error: &ConnectionError) -> bool {
+    matches!(error, ConnectionError::Link(LinkError::Unplugged { .. } | LinkError::Other { .. }))
 }

@@ -11,11 +11,11 @@ use hal_sim::controller::{Controller, flash};
 use hal_sim::gyro::{Place, SingleAxis};
 use hal_sim::session::StandSetup;
 
-use super::super::error::Trouble;
+use super::super::error::CliError;
 use super::super::output::{check_place, working};
 use super::{ARCMIN, Run, Turn, tell};
-use crate::acquire::link::Link;
-use crate::acquire::stand::{Simulated, Stand};
+use crate::acquire::connection::{SimulatedConnection, StandConnection};
+use crate::acquire::link::SerialLink;
 use crate::drift::amplitudes::LEAST_RATIO;
 use crate::drift::answer::{CycleLine, Measured};
 use crate::drift::error::within;
@@ -25,9 +25,10 @@ use crate::log::{Column, Format, Log};
 use stand_firmware::telemetry::RowFrame;
 
 /// `0,180,0:0:90`: turned, and raised and rolled.
-fn places(list: &str) -> Result<Vec<Place>, Trouble> {
+fn places(list: &str) -> Result<Vec<Place>, CliError> {
     let one = |text: &str| {
-        let wrong = || Trouble::Input(format!("--positions: `{text}` is no position: degrees turned, and behind colons raised and rolled"));
+        let wrong =
+            || CliError::Input(format!("--positions: `{text}` is no position: degrees turned, and behind colons raised and rolled"));
         let mut numbers = [0.0; 3];
         let parts: Vec<&str> = text.split(':').collect();
         if parts.len() > 3 {
@@ -52,7 +53,7 @@ struct Session {
 }
 
 impl Run {
-    pub(super) fn run(self) -> Result<(), Trouble> {
+    pub(super) fn run(self) -> Result<(), CliError> {
         self.output.check()?;
         if let Some(path) = &self.out {
             check_place(path)?;
@@ -68,7 +69,7 @@ impl Run {
         }
         let (session, scales, name, latitude_deg) = match &self.port {
             Some(port) => {
-                let mut link = Link::open(port)?;
+                let mut link = SerialLink::open(port)?;
                 let name = link.name();
                 let (session, scales) = block_on(self.session(&mut link, &places, async |place, _| by_hand(place)))?;
                 (session, scales, name, self.latitude)
@@ -92,12 +93,12 @@ impl Run {
     }
 
     /// The amplitudes make sense, and differ where there are several.
-    fn rates(&self) -> Result<(), Trouble> {
+    fn rates(&self) -> Result<(), CliError> {
         for (k, rate) in self.rate.iter().enumerate() {
             within("--rate", *rate, 1e-6, 100.0)?;
             if self.rate[..k].iter().any(|other| rate.max(*other) < LEAST_RATIO * rate.min(*other)) {
                 let most = 100.0 * (LEAST_RATIO - 1.0);
-                return Err(Trouble::Input(format!(
+                return Err(CliError::Input(format!(
                     "--rate {rate}: amplitudes differ by {most:.0} % at least, or tell nothing of the torquer"
                 )));
             }
@@ -120,23 +121,23 @@ impl Run {
     }
 
     /// All positions on one stand; `turn` puts the gyro where it is not yet.
-    async fn session<S: Stand>(
+    async fn session<S: StandConnection>(
         &self,
         stand: &mut S,
         places: &[Place],
-        turn: impl AsyncFn(&Place, &mut S) -> Result<(), Trouble>,
-    ) -> Result<(Session, Scales), Trouble> {
-        let fault = stand.ask("FAULt?").await?;
+        turn: impl AsyncFn(&Place, &mut S) -> Result<(), CliError>,
+    ) -> Result<(Session, Scales), CliError> {
+        let fault = stand.query("FAULt?").await?;
         if !fault.starts_with("0,") {
-            return Err(Trouble::Input(format!("the drive is off by a fault: {fault}; FAULt:CLEar in `stand console` first")));
+            return Err(CliError::Input(format!("the drive is off by a fault: {fault}; FAULt:CLEar in `stand console` first")));
         }
-        stand.tell("STReam OFF").await?;
+        stand.command("STReam OFF").await?;
         let scales = session::scales(stand).await?;
         session::set_up(stand, &self.plan()).await?;
         if self.out.is_some() {
-            stand.tell(&format!("STReam:CHANnels {}", session::CHANNELS.join(","))).await?;
-            stand.tell("STReam:DECimation 1").await?;
-            stand.tell("STReam ON").await?;
+            stand.command(&format!("STReam:CHANnels {}", session::CHANNELS.join(","))).await?;
+            stand.command("STReam:DECimation 1").await?;
+            stand.command("STReam ON").await?;
         }
         let mut all = Session::default();
         let (mut origin_rad, mut given) = (None, None);
@@ -168,29 +169,29 @@ impl Run {
             bar.finish_and_clear();
         }
         if self.turn == Turn::Drive {
-            stand.tell("OUTPut OFF").await?;
+            stand.command("OUTPut OFF").await?;
         }
         if self.out.is_some() {
-            stand.tell("STReam OFF").await?;
+            stand.command("STReam OFF").await?;
         }
         Ok((all, scales))
     }
 
-    fn simulated(&self, places: &[Place]) -> Result<(Session, Scales, String, Option<f64>), Trouble> {
+    fn simulated(&self, places: &[Place]) -> Result<(Session, Scales, String, Option<f64>), CliError> {
         let gyro = gyro(self.gyro.as_deref())?;
         let latitude_deg = self.latitude.unwrap_or(gyro.site.latitude_rad.to_degrees());
         separate::earth_rad_s(latitude_deg)?;
-        let other = |e: hal_sim::controller::ControllerError| Trouble::Other(e.to_string());
+        let other = |e: hal_sim::controller::ControllerError| CliError::Other(e.to_string());
         let clock = VirtualClock::default();
         let controller = Controller::new(&clock, &StandSetup::default(), LinearMotor::default(), flash(self.seed), self.seed)
             .map_err(other)?
             .with_gyro(Box::new(gyro.seeded(self.seed)), self.seed);
         let done = RefCell::new(None);
         let host = async {
-            let mut stand = Simulated::new(&controller);
+            let mut stand = SimulatedConnection::new(&controller);
             // Rows come from 2 ms on.
             let began = stand.wait_s(0.1).await;
-            let turn = async |place: &Place, _: &mut Simulated<'_, '_, LinearMotor>| {
+            let turn = async |place: &Place, _: &mut SimulatedConnection<'_, '_, LinearMotor>| {
                 if let Some(line) = controller.bench().borrow_mut().gyro() {
                     line.gyro().put(*place);
                 }
@@ -203,12 +204,12 @@ impl Run {
             done.replace(Some(all));
         };
         controller.run(host, |_| ()).map_err(other)?;
-        let (session, scales) = done.into_inner().ok_or_else(|| Trouble::Other("the simulated stand did not end".to_owned()))??;
+        let (session, scales) = done.into_inner().ok_or_else(|| CliError::Other("the simulated stand did not end".to_owned()))??;
         Ok((session, scales, "simulated".to_owned(), Some(latitude_deg)))
     }
 
     /// The rows with what a later `drift compute` must know.
-    fn log(&self, path: &Path, session: &Session, scales: &Scales, latitude_deg: Option<f64>) -> Result<Log, Trouble> {
+    fn log(&self, path: &Path, session: &Session, scales: &Scales, latitude_deg: Option<f64>) -> Result<Log, CliError> {
         let mut columns: Vec<Column> = ["t_s", "angle_sensor_V", "torquer_A", "drift_mark", "turned_deg", "raised_deg", "rolled_deg"]
             .iter()
             .map(|name| Column { name: (*name).to_owned(), values: Vec::with_capacity(session.rows.len()) })
@@ -252,18 +253,18 @@ fn channels(row: &RowFrame) -> [f64; 4] {
 }
 
 /// The simulated gyro that a file describes; without one theory's.
-pub(in crate::command) fn gyro(path: Option<&Path>) -> Result<SingleAxis, Trouble> {
+pub(in crate::command) fn gyro(path: Option<&Path>) -> Result<SingleAxis, CliError> {
     let Some(path) = path else { return Ok(SingleAxis::default()) };
-    let text = std::fs::read_to_string(path).map_err(|e| Trouble::file(path, "read", &e))?;
-    hal_sim::gyro::read(&text).map_err(|says| Trouble::Input(format!("{}: {says}", path.display())))
+    let text = std::fs::read_to_string(path).map_err(|e| CliError::file(path, "read", &e))?;
+    hal_sim::gyro::read(&text).map_err(|says| CliError::Input(format!("{}: {says}", path.display())))
 }
 
 /// The stand's drive turns the platform, by an angle from where it stood first; the encoder counts to the left, azimuths go to the right.
-async fn drive_to<S: Stand>(stand: &mut S, turned_rad: f64, origin_rad: &mut Option<f64>) -> Result<(), Trouble> {
-    let angle = async |stand: &mut S| -> Result<f64, Trouble> {
-        let says = stand.ask("MEASure:ANGLe?").await?;
+async fn drive_to<S: StandConnection>(stand: &mut S, turned_rad: f64, origin_rad: &mut Option<f64>) -> Result<(), CliError> {
+    let angle = async |stand: &mut S| -> Result<f64, CliError> {
+        let says = stand.query("MEASure:ANGLe?").await?;
         let word = says.split(' ').next().unwrap_or_default();
-        word.parse().map_err(|_| Trouble::Other(format!("MEASure:ANGLe? is no number: `{says}`")))
+        word.parse().map_err(|_| CliError::Other(format!("MEASure:ANGLe? is no number: `{says}`")))
     };
     let origin = match *origin_rad {
         Some(origin) => origin,
@@ -271,7 +272,7 @@ async fn drive_to<S: Stand>(stand: &mut S, turned_rad: f64, origin_rad: &mut Opt
     };
     let goal = origin - turned_rad;
     for order in ["SOURce:MODE POSition".to_owned(), format!("SOURce:POSition {goal:e} RAD"), "OUTPut ON".to_owned()] {
-        stand.tell(&order).await?;
+        stand.command(&order).await?;
     }
     let mut off = f64::INFINITY;
     for _ in 0..150 {
@@ -283,20 +284,20 @@ async fn drive_to<S: Stand>(stand: &mut S, turned_rad: f64, origin_rad: &mut Opt
             return Ok(());
         }
     }
-    Err(Trouble::Other(format!("the platform stands {} rad from where it should be turned to", crate::report::significant(off, 2))))
+    Err(CliError::Other(format!("the platform stands {} rad from where it should be turned to", crate::report::significant(off, 2))))
 }
 
 /// A person turns it and says so.
-fn by_hand(place: &Place) -> Result<(), Trouble> {
+fn by_hand(place: &Place) -> Result<(), CliError> {
     let [turned, raised, rolled] =
         [place.turned_rad, place.raised_rad, place.rolled_rad].map(|rad| crate::report::plain(rad.to_degrees(), 6));
     eprintln!("Turn the gyro to {turned}° (raised {raised}°, rolled {rolled}°), level it, and press Enter when it stands.");
     let mut line = String::new();
     let stdin = std::io::stdin();
-    let count = stdin.lock().read_line(&mut line).map_err(|e| Trouble::Other(format!("standard input: {e}")))?;
+    let count = stdin.lock().read_line(&mut line).map_err(|e| CliError::Other(format!("standard input: {e}")))?;
     if count == 0 {
         let who = if stdin.is_terminal() { "" } else { " (standard input has ended)" };
-        return Err(Trouble::Input(format!("no turn: nobody said that the gyro stands at {turned}°{who}")));
+        return Err(CliError::Input(format!("no turn: nobody said that the gyro stands at {turned}°{who}")));
     }
     Ok(())
 }

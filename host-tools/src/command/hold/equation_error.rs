@@ -2,8 +2,8 @@
 
 use serde_json::{Map, Value, json};
 
-use super::super::error::Trouble;
-use super::super::output::{Output, working};
+use super::super::error::CliError;
+use super::super::output::{ReportOutput, working};
 use crate::identify::fit::equation_error::{self, Equation, Settings};
 use crate::identify::fit::{self, FitError, Held};
 use crate::log::Log;
@@ -20,9 +20,9 @@ pub(super) fn hold(
     model: &Model,
     cutoff_hz: Option<f64>,
     all_rows: bool,
-    output: &Output,
+    output: &ReportOutput,
     style: Style,
-) -> Result<Option<Equation>, Trouble> {
+) -> Result<Option<Equation>, CliError> {
     let settings = cutoff_hz.map_or_else(|| Ok(Settings::usual(log)), |hz| Settings::with_cutoff(log, hz)).map_err(input)?;
     let problems = plausible::check(log, model.input().column());
     if !problems.is_empty() {
@@ -40,12 +40,12 @@ pub(super) fn hold(
     Ok(Some(equation))
 }
 
-fn input(error: equation_error::EquationError) -> Trouble {
-    Trouble::Input(error.to_string())
+fn input(error: equation_error::EquationError) -> CliError {
+    CliError::Input(error.to_string())
 }
 
 /// The fit of `stand fit`; of a prescribed motion there is none, for nothing runs free.
-fn free_run(log: &Log, model: &Model, all_rows: bool) -> Result<Option<Result<Held, FitError>>, Trouble> {
+fn free_run(log: &Log, model: &Model, all_rows: bool) -> Result<Option<Result<Held, FitError>>, CliError> {
     if model.input() == Input::Motion {
         return Ok(None);
     }

@@ -3,8 +3,8 @@
 use clap::Args;
 
 use super::{ElementWords, KindWord, usual_omega};
-use crate::command::error::Trouble;
-use crate::command::output::Output;
+use crate::command::error::CliError;
+use crate::command::output::ReportOutput;
 use crate::observer::{Bode, Kind, bode_json, bode_text};
 use crate::report::observer::bode_html;
 
@@ -26,14 +26,14 @@ pub(in crate::command) struct ShowBode {
     #[arg(long, value_name = "F", allow_negative_numbers = true)]
     vibration_hz: Option<f64>,
     #[command(flatten)]
-    output: Output,
+    output: ReportOutput,
 }
 
 impl ShowBode {
-    pub(super) fn run(self) -> Result<(), Trouble> {
+    pub(super) fn run(self) -> Result<(), CliError> {
         self.output.check()?;
         if self.vibration_hz.is_some_and(|f| !(f.is_finite() && f > 0.0)) {
-            return Err(Trouble::Input("--vibration-hz must be above 0".to_owned()));
+            return Err(CliError::Input("--vibration-hz must be above 0".to_owned()));
         }
         let plant = self.element.plant()?;
         let usual = usual_omega(&plant);

@@ -4,8 +4,8 @@ use clap::Args;
 
 use super::write::Target;
 use super::{ElementWords, Placing};
-use crate::command::error::Trouble;
-use crate::command::output::Output;
+use crate::command::error::CliError;
+use crate::command::output::ReportOutput;
 use crate::observer::{design_json, design_text};
 use crate::report::observer::design_html;
 
@@ -25,11 +25,11 @@ pub(in crate::command) struct DesignObserver {
     #[command(flatten)]
     target: Target,
     #[command(flatten)]
-    output: Output,
+    output: ReportOutput,
 }
 
 impl DesignObserver {
-    pub(super) fn run(self) -> Result<(), Trouble> {
+    pub(super) fn run(self) -> Result<(), CliError> {
         self.output.check()?;
         let design = self.placing.request(self.element.plant()?, None, Some(self.step))?.design()?;
         let written = self.target.port.as_deref().map(|port| self.target.write(&design, port)).transpose()?;

@@ -7,7 +7,7 @@ mod write;
 
 use clap::{Args, Subcommand, ValueEnum};
 
-use super::error::Trouble;
+use super::error::CliError;
 use crate::observer::{Kind, ObserverError, Plant, Poles, Request};
 
 #[derive(Debug, Subcommand)]
@@ -21,7 +21,7 @@ pub(super) enum ObserverCommand {
 }
 
 impl ObserverCommand {
-    pub(super) fn run(self) -> Result<(), Trouble> {
+    pub(super) fn run(self) -> Result<(), CliError> {
         match self {
             Self::Design(design) => design.run(),
             Self::Simulate(simulate) => simulate.run(),
@@ -43,7 +43,7 @@ struct ElementWords {
 }
 
 impl ElementWords {
-    fn plant(&self) -> Result<Plant, Trouble> {
+    fn plant(&self) -> Result<Plant, CliError> {
         let name = self.element_name.as_ref().or(self.preset.as_ref()).map_or("", String::as_str);
         Ok(Plant::named(name)?)
     }

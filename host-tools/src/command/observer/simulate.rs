@@ -3,8 +3,8 @@
 use clap::Args;
 
 use super::{ElementWords, KindWord, Placing};
-use crate::command::error::Trouble;
-use crate::command::output::Output;
+use crate::command::error::CliError;
+use crate::command::output::ReportOutput;
 use crate::observer::{Beside, Disturbed, ObserverError, Regulated, Start, simulate_json, simulate_text};
 use crate::report::observer::simulate_html;
 
@@ -40,18 +40,20 @@ pub(in crate::command) struct Simulate {
     #[arg(long, value_name = "S", default_value_t = 40.0, allow_negative_numbers = true)]
     loop_seconds: f64,
     #[command(flatten)]
-    output: Output,
+    output: ReportOutput,
 }
 
 impl Simulate {
-    pub(super) fn run(self) -> Result<(), Trouble> {
+    pub(super) fn run(self) -> Result<(), CliError> {
         self.output.check()?;
         self.sensible()?;
         let plant = self.element.plant()?;
         let still = Placing { kind: None, row: None, integral_gain: None, ..self.placing.clone() };
         let fixed = still.request(plant.clone(), Some(KindWord::Static), None)?.design()?;
         if self.placing.kind == Some(KindWord::Static) {
-            return Err(Trouble::Input("simulate puts the static observer beside an astatic one: --kind integral or augmented".to_owned()));
+            return Err(CliError::Input(
+                "simulate puts the static observer beside an astatic one: --kind integral or augmented".to_owned(),
+            ));
         }
         let astatic = self.placing.request(plant, Some(KindWord::Integral), None)?.design()?;
         let disturbed = Disturbed { angle_rad: self.angle, moment_N_m: self.moment };

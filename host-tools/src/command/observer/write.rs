@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use stand_firmware::gyro_loop::observer::MOST_STATES;
 
-use crate::acquire::link::Link;
-use crate::command::error::Trouble;
+use crate::acquire::link::SerialLink;
+use crate::command::error::CliError;
 use crate::observer::{Design, Disturbed};
 
 /// How long the stand may take to look at the poles.
@@ -32,8 +32,8 @@ pub(super) struct Target {
 
 impl Target {
     /// Writes it; says what the stand says of it then.
-    pub(super) fn write(&self, design: &Design, port: &Path) -> Result<String, Trouble> {
-        let input = |says: String| Err(Trouble::Input(says));
+    pub(super) fn write(&self, design: &Design, port: &Path) -> Result<String, CliError> {
+        let input = |says: String| Err(CliError::Input(says));
         let Some(discrete) = &design.discrete else { return input("there is no discrete form to write".to_owned()) };
         // The stand's rows are a millisecond apart, and so are its observer's steps.
         if (discrete.step_s - super::design::ROW_S).abs() > 1e-12 {
@@ -68,11 +68,11 @@ impl Target {
         orders.push(format!("OBServer:TORQuer {:e}", self.torquer));
         orders.push(format!("OBServer:SETTle {settle_s:e}"));
         orders.push("OBServer:STATe ON".to_owned());
-        let mut link = Link::open(port)?;
-        orders.iter().try_for_each(|order| link.tell(order))?;
+        let mut link = SerialLink::open(port)?;
+        orders.iter().try_for_each(|order| link.command(order))?;
         let until = Instant::now() + CHECK;
         let phase = loop {
-            let phase = link.ask("OBServer:PHASe?")?;
+            let phase = link.query("OBServer:PHASe?")?;
             if phase != "CHECKING" || Instant::now() > until {
                 break phase;
             }
@@ -82,7 +82,7 @@ impl Target {
             return input(format!("{}: the stand refuses the gains at its step; it is off: SYSTem:ERRor? says why", link.name()));
         }
         if self.save {
-            link.tell("SETTings:SAVE")?;
+            link.command("SETTings:SAVE")?;
         }
         let kept = if self.save { " and saved" } else { "; SETTings:SAVE keeps it" };
         Ok(format!("\n{}: the observer is on ({phase}){kept}\n", link.name()))

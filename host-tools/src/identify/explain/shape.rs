@@ -2,7 +2,7 @@
 
 use drive_model::{Acts, Arms, Coordinate, Law, Point, Scalar};
 
-use crate::model::Place;
+use crate::model::SummingPoint;
 
 /// Heights over a coordinate, added to a torque, the dry level or the voltage.
 #[derive(Debug, Clone)]
@@ -10,7 +10,7 @@ pub struct Hats {
     /// Over what: angle, rate, current, temperature or time.
     pub coordinate: Coordinate,
     /// Where it acts.
-    pub place: Place,
+    pub place: SummingPoint,
     /// Least and greatest value of the coordinate; for the angle one turn.
     pub range: (f64, f64),
     /// Heights.
@@ -56,9 +56,9 @@ impl Hats {
 impl<S: Scalar> Law<S> for Hats {
     fn act(&self, p: &[S], x: &Point<S>, a: &mut Acts<S>) {
         match self.place {
-            Place::Torque => a.torque += self.value(p, x),
-            Place::Dry => a.dry += self.value(p, x),
-            Place::Voltage => a.voltage += self.value(p, x),
+            SummingPoint::Torque => a.torque += self.value(p, x),
+            SummingPoint::Dry => a.dry += self.value(p, x),
+            SummingPoint::Voltage => a.voltage += self.value(p, x),
             _ => {}
         }
     }

@@ -21,7 +21,7 @@ use crate::identify::fit::build::{Everywhere, append_linear};
 use crate::identify::fit::normal::{MOST_LANES, pass};
 use crate::identify::fit::simulate::System;
 use crate::identify::fit::solve::Place as At;
-use crate::model::{Channel, Input, Model, Place};
+use crate::model::{Channel, Input, Model, SummingPoint};
 use crate::statistics::bins::Bin;
 
 /// χ²/n from which on something is left that a person would see: rms 1.04 × the noise.
@@ -74,8 +74,8 @@ fn hats(ground: &Ground) -> Vec<Hats> {
         }
     };
     if turns(record) >= 1.0 {
-        add(Coordinate::Theta, Place::Dry, (0.0, TAU), count);
-        add(Coordinate::Theta, Place::Torque, (0.0, TAU), count);
+        add(Coordinate::Theta, SummingPoint::Dry, (0.0, TAU), count);
+        add(Coordinate::Theta, SummingPoint::Torque, (0.0, TAU), count);
     }
     let modelled = |shows: Channel| {
         let k = record.channels.iter().position(|c| c.shows == shows)?;
@@ -85,21 +85,21 @@ fn hats(ground: &Ground) -> Vec<Hats> {
     };
     let few = count.min(14);
     if let Some(range) = modelled(Channel::Rate) {
-        add(Coordinate::Omega, Place::Torque, range, few);
+        add(Coordinate::Omega, SummingPoint::Torque, range, few);
     }
     if record.driven == Input::Voltage
         && let Some(range) = modelled(Channel::Current)
     {
-        add(Coordinate::Current, Place::Torque, range, few);
-        add(Coordinate::Current, Place::Voltage, range, few);
+        add(Coordinate::Current, SummingPoint::Torque, range, few);
+        add(Coordinate::Current, SummingPoint::Voltage, range, few);
     }
     if let Some(t) = &record.temp_C {
-        add(Coordinate::Temperature, Place::Torque, span(&mut t.iter().copied()), few.min(8));
+        add(Coordinate::Temperature, SummingPoint::Torque, span(&mut t.iter().copied()), few.min(8));
     }
     let time = (record.t_s[0], record.t_s[record.len() - 1]);
-    add(Coordinate::Time, Place::Torque, time, count);
+    add(Coordinate::Time, SummingPoint::Torque, time, count);
     if record.driven == Input::Voltage {
-        add(Coordinate::Time, Place::Voltage, time, count);
+        add(Coordinate::Time, SummingPoint::Voltage, time, count);
     }
     list
 }
@@ -160,10 +160,10 @@ fn free_form(ground: &Ground, logs: &[std::ops::Range<usize>], hats: &Hats) -> O
         Coordinate::Temperature => "winding temperature, °C",
         _ => "time, s",
     };
-    let unit = if hats.place == Place::Voltage { "V" } else { "N m" };
+    let unit = if hats.place == SummingPoint::Voltage { "V" } else { "N m" };
     let what = match hats.place {
-        Place::Voltage => "a voltage",
-        Place::Dry => "a dry friction",
+        SummingPoint::Voltage => "a voltage",
+        SummingPoint::Dry => "a dry friction",
         _ => "a torque",
     };
     let size = bins.iter().fold(0.0_f64, |m, b| m.max(b.mean.abs()));
@@ -221,7 +221,7 @@ fn judge(ground: &Ground, logs: &[std::ops::Range<usize>], system: &System, at: 
 }
 
 /// An expression: where it acts, its text, its parameters with their start values.
-type Suggestion = (Place, String, Vec<(&'static str, f64)>);
+type Suggestion = (SummingPoint, String, Vec<(&'static str, f64)>);
 
 /// An expression with few parameters that has the shape of these heights, and where its fit begins.
 fn expression(hats: &Hats, heights: &[f64]) -> Option<Suggestion> {
@@ -261,7 +261,8 @@ fn expression(hats: &Hats, heights: &[f64]) -> Option<Suggestion> {
 /// A torque or a supply that swings, at the frequency that promises most.
 fn swinging(ground: &Ground, logs: &[std::ops::Range<usize>]) -> Vec<Unknown> {
     let (torque, supply) = swings(&ground.model, &ground.record, &ground.residuals(), &ground.weights);
-    let tried = [(torque, Place::Torque, "", "a torque"), (supply, Place::Voltage, "u * ", "a part of the voltage asked for")];
+    let tried =
+        [(torque, SummingPoint::Torque, "", "a torque"), (supply, SummingPoint::Voltage, "u * ", "a part of the voltage asked for")];
     tried
         .into_iter()
         .filter_map(|(hz, place, factor, what)| {
@@ -294,12 +295,12 @@ fn found_value(found: &Unknown, name: &str) -> Option<f64> {
 fn fitted_expression(
     ground: &Ground,
     logs: &[std::ops::Range<usize>],
-    place: Place,
+    place: SummingPoint,
     text: &str,
     starts: &[(&str, f64)],
 ) -> Option<Unknown> {
     let mut model = ground.model.clone();
-    model.add_own(NAME, place, text, starts).ok()?;
+    model.add_user_effect(NAME, place, text, starts).ok()?;
     let (system, parameters) = crate::identify::fit::build::system(&model, ground.record.temp_C.is_some());
     if parameters.free().len() + ground.held.starts.kinds.len() > MOST_LANES {
         return None;

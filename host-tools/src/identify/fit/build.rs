@@ -56,7 +56,7 @@ pub fn system(model: &Model, temperature_is_measured: bool) -> (System, Paramete
         }
         effects.push(Effect { name: used.name(), source: Arc::new(Catalogued(used.card.id)), parameters: used.parameters.clone() });
     }
-    for own in model.own() {
+    for own in model.user_effects() {
         effects.push(Effect { name: own.name.clone(), source: Arc::new(Everywhere(own.clone())), parameters: own.parameters.clone() });
     }
     let system = System {

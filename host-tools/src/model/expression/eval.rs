@@ -4,18 +4,18 @@
 
 use drive_model::Scalar;
 
-use super::Env;
+use super::Variables;
 use super::node::{Function, Node, Pair, Variable};
 
 /// The value of the last piece.
 #[inline]
-pub(super) fn eval<S: Scalar>(nodes: &[Node], env: &Env<S>, parameters: &[S]) -> S {
+pub(super) fn eval<S: Scalar>(nodes: &[Node], env: &Variables<S>, parameters: &[S]) -> S {
     Walk { nodes, env, parameters }.value(nodes.len().wrapping_sub(1))
 }
 
 struct Walk<'a, S> {
     nodes: &'a [Node],
-    env: &'a Env<S>,
+    env: &'a Variables<S>,
     parameters: &'a [S],
 }
 

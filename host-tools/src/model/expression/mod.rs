@@ -20,7 +20,7 @@ use node::{Node, Variable};
 
 /// The values that an expression sees at one moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Env<S> {
+pub struct Variables<S> {
     /// `t`: time, s.
     pub t: S,
     /// `theta`: platform angle, rad.
@@ -54,7 +54,7 @@ impl Expression {
 
     /// The value at `env`; `parameters` in the order given to [`Expression::parse`] (a missing one counts as zero).
     #[inline]
-    pub fn eval<S: Scalar>(&self, env: &Env<S>, parameters: &[S]) -> S {
+    pub fn eval<S: Scalar>(&self, env: &Variables<S>, parameters: &[S]) -> S {
         eval::eval(&self.nodes, env, parameters)
     }
 

@@ -3,7 +3,7 @@ use proptest::prelude::*;
 
 use super::*;
 
-const AT: Env<f64> = Env { t: 2.0, theta: 0.7, omega: -3.0, i: 0.25, u: 6.0, temp_C: 40.0 };
+const AT: Variables<f64> = Variables { t: 2.0, theta: 0.7, omega: -3.0, i: 0.25, u: 6.0, temp_C: 40.0 };
 
 fn names() -> Vec<String> {
     ["a", "b", "w0"].map(str::to_owned).to_vec()
@@ -98,17 +98,17 @@ fn what_an_expression_uses_is_known() {
 type Dual = DualSVec64<8>;
 
 /// One lane each: t, theta, omega, i, u, T, and the first two parameters.
-fn dual(values: [f64; 8]) -> (Env<Dual>, [Dual; 3]) {
+fn dual(values: [f64; 8]) -> (Variables<Dual>, [Dual; 3]) {
     let lane = |k: usize| {
         let mut eps = nalgebra::SVector::<f64, 8>::zeros();
         eps[k] = 1.0;
         Dual::new(values[k], Derivative::some(eps))
     };
-    (Env { t: lane(0), theta: lane(1), omega: lane(2), i: lane(3), u: lane(4), temp_C: lane(5) }, [lane(6), lane(7), Dual::from(0.5)])
+    (Variables { t: lane(0), theta: lane(1), omega: lane(2), i: lane(3), u: lane(4), temp_C: lane(5) }, [lane(6), lane(7), Dual::from(0.5)])
 }
 
-fn plain(v: [f64; 8]) -> (Env<f64>, [f64; 3]) {
-    (Env { t: v[0], theta: v[1], omega: v[2], i: v[3], u: v[4], temp_C: v[5] }, [v[6], v[7], 0.5])
+fn plain(v: [f64; 8]) -> (Variables<f64>, [f64; 3]) {
+    (Variables { t: v[0], theta: v[1], omega: v[2], i: v[3], u: v[4], temp_C: v[5] }, [v[6], v[7], 0.5])
 }
 
 #[test]

@@ -10,7 +10,7 @@ use nalgebra::DMatrix;
 use super::EquationTrouble as Trouble;
 use super::motion::Motion;
 use crate::identify::fit::{Parameters, Record, System};
-use crate::model::{Channel, Input, Model, Place};
+use crate::model::{Channel, Input, Model, SummingPoint};
 
 /// A model along measured motions.
 pub(super) struct Inverse<'a> {
@@ -137,8 +137,8 @@ pub(super) fn check_effects(model: &Model, system: &System, parameters: &Paramet
             return Err(Trouble::NotInverse(effect.name.clone()));
         }
     }
-    let shows = |place: Place| matches!(place, Place::Rate | Place::Angle | Place::Current);
-    match model.own().iter().find(|own| shows(own.place)) {
+    let shows = |place: SummingPoint| matches!(place, SummingPoint::Rate | SummingPoint::Angle | SummingPoint::Current);
+    match model.user_effects().iter().find(|own| shows(own.summing_point)) {
         Some(own) => Err(Trouble::NotInverse(own.name.clone())),
         None => Ok(()),
     }

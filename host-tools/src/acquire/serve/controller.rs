@@ -13,7 +13,7 @@ use hal_sim::controller::{Controller, ControllerError};
 use stand_firmware::board::Ticks;
 
 use super::pty::PtyError;
-use super::{Pace, Pty};
+use super::{Pacer, Pty};
 
 /// Why the stand is no longer served.
 #[derive(Debug, thiserror::Error)]
@@ -36,7 +36,7 @@ pub fn serve<P: PlantPort>(
     ends: impl Fn(Duration) -> bool,
     mut behind: impl FnMut(Duration),
 ) -> Result<(), ServeError> {
-    let mut pace = Pace::new(Instant::now());
+    let mut pace = Pacer::new(Instant::now());
     let (mut said, mut heard) = (Vec::new(), Vec::new());
     let failed = RefCell::new(None);
     let over = std::cell::Cell::new(false);

@@ -8,27 +8,27 @@ use crate::log::{Format, Log, LogError};
 
 /// A log's file, and the CSV that is written first.
 #[derive(Debug, Clone)]
-pub struct Place {
+pub struct LogFile {
     end: PathBuf,
-    meanwhile: PathBuf,
+    partial: PathBuf,
 }
 
-impl Place {
+impl LogFile {
     /// The place of the log `path`, in the form that its ending names.
     ///
     /// # Errors
     /// The ending names none.
     pub fn of(path: &Path) -> Result<Self, LogError> {
-        let meanwhile = match Format::of(path)? {
+        let partial = match Format::of(path)? {
             Format::Csv => path.to_owned(),
             Format::Parquet => path.with_extension("parquet.csv"),
         };
-        Ok(Self { end: path.to_owned(), meanwhile })
+        Ok(Self { end: path.to_owned(), partial })
     }
 
     /// The CSV that is there while the log is made, and stays if its maker is killed.
-    pub fn meanwhile(&self) -> &Path {
-        &self.meanwhile
+    pub fn partial_path(&self) -> &Path {
+        &self.partial
     }
 
     /// The file to write the CSV into.
@@ -36,7 +36,7 @@ impl Place {
     /// # Errors
     /// Of the system.
     pub fn create(&self) -> std::io::Result<BufWriter<File>> {
-        Ok(BufWriter::with_capacity(1 << 18, File::create(&self.meanwhile)?))
+        Ok(BufWriter::with_capacity(1 << 18, File::create(&self.partial)?))
     }
 
     /// Cuts what a full disk or a kill has left of a last row off the CSV; nothing where there is none.
@@ -44,7 +44,7 @@ impl Place {
     /// # Errors
     /// Of the system.
     pub fn cut_to_whole_rows(&self) -> std::io::Result<()> {
-        let mut file = match OpenOptions::new().read(true).write(true).open(&self.meanwhile) {
+        let mut file = match OpenOptions::new().read(true).write(true).open(&self.partial) {
             Ok(file) => file,
             Err(e) if e.kind() == ErrorKind::NotFound => return Ok(()),
             Err(e) => return Err(e),
@@ -71,12 +71,12 @@ impl Place {
     /// # Errors
     /// The CSV cannot be read again (then it is left), or the log not written.
     pub fn close(&self) -> Result<(), LogError> {
-        if self.meanwhile == self.end {
+        if self.partial == self.end {
             return Ok(());
         }
-        Log::read(&self.meanwhile)?.write(&self.end)?;
+        Log::read(&self.partial)?.write(&self.end)?;
         // A copy that stays is in nobody's way.
-        let _ = remove_file(&self.meanwhile);
+        let _ = remove_file(&self.partial);
         Ok(())
     }
 }

@@ -1,7 +1,7 @@
-//! A stand at the end of a line, for a session: asked, told, listened to; a port ([`Link`]) or the simulated controller in virtual time
+//! A stand at the end of a line, for a session: asked, told, listened to; a port ([`SerialLink`]) or the simulated controller in virtual time
 //! ([`Simulated`]). One session, one code.
 
-use crate::acquire::link::{Heard, Link, LinkError, Receiver, checked};
+use crate::acquire::link::{LinkError, Received, Receiver, SerialLink, with_checksum};
 use hal_sim::board::PlantPort;
 use hal_sim::controller::Controller;
 use stand_firmware::board::{Clock, TICKS_PER_S};
@@ -14,7 +14,7 @@ const REPLY_S: f64 = 1.0;
 
 /// Why a session ended before its end.
 #[derive(Debug, thiserror::Error)]
-pub enum SessionError {
+pub enum ConnectionError {
     /// The line.
     #[error(transparent)]
     Link(#[from] LinkError),
@@ -38,25 +38,25 @@ pub enum SessionError {
 
 /// A stand that is asked and told.
 #[allow(async_fn_in_trait)] // one thread
-pub trait Stand {
+pub trait StandConnection {
     /// The one line of a reply.
-    async fn ask(&mut self, query: &str) -> Result<String, SessionError>;
+    async fn query(&mut self, query: &str) -> Result<String, ConnectionError>;
     /// Makes sure that it was taken.
-    async fn tell(&mut self, order: &str) -> Result<(), SessionError>;
+    async fn command(&mut self, order: &str) -> Result<(), ConnectionError>;
     /// Lets time pass; the rows that came meanwhile, where a stream is on.
-    async fn wait_s(&mut self, seconds: f64) -> Result<Vec<RowFrame>, SessionError>;
+    async fn wait_s(&mut self, seconds: f64) -> Result<Vec<RowFrame>, ConnectionError>;
 }
 
-impl Stand for Link {
-    async fn ask(&mut self, query: &str) -> Result<String, SessionError> {
-        Ok(Link::ask(self, query)?)
+impl StandConnection for SerialLink {
+    async fn query(&mut self, query: &str) -> Result<String, ConnectionError> {
+        Ok(SerialLink::query(self, query)?)
     }
 
-    async fn tell(&mut self, order: &str) -> Result<(), SessionError> {
-        Ok(Link::tell(self, order)?)
+    async fn command(&mut self, order: &str) -> Result<(), ConnectionError> {
+        Ok(SerialLink::command(self, order)?)
     }
 
-    async fn wait_s(&mut self, seconds: f64) -> Result<Vec<RowFrame>, SessionError> {
+    async fn wait_s(&mut self, seconds: f64) -> Result<Vec<RowFrame>, ConnectionError> {
         let until = Instant::now() + Duration::from_secs_f64(seconds);
         let mut rows = Vec::new();
         loop {
@@ -64,7 +64,7 @@ impl Stand for Link {
             if left.is_zero() {
                 return Ok(rows);
             }
-            if let Some(Heard::Row(row)) = self.next(left)? {
+            if let Some(Received::Row(row)) = self.next(left)? {
                 rows.push(row);
             }
         }
@@ -72,13 +72,13 @@ impl Stand for Link {
 }
 
 /// The simulated controller from the host's end of its line, in virtual time.
-pub struct Simulated<'h, 'c, P> {
+pub struct SimulatedConnection<'h, 'c, P> {
     controller: &'h Controller<'c, P>,
     receiver: Receiver,
-    heard: VecDeque<Heard>,
+    heard: VecDeque<Received>,
 }
 
-impl<'h, 'c, P: PlantPort> Simulated<'h, 'c, P> {
+impl<'h, 'c, P: PlantPort> SimulatedConnection<'h, 'c, P> {
     /// At the end of this one's line.
     pub fn new(controller: &'h Controller<'c, P>) -> Self {
         Self { controller, receiver: Receiver::default(), heard: VecDeque::new() }
@@ -92,38 +92,38 @@ impl<'h, 'c, P: PlantPort> Simulated<'h, 'c, P> {
         self.receiver.take(&bytes, &mut self.heard);
     }
 
-    async fn line(&mut self, query: &str) -> Result<String, SessionError> {
-        self.heard.retain(|heard| !matches!(heard, Heard::Line(_)));
-        self.controller.line().send(checked(query).as_bytes());
+    async fn line(&mut self, query: &str) -> Result<String, ConnectionError> {
+        self.heard.retain(|heard| !matches!(heard, Received::Line(_)));
+        self.controller.line().send(with_checksum(query).as_bytes());
         let mut waited = 0.0;
         while waited < REPLY_S {
             self.pass(0.002).await;
             waited += 0.002;
-            let is_reply = |heard: &Heard| matches!(heard, Heard::Line(line) if !line.starts_with("ERROR "));
+            let is_reply = |heard: &Received| matches!(heard, Received::Line(line) if !line.starts_with("ERROR "));
             if let Some(at) = self.heard.iter().position(is_reply)
-                && let Some(Heard::Line(line)) = self.heard.remove(at)
+                && let Some(Received::Line(line)) = self.heard.remove(at)
             {
                 return Ok(line);
             }
         }
-        Err(SessionError::Reply { query: query.to_owned(), says: String::new() })
+        Err(ConnectionError::Reply { query: query.to_owned(), says: String::new() })
     }
 }
 
-impl<P: PlantPort> Stand for Simulated<'_, '_, P> {
-    async fn ask(&mut self, query: &str) -> Result<String, SessionError> {
+impl<P: PlantPort> StandConnection for SimulatedConnection<'_, '_, P> {
+    async fn query(&mut self, query: &str) -> Result<String, ConnectionError> {
         self.line(query).await
     }
 
-    async fn tell(&mut self, order: &str) -> Result<(), SessionError> {
+    async fn command(&mut self, order: &str) -> Result<(), ConnectionError> {
         // What is refused leaves the rest of its line undone, so the error is asked for by itself.
-        self.controller.line().send(checked(order).as_bytes());
+        self.controller.line().send(with_checksum(order).as_bytes());
         self.pass(0.005).await;
         let says = self.line("SYSTem:ERRor?").await?;
-        if says.starts_with("0,") { Ok(()) } else { Err(SessionError::Refused { order: order.to_owned(), says }) }
+        if says.starts_with("0,") { Ok(()) } else { Err(ConnectionError::Refused { order: order.to_owned(), says }) }
     }
 
-    async fn wait_s(&mut self, seconds: f64) -> Result<Vec<RowFrame>, SessionError> {
+    async fn wait_s(&mut self, seconds: f64) -> Result<Vec<RowFrame>, ConnectionError> {
         // The line holds 22 ms of a stream.
         let mut rows = Vec::new();
         let mut left = seconds;
@@ -131,7 +131,7 @@ impl<P: PlantPort> Stand for Simulated<'_, '_, P> {
             self.pass(left.min(0.05)).await;
             left -= 0.05;
             self.heard.retain(|heard| match heard {
-                Heard::Row(row) => {
+                Received::Row(row) => {
                     rows.push(*row);
                     false
                 }

@@ -2,11 +2,11 @@
 
 use drive_model::{Acts, Law, Point, Reading, Scalar};
 
-use crate::model::expression::{Env, Expression};
+use crate::model::expression::{Expression, Variables};
 
 /// Where an own effect acts; what its expression gives is added there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Place {
+pub enum SummingPoint {
     /// `torque_N_m`: on the rotor.
     Torque,
     /// `dry_N_m`: to the dry level, which holds at rest and opposes while sliding.
@@ -21,59 +21,60 @@ pub enum Place {
     Current,
 }
 
-impl Place {
+impl SummingPoint {
     /// All of them.
-    pub const ALL: [Place; 6] = [Place::Torque, Place::Dry, Place::Voltage, Place::Rate, Place::Angle, Place::Current];
+    pub const ALL: [SummingPoint; 6] =
+        [SummingPoint::Torque, SummingPoint::Dry, SummingPoint::Voltage, SummingPoint::Rate, SummingPoint::Angle, SummingPoint::Current];
 
     /// The key in the model file.
     pub fn key(self) -> &'static str {
         match self {
-            Place::Torque => "torque_N_m",
-            Place::Dry => "dry_N_m",
-            Place::Voltage => "voltage_V",
-            Place::Rate => "omega_rad_s",
-            Place::Angle => "theta_rad",
-            Place::Current => "i_A",
+            SummingPoint::Torque => "torque_N_m",
+            SummingPoint::Dry => "dry_N_m",
+            SummingPoint::Voltage => "voltage_V",
+            SummingPoint::Rate => "omega_rad_s",
+            SummingPoint::Angle => "theta_rad",
+            SummingPoint::Current => "i_A",
         }
     }
 }
 
-/// One effect of the user's own. As a [`Law`] it takes its parameters in the order of [`OwnEffect::parameters`].
+/// One effect of the user's own. As a [`Law`] it takes its parameters in the order of [`UserEffect::parameters`].
 #[derive(Debug, Clone)]
-pub struct OwnEffect {
+pub struct UserEffect {
     /// Name in the file.
     pub name: String,
     /// Where it acts.
-    pub place: Place,
+    pub summing_point: SummingPoint,
     /// What it adds there.
     pub expression: Expression,
     /// Indices into the model's parameters, in the order in which the expression takes them.
     pub parameters: Vec<usize>,
 }
 
-impl OwnEffect {
+impl UserEffect {
     fn value<S: Scalar>(&self, p: &[S], x: &Point<S>) -> S {
         let t = S::from(0.5 * (x.from_s + x.to_s));
-        let env = Env { t, theta: x.theta, omega: x.omega, i: x.current, u: x.voltage, temp_C: x.temp_C };
+        let env = Variables { t, theta: x.theta, omega: x.omega, i: x.current, u: x.voltage, temp_C: x.temp_C };
         self.expression.eval(&env, p)
     }
 }
 
-impl<S: Scalar> Law<S> for OwnEffect {
+impl<S: Scalar> Law<S> for UserEffect {
     fn act(&self, p: &[S], x: &Point<S>, a: &mut Acts<S>) {
-        match self.place {
-            Place::Torque => a.torque += self.value(p, x),
-            Place::Dry => a.dry += self.value(p, x),
-            Place::Voltage => a.voltage += self.value(p, x),
+        match self.summing_point {
+            SummingPoint::Torque => a.torque += self.value(p, x),
+            SummingPoint::Dry => a.dry += self.value(p, x),
+            SummingPoint::Voltage => a.voltage += self.value(p, x),
             _ => {}
         }
     }
 
     fn see(&self, p: &[S], x: &Point<S>, y: &mut Reading<S>) {
-        match self.place {
-            Place::Rate => y.omega += self.value(p, x),
-            Place::Angle => y.theta += self.value(p, x),
-            Place::Current => y.current += self.value(p, x),
+        match self.summing_point {
+            SummingPoint::Rate => y.omega += self.value(p, x),
+            SummingPoint::Angle => y.theta += self.value(p, x),
+            SummingPoint::Current => y.current += self.value(p, x),
             _ => {}
         }
     }
