@@ -105,7 +105,7 @@ fn cogging() {
                 let log = own::log(&stand, mode, ProfileKind::MultiStep, 20.0, seed);
                 let model = own::model(&[1.0; 6]);
                 let held = own::hold(&log, &model, true).expect("a fit");
-                let rate = held.channels.iter().find(|c| c.shows.column() == "omega_rad_s").expect("the rate");
+                let rate = held.channels.iter().find(|c| c.channel.column() == "omega_rad_s").expect("the rate");
                 let list = fails::fitted(&log, &model, false);
                 let (found, order, share) = list.first().map_or(("nothing", None, 0.0), |f| (f.coordinate.name(), f.order, f.share));
                 let order = order.map_or(String::new(), |n| n.to_string());
@@ -137,7 +137,7 @@ fn best_seconds(log: &Log, model: &Model, of: usize) -> f64 {
     let held = fit::compare(&system, &parameters, &record).expect("a simulation");
     let seconds = (0..of).map(|_| {
         let begin = Instant::now();
-        std::hint::black_box(residual::failures(log, &record, &held));
+        std::hint::black_box(residual::misfits(log, &record, &held));
         begin.elapsed().as_secs_f64()
     });
     seconds.fold(f64::INFINITY, f64::min)

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use host_tools::identify::fit::{self, FitError, Held};
+use host_tools::identify::fit::{self, FitError, FitResult};
 use host_tools::log::Log;
 use host_tools::model::Model;
 use serde_json::Value;
@@ -119,7 +119,7 @@ impl Case {
     ///
     /// # Panics
     /// Where the log lacks a column.
-    pub fn hold(&self, model: &Model, fitted: bool) -> Result<Held, FitError> {
+    pub fn hold(&self, model: &Model, fitted: bool) -> Result<FitResult, FitError> {
         let (mut record, _) = fit::prepare::prepare(&self.log, model, fitted).expect("the log has the columns");
         record.rate_from_encoder = self.rate_from_encoder;
         let (system, parameters) = fit::build::system(model, record.temp_C.is_some());
@@ -127,7 +127,7 @@ impl Case {
     }
 
     /// Fitted minus true, in standard errors, of every parameter that was fitted.
-    pub fn deviations(&self, held: &Held) -> Vec<(String, f64)> {
+    pub fn deviations(&self, held: &FitResult) -> Vec<(String, f64)> {
         held.parameters
             .list
             .iter()

@@ -2,7 +2,7 @@
 
 use hal_sim::plant::{Plant, Stand};
 use hal_sim::session::{self, SessionRequest};
-use host_tools::identify::fit::{self, FitError, Held};
+use host_tools::identify::fit::{self, FitError, FitResult};
 use host_tools::log::{Column, Log};
 use host_tools::model::Model;
 use stand_firmware::profile::ProfileKind;
@@ -49,7 +49,7 @@ pub fn model(factors: &[f64; 6]) -> Model {
 ///
 /// # Panics
 /// Where the log lacks a column.
-pub fn hold(log: &Log, model: &Model, fitted: bool) -> Result<Held, FitError> {
+pub fn hold(log: &Log, model: &Model, fitted: bool) -> Result<FitResult, FitError> {
     let (record, _) = fit::prepare::prepare(log, model, fitted).expect("the log has the columns");
     let (system, parameters) = fit::build::system(model, record.temp_C.is_some());
     if fitted { fit::fit(&system, &parameters, &record) } else { fit::compare(&system, &parameters, &record) }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use drive_rig::State;
-use host_tools::identify::fit::{self, FitError, Held};
+use host_tools::identify::fit::{self, FitError, FitResult};
 use host_tools::log::Log;
 use host_tools::model::Model;
 
@@ -46,7 +46,7 @@ pub fn with_values(model: &Model, parameters: &fit::Parameters) -> Model {
 pub fn position_rms(log: &Log, model: &Model) -> Result<f64, FitError> {
     let (record, _) = fit::prepare::prepare(log, model, false).expect("the columns of the model");
     let (system, parameters) = fit::build::system(model, record.temp_C.is_some());
-    let held: Held = fit::compare(&system, &parameters, &record)?;
+    let held: FitResult = fit::compare(&system, &parameters, &record)?;
     let rig = system.rig::<f64>(&parameters, record.driven);
     let theta = record.theta.expect("an angle");
     let (mut sum, mut n) = (0.0, 0usize);

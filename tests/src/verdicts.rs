@@ -7,7 +7,7 @@
 
 use host_tools::identify::explain::evidence::{Whitener, delta_bic};
 use host_tools::identify::explain::{Explanation, explain};
-use host_tools::identify::fit::{self, Held, Record, System};
+use host_tools::identify::fit::{self, FitResult, PreparedLog, System};
 use host_tools::log::Log;
 use host_tools::model::Model;
 use stand_firmware::board::Hardware;
@@ -126,7 +126,7 @@ fn coordinate(explanation: &Explanation) -> &'static str {
 fn read(explanation: &Explanation) -> Outcome {
     let missing = explanation.missing.clone();
     let first = explanation.candidates.iter().find(|c| missing.first() == Some(&c.effect));
-    let worst = |of: &dyn Fn(&fit::Fitness) -> f64, held: &Held| held.channels.iter().map(of).fold(0.0, f64::max);
+    let worst = |of: &dyn Fn(&fit::ChannelFit) -> f64, held: &FitResult| held.channels.iter().map(of).fold(0.0, f64::max);
     Outcome {
         verdict: explanation.verdict.name().to_owned(),
         ambiguous_with: first.map_or(Vec::new(), |c| c.ambiguous_with.clone()),
@@ -143,9 +143,9 @@ fn read(explanation: &Explanation) -> Outcome {
 
 /// A model held against a log, with what it was held by.
 struct Holding<'a> {
-    record: Record<'a>,
+    record: PreparedLog<'a>,
     system: System,
-    held: Held,
+    held: FitResult,
 }
 
 fn hold<'a>(log: &'a Log, model: &Model, rate_from_encoder: bool) -> Option<Holding<'a>> {
@@ -156,7 +156,7 @@ fn hold<'a>(log: &'a Log, model: &Model, rate_from_encoder: bool) -> Option<Hold
     Some(Holding { record, system, held })
 }
 
-fn residuals(held: &Held) -> Vec<&[f64]> {
+fn residuals(held: &FitResult) -> Vec<&[f64]> {
     held.channels.iter().map(|c| c.residual.as_slice()).collect()
 }
 
@@ -165,11 +165,12 @@ fn see(outcome: &mut Outcome, explanation: &Explanation, log: &Log, known: &Know
     let Some(truth) = known.truth.as_ref().and_then(|t| hold(log, t, known.rate_from_encoder)) else { return };
     let rows = 0..truth.record.len();
     let whitener = Whitener::of(&truth.record, &residuals(&truth.held));
-    let squares =
-        |system: &System, held: &Held| whitener.squares(system, &held.parameters, &held.starts, &truth.record, std::slice::from_ref(&rows));
+    let squares = |system: &System, held: &FitResult| {
+        whitener.squares(system, &held.parameters, &held.starts, &truth.record, std::slice::from_ref(&rows))
+    };
     let full = squares(&truth.system, &truth.held);
     // How much worse a model without it is, in BIC, and in the ratio of its rms to the noise.
-    let better = |system: &System, without: &Held| {
+    let better = |system: &System, without: &FitResult| {
         let more = truth.held.parameters.free().len().saturating_sub(without.parameters.free().len());
         let bic = -delta_bic(squares(system, without).gain(&full), more, full.witnesses());
         let ratio = without.channels.iter().zip(&truth.held.channels).map(|(c, t)| c.rms / t.noise).fold(0.0, f64::max);

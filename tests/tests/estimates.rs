@@ -4,7 +4,7 @@
 use hal_sim::peripherals::imu::ImuSetup;
 use hal_sim::plant::{Plant, Stand};
 use hal_sim::session::{self, SessionRequest};
-use host_tools::identify::fit::{self, Held};
+use host_tools::identify::fit::{self, FitResult};
 use host_tools::log::{Column, Log};
 use host_tools::model::Model;
 use stand_firmware::measurement_loop::{Estimate, Instruments};
@@ -23,14 +23,14 @@ fn measured(stand: &Stand, mode: Mode, kind: ProfileKind, seed: u64) -> (Log, In
 }
 
 /// All rows fitted.
-fn fitted(log: &Log, model: &Model) -> Held {
+fn fitted(log: &Log, model: &Model) -> FitResult {
     let (record, _) = fit::prepare::prepare(log, model, false).unwrap();
     let (system, parameters) = fit::build::system(model, record.temp_C.is_some());
     fit::fit(&system, &parameters, &record).unwrap()
 }
 
 /// How far two estimates of the same rows are apart, in σ of both together.
-fn apart(running: Estimate, held: &Held, name: &str) -> f64 {
+fn apart(running: Estimate, held: &FitResult, name: &str) -> f64 {
     let k = held.parameters.list.iter().position(|p| p.name == name).unwrap();
     (running.value - held.parameters.list[k].value) / running.sigma.hypot(held.sigmas[k])
 }

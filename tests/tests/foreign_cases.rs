@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use host_tools::identify::fit::Held;
+use host_tools::identify::fit::FitResult;
 use host_tools::log::Log;
 use host_tools::model::{Channel, Model};
 use rayon::prelude::*;
@@ -22,16 +22,16 @@ fn model(text: &str) -> Model {
     Model::parse(text, "a model of this test").unwrap()
 }
 
-fn value(held: &Held, name: &str) -> f64 {
+fn value(held: &FitResult, name: &str) -> f64 {
     held.parameters.list.iter().find(|p| p.name == name).unwrap().value
 }
 
-fn sigma(held: &Held, name: &str) -> f64 {
+fn sigma(held: &FitResult, name: &str) -> f64 {
     held.sigmas[held.parameters.list.iter().position(|p| p.name == name).unwrap()]
 }
 
-fn rms(held: &Held, shows: Channel) -> f64 {
-    held.channels.iter().find(|c| c.shows == shows).unwrap().rms
+fn rms(held: &FitResult, shows: Channel) -> f64 {
+    held.channels.iter().find(|c| c.channel == shows).unwrap().rms
 }
 
 /// Rate and current: 30 000 rows of white noise scatter χ²/n by 0.008; 0.02 is beyond that and below half a sample's misfit, which is
@@ -50,9 +50,9 @@ fn the_true_model_of_another_simulator_leaves_nothing_but_noise() {
             held.channels
                 .into_iter()
                 .filter_map(|c| {
-                    let tolerance = if c.shows == Channel::Angle { 0.035 } else { 0.02 };
+                    let tolerance = if c.channel == Channel::Angle { 0.035 } else { 0.02 };
                     let off = (c.chi2_per_n() - 1.0).abs() > tolerance;
-                    off.then(|| format!("{}: χ²/n of {} is {:.3}, not 1 ± {tolerance}", case.name, c.shows.column(), c.chi2_per_n()))
+                    off.then(|| format!("{}: χ²/n of {} is {:.3}, not 1 ± {tolerance}", case.name, c.channel.column(), c.chi2_per_n()))
                 })
                 .collect::<Vec<_>>()
         })
@@ -107,7 +107,7 @@ fn the_axis_of_emps_is_found_from_rough_starts() {
     let Some(data) = data() else { return };
     let log = Log::read(data.join("emps_train.csv")).unwrap();
     let starts = [(30.0, 50.0, 60.0, 0.0), (300.0, 600.0, 7.0, 0.0), (60.0, 400.0, 40.0, -3.0), (150.0, 100.0, 10.0, 10.0)];
-    let fits: Vec<Held> = starts
+    let fits: Vec<FitResult> = starts
         .par_iter()
         .map(|(inertia, viscous, coulomb, load)| {
             let model = model(&format!(
@@ -178,7 +178,7 @@ fn the_slow_motor_has_cogging_beside_its_friction() {
     assert!(cogging.converged);
     let (before, after) = (plain.channels[0].rms, cogging.channels[0].rms);
     assert!(after < 0.8 * before, "rms of the current {before} A without, {after} A with");
-    let held_out = |held: &Held| held.channels[0].heldout_rms.unwrap();
+    let held_out = |held: &FitResult| held.channels[0].heldout_rms.unwrap();
     assert!(held_out(&cogging) < 0.8 * held_out(&plain), "and on rows that the fit never saw");
     for name in ["cogging_N_m", "cogging_N_m#2", "cogging_N_m#3"] {
         assert!(

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use hal_sim::plant::Stand;
-use host_tools::identify::fit::Held;
+use host_tools::identify::fit::FitResult;
 use host_tools::log::Log;
 use host_tools::model::{Channel, Model};
 use rayon::prelude::*;
@@ -24,7 +24,7 @@ fn each_log() -> impl ParallelIterator<Item = (Mode, ProfileKind, Log)> {
     all.into_par_iter().map(move |(mode, kind)| (mode, kind, log(&Stand::default(), mode, kind, seconds(kind), 11)))
 }
 
-fn deviations(held: &Held) -> Vec<f64> {
+fn deviations(held: &FitResult) -> Vec<f64> {
     TRUTH.iter().enumerate().map(|(p, (_, truth))| (held.parameters.list[p].value - truth) / held.sigmas[p]).collect()
 }
 
@@ -41,13 +41,13 @@ fn the_true_model_leaves_nothing_but_noise_open_and_closed_loop() {
                 .iter()
                 .filter_map(|c| {
                     let off = c.chi2_per_n() - 1.0;
-                    let fits = match c.shows {
+                    let fits = match c.channel {
                         Channel::Angle => off < 0.04,
                         Channel::Rate => off.abs() < 0.03 && c.white(),
                         _ => off.abs() < 0.03,
                     };
                     (!fits).then(|| {
-                        format!("{mode:?} {kind}: {} has χ²/n {:.3}, whiteness p = {:.1e}", c.shows.column(), c.chi2_per_n(), c.white_p)
+                        format!("{mode:?} {kind}: {} has χ²/n {:.3}, whiteness p = {:.1e}", c.channel.column(), c.chi2_per_n(), c.white_p)
                     })
                 })
                 .collect::<Vec<_>>()

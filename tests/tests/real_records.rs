@@ -3,8 +3,8 @@
 
 use std::path::PathBuf;
 
-use host_tools::identify::fit::equation_error::{self, Equation, Settings};
-use host_tools::identify::fit::{Held, prepare};
+use host_tools::identify::fit::equation_error::{self, EquationErrorFit, Settings};
+use host_tools::identify::fit::{FitResult, prepare};
 use host_tools::identify::residual;
 use host_tools::log::Log;
 use host_tools::model::Model;
@@ -34,15 +34,15 @@ fn as_its_authors(data: &std::path::Path, name: &str) -> Log {
     noted(&record(data, name, &[]), "torque_N_m", "at t")
 }
 
-fn by_equation_error(log: &Log, model: &Model) -> Equation {
+fn by_equation_error(log: &Log, model: &Model) -> EquationErrorFit {
     equation_error::fit(log, model, Settings::usual(log)).unwrap()
 }
 
-fn found(equation: &Equation, name: &str) -> f64 {
+fn found(equation: &EquationErrorFit, name: &str) -> f64 {
     equation.parameters.list.iter().find(|p| p.name == name).unwrap().value
 }
 
-fn value(held: &Held, name: &str) -> f64 {
+fn value(held: &FitResult, name: &str) -> f64 {
     held.parameters.list.iter().find(|p| p.name == name).unwrap().value
 }
 
@@ -81,7 +81,7 @@ fn the_force_of_emps_is_the_mean_over_its_row() {
     assert!(by_row.error_percent < by_instant.error_percent, "{} {}", by_row.error_percent, by_instant.error_percent);
     assert!((found(&by_row, "inertia_kg_m2") / 95.11 - 1.0).abs() < 0.02);
     assert!((found(&by_row, "viscous_N_m_s") / 203.5 - 1.0).abs() < 0.05);
-    let on_pulses = |log: &Log, equation: &Equation| {
+    let on_pulses = |log: &Log, equation: &EquationErrorFit| {
         equation_error::compare(log, &with_values(&model, &equation.parameters), Settings::usual(log)).unwrap().error_percent
     };
     let (row, instant) =
@@ -143,7 +143,7 @@ fn what_the_first_record_of_emps_taught_fails_on_the_second_over_the_rate() {
     let model = axis("\"load\", \"asymmetric-friction\"", "");
     let learnt = with_values(&model, &hold(&train, &model, true).unwrap().parameters);
     let (compared, _) = prepare::prepare(&pulses, &learnt, true).unwrap();
-    let failures = residual::failures(&pulses, &compared, &hold(&pulses, &learnt, false).unwrap());
+    let failures = residual::misfits(&pulses, &compared, &hold(&pulses, &learnt, false).unwrap());
     let first = failures.first().expect("it fails somewhere");
     println!("{}", first.says);
     assert_eq!(first.coordinate.name(), "omega");
@@ -168,7 +168,7 @@ fn the_gear_motor_cannot_tell_dry_friction_from_an_offset() {
 }
 
 /// The gear motor with viscous and dry friction and one effect more, from the catalogue's start.
-fn gear_motor(log: &Log, effect: &str) -> Held {
+fn gear_motor(log: &Log, effect: &str) -> FitResult {
     let text = format!(
         "[drive]\ninput = \"u_V\"\neffects = [\"viscous\", \"coulomb\", \"{effect}\"]\n[parameters]\ninertia_kg_m2 = 0.005\n\
          viscous_N_m_s = 0.03\ncoulomb_N_m = 0.05\nmotor_constant_N_m_A = {{ value = 0.2, fixed = true }}\n\
@@ -178,7 +178,7 @@ fn gear_motor(log: &Log, effect: &str) -> Held {
 }
 
 /// Root mean square over all rows, and BIC over those that were fitted.
-fn rms_and_bic(held: &Held) -> (f64, f64) {
+fn rms_and_bic(held: &FitResult) -> (f64, f64) {
     let c = &held.channels[0];
     let compared: Vec<f64> = c.residual.iter().copied().filter(|r| !r.is_nan()).collect();
     let all = (compared.iter().map(|r| r * r).sum::<f64>() / compared.len() as f64).sqrt();

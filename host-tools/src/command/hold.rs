@@ -9,7 +9,7 @@ use clap::Args;
 
 use super::error::CliError;
 use super::output::{ReportOutput, check_place, is_terminal, working};
-use crate::identify::fit::{self, Held, Record};
+use crate::identify::fit::{self, FitResult, PreparedLog};
 use crate::identify::residual;
 use crate::log::plausible;
 use crate::log::{Log, Source};
@@ -101,7 +101,7 @@ pub(super) fn read(log: &Path, model: &Path) -> Result<(Log, Model), CliError> {
 }
 
 /// Holds the model against the log and says what came of it; `None` where the log is not plausible.
-pub(super) fn hold(log: &Log, model: &Model, manner: Manner, output: &ReportOutput) -> Result<Option<Held>, CliError> {
+pub(super) fn hold(log: &Log, model: &Model, manner: Manner, output: &ReportOutput) -> Result<Option<FitResult>, CliError> {
     let begin = Instant::now();
     let (mut record, mut remarks) = fit::prepare::prepare(log, model, manner != Manner::FittedToAll)?;
     let problems = plausible::check(log, model.input().column());
@@ -124,7 +124,7 @@ pub(super) fn hold(log: &Log, model: &Model, manner: Manner, output: &ReportOutp
         fitted: manner != Manner::Compared,
         seconds: begin.elapsed().as_secs_f64(),
         remarks,
-        failures: residual::failures(log, &record, &held),
+        failures: residual::misfits(log, &record, &held),
     };
     output.text(&report::text(&comparison, Style { colour: is_terminal(), width: 80 }))?;
     output.json(|| if comparison.fitted { report::fit_json(&comparison) } else { report::compare_json(&comparison) })?;
@@ -133,14 +133,14 @@ pub(super) fn hold(log: &Log, model: &Model, manner: Manner, output: &ReportOutp
 }
 
 /// Fits or compares; where nobody said what the rate was measured with and the encoder is off its centre, both are tried.
-fn run(model: &Model, record: &mut Record, log: &Log, manner: Manner, remarks: &mut Vec<String>) -> Result<Held, CliError> {
+fn run(model: &Model, record: &mut PreparedLog, log: &Log, manner: Manner, remarks: &mut Vec<String>) -> Result<FitResult, CliError> {
     let (system, parameters) = fit::build::system(model, record.temp_C.is_some());
-    let once = |record: &Record| match manner {
+    let once = |record: &PreparedLog| match manner {
         Manner::Compared => fit::compare(&system, &parameters, record),
         Manner::Fitted | Manner::FittedToAll => fit::fit(&system, &parameters, record),
     };
     let eccentric = model.effects().iter().any(|e| e.card.id == "encoder-eccentricity");
-    let rate = record.channels.iter().any(|c| c.shows == Channel::Rate);
+    let rate = record.channels.iter().any(|c| c.channel == Channel::Rate);
     let unsaid = log.column_made(Channel::Rate.column()).source == Source::Unknown;
     let apart = once(record)?;
     if !(eccentric && rate && unsaid) {

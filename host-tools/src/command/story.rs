@@ -15,7 +15,7 @@ use super::profile::ProfileWords;
 use super::sim::{Drive, Request, session};
 use crate::acquire::hidden::HiddenEffect;
 use crate::identify::explain::Explanation;
-use crate::identify::fit::Held;
+use crate::identify::fit::FitResult;
 use crate::model::Model;
 use crate::report::{self, Style, explanation::words as explain_words};
 
@@ -105,7 +105,7 @@ fn stand_file(hidden: Option<&HiddenEffect>) -> String {
 }
 
 /// One line per channel: the error at each stage, and the noise.
-fn table(nominal: Option<&Held>, e: &Explanation) -> String {
+fn table(nominal: Option<&FitResult>, e: &Explanation) -> String {
     let number = |x: f64| report::significant(x, 3);
     let mut columns = vec!["".to_owned()];
     columns.extend(nominal.map(|_| "data sheet".to_owned()));
@@ -113,8 +113,8 @@ fn table(nominal: Option<&Held>, e: &Explanation) -> String {
     columns.push("noise".to_owned());
     let mut rows = vec![columns];
     for (k, first) in e.stages.first().map_or(&[][..], |s| &s.outputs).iter().enumerate() {
-        let mut row = vec![format!("{}, {}", first.shows.column(), report::unit(first.shows))];
-        row.extend(nominal.and_then(|held| held.channels.iter().find(|c| c.shows == first.shows)).map(|c| number(c.rms)));
+        let mut row = vec![format!("{}, {}", first.channel.column(), report::unit(first.channel))];
+        row.extend(nominal.and_then(|held| held.channels.iter().find(|c| c.channel == first.channel)).map(|c| number(c.rms)));
         row.extend(e.stages.iter().filter_map(|s| s.outputs.get(k)).map(|o| number(o.rms)));
         row.extend(e.stages.last().and_then(|s| s.outputs.get(k)).map(|o| number(o.noise)));
         rows.push(row);

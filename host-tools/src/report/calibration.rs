@@ -90,7 +90,7 @@ pub fn html(record: &Record) -> String {
     for (name, why) in &record.findings.absent {
         page.push(&format!("<tr><td>{}</td><td colspan=\"6\">not found</td><td class=\"says\">{}</td></tr>", escaped(name), escaped(why)));
     }
-    page.push("</tbody></table></div></section><section><h2>Pictures</h2>");
+    page.push("</tbody></table></div></section><section><h2>ResidualPlotData</h2>");
     for curve in record.findings.curves.iter().filter(|c| c.points.len() > 1) {
         page.figure(&picture(curve), &caption(curve));
     }

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::identify::residual::Failure;
+use crate::identify::residual::Misfit;
 use crate::log::plausible::Finding;
 
 /// Below this a probability is said as 0, with its logarithm beside it.
@@ -19,7 +19,7 @@ pub fn problems_json(problems: &[Finding]) -> Value {
 }
 
 /// Failures, as in `failures`.
-pub fn failures_json(failures: &[Failure]) -> Value {
+pub fn failures_json(failures: &[Misfit]) -> Value {
     failures
         .iter()
         .map(|f| {

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use drive_model::Coordinate;
 
-use crate::identify::fit::{Fitness, Record};
+use crate::identify::fit::{ChannelFit, PreparedLog};
 use crate::log::Log;
 use crate::model::Channel;
 
@@ -34,10 +34,10 @@ const MOVES: f64 = 1e-6;
 /// What the residuals of `channels` can be drawn over.
 ///
 /// Rate and current are the modelled ones where they are compared: over a measured one, its own noise would draw a slope.
-pub fn coordinates<'a>(log: &'a Log, record: &'a Record<'a>, channels: &'a [Fitness]) -> Vec<Along<'a>> {
+pub fn coordinates<'a>(log: &'a Log, record: &'a PreparedLog<'a>, channels: &'a [ChannelFit]) -> Vec<Along<'a>> {
     let modelled = |shows: Channel| {
-        let measured = record.channels.iter().find(|c| c.shows == shows)?.measured;
-        let residual = &channels.iter().find(|f| f.shows == shows)?.residual;
+        let measured = record.channels.iter().find(|c| c.channel == shows)?.measured;
+        let residual = &channels.iter().find(|f| f.channel == shows)?.residual;
         Some(move |row: usize| match (measured.get(row), residual.get(row)) {
             (Some(y), Some(r)) if r.is_finite() => y - r,
             (Some(y), _) => *y,
@@ -110,7 +110,7 @@ pub fn coordinates<'a>(log: &'a Log, record: &'a Record<'a>, channels: &'a [Fitn
 }
 
 /// Root mean square of the residual in `columns` equal intervals of time; `None` where no row was compared.
-pub fn rms_over_time(record: &Record, residual: &[f64], columns: usize) -> Vec<Option<f64>> {
+pub fn rms_over_time(record: &PreparedLog, residual: &[f64], columns: usize) -> Vec<Option<f64>> {
     let mut sums = vec![(0.0, 0usize); columns];
     let Some((&first, &last)) = record.t_s.first().zip(record.t_s.last()) else { return Vec::new() };
     let scale = columns as f64 / (last - first).max(f64::MIN_POSITIVE);

@@ -3,18 +3,18 @@
 use std::path::Path;
 
 use host_tools::identify::fit;
-use host_tools::identify::residual::{self, Failure};
+use host_tools::identify::residual::{self, Misfit};
 use host_tools::log::Log;
 use host_tools::model::Model;
 use stand_tests::foreign::Case;
 
 /// Where `model`, fitted to the log, fails.
-pub fn fitted(log: &Log, model: &Model, rate_from_encoder: bool) -> Vec<Failure> {
+pub fn fitted(log: &Log, model: &Model, rate_from_encoder: bool) -> Vec<Misfit> {
     let (mut record, _) = fit::prepare::prepare(log, model, true).expect("the columns");
     record.rate_from_encoder |= rate_from_encoder;
     let (system, parameters) = fit::build::system(model, record.temp_C.is_some());
     let held = fit::fit(&system, &parameters, &record).expect("a fit");
-    residual::failures(log, &record, &held)
+    residual::misfits(log, &record, &held)
 }
 
 /// What the user of a case believes.

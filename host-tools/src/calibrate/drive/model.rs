@@ -3,7 +3,7 @@
 use super::{orders, readings};
 use crate::calibrate::session::Session;
 use crate::calibrate::{Findings, Step};
-use crate::identify::fit::{self, Held};
+use crate::identify::fit::{self, FitResult};
 use crate::model::{Input, Model};
 use crate::statistics::uncertainty::{Part, Quantity};
 
@@ -23,7 +23,7 @@ pub(super) struct Drive {
 }
 
 impl Drive {
-    fn of(held: &Held, misfit: f64) -> Option<Self> {
+    fn of(held: &FitResult, misfit: f64) -> Option<Self> {
         // Where the model lacks something, its own uncertainties are too small by as much at the least.
         let wide = |(value, sigma): (f64, f64)| (value, sigma * misfit.max(1.0));
         Some(Self {
@@ -43,7 +43,7 @@ pub(super) fn is_rich(step: &Step) -> bool {
 /// What comes round with the angle: order, amplitude in N m, phase, as the slow turn has it.
 type Waves = [(usize, f64, f64)];
 
-fn fitted(step: &Step, waves: &Waves) -> Result<(Held, f64), String> {
+fn fitted(step: &Step, waves: &Waves) -> Result<(FitResult, f64), String> {
     let mut model = Model::new(Input::Voltage, "drive").map_err(|e| e.to_string())?;
     for effect in EFFECTS {
         model.add(effect).map_err(|e| e.to_string())?;
@@ -62,7 +62,7 @@ fn fitted(step: &Step, waves: &Waves) -> Result<(Held, f64), String> {
     Ok((held, misfit))
 }
 
-fn get(held: &Held, name: &str) -> Option<(f64, f64)> {
+fn get(held: &FitResult, name: &str) -> Option<(f64, f64)> {
     let k = held.parameters.list.iter().position(|p| p.name == name)?;
     Some((held.parameters.list[k].value, *held.sigmas.get(k)?)).filter(|(_, sigma)| sigma.is_finite())
 }
@@ -142,7 +142,7 @@ pub(super) fn add(steps: &[Step], session: &Session, findings: &mut Findings) ->
 }
 
 /// τ_m = J R/(K² + R b), τ_e = L/R. Voltage and current scales fall out of both but for b's small part.
-fn time_constants(findings: &mut Findings, held: &Held, j: (f64, f64), k: (f64, f64), r: (f64, f64), b: (f64, f64)) {
+fn time_constants(findings: &mut Findings, held: &FitResult, j: (f64, f64), k: (f64, f64), r: (f64, f64), b: (f64, f64)) {
     let below = k.0 * k.0 + r.0 * b.0;
     let value = j.0 * r.0 / below;
     // The fit's parameters are correlated; the sum of all is never too small (GUM 5.2.2, note 1).
@@ -161,7 +161,7 @@ fn time_constants(findings: &mut Findings, held: &Held, j: (f64, f64), k: (f64, 
 }
 
 /// Two fits, with and without a known inertia: their difference is known, so their ratio gives J whatever the scales of current and voltage.
-fn added(steps: &[Step], held: &Held, waves: &Waves, findings: &mut Findings) {
+fn added(steps: &[Step], held: &FitResult, waves: &Waves, findings: &mut Findings) {
     let name = "inertia_by_added_kg_m2";
     let Some(step) = steps.iter().find(|s| is_rich(s) && s.added_inertia_kg_m2.is_some()) else {
         return findings.lacks(name, "it takes the same step again with a known inertia on the platform (added_inertia_kg_m2)");
@@ -172,7 +172,7 @@ fn added(steps: &[Step], held: &Held, waves: &Waves, findings: &mut Findings) {
         Err(why) => return findings.lacks(name, why),
     };
     // Per torque, as both fits have the same K: in units of K, J/K.
-    let ratio = |held: &Held| Some((get(held, "inertia_kg_m2")?, get(held, "motor_constant_N_m_A")?));
+    let ratio = |held: &FitResult| Some((get(held, "inertia_kg_m2")?, get(held, "motor_constant_N_m_A")?));
     let (Some(((j1, u1), (k1, _))), Some(((j2, u2), (k2, _)))) = (ratio(held), ratio(&with)) else { return };
     let (a1, a2) = (j1 / k1, j2 / k2);
     let (ua1, ua2) = (u1 / k1, u2 / k2);

@@ -4,8 +4,8 @@ use serde_json::{Map, Value, json};
 
 use super::super::error::CliError;
 use super::super::output::{ReportOutput, working};
-use crate::identify::fit::equation_error::{self, Equation, Settings};
-use crate::identify::fit::{self, FitError, Held};
+use crate::identify::fit::equation_error::{self, EquationErrorFit, Settings};
+use crate::identify::fit::{self, FitError, FitResult};
 use crate::log::Log;
 use crate::log::plausible;
 use crate::model::{Input, Model};
@@ -22,7 +22,7 @@ pub(super) fn hold(
     all_rows: bool,
     output: &ReportOutput,
     style: Style,
-) -> Result<Option<Equation>, CliError> {
+) -> Result<Option<EquationErrorFit>, CliError> {
     let settings = cutoff_hz.map_or_else(|| Ok(Settings::usual(log)), |hz| Settings::with_cutoff(log, hz)).map_err(input)?;
     let problems = plausible::check(log, model.input().column());
     if !problems.is_empty() {
@@ -40,12 +40,12 @@ pub(super) fn hold(
     Ok(Some(equation))
 }
 
-fn input(error: equation_error::EquationError) -> CliError {
+fn input(error: equation_error::InverseModelError) -> CliError {
     CliError::Input(error.to_string())
 }
 
 /// The fit of `stand fit`; of a prescribed motion there is none, for nothing runs free.
-fn free_run(log: &Log, model: &Model, all_rows: bool) -> Result<Option<Result<Held, FitError>>, CliError> {
+fn free_run(log: &Log, model: &Model, all_rows: bool) -> Result<Option<Result<FitResult, FitError>>, CliError> {
     if model.input() == Input::Motion {
         return Ok(None);
     }
@@ -57,8 +57,8 @@ fn free_run(log: &Log, model: &Model, all_rows: bool) -> Result<Option<Result<He
 struct Telling<'a> {
     log: &'a Log,
     model: &'a Model,
-    equation: &'a Equation,
-    free: Option<&'a Result<Held, FitError>>,
+    equation: &'a EquationErrorFit,
+    free: Option<&'a Result<FitResult, FitError>>,
 }
 
 impl Telling<'_> {
@@ -127,7 +127,7 @@ impl Telling<'_> {
                 let parameters: Map<String, Value> = list.map(|(p, &s)| (p.name.clone(), parameter(p.value, s, p.fixed))).collect();
                 let outputs = held.channels.iter().map(|f| {
                     let says = json!({"rms": finite(f.rms), "noise": finite(f.noise), "ratio": finite(f.rms / f.noise)});
-                    (f.shows.column().to_owned(), says)
+                    (f.channel.column().to_owned(), says)
                 });
                 json!({"parameters": parameters, "outputs": outputs.collect::<Map<_, _>>(), "converged": held.converged})
             }

@@ -3,8 +3,8 @@
 use drive_model::Coordinate;
 
 use super::fitted::FAMILYWISE;
-use crate::identify::fit::Held;
-use crate::identify::residual::Failure;
+use crate::identify::fit::FitResult;
+use crate::identify::residual::Misfit;
 use crate::log::Log;
 use crate::model::{Channel, Model};
 use crate::statistics::bins::Bin;
@@ -35,7 +35,7 @@ impl Verdict {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shown {
     /// The channel.
-    pub shows: Channel,
+    pub channel: Channel,
     /// Root mean square of the residual over the fitted rows.
     pub rms: f64,
     /// The same over rows that the fit never saw; `None` where nothing was held out.
@@ -140,7 +140,7 @@ pub struct Explanation {
     /// In one word.
     pub verdict: Verdict,
     /// The model as it was given, fitted: what fails where.
-    pub given: Held,
+    pub given: FitResult,
     /// Names of what was added, in order.
     pub missing: Vec<String>,
     /// The path: the given model first, then one stage per added effect.
@@ -148,7 +148,7 @@ pub struct Explanation {
     /// All candidates of the first adding step, the best first.
     pub candidates: Vec<Candidate>,
     /// Where the given model fails, most telling first.
-    pub failures: Vec<Failure>,
+    pub failures: Vec<Misfit>,
     /// What is left at the end and no effect explains; empty where it is noise.
     pub unexplained: Vec<Shape>,
     /// What to measure next; `None` where nothing is open.
@@ -156,7 +156,7 @@ pub struct Explanation {
     /// The model with what was missing, fitted: what `--apply` writes.
     pub model: Model,
     /// That model held against the log (for the plots).
-    pub explained: Held,
+    pub explained: FitResult,
     /// Their paths, as they were given.
     pub logs: Vec<String>,
     /// All logs as one, a segment each at least; what `given` and `explained` were held against.

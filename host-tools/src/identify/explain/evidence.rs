@@ -11,10 +11,10 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use statrs::function::gamma::ln_gamma;
 
-use crate::identify::fit::normal::Starts;
+use crate::identify::fit::normal_equations::InitialStates;
 use crate::identify::fit::parameters::Dual;
-use crate::identify::fit::simulate::{Sourced, System, run};
-use crate::identify::fit::{self, Parameters, Record};
+use crate::identify::fit::simulate::{LawScalar, System, run};
+use crate::identify::fit::{self, Parameters, PreparedLog};
 
 /// Most coefficients of a whitening filter, and rows that each of them needs.
 const MOST_COEFFICIENTS: usize = 20;
@@ -44,12 +44,12 @@ pub struct Squares {
 
 impl Whitener {
     /// The filter that whitens these residuals (per channel, a value per row).
-    pub fn of(record: &Record, residuals: &[&[f64]]) -> Self {
+    pub fn of(record: &PreparedLog, residuals: &[&[f64]]) -> Self {
         let channels = residuals
             .iter()
             .enumerate()
             .map(|(c, residual)| {
-                let stride = fit::differenced(record, c).max(1);
+                let stride = fit::differencing_rows(record, c).max(1);
                 let mut covariances = [0.0; MOST_COEFFICIENTS + 1];
                 let mut n = 0usize;
                 for run in runs(record, residual, stride) {
@@ -71,7 +71,14 @@ impl Whitener {
     ///
     /// The model was fitted to the residuals as they are. Where they remember, other parameters leave less of the whitened ones; one step of the
     /// linear model goes there, for every model alike.
-    pub fn squares(&self, system: &System, parameters: &Parameters, starts: &Starts, record: &Record, logs: &[Range<usize>]) -> Squares {
+    pub fn squares(
+        &self,
+        system: &System,
+        parameters: &Parameters,
+        starts: &InitialStates,
+        record: &PreparedLog,
+        logs: &[Range<usize>],
+    ) -> Squares {
         match parameters.free().len() + starts.kinds.len() {
             0..=8 => self.squares_in::<8>(system, parameters, starts, record, logs),
             9..=12 => self.squares_in::<12>(system, parameters, starts, record, logs),
@@ -84,12 +91,12 @@ impl Whitener {
         &self,
         system: &System,
         parameters: &Parameters,
-        starts: &Starts,
-        record: &Record,
+        starts: &InitialStates,
+        record: &PreparedLog,
         logs: &[Range<usize>],
     ) -> Squares
     where
-        Dual<N>: Sourced,
+        Dual<N>: LawScalar,
     {
         let rig = system.rig::<Dual<N>>(parameters, record.driven);
         let free = parameters.free().len();
@@ -227,7 +234,7 @@ impl<const N: usize> Cell<N> {
 }
 
 /// Runs of finite values, every `stride`-th row of a segment.
-fn runs(record: &Record, residual: &[f64], stride: usize) -> Vec<Vec<f64>> {
+fn runs(record: &PreparedLog, residual: &[f64], stride: usize) -> Vec<Vec<f64>> {
     let mut list = Vec::new();
     for rows in &record.segments {
         let mut run = Vec::new();

@@ -10,16 +10,16 @@ use super::screen::Score;
 use super::trial::Trial;
 use super::{Estimate, Shown};
 use crate::identify::fit::Parameters;
-use crate::identify::fit::normal::Starts;
+use crate::identify::fit::normal_equations::InitialStates;
 use crate::identify::fit::simulate::System;
-use crate::identify::fit::solve::Place;
+use crate::identify::fit::solve::Iterate;
 use crate::model::Model;
 
 /// Probability of adding anything to a model that lacks nothing, per step and over the whole catalogue.
 pub const FAMILYWISE: f64 = 0.002;
 /// BIC by which rivals must differ to be told apart (interfaces.md), and by which an effect must pay.
 pub const APART: f64 = 6.0;
-/// Held-out rows, or another log, speak against an effect where their likelihood falls by more than this.
+/// FitResult-out rows, or another log, speak against an effect where their likelihood falls by more than this.
 const AGAINST: f64 = 6.0;
 /// A gain below this (2 ln of the likelihood ratio) is little, and must be found again on held-out rows, which are a third as many as the
 /// fitted ones: at least this part of it.
@@ -42,7 +42,7 @@ pub struct Fitted {
     /// The model with it.
     pub system: System,
     /// Initial states.
-    pub starts: Starts,
+    pub starts: InitialStates,
     /// All parameters with it.
     pub parameters: Parameters,
     /// Which of them are its own.
@@ -75,8 +75,8 @@ pub fn fit(ground: &Ground, trial: &Trial, score: &Score, rival: f64) -> Option<
     let record = ground.record_for(trial);
     let (system, parameters, own) = ground.with(trial, &trial.fitted);
     let starts = ground.starts_for(&system, &parameters, &record);
-    let cost = |place: &Place| place.linear(&ground.weights).cost;
-    let race = |begin: Place| ground.descend_from(&system, &record, begin, Goal::Race(rival));
+    let cost = |place: &Iterate| place.normal_equations(&ground.weights).cost;
+    let race = |begin: Iterate| ground.descend_from(&system, &record, begin, Goal::Race(rival));
     let begin = |share: f64, along: bool| {
         let mut parameters = parameters.clone();
         for (p, value) in parameters.list[own.clone()].iter_mut().zip(part_of_the_way(trial, score, share)) {
@@ -87,7 +87,7 @@ pub fn fit(ground: &Ground, trial: &Trial, score: &Score, rival: f64) -> Option<
             let base = ground.held.parameters.moved(&step);
             parameters.list[..base.list.len()].clone_from_slice(&base.list);
         }
-        Place::begin(&system, &parameters, &record, &starts)
+        Iterate::new(&system, &parameters, &record, &starts)
     };
     // As far along as it helps: a whole step may hold the rotor fast, and from there no derivative leads back.
     let tried = if trial.absent { SHARES } else { &[1.0, 0.0] };
@@ -125,8 +125,8 @@ fn part_of_the_way(trial: &Trial, score: &Score, share: f64) -> Vec<f64> {
 
 impl Fitted {
     /// A trial at the end of its descent; `None` where the model cannot be simulated there.
-    fn at(ground: &Ground, trial: Trial, system: System, own: Range<usize>, place: Place) -> Option<Self> {
-        let linear = place.linear(&ground.weights);
+    fn at(ground: &Ground, trial: Trial, system: System, own: Range<usize>, place: Iterate) -> Option<Self> {
+        let linear = place.normal_equations(&ground.weights);
         if !linear.cost.is_finite() {
             return None;
         }
@@ -135,7 +135,7 @@ impl Fitted {
         let covariance = linear.profiled().0.try_inverse().map(|c| c * excess);
         let sigmas = covariance.map_or_else(|| vec![0.0; place.parameters.list.len()], |c| place.parameters.sigmas(&c));
         let scanned = trial.card.parameters.iter().filter(|p| p.kind == Kind::Order).count();
-        let shown = shown_of(ground, &place.pass.residuals);
+        let shown = shown_of(ground, &place.linearization.residuals);
         Some(Fitted {
             more: place.parameters.free().len() - ground.held.parameters.free().len() + scanned,
             misfit: misfit(shown.iter().map(|s| s.ratio().powi(2))),
@@ -144,7 +144,7 @@ impl Fitted {
             own,
             sigmas,
             cost: linear.cost,
-            residuals: place.pass.residuals,
+            residuals: place.linearization.residuals,
             parameters: place.parameters,
             starts: place.starts,
             system,
@@ -157,7 +157,7 @@ impl Fitted {
     /// The rest of the way, for one that may be the best.
     pub fn finished(self, ground: &Ground) -> Self {
         let record = ground.record_for(&self.trial);
-        let place = ground.descend(&self.system, &self.parameters, &record, &self.starts, Goal::End);
+        let place = ground.minimize(&self.system, &self.parameters, &record, &self.starts, Goal::End);
         let (trial, system, own) = (self.trial.clone(), self.system.clone(), self.own.clone());
         Fitted::at(ground, trial, system, own, place).unwrap_or(self)
     }
@@ -167,7 +167,7 @@ impl Fitted {
         let record = ground.record_for(&self.trial);
         let parameters = ground.lengthened(&self.system, &self.parameters, &record);
         let starts = ground.starts_for(&self.system, &parameters, &record);
-        let place = ground.descend(&self.system, &parameters, &record, &starts, Goal::Race(rival));
+        let place = ground.minimize(&self.system, &parameters, &record, &starts, Goal::Race(rival));
         Fitted::at(ground, self.trial, self.system, self.own, place)
     }
 
@@ -270,7 +270,7 @@ pub fn shown_of(ground: &Ground, residuals: &[Vec<f64>]) -> Vec<Shown> {
                 let (sum, n) = rows.fold((0.0, 0usize), |(s, n), (_, r)| (s + r * r, n + 1));
                 (n > 0).then(|| (sum / n as f64).sqrt())
             };
-            Shown { shows: f.shows, rms: rms(false).unwrap_or(f64::NAN), heldout_rms: rms(true), noise: f.noise }
+            Shown { channel: f.channel, rms: rms(false).unwrap_or(f64::NAN), heldout_rms: rms(true), noise: f.noise }
         })
         .collect()
 }

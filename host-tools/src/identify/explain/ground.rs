@@ -4,12 +4,12 @@ use std::ops::Range;
 
 use super::evidence::{Squares, Whitener};
 use super::trial::{Trial, keep_in_reach};
-use crate::identify::fit::approach::{WINDOW_S, in_windows, windows};
-use crate::identify::fit::normal::Starts;
+use crate::identify::fit::normal_equations::InitialStates;
 use crate::identify::fit::parameters::Parameters;
-use crate::identify::fit::simulate::{Initial, System, initials};
-use crate::identify::fit::solve::{self, Place};
-use crate::identify::fit::{self, FitError, Fitness, Held, Record, build, first_starts};
+use crate::identify::fit::simulate::{InitialStateKind, System, initial_state_kinds};
+use crate::identify::fit::solve::{self, Iterate};
+use crate::identify::fit::starting_point::{WINDOW_S, fit_windows, windows};
+use crate::identify::fit::{self, ChannelFit, FitError, FitResult, PreparedLog, build, starting_states};
 use crate::model::{Input, Model};
 
 /// A fitted model and its record.
@@ -17,13 +17,13 @@ pub struct Ground<'a> {
     /// The model, with the fitted values.
     pub model: Model,
     /// The log as the model sees it.
-    pub record: Record<'a>,
+    pub record: PreparedLog<'a>,
     /// The model as a system.
     pub system: System,
     /// Where its fit began.
     begun: Parameters,
     /// The fit.
-    pub held: Held,
+    pub held: FitResult,
     /// 1/noise² of each channel.
     pub weights: Vec<f64>,
 }
@@ -56,12 +56,12 @@ pub enum Goal {
     Race(f64),
 }
 
-fn rows(record: &Record) -> usize {
+fn rows(record: &PreparedLog) -> usize {
     record.segments.iter().map(Range::len).sum()
 }
 
 /// χ² that a record's noise leaves, at most: held-out rows count here.
-fn noise_chi2(record: &Record) -> f64 {
+fn noise_chi2(record: &PreparedLog) -> f64 {
     (rows(record) * record.channels.len()) as f64
 }
 
@@ -83,12 +83,12 @@ fn falls_too_slowly(passed: &[f64], rival: f64, most: usize) -> bool {
 }
 
 /// χ² below which a fit is near to one of the χ² `best`.
-pub fn near(best: f64, record: &Record) -> f64 {
+pub fn near(best: f64, record: &PreparedLog) -> f64 {
     within(NEAR, best, record)
 }
 
 /// χ² that leaves this part more to explain than the χ² `best`, or this part of the noise where that leaves less.
-pub fn within(part: f64, best: f64, record: &Record) -> f64 {
+pub fn within(part: f64, best: f64, record: &PreparedLog) -> f64 {
     let noise = noise_chi2(record);
     best + part * (best - noise).max(noise)
 }
@@ -98,7 +98,7 @@ impl<'a> Ground<'a> {
     ///
     /// # Errors
     /// Where the model cannot be simulated along this log.
-    pub fn fit(model: &Model, record: Record<'a>) -> Result<Self, FitError> {
+    pub fn fit(model: &Model, record: PreparedLog<'a>) -> Result<Self, FitError> {
         let (system, parameters) = build::system(model, record.temp_C.is_some());
         let held = fit::fit(&system, &parameters, &record)?;
         Ok(Ground::of(model, system, parameters, held, record))
@@ -108,7 +108,7 @@ impl<'a> Ground<'a> {
     ///
     /// # Errors
     /// Where the model cannot be simulated along this log.
-    pub fn refit(&self, model: &Model, record: Record<'a>) -> Result<Self, FitError> {
+    pub fn refit(&self, model: &Model, record: PreparedLog<'a>) -> Result<Self, FitError> {
         let (system, parameters, starts) = self.changed(model, &record);
         let held = fit::refit(&system, &parameters, &record, &starts, &self.noise())?;
         Ok(Ground::of(model, system, parameters, held, record))
@@ -118,12 +118,12 @@ impl<'a> Ground<'a> {
     ///
     /// # Errors
     /// Where the model cannot be simulated along this log.
-    pub fn refit_beside(&self, model: &Model, record: Record<'a>, rival: f64) -> Result<Self, FitError> {
+    pub fn refit_beside(&self, model: &Model, record: PreparedLog<'a>, rival: f64) -> Result<Self, FitError> {
         let (system, parameters, starts) = self.changed(model, &record);
-        let place = self.descend(&system, &parameters, &record, &starts, Goal::Race(rival));
-        let cost = place.linear(&self.weights).cost;
+        let place = self.minimize(&system, &parameters, &record, &starts, Goal::Race(rival));
+        let cost = place.normal_equations(&self.weights).cost;
         let held = if cost.is_finite() && cost >= near(rival, &record) {
-            fit::hold(&system, &record, place, &self.noise())
+            fit::evaluate(&system, &record, place, &self.noise())
         } else {
             fit::refit(&system, &place.parameters, &record, &place.starts, &self.noise())?
         };
@@ -131,7 +131,7 @@ impl<'a> Ground<'a> {
     }
 
     /// System, parameters and initial states of a model that is a small change of this ground's.
-    fn changed(&self, model: &Model, record: &Record) -> (System, Parameters, Starts) {
+    fn changed(&self, model: &Model, record: &PreparedLog) -> (System, Parameters, InitialStates) {
         let (system, mut parameters) = build::system(model, record.temp_C.is_some());
         keep_in_reach(model, record.dt_s, &mut parameters);
         let starts = self.starts_for(&system, &parameters, record);
@@ -140,40 +140,40 @@ impl<'a> Ground<'a> {
 
     /// The model fitted to short windows from where its fit began. What is missing cannot carry it far in them, where along the whole log the
     /// parameters may have run away with it; `None` where there are too few windows.
-    pub fn in_windows(&self) -> Option<Self> {
+    pub fn fit_windows(&self) -> Option<Self> {
         let record = if self.record.driven == Input::Motion { None } else { windows(&self.record, WINDOW_S) }?;
-        let place = in_windows(&self.system, &self.begun, &record, &self.held.starts.kinds, &self.weights);
+        let place = fit_windows(&self.system, &self.begun, &record, &self.held.starts.kinds, &self.weights);
         self.held_at(place, record)
     }
 
     /// The model as its fit began, held against this ground's rows.
     pub fn as_begun(&self) -> Option<Self> {
-        let starts = first_starts(&self.held.starts.kinds, &self.record, &self.begun, &self.system);
-        self.held_at(Place::begin(&self.system, &self.begun, &self.record, &starts), self.record.clone())
+        let starts = starting_states(&self.held.starts.kinds, &self.record, &self.begun, &self.system);
+        self.held_at(Iterate::new(&self.system, &self.begun, &self.record, &starts), self.record.clone())
     }
 
     /// The model at a place of this record; `None` where it does not stay finite there.
-    fn held_at(&self, place: Place, record: Record<'a>) -> Option<Self> {
-        let held = fit::hold(&self.system, &record, place, &self.noise());
+    fn held_at(&self, place: Iterate, record: PreparedLog<'a>) -> Option<Self> {
+        let held = fit::evaluate(&self.system, &record, place, &self.noise());
         held.chi2.is_finite().then(|| Ground::of(&self.model, self.system.clone(), self.begun.clone(), held, record))
     }
 
     /// Parameters that were found in short windows, fitted to longer and longer ones: what swings over runs away along a whole log from
     /// parameters that are a little off.
-    pub fn lengthened(&self, system: &System, parameters: &Parameters, record: &Record) -> Parameters {
+    pub fn lengthened(&self, system: &System, parameters: &Parameters, record: &PreparedLog) -> Parameters {
         let mut parameters = parameters.clone();
-        let kinds = initials(&system.rig::<f64>(&parameters, record.driven), record);
+        let kinds = initial_state_kinds(&system.rig::<f64>(&parameters, record.driven), record);
         for window_s in LONGER_S {
             let Some(record) = windows(record, window_s) else { continue };
-            let place = in_windows(system, &parameters, &record, &kinds, &self.weights);
-            if place.linear(&self.weights).cost.is_finite() {
+            let place = fit_windows(system, &parameters, &record, &kinds, &self.weights);
+            if place.normal_equations(&self.weights).cost.is_finite() {
                 parameters = place.parameters;
             }
         }
         parameters
     }
 
-    fn of(model: &Model, system: System, begun: Parameters, held: Held, record: Record<'a>) -> Self {
+    fn of(model: &Model, system: System, begun: Parameters, held: FitResult, record: PreparedLog<'a>) -> Self {
         let mut model = model.clone();
         // A fit may leave a physical range that the file's reader guards; then the file keeps its own value and the answer says so.
         for p in &held.parameters.list {
@@ -195,7 +195,7 @@ impl<'a> Ground<'a> {
     /// The same of its rms over the noise that `other` found: the fine structure of a wrong model's residual says less of the noise. With it
     /// that of the rows that the fit never saw.
     pub fn misfits_beside(&self, other: &Ground) -> (f64, f64) {
-        let squares = |rms: fn(&Fitness) -> f64| {
+        let squares = |rms: fn(&ChannelFit) -> f64| {
             let noise = other.held.channels.iter().map(|c| c.noise);
             misfit(self.held.channels.iter().zip(noise).map(|(c, noise)| (rms(c) / noise).powi(2)))
         };
@@ -218,7 +218,7 @@ impl<'a> Ground<'a> {
     }
 
     /// The record as `trial` needs it.
-    pub fn record_for(&self, trial: &Trial) -> Record<'a> {
+    pub fn record_for(&self, trial: &Trial) -> PreparedLog<'a> {
         let mut record = self.record.clone();
         if let Some(derived) = trial.rate_from_encoder {
             record.rate_from_encoder = derived;
@@ -228,9 +228,9 @@ impl<'a> Ground<'a> {
 
     /// Initial states for a system that may have more of them than this one: this ground's where the record begins as its own does,
     /// else what the first rows show.
-    pub fn starts_for(&self, system: &System, parameters: &Parameters, record: &Record) -> Starts {
-        let kinds: Vec<Initial> = initials(&system.rig::<f64>(parameters, record.driven), record);
-        let mut starts = first_starts(&kinds, record, parameters, system);
+    pub fn starts_for(&self, system: &System, parameters: &Parameters, record: &PreparedLog) -> InitialStates {
+        let kinds: Vec<InitialStateKind> = initial_state_kinds(&system.rig::<f64>(parameters, record.driven), record);
+        let mut starts = starting_states(&kinds, record, parameters, system);
         for (values, rows) in starts.values.iter_mut().zip(&record.segments) {
             let same = self.record.segments.iter().position(|own| own.start == rows.start);
             let Some(own) = same.map(|k| &self.held.starts.values[k]) else { continue };
@@ -255,16 +255,16 @@ impl<'a> Ground<'a> {
     }
 
     /// Descends from the given parameters, with this ground's weights.
-    pub fn descend(&self, system: &System, parameters: &Parameters, record: &Record, starts: &Starts, goal: Goal) -> Place {
-        self.descend_from(system, record, Place::begin(system, parameters, record, starts), goal)
+    pub fn minimize(&self, system: &System, parameters: &Parameters, record: &PreparedLog, starts: &InitialStates, goal: Goal) -> Iterate {
+        self.descend_from(system, record, Iterate::new(system, parameters, record, starts), goal)
     }
 
     /// The same from a place.
-    pub fn descend_from(&self, system: &System, record: &Record, place: Place, goal: Goal) -> Place {
+    pub fn descend_from(&self, system: &System, record: &PreparedLog, place: Iterate, goal: Goal) -> Iterate {
         let most = if rows(record) < self.record.len() { MOST_ON_EXCERPT } else { MOST_STEPS };
         let noise = noise_chi2(record);
         let mut passed: Vec<f64> = Vec::new();
-        solve::descend_within(system, record, place, &self.weights, most, |cost| {
+        solve::minimize_within(system, record, place, &self.weights, most, |cost| {
             // A step that was refused says nothing of how fast it falls.
             if passed.last() != Some(&cost) {
                 passed.push(cost);
@@ -279,7 +279,7 @@ impl<'a> Ground<'a> {
     }
 
     /// A few seconds of the record where the model fails most: enough to judge what rings or plays, at a small part of the cost.
-    pub fn excerpt(&self) -> Record<'a> {
+    pub fn excerpt(&self) -> PreparedLog<'a> {
         let record = &self.record;
         let rows = ((EXCERPT_S / record.dt_s) as usize).max(EXCERPT_ROWS);
         let mut best: Option<(f64, Range<usize>)> = None;
@@ -297,7 +297,7 @@ impl<'a> Ground<'a> {
             }
         }
         let part = best.map_or(0..record.len(), |(_, part)| part);
-        Record { segments: vec![part], hold_out: false, ..record.clone() }
+        PreparedLog { segments: vec![part], hold_out: false, ..record.clone() }
     }
 }
 

@@ -80,7 +80,7 @@ pub fn explain(logs: Vec<Log>, model: &Model, progress: &(dyn Fn(&str) + Sync)) 
     progress("fitting the model as it is");
     let given = Ground::fit(model, record)?;
     let (as_given, held) = (given.record.clone(), given.held.clone());
-    let (path, failures) = rayon::join(|| path::walk(&log, &rows, given, progress), || residual::failures(&log, &as_given, &held));
+    let (path, failures) = rayon::join(|| path::walk(&log, &rows, given, progress), || residual::misfits(&log, &as_given, &held));
     let mut path = path?;
     remarks.append(&mut path.remarks);
     progress("looking at what is left");

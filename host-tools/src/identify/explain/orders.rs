@@ -9,7 +9,7 @@ mod local;
 use rayon::prelude::*;
 
 use super::trial::Orders;
-use crate::identify::fit::Record;
+use crate::identify::fit::PreparedLog;
 use crate::model::{Channel, Input, Model};
 
 /// Highest order of torques, of the encoder.
@@ -25,7 +25,7 @@ const ECCENTRICITY: usize = 2;
 const TOGETHER: usize = 8;
 
 /// The most promising orders that the model does not have yet.
-pub fn promising(model: &Model, record: &Record, residuals: &[&[f64]], weights: &[f64]) -> Orders {
+pub fn promising(model: &Model, record: &PreparedLog, residuals: &[&[f64]], weights: &[f64]) -> Orders {
     let Some(theta) = record.theta.or((record.driven == Input::Motion).then_some(record.input)) else { return Orders::default() };
     let has = |id: &str, stem: &str| -> Vec<u32> {
         let uses = model.effects().iter().filter(|e| e.card.id == id);
@@ -46,7 +46,7 @@ pub fn promising(model: &Model, record: &Record, residuals: &[&[f64]], weights: 
         }
         _ => Vec::new(),
     };
-    let seen = record.channels.iter().any(|c| c.shows == Channel::Angle);
+    let seen = record.channels.iter().any(|c| c.channel == Channel::Angle);
     let eccentricity = if seen {
         let scores = scan.scores(HIGHEST_OF_ENCODER, Kind::Encoder);
         best(&scores, &has("encoder-eccentricity", "eccentricity_order"), ECCENTRICITY)
@@ -61,7 +61,7 @@ const MOST_PERIODS: usize = 3000;
 const HIGHEST_HZ: f64 = 50.0;
 
 /// Frequencies, Hz, at which a torque or the supply may swing: the most promising of each.
-pub fn swings(model: &Model, record: &Record, residuals: &[&[f64]], weights: &[f64]) -> (Option<f64>, Option<f64>) {
+pub fn swings(model: &Model, record: &PreparedLog, residuals: &[&[f64]], weights: &[f64]) -> (Option<f64>, Option<f64>) {
     let (from, to) = (record.t_s[0], record.t_s[record.len() - 1]);
     if record.driven == Input::Motion || to <= from {
         return (None, None);
@@ -125,7 +125,7 @@ struct Scan<'s> {
 }
 
 impl<'s> Scan<'s> {
-    fn new(model: &Model, record: &'s Record, theta: &[f64], residuals: &[&[f64]], weights: &[f64]) -> Self {
+    fn new(model: &Model, record: &'s PreparedLog, theta: &[f64], residuals: &[&[f64]], weights: &[f64]) -> Self {
         let value = |name: &str| model.value(name).unwrap_or(0.0);
         let inertia = value("inertia_kg_m2");
         let (constant, resistance) = (model.value("motor_constant_N_m_A"), value("resistance_ohm").max(1e-9));
@@ -146,9 +146,9 @@ impl<'s> Scan<'s> {
         } else {
             -1.0
         };
-        let channel = |wanted: &[Channel]| record.channels.iter().position(|c| wanted.contains(&c.shows));
+        let channel = |wanted: &[Channel]| record.channels.iter().position(|c| wanted.contains(&c.channel));
         let (rate, drive, angle) = (channel(&[Channel::Rate]), channel(&[Channel::Current, Channel::Torque]), channel(&[Channel::Angle]));
-        let current = record.channels.iter().find(|c| c.shows == Channel::Current).map(|c| c.measured).or(record.current);
+        let current = record.channels.iter().find(|c| c.channel == Channel::Current).map(|c| c.measured).or(record.current);
         let lag = record.angle_lag();
         let last = record.len() - 1;
         let braking = if voltage { k / resistance } else { 0.0 };

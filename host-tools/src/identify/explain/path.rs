@@ -18,7 +18,7 @@ use super::screen::{Score, scores};
 use super::step::step;
 use super::trial::{Trial, carries_another, may_be_added};
 use super::{Candidate, Estimate, FAR, HALF, STAND_IN, Shown, Stage, rest};
-use crate::identify::fit::{FitError, Fitness};
+use crate::identify::fit::{ChannelFit, FitError};
 use crate::log::Log;
 use crate::model::Model;
 
@@ -292,8 +292,8 @@ pub fn stage(ground: &Ground, last: &Ground, added: Option<&String>) -> Stage {
     }
 }
 
-fn shown(f: &Fitness, noise: f64) -> Shown {
-    Shown { shows: f.shows, rms: f.rms, heldout_rms: f.heldout_rms, noise }
+fn shown(f: &ChannelFit, noise: f64) -> Shown {
+    Shown { channel: f.channel, rms: f.rms, heldout_rms: f.heldout_rms, noise }
 }
 
 #[cfg(test)]

@@ -13,10 +13,10 @@ use rayon::prelude::*;
 use super::ground::Ground;
 use super::trial::Trial;
 use crate::identify::fit::build;
-use crate::identify::fit::normal::{MOST_LANES, pass};
+use crate::identify::fit::normal_equations::{MAX_UNKNOWNS, linearize};
 use crate::identify::fit::parameters::Parameters;
 use crate::identify::fit::simulate::System;
-use crate::identify::fit::solve::Place;
+use crate::identify::fit::solve::Iterate;
 use drive_model::Kind;
 
 /// What the score test says of a trial.
@@ -46,7 +46,7 @@ const PROMISING: f64 = 0.9;
 pub fn scores(ground: &Ground, trials: &[Trial]) -> Vec<Score> {
     let states = ground.held.starts.kinds.len();
     let base = ground.held.parameters.free().len();
-    let room = MOST_LANES.saturating_sub(base + states);
+    let room = MAX_UNKNOWNS.saturating_sub(base + states);
     // Batches of absent trials that share a record; the others alone.
     let mut batches: Vec<Vec<usize>> = Vec::new();
     for kind in [None, Some(false), Some(true)] {
@@ -102,7 +102,7 @@ fn at_zero(ground: &Ground, trials: &[Trial], batch: &[usize]) -> Vec<Score> {
         .map(|&k| build::append(&mut system, &mut parameters, trials[k].card, &trials[k].values, &trials[k].screened))
         .collect();
     let starts = ground.starts_for(&system, &parameters, &record);
-    let linear = pass(&system, &parameters, &record, &starts).weighted(&starts, &ground.weights);
+    let linear = linearize(&system, &parameters, &record, &starts).weighted(&starts, &ground.weights);
     let (information, gradient) = linear.profiled();
     if !gradient.iter().chain(information.iter()).all(|x| x.is_finite()) {
         return batch.iter().map(|&k| nothing(&trials[k], base)).collect();
@@ -177,12 +177,12 @@ fn finite(ground: &Ground, trial: &Trial) -> Score {
     let mut result = nothing(trial, base);
     let record = if trial.is_costly() { ground.excerpt() } else { ground.record_for(trial) };
     let (system, parameters, own) = ground.with(trial, &trial.screened);
-    if parameters.free().len() + ground.held.starts.kinds.len() + 2 > MOST_LANES {
+    if parameters.free().len() + ground.held.starts.kinds.len() + 2 > MAX_UNKNOWNS {
         return result;
     }
     let promised = |system: &System, parameters: &Parameters| {
         let starts = ground.starts_for(system, parameters, &record);
-        let linear = Place::begin(system, parameters, &record, &starts).linear(&ground.weights);
+        let linear = Iterate::new(system, parameters, &record, &starts).normal_equations(&ground.weights);
         let step = linear.cost.is_finite().then(|| linear.step(1e-3, &[])).flatten()?;
         Some((linear.cost - step.promised, step))
     };

@@ -12,7 +12,7 @@ use super::ground::{Goal, Ground, near, within};
 use super::orders::{HIGHEST, promising};
 use super::screen::{ALIKE, Score, scores};
 use super::trial::{Scene, Trial, Unseen, trials};
-use crate::identify::fit::solve::Place;
+use crate::identify::fit::solve::Iterate;
 use crate::log::Log;
 
 /// Candidates that are fitted in full, and the part of the best score from which on.
@@ -172,7 +172,7 @@ fn best_of_each(mut fitted: Vec<Fitted>) -> Vec<Fitted> {
 
 /// The best trials of short windows, fitted there and from there to the whole log; `None` where there are too few windows.
 fn from_windows(log: &Log, ground: &Ground) -> Option<(Field, Vec<Fitted>)> {
-    let short = ground.in_windows()?;
+    let short = ground.fit_windows()?;
     let (field, mut tried) = in_short(log, &short, Vec::new());
     if explained(&tried) > EXPLAINED
         && let Some(begun) = short.as_begun()
@@ -242,13 +242,14 @@ fn worth_their_cost(ground: &Ground, trials: &[Trial], scores: &[Score], costly:
                 let begin = Trial { values: values.to_vec(), ..trials[k].clone() };
                 let (system, parameters, own) = ground.with(&begin, &begin.fitted);
                 let starts = ground.starts_for(&system, &parameters, &excerpt);
-                (Place::begin(&system, &parameters, &excerpt, &starts), system, own)
+                (Iterate::new(&system, &parameters, &excerpt, &starts), system, own)
             };
-            let cost = |place: &Place| Some(place.linear(&ground.weights).cost).filter(|c| c.is_finite()).unwrap_or(f64::INFINITY);
+            let cost =
+                |place: &Iterate| Some(place.normal_equations(&ground.weights).cost).filter(|c| c.is_finite()).unwrap_or(f64::INFINITY);
             let (here, further) = (at(&trials[k].values), at(&scores[k].values));
             let (begin, system, own) = if cost(&further.0) < cost(&here.0) { further } else { here };
             let place = ground.descend_from(&system, &excerpt, begin, Goal::Race(WORTH * rival));
-            (k, place.linear(&ground.weights).cost, place.parameters.list[own].iter().map(|p| p.value).collect())
+            (k, place.normal_equations(&ground.weights).cost, place.parameters.list[own].iter().map(|p| p.value).collect())
         })
         .collect();
     let mut best: Vec<(usize, f64, Vec<f64>)> = Vec::new();

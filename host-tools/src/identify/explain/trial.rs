@@ -6,7 +6,7 @@
 
 use drive_model::{CATALOGUE, Card, Kind, Screen};
 
-use crate::identify::fit::{Parameters, Record};
+use crate::identify::fit::{Parameters, PreparedLog};
 use crate::log::Log;
 use crate::model::{Channel, Input, Model};
 
@@ -76,7 +76,7 @@ pub struct Scene<'a> {
     /// The log.
     pub log: &'a Log,
     /// The log as the model sees it.
-    pub record: &'a Record<'a>,
+    pub record: &'a PreparedLog<'a>,
     /// Orders worth a look, of cogging, ripple and eccentricity, the most promising first.
     pub orders: Orders,
 }
@@ -129,7 +129,7 @@ pub fn carries_another(model: &Model, card: &Card) -> bool {
 /// Why these columns, or this model, cannot show the effect; `None` where they can.
 fn why_unseen(card: &Card, scene: &Scene) -> Option<String> {
     let (model, record) = (scene.model, scene.record);
-    let compared = |shows: Channel| record.channels.iter().any(|c| c.shows == shows);
+    let compared = |shows: Channel| record.channels.iter().any(|c| c.channel == shows);
     let has = |id: &str| model.effects().iter().any(|e| e.card.id == id);
     let needs = |what: &str| Some(format!("{} needs {what}", card.title.to_lowercase()));
     let input = model.input();
@@ -219,7 +219,7 @@ fn of(card: &'static Card, scene: &Scene) -> Vec<Trial> {
         "torque-ripple" => harmonic(&scene.orders.ripple),
         "encoder-eccentricity" => {
             let unsaid = scene.log.column_made(Channel::Rate.column()).source == crate::log::Source::Unknown
-                && scene.record.channels.iter().any(|c| c.shows == Channel::Rate);
+                && scene.record.channels.iter().any(|c| c.channel == Channel::Rate);
             let mut list = harmonic(&scene.orders.eccentricity);
             if unsaid {
                 let derived: Vec<Trial> = list.iter().map(|t| Trial { rate_from_encoder: Some(true), ..t.clone() }).collect();
@@ -363,7 +363,7 @@ fn shaft(scene: &Scene, hz: f64, damping: f64) -> Option<[f64; 3]> {
 }
 
 /// Turns between the least and the greatest angle.
-pub fn turns(record: &Record) -> f64 {
+pub fn turns(record: &PreparedLog) -> f64 {
     let Some(theta) = record.theta.or((record.driven == Input::Motion).then_some(record.input)) else { return 0.0 };
     let (low, high) = theta.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
     (high - low) / std::f64::consts::TAU
@@ -371,7 +371,7 @@ pub fn turns(record: &Record) -> f64 {
 
 fn largest_rate(scene: &Scene) -> f64 {
     let of = |values: &[f64]| values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-    if let Some(c) = scene.record.channels.iter().find(|c| c.shows == Channel::Rate) {
+    if let Some(c) = scene.record.channels.iter().find(|c| c.channel == Channel::Rate) {
         return of(c.measured).max(1e-3);
     }
     let Some(theta) = scene.record.theta.or((scene.record.driven == Input::Motion).then_some(scene.record.input)) else { return 1.0 };
@@ -380,7 +380,7 @@ fn largest_rate(scene: &Scene) -> f64 {
 }
 
 fn largest_current(scene: &Scene) -> f64 {
-    let current = scene.record.channels.iter().find(|c| c.shows == Channel::Current).map(|c| c.measured).or(scene.record.current);
+    let current = scene.record.channels.iter().find(|c| c.channel == Channel::Current).map(|c| c.measured).or(scene.record.current);
     let of = |values: &[f64]| values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     match (current, scene.model.value("resistance_ohm")) {
         (Some(i), _) => of(i),

@@ -17,10 +17,10 @@ use super::ground::{Goal, Ground, misfit};
 use super::orders::swings;
 use super::shape::Hats;
 use super::trial::turns;
-use crate::identify::fit::build::{Everywhere, append_linear};
-use crate::identify::fit::normal::{MOST_LANES, pass};
+use crate::identify::fit::build::{GenericLaw, append_linear};
+use crate::identify::fit::normal_equations::{MAX_UNKNOWNS, linearize};
 use crate::identify::fit::simulate::System;
-use crate::identify::fit::solve::Place as At;
+use crate::identify::fit::solve::Iterate;
 use crate::model::{Channel, Input, Model, SummingPoint};
 use crate::statistics::bins::Bin;
 
@@ -61,7 +61,7 @@ pub fn best(ground: &Ground, logs: &[std::ops::Range<usize>]) -> Option<Unknown>
 /// Free-form laws that this log can show.
 fn hats(ground: &Ground) -> Vec<Hats> {
     let record = &ground.record;
-    let room = MOST_LANES.saturating_sub(ground.held.parameters.free().len() + ground.held.starts.kinds.len());
+    let room = MAX_UNKNOWNS.saturating_sub(ground.held.parameters.free().len() + ground.held.starts.kinds.len());
     let count = HEIGHTS.min(room);
     if count < 6 {
         return Vec::new();
@@ -78,7 +78,7 @@ fn hats(ground: &Ground) -> Vec<Hats> {
         add(Coordinate::Theta, SummingPoint::Torque, (0.0, TAU), count);
     }
     let modelled = |shows: Channel| {
-        let k = record.channels.iter().position(|c| c.shows == shows)?;
+        let k = record.channels.iter().position(|c| c.channel == shows)?;
         let residual = &ground.held.channels[k].residual;
         let (low, high) = span(&mut record.channels[k].measured.iter().zip(residual).map(|(y, r)| if r.is_finite() { y - r } else { *y }));
         Some((low, high))
@@ -107,19 +107,19 @@ fn hats(ground: &Ground) -> Vec<Hats> {
 /// Fall of χ² that a free-form law promises.
 fn score(ground: &Ground, hats: &Hats) -> f64 {
     let (mut system, mut parameters) = (ground.system.clone(), ground.held.parameters.clone());
-    append_linear(&mut system, &mut parameters, NAME, Arc::new(Everywhere(hats.clone())), hats.count);
+    append_linear(&mut system, &mut parameters, NAME, Arc::new(GenericLaw(hats.clone())), hats.count);
     let starts = ground.starts_for(&system, &parameters, &ground.record);
-    let linear = pass(&system, &parameters, &ground.record, &starts).weighted(&starts, &ground.weights);
+    let linear = linearize(&system, &parameters, &ground.record, &starts).weighted(&starts, &ground.weights);
     linear.step(1e-6, &[]).map_or(0.0, |s| if s.promised.is_finite() { s.promised } else { 0.0 })
 }
 
 /// A free-form law, fitted and judged, with the expression that says it shortly.
 fn free_form(ground: &Ground, logs: &[std::ops::Range<usize>], hats: &Hats) -> Option<Unknown> {
     let (mut system, mut parameters) = (ground.system.clone(), ground.held.parameters.clone());
-    let own = append_linear(&mut system, &mut parameters, NAME, Arc::new(Everywhere(hats.clone())), hats.count);
+    let own = append_linear(&mut system, &mut parameters, NAME, Arc::new(GenericLaw(hats.clone())), hats.count);
     let starts = ground.starts_for(&system, &parameters, &ground.record);
-    let place = ground.descend(&system, &parameters, &ground.record, &starts, Goal::End);
-    let linear = place.linear(&ground.weights);
+    let place = ground.minimize(&system, &parameters, &ground.record, &starts, Goal::End);
+    let linear = place.normal_equations(&ground.weights);
     if !linear.cost.is_finite() {
         return None;
     }
@@ -204,8 +204,8 @@ fn coordinate_word(coordinate: Coordinate) -> &'static str {
 }
 
 /// BIC and largest χ²/n of residuals against the model without; BIC is 0 where chance would do as well.
-fn judge(ground: &Ground, logs: &[std::ops::Range<usize>], system: &System, at: &At, more: usize) -> (f64, f64) {
-    let residuals = &at.pass.residuals;
+fn judge(ground: &Ground, logs: &[std::ops::Range<usize>], system: &System, at: &Iterate, more: usize) -> (f64, f64) {
+    let residuals = &at.linearization.residuals;
     let with: Vec<&[f64]> = residuals.iter().map(Vec::as_slice).collect();
     let whitener = Whitener::of(&ground.record, &with);
     let without = ground.squares(&whitener, logs);
@@ -302,12 +302,12 @@ fn fitted_expression(
     let mut model = ground.model.clone();
     model.add_user_effect(NAME, place, text, starts).ok()?;
     let (system, parameters) = crate::identify::fit::build::system(&model, ground.record.temp_C.is_some());
-    if parameters.free().len() + ground.held.starts.kinds.len() > MOST_LANES {
+    if parameters.free().len() + ground.held.starts.kinds.len() > MAX_UNKNOWNS {
         return None;
     }
     let begin = ground.starts_for(&system, &parameters, &ground.record);
-    let at: At = ground.descend(&system, &parameters, &ground.record, &begin, Goal::End);
-    if !at.linear(&ground.weights).cost.is_finite() {
+    let at: Iterate = ground.minimize(&system, &parameters, &ground.record, &begin, Goal::End);
+    if !at.normal_equations(&ground.weights).cost.is_finite() {
         return None;
     }
     let mut values = Vec::new();

@@ -6,13 +6,13 @@ use std::sync::Arc;
 use drive_model::{Card, Law};
 
 use super::parameters::{Dual, Parameter, Parameters};
-use super::simulate::{Effect, Source, System};
+use super::simulate::{Effect, LawSource, System};
 use crate::model::Model;
 
 /// The law of an effect of the catalogue.
-struct Catalogued(&'static str);
+struct CatalogueLaw(&'static str);
 
-/// The same law in every scalar of [`Source`].
+/// The same law in every scalar of [`LawSource`].
 macro_rules! in_every_scalar {
     ($source:ident => $law:expr) => {
         in_every_scalar!(@ $source => $law, plain f64, dual8 Dual<8>, dual12 Dual<12>, dual16 Dual<16>, dual32 Dual<32>);
@@ -25,7 +25,7 @@ macro_rules! in_every_scalar {
     )*};
 }
 
-impl Source for Catalogued {
+impl LawSource for CatalogueLaw {
     in_every_scalar!(source => {
         #[expect(clippy::expect_used, reason = "the identifier comes from the catalogue itself")]
         drive_model::law(source.0).expect("an effect of the catalogue")
@@ -54,10 +54,10 @@ pub fn system(model: &Model, temperature_is_measured: bool) -> (System, Paramete
             list[first].polar = Some(last);
             list[last].polar = Some(first);
         }
-        effects.push(Effect { name: used.name(), source: Arc::new(Catalogued(used.card.id)), parameters: used.parameters.clone() });
+        effects.push(Effect { name: used.name(), source: Arc::new(CatalogueLaw(used.card.id)), parameters: used.parameters.clone() });
     }
     for own in model.user_effects() {
-        effects.push(Effect { name: own.name.clone(), source: Arc::new(Everywhere(own.clone())), parameters: own.parameters.clone() });
+        effects.push(Effect { name: own.name.clone(), source: Arc::new(GenericLaw(own.clone())), parameters: own.parameters.clone() });
     }
     let system = System {
         inertia: model.index("inertia_kg_m2"),
@@ -87,12 +87,12 @@ pub fn append(system: &mut System, parameters: &mut Parameters, card: &'static C
         parameters.list[first].polar = Some(range.end - 1);
         parameters.list[range.end - 1].polar = Some(first);
     }
-    system.effects.push(Effect { name: card.id.to_owned(), source: Arc::new(Catalogued(card.id)), parameters: range.clone().collect() });
+    system.effects.push(Effect { name: card.id.to_owned(), source: Arc::new(CatalogueLaw(card.id)), parameters: range.clone().collect() });
     range
 }
 
 /// Adds a law that is no effect of the catalogue, linear in `count` free coefficients that begin at zero; gives where they stand.
-pub fn append_linear(system: &mut System, parameters: &mut Parameters, name: &str, law: Arc<dyn Source>, count: usize) -> Range<usize> {
+pub fn append_linear(system: &mut System, parameters: &mut Parameters, name: &str, law: Arc<dyn LawSource>, count: usize) -> Range<usize> {
     let first = parameters.list.len();
     for k in 0..count {
         parameters.list.push(Parameter {
@@ -109,10 +109,10 @@ pub fn append_linear(system: &mut System, parameters: &mut Parameters, name: &st
     range
 }
 
-/// A source of one law in every scalar of [`Source`], for a type that is [`Law`] in all of them.
-pub struct Everywhere<T>(pub T);
+/// A source of one law in every scalar of [`LawSource`], for a type that is [`Law`] in all of them.
+pub struct GenericLaw<T>(pub T);
 
-impl<T> Source for Everywhere<T>
+impl<T> LawSource for GenericLaw<T>
 where
     T: Clone + Law<f64> + Law<Dual<8>> + Law<Dual<12>> + Law<Dual<16>> + Law<Dual<32>> + 'static,
 {

@@ -8,14 +8,14 @@ use std::collections::VecDeque;
 
 use nalgebra::{DMatrix, SVector, SymmetricEigen};
 
-use super::normal::{Linear, Starts};
+use super::normal_equations::{InitialStates, NormalEquations};
 use super::parameters::{Dual, Parameters};
-use super::record::Record;
-use super::simulate::{Sourced, System, run};
+use super::prepared_log::PreparedLog;
+use super::simulate::{LawScalar, System, run};
 
 /// Colour of a channel's noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Colour {
+pub struct NoiseColour {
     /// Lag over which white noise was differenced, in rows; 0: it was not.
     pub differenced: usize,
     /// Inflation of the information's covariance: colour seen, and misfit.
@@ -39,11 +39,11 @@ const SINGULAR: f64 = 1e-9;
 pub fn covariance(
     system: &System,
     parameters: &Parameters,
-    record: &Record,
-    starts: &Starts,
+    record: &PreparedLog,
+    starts: &InitialStates,
     weights: &[f64],
-    colours: &[Colour],
-    linear: &Linear,
+    colours: &[NoiseColour],
+    linear: &NormalEquations,
 ) -> Covariance {
     let lanes = parameters.free().len() + starts.kinds.len();
     let scores = match lanes {
@@ -93,13 +93,13 @@ pub fn covariance(
 fn scores<const N: usize>(
     system: &System,
     parameters: &Parameters,
-    record: &Record,
-    starts: &Starts,
+    record: &PreparedLog,
+    starts: &InitialStates,
     weights: &[f64],
-    colours: &[Colour],
+    colours: &[NoiseColour],
 ) -> Vec<DMatrix<f64>>
 where
-    Dual<N>: Sourced,
+    Dual<N>: LawScalar,
 {
     let rig = system.rig::<Dual<N>>(parameters, record.driven);
     let free = parameters.free().len();

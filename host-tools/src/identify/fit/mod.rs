@@ -1,45 +1,45 @@
 //! A model held against a log: compared unchanged, or fitted by output error.
 //!
-//! In: a [`Record`] (the log as the model sees it), a [`System`] and its [`Parameters`]. Out: a [`Held`] with residuals, noise and whiteness
+//! In: a [`PreparedLog`] (the log as the model sees it), a [`System`] and its [`Parameters`]. Out: a [`FitResult`] with residuals, noise and whiteness
 //! of every channel, and for a fit the parameters with their standard errors.
 //!
 //! The initial state of every segment is fitted, always. Weights are 1/noise², where the noise is the tool's own estimate: first from
 //! the measured series, then from the residuals' fine structure, which a wrong model hardly touches. Every fourth block of 2 s is held
 //! out: the simulation runs through it, only its weights are zero.
 
-pub mod approach;
 pub mod build;
 pub mod covariance;
 pub mod equation_error;
+pub mod measurement;
 pub mod noise;
-pub mod normal;
+pub mod normal_equations;
 pub mod parameters;
-pub mod pipeline;
 pub mod prepare;
-pub mod record;
+pub mod prepared_log;
 pub mod simulate;
 pub mod solve;
+pub mod starting_point;
 
-use covariance::{Colour, Covariance};
-use normal::{MOST_LANES, Starts};
+use covariance::{Covariance, NoiseColour};
+use normal_equations::{InitialStates, MAX_UNKNOWNS};
 pub use parameters::{Parameter, Parameters};
-pub use record::{Compared, Record};
+pub use prepared_log::{ComparedChannel, PreparedLog};
 
 use crate::model::Channel;
-pub use simulate::{Effect, Source, System};
-use simulate::{Initial, initials};
+pub use simulate::{Effect, LawSource, System};
+use simulate::{InitialStateKind, initial_state_kinds};
 
 /// Why a model cannot be held against a log.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FitError {
     /// There are more unknowns than the tool carries at once.
     #[error(
-        "the model has {0} free parameters and initial states; at most {MOST_LANES} can be fitted at once: fix some with {{ value = …, fixed = true }}"
+        "the model has {0} free parameters and initial states; at most {MAX_UNKNOWNS} can be fitted at once: fix some with {{ value = …, fixed = true }}"
     )]
-    TooMany(usize),
+    TooManyUnknowns(usize),
     /// There are fewer rows than unknowns.
     #[error("the log has {rows} rows to fit {unknowns} unknowns: record longer, or fix some parameters")]
-    TooFew {
+    TooFewRows {
         /// Rows of the log.
         rows: usize,
         /// Free parameters and initial states.
@@ -52,9 +52,9 @@ pub enum FitError {
 
 /// One channel of a model held against a log.
 #[derive(Debug, Clone)]
-pub struct Fitness {
+pub struct ChannelFit {
     /// What it shows.
-    pub shows: Channel,
+    pub channel: Channel,
     /// Root mean square of the residual over the rows that were fitted (angles: of increments over 20 ms).
     pub rms: f64,
     /// The same over the held-out rows; `None` where nothing was held out.
@@ -71,7 +71,7 @@ pub struct Fitness {
     pub residual: Vec<f64>,
 }
 
-impl Fitness {
+impl ChannelFit {
     /// Mean square of the residual over the noise's.
     pub fn chi2_per_n(&self) -> f64 {
         (self.rms / self.noise).powi(2)
@@ -85,15 +85,15 @@ impl Fitness {
 
 /// A model held against a log.
 #[derive(Debug, Clone)]
-pub struct Held {
+pub struct FitResult {
     /// The parameters: as given, or fitted.
     pub parameters: Parameters,
     /// Their standard errors, 0 where fixed; all 0 after a mere comparison.
     pub sigmas: Vec<f64>,
     /// Initial states.
-    pub starts: Starts,
+    pub starts: InitialStates,
     /// The channels, in the record's order.
-    pub channels: Vec<Fitness>,
+    pub channels: Vec<ChannelFit>,
     /// Parameters that this log does not determine, each with the one it trades against most, and their correlation.
     pub not_identifiable: Vec<(String, Option<(String, f64)>)>,
     /// The descent ended because nothing was left to gain.
@@ -108,7 +108,7 @@ pub struct Held {
 ///
 /// # Errors
 /// [`FitError`], where the model cannot be simulated along this log.
-pub fn compare(system: &System, parameters: &Parameters, record: &Record) -> Result<Held, FitError> {
+pub fn compare(system: &System, parameters: &Parameters, record: &PreparedLog) -> Result<FitResult, FitError> {
     let mut fixed = parameters.clone();
     for p in &mut fixed.list {
         p.fixed = true;
@@ -122,18 +122,18 @@ pub fn compare(system: &System, parameters: &Parameters, record: &Record) -> Res
 ///
 /// # Errors
 /// [`FitError`], where the model cannot be simulated along this log.
-pub fn fit(system: &System, parameters: &Parameters, record: &Record) -> Result<Held, FitError> {
+pub fn fit(system: &System, parameters: &Parameters, record: &PreparedLog) -> Result<FitResult, FitError> {
     let plain = system.rig::<f64>(parameters, record.driven);
-    let kinds = initials(&plain, record);
+    let kinds = initial_state_kinds(&plain, record);
     let unknowns = parameters.free().len() + kinds.len();
-    if unknowns > MOST_LANES {
-        return Err(FitError::TooMany(unknowns));
+    if unknowns > MAX_UNKNOWNS {
+        return Err(FitError::TooManyUnknowns(unknowns));
     }
     if record.len() < 2 * unknowns.max(2) {
-        return Err(FitError::TooFew { rows: record.len(), unknowns });
+        return Err(FitError::TooFewRows { rows: record.len(), unknowns });
     }
     let noise: Vec<f64> = (0..record.channels.len()).map(|c| first_noise(record, c)).collect();
-    let begin = approach::begin(system, parameters, record, &kinds, &weights(&noise));
+    let begin = starting_point::begin(system, parameters, record, &kinds, &weights(&noise));
     settle(system, record, begin, noise)
 }
 
@@ -141,49 +141,55 @@ pub fn fit(system: &System, parameters: &Parameters, record: &Record) -> Result<
 ///
 /// # Errors
 /// [`FitError::Diverges`], where the model cannot be simulated there.
-pub fn refit(system: &System, parameters: &Parameters, record: &Record, starts: &Starts, noise: &[f64]) -> Result<Held, FitError> {
+pub fn refit(
+    system: &System,
+    parameters: &Parameters,
+    record: &PreparedLog,
+    starts: &InitialStates,
+    noise: &[f64],
+) -> Result<FitResult, FitError> {
     let unknowns = parameters.free().len() + starts.kinds.len();
-    if unknowns > MOST_LANES {
-        return Err(FitError::TooMany(unknowns));
+    if unknowns > MAX_UNKNOWNS {
+        return Err(FitError::TooManyUnknowns(unknowns));
     }
-    settle(system, record, solve::Place::begin(system, parameters, record, starts), noise.to_vec())
+    settle(system, record, solve::Iterate::new(system, parameters, record, starts), noise.to_vec())
 }
 
 /// Descends from `begin` and says how far the result can be trusted.
-fn settle(system: &System, record: &Record, begin: solve::Place, noise: Vec<f64>) -> Result<Held, FitError> {
+fn settle(system: &System, record: &PreparedLog, begin: solve::Iterate, noise: Vec<f64>) -> Result<FitResult, FitError> {
     let mut noise = noise;
-    for (residual, channel) in begin.pass.residuals.iter().zip(&record.channels) {
+    for (residual, channel) in begin.linearization.residuals.iter().zip(&record.channels) {
         if residual.iter().all(|r| !r.is_finite()) {
-            return Err(FitError::Diverges(channel.shows.column()));
+            return Err(FitError::Diverges(channel.channel.column()));
         }
     }
     // What a wrong model leaves widens its standard errors, too.
     let values = (record.len() * record.channels.len()) as f64;
-    let nothing_left = |cost: f64| solve::NOTHING_LEFT * (cost / values).max(1.0);
+    let nothing_left = |cost: f64| solve::MIN_CHI2_DECREASE * (cost / values).max(1.0);
     // Again with the noise of the residuals, in place of that of the measured series, until it no longer changes.
-    let mut place = solve::descend(system, record, begin, &weights(&noise), nothing_left);
+    let mut place = solve::minimize(system, record, begin, &weights(&noise), nothing_left);
     for _ in 0..3 {
         let before = noise.clone();
-        noise = (0..noise.len()).map(|c| residual_noise(record, c, &place.pass.residuals[c])).collect();
+        noise = (0..noise.len()).map(|c| residual_noise(record, c, &place.linearization.residuals[c])).collect();
         if !place.converged || noise.iter().zip(&before).all(|(n, b)| (n / b - 1.0).abs() < 0.01) {
             break;
         }
-        place = solve::descend(system, record, place, &weights(&noise), nothing_left);
+        place = solve::minimize(system, record, place, &weights(&noise), nothing_left);
     }
     if nearly(record, &place, &noise) {
-        place = approach::past_a_step(system, record, place, &weights(&noise));
+        place = starting_point::escape_local_minimum(system, record, place, &weights(&noise));
     }
-    Ok(hold(system, record, place, &noise))
+    Ok(evaluate(system, record, place, &noise))
 }
 
 /// A place as it is, with how far it can be trusted; `noise` is each channel's.
-pub fn hold(system: &System, record: &Record, mut place: solve::Place, noise: &[f64]) -> Held {
-    let channels: Vec<Fitness> =
-        std::mem::take(&mut place.pass.residuals).into_iter().enumerate().map(|(c, r)| fitness(record, c, noise[c], r)).collect();
-    let colours: Vec<Colour> = channels.iter().enumerate().map(|(c, f)| colour(record, c, f)).collect();
-    let linear = place.linear(&weights(noise));
+pub fn evaluate(system: &System, record: &PreparedLog, mut place: solve::Iterate, noise: &[f64]) -> FitResult {
+    let channels: Vec<ChannelFit> =
+        std::mem::take(&mut place.linearization.residuals).into_iter().enumerate().map(|(c, r)| fitness(record, c, noise[c], r)).collect();
+    let colours: Vec<NoiseColour> = channels.iter().enumerate().map(|(c, f)| colour(record, c, f)).collect();
+    let linear = place.normal_equations(&weights(noise));
     let covariance = covariance::covariance(system, &place.parameters, record, &place.starts, &weights(noise), &colours, &linear);
-    Held {
+    FitResult {
         sigmas: place.parameters.sigmas(&covariance.matrix),
         not_identifiable: not_identifiable(&place.parameters, &covariance),
         parameters: place.parameters,
@@ -196,15 +202,15 @@ pub fn hold(system: &System, record: &Record, mut place: solve::Place, noise: &[
 }
 
 /// The model describes the log but for a slow misfit: as it does where a moment of sticking is missed.
-fn nearly(record: &Record, place: &solve::Place, noise: &[f64]) -> bool {
+fn nearly(record: &PreparedLog, place: &solve::Iterate, noise: &[f64]) -> bool {
     let mut slow = false;
-    for (c, residual) in place.pass.residuals.iter().enumerate() {
+    for (c, residual) in place.linearization.residuals.iter().enumerate() {
         let compared: Vec<f64> = residual.iter().copied().filter(|r| !r.is_nan()).collect();
         let square = compared.iter().map(|r| r * r).sum::<f64>() / compared.len().max(1) as f64;
         if square > MISFIT * noise[c] * noise[c] {
             return false;
         }
-        slow |= differenced(record, c) == 0 && noise::slow_inflation(&compared, noise[c]) > 1.0;
+        slow |= differencing_rows(record, c) == 0 && noise::slow_inflation(&compared, noise[c]) > 1.0;
     }
     slow
 }
@@ -214,24 +220,24 @@ pub(crate) fn weights(noise: &[f64]) -> Vec<f64> {
 }
 
 /// Smallest noise that a channel can have, so that its weight stays finite.
-fn noise_floor(record: &Record, channel: usize) -> f64 {
+fn noise_floor(record: &PreparedLog, channel: usize) -> f64 {
     let c = &record.channels[channel];
     let size = c.measured.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     let quantised = c.quantum.map_or(0.0, |q| q / 12f64.sqrt());
     quantised.max(1e-9 * size).max(1e-15)
 }
 
-fn first_noise(record: &Record, channel: usize) -> f64 {
+fn first_noise(record: &PreparedLog, channel: usize) -> f64 {
     let c = &record.channels[channel];
-    let scale = if c.shows == Channel::Angle { 2f64.sqrt() } else { 1.0 };
+    let scale = if c.channel == Channel::Angle { 2f64.sqrt() } else { 1.0 };
     (noise::of_series(c.measured.iter().copied()) * scale).max(noise_floor(record, channel))
 }
 
-pub(crate) fn residual_noise(record: &Record, channel: usize, residual: &[f64]) -> f64 {
+pub(crate) fn residual_noise(record: &PreparedLog, channel: usize, residual: &[f64]) -> f64 {
     let c = &record.channels[channel];
     let correlation = c.filter_hz.map_or(0.0, |hz| (-std::f64::consts::TAU * hz * record.dt_s).exp());
     let fine = noise::of_residuals(residual, correlation);
-    let quantised = match (c.shows, c.quantum) {
+    let quantised = match (c.channel, c.quantum) {
         (Channel::Angle, Some(quantum)) => quantised_increments(record, channel, residual, quantum),
         _ => 0.0,
     };
@@ -240,7 +246,7 @@ pub(crate) fn residual_noise(record: &Record, channel: usize, residual: &[f64]) 
 
 /// What the encoder's counts alone leave of the increments along the modelled motion: less than LSB/√6 where it stands, and not white where
 /// the rate beats with the rows, so that fine structure cannot tell it.
-fn quantised_increments(record: &Record, channel: usize, residual: &[f64], quantum: f64) -> f64 {
+fn quantised_increments(record: &PreparedLog, channel: usize, residual: &[f64], quantum: f64) -> f64 {
     let lag = record.angle_lag();
     let (mut sum, mut n) = (0.0, 0usize);
     for rows in &record.segments {
@@ -262,8 +268,8 @@ fn quantised_increments(record: &Record, channel: usize, residual: &[f64], quant
 }
 
 /// Start values of the initial states: what the first rows show.
-pub(crate) fn first_starts(kinds: &[Initial], record: &Record, parameters: &Parameters, system: &System) -> Starts {
-    let channel = |shows: Channel| record.channels.iter().find(|c| c.shows == shows);
+pub(crate) fn starting_states(kinds: &[InitialStateKind], record: &PreparedLog, parameters: &Parameters, system: &System) -> InitialStates {
+    let channel = |shows: Channel| record.channels.iter().find(|c| c.channel == shows);
     let mut values = Vec::new();
     for rows in &record.segments {
         let few = rows.len().min(5);
@@ -272,7 +278,7 @@ pub(crate) fn first_starts(kinds: &[Initial], record: &Record, parameters: &Para
             kinds
                 .iter()
                 .map(|kind| match kind {
-                    Initial::Rate => match (channel(Channel::Rate), record.theta) {
+                    InitialStateKind::Rate => match (channel(Channel::Rate), record.theta) {
                         (Some(c), _) => mean(c.measured),
                         (None, Some(theta)) => {
                             let last = (rows.start + record.angle_lag()).min(rows.end - 1);
@@ -281,8 +287,8 @@ pub(crate) fn first_starts(kinds: &[Initial], record: &Record, parameters: &Para
                         }
                         _ => 0.0,
                     },
-                    Initial::Current => channel(Channel::Current).map_or(0.0, |c| c.measured[rows.start]),
-                    Initial::Twist | Initial::Bristle | Initial::Heat => 0.0,
+                    InitialStateKind::Current => channel(Channel::Current).map_or(0.0, |c| c.measured[rows.start]),
+                    InitialStateKind::Twist | InitialStateKind::Bristle | InitialStateKind::Heat => 0.0,
                 })
                 .collect::<Vec<f64>>(),
         );
@@ -292,20 +298,20 @@ pub(crate) fn first_starts(kinds: &[Initial], record: &Record, parameters: &Para
     let prior_sigma = kinds
         .iter()
         .map(|kind| match kind {
-            Initial::Rate => 1e4,
-            Initial::Current => 10.0 / resistance,
-            Initial::Twist => 0.1 + value("gap_rad"),
-            Initial::Bristle => (value("coulomb_N_m") / value("presliding_stiffness_N_m_rad")).max(1e-4),
-            Initial::Heat => 30.0,
+            InitialStateKind::Rate => 1e4,
+            InitialStateKind::Current => 10.0 / resistance,
+            InitialStateKind::Twist => 0.1 + value("gap_rad"),
+            InitialStateKind::Bristle => (value("coulomb_N_m") / value("presliding_stiffness_N_m_rad")).max(1e-4),
+            InitialStateKind::Heat => 30.0,
         })
         .collect();
-    Starts { kinds: kinds.to_vec(), prior: values.clone(), values, prior_sigma }
+    InitialStates { kinds: kinds.to_vec(), prior: values.clone(), values, prior_sigma }
 }
 
 /// Lags of the test for whiteness.
 const WHITE_LAGS: usize = 20;
 
-fn fitness(record: &Record, channel: usize, noise: f64, residual: Vec<f64>) -> Fitness {
+fn fitness(record: &PreparedLog, channel: usize, noise: f64, residual: Vec<f64>) -> ChannelFit {
     let mean_square = |held: bool| {
         let (sum, n) = residual
             .iter()
@@ -322,12 +328,12 @@ fn fitness(record: &Record, channel: usize, noise: f64, residual: Vec<f64>) -> F
     let spread = (targets.iter().map(|y| (y - mean).powi(2)).sum::<f64>() / targets.len().max(1) as f64).sqrt();
     let compared: Vec<f64> = residual.iter().copied().filter(|r| !r.is_nan()).collect();
     let whole = (compared.iter().map(|r| r * r).sum::<f64>() / compared.len().max(1) as f64).sqrt();
-    let shows = record.channels[channel].shows;
+    let shown = record.channels[channel].channel;
     // Increments over m rows share a reading with those m rows before and after.
-    let stride = if shows == Channel::Angle { 2 * record.angle_lag() } else { differenced(record, channel).max(1) * 2 - 1 };
+    let stride = if shown == Channel::Angle { 2 * record.angle_lag() } else { differencing_rows(record, channel).max(1) * 2 - 1 };
     let (_, white_p) = noise::ljung_box(&compared, stride, WHITE_LAGS);
-    Fitness {
-        shows,
+    ChannelFit {
+        channel: shown,
         rms: mean_square(false).unwrap_or(whole),
         heldout_rms: mean_square(true),
         noise,
@@ -339,9 +345,9 @@ fn fitness(record: &Record, channel: usize, noise: f64, residual: Vec<f64>) -> F
 }
 
 /// Rows over which white noise was differenced in this channel; 0: it was not.
-pub(crate) fn differenced(record: &Record, channel: usize) -> usize {
+pub(crate) fn differencing_rows(record: &PreparedLog, channel: usize) -> usize {
     let c = &record.channels[channel];
-    match c.shows {
+    match c.channel {
         Channel::Angle => record.angle_lag(),
         Channel::Rate if record.rate_from_encoder => {
             c.mean_before_s.map_or(0, |window_s| ((window_s / record.dt_s).round() as usize).max(1))
@@ -353,15 +359,15 @@ pub(crate) fn differenced(record: &Record, channel: usize) -> usize {
 /// χ²/n from which on what is left is no longer the noise, and its correlation is what it shows.
 const MISFIT: f64 = 1.5;
 
-fn colour(record: &Record, channel: usize, fitness: &Fitness) -> Colour {
+fn colour(record: &PreparedLog, channel: usize, fitness: &ChannelFit) -> NoiseColour {
     let misfit = fitness.chi2_per_n().max(1.0);
     let compared: Vec<f64> = fitness.residual.iter().copied().filter(|r| !r.is_nan()).collect();
     if misfit >= MISFIT {
-        return Colour { differenced: 0, inflation: misfit * noise::inflation(&compared) };
+        return NoiseColour { differenced: 0, inflation: misfit * noise::inflation(&compared) };
     }
-    let differenced = differenced(record, channel);
+    let differenced = differencing_rows(record, channel);
     let seen = if differenced > 0 { 1.0 } else { noise::inflation(&compared).max(noise::slow_inflation(&compared, fitness.noise)) };
-    Colour { differenced, inflation: misfit * seen }
+    NoiseColour { differenced, inflation: misfit * seen }
 }
 
 /// Share of a direction without information from which on a parameter belongs to it.

@@ -11,9 +11,9 @@ use num_dual::{Derivative, DualSVec64};
 pub type Dual<const N: usize> = DualSVec64<N>;
 
 /// A number that may carry the derivative by one lane.
-pub trait Lane: Scalar {
+pub trait DerivativeScalar: Scalar {
     /// Derivatives it carries.
-    const LANES: usize;
+    const DERIVATIVES: usize;
     /// `value` with derivative `slope` by `lane`.
     fn seeded(value: f64, lane: usize, slope: f64) -> Self;
     /// Adds `slope` to the derivative by `lane`.
@@ -22,8 +22,8 @@ pub trait Lane: Scalar {
     fn slope(&self, lane: usize) -> f64;
 }
 
-impl Lane for f64 {
-    const LANES: usize = 0;
+impl DerivativeScalar for f64 {
+    const DERIVATIVES: usize = 0;
     fn seeded(value: f64, _: usize, _: f64) -> Self {
         value
     }
@@ -35,8 +35,8 @@ impl Lane for f64 {
     }
 }
 
-impl<const N: usize> Lane for Dual<N> {
-    const LANES: usize = N;
+impl<const N: usize> DerivativeScalar for Dual<N> {
+    const DERIVATIVES: usize = N;
     fn seeded(value: f64, lane: usize, slope: f64) -> Self {
         Dual::<N>::from(value).with(lane, slope)
     }
@@ -97,10 +97,10 @@ impl Parameters {
     }
 
     /// The values with the derivatives of the free ones by their coordinates.
-    pub fn seeded<S: Lane>(&self) -> Vec<S> {
+    pub fn seeded<S: DerivativeScalar>(&self) -> Vec<S> {
         let free = self.free();
         let mut values: Vec<S> = self.list.iter().map(|p| S::from(p.value)).collect();
-        if S::LANES == 0 {
+        if S::DERIVATIVES == 0 {
             return values;
         }
         for (lane, &k) in free.iter().enumerate() {

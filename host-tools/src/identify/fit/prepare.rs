@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::record::{Compared, Record};
+use super::prepared_log::{ComparedChannel, PreparedLog};
 use crate::log::{Log, Source, Voltage};
 use crate::model::{Channel, Input, Model};
 
@@ -68,7 +68,7 @@ const SUPPLY_MOVES: f64 = 1e-3;
 ///
 /// # Errors
 /// [`PrepareError`], where input or outputs are missing.
-pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Record<'a>, Vec<String>), PrepareError> {
+pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(PreparedLog<'a>, Vec<String>), PrepareError> {
     let name = || log.path().display().to_string();
     let has = || log.columns().iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", ");
     let mut remarks = Vec::new();
@@ -98,8 +98,8 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Recor
             return Err(PrepareError::NoOutput { log: name(), column, model: model.name().to_owned(), has: has() });
         };
         let made = log.column_made(column);
-        compared.push(Compared {
-            shows: channel,
+        compared.push(ComparedChannel {
+            channel,
             measured,
             mean_before_s: made.mean_before_s,
             filter_hz: made.filter_hz,
@@ -116,7 +116,7 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Recor
     let supply_ratio = uses("supply-droop").then(|| supply_ratio(log)).flatten();
     let theta = log.column("theta_rad");
     let dt_s = log.median_dt_s();
-    let record = Record {
+    let record = PreparedLog {
         t_s: log.t_s(),
         input,
         driven: model.input(),

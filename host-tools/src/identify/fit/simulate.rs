@@ -5,13 +5,13 @@ use std::sync::Arc;
 use drive_model::{Law, Scalar};
 use drive_rig::{Base, Rig, State};
 
-use super::parameters::{Lane, Parameters};
-use super::pipeline::{Chain, Row};
-use super::record::Record;
+use super::measurement::{MeasurementChain, Row};
+use super::parameters::{DerivativeScalar, Parameters};
+use super::prepared_log::PreparedLog;
 use crate::model::{Channel, Input};
 
 /// Where the law of an effect comes from: it must be there for every scalar.
-pub trait Source: Send + Sync {
+pub trait LawSource: Send + Sync {
     /// The law in `f64`.
     fn plain(&self) -> Box<dyn Law<f64>>;
     /// The law with eight derivatives.
@@ -25,19 +25,19 @@ pub trait Source: Send + Sync {
 }
 
 /// A scalar in which every source gives its law.
-pub trait Sourced: Lane {
+pub trait LawScalar: DerivativeScalar {
     /// The law of `source` in this scalar.
-    fn law(source: &dyn Source) -> Box<dyn Law<Self>>;
+    fn law(source: &dyn LawSource) -> Box<dyn Law<Self>>;
 }
-impl Sourced for f64 {
-    fn law(source: &dyn Source) -> Box<dyn Law<f64>> {
+impl LawScalar for f64 {
+    fn law(source: &dyn LawSource) -> Box<dyn Law<f64>> {
         source.plain()
     }
 }
 macro_rules! sourced {
     ($($n:literal $make:ident),*) => {$(
-        impl Sourced for super::parameters::Dual<$n> {
-            fn law(source: &dyn Source) -> Box<dyn Law<Self>> {
+        impl LawScalar for super::parameters::Dual<$n> {
+            fn law(source: &dyn LawSource) -> Box<dyn Law<Self>> {
                 source.$make()
             }
         }
@@ -51,7 +51,7 @@ pub struct Effect {
     /// Name in the model, e.g. `cogging#2`.
     pub name: String,
     /// The law.
-    pub source: Arc<dyn Source>,
+    pub source: Arc<dyn LawSource>,
     /// Indices of its parameters, in the law's order.
     pub parameters: Vec<usize>,
 }
@@ -71,7 +71,7 @@ pub struct System {
 
 impl System {
     /// The rig at these parameters.
-    pub fn rig<S: Sourced>(&self, parameters: &Parameters, driven: Input) -> Rig<S> {
+    pub fn rig<S: LawScalar>(&self, parameters: &Parameters, driven: Input) -> Rig<S> {
         let values: Vec<S> = parameters.seeded();
         let one = S::one();
         let base = Base {
@@ -91,7 +91,7 @@ impl System {
 
 /// Which initial states a segment has besides the rate; a lane of the fit each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Initial {
+pub enum InitialStateKind {
     /// Rate, rad/s.
     Rate,
     /// Current, A.
@@ -105,53 +105,53 @@ pub enum Initial {
 }
 
 /// The initial states that this model has.
-pub fn initials(rig: &Rig<f64>, record: &Record) -> Vec<Initial> {
+pub fn initial_state_kinds(rig: &Rig<f64>, record: &PreparedLog) -> Vec<InitialStateKind> {
     let mut list = Vec::new();
     if record.driven == Input::Motion {
         return list;
     }
-    list.push(Initial::Rate);
+    list.push(InitialStateKind::Rate);
     let arms = rig.arms();
     if arms.inductance_H.is_some() && record.driven == Input::Voltage {
-        list.push(Initial::Current);
+        list.push(InitialStateKind::Current);
     }
     if arms.shaft.is_some() {
-        list.push(Initial::Twist);
+        list.push(InitialStateKind::Twist);
     }
     if arms.bristle_N_m_rad.is_some() {
-        list.push(Initial::Bristle);
+        list.push(InitialStateKind::Bristle);
     }
     if arms.thermal.is_some() && record.temp_C.is_none() {
-        list.push(Initial::Heat);
+        list.push(InitialStateKind::Heat);
     }
     list
 }
 
 /// The state at the begin of a segment, seeded behind the `free` parameter lanes.
-fn begin<S: Lane>(kinds: &[Initial], values: &[f64], free: usize, theta: f64) -> State<S> {
+fn begin<S: DerivativeScalar>(kinds: &[InitialStateKind], values: &[f64], free: usize, theta: f64) -> State<S> {
     let mut state = State::turning(S::zero(), S::from(theta));
     for (k, (kind, &value)) in kinds.iter().zip(values).enumerate() {
         let seeded = S::seeded(value, free + k, 1.0);
         match kind {
-            Initial::Rate => {
+            InitialStateKind::Rate => {
                 state.omega = seeded;
                 state.motor_omega = seeded;
             }
-            Initial::Current => state.current = seeded,
-            Initial::Twist => state.twist = seeded,
-            Initial::Bristle => state.bristle = seeded,
-            Initial::Heat => state.heat_K = seeded,
+            InitialStateKind::Current => state.current = seeded,
+            InitialStateKind::Twist => state.twist = seeded,
+            InitialStateKind::Bristle => state.bristle = seeded,
+            InitialStateKind::Heat => state.heat_K = seeded,
         }
     }
     state
 }
 
 /// Runs the model along one segment and hands every compared value to `visit(channel, row, value)`, for as long as it says to go on.
-pub fn run<S: Lane>(
+pub fn run<S: DerivativeScalar>(
     rig: &Rig<S>,
-    record: &Record,
+    record: &PreparedLog,
     segment: usize,
-    (kinds, values): (&[Initial], &[f64]),
+    (kinds, values): (&[InitialStateKind], &[f64]),
     free: usize,
     visit: &mut impl FnMut(usize, usize, &S) -> bool,
 ) {
@@ -169,10 +169,10 @@ pub fn run<S: Lane>(
         }
         return;
     }
-    let mut chains: Vec<Chain<S>> = (0..record.channels.len()).map(|c| Chain::new(record, c, rig.arms())).collect();
+    let mut chains: Vec<MeasurementChain<S>> = (0..record.channels.len()).map(|c| MeasurementChain::new(record, c, rig.arms())).collect();
     let theta = record.theta.map_or(0.0, |theta| theta[rows.start]);
-    let follows_current = chains.iter().any(Chain::follows_current);
-    let instant = record.channels.iter().any(|c| c.instant && c.shows == Channel::Current);
+    let follows_current = chains.iter().any(MeasurementChain::follows_current);
+    let instant = record.channels.iter().any(|c| c.instant && c.channel == Channel::Current);
     let mut state = begin::<S>(kinds, values, free, theta);
     for row in rows.clone() {
         let span = record.span(row, rows.end);
@@ -210,11 +210,11 @@ pub fn run<S: Lane>(
 const MOTION_HALF_WINDOW_S: f64 = 0.1;
 
 /// The prescribed motion: rate and acceleration by a local parabola, then what they need of the drive.
-fn demand<S: Scalar>(rig: &Rig<S>, record: &Record, segment: usize, visit: &mut impl FnMut(usize, usize, &S) -> bool) {
+fn demand<S: Scalar>(rig: &Rig<S>, record: &PreparedLog, segment: usize, visit: &mut impl FnMut(usize, usize, &S) -> bool) {
     let rows = record.segments[segment].clone();
     let theta = &record.input[rows.clone()];
     let t = &record.t_s[rows.clone()];
-    let quantum = record.channels.iter().find_map(|c| c.quantum.filter(|_| c.shows == Channel::Angle)).unwrap_or(0.0);
+    let quantum = record.channels.iter().find_map(|c| c.quantum.filter(|_| c.channel == Channel::Angle)).unwrap_or(0.0);
     // A rate below half a count per window has no sign that the encoder could tell.
     let still = (0.5 * quantum / MOTION_HALF_WINDOW_S).max(1e-6);
     let (mut from, mut to) = (0, 0);
@@ -234,7 +234,7 @@ fn demand<S: Scalar>(rig: &Rig<S>, record: &Record, segment: usize, visit: &mut 
         let measured = record.current.map_or(0.0, |i| i[row]);
         let need = rig.demand(&span, omega, alpha, (omega / still).clamp(-1.0, 1.0), measured);
         for (c, channel) in record.channels.iter().enumerate() {
-            let value = match channel.shows {
+            let value = match channel.channel {
                 Channel::Current => need.current,
                 Channel::Voltage => need.voltage,
                 Channel::Torque => need.torque,

@@ -1,14 +1,14 @@
 //! Levenberg and Marquardt's descent, by output error.
 
-use super::normal::{Linear, Pass, Starts, Step, pass, pass_below};
+use super::normal_equations::{InitialStates, Linearization, NormalEquations, Step, linearize, linearize_below};
 use super::parameters::Parameters;
-use super::record::Record;
-use super::simulate::{Initial, System};
+use super::prepared_log::PreparedLog;
+use super::simulate::{InitialStateKind, System};
 
 /// Most steps of one descent.
 const MOST_STEPS: usize = 100;
 /// Promised fall of χ² below which nothing is left to gain: a thirtieth of a standard error.
-pub const NOTHING_LEFT: f64 = 1e-3;
+pub const MIN_CHI2_DECREASE: f64 = 1e-3;
 /// Damping that hardly shortens a step.
 const FREE: f64 = 1e-3;
 /// Where the model is wrong anyway (χ²/n above this), so many steps that win less than one row's share of χ² are the end.
@@ -18,48 +18,48 @@ const STALLED_STEPS: usize = 12;
 const MOST_DAMPING: f64 = 1e12;
 
 /// A point of a descent.
-pub struct Place {
+pub struct Iterate {
     /// Parameters there.
     pub parameters: Parameters,
     /// Initial states there.
-    pub starts: Starts,
+    pub starts: InitialStates,
     /// The model run there.
-    pub pass: Pass,
+    pub linearization: Linearization,
     /// Steps that it took to come here.
     pub steps: usize,
     /// The descent ended because nothing was left to gain.
     pub converged: bool,
 }
 
-impl Place {
+impl Iterate {
     /// Where a descent begins.
-    pub fn begin(system: &System, parameters: &Parameters, record: &Record, starts: &Starts) -> Self {
-        let pass = pass(system, parameters, record, starts);
-        Place { parameters: parameters.clone(), starts: starts.clone(), pass, steps: 0, converged: false }
+    pub fn new(system: &System, parameters: &Parameters, record: &PreparedLog, starts: &InitialStates) -> Self {
+        let linearization = linearize(system, parameters, record, starts);
+        Iterate { parameters: parameters.clone(), starts: starts.clone(), linearization, steps: 0, converged: false }
     }
 
     /// The normal equations here.
-    pub fn linear(&self, weights: &[f64]) -> Linear {
-        self.pass.weighted(&self.starts, weights)
+    pub fn normal_equations(&self, weights: &[f64]) -> NormalEquations {
+        self.linearization.weighted(&self.starts, weights)
     }
 }
 
 /// Descends from `place` until no step promises more than `enough`, in χ²; the weights per channel are 1/σ².
-pub fn descend(system: &System, record: &Record, place: Place, weights: &[f64], enough: impl FnMut(f64) -> f64) -> Place {
-    descend_within(system, record, place, weights, MOST_STEPS, enough)
+pub fn minimize(system: &System, record: &PreparedLog, place: Iterate, weights: &[f64], enough: impl FnMut(f64) -> f64) -> Iterate {
+    minimize_within(system, record, place, weights, MOST_STEPS, enough)
 }
 
 /// The same in at most so many steps.
-pub fn descend_within(
+pub fn minimize_within(
     system: &System,
-    record: &Record,
-    place: Place,
+    record: &PreparedLog,
+    place: Iterate,
     weights: &[f64],
     most: usize,
     mut enough: impl FnMut(f64) -> f64,
-) -> Place {
+) -> Iterate {
     let mut place = place;
-    let mut linear = place.linear(weights);
+    let mut linear = place.normal_equations(weights);
     let mut converged = false;
     let mut steps = 0;
     let mut damping = 1e-3;
@@ -97,7 +97,7 @@ pub fn descend_within(
         }
         let next = place.parameters.moved(&step.parameters);
         let next_starts = moved(&place.starts, &step.states);
-        let trial_pass = pass_below(system, &next, record, &next_starts, weights, linear.cost);
+        let trial_pass = linearize_below(system, &next, record, &next_starts, weights, linear.cost);
         let trial = trial_pass.weighted(&next_starts, weights);
         let fell = linear.cost - trial.cost;
         if trial.cost.is_finite() && fell > 0.0 {
@@ -107,7 +107,7 @@ pub fn descend_within(
             }
             place.parameters = next;
             place.starts = next_starts;
-            place.pass = trial_pass;
+            place.linearization = trial_pass;
             linear = trial;
             if fell < enough && damping < 1e-2 {
                 converged = true;
@@ -128,12 +128,12 @@ pub fn descend_within(
 }
 
 /// States after a step, within what they can be.
-fn moved(starts: &Starts, step: &[Vec<f64>]) -> Starts {
+fn moved(starts: &InitialStates, step: &[Vec<f64>]) -> InitialStates {
     let mut next = starts.clone();
     for (values, step) in next.values.iter_mut().zip(step) {
         for ((value, step), kind) in values.iter_mut().zip(step).zip(&starts.kinds) {
             *value += step;
-            if *kind == Initial::Heat {
+            if *kind == InitialStateKind::Heat {
                 *value = value.max(-60.0);
             }
         }

@@ -1,27 +1,27 @@
 //! Where a model fails: the residual looked at over every coordinate.
 //!
-//! In: a log, its record, and the model held against it. Out: [`Failure`]s, most telling first. Nothing is simulated again: what a missing
+//! In: a log, its record, and the model held against it. Out: [`Misfit`]s, most telling first. Nothing is simulated again: what a missing
 //! torque or voltage leaves in every channel follows from inertia, motor constant and resistance ([`rows`]); a few shapes over every
 //! coordinate ([`shapes`]), orders of the angle and lines in time ([`orders`]) are sought in all channels together ([`search`]) and tested
 //! against the colour of what remains ([`test`]). [`says`] puts it in words.
 
-pub mod orders;
-pub mod picture;
+pub mod harmonics;
+pub mod plot_data;
 mod rows;
 mod says;
 mod search;
 mod shapes;
-mod test;
+mod significance;
 
 use drive_model::Coordinate;
 
-use crate::identify::fit::{Held, Record};
+use crate::identify::fit::{FitResult, PreparedLog};
 use crate::log::Log;
 use crate::model::Channel;
 
 /// One coordinate over which a residual is not noise (interfaces.md, `failures`).
 #[derive(Debug, Clone, PartialEq)]
-pub struct Failure {
+pub struct Misfit {
     /// The channel that fails.
     pub output: Channel,
     /// Over what.
@@ -41,10 +41,10 @@ pub struct Failure {
 /// Coordinates over which the residuals of `held` are not noise, most telling first.
 ///
 /// A failure is listed if it is seen at one in a thousand over all that was tried.
-pub fn failures(log: &Log, record: &Record, held: &Held) -> Vec<Failure> {
+pub fn misfits(log: &Log, record: &PreparedLog, held: &FitResult) -> Vec<Misfit> {
     let Some(full) = rows::Rows::of(log, record, held) else { return Vec::new() };
     let found = search::search(full, held);
-    says::failures(found)
+    says::misfits(found)
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@
 //! J δω' = τ − λ J δω in the rate, with λ J = K²/R + b where the voltage is given and b where the current is; −K/R of that in the current;
 //! its integral over 20 ms in the angle's increments. A voltage v acts as the torque K v/R, and v/R on the current at once.
 
-use crate::identify::fit::{Held, Record};
+use crate::identify::fit::{FitResult, PreparedLog};
 use crate::log::Log;
 use crate::model::{Channel, Input};
 
@@ -22,7 +22,7 @@ pub struct Drive {
 #[derive(Debug, Clone)]
 pub struct Seen {
     /// What it shows.
-    pub shows: Channel,
+    pub channel: Channel,
     /// One unit of `y`, in the channel's own.
     pub unit: f64,
     /// Sum of squares of the residual as it was at first, in units of `y`.
@@ -77,11 +77,11 @@ pub struct Missing<'a> {
 
 impl Rows {
     /// The rows of a log; `None` where nothing is compared.
-    pub fn of(log: &Log, record: &Record, held: &Held) -> Option<Rows> {
+    pub fn of(log: &Log, record: &PreparedLog, held: &FitResult) -> Option<Rows> {
         let n = record.len();
-        let modelled = |shows: Channel| -> Option<Vec<f64>> {
-            let measured = record.channels.iter().find(|c| c.shows == shows)?.measured;
-            let residual = &held.channels.iter().find(|c| c.shows == shows)?.residual;
+        let modelled = |channel: Channel| -> Option<Vec<f64>> {
+            let measured = record.channels.iter().find(|c| c.channel == channel)?.measured;
+            let residual = &held.channels.iter().find(|c| c.channel == channel)?.residual;
             Some(measured.iter().zip(residual).map(|(y, r)| if r.is_finite() { y - r } else { *y }).collect())
         };
         let column = |name: &str| log.column(name).map(<[f64]>::to_vec);
@@ -105,7 +105,7 @@ impl Rows {
         let (mut y, mut mask, mut channels) = (Vec::new(), Vec::new(), Vec::new());
         for f in &held.channels {
             // Increments that overlap are not witnesses each: one in `lag` is.
-            let unit = f.noise * if f.shows == Channel::Angle { (lag as f64).sqrt() } else { 1.0 };
+            let unit = f.noise * if f.channel == Channel::Angle { (lag as f64).sqrt() } else { 1.0 };
             if f.residual.len() != n || !unit.is_finite() || unit <= 0.0 {
                 return None;
             }
@@ -113,7 +113,7 @@ impl Rows {
             y.extend(f.residual.iter().map(|r| if r.is_finite() { r / unit } else { 0.0 }));
             mask.extend(f.residual.iter().map(|r| if r.is_finite() { 1.0 } else { 0.0 }));
             let power = y[at..].iter().map(|v: &f64| v * v).sum();
-            channels.push(Seen { shows: f.shows, unit, power });
+            channels.push(Seen { channel: f.channel, unit, power });
         }
         Some(Rows {
             t_s: record.t_s.to_vec(),
@@ -191,8 +191,8 @@ impl Rows {
     }
 
     /// Index of a channel.
-    pub fn channel(&self, shows: Channel) -> Option<usize> {
-        self.channels.iter().position(|c| c.shows == shows)
+    pub fn channel(&self, channel: Channel) -> Option<usize> {
+        self.channels.iter().position(|c| c.channel == channel)
     }
 
     /// What this leaves in all channels, in units of `y`.
@@ -203,7 +203,7 @@ impl Rows {
         let turned = self.sums(&rate);
         for (c, channel) in self.channels.iter().enumerate() {
             let part = &mut out[c * n..(c + 1) * n];
-            match (channel.shows, self.drive) {
+            match (channel.channel, self.drive) {
                 (Channel::Rate, Some(_)) => part.copy_from_slice(&rate),
                 (Channel::Angle, Some(_)) => self.increments(&turned, part),
                 (Channel::Current, Some(d)) if d.per_ohm > 0.0 => {
@@ -214,13 +214,13 @@ impl Rows {
                 _ => {}
             }
             if let Some((which, values)) = missing.reading.filter(|r| r.0 == c) {
-                match self.channels[which].shows {
+                match self.channels[which].channel {
                     Channel::Angle => self.increments(values, part),
                     _ => part.copy_from_slice(values),
                 }
             }
             if let Some(values) = missing.encoder {
-                match channel.shows {
+                match channel.channel {
                     Channel::Angle => self.increments(values, part),
                     Channel::Rate => (0..n).for_each(|k| part[k] = self.slope(values, k)),
                     _ => {}
@@ -281,7 +281,7 @@ impl Rows {
 }
 
 /// The drive as the model has it.
-fn drive(record: &Record, held: &Held) -> Option<Drive> {
+fn drive(record: &PreparedLog, held: &FitResult) -> Option<Drive> {
     let value = |name: &str| held.parameters.list.iter().find(|p| p.name == name).map(|p| p.value);
     let inertia_kg_m2 = value("inertia_kg_m2").filter(|j| *j > 0.0 && record.driven != Input::Motion)?;
     let ohm = value("resistance_ohm").filter(|r| *r > 0.0 && record.driven == Input::Voltage);

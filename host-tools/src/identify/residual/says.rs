@@ -4,14 +4,14 @@ use std::collections::HashMap;
 
 use drive_model::Coordinate;
 
-use super::Failure;
+use super::Misfit;
 use super::search::{Found, InChannel, SEEN_LOG10};
 use super::shapes::{Acts, Kind};
 use crate::model::Channel;
 
 /// One failure for each channel and coordinate, most telling first: in the order in which the coordinates were found, and within one the
 /// channel that shows it best.
-pub fn failures(found: Vec<Found>) -> Vec<Failure> {
+pub fn misfits(found: Vec<Found>) -> Vec<Misfit> {
     let mut coordinates: Vec<Coordinate> = Vec::new();
     let mut gains: HashMap<&'static str, f64> = HashMap::new();
     for f in &found {
@@ -25,10 +25,10 @@ pub fn failures(found: Vec<Found>) -> Vec<Failure> {
     let mut list = Vec::new();
     for coordinate in coordinates {
         let all: Vec<&Found> = found.iter().filter(|f| f.coordinate == coordinate).collect();
-        let mut here: Vec<Failure> = Vec::new();
+        let mut here: Vec<Misfit> = Vec::new();
         for shows in [Channel::Rate, Channel::Angle, Channel::Current, Channel::Voltage, Channel::Torque] {
             let parts: Vec<(&Found, &InChannel)> =
-                all.iter().filter_map(|f| f.channels.iter().find(|c| c.shows == shows).map(|c| (*f, c))).collect();
+                all.iter().filter_map(|f| f.channels.iter().find(|c| c.channel == shows).map(|c| (*f, c))).collect();
             let Some((main, _)) = parts.iter().max_by(|a, b| a.1.share.total_cmp(&b.1.share)) else { continue };
             let share = parts.iter().map(|p| p.1.share).sum::<f64>().min(1.0);
             let log10_p = parts.iter().filter(|p| p.1.share > 0.0).map(|p| p.1.log10_p).fold(0.0, f64::min);
@@ -37,7 +37,7 @@ pub fn failures(found: Vec<Found>) -> Vec<Failure> {
             }
             let parts: Vec<_> = parts.iter().filter(|p| p.1.share > 0.0 && p.1.log10_p < SEEN_LOG10).collect();
             let orders: Vec<u32> = orders(&parts.iter().map(|p| p.0).collect::<Vec<_>>());
-            here.push(Failure {
+            here.push(Misfit {
                 output: shows,
                 coordinate,
                 share,
@@ -71,7 +71,7 @@ fn orders(found: &[&Found]) -> Vec<u32> {
 /// Part of a residual below which the rest of it, imitated badly, decides what the piece looks like.
 const TELLING: f64 = 0.02;
 
-fn sentence(shows: Channel, share: f64, f: &Found, orders: &[u32]) -> String {
+fn sentence(channel: Channel, share: f64, f: &Found, orders: &[u32]) -> String {
     let part = if share >= 0.0095 { format!("{:.0} %", 100.0 * share) } else { format!("{:.1} %", 100.0 * share) };
     let what = if share < TELLING { "too little beside the rest to say what leaves it".to_owned() } else { what(f) };
     let over = match f.coordinate {
@@ -87,7 +87,7 @@ fn sentence(shows: Channel, share: f64, f: &Found, orders: &[u32]) -> String {
         Coordinate::Theta => harmonics(orders),
         _ => String::new(),
     };
-    format!("{}: {part} of the residual goes with {over}{detail}, {what}.", shows.column())
+    format!("{}: {part} of the residual goes with {over}{detail}, {what}.", channel.column())
 }
 
 /// The orders in words.

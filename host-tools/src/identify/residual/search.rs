@@ -5,11 +5,11 @@
 
 use drive_model::Coordinate;
 
-use super::orders;
+use super::harmonics;
 use super::rows::Rows;
 use super::shapes::{self, Acts, Family, Kind, times};
-use super::test::{self, dot, less, orthonormal};
-use crate::identify::fit::Held;
+use super::significance::{self, dot, less, orthonormal};
+use crate::identify::fit::FitResult;
 use crate::model::{Channel, Input};
 
 /// Rows are gathered into blocks of this length, s, where the shape is slow enough.
@@ -29,7 +29,7 @@ const AS_WELL: f64 = 0.97;
 #[derive(Debug, Clone)]
 pub struct InChannel {
     /// The channel.
-    pub shows: Channel,
+    pub channel: Channel,
     /// Part of its residual's variance; below 0 where another channel's gain is this one's loss.
     pub share: f64,
     /// log10 of the probability, over all that was tried.
@@ -68,7 +68,7 @@ struct Tried {
 }
 
 /// Looks for all that the residual shows.
-pub fn search(mut full: Rows, held: &Held) -> Vec<Found> {
+pub fn search(mut full: Rows, held: &FitResult) -> Vec<Found> {
     let per_block = ((BLOCK_S / full.dt_s).round() as usize).max(1);
     let starts = full.block_starts(per_block);
     let mut coarse = full.blocks(&starts, per_block);
@@ -103,7 +103,7 @@ pub fn search(mut full: Rows, held: &Held) -> Vec<Found> {
             .filter(|t| t.merit > 0.0 && t.gain > TELLING * (at_first - found.iter().map(|f| f.gain).sum::<f64>()).max(0.0))
         {
             let rows = if t.fine { &full } else { &coarse };
-            let verdict = test::test(&t.columns, &rows.y, rows.len());
+            let verdict = significance::test(&t.columns, &rows.y, rows.len());
             if verdict.log10_p + tests.log10() < SEEN_LOG10 {
                 seen = Some((t, tests));
                 break;
@@ -113,7 +113,7 @@ pub fn search(mut full: Rows, held: &Held) -> Vec<Found> {
         let rows = if t.fine { &full } else { &coarse };
         let channels = in_channels(&t, rows, tests);
         let reads = match t.acts {
-            Acts::Reading(c) => rows.channels.get(c).map(|c| c.shows),
+            Acts::Reading(c) => rows.channels.get(c).map(|c| c.channel),
             _ => None,
         };
         found.push(Found {
@@ -200,11 +200,11 @@ fn in_channels(t: &Tried, rows: &Rows, tests: f64) -> Vec<InChannel> {
         // A channel that the shape hardly reaches is not asked.
         let own: Vec<Vec<f64>> = own.into_iter().filter(|q| dot(q, q) > 1e-6 * largest && largest > 1e-6).collect();
         let y = &rows.y[part.clone()];
-        let verdict = test::test(&orthonormal(&[], &own), y, n);
+        let verdict = significance::test(&orthonormal(&[], &own), y, n);
         let gain = dot(y, y) - dot(&after[part.clone()], &after[part]);
         let share = (gain - verdict.by_chance) / channel.power.max(f64::MIN_POSITIVE);
         let log10_p = (verdict.log10_p + tests.log10()).min(0.0);
-        list.push(InChannel { shows: channel.shows, share, log10_p });
+        list.push(InChannel { channel: channel.channel, share, log10_p });
     }
     list
 }
@@ -224,9 +224,9 @@ fn periods(full: &Rows, coarse: &Rows, taken: &[Vec<f64>]) -> (usize, Vec<Tried>
         let mut orders: Vec<(u32, f64)> = Vec::new();
         for c in 0..full.channels.len() {
             for weight in weights(full) {
-                let s = orders::spectrum(&full.theta, &full.y[c * n..(c + 1) * n], weight, highest);
+                let s = harmonics::spectrum(&full.theta, &full.y[c * n..(c + 1) * n], weight, highest);
                 looked += s.share.len();
-                for (order, share) in orders::peaks(&s, PEAKS) {
+                for (order, share) in harmonics::peaks(&s, PEAKS) {
                     // In units of the noise, so that channels can be set side by side.
                     let gain = share * dot(&full.y[c * n..(c + 1) * n], &full.y[c * n..(c + 1) * n]);
                     match orders.iter_mut().find(|o| o.0 == order) {
@@ -253,7 +253,7 @@ fn periods(full: &Rows, coarse: &Rows, taken: &[Vec<f64>]) -> (usize, Vec<Tried>
 /// Highest order that is looked for in these rows.
 pub fn highest(full: &Rows) -> usize {
     let rms = (dot(&full.omega, &full.omega) / full.len().max(1) as f64).sqrt();
-    orders::resolved(rms, full.dt_s)
+    harmonics::resolved(rms, full.dt_s)
 }
 
 /// How an order's amplitude may go with the rate and the current.
@@ -280,7 +280,7 @@ fn ways(rows: &Rows) -> Vec<Acts> {
             list.push(Acts::Constant);
         }
     }
-    list.extend((0..rows.channels.len()).filter(|c| rows.channels[*c].shows != Channel::Angle).map(Acts::Reading));
+    list.extend((0..rows.channels.len()).filter(|c| rows.channels[*c].channel != Channel::Angle).map(Acts::Reading));
     if rows.channel(Channel::Angle).is_some() {
         list.extend(rows.channel(Channel::Angle).map(Acts::Reading));
         if rows.channel(Channel::Rate).is_some() {
@@ -315,10 +315,10 @@ fn lines(rows: &Rows, taken: &[Vec<f64>]) -> Vec<Tried> {
     for (c, channel) in rows.channels.iter().enumerate() {
         let y = &rows.y[c * n..(c + 1) * n];
         let acts = if rows.drive.is_some() { Acts::Torque } else { Acts::Reading(c) };
-        tried.extend(orders::frequencies(y, rows.dt_s, PEAKS).into_iter().map(|hz| (hz, acts, false)));
-        if voltage && channel.shows == Channel::Current {
+        tried.extend(harmonics::frequencies(y, rows.dt_s, PEAKS).into_iter().map(|hz| (hz, acts, false)));
+        if voltage && channel.channel == Channel::Current {
             let product: Vec<f64> = times(y, &rows.input);
-            tried.extend(orders::frequencies(&product, rows.dt_s, PEAKS).into_iter().map(|hz| (hz, Acts::Voltage, true)));
+            tried.extend(harmonics::frequencies(&product, rows.dt_s, PEAKS).into_iter().map(|hz| (hz, Acts::Voltage, true)));
         }
     }
     tried

@@ -3,7 +3,7 @@
 use drive_model::Coordinate;
 
 use super::rows::{Missing, Rows};
-use crate::identify::fit::Held;
+use crate::identify::fit::FitResult;
 use crate::model::{Channel, Input};
 
 /// How a shape enters.
@@ -95,7 +95,7 @@ pub fn direction(rows: &Rows) -> Along {
 }
 
 /// What fitted parameters and initial states already took out of the residual: shapes that are no finding.
-pub fn taken(rows: &Rows, held: &Held) -> Vec<Vec<f64>> {
+pub fn taken(rows: &Rows, held: &FitResult) -> Vec<Vec<f64>> {
     let mut list = Vec::new();
     if rows.drive.is_none() {
         return list;
@@ -150,7 +150,7 @@ pub fn families(rows: &Rows) -> Vec<Family> {
         acting.push(Acts::Torque);
     }
     let voltage = rows.drive.is_some() && rows.driven == Input::Voltage;
-    let reads = |acts: Acts, shows: Channel| matches!(acts, Acts::Reading(c) if rows.channels[c].shows == shows);
+    let reads = |acts: Acts, channel: Channel| matches!(acts, Acts::Reading(c) if rows.channels[c].channel == channel);
     let ones = vec![1.0; n];
     let known = |a: &[f64]| a.len() == n && a.iter().all(|v| v.is_finite()) && a.iter().any(|v| *v != a[0]);
     let moving = known(&rows.omega);

@@ -1,8 +1,8 @@
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
-use super::orders;
-use super::test::{log10_beyond, orthonormal, test};
+use super::harmonics;
+use super::significance::{log10_beyond, orthonormal, test};
 
 /// Uniform between ±½.
 fn uniform(rng: &mut Xoshiro256PlusPlus) -> f64 {
@@ -51,8 +51,8 @@ fn an_order_is_read_from_the_spectrum_with_its_amplitude() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
     let theta: Vec<f64> = (0..20_000).map(|k| 0.0137 * f64::from(k)).collect();
     let y: Vec<f64> = theta.iter().map(|x| 0.3 * (29.0 * x + 1.0).sin() + uniform(&mut rng)).collect();
-    let s = orders::spectrum(&theta, &y, |_| 1.0, orders::resolved(13.7, 0.001));
-    let peaks = orders::peaks(&s, 1);
+    let s = harmonics::spectrum(&theta, &y, |_| 1.0, harmonics::resolved(13.7, 0.001));
+    let peaks = harmonics::peaks(&s, 1);
     assert_eq!(peaks[0].0, 29);
     // Of the noise, 0.29/√n × √2 = 3e-3 on each of sine and cosine.
     assert!((s.amplitude[28] - 0.3).abs() < 0.012, "{}", s.amplitude[28]);

@@ -1,8 +1,8 @@
 //! The plots of one channel: measured beside modelled, the residual, how it scatters, what it depends on.
 
 use super::html;
-use crate::identify::fit::record::Compared;
-use crate::identify::fit::{Fitness, Record};
+use crate::identify::fit::prepared_log::ComparedChannel;
+use crate::identify::fit::{ChannelFit, PreparedLog};
 use crate::model::Channel;
 use crate::report::page::{Page, swatch};
 use crate::report::plot::envelope::{Pieces, envelope, extent};
@@ -22,13 +22,13 @@ const COLUMNS: usize = 1500;
 const CLOSE_UP_S: f64 = 2.0;
 
 /// The whole log.
-pub(super) fn overview(record: &Record, compared: &Compared, f: &Fitness, page: &mut Page) {
+pub(super) fn overview(record: &PreparedLog, compared: &ComparedChannel, f: &ChannelFit, page: &mut Page) {
     let Some((&first, &last)) = record.t_s.first().zip(record.t_s.last()) else { return };
     traces(record, compared, f, (first, last), page);
 }
 
 /// The 2 s in which the residual is largest, where the log is much longer than that.
-pub(super) fn close_up(record: &Record, compared: &Compared, f: &Fitness, page: &mut Page) {
+pub(super) fn close_up(record: &PreparedLog, compared: &ComparedChannel, f: &ChannelFit, page: &mut Page) {
     let Some((&first, &last)) = record.t_s.first().zip(record.t_s.last()) else { return };
     if last - first < 3.0 * CLOSE_UP_S {
         return;
@@ -44,8 +44,8 @@ pub(super) fn close_up(record: &Record, compared: &Compared, f: &Fitness, page: 
 }
 
 /// Measured and modelled above, the residual below, over a stretch of time.
-fn traces(record: &Record, compared: &Compared, f: &Fitness, range: (f64, f64), page: &mut Page) {
-    let lag = if compared.shows == Channel::Angle { record.angle_lag() } else { 0 };
+fn traces(record: &PreparedLog, compared: &ComparedChannel, f: &ChannelFit, range: (f64, f64), page: &mut Page) {
+    let lag = if compared.channel == Channel::Angle { record.angle_lag() } else { 0 };
     let measured = |row: usize| -> f64 {
         let y = compared.measured.get(row).copied().unwrap_or(f64::NAN);
         match (lag, row.checked_sub(lag).and_then(|before| compared.measured.get(before))) {
@@ -63,10 +63,10 @@ fn traces(record: &Record, compared: &Compared, f: &Fitness, range: (f64, f64), 
     let seen = pieces(&|row, _| measured(row));
     let model = pieces(&|row, r| measured(row) - r);
     let residual = pieces(&|_, r| r);
-    let unit = unit(f.shows);
+    let unit = unit(f.channel);
     let time = || Axis::new(range, 10, "time", "s");
     if let Some(extent) = extent([&seen, &model].into_iter()) {
-        let mut plot = Plot::new(time(), Axis::new(with_room(extent), 5, quantity(f.shows), unit), WIDE, 260.0);
+        let mut plot = Plot::new(time(), Axis::new(with_room(extent), 5, quantity(f.channel), unit), WIDE, 260.0);
         held_out(record, range, &mut plot);
         plot.lines(&seen, "measured");
         plot.lines(&model, "modelled");
@@ -98,7 +98,7 @@ fn traces(record: &Record, compared: &Compared, f: &Fitness, range: (f64, f64), 
 const MOST_BLOCKS: f64 = 150.0;
 
 /// Shades the blocks that the fit never saw.
-fn held_out(record: &Record, (from, to): (f64, f64), plot: &mut Plot) {
+fn held_out(record: &PreparedLog, (from, to): (f64, f64), plot: &mut Plot) {
     const BLOCK_S: f64 = 2.0;
     if !record.hold_out || (to - from) / (4.0 * BLOCK_S) > MOST_BLOCKS {
         return;
@@ -124,8 +124,8 @@ fn held_out(record: &Record, (from, to): (f64, f64), plot: &mut Plot) {
 const LAGS: usize = 100;
 
 /// Distribution and memory of the residual.
-pub(super) fn noise_like(record: &Record, f: &Fitness, page: &mut Page) {
-    let unit = unit(f.shows);
+pub(super) fn noise_like(record: &PreparedLog, f: &ChannelFit, page: &mut Page) {
+    let unit = unit(f.channel);
     let finite: Vec<f64> = f.residual.iter().copied().filter(|r| r.is_finite()).collect();
     if finite.len() < 50 {
         return;
@@ -166,13 +166,13 @@ pub(super) fn noise_like(record: &Record, f: &Fitness, page: &mut Page) {
     }
     plot.band(-memory.band, memory.band, "band");
     let angle =
-        if f.shows == Channel::Angle { " Increments that share a reading are correlated at 20 ms by themselves (−½)." } else { "" };
+        if f.channel == Channel::Angle { " Increments that share a reading are correlated at 20 ms by themselves (−½)." } else { "" };
     page.figure(&plot.finish(), &format!("Does the residual remember? {}{angle}", swatch("band", "95 % of white noise")));
     page.push("</div>");
 }
 
 /// The residual over each coordinate: means of bins with their confidence.
-pub(super) fn over_coordinates(f: &Fitness, along: &[Along], page: &mut Page) {
+pub(super) fn over_coordinates(f: &ChannelFit, along: &[Along], page: &mut Page) {
     page.push("<h3>What the residual depends on</h3>");
     page.push("<p class=\"faint\">Mean residual in each bin, with its 95 % interval. Of a complete model all lie on zero, but for one bin in twenty.</p><div class=\"pair\">");
     for a in along {
@@ -183,7 +183,7 @@ pub(super) fn over_coordinates(f: &Fitness, along: &[Along], page: &mut Page) {
         let reach = bins.iter().map(|b| b.mean.abs() + b.confidence.min(b.mean.abs() + f.noise)).fold(0.0, f64::max).max(0.1 * f.noise);
         let (name, x_unit) = a.label.rsplit_once(", ").unwrap_or((a.label, ""));
         let x = if a.coordinate == Coordinate::Theta { Axis::turn(a.label) } else { Axis::new(a.range, 6, name, x_unit) };
-        let mut plot = Plot::new(x, Axis::new((-1.1 * reach, 1.1 * reach), 4, "mean residual", unit(f.shows)), HALF, 230.0);
+        let mut plot = Plot::new(x, Axis::new((-1.1 * reach, 1.1 * reach), 4, "mean residual", unit(f.channel)), HALF, 230.0);
         plot.level(0.0, "zero");
         for bin in &bins {
             plot.whisker(bin.at, bin.mean, bin.confidence);

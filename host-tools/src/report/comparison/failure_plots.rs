@@ -1,8 +1,8 @@
-//! Pictures of where a model fails: orders of the angle, how the strongest goes with rate and current, what follows a reversal.
+//! ResidualPlotData of where a model fails: orders of the angle, how the strongest goes with rate and current, what follows a reversal.
 
-use crate::identify::fit::Fitness;
-use crate::identify::residual::orders::Spectrum;
-use crate::identify::residual::picture::Pictures;
+use crate::identify::fit::ChannelFit;
+use crate::identify::residual::harmonics::Spectrum;
+use crate::identify::residual::plot_data::ResidualPlotData;
 use crate::report::page::{Page, swatch};
 use crate::report::plot::{Axis, Plot, with_room};
 use crate::report::unit;
@@ -17,7 +17,7 @@ const FEWEST_ORDERS: usize = 40;
 const AFTER_S: f64 = 1.0;
 
 /// The pictures of channel `index`: its order spectrum, the strongest order over rate and current, the residual after reversals.
-pub fn pictures(p: &Pictures, index: usize, f: &Fitness, page: &mut Page) {
+pub fn pictures(p: &ResidualPlotData, index: usize, f: &ChannelFit, page: &mut Page) {
     if let Some(s) = p.orders(index) {
         orders(&s, page);
         two_way(p, index, strongest(&s), f, page);
@@ -66,7 +66,7 @@ fn orders(s: &Spectrum, page: &mut Page) {
 }
 
 /// Amplitude of the strongest order over slices of the rate and of the current.
-fn two_way(p: &Pictures, index: usize, (order, seen): (u32, bool), f: &Fitness, page: &mut Page) {
+fn two_way(p: &ResidualPlotData, index: usize, (order, seen): (u32, bool), f: &ChannelFit, page: &mut Page) {
     let slices: Vec<(&str, &str, Vec<Bin>)> =
         vec![("rate", "rad/s", p.over_rate(index, order)), ("current", "A", p.over_current(index, order))];
     if !seen || slices.iter().all(|s| s.2.len() < 4) {
@@ -79,7 +79,7 @@ fn two_way(p: &Pictures, index: usize, (order, seen): (u32, bool), f: &Fitness, 
         let (low, high) = bins.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), b| (l.min(b.at), h.max(b.at)));
         let mut plot = Plot::new(
             Axis::new(with_room((low, high)), 6, name, x_unit),
-            Axis::new((0.0, 1.1 * most), 4, &format!("amplitude at order {order}"), unit(f.shows)),
+            Axis::new((0.0, 1.1 * most), 4, &format!("amplitude at order {order}"), unit(f.channel)),
             HALF,
             230.0,
         );
@@ -92,7 +92,7 @@ fn two_way(p: &Pictures, index: usize, (order, seen): (u32, bool), f: &Fitness, 
 }
 
 /// The residual in the direction of the motion, over the time since it last turned round or left rest.
-fn reversals(p: &Pictures, index: usize, f: &Fitness, page: &mut Page) {
+fn reversals(p: &ResidualPlotData, index: usize, f: &ChannelFit, page: &mut Page) {
     let Some((since, along)) = p.after_reversals(index) else { return };
     let bins = binned(since.iter().copied(), along.iter().copied(), (0.0, AFTER_S), 50);
     if bins.len() < 8 {
@@ -102,7 +102,7 @@ fn reversals(p: &Pictures, index: usize, f: &Fitness, page: &mut Page) {
     page.push("<h3>After a reversal</h3>");
     let mut plot = Plot::new(
         Axis::new((0.0, AFTER_S), 10, "time since the rate changed its direction or left zero", "s"),
-        Axis::new((-1.1 * reach, 1.1 * reach), 4, "mean residual along the motion", unit(f.shows)),
+        Axis::new((-1.1 * reach, 1.1 * reach), 4, "mean residual along the motion", unit(f.channel)),
         WIDE,
         210.0,
     );

@@ -2,7 +2,7 @@
 
 use super::words::{self, ParameterRow};
 use super::{Comparison, channel_plots, failure_plots};
-use crate::identify::residual::picture::Pictures;
+use crate::identify::residual::plot_data::ResidualPlotData;
 use crate::report::page::{Page, escaped, swatch, with_code};
 use crate::report::residual::coordinates;
 use crate::report::{numbers, quantity, unit};
@@ -17,10 +17,10 @@ pub fn html(c: &Comparison) -> String {
         parameters(&words::parameters(c), &mut page);
     }
     let along = coordinates(c.log, c.record, &c.held.channels);
-    let pictures = Pictures::of(c.log, c.record, c.held);
+    let pictures = ResidualPlotData::of(c.log, c.record, c.held);
     for (index, (compared, fitness)) in c.record.channels.iter().zip(&c.held.channels).enumerate() {
         page.push("<section>");
-        page.push(&format!("<h2>{} <span class=\"faint\">{}</span></h2>", escaped(fitness.shows.column()), quantity(fitness.shows)));
+        page.push(&format!("<h2>{} <span class=\"faint\">{}</span></h2>", escaped(fitness.channel.column()), quantity(fitness.channel)));
         page.paragraph("", &words::channel(fitness));
         channel_plots::overview(c.record, compared, fitness, &mut page);
         channel_plots::close_up(c.record, compared, fitness, &mut page);
@@ -105,8 +105,8 @@ fn summary(c: &Comparison, page: &mut Page) {
         let class = if ratio <= words::AS_SMALL { "good" } else { "warn" };
         page.push(&format!(
             "<tr><td>{}, {}</td>{}{}{}{}{}<td class=\"number\">{} %</td><td>{}</td><td class=\"{class}\">{}</td></tr>",
-            f.shows.column(),
-            unit(f.shows),
+            f.channel.column(),
+            unit(f.channel),
             number(f.rms),
             number(f.heldout_rms.unwrap_or(f64::NAN)),
             number(f.noise),

@@ -3,8 +3,8 @@
 use serde_json::{Map, Value, json};
 
 use super::{Comparison, words};
-use crate::identify::fit::Fitness;
-use crate::identify::fit::record::ANGLE_INCREMENT_S;
+use crate::identify::fit::ChannelFit;
+use crate::identify::fit::prepared_log::ANGLE_INCREMENT_S;
 use crate::model::Channel;
 use crate::report::json::{failures_json, finite};
 use crate::report::unit;
@@ -38,7 +38,7 @@ fn common(c: &Comparison) -> Map<String, Value> {
     answer.insert("model".into(), json!(c.model.name()));
     answer.insert("samples".into(), json!(c.log.len()));
     answer.insert("duration_s".into(), finite(c.log.duration_s()));
-    let outputs = c.held.channels.iter().map(|f| (f.shows.column().to_owned(), output(f)));
+    let outputs = c.held.channels.iter().map(|f| (f.channel.column().to_owned(), output(f)));
     answer.insert("outputs".into(), Value::Object(outputs.collect()));
     answer.insert("failures".into(), failures_json(&c.failures));
     answer.insert("remarks".into(), json!(c.all_remarks()));
@@ -47,7 +47,7 @@ fn common(c: &Comparison) -> Map<String, Value> {
     answer
 }
 
-fn output(f: &Fitness) -> Value {
+fn output(f: &ChannelFit) -> Value {
     let mut o = json!({
         "rms": finite(f.rms),
         "noise": finite(f.noise),
@@ -57,9 +57,9 @@ fn output(f: &Fitness) -> Value {
         "chi2_per_n": finite(f.chi2_per_n()),
         "heldout_rms": f.heldout_rms.map_or(Value::Null, finite),
         "rows": f.rows,
-        "unit": unit(f.shows),
+        "unit": unit(f.channel),
     });
-    if f.shows == Channel::Angle {
+    if f.channel == Channel::Angle {
         o["compared"] = json!(format!("increments over {} ms", (ANGLE_INCREMENT_S * 1e3).round()));
     }
     o

@@ -18,8 +18,8 @@ pub use json::{compare_json, fit_json};
 pub use text::text;
 
 use super::log_warnings;
-use crate::identify::fit::{Held, Record};
-use crate::identify::residual::Failure;
+use crate::identify::fit::{FitResult, PreparedLog};
+use crate::identify::residual::Misfit;
 use crate::log::Log;
 use crate::model::Model;
 
@@ -32,9 +32,9 @@ pub struct Comparison<'a> {
     /// The model as it was given: start values of a fit.
     pub model: &'a Model,
     /// The log as the model sees it.
-    pub record: &'a Record<'a>,
+    pub record: &'a PreparedLog<'a>,
     /// The result.
-    pub held: &'a Held,
+    pub held: &'a FitResult,
     /// The parameters were fitted, not only compared.
     pub fitted: bool,
     /// How long the work took, s.
@@ -42,7 +42,7 @@ pub struct Comparison<'a> {
     /// What a person should know of how it was done, beyond what log and model say themselves; a line each.
     pub remarks: Vec<String>,
     /// Where the model fails, most telling first.
-    pub failures: Vec<Failure>,
+    pub failures: Vec<Misfit>,
 }
 
 impl Comparison<'_> {

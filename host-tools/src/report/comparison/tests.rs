@@ -1,7 +1,7 @@
-use super::{Comparison, Failure, fit_json, html, text};
-use crate::identify::fit::normal::Starts;
-use crate::identify::fit::record::Compared;
-use crate::identify::fit::{Fitness, Held, Parameters, Record, build};
+use super::{Comparison, Misfit, fit_json, html, text};
+use crate::identify::fit::normal_equations::InitialStates;
+use crate::identify::fit::prepared_log::ComparedChannel;
+use crate::identify::fit::{ChannelFit, FitResult, Parameters, PreparedLog, build};
 use crate::log::{Column, Log};
 use crate::model::{Channel, Model};
 use crate::report::numbers::{change, grouped, plain, significant, with_sigma};
@@ -33,16 +33,16 @@ fn noise(t: f64) -> f64 {
 
 const MODEL: &str = "[drive]\ninput = \"u_V\"\neffects = [\"viscous\", \"coulomb\"]\n[parameters]\ninertia_kg_m2 = 2.5e-4\nmotor_constant_N_m_A = 0.05\nresistance_ohm = { value = 5.0, fixed = true }\nviscous_N_m_s = 6e-5\ncoulomb_N_m = 1e-3\n";
 
-fn record(log: &Log) -> Record<'_> {
-    let compared = |shows: Channel| Compared {
-        shows,
+fn record(log: &Log) -> PreparedLog<'_> {
+    let compared = |shows: Channel| ComparedChannel {
+        channel: shows,
         measured: log.column(shows.column()).unwrap(),
         mean_before_s: None,
         filter_hz: None,
         instant: false,
         quantum: None,
     };
-    Record {
+    PreparedLog {
         t_s: log.t_s(),
         input: log.column("u_V").unwrap(),
         driven: crate::model::Input::Voltage,
@@ -59,7 +59,7 @@ fn record(log: &Log) -> Record<'_> {
     }
 }
 
-fn held(model: &Model, log: &Log, rms: f64) -> Held {
+fn held(model: &Model, log: &Log, rms: f64) -> FitResult {
     let (_, mut parameters): (_, Parameters) = build::system(model, true);
     for p in &mut parameters.list {
         match p.name.as_str() {
@@ -72,8 +72,8 @@ fn held(model: &Model, log: &Log, rms: f64) -> Held {
     let residual: Vec<f64> = log.t_s().iter().map(|t| noise(*t) + 0.3 * (7.0 * t).sin()).collect();
     let mut angle = residual.clone();
     angle[..2].fill(f64::NAN);
-    let fitness = |shows, rms, heldout_rms, noise, residual| Fitness {
-        shows,
+    let fitness = |shows, rms, heldout_rms, noise, residual| ChannelFit {
+        channel: shows,
         rms,
         heldout_rms,
         noise,
@@ -82,10 +82,10 @@ fn held(model: &Model, log: &Log, rms: f64) -> Held {
         rows: log.len(),
         residual,
     };
-    Held {
+    FitResult {
         sigmas: vec![1.3e-6, 2.1e-4, 0.0, 4e-6, 0.0],
         parameters,
-        starts: Starts { kinds: vec![], values: vec![], prior: vec![], prior_sigma: vec![] },
+        starts: InitialStates { kinds: vec![], values: vec![], prior: vec![], prior_sigma: vec![] },
         channels: vec![fitness(Channel::Rate, rms, Some(0.33), 0.021, residual), fitness(Channel::Angle, f64::NAN, None, 0.001, angle)],
         not_identifiable: vec![("motor_constant_N_m_A".into(), Some(("inertia_kg_m2".into(), 0.9991)))],
         converged: false,
@@ -99,7 +99,7 @@ fn with_case<R>(rows: usize, rms: f64, fitted: bool, ask: impl FnOnce(&Compariso
     let model = Model::parse(MODEL, "stand.toml").unwrap();
     let record = record(&log);
     let held = held(&model, &log, rms);
-    let failures = vec![Failure {
+    let failures = vec![Misfit {
         output: Channel::Rate,
         coordinate: Coordinate::Theta,
         share: 0.71,

@@ -2,7 +2,7 @@
 
 use super::Comparison;
 use super::words::{self, ParameterRow};
-use crate::identify::fit::Fitness;
+use crate::identify::fit::ChannelFit;
 use crate::report::residual::rms_over_time;
 use crate::report::terminal::{Style, sparkline};
 use crate::report::{numbers, quantity, unit};
@@ -52,16 +52,16 @@ fn effects(c: &Comparison) -> String {
 /// Columns of the sparkline.
 const SPARK_COLUMNS: usize = 56;
 
-fn channel(c: &Comparison, f: &Fitness, style: Style) -> String {
+fn channel(c: &Comparison, f: &ChannelFit, style: Style) -> String {
     let ratio = f.rms / f.noise;
     let says = words::size(ratio);
     let says = if ratio <= words::AS_SMALL { style.good(&says) } else { style.warn(&says) };
-    let unit = unit(f.shows);
+    let unit = unit(f.channel);
     let number = |x: f64| numbers::significant(x, 3);
-    let plain = format!("{}  {}", f.shows.column(), quantity(f.shows));
+    let plain = format!("{}  {}", f.channel.column(), quantity(f.channel));
     let more = if ratio <= words::AS_SMALL { format!(" (ratio {})", number(ratio)) } else { String::new() };
     let between = if plain.chars().count() + 2 + words::size(ratio).chars().count() + more.len() > style.width { "\n  " } else { "  " };
-    let mut text = format!("{}  {}{between}{says}{more}\n", style.strong(f.shows.column()), style.faint(quantity(f.shows)));
+    let mut text = format!("{}  {}{between}{says}{more}\n", style.strong(f.channel.column()), style.faint(quantity(f.channel)));
     let mut items = vec![format!("rms {} {unit}", number(f.rms))];
     items.extend(f.heldout_rms.map(|rms| format!("held-out {}", number(rms))));
     items.push(format!("noise {}", number(f.noise)));

@@ -1,7 +1,7 @@
 //! What the numbers mean, in words: the same in every form of a report.
 
 use super::Comparison;
-use crate::identify::fit::Fitness;
+use crate::identify::fit::ChannelFit;
 use crate::model::Channel;
 use crate::report::{numbers, unit};
 
@@ -138,11 +138,11 @@ pub fn parameters(c: &Comparison) -> Vec<ParameterRow> {
 }
 
 /// What a channel's numbers say, in a sentence.
-pub fn channel(f: &Fitness) -> String {
+pub fn channel(f: &ChannelFit) -> String {
     let ratio = f.rms / f.noise;
-    let column = f.shows.column();
+    let column = f.channel.column();
     let noise = numbers::significant(f.noise, 2);
-    let unit = unit(f.shows);
+    let unit = unit(f.channel);
     if !ratio.is_finite() {
         return format!("{column}: too few rows to say.");
     }
@@ -150,7 +150,7 @@ pub fn channel(f: &Fitness) -> String {
         let rest = (ratio * ratio - 1.0).max(0.0).sqrt();
         return if f.white() {
             format!("{column}: what is left is white and as small as the noise ({noise} {unit}).")
-        } else if f.shows == Channel::Angle && ratio < 1.0 {
+        } else if f.channel == Channel::Angle && ratio < 1.0 {
             format!("{column}: as small as the noise ({noise} {unit}).")
         } else {
             format!(
@@ -165,7 +165,7 @@ pub fn channel(f: &Fitness) -> String {
 /// The report's last words: what was found, and what to do next.
 pub fn conclusion(c: &Comparison) -> String {
     let mut text = String::new();
-    let mut off: Vec<&Fitness> = c.held.channels.iter().filter(|f| f.rms / f.noise > AS_SMALL).collect();
+    let mut off: Vec<&ChannelFit> = c.held.channels.iter().filter(|f| f.rms / f.noise > AS_SMALL).collect();
     off.sort_by(|a, b| (b.rms / b.noise).total_cmp(&(a.rms / a.noise)));
     let rows = if c.fitted { parameters(c) } else { Vec::new() };
     let unphysical: Vec<String> = rows.into_iter().filter(|p| p.mark() == OUTSIDE).map(|p| p.name).collect();
@@ -183,9 +183,9 @@ pub fn conclusion(c: &Comparison) -> String {
         .map(|(k, f)| {
             let ratio = numbers::significant(f.rms / f.noise, 3);
             if k == 0 {
-                format!("{} is off by {ratio} × its noise", f.shows.column())
+                format!("{} is off by {ratio} × its noise", f.channel.column())
             } else {
-                format!("{} by {ratio} ×", f.shows.column())
+                format!("{} by {ratio} ×", f.channel.column())
             }
         })
         .collect::<Vec<_>>();

@@ -3,10 +3,10 @@
 use super::plots::{self, Pair};
 use super::words;
 use crate::identify::explain::{Explanation, Verdict};
-use crate::identify::fit::Record;
+use crate::identify::fit::PreparedLog;
 use crate::identify::fit::prepare::prepare;
-use crate::identify::residual::orders::Spectrum;
-use crate::identify::residual::picture::Pictures;
+use crate::identify::residual::harmonics::Spectrum;
+use crate::identify::residual::plot_data::ResidualPlotData;
 use crate::report::page::{Page, escaped, swatch, with_code};
 use crate::report::residual::{Along, coordinates};
 use crate::report::{log_warnings, numbers, quantity, unit};
@@ -142,27 +142,27 @@ fn evidence(e: &Explanation, page: &mut Page) {
 }
 
 /// Measured beside modelled, and the residual, before and after.
-fn channels(e: &Explanation, record: &Record, page: &mut Page) {
+fn channels(e: &Explanation, record: &PreparedLog, page: &mut Page) {
     let added = !e.missing.is_empty();
     let along = coordinates(&e.log, record, &e.explained.channels);
-    let pictures = [&e.given, &e.explained].map(|held| Pictures::of(&e.log, record, held));
+    let pictures = [&e.given, &e.explained].map(|held| ResidualPlotData::of(&e.log, record, held));
     for (index, ((compared, before), after)) in record.channels.iter().zip(&e.given.channels).zip(&e.explained.channels).enumerate() {
         let pair = Pair { compared, before, after };
-        page.push(&format!("<section><h2>{} <span class=\"faint\">{}</span></h2>", before.shows.column(), quantity(before.shows)));
+        page.push(&format!("<section><h2>{} <span class=\"faint\">{}</span></h2>", before.channel.column(), quantity(before.channel)));
         let spectra = pictures.each_ref().map(|p| p.as_ref().and_then(|p| p.orders(index)));
         channel(record, &pair, added, &along, &spectra, page);
         page.push("</section>");
     }
 }
 
-fn channel(record: &Record, pair: &Pair, added: bool, along: &[Along], spectra: &[Option<Spectrum>; 2], page: &mut Page) {
+fn channel(record: &PreparedLog, pair: &Pair, added: bool, along: &[Along], spectra: &[Option<Spectrum>; 2], page: &mut Page) {
     let (as_given, explained) = (
         swatch("before", "the model as given"),
         swatch("after", if added { "with what was missing" } else { "the same: nothing was added" }),
     );
-    let size = |f: &crate::identify::fit::Fitness| numbers::significant(f.rms, 3);
+    let size = |f: &crate::identify::fit::ChannelFit| numbers::significant(f.rms, 3);
     let words = format!("{} {}, {} {}", as_given, size(pair.before), explained, size(pair.after));
-    page.push(&format!("<p>rms: {words}; noise {} {}.</p>", numbers::significant(pair.after.noise, 3), unit(pair.before.shows)));
+    page.push(&format!("<p>rms: {words}; noise {} {}.</p>", numbers::significant(pair.after.noise, 3), unit(pair.before.channel)));
     let Some(whole) = plots::whole(record) else { return };
     let both = format!("{as_given} {explained}");
     if let Some(stretch) = plots::worst(record, pair.before)

@@ -78,7 +78,7 @@ fn heldout(o: &Shown) -> Value {
 }
 
 fn by_output(outputs: &[Shown], value: impl Fn(&Shown) -> Value) -> Value {
-    Value::Object(outputs.iter().map(|o| (o.shows.column().to_owned(), value(o))).collect::<Map<_, _>>())
+    Value::Object(outputs.iter().map(|o| (o.channel.column().to_owned(), value(o))).collect::<Map<_, _>>())
 }
 
 fn estimates(list: &[Estimate]) -> Value {

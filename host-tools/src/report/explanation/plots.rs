@@ -4,9 +4,9 @@ use drive_model::Coordinate;
 
 use super::words;
 use crate::identify::explain::{Explanation, Shape};
-use crate::identify::fit::record::Compared;
-use crate::identify::fit::{Fitness, Record};
-use crate::identify::residual::orders::Spectrum;
+use crate::identify::fit::prepared_log::ComparedChannel;
+use crate::identify::fit::{ChannelFit, PreparedLog};
+use crate::identify::residual::harmonics::Spectrum;
 use crate::model::Channel;
 use crate::report::plot::envelope::{Pieces, envelope, extent};
 use crate::report::plot::svg::{Anchor, Svg};
@@ -29,18 +29,18 @@ const ORDERS: usize = 60;
 /// One channel before and after.
 pub(super) struct Pair<'a> {
     /// How it was measured.
-    pub compared: &'a Compared<'a>,
+    pub compared: &'a ComparedChannel<'a>,
     /// With the model as it was given, fitted.
-    pub before: &'a Fitness,
+    pub before: &'a ChannelFit,
     /// With what was missing.
-    pub after: &'a Fitness,
+    pub after: &'a ChannelFit,
 }
 
 impl Pair<'_> {
     /// What is compared at a row: the value, or an angle's increment.
-    fn measured(&self, record: &Record, row: usize) -> f64 {
+    fn measured(&self, record: &PreparedLog, row: usize) -> f64 {
         let y = self.compared.measured.get(row).copied().unwrap_or(f64::NAN);
-        if self.compared.shows != Channel::Angle {
+        if self.compared.channel != Channel::Angle {
             return y;
         }
         row.checked_sub(record.angle_lag()).and_then(|k| self.compared.measured.get(k)).map_or(f64::NAN, |before| y - before)
@@ -48,19 +48,19 @@ impl Pair<'_> {
 }
 
 /// A line over time; `value` takes row and residual.
-fn line(record: &Record, f: &Fitness, range: (f64, f64), value: impl Fn(usize, f64) -> f64) -> Pieces {
+fn line(record: &PreparedLog, f: &ChannelFit, range: (f64, f64), value: impl Fn(usize, f64) -> f64) -> Pieces {
     let gap = crate::log::GAP_INTERVALS * record.dt_s;
     let points = record.t_s.iter().zip(&f.residual).enumerate();
     envelope(points.map(|(row, (t, r))| (*t, if r.is_finite() { value(row, *r) } else { f64::NAN })), range, COLUMNS, gap)
 }
 
 /// Begin and end of the record.
-pub(super) fn whole(record: &Record) -> Option<(f64, f64)> {
+pub(super) fn whole(record: &PreparedLog) -> Option<(f64, f64)> {
     record.t_s.first().copied().zip(record.t_s.last().copied()).filter(|(first, last)| last > first)
 }
 
 /// The stretch in which the given model is worst; `None` where the log is hardly longer.
-pub(super) fn worst(record: &Record, before: &Fitness) -> Option<(f64, f64)> {
+pub(super) fn worst(record: &PreparedLog, before: &ChannelFit) -> Option<(f64, f64)> {
     let (first, last) = whole(record)?;
     if last - first < 3.0 * CLOSE_UP_S {
         return None;
@@ -74,12 +74,12 @@ pub(super) fn worst(record: &Record, before: &Fitness) -> Option<(f64, f64)> {
 }
 
 /// Measured, modelled before and after.
-pub(super) fn traces(record: &Record, pair: &Pair, range: (f64, f64)) -> Option<String> {
+pub(super) fn traces(record: &PreparedLog, pair: &Pair, range: (f64, f64)) -> Option<String> {
     let seen = line(record, pair.before, range, |row, _| pair.measured(record, row));
     let before = line(record, pair.before, range, |row, r| pair.measured(record, row) - r);
     let after = line(record, pair.after, range, |row, r| pair.measured(record, row) - r);
     let extent = extent([&seen, &before, &after].into_iter())?;
-    let shows = pair.before.shows;
+    let shows = pair.before.channel;
     let y = Axis::new(with_room(extent), 5, quantity(shows), unit(shows));
     let mut plot = Plot::new(Axis::new(range, 10, "time", "s"), y, WIDE, 260.0);
     plot.lines(&seen, "measured");
@@ -89,12 +89,12 @@ pub(super) fn traces(record: &Record, pair: &Pair, range: (f64, f64)) -> Option<
 }
 
 /// Both residuals over time, with the band of the noise.
-pub(super) fn residuals(record: &Record, pair: &Pair, range: (f64, f64)) -> Option<String> {
+pub(super) fn residuals(record: &PreparedLog, pair: &Pair, range: (f64, f64)) -> Option<String> {
     let (before, after) = (line(record, pair.before, range, |_, r| r), line(record, pair.after, range, |_, r| r));
     let (low, high) = extent([&before, &after].into_iter())?;
     let noise = pair.after.noise;
     let reach = 1.06 * low.abs().max(high.abs()).max(2.2 * noise);
-    let y = Axis::new((-reach, reach), 4, "measured − modelled", unit(pair.before.shows));
+    let y = Axis::new((-reach, reach), 4, "measured − modelled", unit(pair.before.channel));
     let mut plot = Plot::new(Axis::new(range, 10, "time", "s"), y, WIDE, 190.0);
     plot.level(0.0, "zero");
     plot.lines(&before, "before");
@@ -107,7 +107,7 @@ pub(super) fn residuals(record: &Record, pair: &Pair, range: (f64, f64)) -> Opti
 
 /// Mean residual over a coordinate, before and after, with 95 % intervals.
 pub(super) fn over(pair: &Pair, a: &Along) -> Option<String> {
-    let bins = |f: &Fitness| binned(a.values(f.residual.len()), f.residual.iter().copied(), a.range, a.bins);
+    let bins = |f: &ChannelFit| binned(a.values(f.residual.len()), f.residual.iter().copied(), a.range, a.bins);
     let (before, after) = (bins(pair.before), bins(pair.after));
     if before.is_empty() {
         return None;
@@ -116,7 +116,7 @@ pub(super) fn over(pair: &Pair, a: &Along) -> Option<String> {
     let reach = before.iter().chain(&after).map(|b| b.mean.abs() + b.confidence.min(b.mean.abs() + noise)).fold(0.1 * noise, f64::max);
     let (name, x_unit) = a.label.rsplit_once(", ").unwrap_or((a.label, ""));
     let x = if a.coordinate == Coordinate::Theta { Axis::turn(a.label) } else { Axis::new(a.range, 6, name, x_unit) };
-    let mut plot = Plot::new(x, Axis::new((-1.1 * reach, 1.1 * reach), 4, "mean residual", unit(pair.before.shows)), HALF, 230.0);
+    let mut plot = Plot::new(x, Axis::new((-1.1 * reach, 1.1 * reach), 4, "mean residual", unit(pair.before.channel)), HALF, 230.0);
     plot.level(0.0, "zero");
     for b in &before {
         plot.whisker(b.at, b.mean, b.confidence);
@@ -133,7 +133,7 @@ pub(super) fn over(pair: &Pair, a: &Along) -> Option<String> {
 /// The spectra weight the rows differently (a torque leaves less in a fast rate); what an order accounts for of the residual's power is the
 /// same question in all, and the amplitude drawn is that of a sine of this power.
 pub(super) fn order_spectrum(pair: &Pair, before: &Spectrum, after: &Spectrum) -> Option<String> {
-    let sizes = |s: &Spectrum, f: &Fitness| s.share.iter().map(|share| (2.0 * share).sqrt() * f.rms).collect::<Vec<f64>>();
+    let sizes = |s: &Spectrum, f: &ChannelFit| s.share.iter().map(|share| (2.0 * share).sqrt() * f.rms).collect::<Vec<f64>>();
     let (sizes_before, sizes_after) = (sizes(before, pair.before), sizes(after, pair.after));
     let loud = before.amplitude.iter().zip(&before.level).rposition(|(a, l)| a > l).map_or(0, |k| k + 1);
     let shown = (loud + loud / 4).max(ORDERS).min(sizes_before.len());
@@ -142,7 +142,7 @@ pub(super) fn order_spectrum(pair: &Pair, before: &Spectrum, after: &Spectrum) -
     }
     let most = sizes_before.iter().take(shown).chain(sizes_after.iter().take(shown)).copied().fold(0.0, f64::max);
     let x = Axis::new((0.0, shown as f64 + 1.0), 12, "order (periods per turn)", "");
-    let y = Axis::new((0.0, 1.08 * most), 4, "amplitude of the residual", unit(pair.before.shows));
+    let y = Axis::new((0.0, 1.08 * most), 4, "amplitude of the residual", unit(pair.before.channel));
     let mut plot = Plot::new(x, y, WIDE, 220.0);
     for (k, (b, a)) in sizes_before.iter().zip(&sizes_after).take(shown).enumerate() {
         let order = (k + 1) as f64;
@@ -197,7 +197,7 @@ pub(super) fn staircase(e: &Explanation) -> String {
     let mut y = 0.0;
     for channel in 0..channels {
         if let Some(o) = e.stages.first().and_then(|s| s.outputs.get(channel)) {
-            svg.text((4.0, y + 18.0), Anchor::Start, "label", &format!("{}, {}", o.shows.column(), quantity(o.shows)));
+            svg.text((4.0, y + 18.0), Anchor::Start, "label", &format!("{}, {}", o.channel.column(), quantity(o.channel)));
         }
         y += HEADING;
         for (k, stage) in e.stages.iter().enumerate() {

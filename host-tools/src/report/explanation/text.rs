@@ -56,7 +56,7 @@ fn staircase(e: &Explanation, style: Style) -> String {
         let shown: Vec<_> = e.stages.iter().map(|s| s.outputs.get(channel)).collect();
         let most = shown.iter().flatten().map(|o| o.ratio()).filter(|r| r.is_finite()).fold(LEAST_SCALE, f64::max);
         if let Some(Some(first)) = shown.first() {
-            text.push_str(&format!("  {}\n", first.shows.column()));
+            text.push_str(&format!("  {}\n", first.channel.column()));
         }
         for (label, o) in labels.iter().zip(&shown) {
             let Some(o) = o else { continue };

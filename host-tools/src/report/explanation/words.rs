@@ -76,7 +76,7 @@ fn off(outputs: &[Shown]) -> String {
     let off: Vec<String> = outputs
         .iter()
         .filter(|o| o.ratio() > AS_SMALL)
-        .map(|o| format!("{} at {} × its noise", o.shows.column(), numbers::significant(o.ratio(), 3)))
+        .map(|o| format!("{} at {} × its noise", o.channel.column(), numbers::significant(o.ratio(), 3)))
         .collect();
     listed(&off)
 }
@@ -174,10 +174,10 @@ fn fall(e: &Explanation, k: usize) -> Option<String> {
         .map(|(b, a)| {
             format!(
                 "{} from {} to {} {} (noise {})",
-                b.shows.column(),
+                b.channel.column(),
                 numbers::significant(b.rms, 3),
                 numbers::significant(a.rms, 3),
-                unit(b.shows),
+                unit(b.channel),
                 numbers::significant(a.noise, 3)
             )
         })

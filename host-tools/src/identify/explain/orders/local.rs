@@ -2,8 +2,8 @@
 //!
 //! No simulation takes part, so a model that is far off does not spoil it; differences over some milliseconds make it noisy instead.
 
-use crate::identify::fit::Record;
-use crate::identify::residual::orders::spectrum;
+use crate::identify::fit::PreparedLog;
+use crate::identify::residual::harmonics::spectrum;
 use crate::model::{Channel, Input, Model};
 use crate::statistics::uncertainty::least_squares;
 
@@ -11,9 +11,9 @@ use crate::statistics::uncertainty::least_squares;
 const REACH: usize = 10;
 
 /// Power by order, from 0 to `highest`; nothing where current, voltage or angle are not there.
-pub(super) fn torque_by_order(model: &Model, record: &Record, theta: &[f64], highest: usize) -> Vec<f64> {
+pub(super) fn torque_by_order(model: &Model, record: &PreparedLog, theta: &[f64], highest: usize) -> Vec<f64> {
     let (Some(j), Some(k)) = (model.value("inertia_kg_m2"), model.value("motor_constant_N_m_A")) else { return Vec::new() };
-    let measured = |shows: Channel| record.channels.iter().find(|c| c.shows == shows).map(|c| c.measured);
+    let measured = |shows: Channel| record.channels.iter().find(|c| c.channel == shows).map(|c| c.measured);
     let current = measured(Channel::Current).or(record.current);
     let resistance = model.value("resistance_ohm").unwrap_or(0.0);
     if record.driven == Input::Motion || (current.is_none() && !(record.driven == Input::Voltage && resistance > 0.0)) {

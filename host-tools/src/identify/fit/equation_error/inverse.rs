@@ -7,15 +7,15 @@
 use drive_model::{Arms, Kind};
 use nalgebra::DMatrix;
 
-use super::EquationTrouble as Trouble;
+use super::InverseModelCause as Trouble;
 use super::motion::Motion;
-use crate::identify::fit::{Parameters, Record, System};
+use crate::identify::fit::{Parameters, PreparedLog, System};
 use crate::model::{Channel, Input, Model, SummingPoint};
 
 /// A model along measured motions.
 pub(super) struct Inverse<'a> {
     pub system: &'a System,
-    pub record: &'a Record<'a>,
+    pub record: &'a PreparedLog<'a>,
     pub motions: &'a [Motion],
     /// What is explained: the input of the model, or what the prescribed motion needs.
     pub explained: Channel,
@@ -145,12 +145,12 @@ pub(super) fn check_effects(model: &Model, system: &System, parameters: &Paramet
 }
 
 /// What is explained: the input column, or of a prescribed motion the first output.
-pub(super) fn explained(record: &Record) -> Channel {
+pub(super) fn explained(record: &PreparedLog) -> Channel {
     match record.driven {
         Input::Torque => Channel::Torque,
         Input::Current => Channel::Current,
         Input::Voltage => Channel::Voltage,
-        Input::Motion => record.channels.first().map_or(Channel::Torque, |c| c.shows),
+        Input::Motion => record.channels.first().map_or(Channel::Torque, |c| c.channel),
     }
 }
 

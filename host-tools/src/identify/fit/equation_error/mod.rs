@@ -51,13 +51,13 @@ impl Settings {
     /// A cutoff of the person's choice.
     ///
     /// # Errors
-    /// [`EquationError`], where it is not between 0 and a fifth of the rows' rate.
-    pub fn with_cutoff(log: &Log, cutoff_hz: f64) -> Result<Settings, EquationError> {
+    /// [`InverseModelError`], where it is not between 0 and a fifth of the rows' rate.
+    pub fn with_cutoff(log: &Log, cutoff_hz: f64) -> Result<Settings, InverseModelError> {
         let highest = HIGHEST_SHARE / log.median_dt_s();
         if cutoff_hz > 0.0 && cutoff_hz <= highest * (1.0 + 1e-9) {
             return Ok(Settings { cutoff_hz });
         }
-        Err(EquationError::of(log, EquationTrouble::Cutoff { cutoff_hz, highest_hz: highest }))
+        Err(InverseModelError::of(log, InverseModelCause::Cutoff { cutoff_hz, highest_hz: highest }))
     }
 
     /// Of how many rows one is kept.
@@ -68,23 +68,23 @@ impl Settings {
 
 /// Why the equation error of a log cannot be told.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum EquationError {
+pub enum InverseModelError {
     /// The log lacks what the model takes or shows.
     #[error(transparent)]
     Prepare(#[from] PrepareError),
     /// The equation itself.
     #[error("{log}: {trouble}")]
-    Equation {
+    EquationErrorFit {
         /// The log.
         log: String,
         /// What is wrong.
-        trouble: EquationTrouble,
+        trouble: InverseModelCause,
     },
 }
 
 /// What is wrong with the equation.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum EquationTrouble {
+pub enum InverseModelCause {
     /// No angle.
     #[error("no column `theta_rad`: the equation error differentiates the measured angle")]
     NoAngle,
@@ -114,7 +114,7 @@ pub enum EquationTrouble {
     Alike(String),
     /// Too few numbers.
     #[error("{rows} rows stay after filter and ends, too few for {unknowns} free parameters: record longer, or choose a higher cutoff")]
-    TooFew {
+    TooFewRows {
         /// That stay.
         rows: usize,
         /// Free parameters.
@@ -125,15 +125,15 @@ pub enum EquationTrouble {
     Nothing(&'static str),
 }
 
-impl EquationError {
-    fn of(log: &Log, trouble: EquationTrouble) -> Self {
-        EquationError::Equation { log: log.path().display().to_string(), trouble }
+impl InverseModelError {
+    fn of(log: &Log, trouble: InverseModelCause) -> Self {
+        InverseModelError::EquationErrorFit { log: log.path().display().to_string(), trouble }
     }
 }
 
 /// A model held against a log by equation error.
 #[derive(Debug, Clone)]
-pub struct Equation {
+pub struct EquationErrorFit {
     /// Parameters, as given or fitted.
     pub parameters: Parameters,
     /// Their standard errors, 0 where fixed or not fitted. The kept rows are taken as independent, as the method's authors do; after the
@@ -158,22 +158,22 @@ pub struct Equation {
 /// The parameters of `model` by least squares along the motion of `log`; start values have no part in it.
 ///
 /// # Errors
-/// [`EquationError`], in one line.
-pub fn fit(log: &Log, model: &Model, settings: Settings) -> Result<Equation, EquationError> {
+/// [`InverseModelError`], in one line.
+pub fn fit(log: &Log, model: &Model, settings: Settings) -> Result<EquationErrorFit, InverseModelError> {
     hold(log, model, settings, true)
 }
 
 /// How well the parameters of `model` as they are explain what drives `log`.
 ///
 /// # Errors
-/// [`EquationError`], in one line.
-pub fn compare(log: &Log, model: &Model, settings: Settings) -> Result<Equation, EquationError> {
+/// [`InverseModelError`], in one line.
+pub fn compare(log: &Log, model: &Model, settings: Settings) -> Result<EquationErrorFit, InverseModelError> {
     hold(log, model, settings, false)
 }
 
-fn hold(log: &Log, model: &Model, settings: Settings, fitted: bool) -> Result<Equation, EquationError> {
-    let trouble = |t: EquationTrouble| EquationError::of(log, t);
-    let angle = log.column("theta_rad").ok_or_else(|| trouble(EquationTrouble::NoAngle))?;
+fn hold(log: &Log, model: &Model, settings: Settings, fitted: bool) -> Result<EquationErrorFit, InverseModelError> {
+    let trouble = |t: InverseModelCause| InverseModelError::of(log, t);
+    let angle = log.column("theta_rad").ok_or_else(|| trouble(InverseModelCause::NoAngle))?;
     let (record, _) = prepare(log, model, false)?;
     let (system, parameters) = build::system(model, record.temp_C.is_some());
     inverse::check_effects(model, &system, &parameters, record.temp_C.is_some()).map_err(trouble)?;
@@ -188,11 +188,11 @@ fn hold(log: &Log, model: &Model, settings: Settings, fitted: bool) -> Result<Eq
     let measured = thinner.thin(&motions.iter().flat_map(|m| m.given.iter().copied()).collect::<Series>());
     let unknowns = if fitted { parameters.free().len() } else { 0 };
     if measured.len() < 2 * unknowns.max(2) {
-        return Err(trouble(EquationTrouble::TooFew { rows: measured.len(), unknowns }));
+        return Err(trouble(InverseModelCause::TooFewRows { rows: measured.len(), unknowns }));
     }
     let norm = |y: &[f64]| y.iter().map(|y| y * y).sum::<f64>().sqrt();
     if norm(&measured) == 0.0 {
-        return Err(trouble(EquationTrouble::Nothing(explained.column())));
+        return Err(trouble(InverseModelCause::Nothing(explained.column())));
     }
     let (found, sigmas, condition) = if unknowns > 0 {
         solve(&inverse, &thinner, &parameters, &measured).map_err(trouble)?
@@ -201,7 +201,7 @@ fn hold(log: &Log, model: &Model, settings: Settings, fitted: bool) -> Result<Eq
     };
     let needed = thinner.thin(&inverse.need(&found, 1));
     let left: Series = measured.iter().zip(&needed).map(|(m, n)| m - n).collect();
-    Ok(Equation {
+    Ok(EquationErrorFit {
         parameters: found,
         sigmas,
         explained,
@@ -225,7 +225,7 @@ fn solve(
     thinner: &Thinner,
     parameters: &Parameters,
     measured: &[f64],
-) -> Result<(Parameters, Vec<f64>, f64), EquationTrouble> {
+) -> Result<(Parameters, Vec<f64>, f64), InverseModelCause> {
     let (rest, columns) = inverse.columns(parameters)?;
     let free = parameters.free();
     let rest = thinner.thin(&rest);
@@ -234,7 +234,7 @@ fn solve(
     let name = |lane: usize| parameters.list[free[lane]].name.clone();
     let lengths: Vec<f64> = x.column_iter().map(|c| c.norm()).collect();
     if let Some(lane) = lengths.iter().position(|l| *l == 0.0) {
-        return Err(EquationTrouble::NoPart(name(lane)));
+        return Err(InverseModelCause::NoPart(name(lane)));
     }
     for (mut column, length) in x.column_iter_mut().zip(&lengths) {
         column /= *length;
@@ -244,7 +244,7 @@ fn solve(
     let largest = eigen.eigenvalues.max();
     if let Some(none) = (0..free.len()).find(|&k| eigen.eigenvalues[k] <= SINGULAR * largest) {
         let members: Vec<String> = (0..free.len()).filter(|&lane| eigen.eigenvectors[(lane, none)].abs() > BELONGS).map(name).collect();
-        return Err(EquationTrouble::Alike(members.join(" and ")));
+        return Err(InverseModelCause::Alike(members.join(" and ")));
     }
     let inverted = &eigen.eigenvectors * DMatrix::from_diagonal(&eigen.eigenvalues.map(f64::recip)) * eigen.eigenvectors.transpose();
     let scaled = &inverted * (x.transpose() * &y);

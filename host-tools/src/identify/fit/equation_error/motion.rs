@@ -2,7 +2,7 @@
 
 use super::Settings;
 use super::zero_phase::LowPass;
-use crate::identify::fit::Record;
+use crate::identify::fit::PreparedLog;
 
 /// Rows of a segment on an even grid.
 pub(super) struct Motion {
@@ -26,7 +26,7 @@ const UNEVEN: f64 = 1e-3;
 const PAIRS: u32 = 2;
 
 /// The motion along one segment. `given` is the measured input, a mean over each row if `mean_over_row`.
-pub(super) fn along(record: &Record, segment: usize, angle: &[f64], given: &[f64], mean_over_row: bool, settings: Settings) -> Motion {
+pub(super) fn along(record: &PreparedLog, segment: usize, angle: &[f64], given: &[f64], mean_over_row: bool, settings: Settings) -> Motion {
     let rows = record.segments[segment].clone();
     let (t, h) = (&record.t_s[rows.clone()], record.dt_s);
     let even = t.windows(2).all(|w| ((w[1] - w[0]) / h - 1.0).abs() < UNEVEN);

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use super::*;
-use crate::identify::fit::parameters::{Dual, Lane};
+use crate::identify::fit::parameters::{DerivativeScalar, Dual};
 use crate::model::Input;
 
 const ROW_S: f64 = 0.02;
@@ -10,12 +10,12 @@ const ROW_S: f64 = 0.02;
 const TAU_S: f64 = 0.029;
 const ROWS: usize = 12;
 
-fn compared(shows: Channel, mean_before_s: Option<f64>) -> Compared<'static> {
-    Compared { shows, measured: &[], mean_before_s, filter_hz: None, instant: false, quantum: None }
+fn compared(shows: Channel, mean_before_s: Option<f64>) -> ComparedChannel<'static> {
+    ComparedChannel { channel: shows, measured: &[], mean_before_s, filter_hz: None, instant: false, quantum: None }
 }
 
-fn record<'a>(t_s: &'a [f64], channel: Compared<'a>) -> Record<'a> {
-    Record {
+fn record<'a>(t_s: &'a [f64], channel: ComparedChannel<'a>) -> PreparedLog<'a> {
+    PreparedLog {
         t_s,
         input: &[],
         driven: Input::Voltage,
@@ -46,13 +46,13 @@ fn angle(t_s: f64) -> f64 {
 
 /// What the channel shows at every row, of the decay and of a current per row.
 fn shown<S: Scalar>(
-    channel: Compared,
+    channel: ComparedChannel,
     t_s: &[f64],
     (skew_s, lag_s): (Option<S>, Option<S>),
     (current, slope): (&[f64], f64),
 ) -> Vec<Option<S>> {
     let record = record(t_s, channel);
-    let mut chain = Chain::new(&record, 0, &Arms { skew_s, lag_s, ..Arms::default() });
+    let mut chain = MeasurementChain::new(&record, 0, &Arms { skew_s, lag_s, ..Arms::default() });
     (0..t_s.len())
         .map(|k| {
             let dt_s = t_s.get(k + 1).map_or(ROW_S, |next| next - t_s[k]);
@@ -169,7 +169,7 @@ fn a_current_over_a_window_before_t_is_of_the_rows_before() {
 /// At 10 A at the row's begin, falling by 100 A/s: 5 ms before the second row the first one's 15 ms count, not what the voltage makes next.
 #[test]
 fn a_late_current_of_the_instant_knows_no_row_that_comes() {
-    let channel = Compared { instant: true, ..compared(Channel::Current, None) };
+    let channel = ComparedChannel { instant: true, ..compared(Channel::Current, None) };
     let late = shown::<f64>(channel, &rows()[..2], (Some(0.005), None), (&[10.0, -10.0], -100.0));
     assert!((late[1].unwrap() - 8.5).abs() < 1e-12, "{late:?}");
 }

@@ -1,15 +1,15 @@
 //! What of a residual is worth a picture beside its means: the orders of the angle, how the strongest goes with rate and current, and what
 //! follows a reversal.
 
-use super::orders::{self, Spectrum};
+use super::harmonics::{self, Spectrum};
 use super::rows::Rows;
 use super::{search, shapes};
-use crate::identify::fit::{Held, Record};
+use crate::identify::fit::{FitResult, PreparedLog};
 use crate::log::Log;
 use crate::statistics::bins::Bin;
 
 /// A log's residuals, ready for pictures.
-pub struct Pictures {
+pub struct ResidualPlotData {
     rows: Rows,
     since_reversal_s: Vec<f64>,
 }
@@ -19,12 +19,12 @@ const SLICES: usize = 14;
 /// A slice needs some turns of the order to show an amplitude.
 const FEWEST: f64 = 200.0;
 
-impl Pictures {
+impl ResidualPlotData {
     /// Of the residuals of `held`; `None` where nothing was compared.
-    pub fn of(log: &Log, record: &Record, held: &Held) -> Option<Pictures> {
+    pub fn of(log: &Log, record: &PreparedLog, held: &FitResult) -> Option<ResidualPlotData> {
         let rows = Rows::of(log, record, held)?;
         let since_reversal_s = if rows.omega.is_empty() { Vec::new() } else { shapes::since_reversal(&rows).1 };
-        Some(Pictures { rows, since_reversal_s })
+        Some(ResidualPlotData { rows, since_reversal_s })
     }
 
     /// The spectrum of channel `index` by order of the angle, with the weight (1/ω, 1, ω, i/ω) under which an order stands out most; `None`
@@ -38,7 +38,7 @@ impl Pictures {
         let y: Vec<f64> = self.rows.y[index * n..(index + 1) * n].iter().map(|y| y * unit).collect();
         let highest = search::highest(&self.rows);
         let strongest = |s: &Spectrum| s.share.iter().copied().fold(0.0, f64::max);
-        let all = search::weights(&self.rows).into_iter().map(|weight| orders::spectrum(&self.rows.theta, &y, weight, highest));
+        let all = search::weights(&self.rows).into_iter().map(|weight| harmonics::spectrum(&self.rows.theta, &y, weight, highest));
         all.max_by(|a, b| strongest(a).total_cmp(&strongest(b)))
     }
 

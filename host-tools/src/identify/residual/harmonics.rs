@@ -10,7 +10,7 @@ use realfft::num_complex::Complex;
 /// Bins per turn: the 400th order loses 6 % in them.
 const BINS: usize = 2048;
 /// Highest order that is looked for.
-pub const HIGHEST: usize = 400;
+pub const MAX_HARMONIC_ORDER: usize = 400;
 
 /// Amplitudes of a series by order of the angle, with the level that noise of its colour keeps below.
 #[derive(Debug, Clone)]
@@ -26,7 +26,7 @@ pub struct Spectrum {
 /// Highest order that rows of `dt_s` resolve along this rate (rms, rad/s): four rows to a period.
 pub fn resolved(rate_rad_s: f64, dt_s: f64) -> usize {
     let highest = std::f64::consts::FRAC_PI_2 / (rate_rad_s * dt_s).max(1e-12);
-    if highest.is_finite() { (highest as usize).clamp(1, HIGHEST) } else { HIGHEST }
+    if highest.is_finite() { (highest as usize).clamp(1, MAX_HARMONIC_ORDER) } else { MAX_HARMONIC_ORDER }
 }
 
 /// Orders of `value` ≈ weight × (a cos nθ + b sin nθ), n = 1 … `highest`. Rows where any is not finite take no part.

@@ -25,14 +25,14 @@ struct Knot<S> {
 
 /// The channel at any instant.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Place<S> {
+pub(super) struct SignalValue<S> {
     pub(super) sum: S,
     pub(super) value: S,
     pub(super) slope: S,
 }
 
 /// The last knots, as far back as is asked for. Before the first one the channel was constant.
-pub(super) struct Past<S> {
+pub(super) struct SignalHistory<S> {
     knots: VecDeque<Knot<S>>,
     reach_s: f64,
     jumps: bool,
@@ -43,9 +43,9 @@ pub(super) struct Past<S> {
 /// After so many rows the integral begins anew: along an hour an angle's would be too large to take differences from.
 const ANEW: usize = 1000;
 
-impl<S: Scalar> Past<S> {
+impl<S: Scalar> SignalHistory<S> {
     pub(super) fn new(reach_s: f64, jumps: bool) -> Self {
-        Past { knots: VecDeque::new(), reach_s, jumps, since: 0 }
+        SignalHistory { knots: VecDeque::new(), reach_s, jumps, since: 0 }
     }
 
     /// Takes the channel at a row; `turned` is its integral since the last one. Of a channel that jumps, `value` and `slope` are those
@@ -83,28 +83,28 @@ impl<S: Scalar> Past<S> {
     }
 
     /// Integral, value and slope at `wanted_s`; on a knot the slope after it, on the last one before it. `None` while there is no knot.
-    pub(super) fn at(&self, wanted_s: f64) -> Option<Place<S>> {
+    pub(super) fn at(&self, wanted_s: f64) -> Option<SignalValue<S>> {
         let after = self.knots.partition_point(|k| k.t_s <= wanted_s + CLOSE_S);
         let Some(before) = after.checked_sub(1) else {
             let first = self.knots.front()?;
-            return Some(Place { sum: first.sum + first.value * (wanted_s - first.t_s), value: first.value, slope: S::zero() });
+            return Some(SignalValue { sum: first.sum + first.value * (wanted_s - first.t_s), value: first.value, slope: S::zero() });
         };
         if self.jumps {
             let knot = self.knots.get(before)?;
             let s = wanted_s - knot.t_s;
             let rise = knot.slope * s;
-            return Some(Place { sum: knot.sum + (knot.value + rise * 0.5) * s, value: knot.value + rise, slope: knot.slope });
+            return Some(SignalValue { sum: knot.sum + (knot.value + rise * 0.5) * s, value: knot.value + rise, slope: knot.slope });
         }
         let before = before.min(self.knots.len().saturating_sub(2));
         let a = self.knots.get(before)?;
         let Some(b) = self.knots.get(before + 1) else {
-            return Some(Place { sum: a.sum + a.value * (wanted_s - a.t_s), value: a.value, slope: S::zero() });
+            return Some(SignalValue { sum: a.sum + a.value * (wanted_s - a.t_s), value: a.value, slope: S::zero() });
         };
         let h = b.t_s - a.t_s;
         let x = (wanted_s - a.t_s) / h;
         let rise = b.value - a.value;
         let bow = ((b.sum - a.sum) / h - (a.value + b.value) * 0.5) * 6.0;
-        Some(Place {
+        Some(SignalValue {
             sum: a.sum + (a.value * x + rise * (0.5 * x * x) + bow * (x * x * (0.5 - x / 3.0))) * h,
             value: a.value + rise * x + bow * (x * (1.0 - x)),
             slope: (rise + bow * (1.0 - 2.0 * x)) / h,
@@ -116,8 +116,8 @@ impl<S: Scalar> Past<S> {
 mod tests {
     use super::*;
 
-    fn past(jumps: bool, knots: &[(f64, f64, f64, f64)]) -> Past<f64> {
-        let mut past = Past::new(1.0, jumps);
+    fn past(jumps: bool, knots: &[(f64, f64, f64, f64)]) -> SignalHistory<f64> {
+        let mut past = SignalHistory::new(1.0, jumps);
         let mut last = 0.0;
         for &(t_s, sum, value, slope) in knots {
             past.push(t_s, sum - last, value, slope);
@@ -168,7 +168,7 @@ mod tests {
     /// angle to 1e-4 rad; from integrals of at most 1000 rows it is 1e-7.
     #[test]
     fn an_integral_does_not_grow_beyond_what_can_be_told() {
-        let mut past: Past<f64> = Past::new(0.01, false);
+        let mut past: SignalHistory<f64> = SignalHistory::new(0.01, false);
         let mut last = 0.0;
         for k in 0..3_600_000 {
             let t = f64::from(k) * 1e-3;

@@ -12,14 +12,14 @@ use std::collections::VecDeque;
 use drive_model::{Arms, Reading, Scalar};
 use drive_rig::Span;
 
-use super::record::{Compared, Record};
+use super::prepared_log::{ComparedChannel, PreparedLog};
 use crate::model::Channel;
 use lag::Lag;
-use past::{CLOSE_S, Past};
+use past::{CLOSE_S, SignalHistory};
 
 /// Which channel is late, where the model has a time skew.
-pub fn late_channel(record: &Record) -> Option<usize> {
-    [Channel::Rate, Channel::Angle, Channel::Current].into_iter().find_map(|s| record.channels.iter().position(|c| c.shows == s))
+pub fn late_channel(record: &PreparedLog) -> Option<usize> {
+    [Channel::Rate, Channel::Angle, Channel::Current].into_iter().find_map(|s| record.channels.iter().position(|c| c.channel == s))
 }
 
 /// The rig at a row.
@@ -33,13 +33,13 @@ pub struct Row<'a, S> {
     pub theta: S,
     /// What the channels see of it.
     pub reading: &'a Reading<S>,
-    /// How the current changes within the row, A/s; asked for where [`Chain::follows_current`] says so, else 0.
+    /// How the current changes within the row, A/s; asked for where [`MeasurementChain::follows_current`] says so, else 0.
     pub current_slope_A_s: S,
 }
 
 /// The chain of one channel.
-pub struct Chain<S> {
-    shows: Channel,
+pub struct MeasurementChain<S> {
+    channel: Channel,
     /// The channel is the mean over the row that begins at t.
     over_row: bool,
     window_s: f64,
@@ -48,7 +48,7 @@ pub struct Chain<S> {
     /// Rows are looked into: there is a window, a delay or a sensor's lag.
     within: bool,
     /// What a window or a delay is taken from, where there is one.
-    past: Option<Past<S>>,
+    past: Option<SignalHistory<S>>,
     last: Option<Last<S>>,
     increment: usize,
     raw: VecDeque<S>,
@@ -62,48 +62,48 @@ struct Last<S> {
     seen: S,
 }
 
-impl<S: Scalar> Chain<S> {
+impl<S: Scalar> MeasurementChain<S> {
     /// The chain of `channel`, as notes and effects make it.
-    pub fn new(record: &Record, index: usize, arms: &Arms<S>) -> Self {
-        let channel: &Compared = &record.channels[index];
+    pub fn new(record: &PreparedLog, index: usize, arms: &Arms<S>) -> Self {
+        let channel: &ComparedChannel = &record.channels[index];
         let mut filter = Vec::new();
         if let Some(hz) = channel.filter_hz {
             filter.push(Lag::new(S::from(1.0 / (std::f64::consts::TAU * hz))));
         }
-        let lag_s = arms.lag_s.filter(|_| channel.shows == Channel::Rate);
+        let lag_s = arms.lag_s.filter(|_| channel.channel == Channel::Rate);
         filter.extend(lag_s.map(Lag::new));
         let skew_s = arms.skew_s.filter(|_| late_channel(record) == Some(index));
         let window_s = channel.mean_before_s.unwrap_or(0.0);
         let reach_s = window_s + skew_s.map_or(0.0, |s| s.re()) + 4.0 * record.dt_s;
-        let past = (window_s > 0.0 || skew_s.is_some()).then(|| Past::new(reach_s, channel.shows == Channel::Current));
-        Chain {
-            shows: channel.shows,
-            over_row: channel.shows == Channel::Current && !channel.instant,
+        let past = (window_s > 0.0 || skew_s.is_some()).then(|| SignalHistory::new(reach_s, channel.channel == Channel::Current));
+        MeasurementChain {
+            channel: channel.channel,
+            over_row: channel.channel == Channel::Current && !channel.instant,
             window_s,
             skew_s,
             filter,
             within: past.is_some() || lag_s.is_some(),
             past,
             last: None,
-            increment: if channel.shows == Channel::Angle { record.angle_lag() } else { 0 },
+            increment: if channel.channel == Channel::Angle { record.angle_lag() } else { 0 },
             raw: VecDeque::new(),
         }
     }
 
     /// The chain needs to know how the current changes within a row.
     pub fn follows_current(&self) -> bool {
-        self.shows == Channel::Current && !self.over_row && self.past.is_some()
+        self.channel == Channel::Current && !self.over_row && self.past.is_some()
     }
 
     /// Takes the rig at a row, gives what the channel shows; `None` where it has no partner yet.
     #[inline]
     pub fn push(&mut self, row: &Row<S>) -> Option<S> {
-        let seen = match self.shows {
+        let seen = match self.channel {
             Channel::Rate => row.reading.omega,
             Channel::Angle => row.reading.theta,
             _ => row.reading.current,
         };
-        let value = match (self.within, self.shows) {
+        let value = match (self.within, self.channel) {
             (false, _) => self.filtered(row.span.t_s, seen),
             (true, Channel::Rate | Channel::Angle) => self.steady(row, seen)?,
             (true, _) => {
@@ -150,7 +150,7 @@ impl<S: Scalar> Chain<S> {
     /// sensor adds, as a straight line.
     fn turned(&self, last: &Last<S>, row: &Row<S>, seen: S) -> S {
         let h = row.span.t_s - last.t_s;
-        if self.shows == Channel::Rate {
+        if self.channel == Channel::Rate {
             return row.theta - last.theta + (seen - row.omega + (last.seen - last.omega)) * (0.5 * h);
         }
         (seen + last.seen) * (0.5 * h) + (last.omega - row.omega) * (h * h / 12.0)

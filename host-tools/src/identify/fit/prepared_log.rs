@@ -11,16 +11,16 @@ use crate::model::{Channel, Input};
 
 /// Length over which the angle is compared by its increments, s (interfaces.md).
 pub const ANGLE_INCREMENT_S: f64 = 0.020;
-/// Held-out blocks: length, s, and which of four.
+/// FitResult-out blocks: length, s, and which of four.
 const HELD_OUT_BLOCK_S: f64 = 2.0;
 const HELD_OUT_EVERY: i64 = 4;
 const HELD_OUT_WHICH: i64 = 1;
 
 /// One compared channel.
 #[derive(Debug, Clone)]
-pub struct Compared<'a> {
+pub struct ComparedChannel<'a> {
     /// What it shows.
-    pub shows: Channel,
+    pub channel: Channel,
     /// The measured column.
     pub measured: &'a [f64],
     /// It is a mean over this long before t, s (a note of the log).
@@ -35,7 +35,7 @@ pub struct Compared<'a> {
 
 /// A log as the fit sees it. All columns have the same length.
 #[derive(Debug, Clone)]
-pub struct Record<'a> {
+pub struct PreparedLog<'a> {
     /// Time of each row, s.
     pub t_s: &'a [f64],
     /// The input column (the angle, where the motion is prescribed).
@@ -57,14 +57,14 @@ pub struct Record<'a> {
     /// Rows without a gap between them.
     pub segments: Vec<Range<usize>>,
     /// What is compared.
-    pub channels: Vec<Compared<'a>>,
+    pub channels: Vec<ComparedChannel<'a>>,
     /// Median interval, s.
     pub dt_s: f64,
     /// Blocks are held out of the fit.
     pub hold_out: bool,
 }
 
-impl Record<'_> {
+impl PreparedLog<'_> {
     /// Number of rows.
     pub fn len(&self) -> usize {
         self.t_s.len()
@@ -108,7 +108,7 @@ impl Record<'_> {
     #[inline]
     pub fn target(&self, channel: usize, row: usize, segment_begin: usize) -> Option<f64> {
         let c = &self.channels[channel];
-        match c.shows {
+        match c.channel {
             Channel::Angle => {
                 let lag = self.angle_lag();
                 (row >= segment_begin + lag).then(|| c.measured[row] - c.measured[row - lag])

@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, DVector};
 use realfft::num_complex::Complex;
 use statrs::function::beta::{beta_reg, ln_beta};
 
-use super::orders::transform;
+use super::harmonics::transform;
 
 /// Lines on either side over which the spectrum is smoothed, at most.
 const SMOOTH: usize = 12;
@@ -68,7 +68,7 @@ pub fn orthonormal(taken: &[Vec<f64>], columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
 
 /// What a test says.
 #[derive(Debug, Clone, Copy)]
-pub struct Verdict {
+pub struct Significance {
     /// log10 of the probability.
     pub log10_p: f64,
     /// Sum of squares that noise of this colour would give the shapes.
@@ -76,8 +76,8 @@ pub struct Verdict {
 }
 
 /// Tests orthonormal `columns` (each several channels of `n` rows) on `y`.
-pub fn test(columns: &[Vec<f64>], y: &[f64], n: usize) -> Verdict {
-    let never = Verdict { log10_p: 0.0, by_chance: 0.0 };
+pub fn test(columns: &[Vec<f64>], y: &[f64], n: usize) -> Significance {
+    let never = Significance { log10_p: 0.0, by_chance: 0.0 };
     let k = columns.len();
     if k == 0 || n < 8 {
         return never;
@@ -115,7 +115,7 @@ pub fn test(columns: &[Vec<f64>], y: &[f64], n: usize) -> Verdict {
     let z = DVector::from_vec(z);
     let Some(solved) = covariance.cholesky().map(|c| c.solve(&z)) else { return never };
     let f = z.dot(&solved) / k as f64;
-    Verdict { log10_p: log10_beyond(f, k as f64, freedom), by_chance }
+    Significance { log10_p: log10_beyond(f, k as f64, freedom), by_chance }
 }
 
 /// Mean over neighbouring lines.

@@ -8,14 +8,14 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::parameters::{Dual, Parameters};
-use super::record::Record;
-use super::simulate::{Initial, Sourced, System, run};
+use super::prepared_log::PreparedLog;
+use super::simulate::{InitialStateKind, LawScalar, System, run};
 
 /// Initial states of all segments, and how firmly a start value holds them.
 #[derive(Debug, Clone)]
-pub struct Starts {
+pub struct InitialStates {
     /// Which states.
-    pub kinds: Vec<Initial>,
+    pub kinds: Vec<InitialStateKind>,
     /// Values, segment by segment.
     pub values: Vec<Vec<f64>>,
     /// Where they started.
@@ -26,7 +26,7 @@ pub struct Starts {
 
 /// Normal equations of one segment, in the coordinates [parameters, states].
 #[derive(Debug, Clone)]
-pub struct Block {
+pub struct SegmentEquations {
     /// Information.
     pub h: DMatrix<f64>,
     /// Gradient of the residual's fit: Σ w J r.
@@ -35,7 +35,7 @@ pub struct Block {
 
 /// What one channel contributes to one segment, before it is weighted.
 #[derive(Debug, Clone)]
-struct Part {
+struct ChannelSums {
     h: DMatrix<f64>,
     g: DVector<f64>,
     square: f64,
@@ -43,9 +43,9 @@ struct Part {
 
 /// The model run at one point: its derivatives, not yet weighted, and its residuals.
 #[derive(Debug, Clone)]
-pub struct Pass {
+pub struct Linearization {
     /// Per segment and channel.
-    parts: Vec<Vec<Part>>,
+    parts: Vec<Vec<ChannelSums>>,
     /// Measured minus modelled per channel and row, held-out rows too; NaN where a row is not compared.
     pub residuals: Vec<Vec<f64>>,
     free: usize,
@@ -53,9 +53,9 @@ pub struct Pass {
 
 /// The model linearised at one point, with weights.
 #[derive(Debug, Clone)]
-pub struct Linear {
+pub struct NormalEquations {
     /// A block per segment.
-    pub blocks: Vec<Block>,
+    pub blocks: Vec<SegmentEquations>,
     /// Weighted sum of squares, with the prior's.
     pub cost: f64,
     /// Number of free parameters.
@@ -63,31 +63,45 @@ pub struct Linear {
 }
 
 /// Most lanes that a fit can have: free parameters and initial states of one segment.
-pub const MOST_LANES: usize = 32;
+pub const MAX_UNKNOWNS: usize = 32;
 
 /// Runs the model with its derivatives at these parameters and states.
-pub fn pass(system: &System, parameters: &Parameters, record: &Record, starts: &Starts) -> Pass {
-    pass_below(system, parameters, record, starts, &[], f64::INFINITY)
+pub fn linearize(system: &System, parameters: &Parameters, record: &PreparedLog, starts: &InitialStates) -> Linearization {
+    linearize_below(system, parameters, record, starts, &[], f64::INFINITY)
 }
 
 /// The same, given up where χ² by `weights` passes `most`: then it is infinite. What diverges is not followed to its end.
-pub fn pass_below(system: &System, parameters: &Parameters, record: &Record, starts: &Starts, weights: &[f64], most: f64) -> Pass {
+pub fn linearize_below(
+    system: &System,
+    parameters: &Parameters,
+    record: &PreparedLog,
+    starts: &InitialStates,
+    weights: &[f64],
+    most: f64,
+) -> Linearization {
     let lanes = parameters.free().len() + starts.kinds.len();
     match lanes {
-        0..=8 => pass_in::<8>(system, parameters, record, starts, weights, most),
-        9..=12 => pass_in::<12>(system, parameters, record, starts, weights, most),
-        13..=16 => pass_in::<16>(system, parameters, record, starts, weights, most),
-        _ => pass_in::<32>(system, parameters, record, starts, weights, most),
+        0..=8 => linearize_in::<8>(system, parameters, record, starts, weights, most),
+        9..=12 => linearize_in::<12>(system, parameters, record, starts, weights, most),
+        13..=16 => linearize_in::<16>(system, parameters, record, starts, weights, most),
+        _ => linearize_in::<32>(system, parameters, record, starts, weights, most),
     }
 }
 
-fn pass_in<const N: usize>(system: &System, parameters: &Parameters, record: &Record, starts: &Starts, weights: &[f64], most: f64) -> Pass
+fn linearize_in<const N: usize>(
+    system: &System,
+    parameters: &Parameters,
+    record: &PreparedLog,
+    starts: &InitialStates,
+    weights: &[f64],
+    most: f64,
+) -> Linearization
 where
-    Dual<N>: Sourced,
+    Dual<N>: LawScalar,
 {
     let rig = system.rig::<Dual<N>>(parameters, record.driven);
     let free = parameters.free().len();
-    let segments: Vec<(Vec<Part>, Vec<Vec<f64>>)> = (0..record.segments.len())
+    let segments: Vec<(Vec<ChannelSums>, Vec<Vec<f64>>)> = (0..record.segments.len())
         .into_par_iter()
         .map(|segment| along_segment(&rig, record, segment, free, (&starts.kinds, &starts.values[segment]), weights, most))
         .collect();
@@ -106,19 +120,19 @@ where
         }
     }
     residuals.resize_with(record.channels.len(), nowhere);
-    Pass { parts, residuals, free }
+    Linearization { parts, residuals, free }
 }
 
 /// One segment: what each channel contributes, and its residuals there. Given up where its χ² alone passes `most`: then it is infinite.
 fn along_segment<const N: usize>(
     rig: &Rig<Dual<N>>,
-    record: &Record,
+    record: &PreparedLog,
     segment: usize,
     free: usize,
-    states: (&[Initial], &[f64]),
+    states: (&[InitialStateKind], &[f64]),
     weights: &[f64],
     most: f64,
-) -> (Vec<Part>, Vec<Vec<f64>>) {
+) -> (Vec<ChannelSums>, Vec<Vec<f64>>) {
     let rows = record.segments[segment].clone();
     let lanes = free + states.0.len();
     let mut residuals = vec![vec![f64::NAN; rows.len()]; record.channels.len()];
@@ -152,7 +166,7 @@ fn along_segment<const N: usize>(
     });
     let parts = sums
         .into_iter()
-        .map(|(h, g, square)| Part {
+        .map(|(h, g, square)| ChannelSums {
             h: DMatrix::from_fn(lanes, lanes, |i, j| if j <= i { h[i][j] } else { h[j][i] }),
             g: DVector::from_fn(lanes, |i, _| g[i]),
             square,
@@ -161,15 +175,15 @@ fn along_segment<const N: usize>(
     (parts, residuals)
 }
 
-impl Pass {
+impl Linearization {
     /// The normal equations with `weights` (1/σ² per channel) and the prior on the states.
-    pub fn weighted(&self, starts: &Starts, weights: &[f64]) -> Linear {
+    pub fn weighted(&self, starts: &InitialStates, weights: &[f64]) -> NormalEquations {
         let free = self.free;
         let mut cost = 0.0;
         let mut blocks = Vec::with_capacity(self.parts.len());
         for (segment, channels) in self.parts.iter().enumerate() {
             let lanes = free + starts.kinds.len();
-            let mut block = Block { h: DMatrix::zeros(lanes, lanes), g: DVector::zeros(lanes) };
+            let mut block = SegmentEquations { h: DMatrix::zeros(lanes, lanes), g: DVector::zeros(lanes) };
             for (part, &w) in channels.iter().zip(weights) {
                 cost += w * part.square;
                 block.h += &part.h * w;
@@ -184,7 +198,7 @@ impl Pass {
             }
             blocks.push(block);
         }
-        Linear { blocks, cost, free }
+        NormalEquations { blocks, cost, free }
     }
 }
 
@@ -199,7 +213,7 @@ pub struct Step {
     pub promised: f64,
 }
 
-impl Linear {
+impl NormalEquations {
     /// The step with Marquardt's damping, in which the `held` lanes do not move; `None` where the equations are singular even so.
     pub fn step(&self, damping: f64, held: &[usize]) -> Option<Step> {
         let p = self.free;
