@@ -1,0 +1,120 @@
+//! The layering that ARCHITECTURE.md states, checked against the source.
+//!
+//! The tables of ARCHITECTURE.md are the specification: a crate may depend on the crates of its row, a folder of `host-tools/src` may import
+//! from its own layer or below, and no crate has an import circle between files. The imports are read from the source itself with `syn`:
+//! `use` declarations and paths, test modules left out. A re-export (`pub use`) is no import of its own; a name taken through a re-export counts
+//! for the file that defines it. A module that uses its own submodules imports nothing: they are its parts. A circle therefore runs between
+//! siblings or between folders.
+
+mod architecture {
+    pub mod circles;
+    pub mod imports;
+    pub mod tables;
+}
+
+use architecture::circles::circles;
+use architecture::imports::{Crate, workspace_root};
+use architecture::tables::{crate_table, layer_table};
+use std::collections::BTreeSet;
+
+/// The crates whose source files are checked for circles, with the root file of each.
+const CRATES: [(&str, &str); 6] = [
+    ("drive-model", "src/lib.rs"),
+    ("drive-rig", "src/lib.rs"),
+    ("firmware", "src/lib.rs"),
+    ("hal-sim", "src/lib.rs"),
+    ("host-tools", "src/lib.rs"),
+    ("tests", "src/lib.rs"),
+];
+
+fn read_crate(folder: &str, root: &str) -> Crate {
+    Crate::read(&workspace_root().join(folder).join(root)).unwrap()
+}
+
+#[test]
+fn crates_depend_only_on_the_crates_of_their_row() {
+    let table = crate_table();
+    let names: BTreeSet<String> = table.iter().map(|row| row.package.clone()).collect();
+    for row in &table {
+        let manifest = std::fs::read_to_string(workspace_root().join(&row.folder).join("Cargo.toml")).unwrap();
+        let manifest: toml::Table = manifest.parse().unwrap();
+        let dependencies = manifest.get("dependencies").and_then(toml::Value::as_table).cloned().unwrap_or_default();
+        let found: BTreeSet<String> = dependencies.keys().filter(|name| names.contains(*name)).cloned().collect();
+        assert_eq!(found, row.depends_on, "{}: workspace dependencies in Cargo.toml (left) and in ARCHITECTURE.md (right)", row.package);
+    }
+}
+
+#[test]
+fn every_workspace_member_has_a_row() {
+    let manifest = std::fs::read_to_string(workspace_root().join("Cargo.toml")).unwrap();
+    let manifest: toml::Table = manifest.parse().unwrap();
+    let members = manifest["workspace"]["members"].as_array().unwrap();
+    let members: BTreeSet<&str> = members.iter().filter_map(toml::Value::as_str).collect();
+    let table = crate_table();
+    let rows: BTreeSet<&str> = table.iter().map(|row| row.folder.as_str()).collect();
+    assert_eq!(members, rows);
+}
+
+#[test]
+fn host_tools_imports_only_from_its_own_layer_or_below() {
+    let layers = layer_table();
+    let level = |folder: &str| layers.iter().position(|layer| layer.contains(folder));
+    let host_tools = read_crate("host-tools", "src/lib.rs");
+    let mut wrong = Vec::new();
+    for (from, to) in host_tools.imports() {
+        let (from_folder, to_folder) = (host_tools.top_folder(from), host_tools.top_folder(to));
+        if from_folder == to_folder || from_folder.is_empty() || from_folder == "main" {
+            continue;
+        }
+        let from_level = level(&from_folder).unwrap_or_else(|| panic!("ARCHITECTURE.md names no layer for host-tools/src/{from_folder}"));
+        let to_level = level(&to_folder).unwrap_or_else(|| panic!("ARCHITECTURE.md names no layer for host-tools/src/{to_folder}"));
+        if to_level > from_level {
+            wrong.push(format!("{} -> {}", host_tools.name(from), host_tools.name(to)));
+        }
+    }
+    assert!(wrong.is_empty(), "imports that point to a higher layer:\n{}", wrong.join("\n"));
+}
+
+#[test]
+fn layers_name_existing_folders() {
+    for folder in layer_table().iter().flatten() {
+        let source = workspace_root().join("host-tools/src");
+        assert!(source.join(folder).is_dir() || source.join(format!("{folder}.rs")).is_file(), "host-tools/src/{folder}");
+    }
+}
+
+#[test]
+fn no_crate_has_an_import_circle() {
+    let mut found = Vec::new();
+    for (folder, root) in CRATES {
+        let source = read_crate(folder, root);
+        for circle in circles(source.file_count(), &source.imports()) {
+            let mut lines = vec![format!("{folder}: {} files", circle.len())];
+            for (from, to) in source.imports() {
+                if circle.contains(&from) && circle.contains(&to) {
+                    lines.push(format!("  {} -> {}: {}", source.name(from), source.name(to), source.names_imported(from, to).join(", ")));
+                }
+            }
+            found.push(lines.join("\n"));
+        }
+    }
+    assert!(found.is_empty(), "import circles:\n{}", found.join("\n"));
+}
+
+#[test]
+fn circle_of_two_files_is_found() {
+    assert_eq!(circles(3, &[(0, 1), (1, 2), (2, 1)]), [BTreeSet::from([1, 2])]);
+    assert!(circles(3, &[(0, 1), (1, 2), (0, 2)]).is_empty());
+}
+
+#[test]
+fn imports_are_read_through_re_exports() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    write("lib.rs", "mod a;\nmod b;\npub use a::Item;\n");
+    write("a.rs", "pub struct Item;\n#[cfg(test)]\nmod tests { use crate::b::other; }\n");
+    write("b.rs", "use crate::Item;\npub fn other(_: Item) {}\n");
+    let source = Crate::read(&folder.path().join("lib.rs")).unwrap();
+    let named: Vec<_> = source.imports().into_iter().map(|(from, to)| (source.name(from), source.name(to))).collect();
+    assert_eq!(named, [("b.rs".to_owned(), "a.rs".to_owned())]);
+}

@@ -1,0 +1,39 @@
+//! The tables of ARCHITECTURE.md as data.
+
+use super::imports::workspace_root;
+use std::collections::BTreeSet;
+
+/// A row of the table of crates.
+pub struct CrateRow {
+    /// Folder in the workspace.
+    pub folder: String,
+    /// Name of the package.
+    pub package: String,
+    /// Packages of the workspace that it depends on.
+    pub depends_on: BTreeSet<String>,
+}
+
+/// The cells of the table under a heading of ARCHITECTURE.md, without its two head rows.
+fn table_under(heading: &str) -> Vec<Vec<String>> {
+    let text = std::fs::read_to_string(workspace_root().join("ARCHITECTURE.md")).unwrap();
+    let section = text.split(&format!("## {heading}\n")).nth(1).unwrap_or_else(|| panic!("ARCHITECTURE.md has no section {heading}"));
+    let section = section.split("\n## ").next().unwrap_or_default();
+    let rows = section.lines().filter(|line| line.starts_with('|')).skip(2);
+    rows.map(|row| row.trim_matches('|').split('|').map(|cell| cell.trim().to_owned()).collect()).collect()
+}
+
+/// The names in backquotes of a cell.
+fn code_names(cell: &str) -> BTreeSet<String> {
+    cell.split('`').skip(1).step_by(2).map(|name| name.trim_end_matches('/').to_owned()).collect()
+}
+
+/// The table of crates: folder, package, dependencies.
+pub fn crate_table() -> Vec<CrateRow> {
+    let one = |cell: &str| code_names(cell).pop_first().unwrap();
+    table_under("Crates").iter().map(|row| CrateRow { folder: one(&row[0]), package: one(&row[1]), depends_on: code_names(&row[2]) }).collect()
+}
+
+/// The layers of `host-tools/src`, lowest first: the folders of each.
+pub fn layer_table() -> Vec<BTreeSet<String>> {
+    table_under("Layers of host-tools").iter().map(|row| code_names(&row[0])).collect()
+}
