@@ -111,7 +111,8 @@ impl Crate {
                 other => Paths(&mut found.paths).visit_item(other),
             }
         }
-        let by_macro: Vec<String> = found.children.iter().filter(|name| !below.iter().any(|inner| inner.ident == name.as_str())).cloned().collect();
+        let by_macro: Vec<String> =
+            found.children.iter().filter(|name| !below.iter().any(|inner| inner.ident == name.as_str())).cloned().collect();
         self.modules.insert(module.clone(), found);
         let child = |name: &str| [module.clone(), vec![name.to_owned()]].concat();
         for inner in below {
@@ -132,7 +133,8 @@ impl Crate {
         let mut imports: BTreeMap<(usize, usize), BTreeSet<String>> = BTreeMap::new();
         for (path, module) in &self.modules {
             let used: BTreeSet<&str> = module.paths.iter().filter_map(|p| p.first()).map(String::as_str).collect();
-            let taken = module.taken.iter().filter(|taken| !taken.is_public || used.contains(taken.alias.as_str())).map(|taken| &taken.path);
+            let taken =
+                module.taken.iter().filter(|taken| !taken.is_public || used.contains(taken.alias.as_str())).map(|taken| &taken.path);
             for written in taken.chain(&module.paths) {
                 if let Some((defined_in, file)) = self.definition(path, written, 0)
                     && file != module.file
@@ -173,7 +175,8 @@ impl Crate {
                 at = module.to_vec();
                 // A path that begins with a name of this module: a child, or a module taken by `use`.
                 if !here.children.contains(first) {
-                    let taken = here.taken.iter().find(|taken| taken.alias == first && taken.path.first().is_none_or(|begin| begin != first))?;
+                    let taken =
+                        here.taken.iter().find(|taken| taken.alias == first && taken.path.first().is_none_or(|begin| begin != first))?;
                     let whole = [taken.path.clone(), rest[1..].to_vec()].concat();
                     return self.definition(module, &whole, depth + 1);
                 }

@@ -30,7 +30,10 @@ fn code_names(cell: &str) -> BTreeSet<String> {
 /// The table of crates: folder, package, dependencies.
 pub fn crate_table() -> Vec<CrateRow> {
     let one = |cell: &str| code_names(cell).pop_first().unwrap();
-    table_under("Crates").iter().map(|row| CrateRow { folder: one(&row[0]), package: one(&row[1]), depends_on: code_names(&row[2]) }).collect()
+    table_under("Crates")
+        .iter()
+        .map(|row| CrateRow { folder: one(&row[0]), package: one(&row[1]), depends_on: code_names(&row[2]) })
+        .collect()
 }
 
 /// The layers of `host-tools/src`, lowest first: the folders of each.
