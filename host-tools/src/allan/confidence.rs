@@ -7,9 +7,8 @@
 //!
 //! All in rows: τ₀ = 1.
 
-use statrs::distribution::{ChiSquared, ContinuousCDF};
-
 use super::FLOOR;
+use crate::statistics::distributions::{chi_squared_quantile, normal_quantile};
 
 /// Q², N², B², K², R² with τ₀ = 1.
 pub type Squares = [f64; 5];
@@ -139,11 +138,7 @@ pub fn chi_squared_share(probability: f64, degrees: f64) -> f64 {
         let part = 2.0 / (9.0 * degrees);
         return (1.0 - part + normal_quantile(probability) * part.sqrt()).powi(3);
     }
-    ChiSquared::new(degrees).map_or(1.0, |chi| chi.inverse_cdf(probability) / degrees)
-}
-
-fn normal_quantile(probability: f64) -> f64 {
-    statrs::distribution::Normal::standard().inverse_cdf(probability)
+    chi_squared_quantile(probability, degrees) / degrees
 }
 
 /// Between which deviations the true one lies with this confidence.

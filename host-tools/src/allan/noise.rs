@@ -11,10 +11,11 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
-use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::confidence::{Covariance, Squares, expected, parts};
 use super::deviation::Variance;
+use crate::statistics::Extremes;
+use crate::statistics::distributions::chi_squared_tail;
 
 /// What one process more must take from χ², beside ln(points).
 const PRICE: f64 = 6.0;
@@ -101,7 +102,7 @@ fn from(first: usize, points: &[Variance], related: &BTreeMap<(usize, usize), Co
     let set = *set;
     let degrees = count - set.count_ones() as usize;
     let misfit = trial.chi2 / degrees as f64;
-    let unexplained = ChiSquared::new(degrees as f64).is_ok_and(|chi| chi.sf(trial.chi2) < CHANCE);
+    let unexplained = chi_squared_tail(trial.chi2, degrees as f64) < CHANCE;
     let grow = if unexplained { misfit.sqrt() } else { 1.0 };
     let all = with_doubt(&trials, count);
     let sigmas: [Option<f64>; 5] = std::array::from_fn(|p| trial.sigmas[p].map(|_| all[p] * grow));
@@ -117,7 +118,7 @@ fn from(first: usize, points: &[Variance], related: &BTreeMap<(usize, usize), Co
 /// that it lacks is 0 in it. Flicker and a walk look alike in a short record; with either left out the other would seem surer than it is.
 fn with_doubt(trials: &[(u32, Trial)], points: usize) -> [f64; 5] {
     let paid = |(set, trial): &(u32, Trial)| trial.chi2 + (PRICE + (points as f64).ln()) * f64::from(set.count_ones());
-    let least = trials.iter().map(paid).fold(f64::INFINITY, f64::min);
+    let least = trials.iter().map(paid).min_or_infinity();
     let weights: Vec<f64> = trials.iter().map(|t| (-0.5 * (paid(t) - least)).exp()).collect();
     let total: f64 = weights.iter().sum();
     std::array::from_fn(|p| {

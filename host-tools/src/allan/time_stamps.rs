@@ -11,6 +11,8 @@ use std::ops::Range;
 
 use crate::log::GAP_INTERVALS;
 use crate::report::significant;
+use crate::statistics::Extremes;
+use crate::statistics::robust::{median, median_in_place};
 
 /// Steps that are kept for their median.
 const KEPT: usize = 1 << 16;
@@ -74,8 +76,7 @@ impl Steps {
 
     /// The second pass, for the same times.
     pub fn marks(mut self) -> Marks {
-        let middle = self.kept.len() / 2;
-        let median_s = if self.kept.is_empty() { 0.0 } else { *self.kept.select_nth_unstable_by(middle, f64::total_cmp).1 };
+        let median_s = median_in_place(&mut self.kept).unwrap_or(0.0);
         let longest_s = GAP_INTERVALS * median_s;
         let above = self.kept.iter().filter(|step| **step > longest_s).count();
         let bursts = above as f64 > MANY * self.kept.len() as f64;
@@ -180,21 +181,14 @@ impl Marks {
         let starts = &self.marks;
         let mean_s = (self.last_s - self.first_s) / (self.row.max(2) - 1) as f64;
         let pairs = || starts.windows(2).map(|w| (w[1].row - w[0].row, w[1].t_s - w[0].t_s));
-        let mut per_row: Vec<f64> = pairs().map(|(rows, s)| s / rows as f64).collect();
-        let rough_s = if per_row.is_empty() {
-            mean_s
-        } else {
-            let k = per_row.len() / 2;
-            *per_row.select_nth_unstable_by(k, f64::total_cmp).1
-        };
-        drop(per_row);
+        let rough_s = median(pairs().map(|(rows, s)| s / rows as f64)).unwrap_or(mean_s);
         let period_s = (self.last_s - self.first_s) / starts.len().max(1) as f64;
         // How far the stamps are behind the count of rows, at each burst.
         let behind = |k: usize| starts[k].t_s - starts[k].row as f64 * rough_s;
         let mut gaps = Vec::new();
         for k in 1..starts.len() {
             let jump = behind(k) - behind(k - 1);
-            let stays = (k..starts.len().min(k + LATER)).map(|j| behind(j) - behind(k - 1)).fold(f64::INFINITY, f64::min);
+            let stays = (k..starts.len().min(k + LATER)).map(|j| behind(j) - behind(k - 1)).min_or_infinity();
             if jump > (GAP_INTERVALS * rough_s).max(0.75 * period_s) && stays > 0.5 * jump {
                 gaps.push(Mark { step_s: jump + rough_s, ..starts[k] });
             }

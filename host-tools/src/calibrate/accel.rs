@@ -10,7 +10,10 @@
 use super::plateaus::{Plateau, plateaus};
 use super::session::Session;
 use super::{CalibrateError, Curve, Findings, Step};
-use crate::statistics::uncertainty::{Fit, Part, Quantity, least_squares};
+use crate::statistics::Extremes;
+use crate::statistics::robust::median;
+use crate::statistics::uncertainty::{Part, Quantity};
+use crate::statistics::{LeastSquares, least_squares};
 use std::ops::Range;
 
 /// Length of a window, s.
@@ -39,7 +42,7 @@ fn windows(step: &Step) -> Vec<Window> {
     let (Some(theta), Some(x), Some(y)) = (log.column("theta_rad"), log.column("accel_x_m_s2"), log.column("accel_y_m_s2")) else {
         return Vec::new();
     };
-    let most = x.iter().chain(y).fold(0.0_f64, |most, v| most.max(v.abs()));
+    let most = x.iter().chain(y).copied().max_abs();
     let at_end = |rows: &Range<usize>| {
         let is = |column: &[f64]| column[rows.clone()].iter().filter(|v| v.abs() >= most * (1.0 - END)).count() >= AT_END;
         most > 0.0 && (is(x) || is(y))
@@ -59,7 +62,7 @@ fn windows(step: &Step) -> Vec<Window> {
             let Some(fit) = least_squares(&parabola, &theta[rows.clone()]) else { continue };
             let [rate, acceleration] = [fit.coefficients[1], fit.coefficients[2]];
             let mean = |of: &dyn Fn(usize) -> f64| rows.clone().map(of).sum::<f64>() / size as f64;
-            scatters.push(fit.scatter);
+            scatters.push(fit.residual_sd);
             found.push(Window {
                 // Of the middle's rate, and of what it changes to both sides.
                 square: rate * rate + (acceleration * length_s).powi(2) / 12.0,
@@ -71,18 +74,16 @@ fn windows(step: &Step) -> Vec<Window> {
             });
         }
     }
-    let mut sorted = scatters.clone();
-    sorted.sort_by(f64::total_cmp);
     // A nanoradian is rounding.
-    let straight = BENT * sorted.get(sorted.len() / 2).copied().unwrap_or(0.0).max(1e-9);
+    let straight = BENT * median(scatters.iter().copied()).unwrap_or(0.0).max(1e-9);
     found.into_iter().zip(scatters).filter(|(_, scatter)| *scatter <= straight).map(|(window, _)| window).collect()
 }
 
 /// What both axes show at one radius.
 struct AtRadius {
     radius_m: f64,
-    x: Fit,
-    y: Fit,
+    x: LeastSquares,
+    y: LeastSquares,
 }
 
 impl AtRadius {
@@ -92,7 +93,7 @@ impl AtRadius {
             let (wa, wb) = (a.1.powi(-2), b.1.powi(-2));
             ((a.0 * wa + b.0 * wb) / (wa + wb), (wa + wb).powf(-0.5))
         };
-        let of = |fit: &Fit, k: usize, sign: f64| (sign * fit.coefficients[k], fit.sigma(k));
+        let of = |fit: &LeastSquares, k: usize, sign: f64| (sign * fit.coefficients[k], fit.sigma(k));
         [both(of(&self.x, 1, -1.0), of(&self.y, 2, 1.0)), both(of(&self.y, 1, 1.0), of(&self.x, 2, 1.0))]
     }
 
@@ -143,7 +144,7 @@ pub fn calibrate(steps: &[Step], session: &Session) -> Result<Findings, Calibrat
         return Err(too_little());
     }
     let radius_error_m = session.known.radius_error_m;
-    let scatter = |u: f64, fit: &Fit| Part::measured("noise", u, fit.dof, format!("scatter of windows of {} ms", WINDOW_S * 1e3));
+    let scatter = |u: f64, fit: &LeastSquares| Part::measured("noise", u, fit.dof, format!("scatter of windows of {} ms", WINDOW_S * 1e3));
     match far {
         Some(far) => {
             let (other, other_u) = far.product();
@@ -202,7 +203,7 @@ fn rate_error(force_m_s2: f64, rate_rad_s: f64, radius_m: f64) -> f64 {
 
 /// Where |Ω| = √(f/r) is worth nothing: an error of f makes one of f/(2 Ω r), and below √(f/(2 r)) that is the rate itself.
 fn blind(near: &AtRadius, product: f64, findings: &mut Findings) {
-    let error = near.x.scatter.hypot(near.x.sigma(0));
+    let error = near.x.residual_sd.hypot(near.x.sigma(0));
     let value = (error / (2.0 * product)).sqrt();
     let part = Part::measured("noise", value / (8.0 * near.x.dof).sqrt(), near.x.dof, "of the scatter of one window");
     findings.quantities.push(
@@ -303,7 +304,7 @@ fn combine(steps: &[&Step], product: f64, bias: f64, session: &Session, findings
 }
 
 fn widest(found: &[Plateau]) -> f64 {
-    found.iter().map(|p| p.rate_rad_s.abs()).fold(0.0, f64::max)
+    found.iter().map(|p| p.rate_rad_s.abs()).max_or_zero()
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@
 use super::record::{self, FILE, Record, RecordError};
 use super::session::journal::sha256;
 use crate::report::finite;
+use crate::statistics::Extremes;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -95,7 +96,7 @@ fn apart(one: &super::Findings, other: &super::Findings) -> Result<f64, String> 
     }
     let relative = |a: f64, b: f64| if a == b { 0.0 } else { (a - b).abs() / a.abs().max(b.abs()) };
     let pairs = one.quantities.iter().filter_map(|q| Some((q, other.get(&q.name)?)));
-    Ok(pairs.flat_map(|(a, b)| [relative(a.value, b.value), relative(a.sigma(), b.sigma())]).fold(0.0, f64::max))
+    Ok(pairs.flat_map(|(a, b)| [relative(a.value, b.value), relative(a.sigma(), b.sigma())]).max_or_zero())
 }
 
 /// All records below a folder by date, and what is none though its name says so.

@@ -3,7 +3,7 @@
 //! In: times, the encoder's angle, the sensor's samples with the times at which they were taken. Out: sensor over rate, as amplitude and phase. Both
 //! are fitted by a sine at the frequency over whole periods, with offset and slope beside it; the rate is the angle's derivative, exactly: jω θ.
 
-use crate::statistics::uncertainty::least_squares;
+use crate::statistics::least_squares;
 use std::f64::consts::TAU;
 
 /// Sensor over rate at one frequency.

@@ -4,6 +4,7 @@
 //! reference rate is the encoder's angle over the crystal's time.
 
 use crate::log::Log;
+use crate::statistics::Extremes;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
@@ -67,7 +68,7 @@ impl Plateau {
 pub fn plateaus(log: &Log, command: &str, settle_s: f64) -> Vec<Plateau> {
     let (Some(asked), Some(theta)) = (log.column(command), log.column("theta_rad")) else { return Vec::new() };
     let t_s = log.t_s();
-    let (low, high) = asked.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
+    let (low, high) = asked.iter().copied().min_max();
     // What is asked for comes in single precision.
     let same = 1e-6 * low.abs().max(high.abs());
     let mut found: Vec<Plateau> = Vec::new();

@@ -5,6 +5,7 @@
 //! than such responses tell apart from a delay. Only frequencies that were run are known: a bandwidth beyond three times the highest is not told.
 
 use super::lock_in::Response;
+use crate::statistics::Extremes;
 use nalgebra::{Complex, DMatrix, DVector};
 use std::f64::consts::TAU;
 
@@ -170,7 +171,7 @@ pub fn transfer(responses: &[Response], known_Hz: Option<f64>) -> Option<Transfe
         .filter_map(|order| fit(Form { order, known_Hz }, responses));
     // χ² with the responses' own uncertainties; where all fits are worse than those, their common factor matters to none of them.
     let fits: Vec<(f64, Transfer)> = fits.collect();
-    let best = fits.iter().map(|(chi2, t)| chi2 / t.dof).fold(f64::INFINITY, f64::min).max(1.0);
+    let best = fits.iter().map(|(chi2, t)| chi2 / t.dof).min_or_infinity().max(1.0);
     fits.into_iter()
         .min_by(|(a, s), (b, t)| {
             let cost = |chi2: f64, t: &Transfer| chi2 / best + t.parameters.len() as f64 * rows.ln();
@@ -180,7 +181,7 @@ pub fn transfer(responses: &[Response], known_Hz: Option<f64>) -> Option<Transfe
 }
 
 fn fit(form: Form, responses: &[Response]) -> Option<(f64, Transfer)> {
-    let highest_Hz = responses.iter().map(|r| r.frequency_Hz).fold(0.0, f64::max);
+    let highest_Hz = responses.iter().map(|r| r.frequency_Hz).max_or_zero();
     let lowest = responses.iter().min_by(|a, b| a.frequency_Hz.total_cmp(&b.frequency_Hz))?;
     let scale = lowest.gain() * if lowest.re < 0.0 { -1.0 } else { 1.0 };
     let mut best: Option<(f64, Vec<f64>, DMatrix<f64>)> = None;

@@ -7,6 +7,8 @@
 use super::DriftError;
 use super::error::within;
 use crate::log::Log;
+use crate::statistics::Extremes;
+use crate::statistics::robust::median;
 use realfft::RealFftPlanner;
 use std::f64::consts::PI;
 
@@ -74,9 +76,7 @@ pub fn advise(log: &Log, gain_V_rad: f64, wanted_s: f64) -> Result<Advice, Drift
     }
     let amplitudes = spectrum(&detrended(&angles));
     let step_Hz = 1.0 / (angles.len() as f64 * dt_s);
-    let mut sorted: Vec<f64> = amplitudes.iter().skip(2).map(|a| a * a).collect();
-    sorted.sort_by(f64::total_cmp);
-    let median = sorted[sorted.len() / 2];
+    let median = median(amplitudes.iter().skip(2).map(|a| a * a)).unwrap_or(0.0);
     let lines = lines(&amplitudes, median, step_Hz);
     // The median of |a|² of white noise is ln 2 of its mean; Hann's window has 1.5 bins of noise, and a sample's variance is half the sum of a².
     let white_rad = (median / std::f64::consts::LN_2 * amplitudes.len() as f64 / 2.0 / 1.5).sqrt();
@@ -107,7 +107,7 @@ fn best(strongest: &Line, lines: &[Line], wanted_s: f64) -> (f64, f64, u32) {
         let pulse_s = f64::from(periods) * period_s;
         let leaves: f64 = lines.iter().map(|line| leaves_rad_s(line, pulse_s).powi(2)).sum::<f64>().sqrt();
         // 1 % farther from what is wanted is worth a hundredth of what the wanted one leaves.
-        let floor = lines.iter().map(|line| leaves_rad_s(line, wanted_s)).fold(0.0, f64::max);
+        let floor = lines.iter().map(|line| leaves_rad_s(line, wanted_s)).max_or_zero();
         (leaves + floor * 0.01 * ((pulse_s - wanted_s) / wanted_s).abs(), periods)
     });
     let (_, periods) = candidates.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, near));

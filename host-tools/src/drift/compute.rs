@@ -9,6 +9,7 @@ use super::error::within;
 use super::find::{Found, by_current, by_mark, contrast};
 use super::integral::{Integral, amplitude_rad_s, residual_rad_s};
 use crate::log::Log;
+use crate::statistics::Extremes;
 use hal_sim::gyro::Place;
 
 /// Columns that the reader is told of.
@@ -124,7 +125,7 @@ fn take(log: &Log, given: &Given, all: &mut Measured) -> Result<(), DriftError> 
         of_axes.push((volts, amperes, found));
     }
     let pulses = |amperes: &[f64], found: &Found| contrast(amperes, found.rows.start, samples).abs();
-    let greatest = of_axes.iter().flat_map(|(_, i, found)| found.iter().map(|one| pulses(i, one))).fold(0.0, f64::max);
+    let greatest = of_axes.iter().flat_map(|(_, i, found)| found.iter().map(|one| pulses(i, one))).max_or_zero();
     for (axis, (volts, amperes, found)) in of_axes.iter().enumerate() {
         let about = About { log, pulse_s, samples, gain, torquer, limit_V, axis };
         // The mark is of all axes, the pulses need not be.
@@ -179,7 +180,7 @@ impl About<'_> {
 
     /// Current while the loop is open and nothing is given, A: what the sensor shows at none.
     fn at_rest(&self, start: usize, amperes: &[f64], pulses: &[f64]) -> f64 {
-        let most = pulses.iter().fold(0.0_f64, |most, i| most.max(i.abs()));
+        let most = pulses.iter().copied().max_abs();
         let rows = (LEAD_S / self.log.median_dt_s()).round() as usize;
         let lead: Vec<f64> = amperes[start.saturating_sub(rows)..start].iter().copied().filter(|i| i.abs() < 0.05 * most).collect();
         // A few rows of a closed loop are no rest.
@@ -190,7 +191,7 @@ impl About<'_> {
         let t_s = &self.log.t_s()[found.rows.clone()];
         let gap = t_s.windows(2).any(|w| w[1] - w[0] > crate::log::GAP_INTERVALS * self.log.median_dt_s());
         let cycle = &volts[found.rows.clone()];
-        let most = cycle.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+        let most = cycle.iter().copied().max_abs();
         let beyond = self.limit_V.is_some_and(|limit| most >= limit);
         // The greatest value several times in a row: a sensor that follows a pulse does not rest there.
         let stuck = cycle.windows(STUCK_ROWS).any(|w| w.iter().all(|v| v.abs() >= most)) && self.limit_V.is_none() && most > 0.0;

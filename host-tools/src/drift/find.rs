@@ -1,5 +1,7 @@
 //! Where the cycles are in a log: by the firmware's mark where the log has it, else by the torquer's current.
 
+use crate::statistics::Extremes;
+use crate::statistics::robust::median_abs;
 use std::ops::Range;
 
 /// A cycle in a log: its rows from the first sample to the last, 2 N + 1 of them.
@@ -52,7 +54,7 @@ pub fn by_current(current: &[f64], samples: usize) -> Vec<Found> {
     }
     let sums = sums_of(current.iter().copied());
     let scores: Vec<f64> = (0..=rows - 2 * samples).map(|k| 2.0 * sums[k + samples] - sums[k] - sums[k + 2 * samples]).collect();
-    let greatest = scores.iter().fold(0.0, |most: f64, score| most.max(score.abs()));
+    let greatest = scores.iter().copied().max_abs();
     let halves = |k: usize| [sums[k + samples] - sums[k], sums[k + 2 * samples] - sums[k + samples]];
     let are_opposite = |k: usize| {
         let [first, second] = halves(k);
@@ -81,9 +83,7 @@ pub fn by_current(current: &[f64], samples: usize) -> Vec<Found> {
 /// The beginning of the pulses near `k`, by currents no greater than a pulse's: a loop that closes swiftly gives much for a moment. `None` where these are
 /// no pulses but such moments.
 fn refined(current: &[f64], k: usize, samples: usize) -> Option<usize> {
-    let mut sizes: Vec<f64> = current[k..k + 2 * samples].iter().map(|i| i.abs()).collect();
-    let middle = sizes.len() / 2;
-    let level = 1.5 * *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let level = 1.5 * median_abs(&current[k..k + 2 * samples])?;
     let (from, to) = (k.saturating_sub(samples / 2), (k + 2 * samples + samples / 2).min(current.len()));
     let clipped = || current[from..to].iter().map(|i| i.clamp(-level, level));
     let (sums, sizes) = (sums_of(clipped()), sums_of(clipped().map(f64::abs)));

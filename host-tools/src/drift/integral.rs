@@ -2,6 +2,8 @@
 //!
 //! In: 2 N + 1 angles and the 2 N mean currents between them. The sums have trapezoid weights, as the firmware's.
 
+use crate::statistics::Extremes;
+
 /// What is added up over a cycle of two pulses of `pulse_s`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Integral {
@@ -30,7 +32,7 @@ impl Integral {
         let second: f64 = angles_rad[n + 1..2 * n].iter().sum::<f64>() + ends[1] / 2.0;
         let moment: f64 = angles_rad.iter().enumerate().map(|(k, angle)| (k as f64 - n as f64) * angle).sum();
         let count = n as f64;
-        let (least, most) = angles_rad.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), a| (l.min(*a), m.max(*a)));
+        let (least, most) = angles_rad.iter().copied().min_max();
         Some(Self {
             pulse_s,
             switched_rad_s: dt_s * (first - second),

@@ -18,6 +18,7 @@ mod parquet;
 pub mod plausible;
 mod quantum;
 
+use crate::statistics::robust::median;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -279,13 +280,8 @@ fn names(read: &[Column], ignored: &[String]) -> String {
 /// Median of the steps; of at most some hundred thousand of them, taken evenly, so that an hour's log needs no second column.
 fn median_interval(t_s: &[f64]) -> f64 {
     const MOST: usize = 200_000;
-    if t_s.len() < 2 {
-        return 0.0;
-    }
-    let stride = t_s.len().div_ceil(MOST);
-    let mut steps: Vec<f64> = (1..t_s.len()).step_by(stride).map(|k| t_s[k] - t_s[k - 1]).collect();
-    let middle = steps.len() / 2;
-    *steps.select_nth_unstable_by(middle, f64::total_cmp).1
+    let stride = t_s.len().div_ceil(MOST).max(1);
+    median((1..t_s.len()).step_by(stride).map(|k| t_s[k] - t_s[k - 1])).unwrap_or(0.0)
 }
 
 #[cfg(test)]

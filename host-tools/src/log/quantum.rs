@@ -3,6 +3,8 @@
 //! Spacings of the sorted distinct values are whole multiples of the LSB where the channel is quantised; where it is continuous the
 //! smallest spacing is chance and the others do not fit it.
 
+use crate::statistics::Extremes;
+
 /// Most rows that are looked at.
 const MOST: usize = 40_000;
 /// Fewer levels than this are a command's, not a converter's.
@@ -29,7 +31,7 @@ pub(super) fn found(values: &[f64]) -> Option<f64> {
 
 /// By the values, or where they lie many LSB apart (an angle that goes on and on) by their steps from row to row.
 fn of_stretch(values: &[f64]) -> Option<f64> {
-    let largest = values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+    let largest = values.iter().copied().max_abs();
     let is_single = values.iter().all(|&v| f64::from(v as f32) == v);
     let finest = largest * if is_single { FORMAT_SINGLE } else { FORMAT_DOUBLE };
     let spacings = spacings(values.to_vec(), finest);

@@ -5,6 +5,7 @@ use nalgebra::{Complex, DMatrix};
 use super::exact::{Exact, Matrix, exact, gains, rounded};
 use super::poles::{multiplied, polynomial, roots};
 use super::{Discrete, ObserverError, Plant, Poles};
+use crate::statistics::Extremes;
 
 /// Singular values below this share of the greatest are none: of a number in 10¹³ no sensor tells anything.
 const LEAST_SINGULAR: f64 = 1e-13;
@@ -213,7 +214,7 @@ fn channel(
     let n_of = |row: usize| -> Vec<Exact> { adjoints.iter().map(|b| b.at(0, row - 1).clone()).collect() };
     let finds = |row: usize| {
         let n_r = n_of(row);
-        let greatest = n_r.iter().map(|c| rounded(c).abs()).fold(0.0, f64::max);
+        let greatest = n_r.iter().map(|c| rounded(c).abs()).max_or_zero();
         n_r.last().is_some_and(|c| rounded(c).abs() > 1e-30 * greatest)
     };
     if !finds(row) {

@@ -3,6 +3,7 @@
 //! Ackermann's formula multiplies what the observability matrix of six or seven states has lost: some 17 digits at a step of 1 ms (theory §1.6
 //! asks for 30). Polynomials, exponentials and gains are worked out here and rounded once, at the end.
 
+use crate::statistics::Extremes;
 use dashu_float::FBig;
 use dashu_float::round::mode::HalfEven;
 
@@ -79,7 +80,7 @@ impl Matrix {
     }
 
     fn greatest(&self) -> f64 {
-        self.entries.iter().map(|x| rounded(x).abs()).fold(0.0, f64::max)
+        self.entries.iter().map(|x| rounded(x).abs()).max_or_zero()
     }
 
     /// The exponential, by Taylor's series of a small part and squaring.

@@ -5,6 +5,7 @@ use std::path::Path;
 use hal_sim::element::{FourState, SixState};
 
 use super::ObserverError;
+use crate::statistics::Extremes;
 
 /// Names of the sets of parameters that are built in.
 pub const PRESETS: [&str; 3] = ["astatic-identifier", "astatic-identifier-recovered", "rate-observer"];
@@ -138,7 +139,7 @@ impl Plant {
         let a = self.a();
         let n = a.len();
         let eigenvalues = nalgebra::DMatrix::from_fn(n, n, |i, j| a[i][j]).complex_eigenvalues();
-        eigenvalues.iter().map(|z| z.norm()).fold(0.0, f64::max)
+        eigenvalues.iter().map(|z| z.norm()).max_or_zero()
     }
 }
 

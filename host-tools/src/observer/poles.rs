@@ -4,6 +4,7 @@ use nalgebra::Complex;
 
 use super::ObserverError;
 use super::exact::{Exact, exact};
+use crate::statistics::Extremes;
 
 /// Poles, 1/s.
 #[derive(Debug, Clone, PartialEq)]
@@ -106,7 +107,7 @@ pub fn roots(polynomial: &[f64]) -> Vec<Complex<f64>> {
     let monic: Vec<f64> = polynomial.iter().map(|c| c / polynomial[0]).collect();
     let value = |z: Complex<f64>| monic.iter().fold((Complex::new(0.0, 0.0), Complex::new(0.0, 0.0)), |(p, d), c| (p * z + c, d * z + p));
     // On a circle of the roots' size, turned so that no two are conjugate.
-    let size = (1..=n).map(|k| monic[k].abs().powf(1.0 / k as f64)).fold(0.0, f64::max).max(1e-300);
+    let size = (1..=n).map(|k| monic[k].abs().powf(1.0 / k as f64)).max_or_zero().max(1e-300);
     let mut found: Vec<Complex<f64>> =
         (0..n).map(|k| Complex::from_polar(size, std::f64::consts::TAU * (k as f64 + 0.25) / n as f64 + 0.3)).collect();
     for _ in 0..500 {

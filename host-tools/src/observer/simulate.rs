@@ -6,6 +6,7 @@
 use super::design::Design;
 use super::discrete::held;
 use super::exact::Matrix;
+use crate::statistics::Extremes;
 
 /// Errors over time.
 #[derive(Debug, Clone, PartialEq)]
@@ -83,7 +84,7 @@ impl Design {
         let moment_only = self.errors(Disturbed { angle_rad: 0.0, ..disturbed }, seconds, step_s);
         let column = |trace: &Trace, k: usize| -> Vec<f64> { trace.errors.iter().map(|e| e[k].abs()).collect() };
         let (angle, rate) = (column(&both, 0), column(&both, 1));
-        let greatest = [&angle, &rate].map(|of| of.iter().copied().fold(0.0, f64::max));
+        let greatest = [&angle, &rate].map(|of| of.iter().copied().max_or_zero());
         let settled = |of: &[f64], band: f64| match of.iter().rposition(|e| *e > band) {
             None => Some(0.0),
             Some(k) => both.t_s.get(k + 1).copied(),

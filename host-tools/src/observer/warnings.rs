@@ -2,6 +2,7 @@
 
 use super::single::single;
 use super::{Design, Element, Kind};
+use crate::statistics::Extremes;
 
 /// The observer's rates must be so much above nutation and vibration (theory §2.2).
 const ABOVE: f64 = 3.0;
@@ -72,7 +73,7 @@ impl super::Request {
     pub(super) fn poles_size(&self) -> f64 {
         match &self.poles {
             super::Poles::Binomial(omega) => *omega,
-            super::Poles::Given(poles) => poles.iter().map(|z| -z.re).fold(f64::INFINITY, f64::min),
+            super::Poles::Given(poles) => poles.iter().map(|z| -z.re).min_or_infinity(),
         }
     }
 }

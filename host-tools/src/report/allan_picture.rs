@@ -4,6 +4,7 @@ use crate::allan::READ_UP_TO;
 use crate::allan::answer::{Answer, Point};
 use crate::allan::units::PROCESSES;
 use crate::report::plot::{Axis, Plot};
+use crate::statistics::Extremes;
 
 /// Of one process, what the variance is at τ, the coefficient being 1; seconds.
 fn part(process: usize, tau_s: f64) -> f64 {
@@ -17,7 +18,7 @@ pub fn curve(answer: &Answer) -> String {
     let points: Vec<&Point> = answer.points.iter().filter(|p| p.oadev > 0.0).collect();
     let tau = |p: &Point| p.tau_s.log10();
     let (from, to) = (points.first().map_or(0.0, |p| tau(p)), points.last().map_or(1.0, |p| tau(p)));
-    let middle = points.iter().map(|p| log(p.oadev)).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), y| (l.min(y), h.max(y)));
+    let middle = points.iter().map(|p| log(p.oadev)).min_max();
     // The confidence of the last points may reach far: at most one decade beyond the curve.
     let low = points.iter().map(|p| log(p.within_95[0])).fold(middle.0, f64::min).max(middle.0 - 0.7);
     let high = points.iter().map(|p| log(p.within_95[1])).fold(middle.1, f64::max).min(middle.1 + 0.7);

@@ -6,6 +6,7 @@ use crate::calibrate::session::Session;
 use crate::report::page::{Page, escaped, swatch, with_code};
 use crate::report::plot::{Axis, Plot, with_room};
 use crate::report::{plain, significant, with_sigma};
+use crate::statistics::Extremes;
 use crate::statistics::uncertainty::{CONFIDENCE, Kind, Part, Quantity};
 
 /// Beyond these degrees of freedom the number says nothing.
@@ -147,7 +148,7 @@ const BESIDE: [&str; 3] = ["second", "third", "fourth"];
 fn picture(curve: &Curve) -> String {
     let x = |v: f64| if curve.is_log { v.max(1e-12).log10() } else { v };
     let all = || curve.points.iter().chain(&curve.line).chain(curve.beside.iter().flat_map(|(_, points)| points));
-    let range = |of: &dyn Fn(&(f64, f64)) -> f64| all().map(of).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+    let range = |of: &dyn Fn(&(f64, f64)) -> f64| all().map(of).min_max();
     let across = range(&|p| x(p.0));
     let axis =
         if curve.is_log { Axis::log((across.0 - 0.03, across.1 + 0.03), &curve.x) } else { Axis::new(with_room(across), 10, &curve.x, "") };

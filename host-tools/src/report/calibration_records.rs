@@ -6,6 +6,7 @@ use crate::calibrate::trend::{Change, Series, Trend};
 use crate::report::page::{Page, escaped, swatch};
 use crate::report::plot::{Axis, Plot, with_room};
 use crate::report::{significant, with_sigma};
+use crate::statistics::Extremes;
 use crate::statistics::uncertainty::Quantity;
 
 const COMMON: &str = "What two records of one stand have in common by the same line of type B (its crystal, its mounting, its readings) does not enter \
@@ -133,7 +134,7 @@ pub fn trend_text(trend: &Trend) -> String {
 }
 
 fn picture(s: &Series) -> Option<String> {
-    let range = |of: &mut dyn Iterator<Item = f64>| of.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+    let range = |of: &mut dyn Iterator<Item = f64>| of.min_max();
     let first = s.points.first()?;
     let days = range(&mut s.points.iter().map(|p| p.day));
     let values = range(&mut s.points.iter().flat_map(|p| [p.found.value - p.found.expanded(), p.found.value + p.found.expanded()]));

@@ -7,6 +7,7 @@ use crate::drift::{DEG_H, advise::Advice, platform::GyroAnswer};
 use crate::report::page::{Page, escaped, swatch};
 use crate::report::plot::{Axis, Plot, with_room};
 use crate::report::{plain, significant, with_sigma};
+use crate::statistics::Extremes;
 
 fn value(name: &str, unit: &str, v: &Value, scale: f64) -> String {
     let shown = v.sigma.map_or(significant(v.value / scale, 5), |sigma| with_sigma(v.value / scale, sigma / scale));
@@ -129,7 +130,7 @@ fn uncertainty(page: &mut Page, about: &str, parts: &[Part]) {
 }
 
 fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
+    values.min_max()
 }
 
 fn cycles_plot(answer: &Answer) -> String {

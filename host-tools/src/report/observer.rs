@@ -8,6 +8,7 @@ use crate::report::digits;
 use crate::report::page::{Page, escaped, swatch};
 use crate::report::plot::envelope::{envelope, extent};
 use crate::report::plot::{Axis, Plot, with_room};
+use crate::statistics::Extremes;
 
 const WIDTH: f64 = 980.0;
 /// Classes of the lines, in order.
@@ -111,7 +112,7 @@ fn moments(trace: &Trace) -> Vec<(f64, f64)> {
 }
 
 fn over_time(lines: &[Vec<(f64, f64)>], name: &str, unit: &str) -> String {
-    let end = lines.iter().filter_map(|line| line.last()).map(|p| p.0).fold(0.0, f64::max);
+    let end = lines.iter().filter_map(|line| line.last()).map(|p| p.0).max_or_zero();
     let pieces: Vec<_> = lines.iter().map(|line| envelope(line.iter().copied(), (0.0, end), 1500, f64::INFINITY)).collect();
     let range = extent(pieces.iter()).unwrap_or((0.0, 1.0));
     let range = (range.0.min(0.0), range.1.max(0.0));

@@ -7,6 +7,7 @@ use drive_model::Coordinate;
 use crate::identify::fit::{ChannelFit, PreparedLog};
 use crate::log::Log;
 use crate::model::Channel;
+use crate::statistics::Extremes;
 
 /// One coordinate of a log.
 pub struct Along<'a> {
@@ -50,12 +51,7 @@ pub fn coordinates<'a>(log: &'a Log, record: &'a PreparedLog<'a>, channels: &'a 
     };
     let mut list = Vec::new();
     let mut along = |coordinate, label, bins, range: Option<(f64, f64)>, value: Box<dyn Fn(usize) -> f64 + 'a>| {
-        let range = range.unwrap_or_else(|| {
-            (0..record.len())
-                .map(&value)
-                .filter(|v| v.is_finite())
-                .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)))
-        });
+        let range = range.unwrap_or_else(|| (0..record.len()).map(&value).filter(|v| v.is_finite()).min_max());
         if range.1 - range.0 > MOVES * range.1.abs().max(range.0.abs()) {
             list.push(Along { coordinate, label, range, bins, value });
         }

@@ -1,5 +1,7 @@
 //! Means of a series within bins of a coordinate, with confidence intervals.
 
+use super::distributions::student_quantile;
+
 /// Sums over one bin. Successive rows within a bin form a cluster: neighbours are correlated, clusters are taken as independent.
 #[derive(Clone, Copy, Default)]
 struct Cell {
@@ -77,9 +79,8 @@ pub fn binned(coordinate: impl Iterator<Item = f64>, values: impl Iterator<Item 
 
 /// 97.5 % point of Student's distribution with one degree of freedom less than the number of clusters.
 fn student(clusters: f64) -> f64 {
-    use statrs::distribution::{ContinuousCDF, StudentsT};
     if clusters > 200.0 {
         return 1.96;
     }
-    StudentsT::new(0.0, 1.0, (clusters - 1.0).max(1.0)).map_or(1.96, |d| d.inverse_cdf(0.975))
+    student_quantile(0.975, (clusters - 1.0).max(1.0))
 }

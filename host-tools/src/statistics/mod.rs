@@ -1,5 +1,15 @@
-//! Statistics shared by all analyses.
+//! Statistics shared by all analyses: each method exists here once.
+//!
+//! [`distributions`] (normal, Student, χ², F), [`uncertainty`] (budgets of the GUM), [`least_squares`] with covariance, [`robust`] location and
+//! scale, [`extremes`], [`series`] (histogram, autocorrelation) and [`bins`] (means along a coordinate).
 
 pub mod bins;
-pub mod distribution;
+pub mod distributions;
+pub mod extremes;
+pub mod least_squares;
+pub mod robust;
+pub mod series;
 pub mod uncertainty;
+
+pub use extremes::Extremes;
+pub use least_squares::{LeastSquares, least_squares};

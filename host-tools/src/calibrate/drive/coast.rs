@@ -8,7 +8,8 @@ use super::readings;
 use crate::calibrate::session::Session;
 use crate::calibrate::{Findings, Step};
 use crate::log::Log;
-use crate::statistics::uncertainty::{Part, Quantity, least_squares};
+use crate::statistics::least_squares;
+use crate::statistics::uncertainty::{Part, Quantity};
 
 /// From so long after the drive went off, s; down to so much of the rate it then had.
 const AFTER_S: f64 = 0.05;

@@ -4,7 +4,9 @@ use super::readings;
 use crate::calibrate::plateaus::{Plateau, plateaus};
 use crate::calibrate::session::Session;
 use crate::calibrate::{Curve, Findings, Step};
-use crate::statistics::uncertainty::{Part, Quantity, least_squares};
+use crate::statistics::Extremes;
+use crate::statistics::least_squares;
+use crate::statistics::uncertainty::{Part, Quantity};
 
 /// Slower than this part of the greatest rate it is at rest.
 const AT_REST: f64 = 0.01;
@@ -30,7 +32,7 @@ fn torque(steps: &[Step], session: &Session, findings: &mut Findings) {
         return findings.lacks("no_load_current_A", "it takes a staircase in rate mode");
     };
     let Some(i_A) = step.log.column("i_A") else { return };
-    let greatest = found.iter().map(|p| p.rate_rad_s.abs()).fold(0.0, f64::max);
+    let greatest = found.iter().map(|p| p.rate_rad_s.abs()).max_or_zero();
     let moving: Vec<&Plateau> = found.iter().filter(|p| p.rate_rad_s.abs() > AT_REST * greatest).collect();
     // Come to from a slower rate of the same sign, or from a faster one.
     let way = |p: &Plateau| if p.before.unwrap_or(0.0).abs() < p.asked.abs() { 0.5 } else { -0.5 };
@@ -89,7 +91,7 @@ fn voltage(steps: &[Step], session: &Session, findings: &mut Findings) {
         return findings.lacks("dead_band_V", "it takes a staircase in voltage mode");
     };
     let Some(u_V) = step.log.column("u_V") else { return };
-    let greatest = found.iter().map(|p| p.rate_rad_s.abs()).fold(0.0, f64::max);
+    let greatest = found.iter().map(|p| p.rate_rad_s.abs()).max_or_zero();
     let moving: Vec<&Plateau> = found.iter().filter(|p| p.rate_rad_s.abs() > AT_REST * greatest).collect();
     // What is not settled yet shows as a slope of the rate within the plateau: u goes partly into J Ω′.
     let omega = step.log.column("omega_rad_s");
@@ -117,7 +119,7 @@ fn voltage(steps: &[Step], session: &Session, findings: &mut Findings) {
         .push(Quantity::new("rate_per_voltage_rad_s_V", "rad/s/V", per_volt, parts).saying("slope of the rate–voltage curve, settled"));
     let points =
         |rising: bool| found.iter().filter(|p| (p.direction() >= 0.0) == rising).map(|p| (p.mean(u_V), p.rate_rad_s)).collect::<Vec<_>>();
-    let most = found.iter().map(|p| p.asked.abs()).fold(0.0, f64::max);
+    let most = found.iter().map(|p| p.asked.abs()).max_or_zero();
     findings.curves.push(Curve {
         title: "Rate–voltage".into(),
         x: "voltage, V".into(),

@@ -5,6 +5,7 @@ use crate::calibrate::session::Session;
 use crate::calibrate::{Findings, Step};
 use crate::identify::fit::{self, FitResult};
 use crate::model::{Input, Model};
+use crate::statistics::Extremes;
 use crate::statistics::uncertainty::{Part, Quantity};
 
 /// The effects of a plain drive.
@@ -58,7 +59,7 @@ fn fitted(step: &Step, waves: &Waves) -> Result<(FitResult, f64), String> {
     let (record, _) = fit::prepare::prepare(&step.log, &model, false).map_err(|e| e.to_string())?;
     let (system, parameters) = fit::build::system(&model, record.temp_C.is_some());
     let held = fit::fit(&system, &parameters, &record).map_err(|e| e.to_string())?;
-    let misfit = held.channels.iter().map(|c| c.rms / c.noise).fold(0.0, f64::max);
+    let misfit = held.channels.iter().map(|c| c.rms / c.noise).max_or_zero();
     Ok((held, misfit))
 }
 

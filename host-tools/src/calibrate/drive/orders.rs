@@ -6,6 +6,7 @@ use super::model::Drive;
 use super::readings;
 use crate::calibrate::session::Session;
 use crate::calibrate::{Curve, Findings, Step};
+use crate::statistics::robust::median;
 use crate::statistics::uncertainty::{Part, Quantity};
 use std::f64::consts::TAU;
 
@@ -108,9 +109,7 @@ fn orders(step: &Step, drive: &Drive, session: &Session) -> Result<Orders, Strin
         let u = (spread / (2.0 * (m - 1.0)) / m).sqrt();
         all.push(Order { order, re, im, u, by_inertia: of_re.hypot(of_im) });
     }
-    let mut levels: Vec<f64> = all.iter().map(|o| o.u).collect();
-    levels.sort_by(f64::total_cmp);
-    let level = levels[levels.len() / 2];
+    let level = median(all.iter().map(|o| o.u)).unwrap_or(f64::NAN);
     Ok(Orders { all, level, turns })
 }
 

@@ -8,7 +8,9 @@ use crate::calibrate::lock_in::Response;
 use crate::calibrate::session::Session;
 use crate::calibrate::{Curve, Findings, Step};
 use crate::log::Log;
-use crate::statistics::uncertainty::{Part, Quantity, least_squares};
+use crate::statistics::Extremes;
+use crate::statistics::least_squares;
+use crate::statistics::uncertainty::{Part, Quantity};
 use nalgebra::Complex;
 use std::f64::consts::TAU;
 
@@ -57,7 +59,7 @@ fn linear(log: &Log, u_V: &[f64], theta: &[f64]) -> Result<Linear, &'static str>
             given += u_V[k] * (t_s[k + 1] - t_s[k]);
         }
     }
-    let greatest = held.iter().map(|(_, rate, ..)| rate.abs()).fold(0.0, f64::max);
+    let greatest = held.iter().map(|(_, rate, ..)| rate.abs()).max_or_zero();
     let used: Vec<_> = held.into_iter().skip_while(|(_, rate, ..)| rate.abs() < SLOW * greatest).collect();
     let Some(first) = used.first() else { return Err("the platform did not turn") };
     if used.iter().any(|(_, rate, ..)| rate * first.1.signum() < SLOW * greatest) {

@@ -3,7 +3,10 @@
 use super::characteristic::{Point, points};
 use super::{Given, samples};
 use crate::calibrate::{Curve, Findings, Step};
-use crate::statistics::uncertainty::{Part, Quantity, least_squares};
+use crate::statistics::Extremes;
+use crate::statistics::least_squares;
+use crate::statistics::robust::quantile;
+use crate::statistics::uncertainty::{Part, Quantity};
 
 /// Most of a log's rate that is small, as a part of the greatest of all.
 const SMALL: f64 = 0.05;
@@ -22,16 +25,14 @@ fn scatter(step: &Step, point: &Point, given: &Given) -> f64 {
 /// Adds the dead band, and the smallest rate that is told from rest.
 pub(super) fn add(steps: &[&Step], given: &Given, findings: &mut Findings) {
     let all = points(steps, given);
-    let greatest = all.iter().map(|p| p.plateau.rate_rad_s.abs()).fold(0.0, f64::max);
+    let greatest = all.iter().map(|p| p.plateau.rate_rad_s.abs()).max_or_zero();
     let is_small = |log: usize| {
         let of: Vec<f64> = all.iter().filter(|p| p.log == log).map(|p| p.plateau.rate_rad_s).collect();
         of.iter().all(|rate| rate.abs() < SMALL * greatest) && of.iter().any(|r| *r > 0.0) && of.iter().any(|r| *r < 0.0)
     };
     let in_small: Vec<(&Point, f64)> = all.iter().filter(|p| is_small(p.log)).map(|p| (p, scatter(steps[p.log], p, given))).collect();
     // Where the platform creeps from count to count its rate runs over the band's corner, and the mean of what is shown is not that of the mean rate.
-    let mut scatters: Vec<f64> = in_small.iter().map(|(_, scatter)| *scatter).collect();
-    scatters.sort_by(f64::total_cmp);
-    let steady = STEADY * scatters.get(scatters.len() / 4).copied().unwrap_or(0.0);
+    let steady = STEADY * quantile(in_small.iter().map(|(_, scatter)| *scatter), 0.25).unwrap_or(0.0);
     let small: Vec<(f64, f64)> =
         in_small.iter().filter(|(_, scatter)| *scatter <= steady).map(|(p, _)| (p.plateau.rate_rad_s, p.shown)).collect();
     if small.len() < 8 || !steps.iter().any(|s| samples(&s.log, given).is_some()) {
@@ -41,7 +42,7 @@ pub(super) fn add(steps: &[&Step], given: &Given, findings: &mut Findings) {
         );
     }
     let y: Vec<f64> = small.iter().map(|(_, shown)| *shown).collect();
-    let largest = small.iter().map(|(rate, _)| rate.abs()).fold(0.0, f64::max);
+    let largest = small.iter().map(|(rate, _)| rate.abs()).max_or_zero();
     let fit_at = |band: f64| {
         let rows: Vec<Vec<f64>> = small.iter().map(|(rate, _)| vec![1.0, (rate.abs() - band).max(0.0).copysign(*rate)]).collect();
         least_squares(&rows, &y)
@@ -63,14 +64,14 @@ pub(super) fn add(steps: &[&Step], given: &Given, findings: &mut Findings) {
     let u = fit.sigma_of(&[0.0, -below / slope / slope, 1.0 / slope]);
     let scatter = Part::measured("noise and repeatability", u, fit.dof, format!("{} plateaus", small.len()));
     // A plateau of the same rate is cut at the same part of a count each time: no scatter shows it.
-    let quantum = steps.iter().filter_map(|s| s.log.quantum("theta_rad")).fold(0.0, f64::max);
-    let shortest_s = in_small.iter().map(|(p, _)| p.plateau.duration_s).fold(f64::INFINITY, f64::min);
+    let quantum = steps.iter().filter_map(|s| s.log.quantum("theta_rad")).max_or_zero();
+    let shortest_s = in_small.iter().map(|(p, _)| p.plateau.duration_s).min_or_infinity();
     let count = quantum / 6_f64.sqrt() / shortest_s;
     let encoder = Part::known("encoder", count, "rad/s", 1.0, "a count at either end of a plateau");
     findings
         .quantities
         .push(Quantity::new("dead_band_rad_s", "rad/s", band, vec![scatter, encoder.clone()]).saying("rates within ± this show as rest"));
-    let two = 2.0 * fit.scatter / slope.abs();
+    let two = 2.0 * fit.residual_sd / slope.abs();
     let part =
         Part::measured("noise and repeatability", u.hypot(two / (2.0 * fit.dof).sqrt()), fit.dof, "two standard deviations of a plateau");
     findings.quantities.push(

@@ -3,7 +3,9 @@
 use super::{Given, samples};
 use crate::calibrate::plateaus::{Plateau, plateaus};
 use crate::calibrate::{CalibrateError, Curve, EARTH_RAD_S, Findings, Known, Step};
-use crate::statistics::uncertainty::{Fit, Kind, Part, Quantity, least_squares};
+use crate::statistics::Extremes;
+use crate::statistics::uncertainty::{Kind, Part, Quantity};
+use crate::statistics::{LeastSquares, least_squares};
 
 /// Logs below this part of the greatest rate are for thresholds, not for the characteristic.
 const SMALL: f64 = 0.05;
@@ -30,7 +32,7 @@ pub struct Point {
 pub struct Characteristic {
     /// Its points.
     pub points: Vec<Point>,
-    fit: Fit,
+    fit: LeastSquares,
     /// Of each coefficient, how much it would be moved by a drift of 1 per second that is not fitted; empty where drift is fitted.
     by_drift: Vec<f64>,
     /// Drift seen within plateaus, per second, and its standard uncertainty.
@@ -73,7 +75,7 @@ pub fn characteristic(points: Vec<Point>, full_scale_rad_s: f64) -> Option<Chara
     let of_time = least_squares(&rows, &time);
     let spread: f64 = time.iter().map(|t| t * t).sum();
     let told_apart = of_time.as_ref().is_some_and(|f| f.residuals.iter().map(|r| r * r).sum::<f64>() > (1.0 - COLLINEAR) * spread);
-    let with_time = || -> Option<Fit> {
+    let with_time = || -> Option<LeastSquares> {
         let rows: Vec<Vec<f64>> = rows.iter().zip(&time).map(|(row, t)| row.iter().copied().chain([*t]).collect()).collect();
         least_squares(&rows, &shown).filter(|fit| fit.dof >= 1.0)
     };
@@ -303,7 +305,7 @@ pub(super) fn points(steps: &[&Step], given: &Given) -> Vec<Point> {
 /// Adds what the characteristic shows; gives full scale.
 pub(super) fn add(steps: &[&Step], given: &Given, findings: &mut Findings) -> Result<f64, CalibrateError> {
     let all = points(steps, given);
-    let greatest = all.iter().map(|p| p.plateau.rate_rad_s.abs()).fold(0.0, f64::max);
+    let greatest = all.iter().map(|p| p.plateau.rate_rad_s.abs()).max_or_zero();
     let full_scale = given.full_scale_rad_s.unwrap_or(greatest);
     let is_large = |log: usize| all.iter().any(|p| p.log == log && p.plateau.rate_rad_s.abs() > SMALL * greatest);
     let has_two = |log: usize| {

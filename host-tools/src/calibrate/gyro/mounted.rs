@@ -4,7 +4,9 @@ use super::characteristic::{characteristic, points};
 use super::{Given, samples};
 use crate::calibrate::plateaus::plateaus;
 use crate::calibrate::{Findings, Lying, Step};
-use crate::statistics::uncertainty::{Part, Quantity, least_squares};
+use crate::statistics::Extremes;
+use crate::statistics::least_squares;
+use crate::statistics::uncertainty::{Part, Quantity};
 
 /// √(2 ln 20) over 1.96: from the interval of a coordinate to that of the amplitude of two.
 const AMPLITUDE: f64 = 1.249;
@@ -72,7 +74,7 @@ fn two_radii(steps: &[Step], radius_m: f64, full_scale: f64, given: &Given) -> O
         let there: Vec<&Step> = steps.iter().filter(upright).filter(|s| s.mounted.radius_m == radius).collect();
         let greatest = |p: &super::characteristic::Point| p.plateau.rate_rad_s.abs() > 0.0;
         let used: Vec<_> = points(&there, given).into_iter().filter(greatest).collect();
-        let largest = used.iter().map(|p| p.plateau.rate_rad_s.abs()).fold(0.0, f64::max);
+        let largest = used.iter().map(|p| p.plateau.rate_rad_s.abs()).max_or_zero();
         let logs: Vec<usize> = used.iter().filter(|p| p.plateau.rate_rad_s.abs() > 0.5 * largest).map(|p| p.log).collect();
         characteristic(used.into_iter().filter(|p| logs.contains(&p.log)).collect(), full_scale)?.quadratic()
     };

@@ -3,7 +3,9 @@
 use super::characteristic::points;
 use super::{Given, samples};
 use crate::calibrate::{Findings, Step};
-use crate::statistics::uncertainty::{Part, Quantity, least_squares};
+use crate::statistics::Extremes;
+use crate::statistics::least_squares;
+use crate::statistics::uncertainty::{Part, Quantity};
 
 /// Less than this is no change of temperature, K.
 const LEAST_K: f64 = 1.0;
@@ -32,7 +34,7 @@ fn bias(steps: &[&Step], given: &Given) -> Option<Quantity> {
         let (Some(shown), Some(celsius), Some(theta)) = (samples(log, given), log.column("sensor_C"), log.column("theta_rad")) else {
             continue;
         };
-        let went = theta.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+        let went = theta.iter().copied().min_max();
         if went.1 - went.0 > 0.01 {
             continue;
         }
@@ -62,7 +64,7 @@ fn scale(steps: &[&Step], given: &Given) -> Option<Quantity> {
 /// The coefficient of column `k`, whose column 1 is the temperature; about the mean temperature, so that the others stay apart from it.
 fn coefficient(name: &str, unit: &str, rows: &[Vec<f64>], y: &[f64], k: usize, per: f64, given: &Given) -> Option<Quantity> {
     let celsius: Vec<f64> = rows.iter().map(|r| r[1]).collect();
-    let (low, high) = celsius.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+    let (low, high) = celsius.iter().copied().min_max();
     if (high - low).is_nan() || high - low < LEAST_K {
         return None;
     }

@@ -4,7 +4,8 @@
 
 use super::{Given, samples};
 use crate::calibrate::{Findings, Step};
-use crate::statistics::uncertainty::{Part, Quantity, least_squares};
+use crate::statistics::least_squares;
+use crate::statistics::uncertainty::{Part, Quantity};
 
 /// Over rows that were lost for longer, an integral is no longer one, s: a straight line over 20 ms errs by a millionth of ten turns at the most.
 const LONGEST_GAP_S: f64 = 0.02;

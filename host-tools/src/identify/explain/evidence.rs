@@ -8,13 +8,12 @@ use std::collections::VecDeque;
 use std::ops::Range;
 
 use nalgebra::{Cholesky, DMatrix, DVector};
-use statrs::distribution::{ChiSquared, ContinuousCDF};
-use statrs::function::gamma::ln_gamma;
 
 use crate::identify::fit::normal_equations::InitialStates;
 use crate::identify::fit::parameters::Dual;
 use crate::identify::fit::simulate::{LawScalar, System, run};
 use crate::identify::fit::{self, Parameters, PreparedLog};
+use crate::statistics::distributions::ln_chi_squared_tail;
 
 /// Most coefficients of a whitening filter, and rows that each of them needs.
 const MOST_COEFFICIENTS: usize = 20;
@@ -325,16 +324,7 @@ pub fn delta_bic(gain: f64, parameters: usize, witnesses: f64) -> f64 {
 
 /// Natural logarithm of P(χ²_k > x), also where the probability is no number any more.
 pub fn ln_chance(x: f64, k: usize) -> f64 {
-    if x <= 0.0 || k == 0 {
-        return 0.0;
-    }
-    let direct = ChiSquared::new(k as f64).map_or(1.0, |d| d.sf(x));
-    if direct > 1e-280 {
-        return direct.ln();
-    }
-    // Leading term of the incomplete gamma function's tail.
-    let half = 0.5 * k as f64;
-    -0.5 * x + (half - 1.0) * (0.5 * x).ln() - ln_gamma(half)
+    ln_chi_squared_tail(x, k as f64)
 }
 
 #[cfg(test)]

@@ -11,6 +11,7 @@ use crate::identify::fit::solve::{self, Iterate};
 use crate::identify::fit::starting_point::{WINDOW_S, fit_windows, windows};
 use crate::identify::fit::{self, ChannelFit, FitError, FitResult, PreparedLog, build, starting_states};
 use crate::model::{Input, Model};
+use crate::statistics::Extremes;
 
 /// A fitted model and its record.
 pub struct Ground<'a> {
@@ -312,5 +313,5 @@ pub fn leaves_far_less(one: &[f64], other: &[f64]) -> bool {
 
 /// The largest of the channels' χ²/n.
 pub fn misfit(chi2_per_n: impl Iterator<Item = f64>) -> f64 {
-    chi2_per_n.fold(0.0, f64::max)
+    chi2_per_n.max_or_zero()
 }

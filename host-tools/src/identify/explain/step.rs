@@ -14,6 +14,7 @@ use super::screen::{ALIKE, Score, scores};
 use super::trial::{Scene, Trial, Unseen, trials};
 use crate::identify::fit::solve::Iterate;
 use crate::log::Log;
+use crate::statistics::Extremes;
 
 /// Candidates that are fitted in full, and the part of the best score from which on.
 const FITTED_MOST: usize = 8;
@@ -150,12 +151,12 @@ fn along(ground: &Ground, field: &Field, mut fitted: Vec<Fitted>) -> Vec<Fitted>
 
 /// The least χ²/n that one of them leaves in its worst channel.
 fn explained(fitted: &[Fitted]) -> f64 {
-    fitted.iter().map(|f| f.misfit).fold(f64::INFINITY, f64::min)
+    fitted.iter().map(|f| f.misfit).min_or_infinity()
 }
 
 /// The least χ² among them; infinite where there is none.
 fn least(fitted: &[Fitted]) -> f64 {
-    fitted.iter().map(|f| f.cost).fold(f64::INFINITY, f64::min)
+    fitted.iter().map(|f| f.cost).min_or_infinity()
 }
 
 /// The best first, and of several starts of one structure the best alone.

@@ -9,6 +9,7 @@ use drive_model::{CATALOGUE, Card, Kind, Screen};
 use crate::identify::fit::{Parameters, PreparedLog};
 use crate::log::Log;
 use crate::model::{Channel, Input, Model};
+use crate::statistics::Extremes;
 
 /// An amplitude at which an effect is absent and its phase still has a direction.
 const ABSENT: f64 = 1e-12;
@@ -134,7 +135,7 @@ fn why_unseen(card: &Card, scene: &Scene) -> Option<String> {
     let needs = |what: &str| Some(format!("{} needs {what}", card.title.to_lowercase()));
     let input = model.input();
     let moves = |values: &[f64]| {
-        let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+        let (low, high) = values.iter().copied().min_max();
         high - low
     };
     match card.id {
@@ -365,12 +366,12 @@ fn shaft(scene: &Scene, hz: f64, damping: f64) -> Option<[f64; 3]> {
 /// Turns between the least and the greatest angle.
 pub fn turns(record: &PreparedLog) -> f64 {
     let Some(theta) = record.theta.or((record.driven == Input::Motion).then_some(record.input)) else { return 0.0 };
-    let (low, high) = theta.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+    let (low, high) = theta.iter().copied().min_max();
     (high - low) / std::f64::consts::TAU
 }
 
 fn largest_rate(scene: &Scene) -> f64 {
-    let of = |values: &[f64]| values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    let of = |values: &[f64]| values.iter().copied().max_abs();
     if let Some(c) = scene.record.channels.iter().find(|c| c.channel == Channel::Rate) {
         return of(c.measured).max(1e-3);
     }
@@ -381,7 +382,7 @@ fn largest_rate(scene: &Scene) -> f64 {
 
 fn largest_current(scene: &Scene) -> f64 {
     let current = scene.record.channels.iter().find(|c| c.channel == Channel::Current).map(|c| c.measured).or(scene.record.current);
-    let of = |values: &[f64]| values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    let of = |values: &[f64]| values.iter().copied().max_abs();
     match (current, scene.model.value("resistance_ohm")) {
         (Some(i), _) => of(i),
         (None, Some(resistance)) if scene.record.driven == Input::Voltage => of(scene.record.input) / resistance,

@@ -22,7 +22,9 @@ use crate::identify::fit::normal_equations::{MAX_UNKNOWNS, linearize};
 use crate::identify::fit::simulate::System;
 use crate::identify::fit::solve::Iterate;
 use crate::model::{Channel, Input, Model, SummingPoint};
+use crate::statistics::Extremes;
 use crate::statistics::bins::Bin;
+use crate::statistics::robust::median;
 
 /// χ²/n from which on something is left that a person would see: rms 1.04 × the noise.
 pub const LEFT: f64 = 1.08;
@@ -66,7 +68,7 @@ fn hats(ground: &Ground) -> Vec<Hats> {
     if count < 6 {
         return Vec::new();
     }
-    let span = |values: &mut dyn Iterator<Item = f64>| values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+    let span = |values: &mut dyn Iterator<Item = f64>| values.min_max();
     let mut list = Vec::new();
     let mut add = |coordinate, place, range: (f64, f64), count| {
         if range.1 > range.0 {
@@ -131,14 +133,8 @@ fn free_form(ground: &Ground, logs: &[std::ops::Range<usize>], hats: &Hats) -> O
     };
     let heights: Vec<f64> = own.clone().map(|k| place.parameters.list[k].value).collect();
     let confidence: Vec<f64> = own.clone().map(|k| 1.96 * sigma(k)).collect();
-    let mut sorted = heights.clone();
-    sorted.sort_by(f64::total_cmp);
-    let mean = sorted[sorted.len() / 2];
-    let usual = {
-        let mut sorted: Vec<f64> = confidence.iter().copied().filter(|c| c.is_finite() && *c > 0.0).collect();
-        sorted.sort_by(f64::total_cmp);
-        sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
-    };
+    let mean = median(heights.iter().copied())?;
+    let usual = median(confidence.iter().copied().filter(|c| c.is_finite() && *c > 0.0)).unwrap_or(0.0);
     let bins: Vec<Bin> = hats
         .knots()
         .iter()
@@ -230,10 +226,8 @@ fn expression(hats: &Hats, heights: &[f64]) -> Option<Suggestion> {
     match hats.coordinate {
         Coordinate::Theta => {
             // A sector: its middle, half its width, its height above the rest.
-            let mut sorted = heights.to_vec();
-            sorted.sort_by(f64::total_cmp);
-            let rest = sorted[n / 2];
-            let (low, high) = (sorted[0], sorted[n - 1]);
+            let rest = median(heights.iter().copied()).unwrap_or(0.0);
+            let (low, high) = heights.iter().copied().min_max();
             let sign = if high - rest >= rest - low { 1.0 } else { -1.0 };
             let top = if sign > 0.0 { high } else { low };
             let inside: Vec<usize> = (0..n).filter(|&k| (heights[k] - rest) * sign > 0.5 * (top - rest) * sign).collect();

@@ -12,6 +12,7 @@ use super::normal_equations::{InitialStates, NormalEquations};
 use super::parameters::{Dual, Parameters};
 use super::prepared_log::PreparedLog;
 use super::simulate::{LawScalar, System, run};
+use crate::statistics::Extremes;
 
 /// Colour of a channel's noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -67,7 +68,7 @@ pub fn covariance(
     let mut inverse = DMatrix::<f64>::zeros(p, p);
     if p > 0 {
         let eigen = SymmetricEigen::new(scaled);
-        let largest = eigen.eigenvalues.iter().copied().fold(0.0, f64::max);
+        let largest = eigen.eigenvalues.iter().copied().max_or_zero();
         for (k, &value) in eigen.eigenvalues.iter().enumerate() {
             let v = eigen.eigenvectors.column(k);
             if value > SINGULAR * largest {

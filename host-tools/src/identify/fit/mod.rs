@@ -26,6 +26,7 @@ pub use parameters::{Parameter, Parameters};
 pub use prepared_log::{ComparedChannel, PreparedLog};
 
 use crate::model::Channel;
+use crate::statistics::Extremes;
 pub use simulate::{Effect, LawSource, System};
 use simulate::{InitialStateKind, initial_state_kinds};
 
@@ -222,7 +223,7 @@ pub(crate) fn weights(noise: &[f64]) -> Vec<f64> {
 /// Smallest noise that a channel can have, so that its weight stays finite.
 fn noise_floor(record: &PreparedLog, channel: usize) -> f64 {
     let c = &record.channels[channel];
-    let size = c.measured.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    let size = c.measured.iter().copied().max_abs();
     let quantised = c.quantum.map_or(0.0, |q| q / 12f64.sqrt());
     quantised.max(1e-9 * size).max(1e-15)
 }

@@ -1,5 +1,8 @@
 //! The tool's own estimate of a channel's noise, and of its colour.
 
+use crate::statistics::distributions::chi_squared_tail;
+use crate::statistics::robust::median_abs;
+
 /// Differences beyond this many of their median size belong to the motion, not to the noise.
 const OUTLIER: f64 = 6.0;
 /// Mean square of a normal deviate cut off at [`OUTLIER`] × the median of its size (0.6745 σ), relative to the whole: 4.05 σ.
@@ -32,13 +35,7 @@ pub fn of_residuals(residuals: &[f64], most: f64) -> f64 {
 
 /// Root mean square without outliers.
 fn cut_rms(values: &[f64]) -> f64 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    let mut sizes: Vec<f64> = values.iter().map(|v| v.abs()).collect();
-    let middle = sizes.len() / 2;
-    let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
-    let median = *median;
+    let Some(median) = median_abs(values) else { return 0.0 };
     // A quantised channel at rest has a median of zero: then nothing can be called an outlier.
     let limit = if median > 0.0 { OUTLIER * median } else { f64::INFINITY };
     let (sum, n) = values.iter().filter(|v| v.abs() <= limit).fold((0.0, 0.0), |(s, n), v| (s + v * v, n + 1.0));
@@ -113,11 +110,5 @@ pub fn ljung_box(residuals: &[f64], stride: usize, lags: usize) -> (f64, f64) {
         q += rho * rho / (n - lag as f64);
     }
     q *= n * (n + 2.0);
-    (q, chi2_beyond(q, lags as f64))
-}
-
-/// P(χ²_k > x).
-fn chi2_beyond(x: f64, k: f64) -> f64 {
-    use statrs::distribution::{ChiSquared, ContinuousCDF};
-    ChiSquared::new(k).map_or(f64::NAN, |d| d.sf(x))
+    (q, chi_squared_tail(q, lags as f64))
 }

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use super::parameters::{Dual, Parameters};
 use super::prepared_log::PreparedLog;
 use super::simulate::{InitialStateKind, LawScalar, System, run};
+use crate::statistics::Extremes;
 
 /// Initial states of all segments, and how firmly a start value holds them.
 #[derive(Debug, Clone)]
@@ -237,7 +238,7 @@ impl NormalEquations {
             eliminated.push((factor, hsp, gs));
         }
         let diagonal = self.parameter_diagonal();
-        let largest = diagonal.iter().copied().fold(0.0, f64::max);
+        let largest = diagonal.iter().copied().max_or_zero();
         for k in 0..p {
             // A parameter that no row sees stays where it is.
             reduced[(k, k)] += damping * diagonal[k] + 1e-14 * diagonal[k] + if diagonal[k] <= 0.0 { largest.max(1.0) } else { 0.0 };

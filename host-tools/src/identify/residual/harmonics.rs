@@ -4,6 +4,7 @@
 //! with the rate tells what it is: a torque leaves a/(nω) in the rate, an error of the rate's own reading a, an encoder's error a·nω; so
 //! the sums are made with each of these weights.
 
+use crate::statistics::robust::median;
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 
@@ -62,13 +63,8 @@ fn levels(amplitude: &[f64]) -> Vec<f64> {
     (0..amplitude.len())
         .map(|k| {
             let (from, to) = (k.saturating_sub(AROUND), (k + AROUND + 1).min(amplitude.len()));
-            let mut near: Vec<f64> = (from..to).filter(|j| *j != k).map(|j| amplitude[j] * amplitude[j]).collect();
-            if near.is_empty() {
-                return f64::INFINITY;
-            }
-            let middle = near.len() / 2;
-            let (_, median, _) = near.select_nth_unstable_by(middle, f64::total_cmp);
-            (*median / 2f64.ln() * beyond).sqrt()
+            let near = (from..to).filter(|j| *j != k).map(|j| amplitude[j] * amplitude[j]);
+            median(near).map_or(f64::INFINITY, |median| (median / 2f64.ln() * beyond).sqrt())
         })
         .collect()
 }

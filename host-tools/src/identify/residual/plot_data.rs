@@ -6,6 +6,7 @@ use super::rows::Rows;
 use super::{search, shapes};
 use crate::identify::fit::{FitResult, PreparedLog};
 use crate::log::Log;
+use crate::statistics::Extremes;
 use crate::statistics::bins::Bin;
 
 /// A log's residuals, ready for pictures.
@@ -37,13 +38,13 @@ impl ResidualPlotData {
         }
         let y: Vec<f64> = self.rows.y[index * n..(index + 1) * n].iter().map(|y| y * unit).collect();
         let highest = search::highest(&self.rows);
-        let strongest = |s: &Spectrum| s.share.iter().copied().fold(0.0, f64::max);
+        let strongest = |s: &Spectrum| s.share.iter().copied().max_or_zero();
         let all = search::weights(&self.rows).into_iter().map(|weight| harmonics::spectrum(&self.rows.theta, &y, weight, highest));
         all.max_by(|a, b| strongest(a).total_cmp(&strongest(b)))
     }
 
     fn turns(&self) -> f64 {
-        let (low, high) = self.rows.theta.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+        let (low, high) = self.rows.theta.iter().copied().min_max();
         (high - low) / std::f64::consts::TAU
     }
 
@@ -63,7 +64,7 @@ impl ResidualPlotData {
         let (Some(channel), true) = (self.rows.channels.get(index), along.len() == n && self.rows.theta.len() == n) else {
             return Vec::new();
         };
-        let (low, high) = along.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+        let (low, high) = along.iter().copied().min_max();
         let width = (high - low) / SLICES as f64;
         if width.is_nan() || width <= 0.0 {
             return Vec::new();

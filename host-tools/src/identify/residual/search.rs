@@ -11,6 +11,7 @@ use super::shapes::{self, Acts, Family, Kind, times};
 use super::significance::{self, dot, less, orthonormal};
 use crate::identify::fit::FitResult;
 use crate::model::{Channel, Input};
+use crate::statistics::Extremes;
 
 /// Rows are gathered into blocks of this length, s, where the shape is slow enough.
 const BLOCK_S: f64 = 0.020;
@@ -196,7 +197,7 @@ fn in_channels(t: &Tried, rows: &Rows, tests: f64) -> Vec<InChannel> {
     for (c, channel) in rows.channels.iter().enumerate() {
         let part = c * n..(c + 1) * n;
         let own: Vec<Vec<f64>> = t.columns.iter().map(|q| q[part.clone()].to_vec()).collect();
-        let largest = own.iter().map(|q| dot(q, q)).fold(0.0, f64::max);
+        let largest = own.iter().map(|q| dot(q, q)).max_or_zero();
         // A channel that the shape hardly reaches is not asked.
         let own: Vec<Vec<f64>> = own.into_iter().filter(|q| dot(q, q) > 1e-6 * largest && largest > 1e-6).collect();
         let y = &rows.y[part.clone()];

@@ -5,6 +5,7 @@ use drive_model::Coordinate;
 use super::rows::{Missing, Rows};
 use crate::identify::fit::FitResult;
 use crate::model::{Channel, Input};
+use crate::statistics::Extremes;
 
 /// How a shape enters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -261,7 +262,7 @@ fn scaled(a: &[f64]) -> Along {
 }
 
 fn centred(a: &[f64]) -> Along {
-    let (low, high) = a.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+    let (low, high) = a.iter().copied().min_max();
     of(a, |v| v - 0.5 * (low + high))
 }
 

@@ -7,9 +7,9 @@
 
 use nalgebra::{DMatrix, DVector};
 use realfft::num_complex::Complex;
-use statrs::function::beta::{beta_reg, ln_beta};
 
 use super::harmonics::transform;
+use crate::statistics::distributions::log10_f_tail;
 
 /// Lines on either side over which the spectrum is smoothed, at most.
 const SMOOTH: usize = 12;
@@ -115,7 +115,7 @@ pub fn test(columns: &[Vec<f64>], y: &[f64], n: usize) -> Significance {
     let z = DVector::from_vec(z);
     let Some(solved) = covariance.cholesky().map(|c| c.solve(&z)) else { return never };
     let f = z.dot(&solved) / k as f64;
-    Significance { log10_p: log10_beyond(f, k as f64, freedom), by_chance }
+    Significance { log10_p: log10_f_tail(f, k as f64, freedom), by_chance }
 }
 
 /// Mean over neighbouring lines.
@@ -131,29 +131,4 @@ fn smooth(raw: &[f64]) -> Vec<f64> {
             (sums[to] - sums[from]) / (to - from) as f64
         })
         .collect()
-}
-
-/// log10 P(F(k, ν) > f): the regularised incomplete beta function I_x(ν/2, k/2), x = ν/(ν + k f), by its series where it is small
-/// (NIST DLMF 8.17.22's companion 8.17.8).
-pub fn log10_beyond(f: f64, k: f64, freedom: f64) -> f64 {
-    if !f.is_finite() || f <= 0.0 {
-        return 0.0;
-    }
-    let (a, b) = (0.5 * freedom, 0.5 * k);
-    let x = freedom / (freedom + k * f);
-    let plain = beta_reg(a, b, x.clamp(0.0, 1.0));
-    if plain > 1e-200 {
-        return plain.log10();
-    }
-    let (mut term, mut series) = (1.0, 1.0);
-    for j in 0..10_000 {
-        let j = f64::from(j);
-        term *= x * (a + b + j) / (a + 1.0 + j);
-        series += term;
-        if term < 1e-12 * series {
-            break;
-        }
-    }
-    let ln = a * x.ln() + b * (-x).ln_1p() - a.ln() - ln_beta(a, b) + f64::ln(series);
-    ln / std::f64::consts::LN_10
 }

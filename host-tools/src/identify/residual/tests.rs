@@ -2,7 +2,8 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
 use super::harmonics;
-use super::significance::{log10_beyond, orthonormal, test};
+use super::significance::{orthonormal, test};
+use crate::statistics::distributions::log10_f_tail;
 
 /// Uniform between ±½.
 fn uniform(rng: &mut Xoshiro256PlusPlus) -> f64 {
@@ -14,10 +15,10 @@ fn the_tail_of_f_is_that_of_the_tables_and_goes_on_where_numbers_end() {
     // P(F(2, ν) > f) = (1 + 2 f/ν)^(−ν/2), in closed form.
     for (f, freedom) in [(1.0, 10.0), (9.0, 40.0), (50.0, 200.0), (3000.0, 900.0)] {
         let expected = -0.5 * freedom * f64::ln_1p(2.0 * f / freedom) / std::f64::consts::LN_10;
-        let found = log10_beyond(f, 2.0, freedom);
+        let found = log10_f_tail(f, 2.0, freedom);
         assert!((found / expected - 1.0).abs() < 1e-9, "{f} {freedom}: {found} {expected}");
     }
-    assert!(log10_beyond(3000.0, 2.0, 900.0) < -300.0);
+    assert!(log10_f_tail(3000.0, 2.0, 900.0) < -300.0);
 }
 
 #[test]

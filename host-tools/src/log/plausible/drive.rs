@@ -7,6 +7,7 @@ use super::regress::{Regression, regress};
 use super::windows::Windows;
 use super::{Code, Finding};
 use crate::log::Log;
+use crate::statistics::Extremes;
 
 /// Window lengths that are tried, s; of those whose equation holds the one that is surest of its first coefficient is believed.
 const WINDOWS_S: [f64; 3] = [0.03, 0.1, 0.3];
@@ -95,7 +96,7 @@ fn mechanical(log: &Log, drive: &[f64], length_s: f64) -> Option<Regression<4>> 
     let windows = Windows::of_length(log, length_s);
     let omega = rates(log, &windows)?;
     let drive = windows.means(drive);
-    let fast = omega.iter().fold(0.0, |m: f64, w| m.max(w.abs()));
+    let fast = omega.iter().copied().max_abs();
     let theta = log.column("theta_rad").map(|theta| windows.means(theta));
     let mut rows: [Vec<f64>; 5] = Default::default();
     for k in 1..omega.len().saturating_sub(1) {

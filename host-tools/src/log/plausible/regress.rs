@@ -3,6 +3,7 @@
 use nalgebra::{SMatrix, SVector};
 
 use super::windows::{mean, sd};
+use crate::statistics::robust::{MEDIAN_ABS_PER_SIGMA, median_abs};
 
 /// What a regression gives.
 pub(super) struct Regression<const K: usize> {
@@ -61,9 +62,7 @@ pub(super) fn regress<const K: usize>(x: [&[f64]; K], y: &[f64]) -> Option<Regre
             }
         }
         last = Some(fit);
-        let mut sizes: Vec<f64> = residuals.iter().map(|r| r.abs()).collect();
-        let middle = rows / 2;
-        let typical = *sizes.select_nth_unstable_by(middle, f64::total_cmp).1 / 0.6745;
+        let typical = median_abs(&residuals).unwrap_or(0.0) / MEDIAN_ABS_PER_SIGMA;
         // Huber's weights; where most residuals vanish a floor keeps exact logs exact.
         let bound = 2.0 * typical.max(1e-9);
         weights = residuals.iter().map(|r| if r.abs() > bound { bound / r.abs() } else { 1.0 }).collect();

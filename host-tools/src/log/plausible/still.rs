@@ -3,6 +3,7 @@
 use super::windows::{Windows, mean, sd};
 use super::{Code, Finding, fault_that_ended};
 use crate::log::{Log, known};
+use crate::statistics::Extremes;
 
 /// A range below this part of the largest value is constant.
 const CONSTANT: f64 = 1e-9;
@@ -64,7 +65,7 @@ fn is_whole(values: &[f64]) -> bool {
 }
 
 fn range(values: &[f64]) -> (f64, f64) {
-    values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &v| (low.min(v), high.max(v)))
+    values.iter().copied().min_max()
 }
 
 /// The angle leaves its quantum, or the rate leaves its noise. Without either column nothing can be said: true.

@@ -2,6 +2,7 @@ use std::path::PathBuf;
 
 use super::*;
 use crate::log::Column;
+use crate::statistics::Extremes;
 
 /// A drive with friction, noise, quantised angle: 20 s at 1 kHz, steps of the voltage.
 fn drive() -> Log {
@@ -147,7 +148,7 @@ fn a_rate_that_is_physics_is_no_finding() {
     sound(&with(&log, |n, v, k| Some(if n == "omega_rad_s" { omega[k.saturating_sub(15)] } else { v })), "u_V");
     sound(&with(&log, |n, v, _| Some(if n == "omega_rad_s" { v + 2.0 } else { v })), "u_V");
     sound(&with(&log, |n, v, _| Some(if n == "omega_rad_s" { 0.97 * v } else { v })), "u_V");
-    let fast = omega.iter().fold(0.0, |m: f64, w| m.max(w.abs()));
+    let fast = omega.iter().copied().max_abs();
     sound(&with(&log, |n, v, _| Some(if n == "omega_rad_s" { v * (1.0 - 0.04 * v.abs() / fast) } else { v })), "u_V");
     sound(&with(&log, |n, v, k| Some(if n == "theta_rad" { v + 0.02 * theta[k].sin() } else { v })), "u_V");
     let mean_before = |k: usize| omega[k.saturating_sub(20)..=k].iter().sum::<f64>() / (k - k.saturating_sub(20) + 1) as f64;

@@ -9,8 +9,9 @@ use crate::report::plot::envelope::{Pieces, envelope, extent};
 use crate::report::plot::{Axis, Plot, with_room};
 use crate::report::residual::{Along, rms_over_time};
 use crate::report::{quantity, unit};
+use crate::statistics::Extremes;
 use crate::statistics::bins::binned;
-use crate::statistics::distribution::{autocorrelation, histogram};
+use crate::statistics::series::{autocorrelation, histogram};
 use drive_model::Coordinate;
 
 /// Width of a plot across the page and of one of a pair, px.
@@ -134,7 +135,7 @@ pub(super) fn noise_like(record: &PreparedLog, f: &ChannelFit, page: &mut Page) 
     let reach = 4.0 * spread.max(f.noise);
     let h = histogram(&finite, reach, 60);
     let normal = |x: f64| (-0.5 * (x / f.noise).powi(2)).exp() / (f.noise * std::f64::consts::TAU.sqrt());
-    let most = h.density.iter().copied().fold(0.0, f64::max).max(normal(0.0).min(6.0 * h.density.iter().copied().fold(0.0, f64::max)));
+    let most = h.density.iter().copied().max_or_zero().max(normal(0.0).min(6.0 * h.density.iter().copied().max_or_zero()));
     page.push("<div class=\"pair\">");
     let mut plot = Plot::new(
         Axis::new((-reach, reach), 6, "measured − modelled", unit),
@@ -180,7 +181,7 @@ pub(super) fn over_coordinates(f: &ChannelFit, along: &[Along], page: &mut Page)
         if bins.is_empty() {
             continue;
         }
-        let reach = bins.iter().map(|b| b.mean.abs() + b.confidence.min(b.mean.abs() + f.noise)).fold(0.0, f64::max).max(0.1 * f.noise);
+        let reach = bins.iter().map(|b| b.mean.abs() + b.confidence.min(b.mean.abs() + f.noise)).max_or_zero().max(0.1 * f.noise);
         let (name, x_unit) = a.label.rsplit_once(", ").unwrap_or((a.label, ""));
         let x = if a.coordinate == Coordinate::Theta { Axis::turn(a.label) } else { Axis::new(a.range, 6, name, x_unit) };
         let mut plot = Plot::new(x, Axis::new((-1.1 * reach, 1.1 * reach), 4, "mean residual", unit(f.channel)), HALF, 230.0);

@@ -6,6 +6,7 @@ use crate::identify::residual::plot_data::ResidualPlotData;
 use crate::report::page::{Page, swatch};
 use crate::report::plot::{Axis, Plot, with_room};
 use crate::report::unit;
+use crate::statistics::Extremes;
 use crate::statistics::bins::{Bin, binned};
 
 /// Width of a plot across the page and of one of a pair, px.
@@ -41,7 +42,7 @@ fn orders(s: &Spectrum, page: &mut Page) {
     let beyond = (0..s.amplitude.len()).rev().find(|&k| s.amplitude[k] > s.level[k]).map_or(0, |k| k + 1);
     let shown = (beyond + beyond / 4).max(FEWEST_ORDERS).min(s.amplitude.len());
     let percent: Vec<f64> = s.share.iter().map(|share| 100.0 * share).collect();
-    let most = percent[..shown].iter().copied().fold(0.0, f64::max);
+    let most = percent[..shown].iter().copied().max_or_zero();
     page.push("<h3>Orders: what repeats so many times per turn</h3>");
     let mut plot = Plot::new(
         Axis::new((0.0, shown as f64 + 1.0), 14, "order (periods per turn)", ""),
@@ -76,7 +77,7 @@ fn two_way(p: &ResidualPlotData, index: usize, (order, seen): (u32, bool), f: &C
     page.push("<p class=\"faint\">A torque that depends on the angle alone leaves less the faster the stand turns; an encoder that is off its centre leaves more in the angle's increments; torque ripple grows with the current.</p><div class=\"pair\">");
     for (name, x_unit, bins) in slices {
         let Some(most) = bins.iter().map(|b| b.mean + b.confidence.min(b.mean)).reduce(f64::max) else { continue };
-        let (low, high) = bins.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), b| (l.min(b.at), h.max(b.at)));
+        let (low, high) = bins.iter().map(|b| b.at).min_max();
         let mut plot = Plot::new(
             Axis::new(with_room((low, high)), 6, name, x_unit),
             Axis::new((0.0, 1.1 * most), 4, &format!("amplitude at order {order}"), unit(f.channel)),
@@ -98,7 +99,7 @@ fn reversals(p: &ResidualPlotData, index: usize, f: &ChannelFit, page: &mut Page
     if bins.len() < 8 {
         return;
     }
-    let reach = bins.iter().map(|b| b.mean.abs() + b.confidence.min(b.mean.abs() + f.noise)).fold(0.0, f64::max).max(0.1 * f.noise);
+    let reach = bins.iter().map(|b| b.mean.abs() + b.confidence.min(b.mean.abs() + f.noise)).max_or_zero().max(0.1 * f.noise);
     page.push("<h3>After a reversal</h3>");
     let mut plot = Plot::new(
         Axis::new((0.0, AFTER_S), 10, "time since the rate changed its direction or left zero", "s"),

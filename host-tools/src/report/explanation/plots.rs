@@ -14,6 +14,7 @@ use crate::report::plot::{Axis, Plot, with_room};
 use crate::report::residual::Along;
 use crate::report::residual::rms_over_time;
 use crate::report::{numbers, quantity, unit};
+use crate::statistics::Extremes;
 use crate::statistics::bins::binned;
 
 /// Width of a plot across the page and of one of a pair, px.
@@ -140,7 +141,7 @@ pub(super) fn order_spectrum(pair: &Pair, before: &Spectrum, after: &Spectrum) -
     if shown < 4 {
         return None;
     }
-    let most = sizes_before.iter().take(shown).chain(sizes_after.iter().take(shown)).copied().fold(0.0, f64::max);
+    let most = sizes_before.iter().take(shown).chain(sizes_after.iter().take(shown)).copied().max_or_zero();
     let x = Axis::new((0.0, shown as f64 + 1.0), 12, "order (periods per turn)", "");
     let y = Axis::new((0.0, 1.08 * most), 4, "amplitude of the residual", unit(pair.before.channel));
     let mut plot = Plot::new(x, y, WIDE, 220.0);
@@ -155,7 +156,7 @@ pub(super) fn order_spectrum(pair: &Pair, before: &Spectrum, after: &Spectrum) -
 /// What is left over its coordinate, bin by bin.
 pub(super) fn shape(s: &Shape) -> Option<String> {
     let (first, last) = s.bins.first().zip(s.bins.last())?;
-    let reach = s.bins.iter().map(|b| b.mean.abs() + b.confidence.min(2.0 * b.mean.abs())).fold(0.0, f64::max);
+    let reach = s.bins.iter().map(|b| b.mean.abs() + b.confidence.min(2.0 * b.mean.abs())).max_or_zero();
     let (name, x_unit) = s.along.rsplit_once(", ").unwrap_or((s.along, ""));
     let x = if s.coordinate == Coordinate::Theta { Axis::turn(s.along) } else { Axis::new((first.at, last.at), 8, name, x_unit) };
     let (quantity, y_unit) = words::acts_on(s.acts_on);

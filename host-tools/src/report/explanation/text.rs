@@ -4,6 +4,7 @@ use super::words;
 use crate::identify::explain::{Candidate, Explanation, Shape, Verdict};
 use crate::report::terminal::{Style, sparkline};
 use crate::report::{log_warnings, numbers};
+use crate::statistics::Extremes;
 
 /// Widest bar of the staircase, columns.
 const BAR: usize = 34;
@@ -149,7 +150,7 @@ fn plain_words(e: &Explanation, style: Style) -> String {
 fn unexplained(e: &Explanation, shape: &Shape, style: Style) -> String {
     let mut text = String::from("\n");
     text.push_str(&style.wrapped("", "", &shape.says));
-    let extent = shape.bins.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), b| (l.min(b.mean), h.max(b.mean)));
+    let extent = shape.bins.iter().map(|b| b.mean).min_max();
     if let (Some(first), Some(last)) = (shape.bins.first(), shape.bins.last()) {
         let heights: Vec<Option<f64>> = shape.bins.iter().map(|b| Some(b.mean - extent.0)).collect();
         let (name, unit) = words::acts_on(shape.acts_on);

@@ -4,14 +4,11 @@
 //! In: what contributes to a quantity ([`Part`]). Out: a [`Quantity`] with u, ν, k and U, in its unit, told in JSON or words. Contributions are taken
 //! as independent of each other; what is correlated is one contribution.
 
-mod least_squares;
 mod sum;
 
-pub use least_squares::{Fit, least_squares};
-
+use super::distributions::{normal_quantile, student_quantile};
 use crate::report::finite;
 use serde_json::{Value, json};
-use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 /// Probability that an expanded interval is to hold.
 pub const CONFIDENCE: f64 = 0.95;
@@ -197,9 +194,9 @@ pub fn coverage_factor(dof: f64, probability: f64) -> f64 {
     let quantile = 0.5 * (1.0 + probability);
     // Beyond some ten thousand the two agree to 1e-4, and statrs' quantile takes for ever.
     if dof.is_nan() || dof >= 1e4 {
-        return Normal::standard().inverse_cdf(quantile);
+        return normal_quantile(quantile);
     }
-    StudentsT::new(0.0, 1.0, dof.floor().max(1.0)).map_or(f64::NAN, |t| t.inverse_cdf(quantile))
+    student_quantile(quantile, dof.floor().max(1.0))
 }
 
 #[cfg(test)]

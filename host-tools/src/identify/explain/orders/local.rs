@@ -5,7 +5,7 @@
 use crate::identify::fit::PreparedLog;
 use crate::identify::residual::harmonics::spectrum;
 use crate::model::{Channel, Input, Model};
-use crate::statistics::uncertainty::least_squares;
+use crate::statistics::least_squares;
 
 /// Rows before and behind, over which the rate's change is taken.
 const REACH: usize = 10;

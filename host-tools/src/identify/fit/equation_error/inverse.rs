@@ -11,6 +11,7 @@ use super::InverseModelCause as Trouble;
 use super::motion::Motion;
 use crate::identify::fit::{Parameters, PreparedLog, System};
 use crate::model::{Channel, Input, Model, SummingPoint};
+use crate::statistics::Extremes;
 
 /// A model along measured motions.
 pub(super) struct Inverse<'a> {
@@ -91,7 +92,7 @@ impl Inverse<'_> {
             };
             let (one, two) = (away(1.0), away(2.0));
             // Against what this parameter itself does, so that a small effect's bend is not lost beside a large inertia.
-            let most = |series: &mut dyn Iterator<Item = f64>| series.fold(0.0_f64, |m, v| m.max(v.abs()));
+            let most = |series: &mut dyn Iterator<Item = f64>| series.max_abs();
             let own = most(&mut one.iter().zip(&start).map(|(o, s)| o - s));
             let all = most(&mut start.iter().chain(&two).copied());
             let linear = |off: f64| off.abs() <= ROUNDING * own + SMALLEST * all;

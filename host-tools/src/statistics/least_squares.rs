@@ -1,32 +1,29 @@
-//! Ordinary least squares with the covariance that follows from the residual's own scatter.
+//! Ordinary least squares with the covariance estimated from the residuals.
 
 use nalgebra::{DMatrix, DVector};
 
-/// Coefficients with their covariance.
+/// Solution of a least-squares problem.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Fit {
-    /// In the order of the columns.
+pub struct LeastSquares {
+    /// One coefficient per column.
     pub coefficients: Vec<f64>,
-    /// Row by row; already with the scatter's variance.
+    /// Covariance of the coefficients.
     covariance: DMatrix<f64>,
-    /// Measured minus fitted, row by row.
+    /// Measured minus fitted value of each row.
     pub residuals: Vec<f64>,
-    /// Standard deviation of one row.
-    pub scatter: f64,
-    /// Rows less coefficients.
+    /// Standard deviation of one row about the fit.
+    pub residual_sd: f64,
+    /// Degrees of freedom: rows minus coefficients.
     pub dof: f64,
 }
 
-impl Fit {
-    /// Standard uncertainty of a coefficient.
+impl LeastSquares {
+    /// Standard uncertainty of coefficient `k`.
     pub fn sigma(&self, k: usize) -> f64 {
         self.covariance[(k, k)].max(0.0).sqrt()
     }
 
-    /// Standard uncertainty of Σ gradient·coefficient.
-    ///
-    /// # Panics
-    /// Never: a gradient that is too short counts as zero beyond its end.
+    /// Standard uncertainty of Σ gradient·coefficient. A gradient that is too short is continued with zeros.
     pub fn sigma_of(&self, gradient: &[f64]) -> f64 {
         let at = |k: usize| gradient.get(k).copied().unwrap_or(0.0);
         let n = self.coefficients.len();
@@ -35,13 +32,13 @@ impl Fit {
     }
 }
 
-/// Fits `y` by the columns of `rows`; `None` where there are too few rows, or the columns depend on each other.
-pub fn least_squares(rows: &[Vec<f64>], y: &[f64]) -> Option<Fit> {
+/// Fits `y` (n values) by the columns of `rows` (n × m). `None` for n ≤ m, and for linearly dependent columns.
+pub fn least_squares(rows: &[Vec<f64>], y: &[f64]) -> Option<LeastSquares> {
     let n = rows.first()?.len();
     if rows.len() != y.len() || rows.len() <= n || n == 0 {
         return None;
     }
-    // Each column in its own unit, so that seconds and rad³/s³ may stand side by side.
+    // Columns are scaled to unit norm: their units differ by many orders of magnitude.
     let scale: Vec<f64> = (0..n).map(|j| rows.iter().map(|row| row[j] * row[j]).sum::<f64>().sqrt()).collect();
     if scale.iter().any(|s| !s.is_finite() || *s <= 0.0) {
         return None;
@@ -49,8 +46,8 @@ pub fn least_squares(rows: &[Vec<f64>], y: &[f64]) -> Option<Fit> {
     let a = DMatrix::from_fn(rows.len(), n, |i, j| rows[i][j] / scale[j]);
     let b = DVector::from_column_slice(y);
     let svd = a.clone().svd(true, true);
-    let (largest, least) = (svd.singular_values.max(), svd.singular_values.min());
-    if least.is_nan() || least <= 1e-9 * largest {
+    let (largest, smallest) = (svd.singular_values.max(), svd.singular_values.min());
+    if smallest.is_nan() || smallest <= 1e-9 * largest {
         return None;
     }
     let x = svd.solve(&b, 0.0).ok()?;
@@ -62,11 +59,11 @@ pub fn least_squares(rows: &[Vec<f64>], y: &[f64]) -> Option<Fit> {
         let sum: f64 = (0..n).map(|k| v_t[(k, i)] * v_t[(k, j)] / svd.singular_values[k].powi(2)).sum();
         sum * variance / (scale[i] * scale[j])
     });
-    Some(Fit {
+    Some(LeastSquares {
         coefficients: (0..n).map(|j| x[j] / scale[j]).collect(),
         covariance: inverse,
         residuals: residual.iter().copied().collect(),
-        scatter: variance.sqrt(),
+        residual_sd: variance.sqrt(),
         dof,
     })
 }
@@ -75,9 +72,9 @@ pub fn least_squares(rows: &[Vec<f64>], y: &[f64]) -> Option<Fit> {
 mod tests {
     use super::*;
 
-    /// NIST StRD, Norris (itl.nist.gov, linear regression, lower level of difficulty): the certified values.
+    /// Certified values of NIST StRD, data set Norris (itl.nist.gov, linear regression, lower level of difficulty).
     #[test]
-    fn norris() {
+    fn norris_has_the_certified_values() {
         let data = [
             (0.2, 0.1),
             (337.4, 338.8),
@@ -123,12 +120,12 @@ mod tests {
             assert!((fit.coefficients[k] / value - 1.0).abs() < 1e-10);
             assert!((fit.sigma(k) / sigma - 1.0).abs() < 1e-9);
         }
-        assert!((fit.scatter / 0.884796396144373 - 1.0).abs() < 1e-10);
+        assert!((fit.residual_sd / 0.884796396144373 - 1.0).abs() < 1e-10);
         assert!((fit.sigma_of(&[1.0]) / fit.sigma(0) - 1.0).abs() < 1e-12);
     }
 
     #[test]
-    fn what_cannot_be_told_apart_is_no_fit() {
+    fn dependent_columns_give_no_fit() {
         let rows: Vec<Vec<f64>> = (0..5).map(|k| vec![1.0, f64::from(k), 2.0 * f64::from(k)]).collect();
         assert_eq!(least_squares(&rows, &[0.0; 5]), None);
         assert_eq!(least_squares(&[vec![1.0]], &[1.0]), None);
