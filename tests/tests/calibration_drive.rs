@@ -1,7 +1,7 @@
 //! The stand's own drive: inertia by an added one, by coasting, by output error; its corner along a chirp; cogging by order.
 
 use host_tools::log::Log;
-use host_tools::statistics::uncertainty::{Fit, least_squares};
+use host_tools::statistics::{LeastSquares, least_squares};
 use stand_tests::calibration::{calibrated, found, holds, recorded};
 use std::f64::consts::TAU;
 
@@ -176,7 +176,7 @@ seconds = 21.0
 }
 
 /// [k/J, b/J, Mc/J], from rates 82 ms apart; each is the slope of the angle over 41 rows. The first second spins it up.
-fn integrated_law(log: &Log) -> Fit {
+fn integrated_law(log: &Log) -> LeastSquares {
     let [t_s, theta, i_A] = ["t_s", "theta_rad", "i_A"].map(|name| log.column(name).expect("it was recorded"));
     let mut charge = 0.0;
     let mut points: Vec<[f64; 4]> = Vec::new();
