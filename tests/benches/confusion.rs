@@ -16,7 +16,7 @@ use std::time::Instant;
 use drive_model::CATALOGUE;
 use rayon::ThreadPoolBuilder;
 use stand_tests::draw::{Drawn, MODES, OUTSIDERS, PROFILES, mode_name};
-use stand_tests::foreign::{cases, shared_data};
+use stand_tests::foreign::{cases, stand_data};
 use stand_tests::tables::{self, Line};
 use stand_tests::verdicts::{Known, judge};
 
@@ -108,10 +108,7 @@ fn run(group: &str, ids: &[String]) -> Vec<Line> {
 }
 
 fn foreign() {
-    let Some(data) = shared_data() else {
-        println!("skipped: ../shared/data is not on this machine");
-        return;
-    };
+    let data = stand_data();
     let lines = all("foreign", &cases(&data), |case| {
         let hidden: Vec<String> = Some(case.hidden.clone()).filter(|h| h != "none").into_iter().collect();
         let known = Known {

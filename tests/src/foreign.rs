@@ -1,4 +1,4 @@
-//! Logs of another simulator, each with a hidden effect or none, with its answer (`../shared/data/cases`).
+//! Logs of another simulator, each with a hidden effect or none, with its answer (folder `cases` of `STAND_DATA`).
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,10 +8,15 @@ use host_tools::log::Log;
 use host_tools::model::Model;
 use serde_json::Value;
 
-/// Where the measurements of elsewhere are, if this machine has them.
-pub fn shared_data() -> Option<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
-    folder.is_dir().then_some(folder)
+/// The folder of the external records, from the environment variable `STAND_DATA`.
+///
+/// # Panics
+/// `STAND_DATA` is not set or names no folder.
+pub fn stand_data() -> PathBuf {
+    let folder = std::env::var_os("STAND_DATA").map(PathBuf::from);
+    let folder = folder.expect("the environment variable STAND_DATA names the folder of the external records");
+    assert!(folder.is_dir(), "STAND_DATA: {} is not a folder", folder.display());
+    folder
 }
 
 /// One case.

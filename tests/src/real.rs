@@ -1,4 +1,4 @@
-//! Measurements made elsewhere on real drives (`../shared/data`, its README says what is known of each), and what one compares of them.
+//! Measurements made elsewhere on real drives (in the folder `STAND_DATA`), and what one compares of them.
 
 use std::path::Path;
 

@@ -24,13 +24,9 @@ fn error(text: impl AsRef<[u8]>) -> String {
     csv(text).unwrap_err()
 }
 
-fn shared() -> Option<PathBuf> {
-    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
-    if !folder.is_dir() {
-        eprintln!("skipped: the records made elsewhere (shared/data) are not here");
-        return None;
-    }
-    Some(folder)
+/// The folder of the external records, from the environment variable `STAND_DATA`.
+fn stand_data() -> PathBuf {
+    std::env::var_os("STAND_DATA").expect("the environment variable STAND_DATA names the folder of the external records").into()
 }
 
 fn sample() -> Log {
@@ -269,8 +265,9 @@ fn an_lsb_is_found_in_quantised_numbers_and_only_there() {
 }
 
 #[test]
+#[ignore = "needs the external records: set STAND_DATA"]
 fn the_records_made_elsewhere_read() {
-    let Some(folder) = shared() else { return };
+    let folder = stand_data();
     let read = |name: &str| Log::read(folder.join(name)).unwrap();
     let emps = read("emps_pulses.csv");
     assert_eq!(emps.ignored(), ["pulse_flag"]);
@@ -290,8 +287,9 @@ fn the_records_made_elsewhere_read() {
 }
 
 #[test]
+#[ignore = "needs the external records: set STAND_DATA"]
 fn the_logs_of_another_simulator_read_with_their_lsb() {
-    let Some(folder) = shared() else { return };
+    let folder = stand_data();
     let mut cases = 0;
     for case in std::fs::read_dir(folder.join("cases")).unwrap().map(|e| e.unwrap().path()).filter(|p| p.is_dir()) {
         let log = Log::read(case.join("log.parquet")).unwrap();
@@ -307,12 +305,9 @@ fn the_logs_of_another_simulator_read_with_their_lsb() {
 }
 
 #[test]
+#[ignore = "needs python3 with pandas and pyarrow"]
 fn pandas_and_pyarrow_read_what_is_written_and_we_what_they_write() {
     let python = |code: &str, args: &[&std::path::Path]| std::process::Command::new("python3").arg("-c").arg(code).args(args).output();
-    if !python("import pandas, pyarrow", &[]).is_ok_and(|o| o.status.success()) {
-        eprintln!("skipped: no python3 with pandas and pyarrow here");
-        return;
-    }
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("log.parquet");
     let log = sample();

@@ -205,13 +205,9 @@ fn short_logs_and_logs_with_gaps_do_not_mislead() {
     sound(&with(&log, |n, v, k| Some(if n == "t_s" { v + (k / 3000) as f64 * 5.0 } else { v })), "u_V");
 }
 
-fn shared() -> Option<PathBuf> {
-    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
-    if !folder.is_dir() {
-        eprintln!("skipped: the records made elsewhere (shared/data) are not here");
-        return None;
-    }
-    Some(folder)
+/// The folder of the external records, from the environment variable `STAND_DATA`.
+fn stand_data() -> PathBuf {
+    std::env::var_os("STAND_DATA").expect("the environment variable STAND_DATA names the folder of the external records").into()
 }
 
 fn cases(folder: &std::path::Path) -> Vec<PathBuf> {
@@ -222,8 +218,9 @@ fn cases(folder: &std::path::Path) -> Vec<PathBuf> {
 }
 
 #[test]
+#[ignore = "needs the external records: set STAND_DATA"]
 fn real_records_have_no_finding() {
-    let Some(folder) = shared() else { return };
+    let folder = stand_data();
     for (name, input) in [
         ("emps_train.csv", "torque_N_m"),
         ("emps_pulses.csv", "torque_N_m"),
@@ -241,8 +238,9 @@ fn real_records_have_no_finding() {
 }
 
 #[test]
+#[ignore = "needs the external records: set STAND_DATA"]
 fn corrupted_real_records_are_found() {
-    let Some(folder) = shared() else { return };
+    let folder = stand_data();
     let read = |name: &str| Log::read(folder.join(name)).unwrap();
     for name in ["emps_train.csv", "emps_pulses.csv"] {
         finds(&scaled(&read(name), "theta_rad", -1.0), "torque_N_m", Code::NegativeMotorConstant, "torque");
