@@ -1,5 +1,5 @@
 #!/bin/sh
-# Counts the instructions of a tick on the target's instruction set, under QEMU, and holds them against firmware/budget.toml.
+# Counts the instructions of a tick on the target's instruction set, under QEMU, and checks them against firmware/budget.toml.
 # Needs what build-firmware.sh needs, and qemu-system-arm.
 set -eu
 cd "$(dirname "$0")/.."
