@@ -1,9 +1,9 @@
-//! The full bridge on TIM1, and the beat of the tick.
+//! The full bridge on TIM1, and the control tick.
 //!
-//! A driver with two inputs (DRV8871, SLVSCY9): both high brakes over the low sides, one of them pulsed low drives. TIM1
-//! counts up and down to 4500 at 180 MHz: 20 kHz. Compare values are preloaded and taken over at the update event, which
-//! the repetition counter lets come every fourth turning point, each 100 µs: that update is the tick's interrupt, and
-//! what the tick writes therefore acts from the next tick on, for exactly one tick.
+//! The driver has two inputs (DRV8871, SLVSCY9): both high brakes through the low sides; pulsing one of them low drives. TIM1
+//! counts up and down between 0 and 4500 at 180 MHz, which gives 20 kHz. The repetition counter lets every fourth turning point
+//! of the counter be an update event: 4 · 4500 = 18 000 cycles, exactly 100 µs. The update event is the tick's interrupt, and it
+//! loads the compare values that the tick before has written. A tick's output therefore acts for the whole next tick.
 
 use crate::clocks::CORE_HZ;
 use embassy_stm32::Peri;
@@ -15,17 +15,18 @@ use embassy_stm32::timer::Channel;
 use embassy_stm32::timer::complementary_pwm::ComplementaryPwm;
 use embassy_stm32::timer::low_level::CountingMode;
 use embassy_stm32::timer::simple_pwm::PwmPin;
-use stand_firmware::board::Drive;
+use stand_firmware::board::{CONTROL_HZ, Drive};
 
 const PWM_HZ: u32 = 20_000;
-/// Compare counts at full scale.
+/// Top of the counter, and the compare counts at full scale. In centre-aligned mode a PWM period is 2 · ARR cycles (RM0390 §16.3.2).
 pub const FULL: u16 = (CORE_HZ / PWM_HZ / 2) as u16;
 /// Above all counts: an input that stays high. At `FULL` it would fall for one cycle at the turning point (RM0390 §16.3.10).
 const HIGH: u16 = FULL + 1;
 /// Turning points of the counter in one tick, minus one.
 const REPETITIONS: u16 = 3;
+const _: () = assert!((REPETITIONS as u32 + 1) * FULL as u32 * CONTROL_HZ as u32 == CORE_HZ, "a tick is 1/CONTROL_HZ exactly");
 
-/// The bridge, braking until it is told otherwise.
+/// The bridge; it brakes until the first command.
 pub struct Bridge {
     _pwm: ComplementaryPwm<'static, peripherals::TIM1>,
 }
@@ -46,8 +47,13 @@ impl Bridge {
             Hertz(PWM_HZ),
             CountingMode::CenterAlignedUpInterrupts,
         );
+        // The HAL writes ARR = clocks − 1 = 4499, which suits edge-aligned counting only: a tick would be 17 996 cycles, 222 ppm fast.
+        TIM1.arr().write(|w| w.set_arr(FULL));
         pwm.set_repetition_counter(REPETITIONS);
-        defmt::assert_eq!(pwm.get_max_duty(), u32::from(FULL), "the bridge's scale");
+        // Loads both into their shadow registers and starts the count at 0: ticks are at the bottom of the counter from here on.
+        TIM1.egr().write(|w| w.set_ug(true));
+        defmt::assert_eq!(TIM1.arr().read().arr(), FULL, "top of the bridge's counter");
+        defmt::assert_eq!(TIM1.rcr().read().rep(), REPETITIONS, "repetition counter of the bridge");
         let mut bridge = Self { _pwm: pwm };
         bridge.drive(Drive::Off);
         bridge._pwm.enable(Channel::Ch1);
