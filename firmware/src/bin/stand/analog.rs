@@ -49,7 +49,8 @@ pub fn start(
     ),
     full: u16,
 ) {
-    let _adc = Adc::new(adc);
+    // Powers the converter on. A dropped `Adc` stops it and switches its clock off, and nothing here ever gives it back.
+    core::mem::forget(Adc::new(adc));
     // Dropped, a pin is analog too, but then nothing says that it is taken.
     for mut pin in [Flex::new(pins.0), Flex::new(pins.1), Flex::new(pins.2), Flex::new(pins.3), Flex::new(pins.4)] {
         pin.set_as_analog();
