@@ -45,6 +45,7 @@ static MEMORY: StaticCell<Memory> = StaticCell::new();
 #[embassy_executor::main]
 async fn main(_spawner: Spawner) -> ! {
     let p = embassy_stm32::init(clocks::config());
+    clocks::enable_flash_caches();
     // First of all: what tells time by the cycle counter must find it counting.
     tick::count_cycles();
     let bridge = bridge::Bridge::new(p.TIM1, p.PA8, p.PA9);
