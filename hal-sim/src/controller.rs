@@ -146,7 +146,7 @@ impl<'c, P: PlantPort> Controller<'c, P> {
             let mut guard = Guard::new(&stop_line);
             let mut memory = Box::new(Memory::new());
             let identity = Identity { model: "simulated", serial: &self.serial, baud: USUAL_BAUD };
-            let (mut interrupt, app) = assemble(&mut memory, store, self.defaults, identity, &stop_line)?;
+            let (mut interrupt, mut app) = assemble(&mut memory, store, self.defaults, identity, &stop_line)?;
             let mut board = SimBoard::new(&self.bench, self.clock);
             let (receive, transmit) = self.line.device();
             let program = app.run(&mut board, receive, transmit);

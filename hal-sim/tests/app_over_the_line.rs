@@ -73,7 +73,7 @@ fn with_flash<T>(flash: SimFlash, baud: u32, host: impl AsyncFnOnce(&Host<'_, '_
     let mut memory = Memory::new();
     let store = Store::new(flash, [0, SMALL_SECTOR_BYTES as u32], SMALL_SECTOR_BYTES as u32);
     let identity = Identity { model: "simulated", serial: "1", baud };
-    let (mut interrupt, app) = assemble(&mut memory, store, defaults, identity, &stop_line).unwrap();
+    let (mut interrupt, mut app) = assemble(&mut memory, store, defaults, identity, &stop_line).unwrap();
     let mut board = SimBoard::new(&bench, &clock);
     let (receive, transmit) = line.device();
     let host_end = Host { line: &line, clock: SimClock(&clock), bench: &bench, bytes: RefCell::default() };

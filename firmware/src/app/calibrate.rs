@@ -17,7 +17,7 @@ pub async fn run<'a, C: Clock>(
     clock: &C,
     map: &'a mut Map,
     measuring: &Cell<Option<Measuring<'a>>>,
-    mut lessons: LessonWriter<'_>,
+    lessons: &mut LessonWriter<'_>,
 ) -> ! {
     let mut room = Some(map);
     loop {

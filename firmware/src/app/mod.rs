@@ -45,7 +45,8 @@ use embedded_storage::nor_flash::NorFlash;
 /// Samples of a record that lie before its trigger, of 2048: 0.15 s.
 pub const CAPTURE_BEFORE: usize = 1536;
 
-/// All memory of the app but what its futures hold.
+/// All memory of the app but what its futures hold: 50 KiB, more than a stack takes. A static of it is built in place, by [`Memory::new`] at
+/// compile time; empty it is all zeros, so that the image holds no copy of it.
 pub struct Memory {
     orders: Orders,
     reports: Reports,
@@ -53,10 +54,11 @@ pub struct Memory {
     map: Map,
     tuning: Tuning,
     capture: capture::Memory,
+    // Filled in by `assemble`.
     instruments: Option<Instruments>,
-    imu: imu::Shared,
+    imu: Option<imu::Shared>,
     pulse: Option<gyro_loop::Shared>,
-    observer: observer::Shared,
+    observer: Option<observer::Shared>,
 }
 
 impl Default for Memory {
@@ -66,8 +68,8 @@ impl Default for Memory {
 }
 
 impl Memory {
-    /// Nothing in it yet.
-    pub fn new() -> Self {
+    /// An empty memory.
+    pub const fn new() -> Self {
         Self {
             orders: Orders::new(),
             reports: Reports::new(),
@@ -76,9 +78,9 @@ impl Memory {
             tuning: Tuning::new(),
             capture: capture::Memory::new(),
             instruments: None,
-            imu: imu::Shared::default(),
+            imu: None,
             pulse: None,
-            observer: observer::Shared::default(),
+            observer: None,
         }
     }
 }
@@ -130,10 +132,10 @@ pub fn assemble<'a, F: NorFlash>(
         .tuned_by(&memory.tuning)
         .recording(memory.capture.recorder(CAPTURE_BEFORE));
     let instruments: &Instruments = memory.instruments.insert(Instruments::new(kept.hardware));
-    let imu = &memory.imu;
+    let imu: &imu::Shared = memory.imu.insert(imu::Shared::default());
     let pulse: &gyro_loop::Shared =
         memory.pulse.insert(gyro_loop::Shared::new(gyro_loop::Scales::new(&kept.settings.gyro, &kept.hardware)));
-    let observer = &memory.observer;
+    let observer: &observer::Shared = memory.observer.insert(observer::Shared::default());
     observer.set(&numbers.unwrap_or_default());
     observer.scale(kept.settings.gyro);
     let state = State::new(
@@ -151,14 +153,15 @@ pub fn assemble<'a, F: NorFlash>(
 }
 
 impl<F: NorFlash> App<'_, F> {
-    /// Runs the tasks, for ever.
-    pub async fn run<B: Board, R: Read, W: Write>(self, board: &mut B, receive: R, transmit: W) {
-        let Self { state, mut store, mut measurement, orders, lessons, map } = self;
+    /// Runs the tasks, for ever. Borrows the app, so that the future stays small and its owner decides where the app lies.
+    pub async fn run<B: Board, R: Read, W: Write>(&mut self, board: &mut B, receive: R, transmit: W) {
+        let Self { state, store, measurement, orders, lessons, map } = self;
+        let state: &State<'_> = state;
         let clock = board.clock();
         let start = next_start(clock.now());
         let sensor_bus = board.sensor_bus();
         let measuring = Cell::new(None);
-        let mut rows = rows::Rows::new(&state, clock.clone(), &measuring);
+        let mut rows = rows::Rows::new(state, clock.clone(), &measuring);
         let sensor = pin!(async {
             if let Some(line) = sensor_bus {
                 let sensor = imu::Ism330dhcx::new(line, clock.clone());
@@ -169,10 +172,10 @@ impl<F: NorFlash> App<'_, F> {
             // So many that a stand is worn out first.
             measurement.run(board, start, u64::MAX, &mut rows).await;
         });
-        let runner = pin!(runner::run(&state, &clock, orders, start));
-        let console = pin!(console::run(&state, &clock, receive, &mut store));
-        let sending = pin!(send(&state, &clock, transmit));
-        let calibration = pin!(calibrate::run(&state, &clock, map, &measuring, lessons));
+        let runner = pin!(runner::run(state, &clock, orders, start));
+        let console = pin!(console::run(state, &clock, receive, store));
+        let sending = pin!(send(state, &clock, transmit));
+        let calibration = pin!(calibrate::run(state, &clock, map, &measuring, lessons));
         let parts = join5(apart(measurement), apart(runner), apart(console), apart(sending), apart(calibration));
         join(apart(sensor), parts).await;
     }

@@ -19,7 +19,7 @@ struct Course {
 }
 
 /// Runs for ever; its first segment acts at `start`, a whole millisecond that is at least one ahead.
-pub async fn run<C: Clock>(state: &State<'_>, clock: &C, mut orders: OrderWriter<'_>, start: Ticks) -> ! {
+pub async fn run<C: Clock>(state: &State<'_>, clock: &C, orders: &mut OrderWriter<'_>, start: Ticks) -> ! {
     let mut tick = start.0.checked_div(TICKS_PER_CONTROL).unwrap_or(0);
     let mut at = Ticks(start.0.saturating_sub(TICKS_PER_ROW));
     let mut course: Option<Course> = None;

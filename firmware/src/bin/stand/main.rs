@@ -28,9 +28,10 @@ use embassy_stm32::{bind_interrupts, dma, gpio, pac, peripherals, rcc, timer, ui
 use encoder::{EdgeTimer, Encoder, IndexTime};
 use flash::SettingsFlash;
 use panel::{Typed, WithButton};
-use stand_firmware::app::{Identity, Memory, assemble};
+use stand_firmware::app::{App, Identity, Memory, assemble};
 use stand_firmware::settings::{Kept, Store};
-use static_cell::StaticCell;
+use stand_firmware::speed_loop::Interrupt;
+use static_cell::{ConstStaticCell, StaticCell};
 
 bind_interrupts!(struct Irqs {
     DMA1_STREAM3 => dma::InterruptHandler<peripherals::DMA1_CH3>;
@@ -39,8 +40,6 @@ bind_interrupts!(struct Irqs {
     // In this order: the first sees to the receiver's flags, the second to the sender's.
     USART2 => serial::Watch, usart::InterruptHandler<peripherals::USART2>;
 });
-
-static MEMORY: StaticCell<Memory> = StaticCell::new();
 
 #[embassy_executor::main]
 async fn main(_spawner: Spawner) -> ! {
@@ -52,16 +51,7 @@ async fn main(_spawner: Spawner) -> ! {
     analog::start(p.ADC1, p.DMA2_CH0, (p.PC0, p.PC1, p.PC2, p.PC3, p.PC4), bridge::FULL);
     torquer::start(p.DAC1, p.PA4);
 
-    let store = Store::new(SettingsFlash::new(p.FLASH), flash::BEGINS, flash::SECTOR);
-    let identity = Identity { model: "NUCLEO-F446RE", serial: uid::uid_hex(), baud: serial::BAUD };
-    let (interrupt, app) = match assemble(MEMORY.init_with(Memory::new), store, Kept::default(), identity, &serial::STOP) {
-        Ok(both) => both,
-        Err(wrong) => {
-            error!("the stand's own settings cannot be used: {}", wrong.parameter());
-            give_up()
-        }
-    };
-
+    let (interrupt, app) = make_app(SettingsFlash::new(p.FLASH));
     let a_b = timer::qei::Config::default;
     let _counters = (timer::qei::Qei::new(p.TIM3, p.PA6, p.PA7, a_b()), timer::qei::Qei::new(p.TIM4, p.PB6, p.PB7, a_b()));
     rcc::enable_and_reset::<peripherals::TIM5>();
@@ -88,6 +78,22 @@ async fn main(_spawner: Spawner) -> ! {
     let lamp = gpio::Output::new(p.PA5, gpio::Level::Low, gpio::Speed::Low);
     info!("ready at {} baud", serial::BAUD);
     join3(app.run(&mut board, receive, transmit), panel::run(button, lamp, &typed), watchdog::feed(p.IWDG)).await.1
+}
+
+/// The library's parts in their statics. A function of its own, so that its large frame is gone from the stack when the app runs.
+#[inline(never)]
+fn make_app(settings: SettingsFlash) -> (Interrupt<'static>, &'static mut App<'static, SettingsFlash>) {
+    static MEMORY: ConstStaticCell<Memory> = ConstStaticCell::new(Memory::new());
+    static APP: StaticCell<App<'static, SettingsFlash>> = StaticCell::new();
+    let store = Store::new(settings, flash::BEGINS, flash::SECTOR);
+    let identity = Identity { model: "NUCLEO-F446RE", serial: uid::uid_hex(), baud: serial::BAUD };
+    match assemble(MEMORY.take(), store, Kept::default(), identity, &serial::STOP) {
+        Ok((interrupt, app)) => (interrupt, APP.init(app)),
+        Err(wrong) => {
+            error!("the default settings cannot be used: {}", wrong.parameter());
+            give_up()
+        }
+    }
 }
 
 /// There is nothing to go on with, and it was said. The drive is off: without tasks nothing asks for any.
