@@ -126,9 +126,9 @@ pub(super) fn hold(log: &Log, model: &Model, manner: Manner, output: &ReportOutp
         remarks,
         failures: residual::misfits(log, &record, &held),
     };
-    output.text(&report::text(&comparison, Style { colour: is_terminal(), width: 80 }))?;
+    output.text(&report::comparison_text(&comparison, Style { colour: is_terminal(), width: 80 }))?;
     output.json(|| if comparison.fitted { report::fit_json(&comparison) } else { report::compare_json(&comparison) })?;
-    output.html(|| report::html(&comparison))?;
+    output.html(|| report::comparison_html(&comparison))?;
     Ok(Some(held))
 }
 

@@ -3,6 +3,7 @@
 use crate::allan::READ_UP_TO;
 use crate::allan::answer::{Answer, Point};
 use crate::allan::units::PROCESSES;
+use crate::report::plot::svg::Drawing;
 use crate::report::plot::{Axis, Plot};
 use crate::statistics::Extremes;
 
@@ -12,7 +13,7 @@ fn part(process: usize, tau_s: f64) -> f64 {
 }
 
 /// As SVG.
-pub fn curve(answer: &Answer) -> String {
+pub fn curve(answer: &Answer) -> Drawing {
     let (scale, unit) = answer.shown_deviation();
     let log = |x: f64| (x * scale).max(f64::MIN_POSITIVE).log10();
     let points: Vec<&Point> = answer.points.iter().filter(|p| p.oadev > 0.0).collect();

@@ -4,6 +4,7 @@ use crate::calibrate::Curve;
 use crate::calibrate::record::Record;
 use crate::calibrate::session::Session;
 use crate::report::page::{Page, escaped, swatch, with_code};
+use crate::report::plot::svg::Drawing;
 use crate::report::plot::{Axis, Plot, with_room};
 use crate::report::{plain, significant, with_sigma};
 use crate::statistics::Extremes;
@@ -145,7 +146,7 @@ fn budget(q: &Quantity) -> String {
 /// Classes of what is drawn beside the measured points, one after another.
 const BESIDE: [&str; 3] = ["second", "third", "fourth"];
 
-fn picture(curve: &Curve) -> String {
+fn picture(curve: &Curve) -> Drawing {
     let x = |v: f64| if curve.is_log { v.max(1e-12).log10() } else { v };
     let all = || curve.points.iter().chain(&curve.line).chain(curve.beside.iter().flat_map(|(_, points)| points));
     let range = |of: &dyn Fn(&(f64, f64)) -> f64| all().map(of).min_max();

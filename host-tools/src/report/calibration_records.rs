@@ -133,7 +133,7 @@ pub fn trend_text(trend: &Trend) -> String {
     out + "± is expanded, for 95 %. Not an accredited certificate.\n"
 }
 
-fn picture(s: &Series) -> Option<String> {
+fn picture(s: &Series) -> Option<crate::report::plot::svg::Drawing> {
     let range = |of: &mut dyn Iterator<Item = f64>| of.min_max();
     let first = s.points.first()?;
     let days = range(&mut s.points.iter().map(|p| p.day));

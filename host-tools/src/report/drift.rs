@@ -5,6 +5,7 @@ use crate::drift::places::Value;
 use crate::drift::uncertainty::{Part, together};
 use crate::drift::{DEG_H, advise::Advice, platform::GyroAnswer};
 use crate::report::page::{Page, escaped, swatch};
+use crate::report::plot::svg::Drawing;
 use crate::report::plot::{Axis, Plot, with_room};
 use crate::report::{plain, significant, with_sigma};
 use crate::statistics::Extremes;
@@ -133,7 +134,7 @@ fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     values.min_max()
 }
 
-fn cycles_plot(answer: &Answer) -> String {
+fn cycles_plot(answer: &Answer) -> Drawing {
     let good: Vec<_> = answer.measured.cycles.iter().filter(|c| c.bad.is_none()).collect();
     let (low, high) = range(good.iter().flat_map(|c| [c.rate_rad_s() / DEG_H, c.integral.drift_rad_s() / DEG_H]));
     let last = answer.measured.cycles.len() as f64;

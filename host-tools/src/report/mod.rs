@@ -1,7 +1,7 @@
 //! Text, HTML and JSON of all results.
 //!
 //! In: the data that the analyses return. Out: text; nothing is printed or written here. One file or folder for each topic. Shared:
-//! [`numbers`] (digits, uncertainties, p-values), [`terminal`] (line width, emphasis), [`page`] (HTML) and [`plot`] (SVG).
+//! [`numbers`] (digits, uncertainties, p-values), [`terminal`] (line width, emphasis), [`html`] (HTML) and [`plot`] (SVG).
 
 pub mod allan;
 mod allan_picture;
@@ -12,6 +12,7 @@ pub mod comparison;
 pub mod drift;
 pub mod effects;
 pub mod explanation;
+pub mod html;
 mod json;
 pub mod numbers;
 pub mod observer;
@@ -21,10 +22,10 @@ pub mod residual;
 pub mod terminal;
 
 pub use bad_log::{bad_log_html, bad_log_json, bad_log_text};
-pub use comparison::{Comparison, compare_json, fit_json, html, text};
+pub use comparison::{Comparison, compare_json, fit_json, html as comparison_html, text as comparison_text};
 pub use explanation::{explain_bad_log_json, explain_html, explain_json, explain_text};
 pub use json::{failures_json, finite};
-pub use numbers::{grouped, plain, significant, with_sigma};
+pub use numbers::{grouped, p_statement, p_value, plain, significant, with_sigma};
 pub use terminal::{Style, sparkline};
 
 use crate::log::Log;

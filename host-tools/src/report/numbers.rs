@@ -1,6 +1,6 @@
-//! Numbers for a person: as many digits as they deserve, and no more.
+//! Numbers for people: significant digits, values with their uncertainty, p-values.
 
-/// A number with `digits` significant digits; a power of ten only where zeros would pile up.
+/// A number with `digits` significant digits; with a power of ten only where it is very large or small; a dash where it is not finite.
 pub fn significant(x: f64, digits: u32) -> String {
     if !x.is_finite() {
         return "–".to_owned();
@@ -18,7 +18,7 @@ pub fn significant(x: f64, digits: u32) -> String {
     powered(&rounded)
 }
 
-/// The same without zeros at its end: what a person wrote, not what was measured.
+/// A number with at most `digits` significant digits and no trailing zeros: for settings and counts, not for measured values.
 pub fn plain(x: f64, digits: u32) -> String {
     let text = significant(x, digits);
     let (number, power) = text.split_once(" × ").map_or((text.as_str(), None), |(n, p)| (n, Some(p)));
@@ -26,9 +26,9 @@ pub fn plain(x: f64, digits: u32) -> String {
     power.map_or(number.to_owned(), |power| format!("{number} × {power}"))
 }
 
-/// A value and its standard error to the same place, two digits of the error: `0.02340 ± 0.00012`, `(2.512 ± 0.031) × 10⁻⁴`.
+/// A value and its standard uncertainty, rounded to two digits of the uncertainty: `0.02340 ± 0.00012`, `(2.512 ± 0.031) × 10⁻⁴`.
 ///
-/// An error of 0 is said as none: the value alone.
+/// Only the value where the uncertainty is 0 or not finite. The caller labels the ± (1σ) once for each table or page.
 pub fn with_sigma(value: f64, sigma: f64) -> String {
     if !(value.is_finite() && sigma.is_finite()) || sigma <= 0.0 {
         return plain(value, 6);
@@ -45,7 +45,7 @@ pub fn with_sigma(value: f64, sigma: f64) -> String {
     typographic(&format!("({:.decimals$} ± {:.decimals$}) × 10{}", value / scale, sigma / scale, superscript(size)))
 }
 
-/// A change in percent: `+3.1 %`, `× 2.4` where it is large.
+/// A relative change: `+3.1 %`; `× 2.40` where it is large; empty where there is none to give.
 pub fn change(from: f64, to: f64) -> String {
     if !(from.is_finite() && to.is_finite()) || from == 0.0 {
         return String::new();
@@ -79,7 +79,7 @@ pub fn grouped(n: usize) -> String {
     text
 }
 
-/// A power as it is written above the line: `⁻³`.
+/// A number as superscript digits: `⁻³`.
 pub fn superscript(power: i32) -> String {
     power
         .to_string()
@@ -95,6 +95,28 @@ pub fn superscript(power: i32) -> String {
         .collect()
 }
 
+/// log₁₀ of the p-value below which only "< 1e-12" is printed: below it the noise model is more doubtful than chance.
+const MIN_LOG10_P: f64 = -12.0;
+
+/// A p-value, given by its logarithm to base 10: `0.034`, `2e-7`, `< 1e-12`; a dash where it is not a number.
+pub fn p_value(log10_p: f64) -> String {
+    if log10_p.is_nan() {
+        "–".to_owned()
+    } else if log10_p < MIN_LOG10_P {
+        format!("< 1e{MIN_LOG10_P}")
+    } else if log10_p < -3.0 {
+        format!("{:.0e}", 10f64.powf(log10_p))
+    } else {
+        plain(10f64.powf(log10_p.min(0.0)), 2)
+    }
+}
+
+/// A p-value for a sentence: `p = 0.034`, `p < 1e-12`.
+pub fn p_statement(log10_p: f64) -> String {
+    let p = p_value(log10_p);
+    if p.starts_with('<') { format!("p {p}") } else { format!("p = {p}") }
+}
+
 /// The exponent of a number in Rust's `1.2e-3`.
 fn exponent(scientific: &str) -> i32 {
     scientific.split_once('e').and_then(|(_, e)| e.parse().ok()).unwrap_or(0)
@@ -105,7 +127,7 @@ fn powered(scientific: &str) -> String {
     typographic(&format!("{mantissa} × 10{}", superscript(power.parse().unwrap_or(0))))
 }
 
-/// A minus is a minus, not a hyphen.
+/// Replaces the hyphen by the minus sign.
 fn typographic(text: &str) -> String {
     text.replace('-', "−")
 }

@@ -7,6 +7,7 @@ use crate::observer::{Bode, Design, Plant, Trace};
 use crate::report::digits;
 use crate::report::page::{Page, escaped, swatch};
 use crate::report::plot::envelope::{envelope, extent};
+use crate::report::plot::svg::Drawing;
 use crate::report::plot::{Axis, Plot, with_room};
 use crate::statistics::Extremes;
 
@@ -111,7 +112,7 @@ fn moments(trace: &Trace) -> Vec<(f64, f64)> {
     trace.t_s.iter().copied().zip(trace.moment_N_m.iter().copied()).collect()
 }
 
-fn over_time(lines: &[Vec<(f64, f64)>], name: &str, unit: &str) -> String {
+fn over_time(lines: &[Vec<(f64, f64)>], name: &str, unit: &str) -> Drawing {
     let end = lines.iter().filter_map(|line| line.last()).map(|p| p.0).max_or_zero();
     let pieces: Vec<_> = lines.iter().map(|line| envelope(line.iter().copied(), (0.0, end), 1500, f64::INFINITY)).collect();
     let range = extent(pieces.iter()).unwrap_or((0.0, 1.0));
@@ -194,7 +195,7 @@ fn captions(curves: &[(String, Vec<(f64, f64)>)], says: &str) -> String {
     format!("{}. {}", names.join(" "), escaped(says))
 }
 
-fn over_frequency(curves: &[(String, Vec<(f64, f64)>)], range: (f64, f64), name: &str, unit: &str) -> String {
+fn over_frequency(curves: &[(String, Vec<(f64, f64)>)], range: (f64, f64), name: &str, unit: &str) -> Drawing {
     banded(curves, range, name, unit, None)
 }
 
@@ -214,7 +215,7 @@ fn unwrapped(line: &[(f64, f64)]) -> Vec<Vec<(f64, f64)>> {
 }
 
 /// Curves over the logarithm of frequency; beyond `limit`, rad/s, shaded.
-fn banded(curves: &[(String, Vec<(f64, f64)>)], range: (f64, f64), name: &str, unit: &str, limit: Option<f64>) -> String {
+fn banded(curves: &[(String, Vec<(f64, f64)>)], range: (f64, f64), name: &str, unit: &str, limit: Option<f64>) -> Drawing {
     let pieces: Vec<_> = curves.iter().map(|(_, line)| unwrapped(line)).collect();
     let extent = extent(pieces.iter()).unwrap_or((0.0, 1.0));
     let x = Axis::decades(range, "frequency, rad/s");

@@ -5,7 +5,7 @@ pub struct Page {
     text: String,
 }
 
-const STYLE: &str = include_str!("page.css");
+const STYLE: &str = include_str!("html.css");
 
 impl Page {
     /// A page with its heading.
@@ -41,22 +41,7 @@ impl Page {
     }
 }
 
-/// Plain text as markup. Characters that XML cannot hold become a blank.
-pub fn escaped(text: &str) -> String {
-    let mut markup = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => markup.push_str("&amp;"),
-            '<' => markup.push_str("&lt;"),
-            '>' => markup.push_str("&gt;"),
-            '"' => markup.push_str("&quot;"),
-            '\t' | '\n' => markup.push(c),
-            c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => markup.push(' '),
-            c => markup.push(c),
-        }
-    }
-    markup
-}
+pub use super::html::escaped;
 
 /// Plain text as markup, with what stands between backticks as code.
 pub fn with_code(text: &str) -> String {

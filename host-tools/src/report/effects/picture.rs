@@ -8,6 +8,7 @@ use super::unit;
 use crate::report::digits;
 use crate::report::page::swatch;
 use crate::report::plot::envelope::{envelope, extent};
+use crate::report::plot::svg::Drawing;
 use crate::report::plot::{Axis, Plot, with_room};
 
 /// Width of the plots, px.
@@ -16,11 +17,11 @@ const WIDTH: f64 = 980.0;
 const MOST_POINTS: usize = 2500;
 
 /// Two drawings, each with its caption in markup.
-pub(super) fn drawings(card: &Card, beside: &Beside) -> Vec<(String, String)> {
+pub(super) fn drawings(card: &Card, beside: &Beside) -> Vec<(Drawing, String)> {
     vec![traces(card, beside), difference(card, beside)]
 }
 
-fn traces(card: &Card, beside: &Beside) -> (String, String) {
+fn traces(card: &Card, beside: &Beside) -> (Drawing, String) {
     let seconds = beside.experiment.seconds;
     let line =
         |trace: &super::Trace| envelope(trace.t_s.iter().copied().zip(trace.shown.iter().copied()), (0.0, seconds), 1500, f64::INFINITY);
@@ -50,7 +51,7 @@ fn traces(card: &Card, beside: &Beside) -> (String, String) {
     (plot.finish(), caption)
 }
 
-fn difference(card: &Card, beside: &Beside) -> (String, String) {
+fn difference(card: &Card, beside: &Beside) -> (Drawing, String) {
     let difference = beside.difference();
     let (_, shown_unit) = beside.experiment.shown.label();
     let fold = |range: (f64, f64), v: &f64| (range.0.min(*v), range.1.max(*v));

@@ -9,7 +9,7 @@ use crate::identify::fit::{ChannelFit, PreparedLog};
 use crate::identify::residual::harmonics::Spectrum;
 use crate::model::Channel;
 use crate::report::plot::envelope::{Pieces, envelope, extent};
-use crate::report::plot::svg::{Anchor, Svg};
+use crate::report::plot::svg::{Anchor, Drawing, Svg};
 use crate::report::plot::{Axis, Plot, with_room};
 use crate::report::residual::Along;
 use crate::report::residual::rms_over_time;
@@ -75,7 +75,7 @@ pub(super) fn worst(record: &PreparedLog, before: &ChannelFit) -> Option<(f64, f
 }
 
 /// Measured, modelled before and after.
-pub(super) fn traces(record: &PreparedLog, pair: &Pair, range: (f64, f64)) -> Option<String> {
+pub(super) fn traces(record: &PreparedLog, pair: &Pair, range: (f64, f64)) -> Option<Drawing> {
     let seen = line(record, pair.before, range, |row, _| pair.measured(record, row));
     let before = line(record, pair.before, range, |row, r| pair.measured(record, row) - r);
     let after = line(record, pair.after, range, |row, r| pair.measured(record, row) - r);
@@ -90,7 +90,7 @@ pub(super) fn traces(record: &PreparedLog, pair: &Pair, range: (f64, f64)) -> Op
 }
 
 /// Both residuals over time, with the band of the noise.
-pub(super) fn residuals(record: &PreparedLog, pair: &Pair, range: (f64, f64)) -> Option<String> {
+pub(super) fn residuals(record: &PreparedLog, pair: &Pair, range: (f64, f64)) -> Option<Drawing> {
     let (before, after) = (line(record, pair.before, range, |_, r| r), line(record, pair.after, range, |_, r| r));
     let (low, high) = extent([&before, &after].into_iter())?;
     let noise = pair.after.noise;
@@ -107,7 +107,7 @@ pub(super) fn residuals(record: &PreparedLog, pair: &Pair, range: (f64, f64)) ->
 }
 
 /// Mean residual over a coordinate, before and after, with 95 % intervals.
-pub(super) fn over(pair: &Pair, a: &Along) -> Option<String> {
+pub(super) fn over(pair: &Pair, a: &Along) -> Option<Drawing> {
     let bins = |f: &ChannelFit| binned(a.values(f.residual.len()), f.residual.iter().copied(), a.range, a.bins);
     let (before, after) = (bins(pair.before), bins(pair.after));
     if before.is_empty() {
@@ -133,7 +133,7 @@ pub(super) fn over(pair: &Pair, a: &Along) -> Option<String> {
 ///
 /// The spectra weight the rows differently (a torque leaves less in a fast rate); what an order accounts for of the residual's power is the
 /// same question in all, and the amplitude drawn is that of a sine of this power.
-pub(super) fn order_spectrum(pair: &Pair, before: &Spectrum, after: &Spectrum) -> Option<String> {
+pub(super) fn order_spectrum(pair: &Pair, before: &Spectrum, after: &Spectrum) -> Option<Drawing> {
     let sizes = |s: &Spectrum, f: &ChannelFit| s.share.iter().map(|share| (2.0 * share).sqrt() * f.rms).collect::<Vec<f64>>();
     let (sizes_before, sizes_after) = (sizes(before, pair.before), sizes(after, pair.after));
     let loud = before.amplitude.iter().zip(&before.level).rposition(|(a, l)| a > l).map_or(0, |k| k + 1);
@@ -154,7 +154,7 @@ pub(super) fn order_spectrum(pair: &Pair, before: &Spectrum, after: &Spectrum) -
 }
 
 /// What is left over its coordinate, bin by bin.
-pub(super) fn shape(s: &Shape) -> Option<String> {
+pub(super) fn shape(s: &Shape) -> Option<Drawing> {
     let (first, last) = s.bins.first().zip(s.bins.last())?;
     let reach = s.bins.iter().map(|b| b.mean.abs() + b.confidence.min(2.0 * b.mean.abs())).max_or_zero();
     let (name, x_unit) = s.along.rsplit_once(", ").unwrap_or((s.along, ""));
@@ -174,7 +174,7 @@ const HEADING: f64 = 26.0;
 const BARS: (f64, f64) = (260.0, 900.0);
 
 /// The falling error: for each channel a bar per stage, rms over noise on a logarithmic scale that begins at 1, where only noise is left.
-pub(super) fn staircase(e: &Explanation) -> String {
+pub(super) fn staircase(e: &Explanation) -> Drawing {
     let channels = e.stages.first().map_or(0, |s| s.outputs.len());
     let height = channels as f64 * (HEADING + STEP * e.stages.len() as f64 + 8.0) + 34.0;
     let ratios = e.stages.iter().flat_map(|s| &s.outputs).map(|o| o.ratio()).filter(|r| r.is_finite());

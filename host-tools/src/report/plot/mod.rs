@@ -6,7 +6,7 @@ pub mod envelope;
 pub mod svg;
 
 use super::numbers;
-use svg::{Anchor, Svg};
+use svg::{Anchor, Drawing, Svg};
 
 /// One axis: from, to, ticks with their words, label.
 #[derive(Debug, Clone)]
@@ -206,7 +206,7 @@ impl Plot {
     }
 
     /// Frame, ticks and labels, and the drawing.
-    pub fn finish(mut self) -> String {
+    pub fn finish(mut self) -> Drawing {
         let (left, right, top, bottom) = (LEFT, self.width - RIGHT, TOP, self.height - BELOW);
         let (x_ticks, y_ticks) = (std::mem::take(&mut self.x.ticks), std::mem::take(&mut self.y.ticks));
         let spoken = self.spoken(&x_ticks);

@@ -1,33 +1,54 @@
-//! The few shapes of SVG that plots are made of.
+//! The SVG elements that plots are made of.
 //!
-//! Written here and not by a plotting crate: `plotters` paints each shape in a colour of its own, while these bear a class, so that one
-//! style sheet serves light, dark and paper; a trace of 3000 points is one path, in tenths of a pixel.
+//! No plotting crate is used: `plotters` gives each shape a fixed colour, while these shapes have a class, so that one style sheet serves
+//! light and dark screens and paper. A trace of 3000 points is one path, in tenths of a pixel.
 
 use std::fmt::Write as _;
 
-use crate::report::page::escaped;
+use crate::report::html::escaped;
 
-/// A drawing under way.
+/// A finished drawing.
+#[derive(Debug, Clone)]
+pub struct Drawing(String);
+
+impl Drawing {
+    /// The SVG element as text.
+    pub fn svg(&self) -> &str {
+        &self.0
+    }
+}
+
+// Until all pages are made with the builder of `html`.
+impl std::ops::Deref for Drawing {
+    type Target = str;
+    fn deref(&self) -> &str {
+        &self.0
+    }
+}
+
+/// A drawing under construction.
 pub struct Svg {
     text: String,
 }
 
-/// Where a text is held.
+/// Alignment of a text at its position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Anchor {
-    /// By its begin.
+    /// The text begins there.
     Start,
-    /// By its middle.
+    /// The text is centred there.
     Middle,
-    /// By its end.
+    /// The text ends there.
     End,
 }
 
 impl Svg {
-    /// An empty drawing; `says` is read out where it cannot be seen.
-    pub fn new(width: f64, height: f64, says: &str) -> Self {
-        let says = escaped(says);
-        Svg { text: format!("<svg viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{says}\"><title>{says}</title>\n") }
+    /// An empty drawing of `width` by `height` px; `description` is its alternative text.
+    pub fn new(width: f64, height: f64, description: &str) -> Self {
+        let description = escaped(description);
+        Svg {
+            text: format!("<svg viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{description}\"><title>{description}</title>\n"),
+        }
     }
 
     /// A filled rectangle.
@@ -44,7 +65,7 @@ impl Svg {
         );
     }
 
-    /// Pieces of a line, as one path.
+    /// A line with gaps, as one path.
     pub fn path<'a>(&mut self, pieces: impl Iterator<Item = &'a [(f64, f64)]>, class: &str) {
         let mut d = String::new();
         for piece in pieces {
@@ -60,7 +81,7 @@ impl Svg {
         }
     }
 
-    /// A dot.
+    /// A filled circle.
     pub fn dot(&mut self, at: (f64, f64), radius: f64, class: &str) {
         let _ = writeln!(self.text, "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"{radius}\" class=\"{class}\"/>", at.0, at.1);
     }
@@ -76,9 +97,9 @@ impl Svg {
         let _ = writeln!(self.text, "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"{anchor}\" class=\"{class}\">{text}</text>", at.0, at.1);
     }
 
-    /// The drawing.
-    pub fn finish(mut self) -> String {
+    /// The finished drawing.
+    pub fn finish(mut self) -> Drawing {
         self.text.push_str("</svg>\n");
-        self.text
+        Drawing(self.text)
     }
 }
