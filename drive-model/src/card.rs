@@ -10,7 +10,7 @@ pub struct Card {
     /// The equation in one line.
     pub equation: &'static str,
     /// Where it acts.
-    pub room: Room,
+    pub domain: Domain,
     /// The coordinate over which a model that lacks it fails most.
     pub coordinate: Coordinate,
     /// Its parameters, in the order in which the law takes them.
@@ -22,20 +22,20 @@ pub struct Card {
     /// Effects of the same family cannot be told apart by some logs; empty: none known beforehand.
     pub family: &'static str,
     /// The account in plain words.
-    pub account: Account,
+    pub description: Description,
 }
 
 /// The account of an effect, for the person at the stand.
 #[derive(Debug)]
-pub struct Account {
+pub struct Description {
     /// What it is.
-    pub what: &'static str,
+    pub summary: &'static str,
     /// How it shows.
-    pub shows: &'static str,
+    pub signature: &'static str,
     /// Which experiment shows it best.
     pub experiment: &'static str,
     /// What else looks like it.
-    pub looks_like: &'static str,
+    pub similar: &'static str,
     /// Where to read on.
     pub reference: &'static str,
 }
@@ -48,39 +48,39 @@ pub struct Parameter {
     /// Unit for a person.
     pub unit: &'static str,
     /// What it is.
-    pub says: &'static str,
+    pub description: &'static str,
     /// Physical range; a fit that leaves it is no explanation.
     pub range: (f64, f64),
     /// Start value of a fit, of the order of the default stand's.
     pub start: f64,
     /// How a fit may move it.
-    pub kind: Kind,
+    pub kind: ParameterKind,
     /// Range from which `stand sim --hidden` draws its magnitude on the default stand (signed kinds get a random sign).
-    pub hidden: (f64, f64),
+    pub simulated_range: (f64, f64),
 }
 
 /// How a parameter moves in a fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum ParameterKind {
     /// A coefficient whose zero means "absent"; physically not negative.
-    Level,
+    NonNegative,
     /// A coefficient of either sign.
     Signed,
     /// Never zero: moved by its logarithm.
     Positive,
     /// A share between 0 and 1: moved by its logit.
-    Share,
+    Fraction,
     /// An angle in [0, 2π).
     Phase,
     /// A whole number, scanned, never fitted.
-    Order,
+    HarmonicOrder,
     /// A moment of the record.
-    Moment,
+    EventTime,
 }
 
 /// Where an effect acts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Room {
+pub enum Domain {
     /// A torque on the rotor or a change of the mechanics.
     Torque,
     /// The bridge and the winding.
@@ -89,13 +89,13 @@ pub enum Room {
     Measurement,
 }
 
-impl Room {
+impl Domain {
     /// Heading of the catalogue.
     pub fn title(self) -> &'static str {
         match self {
-            Room::Torque => "Drive: torque",
-            Room::Electrical => "Drive: electrical",
-            Room::Measurement => "Measurement",
+            Domain::Torque => "Drive: torque",
+            Domain::Electrical => "Drive: electrical",
+            Domain::Measurement => "Measurement",
         }
     }
 }

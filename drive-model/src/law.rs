@@ -1,69 +1,69 @@
-//! What an effect does, generic over the scalar.
+//! The law of an effect, generic over the scalar.
 
 use num_dual::DualNum;
 
-/// Reference temperature of all temperature laws, °C (effects.md).
+/// Reference temperature of all temperature laws, °C.
 pub const T0_C: f64 = 25.0;
 
-/// A number of the rig: `f64`, or a dual number over it.
+/// A scalar of the model: `f64`, or a dual number over it that carries derivatives.
 pub trait Scalar: DualNum<Primitive = f64> + Copy + Send + Sync {}
 impl<T: DualNum<Primitive = f64> + Copy + Send + Sync> Scalar for T {}
 
-/// The physics of one effect. `p` are its parameters in the card's order.
+/// The physics of one effect. `p` are its parameters in the order of its card.
 ///
-/// All three do nothing unless said otherwise; an effect overrides what it is about.
+/// Each method does nothing by default; a law implements those that its effect needs.
 pub trait Law<S: Scalar>: Send + Sync {
-    /// Adds to torque, voltage, dry level or one of the factors, at the state `x`.
-    fn act(&self, _p: &[S], _x: &Point<S>, _a: &mut Acts<S>) {}
-    /// Changes what a channel shows, with no torque behind it.
-    fn see(&self, _p: &[S], _x: &Point<S>, _y: &mut Reading<S>) {}
-    /// `act` does nothing: the law is of structure or measurement alone, and need not be asked at every step.
-    fn is_silent(&self) -> bool {
+    /// Adds to torque, voltage, Coulomb torque or one of the factors, at the point `x`.
+    fn contribute(&self, _p: &[S], _x: &Point<S>, _a: &mut Contributions<S>) {}
+    /// Changes the reading of a channel; no torque causes it.
+    fn measure(&self, _p: &[S], _x: &Point<S>, _y: &mut Reading<S>) {}
+    /// [`Law::contribute`] does nothing, so that a step need not call it: the law is of structure or measurement alone.
+    fn has_no_contribution(&self) -> bool {
         false
     }
-    /// Changes the structure of the rig (shaft, winding, bristle, filters); called once for a set of parameters.
-    fn arm(&self, _p: &[S], _arms: &mut Arms<S>) {}
+    /// Changes the structure of the drive (shaft, winding, bristle, filters); called once for a set of parameters.
+    fn configure(&self, _p: &[S], _structure: &mut Structure<S>) {}
 }
 
-/// The state at which an effect is evaluated; it stands for the interval [from, to).
+/// Where an effect is evaluated; the values stand for the time interval [from, to).
 #[derive(Debug, Clone, Copy)]
 pub struct Point<S> {
-    /// Begin of the interval, s.
+    /// Start of the interval, s.
     pub from_s: f64,
     /// End of the interval, s.
     pub to_s: f64,
-    /// Platform angle, rad: the measured one where there is one.
+    /// Platform angle, rad: the measured angle where there is one.
     pub theta: S,
-    /// The angle is the measured one, with what the encoder's own error does to it.
+    /// The angle is the measured one, including the encoder's error.
     pub theta_measured: bool,
-    /// Rate, rad/s (of the motor where the shaft is an arm of the rig).
+    /// Rate, rad/s; of the motor where there is a shaft.
     pub omega: S,
     /// Motor current, A.
     pub current: S,
-    /// Voltage asked for, V.
+    /// Commanded voltage, V.
     pub voltage: S,
     /// Winding temperature, °C.
     pub temp_C: S,
     /// Supply voltage over its nominal value; 1 where it is not measured.
     pub supply_ratio: f64,
-    /// The rate channel is made from the encoder.
+    /// The rate channel is derived from the encoder.
     pub rate_from_encoder: bool,
 }
 
-/// What the effects do to the drive, summed over all of them.
+/// Contributions of the effects to the drive, summed over all of them.
 #[derive(Debug, Clone, Copy)]
-pub struct Acts<S> {
+pub struct Contributions<S> {
     /// Torque on the rotor, N m.
     pub torque: S,
-    /// Dry level, N m: holds at rest, opposes while sliding.
-    pub dry: S,
+    /// Coulomb torque, N m: holds at rest, opposes the motion while sliding.
+    pub coulomb_torque: S,
     /// Viscous coefficient, N m s.
     pub viscous: S,
     /// Factor on the viscous coefficient.
     pub viscous_factor: S,
-    /// Voltage added to the one asked for, V.
+    /// Voltage added to the commanded voltage, V.
     pub voltage: S,
-    /// Voltage lost against the current, below which none flows, V.
+    /// Voltage drop against the current, below which no current flows, V.
     pub drop_V: S,
     /// Resistance in series with the winding, Ω.
     pub series_ohm: S,
@@ -73,14 +73,14 @@ pub struct Acts<S> {
     pub motor_factor: S,
 }
 
-impl<S: Scalar> Acts<S> {
-    /// Nothing acts.
+impl<S: Scalar> Contributions<S> {
+    /// No contribution: sums 0, factors 1.
     #[inline]
     pub fn none() -> Self {
         let (zero, one) = (S::zero(), S::one());
-        Acts {
+        Contributions {
             torque: zero,
-            dry: zero,
+            coulomb_torque: zero,
             viscous: zero,
             viscous_factor: one,
             voltage: zero,
@@ -92,7 +92,7 @@ impl<S: Scalar> Acts<S> {
     }
 }
 
-/// What the channels show.
+/// Readings of the channels.
 #[derive(Debug, Clone, Copy)]
 pub struct Reading<S> {
     /// Rate, rad/s.
@@ -103,36 +103,36 @@ pub struct Reading<S> {
     pub current: S,
 }
 
-/// What changes the structure of the rig. `None`: not there.
+/// Structure of the drive beyond a rigid rotor with a resistive winding. `None`: absent.
 #[derive(Debug, Clone, Copy)]
-pub struct Arms<S> {
+pub struct Structure<S> {
     /// Winding inductance, H.
     pub inductance_H: Option<S>,
     /// Shaft between motor and platform.
     pub shaft: Option<Shaft<S>>,
-    /// Stiffness of the bristle that takes the place of the dry level, N m/rad.
+    /// Stiffness of the bristle that replaces the Coulomb torque, N m/rad.
     pub bristle_N_m_rad: Option<S>,
-    /// Heat of the winding, where its temperature is not measured.
+    /// Thermal model of the winding, where its temperature is not measured.
     pub thermal: Option<Thermal<S>>,
     /// First-order lag of the rate channel, s.
     pub lag_s: Option<S>,
     /// Delay of one channel, s.
     pub skew_s: Option<S>,
-    /// Some law depends on the current, so that the current must be found before the laws are evaluated.
-    pub by_current: bool,
+    /// Some law depends on the current, which must then be computed before the laws are evaluated.
+    pub needs_current: bool,
 }
 
-impl<S> Default for Arms<S> {
+impl<S> Default for Structure<S> {
     fn default() -> Self {
-        Arms { inductance_H: None, shaft: None, bristle_N_m_rad: None, thermal: None, lag_s: None, skew_s: None, by_current: false }
+        Structure { inductance_H: None, shaft: None, bristle_N_m_rad: None, thermal: None, lag_s: None, skew_s: None, needs_current: false }
     }
 }
 
-impl<S> Arms<S> {
-    /// A rotor and a winding, and no law that asks for the current.
+impl<S> Structure<S> {
+    /// A rigid rotor and a winding, and no law that depends on the current.
     #[inline]
     pub fn is_plain(&self) -> bool {
-        self.shaft.is_none() && self.bristle_N_m_rad.is_none() && self.thermal.is_none() && !self.by_current
+        self.shaft.is_none() && self.bristle_N_m_rad.is_none() && self.thermal.is_none() && !self.needs_current
     }
 }
 
@@ -143,13 +143,13 @@ pub struct Shaft<S> {
     pub stiffness: S,
     /// Damping, N m s/rad.
     pub damping: S,
-    /// Share of the inertia on the motor's side.
-    pub share: S,
-    /// Whole play, rad.
+    /// Fraction of the inertia on the motor side.
+    pub motor_inertia_fraction: S,
+    /// Total play, rad.
     pub gap: S,
 }
 
-/// The winding as one heat capacity.
+/// Thermal model of the winding: one heat capacity.
 #[derive(Debug, Clone, Copy)]
 pub struct Thermal<S> {
     /// Heat capacity, J/K.

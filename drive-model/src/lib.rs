@@ -5,15 +5,15 @@
 //!
 //! * A [`Card`] describes an effect: equation, parameters with unit, range and start value, and a description for the user.
 //! * A [`Law`] is the physics, generic over the scalar: `f64`, or a dual number that carries derivatives.
-//! * [`Acts`] is the contribution of a law to the drive, [`Reading`] to a channel, [`Arms`] to the structure of the rig.
+//! * [`Contributions`] is the contribution of a law to the drive, [`Reading`] to a channel, [`Structure`] to the structure of the rig.
 //!
-//! An effect never computes sign(ω): it reports a Coulomb friction level ([`Acts::dry`]) and the integration step handles sticking. This crate
+//! An effect never computes sign(ω): it reports a Coulomb friction level ([`Contributions::dry`]) and the integration step handles sticking. This crate
 //! depends on no firmware, HAL or async crate. To add an effect, add a file to `effects/` and a line to the catalogue in `effects/mod.rs`.
 
 mod card;
 pub mod effects;
 mod law;
 
-pub use card::{Account, Card, Coordinate, Kind, Parameter, Room, Screen};
+pub use card::{Card, Coordinate, Description, Domain, Parameter, ParameterKind, Screen};
 pub use effects::{CATALOGUE, card, law};
-pub use law::{Acts, Arms, Law, Point, Reading, Scalar, Shaft, T0_C, Thermal};
+pub use law::{Contributions, Law, Point, Reading, Scalar, Shaft, Structure, T0_C, Thermal};

@@ -1,6 +1,6 @@
 //! The other way round: what a prescribed motion needs of the drive (`input = "theta_rad"`).
 
-use crate::{Rig, Span};
+use crate::{Rig, RowInput};
 use drive_model::Scalar;
 
 /// What a prescribed motion needs.
@@ -17,18 +17,19 @@ pub struct Demand<S> {
 impl<S: Scalar> Rig<S> {
     /// Torque, current and voltage at rate `omega` (rad/s) and acceleration `alpha` (rad/s²).
     ///
-    /// `direction` in [−1, 1] is the sign of the motion for dry friction, less than one where the measured rate cannot tell it.
-    pub fn demand(&self, span: &Span, omega: f64, alpha: f64, direction: f64, current_A: f64) -> Demand<S> {
+    /// `direction` in [−1, 1] is the sign of the motion for coulomb friction, less than one where the measured rate cannot tell it.
+    pub fn demand(&self, row: &RowInput, omega: f64, alpha: f64, direction: f64, current_A: f64) -> Demand<S> {
         let rate = S::from(omega);
-        let theta = S::from(span.theta.map_or(0.0, |t| t.0));
-        let x = self.point(span, 0.0, 0.0, theta, rate, S::from(current_A), S::zero());
-        let acts = self.acts(&x);
-        let motor_constant = self.base.motor_constant * acts.motor_factor;
-        let torque = self.base.inertia * alpha + acts.viscous * acts.viscous_factor * omega + acts.dry * direction - acts.torque;
+        let theta = S::from(row.theta.map_or(0.0, |t| t.0));
+        let x = self.point(row, 0.0, 0.0, theta, rate, S::from(current_A), S::zero());
+        let total = self.contributions(&x);
+        let motor_constant = self.base.motor_constant * total.motor_factor;
+        let torque =
+            self.base.inertia * alpha + total.viscous * total.viscous_factor * omega + total.coulomb_torque * direction - total.torque;
         let current = torque / motor_constant;
-        let resistance = self.base.resistance * acts.resistance_factor + acts.series_ohm;
-        let drop = if current > 0.0 { acts.drop_V } else { -acts.drop_V };
-        let voltage = resistance * current + motor_constant * omega + drop - acts.voltage;
+        let resistance = self.base.resistance * total.resistance_factor + total.series_ohm;
+        let drop = if current > 0.0 { total.drop_V } else { -total.drop_V };
+        let voltage = resistance * current + motor_constant * omega + drop - total.voltage;
         Demand { torque, current, voltage }
     }
 }

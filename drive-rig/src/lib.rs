@@ -3,11 +3,11 @@
 //! In `f64` it simulates, in dual numbers it also carries the exact derivatives by every parameter and initial state. It is what a
 //! user's model is made of; the truth of the simulated stand is [`crate::plant`], which integrates the same effects by other means.
 //!
-//! The step is the explicit midpoint rule, with three parts solved exactly inside it: dry friction ([`slide`]: no smoothing, no event
+//! The step is the explicit midpoint rule, with three parts solved exactly inside it: coulomb friction ([`slide`]: no smoothing, no event
 //! search), the current of an inductive winding ([`armature`]) and a bristle. A shaft swings by its series, and a stiff or a stuck one by the
 //! implicit midpoint rule ([`shaft`]). Local error O(h³) while nothing sticks, O(h²) at a reversal.
 //!
-//! Glossary: *row*, one sample of the log, [t, t + dt); *span*, a row with its input; *demand*, what a prescribed motion needs.
+//! Glossary: *row*, one sample of the log, [t, t + dt); *row*, a row with its input; *demand*, what a prescribed motion needs.
 
 mod armature;
 mod demand;
@@ -17,7 +17,7 @@ mod slide;
 pub use demand::Demand;
 pub use slide::slide;
 
-use drive_model::{Acts, Arms, Law, Point, Reading, Scalar, T0_C};
+use drive_model::{Contributions, Law, Point, Reading, Scalar, Structure, T0_C};
 
 /// Longest step, s: a thousandth, as the logs of the stand.
 const LONGEST_STEP_S: f64 = 1.0e-3;
@@ -50,7 +50,7 @@ pub enum Input {
 
 /// One row with its input.
 #[derive(Debug, Clone, Copy)]
-pub struct Span {
+pub struct RowInput {
     /// Begin, s.
     pub t_s: f64,
     /// Length, s.
@@ -95,7 +95,7 @@ impl<S: Scalar> State<S> {
 }
 
 /// A law with its parameters.
-struct Placed<S> {
+struct EffectAtParameters<S> {
     law: Box<dyn Law<S>>,
     parameters: Vec<S>,
 }
@@ -105,29 +105,29 @@ pub struct Rig<S: Scalar> {
     base: Base<S>,
     input: Input,
     /// Laws that act, and all laws.
-    acting: Vec<usize>,
-    placed: Vec<Placed<S>>,
-    arms: Arms<S>,
+    contributing: Vec<usize>,
+    effects: Vec<EffectAtParameters<S>>,
+    structure: Structure<S>,
 }
 
 impl<S: Scalar> Rig<S> {
     /// A rig of these effects, each with its parameters in its card's order.
     pub fn new(base: Base<S>, input: Input, effects: Vec<(Box<dyn Law<S>>, Vec<S>)>) -> Self {
-        let mut arms = Arms::default();
-        let placed: Vec<_> = effects
+        let mut structure = Structure::default();
+        let effects: Vec<_> = effects
             .into_iter()
             .map(|(law, parameters)| {
-                law.arm(&parameters, &mut arms);
-                Placed { law, parameters }
+                law.configure(&parameters, &mut structure);
+                EffectAtParameters { law, parameters }
             })
             .collect();
-        let acting = (0..placed.len()).filter(|&k| !placed[k].law.is_silent()).collect();
-        Rig { base, input, acting, placed, arms }
+        let contributing = (0..effects.len()).filter(|&k| !effects[k].law.has_no_contribution()).collect();
+        Rig { base, input, contributing, effects, structure }
     }
 
     /// The structure that the effects gave it.
-    pub fn arms(&self) -> &Arms<S> {
-        &self.arms
+    pub fn structure(&self) -> &Structure<S> {
+        &self.structure
     }
 
     /// Steps that a row of `dt_s` takes; see [`Rig::resolves`] for the most.
@@ -149,11 +149,11 @@ impl<S: Scalar> Rig<S> {
             Input::Current | Input::Torque => 0.0,
         };
         let mut rate_1_s = brake / inertia / 0.03;
-        if self.arms.by_current {
+        if self.structure.needs_current {
             rate_1_s = rate_1_s.max(2.0 / LONGEST_STEP_S);
         }
-        if let Some(shaft) = &self.arms.shaft {
-            let share = shaft.share.re();
+        if let Some(shaft) = &self.structure.shaft {
+            let share = shaft.motor_inertia_fraction.re();
             let reduced = inertia * share * (1.0 - share);
             let (swing_1_s, decay_1_s) = ((shaft.stiffness.re() / reduced).sqrt(), shaft.damping.re() / reduced);
             // Where there is play, whether a flank is hit or just missed may hang on the last digit.
@@ -164,7 +164,7 @@ impl<S: Scalar> Rig<S> {
             };
             rate_1_s = rate_1_s.max(by_shaft).max(brake / (inertia * share) / 0.1);
         }
-        if let Some(stiffness) = &self.arms.bristle_N_m_rad {
+        if let Some(stiffness) = &self.structure.bristle_N_m_rad {
             rate_1_s = rate_1_s.max((stiffness.re() / inertia).sqrt() / 0.1);
         }
         let steps = (dt_s / LONGEST_STEP_S).max(dt_s * rate_1_s);
@@ -173,120 +173,120 @@ impl<S: Scalar> Rig<S> {
     }
 
     /// Carries the state over one row; gives the mean current over it, A.
-    pub fn advance(&self, state: &mut State<S>, span: &Span) -> S {
-        let steps = self.steps(span.dt_s);
-        let at_rest = (span.dt_s / REST_STEP_S).ceil() as u32;
-        if self.arms.inductance_H.is_none() || self.input != Input::Voltage || steps >= at_rest {
-            return self.advance_in(state, span, steps);
+    pub fn advance(&self, state: &mut State<S>, row: &RowInput) -> S {
+        let steps = self.steps(row.dt_s);
+        let at_rest = (row.dt_s / REST_STEP_S).ceil() as u32;
+        if self.structure.inductance_H.is_none() || self.input != Input::Voltage || steps >= at_rest {
+            return self.advance_in(state, row, steps);
         }
-        // A rotor that leaves rest or turns round while the current rises has the dry level against it for a part of the step that the
+        // A rotor that leaves rest or turns round while the current rises has the coulomb level against it for a part of the step that the
         // step's mean torque does not know.
         let start = *state;
-        let current = self.advance_in(state, span, steps);
+        let current = self.advance_in(state, row, steps);
         let (from, to) = (self.motor_omega(&start).re(), self.motor_omega(state).re());
-        if from * to > 0.0 || (from == 0.0 && to == 0.0 && self.is_held(state, span)) {
+        if from * to > 0.0 || (from == 0.0 && to == 0.0 && self.is_held(state, row)) {
             return current;
         }
         *state = start;
-        self.advance_in(state, span, at_rest)
+        self.advance_in(state, row, at_rest)
     }
 
     /// A rotor at rest would stay there if the input went on.
-    fn is_held(&self, state: &State<S>, span: &Span) -> bool {
-        let x = self.point(span, 1.0, 0.0, state.theta, self.motor_omega(state), state.current, state.heat_K);
-        let acts = self.acts(&x);
-        let (torque, ..) = self.torque(&acts, x.omega, state.current, span.input, span.dt_s);
-        let shaft = self.arms.shaft.as_ref().map_or(0.0, |s| if s.gap.re() > 0.0 { 0.0 } else { s.stiffness.re() * state.twist.re() });
-        (torque.re() - shaft).abs() <= acts.dry.re()
+    fn is_held(&self, state: &State<S>, row: &RowInput) -> bool {
+        let x = self.point(row, 1.0, 0.0, state.theta, self.motor_omega(state), state.current, state.heat_K);
+        let total = self.contributions(&x);
+        let (torque, ..) = self.torque(&total, x.omega, state.current, row.input, row.dt_s);
+        let shaft = self.structure.shaft.as_ref().map_or(0.0, |s| if s.gap.re() > 0.0 { 0.0 } else { s.stiffness.re() * state.twist.re() });
+        (torque.re() - shaft).abs() <= total.coulomb_torque.re()
     }
 
     #[inline]
-    fn advance_in(&self, state: &mut State<S>, span: &Span, steps: u32) -> S {
+    fn advance_in(&self, state: &mut State<S>, row: &RowInput, steps: u32) -> S {
         if steps == 1 {
-            return self.step(state, span, 0.0, span.dt_s);
+            return self.step(state, row, 0.0, row.dt_s);
         }
-        let h = span.dt_s / f64::from(steps);
+        let h = row.dt_s / f64::from(steps);
         let mut current = S::zero();
         for k in 0..steps {
-            current += self.step(state, span, f64::from(k) / f64::from(steps), h);
+            current += self.step(state, row, f64::from(k) / f64::from(steps), h);
         }
         current / f64::from(steps)
     }
 
-    /// What the channels show at the begin of `span`, before lag and skew, with rate, angle and heat there; `current` is the row's mean.
-    pub fn read(&self, (omega, theta, heat_K): (S, S, S), span: &Span, current: S) -> Reading<S> {
+    /// What the channels show at the begin of `row`, before lag and skew, with rate, angle and heat there; `current` is the row's mean.
+    pub fn read(&self, (omega, theta, heat_K): (S, S, S), row: &RowInput, current: S) -> Reading<S> {
         let mut reading = Reading { omega, theta, current };
-        let x = self.point(span, 0.0, 0.0, theta, omega, current, heat_K);
-        for placed in &self.placed {
-            placed.law.see(&placed.parameters, &x, &mut reading);
+        let x = self.point(row, 0.0, 0.0, theta, omega, current, heat_K);
+        for effects in &self.effects {
+            effects.law.measure(&effects.parameters, &x, &mut reading);
         }
         reading
     }
 
-    /// Current at the begin of `span`, A, for a log that took it at the instant.
-    pub fn current_now(&self, state: &State<S>, span: &Span) -> S {
+    /// Current at the begin of `row`, A, for a log that took it at the instant.
+    pub fn current_now(&self, state: &State<S>, row: &RowInput) -> S {
         if self.input == Input::Current {
-            return S::from(span.input);
+            return S::from(row.input);
         }
-        if self.arms.inductance_H.is_some() {
+        if self.structure.inductance_H.is_some() {
             return state.current;
         }
-        let omega = if self.arms.shaft.is_some() { state.motor_omega } else { state.omega };
-        let acts = self.acts(&self.point(span, 0.0, 0.0, state.theta, omega, state.current, state.heat_K));
-        self.armature(&acts, self.base.motor_constant * acts.motor_factor, omega, state.current, span.input, 0.0).0
+        let omega = if self.structure.shaft.is_some() { state.motor_omega } else { state.omega };
+        let total = self.contributions(&self.point(row, 0.0, 0.0, state.theta, omega, state.current, state.heat_K));
+        self.armature(&total, self.base.motor_constant * total.motor_factor, omega, state.current, row.input, 0.0).0
     }
 
     /// Sum of what the effects do at `x`.
     #[inline]
-    pub(crate) fn acts(&self, x: &Point<S>) -> Acts<S> {
-        let mut acts = Acts::none();
-        for &k in &self.acting {
-            let placed = &self.placed[k];
-            placed.law.act(&placed.parameters, x, &mut acts);
+    pub(crate) fn contributions(&self, x: &Point<S>) -> Contributions<S> {
+        let mut total = Contributions::none();
+        for &k in &self.contributing {
+            let effects = &self.effects[k];
+            effects.law.contribute(&effects.parameters, x, &mut total);
         }
-        acts
+        total
     }
 
-    /// The point that stands for the part [from, from + h) of a span, `from` as a share of it.
+    /// The point that stands for the part [from, from + h) of a row, `from` as a share of it.
     #[inline]
     #[expect(clippy::too_many_arguments, reason = "a point has that many coordinates")]
-    fn point(&self, span: &Span, from: f64, h: f64, theta: S, omega: S, current: S, heat_K: S) -> Point<S> {
-        let from_s = span.t_s + from * span.dt_s;
-        let theta = match span.theta {
-            Some((a, b)) => S::from(a + (b - a) * (from + 0.5 * h / span.dt_s)),
+    fn point(&self, row: &RowInput, from: f64, h: f64, theta: S, omega: S, current: S, heat_K: S) -> Point<S> {
+        let from_s = row.t_s + from * row.dt_s;
+        let theta = match row.theta {
+            Some((a, b)) => S::from(a + (b - a) * (from + 0.5 * h / row.dt_s)),
             None => theta,
         };
         Point {
             from_s,
             to_s: from_s + h,
             theta,
-            theta_measured: span.theta.is_some(),
+            theta_measured: row.theta.is_some(),
             omega,
             current,
-            voltage: if self.input == Input::Voltage { S::from(span.input) } else { S::zero() },
-            temp_C: span.temp_C.map_or(heat_K + T0_C, S::from),
-            supply_ratio: span.supply_ratio,
-            rate_from_encoder: span.rate_from_encoder,
+            voltage: if self.input == Input::Voltage { S::from(row.input) } else { S::zero() },
+            temp_C: row.temp_C.map_or(heat_K + T0_C, S::from),
+            supply_ratio: row.supply_ratio,
+            rate_from_encoder: row.rate_from_encoder,
         }
     }
 
-    /// One step of length `h`, beginning at the share `from` of the span; gives the mean current over it.
+    /// One step of length `h`, beginning at the share `from` of the row; gives the mean current over it.
     #[inline]
-    fn step(&self, state: &mut State<S>, span: &Span, from: f64, h: f64) -> S {
-        if self.arms.is_plain() { self.step_plain(state, span, from, h) } else { self.step_armed(state, span, from, h) }
+    fn step(&self, state: &mut State<S>, row: &RowInput, from: f64, h: f64) -> S {
+        if self.structure.is_plain() { self.step_plain(state, row, from, h) } else { self.step_structured(state, row, from, h) }
     }
 
     /// A rotor and a winding: all that most models have, without the copies of the whole state.
     #[inline]
-    fn step_plain(&self, state: &mut State<S>, span: &Span, from: f64, h: f64) -> S {
-        let x = self.point(span, from, 0.5 * h, state.theta, state.omega, state.current, state.heat_K);
-        let acts = self.acts(&x);
-        let (torque, _, last) = self.torque(&acts, state.omega, state.current, span.input, 0.5 * h);
-        let (middle, turned) = slide(state.omega, torque, acts.dry, self.base.inertia, 0.5 * h);
-        let x = self.point(span, from, h, state.theta + turned, middle, last, state.heat_K);
-        let acts = self.acts(&x);
-        let (torque, mean, last) = self.torque(&acts, middle, state.current, span.input, h);
-        let (omega, turned) = slide(state.omega, torque, acts.dry, self.base.inertia, h);
+    fn step_plain(&self, state: &mut State<S>, row: &RowInput, from: f64, h: f64) -> S {
+        let x = self.point(row, from, 0.5 * h, state.theta, state.omega, state.current, state.heat_K);
+        let total = self.contributions(&x);
+        let (torque, _, last) = self.torque(&total, state.omega, state.current, row.input, 0.5 * h);
+        let (middle, turned) = slide(state.omega, torque, total.coulomb_torque, self.base.inertia, 0.5 * h);
+        let x = self.point(row, from, h, state.theta + turned, middle, last, state.heat_K);
+        let total = self.contributions(&x);
+        let (torque, mean, last) = self.torque(&total, middle, state.current, row.input, h);
+        let (omega, turned) = slide(state.omega, torque, total.coulomb_torque, self.base.inertia, h);
         state.omega = omega;
         state.theta += turned;
         state.current = last;
@@ -295,77 +295,77 @@ impl<S: Scalar> Rig<S> {
 
     /// The same with shaft, bristle, winding heat, or a law that asks for the current.
     #[inline(never)]
-    fn step_armed(&self, state: &mut State<S>, span: &Span, from: f64, h: f64) -> S {
+    fn step_structured(&self, state: &mut State<S>, row: &RowInput, from: f64, h: f64) -> S {
         let start = *state;
-        let mut x = self.point(span, from, 0.5 * h, start.theta, self.motor_omega(&start), start.current, start.heat_K);
-        if self.arms.by_current && self.input == Input::Voltage {
+        let mut x = self.point(row, from, 0.5 * h, start.theta, self.motor_omega(&start), start.current, start.heat_K);
+        if self.structure.needs_current && self.input == Input::Voltage {
             // The voltage may just have jumped: the current that the laws ask for is the one that it drives now.
-            x.current = self.torque(&self.acts(&x), x.omega, start.current, span.input, 0.5 * h).1;
+            x.current = self.torque(&self.contributions(&x), x.omega, start.current, row.input, 0.5 * h).1;
         }
-        let (half, _) = self.stage(&start, &start, &self.acts(&x), span, 0.5 * h);
-        let x = self.point(span, from, h, half.theta, self.motor_omega(&half), half.current, half.heat_K);
-        let (end, current) = self.stage(&start, &half, &self.acts(&x), span, h);
+        let (half, _) = self.stage(&start, &start, &self.contributions(&x), row, 0.5 * h);
+        let x = self.point(row, from, h, half.theta, self.motor_omega(&half), half.current, half.heat_K);
+        let (end, current) = self.stage(&start, &half, &self.contributions(&x), row, h);
         *state = end;
         current
     }
 
     /// The rate that friction and winding see.
     fn motor_omega(&self, state: &State<S>) -> S {
-        if self.arms.shaft.is_some() { state.motor_omega } else { state.omega }
+        if self.structure.shaft.is_some() { state.motor_omega } else { state.omega }
     }
 
-    /// Torque on the rotor without its dry part, over `h` at the rate `omega`; with it (mean, last) current.
+    /// Torque on the rotor without its coulomb part, over `h` at the rate `omega`; with it (mean, last) current.
     #[inline]
-    fn torque(&self, acts: &Acts<S>, omega: S, current: S, input: f64, h: f64) -> (S, S, S) {
-        let motor_constant = self.base.motor_constant * acts.motor_factor;
+    fn torque(&self, total: &Contributions<S>, omega: S, current: S, input: f64, h: f64) -> (S, S, S) {
+        let motor_constant = self.base.motor_constant * total.motor_factor;
         let (drive, mean, last) = match self.input {
             Input::Voltage => {
-                let (mean, last) = self.armature(acts, motor_constant, omega, current, input, h);
+                let (mean, last) = self.armature(total, motor_constant, omega, current, input, h);
                 (motor_constant * mean, mean, last)
             }
             Input::Current => (motor_constant * input, S::from(input), S::from(input)),
             Input::Torque => (S::from(input), S::zero(), S::zero()),
         };
-        (drive + acts.torque - acts.viscous * acts.viscous_factor * omega, mean, last)
+        (drive + total.torque - total.viscous * total.viscous_factor * omega, mean, last)
     }
 
-    /// From `start` over `h`, with what acts at the state `mid`; gives the state there and the mean current.
-    fn stage(&self, start: &State<S>, mid: &State<S>, acts: &Acts<S>, span: &Span, h: f64) -> (State<S>, S) {
+    /// From `start` over `h`, with what total at the state `mid`; gives the state there and the mean current.
+    fn stage(&self, start: &State<S>, mid: &State<S>, total: &Contributions<S>, row: &RowInput, h: f64) -> (State<S>, S) {
         let mut end = *start;
         let omega = self.motor_omega(mid);
-        let (mut torque, current, last) = self.torque(acts, omega, start.current, span.input, h);
+        let (mut torque, current, last) = self.torque(total, omega, start.current, row.input, h);
         end.current = last;
-        if let (Some(thermal), None) = (&self.arms.thermal, span.temp_C) {
-            let loss_W = self.base.resistance * acts.resistance_factor * current * current;
+        if let (Some(thermal), None) = (&self.structure.thermal, row.temp_C) {
+            let loss_W = self.base.resistance * total.resistance_factor * current * current;
             end.heat_K = start.heat_K + (loss_W - mid.heat_K / thermal.K_W) / thermal.J_K * h;
         }
-        let mut dry = acts.dry;
-        if let Some(stiffness) = self.arms.bristle_N_m_rad {
-            let (mean, last) = bristle(start.bristle, omega, dry, stiffness, h);
+        let mut coulomb = total.coulomb_torque;
+        if let Some(stiffness) = self.structure.bristle_N_m_rad {
+            let (mean, last) = bristle(start.bristle, omega, coulomb, stiffness, h);
             torque -= stiffness * mean;
-            dry = S::zero();
+            coulomb = S::zero();
             end.bristle = last;
         }
-        match &self.arms.shaft {
+        match &self.structure.shaft {
             None => {
-                let (omega, turned) = slide(start.omega, torque, dry, self.base.inertia, h);
+                let (omega, turned) = slide(start.omega, torque, coulomb, self.base.inertia, h);
                 end.omega = omega;
                 end.motor_omega = omega;
                 end.theta = start.theta + turned;
             }
-            Some(shaft) => self.twist(shaft, start, &mut end, torque, dry, h),
+            Some(shaft) => self.twist(shaft, start, &mut end, torque, coulomb, h),
         }
         (end, current)
     }
 }
 
 /// Dahl's bristle z' = ω − σ|ω|z/c over `h` at constant rate: (mean, last) deflection. Exact in z, so no step is too long for it.
-fn bristle<S: Scalar>(z: S, omega: S, dry: S, stiffness: S, h: f64) -> (S, S) {
-    if dry <= 0.0 || omega == 0.0 {
+fn bristle<S: Scalar>(z: S, omega: S, coulomb: S, stiffness: S, h: f64) -> (S, S) {
+    if coulomb <= 0.0 || omega == 0.0 {
         return (z, z);
     }
-    let limit = dry / stiffness * omega.signum();
-    let decay = -(omega.abs() * stiffness / dry * h);
+    let limit = coulomb / stiffness * omega.signum();
+    let decay = -(omega.abs() * stiffness / coulomb * h);
     let toward = -decay.exp_m1();
     let last = z + (limit - z) * toward;
     // Mean of the exponential; its series where the exponent is too small to divide by.

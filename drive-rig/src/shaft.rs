@@ -9,10 +9,10 @@ impl<S: Scalar> Rig<S> {
     /// Motor and platform over `h`, in two parts where the play closes or opens within it.
     ///
     /// All torques and the friction act on the motor's side; the platform is driven by the shaft alone.
-    pub(super) fn twist(&self, shaft: &Shaft<S>, start: &State<S>, end: &mut State<S>, torque: S, dry: S, h: f64) {
+    pub(super) fn twist(&self, shaft: &Shaft<S>, start: &State<S>, end: &mut State<S>, torque: S, coulomb: S, h: f64) {
         let half_gap = shaft.gap.re() * 0.5;
         let side = Side::at(start, half_gap);
-        self.twist_on(side, shaft, start, end, torque, dry, h);
+        self.twist_on(side, shaft, start, end, torque, coulomb, h);
         if half_gap <= 0.0 {
             return;
         }
@@ -26,42 +26,42 @@ impl<S: Scalar> Rig<S> {
         let rates = (start.motor_omega - start.omega, end.motor_omega - end.omega);
         let Some(part) = crossing(start.twist - edge, end.twist - edge, rates.0 * h, rates.1 * h) else { return };
         let mut between = *end;
-        self.twist_on(side, shaft, start, &mut between, torque, dry, part * h);
+        self.twist_on(side, shaft, start, &mut between, torque, coulomb, part * h);
         let beyond = match side {
             Side::Free if edge > 0.0 => Side::Ahead,
             Side::Free => Side::Behind,
             _ => Side::Free,
         };
-        self.twist_on(beyond, shaft, &between, end, torque, dry, (-part + 1.0) * h);
+        self.twist_on(beyond, shaft, &between, end, torque, coulomb, (-part + 1.0) * h);
     }
 
     /// The same while the contact does not change: both masses by the series of the swing ([`Rig::swing`]); where that is too stiff, or the motor
     /// comes to rest, the twist by the implicit midpoint rule (stable at any stiffness), each mass then by [`slide`].
     #[expect(clippy::too_many_arguments, reason = "two bodies")]
-    fn twist_on<H>(&self, side: Side, shaft: &Shaft<S>, start: &State<S>, end: &mut State<S>, torque: S, dry: S, h: H)
+    fn twist_on<H>(&self, side: Side, shaft: &Shaft<S>, start: &State<S>, end: &mut State<S>, torque: S, coulomb: S, h: H)
     where
         S: Mul<H, Output = S> + Add<H, Output = S>,
         H: Copy,
     {
-        let motor_inertia = self.base.inertia * shaft.share;
+        let motor_inertia = self.base.inertia * shaft.motor_inertia_fraction;
         let platform_inertia = self.base.inertia - motor_inertia;
         let relative = start.motor_omega - start.omega;
         let side = match side {
             Side::Free => {
-                self.turn(start, end, torque, dry, S::zero(), motor_inertia, platform_inertia, h);
+                self.turn(start, end, torque, coulomb, S::zero(), motor_inertia, platform_inertia, h);
                 return;
             }
             Side::Ahead => shaft.gap * 0.5,
             Side::Behind => shaft.gap * -0.5,
         };
         let wound = start.twist - side;
-        // What moves against each other without the shaft: dry friction opposes the motor's motion, or holds it, then the platform alone.
+        // What moves against each other without the shaft: coulomb friction opposes the motor's motion, or holds it, then the platform alone.
         let load = torque - shaft.stiffness * wound - shaft.damping * relative;
-        let (drive, inverse) = if start.motor_omega == 0.0 && load.abs() <= dry {
+        let (drive, inverse) = if start.motor_omega == 0.0 && load.abs() <= coulomb {
             (S::zero(), platform_inertia.recip())
         } else {
             let forward = if start.motor_omega == 0.0 { load > 0.0 } else { start.motor_omega > 0.0 };
-            let friction = if forward { dry } else { -dry };
+            let friction = if forward { coulomb } else { -coulomb };
             ((torque - friction) / motor_inertia, motor_inertia.recip() + platform_inertia.recip())
         };
         let k = shaft.stiffness * inverse;
@@ -71,7 +71,7 @@ impl<S: Scalar> Rig<S> {
         }
         let middle = (relative + (drive - k * wound) * h * 0.5) / (c * h * 0.5 + k * h * h * 0.25 + 1.0);
         let through = shaft.stiffness * (wound + middle * h * 0.5) + shaft.damping * middle;
-        self.turn(start, end, torque, dry, through, motor_inertia, platform_inertia, h);
+        self.turn(start, end, torque, coulomb, through, motor_inertia, platform_inertia, h);
     }
 
     /// Motor and platform swing against each other while the motor slides on: the twist x'' = a − k x − c x' by its Taylor series up to h⁵,
@@ -92,25 +92,25 @@ impl<S: Scalar> Rig<S> {
         let d5 = -(k * d3) - c * d4;
         let twisted = (((d5 * h / 120.0 + d4 / 24.0) * h + d3 / 6.0) * h + d2 / 2.0) * h * h + relative * h;
         let gained = (((d5 * h / 24.0 + d4 / 6.0) * h + d3 / 2.0) * h + d2) * h;
-        let common = a * shaft.share * h;
-        let motor_omega = start.motor_omega + common + gained - shaft.share * gained;
+        let common = a * shaft.motor_inertia_fraction * h;
+        let motor_omega = start.motor_omega + common + gained - shaft.motor_inertia_fraction * gained;
         if (motor_omega * start.motor_omega).re() <= 0.0 {
             return false;
         }
         end.motor_omega = motor_omega;
-        end.omega = start.omega + common - shaft.share * gained;
-        end.theta = start.theta + (start.omega + common / 2.0) * h + shaft.share * (relative * h - twisted);
+        end.omega = start.omega + common - shaft.motor_inertia_fraction * gained;
+        end.theta = start.theta + (start.omega + common / 2.0) * h + shaft.motor_inertia_fraction * (relative * h - twisted);
         end.twist = start.twist + twisted;
         true
     }
 
     #[expect(clippy::too_many_arguments, reason = "two bodies")]
-    fn turn<H>(&self, start: &State<S>, end: &mut State<S>, torque: S, dry: S, through: S, motor: S, platform: S, h: H)
+    fn turn<H>(&self, start: &State<S>, end: &mut State<S>, torque: S, coulomb: S, through: S, motor: S, platform: S, h: H)
     where
         S: Mul<H, Output = S> + Add<H, Output = S>,
         H: Copy,
     {
-        let (motor_omega, motor_turned) = slide(start.motor_omega, torque - through, dry, motor, h);
+        let (motor_omega, motor_turned) = slide(start.motor_omega, torque - through, coulomb, motor, h);
         end.motor_omega = motor_omega;
         let (omega, turned) = slide(start.omega, through, S::zero(), platform, h);
         end.omega = omega;

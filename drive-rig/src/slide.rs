@@ -4,24 +4,24 @@ use std::ops::{Add, Mul};
 
 use drive_model::Scalar;
 
-/// A rotor of inertia J over `h` seconds under a constant torque and a dry level: (rate at the end, angle turned).
+/// A rotor of inertia J over `h` seconds under a constant torque and a coulomb level: (rate at the end, angle turned).
 ///
-/// The soft threshold of Moreau's scheme, ω' = sign(free)·max(|free| − h·dry/J, 0), solved in closed form also where the rate passes
-/// through zero within the step: until then the dry level opposes the old direction, after it the rotor holds (|torque| ≤ dry) or
-/// slides the other way. There Moreau's step is off by up to 2·h·dry/J. Derivatives are exact almost everywhere.
+/// The soft threshold of Moreau's scheme, ω' = sign(free)·max(|free| − h·coulomb/J, 0), solved in closed form also where the rate passes
+/// through zero within the step: until then the coulomb level opposes the old direction, after it the rotor holds (|torque| ≤ coulomb) or
+/// slides the other way. There Moreau's step is off by up to 2·h·coulomb/J. Derivatives are exact almost everywhere.
 ///
 /// The length of the step is a plain number, or a scalar where an event's place within the step has derivatives of its own.
 #[inline]
-pub fn slide<S, H>(omega: S, torque: S, dry: S, inertia: S, h: H) -> (S, S)
+pub fn slide<S, H>(omega: S, torque: S, coulomb: S, inertia: S, h: H) -> (S, S)
 where
     S: Scalar + Mul<H, Output = S> + Add<H, Output = S>,
     H: Copy,
 {
     if omega == 0.0 {
-        return from_rest(torque, dry, inertia, h);
+        return from_rest(torque, coulomb, inertia, h);
     }
     let forward = omega > 0.0;
-    let acceleration = if forward { torque - dry } else { torque + dry } / inertia;
+    let acceleration = if forward { torque - coulomb } else { torque + coulomb } / inertia;
     let change = acceleration * h;
     let end = omega + change;
     if (end.re() >= 0.0) == forward && end != 0.0 {
@@ -32,24 +32,24 @@ where
     }
     let stop_s = -omega / acceleration;
     let coasted = omega * stop_s * 0.5;
-    if torque.re().abs() <= dry.re() {
+    if torque.re().abs() <= coulomb.re() {
         return (S::zero(), coasted);
     }
-    let acceleration = if forward { torque + dry } else { torque - dry } / inertia;
+    let acceleration = if forward { torque + coulomb } else { torque - coulomb } / inertia;
     let rest_s = -stop_s + h;
     let end = acceleration * rest_s;
     (end, coasted + end * rest_s * 0.5)
 }
 
-fn from_rest<S, H>(torque: S, dry: S, inertia: S, h: H) -> (S, S)
+fn from_rest<S, H>(torque: S, coulomb: S, inertia: S, h: H) -> (S, S)
 where
     S: Scalar + Mul<H, Output = S>,
     H: Copy,
 {
-    let free = if torque > dry {
-        torque - dry
-    } else if -torque > dry {
-        torque + dry
+    let free = if torque > coulomb {
+        torque - coulomb
+    } else if -torque > coulomb {
+        torque + coulomb
     } else {
         return (S::zero(), S::zero());
     };

@@ -177,7 +177,7 @@ fn supply_and_leads_lose_r_i() {
 fn a_measured_supply_scales_the_voltage_asked_for() {
     let list = [("supply-droop".to_owned(), vec![0.5])];
     let rig = common::rig(FLYWHEEL, Input::Voltage, &list);
-    let span = drive_rig::Span { supply_ratio: 0.9, ..common::span(0.0, ROW_S, 4.0, None) };
+    let span = drive_rig::RowInput { supply_ratio: 0.9, ..common::span(0.0, ROW_S, 4.0, None) };
     let mean = rig.advance(&mut State::turning(0.0, 0.0), &span);
     close_rel(mean, 0.9 * 4.0 / 2.5, 1e-12, "0.9 of what was asked for");
 }

@@ -15,10 +15,10 @@ fn with(id: &str) -> Vec<(String, Vec<f64>)> {
         vec![("coulomb".to_owned(), vec![9e-4]), ("viscous".to_owned(), vec![2e-5]), ("inductance".to_owned(), vec![2.38e-4])];
     list.retain(|e| e.0 != id);
     let middle = |p: &drive_model::Parameter| {
-        let m = 0.5 * (p.hidden.0 + p.hidden.1);
+        let m = 0.5 * (p.simulated_range.0 + p.simulated_range.1);
         match p.kind {
-            drive_model::Kind::Order => m.ceil(),
-            drive_model::Kind::Moment => 0.30037,
+            drive_model::ParameterKind::HarmonicOrder => m.ceil(),
+            drive_model::ParameterKind::EventTime => 0.30037,
             _ => m,
         }
     };

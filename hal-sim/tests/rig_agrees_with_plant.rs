@@ -6,8 +6,8 @@
 mod common;
 
 use common::{ROW_S, TICK_S, span, stem};
-use drive_model::{Card, Kind};
-use drive_rig::{Input, Rig, Span, State};
+use drive_model::{Card, ParameterKind};
+use drive_rig::{Input, Rig, RowInput, State};
 use hal_sim::board::PlantPort;
 use hal_sim::plant::{Plant, Stand};
 use stand_firmware::profile::{Profile, ProfileConfig, ProfileKind};
@@ -29,10 +29,10 @@ const AMPLITUDE_V: f64 = 0.7;
 /// The middle of the range from which `--hidden` draws; a whole number for an order, a moment within the ten seconds (and within a row).
 fn middle(card: &Card) -> Vec<f64> {
     let value = |p: &drive_model::Parameter| {
-        let middle = 0.5 * (p.hidden.0 + p.hidden.1);
+        let middle = 0.5 * (p.simulated_range.0 + p.simulated_range.1);
         match p.kind {
-            Kind::Order => middle.ceil(),
-            Kind::Moment => 5.0003,
+            ParameterKind::HarmonicOrder => middle.ceil(),
+            ParameterKind::EventTime => 5.0003,
             _ => middle,
         }
     };
@@ -76,7 +76,7 @@ fn differences(stand: &Stand, kind: ProfileKind, known: Known, seed: u64) -> [f6
     let mut state = State { heat_K: plant.temp_C() - drive_model::T0_C, ..State::turning(0.0, 0.3) };
     let mut profile = Profile::new(&ProfileConfig::new(kind, AMPLITUDE_V, seed)).unwrap();
     // Lag and skew are filters of the finished series in host-tools: the rate itself is compared.
-    let filtered = rig.arms().lag_s.is_some() || rig.arms().skew_s.is_some();
+    let filtered = rig.structure().lag_s.is_some() || rig.structure().skew_s.is_some();
     let (mut rate, mut current) = (0.0, 0.0);
     let mut angles = Vec::with_capacity(ROWS);
     for n in 0..ROWS {
@@ -91,7 +91,7 @@ fn differences(stand: &Stand, kind: ProfileKind, known: Known, seed: u64) -> [f6
         }
         let theta = (known == Known::All).then(|| (seen_theta, plant.theta_rad()));
         let temp_C = (known == Known::All).then_some(temp_C);
-        let span = Span { theta, ..span(n as f64 * ROW_S, ROW_S, volt, temp_C) };
+        let span = RowInput { theta, ..span(n as f64 * ROW_S, ROW_S, volt, temp_C) };
         let before = (state.omega, state.theta, state.heat_K);
         let i = rig.advance(&mut state, &span);
         let reading = rig.read(before, &span, i);

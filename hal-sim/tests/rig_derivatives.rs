@@ -7,7 +7,7 @@ mod common;
 
 use common::{ROW_S, span};
 use drive_model::{Law, Scalar};
-use drive_rig::{Base, Input, Rig, Span, State};
+use drive_rig::{Base, Input, Rig, RowInput, State};
 use num_dual::{Derivative, DualSVec64};
 
 type Dual = DualSVec64<8>;
@@ -56,7 +56,7 @@ fn run<S: Scalar>(case: &Case, values: &[S]) -> Vec<S> {
             Input::Current => 0.4 + 0.1 * (40.0 * t).sin(),
             Input::Torque => 8e-3 + 2e-3 * (40.0 * t).sin(),
         };
-        let span = Span { supply_ratio: 0.97, rate_from_encoder: true, ..span(t, ROW_S, input, None) };
+        let span = RowInput { supply_ratio: 0.97, rate_from_encoder: true, ..span(t, ROW_S, input, None) };
         let before = (state.omega, state.theta, state.heat_K);
         let mean = rig.advance(&mut state, &span);
         if n % 10 == 9 {
@@ -124,7 +124,7 @@ fn usual(id: &str) -> Vec<f64> {
         "rate-scale-nonlinearity" => vec![1e-4, 5e-5],
         _ => {
             let card = drive_model::card(id).unwrap();
-            card.parameters.iter().map(|p| if p.kind == drive_model::Kind::Phase { 0.6 } else { p.start }).collect()
+            card.parameters.iter().map(|p| if p.kind == drive_model::ParameterKind::Phase { 0.6 } else { p.start }).collect()
         }
     }
 }

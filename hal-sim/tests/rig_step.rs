@@ -4,20 +4,20 @@
 mod common;
 
 use common::{Bench, Draw, Drive, Kind, ROW_S, Setup, close, rig, span};
-use drive_model::{Kind as Moves, Parameter};
+use drive_model::{Parameter, ParameterKind as Moves};
 use drive_rig::{Input, State, slide};
 
 /// Within the range, a hundredth to a hundred times the start value (or the hidden one, where the start is zero).
 fn drawn(draw: &mut Draw, p: &Parameter) -> f64 {
     // A friction e|ω| that drives one way is a source: a large one runs away in truth.
-    let usual = [p.start, p.hidden.1].into_iter().map(f64::abs).find(|v| *v > 0.0).unwrap_or(1e-6);
+    let usual = [p.start, p.simulated_range.1].into_iter().map(f64::abs).find(|v| *v > 0.0).unwrap_or(1e-6);
     let value = match p.kind {
         Moves::Phase => draw.even(0.0, std::f64::consts::TAU),
-        Moves::Order => draw.even(p.range.0, p.range.1).round(),
-        Moves::Share => draw.even(p.range.0, p.range.1),
-        Moves::Moment => draw.even(0.0, 1.0),
+        Moves::HarmonicOrder => draw.even(p.range.0, p.range.1).round(),
+        Moves::Fraction => draw.even(p.range.0, p.range.1),
+        Moves::EventTime => draw.even(0.0, 1.0),
         Moves::Signed => draw.signed_log(0.01 * usual, 100.0 * usual),
-        Moves::Level | Moves::Positive => draw.log(0.01 * usual, 100.0 * usual),
+        Moves::NonNegative | Moves::Positive => draw.log(0.01 * usual, 100.0 * usual),
     };
     value.clamp(p.range.0, p.range.1)
 }

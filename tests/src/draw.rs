@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use drive_model::{CATALOGUE, Card, Kind};
+use drive_model::{CATALOGUE, Card, ParameterKind};
 use hal_sim::plant::outsiders::{self, GrindingBearing, HuntingSupply, Outsiders, SectorRub, SlippingClutch};
 use hal_sim::plant::{Plant, Stand};
 use hal_sim::session::{self, SessionRequest};
@@ -79,10 +79,10 @@ impl Draw {
     fn effect(&mut self, card: &Card) -> BTreeMap<String, f64> {
         let mut parameters = BTreeMap::new();
         for p in card.parameters {
-            let mut value = self.even(p.hidden);
+            let mut value = self.even(p.simulated_range);
             match p.kind {
-                Kind::Order => value = value.round(),
-                Kind::Signed if self.even((0.0, 1.0)) < 0.5 => value = -value,
+                ParameterKind::HarmonicOrder => value = value.round(),
+                ParameterKind::Signed if self.even((0.0, 1.0)) < 0.5 => value = -value,
                 _ => {}
             }
             parameters.insert(p.name.to_owned(), value);
@@ -171,8 +171,8 @@ impl Drawn {
     pub fn user_model(&self) -> Model {
         let mut draw = Draw(Xoshiro256PlusPlus::seed_from_u64(self.beliefs));
         self.model(&self.hidden.iter().map(String::as_str).collect::<Vec<_>>(), |_, kind, value| match kind {
-            Kind::Order | Kind::Moment => value,
-            Kind::Phase => (value + draw.even((-OFF, OFF))).rem_euclid(std::f64::consts::TAU),
+            ParameterKind::HarmonicOrder | ParameterKind::EventTime => value,
+            ParameterKind::Phase => (value + draw.even((-OFF, OFF))).rem_euclid(std::f64::consts::TAU),
             _ => value * (1.0 + draw.even((-OFF, OFF))),
         })
     }
@@ -187,7 +187,7 @@ impl Drawn {
         self.model(&[effect], |_, _, value| value)
     }
 
-    fn model(&self, without: &[&str], mut believed: impl FnMut(&str, Kind, f64) -> f64) -> Model {
+    fn model(&self, without: &[&str], mut believed: impl FnMut(&str, ParameterKind, f64) -> f64) -> Model {
         let drive = &self.stand.drive;
         let names: Vec<&String> = self.stand.effects.keys().filter(|name| !without.contains(&name.as_str())).collect();
         let mut text = format!("[drive]\ninput = \"u_V\"\neffects = {names:?}\n\n[parameters]\n");
@@ -197,14 +197,14 @@ impl Drawn {
             ("resistance_ohm", drive.resistance_ohm),
         ];
         for (name, value) in base {
-            text += &format!("{name} = {:e}\n", believed(name, Kind::Positive, value));
+            text += &format!("{name} = {:e}\n", believed(name, ParameterKind::Positive, value));
         }
         for name in names {
             let given = &self.stand.effects[name];
             for p in drive_model::card(name).into_iter().flat_map(|card| card.parameters) {
                 let value = in_log(p.kind, given.get(p.name).copied().unwrap_or(p.start));
                 // A coefficient that is truly zero is not part of the question.
-                text += &match value == 0.0 && p.kind != Kind::Phase {
+                text += &match value == 0.0 && p.kind != ParameterKind::Phase {
                     true => format!("{} = {{ value = 0.0, fixed = true }}\n", p.name),
                     false => format!("{} = {:e}\n", p.name, believed(p.name, p.kind, value)),
                 };
@@ -238,8 +238,8 @@ impl Drawn {
 }
 
 /// A parameter of the stand as the log has it: there time begins with the first row.
-fn in_log(kind: Kind, value: f64) -> f64 {
-    if kind == Kind::Moment { value - session::FIRST_ROW_S } else { value }
+fn in_log(kind: ParameterKind, value: f64) -> f64 {
+    if kind == ParameterKind::EventTime { value - session::FIRST_ROW_S } else { value }
 }
 
 /// Name of a mode in a case's name.

@@ -222,7 +222,7 @@ fn deviations(explanation: &Explanation, known: &Known) -> Vec<(String, f64)> {
                 if p.name == "eccentricity_phase_rad" {
                     off -= index_shift(truth);
                 }
-                if p.kind == drive_model::Kind::Phase {
+                if p.kind == drive_model::ParameterKind::Phase {
                     off -= std::f64::consts::TAU * (off / std::f64::consts::TAU).round();
                 }
                 list.push((p.name.to_owned(), off / fitted.sigma));

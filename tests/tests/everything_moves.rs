@@ -4,7 +4,7 @@
 //! by itself what is new in it. The command's options are walked over in `host-tools/tests/options.rs`.
 #![allow(clippy::unwrap_used)]
 
-use drive_model::{CATALOGUE, Card, Kind, Parameter, Room};
+use drive_model::{CATALOGUE, Card, Domain, Parameter, ParameterKind};
 use hal_sim::gyro::SingleAxis;
 use hal_sim::plant::{Plant, Stand};
 use hal_sim::session::{Record, SessionRequest, run};
@@ -57,7 +57,7 @@ fn every_effect_that_can_be_hidden_changes_the_log_open_and_closed_loop() {
 
 #[test]
 fn in_the_open_loop_an_effect_of_the_measurement_moves_a_reading_and_nothing_else() {
-    for card in CATALOGUE.iter().filter(|c| c.room == Room::Measurement) {
+    for card in CATALOGUE.iter().filter(|c| c.domain == Domain::Measurement) {
         let mut stand = Stand::default();
         hidden::hide(card.id, &mut stand).unwrap();
         let request = steps(Mode::Voltage, 2.0);
@@ -81,11 +81,11 @@ fn in_the_open_loop_an_effect_of_the_measurement_moves_a_reading_and_nothing_els
 /// Another value that the parameter may have.
 fn another(p: &Parameter, value: f64) -> f64 {
     match p.kind {
-        Kind::Order => value + 1.0,
-        Kind::Phase => (value + 1.0) % std::f64::consts::TAU,
-        Kind::Moment => value + 0.5,
-        Kind::Share => 0.5 * (value + p.range.1.min(1.0)),
-        _ if value == 0.0 => p.hidden.1.max(p.start).max(1e-3),
+        ParameterKind::HarmonicOrder => value + 1.0,
+        ParameterKind::Phase => (value + 1.0) % std::f64::consts::TAU,
+        ParameterKind::EventTime => value + 0.5,
+        ParameterKind::Fraction => 0.5 * (value + p.range.1.min(1.0)),
+        _ if value == 0.0 => p.simulated_range.1.max(p.start).max(1e-3),
         _ => (1.5 * value).clamp(p.range.0, p.range.1),
     }
 }

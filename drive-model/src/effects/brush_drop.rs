@@ -1,33 +1,33 @@
 //! Brush voltage drop: u loses V sign i, and no current flows below it.
 
-use crate::{Account, Acts, Card, Coordinate, Kind, Law, Parameter, Point, Room, Scalar, Screen};
+use crate::{Description, Contributions, Card, Coordinate, ParameterKind, Law, Parameter, Point, Domain, Scalar, Screen};
 
 /// The card of `brush-drop`.
 pub const CARD: Card = Card {
     id: "brush-drop",
     title: "Brush voltage drop",
     equation: "u loses V sign i, and no current flows below it",
-    room: Room::Electrical,
+    domain: Domain::Electrical,
     coordinate: Coordinate::Current,
     parameters: &[
         Parameter {
             name: "brush_V",
             unit: "V",
-            says: "drop V of both brushes together",
+            description: "drop V of both brushes together",
             range: (0.0, 10.0),
             start: 0.1,
-            kind: Kind::Level,
-            hidden: (0.08, 0.3),
+            kind: ParameterKind::NonNegative,
+            simulated_range: (0.08, 0.3),
         },
     ],
     polar: false,
     screen: Screen::AtZero,
     family: "voltage-drop",
-    account: Account {
-        what: "A film between brush and commutator eats a nearly constant voltage.",
-        shows: "No current flows until the voltage passes the drop: a dead zone of the voltage.",
+    description: Description {
+        summary: "A film between brush and commutator eats a nearly constant voltage.",
+        signature: "No current flows until the voltage passes the drop: a dead zone of the voltage.",
         experiment: "A slow sine of the voltage through zero, with the current measured.",
-        looks_like: "Dead time of the bridge (the same, unless the terminal voltage is measured); Coulomb friction where the current is not measured.",
+        similar: "Dead time of the bridge (the same, unless the terminal voltage is measured); Coulomb friction where the current is not measured.",
         reference: "Hamilton, DC Motor Brush Life (2000); effects.md",
     },
 };
@@ -37,7 +37,7 @@ pub const CARD: Card = Card {
 pub struct BrushDrop;
 
 impl<S: Scalar> Law<S> for BrushDrop {
-    fn act(&self, p: &[S], _x: &Point<S>, a: &mut Acts<S>) {
+    fn contribute(&self, p: &[S], _x: &Point<S>, a: &mut Contributions<S>) {
         a.drop_V += p[0];
     }
 }

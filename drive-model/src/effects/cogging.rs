@@ -1,51 +1,51 @@
 //! Cogging: a sin(nθ + φ); it does not depend on the current.
 
-use crate::{Account, Acts, Card, Coordinate, Kind, Law, Parameter, Point, Room, Scalar, Screen};
+use crate::{Description, Contributions, Card, Coordinate, ParameterKind, Law, Parameter, Point, Domain, Scalar, Screen};
 
 /// The card of `cogging`.
 pub const CARD: Card = Card {
     id: "cogging",
     title: "Cogging",
     equation: "a sin(nθ + φ); it does not depend on the current",
-    room: Room::Torque,
+    domain: Domain::Torque,
     coordinate: Coordinate::Theta,
     parameters: &[
         Parameter {
             name: "cogging_N_m",
             unit: "N m",
-            says: "amplitude a",
+            description: "amplitude a",
             range: (0.0, f64::INFINITY),
             start: 0.0005,
-            kind: Kind::Level,
-            hidden: (0.001, 0.003),
+            kind: ParameterKind::NonNegative,
+            simulated_range: (0.001, 0.003),
         },
         Parameter {
             name: "cogging_order",
             unit: "1/turn",
-            says: "order n: periods per turn",
+            description: "order n: periods per turn",
             range: (1.0, 400.0),
             start: 7.0,
-            kind: Kind::Order,
-            hidden: (5.0, 14.0),
+            kind: ParameterKind::HarmonicOrder,
+            simulated_range: (5.0, 14.0),
         },
         Parameter {
             name: "cogging_phase_rad",
             unit: "rad",
-            says: "phase φ",
+            description: "phase φ",
             range: (0.0, std::f64::consts::TAU),
             start: 0.0,
-            kind: Kind::Phase,
-            hidden: (0.0, std::f64::consts::TAU),
+            kind: ParameterKind::Phase,
+            simulated_range: (0.0, std::f64::consts::TAU),
         },
     ],
     polar: true,
     screen: Screen::Scan,
     family: "",
-    account: Account {
-        what: "The magnets pull the iron teeth of the armature towards the nearest pole, with or without current.",
-        shows: "The rate ripples at a fixed number of periods per turn, most at low rates; at rest the rotor jumps from tooth to tooth.",
+    description: Description {
+        summary: "The magnets pull the iron teeth of the armature towards the nearest pole, with or without current.",
+        signature: "The rate ripples at a fixed number of periods per turn, most at low rates; at rest the rotor jumps from tooth to tooth.",
         experiment: "Turn slowly through several whole turns.",
-        looks_like: "Torque ripple, which grows with the current; encoder eccentricity, whose ripple grows with the rate; unbalance at order one.",
+        similar: "Torque ripple, which grows with the current; encoder eccentricity, whose ripple grows with the rate; unbalance at order one.",
         reference: "Hanselman, Brushless Permanent Magnet Motor Design (2006), ch. 4",
     },
 };
@@ -55,7 +55,7 @@ pub const CARD: Card = Card {
 pub struct Cogging;
 
 impl<S: Scalar> Law<S> for Cogging {
-    fn act(&self, p: &[S], x: &Point<S>, a: &mut Acts<S>) {
+    fn contribute(&self, p: &[S], x: &Point<S>, a: &mut Contributions<S>) {
         a.torque += p[0] * (x.theta * p[1] + p[2]).sin();
     }
 }

@@ -1,33 +1,33 @@
 //! Offset of the current sensor: i seen = i + o.
 
-use crate::{Account, Card, Coordinate, Kind, Law, Parameter, Point, Reading, Room, Scalar, Screen};
+use crate::{Description, Card, Coordinate, ParameterKind, Law, Parameter, Point, Reading, Domain, Scalar, Screen};
 
 /// The card of `current-offset`.
 pub const CARD: Card = Card {
     id: "current-offset",
     title: "Offset of the current sensor",
     equation: "i seen = i + o",
-    room: Room::Measurement,
+    domain: Domain::Measurement,
     coordinate: Coordinate::Time,
     parameters: &[
         Parameter {
             name: "current_offset_A",
             unit: "A",
-            says: "offset o",
+            description: "offset o",
             range: (f64::NEG_INFINITY, f64::INFINITY),
             start: 0.0,
-            kind: Kind::Signed,
-            hidden: (0.01, 0.05),
+            kind: ParameterKind::Signed,
+            simulated_range: (0.01, 0.05),
         },
     ],
     polar: false,
     screen: Screen::AtZero,
     family: "",
-    account: Account {
-        what: "The current sensor shows a current where none flows.",
-        shows: "The current channel is off by a constant.",
+    description: Description {
+        summary: "The current sensor shows a current where none flows.",
+        signature: "The current channel is off by a constant.",
         experiment: "Log some seconds with the drive off.",
-        looks_like: "A constant load.",
+        similar: "A constant load.",
         reference: "Texas Instruments INA240 data sheet (SBOS662), offset",
     },
 };
@@ -37,10 +37,10 @@ pub const CARD: Card = Card {
 pub struct CurrentOffset;
 
 impl<S: Scalar> Law<S> for CurrentOffset {
-    fn see(&self, p: &[S], _x: &Point<S>, y: &mut Reading<S>) {
+    fn measure(&self, p: &[S], _x: &Point<S>, y: &mut Reading<S>) {
         y.current += p[0];
     }
-    fn is_silent(&self) -> bool {
+    fn has_no_contribution(&self) -> bool {
         true
     }
 }

@@ -1,51 +1,51 @@
 //! Encoder eccentricity: θ seen = θ + e sin(nθ + φ); a rate made from that encoder sees its derivative.
 
-use crate::{Account, Card, Coordinate, Kind, Law, Parameter, Point, Reading, Room, Scalar, Screen};
+use crate::{Description, Card, Coordinate, ParameterKind, Law, Parameter, Point, Reading, Domain, Scalar, Screen};
 
 /// The card of `encoder-eccentricity`.
 pub const CARD: Card = Card {
     id: "encoder-eccentricity",
     title: "Encoder eccentricity",
     equation: "θ seen = θ + e sin(nθ + φ); a rate made from that encoder sees its derivative",
-    room: Room::Measurement,
+    domain: Domain::Measurement,
     coordinate: Coordinate::Theta,
     parameters: &[
         Parameter {
             name: "eccentricity_rad",
             unit: "rad",
-            says: "amplitude e",
+            description: "amplitude e",
             range: (0.0, 0.5),
             start: 0.002,
-            kind: Kind::Level,
-            hidden: (0.003, 0.01),
+            kind: ParameterKind::NonNegative,
+            simulated_range: (0.003, 0.01),
         },
         Parameter {
             name: "eccentricity_order",
             unit: "1/turn",
-            says: "order n: 1 off-centre, 2 oval",
+            description: "order n: 1 off-centre, 2 oval",
             range: (1.0, 8.0),
             start: 1.0,
-            kind: Kind::Order,
-            hidden: (1.0, 2.0),
+            kind: ParameterKind::HarmonicOrder,
+            simulated_range: (1.0, 2.0),
         },
         Parameter {
             name: "eccentricity_phase_rad",
             unit: "rad",
-            says: "phase φ",
+            description: "phase φ",
             range: (0.0, std::f64::consts::TAU),
             start: 0.0,
-            kind: Kind::Phase,
-            hidden: (0.0, std::f64::consts::TAU),
+            kind: ParameterKind::Phase,
+            simulated_range: (0.0, std::f64::consts::TAU),
         },
     ],
     polar: true,
     screen: Screen::Scan,
     family: "order-one",
-    account: Account {
-        what: "The code disc sits off the axis (order one) or is oval (order two).",
-        shows: "A ripple of angle and of the rate made from it, whose size grows with the rate; no torque is behind it.",
+    description: Description {
+        summary: "The code disc sits off the axis (order one) or is oval (order two).",
+        signature: "A ripple of angle and of the rate made from it, whose size grows with the rate; no torque is behind it.",
         experiment: "Two constant rates, one high, one low: a torque shows most at the low one, the encoder at the high one.",
-        looks_like: "Unbalance and cogging, whose rate ripple falls with the rate.",
+        similar: "Unbalance and cogging, whose rate ripple falls with the rate.",
         reference: "Heidenhain, Rotary Encoders (eccentricity error)",
     },
 };
@@ -55,7 +55,7 @@ pub const CARD: Card = Card {
 pub struct EncoderEccentricity;
 
 impl<S: Scalar> Law<S> for EncoderEccentricity {
-    fn see(&self, p: &[S], x: &Point<S>, y: &mut Reading<S>) {
+    fn measure(&self, p: &[S], x: &Point<S>, y: &mut Reading<S>) {
         let shown = x.theta * p[1] + p[2];
         let mut phase = shown;
         if x.theta_measured {
@@ -71,7 +71,7 @@ impl<S: Scalar> Law<S> for EncoderEccentricity {
             y.omega += p[0] * p[1] * c * x.omega;
         }
     }
-    fn is_silent(&self) -> bool {
+    fn has_no_contribution(&self) -> bool {
         true
     }
 }

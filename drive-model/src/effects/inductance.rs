@@ -1,33 +1,33 @@
 //! Winding inductance: L i’ = u − R i − K ω.
 
-use crate::{Account, Arms, Card, Coordinate, Kind, Law, Parameter, Room, Scalar, Screen};
+use crate::{Description, Structure, Card, Coordinate, ParameterKind, Law, Parameter, Domain, Scalar, Screen};
 
 /// The card of `inductance`.
 pub const CARD: Card = Card {
     id: "inductance",
     title: "Winding inductance",
     equation: "L i’ = u − R i − K ω",
-    room: Room::Electrical,
+    domain: Domain::Electrical,
     coordinate: Coordinate::Current,
     parameters: &[
         Parameter {
             name: "inductance_H",
             unit: "H",
-            says: "terminal inductance L",
+            description: "terminal inductance L",
             range: (1e-06, 1.0),
             start: 0.002,
-            kind: Kind::Positive,
-            hidden: (0.005, 0.025),
+            kind: ParameterKind::Positive,
+            simulated_range: (0.005, 0.025),
         },
     ],
     polar: false,
     screen: Screen::Probe,
     family: "",
-    account: Account {
-        what: "The current cannot jump: it rises over the electrical time constant L/R.",
-        shows: "The measured current lags behind the model after every step of the voltage.",
+    description: Description {
+        summary: "The current cannot jump: it rises over the electrical time constant L/R.",
+        signature: "The measured current lags behind the model after every step of the voltage.",
         experiment: "Steps or a PRBS of the voltage, sampled faster than L/R.",
-        looks_like: "A filter of the current sensor; a late channel.",
+        similar: "A filter of the current sensor; a late channel.",
         reference: "theory.md §4",
     },
 };
@@ -37,10 +37,10 @@ pub const CARD: Card = Card {
 pub struct Inductance;
 
 impl<S: Scalar> Law<S> for Inductance {
-    fn arm(&self, p: &[S], arms: &mut Arms<S>) {
-        arms.inductance_H = Some(p[0]);
+    fn configure(&self, p: &[S], structure: &mut Structure<S>) {
+        structure.inductance_H = Some(p[0]);
     }
-    fn is_silent(&self) -> bool {
+    fn has_no_contribution(&self) -> bool {
         true
     }
 }

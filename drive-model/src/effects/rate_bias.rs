@@ -1,33 +1,33 @@
 //! Bias of the rate sensor: rate seen = ω + β.
 
-use crate::{Account, Card, Coordinate, Kind, Law, Parameter, Point, Reading, Room, Scalar, Screen};
+use crate::{Description, Card, Coordinate, ParameterKind, Law, Parameter, Point, Reading, Domain, Scalar, Screen};
 
 /// The card of `rate-bias`.
 pub const CARD: Card = Card {
     id: "rate-bias",
     title: "Bias of the rate sensor",
     equation: "rate seen = ω + β",
-    room: Room::Measurement,
+    domain: Domain::Measurement,
     coordinate: Coordinate::Time,
     parameters: &[
         Parameter {
             name: "rate_bias_rad_s",
             unit: "rad/s",
-            says: "bias β",
+            description: "bias β",
             range: (f64::NEG_INFINITY, f64::INFINITY),
             start: 0.0,
-            kind: Kind::Signed,
-            hidden: (0.02, 0.08),
+            kind: ParameterKind::Signed,
+            simulated_range: (0.02, 0.08),
         },
     ],
     polar: false,
     screen: Screen::AtZero,
     family: "",
-    account: Account {
-        what: "The rate sensor shows a rate at rest.",
-        shows: "The rate channel is off by a constant, also at rest.",
+    description: Description {
+        summary: "The rate sensor shows a rate at rest.",
+        signature: "The rate channel is off by a constant, also at rest.",
         experiment: "Stand still for some seconds.",
-        looks_like: "A constant load, where there is no encoder.",
+        similar: "A constant load, where there is no encoder.",
         reference: "IEEE Std 528",
     },
 };
@@ -37,10 +37,10 @@ pub const CARD: Card = Card {
 pub struct RateBias;
 
 impl<S: Scalar> Law<S> for RateBias {
-    fn see(&self, p: &[S], _x: &Point<S>, y: &mut Reading<S>) {
+    fn measure(&self, p: &[S], _x: &Point<S>, y: &mut Reading<S>) {
         y.omega += p[0];
     }
-    fn is_silent(&self) -> bool {
+    fn has_no_contribution(&self) -> bool {
         true
     }
 }

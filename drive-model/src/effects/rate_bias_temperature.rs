@@ -1,33 +1,33 @@
 //! Bias of the rate sensor and temperature: β_T (T − T0).
 
-use crate::{Account, Card, Coordinate, Kind, Law, Parameter, Point, Reading, Room, Scalar, Screen, T0_C};
+use crate::{Description, Card, Coordinate, ParameterKind, Law, Parameter, Point, Reading, Domain, Scalar, Screen, T0_C};
 
 /// The card of `rate-bias-temperature`.
 pub const CARD: Card = Card {
     id: "rate-bias-temperature",
     title: "Bias of the rate sensor and temperature",
     equation: "β_T (T − T0)",
-    room: Room::Measurement,
+    domain: Domain::Measurement,
     coordinate: Coordinate::Temperature,
     parameters: &[
         Parameter {
             name: "rate_bias_per_K",
             unit: "rad/(s K)",
-            says: "bias per kelvin",
+            description: "bias per kelvin",
             range: (f64::NEG_INFINITY, f64::INFINITY),
             start: 0.0,
-            kind: Kind::Signed,
-            hidden: (0.01, 0.05),
+            kind: ParameterKind::Signed,
+            simulated_range: (0.01, 0.05),
         },
     ],
     polar: false,
     screen: Screen::AtZero,
     family: "",
-    account: Account {
-        what: "The bias of the rate sensor wanders with temperature.",
-        shows: "The rate channel drifts away from the encoder while the stand warms.",
+    description: Description {
+        summary: "The bias of the rate sensor wanders with temperature.",
+        signature: "The rate channel drifts away from the encoder while the stand warms.",
         experiment: "Stand still while it warms.",
-        looks_like: "Anything else that drifts with time.",
+        similar: "Anything else that drifts with time.",
         reference: "IEEE Std 528; Bosch BST-BMG160-DS000, TCO 0.015 °/s/K",
     },
 };
@@ -37,10 +37,10 @@ pub const CARD: Card = Card {
 pub struct RateBiasTemperature;
 
 impl<S: Scalar> Law<S> for RateBiasTemperature {
-    fn see(&self, p: &[S], x: &Point<S>, y: &mut Reading<S>) {
+    fn measure(&self, p: &[S], x: &Point<S>, y: &mut Reading<S>) {
         y.omega += p[0] * (x.temp_C - T0_C);
     }
-    fn is_silent(&self) -> bool {
+    fn has_no_contribution(&self) -> bool {
         true
     }
 }

@@ -1,33 +1,33 @@
 //! Supply droop: the motor gets u × supply_V / nominal where the supply is measured, and loses r i.
 
-use crate::{Account, Acts, Card, Coordinate, Kind, Law, Parameter, Point, Room, Scalar, Screen};
+use crate::{Description, Contributions, Card, Coordinate, ParameterKind, Law, Parameter, Point, Domain, Scalar, Screen};
 
 /// The card of `supply-droop`.
 pub const CARD: Card = Card {
     id: "supply-droop",
     title: "Supply droop",
     equation: "the motor gets u × supply_V / nominal where the supply is measured, and loses r i",
-    room: Room::Electrical,
+    domain: Domain::Electrical,
     coordinate: Coordinate::Current,
     parameters: &[
         Parameter {
             name: "supply_ohm",
             unit: "Ω",
-            says: "resistance r of supply and leads",
+            description: "resistance r of supply and leads",
             range: (0.0, f64::INFINITY),
             start: 0.1,
-            kind: Kind::Level,
-            hidden: (0.2, 0.8),
+            kind: ParameterKind::NonNegative,
+            simulated_range: (0.2, 0.8),
         },
     ],
     polar: false,
     screen: Screen::AtZero,
     family: "resistance",
-    account: Account {
-        what: "The supply and its leads give way under load.",
-        shows: "The drive is weaker than asked for when the current is high.",
+    description: Description {
+        summary: "The supply and its leads give way under load.",
+        signature: "The drive is weaker than asked for when the current is high.",
         experiment: "Log supply_V at the bridge beside the current.",
-        looks_like: "A winding resistance that is too small in the model: the same, unless the supply is logged and moves.",
+        similar: "A winding resistance that is too small in the model: the same, unless the supply is logged and moves.",
         reference: "effects.md",
     },
 };
@@ -37,7 +37,7 @@ pub const CARD: Card = Card {
 pub struct SupplyDroop;
 
 impl<S: Scalar> Law<S> for SupplyDroop {
-    fn act(&self, p: &[S], x: &Point<S>, a: &mut Acts<S>) {
+    fn contribute(&self, p: &[S], x: &Point<S>, a: &mut Contributions<S>) {
         a.series_ohm += p[0];
         a.voltage += x.voltage * (x.supply_ratio - 1.0);
     }

@@ -1,33 +1,33 @@
 //! A late channel: one channel is late by a constant time (the rate, unless the model says another).
 
-use crate::{Account, Arms, Card, Coordinate, Kind, Law, Parameter, Room, Scalar, Screen};
+use crate::{Description, Structure, Card, Coordinate, ParameterKind, Law, Parameter, Domain, Scalar, Screen};
 
 /// The card of `time-skew`.
 pub const CARD: Card = Card {
     id: "time-skew",
     title: "A late channel",
     equation: "one channel is late by a constant time (the rate, unless the model says another)",
-    room: Room::Measurement,
+    domain: Domain::Measurement,
     coordinate: Coordinate::Acceleration,
     parameters: &[
         Parameter {
             name: "skew_s",
             unit: "s",
-            says: "delay",
+            description: "delay",
             range: (0.0, 0.5),
             start: 0.002,
-            kind: Kind::Level,
-            hidden: (0.003, 0.012),
+            kind: ParameterKind::NonNegative,
+            simulated_range: (0.003, 0.012),
         },
     ],
     polar: false,
     screen: Screen::Probe,
     family: "late-rate",
-    account: Account {
-        what: "One channel was stamped late: a filter, a bus, another clock.",
-        shows: "That channel is off in proportion to its slope.",
+    description: Description {
+        summary: "One channel was stamped late: a filter, a bus, another clock.",
+        signature: "That channel is off in proportion to its slope.",
         experiment: "Sharp steps, sampled fast.",
-        looks_like: "The lag of a slow sensor, which rounds corners.",
+        similar: "The lag of a slow sensor, which rounds corners.",
         reference: "effects.md",
     },
 };
@@ -37,10 +37,10 @@ pub const CARD: Card = Card {
 pub struct TimeSkew;
 
 impl<S: Scalar> Law<S> for TimeSkew {
-    fn arm(&self, p: &[S], arms: &mut Arms<S>) {
-        arms.skew_s = Some(p[0]);
+    fn configure(&self, p: &[S], structure: &mut Structure<S>) {
+        structure.skew_s = Some(p[0]);
     }
-    fn is_silent(&self) -> bool {
+    fn has_no_contribution(&self) -> bool {
         true
     }
 }

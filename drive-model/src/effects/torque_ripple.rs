@@ -1,51 +1,51 @@
 //! Torque ripple: K(θ) = K (1 + a sin(nθ + φ)), in torque and back-EMF.
 
-use crate::{Account, Acts, Card, Coordinate, Kind, Law, Parameter, Point, Room, Scalar, Screen};
+use crate::{Description, Contributions, Card, Coordinate, ParameterKind, Law, Parameter, Point, Domain, Scalar, Screen};
 
 /// The card of `torque-ripple`.
 pub const CARD: Card = Card {
     id: "torque-ripple",
     title: "Torque ripple",
     equation: "K(θ) = K (1 + a sin(nθ + φ)), in torque and back-EMF",
-    room: Room::Torque,
+    domain: Domain::Torque,
     coordinate: Coordinate::Theta,
     parameters: &[
         Parameter {
             name: "ripple",
             unit: "1",
-            says: "relative amplitude a",
+            description: "relative amplitude a",
             range: (0.0, 1.0),
             start: 0.01,
-            kind: Kind::Level,
-            hidden: (0.03, 0.08),
+            kind: ParameterKind::NonNegative,
+            simulated_range: (0.03, 0.08),
         },
         Parameter {
             name: "ripple_order",
             unit: "1/turn",
-            says: "order n: periods per turn",
+            description: "order n: periods per turn",
             range: (1.0, 400.0),
             start: 7.0,
-            kind: Kind::Order,
-            hidden: (5.0, 14.0),
+            kind: ParameterKind::HarmonicOrder,
+            simulated_range: (5.0, 14.0),
         },
         Parameter {
             name: "ripple_phase_rad",
             unit: "rad",
-            says: "phase φ",
+            description: "phase φ",
             range: (0.0, std::f64::consts::TAU),
             start: 0.0,
-            kind: Kind::Phase,
-            hidden: (0.0, std::f64::consts::TAU),
+            kind: ParameterKind::Phase,
+            simulated_range: (0.0, std::f64::consts::TAU),
         },
     ],
     polar: true,
     screen: Screen::Scan,
     family: "",
-    account: Account {
-        what: "The motor constant changes with the angle: few commutator segments, uneven magnets.",
-        shows: "A ripple at a fixed order that grows with the current and shows in the back-EMF.",
+    description: Description {
+        summary: "The motor constant changes with the angle: few commutator segments, uneven magnets.",
+        signature: "A ripple at a fixed order that grows with the current and shows in the back-EMF.",
         experiment: "Slow turns under different loads; compare the ripple at small and at large current.",
-        looks_like: "Cogging, which is there without current too.",
+        similar: "Cogging, which is there without current too.",
         reference: "Hanselman (2006), ch. 5",
     },
 };
@@ -55,7 +55,7 @@ pub const CARD: Card = Card {
 pub struct TorqueRipple;
 
 impl<S: Scalar> Law<S> for TorqueRipple {
-    fn act(&self, p: &[S], x: &Point<S>, a: &mut Acts<S>) {
+    fn contribute(&self, p: &[S], x: &Point<S>, a: &mut Contributions<S>) {
         a.motor_factor *= p[0] * (x.theta * p[1] + p[2]).sin() + 1.0;
     }
 }

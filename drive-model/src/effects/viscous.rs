@@ -1,33 +1,33 @@
 //! Viscous friction: −b ω.
 
-use crate::{Account, Acts, Card, Coordinate, Kind, Law, Parameter, Point, Room, Scalar, Screen};
+use crate::{Description, Contributions, Card, Coordinate, ParameterKind, Law, Parameter, Point, Domain, Scalar, Screen};
 
 /// The card of `viscous`.
 pub const CARD: Card = Card {
     id: "viscous",
     title: "Viscous friction",
     equation: "−b ω",
-    room: Room::Torque,
+    domain: Domain::Torque,
     coordinate: Coordinate::Omega,
     parameters: &[
         Parameter {
             name: "viscous_N_m_s",
             unit: "N m s",
-            says: "viscous coefficient b",
+            description: "viscous coefficient b",
             range: (0.0, f64::INFINITY),
             start: 5e-05,
-            kind: Kind::Level,
-            hidden: (3e-05, 0.0002),
+            kind: ParameterKind::NonNegative,
+            simulated_range: (3e-05, 0.0002),
         },
     ],
     polar: false,
     screen: Screen::AtZero,
     family: "",
-    account: Account {
-        what: "Oil and eddy currents resist in proportion to the rate.",
-        shows: "The steady rate bends away from the voltage as the rate grows; a coast-down is exponential.",
+    description: Description {
+        summary: "Oil and eddy currents resist in proportion to the rate.",
+        signature: "The steady rate bends away from the voltage as the rate grows; a coast-down is exponential.",
         experiment: "Coast down from a high rate with the drive open, or hold several rates and plot the torque against the rate.",
-        looks_like: "A wrong motor constant: K² / R brakes in proportion to the rate too. The current tells them apart.",
+        similar: "A wrong motor constant: K² / R brakes in proportion to the rate too. The current tells them apart.",
         reference: "Armstrong-Hélouvry, Dupont, Canudas de Wit, Automatica 30 (1994) 1083, §2",
     },
 };
@@ -37,7 +37,7 @@ pub const CARD: Card = Card {
 pub struct Viscous;
 
 impl<S: Scalar> Law<S> for Viscous {
-    fn act(&self, p: &[S], _x: &Point<S>, a: &mut Acts<S>) {
+    fn contribute(&self, p: &[S], _x: &Point<S>, a: &mut Contributions<S>) {
         a.viscous += p[0];
     }
 }

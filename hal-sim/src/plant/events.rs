@@ -30,12 +30,12 @@ impl Plant {
     #[inline]
     pub(super) fn step<const N: usize>(&self, state: &mut [f64; N], asked_V: f64, mut t_s: f64, mut h: f64) {
         let motor = self.motor::<N>();
-        let sticks = self.arms.bristle_N_m_rad.is_none();
-        let drops = self.drops && self.arms.inductance_H.is_some();
+        let sticks = self.structure.bristle_N_m_rad.is_none();
+        let drops = self.drops && self.structure.inductance_H.is_some();
         let clutch = N == FULL && self.outsiders.slipping_clutch.is_some();
         let corners = drops
             || clutch
-            || (N == FULL && (self.outsiders.sector_rub.is_some() || self.arms.shaft.as_ref().is_some_and(|shaft| shaft.gap > 0.0)));
+            || (N == FULL && (self.outsiders.sector_rub.is_some() || self.structure.shaft.as_ref().is_some_and(|shaft| shaft.gap > 0.0)));
         // A rotor can stop, turn and stop again within a step only by a chatter that rest ends; so can two masses in a gap.
         for _ in 0..8 {
             let way = self.way(state, asked_V, t_s);
@@ -157,31 +157,31 @@ impl Plant {
         if N == FULL && (self.rubs(to) != way.rubs || (way.slips != 0.0 && way.slips * (to[MOTOR] - to[OMEGA]) < 0.0)) {
             return true;
         }
-        let side = |s: &[f64; N]| match &self.arms.shaft {
+        let side = |s: &[f64; N]| match &self.structure.shaft {
             Some(shaft) if N == FULL && shaft.gap > 0.0 => past_gap(s[TWIST], shaft.gap).partial_cmp(&0.0),
             _ => None,
         };
-        side(from) != side(to) || (self.drops && self.arms.inductance_H.is_some() && from[CURRENT] * to[CURRENT] < 0.0)
+        side(from) != side(to) || (self.drops && self.structure.inductance_H.is_some() && from[CURRENT] * to[CURRENT] < 0.0)
     }
 
     /// Steps within a tick: by the fastest of winding, shaft and bristle.
     pub(super) fn steps(&self, dt_s: f64) -> f64 {
         let mut fastest_s = f64::INFINITY;
-        if let Some(inductance) = self.arms.inductance_H {
+        if let Some(inductance) = self.structure.inductance_H {
             fastest_s = fastest_s.min(inductance / self.resistance);
         }
-        if let Some(shaft) = &self.arms.shaft {
-            let reduced = self.inertia * shaft.share * (1.0 - shaft.share);
+        if let Some(shaft) = &self.structure.shaft {
+            let reduced = self.inertia * shaft.motor_inertia_fraction * (1.0 - shaft.motor_inertia_fraction);
             fastest_s = fastest_s.min((reduced / shaft.stiffness).sqrt() * 0.2).min(0.2 * reduced / shaft.damping.max(1e-12));
             if shaft.gap > 0.0 {
                 // So that a flank is not touched and left again between two steps.
                 fastest_s = fastest_s.min(TOUCH_S);
             }
         }
-        if let Some(stiffness) = self.arms.bristle_N_m_rad {
+        if let Some(stiffness) = self.structure.bristle_N_m_rad {
             // The bristle's own constant is its breakaway angle over the rate; a dry level of 10 µN m is the least that is looked for.
-            let (acts, _) = self.at(&self.state, self.rubs(&self.state), 0.0, self.t_s);
-            let constant_s = acts.dry.max(1e-5) / stiffness / self.state[OMEGA].abs().max(1e-3);
+            let (total, _) = self.at(&self.state, self.rubs(&self.state), 0.0, self.t_s);
+            let constant_s = total.coulomb_torque.max(1e-5) / stiffness / self.state[OMEGA].abs().max(1e-3);
             fastest_s = fastest_s.min(constant_s.max(QUICKEST_BRISTLE_S)).min((self.inertia / stiffness).sqrt());
         }
         (dt_s / (STEP_OF_FASTEST * fastest_s)).ceil().clamp(1.0, MOST_STEPS)

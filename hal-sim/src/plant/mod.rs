@@ -15,7 +15,7 @@ mod sensing;
 pub mod stand;
 
 use crate::board::PlantPort;
-use drive_model::{Arms, T0_C, Thermal};
+use drive_model::{Structure, T0_C, Thermal};
 use motion::{BRISTLE, CHARGE, CURRENT, FULL, MOTOR, OMEGA, PLAIN, State, THETA, TWIST, past_gap};
 use outsiders::Outsiders;
 use outsiders::grinding_bearing::Grinding;
@@ -32,7 +32,7 @@ pub struct Plant {
     /// Laws that act, and laws that only change what a sensor sees.
     laws: Vec<Placed>,
     seen: Vec<Placed>,
-    arms: Arms<f64>,
+    structure: Structure<f64>,
     thermal: Thermal<f64>,
     /// What the catalogue does not know.
     outsiders: Outsiders,
@@ -58,17 +58,17 @@ impl Plant {
     pub fn new(stand: &Stand, theta_rad: f64) -> Result<Self, StandError> {
         stand.check_outside()?;
         let placed = stand.placed()?;
-        let mut arms = Arms::default();
+        let mut structure = Structure::default();
         let (mut laws, mut seen) = (Vec::new(), Vec::new());
         for (id, parameters) in placed {
             let Some(law) = drive_model::law::<f64>(id) else { continue };
-            law.arm(&parameters, &mut arms);
-            if law.is_silent() { seen.push((law, parameters)) } else { laws.push((law, parameters)) }
+            law.configure(&parameters, &mut structure);
+            if law.has_no_contribution() { seen.push((law, parameters)) } else { laws.push((law, parameters)) }
         }
-        let thermal = arms.thermal.unwrap_or(Thermal { J_K: stand.drive.thermal_J_K, K_W: stand.drive.thermal_K_W });
+        let thermal = structure.thermal.unwrap_or(Thermal { J_K: stand.drive.thermal_J_K, K_W: stand.drive.thermal_K_W });
         let mut state = [0.0; FULL];
         state[THETA] = theta_rad;
-        let sensing = Sensing::new(&arms);
+        let sensing = Sensing::new(&structure);
         let mut plant = Plant {
             inertia: stand.drive.inertia_kg_m2,
             added: 0.0,
@@ -76,7 +76,7 @@ impl Plant {
             resistance: stand.drive.resistance_ohm,
             laws,
             seen,
-            arms,
+            structure,
             thermal,
             outsiders: stand.outsiders,
             grinding: stand.outsiders.grinding_bearing.as_ref().map(Grinding::new),
@@ -90,7 +90,7 @@ impl Plant {
             mean_current_A: 0.0,
             sensing,
         };
-        plant.drops = plant.acts(&plant.state, 0.0, 0.0, 0.0).drop_V > 0.0;
+        plant.drops = plant.contributions(&plant.state, 0.0, 0.0, 0.0).drop_V > 0.0;
         plant.sense(0.0);
         Ok(plant)
     }
@@ -98,16 +98,17 @@ impl Plant {
     /// Energy in the rotor, shaft and bristle, J: what friction may only take from.
     pub fn mechanical_energy_J(&self) -> f64 {
         let s = &self.state;
-        let bristle = self.arms.bristle_N_m_rad.map_or(0.0, |stiffness| 0.5 * stiffness * s[BRISTLE].powi(2));
+        let bristle = self.structure.bristle_N_m_rad.map_or(0.0, |stiffness| 0.5 * stiffness * s[BRISTLE].powi(2));
         bristle
-            + match &self.arms.shaft {
+            + match &self.structure.shaft {
                 None => {
                     let share = self.outsiders.slipping_clutch.map_or(0.0, |clutch| clutch.motor_inertia_share);
                     0.5 * self.inertia * (share * s[MOTOR].powi(2) + (1.0 - share) * s[OMEGA].powi(2))
                 }
                 Some(shaft) => {
                     let wound = past_gap(s[TWIST], shaft.gap);
-                    0.5 * self.inertia * (shaft.share * s[MOTOR].powi(2) + (1.0 - shaft.share) * s[OMEGA].powi(2))
+                    0.5 * self.inertia
+                        * (shaft.motor_inertia_fraction * s[MOTOR].powi(2) + (1.0 - shaft.motor_inertia_fraction) * s[OMEGA].powi(2))
                         + 0.5 * shaft.stiffness * wound * wound
                 }
             }
@@ -137,7 +138,7 @@ impl PlantPort for Plant {
             grinding.tick(self.t_s, dt_s);
         }
         let mut state = self.state;
-        if self.arms.shaft.is_some() || self.arms.bristle_N_m_rad.is_some() || self.outsiders.any() {
+        if self.structure.shaft.is_some() || self.structure.bristle_N_m_rad.is_some() || self.outsiders.any() {
             for k in 0..steps as u32 {
                 self.step(&mut state, asked_V, self.t_s + f64::from(k) * h, h);
             }
@@ -150,14 +151,14 @@ impl PlantPort for Plant {
             state[..PLAIN].copy_from_slice(&plain);
         }
         self.state = state;
-        if self.arms.inductance_H.is_none() {
+        if self.structure.inductance_H.is_none() {
             // Kept as the start of the search for laws that ask for the current.
             self.state[CURRENT] = self.at(&self.state, false, self.given_V::<FULL>(asked_V, self.t_s + dt_s), self.t_s + dt_s).1;
         }
         self.mean_current_A = self.state[CHARGE] / dt_s;
         // Where a law makes the resistance follow the heat, it is the hot one that heats.
-        let factor = match self.arms.thermal {
-            Some(_) => self.acts(&self.state, self.mean_current_A, asked_V, self.t_s).resistance_factor,
+        let factor = match self.structure.thermal {
+            Some(_) => self.contributions(&self.state, self.mean_current_A, asked_V, self.t_s).resistance_factor,
             None => 1.0,
         };
         let loss_W = self.resistance * factor * self.mean_current_A.powi(2);
@@ -200,8 +201,8 @@ impl PlantPort for Plant {
         self.added = added_kg_m2;
         // It sits on the platform: what the motor's side has stays, its share falls.
         let share = before / self.inertia;
-        if let Some(shaft) = &mut self.arms.shaft {
-            shaft.share *= share;
+        if let Some(shaft) = &mut self.structure.shaft {
+            shaft.motor_inertia_fraction *= share;
         }
         if let Some(clutch) = &mut self.outsiders.slipping_clutch {
             clutch.motor_inertia_share *= share;

@@ -2,7 +2,7 @@
 
 use super::Plant;
 use super::events::QUICKEST_BRISTLE_S;
-use drive_model::{Acts, Point, T0_C};
+use drive_model::{Contributions, Point, T0_C};
 
 /// State: rate, current, angle, charge since the last tick; with shaft, clutch or bristle also the motor's rate, twist, bristle.
 pub(super) type State = [f64; FULL];
@@ -34,13 +34,17 @@ impl Plant {
     /// Where the rate that friction and winding see stands in a state of N.
     #[inline]
     pub(super) fn motor<const N: usize>(&self) -> usize {
-        if N == FULL && (self.arms.shaft.is_some() || self.outsiders.slipping_clutch.is_some()) { MOTOR } else { OMEGA }
+        if N == FULL && (self.structure.shaft.is_some() || self.outsiders.slipping_clutch.is_some()) { MOTOR } else { OMEGA }
     }
 
-    /// Inertia that friction acts on.
+    /// Inertia that friction total on.
     #[inline]
     pub(super) fn rubbed_inertia<const N: usize>(&self) -> f64 {
-        if N == PLAIN { self.inertia } else { self.arms.shaft.as_ref().map_or(self.inertia, |s| self.inertia * s.share) }
+        if N == PLAIN {
+            self.inertia
+        } else {
+            self.structure.shaft.as_ref().map_or(self.inertia, |s| self.inertia * s.motor_inertia_fraction)
+        }
     }
 
     #[inline]
@@ -61,13 +65,13 @@ impl Plant {
     }
 
     #[inline(always)]
-    pub(super) fn acts<const N: usize>(&self, s: &[f64; N], current: f64, asked_V: f64, t_s: f64) -> Acts<f64> {
+    pub(super) fn contributions<const N: usize>(&self, s: &[f64; N], current: f64, asked_V: f64, t_s: f64) -> Contributions<f64> {
         let x = self.point(s, current, asked_V, t_s);
-        let mut acts = Acts::none();
+        let mut total = Contributions::none();
         for (law, parameters) in &self.laws {
-            law.act(parameters, &x, &mut acts);
+            law.contribute(parameters, &x, &mut total);
         }
-        acts
+        total
     }
 
     /// The platform is within a sector that rubs.
@@ -87,45 +91,46 @@ impl Plant {
 
     /// Laws and current at a state, with what the bridge gives.
     #[inline(always)]
-    pub(super) fn at<const N: usize>(&self, s: &[f64; N], rubs: bool, given_V: f64, t_s: f64) -> (Acts<f64>, f64) {
-        let (mut acts, current) = self.inside(s, given_V, t_s);
+    pub(super) fn at<const N: usize>(&self, s: &[f64; N], rubs: bool, given_V: f64, t_s: f64) -> (Contributions<f64>, f64) {
+        let (mut total, current) = self.inside(s, given_V, t_s);
         if N == FULL {
             if let (true, Some(rub)) = (rubs, &self.outsiders.sector_rub) {
-                acts.dry += rub.rub_N_m;
-                acts.viscous += rub.rub_N_m_s;
+                total.coulomb_torque += rub.rub_N_m;
+                total.viscous += rub.rub_N_m_s;
             }
-            acts.dry += self.grinding.as_ref().map_or(0.0, |grinding| grinding.level_N_m(t_s));
+            total.coulomb_torque += self.grinding.as_ref().map_or(0.0, |grinding| grinding.level_N_m(t_s));
         }
-        (acts, current)
+        (total, current)
     }
 
     /// The catalogue's laws. The current of a winding without inductance follows at once, found with the laws that ask for it.
     #[inline(always)]
-    fn inside<const N: usize>(&self, s: &[f64; N], asked_V: f64, t_s: f64) -> (Acts<f64>, f64) {
-        if self.arms.inductance_H.is_some() {
-            return (self.acts(s, s[CURRENT], asked_V, t_s), s[CURRENT]);
+    fn inside<const N: usize>(&self, s: &[f64; N], asked_V: f64, t_s: f64) -> (Contributions<f64>, f64) {
+        if self.structure.inductance_H.is_some() {
+            return (self.contributions(s, s[CURRENT], asked_V, t_s), s[CURRENT]);
         }
         let mut current = s[CURRENT];
-        let mut acts = self.acts(s, current, asked_V, t_s);
-        let rounds = if self.arms.by_current { 8 } else { 1 };
+        let mut total = self.contributions(s, current, asked_V, t_s);
+        let rounds = if self.structure.needs_current { 8 } else { 1 };
         for round in 0..rounds {
-            let v = asked_V + acts.voltage - self.motor_constant * acts.motor_factor * s[self.motor::<N>()];
-            current = past_gap(v, 2.0 * acts.drop_V) / (self.resistance * acts.resistance_factor + acts.series_ohm);
+            let v = asked_V + total.voltage - self.motor_constant * total.motor_factor * s[self.motor::<N>()];
+            current = past_gap(v, 2.0 * total.drop_V) / (self.resistance * total.resistance_factor + total.series_ohm);
             if round + 1 < rounds {
-                acts = self.acts(s, current, asked_V, t_s);
+                total = self.contributions(s, current, asked_V, t_s);
             }
         }
-        (acts, current)
+        (total, current)
     }
 
     /// Torque on what friction rubs, without the dry part, N m.
     #[inline(always)]
-    pub(super) fn torque<const N: usize>(&self, s: &[f64; N], acts: &Acts<f64>, current: f64) -> f64 {
+    pub(super) fn torque<const N: usize>(&self, s: &[f64; N], total: &Contributions<f64>, current: f64) -> f64 {
         let motor_omega = s[self.motor::<N>()];
-        let mut torque = self.motor_constant * acts.motor_factor * current + acts.torque - acts.viscous * acts.viscous_factor * motor_omega;
+        let mut torque =
+            self.motor_constant * total.motor_factor * current + total.torque - total.viscous * total.viscous_factor * motor_omega;
         if N == FULL {
-            torque -= self.arms.bristle_N_m_rad.map_or(0.0, |stiffness| stiffness * s[BRISTLE]);
-            torque -= self.arms.shaft.as_ref().map_or(0.0, |shaft| through(shaft, s));
+            torque -= self.structure.bristle_N_m_rad.map_or(0.0, |stiffness| stiffness * s[BRISTLE]);
+            torque -= self.structure.shaft.as_ref().map_or(0.0, |shaft| through(shaft, s));
         }
         torque
     }
@@ -134,20 +139,20 @@ impl Plant {
     #[inline(always)]
     pub(super) fn derivative<const N: usize>(&self, s: &[f64; N], way: Way, asked_V: f64, t_s: f64) -> [f64; N] {
         let given_V = self.given_V::<N>(asked_V, t_s);
-        let (acts, current) = self.at(s, way.rubs, given_V, t_s);
+        let (total, current) = self.at(s, way.rubs, given_V, t_s);
         let motor = self.motor::<N>();
         let mut d = [0.0; N];
-        let bristle = self.arms.bristle_N_m_rad;
-        let dry = if bristle.is_some() { 0.0 } else { acts.dry };
-        let torque = self.torque(s, &acts, current) - way.slides * dry;
+        let bristle = self.structure.bristle_N_m_rad;
+        let dry = if bristle.is_some() { 0.0 } else { total.coulomb_torque };
+        let torque = self.torque(s, &total, current) - way.slides * dry;
         d[motor] = if way.slides == 0.0 { 0.0 } else { torque / self.rubbed_inertia::<N>() };
         d[THETA] = s[OMEGA];
         d[CHARGE] = current;
-        if let Some(inductance) = self.arms.inductance_H {
-            let v = given_V + acts.voltage - self.motor_constant * acts.motor_factor * s[motor];
-            let resistance = self.resistance * acts.resistance_factor + acts.series_ohm;
+        if let Some(inductance) = self.structure.inductance_H {
+            let v = given_V + total.voltage - self.motor_constant * total.motor_factor * s[motor];
+            let resistance = self.resistance * total.resistance_factor + total.series_ohm;
             d[CURRENT] =
-                if self.drops && way.flows == 0.0 { 0.0 } else { (v - acts.drop_V * way.flows - resistance * current) / inductance };
+                if self.drops && way.flows == 0.0 { 0.0 } else { (v - total.drop_V * way.flows - resistance * current) / inductance };
         }
         if N < FULL {
             return d;
@@ -162,13 +167,13 @@ impl Plant {
                 d[OMEGA] = carried / (self.inertia * (1.0 - share));
             }
         }
-        if let Some(shaft) = &self.arms.shaft {
+        if let Some(shaft) = &self.structure.shaft {
             d[OMEGA] = through(shaft, s) / (self.inertia - self.rubbed_inertia::<N>());
             d[TWIST] = s[MOTOR] - s[OMEGA];
         }
-        if let (Some(stiffness), true) = (bristle, acts.dry > 0.0) {
-            let settled = acts.dry / stiffness * s[motor].signum();
-            d[BRISTLE] = (settled - s[BRISTLE]) * (s[motor].abs() * stiffness / acts.dry).min(1.0 / QUICKEST_BRISTLE_S);
+        if let (Some(stiffness), true) = (bristle, total.coulomb_torque > 0.0) {
+            let settled = total.coulomb_torque / stiffness * s[motor].signum();
+            d[BRISTLE] = (settled - s[BRISTLE]) * (s[motor].abs() * stiffness / total.coulomb_torque).min(1.0 / QUICKEST_BRISTLE_S);
         }
         d
     }
@@ -179,16 +184,16 @@ impl Plant {
         if omega != 0.0 {
             return omega.signum();
         }
-        let (acts, current) = self.at(s, self.rubs(s), self.given_V::<N>(asked_V, t_s), t_s);
-        if self.arms.bristle_N_m_rad.is_some() {
+        let (total, current) = self.at(s, self.rubs(s), self.given_V::<N>(asked_V, t_s), t_s);
+        if self.structure.bristle_N_m_rad.is_some() {
             return 1.0;
         }
-        let mut torque = self.torque(s, &acts, current);
+        let mut torque = self.torque(s, &total, current);
         if let (FULL, Some(clutch)) = (N, &self.outsiders.slipping_clutch) {
             let ahead = s[MOTOR] - s[OMEGA];
             torque -= if ahead == 0.0 { 0.0 } else { ahead.signum() * clutch.clutch_N_m };
         }
-        if torque.abs() <= acts.dry { 0.0 } else { torque.signum() }
+        if torque.abs() <= total.coulomb_torque { 0.0 } else { torque.signum() }
     }
 
     /// Which way the current flows or begins to; 0: the drop lets none through.
@@ -197,9 +202,9 @@ impl Plant {
             return s[CURRENT].signum();
         }
         let given_V = self.given_V::<N>(asked_V, t_s);
-        let (acts, _) = self.at(s, self.rubs(s), given_V, t_s);
-        let v = given_V + acts.voltage - self.motor_constant * acts.motor_factor * s[self.motor::<N>()];
-        if v.abs() <= acts.drop_V { 0.0 } else { v.signum() }
+        let (total, _) = self.at(s, self.rubs(s), given_V, t_s);
+        let v = given_V + total.voltage - self.motor_constant * total.motor_factor * s[self.motor::<N>()];
+        if v.abs() <= total.drop_V { 0.0 } else { v.signum() }
     }
 
     /// Which way the clutch slips or begins to, while the rotor slides this way; 0: it holds.
@@ -212,9 +217,9 @@ impl Plant {
         if slides == 0.0 {
             return 0.0;
         }
-        let (acts, current) = self.at(s, self.rubs(s), self.given_V::<N>(asked_V, t_s), t_s);
-        let dry = if self.arms.bristle_N_m_rad.is_some() { 0.0 } else { acts.dry };
-        let carried = (self.torque(s, &acts, current) - slides * dry) * (1.0 - clutch.motor_inertia_share);
+        let (total, current) = self.at(s, self.rubs(s), self.given_V::<N>(asked_V, t_s), t_s);
+        let dry = if self.structure.bristle_N_m_rad.is_some() { 0.0 } else { total.coulomb_torque };
+        let carried = (self.torque(s, &total, current) - slides * dry) * (1.0 - clutch.motor_inertia_share);
         if carried.abs() <= clutch.clutch_N_m { 0.0 } else { carried.signum() }
     }
 
@@ -222,7 +227,7 @@ impl Plant {
     pub(super) fn way<const N: usize>(&self, s: &[f64; N], asked_V: f64, t_s: f64) -> Way {
         let slides = self.direction(s, asked_V, t_s);
         // The drop of the brushes may end a current, not turn it round.
-        let flows = if self.drops && self.arms.inductance_H.is_some() { self.flow(s, asked_V, t_s) } else { 0.0 };
+        let flows = if self.drops && self.structure.inductance_H.is_some() { self.flow(s, asked_V, t_s) } else { 0.0 };
         Way { slides, flows, slips: self.slip(s, slides, asked_V, t_s), rubs: self.rubs(s) }
     }
 }

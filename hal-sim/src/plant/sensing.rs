@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use drive_model::{Arms, Law, Point, Reading};
+use drive_model::{Law, Point, Reading, Structure};
 
 /// A law with its parameters.
 pub(super) type Placed = (Box<dyn Law<f64>>, Vec<f64>);
@@ -24,13 +24,13 @@ pub(super) struct Sensing {
 }
 
 impl Sensing {
-    pub(super) fn new(arms: &Arms<f64>) -> Self {
+    pub(super) fn new(structure: &Structure<f64>) -> Self {
         Sensing {
             theta_rad: 0.0,
             rate_rad_s: 0.0,
             current_A: 0.0,
-            lag_s: arms.lag_s.unwrap_or(0.0),
-            skew_s: arms.skew_s.unwrap_or(0.0),
+            lag_s: structure.lag_s.unwrap_or(0.0),
+            skew_s: structure.skew_s.unwrap_or(0.0),
             lagged: 0.0,
             last_in: 0.0,
             t_s: 0.0,
@@ -43,7 +43,7 @@ impl Sensing {
         let x = Point { omega, ..*x };
         let mut reading = Reading { omega, theta, current };
         for (law, parameters) in laws {
-            law.see(parameters, &x, &mut reading);
+            law.measure(parameters, &x, &mut reading);
         }
         self.theta_rad = reading.theta;
         self.current_A = reading.current;

@@ -31,7 +31,7 @@ use crate::faults::{FaultError, Faults};
 use crate::peripherals::SensorSetup;
 use crate::peripherals::imu::ImuSetup;
 use crate::session::StandSetup;
-use drive_model::Kind;
+use drive_model::ParameterKind;
 use stand_firmware::board::Hardware;
 use stand_firmware::speed_loop::Settings;
 
@@ -259,9 +259,9 @@ impl Stand {
             let mut values = Vec::new();
             for p in card.parameters {
                 let value = given.get(p.name).copied().unwrap_or(p.start);
-                let whole = p.kind != Kind::Order || value.fract() == 0.0;
+                let whole = p.kind != ParameterKind::HarmonicOrder || value.fract() == 0.0;
                 if !(value.is_finite() && value >= p.range.0 && value <= p.range.1 && whole) {
-                    let number = if p.kind == Kind::Order { "a whole number" } else { "a number" };
+                    let number = if p.kind == ParameterKind::HarmonicOrder { "a whole number" } else { "a number" };
                     let range = format!("{number} from {} to {}", p.range.0, p.range.1);
                     return Err(StandError::OutOfRange { key: format!("effects.{name}.{}", p.name), value, range });
                 }

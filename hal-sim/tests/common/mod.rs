@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each test binary uses its part")]
 
 use drive_model::{Law, Reading};
-use drive_rig::{Base, Input, Rig, Span, State};
+use drive_rig::{Base, Input, Rig, RowInput, State};
 use hal_sim::board::PlantPort;
 use hal_sim::plant::{Plant, Stand, stand};
 
@@ -190,15 +190,15 @@ impl Bench {
 
     /// What the channels show now: the rig's reading, the plant's elements.
     pub fn seen(&self, rate_from_encoder: bool) -> Reading<f64> {
-        self.seen_by(&Span { rate_from_encoder, ..span(self.t_s, ROW_S, 0.0, self.temp_C) })
+        self.seen_by(&RowInput { rate_from_encoder, ..span(self.t_s, ROW_S, 0.0, self.temp_C) })
     }
 
     /// The same where the rig is given this measured angle.
     pub fn seen_at(&self, theta: f64) -> Reading<f64> {
-        self.seen_by(&Span { theta: Some((theta, theta)), ..span(self.t_s, ROW_S, 0.0, self.temp_C) })
+        self.seen_by(&RowInput { theta: Some((theta, theta)), ..span(self.t_s, ROW_S, 0.0, self.temp_C) })
     }
 
-    fn seen_by(&self, span: &Span) -> Reading<f64> {
+    fn seen_by(&self, span: &RowInput) -> Reading<f64> {
         match &self.machine {
             Machine::Rig { rig, state } => rig.read((state.omega, state.theta, state.heat_K), span, self.current),
             Machine::Plant(plant) => Reading { omega: plant.rate_rad_s(), theta: plant.theta_rad(), current: plant.mean_current_A() },
@@ -228,8 +228,8 @@ impl Bench {
 }
 
 /// A row without measured angle.
-pub fn span(t_s: f64, dt_s: f64, input: f64, temp_C: Option<f64>) -> Span {
-    Span { t_s, dt_s, input, theta: None, temp_C, supply_ratio: 1.0, rate_from_encoder: false }
+pub fn span(t_s: f64, dt_s: f64, input: f64, temp_C: Option<f64>) -> RowInput {
+    RowInput { t_s, dt_s, input, theta: None, temp_C, supply_ratio: 1.0, rate_from_encoder: false }
 }
 
 /// |a − b| ≤ tolerance, with the values in the message.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use drive_model::{CATALOGUE, Kind};
+use drive_model::{CATALOGUE, ParameterKind};
 use hal_sim::plant::Stand;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
@@ -56,11 +56,11 @@ pub fn hide(word: &str, stand: &mut Stand) -> Result<HiddenEffect, String> {
     let mut draw = Xoshiro256PlusPlus::seed_from_u64(seed ^ 0x5741_4e44);
     let mut parameters = BTreeMap::new();
     for p in card.parameters {
-        let (low, high) = p.hidden;
+        let (low, high) = p.simulated_range;
         let mut value = low + (high - low) * uniform(&mut draw);
         match p.kind {
-            Kind::Order => value = value.round(),
-            Kind::Signed if uniform(&mut draw) < 0.5 => value = -value,
+            ParameterKind::HarmonicOrder => value = value.round(),
+            ParameterKind::Signed if uniform(&mut draw) < 0.5 => value = -value,
             _ => {}
         }
         parameters.insert(p.name.to_owned(), value);

@@ -120,7 +120,7 @@ fn show(model: &Model) -> Result<(), CliError> {
     text += &format!("  effects  {}\n\n", if effects.is_empty() { "none: the bare drive".to_owned() } else { effects.join(", ") });
     let width = model.parameters().iter().map(|p| p.name.chars().count()).max().unwrap_or(0);
     for p in model.parameters() {
-        let says = p.info.map_or("", |i| i.says);
+        let says = p.info.map_or("", |i| i.description);
         let mark = if p.fixed {
             "fixed"
         } else if p.filled_in {

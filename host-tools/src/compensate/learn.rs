@@ -7,7 +7,7 @@
 
 use std::f64::consts::TAU;
 
-use drive_model::Room;
+use drive_model::Domain;
 use stand_firmware::compensation::{Compensation, Harmonic, Harmonics, MOST_HARMONICS};
 use stand_firmware::speed_loop::Settings;
 
@@ -89,7 +89,7 @@ pub fn learn(model: &Model, log: Option<&Log>, settings: &Settings) -> Result<Le
                 continue;
             }
             _ => {
-                if effect.card.room == Room::Torque {
+                if effect.card.domain == Domain::Torque {
                     left_out.push(format!("{}: the firmware has no compensation for it", effect.name()));
                 }
                 continue;

@@ -1,12 +1,20 @@
 //! What the model file may name: base parameters, effects with their marks, and a blank file.
 
-use drive_model::{Arms, CATALOGUE, Card, Kind, Parameter, card, law};
+use drive_model::{CATALOGUE, Card, Parameter, ParameterKind, Structure, card, law};
 
 use super::Input;
 use super::error::ModelErrorKind;
 
-const fn base(name: &'static str, unit: &'static str, says: &'static str, start: f64) -> Parameter {
-    Parameter { name, unit, says, range: (0.0, f64::INFINITY), start, kind: Kind::Positive, hidden: (start, start) }
+const fn base(name: &'static str, unit: &'static str, description: &'static str, start: f64) -> Parameter {
+    Parameter {
+        name,
+        unit,
+        description,
+        range: (0.0, f64::INFINITY),
+        start,
+        kind: ParameterKind::Positive,
+        simulated_range: (start, start),
+    }
 }
 
 /// The parameters of the bare model: rigid rotor J ω' = K i, quasi-static armature i = (u − K ω)/R.
@@ -57,14 +65,14 @@ pub(super) fn effect(name: &str) -> Option<Result<(&'static Card, u32), ModelErr
 /// The effect is an arm of the rig, of which there is one.
 pub(super) fn is_structural(card: &Card) -> bool {
     let Some(law) = law::<f64>(card.id) else { return false };
-    let mut arms = Arms::default();
-    law.arm(&card.parameters.iter().map(|p| p.start).collect::<Vec<_>>(), &mut arms);
-    arms.shaft.is_some()
-        || arms.inductance_H.is_some()
-        || arms.bristle_N_m_rad.is_some()
-        || arms.thermal.is_some()
-        || arms.lag_s.is_some()
-        || arms.skew_s.is_some()
+    let mut structure = Structure::default();
+    law.configure(&card.parameters.iter().map(|p| p.start).collect::<Vec<_>>(), &mut structure);
+    structure.shaft.is_some()
+        || structure.inductance_H.is_some()
+        || structure.bristle_N_m_rad.is_some()
+        || structure.thermal.is_some()
+        || structure.lag_s.is_some()
+        || structure.skew_s.is_some()
 }
 
 /// The effects that have a parameter of that name (without mark).
@@ -91,7 +99,7 @@ pub(super) fn blank(input: Input) -> String {
     for parameter in &BASE {
         let is_needed = needed(input).contains(&parameter.name) || (input == Input::Motion && parameter.name != "resistance_ohm");
         if is_needed {
-            text.push_str(&format!("{} = {} # {}, {}\n", parameter.name, number(parameter.start), parameter.says, parameter.unit));
+            text.push_str(&format!("{} = {} # {}, {}\n", parameter.name, number(parameter.start), parameter.description, parameter.unit));
         }
     }
     text

@@ -20,7 +20,7 @@ mod user_effects;
 
 use std::path::Path;
 
-use drive_model::{Card, Kind, Parameter};
+use drive_model::{Card, Parameter, ParameterKind};
 use toml_edit::DocumentMut;
 
 pub use catalogue::BASE;
@@ -109,8 +109,8 @@ pub struct ModelParameter {
 
 impl ModelParameter {
     /// How a fit moves it.
-    pub fn kind(&self) -> Kind {
-        self.info.map_or(Kind::Signed, |i| i.kind)
+    pub fn kind(&self) -> ParameterKind {
+        self.info.map_or(ParameterKind::Signed, |i| i.kind)
     }
 
     /// Physical range.

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use drive_model::{Kind, Parameter};
+use drive_model::{Parameter, ParameterKind};
 use toml_edit::{Document, Item, TableLike};
 
 use super::error::{ModelError, ModelErrorKind};
@@ -152,9 +152,11 @@ impl Reader<'_> {
         if let Some(info) = info {
             let (low, high) = info.range;
             match info.kind {
-                Kind::Phase => value = value.rem_euclid(std::f64::consts::TAU),
-                Kind::Order if value.fract() != 0.0 => return self.fail(span, &key, ModelErrorKind::NotWhole(value)),
-                Kind::Positive if value <= 0.0 => return self.fail(span, &key, ModelErrorKind::Range { value, range: range(info) }),
+                ParameterKind::Phase => value = value.rem_euclid(std::f64::consts::TAU),
+                ParameterKind::HarmonicOrder if value.fract() != 0.0 => return self.fail(span, &key, ModelErrorKind::NotWhole(value)),
+                ParameterKind::Positive if value <= 0.0 => {
+                    return self.fail(span, &key, ModelErrorKind::Range { value, range: range(info) });
+                }
                 _ if value < low || value > high => return self.fail(span, &key, ModelErrorKind::Range { value, range: range(info) }),
                 _ => {}
             }
@@ -165,7 +167,7 @@ impl Reader<'_> {
 
 fn range(info: &Parameter) -> String {
     let (low, high) = info.range;
-    let above = if info.kind == Kind::Positive && low == 0.0 { "above 0".to_owned() } else { format!("from {low}") };
+    let above = if info.kind == ParameterKind::Positive && low == 0.0 { "above 0".to_owned() } else { format!("from {low}") };
     let to = if high.is_finite() { format!(" to {high}") } else { String::new() };
     format!("{above}{to} {}", info.unit)
 }

@@ -1,4 +1,4 @@
-use drive_model::{Acts, Law, Point, Reading};
+use drive_model::{Contributions, Law, Point, Reading};
 use proptest::prelude::*;
 
 use super::*;
@@ -309,10 +309,10 @@ fn an_own_effect_acts_in_each_of_its_places() {
         let mut model = example();
         model.add_user_effect("mine", place, "k * (t + theta + omega + i + u + T)", &[("k", 2.0)]).unwrap();
         let own = &model.user_effects()[1];
-        let (mut acts, mut reading) = (Acts::<f64>::none(), Reading { omega: 0.0, theta: 0.0, current: 0.0 });
-        own.act(&[2.0], &x, &mut acts);
-        own.see(&[2.0], &x, &mut reading);
-        let all = [acts.torque, acts.dry, acts.voltage, reading.omega, reading.theta, reading.current];
+        let (mut acts, mut reading) = (Contributions::<f64>::none(), Reading { omega: 0.0, theta: 0.0, current: 0.0 });
+        own.contribute(&[2.0], &x, &mut acts);
+        own.measure(&[2.0], &x, &mut reading);
+        let all = [acts.torque, acts.coulomb_torque, acts.voltage, reading.omega, reading.theta, reading.current];
         let at = SummingPoint::ALL.iter().position(|p| *p == place).unwrap();
         for (k, value) in all.into_iter().enumerate() {
             let wants = if k == at { 2.0 * (1.25 + 0.3 + 2.0 + 0.4 + 6.0 + 30.0) } else { 0.0 };

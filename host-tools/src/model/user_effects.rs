@@ -1,6 +1,6 @@
 //! An effect of the user's own: an expression in the same places as the catalogue's laws.
 
-use drive_model::{Acts, Law, Point, Reading, Scalar};
+use drive_model::{Contributions, Law, Point, Reading, Scalar};
 
 use crate::model::expression::{Expression, Variables};
 
@@ -61,16 +61,16 @@ impl UserEffect {
 }
 
 impl<S: Scalar> Law<S> for UserEffect {
-    fn act(&self, p: &[S], x: &Point<S>, a: &mut Acts<S>) {
+    fn contribute(&self, p: &[S], x: &Point<S>, a: &mut Contributions<S>) {
         match self.summing_point {
             SummingPoint::Torque => a.torque += self.value(p, x),
-            SummingPoint::Dry => a.dry += self.value(p, x),
+            SummingPoint::Dry => a.coulomb_torque += self.value(p, x),
             SummingPoint::Voltage => a.voltage += self.value(p, x),
             _ => {}
         }
     }
 
-    fn see(&self, p: &[S], x: &Point<S>, y: &mut Reading<S>) {
+    fn measure(&self, p: &[S], x: &Point<S>, y: &mut Reading<S>) {
         match self.summing_point {
             SummingPoint::Rate => y.omega += self.value(p, x),
             SummingPoint::Angle => y.theta += self.value(p, x),

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use drive_model::{CATALOGUE, Card, Kind};
+use drive_model::{CATALOGUE, Card, ParameterKind};
 
 use super::evidence::Squares;
 use super::ground::{Goal, Ground, leaves_far_less, misfit};
@@ -119,7 +119,7 @@ fn part_of_the_way(trial: &Trial, score: &Score, share: f64) -> Vec<f64> {
     if !trial.absent {
         return if share > 0.0 { score.values.clone() } else { trial.values.clone() };
     }
-    let grows = |k: usize| trial.screened[k] && matches!(trial.card.parameters[k].kind, Kind::Level | Kind::Signed);
+    let grows = |k: usize| trial.screened[k] && matches!(trial.card.parameters[k].kind, ParameterKind::NonNegative | ParameterKind::Signed);
     score.values.iter().enumerate().map(|(k, value)| if grows(k) { share * value } else { *value }).collect()
 }
 
@@ -134,7 +134,7 @@ impl Fitted {
         let excess = (linear.cost / rows as f64).max(1.0);
         let covariance = linear.profiled().0.try_inverse().map(|c| c * excess);
         let sigmas = covariance.map_or_else(|| vec![0.0; place.parameters.list.len()], |c| place.parameters.sigmas(&c));
-        let scanned = trial.card.parameters.iter().filter(|p| p.kind == Kind::Order).count();
+        let scanned = trial.card.parameters.iter().filter(|p| p.kind == ParameterKind::HarmonicOrder).count();
         let shown = shown_of(ground, &place.linearization.residuals);
         Some(Fitted {
             more: place.parameters.free().len() - ground.held.parameters.free().len() + scanned,
@@ -206,11 +206,11 @@ pub fn refusal(ground: &Ground, logs: &[Range<usize>], f: &Fitted, without: &Squ
             return Some("its gap_rad is not told from zero: a shaft without play, which is compliance".to_owned());
         }
         // A level at zero is no effect at all.
-        let absent = own && p.kind == Kind::Level && !p.fixed && p.value <= low && !f.trial.card.polar;
+        let absent = own && p.kind == ParameterKind::NonNegative && !p.fixed && p.value <= low && !f.trial.card.polar;
         if absent {
             return Some(format!("its {} would have to be negative", p.name));
         }
-        if p.fixed || p.kind == Kind::Phase || (p.value >= low - slack && p.value <= high + slack) {
+        if p.fixed || p.kind == ParameterKind::Phase || (p.value >= low - slack && p.value <= high + slack) {
             continue;
         }
         let before = ground.held.parameters.list.get(k).map(|q| q.value);
@@ -296,7 +296,7 @@ pub fn added(model: &Model, f: &Fitted) -> (Model, String) {
     for (k, name) in names.iter().enumerate() {
         let p = &f.parameters.list[f.own.start + k];
         let _ = next.set(name, p.value.clamp(p.range.0, p.range.1));
-        if !f.trial.fitted[k] && p.kind != Kind::Order {
+        if !f.trial.fitted[k] && p.kind != ParameterKind::HarmonicOrder {
             let _ = next.fix(name, true);
         }
     }

@@ -154,7 +154,7 @@ fn wanted(candidates: &[Candidate], missing: &[String], verdict: Verdict, log: &
             Some((other, (says, run))) => (other, says.to_owned(), run),
             None => {
                 let other = open.ambiguous_with.first()?;
-                let best = |id: &str| drive_model::card(id).map_or(String::new(), |c| lower(c.account.experiment));
+                let best = |id: &str| drive_model::card(id).map_or(String::new(), |c| lower(c.description.experiment));
                 let says = format!("{one} shows best by this: {} And {}: {}", best(one), stem(other), best(stem(other)));
                 (other, says, run_for(one))
             }
@@ -172,7 +172,7 @@ fn wanted(candidates: &[Candidate], missing: &[String], verdict: Verdict, log: &
         Verdict::EffectFound => {
             let first = stem(missing.first()?);
             let card = drive_model::card(first)?;
-            Some((format!("To see {first} better, and its numbers to more digits: {}", lower(card.account.experiment)), run_for(first)))
+            Some((format!("To see {first} better, and its numbers to more digits: {}", lower(card.description.experiment)), run_for(first)))
         }
         Verdict::UnknownStructure => Some((
             "Repeat it with other rates: what belongs to the stand comes again over the same angle, rate or current; what happened once does not".to_owned(),

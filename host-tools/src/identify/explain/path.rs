@@ -8,7 +8,7 @@
 
 use std::ops::Range;
 
-use drive_model::Kind;
+use drive_model::ParameterKind;
 use rayon::prelude::*;
 
 use super::evidence::{Whitener, delta_bic};
@@ -142,7 +142,7 @@ fn is_a_trifle(ground: &Ground, name: &str) -> bool {
     let own: Vec<&str> = found.parameters.iter().map(|&k| ground.model.parameters()[k].name.as_str()).collect();
     let pairs = ground.held.parameters.list.iter().zip(&ground.held.sigmas);
     pairs
-        .filter(|(p, _)| own.contains(&p.name.as_str()) && matches!(p.kind, Kind::Level | Kind::Signed))
+        .filter(|(p, _)| own.contains(&p.name.as_str()) && matches!(p.kind, ParameterKind::NonNegative | ParameterKind::Signed))
         .all(|(p, sigma)| p.value.abs() < TRIFLE * sigma)
 }
 

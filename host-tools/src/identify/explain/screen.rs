@@ -17,7 +17,7 @@ use crate::identify::fit::normal_equations::{MAX_UNKNOWNS, linearize};
 use crate::identify::fit::parameters::Parameters;
 use crate::identify::fit::simulate::System;
 use crate::identify::fit::solve::Iterate;
-use drive_model::Kind;
+use drive_model::ParameterKind;
 
 /// What the score test says of a trial.
 #[derive(Debug, Clone)]
@@ -159,10 +159,9 @@ fn score(
     // Past a limit `moved` would stop; what lies beyond zero for a level is unphysical.
     let free = parameters.free();
     result.negative = !trial.card.polar
-        && lanes
-            .iter()
-            .zip(step.iter())
-            .any(|(lane, s)| parameters.list[free[*lane]].kind == Kind::Level && parameters.list[free[*lane]].value + s < 0.0);
+        && lanes.iter().zip(step.iter()).any(|(lane, s)| {
+            parameters.list[free[*lane]].kind == ParameterKind::NonNegative && parameters.list[free[*lane]].value + s < 0.0
+        });
     result.values = range.map(|k| parameters.moved(&full).list[k].value).collect();
     if result.negative {
         result.gain = 0.0;

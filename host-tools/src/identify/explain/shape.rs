@@ -1,6 +1,6 @@
 //! A free-form law: heights over a coordinate, linear between them. It claims nothing but that something depends on that coordinate there.
 
-use drive_model::{Acts, Arms, Coordinate, Law, Point, Scalar};
+use drive_model::{Contributions, Coordinate, Law, Point, Scalar, Structure};
 
 use crate::model::SummingPoint;
 
@@ -54,16 +54,16 @@ impl Hats {
 }
 
 impl<S: Scalar> Law<S> for Hats {
-    fn act(&self, p: &[S], x: &Point<S>, a: &mut Acts<S>) {
+    fn contribute(&self, p: &[S], x: &Point<S>, a: &mut Contributions<S>) {
         match self.place {
             SummingPoint::Torque => a.torque += self.value(p, x),
-            SummingPoint::Dry => a.dry += self.value(p, x),
+            SummingPoint::Dry => a.coulomb_torque += self.value(p, x),
             SummingPoint::Voltage => a.voltage += self.value(p, x),
             _ => {}
         }
     }
 
-    fn arm(&self, _p: &[S], arms: &mut Arms<S>) {
-        arms.by_current |= self.coordinate == Coordinate::Current;
+    fn configure(&self, _p: &[S], structure: &mut Structure<S>) {
+        structure.needs_current |= self.coordinate == Coordinate::Current;
     }
 }

@@ -4,7 +4,7 @@
 //! is singular ([`Screen::Probe`]) is tried at a few finite values, each with a run of its own. The values come from the model and the
 //! log (resonances that the rows resolve, a part of the largest current), never from one stand's size.
 
-use drive_model::{CATALOGUE, Card, Kind, Screen};
+use drive_model::{CATALOGUE, Card, ParameterKind, Screen};
 
 use crate::identify::fit::{Parameters, PreparedLog};
 use crate::log::Log;
@@ -290,16 +290,16 @@ fn of(card: &'static Card, scene: &Scene) -> Vec<Trial> {
         "sensor-lag" | "time-skew" => vec![trial(vec![0.0], vec![true], vec![true], true)],
         _ => {
             // All coefficients at zero; where there are several, each also alone.
-            let amplitude = |k: usize| matches!(card.parameters[k].kind, Kind::Level | Kind::Signed);
+            let amplitude = |k: usize| matches!(card.parameters[k].kind, ParameterKind::NonNegative | ParameterKind::Signed);
             let zero: Vec<f64> = (0..n)
                 .map(|k| match card.parameters[k].kind {
-                    Kind::Level if card.polar => ABSENT,
-                    Kind::Level | Kind::Signed | Kind::Phase => 0.0,
+                    ParameterKind::NonNegative if card.polar => ABSENT,
+                    ParameterKind::NonNegative | ParameterKind::Signed | ParameterKind::Phase => 0.0,
                     _ => starts[k],
                 })
                 .collect();
             let amplitudes: Vec<usize> = (0..n).filter(|&k| amplitude(k)).collect();
-            let all: Vec<bool> = (0..n).map(|k| amplitude(k) || card.parameters[k].kind == Kind::Phase).collect();
+            let all: Vec<bool> = (0..n).map(|k| amplitude(k) || card.parameters[k].kind == ParameterKind::Phase).collect();
             let absent = card.screen != Screen::Probe;
             let mut list = vec![trial(zero.clone(), all.clone(), all, absent)];
             if amplitudes.len() > 1 {

@@ -99,7 +99,7 @@ pub fn append_linear(system: &mut System, parameters: &mut Parameters, name: &st
             name: format!("{name}.{k}"),
             value: 0.0,
             fixed: false,
-            kind: drive_model::Kind::Signed,
+            kind: drive_model::ParameterKind::Signed,
             range: (f64::NEG_INFINITY, f64::INFINITY),
             polar: None,
         });

@@ -9,8 +9,8 @@ mod past;
 
 use std::collections::VecDeque;
 
-use drive_model::{Arms, Reading, Scalar};
-use drive_rig::Span;
+use drive_model::{Reading, Scalar, Structure};
+use drive_rig::RowInput;
 
 use super::prepared_log::{ComparedChannel, PreparedLog};
 use crate::model::Channel;
@@ -26,7 +26,7 @@ pub fn late_channel(record: &PreparedLog) -> Option<usize> {
 #[derive(Debug)]
 pub struct Row<'a, S> {
     /// The row.
-    pub span: &'a Span,
+    pub span: &'a RowInput,
     /// True rate at its begin, rad/s.
     pub omega: S,
     /// True angle at its begin, rad.
@@ -64,15 +64,15 @@ struct Last<S> {
 
 impl<S: Scalar> MeasurementChain<S> {
     /// The chain of `channel`, as notes and effects make it.
-    pub fn new(record: &PreparedLog, index: usize, arms: &Arms<S>) -> Self {
+    pub fn new(record: &PreparedLog, index: usize, structure: &Structure<S>) -> Self {
         let channel: &ComparedChannel = &record.channels[index];
         let mut filter = Vec::new();
         if let Some(hz) = channel.filter_hz {
             filter.push(Lag::new(S::from(1.0 / (std::f64::consts::TAU * hz))));
         }
-        let lag_s = arms.lag_s.filter(|_| channel.channel == Channel::Rate);
+        let lag_s = structure.lag_s.filter(|_| channel.channel == Channel::Rate);
         filter.extend(lag_s.map(Lag::new));
-        let skew_s = arms.skew_s.filter(|_| late_channel(record) == Some(index));
+        let skew_s = structure.skew_s.filter(|_| late_channel(record) == Some(index));
         let window_s = channel.mean_before_s.unwrap_or(0.0);
         let reach_s = window_s + skew_s.map_or(0.0, |s| s.re()) + 4.0 * record.dt_s;
         let past = (window_s > 0.0 || skew_s.is_some()).then(|| SignalHistory::new(reach_s, channel.channel == Channel::Current));
@@ -163,7 +163,7 @@ impl<S: Scalar> MeasurementChain<S> {
     }
 
     /// What the past shows at the row: the value or a mean, now or late. `None` while the window reaches before the segment.
-    fn shown(&self, span: &Span) -> Option<S> {
+    fn shown(&self, span: &RowInput) -> Option<S> {
         let past = self.past.as_ref()?;
         let at_s = span.t_s - self.skew_s.map_or(0.0, |skew| skew.re());
         let (from_s, to_s) = if self.window_s > 0.0 {

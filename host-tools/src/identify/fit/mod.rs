@@ -391,7 +391,7 @@ fn not_identifiable(parameters: &Parameters, covariance: &Covariance) -> Vec<(St
         let p = &parameters.list[free[lane]];
         let sigma = covariance.matrix[(lane, lane)].sqrt();
         let relative = match p.kind {
-            drive_model::Kind::Positive | drive_model::Kind::Share => sigma,
+            drive_model::ParameterKind::Positive | drive_model::ParameterKind::Fraction => sigma,
             _ => 0.0,
         };
         if relative > 1.0 && !list.iter().any(|(n, _)| *n == p.name) {

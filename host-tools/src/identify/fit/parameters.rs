@@ -3,7 +3,7 @@
 //! A positive parameter moves by its logarithm, a share by its logit, an amplitude with its phase as a·cos φ and a·sin φ; the rest as
 //! it is. The answers are always in the parameters of the model file.
 
-use drive_model::{Kind, Scalar};
+use drive_model::{ParameterKind, Scalar};
 use nalgebra::SVector;
 use num_dual::{Derivative, DualSVec64};
 
@@ -61,7 +61,7 @@ pub struct Parameter {
     /// Not moved.
     pub fixed: bool,
     /// How it moves.
-    pub kind: Kind,
+    pub kind: ParameterKind,
     /// Physical range.
     pub range: (f64, f64),
     /// Index of its partner, where the two are amplitude and phase; the amplitude names the phase and the phase the amplitude.
@@ -88,7 +88,7 @@ impl Parameters {
 
     fn is_free(&self, k: usize) -> bool {
         let p = &self.list[k];
-        !p.fixed && p.kind != Kind::Order
+        !p.fixed && p.kind != ParameterKind::HarmonicOrder
     }
 
     /// Both of an amplitude and its phase are free.
@@ -116,14 +116,14 @@ impl Parameters {
         let p = &self.list[k];
         if self.is_polar(k) {
             let partner = p.polar.unwrap_or(k);
-            let (amplitude, phase) = if p.kind == Kind::Phase { (partner, k) } else { (k, partner) };
+            let (amplitude, phase) = if p.kind == ParameterKind::Phase { (partner, k) } else { (k, partner) };
             let a = self.list[amplitude].value.max(SMALLEST_AMPLITUDE);
             let (s, c) = self.list[phase].value.sin_cos();
             return if k == amplitude { vec![(amplitude, c), (phase, -s / a)] } else { vec![(amplitude, s), (phase, c / a)] };
         }
         let slope = match p.kind {
-            Kind::Positive => p.value,
-            Kind::Share => p.value * (1.0 - p.value),
+            ParameterKind::Positive => p.value,
+            ParameterKind::Fraction => p.value * (1.0 - p.value),
             _ => 1.0,
         };
         vec![(k, slope)]
@@ -137,7 +137,7 @@ impl Parameters {
         for (lane, &k) in free.iter().enumerate() {
             let p = &self.list[k];
             if self.is_polar(k) {
-                if p.kind == Kind::Phase {
+                if p.kind == ParameterKind::Phase {
                     continue;
                 }
                 let phase = p.polar.unwrap_or(k);
@@ -150,12 +150,12 @@ impl Parameters {
             }
             let value = match p.kind {
                 // No more than a factor of e² in one step.
-                Kind::Positive => (p.value * step[lane].clamp(-2.0, 2.0).exp()).clamp(p.range.0.max(LEAST), p.range.1),
-                Kind::Share => {
+                ParameterKind::Positive => (p.value * step[lane].clamp(-2.0, 2.0).exp()).clamp(p.range.0.max(LEAST), p.range.1),
+                ParameterKind::Fraction => {
                     let logit = (p.value / (1.0 - p.value)).ln() + step[lane].clamp(-2.0, 2.0);
                     1.0 / (1.0 + (-logit).exp())
                 }
-                Kind::Phase => (p.value + step[lane]).rem_euclid(std::f64::consts::TAU),
+                ParameterKind::Phase => (p.value + step[lane]).rem_euclid(std::f64::consts::TAU),
                 _ => p.value + step[lane],
             };
             let (low, high) = hard_limits(p);
@@ -170,7 +170,7 @@ impl Parameters {
         let outward = |lane: &usize| {
             let p = &self.list[free[*lane]];
             let (low, high) = match p.kind {
-                Kind::Positive => (p.range.0.max(LEAST), p.range.1),
+                ParameterKind::Positive => (p.range.0.max(LEAST), p.range.1),
                 _ => hard_limits(p),
             };
             !self.is_polar(free[*lane]) && ((p.value <= low && step[*lane] < 0.0) || (p.value >= high && step[*lane] > 0.0))

@@ -5,7 +5,7 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use drive_rig::Span;
+use drive_rig::RowInput;
 
 use crate::model::{Channel, Input};
 
@@ -83,12 +83,12 @@ impl PreparedLog<'_> {
 
     /// The row as the rig takes it; the last of a segment is as long as the median.
     #[inline]
-    pub fn span(&self, row: usize, segment_end: usize) -> Span {
+    pub fn span(&self, row: usize, segment_end: usize) -> RowInput {
         let next = row + 1;
         let inside = next < segment_end;
         // A count stands for the angles from its edge to the next: on the mean half a count further.
         let half = 0.5 * self.theta_quantum;
-        Span {
+        RowInput {
             t_s: self.t_s[row],
             dt_s: if inside { self.t_s[next] - self.t_s[row] } else { self.dt_s },
             input: self.input[row],

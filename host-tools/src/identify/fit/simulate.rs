@@ -111,17 +111,17 @@ pub fn initial_state_kinds(rig: &Rig<f64>, record: &PreparedLog) -> Vec<InitialS
         return list;
     }
     list.push(InitialStateKind::Rate);
-    let arms = rig.arms();
-    if arms.inductance_H.is_some() && record.driven == Input::Voltage {
+    let structure = rig.structure();
+    if structure.inductance_H.is_some() && record.driven == Input::Voltage {
         list.push(InitialStateKind::Current);
     }
-    if arms.shaft.is_some() {
+    if structure.shaft.is_some() {
         list.push(InitialStateKind::Twist);
     }
-    if arms.bristle_N_m_rad.is_some() {
+    if structure.bristle_N_m_rad.is_some() {
         list.push(InitialStateKind::Bristle);
     }
-    if arms.thermal.is_some() && record.temp_C.is_none() {
+    if structure.thermal.is_some() && record.temp_C.is_none() {
         list.push(InitialStateKind::Heat);
     }
     list
@@ -169,7 +169,8 @@ pub fn run<S: DerivativeScalar>(
         }
         return;
     }
-    let mut chains: Vec<MeasurementChain<S>> = (0..record.channels.len()).map(|c| MeasurementChain::new(record, c, rig.arms())).collect();
+    let mut chains: Vec<MeasurementChain<S>> =
+        (0..record.channels.len()).map(|c| MeasurementChain::new(record, c, rig.structure())).collect();
     let theta = record.theta.map_or(0.0, |theta| theta[rows.start]);
     let follows_current = chains.iter().any(MeasurementChain::follows_current);
     let instant = record.channels.iter().any(|c| c.instant && c.channel == Channel::Current);

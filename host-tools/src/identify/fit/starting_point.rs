@@ -5,7 +5,7 @@
 //! spread over the log, each with initial states of its own (multiple shooting without the continuity), and the descent along the whole
 //! log begins from there, if that is the better place.
 
-use drive_model::Kind;
+use drive_model::ParameterKind;
 use rayon::prelude::*;
 
 use super::parameters::{Parameter, Parameters};
@@ -126,7 +126,7 @@ fn in_the_best_valley(system: &System, record: &PreparedLog, place: Iterate, wei
 
 /// Where a parameter should be tried besides its given value: moments over the whole record, a play of other widths.
 fn valleys(parameter: &Parameter, record: &PreparedLog) -> Vec<f64> {
-    if parameter.kind == Kind::Moment {
+    if parameter.kind == ParameterKind::EventTime {
         let (from_s, to_s) = (record.t_s[0], record.t_s[record.len() - 1]);
         return (0..MOMENTS).map(|k| from_s + (to_s - from_s) * (k as f64 + 0.5) / MOMENTS as f64).collect();
     }

@@ -119,15 +119,15 @@ pub fn parameters(c: &Comparison) -> Vec<ParameterRow> {
             let near = NEAR_BOUND * info.map_or(1.0, |i| i.start.abs()).max(f64::MIN_POSITIVE);
             let (low, high) = p.range;
             // A phase closes on itself: its ends are no bounds.
-            let bounded = !p.fixed && p.kind != drive_model::Kind::Phase && p.kind != drive_model::Kind::Order;
+            let bounded = !p.fixed && p.kind != drive_model::ParameterKind::Phase && p.kind != drive_model::ParameterKind::HarmonicOrder;
             ParameterRow {
                 name: p.name.clone(),
-                says: info.map_or("", |i| i.says),
+                says: info.map_or("", |i| i.description),
                 unit: info.map_or("", |i| i.unit),
                 start,
                 value: p.value,
                 sigma,
-                fixed: p.fixed || p.kind == drive_model::Kind::Order,
+                fixed: p.fixed || p.kind == drive_model::ParameterKind::HarmonicOrder,
                 at_bound: bounded && ((p.value - low).abs() <= near || (p.value - high).abs() <= near),
                 out_of_range: bounded && (p.value < low - near || p.value > high + near),
                 within_error: p.value > low - WITHIN_ERROR * sigma && p.value < high + WITHIN_ERROR * sigma,

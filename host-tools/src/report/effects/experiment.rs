@@ -5,7 +5,7 @@
 
 use std::f64::consts::TAU;
 
-use drive_model::{Card, Coordinate, Room};
+use drive_model::{Card, Coordinate, Domain};
 
 /// What the stand is made to do.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -158,13 +158,13 @@ impl Experiment {
 
     /// What suits room and coordinate.
     fn by_coordinate(card: &Card) -> Experiment {
-        let shown = if card.room == Room::Measurement { Shown::Rate } else { Shown::Current };
+        let shown = if card.domain == Domain::Measurement { Shown::Rate } else { Shown::Current };
         let base = |motion, seconds| Experiment { motion, seconds, shown, over: Over::Coordinate(card.coordinate), besides: &[] };
         match card.coordinate {
             Coordinate::Theta => base(Motion::Constant(2.0), 7.0),
             Coordinate::Omega => base(Motion::Triangle(20.0, 8.0), 8.0),
             Coordinate::Current => {
-                let shown = if card.room == Room::Electrical { Shown::Voltage } else { shown };
+                let shown = if card.domain == Domain::Electrical { Shown::Voltage } else { shown };
                 Experiment { shown, ..base(Motion::Sine(20.0, 1.0), 2.0) }
             }
             Coordinate::Temperature => Experiment { besides: &[WEIGHT], ..base(Motion::Constant(20.0), 60.0) },

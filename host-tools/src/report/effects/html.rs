@@ -20,7 +20,7 @@ pub fn list_html() -> String {
             page.push(&format!(
                 "<tr><td class=\"number\"><code>{}</code></td><td>{}<br/><span class=\"equation\">{}</span></td><td class=\"mark\">over {}</td></tr>",
                 card.id,
-                escaped(card.account.what),
+                escaped(card.description.summary),
                 escaped(card.equation),
                 card.coordinate.name()
             ));
@@ -33,9 +33,9 @@ pub fn list_html() -> String {
 /// The account of one effect, with its picture.
 pub fn effect_html(card: &'static Card) -> String {
     let mut page = Page::new(card.title);
-    page.push(&format!("<p class=\"faint\"><code>{}</code> · {}</p>", card.id, escaped(card.room.title())));
+    page.push(&format!("<p class=\"faint\"><code>{}</code> · {}</p>", card.id, escaped(card.domain.title())));
     page.push(&format!("<p class=\"equation\">{}</p>", escaped(card.equation)));
-    page.paragraph("lead", card.account.what);
+    page.paragraph("lead", card.description.summary);
     match beside(card) {
         Ok(beside) => {
             for (drawing, caption) in drawings(card, &beside) {
@@ -48,11 +48,11 @@ pub fn effect_html(card: &'static Card) -> String {
     let others = family(card);
     let others =
         if others.is_empty() { String::new() } else { format!("{}: some logs cannot tell these from {}.", others.join(", "), card.id) };
-    let a = &card.account;
+    let a = &card.description;
     let entries = [
-        ("How it shows", a.shows),
+        ("How it shows", a.signature),
         ("Best seen by", a.experiment),
-        ("What looks like it", a.looks_like),
+        ("What looks like it", a.similar),
         ("Family", others.as_str()),
         ("Read on", a.reference),
     ];
@@ -64,7 +64,7 @@ pub fn effect_html(card: &'static Card) -> String {
         page.push(&format!(
             "<tr><td><code>{}</code></td><td>{}</td><td>{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td></tr>",
             p.name,
-            escaped(p.says),
+            escaped(p.description),
             escaped(unit(p.unit)),
             range(p.range),
             digits(p.start)

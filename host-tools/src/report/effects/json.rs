@@ -1,6 +1,6 @@
 //! Pages as JSON.
 
-use drive_model::{CATALOGUE, Card, Kind, Room};
+use drive_model::{CATALOGUE, Card, Domain, ParameterKind};
 use serde_json::{Value, json};
 
 use super::family;
@@ -17,7 +17,7 @@ pub fn effect_json(card: &Card) -> Value {
         json!({
             "name": p.name,
             "unit": p.unit,
-            "says": p.says,
+            "says": p.description,
             "range": [finite(p.range.0), finite(p.range.1)],
             "start": finite(p.start),
             "kind": kind(p.kind),
@@ -27,30 +27,30 @@ pub fn effect_json(card: &Card) -> Value {
         "id": card.id,
         "title": card.title,
         "equation": card.equation,
-        "room": match card.room {
-            Room::Torque => "torque",
-            Room::Electrical => "electrical",
-            Room::Measurement => "measurement",
+        "room": match card.domain {
+            Domain::Torque => "torque",
+            Domain::Electrical => "electrical",
+            Domain::Measurement => "measurement",
         },
         "coordinate": card.coordinate.name(),
         "parameters": parameters.collect::<Vec<_>>(),
-        "what": card.account.what,
-        "shows": card.account.shows,
-        "experiment": card.account.experiment,
-        "looks_like": card.account.looks_like,
+        "what": card.description.summary,
+        "shows": card.description.signature,
+        "experiment": card.description.experiment,
+        "looks_like": card.description.similar,
         "family": family(card),
-        "reference": card.account.reference,
+        "reference": card.description.reference,
     })
 }
 
-fn kind(kind: Kind) -> &'static str {
+fn kind(kind: ParameterKind) -> &'static str {
     match kind {
-        Kind::Level => "level",
-        Kind::Signed => "signed",
-        Kind::Positive => "positive",
-        Kind::Share => "share",
-        Kind::Phase => "phase",
-        Kind::Order => "order",
-        Kind::Moment => "moment",
+        ParameterKind::NonNegative => "level",
+        ParameterKind::Signed => "signed",
+        ParameterKind::Positive => "positive",
+        ParameterKind::Fraction => "share",
+        ParameterKind::Phase => "phase",
+        ParameterKind::HarmonicOrder => "order",
+        ParameterKind::EventTime => "moment",
     }
 }

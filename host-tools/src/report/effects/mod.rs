@@ -11,7 +11,7 @@ mod picture;
 mod simulate;
 mod text;
 
-use drive_model::{CATALOGUE, Card, Room};
+use drive_model::{CATALOGUE, Card, Domain};
 
 pub use experiment::{Experiment, Motion, Over, Shown};
 pub use html::{effect_html, list_html};
@@ -20,11 +20,11 @@ pub use simulate::{Beside, Trace, beside};
 pub use text::{effect_text, list_text};
 
 /// The rooms in the order in which they are listed.
-const ROOMS: [Room; 3] = [Room::Torque, Room::Electrical, Room::Measurement];
+const ROOMS: [Domain; 3] = [Domain::Torque, Domain::Electrical, Domain::Measurement];
 
 /// The effects of a room, in the catalogue's order.
-fn of_room(room: Room) -> impl Iterator<Item = &'static Card> {
-    CATALOGUE.iter().copied().filter(move |c| c.room == room)
+fn of_room(room: Domain) -> impl Iterator<Item = &'static Card> {
+    CATALOGUE.iter().copied().filter(move |c| c.domain == room)
 }
 
 /// The other effects of the same family: those that some logs cannot tell from this one.

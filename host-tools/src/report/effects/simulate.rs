@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-use drive_model::{Card, Coordinate, Kind, Parameter};
+use drive_model::{Card, Coordinate, Parameter, ParameterKind};
 use hal_sim::board::PlantPort;
 use hal_sim::plant::{Plant, Stand, StandError};
 
@@ -56,10 +56,10 @@ impl Beside {
 /// A typical size of a parameter on the default stand: the middle of what the stand hides.
 fn typical(p: &Parameter, experiment: &Experiment) -> f64 {
     match p.kind {
-        Kind::Order => p.start,
-        Kind::Phase => 0.7,
-        Kind::Moment => 0.4 * experiment.seconds,
-        _ if p.hidden.1 > 0.0 => 0.5 * (p.hidden.0 + p.hidden.1),
+        ParameterKind::HarmonicOrder => p.start,
+        ParameterKind::Phase => 0.7,
+        ParameterKind::EventTime => 0.4 * experiment.seconds,
+        _ if p.simulated_range.1 > 0.0 => 0.5 * (p.simulated_range.0 + p.simulated_range.1),
         _ => p.start,
     }
 }
@@ -79,7 +79,7 @@ pub fn beside(card: &'static Card) -> Result<Beside, StandError> {
     stand.effects.remove(card.id);
     let without = run(&stand, &experiment)?;
     // The plant's clock runs while it settles; the picture's begins after that.
-    let on_its_clock = |p: &Parameter, value: f64| if p.kind == Kind::Moment { value + SETTLE_S } else { value };
+    let on_its_clock = |p: &Parameter, value: f64| if p.kind == ParameterKind::EventTime { value + SETTLE_S } else { value };
     let given = card.parameters.iter().zip(&parameters).map(|(p, value)| (p.name.to_owned(), on_its_clock(p, *value)));
     stand.effects.insert(card.id.to_owned(), given.collect());
     let with = run(&stand, &experiment)?;

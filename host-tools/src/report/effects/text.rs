@@ -15,7 +15,7 @@ pub fn list_text(colour: bool) -> String {
         for card in of_room(room) {
             let indent = " ".repeat(width + 4);
             let name = format!("  {:width$}  ", card.id);
-            text.push_str(&style.wrapped(&name, &indent, card.account.what));
+            text.push_str(&style.wrapped(&name, &indent, card.description.summary));
             text.push_str(&style.faint(&style.wrapped(&indent, &format!("{indent}  "), card.equation)));
         }
         text.push('\n');
@@ -39,15 +39,15 @@ pub fn effect_text(card: &Card, colour: bool) -> String {
     for p in card.parameters {
         let line = format!("  {:names$}  {:units$}  {:ranges$}  start {}", p.name, unit(p.unit), range(p.range), digits(p.start));
         text.push_str(&format!("{}\n", line.trim_end()));
-        text.push_str(&style.faint(&style.wrapped("      ", "      ", p.says)));
+        text.push_str(&style.faint(&style.wrapped("      ", "      ", p.description)));
     }
     text.push('\n');
-    let a = &card.account;
+    let a = &card.description;
     let entries = [
-        ("What it is", a.what),
-        ("How it shows", a.shows),
+        ("What it is", a.summary),
+        ("How it shows", a.signature),
         ("Best seen by", a.experiment),
-        ("Looks like it", a.looks_like),
+        ("Looks like it", a.similar),
         ("Read on", a.reference),
     ];
     let indent = " ".repeat(16);
@@ -66,5 +66,5 @@ pub fn effect_text(card: &Card, colour: bool) -> String {
 }
 
 fn room_and(card: &Card) -> String {
-    card.room.title().to_lowercase()
+    card.domain.title().to_lowercase()
 }

@@ -128,7 +128,7 @@ pub fn of_effect(e: &Explanation, k: usize) -> Vec<(String, String)> {
     let mut says = |term: &str, text: String| list.push((term.to_owned(), text));
     let card = card(name);
     let sizes: Vec<String> = parameters(e, name).into_iter().map(estimate).collect();
-    let what = card.map_or("", |c| c.account.what);
+    let what = card.map_or("", |c| c.description.summary);
     says(name, if sizes.is_empty() { what.to_owned() } else { format!("{what} Here: {}.", sizes.join(", ")) });
     // The list is that of the first step; what was added later was judged again, beside what was added before.
     let candidate = e.candidates.iter().find(|c| k == 0 && c.effect == *name && c.refitted);
@@ -140,10 +140,10 @@ pub fn of_effect(e: &Explanation, k: usize) -> Vec<(String, String)> {
         says("How much", text);
     }
     if let Some(card) = card {
-        says("How it shows", card.account.shows.to_owned());
+        says("How it shows", card.description.signature.to_owned());
     }
     let rivals = candidate.map_or(&[][..], |c| &c.ambiguous_with);
-    let looks = card.map_or("", |c| c.account.looks_like);
+    let looks = card.map_or("", |c| c.description.similar);
     says(
         "What looks alike",
         match (rivals, candidate) {

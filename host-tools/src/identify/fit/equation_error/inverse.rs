@@ -4,7 +4,7 @@
 //! no equation is written twice. An amplitude with its phase has the coordinates a·cos φ and a·sin φ. Whether the model is linear is
 //! tried, not believed.
 
-use drive_model::{Arms, Kind};
+use drive_model::{ParameterKind, Structure};
 use nalgebra::DMatrix;
 
 use super::InverseModelCause as Trouble;
@@ -131,10 +131,10 @@ impl Inverse<'_> {
 pub(super) fn check_effects(model: &Model, system: &System, parameters: &Parameters, temperature_is_measured: bool) -> Result<(), Trouble> {
     for effect in &system.effects {
         let law = effect.source.plain();
-        let mut arms = Arms::default();
+        let mut structure = Structure::default();
         let values: Vec<f64> = effect.parameters.iter().map(|&k| parameters.list[k].value).collect();
-        law.arm(&values, &mut arms);
-        if law.is_silent() || (arms.thermal.is_some() && !temperature_is_measured) {
+        law.configure(&values, &mut structure);
+        if law.has_no_contribution() || (structure.thermal.is_some() && !temperature_is_measured) {
             return Err(Trouble::NotInverse(effect.name.clone()));
         }
     }
@@ -158,7 +158,7 @@ pub(super) fn explained(record: &PreparedLog) -> Channel {
 /// (amplitude, phase) of the pair that `k` belongs to, where both are free.
 fn pair(parameters: &Parameters, k: usize) -> Option<(usize, usize)> {
     let partner = parameters.list[k].polar.filter(|p| parameters.free().contains(p))?;
-    Some(if parameters.list[k].kind == Kind::Phase { (partner, k) } else { (k, partner) })
+    Some(if parameters.list[k].kind == ParameterKind::Phase { (partner, k) } else { (k, partner) })
 }
 
 /// The coordinates in which the model may be linear, of every free parameter.
@@ -194,8 +194,8 @@ pub(super) fn sigmas(parameters: &Parameters, covariance: &DMatrix<f64>) -> Vec<
         .free()
         .iter()
         .map(|&k| match parameters.list[k].kind {
-            Kind::Positive => parameters.list[k].value,
-            Kind::Share => parameters.list[k].value * (1.0 - parameters.list[k].value),
+            ParameterKind::Positive => parameters.list[k].value,
+            ParameterKind::Fraction => parameters.list[k].value * (1.0 - parameters.list[k].value),
             _ => 1.0,
         })
         .collect();

@@ -52,11 +52,11 @@ fn shown<S: Scalar>(
     (current, slope): (&[f64], f64),
 ) -> Vec<Option<S>> {
     let record = record(t_s, channel);
-    let mut chain = MeasurementChain::new(&record, 0, &Arms { skew_s, lag_s, ..Arms::default() });
+    let mut chain = MeasurementChain::new(&record, 0, &Structure { skew_s, lag_s, ..Structure::default() });
     (0..t_s.len())
         .map(|k| {
             let dt_s = t_s.get(k + 1).map_or(ROW_S, |next| next - t_s[k]);
-            let span = Span { t_s: t_s[k], dt_s, input: 0.0, theta: None, temp_C: None, supply_ratio: 1.0, rate_from_encoder: false };
+            let span = RowInput { t_s: t_s[k], dt_s, input: 0.0, theta: None, temp_C: None, supply_ratio: 1.0, rate_from_encoder: false };
             let (omega, theta) = (S::from(rate(t_s[k])), S::from(angle(t_s[k])));
             let reading = Reading { omega, theta, current: S::from(current.get(k).copied().unwrap_or(0.0)) };
             chain.push(&Row { span: &span, omega, theta, reading: &reading, current_slope_A_s: S::from(slope) })
