@@ -201,7 +201,7 @@ fn an_edit_that_does_not_fit_leaves_the_model_as_it_was() {
 fn a_place_that_is_not_there_is_refused_before_anything_is_written() {
     let folder = folder();
     let path = folder.path();
-    let nowhere = ["nowhere/answer", "no folder"];
+    let nowhere = ["nowhere/answer", "does not exist"];
     for option in ["--json", "--html"] {
         refused(path, &["compare", "log.csv", "--model", "model.toml", option, "nowhere/answer"], &nowhere);
         refused(path, &["fit", "log.csv", "--model", "model.toml", "--out", "fitted.toml", option, "nowhere/answer"], &nowhere);
@@ -211,7 +211,11 @@ fn a_place_that_is_not_there_is_refused_before_anything_is_written() {
     }
     refused(path, &["fit", "log.csv", "--model", "model.toml", "--json", "new.json", "--out", "nowhere/answer"], &nowhere);
     refused(path, &["sim", "--out", "log.csv", "--seconds", "1", "--json", "nowhere/answer"], &nowhere);
-    refused(path, &["sim", "--out", "nowhere/answer.csv", "--seconds", "1", "--json", "new.json"], &["nowhere/answer.csv", "no folder"]);
+    refused(
+        path,
+        &["sim", "--out", "nowhere/answer.csv", "--seconds", "1", "--json", "new.json"],
+        &["nowhere/answer.csv", "does not exist"],
+    );
     std::fs::create_dir(path.join("folder.csv")).unwrap();
     refused(path, &["sim", "--out", "folder.csv", "--seconds", "1"], &["folder.csv", "folder"]);
 }

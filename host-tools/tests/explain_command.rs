@@ -163,7 +163,7 @@ fn what_cannot_be_explained_gets_one_line_and_status_2() {
         (&["empty", "--html", "x.html"], &["--html", "name the log"]),
         (&["one.csv"], &["one.csv", "too few"]),
         (&["log.csv", "slower.csv"], &["log.csv", "slower.csv", "2.0000 ms", "the same interval"]),
-        (&["log.csv", "--out", "nowhere/m.toml"], &["nowhere", "there is no folder"]),
+        (&["log.csv", "--out", "nowhere/m.toml"], &["nowhere", "does not exist"]),
     ] {
         let Ran { status, out, err } = stand(path, &[&["explain"], words, &["--model", "model.toml"]].concat());
         assert_eq!((status, out.as_str(), err.lines().count()), (Some(2), "", 1), "{words:?}: {err}");

@@ -1,4 +1,4 @@
-//! An effect hidden in the simulated stand, of which nobody is told.
+//! An effect added to the simulated stand without disclosure, as a task for identification.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -10,12 +10,12 @@ use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
 use crate::words::nearest;
 
-/// What was hidden.
+/// The effect that was added.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HiddenEffect {
-    /// The effect.
+    /// Identifier in the catalogue.
     pub effect: &'static str,
-    /// Its parameters.
+    /// Values of its parameters.
     pub parameters: BTreeMap<String, f64>,
 }
 
@@ -29,38 +29,56 @@ impl fmt::Display for HiddenEffect {
     }
 }
 
-/// Seed of the magnitudes where an effect is named and no number given.
-const NAMED_SEED: u64 = 1;
+/// Why no effect was added.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum HideError {
+    /// The argument is neither a number nor an effect.
+    #[error("`{argument}` is neither a seed nor an effect of the catalogue{} (`stand effects` lists all)", near.as_ref().map_or(String::new(), |n| format!("; did you mean `{n}`?")))]
+    Unknown {
+        /// The argument.
+        argument: String,
+        /// The nearest identifier.
+        near: Option<String>,
+    },
+    /// No effect is left to draw.
+    #[error("the stand already has every effect of the catalogue")]
+    NoneLeft,
+}
 
-/// Hides an effect in `stand`: the one named, or one drawn by the number, among those that the stand does not have.
+/// Seed of the parameter values where the effect is named.
+const NAMED_SEED: u64 = 1;
+/// Separates the generator of the parameter values from that of the effect.
+const PARAMETER_STREAM: u64 = 0x5741_4e44;
+
+/// Adds an effect to `stand`: the effect named by `argument`, or one drawn with `argument` as seed from those that the stand lacks.
+/// Parameter values are drawn from the ranges in the effect's card.
 ///
 /// # Errors
-/// A word that is neither a number nor an effect, with the nearest that is.
-pub fn hide(word: &str, stand: &mut Stand) -> Result<HiddenEffect, String> {
-    let (card, seed) = match word.parse::<u64>() {
+/// `argument` is neither a seed nor an effect, or the stand has every effect.
+pub fn hide(argument: &str, stand: &mut Stand) -> Result<HiddenEffect, HideError> {
+    let (card, seed) = match argument.parse::<u64>() {
         Ok(seed) => {
-            let free: Vec<_> =
-                CATALOGUE.iter().filter(|c| !stand.effects.contains_key(c.id) && !replaces_what_is_there(c.id, stand)).collect();
-            let mut draw = Xoshiro256PlusPlus::seed_from_u64(seed);
-            let card = free.get((uniform(&mut draw) * free.len() as f64) as usize).ok_or("the stand already has every effect")?;
+            let free: Vec<_> = CATALOGUE.iter().filter(|c| !stand.effects.contains_key(c.id) && !replaces_shaft(c.id, stand)).collect();
+            let mut generator = Xoshiro256PlusPlus::seed_from_u64(seed);
+            let card = free.get((uniform(&mut generator) * free.len() as f64) as usize).ok_or(HideError::NoneLeft)?;
             (**card, seed)
         }
         Err(_) => {
-            let card = drive_model::card(word).ok_or_else(|| {
-                let hint = nearest(word, CATALOGUE.iter().map(|c| c.id)).map_or(String::new(), |n| format!("; did you mean `{n}`?"));
-                format!("`{word}` is neither a number nor an effect of the catalogue{hint} (`stand effects` lists them)")
+            let card = drive_model::card(argument).ok_or_else(|| HideError::Unknown {
+                argument: argument.to_owned(),
+                near: nearest(argument, CATALOGUE.iter().map(|c| c.id)),
             })?;
             (card, NAMED_SEED)
         }
     };
-    let mut draw = Xoshiro256PlusPlus::seed_from_u64(seed ^ 0x5741_4e44);
+    let mut generator = Xoshiro256PlusPlus::seed_from_u64(seed ^ PARAMETER_STREAM);
     let mut parameters = BTreeMap::new();
     for p in card.parameters {
         let (low, high) = p.simulated_range;
-        let mut value = low + (high - low) * uniform(&mut draw);
+        let mut value = low + (high - low) * uniform(&mut generator);
         match p.kind {
             ParameterKind::HarmonicOrder => value = value.round(),
-            ParameterKind::Signed if uniform(&mut draw) < 0.5 => value = -value,
+            ParameterKind::Signed if uniform(&mut generator) < 0.5 => value = -value,
             _ => {}
         }
         parameters.insert(p.name.to_owned(), value);
@@ -69,13 +87,13 @@ pub fn hide(word: &str, stand: &mut Stand) -> Result<HiddenEffect, String> {
     Ok(HiddenEffect { effect: card.id, parameters })
 }
 
-/// A drive has one shaft.
-fn replaces_what_is_there(id: &str, stand: &Stand) -> bool {
+/// The effect replaces the shaft of a stand whose shaft already has an effect: a drive has one shaft.
+fn replaces_shaft(id: &str, stand: &Stand) -> bool {
     let shafts = ["compliance", "backlash"];
     shafts.contains(&id) && shafts.iter().any(|s| stand.effects.contains_key(*s))
 }
 
-/// In [0, 1), with 53 bits.
-fn uniform(draw: &mut Xoshiro256PlusPlus) -> f64 {
-    (draw.next_u64() >> 11) as f64 / (1u64 << 53) as f64
+/// Uniform in [0, 1), with 53 bits.
+fn uniform(generator: &mut Xoshiro256PlusPlus) -> f64 {
+    (generator.next_u64() >> 11) as f64 / (1u64 << 53) as f64
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::error::CliError;
-use super::output::{ReportOutput, working};
+use super::output::{ReportOutput, spinner};
 use crate::allan::{AllanError, Request, Take, Taus};
 use crate::report::allan as page;
 
@@ -75,7 +75,7 @@ impl Allan {
                 As::Integral => Take::Integral,
             }),
         };
-        let bar = working("reading");
+        let bar = spinner("reading");
         let answer = request.answer();
         bar.finish_and_clear();
         let answer = answer?;

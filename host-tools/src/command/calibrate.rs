@@ -2,17 +2,15 @@
 
 use std::io::{BufRead, IsTerminal};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::Ordering;
 
 use clap::{Args, ValueEnum};
 use embassy_futures::block_on;
 use hal_sim::plant::Stand as Described;
-use indicatif::{ProgressBar, ProgressStyle};
 
 use super::error::CliError;
-use super::output::{ReportOutput, write};
-use super::record::interrupts;
-use super::sim;
+use super::output::{ReportOutput, progress_bar, write};
+use super::signals::Interrupts;
+use super::stand_file::read_stand;
 use crate::acquire::link::SerialLink;
 use crate::calibrate::record::{self, Record, RecordError};
 use crate::calibrate::session::journal::{self, Journal, JournalError};
@@ -181,16 +179,13 @@ impl Calibrate {
         let name = |serial: &str| format!("calibration-{}{}{serial}", self.what().name(), if serial.is_empty() { "" } else { "-" });
         let folder = self.out.clone().unwrap_or_else(|| PathBuf::from(name(self.serial.as_deref().unwrap_or(""))));
         let (session, text, begun) = self.planned(&folder)?;
-        let interrupted = interrupts()?;
-        let bar = ProgressBar::new((session.seconds() * 10.0) as u64);
-        if let Ok(style) = ProgressStyle::with_template("{wide_bar} {msg}") {
-            bar.set_style(style);
-        }
+        let interrupted = Interrupts::install()?;
+        let bar = progress_bar((session.seconds() * 10.0) as u64, "{wide_bar} {msg}");
         let goes = |p: Progress| {
             bar.set_position(((session.seconds() - p.left_s) * 10.0).max(0.0) as u64);
             let (minutes, seconds) = ((p.left_s / 60.0) as u64, p.left_s as u64 % 60);
             bar.set_message(format!("{} of {} {}, {minutes}:{seconds:02} left, {:+.3} rad/s", p.number, p.of, p.step, p.rate_rad_s));
-            interrupted.load(Ordering::Relaxed) == 0
+            !interrupted.any()
         };
         let done = match &self.port {
             Some(port) => {
@@ -214,7 +209,7 @@ impl Calibrate {
 
     /// The stand of a file, or the default one with what the seed draws.
     fn simulated_stand(&self, session: &Session) -> Result<Described, CliError> {
-        let mut stand = sim::stand(self.stand.as_ref())?;
+        let mut stand = read_stand(self.stand.as_deref())?;
         if self.stand.is_none() && session.what == What::Drive {
             stand = part::drive(self.seed, &session.known).0;
         }

@@ -11,7 +11,7 @@ use stand_firmware::compensation::Compensation;
 use stand_firmware::speed_loop::{Config, Settings};
 
 use super::error::CliError;
-use super::output::{JsonOutput, check_place, working, write};
+use super::output::{JsonOutput, check_writable, spinner, write};
 use crate::compensate::{Learnt, Ripple, RippleError, file, learn, ripple};
 use crate::log::Log;
 use crate::model::Model;
@@ -61,7 +61,7 @@ impl Compensate {
     }
 
     fn write_file(&self, path: &Path) -> Result<(), CliError> {
-        check_place(path)?;
+        check_writable(path)?;
         let text = match std::fs::read_to_string(path) {
             Ok(text) => text,
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => file::NEW.to_owned(),
@@ -125,7 +125,7 @@ pub(super) fn of_a_model(model: &Path, log: Option<&Path>, settings: &Settings) 
 fn turn(before: &Stand, after: &Stand, seed: u64) -> Result<Vec<[Ripple; 2]>, CliError> {
     let harmonics = after.firmware.compensation.harmonics;
     let orders: Vec<u16> = harmonics.as_slice().iter().map(|h| h.order).collect();
-    let working = working("the stand turns, before and after");
+    let turning = spinner("the stand turns, before and after");
     let both = RATES_DEG_S.map(|rate| {
         let at = |stand: &Stand| ripple(stand, &stand.firmware.compensation, rate.to_radians(), &orders, seed);
         let pair = [at(before)?, at(after)?];
@@ -135,7 +135,7 @@ fn turn(before: &Stand, after: &Stand, seed: u64) -> Result<Vec<[Ripple; 2]>, Cl
         Ok(pair)
     });
     let both: Result<Vec<_>, RippleError> = both.into_iter().collect();
-    working.finish_and_clear();
+    turning.finish_and_clear();
     both.map_err(|e| CliError::Input(format!("nothing was written: {e}")))
 }
 

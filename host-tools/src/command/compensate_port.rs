@@ -54,7 +54,7 @@ impl Compensate {
     fn measured_by_itself(&self, port: &Path) -> Result<(), CliError> {
         let mut link = SerialLink::open(port)?;
         link.command("CALibration:COGGing:STARt")?;
-        let bar = super::output::working("the stand measures its cogging");
+        let bar = super::output::spinner("the stand measures its cogging");
         let found = loop {
             std::thread::sleep(Duration::from_millis(500));
             let says = link.query("CALibration:COGGing?")?;

@@ -1,7 +1,7 @@
-//! `stand console`: a line to the stand for a person, or for a script through a pipe.
+//! `stand console`: commands to a stand, typed on a terminal or piped from a script.
 //!
-//! On a terminal: editing, history, completion from the stand's own `HELP?`. Through a pipe: each line is said in turn, replies go to standard output,
-//! refusals to standard error; whatever was refused, the rest is said too, and the exit status tells.
+//! On a terminal: line editing, history, completion from the stand's `HELP?`. From a pipe: each line is sent in turn; replies go to standard
+//! output, rejected commands to standard error. All lines are sent; the exit status is 2 if the stand rejected any.
 
 use std::io::{BufRead, IsTerminal};
 use std::path::PathBuf;
@@ -15,42 +15,42 @@ use rustyline::{Context, Editor, Helper, Highlighter, Hinter, Validator};
 
 use super::error::CliError;
 use super::output::print;
-use super::record::missing_port;
+use super::stand_file::required_port;
 use crate::acquire::link::{REPLY_TIMEOUT, Received, SerialLink};
 
-/// What waits for the end of something may take an hour.
-const END: Duration = Duration::from_secs(3600);
+/// Time that a command which waits for completion may take.
+const COMPLETION_TIMEOUT: Duration = Duration::from_secs(3600);
 
-/// Talk to a stand.
+/// Open a command console to a stand over its serial port.
 #[derive(Debug, Args)]
 pub(super) struct Console {
-    /// The serial port of the stand
+    /// Serial port of the stand
     #[arg(long, value_name = "P")]
     port: Option<PathBuf>,
 }
 
 impl Console {
     pub(super) fn run(self) -> Result<(), CliError> {
-        let port = self.port.ok_or_else(missing_port)?;
+        let port = required_port(self.port)?;
         let mut link = SerialLink::open(&port)?;
-        if std::io::stdin().is_terminal() { typed(&mut link) } else { piped(&mut link) }
+        if std::io::stdin().is_terminal() { interactive(&mut link) } else { from_pipe(&mut link) }
     }
 }
 
-/// Says one line; what was refused.
-fn say(link: &mut SerialLink, line: &str) -> Result<Vec<String>, CliError> {
+/// Sends one line and prints the reply; returns the errors of the stand.
+fn send_line(link: &mut SerialLink, line: &str) -> Result<Vec<String>, CliError> {
     let waits = ["*opc?", "*wai"].iter().any(|word| line.to_ascii_lowercase().contains(word));
-    let said = link.converse(line, if waits { END } else { REPLY_TIMEOUT })?;
+    let reply = link.converse(line, if waits { COMPLETION_TIMEOUT } else { REPLY_TIMEOUT })?;
     let mut text = String::new();
-    for line in said.lines.iter().filter(|line| !line.is_empty()) {
+    for line in reply.lines.iter().filter(|line| !line.is_empty()) {
         text += line;
         text.push('\n');
     }
     print(&text)?;
-    Ok(said.refused)
+    Ok(reply.refused)
 }
 
-fn piped(link: &mut SerialLink) -> Result<(), CliError> {
+fn from_pipe(link: &mut SerialLink) -> Result<(), CliError> {
     let mut refused = 0;
     for (n, line) in std::io::stdin().lock().lines().enumerate() {
         let line = line.map_err(|e| CliError::Input(format!("standard input, line {}: {e}", n + 1)))?;
@@ -58,56 +58,56 @@ fn piped(link: &mut SerialLink) -> Result<(), CliError> {
         if line.is_empty() {
             continue;
         }
-        for says in say(link, line)? {
-            eprintln!("stand: line {}: `{line}`: {says}", n + 1);
+        for error in send_line(link, line)? {
+            eprintln!("stand: line {}: `{line}`: {error}", n + 1);
             refused += 1;
         }
     }
     match refused {
         0 => Ok(()),
-        1 => Err(CliError::Input("the stand refused one command".to_owned())),
-        many => Err(CliError::Input(format!("the stand refused {many} commands"))),
+        1 => Err(CliError::Input("the stand rejected one command; see standard error".to_owned())),
+        many => Err(CliError::Input(format!("the stand rejected {many} commands; see standard error"))),
     }
 }
 
-fn typed(link: &mut SerialLink) -> Result<(), CliError> {
+fn interactive(link: &mut SerialLink) -> Result<(), CliError> {
     let headers = headers(&link.query_lines("HELP?")?);
-    let broken = |e: ReadlineError| CliError::Other(format!("the terminal: {e}"));
+    let broken = |e: ReadlineError| CliError::Other(format!("cannot read from the terminal: {e}"));
     let config = rustyline::Config::builder().completion_type(rustyline::CompletionType::List).auto_add_history(true).build();
     let mut editor = Editor::<Headers, FileHistory>::with_config(config).map_err(broken)?;
     editor.set_helper(Some(Headers(headers)));
     let history = history();
     if let Some(history) = &history {
-        // There is none the first time.
+        // The file does not exist at the first start.
         let _ = editor.load_history(history);
     }
     println!("{}: {}", link.name(), link.identity());
-    println!("HELP? lists what it understands, Tab completes, Ctrl-C stops the drive, Ctrl-D leaves.");
+    println!("HELP? lists the commands, Tab completes, Ctrl-C stops the drive, Ctrl-D quits.");
     let done = loop {
         match editor.readline("> ") {
-            Ok(line) if line.trim().is_empty() => unasked(link)?,
+            Ok(line) if line.trim().is_empty() => print_unsolicited(link)?,
             Ok(line) => {
-                for says in say(link, line.trim())? {
-                    println!("refused: {says}");
+                for error in send_line(link, line.trim())? {
+                    println!("rejected: {error}");
                 }
             }
             Err(ReadlineError::Interrupted) => {
                 link.cancel()?;
-                println!("stopped (0x18); FAULt:CLEar lets the drive be switched on again");
+                println!("Drive stopped (0x18). FAULt:CLEar enables it again.");
             }
             Err(ReadlineError::Eof) => break Ok(()),
             Err(other) => break Err(broken(other)),
         }
     };
     if let Some(history) = &history {
-        // A history that cannot be kept is no reason to fail.
+        // Failure to save the history is not an error of the command.
         let _ = editor.save_history(history);
     }
     done
 }
 
-/// What the stand has said since the last line: a fault, the rows of a stream.
-fn unasked(link: &mut SerialLink) -> Result<(), CliError> {
+/// Prints what the stand has sent unsolicited since the last line: faults, rows of a stream.
+fn print_unsolicited(link: &mut SerialLink) -> Result<(), CliError> {
     let mut rows = 0;
     while let Some(heard) = link.next(Duration::from_millis(20))? {
         match heard {
@@ -125,12 +125,12 @@ fn unasked(link: &mut SerialLink) -> Result<(), CliError> {
         }
     }
     if rows > 1 {
-        println!("… and {} rows more", rows - 1);
+        println!("… and {} more rows", rows - 1);
     }
     Ok(())
 }
 
-/// Where the lines of former days are, as other programs keep theirs.
+/// File of the command history, by the XDG convention.
 fn history() -> Option<PathBuf> {
     let home = std::env::var_os("HOME").map(PathBuf::from);
     let state = std::env::var_os("XDG_STATE_HOME").map(PathBuf::from).or(home.map(|home| home.join(".local/state")))?;
@@ -139,7 +139,7 @@ fn history() -> Option<PathBuf> {
     Some(folder.join("history"))
 }
 
-/// What can be typed: the first word of each line of `HELP?`.
+/// Command headers: the first word of each line of `HELP?`.
 fn headers(help: &[String]) -> Vec<String> {
     let mut headers: Vec<String> = help.iter().filter_map(|line| line.split_whitespace().next()).map(str::to_owned).collect();
     headers.sort();
@@ -147,7 +147,7 @@ fn headers(help: &[String]) -> Vec<String> {
     headers
 }
 
-/// Completes headers, in their long form, whatever the case.
+/// Completes command headers in their long form, in any case.
 #[derive(Helper, Highlighter, Hinter, Validator)]
 struct Headers(Vec<String>);
 
@@ -161,7 +161,7 @@ impl Completer for Headers {
     }
 }
 
-/// The headers that begin with what is typed, in any case; those of a deeper level only where nothing else is left.
+/// Headers that begin with `typed`, in any case.
 fn candidates(headers: &[String], typed: &str) -> Vec<String> {
     let typed = typed.trim_start_matches(':').to_ascii_lowercase();
     headers.iter().filter(|header| header.to_ascii_lowercase().starts_with(&typed)).cloned().collect()
@@ -172,7 +172,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn headers_come_from_the_help_and_complete_in_any_case() {
+    fn headers_of_the_help_complete_in_any_case() {
         let help = ["*IDN? -> maker  who it is", "SOURce:RATE <RAD/S>  rate", "SOURce:RATE? -> RAD/S  rate", "STOP  stop"];
         let headers = headers(&help.map(str::to_owned));
         assert_eq!(headers, ["*IDN?", "SOURce:RATE", "SOURce:RATE?", "STOP"]);

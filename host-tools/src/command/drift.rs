@@ -2,8 +2,6 @@
 
 mod run;
 
-pub(super) use run::gyro;
-
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};

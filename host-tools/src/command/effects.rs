@@ -1,4 +1,4 @@
-//! `stand effects [ID]`: the catalogue, and the account of one effect.
+//! `stand effects [ID]`: the catalogue of effects, or the description of one.
 
 use clap::Args;
 use drive_model::CATALOGUE;
@@ -8,10 +8,10 @@ use super::output::{ReportOutput, is_terminal};
 use crate::report::effects;
 use crate::words::nearest;
 
-/// The catalogue of physical effects, or the account of one.
+/// List the catalogue of physical effects, or describe one effect.
 #[derive(Debug, Args)]
 pub(super) struct Effects {
-    /// An effect, e.g. cogging
+    /// Identifier of an effect, e.g. cogging; without it the catalogue
     id: Option<String>,
     #[command(flatten)]
     output: ReportOutput,
@@ -27,7 +27,7 @@ impl Effects {
         };
         let card = drive_model::card(id).ok_or_else(|| {
             let hint = nearest(id, CATALOGUE.iter().map(|c| c.id)).map_or(String::new(), |n| format!("; did you mean `{n}`?"));
-            CliError::Input(format!("`{id}` is no effect of the catalogue{hint} (`stand effects` lists them)"))
+            CliError::Input(format!("`{id}` is not an effect of the catalogue{hint} (`stand effects` lists all)"))
         })?;
         self.output.text(&effects::effect_text(card, is_terminal()))?;
         self.output.json(|| effects::effect_json(card))?;

@@ -1,26 +1,26 @@
-//! What can go wrong, in one line each, and the exit status that follows.
+//! Errors of the command line: one line of text each, and the exit status.
 
 use std::path::Path;
 use std::process::ExitCode;
 
 use crate::acquire::connection::ConnectionError;
 
-/// Why a command did not do its job.
+/// Why a command failed.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum CliError {
-    /// The words or the input are wrong: status 2.
+    /// The arguments or the input are wrong: exit status 2.
     #[error("{0}")]
     Input(String),
-    /// Standard output was closed: nobody reads on, which is no error.
+    /// Standard output was closed by its reader: exit status 0.
     #[error("standard output was closed")]
     ClosedPipe,
-    /// Anything else: status 1.
+    /// Any other failure: exit status 1.
     #[error("{0}")]
     Other(String),
 }
 
-/// An error of the input, whatever its type.
-macro_rules! of_the_input {
+/// Conversions of library errors that are errors of the input.
+macro_rules! input_errors {
     ($($error:ty),* $(,)?) => {$(
         impl From<$error> for CliError {
             fn from(error: $error) -> Self {
@@ -29,7 +29,7 @@ macro_rules! of_the_input {
         }
     )*};
 }
-of_the_input!(
+input_errors!(
     crate::log::LogError,
     crate::model::ModelError,
     crate::identify::fit::prepare::PrepareError,
@@ -40,7 +40,7 @@ of_the_input!(
 
 impl From<crate::acquire::link::LinkError> for CliError {
     fn from(error: crate::acquire::link::LinkError) -> Self {
-        if error.is_of_the_input() { CliError::Input(error.to_string()) } else { CliError::Other(error.to_string()) }
+        if error.is_input_error() { CliError::Input(error.to_string()) } else { CliError::Other(error.to_string()) }
     }
 }
 
@@ -64,21 +64,26 @@ impl From<hal_sim::session::SessionError> for CliError {
 }
 
 impl CliError {
-    /// A file that could not be read or written: a wrong name is the input's fault, a full disk is not.
-    pub(super) fn file(path: &Path, doing: &str, error: &std::io::Error) -> Self {
+    /// An error of the file at `path` while `action` was tried: a wrong name is an input error, a full disk is not.
+    pub(super) fn file(path: &Path, action: &str, error: &std::io::Error) -> Self {
         use std::io::ErrorKind;
-        let line = format!("{}: cannot {doing}: {error}", path.display());
+        let line = format!("{}: cannot {action}: {error}", path.display());
         match error.kind() {
             ErrorKind::NotFound | ErrorKind::PermissionDenied | ErrorKind::IsADirectory | ErrorKind::NotADirectory => CliError::Input(line),
             ErrorKind::BrokenPipe => CliError::ClosedPipe,
             _ => CliError::Other(line),
         }
     }
+
+    /// An input error in the file at `path`.
+    pub(super) fn in_file(path: &Path, message: impl std::fmt::Display) -> Self {
+        CliError::Input(format!("{}: {message}", path.display()))
+    }
 }
 
-/// Says what went wrong on standard error, and the status.
-pub(super) fn exit_code(done: Result<(), CliError>) -> ExitCode {
-    match done {
+/// Prints the error on standard error; the exit status.
+pub(super) fn exit_code(result: Result<(), CliError>) -> ExitCode {
+    match result {
         Ok(()) | Err(CliError::ClosedPipe) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("stand: {error}");
@@ -87,9 +92,9 @@ pub(super) fn exit_code(done: Result<(), CliError>) -> ExitCode {
     }
 }
 
-/// What the reader of the command line has to say, without its usage, in one line like every other error.
-pub(super) fn in_one_line(says: &str) -> String {
-    let paragraphs = says.strip_prefix("error: ").unwrap_or(says).split("\n\n").filter(|p| !p.trim_start().starts_with("Usage:"));
+/// The message of the argument parser in one line, without its usage paragraph.
+pub(super) fn one_line(message: &str) -> String {
+    let paragraphs = message.strip_prefix("error: ").unwrap_or(message).split("\n\n").filter(|p| !p.trim_start().starts_with("Usage:"));
     let lines = paragraphs.flat_map(str::lines).map(str::trim).filter(|line| !line.is_empty() && !line.starts_with("For more information"));
-    format!("{} (--help says what there is)", lines.collect::<Vec<_>>().join(" "))
+    format!("{} (--help lists commands and options)", lines.collect::<Vec<_>>().join(" "))
 }

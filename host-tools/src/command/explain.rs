@@ -1,140 +1,117 @@
-//! `stand explain LOG… --model M`: which physical effect is missing.
+//! `stand explain`: the physical effect that a model lacks.
 
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 
 use super::error::CliError;
-use super::output::{ReportOutput, check_place, is_terminal, working};
-use crate::identify::explain::{self, ExplainError, Explanation};
-use crate::log::Log;
+use super::output::{ReportOutput, check_writable, spinner, style};
+use crate::identify::explain::Explanation;
+use crate::identify::explain_logs::{ExplainLogsError, LogExplanation, explain_folder, explain_together};
 use crate::model::Model;
-use crate::report::{self, Style};
+use crate::report;
+use crate::report::explanation::{folder_json, folder_text, folder_verdict};
 
-/// Find the effect that a model lacks, with the evidence for it.
+/// Identify the physical effect that a model lacks, with the evidence.
 #[derive(Debug, Args)]
 pub(super) struct Explain {
-    /// Logs, .csv or .parquet: several are fitted together, as one measurement; a folder instead: each of its logs by itself
+    /// Logs, .csv or .parquet, fitted together with one set of parameters; or one folder, whose logs are explained separately
     #[arg(required = true)]
     log: Vec<PathBuf>,
-    /// The model, .toml: its numbers are where the fit starts
+    /// The model, .toml; its values are the start of the fit
     #[arg(long)]
     model: PathBuf,
-    /// Write what is missing, with fitted values, into the model file
+    /// Write the missing effects, with fitted values, into the model file
     #[arg(long)]
     apply: bool,
-    /// Write the model with what is missing to this file instead
+    /// Write the model with the missing effects to this file instead
     #[arg(long, value_name = "MODEL")]
     out: Option<PathBuf>,
     #[command(flatten)]
     output: ReportOutput,
 }
 
+impl From<ExplainLogsError> for CliError {
+    fn from(error: ExplainLogsError) -> Self {
+        match error {
+            ExplainLogsError::Folder { folder, source } => CliError::file(&folder, "read the folder", &source),
+            other => CliError::Input(other.to_string()),
+        }
+    }
+}
+
 impl Explain {
     pub(super) fn run(self) -> Result<(), CliError> {
         self.output.check()?;
-        self.out.as_deref().map_or(Ok(()), check_place)?;
+        self.out.as_deref().map_or(Ok(()), check_writable)?;
         if let Some(folder) = self.log.iter().find(|p| p.is_dir()) {
-            self.alone(folder)?;
-            let model = Model::read(&self.model)?;
-            return super::explain_folder::run(folder, &model, &self.output);
+            self.check_folder_options(folder)?;
+            return self.explain_folder(folder, &Model::read(&self.model)?);
         }
         let model = Model::read(&self.model)?;
-        match explained(&self.log, &model)? {
-            Answer::BadLog(log, findings) => {
-                let style = Style { colour: is_terminal(), width: 80 };
-                self.output.text(&report::bad_log_text(&log, &findings, style))?;
+        let spinner = spinner("reading");
+        let result = explain_together(&self.log, &model, &|stage| spinner.set_message(stage.to_owned()));
+        spinner.finish_and_clear();
+        match result? {
+            LogExplanation::ImplausibleLog(log, findings) => {
+                self.output.text(&report::bad_log_text(&log, &findings, style()))?;
                 self.output.json(|| report::explain_bad_log_json(&log, &findings))?;
                 self.output.html(|| report::bad_log_html(&log, &findings))
             }
-            Answer::Explained(e) => self.report(&e, &model),
+            LogExplanation::Explained(explanation) => self.report(&explanation, &model),
         }
     }
 
-    /// A folder stands alone, and only its table and its JSON can be asked for.
-    fn alone(&self, folder: &Path) -> Result<(), CliError> {
-        let folder = folder.display();
-        let refuse = |says: String| Err(CliError::Input(says));
+    /// A folder excludes further logs, and the options of a single result.
+    fn check_folder_options(&self, folder: &Path) -> Result<(), CliError> {
+        let reject = |message: &str| Err(CliError::in_file(folder, message));
         if self.log.len() > 1 {
-            refuse(format!("{folder}: a folder stands alone, each of its logs is explained by itself; to fit logs together, name them"))
+            reject(
+                "a folder must be the only argument, since each of its logs is explained separately; to fit logs together, list the files",
+            )
         } else if self.apply || self.out.is_some() {
-            refuse(format!("{folder}: --apply and --out write one model, and each log of a folder has its own answer; name the log"))
+            reject("--apply and --out write one model, but a folder gives one result for each log; name a single log")
         } else if self.output.html.is_some() {
-            refuse(format!("{folder}: --html tells of one answer, and each log of a folder has its own; name the log"))
+            reject("--html reports one result, but a folder gives one result for each log; name a single log")
         } else {
             Ok(())
         }
     }
 
+    /// Explains each log of the folder; the exit status reports logs without an explanation.
+    fn explain_folder(&self, folder: &Path, model: &Model) -> Result<(), CliError> {
+        let spinner = spinner("explaining the logs of the folder");
+        let entries =
+            explain_folder(folder, model, &|entry| spinner.set_message(format!("{}: {}", entry.path.display(), folder_verdict(entry))));
+        spinner.finish_and_clear();
+        let entries = entries?;
+        self.output.text(&folder_text(&entries))?;
+        self.output.json(|| folder_json(&entries))?;
+        match entries.iter().filter(|entry| entry.result.is_err()).count() {
+            0 => Ok(()),
+            failed => Err(CliError::in_file(
+                folder,
+                format!("{failed} of {} logs could not be compared with {}; the table gives the reasons", entries.len(), model.name()),
+            )),
+        }
+    }
+
     fn report(&self, e: &Explanation, given: &Model) -> Result<(), CliError> {
-        self.output.text(&report::explain_text(e, Style { colour: is_terminal(), width: 80 }))?;
-        // The files last: an answer that cannot be told has changed nothing.
+        self.output.text(&report::explain_text(e, style()))?;
+        // The model last: if a report cannot be written, the model is unchanged.
         self.output.json(|| report::explain_json(e))?;
         self.output.html(|| report::explain_html(e))?;
-        if let Some(place) = self.out.as_deref().or(self.apply.then_some(self.model.as_path())) {
+        if let Some(path) = self.out.as_deref().or(self.apply.then_some(self.model.as_path())) {
             let text = if e.missing.is_empty() && self.out.is_none() {
-                format!("\nNothing to add: {} stays as it is.\n", place.display())
+                format!("\nNo effect to add: {} is unchanged.\n", path.display())
             } else {
-                e.model.write(place)?;
-                format!("\n{}\n", changes(e, given, place))
+                e.model.write(path)?;
+                format!("\n{}\n", report::model::changes_text(e, given, path))
             };
             self.output.text(&text)?;
         } else if !e.missing.is_empty() {
-            self.output.text(&format!("\n`stand explain … --apply` writes that into {}.\n", self.model.display()))?;
+            self.output.text(&format!("\nWith --apply, the effects are written into {}.\n", self.model.display()))?;
         }
         Ok(())
-    }
-}
-
-/// What was written, and what is new in it.
-fn changes(e: &Explanation, given: &Model, place: &Path) -> String {
-    let mut text = format!("{}: ", place.display());
-    text += &match e.missing.as_slice() {
-        [] => "written with its parameters fitted; no effect was added.".to_owned(),
-        names => format!("{} added, and all its free parameters fitted.", names.join(", ")),
-    };
-    for p in e.model.parameters() {
-        let before = given.value(&p.name);
-        let line = match before {
-            None => format!("new: {}", report::plain(p.value, 5)),
-            Some(before) if before != p.value => format!("{}, was {}", report::plain(p.value, 5), report::plain(before, 5)),
-            Some(_) => continue,
-        };
-        text += &format!("\n  {:<24}  {line}", p.name);
-    }
-    text
-}
-
-/// What came of it.
-pub(super) enum Answer {
-    /// An explanation.
-    Explained(Box<Explanation>),
-    /// The log is no record of a drive.
-    BadLog(Box<Log>, Vec<crate::log::plausible::Finding>),
-}
-
-/// Reads logs and explains them together, with a sign of life on a terminal.
-pub(super) fn explained(paths: &[PathBuf], model: &Model) -> Result<Answer, CliError> {
-    let bar = working("reading");
-    let answer = quietly(paths, model, &|says| bar.set_message(says.to_owned()));
-    bar.finish_and_clear();
-    answer
-}
-
-/// Explains a log that is there already.
-pub(super) fn explained_log(log: Log, model: &Model) -> Result<Explanation, CliError> {
-    let bar = working("explaining");
-    let found = explain::explain(vec![log], model, &|says| bar.set_message(says.to_owned()));
-    bar.finish_and_clear();
-    found.map_err(|error| CliError::Input(error.to_string()))
-}
-
-/// Reads logs and explains them together; `progress` is told what is being done.
-pub(super) fn quietly(paths: &[PathBuf], model: &Model, progress: &(dyn Fn(&str) + Sync)) -> Result<Answer, CliError> {
-    let logs = paths.iter().map(Log::read).collect::<Result<Vec<_>, _>>()?;
-    match explain::explain(logs, model, progress) {
-        Ok(e) => Ok(Answer::Explained(Box::new(e))),
-        Err(ExplainError::BadLog { log, findings }) => Ok(Answer::BadLog(Box::new(Log::read(log)?), findings)),
-        Err(error) => Err(CliError::Input(error.to_string())),
     }
 }

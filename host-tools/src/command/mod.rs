@@ -1,29 +1,32 @@
-//! The command line: words in, exit status out.
+//! The command line: arguments in, exit status out.
 //!
-//! Every command that computes takes `--json FILE` (`-` for standard output, and then nothing else is printed there) and, where there is
-//! something to see, `--html FILE`. Exit status: 0 it did its job, whatever it found; 2 the words or the input are wrong; 1 anything else.
+//! Each command parses its arguments, makes one library call and passes the result to [`crate::report`]. Every command that computes takes
+//! `--json FILE` (`-`: standard output, which then carries nothing else); commands with plots take `--html FILE`. Exit status: 0 the
+//! command finished, whatever the result; 2 the arguments or the input are wrong; 1 any other failure.
 
 mod allan;
 mod calibrate;
 mod calibrate_into;
+mod compare;
 mod compensate;
 mod compensate_port;
 mod console;
+mod demonstration;
 mod drift;
 mod effects;
 mod error;
 mod explain;
-mod explain_folder;
-mod hold;
+mod fit;
 mod model;
 mod observer;
 mod output;
 mod profile;
 mod record;
 mod records;
+mod signals;
 mod sim;
 mod sim_serve;
-mod story;
+mod stand_file;
 mod vibration;
 
 use std::ffi::OsString;
@@ -33,71 +36,73 @@ use clap::{Parser, Subcommand};
 
 use error::{CliError, exit_code};
 
-/// The rotary stand: run it, log it, hold a model against the log, see where it fails.
+/// Rotary stand: run and record it, compare models with logs, fit parameters, identify missing effects, calibrate sensors
+///
+/// Without a command: a demonstration on the simulated stand; its files are written to the folder `out`.
 #[derive(Debug, Parser)]
 #[command(name = "stand", version, about, disable_help_subcommand = true)]
-struct Words {
+struct Arguments {
     #[command(subcommand)]
     command: Option<Command>,
 }
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Run the firmware on the simulated stand, in virtual time, and write its log
+    /// Simulate the stand with its firmware and write a log, or serve it as a serial port
     Sim(sim::Sim),
-    /// Hold a model against a log, unchanged: where does it fail?
-    Compare(hold::Compare),
-    /// Fit a model's parameters to a log, with their uncertainties
-    Fit(hold::Fit),
-    /// Find the effect that a model lacks, with the evidence for it
+    /// Compare a model with a log, without changing its parameters
+    Compare(compare::Compare),
+    /// Fit the parameters of a model to a log, with standard uncertainties
+    Fit(fit::Fit),
+    /// Identify the physical effect that a model lacks, with the evidence
     ///
-    /// Several logs are fitted together, as one measurement with one set of parameters. A folder is another thing: each of its logs is
-    /// explained by itself, over all cores, and a table says what came of each.
+    /// Several logs are fitted together with one set of parameters. The logs of a folder are explained separately, in parallel; the result
+    /// is a table with one line for each log.
     Explain(explain::Explain),
-    /// Calibrate a sensor on the platform, or the drive itself: a session, its record, each quantity with its uncertainty
+    /// Calibrate a rate gyro, an accelerometer or the drive: session, calibration record, uncertainty budgets
     Calibrate(Box<calibrate::Calibrate>),
-    /// Records of calibrations: listed, shown, computed again, followed over time
+    /// List, show, recompute and trend calibration records
     #[command(subcommand)]
     Records(records::Records),
-    /// Write what was learnt into the firmware's compensation, and see the ripple fall
+    /// Write friction and cogging into the firmware's feed-forward compensation
     Compensate(compensate::Compensate),
-    /// Talk to a stand over its serial line
+    /// Open a command console to a stand over its serial port
     Console(console::Console),
-    /// Run a profile on a stand and record what it measures
+    /// Run a profile on a stand and record its measurements
     Record(record::Record),
-    /// A gyro's drift by pulses of alternating sign: measure it, or work it out from a log
+    /// Measure the drift of a gyroscope with torque pulses of alternating sign, or compute it from logs
     #[command(subcommand)]
     Drift(drift::Drift),
-    /// The noise of a sensor at rest: Allan deviation, angle random walk, bias instability and the others
+    /// Allan deviation of a sensor at rest: angle random walk, bias instability, other noise coefficients
     Allan(allan::Allan),
-    /// Make, show or change a model file
+    /// Create, show or edit a model file
     #[command(subcommand)]
     Model(model::ModelCommand),
-    /// State observers of a gyrotheodolite: gains, errors, frequency response
+    /// Design and simulate state observers of a gyrotheodolite
     #[command(subcommand)]
     Observer(observer::ObserverCommand),
-    /// What vibration does to an azimuth
+    /// Compensate the effect of vibration on an azimuth
     #[command(subcommand)]
     Vibration(vibration::VibrationCommand),
-    /// The catalogue of physical effects, or the account of one
+    /// List the catalogue of physical effects, or describe one effect
     Effects(effects::Effects),
 }
 
-/// Runs the command of these words and gives its exit status.
-pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
-    let words = match Words::try_parse_from(words) {
-        Ok(words) => words,
+/// Runs the command line `arguments` (program name first) and returns its exit status.
+pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let arguments = match Arguments::try_parse_from(arguments) {
+        Ok(arguments) => arguments,
         Err(error) => {
             if error.use_stderr() {
-                return exit_code(Err(CliError::Input(error::in_one_line(&error.to_string()))));
+                return exit_code(Err(CliError::Input(error::one_line(&error.to_string()))));
             }
-            // A closed pipe behind `--help` is no error of ours.
+            // A closed pipe after `--help` is not an error of this program.
             let _ = error.print();
             return ExitCode::SUCCESS;
         }
     };
-    let done: Result<(), CliError> = match words.command {
-        None => story::run(),
+    let result: Result<(), CliError> = match arguments.command {
+        None => demonstration::run(),
         Some(Command::Sim(sim)) => sim.run(),
         Some(Command::Compare(compare)) => compare.run(),
         Some(Command::Fit(fit)) => fit.run(),
@@ -114,5 +119,5 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
         Some(Command::Vibration(vibration)) => vibration.run(),
         Some(Command::Effects(effects)) => effects.run(),
     };
-    exit_code(done)
+    exit_code(result)
 }

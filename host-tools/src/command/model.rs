@@ -1,4 +1,4 @@
-//! `stand model new|show|add|remove|set`: the model file.
+//! `stand model new|show|add|remove|set`: create, show and edit a model file.
 
 use std::path::PathBuf;
 
@@ -7,56 +7,57 @@ use clap::Subcommand;
 use super::error::CliError;
 use super::output::print;
 use crate::model::{Input, Model};
+use crate::report;
 use crate::words::nearest;
 
 #[derive(Debug, Subcommand)]
 pub(super) enum ModelCommand {
-    /// Write a new model file: the bare drive, with the effects named
+    /// Create a model file: base parameters and the listed effects
     New {
-        /// The file, .toml
+        /// The model file, .toml
         model: PathBuf,
-        /// Its input: u_V, i_A, torque_N_m or theta_rad
+        /// Input of the model: u_V, i_A, torque_N_m or theta_rad
         #[arg(long, default_value = "u_V")]
         input: String,
-        /// Effects that it has from the start
+        /// Effects of the model, separated by commas
         #[arg(long, value_delimiter = ',')]
         effects: Vec<String>,
-        /// Overwrite a file that is there
+        /// Overwrite an existing file
         #[arg(long)]
         force: bool,
     },
     /// Show a model: input, outputs, effects, parameters
     Show {
-        /// The file
+        /// The model file, .toml
         model: PathBuf,
     },
-    /// Add an effect of the catalogue
+    /// Add an effect of the catalogue with its start values
     Add {
-        /// The file
+        /// The model file, .toml
         model: PathBuf,
-        /// The effect; one that is there already is added again as NAME#2
+        /// The effect; a further instance of a repeatable effect is added as NAME#2
         effect: String,
     },
-    /// Remove an effect, with its parameters
+    /// Remove an effect and its parameters
     Remove {
-        /// The file
+        /// The model file, .toml
         model: PathBuf,
-        /// The effect
+        /// The effect, as `stand model show` lists it
         effect: String,
     },
-    /// Set a parameter
+    /// Set the value of a parameter, fix it or free it
     Set {
-        /// The file
+        /// The model file, .toml
         model: PathBuf,
-        /// Its name, e.g. inertia_kg_m2
+        /// Name of the parameter, e.g. inertia_kg_m2
         parameter: String,
-        /// Its value, in the unit of the name
+        /// Value, in the unit that the name ends with
         #[arg(allow_negative_numbers = true)]
         value: f64,
-        /// Hold it: a fit does not move it
+        /// Fix the parameter: a fit does not change it
         #[arg(long, conflicts_with = "free")]
         fixed: bool,
-        /// Free it again
+        /// Free the parameter: a fit estimates it
         #[arg(long)]
         free: bool,
     },
@@ -69,10 +70,10 @@ impl ModelCommand {
                 let known = Input::ALL.map(Input::column);
                 let Some(input) = Input::ALL.into_iter().find(|i| i.column() == input) else {
                     let hint = nearest(&input, known).map_or(String::new(), |n| format!("; did you mean `{n}`?"));
-                    return Err(CliError::Input(format!("--input `{input}`: it is one of {}{hint}", known.join(", "))));
+                    return Err(CliError::Input(format!("--input `{input}`: must be one of {}{hint}", known.join(", "))));
                 };
                 if model.exists() && !force {
-                    return Err(CliError::Input(format!("{}: is there already; --force overwrites it", model.display())));
+                    return Err(CliError::Input(format!("{}: the file exists; --force overwrites it", model.display())));
                 }
                 let mut new = Model::new(input, &model.display().to_string())?;
                 for effect in &effects {
@@ -110,31 +111,5 @@ impl ModelCommand {
 }
 
 fn show(model: &Model) -> Result<(), CliError> {
-    let outputs = match model.outputs() {
-        Some(outputs) => outputs.iter().map(|o| o.column()).collect::<Vec<_>>().join(", "),
-        None => "all that the log has".to_owned(),
-    };
-    let effects = model.effect_names();
-    let mut text = format!("{}\n", model.name());
-    text += &format!("  input    {}\n  outputs  {outputs}\n", model.input().column());
-    text += &format!("  effects  {}\n\n", if effects.is_empty() { "none: the bare drive".to_owned() } else { effects.join(", ") });
-    let width = model.parameters().iter().map(|p| p.name.chars().count()).max().unwrap_or(0);
-    for p in model.parameters() {
-        let says = p.info.map_or("", |i| i.description);
-        let mark = if p.fixed {
-            "fixed"
-        } else if p.filled_in {
-            "start"
-        } else {
-            ""
-        };
-        text += &format!("  {:<width$}  {:>12}  {mark:<5}  {says}\n", p.name, crate::report::digits(p.value));
-    }
-    for own in model.user_effects() {
-        text += &format!("\n  {}: {} += {}\n", own.name, own.summing_point.key(), own.expression);
-    }
-    for remark in model.remarks() {
-        text += &format!("  {remark}\n");
-    }
-    print(&text)
+    print(&report::model::text(model))
 }

@@ -1,6 +1,6 @@
-//! The words that choose a profile and its parameters, for every command that runs one.
+//! Options that choose a profile and its parameters, shared by all commands that run one.
 //!
-//! The firmware's own table says which there are ([`PARAMETERS`]); a parameter that the chosen profile does not take is refused, not ignored.
+//! The firmware's table [`PARAMETERS`] defines the parameters. A parameter that the chosen profile does not take is an error.
 
 use clap::Args;
 use hal_sim::session::SessionRequest;
@@ -9,57 +9,57 @@ use stand_firmware::speed_loop::Mode;
 
 use super::error::CliError;
 
-/// What is asked for over time.
+/// The setpoint over time.
 #[derive(Debug, Clone, Args)]
-#[expect(non_snake_case, reason = "the firmware's names, which carry units")]
-pub(super) struct ProfileWords {
-    #[arg(long, default_value = "multi-step", help = format!("{}; below what each takes", names()))]
+#[expect(non_snake_case, reason = "the firmware's parameter names, which end with their units")]
+pub(super) struct ProfileOptions {
+    #[arg(long, default_value = "multi-step", help = format!("Profile: {}; parameters of each are listed below", names()))]
     pub profile: String,
-    /// Largest rate (rad/s) or voltage (V) of the profile; what suits the stand if not given
+    /// Largest rate (rad/s) or voltage (V) of the profile; default by the mode
     #[arg(long, value_name = "X", allow_negative_numbers = true)]
     pub amplitude: Option<f64>,
-    /// Added to all values, rad/s or V
+    /// Offset added to the profile, rad/s or V
     #[arg(long, value_name = "X", allow_negative_numbers = true)]
     offset: Option<f64>,
-    /// Time on each level, s (multi-step: its mean)
+    /// Time on each level, s (multi-step: mean time)
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     dwell_s: Option<f64>,
-    /// Levels on each side of zero
+    /// Number of levels on each side of zero
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     levels: Option<f64>,
-    /// Length of one bit, s
+    /// Duration of one bit, s
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     bit_s: Option<f64>,
-    /// Lowest frequency, Hz
+    /// Start frequency of the sweep, Hz
     #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     from_Hz: Option<f64>,
-    /// Highest frequency, Hz
+    /// End frequency of the sweep, Hz
     #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     to_Hz: Option<f64>,
-    /// Time from the lowest to the highest frequency, s
+    /// Duration of the sweep, s
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     sweep_s: Option<f64>,
     /// Frequency of the sine, Hz
     #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     frequency_Hz: Option<f64>,
-    /// Greatest change per second on the way to a level, rad/s² or V/s
+    /// Largest acceleration between levels, rad/s² (voltage mode: V/s)
     #[arg(long, value_name = "X", allow_negative_numbers = true)]
     acceleration: Option<f64>,
-    /// Greatest change of the acceleration per second, rad/s³ or V/s²
+    /// Largest jerk between levels, rad/s³ (voltage mode: V/s²)
     #[arg(long, value_name = "X", allow_negative_numbers = true)]
     jerk: Option<f64>,
-    /// How often it goes round before it ends; 0: without end
+    /// Number of repetitions; 0: endless
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     cycles: Option<f64>,
-    /// Whole turns
+    /// Number of turns
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     turns: Option<f64>,
 }
 
-impl ProfileWords {
-    /// The profile of this name with its usual parameters.
-    pub(super) fn usual(profile: &str) -> Self {
-        ProfileWords {
+impl ProfileOptions {
+    /// The profile of this name with default parameters.
+    pub(super) fn default_of(profile: &str) -> Self {
+        ProfileOptions {
             profile: profile.to_owned(),
             amplitude: None,
             offset: None,
@@ -77,10 +77,10 @@ impl ProfileWords {
         }
     }
 
-    /// The profile, checked, for a stand that is regulated by `mode`.
+    /// The checked profile for control mode `mode`.
     ///
     /// # Errors
-    /// No such profile; a parameter that it does not take; a value that it cannot work with.
+    /// The profile is unknown, does not take a given parameter, or rejects its value.
     pub(super) fn config(&self, mode: Mode, seed: u64) -> Result<ProfileConfig, CliError> {
         let kind: ProfileKind = self.profile.parse().map_err(|e| CliError::Input(format!("--profile: {e}")))?;
         let amplitude = self.amplitude.unwrap_or_else(|| SessionRequest::usual_amplitude(mode));
@@ -102,7 +102,7 @@ impl ProfileWords {
         for (name, value) in given {
             let (Some(value), Some(parameter)) = (value, Parameter::of_name(name)) else { continue };
             if !kind.parameters().contains(&name) {
-                return Err(CliError::Input(format!("{}: the profile {kind} takes {} and not this", option(name), takes(kind))));
+                return Err(CliError::Input(format!("{}: not a parameter of profile {kind}, which takes {}", option(name), takes(kind))));
             }
             parameter.set(&mut config, value).map_err(|e| CliError::Input(format!("{}: {e}", option(name))))?;
         }
@@ -111,25 +111,25 @@ impl ProfileWords {
     }
 }
 
-/// All names.
+/// Names of all profiles.
 fn names() -> String {
     let names: Vec<&str> = ProfileKind::ALL.iter().map(|kind| kind.name()).collect();
     names.join(", ")
 }
 
-/// The options that a profile takes; the seed is the command's.
+/// Options that a profile takes, without the seed, which is an option of the command.
 fn takes(kind: ProfileKind) -> String {
-    let words: Vec<String> =
+    let options: Vec<String> =
         PARAMETERS.iter().filter(|p| kind.parameters().contains(&p.name) && p.name != "seed").map(|p| option(p.name)).collect();
-    words.join(" ")
+    options.join(" ")
 }
 
-/// A parameter's option.
+/// Option name of a parameter.
 fn option(parameter: &str) -> String {
     format!("--{}", parameter.to_lowercase().replace('_', "-"))
 }
 
-/// All profiles, what each does and takes: for the end of a help page.
+/// All profiles with their descriptions and parameters, for the end of a help page.
 pub(super) fn list() -> String {
     let mut text = "Profiles:\n".to_owned();
     for kind in ProfileKind::ALL {

@@ -1,23 +1,21 @@
 //! `stand record`: a profile runs on a stand, and what the stand measures becomes a log.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use clap::Args;
 use hal_sim::session::SessionRequest;
-use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 use stand_firmware::profile::Parameter;
 use stand_firmware::speed_loop::Mode;
 use stand_firmware::telemetry::Channels;
 
 use super::error::CliError;
-use super::output::{JsonOutput, check_place};
-use super::profile::{self, ProfileWords};
-use super::sim::Drive;
-use crate::acquire::link::{LinkError, Received, SerialLink, ports};
+use super::output::{JsonOutput, check_writable, progress_bar};
+use super::profile::{self, ProfileOptions};
+use super::signals::Interrupts;
+use super::stand_file::{DriveMode, required_port};
+use crate::acquire::link::{LinkError, Received, SerialLink};
 use crate::acquire::record::{LogFile, Recorder, RowOutcome, shows_index};
 use crate::log::Log;
 
@@ -42,13 +40,13 @@ pub(super) struct Record {
     #[arg(long, value_name = "LOG")]
     out: PathBuf,
     #[command(flatten)]
-    profile: ProfileWords,
+    profile: ProfileOptions,
     /// Length of the record, s
     #[arg(long, default_value_t = 30.0, allow_negative_numbers = true)]
     seconds: f64,
     /// With the speed loop (rate) or without it (voltage)
-    #[arg(long, value_enum, default_value_t = Drive::Rate)]
-    mode: Drive,
+    #[arg(long, value_enum, default_value_t = DriveMode::Rate)]
+    mode: DriveMode,
     /// Seed of a random profile
     #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     seed: u64,
@@ -68,11 +66,6 @@ pub(super) struct Record {
     json: JsonOutput,
 }
 
-/// What a command says that was not told to which port.
-pub(super) fn missing_port() -> CliError {
-    CliError::Input(format!("--port is missing: which serial port is the stand's? ({}; `stand sim --serve pty` makes one)", ports()))
-}
-
 /// How a recording ended.
 enum End {
     Whole,
@@ -84,8 +77,8 @@ enum End {
 
 impl Record {
     pub(super) fn run(self) -> Result<(), CliError> {
-        let port = self.port.clone().ok_or_else(missing_port)?;
-        check_place(&self.out)?;
+        let port = required_port(self.port.clone())?;
+        check_writable(&self.out)?;
         self.json.check()?;
         let place = LogFile::of(&self.out)?;
         let orders = self.orders()?;
@@ -119,8 +112,8 @@ impl Record {
     /// What is told to the stand before the profile begins.
     fn orders(&self) -> Result<Vec<String>, CliError> {
         let (mode, word) = match self.mode {
-            Drive::Rate => (Mode::Rate, "RATE"),
-            Drive::Voltage => (Mode::Voltage, "VOLTage"),
+            DriveMode::Rate => (Mode::Rate, "RATE"),
+            DriveMode::Voltage => (Mode::Voltage, "VOLTage"),
         };
         if !(self.seconds.is_finite() && (1e-3..=1e6).contains(&self.seconds)) {
             return Err(CliError::Input(format!("--seconds: {} is outside 0.001 … 1000000", self.seconds)));
@@ -141,8 +134,8 @@ impl Record {
     /// The channels of the log: commands only where there are any.
     fn channels(&self) -> &'static str {
         match self.mode {
-            Drive::Rate => "STReam:CHANnels DEFault",
-            Drive::Voltage => "STReam:CHANnels u_V,supply_V,i_A,theta_rad,omega_rad_s,temp_C,limits,fault",
+            DriveMode::Rate => "STReam:CHANnels DEFault",
+            DriveMode::Voltage => "STReam:CHANnels u_V,supply_V,i_A,theta_rad,omega_rad_s,temp_C,limits,fault",
         }
     }
 
@@ -159,8 +152,8 @@ impl Record {
     fn mode_channels(&self, usual: Channels) -> Channels {
         let commands = ["rate_cmd_rad_s", "theta_cmd_rad"].iter().filter_map(|name| Channels::named(name));
         match self.mode {
-            Drive::Rate => usual,
-            Drive::Voltage => commands.fold(usual, |all, one| Channels(all.0 & !one.0)),
+            DriveMode::Rate => usual,
+            DriveMode::Voltage => commands.fold(usual, |all, one| Channels(all.0 & !one.0)),
         }
     }
 
@@ -210,10 +203,10 @@ impl Record {
         let identity: Vec<&str> = link.identity().split(',').collect();
         let part = |k: usize| identity.get(k).copied().unwrap_or("").trim().to_owned();
         let (mode, unit) = match self.mode {
-            Drive::Rate => ("rate", "rad/s"),
-            Drive::Voltage => ("voltage", "V"),
+            DriveMode::Rate => ("rate", "rad/s"),
+            DriveMode::Voltage => ("voltage", "V"),
         };
-        let mode_kind = if self.mode == Drive::Rate { Mode::Rate } else { Mode::Voltage };
+        let mode_kind = if self.mode == DriveMode::Rate { Mode::Rate } else { Mode::Voltage };
         let amplitude = self.profile.amplitude.unwrap_or_else(|| SessionRequest::usual_amplitude(mode_kind));
         let mut notes = vec![
             ("stand".to_owned(), format!("{} {} {}", part(0), part(1), part(2))),
@@ -245,11 +238,8 @@ impl Record {
 
     /// Runs the profile and takes rows until the record is long enough, somebody interrupts, or the line is no more.
     fn measure<W: std::io::Write>(&self, link: &mut SerialLink, recorder: &mut Recorder<W>, file: &Path) -> Result<End, CliError> {
-        let interrupted = interrupts()?;
-        let bar = ProgressBar::new((self.seconds * 1e3) as u64);
-        if let Ok(style) = ProgressStyle::with_template("{wide_bar} {msg}") {
-            bar.set_style(style);
-        }
+        let interrupted = Interrupts::install()?;
+        let bar = progress_bar((self.seconds * 1e3) as u64, "{wide_bar} {msg}");
         link.command("STReam ON")?;
         link.command(WATCH)?;
         link.command("PROFile:STARt")?;
@@ -257,7 +247,7 @@ impl Record {
         let failed = |e: std::io::Error| CliError::file(file, "write", &e);
         let (mut heard_at, mut each) = (Instant::now(), Instant::now());
         let end = loop {
-            if interrupted.load(Ordering::Relaxed) > 0 {
+            if interrupted.any() {
                 break End::Interrupted;
             }
             match link.next(Duration::from_millis(50)) {
@@ -396,16 +386,4 @@ fn pair(option: &str, text: &str) -> Result<(String, String), CliError> {
         Some((name, value)) if !name.trim().is_empty() => Ok((name.trim().to_owned(), value.trim().to_owned())),
         _ => Err(CliError::Input(format!("{option} {text}: must be NAME=VALUE"))),
     }
-}
-
-/// Counts Ctrl-C and its like; the second one ends the program at once.
-pub(super) fn interrupts() -> Result<Arc<AtomicUsize>, CliError> {
-    let (count, second) = (Arc::new(AtomicUsize::new(0)), Arc::new(AtomicBool::new(false)));
-    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM, signal_hook::consts::SIGHUP] {
-        let registered = signal_hook::flag::register_conditional_shutdown(signal, 1, second.clone())
-            .and_then(|_| signal_hook::flag::register(signal, second.clone()))
-            .and_then(|_| signal_hook::flag::register_usize(signal, count.clone(), 1));
-        registered.map_err(|e| CliError::Other(format!("signals: {e}")))?;
-    }
-    Ok(count)
 }

@@ -6,7 +6,7 @@ use clap::{Args, Subcommand, ValueEnum};
 use serde_json::{Map, Value, json};
 
 use super::error::CliError;
-use super::output::{JsonOutput, ReportOutput, working};
+use super::output::{JsonOutput, ReportOutput, spinner};
 use crate::calibrate::kept::{Kept, below};
 use crate::calibrate::session::What;
 use crate::calibrate::trend;
@@ -107,7 +107,7 @@ impl Show {
     fn run(self) -> Result<(), CliError> {
         self.json.check()?;
         let kept = Kept::read(&self.record)?;
-        let bar = working("computing again");
+        let bar = spinner("computing again");
         let checked = kept.checked();
         bar.finish_and_clear();
         self.json.text(&page::show(&kept, &checked))?;

@@ -1,5 +1,8 @@
 //! Identification: fit a model to a log, test where its residual has structure, find the missing effect.
 
+pub mod equation_error;
+pub mod evaluation;
 pub mod explain;
+pub mod explain_logs;
 pub mod fit;
 pub mod residual;

@@ -32,7 +32,7 @@ pub enum LinkError {
 
 impl LinkError {
     /// The words or the input are wrong, and not the line that broke: exit status 2.
-    pub fn is_of_the_input(&self) -> bool {
+    pub fn is_input_error(&self) -> bool {
         !matches!(self, LinkError::Unplugged { .. } | LinkError::Other { .. } | LinkError::NoReply { .. })
     }
 }

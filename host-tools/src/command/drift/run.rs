@@ -8,11 +8,12 @@ use embassy_futures::block_on;
 use hal_sim::board::linear_motor::LinearMotor;
 use hal_sim::clock::VirtualClock;
 use hal_sim::controller::{Controller, flash};
-use hal_sim::gyro::{Place, SingleAxis};
+use hal_sim::gyro::Place;
 use hal_sim::session::StandSetup;
 
 use super::super::error::CliError;
-use super::super::output::{check_place, working};
+use super::super::output::{check_writable, spinner};
+use super::super::stand_file::read_gyroscope;
 use super::{ARCMIN, Run, Turn, tell};
 use crate::acquire::connection::{SimulatedConnection, StandConnection};
 use crate::acquire::link::SerialLink;
@@ -56,7 +57,7 @@ impl Run {
     pub(super) fn run(self) -> Result<(), CliError> {
         self.output.check()?;
         if let Some(path) = &self.out {
-            check_place(path)?;
+            check_writable(path)?;
             Format::of(path)?;
         }
         let places = places(&self.positions)?;
@@ -147,7 +148,7 @@ impl Run {
             } else if k > 0 || place != &Place::default() {
                 turn(place, stand).await?;
             }
-            let bar = working(&format!("position {} of {}", k + 1, places.len()));
+            let bar = spinner(&format!("position {} of {}", k + 1, places.len()));
             // The firmware's pair is of positions 1 and 2.
             let number = k as u32 + 1;
             all.row_places.push((all.rows.len(), *place));
@@ -178,7 +179,7 @@ impl Run {
     }
 
     fn simulated(&self, places: &[Place]) -> Result<(Session, Scales, String, Option<f64>), CliError> {
-        let gyro = gyro(self.gyro.as_deref())?;
+        let gyro = read_gyroscope(self.gyro.as_deref())?;
         let latitude_deg = self.latitude.unwrap_or(gyro.site.latitude_rad.to_degrees());
         separate::earth_rad_s(latitude_deg)?;
         let other = |e: hal_sim::controller::ControllerError| CliError::Other(e.to_string());
@@ -250,13 +251,6 @@ fn channels(row: &RowFrame) -> [f64; 4] {
     };
     let [angle, torquer, mark] = session::CHANNELS.map(value);
     [row.at as f64 * 1e-7, angle, torquer, mark]
-}
-
-/// The simulated gyro that a file describes; without one theory's.
-pub(in crate::command) fn gyro(path: Option<&Path>) -> Result<SingleAxis, CliError> {
-    let Some(path) = path else { return Ok(SingleAxis::default()) };
-    let text = std::fs::read_to_string(path).map_err(|e| CliError::file(path, "read", &e))?;
-    hal_sim::gyro::read(&text).map_err(|says| CliError::Input(format!("{}: {says}", path.display())))
 }
 
 /// The stand's drive turns the platform, by an angle from where it stood first; the encoder counts to the left, azimuths go to the right.

@@ -1,0 +1,89 @@
+//! `stand compare`: a model compared with a log.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::error::CliError;
+use super::output::{ReportOutput, spinner, style};
+use crate::identify::evaluation::{Evaluation, EvaluationError, ParameterTreatment, evaluate};
+use crate::identify::fit::FitResult;
+use crate::log::Log;
+use crate::log::plausible::Finding;
+use crate::model::Model;
+use crate::report::{self, Comparison};
+
+/// Compare a model with a log, without changing its parameters.
+#[derive(Debug, Args)]
+pub(super) struct Compare {
+    /// The log, .csv or .parquet
+    log: PathBuf,
+    /// The model, .toml
+    #[arg(long)]
+    model: PathBuf,
+    #[command(flatten)]
+    output: ReportOutput,
+}
+
+impl Compare {
+    pub(super) fn run(self) -> Result<(), CliError> {
+        self.output.check()?;
+        let (log, model) = read_log_and_model(&self.log, &self.model)?;
+        evaluate_and_report(&log, &model, ParameterTreatment::Kept, &self.output).map(|_| ())
+    }
+}
+
+impl From<EvaluationError> for CliError {
+    fn from(error: EvaluationError) -> Self {
+        CliError::Input(error.to_string())
+    }
+}
+
+/// Reads a log and a model.
+pub(super) fn read_log_and_model(log: &Path, model: &Path) -> Result<(Log, Model), CliError> {
+    let model = Model::read(model)?;
+    let spinner = spinner(&format!("reading {}", log.display()));
+    let log = Log::read(log);
+    spinner.finish_and_clear();
+    Ok((log?, model))
+}
+
+/// Evaluates the model on the log and reports the result; `None` for an implausible log.
+pub(super) fn evaluate_and_report(
+    log: &Log,
+    model: &Model,
+    treatment: ParameterTreatment,
+    output: &ReportOutput,
+) -> Result<Option<FitResult>, CliError> {
+    let fitted = treatment != ParameterTreatment::Kept;
+    let spinner = spinner(if fitted { "fitting" } else { "simulating" });
+    let evaluation = evaluate(log, model, treatment);
+    spinner.finish_and_clear();
+    let evaluated = match evaluation? {
+        Evaluation::ImplausibleLog(findings) => return report_implausible_log(log, &findings, output).map(|()| None),
+        Evaluation::Evaluated(evaluated) => *evaluated,
+    };
+    let title = if fitted { "Fit of model" } else { "Comparison of model" };
+    let comparison = Comparison {
+        title: format!("{title} {} {} log {}", model.name(), if fitted { "to" } else { "with" }, log.path().display()),
+        log,
+        model,
+        record: &evaluated.record,
+        held: &evaluated.held,
+        fitted,
+        seconds: evaluated.seconds,
+        remarks: evaluated.remarks,
+        failures: evaluated.failures,
+    };
+    output.text(&report::comparison_text(&comparison, style()))?;
+    output.json(|| if fitted { report::fit_json(&comparison) } else { report::compare_json(&comparison) })?;
+    output.html(|| report::comparison_html(&comparison))?;
+    Ok(Some(evaluated.held))
+}
+
+/// Reports what makes a log implausible as a record of a drive.
+pub(super) fn report_implausible_log(log: &Log, findings: &[Finding], output: &ReportOutput) -> Result<(), CliError> {
+    output.text(&report::bad_log_text(log, findings, style()))?;
+    output.json(|| report::bad_log_json(log, findings))?;
+    output.html(|| report::bad_log_html(log, findings))
+}

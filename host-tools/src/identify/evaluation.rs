@@ -1,0 +1,104 @@
+//! A model evaluated on a log: compared as it is, or with its parameters fitted, with the statistics of the residuals.
+
+use std::time::Instant;
+
+use super::fit::{self, FitError, FitResult, PreparedLog, prepare::PrepareError};
+use super::residual::{self, Misfit};
+use crate::log::plausible::{self, Finding};
+use crate::log::{Log, Source};
+use crate::model::{Channel, Model};
+
+/// Treatment of the model's parameters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ParameterTreatment {
+    /// Parameters keep their values; only the initial states are fitted.
+    Kept,
+    /// Parameters are fitted; blocks of rows are held out for validation.
+    Fitted,
+    /// Parameters are fitted to every row.
+    FittedToAllRows,
+}
+
+/// Result of an evaluation.
+pub enum Evaluation<'a> {
+    /// The log is not a plausible record of a drive; nothing was computed.
+    ImplausibleLog(Vec<Finding>),
+    /// The model was simulated on the log.
+    Evaluated(Box<Evaluated<'a>>),
+}
+
+/// A model evaluated on a log.
+pub struct Evaluated<'a> {
+    /// The log in the form that the model needs.
+    pub record: PreparedLog<'a>,
+    /// Parameters, initial states and residual statistics.
+    pub held: FitResult,
+    /// Systematic residuals, most significant first.
+    pub failures: Vec<Misfit>,
+    /// Remarks on how the evaluation was done.
+    pub remarks: Vec<String>,
+    /// Computing time, s.
+    pub seconds: f64,
+}
+
+/// Why an evaluation failed.
+#[derive(Debug, thiserror::Error)]
+pub enum EvaluationError {
+    /// The log lacks what the model needs.
+    #[error(transparent)]
+    Prepare(#[from] PrepareError),
+    /// The fit failed.
+    #[error(transparent)]
+    Fit(#[from] FitError),
+}
+
+/// Evaluates `model` on `log`.
+///
+/// # Errors
+/// The log lacks a column that the model needs, or the fit failed.
+pub fn evaluate<'a>(log: &'a Log, model: &Model, treatment: ParameterTreatment) -> Result<Evaluation<'a>, EvaluationError> {
+    let begin = Instant::now();
+    let (mut record, mut remarks) = fit::prepare::prepare(log, model, treatment != ParameterTreatment::FittedToAllRows)?;
+    let findings = plausible::check(log, model.input().column());
+    if !findings.is_empty() {
+        return Ok(Evaluation::ImplausibleLog(findings));
+    }
+    let held = with_best_rate_source(model, &mut record, log, treatment, &mut remarks)?;
+    let failures = residual::misfits(log, &record, &held);
+    let seconds = begin.elapsed().as_secs_f64();
+    Ok(Evaluation::Evaluated(Box::new(Evaluated { record, held, failures, remarks, seconds })))
+}
+
+/// Evaluates the model. Where the log does not state the source of the rate and the model has an eccentric encoder, both sources (rate
+/// sensor, encoder) are tried and the one with the lower χ² is kept.
+fn with_best_rate_source(
+    model: &Model,
+    record: &mut PreparedLog,
+    log: &Log,
+    treatment: ParameterTreatment,
+    remarks: &mut Vec<String>,
+) -> Result<FitResult, FitError> {
+    let (system, parameters) = fit::build::system(model, record.temp_C.is_some());
+    let once = |record: &PreparedLog| match treatment {
+        ParameterTreatment::Kept => fit::compare(&system, &parameters, record),
+        ParameterTreatment::Fitted | ParameterTreatment::FittedToAllRows => fit::fit(&system, &parameters, record),
+    };
+    let eccentric = model.effects().iter().any(|e| e.card.id == "encoder-eccentricity");
+    let has_rate = record.channels.iter().any(|c| c.channel == Channel::Rate);
+    let source_unknown = log.column_made(Channel::Rate.column()).source == Source::Unknown;
+    let from_sensor = once(record)?;
+    if !(eccentric && has_rate && source_unknown) {
+        return Ok(from_sensor);
+    }
+    record.rate_from_encoder = true;
+    let from_encoder = once(record)?;
+    let remark = |source: &str| format!("the log does not state the source of omega_rad_s; the better fit is with {source}");
+    if from_encoder.chi2 < from_sensor.chi2 {
+        remarks.push(remark("a rate derived from the encoder"));
+        Ok(from_encoder)
+    } else {
+        record.rate_from_encoder = false;
+        remarks.push(remark("a separate rate sensor"));
+        Ok(from_sensor)
+    }
+}

@@ -1,0 +1,99 @@
+//! Explanations of log files: several logs together, or each log of a folder separately, in parallel.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use rayon::prelude::*;
+
+use super::explain::{self, ExplainError, Explanation};
+use crate::log::plausible::Finding;
+use crate::log::{Log, LogError};
+use crate::model::Model;
+
+/// Result for one log, or for several logs together.
+pub enum LogExplanation {
+    /// The explanation.
+    Explained(Box<Explanation>),
+    /// The log is not a plausible record of a drive.
+    ImplausibleLog(Box<Log>, Vec<Finding>),
+}
+
+/// Why there is no explanation.
+#[derive(Debug, thiserror::Error)]
+pub enum ExplainLogsError {
+    /// A log cannot be read.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// The model does not fit the logs.
+    #[error("{0}")]
+    Explain(String),
+    /// The folder cannot be read.
+    #[error("{folder}: cannot read the folder: {source}")]
+    Folder {
+        /// The folder.
+        folder: PathBuf,
+        /// Cause.
+        source: std::io::Error,
+    },
+    /// The folder contains no logs.
+    #[error("{folder}: this folder has no logs (files with the ending .csv or .parquet)")]
+    NoLogs {
+        /// The folder.
+        folder: PathBuf,
+    },
+}
+
+/// Reads `paths` and explains the logs together; `progress` receives the current stage.
+///
+/// # Errors
+/// A log cannot be read, or lacks a column that the model needs.
+pub fn explain_together(paths: &[PathBuf], model: &Model, progress: &(dyn Fn(&str) + Sync)) -> Result<LogExplanation, ExplainLogsError> {
+    let logs = paths.iter().map(Log::read).collect::<Result<Vec<_>, _>>()?;
+    match explain::explain(logs, model, progress) {
+        Ok(explanation) => Ok(LogExplanation::Explained(Box::new(explanation))),
+        Err(ExplainError::BadLog { log, findings }) => Ok(LogExplanation::ImplausibleLog(Box::new(Log::read(log)?), findings)),
+        Err(error) => Err(ExplainLogsError::Explain(error.to_string())),
+    }
+}
+
+/// One log of a folder.
+pub struct FolderEntry {
+    /// The log file.
+    pub path: PathBuf,
+    /// Its explanation, or why there is none.
+    pub result: Result<LogExplanation, ExplainLogsError>,
+    /// Computing time, s.
+    pub seconds: f64,
+}
+
+/// Explains each log of `folder` separately, sorted by name; `finished` is called after each log.
+///
+/// # Errors
+/// The folder cannot be read or contains no logs.
+pub fn explain_folder(
+    folder: &Path,
+    model: &Model,
+    finished: &(dyn Fn(&FolderEntry) + Sync),
+) -> Result<Vec<FolderEntry>, ExplainLogsError> {
+    let entries = logs_in(folder)?
+        .into_par_iter()
+        .map(|path| {
+            let begin = Instant::now();
+            let result = explain_together(std::slice::from_ref(&path), model, &|_| ());
+            let entry = FolderEntry { path, result, seconds: begin.elapsed().as_secs_f64() };
+            finished(&entry);
+            entry
+        })
+        .collect();
+    Ok(entries)
+}
+
+/// The log files of a folder, sorted by name.
+fn logs_in(folder: &Path) -> Result<Vec<PathBuf>, ExplainLogsError> {
+    let entries = std::fs::read_dir(folder).map_err(|source| ExplainLogsError::Folder { folder: folder.to_owned(), source })?;
+    let is_log =
+        |p: &Path| p.extension().and_then(|e| e.to_str()).is_some_and(|e| matches!(e.to_ascii_lowercase().as_str(), "csv" | "parquet"));
+    let mut logs: Vec<PathBuf> = entries.filter_map(Result::ok).map(|e| e.path()).filter(|p| p.is_file() && is_log(p)).collect();
+    logs.sort();
+    if logs.is_empty() { Err(ExplainLogsError::NoLogs { folder: folder.to_owned() }) } else { Ok(logs) }
+}

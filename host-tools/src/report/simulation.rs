@@ -1,0 +1,51 @@
+//! A simulated log, summarised as text and JSON.
+
+use serde_json::{Map, Value, json};
+
+use crate::acquire::hidden::HiddenEffect;
+use crate::log::Log;
+
+/// Summary of the log; `hidden`: the effect added to the stand, disclosed where `reveal` is set.
+pub fn text(log: &Log, hidden: Option<&HiddenEffect>, reveal: bool) -> String {
+    let mut text = format!(
+        "{}: {} rows, {} s at {:.0} Hz: {}\n",
+        log.path().display(),
+        log.len(),
+        log.duration_s(),
+        1.0 / log.median_dt_s(),
+        columns(log).join(", ")
+    );
+    if let Some(fault) = log.note("fault") {
+        text += &format!("fault: {fault}\n");
+    }
+    for (key, value) in log.notes().iter().filter(|(k, _)| k.starts_with("limited_")) {
+        text += &format!("{key}: {value}\n");
+    }
+    match (hidden, reveal) {
+        (Some(hidden), true) => text += &format!("hidden effect: {hidden}\n"),
+        (Some(_), false) => text += "hidden effect: one that the model lacks (--reveal names it)\n",
+        (None, true) => text += "hidden effect: none\n",
+        (None, false) => {}
+    }
+    text
+}
+
+/// Summary of the log as JSON.
+pub fn json(log: &Log, hidden: Option<&HiddenEffect>, reveal: bool) -> Value {
+    json!({
+        "log": log.path().display().to_string(),
+        "samples": log.len(),
+        "duration_s": log.duration_s(),
+        "columns": columns(log),
+        "notes": log.notes().iter().map(|(k, v)| (k.clone(), json!(v))).collect::<Map<_, _>>(),
+        "hidden": match (hidden, reveal) {
+            (Some(hidden), true) => json!({ "effect": hidden.effect, "parameters": hidden.parameters }),
+            (None, true) => json!("none"),
+            _ => Value::Null,
+        },
+    })
+}
+
+fn columns(log: &Log) -> Vec<&str> {
+    log.columns().iter().map(|c| c.name.as_str()).collect()
+}
