@@ -31,7 +31,7 @@ pub struct EquationErrorComparison {
 pub enum EquationErrorFailure {
     /// The fit by equation error failed.
     #[error(transparent)]
-    EquationErrorFit(#[from] InverseModelError),
+    InverseModel(#[from] InverseModelError),
     /// The log lacks what the model needs.
     #[error(transparent)]
     Prepare(#[from] PrepareError),
