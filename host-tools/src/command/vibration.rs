@@ -8,8 +8,8 @@ use super::error::CliError;
 use super::output::ReportOutput;
 use crate::log::Log;
 use crate::observer::vibration::{Measured, compensate};
-use crate::observer::{Element, Kind, Plant, Poles, Request, vibration_json, vibration_text};
-use crate::report::observer::vibration_html;
+use crate::observer::{Element, Kind, Plant, Poles, Request};
+use crate::report::observer::{vibration_html, vibration_json, vibration_text};
 
 /// Columns beside those of interfaces.md.
 const COLUMNS: [&str; 4] = ["alpha_rad", "gamma_rad", "alpha_rate_rad_s", "beta_rate_rad_s"];

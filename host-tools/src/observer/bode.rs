@@ -1,48 +1,48 @@
-//! Where an observer's rate is the object's, over frequency (theory §2.2).
+//! Frequency response of the estimated rate (docs/theory.md §2.2).
 //!
-//! R(jω) = α̂′/α′, whatever moved the element: 1 is no distortion. It is left at the first frequency at which |R| is off by more than 1 dB or its phase
-//! by more than 5°. Transfer functions are polynomials worked out in 77 digits; rounded matrices lose them where gains are 10⁸.
+//! R(jω) = α̂′/α′ does not depend on the input that moves the element; R = 1 means no distortion. Distortion begins at the lowest frequency at which |R|
+//! deviates by more than 1 dB or its phase by more than 5°. Transfer functions are computed as polynomials with 77 digits: with gains of 10⁸, matrices in double precision lose them.
 
 use nalgebra::Complex;
 
 use super::exact::{Exact, Matrix, exact, rounded};
 use super::{Design, Element, Kind, ObserverError, Plant, Poles, Request};
 
-/// Off by more than this, dB.
-pub const MOST_DB: f64 = 1.0;
-/// Or by more than this, degrees.
-pub const MOST_DEG: f64 = 5.0;
-/// Grid of the search, rad/s: from, to, points.
+/// Largest undistorted deviation of the gain, dB.
+pub const MAX_GAIN_ERROR_DB: f64 = 1.0;
+/// Largest undistorted deviation of the phase, degrees.
+pub const MAX_PHASE_ERROR_DEG: f64 = 5.0;
+/// Search grid: lowest and highest frequency, rad/s, and number of points.
 const GRID: (f64, f64, usize) = (0.01, 1e4, 24_001);
 
-/// Where distortion begins.
+/// The frequency at which distortion begins.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limit {
-    /// Frequency, rad/s; `None` if nowhere below 10⁴.
+    /// Frequency, rad/s; `None`: no distortion below 10⁴ rad/s.
     pub rad_s: Option<f64>,
-    /// It is so from the least frequency on.
-    pub from_the_start: bool,
+    /// The response is distorted at the lowest frequency of the grid already.
+    pub at_lowest_frequency: bool,
 }
 
-/// One observer over frequency.
+/// Frequency response of one observer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bode {
-    /// Where its poles lie, 1/s.
+    /// Magnitude of its poles, 1/s.
     pub omega_rad_s: f64,
-    /// Its gains.
+    /// Observer gains.
     pub gains: Vec<f64>,
-    /// Numerator of α̂′ over the angle, highest power first.
+    /// Numerator of α̂′/angle, highest power first.
     pub numerator: Vec<f64>,
     /// Denominator.
     denominator: Vec<f64>,
-    /// Where distortion begins.
+    /// Begin of distortion.
     pub limit: Limit,
-    /// Greatest |α̂′/y|, 1/s, and where, rad/s: what becomes of noise.
+    /// Largest |α̂′/y|, 1/s, and its frequency, rad/s: amplification of measurement noise.
     pub noise: (f64, f64),
 }
 
 impl Bode {
-    /// Observers of one element for several ω₀.
+    /// Frequency responses of observers of one element for several ω₀.
     ///
     /// # Errors
     /// As [`Request::design`].
@@ -55,7 +55,7 @@ impl Bode {
         omegas_rad_s.iter().map(one).collect()
     }
 
-    /// A designed observer over frequency.
+    /// Frequency response of a designed observer.
     pub fn new(design: &Design, omega_rad_s: f64) -> Self {
         let (f, input) = design.observer();
         let (numerator, denominator) = transfer(&f, &input, 1);
@@ -64,24 +64,24 @@ impl Bode {
             gains: design.gains.clone(),
             numerator,
             denominator,
-            limit: Limit { rad_s: None, from_the_start: false },
+            limit: Limit { rad_s: None, at_lowest_frequency: false },
             noise: (0.0, 0.0),
         };
         let (from, to, points) = GRID;
         let grid: Vec<f64> = (0..points).map(|k| from * (to / from).powf(k as f64 / (points - 1) as f64)).collect();
         if let Some(k) = grid.iter().position(|w| bode.is_distorted(*w)) {
             let at = if k == 0 { grid[0] } else { bisect(grid[k - 1], grid[k], |w| bode.is_distorted(w)) };
-            bode.limit = Limit { rad_s: Some(at), from_the_start: k == 0 };
+            bode.limit = Limit { rad_s: Some(at), at_lowest_frequency: k == 0 };
         }
         bode.noise =
             grid.iter().map(|w| (bode.from_angle(*w).norm(), *w)).fold((0.0, 0.0), |most, next| if next.0 > most.0 { next } else { most });
         bode
     }
 
-    /// α̂′ over the measured angle at a frequency.
+    /// α̂′/measured angle at a frequency.
     pub fn from_angle(&self, rad_s: f64) -> Complex<f64> {
         let s = Complex::new(0.0, rad_s);
-        value(&self.numerator, s) / value(&self.denominator, s)
+        evaluate(&self.numerator, s) / evaluate(&self.denominator, s)
     }
 
     /// R = α̂′/α′ at a frequency.
@@ -91,22 +91,30 @@ impl Bode {
 
     fn is_distorted(&self, rad_s: f64) -> bool {
         let r = self.ratio(rad_s);
-        (20.0 * r.norm().log10()).abs() > MOST_DB || r.arg().to_degrees().abs() > MOST_DEG
+        (20.0 * r.norm().log10()).abs() > MAX_GAIN_ERROR_DB || r.arg().to_degrees().abs() > MAX_PHASE_ERROR_DEG
     }
 }
 
-/// What moves the element, and how α′ answers: an overload along the rotor of the four-state model (n_X → α′), a moment about the vertical
-/// of the other.
-pub fn object(plant: &Plant) -> (&'static str, Vec<f64>, Vec<f64>) {
-    let (says, input) = match plant.element {
-        Element::Four(p) => ("overload along the rotor, in g", vec![0.0, 0.0, 0.0, p.pendulum_N_m / p.inertia_z_kg_m2]),
-        Element::Six(_) => ("moment about the vertical, in N m", plant.b()),
-    };
-    let (numerator, denominator) = transfer(&plant.a(), &input, 1);
-    (says, numerator, denominator)
+/// Input of the object's frequency response.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Excitation {
+    /// Overload n_X along the rotor, in g (four-state element).
+    OverloadAlongRotor,
+    /// Moment about the vertical, N m (six-state element).
+    VerticalMoment,
 }
 
-/// Numerator and denominator from an input to a state, highest power first.
+/// Response of α′ to the element's excitation: excitation, numerator, denominator (highest power first).
+pub fn object_response(plant: &Plant) -> (Excitation, Vec<f64>, Vec<f64>) {
+    let (excitation, input) = match plant.element {
+        Element::Four(p) => (Excitation::OverloadAlongRotor, vec![0.0, 0.0, 0.0, p.pendulum_N_m / p.inertia_z_kg_m2]),
+        Element::Six(_) => (Excitation::VerticalMoment, plant.b()),
+    };
+    let (numerator, denominator) = transfer(&plant.a(), &input, 1);
+    (excitation, numerator, denominator)
+}
+
+/// Transfer function from an input to a state: numerator and denominator, highest power first.
 fn transfer(matrix: &[Vec<f64>], input: &[f64], state: usize) -> (Vec<f64>, Vec<f64>) {
     let (polynomial, adjoints) = Matrix::of(matrix).characteristic();
     let numerator: Vec<Exact> =
@@ -114,8 +122,8 @@ fn transfer(matrix: &[Vec<f64>], input: &[f64], state: usize) -> (Vec<f64>, Vec<
     (numerator.iter().map(rounded).collect(), polynomial.iter().map(rounded).collect())
 }
 
-/// A polynomial's value.
-pub(crate) fn value(polynomial: &[f64], s: Complex<f64>) -> Complex<f64> {
+/// Value of a polynomial at s.
+pub(crate) fn evaluate(polynomial: &[f64], s: Complex<f64>) -> Complex<f64> {
     polynomial.iter().fold(Complex::new(0.0, 0.0), |sum, c| sum * s + c)
 }
 

@@ -1,96 +1,41 @@
-//! An observer: its gains by Ackermann, its integral channel, whether it can see all states.
+//! Design of an observer: gains by Ackermann's formula, integral channel, observability.
 
 use nalgebra::{Complex, DMatrix};
 
 use super::exact::{Exact, Matrix, exact, gains, rounded};
 use super::poles::{multiplied, polynomial, roots};
-use super::{Discrete, ObserverError, Plant, Poles};
+use super::request::augmented;
+use super::{Discrete, Integral, Kind, ObserverError, Plant, Request};
 use crate::statistics::Extremes;
 
-/// Singular values below this share of the greatest are none: of a number in 10¹³ no sensor tells anything.
-const LEAST_SINGULAR: f64 = 1e-13;
+/// Smallest ratio of a singular value to the largest that counts for the rank: no sensor resolves one part in 10¹³.
+const MIN_RELATIVE_SINGULAR_VALUE: f64 = 1e-13;
 
-/// Which observer.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Kind {
-    /// Without an integral channel: a constant disturbance leaves an offset (theory §1.4).
-    Static,
-    /// The static gains and an integral of the error that feeds one row, counted from 1; its gain is that row's own, without sign, where none is
-    /// given (theory §1.5).
-    Integral {
-        /// Row of the channel, 1 … states.
-        row: usize,
-        /// Its gain κ.
-        gain: Option<f64>,
-    },
-    /// The disturbance is one state more, and all poles are placed (theory §1.5, P7).
-    Augmented,
-}
-
-impl Kind {
-    /// In a word.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Static => "static",
-            Self::Integral { .. } => "integral",
-            Self::Augmented => "augmented",
-        }
-    }
-}
-
-/// What is asked for.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Request {
-    /// The element.
-    pub plant: Plant,
-    /// Where the poles shall lie.
-    pub poles: Poles,
-    /// Which observer.
-    pub kind: Kind,
-    /// Step of the discrete form, s.
-    pub step_s: Option<f64>,
-    /// Highest frequency of vibration, Hz, for the warnings.
-    pub vibration_Hz: Option<f64>,
-}
-
-/// The integral channel: x̂′ = … + e_row κ z, z′ = y − x̂₁.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Integral {
-    /// Row that it feeds, from 1.
-    pub row: usize,
-    /// κ.
-    pub gain: f64,
-    /// Estimated moment per integral, N m/(rad s): M̂ = this · z.
-    pub moment_per_integral: f64,
-    /// Up to which gain the channel is stable with these gains; of an augmented observer nobody asks.
-    pub stable_below: Option<f64>,
-}
-
-/// An observer.
+/// A designed observer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Design {
-    /// What was asked for.
+    /// The request.
     pub request: Request,
-    /// The gains K, a row for each state.
+    /// Gains K, one per state.
     pub gains: Vec<f64>,
-    /// The integral channel of an astatic one.
+    /// Integral channel of an astatic observer.
     pub integral: Option<Integral>,
-    /// All poles of the observer, the slowest first, 1/s.
+    /// All poles of the observer, slowest first, 1/s.
     pub poles: Vec<Complex<f64>>,
-    /// How well the angle tells the states apart: condition of the observability matrix, without units, rows of norm 1.
+    /// Condition number of the observability matrix in scaled states, rows normalised to 1.
     pub condition: f64,
-    /// Its rank.
+    /// Rank of the observability matrix.
     pub rank: usize,
     /// The exact discrete form.
     pub discrete: Option<Discrete>,
 }
 
 impl Request {
-    /// Designs it.
+    /// Designs the observer.
     ///
     /// # Errors
-    /// Poles that are not stable or too many; a model that the angle does not show; an integral channel that is unstable or useless; a step at
-    /// which it is not stable.
+    /// Unstable poles or a wrong number of them; a model that is not observable; an integral channel that is unstable or cannot remove the offset; a
+    /// discrete form that the firmware rejects.
     pub fn design(self) -> Result<Design, ObserverError> {
         let n = self.plant.states().len();
         let count = n + usize::from(self.kind == Kind::Augmented);
@@ -108,7 +53,7 @@ impl Request {
         if k.iter().any(|gain| !gain.is_finite()) {
             return Err(singular(&self.plant));
         }
-        let (inertia, _) = self.plant.inertia_and_rotor();
+        let (inertia, _) = self.plant.vertical_inertia_and_rotor();
         let (integral, poles) = match self.kind {
             Kind::Static => (None, placed.clone()),
             Kind::Augmented => {
@@ -127,7 +72,7 @@ impl Request {
 }
 
 impl Design {
-    /// The observer's own matrix F and its input from the angle: x̂′ = F x̂ + L y, the integral as a last state if there is one.
+    /// Matrix F and input L of x̂′ = F x̂ + L y, with the integral as the last state if there is one.
     pub(super) fn observer(&self) -> (Vec<Vec<f64>>, Vec<f64>) {
         let mut f = self.request.plant.a();
         let n = f.len();
@@ -146,21 +91,6 @@ impl Design {
         }
         (f, input)
     }
-}
-
-/// The plant with a constant moment as one state more.
-pub(super) fn augmented(plant: &Plant) -> Matrix {
-    let (a, b) = (plant.a(), plant.b());
-    let n = a.len();
-    Matrix::new(n + 1, n + 1, |i, j| {
-        exact(if i == n {
-            0.0
-        } else if j == n {
-            b[i]
-        } else {
-            a[i][j]
-        })
-    })
 }
 
 /// Rank and condition of C, C A/ω, C (A/ω)², …, ω the poles' mean size; rates over ω, the displacement over the arm, so that no unit counts.
@@ -186,7 +116,7 @@ fn observability(plant: &Plant, poles: &[Complex<f64>]) -> (usize, f64) {
     }
     let values = all.singular_values();
     let (most, least) = (values.max(), values.min());
-    (values.iter().filter(|v| **v > LEAST_SINGULAR * most).count(), most / least)
+    (values.iter().filter(|v| **v > MIN_RELATIVE_SINGULAR_VALUE * most).count(), most / least)
 }
 
 fn hint(plant: &Plant) -> &'static str {
@@ -207,15 +137,15 @@ fn channel(
 ) -> Result<(Integral, Vec<Complex<f64>>), ObserverError> {
     let n = plant.states().len();
     if row == 0 || row > n {
-        return Err(ObserverError::Words(format!("row {row}: the integral channel feeds one of the rows 1 to {n}")));
+        return Err(ObserverError::RowRange { row, states: n });
     }
     let (_, adjoints) = a.characteristic();
     // det(pE − A + K C + κ e_r C/p) = P(p) + κ n_r(p)/p, n_r an entry of the adjoint (theory §1.5).
     let n_of = |row: usize| -> Vec<Exact> { adjoints.iter().map(|b| b.at(0, row - 1).clone()).collect() };
     let finds = |row: usize| {
         let n_r = n_of(row);
-        let greatest = n_r.iter().map(|c| rounded(c).abs()).max_or_zero();
-        n_r.last().is_some_and(|c| rounded(c).abs() > 1e-30 * greatest)
+        let largest = n_r.iter().map(|c| rounded(c).abs()).max_or_zero();
+        n_r.last().is_some_and(|c| rounded(c).abs() > 1e-30 * largest)
     };
     if !finds(row) {
         let rows: Vec<String> = (1..=n).filter(|row| finds(*row)).map(|row| row.to_string()).collect();
@@ -223,7 +153,7 @@ fn channel(
     }
     let gain = gain.unwrap_or_else(|| rounded(&k[row - 1]).abs());
     if !gain.is_finite() {
-        return Err(ObserverError::Words(format!("integral gain {gain} is not a finite number")));
+        return Err(ObserverError::Gain(gain));
     }
     let n_r = n_of(row);
     let base: Vec<f64> = multiplied(placed, &[exact(1.0), exact(0.0)]).iter().map(rounded).collect();
@@ -235,14 +165,14 @@ fn channel(
         }
         roots(&sum)
     };
-    let greatest = |kappa: f64| poles(kappa).first().map_or(f64::NAN, |z| z.re);
-    let most = stable_below(&greatest, gain.abs());
+    let largest = |kappa: f64| poles(kappa).first().map_or(f64::NAN, |z| z.re);
+    let most = stable_below(&largest, gain.abs());
     let found = poles(gain);
     let pole = found.first().map_or(f64::NAN, |z| z.re);
     if !(pole < 0.0 && gain != 0.0) {
         return Err(ObserverError::Unstable { gain, row, pole, most });
     }
-    // Where all comes to rest under a moment of 1: e′ = (A − K C) e − e_r κ z + B M = 0, C e = 0.
+    // Equilibrium under a moment of 1: e′ = (A − K C) e − e_r κ z + B M = 0, C e = 0.
     let b = plant.b();
     let rest = Matrix::new(n + 1, n + 1, |i, j| match (i == n, j == n) {
         (true, false) => exact(if j == 0 { 1.0 } else { 0.0 }),
@@ -256,17 +186,17 @@ fn channel(
     Ok((Integral { row, gain, moment_per_integral: 1.0 / z, stable_below: Some(most) }, found))
 }
 
-/// The least gain above 0 at which a pole leaves, to a part in 10⁶; 0 where the smallest does.
-fn stable_below(greatest: &impl Fn(f64) -> f64, near: f64) -> f64 {
+/// Smallest positive gain at which a pole becomes unstable, to one part in 10⁶; 0 if the smallest tried gain is unstable.
+fn stable_below(largest: &impl Fn(f64) -> f64, near: f64) -> f64 {
     let near = if near > 0.0 { near } else { 1.0 };
     let mut stable = near * 1e-6;
-    if greatest(stable) >= 0.0 {
+    if largest(stable) >= 0.0 {
         return 0.0;
     }
     let mut unstable = stable;
     while unstable < near * 1e12 {
         unstable *= 1.3;
-        if greatest(unstable) >= 0.0 {
+        if largest(unstable) >= 0.0 {
             break;
         }
         stable = unstable;
@@ -276,7 +206,7 @@ fn stable_below(greatest: &impl Fn(f64) -> f64, near: f64) -> f64 {
     }
     for _ in 0..40 {
         let middle = (stable * unstable).sqrt();
-        if greatest(middle) < 0.0 { stable = middle } else { unstable = middle }
+        if largest(middle) < 0.0 { stable = middle } else { unstable = middle }
     }
     stable
 }

@@ -1,15 +1,15 @@
-//! The exact discrete form, designed in z (theory §1.6): what the firmware runs.
+//! The exact discrete form, designed in z (docs/theory.md §1.6). The firmware runs this form.
 
 use nalgebra::Complex;
 use stand_firmware::config::ConfigError;
 use stand_firmware::gyro_loop::observer::Design as Law;
 
-use super::design::{Integral, Kind, Request, augmented};
 use super::exact::{Matrix, exact, gains, rounded};
 use super::poles::polynomial;
+use super::request::{Integral, Kind, Request, augmented};
 use super::{ObserverError, Plant};
 
-/// x̂\[n+1\] = Φ x̂\[n\] + Γ M_K\[n\] + K (y\[n\] − x̂₁\[n\]); the last state of an astatic one is the estimated moment, N m.
+/// x̂\[n+1\] = Φ x̂\[n\] + Γ M_K\[n\] + K (y\[n\] − x̂₁\[n\]); the last state of an astatic observer is the estimated moment, N m.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Discrete {
     /// Step, s.
@@ -20,7 +20,7 @@ pub struct Discrete {
     pub gamma: Vec<f64>,
     /// K.
     pub gains: Vec<f64>,
-    /// The last state is the disturbance.
+    /// The last state is the estimated moment.
     pub has_disturbance: bool,
 }
 
@@ -28,10 +28,10 @@ impl Discrete {
     /// The discrete form of a request whose continuous poles are `placed`.
     ///
     /// # Errors
-    /// The step makes no sense; the plant is not observable at this step; the firmware would refuse it.
+    /// The step is out of range; the plant is not observable at this step; the firmware rejects the design.
     pub(super) fn new(request: &Request, placed: &[Complex<f64>], integral: Option<Integral>, step_s: f64) -> Result<Self, ObserverError> {
         if !(step_s.is_finite() && step_s > 0.0 && step_s <= 10.0) {
-            return Err(ObserverError::Words(format!("step {step_s} s: a step is above 0 and at most 10 s")));
+            return Err(ObserverError::StepRange(step_s));
         }
         let at_step = |why: &str| ObserverError::Step { step_s, why: why.to_owned() };
         let plant = &request.plant;
@@ -41,13 +41,13 @@ impl Discrete {
         let model = if of_augmented { augmented(plant) } else { Matrix::of(&plant.a()) };
         let input: Vec<f64> = b.iter().copied().chain(of_augmented.then_some(0.0)).collect();
         let (phi, gamma) = held(&model, &input, step_s);
-        // Rounded poles are poles as good; what counts is that the equal ones stay equal.
+        // Rounding the poles is harmless as long as equal poles stay equal.
         let in_z = placed.iter().map(|pole| {
             let z = (pole * step_s).exp();
             (exact(z.re), exact(if pole.im == 0.0 { 0.0 } else { z.im }))
         });
         let wanted = polynomial(&in_z.collect::<Vec<_>>());
-        let found = gains(&phi, &wanted).ok_or_else(|| at_step("the angle does not tell its states apart"))?;
+        let found = gains(&phi, &wanted).ok_or_else(|| at_step("the angle does not make all states observable"))?;
         let mut discrete =
             Self { step_s, phi: phi.rounded(), gamma, gains: found.iter().map(rounded).collect(), has_disturbance: of_augmented };
         if let (Kind::Integral { .. }, Some(channel)) = (request.kind, integral) {
@@ -57,7 +57,7 @@ impl Discrete {
         Ok(discrete)
     }
 
-    /// The integral as one state more, in N m: the channel's moment acts through a whole step, as it does in the plant.
+    /// Appends the integral as a state in N m. The moment of the channel acts during the whole step, as in the plant.
     fn add_channel(&mut self, plant: &Plant, channel: Integral, n: usize) {
         let mut into = vec![0.0; n];
         into[channel.row - 1] = channel.gain / channel.moment_per_integral;
@@ -73,10 +73,10 @@ impl Discrete {
         self.has_disturbance = true;
     }
 
-    /// What the firmware says to it.
+    /// Checks the design with the firmware's own code.
     ///
     /// # Errors
-    /// It would refuse.
+    /// The firmware rejects it.
     pub fn check(&self) -> Result<(), ConfigError> {
         match self.gains.len() {
             4 => self.law::<4>().map(drop),
@@ -87,10 +87,10 @@ impl Discrete {
         }
     }
 
-    /// The firmware's own law with these numbers, in double precision.
+    /// The firmware's observer law in double precision.
     ///
     /// # Errors
-    /// The firmware refuses it.
+    /// The firmware rejects it.
     pub fn law<const N: usize>(&self) -> Result<Law<f64, N>, ConfigError> {
         let (phi, gamma, gains) = self.numbers();
         Law::new(&phi, &gamma, &gains)
@@ -107,7 +107,7 @@ impl Discrete {
     }
 }
 
-/// Φ = e^(A h) and Γ = ∫ e^(A s) ds b: what a held input does in a step.
+/// Φ = e^(A h) and Γ = ∫ e^(A s) ds b: zero-order hold of the input.
 pub(super) fn held(a: &Matrix, b: &[f64], step_s: f64) -> (Matrix, Vec<f64>) {
     let n = b.len();
     let both = Matrix::new(n + 1, n + 1, |i, j| match (i == n, j == n) {

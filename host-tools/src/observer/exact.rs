@@ -1,7 +1,7 @@
-//! Small matrices of 77 digits.
+//! Small matrices with 77 decimal digits.
 //!
-//! Ackermann's formula multiplies what the observability matrix of six or seven states has lost: some 17 digits at a step of 1 ms (theory §1.6
-//! asks for 30). Polynomials, exponentials and gains are worked out here and rounded once, at the end.
+//! The observability matrix of six or seven states at a step of 1 ms loses about 17 digits, and Ackermann's formula amplifies the error (docs/theory.md §1.6
+//! requires 30 digits). Polynomials, exponentials and gains are computed here and rounded once, at the end.
 
 use crate::statistics::Extremes;
 use dashu_float::FBig;
@@ -9,13 +9,13 @@ use dashu_float::round::mode::HalfEven;
 
 /// Binary digits.
 const DIGITS: usize = 256;
-/// Taylor's series of the exponential ends below 2⁻ this.
-const SMALL: f64 = 1e-85;
+/// Largest entry of the last term of the exponential's Taylor series.
+const TAYLOR_REMAINDER: f64 = 1e-85;
 
-/// A number of 256 binary digits.
+/// A number with 256 binary digits.
 pub(super) type Exact = FBig<HalfEven, 2>;
 
-/// The number itself; 0 for what is no number.
+/// Converts a double; NaN becomes 0.
 pub(super) fn exact(value: f64) -> Exact {
     let number = Exact::try_from(value).unwrap_or(Exact::ZERO);
     number.with_precision(DIGITS).value()
@@ -26,7 +26,7 @@ pub(super) fn rounded(value: &Exact) -> f64 {
     value.to_f64().value()
 }
 
-/// A matrix, row by row.
+/// A matrix, stored by rows.
 #[derive(Clone, Debug)]
 pub(super) struct Matrix {
     rows: usize,
@@ -56,7 +56,7 @@ impl Matrix {
         Self::new(self.rows, other.columns, |i, j| {
             (0..self.columns).fold(exact(0.0), |sum, k| {
                 let (a, b) = (self.at(i, k), other.at(k, j));
-                // Most entries of a model are nothing.
+                // Most entries of a model are zero.
                 if *a == Exact::ZERO || *b == Exact::ZERO { sum } else { sum + a * b }
             })
         })
@@ -79,26 +79,26 @@ impl Matrix {
         (0..self.rows).map(|i| (0..self.columns).map(|j| rounded(self.at(i, j))).collect()).collect()
     }
 
-    fn greatest(&self) -> f64 {
+    fn largest(&self) -> f64 {
         self.entries.iter().map(|x| rounded(x).abs()).max_or_zero()
     }
 
-    /// The exponential, by Taylor's series of a small part and squaring.
+    /// Matrix exponential by scaling and squaring with a Taylor series.
     pub(super) fn exp(&self) -> Self {
-        let squarings = (self.greatest() * self.rows as f64).max(1.0).log2().ceil() as i32 + 4;
+        let squarings = (self.largest() * self.rows as f64).max(1.0).log2().ceil() as i32 + 4;
         let part = self.scaled(&exact(0.5f64.powi(squarings)));
         let (mut sum, mut term) = (Self::identity(self.rows), Self::identity(self.rows));
         for k in 1..200 {
             term = term.times(&part).scaled(&(exact(1.0) / exact(f64::from(k))));
             sum = sum.plus(&exact(1.0), &term);
-            if term.greatest() < SMALL {
+            if term.largest() < TAYLOR_REMAINDER {
                 break;
             }
         }
         (0..squarings).fold(sum, |power, _| power.times(&power))
     }
 
-    /// The solution x of `self` x = `right`; `None` where the matrix is singular.
+    /// Solution x of `self` x = `right`; `None` if the matrix is singular.
     pub(super) fn solve(&self, right: &[Exact]) -> Option<Vec<Exact>> {
         let n = self.rows;
         let mut rows: Vec<Vec<Exact>> = (0..n).map(|i| (0..n).map(|j| self.at(i, j).clone()).chain([right[i].clone()]).collect()).collect();
@@ -142,8 +142,8 @@ impl Matrix {
     }
 }
 
-/// The observer's gains that give A − K C these poles (a polynomial, highest power first), C the first state (Ackermann); `None` where the plant is
-/// not observable.
+/// Observer gains K for which A − K C has the given characteristic polynomial (highest power first), by Ackermann's formula. C selects the first state.
+/// `None` if the plant is not observable.
 pub(super) fn gains(a: &Matrix, polynomial: &[Exact]) -> Option<Vec<Exact>> {
     let n = a.rows;
     let mut row = Matrix::new(1, n, |_, j| exact(if j == 0 { 1.0 } else { 0.0 }));
@@ -169,14 +169,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_exponential_of_a_turn_is_a_turn() {
+    fn exponential_of_a_rotation_is_a_rotation() {
         let turn = Matrix::of(&[vec![0.0, -30.0], vec![30.0, 0.0]]).exp().rounded();
         assert!((turn[0][0] - 30f64.cos()).abs() < 1e-15 && (turn[1][0] - 30f64.sin()).abs() < 1e-15, "{turn:?}");
     }
 
     #[test]
-    fn seven_equal_poles_are_placed_to_the_last_digit() {
-        // A chain of integrators: the gains are the binomial's coefficients.
+    fn seven_equal_poles_are_placed_exactly() {
+        // A chain of integrators: the gains are binomial coefficients.
         let chain = Matrix::new(7, 7, |i, j| exact(if j == i + 1 { 1.0 } else { 0.0 }));
         let binomial: Vec<Exact> = [1.0, 7.0, 21.0, 35.0, 35.0, 21.0, 7.0, 1.0].map(exact).to_vec();
         let found: Vec<f64> = gains(&chain, &binomial).unwrap_or_default().iter().map(rounded).collect();

@@ -1,4 +1,4 @@
-//! The element as a linear plant: x′ = A x + B (M_K + M_L), the angle is the first state.
+//! The element as a linear plant: x′ = A x + B (M_K + M_L); the first state is the measured angle.
 
 use std::path::Path;
 
@@ -7,28 +7,28 @@ use hal_sim::element::{FourState, SixState};
 use super::ObserverError;
 use crate::statistics::Extremes;
 
-/// Names of the sets of parameters that are built in.
+/// Names of the built-in parameter sets.
 pub const PRESETS: [&str; 3] = ["astatic-identifier", "astatic-identifier-recovered", "rate-observer"];
 
-/// Which element.
+/// The sensitive element.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Element {
-    /// On an elastic suspension (theory §1.1).
+    /// On an elastic suspension, six states (docs/theory.md §1.1).
     Six(SixState),
-    /// On a stiff one (theory §2.1).
+    /// On a stiff suspension, four states (docs/theory.md §2.1).
     Four(FourState),
 }
 
 /// An element with its name.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plant {
-    /// Preset or file.
+    /// Name of the preset or of the file.
     pub name: String,
-    /// Its parameters.
+    /// Parameters.
     pub element: Element,
 }
 
-/// A file: one table, of one of the two.
+/// An element file: exactly one of the two tables.
 #[derive(serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
@@ -40,7 +40,7 @@ impl Plant {
     /// A preset by name, or a file with a table `[six_state]` or `[four_state]`.
     ///
     /// # Errors
-    /// No such preset; a file that cannot be read or names what there is not; a parameter that makes no sense.
+    /// Unknown preset; unreadable file or unknown key; parameter out of range.
     pub fn named(name: &str) -> Result<Self, ObserverError> {
         let element = match name {
             "astatic-identifier" => Element::Six(SixState::PRINTED),
@@ -52,10 +52,10 @@ impl Plant {
         Self::new(name, element)
     }
 
-    /// An element whose parameters make sense.
+    /// An element with checked parameters.
     ///
     /// # Errors
-    /// The first that does not.
+    /// The first parameter that is out of range.
     pub fn new(name: &str, element: Element) -> Result<Self, ObserverError> {
         match &element {
             Element::Six(p) => p.check()?,
@@ -65,13 +65,13 @@ impl Plant {
     }
 
     fn read(file: &str) -> Result<Self, ObserverError> {
-        let fail = |says: String| ObserverError::File(file.to_owned(), says);
+        let fail = |message: String| ObserverError::File(file.to_owned(), message);
         let text = std::fs::read_to_string(file).map_err(|e| fail(format!("cannot read: {e}")))?;
         let read: File = toml::from_str(&text).map_err(|e| fail(one_line(e.message())))?;
         let element = match (read.six_state, read.four_state) {
             (Some(p), None) => Element::Six(p),
             (None, Some(p)) => Element::Four(p),
-            _ => return Err(fail("one table is wanted, [six_state] or [four_state]".to_owned())),
+            _ => return Err(fail("exactly one of the tables [six_state] and [four_state] is required".to_owned())),
         };
         Self::new(file, element).map_err(|e| fail(e.to_string()))
     }
@@ -84,15 +84,15 @@ impl Plant {
         }
     }
 
-    /// Inertia that a moment about the vertical turns, kg m²; and H, N m s.
-    pub fn inertia_and_rotor(&self) -> (f64, f64) {
+    /// Moment of inertia about the vertical, kg m², and angular momentum H of the rotor, N m s.
+    pub fn vertical_inertia_and_rotor(&self) -> (f64, f64) {
         match self.element {
             Element::Six(p) => (p.inertia_z_kg_m2, p.rotor_N_m_s),
             Element::Four(p) => (p.inertia_y_kg_m2, p.rotor_N_m_s),
         }
     }
 
-    /// Stiffness in azimuth k_α, N m/rad.
+    /// Azimuth stiffness k_α, N m/rad.
     pub fn azimuth_N_m_rad(&self) -> f64 {
         match self.element {
             Element::Six(p) => p.azimuth_N_m_rad(),
@@ -100,7 +100,7 @@ impl Plant {
         }
     }
 
-    /// The matrix A, rows of states (theory §1.1 and §2.1).
+    /// System matrix A, n × n (docs/theory.md §1.1 and §2.1).
     pub fn a(&self) -> Vec<Vec<f64>> {
         match self.element {
             Element::Six(p) => {
@@ -127,14 +127,14 @@ impl Plant {
         }
     }
 
-    /// The column of the control moment, and of a moment from outside.
+    /// Input column B of the control moment and of an external moment, length n.
     pub fn b(&self) -> Vec<f64> {
         let mut b = vec![0.0; self.states().len()];
-        b[1] = 1.0 / self.inertia_and_rotor().0;
+        b[1] = 1.0 / self.vertical_inertia_and_rotor().0;
         b
     }
 
-    /// Its greatest mode, rad/s: nutation.
+    /// Magnitude of the fastest mode, rad/s: nutation.
     pub fn fastest_rad_s(&self) -> f64 {
         let a = self.a();
         let n = a.len();

@@ -1,4 +1,4 @@
-//! Where the poles of an observer shall lie, and where those of a polynomial do.
+//! Poles of an observer as requested, and roots of a polynomial.
 
 use nalgebra::Complex;
 
@@ -9,25 +9,25 @@ use crate::statistics::Extremes;
 /// Poles, 1/s.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Poles {
-    /// All at −ω₀.
+    /// All poles at −ω₀, 1/s.
     Binomial(f64),
-    /// One by one; complex ones in pairs.
+    /// Listed; complex poles in conjugate pairs.
     Given(Vec<Complex<f64>>),
 }
 
 impl Poles {
-    /// Poles as a person writes them: `-50,-40+30i,-40-30i`; one of a pair is enough.
+    /// Parses a list such as `-50,-40+30i,-40-30i`; one pole of a conjugate pair is sufficient.
     ///
     /// # Errors
-    /// A word that is no pole, or one that does not lie to the left.
+    /// An entry that is no complex number or has no negative real part.
     pub fn parse(text: &str) -> Result<Self, ObserverError> {
         let mut poles: Vec<Complex<f64>> = Vec::new();
         let mut other_of_pair = None;
         for word in text.split(',').map(str::trim) {
             let fail = |why| ObserverError::Pole(word.to_owned(), why);
-            let pole = complex(word).ok_or(fail("is no number like -50 or -40+30i"))?;
+            let pole = complex(word).ok_or(fail("is not a number such as -50 or -40+30i"))?;
             if !(pole.re.is_finite() && pole.im.is_finite()) || pole.re >= 0.0 {
-                return Err(fail("must have a negative real part, or the observer is not stable"));
+                return Err(fail("must have a negative real part; otherwise the observer is unstable"));
             }
             if other_of_pair.take() == Some(pole) {
                 continue;
@@ -41,15 +41,13 @@ impl Poles {
         Ok(Self::Given(poles))
     }
 
-    /// So many poles.
+    /// Exactly `count` poles.
     ///
     /// # Errors
-    /// There are not as many; ω₀ is not above 0.
+    /// The number of listed poles differs; ω₀ is not positive.
     pub fn list(&self, count: usize, what: &'static str) -> Result<Vec<Complex<f64>>, ObserverError> {
         match self {
-            Self::Binomial(omega) if !(omega.is_finite() && *omega > 0.0) => {
-                Err(ObserverError::Words(format!("omega = {omega}: the poles lie at −omega, which must be above 0 rad/s")))
-            }
+            Self::Binomial(omega) if !(omega.is_finite() && *omega > 0.0) => Err(ObserverError::Omega(*omega)),
             Self::Binomial(omega) => Ok(vec![Complex::new(-omega, 0.0); count]),
             Self::Given(poles) if poles.len() != count => Err(ObserverError::Count { got: poles.len(), wanted: count, what }),
             Self::Given(poles) => Ok(poles.clone()),
@@ -62,7 +60,7 @@ fn complex(word: &str) -> Option<Complex<f64>> {
         return Some(Complex::new(real, 0.0));
     }
     let body = word.strip_suffix(['i', 'j'])?;
-    // The sign between the parts: not the first, and not an exponent's.
+    // The sign between real and imaginary part: not the leading one, and not that of an exponent.
     let split = body.char_indices().rev().find(|(k, c)| *k > 0 && matches!(c, '+' | '-') && !body[..*k].ends_with(['e', 'E']))?.0;
     let imaginary = match &body[split..] {
         "+" => 1.0,
@@ -72,7 +70,7 @@ fn complex(word: &str) -> Option<Complex<f64>> {
     Some(Complex::new(body[..split].parse().ok()?, imaginary))
 }
 
-/// The polynomial with these roots, highest power first; complex ones come in pairs, one after the other.
+/// The monic polynomial with these roots, highest power first; complex roots as adjacent conjugate pairs.
 pub(super) fn polynomial(roots: &[(Exact, Exact)]) -> Vec<Exact> {
     let mut product = vec![exact(1.0)];
     let mut k = 0;
@@ -90,7 +88,7 @@ pub(super) fn polynomial(roots: &[(Exact, Exact)]) -> Vec<Exact> {
     product
 }
 
-/// A product of polynomials.
+/// Product of two polynomials.
 pub(super) fn multiplied(one: &[Exact], other: &[Exact]) -> Vec<Exact> {
     let mut product = vec![exact(0.0); one.len() + other.len() - 1];
     for (i, a) in one.iter().enumerate() {
@@ -101,12 +99,12 @@ pub(super) fn multiplied(one: &[Exact], other: &[Exact]) -> Vec<Exact> {
     product
 }
 
-/// All roots of a polynomial, highest power first, by Aberth's method; roots that lie together come out as near as double precision can tell.
+/// All roots of a polynomial (coefficients with the highest power first) by Aberth's method. Multiple roots are as accurate as double precision allows.
 pub fn roots(polynomial: &[f64]) -> Vec<Complex<f64>> {
     let n = polynomial.len().saturating_sub(1);
     let monic: Vec<f64> = polynomial.iter().map(|c| c / polynomial[0]).collect();
     let value = |z: Complex<f64>| monic.iter().fold((Complex::new(0.0, 0.0), Complex::new(0.0, 0.0)), |(p, d), c| (p * z + c, d * z + p));
-    // On a circle of the roots' size, turned so that no two are conjugate.
+    // Start values on a circle of the roots' size, rotated so that no two are conjugate.
     let size = (1..=n).map(|k| monic[k].abs().powf(1.0 / k as f64)).max_or_zero().max(1e-300);
     let mut found: Vec<Complex<f64>> =
         (0..n).map(|k| Complex::from_polar(size, std::f64::consts::TAU * (k as f64 + 0.25) / n as f64 + 0.3)).collect();
@@ -136,7 +134,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn poles_read_as_a_person_writes_them() {
+    fn lists_of_poles_are_parsed() {
         let given = |text| match Poles::parse(text) {
             Ok(Poles::Given(poles)) => poles.iter().map(|z| (z.re, z.im)).collect(),
             _ => Vec::new(),
@@ -152,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn roots_are_found_real_and_complex() {
+    fn real_and_complex_roots_are_found() {
         // (p + 1)(p + 2)(p² + 2 p + 10)
         let found = roots(&[1.0, 5.0, 18.0, 34.0, 20.0]);
         let expected = [(-1.0, 0.0), (-1.0, 3.0), (-1.0, -3.0), (-2.0, 0.0)];

@@ -1,7 +1,7 @@
-//! What an observer's errors do: alone, and in the closed loop of a regulator by the incomplete state vector (theory §1.4, §1.5).
+//! Estimation errors of an observer alone and in a closed loop with a regulator (docs/theory.md §1.4, §1.5).
 //!
-//! Errors follow e′ = (A − K C) e − e_r κ z + B M, z′ = C e, whatever the plant does. The exponential over one step is worked out in 77 digits
-//! and rounded, so that a value after thousands of steps is good to nine.
+//! Errors follow e′ = (A − K C) e − e_r κ z + B M, z′ = C e, independent of the motion of the plant. The matrix exponential of one step is computed with
+//! 77 digits and rounded, so that values after thousands of steps are accurate to nine digits.
 
 use super::design::Design;
 use super::discrete::held;
@@ -13,60 +13,70 @@ use crate::statistics::Extremes;
 pub struct Trace {
     /// Times, s.
     pub t_s: Vec<f64>,
-    /// True minus estimated, a state in each column.
+    /// Estimation error, true − estimated: one row per time, one column per state.
     pub errors: Vec<Vec<f64>>,
-    /// Estimated moment, N m; 0 of a static observer.
+    /// Estimated moment, N m; 0 for a static observer.
     pub moment_N_m: Vec<f64>,
 }
 
-/// What is done to an observer.
+/// Initial error and disturbance of a simulation.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Disturbed {
-    /// Error of the estimated angle at first, rad.
+pub struct Disturbance {
+    /// Initial error of the estimated angle, rad.
     pub angle_rad: f64,
-    /// Moment from t = 0 on, N m.
+    /// Constant moment from t = 0, N m.
     pub moment_N_m: f64,
 }
 
-/// A regulator M_K = −r₁ α̂ − r₂ α̂′, and − M̂ where the moment is fed forward.
+/// A regulator M_K = −r₁ α̂ − r₂ α̂′, with − M̂ if the moment is fed forward.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Regulated {
+pub struct Regulator {
     /// r₁, N m/rad.
     pub angle_N_m_rad: f64,
     /// r₂, N m s/rad.
     pub rate_N_m_s_rad: f64,
 }
 
-/// Where the closed loop begins.
+/// Start of a closed-loop simulation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Start {
-    /// Angle at first, rad; the observer begins at it.
+    /// Initial angle, rad; the observer starts at this angle.
     pub angle_rad: f64,
-    /// Moment from t = 0 on, N m.
+    /// Constant moment from t = 0, N m.
     pub moment_N_m: f64,
-    /// From then on the loop is closed, s.
+    /// Time at which the loop is closed, s.
     pub closed_from_s: f64,
 }
 
-/// One observer, simulated.
+/// Simulation of one observer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Simulated {
-    /// With the initial error and the moment.
+    /// Errors with the initial error and the moment.
     pub both: Trace,
-    /// With the moment alone.
+    /// Errors with the moment alone.
     pub moment_only: Trace,
-    /// From when on the angle's error stays below 1 % of the initial one, s.
+    /// Time after which the angle error stays below 1 % of its initial value, s.
     pub settled_s: Option<f64>,
-    /// From when on the rate's error stays below 1 % of its own greatest, s.
+    /// Time after which the rate error stays below 1 % of its maximum, s.
     pub rate_settled_s: Option<f64>,
-    /// Greatest error of the angle, rad, and of the rate, rad/s.
-    pub greatest: [f64; 2],
-    /// Where the errors end under the moment.
-    pub rest: Vec<f64>,
-    /// In the closed loop: times, s, and angles, rad.
+    /// Largest angle error, rad, and rate error, rad/s.
+    pub largest: [f64; 2],
+    /// Steady-state errors under the moment.
+    pub steady: Vec<f64>,
+    /// Closed loop: times, s, and angles, rad.
     pub closed: Option<(Vec<f64>, Vec<f64>)>,
-    /// Where the angle of the closed loop ends, rad.
-    pub closed_rest_rad: Option<f64>,
+    /// Steady angle of the closed loop, rad.
+    pub closed_loop_steady_rad: Option<f64>,
+}
+
+/// A static and an astatic observer of one element under the same disturbance.
+pub struct SideBySide<'a> {
+    /// The designs.
+    pub designs: [&'a Design; 2],
+    /// The simulations.
+    pub runs: [&'a Simulated; 2],
+    /// Initial error and disturbance.
+    pub disturbed: Disturbance,
 }
 
 impl Trace {
@@ -78,47 +88,47 @@ impl Trace {
 }
 
 impl Design {
-    /// Simulates the observer for `seconds`, a row every `step_s`.
-    pub fn simulate(&self, disturbed: Disturbed, seconds: f64, step_s: f64) -> Simulated {
+    /// Simulates the observer for `seconds` with one row per `step_s`.
+    pub fn simulate(&self, disturbed: Disturbance, seconds: f64, step_s: f64) -> Simulated {
         let both = self.errors(disturbed, seconds, step_s);
-        let moment_only = self.errors(Disturbed { angle_rad: 0.0, ..disturbed }, seconds, step_s);
+        let moment_only = self.errors(Disturbance { angle_rad: 0.0, ..disturbed }, seconds, step_s);
         let column = |trace: &Trace, k: usize| -> Vec<f64> { trace.errors.iter().map(|e| e[k].abs()).collect() };
         let (angle, rate) = (column(&both, 0), column(&both, 1));
-        let greatest = [&angle, &rate].map(|of| of.iter().copied().max_or_zero());
+        let largest = [&angle, &rate].map(|of| of.iter().copied().max_or_zero());
         let settled = |of: &[f64], band: f64| match of.iter().rposition(|e| *e > band) {
             None => Some(0.0),
             Some(k) => both.t_s.get(k + 1).copied(),
         };
         Simulated {
             settled_s: settled(&angle, 0.01 * disturbed.angle_rad.abs()),
-            rate_settled_s: settled(&rate, 0.01 * greatest[1]),
-            greatest,
-            rest: self.rest(disturbed.moment_N_m),
+            rate_settled_s: settled(&rate, 0.01 * largest[1]),
+            largest,
+            steady: self.steady_errors(disturbed.moment_N_m),
             both,
             moment_only,
             closed: None,
-            closed_rest_rad: None,
+            closed_loop_steady_rad: None,
         }
     }
 
-    /// Errors from these beginnings.
-    pub fn errors(&self, disturbed: Disturbed, seconds: f64, step_s: f64) -> Trace {
+    /// Estimation errors from the given initial error.
+    pub fn errors(&self, disturbed: Disturbance, seconds: f64, step_s: f64) -> Trace {
         let (matrix, input) = self.error_system(disturbed.moment_N_m);
         let n = self.gains.len();
         let mut state = vec![0.0; matrix.len()];
         state[0] = disturbed.angle_rad;
-        let rows = walk(&matrix, &input, state, seconds, step_s);
+        let rows = propagate(&matrix, &input, state, seconds, step_s);
         let scale = self.integral.map_or(0.0, |channel| channel.moment_per_integral);
         let t_s = (0..rows.len()).map(|k| k as f64 * step_s).collect();
         let moment_N_m = rows.iter().map(|row| row.get(n).map_or(0.0, |z| scale * z)).collect();
         Trace { t_s, errors: rows.into_iter().map(|mut row| (row.truncate(n), row).1).collect(), moment_N_m }
     }
 
-    /// The errors' matrix, the integral as the last state, and what a moment puts in.
+    /// Matrix of the error system, with the integral as the last state, and its input from a moment.
     fn error_system(&self, moment_N_m: f64) -> (Vec<Vec<f64>>, Vec<f64>) {
         let n = self.gains.len();
         let (mut matrix, _) = self.observer();
-        // For errors the integral acts the other way about: x̂ gains what e loses.
+        // The integral acts on the error with the opposite sign: x̂ gains what e loses.
         if self.integral.is_some() {
             for row in matrix.iter_mut().take(n) {
                 row[n] = -row[n];
@@ -130,37 +140,37 @@ impl Design {
         (matrix, input)
     }
 
-    /// Where errors end under a constant moment: e₁ = M d f/(J ω⁶) of a static observer with equal poles (theory §1.4).
-    fn rest(&self, moment_N_m: f64) -> Vec<f64> {
+    /// Steady errors under a constant moment: e₁ = M d f/(J ω⁶) for a static observer with equal poles (docs/theory.md §1.4).
+    fn steady_errors(&self, moment_N_m: f64) -> Vec<f64> {
         let (matrix, input) = self.error_system(moment_N_m);
-        let mut rest = at_rest(&matrix, &input);
-        rest.truncate(self.gains.len());
-        rest
+        let mut steady = equilibrium(&matrix, &input);
+        steady.truncate(self.gains.len());
+        steady
     }
 
-    /// The angle in the closed loop, and where it ends; with the estimated moment fed forward if there is one. The loop is closed from
-    /// `start.closed_from_s` on.
-    pub fn regulate(&self, regulated: Regulated, start: Start, seconds: f64, step_s: f64) -> (Vec<f64>, Vec<f64>, f64) {
+    /// Simulates the closed loop: times, s, angles, rad, and the steady angle, rad. An estimated moment is fed forward. The loop is closed at
+    /// `start.closed_from_s`.
+    pub fn regulate(&self, regulated: Regulator, start: Start, seconds: f64, step_s: f64) -> (Vec<f64>, Vec<f64>, f64) {
         let n = self.gains.len();
         let open = self.loop_matrix(None);
         let closed = self.loop_matrix(Some(regulated));
         let moment: Vec<f64> = self.request.plant.b().iter().map(|b| b * start.moment_N_m).collect();
-        // Plant, errors, integral: the moment acts on plant and errors alike.
+        // State: plant, errors, integral. The moment acts on plant and errors alike.
         let input: Vec<f64> = moment.iter().chain(&moment).copied().chain(self.integral.map(|_| 0.0)).collect();
         let mut state = vec![0.0; input.len()];
         state[0] = start.angle_rad;
-        let before = walk(&open, &input, state, start.closed_from_s.min(seconds), step_s);
+        let before = propagate(&open, &input, state, start.closed_from_s.min(seconds), step_s);
         let last = before.last().cloned().unwrap_or_else(|| vec![0.0; input.len()]);
-        let after = walk(&closed, &input, last, seconds - start.closed_from_s, step_s);
+        let after = propagate(&closed, &input, last, seconds - start.closed_from_s, step_s);
         let angles: Vec<f64> = before.iter().chain(after.iter().skip(1)).map(|row| row[0]).collect();
         let t_s = (0..angles.len()).map(|k| k as f64 * step_s).collect();
-        let rest = at_rest(&closed, &input);
-        debug_assert_eq!(rest.len(), 2 * n + usize::from(self.integral.is_some()));
-        (t_s, angles, rest[0])
+        let steady = equilibrium(&closed, &input);
+        debug_assert_eq!(steady.len(), 2 * n + usize::from(self.integral.is_some()));
+        (t_s, angles, steady[0])
     }
 
-    /// x′ = A x − B (R (x − e) + M̂) + B M; the errors as alone.
-    fn loop_matrix(&self, regulated: Option<Regulated>) -> Vec<Vec<f64>> {
+    /// Matrix of x′ = A x − B (R (x − e) + M̂) + B M together with the error system.
+    fn loop_matrix(&self, regulated: Option<Regulator>) -> Vec<Vec<f64>> {
         let n = self.gains.len();
         let (a, b) = (self.request.plant.a(), self.request.plant.b());
         let (errors, _) = self.error_system(0.0);
@@ -187,8 +197,8 @@ impl Design {
     }
 }
 
-/// x′ = `matrix` x + `input` from `state`, a row every step, the first included.
-fn walk(matrix: &[Vec<f64>], input: &[f64], state: Vec<f64>, seconds: f64, step_s: f64) -> Vec<Vec<f64>> {
+/// Solution of x′ = `matrix` x + `input` from `state`: one row per step, the initial state included.
+fn propagate(matrix: &[Vec<f64>], input: &[f64], state: Vec<f64>, seconds: f64, step_s: f64) -> Vec<Vec<f64>> {
     let (phi, gamma) = held(&Matrix::of(matrix), input, step_s);
     let phi = phi.rounded();
     let steps = (seconds / step_s).round().max(0.0) as usize;
@@ -202,8 +212,8 @@ fn walk(matrix: &[Vec<f64>], input: &[f64], state: Vec<f64>, seconds: f64, step_
     rows
 }
 
-/// Where `matrix` x + `input` = 0; no numbers where that is nowhere.
-fn at_rest(matrix: &[Vec<f64>], input: &[f64]) -> Vec<f64> {
+/// Solution of `matrix` x + `input` = 0; NaN if the matrix is singular.
+fn equilibrium(matrix: &[Vec<f64>], input: &[f64]) -> Vec<f64> {
     let right: Vec<_> = input.iter().map(|x| super::exact::exact(-x)).collect();
     let x = Matrix::of(matrix).solve(&right);
     x.map_or_else(|| vec![f64::NAN; input.len()], |x| x.iter().map(super::exact::rounded).collect())

@@ -1,24 +1,24 @@
-//! What single precision would do to an observer: its own numbers, run by the firmware's law in both precisions.
+//! Error of an observer in single precision, by running the firmware's law in both precisions.
 
 use stand_firmware::gyro_loop::observer::{Design as Law, Observer, Real};
 
 use super::Discrete;
 
-/// What single precision is off by, after all has settled.
+/// Errors of single precision against double precision in steady state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Single {
     /// Error of the estimated α′ against double precision, rad/s.
     pub rate_rad_s: f64,
-    /// Error of the estimated moment, over that moment; 0 of a static observer.
+    /// Relative error of the estimated moment; 0 for a static observer.
     pub moment: f64,
 }
 
-/// The moment of the trial, N m, and the angle that it begins at, rad: those of theory §1.6.
+/// Moment, N m, and initial angle, rad, of the test vector in docs/theory.md §1.6.
 const MOMENT_N_M: f64 = 1e-5;
 const ANGLE_RAD: f64 = 1e-3;
 const STEPS: usize = 2000;
 
-/// Tries it; `None` where the law refuses it.
+/// Errors in single precision; `None` if the firmware rejects the design.
 pub(super) fn single(discrete: &Discrete) -> Option<Single> {
     match discrete.gains.len() {
         4 => of::<4>(discrete),
@@ -39,7 +39,7 @@ fn of<const N: usize>(discrete: &Discrete) -> Option<Single> {
 fn run<T: Real, const N: usize>(discrete: &Discrete) -> Option<[f64; N]> {
     let (phi, gamma, gains) = discrete.numbers::<N>();
     let law = Law::<T, N>::new(&phi, &gamma, &gains).ok()?;
-    // The plant is the observer's model, its disturbance among the inputs: Γ of a moment is that of the control.
+    // The plant is the observer's model. A disturbance enters like the control moment, by Γ.
     let states = N - usize::from(discrete.has_disturbance);
     let mut plant = vec![0.0; states];
     plant[0] = ANGLE_RAD;

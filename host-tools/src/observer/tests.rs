@@ -1,6 +1,6 @@
 //! All vectors of theory §1.2 to §1.6 and §2.1, §2.2.
 
-use super::bode::object;
+use super::bode::object_response;
 use super::exact::{Matrix, rounded};
 use super::*;
 use nalgebra::Complex;
@@ -76,7 +76,7 @@ fn the_characteristic_polynomial_is_the_binomial() {
 #[test]
 fn a_static_observer_keeps_the_offset() {
     let fixed = design("astatic-identifier-recovered", 50.0, Kind::Static);
-    let rest = fixed.simulate(Disturbed { angle_rad: 0.0, moment_N_m: 1e-5 }, 0.01, 1e-3).rest;
+    let rest = fixed.simulate(Disturbance { angle_rad: 0.0, moment_N_m: 1e-5 }, 0.01, 1e-3).steady;
     near(&rest, &[1.67473404e-7, 5.02420211e-5, 2.95227008e-6, 7.24574739e-5, 1.43301053e-7, -3.88084611e-6], 1e-7);
 }
 
@@ -126,7 +126,7 @@ fn the_augmented_observer_has_the_gains_of_theory() {
 /// §1.5, the table of error vectors; 1e-6 of what is given, 1e-5 where the errors of six equal poles cross zero.
 #[test]
 fn errors_go_as_theory_says() {
-    let both = Disturbed { angle_rad: 1e-2, moment_N_m: 1e-5 };
+    let both = Disturbance { angle_rad: 1e-2, moment_N_m: 1e-5 };
     let run = |kind| design("astatic-identifier-recovered", 50.0, kind).simulate(both, 4.0, 5e-3);
     let (fixed, a2) = (run(Kind::Static), run(Kind::Integral { row: 2, gain: None }));
     let (a3, p7) = (run(Kind::Integral { row: 3, gain: None }), run(Kind::Augmented));
@@ -153,16 +153,16 @@ fn errors_go_as_theory_says() {
     assert!(end[0].abs() < 1e-14 && end[1].abs() < 1e-11 && moment_end[0].abs() < 1e-18, "{end:?} {moment_end:?}");
     near(&[estimated], &[1e-5], 1e-8);
     // Row 3 leaves β′ its offset M/H.
-    near(&[a3.rest[3]], &[2.5e-5], 1e-8);
-    assert!(a2.rest.iter().chain(&p7.rest).all(|e| e.abs() < 1e-20) && a3.rest[0].abs() < 1e-20);
+    near(&[a3.steady[3]], &[2.5e-5], 1e-8);
+    assert!(a2.steady.iter().chain(&p7.steady).all(|e| e.abs() < 1e-20) && a3.steady[0].abs() < 1e-20);
 
     // Settling to 1 %, on theory's grid of 5 ms; peaks.
     let settled = |of: &Simulated| [of.settled_s.unwrap(), of.rate_settled_s.unwrap()];
     for (of, expected) in [(&fixed, [0.370, 0.300]), (&a2, [0.480, 0.330]), (&a3, [0.830, 0.260]), (&p7, [0.380, 0.300])] {
         near(&settled(of), &expected, 1e-9);
     }
-    near(&fixed.greatest, &[0.066195, 20.855], 1e-4);
-    near(&p7.greatest, &[0.052775, 19.290], 1e-4);
+    near(&fixed.largest, &[0.066195, 20.855], 1e-4);
+    near(&p7.largest, &[0.052775, 19.290], 1e-4);
 }
 
 /// §1.5, noise: the observer costs it, astatism does not.
@@ -178,7 +178,7 @@ fn astatism_costs_no_noise() {
 /// §1.5, the closed loop.
 #[test]
 fn the_astatic_observer_brings_the_closed_loop_to_zero() {
-    let regulated = Regulated { angle_N_m_rad: 1e-2, rate_N_m_s_rad: 6.5e-2 };
+    let regulated = Regulator { angle_N_m_rad: 1e-2, rate_N_m_s_rad: 6.5e-2 };
     let start = Start { angle_rad: 0.0, moment_N_m: 1e-5, closed_from_s: 0.0 };
     let run = |kind| design("astatic-identifier-recovered", 50.0, kind).regulate(regulated, start, 60.0, 1e-2);
     let (_, angles, rest) = run(Kind::Static);
@@ -251,10 +251,10 @@ fn the_rate_observer_has_the_gains_and_polynomials_of_theory() {
             assert!((bode.ratio(rad_s) - Complex::new(re, im)).norm() < 1e-6, "{rad_s}: {}", bode.ratio(rad_s));
         }
     }
-    let (_, numerator, denominator) = object(&plant);
+    let (_, numerator, denominator) = object_response(&plant);
     for (rad_s, expected) in [(1.0, 2.383217), (10.0, 2.631528), (50.0, 1.724037), (500.0, 0.01004218)] {
         let s = Complex::new(0.0, rad_s);
-        near(&[(bode::value(&numerator, s) / bode::value(&denominator, s)).norm()], &[expected], 1e-6);
+        near(&[(bode::evaluate(&numerator, s) / bode::evaluate(&denominator, s)).norm()], &[expected], 1e-6);
     }
 }
 
@@ -288,7 +288,7 @@ fn distortion_begins_where_theory_says() {
         let plant = Plant::new("table", Element::Four(element)).unwrap();
         for (bode, expected) in Bode::of(&plant, Kind::Static, &[10.0, 100.0, 1000.0]).unwrap().iter().zip(limits) {
             near(&[bode.limit.rad_s.unwrap()], &[expected], 5e-3);
-            assert_eq!(bode.limit.from_the_start, expected == 0.01);
+            assert_eq!(bode.limit.at_lowest_frequency, expected == 0.01);
         }
     }
 }
@@ -344,15 +344,16 @@ fn an_element_that_the_angle_does_not_show_is_refused() {
 }
 
 #[test]
-fn warnings_are_given_where_theory_gives_them() {
-    let says = |request: Request| request.design().unwrap().warnings().join("\n");
+fn warnings_follow_the_theory() {
+    let found = |request: Request| request.design().unwrap().warnings();
+    let gives = |request: Request, expected: fn(&Warning) -> bool| found(request).iter().any(expected);
     let four = |omega, vibration_Hz| Request { vibration_Hz, ..request("rate-observer", omega, Kind::Static) };
-    assert!(says(four(60.0, None)).contains("nutation"));
-    assert!(says(four(120.0, Some(10.0))).contains("vibration"));
-    assert_eq!(says(four(1000.0, Some(10.0))), "");
+    assert!(gives(four(60.0, None), |w| matches!(w, Warning::PolesBelowNutation { .. })));
+    assert!(gives(four(120.0, Some(10.0)), |w| matches!(w, Warning::PolesBelowVibration { .. })));
+    assert_eq!(found(four(1000.0, Some(10.0))), []);
     let six = |kind, step_s| Request { step_s, ..request("astatic-identifier-recovered", 50.0, kind) };
-    assert!(says(six(Kind::Integral { row: 2, gain: None }, None)).contains("tail"));
-    assert!(says(six(Kind::Augmented, Some(1e-3))).contains("single precision"));
-    assert!(says(six(Kind::Static, Some(0.01))).contains("half the rate of the samples"));
-    assert!(says(six(Kind::Static, Some(0.02))).contains("10 samples"));
+    assert!(gives(six(Kind::Integral { row: 2, gain: None }, None), |w| matches!(w, Warning::SlowIntegralPole { .. })));
+    assert!(gives(six(Kind::Augmented, Some(1e-3)), |w| matches!(w, Warning::SinglePrecision { .. })));
+    assert!(gives(six(Kind::Static, Some(0.01)), |w| matches!(w, Warning::ModeAboveNyquist { .. })));
+    assert!(gives(six(Kind::Static, Some(0.02)), |w| matches!(w, Warning::FewSamplesPerPole { .. })));
 }

@@ -1,8 +1,8 @@
-//! What vibration does to the mean azimuth, and what of it a correction by the estimated rate takes off (theory §2.3).
+//! Mean azimuth error under vibration and its correction by the estimated rates (docs/theory.md §2.3).
 //!
-//! ⟨α⟩ = \[H⟨α′ sin γ⟩ − (Jx−Jz)⟨β′ γ′⟩\]/k_α. In: azimuth and roll over time, and exact rates where a log has them. Out: the mean azimuth over whole
-//! periods, the correction by exact and by estimated rates, each with and without the term of the inertias. The estimates are those of the
-//! firmware's law at the log's step; averages are taken by the firmware's own code.
+//! ⟨α⟩ = \[H⟨α′ sin γ⟩ − (Jx−Jz)⟨β′ γ′⟩\]/k_α. Input: azimuth and roll over time, and exact rates if the log has them. Output: the mean azimuth over whole
+//! periods and the correction by exact and by estimated rates, each with and without the inertia term. The estimates come from the
+//! firmware's observer at the step of the log; the firmware's own code computes the means.
 
 use hal_sim::element::{BaseVibration, FourState};
 use nalgebra::Complex;
@@ -10,100 +10,97 @@ use stand_firmware::gyro_loop::observer::{Motion, Observer, Vibration};
 
 use super::{Bode, Design, Discrete, ObserverError};
 
-/// Longest part of the record before the averages that is spent on settling, and how many of the poles' time constants that is.
-const SETTLING: f64 = 20.0;
-/// Fewest periods that make a mean.
-const FEWEST_PERIODS: f64 = 3.0;
+/// Time for settling before the means, in time constants of the slowest pole.
+const SETTLING_TIME_CONSTANTS: f64 = 20.0;
+/// Minimum number of periods for a mean.
+const MIN_PERIODS: f64 = 3.0;
 
-/// What was measured.
+/// A measured record.
 #[derive(Debug, Clone, Copy)]
 pub struct Measured<'a> {
-    /// Interval of the rows, s.
+    /// Sampling interval, s.
     pub step_s: f64,
     /// α, rad.
     pub alpha_rad: &'a [f64],
     /// γ, rad.
     pub gamma_rad: &'a [f64],
-    /// Exact α′ and β′, rad/s, where they are known.
+    /// Exact α′ and β′, rad/s, if known.
     pub exact: Option<(&'a [f64], &'a [f64])>,
 }
 
-/// A correction, rad, and what of the mean azimuth it takes off.
+/// A correction of the mean azimuth, rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Correction {
-    /// By α′ sin γ alone, rad.
+    /// By the term α′ sin γ alone, rad.
     pub rate_rad: f64,
-    /// With the term of Jx − Jz, rad.
+    /// With the term of Jx − Jz as well, rad.
     pub with_inertia_rad: f64,
 }
 
 /// Means over one period of the vibration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Period {
-    /// Its middle, s from the first row on.
+    /// Middle of the period, s since the first row.
     pub t_s: f64,
-    /// Azimuth as it is, rad.
+    /// Uncorrected azimuth, rad.
     pub alpha_rad: f64,
-    /// Less the correction by the estimated rates, rad.
+    /// Azimuth corrected by the estimated rates, rad.
     pub estimated_rad: f64,
-    /// Less that by the exact ones, rad.
+    /// Azimuth corrected by the exact rates, rad.
     pub exact_rad: Option<f64>,
 }
 
-/// What came of it.
+/// A corrected record.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Compensated {
     /// Frequency of the vibration, Hz.
     pub vibration_Hz: f64,
-    /// Whole periods in the means.
+    /// Number of whole periods in the means.
     pub periods: f64,
     /// Mean azimuth, rad.
     pub alpha_rad: f64,
-    /// By the estimated rates.
+    /// Correction by the estimated rates.
     pub estimated: Correction,
-    /// By the exact ones.
+    /// Correction by the exact rates.
     pub exact: Option<Correction>,
-    /// Period after period, from where the observer has settled.
-    pub course: Vec<Period>,
+    /// Means of each period after the observer has settled.
+    pub by_period: Vec<Period>,
 }
 
-/// Corrects a record by the rates that `design`, an observer of a four-state element with a discrete form at the record's step, estimates.
+/// Corrects a record by the rates that an observer estimates. `design` is an observer of a four-state element with a discrete form at the step of the record.
 ///
 /// # Errors
-/// The record is too short for whole periods after settling; γ does not vibrate; the design has no discrete form of this element.
+/// The record has too few rows or periods; γ shows no vibration; the design has no discrete form of this element.
 pub fn compensate(
     measured: &Measured<'_>,
     element: &FourState,
     design: &Design,
     vibration_Hz: Option<f64>,
 ) -> Result<Compensated, ObserverError> {
-    let words = |says: String| ObserverError::Words(says);
-    let discrete = design.discrete.as_ref().ok_or_else(|| words("the observer has no discrete form".to_owned()))?;
+    let discrete = design.discrete.as_ref().ok_or(ObserverError::NoDiscreteForm)?;
     let rows = measured.alpha_rad.len().min(measured.gamma_rad.len());
     let step_s = measured.step_s;
-    let settling = (SETTLING / design.request.poles_size() / step_s).ceil() as usize;
+    let settling = (SETTLING_TIME_CONSTANTS / design.request.slowest_placed_pole_1_s() / step_s).ceil() as usize;
     let estimates = estimate(discrete, measured.alpha_rad)?;
     if rows < settling + 16 {
-        return Err(words(format!("{rows} rows are too few: the observer alone takes {settling} to settle")));
+        return Err(ObserverError::TooFewRows { rows, settling });
     }
     let vibration_Hz = match vibration_Hz {
         Some(given) => given,
-        None => frequency_Hz(&measured.gamma_rad[settling..rows], step_s).ok_or_else(|| words("gamma_rad does not vibrate".to_owned()))?,
+        None => frequency_Hz(&measured.gamma_rad[settling..rows], step_s).ok_or(ObserverError::NoVibration)?,
     };
     if !(vibration_Hz.is_finite() && vibration_Hz > 0.0 && vibration_Hz < 0.5 / step_s) {
-        return Err(words(format!("vibration {vibration_Hz} Hz: must be above 0 and below half the rows' rate, {} Hz", 0.5 / step_s)));
+        return Err(ObserverError::VibrationRange { vibration_Hz, nyquist_Hz: 0.5 / step_s });
     }
     let periods = ((rows - settling - 1) as f64 * step_s * vibration_Hz).floor();
-    if periods < FEWEST_PERIODS {
-        return Err(words(format!(
-            "the record holds {periods} periods of {vibration_Hz:.4} Hz after settling; a mean takes {FEWEST_PERIODS}"
-        )));
+    if periods < MIN_PERIODS {
+        return Err(ObserverError::TooFewPeriods { periods, vibration_Hz, needed: MIN_PERIODS });
     }
     let window_s = periods / vibration_Hz;
     let stiffness = element.azimuth_N_m_rad();
     let rate_gain_s = element.rotor_N_m_s / stiffness;
     let inertia_gain_s2 = (element.inertia_x_kg_m2 - element.inertia_z_kg_m2) / stiffness;
-    // The end of the record: there all has settled most.
+    // Means over the end of the record, where the observer has settled best.
     let first = rows - 1 - (window_s / step_s).ceil() as usize;
     let mean = |rates: &dyn Fn(usize) -> (f64, f64), inertia_gain_s2: f64| -> Result<(f64, f64), ObserverError> {
         let mut vibration = Vibration::new(window_s, step_s, rate_gain_s, inertia_gain_s2)?;
@@ -123,7 +120,7 @@ pub fn compensate(
     let exact = measured.exact.map(|(alpha, beta)| both(&|k| (alpha[k], beta[k]))).transpose()?.map(|(_, correction)| correction);
     let each = |rates: &dyn Fn(usize) -> (f64, f64)| -> Result<Vec<Period>, ObserverError> {
         let mut vibration = Vibration::new(1.0 / vibration_Hz, step_s, rate_gain_s, inertia_gain_s2)?;
-        let (mut course, mut means) = (Vec::new(), 0);
+        let (mut by_period, mut means) = (Vec::new(), 0);
         for k in settling..rows {
             let (alpha_rate_rad_s, beta_rate_rad_s) = rates(k);
             let (alpha_rad, gamma_rad) = (measured.alpha_rad[k], measured.gamma_rad[k]);
@@ -132,26 +129,26 @@ pub fn compensate(
                 means = last.means;
                 let corrected_rad = last.alpha_rad - last.vibration_rad;
                 let t_s = k as f64 * step_s - 0.5 / vibration_Hz;
-                course.push(Period { t_s, alpha_rad: last.alpha_rad, estimated_rad: corrected_rad, exact_rad: None });
+                by_period.push(Period { t_s, alpha_rad: last.alpha_rad, estimated_rad: corrected_rad, exact_rad: None });
             }
         }
-        Ok(course)
+        Ok(by_period)
     };
-    let mut course = each(&|k| estimates[k])?;
+    let mut by_period = each(&|k| estimates[k])?;
     if let Some((alpha, beta)) = measured.exact {
-        for (period, exact) in course.iter_mut().zip(each(&|k| (alpha[k], beta[k]))?) {
+        for (period, exact) in by_period.iter_mut().zip(each(&|k| (alpha[k], beta[k]))?) {
             period.exact_rad = Some(exact.estimated_rad);
         }
     }
-    Ok(Compensated { vibration_Hz, periods, alpha_rad, estimated, exact, course })
+    Ok(Compensated { vibration_Hz, periods, alpha_rad, estimated, exact, by_period })
 }
 
-/// α̂′ and β̂′ at each row, before that row's angle is seen.
+/// α̂′ and β̂′ predicted for each row, before the angle of that row is used.
 fn estimate(discrete: &Discrete, alpha_rad: &[f64]) -> Result<Vec<(f64, f64)>, ObserverError> {
     match discrete.gains.len() {
         4 => estimated::<4>(discrete, alpha_rad),
         5 => estimated::<5>(discrete, alpha_rad),
-        _ => Err(ObserverError::Words("vibration is corrected with the four-state element: give one with [four_state]".to_owned())),
+        _ => Err(ObserverError::NotFourState),
     }
 }
 
@@ -166,7 +163,7 @@ fn estimated<const N: usize>(discrete: &Discrete, alpha_rad: &[f64]) -> Result<V
     Ok(rates.collect())
 }
 
-/// Frequency of the greatest line, Hz; `None` where there is none. Found on a spectrum, then refined to where a sine fits best.
+/// Frequency of the largest spectral line, Hz, refined to the best fit of a sine; `None` without a line.
 fn frequency_Hz(values: &[f64], step_s: f64) -> Option<f64> {
     let n = values.len();
     let mean = values.iter().sum::<f64>() / n as f64;
@@ -178,7 +175,7 @@ fn frequency_Hz(values: &[f64], step_s: f64) -> Option<f64> {
             .iter()
             .enumerate()
             .map(|(k, v)| {
-                // Hann's window: the line's neighbours do not move its top.
+                // Hann window: neighbouring lines do not shift the maximum.
                 let window = 1.0 - (std::f64::consts::TAU * k as f64 / n as f64).cos();
                 Complex::from_polar(window * (v - mean), -rad_s * step_s * k as f64)
             })
@@ -200,7 +197,7 @@ fn frequency_Hz(values: &[f64], step_s: f64) -> Option<f64> {
     Some(0.5 * (low + high) / std::f64::consts::TAU)
 }
 
-/// Complex amplitudes under vibration, by linear theory: α′, β′, γ, γ′.
+/// Complex amplitudes of α′, β′, γ, γ′ under vibration by linear theory.
 fn amplitudes(element: &FourState, vibration: &BaseVibration) -> [Complex<f64>; 4] {
     let s = Complex::new(0.0, vibration.rate_rad_s);
     let r = (element.link_damping_N_m_s + element.alpha_damping_N_m_s) / element.inertia_y_kg_m2;
@@ -209,7 +206,7 @@ fn amplitudes(element: &FourState, vibration: &BaseVibration) -> [Complex<f64>; 
     let (b, c) = (element.rotor_N_m_s / element.inertia_y_kg_m2, element.rotor_N_m_s / element.inertia_z_kg_m2);
     let along = -d * vibration.overload_g * vibration.direction_rad.cos();
     let across = element.pendulum_N_m * vibration.overload_g * vibration.direction_rad.sin();
-    let det = super::bode::value(&[1.0, r + q, r * q + d + a + b * c, r * d + a * q, a * d], s);
+    let det = super::bode::evaluate(&[1.0, r + q, r * q + d + a + b * c, r * d + a * q, a * d], s);
     let alpha = -s * b * along / det;
     let beta = (s * s + s * r + a) * along / det;
     let gamma = Complex::from_polar(across, vibration.phase_rad)
@@ -217,7 +214,7 @@ fn amplitudes(element: &FourState, vibration: &BaseVibration) -> [Complex<f64>; 
     [s * alpha, s * beta, gamma, s * gamma]
 }
 
-/// The mean azimuth that a vibration leaves, rad, by linear theory.
+/// Mean azimuth error under vibration by linear theory, rad.
 pub fn predicted_rad(element: &FourState, vibration: &BaseVibration) -> f64 {
     let [alpha_rate, beta_rate, gamma, gamma_rate] = amplitudes(element, vibration);
     let mean = |x: Complex<f64>, y: Complex<f64>| 0.5 * (x * y.conj()).re;
@@ -225,7 +222,7 @@ pub fn predicted_rad(element: &FourState, vibration: &BaseVibration) -> f64 {
     (element.rotor_N_m_s * mean(alpha_rate, gamma) - (jx - jz) * mean(beta_rate, gamma_rate)) / element.azimuth_N_m_rad()
 }
 
-/// What the correction by the estimated α′ takes off, over what the exact one does, by linear theory.
+/// Correction by the estimated α′ divided by the correction by the exact α′, by linear theory.
 pub fn share(element: &FourState, vibration: &BaseVibration, bode: &Bode) -> f64 {
     let [alpha_rate, _, gamma, _] = amplitudes(element, vibration);
     (bode.ratio(vibration.rate_rad_s) * alpha_rate * gamma.conj()).re / (alpha_rate * gamma.conj()).re

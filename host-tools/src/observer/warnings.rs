@@ -1,76 +1,105 @@
-//! What to beware of: where theory says that an observer, as designed, will not do what its user expects.
+//! Warnings about a design that is valid but may not do what its user expects.
 
 use super::single::single;
 use super::{Design, Element, Kind};
 use crate::statistics::Extremes;
+use std::f64::consts::{PI, TAU};
 
-/// The observer's rates must be so much above nutation and vibration (theory §2.2).
-const ABOVE: f64 = 3.0;
-/// Samples in a turn of the observer's poles (theory §2.2).
-const SAMPLES: f64 = 10.0;
-/// A rate or a moment that single precision spoils by more is said.
-const SPOILT: f64 = 1e-3;
+/// Required ratio of the observer's poles to nutation and vibration frequency (docs/theory.md §2.2).
+const MIN_POLE_RATIO: f64 = 3.0;
+/// Required samples per period of the observer's poles (docs/theory.md §2.2).
+const MIN_SAMPLES_PER_PERIOD: f64 = 10.0;
+/// Smallest ratio of an integral channel's slowest pole to the placed poles that causes no slow tail.
+const MIN_INTEGRAL_POLE_RATIO: f64 = 0.3;
+/// Relative moment error in single precision above which a warning is given.
+const MAX_SINGLE_PRECISION_ERROR: f64 = 1e-3;
+
+/// A property of a design of which its user should know.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Warning {
+    /// The poles are below three times the nutation frequency.
+    PolesBelowNutation {
+        /// Slowest placed pole, 1/s.
+        poles_1_s: f64,
+        /// Nutation frequency, rad/s.
+        nutation_rad_s: f64,
+    },
+    /// The poles are below three times the vibration frequency.
+    PolesBelowVibration {
+        /// Slowest placed pole, 1/s.
+        poles_1_s: f64,
+        /// Vibration frequency, Hz.
+        vibration_Hz: f64,
+    },
+    /// The integral channel leaves a slow pole.
+    SlowIntegralPole {
+        /// Real part of the pole, 1/s.
+        pole_1_s: f64,
+    },
+    /// Fewer than ten samples per period of the poles.
+    FewSamplesPerPole {
+        /// Step of the discrete form, s.
+        step_s: f64,
+        /// Slowest placed pole, 1/s.
+        poles_1_s: f64,
+    },
+    /// The fastest mode lies above half the sampling rate.
+    ModeAboveNyquist {
+        /// Fastest mode, rad/s.
+        mode_rad_s: f64,
+        /// Step of the discrete form, s.
+        step_s: f64,
+    },
+    /// Single precision would not be sufficient.
+    SinglePrecision {
+        /// Relative error of the estimated moment.
+        moment_error: f64,
+        /// Error of the estimated rate, rad/s.
+        rate_error_rad_s: f64,
+    },
+}
 
 impl Design {
-    /// Each warning a line.
-    pub fn warnings(&self) -> Vec<String> {
-        let mut lines = Vec::new();
-        let slowest = self.request.poles_size();
+    /// Warnings about this design.
+    pub fn warnings(&self) -> Vec<Warning> {
+        let mut found = Vec::new();
+        let poles_1_s = self.request.slowest_placed_pole_1_s();
         let fastest_rad_s = self.request.plant.fastest_rad_s();
         if let Element::Four(_) = self.request.plant.element
-            && slowest < ABOVE * fastest_rad_s
+            && poles_1_s < MIN_POLE_RATIO * fastest_rad_s
         {
-            lines.push(format!(
-                "the poles at {slowest:.4} 1/s are below 3 × the nutation of {fastest_rad_s:.4} rad/s: the estimated rate is distorted (`stand observer bode` shows where)"
-            ));
+            found.push(Warning::PolesBelowNutation { poles_1_s, nutation_rad_s: fastest_rad_s });
         }
-        if let Some(vibration_Hz) = self.request.vibration_Hz {
-            let vibration_rad_s = std::f64::consts::TAU * vibration_Hz;
-            if slowest < ABOVE * vibration_rad_s {
-                lines.push(format!(
-                    "the poles at {slowest:.4} 1/s are below 3 × the vibration of {vibration_Hz:.4} Hz ({vibration_rad_s:.4} rad/s): a correction made of this rate takes off too little, or makes it worse"
-                ));
-            }
+        if let Some(vibration_Hz) = self.request.vibration_Hz
+            && poles_1_s < MIN_POLE_RATIO * (TAU * vibration_Hz)
+        {
+            found.push(Warning::PolesBelowVibration { poles_1_s, vibration_Hz });
         }
         if let (Kind::Integral { .. }, Some(pole)) = (self.request.kind, self.poles.first())
-            && pole.re > -0.3 * slowest
+            && pole.re > -MIN_INTEGRAL_POLE_RATIO * poles_1_s
         {
-            lines.push(format!(
-                "the integral channel leaves a slow pole at {:+.4} 1/s: a tail with a time constant of {:.3} s; the augmented kind has none",
-                pole.re,
-                -1.0 / pole.re
-            ));
+            found.push(Warning::SlowIntegralPole { pole_1_s: pole.re });
         }
         if let Some(step_s) = self.request.step_s {
-            if slowest * step_s * SAMPLES > std::f64::consts::TAU {
-                lines.push(format!(
-                    "the step of {step_s} s gives fewer than 10 samples to a turn of the poles ({slowest:.4} 1/s): noise and what is between the samples go unfiltered"
-                ));
+            if poles_1_s * step_s * MIN_SAMPLES_PER_PERIOD > TAU {
+                found.push(Warning::FewSamplesPerPole { step_s, poles_1_s });
             }
-            if fastest_rad_s * step_s > std::f64::consts::PI {
-                lines.push(format!(
-                    "the fastest mode of {fastest_rad_s:.4} rad/s lies above half the rate of the samples ({:.1} rad/s): it is seen as a slower one; take a step below {:.3} ms",
-                    std::f64::consts::PI / step_s,
-                    1e3 * std::f64::consts::PI / fastest_rad_s
-                ));
+            if fastest_rad_s * step_s > PI {
+                found.push(Warning::ModeAboveNyquist { mode_rad_s: fastest_rad_s, step_s });
             }
         }
         if let Some(single) = self.discrete.as_ref().and_then(single)
-            && single.moment > SPOILT
+            && single.moment > MAX_SINGLE_PRECISION_ERROR
         {
-            lines.push(format!(
-                "single precision would be off by {:.2} % in the moment and {:.1e} rad/s in the rate: the firmware runs it in double",
-                100.0 * single.moment,
-                single.rate_rad_s
-            ));
+            found.push(Warning::SinglePrecision { moment_error: single.moment, rate_error_rad_s: single.rate_rad_s });
         }
-        lines
+        found
     }
 }
 
 impl super::Request {
-    /// Size of the slowest pole that was placed, 1/s.
-    pub(super) fn poles_size(&self) -> f64 {
+    /// Magnitude of the slowest requested pole, 1/s.
+    pub(super) fn slowest_placed_pole_1_s(&self) -> f64 {
         match &self.poles {
             super::Poles::Binomial(omega) => *omega,
             super::Poles::Given(poles) => poles.iter().map(|z| -z.re).min_or_infinity(),

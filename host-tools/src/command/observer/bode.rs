@@ -5,8 +5,8 @@ use clap::Args;
 use super::{ElementWords, KindWord, usual_omega};
 use crate::command::error::CliError;
 use crate::command::output::ReportOutput;
-use crate::observer::{Bode, Kind, bode_json, bode_text};
-use crate::report::observer::bode_html;
+use crate::observer::{Bode, Kind};
+use crate::report::observer::{bode_html, bode_json, bode_text};
 
 /// Object and observers over frequency.
 #[derive(Debug, Args)]

@@ -6,8 +6,7 @@ use super::write::Target;
 use super::{ElementWords, Placing};
 use crate::command::error::CliError;
 use crate::command::output::ReportOutput;
-use crate::observer::{design_json, design_text};
-use crate::report::observer::design_html;
+use crate::report::observer::{design_html, design_json, design_text};
 
 /// Step of the stand's rows, s.
 pub(super) const ROW_S: f64 = 1e-3;

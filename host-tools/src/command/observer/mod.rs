@@ -96,14 +96,14 @@ impl Placing {
             KindWord::Integral => Kind::Integral { row: self.row.unwrap_or(2), gain: self.integral_gain },
             other if self.row.is_some() || self.integral_gain.is_some() => {
                 let name = if other == KindWord::Static { "static" } else { "augmented" };
-                return Err(ObserverError::Words(format!("--row and --integral-gain are of the kind integral, not of the {name} one")));
+                return Err(ObserverError::Option(format!("--row and --integral-gain apply to --kind integral, not to {name}")));
             }
             KindWord::Static => Kind::Static,
             KindWord::Augmented => Kind::Augmented,
         };
         let vibration_Hz = self.vibration_hz;
         if vibration_Hz.is_some_and(|f| !(f.is_finite() && f > 0.0)) {
-            return Err(ObserverError::Words("--vibration-hz must be above 0".to_owned()));
+            return Err(ObserverError::Option("--vibration-hz must be above 0".to_owned()));
         }
         Ok(Request { plant, poles, kind, step_s, vibration_Hz })
     }

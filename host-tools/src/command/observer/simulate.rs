@@ -5,8 +5,8 @@ use clap::Args;
 use super::{ElementWords, KindWord, Placing};
 use crate::command::error::CliError;
 use crate::command::output::ReportOutput;
-use crate::observer::{Beside, Disturbed, ObserverError, Regulated, Start, simulate_json, simulate_text};
-use crate::report::observer::simulate_html;
+use crate::observer::{Disturbance, ObserverError, Regulator, SideBySide, Start};
+use crate::report::observer::{simulate_html, simulate_json, simulate_text};
 
 /// Steps of the closed loop's picture.
 const LOOP_STEPS: f64 = 4000.0;
@@ -56,8 +56,8 @@ impl Simulate {
             ));
         }
         let astatic = self.placing.request(plant, Some(KindWord::Integral), None)?.design()?;
-        let disturbed = Disturbed { angle_rad: self.angle, moment_N_m: self.moment };
-        let regulated = Regulated { angle_N_m_rad: self.regulator_angle, rate_N_m_s_rad: self.regulator_rate };
+        let disturbed = Disturbance { angle_rad: self.angle, moment_N_m: self.moment };
+        let regulated = Regulator { angle_N_m_rad: self.regulator_angle, rate_N_m_s_rad: self.regulator_rate };
         let runs = [&fixed, &astatic].map(|design| {
             let mut run = design.simulate(disturbed, self.seconds, self.step);
             // The observer begins at the angle it sees; the loop is closed once it has settled.
@@ -65,10 +65,10 @@ impl Simulate {
             let start = Start { angle_rad: 0.0, moment_N_m: self.moment, closed_from_s };
             let (t_s, angles, rest) = design.regulate(regulated, start, self.loop_seconds, self.loop_seconds / LOOP_STEPS);
             run.closed = Some((t_s, angles));
-            run.closed_rest_rad = Some(rest);
+            run.closed_loop_steady_rad = Some(rest);
             run
         });
-        let beside = Beside { designs: [&fixed, &astatic], runs: [&runs[0], &runs[1]], disturbed };
+        let beside = SideBySide { designs: [&fixed, &astatic], runs: [&runs[0], &runs[1]], disturbed };
         self.output.text(&simulate_text(&beside))?;
         self.output.json(|| simulate_json(&beside))?;
         self.output.html(|| simulate_html(&beside))
@@ -83,17 +83,17 @@ impl Simulate {
         ];
         for (name, value) in numbers {
             if !value.is_finite() {
-                return Err(ObserverError::Words(format!("{name} {value} is not a finite number")));
+                return Err(ObserverError::Option(format!("{name} {value} is not a finite number")));
             }
         }
         let times = [("--seconds", self.seconds, 1e-3), ("--step", self.step, 1e-6), ("--loop-seconds", self.loop_seconds, 1.0)];
         for (name, value, least) in times {
             if !(value >= least && value <= 1e5) {
-                return Err(ObserverError::Words(format!("{name} {value} s is outside {least} to 100000 s")));
+                return Err(ObserverError::Option(format!("{name} {value} s is out of range: {least} to 100000 s")));
             }
         }
         if self.seconds / self.step > 1e6 {
-            return Err(ObserverError::Words(format!("{} s in steps of {} s are more than a million rows", self.seconds, self.step)));
+            return Err(ObserverError::Option(format!("{} s with a step of {} s give more than a million rows", self.seconds, self.step)));
         }
         Ok(())
     }

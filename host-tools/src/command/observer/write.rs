@@ -8,7 +8,7 @@ use stand_firmware::gyro_loop::observer::MOST_STATES;
 
 use crate::acquire::link::SerialLink;
 use crate::command::error::CliError;
-use crate::observer::{Design, Disturbed};
+use crate::observer::{Design, Disturbance};
 
 /// How long the stand may take to look at the poles.
 const CHECK: Duration = Duration::from_secs(3);
@@ -58,7 +58,7 @@ impl Target {
         }
         let list = |numbers: &[f64]| numbers.iter().map(|number| format!("{number:e}")).collect::<Vec<_>>().join(",");
         // Until an error of the start is down to a hundredth, and half a second at least.
-        let run = design.simulate(Disturbed { angle_rad: 1e-3, moment_N_m: 0.0 }, 5.0, 5e-3);
+        let run = design.simulate(Disturbance { angle_rad: 1e-3, moment_N_m: 0.0 }, 5.0, 5e-3);
         let settle_s = run.settled_s.unwrap_or(5.0).max(0.5);
         let mut orders = vec![format!("OBServer:NEW {states},{}", if discrete.has_disturbance { "ON" } else { "OFF" })];
         orders.extend(discrete.phi.iter().enumerate().map(|(row, numbers)| format!("OBServer:PHI {},{}", row + 1, list(numbers))));

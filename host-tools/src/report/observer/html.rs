@@ -1,9 +1,10 @@
-//! The same for a browser, with plots.
+//! Observer results as HTML pages with plots.
 
-use crate::observer::answer::{Beside, pole_words};
-use crate::observer::bode::{object, value};
+use super::words::{excitation, pole_list, warning};
+use super::{bode_text, simulate_text, vibration_text};
+use crate::observer::bode::{evaluate, object_response};
 use crate::observer::vibration::{Compensated, Correction, Measured, Period};
-use crate::observer::{Bode, Design, Plant, Trace};
+use crate::observer::{Bode, Design, Plant, SideBySide, Trace, Warning};
 use crate::report::digits;
 use crate::report::page::{Page, escaped, swatch};
 use crate::report::plot::envelope::{envelope, extent};
@@ -22,17 +23,17 @@ pub fn design_html(design: &Design) -> String {
     page.paragraph(
         "lead",
         &format!(
-            "A {} observer; the angle tells {} of {} states apart, condition {}.",
+            "A {} observer. The angle makes {} of {} states observable (condition number {}).",
             request.kind.name(),
             design.rank,
             design.gains.len(),
             digits(design.condition)
         ),
     );
-    for warning in design.warnings() {
-        page.paragraph("warn", &warning);
+    for found in design.warnings() {
+        page.paragraph("warn", &warning(&found));
     }
-    page.paragraph("", &format!("Poles, 1/s: {}.", pole_words(&design.poles)));
+    page.paragraph("", &format!("Poles, 1/s: {}.", pole_list(&design.poles)));
     let head = if design.discrete.is_some() { "<th>K, discrete</th><th>Γ</th>" } else { "" };
     page.push(&format!("<div class=\"scroll\"><table><thead><tr><th>state</th><th>gain</th>{head}</tr></thead><tbody>"));
     let scientific = |x: f64| escaped(&crate::report::significant(x, 9));
@@ -51,7 +52,7 @@ pub fn design_html(design: &Design) -> String {
         page.paragraph(
             "",
             &format!(
-                "Integral channel: row {}, gain {gain}{below}. Moment = {} N m for each rad s.",
+                "Integral channel: row {}, gain {gain}{below}. Estimated moment: {} N m per rad s of integrated angle error.",
                 channel.row,
                 digits(channel.moment_per_integral)
             ),
@@ -60,8 +61,8 @@ pub fn design_html(design: &Design) -> String {
     page.finish()
 }
 
-/// Static beside astatic.
-pub fn simulate_html(beside: &Beside<'_>) -> String {
+/// A static and an astatic observer side by side.
+pub fn simulate_html(beside: &SideBySide<'_>) -> String {
     let [one, other] = beside.designs;
     let [a, b] = beside.runs;
     let mut page = Page::new(&format!("Observers of {}, side by side", one.request.plant.name));
@@ -69,22 +70,22 @@ pub fn simulate_html(beside: &Beside<'_>) -> String {
     page.paragraph(
         "lead",
         &format!(
-            "Under a moment of {} N m the {} observer keeps an offset of {} in the angle, the {} one keeps {}.",
+            "A constant moment of {} N m leaves a steady angle error in the {} observer of {}, in the {} observer of {}.",
             digits(beside.disturbed.moment_N_m),
             one.request.kind.name(),
-            offset(a.rest[0]),
+            offset(a.steady[0]),
             other.request.kind.name(),
-            offset(b.rest[0])
+            offset(b.steady[0])
         ),
     );
-    page.push(&format!("<pre class=\"notes\">{}</pre>", escaped(&crate::observer::simulate_text(beside))));
+    page.push(&format!("<pre class=\"notes\">{}</pre>", escaped(&simulate_text(beside))));
     let names = [one.request.kind.name(), other.request.kind.name()];
     let says = format!("{} {}", swatch(CLASSES[0], names[0]), swatch(CLASSES[1], names[1]));
     let pairs = [
-        ("error of the angle, with an initial error", "rad", [column(&a.both, 0), column(&b.both, 0)]),
-        ("error of the rate, with an initial error", "rad/s", [column(&a.both, 1), column(&b.both, 1)]),
-        ("error of the angle, by the moment alone", "rad", [column(&a.moment_only, 0), column(&b.moment_only, 0)]),
-        ("error of the rate, by the moment alone", "rad/s", [column(&a.moment_only, 1), column(&b.moment_only, 1)]),
+        ("angle error, with an initial error", "rad", [column(&a.both, 0), column(&b.both, 0)]),
+        ("rate error, with an initial error", "rad/s", [column(&a.both, 1), column(&b.both, 1)]),
+        ("angle error, moment only", "rad", [column(&a.moment_only, 0), column(&b.moment_only, 0)]),
+        ("rate error, moment only", "rad/s", [column(&a.moment_only, 1), column(&b.moment_only, 1)]),
     ];
     for (name, unit, lines) in pairs {
         page.figure(&over_time(&lines, name, unit), &says);
@@ -93,12 +94,12 @@ pub fn simulate_html(beside: &Beside<'_>) -> String {
         vec![(0.0, beside.disturbed.moment_N_m), (a.both.t_s.last().copied().unwrap_or(1.0), beside.disturbed.moment_N_m)],
         moments(&b.moment_only),
     ];
-    page.figure(&over_time(&moment, "moment", "N m"), &format!("{} {}", swatch(CLASSES[0], "that acts"), swatch(CLASSES[1], "estimated")));
+    page.figure(&over_time(&moment, "moment", "N m"), &format!("{} {}", swatch(CLASSES[0], "applied"), swatch(CLASSES[1], "estimated")));
     if let (Some((t, x)), Some((u, y))) = (&a.closed, &b.closed) {
         let line = |t: &[f64], x: &[f64]| t.iter().copied().zip(x.iter().copied()).collect::<Vec<_>>();
         page.figure(
             &over_time(&[line(t, x), line(u, y)], "angle in the closed loop", "rad"),
-            &format!("{says}. The {} one feeds its estimated moment forward.", names[1]),
+            &format!("{says}. The {} observer feeds its estimated moment forward.", names[1]),
         );
     }
     page.finish()
@@ -126,7 +127,7 @@ fn over_time(lines: &[Vec<(f64, f64)>], name: &str, unit: &str) -> Drawing {
 }
 
 /// An azimuth under vibration, corrected.
-pub fn vibration_html(name: &str, measured: &Measured<'_>, found: &Compensated, warnings: &[String]) -> String {
+pub fn vibration_html(name: &str, measured: &Measured<'_>, found: &Compensated, warnings: &[Warning]) -> String {
     let arcsec = |rad: f64| rad.to_degrees() * 3600.0;
     let mut page = Page::new(&format!("Azimuth of {name} under vibration"));
     let left = |c: &Correction| digits(arcsec(found.alpha_rad - c.with_inertia_rad));
@@ -134,22 +135,22 @@ pub fn vibration_html(name: &str, measured: &Measured<'_>, found: &Compensated, 
     page.paragraph(
         "lead",
         &format!(
-            "The mean azimuth over {} periods of {} Hz is {}″; corrected by the estimated rates it is {}″{exact}.",
+            "The mean azimuth over {} periods of {} Hz is {}″; after correction by the estimated rates {}″{exact}.",
             found.periods,
             digits(found.vibration_Hz),
             digits(arcsec(found.alpha_rad)),
             left(&found.estimated)
         ),
     );
-    for warning in warnings {
-        page.paragraph("warn", warning);
+    for found in warnings {
+        page.paragraph("warn", &warning(found));
     }
-    page.push(&format!("<pre class=\"notes\">{}</pre>", escaped(&crate::observer::vibration_text(found, &[]))));
+    page.push(&format!("<pre class=\"notes\">{}</pre>", escaped(&vibration_text(found, &[]))));
     let over = |of: &dyn Fn(&Period) -> Option<f64>| -> Vec<(f64, f64)> {
-        found.course.iter().filter_map(|period| of(period).map(|rad| (period.t_s, arcsec(rad)))).collect()
+        found.by_period.iter().filter_map(|period| of(period).map(|rad| (period.t_s, arcsec(rad)))).collect()
     };
     let means = [over(&|p| Some(p.alpha_rad)), over(&|p| Some(p.estimated_rad)), over(&|p| p.exact_rad)];
-    let names = ["as it is", "corrected by the estimated rates", "corrected by the exact rates"];
+    let names = ["uncorrected", "corrected by the estimated rates", "corrected by the exact rates"];
     let shown = if found.exact.is_some() { 3 } else { 2 };
     let says: Vec<String> = CLASSES.iter().zip(names).take(shown).map(|(class, name)| swatch(class, name)).collect();
     page.figure(&over_time(&means[..shown], "azimuth, mean of a period", "″"), &format!("{}.", says.join(" ")));
@@ -158,31 +159,31 @@ pub fn vibration_html(name: &str, measured: &Measured<'_>, found: &Compensated, 
     page.finish()
 }
 
-/// Object and observers over frequency.
+/// Frequency responses of the object and of its observers.
 pub fn bode_html(plant: &Plant, bodes: &[Bode], vibration_Hz: Option<f64>) -> String {
     let mut page = Page::new(&format!("Observers of {} over frequency", plant.name));
-    page.push(&format!("<pre class=\"notes\">{}</pre>", escaped(&crate::observer::bode_text(plant, bodes, vibration_Hz))));
+    page.push(&format!("<pre class=\"notes\">{}</pre>", escaped(&bode_text(plant, bodes, vibration_Hz))));
     let (from, to) = (-2.0_f64, 4.0_f64);
     let grid: Vec<f64> = (0..1500).map(|k| 10f64.powf(from + (to - from) * k as f64 / 1499.0)).collect();
-    let (says, numerator, denominator) = object(plant);
+    let (input, numerator, denominator) = object_response(plant);
     let s = |w: f64| nalgebra::Complex::new(0.0, w);
-    let object = |w: f64| value(&numerator, s(w)) / value(&denominator, s(w));
+    let object = |w: f64| evaluate(&numerator, s(w)) / evaluate(&denominator, s(w));
     let dB = |x: f64| 20.0 * x.max(1e-12).log10();
     let mut curves: Vec<(String, Vec<(f64, f64)>)> =
-        vec![("the object's rate".to_owned(), grid.iter().map(|w| (w.log10(), dB(object(*w).norm()))).collect())];
+        vec![("rate of the object".to_owned(), grid.iter().map(|w| (w.log10(), dB(object(*w).norm()))).collect())];
     for bode in bodes.iter().take(CLASSES.len() - 1) {
-        let name = format!("as an observer with poles at {} 1/s shows it", digits(bode.omega_rad_s));
+        let name = format!("estimated with poles at {} 1/s", digits(bode.omega_rad_s));
         curves.push((name, grid.iter().map(|w| (w.log10(), dB((object(*w) * bode.ratio(*w)).norm()))).collect()));
     }
-    page.figure(&over_frequency(&curves, (from, to), "gain", "dB"), &captions(&curves, &format!("From {says} to rad/s.")));
+    page.figure(&over_frequency(&curves, (from, to), "gain", "dB"), &captions(&curves, &format!("From {} to rad/s.", excitation(input))));
     for bode in bodes {
         let gain: Vec<(f64, f64)> = grid.iter().map(|w| (w.log10(), dB(bode.ratio(*w).norm()))).collect();
         let phase: Vec<(f64, f64)> = grid.iter().map(|w| (w.log10(), bode.ratio(*w).arg().to_degrees())).collect();
         let says = match bode.limit.rad_s {
-            Some(w) => format!("Poles at {} 1/s: distorted from {} rad/s on.", digits(bode.omega_rad_s), digits(w)),
+            Some(w) => format!("Poles at {} 1/s: distorted above {} rad/s.", digits(bode.omega_rad_s), digits(w)),
             None => format!("Poles at {} 1/s: not distorted.", digits(bode.omega_rad_s)),
         };
-        for (line, unit, name) in [(gain, "dB", "estimated over true rate"), (phase, "°", "its phase")] {
+        for (line, unit, name) in [(gain, "dB", "estimated rate / true rate"), (phase, "°", "phase of the estimated rate")] {
             let one = [(name.to_owned(), line)];
             page.figure(&banded(&one, (from, to), name, unit, bode.limit.rad_s), &escaped(&says));
         }
@@ -199,7 +200,7 @@ fn over_frequency(curves: &[(String, Vec<(f64, f64)>)], range: (f64, f64), name:
     banded(curves, range, name, unit, None)
 }
 
-/// Pieces of a line that jumps where an angle goes round.
+/// Splits a curve where its phase wraps.
 fn unwrapped(line: &[(f64, f64)]) -> Vec<Vec<(f64, f64)>> {
     let mut pieces: Vec<Vec<(f64, f64)>> = vec![Vec::new()];
     for point in line {
@@ -214,7 +215,7 @@ fn unwrapped(line: &[(f64, f64)]) -> Vec<Vec<(f64, f64)>> {
     pieces
 }
 
-/// Curves over the logarithm of frequency; beyond `limit`, rad/s, shaded.
+/// Curves over the logarithm of frequency; the range above `limit` (rad/s) is shaded.
 fn banded(curves: &[(String, Vec<(f64, f64)>)], range: (f64, f64), name: &str, unit: &str, limit: Option<f64>) -> Drawing {
     let pieces: Vec<_> = curves.iter().map(|(_, line)| unwrapped(line)).collect();
     let extent = extent(pieces.iter()).unwrap_or((0.0, 1.0));
