@@ -5,15 +5,16 @@ mod common;
 
 use common::{MODEL, stand};
 use drive_model::CATALOGUE;
-use host_tools::identify::explain::next::{RUNS, between, run_for};
+use host_tools::identify::explain::next_experiment::{RUNS, difference, run_for};
 use host_tools::log::Log;
+use host_tools::report::explanation::sentences::command;
 use serde_json::Value;
 
 #[test]
 fn every_proposed_run_runs_without_a_fault_and_moves_within_what_the_sensors_see() {
     let folder = tempfile::tempdir().unwrap();
     for run in RUNS {
-        let command = run.command();
+        let command = command(&run);
         let mut words: Vec<&str> = command.split_whitespace().collect();
         assert_eq!(words.remove(0), "stand");
         let seconds = words.iter().position(|w| *w == "--seconds").unwrap() + 1;
@@ -33,9 +34,9 @@ fn every_effect_has_a_run_and_every_family_of_the_catalogue_a_word_on_how_to_sep
     for card in CATALOGUE {
         assert!(RUNS.contains(&run_for(card.id)), "{}", card.id);
         for other in CATALOGUE.iter().filter(|o| o.id != card.id && !card.family.is_empty() && o.family == card.family) {
-            let (says, run) = between(card.id, other.id).unwrap_or_else(|| panic!("{} and {}", card.id, other.id));
+            let (says, run) = difference(card.id, other.id).unwrap_or_else(|| panic!("{} and {}", card.id, other.id));
             assert!(RUNS.contains(&run) && says.len() > 40, "{says}");
-            assert_eq!(between(other.id, card.id), Some((says, run)), "whichever is named first");
+            assert_eq!(difference(other.id, card.id), Some((says, run)), "whichever is named first");
         }
     }
 }

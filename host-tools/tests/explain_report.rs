@@ -5,9 +5,9 @@ mod common;
 
 use common::{MODEL, stand};
 use drive_model::Coordinate;
-use host_tools::identify::explain::{Explanation, Shape, Verdict, explain};
+use host_tools::identify::explain::{Explanation, Shape, ShapeForm, Verdict, explain};
 use host_tools::log::Log;
-use host_tools::model::Model;
+use host_tools::model::{Model, SummingPoint};
 use host_tools::report::{Style, explain_html, explain_json, explain_text};
 use host_tools::statistics::bins::Bin;
 
@@ -26,15 +26,14 @@ fn shape() -> Shape {
         Bin { at, mean: if (10..14).contains(&k) { -4e-4 } else { 1e-5 }, confidence: 2e-5 }
     };
     Shape {
-        acts_on: "torque_N_m",
+        acts_on: SummingPoint::Torque,
         coordinate: Coordinate::Theta,
-        along: "angle within the turn, rad",
+        form: ShapeForm::PiecewiseLinear { largest: 4e-4 },
         bins: (0..36).map(bin).collect(),
         expression: Some(
             "[effect.unknown]\ntorque_N_m = \"-a * exp(-((theta - b) / w)^2)\"\nparameters = { a = 4e-4, b = 2.1, w = 0.3 }".into(),
         ),
         delta_bic: -900.0,
-        says: "A torque of 4e-4 N m pulls back over a part of the turn.".into(),
     }
 }
 
@@ -46,9 +45,12 @@ fn what_no_effect_explains_is_drawn_and_can_be_pasted() {
     let text = explain_text(&e, Style::default());
     let page = explain_html(&e);
     roxmltree::Document::parse_with_options(&page, roxmltree::ParsingOptions { allow_dtd: true, ..Default::default() }).unwrap();
-    for said in
-        ["no effect of the catalogue explains", "paste these lines at the end of drive.toml", "[effect.unknown]", "pulls back over a part"]
-    {
+    for said in [
+        "no effect of the catalogue explains",
+        "paste these lines at the end of drive.toml",
+        "[effect.unknown]",
+        "looks like a torque that depends on the angle",
+    ] {
         let flat = text.split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(flat.contains(said), "{said}: {text}");
         assert!(page.contains(said), "{said}");

@@ -5,7 +5,7 @@
 //! fitted from the truth; rivals are the candidates that the explanation fitted in full and physics allows, with the BIC that it gives
 //! them; where there is none, "no effect at all" is the rival. A family here is what the cards say. What is not visible need not be found.
 
-use host_tools::identify::explain::evidence::{Whitener, delta_bic};
+use host_tools::identify::explain::likelihood::{Whitener, delta_bic};
 use host_tools::identify::explain::{Explanation, explain};
 use host_tools::identify::fit::{self, FitResult, PreparedLog, System};
 use host_tools::log::Log;
@@ -164,15 +164,15 @@ fn residuals(held: &FitResult) -> Vec<&[f64]> {
 fn see(outcome: &mut Outcome, explanation: &Explanation, log: &Log, known: &Known) {
     let Some(truth) = known.truth.as_ref().and_then(|t| hold(log, t, known.rate_from_encoder)) else { return };
     let rows = 0..truth.record.len();
-    let whitener = Whitener::of(&truth.record, &residuals(&truth.held));
+    let whitener = Whitener::of(&truth.record, &residuals(&truth.held), &explanation.criteria.whitening);
     let squares = |system: &System, held: &FitResult| {
-        whitener.squares(system, &held.parameters, &held.starts, &truth.record, std::slice::from_ref(&rows))
+        whitener.sums(system, &held.parameters, &held.starts, &truth.record, std::slice::from_ref(&rows))
     };
     let full = squares(&truth.system, &truth.held);
     // How much worse a model without it is, in BIC, and in the ratio of its rms to the noise.
     let better = |system: &System, without: &FitResult| {
         let more = truth.held.parameters.free().len().saturating_sub(without.parameters.free().len());
-        let bic = -delta_bic(squares(system, without).gain(&full), more, full.witnesses());
+        let bic = -delta_bic(squares(system, without).gain(&full), more, full.effective_samples());
         let ratio = without.channels.iter().zip(&truth.held.channels).map(|(c, t)| c.rms / t.noise).fold(0.0, f64::max);
         (bic, ratio)
     };

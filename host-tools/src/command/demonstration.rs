@@ -18,6 +18,7 @@ use crate::acquire::simulation::simulate;
 use crate::identify::evaluation::ParameterTreatment;
 use crate::identify::explain;
 use crate::model::Model;
+use crate::report::explanation::sentences::progress;
 use crate::report::{self, demonstration as text};
 
 /// Folder of the files.
@@ -76,7 +77,7 @@ pub(super) fn run() -> Result<(), CliError> {
 
     print("\n4  The fitted model still fails. Search for the missing effect in the catalogue:\n\n")?;
     let explaining = spinner("explaining");
-    let explanation = explain::explain(vec![log], &model, &|stage| explaining.set_message(stage.to_owned()));
+    let explanation = explain::explain(vec![log], &model, &|stage| explaining.set_message(progress(stage)));
     explaining.finish_and_clear();
     let explanation = explanation.map_err(|e| CliError::Input(e.to_string()))?;
     print(&report::explain_text(&explanation, style()))?;

@@ -10,6 +10,7 @@ use crate::identify::explain::Explanation;
 use crate::identify::explain_logs::{ExplainLogsError, LogExplanation, explain_folder, explain_together};
 use crate::model::Model;
 use crate::report;
+use crate::report::explanation::sentences::progress;
 use crate::report::explanation::{folder_json, folder_text, folder_verdict};
 
 /// Identify the physical effect that a model lacks, with the evidence.
@@ -50,7 +51,7 @@ impl Explain {
         }
         let model = Model::read(&self.model)?;
         let spinner = spinner("reading");
-        let result = explain_together(&self.log, &model, &|stage| spinner.set_message(stage.to_owned()));
+        let result = explain_together(&self.log, &model, &|stage| spinner.set_message(progress(stage)));
         spinner.finish_and_clear();
         match result? {
             LogExplanation::ImplausibleLog(log, findings) => {

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use super::explain::{self, ExplainError, Explanation};
+use super::explain::{self, ExplainError, Explanation, Progress};
 use crate::log::plausible::Finding;
 use crate::log::{Log, LogError};
 use crate::model::Model;
@@ -25,8 +25,8 @@ pub enum ExplainLogsError {
     #[error(transparent)]
     Log(#[from] LogError),
     /// The model does not fit the logs.
-    #[error("{0}")]
-    Explain(String),
+    #[error(transparent)]
+    Explain(ExplainError),
     /// The folder cannot be read.
     #[error("{folder}: cannot read the folder: {source}")]
     Folder {
@@ -47,12 +47,16 @@ pub enum ExplainLogsError {
 ///
 /// # Errors
 /// A log cannot be read, or lacks a column that the model needs.
-pub fn explain_together(paths: &[PathBuf], model: &Model, progress: &(dyn Fn(&str) + Sync)) -> Result<LogExplanation, ExplainLogsError> {
+pub fn explain_together(
+    paths: &[PathBuf],
+    model: &Model,
+    progress: &(dyn Fn(&Progress) + Sync),
+) -> Result<LogExplanation, ExplainLogsError> {
     let logs = paths.iter().map(Log::read).collect::<Result<Vec<_>, _>>()?;
     match explain::explain(logs, model, progress) {
         Ok(explanation) => Ok(LogExplanation::Explained(Box::new(explanation))),
         Err(ExplainError::BadLog { log, findings }) => Ok(LogExplanation::ImplausibleLog(Box::new(Log::read(log)?), findings)),
-        Err(error) => Err(ExplainLogsError::Explain(error.to_string())),
+        Err(error) => Err(ExplainLogsError::Explain(error)),
     }
 }
 

@@ -1,27 +1,30 @@
-//! What an explanation says, apart from how it is told.
+//! The result of an explanation, as data; `report` words it.
 
 use drive_model::Coordinate;
 
-use super::fitted::FAMILYWISE;
+use super::coverage::Coverage;
+use super::criteria::Criteria;
+use super::next_experiment::NextExperiment;
+use super::reasons::{NotVisible, Refusal, Remark};
 use crate::identify::fit::FitResult;
 use crate::identify::residual::Misfit;
 use crate::log::Log;
-use crate::model::{Channel, Model};
+use crate::model::{Channel, Model, SummingPoint};
 use crate::statistics::bins::Bin;
 
-/// The answer in one word.
+/// The verdict on a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
-    /// Nothing is missing that this log could show.
+    /// No effect is missing that the logs could show.
     Adequate,
     /// Effects of the catalogue were missing.
     EffectFound,
-    /// Something is there that no known effect explains.
+    /// The model fails, and no effect of the catalogue explains it.
     UnknownStructure,
 }
 
 impl Verdict {
-    /// Name in the answers.
+    /// Name in the JSON answer.
     pub fn name(self) -> &'static str {
         match self {
             Verdict::Adequate => "adequate",
@@ -31,138 +34,155 @@ impl Verdict {
     }
 }
 
-/// One channel at one stage of the path.
+/// Error of one channel, in the channel's unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Shown {
+pub struct ChannelError {
     /// The channel.
     pub channel: Channel,
     /// Root mean square of the residual over the fitted rows.
     pub rms: f64,
-    /// The same over rows that the fit never saw; `None` where nothing was held out.
+    /// Root mean square over the held-out rows; `None` where there are none.
     pub heldout_rms: Option<f64>,
-    /// The channel's noise.
+    /// Standard deviation of the channel's noise.
     pub noise: f64,
 }
 
-impl Shown {
-    /// rms over noise: 1 where the model lacks nothing.
+impl ChannelError {
+    /// rms over noise: 1 where only noise is left.
     pub fn ratio(&self) -> f64 {
         self.rms / self.noise
     }
+
+    /// χ²/n on the held-out rows; on the fitted rows where there are none.
+    pub fn heldout_chi2_per_n(&self) -> f64 {
+        (self.heldout_rms.unwrap_or(self.rms) / self.noise).powi(2)
+    }
 }
 
-/// A parameter of an answer.
+/// An estimated parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimate {
     /// Name in the model file, e.g. `cogging_N_m#2`.
     pub name: String,
-    /// Its unit; empty for a parameter of the user's own.
+    /// Its unit; empty for a parameter that the user defined.
     pub unit: &'static str,
     /// Value.
     pub value: f64,
-    /// Standard error; 0 where it was scanned (an order) or fixed.
+    /// Standard error; 0 where the parameter was scanned or fixed.
     pub sigma: f64,
 }
 
-/// One stage of the path: the model with what was added so far, fitted.
+/// One stage of the search: the model with what was added so far, fitted.
 #[derive(Debug, Clone)]
 pub struct Stage {
-    /// Effects of the model, those of the user's own too.
+    /// Names of the model's effects, user-defined ones included.
     pub effects: Vec<String>,
-    /// What was added last; `None` for the model as it was given.
+    /// The effect that was added last; `None` for the given model.
     pub added: Option<String>,
-    /// Its channels.
-    pub outputs: Vec<Shown>,
-    /// All free parameters, fitted.
+    /// Error of each channel, relative to the noise that the last stage found.
+    pub outputs: Vec<ChannelError>,
+    /// All free parameters.
     pub parameters: Vec<Estimate>,
 }
 
-/// One candidate of the first adding step, with the evidence for it; or why there is none.
+/// An effect that the given model lacks, with the evidence for it.
 #[derive(Debug, Clone)]
 pub struct Candidate {
     /// Name in the model if it were added, e.g. `cogging`, `cogging#2`.
     pub effect: String,
-    /// Its own parameters, fitted (or by the score test's one step, if `refitted` is false).
+    /// Its own parameters; where it was only screened, after one step of the linear model.
     pub parameters: Vec<Estimate>,
-    /// The model with it was fitted in full; else only screened.
+    /// The model with it was fitted; otherwise it was only screened.
     pub refitted: bool,
-    /// Channels of the model with it; empty where it was only screened.
-    pub outputs: Vec<Shown>,
-    /// BIC on whitened residuals with it, minus that without: negative is better with it. `None` where it was only screened.
+    /// Error of each channel with it; empty where it was only screened.
+    pub outputs: Vec<ChannelError>,
+    /// BIC on whitened residuals with it minus that without it; `None` where it was only screened.
     pub delta_bic: Option<f64>,
-    /// Probability of as much by chance, over the whole catalogue (familywise); where it was only screened, too small on residuals that remember.
+    /// Familywise probability of such a gain by chance. Where the effect was only screened it is too small on correlated residuals.
     pub p_value: f64,
     /// Its decimal logarithm.
     pub log10_p: f64,
-    /// Other effects that this log cannot tell from it.
+    /// Effects that these logs cannot distinguish from it.
     pub ambiguous_with: Vec<String>,
-    /// Why it cannot be the explanation, or cannot be seen in this log, as a sentence; `None` where nothing speaks against it but the figures.
-    pub refused: Option<String>,
+    /// Why it was refused; `None` where it was not.
+    pub refused: Option<Refusal>,
+    /// Why the logs cannot show it; `None` where it was tried.
+    pub not_visible: Option<NotVisible>,
 }
 
 impl Candidate {
-    /// Over the whole catalogue, chance alone would do as much too often.
-    pub fn may_be_chance(&self) -> bool {
-        self.log10_p > FAMILYWISE.log10()
+    /// The gain is not significant over the whole catalogue.
+    pub fn may_be_chance(&self, criteria: &Criteria) -> bool {
+        self.log10_p > criteria.evidence.max_familywise_p.log10()
     }
 }
 
-/// What is left, drawn over a coordinate, with an expression for it.
+/// What is left by a model, as a function of a coordinate.
 #[derive(Debug, Clone)]
 pub struct Shape {
-    /// What it is: `torque_N_m`, `voltage_V`, or the channel that shows it.
-    pub acts_on: &'static str,
-    /// Over which coordinate.
+    /// What it is added to: a torque, the Coulomb level or the voltage.
+    pub acts_on: SummingPoint,
+    /// Its coordinate.
     pub coordinate: Coordinate,
-    /// Label of the coordinate's axis with its unit.
-    pub along: &'static str,
-    /// The shape itself, in the unit of `acts_on`.
+    /// Its form.
+    pub form: ShapeForm,
+    /// The function itself, in the unit of `acts_on`.
     pub bins: Vec<Bin>,
-    /// An `[effect.NAME]` table that can be pasted into the model file, fitted to the log.
+    /// An `[effect.NAME]` table for the model file, fitted to the logs.
     pub expression: Option<String>,
-    /// BIC of the model with that expression, minus that without.
+    /// BIC of the model with that expression minus that without it.
     pub delta_bic: f64,
-    /// A sentence for the person.
-    pub says: String,
 }
 
-/// What to measure next.
-#[derive(Debug, Clone, PartialEq)]
-pub struct NextExperiment {
-    /// Why, and what it will show.
-    pub says: String,
-    /// The command that does it.
-    pub command: String,
+/// Form of a [`Shape`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ShapeForm {
+    /// Piecewise linear over the coordinate; largest deviation from its median, in the unit of `acts_on`.
+    PiecewiseLinear {
+        /// Largest deviation from the median.
+        largest: f64,
+    },
+    /// A sine in time. The bins cover one period.
+    Oscillation {
+        /// Frequency, Hz.
+        frequency_Hz: f64,
+        /// Amplitude: N m, or a fraction of the commanded voltage.
+        amplitude: f64,
+    },
 }
 
-/// The whole answer.
+/// The whole result.
 pub struct Explanation {
-    /// In one word.
+    /// The verdict.
     pub verdict: Verdict,
-    /// The model as it was given, fitted: what fails where.
+    /// The given model, fitted.
     pub given: FitResult,
-    /// Names of what was added, in order.
+    /// Names of the added effects, in order.
     pub missing: Vec<String>,
-    /// The path: the given model first, then one stage per added effect.
+    /// The given model first, then one stage per added effect.
     pub stages: Vec<Stage>,
     /// All candidates of the first adding step, the best first.
     pub candidates: Vec<Candidate>,
-    /// Where the given model fails, most telling first.
+    /// Where the given model fails, largest share first.
     pub failures: Vec<Misfit>,
     /// What is left at the end and no effect explains; empty where it is noise.
     pub unexplained: Vec<Shape>,
     /// What to measure next; `None` where nothing is open.
     pub next: Option<NextExperiment>,
-    /// The model with what was missing, fitted: what `--apply` writes.
+    /// The model with the added effects, fitted: what `--apply` writes.
     pub model: Model,
-    /// That model held against the log (for the plots).
+    /// The fit of that model.
     pub explained: FitResult,
-    /// Their paths, as they were given.
+    /// Paths of the logs as given.
     pub logs: Vec<String>,
-    /// All logs as one, a segment each at least; what `given` and `explained` were held against.
+    /// All logs as one, each at least a segment of its own. `given` and `explained` are fits to it.
     pub log: Log,
-    /// What a person should know of how it was done.
-    pub remarks: Vec<String>,
-    /// How long it took, s.
+    /// The range of operation that it covers.
+    pub coverage: Coverage,
+    /// Remarks on the preparation and the search.
+    pub remarks: Vec<Remark>,
+    /// The criteria in force.
+    pub criteria: Criteria,
+    /// Duration of the computation, s.
     pub seconds: f64,
 }

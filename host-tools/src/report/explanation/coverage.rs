@@ -24,7 +24,7 @@ pub fn covered(c: &Coverage) -> String {
 /// What the log does not cover, and which effects are not visible for this reason: a sentence each.
 pub fn not_covered(c: &Coverage) -> Vec<String> {
     let mut list = Vec::new();
-    if !c.both_ways() {
+    if !c.both_ways {
         list.push(
             "The log has one direction of rotation only: Coulomb friction, a load and direction-dependent friction are not distinguishable."
                 .to_owned(),
@@ -32,14 +32,14 @@ pub fn not_covered(c: &Coverage) -> Vec<String> {
     }
     if c.turns.is_none() {
         list.push("The log has no angle (theta_rad): effects periodic in the angle are not visible.".to_owned());
-    } else if !c.slow_turns() {
+    } else if !c.slow_turns {
         list.push("The log has few slow whole turns: at high rates a small cogging torque or unbalance averages out.".to_owned());
     }
     match c.warming_K {
         None => {
             list.push("The log has no winding temperature (temp_C): warming is not distinguishable from other slow changes.".to_owned())
         }
-        Some(k) if !c.warms() => {
+        Some(k) if !c.warms => {
             list.push(format!(
                 "The winding warms by only {} K: effects of its temperature are barely visible.",
                 numbers::significant(k, 2)

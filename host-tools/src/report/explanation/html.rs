@@ -1,7 +1,7 @@
 //! An explanation as one HTML file: what is missing, the evidence, and the error before and after.
 
 use super::plots::{self, Pair};
-use super::words;
+use super::{sentences, words};
 use crate::identify::explain::{Explanation, Verdict};
 use crate::identify::fit::PreparedLog;
 use crate::identify::fit::prepare::prepare;
@@ -46,10 +46,10 @@ fn head(e: &Explanation, page: &mut Page) {
         }
         page.push("</ul>");
     }
-    if let Some(next) = &e.next {
+    if let (Some(next), Some(message)) = (&e.next, sentences::next_experiment(e)) {
         page.push("<h3>What to measure next</h3>");
-        page.paragraph("", &next.says);
-        page.push(&format!("<pre class=\"command\">{}</pre>", escaped(&next.command)));
+        page.paragraph("", &message);
+        page.push(&format!("<pre class=\"command\">{}</pre>", escaped(&sentences::command(&next.run))));
     }
     if !e.failures.is_empty() {
         page.push("<h3>Where the model failed as it was given</h3><ul>");
@@ -75,8 +75,8 @@ fn head(e: &Explanation, page: &mut Page) {
     for line in log_warnings(&e.log) {
         page.paragraph("warn", &line);
     }
-    for line in &e.remarks {
-        page.paragraph("faint", line);
+    for line in sentences::remarks(e) {
+        page.paragraph("faint", &line);
     }
 }
 
@@ -87,7 +87,7 @@ fn unexplained(e: &Explanation, page: &mut Page) {
     }
     page.push("<section><h2>What no effect explains</h2>");
     for shape in &e.unexplained {
-        page.paragraph("", &shape.says);
+        page.paragraph("", &sentences::shape(shape));
         if let Some(plot) = plots::shape(shape) {
             page.figure(&plot, "Mean in each bin, with its 95 % interval.");
         }
@@ -120,7 +120,7 @@ fn evidence(e: &Explanation, page: &mut Page) {
             "fits as well" | "helps" => "warn",
             _ => "mark",
         };
-        let (bic, p) = (c.delta_bic.map_or("–".to_owned(), words::grouped), words::chance(c));
+        let (bic, p) = (c.delta_bic.map_or("–".to_owned(), words::grouped), words::chance(e, c));
         let sizes: Vec<String> = if c.refitted { c.parameters.iter().map(words::estimate).collect() } else { Vec::new() };
         let fate = match why {
             Some(why) => format!("{fate}: {why}"),

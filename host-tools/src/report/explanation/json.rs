@@ -2,8 +2,8 @@
 
 use serde_json::{Map, Value, json};
 
-use super::words;
-use crate::identify::explain::{Candidate, Estimate, Explanation, Shape, Shown, Stage};
+use super::{sentences, words};
+use crate::identify::explain::{Candidate, ChannelError, Estimate, Explanation, Shape, Stage};
 use crate::log::Log;
 use crate::log::plausible::Finding;
 use crate::report::json::{failures_json, finite};
@@ -26,10 +26,12 @@ pub fn explain_json(e: &Explanation) -> Value {
         "candidates": e.candidates.iter().map(|c| candidate(e, c)).collect::<Vec<_>>(),
         "failures": failures_json(&e.failures),
         "unexplained": e.unexplained.iter().map(shape).collect::<Vec<_>>(),
-        "next_experiment": e.next.as_ref().map_or(Value::Null, |n| json!({"says": n.says, "command": n.command})),
+        "next_experiment": e.next.as_ref().map_or(Value::Null, |n| {
+            json!({"says": sentences::next_experiment(e), "command": sentences::command(&n.run)})
+        }),
         "parameters": e.stages.last().map_or(json!({}), |s| estimates(&s.parameters)),
         "not_shown": words::blind(e),
-        "remarks": e.remarks,
+        "remarks": sentences::remarks(e),
         "warnings": log_warnings(&e.log),
         "seconds": finite(e.seconds),
     })
@@ -64,8 +66,8 @@ fn candidate(e: &Explanation, c: &Candidate) -> Value {
         "parameters": estimates(&c.parameters),
         "heldout_rms": by_output(&c.outputs, heldout),
         "delta_bic": c.delta_bic.map_or(Value::Null, finite),
-        "p_value": if !words::has_chance(c) { Value::Null } else if c.p_value < SMALLEST_P { json!(0.0) } else { finite(c.p_value) },
-        "log10_p": if words::has_chance(c) { finite(c.log10_p) } else { Value::Null },
+        "p_value": if !words::has_chance(e, c) { Value::Null } else if c.p_value < SMALLEST_P { json!(0.0) } else { finite(c.p_value) },
+        "log10_p": if words::has_chance(e, c) { finite(c.log10_p) } else { Value::Null },
         "ambiguous_with": c.ambiguous_with,
         "refitted": c.refitted,
         "fate": fate,
@@ -73,11 +75,11 @@ fn candidate(e: &Explanation, c: &Candidate) -> Value {
     })
 }
 
-fn heldout(o: &Shown) -> Value {
+fn heldout(o: &ChannelError) -> Value {
     o.heldout_rms.map_or(Value::Null, finite)
 }
 
-fn by_output(outputs: &[Shown], value: impl Fn(&Shown) -> Value) -> Value {
+fn by_output(outputs: &[ChannelError], value: impl Fn(&ChannelError) -> Value) -> Value {
     Value::Object(outputs.iter().map(|o| (o.channel.column().to_owned(), value(o))).collect::<Map<_, _>>())
 }
 
@@ -88,12 +90,12 @@ fn estimates(list: &[Estimate]) -> Value {
 
 fn shape(s: &Shape) -> Value {
     json!({
-        "acts_on": s.acts_on,
+        "acts_on": s.acts_on.key(),
         "coordinate": s.coordinate.name(),
-        "along": s.along,
+        "along": sentences::along(s),
         "bins": s.bins.iter().map(|b| json!({"at": finite(b.at), "mean": finite(b.mean), "confidence": finite(b.confidence)})).collect::<Vec<_>>(),
         "expression": s.expression,
         "delta_bic": finite(s.delta_bic),
-        "says": s.says,
+        "says": sentences::shape(s),
     })
 }

@@ -6,6 +6,7 @@ mod folder;
 mod html;
 mod json;
 mod plots;
+pub mod sentences;
 mod text;
 pub mod words;
 

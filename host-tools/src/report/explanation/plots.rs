@@ -2,7 +2,7 @@
 
 use drive_model::Coordinate;
 
-use super::words;
+use super::{sentences, words};
 use crate::identify::explain::{Explanation, Shape};
 use crate::identify::fit::prepared_log::ComparedChannel;
 use crate::identify::fit::{ChannelFit, PreparedLog};
@@ -157,9 +157,10 @@ pub(super) fn order_spectrum(pair: &Pair, before: &Spectrum, after: &Spectrum) -
 pub(super) fn shape(s: &Shape) -> Option<Drawing> {
     let (first, last) = s.bins.first().zip(s.bins.last())?;
     let reach = s.bins.iter().map(|b| b.mean.abs() + b.confidence.min(2.0 * b.mean.abs())).max_or_zero();
-    let (name, x_unit) = s.along.rsplit_once(", ").unwrap_or((s.along, ""));
-    let x = if s.coordinate == Coordinate::Theta { Axis::turn(s.along) } else { Axis::new((first.at, last.at), 8, name, x_unit) };
-    let (quantity, y_unit) = words::acts_on(s.acts_on);
+    let along = sentences::along(s);
+    let (name, x_unit) = along.rsplit_once(", ").unwrap_or((along, ""));
+    let x = if s.coordinate == Coordinate::Theta { Axis::turn(along) } else { Axis::new((first.at, last.at), 8, name, x_unit) };
+    let (quantity, y_unit) = sentences::acts_on(s.acts_on);
     let mut plot = Plot::new(x, Axis::new((-1.1 * reach, 1.1 * reach), 4, quantity, y_unit), WIDE, 260.0);
     plot.level(0.0, "zero");
     for b in &s.bins {

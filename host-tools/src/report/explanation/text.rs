@@ -1,6 +1,6 @@
 //! An explanation for a person at a terminal: how the error fell, what was tried, and what it means.
 
-use super::words;
+use super::{sentences, words};
 use crate::identify::explain::{Candidate, Explanation, Shape, Verdict};
 use crate::report::terminal::{Style, sparkline};
 use crate::report::{log_warnings, numbers};
@@ -36,8 +36,8 @@ pub fn explain_text(e: &Explanation, style: Style) -> String {
     for line in log_warnings(&e.log) {
         text.push_str(&style.warn(&style.wrapped("! ", "  ", &line)));
     }
-    for line in &e.remarks {
-        text.push_str(&style.faint(&style.wrapped("· ", "  ", line)));
+    for line in sentences::remarks(e) {
+        text.push_str(&style.faint(&style.wrapped("· ", "  ", &line)));
     }
     if !text.ends_with("\n\n") {
         text.push('\n');
@@ -64,7 +64,7 @@ fn staircase(e: &Explanation, style: Style) -> String {
             let ratio = o.ratio();
             let bar = bar(ratio / most);
             let size = numbers::significant(ratio, 3);
-            let painted = if ratio <= crate::report::comparison::words::AS_SMALL { style.good(&bar) } else { style.warn(&bar) };
+            let painted = if words::exceeds_noise(e, o) { style.warn(&bar) } else { style.good(&bar) };
             let pad = " ".repeat(BAR.saturating_sub(bar.chars().count()));
             text.push_str(&format!("    {label:<width$}  {painted}{pad}  {size}\n"));
         }
@@ -97,7 +97,7 @@ fn evidence(e: &Explanation, style: Style) -> String {
     text.push_str(&format!("  {:<names$}  {:>8}  {:>8}  {:>8}\n", "the model as given", "", "", ratio(given)));
     for c in &lines {
         let (fate, why) = words::fate(e, c);
-        let (name, bic, p) = (&c.effect, number(c.delta_bic), words::chance(c));
+        let (name, bic, p) = (&c.effect, number(c.delta_bic), words::chance(e, c));
         let held = ratio(words::heldout(&c.outputs));
         let fate = match fate {
             "added" | "added later" => style.good(fate),
@@ -138,10 +138,10 @@ fn plain_words(e: &Explanation, style: Style) -> String {
             text.push_str(&style.wrapped("  • ", "    ", &line));
         }
     }
-    if let Some(next) = &e.next {
+    if let (Some(next), Some(message)) = (&e.next, sentences::next_experiment(e)) {
         text.push('\n');
-        text.push_str(&style.wrapped("What to measure next: ", "  ", &next.says));
-        text.push_str(&format!("    {}\n", next.command));
+        text.push_str(&style.wrapped("What to measure next: ", "  ", &message));
+        text.push_str(&format!("    {}\n", sentences::command(&next.run)));
     }
     text
 }
@@ -149,18 +149,18 @@ fn plain_words(e: &Explanation, style: Style) -> String {
 /// The shape of what is left, its sentence and the lines to paste.
 fn unexplained(e: &Explanation, shape: &Shape, style: Style) -> String {
     let mut text = String::from("\n");
-    text.push_str(&style.wrapped("", "", &shape.says));
+    text.push_str(&style.wrapped("", "", &sentences::shape(shape)));
     let extent = shape.bins.iter().map(|b| b.mean).min_max();
     if let (Some(first), Some(last)) = (shape.bins.first(), shape.bins.last()) {
         let heights: Vec<Option<f64>> = shape.bins.iter().map(|b| Some(b.mean - extent.0)).collect();
-        let (name, unit) = words::acts_on(shape.acts_on);
+        let (name, unit) = sentences::acts_on(shape.acts_on);
         let number = |x: f64| numbers::significant(x, 3);
         text.push_str(&format!("    {}\n", sparkline(&heights, extent.1 - extent.0)));
         let says = format!(
             "{name} from {} to {} {unit}, over the {} from {} to {}",
             number(extent.0),
             number(extent.1),
-            shape.along,
+            sentences::along(shape),
             number(first.at),
             number(last.at)
         );

@@ -4,10 +4,9 @@ use drive_model::Card;
 
 use super::coverage;
 pub use super::evidence::{chance, fate, grouped, has_chance, heldout, probability, sure, tried};
-use crate::identify::explain::coverage::Coverage;
-use crate::identify::explain::{APART, Estimate, Explanation, Shown, Stage, Verdict};
-use crate::model::Channel;
-use crate::report::comparison::words::AS_SMALL;
+use super::sentences::{first_lower, needed, not_visible};
+use crate::identify::explain::criteria::MisfitClass;
+use crate::identify::explain::{ChannelError, Estimate, Explanation, NotVisible, Stage, Verdict};
 use crate::report::{numbers, unit};
 
 /// Heading.
@@ -20,16 +19,13 @@ pub fn card(name: &str) -> Option<&'static Card> {
     drive_model::card(name.split('#').next().unwrap_or(name))
 }
 
-/// Times the noise from which on what is left is no longer small.
-const MUCH: f64 = 2.0;
-
 /// The answer in a sentence or two.
 pub fn headline(e: &Explanation) -> String {
     let channels = e.explained.channels.len();
     let every = if channels > 1 { "in every channel" } else { "in the one channel that is compared" };
     match e.verdict {
         Verdict::Adequate => {
-            let left = off(last(e));
+            let left = off(e, last(e));
             let left = if left.is_empty() {
                 format!("what is left is as small as the noise {every}")
             } else {
@@ -38,10 +34,10 @@ pub fn headline(e: &Explanation) -> String {
             format!("Nothing is missing that this log could show: {left}.")
         }
         Verdict::EffectFound => {
-            let left = off(last(e));
+            let left = off(e, last(e));
             let left = match left.is_empty() {
                 true => format!("With {} only noise is left {every}.", if e.missing.len() > 1 { "them" } else { "it" }),
-                false if last(e).iter().any(|s| s.ratio() > MUCH) => format!(
+                false if last(e).iter().any(|o| class(e, o) > MisfitClass::Moderate) => format!(
                     "Much is left that no effect of the catalogue explains ({left}): a cause of no name may be behind {} too.",
                     if e.missing.len() > 1 { "them" } else { "it" }
                 ),
@@ -55,7 +51,7 @@ pub fn headline(e: &Explanation) -> String {
                 [one] => format!("{one} explains a part of the error, but may stand in for something else. "),
                 many => format!("{} explain a part of the error, but may stand in for something else. ", listed(many)),
             };
-            let left = off(last(e));
+            let left = off(e, last(e));
             let left = if left.is_empty() { String::new() } else { format!(" ({left})") };
             let shape = if e.unexplained.is_empty() {
                 "Over none of this log's coordinates it has a shape that is sure: it may come at moments of its own, or ring"
@@ -67,15 +63,25 @@ pub fn headline(e: &Explanation) -> String {
     }
 }
 
-fn last(e: &Explanation) -> &[Shown] {
+fn last(e: &Explanation) -> &[ChannelError] {
     e.stages.last().map_or(&[], |s| &s.outputs)
 }
 
+/// Class of a channel's misfit.
+fn class(e: &Explanation, o: &ChannelError) -> MisfitClass {
+    e.criteria.noise.misfit(o.ratio() * o.ratio())
+}
+
+/// A channel's error is visibly larger than its noise.
+pub fn exceeds_noise(e: &Explanation, o: &ChannelError) -> bool {
+    class(e, o) > MisfitClass::Invisible
+}
+
 /// Channels that are off, with by how much; empty where none is.
-fn off(outputs: &[Shown]) -> String {
+fn off(e: &Explanation, outputs: &[ChannelError]) -> String {
     let off: Vec<String> = outputs
         .iter()
-        .filter(|o| o.ratio() > AS_SMALL)
+        .filter(|o| exceeds_noise(e, o))
         .map(|o| format!("{} at {} × its noise", o.channel.column(), numbers::significant(o.ratio(), 3)))
         .collect();
     listed(&off)
@@ -134,7 +140,7 @@ pub fn of_effect(e: &Explanation, k: usize) -> Vec<(String, String)> {
     let candidate = e.candidates.iter().find(|c| k == 0 && c.effect == *name && c.refitted);
     if let Some(c) = candidate {
         let not_the_cause = "Sure that it helps, not that it is the cause: what is left with it is far more than noise.";
-        says("How sure", if e.verdict == Verdict::UnknownStructure { format!("{not_the_cause} {}", sure(c)) } else { sure(c) });
+        says("How sure", if e.verdict == Verdict::UnknownStructure { format!("{not_the_cause} {}", sure(e, c)) } else { sure(e, c) });
     }
     if let Some(text) = fall(e, k + 1) {
         says("How much", text);
@@ -150,17 +156,13 @@ pub fn of_effect(e: &Explanation, k: usize) -> Vec<(String, String)> {
             ([], None) => looks.to_owned(),
             ([], Some(_)) => format!("None of the others fits this log nearly as well. In other logs: {}", first_lower(looks)),
             (rivals, _) => format!(
-                "This log cannot tell it from {}: what was tried fits as well within {APART} in BIC, and the first in the catalogue is named. {looks}",
-                listed(rivals)
+                "This log cannot tell it from {}: what was tried fits as well within {} in BIC, and the first in the catalogue is named. {looks}",
+                listed(rivals),
+                e.criteria.evidence.min_bic_difference
             ),
         },
     );
     list
-}
-
-fn first_lower(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or(String::new(), |c| c.to_lowercase().to_string() + letters.as_str())
 }
 
 /// How much of the error a stage took away, channel by channel.
@@ -170,7 +172,7 @@ fn fall(e: &Explanation, k: usize) -> Option<String> {
         .outputs
         .iter()
         .zip(&after.outputs)
-        .filter(|(b, _)| b.ratio() > AS_SMALL)
+        .filter(|(b, _)| exceeds_noise(e, b))
         .map(|(b, a)| {
             format!(
                 "{} from {} to {} {} (noise {})",
@@ -194,25 +196,19 @@ fn fall(e: &Explanation, k: usize) -> Option<String> {
 
 /// What this log could not have shown: of its motion, and by its columns; a sentence each.
 pub fn blind(e: &Explanation) -> Vec<String> {
-    let coverage = Coverage::of(&e.log);
-    let mut list = vec![coverage::covered(&coverage)];
-    list.extend(coverage::not_covered(&coverage));
-    let mut reasons: Vec<(String, Vec<String>)> = Vec::new();
-    for c in e.candidates.iter().filter(|c| !tried(c)) {
-        let why = c.refused.as_deref().unwrap_or("it could not be tried");
-        // What is needed, or what is said of the effect itself: the same words for all that share it.
-        let why = match why.split_once(" needs ") {
-            Some((_, needed)) => format!("without {needed}"),
-            None => why.replace(c.effect.as_str(), "it"),
-        };
-        match reasons.iter_mut().find(|(said, _)| *said == why) {
+    let mut list = vec![coverage::covered(&e.coverage)];
+    list.extend(coverage::not_covered(&e.coverage));
+    let mut reasons: Vec<(NotVisible, Vec<String>)> = Vec::new();
+    for c in &e.candidates {
+        let Some(reason) = c.not_visible else { continue };
+        match reasons.iter_mut().find(|(known, _)| *known == reason) {
             Some((_, names)) => names.push(c.effect.clone()),
-            None => reasons.push((why, vec![c.effect.clone()])),
+            None => reasons.push((reason, vec![c.effect.clone()])),
         }
     }
-    list.extend(reasons.into_iter().map(|(why, names)| match why.strip_prefix("without ") {
-        Some(needed) => format!("Not to be seen without {needed}: {}.", listed(&names)),
-        None => format!("Not to be seen: {} ({why}).", listed(&names)),
+    list.extend(reasons.into_iter().map(|(reason, names)| match reason {
+        NotVisible::Needs(requirement) => format!("Not visible without {}: {}.", needed(requirement), listed(&names)),
+        _ => format!("Not visible: {} ({}).", listed(&names), not_visible(&reason)),
     }));
     list
 }
@@ -228,18 +224,6 @@ pub fn paste(e: &Explanation) -> String {
 /// Name of a stage in a staircase.
 pub fn stage(s: &Stage) -> String {
     s.added.as_ref().map_or("as given".to_owned(), |name| format!("+ {name}"))
-}
-
-/// Name and unit of what a shape acts on.
-pub fn acts_on(what: &str) -> (&'static str, &'static str) {
-    match what {
-        "torque_N_m" => ("residual torque", "N m"),
-        "voltage_V" => ("residual voltage", "V"),
-        "omega_rad_s" => ("residual of the rate", unit(Channel::Rate)),
-        "theta_rad" => ("residual of the angle", unit(Channel::Angle)),
-        "i_A" => ("residual of the current", unit(Channel::Current)),
-        _ => ("what is left", ""),
-    }
 }
 
 /// What the words of an explanation mean, for a student.

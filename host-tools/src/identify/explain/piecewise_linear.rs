@@ -1,33 +1,38 @@
-//! A free-form law: heights over a coordinate, linear between them. It claims nothing but that something depends on that coordinate there.
+//! A piecewise linear law over one coordinate: it states only that something depends on that coordinate.
 
 use drive_model::{Contributions, Coordinate, Law, Point, Scalar, Structure};
 
 use crate::model::SummingPoint;
 
-/// Heights over a coordinate, added to a torque, the dry level or the voltage.
+/// A function given by its values at equidistant knots, added to a torque, the Coulomb level or the voltage.
 #[derive(Debug, Clone)]
-pub struct Hats {
-    /// Over what: angle, rate, current, temperature or time.
+pub struct PiecewiseLinear {
+    /// Its coordinate: angle, rate, current, temperature or time.
     pub coordinate: Coordinate,
-    /// Where it acts.
-    pub place: SummingPoint,
-    /// Least and greatest value of the coordinate; for the angle one turn.
+    /// What it is added to.
+    pub acts_on: SummingPoint,
+    /// Smallest and largest value of the coordinate; for the angle one turn.
     pub range: (f64, f64),
-    /// Heights.
+    /// Number of knots.
     pub count: usize,
 }
 
-impl Hats {
-    /// Where the heights stand.
+impl PiecewiseLinear {
+    /// Coordinates of the knots.
     pub fn knots(&self) -> Vec<f64> {
-        let parts = if self.is_periodic() { self.count } else { self.count - 1 };
+        let parts = self.intervals();
         (0..self.count).map(|k| self.range.0 + (self.range.1 - self.range.0) * k as f64 / parts.max(1) as f64).collect()
+    }
+
+    fn intervals(&self) -> usize {
+        if self.is_periodic() { self.count } else { self.count - 1 }
     }
 
     fn is_periodic(&self) -> bool {
         self.coordinate == Coordinate::Theta
     }
 
+    /// Value at a point, by the values `p` at the knots; constant outside the range.
     fn value<S: Scalar>(&self, p: &[S], x: &Point<S>) -> S {
         let at = match self.coordinate {
             Coordinate::Theta => x.theta,
@@ -37,25 +42,25 @@ impl Hats {
             _ => S::from(0.5 * (x.from_s + x.to_s)),
         };
         let length = self.range.1 - self.range.0;
-        let parts = if self.is_periodic() { self.count } else { self.count - 1 } as f64;
-        let mut along = (at - self.range.0) * (parts / length);
+        let intervals = self.intervals() as f64;
+        let mut along = (at - self.range.0) * (intervals / length);
         if self.is_periodic() {
-            along -= (along.re() / parts).floor() * parts;
+            along -= (along.re() / intervals).floor() * intervals;
         } else if along.re() <= 0.0 {
             return p[0];
-        } else if along.re() >= parts {
+        } else if along.re() >= intervals {
             return p[self.count - 1];
         }
         let first = (along.re().floor() as usize).min(self.count - 1);
-        let part = along - first as f64;
+        let fraction = along - first as f64;
         let next = (first + 1) % self.count;
-        p[first] + (p[next] - p[first]) * part
+        p[first] + (p[next] - p[first]) * fraction
     }
 }
 
-impl<S: Scalar> Law<S> for Hats {
+impl<S: Scalar> Law<S> for PiecewiseLinear {
     fn contribute(&self, p: &[S], x: &Point<S>, a: &mut Contributions<S>) {
-        match self.place {
+        match self.acts_on {
             SummingPoint::Torque => a.torque += self.value(p, x),
             SummingPoint::Dry => a.coulomb_torque += self.value(p, x),
             SummingPoint::Voltage => a.voltage += self.value(p, x),

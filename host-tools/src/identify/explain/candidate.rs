@@ -1,0 +1,209 @@
+//! One candidate: an effect fitted with the model, and what its fit leaves.
+
+use std::ops::Range;
+
+use drive_model::ParameterKind;
+
+use super::answer::{ChannelError, Estimate};
+use super::criteria::worst;
+use super::descent::Goal;
+use super::fitted_model::FittedModel;
+use super::likelihood::{WhitenedSums, Whitener};
+use super::reasons::Refusal;
+use super::score::Score;
+use super::trial::Trial;
+use crate::identify::fit::Parameters;
+use crate::identify::fit::normal_equations::InitialStates;
+use crate::identify::fit::simulate::System;
+use crate::identify::fit::solve::Iterate;
+use crate::model::Model;
+
+/// A trial, fitted with the model.
+pub struct FittedCandidate {
+    /// The trial.
+    pub trial: Trial,
+    /// The model with it.
+    pub system: System,
+    /// Initial states.
+    pub states: InitialStates,
+    /// All parameters, the trial's own last.
+    pub parameters: Parameters,
+    /// Positions of its own parameters.
+    pub own: Range<usize>,
+    /// Standard errors of all parameters.
+    pub sigmas: Vec<f64>,
+    /// Residuals by channel.
+    pub residuals: Vec<Vec<f64>>,
+    /// χ².
+    pub chi2: f64,
+    /// χ²/n of the worst channel.
+    pub chi2_per_n: f64,
+    /// χ²/n of each channel on the held-out rows.
+    pub heldout_chi2_per_n: Vec<f64>,
+    /// Number of parameters that it adds, scanned ones included.
+    pub extra_parameters: usize,
+    /// BIC on whitened residuals with it minus that without it.
+    pub delta_bic: f64,
+    /// Logarithm of the familywise probability of such a gain by chance.
+    pub ln_p: f64,
+    /// Why it cannot be the explanation.
+    pub refused: Option<Refusal>,
+}
+
+/// Fits a trial from the best point that its score predicts, until it is clear whether it reaches a rival of the χ² `rival`.
+pub fn fit_trial(base: &FittedModel, trial: &Trial, score: &Score, rival: f64) -> Option<FittedCandidate> {
+    let criteria = &base.context.criteria.screening;
+    let data = base.data_for(trial);
+    let (system, parameters, own) = base.with(trial, &trial.fitted);
+    let states = base.initial_states_for(&system, &parameters, &data);
+    let chi2 = |iterate: &Iterate| iterate.normal_equations(&base.weights).cost;
+    let minimize = |begin: Iterate| base.minimize_from(&system, &data, begin, Goal::Compare(rival));
+    let begin = |fraction: f64, move_base: bool| {
+        let mut parameters = parameters.clone();
+        for (p, value) in parameters.list[own.clone()].iter_mut().zip(values_after(trial, score, fraction)) {
+            p.value = value;
+        }
+        if move_base {
+            let step: Vec<f64> = score.step.iter().map(|s| fraction * s).collect();
+            let moved = base.fit.parameters.moved(&step);
+            parameters.list[..moved.list.len()].clone_from_slice(&moved.list);
+        }
+        Iterate::new(&system, &parameters, &data, &states)
+    };
+    // A whole step may block the rotor, and from there no derivative leads back: the largest fraction that decreases χ² is taken.
+    let fractions: &[f64] = if trial.absent { &criteria.step_fractions } else { &[1.0, 0.0] };
+    let mut from = (fractions[0], begin(fractions[0], true));
+    for &fraction in &fractions[1..] {
+        if chi2(&from.1) < base.fit.chi2 {
+            break;
+        }
+        let shorter = begin(fraction, true);
+        if chi2(&shorter) < chi2(&from.1) || !chi2(&from.1).is_finite() {
+            from = (fraction, shorter);
+        }
+    }
+    let (fraction, from) = from;
+    // First with the step of the model's own parameters that the linear model predicts; then with these parameters held.
+    let mut end = minimize(from);
+    let decrease = base.fit.chi2 - chi2(&end);
+    if fraction > 0.0 && (decrease.is_nan() || decrease <= criteria.min_kept_prediction * score.chi2_decrease) {
+        let other = minimize(begin(fraction, false));
+        if chi2(&other) < chi2(&end) || !chi2(&end).is_finite() {
+            end = other;
+        }
+    }
+    FittedCandidate::at(base, trial.clone(), system, own, end)
+}
+
+/// Values of a trial after a fraction of the step that its score predicts. An absent effect grows from zero; another begins at either end.
+fn values_after(trial: &Trial, score: &Score, fraction: f64) -> Vec<f64> {
+    if !trial.absent {
+        return if fraction > 0.0 { score.values.clone() } else { trial.values.clone() };
+    }
+    let grows = |k: usize| trial.screened[k] && matches!(trial.card.parameters[k].kind, ParameterKind::NonNegative | ParameterKind::Signed);
+    score.values.iter().enumerate().map(|(k, value)| if grows(k) { fraction * value } else { *value }).collect()
+}
+
+impl FittedCandidate {
+    /// A trial at the end of its descent; `None` where the model cannot be simulated there.
+    fn at(base: &FittedModel, trial: Trial, system: System, own: Range<usize>, end: Iterate) -> Option<Self> {
+        let equations = end.normal_equations(&base.weights);
+        if !equations.cost.is_finite() {
+            return None;
+        }
+        let rows = base.data.len() * base.data.channels.len();
+        let excess = (equations.cost / rows as f64).max(1.0);
+        let covariance = equations.profiled().0.try_inverse().map(|c| c * excess);
+        let sigmas = covariance.map_or_else(|| vec![0.0; end.parameters.list.len()], |c| end.parameters.sigmas(&c));
+        let scanned = trial.card.parameters.iter().filter(|p| p.kind == ParameterKind::HarmonicOrder).count();
+        let errors = channel_errors(base, &end.linearization.residuals);
+        Some(FittedCandidate {
+            extra_parameters: end.parameters.free().len() - base.free_parameters() + scanned,
+            chi2_per_n: worst(errors.iter().map(|e| e.ratio().powi(2))),
+            heldout_chi2_per_n: errors.iter().map(ChannelError::heldout_chi2_per_n).collect(),
+            trial,
+            own,
+            sigmas,
+            chi2: equations.cost,
+            residuals: end.linearization.residuals,
+            parameters: end.parameters,
+            states: end.starts,
+            system,
+            delta_bic: 0.0,
+            ln_p: 0.0,
+            refused: None,
+        })
+    }
+
+    /// The candidate fitted to the minimum.
+    pub fn minimized(self, base: &FittedModel) -> Self {
+        let data = base.data_for(&self.trial);
+        let end = base.minimize(&self.system, &self.parameters, &data, &self.states, Goal::Minimum);
+        let (trial, system, own) = (self.trial.clone(), self.system.clone(), self.own.clone());
+        FittedCandidate::at(base, trial, system, own, end).unwrap_or(self)
+    }
+
+    /// A candidate that was fitted to short windows, fitted to the whole data of `base`.
+    pub fn on_whole_data(self, base: &FittedModel, rival: f64) -> Option<Self> {
+        let data = base.data_for(&self.trial);
+        let parameters = base.fit_longer_windows(&self.system, &self.parameters, &data);
+        let states = base.initial_states_for(&self.system, &parameters, &data);
+        let end = base.minimize(&self.system, &parameters, &data, &states, Goal::Compare(rival));
+        FittedCandidate::at(base, self.trial, self.system, self.own, end)
+    }
+
+    /// Whitened sums of squares of the model with it.
+    pub fn whitened_sums(&self, base: &FittedModel, whitener: &Whitener) -> WhitenedSums {
+        whitener.sums(&self.system, &self.parameters, &self.states, &base.data_for(&self.trial), base.context.log_rows)
+    }
+
+    /// Its own parameters.
+    pub fn estimates(&self) -> Vec<Estimate> {
+        let own = self.parameters.list[self.own.clone()].iter().zip(&self.sigmas[self.own.clone()]);
+        own.zip(self.trial.card.parameters)
+            .map(|((p, sigma), info)| Estimate { name: p.name.clone(), unit: info.unit, value: p.value, sigma: *sigma })
+            .collect()
+    }
+
+    /// The model with it, and its name there.
+    pub fn added_to(&self, model: &Model) -> (Model, String) {
+        let name = model.next_name(self.trial.card.id);
+        let mut next = model.clone();
+        if next.add(&name).is_err() {
+            return (next, name);
+        }
+        for p in &self.parameters.list[..self.own.start] {
+            let _ = next.set(&p.name, p.value);
+        }
+        let names: Vec<String> = match next.effects().iter().find(|e| e.name() == name) {
+            Some(found) => found.parameters.iter().map(|&k| next.parameters()[k].name.clone()).collect(),
+            None => return (next, name),
+        };
+        for (k, name) in names.iter().enumerate() {
+            let p = &self.parameters.list[self.own.start + k];
+            let _ = next.set(name, p.value.clamp(p.range.0, p.range.1));
+            if !self.trial.fitted[k] && p.kind != ParameterKind::HarmonicOrder {
+                let _ = next.fix(name, true);
+            }
+        }
+        (next, name)
+    }
+}
+
+/// Errors of the channels for these residuals, relative to the noise of `base`.
+pub fn channel_errors(base: &FittedModel, residuals: &[Vec<f64>]) -> Vec<ChannelError> {
+    let data = &base.data;
+    base.fit
+        .channels
+        .iter()
+        .zip(residuals)
+        .map(|(f, residual)| {
+            let rms = |held_out: bool| {
+                let rows = residual.iter().enumerate().filter(|(k, r)| r.is_finite() && data.held_out(*k) == held_out);
+                let (sum, n) = rows.fold((0.0, 0usize), |(s, n), (_, r)| (s + r * r, n + 1));
+                (n > 0).then(|| (sum / n as f64).sqrt())
+            };
+            ChannelError { channel: f.channel, rms: rms(false).unwrap_or(f64::NAN), heldout_rms: rms(true), noise: f.noise }
+        })
+        .collect()
+}

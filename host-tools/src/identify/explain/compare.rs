@@ -1,0 +1,173 @@
+//! Comparison of the refitted candidates: evidence for each, the best one, and those that the logs cannot distinguish from it.
+
+use drive_model::{CATALOGUE, Card};
+use rayon::prelude::*;
+
+use super::answer::{Candidate, Estimate};
+use super::candidate::{FittedCandidate, channel_errors};
+use super::criteria::EvidenceCriteria;
+use super::fitted_model::FittedModel;
+use super::likelihood::{WhitenedSums, Whitener, delta_bic};
+use super::reasons::Refusal;
+use super::refit::screen_and_refit;
+use super::refusal::refusal;
+use super::screen::ScreenedOnly;
+use super::trial::{Invisible, Trial};
+use crate::statistics::distributions::ln_chi_squared_tail;
+
+/// One adding step: everything that was tried beside a model.
+pub struct AddingStep<'c> {
+    /// Refitted candidates by BIC, the best first; one for each effect.
+    pub candidates: Vec<FittedCandidate>,
+    screened: Vec<ScreenedOnly>,
+    invisible: Vec<Invisible>,
+    criteria: &'c EvidenceCriteria,
+    min_identifiable_fraction: f64,
+}
+
+/// Screens everything beside a model, refits the best trials and compares them.
+pub fn adding_step<'c>(base: &FittedModel<'c>) -> AddingStep<'c> {
+    let (screening, fitted) = screen_and_refit(base);
+    let candidates = compare(base, fitted, screening.tests);
+    AddingStep {
+        screened: screening.only_screened(candidates.iter().map(|f| &f.trial)),
+        candidates,
+        invisible: screening.invisible,
+        criteria: &base.context.criteria.evidence,
+        min_identifiable_fraction: base.context.criteria.screening.min_identifiable_fraction,
+    }
+}
+
+/// Evidence for each candidate against the model without it, on residuals whitened by the filter of the best candidate.
+fn compare(base: &FittedModel, mut fitted: Vec<FittedCandidate>, tests: usize) -> Vec<FittedCandidate> {
+    let Some(best) = fitted.iter().min_by(|a, b| a.chi2.total_cmp(&b.chi2)) else { return fitted };
+    let residuals: Vec<&[f64]> = best.residuals.iter().map(Vec::as_slice).collect();
+    let whitener = Whitener::of(&base.data_for(&best.trial), &residuals, &base.context.criteria.whitening);
+    let without = base.whitened_sums(&whitener);
+    let all: Vec<WhitenedSums> = fitted.par_iter().map(|f| f.whitened_sums(base, &whitener)).collect();
+    for (f, with) in fitted.iter_mut().zip(all) {
+        let gain = without.gain(&with);
+        f.delta_bic = delta_bic(gain, f.extra_parameters, without.effective_samples());
+        f.ln_p = (ln_chi_squared_tail(gain, f.extra_parameters as f64) + (tests as f64).ln()).min(0.0);
+        f.refused = refusal(base, f, &without, &with);
+    }
+    fitted.sort_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic).then(position(a.trial.card).cmp(&position(b.trial.card))));
+    let mut seen: Vec<&str> = Vec::new();
+    fitted.retain(|f| {
+        let new = !seen.contains(&f.trial.card.id);
+        seen.push(f.trial.card.id);
+        new
+    });
+    fitted
+}
+
+/// Position in the catalogue.
+fn position(card: &Card) -> usize {
+    CATALOGUE.iter().position(|c| c.id == card.id).unwrap_or(usize::MAX)
+}
+
+impl AddingStep<'_> {
+    /// The candidate is significant, improves BIC enough and was not refused.
+    fn is_accepted(&self, f: &FittedCandidate) -> bool {
+        f.refused.is_none() && f.ln_p < self.criteria.max_familywise_p.ln() && f.delta_bic < -self.criteria.min_bic_difference
+    }
+
+    fn leaves_far_less(&self, one: &FittedCandidate, other: &FittedCandidate) -> bool {
+        self.criteria.leaves_far_less(&one.heldout_chi2_per_n, &other.heldout_chi2_per_n)
+    }
+
+    /// The best accepted candidate by BIC. Whitening gives slow errors a small weight: a candidate that leaves far less on the held-out
+    /// rows goes first.
+    fn best(&self) -> Option<&FittedCandidate> {
+        let mut best = self.candidates.iter().find(|f| self.is_accepted(f))?;
+        while let Some(better) = self.candidates.iter().find(|f| self.is_accepted(f) && self.leaves_far_less(f, best)) {
+            best = better;
+        }
+        Some(best)
+    }
+
+    /// The logs cannot distinguish the candidate from the best.
+    fn is_as_good_as(&self, f: &FittedCandidate, best: &FittedCandidate) -> bool {
+        self.is_accepted(f) && f.delta_bic < best.delta_bic + self.criteria.min_bic_difference && !self.leaves_far_less(best, f)
+    }
+
+    /// Index of the candidate to add: of those as good as the best, the first in the catalogue. `None` where none is accepted.
+    pub fn choice(&self) -> Option<usize> {
+        let best = self.best()?;
+        let alike = (0..self.candidates.len()).filter(|&k| self.is_as_good_as(&self.candidates[k], best));
+        alike.min_by_key(|&k| position(self.candidates[k].trial.card))
+    }
+
+    /// The best `count` rivals of the chosen candidate, which may take its place later.
+    pub fn rivals_of(&self, chosen: usize, count: usize) -> Vec<Trial> {
+        let others = self.candidates.iter().enumerate().filter(|(k, f)| *k != chosen && f.refused.is_none());
+        others.map(|(_, f)| f.trial.clone()).take(count).collect()
+    }
+
+    /// All candidates for the answer: refitted, only screened, not visible.
+    pub fn answer(&self, base: &FittedModel) -> Vec<Candidate> {
+        let best = self.best();
+        let name = |card: &Card| base.model.next_name(card.id);
+        let as_good = |f: &FittedCandidate| best.is_some_and(|best| self.is_as_good_as(f, best));
+        let ambiguous_with = |f: &FittedCandidate| -> Vec<String> {
+            let others = self.candidates.iter().filter(|o| as_good(f) && as_good(o) && o.trial.card.id != f.trial.card.id);
+            let near = others.filter(|o| (o.delta_bic - f.delta_bic).abs() < self.criteria.min_bic_difference);
+            near.map(|o| name(o.trial.card)).collect()
+        };
+        let refitted = |f: &FittedCandidate| Candidate {
+            effect: name(f.trial.card),
+            parameters: f.estimates(),
+            refitted: true,
+            outputs: channel_errors(base, &f.residuals),
+            delta_bic: Some(f.delta_bic),
+            p_value: f.ln_p.exp(),
+            log10_p: f.ln_p / std::f64::consts::LN_10,
+            ambiguous_with: ambiguous_with(f),
+            refused: f.refused.clone(),
+            not_visible: None,
+        };
+        let mut list: Vec<Candidate> = self.candidates.iter().map(refitted).collect();
+        if let Some(chosen) = self.choice() {
+            let chosen = list.remove(chosen);
+            list.insert(0, chosen);
+        }
+        list.extend(self.screened.iter().map(|s| self.only_screened(s, name(s.trial.card))));
+        list.extend(self.invisible.iter().map(|i| Candidate {
+            effect: name(i.card),
+            parameters: Vec::new(),
+            refitted: false,
+            outputs: Vec::new(),
+            delta_bic: None,
+            p_value: 1.0,
+            log10_p: 0.0,
+            ambiguous_with: Vec::new(),
+            refused: None,
+            not_visible: Some(i.reason),
+        }));
+        list
+    }
+
+    fn only_screened(&self, screened: &ScreenedOnly, effect: String) -> Candidate {
+        let ScreenedOnly { trial, score, ln_p } = screened;
+        let refused = if score.negative {
+            Some(Refusal::NegativeAmplitude { parameter: None })
+        } else if score.identifiable_fraction <= self.min_identifiable_fraction {
+            Some(Refusal::NotIdentifiable { identifiable_fraction: score.identifiable_fraction })
+        } else {
+            None
+        };
+        let parameters = trial.card.parameters.iter().zip(&score.values);
+        Candidate {
+            effect,
+            parameters: parameters.map(|(p, v)| Estimate { name: p.name.to_owned(), unit: p.unit, value: *v, sigma: 0.0 }).collect(),
+            refitted: false,
+            outputs: Vec::new(),
+            delta_bic: None,
+            p_value: ln_p.exp(),
+            log10_p: ln_p / std::f64::consts::LN_10,
+            ambiguous_with: Vec::new(),
+            refused,
+            not_visible: None,
+        }
+    }
+}

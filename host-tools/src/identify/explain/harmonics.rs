@@ -1,0 +1,290 @@
+//! Search for the harmonic orders of the angle, and the frequencies, that are worth an exact screening.
+//!
+//! A torque a e^{inθ} changes the rate along the model's first-order decay. Its contribution s to each channel is computed along the logs for
+//! many orders n at once and correlated with the residual r: score = |Σ w s̄ r|² / Σ w |s|². The recursion neglects dry friction and what the
+//! model's own parameters could imitate, so that it only ranks; [`super::score`] computes the exact score of the best few.
+
+mod local_torque;
+
+use std::f64::consts::TAU;
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::criteria::HarmonicCriteria;
+use super::fitted_model::FittedModel;
+use super::trial::{angle, measured_current};
+use crate::identify::fit::PreparedLog;
+use crate::model::{Channel, Input, Model};
+
+/// Orders, in periods per turn, that are worth an exact screening, the best first.
+#[derive(Debug, Clone, Default)]
+pub struct HarmonicOrders {
+    /// Of an additive torque.
+    pub cogging: Vec<u32>,
+    /// Of the motor constant.
+    pub ripple: Vec<u32>,
+    /// Of the encoder.
+    pub eccentricity: Vec<u32>,
+}
+
+/// Frequencies, Hz, of the best oscillation of each kind.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Frequencies {
+    /// Of a torque.
+    pub torque_Hz: Option<f64>,
+    /// Of the voltage, relative to the commanded one.
+    pub voltage_Hz: Option<f64>,
+}
+
+/// Orders scanned together: as many as a few vector registers hold.
+const ORDERS_TOGETHER: usize = 8;
+
+/// The best orders that the model does not have yet.
+pub fn search_orders(base: &FittedModel) -> HarmonicOrders {
+    let (model, data, criteria) = (&base.model, &base.data, &base.context.criteria.harmonics);
+    let Some(theta) = angle(data) else { return HarmonicOrders::default() };
+    let known = |id: &str, stem: &str| -> Vec<u32> {
+        let uses = model.effects().iter().filter(|e| e.card.id == id);
+        let orders = uses.flat_map(|e| &e.parameters).map(|&k| &model.parameters()[k]).filter(|p| p.name.starts_with(stem));
+        orders.map(|p| p.value as u32).collect()
+    };
+    let scan = Scan::new(base, theta);
+    let highest = scan.highest_order(criteria);
+    // A torque of order one is an unbalance.
+    let mut taken = known("cogging", "cogging_order");
+    taken.push(1);
+    let mut cogging = best(&scan.scores(highest, Quantity::Torque), &taken, criteria.cogging_orders);
+    // Where the model is far off, its angle is not the one that was passed; the torque computed from the rows does not depend on the model.
+    let power = local_torque::power_by_order(model, data, theta, highest, criteria);
+    let local = best(&power, &taken, criteria.local_orders);
+    cogging.extend(local.into_iter().filter(|order| !cogging.contains(order)).collect::<Vec<_>>());
+    let ripple = if scan.motor_constant.is_some() && scan.current_is_measured {
+        best(&scan.scores(highest, Quantity::MotorConstant), &known("torque-ripple", "ripple_order"), criteria.ripple_orders)
+    } else {
+        Vec::new()
+    };
+    let eccentricity = if data.channels.iter().any(|c| c.channel == Channel::Angle) {
+        let scores = scan.scores(criteria.max_encoder_order, Quantity::EncoderAngle);
+        best(&scores, &known("encoder-eccentricity", "eccentricity_order"), criteria.encoder_orders)
+    } else {
+        Vec::new()
+    };
+    HarmonicOrders { cogging, ripple, eccentricity }
+}
+
+/// The best frequency of a torque and of the voltage that oscillate in time.
+pub fn search_frequencies(base: &FittedModel) -> Frequencies {
+    let (data, criteria) = (&base.data, &base.context.criteria.harmonics);
+    let (from, to) = (data.t_s[0], data.t_s[data.len() - 1]);
+    if data.driven == Input::Motion || to <= from {
+        return Frequencies::default();
+    }
+    // Half periods of the log: no frequency is far from one that is tried.
+    let step_Hz = 0.5 / (to - from);
+    let phase: Vec<f64> = data.t_s.iter().map(|t| TAU * step_Hz * (t - from)).collect();
+    let scan = Scan::new(base, &phase);
+    let max_Hz = criteria.max_frequency_Hz.min(criteria.max_frequency_per_row / data.dt_s);
+    let highest = criteria.max_half_periods.min((max_Hz / step_Hz) as usize);
+    let drifts: Vec<u32> = (1..criteria.min_half_periods).collect();
+    let frequency = |quantity: Quantity| best(&scan.scores(highest, quantity), &drifts, 1).first().map(|n| f64::from(*n) * step_Hz);
+    Frequencies {
+        torque_Hz: frequency(Quantity::Torque),
+        voltage_Hz: (data.driven == Input::Voltage).then(|| frequency(Quantity::Voltage)).flatten(),
+    }
+}
+
+/// The quantity that is periodic in the angle, or in time.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Quantity {
+    /// The voltage, relative to the commanded one.
+    Voltage,
+    /// A torque.
+    Torque,
+    /// The motor constant, relative to its mean.
+    MotorConstant,
+    /// The angle that the encoder measures.
+    EncoderAngle,
+}
+
+/// One row, as the scan of every order needs it.
+struct Row {
+    /// cos θ, sin θ.
+    rotation: (f64, f64),
+    theta: f64,
+    /// Torque and current by a relative change of the motor constant.
+    by_motor_constant: (f64, f64),
+    /// Torque and current by a relative change of the voltage.
+    by_voltage: (f64, f64),
+    /// Weighted residuals of rate, current or torque, angle; 0 where held out or not compared.
+    residuals: (f64, f64, f64),
+    /// The row is fitted.
+    fitted: bool,
+}
+
+/// The model along the logs, as far as the ranking needs it.
+struct Scan<'s> {
+    rows: Vec<Row>,
+    segments: &'s [Range<usize>],
+    lag: usize,
+    dt_s: f64,
+    /// Decay of the rate over a row.
+    decay: f64,
+    /// Rate by a torque over a row.
+    rate_per_torque: f64,
+    /// Current by the rate.
+    current_per_rate: f64,
+    /// Current or torque that a prescribed motion demands by a torque.
+    demand_per_torque: f64,
+    /// Weights of rate, current or torque, angle; 0 where not compared.
+    weights: (f64, f64, f64),
+    motor_constant: Option<f64>,
+    current_is_measured: bool,
+    largest_rate: f64,
+}
+
+impl<'s> Scan<'s> {
+    fn new(base: &'s FittedModel, theta: &[f64]) -> Self {
+        let (model, data, weights): (&Model, &PreparedLog, &[f64]) = (&base.model, &base.data, &base.weights);
+        let residuals = base.residuals();
+        let value = |name: &str| model.value(name).unwrap_or(0.0);
+        let inertia = value("inertia_kg_m2");
+        let (motor_constant, resistance) = (model.value("motor_constant_N_m_A"), value("resistance_ohm").max(1e-9));
+        let k = motor_constant.unwrap_or(0.0);
+        let by_voltage = data.driven == Input::Voltage;
+        let damping = value("viscous_N_m_s").max(0.0) + if by_voltage { k * k / resistance } else { 0.0 };
+        let x = if inertia > 0.0 { damping / inertia * data.dt_s } else { 0.0 };
+        let decay = (-x).exp();
+        let rate_per_torque = match (inertia > 0.0 && data.driven != Input::Motion, x > 1e-9) {
+            (false, _) => 0.0,
+            (true, true) => (1.0 - decay) / damping,
+            (true, false) => data.dt_s / inertia,
+        };
+        let demand_per_torque = if data.driven != Input::Motion {
+            0.0
+        } else if k > 0.0 {
+            -1.0 / k
+        } else {
+            -1.0
+        };
+        let channel = |wanted: &[Channel]| data.channels.iter().position(|c| wanted.contains(&c.channel));
+        let (rate, drive, angle) = (channel(&[Channel::Rate]), channel(&[Channel::Current, Channel::Torque]), channel(&[Channel::Angle]));
+        let current = measured_current(data);
+        let lag = data.angle_lag();
+        let last = data.len() - 1;
+        let braking = if by_voltage { k / resistance } else { 0.0 };
+        let mut largest_rate = 0.0_f64;
+        let rows = (0..=last)
+            .map(|row| {
+                let (a, b) = (row.saturating_sub(lag / 2), (row + lag.div_ceil(2)).min(last));
+                let span_s = data.t_s[b] - data.t_s[a];
+                let omega = if span_s > 0.0 { (theta[b] - theta[a]) / span_s } else { 0.0 };
+                largest_rate = largest_rate.max(omega.abs());
+                let weighted = |c: Option<usize>| {
+                    c.map_or(0.0, |c| residuals[c].get(row).copied().filter(|r| r.is_finite()).unwrap_or(0.0) * weights[c])
+                };
+                let fitted = !data.held_out(row);
+                let residuals = if fitted { (weighted(rate), weighted(drive), weighted(angle)) } else { (0.0, 0.0, 0.0) };
+                let (s, c) = theta[row].sin_cos();
+                let i = current.map_or(0.0, |i| i[row]);
+                let driven_A = if by_voltage { data.input[row] / resistance } else { 0.0 };
+                Row {
+                    rotation: (c, s),
+                    theta: theta[row],
+                    by_motor_constant: (k * (i - braking * omega), -braking * omega),
+                    by_voltage: (k * driven_A, driven_A),
+                    residuals,
+                    fitted,
+                }
+            })
+            .collect();
+        let weight = |c: Option<usize>| c.map_or(0.0, |c| weights[c]);
+        Scan {
+            rows,
+            segments: &data.segments,
+            lag,
+            dt_s: data.dt_s,
+            decay,
+            rate_per_torque,
+            current_per_rate: if by_voltage { -k / resistance } else { 0.0 },
+            demand_per_torque,
+            weights: (weight(rate), weight(drive), weight(angle)),
+            motor_constant,
+            current_is_measured: current.is_some(),
+            largest_rate,
+        }
+    }
+
+    /// Highest order that the sampling resolves.
+    fn highest_order(&self, criteria: &HarmonicCriteria) -> usize {
+        let resolved = criteria.max_phase_per_row_rad / (self.largest_rate * self.dt_s).max(4e-9);
+        (resolved as usize).clamp(1, criteria.max_order)
+    }
+
+    /// Score of each order from 0 to `highest`.
+    fn scores(&self, highest: usize, quantity: Quantity) -> Vec<f64> {
+        let firsts: Vec<usize> = (1..=highest).step_by(ORDERS_TOGETHER).collect();
+        let chunks: Vec<[f64; ORDERS_TOGETHER]> = firsts.par_iter().map(|&first| self.scores_from(first, quantity)).collect();
+        let mut scores = vec![0.0];
+        scores.extend(chunks.into_iter().flatten().take(highest));
+        scores
+    }
+
+    /// Scores of [`ORDERS_TOGETHER`] orders from `first` on.
+    fn scores_from(&self, first: usize, quantity: Quantity) -> [f64; ORDERS_TOGETHER] {
+        let zero = [0.0; ORDERS_TOGETHER];
+        let (mut dot_re, mut dot_im, mut power) = (zero, zero, zero);
+        // Sums of the rate up to each of the last rows, for the increments of the angle.
+        let mut past = vec![(zero, zero); self.lag];
+        for rows in self.segments {
+            let (mut re, mut im) = (zero, zero);
+            let (mut sum_re, mut sum_im) = (zero, zero);
+            past.fill((zero, zero));
+            for (at, row) in self.rows[rows.clone()].iter().enumerate() {
+                let (sin, cos) = (first as f64 * row.theta).sin_cos();
+                let (mut wave_re, mut wave_im) = (zero, zero);
+                let (mut c, mut s) = (cos, sin);
+                for n in 0..ORDERS_TOGETHER {
+                    (wave_re[n], wave_im[n]) = (c, s);
+                    (c, s) = (c * row.rotation.0 - s * row.rotation.1, c * row.rotation.1 + s * row.rotation.0);
+                }
+                let (torque, at_once) = match quantity {
+                    Quantity::Torque => (1.0, self.demand_per_torque),
+                    Quantity::MotorConstant => {
+                        (row.by_motor_constant.0, row.by_motor_constant.1 + self.demand_per_torque * row.by_motor_constant.0)
+                    }
+                    Quantity::Voltage => row.by_voltage,
+                    Quantity::EncoderAngle => (0.0, 0.0),
+                };
+                let slot = &mut past[at % self.lag.max(1)];
+                let full = at >= self.lag;
+                let weigh = f64::from(u8::from(row.fitted));
+                for n in 0..ORDERS_TOGETHER {
+                    let angle_now = if quantity == Quantity::EncoderAngle { (wave_re[n], wave_im[n]) } else { (sum_re[n], sum_im[n]) };
+                    let (angle_re, angle_im) = (angle_now.0 - slot.0[n], angle_now.1 - slot.1[n]);
+                    (slot.0[n], slot.1[n]) = angle_now;
+                    let on = f64::from(u8::from(full)) * weigh;
+                    let drive_re = self.current_per_rate * re[n] + at_once * wave_re[n];
+                    let drive_im = self.current_per_rate * im[n] + at_once * wave_im[n];
+                    dot_re[n] += row.residuals.0 * re[n] + row.residuals.1 * drive_re + row.residuals.2 * angle_re;
+                    dot_im[n] += row.residuals.0 * im[n] + row.residuals.1 * drive_im + row.residuals.2 * angle_im;
+                    power[n] += weigh
+                        * (self.weights.0 * (re[n] * re[n] + im[n] * im[n]) + self.weights.1 * (drive_re * drive_re + drive_im * drive_im))
+                        + on * self.weights.2 * (angle_re * angle_re + angle_im * angle_im);
+                    sum_re[n] += self.dt_s * re[n];
+                    sum_im[n] += self.dt_s * im[n];
+                    re[n] = self.decay * re[n] + self.rate_per_torque * torque * wave_re[n];
+                    im[n] = self.decay * im[n] + self.rate_per_torque * torque * wave_im[n];
+                }
+            }
+        }
+        std::array::from_fn(|n| if power[n] > 0.0 { (dot_re[n] * dot_re[n] + dot_im[n] * dot_im[n]) / power[n] } else { 0.0 })
+    }
+}
+
+/// The `count` orders with the largest score, without those `taken`.
+fn best(score: &[f64], taken: &[u32], count: usize) -> Vec<u32> {
+    let mut orders: Vec<usize> = (1..score.len()).filter(|n| !taken.contains(&(*n as u32))).collect();
+    orders.sort_by(|a, b| score[*b].total_cmp(&score[*a]));
+    orders.into_iter().take(count).map(|n| n as u32).collect()
+}

@@ -1,0 +1,193 @@
+//! Reasons and remarks of an explanation, as data; `report` words them.
+
+use crate::model::Channel;
+
+/// Why an effect cannot be the explanation, whatever its gain.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Refusal {
+    /// A parameter is zero within its error, which makes the effect another one.
+    ReducesTo {
+        /// The parameter.
+        parameter: String,
+        /// The effect without it.
+        effect: &'static str,
+    },
+    /// An amplitude is at zero or would be negative.
+    NegativeAmplitude {
+        /// The parameter; `None` where the effect was only screened.
+        parameter: Option<String>,
+    },
+    /// A parameter leaves its physical range.
+    OutsideRange {
+        /// The parameter.
+        parameter: String,
+        /// It belongs to the effect itself; otherwise to the model, whose parameter was within its range before.
+        own: bool,
+        /// Its value.
+        value: f64,
+        /// Its physical range.
+        range: (f64, f64),
+    },
+    /// The whitened residuals are not smaller with it.
+    NoGain,
+    /// The error on the held-out rows grows.
+    HeldOutErrorGrows {
+        /// Gain on the held-out rows.
+        gain: f64,
+    },
+    /// A small gain that the held-out rows do not confirm.
+    NotConfirmed {
+        /// Gain on the fitted rows.
+        gain: f64,
+        /// Gain on the held-out rows.
+        heldout_gain: f64,
+    },
+    /// Only noise is left without it, and its gain is small.
+    OnlyNoiseLeft {
+        /// Gain on the fitted rows.
+        gain: f64,
+        /// Gain that would be needed.
+        min_gain: f64,
+    },
+    /// The error of a channel on the held-out rows grows.
+    ChannelErrorGrows {
+        /// The channel.
+        channel: Channel,
+        /// Ratio of its χ²/n with the effect to that without it.
+        ratio: f64,
+    },
+    /// Much is left, and the effect removes hardly any of it.
+    InsignificantPart {
+        /// Smallest ratio of a channel's χ²/n with the effect to that without it.
+        ratio: f64,
+    },
+    /// The fit of one log gets worse.
+    LogGetsWorse {
+        /// Number of the log, from 0.
+        log: usize,
+        /// Gain on this log.
+        gain: f64,
+    },
+    /// The model's own parameters imitate it.
+    NotIdentifiable {
+        /// Fraction of its sensitivity that they cannot imitate.
+        identifiable_fraction: f64,
+    },
+}
+
+/// Why the logs, or the model, cannot show an effect.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum NotVisible {
+    /// Something is missing.
+    Needs(Requirement),
+    /// `u_V` was measured at the motor's terminals: what the bridge loses is lost before.
+    TerminalVoltage,
+    /// The winding temperature changes too little.
+    TemperatureSpan {
+        /// Its span, K.
+        span_K: f64,
+        /// Span that is needed, K.
+        min_K: f64,
+    },
+    /// The log covers too few turns.
+    Turns {
+        /// Turns of the log.
+        turns: f64,
+        /// Turns that are needed.
+        min: f64,
+        /// The effect that fewer turns do not distinguish from it, where there is one.
+        rival: Option<&'static str>,
+    },
+    /// The motion is prescribed: the effect changes nothing that is simulated.
+    PrescribedMotion,
+    /// The motion is prescribed and the current is compared: the effect would explain the current by itself.
+    DependsOnComparedCurrent,
+    /// An effect of the model includes it.
+    IncludedIn(&'static str),
+    /// An effect of the model takes its place.
+    AlternativeTo(&'static str),
+}
+
+/// What an effect needs of the log or of the model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Requirement {
+    /// The voltage as input of the model, or compared.
+    Voltage,
+    /// The voltage or the current as input of the model.
+    VoltageOrCurrentInput,
+    /// The angle of the platform.
+    Angle,
+    /// The angle among the compared channels.
+    ComparedAngle,
+    /// A measured rate.
+    Rate,
+    /// A measured current besides the voltage.
+    Current,
+    /// The winding temperature.
+    WindingTemperature,
+    /// Another effect in the model.
+    Effect(&'static str),
+}
+
+/// Something about the computation that the user should know.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Remark {
+    /// A remark on the preparation of the log.
+    Preparation(String),
+    /// These effects were added last and help too little far above the noise: they were removed.
+    StandInsRemoved {
+        /// Their names.
+        effects: Vec<String>,
+    },
+    /// An effect is not needed any more beside later ones.
+    NoLongerNeeded {
+        /// Its name.
+        effect: String,
+        /// The later ones.
+        beside: Vec<String>,
+    },
+    /// A rival fits better in the place of an effect, beside later ones.
+    Exchanged {
+        /// The effect.
+        effect: String,
+        /// Its rival.
+        by: String,
+        /// The later ones.
+        beside: Vec<String>,
+    },
+    /// An effect has another name from here on: another of its kind was removed.
+    Renamed {
+        /// Old name.
+        from: String,
+        /// New name.
+        to: String,
+    },
+    /// One unknown structure describes the logs better than these effects together.
+    UnknownStructureBetter {
+        /// The effects.
+        effects: Vec<String>,
+    },
+    /// These effects leave too much of the error to be its cause.
+    TooMuchLeft {
+        /// The effects.
+        effects: Vec<String>,
+        /// Fraction of the excess χ²/n that they leave.
+        remainder: f64,
+        /// It is left on the held-out rows.
+        heldout: bool,
+    },
+}
+
+/// What the computation is doing.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Progress {
+    /// The given model is fitted.
+    FittingGiven,
+    /// All effects are tried.
+    Trying {
+        /// The effect that was added last.
+        added: Option<String>,
+    },
+    /// The remainder is examined.
+    ExaminingRemainder,
+}

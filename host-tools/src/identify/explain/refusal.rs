@@ -1,0 +1,90 @@
+//! Why a fitted candidate cannot be the explanation, whatever its gain.
+
+use drive_model::ParameterKind;
+
+use super::candidate::FittedCandidate;
+use super::criteria::MisfitClass;
+use super::fitted_model::FittedModel;
+use super::likelihood::WhitenedSums;
+use super::reasons::Refusal;
+use crate::statistics::Extremes;
+
+/// The first reason that applies: an unphysical parameter, then no gain, held-out rows, and single logs. `without` and `with` are the
+/// whitened sums of the model without and with the candidate.
+pub fn refusal(base: &FittedModel, candidate: &FittedCandidate, without: &WhitenedSums, with: &WhitenedSums) -> Option<Refusal> {
+    unphysical(base, candidate)
+        .or_else(|| no_gain(base, without, with))
+        .or_else(|| heldout_error_grows(base, candidate))
+        .or_else(|| log_gets_worse(base, without, with))
+}
+
+fn unphysical(base: &FittedModel, candidate: &FittedCandidate) -> Option<Refusal> {
+    let tolerance = base.context.criteria.evidence.range_tolerance_sigmas;
+    for (k, p) in candidate.parameters.list.iter().enumerate() {
+        let own = candidate.own.contains(&k);
+        let (low, high) = p.range;
+        let slack = tolerance * candidate.sigmas[k];
+        if own && p.name == "gap_rad" && p.value < slack {
+            return Some(Refusal::ReducesTo { parameter: p.name.clone(), effect: "compliance" });
+        }
+        // A level at zero is no effect.
+        let absent = own && p.kind == ParameterKind::NonNegative && !p.fixed && p.value <= low && !candidate.trial.card.polar;
+        if absent {
+            return Some(Refusal::NegativeAmplitude { parameter: Some(p.name.clone()) });
+        }
+        if p.fixed || p.kind == ParameterKind::Phase || (p.value >= low - slack && p.value <= high + slack) {
+            continue;
+        }
+        let before = base.fit.parameters.list.get(k).map(|q| q.value);
+        if own || before.is_some_and(|v| v >= low && v <= high) {
+            return Some(Refusal::OutsideRange { parameter: p.name.clone(), own, value: p.value, range: p.range });
+        }
+    }
+    None
+}
+
+fn no_gain(base: &FittedModel, without: &WhitenedSums, with: &WhitenedSums) -> Option<Refusal> {
+    let criteria = &base.context.criteria.evidence;
+    if with.gain(without) > 0.0 {
+        return Some(Refusal::NoGain);
+    }
+    let (gain, heldout_gain) = (without.gain(with), without.held_out_gain(with));
+    if heldout_gain < -criteria.max_heldout_loss {
+        return Some(Refusal::HeldOutErrorGrows { gain: heldout_gain });
+    }
+    let small = gain < criteria.confirmed_below_gain;
+    if small && without.holds_rows_out() && heldout_gain < criteria.min_confirmed_fraction * gain {
+        return Some(Refusal::NotConfirmed { gain, heldout_gain });
+    }
+    if base.misfit() == MisfitClass::Noise && gain < criteria.min_gain_at_noise {
+        return Some(Refusal::OnlyNoiseLeft { gain, min_gain: criteria.min_gain_at_noise });
+    }
+    None
+}
+
+/// While much is unexplained, whitened residuals are mostly the colour of the error. Then the residuals themselves must get smaller too.
+fn heldout_error_grows(base: &FittedModel, candidate: &FittedCandidate) -> Option<Refusal> {
+    if base.misfit() <= MisfitClass::Moderate {
+        return None;
+    }
+    let change = base.context.criteria.evidence.max_insignificant_change;
+    let before = base.heldout_chi2_per_n();
+    let ratios: Vec<f64> = before.into_iter().zip(&candidate.heldout_chi2_per_n).map(|(before, after)| after / before).collect();
+    if let Some(k) = ratios.iter().position(|ratio| *ratio > 1.0 + change) {
+        return Some(Refusal::ChannelErrorGrows { channel: base.fit.channels[k].channel, ratio: ratios[k] });
+    }
+    if ratios.iter().all(|ratio| *ratio > 1.0 - change) {
+        return Some(Refusal::InsignificantPart { ratio: ratios.iter().copied().min_or_infinity() });
+    }
+    None
+}
+
+fn log_gets_worse(base: &FittedModel, without: &WhitenedSums, with: &WhitenedSums) -> Option<Refusal> {
+    let logs = base.context.log_rows.len();
+    if logs < 2 {
+        return None;
+    }
+    let losses = (0..logs).map(|log| (log, without.gain_on(with, log)));
+    let worse = losses.into_iter().find(|(_, gain)| *gain < -base.context.criteria.evidence.max_heldout_loss);
+    worse.map(|(log, gain)| Refusal::LogGetsWorse { log, gain })
+}

@@ -1,0 +1,308 @@
+//! Structures that no effect of the catalogue has.
+//!
+//! Piecewise linear laws over every coordinate ([`super::piecewise_linear`]), and a torque or voltage that oscillates in time, are fitted
+//! like effects and compared by the same evidence. For the best of them an expression with few parameters is fitted that can be pasted
+//! into the model file.
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use drive_model::Coordinate;
+use rayon::prelude::*;
+
+use super::answer::{Shape, ShapeForm};
+use super::criteria::{Criteria, worst};
+use super::descent::Goal;
+use super::fitted_model::FittedModel;
+use super::harmonics::search_frequencies;
+use super::likelihood::{Whitener, delta_bic};
+use super::piecewise_linear::PiecewiseLinear;
+use super::trial::turns;
+use crate::identify::fit::build::{self, GenericLaw, append_linear};
+use crate::identify::fit::normal_equations::{MAX_UNKNOWNS, linearize};
+use crate::identify::fit::simulate::System;
+use crate::identify::fit::solve::Iterate;
+use crate::model::{Channel, Input, SummingPoint};
+use crate::statistics::Extremes;
+use crate::statistics::bins::Bin;
+use crate::statistics::distributions::ln_chi_squared_tail;
+use crate::statistics::robust::median;
+
+/// Name of the proposed effect in the model file.
+const NAME: &str = "unknown";
+
+/// A structure that no effect of the catalogue has, fitted beside a model.
+pub struct Unknown {
+    /// The structure, for the answer.
+    pub shape: Shape,
+    /// χ²/n of the worst channel with it.
+    pub chi2_per_n: f64,
+}
+
+/// The best unknown structure beside a model; `None` where none is significant.
+pub fn best(base: &FittedModel) -> Option<Unknown> {
+    let criteria = base.context.criteria;
+    let mut laws: Vec<(PiecewiseLinear, f64)> = laws(base).into_par_iter().map(|law| (law.clone(), score(base, &law))).collect();
+    laws.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let best = laws.into_par_iter().take(criteria.unknown.max_fitted);
+    let mut found: Vec<Unknown> = best.filter_map(|(law, _)| fit_piecewise_linear(base, &law)).collect();
+    found.extend(oscillations(base));
+    let best = found.into_iter().min_by(|a, b| a.shape.delta_bic.total_cmp(&b.shape.delta_bic));
+    best.filter(|u| u.shape.delta_bic < -criteria.evidence.min_bic_difference)
+}
+
+/// Piecewise linear laws over the coordinates of these logs.
+fn laws(base: &FittedModel) -> Vec<PiecewiseLinear> {
+    let (data, criteria) = (&base.data, &base.context.criteria.unknown);
+    let count = criteria.max_knots.min(MAX_UNKNOWNS.saturating_sub(base.free_parameters() + base.fit.starts.kinds.len()));
+    if count < criteria.min_knots {
+        return Vec::new();
+    }
+    let span = |values: &mut dyn Iterator<Item = f64>| values.min_max();
+    let mut list = Vec::new();
+    let mut add = |coordinate, acts_on, range: (f64, f64), count| {
+        if range.1 > range.0 {
+            list.push(PiecewiseLinear { coordinate, acts_on, range, count });
+        }
+    };
+    if turns(data) >= criteria.min_turns {
+        add(Coordinate::Theta, SummingPoint::Dry, (0.0, TAU), count);
+        add(Coordinate::Theta, SummingPoint::Torque, (0.0, TAU), count);
+    }
+    let modelled = |channel: Channel| {
+        let k = data.channels.iter().position(|c| c.channel == channel)?;
+        let residual = &base.fit.channels[k].residual;
+        Some(span(&mut data.channels[k].measured.iter().zip(residual).map(|(y, r)| if r.is_finite() { y - r } else { *y })))
+    };
+    let few = count.min(criteria.max_knots_rate);
+    if let Some(range) = modelled(Channel::Rate) {
+        add(Coordinate::Omega, SummingPoint::Torque, range, few);
+    }
+    if data.driven == Input::Voltage
+        && let Some(range) = modelled(Channel::Current)
+    {
+        add(Coordinate::Current, SummingPoint::Torque, range, few);
+        add(Coordinate::Current, SummingPoint::Voltage, range, few);
+    }
+    if let Some(t) = &data.temp_C {
+        add(Coordinate::Temperature, SummingPoint::Torque, span(&mut t.iter().copied()), few.min(criteria.max_knots_temperature));
+    }
+    let time = (data.t_s[0], data.t_s[data.len() - 1]);
+    add(Coordinate::Time, SummingPoint::Torque, time, count);
+    if data.driven == Input::Voltage {
+        add(Coordinate::Time, SummingPoint::Voltage, time, count);
+    }
+    list
+}
+
+/// Damping of the one step that predicts the decrease of χ².
+const SCORE_DAMPING: f64 = 1e-6;
+
+/// Decrease of χ² that the linear model predicts for a law.
+fn score(base: &FittedModel, law: &PiecewiseLinear) -> f64 {
+    let (mut system, mut parameters) = (base.system.clone(), base.fit.parameters.clone());
+    append_linear(&mut system, &mut parameters, NAME, Arc::new(GenericLaw(law.clone())), law.count);
+    let states = base.initial_states_for(&system, &parameters, &base.data);
+    let equations = linearize(&system, &parameters, &base.data, &states).weighted(&states, &base.weights);
+    equations.step(SCORE_DAMPING, &[]).map_or(0.0, |s| if s.promised.is_finite() { s.promised } else { 0.0 })
+}
+
+/// Half-width of the 95 % interval, standard errors.
+const CONFIDENCE_SIGMAS: f64 = 1.96;
+
+/// A law, fitted and compared, with the expression that describes it.
+fn fit_piecewise_linear(base: &FittedModel, law: &PiecewiseLinear) -> Option<Unknown> {
+    let (mut system, mut parameters) = (base.system.clone(), base.fit.parameters.clone());
+    let own = append_linear(&mut system, &mut parameters, NAME, Arc::new(GenericLaw(law.clone())), law.count);
+    let states = base.initial_states_for(&system, &parameters, &base.data);
+    let end = base.minimize(&system, &parameters, &base.data, &states, Goal::Minimum);
+    let equations = end.normal_equations(&base.weights);
+    if !equations.cost.is_finite() {
+        return None;
+    }
+    let free = end.parameters.free();
+    let covariance = equations.profiled().0.try_inverse();
+    let sigma = |k: usize| {
+        let lane = free.iter().position(|f| *f == k);
+        lane.zip(covariance.as_ref()).map_or(f64::NAN, |(l, m)| m[(l, l)].max(0.0).sqrt())
+    };
+    let heights: Vec<f64> = own.clone().map(|k| end.parameters.list[k].value).collect();
+    let confidence: Vec<f64> = own.clone().map(|k| CONFIDENCE_SIGMAS * sigma(k)).collect();
+    let bins = bins(base.context.criteria, law, &heights, &confidence);
+    if !bins.iter().any(|b| b.mean.abs() > b.confidence) {
+        // The model's own parameters explain what the law seemed to.
+        return None;
+    }
+    let (delta_bic, chi2_per_n) = compare(base, &system, &end, free.len() - base.free_parameters());
+    let expression = propose(base.context.criteria, law, &heights).and_then(|proposal| fit_expression(base, &proposal));
+    let shape = Shape {
+        acts_on: law.acts_on,
+        coordinate: law.coordinate,
+        form: ShapeForm::PiecewiseLinear { largest: bins.iter().map(|b| b.mean).max_abs() },
+        bins,
+        expression: expression.as_ref().map(FittedExpression::to_toml),
+        delta_bic,
+    };
+    Some(match expression {
+        // The expression is the better model of the same structure: the knots draw it, the expression gives the evidence.
+        Some(e) if e.delta_bic < delta_bic => Unknown { shape: Shape { delta_bic: e.delta_bic, ..shape }, chi2_per_n: e.chi2_per_n },
+        _ => Unknown { shape, chi2_per_n },
+    })
+}
+
+/// The knots relative to their median, without those that few rows determine.
+fn bins(criteria: &Criteria, law: &PiecewiseLinear, heights: &[f64], confidence: &[f64]) -> Vec<Bin> {
+    let middle = median(heights.iter().copied()).unwrap_or(0.0);
+    let usual = median(confidence.iter().copied().filter(|c| c.is_finite() && *c > 0.0)).unwrap_or(0.0);
+    law.knots()
+        .iter()
+        .zip(heights)
+        .zip(confidence)
+        .filter(|(_, c)| **c > 0.0 && **c < criteria.unknown.max_confidence_ratio * usual)
+        .map(|((at, height), confidence)| Bin { at: *at, mean: height - middle, confidence: *confidence })
+        .collect()
+}
+
+/// BIC with a structure minus that without it (0 where it is not significant), and χ²/n of the worst channel with it.
+fn compare(base: &FittedModel, system: &System, end: &Iterate, extra_parameters: usize) -> (f64, f64) {
+    let criteria = base.context.criteria;
+    let residuals = &end.linearization.residuals;
+    let with: Vec<&[f64]> = residuals.iter().map(Vec::as_slice).collect();
+    let whitener = Whitener::of(&base.data, &with, &criteria.whitening);
+    let without = base.whitened_sums(&whitener);
+    let with = whitener.sums(system, &end.parameters, &end.starts, &base.data, base.context.log_rows);
+    let gain = without.gain(&with);
+    let significant = ln_chi_squared_tail(gain, extra_parameters as f64) + criteria.unknown.tests.ln()
+        < criteria.evidence.max_familywise_p.ln()
+        && without.held_out_gain(&with) > -criteria.evidence.min_bic_difference;
+    let bic = if significant { delta_bic(gain, extra_parameters, without.effective_samples()) } else { 0.0 };
+    let chi2_per_n = residuals.iter().zip(&base.fit.channels).map(|(r, f)| {
+        let (sum, n) = r.iter().filter(|r| r.is_finite()).fold((0.0, 0usize), |(s, n), r| (s + r * r, n + 1));
+        sum / n.max(1) as f64 / (f.noise * f.noise)
+    });
+    (bic, worst(chi2_per_n))
+}
+
+/// An expression for the model file, before it is fitted.
+struct Proposal {
+    acts_on: SummingPoint,
+    text: String,
+    /// Names of its parameters with their start values.
+    starts: Vec<(&'static str, f64)>,
+}
+
+/// An expression with few parameters that has the shape of these heights.
+fn propose(criteria: &Criteria, law: &PiecewiseLinear, heights: &[f64]) -> Option<Proposal> {
+    let largest = law.range.0.abs().max(law.range.1.abs());
+    let (text, starts) = match law.coordinate {
+        Coordinate::Theta => sector(heights, criteria.unknown.sector_steepness),
+        Coordinate::Omega => {
+            let text = format!("a + b * omega * abs(omega) + d * tanh(omega / {:.3e})", 0.1 * largest);
+            (text, vec![("a", 0.0), ("b", 0.0), ("d", 0.0)])
+        }
+        Coordinate::Current => ("a * i + b * i * abs(i) + d * i^3".to_owned(), vec![("a", 0.0), ("b", 0.0), ("d", 0.0)]),
+        Coordinate::Temperature => ("a * (T - 25)".to_owned(), vec![("a", 0.0)]),
+        _ => return None,
+    };
+    Some(Proposal { acts_on: law.acts_on, text, starts })
+}
+
+/// A sector of the turn: height `a` above the rest, middle `c`, half width `h`.
+fn sector(heights: &[f64], steepness: f64) -> (String, Vec<(&'static str, f64)>) {
+    let n = heights.len();
+    let rest = median(heights.iter().copied()).unwrap_or(0.0);
+    let (low, high) = heights.iter().copied().min_max();
+    let sign = if high - rest >= rest - low { 1.0 } else { -1.0 };
+    let top = if sign > 0.0 { high } else { low };
+    let inside: Vec<usize> = (0..n).filter(|&k| (heights[k] - rest) * sign > 0.5 * (top - rest) * sign).collect();
+    let (mut x, mut y) = (0.0, 0.0);
+    for &k in &inside {
+        let (s, c) = (TAU * k as f64 / n as f64).sin_cos();
+        x += c * (heights[k] - rest).abs();
+        y += s * (heights[k] - rest).abs();
+    }
+    let middle = y.atan2(x).rem_euclid(TAU);
+    let half = (0.5 * TAU * inside.len() as f64 / n as f64).clamp(0.1, 3.0);
+    (format!("a / (1 + exp({steepness} * (cos(h) - cos(theta - c))))"), vec![("a", top - rest), ("c", middle), ("h", half)])
+}
+
+/// Knots with which an oscillation is drawn over one period.
+const DRAWN_INTERVALS: usize = 24;
+
+/// A torque and a voltage that oscillate, each at its best frequency.
+fn oscillations(base: &FittedModel) -> Vec<Unknown> {
+    let frequencies = search_frequencies(base);
+    let tried = [(frequencies.torque_Hz, SummingPoint::Torque, ""), (frequencies.voltage_Hz, SummingPoint::Voltage, "u * ")];
+    let oscillation = |(hz, acts_on, factor): (Option<f64>, SummingPoint, &str)| {
+        let text = format!("{factor}(a * sin(2 * pi * f * t) + b * cos(2 * pi * f * t))");
+        let found = fit_expression(base, &Proposal { acts_on, text, starts: vec![("a", 0.0), ("b", 0.0), ("f", hz?)] })?;
+        let [a, b, f] = found.written_values()[..] else { return None };
+        let bins = (0..=DRAWN_INTERVALS)
+            .map(|k| k as f64 / DRAWN_INTERVALS as f64 / f)
+            .map(|t| Bin { at: t, mean: a * (TAU * f * t).sin() + b * (TAU * f * t).cos(), confidence: 0.0 })
+            .collect();
+        let shape = Shape {
+            acts_on,
+            coordinate: Coordinate::Time,
+            form: ShapeForm::Oscillation { frequency_Hz: f, amplitude: a.hypot(b) },
+            bins,
+            expression: Some(found.to_toml()),
+            delta_bic: found.delta_bic,
+        };
+        Some(Unknown { shape, chi2_per_n: found.chi2_per_n })
+    };
+    tried.into_iter().filter_map(oscillation).collect()
+}
+
+/// A fitted expression.
+struct FittedExpression {
+    acts_on: SummingPoint,
+    text: String,
+    /// Names of its parameters with their values.
+    values: Vec<(&'static str, f64)>,
+    delta_bic: f64,
+    chi2_per_n: f64,
+}
+
+impl FittedExpression {
+    fn written(value: f64) -> String {
+        format!("{value:.6e}")
+    }
+
+    /// Values as the model file has them, rounded.
+    fn written_values(&self) -> Vec<f64> {
+        self.values.iter().filter_map(|(_, value)| Self::written(*value).parse().ok()).collect()
+    }
+
+    /// An `[effect.NAME]` table for the model file.
+    fn to_toml(&self) -> String {
+        let numbers: Vec<String> = self.values.iter().map(|(name, value)| format!("{name} = {}", Self::written(*value))).collect();
+        format!("[effect.{NAME}]\n{} = \"{}\"\nparameters = {{ {} }}\n", self.acts_on.key(), self.text, numbers.join(", "))
+    }
+}
+
+/// A model with an expression in it, fitted and compared; `None` where the fit leaves the expression's parameters at their start.
+fn fit_expression(base: &FittedModel, proposal: &Proposal) -> Option<FittedExpression> {
+    let Proposal { acts_on, text, starts } = proposal;
+    let mut model = base.model.clone();
+    model.add_user_effect(NAME, *acts_on, text, starts).ok()?;
+    let (system, parameters) = build::system(&model, base.data.temp_C.is_some());
+    if parameters.free().len() + base.fit.starts.kinds.len() > MAX_UNKNOWNS {
+        return None;
+    }
+    let states = base.initial_states_for(&system, &parameters, &base.data);
+    let end = base.minimize(&system, &parameters, &base.data, &states, Goal::Minimum);
+    if !end.normal_equations(&base.weights).cost.is_finite() {
+        return None;
+    }
+    let mut values = Vec::new();
+    for (name, _) in starts {
+        let p = end.parameters.list.iter().find(|p| p.name == format!("{NAME}.{name}"))?;
+        values.push((*name, p.value));
+    }
+    if values.iter().zip(starts).all(|((_, value), (_, start))| value == start) {
+        return None;
+    }
+    let (delta_bic, chi2_per_n) = compare(base, &system, &end, starts.len());
+    Some(FittedExpression { acts_on: *acts_on, text: text.clone(), values, delta_bic, chi2_per_n })
+}

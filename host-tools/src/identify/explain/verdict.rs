@@ -1,0 +1,49 @@
+//! The verdict: the given model is adequate, effects were missing, or the structure of the error is unknown.
+
+use super::answer::{Shape, Verdict};
+use super::criteria::MisfitClass;
+use super::reasons::Remark;
+use super::search::{Search, bic_difference};
+use super::unknown_structure;
+
+/// The verdict, and the shape of what no effect explains. Where one unknown structure fits better than all added effects together, or
+/// where these leave too much, the added effects are removed from the search.
+pub fn verdict(search: &mut Search) -> (Verdict, Vec<Shape>) {
+    let (Some(first), Some(last)) = (search.models.first(), search.models.last()) else { return (Verdict::Adequate, Vec::new()) };
+    let criteria = first.context.criteria;
+    let chi2_per_n = last.chi2_per_n();
+    let invisible = last.misfit() <= MisfitClass::Invisible;
+    let found = !search.added.is_empty();
+    let many = search.added.len() >= criteria.verdict.suspicious_effects;
+    if invisible && !many {
+        return (if found { Verdict::EffectFound } else { Verdict::Adequate }, Vec::new());
+    }
+    if found
+        && let Some(unknown) = unknown_structure::best(first)
+        && unknown.shape.delta_bic < bic_difference(first, last) - criteria.evidence.min_bic_difference
+        && unknown.chi2_per_n < chi2_per_n.max(criteria.noise.invisible)
+    {
+        search.remarks.push(Remark::UnknownStructureBetter { effects: search.names(0) });
+        search.truncate(0);
+        return (Verdict::UnknownStructure, vec![unknown.shape]);
+    }
+    if invisible {
+        return (Verdict::EffectFound, Vec::new());
+    }
+    let shapes: Vec<Shape> = unknown_structure::best(last).map(|u| u.shape).into_iter().collect();
+    if !found && shapes.is_empty() && last.misfit() <= MisfitClass::NoiseUncertainty {
+        return (Verdict::Adequate, shapes);
+    }
+    let ((given, given_heldout), (_, left_heldout)) = (first.chi2_per_n_by_noise_of(last), last.chi2_per_n_by_noise_of(last));
+    let heldout_remainder = criteria.remainder(given_heldout, left_heldout);
+    let remainder = criteria.remainder(given, chi2_per_n).max(heldout_remainder);
+    if found && criteria.may_be_the_cause(remainder, chi2_per_n) {
+        return (Verdict::EffectFound, shapes);
+    }
+    if found && (many || remainder >= criteria.verdict.max_remainder) {
+        let heldout = heldout_remainder >= criteria.verdict.max_remainder;
+        search.remarks.push(Remark::TooMuchLeft { effects: search.names(0), remainder, heldout });
+        search.truncate(0);
+    }
+    (Verdict::UnknownStructure, shapes)
+}

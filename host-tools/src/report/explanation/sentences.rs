@@ -1,0 +1,216 @@
+//! Sentences for the typed reasons, remarks and proposals of an explanation.
+
+use drive_model::{Card, Coordinate};
+use hal_sim::plant::Stand;
+
+use super::words::{card, listed};
+use crate::identify::explain::{Explanation, NotVisible, Progress, Purpose, Refusal, Remark, Requirement, Run, Shape, ShapeForm};
+use crate::model::{Channel, SummingPoint};
+use crate::report::{numbers, unit};
+
+/// Why an effect was refused.
+pub fn refusal(reason: &Refusal) -> String {
+    match reason {
+        Refusal::ReducesTo { parameter, effect } => format!("{parameter} is zero within its error, which reduces the effect to {effect}"),
+        Refusal::NegativeAmplitude { parameter: Some(parameter) } => format!("{parameter} would have to be negative"),
+        Refusal::NegativeAmplitude { parameter: None } => "the best amplitude would be negative, which is unphysical".to_owned(),
+        Refusal::OutsideRange { parameter, own, value, .. } => {
+            let owner = if *own { "" } else { "with it the model's " };
+            format!("{owner}{parameter} would be {value:.3e}, outside its physical range")
+        }
+        Refusal::NoGain => "the residuals are not smaller with it".to_owned(),
+        Refusal::HeldOutErrorGrows { .. } => "the error on the held-out rows grows".to_owned(),
+        Refusal::NotConfirmed { .. } => "its small gain is not confirmed by the held-out rows".to_owned(),
+        Refusal::OnlyNoiseLeft { .. } => "only noise is left without it, and its gain is too small to be significant".to_owned(),
+        Refusal::ChannelErrorGrows { channel, .. } => format!("the error of {} on the held-out rows grows", channel.column()),
+        Refusal::InsignificantPart { .. } => "much is left, and it removes hardly any of it".to_owned(),
+        Refusal::LogGetsWorse { log, .. } => format!("it improves the fit of the logs together and worsens that of log {}", log + 1),
+        Refusal::NotIdentifiable { .. } => "not distinguishable from the model's own parameters in this log".to_owned(),
+    }
+}
+
+/// Why the log, or the model, cannot show an effect.
+pub fn not_visible(reason: &NotVisible) -> String {
+    match reason {
+        NotVisible::Needs(requirement) => format!("needs {}", needed(*requirement)),
+        NotVisible::TerminalVoltage => "u_V was measured at the motor's terminals, after the bridge".to_owned(),
+        NotVisible::TemperatureSpan { span_K, min_K } => {
+            format!("the temperature changes by {} K only, less than {} K", numbers::significant(*span_K, 2), numbers::plain(*min_K, 2))
+        }
+        NotVisible::Turns { turns, min, rival } => {
+            let rival = rival.map_or(String::new(), |rival| format!(" to be distinguishable from {rival}"));
+            format!("needs {} turns or more{rival}; the log covers {}", numbers::plain(*min, 2), numbers::significant(*turns, 2))
+        }
+        NotVisible::PrescribedMotion => "the motion is prescribed, so that it changes nothing that is simulated".to_owned(),
+        NotVisible::DependsOnComparedCurrent => {
+            "the motion is prescribed and the current is compared: the current would explain itself".to_owned()
+        }
+        NotVisible::IncludedIn(effect) => format!("{effect} in the model includes it"),
+        NotVisible::AlternativeTo(effect) => format!("an alternative to {effect} in the model: exchange the two to try it"),
+    }
+}
+
+/// What is needed, as the object of "needs".
+pub fn needed(requirement: Requirement) -> String {
+    match requirement {
+        Requirement::Voltage => "the voltage as the model's input (u_V)".to_owned(),
+        Requirement::VoltageOrCurrentInput => "the voltage or the current as the model's input".to_owned(),
+        Requirement::Angle => "the angle of the platform (theta_rad)".to_owned(),
+        Requirement::ComparedAngle => "the angle among the model's outputs".to_owned(),
+        Requirement::Rate => "a measured rate (omega_rad_s)".to_owned(),
+        Requirement::Current => "a measured current besides the voltage (i_A)".to_owned(),
+        Requirement::WindingTemperature => "the winding temperature (temp_C)".to_owned(),
+        Requirement::Effect(effect) => format!("{effect} in the model"),
+    }
+}
+
+/// A remark.
+pub fn remark(remark: &Remark) -> String {
+    match remark {
+        Remark::Preparation(text) => text.clone(),
+        Remark::StandInsRemoved { effects } => {
+            format!("Removed again: {}. The residual stays far above the noise, and they improve it too little.", listed(effects))
+        }
+        Remark::NoLongerNeeded { effect, beside } => format!("{effect} was added first and is no longer needed beside {}.", listed(beside)),
+        Remark::Exchanged { effect, by, beside } => {
+            format!("{effect} was added first; beside {} {by} fits better in its place.", listed(beside))
+        }
+        Remark::Renamed { from, to } => format!("From here on {from} is named {to}."),
+        Remark::UnknownStructureBetter { effects } => {
+            format!("One unknown structure fits the log better than {} together: none of them is named as the cause.", listed(effects))
+        }
+        Remark::TooMuchLeft { effects, remainder, heldout } => format!(
+            "{} of the error is left with {}{}: none of them is named as the cause.",
+            percent(*remainder),
+            listed(effects),
+            if *heldout { ", on held-out rows" } else { "" }
+        ),
+    }
+}
+
+fn percent(fraction: f64) -> String {
+    format!("{:.0} %", 100.0 * fraction)
+}
+
+/// All remarks.
+pub fn remarks(e: &Explanation) -> Vec<String> {
+    e.remarks.iter().map(remark).collect()
+}
+
+/// What the computation is doing.
+pub fn progress(progress: &Progress) -> String {
+    match progress {
+        Progress::FittingGiven => "fitting the given model".to_owned(),
+        Progress::Trying { added: None } => "trying every effect of the catalogue".to_owned(),
+        Progress::Trying { added: Some(effect) } => format!("{effect} added; trying further effects"),
+        Progress::ExaminingRemainder => "examining what is left".to_owned(),
+    }
+}
+
+/// What a shape looks like.
+pub fn shape(shape: &Shape) -> String {
+    match shape.form {
+        ShapeForm::PiecewiseLinear { largest } => {
+            let what = match shape.acts_on {
+                SummingPoint::Voltage => "a voltage",
+                SummingPoint::Dry => "a Coulomb friction",
+                _ => "a torque",
+            };
+            let (_, unit) = acts_on(shape.acts_on);
+            format!(
+                "The remainder looks like {what} that depends on the {}: up to {largest:.2e} {unit} from its median.",
+                over(shape.coordinate)
+            )
+        }
+        ShapeForm::Oscillation { frequency_Hz, amplitude } => {
+            let what = if shape.acts_on == SummingPoint::Voltage { "a part of the commanded voltage" } else { "a torque" };
+            format!("The remainder looks like {what} that oscillates at {frequency_Hz:.3} Hz with the amplitude {amplitude:.2e}.")
+        }
+    }
+}
+
+fn over(coordinate: Coordinate) -> &'static str {
+    match coordinate {
+        Coordinate::Theta => "angle",
+        Coordinate::Omega => "rate",
+        Coordinate::Current => "current",
+        Coordinate::Temperature => "temperature",
+        _ => "time",
+    }
+}
+
+/// Label of the axis over which a shape is drawn, with its unit.
+pub fn along(shape: &Shape) -> &'static str {
+    match (shape.form, shape.coordinate) {
+        (ShapeForm::Oscillation { .. }, _) => "time within a period, s",
+        (_, Coordinate::Theta) => "angle within the turn, rad",
+        (_, Coordinate::Omega) => "rate, rad/s",
+        (_, Coordinate::Current) => "current, A",
+        (_, Coordinate::Temperature) => "winding temperature, °C",
+        _ => "time, s",
+    }
+}
+
+/// Name and unit of what a shape acts on.
+pub fn acts_on(point: SummingPoint) -> (&'static str, &'static str) {
+    match point {
+        SummingPoint::Torque => ("residual torque", "N m"),
+        SummingPoint::Dry => ("residual Coulomb torque", "N m"),
+        SummingPoint::Voltage => ("residual voltage", "V"),
+        SummingPoint::Rate => ("residual of the rate", unit(Channel::Rate)),
+        SummingPoint::Angle => ("residual of the angle", unit(Channel::Angle)),
+        SummingPoint::Current => ("residual of the current", unit(Channel::Current)),
+    }
+}
+
+/// The command of a session.
+pub fn command(run: &Run) -> String {
+    let Run { mode, profile, amplitude, duration_s } = run;
+    format!("stand sim --out next.parquet --mode {mode} --profile {profile} --amplitude {amplitude} --seconds {duration_s}")
+}
+
+/// What the next experiment is for, and where it runs; `None` where none is proposed.
+pub fn next_experiment(e: &Explanation) -> Option<String> {
+    let next = e.next.as_ref()?;
+    let simulated = e.log.note("stand").is_some_and(|s| s == Stand::default().name);
+    let place = if simulated {
+        "If the log was simulated with --hidden or --stand, add the same option to the command."
+    } else {
+        "The command runs on the simulated stand. On your stand, record this profile with a suitable amplitude."
+    };
+    Some(format!("{}. {place}", purpose(&next.purpose).trim_end_matches('.')))
+}
+
+fn purpose(purpose: &Purpose) -> String {
+    let experiment = |card: Option<&Card>| card.map_or(String::new(), |c| first_lower(c.description.experiment));
+    match purpose {
+        Purpose::Distinguish { effect, rival, difference: Some(difference) } => {
+            format!("{effect} is not distinguishable from {rival} in this log. {difference}")
+        }
+        Purpose::Distinguish { effect, rival, difference: None } => format!(
+            "{effect} is not distinguishable from {rival} in this log. The best experiment for {effect}: {} The best experiment for {rival}: {}",
+            experiment(card(effect)),
+            experiment(card(rival))
+        ),
+        Purpose::BothDirections => {
+            "The log has one direction of rotation only: Coulomb friction, a load and direction-dependent friction are not distinguishable. Pass through zero in both directions"
+                .to_owned()
+        }
+        Purpose::Determine { effect } => {
+            format!("To see {effect} better, and to estimate its parameters more precisely: {}", experiment(drive_model::card(effect)))
+        }
+        Purpose::Repeat => {
+            "Repeat the measurement with other rates. An effect of the stand repeats over the same angle, rate or current; a single event does not"
+                .to_owned()
+        }
+        Purpose::SlowTurns => {
+            "The log has few slow whole turns, in which effects that depend on the angle are most visible. Rotate slowly to be sure".to_owned()
+        }
+    }
+}
+
+/// A sentence within another.
+pub fn first_lower(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or(String::new(), |c| c.to_lowercase().to_string() + letters.as_str())
+}
