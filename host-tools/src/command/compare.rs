@@ -63,9 +63,7 @@ pub(super) fn evaluate_and_report(
         Evaluation::ImplausibleLog(findings) => return report_implausible_log(log, &findings, output).map(|()| None),
         Evaluation::Evaluated(evaluated) => *evaluated,
     };
-    let title = if fitted { "Fit of model" } else { "Comparison of model" };
     let comparison = Comparison {
-        title: format!("{title} {} {} log {}", model.name(), if fitted { "to" } else { "with" }, log.path().display()),
         log,
         model,
         record: &evaluated.record,

@@ -45,7 +45,7 @@ pub fn curve(answer: &Answer) -> Drawing {
             .collect();
         let end = if matches!(p, 0 | 1) { line.first() } else { line.last() };
         if let Some(&(x, y)) = end {
-            plot.word((x, y), process.letter);
+            plot.label((x, y), process.letter);
         }
         plot.lines(&[line], "process");
     }

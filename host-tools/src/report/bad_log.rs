@@ -1,56 +1,91 @@
-//! A log that is no record of a drive: what is wrong with it, in the three forms.
+//! A log that is not plausible as a record of a drive: its findings as text, HTML and JSON.
 
-use serde_json::{Value, json};
+use serde::Serialize;
+use serde_json::Value;
 
-use super::json::{finite, problems_json};
-use super::page::{Page, with_code};
+use super::html::{Class, Markup, Page};
+use super::json::{Entries, value};
+use super::log_warnings;
 use super::terminal::Style;
 use crate::log::Log;
 use crate::log::plausible::Finding;
 
-/// The answer: verdict and problems, with the keys of every answer.
-pub fn bad_log_json(log: &Log, problems: &[Finding]) -> Value {
-    json!({
-        "verdict": "bad-log",
-        "problems": problems_json(problems),
-        "log": log.path().display().to_string(),
-        "samples": log.len(),
-        "duration_s": finite(log.duration_s()),
-        "outputs": {},
-        "failures": [],
-        "warnings": super::log_warnings(log),
-    })
+const CONCLUSION: &str =
+    "The columns of this log contradict their names, so no model was compared with it. Correct the columns, then run the command again.";
+
+/// The answer about an implausible log.
+#[derive(Serialize)]
+pub struct BadLogJson<'a> {
+    verdict: &'static str,
+    problems: Vec<ProblemJson<'a>>,
+    log: String,
+    samples: usize,
+    duration_s: f64,
+    outputs: Entries<()>,
+    failures: [(); 0],
+    warnings: Vec<String>,
 }
 
-/// For a terminal.
-pub fn bad_log_text(log: &Log, problems: &[Finding], style: Style) -> String {
-    let mut text = format!("{}\n\n", style.strong(&title(log)));
-    for finding in problems {
-        text.push_str(&style.warn(&style.wrapped("! ", "  ", &finding.says)));
+#[derive(Serialize)]
+struct ProblemJson<'a> {
+    code: &'static str,
+    says: &'a str,
+    columns: &'a [&'static str],
+}
+
+impl<'a> BadLogJson<'a> {
+    /// The answer.
+    pub fn new(log: &Log, findings: &'a [Finding]) -> Self {
+        BadLogJson {
+            verdict: "bad-log",
+            problems: findings.iter().map(|f| ProblemJson { code: f.code.name(), says: sentence(f), columns: &f.columns }).collect(),
+            log: log.path().display().to_string(),
+            samples: log.len(),
+            duration_s: log.duration_s(),
+            outputs: Entries(Vec::new()),
+            failures: [],
+            warnings: log_warnings(log),
+        }
     }
-    for line in super::log_warnings(log) {
+}
+
+/// A finding as a sentence.
+pub fn sentence(finding: &Finding) -> &str {
+    &finding.says
+}
+
+/// The answer as JSON.
+pub fn bad_log_json(log: &Log, findings: &[Finding]) -> Value {
+    value(&BadLogJson::new(log, findings))
+}
+
+/// Text for a terminal.
+pub fn bad_log_text(log: &Log, findings: &[Finding], style: Style) -> String {
+    let mut text = format!("{}\n\n", style.strong(&title(log)));
+    for finding in findings {
+        text.push_str(&style.warn(&style.wrapped("! ", "  ", sentence(finding))));
+    }
+    for line in log_warnings(log) {
         text.push_str(&style.faint(&style.wrapped("· ", "  ", &line)));
     }
     text.push('\n');
-    text.push_str(&style.strong(&style.wrapped("", "", LAST_WORDS)));
+    text.push_str(&style.strong(&style.wrapped("", "", CONCLUSION)));
     text
 }
 
-/// One HTML file.
-pub fn bad_log_html(log: &Log, problems: &[Finding]) -> String {
+/// The HTML page.
+pub fn bad_log_html(log: &Log, findings: &[Finding]) -> String {
     let mut page = Page::new(&title(log));
-    for finding in problems {
-        page.push(&format!("<p class=\"warn lead\">{}</p>", with_code(&finding.says)));
+    for finding in findings {
+        page.paragraph(Class::Lead, Markup::span(Class::Warning, Markup::with_code(sentence(finding))));
     }
-    for line in super::log_warnings(log) {
-        page.paragraph("faint", &line);
+    for line in log_warnings(log) {
+        page.paragraph(Class::Faint, line);
     }
-    page.paragraph("", LAST_WORDS);
+    page.text(CONCLUSION);
     page.finish()
 }
 
 fn title(log: &Log) -> String {
-    format!("{}: not the record of a drive", log.path().display())
+    format!("{}: not plausible as a record of a drive", log.path().display())
 }
-
-const LAST_WORDS: &str = "This log is not what its columns say, so that no model was held against it; mend the columns, then ask again.";

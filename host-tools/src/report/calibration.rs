@@ -5,7 +5,7 @@ use crate::calibrate::record::Record;
 use crate::calibrate::session::Session;
 use crate::report::page::{Page, escaped, swatch, with_code};
 use crate::report::plot::svg::Drawing;
-use crate::report::plot::{Axis, Plot, with_room};
+use crate::report::plot::{Axis, Plot, with_margin};
 use crate::report::{plain, significant, with_sigma};
 use crate::statistics::Extremes;
 use crate::statistics::uncertainty::{CONFIDENCE, Kind, Part, Quantity};
@@ -151,10 +151,13 @@ fn picture(curve: &Curve) -> Drawing {
     let all = || curve.points.iter().chain(&curve.line).chain(curve.beside.iter().flat_map(|(_, points)| points));
     let range = |of: &dyn Fn(&(f64, f64)) -> f64| all().map(of).min_max();
     let across = range(&|p| x(p.0));
-    let axis =
-        if curve.is_log { Axis::log((across.0 - 0.03, across.1 + 0.03), &curve.x) } else { Axis::new(with_room(across), 10, &curve.x, "") };
+    let axis = if curve.is_log {
+        Axis::log((across.0 - 0.03, across.1 + 0.03), &curve.x)
+    } else {
+        Axis::new(with_margin(across), 10, &curve.x, "")
+    };
     let up = range(&|p| p.1);
-    let up = if curve.has_bars { (0.0, 1.06 * up.1) } else { with_room(up) };
+    let up = if curve.has_bars { (0.0, 1.06 * up.1) } else { with_margin(up) };
     let mut plot = Plot::new(axis, Axis::new(up, 6, &curve.y, ""), 980.0, 280.0);
     plot.level(0.0, "zero");
     if !curve.line.is_empty() {

@@ -4,7 +4,7 @@ use super::calibration as page;
 use crate::calibrate::kept::{Checked, Kept, SAME};
 use crate::calibrate::trend::{Change, Series, Trend};
 use crate::report::page::{Page, escaped, swatch};
-use crate::report::plot::{Axis, Plot, with_room};
+use crate::report::plot::{Axis, Plot, with_margin};
 use crate::report::{significant, with_sigma};
 use crate::statistics::Extremes;
 use crate::statistics::uncertainty::Quantity;
@@ -139,8 +139,8 @@ fn picture(s: &Series) -> Option<crate::report::plot::svg::Drawing> {
     let days = range(&mut s.points.iter().map(|p| p.day));
     let values = range(&mut s.points.iter().flat_map(|p| [p.found.value - p.found.expanded(), p.found.value + p.found.expanded()]));
     let y = format!("{}{}", s.name, if first.found.unit == "1" { String::new() } else { format!(", {}", first.found.unit) });
-    let x = Axis::new(with_room(days), 10, &format!("days from {}", first.began), "");
-    let mut plot = Plot::new(x, Axis::new(with_room(values), 6, &y, ""), 980.0, 240.0);
+    let x = Axis::new(with_margin(days), 10, &format!("days from {}", first.began), "");
+    let mut plot = Plot::new(x, Axis::new(with_margin(values), 6, &y, ""), 980.0, 240.0);
     if let Some((at_first, slope)) = &s.line {
         plot.lines(&[[days.0, days.1].map(|d| (d, at_first + slope.value * d)).to_vec()], "modelled");
     }

@@ -6,7 +6,7 @@ use crate::drift::uncertainty::{Part, together};
 use crate::drift::{DEG_H, advise::Advice, platform::GyroAnswer};
 use crate::report::page::{Page, escaped, swatch};
 use crate::report::plot::svg::Drawing;
-use crate::report::plot::{Axis, Plot, with_room};
+use crate::report::plot::{Axis, Plot, with_margin};
 use crate::report::{plain, significant, with_sigma};
 use crate::statistics::Extremes;
 
@@ -140,7 +140,7 @@ fn cycles_plot(answer: &Answer) -> Drawing {
     let last = answer.measured.cycles.len() as f64;
     let mut plot = Plot::new(
         Axis::new((0.0, last + 1.0), 10, "cycle", ""),
-        Axis::new(with_room((low, high)), 6, "drift rate, own + apparent", "°/h"),
+        Axis::new(with_margin((low, high)), 6, "drift rate, own + apparent", "°/h"),
         980.0,
         280.0,
     );
@@ -188,7 +188,7 @@ pub fn advice_html(name: &str, advice: &Advice) -> String {
     let (from, to) = range(shown.iter().map(|(x, _)| *x));
     let mut plot = Plot::new(
         Axis::new((from, to), 8, "log₁₀ of the frequency in Hz", ""),
-        Axis::new(with_room((low.max(high - 8.0), high)), 6, "log₁₀ of the amplitude in ″", ""),
+        Axis::new(with_margin((low.max(high - 8.0), high)), 6, "log₁₀ of the amplitude in ″", ""),
         980.0,
         300.0,
     );

@@ -1,37 +1,24 @@
-//! JSON that several topics share: finite numbers, failures, findings.
+//! JSON that all topics share. Numbers that are not finite become `null`, as JSON has no other word for them.
 
+use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
-use crate::identify::residual::Misfit;
-use crate::log::plausible::Finding;
-
-/// Below this a probability is said as 0, with its logarithm beside it.
-const SMALLEST_P: f64 = 1e-300;
-
-/// A number, or `null` where there is none.
+/// A number, or `null` where it is not finite.
 pub fn finite(x: f64) -> Value {
     if x.is_finite() { json!(x) } else { Value::Null }
 }
 
-/// The findings of plausibility, as in `problems`.
-pub fn problems_json(problems: &[Finding]) -> Value {
-    problems.iter().map(|f| json!({"code": f.code.name(), "says": f.says, "columns": f.columns})).collect()
+/// An answer as JSON.
+pub fn value(answer: &impl Serialize) -> Value {
+    // Fails only on maps whose keys are not strings; no answer has one.
+    serde_json::to_value(answer).unwrap_or_else(|error| json!({"error": error.to_string()}))
 }
 
-/// Failures, as in `failures`.
-pub fn failures_json(failures: &[Misfit]) -> Value {
-    failures
-        .iter()
-        .map(|f| {
-            json!({
-                "output": f.output.column(),
-                "coordinate": f.coordinate.name(),
-                "share": finite(f.share),
-                "order": f.order,
-                "p_value": if f.p_value < SMALLEST_P { json!(0.0) } else { finite(f.p_value) },
-                "log10_p": finite(f.log10_p),
-                "says": f.says,
-            })
-        })
-        .collect()
+/// An object whose keys are names of channels or parameters, in the given order.
+pub struct Entries<T>(pub Vec<(String, T)>);
+
+impl<T: Serialize> Serialize for Entries<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.0.iter().map(|(name, entry)| (name, entry)))
+    }
 }

@@ -5,46 +5,66 @@
 
 pub mod allan;
 mod allan_picture;
-mod bad_log;
+pub mod bad_log;
 pub mod calibration;
 pub mod calibration_records;
 pub mod comparison;
+pub mod coordinates;
 pub mod demonstration;
 pub mod drift;
 pub mod effects;
 pub mod equation_error;
 pub mod explanation;
 pub mod html;
-mod json;
+pub mod json;
+pub mod misfits;
 pub mod model;
 pub mod numbers;
 pub mod observer;
 pub mod page;
 pub mod plot;
-pub mod residual;
+pub mod residual_plots;
 pub mod simulation;
 pub mod terminal;
 
 pub use bad_log::{bad_log_html, bad_log_json, bad_log_text};
 pub use comparison::{Comparison, compare_json, fit_json, html as comparison_html, text as comparison_text};
 pub use explanation::{explain_bad_log_json, explain_html, explain_json, explain_text};
-pub use json::{failures_json, finite};
+pub use json::finite;
 pub use numbers::{grouped, p_statement, p_value, plain, significant, with_sigma};
 pub use terminal::{Style, sparkline};
 
 use crate::log::Log;
 use crate::model::Channel;
 
-/// What the log's reader has to say.
+/// File, length and origin of a log, as terms with their values.
+fn log_entries(log: &Log) -> Vec<(&'static str, String)> {
+    let size = format!(
+        "{}: {} rows, {} s at {} ms",
+        log.path().display(),
+        numbers::grouped(log.len()),
+        numbers::plain(log.duration_s(), 4),
+        numbers::plain(log.median_dt_s() * 1e3, 3)
+    );
+    let mut entries = vec![("Log", size)];
+    for (key, term) in [("date", "Recorded"), ("stand", "Stand"), ("profile", "Profile")] {
+        if let Some(note) = log.note(key) {
+            entries.push((term, note.to_owned()));
+        }
+    }
+    entries
+}
+
+/// Warnings of the log's reader.
 fn log_warnings(log: &Log) -> Vec<String> {
     let mut lines = log.warnings().to_vec();
     if !log.ignored().is_empty() {
-        lines.push(format!("columns of unknown name, ignored: {}", log.ignored().join(", ")));
+        lines.push(format!("Columns of unknown name are ignored: {}.", log.ignored().join(", ")));
     }
     lines
 }
 
-/// A number for a person, six digits at most, without zeros at its end.
+/// A number with at most six significant digits, without trailing zeros.
 pub fn digits(x: f64) -> String {
     plain(x, 6)
 }
@@ -60,7 +80,7 @@ pub fn unit(channel: Channel) -> &'static str {
     }
 }
 
-/// What a channel is, for a heading.
+/// Quantity of a channel, for headings and axes.
 pub fn quantity(channel: Channel) -> &'static str {
     match channel {
         Channel::Rate => "rate",

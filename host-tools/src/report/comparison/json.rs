@@ -1,81 +1,146 @@
 //! A comparison or a fit as JSON.
 
-use serde_json::{Map, Value, json};
+use serde::Serialize;
+use serde_json::Value;
 
-use super::{Comparison, words};
+use super::Comparison;
+use super::parameters::{Determination, parameters};
 use crate::identify::fit::ChannelFit;
 use crate::identify::fit::prepared_log::ANGLE_INCREMENT_S;
 use crate::model::Channel;
-use crate::report::json::{failures_json, finite};
+use crate::report::json::{Entries, value};
+use crate::report::misfits::MisfitJson;
 use crate::report::unit;
+
+/// Answer of `stand compare`.
+#[derive(Serialize)]
+struct ComparisonJson<'a> {
+    log: String,
+    model: &'a str,
+    samples: usize,
+    duration_s: f64,
+    outputs: Entries<OutputJson>,
+    failures: Vec<MisfitJson<'a>>,
+    remarks: Vec<String>,
+    warnings: Vec<String>,
+    seconds: f64,
+}
+
+/// Answer of `stand fit`: the parameters, and the keys of a comparison.
+#[derive(Serialize)]
+struct FitJson<'a> {
+    parameters: Entries<ParameterJson>,
+    not_identifiable: Vec<&'a str>,
+    not_identifiable_details: Vec<NotIdentifiableJson<'a>>,
+    converged: bool,
+    steps: usize,
+    #[serde(flatten)]
+    comparison: ComparisonJson<'a>,
+}
+
+#[derive(Serialize)]
+struct OutputJson {
+    rms: f64,
+    noise: f64,
+    ratio: f64,
+    fit_percent: f64,
+    white: bool,
+    chi2_per_n: f64,
+    heldout_rms: Option<f64>,
+    rows: usize,
+    unit: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    compared: Option<String>,
+}
+
+#[derive(Serialize)]
+struct ParameterJson {
+    value: f64,
+    sigma: Option<f64>,
+    unit: &'static str,
+    fixed: bool,
+    start: f64,
+    #[serde(skip_serializing_if = "is_false")]
+    at_bound: bool,
+    #[serde(skip_serializing_if = "is_false")]
+    out_of_range: bool,
+}
+
+#[derive(Serialize)]
+struct NotIdentifiableJson<'a> {
+    parameter: &'a str,
+    with: Option<&'a str>,
+    correlation: Option<f64>,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes fields by reference")]
+fn is_false(flag: &bool) -> bool {
+    !flag
+}
 
 /// The answer of `stand compare --json`.
 pub fn compare_json(c: &Comparison) -> Value {
-    Value::Object(common(c))
+    value(&comparison(c))
 }
 
 /// The answer of `stand fit --json`: that of a comparison, and the parameters.
 pub fn fit_json(c: &Comparison) -> Value {
-    let mut answer = Map::new();
-    answer.insert("parameters".into(), parameters(c));
-    let held = c.held;
-    answer.insert("not_identifiable".into(), held.not_identifiable.iter().map(|(name, _)| json!(name)).collect());
-    let details = held.not_identifiable.iter().map(|(name, with)| {
-        let (with, correlation) = with.as_ref().map_or((Value::Null, Value::Null), |(with, r)| (json!(with), finite(*r)));
-        json!({"parameter": name, "with": with, "correlation": correlation})
+    let rows = parameters(c).into_iter().map(|row| {
+        let sigma = (row.determination == Determination::Determined).then_some(row.sigma);
+        let parameter = ParameterJson {
+            value: row.value,
+            sigma,
+            unit: row.unit,
+            fixed: row.fixed,
+            start: row.start,
+            at_bound: row.at_bound,
+            out_of_range: row.out_of_range,
+        };
+        (row.name, parameter)
     });
-    answer.insert("not_identifiable_details".into(), details.collect());
-    answer.insert("converged".into(), json!(held.converged));
-    answer.insert("steps".into(), json!(held.steps));
-    answer.append(&mut common(c));
-    Value::Object(answer)
+    let undetermined = &c.held.not_identifiable;
+    value(&FitJson {
+        parameters: Entries(rows.collect()),
+        not_identifiable: undetermined.iter().map(|(name, _)| name.as_str()).collect(),
+        not_identifiable_details: undetermined
+            .iter()
+            .map(|(parameter, with)| NotIdentifiableJson {
+                parameter,
+                with: with.as_ref().map(|(other, _)| other.as_str()),
+                correlation: with.as_ref().map(|(_, r)| *r),
+            })
+            .collect(),
+        converged: c.held.converged,
+        steps: c.held.steps,
+        comparison: comparison(c),
+    })
 }
 
-/// What every answer has.
-fn common(c: &Comparison) -> Map<String, Value> {
-    let mut answer = Map::new();
-    answer.insert("log".into(), json!(c.log.path().display().to_string()));
-    answer.insert("model".into(), json!(c.model.name()));
-    answer.insert("samples".into(), json!(c.log.len()));
-    answer.insert("duration_s".into(), finite(c.log.duration_s()));
-    let outputs = c.held.channels.iter().map(|f| (f.channel.column().to_owned(), output(f)));
-    answer.insert("outputs".into(), Value::Object(outputs.collect()));
-    answer.insert("failures".into(), failures_json(&c.failures));
-    answer.insert("remarks".into(), json!(c.all_remarks()));
-    answer.insert("warnings".into(), json!(c.all_warnings()));
-    answer.insert("seconds".into(), finite(c.seconds));
-    answer
-}
-
-fn output(f: &ChannelFit) -> Value {
-    let mut o = json!({
-        "rms": finite(f.rms),
-        "noise": finite(f.noise),
-        "ratio": finite(f.rms / f.noise),
-        "fit_percent": finite(f.fit_percent),
-        "white": f.white(),
-        "chi2_per_n": finite(f.chi2_per_n()),
-        "heldout_rms": f.heldout_rms.map_or(Value::Null, finite),
-        "rows": f.rows,
-        "unit": unit(f.channel),
-    });
-    if f.channel == Channel::Angle {
-        o["compared"] = json!(format!("increments over {} ms", (ANGLE_INCREMENT_S * 1e3).round()));
+fn comparison<'a>(c: &'a Comparison) -> ComparisonJson<'a> {
+    ComparisonJson {
+        log: c.log.path().display().to_string(),
+        model: c.model.name(),
+        samples: c.log.len(),
+        duration_s: c.log.duration_s(),
+        outputs: Entries(c.held.channels.iter().map(|f| (f.channel.column().to_owned(), output(f))).collect()),
+        failures: c.failures.iter().map(MisfitJson::from).collect(),
+        remarks: c.all_remarks(),
+        warnings: c.all_warnings(),
+        seconds: c.seconds,
     }
-    o
 }
 
-fn parameters(c: &Comparison) -> Value {
-    let rows = words::parameters(c);
-    let entries = rows.into_iter().map(|row| {
-        let mut p = json!({"value": finite(row.value), "sigma": if row.undetermined.is_some() { Value::Null } else { finite(row.sigma) }, "unit": row.unit, "fixed": row.fixed, "start": finite(row.start)});
-        if row.at_bound {
-            p["at_bound"] = json!(true);
-        }
-        if row.out_of_range {
-            p["out_of_range"] = json!(true);
-        }
-        (row.name, p)
-    });
-    Value::Object(entries.collect())
+fn output(f: &ChannelFit) -> OutputJson {
+    OutputJson {
+        rms: f.rms,
+        noise: f.noise,
+        ratio: f.rms / f.noise,
+        fit_percent: f.fit_percent,
+        white: f.white(),
+        chi2_per_n: f.chi2_per_n(),
+        heldout_rms: f.heldout_rms,
+        rows: f.rows,
+        unit: unit(f.channel),
+        compared: (f.channel == Channel::Angle).then(|| format!("increments over {} ms", (ANGLE_INCREMENT_S * 1e3).round())),
+    }
 }

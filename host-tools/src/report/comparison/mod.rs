@@ -10,11 +10,13 @@ mod channel_plots;
 mod failure_plots;
 mod html;
 mod json;
+mod parameters;
 mod text;
 pub mod words;
 
 pub use html::html;
 pub use json::{compare_json, fit_json};
+pub use parameters::{Determination, ParameterRow};
 pub use text::text;
 
 use super::log_warnings;
@@ -23,30 +25,34 @@ use crate::identify::residual::Misfit;
 use crate::log::Log;
 use crate::model::Model;
 
-/// A model held against a log, ready to be told.
+/// A comparison or a fit, ready to be reported.
 pub struct Comparison<'a> {
-    /// Heading: what was done, e.g. `compare run.csv`.
-    pub title: String,
     /// The log.
     pub log: &'a Log,
-    /// The model as it was given: start values of a fit.
+    /// The model as given; its values are the start values of a fit.
     pub model: &'a Model,
-    /// The log as the model sees it.
+    /// The log, prepared for this model.
     pub record: &'a PreparedLog<'a>,
     /// The result.
     pub held: &'a FitResult,
-    /// The parameters were fitted, not only compared.
+    /// The parameters were fitted; else only the initial states.
     pub fitted: bool,
-    /// How long the work took, s.
+    /// Computing time, s.
     pub seconds: f64,
-    /// What a person should know of how it was done, beyond what log and model say themselves; a line each.
+    /// How the comparison was made, beyond what log and model state: a sentence each.
     pub remarks: Vec<String>,
-    /// Where the model fails, most telling first.
+    /// Where the model fails, the largest share of the residual first.
     pub failures: Vec<Misfit>,
 }
 
 impl Comparison<'_> {
-    /// What a person should know, each line once: of the model, of the work.
+    /// Main heading.
+    pub fn title(&self) -> String {
+        let (log, model) = (self.log.path().display(), self.model.name());
+        if self.fitted { format!("Fit of model {model} to {log}") } else { format!("Comparison of {log} with model {model}") }
+    }
+
+    /// Remarks of the model and of the comparison, without repetition.
     pub fn all_remarks(&self) -> Vec<String> {
         let warnings = self.all_warnings();
         let mut lines: Vec<String> = Vec::new();
@@ -58,12 +64,12 @@ impl Comparison<'_> {
         lines
     }
 
-    /// What a person should beware of: what the log's reader did not understand, a descent that did not end.
+    /// Warnings of the log's reader, and of a fit that did not converge.
     pub fn all_warnings(&self) -> Vec<String> {
         let mut lines = log_warnings(self.log);
         if self.fitted && !self.held.converged {
             lines.push(format!(
-                "the fit did not settle in {} steps: its values are the best so far; begin nearer, or fix what this log does not determine",
+                "The fit did not converge in {} steps; the values are the best so far. Start closer to the solution, or fix the parameters that this log does not determine.",
                 self.held.steps
             ));
         }

@@ -4,12 +4,12 @@ use crate::identify::fit::prepared_log::ComparedChannel;
 use crate::identify::fit::{ChannelFit, FitResult, Parameters, PreparedLog, build};
 use crate::log::{Column, Log};
 use crate::model::{Channel, Model};
-use crate::report::numbers::{change, grouped, plain, significant, with_sigma};
+use crate::report::numbers::{change, grouped, p_statement, p_value, plain, significant, with_sigma};
 use crate::report::{Style, bad_log_html, bad_log_json, bad_log_text, finite, sparkline};
 use drive_model::Coordinate;
 use serde_json::Value;
 
-/// A log of a sine, ten seconds at 100 Hz, or as many rows as are asked for.
+/// A log of a sine at 100 Hz.
 fn log(rows: usize) -> Log {
     let t_s: Vec<f64> = (0..rows).map(|k| k as f64 * 0.01).collect();
     let column = |name: &str, f: &dyn Fn(f64) -> f64| Column { name: name.to_owned(), values: t_s.iter().map(|t| f(*t)).collect() };
@@ -24,7 +24,7 @@ fn log(rows: usize) -> Log {
     Log::new("run.csv", columns, vec![("stand".into(), "<bench> & \"tea\"".into())]).unwrap()
 }
 
-/// White enough, and the same everywhere.
+/// Reproducible white noise.
 fn noise(t: f64) -> f64 {
     let k = (t * 100.0).round() as u64;
     let mixed = k.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ (k << 13);
@@ -94,7 +94,7 @@ fn held(model: &Model, log: &Log, rms: f64) -> FitResult {
     }
 }
 
-fn with_case<R>(rows: usize, rms: f64, fitted: bool, ask: impl FnOnce(&Comparison) -> R) -> R {
+fn with_comparison<R>(rows: usize, rms: f64, fitted: bool, check: impl FnOnce(&Comparison) -> R) -> R {
     let log = log(rows);
     let model = Model::parse(MODEL, "stand.toml").unwrap();
     let record = record(&log);
@@ -108,8 +108,7 @@ fn with_case<R>(rows: usize, rms: f64, fitted: bool, ask: impl FnOnce(&Compariso
         log10_p: f64::NEG_INFINITY,
         says: "The rate ripples seven times per turn.".into(),
     }];
-    ask(&Comparison {
-        title: if fitted { "fit run.csv" } else { "compare run.csv" }.into(),
+    check(&Comparison {
         log: &log,
         model: &model,
         record: &record,
@@ -122,40 +121,40 @@ fn with_case<R>(rows: usize, rms: f64, fitted: bool, ask: impl FnOnce(&Compariso
 }
 
 #[test]
-fn the_terminal_report_of_a_fit_reads_well() {
-    insta::assert_snapshot!(with_case(1000, 0.31, true, |c| text(c, Style::default())));
+fn fit_as_text() {
+    insta::assert_snapshot!(with_comparison(1000, 0.31, true, |c| text(c, Style::default())));
 }
 
 #[test]
-fn a_comparison_within_the_noise_says_so() {
-    let said = with_case(1000, 0.02, false, |c| text(c, Style::default()));
-    assert!(said.ends_with("Within the noise in every channel: this log shows nothing that the model lacks.\n"), "{said}");
+fn residual_at_noise_level_is_reported() {
+    let report = with_comparison(1000, 0.02, false, |c| text(c, Style::default()));
+    assert!(report.ends_with("The residual is at noise level in every channel: no missing effect is visible in this log.\n"), "{report}");
 }
 
 #[test]
-fn no_line_is_wider_than_the_terminal() {
+fn lines_fit_the_terminal() {
     for width in [80, 120] {
-        let said = with_case(1000, 0.31, true, |c| text(c, Style { colour: false, width }));
-        for line in said.lines() {
+        let report = with_comparison(1000, 0.31, true, |c| text(c, Style { colour: false, width }));
+        for line in report.lines() {
             assert!(line.chars().count() <= width, "{width}: {line}");
         }
     }
 }
 
 #[test]
-fn colour_is_only_where_asked_for() {
-    assert!(!with_case(100, 0.31, true, |c| text(c, Style::default())).contains('\u{1b}'));
-    assert!(with_case(100, 0.31, true, |c| text(c, Style { colour: true, width: 80 })).contains('\u{1b}'));
+fn colour_only_on_request() {
+    assert!(!with_comparison(100, 0.31, true, |c| text(c, Style::default())).contains('\u{1b}'));
+    assert!(with_comparison(100, 0.31, true, |c| text(c, Style { colour: true, width: 80 })).contains('\u{1b}'));
 }
 
 #[test]
-fn the_answer_of_a_fit_is_that_of_the_interfaces() {
-    let answer = with_case(1000, 0.31, true, fit_json);
+fn fit_as_json() {
+    let answer = with_comparison(1000, 0.31, true, fit_json);
     insta::assert_snapshot!(serde_json::to_string_pretty(&answer).unwrap());
 }
 
 #[test]
-fn an_answer_has_no_nan() {
+fn json_has_no_nan() {
     fn numbers(v: &Value) -> bool {
         match v {
             Value::Number(n) => n.as_f64().is_some_and(f64::is_finite),
@@ -164,7 +163,7 @@ fn an_answer_has_no_nan() {
             _ => true,
         }
     }
-    let answer = with_case(1000, f64::NAN, true, fit_json);
+    let answer = with_comparison(1000, f64::NAN, true, fit_json);
     assert!(numbers(&answer));
     assert!(answer["outputs"]["omega_rad_s"]["rms"].is_null());
     assert!(answer["outputs"]["theta_rad"]["ratio"].is_null());
@@ -173,10 +172,10 @@ fn an_answer_has_no_nan() {
 }
 
 #[test]
-fn the_page_is_one_well_formed_file_that_fetches_nothing() {
-    let page = with_case(1000, 0.31, true, html);
-    for fetched in ["http", "src=", "href=", "url(", "@import", "<script"] {
-        assert!(!page.contains(fetched), "{fetched}");
+fn page_is_well_formed_and_self_contained() {
+    let page = with_comparison(1000, 0.31, true, html);
+    for reference in ["http", "src=", "href=", "url(", "@import", "<script"] {
+        assert!(!page.contains(reference), "{reference}");
     }
     let options = roxmltree::ParsingOptions { allow_dtd: true, ..Default::default() };
     let document = roxmltree::Document::parse_with_options(&page, options).unwrap();
@@ -187,19 +186,19 @@ fn the_page_is_one_well_formed_file_that_fetches_nothing() {
 }
 
 #[test]
-fn the_page_of_a_long_log_is_as_small_as_that_of_a_short_one() {
-    let (short, long) = (with_case(20_000, 0.31, true, html).len(), with_case(400_000, 0.31, true, html).len());
+fn page_size_does_not_grow_with_the_log() {
+    let (short, long) = (with_comparison(20_000, 0.31, true, html).len(), with_comparison(400_000, 0.31, true, html).len());
     assert!(long < 3_000_000 && (long as f64) < 1.3 * short as f64, "{short} and {long} bytes");
 }
 
 #[test]
-fn the_page_of_an_hour_stays_below_three_megabytes() {
-    let bytes = with_case(3_600_000, 0.31, true, html).len();
+fn page_of_one_hour_is_below_three_megabytes() {
+    let bytes = with_comparison(3_600_000, 0.31, true, html).len();
     assert!(bytes < 3_000_000, "{bytes} bytes");
 }
 
 #[test]
-fn numbers_have_the_digits_they_deserve() {
+fn numbers_have_significant_digits() {
     assert_eq!(with_sigma(0.0234, 1.2e-4), "0.02340 ± 0.00012");
     assert_eq!(with_sigma(2.5123e-4, 3.1e-6), "(2.512 ± 0.031) × 10⁻⁴");
     assert_eq!(with_sigma(-8e-5, 3.5e-5), "(−8.0 ± 3.5) × 10⁻⁵");
@@ -214,12 +213,19 @@ fn numbers_have_the_digits_they_deserve() {
 }
 
 #[test]
-fn a_sparkline_shows_heights_and_gaps() {
+fn p_values_below_1e_12_are_not_printed_as_numbers() {
+    let log10_p = [0.0, -1.5, -6.7, -11.9, -62341.0, f64::NEG_INFINITY, f64::NAN];
+    assert_eq!(log10_p.map(p_value), ["1", "0.032", "2e-7", "1e-12", "< 1e-12", "< 1e-12", "–"]);
+    assert_eq!((p_statement(-1.5), p_statement(-20.0)), ("p = 0.032".to_owned(), "p < 1e-12".to_owned()));
+}
+
+#[test]
+fn sparkline_has_heights_and_gaps() {
     assert_eq!(sparkline(&[Some(0.0), Some(1.0), None, Some(8.0)], 8.0), "▁▁ █");
 }
 
 #[test]
-fn a_bad_log_gets_its_verdict_in_every_form() {
+fn bad_log_has_its_verdict_in_every_form() {
     let log = log(100);
     let problems = crate::log::plausible::check(&log, "torque_N_m");
     assert!(!problems.is_empty());

@@ -1,46 +1,86 @@
-//! Pages as JSON.
+//! The catalogue as JSON.
 
 use drive_model::{CATALOGUE, Card, Domain, ParameterKind};
-use serde_json::{Value, json};
+use serde::Serialize;
+use serde_json::Value;
 
 use super::family;
-use crate::report::finite;
+use crate::report::json::value;
+
+#[derive(Serialize)]
+struct ListJson {
+    effects: Vec<EffectJson>,
+}
+
+#[derive(Serialize)]
+struct EffectJson {
+    id: &'static str,
+    title: &'static str,
+    equation: &'static str,
+    room: &'static str,
+    coordinate: &'static str,
+    parameters: Vec<ParameterJson>,
+    what: &'static str,
+    shows: &'static str,
+    experiment: &'static str,
+    looks_like: &'static str,
+    family: Vec<&'static str>,
+    reference: &'static str,
+}
+
+#[derive(Serialize)]
+struct ParameterJson {
+    name: &'static str,
+    unit: &'static str,
+    says: &'static str,
+    /// The ends of an open range are infinite, which is `null` in JSON.
+    range: [f64; 2],
+    start: f64,
+    kind: &'static str,
+}
 
 /// The catalogue: `{"effects": [card, …]}`.
 pub fn list_json() -> Value {
-    json!({"effects": CATALOGUE.iter().map(|c| effect_json(c)).collect::<Vec<_>>()})
+    value(&ListJson { effects: CATALOGUE.iter().map(|c| effect(c)).collect() })
 }
 
-/// One effect; the ends of an open range are `null`.
+/// One effect.
 pub fn effect_json(card: &Card) -> Value {
-    let parameters = card.parameters.iter().map(|p| {
-        json!({
-            "name": p.name,
-            "unit": p.unit,
-            "says": p.description,
-            "range": [finite(p.range.0), finite(p.range.1)],
-            "start": finite(p.start),
-            "kind": kind(p.kind),
-        })
+    value(&effect(card))
+}
+
+fn effect(card: &Card) -> EffectJson {
+    let parameters = card.parameters.iter().map(|p| ParameterJson {
+        name: p.name,
+        unit: p.unit,
+        says: p.description,
+        range: [p.range.0, p.range.1],
+        start: p.start,
+        kind: kind(p.kind),
     });
-    json!({
-        "id": card.id,
-        "title": card.title,
-        "equation": card.equation,
-        "room": match card.domain {
-            Domain::Torque => "torque",
-            Domain::Electrical => "electrical",
-            Domain::Measurement => "measurement",
-        },
-        "coordinate": card.coordinate.name(),
-        "parameters": parameters.collect::<Vec<_>>(),
-        "what": card.description.summary,
-        "shows": card.description.signature,
-        "experiment": card.description.experiment,
-        "looks_like": card.description.similar,
-        "family": family(card),
-        "reference": card.description.reference,
-    })
+    let d = &card.description;
+    EffectJson {
+        id: card.id,
+        title: card.title,
+        equation: card.equation,
+        room: domain(card.domain),
+        coordinate: card.coordinate.name(),
+        parameters: parameters.collect(),
+        what: d.summary,
+        shows: d.signature,
+        experiment: d.experiment,
+        looks_like: d.similar,
+        family: family(card),
+        reference: d.reference,
+    }
+}
+
+fn domain(domain: Domain) -> &'static str {
+    match domain {
+        Domain::Torque => "torque",
+        Domain::Electrical => "electrical",
+        Domain::Measurement => "measurement",
+    }
 }
 
 fn kind(kind: ParameterKind) -> &'static str {

@@ -1,38 +1,54 @@
-//! The catalogue of effects as pages: a list, and for each effect an account with a picture that is computed, not drawn.
+//! The catalogue of effects as text, HTML and JSON: a list, and a page for each effect with a simulated picture.
 //!
-//! In: a [`Card`]. Out: text for a terminal, JSON, one HTML file. The picture is the default stand, simulated with and without the effect
-//! under an [`Experiment`] that shows it: both traces, and their difference over the coordinate in which it shows. An effect that is new
-//! in the catalogue has its page at once: the experiment follows from its room and coordinate.
+//! In: a [`Card`]. Out: text; nothing is printed or written here. The picture shows the default stand, simulated without noise, with and
+//! without the effect under a [`Demonstration`]: both traces, and their difference over the coordinate of the effect. The demonstration
+//! follows from the card, so that a new effect has its page at once.
 
-mod experiment;
+mod demonstration;
 mod html;
 mod json;
-mod picture;
+mod plots;
 mod simulate;
 mod text;
 
 use drive_model::{CATALOGUE, Card, Domain};
 
-pub use experiment::{Experiment, Motion, Over, Shown};
+pub use demonstration::{Abscissa, Demonstration, Motion, Output};
 pub use html::{effect_html, list_html};
 pub use json::{effect_json, list_json};
-pub use simulate::{Beside, Trace, beside};
+pub use simulate::{SimulatedPair, Trace, simulated_pair};
 pub use text::{effect_text, list_text};
 
-/// The rooms in the order in which they are listed.
-const ROOMS: [Domain; 3] = [Domain::Torque, Domain::Electrical, Domain::Measurement];
+/// The domains in the order of the list.
+const DOMAINS: [Domain; 3] = [Domain::Torque, Domain::Electrical, Domain::Measurement];
 
-/// The effects of a room, in the catalogue's order.
-fn of_room(room: Domain) -> impl Iterator<Item = &'static Card> {
-    CATALOGUE.iter().copied().filter(move |c| c.domain == room)
+/// The effects of a domain, in the catalogue's order.
+fn of_domain(domain: Domain) -> impl Iterator<Item = &'static Card> {
+    CATALOGUE.iter().copied().filter(move |c| c.domain == domain)
 }
 
-/// The other effects of the same family: those that some logs cannot tell from this one.
+/// The other effects of the same family: those that some logs do not distinguish from this one.
 fn family(card: &Card) -> Vec<&'static str> {
     CATALOGUE.iter().filter(|c| !card.family.is_empty() && c.family == card.family && c.id != card.id).map(|c| c.id).collect()
 }
 
-/// A physical range in words.
+/// Terms of a page with their texts.
+fn description(card: &Card) -> Vec<(&'static str, String)> {
+    let d = &card.description;
+    let mut entries = vec![
+        ("Signature", d.signature.to_owned()),
+        ("Experiment", d.experiment.to_owned()),
+        ("Similar effects", d.similar.to_owned()),
+        ("Reference", d.reference.to_owned()),
+    ];
+    let others = family(card);
+    if !others.is_empty() {
+        entries.insert(3, ("Family", format!("{}. Some logs do not distinguish these from {}.", others.join(", "), card.id)));
+    }
+    entries
+}
+
+/// A physical range.
 fn range((low, high): (f64, f64)) -> String {
     let number = |x: f64| if (x - std::f64::consts::TAU).abs() < 1e-9 { "2π".to_owned() } else { crate::report::digits(x) };
     match (low.is_finite(), high.is_finite()) {
@@ -43,7 +59,7 @@ fn range((low, high): (f64, f64)) -> String {
     }
 }
 
-/// A unit, empty for a pure number.
+/// A unit; empty for a pure number.
 fn unit(unit: &str) -> &str {
     if unit == "1" { "" } else { unit }
 }

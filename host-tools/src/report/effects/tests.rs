@@ -1,14 +1,14 @@
-use super::experiment::Shown;
+use super::demonstration::Output;
 use super::*;
 use drive_model::Coordinate;
 
-/// What the default stand's sensors scatter in these channels at 1 kHz: a difference below it could not be seen.
-fn noise(shown: Shown) -> f64 {
-    match shown {
-        Shown::Current => 2.7e-3,
-        // That of the current through the winding.
-        Shown::Voltage => 6e-3,
-        Shown::Rate | Shown::EncoderRate => 8e-3,
+/// Noise of the default stand at 1 kHz in the unit of the output.
+fn noise(output: Output) -> f64 {
+    match output {
+        Output::Current => 2.7e-3,
+        // The noise of the current times the resistance.
+        Output::Voltage => 6e-3,
+        Output::Rate | Output::EncoderRate => 8e-3,
     }
 }
 
@@ -16,8 +16,8 @@ fn mean_square(values: &[f64]) -> f64 {
     values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64
 }
 
-/// Share of the mean square that the means of 100 bins account for.
-fn share(over: &[f64], values: &[f64]) -> f64 {
+/// Fraction of the mean square that the means of 100 bins explain.
+fn explained_fraction(over: &[f64], values: &[f64]) -> f64 {
     let range = over.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |r, v| (r.0.min(*v), r.1.max(*v)));
     let mut bins = vec![(0.0, 0.0); 100];
     for (x, v) in over.iter().zip(values) {
@@ -28,42 +28,42 @@ fn share(over: &[f64], values: &[f64]) -> f64 {
     explained / values.len() as f64 / mean_square(values)
 }
 
-/// Asks the same of every effect, side by side; what is wrong with each.
-fn of_all(ask: impl Fn(&'static Card) -> Option<String> + Sync) -> Vec<String> {
+/// Checks every effect, in parallel; the failures.
+fn check_all(check: impl Fn(&'static Card) -> Option<String> + Sync) -> Vec<String> {
     std::thread::scope(|scope| {
-        let ask = &ask;
-        let runs: Vec<_> = CATALOGUE.iter().map(|card| scope.spawn(move || ask(card))).collect();
+        let check = &check;
+        let runs: Vec<_> = CATALOGUE.iter().map(|card| scope.spawn(move || check(card))).collect();
         runs.into_iter().filter_map(|run| run.join().unwrap()).collect()
     })
 }
 
 #[test]
-fn every_effect_of_the_catalogue_is_seen_in_its_picture() {
-    let flat = of_all(|card| {
-        let beside = beside(card).unwrap();
-        let size = mean_square(&beside.difference()).sqrt() / noise(beside.experiment.shown);
+fn every_effect_is_visible_in_its_plot() {
+    let invisible = check_all(|card| {
+        let pair = simulated_pair(card).unwrap();
+        let size = mean_square(&pair.difference()).sqrt() / noise(pair.demonstration.output);
         (size.is_nan() || size < 3.0).then(|| format!("{}: {size:.2} × the noise", card.id))
     });
-    assert!(flat.is_empty(), "{flat:?}");
+    assert!(invisible.is_empty(), "{invisible:?}");
 }
 
 #[test]
-fn the_difference_follows_the_coordinate_it_is_drawn_over() {
-    let loose = of_all(|card| {
-        let beside = beside(card).unwrap();
-        // After a reversal it has the sign of the reversal.
-        if beside.experiment.over == Over::Coordinate(Coordinate::History) {
+fn difference_is_a_function_of_its_coordinate() {
+    let poor = check_all(|card| {
+        let pair = simulated_pair(card).unwrap();
+        // After a reversal the difference has the sign of the reversal.
+        if pair.demonstration.abscissa == Abscissa::Coordinate(Coordinate::History) {
             return None;
         }
-        let share = share(&beside.with.over, &beside.difference());
-        (share.is_nan() || share < 0.9).then(|| format!("{}: {share:.2}", card.id))
+        let fraction = explained_fraction(&pair.with.abscissa, &pair.difference());
+        (fraction.is_nan() || fraction < 0.9).then(|| format!("{}: {fraction:.2}", card.id))
     });
-    assert!(loose.is_empty(), "{loose:?}");
+    assert!(poor.is_empty(), "{poor:?}");
 }
 
 #[test]
-fn every_page_is_one_well_formed_file_that_fetches_nothing() {
-    let wrong = of_all(|card| {
+fn pages_are_well_formed_and_self_contained() {
+    let wrong = check_all(|card| {
         let page = effect_html(card);
         let options = roxmltree::ParsingOptions { allow_dtd: true, ..Default::default() };
         let drawings = roxmltree::Document::parse_with_options(&page, options)
@@ -77,12 +77,12 @@ fn every_page_is_one_well_formed_file_that_fetches_nothing() {
 }
 
 #[test]
-fn the_terminal_page_reads_well() {
+fn terminal_page() {
     insta::assert_snapshot!(effect_text(drive_model::card("cogging").unwrap(), false));
 }
 
 #[test]
-fn the_list_names_every_effect_within_eighty_columns() {
+fn list_names_every_effect_within_eighty_columns() {
     let text = list_text(false);
     assert!(CATALOGUE.iter().all(|c| text.contains(c.id)));
     for page in CATALOGUE.iter().map(|c| effect_text(c, false)).chain([text]) {
@@ -93,7 +93,7 @@ fn the_list_names_every_effect_within_eighty_columns() {
 }
 
 #[test]
-fn the_answer_has_the_card() {
+fn json_has_the_card() {
     let answer = effect_json(drive_model::card("rate-scale").unwrap());
     assert_eq!(answer["coordinate"], "omega");
     assert_eq!(answer["parameters"][0]["name"], "rate_scale");

@@ -1,101 +1,186 @@
-//! The answer of `stand explain --json` (interfaces.md).
+//! The answer of `stand explain --json`.
 
-use serde_json::{Map, Value, json};
+use serde::Serialize;
+use serde_json::Value;
 
+use super::evidence::{Outcome, has_p_value, reason};
 use super::{sentences, words};
 use crate::identify::explain::{Candidate, ChannelError, Estimate, Explanation, Shape, Stage};
 use crate::log::Log;
 use crate::log::plausible::Finding;
-use crate::report::json::{failures_json, finite};
-use crate::report::{bad_log_json, log_warnings};
+use crate::report::bad_log::BadLogJson;
+use crate::report::json::{Entries, value};
+use crate::report::log_warnings;
+use crate::report::misfits::{MisfitJson, p_value};
 
-/// Below this a probability is said as 0, with its logarithm beside it.
-const SMALLEST_P: f64 = 1e-300;
+#[derive(Serialize)]
+struct ExplanationJson<'a> {
+    verdict: &'static str,
+    missing: &'a [String],
+    says: String,
+    log: String,
+    model: &'a str,
+    samples: usize,
+    duration_s: f64,
+    steps: Vec<StageJson<'a>>,
+    candidates: Vec<CandidateJson<'a>>,
+    failures: Vec<MisfitJson<'a>>,
+    unexplained: Vec<ShapeJson<'a>>,
+    next_experiment: Option<NextJson>,
+    parameters: Entries<EstimateJson>,
+    not_shown: Vec<String>,
+    remarks: Vec<String>,
+    warnings: Vec<String>,
+    seconds: f64,
+}
+
+#[derive(Serialize)]
+struct StageJson<'a> {
+    effects: &'a [String],
+    added: Option<&'a str>,
+    rms: Entries<f64>,
+    heldout_rms: Entries<Option<f64>>,
+    ratio: Entries<f64>,
+    noise: Entries<f64>,
+    share: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct CandidateJson<'a> {
+    effect: &'a str,
+    parameters: Entries<EstimateJson>,
+    heldout_rms: Entries<Option<f64>>,
+    delta_bic: Option<f64>,
+    p_value: Option<f64>,
+    log10_p: Option<f64>,
+    ambiguous_with: &'a [String],
+    refitted: bool,
+    fate: &'static str,
+    refused: Option<String>,
+}
+
+#[derive(Serialize)]
+struct EstimateJson {
+    value: f64,
+    sigma: f64,
+    unit: &'static str,
+}
+
+#[derive(Serialize)]
+struct ShapeJson<'a> {
+    acts_on: &'static str,
+    coordinate: &'static str,
+    along: &'static str,
+    bins: Vec<BinJson>,
+    expression: Option<&'a str>,
+    delta_bic: f64,
+    says: String,
+}
+
+#[derive(Serialize)]
+struct BinJson {
+    at: f64,
+    mean: f64,
+    confidence: f64,
+}
+
+#[derive(Serialize)]
+struct NextJson {
+    says: Option<String>,
+    command: String,
+}
+
+/// The answer about an implausible log: that of a comparison, and the keys of an explanation, empty.
+#[derive(Serialize)]
+struct ExplainBadLogJson<'a> {
+    #[serde(flatten)]
+    bad_log: BadLogJson<'a>,
+    missing: [(); 0],
+    steps: [(); 0],
+    candidates: [(); 0],
+    unexplained: [(); 0],
+    next_experiment: Option<()>,
+}
 
 /// The whole answer.
 pub fn explain_json(e: &Explanation) -> Value {
-    json!({
-        "verdict": e.verdict.name(),
-        "missing": e.missing,
-        "says": words::headline(e),
-        "log": e.log.path().display().to_string(),
-        "model": e.model.name(),
-        "samples": e.log.len(),
-        "duration_s": finite(e.log.duration_s()),
-        "steps": e.stages.iter().enumerate().map(|(k, s)| stage(e, k, s)).collect::<Vec<_>>(),
-        "candidates": e.candidates.iter().map(|c| candidate(e, c)).collect::<Vec<_>>(),
-        "failures": failures_json(&e.failures),
-        "unexplained": e.unexplained.iter().map(shape).collect::<Vec<_>>(),
-        "next_experiment": e.next.as_ref().map_or(Value::Null, |n| {
-            json!({"says": sentences::next_experiment(e), "command": sentences::command(&n.run)})
-        }),
-        "parameters": e.stages.last().map_or(json!({}), |s| estimates(&s.parameters)),
-        "not_shown": words::blind(e),
-        "remarks": sentences::remarks(e),
-        "warnings": log_warnings(&e.log),
-        "seconds": finite(e.seconds),
+    value(&ExplanationJson {
+        verdict: e.verdict.name(),
+        missing: &e.missing,
+        says: words::headline(e),
+        log: e.log.path().display().to_string(),
+        model: e.model.name(),
+        samples: e.log.len(),
+        duration_s: e.log.duration_s(),
+        steps: e.stages.iter().enumerate().map(|(k, s)| stage(e, k, s)).collect(),
+        candidates: e.candidates.iter().map(|c| candidate(e, c)).collect(),
+        failures: e.failures.iter().map(MisfitJson::from).collect(),
+        unexplained: e.unexplained.iter().map(shape).collect(),
+        next_experiment: e.next.as_ref().map(|n| NextJson { says: sentences::next_experiment(e), command: sentences::command(&n.run) }),
+        parameters: estimates(e.stages.last().map_or(&[], |s| &s.parameters)),
+        not_shown: words::not_shown(e),
+        remarks: sentences::remarks(e),
+        warnings: log_warnings(&e.log),
+        seconds: e.seconds,
     })
 }
 
-/// The answer about a log that is no record of a drive: the keys of every explanation, empty.
+/// The answer about an implausible log.
 pub fn explain_bad_log_json(log: &Log, problems: &[Finding]) -> Value {
-    let mut answer = bad_log_json(log, problems);
-    for key in ["missing", "steps", "candidates", "unexplained"] {
-        answer[key] = json!([]);
+    value(&ExplainBadLogJson {
+        bad_log: BadLogJson::new(log, problems),
+        missing: [],
+        steps: [],
+        candidates: [],
+        unexplained: [],
+        next_experiment: None,
+    })
+}
+
+fn stage<'a>(e: &'a Explanation, k: usize, s: &'a Stage) -> StageJson<'a> {
+    StageJson {
+        effects: &s.effects,
+        added: s.added.as_deref(),
+        rms: by_output(&s.outputs, |o| o.rms),
+        heldout_rms: by_output(&s.outputs, |o| o.heldout_rms),
+        ratio: by_output(&s.outputs, ChannelError::ratio),
+        noise: by_output(&s.outputs, |o| o.noise),
+        share: words::share(e, k),
     }
-    answer["next_experiment"] = Value::Null;
-    answer
 }
 
-fn stage(e: &Explanation, k: usize, s: &Stage) -> Value {
-    json!({
-        "effects": s.effects,
-        "added": s.added,
-        "rms": by_output(&s.outputs, |o| finite(o.rms)),
-        "heldout_rms": by_output(&s.outputs, heldout),
-        "ratio": by_output(&s.outputs, |o| finite(o.ratio())),
-        "noise": by_output(&s.outputs, |o| finite(o.noise)),
-        "share": words::share(e, k).map_or(Value::Null, finite),
-    })
+fn candidate<'a>(e: &Explanation, c: &'a Candidate) -> CandidateJson<'a> {
+    let outcome = Outcome::of(e, c);
+    CandidateJson {
+        effect: &c.effect,
+        parameters: estimates(&c.parameters),
+        heldout_rms: by_output(&c.outputs, |o| o.heldout_rms),
+        delta_bic: c.delta_bic,
+        p_value: has_p_value(e, c).then(|| p_value(c.p_value)),
+        log10_p: has_p_value(e, c).then_some(c.log10_p),
+        ambiguous_with: &c.ambiguous_with,
+        refitted: c.refitted,
+        fate: outcome.name(),
+        refused: reason(c, outcome),
+    }
 }
 
-fn candidate(e: &Explanation, c: &Candidate) -> Value {
-    let (fate, why) = words::fate(e, c);
-    json!({
-        "effect": c.effect,
-        "parameters": estimates(&c.parameters),
-        "heldout_rms": by_output(&c.outputs, heldout),
-        "delta_bic": c.delta_bic.map_or(Value::Null, finite),
-        "p_value": if !words::has_chance(e, c) { Value::Null } else if c.p_value < SMALLEST_P { json!(0.0) } else { finite(c.p_value) },
-        "log10_p": if words::has_chance(e, c) { finite(c.log10_p) } else { Value::Null },
-        "ambiguous_with": c.ambiguous_with,
-        "refitted": c.refitted,
-        "fate": fate,
-        "refused": why,
-    })
+fn by_output<T>(outputs: &[ChannelError], value: impl Fn(&ChannelError) -> T) -> Entries<T> {
+    Entries(outputs.iter().map(|o| (o.channel.column().to_owned(), value(o))).collect())
 }
 
-fn heldout(o: &ChannelError) -> Value {
-    o.heldout_rms.map_or(Value::Null, finite)
+fn estimates(list: &[Estimate]) -> Entries<EstimateJson> {
+    Entries(list.iter().map(|p| (p.name.clone(), EstimateJson { value: p.value, sigma: p.sigma, unit: p.unit })).collect())
 }
 
-fn by_output(outputs: &[ChannelError], value: impl Fn(&ChannelError) -> Value) -> Value {
-    Value::Object(outputs.iter().map(|o| (o.channel.column().to_owned(), value(o))).collect::<Map<_, _>>())
-}
-
-fn estimates(list: &[Estimate]) -> Value {
-    let entries = list.iter().map(|p| (p.name.clone(), json!({"value": finite(p.value), "sigma": finite(p.sigma), "unit": p.unit})));
-    Value::Object(entries.collect::<Map<_, _>>())
-}
-
-fn shape(s: &Shape) -> Value {
-    json!({
-        "acts_on": s.acts_on.key(),
-        "coordinate": s.coordinate.name(),
-        "along": sentences::along(s),
-        "bins": s.bins.iter().map(|b| json!({"at": finite(b.at), "mean": finite(b.mean), "confidence": finite(b.confidence)})).collect::<Vec<_>>(),
-        "expression": s.expression,
-        "delta_bic": finite(s.delta_bic),
-        "says": sentences::shape(s),
-    })
+fn shape(s: &Shape) -> ShapeJson<'_> {
+    ShapeJson {
+        acts_on: s.acts_on.key(),
+        coordinate: s.coordinate.name(),
+        along: sentences::along(s),
+        bins: s.bins.iter().map(|b| BinJson { at: b.at, mean: b.mean, confidence: b.confidence }).collect(),
+        expression: s.expression.as_deref(),
+        delta_bic: s.delta_bic,
+        says: sentences::shape(s),
+    }
 }

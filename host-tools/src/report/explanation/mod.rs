@@ -1,4 +1,6 @@
-//! An explanation (which effect the model lacks) as text, HTML and JSON.
+//! An explanation, which names the effects that a model lacks, as text, HTML and JSON.
+//!
+//! In: an [`Explanation`](crate::identify::explain::Explanation). Out: text; nothing is printed or written here.
 
 pub mod coverage;
 mod evidence;
@@ -10,6 +12,7 @@ pub mod sentences;
 mod text;
 pub mod words;
 
+pub use evidence::Outcome;
 pub use folder::{folder_json, folder_text, folder_verdict};
 pub use html::explain_html;
 pub use json::{explain_bad_log_json, explain_json};

@@ -1,64 +1,64 @@
-//! What an explanation says, in words: the same in every form of its report.
+//! Sentences of an explanation, shared by text, HTML and JSON.
 
 use drive_model::Card;
 
 use super::coverage;
-pub use super::evidence::{chance, fate, grouped, has_chance, heldout, probability, sure, tried};
+use super::evidence::evidence;
 use super::sentences::{first_lower, needed, not_visible};
 use crate::identify::explain::criteria::MisfitClass;
 use crate::identify::explain::{ChannelError, Estimate, Explanation, NotVisible, Stage, Verdict};
 use crate::report::{numbers, unit};
 
-/// Heading.
+/// Column heads of the table of candidates, explained.
+pub const TABLE_LEGEND: &str = "Sorted by score, highest first. ΔBIC: change of the Bayesian information criterion by adding the effect; negative is better, below −6 is required. p: probability of the improvement by chance, over the whole catalogue. held-out: rms over noise on rows that the fit did not use.";
+
+/// Main heading.
 pub fn title(e: &Explanation) -> String {
-    format!("What {} lacks, by {}", e.model.name(), e.log.path().display())
+    format!("Effects missing in model {}, from log {}", e.model.name(), e.log.path().display())
 }
 
-/// The effect's card: `cogging` of `cogging#2`.
+/// The card of an effect: that of `cogging` for `cogging#2`.
 pub fn card(name: &str) -> Option<&'static Card> {
     drive_model::card(name.split('#').next().unwrap_or(name))
 }
 
-/// The answer in a sentence or two.
+/// The result in one to three sentences.
 pub fn headline(e: &Explanation) -> String {
-    let channels = e.explained.channels.len();
-    let every = if channels > 1 { "in every channel" } else { "in the one channel that is compared" };
+    let every = if e.explained.channels.len() > 1 { " in every channel" } else { "" };
+    let above = above_noise(e, last(e));
     match e.verdict {
+        Verdict::Adequate if above.is_empty() => {
+            format!("No missing effect is visible in this log: the residual is at noise level{every}.")
+        }
         Verdict::Adequate => {
-            let left = off(e, last(e));
-            let left = if left.is_empty() {
-                format!("what is left is as small as the noise {every}")
-            } else {
-                format!("what is left ({left}) has no shape that any effect would leave")
-            };
-            format!("Nothing is missing that this log could show: {left}.")
+            format!("No missing effect is visible in this log: the residual ({above}) has no structure that an effect would leave.")
         }
         Verdict::EffectFound => {
-            let left = off(e, last(e));
-            let left = match left.is_empty() {
-                true => format!("With {} only noise is left {every}.", if e.missing.len() > 1 { "them" } else { "it" }),
-                false if last(e).iter().any(|o| class(e, o) > MisfitClass::Moderate) => format!(
-                    "Much is left that no effect of the catalogue explains ({left}): a cause of no name may be behind {} too.",
-                    if e.missing.len() > 1 { "them" } else { "it" }
-                ),
-                false => format!("Something small is left that no effect of the catalogue explains: {left}."),
+            let plural = e.missing.len() > 1;
+            let (effects, them) = if plural { ("effects", "them") } else { ("effect", "it") };
+            let left = if above.is_empty() {
+                format!("With {them} the residual is at noise level{every}.")
+            } else if last(e).iter().any(|o| class(e, o) > MisfitClass::Moderate) {
+                let stand = if plural { "the effects found may stand" } else { "the effect found may stand" };
+                format!("A large residual remains that no effect of the catalogue explains ({above}); {stand} in for an unknown cause.")
+            } else {
+                format!("A small residual remains that no effect of the catalogue explains: {above}.")
             };
-            format!("Missing: {}. {left}", listed(&e.missing))
+            format!("Missing {effects}: {}. {left}", listed(&e.missing))
         }
         Verdict::UnknownStructure => {
             let found = match &e.missing[..] {
                 [] => String::new(),
-                [one] => format!("{one} explains a part of the error, but may stand in for something else. "),
-                many => format!("{} explain a part of the error, but may stand in for something else. ", listed(many)),
+                [one] => format!("{one} explains part of the residual, but may stand in for another cause. "),
+                many => format!("{} explain part of the residual, but may stand in for another cause. ", listed(many)),
             };
-            let left = off(e, last(e));
-            let left = if left.is_empty() { String::new() } else { format!(" ({left})") };
+            let above = if above.is_empty() { String::new() } else { format!(" ({above})") };
             let shape = if e.unexplained.is_empty() {
-                "Over none of this log's coordinates it has a shape that is sure: it may come at moments of its own, or ring"
+                "It has no significant shape over any coordinate of this log; it may be intermittent or oscillatory."
             } else {
-                "Below is its shape"
+                "Its shape is given below."
             };
-            format!("{found}Something is there that no effect of the catalogue explains{left}. {shape}.")
+            format!("{found}The log contains a structure that no effect of the catalogue explains{above}. {shape}")
         }
     }
 }
@@ -72,19 +72,19 @@ fn class(e: &Explanation, o: &ChannelError) -> MisfitClass {
     e.criteria.noise.misfit(o.ratio() * o.ratio())
 }
 
-/// A channel's error is visibly larger than its noise.
+/// The residual of the channel is visibly larger than its noise.
 pub fn exceeds_noise(e: &Explanation, o: &ChannelError) -> bool {
     class(e, o) > MisfitClass::Invisible
 }
 
-/// Channels that are off, with by how much; empty where none is.
-fn off(e: &Explanation, outputs: &[ChannelError]) -> String {
-    let off: Vec<String> = outputs
+/// The channels whose residual is above the noise, with their ratios; empty where there are none.
+fn above_noise(e: &Explanation, outputs: &[ChannelError]) -> String {
+    let above: Vec<String> = outputs
         .iter()
         .filter(|o| exceeds_noise(e, o))
-        .map(|o| format!("{} at {} × its noise", o.channel.column(), numbers::significant(o.ratio(), 3)))
+        .map(|o| format!("{} at {} × noise", o.channel.column(), numbers::significant(o.ratio(), 3)))
         .collect();
-    listed(&off)
+    listed(&above)
 }
 
 /// `a`, `a and b`, `a, b and c`.
@@ -96,12 +96,12 @@ pub fn listed(names: &[String]) -> String {
     }
 }
 
-/// Mean square of the residual that is not noise, over all channels, in units of the noise.
+/// Mean square of the residual above the noise, over all channels, in units of the noise variance.
 fn excess(stage: &Stage) -> f64 {
     stage.outputs.iter().map(|o| (o.ratio() * o.ratio() - 1.0).max(0.0)).filter(|x| x.is_finite()).sum()
 }
 
-/// Part of the given model's excess that stage `k` removed; `None` where there was none.
+/// Fraction of the given model's excess that stage `k` removed; `None` where there was no excess.
 pub fn share(e: &Explanation, k: usize) -> Option<f64> {
     let first = excess(e.stages.first()?);
     let before = excess(e.stages.get(k.checked_sub(1)?)?);
@@ -114,7 +114,7 @@ pub fn estimate(p: &Estimate) -> String {
     format!("{} = {}", p.name, value(p))
 }
 
-/// Its value with unit.
+/// The value with its standard uncertainty and unit.
 pub fn value(p: &Estimate) -> String {
     let number = numbers::with_sigma(p.value, p.sigma);
     if p.unit.is_empty() || p.unit == "1" { number } else { format!("{number} {}", p.unit) }
@@ -127,46 +127,52 @@ pub fn parameters<'a>(e: &'a Explanation, name: &str) -> Vec<&'a Estimate> {
     e.stages.last().map_or(Vec::new(), |s| s.parameters.iter().filter(|p| names.contains(&p.name.as_str())).collect())
 }
 
-/// All that is to be said of one added effect: what, and a text to it; `k` counts from 0.
-pub fn of_effect(e: &Explanation, k: usize) -> Vec<(String, String)> {
+/// The report of added effect `k`, counted from 0: terms with their texts.
+pub fn added_effect(e: &Explanation, k: usize) -> Vec<(String, String)> {
     let Some(name) = e.missing.get(k) else { return Vec::new() };
     let mut list = Vec::new();
-    let mut says = |term: &str, text: String| list.push((term.to_owned(), text));
+    let mut add = |term: &str, text: String| list.push((term.to_owned(), text));
     let card = card(name);
-    let sizes: Vec<String> = parameters(e, name).into_iter().map(estimate).collect();
+    let estimates = parameters(e, name);
+    let sigma = if estimates.iter().any(|p| p.sigma > 0.0) { " (± 1σ)" } else { "" };
+    let values: Vec<String> = estimates.into_iter().map(estimate).collect();
     let what = card.map_or("", |c| c.description.summary);
-    says(name, if sizes.is_empty() { what.to_owned() } else { format!("{what} Here: {}.", sizes.join(", ")) });
-    // The list is that of the first step; what was added later was judged again, beside what was added before.
+    add(name, if values.is_empty() { what.to_owned() } else { format!("{what} Fitted: {}{sigma}.", values.join(", ")) });
+    // The candidates are those of the first step; effects added later were compared in the presence of the earlier ones.
     let candidate = e.candidates.iter().find(|c| k == 0 && c.effect == *name && c.refitted);
     if let Some(c) = candidate {
-        let not_the_cause = "Sure that it helps, not that it is the cause: what is left with it is far more than noise.";
-        says("How sure", if e.verdict == Verdict::UnknownStructure { format!("{not_the_cause} {}", sure(e, c)) } else { sure(e, c) });
+        let mut text = evidence(e, c);
+        if e.verdict == Verdict::UnknownStructure {
+            text.push_str(" The effect improves the fit but may not be the cause: the remaining residual is far above the noise.");
+        }
+        add("Evidence", text);
     }
-    if let Some(text) = fall(e, k + 1) {
-        says("How much", text);
+    if let Some(text) = reduction(e, k + 1) {
+        add("Error reduction", text);
     }
     if let Some(card) = card {
-        says("How it shows", card.description.signature.to_owned());
+        add("Signature", card.description.signature.to_owned());
     }
     let rivals = candidate.map_or(&[][..], |c| &c.ambiguous_with);
-    let looks = card.map_or("", |c| c.description.similar);
-    says(
-        "What looks alike",
-        match (rivals, candidate) {
-            ([], None) => looks.to_owned(),
-            ([], Some(_)) => format!("None of the others fits this log nearly as well. In other logs: {}", first_lower(looks)),
-            (rivals, _) => format!(
-                "This log cannot tell it from {}: what was tried fits as well within {} in BIC, and the first in the catalogue is named. {looks}",
-                listed(rivals),
+    let similar = card.map_or("", |c| c.description.similar);
+    let text = match (rivals, candidate) {
+        ([], None) => similar.to_owned(),
+        ([], Some(_)) => format!("In this log no other effect fits nearly as well. In other logs: {}", first_lower(similar)),
+        (rivals, _) => {
+            let rivals: Vec<String> = rivals.iter().map(|name| format!("`{name}`")).collect();
+            format!(
+                "Not distinguishable from {} in this log (ΔBIC < {}); the first in the catalogue is named. {similar}",
+                listed(&rivals),
                 e.criteria.evidence.min_bic_difference
-            ),
-        },
-    );
+            )
+        }
+    };
+    add("Similar effects", text);
     list
 }
 
-/// How much of the error a stage took away, channel by channel.
-fn fall(e: &Explanation, k: usize) -> Option<String> {
+/// How much of the error stage `k` removed, in all and by channel.
+fn reduction(e: &Explanation, k: usize) -> Option<String> {
     let (before, after) = (e.stages.get(k.checked_sub(1)?)?, e.stages.get(k)?);
     let channels: Vec<String> = before
         .outputs
@@ -184,18 +190,17 @@ fn fall(e: &Explanation, k: usize) -> Option<String> {
             )
         })
         .collect();
-    let part = share(e, k)?;
-    let part = match 100.0 * part {
-        p if p >= 99.95 => "practically all".to_owned(),
+    let percent = match 100.0 * share(e, k)? {
+        p if p >= 99.95 => "More than 99.9 %".to_owned(),
         p if p >= 0.05 => format!("{} %", numbers::significant(p, 3)),
-        _ => "hardly any".to_owned(),
+        _ => "Less than 0.1 %".to_owned(),
     };
-    let channels = if channels.is_empty() { String::new() } else { format!(": the rms error fell, {}", listed(&channels)) };
-    Some(format!("It was {part} of the error that was not noise{channels}."))
+    let channels = if channels.is_empty() { String::new() } else { format!("; rms of {}", listed(&channels)) };
+    Some(format!("{percent} of the residual variance above the noise{channels}."))
 }
 
-/// What this log could not have shown: of its motion, and by its columns; a sentence each.
-pub fn blind(e: &Explanation) -> Vec<String> {
+/// What this log cannot show, because of its motion or its columns; a sentence each.
+pub fn not_shown(e: &Explanation) -> Vec<String> {
     let mut list = vec![coverage::covered(&e.coverage)];
     list.extend(coverage::not_covered(&e.coverage));
     let mut reasons: Vec<(NotVisible, Vec<String>)> = Vec::new();
@@ -213,34 +218,35 @@ pub fn blind(e: &Explanation) -> Vec<String> {
     list
 }
 
-/// Where a proposed expression goes, as sentences.
+/// How to use a proposed expression.
 pub fn paste(e: &Explanation) -> String {
     let model = e.model.name();
     // Only `explain` takes several logs.
     let command = if e.logs.len() > 1 { "explain" } else { "fit" };
-    format!("To try it, paste these lines at the end of {model}, then run `stand {command} {} --model {model}`.", e.logs.join(" "))
+    format!(
+        "To try this expression, paste these lines at the end of {model}, then run `stand {command} {} --model {model}`.",
+        e.logs.join(" ")
+    )
 }
 
-/// Name of a stage in a staircase.
+/// Label of a stage.
 pub fn stage(s: &Stage) -> String {
     s.added.as_ref().map_or("as given".to_owned(), |name| format!("+ {name}"))
 }
 
-/// What the words of an explanation mean, for a student.
+/// Terms of the report and their explanations.
 pub const GLOSSARY: &[(&str, &str)] = &[
     (
         "ΔBIC",
-        "change of the Bayesian information criterion: how much better the model fits, less a charge for each new parameter. Negative is better; by 6 and more the two can be told apart.",
-    ),
-    ("p", "probability that chance alone, in a log without this effect, would look as good for any of all the effects that were tried."),
-    (
-        "held-out",
-        "error on rows that the fit never saw, all channels together, as a multiple of the noise. An effect that is real makes it smaller too.",
+        "change of the Bayesian information criterion: improvement of the fit minus a penalty for each new parameter. Negative is better; a difference of 6 or more is strong evidence.",
     ),
     (
-        "refused",
-        "it fits better, but cannot be the reason: a parameter would be unphysical, or the error grows on rows that the fit never saw.",
+        "p",
+        "probability that chance alone, in a log without this effect, gives as large an improvement for any effect of the catalogue. Below 1e-12 the noise model is more doubtful than chance.",
     ),
-    ("promises less", "its first step, without a fit, gains far less than the best; it was not fitted, so that it has no figures."),
-    ("fits as well", "the log cannot tell this effect from the one that was added."),
+    ("held-out", "rms over noise on rows that the fit did not use, over all channels. A real effect reduces it too."),
+    ("refused", "improves the fit but cannot be the cause: a parameter would be unphysical, or the error on held-out rows grows."),
+    ("lower score", "the screening step gains far less than the best effect; not fitted, therefore no figures."),
+    ("not distinguishable", "this log does not distinguish the effect from the one that was added (ΔBIC < 6)."),
+    ("not significant", "the improvement may be chance, or is too small for the number of parameters."),
 ];

@@ -9,7 +9,7 @@ use crate::report::digits;
 use crate::report::page::{Page, escaped, swatch};
 use crate::report::plot::envelope::{envelope, extent};
 use crate::report::plot::svg::Drawing;
-use crate::report::plot::{Axis, Plot, with_room};
+use crate::report::plot::{Axis, Plot, with_margin};
 use crate::statistics::Extremes;
 
 const WIDTH: f64 = 980.0;
@@ -118,7 +118,7 @@ fn over_time(lines: &[Vec<(f64, f64)>], name: &str, unit: &str) -> Drawing {
     let pieces: Vec<_> = lines.iter().map(|line| envelope(line.iter().copied(), (0.0, end), 1500, f64::INFINITY)).collect();
     let range = extent(pieces.iter()).unwrap_or((0.0, 1.0));
     let range = (range.0.min(0.0), range.1.max(0.0));
-    let mut plot = Plot::new(Axis::new((0.0, end), 10, "time", "s"), Axis::new(with_room(range), 5, name, unit), WIDTH, 260.0);
+    let mut plot = Plot::new(Axis::new((0.0, end), 10, "time", "s"), Axis::new(with_margin(range), 5, name, unit), WIDTH, 260.0);
     plot.level(0.0, "zero");
     for (line, class) in pieces.iter().zip(CLASSES) {
         plot.lines(line, class);
@@ -220,7 +220,7 @@ fn banded(curves: &[(String, Vec<(f64, f64)>)], range: (f64, f64), name: &str, u
     let pieces: Vec<_> = curves.iter().map(|(_, line)| unwrapped(line)).collect();
     let extent = extent(pieces.iter()).unwrap_or((0.0, 1.0));
     let x = Axis::decades(range, "frequency, rad/s");
-    let mut plot = Plot::new(x, Axis::new(with_room(extent), 5, name, unit), WIDTH, 260.0);
+    let mut plot = Plot::new(x, Axis::new(with_margin(extent), 5, name, unit), WIDTH, 260.0);
     if let Some(limit) = limit {
         plot.shade(limit.log10(), range.1, "held");
     }

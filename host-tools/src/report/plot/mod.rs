@@ -1,6 +1,6 @@
-//! A plot: axes with sensible ticks, and what is drawn between them.
+//! A plot: axes with round ticks, and the shapes between them.
 //!
-//! In: values in their own units. Out: SVG. What lies beyond an axis is drawn at its edge.
+//! In: values in their own units. Out: SVG. Values outside an axis are drawn at its edge.
 
 pub mod envelope;
 pub mod svg;
@@ -8,7 +8,7 @@ pub mod svg;
 use super::numbers;
 use svg::{Anchor, Drawing, Svg};
 
-/// One axis: from, to, ticks with their words, label.
+/// One axis: range, ticks with their labels, axis label.
 #[derive(Debug, Clone)]
 pub struct Axis {
     from: f64,
@@ -17,14 +17,14 @@ pub struct Axis {
     label: String,
 }
 
-/// Most digits' worth of zeros before a power of ten goes to the label.
+/// Powers of ten of the largest value for which tick labels are plain numbers; else a power of ten goes to the axis label.
 const PLAIN_POWERS: std::ops::RangeInclusive<i32> = -2..=4;
 
 impl Axis {
-    /// An axis over `range`, some `count` ticks at round numbers; `name` and `unit` make its label, which takes a power of ten where the
-    /// numbers are long.
+    /// An axis over `range` with about `count` ticks at round numbers. `name` and `unit` make the axis label, with a power of ten where the
+    /// values are very large or small.
     pub fn new(range: (f64, f64), count: usize, name: &str, unit: &str) -> Self {
-        let (from, to) = opened(range);
+        let (from, to) = not_empty(range);
         let step = round_step((to - from) / count.max(1) as f64);
         let size = from.abs().max(to.abs()).log10().floor() as i32;
         let power = if PLAIN_POWERS.contains(&size) { 0 } else { size.div_euclid(3) * 3 };
@@ -58,14 +58,14 @@ impl Axis {
         Axis { from: 0.0, to: TAU, ticks, label: label.to_owned() }
     }
 
-    /// Powers of ten: an axis over the logarithms of what is shown, `range` in tens.
+    /// A logarithmic axis with a tick at each power of ten; `range` and all values are decimal logarithms.
     pub fn decades(range: (f64, f64), label: &str) -> Self {
         let ticks =
             (range.0.ceil() as i32..=range.1.floor() as i32).map(|k| (f64::from(k), format!("10{}", numbers::superscript(k)))).collect();
         Axis { from: range.0, to: range.1, ticks, label: label.to_owned() }
     }
 
-    /// An axis over logarithms of less than some three decades, `range` in tens: ticks at 1, 2 and 5 times the powers of ten.
+    /// A logarithmic axis of up to three decades with ticks at 1, 2 and 5 times the powers of ten; `range` and all values are decimal logarithms.
     pub fn log(range: (f64, f64), label: &str) -> Self {
         let decades = range.0.floor() as i32..=range.1.ceil() as i32;
         let at = decades.flat_map(|k| [1.0, 2.0, 5.0].map(|m: f64| f64::from(k) + m.log10()));
@@ -73,13 +73,13 @@ impl Axis {
         Axis { from: range.0, to: range.1, ticks, label: label.to_owned() }
     }
 
-    fn place(&self, v: f64) -> f64 {
+    fn fraction(&self, v: f64) -> f64 {
         ((v - self.from) / (self.to - self.from)).clamp(-0.002, 1.002)
     }
 }
 
-/// A range that has an inside.
-fn opened((from, to): (f64, f64)) -> (f64, f64) {
+/// The range, widened where it is empty; [0, 1] where it is not finite.
+fn not_empty((from, to): (f64, f64)) -> (f64, f64) {
     if !(from.is_finite() && to.is_finite()) {
         return (0.0, 1.0);
     }
@@ -92,26 +92,30 @@ fn opened((from, to): (f64, f64)) -> (f64, f64) {
     }
 }
 
-/// A range with room around its values.
-pub fn with_room((low, high): (f64, f64)) -> (f64, f64) {
-    let (low, high) = opened((low, high));
-    let room = 0.06 * (high - low);
-    (low - room, high + room)
+/// The range with a margin of 6 % on both sides.
+pub fn with_margin((low, high): (f64, f64)) -> (f64, f64) {
+    let (low, high) = not_empty((low, high));
+    let margin = 0.06 * (high - low);
+    (low - margin, high + margin)
 }
 
-/// 1, 2 or 5 times a power of ten, near `wanted` and rather below it.
+/// 1, 2 or 5 times a power of ten, close to `wanted` and preferably below it.
 fn round_step(wanted: f64) -> f64 {
     let power = 10f64.powf(wanted.log10().floor());
     [5.0, 2.0].into_iter().map(|m| m * power).find(|s| *s <= wanted * 1.2).unwrap_or(power)
 }
 
-/// Room for tick labels and axis label, px.
+/// Width of a plot across the page, px.
+pub const WIDTH: f64 = 980.0;
+/// Width of one of two plots side by side, px.
+pub const HALF_WIDTH: f64 = 480.0;
+/// Margins for tick labels and axis labels, px.
 const LEFT: f64 = 62.0;
 const RIGHT: f64 = 14.0;
 const TOP: f64 = 24.0;
-const BELOW: f64 = 40.0;
+const BOTTOM: f64 = 40.0;
 
-/// A plot under way: what is drawn first lies below.
+/// A plot under construction. Shapes drawn later cover earlier ones.
 pub struct Plot {
     x: Axis,
     y: Axis,
@@ -121,15 +125,15 @@ pub struct Plot {
 }
 
 impl Plot {
-    /// An empty frame of `width` by `height` px; the label of the vertical axis stands above it, level.
+    /// An empty frame of `width` by `height` px; the label of the vertical axis is above the frame.
     pub fn new(x: Axis, y: Axis, width: f64, height: f64) -> Self {
-        let says = format!("{} over {}", y.label, x.label);
-        Plot { svg: Svg::new(width, height, &says), x, y, width, height }
+        let description = format!("{} over {}", y.label, x.label);
+        Plot { svg: Svg::new(width, height, &description), x, y, width, height }
     }
 
     fn at(&self, (x, y): (f64, f64)) -> (f64, f64) {
-        let (inner_width, inner_height) = (self.width - LEFT - RIGHT, self.height - TOP - BELOW);
-        (LEFT + self.x.place(x) * inner_width, TOP + (1.0 - self.y.place(y)) * inner_height)
+        let (inner_width, inner_height) = (self.width - LEFT - RIGHT, self.height - TOP - BOTTOM);
+        (LEFT + self.x.fraction(x) * inner_width, TOP + (1.0 - self.y.fraction(y)) * inner_height)
     }
 
     fn box_of(&mut self, (x0, x1): (f64, f64), (y0, y1): (f64, f64), class: &str) {
@@ -140,19 +144,19 @@ impl Plot {
         }
     }
 
-    /// A stretch of the horizontal axis, shaded.
+    /// Shades an interval of the horizontal axis.
     pub fn shade(&mut self, from: f64, to: f64, class: &str) {
         let all = (self.y.from, self.y.to);
         self.box_of((from.max(self.x.from), to.min(self.x.to)), all, class);
     }
 
-    /// A band between two heights.
+    /// Shades an interval of the vertical axis.
     pub fn band(&mut self, from: f64, to: f64, class: &str) {
         let all = (self.x.from, self.x.to);
         self.box_of(all, (from.max(self.y.from), to.min(self.y.to)), class);
     }
 
-    /// A level line; nothing where it lies outside.
+    /// A horizontal line; nothing where `y` is outside the axis.
     pub fn level(&mut self, y: f64, class: &str) {
         if y >= self.y.from && y <= self.y.to {
             let (from, to) = (self.at((self.x.from, y)), self.at((self.x.to, y)));
@@ -160,67 +164,67 @@ impl Plot {
         }
     }
 
-    /// A bar from zero.
+    /// A vertical bar from zero to `y`.
     pub fn bar(&mut self, x: (f64, f64), y: f64, class: &str) {
         self.box_of(x, (y.min(0.0), y.max(0.0)), class);
     }
 
-    /// Lines.
+    /// A line with gaps: its pieces.
     pub fn lines(&mut self, pieces: &[Vec<(f64, f64)>], class: &str) {
         let placed: Vec<Vec<(f64, f64)>> = pieces.iter().map(|p| p.iter().map(|v| self.at(*v)).collect()).collect();
         self.svg.path(placed.iter().map(Vec::as_slice), class);
     }
 
-    /// A dot.
+    /// A filled circle.
     pub fn dot(&mut self, at: (f64, f64), radius: f64, class: &str) {
         let at = self.at(at);
         self.svg.dot(at, radius, class);
     }
 
-    /// A word beside a point.
-    pub fn word(&mut self, at: (f64, f64), word: &str) {
+    /// A label beside a point.
+    pub fn label(&mut self, at: (f64, f64), text: &str) {
         let (x, y) = self.at(at);
         let (at, anchor) = if x > self.width / 2.0 { ((x - 5.0, y - 5.0), Anchor::End) } else { ((x + 5.0, y - 5.0), Anchor::Start) };
-        self.svg.text(at, anchor, "label", word);
+        self.svg.text(at, anchor, "label", text);
     }
 
-    /// A mean with its confidence.
+    /// A mean with its confidence interval ± `half`.
     pub fn whisker(&mut self, x: f64, y: f64, half: f64) {
         let (from, to, at) = (self.at((x, y - half)), self.at((x, y + half)), self.at((x, y)));
         self.svg.line(from, to, "whisker");
         self.svg.dot(at, 2.2, "mean");
     }
 
-    /// Which ticks of the horizontal axis get their words, so that the words do not touch: every one, every second, …, with zero among them.
-    fn spoken(&self, ticks: &[(f64, String)]) -> Vec<usize> {
+    /// Indices of the ticks of the horizontal axis that get a label, so that labels do not overlap: every one, every second, …, including zero.
+    fn labelled(&self, ticks: &[(f64, String)]) -> Vec<usize> {
         const LETTER: f64 = 7.0;
         const BETWEEN: f64 = 8.0;
-        let widest = ticks.iter().map(|(_, word)| word.chars().count()).max().unwrap_or(0) as f64 * LETTER + BETWEEN;
+        let widest = ticks.iter().map(|(_, label)| label.chars().count()).max().unwrap_or(0) as f64 * LETTER + BETWEEN;
         let apart = match ticks {
             [(first, _), (second, _), ..] => self.at((*second, self.y.from)).0 - self.at((*first, self.y.from)).0,
             _ => f64::INFINITY,
         };
         let every = (widest / apart.max(1.0)).ceil().max(1.0) as usize;
-        let zero = ticks.iter().position(|(_, word)| word == "0").unwrap_or(0);
+        let zero = ticks.iter().position(|(_, label)| label == "0").unwrap_or(0);
         (0..ticks.len()).filter(|k| k % every == zero % every).collect()
     }
 
-    /// Frame, ticks and labels, and the drawing.
+    /// Adds frame, ticks and labels, and returns the drawing.
     pub fn finish(mut self) -> Drawing {
-        let (left, right, top, bottom) = (LEFT, self.width - RIGHT, TOP, self.height - BELOW);
+        let (left, right, top, bottom) = (LEFT, self.width - RIGHT, TOP, self.height - BOTTOM);
         let (x_ticks, y_ticks) = (std::mem::take(&mut self.x.ticks), std::mem::take(&mut self.y.ticks));
-        let spoken = self.spoken(&x_ticks);
-        for (k, (v, word)) in x_ticks.iter().enumerate() {
+        let labelled = self.labelled(&x_ticks);
+        for (k, (v, label)) in x_ticks.iter().enumerate() {
             let (x, _) = self.at((*v, self.y.from));
             self.svg.line((x, top), (x, bottom), "grid");
-            if spoken.contains(&k) {
-                self.svg.text((x, bottom + 15.0), Anchor::Middle, "tick", word);
+            if labelled.contains(&k) {
+                self.svg.text((x, bottom + 15.0), Anchor::Middle, "tick", label);
             }
         }
-        for (v, word) in &y_ticks {
+        for (v, label) in &y_ticks {
             let (_, y) = self.at((self.x.from, *v));
             self.svg.line((left, y), (right, y), "grid");
-            self.svg.text((left - 6.0, y + 4.0), Anchor::End, "tick", word);
+            self.svg.text((left - 6.0, y + 4.0), Anchor::End, "tick", label);
         }
         self.svg.rect(left, top, right - left, bottom - top, "frame");
         self.svg.text(((left + right) / 2.0, self.height - 6.0), Anchor::Middle, "label", &self.x.label);

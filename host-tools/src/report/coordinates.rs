@@ -1,4 +1,4 @@
-//! The coordinates over which a residual is looked at, row by row, as far as the log has them.
+//! The coordinates over which residuals are plotted, row by row, as far as the log has them.
 
 use std::f64::consts::TAU;
 
@@ -10,32 +10,32 @@ use crate::model::Channel;
 use crate::statistics::Extremes;
 
 /// One coordinate of a log.
-pub struct Along<'a> {
-    /// Which.
+pub struct CoordinateAxis<'a> {
+    /// The coordinate.
     pub coordinate: Coordinate,
-    /// Name and unit for an axis.
+    /// Name and unit, separated by a comma.
     pub label: &'static str,
-    /// First and last value.
+    /// Smallest and largest value.
     pub range: (f64, f64),
-    /// Bins that suit it.
+    /// Number of bins.
     pub bins: usize,
     value: Box<dyn Fn(usize) -> f64 + 'a>,
 }
 
-impl Along<'_> {
+impl CoordinateAxis<'_> {
     /// The coordinate, row by row.
     pub fn values(&self, rows: usize) -> impl Iterator<Item = f64> {
         (0..rows).map(|row| (self.value)(row))
     }
 }
 
-/// A coordinate that moves less than this part of its size is constant: nothing can be drawn over it.
-const MOVES: f64 = 1e-6;
+/// Range of a coordinate, relative to its largest value, below which the coordinate counts as constant.
+const MIN_RELATIVE_RANGE: f64 = 1e-6;
 
-/// What the residuals of `channels` can be drawn over.
+/// The coordinates over which the residuals of `channels` can be plotted.
 ///
-/// Rate and current are the modelled ones where they are compared: over a measured one, its own noise would draw a slope.
-pub fn coordinates<'a>(log: &'a Log, record: &'a PreparedLog<'a>, channels: &'a [ChannelFit]) -> Vec<Along<'a>> {
+/// Rate and current are the modelled ones where they are compared: over a measured coordinate its own noise would produce a slope.
+pub fn coordinates<'a>(log: &'a Log, record: &'a PreparedLog<'a>, channels: &'a [ChannelFit]) -> Vec<CoordinateAxis<'a>> {
     let modelled = |shows: Channel| {
         let measured = record.channels.iter().find(|c| c.channel == shows)?.measured;
         let residual = &channels.iter().find(|f| f.channel == shows)?.residual;
@@ -52,8 +52,8 @@ pub fn coordinates<'a>(log: &'a Log, record: &'a PreparedLog<'a>, channels: &'a 
     let mut list = Vec::new();
     let mut along = |coordinate, label, bins, range: Option<(f64, f64)>, value: Box<dyn Fn(usize) -> f64 + 'a>| {
         let range = range.unwrap_or_else(|| (0..record.len()).map(&value).filter(|v| v.is_finite()).min_max());
-        if range.1 - range.0 > MOVES * range.1.abs().max(range.0.abs()) {
-            list.push(Along { coordinate, label, range, bins, value });
+        if range.1 - range.0 > MIN_RELATIVE_RANGE * range.1.abs().max(range.0.abs()) {
+            list.push(CoordinateAxis { coordinate, label, range, bins, value });
         }
     };
     if let Some(theta) = record.theta {
@@ -83,7 +83,7 @@ pub fn coordinates<'a>(log: &'a Log, record: &'a PreparedLog<'a>, channels: &'a 
         along(Coordinate::Current, "current, A", 40, None, Box::new(value));
     }
     if let Some(rate) = modelled(Channel::Rate) {
-        // Over 20 ms either way within the same segment, as far as the rows go.
+        // Over ± 20 ms within the same segment.
         let reach = record.angle_lag();
         let value = move |row: usize| {
             let (a, b) = (row.saturating_sub(reach), row + reach);
@@ -98,24 +98,9 @@ pub fn coordinates<'a>(log: &'a Log, record: &'a PreparedLog<'a>, channels: &'a 
         along(Coordinate::Temperature, "winding temperature, °C", 30, None, Box::new(value));
     }
     if let Some(value) = column("t_s") {
-        // Wide enough for several independent stretches each.
+        // Wide enough for several independent clusters of rows each.
         let bins = (record.len() / 1200).clamp(4, 60);
         along(Coordinate::Time, "time, s", bins, None, Box::new(value));
     }
     list
-}
-
-/// Root mean square of the residual in `columns` equal intervals of time; `None` where no row was compared.
-pub fn rms_over_time(record: &PreparedLog, residual: &[f64], columns: usize) -> Vec<Option<f64>> {
-    let mut sums = vec![(0.0, 0usize); columns];
-    let Some((&first, &last)) = record.t_s.first().zip(record.t_s.last()) else { return Vec::new() };
-    let scale = columns as f64 / (last - first).max(f64::MIN_POSITIVE);
-    for (t, r) in record.t_s.iter().zip(residual).filter(|(_, r)| r.is_finite()) {
-        let column = (((t - first) * scale) as usize).min(columns.saturating_sub(1));
-        if let Some((sum, n)) = sums.get_mut(column) {
-            *sum += r * r;
-            *n += 1;
-        }
-    }
-    sums.into_iter().map(|(sum, n)| (n > 0).then(|| (sum / n as f64).sqrt())).collect()
 }
