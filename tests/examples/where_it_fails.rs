@@ -8,6 +8,7 @@ use hal_sim::plant::Stand;
 use host_tools::identify::{fit, residual};
 use host_tools::log::Log;
 use host_tools::model::Model;
+use host_tools::report;
 use rayon::prelude::*;
 use stand_firmware::profile::ProfileKind;
 use stand_firmware::speed_loop::Mode;
@@ -39,13 +40,13 @@ fn foreign() {
             let Some(first) = list.first() else { return format!("| {} | {stated} | nothing | | | | | |", case.name) };
             let mut then: Vec<&str> = list.iter().map(|f| f.coordinate.name()).filter(|c| *c != first.coordinate.name()).collect();
             then.dedup();
-            let order = first.order.map_or(String::new(), |n| n.to_string());
+            let order = first.harmonic_orders.first().map_or(String::new(), |n| n.to_string());
             format!(
                 "| {} | {stated} | {} | {} | {:.2} | {order} | {:.0} | {} |",
                 case.name,
                 first.coordinate.name(),
-                first.output.column(),
-                first.share,
+                first.channel.column(),
+                first.explained_fraction,
                 first.log10_p,
                 then.join(", ")
             )
@@ -56,7 +57,7 @@ fn foreign() {
         .par_iter()
         .filter_map(|case| {
             let list = fails::fitted(&case.log, &case.start_model()?, case.rate_from_encoder);
-            (!list.is_empty()).then(|| format!("{}: {}", case.name, list[0].says))
+            (!list.is_empty()).then(|| format!("{}: {}", case.name, report::misfit(&list[0])))
         })
         .collect();
     println!("with the true effects fitted, a failure is listed in {} of 29 cases", true_ones.len());
@@ -74,8 +75,15 @@ fn nulls(count: u64) {
                 let log = own::log(&Stand::default(), mode, PROFILES[k as usize % 3], 30.0, 5000 + k);
                 let model: Model = own::model(&[1.2, 0.9, 1.1, 0.8, 1.2, 1.1]);
                 let list = fails::fitted(&log, &model, false);
-                list.first()
-                    .map(|f| format!("{:?} {k}: log10 p {:.1}, share {:.4}: {}", PROFILES[k as usize % 3], f.log10_p, f.share, f.says))
+                list.first().map(|f| {
+                    format!(
+                        "{:?} {k}: log10 p {:.1}, share {:.4}: {}",
+                        PROFILES[k as usize % 3],
+                        f.log10_p,
+                        f.explained_fraction,
+                        report::misfit(f)
+                    )
+                })
             })
             .collect();
         println!("| {mode:?} | {count} | {} |", alarms.len());
@@ -104,7 +112,9 @@ fn cogging() {
                 let held = own::hold(&log, &model, true).expect("a fit");
                 let rate = held.channels.iter().find(|c| c.channel.column() == "omega_rad_s").expect("the rate");
                 let list = fails::fitted(&log, &model, false);
-                let (found, order, share) = list.first().map_or(("nothing", None, 0.0), |f| (f.coordinate.name(), f.order, f.share));
+                let (found, order, share) = list
+                    .first()
+                    .map_or(("nothing", None, 0.0), |f| (f.coordinate.name(), f.harmonic_orders.first().copied(), f.explained_fraction));
                 let order = order.map_or(String::new(), |n| n.to_string());
                 let ratio = rate.rms / rate.noise;
                 println!("| {seventh:e}, {fourteenth:e} | {mode:?} | {ratio:.0} | {found} | {order} | {share:.2} |");

@@ -143,9 +143,9 @@ fn what_the_first_record_of_emps_taught_fails_on_the_second_over_the_rate() {
     let (compared, _) = prepare::prepare(&pulses, &learnt, true).unwrap();
     let failures = residual::misfits(&pulses, &compared, &hold(&pulses, &learnt, false).unwrap());
     let first = failures.first().expect("it fails somewhere");
-    println!("{}", first.says);
+    println!("{}", host_tools::report::misfit(first));
     assert_eq!(first.coordinate.name(), "omega");
-    assert!(first.share > 0.5, "{}", first.share);
+    assert!(first.explained_fraction > 0.5, "{}", first.explained_fraction);
 }
 
 /// u has two levels and the motor never turns back: a dry level and a constant load leave the same.

@@ -1,6 +1,7 @@
 //! Where a model fails: the coordinate that is true comes first, and a true model fails nowhere.
 
 use hal_sim::plant::Stand;
+use host_tools::identify::residual::Signature;
 use rayon::prelude::*;
 use stand_firmware::profile::ProfileKind;
 use stand_firmware::speed_loop::Mode;
@@ -66,9 +67,9 @@ fn cogging_under_the_speed_loop_is_a_torque_at_its_order() {
         let list = fails::fitted(&log, &own::model(&[1.0; 6]), false);
         let first = list.first().expect("a failure");
         assert_eq!(first.coordinate.name(), "theta", "{list:#?}");
-        assert_eq!(first.order, Some(7), "{list:#?}");
-        assert!(first.says.contains("as a torque leaves it"), "{}", first.says);
+        assert_eq!(first.harmonic_orders.first(), Some(&7), "{list:#?}");
+        assert_eq!(first.signature, Some(Signature::AngleTorque), "{list:#?}");
         // The seventh order has the larger torque and half the frequency, so at least three quarters of what cogging leaves.
-        assert!(first.share > 0.5, "{}", first.share);
+        assert!(first.explained_fraction > 0.5, "{}", first.explained_fraction);
     }
 }

@@ -9,7 +9,7 @@ use super::output::{ReportOutput, spinner, style};
 use crate::identify::evaluation::{Evaluation, EvaluationError, ParameterTreatment, evaluate};
 use crate::identify::fit::FitResult;
 use crate::log::Log;
-use crate::log::plausible::Finding;
+use crate::log::plausible::Defect;
 use crate::model::Model;
 use crate::report::{self, Comparison};
 
@@ -80,7 +80,7 @@ pub(super) fn evaluate_and_report(
 }
 
 /// Reports what makes a log implausible as a record of a drive.
-pub(super) fn report_implausible_log(log: &Log, findings: &[Finding], output: &ReportOutput) -> Result<(), CliError> {
+pub(super) fn report_implausible_log(log: &Log, findings: &[Defect], output: &ReportOutput) -> Result<(), CliError> {
     output.text(&report::bad_log_text(log, findings, style()))?;
     output.json(|| report::bad_log_json(log, findings))?;
     output.html(|| report::bad_log_html(log, findings))

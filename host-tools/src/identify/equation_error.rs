@@ -4,7 +4,7 @@ use super::fit::equation_error::{self, EquationErrorFit, InverseModelError, Sett
 use super::fit::prepare::PrepareError;
 use super::fit::{self, FitError, FitResult};
 use crate::log::Log;
-use crate::log::plausible::{self, Finding};
+use crate::log::plausible::{self, Defect};
 use crate::model::{Input, Model};
 
 /// Estimates that differ by more than this many standard uncertainties of their difference are marked.
@@ -13,7 +13,7 @@ const MAX_DIFFERENCE_SIGMA: f64 = 3.0;
 /// Result of [`fit`].
 pub enum EquationErrorResult {
     /// The log is not a plausible record of a drive; nothing was computed.
-    ImplausibleLog(Vec<Finding>),
+    ImplausibleLog(Vec<Defect>),
     /// Both fits.
     Fitted(Box<EquationErrorComparison>),
 }

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use super::fit::{self, FitError, FitResult, PreparedLog, prepare::PrepareError};
 use super::residual::{self, Misfit};
-use crate::log::plausible::{self, Finding};
+use crate::log::plausible::{self, Defect};
 use crate::log::{Log, Source};
 use crate::model::{Channel, Model};
 
@@ -22,7 +22,7 @@ pub enum ParameterTreatment {
 /// Result of an evaluation.
 pub enum Evaluation<'a> {
     /// The log is not a plausible record of a drive; nothing was computed.
-    ImplausibleLog(Vec<Finding>),
+    ImplausibleLog(Vec<Defect>),
     /// The model was simulated on the log.
     Evaluated(Box<Evaluated<'a>>),
 }

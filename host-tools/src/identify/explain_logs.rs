@@ -6,7 +6,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::explain::{self, ExplainError, Explanation, Progress};
-use crate::log::plausible::Finding;
+use crate::log::plausible::Defect;
 use crate::log::{Log, LogError};
 use crate::model::Model;
 
@@ -15,7 +15,7 @@ pub enum LogExplanation {
     /// The explanation.
     Explained(Box<Explanation>),
     /// The log is not a plausible record of a drive.
-    ImplausibleLog(Box<Log>, Vec<Finding>),
+    ImplausibleLog(Box<Log>, Vec<Defect>),
 }
 
 /// Why there is no explanation.

@@ -3,21 +3,22 @@
 use serde::Serialize;
 use serde_json::Value;
 
+use super::defects::defect;
 use super::html::{Class, Markup, Page};
 use super::json::{Entries, value};
 use super::log_warnings;
 use super::terminal::Style;
 use crate::log::Log;
-use crate::log::plausible::Finding;
+use crate::log::plausible::Defect;
 
 const CONCLUSION: &str =
     "The columns of this log contradict their names, so no model was compared with it. Correct the columns, then run the command again.";
 
 /// The answer about an implausible log.
 #[derive(Serialize)]
-pub struct BadLogJson<'a> {
+pub struct BadLogJson {
     verdict: &'static str,
-    problems: Vec<ProblemJson<'a>>,
+    problems: Vec<ProblemJson>,
     log: String,
     samples: usize,
     duration_s: f64,
@@ -27,18 +28,18 @@ pub struct BadLogJson<'a> {
 }
 
 #[derive(Serialize)]
-struct ProblemJson<'a> {
+struct ProblemJson {
     code: &'static str,
-    says: &'a str,
-    columns: &'a [&'static str],
+    says: String,
+    columns: Vec<&'static str>,
 }
 
-impl<'a> BadLogJson<'a> {
+impl BadLogJson {
     /// The answer.
-    pub fn new(log: &Log, findings: &'a [Finding]) -> Self {
+    pub fn new(log: &Log, findings: &[Defect]) -> Self {
         BadLogJson {
             verdict: "bad-log",
-            problems: findings.iter().map(|f| ProblemJson { code: f.code.name(), says: sentence(f), columns: &f.columns }).collect(),
+            problems: findings.iter().map(|f| ProblemJson { code: f.code().name(), says: defect(f), columns: f.columns() }).collect(),
             log: log.path().display().to_string(),
             samples: log.len(),
             duration_s: log.duration_s(),
@@ -49,21 +50,16 @@ impl<'a> BadLogJson<'a> {
     }
 }
 
-/// A finding as a sentence.
-pub fn sentence(finding: &Finding) -> &str {
-    &finding.says
-}
-
 /// The answer as JSON.
-pub fn bad_log_json(log: &Log, findings: &[Finding]) -> Value {
+pub fn bad_log_json(log: &Log, findings: &[Defect]) -> Value {
     value(&BadLogJson::new(log, findings))
 }
 
 /// Text for a terminal.
-pub fn bad_log_text(log: &Log, findings: &[Finding], style: Style) -> String {
+pub fn bad_log_text(log: &Log, findings: &[Defect], style: Style) -> String {
     let mut text = format!("{}\n\n", style.strong(&title(log)));
     for finding in findings {
-        text.push_str(&style.warn(&style.wrapped("! ", "  ", sentence(finding))));
+        text.push_str(&style.warn(&style.wrapped("! ", "  ", &defect(finding))));
     }
     for line in log_warnings(log) {
         text.push_str(&style.faint(&style.wrapped("· ", "  ", &line)));
@@ -74,10 +70,10 @@ pub fn bad_log_text(log: &Log, findings: &[Finding], style: Style) -> String {
 }
 
 /// The HTML page.
-pub fn bad_log_html(log: &Log, findings: &[Finding]) -> String {
+pub fn bad_log_html(log: &Log, findings: &[Defect]) -> String {
     let mut page = Page::new(&title(log));
     for finding in findings {
-        page.paragraph(Class::Lead, Markup::span(Class::Warning, Markup::with_code(sentence(finding))));
+        page.paragraph(Class::Lead, Markup::span(Class::Warning, Markup::with_code(&defect(finding))));
     }
     for line in log_warnings(log) {
         page.paragraph(Class::Faint, line);

@@ -1,10 +1,12 @@
 //! Where a model fails, in words and as JSON; comparison and explanation share it.
 
+use drive_model::Coordinate;
 use serde::Serialize;
 
 use super::html::{Cell, Class, Page, Table};
 use super::numbers;
-use crate::identify::residual::Misfit;
+use crate::identify::residual::{Misfit, Signature};
+use crate::model::Channel;
 
 /// Smallest p-value that JSON gives as a number; smaller ones are 0, and `log10_p` has the magnitude.
 const MIN_P: f64 = 1e-300;
@@ -14,14 +16,71 @@ pub fn p_value(p: f64) -> f64 {
     if p < MIN_P { 0.0 } else { p }
 }
 
-/// A failure as one sentence.
-pub fn sentence(failure: &Misfit) -> &str {
-    &failure.says
+/// One sentence: channel, explained variance, coordinate and form of the missing term.
+pub fn sentence(m: &Misfit) -> String {
+    let percent = 100.0 * m.explained_fraction;
+    let percent = if m.explained_fraction >= 0.0095 { format!("{percent:.0} %") } else { format!("{percent:.1} %") };
+    let column = m.channel.column();
+    let coordinate = match m.coordinate {
+        Coordinate::Theta => "the angle",
+        Coordinate::Omega => "the rate",
+        Coordinate::Current => "the current",
+        Coordinate::Temperature => "the winding temperature",
+        Coordinate::Time => "time",
+        Coordinate::Acceleration => "the acceleration",
+        Coordinate::History => "the time since the last reversal or start",
+    };
+    let harmonics = if m.coordinate == Coordinate::Theta { harmonics(&m.harmonic_orders) } else { String::new() };
+    let form = m.signature.map_or("too weak to attribute".to_owned(), form);
+    format!("{column}: {percent} of the residual variance correlates with {coordinate}{harmonics}: {form}.")
+}
+
+/// The harmonic orders in words.
+fn harmonics(orders: &[u32]) -> String {
+    let Some(fundamental) = orders.iter().min().copied() else { return String::new() };
+    let list = orders.iter().map(u32::to_string).collect::<Vec<_>>().join(", ");
+    match orders {
+        [order] => format!(" (harmonic {order}: {order} periods per revolution)"),
+        _ if fundamental > 1 && orders.iter().all(|n| n % fundamental == 0) => format!(" (harmonics {list}: multiples of {fundamental})"),
+        _ => format!(" (harmonics {list})"),
+    }
+}
+
+/// Form of the missing term.
+fn form(signature: Signature) -> String {
+    match signature {
+        Signature::Torque => "looks like a missing torque".into(),
+        Signature::ConstantTorque => "looks like a constant torque, which makes the directions of rotation differ".into(),
+        Signature::TorqueStep { t_s } => format!("looks like a torque that starts near {t_s:.1} s"),
+        Signature::AngleTorque => "looks like a torque that depends on the angle only: its effect decreases with the rate".into(),
+        Signature::TorqueRipple => "increases with the current: looks like torque ripple".into(),
+        Signature::AngleFriction => "looks like friction that depends on the angle".into(),
+        Signature::Voltage => "looks like a missing voltage".into(),
+        Signature::VoltageLine { frequency_hz } => {
+            format!("looks like a voltage error at {frequency_hz:.3} Hz, proportional to the voltage command")
+        }
+        Signature::MotorConstant => "looks like a motor constant that varies".into(),
+        Signature::Line { frequency_hz } => format!("oscillates at {frequency_hz:.3} Hz"),
+        Signature::EncoderError => "looks like an error of the encoder".into(),
+        Signature::EncoderEccentricity => {
+            "increases with the rate, in the angle and in the rate derived from it: looks like encoder eccentricity, not a torque".into()
+        }
+        Signature::AngleHarmonic => "in the angle only, and increases with the rate: looks like encoder eccentricity, not a torque".into(),
+        Signature::SensorHarmonic => "in this channel only, and independent of the rate: looks like the sensor, not a torque".into(),
+        Signature::Offset => "a constant offset".into(),
+        Signature::Sensor { channel } => {
+            format!("looks like an error of {}, not of the motion", channel.map_or("the sensor", Channel::column))
+        }
+        Signature::TorqueOrSensor => "looks like a missing torque or a sensor error".into(),
+        Signature::HarmonicTorqueOrSensor => {
+            "independent of the rate: looks like a torque that depends on the angle, or a sensor error".into()
+        }
+    }
 }
 
 /// The failures as a list of sentences.
 pub fn lines(failures: &[Misfit]) -> Vec<String> {
-    failures.iter().map(|f| sentence(f).to_owned()).collect()
+    failures.iter().map(sentence).collect()
 }
 
 /// The failures as a section with a table; nothing where there are none.
@@ -37,10 +96,10 @@ pub fn section(failures: &[Misfit], page: &mut Page) {
         let mut table = Table::new(["channel", "coordinate", "share of the residual", "harmonic order", "p", ""]);
         for f in failures {
             table.row([
-                Cell::text(f.output.column()),
+                Cell::text(f.channel.column()),
                 Cell::text(f.coordinate.name()),
-                Cell::number(format!("{} %", numbers::significant(100.0 * f.share, 2))),
-                Cell::number(f.order.map_or(String::new(), |n| n.to_string())),
+                Cell::number(format!("{} %", numbers::significant(100.0 * f.explained_fraction, 2))),
+                Cell::number(f.harmonic_orders.first().map_or(String::new(), |n| n.to_string())),
                 Cell::number(numbers::p_value(f.log10_p)),
                 Cell::text(sentence(f)),
             ]);
@@ -51,26 +110,56 @@ pub fn section(failures: &[Misfit], page: &mut Page) {
 
 /// A failure in a JSON answer.
 #[derive(Serialize)]
-pub struct MisfitJson<'a> {
+pub struct MisfitJson {
     output: &'static str,
     coordinate: &'static str,
     share: f64,
     order: Option<u32>,
     p_value: f64,
     log10_p: f64,
-    says: &'a str,
+    says: String,
 }
 
-impl<'a> From<&'a Misfit> for MisfitJson<'a> {
-    fn from(f: &'a Misfit) -> Self {
+impl From<&Misfit> for MisfitJson {
+    fn from(f: &Misfit) -> Self {
         MisfitJson {
-            output: f.output.column(),
+            output: f.channel.column(),
             coordinate: f.coordinate.name(),
-            share: f.share,
-            order: f.order,
+            share: f.explained_fraction,
+            order: f.harmonic_orders.first().copied(),
             p_value: p_value(f.p_value),
             log10_p: f.log10_p,
             says: sentence(f),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn example(coordinate: Coordinate, harmonic_orders: Vec<u32>, signature: Option<Signature>) -> String {
+        sentence(&Misfit {
+            channel: Channel::Rate,
+            coordinate,
+            explained_fraction: 0.896,
+            harmonic_orders,
+            p_value: 1e-9,
+            log10_p: -9.0,
+            signature,
+        })
+    }
+
+    #[test]
+    fn sentence_names_channel_variance_coordinate_and_form() {
+        assert_eq!(
+            example(Coordinate::Current, Vec::new(), Some(Signature::Torque)),
+            "omega_rad_s: 90 % of the residual variance correlates with the current: looks like a missing torque."
+        );
+        assert_eq!(
+            example(Coordinate::Theta, vec![14, 7], None),
+            "omega_rad_s: 90 % of the residual variance correlates with the angle (harmonics 14, 7: multiples of 7): too weak to attribute."
+        );
+        assert!(example(Coordinate::Theta, vec![7], None).contains("(harmonic 7: 7 periods per revolution)"));
     }
 }

@@ -52,7 +52,7 @@ use crate::identify::fit::FitError;
 use crate::identify::fit::prepare::{self, PrepareError};
 use crate::identify::residual;
 use crate::log::Log;
-use crate::log::plausible::{self, Finding};
+use crate::log::plausible::{self, Defect};
 use crate::model::Model;
 use coverage::Coverage;
 use fitted_model::FittedModel;
@@ -67,12 +67,12 @@ pub enum ExplainError {
     #[error(transparent)]
     Fit(#[from] FitError),
     /// A log is not a plausible record of a drive (verdict `bad-log`).
-    #[error("{log}: {}", .findings.iter().map(|f| f.says.as_str()).collect::<Vec<_>>().join(" "))]
+    #[error("{log}: {}", .findings.iter().map(|d| d.code().name()).collect::<Vec<_>>().join(", "))]
     BadLog {
         /// The log.
         log: String,
         /// What is wrong with it.
-        findings: Vec<Finding>,
+        findings: Vec<Defect>,
     },
     /// The logs cannot be fitted together.
     #[error(transparent)]

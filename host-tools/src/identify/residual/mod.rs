@@ -1,14 +1,14 @@
-//! Where a model fails: the residual looked at over every coordinate.
+//! Analysis of residuals: over which coordinates is the residual of a fitted model not noise?
 //!
-//! In: a log, its record, and the model held against it. Out: [`Misfit`]s, most telling first. Nothing is simulated again: what a missing
-//! torque or voltage leaves in every channel follows from inertia, motor constant and resistance ([`rows`]); a few shapes over every
-//! coordinate ([`shapes`]), orders of the angle and lines in time ([`orders`]) are sought in all channels together ([`search`]) and tested
-//! against the colour of what remains ([`test`]). [`says`] puts it in words.
+//! Input: a log, its prepared data and the fit result. Output: [`Misfit`]s, the most significant first. Nothing is simulated again: the response
+//! of every channel to a missing torque or voltage follows from inertia, motor constant and resistance ([`rows`]). A few shapes over each
+//! coordinate ([`shapes`]), harmonics of the angle and lines in time ([`harmonics`]) are searched in all channels together ([`search`]) and tested
+//! against noise of the remaining residual's colour ([`significance`]).
 
 pub mod harmonics;
+mod misfits;
 pub mod plot_data;
 mod rows;
-mod says;
 mod search;
 mod shapes;
 mod significance;
@@ -19,32 +19,84 @@ use crate::identify::fit::{FitResult, PreparedLog};
 use crate::log::Log;
 use crate::model::Channel;
 
-/// One coordinate over which a residual is not noise (interfaces.md, `failures`).
+/// One coordinate over which the residual of one channel is not noise.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Misfit {
-    /// The channel that fails.
-    pub output: Channel,
-    /// Over what.
+    /// The channel.
+    pub channel: Channel,
+    /// The coordinate.
     pub coordinate: Coordinate,
-    /// Part of the residual's variance that this accounts for, 0 to 1, beyond what the coordinates before it do.
-    pub share: f64,
-    /// Periods per turn, where the coordinate is the angle and one order stands out.
-    pub order: Option<u32>,
-    /// Probability of as much by chance, over all channels and coordinates.
+    /// Fraction of the residual's variance explained by this coordinate, 0 to 1, in addition to the coordinates found before.
+    pub explained_fraction: f64,
+    /// Periods per revolution of the harmonics found, the strongest first; empty for other coordinates than the angle.
+    pub harmonic_orders: Vec<u32>,
+    /// Probability of this fraction by chance, corrected for the number of channels and shapes tested.
     pub p_value: f64,
-    /// Its decimal logarithm, which lasts where the probability is too small for a number.
+    /// Decimal logarithm of the probability; finite where the probability itself underflows.
     pub log10_p: f64,
-    /// A sentence for the person.
-    pub says: String,
+    /// Form of the missing term; `None` if the fraction is too small to attribute.
+    pub signature: Option<Signature>,
 }
 
-/// Coordinates over which the residuals of `held` are not noise, most telling first.
+/// Form of the term that the model lacks, by its effect on the channels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Signature {
+    /// A torque, a smooth function of the coordinate.
+    Torque,
+    /// A torque that always acts in the same direction.
+    ConstantTorque,
+    /// A torque from a time on.
+    TorqueStep {
+        /// Time of the step, s.
+        t_s: f64,
+    },
+    /// A torque that depends on the angle only.
+    AngleTorque,
+    /// A torque harmonic that grows with the current.
+    TorqueRipple,
+    /// Friction that depends on the angle.
+    AngleFriction,
+    /// A voltage, a smooth function of the coordinate.
+    Voltage,
+    /// A variation of the voltage, proportional to the voltage command.
+    VoltageLine {
+        /// Frequency, Hz.
+        frequency_hz: f64,
+    },
+    /// A variation of the motor constant.
+    MotorConstant,
+    /// A variation at one frequency.
+    Line {
+        /// Frequency, Hz.
+        frequency_hz: f64,
+    },
+    /// An angle error, in the angle and in the rate derived from it.
+    EncoderError,
+    /// A harmonic angle error, in the angle and in the rate derived from it.
+    EncoderEccentricity,
+    /// A harmonic of the angle only, growing with the rate.
+    AngleHarmonic,
+    /// A harmonic of one channel, independent of the rate.
+    SensorHarmonic,
+    /// A constant offset of a channel.
+    Offset,
+    /// An error of one channel, a smooth function of the coordinate.
+    Sensor {
+        /// The channel.
+        channel: Option<Channel>,
+    },
+    /// A torque or an error of the sensor, not distinguishable under a prescribed motion.
+    TorqueOrSensor,
+    /// A harmonic independent of the rate: a torque or an error of the sensor, not distinguishable under a prescribed motion.
+    HarmonicTorqueOrSensor,
+}
+
+/// Coordinates over which the residuals of `fit` are not noise, the most significant first.
 ///
-/// A failure is listed if it is seen at one in a thousand over all that was tried.
-pub fn misfits(log: &Log, record: &PreparedLog, held: &FitResult) -> Vec<Misfit> {
-    let Some(full) = rows::Rows::of(log, record, held) else { return Vec::new() };
-    let found = search::search(full, held);
-    says::misfits(found)
+/// A misfit is listed if its probability by chance is below 1/1000, corrected for the number of tests.
+pub fn misfits(log: &Log, data: &PreparedLog, fit: &FitResult) -> Vec<Misfit> {
+    let Some(rows) = rows::ResidualRows::new(log, data, fit) else { return Vec::new() };
+    misfits::by_channel(search::search(rows, fit))
 }
 
 #[cfg(test)]

@@ -1,64 +1,63 @@
-//! What of a residual is worth a picture beside its means: the orders of the angle, how the strongest goes with rate and current, and what
-//! follows a reversal.
+//! Data of the residual plots: spectrum over the harmonic order, amplitude of one harmonic over rate and current, residual after reversals.
 
 use super::harmonics::{self, Spectrum};
-use super::rows::Rows;
+use super::rows::ResidualRows;
 use super::{search, shapes};
 use crate::identify::fit::{FitResult, PreparedLog};
 use crate::log::Log;
 use crate::statistics::Extremes;
 use crate::statistics::bins::Bin;
 
-/// A log's residuals, ready for pictures.
+/// Residuals of a log with the coordinates of the plots.
 pub struct ResidualPlotData {
-    rows: Rows,
+    rows: ResidualRows,
     since_reversal_s: Vec<f64>,
 }
 
-/// Bins of the rate or the current in which an order's amplitude is looked at.
+/// Slices of rate or current for the amplitude of a harmonic.
 const SLICES: usize = 14;
-/// A slice needs some turns of the order to show an amplitude.
-const FEWEST: f64 = 200.0;
+/// Least rows of a slice.
+const MIN_ROWS: f64 = 200.0;
 
 impl ResidualPlotData {
-    /// Of the residuals of `held`; `None` where nothing was compared.
-    pub fn of(log: &Log, record: &PreparedLog, held: &FitResult) -> Option<ResidualPlotData> {
-        let rows = Rows::of(log, record, held)?;
+    /// Plot data of the residuals of `fit`; `None` if nothing was compared.
+    pub fn new(log: &Log, data: &PreparedLog, fit: &FitResult) -> Option<ResidualPlotData> {
+        let rows = ResidualRows::new(log, data, fit)?;
         let since_reversal_s = if rows.omega.is_empty() { Vec::new() } else { shapes::since_reversal(&rows).1 };
         Some(ResidualPlotData { rows, since_reversal_s })
     }
 
-    /// The spectrum of channel `index` by order of the angle, with the weight (1/ω, 1, ω, i/ω) under which an order stands out most; `None`
-    /// without an angle that turns.
-    pub fn orders(&self, index: usize) -> Option<Spectrum> {
+    /// Spectrum of channel `index` over the harmonic order, with the weight (1/ω, 1, ω, i/ω) that gives the largest peak; `None` for less than
+    /// one revolution.
+    pub fn spectrum(&self, index: usize) -> Option<Spectrum> {
         let n = self.rows.len();
         let unit = self.rows.channels.get(index)?.unit;
-        if self.rows.theta.len() != n || self.rows.omega.len() != n || self.turns() < 1.0 {
+        if self.rows.theta.len() != n || self.rows.omega.len() != n || self.revolutions() < 1.0 {
             return None;
         }
         let y: Vec<f64> = self.rows.y[index * n..(index + 1) * n].iter().map(|y| y * unit).collect();
-        let highest = search::highest(&self.rows);
-        let strongest = |s: &Spectrum| s.share.iter().copied().max_or_zero();
+        let highest = search::highest_order(&self.rows);
+        let strongest = |s: &Spectrum| s.fraction.iter().copied().max_or_zero();
         let all = search::weights(&self.rows).into_iter().map(|weight| harmonics::spectrum(&self.rows.theta, &y, weight, highest));
         all.max_by(|a, b| strongest(a).total_cmp(&strongest(b)))
     }
 
-    fn turns(&self) -> f64 {
+    fn revolutions(&self) -> f64 {
         let (low, high) = self.rows.theta.iter().copied().min_max();
         (high - low) / std::f64::consts::TAU
     }
 
-    /// Amplitude of `order` in channel `index` over slices of the modelled rate, rad/s.
+    /// Amplitude of harmonic `order` in channel `index` over slices of the modelled rate, rad/s.
     pub fn over_rate(&self, index: usize, order: u32) -> Vec<Bin> {
         self.sliced(index, order, &self.rows.omega)
     }
 
-    /// The same over slices of the current, A.
+    /// Amplitude of harmonic `order` in channel `index` over slices of the current, A.
     pub fn over_current(&self, index: usize, order: u32) -> Vec<Bin> {
         self.sliced(index, order, &self.rows.current)
     }
 
-    /// Amplitudes with their 95 % intervals, as if what is left beside the order were white within a slice.
+    /// Amplitudes with 95 % intervals, which assume white noise besides the harmonic within a slice.
     fn sliced(&self, index: usize, order: u32, along: &[f64]) -> Vec<Bin> {
         let n = self.rows.len();
         let (Some(channel), true) = (self.rows.channels.get(index), along.len() == n && self.rows.theta.len() == n) else {
@@ -85,13 +84,13 @@ impl ResidualPlotData {
         let mut bins = Vec::new();
         for (k, (m, b)) in sums.iter().zip(&right).enumerate() {
             let rows = m[(0, 0)];
-            let Some(inverse) = m.try_inverse().filter(|_| rows >= FEWEST) else { continue };
+            let Some(inverse) = m.try_inverse().filter(|_| rows >= MIN_ROWS) else { continue };
             let x = inverse * b;
             let variance = ((squares[k] - x.dot(b)) / (rows - 3.0)).max(0.0);
             let spread = variance * 0.5 * (inverse[(1, 1)] + inverse[(2, 2)]);
             let confidence = 1.96 * spread.sqrt();
             let amplitude = x[1].hypot(x[2]);
-            // A slice in which the angle hardly turned tells nothing.
+            // Without enough motion within the slice cos, sin and mean are not distinguishable.
             if confidence.is_finite() && inverse[(1, 1)].max(inverse[(2, 2)]) * rows < 20.0 {
                 bins.push(Bin { at: low + (k as f64 + 0.5) * width, mean: amplitude, confidence });
             }
@@ -99,8 +98,7 @@ impl ResidualPlotData {
         bins
     }
 
-    /// Time since the modelled rate last changed its direction or left rest, s, and the residual in the direction of the motion, row by row;
-    /// `None` where it never did.
+    /// Per row: time since the last reversal or start, s, and residual times the sign of the rate. `None` for fewer than four reversals.
     pub fn after_reversals(&self, index: usize) -> Option<(Vec<f64>, Vec<f64>)> {
         let n = self.rows.len();
         let unit = self.rows.channels.get(index)?.unit;

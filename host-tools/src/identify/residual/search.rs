@@ -1,134 +1,136 @@
-//! The search: which shape over which coordinate makes most of the misfit in all channels together; then which of what remains.
+//! Forward selection of the shapes that explain the residual of all channels together.
 //!
-//! Each round takes the family that lowers n ln(sum of squares) + k ln n most, if it is seen against the colour of what remains, and takes it
-//! out of the residual. So a coordinate that only goes along with one found before has nothing left to account for and is not listed.
+//! Each round takes the shape family with the largest decrease of n ln(sum of squares) + k ln n (BIC), if it is significant against noise of
+//! the remaining residual's colour, and removes it from the residual. A coordinate correlated with one found before has nothing left to
+//! explain and is not listed.
 
 use drive_model::Coordinate;
 
 use super::harmonics;
-use super::rows::Rows;
-use super::shapes::{self, Acts, Family, Kind, times};
-use super::significance::{self, dot, less, orthonormal};
+use super::rows::ResidualRows;
+use super::shapes::{self, Entry, Family, ShapeKind, times};
+use super::significance::{self, dot, orthonormal, subtract_scaled};
 use crate::identify::fit::FitResult;
 use crate::model::{Channel, Input};
 use crate::statistics::Extremes;
 
-/// Rows are gathered into blocks of this length, s, where the shape is slow enough.
+/// Length of the blocks to which rows are averaged for slow shapes, s.
 const BLOCK_S: f64 = 0.020;
-/// Rounds at most.
-const ROUNDS: usize = 8;
-/// Families that are tried in a round, the best first, until one is seen.
-const TRIES: usize = 4;
-/// Probability at which a failure is listed, over all that was tried.
-pub const SEEN_LOG10: f64 = -3.0;
-/// A part of the misfit below this tells nobody anything.
-const TELLING: f64 = 0.01;
-/// What makes at least this part of what the best makes does as well.
-const AS_WELL: f64 = 0.97;
+/// Most rounds.
+const MAX_ROUNDS: usize = 8;
+/// Most families that are tested in a round, the best first, until one is significant.
+const MAX_TESTS_PER_ROUND: usize = 4;
+/// Decimal logarithm of the probability by chance below which a component is significant, corrected for the number of tests.
+pub const MAX_LOG10_P: f64 = -3.0;
+/// Least fraction of the remaining misfit that a component must explain.
+const MIN_GAIN_FRACTION: f64 = 0.01;
+/// Families with at least this fraction of the best gain are equivalent to the best.
+const EQUIVALENT_GAIN_FRACTION: f64 = 0.97;
+/// Steps in time have this many alternatives, which the BIC counts.
+const STEP_CHOICES: f64 = 32.0;
 
-/// What was found in one channel.
+/// Fraction that a component explains of one channel.
 #[derive(Debug, Clone)]
-pub struct InChannel {
+pub struct ChannelShare {
     /// The channel.
     pub channel: Channel,
-    /// Part of its residual's variance; below 0 where another channel's gain is this one's loss.
-    pub share: f64,
-    /// log10 of the probability, over all that was tried.
+    /// Fraction of the residual's variance. Negative if the gain of the other channels costs this one.
+    pub fraction: f64,
+    /// Decimal logarithm of the probability by chance, corrected for the number of tests.
     pub log10_p: f64,
 }
 
-/// One finding: a family, and what it makes in each channel.
+/// A shape family that was found, with its share of each channel.
 #[derive(Debug, Clone)]
-pub struct Found {
-    /// Over what.
+pub struct Component {
+    /// The coordinate.
     pub coordinate: Coordinate,
-    /// How it acts.
-    pub acts: Acts,
-    /// Which shape.
-    pub kind: Kind,
-    /// The channel that is read, where it is a reading's error.
-    pub reads: Option<Channel>,
-    /// The motion is prescribed: what the model needs is compared row by row, so that a torque and a reading look the same.
-    pub prescribed: bool,
-    /// Sum of squares that it takes out of all channels, in units of the noise.
+    /// Where it enters the drive.
+    pub entry: Entry,
+    /// The shape.
+    pub shape: ShapeKind,
+    /// The channel concerned, for an error of a reading.
+    pub reading: Option<Channel>,
+    /// The motion is prescribed: a torque and an error of the reading are not distinguishable.
+    pub prescribed_motion: bool,
+    /// Decrease of the sum of squares of all channels, in units of the noise.
     pub gain: f64,
-    /// In each channel.
-    pub channels: Vec<InChannel>,
+    /// Share of each channel.
+    pub channels: Vec<ChannelShare>,
 }
 
-/// A family ready to be tried: columns orthonormal to what is taken.
-struct Tried {
+/// A family with columns orthonormal to the components found before.
+struct Candidate {
     coordinate: Coordinate,
-    acts: Acts,
-    kind: Kind,
+    entry: Entry,
+    shape: ShapeKind,
     columns: Vec<Vec<f64>>,
     gain: f64,
-    merit: f64,
-    /// Its columns are in rows, not in blocks.
-    fine: bool,
+    /// Decrease of the BIC.
+    bic_decrease: f64,
+    /// The columns are per row, not per block.
+    per_row: bool,
 }
 
-/// Looks for all that the residual shows.
-pub fn search(mut full: Rows, held: &FitResult) -> Vec<Found> {
+/// All significant components of the residual.
+pub fn search(mut full: ResidualRows, fit: &FitResult) -> Vec<Component> {
     let per_block = ((BLOCK_S / full.dt_s).round() as usize).max(1);
     let starts = full.block_starts(per_block);
     let mut coarse = full.blocks(&starts, per_block);
-    let mut taken = orthonormal(&[], &shapes::taken(&coarse, held));
+    let mut taken = orthonormal(&[], &shapes::fitted_directions(&coarse, fit));
     let mut families = shapes::families(&coarse);
     for family in &mut families {
         family.columns = orthonormal(&taken, &family.columns);
     }
-    let mut found: Vec<Found> = Vec::new();
-    let at_first = dot(&full.y, &full.y);
-    for _ in 0..ROUNDS {
-        let mut tried: Vec<Tried> = families.iter().map(|f| of_family(f, &coarse)).collect();
-        let periodic = periods(&full, &coarse, &taken);
+    let mut found: Vec<Component> = Vec::new();
+    let initial_power = dot(&full.y, &full.y);
+    for _ in 0..MAX_ROUNDS {
+        let mut tried: Vec<Candidate> = families.iter().map(|f| of_family(f, &coarse)).collect();
+        let periodic = periodic_candidates(&full, &coarse, &taken);
         let tests = (families.len() + periodic.0) as f64;
         tried.extend(periodic.1);
         let power = dot(&full.y, &full.y);
         for t in &mut tried {
             let n = full.len() as f64 * full.channels.len() as f64;
-            let choices = match t.kind {
-                Kind::Order(_) | Kind::Line(_) => 2.0 * (periodic.0 as f64).max(1.0).ln(),
-                Kind::Step(_) => 2.0 * 32f64.ln(),
+            let choices = match t.shape {
+                ShapeKind::Harmonic(_) | ShapeKind::Line { .. } => 2.0 * (periodic.0 as f64).max(1.0).ln(),
+                ShapeKind::Step { .. } => 2.0 * STEP_CHOICES.ln(),
                 _ => 0.0,
             };
-            t.merit = -n * (1.0 - t.gain / power).max(1e-9).ln() - t.columns.len() as f64 * n.ln() - choices;
+            t.bic_decrease = -n * (1.0 - t.gain / power).max(1e-9).ln() - t.columns.len() as f64 * n.ln() - choices;
         }
-        tried.sort_by(|a, b| b.merit.total_cmp(&a.merit));
+        tried.sort_by(|a, b| b.bic_decrease.total_cmp(&a.bic_decrease));
         simplest_first(&mut tried);
-        let mut seen = None;
-        for t in tried
-            .into_iter()
-            .take(TRIES)
-            .filter(|t| t.merit > 0.0 && t.gain > TELLING * (at_first - found.iter().map(|f| f.gain).sum::<f64>()).max(0.0))
-        {
-            let rows = if t.fine { &full } else { &coarse };
-            let verdict = significance::test(&t.columns, &rows.y, rows.len());
-            if verdict.log10_p + tests.log10() < SEEN_LOG10 {
-                seen = Some((t, tests));
+        let mut best = None;
+        for t in tried.into_iter().take(MAX_TESTS_PER_ROUND).filter(|t| {
+            t.bic_decrease > 0.0 && t.gain > MIN_GAIN_FRACTION * (initial_power - found.iter().map(|f| f.gain).sum::<f64>()).max(0.0)
+        }) {
+            let rows = if t.per_row { &full } else { &coarse };
+            let significance = significance::test(&t.columns, &rows.y, rows.len());
+            if significance.log10_p + tests.log10() < MAX_LOG10_P {
+                best = Some((t, tests));
                 break;
             }
         }
-        let Some((t, tests)) = seen else { break };
-        let rows = if t.fine { &full } else { &coarse };
-        let channels = in_channels(&t, rows, tests);
-        let reads = match t.acts {
-            Acts::Reading(c) => rows.channels.get(c).map(|c| c.channel),
+        let Some((t, tests)) = best else { break };
+        let rows = if t.per_row { &full } else { &coarse };
+        let channels = channel_shares(&t, rows, tests);
+        let reading = match t.entry {
+            Entry::Reading(c) => rows.channels.get(c).map(|c| c.channel),
             _ => None,
         };
-        found.push(Found {
+        found.push(Component {
             coordinate: t.coordinate,
-            acts: t.acts,
-            kind: t.kind,
-            reads,
-            prescribed: rows.driven == Input::Motion,
+            entry: t.entry,
+            shape: t.shape,
+            reading,
+            prescribed_motion: rows.driven == Input::Motion,
             gain: t.gain,
             channels,
         });
-        take_out(&t, &mut full, &coarse, &starts);
+        remove(&t, &mut full, &coarse, &starts);
         coarse.y = full.blocks(&starts, per_block).y;
-        if !t.fine {
+        if !t.per_row {
             for family in &mut families {
                 family.columns = orthonormal(&t.columns, &family.columns);
             }
@@ -138,33 +140,35 @@ pub fn search(mut full: Rows, held: &FitResult) -> Vec<Found> {
     found
 }
 
-fn of_family(family: &Family, rows: &Rows) -> Tried {
+/// The candidate of a family.
+fn of_family(family: &Family, rows: &ResidualRows) -> Candidate {
     let gain = family.columns.iter().map(|q| dot(q, &rows.y).powi(2)).sum();
     let columns = family.columns.clone();
-    Tried { coordinate: family.coordinate, acts: family.acts, kind: family.kind, columns, gain, merit: 0.0, fine: false }
+    Candidate { coordinate: family.coordinate, entry: family.entry, shape: family.shape, columns, gain, bic_decrease: 0.0, per_row: false }
 }
 
-/// Of those that do as well as the first, puts the one with fewest shapes in front; and a temperature before time, which goes along with
+/// Moves the simplest of the candidates equivalent to the first to the front. A temperature has priority over time, which correlates with
 /// everything slow.
-fn simplest_first(tried: &mut [Tried]) {
+fn simplest_first(tried: &mut [Candidate]) {
     let Some(best) = tried.first() else { return };
-    let (enough, slow) = (AS_WELL * best.gain, best.coordinate == Coordinate::Time && !matches!(best.kind, Kind::Line(_)));
-    let does = |t: &&(usize, &Tried)| t.1.gain >= enough && t.1.merit > 0.0;
-    let all: Vec<(usize, &Tried)> = tried.iter().enumerate().collect();
-    let warm = all.iter().filter(does).find(|t| slow && t.1.coordinate == Coordinate::Temperature);
-    let simplest = all.iter().filter(does).min_by_key(|t| t.1.columns.len());
+    let (enough, is_slow) =
+        (EQUIVALENT_GAIN_FRACTION * best.gain, best.coordinate == Coordinate::Time && !matches!(best.shape, ShapeKind::Line { .. }));
+    let equivalent = |t: &&(usize, &Candidate)| t.1.gain >= enough && t.1.bic_decrease > 0.0;
+    let all: Vec<(usize, &Candidate)> = tried.iter().enumerate().collect();
+    let warm = all.iter().filter(equivalent).find(|t| is_slow && t.1.coordinate == Coordinate::Temperature);
+    let simplest = all.iter().filter(equivalent).min_by_key(|t| t.1.columns.len());
     if let Some(k) = warm.or(simplest).map(|t| t.0) {
         tried[..=k].rotate_right(1);
     }
 }
 
-/// Takes what was found out of the residual.
-fn take_out(t: &Tried, full: &mut Rows, coarse: &Rows, starts: &[usize]) {
+/// Removes a component from the residual of the rows.
+fn remove(t: &Candidate, full: &mut ResidualRows, coarse: &ResidualRows, starts: &[usize]) {
     let n = full.len();
     for q in &t.columns {
-        if t.fine {
+        if t.per_row {
             let z = dot(q, &full.y);
-            less(&mut full.y, z, q);
+            subtract_scaled(&mut full.y, z, q);
             continue;
         }
         let z = dot(q, &coarse.y);
@@ -173,9 +177,9 @@ fn take_out(t: &Tried, full: &mut Rows, coarse: &Rows, starts: &[usize]) {
             for (b, &start) in starts.iter().enumerate() {
                 let end = starts.get(b + 1).copied().unwrap_or(n);
                 let at = c * blocks + b;
-                let seen = coarse.mask[at];
-                if seen > 0.0 {
-                    let value = z * q[at] / seen;
+                let weight = coarse.mask[at];
+                if weight > 0.0 {
+                    let value = z * q[at] / weight;
                     for row in c * n + start..c * n + end {
                         full.y[row] -= value * full.mask[row];
                     }
@@ -185,50 +189,50 @@ fn take_out(t: &Tried, full: &mut Rows, coarse: &Rows, starts: &[usize]) {
     }
 }
 
-/// What a finding makes of each channel by itself.
-fn in_channels(t: &Tried, rows: &Rows, tests: f64) -> Vec<InChannel> {
+/// Share that a candidate explains of each channel, tested by channel.
+fn channel_shares(t: &Candidate, rows: &ResidualRows, tests: f64) -> Vec<ChannelShare> {
     let n = rows.len();
     let mut after = rows.y.clone();
     for q in &t.columns {
         let z = dot(q, &rows.y);
-        less(&mut after, z, q);
+        subtract_scaled(&mut after, z, q);
     }
     let mut list = Vec::new();
     for (c, channel) in rows.channels.iter().enumerate() {
         let part = c * n..(c + 1) * n;
         let own: Vec<Vec<f64>> = t.columns.iter().map(|q| q[part.clone()].to_vec()).collect();
         let largest = own.iter().map(|q| dot(q, q)).max_or_zero();
-        // A channel that the shape hardly reaches is not asked.
+        // A shape without effect on this channel is not tested.
         let own: Vec<Vec<f64>> = own.into_iter().filter(|q| dot(q, q) > 1e-6 * largest && largest > 1e-6).collect();
         let y = &rows.y[part.clone()];
-        let verdict = significance::test(&orthonormal(&[], &own), y, n);
+        let significance = significance::test(&orthonormal(&[], &own), y, n);
         let gain = dot(y, y) - dot(&after[part.clone()], &after[part]);
-        let share = (gain - verdict.by_chance) / channel.power.max(f64::MIN_POSITIVE);
-        let log10_p = (verdict.log10_p + tests.log10()).min(0.0);
-        list.push(InChannel { channel: channel.channel, share, log10_p });
+        let fraction = (gain - significance.by_chance) / channel.power.max(f64::MIN_POSITIVE);
+        let log10_p = (significance.log10_p + tests.log10()).min(0.0);
+        list.push(ChannelShare { channel: channel.channel, fraction, log10_p });
     }
     list
 }
 
-/// Peaks of each spectrum that are tried.
-const PEAKS: usize = 2;
-/// Orders that are tried in every way.
-const ORDERS: usize = 3;
+/// Peaks of each spectrum that become candidates.
+const PEAKS_PER_SPECTRUM: usize = 2;
+/// Harmonic orders that become candidates at every entry point.
+const MAX_HARMONICS: usize = 3;
 
-/// Orders and lines that stand out, ready to be tried; and how many were looked at.
-fn periods(full: &Rows, coarse: &Rows, taken: &[Vec<f64>]) -> (usize, Vec<Tried>) {
+/// Number of harmonics and lines examined, and the candidates among them.
+fn periodic_candidates(full: &ResidualRows, coarse: &ResidualRows, taken: &[Vec<f64>]) -> (usize, Vec<Candidate>) {
     let mut list = Vec::new();
-    let mut looked = 0;
+    let mut examined = 0;
     let n = full.len();
     if full.theta.len() == n && full.omega.len() == n {
-        let highest = highest(full);
+        let highest = highest_order(full);
         let mut orders: Vec<(u32, f64)> = Vec::new();
         for c in 0..full.channels.len() {
             for weight in weights(full) {
                 let s = harmonics::spectrum(&full.theta, &full.y[c * n..(c + 1) * n], weight, highest);
-                looked += s.share.len();
-                for (order, share) in harmonics::peaks(&s, PEAKS) {
-                    // In units of the noise, so that channels can be set side by side.
+                examined += s.fraction.len();
+                for (order, share) in harmonics::peaks(&s, PEAKS_PER_SPECTRUM) {
+                    // In units of the noise: comparable between channels.
                     let gain = share * dot(&full.y[c * n..(c + 1) * n], &full.y[c * n..(c + 1) * n]);
                     match orders.iter_mut().find(|o| o.0 == order) {
                         Some(o) => o.1 = o.1.max(gain),
@@ -238,27 +242,27 @@ fn periods(full: &Rows, coarse: &Rows, taken: &[Vec<f64>]) -> (usize, Vec<Tried>
             }
         }
         orders.sort_by(|a, b| b.1.total_cmp(&a.1));
-        for &(order, _) in orders.iter().take(ORDERS) {
-            for acts in ways(full) {
-                list.extend(an_order(full, order, acts));
+        for &(order, _) in orders.iter().take(MAX_HARMONICS) {
+            for entry in entries(full) {
+                list.extend(harmonic(full, order, entry));
             }
         }
     }
     if coarse.drive.is_some() || coarse.channels.len() == 1 {
-        looked += coarse.len() / 2;
+        examined += coarse.len() / 2;
         list.extend(lines(coarse, taken));
     }
-    (looked, list)
+    (examined, list)
 }
 
-/// Highest order that is looked for in these rows.
-pub fn highest(full: &Rows) -> usize {
+/// Highest harmonic order that these rows resolve.
+pub fn highest_order(full: &ResidualRows) -> usize {
     let rms = (dot(&full.omega, &full.omega) / full.len().max(1) as f64).sqrt();
-    harmonics::resolved(rms, full.dt_s)
+    harmonics::resolvable_order(rms, full.dt_s)
 }
 
-/// How an order's amplitude may go with the rate and the current.
-pub fn weights(rows: &Rows) -> Vec<Box<dyn Fn(usize) -> f64 + '_>> {
+/// Weights of the spectra: dependences of a harmonic's amplitude on rate and current (1/ω, 1, ω, i/ω).
+pub fn weights(rows: &ResidualRows) -> Vec<Box<dyn Fn(usize) -> f64 + '_>> {
     let most = rows.omega.iter().fold(f64::MIN_POSITIVE, |m, w| m.max(w.abs()));
     let least = 0.03 * most;
     let inverse = move |k: usize| {
@@ -272,66 +276,75 @@ pub fn weights(rows: &Rows) -> Vec<Box<dyn Fn(usize) -> f64 + '_>> {
     list
 }
 
-/// The ways in which an order may enter.
-fn ways(rows: &Rows) -> Vec<Acts> {
-    let mut list: Vec<Acts> = Vec::new();
+/// Entry points of a harmonic.
+fn entries(rows: &ResidualRows) -> Vec<Entry> {
+    let mut list: Vec<Entry> = Vec::new();
     if rows.drive.is_some() {
-        list.push(Acts::Torque);
+        list.push(Entry::Torque);
         if rows.current.len() == rows.len() {
-            list.push(Acts::Constant);
+            list.push(Entry::MotorConstant);
         }
     }
-    list.extend((0..rows.channels.len()).filter(|c| rows.channels[*c].channel != Channel::Angle).map(Acts::Reading));
+    list.extend((0..rows.channels.len()).filter(|c| rows.channels[*c].channel != Channel::Angle).map(Entry::Reading));
     if rows.channel(Channel::Angle).is_some() {
-        list.extend(rows.channel(Channel::Angle).map(Acts::Reading));
+        list.extend(rows.channel(Channel::Angle).map(Entry::Reading));
         if rows.channel(Channel::Rate).is_some() {
-            list.push(Acts::Encoder);
+            list.push(Entry::Encoder);
         }
     }
     list
 }
 
-fn an_order(rows: &Rows, order: u32, acts: Acts) -> Option<Tried> {
-    let angle = shapes::of(&rows.theta, |x| x * f64::from(order));
-    let waves = [shapes::of(&angle, f64::cos), shapes::of(&angle, f64::sin)];
-    let raw: Vec<Vec<f64>> = waves.iter().map(|w| shapes::response(rows, acts, w)).collect();
+/// Candidate of one harmonic order.
+fn harmonic(rows: &ResidualRows, order: u32, entry: Entry) -> Option<Candidate> {
+    let angle = shapes::map(&rows.theta, |x| x * f64::from(order));
+    let waves = [shapes::map(&angle, f64::cos), shapes::map(&angle, f64::sin)];
+    let raw: Vec<Vec<f64>> = waves.iter().map(|w| shapes::response(rows, entry, w)).collect();
     let columns = orthonormal(&[], &raw);
     let gain = columns.iter().map(|q| dot(q, &rows.y).powi(2)).sum();
-    (columns.len() == 2).then_some(Tried {
+    (columns.len() == 2).then_some(Candidate {
         coordinate: Coordinate::Theta,
-        acts,
-        kind: Kind::Order(order),
+        entry,
+        shape: ShapeKind::Harmonic(order),
         columns,
         gain,
-        merit: 0.0,
-        fine: true,
+        bic_decrease: 0.0,
+        per_row: true,
     })
 }
 
-/// Lines in time: of the residual, and of what modulates the input.
-fn lines(rows: &Rows, taken: &[Vec<f64>]) -> Vec<Tried> {
+/// Candidates of lines in time: of the residual, and of modulations of the input.
+fn lines(rows: &ResidualRows, taken: &[Vec<f64>]) -> Vec<Candidate> {
     let n = rows.len();
     let voltage = rows.drive.is_some() && rows.driven == Input::Voltage;
-    let mut tried: Vec<(f64, Acts, bool)> = Vec::new();
+    let mut tried: Vec<(f64, Entry, bool)> = Vec::new();
     for (c, channel) in rows.channels.iter().enumerate() {
         let y = &rows.y[c * n..(c + 1) * n];
-        let acts = if rows.drive.is_some() { Acts::Torque } else { Acts::Reading(c) };
-        tried.extend(harmonics::frequencies(y, rows.dt_s, PEAKS).into_iter().map(|hz| (hz, acts, false)));
+        let entry = if rows.drive.is_some() { Entry::Torque } else { Entry::Reading(c) };
+        tried.extend(harmonics::frequencies(y, rows.dt_s, PEAKS_PER_SPECTRUM).into_iter().map(|hz| (hz, entry, false)));
         if voltage && channel.channel == Channel::Current {
             let product: Vec<f64> = times(y, &rows.input);
-            tried.extend(harmonics::frequencies(&product, rows.dt_s, PEAKS).into_iter().map(|hz| (hz, Acts::Voltage, true)));
+            tried.extend(harmonics::frequencies(&product, rows.dt_s, PEAKS_PER_SPECTRUM).into_iter().map(|hz| (hz, Entry::Voltage, true)));
         }
     }
     tried
         .into_iter()
-        .map(|(hz, acts, modulates)| {
-            let phase = shapes::of(&rows.t_s, |t| std::f64::consts::TAU * hz * t);
-            let waves = [shapes::of(&phase, f64::cos), shapes::of(&phase, f64::sin)];
+        .map(|(hz, entry, modulates)| {
+            let phase = shapes::map(&rows.t_s, |t| std::f64::consts::TAU * hz * t);
+            let waves = [shapes::map(&phase, f64::cos), shapes::map(&phase, f64::sin)];
             let raw: Vec<Vec<f64>> =
-                waves.iter().map(|w| shapes::response(rows, acts, &if modulates { times(w, &rows.input) } else { w.clone() })).collect();
+                waves.iter().map(|w| shapes::response(rows, entry, &if modulates { times(w, &rows.input) } else { w.clone() })).collect();
             let columns = orthonormal(taken, &raw);
             let gain = columns.iter().map(|q| dot(q, &rows.y).powi(2)).sum();
-            Tried { coordinate: Coordinate::Time, acts, kind: Kind::Line(hz), columns, gain, merit: 0.0, fine: false }
+            Candidate {
+                coordinate: Coordinate::Time,
+                entry,
+                shape: ShapeKind::Line { frequency_hz: hz },
+                columns,
+                gain,
+                bic_decrease: 0.0,
+                per_row: false,
+            }
         })
         .collect()
 }

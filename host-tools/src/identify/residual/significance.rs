@@ -1,9 +1,9 @@
-//! Is what a shape accounts for more than the residual's own colour would give it?
+//! Significance of a shape against noise with the spectrum of the remaining residual.
 //!
-//! The surrogates are all circular shifts of what remains against the shapes: they keep its colour and undo its place. Over all shifts, the
-//! covariance of the projections Qᵀe is Σ_f S(f) Q̂(f) Q̂(f)ᴴ, with S the spectrum of what remains; so that all of them cost one transform.
-//! The projections of the residual itself are held against it as F(k, ν), where ν is the number of independent values of the spectrum that
-//! the covariance rests on: few for a trend, thousands for what changes fast. Its tail carries p below what counting shifts could.
+//! The surrogates are all circular shifts of the remaining residual relative to the shapes: they have its spectrum, but no relation to the
+//! shapes. Over all shifts the covariance of the projections Qᵀe is Σ_f S(f) Q̂(f) Q̂(f)ᴴ with the spectrum S of the remaining residual, so that
+//! one transform gives all shifts. The projections of the residual itself are compared with this covariance as F(k, ν), where ν is the number
+//! of independent spectral values that determine the covariance: few for a trend, thousands for a fast shape.
 
 use nalgebra::{DMatrix, DVector};
 use realfft::num_complex::Complex;
@@ -11,14 +11,14 @@ use realfft::num_complex::Complex;
 use super::harmonics::transform;
 use crate::statistics::distributions::log10_f_tail;
 
-/// Lines on either side over which the spectrum is smoothed, at most.
-const SMOOTH: usize = 12;
-/// A column that keeps less than this part of itself is no direction of its own.
-const OWN: f64 = 1e-3;
+/// Most lines on either side over which the spectrum is smoothed.
+const MAX_SMOOTHING_LINES: usize = 12;
+/// Least fraction of a column that is independent of the others, as a sum of squares.
+const MIN_INDEPENDENT_FRACTION: f64 = 1e-3;
 
 /// Inner product.
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
-    // Eight sums side by side: one alone waits for each addition.
+    // Eight partial sums: the additions of a single sum would wait for each other.
     let mut lanes = [0.0; 8];
     let (heads, tails) = (a.chunks_exact(8), b.chunks_exact(8));
     let rest: f64 = heads.remainder().iter().zip(tails.remainder()).map(|(a, b)| a * b).sum();
@@ -31,24 +31,24 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// a − x b.
-pub fn less(a: &mut [f64], x: f64, b: &[f64]) {
+pub fn subtract_scaled(a: &mut [f64], x: f64, b: &[f64]) {
     for (a, b) in a.iter_mut().zip(b) {
         *a -= x * b;
     }
 }
 
-/// Orthonormal columns of the same span, orthogonal to `taken` (itself orthonormal).
+/// Orthonormal basis of `columns`, orthogonal to `taken` (itself orthonormal).
 pub fn orthonormal(taken: &[Vec<f64>], columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let mut list: Vec<Vec<f64>> = Vec::new();
     for column in columns {
         let before = dot(column, column);
         let mut own = column.clone();
         let mut after = before;
-        // Again where little is left, for what rounding leaves of the rest.
+        // Repeated when little is left: rounding leaves parts of the other columns.
         for _ in 0..2 {
             for q in taken.iter().chain(&list) {
                 let x = dot(&own, q);
-                less(&mut own, x, q);
+                subtract_scaled(&mut own, x, q);
             }
             let left = dot(&own, &own);
             let enough = left > 0.01 * after;
@@ -57,7 +57,7 @@ pub fn orthonormal(taken: &[Vec<f64>], columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
                 break;
             }
         }
-        if before.is_finite() && after > OWN * before && after > 0.0 {
+        if before.is_finite() && after > MIN_INDEPENDENT_FRACTION * before && after > 0.0 {
             let scale = after.sqrt().recip();
             own.iter_mut().for_each(|v| *v *= scale);
             list.push(own);
@@ -66,26 +66,26 @@ pub fn orthonormal(taken: &[Vec<f64>], columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
     list
 }
 
-/// What a test says.
+/// Result of a test.
 #[derive(Debug, Clone, Copy)]
 pub struct Significance {
-    /// log10 of the probability.
+    /// Decimal logarithm of the probability by chance.
     pub log10_p: f64,
-    /// Sum of squares that noise of this colour would give the shapes.
+    /// Expected sum of squares of the projections of noise.
     pub by_chance: f64,
 }
 
 /// Tests orthonormal `columns` (each several channels of `n` rows) on `y`.
 pub fn test(columns: &[Vec<f64>], y: &[f64], n: usize) -> Significance {
-    let never = Significance { log10_p: 0.0, by_chance: 0.0 };
+    let none = Significance { log10_p: 0.0, by_chance: 0.0 };
     let k = columns.len();
     if k == 0 || n < 8 {
-        return never;
+        return none;
     }
     let z: Vec<f64> = columns.iter().map(|q| dot(q, y)).collect();
     let mut rest = y.to_vec();
     for (q, z) in columns.iter().zip(&z) {
-        less(&mut rest, *z, q);
+        subtract_scaled(&mut rest, *z, q);
     }
     let mut covariance = DMatrix::zeros(k, k);
     let (mut sum, mut squares) = (0.0, 0.0);
@@ -113,14 +113,14 @@ pub fn test(columns: &[Vec<f64>], y: &[f64], n: usize) -> Significance {
     let by_chance = covariance.trace();
     let freedom = (2.0 * sum * sum / squares.max(f64::MIN_POSITIVE) - k as f64).max(1.0);
     let z = DVector::from_vec(z);
-    let Some(solved) = covariance.cholesky().map(|c| c.solve(&z)) else { return never };
+    let Some(solved) = covariance.cholesky().map(|c| c.solve(&z)) else { return none };
     let f = z.dot(&solved) / k as f64;
     Significance { log10_p: log10_f_tail(f, k as f64, freedom), by_chance }
 }
 
-/// Mean over neighbouring lines.
+/// Running mean over neighbouring lines.
 fn smooth(raw: &[f64]) -> Vec<f64> {
-    let half = SMOOTH.min(raw.len() / 16);
+    let half = MAX_SMOOTHING_LINES.min(raw.len() / 16);
     let mut sums = vec![0.0];
     for v in raw {
         sums.push(sums[sums.len() - 1] + v);

@@ -1,9 +1,9 @@
-//! Plausibility before physics (interfaces.md): is this log what its columns say, before any model is fitted?
+//! Plausibility of a log: do the columns contain what their names say? Checked before any model is fitted.
 //!
-//! In: a [`Log`] and the column that drives the model. Out: [`Finding`]s in words, none where the log is sound. Looked at: whether
-//! anything moved and the input changed; whether columns lost their decimals; the slope between dθ/dt and ω (sign, unit, swapped
-//! columns); whether voltage and current drive the rotor the way it turns. Physics of the catalogue — a late, bent or biased rate
-//! channel, an encoder off its centre, friction, cogging — is no finding: a verdict `bad-log` must be beyond doubt.
+//! Input: a [`Log`] and the name of the model's input column. Output: [`Defect`]s; none for a sound log. Checked are: motion and a varying
+//! input; lost decimals; the slope between dθ/dt and ω (sign, unit, exchanged columns); the signs of voltage, current and torque relative to
+//! the motion. Effects of the catalogue (a delayed, nonlinear or biased rate channel, an eccentric encoder, friction, cogging) are not
+//! defects: a defect must be beyond doubt.
 
 mod drive;
 mod regress;
@@ -11,97 +11,205 @@ mod slope;
 mod still;
 mod windows;
 
+pub use slope::SLOPE_TOLERANCE;
+
 use crate::log::Log;
 
-/// What is wrong with a log.
+/// Kind of a defect, as in the `code` of the JSON answers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Code {
-    /// The model's input is no column of the log.
+pub enum DefectCode {
+    /// The model's input is not a column of the log.
     MissingInput,
     /// The input never changes.
     ConstantInput,
     /// A measured channel never changes while others do.
     ConstantChannel,
-    /// Nothing turns.
+    /// The rotor does not move.
     NoMotion,
-    /// A measured channel has whole numbers only.
+    /// A measured channel contains only whole numbers.
     WholeNumbers,
     /// Two channels disagree in sign.
     WrongSign,
-    /// Two channels differ by a factor that belongs to a unit.
+    /// Two channels differ by a conversion factor between units.
     WrongUnit,
-    /// dθ/dt and ω differ by another factor, or do not belong together.
+    /// dθ/dt and ω differ by another factor, or are unrelated.
     RateDisagrees,
     /// Two columns seem to be exchanged.
     Swapped,
-    /// Voltage or current drives backwards.
+    /// Voltage, current or torque acts against the motion that it causes.
     NegativeMotorConstant,
 }
 
-impl Code {
-    /// Name in the answers.
+impl DefectCode {
+    /// Name in the JSON answers.
     pub fn name(self) -> &'static str {
         match self {
-            Code::MissingInput => "missing-input",
-            Code::ConstantInput => "constant-input",
-            Code::ConstantChannel => "constant-channel",
-            Code::NoMotion => "no-motion",
-            Code::WholeNumbers => "whole-numbers",
-            Code::WrongSign => "wrong-sign",
-            Code::WrongUnit => "wrong-unit",
-            Code::RateDisagrees => "rate-disagrees",
-            Code::Swapped => "swapped",
-            Code::NegativeMotorConstant => "negative-motor-constant",
+            DefectCode::MissingInput => "missing-input",
+            DefectCode::ConstantInput => "constant-input",
+            DefectCode::ConstantChannel => "constant-channel",
+            DefectCode::NoMotion => "no-motion",
+            DefectCode::WholeNumbers => "whole-numbers",
+            DefectCode::WrongSign => "wrong-sign",
+            DefectCode::WrongUnit => "wrong-unit",
+            DefectCode::RateDisagrees => "rate-disagrees",
+            DefectCode::Swapped => "swapped",
+            DefectCode::NegativeMotorConstant => "negative-motor-constant",
         }
     }
 }
 
-/// One thing that is wrong.
+/// A defect of a log, with its evidence.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Finding {
-    /// What kind.
-    pub code: Code,
-    /// One sentence for the person: what is seen, and what it may be.
-    pub says: String,
-    /// The columns that it is about.
-    pub columns: Vec<&'static str>,
+pub enum Defect {
+    /// The model's input is not a column of the log.
+    MissingInput {
+        /// The column.
+        input: String,
+    },
+    /// These columns contain only whole numbers.
+    WholeNumbers {
+        /// The columns.
+        columns: Vec<&'static str>,
+    },
+    /// The rotor does not move.
+    NoMotion {
+        /// The angle and rate columns of the log.
+        columns: Vec<&'static str>,
+        /// The fault that ended the log.
+        fault: Option<String>,
+    },
+    /// The input is the same in all rows.
+    ConstantInput {
+        /// The column.
+        input: &'static str,
+        /// Its value.
+        value: f64,
+        /// The fault that ended the log.
+        fault: Option<String>,
+    },
+    /// A measured channel never changes.
+    ConstantChannel {
+        /// The column.
+        column: &'static str,
+        /// The fault that ended the log.
+        fault: Option<String>,
+    },
+    /// `theta_rad` is the derivative of `omega_rad_s`.
+    ExchangedAngleAndRate,
+    /// `gyro_rad_s` agrees with dθ/dt, `omega_rad_s` does not.
+    ExchangedRates {
+        /// `omega_rad_s` over dθ/dt.
+        ratio: f64,
+    },
+    /// `u_V` falls with the rate at constant `i_A`.
+    ExchangedVoltageAndCurrent,
+    /// `omega_rad_s` and dθ/dt are not related linearly.
+    UnrelatedRate,
+    /// `omega_rad_s` is a multiple of dθ/dt.
+    RateScale {
+        /// `omega_rad_s` over dθ/dt.
+        ratio: f64,
+        /// The unit error with this ratio, if there is one; the sign apart.
+        unit: Option<UnitError>,
+    },
+    /// `i_A` has the opposite sign.
+    ReversedCurrent,
+    /// `u_V` has the opposite sign.
+    ReversedVoltage,
+    /// The drive turns against its voltage and current.
+    ReversedDrive,
+    /// The drive accelerates against this column.
+    ReversedAcceleration {
+        /// `torque_N_m`, `i_A` or `u_V`.
+        column: &'static str,
+    },
 }
 
-impl Finding {
-    fn new(code: Code, columns: &[&'static str], says: impl Into<String>) -> Self {
-        Finding { code, says: says.into(), columns: columns.to_vec() }
+/// A unit error of angle, rate or time, by the factor that it gives `omega_rad_s` over dθ/dt.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum UnitError {
+    /// 180/π: the rate in degrees per second.
+    RateInDegrees,
+    /// π/180: the angle in degrees.
+    AngleInDegrees,
+    /// 30/π: the rate in revolutions per minute.
+    RateInRpm,
+    /// π/30: the rate divided by the factor of rpm, or a wrong unit of time.
+    RateDividedByRpm,
+    /// 1/2π: the rate in revolutions per second.
+    RateInRevolutions,
+    /// 2π: the angle in revolutions.
+    AngleInRevolutions,
+    /// 1000: the time in milliseconds, or the rate in mrad/s.
+    Milliseconds,
+    /// 1/1000: the angle in mrad.
+    AngleInMilliradians,
+}
+
+impl Defect {
+    /// Kind of the defect.
+    pub fn code(&self) -> DefectCode {
+        match self {
+            Defect::MissingInput { .. } => DefectCode::MissingInput,
+            Defect::WholeNumbers { .. } => DefectCode::WholeNumbers,
+            Defect::NoMotion { .. } => DefectCode::NoMotion,
+            Defect::ConstantInput { .. } => DefectCode::ConstantInput,
+            Defect::ConstantChannel { .. } => DefectCode::ConstantChannel,
+            Defect::ExchangedAngleAndRate | Defect::ExchangedRates { .. } | Defect::ExchangedVoltageAndCurrent => DefectCode::Swapped,
+            Defect::RateScale { unit: Some(_), .. } => DefectCode::WrongUnit,
+            Defect::RateScale { ratio, unit: None } if *ratio < 0.0 => DefectCode::WrongSign,
+            Defect::UnrelatedRate | Defect::RateScale { .. } => DefectCode::RateDisagrees,
+            Defect::ReversedCurrent | Defect::ReversedVoltage => DefectCode::WrongSign,
+            Defect::ReversedDrive | Defect::ReversedAcceleration { .. } => DefectCode::NegativeMotorConstant,
+        }
+    }
+
+    /// The columns concerned.
+    pub fn columns(&self) -> Vec<&'static str> {
+        match self {
+            Defect::MissingInput { .. } => Vec::new(),
+            Defect::WholeNumbers { columns } | Defect::NoMotion { columns, .. } => columns.clone(),
+            Defect::ConstantInput { input: column, .. }
+            | Defect::ConstantChannel { column, .. }
+            | Defect::ReversedAcceleration { column } => vec![column],
+            Defect::ExchangedAngleAndRate | Defect::UnrelatedRate | Defect::RateScale { .. } => vec!["theta_rad", "omega_rad_s"],
+            Defect::ExchangedRates { .. } => vec!["omega_rad_s", "gyro_rad_s"],
+            Defect::ExchangedVoltageAndCurrent | Defect::ReversedVoltage => vec!["u_V", "i_A"],
+            Defect::ReversedCurrent => vec!["i_A", "u_V"],
+            Defect::ReversedDrive => vec!["u_V", "omega_rad_s"],
+        }
     }
 }
 
-/// The fault that ended a log before its time, by its note: `overspeed at 0.2 s`. A stand's own words are number, name and what to do.
+/// The fault that ended a log early, from its note, such as `overspeed at 0.2 s`. A stand's message has number, name and remedy.
 pub fn fault_that_ended(log: &Log) -> Option<String> {
     let note = log.note("fault")?;
     let note = note.strip_suffix("; the rows end there").unwrap_or(note);
-    let (says, at) = note.rsplit_once(" at ").map_or((note, String::new()), |(says, at)| (says, format!(" at {at}")));
-    let mut words = says.splitn(3, ',');
+    let (message, at) = note.rsplit_once(" at ").map_or((note, String::new()), |(message, at)| (message, format!(" at {at}")));
+    let mut words = message.splitn(3, ',');
     let name = match (words.next(), words.next()) {
         (Some(number), Some(name)) if number.bytes().all(|b| b.is_ascii_digit()) => name,
-        _ => says,
+        _ => message,
     };
     (!name.is_empty()).then(|| format!("{name}{at}"))
 }
 
-/// What is wrong with `log` as the record of a drive whose input is the column `input`; most basic first, empty where it is sound.
+/// Defects of `log` for a model whose input is the column `input`, the most basic first; empty for a sound log.
 ///
-/// Work is one pass per test over the rows; memory is a few numbers per tenth of a second.
-pub fn check(log: &Log, input: &str) -> Vec<Finding> {
-    let findings = still::check(log, input);
-    // Of a log that does not move the rest would be nonsense.
-    if findings.iter().any(|f| f.code != Code::WholeNumbers) {
-        return findings;
+/// The effort is one pass over the rows per test; the memory a few numbers per tenth of a second.
+pub fn check(log: &Log, input: &str) -> Vec<Defect> {
+    let defects = still::check(log, input);
+    // Without motion or input the tests of slopes and signs have no meaning.
+    if defects.iter().any(|d| d.code() != DefectCode::WholeNumbers) {
+        return defects;
     }
     let signs = slope::check(log).or_else(|| drive::check(log));
     match signs {
-        // A voltage of whole steps under the current's name.
-        Some(swapped) if swapped.code == Code::Swapped => vec![swapped],
-        signs if findings.is_empty() => signs.into_iter().collect(),
-        _ => findings,
+        // A stepped voltage in the current's column has whole numbers, too.
+        Some(swapped) if swapped.code() == DefectCode::Swapped => vec![swapped],
+        signs if defects.is_empty() => signs.into_iter().collect(),
+        _ => defects,
     }
 }
 

@@ -1,23 +1,23 @@
-//! Linear regression on a few columns with an intercept, robust against a few wild rows.
+//! Linear regression on a few columns with an intercept, robust against outliers (Huber weights, iteratively reweighted).
 
 use nalgebra::{SMatrix, SVector};
 
 use super::windows::{mean, sd};
 use crate::statistics::robust::{MEDIAN_ABS_PER_SIGMA, median_abs};
 
-/// What a regression gives.
+/// Result of a regression.
 pub(super) struct Regression<const K: usize> {
     /// Coefficient of each column.
     pub slope: [f64; K],
     /// Its standard error.
     pub sigma: [f64; K],
-    /// Correlation of the column with y, the others accounted for; in [−1, 1].
+    /// Partial correlation of the column with y, in [−1, 1].
     pub partial: [f64; K],
-    /// Share of y's variance that all columns explain.
+    /// Fraction of the variance of y that the columns explain.
     pub explained: f64,
 }
 
-/// Regresses `y` on the columns `x`; `None` where there are too few rows or nothing varies.
+/// Regresses `y` on the columns `x`; `None` for too few rows or constant columns.
 pub(super) fn regress<const K: usize>(x: [&[f64]; K], y: &[f64]) -> Option<Regression<K>> {
     let rows = y.len();
     if rows < 4 * (K + 1) {
@@ -25,7 +25,7 @@ pub(super) fn regress<const K: usize>(x: [&[f64]; K], y: &[f64]) -> Option<Regre
     }
     let y_scale = sd(y);
     let x_scale = x.map(sd);
-    // A log holds finite numbers only; an overflow of their squares is as useless as no variation.
+    // The log has finite numbers only, but their squares may overflow.
     if y_scale * x_scale[0] == 0.0 || !(y_scale + x_scale.iter().sum::<f64>()).is_finite() {
         return None;
     }
@@ -35,7 +35,7 @@ pub(super) fn regress<const K: usize>(x: [&[f64]; K], y: &[f64]) -> Option<Regre
         let total: f64 = weights.iter().sum();
         let center = |v: &[f64]| v.iter().zip(&weights).map(|(v, w)| v * w).sum::<f64>() / total;
         let (y0, x0) = (center(y), x.map(center));
-        // A column that does not vary takes no part: a small ridge keeps the rest solvable.
+        // The small ridge keeps the equations solvable with a constant column.
         let scaled = |k: usize, row: usize| if x_scale[k] > 0.0 { (x[k][row] - x0[k]) / x_scale[k] } else { 0.0 };
         let mut normal = SMatrix::<f64, K, K>::identity() * (1e-9 * total);
         let mut right = SVector::<f64, K>::zeros();
@@ -63,14 +63,14 @@ pub(super) fn regress<const K: usize>(x: [&[f64]; K], y: &[f64]) -> Option<Regre
         }
         last = Some(fit);
         let typical = median_abs(&residuals).unwrap_or(0.0) / MEDIAN_ABS_PER_SIGMA;
-        // Huber's weights; where most residuals vanish a floor keeps exact logs exact.
+        // Huber's weights. The floor applies to noise-free logs, where most residuals vanish.
         let bound = 2.0 * typical.max(1e-9);
         weights = residuals.iter().map(|r| if r.abs() > bound { bound / r.abs() } else { 1.0 }).collect();
     }
     last
 }
 
-/// Slope through the origin: Σxy/Σx².
+/// Slope of the regression through the origin: Σxy/Σx².
 pub(super) fn ratio(x: &[f64], y: &[f64]) -> f64 {
     let xy: Vec<f64> = x.iter().zip(y).map(|(x, y)| x * y).collect();
     let xx: Vec<f64> = x.iter().map(|x| x * x).collect();

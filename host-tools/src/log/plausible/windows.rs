@@ -1,4 +1,4 @@
-//! Windows of equal length, side by side, none across a gap.
+//! Adjoining windows of equal length; none contains a gap.
 
 use std::ops::Range;
 
@@ -6,7 +6,7 @@ use crate::log::Log;
 
 /// Windows over the rows of a log.
 pub(super) struct Windows {
-    /// Rows of each; a window's last row is the next one's first where they touch.
+    /// Rows of each window. `end` is the first row of an adjoining next window.
     pub rows: Vec<Range<usize>>,
 }
 
@@ -17,7 +17,7 @@ impl Windows {
         let mut rows = Vec::new();
         for segment in log.segments() {
             let mut from = segment.start;
-            // One row more, so that a difference over the window has its end.
+            // One row more: the difference over the window needs it.
             while from + count < segment.end {
                 rows.push(from..from + count);
                 from += count;
@@ -37,7 +37,7 @@ impl Windows {
         self.rows.iter().map(|r| mean(&values[r.clone()])).collect()
     }
 
-    /// Difference over each window: value at its end less value at its begin.
+    /// Difference over each window: value at `end` minus value at `start`.
     pub fn differences(&self, values: &[f64]) -> Vec<f64> {
         self.rows.iter().map(|r| values[r.end] - values[r.start]).collect()
     }
@@ -49,7 +49,7 @@ impl Windows {
     }
 }
 
-/// Mean; 0 of nothing.
+/// Mean; 0 for an empty slice.
 pub(super) fn mean(values: &[f64]) -> f64 {
     if values.is_empty() { 0.0 } else { values.iter().sum::<f64>() / values.len() as f64 }
 }

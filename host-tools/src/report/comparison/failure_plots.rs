@@ -16,7 +16,7 @@ const AFTER_REVERSAL_S: f64 = 1.0;
 
 /// All plots of channel `index`.
 pub fn all(p: &ResidualPlotData, index: usize, f: &ChannelFit, page: &mut Page) {
-    if let Some(s) = p.orders(index) {
+    if let Some(s) = p.spectrum(index) {
         order_spectrum(&s, page);
         let (order, significant) = strongest(&s);
         if significant {
@@ -41,7 +41,7 @@ fn order_spectrum(s: &Spectrum, page: &mut Page) {
     }
     let last = (0..s.amplitude.len()).rev().find(|&k| s.amplitude[k] > s.level[k]).map_or(0, |k| k + 1);
     let shown = (last + last / 4).max(MIN_ORDERS).min(s.amplitude.len());
-    let percent: Vec<f64> = s.share.iter().map(|share| 100.0 * share).collect();
+    let percent: Vec<f64> = s.fraction.iter().map(|share| 100.0 * share).collect();
     let largest = percent[..shown].iter().copied().max_or_zero();
     page.heading("Harmonic orders");
     let mut plot = Plot::new(

@@ -17,7 +17,7 @@ pub fn html(c: &Comparison) -> String {
         page.section("Parameters", |page| parameter_table(&parameters(c), page));
     }
     let along = coordinates(c.log, c.record, &c.held.channels);
-    let pictures = ResidualPlotData::of(c.log, c.record, c.held);
+    let pictures = ResidualPlotData::new(c.log, c.record, c.held);
     for (index, (compared, fitness)) in c.record.channels.iter().zip(&c.held.channels).enumerate() {
         let heading = Markup::from(fitness.channel.column()).then(" ").then(Markup::span(Class::Faint, quantity(fitness.channel)));
         page.section(heading, |page| {

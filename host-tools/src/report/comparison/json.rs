@@ -20,7 +20,7 @@ struct ComparisonJson<'a> {
     samples: usize,
     duration_s: f64,
     outputs: Entries<OutputJson>,
-    failures: Vec<MisfitJson<'a>>,
+    failures: Vec<MisfitJson>,
     remarks: Vec<String>,
     warnings: Vec<String>,
     seconds: f64,

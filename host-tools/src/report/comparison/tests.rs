@@ -100,13 +100,13 @@ fn with_comparison<R>(rows: usize, rms: f64, fitted: bool, check: impl FnOnce(&C
     let record = record(&log);
     let held = held(&model, &log, rms);
     let failures = vec![Misfit {
-        output: Channel::Rate,
+        channel: Channel::Rate,
         coordinate: Coordinate::Theta,
-        share: 0.71,
-        order: Some(7),
+        explained_fraction: 0.71,
+        harmonic_orders: vec![7],
         p_value: 0.0,
         log10_p: f64::NEG_INFINITY,
-        says: "The rate ripples seven times per turn.".into(),
+        signature: Some(crate::identify::residual::Signature::AngleTorque),
     }];
     check(&Comparison {
         log: &log,

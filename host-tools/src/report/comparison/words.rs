@@ -59,7 +59,7 @@ pub fn conclusion(c: &Comparison) -> String {
     }
     if let Some(first) = c.failures.first() {
         text.push(' ');
-        text.push_str(misfits::sentence(first));
+        text.push_str(&misfits::sentence(first));
     }
     let (log, model) = (c.log.path().display(), c.model.name());
     text.push_str(&if c.fitted {

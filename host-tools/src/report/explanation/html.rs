@@ -150,10 +150,10 @@ fn candidates(e: &Explanation, page: &mut Page) {
 fn channels(e: &Explanation, record: &PreparedLog, page: &mut Page) {
     let labels = Labels::of(e);
     let along = coordinates(&e.log, record, &e.explained.channels);
-    let data = [&e.given, &e.explained].map(|result| ResidualPlotData::of(&e.log, record, result));
+    let data = [&e.given, &e.explained].map(|result| ResidualPlotData::new(&e.log, record, result));
     for (index, ((compared, before), after)) in record.channels.iter().zip(&e.given.channels).zip(&e.explained.channels).enumerate() {
         let pair = Pair { compared, before, after };
-        let spectra = data.each_ref().map(|p| p.as_ref().and_then(|p| p.orders(index)));
+        let spectra = data.each_ref().map(|p| p.as_ref().and_then(|p| p.spectrum(index)));
         let heading = Markup::from(before.channel.column()).then(" ").then(Markup::span(Class::Faint, quantity(before.channel)));
         page.section(heading, |page| channel(record, &pair, &labels, &along, &spectra, page));
     }

@@ -7,7 +7,7 @@ use super::evidence::{Outcome, has_p_value, reason};
 use super::{sentences, words};
 use crate::identify::explain::{Candidate, ChannelError, Estimate, Explanation, Shape, Stage};
 use crate::log::Log;
-use crate::log::plausible::Finding;
+use crate::log::plausible::Defect;
 use crate::report::bad_log::BadLogJson;
 use crate::report::json::{Entries, value};
 use crate::report::log_warnings;
@@ -24,7 +24,7 @@ struct ExplanationJson<'a> {
     duration_s: f64,
     steps: Vec<StageJson<'a>>,
     candidates: Vec<CandidateJson<'a>>,
-    failures: Vec<MisfitJson<'a>>,
+    failures: Vec<MisfitJson>,
     unexplained: Vec<ShapeJson<'a>>,
     next_experiment: Option<NextJson>,
     parameters: Entries<EstimateJson>,
@@ -92,9 +92,9 @@ struct NextJson {
 
 /// The answer about an implausible log: that of a comparison, and the keys of an explanation, empty.
 #[derive(Serialize)]
-struct ExplainBadLogJson<'a> {
+struct ExplainBadLogJson {
     #[serde(flatten)]
-    bad_log: BadLogJson<'a>,
+    bad_log: BadLogJson,
     missing: [(); 0],
     steps: [(); 0],
     candidates: [(); 0],
@@ -126,7 +126,7 @@ pub fn explain_json(e: &Explanation) -> Value {
 }
 
 /// The answer about an implausible log.
-pub fn explain_bad_log_json(log: &Log, problems: &[Finding]) -> Value {
+pub fn explain_bad_log_json(log: &Log, problems: &[Defect]) -> Value {
     value(&ExplainBadLogJson {
         bad_log: BadLogJson::new(log, problems),
         missing: [],

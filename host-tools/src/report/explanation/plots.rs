@@ -29,7 +29,7 @@ pub(super) struct Pair<'a> {
 /// The spectra may weight the rows differently. Therefore each bar is the amplitude of a sine that has the order's share of the residual's
 /// variance.
 pub(super) fn order_spectrum(pair: &Pair, before: &Spectrum, after: &Spectrum) -> Option<Drawing> {
-    let amplitudes = |s: &Spectrum, f: &ChannelFit| s.share.iter().map(|share| (2.0 * share).sqrt() * f.rms).collect::<Vec<f64>>();
+    let amplitudes = |s: &Spectrum, f: &ChannelFit| s.fraction.iter().map(|share| (2.0 * share).sqrt() * f.rms).collect::<Vec<f64>>();
     let (bars_before, bars_after) = (amplitudes(before, pair.before), amplitudes(after, pair.after));
     let last = before.amplitude.iter().zip(&before.level).rposition(|(a, l)| a > l).map_or(0, |k| k + 1);
     let shown = (last + last / 4).max(MIN_ORDERS).min(bars_before.len());
