@@ -1,6 +1,11 @@
-//! What is said of an effect: identifier, equation, parameters, account.
+//! The card of an effect: all that a program needs to know of the effect, as data.
+
+use crate::experiment::{Demonstration, StandRun};
+use crate::screening::{Elastic, Requirement, Screening};
 
 /// One effect of the catalogue, as data.
+///
+/// A card is written as a struct literal that ends in `..Card::DEFAULT`.
 #[derive(Debug)]
 pub struct Card {
     /// Name in models and answers, e.g. `torque-ripple`.
@@ -9,34 +14,94 @@ pub struct Card {
     pub title: &'static str,
     /// The equation in one line.
     pub equation: &'static str,
-    /// Where it acts.
+    /// Where the effect acts.
     pub domain: Domain,
-    /// The coordinate over which a model that lacks it fails most.
+    /// The coordinate over which a model without the effect has the largest residual.
     pub coordinate: Coordinate,
-    /// Its parameters, in the order in which the law takes them.
+    /// Parameters, in the order in which the law takes them.
     pub parameters: &'static [Parameter],
     /// The first parameter is an amplitude and the last its phase: a fit moves a·cos φ and a·sin φ instead.
     pub polar: bool,
+    /// A model may contain the effect several times, each time at another harmonic order.
+    pub repeatable: bool,
+    /// Effects of which the model must contain at least one before this effect is tried; the usual one first. Empty: no condition.
+    pub rests_on: &'static [&'static str],
+    /// Without an effect of `rests_on` the law changes nothing.
+    pub inert_alone: bool,
+    /// Conditions on log and model, checked in this order.
+    pub requires: &'static [Requirement],
+    /// Elastic element that the effect adds to the drive.
+    pub elastic: Option<Elastic>,
+    /// The effect that remains, with the other parameters, where the first parameter is zero.
+    pub reduces_to: Option<&'static str>,
+    /// The law depends on the measured supply voltage.
+    pub uses_supply: bool,
+    /// The law changes the rate channel only where the rate is derived from the encoder.
+    pub uses_rate_source: bool,
     /// How its absence is tested.
+    pub screening: Screening,
+    /// Former rule of the test.
     pub screen: Screen,
-    /// Effects of the same family cannot be told apart by some logs; empty: none known beforehand.
+    /// Effects of one family are indistinguishable in some logs; empty: no family.
     pub family: &'static str,
-    /// The account in plain words.
+    /// How to separate the effect from others. A pair of effects is listed on one of the two cards; see [`Rival::between`].
+    pub rivals: &'static [Rival],
+    /// The run of the stand that determines the effect best.
+    pub next_run: StandRun,
+    /// The simulated experiment that shows the effect; `None`: the usual one of its domain and coordinate.
+    pub demonstration: Option<Demonstration>,
+    /// How the firmware compensates the effect; `None`: it cannot.
+    pub compensation: Option<Compensation>,
+    /// The description for the user.
     pub description: Description,
 }
 
-/// The account of an effect, for the person at the stand.
+impl Card {
+    /// Values for the fields that most cards leave unchanged. Identifier, texts and parameters are empty.
+    pub const DEFAULT: Card = Card {
+        id: "",
+        title: "",
+        equation: "",
+        domain: Domain::Torque,
+        coordinate: Coordinate::Omega,
+        parameters: &[],
+        polar: false,
+        repeatable: false,
+        rests_on: &[],
+        inert_alone: false,
+        requires: &[],
+        elastic: None,
+        reduces_to: None,
+        uses_supply: false,
+        uses_rate_source: false,
+        screening: Screening::AtZero,
+        screen: Screen::AtZero,
+        family: "",
+        rivals: &[],
+        next_run: StandRun::STEPS,
+        demonstration: None,
+        compensation: None,
+        description: Description { summary: "", signature: "", experiment: "", similar: "", reference: "" },
+    };
+
+    /// Index of the harmonic order among the parameters, if the effect has one.
+    pub fn harmonic_order_index(&self) -> Option<usize> {
+        self.parameters.iter().position(|p| p.kind == ParameterKind::HarmonicOrder)
+    }
+}
+
+/// Description of an effect for the user.
 #[derive(Debug)]
 pub struct Description {
-    /// What it is.
+    /// The physical cause.
     pub summary: &'static str,
-    /// How it shows.
+    /// How the effect appears in a log.
     pub signature: &'static str,
-    /// Which experiment shows it best.
+    /// The experiment that shows it best.
     pub experiment: &'static str,
-    /// What else looks like it.
+    /// Effects and errors with a similar signature.
     pub similar: &'static str,
-    /// Where to read on.
+    /// Literature.
     pub reference: &'static str,
 }
 
@@ -45,21 +110,21 @@ pub struct Description {
 pub struct Parameter {
     /// Name with its unit, as in the model file.
     pub name: &'static str,
-    /// Unit for a person.
+    /// Unit for the user.
     pub unit: &'static str,
-    /// What it is.
+    /// Meaning.
     pub description: &'static str,
-    /// Physical range; a fit that leaves it is no explanation.
+    /// Physical range; a fit that ends outside is refused as an explanation.
     pub range: (f64, f64),
-    /// Start value of a fit, of the order of the default stand's.
+    /// Start value of a fit, typical of the default stand.
     pub start: f64,
-    /// How a fit may move it.
+    /// How a fit moves it.
     pub kind: ParameterKind,
-    /// Range from which `stand sim --hidden` draws its magnitude on the default stand (signed kinds get a random sign).
+    /// Range from which `stand sim --hidden` draws its magnitude on the default stand; signed parameters get a random sign.
     pub simulated_range: (f64, f64),
 }
 
-/// How a parameter moves in a fit.
+/// How a fit moves a parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ParameterKind {
     /// A coefficient whose zero means "absent"; physically not negative.
@@ -68,13 +133,13 @@ pub enum ParameterKind {
     Signed,
     /// Never zero: moved by its logarithm.
     Positive,
-    /// A share between 0 and 1: moved by its logit.
+    /// A fraction between 0 and 1: moved by its logit.
     Fraction,
     /// An angle in [0, 2π).
     Phase,
-    /// A whole number, scanned, never fitted.
+    /// A number of periods per turn: scanned, never fitted.
     HarmonicOrder,
-    /// A moment of the record.
+    /// A time of the record.
     EventTime,
 }
 
@@ -85,7 +150,7 @@ pub enum Domain {
     Torque,
     /// The bridge and the winding.
     Electrical,
-    /// What a channel shows, with no torque behind it.
+    /// The reading of a channel; no torque causes it.
     Measurement,
 }
 
@@ -100,7 +165,7 @@ impl Domain {
     }
 }
 
-/// A coordinate over which a residual is looked at (interfaces.md, `failures`).
+/// A coordinate over which a residual is analysed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Coordinate {
     /// Angle within the turn.
@@ -115,7 +180,7 @@ pub enum Coordinate {
     Time,
     /// Angular acceleration.
     Acceleration,
-    /// What happened just before: reversals.
+    /// The preceding motion: reversals.
     History,
 }
 
@@ -134,13 +199,56 @@ impl Coordinate {
     }
 }
 
-/// How the absence of an effect is tested.
+/// How the firmware compensates an effect; the arguments are the effect's parameters in the card's order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Compensation {
+    /// Coulomb torque.
+    CoulombTorque,
+    /// Viscous coefficient.
+    ViscousCoefficient,
+    /// A torque of amplitude, harmonic order and phase.
+    Harmonic,
+    /// A torque of amplitude and phase at harmonic order 1.
+    FirstHarmonic,
+    /// Inductance, as the time constant of the winding.
+    WindingTimeConstant,
+}
+
+/// Another effect with a similar signature, and how to separate the two.
+#[derive(Debug, Clone, Copy)]
+pub struct Rival {
+    /// The other effect.
+    pub effect: &'static str,
+    /// How to separate the two, as a sentence without its full stop.
+    pub separation: &'static str,
+    /// The run of the stand that separates them.
+    pub run: StandRun,
+}
+
+impl Rival {
+    /// Two parts of the friction that depend on the rate in different ways.
+    pub const fn by_rate_dependence(effect: &'static str) -> Rival {
+        Rival {
+            effect,
+            separation: "The parts of the friction differ in their dependence on the rate and its sign: pass through zero slowly, several times, in both directions",
+            run: StandRun::LOW_RATES,
+        }
+    }
+
+    /// How to separate two effects, listed on either card; `None`: neither card lists the other.
+    pub fn between(one: &Card, other: &Card) -> Option<&'static Rival> {
+        let listed = |card: &Card, id: &str| card.rivals.iter().find(|r| r.effect == id);
+        listed(one, other.id).or_else(|| listed(other, one.id))
+    }
+}
+
+/// Former rule of the test.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Screen {
-    /// By its sensitivity at zero.
+    /// At zero.
     AtZero,
-    /// The same, over a scan of its discrete or nonlinear parameter.
+    /// At zero, over a scan.
     Scan,
-    /// Zero is singular: by a few finite values.
+    /// At finite values.
     Probe,
 }

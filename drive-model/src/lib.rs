@@ -1,19 +1,25 @@
 //! The physical effects of a drive and of its sensors: one file each in [`effects`], one line each in the catalogue.
 //!
-//! An effect is written once, as physics. The simulated plant (`hal-sim`) and the model that users fit (`drive-rig`) are both composed of
-//! these effects; integration, noise, quantisation and delays are separate in the two.
+//! Each effect is written once. The simulated plant (`hal-sim`) and the model that users fit (`drive-rig`) are both composed of these
+//! effects; integration, noise, quantisation and delays are implemented separately in the two.
 //!
-//! * A [`Card`] describes an effect: equation, parameters with unit, range and start value, and a description for the user.
+//! * A [`Card`] describes an effect as data: equation, parameters, conditions, rivals, experiments, text for the user. No program outside
+//!   the effect's own file compares its identifier with a literal.
 //! * A [`Law`] is the physics, generic over the scalar: `f64`, or a dual number that carries derivatives.
-//! * [`Contributions`] is the contribution of a law to the drive, [`Reading`] to a channel, [`Structure`] to the structure of the rig.
+//! * A law adds [`Contributions`] to the drive, changes a [`Reading`] of the channels, or sets the [`Structure`] of the drive.
 //!
-//! An effect never computes sign(ω): it reports a Coulomb friction level ([`Contributions::dry`]) and the integration step handles sticking. This crate
-//! depends on no firmware, HAL or async crate. To add an effect, add a file to `effects/` and a line to the catalogue in `effects/mod.rs`.
+//! A law never computes sign(ω): it sets the Coulomb torque ([`Contributions::coulomb_torque`]) and the integration step handles sticking.
+//! This crate depends on no firmware, HAL or async crate. To add an effect, add a file to `effects/` and a line to the catalogue in
+//! `effects/mod.rs`.
 
 mod card;
 pub mod effects;
+mod experiment;
 mod law;
+mod screening;
 
-pub use card::{Card, Coordinate, Description, Domain, Parameter, ParameterKind, Screen};
+pub use card::{Card, Compensation, Coordinate, Description, Domain, Parameter, ParameterKind, Rival, Screen};
 pub use effects::{CATALOGUE, card, law};
+pub use experiment::{Abscissa, Demonstration, Motion, Output, StandRun};
 pub use law::{Contributions, Law, Point, Reading, Scalar, Shaft, Structure, T0_C, Thermal};
+pub use screening::{Elastic, HarmonicSource, Requirement, Screening};

@@ -1,19 +1,19 @@
-//! Friction that differs by direction: −(d + e |ω|) on top of viscous and coulomb.
+//! Friction that differs by direction: torque −(d + e |ω|), in addition to viscous and Coulomb friction.
 
-use crate::{Description, Contributions, Card, Coordinate, ParameterKind, Law, Parameter, Point, Domain, Scalar, Screen};
+use crate::{Card, Contributions, Coordinate, Description, Domain, Law, Parameter, ParameterKind, Point, Rival, Scalar, StandRun};
 
 /// The card of `asymmetric-friction`.
 pub const CARD: Card = Card {
     id: "asymmetric-friction",
     title: "Friction that differs by direction",
-    equation: "−(d + e |ω|) on top of viscous and coulomb",
+    equation: "torque −(d + e |ω|), in addition to viscous and Coulomb friction",
     domain: Domain::Torque,
     coordinate: Coordinate::Omega,
     parameters: &[
         Parameter {
             name: "asymmetry_N_m",
             unit: "N m",
-            description: "constant part d: half the difference of the dry levels",
+            description: "constant part d: half the difference of the two Coulomb levels",
             range: (f64::NEG_INFINITY, f64::INFINITY),
             start: 0.0001,
             kind: ParameterKind::Signed,
@@ -22,23 +22,25 @@ pub const CARD: Card = Card {
         Parameter {
             name: "asymmetry_N_m_s",
             unit: "N m s",
-            description: "part e that grows with the rate",
+            description: "rate-dependent part e",
             range: (f64::NEG_INFINITY, f64::INFINITY),
             start: 0.0,
             kind: ParameterKind::Signed,
             simulated_range: (0.0, 0.0),
         },
     ],
-    polar: false,
-    screen: Screen::AtZero,
+    rests_on: &["coulomb"],
     family: "offset",
+    rivals: &[Rival::by_rate_dependence("stribeck"), Rival::by_rate_dependence("quadratic-drag")],
+    next_run: StandRun::HIGH_RATES,
     description: Description {
-        summary: "One direction runs harder than the other: worn screws, tilted brushes, a preloaded bearing.",
+        summary: "Friction is higher in one direction: worn screws, tilted brushes, a preloaded bearing.",
         signature: "Forward and backward runs at the same |rate| need different currents.",
-        experiment: "The same staircase of rates forward and backward.",
-        similar: "A constant load or an offset of the drive: the same while nothing sticks and e is not seen.",
+        experiment: "Run the same staircase of rates forward and backward.",
+        similar: "A constant load or an offset of the drive: equivalent while the rotor does not stick and e is not observable.",
         reference: "Janot, Gautier, Brunot, EMPS benchmark (2019): asymmetric friction of a worn screw",
     },
+    ..Card::DEFAULT
 };
 
 /// The law of `asymmetric-friction`; its parameters in the card's order.

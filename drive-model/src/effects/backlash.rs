@@ -1,19 +1,19 @@
-//! Backlash: the shaft of compliance with a gap (the whole play).
+//! Backlash: the shaft of `compliance` with a gap (total play).
 
-use crate::{Description, Structure, Card, Coordinate, ParameterKind, Law, Parameter, Domain, Scalar, Screen, Shaft};
+use crate::{Abscissa, Card, Coordinate, Demonstration, Description, Domain, Elastic, Law, Motion, Parameter, ParameterKind, Requirement, Scalar, Screening, Shaft, Output, StandRun, Structure};
 
 /// The card of `backlash`.
 pub const CARD: Card = Card {
     id: "backlash",
     title: "Backlash",
-    equation: "the shaft of compliance with a gap (the whole play)",
+    equation: "the shaft of `compliance` with a gap (total play)",
     domain: Domain::Torque,
     coordinate: Coordinate::History,
     parameters: &[
         Parameter {
             name: "gap_rad",
             unit: "rad",
-            description: "whole play of the gap",
+            description: "total play of the gap",
             range: (0.0, 1.0),
             start: 0.02,
             kind: ParameterKind::NonNegative,
@@ -40,23 +40,33 @@ pub const CARD: Card = Card {
         Parameter {
             name: "motor_inertia_share",
             unit: "1",
-            description: "share r of the inertia on the motor’s side",
+            description: "fraction r of the inertia on the motor side",
             range: (0.01, 0.99),
             start: 0.3,
             kind: ParameterKind::Fraction,
             simulated_range: (0.3, 0.3),
         },
     ],
-    polar: false,
-    screen: Screen::Probe,
-    family: "",
+    requires: &[Requirement::SimulatedMotion, Requirement::NoOtherShaft],
+    elastic: Some(Elastic::Shaft),
+    reduces_to: Some("compliance"),
+    screening: Screening::Gaps { gaps_rad: &[0.01, 0.03, 0.08], resonance_Hz: 50.0, damping_ratio: 1.0 },
+    next_run: StandRun::SHARP_STEPS,
+    demonstration: Some(Demonstration {
+        motion: Motion::VoltageSteps(0.5, 0.4),
+        duration_s: 0.8,
+        output: Output::Rate,
+        abscissa: Abscissa::Coordinate(Coordinate::History),
+        added: &[],
+    }),
     description: Description {
         summary: "There is play between motor and platform: a worn gear or coupling.",
-        signature: "After each reversal of the torque the platform coasts for a moment, then is hit.",
-        experiment: "Small reversing torques: multisine or square waves around zero.",
+        signature: "After each torque reversal the platform coasts through the gap and is then hit by the flank.",
+        experiment: "Apply small reversing torques: a multisine or square waves around zero.",
         similar: "Compliance; presliding friction.",
         reference: "Nordin, Gutman, Automatica 38 (2002) 1633",
     },
+    ..Card::DEFAULT
 };
 
 /// The law of `backlash`; its parameters in the card's order.

@@ -1,12 +1,12 @@
-//! Cable spring: −k (θ − θ0).
+//! Cable spring: torque −k (θ − θ0).
 
-use crate::{Description, Contributions, Card, Coordinate, ParameterKind, Law, Parameter, Point, Domain, Scalar, Screen};
+use crate::{Abscissa, Card, Contributions, Coordinate, Demonstration, Description, Domain, Law, Motion, Parameter, ParameterKind, Point, Requirement, Scalar, Screening, Output, StandRun};
 
 /// The card of `cable-spring`.
 pub const CARD: Card = Card {
     id: "cable-spring",
     title: "Cable spring",
-    equation: "−k (θ − θ0)",
+    equation: "torque −k (θ − θ0)",
     domain: Domain::Torque,
     coordinate: Coordinate::Theta,
     parameters: &[
@@ -22,23 +22,31 @@ pub const CARD: Card = Card {
         Parameter {
             name: "cable_rest_rad",
             unit: "rad",
-            description: "angle θ0 at which it is relaxed",
+            description: "angle θ0 at which the cable is relaxed",
             range: (f64::NEG_INFINITY, f64::INFINITY),
             start: 0.0,
             kind: ParameterKind::Signed,
             simulated_range: (0.0, 0.0),
         },
     ],
-    polar: false,
-    screen: Screen::AtZero,
-    family: "",
+    requires: &[Requirement::Angle],
+    screening: Screening::FirstAtZero,
+    next_run: StandRun::HIGH_RATES,
+    demonstration: Some(Demonstration {
+        motion: Motion::Triangle(20.0, 16.0),
+        duration_s: 16.0,
+        output: Output::Current,
+        abscissa: Abscissa::TotalAngle,
+        added: &[],
+    }),
     description: Description {
-        summary: "The lead to the platform winds up and pulls back.",
-        signature: "The torque needed grows with the angle turned, over many turns; the platform unwinds at rest.",
-        experiment: "Turn many turns one way, stop, turn back.",
-        similar: "A constant load over a short stretch of angle; warming, which grows with time too.",
-        reference: "effects.md",
+        summary: "The cable to the platform winds up and pulls back.",
+        signature: "The required torque grows with the angle over many turns; the platform unwinds at rest.",
+        experiment: "Turn many turns in one direction, stop, and turn back.",
+        similar: "A constant load over a short range of angle; warming, which also grows with time.",
+        reference: "Hooke's law for the torsion of the cable",
     },
+    ..Card::DEFAULT
 };
 
 /// The law of `cable-spring`; its parameters in the card's order.

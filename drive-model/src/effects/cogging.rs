@@ -1,12 +1,12 @@
-//! Cogging: a sin(nθ + φ); it does not depend on the current.
+//! Cogging: torque a sin(nθ + φ), independent of the current.
 
-use crate::{Description, Contributions, Card, Coordinate, ParameterKind, Law, Parameter, Point, Domain, Scalar, Screen};
+use crate::{Card, Compensation, Contributions, Coordinate, Description, Domain, HarmonicSource, Law, Parameter, ParameterKind, Point, Requirement, Rival, Scalar, Screening, StandRun};
 
 /// The card of `cogging`.
 pub const CARD: Card = Card {
     id: "cogging",
     title: "Cogging",
-    equation: "a sin(nθ + φ); it does not depend on the current",
+    equation: "torque a sin(nθ + φ), independent of the current",
     domain: Domain::Torque,
     coordinate: Coordinate::Theta,
     parameters: &[
@@ -22,7 +22,7 @@ pub const CARD: Card = Card {
         Parameter {
             name: "cogging_order",
             unit: "1/turn",
-            description: "order n: periods per turn",
+            description: "harmonic order n: periods per turn",
             range: (1.0, 400.0),
             start: 7.0,
             kind: ParameterKind::HarmonicOrder,
@@ -39,15 +39,24 @@ pub const CARD: Card = Card {
         },
     ],
     polar: true,
-    screen: Screen::Scan,
-    family: "",
+    repeatable: true,
+    requires: &[Requirement::Angle],
+    screening: Screening::Harmonics(HarmonicSource::Torque),
+    rivals: &[Rival {
+        effect: "torque-ripple",
+        separation: "Cogging does not depend on the current, torque ripple grows with it. Turn through the same angles at small and at large currents",
+        run: StandRun::VARYING_CURRENT,
+    }],
+    next_run: StandRun::LOW_RATES,
+    compensation: Some(Compensation::Harmonic),
     description: Description {
         summary: "The magnets pull the iron teeth of the armature towards the nearest pole, with or without current.",
-        signature: "The rate ripples at a fixed number of periods per turn, most at low rates; at rest the rotor jumps from tooth to tooth.",
+        signature: "The rate ripples at a fixed number of periods per turn, most at low rates; at rest the rotor moves from tooth to tooth.",
         experiment: "Turn slowly through several whole turns.",
-        similar: "Torque ripple, which grows with the current; encoder eccentricity, whose ripple grows with the rate; unbalance at order one.",
+        similar: "Torque ripple, which grows with the current; encoder eccentricity, whose ripple grows with the rate; unbalance at harmonic order 1.",
         reference: "Hanselman, Brushless Permanent Magnet Motor Design (2006), ch. 4",
     },
+    ..Card::DEFAULT
 };
 
 /// The law of `cogging`; its parameters in the card's order.

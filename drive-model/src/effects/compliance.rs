@@ -1,12 +1,12 @@
-//! Shaft compliance: two masses (share r of J at the motor) on a shaft of stiffness k and damping c.
+//! Shaft compliance: two masses (fraction r of J at the motor) on a shaft of stiffness k and damping c.
 
-use crate::{Description, Structure, Card, Coordinate, ParameterKind, Law, Parameter, Domain, Scalar, Screen, Shaft};
+use crate::{Abscissa, Card, Coordinate, Demonstration, Description, Domain, Elastic, Law, Motion, Parameter, ParameterKind, Requirement, Rival, Scalar, Screening, Shaft, Output, StandRun, Structure};
 
 /// The card of `compliance`.
 pub const CARD: Card = Card {
     id: "compliance",
     title: "Shaft compliance",
-    equation: "two masses (share r of J at the motor) on a shaft of stiffness k and damping c",
+    equation: "two masses (fraction r of J at the motor) on a shaft of stiffness k and damping c",
     domain: Domain::Torque,
     coordinate: Coordinate::Acceleration,
     parameters: &[
@@ -31,23 +31,38 @@ pub const CARD: Card = Card {
         Parameter {
             name: "motor_inertia_share",
             unit: "1",
-            description: "share r of the inertia on the motor’s side",
+            description: "fraction r of the inertia on the motor side",
             range: (0.01, 0.99),
             start: 0.3,
             kind: ParameterKind::Fraction,
             simulated_range: (0.3, 0.3),
         },
     ],
-    polar: false,
-    screen: Screen::Probe,
-    family: "",
+    requires: &[Requirement::SimulatedMotion, Requirement::NoOtherShaft],
+    elastic: Some(Elastic::Shaft),
+    screening: Screening::ShaftResonances { resonances_Hz: &[5.0, 12.0, 30.0, 70.0], damping_ratio: 0.1 },
+    rivals: &[Rival {
+        effect: "backlash",
+        separation: "A compliant shaft oscillates after every step, backlash acts only at torque reversals. Apply sharp steps with and without a reversal",
+        run: StandRun::SHARP_STEPS,
+    }],
+    next_run: StandRun::MULTISINE,
+    // The response oscillates: over the acceleration it would be a spiral.
+    demonstration: Some(Demonstration {
+        motion: Motion::VoltageSteps(2.0, 0.4),
+        duration_s: 0.8,
+        output: Output::Rate,
+        abscissa: Abscissa::Coordinate(Coordinate::History),
+        added: &[],
+    }),
     description: Description {
-        summary: "Motor and platform are joined by something that twists: a coupling, a belt, a thin shaft.",
-        signature: "After every step the rate rings at one frequency, and high-frequency excitation hardly reaches the platform.",
-        experiment: "A sweep or PRBS through the suspected resonance.",
-        similar: "Backlash (rings only after reversals); a late or slow rate sensor.",
-        reference: "Ljung, Glad, Modeling of Dynamic Systems (1994); theory of the two-mass drive",
+        summary: "An elastic part connects motor and platform: a coupling, a belt, a thin shaft.",
+        signature: "After every step the rate oscillates at one frequency; high-frequency excitation hardly reaches the platform.",
+        experiment: "Run a sweep or a PRBS through the expected resonance.",
+        similar: "Backlash (oscillates only after reversals); a delayed or slow rate sensor.",
+        reference: "Ljung, Glad, Modeling of Dynamic Systems (1994): two-mass drive",
     },
+    ..Card::DEFAULT
 };
 
 /// The law of `compliance`; its parameters in the card's order.

@@ -1,35 +1,46 @@
-//! Coulomb (dry) friction: a dry level c: holds the rotor while |torque| ≤ c, else −c sign ω.
+//! Coulomb (dry) friction: Coulomb torque c: holds the rotor while |torque| ≤ c, otherwise −c sign(ω).
 
-use crate::{Description, Contributions, Card, Coordinate, ParameterKind, Law, Parameter, Point, Domain, Scalar, Screen};
+use crate::{Card, Compensation, Contributions, Coordinate, Description, Domain, Law, Parameter, ParameterKind, Point, Rival, Scalar, StandRun};
+
+/// Separates friction from a lost voltage.
+const FRICTION_OR_VOLTAGE: &str = "Record the current together with the voltage (i_A): friction needs a torque and therefore a current, a lost voltage does not. Apply small voltages, at which the rotor sticks";
 
 /// The card of `coulomb`.
 pub const CARD: Card = Card {
     id: "coulomb",
     title: "Coulomb (dry) friction",
-    equation: "a dry level c: holds the rotor while |torque| ≤ c, else −c sign ω",
+    equation: "Coulomb torque c: holds the rotor while |torque| ≤ c, otherwise −c sign(ω)",
     domain: Domain::Torque,
     coordinate: Coordinate::Omega,
     parameters: &[
         Parameter {
             name: "coulomb_N_m",
             unit: "N m",
-            description: "dry level c",
+            description: "Coulomb torque c",
             range: (0.0, f64::INFINITY),
             start: 0.001,
             kind: ParameterKind::NonNegative,
             simulated_range: (0.001, 0.004),
         },
     ],
-    polar: false,
-    screen: Screen::AtZero,
-    family: "",
+    rivals: &[
+        Rival { effect: "brush-drop", separation: FRICTION_OR_VOLTAGE, run: StandRun::BREAKAWAY },
+        Rival { effect: "dead-time", separation: FRICTION_OR_VOLTAGE, run: StandRun::BREAKAWAY },
+        Rival::by_rate_dependence("asymmetric-friction"),
+        Rival::by_rate_dependence("load"),
+        Rival::by_rate_dependence("stribeck"),
+        Rival::by_rate_dependence("quadratic-drag"),
+    ],
+    next_run: StandRun::BREAKAWAY,
+    compensation: Some(Compensation::CoulombTorque),
     description: Description {
-        summary: "Brushes and bearings rub with a torque that does not depend on the rate but always opposes it, and that holds the rotor at rest.",
-        signature: "The residual jumps where the rate changes sign; the rotor stays at rest under a small voltage; a coast-down ends in finite time on a straight line.",
+        summary: "Brushes and bearings rub with a torque that is independent of the rate, opposes the motion, and holds the rotor at rest.",
+        signature: "The residual jumps where the rate changes sign; the rotor stays at rest under a small voltage; a coast-down is a straight line that ends in finite time.",
         experiment: "Let the rate pass through zero slowly in both directions: a slow sine or a staircase around zero.",
-        similar: "An offset of the drive, as long as the rate never changes sign; a brush drop, as long as the current is not measured.",
-        reference: "Coulomb, Théorie des machines simples (1785); theory.md §4",
+        similar: "An offset of the drive, if the rate never changes sign; a brush drop, if the current is not measured.",
+        reference: "Coulomb, Théorie des machines simples (1785)",
     },
+    ..Card::DEFAULT
 };
 
 /// The law of `coulomb`; its parameters in the card's order.

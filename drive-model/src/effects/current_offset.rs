@@ -1,12 +1,12 @@
-//! Offset of the current sensor: i seen = i + o.
+//! Offset of the current sensor: reading i + o.
 
-use crate::{Description, Card, Coordinate, ParameterKind, Law, Parameter, Point, Reading, Domain, Scalar, Screen};
+use crate::{Abscissa, Card, Coordinate, Demonstration, Description, Domain, Law, Motion, Parameter, ParameterKind, Point, Reading, Requirement, Scalar, Output};
 
 /// The card of `current-offset`.
 pub const CARD: Card = Card {
     id: "current-offset",
     title: "Offset of the current sensor",
-    equation: "i seen = i + o",
+    equation: "reading i + o",
     domain: Domain::Measurement,
     coordinate: Coordinate::Time,
     parameters: &[
@@ -20,16 +20,22 @@ pub const CARD: Card = Card {
             simulated_range: (0.01, 0.05),
         },
     ],
-    polar: false,
-    screen: Screen::AtZero,
-    family: "",
+    requires: &[Requirement::ComparedCurrent],
+    demonstration: Some(Demonstration {
+        motion: Motion::Off,
+        duration_s: 4.0,
+        output: Output::Current,
+        abscissa: Abscissa::Coordinate(Coordinate::Time),
+        added: &[],
+    }),
     description: Description {
-        summary: "The current sensor shows a current where none flows.",
+        summary: "The current sensor reads a current where none flows.",
         signature: "The current channel is off by a constant.",
-        experiment: "Log some seconds with the drive off.",
+        experiment: "Record some seconds with the drive off.",
         similar: "A constant load.",
         reference: "Texas Instruments INA240 data sheet (SBOS662), offset",
     },
+    ..Card::DEFAULT
 };
 
 /// The law of `current-offset`; its parameters in the card's order.

@@ -1,12 +1,12 @@
-//! Scale of the current sensor: i seen = (1 + k) i.
+//! Scale of the current sensor: reading (1 + k) i.
 
-use crate::{Description, Card, Coordinate, ParameterKind, Law, Parameter, Point, Reading, Domain, Scalar, Screen};
+use crate::{Abscissa, Card, Coordinate, Demonstration, Description, Domain, Law, Motion, Parameter, ParameterKind, Point, Reading, Requirement, Scalar, Output, StandRun};
 
 /// The card of `current-scale`.
 pub const CARD: Card = Card {
     id: "current-scale",
     title: "Scale of the current sensor",
-    equation: "i seen = (1 + k) i",
+    equation: "reading (1 + k) i",
     domain: Domain::Measurement,
     coordinate: Coordinate::Current,
     parameters: &[
@@ -20,16 +20,24 @@ pub const CARD: Card = Card {
             simulated_range: (0.02, 0.06),
         },
     ],
-    polar: false,
-    screen: Screen::AtZero,
+    requires: &[Requirement::ComparedCurrent],
     family: "current-scale",
+    next_run: StandRun::VARYING_CURRENT,
+    demonstration: Some(Demonstration {
+        motion: Motion::Sine(20.0, 1.0),
+        duration_s: 2.0,
+        output: Output::Current,
+        abscissa: Abscissa::Coordinate(Coordinate::Current),
+        added: &[],
+    }),
     description: Description {
-        summary: "The current sensor shows a fixed percentage too much or too little: a shunt off its value.",
-        signature: "The current channel is off in proportion to the current.",
-        experiment: "A known resistor in place of the motor.",
-        similar: "A wrong resistance and motor constant together: without another measurement of torque it is the same.",
+        summary: "The current sensor reads a fixed percentage too much or too little: a shunt off its nominal value.",
+        signature: "The error of the current channel is proportional to the current.",
+        experiment: "Measure a known resistor in place of the motor.",
+        similar: "A wrong resistance together with a wrong motor constant: equivalent without an independent torque measurement.",
         reference: "Texas Instruments INA240 data sheet (SBOS662), gain error",
     },
+    ..Card::DEFAULT
 };
 
 /// The law of `current-scale`; its parameters in the card's order.

@@ -1,35 +1,36 @@
-//! Dead time of the bridge: the bridge loses V sign i of the voltage asked for.
+//! Dead time of the bridge: the bridge loses V sign(i) of the commanded voltage.
 
-use crate::{Description, Contributions, Card, Coordinate, ParameterKind, Law, Parameter, Point, Domain, Scalar, Screen};
+use crate::{Card, Contributions, Coordinate, Description, Domain, Law, Parameter, ParameterKind, Point, Requirement, Scalar, StandRun};
 
 /// The card of `dead-time`.
 pub const CARD: Card = Card {
     id: "dead-time",
     title: "Dead time of the bridge",
-    equation: "the bridge loses V sign i of the voltage asked for",
+    equation: "the bridge loses V sign(i) of the commanded voltage",
     domain: Domain::Electrical,
     coordinate: Coordinate::Current,
     parameters: &[
         Parameter {
             name: "dead_time_V",
             unit: "V",
-            description: "lost voltage V = supply × dead time × switching rate",
+            description: "lost voltage V = supply × dead time × switching frequency",
             range: (0.0, 10.0),
             start: 0.1,
             kind: ParameterKind::NonNegative,
             simulated_range: (0.08, 0.3),
         },
     ],
-    polar: false,
-    screen: Screen::AtZero,
+    requires: &[Requirement::CommandedVoltage, Requirement::Voltage],
     family: "voltage-drop",
+    next_run: StandRun::BREAKAWAY,
     description: Description {
-        summary: "Between switching one transistor off and the other on, the current takes its own way; a constant voltage is lost.",
-        signature: "A dead zone of the voltage asked for; the voltage at the terminals does not show it.",
-        experiment: "Measure the terminal voltage beside the one asked for.",
-        similar: "Brush drop: the same, unless the terminal voltage is measured.",
+        summary: "Between switching one transistor off and the other on, the current flows through a diode; a constant voltage is lost.",
+        signature: "A dead zone of the commanded voltage, which the terminal voltage does not show.",
+        experiment: "Measure the terminal voltage and compare it with the commanded voltage.",
+        similar: "Brush drop: equivalent unless the terminal voltage is measured.",
         reference: "Holmes, Lipo, Pulse Width Modulation (2003), §7.4",
     },
+    ..Card::DEFAULT
 };
 
 /// The law of `dead-time`; its parameters in the card's order.

@@ -1,12 +1,15 @@
-//! Encoder eccentricity: θ seen = θ + e sin(nθ + φ); a rate made from that encoder sees its derivative.
+//! Encoder eccentricity: angle reading θ + e sin(nθ + φ); a rate derived from this encoder contains the derivative.
 
-use crate::{Description, Card, Coordinate, ParameterKind, Law, Parameter, Point, Reading, Domain, Scalar, Screen};
+use crate::{Abscissa, Card, Coordinate, Demonstration, Description, Domain, HarmonicSource, Law, Motion, Parameter, ParameterKind, Point, Reading, Requirement, Rival, Scalar, Screening, Output, StandRun};
+
+/// Separates a torque from an error of the encoder.
+const TORQUE_OR_ENCODER: &str = "Compare slow and fast turns: the rate ripple of a torque falls with the rate, the ripple of an eccentric encoder grows with it";
 
 /// The card of `encoder-eccentricity`.
 pub const CARD: Card = Card {
     id: "encoder-eccentricity",
     title: "Encoder eccentricity",
-    equation: "θ seen = θ + e sin(nθ + φ); a rate made from that encoder sees its derivative",
+    equation: "angle reading θ + e sin(nθ + φ); a rate derived from this encoder contains the derivative",
     domain: Domain::Measurement,
     coordinate: Coordinate::Theta,
     parameters: &[
@@ -22,7 +25,7 @@ pub const CARD: Card = Card {
         Parameter {
             name: "eccentricity_order",
             unit: "1/turn",
-            description: "order n: 1 off-centre, 2 oval",
+            description: "harmonic order n: 1 eccentric, 2 oval",
             range: (1.0, 8.0),
             start: 1.0,
             kind: ParameterKind::HarmonicOrder,
@@ -39,15 +42,32 @@ pub const CARD: Card = Card {
         },
     ],
     polar: true,
-    screen: Screen::Scan,
+    repeatable: true,
+    requires: &[Requirement::Angle, Requirement::ComparedAngle, Requirement::Turns(1.5)],
+    uses_rate_source: true,
+    screening: Screening::Harmonics(HarmonicSource::Encoder),
     family: "order-one",
+    rivals: &[
+        Rival { effect: "unbalance", separation: TORQUE_OR_ENCODER, run: StandRun::HIGH_RATES },
+        Rival { effect: "cogging", separation: TORQUE_OR_ENCODER, run: StandRun::HIGH_RATES },
+        Rival { effect: "rate-g-sensitivity", separation: TORQUE_OR_ENCODER, run: StandRun::HIGH_RATES },
+    ],
+    next_run: StandRun::HIGH_RATES,
+    demonstration: Some(Demonstration {
+        motion: Motion::Constant(20.0),
+        duration_s: 1.0,
+        output: Output::EncoderRate,
+        abscissa: Abscissa::Coordinate(Coordinate::Theta),
+        added: &[],
+    }),
     description: Description {
-        summary: "The code disc sits off the axis (order one) or is oval (order two).",
-        signature: "A ripple of angle and of the rate made from it, whose size grows with the rate; no torque is behind it.",
-        experiment: "Two constant rates, one high, one low: a torque shows most at the low one, the encoder at the high one.",
+        summary: "The code disc is mounted off the axis (harmonic order 1) or is oval (harmonic order 2).",
+        signature: "A ripple of the angle and of the rate derived from it, proportional to the rate; no torque causes it.",
+        experiment: "Run two constant rates, one high and one low: a torque has most effect at the low rate, the encoder at the high rate.",
         similar: "Unbalance and cogging, whose rate ripple falls with the rate.",
         reference: "Heidenhain, Rotary Encoders (eccentricity error)",
     },
+    ..Card::DEFAULT
 };
 
 /// The law of `encoder-eccentricity`; its parameters in the card's order.

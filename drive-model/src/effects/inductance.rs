@@ -1,12 +1,12 @@
-//! Winding inductance: L i’ = u − R i − K ω.
+//! Winding inductance: L di/dt = u − R i − K ω.
 
-use crate::{Description, Structure, Card, Coordinate, ParameterKind, Law, Parameter, Domain, Scalar, Screen};
+use crate::{Abscissa, Card, Compensation, Coordinate, Demonstration, Description, Domain, Law, Motion, Parameter, ParameterKind, Requirement, Scalar, Screening, Output, StandRun, Structure};
 
 /// The card of `inductance`.
 pub const CARD: Card = Card {
     id: "inductance",
     title: "Winding inductance",
-    equation: "L i’ = u − R i − K ω",
+    equation: "L di/dt = u − R i − K ω",
     domain: Domain::Electrical,
     coordinate: Coordinate::Current,
     parameters: &[
@@ -20,16 +20,25 @@ pub const CARD: Card = Card {
             simulated_range: (0.005, 0.025),
         },
     ],
-    polar: false,
-    screen: Screen::Probe,
-    family: "",
+    requires: &[Requirement::Voltage, Requirement::SimulatedMotion],
+    screening: Screening::WindingTimeConstants(&[0.5, 3.0]),
+    next_run: StandRun::SHARP_STEPS,
+    demonstration: Some(Demonstration {
+        motion: Motion::VoltageSteps(2.0, 0.4),
+        duration_s: 0.8,
+        output: Output::Current,
+        abscissa: Abscissa::Coordinate(Coordinate::History),
+        added: &[],
+    }),
+    compensation: Some(Compensation::WindingTimeConstant),
     description: Description {
-        summary: "The current cannot jump: it rises over the electrical time constant L/R.",
-        signature: "The measured current lags behind the model after every step of the voltage.",
-        experiment: "Steps or a PRBS of the voltage, sampled faster than L/R.",
-        similar: "A filter of the current sensor; a late channel.",
-        reference: "theory.md §4",
+        summary: "The current cannot jump: it rises with the electrical time constant L/R.",
+        signature: "The measured current lags behind the model after every voltage step.",
+        experiment: "Apply steps or a PRBS of the voltage, sampled faster than L/R.",
+        similar: "A filter of the current sensor; a delayed channel.",
+        reference: "Leonhard, Control of Electrical Drives (2001), ch. 5",
     },
+    ..Card::DEFAULT
 };
 
 /// The law of `inductance`; its parameters in the card's order.

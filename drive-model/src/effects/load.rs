@@ -1,6 +1,6 @@
 //! Constant load: a constant torque.
 
-use crate::{Description, Contributions, Card, Coordinate, ParameterKind, Law, Parameter, Point, Domain, Scalar, Screen};
+use crate::{Card, Contributions, Coordinate, Description, Domain, Law, Parameter, ParameterKind, Point, Rival, Scalar, StandRun};
 
 /// The card of `load`.
 pub const CARD: Card = Card {
@@ -20,16 +20,25 @@ pub const CARD: Card = Card {
             simulated_range: (0.0003, 0.001),
         },
     ],
-    polar: false,
-    screen: Screen::AtZero,
     family: "offset",
+    rivals: &[
+        Rival {
+            effect: "asymmetric-friction",
+            separation: "A load is the same torque at every rate; direction-dependent friction can also grow with the rate. Hold low and high rates in both directions. If only the constant part remains, the two are the same torque, and only an inspection of the stand can decide",
+            run: StandRun::HIGH_RATES,
+        },
+        Rival::by_rate_dependence("stribeck"),
+        Rival::by_rate_dependence("quadratic-drag"),
+    ],
+    next_run: StandRun::HIGH_RATES,
     description: Description {
-        summary: "A weight on a cord, or an offset of the drive, turns the rotor always the same way.",
-        signature: "The rate drifts at zero voltage, and forward and backward runs differ by the same torque at every rate.",
-        experiment: "Hold the stand at zero voltage, then run the same rates forward and backward.",
-        similar: "Friction that differs by direction, as long as nothing sticks; an offset of the current sensor.",
-        reference: "theory.md §4; effects.md",
+        summary: "A weight on a cord, or an offset of the drive, turns the rotor in one direction.",
+        signature: "The rate drifts at zero voltage; forward and backward runs differ by the same torque at every rate.",
+        experiment: "Hold zero voltage, then run the same rates forward and backward.",
+        similar: "Friction that differs by direction, if the rotor does not stick; an offset of the current sensor.",
+        reference: "Equation of motion of a rigid rotor",
     },
+    ..Card::DEFAULT
 };
 
 /// The law of `load`; its parameters in the card's order.

@@ -1,19 +1,22 @@
-//! A load that sets in: a constant torque from some moment on.
+//! Load step: a constant torque from a time t0 on.
 
-use crate::{Description, Contributions, Card, Coordinate, ParameterKind, Law, Parameter, Point, Domain, Scalar, Screen};
+use crate::{Card, Contributions, Coordinate, Description, Domain, Law, Parameter, ParameterKind, Point, Rival, Scalar, Screening, StandRun};
+
+/// Separates a single event from a repeatable cause.
+const ONCE_OR_REPEATED: &str = "Repeat the same profile: a single event does not recur at the same time";
 
 /// The card of `load-step`.
 pub const CARD: Card = Card {
     id: "load-step",
-    title: "A load that sets in",
-    equation: "a constant torque from some moment on",
+    title: "Load step",
+    equation: "a constant torque from a time t0 on",
     domain: Domain::Torque,
     coordinate: Coordinate::Time,
     parameters: &[
         Parameter {
             name: "load_step_N_m",
             unit: "N m",
-            description: "torque from then on",
+            description: "torque after t0",
             range: (f64::NEG_INFINITY, f64::INFINITY),
             start: 0.0003,
             kind: ParameterKind::Signed,
@@ -22,23 +25,27 @@ pub const CARD: Card = Card {
         Parameter {
             name: "load_from_s",
             unit: "s",
-            description: "moment at which it sets in",
+            description: "time t0 of the step",
             range: (0.0, f64::INFINITY),
             start: 0.0,
             kind: ParameterKind::EventTime,
             simulated_range: (5.0, 25.0),
         },
     ],
-    polar: false,
-    screen: Screen::Scan,
-    family: "",
+    screening: Screening::EventTimes(24),
+    rivals: &[
+        Rival { effect: "cable-spring", separation: ONCE_OR_REPEATED, run: StandRun::STEPS },
+        Rival { effect: "viscous-temperature", separation: ONCE_OR_REPEATED, run: StandRun::STEPS },
+        Rival { effect: "resistance-temperature", separation: ONCE_OR_REPEATED, run: StandRun::STEPS },
+    ],
     description: Description {
-        summary: "Something began to rub, or a weight was put on, during the record.",
-        signature: "The model fits until one moment and is off by a constant torque after it.",
+        summary: "Something began to rub, or a weight was added, during the record.",
+        signature: "The model fits until t0 and is off by a constant torque afterwards.",
         experiment: "Repeat the same profile twice and compare.",
         similar: "Slow warming; a cable that winds up.",
         reference: "Basseville, Nikiforov, Detection of Abrupt Changes (1993)",
     },
+    ..Card::DEFAULT
 };
 
 /// The law of `load-step`; its parameters in the card's order.

@@ -1,35 +1,46 @@
-//! Presliding (bristles): a bristle state takes the place of the dry level: z’ = ω − σ |ω| z / c, torque −σ z (Dahl).
+//! Presliding (bristles): a bristle state replaces the Coulomb torque: z’ = ω − σ |ω| z / c, torque −σ z (Dahl).
 
-use crate::{Description, Structure, Card, Coordinate, ParameterKind, Law, Parameter, Domain, Scalar, Screen};
+use crate::{Abscissa, Card, Coordinate, Demonstration, Description, Domain, Elastic, Law, Motion, Parameter, ParameterKind, Requirement, Scalar, Screening, Output, StandRun, Structure};
 
 /// The card of `presliding`.
 pub const CARD: Card = Card {
     id: "presliding",
     title: "Presliding (bristles)",
-    equation: "a bristle state takes the place of the dry level: z’ = ω − σ |ω| z / c, torque −σ z (Dahl)",
+    equation: "a bristle state replaces the Coulomb torque: z’ = ω − σ |ω| z / c, torque −σ z (Dahl)",
     domain: Domain::Torque,
     coordinate: Coordinate::History,
     parameters: &[
         Parameter {
             name: "presliding_stiffness_N_m_rad",
             unit: "N m/rad",
-            description: "stiffness σ of the contact before it slides",
+            description: "stiffness σ of the contact before sliding",
             range: (0.001, 10000.0),
             start: 0.5,
             kind: ParameterKind::Positive,
             simulated_range: (0.05, 0.3),
         },
     ],
-    polar: false,
-    screen: Screen::Probe,
-    family: "",
+    rests_on: &["coulomb", "stribeck"],
+    inert_alone: true,
+    requires: &[Requirement::SimulatedMotion],
+    elastic: Some(Elastic::Bristle),
+    screening: Screening::BristleDeflections(&[0.003, 0.02, 0.1]),
+    next_run: StandRun::BREAKAWAY,
+    demonstration: Some(Demonstration {
+        motion: Motion::Sine(0.1, 2.0),
+        duration_s: 4.0,
+        output: Output::Current,
+        abscissa: Abscissa::Coordinate(Coordinate::History),
+        added: &[],
+    }),
     description: Description {
-        summary: "Before it slides, dry friction is a spring: the asperities bend like bristles.",
-        signature: "After each reversal the friction builds up over an angle c/σ instead of jumping; at rest the rotor rings and creeps back.",
-        experiment: "Small slow sines around one angle, or a sweep through many reversals.",
+        summary: "Before it slides, dry friction acts as a spring: the asperities bend like bristles.",
+        signature: "After each reversal the friction builds up over an angle c/σ instead of jumping; at rest the rotor oscillates and creeps back.",
+        experiment: "Apply small slow sines around one angle, or a sweep with many reversals.",
         similar: "Coulomb friction with an error near each reversal; backlash; a cable spring over small angles.",
         reference: "Dahl (1968); Canudas de Wit, Olsson, Åström, Lischinsky, IEEE TAC 40 (1995) 419",
     },
+    ..Card::DEFAULT
 };
 
 /// The law of `presliding`; its parameters in the card's order.

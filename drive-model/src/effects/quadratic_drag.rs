@@ -1,12 +1,12 @@
-//! Quadratic drag: −q ω |ω|.
+//! Quadratic drag: torque −q ω |ω|.
 
-use crate::{Description, Contributions, Card, Coordinate, ParameterKind, Law, Parameter, Point, Domain, Scalar, Screen};
+use crate::{Abscissa, Card, Contributions, Coordinate, Demonstration, Description, Domain, Law, Motion, Parameter, ParameterKind, Point, Rival, Scalar, Output, StandRun};
 
 /// The card of `quadratic-drag`.
 pub const CARD: Card = Card {
     id: "quadratic-drag",
     title: "Quadratic drag",
-    equation: "−q ω |ω|",
+    equation: "torque −q ω |ω|",
     domain: Domain::Torque,
     coordinate: Coordinate::Omega,
     parameters: &[
@@ -20,16 +20,27 @@ pub const CARD: Card = Card {
             simulated_range: (1e-06, 5e-06),
         },
     ],
-    polar: false,
-    screen: Screen::AtZero,
-    family: "",
+    rivals: &[Rival {
+        effect: "magnetic-saturation",
+        separation: "Drag depends on the rate, saturation on the current: accelerate hard at low rates, and hold high rates",
+        run: StandRun::VARYING_CURRENT,
+    }],
+    next_run: StandRun::HIGH_RATES,
+    demonstration: Some(Demonstration {
+        motion: Motion::Triangle(60.0, 8.0),
+        duration_s: 8.0,
+        output: Output::Current,
+        abscissa: Abscissa::Coordinate(Coordinate::Omega),
+        added: &[],
+    }),
     description: Description {
-        summary: "Air is thrown off the platform: its resistance grows with the square of the rate.",
-        signature: "At high rates the drive falls behind the straight line of rate against voltage.",
-        experiment: "Several high rates in both directions; a coast-down from the highest.",
+        summary: "The platform accelerates air: the drag grows with the square of the rate.",
+        signature: "At high rates the rate falls below the straight line of rate over voltage.",
+        experiment: "Run several high rates in both directions, and a coast-down from the highest.",
         similar: "Viscous friction over a narrow range of rates; magnetic saturation at high current.",
-        reference: "Prandtl/Schlichting, Boundary-Layer Theory, rotating disc",
+        reference: "Schlichting, Boundary-Layer Theory, rotating disc",
     },
+    ..Card::DEFAULT
 };
 
 /// The law of `quadratic-drag`; its parameters in the card's order.

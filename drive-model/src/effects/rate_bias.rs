@@ -1,12 +1,12 @@
-//! Bias of the rate sensor: rate seen = ω + β.
+//! Bias of the rate sensor: reading ω + β.
 
-use crate::{Description, Card, Coordinate, ParameterKind, Law, Parameter, Point, Reading, Domain, Scalar, Screen};
+use crate::{Abscissa, Card, Coordinate, Demonstration, Description, Domain, Law, Motion, Parameter, ParameterKind, Point, Reading, Requirement, Scalar, Output};
 
 /// The card of `rate-bias`.
 pub const CARD: Card = Card {
     id: "rate-bias",
     title: "Bias of the rate sensor",
-    equation: "rate seen = ω + β",
+    equation: "reading ω + β",
     domain: Domain::Measurement,
     coordinate: Coordinate::Time,
     parameters: &[
@@ -20,16 +20,22 @@ pub const CARD: Card = Card {
             simulated_range: (0.02, 0.08),
         },
     ],
-    polar: false,
-    screen: Screen::AtZero,
-    family: "",
+    requires: &[Requirement::ComparedRate],
+    demonstration: Some(Demonstration {
+        motion: Motion::Off,
+        duration_s: 4.0,
+        output: Output::Rate,
+        abscissa: Abscissa::Coordinate(Coordinate::Time),
+        added: &[],
+    }),
     description: Description {
-        summary: "The rate sensor shows a rate at rest.",
+        summary: "The rate sensor reads a rate at rest.",
         signature: "The rate channel is off by a constant, also at rest.",
-        experiment: "Stand still for some seconds.",
-        similar: "A constant load, where there is no encoder.",
+        experiment: "Record some seconds at rest.",
+        similar: "A constant load, if there is no encoder.",
         reference: "IEEE Std 528",
     },
+    ..Card::DEFAULT
 };
 
 /// The law of `rate-bias`; its parameters in the card's order.

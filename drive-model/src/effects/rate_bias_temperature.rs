@@ -1,35 +1,42 @@
-//! Bias of the rate sensor and temperature: β_T (T − T0).
+//! Temperature-dependent bias of the rate sensor: reading ω + β_T (T − T0), T0 = 25 °C.
 
-use crate::{Description, Card, Coordinate, ParameterKind, Law, Parameter, Point, Reading, Domain, Scalar, Screen, T0_C};
+use crate::{Abscissa, Card, Coordinate, Demonstration, Description, Domain, Law, Motion, Parameter, ParameterKind, Point, Reading, Requirement, Scalar, Output, StandRun, T0_C};
 
 /// The card of `rate-bias-temperature`.
 pub const CARD: Card = Card {
     id: "rate-bias-temperature",
-    title: "Bias of the rate sensor and temperature",
-    equation: "β_T (T − T0)",
+    title: "Temperature-dependent bias of the rate sensor",
+    equation: "reading ω + β_T (T − T0), T0 = 25 °C",
     domain: Domain::Measurement,
     coordinate: Coordinate::Temperature,
     parameters: &[
         Parameter {
             name: "rate_bias_per_K",
             unit: "rad/(s K)",
-            description: "bias per kelvin",
+            description: "bias per kelvin β_T",
             range: (f64::NEG_INFINITY, f64::INFINITY),
             start: 0.0,
             kind: ParameterKind::Signed,
             simulated_range: (0.01, 0.05),
         },
     ],
-    polar: false,
-    screen: Screen::AtZero,
-    family: "",
+    requires: &[Requirement::ComparedRate, Requirement::MeasuredTemperature, Requirement::TemperatureChange],
+    next_run: StandRun::WARM_UP,
+    demonstration: Some(Demonstration {
+        motion: Motion::Constant(0.0),
+        duration_s: 60.0,
+        output: Output::Rate,
+        abscissa: Abscissa::Coordinate(Coordinate::Temperature),
+        added: &[Demonstration::WEIGHT],
+    }),
     description: Description {
-        summary: "The bias of the rate sensor wanders with temperature.",
-        signature: "The rate channel drifts away from the encoder while the stand warms.",
-        experiment: "Stand still while it warms.",
-        similar: "Anything else that drifts with time.",
+        summary: "The bias of the rate sensor changes with temperature.",
+        signature: "The rate channel drifts away from the encoder while the stand warms up.",
+        experiment: "Record at rest while the stand warms up.",
+        similar: "Any other drift with time.",
         reference: "IEEE Std 528; Bosch BST-BMG160-DS000, TCO 0.015 °/s/K",
     },
+    ..Card::DEFAULT
 };
 
 /// The law of `rate-bias-temperature`; its parameters in the card's order.

@@ -1,19 +1,19 @@
-//! g-sensitivity of the rate sensor: + g-dependent bias on a tilted stand: a sin(θ + φ), with no torque behind it.
+//! g-sensitivity of the rate sensor: reading ω + a sin(θ + φ) on a tilted stand; no torque causes it.
 
-use crate::{Description, Card, Coordinate, ParameterKind, Law, Parameter, Point, Reading, Domain, Scalar, Screen};
+use crate::{Card, Coordinate, Description, Domain, Law, Parameter, ParameterKind, Point, Reading, Requirement, Scalar, StandRun};
 
 /// The card of `rate-g-sensitivity`.
 pub const CARD: Card = Card {
     id: "rate-g-sensitivity",
     title: "g-sensitivity of the rate sensor",
-    equation: "+ g-dependent bias on a tilted stand: a sin(θ + φ), with no torque behind it",
+    equation: "reading ω + a sin(θ + φ) on a tilted stand; no torque causes it",
     domain: Domain::Measurement,
     coordinate: Coordinate::Theta,
     parameters: &[
         Parameter {
             name: "rate_g_rad_s",
             unit: "rad/s",
-            description: "amplitude",
+            description: "amplitude a",
             range: (0.0, f64::INFINITY),
             start: 0.01,
             kind: ParameterKind::NonNegative,
@@ -30,15 +30,17 @@ pub const CARD: Card = Card {
         },
     ],
     polar: true,
-    screen: Screen::AtZero,
+    requires: &[Requirement::Angle, Requirement::ComparedRate, Requirement::Turns(1.5)],
     family: "order-one",
+    next_run: StandRun::LOW_RATES,
     description: Description {
-        summary: "The rate sensor answers to acceleration; on a tilted stand gravity turns through it once per turn.",
-        signature: "A ripple of order one in the rate channel alone, of the same size at every rate.",
-        experiment: "Slow whole turns on a tilted stand, encoder beside rate sensor.",
-        similar: "Unbalance, where only this sensor sees the rate.",
+        summary: "The rate sensor responds to acceleration; on a tilted stand gravity rotates through its axes once per turn.",
+        signature: "A ripple of harmonic order 1 in the rate channel alone, of the same amplitude at every rate.",
+        experiment: "Turn slowly through whole turns on a tilted stand and compare rate sensor and encoder.",
+        similar: "Unbalance, if only this sensor measures the rate.",
         reference: "Bosch BST-BMG160-DS000, g-sensitivity 0.1 °/s/g; IEEE Std 528",
     },
+    ..Card::DEFAULT
 };
 
 /// The law of `rate-g-sensitivity`; its parameters in the card's order.

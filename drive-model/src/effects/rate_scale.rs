@@ -1,12 +1,12 @@
-//! Scale factor of the rate sensor: rate seen = (1 + k) ω.
+//! Scale factor of the rate sensor: reading (1 + k) ω.
 
-use crate::{Description, Card, Coordinate, ParameterKind, Law, Parameter, Point, Reading, Domain, Scalar, Screen};
+use crate::{Card, Coordinate, Description, Domain, Law, Parameter, ParameterKind, Point, Reading, Requirement, Scalar, StandRun};
 
 /// The card of `rate-scale`.
 pub const CARD: Card = Card {
     id: "rate-scale",
     title: "Scale factor of the rate sensor",
-    equation: "rate seen = (1 + k) ω",
+    equation: "reading (1 + k) ω",
     domain: Domain::Measurement,
     coordinate: Coordinate::Omega,
     parameters: &[
@@ -20,16 +20,17 @@ pub const CARD: Card = Card {
             simulated_range: (0.01, 0.05),
         },
     ],
-    polar: false,
-    screen: Screen::AtZero,
+    requires: &[Requirement::ComparedRate],
     family: "rate-scale",
+    next_run: StandRun::HIGH_RATES,
     description: Description {
-        summary: "The rate sensor shows a fixed percentage too much or too little, against the encoder.",
+        summary: "The rate sensor reads a fixed percentage too much or too little compared with the encoder.",
         signature: "Rate and derivative of the angle differ in proportion to the rate.",
-        experiment: "Whole turns at several rates, encoder beside rate sensor.",
-        similar: "A wrong motor constant, where there is no encoder.",
-        reference: "IEEE Std 528; theory.md §4",
+        experiment: "Run whole turns at several rates and compare rate sensor and encoder.",
+        similar: "A wrong motor constant, if there is no encoder.",
+        reference: "IEEE Std 528",
     },
+    ..Card::DEFAULT
 };
 
 /// The law of `rate-scale`; its parameters in the card's order.

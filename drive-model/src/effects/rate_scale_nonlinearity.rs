@@ -1,12 +1,12 @@
-//! Nonlinear scale factor of the rate sensor: rate seen = ω (1 + k2 |ω| + k3 ω²).
+//! Nonlinear scale factor of the rate sensor: reading ω (1 + k2 |ω| + k3 ω²).
 
-use crate::{Description, Card, Coordinate, ParameterKind, Law, Parameter, Point, Reading, Domain, Scalar, Screen};
+use crate::{Abscissa, Card, Coordinate, Demonstration, Description, Domain, Law, Motion, Parameter, ParameterKind, Point, Reading, Requirement, Scalar, Output, StandRun};
 
 /// The card of `rate-scale-nonlinearity`.
 pub const CARD: Card = Card {
     id: "rate-scale-nonlinearity",
     title: "Nonlinear scale factor of the rate sensor",
-    equation: "rate seen = ω (1 + k2 |ω| + k3 ω²)",
+    equation: "reading ω (1 + k2 |ω| + k3 ω²)",
     domain: Domain::Measurement,
     coordinate: Coordinate::Omega,
     parameters: &[
@@ -29,16 +29,23 @@ pub const CARD: Card = Card {
             simulated_range: (3e-05, 0.0001),
         },
     ],
-    polar: false,
-    screen: Screen::AtZero,
-    family: "",
+    requires: &[Requirement::ComparedRate],
+    next_run: StandRun::HIGH_RATES,
+    demonstration: Some(Demonstration {
+        motion: Motion::Triangle(34.0, 8.0),
+        duration_s: 8.0,
+        output: Output::Rate,
+        abscissa: Abscissa::Coordinate(Coordinate::Omega),
+        added: &[],
+    }),
     description: Description {
-        summary: "The rate sensor bends towards the end of its range.",
-        signature: "Rate and derivative of the angle differ at high rates, by more than in proportion.",
-        experiment: "A staircase of rates up to full scale, in both directions.",
-        similar: "Quadratic drag, where there is no encoder.",
-        reference: "IEEE Std 1431; effects.md",
+        summary: "The scale factor of the rate sensor changes towards the end of its range.",
+        signature: "Rate and derivative of the angle differ at high rates by more than in proportion.",
+        experiment: "Run a staircase of rates up to full scale in both directions.",
+        similar: "Quadratic drag, if there is no encoder.",
+        reference: "IEEE Std 1431",
     },
+    ..Card::DEFAULT
 };
 
 /// The law of `rate-scale-nonlinearity`; its parameters in the card's order.

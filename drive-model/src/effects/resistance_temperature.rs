@@ -1,12 +1,15 @@
-//! Winding resistance and temperature: R (1 + α (T − T0)); T measured, or a thermal state heated by R i².
+//! Temperature-dependent winding resistance: R (1 + α (T − T0)), T0 = 25 °C; T is measured, or a thermal state heated by R i².
 
-use crate::{Description, Contributions, Structure, Card, Coordinate, ParameterKind, Law, Parameter, Point, Domain, Scalar, Screen, T0_C, Thermal};
+use crate::{Abscissa, Card, Contributions, Coordinate, Demonstration, Description, Domain, Law, Motion, Parameter, ParameterKind, Point, Requirement, Rival, Scalar, Screening, Output, StandRun, Structure, T0_C, Thermal};
+
+/// Separates a temperature from the current that causes it.
+const TEMPERATURE_OR_CURRENT: &str = "Warm the winding with large currents and record its temperature and the supply voltage: a temperature effect remains when the current falls";
 
 /// The card of `resistance-temperature`.
 pub const CARD: Card = Card {
     id: "resistance-temperature",
-    title: "Winding resistance and temperature",
-    equation: "R (1 + α (T − T0)); T measured, or a thermal state heated by R i²",
+    title: "Temperature-dependent winding resistance",
+    equation: "R (1 + α (T − T0)), T0 = 25 °C; T is measured, or a thermal state heated by R i²",
     domain: Domain::Electrical,
     coordinate: Coordinate::Temperature,
     parameters: &[
@@ -22,7 +25,7 @@ pub const CARD: Card = Card {
         Parameter {
             name: "thermal_J_K",
             unit: "J/K",
-            description: "heat capacity of the winding, where no temperature is measured",
+            description: "heat capacity of the winding, if its temperature is not measured",
             range: (0.1, 100000.0),
             start: 15.0,
             kind: ParameterKind::Positive,
@@ -38,16 +41,28 @@ pub const CARD: Card = Card {
             simulated_range: (10.0, 15.0),
         },
     ],
-    polar: false,
-    screen: Screen::AtZero,
-    family: "",
+    requires: &[Requirement::Voltage, Requirement::TemperatureChange],
+    screening: Screening::HeatCapacities(&[0.1, 1.0, 10.0]),
+    rivals: &[
+        Rival { effect: "viscous-temperature", separation: TEMPERATURE_OR_CURRENT, run: StandRun::WARM_UP },
+        Rival { effect: "supply-droop", separation: TEMPERATURE_OR_CURRENT, run: StandRun::WARM_UP },
+    ],
+    next_run: StandRun::WARM_UP,
+    demonstration: Some(Demonstration {
+        motion: Motion::Constant(20.0),
+        duration_s: 60.0,
+        output: Output::Voltage,
+        abscissa: Abscissa::Coordinate(Coordinate::Temperature),
+        added: &[Demonstration::WEIGHT],
+    }),
     description: Description {
-        summary: "Copper resists more as it warms: four tenths of a percent per kelvin.",
-        signature: "Under load the current slowly falls at the same voltage.",
-        experiment: "A long run at high current, with the winding temperature logged.",
-        similar: "Falling supply voltage; a viscosity that falls with temperature acts the other way.",
+        summary: "The resistance of copper rises by 0.39 % per kelvin.",
+        signature: "Under load the current falls slowly at constant voltage.",
+        experiment: "Run long at high current and record the winding temperature.",
+        similar: "A falling supply voltage; a viscosity that falls with temperature has the opposite sign.",
         reference: "IEC 60034-1; copper: 0.00393/K at 20 °C",
     },
+    ..Card::DEFAULT
 };
 
 /// The law of `resistance-temperature`; its parameters in the card's order.

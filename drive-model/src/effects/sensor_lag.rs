@@ -1,12 +1,12 @@
-//! Lag of the rate sensor: the rate channel passes a first-order lag.
+//! Lag of the rate sensor: the rate channel passes a first-order low-pass.
 
-use crate::{Description, Structure, Card, Coordinate, ParameterKind, Law, Parameter, Domain, Scalar, Screen};
+use crate::{Abscissa, Card, Coordinate, Demonstration, Description, Domain, Law, Motion, Parameter, ParameterKind, Requirement, Rival, Scalar, Output, StandRun, Structure};
 
 /// The card of `sensor-lag`.
 pub const CARD: Card = Card {
     id: "sensor-lag",
     title: "Lag of the rate sensor",
-    equation: "the rate channel passes a first-order lag",
+    equation: "the rate channel passes a first-order low-pass",
     domain: Domain::Measurement,
     coordinate: Coordinate::Acceleration,
     parameters: &[
@@ -20,16 +20,29 @@ pub const CARD: Card = Card {
             simulated_range: (0.003, 0.01),
         },
     ],
-    polar: false,
-    screen: Screen::Probe,
+    requires: &[Requirement::ComparedRate, Requirement::SimulatedMotion],
     family: "late-rate",
+    rivals: &[Rival {
+        effect: "time-skew",
+        separation: "A slow sensor rounds corners and attenuates high frequencies; a delayed channel is only shifted. Excite many frequencies at once",
+        run: StandRun::MULTISINE,
+    }],
+    next_run: StandRun::MULTISINE,
+    demonstration: Some(Demonstration {
+        motion: Motion::Sine(5.0, 0.25),
+        duration_s: 0.5,
+        output: Output::Rate,
+        abscissa: Abscissa::Coordinate(Coordinate::Acceleration),
+        added: &[],
+    }),
     description: Description {
-        summary: "The rate sensor has a finite bandwidth and shows the rate late and smoothed.",
-        signature: "The rate channel is off in proportion to the acceleration, and to nothing else.",
-        experiment: "Steps of the voltage, or a sweep.",
-        similar: "A late channel (time skew), which keeps sharp corners sharp; shaft compliance.",
-        reference: "theory.md §4; IEEE Std 528",
+        summary: "The rate sensor has a finite bandwidth: its reading is delayed and smoothed.",
+        signature: "The error of the rate channel is proportional to the acceleration.",
+        experiment: "Apply voltage steps or a sweep.",
+        similar: "A delayed channel, which keeps sharp corners; shaft compliance.",
+        reference: "IEEE Std 528",
     },
+    ..Card::DEFAULT
 };
 
 /// The law of `sensor-lag`; its parameters in the card's order.

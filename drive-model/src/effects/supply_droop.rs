@@ -1,12 +1,12 @@
-//! Supply droop: the motor gets u × supply_V / nominal where the supply is measured, and loses r i.
+//! Supply droop: motor voltage u × supply_V / nominal where the supply is measured, minus r i.
 
-use crate::{Description, Contributions, Card, Coordinate, ParameterKind, Law, Parameter, Point, Domain, Scalar, Screen};
+use crate::{Card, Contributions, Coordinate, Description, Domain, Law, Parameter, ParameterKind, Point, Requirement, Scalar, StandRun};
 
 /// The card of `supply-droop`.
 pub const CARD: Card = Card {
     id: "supply-droop",
     title: "Supply droop",
-    equation: "the motor gets u × supply_V / nominal where the supply is measured, and loses r i",
+    equation: "motor voltage u × supply_V / nominal where the supply is measured, minus r i",
     domain: Domain::Electrical,
     coordinate: Coordinate::Current,
     parameters: &[
@@ -20,16 +20,18 @@ pub const CARD: Card = Card {
             simulated_range: (0.2, 0.8),
         },
     ],
-    polar: false,
-    screen: Screen::AtZero,
+    requires: &[Requirement::CommandedVoltage, Requirement::Voltage],
+    uses_supply: true,
     family: "resistance",
+    next_run: StandRun::VARYING_CURRENT,
     description: Description {
-        summary: "The supply and its leads give way under load.",
-        signature: "The drive is weaker than asked for when the current is high.",
-        experiment: "Log supply_V at the bridge beside the current.",
-        similar: "A winding resistance that is too small in the model: the same, unless the supply is logged and moves.",
-        reference: "effects.md",
+        summary: "The voltage of the supply and its leads falls under load.",
+        signature: "The drive is weaker than commanded when the current is high.",
+        experiment: "Record supply_V at the bridge together with the current.",
+        similar: "A winding resistance that is too small in the model: equivalent unless the supply is recorded and varies.",
+        reference: "Thévenin source with resistance r",
     },
+    ..Card::DEFAULT
 };
 
 /// The law of `supply-droop`; its parameters in the card's order.

@@ -1,12 +1,12 @@
-//! A late channel: one channel is late by a constant time (the rate, unless the model says another).
+//! Delayed channel: one channel is delayed by a constant time (the rate, unless the model names another).
 
-use crate::{Description, Structure, Card, Coordinate, ParameterKind, Law, Parameter, Domain, Scalar, Screen};
+use crate::{Abscissa, Card, Coordinate, Demonstration, Description, Domain, Law, Motion, Parameter, ParameterKind, Requirement, Scalar, Output, StandRun, Structure};
 
 /// The card of `time-skew`.
 pub const CARD: Card = Card {
     id: "time-skew",
-    title: "A late channel",
-    equation: "one channel is late by a constant time (the rate, unless the model says another)",
+    title: "Delayed channel",
+    equation: "one channel is delayed by a constant time (the rate, unless the model names another)",
     domain: Domain::Measurement,
     coordinate: Coordinate::Acceleration,
     parameters: &[
@@ -20,16 +20,24 @@ pub const CARD: Card = Card {
             simulated_range: (0.003, 0.012),
         },
     ],
-    polar: false,
-    screen: Screen::Probe,
+    requires: &[Requirement::SimulatedMotion],
     family: "late-rate",
+    next_run: StandRun::MULTISINE,
+    demonstration: Some(Demonstration {
+        motion: Motion::Sine(5.0, 0.25),
+        duration_s: 0.5,
+        output: Output::Rate,
+        abscissa: Abscissa::Coordinate(Coordinate::Acceleration),
+        added: &[],
+    }),
     description: Description {
-        summary: "One channel was stamped late: a filter, a bus, another clock.",
-        signature: "That channel is off in proportion to its slope.",
-        experiment: "Sharp steps, sampled fast.",
+        summary: "One channel has late time stamps: a filter, a bus, another clock.",
+        signature: "The error of this channel is proportional to its slope.",
+        experiment: "Apply sharp steps, sampled fast.",
         similar: "The lag of a slow sensor, which rounds corners.",
-        reference: "effects.md",
+        reference: "Ljung, System Identification (1999), §4.2: input delay",
     },
+    ..Card::DEFAULT
 };
 
 /// The law of `time-skew`; its parameters in the card's order.

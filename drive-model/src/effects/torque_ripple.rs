@@ -1,12 +1,12 @@
-//! Torque ripple: K(θ) = K (1 + a sin(nθ + φ)), in torque and back-EMF.
+//! Torque ripple: motor constant K (1 + a sin(nθ + φ)), in torque and back-EMF.
 
-use crate::{Description, Contributions, Card, Coordinate, ParameterKind, Law, Parameter, Point, Domain, Scalar, Screen};
+use crate::{Abscissa, Card, Contributions, Coordinate, Demonstration, Description, Domain, HarmonicSource, Law, Motion, Parameter, ParameterKind, Point, Requirement, Scalar, Screening, Output, StandRun};
 
 /// The card of `torque-ripple`.
 pub const CARD: Card = Card {
     id: "torque-ripple",
     title: "Torque ripple",
-    equation: "K(θ) = K (1 + a sin(nθ + φ)), in torque and back-EMF",
+    equation: "motor constant K (1 + a sin(nθ + φ)), in torque and back-EMF",
     domain: Domain::Torque,
     coordinate: Coordinate::Theta,
     parameters: &[
@@ -22,7 +22,7 @@ pub const CARD: Card = Card {
         Parameter {
             name: "ripple_order",
             unit: "1/turn",
-            description: "order n: periods per turn",
+            description: "harmonic order n: periods per turn",
             range: (1.0, 400.0),
             start: 7.0,
             kind: ParameterKind::HarmonicOrder,
@@ -39,15 +39,25 @@ pub const CARD: Card = Card {
         },
     ],
     polar: true,
-    screen: Screen::Scan,
-    family: "",
+    repeatable: true,
+    requires: &[Requirement::MotorConstant, Requirement::Angle],
+    screening: Screening::Harmonics(HarmonicSource::MotorConstant),
+    next_run: StandRun::VARYING_CURRENT,
+    demonstration: Some(Demonstration {
+        motion: Motion::Constant(2.0),
+        duration_s: 7.0,
+        output: Output::Current,
+        abscissa: Abscissa::Coordinate(Coordinate::Theta),
+        added: &[Demonstration::WEIGHT],
+    }),
     description: Description {
-        summary: "The motor constant changes with the angle: few commutator segments, uneven magnets.",
-        signature: "A ripple at a fixed order that grows with the current and shows in the back-EMF.",
-        experiment: "Slow turns under different loads; compare the ripple at small and at large current.",
-        similar: "Cogging, which is there without current too.",
-        reference: "Hanselman (2006), ch. 5",
+        summary: "The motor constant varies with the angle: few commutator segments, uneven magnets.",
+        signature: "A ripple at a fixed harmonic order that grows with the current and appears in the back-EMF.",
+        experiment: "Turn slowly under different loads and compare the ripple at small and at large current.",
+        similar: "Cogging, which is present without current too.",
+        reference: "Hanselman, Brushless Permanent Magnet Motor Design (2006), ch. 5",
     },
+    ..Card::DEFAULT
 };
 
 /// The law of `torque-ripple`; its parameters in the card's order.

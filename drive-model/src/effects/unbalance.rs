@@ -1,12 +1,12 @@
-//! Unbalance: a sin(θ + φ): a mass off the axis of a tilted stand.
+//! Unbalance: torque a sin(θ + φ): a mass off the axis of a tilted stand.
 
-use crate::{Description, Contributions, Card, Coordinate, ParameterKind, Law, Parameter, Point, Domain, Scalar, Screen};
+use crate::{Card, Compensation, Contributions, Coordinate, Description, Domain, Law, Parameter, ParameterKind, Point, Requirement, Rival, Scalar, StandRun};
 
 /// The card of `unbalance`.
 pub const CARD: Card = Card {
     id: "unbalance",
     title: "Unbalance",
-    equation: "a sin(θ + φ): a mass off the axis of a tilted stand",
+    equation: "torque a sin(θ + φ): a mass off the axis of a tilted stand",
     domain: Domain::Torque,
     coordinate: Coordinate::Theta,
     parameters: &[
@@ -30,15 +30,23 @@ pub const CARD: Card = Card {
         },
     ],
     polar: true,
-    screen: Screen::AtZero,
+    requires: &[Requirement::Angle, Requirement::Turns(0.25)],
     family: "order-one",
+    rivals: &[Rival {
+        effect: "rate-g-sensitivity",
+        separation: "Gravity acts on the motion and appears in the angle too, most at low rates; an error of the rate sensor appears in that channel alone, at every rate. Record the encoder angle and turn slowly",
+        run: StandRun::LOW_RATES,
+    }],
+    next_run: StandRun::LOW_RATES,
+    compensation: Some(Compensation::FirstHarmonic),
     description: Description {
-        summary: "The centre of mass lies off the axis and the axis is not vertical: gravity pulls once per turn.",
-        signature: "A ripple of order one, strongest at low rates; the platform comes to rest at the same angle.",
-        experiment: "Slow whole turns; then tilt the stand and see the amplitude change.",
-        similar: "Encoder eccentricity (grows with the rate); a g-sensitive rate sensor, where only that sensor sees the rate.",
-        reference: "ISO 21940; effects.md",
+        summary: "The centre of mass is off the axis and the axis is not vertical: gravity applies a torque with one period per turn.",
+        signature: "A ripple of harmonic order 1, strongest at low rates; the platform always comes to rest at the same angle.",
+        experiment: "Turn slowly through whole turns; then change the tilt and compare the amplitude.",
+        similar: "Encoder eccentricity (grows with the rate); a g-sensitive rate sensor, if only that sensor measures the rate.",
+        reference: "ISO 21940",
     },
+    ..Card::DEFAULT
 };
 
 /// The law of `unbalance`; its parameters in the card's order.

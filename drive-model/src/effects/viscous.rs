@@ -1,12 +1,12 @@
-//! Viscous friction: −b ω.
+//! Viscous friction: torque −b ω.
 
-use crate::{Description, Contributions, Card, Coordinate, ParameterKind, Law, Parameter, Point, Domain, Scalar, Screen};
+use crate::{Abscissa, Card, Compensation, Contributions, Coordinate, Demonstration, Description, Domain, Law, Motion, Parameter, ParameterKind, Point, Rival, Scalar, Output, StandRun};
 
 /// The card of `viscous`.
 pub const CARD: Card = Card {
     id: "viscous",
     title: "Viscous friction",
-    equation: "−b ω",
+    equation: "torque −b ω",
     domain: Domain::Torque,
     coordinate: Coordinate::Omega,
     parameters: &[
@@ -20,16 +20,30 @@ pub const CARD: Card = Card {
             simulated_range: (3e-05, 0.0002),
         },
     ],
-    polar: false,
-    screen: Screen::AtZero,
-    family: "",
+    rivals: &[
+        Rival::by_rate_dependence("coulomb"),
+        Rival::by_rate_dependence("asymmetric-friction"),
+        Rival::by_rate_dependence("load"),
+        Rival::by_rate_dependence("stribeck"),
+        Rival::by_rate_dependence("quadratic-drag"),
+    ],
+    next_run: StandRun::HIGH_RATES,
+    demonstration: Some(Demonstration {
+        motion: Motion::Triangle(60.0, 8.0),
+        duration_s: 8.0,
+        output: Output::Current,
+        abscissa: Abscissa::Coordinate(Coordinate::Omega),
+        added: &[],
+    }),
+    compensation: Some(Compensation::ViscousCoefficient),
     description: Description {
-        summary: "Oil and eddy currents resist in proportion to the rate.",
-        signature: "The steady rate bends away from the voltage as the rate grows; a coast-down is exponential.",
-        experiment: "Coast down from a high rate with the drive open, or hold several rates and plot the torque against the rate.",
-        similar: "A wrong motor constant: K² / R brakes in proportion to the rate too. The current tells them apart.",
+        summary: "Oil and eddy currents oppose the motion in proportion to the rate.",
+        signature: "The steady rate falls below proportionality to the voltage; a coast-down is exponential.",
+        experiment: "Coast down from a high rate with the drive open, or hold several rates and plot torque over rate.",
+        similar: "A wrong motor constant: K²/R also brakes in proportion to the rate. A current measurement separates the two.",
         reference: "Armstrong-Hélouvry, Dupont, Canudas de Wit, Automatica 30 (1994) 1083, §2",
     },
+    ..Card::DEFAULT
 };
 
 /// The law of `viscous`; its parameters in the card's order.

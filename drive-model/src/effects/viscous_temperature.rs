@@ -1,35 +1,44 @@
-//! Viscosity that falls with temperature: b exp(−κ (T − T0)), T0 = 25 °C.
+//! Temperature-dependent viscosity: viscous coefficient b exp(−κ (T − T0)), T0 = 25 °C.
 
-use crate::{Description, Contributions, Card, Coordinate, ParameterKind, Law, Parameter, Point, Domain, Scalar, Screen, T0_C};
+use crate::{Abscissa, Card, Contributions, Coordinate, Demonstration, Description, Domain, Law, Motion, Parameter, ParameterKind, Point, Requirement, Scalar, Output, StandRun, T0_C};
 
 /// The card of `viscous-temperature`.
 pub const CARD: Card = Card {
     id: "viscous-temperature",
-    title: "Viscosity that falls with temperature",
-    equation: "b exp(−κ (T − T0)), T0 = 25 °C",
+    title: "Temperature-dependent viscosity",
+    equation: "viscous coefficient b exp(−κ (T − T0)), T0 = 25 °C",
     domain: Domain::Torque,
     coordinate: Coordinate::Temperature,
     parameters: &[
         Parameter {
             name: "viscous_temperature_per_K",
             unit: "1/K",
-            description: "relative fall κ per kelvin",
+            description: "relative decrease κ per kelvin",
             range: (0.0, 0.2),
             start: 0.01,
             kind: ParameterKind::NonNegative,
             simulated_range: (0.01, 0.03),
         },
     ],
-    polar: false,
-    screen: Screen::AtZero,
-    family: "",
+    rests_on: &["viscous"],
+    inert_alone: true,
+    requires: &[Requirement::MeasuredTemperature, Requirement::TemperatureChange],
+    next_run: StandRun::WARM_UP,
+    demonstration: Some(Demonstration {
+        motion: Motion::Constant(60.0),
+        duration_s: 60.0,
+        output: Output::Current,
+        abscissa: Abscissa::Coordinate(Coordinate::Temperature),
+        added: &[Demonstration::WEIGHT, ("viscous", "viscous_N_m_s", 2e-4)],
+    }),
     description: Description {
-        summary: "Grease thins as it warms, so that the viscous friction falls.",
+        summary: "The viscosity of grease falls with temperature, and so does the viscous friction.",
         signature: "The same voltage gives a slowly rising rate while the stand warms up.",
-        experiment: "The same rates cold and after half an hour of running.",
-        similar: "A winding resistance that rises with temperature acts the other way, and shows in the current.",
+        experiment: "Run the same rates cold and after half an hour of operation.",
+        similar: "A winding resistance that rises with temperature has the opposite sign and appears in the current.",
         reference: "Vogel (1921); SKF rolling bearings catalogue, friction",
     },
+    ..Card::DEFAULT
 };
 
 /// The law of `viscous-temperature`; its parameters in the card's order.

@@ -1,7 +1,7 @@
 //! The catalogue of effects as text, HTML and JSON: a list, and a page for each effect with a simulated picture.
 //!
 //! In: a [`Card`]. Out: text; nothing is printed or written here. The picture shows the default stand, simulated without noise, with and
-//! without the effect under a [`Demonstration`]: both traces, and their difference over the coordinate of the effect. The demonstration
+//! without the effect under a [`drive_model::Demonstration`]: both traces, and their difference over the coordinate of the effect. The demonstration
 //! follows from the card, so that a new effect has its page at once.
 
 mod demonstration;
@@ -13,7 +13,7 @@ mod text;
 
 use drive_model::{CATALOGUE, Card, Domain};
 
-pub use demonstration::{Abscissa, Demonstration, Motion, Output};
+pub use demonstration::demonstration;
 pub use html::{effect_html, list_html};
 pub use json::{effect_json, list_json};
 pub use simulate::{SimulatedPair, Trace, simulated_pair};

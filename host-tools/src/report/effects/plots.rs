@@ -1,8 +1,8 @@
 //! The plots of an effect: both traces over time, and their difference over the coordinate of the effect.
 
-use drive_model::{Card, Coordinate};
+use drive_model::{Abscissa, Card, Coordinate};
 
-use super::demonstration::Abscissa;
+use super::demonstration::{motion_text, output_label};
 use super::simulate::{SimulatedPair, Trace};
 use super::unit;
 use crate::report::digits;
@@ -29,7 +29,7 @@ fn traces(card: &Card, pair: &SimulatedPair) -> (Drawing, Markup) {
         envelope(points, (0.0, d.duration_s), 1500, f64::INFINITY)
     };
     let (without, with) = (line(&pair.without), line(&pair.with));
-    let (name, output_unit) = d.output.label();
+    let (name, output_unit) = output_label(d.output);
     let extent = extent([&without, &with].into_iter()).unwrap_or((0.0, 1.0));
     let y = Axis::new(with_margin(extent), 5, name, output_unit);
     let mut plot = Plot::new(Axis::new((0.0, d.duration_s), 10, "time", "s"), y, WIDTH, HEIGHT);
@@ -43,17 +43,17 @@ fn traces(card: &Card, pair: &SimulatedPair) -> (Drawing, Markup) {
         .map(|(p, v)| format!("{} = {} {}", p.name, digits(*v), unit(p.unit)).trim_end().to_owned())
         .collect();
     let also: String =
-        d.also.iter().map(|(effect, parameter, value)| format!(" Both contain {effect} ({parameter} = {}).", digits(*value))).collect();
+        d.added.iter().map(|(effect, parameter, value)| format!(" Both contain {effect} ({parameter} = {}).", digits(*value))).collect();
     let caption = Markup::swatch("measured", "without")
         .then(" ")
         .then(Markup::swatch("modelled", &format!("with {}: {}", card.id, values.join(", "))))
-        .then(format!(". Default stand, simulated without noise; {}.{also}", d.motion.description()));
+        .then(format!(". Default stand, simulated without noise; {}.{also}", motion_text(d.motion)));
     (plot.finish(), caption)
 }
 
 fn difference(card: &Card, pair: &SimulatedPair) -> (Drawing, Markup) {
     let difference = pair.difference();
-    let (_, output_unit) = pair.demonstration.output.label();
+    let (_, output_unit) = output_label(pair.demonstration.output);
     let range = difference.iter().copied().chain([0.0]).min_max();
     let abscissa = &pair.with.abscissa;
     let span = with_margin(abscissa.iter().copied().min_max());

@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-use drive_model::{Card, Coordinate, Parameter, ParameterKind};
+use drive_model::{Abscissa, Demonstration, Motion, Output, Card, Coordinate, Parameter, ParameterKind};
 use hal_sim::board::PlantPort;
 use hal_sim::plant::{Plant, Stand, StandError};
 
-use super::demonstration::{Abscissa, Demonstration, Motion, Output};
+use super::demonstration::demonstration;
 
 /// Step of the simulation and of the loop, s.
 const TICK_S: f64 = 1e-4;
@@ -69,10 +69,10 @@ fn typical(p: &Parameter, demonstration: &Demonstration) -> f64 {
 /// # Errors
 /// A typical value of the catalogue is outside its own range.
 pub fn simulated_pair(card: &'static Card) -> Result<SimulatedPair, StandError> {
-    let demonstration = Demonstration::of(card);
+    let demonstration = demonstration(card);
     let parameters: Vec<f64> = card.parameters.iter().map(|p| typical(p, &demonstration)).collect();
     let mut stand = Stand::default();
-    for (effect, parameter, value) in demonstration.also {
+    for (effect, parameter, value) in demonstration.added {
         let one = |(name, value): (&str, f64)| BTreeMap::from([(name.to_owned(), value)]);
         stand.effects.insert((*effect).to_owned(), one((parameter, *value)));
     }
@@ -129,14 +129,14 @@ fn run(stand: &Stand, demonstration: &Demonstration) -> Result<Trace, StandError
             let now = t_s + tick as f64 * TICK_S;
             let command_V = match demonstration.motion.rate_rad_s(now) {
                 Some(setpoint) => control.voltage(setpoint, plant.true_rate_rad_s()),
-                None => demonstration.motion.open_V(now),
+                None => demonstration.motion.open_loop_V(now),
             };
             plant.advance(command_V, TICK_S);
             volts += command_V / row_ticks as f64;
             current += plant.mean_current_A() / row_ticks as f64;
         }
         past.push(theta);
-        let drive = if matches!(demonstration.motion, Motion::Steps(..)) { volts } else { true_rate };
+        let drive = if matches!(demonstration.motion, Motion::VoltageSteps(..)) { volts } else { true_rate };
         let since = reversal.since(t_s, drive);
         if row < settle {
             continue;

@@ -1,6 +1,5 @@
-use super::demonstration::Output;
+use drive_model::{Abscissa, Coordinate, Output};
 use super::*;
-use drive_model::Coordinate;
 
 /// Noise of the default stand at 1 kHz in the unit of the output.
 fn noise(output: Output) -> f64 {
