@@ -21,8 +21,13 @@ pub enum Requirement {
     MeasuredTemperature,
     /// The winding temperature changes by half a kelvin or more, where it is measured.
     TemperatureChange,
-    /// The angle covers this number of turns.
-    Turns(f64),
+    /// The angle covers a number of turns.
+    Turns {
+        /// The number.
+        min: f64,
+        /// The effect that is indistinguishable over fewer turns, if there is one.
+        rival: Option<&'static str>,
+    },
     /// The current is not compared while the motion is prescribed: an effect of the current would explain the current by itself.
     SimulatedCurrent,
     /// The model simulates the motion: its input is not the angle.

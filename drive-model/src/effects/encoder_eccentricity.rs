@@ -43,7 +43,7 @@ pub const CARD: Card = Card {
     ],
     polar: true,
     repeatable: true,
-    requires: &[Requirement::Angle, Requirement::ComparedAngle, Requirement::Turns(1.5)],
+    requires: &[Requirement::Angle, Requirement::ComparedAngle, Requirement::Turns { min: 1.5, rival: None }],
     uses_rate_source: true,
     screening: Screening::Harmonics(HarmonicSource::Encoder),
     family: "order-one",

@@ -30,7 +30,7 @@ pub const CARD: Card = Card {
         },
     ],
     polar: true,
-    requires: &[Requirement::Angle, Requirement::ComparedRate, Requirement::Turns(1.5)],
+    requires: &[Requirement::Angle, Requirement::ComparedRate, Requirement::Turns { min: 1.5, rival: None }],
     family: "order-one",
     next_run: StandRun::LOW_RATES,
     description: Description {

@@ -30,7 +30,7 @@ pub const CARD: Card = Card {
         },
     ],
     polar: true,
-    requires: &[Requirement::Angle, Requirement::Turns(0.25)],
+    requires: &[Requirement::Angle, Requirement::Turns { min: 0.25, rival: Some("cable-spring") }],
     family: "order-one",
     rivals: &[Rival {
         effect: "rate-g-sensitivity",

@@ -31,7 +31,7 @@ use crate::faults::{FaultError, Faults};
 use crate::peripherals::SensorSetup;
 use crate::peripherals::imu::ImuSetup;
 use crate::session::StandSetup;
-use drive_model::ParameterKind;
+use drive_model::{Elastic, ParameterKind};
 use stand_firmware::board::Hardware;
 use stand_firmware::speed_loop::Settings;
 
@@ -236,7 +236,10 @@ impl Stand {
 
     /// The effect that puts a shaft between motor and platform.
     fn shaft(&self) -> Option<&str> {
-        self.effects.keys().map(String::as_str).find(|name| ["compliance", "backlash"].contains(&stem(name)))
+        self.effects
+            .keys()
+            .map(String::as_str)
+            .find(|name| drive_model::card(stem(name)).is_some_and(|c| c.elastic == Some(Elastic::Shaft)))
     }
 
     /// The effects with their parameters in the cards' order; what is not given is the card's start value.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use drive_model::{CATALOGUE, ParameterKind};
+use drive_model::{CATALOGUE, Card, Elastic, ParameterKind};
 use hal_sim::plant::Stand;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
@@ -58,7 +58,7 @@ const PARAMETER_STREAM: u64 = 0x5741_4e44;
 pub fn hide(argument: &str, stand: &mut Stand) -> Result<HiddenEffect, HideError> {
     let (card, seed) = match argument.parse::<u64>() {
         Ok(seed) => {
-            let free: Vec<_> = CATALOGUE.iter().filter(|c| !stand.effects.contains_key(c.id) && !replaces_shaft(c.id, stand)).collect();
+            let free: Vec<_> = CATALOGUE.iter().filter(|c| !stand.effects.contains_key(c.id) && !is_second_shaft(c, stand)).collect();
             let mut generator = Xoshiro256PlusPlus::seed_from_u64(seed);
             let card = free.get((uniform(&mut generator) * free.len() as f64) as usize).ok_or(HideError::NoneLeft)?;
             (**card, seed)
@@ -87,10 +87,10 @@ pub fn hide(argument: &str, stand: &mut Stand) -> Result<HiddenEffect, HideError
     Ok(HiddenEffect { effect: card.id, parameters })
 }
 
-/// The effect replaces the shaft of a stand whose shaft already has an effect: a drive has one shaft.
-fn replaces_shaft(id: &str, stand: &Stand) -> bool {
-    let shafts = ["compliance", "backlash"];
-    shafts.contains(&id) && shafts.iter().any(|s| stand.effects.contains_key(*s))
+/// The effect has a shaft, and the stand has one already: a drive has one shaft.
+fn is_second_shaft(card: &Card, stand: &Stand) -> bool {
+    let is_shaft = |card: &Card| card.elastic == Some(Elastic::Shaft);
+    is_shaft(card) && CATALOGUE.iter().any(|c| is_shaft(c) && stand.effects.contains_key(c.id))
 }
 
 /// Uniform in [0, 1), with 53 bits.

@@ -7,7 +7,7 @@
 
 use std::f64::consts::TAU;
 
-use drive_model::Domain;
+use drive_model::{Compensation as Rule, Domain};
 use stand_firmware::compensation::{Compensation, Harmonic, Harmonics, MOST_HARMONICS};
 use stand_firmware::speed_loop::Settings;
 
@@ -79,16 +79,16 @@ pub fn learn(model: &Model, log: Option<&Log>, settings: &Settings) -> Result<Le
     let mut found = false;
     for effect in model.effects() {
         let value = |k: usize| effect.parameters.get(k).map_or(0.0, |p| model.parameters()[*p].value);
-        match effect.card.id {
-            "coulomb" => compensation.coulomb_N_m += scale * value(0),
-            "viscous" => compensation.viscous_N_m_s += scale * value(0),
-            "cogging" => add(&mut orders, value(1) as u16, scale * value(0), value(2)),
-            "unbalance" => add(&mut orders, 1, scale * value(0), value(1)),
-            "inductance" => {
+        match effect.card.compensation {
+            Some(Rule::CoulombTorque) => compensation.coulomb_N_m += scale * value(0),
+            Some(Rule::ViscousCoefficient) => compensation.viscous_N_m_s += scale * value(0),
+            Some(Rule::Harmonic) => add(&mut orders, value(1) as u16, scale * value(0), value(2)),
+            Some(Rule::FirstHarmonic) => add(&mut orders, 1, scale * value(0), value(1)),
+            Some(Rule::WindingTimeConstant) => {
                 compensation.winding_lag_s = value(0) / model.value("resistance_ohm").unwrap_or(settings.resistance_ohm);
                 continue;
             }
-            _ => {
+            None => {
                 if effect.card.domain == Domain::Torque {
                     left_out.push(format!("{}: the firmware has no compensation for it", effect.name()));
                 }
@@ -96,7 +96,7 @@ pub fn learn(model: &Model, log: Option<&Log>, settings: &Settings) -> Result<Le
             }
         }
         found = true;
-        if matches!(effect.card.id, "cogging" | "unbalance") {
+        if matches!(effect.card.compensation, Some(Rule::Harmonic | Rule::FirstHarmonic)) {
             of_the_angle.push(effect);
         }
     }

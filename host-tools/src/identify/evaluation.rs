@@ -83,11 +83,11 @@ fn with_best_rate_source(
         ParameterTreatment::Kept => fit::compare(&system, &parameters, record),
         ParameterTreatment::Fitted | ParameterTreatment::FittedToAllRows => fit::fit(&system, &parameters, record),
     };
-    let eccentric = model.effects().iter().any(|e| e.card.id == "encoder-eccentricity");
+    let depends_on_source = model.effects().iter().any(|e| e.card.uses_rate_source);
     let has_rate = record.channels.iter().any(|c| c.channel == Channel::Rate);
     let source_unknown = log.column_made(Channel::Rate.column()).source == Source::Unknown;
     let from_sensor = once(record)?;
-    if !(eccentric && has_rate && source_unknown) {
+    if !(depends_on_source && has_rate && source_unknown) {
         return Ok(from_sensor);
     }
     record.rate_from_encoder = true;

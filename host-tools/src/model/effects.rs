@@ -156,12 +156,8 @@ impl Reader<'_> {
 
     pub(super) fn remark_on(&mut self, effects: &[ModelEffect], own: &[UserEffect]) {
         let has = |id: &str| effects.iter().any(|e| e.card.id == id);
-        if has("viscous-temperature") && !has("viscous") {
-            self.remarks.push("viscous-temperature changes viscous, which is not listed: it does nothing".to_owned());
-        }
-        if has("presliding") && !has("coulomb") && !has("stribeck") {
-            self.remarks
-                .push("presliding takes the place of a dry level, and neither coulomb nor stribeck is listed: it does nothing".to_owned());
+        for card in effects.iter().map(|e| e.card).filter(|c| c.inert_alone && !c.rests_on.iter().any(|id| has(id))) {
+            self.remarks.push(format!("{} has no effect: it needs {} in [drive] effects", card.id, card.rests_on.join(" or ")));
         }
         for effect in own.iter().filter(|o| o.summing_point == SummingPoint::Torque && o.expression.to_string().contains("sign(omega)")) {
             let name = &effect.name;

@@ -3,6 +3,8 @@
 use std::borrow::Cow;
 
 use super::prepared_log::{ComparedChannel, PreparedLog};
+use drive_model::{Card, Requirement};
+
 use crate::log::{Log, Source, Voltage};
 use crate::model::{Channel, Input, Model};
 
@@ -107,13 +109,13 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
             quantum: log.quantum(column),
         });
     }
-    let uses = |id: &str| model.effects().iter().any(|e| e.card.id == id);
     if log.voltage() == Voltage::Terminal {
-        for id in ["dead-time", "supply-droop"].into_iter().filter(|id| uses(id)) {
+        let invisible = |card: &&Card| card.requires.contains(&Requirement::CommandedVoltage);
+        for id in model.effects().iter().map(|e| e.card).filter(invisible).map(|card| card.id) {
             remarks.push(format!("u_V was measured at the motor's terminals, behind the bridge: {id} cannot be seen in this log"));
         }
     }
-    let supply_ratio = uses("supply-droop").then(|| supply_ratio(log)).flatten();
+    let supply_ratio = model.effects().iter().any(|e| e.card.uses_supply).then(|| supply_ratio(log)).flatten();
     let theta = log.column("theta_rad");
     let dt_s = log.median_dt_s();
     let record = PreparedLog {
