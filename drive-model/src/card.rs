@@ -40,8 +40,6 @@ pub struct Card {
     pub uses_rate_source: bool,
     /// How its absence is tested.
     pub screening: Screening,
-    /// Former rule of the test.
-    pub screen: Screen,
     /// Effects of one family are indistinguishable in some logs; empty: no family.
     pub family: &'static str,
     /// How to separate the effect from others. A pair of effects is listed on one of the two cards; see [`Rival::between`].
@@ -75,7 +73,6 @@ impl Card {
         uses_supply: false,
         uses_rate_source: false,
         screening: Screening::AtZero,
-        screen: Screen::AtZero,
         family: "",
         rivals: &[],
         next_run: StandRun::STEPS,
@@ -240,15 +237,4 @@ impl Rival {
         let listed = |card: &Card, id: &str| card.rivals.iter().find(|r| r.effect == id);
         listed(one, other.id).or_else(|| listed(other, one.id))
     }
-}
-
-/// Former rule of the test.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Screen {
-    /// At zero.
-    AtZero,
-    /// At zero, over a scan.
-    Scan,
-    /// At finite values.
-    Probe,
 }

@@ -18,7 +18,7 @@ mod experiment;
 mod law;
 mod screening;
 
-pub use card::{Card, Compensation, Coordinate, Description, Domain, Parameter, ParameterKind, Rival, Screen};
+pub use card::{Card, Compensation, Coordinate, Description, Domain, Parameter, ParameterKind, Rival};
 pub use effects::{CATALOGUE, card, law};
 pub use experiment::{Abscissa, Demonstration, Motion, Output, StandRun};
 pub use law::{Contributions, Law, Point, Reading, Scalar, Shaft, Structure, T0_C, Thermal};

@@ -4,8 +4,7 @@
 mod common;
 
 use common::{MODEL, stand};
-use drive_model::CATALOGUE;
-use host_tools::identify::explain::next_experiment::{RUNS, difference, run_for};
+use drive_model::{CATALOGUE, Rival, StandRun};
 use host_tools::log::Log;
 use host_tools::report::explanation::sentences::command;
 use serde_json::Value;
@@ -13,7 +12,7 @@ use serde_json::Value;
 #[test]
 fn every_proposed_run_runs_without_a_fault_and_moves_within_what_the_sensors_see() {
     let folder = tempfile::tempdir().unwrap();
-    for run in RUNS {
+    for run in StandRun::ALL {
         let command = command(&run);
         let mut words: Vec<&str> = command.split_whitespace().collect();
         assert_eq!(words.remove(0), "stand");
@@ -30,13 +29,14 @@ fn every_proposed_run_runs_without_a_fault_and_moves_within_what_the_sensors_see
 }
 
 #[test]
-fn every_effect_has_a_run_and_every_family_of_the_catalogue_a_word_on_how_to_separate_it() {
+fn effects_have_runs_and_families_are_separable() {
     for card in CATALOGUE {
-        assert!(RUNS.contains(&run_for(card.id)), "{}", card.id);
+        assert!(StandRun::ALL.contains(&card.next_run), "{}", card.id);
         for other in CATALOGUE.iter().filter(|o| o.id != card.id && !card.family.is_empty() && o.family == card.family) {
-            let (says, run) = difference(card.id, other.id).unwrap_or_else(|| panic!("{} and {}", card.id, other.id));
-            assert!(RUNS.contains(&run) && says.len() > 40, "{says}");
-            assert_eq!(difference(other.id, card.id), Some((says, run)), "whichever is named first");
+            let rival = Rival::between(card, other).unwrap_or_else(|| panic!("{} and {}", card.id, other.id));
+            assert!(StandRun::ALL.contains(&rival.run) && rival.separation.len() > 40, "{}", rival.separation);
+            let reverse = Rival::between(other, card).map(|r| r.separation);
+            assert_eq!(reverse, Some(rival.separation), "the order of the two does not matter");
         }
     }
 }

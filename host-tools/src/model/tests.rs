@@ -278,8 +278,8 @@ fn a_wrong_edit_changes_nothing_and_says_why() {
 #[test]
 fn a_model_says_what_would_do_nothing() {
     let remarks = |effects: &str| Model::parse(&with(effects, ""), "m").unwrap().remarks().join("\n");
-    assert!(remarks("\"viscous-temperature\"").contains("it does nothing"));
-    assert!(remarks("\"presliding\"").contains("it does nothing"));
+    assert!(remarks("\"viscous-temperature\"").contains("has no effect: it needs viscous"));
+    assert!(remarks("\"presliding\"").contains("has no effect: it needs coulomb or stribeck"));
     assert!(!remarks("\"presliding\", \"coulomb\"").contains("nothing"));
     let own = format!("{BARE}[effect.rub]\ntorque_N_m = \"-sign(omega) * 1e-3\"\n");
     assert!(Model::parse(&own, "m").unwrap().remarks()[0].contains("chatters"));

@@ -218,42 +218,18 @@ pub fn worst(chi2_per_n: impl Iterator<Item = f64>) -> f64 {
 pub struct TrialCriteria {
     /// Amplitude of an absent periodic effect, in its unit; default 1e-12. Its phase still has a derivative there.
     pub absent_amplitude: f64,
-    /// Rates at which a Stribeck bump is tried, fractions of the largest rate.
-    pub stribeck_rate_fractions: Vec<f64>,
-    /// Number of moments at which a load step is tried; default 24.
-    pub load_step_moments: usize,
-    /// Heat capacities of a winding without measured temperature, multiples of the card's start value.
-    pub heat_capacity_factors: Vec<f64>,
-    /// Electrical time constants that are tried, sampling intervals.
-    pub winding_time_constants_rows: Vec<f64>,
     /// Longest sampling interval from which an inductance is derived, s; default 2 ms.
     pub max_winding_interval_s: f64,
-    /// Saturation current that is tried, multiple of the largest current; default 3.
-    pub saturation_current_factor: f64,
-    /// Displacements at which a bristle reaches the Coulomb level, rad.
-    pub presliding_displacements_rad: Vec<f64>,
-    /// Resonances at which a shaft is tried, Hz.
-    pub shaft_resonances_Hz: Vec<f64>,
     /// Largest product of a tried resonance and the sampling interval; default 0.2.
     pub max_resonance_per_row: f64,
-    /// Damping ratio of a tried shaft; default 0.1.
-    pub shaft_damping_ratio: f64,
-    /// Share of the inertia at the motor, of a tried shaft; default 0.3.
-    pub motor_inertia_share: f64,
     /// Slowest resonance of a fitted shaft, Hz; default 1.
     pub min_shaft_resonance_Hz: f64,
     /// Fastest resonance of a fitted shaft, periods per row; default 0.08. A faster one is a rigid shaft at many times the cost.
     pub max_shaft_resonance_per_row: f64,
     /// Fastest resonance of the rotor on a fitted bristle, periods per row; default 0.2. A stiffer bristle is Coulomb friction.
     pub max_bristle_resonance_per_row: f64,
-    /// Widths at which backlash is tried, rad.
-    pub backlash_gaps_rad: Vec<f64>,
-    /// Resonance of the flanks of a tried backlash, Hz; default 50.
-    pub backlash_flank_Hz: f64,
     /// Periods that the log must cover of a periodic effect; default 1.5.
     pub min_periods: f64,
-    /// Turns from which on an unbalance is distinguishable from a spring; default 0.25.
-    pub min_unbalance_turns: f64,
     /// Span of the winding temperature below which its effects are not visible, K; default 0.5.
     pub min_temperature_span_K: f64,
     /// Smallest rate that counts as the largest rate of a log, rad/s; default 1e-3.
@@ -264,24 +240,12 @@ impl Default for TrialCriteria {
     fn default() -> Self {
         TrialCriteria {
             absent_amplitude: 1e-12,
-            stribeck_rate_fractions: vec![0.005, 0.015, 0.05, 0.15, 0.4, 1.0],
-            load_step_moments: 24,
-            heat_capacity_factors: vec![0.1, 1.0, 10.0],
-            winding_time_constants_rows: vec![0.5, 3.0],
             max_winding_interval_s: 2e-3,
-            saturation_current_factor: 3.0,
-            presliding_displacements_rad: vec![0.003, 0.02, 0.1],
-            shaft_resonances_Hz: vec![5.0, 12.0, 30.0, 70.0],
             max_resonance_per_row: 0.2,
-            shaft_damping_ratio: 0.1,
-            motor_inertia_share: 0.3,
             min_shaft_resonance_Hz: 1.0,
             max_shaft_resonance_per_row: 0.08,
             max_bristle_resonance_per_row: 0.2,
-            backlash_gaps_rad: vec![0.01, 0.03, 0.08],
-            backlash_flank_Hz: 50.0,
             min_periods: 1.5,
-            min_unbalance_turns: 0.25,
             min_temperature_span_K: 0.5,
             min_largest_rate_rad_s: 1e-3,
         }

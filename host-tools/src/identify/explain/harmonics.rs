@@ -9,6 +9,7 @@ mod local_torque;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
+use drive_model::{HarmonicSource, Screening};
 use rayon::prelude::*;
 
 use super::criteria::HarmonicCriteria;
@@ -28,6 +29,17 @@ pub struct HarmonicOrders {
     pub eccentricity: Vec<u32>,
 }
 
+impl HarmonicOrders {
+    /// The orders of one source.
+    pub fn of(&self, source: HarmonicSource) -> &[u32] {
+        match source {
+            HarmonicSource::Torque => &self.cogging,
+            HarmonicSource::MotorConstant => &self.ripple,
+            HarmonicSource::Encoder => &self.eccentricity,
+        }
+    }
+}
+
 /// Frequencies, Hz, of the best oscillation of each kind.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Frequencies {
@@ -44,15 +56,15 @@ const ORDERS_TOGETHER: usize = 8;
 pub fn search_orders(base: &FittedModel) -> HarmonicOrders {
     let (model, data, criteria) = (&base.model, &base.data, &base.context.criteria.harmonics);
     let Some(theta) = angle(data) else { return HarmonicOrders::default() };
-    let known = |id: &str, stem: &str| -> Vec<u32> {
-        let uses = model.effects().iter().filter(|e| e.card.id == id);
-        let orders = uses.flat_map(|e| &e.parameters).map(|&k| &model.parameters()[k]).filter(|p| p.name.starts_with(stem));
-        orders.map(|p| p.value as u32).collect()
+    let known = |source: HarmonicSource| -> Vec<u32> {
+        let uses = model.effects().iter().filter(|e| e.card.screening == Screening::Harmonics(source));
+        let orders = uses.filter_map(|e| e.parameters.get(e.card.harmonic_order_index()?));
+        orders.map(|&k| model.parameters()[k].value as u32).collect()
     };
     let scan = Scan::new(base, theta);
     let highest = scan.highest_order(criteria);
     // A torque of order one is an unbalance.
-    let mut taken = known("cogging", "cogging_order");
+    let mut taken = known(HarmonicSource::Torque);
     taken.push(1);
     let mut cogging = best(&scan.scores(highest, Quantity::Torque), &taken, criteria.cogging_orders);
     // Where the model is far off, its angle is not the one that was passed; the torque computed from the rows does not depend on the model.
@@ -60,13 +72,13 @@ pub fn search_orders(base: &FittedModel) -> HarmonicOrders {
     let local = best(&power, &taken, criteria.local_orders);
     cogging.extend(local.into_iter().filter(|order| !cogging.contains(order)).collect::<Vec<_>>());
     let ripple = if scan.motor_constant.is_some() && scan.current_is_measured {
-        best(&scan.scores(highest, Quantity::MotorConstant), &known("torque-ripple", "ripple_order"), criteria.ripple_orders)
+        best(&scan.scores(highest, Quantity::MotorConstant), &known(HarmonicSource::MotorConstant), criteria.ripple_orders)
     } else {
         Vec::new()
     };
     let eccentricity = if data.channels.iter().any(|c| c.channel == Channel::Angle) {
         let scores = scan.scores(criteria.max_encoder_order, Quantity::EncoderAngle);
-        best(&scores, &known("encoder-eccentricity", "eccentricity_order"), criteria.encoder_orders)
+        best(&scores, &known(HarmonicSource::Encoder), criteria.encoder_orders)
     } else {
         Vec::new()
     };

@@ -45,7 +45,7 @@ use std::time::Instant;
 pub use answer::{Candidate, ChannelError, Estimate, Explanation, Shape, ShapeForm, Stage, Verdict};
 pub use criteria::Criteria;
 pub use join_logs::JoinError;
-pub use next_experiment::{NextExperiment, Purpose, Run};
+pub use next_experiment::{NextExperiment, Purpose};
 pub use reasons::{NotVisible, Progress, Refusal, Remark, Requirement};
 
 use crate::identify::fit::FitError;

@@ -118,11 +118,12 @@ fn fit_windows(short: &FittedModel, mut tried: Vec<FittedCandidate>) -> (Screeni
 
 /// A shaft whose gap has closed in the fit, fitted without the gap.
 fn shaft_without_gap(base: &FittedModel, trials: &[Trial], f: &FittedCandidate) -> Option<FittedCandidate> {
-    let [gap_rad, shaft @ ..] = &f.parameters.list[f.own.clone()] else { return None };
-    if gap_rad.name != "gap_rad" || gap_rad.value > base.context.criteria.screening.closed_gap_sigmas * f.sigmas[f.own.start] {
+    let rest = f.trial.card.reduces_to?;
+    let [gap, shaft @ ..] = &f.parameters.list[f.own.clone()] else { return None };
+    if gap.value > base.context.criteria.screening.closed_gap_sigmas * f.sigmas[f.own.start] {
         return None;
     }
-    let trial = trials.iter().find(|t| t.card.id == "compliance")?;
+    let trial = trials.iter().find(|t| t.card.id == rest)?;
     let trial = Trial { values: shaft.iter().map(|p| p.value).collect(), ..trial.clone() };
     fit_trial(base, &trial, &Score::zero(&trial, base.free_parameters()), f64::INFINITY)
 }

@@ -24,8 +24,8 @@ fn unphysical(base: &FittedModel, candidate: &FittedCandidate) -> Option<Refusal
         let own = candidate.own.contains(&k);
         let (low, high) = p.range;
         let slack = tolerance * candidate.sigmas[k];
-        if own && p.name == "gap_rad" && p.value < slack {
-            return Some(Refusal::ReducesTo { parameter: p.name.clone(), effect: "compliance" });
+        if let Some(effect) = candidate.trial.card.reduces_to.filter(|_| k == candidate.own.start && p.value < slack) {
+            return Some(Refusal::ReducesTo { parameter: p.name.clone(), effect });
         }
         // A level at zero is no effect.
         let absent = own && p.kind == ParameterKind::NonNegative && !p.fixed && p.value <= low && !candidate.trial.card.polar;

@@ -104,7 +104,7 @@ impl Screening {
 
 /// Number of tests of one adding step: every trial, and twice every order that was scanned.
 fn number_of_tests(trials: &[Trial], criteria: &Criteria) -> usize {
-    let scanned = trials.iter().any(|t| t.card.id == "cogging");
+    let scanned = trials.iter().any(|t| t.card.screening == drive_model::Screening::Harmonics(drive_model::HarmonicSource::Torque));
     trials.len() + if scanned { 2 * criteria.harmonics.max_order } else { 0 }
 }
 

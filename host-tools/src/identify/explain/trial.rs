@@ -1,10 +1,10 @@
 //! Trials: the effects of the catalogue that can be tried on these logs, at the values from which they are tried.
 //!
-//! An effect that is absent at zero ([`Screen::AtZero`], [`Screen::Scan`]) is screened by its sensitivity there, many effects at once. An
-//! effect whose zero is singular ([`Screen::Probe`]) is screened at a few finite values, each simulated alone. The values follow from the
-//! model and the logs (resonances that the sampling resolves, a fraction of the largest current), not from one stand.
+//! The card of an effect states how it is screened ([`Screening`]). An effect that is absent at zero is screened by its sensitivity there, many
+//! effects at once. An effect whose zero is singular is screened at a few finite values, each simulated alone. The values follow from the model
+//! and the logs (resonances that the sampling resolves, a fraction of the largest current), not from one stand.
 
-use drive_model::{CATALOGUE, Card, ParameterKind, Screen};
+use drive_model::{CATALOGUE, Card, Elastic, ParameterKind, Screening};
 
 use super::criteria::TrialCriteria;
 use super::fitted_model::FittedModel;
@@ -38,12 +38,12 @@ pub struct Trial {
 impl Trial {
     /// Its simulation takes many steps per row: an effect with a shaft.
     pub fn is_expensive(&self) -> bool {
-        has_shaft(self.card)
+        self.card.elastic == Some(Elastic::Shaft)
     }
 
     /// It adds the winding temperature to the state of the model, which cannot be shared with other trials.
     pub fn adds_thermal_state(&self, data: &PreparedLog) -> bool {
-        self.card.id == "resistance-temperature" && data.temp_C.is_none()
+        matches!(self.card.screening, Screening::HeatCapacities(_)) && data.temp_C.is_none()
     }
 
     /// It has the same structure: effect, free parameters and values of the others.
@@ -79,21 +79,12 @@ pub fn list(base: &FittedModel, orders: &HarmonicOrders) -> (Vec<Trial>, Vec<Inv
 
 /// The model lacks the effect, or a drive may have several of it, each of an order of its own.
 pub fn may_be_added(model: &Model, card: &Card) -> bool {
-    matches!(card.id, "cogging" | "torque-ripple" | "encoder-eccentricity") || !model.effects().iter().any(|e| e.card.id == card.id)
-}
-
-/// The effect that this card's effect modifies.
-fn rests_on(card: &Card) -> Option<&'static str> {
-    match card.id {
-        "stribeck" | "presliding" | "asymmetric-friction" => Some("coulomb"),
-        "viscous-temperature" => Some("viscous"),
-        _ => None,
-    }
+    card.repeatable || !model.effects().iter().any(|e| e.card.id == card.id)
 }
 
 /// Another effect of the model modifies that of this card.
 pub fn is_modified_by_another(model: &Model, card: &Card) -> bool {
-    model.effects().iter().any(|e| rests_on(e.card) == Some(card.id))
+    model.effects().iter().any(|e| e.card.rests_on.first() == Some(&card.id))
 }
 
 /// The trials of one effect.
@@ -116,78 +107,80 @@ fn trials_of(card: &'static Card, base: &FittedModel, orders: &HarmonicOrders) -
         let (absent, free) = (criteria.absent_amplitude, vec![true, false, true]);
         covered.map(|&o| trial(vec![absent, f64::from(o), 0.0], free.clone(), free.clone(), true)).collect()
     };
-    match card.id {
-        "cogging" => harmonic(&orders.cogging),
-        "torque-ripple" => harmonic(&orders.ripple),
-        "encoder-eccentricity" => {
-            let unknown_source = base.context.log.column_made(Channel::Rate.column()).source == Source::Unknown
-                && data.channels.iter().any(|c| c.channel == Channel::Rate);
-            let mut list = harmonic(&orders.eccentricity);
-            if unknown_source {
-                let derived: Vec<Trial> = list.iter().map(|t| Trial { rate_from_encoder: Some(true), ..t.clone() }).collect();
-                for t in &mut list {
-                    t.rate_from_encoder = Some(false);
-                }
-                list.extend(derived);
-            }
-            list
+    match card.screening {
+        Screening::AtZero => coefficient_trials(card, criteria.absent_amplitude, trial),
+        Screening::FirstAtZero => {
+            let first: Vec<bool> = (0..starts.len()).map(|k| k == 0).collect();
+            vec![trial(vec![0.0; starts.len()], first.clone(), first, true)]
         }
-        "stribeck" => {
+        Screening::Harmonics(source) => {
+            let list = harmonic(orders.of(source));
+            if card.uses_rate_source && rate_source_is_unknown(base) { for_both_rate_sources(list) } else { list }
+        }
+        Screening::RateFractions(fractions) => {
             let largest = largest_rate(data, criteria);
-            let rates = criteria.stribeck_rate_fractions.iter().map(|fraction| (fraction * largest).clamp(0.001, 100.0));
+            let (low, high) = card.parameters[1].range;
+            let rates = fractions.iter().map(|fraction| (fraction * largest).clamp(low, high));
             rates.map(|rate| trial(vec![0.0, rate], vec![true, false], vec![true, true], true)).collect()
         }
-        "load-step" => {
+        Screening::EventTimes(count) => {
             let (from, to) = (data.t_s[0], data.t_s[data.len() - 1]);
-            let moments = criteria.load_step_moments;
-            (1..=moments)
-                .map(|k| from + (to - from) * k as f64 / (moments + 1) as f64)
-                .map(|moment| trial(vec![0.0, moment], vec![true, false], vec![true, true], true))
+            (1..=count)
+                .map(|k| from + (to - from) * k as f64 / (count + 1) as f64)
+                .map(|time| trial(vec![0.0, time], vec![true, false], vec![true, true], true))
                 .collect()
         }
-        "cable-spring" => vec![trial(vec![0.0, 0.0], vec![true, false], vec![true, false], true)],
-        "resistance-temperature" => {
+        Screening::HeatCapacities(multiples) => {
             if data.temp_C.is_some() {
                 return vec![trial(vec![0.0, starts[1], starts[2]], vec![true, false, false], vec![true, false, false], true)];
             }
-            let capacities = criteria.heat_capacity_factors.iter().map(|factor| starts[1] * factor);
+            let capacities = multiples.iter().map(|multiple| starts[1] * multiple);
             capacities.map(|c| trial(vec![0.0, c, starts[2]], vec![true, false, false], vec![true, true, false], true)).collect()
         }
-        "inductance" => {
+        Screening::WindingTimeConstants(rows) => {
             let resistance = value("resistance_ohm").unwrap_or(1.0);
-            let inductances =
-                criteria.winding_time_constants_rows.iter().map(|rows| resistance * rows * data.dt_s.min(criteria.max_winding_interval_s));
+            let inductances = rows.iter().map(|rows| resistance * rows * data.dt_s.min(criteria.max_winding_interval_s));
             inductances.map(|inductance| trial(vec![inductance], vec![true], vec![true], false)).collect()
         }
-        "magnetic-saturation" => {
-            let current = criteria.saturation_current_factor * largest_current(model, data);
-            vec![trial(vec![current.clamp(0.051, 999.0)], vec![true], vec![true], false)]
+        Screening::CurrentMultiple { multiple, limits_A: (low, high) } => {
+            let current = multiple * largest_current(model, data);
+            vec![trial(vec![current.clamp(low, high)], vec![true], vec![true], false)]
         }
-        "presliding" => {
-            let level = value("coulomb_N_m").or_else(|| value("stribeck_N_m")).unwrap_or(1e-3).abs().max(1e-9);
+        Screening::BristleDeflections(deflections_rad) => {
+            let coulomb_torque = value("coulomb_N_m").or_else(|| value("stribeck_N_m")).unwrap_or(1e-3).abs().max(1e-9);
             let (low, high) = card.parameters[0].range;
             let range = (low, high.min(max_bristle_stiffness(model, data.dt_s, criteria)));
-            let list = criteria.presliding_displacements_rad.iter().map(|rad| trial(vec![level / rad], vec![true], vec![true], false));
+            let list = deflections_rad.iter().map(|rad| trial(vec![coulomb_torque / rad], vec![true], vec![true], false));
             list.map(|t| Trial { ranges: vec![range], ..t }).collect()
         }
-        "compliance" => {
+        Screening::ShaftResonances { resonances_Hz, damping_ratio } => {
             let ranges = shaft_ranges(model, data.dt_s, criteria);
-            let list = shafts(base).into_iter().map(|s| trial(s.to_vec(), vec![true; 3], vec![true; 3], false));
-            list.map(|t| Trial { ranges: ranges.to_vec(), ..t }).collect()
+            let resolved = resonances_Hz.iter().filter(|hz| **hz * data.dt_s < criteria.max_resonance_per_row);
+            let list = resolved.filter_map(|&hz| shaft(card, base, hz, damping_ratio));
+            list.map(|s| Trial { ranges: ranges.to_vec(), ..trial(s.to_vec(), vec![true; 3], vec![true; 3], false) }).collect()
         }
-        "backlash" => {
-            let Some(flank) = shaft(base, criteria.backlash_flank_Hz, 1.0) else { return Vec::new() };
+        Screening::Gaps { gaps_rad, resonance_Hz, damping_ratio } => {
+            let Some(flank) = shaft(card, base, resonance_Hz, damping_ratio) else { return Vec::new() };
             let mut ranges = vec![card.parameters[0].range];
             ranges.extend(shaft_ranges(model, data.dt_s, criteria));
-            let list = criteria
-                .backlash_gaps_rad
+            let list = gaps_rad
                 .iter()
                 .map(|gap| trial(vec![*gap, flank[0], flank[1], flank[2]], vec![true, false, false, false], vec![true; 4], false));
             list.map(|t| Trial { ranges: ranges.clone(), ..t }).collect()
         }
-        "sensor-lag" | "time-skew" => vec![trial(vec![0.0], vec![true], vec![true], true)],
-        _ => coefficient_trials(card, criteria.absent_amplitude, trial),
     }
+}
+
+/// The log has a rate and does not state its source.
+fn rate_source_is_unknown(base: &FittedModel) -> bool {
+    base.context.log.column_made(Channel::Rate.column()).source == Source::Unknown
+        && base.data.channels.iter().any(|c| c.channel == Channel::Rate)
+}
+
+/// Each trial with a rate from the sensor, then each with a rate from the encoder.
+fn for_both_rate_sources(list: Vec<Trial>) -> Vec<Trial> {
+    let with = |from_encoder: bool| list.iter().map(move |t| Trial { rate_from_encoder: Some(from_encoder), ..t.clone() });
+    with(false).chain(with(true)).collect()
 }
 
 /// Trials of an effect of one or more coefficients: all at zero; where there are several, each also alone.
@@ -207,28 +200,21 @@ fn coefficient_trials(
         })
         .collect();
     let all: Vec<bool> = card.parameters.iter().map(|p| amplitude(p.kind) || p.kind == ParameterKind::Phase).collect();
-    let absent = card.screen != Screen::Probe;
-    let mut list = vec![trial(zero.clone(), all.clone(), all, absent)];
+    let mut list = vec![trial(zero.clone(), all.clone(), all, true)];
     let amplitudes: Vec<usize> = (0..zero.len()).filter(|&k| amplitude(card.parameters[k].kind)).collect();
     if amplitudes.len() > 1 {
         for &alone in &amplitudes {
             let one: Vec<bool> = (0..zero.len()).map(|k| k == alone).collect();
-            list.push(trial(zero.clone(), one.clone(), one, absent));
+            list.push(trial(zero.clone(), one.clone(), one, true));
         }
     }
     list
 }
 
-/// Shafts of several resonances that the sampling resolves: stiffness, damping, share of the inertia at the motor.
-fn shafts(base: &FittedModel) -> Vec<[f64; 3]> {
-    let criteria = &base.context.criteria.trials;
-    let resolved = criteria.shaft_resonances_Hz.iter().filter(|hz| **hz * base.data.dt_s < criteria.max_resonance_per_row);
-    resolved.filter_map(|&hz| shaft(base, hz, criteria.shaft_damping_ratio)).collect()
-}
-
 /// Stiffness, damping and share of a shaft that resonates at `hz`: k = J_red (2π f)², with J_red = J r (1 − r).
-fn shaft(base: &FittedModel, hz: f64, damping: f64) -> Option<[f64; 3]> {
-    let share = base.context.criteria.trials.motor_inertia_share;
+fn shaft(card: &Card, base: &FittedModel, hz: f64, damping: f64) -> Option<[f64; 3]> {
+    // The start value of the card: the share is a shaft's last parameter.
+    let share = card.parameters.last()?.start;
     let reduced = base.model.value("inertia_kg_m2")? * share * (1.0 - share);
     let w = std::f64::consts::TAU * hz;
     Some([reduced * w * w, 2.0 * damping * reduced * w, share])
@@ -256,10 +242,10 @@ fn max_bristle_stiffness(model: &Model, dt_s: f64, criteria: &TrialCriteria) -> 
 /// Limits shafts and bristles of a model to what the sampling resolves, where they begin within that range.
 pub fn limit_stiffness(model: &Model, dt_s: f64, criteria: &TrialCriteria, parameters: &mut Parameters) {
     for used in model.effects() {
-        let ranges = match used.card.id {
-            "presliding" => vec![(0.0, max_bristle_stiffness(model, dt_s, criteria))],
-            _ if has_shaft(used.card) => shaft_ranges(model, dt_s, criteria).to_vec(),
-            _ => continue,
+        let ranges = match used.card.elastic {
+            Some(Elastic::Bristle) => vec![(0.0, max_bristle_stiffness(model, dt_s, criteria))],
+            Some(Elastic::Shaft) => shaft_ranges(model, dt_s, criteria).to_vec(),
+            None => continue,
         };
         // The three parameters of a shaft stand last.
         let first = used.parameters.len().saturating_sub(ranges.len());
@@ -270,10 +256,6 @@ pub fn limit_stiffness(model: &Model, dt_s: f64, criteria: &TrialCriteria, param
             }
         }
     }
-}
-
-fn has_shaft(card: &Card) -> bool {
-    matches!(card.id, "compliance" | "backlash")
 }
 
 /// The angle along the log, rad, where it is measured or prescribed.

@@ -1,6 +1,6 @@
 //! Which effects the columns of the logs and the model cannot show.
 
-use drive_model::Card;
+use drive_model::{Card, Elastic, Requirement as Condition};
 
 use super::fitted_model::FittedModel;
 use super::reasons::{NotVisible, Requirement};
@@ -9,64 +9,45 @@ use crate::log::Voltage;
 use crate::model::{Channel, Input};
 use crate::statistics::Extremes;
 
-/// Why the logs or the model cannot show the effect; `None` where they can.
+/// Why the logs or the model cannot show the effect: the first condition of its card that is not met; `None` where all are met.
 pub fn not_visible(card: &Card, base: &FittedModel) -> Option<NotVisible> {
-    let (model, data, criteria) = (&base.model, &base.data, &base.context.criteria.trials);
+    let has = |id: &&str| base.model.effects().iter().any(|e| e.card.id == *id);
+    let basis = card.rests_on.first().filter(|_| !card.rests_on.iter().any(|id| has(&id)));
+    let lacks_basis = basis.map(|id| NotVisible::Needs(Requirement::Effect(id)));
+    lacks_basis.or_else(|| card.requires.iter().find_map(|condition| unmet(*condition, card, base)))
+}
+
+/// The reason why a condition is not met; `None` where it is met.
+fn unmet(condition: Condition, card: &Card, base: &FittedModel) -> Option<NotVisible> {
+    let (model, data) = (&base.model, &base.data);
     let compared = |channel: Channel| data.channels.iter().any(|c| c.channel == channel);
-    let has = |id: &str| model.effects().iter().any(|e| e.card.id == id);
-    let needs = |what: Requirement| Some(NotVisible::Needs(what));
+    let needs = |is_met: bool, what: Requirement| (!is_met).then_some(NotVisible::Needs(what));
     let input = model.input();
-    let too_even = |temperature: &[f64]| {
-        let (low, high) = temperature.iter().copied().min_max();
-        let (span_K, min_K) = (high - low, criteria.min_temperature_span_K);
-        (span_K < min_K).then_some(NotVisible::TemperatureSpan { span_K, min_K })
-    };
-    let too_few_turns = |min: f64, rival: Option<&'static str>| {
-        let turns = turns(data);
-        (turns < min).then_some(NotVisible::Turns { turns, min, rival })
-    };
-    match card.id {
-        "dead-time" | "supply-droop" if base.context.log.voltage() == Voltage::Terminal => Some(NotVisible::TerminalVoltage),
-        "inductance" | "brush-drop" | "dead-time" | "resistance-temperature" | "supply-droop"
-            if input != Input::Voltage && !compared(Channel::Voltage) =>
-        {
-            needs(Requirement::Voltage)
+    match condition {
+        Condition::CommandedVoltage => (base.context.log.voltage() == Voltage::Terminal).then_some(NotVisible::TerminalVoltage),
+        Condition::Voltage => needs(input == Input::Voltage || compared(Channel::Voltage), Requirement::Voltage),
+        Condition::MotorConstant => needs(model.index("motor_constant_N_m_A").is_some(), Requirement::VoltageOrCurrentInput),
+        Condition::Angle => needs(data.theta.is_some() || input == Input::Motion, Requirement::Angle),
+        Condition::ComparedAngle => needs(compared(Channel::Angle), Requirement::ComparedAngle),
+        Condition::ComparedRate => needs(compared(Channel::Rate), Requirement::Rate),
+        Condition::ComparedCurrent => needs(compared(Channel::Current) && input != Input::Current, Requirement::Current),
+        Condition::MeasuredTemperature => needs(data.temp_C.is_some(), Requirement::WindingTemperature),
+        Condition::TemperatureChange => {
+            let (low, high) = data.temp_C.as_ref()?.iter().copied().min_max();
+            let (span_K, min_K) = (high - low, base.context.criteria.trials.min_temperature_span_K);
+            (span_K < min_K).then_some(NotVisible::TemperatureSpan { span_K, min_K })
         }
-        "torque-ripple" | "magnetic-saturation" if model.index("motor_constant_N_m_A").is_none() => {
-            needs(Requirement::VoltageOrCurrentInput)
+        Condition::Turns { min, rival } => {
+            let turns = turns(data);
+            (turns < min).then_some(NotVisible::Turns { turns, min, rival })
         }
-        "cogging" | "unbalance" | "torque-ripple" | "cable-spring" | "encoder-eccentricity" | "rate-g-sensitivity"
-            if data.theta.is_none() && input != Input::Motion =>
-        {
-            needs(Requirement::Angle)
+        Condition::SimulatedCurrent => (input == Input::Motion).then_some(NotVisible::DependsOnComparedCurrent),
+        Condition::SimulatedMotion => (input == Input::Motion).then_some(NotVisible::PrescribedMotion),
+        Condition::NoOtherShaft => {
+            let mut others = model.effects().iter().map(|e| e.card).filter(|c| c.elastic == Some(Elastic::Shaft) && c.id != card.id);
+            others.next().map(|other| {
+                if other.reduces_to == Some(card.id) { NotVisible::IncludedIn(other.id) } else { NotVisible::AlternativeTo(other.id) }
+            })
         }
-        "encoder-eccentricity" if !compared(Channel::Angle) => needs(Requirement::ComparedAngle),
-        "sensor-lag" | "rate-scale" | "rate-scale-nonlinearity" | "rate-bias" | "rate-bias-temperature" | "rate-g-sensitivity"
-            if !compared(Channel::Rate) =>
-        {
-            needs(Requirement::Rate)
-        }
-        "current-offset" | "current-scale" if !compared(Channel::Current) || input == Input::Current => needs(Requirement::Current),
-        "viscous-temperature" if !has("viscous") => needs(Requirement::Effect("viscous")),
-        "viscous-temperature" | "rate-bias-temperature" => match &data.temp_C {
-            None => needs(Requirement::WindingTemperature),
-            Some(t) => too_even(t),
-        },
-        "resistance-temperature" => data.temp_C.as_ref().and_then(|t| too_even(t)),
-        "presliding" | "stribeck" if !has("coulomb") && !has("stribeck") => needs(Requirement::Effect("coulomb")),
-        "asymmetric-friction" if !has("coulomb") => needs(Requirement::Effect("coulomb")),
-        "unbalance" if too_few_turns(criteria.min_unbalance_turns, None).is_some() => {
-            too_few_turns(criteria.min_unbalance_turns, Some("cable-spring"))
-        }
-        "encoder-eccentricity" | "rate-g-sensitivity" if too_few_turns(criteria.min_periods, None).is_some() => {
-            too_few_turns(criteria.min_periods, None)
-        }
-        "magnetic-saturation" if input == Input::Motion => Some(NotVisible::DependsOnComparedCurrent),
-        "presliding" | "compliance" | "backlash" | "inductance" | "load-step" | "sensor-lag" | "time-skew" if input == Input::Motion => {
-            (card.id != "load-step").then_some(NotVisible::PrescribedMotion)
-        }
-        "compliance" if has("backlash") => Some(NotVisible::IncludedIn("backlash")),
-        "backlash" if has("compliance") => Some(NotVisible::AlternativeTo("compliance")),
-        _ => None,
     }
 }

@@ -1,10 +1,10 @@
 //! Sentences for the typed reasons, remarks and proposals of an explanation.
 
-use drive_model::{Card, Coordinate};
+use drive_model::{Card, Coordinate, StandRun};
 use hal_sim::plant::Stand;
 
 use super::words::{card, listed};
-use crate::identify::explain::{Explanation, NotVisible, Progress, Purpose, Refusal, Remark, Requirement, Run, Shape, ShapeForm};
+use crate::identify::explain::{Explanation, NotVisible, Progress, Purpose, Refusal, Remark, Requirement, Shape, ShapeForm};
 use crate::model::{Channel, SummingPoint};
 use crate::report::{numbers, unit};
 
@@ -164,8 +164,8 @@ pub fn acts_on(point: SummingPoint) -> (&'static str, &'static str) {
 }
 
 /// The command of a session.
-pub fn command(run: &Run) -> String {
-    let Run { mode, profile, amplitude, duration_s } = run;
+pub fn command(run: &StandRun) -> String {
+    let StandRun { mode, profile, amplitude, duration_s } = run;
     format!("stand sim --out next.parquet --mode {mode} --profile {profile} --amplitude {amplitude} --seconds {duration_s}")
 }
 
