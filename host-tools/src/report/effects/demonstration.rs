@@ -10,13 +10,8 @@ pub fn demonstration(card: &Card) -> Demonstration {
 /// The experiment that suits domain and coordinate.
 fn usual(card: &Card) -> Demonstration {
     let output = if card.domain == Domain::Measurement { Output::Rate } else { Output::Current };
-    let base = |motion, duration_s| Demonstration {
-        motion,
-        duration_s,
-        output,
-        abscissa: Abscissa::Coordinate(card.coordinate),
-        added: &[],
-    };
+    let base =
+        |motion, duration_s| Demonstration { motion, duration_s, output, abscissa: Abscissa::Coordinate(card.coordinate), added: &[] };
     match card.coordinate {
         Coordinate::Theta => base(Motion::Constant(2.0), 7.0),
         Coordinate::Omega => base(Motion::Triangle(20.0, 8.0), 8.0),

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-use drive_model::{Abscissa, Demonstration, Motion, Output, Card, Coordinate, Parameter, ParameterKind};
+use drive_model::{Abscissa, Card, Coordinate, Demonstration, Motion, Output, Parameter, ParameterKind};
 use hal_sim::board::PlantPort;
 use hal_sim::plant::{Plant, Stand, StandError};
 

@@ -1,5 +1,5 @@
-use drive_model::{Abscissa, Coordinate, Output};
 use super::*;
+use drive_model::{Abscissa, Coordinate, Output};
 
 /// Noise of the default stand at 1 kHz in the unit of the output.
 fn noise(output: Output) -> f64 {
