@@ -1,22 +1,23 @@
-//! What is wrong with a configuration, by the parameter's name.
+//! Checks of configuration parameters.
 //!
-//! Building a configuration can fail and says which number it does not like; running never can.
+//! Making a configuration can fail and names the invalid parameter; running with a configuration cannot fail.
 
+use crate::text::Significant;
 use core::fmt;
 
-/// A parameter that cannot be worked with.
+/// An invalid parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ConfigError {
-    /// Not a number, or infinite.
+    /// It is NaN or infinite: its name.
     NonFinite(&'static str),
-    /// Outside of what makes sense: name, value, least, greatest.
+    /// It is outside its range: name, value, minimum, maximum.
     OutOfRange(&'static str, f64, f64, f64),
-    /// Does not go with the rest: name, what it must be or why it cannot be.
+    /// It conflicts with another parameter: name, and the requirement.
     Unfit(&'static str, &'static str),
 }
 
 impl ConfigError {
-    /// The name of the parameter.
+    /// Name of the parameter.
     pub fn parameter(&self) -> &'static str {
         match self {
             Self::NonFinite(name) | Self::OutOfRange(name, ..) | Self::Unfit(name, _) => name,
@@ -29,16 +30,20 @@ impl fmt::Display for ConfigError {
         match self {
             Self::NonFinite(name) => write!(f, "{name} is not a finite number"),
             Self::OutOfRange(name, value, least, greatest) => {
-                write!(f, "{name} = {value} is outside {least} … {greatest}")
+                let (side, limit) = if value < least { ("below the minimum", least) } else { ("above the maximum", greatest) };
+                write!(f, "{name} = {} is {side} of {}", Significant(*value, 6), Significant(*limit, 6))
             }
-            Self::Unfit(name, why) => write!(f, "{name} {why}"),
+            Self::Unfit(name, requirement) => write!(f, "{name} {requirement}"),
         }
     }
 }
 
 impl core::error::Error for ConfigError {}
 
-/// `value` if it is finite and within `[least, greatest]`. Double precision is a call for each comparison, so they are here only.
+/// Returns `value` if it is finite and within `[least, greatest]`.
+///
+/// # Errors
+/// It is not.
 #[inline(never)]
 pub fn within(name: &'static str, value: f64, least: f64, greatest: f64) -> Result<f64, ConfigError> {
     if !value.is_finite() {
@@ -50,17 +55,19 @@ pub fn within(name: &'static str, value: f64, least: f64, greatest: f64) -> Resu
     }
 }
 
-/// Name, least and greatest of a number.
+/// Name, minimum and maximum of a number.
 pub type Range = (&'static str, f64, f64);
 
-/// That each value is finite and within the range of its place; the first that is not is told. For tables: see [`all_within`].
+/// Checks that each value is finite and within its range; see [`all_within`].
+///
+/// # Errors
+/// A value is not; names the first.
 #[inline(never)]
 pub fn in_ranges(ranges: &[Range], values: &[f64]) -> Result<(), ConfigError> {
     ranges.iter().zip(values).try_for_each(|(&(name, least, greatest), value)| within(name, *value, least, greatest).map(|_| ()))
 }
 
-/// Checks fields of a structure against a table: `all_within!(of self, "name's beginning"; field: least, greatest; …)`. One check after the
-/// other in code is longer.
+/// Checks fields of a structure against a table: `all_within!(of self, "prefix of the names"; field: minimum, maximum; …)`.
 macro_rules! all_within {
     (of $of:expr, $prefix:literal; $($name:ident: $least:expr, $greatest:expr;)*) => {
         $crate::config::in_ranges(

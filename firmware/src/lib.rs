@@ -1,12 +1,12 @@
-//! The stand's program, portable part: what it does is here, on what hardware it does it is not.
+//! The portable part of the stand's firmware.
 //!
-//! Synchronous control law, asynchronous everything else. [`speed_loop`] is one function for the 10 kHz timer
-//! interrupt; [`measurement_loop`] and [`profile`] run below it as plain futures; [`mailbox`] joins the two halves;
-//! [`session`] puts them together; [`calibration`] is a session that measures cogging and friction, and what was learnt is a
-//! [`compensation`] that the loop feeds forward. The hardware is [`board`]: two traits and a clock. Nothing here is a task, a static
-//! or `'static`: whoever calls owns the memory, so that a test or the simulator holds a hundred stands at once.
+//! The control law is synchronous: [`speed_loop`] is a function of the 10 kHz timer interrupt. All else is asynchronous: [`measurement_loop`] and
+//! [`profile`] are futures with lower priority, and a [`mailbox`] passes values between both. A [`session`] runs a profile and measures
+//! it. [`calibration`] measures cogging and friction; the result is a [`compensation`] that the speed loop feeds forward. [`app`] is the whole
+//! program with console and telemetry. [`board`] has the traits of the hardware. The caller owns all memory, so that a test or the
+//! simulator can run many stands.
 //!
-//! No panic is reachable from the tick, no `unsafe` anywhere in the library, no double-precision call in the tick.
+//! The library has no `unsafe` code. The tick cannot reach a panic and calls no double-precision routine.
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 #![cfg_attr(
@@ -45,7 +45,7 @@ pub mod speed_loop;
 pub mod status;
 pub mod supervision;
 pub mod telemetry;
-pub mod words;
+pub mod text;
 
 /// Version of the firmware, as the logs' notes carry it.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -1,15 +1,15 @@
-//! A session: a profile runs and is measured, for a given time.
+//! A session runs a profile and measures it for a given time.
 //!
-//! In: the board, the two loops' ends of the mailboxes, what to run. Out: rows into a sink. The interrupt is not here: it
-//! runs above this, wherever the board puts it. The session begins one whole millisecond after the next, so that the
-//! first segment is with the speed loop in time, and ends with the drive off.
+//! In: the board, the profile and the measurement loop. Out: rows into a sink. The board calls the control interrupt. A session begins at the
+//! first whole millisecond that is at least one millisecond ahead, so that the speed loop has its first segment in time, and ends with the
+//! drive off.
 
 use crate::board::{Board, Clock, ROW_HZ, TICKS_PER_ROW, Ticks};
 use crate::measurement_loop::{MeasurementLoop, RowSink};
 use crate::profile::ProfileRunner;
 use embassy_futures::join::join;
 
-/// Runs `profile` for `rows` milliseconds and measures as many rows into `sink`; returns the board time of row 0.
+/// Runs `profile` for `rows` milliseconds and measures the same number of rows into `sink`; returns the board time of row 0.
 pub async fn run<B: Board, S: RowSink>(
     board: &mut B,
     profile: &mut ProfileRunner<'_>,
@@ -23,13 +23,13 @@ pub async fn run<B: Board, S: RowSink>(
     start
 }
 
-/// The whole millisecond that is at least one whole millisecond ahead of `now`.
+/// The first whole millisecond that is at least one millisecond ahead of `now`.
 pub(crate) fn next_start(now: Ticks) -> Ticks {
     let whole = now.0.div_ceil(TICKS_PER_ROW).saturating_add(1);
     Ticks(whole.saturating_mul(TICKS_PER_ROW))
 }
 
-/// Rows in so many seconds.
+/// Number of rows in a duration, s.
 pub fn rows_in(seconds: f64) -> u64 {
     crate::maths::to_u64(crate::maths::round(seconds * ROW_HZ as f64))
 }

@@ -2,8 +2,6 @@
 //!
 //! A [`Fault`] has switched the drive off and stays latched until it is cleared. [`Limits`] are not faults: the drive runs and holds the output back.
 
-use crate::words::{Words, words};
-
 /// A reason to switch the drive off. Each latches: the first is kept until it is cleared, and that takes its cause to be gone.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Fault {
@@ -88,22 +86,22 @@ impl Fault {
     }
 
     /// What a person at the bench may do about it.
-    pub fn advice(self) -> Words {
+    pub fn advice(self) -> &'static str {
         match self {
-            Self::None => words!("nothing is wrong"),
-            Self::Overspeed => words!("ask for a lower rate or voltage, or raise overspeed_rad_s"),
-            Self::OverCurrent => words!("look for a short or a blocked platform; resistance_ohm must be the motor's"),
-            Self::Stall => words!("free the platform, or ask for less torque"),
-            Self::Tracking => words!("ask for less acceleration or a lower rate, or look for what holds the platform back"),
-            Self::EncoderLost => words!("check the encoder's plug, supply and both channels"),
-            Self::SupplyLow => words!("check the bridge's supply under load"),
-            Self::SupplyHigh => words!("check the bridge's supply; braking feeds energy back into it"),
-            Self::Clock => words!("a control tick came late or was lost: a fault of the firmware or of its clock"),
-            Self::EmergencyStop => words!("release the stop, then clear the fault"),
-            Self::Temperature => words!("let the motor cool"),
-            Self::SensorSilent => words!("check the sensor's plug and supply, or run without it"),
-            Self::HostSilent => words!("the host's program or its line has failed; arm it anew when it is back"),
-            Self::IndexLost => words!("check the encoder's index channel and the counts per turn"),
+            Self::None => "nothing is wrong",
+            Self::Overspeed => "ask for a lower rate or voltage, or raise overspeed_rad_s",
+            Self::OverCurrent => "look for a short or a blocked platform; resistance_ohm must be the motor's",
+            Self::Stall => "free the platform, or ask for less torque",
+            Self::Tracking => "ask for less acceleration or a lower rate, or look for what holds the platform back",
+            Self::EncoderLost => "check the encoder's plug, supply and both channels",
+            Self::SupplyLow => "check the bridge's supply under load",
+            Self::SupplyHigh => "check the bridge's supply; braking feeds energy back into it",
+            Self::Clock => "a control tick came late or was lost: a fault of the firmware or of its clock",
+            Self::EmergencyStop => "release the stop, then clear the fault",
+            Self::Temperature => "let the motor cool",
+            Self::SensorSilent => "check the sensor's plug and supply, or run without it",
+            Self::HostSilent => "the host's program or its line has failed; arm it anew when it is back",
+            Self::IndexLost => "check the encoder's index channel and the counts per turn",
         }
     }
 }

@@ -1,13 +1,13 @@
-//! All parts as one program, over a serial line: what the STM32 runs, and the simulated controller.
+//! The whole program on a serial line, as the STM32 and the simulated controller run it.
 //!
-//! In: a [`Board`], the two halves of a serial line (embedded-io-async), a flash ([`Store`]), the line's guard ([`StopLine`], fed by the receive
-//! interrupt). Out: the interrupt's half ([`Interrupt`]), which the caller puts above all, and [`App::run`], a future that never ends: rows at
-//! 1 kHz for ever, fanned out to telemetry, supervision and calibration; the runner that hands the speed loop what is asked for; the
-//! console; the transmit side. All memory is [`Memory`], the caller's; nothing here is static, so that a test holds many.
+//! In: a [`Board`], both halves of a serial line (embedded-io-async), a flash ([`Store`]), and the line's guard ([`StopLine`], fed by the
+//! receive interrupt). Out: the part for the control interrupt ([`Interrupt`]) and [`App::run`], a future that never ends. It measures rows at
+//! 1 kHz and passes them to telemetry, supervision and calibration; it passes setpoints to the speed loop, serves the console and transmits.
+//! The caller owns all memory ([`Memory`]); nothing is static, so that a test can run many stands.
 //!
-//! A receive half says that there was a break by an error of the kind `Interrupted`, or the interrupt tells the guard; both end a stream.
+//! The receive half reports a break by an error of the kind `Interrupted`, or the interrupt reports it to the guard; both end a stream.
 //!
-//! One executor, one thread: the parts share cells ([`state`]). No part waits for the line but those that write replies to it.
+//! All parts run on one executor and one thread and share cells ([`state`]). Only the console waits for the line.
 
 mod calibrate;
 pub mod commands;
@@ -42,11 +42,11 @@ use embassy_futures::join::{join, join5};
 use embedded_io_async::{Read, Write};
 use embedded_storage::nor_flash::NorFlash;
 
-/// Samples of a record that lie before its trigger, of 2048: 0.15 s.
+/// Samples of a recording before its trigger, of 2048: 0.15 s.
 pub const CAPTURE_BEFORE: usize = 1536;
 
-/// All memory of the app but what its futures hold: 50 KiB, more than a stack takes. A static of it is built in place, by [`Memory::new`] at
-/// compile time; empty it is all zeros, so that the image holds no copy of it.
+/// Memory of the app, except for its futures: 50 KiB, more than the stack has. A static is built in place by [`Memory::new`] at compile
+/// time. An empty memory is all zeros, so that the image holds no copy of it.
 pub struct Memory {
     orders: Orders,
     reports: Reports,
@@ -57,7 +57,7 @@ pub struct Memory {
     // Filled in by `assemble`.
     instruments: Option<Instruments>,
     imu: Option<imu::Shared>,
-    pulse: Option<gyro_loop::Shared>,
+    drift: Option<gyro_loop::Shared>,
     observer: Option<observer::Shared>,
 }
 
@@ -79,13 +79,13 @@ impl Memory {
             capture: capture::Memory::new(),
             instruments: None,
             imu: None,
-            pulse: None,
+            drift: None,
             observer: None,
         }
     }
 }
 
-/// The tasks' half of the program.
+/// The part of the program that runs in tasks.
 pub struct App<'a, F> {
     state: State<'a>,
     store: Store<F>,
@@ -95,11 +95,11 @@ pub struct App<'a, F> {
     map: &'a mut Map,
 }
 
-/// Puts the program together: the interrupt's half and the tasks'. Settings come from the flash; where there are none that can be used, the
-/// stand's own (`defaults`), and an error says so.
+/// Assembles the program: the part for the control interrupt and the part for tasks. The settings come from the flash; `defaults` take their
+/// place where there are none, or where they are invalid, which is reported as an error.
 ///
 /// # Errors
-/// The stand's own settings cannot be used: which, by name.
+/// A default setting is invalid.
 pub fn assemble<'a, F: NorFlash>(
     memory: &'a mut Memory,
     mut store: Store<F>,
@@ -107,22 +107,16 @@ pub fn assemble<'a, F: NorFlash>(
     identity: Identity<'a>,
     stop_line: &'a StopLine,
 ) -> Result<(Interrupt<'a>, App<'a, F>), ConfigError> {
-    let usual = defaults.config()?;
-    let (loaded, numbers) = match store.load::<Saved>(Kept::layout()) {
-        Ok(saved) => (Ok(saved.map(|saved| saved.kept)), saved.map(|saved| saved.observer)),
-        Err(why) => (Err(why), None),
-    };
-    let (kept, config, wrong) = match loaded {
-        Ok(None) => (defaults, usual, None),
-        Ok(Some(kept)) => match kept.config() {
+    let default_config = defaults.config()?;
+    let loaded = store.load::<Saved>(Kept::layout());
+    let observer_numbers = loaded.ok().flatten().map(|saved| saved.observer).unwrap_or_default();
+    let (kept, config, error) = match loaded {
+        Ok(None) => (defaults, default_config, None),
+        Ok(Some(Saved { kept, .. })) => match kept.config() {
             Ok(config) => (kept, config, None),
-            Err(wrong) => {
-                let mut entry = ErrorEntry::new(Code::SETTING);
-                commands::say_wrong(&wrong, &mut entry.detail.writer());
-                (defaults, usual, Some(entry))
-            }
+            Err(error) => (defaults, default_config, Some(ErrorEntry::with(Code::SETTING, error))),
         },
-        Err(why) => (defaults, usual, Some(ErrorEntry::saying(Code::STORAGE, why.says()))),
+        Err(error) => (defaults, default_config, Some(ErrorEntry::with(Code::STORAGE, error))),
     };
     let (order_writer, order_reader) = memory.orders.split();
     let (report_writer, report_reader) = memory.reports.split();
@@ -133,27 +127,27 @@ pub fn assemble<'a, F: NorFlash>(
         .recording(memory.capture.recorder(CAPTURE_BEFORE));
     let instruments: &Instruments = memory.instruments.insert(Instruments::new(kept.hardware));
     let imu: &imu::Shared = memory.imu.insert(imu::Shared::default());
-    let pulse: &gyro_loop::Shared =
-        memory.pulse.insert(gyro_loop::Shared::new(gyro_loop::Scales::new(&kept.settings.gyro, &kept.hardware)));
+    let drift: &gyro_loop::Shared =
+        memory.drift.insert(gyro_loop::Shared::new(gyro_loop::Scales::new(&kept.settings.gyro, &kept.hardware)));
     let observer: &observer::Shared = memory.observer.insert(observer::Shared::default());
-    observer.set(&numbers.unwrap_or_default());
+    observer.set(&observer_numbers);
     observer.scale(kept.settings.gyro);
     let state = State::new(
         identity,
         stop_line,
-        Parts { instruments, imu, pulse, observer, tuning: &memory.tuning, capture: &memory.capture },
+        Parts { instruments, imu, drift, observer, tuning: &memory.tuning, capture: &memory.capture },
         kept,
         defaults,
     );
-    if let Some(entry) = wrong {
-        state.report(entry);
+    if let Some(error) = error {
+        state.report(error);
     }
-    let measurement = MeasurementLoop::new(kept.hardware, report_reader).with_imu(imu).with_pulse(pulse).with_observer(observer);
+    let measurement = MeasurementLoop::new(kept.hardware, report_reader).with_imu(imu).with_pulse(drift).with_observer(observer);
     Ok((interrupt, App { state, store, measurement, orders: order_writer, lessons, map: &mut memory.map }))
 }
 
 impl<F: NorFlash> App<'_, F> {
-    /// Runs the tasks, for ever. Borrows the app, so that the future stays small and its owner decides where the app lies.
+    /// Runs the tasks for ever. Borrows the app, so that the future stays small and its owner decides where the app is stored.
     pub async fn run<B: Board, R: Read, W: Write>(&mut self, board: &mut B, receive: R, transmit: W) {
         let Self { state, store, measurement, orders, lessons, map } = self;
         let state: &State<'_> = state;
@@ -165,24 +159,24 @@ impl<F: NorFlash> App<'_, F> {
         let sensor = pin!(async {
             if let Some(line) = sensor_bus {
                 let sensor = imu::Ism330dhcx::new(line, clock.clone());
-                imu::Runner::new(sensor, clock.clone(), state.imu).run().await;
+                imu::Runner::new(sensor, clock.clone(), state.dut.shared).run().await;
             }
         });
         let measurement = pin!(async {
-            // So many that a stand is worn out first.
+            // Without end, for practical purposes.
             measurement.run(board, start, u64::MAX, &mut rows).await;
         });
         let runner = pin!(runner::run(state, &clock, orders, start));
         let console = pin!(console::run(state, &clock, receive, store));
         let sending = pin!(send(state, &clock, transmit));
         let calibration = pin!(calibrate::run(state, &clock, map, &measuring, lessons));
-        let parts = join5(apart(measurement), apart(runner), apart(console), apart(sending), apart(calibration));
-        join(apart(sensor), parts).await;
+        let parts = join5(separate(measurement), separate(runner), separate(console), separate(sending), separate(calibration));
+        join(separate(sensor), parts).await;
     }
 }
 
-/// A future whose code stays a function of its own: written out in one they make 1.7 kB more, for what each keeps lies far from the others.
-fn apart<F: Future>(mut future: Pin<&mut F>) -> impl Future<Output = F::Output> {
+/// A future whose code stays a separate function, for a smaller stack frame of their common caller.
+fn separate<F: Future>(mut future: Pin<&mut F>) -> impl Future<Output = F::Output> {
     #[inline(never)]
     fn poll<F: Future>(future: Pin<&mut F>, context: &mut Context<'_>) -> Poll<F::Output> {
         future.poll(context)
@@ -190,13 +184,13 @@ fn apart<F: Future>(mut future: Pin<&mut F>) -> impl Future<Output = F::Output> 
     poll_fn(move |context| poll(future.as_mut(), context))
 }
 
-/// Empties the ring into the line, for ever.
+/// Transmits the bytes of the output ring, for ever.
 async fn send<C: Clock, W: Write>(state: &State<'_>, clock: &C, mut transmit: W) -> ! {
     let mut bytes = [0; 256];
     loop {
         let count = state.out.take(&mut bytes).await;
         if transmit.write_all(bytes.get(..count).unwrap_or_default()).await.is_err() {
-            // Unplugged: what was in hand is lost, which the frames' numbers show; the line may come back.
+            // The line is unplugged and may come back. The gap in the frame numbers shows the loss.
             clock.until(Ticks(clock.now().0.saturating_add(TICKS_PER_ROW))).await;
         }
     }

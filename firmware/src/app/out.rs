@@ -1,7 +1,7 @@
-//! What goes to the line: text in text mode, frames in stream mode, whole or not at all.
+//! Output to the line: text in text mode, frames in stream mode, each complete or not at all.
 //!
-//! One ring of bytes, filled here and emptied by the transmit task. Rows and signs of life never wait: what finds no room is lost, counted, and
-//! leaves a gap in the frames' numbers. Replies wait, and leave the rows some room.
+//! One ring of bytes is filled here and emptied by the transmit task. Rows and heartbeats never wait: without room they are lost, counted, and
+//! leave a gap in the frame numbers. Replies wait, and leave some room to the rows.
 
 use crate::board::{Clock, TICKS_PER_ROW};
 use crate::telemetry::frame::MOST_FRAME;
@@ -10,12 +10,12 @@ use core::cell::Cell;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::pipe::Pipe;
 
-/// Bytes that wait for the line: 22 ms of it at 921 600 baud.
+/// Length of the ring, bytes: 22 ms at 921 600 baud.
 const RING_BYTES: usize = 2048;
-/// What replies leave free for rows, bytes.
-const FOR_ROWS: usize = 512;
+/// Room that replies leave to rows, bytes.
+const RESERVED_FOR_ROWS: usize = 512;
 
-/// The ring, and how things are put into it.
+/// The ring and the mode of the output.
 pub struct Out {
     ring: Pipe<NoopRawMutex, RING_BYTES>,
     streaming: Cell<bool>,
@@ -30,12 +30,12 @@ impl Default for Out {
 }
 
 impl Out {
-    /// Whether frames are sent.
+    /// Whether the stream mode is on.
     pub fn is_streaming(&self) -> bool {
         self.streaming.get()
     }
 
-    /// Frames or text from now on; what waits goes out as it is.
+    /// Switches between frames and text. Bytes in the ring are sent unchanged.
     pub fn set_streaming(&self, on: bool) {
         if on && !self.streaming.get() {
             self.lost.set(0);
@@ -43,7 +43,7 @@ impl Out {
         self.streaming.set(on);
     }
 
-    /// Frames that found no room since the stream was turned on.
+    /// Frames lost for lack of room since the stream began.
     pub fn lost(&self) -> u32 {
         self.lost.get()
     }
@@ -59,7 +59,7 @@ impl Out {
         }
     }
 
-    /// Sends a line of text in the mode's form if there is room; else it is lost and, as a frame, counted.
+    /// Sends a line of text, as text or frame by the mode, if there is room; else it is lost and, as a frame, counted.
     pub fn try_line(&self, text: &str) {
         if self.streaming.get() {
             self.frame(&Body::Text(text));
@@ -69,22 +69,22 @@ impl Out {
         }
     }
 
-    /// Sends a line of text in the mode's form when there is room.
+    /// Sends a line of text, as text or frame by the mode, when there is room.
     pub async fn line<C: Clock>(&self, clock: &C, text: &str) {
-        // As a frame: two zeros, COBS, type, number, length, CRC.
-        while self.ring.free_capacity() < text.len() + 12 + FOR_ROWS {
+        // Overhead of a frame: two zeros, COBS, type, number, length, CRC.
+        while self.ring.free_capacity() < text.len() + 12 + RESERVED_FOR_ROWS {
             clock.until(clock.now() + TICKS_PER_ROW).await;
         }
         self.try_line(text);
     }
 
-    /// The next bytes for the line.
+    /// Takes the next bytes for the line.
     pub async fn take(&self, into: &mut [u8]) -> usize {
         self.ring.read(into).await
     }
 
     fn put(&self, mut bytes: &[u8]) {
-        // In two pieces where the ring comes round; there is room for all of it.
+        // Two pieces where the ring wraps; the caller has checked the room.
         while let Ok(put @ 1..) = self.ring.try_write(bytes) {
             bytes = bytes.get(put..).unwrap_or_default();
             if bytes.is_empty() {

@@ -1,58 +1,56 @@
-//! Hands what is asked for to the speed loop, millisecond by millisecond, always one ahead, for ever.
+//! Passes the setpoints to the speed loop, one millisecond ahead.
 //!
-//! At t_k it posts the segment of [t_{k+1}, t_{k+2}): of the profile that runs, or of the value that is held. In voltage mode a value holds for
-//! its millisecond; in rate mode the command goes straight from one value to the next. A profile that is over leaves the drive off. Every
-//! order carries what clears a fault and what trips one, so that both are with the loop within two milliseconds.
+//! At t_k it posts the segment of [t_{k+1}, t_{k+2}): of the running profile, or of the held setpoint. In voltage mode a value is held for its
+//! millisecond; in rate mode the command is linear between the values. After a profile the drive is off. Every post also carries the count
+//! of fault clearings and the trip of the tasks, so that both reach the loop within two milliseconds.
 
-use super::state::{Demand, Request, Running, State};
+use super::state::{Activity, CalibrationPhase, Request, Setpoint, State};
 use crate::board::{CONTROL_PER_ROW, Clock, Hardware, TICKS_PER_CONTROL, TICKS_PER_ROW, Ticks};
 use crate::console::errors::{Code, ErrorEntry};
-use crate::console::status::OPERATION_COMPLETE;
 use crate::profile::Profile;
 use crate::speed_loop::{Mode, Order, OrderWriter, Segment, Zero};
 
-/// What is under way.
-struct Course {
+/// A running profile.
+struct Run {
     profile: Profile,
     mode: Mode,
-    rows: u64,
+    rows_left: u64,
 }
 
-/// Runs for ever; its first segment acts at `start`, a whole millisecond that is at least one ahead.
+/// Runs for ever. The first segment acts at `start`, a whole millisecond that is at least one millisecond ahead.
 pub async fn run<C: Clock>(state: &State<'_>, clock: &C, orders: &mut OrderWriter<'_>, start: Ticks) -> ! {
     let mut tick = start.0.checked_div(TICKS_PER_CONTROL).unwrap_or(0);
     let mut at = Ticks(start.0.saturating_sub(TICKS_PER_ROW));
-    let mut course: Option<Course> = None;
+    let mut run: Option<Run> = None;
     let mut value = 0.0;
     loop {
         clock.until(at).await;
-        if let Some(request) = state.request.take() {
-            let acts = at + TICKS_PER_ROW;
-            course = begin(state, request, acts);
-            if let Some(course) = &mut course {
-                value = course.profile.next_value();
+        if let Some(request) = state.drive.request.take() {
+            run = begin(state, request, at + TICKS_PER_ROW);
+            if let Some(run) = &mut run {
+                value = run.profile.next_value();
             } else {
                 end(state);
             }
         }
-        let (mode, from, to) = match &mut course {
-            Some(course) => (course.mode, value, course.profile.next_value()),
-            None => match state.demand.get() {
-                Demand::Off => (Mode::Off, 0.0, 0.0),
-                Demand::Hold(mode, value) => (mode, value, value),
+        let (mode, from, to) = match &mut run {
+            Some(run) => (run.mode, value, run.profile.next_value()),
+            None => match state.drive.setpoint.get() {
+                Setpoint::Off => (Mode::Off, 0.0, 0.0),
+                Setpoint::Hold(mode, value) => (mode, value, value),
             },
         };
         value = to;
         orders.post(&Order {
-            segment: segment(&state.hardware, state.zero.get(), mode, tick, from, to),
-            clear: state.clear.get(),
-            trip: state.trip.get(),
+            segment: segment(&state.hardware, state.drive.zero.get(), mode, tick, from, to),
+            clear: state.drive.fault_clears.get(),
+            trip: state.drive.trip.get(),
         });
-        if let Some(running) = &mut course {
-            running.rows = running.rows.saturating_sub(1);
-            if running.rows == 0 {
-                course = None;
-                state.demand.set(Demand::Off);
+        if let Some(running) = &mut run {
+            running.rows_left = running.rows_left.saturating_sub(1);
+            if running.rows_left == 0 {
+                run = None;
+                state.drive.setpoint.set(Setpoint::Off);
                 end(state);
             }
         }
@@ -61,36 +59,34 @@ pub async fn run<C: Clock>(state: &State<'_>, clock: &C, orders: &mut OrderWrite
     }
 }
 
-fn begin(state: &State<'_>, request: Request, acts: Ticks) -> Option<Course> {
+/// Starts what was requested; its first value acts at `from`.
+fn begin(state: &State<'_>, request: Request, from: Ticks) -> Option<Run> {
     match request {
         Request::End => None,
-        Request::Profile(config, mode, rows) => match Profile::for_mode(&config, mode) {
+        Request::Profile(config, mode, rows_left) => match Profile::for_mode(&config, mode) {
             Ok(profile) => {
-                state.running.set(Running::Profile);
-                Some(Course { profile, mode, rows })
+                state.drive.activity.set(Activity::Profile);
+                Some(Run { profile, mode, rows_left })
             }
-            // It was checked before it was asked for.
-            Err(wrong) => {
-                state.report(ErrorEntry::about(Code::SETTINGS_CONFLICT, wrong.parameter().as_bytes()));
+            // The console has checked it before the request.
+            Err(error) => {
+                state.report(ErrorEntry::with(Code::SETTINGS_CONFLICT, error));
                 None
             }
         },
         Request::Calibration(course) => {
-            state.running.set(Running::Calibration);
-            state.calibration_from.set(Some(acts));
-            Some(Course { profile: course.profile(), mode: Mode::Rate, rows: course.rows() })
+            state.drive.activity.set(Activity::Calibration);
+            state.calibration.phase.set(CalibrationPhase::Measuring { from });
+            Some(Run { profile: course.profile(), mode: Mode::Rate, rows_left: course.rows() })
         }
     }
 }
 
-/// Nothing runs any more.
+/// No activity runs any more.
 fn end(state: &State<'_>) {
-    if state.running.replace(Running::None) != Running::None
-        && !state.calibrating.get()
-        && !state.pulse.is_running()
-        && state.completes.replace(false)
-    {
-        state.status.happened(OPERATION_COMPLETE);
+    let was_active = state.drive.activity.replace(Activity::None) != Activity::None;
+    if was_active && !state.calibration.is_running() && !state.gyro.drift.is_running() {
+        state.status.complete_operation();
     }
 }
 

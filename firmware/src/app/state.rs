@@ -1,7 +1,7 @@
-//! What the app's parts share: cells, each set by one and read by others, all on one thread.
+//! State shared by the parts of the app: cells on one thread, grouped by topic, each set by one part and read by others.
 //!
-//! The console sets what is asked for, the runner takes it; the rows say what is so. Errors and events from wherever they come are reported
-//! here, so that they are in the queue and the registers, and on the line where a stream is on.
+//! The console sets requests; the runner and the rows take them and report. Errors and events from all parts are reported here, so that
+//! they reach the error queue, the status registers and, in stream mode, the line.
 
 use super::out::Out;
 use crate::board::{Hardware, TICKS_PER_S, Ticks};
@@ -10,10 +10,8 @@ use crate::capture;
 use crate::config::ConfigError;
 use crate::console::errors::{Code, ErrorEntry, ErrorQueue};
 use crate::console::guard::StopLine;
-use crate::console::status::Status;
-use crate::console::text::Text;
-use crate::gyro_loop;
-use crate::gyro_loop::observer;
+use crate::console::status::{OPERATION_COMPLETE, Status};
+use crate::gyro_loop::{self, observer};
 use crate::imu;
 use crate::measurement_loop::{Instruments, Row};
 use crate::profile::{ProfileConfig, ProfileKind};
@@ -21,41 +19,140 @@ use crate::settings::Kept;
 use crate::speed_loop::{Config, Mode, Tuning, Zero};
 use crate::status::Fault;
 use crate::telemetry::Channels;
-use crate::words::words;
+use crate::telemetry::frame::MOST_TEXT;
 use core::cell::{Cell, RefCell};
+use core::fmt::Write;
+use heapless::String;
 
-/// What the drive is to do when nothing runs.
+/// After this time without a check sum, a line without one is taken for a person's.
+const CHECKED_LINE_TIMEOUT: u64 = 10 * TICKS_PER_S;
+
+/// Identification of the stand.
+#[derive(Clone, Copy, Debug)]
+pub struct Identity<'a> {
+    /// The board that it runs on.
+    pub model: &'a str,
+    /// Serial number.
+    pub serial: &'a str,
+    /// Rate of the serial line, bits per second.
+    pub baud: u32,
+}
+
+/// Parts of the program that the app shares with others.
+#[derive(Clone, Copy)]
+pub struct Parts<'a> {
+    /// Turns, stability, timing, drive and sensor, estimated from the rows.
+    pub instruments: &'a Instruments,
+    /// The sensor under test.
+    pub imu: &'a imu::Shared,
+    /// The drift measurement of the gyroscope.
+    pub drift: &'a gyro_loop::Shared,
+    /// The observer of the gyroscope.
+    pub observer: &'a observer::Shared,
+    /// Passes settings to the speed loop.
+    pub tuning: &'a Tuning,
+    /// The recording around a fault.
+    pub capture: &'a capture::Memory,
+}
+
+/// State of the app.
+pub struct State<'a> {
+    /// Identification of the stand.
+    pub identity: Identity<'a>,
+    /// Requests of the line's guard.
+    pub stop_line: &'a StopLine,
+    /// Output to the line.
+    pub out: Out,
+    /// Hardware scales in force. Changed scales act after saving and the next power-on.
+    pub hardware: Hardware,
+    /// Settings that are kept in flash.
+    pub settings: SettingsState<'a>,
+    /// Commands to the drive.
+    pub drive: DriveState,
+    /// The profile that `PROFile:STARt` starts.
+    pub profile: ProfileState,
+    /// The stream of rows.
+    pub stream: StreamState,
+    /// Inputs of the slow supervision.
+    pub supervision: SupervisionState,
+    /// Errors and status registers.
+    pub status: StatusState,
+    /// The calibration of cogging and friction.
+    pub calibration: CalibrationState,
+    /// The recording around a fault.
+    pub capture: CaptureState<'a>,
+    /// The sensor under test.
+    pub dut: DutState<'a>,
+    /// Measured values.
+    pub measured: MeasuredState<'a>,
+    /// The gyroscope.
+    pub gyro: GyroState<'a>,
+}
+
+/// Settings that are kept in flash.
+pub struct SettingsState<'a> {
+    /// Their present values.
+    pub kept: Cell<Kept>,
+    /// The stand's defaults.
+    pub defaults: Kept,
+    /// Passes settings to the speed loop.
+    tuning: &'a Tuning,
+}
+
+/// Commands to the drive.
+pub struct DriveState {
+    /// The value that is held when nothing runs.
+    pub setpoint: Cell<Setpoint>,
+    /// The next activity; the runner takes it.
+    pub request: Cell<Option<Request>>,
+    /// The present activity.
+    pub activity: Cell<Activity>,
+    /// The values of `SOURce`.
+    pub targets: Cell<Targets>,
+    /// The mode that `OUTPut ON` selects.
+    pub mode: Cell<Mode>,
+    /// The zero of held angles.
+    pub zero: Cell<Zero>,
+    /// Number of fault clearings; a change clears a latched fault.
+    pub fault_clears: Cell<u16>,
+    /// A fault that the tasks detect, while its cause is present.
+    pub trip: Cell<Fault>,
+    /// The compensation has changed and must be passed to the speed loop.
+    pub compensation_changed: Cell<bool>,
+}
+
+/// A held value.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Demand {
-    /// Nothing.
+pub enum Setpoint {
+    /// The drive is off.
     Off,
-    /// Hold a value: V, rad/s or rad.
+    /// Value in V, rad/s or rad, by the mode.
     Hold(Mode, f64),
 }
 
-/// What runs for a time of its own.
+/// An activity of limited duration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Running {
-    /// Nothing.
+pub enum Activity {
+    /// None: the setpoint is held.
     None,
-    /// A profile.
+    /// A profile runs.
     Profile,
-    /// The calibration of cogging and friction.
+    /// The calibration of cogging and friction runs.
     Calibration,
 }
 
-/// What the runner shall begin.
+/// A request to the runner.
 #[derive(Clone, Copy, Debug)]
 pub enum Request {
-    /// A profile in a mode, for so many milliseconds.
+    /// Run a profile in a mode for a number of milliseconds.
     Profile(ProfileConfig, Mode, u64),
-    /// The calibration's course.
+    /// Run the course of the calibration.
     Calibration(calibration::Course),
-    /// End what runs; the demand is in force.
+    /// End the activity; the setpoint is in force.
     End,
 }
 
-/// The values that `SOURce` holds, one for each mode.
+/// The values that `SOURce` has set, one for each mode.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Targets {
     /// V.
@@ -66,305 +163,326 @@ pub struct Targets {
     pub position_rad: f64,
 }
 
-/// What a stream sends.
+/// The profile that `PROFile:STARt` starts.
+pub struct ProfileState {
+    /// Kind and parameters.
+    pub config: Cell<ProfileConfig>,
+    /// Mode of the drive.
+    pub mode: Cell<Mode>,
+    /// Duration, s.
+    pub duration_s: Cell<f64>,
+}
+
+/// The stream of rows.
+pub struct StreamState {
+    /// Channels and decimation.
+    pub selection: Cell<Stream>,
+    /// Offset from the stream's angles to angles from the index, rad; `None` if the index was not seen before the stream began.
+    pub to_index_rad: Cell<Option<f64>>,
+}
+
+/// Content of a stream.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stream {
-    /// Its channels.
+    /// The selected channels.
     pub channels: Channels,
-    /// Rows of the loop in one of the line.
+    /// Number of measured rows per transmitted row.
     pub decimation: u32,
 }
 
-/// What is told of the stand itself.
-#[derive(Clone, Copy, Debug)]
-pub struct Identity<'a> {
-    /// What it is built on.
-    pub model: &'a str,
-    /// Its own number.
-    pub serial: &'a str,
-    /// The line's rate, bits per second.
-    pub baud: u32,
+/// Inputs of the slow supervision.
+#[derive(Default)]
+pub struct SupervisionState {
+    /// Thresholds or the host's timeout have changed.
+    pub settings_changed: Cell<bool>,
+    /// The sensor under test has started an operation during which it gives no samples.
+    pub dut_busy: Cell<bool>,
+    /// A line of the host was received since the last row.
+    pub host_heard: Cell<bool>,
+    /// Time of the last line with a check sum since the last 0x18, break or `*RST`.
+    pub checked_line_at: Cell<Option<Ticks>>,
+    /// Longest silence of the host, s; `None`: not supervised.
+    pub host_timeout_s: Cell<Option<f64>>,
 }
 
-/// What others of the program hold an end of.
-#[derive(Clone, Copy)]
-pub struct Parts<'a> {
-    /// What the rows say of drive, sensor and rate.
-    pub instruments: &'a Instruments,
-    /// The sensor under test.
-    pub imu: &'a imu::Shared,
-    /// The drift measurement.
-    pub pulse: &'a gyro_loop::Shared,
-    /// The observer of the gyro.
-    pub observer: &'a observer::Shared,
-    /// The way of settings to the speed loop.
-    pub tuning: &'a Tuning,
-    /// The record around a fault.
-    pub capture: &'a capture::Memory,
-}
-
-/// All of it.
-pub struct State<'a> {
-    /// Who it is.
-    pub identity: Identity<'a>,
-    /// What the line's guard asks for.
-    pub stop_line: &'a StopLine,
-    /// The way to the line.
-    pub out: Out,
-    /// The scales in force; others act from the next power-on on, when they are kept.
-    pub hardware: Hardware,
-    /// What is kept in flash, as it is now.
-    pub kept: Cell<Kept>,
-    /// What it is by default: the stand's own.
-    pub defaults: Kept,
-    /// What is held.
-    pub demand: Cell<Demand>,
-    /// What is to begin.
-    pub request: Cell<Option<Request>>,
-    /// What runs.
-    pub running: Cell<Running>,
-    /// What `SOURce` would hold.
-    pub targets: Cell<Targets>,
-    /// What held angles are counted from.
-    pub zero: Cell<Zero>,
-    /// The record around a fault, or a moment that was asked for.
-    pub capture: &'a capture::Memory,
-    /// Which of its samples are asked for: the first, and the one behind the last.
-    pub capture_lines: Cell<(usize, usize)>,
-    /// The mode that `OUTPut ON` takes.
-    pub mode: Cell<Mode>,
-    /// The profile that `PROFile:STARt` begins.
-    pub profile: Cell<ProfileConfig>,
-    /// Its mode.
-    pub profile_mode: Cell<Mode>,
-    /// How long it runs, s.
-    pub profile_s: Cell<f64>,
-    /// A number that clears a latched fault when it changes.
-    pub clear: Cell<u16>,
-    /// A cause that the tasks see, for as long as it is there.
-    pub trip: Cell<Fault>,
-    /// The newest row.
-    pub row: Cell<Row>,
-    /// The mean rate of the last rows, rad/s; `None` before there are enough.
-    pub rate_rad_s: Cell<Option<f64>>,
-    /// What the rows say of drive, sensor and rate.
-    pub instruments: &'a Instruments,
-    /// The set-up of the sensor that was asked for last.
-    pub imu_setup: Cell<Option<imu::Setup>>,
-    /// The sensor under test.
-    pub imu: &'a imu::Shared,
-    /// The drift measurement.
-    pub pulse: &'a gyro_loop::Shared,
-    /// The observer of the gyro.
-    pub observer: &'a observer::Shared,
-    /// The session of it that `DRIFt:STARt` begins.
-    pub drift: gyro_loop::Asked,
-    /// What is added to the stream's angles so that they are from the index, rad; `None` where it was not seen before the stream began.
-    pub to_index_rad: Cell<Option<f64>>,
-    /// What the stream sends.
-    pub stream: Cell<Stream>,
-    /// The slow supervision's thresholds are others, or the host's watch.
-    pub watch_anew: Cell<bool>,
-    /// The sensor under test was told to do something that keeps it from giving samples.
-    pub imu_busy: Cell<bool>,
-    /// A line of the host was heard since the last row.
-    pub heard: Cell<bool>,
-    /// When the last line with a check came, since the last 0x18, break or `*RST`.
-    pub checked: Cell<Option<Ticks>>,
-    /// For how long the host may be silent, s; `None`: not watched.
-    pub host_silence_s: Cell<Option<f64>>,
-    /// The registers.
-    pub status: Status,
-    /// `*OPC` waits for the end of what runs.
-    pub completes: Cell<bool>,
-    /// The moment at which errors of a line typed by hand are shown, unless the line's end goes on.
+/// Errors and status registers.
+#[derive(Default)]
+pub struct StatusState {
+    /// The status registers.
+    pub registers: Status,
+    /// `*OPC` waits for the end of the activity.
+    pub completion_pending: Cell<bool>,
+    /// Time at which the errors of a line typed by hand are shown, unless a line feed follows.
     pub show_errors_at: Cell<Option<Ticks>>,
-    /// A calibration is asked for.
-    pub calibrate: Cell<bool>,
-    /// One is under way, its answer included.
-    pub calibrating: Cell<bool>,
-    /// The compensation is another one: the speed loop shall have it.
-    pub learn: Cell<bool>,
-    /// The way of other settings to the speed loop.
-    pub tuning: &'a Tuning,
-    /// How the calibration goes.
-    pub calibration: calibration::Watch,
-    /// How the last calibration ended.
-    pub calibrated: Cell<Option<Result<calibration::Found, calibration::Refused>>>,
-    /// Its course begins with the row of this moment.
-    pub calibration_from: Cell<Option<Ticks>>,
     // Borrowed only within the functions of this file, which call nothing that borrows it.
     errors: RefCell<ErrorQueue>,
 }
 
+/// The calibration of cogging and friction.
+pub struct CalibrationState {
+    /// Its phase and result.
+    pub phase: Cell<CalibrationPhase>,
+    /// Progress and abort.
+    pub watch: calibration::Watch,
+}
+
+/// Phase of the calibration.
+#[derive(Clone, Copy, Debug)]
+pub enum CalibrationPhase {
+    /// None was started.
+    Idle,
+    /// The console has requested it.
+    Requested,
+    /// The course was passed to the runner and has not begun.
+    Starting,
+    /// The rows are measured from this time on.
+    Measuring {
+        /// Time of the first row of the course.
+        from: Ticks,
+    },
+    /// The course is over; the result is computed.
+    Evaluating,
+    /// The result.
+    Finished(Result<calibration::Found, calibration::Refused>),
+}
+
+/// The recording around a fault.
+pub struct CaptureState<'a> {
+    /// The recording.
+    pub memory: &'a capture::Memory,
+    /// The samples that a query lists: the first, and one past the last.
+    pub selection: Cell<(usize, usize)>,
+}
+
+/// The sensor under test.
+pub struct DutState<'a> {
+    /// Samples and status of its task.
+    pub shared: &'a imu::Shared,
+    /// The set-up that was requested last.
+    pub requested_setup: Cell<Option<imu::Setup>>,
+}
+
+/// Measured values.
+pub struct MeasuredState<'a> {
+    /// The newest row.
+    pub row: Cell<Row>,
+    /// Mean rate of the last rows, rad/s; `None` before there are enough.
+    pub rate_rad_s: Cell<Option<f64>>,
+    /// Turns, stability, timing, drive and sensor, estimated from the rows.
+    pub instruments: &'a Instruments,
+}
+
+/// The gyroscope.
+pub struct GyroState<'a> {
+    /// The drift measurement.
+    pub drift: &'a gyro_loop::Shared,
+    /// The session that `DRIFt:STARt` starts.
+    pub session: gyro_loop::Asked,
+    /// The observer.
+    pub observer: &'a observer::Shared,
+}
+
 impl<'a> State<'a> {
-    /// A stand at rest.
+    /// State of a stand at rest.
     pub fn new(identity: Identity<'a>, stop_line: &'a StopLine, parts: Parts<'a>, kept: Kept, defaults: Kept) -> Self {
         Self {
             identity,
             stop_line,
             out: Out::default(),
             hardware: kept.hardware,
-            kept: Cell::new(kept),
-            defaults,
-            demand: Cell::new(Demand::Off),
-            request: Cell::new(None),
-            running: Cell::new(Running::None),
-            targets: Cell::new(Targets::default()),
-            zero: Cell::new(Zero::PowerOn),
-            capture: parts.capture,
-            capture_lines: Cell::new((0, 0)),
-            mode: Cell::new(Mode::Rate),
-            profile: Cell::new(ProfileConfig::new(ProfileKind::Sine, 5.0, 1)),
-            profile_mode: Cell::new(Mode::Rate),
-            profile_s: Cell::new(30.0),
-            clear: Cell::new(0),
-            trip: Cell::new(Fault::None),
-            row: Cell::new(Row::default()),
-            rate_rad_s: Cell::new(None),
-            instruments: parts.instruments,
-            imu_setup: Cell::new(None),
-            imu: parts.imu,
-            pulse: parts.pulse,
-            observer: parts.observer,
-            drift: gyro_loop::Asked::default(),
-            to_index_rad: Cell::new(None),
-            stream: Cell::new(Stream { channels: Channels::USUAL, decimation: 1 }),
-            watch_anew: Cell::new(false),
-            imu_busy: Cell::new(false),
-            heard: Cell::new(false),
-            checked: Cell::new(None),
-            host_silence_s: Cell::new(None),
-            status: Status::default(),
-            completes: Cell::new(false),
-            show_errors_at: Cell::new(None),
-            calibrate: Cell::new(false),
-            calibrating: Cell::new(false),
-            learn: Cell::new(false),
-            tuning: parts.tuning,
-            calibration: calibration::Watch::default(),
-            calibrated: Cell::new(None),
-            calibration_from: Cell::new(None),
-            errors: RefCell::new(ErrorQueue::default()),
+            settings: SettingsState { kept: Cell::new(kept), defaults, tuning: parts.tuning },
+            drive: DriveState {
+                setpoint: Cell::new(Setpoint::Off),
+                request: Cell::new(None),
+                activity: Cell::new(Activity::None),
+                targets: Cell::new(Targets::default()),
+                mode: Cell::new(Mode::Rate),
+                zero: Cell::new(Zero::PowerOn),
+                fault_clears: Cell::new(0),
+                trip: Cell::new(Fault::None),
+                compensation_changed: Cell::new(false),
+            },
+            profile: ProfileState {
+                config: Cell::new(ProfileConfig::new(ProfileKind::Sine, 5.0, 1)),
+                mode: Cell::new(Mode::Rate),
+                duration_s: Cell::new(30.0),
+            },
+            stream: StreamState {
+                selection: Cell::new(Stream { channels: Channels::USUAL, decimation: 1 }),
+                to_index_rad: Cell::new(None),
+            },
+            supervision: SupervisionState::default(),
+            status: StatusState::default(),
+            calibration: CalibrationState { phase: Cell::new(CalibrationPhase::Idle), watch: calibration::Watch::default() },
+            capture: CaptureState { memory: parts.capture, selection: Cell::new((0, 0)) },
+            dut: DutState { shared: parts.imu, requested_setup: Cell::new(None) },
+            measured: MeasuredState { row: Cell::new(Row::default()), rate_rad_s: Cell::new(None), instruments: parts.instruments },
+            gyro: GyroState { drift: parts.drift, session: gyro_loop::Asked::default(), observer: parts.observer },
         }
     }
 
-    /// Takes other settings; the speed loop has them a millisecond later. The drive must be off. Scales act from the next power-on on.
+    /// Puts other settings in force; the speed loop has them a millisecond later. The drive must be off. Hardware scales act from the next
+    /// power-on on.
     ///
     /// # Errors
-    /// One of them makes no sense, with the scales in force or with its own.
-    pub fn tune(&self, kept: Kept) -> Result<(), ConfigError> {
+    /// A setting is invalid, with the scales in force or with its own.
+    pub fn apply(&self, kept: Kept) -> Result<(), ConfigError> {
         kept.config()?;
         let config = Config::new(&kept.settings, &self.hardware)?;
-        self.kept.set(kept);
-        self.watch_anew.set(true);
-        self.observer.scale(kept.settings.gyro);
-        self.pulse.scale(gyro_loop::Scales::new(&kept.settings.gyro, &self.hardware));
-        self.tuning.post(config);
+        self.settings.kept.set(kept);
+        self.supervision.settings_changed.set(true);
+        self.gyro.observer.scale(kept.settings.gyro);
+        self.gyro.drift.scale(gyro_loop::Scales::new(&kept.settings.gyro, &self.hardware));
+        self.settings.tuning.post(config);
         Ok(())
     }
 
-    /// Whether something runs for a time of its own, or is about to.
+    /// Whether an activity runs or is requested.
     pub fn is_busy(&self) -> bool {
-        self.running.get() != Running::None || self.request.get().is_some() || self.calibrating.get() || self.pulse.is_running()
+        self.drive.activity.get() != Activity::None
+            || self.drive.request.get().is_some()
+            || self.calibration.is_running()
+            || self.gyro.drift.is_running()
     }
 
-    /// Text mode, for whoever speaks next.
-    pub fn to_text(&self) {
+    /// Returns to text mode, for any user of the line.
+    pub fn set_text_mode(&self) {
         self.out.set_streaming(false);
-        self.checked.set(None);
+        self.supervision.checked_line_at.set(None);
     }
 
-    /// Whether a line without a check is taken for a person's: no tool has been heard for ten seconds, and none has a stream.
-    pub fn is_plain_allowed(&self, now: Ticks) -> bool {
-        let is_past = |at: Ticks| !self.out.is_streaming() && now - at > 10 * TICKS_PER_S;
-        self.checked.get().is_none_or(is_past)
+    /// Whether lines without a check sum are accepted: no program has sent one with a check sum for ten seconds, and none streams.
+    pub fn is_unchecked_line_allowed(&self, now: Ticks) -> bool {
+        let has_expired = |at: Ticks| !self.out.is_streaming() && now - at > CHECKED_LINE_TIMEOUT;
+        self.supervision.checked_line_at.get().is_none_or(has_expired)
     }
 
-    /// Keeps an error for who asks; in a stream it is told at once.
+    /// Puts an error into the queue and its event into the registers; in a stream it is sent at once.
     pub fn report(&self, entry: ErrorEntry) {
-        self.status.happened(entry.code.event_bit());
+        self.status.registers.set_event(entry.code.event_bit());
+        if self.out.is_streaming() {
+            self.show_error(&entry);
+        }
+        self.status.push_error(entry);
+    }
+
+    /// Sends an error without a query.
+    pub fn show_error(&self, entry: &ErrorEntry) {
+        let mut line = String::<MOST_TEXT>::new();
+        if write!(line, "ERROR {entry}").is_ok() {
+            self.out.try_line(&line);
+        }
+    }
+
+    /// Whether the drive is on: a value is held or an activity runs, and no fault has switched it off.
+    pub fn is_driving(&self) -> bool {
+        (self.drive.setpoint.get() != Setpoint::Off || self.drive.activity.get() != Activity::None)
+            && self.measured.row.get().fault == Fault::None
+    }
+
+    /// Switches everything off: ends the activity, holds nothing, sets the targets to zero.
+    pub fn all_off(&self) {
+        if self.drive.activity.get() == Activity::Calibration {
+            self.calibration.watch.abort();
+        }
+        self.gyro.drift.abort();
+        self.gyro.observer.feed_back(false);
+        self.drive.setpoint.set(Setpoint::Off);
+        self.drive.targets.set(Targets::default());
+        self.drive.request.set(Some(Request::End));
+    }
+
+    /// Ends the activity and holds a setpoint.
+    ///
+    /// # Errors
+    /// A fault is latched, and the setpoint is not [`Setpoint::Off`].
+    pub fn hold(&self, setpoint: Setpoint) -> Result<(), ErrorEntry> {
+        if setpoint != Setpoint::Off {
+            self.require_no_fault()?;
+        }
+        if self.drive.activity.get() == Activity::Calibration {
+            self.calibration.watch.abort();
+        }
+        self.drive.setpoint.set(setpoint);
+        self.drive.request.set(Some(Request::End));
+        Ok(())
+    }
+
+    /// Checks that no fault is latched.
+    ///
+    /// # Errors
+    /// A fault is latched.
+    pub fn require_no_fault(&self) -> Result<(), ErrorEntry> {
+        match self.measured.row.get().fault {
+            Fault::None => Ok(()),
+            fault => {
+                let detail = format_args!("a fault has switched the drive off ({}): FAULt:CLEar first", fault.name());
+                Err(ErrorEntry::with(Code::SETTINGS_CONFLICT, detail))
+            }
+        }
+    }
+
+    /// Checks that settings may change and flash may be written: the drive is off and no drift is measured.
+    ///
+    /// # Errors
+    /// The drive is on, or the drift is measured.
+    pub fn require_at_rest(&self) -> Result<(), ErrorEntry> {
+        if self.is_driving() {
+            return Err(ErrorEntry::with(Code::SETTINGS_CONFLICT, "the drive is on: OUTPut OFF first"));
+        }
+        self.require_no_drift_session()
+    }
+
+    /// Checks that no drift is measured.
+    ///
+    /// # Errors
+    /// A drift session runs.
+    pub fn require_no_drift_session(&self) -> Result<(), ErrorEntry> {
+        if self.gyro.drift.is_running() {
+            return Err(ErrorEntry::with(Code::SETTINGS_CONFLICT, "a drift measurement runs: DRIFt:ABORt first"));
+        }
+        Ok(())
+    }
+}
+
+impl StatusState {
+    fn push_error(&self, entry: ErrorEntry) {
         if let Ok(mut errors) = self.errors.try_borrow_mut() {
             errors.push(entry);
         }
-        if self.out.is_streaming() {
-            self.tell(&entry);
-        }
     }
 
-    /// The oldest error that nobody has asked for.
+    /// Takes the oldest error; [`Code::NONE`] if there is none.
     pub fn next_error(&self) -> ErrorEntry {
         let oldest = self.errors.try_borrow_mut().ok().and_then(|mut errors| errors.pop());
-        oldest.unwrap_or(ErrorEntry::new(Code(0)))
+        oldest.unwrap_or(ErrorEntry::new(Code::NONE))
     }
 
-    /// How many there are.
+    /// Number of errors in the queue.
     pub fn error_count(&self) -> usize {
         self.errors.try_borrow().map_or(0, |errors| errors.count())
     }
 
-    /// Forgets errors and events.
-    pub fn clear_status(&self) {
+    /// Clears errors and events.
+    pub fn clear(&self) {
         if let Ok(mut errors) = self.errors.try_borrow_mut() {
             errors.clear();
         }
-        self.status.clear();
-        self.completes.set(false);
+        self.registers.clear();
+        self.completion_pending.set(false);
     }
 
-    /// Shows an error on the line, unasked.
-    pub fn tell(&self, entry: &ErrorEntry) {
-        let mut line = Text::<160>::default();
-        line.writer().text("ERROR ");
-        entry.write(&mut line.writer());
-        self.out.try_line(line.as_str());
-    }
-
-    /// Whether the drive is on: something is held or runs, and no fault holds it off.
-    pub fn is_driving(&self) -> bool {
-        (self.demand.get() != Demand::Off || self.running.get() != Running::None) && self.row.get().fault == Fault::None
-    }
-
-    /// Everything off: what runs ends, nothing is held, the targets are zero.
-    pub fn all_off(&self) {
-        if self.running.get() == Running::Calibration {
-            self.calibration.abort();
+    /// Sets the event "operation complete" if `*OPC` waits for it.
+    pub fn complete_operation(&self) {
+        if self.completion_pending.replace(false) {
+            self.registers.set_event(OPERATION_COMPLETE);
         }
-        self.pulse.abort();
-        self.observer.feed_back(false);
-        self.demand.set(Demand::Off);
-        self.targets.set(Targets::default());
-        self.request.set(Some(Request::End));
     }
 }
 
-/// Asks the runner for a demand that is allowed now.
-///
-/// # Errors
-/// A fault is latched.
-pub fn hold(state: &State<'_>, demand: Demand) -> Result<(), ErrorEntry> {
-    if demand != Demand::Off {
-        no_fault(state)?;
-    }
-    if state.running.get() == Running::Calibration {
-        state.calibration.abort();
-    }
-    state.demand.set(demand);
-    state.request.set(Some(Request::End));
-    Ok(())
-}
-
-/// Nothing may begin while a fault is latched.
-///
-/// # Errors
-/// One is.
-pub fn no_fault(state: &State<'_>) -> Result<(), ErrorEntry> {
-    match state.row.get().fault {
-        Fault::None => Ok(()),
-        fault => {
-            let mut entry = ErrorEntry::saying(Code::SETTINGS_CONFLICT, words!("the drive is off: "));
-            entry.detail.writer().text(fault.name()).words(words!("; FAULt:CLEar first"));
-            Err(entry)
-        }
+impl CalibrationState {
+    /// Whether a calibration is requested or runs, its evaluation included.
+    pub fn is_running(&self) -> bool {
+        !matches!(self.phase.get(), CalibrationPhase::Idle | CalibrationPhase::Finished(_))
     }
 }

@@ -1,84 +1,87 @@
-//! What went wrong, by number and in words, kept until it is asked for: `SYSTem:ERRor?`, at most 16.
+//! Errors of the console: number, text and detail, kept until `SYSTem:ERRor?` reads them.
 //!
-//! Negative numbers are SCPI's (volume 2, chapter 21), positive ones the stand's own. The words say what it was about, too.
+//! Negative numbers are SCPI's (volume 2, chapter 21), positive ones the stand's own.
 
-use super::text::{Text, Writer};
-use crate::words::{Words, words};
+use crate::text::Truncated;
+use core::fmt::{self, Display, Write};
+use heapless::Deque;
 
-/// An error's number.
+/// Number of an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Code(pub i16);
 
 impl Code {
-    /// A byte that is no text.
+    /// There is no error.
+    pub const NONE: Self = Self(0);
+    /// A byte is not printable ASCII.
     pub const INVALID_CHARACTER: Self = Self(-101);
-    /// The line cannot be read.
+    /// The line cannot be parsed.
     pub const SYNTAX: Self = Self(-102);
-    /// A parameter of another kind than what is taken.
+    /// A parameter is of the wrong type.
     pub const DATA_TYPE: Self = Self(-104);
-    /// More parameters than are taken.
+    /// There are too many parameters.
     pub const PARAMETER_NOT_ALLOWED: Self = Self(-108);
-    /// Fewer parameters than are needed.
+    /// A parameter is missing.
     pub const MISSING_PARAMETER: Self = Self(-109);
-    /// No such command.
+    /// The command does not exist.
     pub const UNDEFINED_HEADER: Self = Self(-113);
-    /// A number that is none.
+    /// A number cannot be parsed.
     pub const NUMERIC_DATA: Self = Self(-120);
-    /// A unit that is none of this parameter's.
+    /// The unit does not belong to the parameter.
     pub const INVALID_SUFFIX: Self = Self(-131);
-    /// It cannot be done now.
+    /// The command is not possible in the present state.
     pub const SETTINGS_CONFLICT: Self = Self(-221);
-    /// A number outside of what is allowed.
+    /// A number is outside its range.
     pub const OUT_OF_RANGE: Self = Self(-222);
-    /// A line of more than 200 bytes.
+    /// A line is longer than 200 bytes.
     pub const TOO_MUCH_DATA: Self = Self(-223);
-    /// A word that is none of those that are taken.
+    /// A word is not one of the choices.
     pub const ILLEGAL_VALUE: Self = Self(-224);
-    /// Nothing to tell: not measured, not there.
+    /// There is no value: not measured, or no source.
     pub const DATA_STALE: Self = Self(-230);
-    /// The hardware does not have it or does not answer.
+    /// The hardware is missing or does not answer.
     pub const HARDWARE: Self = Self(-240);
-    /// What was stored cannot be read.
+    /// Stored data cannot be read or written.
     pub const STORAGE: Self = Self(-320);
-    /// Some errors found no room.
+    /// Errors were lost because the queue was full.
     pub const QUEUE_OVERFLOW: Self = Self(-350);
-    /// The line's check does not fit the line.
+    /// The check sum of a line is wrong or missing.
     pub const CHECKSUM: Self = Self(-362);
-    /// The drive was switched off by a fault.
+    /// A fault has switched the drive off.
     pub const FAULT: Self = Self(101);
-    /// The choice of channels is more than the line carries.
+    /// The selected channels need more bandwidth than the line has.
     pub const LINE_TOO_SLOW: Self = Self(102);
-    /// A calibration ended without an answer.
+    /// A calibration ended without a result.
     pub const CALIBRATION: Self = Self(103);
-    /// A setting makes no sense.
+    /// A setting is invalid.
     pub const SETTING: Self = Self(104);
 
-    /// Its words.
-    pub fn words(self) -> Words {
+    /// The text of the error.
+    pub fn message(self) -> &'static str {
         match self {
-            Self(0) => words!("No error"),
-            Self::INVALID_CHARACTER => words!("Invalid character"),
-            Self::SYNTAX => words!("Syntax error"),
-            Self::DATA_TYPE => words!("Data type error"),
-            Self::PARAMETER_NOT_ALLOWED => words!("Parameter not allowed"),
-            Self::MISSING_PARAMETER => words!("Missing parameter"),
-            Self::UNDEFINED_HEADER => words!("Undefined header"),
-            Self::NUMERIC_DATA => words!("Numeric data error"),
-            Self::INVALID_SUFFIX => words!("Invalid suffix"),
-            Self::SETTINGS_CONFLICT => words!("Settings conflict"),
-            Self::OUT_OF_RANGE => words!("Data out of range"),
-            Self::TOO_MUCH_DATA => words!("Too much data"),
-            Self::ILLEGAL_VALUE => words!("Illegal parameter value"),
-            Self::DATA_STALE => words!("Data corrupt or stale"),
-            Self::HARDWARE => words!("Hardware error"),
-            Self::STORAGE => words!("Storage fault"),
-            Self::QUEUE_OVERFLOW => words!("Queue overflow"),
-            Self::CHECKSUM => words!("Checksum error in the line"),
-            Self::FAULT => words!("Drive switched off"),
-            Self::LINE_TOO_SLOW => words!("More than the line carries"),
-            Self::CALIBRATION => words!("Calibration without an answer"),
-            Self::SETTING => words!("Setting refused"),
-            _ => words!("Error"),
+            Self::NONE => "No error",
+            Self::INVALID_CHARACTER => "Invalid character",
+            Self::SYNTAX => "Syntax error",
+            Self::DATA_TYPE => "Data type error",
+            Self::PARAMETER_NOT_ALLOWED => "Parameter not allowed",
+            Self::MISSING_PARAMETER => "Missing parameter",
+            Self::UNDEFINED_HEADER => "Undefined header",
+            Self::NUMERIC_DATA => "Numeric data error",
+            Self::INVALID_SUFFIX => "Invalid suffix",
+            Self::SETTINGS_CONFLICT => "Settings conflict",
+            Self::OUT_OF_RANGE => "Data out of range",
+            Self::TOO_MUCH_DATA => "Too much data",
+            Self::ILLEGAL_VALUE => "Illegal parameter value",
+            Self::DATA_STALE => "Data corrupt or stale",
+            Self::HARDWARE => "Hardware error",
+            Self::STORAGE => "Storage fault",
+            Self::QUEUE_OVERFLOW => "Queue overflow",
+            Self::CHECKSUM => "Checksum error in the line",
+            Self::FAULT => "Drive switched off",
+            Self::LINE_TOO_SLOW => "Serial line too slow",
+            Self::CALIBRATION => "Calibration failed",
+            Self::SETTING => "Setting refused",
+            _ => "Error",
         }
     }
 
@@ -94,100 +97,90 @@ impl Code {
     }
 }
 
-/// What an error is about.
-pub type Detail = Text<72>;
+/// Longest detail, bytes; with the text of the code it fits into a line of a reply.
+const DETAIL_BYTES: usize = 120;
 
-/// An error and what it is about.
-#[derive(Clone, Copy, Debug)]
+/// An error of the console.
+#[derive(Clone, Debug)]
 pub struct ErrorEntry {
     /// Its number.
     pub code: Code,
-    /// What it is about; may be empty.
-    pub detail: Detail,
+    /// The cause and what to do about it; may be empty.
+    detail: Truncated<DETAIL_BYTES>,
 }
 
 impl ErrorEntry {
-    /// With nothing more to say.
+    /// An error without a detail.
     pub fn new(code: Code) -> Self {
-        Self { code, detail: Detail::default() }
+        Self { code, detail: Truncated::default() }
     }
 
-    /// With words of the stand.
-    pub fn saying(code: Code, words: Words) -> Self {
+    /// An error with a detail, which is cut at 120 bytes.
+    pub fn with(code: Code, detail: impl Display) -> Self {
         let mut entry = Self::new(code);
-        entry.detail.writer().words(words);
+        // Writing into a `Truncated` cannot fail.
+        _ = write!(entry.detail, "{detail}");
         entry
     }
 
-    /// About some words of the line.
-    pub fn about(code: Code, what: &[u8]) -> Self {
-        let mut entry = Self::new(code);
-        entry.detail.writer().bytes(what);
-        entry
+    /// The detail; may be empty.
+    pub fn detail(&self) -> &str {
+        &self.detail.0
     }
+}
 
-    /// As the reply has it: number, comma, words in quotes.
-    pub fn write(&self, out: &mut Writer<'_>) {
-        out.signed(i64::from(self.code.0)).text(",\"").words(self.code.words());
-        if !self.detail.is_empty() {
-            out.text("; ");
-            // A quote within would end the text.
-            for byte in self.detail.as_bytes() {
-                out.byte(if *byte == b'"' { b'\'' } else { *byte });
-            }
+/// As the reply has it: number, comma, text in quotes.
+impl Display for ErrorEntry {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{},\"{}", self.code.0, self.code.message())?;
+        if !self.detail().is_empty() {
+            f.write_str("; ")?;
+            // A quote inside would end the text.
+            self.detail().chars().try_for_each(|character| f.write_char(if character == '"' { '\'' } else { character }))?;
         }
-        out.byte(b'"');
+        f.write_char('"')
     }
 }
 
-/// The queue's places.
-pub const PLACES: usize = 16;
+/// A reply that is longer than its buffer.
+impl From<fmt::Error> for ErrorEntry {
+    fn from(_: fmt::Error) -> Self {
+        Self::with(Code::TOO_MUCH_DATA, "the reply does not fit into a line")
+    }
+}
 
-/// The errors that nobody has asked for yet, the oldest first.
-#[derive(Clone, Debug)]
+/// Length of the queue.
+pub const QUEUE_LENGTH: usize = 16;
+
+/// The errors that were not read yet, the oldest first.
+#[derive(Debug, Default)]
 pub struct ErrorQueue {
-    entries: [ErrorEntry; PLACES],
-    first: usize,
-    count: usize,
-}
-
-impl Default for ErrorQueue {
-    fn default() -> Self {
-        let empty = ErrorEntry { code: Code(0), detail: Detail::default() };
-        Self { entries: [empty; PLACES], first: 0, count: 0 }
-    }
+    entries: Deque<ErrorEntry, QUEUE_LENGTH>,
 }
 
 impl ErrorQueue {
-    /// How many there are.
+    /// Number of errors.
     pub fn count(&self) -> usize {
-        self.count
+        self.entries.len()
     }
 
-    /// Adds one; where there is no room, the newest says so.
+    /// Adds an error. In a full queue the newest entry becomes [`Code::QUEUE_OVERFLOW`], as SCPI has it.
     pub fn push(&mut self, entry: ErrorEntry) {
-        let entry = if self.count < PLACES { entry } else { ErrorEntry::new(Code::QUEUE_OVERFLOW) };
-        let place = (self.first + self.count.min(PLACES - 1)) & (PLACES - 1);
-        if let Some(place) = self.entries.get_mut(place) {
-            *place = entry;
+        if self.entries.push_back(entry).is_err()
+            && let Some(newest) = self.entries.back_mut()
+        {
+            *newest = ErrorEntry::new(Code::QUEUE_OVERFLOW);
         }
-        self.count = (self.count + 1).min(PLACES);
     }
 
     /// Takes the oldest.
     pub fn pop(&mut self) -> Option<ErrorEntry> {
-        if self.count == 0 {
-            return None;
-        }
-        let entry = self.entries.get(self.first).copied();
-        self.first = (self.first + 1) & (PLACES - 1);
-        self.count -= 1;
-        entry
+        self.entries.pop_front()
     }
 
-    /// Forgets all.
+    /// Removes all.
     pub fn clear(&mut self) {
-        self.count = 0;
+        self.entries.clear();
     }
 }
 
@@ -196,22 +189,27 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sixteen_are_kept_in_order_and_a_loss_is_told() {
+    fn sixteen_errors_are_kept_in_order_and_an_overflow_is_reported() {
         let mut queue = ErrorQueue::default();
         for n in 0..20_u8 {
-            queue.push(ErrorEntry::about(Code::UNDEFINED_HEADER, &[b'A' + n]));
+            queue.push(ErrorEntry::with(Code::UNDEFINED_HEADER, char::from(b'A' + n)));
         }
         let all: Vec<_> = core::iter::from_fn(|| queue.pop()).collect();
         assert_eq!(all.len(), 16);
-        assert!(all[..15].iter().zip(b'A'..).all(|(entry, letter)| entry.detail.as_bytes() == [letter]));
+        assert!(all[..15].iter().zip('A'..).all(|(entry, letter)| entry.detail() == letter.to_string()));
         assert_eq!(all[15].code, Code::QUEUE_OVERFLOW);
         assert_eq!(queue.count(), 0);
     }
 
     #[test]
-    fn a_reply_has_number_and_words_in_quotes() {
-        let mut text = Text::<120>::default();
-        ErrorEntry::about(Code::UNDEFINED_HEADER, b"SOUR:\"FOO").write(&mut text.writer());
-        assert_eq!(text.as_str(), "-113,\"Undefined header; SOUR:'FOO\"");
+    fn a_reply_has_number_and_text_in_quotes() {
+        let entry = ErrorEntry::with(Code::UNDEFINED_HEADER, "SOUR:\"FOO");
+        assert_eq!(entry.to_string(), "-113,\"Undefined header; SOUR:'FOO\"");
+    }
+
+    #[test]
+    fn the_longest_error_fits_into_a_frame() {
+        let entry = ErrorEntry::with(Code::CHECKSUM, "x".repeat(200));
+        assert!("ERROR ".len() + entry.to_string().len() <= crate::telemetry::frame::MOST_TEXT);
     }
 }

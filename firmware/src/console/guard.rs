@@ -1,18 +1,18 @@
-//! The stop that needs nobody: it acts in the receive interrupt, in text and in stream mode, whatever the tasks do.
+//! Emergency stop by the serial line. It acts in the receive interrupt, in text and in stream mode, independently of the tasks.
 //!
-//! In: every byte of the line, as it comes ([`Guard::byte`]), and its breaks. Out: flags in a [`StopLine`], which `TickIo::sense` hands to the
-//! tick as `stop` and which the app clears once the drive's fault is latched. Two things stop: the byte 0x18 (Ctrl-X) anywhere, and the
-//! word STOP, in any case, where a command begins (the start of a line, after `;`) and as a whole word (the line's end, `;`, `~` or a
-//! blank follows). A check behind it (`STOP~1A2B3C4D`) is not waited for: a stop too many costs a run, one too few costs a stand.
+//! In: every received byte ([`Guard::byte`]) and every break. Out: flags in a [`StopLine`]. `TickIo::sense` passes them to the tick as `stop`; the
+//! app clears them once the fault is latched. Two inputs stop: the byte 0x18 (Ctrl-X) anywhere, and the word STOP, in any case, at the start
+//! of a command (start of the line or after `;`) and as a whole word (line end, `;`, `~` or blank behind it). A check sum behind
+//! it (`STOP~1A2B3C4D`) is not awaited: an unwanted stop costs a run, a missed stop may cost the stand.
 //!
-//! Promises: a few instructions per byte, no panic, no wait, no memory but one byte.
+//! The guard takes a few instructions per byte and one byte of state; it does not panic or wait.
 
 use core::sync::atomic::{AtomicU8, Ordering};
 
-/// Ctrl-X: stop, and back to text mode.
+/// Ctrl-X: stop, and return to text mode.
 pub const CANCEL: u8 = 0x18;
 
-/// What the line has asked for and the app has not yet seen to.
+/// Requests of the line that the app has not handled yet.
 #[derive(Debug, Default)]
 pub struct StopLine {
     asked: AtomicU8,
@@ -22,29 +22,29 @@ const STOP: u8 = 1;
 const TEXT: u8 = 2;
 
 impl StopLine {
-    /// Nothing asked.
+    /// No request.
     pub const fn new() -> Self {
         Self { asked: AtomicU8::new(0) }
     }
 
-    /// Asks for an emergency stop.
+    /// Requests an emergency stop.
     #[inline]
     pub fn ask_stop(&self) {
         self.asked.fetch_or(STOP, Ordering::Relaxed);
     }
 
-    /// Whether a stop is asked for: what `TickIo::sense` reports.
+    /// Whether a stop is requested; `TickIo::sense` reports it.
     #[inline]
     pub fn is_stop_asked(&self) -> bool {
         self.asked.load(Ordering::Relaxed) & STOP != 0
     }
 
-    /// The stop was seen to: the fault is latched.
+    /// Clears the stop, once its fault is latched.
     pub fn clear_stop(&self) {
         self.asked.fetch_and(!STOP, Ordering::Relaxed);
     }
 
-    /// Whether text mode was asked for (0x18, a break) since the last call.
+    /// Whether text mode was requested (0x18, a break) since the last call.
     pub fn take_text(&self) -> bool {
         self.asked.fetch_and(!TEXT, Ordering::Relaxed) & TEXT != 0
     }
@@ -55,11 +55,11 @@ impl StopLine {
     }
 }
 
-/// Watches the bytes for a stop.
+/// Detects a stop in the received bytes.
 #[derive(Clone, Debug)]
 pub struct Guard<'a> {
     line: &'a StopLine,
-    /// Letters of STOP seen since a command began; [`OTHER`] within another word.
+    /// Letters of STOP received since the start of the command; [`OTHER`] within another word.
     seen: u8,
 }
 
@@ -72,7 +72,7 @@ impl<'a> Guard<'a> {
         Self { line, seen: 0 }
     }
 
-    /// The next byte of the line, in either mode.
+    /// Takes the next byte, in either mode.
     #[inline]
     pub fn byte(&mut self, byte: u8) {
         match byte {
@@ -95,7 +95,7 @@ impl<'a> Guard<'a> {
         }
     }
 
-    /// The line was held low for longer than a byte: back to text mode; a line that was begun is no more.
+    /// The line was held low for longer than a byte: return to text mode and discard the incomplete line.
     #[inline]
     pub fn line_break(&mut self) {
         self.line.ask_text();
@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn stop_acts_as_a_whole_command_word_only() {
+    fn stop_acts_only_as_a_whole_command_word() {
         for yes in ["STOP\n", "stop\r", "Stop;", "OUTP ON;STOP\n", "*CLS; sToP \n", "STOP~0123abcd\n", "  stop\r\n", "x\nstop\n"] {
             assert!(stops(yes.as_bytes()), "{yes:?}");
         }
@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn the_cancel_byte_acts_anywhere_and_asks_for_text() {
+    fn the_cancel_byte_acts_anywhere_and_requests_text_mode() {
         let line = StopLine::new();
         let mut guard = Guard::new(&line);
         b"SOUR:RA".iter().for_each(|byte| guard.byte(*byte));
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn a_break_asks_for_text_and_stops_nothing() {
+    fn a_break_requests_text_mode_without_a_stop() {
         let line = StopLine::new();
         let mut guard = Guard::new(&line);
         b"STOP".iter().for_each(|byte| guard.byte(*byte));

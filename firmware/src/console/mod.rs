@@ -1,11 +1,11 @@
-//! The console: text lines in, text lines out, SCPI for a person in a plain terminal and for instrument libraries.
+//! The console: command lines in the manner of SCPI, for a terminal and for instrument libraries.
 //!
-//! In: bytes of the serial line. [`guard`] is what the receive interrupt runs on every byte, so that a stop acts whatever else goes on;
-//! [`line`] puts lines together and checks them; [`parse`] takes them apart; [`quantity`] knows numbers and units, [`text`] writes them;
-//! [`errors`] and [`status`] keep what went wrong. What the commands *do* is the app's ([`crate::app`]).
+//! In: bytes of the serial line. [`guard`] runs in the receive interrupt on every byte and detects a stop; [`line`](mod@line) assembles and
+//! checks lines; [`parse`] splits them into commands and parameters; [`quantity`] knows numbers and units; [`errors`] and [`status`] keep
+//! the error queue and the status registers. The commands themselves are in [`crate::app`].
 //!
-//! Own code and not the crate `scpi` 1.0 (last release 2023): that brings `lexical-core` and `uom`, more flash than the whole console has, lists
-//! no tree for `HELP?`, and its parsers can panic.
+//! The crate `scpi` 1.0 (last release 2023) is not used: it brings `lexical-core` and `uom`, has no command list for `HELP?`, and its
+//! parsers can panic.
 
 pub mod errors;
 pub mod guard;
@@ -13,6 +13,5 @@ pub mod line;
 pub mod parse;
 pub mod quantity;
 pub mod status;
-pub mod text;
 
 pub use guard::{Guard, StopLine};

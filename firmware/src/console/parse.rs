@@ -1,10 +1,12 @@
-//! A line taken apart: commands between `;`, each a header and its parameters. Nothing is copied.
+//! Parser of a line: commands separated by `;`, each a header and its parameters. Nothing is copied.
 //!
-//! A header's words are matched in long or short form, in any case (`SOURce:RATE`: SOURCE or SOUR). A command after `;` begins where the one
-//! before it had its last word (`SOURce:MODE RATE;RATE 5`), one with `:` before it, or with `*`, at the root; and so does STOP, always.
+//! Header words match in long or short form, in any case (`SOURce:RATE`: SOURCE or SOUR). A command after `;` continues the path of the
+//! command before it (`SOURce:MODE RATE;RATE 5`). A leading `:` or `*` starts at the root, and STOP always does.
 
 use super::errors::{Code, ErrorEntry};
 use super::quantity::{Quantity, number};
+use crate::text::{Ascii, Significant};
+use core::fmt::{self, Display};
 
 /// The commands of a line.
 #[derive(Clone, Debug)]
@@ -16,16 +18,16 @@ pub struct Commands<'a> {
 /// One command.
 #[derive(Clone, Copy, Debug)]
 pub struct Command<'a> {
-    /// The words that the one before it had but its last.
+    /// The path of the command before it: its header without the last word.
     path: &'a [u8],
     header: &'a [u8],
-    /// Whether it asks.
+    /// It has a `?`.
     pub is_query: bool,
     parameters: &'a [u8],
 }
 
 impl<'a> Commands<'a> {
-    /// The commands of a line, whose check is stripped.
+    /// The commands of a line without check sum.
     pub fn new(line: &'a [u8]) -> Self {
         Self { rest: Some(line), path: b"" }
     }
@@ -53,7 +55,7 @@ impl<'a> Iterator for Commands<'a> {
             let path = if at_root { b"" } else { self.path };
             let command = Command { path, header, is_query, parameters: parameters.trim_ascii() };
             if !header.starts_with(b"*") {
-                // The path of the next: only one level of words is carried on where this one had a path of its own.
+                // The path of the next command is that of this header, or of the command before where this header is one word.
                 self.path = match header.iter().rposition(|byte| *byte == b':') {
                     Some(last) => header.get(..last).unwrap_or_default(),
                     None if at_root => b"",
@@ -66,7 +68,7 @@ impl<'a> Iterator for Commands<'a> {
 }
 
 impl<'a> Command<'a> {
-    /// Whether it is this pattern: words with `:`, the short form in capitals.
+    /// Whether the header matches a pattern: words separated by `:`, the short form in capitals.
     pub fn is(&self, pattern: &str) -> bool {
         self.matches(pattern, self.path) || (!self.path.is_empty() && self.header.contains(&b':') && self.matches(pattern, b""))
     }
@@ -83,7 +85,7 @@ impl<'a> Command<'a> {
         }
     }
 
-    /// Its last word, if the others are this pattern.
+    /// The last word of the header, if the words before it match the pattern.
     pub fn last_below(&self, pattern: &str) -> Option<&'a [u8]> {
         let mut words = self.words_after(self.path);
         for wanted in split_words(pattern.as_bytes()) {
@@ -102,35 +104,35 @@ impl<'a> Command<'a> {
         split_words(path).filter(|word| !word.is_empty()).chain(split_words(self.header))
     }
 
-    /// Its header as it was written, for errors.
+    /// The header as received, for errors.
     pub fn header(&self) -> &'a [u8] {
         self.header
     }
 
-    /// Its parameters.
+    /// The parameters.
     pub fn parameters(&self) -> Parameters<'a> {
         Parameters { rest: (!self.parameters.is_empty()).then_some(self.parameters) }
     }
 }
 
-/// The parameters of a command, one after the other.
+/// The parameters of a command, read one after the other.
 #[derive(Clone, Copy, Debug)]
 pub struct Parameters<'a> {
     rest: Option<&'a [u8]>,
 }
 
 impl<'a> Parameters<'a> {
-    /// The next as it is, if there is one.
+    /// The next parameter as received, if there is one.
     pub fn next_text(&mut self) -> Option<&'a [u8]> {
         let (text, rest) = cut(self.rest?, b',');
         self.rest = rest;
         Some(text.trim_ascii())
     }
 
-    /// The next, which must be there; quotes around it are taken off.
+    /// The next parameter without quotes around it.
     ///
     /// # Errors
-    /// It is missing.
+    /// The parameter is missing.
     pub fn text(&mut self) -> Result<&'a [u8], ErrorEntry> {
         let text = self.next_text().ok_or_else(|| ErrorEntry::new(Code::MISSING_PARAMETER))?;
         Ok(match text {
@@ -139,98 +141,120 @@ impl<'a> Parameters<'a> {
         })
     }
 
-    /// The next as the place of a word among `words`, in long or short form.
+    /// The next parameter as index of a word in `words`, in long or short form.
     ///
     /// # Errors
-    /// It is missing, or none of them.
+    /// The parameter is missing, or is not one of the words.
     pub fn choice(&mut self, words: &[&str]) -> Result<usize, ErrorEntry> {
         let text = self.text()?;
-        words.iter().position(|word| is_word(text, word)).ok_or_else(|| ErrorEntry::about(Code::ILLEGAL_VALUE, text))
+        let choice = words.iter().position(|word| is_word(text, word));
+        choice.ok_or_else(|| ErrorEntry::with(Code::ILLEGAL_VALUE, format_args!("{} is not one of {}", Ascii(text), Choices(words))))
     }
 
-    /// The next as ON or OFF, 1 or 0.
+    /// The next parameter as ON or OFF, 1 or 0.
     ///
     /// # Errors
-    /// It is missing, or something else.
+    /// The parameter is missing, or something else.
     pub fn on_off(&mut self) -> Result<bool, ErrorEntry> {
         self.choice(&["OFF", "ON", "0", "1"]).map(|place| place & 1 == 1)
     }
 
-    /// The next as a number in the range's own unit.
+    /// The next parameter as a number in the unit of the range.
     ///
     /// # Errors
-    /// It is missing, no number, of another unit, or outside of the range.
+    /// The parameter is missing, is not a number, has a unit of another quantity, or is outside the range.
     pub fn number(&mut self, range: &Range) -> Result<f64, ErrorEntry> {
         let text = self.text()?;
         if let Some(bound) = range.keyword(text) {
             return Ok(bound);
         }
         let Some((value, suffix)) = number(text) else {
-            return Err(ErrorEntry::about(Code::NUMERIC_DATA, text));
+            return Err(ErrorEntry::with(Code::NUMERIC_DATA, format_args!("{} is not a number", Ascii(text))));
         };
         let factor = range.quantity.factor(suffix.trim_ascii()).ok_or_else(|| {
-            let mut entry = ErrorEntry::about(Code::INVALID_SUFFIX, text);
-            entry.detail.writer().text(" is not in ").text(range.quantity.unit);
-            entry
+            let unit = if range.quantity.unit.is_empty() { "no unit" } else { range.quantity.unit };
+            ErrorEntry::with(Code::INVALID_SUFFIX, format_args!("the unit of {} is wrong; expected {unit}", Ascii(text)))
         })?;
         let value = value * factor;
-        // A bound that was written in another unit may be off by its last digit.
+        // A bound given in another unit may be off by its last digit.
         let slack = 1e-12 * (range.greatest.abs() + range.least.abs());
         if !(value >= range.least - slack && value <= range.greatest + slack) {
-            let mut entry = ErrorEntry::about(Code::OUT_OF_RANGE, text);
-            range.write(entry.detail.writer().text(": "));
-            return Err(entry);
+            let (side, limit) =
+                if value < range.least { ("below the minimum", range.least) } else { ("above the maximum", range.greatest) };
+            let unit = range.quantity.unit;
+            let separator = if unit.is_empty() { "" } else { " " };
+            let detail = format_args!("{} is {side} of {}{separator}{unit}", Ascii(text), Significant(limit, 6));
+            return Err(ErrorEntry::with(Code::OUT_OF_RANGE, detail));
         }
-        // `clamp` panics where its bounds are swapped.
+        // `clamp` panics if its bounds are swapped.
         Ok(crate::maths::lesser(crate::maths::greater(value, range.least), range.greatest))
     }
 
-    /// There must be no more.
+    /// Checks that all parameters were read.
     ///
     /// # Errors
-    /// There are.
+    /// There is another parameter.
     pub fn end(&mut self) -> Result<(), ErrorEntry> {
-        self.next_text().map_or(Ok(()), |text| Err(ErrorEntry::about(Code::PARAMETER_NOT_ALLOWED, text)))
+        self.next_text().map_or(Ok(()), |text| Err(ErrorEntry::with(Code::PARAMETER_NOT_ALLOWED, Ascii(text))))
     }
 }
 
-/// What a number may be.
+/// Words as `ONE, TWO or THREE`.
+struct Choices<'a>(&'a [&'a str]);
+
+impl Display for Choices<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (n, word) in self.0.iter().enumerate() {
+            let separator = if n == 0 {
+                ""
+            } else if n + 1 == self.0.len() {
+                " or "
+            } else {
+                ", "
+            };
+            write!(f, "{separator}{word}")?;
+        }
+        Ok(())
+    }
+}
+
+/// The range of a numeric parameter.
 #[derive(Clone, Copy, Debug)]
 pub struct Range {
-    /// What it measures.
+    /// The quantity, with its unit.
     pub quantity: Quantity,
-    /// The least.
+    /// Smallest allowed value.
     pub least: f64,
-    /// The greatest.
+    /// Greatest allowed value.
     pub greatest: f64,
-    /// What DEFault stands for.
-    pub usual: f64,
+    /// The value of the keyword DEFault.
+    pub default: f64,
 }
 
 impl Range {
-    /// A range.
-    pub const fn new(quantity: Quantity, least: f64, greatest: f64, usual: f64) -> Self {
-        Self { quantity, least, greatest, usual }
+    /// A range in the unit of the quantity.
+    pub const fn new(quantity: Quantity, least: f64, greatest: f64, default: f64) -> Self {
+        Self { quantity, least, greatest, default }
     }
 
-    /// What a keyword stands for.
+    /// The value of the keyword MINimum, MAXimum or DEFault.
     pub fn keyword(&self, text: &[u8]) -> Option<f64> {
-        [("MINimum", self.least), ("MAXimum", self.greatest), ("DEFault", self.usual)]
+        [("MINimum", self.least), ("MAXimum", self.greatest), ("DEFault", self.default)]
             .into_iter()
             .find(|(word, _)| is_word(text, word))
             .map(|(_, value)| value)
     }
+}
 
-    /// `least to greatest unit`.
-    pub fn write(&self, out: &mut super::text::Writer<'_>) {
-        out.number(self.least, 6).text(" to ").number(self.greatest, 6);
-        if !self.quantity.unit.is_empty() {
-            out.byte(b' ').text(self.quantity.unit);
-        }
+/// As `least to greatest unit`.
+impl Display for Range {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} to {}", Significant(self.least, 6), Significant(self.greatest, 6))?;
+        if self.quantity.unit.is_empty() { Ok(()) } else { write!(f, " {}", self.quantity.unit) }
     }
 }
 
-/// Whether `text` is `pattern`, whole or its capitals (and what comes before the first small letter), in any case.
+/// Whether `text` is `pattern` in long form, or in short form (the part before the first small letter), in any case.
 pub fn is_word(text: &[u8], pattern: &str) -> bool {
     is_form(text, pattern.as_bytes())
 }
@@ -240,7 +264,7 @@ fn is_form(text: &[u8], pattern: &[u8]) -> bool {
     text.eq_ignore_ascii_case(pattern) || pattern.get(..short).is_some_and(|short| text.eq_ignore_ascii_case(short))
 }
 
-/// The words between `:`, at least one. (The standard library's splitting slices, and what slices can panic as far as the compiler can see.)
+/// The words between `:`, at least one. The standard library's `split` is not used: the compiler cannot prove its slices free of panics.
 fn split_words(text: &[u8]) -> impl Iterator<Item = &[u8]> {
     let mut rest = Some(text);
     core::iter::from_fn(move || {
@@ -251,7 +275,7 @@ fn split_words(text: &[u8]) -> impl Iterator<Item = &[u8]> {
     })
 }
 
-/// Whether `text` is a name of a parameter (`dwell_s`): whole, without its unit, or that in SCPI's short form (four letters, three where
+/// Whether `text` is the name of a parameter (`dwell_s`): complete, without its unit, or in SCPI's short form (four letters, three if
 /// the fourth is a vowel).
 pub fn is_name(text: &[u8], name: &str) -> bool {
     let end = name.bytes().position(|byte| matches!(byte, b'_' | b'-')).unwrap_or(name.len());
@@ -262,7 +286,7 @@ pub fn is_name(text: &[u8], name: &str) -> bool {
     [name.as_bytes(), base.as_bytes(), short].into_iter().any(|form| text.eq_ignore_ascii_case(form))
 }
 
-/// What is before the first `at` outside of quotes, and what is after it.
+/// The text before the first `at` outside quotes, and the text after it.
 fn cut(text: &[u8], at: u8) -> (&[u8], Option<&[u8]>) {
     let mut quote = None;
     let place = text.iter().position(|byte| {
@@ -292,7 +316,7 @@ mod tests {
     }
 
     #[test]
-    fn headers_match_in_long_and_short_form_and_carry_their_path() {
+    fn headers_match_in_long_and_short_form_and_continue_the_path() {
         is("SOURce:RATE 5", &["SOURce:RATE"]);
         is("sour:rate 5;:outp on", &["SOURce:RATE", "OUTPut"]);
         is("SOURce:MODE RATE;RATE 100 DEG/S;*OPC?;RATE?", &["SOURce:MODE", "SOURce:RATE", "*OPC", "SOURce:RATE"]);
@@ -307,10 +331,13 @@ mod tests {
     }
 
     #[test]
-    fn parameters_are_numbers_words_and_texts() {
+    fn parameters_are_numbers_words_and_text() {
         let rate = Range::new(Quantity::RATE, -35.0, 35.0, 1.0);
         let of = |line: &'static str| Commands::new(line.as_bytes()).next().unwrap().parameters();
-        assert_eq!(of("X 100").number(&rate).unwrap_err().code, Code::OUT_OF_RANGE);
+        let refused = of("X 100").number(&rate).unwrap_err();
+        assert_eq!((refused.code, refused.detail()), (Code::OUT_OF_RANGE, "100 is above the maximum of 35 RAD/S"));
+        let refused = of("X A").choice(&["ONE", "TWO", "THRee"]).unwrap_err();
+        assert_eq!((refused.code, refused.detail()), (Code::ILLEGAL_VALUE, "A is not one of ONE, TWO or THRee"));
         assert_eq!(of("X -2.5 , 3").number(&rate).unwrap(), -2.5);
         assert!((of("X 360DEG/S").number(&rate).unwrap() - core::f64::consts::TAU).abs() < 1e-12);
         assert_eq!(
@@ -328,7 +355,7 @@ mod tests {
     }
 
     #[test]
-    fn a_parameters_name_goes_whole_without_its_unit_or_short() {
+    fn a_parameter_name_matches_complete_without_unit_or_short() {
         for (text, name) in [
             ("DWEL", "dwell_s"),
             ("dwell_s", "dwell_s"),

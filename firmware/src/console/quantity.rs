@@ -1,15 +1,15 @@
-//! Numbers with units: what a person may write behind a number, and what the stand writes behind its own.
+//! Numbers with units: the units that a parameter accepts, and the unit of a reply.
 //!
-//! A [`Quantity`] is a unit of the stand's own and what else may be written for it, with a factor. One parser serves all.
+//! A [`Quantity`] has one unit of its own and accepts others with a conversion factor. One parser serves all.
 
-use super::text::scaled;
+use crate::text::scaled;
 
-/// A kind of number: its own unit, and other ways to write it.
+/// A physical quantity: its unit, and the units that are converted to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Quantity {
-    /// The unit that numbers without one are in, and that replies have; empty for a plain number.
+    /// The unit of replies and of numbers without a unit; empty for a plain number.
     pub unit: &'static str,
-    /// What the unit may be written as otherwise; the list is searched by these kinds.
+    /// Selects the other units that are accepted.
     kind: Kind,
 }
 
@@ -53,12 +53,12 @@ impl Quantity {
         Self { unit, kind }
     }
 
-    /// A unit that can be written in one way only.
+    /// A unit without other accepted units.
     pub const fn only(unit: &'static str) -> Self {
         Self::new(unit, Kind::Plain)
     }
 
-    /// The quantity that a name of a setting ends with (`rate_bandwidth_Hz`).
+    /// The quantity that the unit at the end of a setting's name stands for (`rate_bandwidth_Hz`).
     pub fn of_name(name: &str) -> Self {
         const ENDS: [(&str, Quantity); 29] = [
             ("_rad_per_code", Quantity::only("RAD/CODE")),
@@ -94,7 +94,7 @@ impl Quantity {
         ENDS.iter().find(|(end, _)| name.ends_with(end)).map_or(Self::PLAIN, |(_, quantity)| *quantity)
     }
 
-    /// By how much a number with this suffix is multiplied; `None` where the suffix is no unit of this quantity.
+    /// The factor that converts a number with this suffix; `None` where the suffix is not a unit of this quantity.
     pub fn factor(self, suffix: &[u8]) -> Option<f64> {
         const TURN: f64 = core::f64::consts::TAU;
         const DEGREE: f64 = TURN / 360.0;
@@ -155,7 +155,7 @@ pub fn number(text: &[u8]) -> Option<(f64, &[u8])> {
                         digits = more;
                         exponent -= i32::from(point);
                     }
-                    // The twentieth digit changes nothing.
+                    // Digits from the twentieth on have no effect.
                     None => exponent += i32::from(!point),
                 }
             }
@@ -173,12 +173,12 @@ pub fn number(text: &[u8]) -> Option<(f64, &[u8])> {
         exponent = exponent.saturating_add(power);
         rest = after;
     }
-    // What is beyond any number's range is beyond every parameter's.
+    // Limits the number of multiplications; such a value is outside every range anyway.
     let value = scaled(digits as f64, exponent.clamp(-400, 400));
     Some((if negative { -value } else { value }, rest))
 }
 
-/// The power behind an E, which may as well be the beginning of a word.
+/// The exponent behind an E; `None` where the E begins a word.
 fn power(text: &[u8]) -> Option<(i32, &[u8])> {
     let (negative, mut rest) = match text.split_first() {
         Some((b'-', rest)) => (true, rest),

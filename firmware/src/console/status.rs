@@ -1,11 +1,11 @@
-//! The status registers of IEEE 488.2 and SCPI: what happened (events, kept until they are asked for) and what is so (conditions).
+//! Status registers of IEEE 488.2 and SCPI: events, kept until they are read, and conditions.
 //!
-//! Standard events: 0 operation complete, 2 query, 3 device, 4 execution, 5 command error, 7 power on. Status byte: 2 errors in the queue,
-//! 3 questionable, 5 standard event, 6 any of them that is enabled, 7 operation.
+//! Standard events by bit: 0 operation complete, 2 query error, 3 device error, 4 execution error, 5 command error, 7 power on. Status byte:
+//! 2 error queue not empty, 3 questionable, 5 standard event, 6 summary of the enabled bits, 7 operation.
 
 use core::cell::Cell;
 
-/// A condition with its events: a bit that rises is an event.
+/// A condition register with its event register: a bit that rises sets its event.
 #[derive(Debug, Default)]
 pub struct Group {
     condition: Cell<u16>,
@@ -14,28 +14,28 @@ pub struct Group {
 }
 
 impl Group {
-    /// What is so now.
+    /// Sets the condition bits.
     pub fn set_condition(&self, now: u16) {
         let risen = now & !self.condition.replace(now);
         self.event.set(self.event.get() | risen);
     }
 
-    /// What is so.
+    /// The condition bits.
     pub fn condition(&self) -> u16 {
         self.condition.get()
     }
 
-    /// What has become so since the last call.
+    /// Reads and clears the event bits.
     pub fn take_event(&self) -> u16 {
         self.event.take()
     }
 
-    /// Which events are shown in the status byte.
+    /// The events that are enabled for the status byte.
     pub fn enable(&self) -> u16 {
         self.enable.get()
     }
 
-    /// Chooses them.
+    /// Enables events for the status byte.
     pub fn set_enable(&self, bits: u16) {
         self.enable.set(bits);
     }
@@ -45,7 +45,7 @@ impl Group {
     }
 }
 
-/// Operation is complete.
+/// Standard event: operation complete.
 pub const OPERATION_COMPLETE: u8 = 1;
 const POWER_ON: u8 = 1 << 7;
 
@@ -55,9 +55,9 @@ pub struct Status {
     event: Cell<u8>,
     event_enable: Cell<u8>,
     request_enable: Cell<u8>,
-    /// What the stand does: bit 0 calibrates, 8 drives, 9 runs a profile, 10 streams, 11 compensates.
+    /// Operation: bit 0 calibrating, 8 driving, 9 profile running, 10 streaming, 11 compensating.
     pub operation: Group,
-    /// What is doubtful: bits 0 … 7 the limits in force, 8 a fault is latched, 9 frames were lost.
+    /// Questionable: bits 0 … 7 limits in force, 8 fault latched, 9 frames lost.
     pub questionable: Group,
 }
 
@@ -74,44 +74,44 @@ impl Default for Status {
 }
 
 impl Status {
-    /// A standard event has happened.
-    pub fn happened(&self, bits: u8) {
+    /// Sets standard events.
+    pub fn set_event(&self, bits: u8) {
         self.event.set(self.event.get() | bits);
     }
 
-    /// What happened since the last call.
+    /// Reads and clears the standard events.
     pub fn take_event(&self) -> u8 {
         self.event.take()
     }
 
-    /// Which standard events are shown in the status byte.
+    /// The standard events that are enabled for the status byte.
     pub fn event_enable(&self) -> u8 {
         self.event_enable.get()
     }
 
-    /// Chooses them.
+    /// Enables standard events for the status byte.
     pub fn set_event_enable(&self, bits: u8) {
         self.event_enable.set(bits);
     }
 
-    /// Which bits of the status byte are shown in its bit 6.
+    /// The bits of the status byte that are enabled for its bit 6.
     pub fn request_enable(&self) -> u8 {
         self.request_enable.get()
     }
 
-    /// Chooses them; bit 6 itself cannot be.
+    /// Enables bits of the status byte for its bit 6; bit 6 itself cannot be enabled.
     pub fn set_request_enable(&self, bits: u8) {
         self.request_enable.set(bits & !(1 << 6));
     }
 
-    /// `*CLS`: forgets the events.
+    /// `*CLS`: clears the events.
     pub fn clear(&self) {
         self.event.set(0);
         self.operation.take_event();
         self.questionable.take_event();
     }
 
-    /// `STATus:PRESet`: nothing of the two groups is shown.
+    /// `STATus:PRESet`: disables the events of both groups.
     pub fn preset(&self) {
         self.operation.set_enable(0);
         self.questionable.set_enable(0);
@@ -133,10 +133,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn events_are_kept_until_asked_for_and_shown_where_enabled() {
+    fn events_are_kept_until_read_and_shown_where_enabled() {
         let status = Status::default();
         assert_eq!((status.take_event(), status.take_event()), (POWER_ON, 0));
-        status.happened(1 << 5);
+        status.set_event(1 << 5);
         assert_eq!(status.byte(true), 1 << 2);
         status.set_event_enable(1 << 5);
         status.set_request_enable(0xff);
@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn a_condition_that_comes_and_goes_leaves_its_event() {
+    fn a_short_condition_leaves_its_event() {
         let group = Group::default();
         group.set_condition(0b10);
         group.set_condition(0);

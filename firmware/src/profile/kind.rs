@@ -1,43 +1,41 @@
-//! Which profile, by name; and which parameters it takes.
+//! Kinds of profiles: names, descriptions, parameters.
 
 use core::fmt;
 use core::str::FromStr;
 
-use crate::words::{Words, words};
-
-/// Which profile.
+/// Kind of a profile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ProfileKind {
-    /// `offset + amplitude`, always.
+    /// `offset + amplitude`.
     Constant,
-    /// Random levels for random times, through zero, both signs.
+    /// Random levels of both signs for random times.
     MultiStep,
-    /// A sum of sines, 0.05–20 Hz in even steps of log frequency, with Schroeder's phases.
+    /// A sum of sines at logarithmically spaced frequencies, with Schroeder phases.
     Multisine,
-    /// A pseudo-random binary sequence of 1023 bits.
+    /// A pseudo-random binary sequence of 1023 bits (PRBS10).
     Prbs,
-    /// A sine whose frequency rises by the same factor in each second, up and again from the start.
+    /// A repeated logarithmic chirp: the frequency rises by the same factor in each second.
     Chirp,
-    /// A sine whose frequency rises by the same number of hertz in each second, up and again from the start.
+    /// A repeated linear chirp: the frequency rises by the same number of hertz in each second.
     ChirpLinear,
-    /// Steps up, down through zero to the other side, and back, with a dwell on each.
+    /// Steps up, down through zero to the negative amplitude, and back, with a dwell on each level.
     Staircase,
-    /// Straight up to the amplitude, a dwell, straight down to zero, a dwell; under an acceleration limit.
+    /// Up to the amplitude, a dwell, down to zero, a dwell; limited acceleration.
     Trapezoid,
-    /// The same with rounded corners: under a jerk limit, too.
+    /// As the trapezoid, with limited jerk.
     SCurve,
-    /// One sine.
+    /// A sine.
     Sine,
-    /// +amplitude, −amplitude, a dwell on each, under acceleration and jerk limits.
+    /// +amplitude and −amplitude in turn, a dwell on each; limited acceleration and jerk.
     Alternating,
-    /// Blocks of A B B A, A the amplitude and B its negative: a drift that grows evenly falls out of each block.
+    /// Blocks of A B B A with A = +amplitude, B = −amplitude: a linear drift cancels in each block.
     Abba,
-    /// Whole turns at a rate: begins and ends at rest at the same angle.
+    /// Whole turns at a rate; begins and ends at rest at the same angle.
     Turns,
 }
 
 impl ProfileKind {
-    /// All of them.
+    /// All kinds.
     pub const ALL: [Self; 13] = [
         Self::Constant,
         Self::MultiStep,
@@ -54,7 +52,7 @@ impl ProfileKind {
         Self::Turns,
     ];
 
-    /// Its name on the command line and in the logs' notes.
+    /// Name on the command line and in the notes of a log.
     pub fn name(self) -> &'static str {
         match self {
             Self::Constant => "constant",
@@ -73,7 +71,7 @@ impl ProfileKind {
         }
     }
 
-    /// Another name that is understood.
+    /// A second accepted name.
     pub fn alias(self) -> Option<&'static str> {
         match self {
             Self::Chirp => Some("sweep"),
@@ -81,26 +79,26 @@ impl ProfileKind {
         }
     }
 
-    /// What it does, in a line.
-    pub fn says(self) -> Words {
+    /// Description in a line.
+    pub fn description(self) -> &'static str {
         match self {
-            Self::Constant => words!("one value"),
-            Self::MultiStep => words!("random levels for random times, both signs"),
-            Self::Multisine => words!("twenty sines at once"),
-            Self::Prbs => words!("a pseudo-random binary sequence"),
-            Self::Chirp => words!("a sine of rising frequency, the same factor each second"),
-            Self::ChirpLinear => words!("a sine of rising frequency, the same hertz each second"),
-            Self::Staircase => words!("levels up, down through zero to the other side, and back"),
-            Self::Trapezoid => words!("up to a plateau and down, straight"),
-            Self::SCurve => words!("up to a plateau and down, with rounded corners"),
-            Self::Sine => words!("one sine"),
-            Self::Alternating => words!("plus, minus, plus, minus"),
-            Self::Abba => words!("blocks of plus, minus, minus, plus"),
-            Self::Turns => words!("whole turns, ends at the angle where it began"),
+            Self::Constant => "a constant",
+            Self::MultiStep => "random levels of both signs for random times",
+            Self::Multisine => "sum of twenty sines",
+            Self::Prbs => "pseudo-random binary sequence",
+            Self::Chirp => "logarithmic chirp",
+            Self::ChirpLinear => "linear chirp",
+            Self::Staircase => "steps up, down through zero to the negative amplitude, and back",
+            Self::Trapezoid => "plateaus with limited acceleration",
+            Self::SCurve => "plateaus with limited acceleration and jerk",
+            Self::Sine => "sine",
+            Self::Alternating => "plateaus + - + -",
+            Self::Abba => "blocks of plateaus + - - +",
+            Self::Turns => "whole turns; ends at its first angle",
         }
     }
 
-    /// The names of the parameters that it takes, in [`super::PARAMETERS`]; it takes no other.
+    /// The names of its parameters in [`super::PARAMETERS`].
     pub fn parameters(self) -> &'static [&'static str] {
         match self {
             Self::Constant => &["amplitude", "offset"],
@@ -116,7 +114,7 @@ impl ProfileKind {
         }
     }
 
-    /// Whether it makes sense only as a rate: it counts turns.
+    /// Whether it is possible in rate mode only, because it counts turns.
     pub fn is_a_rate(self) -> bool {
         matches!(self, Self::Turns)
     }
@@ -128,7 +126,7 @@ impl fmt::Display for ProfileKind {
     }
 }
 
-/// A name that no profile has.
+/// There is no profile of this name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct UnknownProfile;
 

@@ -1,19 +1,18 @@
-//! The parameters of the profiles: one record of all, and one table with name, unit and words, for whoever asks a person.
+//! Parameters of the profiles: one structure with all of them, and one table with name, unit and description.
 //!
-//! Console and command line go over [`PARAMETERS`]; a parameter that is new here is new there.
+//! The console and the command line read [`PARAMETERS`], so that a new parameter needs no change there.
 
 use super::ProfileKind;
 use crate::config::{ConfigError, within};
 use crate::maths::{to_u32, to_u64};
-use crate::words::{Words, words};
 
-/// A profile's parameters. Amplitude and offset are in V, rad/s or rad, as the mode has it; acceleration is their change per
-/// second, jerk the change of that.
+/// Parameters of a profile. Amplitude and offset are in V, rad/s or rad, by the mode of the drive; acceleration is their rate of change, jerk
+/// the rate of change of the acceleration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProfileConfig {
-    /// Which one.
+    /// Kind of the profile.
     pub kind: ProfileKind,
-    /// Largest distance from the offset.
+    /// Greatest deviation from the offset.
     pub amplitude: f64,
     /// Added to all values.
     pub offset: f64,
@@ -21,7 +20,7 @@ pub struct ProfileConfig {
     pub dwell_s: f64,
     /// Levels on each side of `staircase`.
     pub levels: u32,
-    /// Length of a bit of `prbs`, s.
+    /// Duration of a bit of `prbs`, s.
     pub bit_s: f64,
     /// Lowest frequency of `multisine` and the chirps, Hz.
     pub from_Hz: f64,
@@ -31,20 +30,20 @@ pub struct ProfileConfig {
     pub sweep_s: f64,
     /// Frequency of `sine`, Hz.
     pub frequency_Hz: f64,
-    /// Greatest change per second on the way to a plateau.
+    /// Limit of the change per second between plateaus.
     pub acceleration: f64,
-    /// Greatest change of that per second.
+    /// Limit of the change of acceleration per second.
     pub jerk: f64,
-    /// How often `trapezoid`, `s-curve`, `alternating` and `abba` go round before they end at the offset; 0: without end.
+    /// Number of cycles of `trapezoid`, `s-curve`, `alternating` and `abba`; 0: without end.
     pub cycles: u32,
-    /// Whole turns of `turns`.
+    /// Number of turns of `turns`.
     pub turns: u32,
-    /// What random profiles are drawn from.
+    /// Seed of the random profiles.
     pub seed: u64,
 }
 
 impl ProfileConfig {
-    /// A profile with the usual parameters.
+    /// A profile with default parameters.
     pub fn new(kind: ProfileKind, amplitude: f64, seed: u64) -> Self {
         Self {
             kind,
@@ -57,7 +56,7 @@ impl ProfileConfig {
             to_Hz: 20.0,
             sweep_s: 30.0,
             frequency_Hz: 0.5,
-            // Two thirds of what the default stand's speed loop allows, reached within 0.1 s.
+            // Two thirds of the acceleration limit of the default stand, reached within 0.1 s.
             acceleration: 40.0,
             jerk: 400.0,
             cycles: 0,
@@ -67,24 +66,24 @@ impl ProfileConfig {
     }
 }
 
-/// One parameter, for whoever asks a person for it.
+/// Description of a parameter.
 pub struct Parameter {
-    /// Its name, with its unit where it has one of its own; that of the field.
+    /// Name of the field, with its unit where it has a fixed one.
     pub name: &'static str,
-    /// Its unit; `x` stands for the unit of the amplitude.
+    /// Unit; `x` stands for the unit of the amplitude.
     pub unit: &'static str,
-    /// What it is, in a line.
-    pub says: Words,
-    /// Its value.
+    /// Description in a line.
+    pub help: &'static str,
+    /// Reads it.
     pub read: fn(&ProfileConfig) -> f64,
-    /// What a profile can work with.
+    /// Range accepted by the profiles.
     pub(super) range: (f64, f64),
     write: Write,
 }
 
 enum Write {
     Real(fn(&mut ProfileConfig, f64)),
-    /// A whole number up to so many.
+    /// An integer up to this limit.
     Whole(f64, fn(&mut ProfileConfig, f64)),
 }
 
@@ -94,10 +93,10 @@ impl Parameter {
         PARAMETERS.iter().find(|p| p.name == name)
     }
 
-    /// Sets it. Whether the profile can work with the value is checked where the profile is made.
+    /// Sets it. The range is checked when the profile is made.
     ///
     /// # Errors
-    /// Not a finite number; or not a whole one where only those make sense.
+    /// The value is not finite, or not an integer where the parameter is one.
     pub fn set(&self, config: &mut ProfileConfig, value: f64) -> Result<(), ConfigError> {
         match self.write {
             Write::Real(write) => {
@@ -107,7 +106,7 @@ impl Parameter {
             Write::Whole(most, write) => {
                 let value = within(self.name, value, 0.0, most)?;
                 if crate::maths::trunc(value) != value {
-                    return Err(ConfigError::Unfit(self.name, "must be a whole number"));
+                    return Err(ConfigError::Unfit(self.name, "must be an integer"));
                 }
                 write(config, value);
             }
@@ -116,71 +115,50 @@ impl Parameter {
     }
 }
 
-/// Greatest whole number that double precision and the record hold exactly.
-const ALL_32_BITS: f64 = 4_294_967_295.0;
-const ALL_53_BITS: f64 = 9_007_199_254_740_991.0;
+/// Greatest integers of the fields; double precision holds them exactly.
+const MAX_32_BITS: f64 = 4_294_967_295.0;
+const MAX_53_BITS: f64 = 9_007_199_254_740_991.0;
 
-/// Durations, s, and frequencies, Hz: a period has at least four values.
-const LASTS: (f64, f64) = (1e-3, 1e5);
-const SWINGS: (f64, f64) = (1e-3, 250.0);
+/// Ranges of durations, s, and of frequencies, Hz; a period has at least four values.
+const DURATION: (f64, f64) = (1e-3, 1e5);
+const FREQUENCY: (f64, f64) = (1e-3, 250.0);
 
-/// All parameters, in the order in which a person would ask for them.
+/// All parameters, in the order of `HELP?`.
 pub const PARAMETERS: [Parameter; 14] = [
-    real("amplitude", "x", (-1e4, 1e4), words!("largest distance from offset"), |c| c.amplitude, |c, x| c.amplitude = x),
-    real("offset", "x", (-1e4, 1e4), words!("added to all values"), |c| c.offset, |c, x| c.offset = x),
-    real("dwell_s", "s", LASTS, words!("time on a level (multi-step: its mean)"), |c| c.dwell_s, |c, x| c.dwell_s = x),
-    whole(
-        "levels",
-        ALL_32_BITS,
-        (1.0, 1000.0),
-        words!("levels on each side of zero"),
-        |c| f64::from(c.levels),
-        |c, x| c.levels = to_u32(x),
-    ),
-    real("bit_s", "s", LASTS, words!("length of one bit"), |c| c.bit_s, |c, x| c.bit_s = x),
-    real("from_Hz", "Hz", SWINGS, words!("lowest frequency"), |c| c.from_Hz, |c, x| c.from_Hz = x),
-    real("to_Hz", "Hz", SWINGS, words!("highest frequency"), |c| c.to_Hz, |c, x| c.to_Hz = x),
-    real("sweep_s", "s", LASTS, words!("time from lowest to highest frequency"), |c| c.sweep_s, |c, x| c.sweep_s = x),
-    real("frequency_Hz", "Hz", SWINGS, words!("frequency"), |c| c.frequency_Hz, |c, x| c.frequency_Hz = x),
-    real("acceleration", "x/s", (1e-3, 1e6), words!("greatest change per second"), |c| c.acceleration, |c, x| c.acceleration = x),
-    real("jerk", "x/s2", (1e-3, 1e9), words!("greatest change of acceleration per second"), |c| c.jerk, |c, x| c.jerk = x),
-    whole(
-        "cycles",
-        ALL_32_BITS,
-        (0.0, 1e6),
-        words!("how often it goes round, 0: without end"),
-        |c| f64::from(c.cycles),
-        |c, x| c.cycles = to_u32(x),
-    ),
-    whole("turns", ALL_32_BITS, (1.0, 1e6), words!("whole turns"), |c| f64::from(c.turns), |c, x| c.turns = to_u32(x)),
-    whole(
-        "seed",
-        ALL_53_BITS,
-        (0.0, f64::MAX),
-        words!("what random profiles are drawn from"),
-        |c| c.seed as f64,
-        |c, x| c.seed = to_u64(x),
-    ),
+    real("amplitude", "x", (-1e4, 1e4), "greatest deviation from the offset", |c| c.amplitude, |c, x| c.amplitude = x),
+    real("offset", "x", (-1e4, 1e4), "added to all values", |c| c.offset, |c, x| c.offset = x),
+    real("dwell_s", "s", DURATION, "time on a level (multi-step: mean time)", |c| c.dwell_s, |c, x| c.dwell_s = x),
+    whole("levels", MAX_32_BITS, (1.0, 1000.0), "levels on each side of zero", |c| f64::from(c.levels), |c, x| c.levels = to_u32(x)),
+    real("bit_s", "s", DURATION, "duration of a bit", |c| c.bit_s, |c, x| c.bit_s = x),
+    real("from_Hz", "Hz", FREQUENCY, "lowest frequency", |c| c.from_Hz, |c, x| c.from_Hz = x),
+    real("to_Hz", "Hz", FREQUENCY, "highest frequency", |c| c.to_Hz, |c, x| c.to_Hz = x),
+    real("sweep_s", "s", DURATION, "duration of a chirp", |c| c.sweep_s, |c, x| c.sweep_s = x),
+    real("frequency_Hz", "Hz", FREQUENCY, "frequency", |c| c.frequency_Hz, |c, x| c.frequency_Hz = x),
+    real("acceleration", "x/s", (1e-3, 1e6), "limit of the change per second", |c| c.acceleration, |c, x| c.acceleration = x),
+    real("jerk", "x/s2", (1e-3, 1e9), "limit of the change of acceleration per second", |c| c.jerk, |c, x| c.jerk = x),
+    whole("cycles", MAX_32_BITS, (0.0, 1e6), "number of cycles; 0: without end", |c| f64::from(c.cycles), |c, x| c.cycles = to_u32(x)),
+    whole("turns", MAX_32_BITS, (1.0, 1e6), "number of turns", |c| f64::from(c.turns), |c, x| c.turns = to_u32(x)),
+    whole("seed", MAX_53_BITS, (0.0, f64::MAX), "seed of the random profiles", |c| c.seed as f64, |c, x| c.seed = to_u64(x)),
 ];
 
 const fn real(
     name: &'static str,
     unit: &'static str,
     range: (f64, f64),
-    says: Words,
+    help: &'static str,
     read: fn(&ProfileConfig) -> f64,
     write: fn(&mut ProfileConfig, f64),
 ) -> Parameter {
-    Parameter { name, unit, range, says, read, write: Write::Real(write) }
+    Parameter { name, unit, range, help, read, write: Write::Real(write) }
 }
 
 const fn whole(
     name: &'static str,
     most: f64,
     range: (f64, f64),
-    says: Words,
+    help: &'static str,
     read: fn(&ProfileConfig) -> f64,
     write: fn(&mut ProfileConfig, f64),
 ) -> Parameter {
-    Parameter { name, unit: "", range, says, read, write: Write::Whole(most, write) }
+    Parameter { name, unit: "", range, help, read, write: Write::Whole(most, write) }
 }

@@ -1,34 +1,34 @@
-//! All kept numbers by name, with what they may be: one list for the console, for `HELP?`, for the record's layout.
+//! All kept numbers by name, with their ranges: one list for the console, for `HELP?`, and for the layout of the record.
 //!
-//! The names are those of the fields, and end with their unit. The ranges are those that [`Kept::config`] accepts each number in, given the
-//! rest is as usual; that the two agree is tested. Harmonics are no single numbers and are set by `COMPensation:HARMonic`.
+//! The names are those of the fields and end with the unit. [`Kept::config`] accepts each number in its range if the others have their defaults;
+//! a test checks that. Harmonics are set by `COMPensation:HARMonic` instead.
 
 use super::Kept;
 use crate::console::quantity::Quantity;
 
-/// One number.
+/// A kept number.
 pub struct Field {
-    /// The field's name.
+    /// Name of the field, with its unit.
     pub name: &'static str,
-    /// The least that is accepted.
+    /// Smallest accepted value.
     pub least: f64,
-    /// The greatest.
+    /// Greatest accepted value.
     pub greatest: f64,
-    /// Whether it is a scale of the hardware, which acts from the next power-on on.
+    /// It is a hardware scale, which acts from the next power-on on.
     pub is_scale: bool,
-    /// Its value.
+    /// Reads it.
     pub read: fn(&Kept) -> f64,
     /// Sets it.
     pub write: fn(&mut Kept, f64),
 }
 
 impl Field {
-    /// What it measures.
+    /// Its quantity and unit.
     pub fn quantity(&self) -> Quantity {
         Quantity::of_name(self.name)
     }
 
-    /// The field of a name, in any case.
+    /// The field of this name, in any case.
     pub fn named(name: &[u8]) -> Option<&'static Self> {
         FIELDS.iter().find(|field| name.eq_ignore_ascii_case(field.name.as_bytes()))
     }
@@ -36,7 +36,7 @@ impl Field {
 
 macro_rules! fields {
     ($($place:ident . $name:ident $(. $inner:ident)? : $least:expr, $greatest:expr;)*) => {
-        /// All of them.
+        /// All kept numbers.
         pub const FIELDS: &[Field] = &[$(Field {
             name: fields!(@name $name $($inner)?),
             is_scale: fields!(@is_scale $place),
@@ -112,7 +112,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_ranges_are_what_is_accepted() {
+    fn values_are_accepted_exactly_in_their_ranges() {
         for field in FIELDS {
             let with = |value| {
                 let mut kept = Kept::default();
@@ -122,7 +122,7 @@ mod tests {
             assert_eq!((with(field.least), with(field.greatest)), (Ok(()), Ok(())), "{}", field.name);
             let named = Err(field.name.to_string());
             let beyond = [field.least - 1e-3 * field.least.abs().max(1e-3), field.greatest * 1.001];
-            // What depends on another setting names that one.
+            // A range that depends on another setting names that setting.
             let names = |value: f64| with(value) == named || (field.name == "supply_nominal_V" && with(value).is_err());
             assert!(field.name == "duty_full_scale" || names(beyond[0]), "{} {}", field.name, beyond[0]);
             assert!(names(beyond[1]), "{} {}", field.name, beyond[1]);
@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_is_read_and_nothing_else_moves() {
+    fn each_field_reads_and_writes_only_its_own_number() {
         for (n, field) in FIELDS.iter().enumerate() {
             let mut kept = Kept::default();
             (field.write)(&mut kept, 17.0);
@@ -141,13 +141,13 @@ mod tests {
         }
     }
 
-    /// The record holds all fields: a field that is not in the list could not be set, and would not change the layout.
+    /// A field missing in the list could not be set and would not change the layout of the record.
     #[test]
     fn the_list_is_complete() {
         let kept = Kept::default();
         let mut space = [0; 1024];
         let length = postcard::to_slice(&kept, &mut space).unwrap().len();
-        // 8 bytes for each number; `duty_full_scale` is an integer of 2, the empty list of harmonics one byte.
+        // 8 bytes for each number, but 2 for the integer `duty_full_scale`; 1 for the empty list of harmonics.
         assert_eq!(length, 8 * (FIELDS.len() - 1) + 2 + 1);
     }
 }

@@ -1,7 +1,7 @@
-//! What the stand is told once and keeps without supply: settings of the loops, scales of the hardware.
+//! Settings of the loops and scales of the hardware, kept in flash.
 //!
-//! [`Kept`] is all of it; [`fields`] is the list by name, unit and range, which the console goes over; [`store`] appends it as a record to one
-//! of two flash sectors, so that a power cut at any word leaves the record before or the new one, never neither.
+//! [`Kept`] holds them; [`fields`] lists them by name, unit and range, for the console; [`store`] appends them as a record to one of two flash
+//! sectors, so that after a power cut at any time either the old or the new record is complete.
 
 pub mod fields;
 mod record;
@@ -15,27 +15,27 @@ use crate::board::Hardware;
 use crate::config::ConfigError;
 use crate::speed_loop::{Config, Settings};
 
-/// All that is kept.
+/// The kept settings and scales.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Kept {
-    /// Gains, limits, the drive's constants and what was learnt of it.
+    /// Gains, limits, constants of the drive, and its compensation.
     pub settings: Settings,
     /// Scales of the converters.
     pub hardware: Hardware,
 }
 
 impl Kept {
-    /// The same in the tick's units.
+    /// The configuration of the speed loop, in units of the tick.
     ///
     /// # Errors
-    /// The name of the first number that makes no sense.
+    /// A setting is invalid; names the first.
     pub fn config(&self) -> Result<Config, ConfigError> {
         Config::new(&self.settings, &self.hardware)
     }
 
-    /// A number that is another one where the record's fields are others: firmware of another layout does not read it.
+    /// Identifies the fields of a record: firmware with other fields has another number and does not read the record.
     pub fn layout() -> u32 {
-        // 2: the third way of writing them, with an observer.
+        // Version 2 of the record: with an observer.
         FIELDS.iter().fold(2, |sum: u32, field| sum.rotate_left(5) ^ crate::telemetry::crc32(field.name.as_bytes()))
     }
 }

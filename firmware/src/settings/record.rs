@@ -1,21 +1,20 @@
 //! [`Kept`] as bytes: the numbers of [`FIELDS`] in their order, 8 bytes each, then the harmonics; all little-endian.
 //!
-//! The list does it, not a derived reader for each structure: one loop in place of some KiB of code. Numbers are taken as they are; whether they
-//! make sense is checked where a [`Kept`] is put in force.
+//! Numbers are not checked here, but where a [`Kept`] is put in force.
 
 use super::{FIELDS, Kept};
 use crate::compensation::{Harmonic, Harmonics};
 use crate::gyro_loop::observer::Numbers;
 
-/// What a store keeps.
+/// Content of a record in the store.
 pub trait Record: Sized {
-    /// Writes it at the beginning of `space`; its length, `None` where there is no room.
+    /// Writes the record to the beginning of `space`; its length, or `None` if it does not fit.
     fn write(&self, space: &mut [u8]) -> Option<usize>;
-    /// Reads all of `bytes`; `None` where that is no record.
+    /// Reads a record that takes all of `bytes`; `None` if they are not a record.
     fn read(bytes: &[u8]) -> Option<Self>;
 }
 
-/// All that a stand keeps: its settings, and the numbers of an observer.
+/// The content of the flash: settings and the numbers of an observer.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Saved {
     /// The settings.
@@ -24,7 +23,7 @@ pub struct Saved {
     pub observer: Numbers,
 }
 
-/// How many numbers of an observer follow, then those, then the settings.
+/// Count of the observer's numbers, these numbers, then the settings.
 impl Record for Saved {
     fn write(&self, space: &mut [u8]) -> Option<usize> {
         let count = if self.observer.states() == 0 { 0 } else { self.observer.0.len() };
@@ -48,7 +47,7 @@ impl Record for Saved {
     }
 }
 
-/// Bytes of a harmonic: order u16, amplitude and phase f64.
+/// Size of a harmonic, bytes: order u16, torque and phase f64.
 const HARMONIC: usize = 18;
 
 impl Record for Kept {
@@ -89,7 +88,7 @@ impl Record for Kept {
     }
 }
 
-/// Takes a number off.
+/// Takes a number from the front.
 fn number(rest: &mut &[u8]) -> Option<f64> {
     let (number, after) = rest.split_first_chunk()?;
     *rest = after;
@@ -112,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_kept_comes_back_bit_for_bit() {
+    fn a_record_reads_back_bit_for_bit() {
         for harmonics in 0..=MOST_HARMONICS {
             let mut space = [0; 1024];
             let length = kept(harmonics).write(&mut space).unwrap();
@@ -122,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn an_observer_is_kept_with_them_or_takes_no_room() {
+    fn an_observer_is_stored_only_if_there_is_one() {
         let none = Saved { kept: kept(3), observer: Numbers::default() };
         let mut some = none;
         some.observer.0.iter_mut().enumerate().for_each(|(n, number)| *number = 0.1 * n as f64 - 3.0);
@@ -137,13 +136,13 @@ mod tests {
     }
 
     #[test]
-    fn what_is_too_short_too_long_or_has_no_room_is_no_record() {
+    fn a_record_of_wrong_length_is_refused() {
         let mut space = [0; 1024];
         let length = kept(MOST_HARMONICS).write(&mut space).unwrap();
-        // Cut between two harmonics it is a record of fewer; the store's CRC and length are against that.
+        // A cut between two harmonics is a record with fewer of them; the CRC and length of the store detect that.
         assert_eq!(Kept::read(&space[..length - 1]), None);
         assert_eq!(Kept::read(&space[..8 * FIELDS.len() - 8]), None);
-        assert_eq!(Kept::read(&space[..length + HARMONIC]), None, "a ninth harmonic");
+        assert_eq!(Kept::read(&space[..length + HARMONIC]), None, "one harmonic too many");
         assert_eq!(kept(MOST_HARMONICS).write(&mut space[..length - 1]), None);
     }
 }

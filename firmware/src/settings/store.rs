@@ -1,63 +1,62 @@
-//! Records in two flash sectors: the newest that is whole wins.
+//! Records in two flash sectors; the newest complete record is valid.
 //!
-//! A sector is a row of slots of one size. A record goes into the first slot of its sector behind which nothing was ever written; where there
-//! is none, the other sector, which holds only older records, is erased and takes it. So at least one whole record is in flash at any moment,
-//! once there was one. What was written is read back before it counts. A slot that a power cut left half-written is passed over.
+//! A sector is an array of slots of equal size. A record is written to the first slot of its sector behind the last one written. Without such a
+//! slot the other sector, which holds only older records, is erased and takes the record. So the flash holds a complete record at any time
+//! after the first save. A record is read back after writing. A slot left incomplete by a power cut is skipped.
 //!
-//! A record: length u32, number u32, layout u32, CRC-32 over those and the body, the body ([`Record`]). Numbers rise; the greatest is the newest.
-//! Erasing an STM32F446's 16 KiB stalls the core for half a second (DS10693, table 48), so whoever calls sees to it that the drive is off.
+//! Layout of a record: length u32, number u32, layout u32, CRC-32 over these and the body, body ([`Record`]). The greatest number is the newest.
+//! Erasing 16 KiB stalls the core of an STM32F446 for half a second (DS10693, table 48): the caller must have switched the drive off.
 
 use super::Record;
 use crate::telemetry::crc32;
-use crate::words::{Words, words};
 use core::fmt;
 use embedded_storage::nor_flash::NorFlash;
 
-/// Bytes of a slot.
+/// Size of a slot, bytes.
 pub const SLOT_BYTES: usize = 2048;
 const HEAD_BYTES: usize = 16;
 
-/// Why nothing was kept or found.
+/// The reason why a record was not saved or loaded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StoreError {
-    /// The flash refused to read, write or erase.
+    /// The flash rejected a read, write or erase.
     Flash,
-    /// What was read back is not what was written, in every slot that was tried.
-    NotKept,
+    /// The data read back differ from the data written, in every slot that was tried.
+    NotHeld,
     /// The record is longer than a slot.
     TooLong,
-    /// The newest record is another firmware's.
+    /// The newest record belongs to another firmware version.
     OtherLayout,
 }
 
 impl StoreError {
-    /// In words, with what to do.
-    pub fn says(self) -> Words {
+    /// The cause and what to do.
+    pub fn message(self) -> &'static str {
         match self {
-            Self::Flash => words!("the flash refused; switch off and on, then try again"),
-            Self::NotKept => words!("the flash does not keep what is written: worn out or protected"),
-            Self::TooLong => words!("the settings do not fit into the flash"),
-            Self::OtherLayout => words!("the kept settings are of another firmware; SETTings:SAVE anew"),
+            Self::Flash => "the flash rejected the operation; switch off and on, then try again",
+            Self::NotHeld => "the flash does not hold the written data: it is worn out or protected",
+            Self::TooLong => "the settings do not fit into the flash",
+            Self::OtherLayout => "the saved settings belong to another firmware version; SETTings:SAVE replaces them",
         }
     }
 }
 
 impl fmt::Display for StoreError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.says().fmt(f)
+        f.write_str(self.message())
     }
 }
 
 impl core::error::Error for StoreError {}
 
-/// Two sectors of a flash.
+/// A store in two sectors of a flash.
 pub struct Store<F> {
     flash: F,
     begins: [u32; 2],
     sector_bytes: u32,
 }
 
-/// A whole record's place.
+/// Location of a complete record.
 #[derive(Clone, Copy)]
 struct Found {
     sector: usize,
@@ -68,7 +67,7 @@ struct Found {
 }
 
 impl<F: NorFlash> Store<F> {
-    /// The store in two sectors of `sector_bytes` that begin at these offsets of `flash`.
+    /// A store in two sectors of `sector_bytes`, which begin at these offsets of `flash`.
     pub fn new(flash: F, begins: [u32; 2], sector_bytes: u32) -> Self {
         Self { flash, begins, sector_bytes }
     }
@@ -78,10 +77,10 @@ impl<F: NorFlash> Store<F> {
         &mut self.flash
     }
 
-    /// The newest whole record; `None` where there is none.
+    /// The newest complete record; `None` if there is none.
     ///
     /// # Errors
-    /// The flash cannot be read; or the newest is of another layout.
+    /// The flash cannot be read, or the newest record has another layout.
     pub fn load<T: Record>(&mut self, layout: u32) -> Result<Option<T>, StoreError> {
         let mut slot = [0; SLOT_BYTES];
         let Some(newest) = self.newest(&mut slot)? else { return Ok(None) };
@@ -96,25 +95,25 @@ impl<F: NorFlash> Store<F> {
     /// Appends a record.
     ///
     /// # Errors
-    /// It does not fit, the flash refuses, or does not keep it; what was kept before is still there.
+    /// The record is too long, or the flash rejects or does not hold it. The record before is still valid.
     pub fn save<T: Record>(&mut self, value: &T, layout: u32) -> Result<(), StoreError> {
         let mut slot = [0; SLOT_BYTES];
         let newest = self.newest(&mut slot)?;
         let number = newest.map_or(1, |found| found.number.wrapping_add(1));
-        let home = newest.map_or(0, |found| found.sector);
+        let current = newest.map_or(0, |found| found.sector);
         let (length, bytes) = record::<T, F>(value, number, layout, &mut slot)?;
         let record = slot.get(..bytes).ok_or(StoreError::TooLong)?;
         debug_assert!(length <= bytes);
 
-        let mut free = self.free(home)?;
+        let mut free = self.free(current)?;
         while free < self.slots() {
-            if self.write(home, free, record)? {
+            if self.write(current, free, record)? {
                 return Ok(());
             }
             free += 1;
         }
-        // This sector is full, and stays as it is until the record is whole in the other.
-        let other = home ^ 1;
+        // This sector is full. It stays valid until the record is complete in the other.
+        let other = current ^ 1;
         if self.free(other)? > 0 {
             let begin = self.begin(other);
             self.flash.erase(begin, begin.saturating_add(self.sector_bytes)).map_err(|_| StoreError::Flash)?;
@@ -124,7 +123,7 @@ impl<F: NorFlash> Store<F> {
                 return Ok(());
             }
         }
-        Err(StoreError::NotKept)
+        Err(StoreError::NotHeld)
     }
 
     fn slots(&self) -> u32 {
@@ -144,7 +143,7 @@ impl<F: NorFlash> Store<F> {
         self.flash.read(at, into).map_err(|_| StoreError::Flash)
     }
 
-    /// The record with the greatest number of both sectors.
+    /// The record with the greatest number in both sectors.
     fn newest(&mut self, slot: &mut [u8; SLOT_BYTES]) -> Result<Option<Found>, StoreError> {
         let mut newest: Option<Found> = None;
         for sector in [0, 1] {
@@ -161,7 +160,7 @@ impl<F: NorFlash> Store<F> {
         Ok(newest)
     }
 
-    /// The first slot of a sector from which on nothing is written.
+    /// The first slot of a sector behind the last one written.
     fn free(&mut self, sector: usize) -> Result<u32, StoreError> {
         let mut free = 0;
         let mut slot = [0; SLOT_BYTES];
@@ -174,7 +173,7 @@ impl<F: NorFlash> Store<F> {
         Ok(free)
     }
 
-    /// Writes a record and reads it back; whether it is there.
+    /// Writes a record and reads it back; whether both agree.
     fn write(&mut self, sector: usize, place: u32, record: &[u8]) -> Result<bool, StoreError> {
         let at = self.at(sector, place);
         if self.flash.write(at, record).is_err() {
@@ -187,7 +186,7 @@ impl<F: NorFlash> Store<F> {
     }
 }
 
-/// Makes a record in `slot`; its length, and with what fills up the last unit of a write.
+/// Builds a record in `slot`; its length, and its length padded to the write size of the flash.
 fn record<T: Record, F: NorFlash>(value: &T, number: u32, layout: u32, slot: &mut [u8; SLOT_BYTES]) -> Result<(usize, usize), StoreError> {
     slot.fill(0xff);
     let body = slot.get_mut(HEAD_BYTES..).and_then(|space| value.write(space));
@@ -201,18 +200,18 @@ fn record<T: Record, F: NorFlash>(value: &T, number: u32, layout: u32, slot: &mu
     if bytes > SLOT_BYTES { Err(StoreError::TooLong) } else { Ok((length, bytes)) }
 }
 
-/// Number, layout and length of the record in a slot, if it is whole.
+/// Number, layout and length of the record in a slot, if it is complete.
 fn whole(slot: &[u8; SLOT_BYTES]) -> Option<(u32, u32, usize)> {
     let mut words = slot.chunks_exact(4).map(|word| word.iter().rev().fold(0_u32, |sum, byte| sum << 8 | u32::from(*byte)));
     let (length, number, layout, crc) = (words.next()? as usize, words.next()?, words.next()?, words.next()?);
     (check(slot, length)? == crc).then_some((number, layout, length))
 }
 
-/// The CRC over all of a record but itself.
+/// The CRC over a record without its CRC field.
 fn check(slot: &[u8; SLOT_BYTES], length: usize) -> Option<u32> {
     let body = slot.get(HEAD_BYTES..length)?;
     let head = slot.get(..12)?;
-    // The body's CRC, then that of head and body's CRC: each bit of both counts.
+    // CRC of the head and of the CRC of the body.
     let mut both = [0; 16];
     both.get_mut(..12)?.copy_from_slice(head);
     both.get_mut(12..)?.copy_from_slice(&crc32(body).to_le_bytes());

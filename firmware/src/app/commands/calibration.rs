@@ -1,55 +1,55 @@
 //! `CALibration:COGGing`: the stand measures its own cogging and friction.
 
-use super::{Act, Entry, entry};
-use crate::app::state::{Running, State, no_fault};
+use super::{Action, Done, Entry, entry};
+use crate::app::state::{Activity, CalibrationPhase, State};
 use crate::console::errors::{Code, ErrorEntry};
-use crate::console::text::Writer;
-use crate::words::words;
+use crate::text::Significant;
+use core::fmt::Write;
 
 pub(super) const ENTRIES: &[Entry] = &[
-    entry!("CALibration:COGGing:STARt", Act::Do(start), "turn, measure and compensate; *OPC? waits for its end; SETTings:SAVE keeps it"),
-    entry!("CALibration:COGGing:ABORt", Act::Do(|state| (state.calibration.abort(), Ok(())).1), "end it; the compensation stays as it was"),
-    entry!(
-        "CALibration:COGGing:PROGress",
-        Act::Ask("PCT", |state| Ok(crate::maths::round(f64::from(state.calibration.percent()) * 10.0) * 0.1)),
-        "how far it is",
+    entry(
+        "CALibration:COGGing:STARt",
+        Action::Event(start),
+        "turn, measure and compensate; *OPC? waits for the end; SETTings:SAVE keeps the result",
     ),
-    entry!("CALibration:COGGing", Act::Say(words!("RUNNING, DONE and what was found, or FAILED and why"), result), "how it ended"),
+    entry(
+        "CALibration:COGGing:ABORt",
+        Action::Event(|state| (state.calibration.watch.abort(), Ok(())).1),
+        "end the calibration; the compensation stays unchanged",
+    ),
+    entry(
+        "CALibration:COGGing:PROGress",
+        Action::NumberQuery("PCT", |state| Ok(crate::maths::round(f64::from(state.calibration.watch.percent()) * 10.0) * 0.1)),
+        "progress",
+    ),
+    entry("CALibration:COGGing", Action::TextQuery("NONE, RUNNING, DONE and the result, or FAILED and the reason", result), "result"),
 ];
 
-fn start(state: &State<'_>) -> Result<(), ErrorEntry> {
-    no_fault(state)?;
+fn start(state: &State<'_>) -> Done {
+    state.require_no_fault()?;
     if state.is_busy() {
-        return Err(ErrorEntry::saying(Code::SETTINGS_CONFLICT, words!("something runs: wait for its end, or STOP")));
+        return Err(ErrorEntry::with(Code::SETTINGS_CONFLICT, "an activity runs: wait for its end, or STOP"));
     }
-    state.calibration.restart();
-    state.calibrated.set(None);
-    state.running.set(Running::Calibration);
-    state.calibrating.set(true);
-    state.calibrate.set(true);
+    state.calibration.watch.restart();
+    state.drive.activity.set(Activity::Calibration);
+    state.calibration.phase.set(CalibrationPhase::Requested);
     Ok(())
 }
 
-fn result(state: &State<'_>, out: &mut Writer<'_>) -> Result<(), ErrorEntry> {
-    match state.calibrated.get() {
-        None if state.calibrating.get() => drop(out.text("RUNNING")),
-        None => drop(out.text("NONE")),
-        Some(Err(why)) => {
-            out.text("FAILED,");
-            crate::app::calibrate::say(&why, out);
-        }
-        Some(Ok(found)) => {
+fn result(state: &State<'_>, out: &mut dyn Write) -> Done {
+    match state.calibration.phase.get() {
+        CalibrationPhase::Idle => out.write_str("NONE")?,
+        CalibrationPhase::Finished(Err(refused)) => write!(out, "FAILED,{refused}")?,
+        CalibrationPhase::Finished(Ok(found)) => {
             let compensation = found.compensation;
-            out.text("DONE,coulomb ")
-                .number(compensation.coulomb_N_m, 4)
-                .text(" N.M,viscous ")
-                .number(compensation.viscous_N_m_s, 4)
-                .text(" N.M.S");
+            let (coulomb, viscous) = (Significant(compensation.coulomb_N_m, 4), Significant(compensation.viscous_N_m_s, 4));
+            write!(out, "DONE,coulomb {coulomb} N.M,viscous {viscous} N.M.S")?;
             for harmonic in found.harmonics.iter().flatten() {
                 let h = harmonic.harmonic;
-                out.text(",order ").whole(u64::from(h.order), 1).byte(b' ').number(h.torque_N_m, 4).text(" N.M");
+                write!(out, ",order {} {} N.M", h.order, Significant(h.torque_N_m, 4))?;
             }
         }
+        _ => out.write_str("RUNNING")?,
     }
     Ok(())
 }

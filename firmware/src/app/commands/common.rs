@@ -1,74 +1,82 @@
-//! What IEEE 488.2 asks of every instrument.
+//! The common commands of IEEE 488.2, and STOP.
 
-use super::{Act, Entry, Job, entry};
+use super::{Action, Entry, Job, entry};
 use crate::app::state::{State, Stream};
 use crate::console::parse::Range;
 use crate::console::quantity::Quantity;
 use crate::console::status::OPERATION_COMPLETE;
 use crate::status::Fault;
 use crate::telemetry::Channels;
-use crate::words::words;
+use core::fmt::{self, Write};
 
 const BYTE: &Range = &Range::new(Quantity::PLAIN, 0.0, 255.0, 0.0);
+/// Longest interval between rows that passes the self-test: one control tick late, s.
+const MAX_ROW_INTERVAL_S: f64 = 1.1e-3;
 
 pub(super) const ENTRIES: &[Entry] = &[
-    entry!(
-        "*IDN",
-        Act::Say(words!("maker,model,serial number,firmware"), |state, out| {
-            identity(state, out);
-            Ok(())
-        }),
-        "who it is",
+    entry("*IDN", Action::TextQuery("maker,model,serial number,firmware", |state, out| Ok(write_identity(state, out)?)), "identification"),
+    entry("*RST", Action::Event(|state| (reset(state), Ok(())).1), "drive off, text mode, default stream; settings are kept"),
+    entry("*CLS", Action::Event(|state| (state.status.clear(), Ok(())).1), "clear errors and events"),
+    entry(
+        "*ESR",
+        Action::NumberQuery("", |state| Ok(f64::from(state.status.registers.take_event()))),
+        "read and clear the standard events",
     ),
-    entry!("*RST", Act::Do(|state| (reset(state), Ok(())).1), "drive off, text mode, nothing asked for; settings stay"),
-    entry!("*CLS", Act::Do(|state| (state.clear_status(), Ok(())).1), "forget errors and events"),
-    entry!("*ESR", Act::Ask("", |state| Ok(f64::from(state.status.take_event()))), "standard events, taken"),
-    entry!(
+    entry(
         "*ESE",
-        Act::Number {
+        Action::Number {
             range: BYTE,
-            read: |state| f64::from(state.status.event_enable()),
-            write: |state, bits| (state.status.set_event_enable(bits as u8), Ok(())).1,
+            read: |state| f64::from(state.status.registers.event_enable()),
+            write: |state, bits| (state.status.registers.set_event_enable(bits as u8), Ok(())).1,
         },
-        "standard events that the status byte shows",
+        "standard events that set bit 5 of the status byte",
     ),
-    entry!("*STB", Act::Ask("", |state| Ok(f64::from(state.status.byte(state.error_count() > 0)))), "status byte"),
-    entry!(
+    entry(
+        "*STB",
+        Action::NumberQuery("", |state| Ok(f64::from(state.status.registers.byte(state.status.error_count() > 0)))),
+        "status byte",
+    ),
+    entry(
         "*SRE",
-        Act::Number {
+        Action::Number {
             range: BYTE,
-            read: |state| f64::from(state.status.request_enable()),
-            write: |state, bits| (state.status.set_request_enable(bits as u8), Ok(())).1,
+            read: |state| f64::from(state.status.registers.request_enable()),
+            write: |state, bits| (state.status.registers.set_request_enable(bits as u8), Ok(())).1,
         },
-        "bits of the status byte that its bit 6 shows",
+        "bits of the status byte that set its bit 6",
     ),
-    entry!(
+    entry(
         "*OPC",
-        Act::Do(|state| {
+        Action::Event(|state| {
             if state.is_busy() {
-                state.completes.set(true);
+                state.status.completion_pending.set(true);
             } else {
-                state.status.happened(OPERATION_COMPLETE);
+                state.status.registers.set_event(OPERATION_COMPLETE);
             }
             Ok(())
         }),
-        "set the event 'operation complete' when nothing runs any more",
+        "set the event 'operation complete' at the end of the activity",
     ),
-    entry!("*OPC", Act::AskJob(Job::WaitAndSay), "1 when nothing runs any more"),
-    entry!("*WAI", Act::Job(Job::Wait), "wait until nothing runs any more"),
-    entry!("*TST", Act::Ask("", |state| Ok(self_test(state))), "self-test: 0, or 1 settings + 2 no rows + 4 late rows + 8 a fault"),
-    entry!("STOP", Act::Do(|state| (stop(state), Ok(())).1), "emergency stop, as the byte 0x18; FAULt:CLEar ends it"),
+    entry("*OPC", Action::JobQuery(Job::WaitAndReply), "reply 1 at the end of the activity"),
+    entry("*WAI", Action::Job(Job::Wait), "wait for the end of the activity"),
+    entry(
+        "*TST",
+        Action::NumberQuery("", |state| Ok(self_test(state))),
+        "self-test: 0, or sum of 1 settings, 2 no rows, 4 late rows, 8 fault",
+    ),
+    entry("STOP", Action::Event(|state| (stop(state), Ok(())).1), "emergency stop, as the byte 0x18; FAULt:CLEar ends it"),
 ];
 
-pub(crate) fn identity(state: &State<'_>, out: &mut crate::console::text::Writer<'_>) {
-    out.text("Rotary Stand,").text(state.identity.model).byte(b',').text(state.identity.serial).byte(b',').text(crate::VERSION);
+/// The reply to `*IDN?`.
+pub(super) fn write_identity(state: &State<'_>, out: &mut dyn Write) -> fmt::Result {
+    write!(out, "Rotary Stand,{},{},{}", state.identity.model, state.identity.serial, crate::VERSION)
 }
 
 fn reset(state: &State<'_>) {
     state.all_off();
-    state.host_silence_s.set(None);
-    state.stream.set(Stream { channels: Channels::USUAL, decimation: 1 });
-    state.to_text();
+    state.supervision.host_timeout_s.set(None);
+    state.stream.selection.set(Stream { channels: Channels::USUAL, decimation: 1 });
+    state.set_text_mode();
 }
 
 fn stop(state: &State<'_>) {
@@ -77,10 +85,9 @@ fn stop(state: &State<'_>) {
 }
 
 fn self_test(state: &State<'_>) -> f64 {
-    let settings = u8::from(state.kept.get().config().is_err());
-    let no_rows = u8::from(state.rate_rad_s.get().is_none()) << 1;
-    // Late by more than a control tick.
-    let late = u8::from(state.instruments.timing().greatest_s > 1.1e-3) << 2;
-    let fault = u8::from(state.row.get().fault != Fault::None) << 3;
-    f64::from(settings | no_rows | late | fault)
+    let settings = u8::from(state.settings.kept.get().config().is_err());
+    let no_rows = u8::from(state.measured.rate_rad_s.get().is_none()) << 1;
+    let late_rows = u8::from(state.measured.instruments.timing().greatest_s > MAX_ROW_INTERVAL_S) << 2;
+    let fault = u8::from(state.measured.row.get().fault != Fault::None) << 3;
+    f64::from(settings | no_rows | late_rows | fault)
 }

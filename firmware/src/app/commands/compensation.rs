@@ -1,76 +1,67 @@
-//! `COMPensation`: what was learnt of the drive and is fed forward; friction is among the settings, harmonics are set here.
+//! `COMPensation`: the feed-forward of friction and cogging. Friction is also among the settings; harmonics are set here only.
 
-use super::{Act, Done, Entry, List, entry, refused, with_unit};
+use super::{Action, Done, Entry, List, entry};
 use crate::app::state::State;
 use crate::compensation::{Compensation, Harmonic, Harmonics};
 use crate::console::errors::{Code, ErrorEntry};
 use crate::console::parse::{Parameters, Range};
 use crate::console::quantity::Quantity;
-use crate::console::text::Writer;
 use crate::maths;
 use crate::speed_loop::Compensating;
-use crate::words::words;
+use crate::text::{WithUnit, write_list};
+use core::fmt::{self, Write};
 
 pub(super) const ENTRIES: &[Entry] = &[
-    entry!("COMPensation:LIST", Act::List(List::Compensation), "friction and harmonics in force"),
-    entry!(
+    entry("COMPensation:LIST", Action::ListQuery(List::Compensation), "friction and harmonics in force"),
+    entry(
         "COMPensation:HARMonic",
-        Act::Take(words!("<order>,<N.M>,<RAD>"), harmonic),
-        "set one order: torque sin(order angle + phase); 0 N.M takes it away",
+        Action::Command("<order>,<N.M>,<RAD>", harmonic),
+        "set a harmonic: torque sin(order angle + phase); 0 N.M removes it",
     ),
-    entry!(
+    entry(
         "COMPensation:CLEar",
-        Act::Do(|state| learn(state, |c| *c = Compensation { winding_lag_s: c.winding_lag_s, ..Compensation::default() })),
+        Action::Event(|state| change(state, |c| *c = Compensation { winding_lag_s: c.winding_lag_s, ..Compensation::default() })),
         "compensate nothing",
     ),
-    entry!(
+    entry(
         "COMPensation:COULomb",
-        Act::Number {
+        Action::Number {
             range: const { &Range::new(Quantity::TORQUE, 0.0, 1e3, 0.0) },
-            read: |state| state.kept.get().settings.compensation.coulomb_N_m,
-            write: |state, torque_N_m| learn(state, |c| c.coulomb_N_m = torque_N_m),
+            read: |state| state.settings.kept.get().settings.compensation.coulomb_N_m,
+            write: |state, torque_N_m| change(state, |c| c.coulomb_N_m = torque_N_m),
         },
-        "dry friction; also while the drive is on",
+        "Coulomb friction; possible while the drive is on",
     ),
-    entry!(
+    entry(
         "COMPensation:VISCous",
-        Act::Number {
+        Action::Number {
             range: const { &Range::new(Quantity::only("N.M.S"), 0.0, 1e3, 0.0) },
-            read: |state| state.kept.get().settings.compensation.viscous_N_m_s,
-            write: |state, viscous_N_m_s| learn(state, |c| c.viscous_N_m_s = viscous_N_m_s),
+            read: |state| state.settings.kept.get().settings.compensation.viscous_N_m_s,
+            write: |state, viscous_N_m_s| change(state, |c| c.viscous_N_m_s = viscous_N_m_s),
         },
-        "viscous friction; also while the drive is on",
+        "viscous friction; possible while the drive is on",
     ),
-    entry!(
-        "COMPensation:STATe",
-        Act::Say(words!("what is at work"), |state, out| {
-            let at_work = state.row.get().compensating;
-            let mut any = false;
-            for (flag, name) in [
-                (Compensating::INDEX, "index seen"),
-                (Compensating::FRICTION, "friction"),
-                (Compensating::HARMONICS, "harmonics"),
-                (Compensating::WAITS_FOR_INDEX, "harmonics wait for the index"),
-            ] {
-                if at_work.contains(flag) {
-                    out.text(if any { "," } else { "" }).text(name);
-                    any = true;
-                }
-            }
-            out.text(if any { "" } else { "none" });
-            Ok(())
-        }),
-        "what of it is at work now",
-    ),
+    entry("COMPensation:STATe", Action::TextQuery("names", active_parts), "the parts that act now"),
 ];
 
-/// Changes the compensation, if it still makes sense then; the speed loop has it two milliseconds later.
-fn learn(state: &State<'_>, change: impl FnOnce(&mut Compensation)) -> Done {
-    let mut kept = state.kept.get();
+fn active_parts(state: &State<'_>, out: &mut dyn Write) -> Done {
+    let active = state.measured.row.get().compensating;
+    let parts = [
+        (Compensating::INDEX, "index seen"),
+        (Compensating::FRICTION, "friction"),
+        (Compensating::HARMONICS, "harmonics"),
+        (Compensating::WAITS_FOR_INDEX, "harmonics wait for the index"),
+    ];
+    Ok(write_list(out, parts.into_iter().filter(|(flag, _)| active.contains(*flag)).map(|(_, name)| name))?)
+}
+
+/// Changes the compensation if the settings stay valid; the speed loop has it two milliseconds later.
+fn change(state: &State<'_>, change: impl FnOnce(&mut Compensation)) -> Done {
+    let mut kept = state.settings.kept.get();
     change(&mut kept.settings.compensation);
-    kept.config().map_err(|wrong| refused(&wrong))?;
-    state.kept.set(kept);
-    state.learn.set(true);
+    kept.config().map_err(|error| ErrorEntry::with(Code::SETTING, error))?;
+    state.settings.kept.set(kept);
+    state.drive.compensation_changed.set(true);
     Ok(())
 }
 
@@ -80,25 +71,23 @@ fn harmonic(state: &State<'_>, parameters: &mut Parameters<'_>) -> Done {
     let phase_rad = parameters.number(const { &Range::new(Quantity::ANGLE, -1e3, 1e3, 0.0) })?;
     let order = maths::to_u32(maths::round(order)) as u16;
     let new = Harmonic { order, torque_N_m, phase_rad };
-    let old = state.kept.get().settings.compensation.harmonics;
+    let old = state.settings.kept.get().settings.compensation.harmonics;
     let others = old.as_slice().iter().copied().filter(|harmonic| harmonic.order != order);
     let all = Harmonics::of(others.chain((torque_N_m > 0.0).then_some(new)));
-    let all = all.ok_or_else(|| ErrorEntry::saying(Code::SETTINGS_CONFLICT, words!("no room for another order; 0 N.M takes one away")))?;
-    learn(state, |compensation| compensation.harmonics = all)
+    let all = all.ok_or_else(|| ErrorEntry::with(Code::SETTINGS_CONFLICT, "the list of harmonics is full; 0 N.M removes one"))?;
+    change(state, |compensation| compensation.harmonics = all)
 }
 
-/// Friction, then one harmonic a line.
-pub(super) fn line(state: &State<'_>, line: usize, out: &mut Writer<'_>) -> Option<()> {
-    let compensation = state.kept.get().settings.compensation;
+/// Friction, then one harmonic per line.
+pub(super) fn line(state: &State<'_>, line: usize, out: &mut dyn Write) -> Result<bool, fmt::Error> {
+    let compensation = state.settings.kept.get().settings.compensation;
     let friction = [("coulomb", compensation.coulomb_N_m, "N.M"), ("viscous", compensation.viscous_N_m_s, "N.M.S")];
     if let Some((name, value, unit)) = friction.get(line) {
-        out.text(name).text(" ");
-        with_unit(out, *value, unit);
-        return Some(());
+        write!(out, "{name} {}", WithUnit(*value, unit))?;
+        return Ok(true);
     }
-    let harmonic = compensation.harmonics.as_slice().get(line.checked_sub(friction.len())?)?;
-    out.text("order ").whole(u64::from(harmonic.order), 1).text(": ");
-    with_unit(out, harmonic.torque_N_m, "N.M, ");
-    with_unit(out, harmonic.phase_rad, "RAD");
-    Some(())
+    let Some(harmonic) = compensation.harmonics.as_slice().get(line - friction.len()) else { return Ok(false) };
+    let (torque, phase) = (WithUnit(harmonic.torque_N_m, "N.M"), WithUnit(harmonic.phase_rad, "RAD"));
+    write!(out, "order {}: {torque}, {phase}", harmonic.order)?;
+    Ok(true)
 }

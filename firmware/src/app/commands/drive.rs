@@ -1,91 +1,91 @@
-//! `OUTPut` and `SOURce`: what the drive holds.
+//! `OUTPut` and `SOURce`: the setpoints of the drive.
 
-use super::{Act, Done, Entry, entry};
-use crate::app::state::{Demand, State, Targets, hold, no_fault};
+use super::{Action, Done, Entry, entry};
+use crate::app::state::{Setpoint, State, Targets};
 use crate::console::errors::{Code, ErrorEntry};
 use crate::console::parse::Range;
 use crate::console::quantity::Quantity;
 use crate::speed_loop::{Mode, Zero};
-use crate::words::words;
 
-/// 2000 °/s: the range of the stand.
-const RATE_RAD_S: f64 = 2000.0 * core::f64::consts::PI / 180.0;
+/// Rate range of the stand: 2000 °/s.
+const MAX_RATE_RAD_S: f64 = 2000.0 * core::f64::consts::PI / 180.0;
 
 const MODES: [Mode; 4] = [Mode::Off, Mode::Voltage, Mode::Rate, Mode::Position];
 
 pub(super) const ENTRIES: &[Entry] = &[
-    entry!(
+    entry(
         "OUTPut",
-        Act::Switch {
+        Action::Switch {
             read: |state| state.is_driving(),
-            write: |state, on| if on { drive(state, state.mode.get()) } else { hold(state, Demand::Off) },
+            write: |state, on| if on { drive(state, state.drive.mode.get()) } else { state.hold(Setpoint::Off) },
         },
-        "drive on in the mode that was last chosen, or off",
+        "drive on in the last mode, or off",
     ),
-    entry!(
+    entry(
         "SOURce:MODE",
-        Act::Words {
+        Action::Choice {
             words: &["OFF", "VOLTage", "RATE", "POSition"],
-            read: |state| match state.demand.get() {
-                Demand::Off => 0,
-                Demand::Hold(mode, _) => MODES.iter().position(|m| *m == mode).unwrap_or(0),
+            read: |state| match state.drive.setpoint.get() {
+                Setpoint::Off => 0,
+                Setpoint::Hold(mode, _) => MODES.iter().position(|m| *m == mode).unwrap_or(0),
             },
-            write: |state, chosen| {
-                let mode = MODES.get(chosen).copied().unwrap_or_default();
+            write: |state, index| {
+                let mode = MODES.get(index).copied().unwrap_or_default();
                 if mode == Mode::Off {
-                    return hold(state, Demand::Off);
+                    return state.hold(Setpoint::Off);
                 }
                 drive(state, mode)?;
-                state.mode.set(mode);
+                state.drive.mode.set(mode);
                 Ok(())
             },
         },
-        "what is held; the drive goes on with the value that was asked for",
+        "mode of the setpoint; switches the drive on with the value of this mode",
     ),
-    entry!(
+    entry(
         "SOURce:RATE",
-        Act::Number {
-            range: const { &Range::new(Quantity::RATE, -RATE_RAD_S, RATE_RAD_S, 0.0) },
-            read: |state| state.targets.get().rate_rad_s,
-            write: |state, rate_rad_s| target(state, Mode::Rate, Targets { rate_rad_s, ..state.targets.get() }),
+        Action::Number {
+            range: const { &Range::new(Quantity::RATE, -MAX_RATE_RAD_S, MAX_RATE_RAD_S, 0.0) },
+            read: |state| state.drive.targets.get().rate_rad_s,
+            write: |state, rate_rad_s| set_target(state, Mode::Rate, Targets { rate_rad_s, ..state.drive.targets.get() }),
         },
-        "rate to hold in mode RATE",
+        "setpoint of mode RATE",
     ),
-    entry!(
+    entry(
         "SOURce:VOLTage",
-        Act::Number {
+        Action::Number {
             range: const { &Range::new(Quantity::VOLTAGE, -48.0, 48.0, 0.0) },
-            read: |state| state.targets.get().voltage_V,
-            write: |state, voltage_V| target(state, Mode::Voltage, Targets { voltage_V, ..state.targets.get() }),
+            read: |state| state.drive.targets.get().voltage_V,
+            write: |state, voltage_V| set_target(state, Mode::Voltage, Targets { voltage_V, ..state.drive.targets.get() }),
         },
-        "voltage to hold in mode VOLTAGE; limits hold",
+        "setpoint of mode VOLTAGE; the limits apply",
     ),
-    entry!(
+    entry(
         "SOURce:POSition",
-        Act::Number {
+        Action::Number {
             range: const { &Range::new(Quantity::ANGLE, -1e4, 1e4, 0.0) },
-            read: |state| state.targets.get().position_rad,
-            write: |state, position_rad| target(state, Mode::Position, Targets { position_rad, ..state.targets.get() }),
+            read: |state| state.drive.targets.get().position_rad,
+            write: |state, position_rad| set_target(state, Mode::Position, Targets { position_rad, ..state.drive.targets.get() }),
         },
-        "angle to go to and hold in mode POSITION; several turns if it is to be",
+        "setpoint of mode POSITION; may be several turns away",
     ),
-    entry!(
+    entry(
         "SOURce:POSition:ZERO",
-        Act::Words {
+        Action::Choice {
             words: &["POWeron", "INDex"],
-            read: |state| usize::from(state.zero.get() == Zero::Index),
-            write: |state, chosen| {
-                if chosen == 1 && state.row.get().from_index_rad.is_none() {
-                    return Err(ErrorEntry::saying(Code::SETTINGS_CONFLICT, words!("the index was not seen yet: turn the platform first")));
+            read: |state| usize::from(state.drive.zero.get() == Zero::Index),
+            write: |state, index| {
+                if index == 1 && state.measured.row.get().from_index_rad.is_none() {
+                    let detail = "the index was not seen since power-on: turn the platform first";
+                    return Err(ErrorEntry::with(Code::SETTINGS_CONFLICT, detail));
                 }
-                if matches!(state.demand.get(), Demand::Hold(Mode::Position, _)) {
-                    return Err(ErrorEntry::saying(Code::SETTINGS_CONFLICT, words!("an angle is held: OUTPut OFF first")));
+                if matches!(state.drive.setpoint.get(), Setpoint::Hold(Mode::Position, _)) {
+                    return Err(ErrorEntry::with(Code::SETTINGS_CONFLICT, "an angle is held: OUTPut OFF first"));
                 }
-                state.zero.set(if chosen == 1 { Zero::Index } else { Zero::PowerOn });
+                state.drive.zero.set(if index == 1 { Zero::Index } else { Zero::PowerOn });
                 Ok(())
             },
         },
-        "what angles of SOURce are counted from",
+        "zero of the angles of SOURce",
     ),
 ];
 
@@ -99,16 +99,16 @@ fn value(targets: Targets, mode: Mode) -> f64 {
 }
 
 fn drive(state: &State<'_>, mode: Mode) -> Done {
-    hold(state, Demand::Hold(mode, value(state.targets.get(), mode)))
+    state.hold(Setpoint::Hold(mode, value(state.drive.targets.get(), mode)))
 }
 
-/// Another target; where its mode is held, it is held at once.
-fn target(state: &State<'_>, mode: Mode, targets: Targets) -> Done {
-    let is_held = matches!(state.demand.get(), Demand::Hold(held, _) if held == mode);
+/// Sets a target; where its mode is held, it acts at once.
+fn set_target(state: &State<'_>, mode: Mode, targets: Targets) -> Done {
+    let is_held = matches!(state.drive.setpoint.get(), Setpoint::Hold(held, _) if held == mode);
     if is_held {
-        no_fault(state)?;
-        state.demand.set(Demand::Hold(mode, value(targets, mode)));
+        state.require_no_fault()?;
+        state.drive.setpoint.set(Setpoint::Hold(mode, value(targets, mode)));
     }
-    state.targets.set(targets);
+    state.drive.targets.set(targets);
     Ok(())
 }

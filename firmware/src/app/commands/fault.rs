@@ -1,115 +1,103 @@
-//! `FAULt`: why the drive was switched off, and the way back.
+//! `FAULt`: the cause of a fault, its clearing, and the recording around it.
 
-use super::List;
-use super::{Act, Entry, entry};
+use super::{Action, Done, Entry, List, entry};
 use crate::app::state::State;
 use crate::board::CONTROL_HZ;
 use crate::capture::SAMPLES;
 use crate::console::errors::{Code, ErrorEntry};
 use crate::console::parse::{Parameters, Range};
 use crate::console::quantity::Quantity;
-use crate::console::text::Writer;
 use crate::speed_loop::Limits;
-use crate::words::words;
+use crate::status::Fault;
+use crate::text::{Fixed, Significant, write_list};
+use core::fmt::{self, Write};
 
 pub(super) const ENTRIES: &[Entry] = &[
-    entry!(
-        "FAULt",
-        Act::Say(words!("number,name,advice"), |state, out| {
-            let fault = state.row.get().fault;
-            out.whole(u64::from(fault.code()), 1).byte(b',').text(fault.name()).byte(b',').words(fault.advice());
-            Ok(())
-        }),
-        "the latched fault; 0,none",
-    ),
-    entry!("FAULt:CLEar", Act::Do(|state| (clear(state), Ok(())).1), "clear it, where its cause is gone; the drive stays off"),
-    entry!(
+    entry("FAULt", Action::TextQuery("number,name,advice", fault), "the latched fault; 0,none"),
+    entry("FAULt:CLEar", Action::Event(|state| (clear(state), Ok(())).1), "clear the fault if its cause is gone; the drive stays off"),
+    entry(
         "FAULt:CAPTure",
-        Act::Say(words!("EMPTY, or samples, the trigger's, fault, tick"), |state, out| {
-            match state.capture.record() {
-                None => drop(out.text("EMPTY")),
-                Some(record) => {
-                    out.whole(record.len() as u64, 1).byte(b',').whole(record.trigger() as u64, 1).byte(b',');
-                    out.text(record.fault().name()).byte(b',').whole(u64::from(record.trigger_tick()), 1);
-                }
-            }
-            Ok(())
-        }),
-        "the record at 10 kHz around a fault",
+        Action::TextQuery("EMPTY, or samples,index of the trigger,fault,tick", capture),
+        "the recording at 10 kHz around a fault",
     ),
-    entry!(
+    entry(
         "FAULt:CAPTure:DATA",
-        Act::AskList(words!("{<first>{,<count>}}"), captured),
-        "its samples: S from the trigger, counts, V, A, RAD/S, command",
+        Action::PartialListQuery("{<first>{,<count>}}", select_samples),
+        "its samples: S from the trigger, counts, V, A, RAD/S, command RAD/S",
     ),
-    entry!("FAULt:CAPTure:TRIGger", Act::Do(|state| (state.capture.trigger(), Ok(())).1), "record what is around this moment"),
-    entry!(
+    entry("FAULt:CAPTure:TRIGger", Action::Event(|state| (state.capture.memory.trigger(), Ok(())).1), "trigger the recording now"),
+    entry(
         "FAULt:CAPTure:ARM",
-        Act::Take(words!("<samples before the trigger>"), |state, parameters| {
+        Action::Command("<samples before the trigger>", |state, parameters| {
             let range = const { &Range::new(Quantity::PLAIN, 0.0, (SAMPLES - 2) as f64, crate::app::CAPTURE_BEFORE as f64) };
             let before = parameters.number(range)?;
-            state.capture.arm(crate::maths::to_u32(crate::maths::round(before)) as usize);
+            state.capture.memory.arm(crate::maths::to_u32(crate::maths::round(before)) as usize);
             Ok(())
         }),
-        "record anew; what was recorded is gone",
+        "start a new recording; deletes the last",
     ),
-    entry!(
-        "FAULt:LIMits",
-        Act::Say(words!("names"), |state, out| {
-            let limits = state.row.get().limits;
-            let mut any = false;
-            for (bit, name) in Limits::NAMES.iter().enumerate() {
-                if limits.contains(Limits(1 << bit)) {
-                    out.text(if any { "," } else { "" }).text(name);
-                    any = true;
-                }
-            }
-            out.text(if any { "" } else { "none" });
-            Ok(())
-        }),
-        "why the output is less than asked, now",
-    ),
+    entry("FAULt:LIMits", Action::TextQuery("names", limits), "the limits that act on the output now"),
 ];
+
+fn fault(state: &State<'_>, out: &mut dyn Write) -> Done {
+    let fault = state.measured.row.get().fault;
+    Ok(write!(out, "{},{},{}", fault.code(), fault.name(), fault.advice())?)
+}
 
 fn clear(state: &State<'_>) {
     state.all_off();
     state.stop_line.clear_stop();
-    // A cause that is still there is said anew with the next row.
-    state.trip.set(crate::status::Fault::None);
-    state.clear.set(state.clear.get().wrapping_add(1));
+    // A cause that is still present is detected again with the next row.
+    state.drive.trip.set(Fault::None);
+    state.drive.fault_clears.set(state.drive.fault_clears.get().wrapping_add(1));
 }
 
-/// Which samples are asked for: all, or so many from one on.
-fn captured(state: &State<'_>, parameters: &mut Parameters<'_>) -> Result<List, ErrorEntry> {
-    let record =
-        state.capture.record().ok_or_else(|| ErrorEntry::saying(Code::DATA_STALE, words!("nothing is recorded: FAULt:CAPTure:TRIGger")))?;
-    let most = const { &Range::new(Quantity::PLAIN, 0.0, SAMPLES as f64, 0.0) };
-    let mut next = |otherwise: usize| {
+fn capture(state: &State<'_>, out: &mut dyn Write) -> Done {
+    Ok(match state.capture.memory.record() {
+        None => out.write_str("EMPTY")?,
+        Some(record) => write!(out, "{},{},{},{}", record.len(), record.trigger(), record.fault().name(), record.trigger_tick())?,
+    })
+}
+
+fn limits(state: &State<'_>, out: &mut dyn Write) -> Done {
+    let limits = state.measured.row.get().limits;
+    let names = Limits::NAMES.iter().enumerate().filter(|(bit, _)| limits.contains(Limits(1 << bit)));
+    Ok(write_list(out, names.map(|(_, name)| *name))?)
+}
+
+/// Selects the samples to list: all, or some from the first parameter on.
+fn select_samples(state: &State<'_>, parameters: &mut Parameters<'_>) -> Result<List, ErrorEntry> {
+    let record = state.capture.memory.record();
+    let record = record.ok_or_else(|| ErrorEntry::with(Code::DATA_STALE, "there is no recording: FAULt:CAPTure:TRIGger makes one"))?;
+    let range = const { &Range::new(Quantity::PLAIN, 0.0, SAMPLES as f64, 0.0) };
+    let mut next = |default: usize| {
         let mut copy = *parameters;
         if copy.next_text().is_none() {
-            Ok(otherwise)
+            Ok(default)
         } else {
-            parameters.number(most).map(|number| crate::maths::to_u32(crate::maths::round(number)) as usize)
+            parameters.number(range).map(|number| crate::maths::to_u32(crate::maths::round(number)) as usize)
         }
     };
     let first = next(0)?;
     let count = next(record.len())?;
-    state.capture_lines.set((first, first.saturating_add(count).min(record.len())));
+    state.capture.selection.set((first, first.saturating_add(count).min(record.len())));
     Ok(List::Capture)
 }
 
-/// A sample.
-pub(super) fn capture_line(state: &State<'_>, line: usize, out: &mut Writer<'_>) -> Option<()> {
-    let (first, end) = state.capture_lines.get();
-    let k = first.checked_add(line).filter(|k| *k < end)?;
-    let record = state.capture.record()?;
-    let sample = record.sample(k)?;
+/// A sample of the recording.
+pub(super) fn capture_line(state: &State<'_>, line: usize, out: &mut dyn Write) -> Result<bool, fmt::Error> {
+    let (first, end) = state.capture.selection.get();
+    let index = first.saturating_add(line);
+    let Some(record) = state.capture.memory.record().filter(|_| index < end) else { return Ok(false) };
+    let Some(sample) = record.sample(index) else { return Ok(false) };
     let hardware = &state.hardware;
-    let rad_s = hardware.rad_per_count() * CONTROL_HZ as f64;
-    let from_trigger = k as f64 - record.trigger() as f64;
-    out.fixed(from_trigger / CONTROL_HZ as f64, 4).byte(b',').whole(u64::from(sample.count.0), 1).byte(b',');
-    out.fixed(f64::from(sample.duty) * hardware.volt_per_duty(), 4).byte(b',');
-    out.fixed((f64::from(sample.current.0) - hardware.current_zero_code) * hardware.current_A_per_code, 4).byte(b',');
-    out.number(f64::from(sample.rate) * rad_s, 6).byte(b',').number(f64::from(sample.command) * rad_s, 6);
-    Some(())
+    let rad_s_per_unit = hardware.rad_per_count() * CONTROL_HZ as f64;
+    let from_trigger_s = (index as f64 - record.trigger() as f64) / CONTROL_HZ as f64;
+    let voltage_V = f64::from(sample.duty) * hardware.volt_per_duty();
+    let current_A = (f64::from(sample.current.0) - hardware.current_zero_code) * hardware.current_A_per_code;
+    let rate_rad_s = f64::from(sample.rate) * rad_s_per_unit;
+    let command_rad_s = f64::from(sample.command) * rad_s_per_unit;
+    write!(out, "{},{},{},", Fixed(from_trigger_s, 4), sample.count.0, Fixed(voltage_V, 4))?;
+    write!(out, "{},{},{}", Fixed(current_A, 4), Significant(rate_rad_s, 6), Significant(command_rad_s, 6))?;
+    Ok(true)
 }

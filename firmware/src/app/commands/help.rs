@@ -1,50 +1,44 @@
-//! `HELP?`: the whole tree, one line for each thing that can be said or asked, from the tables that dispatch.
+//! `HELP?`: all commands and queries, one per line, from the tables that dispatch them.
 //!
-//! A line begins with the header as it can be typed, then what is behind it in angle brackets, two blanks, and words. An empty line ends the list.
+//! A line is the header, the parameters in angle brackets or the reply behind `->`, two blanks, and a description. An empty line ends the list.
 
-use super::{Act, Entry, GROUPS, List, entry, profile, settings};
-use crate::console::text::Writer;
-use crate::words::words;
+use super::{Action, Entry, GROUPS, List, entry, profile, settings};
+use core::fmt::{self, Write};
 
-pub(super) const ENTRIES: &[Entry] = &[entry!("HELP", Act::List(List::Help), "this list; an empty line ends it")];
+pub(super) const ENTRIES: &[Entry] = &[entry("HELP", Action::ListQuery(List::Help), "this list; an empty line ends it")];
 
-/// A line of the list; `None` after the last.
-pub fn help_line(mut line: usize, out: &mut Writer<'_>) -> Option<()> {
-    for entry in GROUPS.iter().flat_map(|group| group.iter()) {
-        for asks in [false, true] {
-            if !entry.act.is_possible(asks) {
-                continue;
-            }
-            if line == 0 {
-                write(entry, asks, out);
-                return Some(());
-            }
-            line -= 1;
-        }
+/// A line of the list; `false` after the last.
+pub(super) fn line(line: usize, out: &mut dyn Write) -> Result<bool, fmt::Error> {
+    let entries = GROUPS.iter().flat_map(|group| group.iter());
+    let forms = entries.flat_map(|entry| [false, true].map(|is_query| (entry, is_query)));
+    let mut forms = forms.filter(|(entry, is_query)| entry.action.has(*is_query));
+    let count = forms.clone().count();
+    if let Some((entry, is_query)) = forms.nth(line) {
+        write_entry(entry, is_query, out)?;
+        return Ok(true);
     }
-    let profiles = 2 * crate::profile::PARAMETERS.len();
-    if line < profiles { profile::help(line, out) } else { settings::help(line - profiles, out) }
+    let profile_line = line.saturating_sub(count);
+    let profile_lines = 2 * crate::profile::PARAMETERS.len();
+    if profile_line < profile_lines { profile::help(profile_line, out) } else { settings::help(profile_line - profile_lines, out) }
 }
 
-fn write(entry: &Entry, asks: bool, out: &mut Writer<'_>) {
-    out.text(entry.header).text(if asks { "?" } else { "" });
-    match (&entry.act, asks) {
-        (Act::Number { range, .. }, false) => {
-            range.write(out.text(" <"));
-            out.byte(b'>');
-        }
-        (Act::Words { words, .. }, false) => {
+fn write_entry(entry: &Entry, is_query: bool, out: &mut dyn Write) -> fmt::Result {
+    write!(out, "{}{}", entry.header, if is_query { "?" } else { "" })?;
+    match (&entry.action, is_query) {
+        (Action::Number { range, .. }, false) => write!(out, " <{range}>")?,
+        (Action::Choice { words, .. }, false) => {
             for (n, word) in words.iter().enumerate() {
-                out.text(if n == 0 { " <" } else { "|" }).text(word);
+                write!(out, "{}{word}", if n == 0 { " <" } else { "|" })?;
             }
-            out.byte(b'>');
+            out.write_char('>')?;
         }
-        (Act::Switch { .. }, false) => drop(out.text(" <ON|OFF>")),
-        (Act::AskList(what, _), true) | (Act::Take(what, _) | Act::TakeAndSay(what, ..), false) => drop(out.byte(b' ').words(*what)),
-        (Act::Number { range, .. }, true) if !range.quantity.unit.is_empty() => drop(out.text(" -> ").text(range.quantity.unit)),
-        (Act::Ask(unit, _), true) if !unit.is_empty() => drop(out.text(" -> ").text(unit)),
-        (Act::Say(what, _), true) => drop(out.text(" -> ").words(*what)),
+        (Action::Switch { .. }, false) => out.write_str(" <ON|OFF>")?,
+        (Action::PartialListQuery(parameters, _), true)
+        | (Action::Command(parameters, _) | Action::CommandAndQuery(parameters, ..), false) => write!(out, " {parameters}")?,
+        (Action::Number { range, .. }, true) if !range.quantity.unit.is_empty() => write!(out, " -> {}", range.quantity.unit)?,
+        (Action::NumberQuery(unit, _), true) if !unit.is_empty() => write!(out, " -> {unit}")?,
+        (Action::TextQuery(reply, _), true) => write!(out, " -> {reply}")?,
         _ => {}
     }
-    out.text("  ").words(entry.says);
+    write!(out, "  {}", entry.help)
 }

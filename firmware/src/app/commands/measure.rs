@@ -1,144 +1,139 @@
-//! `MEASure`: the newest row, and what the rows say of turns, rate, drive and sensor; with units.
+//! `MEASure`: the newest row, and the estimates of turns, rate stability, drive, sensor and timing, with units.
 
-use super::{Act, Done, Entry, entry, with_unit};
+use super::{Action, Done, Entry, entry};
 use crate::app::state::State;
 use crate::console::errors::{Code, ErrorEntry};
-use crate::console::text::Writer;
 use crate::measurement_loop::Estimate;
-use crate::words::{Words, words};
+use crate::text::{Significant, WithUnit};
+use core::fmt::Write;
 
-/// Turns over which `MEASure:TURN?` gives the mean.
+/// Turns in the mean of `MEASure:TURN?`.
 const TURNS: u32 = 10;
 
 pub(super) const ENTRIES: &[Entry] = &[
-    entry!(
+    entry(
         "MEASure:RATE",
-        Act::Ask("RAD/S", |state| there(state.rate_rad_s.get(), words!("no rows yet"))),
-        "by the encoder's edges, mean over 32 ms",
+        Action::NumberQuery("RAD/S", |state| available(state.measured.rate_rad_s.get(), "no row was measured yet")),
+        "rate from the encoder's edges, mean over 32 ms",
     ),
-    entry!("MEASure:ANGLe", Act::Ask("RAD", |state| Ok(state.row.get().theta_rad)), "by the encoder, unwrapped"),
-    entry!(
+    entry("MEASure:ANGLe", Action::NumberQuery("RAD", |state| Ok(state.measured.row.get().theta_rad)), "angle of the encoder, unwrapped"),
+    entry(
         "MEASure:INDex",
-        Act::Ask("RAD", |state| there(state.row.get().from_index_rad, words!("the index was not seen yet: turn the platform first"))),
+        Action::NumberQuery("RAD", |state| {
+            available(state.measured.row.get().from_index_rad, "the index was not seen since power-on: turn the platform first")
+        }),
         "angle from the index",
     ),
-    entry!(
+    entry(
         "MEASure:CURRent",
-        Act::Ask("A", |state| there(state.row.get().i_A, words!("no conversion of the current"))),
-        "of the motor, mean over 1 ms",
+        Action::NumberQuery("A", |state| available(state.measured.row.get().i_A, "the current was not converted")),
+        "motor current, mean over 1 ms",
     ),
-    entry!("MEASure:SUPPly", Act::Ask("V", |state| there(state.row.get().supply_V, words!("no reading of the supply"))), "of the bridge"),
-    entry!("MEASure:VOLTage", Act::Ask("V", |state| Ok(state.row.get().u_V)), "that was asked for, mean over 1 ms"),
-    entry!(
+    entry(
+        "MEASure:SUPPly",
+        Action::NumberQuery("V", |state| available(state.measured.row.get().supply_V, "the supply was not converted")),
+        "supply voltage of the bridge",
+    ),
+    entry("MEASure:VOLTage", Action::NumberQuery("V", |state| Ok(state.measured.row.get().u_V)), "commanded voltage, mean over 1 ms"),
+    entry(
         "MEASure:TEMPerature",
-        Act::Ask("CEL", |state| there(state.row.get().temp_C, words!("no reading of the temperature"))),
-        "of the winding"
+        Action::NumberQuery("CEL", |state| available(state.measured.row.get().temp_C, "the temperature was not converted")),
+        "temperature of the winding",
     ),
-    entry!(
+    entry(
         "MEASure:GYRO",
-        Act::Ask("RAD/S", |state| {
-            let row = state.row.get();
-            there(row.gyro_rad_s.or(row.omega_rad_s), words!("no rate sensor gives a sample: IMU? says why"))
+        Action::NumberQuery("RAD/S", |state| {
+            let row = state.measured.row.get();
+            available(row.gyro_rad_s.or(row.omega_rad_s), "no rate sensor gives samples: IMU? gives the reason")
         }),
-        "the sensor under test",
+        "rate of the sensor under test, else of the stand's rate sensor",
     ),
-    entry!(
+    entry(
         "MEASure:TURN",
-        Act::Say(words!("last turn S, mean rate RAD/S, over turns, age S"), turn),
-        "whole turns by the index and the crystal"
+        Action::TextQuery("last turn S,mean rate RAD/S,turns in the mean,age S", turn),
+        "whole turns by index and crystal",
     ),
-    entry!(
+    entry(
         "MEASure:STABility",
-        Act::Say(words!("for 1, 10, 360 DEG: mean RAD/S, 1 sigma PPM, windows"), stability),
-        "how steadily it turns"
+        Action::TextQuery("for 1, 10, 360 DEG: mean RAD/S,standard deviation PPM,windows", stability),
+        "stability of the rate",
     ),
-    entry!("MEASure:STABility:RESet", Act::Do(|state| (state.instruments.restart_stability(), Ok(())).1), "begin anew"),
-    entry!(
+    entry("MEASure:STABility:RESet", Action::Event(|state| (state.measured.instruments.restart_stability(), Ok(())).1), "restart"),
+    entry(
         "MEASure:DRIVe",
-        Act::Say(words!("R OHM, K N.M/A, J KG.M2, b N.M.S, c N.M, each +- 1 sigma; windows"), drive),
-        "the drive, from its own rows",
+        Action::TextQuery("R OHM,K N.M/A,J KG.M2,b N.M.S,c N.M, each +- standard uncertainty; windows", drive),
+        "parameters of the drive, estimated from its rows",
     ),
-    entry!("MEASure:DRIVe:RESet", Act::Do(|state| (state.instruments.restart_drive(), Ok(())).1), "begin anew"),
-    entry!(
+    entry("MEASure:DRIVe:RESet", Action::Event(|state| (state.measured.instruments.restart_drive(), Ok(())).1), "restart"),
+    entry(
         "MEASure:SENSor",
-        Act::Say(words!("scale, bias RAD/S, delay S, each +- 1 sigma; windows"), sensor),
-        "the rate sensor against the encoder",
+        Action::TextQuery("scale,bias RAD/S,delay S, each +- standard uncertainty; windows", sensor),
+        "the rate sensor compared with the encoder",
     ),
-    entry!("MEASure:SENSor:RESet", Act::Do(|state| (state.instruments.restart_sensor(), Ok(())).1), "begin anew"),
-    entry!("MEASure:TIMing", Act::Say(words!("rows, missed, least, mean, greatest, 1 sigma S"), timing), "how evenly the rows come"),
-    entry!("MEASure:TIMing:RESet", Act::Do(|state| (state.instruments.restart_timing(), Ok(())).1), "begin anew"),
+    entry("MEASure:SENSor:RESet", Action::Event(|state| (state.measured.instruments.restart_sensor(), Ok(())).1), "restart"),
+    entry(
+        "MEASure:TIMing",
+        Action::TextQuery("rows,missed,least S,mean S,greatest S,standard deviation S", timing),
+        "intervals between the rows",
+    ),
+    entry("MEASure:TIMing:RESet", Action::Event(|state| (state.measured.instruments.restart_timing(), Ok(())).1), "restart"),
 ];
 
-/// A reading, or why there is none.
-fn there<T>(value: Option<T>, why: Words) -> Result<T, ErrorEntry> {
-    value.ok_or_else(|| ErrorEntry::saying(Code::DATA_STALE, why))
+/// The value, or an error with the reason why there is none.
+fn available<T>(value: Option<T>, reason: &str) -> Result<T, ErrorEntry> {
+    value.ok_or_else(|| ErrorEntry::with(Code::DATA_STALE, reason))
 }
 
-/// A number with its unit, and a comma before the next.
-fn next(out: &mut Writer<'_>, value: f64, unit: &str) {
-    if out.length() > 0 {
-        out.byte(b',');
-    }
-    with_unit(out, value, unit);
-}
-
-fn estimate(out: &mut Writer<'_>, estimate: &Estimate, unit: &str) {
-    if out.length() > 0 {
-        out.byte(b',');
-    }
+/// Writes an estimate as `value +- uncertainty unit,`.
+fn write_estimate(out: &mut dyn Write, estimate: &Estimate, unit: &str) -> Done {
     if estimate.sigma.is_finite() && estimate.value.is_finite() {
-        out.number(estimate.value, 6).text(" +- ").number(estimate.sigma, 2);
-        out.text(if unit.is_empty() { "" } else { " " }).text(unit);
+        let separator = if unit.is_empty() { "" } else { " " };
+        write!(out, "{} +- {}{separator}{unit},", Significant(estimate.value, 6), Significant(estimate.sigma, 2))?;
     } else {
-        out.text("NAN");
-    }
-}
-
-fn turn(state: &State<'_>, out: &mut Writer<'_>) -> Done {
-    let turn = there(state.instruments.turn(TURNS), words!("no whole turn yet"))?;
-    next(out, turn.turn_s, "S");
-    next(out, turn.rate_rad_s, "RAD/S");
-    next(out, f64::from(turn.turns), "");
-    next(out, turn.age_s, "S");
-    Ok(())
-}
-
-fn stability(state: &State<'_>, out: &mut Writer<'_>) -> Done {
-    for window in state.instruments.stability() {
-        next(out, window.rate_rad_s, "RAD/S");
-        next(out, window.relative().map_or(f64::NAN, |relative| relative * 1e6), "PPM");
-        next(out, f64::from(window.windows), "");
+        out.write_str("NAN,")?;
     }
     Ok(())
 }
 
-fn drive(state: &State<'_>, out: &mut Writer<'_>) -> Done {
-    let drive = there(state.instruments.drive(), words!("not enough motion yet: run a profile both ways"))?;
-    estimate(out, &drive.resistance_ohm, "OHM");
-    estimate(out, &drive.motor_constant_N_m_A, "N.M/A");
-    estimate(out, &drive.inertia_kg_m2, "KG.M2");
-    estimate(out, &drive.viscous_N_m_s, "N.M.S");
-    estimate(out, &drive.coulomb_N_m, "N.M");
-    next(out, f64::from(drive.windows), "");
+fn turn(state: &State<'_>, out: &mut dyn Write) -> Done {
+    let turn = available(state.measured.instruments.turn(TURNS), "no whole turn was measured yet")?;
+    let (turn_s, rate, age) = (WithUnit(turn.turn_s, "S"), WithUnit(turn.rate_rad_s, "RAD/S"), WithUnit(turn.age_s, "S"));
+    Ok(write!(out, "{turn_s},{rate},{},{age}", turn.turns)?)
+}
+
+fn stability(state: &State<'_>, out: &mut dyn Write) -> Done {
+    let mut separator = "";
+    for window in state.measured.instruments.stability() {
+        let deviation = WithUnit(window.relative().map_or(f64::NAN, |relative| relative * 1e6), "PPM");
+        write!(out, "{separator}{},{deviation},{}", WithUnit(window.rate_rad_s, "RAD/S"), window.windows)?;
+        separator = ",";
+    }
     Ok(())
 }
 
-fn sensor(state: &State<'_>, out: &mut Writer<'_>) -> Done {
-    let sensor = there(state.instruments.sensor(), words!("not enough motion with a rate sensor yet: IMU? says why"))?;
-    estimate(out, &sensor.scale, "");
-    estimate(out, &sensor.bias_rad_s, "RAD/S");
-    estimate(out, &sensor.delay_s, "S");
-    next(out, f64::from(sensor.windows), "");
-    Ok(())
+fn drive(state: &State<'_>, out: &mut dyn Write) -> Done {
+    let drive = available(state.measured.instruments.drive(), "too little motion yet: run a profile in both directions")?;
+    write_estimate(out, &drive.resistance_ohm, "OHM")?;
+    write_estimate(out, &drive.motor_constant_N_m_A, "N.M/A")?;
+    write_estimate(out, &drive.inertia_kg_m2, "KG.M2")?;
+    write_estimate(out, &drive.viscous_N_m_s, "N.M.S")?;
+    write_estimate(out, &drive.coulomb_N_m, "N.M")?;
+    Ok(write!(out, "{}", drive.windows)?)
 }
 
-fn timing(state: &State<'_>, out: &mut Writer<'_>) -> Done {
-    let timing = state.instruments.timing();
-    next(out, f64::from(timing.rows), "");
-    next(out, f64::from(timing.missed), "");
-    next(out, timing.least_s, "S");
-    next(out, timing.mean_s, "S");
-    next(out, timing.greatest_s, "S");
-    next(out, timing.sigma_s.unwrap_or(f64::NAN), "S");
+fn sensor(state: &State<'_>, out: &mut dyn Write) -> Done {
+    let sensor = available(state.measured.instruments.sensor(), "too little motion with a rate sensor yet: IMU? shows its status")?;
+    write_estimate(out, &sensor.scale, "")?;
+    write_estimate(out, &sensor.bias_rad_s, "RAD/S")?;
+    write_estimate(out, &sensor.delay_s, "S")?;
+    Ok(write!(out, "{}", sensor.windows)?)
+}
+
+fn timing(state: &State<'_>, out: &mut dyn Write) -> Done {
+    let timing = state.measured.instruments.timing();
+    write!(out, "{},{}", timing.rows, timing.missed)?;
+    for seconds in [timing.least_s, timing.mean_s, timing.greatest_s, timing.sigma_s.unwrap_or(f64::NAN)] {
+        write!(out, ",{}", WithUnit(seconds, "S"))?;
+    }
     Ok(())
 }

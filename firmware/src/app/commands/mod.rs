@@ -1,17 +1,17 @@
-//! What the commands are and do: one table that dispatches, and that `HELP?` lists.
+//! The commands: one table that dispatches them and that `HELP?` lists.
 //!
-//! An entry is a header and an [`Act`]. Most are a number with its range, a choice of words, a question or an event, and say in a line how to read
-//! or set it; the rest read their parameters themselves. Parameters of the profiles and kept settings come from their own tables, so that one
-//! that is new there is new here. What needs the flash or time is a [`Job`] that the console does.
+//! An entry is a header and an [`Action`]. Most actions are a number with its range, a choice of words, a query or an event; the rest read
+//! their parameters themselves. Parameters of profiles and kept settings come from their own tables, so that a new one needs no
+//! entry here. The console executes a [`Job`], which needs the flash or takes time.
 
 mod calibration;
 mod common;
 mod compensation;
 mod drift;
 mod drive;
+mod dut;
 mod fault;
 mod help;
-mod imu;
 mod measure;
 mod observer;
 mod profile;
@@ -20,30 +20,24 @@ mod status;
 mod stream;
 mod system;
 
-pub(super) use help::help_line;
-pub(super) use settings::at_rest;
-
 use super::state::State;
-use crate::config::ConfigError;
 use crate::console::errors::{Code, ErrorEntry};
 use crate::console::parse::{Command, Parameters, Range};
-use crate::console::text::Writer;
-use crate::words::{Words, words};
+use crate::text::{Ascii, WithUnit};
+use core::fmt::Write;
 
-/// What comes of a command.
+/// Outcome of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Answer {
-    /// Nothing to say.
+pub enum Outcome {
+    /// Executed; a query has written its reply.
     Done,
-    /// The reply is written.
-    Said,
-    /// Lines of a list follow.
+    /// The console sends a list.
     List(List),
-    /// The console does it.
+    /// The console executes a job.
     Job(Job),
 }
 
-/// A reply of many lines.
+/// A reply of several lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum List {
     /// The commands.
@@ -54,50 +48,54 @@ pub enum List {
     Settings,
     /// The profiles.
     Profiles,
-    /// All errors.
+    /// The error queue.
     Errors,
-    /// The learnt compensation.
+    /// The compensation.
     Compensation,
-    /// The observer's numbers.
+    /// The numbers of the observer.
     Observer,
-    /// What was recorded around a fault.
+    /// The recording around a fault.
     Capture,
 }
 
-/// What takes time or the flash.
+/// Work of the console that needs the flash or takes time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Job {
-    /// Wait for the end of what runs.
+    /// Wait for the end of the activity.
     Wait,
-    /// The same, then say 1.
-    WaitAndSay,
+    /// Wait for the end of the activity, then reply 1.
+    WaitAndReply,
     /// Write the settings to flash.
     Save,
-    /// Read them.
+    /// Read the settings from flash.
     Load,
 }
 
-/// What is written or taken: the state, and what went wrong.
+/// Result of an event or a written value.
 type Done = Result<(), ErrorEntry>;
+/// Writes the reply of a query.
+type Reply = fn(&State<'_>, &mut dyn Write) -> Done;
+/// Reads the parameters of a command and executes it.
+type Take = fn(&State<'_>, &mut Parameters<'_>) -> Done;
 
-/// What an entry does.
-pub enum Act {
-    /// A number that is set and asked for.
+/// What a command does.
+pub enum Action {
+    /// A number that can be set and queried.
     Number {
-        /// What it may be.
+        /// Its range, with unit and default.
         range: &'static Range,
-        /// Its value.
+        /// Reads it.
         read: fn(&State<'_>) -> f64,
         /// Sets it.
         write: fn(&State<'_>, f64) -> Done,
     },
-    /// One of some words.
-    Words {
+    /// A choice of words that can be set and queried.
+    Choice {
         /// The words.
         words: &'static [&'static str],
-        /// Which it is.
+        /// Index of the present word.
         read: fn(&State<'_>) -> usize,
-        /// Chooses.
+        /// Selects a word by its index.
         write: fn(&State<'_>, usize) -> Done,
     },
     /// ON or OFF.
@@ -108,62 +106,60 @@ pub enum Act {
         write: fn(&State<'_>, bool) -> Done,
     },
     /// An event without parameters.
-    Do(fn(&State<'_>) -> Done),
-    /// A number that is asked for, with its unit.
-    Ask(&'static str, fn(&State<'_>) -> Result<f64, ErrorEntry>),
-    /// Words that are asked for; and what they are.
-    Say(Words, fn(&State<'_>, &mut Writer<'_>) -> Done),
-    /// Many lines.
-    List(List),
-    /// Many lines, some of them; and what says which.
-    AskList(Words, fn(&State<'_>, &mut Parameters<'_>) -> Result<List, ErrorEntry>),
-    /// An event that the console does.
+    Event(fn(&State<'_>) -> Done),
+    /// A query for a number, with its unit.
+    NumberQuery(&'static str, fn(&State<'_>) -> Result<f64, ErrorEntry>),
+    /// A query for text, with its description.
+    TextQuery(&'static str, Reply),
+    /// A query for a list.
+    ListQuery(List),
+    /// A query for a part of a list, with the description of its parameters.
+    PartialListQuery(&'static str, fn(&State<'_>, &mut Parameters<'_>) -> Result<List, ErrorEntry>),
+    /// A job.
     Job(Job),
-    /// A question that the console answers.
-    AskJob(Job),
-    /// An event with parameters of its own; and what they are.
-    Take(Words, fn(&State<'_>, &mut Parameters<'_>) -> Done),
-    /// The same, also asked for.
-    TakeAndSay(Words, fn(&State<'_>, &mut Parameters<'_>) -> Done, fn(&State<'_>, &mut Writer<'_>) -> Done),
+    /// A job that replies.
+    JobQuery(Job),
+    /// An event with parameters, with their description.
+    Command(&'static str, Take),
+    /// An event with parameters, with their description, that can also be queried.
+    CommandAndQuery(&'static str, Take, Reply),
 }
 
-impl Act {
-    /// Whether it can be said, or asked.
-    fn is_possible(&self, asks: bool) -> bool {
+impl Action {
+    /// Whether the action exists as query, or as command.
+    fn has(&self, is_query: bool) -> bool {
         match self {
-            Act::Number { .. } | Act::Words { .. } | Act::Switch { .. } | Act::TakeAndSay(..) => true,
-            Act::Do(_) | Act::Job(_) | Act::Take(..) => !asks,
-            Act::Ask(..) | Act::Say(..) | Act::List(_) | Act::AskList(..) | Act::AskJob(_) => asks,
+            Action::Number { .. } | Action::Choice { .. } | Action::Switch { .. } | Action::CommandAndQuery(..) => true,
+            Action::Event(_) | Action::Job(_) | Action::Command(..) => !is_query,
+            Action::NumberQuery(..) | Action::TextQuery(..) | Action::ListQuery(_) | Action::PartialListQuery(..) | Action::JobQuery(_) => {
+                is_query
+            }
         }
     }
 }
 
 /// A command.
 pub struct Entry {
-    /// Its words, the short form in capitals.
+    /// Its header, the short form in capitals.
     pub header: &'static str,
     /// What it does.
-    pub act: Act,
-    /// That in a few words.
-    pub says: Words,
+    pub action: Action,
+    /// Its line in `HELP?`.
+    pub help: &'static str,
 }
 
-/// Header, what it does, and that in words.
-macro_rules! entry {
-    ($header:expr, $act:expr, $says:expr $(,)?) => {
-        Entry { header: $header, act: $act, says: words!($says) }
-    };
+const fn entry(header: &'static str, action: Action, help: &'static str) -> Entry {
+    Entry { header, action, help }
 }
-use entry;
 
-/// All commands, by group, in the order of `HELP?`.
+/// All commands by group, in the order of `HELP?`.
 pub const GROUPS: [&[Entry]; 15] = [
     common::ENTRIES,
     system::ENTRIES,
     drive::ENTRIES,
     profile::ENTRIES,
     measure::ENTRIES,
-    imu::ENTRIES,
+    dut::ENTRIES,
     observer::ENTRIES,
     fault::ENTRIES,
     stream::ENTRIES,
@@ -175,124 +171,98 @@ pub const GROUPS: [&[Entry]; 15] = [
     help::ENTRIES,
 ];
 
-/// Does what one command says; a reply goes into `out`.
+/// Executes a command; a query writes its reply to `reply`.
 ///
 /// # Errors
-/// What is wrong with it, or why it cannot be done.
-pub fn execute(state: &State<'_>, command: &Command<'_>, out: &mut Writer<'_>) -> Result<Answer, ErrorEntry> {
+/// The command or a parameter is wrong, or the command is not possible now.
+pub fn execute(state: &State<'_>, command: &Command<'_>, reply: &mut dyn Write) -> Result<Outcome, ErrorEntry> {
     let mut parameters = command.parameters();
     let entries = || GROUPS.iter().flat_map(|group| group.iter()).filter(|entry| command.is(entry.header));
-    if let Some(entry) = entries().find(|entry| entry.act.is_possible(command.is_query)).or_else(|| entries().next()) {
-        let answer = act(state, &entry.act, command.is_query, &mut parameters, out);
-        // The parameters of a command that was refused are not looked at further.
-        return answer.and_then(|answer| parameters.end().map(|()| answer)).map_err(|mut wrong| {
-            if wrong.detail.is_empty() {
-                wrong.detail.writer().bytes(command.header());
-            }
-            wrong
-        });
-    }
-    let listed = match (command.last_below("PROFile"), command.last_below("SETTings")) {
-        (Some(name), _) => profile::parameter(state, name, command.is_query, &mut parameters, out),
-        (_, Some(name)) => settings::field(state, name, command.is_query, &mut parameters, out),
-        _ => None,
+    let result = if let Some(entry) = entries().find(|entry| entry.action.has(command.is_query)).or_else(|| entries().next()) {
+        perform(state, &entry.action, command.is_query, &mut parameters, reply)
+    } else if let Some(result) =
+        command.last_below("PROFile").and_then(|name| profile::parameter(state, name, command.is_query, &mut parameters, reply))
+    {
+        result.map(|()| Outcome::Done)
+    } else if let Some(result) =
+        command.last_below("SETTings").and_then(|name| settings::field(state, name, command.is_query, &mut parameters, reply))
+    {
+        result.map(|()| Outcome::Done)
+    } else {
+        let mark = if command.is_query { "?" } else { "" };
+        return Err(ErrorEntry::with(Code::UNDEFINED_HEADER, format_args!("{}{mark}: HELP? lists all", Ascii(command.header()))));
     };
-    listed.unwrap_or_else(|| {
-        let mut wrong = ErrorEntry::about(Code::UNDEFINED_HEADER, command.header());
-        wrong.detail.writer().text(if command.is_query { "?" } else { "" }).words(words!(": HELP? lists all"));
-        Err(wrong)
+    result.and_then(|outcome| parameters.end().map(|()| outcome)).map_err(|error| named(command, error))
+}
+
+/// A parameter error with the header of its command.
+fn named(command: &Command<'_>, error: ErrorEntry) -> ErrorEntry {
+    let header = Ascii(command.header());
+    match error.code {
+        _ if error.detail().is_empty() => ErrorEntry::with(error.code, header),
+        Code::NUMERIC_DATA | Code::INVALID_SUFFIX | Code::OUT_OF_RANGE | Code::ILLEGAL_VALUE | Code::PARAMETER_NOT_ALLOWED => {
+            ErrorEntry::with(error.code, format_args!("{header}: {}", error.detail()))
+        }
+        _ => error,
+    }
+}
+
+fn perform(
+    state: &State<'_>,
+    action: &Action,
+    is_query: bool,
+    parameters: &mut Parameters<'_>,
+    reply: &mut dyn Write,
+) -> Result<Outcome, ErrorEntry> {
+    match (action, is_query) {
+        (Action::Number { range, read, .. }, true) => {
+            let value = value_or_keyword(parameters, range, || read(state))?;
+            write!(reply, "{}", WithUnit(value, range.quantity.unit))?;
+        }
+        (Action::Number { range, write, .. }, false) => write(state, parameters.number(range)?)?,
+        (Action::Choice { words, read, .. }, true) => {
+            let word = words.get(read(state)).copied().unwrap_or("NONE");
+            word.chars().try_for_each(|letter| reply.write_char(letter.to_ascii_uppercase()))?;
+        }
+        (Action::Choice { words, write, .. }, false) => write(state, parameters.choice(words)?)?,
+        (Action::Switch { read, .. }, true) => reply.write_str(if read(state) { "1" } else { "0" })?,
+        (Action::Switch { write, .. }, false) => write(state, parameters.on_off()?)?,
+        (Action::Event(event), false) => event(state)?,
+        (Action::NumberQuery(unit, read), true) => write!(reply, "{}", WithUnit(read(state)?, unit))?,
+        (Action::TextQuery(_, query) | Action::CommandAndQuery(_, _, query), true) => query(state, reply)?,
+        (Action::ListQuery(list), true) => return Ok(Outcome::List(*list)),
+        (Action::PartialListQuery(_, select), true) => return select(state, parameters).map(Outcome::List),
+        (Action::Job(job), false) | (Action::JobQuery(job), true) => return Ok(Outcome::Job(*job)),
+        (Action::Command(_, take) | Action::CommandAndQuery(_, take, _), false) => take(state, parameters)?,
+        (_, true) => return Err(ErrorEntry::with(Code::UNDEFINED_HEADER, "this command has no query")),
+        (_, false) => return Err(ErrorEntry::with(Code::UNDEFINED_HEADER, "this is a query only: put ? behind it")),
+    }
+    Ok(Outcome::Done)
+}
+
+/// The present value, or the value of the keyword MINimum, MAXimum or DEFault if it is given.
+fn value_or_keyword(parameters: &mut Parameters<'_>, range: &Range, read: impl FnOnce() -> f64) -> Result<f64, ErrorEntry> {
+    match parameters.next_text() {
+        Some(word) => range
+            .keyword(word)
+            .ok_or_else(|| ErrorEntry::with(Code::ILLEGAL_VALUE, format_args!("{} is not one of MIN, MAX or DEF", Ascii(word)))),
+        None => Ok(read()),
+    }
+}
+
+/// Writes a line of a list; `false` after the last line.
+///
+/// # Errors
+/// The line is too long.
+pub fn list_line(state: &State<'_>, list: List, line: usize, out: &mut dyn Write) -> Result<bool, ErrorEntry> {
+    Ok(match list {
+        List::Help => help::line(line, out)?,
+        List::Channels => stream::channel_line(line, out)?,
+        List::Settings => settings::line(state, line, out)?,
+        List::Profiles => profile::line(line, out)?,
+        List::Errors => system::error_line(state, out)?,
+        List::Capture => fault::capture_line(state, line, out)?,
+        List::Observer => observer::line(state, line, out)?,
+        List::Compensation => compensation::line(state, line, out)?,
     })
-}
-
-fn act(state: &State<'_>, act: &Act, asks: bool, parameters: &mut Parameters<'_>, out: &mut Writer<'_>) -> Result<Answer, ErrorEntry> {
-    match (act, asks) {
-        (Act::Number { range, read, .. }, true) => {
-            let value = match parameters.next_text() {
-                Some(word) => range.keyword(word).ok_or_else(|| ErrorEntry::about(Code::ILLEGAL_VALUE, word))?,
-                None => read(state),
-            };
-            with_unit(out, value, range.quantity.unit);
-            Ok(Answer::Said)
-        }
-        (Act::Number { range, write, .. }, false) => write(state, parameters.number(range)?).map(|()| Answer::Done),
-        (Act::Words { words, read, .. }, true) => {
-            for byte in words.get(read(state)).copied().unwrap_or("NONE").bytes() {
-                out.byte(byte.to_ascii_uppercase());
-            }
-            Ok(Answer::Said)
-        }
-        (Act::Words { words, write, .. }, false) => {
-            let chosen = parameters.choice(words).map_err(|wrong| among(wrong, words))?;
-            write(state, chosen).map(|()| Answer::Done)
-        }
-        (Act::Switch { read, .. }, true) => {
-            out.text(if read(state) { "1" } else { "0" });
-            Ok(Answer::Said)
-        }
-        (Act::Switch { write, .. }, false) => write(state, parameters.on_off()?).map(|()| Answer::Done),
-        (Act::Do(event), false) => event(state).map(|()| Answer::Done),
-        (Act::Ask(unit, read), true) => {
-            with_unit(out, read(state)?, unit);
-            Ok(Answer::Said)
-        }
-        (Act::Say(_, say) | Act::TakeAndSay(_, _, say), true) => say(state, out).map(|()| Answer::Said),
-        (Act::List(list), true) => Ok(Answer::List(*list)),
-        (Act::AskList(_, which), true) => which(state, parameters).map(Answer::List),
-        (Act::Job(job), false) | (Act::AskJob(job), true) => Ok(Answer::Job(*job)),
-        (Act::Take(_, take) | Act::TakeAndSay(_, take, _), false) => take(state, parameters).map(|()| Answer::Done),
-        _ => {
-            let why = if asks { words!("nothing to ask for here") } else { words!("this can only be asked for: put ? behind it") };
-            Err(ErrorEntry::saying(Code::UNDEFINED_HEADER, why))
-        }
-    }
-}
-
-/// A number and its unit, as far as a person would ask for it.
-fn with_unit(out: &mut Writer<'_>, value: f64, unit: &str) {
-    out.number(value, 9);
-    if !unit.is_empty() {
-        out.byte(b' ').text(unit);
-    }
-}
-
-/// The error with the words that there are.
-fn among(mut wrong: ErrorEntry, words: &[&str]) -> ErrorEntry {
-    let mut out = wrong.detail.writer();
-    out.text(": one of");
-    for word in words {
-        out.byte(b' ').text(word);
-    }
-    wrong
-}
-
-/// What is wrong with a setting, in words.
-pub fn say_wrong(wrong: &ConfigError, out: &mut Writer<'_>) {
-    out.text(wrong.parameter());
-    match wrong {
-        ConfigError::NonFinite(_) => drop(out.words(words!(" is not a finite number"))),
-        ConfigError::OutOfRange(_, value, least, greatest) => {
-            out.text(" = ").number(*value, 6).text(" is outside ").number(*least, 6).text(" to ").number(*greatest, 6);
-        }
-        ConfigError::Unfit(_, why) => drop(out.byte(b' ').text(why)),
-    }
-}
-
-pub(super) fn refused(wrong: &ConfigError) -> ErrorEntry {
-    let mut entry = ErrorEntry::new(Code::SETTING);
-    say_wrong(wrong, &mut entry.detail.writer());
-    entry
-}
-
-/// One line of a list; `None` after the last.
-pub fn list_line(state: &State<'_>, list: List, line: usize, out: &mut Writer<'_>) -> Option<()> {
-    match list {
-        List::Help => help_line(line, out),
-        List::Channels => stream::channel_line(line, out),
-        List::Settings => settings::line(state, line, out),
-        List::Profiles => profile::line(line, out),
-        List::Errors => system::error_line(state, out),
-        List::Capture => fault::capture_line(state, line, out),
-        List::Observer => observer::line(state, line, out),
-        List::Compensation => compensation::line(state, line, out),
-    }
 }

@@ -1,89 +1,88 @@
-//! `PROFile`: which one, its parameters from their table, start and stop.
+//! `PROFile`: kind, parameters from their table, start and stop.
 
-use super::{Act, Answer, Entry, List, entry, refused, with_unit};
-use crate::app::state::{Demand, Request, Running, State, hold, no_fault};
+use super::{Action, Done, Entry, List, entry};
+use crate::app::state::{Activity, Request, Setpoint, State};
 use crate::console::errors::{Code, ErrorEntry};
 use crate::console::parse::{Parameters, Range, is_name};
 use crate::console::quantity::Quantity;
-use crate::console::text::Writer;
-use crate::profile::{PARAMETERS, Parameter, Profile, ProfileKind};
+use crate::profile::{PARAMETERS, Parameter, Profile, ProfileConfig, ProfileKind};
 use crate::session::rows_in;
 use crate::speed_loop::Mode;
-use crate::words::words;
+use crate::text::{Ascii, WithUnit};
+use core::fmt::{self, Write};
 
 const MODES: [Mode; 3] = [Mode::Voltage, Mode::Rate, Mode::Position];
 
 pub(super) const ENTRIES: &[Entry] = &[
-    entry!(
+    entry(
         "PROFile:TYPE",
-        Act::TakeAndSay(
-            words!("<name>"),
-            |state, parameters| {
-                let name = parameters.text()?;
-                let named = |kind: &&ProfileKind| {
-                    name.eq_ignore_ascii_case(kind.name().as_bytes())
-                        || kind.alias().is_some_and(|alias| name.eq_ignore_ascii_case(alias.as_bytes()))
-                };
-                let kind = ProfileKind::ALL.iter().find(named).ok_or_else(|| {
-                    let mut wrong = ErrorEntry::about(Code::ILLEGAL_VALUE, name);
-                    wrong.detail.writer().words(words!(": PROFile:TYPE:LIST? has the names"));
-                    wrong
-                })?;
-                state.profile.set(crate::profile::ProfileConfig { kind: *kind, ..state.profile.get() });
-                Ok(())
-            },
-            |state, out| (out.text(state.profile.get().kind.name()), Ok(())).1,
-        ),
-        "which profile",
+        Action::CommandAndQuery("<name>", set_kind, |state, out| Ok(out.write_str(state.profile.config.get().kind.name())?)),
+        "kind of the profile",
     ),
-    entry!("PROFile:TYPE:LIST", Act::List(List::Profiles), "all profiles with their parameters"),
-    entry!(
+    entry("PROFile:TYPE:LIST", Action::ListQuery(List::Profiles), "all profiles with their parameters"),
+    entry(
         "PROFile:MODE",
-        Act::Words {
+        Action::Choice {
             words: &["VOLTage", "RATE", "POSition"],
-            read: |state| MODES.iter().position(|mode| *mode == state.profile_mode.get()).unwrap_or(1),
-            write: |state, chosen| (state.profile_mode.set(MODES.get(chosen).copied().unwrap_or(Mode::Rate)), Ok(())).1,
+            read: |state| MODES.iter().position(|mode| *mode == state.profile.mode.get()).unwrap_or(1),
+            write: |state, index| (state.profile.mode.set(MODES.get(index).copied().unwrap_or(Mode::Rate)), Ok(())).1,
         },
-        "what the profile is of",
+        "the quantity that the profile sets",
     ),
-    entry!(
+    entry(
         "PROFile:DURation",
-        Act::Number {
+        Action::Number {
             range: const { &Range::new(Quantity::TIME, 1e-3, 1e6, 30.0) },
-            read: |state| state.profile_s.get(),
-            write: |state, seconds| (state.profile_s.set(seconds), Ok(())).1,
+            read: |state| state.profile.duration_s.get(),
+            write: |state, seconds| (state.profile.duration_s.set(seconds), Ok(())).1,
         },
-        "how long it runs",
+        "duration of the profile",
     ),
-    entry!("PROFile:STARt", Act::Do(start), "begin; *OPC? waits for its end"),
-    entry!("PROFile:STOP", Act::Do(|state| hold(state, Demand::Off)), "end it, drive off"),
-    entry!(
+    entry("PROFile:STARt", Action::Event(start), "start the profile; *OPC? waits for its end"),
+    entry("PROFile:STOP", Action::Event(|state| state.hold(Setpoint::Off)), "end the profile, drive off"),
+    entry(
         "PROFile:STATe",
-        Act::Say(words!("RUNNING or STOPPED"), |state, out| {
-            out.text(if state.running.get() == Running::Profile { "RUNNING" } else { "STOPPED" });
-            Ok(())
+        Action::TextQuery("RUNNING or STOPPED", |state, out| {
+            let is_running = state.drive.activity.get() == Activity::Profile;
+            Ok(out.write_str(if is_running { "RUNNING" } else { "STOPPED" })?)
         }),
-        "whether it runs",
+        "state of the profile",
     ),
 ];
 
-fn start(state: &State<'_>) -> Result<(), ErrorEntry> {
-    no_fault(state)?;
-    if state.running.get() == Running::Calibration {
-        return Err(ErrorEntry::saying(Code::SETTINGS_CONFLICT, words!("something runs: wait for its end, or STOP")));
-    }
-    let (config, mode) = (state.profile.get(), state.profile_mode.get());
-    Profile::for_mode(&config, mode).map_err(|wrong| refused(&wrong))?;
-    state.running.set(Running::Profile);
-    state.request.set(Some(Request::Profile(config, mode, rows_in(state.profile_s.get()).max(1))));
+fn set_kind(state: &State<'_>, parameters: &mut Parameters<'_>) -> Done {
+    let name = parameters.text()?;
+    let is_named = |kind: &&ProfileKind| {
+        name.eq_ignore_ascii_case(kind.name().as_bytes()) || kind.alias().is_some_and(|alias| name.eq_ignore_ascii_case(alias.as_bytes()))
+    };
+    let kind = ProfileKind::ALL.iter().find(is_named).ok_or_else(|| {
+        ErrorEntry::with(Code::ILLEGAL_VALUE, format_args!("there is no profile {}: PROFile:TYPE:LIST? lists all", Ascii(name)))
+    })?;
+    state.profile.config.set(ProfileConfig { kind: *kind, ..state.profile.config.get() });
     Ok(())
+}
+
+fn start(state: &State<'_>) -> Done {
+    state.require_no_fault()?;
+    if state.drive.activity.get() == Activity::Calibration {
+        return Err(ErrorEntry::with(Code::SETTINGS_CONFLICT, "a calibration runs: wait for its end, or STOP"));
+    }
+    let (config, mode) = (state.profile.config.get(), state.profile.mode.get());
+    Profile::for_mode(&config, mode).map_err(setting_error)?;
+    state.drive.activity.set(Activity::Profile);
+    state.drive.request.set(Some(Request::Profile(config, mode, rows_in(state.profile.duration_s.get()).max(1))));
+    Ok(())
+}
+
+fn setting_error(error: crate::config::ConfigError) -> ErrorEntry {
+    ErrorEntry::with(Code::SETTING, error)
 }
 
 fn named(name: &[u8]) -> Option<&'static Parameter> {
     PARAMETERS.iter().find(|parameter| is_name(name, parameter.name))
 }
 
-/// The unit of a parameter; those of the amplitude are as the mode has it.
+/// The quantity of a parameter; that of the amplitude and its derivatives depends on the mode.
 fn quantity(parameter: &Parameter, mode: Mode) -> Quantity {
     let (value, per_s, per_s2) = match mode {
         Mode::Voltage => (Quantity::VOLTAGE, Quantity::only("V/S"), Quantity::only("V/S2")),
@@ -98,52 +97,53 @@ fn quantity(parameter: &Parameter, mode: Mode) -> Quantity {
     }
 }
 
-/// Sets or tells a parameter; `None` where none is called so.
+/// Sets or queries a parameter; `None` if there is none of this name.
 pub(super) fn parameter(
     state: &State<'_>,
     name: &[u8],
-    asks: bool,
+    is_query: bool,
     parameters: &mut Parameters<'_>,
-    out: &mut Writer<'_>,
-) -> Option<Result<Answer, ErrorEntry>> {
+    reply: &mut dyn Write,
+) -> Option<Done> {
     let parameter = named(name)?;
-    let quantity = quantity(parameter, state.profile_mode.get());
-    let mut config = state.profile.get();
-    if asks {
-        with_unit(out, (parameter.read)(&config), quantity.unit);
-        return Some(parameters.end().map(|()| Answer::Said));
-    }
-    let range = Range::new(quantity, -1e16, 1e16, 0.0);
-    Some(parameters.number(&range).and_then(|value| parameters.end().map(|()| value)).and_then(|value| {
-        parameter.set(&mut config, value).map_err(|wrong| refused(&wrong))?;
-        state.profile.set(config);
-        Ok(Answer::Done)
-    }))
-}
-
-/// Lines of `HELP?`: set and ask, for each parameter.
-pub(super) fn help(line: usize, out: &mut Writer<'_>) -> Option<()> {
-    let parameter = PARAMETERS.get(line >> 1)?;
-    out.text("PROFile:").text(parameter.name);
-    if line & 1 == 1 {
-        out.byte(b'?');
+    let quantity = quantity(parameter, state.profile.mode.get());
+    Some(if is_query {
+        let value = (parameter.read)(&state.profile.config.get());
+        write!(reply, "{}", WithUnit(value, quantity.unit)).map_err(ErrorEntry::from)
     } else {
-        out.text(" <").text(match quantity(parameter, Mode::Rate).unit {
-            "" => "number",
-            unit => unit,
-        });
-        out.text(">");
-    }
-    out.text("  ").words(parameter.says);
-    Some(())
+        set_parameter(state, parameter, quantity, parameters)
+    })
 }
 
-/// A profile with the parameters that it takes.
-pub(super) fn line(line: usize, out: &mut Writer<'_>) -> Option<()> {
-    let kind = ProfileKind::ALL.get(line)?;
-    out.text(kind.name()).text(": ").words(kind.says()).text("; takes");
-    for name in kind.parameters() {
-        out.byte(b' ').text(name);
+fn set_parameter(state: &State<'_>, parameter: &Parameter, quantity: Quantity, parameters: &mut Parameters<'_>) -> Done {
+    let value = parameters.number(&Range::new(quantity, -1e16, 1e16, 0.0))?;
+    parameters.end()?;
+    let mut config = state.profile.config.get();
+    parameter.set(&mut config, value).map_err(setting_error)?;
+    state.profile.config.set(config);
+    Ok(())
+}
+
+/// Lines of `HELP?`: command and query of each parameter.
+pub(super) fn help(line: usize, out: &mut dyn Write) -> Result<bool, fmt::Error> {
+    let Some(parameter) = PARAMETERS.get(line >> 1) else { return Ok(false) };
+    write!(out, "PROFile:{}", parameter.name)?;
+    if line & 1 == 1 {
+        out.write_char('?')?;
+    } else {
+        let unit = quantity(parameter, Mode::Rate).unit;
+        write!(out, " <{}>", if unit.is_empty() { "number" } else { unit })?;
     }
-    Some(())
+    write!(out, "  {}", parameter.help)?;
+    Ok(true)
+}
+
+/// A profile with its parameters.
+pub(super) fn line(line: usize, out: &mut dyn Write) -> Result<bool, fmt::Error> {
+    let Some(kind) = ProfileKind::ALL.get(line) else { return Ok(false) };
+    write!(out, "{}: {}; parameters", kind.name(), kind.description())?;
+    for name in kind.parameters() {
+        write!(out, " {name}")?;
+    }
+    Ok(true)
 }

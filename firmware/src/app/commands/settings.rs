@@ -1,92 +1,79 @@
 //! `SETTings`: all kept numbers by name; save, load, reset.
 
-use super::{Act, Answer, Entry, Job, List, entry, refused, with_unit};
+use super::{Action, Done, Entry, Job, List, entry, value_or_keyword};
 use crate::app::state::State;
 use crate::console::errors::{Code, ErrorEntry};
 use crate::console::parse::{Parameters, Range};
-use crate::console::text::Writer;
-use crate::settings::{FIELDS, Field};
-use crate::words::words;
+use crate::settings::{FIELDS, Field, Kept};
+use crate::text::WithUnit;
+use core::fmt::{self, Write};
 
 pub(super) const ENTRIES: &[Entry] = &[
-    entry!("SETTings:LIST", Act::List(List::Settings), "all settings with their values"),
-    entry!("SETTings:SAVE", Act::Job(Job::Save), "write them to flash; the drive must be off"),
-    entry!("SETTings:LOAD", Act::Job(Job::Load), "take what is in flash; the drive must be off"),
-    entry!(
+    entry("SETTings:LIST", Action::ListQuery(List::Settings), "all settings with their values"),
+    entry("SETTings:SAVE", Action::Job(Job::Save), "write the settings to flash; the drive must be off"),
+    entry("SETTings:LOAD", Action::Job(Job::Load), "read the settings from flash; the drive must be off"),
+    entry(
         "SETTings:RESet",
-        Act::Do(|state| {
-            at_rest(state)?;
-            state.tune(state.defaults).map_err(|wrong| refused(&wrong))
+        Action::Event(|state| {
+            state.require_at_rest()?;
+            apply(state, state.settings.defaults)
         }),
-        "take the stand's own; SAVE keeps them",
+        "use the default settings; SETTings:SAVE keeps them",
     ),
 ];
 
-/// Settings change and flash is written only with the drive off.
-pub(crate) fn at_rest(state: &State<'_>) -> Result<(), ErrorEntry> {
-    if state.is_driving() {
-        return Err(ErrorEntry::saying(Code::SETTINGS_CONFLICT, words!("the drive is on: OUTPut OFF first")));
-    }
-    if state.pulse.is_running() {
-        return Err(ErrorEntry::saying(Code::SETTINGS_CONFLICT, words!("the drift is measured: DRIFt:ABORt first")));
-    }
-    Ok(())
+fn apply(state: &State<'_>, kept: Kept) -> Done {
+    state.apply(kept).map_err(|error| ErrorEntry::with(Code::SETTING, error))
 }
 
-fn range(field: &Field, state: &State<'_>) -> Range {
-    Range::new(field.quantity(), field.least, field.greatest, (field.read)(&state.defaults))
+fn range(field: &Field, defaults: &Kept) -> Range {
+    Range::new(field.quantity(), field.least, field.greatest, (field.read)(defaults))
 }
 
-/// Sets or tells a setting; `None` where none is called so.
+/// Sets or queries a setting; `None` if there is none of this name.
 pub(super) fn field(
     state: &State<'_>,
     name: &[u8],
-    asks: bool,
+    is_query: bool,
     parameters: &mut Parameters<'_>,
-    out: &mut Writer<'_>,
-) -> Option<Result<Answer, ErrorEntry>> {
+    reply: &mut dyn Write,
+) -> Option<Done> {
     let field = Field::named(name)?;
-    Some(if asks { ask(state, field, parameters, out) } else { set(state, field, parameters) })
+    Some(if is_query { query(state, field, parameters, reply) } else { set(state, field, parameters) })
 }
 
-fn ask(state: &State<'_>, field: &Field, parameters: &mut Parameters<'_>, out: &mut Writer<'_>) -> Result<Answer, ErrorEntry> {
-    let value = match parameters.next_text() {
-        Some(word) => range(field, state).keyword(word).ok_or_else(|| ErrorEntry::about(Code::ILLEGAL_VALUE, word))?,
-        None => (field.read)(&state.kept.get()),
-    };
-    parameters.end()?;
-    with_unit(out, value, field.quantity().unit);
-    Ok(Answer::Said)
+fn query(state: &State<'_>, field: &Field, parameters: &mut Parameters<'_>, reply: &mut dyn Write) -> Done {
+    let range = range(field, &state.settings.defaults);
+    let value = value_or_keyword(parameters, &range, || (field.read)(&state.settings.kept.get()))?;
+    Ok(write!(reply, "{}", WithUnit(value, range.quantity.unit))?)
 }
 
-fn set(state: &State<'_>, field: &Field, parameters: &mut Parameters<'_>) -> Result<Answer, ErrorEntry> {
-    let value = parameters.number(&range(field, state))?;
+fn set(state: &State<'_>, field: &Field, parameters: &mut Parameters<'_>) -> Done {
+    let value = parameters.number(&range(field, &state.settings.defaults))?;
     parameters.end()?;
-    at_rest(state)?;
-    let mut kept = state.kept.get();
+    state.require_at_rest()?;
+    let mut kept = state.settings.kept.get();
     (field.write)(&mut kept, value);
-    state.tune(kept).map_err(|wrong| refused(&wrong))?;
-    Ok(Answer::Done)
+    apply(state, kept)
 }
 
-/// Lines of `HELP?`: set and ask, for each field.
-pub(super) fn help(line: usize, out: &mut Writer<'_>) -> Option<()> {
-    let field = FIELDS.get(line >> 1)?;
-    out.text("SETTings:").text(field.name);
+/// Lines of `HELP?`: command and query of each setting.
+pub(super) fn help(line: usize, out: &mut dyn Write) -> Result<bool, fmt::Error> {
+    let Some(field) = FIELDS.get(line >> 1) else { return Ok(false) };
+    write!(out, "SETTings:{}", field.name)?;
     if line & 1 == 1 {
-        out.words(words!("?  the setting"));
+        out.write_str("?  the setting")?;
     } else {
-        out.text(" <");
-        Range::new(field.quantity(), field.least, field.greatest, 0.0).write(out);
-        out.text(if field.is_scale { ">  scale; acts from the next power-on on, when it is saved" } else { ">  the drive must be off" });
+        let range = range(field, &Kept::default());
+        let note = if field.is_scale { "scale; acts after SETTings:SAVE and the next power-on" } else { "the drive must be off" };
+        write!(out, " <{range}>  {note}")?;
     }
-    Some(())
+    Ok(true)
 }
 
 /// A setting and its value.
-pub(super) fn line(state: &State<'_>, line: usize, out: &mut Writer<'_>) -> Option<()> {
-    let field = FIELDS.get(line)?;
-    out.text(field.name).text(" ");
-    with_unit(out, (field.read)(&state.kept.get()), field.quantity().unit);
-    Some(())
+pub(super) fn line(state: &State<'_>, line: usize, out: &mut dyn Write) -> Result<bool, fmt::Error> {
+    let Some(field) = FIELDS.get(line) else { return Ok(false) };
+    write!(out, "{} {}", field.name, WithUnit((field.read)(&state.settings.kept.get()), field.quantity().unit))?;
+    Ok(true)
 }

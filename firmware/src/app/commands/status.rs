@@ -1,48 +1,59 @@
 //! `STATus`: SCPI's two groups of conditions and events.
 
-use super::{Act, Entry, entry};
+use super::{Action, Entry, entry};
 use crate::console::parse::Range;
 use crate::console::quantity::Quantity;
-use crate::words::words;
 
 const WORD: &Range = &Range::new(Quantity::PLAIN, 0.0, 65_535.0, 0.0);
 
 pub(super) const ENTRIES: &[Entry] = &[
-    entry!(
+    entry(
         "STATus:OPERation:CONDition",
-        Act::Ask("", |state| Ok(f64::from(state.status.operation.condition()))),
-        "1 calibrates, 256 drives, 512 a profile, 1024 streams, 2048 compensates",
+        Action::NumberQuery("", |state| Ok(f64::from(state.status.registers.operation.condition()))),
+        "1 calibrating, 256 driving, 512 profile, 1024 streaming, 2048 compensating",
     ),
-    entry!("STATus:OPERation:EVENt", Act::Ask("", |state| Ok(f64::from(state.status.operation.take_event()))), "what has become so, taken"),
-    entry!("STATus:OPERation", Act::Ask("", |state| Ok(f64::from(state.status.operation.take_event()))), "the same"),
-    entry!(
+    entry(
+        "STATus:OPERation:EVENt",
+        Action::NumberQuery("", |state| Ok(f64::from(state.status.registers.operation.take_event()))),
+        "read and clear the events of that group",
+    ),
+    entry(
+        "STATus:OPERation",
+        Action::NumberQuery("", |state| Ok(f64::from(state.status.registers.operation.take_event()))),
+        "as STATus:OPERation:EVENt?",
+    ),
+    entry(
         "STATus:OPERation:ENABle",
-        Act::Number {
+        Action::Number {
             range: WORD,
-            read: |state| f64::from(state.status.operation.enable()),
-            write: |state, bits| (state.status.operation.set_enable(bits as u16), Ok(())).1,
+            read: |state| f64::from(state.status.registers.operation.enable()),
+            write: |state, bits| (state.status.registers.operation.set_enable(bits as u16), Ok(())).1,
         },
-        "events that the status byte shows",
+        "events that set bit 7 of the status byte",
     ),
-    entry!(
+    entry(
         "STATus:QUEStionable:CONDition",
-        Act::Ask("", |state| Ok(f64::from(state.status.questionable.condition()))),
-        "1 to 128 limits in force, 256 a fault, 512 frames were lost",
+        Action::NumberQuery("", |state| Ok(f64::from(state.status.registers.questionable.condition()))),
+        "1 to 128 limits in force, 256 fault, 512 frames lost",
     ),
-    entry!(
+    entry(
         "STATus:QUEStionable:EVENt",
-        Act::Ask("", |state| Ok(f64::from(state.status.questionable.take_event()))),
-        "what has become so, taken",
+        Action::NumberQuery("", |state| Ok(f64::from(state.status.registers.questionable.take_event()))),
+        "read and clear the events of that group",
     ),
-    entry!("STATus:QUEStionable", Act::Ask("", |state| Ok(f64::from(state.status.questionable.take_event()))), "the same"),
-    entry!(
+    entry(
+        "STATus:QUEStionable",
+        Action::NumberQuery("", |state| Ok(f64::from(state.status.registers.questionable.take_event()))),
+        "as STATus:QUEStionable:EVENt?",
+    ),
+    entry(
         "STATus:QUEStionable:ENABle",
-        Act::Number {
+        Action::Number {
             range: WORD,
-            read: |state| f64::from(state.status.questionable.enable()),
-            write: |state, bits| (state.status.questionable.set_enable(bits as u16), Ok(())).1,
+            read: |state| f64::from(state.status.registers.questionable.enable()),
+            write: |state, bits| (state.status.registers.questionable.set_enable(bits as u16), Ok(())).1,
         },
-        "events that the status byte shows",
+        "events that set bit 3 of the status byte",
     ),
-    entry!("STATus:PRESet", Act::Do(|state| (state.status.preset(), Ok(())).1), "the status byte shows none of them"),
+    entry("STATus:PRESet", Action::Event(|state| (state.status.registers.preset(), Ok(())).1), "disable the events of both groups"),
 ];
