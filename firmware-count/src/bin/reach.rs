@@ -5,6 +5,7 @@
 #![no_std]
 #![no_main]
 
+use core::fmt::Write;
 use core::hint::black_box;
 use cortex_m_rt::entry;
 use panic_semihosting as _;
@@ -12,12 +13,12 @@ use stand_firmware::board::{Drive, EncoderCount, Sensed, TickIo};
 use stand_firmware::console::line::{Line, Lines};
 use stand_firmware::console::parse::{Commands, Range, is_name};
 use stand_firmware::console::quantity::Quantity;
-use stand_firmware::console::text::Text;
 use stand_firmware::console::{Guard, StopLine};
 use stand_firmware::measurement_loop::Row;
 use stand_firmware::speed_loop::Interrupt;
 use stand_firmware::telemetry::frame::MOST_FRAME;
 use stand_firmware::telemetry::{Body, Channels, Deframer, RowFrame, encode};
+use stand_firmware::text::{Significant, Truncated};
 
 /// A bridge and an encoder of which the compiler knows nothing.
 struct Io;
@@ -63,7 +64,7 @@ extern "C" fn reach_framing_decode(deframer: &mut Deframer, byte: u8) {
 
 #[unsafe(no_mangle)]
 #[inline(never)]
-extern "C" fn reach_parser(lines: &mut Lines, byte: u8, said: &mut Text<200>) {
+extern "C" fn reach_parser(lines: &mut Lines, byte: u8, reply: &mut Truncated<200>) {
     let Some(Line { text: Ok(text), .. }) = lines.push(byte) else { return };
     for command in Commands::new(text) {
         black_box(is_name(command.header(), black_box("dwell_s")));
@@ -71,11 +72,11 @@ extern "C" fn reach_parser(lines: &mut Lines, byte: u8, said: &mut Text<200>) {
         let mut parameters = command.parameters();
         let range = Range::new(Quantity::RATE, black_box(-1.0), black_box(1.0), 0.0);
         if let Ok(number) = parameters.number(&range) {
-            said.writer().number(number, 9);
+            _ = write!(reply, "{}", Significant(number, 9));
         }
         black_box((parameters.text().is_ok(), parameters.on_off().is_ok(), parameters.choice(&["ONE", "TWO"]).is_ok()));
-        if let Err(wrong) = parameters.end() {
-            wrong.write(&mut said.writer());
+        if let Err(error) = parameters.end() {
+            _ = write!(reply, "{error}");
         }
     }
 }
@@ -89,7 +90,7 @@ fn main() -> ! {
     reach_framing_encode(&row, seq, &mut out);
     reach_framing_decode(&mut Deframer::default(), black_box(0));
     reach_guard(&mut Guard::new(&LINE), black_box(0));
-    reach_parser(&mut Lines::default(), black_box(0), &mut Text::default());
+    reach_parser(&mut Lines::default(), black_box(0), &mut Truncated::default());
     tick();
     loop {
         cortex_m::asm::nop();
