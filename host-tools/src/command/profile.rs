@@ -133,7 +133,7 @@ fn option(parameter: &str) -> String {
 pub(super) fn list() -> String {
     let mut text = "Profiles:\n".to_owned();
     for kind in ProfileKind::ALL {
-        text += &format!("  {:<13} {}\n  {:<13}   {}\n", kind.name(), kind.says(), "", takes(kind));
+        text += &format!("  {:<13} {}\n  {:<13}   {}\n", kind.name(), kind.description(), "", takes(kind));
     }
     text
 }
