@@ -4,7 +4,7 @@
 
 use std::collections::BTreeMap;
 
-use host_tools::calibrate::session::What;
+use host_tools::calibrate::DutKind;
 use rayon::prelude::*;
 use stand_tests::drawn_parts::{Compared, calibrated};
 
@@ -16,7 +16,7 @@ fn main() {
     println!("| calibration | quantity | found | inside U | mean error, u | rms error, u | median u, part of the value |");
     println!("|---|---|---|---|---|---|---|");
     let only: Vec<String> = std::env::args().skip(1).filter(|w| !w.starts_with("--")).collect();
-    for what in [What::Gyro, What::Accel, What::Drive] {
+    for what in [DutKind::Gyro, DutKind::Accel, DutKind::Drive] {
         if only.iter().any(|w| ["gyro", "accel", "drive"].contains(&w.as_str())) && !only.iter().any(|w| w == what.name()) {
             continue;
         }
@@ -26,8 +26,15 @@ fn main() {
                 let folder = std::env::temp_dir().join(format!("calibration-{}-{}-{seed}", std::process::id(), what.name()));
                 let found = calibrated(what, seed, &folder);
                 let _ = std::fs::remove_dir_all(&folder);
-                if let Some(far) = found.iter().find(|c| (c.found.value - c.truth).abs() > 5.0 * c.found.sigma()) {
-                    eprintln!("{} {seed}: {} {} and not {} ± {}", what.name(), far.name, far.found.value, far.truth, far.found.sigma());
+                if let Some(far) = found.iter().find(|c| (c.found.value - c.truth).abs() > 5.0 * c.found.combined_u()) {
+                    eprintln!(
+                        "{} {seed}: {} {} and not {} ± {}",
+                        what.name(),
+                        far.name,
+                        far.found.value,
+                        far.truth,
+                        far.found.combined_u()
+                    );
                 }
                 found
             })
@@ -38,11 +45,11 @@ fn main() {
         }
         for (name, of) in by_name {
             let n = of.len() as f64;
-            let inside = of.iter().filter(|c| c.found.holds(c.truth)).count();
-            let errors: Vec<f64> = of.iter().map(|c| (c.found.value - c.truth) / c.found.sigma()).collect();
+            let inside = of.iter().filter(|c| c.found.covers(c.truth)).count();
+            let errors: Vec<f64> = of.iter().map(|c| (c.found.value - c.truth) / c.found.combined_u()).collect();
             let mean = errors.iter().sum::<f64>() / n;
             let rms = (errors.iter().map(|e| e * e).sum::<f64>() / n).sqrt();
-            let mut size: Vec<f64> = of.iter().map(|c| c.found.sigma() / c.truth.abs().max(1e-12)).collect();
+            let mut size: Vec<f64> = of.iter().map(|c| c.found.combined_u() / c.truth.abs().max(1e-12)).collect();
             size.sort_by(f64::total_cmp);
             println!(
                 "| {} | {name} | {} | {:.1} % | {mean:+.2} | {rms:.2} | {:.1e} |",

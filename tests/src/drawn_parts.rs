@@ -1,28 +1,27 @@
-//! Calibrations of parts drawn by number, beside what is true of them: what benchmark and tests count.
+//! Calibrations of random devices with known true values, for the benchmark and the coverage tests.
 
 use std::path::Path;
 
 use hal_sim::plant::Stand;
 use host_tools::calibrate::session::simulated::simulate;
-use host_tools::calibrate::session::{Session, What};
-use host_tools::calibrate::{Known, part, record};
-use host_tools::statistics::uncertainty::Quantity;
+use host_tools::calibrate::session::{Session, default_session};
+use host_tools::calibrate::{DutKind, Quantity, drawn_dut, record};
 
-/// The gyro's session, its latitude known; the sines go up to what the drawn parts need.
-pub fn session(what: What) -> (Session, String) {
-    let text = what.usual().replace("[known]", "[known]\nlatitude_deg = 55.75");
-    let session = Session::parse(&text).expect("the usual session is good");
+/// The default session of a device, with the latitude given.
+pub fn session(what: DutKind) -> (Session, String) {
+    let text = default_session(what).replace("[known]", "[known]\nlatitude_deg = 55.75");
+    let session = Session::parse(&text).expect("the default session is valid");
     (session, text)
 }
 
-/// One quantity of one part.
+/// One quantity of one device.
 #[derive(Debug, Clone)]
 pub struct Compared {
     /// Name.
     pub name: &'static str,
-    /// As it was found.
+    /// The result.
     pub found: Quantity,
-    /// As it is.
+    /// The true value.
     pub truth: f64,
 }
 
@@ -40,20 +39,20 @@ pub fn bandwidth_Hz(natural_Hz: f64, damping: f64, cutoff_Hz: f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// Calibrates the part of this number in this folder: what was found beside what is true; what was not found is not there.
+/// Calibrates the random device `seed` in this folder; returns the quantities that were found, with their true values.
 ///
 /// # Panics
-/// Where the session does not run to its end.
-pub fn calibrated(what: What, seed: u64, folder: &Path) -> Vec<Compared> {
+/// The session does not complete.
+pub fn calibrated(what: DutKind, seed: u64, folder: &Path) -> Vec<Compared> {
     let (session, text) = session(what);
-    let known: Known = session.known;
+    let assumed = session.assumptions;
     let (stand, truth) = match what {
-        What::Drive => part::drive(seed, &known),
-        What::Gyro | What::Accel => {
-            let (imu, truth) = part::sensor(seed, &known, 10.0);
-            // Each on a platform of its own: the same motion in all would have the same errors of the encoder in all.
+        DutKind::Drive => drawn_dut::drawn_drive(seed, &assumed),
+        DutKind::Gyro | DutKind::Accel => {
+            let (imu, truth) = drawn_dut::drawn_sensor(seed, &assumed, 10.0);
+            // A platform for each device: equal motions would have equal encoder errors.
             let mut stand = Stand { imu: Some(imu), ..Stand::default() };
-            stand.drive.inertia_kg_m2 = part::drive(seed, &known).0.drive.inertia_kg_m2;
+            stand.drive.inertia_kg_m2 = drawn_dut::drawn_drive(seed, &assumed).0.drive.inertia_kg_m2;
             (stand, truth)
         }
     };
@@ -64,13 +63,13 @@ pub fn calibrated(what: What, seed: u64, folder: &Path) -> Vec<Compared> {
     if let (Some(natural_Hz), Some(damping)) = (get("natural_Hz"), get("damping")) {
         all.push(("bandwidth_Hz", bandwidth_Hz(natural_Hz, damping, CHIP_CUTOFF_HZ)));
     }
-    // Of an accelerometer with its radius believed: the scale is the part's.
-    if what == What::Accel {
+    // With an assumed radius, the scale of the accelerometer is compared.
+    if what == DutKind::Accel {
         all.retain(|(name, _)| ["angle_deg", "bias_x_m_s2"].contains(name));
         all.extend(get("accel_scale").map(|scale| ("scale", scale)));
     }
     all.into_iter().filter_map(|(name, truth)| Some(Compared { name, found: record.findings.get(name)?.clone(), truth })).collect()
 }
 
-/// The chip's own first-order low-pass at the usual rate of 1667 Hz, Hz (DS13012, table 18).
+/// First-order low-pass of the chip at the default rate of 1667 Hz, Hz (DS13012, table 18).
 pub const CHIP_CUTOFF_HZ: f64 = 304.2;

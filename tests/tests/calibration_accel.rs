@@ -1,6 +1,6 @@
 //! An accelerometer as a rate sensor: scale, radius, angle, bias; a stand that leans; where it is blind.
 
-use host_tools::calibrate::Findings;
+use host_tools::calibrate::{Findings, Remark};
 use stand_tests::calibration::{calibrated, found, holds};
 
 fn turning(name: &str, mounted: &str) -> String {
@@ -37,21 +37,21 @@ fn accel(leans_rad: f64, steps: &str, seed: u64) -> Findings {
 fn one_radius_gives_scale_times_radius_and_believes_one_of_them() {
     for seed in 1..3 {
         let findings = accel(0.0, &turning("near", "radius_m = 0.05"), seed);
-        // The radius is believed to 0.1 mm: 0.2 % of it, times 1.13 for a rectangle's 95 %.
+        // The half-width of the radius is 0.1 mm, 0.2 %; times 1.13 for 95 % of a rectangle.
         holds(&findings, "scale", 1.02, 2.5e-3);
         holds(&findings, "angle_deg", 1.2, 0.05);
         holds(&findings, "bias_x_m_s2", 0.15, 0.01);
         holds(&findings, "bias_y_m_s2", 0.15, 0.01);
-        // With a scale of 1 the radius is off by what the scale is off, and that is what its budget is made of.
+        // With an assumed scale of 1 the radius has the error of the scale, which dominates its budget.
         let radius = found(&findings, "radius_m");
         assert!((radius.value - 1.02 * 0.05).abs() < 2e-5, "{}", radius.value);
-        let of_scale = radius.parts.iter().find(|p| p.of == "scale").expect("the scale is believed").contribution();
-        assert!(of_scale > 0.95 * radius.sigma() && (of_scale / radius.value - 0.01 / 3_f64.sqrt()).abs() < 1e-9);
+        let of_scale = radius.contributions.iter().find(|c| c.source == "scale").expect("the scale is assumed").contribution();
+        assert!(of_scale > 0.95 * radius.combined_u() && (of_scale / radius.value - 0.01 / 3_f64.sqrt()).abs() < 1e-9);
     }
 }
 
 #[test]
-fn two_radii_tell_scale_and_radius_apart() {
+fn two_radii_separate_scale_and_radius() {
     let steps = format!("{}{}", turning("near", "radius_m = 0.05"), turning("far", "radius_m = 0.09"));
     let findings = accel(0.0, &steps, 3);
     // 0.1 mm at each radius over 40 mm.
@@ -60,7 +60,7 @@ fn two_radii_tell_scale_and_radius_apart() {
 }
 
 #[test]
-fn what_is_beyond_the_part_s_range_is_left_out() {
+fn saturated_windows_are_left_out() {
     // 20 rad/s at 0.1 m are 40 m/s², times 1.02: the range is 4 g.
     let steps = format!("{}{}", turning("near", "radius_m = 0.05"), turning("far", "radius_m = 0.1"));
     let findings = accel(0.0, &steps, 7);
@@ -69,9 +69,9 @@ fn what_is_beyond_the_part_s_range_is_left_out() {
 }
 
 #[test]
-fn a_stand_that_leans_changes_neither() {
-    for (lean_deg, seed) in [(0.0_f64, 4), (5.0, 5), (5.0, 6), (5.0, 7)] {
-        let findings = accel(0.0, &turning("near", &format!("radius_m = 0.05, tilt_deg = {lean_deg}")), seed);
+fn tilt_of_the_stand_changes_neither() {
+    for (tilt_deg, seed) in [(0.0_f64, 4), (5.0, 5), (5.0, 6), (5.0, 7)] {
+        let findings = accel(0.0, &turning("near", &format!("radius_m = 0.05, tilt_deg = {tilt_deg}")), seed);
         holds(&findings, "scale", 1.02, 2.5e-3);
         holds(&findings, "angle_deg", 1.2, 0.1);
         holds(&findings, "bias_x_m_s2", 0.15, 0.02);
@@ -80,11 +80,11 @@ fn a_stand_that_leans_changes_neither() {
 }
 
 #[test]
-fn near_rest_it_is_blind_and_says_so() {
+fn accelerometer_is_blind_near_rest() {
     let findings = accel(0.0, &turning("near", "radius_m = 0.05"), 6);
     let blind = found(&findings, "blind_below_rad_s");
-    assert!(findings.says.iter().any(|s| s.contains("no sign")));
-    // 60 µg/√Hz over 30 ms are 2.4 mm/s² at the least: √(f/2r) is 0.15 rad/s.
+    assert!(findings.remarks.contains(&Remark::SquareOfRate));
+    // 60 µg/√Hz over 30 ms are at least 2.4 mm/s²: √(f/2r) is 0.15 rad/s.
     assert!(blind.value > 0.15 && blind.value < 1.0, "{}", blind.value);
     assert!(found(&findings, "combined_rms_rad_s").value < 0.02);
 }

@@ -1,8 +1,8 @@
 //! The order in which rates are run: on a sensor that warms, a sweep is wrong by what it drifted; a staircase and ABBA are not.
 #![allow(clippy::unwrap_used)]
 
-use host_tools::calibrate::Step;
-use host_tools::calibrate::gyro::{Given, calibrate};
+use host_tools::calibrate::gyro::{GyroSettings, calibrate};
+use host_tools::calibrate::{Remark, Step};
 use host_tools::log::{Column, Log};
 use stand_tests::calibration::{calibrated, found, holds, noise, recorded};
 
@@ -30,30 +30,30 @@ dwell_s = 1.5
 seconds = 31.5
 ";
 
-/// A log's rows from the first that is asked for the greatest rate to the last that is asked for the least.
+/// The rows of a log from the first greatest to the last smallest setpoint.
 fn from_top_to_bottom(log: &Log) -> Log {
-    let asked = log.column("rate_cmd_rad_s").unwrap();
-    let (low, high) = asked.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
-    let from = asked.iter().position(|v| *v == high).unwrap();
-    let to = asked.iter().rposition(|v| *v == low).unwrap();
+    let setpoints = log.column("rate_cmd_rad_s").unwrap();
+    let (low, high) = setpoints.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+    let from = setpoints.iter().position(|v| *v == high).unwrap();
+    let to = setpoints.iter().rposition(|v| *v == low).unwrap();
     let columns = log.columns().iter().map(|c| Column { name: c.name.clone(), values: c.values[from..=to].to_vec() }).collect();
     Log::new(log.path(), columns, log.notes().to_vec()).unwrap()
 }
 
 #[test]
-fn one_sweep_is_wrong_by_more_than_its_scatter_and_says_so_and_the_whole_staircase_is_right_within_it() {
+fn budget_of_a_single_sweep_contains_the_drift() {
     let (steps, session) = recorded(WARMING, &format!("what = 'gyro'\n{KNOWN}{STAIRCASE}"), 1);
-    let given = Given::of(&session);
+    let settings = GyroSettings::of(&session);
     let sweep: Vec<Step> = steps.iter().map(|s| Step { log: from_top_to_bottom(&s.log), ..s.clone() }).collect();
-    let (swept, whole) = (calibrate(&sweep, &given).unwrap(), calibrate(&steps, &given).unwrap());
+    let (swept, whole) = (calibrate(&sweep, &settings).unwrap(), calibrate(&steps, &settings).unwrap());
     let q = found(&swept, "scale");
-    println!("sweep {} ± {} (noise {}), whole {:?}", q.value, q.expanded(), noise(q), found(&whole, "scale").value);
+    println!("sweep {} ± {} (noise {}), whole {:?}", q.value, q.expanded_u(), noise(q), found(&whole, "scale").value);
     // 10 K · 2 mrad/s/K · e^(−t/60 s) over some 17 s between the ends, of 20 rad/s: some 2e-4 of the scale.
     let off = (q.value - 1.013).abs();
     assert!(off > 3.0 * noise(q), "{off} {}", noise(q));
-    assert!(q.parts.iter().any(|p| p.of == "drift"));
-    assert!(q.holds(1.013) && off > 1e-4);
-    assert!(swept.says.iter().any(|s| s.contains("ABBA")));
+    assert!(q.contributions.iter().any(|c| c.source == "drift"));
+    assert!(q.covers(1.013) && off > 1e-4);
+    assert!(swept.remarks.contains(&Remark::DriftNotSeparable));
     let q = found(&whole, "scale");
     assert!((q.value - 1.013).abs() < noise(q), "{} {}", q.value, noise(q));
     assert!((q.value - 1.013).abs() < 0.1 * off);

@@ -1,6 +1,6 @@
 //! Rest and small rates: temperature, dead band, repeatability; and whole turns, which need no plateau.
 
-use host_tools::calibrate::gyro;
+use host_tools::calibrate::{Remark, gyro};
 use host_tools::log::{Column, Log};
 use stand_tests::calibration::{calibrated, found, holds, recorded};
 
@@ -84,7 +84,7 @@ fn a_plateau_repeats_as_its_samples_noise_has_it() {
 }
 
 #[test]
-fn a_part_that_warms_is_waited_for_and_no_longer() {
+fn step_ends_when_the_temperature_is_stable() {
     let stand = "[imu]\nself_heating_K = 2.0\nwarm_up_s = 20.0\n";
     let session = |below_K_min: f64| {
         format!("what = 'gyro'\n[[steps]]\nname = 'warm up'\nmode = 'off'\nseconds = 120.0\nstable_K_min = {below_K_min}\n")
@@ -94,8 +94,8 @@ fn a_part_that_warms_is_waited_for_and_no_longer() {
         let log = &steps[0].log;
         // 6 K/min at power-on, e times less each 20 s; taken over the last minute.
         assert!((earliest_s..latest_s).contains(&log.duration_s()), "{}", log.duration_s());
-        let says = log.note("stable").unwrap();
-        assert!(says.contains("sensor_C changed by +0."), "{says}");
+        let note = log.note("stable").unwrap();
+        assert!(note.contains("the slope of sensor_C was +0."), "{note}");
     }
 }
 
@@ -113,7 +113,7 @@ fn turns() -> String {
 }
 
 #[test]
-fn turns_with_rows_lost_in_their_middle_are_left_out_and_that_is_said() {
+fn runs_of_turns_with_lost_rows_are_left_out_with_a_remark() {
     let (mut steps, session) = recorded("[imu]\ngyro_scale = 0.96\ngyro_bias_rad_s = 0.02\n", &turns(), 2);
     // A tenth of a second of step `b`.
     let log = &steps[2].log;
@@ -123,9 +123,9 @@ fn turns_with_rows_lost_in_their_middle_are_left_out_and_that_is_said() {
         values: column.values.iter().zip(&t_s).filter(|(_, t)| !(2.0..2.1).contains(*t)).map(|(value, _)| *value).collect(),
     });
     steps[2].log = Log::new("b.csv", columns.collect(), log.notes().to_vec()).unwrap();
-    let findings = gyro::calibrate(&steps, &gyro::Given::of(&session)).unwrap();
+    let findings = gyro::calibrate(&steps, &gyro::GyroSettings::of(&session)).unwrap();
     holds(&findings, "scale_whole_turns", 0.96, 2e-3);
-    assert!(findings.says.iter().any(|s| s.starts_with("1 of 4 runs of whole turns had lost rows")), "{:?}", findings.says);
+    assert!(findings.remarks.contains(&Remark::IncompleteTurns { left_out: 1, total: 4 }), "{:?}", findings.remarks);
 }
 
 #[test]

@@ -1,7 +1,7 @@
-//! Lock-in: the complex response of a column to the platform's rate at one frequency, with its uncertainty and coherence.
+//! Lock-in: complex response of a column to the rate of the platform at one frequency, with uncertainty and coherence.
 //!
-//! In: times, the encoder's angle, the sensor's samples with the times at which they were taken. Out: sensor over rate, as amplitude and phase. Both
-//! are fitted by a sine at the frequency over whole periods, with offset and slope beside it; the rate is the angle's derivative, exactly: jω θ.
+//! Input: row times, s; encoder angle, rad; samples of the sensor and their age, s. Output: sensor over rate as gain and phase. Angle and sensor are
+//! fitted by a sine over whole periods and a polynomial; the rate is the derivative of the angle, jω θ.
 
 use crate::statistics::least_squares;
 use std::f64::consts::TAU;
@@ -11,31 +11,32 @@ use std::f64::consts::TAU;
 pub struct Response {
     /// Frequency, Hz.
     pub frequency_Hz: f64,
-    /// Real and imaginary part.
+    /// Real part.
     pub re: f64,
     /// Imaginary part.
     pub im: f64,
     /// Standard uncertainty of each part.
     pub sigma: f64,
-    /// Coherence: part of the sensor's power at the frequency that goes with the platform's sine; the rest is noise as it is beside the frequency.
+    /// Coherence: fraction of the sensor's power at the frequency that correlates with the motion of the platform; the noise is that of
+    /// neighbouring frequencies.
     pub coherence: f64,
-    /// Amplitude of the platform's rate, rad/s.
+    /// Rate amplitude of the platform, rad/s.
     pub rate_rad_s: f64,
 }
 
 impl Response {
-    /// Amplitude ratio.
+    /// Gain.
     pub fn gain(&self) -> f64 {
         self.re.hypot(self.im)
     }
 
-    /// Phase, rad: negative where the sensor is late.
+    /// Phase, rad; negative for a delayed sensor.
     pub fn phase_rad(&self) -> f64 {
         self.im.atan2(self.re)
     }
 }
 
-/// A sine by least squares: amplitude as a complex number, its standard uncertainty, and the part of the variance that it is.
+/// Least-squares sine: complex amplitude, its standard uncertainty, and the fraction of the variance that it explains.
 struct Sine {
     re: f64,
     im: f64,
@@ -43,30 +44,30 @@ struct Sine {
     explained: f64,
 }
 
-/// Degree of the polynomial that is fitted beside the sine: spinning up with a time constant of the order of the record, drifting. With a degree of 4 it left a
-/// ten-thousandth of the gain at 5 Hz, and with that a thousandth of the damping.
-const DEGREE: i32 = 8;
-/// Where the noise is looked at, in steps of one over the length: beside the main lobe of the window.
-const BESIDE: std::ops::RangeInclusive<i32> = 3..=12;
+/// Degree of the polynomial fitted with the sine; it takes up spin-up and drift. Degree 4 left an error of 1e-4 of the gain at 5 Hz, and with it of
+/// 1e-3 of the damping.
+const POLYNOMIAL_DEGREE: i32 = 8;
+/// Frequencies at which the noise is evaluated, in units of 1/length: outside the main lobe of the window.
+const NOISE_BINS: std::ops::RangeInclusive<i32> = 3..=12;
 
 fn sine(t_s: &[f64], y: &[f64], frequency_Hz: f64) -> Option<Sine> {
     let (first, last) = (*t_s.first()?, *t_s.last()?);
     let (middle, half) = (0.5 * (first + last), 0.5 * (last - first));
-    // Weighted by Hann's window, so that what is slow and no polynomial does not leak to the sine's frequency.
+    // Hann weights keep slow motion that is no polynomial from leaking to the frequency of the sine.
     let weight = |t: f64| (std::f64::consts::FRAC_PI_2 * ((t - middle) / half).clamp(-1.0, 1.0)).cos();
     let rows: Vec<Vec<f64>> = t_s
         .iter()
         .map(|t| {
             let (sin, cos) = (TAU * frequency_Hz * t).sin_cos();
-            let slow = (0..=DEGREE).map(|k| ((t - middle) / half).powi(k));
+            let slow = (0..=POLYNOMIAL_DEGREE).map(|k| ((t - middle) / half).powi(k));
             [cos, sin].into_iter().chain(slow).map(|x| x * weight(*t)).collect()
         })
         .collect();
     let weighted: Vec<f64> = t_s.iter().zip(y).map(|(t, y)| y * weight(*t)).collect();
     let fit = least_squares(&rows, &weighted)?;
-    // What is left, at frequencies beside: noise as it is there, and not as slow motion would have it.
+    // The noise is the residual at neighbouring frequencies; slow motion does not count.
     let total: f64 = t_s.iter().map(|t| weight(*t).powi(2)).sum();
-    let left_2 = |f: f64| {
+    let residual_power = |f: f64| {
         let (mut re, mut im) = (0.0, 0.0);
         for (t, r) in t_s.iter().zip(&fit.residuals) {
             let (sin, cos) = (TAU * f * t).sin_cos();
@@ -74,17 +75,18 @@ fn sine(t_s: &[f64], y: &[f64], frequency_Hz: f64) -> Option<Sine> {
         }
         4.0 * (re * re + im * im) / (total * total)
     };
-    let steps = BESIDE.flat_map(|k| [-k, k]).map(|k| frequency_Hz + f64::from(k) / (last - first)).filter(|f| *f > 3.0 / (last - first));
-    let beside: Vec<f64> = steps.map(left_2).collect();
-    let noise_2 = beside.iter().sum::<f64>() / beside.len().max(1) as f64;
+    let steps =
+        NOISE_BINS.flat_map(|k| [-k, k]).map(|k| frequency_Hz + f64::from(k) / (last - first)).filter(|f| *f > 3.0 / (last - first));
+    let neighbours: Vec<f64> = steps.map(residual_power).collect();
+    let noise_2 = neighbours.iter().sum::<f64>() / neighbours.len().max(1) as f64;
     let [a, b] = [fit.coefficients[0], fit.coefficients[1]];
-    // a cos + b sin = Re (a − jb) e^{jωt}; each part has half of the noise's power there.
+    // a cos + b sin = Re (a − jb) e^{jωt}; each part has half of the noise power.
     let size_2 = a * a + b * b;
     Some(Sine { re: a, im: -b, sigma: (0.5 * noise_2).sqrt(), explained: size_2 / (size_2 + noise_2).max(f64::MIN_POSITIVE) })
 }
 
-/// The response at this frequency; `t_s` are the rows' times, `age_s` how long before them the sensor was sampled. `None` where there is less than
-/// two periods, or nothing moves.
+/// Response at one frequency. `t_s`: row times, s; `age_s`: time from the sensor's sample to the row, s. `None` for less than two periods, and
+/// without motion.
 pub fn lock_in(t_s: &[f64], theta: &[f64], sensor: &[f64], age_s: Option<&[f64]>, frequency_Hz: f64) -> Option<Response> {
     let length_s = t_s.last()? - t_s.first()?;
     let periods = (length_s * frequency_Hz).floor();
@@ -98,7 +100,7 @@ pub fn lock_in(t_s: &[f64], theta: &[f64], sensor: &[f64], age_s: Option<&[f64]>
         None => t_s[..rows].to_vec(),
     };
     let angle = sine(&t_s[..rows], &theta[..rows], frequency_Hz)?;
-    let shown = sine(&taken, &sensor[..rows], frequency_Hz)?;
+    let output = sine(&taken, &sensor[..rows], frequency_Hz)?;
     let omega = TAU * frequency_Hz;
     // jω θ.
     let (rate_re, rate_im) = (-omega * angle.im, omega * angle.re);
@@ -106,11 +108,11 @@ pub fn lock_in(t_s: &[f64], theta: &[f64], sensor: &[f64], age_s: Option<&[f64]>
     if rate_2.is_nan() || rate_2 <= 0.0 {
         return None;
     }
-    let re = (shown.re * rate_re + shown.im * rate_im) / rate_2;
-    let im = (shown.im * rate_re - shown.re * rate_im) / rate_2;
+    let re = (output.re * rate_re + output.im * rate_im) / rate_2;
+    let im = (output.im * rate_re - output.re * rate_im) / rate_2;
     let gain_2 = re * re + im * im;
-    let sigma = ((shown.sigma.powi(2) + gain_2 * (omega * angle.sigma).powi(2)) / rate_2).sqrt();
-    Some(Response { frequency_Hz, re, im, sigma, coherence: shown.explained, rate_rad_s: rate_2.sqrt() })
+    let sigma = ((output.sigma.powi(2) + gain_2 * (omega * angle.sigma).powi(2)) / rate_2).sqrt();
+    Some(Response { frequency_Hz, re, im, sigma, coherence: output.explained, rate_rad_s: rate_2.sqrt() })
 }
 
 #[cfg(test)]
@@ -118,7 +120,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn gain_phase_and_a_sample_s_age_are_found() {
+    fn gain_phase_and_sample_age_are_found() {
         let t_s: Vec<f64> = (0..4000).map(|k| f64::from(k) * 1e-3).collect();
         let f = 17.3;
         // Sampled up to 0.6 ms before the row, unevenly.
@@ -131,11 +133,11 @@ mod tests {
         assert!((found.gain() - 0.8).abs() < 1e-9 && (found.phase_rad() + 0.3).abs() < 1e-9, "{found:?}");
         assert!(found.coherence > 0.999_999 && (found.rate_rad_s - rate).abs() < 1e-9);
         let early = lock_in(&t_s, &theta, &shown, None, f).unwrap();
-        assert!((early.phase_rad() + 0.3 + TAU * f * 3e-4).abs() < 2e-3, "without the ages the mean age is a delay");
+        assert!((early.phase_rad() + 0.3 + TAU * f * 3e-4).abs() < 2e-3, "without the ages, the mean age appears as a delay");
     }
 
     #[test]
-    fn what_does_not_move_or_is_too_short_is_none() {
+    fn no_response_without_motion_or_in_short_logs() {
         let t_s: Vec<f64> = (0..1000).map(|k| f64::from(k) * 1e-3).collect();
         let still = vec![0.0; 1000];
         assert!(lock_in(&t_s, &still, &still, None, 10.0).is_none_or(|r| r.rate_rad_s == 0.0));

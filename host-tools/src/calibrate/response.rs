@@ -1,67 +1,57 @@
-//! A transfer function through measured responses: scale, lags, and a transport delay apart from them.
+//! Transfer function fitted to measured responses: scale, lags, and a transport delay separate from them.
 //!
-//! H(jω) = s e^(−jωτ) · 1/(1 + jω/ω₁) · 1/(1 + 2ζ jω/ω₀ − ω²/ω₀²), each factor there or not; which, the evidence says (BIC: each parameter must
-//! earn its place). A low-pass of first order that is known beforehand, as a chip's own is, is a factor of its own: two or three lags in one place are more
-//! than such responses tell apart from a delay. Only frequencies that were run are known: a bandwidth beyond three times the highest is not told.
+//! H(jω) = s e^(−jωτ) · 1/(1 + jω/ω₁) · 1/(1 + 2ζ jω/ω₀ − ω²/ω₀²); the BIC decides which lags are present. A known first-order low-pass, such as the
+//! one inside a chip, is a fixed factor: such responses do not separate two or three neighbouring lags from a delay. A bandwidth beyond three times
+//! the highest measured frequency is not reported.
 
 use super::lock_in::Response;
 use crate::statistics::Extremes;
 use nalgebra::{Complex, DMatrix, DVector};
 use std::f64::consts::TAU;
 
-/// Which lags there are.
+/// Lags of a transfer function beside the delay.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Order {
-    /// A delay alone.
-    Delay,
-    /// One pole.
-    First,
+pub enum Structure {
+    /// No lag.
+    DelayOnly,
+    /// One real pole.
+    FirstOrder,
     /// A pair of poles.
-    Second,
-    /// Both.
-    Third,
+    SecondOrder,
+    /// A real pole and a pair of poles.
+    ThirdOrder,
 }
 
-impl Order {
-    /// What it is, for a person.
-    pub fn says(self) -> &'static str {
-        match self {
-            Order::Delay => "a delay alone",
-            Order::First => "first order and a delay",
-            Order::Second => "second order and a delay",
-            Order::Third => "third order and a delay",
-        }
-    }
-
+impl Structure {
     fn parameters(self) -> usize {
         match self {
-            Order::Delay => 2,
-            Order::First => 3,
-            Order::Second => 4,
-            Order::Third => 5,
+            Structure::DelayOnly => 2,
+            Structure::FirstOrder => 3,
+            Structure::SecondOrder => 4,
+            Structure::ThirdOrder => 5,
         }
     }
 }
 
-/// What was found.
+/// A fitted transfer function.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Transfer {
-    /// Scale, delay in s; then ln ω₁, and ln ω₀, ln ζ, where they are there.
+    /// Scale, delay in s, then ln ω₁ and ln ω₀, ln ζ as far as the structure has them.
     parameters: Vec<f64>,
     covariance: DMatrix<f64>,
-    /// Real and imaginary parts less parameters.
+    /// Degrees of freedom: real and imaginary parts minus parameters.
     pub dof: f64,
-    /// Scatter over what the responses' own uncertainties say.
+    /// Scatter over the scatter predicted by the uncertainties of the responses.
     pub ratio: f64,
     highest_Hz: f64,
     form: Form,
 }
 
-/// The form that is fitted.
+/// The form to fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Form {
-    order: Order,
-    /// Cutoff of the low-pass that is known; infinite: there is none.
+    structure: Structure,
+    /// Cutoff of the known low-pass, Hz; infinite without one.
     known_Hz: f64,
 }
 
@@ -70,19 +60,19 @@ fn value(form: Form, p: &[f64], frequency_Hz: f64) -> Complex<f64> {
     let mut h = Complex::from_polar(p[0], -w * p[1]) / Complex::new(1.0, frequency_Hz / form.known_Hz);
     let first = |h: Complex<f64>, corner: f64| h / Complex::new(1.0, w / corner);
     let second = |h: Complex<f64>, natural: f64, zeta: f64| h / Complex::new(1.0 - (w / natural).powi(2), 2.0 * zeta * w / natural);
-    match form.order {
-        Order::Delay => {}
-        Order::First => h = first(h, p[2].exp()),
-        Order::Second => h = second(h, p[2].exp(), p[3].exp()),
-        Order::Third => h = second(first(h, p[2].exp()), p[3].exp(), p[4].exp()),
+    match form.structure {
+        Structure::DelayOnly => {}
+        Structure::FirstOrder => h = first(h, p[2].exp()),
+        Structure::SecondOrder => h = second(h, p[2].exp(), p[3].exp()),
+        Structure::ThirdOrder => h = second(first(h, p[2].exp()), p[3].exp(), p[4].exp()),
     }
     h
 }
 
 impl Transfer {
-    /// Its structure, beside the low-pass that is known.
-    pub fn order(&self) -> Order {
-        self.form.order
+    /// Structure, without the known low-pass.
+    pub fn structure(&self) -> Structure {
+        self.form.structure
     }
 
     /// H at a frequency.
@@ -90,35 +80,35 @@ impl Transfer {
         value(self.form, &self.parameters, frequency_Hz)
     }
 
-    /// Transport delay, s, and its standard uncertainty.
+    /// Transport delay, s, and its standard uncertainty, s.
     pub fn delay_s(&self) -> (f64, f64) {
         (self.parameters[1], self.covariance[(1, 1)].max(0.0).sqrt())
     }
 
-    /// Scale at rest, and its standard uncertainty.
+    /// Scale at frequency zero and its standard uncertainty.
     pub fn scale(&self) -> (f64, f64) {
         (self.parameters[0], self.covariance[(0, 0)].max(0.0).sqrt())
     }
 
-    /// Damping ratio of the pair of poles, and its standard uncertainty.
+    /// Damping ratio of the pair of poles and its standard uncertainty.
     pub fn damping(&self) -> Option<(f64, f64)> {
-        let at = match self.form.order {
-            Order::Second => 3,
-            Order::Third => 4,
+        let at = match self.form.structure {
+            Structure::SecondOrder => 3,
+            Structure::ThirdOrder => 4,
             _ => return None,
         };
         let zeta = self.parameters[at].exp();
         Some((zeta, zeta * self.covariance[(at, at)].max(0.0).sqrt()))
     }
 
-    /// Where the gain has fallen by 3 dB (1/√2 of the scale), Hz, and its standard uncertainty; `None` where that lies too far beyond what was run.
+    /// −3 dB frequency (gain 1/√2 of the scale), Hz, and its standard uncertainty; `None` beyond three times the highest measured frequency.
     pub fn bandwidth_Hz(&self) -> Option<(f64, f64)> {
         let found = bandwidth(self.form, &self.parameters, 3.0 * self.highest_Hz)?;
         let sigma = self.sigma_of(|p| bandwidth(self.form, p, 10.0 * self.highest_Hz).unwrap_or(found));
         Some((found, sigma))
     }
 
-    /// Phase at a frequency, rad, and its standard uncertainty.
+    /// Phase at a frequency, rad, and its standard uncertainty, rad.
     pub fn phase_rad(&self, frequency_Hz: f64) -> (f64, f64) {
         let phase = |p: &[f64]| value(self.form, p, frequency_Hz).arg();
         (phase(&self.parameters), self.sigma_of(phase))
@@ -140,7 +130,7 @@ impl Transfer {
 
 fn bandwidth(form: Form, p: &[f64], most_Hz: f64) -> Option<f64> {
     let below = |f: f64| value(form, p, f).norm() < p[0].abs() / 2_f64.sqrt();
-    // The first crossing, to a hundredth of a decade, then halved.
+    // First crossing to a hundredth of a decade, then bisection.
     let mut low = 1e-2;
     while !below(low) {
         if low > most_Hz {
@@ -157,19 +147,19 @@ fn bandwidth(form: Form, p: &[f64], most_Hz: f64) -> Option<f64> {
     Some(0.5 * (low + high))
 }
 
-/// The transfer function that the responses speak for, behind a low-pass of first order at `known_Hz`; `None` with fewer than three.
+/// The transfer function with the lowest BIC, in series with a known first-order low-pass at `known_Hz`; `None` for fewer than three responses.
 pub fn transfer(responses: &[Response], known_Hz: Option<f64>) -> Option<Transfer> {
     let known_Hz = known_Hz.filter(|f| *f > 0.0).unwrap_or(f64::INFINITY);
     if responses.len() < 3 {
         return None;
     }
     let rows = 2.0 * responses.len() as f64;
-    let orders = [Order::Delay, Order::First, Order::Second, Order::Third];
-    let fits = orders
+    let structures = [Structure::DelayOnly, Structure::FirstOrder, Structure::SecondOrder, Structure::ThirdOrder];
+    let fits = structures
         .into_iter()
-        .filter(|order| rows > order.parameters() as f64 + 1.0)
-        .filter_map(|order| fit(Form { order, known_Hz }, responses));
-    // χ² with the responses' own uncertainties; where all fits are worse than those, their common factor matters to none of them.
+        .filter(|structure| rows > structure.parameters() as f64 + 1.0)
+        .filter_map(|structure| fit(Form { structure, known_Hz }, responses));
+    // χ² by the uncertainties of the responses; a factor common to all fits cancels.
     let fits: Vec<(f64, Transfer)> = fits.collect();
     let best = fits.iter().map(|(chi2, t)| chi2 / t.dof).min_or_infinity().max(1.0);
     fits.into_iter()
@@ -187,11 +177,11 @@ fn fit(form: Form, responses: &[Response]) -> Option<(f64, Transfer)> {
     let mut best: Option<(f64, Vec<f64>, DMatrix<f64>)> = None;
     for corner in [0.3, 1.0, 3.0].map(|part| part * highest_Hz) {
         let ln = (TAU * corner).ln();
-        let start = match form.order {
-            Order::Delay => vec![scale, 0.0],
-            Order::First => vec![scale, 0.0, ln],
-            Order::Second => vec![scale, 0.0, ln, 0.7_f64.ln()],
-            Order::Third => vec![scale, 0.0, ln + 1.0, ln, 0.7_f64.ln()],
+        let start = match form.structure {
+            Structure::DelayOnly => vec![scale, 0.0],
+            Structure::FirstOrder => vec![scale, 0.0, ln],
+            Structure::SecondOrder => vec![scale, 0.0, ln, 0.7_f64.ln()],
+            Structure::ThirdOrder => vec![scale, 0.0, ln + 1.0, ln, 0.7_f64.ln()],
         };
         let (p, chi2, information) = descend(form, responses, start);
         if chi2.is_finite() && best.as_ref().is_none_or(|(least, ..)| chi2 < *least) {
@@ -214,7 +204,7 @@ fn residuals(form: Form, responses: &[Response], p: &[f64]) -> DVector<f64> {
     DVector::from_iterator(2 * responses.len(), each)
 }
 
-/// Levenberg and Marquardt.
+/// Levenberg–Marquardt: parameters, χ², information matrix.
 fn descend(form: Form, responses: &[Response], mut p: Vec<f64>) -> (Vec<f64>, f64, DMatrix<f64>) {
     let n = p.len();
     let mut damping = 1e-3;
@@ -268,7 +258,7 @@ mod tests {
             .enumerate()
             .map(|(k, &frequency_Hz)| {
                 let h = truth(frequency_Hz);
-                // Two irrational steps stand for noise of variance 1.
+                // Two irrational steps replace noise of variance 1.
                 let noise = |k: f64| sigma * 12_f64.sqrt() * ((k * 0.618_034).fract() - 0.5);
                 let k = k as f64;
                 Response { frequency_Hz, re: h.re + noise(k + 1.0), im: h.im + noise(k + 20.5), sigma, coherence: 1.0, rate_rad_s: 1.0 }
@@ -276,16 +266,16 @@ mod tests {
             .collect()
     }
 
-    /// theory.md §4: second order, 80 Hz, ζ 0.7.
+    /// docs/theory.md §4, test vector of a rate gyro: second order, 80 Hz, ζ = 0.7.
     #[test]
-    fn a_second_order_gyro_with_a_delay() {
+    fn second_order_with_delay_is_found() {
         let truth = |f: f64| {
             let x = f / 80.0;
             Complex::from_polar(1.02, -TAU * f * 7e-4) / Complex::new(1.0 - x * x, 1.4 * x)
         };
         assert!((truth(50.0).norm() / 1.02 - 0.937_835_904).abs() < 1e-8);
         let found = transfer(&of(truth, 1e-4), None).unwrap();
-        assert_eq!(found.order(), Order::Second);
+        assert_eq!(found.structure(), Structure::SecondOrder);
         let (delay, u) = found.delay_s();
         assert!((delay - 7e-4).abs() < 4.0 * u && u < 1e-5, "{delay} {u}");
         let (zeta, u) = found.damping().unwrap();
@@ -298,18 +288,18 @@ mod tests {
     }
 
     #[test]
-    fn a_delay_is_no_lag_and_a_lag_is_no_delay() {
+    fn delay_and_lag_are_separated() {
         let late = transfer(&of(|f| Complex::from_polar(0.9, -TAU * f * 2e-3), 1e-4), None).unwrap();
-        assert_eq!((late.order(), late.bandwidth_Hz()), (Order::Delay, None));
+        assert_eq!((late.structure(), late.bandwidth_Hz()), (Structure::DelayOnly, None));
         let lag = transfer(&of(|f| Complex::new(1.0, 0.0) / Complex::new(1.0, f / 60.0), 1e-4), None).unwrap();
-        assert_eq!(lag.order(), Order::First);
+        assert_eq!(lag.structure(), Structure::FirstOrder);
         assert!(lag.delay_s().0.abs() < 4.0 * lag.delay_s().1);
         assert!((lag.bandwidth_Hz().unwrap().0 - 60.0).abs() < 0.2);
         assert!(transfer(&[], None).is_none());
     }
 
     #[test]
-    fn a_low_pass_that_is_known_is_no_delay() {
+    fn known_low_pass_is_not_a_delay() {
         let truth = |f: f64| {
             let x = f / 60.0;
             Complex::new(1.0, 0.0) / Complex::new(1.0 - x * x, 1.2 * x) / Complex::new(1.0, f / 300.0)
@@ -317,8 +307,8 @@ mod tests {
         let responses = of(truth, 1e-4);
         let (blind, found) = (transfer(&responses, None).unwrap(), transfer(&responses, Some(300.0)).unwrap());
         // 1/(2π 300 Hz) is 0.53 ms.
-        assert!(blind.order() == Order::Third || (blind.delay_s().0 - 5.3e-4).abs() < 5e-5, "{blind:?}");
-        assert_eq!(found.order(), Order::Second);
+        assert!(blind.structure() == Structure::ThirdOrder || (blind.delay_s().0 - 5.3e-4).abs() < 5e-5, "{blind:?}");
+        assert_eq!(found.structure(), Structure::SecondOrder);
         assert!(found.delay_s().0.abs() < 4.0 * found.delay_s().1, "{:?}", found.delay_s());
         let (zeta, u) = found.damping().unwrap();
         assert!((zeta - 0.6).abs() < 4.0 * u && u < 3e-3, "{zeta} {u}");

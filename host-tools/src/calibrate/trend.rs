@@ -1,140 +1,161 @@
-//! How a part changes from record to record.
+//! Trend of a device under test over its calibration records.
 //!
-//! In: the records of one part. Out: each quantity over the dates, its change from the first record and from the one before with an uncertainty of its own,
-//! and a straight line over time where there are three records or more.
+//! Input: the records of one device. Output: each quantity over the dates; its change since the first and since the previous record, each with an
+//! uncertainty; and a straight line over time from three records on.
 //!
-//! *Common* to two records is what enters both with the same error: a contribution of type B of the same name, on the same stand (its crystal, its
-//! mounting, its readings). Of a difference only what differs of it is left, |u₂ − u₁| (GUM F.1.2.3, correlation 1). A part that was mounted anew
-//! between has a misalignment of its own: then the uncertainty without anything in common holds, which is given beside it.
+//! Contributions of type B with the same source, on the same stand, are *common* to two records: they enter both with the same error (crystal,
+//! mounting, readings). Only their difference |u₂ − u₁| remains in a change (GUM F.1.2.3, correlation 1). A device that was mounted anew has another
+//! misalignment; then the uncertainty without common contributions holds, which is given too.
 
-use super::kept::Kept;
-use crate::report::finite;
-use crate::statistics::uncertainty::{Kind, Part, Quantity, coverage_factor};
-use serde_json::{Value, json};
+use super::archive::ArchivedRecord;
+use super::stored_record::StoredQuantity;
+use crate::statistics::uncertainty::{Contribution, Evaluation, Quantity};
 
 const DAY_S: f64 = 86_400.0;
+/// Fewest records of a straight line.
+const MIN_LINE_RECORDS: usize = 3;
 
 /// A quantity in one record.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Point {
-    /// When its session began.
+    /// Begin of its session.
     pub began: String,
-    /// Days from the part's first record.
+    /// Days since the first record of the device.
     pub day: f64,
-    /// The stand: maker, kind and number.
+    /// Manufacturer, type and number of the stand.
     pub stand: String,
     /// All steps of the session were done.
-    pub is_whole: bool,
-    /// What was found.
-    pub found: Quantity,
+    pub is_complete: bool,
+    /// The quantity.
+    pub quantity: StoredQuantity,
 }
 
 /// The difference of two records.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Change {
-    /// Later less earlier, with what is not common to both as its budget.
-    pub by: Quantity,
-    /// What was taken as common.
+    /// Later minus earlier value; the budget holds what is not common to both.
+    pub difference: Quantity<(), ()>,
+    /// Sources of the common contributions.
     pub common: Vec<String>,
-    /// Expanded uncertainty if nothing is common.
-    pub expanded_without: f64,
+    /// Expanded uncertainty without common contributions.
+    pub independent_expanded_u: f64,
 }
 
 impl Change {
     /// From one record to a later one.
     pub fn between(before: &Point, after: &Point) -> Self {
-        let same_stand = before.stand == after.stand;
-        let twin = |p: &Part, of: &Point| {
-            of.found.parts.iter().find(|q| same_stand && p.kind == Kind::B && q.kind == Kind::B && p.of == q.of).cloned()
+        let is_same_stand = before.stand == after.stand;
+        let find_common = |c: &Contribution<String>, point: &Point| {
+            let is_common =
+                |d: &&Contribution<String>| c.evaluation == Evaluation::B && d.evaluation == Evaluation::B && c.source == d.source;
+            point.quantity.contributions.iter().filter(|_| is_same_stand).find(is_common).map(Contribution::contribution)
         };
-        let (mut parts, mut all, mut common) = (Vec::new(), Vec::new(), Vec::new());
-        for (point, when) in [(before, "before"), (after, "after")] {
-            for part in &point.found.parts {
-                let alone = Part { of: format!("{}, {when}", part.of), ..part.clone() };
-                all.push(alone.clone());
-                match twin(part, if when == "before" { after } else { before }) {
-                    None => parts.push(alone),
-                    Some(other) if when == "after" => {
-                        let left = (part.contribution() - other.contribution()).abs();
-                        let says = format!("common to both: {}", part.says);
-                        parts.push(Part { u: left, sensitivity: 1.0, unit: point.found.unit.clone(), says, ..part.clone() });
-                        common.push(part.of.clone());
+        let (mut remaining, mut all, mut common) = (Vec::new(), Vec::new(), Vec::new());
+        for (point, other, when) in [(before, after, "before"), (after, before, "after")] {
+            for c in &point.quantity.contributions {
+                let contribution = |source: String, u: f64| Contribution {
+                    evaluation: c.evaluation,
+                    dof: c.dof,
+                    distribution: c.distribution,
+                    ..Contribution::type_b(&source, u, "", 1.0, ())
+                };
+                let own = contribution(format!("{}, {when}", c.source), c.contribution());
+                all.push(own.clone());
+                match find_common(c, other) {
+                    None => remaining.push(own),
+                    // Each pair is counted once.
+                    Some(u) if when == "after" => {
+                        remaining.push(contribution(c.source.clone(), (c.contribution() - u).abs()));
+                        common.push(c.source.clone());
                     }
                     Some(_) => {}
                 }
             }
         }
-        let q = &after.found;
-        let by = |parts| Quantity::new(&q.name, &q.unit, q.value - before.found.value, parts);
-        Self { by: by(parts), common, expanded_without: by(all).expanded() }
+        let q = &after.quantity;
+        let difference = |contributions| Quantity::new(&q.name, &q.unit, q.value - before.quantity.value, contributions);
+        Self { difference: difference(remaining), common, independent_expanded_u: difference(all).expanded_u() }
     }
 
-    /// It is more than its expanded uncertainty.
-    pub fn is_beyond(&self) -> bool {
-        self.by.value.abs() > self.by.expanded()
+    /// The change exceeds its expanded uncertainty.
+    pub fn is_significant(&self) -> bool {
+        self.difference.value.abs() > self.difference.expanded_u()
     }
+}
 
-    fn json(&self) -> Value {
-        json!({
-            "value": finite(self.by.value), "sigma": finite(self.by.sigma()), "dof": finite(self.by.dof()), "U": finite(self.by.expanded()),
-            "unit": self.by.unit, "beyond": self.is_beyond(), "common": self.common, "U_if_nothing_is_common": finite(self.expanded_without),
-        })
+/// The straight line over the days.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Line {
+    /// Value at day 0.
+    pub at_first: f64,
+    /// Slope per day.
+    pub slope: Quantity<(), ()>,
+    /// Number of records.
+    pub records: usize,
+    /// Birge ratio: scatter of the records over the scatter predicted by their uncertainties.
+    pub birge_ratio: f64,
+}
+
+impl Line {
+    /// The slope exceeds its expanded uncertainty.
+    pub fn is_significant(&self) -> bool {
+        self.slope.value.abs() > self.slope.expanded_u()
     }
 }
 
 /// A quantity over the records.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
-    /// Its name.
+    /// Name of the quantity.
     pub name: String,
     /// By date.
     pub points: Vec<Point>,
-    /// Of each point after the first: from the first, and from the one before.
+    /// For each point after the first: change since the first, change since the previous one.
     pub changes: Vec<(Change, Change)>,
-    /// Value at day 0 and slope per day.
-    pub line: Option<(f64, Quantity)>,
+    /// The straight line.
+    pub line: Option<Line>,
 }
 
-/// All quantities of a part.
+/// All quantities of a device under test.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trend {
-    /// gyro, accel or drive.
-    pub what: String,
-    /// The part.
+    /// Kind of the device: gyro, accel or drive.
+    pub kind: &'static str,
+    /// Its serial number.
     pub serial: String,
     /// Dates of its records.
     pub dates: Vec<String>,
-    /// Quantity by quantity.
+    /// The quantities.
     pub series: Vec<Series>,
 }
 
-fn maker_kind_number(identity: &str) -> String {
+/// Manufacturer, type and number of an answer to `*IDN?`, without the firmware version.
+fn without_version(identity: &str) -> String {
     identity.split(',').take(3).map(str::trim).collect::<Vec<_>>().join(",")
 }
 
-/// The trend of these records, which are of one part and by date; of one quantity, or of all.
-pub fn trend(records: &[&Kept], quantity: Option<&str>) -> Trend {
-    let first_at = records.iter().find_map(|k| k.at());
-    let day = |k: &Kept| match (k.at(), first_at) {
+/// Trend of the records of one device, sorted by date; of one quantity, or of all.
+pub fn trend(records: &[&ArchivedRecord], quantity: Option<&str>) -> Trend {
+    let first_began = records.iter().find_map(|r| r.began());
+    let day = |r: &ArchivedRecord| match (r.began(), first_began) {
         (Some(at), Some(first)) => at.duration_since(first).as_secs_f64() / DAY_S,
         _ => 0.0,
     };
     let mut names: Vec<String> = Vec::new();
-    for q in records.iter().flat_map(|k| &k.record.findings.quantities) {
+    for q in records.iter().flat_map(|r| &r.record.quantities) {
         if !names.contains(&q.name) && quantity.is_none_or(|name| name == q.name) {
             names.push(q.name.clone());
         }
     }
     let series = names.into_iter().map(|name| {
-        let point = |k: &&Kept| {
-            let r = &k.record;
-            let found = r.findings.get(&name)?.clone();
+        let point = |r: &&ArchivedRecord| {
+            let header = &r.record.header;
             Some(Point {
-                began: r.journal.began.clone(),
-                day: day(k),
-                stand: maker_kind_number(&r.journal.stand),
-                is_whole: r.is_whole(),
-                found,
+                began: header.began.clone(),
+                day: day(r),
+                stand: without_version(&header.stand),
+                is_complete: header.steps.len() == header.session.steps.len(),
+                quantity: r.record.get(&name)?.clone(),
             })
         };
         let points: Vec<Point> = records.iter().filter_map(point).collect();
@@ -144,82 +165,50 @@ pub fn trend(records: &[&Kept], quantity: Option<&str>) -> Trend {
         Series { name, points, changes, line }
     });
     Trend {
-        what: records.first().map_or(String::new(), |k| k.record.session.what.name().to_owned()),
-        serial: records.first().map_or(String::new(), |k| k.record.session.serial.clone()),
-        dates: records.iter().map(|k| k.record.journal.began.clone()).collect(),
+        kind: records.first().map_or("", |r| r.record.header.dut_kind.name()),
+        serial: records.first().map_or(String::new(), |r| r.record.header.session.serial.clone()),
+        dates: records.iter().map(|r| r.record.header.began.clone()).collect(),
         series: series.collect(),
     }
 }
 
-/// Weighted least squares over the days. Weights are of what is not common to all; where the points scatter more than their uncertainties say, the slope's
-/// is larger by that (Birge ratio).
-fn line(points: &[Point]) -> Option<(f64, Quantity)> {
-    if points.len() < 3 {
+/// Weighted least squares over the days. The weights contain what is not common to all records; a Birge ratio above 1 enlarges the uncertainty of the
+/// slope.
+fn line(points: &[Point]) -> Option<Line> {
+    if points.len() < MIN_LINE_RECORDS {
         return None;
     }
-    let own = |p: &Point| {
-        let common = |part: &&Part| {
-            part.kind == Kind::B
-                && points.iter().all(|o| o.stand == p.stand && o.found.parts.iter().any(|q| q.kind == Kind::B && q.of == part.of))
+    let independent_u = |p: &Point| {
+        let is_common = |c: &&Contribution<String>| {
+            let has = |o: &Point| o.quantity.contributions.iter().any(|d| d.evaluation == Evaluation::B && d.source == c.source);
+            c.evaluation == Evaluation::B && points.iter().all(|o| o.stand == p.stand && has(o))
         };
-        let left: f64 = p.found.parts.iter().filter(|part| !common(part)).map(|part| part.contribution().powi(2)).sum();
-        if left > 0.0 { left.sqrt() } else { p.found.sigma() }
+        let squares: f64 = p.quantity.contributions.iter().filter(|c| !is_common(c)).map(|c| c.contribution().powi(2)).sum();
+        if squares > 0.0 { squares.sqrt() } else { p.quantity.combined_u() }
     };
-    let w: Vec<f64> = points.iter().map(|p| own(p).powi(-2)).collect();
-    let sum = |of: &dyn Fn(&Point) -> f64| points.iter().zip(&w).map(|(p, w)| w * of(p)).sum::<f64>();
+    let weights: Vec<f64> = points.iter().map(|p| independent_u(p).powi(-2)).collect();
+    let sum = |of: &dyn Fn(&Point) -> f64| points.iter().zip(&weights).map(|(p, w)| w * of(p)).sum::<f64>();
     let total = sum(&|_| 1.0);
-    let (day, value) = (sum(&|p| p.day) / total, sum(&|p| p.found.value) / total);
+    let (day, value) = (sum(&|p| p.day) / total, sum(&|p| p.quantity.value) / total);
     let spread = sum(&|p| (p.day - day).powi(2));
     if !(spread.is_finite() && spread / total > 1e-12) {
         return None;
     }
-    let slope = sum(&|p| (p.day - day) * (p.found.value - value)) / spread;
+    let slope = sum(&|p| (p.day - day) * (p.quantity.value - value)) / spread;
     let dof = points.len() as f64 - 2.0;
-    let birge = (sum(&|p| (p.found.value - value - slope * (p.day - day)).powi(2)) / dof).sqrt();
-    let (u, dof) = if birge > 1.0 { (birge * spread.powf(-0.5), dof) } else { (spread.powf(-0.5), f64::INFINITY) };
-    let says = format!("{} records; their scatter is {birge:.2} × what their own uncertainties say", points.len());
-    let q = &points[0].found;
+    let birge_ratio = (sum(&|p| (p.quantity.value - value - slope * (p.day - day)).powi(2)) / dof).sqrt();
+    let (u, dof) = if birge_ratio > 1.0 { (birge_ratio * spread.powf(-0.5), dof) } else { (spread.powf(-0.5), f64::INFINITY) };
+    let q = &points[0].quantity;
     let unit = if q.unit == "1" { "1/d".to_owned() } else { format!("{}/d", q.unit) };
-    Some((value - slope * day, Quantity::new(&q.name, &unit, slope, vec![Part::measured("records", u, dof, says)])))
+    let slope_quantity = Quantity::new(&q.name, &unit, slope, vec![Contribution::type_a("records", u, dof, ())]);
+    Some(Line { at_first: value - slope * day, slope: slope_quantity, records: points.len(), birge_ratio })
 }
 
 impl Trend {
-    /// Changes that were looked at.
-    pub fn looked_at(&self) -> usize {
-        self.series.iter().map(|s| s.changes.len()).sum()
-    }
-
-    /// Quantities that have left their first value, as they are in the last record.
-    pub fn beyond(&self) -> Vec<&str> {
-        let moved = |s: &&Series| s.changes.last().is_some_and(|(from_first, _)| from_first.is_beyond());
-        self.series.iter().filter(moved).map(|s| s.name.as_str()).collect()
-    }
-
-    /// The answer of `stand records trend --json`.
-    pub fn json(&self) -> Value {
-        let series = self.series.iter().map(|s| {
-            let points = s.points.iter().enumerate().map(|(k, p)| {
-                let change = k.checked_sub(1).and_then(|k| s.changes.get(k));
-                json!({
-                    "began": p.began, "day": finite(p.day), "value": finite(p.found.value), "sigma": finite(p.found.sigma()),
-                    "U": finite(p.found.expanded()), "whole": p.is_whole, "stand": p.stand,
-                    "from_first": change.map(|(first, _)| first.json()), "from_before": change.map(|(_, before)| before.json()),
-                })
-            });
-            let line = s.line.as_ref().map(|(at_first, slope)| {
-                json!({
-                    "at_first": finite(*at_first), "per_day": finite(slope.value), "sigma": finite(slope.sigma()), "U": finite(slope.expanded()),
-                    "unit": slope.unit, "beyond": slope.value.abs() > slope.expanded(), "k": finite(coverage_factor(slope.dof(), crate::statistics::uncertainty::CONFIDENCE)),
-                    "says": slope.parts.first().map(|p| &p.says),
-                })
-            });
-            let unit = s.points.first().map(|p| p.found.unit.clone());
-            (s.name.clone(), json!({"unit": unit, "points": points.collect::<Vec<_>>(), "line": line}))
-        });
-        json!({
-            "what": self.what, "serial": self.serial, "records": self.dates, "beyond": self.beyond(),
-            "quantities": series.collect::<serde_json::Map<_, _>>(),
-        })
+    /// Names of the quantities that differ significantly between the first and the last record.
+    pub fn significant(&self) -> Vec<&str> {
+        let has_moved = |s: &&Series| s.changes.last().is_some_and(|(since_first, _)| since_first.is_significant());
+        self.series.iter().filter(has_moved).map(|s| s.name.as_str()).collect()
     }
 }
 

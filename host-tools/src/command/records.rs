@@ -1,37 +1,35 @@
-//! `stand records`: what is kept of calibrations.
+//! `stand records`: the record files of calibrations.
 
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand, ValueEnum};
-use serde_json::{Map, Value, json};
 
 use super::error::CliError;
 use super::output::{JsonOutput, ReportOutput, spinner};
-use crate::calibrate::kept::{Kept, below};
-use crate::calibrate::session::What;
-use crate::calibrate::trend;
-use crate::report::calibration_records as page;
+use crate::calibrate::archive::{ArchivedRecord, find_records};
+use crate::calibrate::{DutKind, trend};
+use crate::report::calibration as report;
 
 #[derive(Debug, Subcommand)]
 pub(super) enum Records {
     /// The records below a folder, one line each
     List(List),
-    /// One record: values, budgets, and whether its raw logs give them again
+    /// One record: values, budgets, and verification against its raw logs
     Show(Show),
-    /// One part over its records: what has changed, and whether beyond the uncertainty
+    /// Trend of one device under test: changes and their significance
     Trend(Trend),
 }
 
 /// The records below a folder, one line each.
 #[derive(Debug, Args)]
 pub(super) struct List {
-    /// Searched with all folders in it
+    /// Searched with all subfolders
     folder: PathBuf,
     #[command(flatten)]
     json: JsonOutput,
 }
 
-/// One record: values, budgets, and whether its raw logs give them again.
+/// One record: values, budgets, and verification against its raw logs.
 #[derive(Debug, Args)]
 pub(super) struct Show {
     /// A record.json, or a session's folder
@@ -40,29 +38,29 @@ pub(super) struct Show {
     json: JsonOutput,
 }
 
-/// Which records are of one kind.
+/// What was calibrated.
 #[derive(Debug, Clone, Copy, ValueEnum)]
-enum Kind {
+enum RecordKind {
     /// A rate gyro
     Gyro,
     /// An accelerometer
     Accel,
-    /// A stand's drive
+    /// The drive of a stand
     Drive,
 }
 
-/// One part over its records: what has changed, and whether beyond the uncertainty.
+/// Trend of one device under test: changes and their significance.
 #[derive(Debug, Args)]
 pub(super) struct Trend {
-    /// Searched with all folders in it
+    /// Searched with all subfolders
     folder: PathBuf,
-    /// Serial number of the part
+    /// Serial number of the device under test
     #[arg(long, value_name = "S")]
     serial: String,
-    /// Kind of the records, where the serial number has several
+    /// Kind of the device, where several have this serial number
     #[arg(long, value_enum)]
-    what: Option<Kind>,
-    /// One quantity alone
+    what: Option<RecordKind>,
+    /// Only this quantity
     #[arg(long, value_name = "NAME")]
     quantity: Option<String>,
     #[command(flatten)]
@@ -79,79 +77,67 @@ impl Records {
     }
 }
 
-fn found(folder: &Path) -> Result<(Vec<Kept>, Vec<String>), CliError> {
-    let (kept, passed) = below(folder)?;
-    Ok((kept, passed.iter().map(ToString::to_string).collect()))
+fn found(folder: &Path) -> Result<(Vec<ArchivedRecord>, Vec<String>), CliError> {
+    let (records, skipped) = find_records(folder)?;
+    Ok((records, skipped.iter().map(ToString::to_string).collect()))
 }
 
 impl List {
     fn run(self) -> Result<(), CliError> {
         self.json.check()?;
-        let (kept, passed) = found(&self.folder)?;
-        self.json.text(&page::list(&kept, &passed))?;
-        self.json.json(|| {
-            let line = |k: &Kept| {
-                let r = &k.record;
-                json!({
-                    "record": k.path.display().to_string(), "began": r.journal.began, "what": r.session.what.name(), "sensor": r.session.sensor,
-                    "serial": r.session.serial, "whole": r.is_whole(), "results": r.findings.quantities.len(),
-                    "interruptions": r.journal.interruptions.len(),
-                })
-            };
-            json!({"records": kept.iter().map(line).collect::<Vec<_>>(), "passed_over": passed})
-        })
+        let (records, skipped) = found(&self.folder)?;
+        self.json.text(&report::list_text(&records, &skipped))?;
+        self.json.json(|| report::list_json(&records, &skipped))
     }
 }
 
 impl Show {
     fn run(self) -> Result<(), CliError> {
         self.json.check()?;
-        let kept = Kept::read(&self.record)?;
+        let archived = ArchivedRecord::read(&self.record)?;
         let bar = spinner("computing again");
-        let checked = kept.checked();
+        let verification = archived.verify();
         bar.finish_and_clear();
-        self.json.text(&page::show(&kept, &checked))?;
-        self.json.json(|| {
-            let mut all: Map<String, Value> = kept.record.json().as_object().cloned().unwrap_or_default();
-            all.insert("checked".into(), checked.json());
-            Value::Object(all)
-        })
+        self.json.text(&report::show_text(&archived.record, &verification))?;
+        self.json.json(|| report::show_json(&archived.record, &verification))
     }
 }
 
 impl Trend {
     fn run(self) -> Result<(), CliError> {
         self.output.check()?;
-        let (kept, passed) = found(&self.folder)?;
-        let wanted = self.what.map(|what| match what {
-            Kind::Gyro => What::Gyro,
-            Kind::Accel => What::Accel,
-            Kind::Drive => What::Drive,
+        let (records, skipped) = found(&self.folder)?;
+        let wanted = self.what.map(|kind| match kind {
+            RecordKind::Gyro => DutKind::Gyro,
+            RecordKind::Accel => DutKind::Accel,
+            RecordKind::Drive => DutKind::Drive,
         });
-        let of = |k: &&Kept| k.record.session.serial == self.serial && wanted.is_none_or(|what| k.record.session.what == what);
-        let part: Vec<&Kept> = kept.iter().filter(of).collect();
-        let input = |says: String| Err(CliError::Input(format!("{}: {says}", self.folder.display())));
+        let is_of_device = |r: &&ArchivedRecord| {
+            r.record.header.session.serial == self.serial && wanted.is_none_or(|kind| r.record.header.dut_kind == kind)
+        };
+        let of_device: Vec<&ArchivedRecord> = records.iter().filter(is_of_device).collect();
+        let error = |message: String| Err(CliError::Input(format!("{}: {message}", self.folder.display())));
         let listed = |mut words: Vec<String>| {
             words.sort();
             words.dedup();
             if words.is_empty() { "none".to_owned() } else { words.join(", ") }
         };
-        let Some(first) = part.first() else {
-            let there = listed(kept.iter().map(|k| k.record.session.serial.clone()).filter(|s| !s.is_empty()).collect());
-            return input(format!("no record of serial {}; there are: {there}", self.serial));
+        let Some(first) = of_device.first() else {
+            let serials = records.iter().map(|r| r.record.header.session.serial.clone()).filter(|s| !s.is_empty()).collect();
+            return error(format!("no record of serial {}; there are: {}", self.serial, listed(serials)));
         };
-        if part.iter().any(|k| k.record.session.what != first.record.session.what) {
-            let kinds = listed(part.iter().map(|k| k.record.session.what.name().to_owned()).collect());
-            return input(format!("serial {} has records of {kinds}: --what says which", self.serial));
+        if of_device.iter().any(|r| r.record.header.dut_kind != first.record.header.dut_kind) {
+            let kinds = listed(of_device.iter().map(|r| r.record.header.dut_kind.name().to_owned()).collect());
+            return error(format!("serial {} has records of {kinds}: select one with --what", self.serial));
         }
-        let trend = trend::trend(&part, self.quantity.as_deref());
+        let trend = trend::trend(&of_device, self.quantity.as_deref());
         if let (Some(name), true) = (&self.quantity, trend.series.is_empty()) {
-            let there = listed(part.iter().flat_map(|k| &k.record.findings.quantities).map(|q| q.name.clone()).collect());
-            return input(format!("--quantity: no record has {name}; there are: {there}"));
+            let names = listed(of_device.iter().flat_map(|r| &r.record.quantities).map(|q| q.name.clone()).collect());
+            return error(format!("--quantity: no record has {name}; there are: {names}"));
         }
-        self.output.text(&page::trend_text(&trend))?;
-        self.output.text(&passed.iter().map(|why| format!("passed over: {why}\n")).collect::<String>())?;
-        self.output.html(|| page::trend_html(&trend))?;
-        self.output.json(|| trend.json())
+        self.output.text(&report::trend_text(&trend))?;
+        self.output.text(&report::skipped_text(&skipped))?;
+        self.output.html(|| report::trend_html(&trend))?;
+        self.output.json(|| report::trend_json(&trend))
     }
 }

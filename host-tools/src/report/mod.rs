@@ -7,7 +7,6 @@ pub mod allan;
 mod allan_picture;
 pub mod bad_log;
 pub mod calibration;
-pub mod calibration_records;
 pub mod comparison;
 pub mod coordinates;
 mod defects;

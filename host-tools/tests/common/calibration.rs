@@ -1,8 +1,8 @@
-//! What the tests of calibrations share.
+//! Shared by the tests of calibrations.
 #![allow(dead_code, clippy::unwrap_used, reason = "each test binary uses its part")]
 
-use host_tools::calibrate::Known;
-use host_tools::calibrate::part::{Truth, sensor};
+use host_tools::calibrate::Assumptions;
+use host_tools::calibrate::drawn_dut::{Truth, drawn_sensor};
 use serde_json::Value;
 
 /// Two short steps at rates of both signs.
@@ -10,7 +10,7 @@ pub const SHORT: &str = "what = \"gyro\"\nsettle_s = 0.2\nserial = \"S-1\"\n[[st
     levels = 1\ndwell_s = 0.6\nseconds = 3.0\n[[steps]]\nname = \"two\"\nmode = \"rate\"\nprofile = \"staircase\"\namplitude = 4.0\n\
     levels = 1\ndwell_s = 0.6\nseconds = 3.0\n";
 
-/// A stand that carries a sensor under test, and what breaks on it.
+/// A stand with a device under test and faults.
 pub fn carrying(faults: &str) -> String {
     format!("[imu]\nradius_m = 0.05\n{faults}")
 }
@@ -30,12 +30,12 @@ pub fn quantity(answer: &Value, name: &str) -> f64 {
     number(&answer[name], "value")
 }
 
-/// The truth of the part that this seed draws for the usual session.
+/// True values of the random device of this seed in the default session.
 pub fn drawn(seed: u64) -> Truth {
-    sensor(seed, &Known::default(), 10.0).1
+    drawn_sensor(seed, &Assumptions::default(), 10.0).1
 }
 
-/// What is true lies within three expanded uncertainties.
+/// The true values lie within three expanded uncertainties.
 #[track_caller]
 pub fn holds(answer: &Value, truth: &Truth, names: &[&str]) {
     for name in names {

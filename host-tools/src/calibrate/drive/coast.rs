@@ -1,36 +1,43 @@
-//! Coasting: the drive is taken off and the platform runs out. What slows it divided by the inertia, whatever the motor does meanwhile.
+//! Coasting: the drive is switched off and the platform runs down; decelerations are torques over the inertia.
 //!
-//! J Ω′ = K i − b Ω − c sign Ω over the record, integrated, so that nothing is differentiated (theory.md §4): Ω(t) = Ω₀ + (K/J)∫i − (b/J)∫Ω − (c/J) t. Where the bridge
-//! shorts the motor while it is off, i is −K Ω/R and brakes; where it opens, i is nothing.
+//! J Ω′ = K i − b Ω − c sign Ω, integrated so that no signal is differentiated (docs/theory.md §4): Ω(t) = Ω₀ + (K/J)∫i − (b/J)∫Ω − (c/J) t. A bridge that
+//! shorts the motor brakes with i = −K Ω/R; an open bridge gives i = 0.
 
 use super::model::Drive;
-use super::readings;
+use super::reading_contributions;
 use crate::calibrate::session::Session;
-use crate::calibrate::{Findings, Step};
+use crate::calibrate::{AbsenceReason, Basis, Findings, Meaning, Step};
+use crate::calibrate::{Contribution, Quantity};
 use crate::log::Log;
 use crate::statistics::least_squares;
-use crate::statistics::uncertainty::{Part, Quantity};
 
-/// From so long after the drive went off, s; down to so much of the rate it then had.
+/// Time after switching off from which rows are used, s.
 const AFTER_S: f64 = 0.05;
-const DOWN_TO: f64 = 0.03;
+/// Fraction of the initial rate down to which rows are used.
+const MIN_RATE_FRACTION: f64 = 0.03;
+/// Length of a mean rate, s.
+const MEAN_S: f64 = 0.05;
+/// Braking per viscous friction from which the braking current determines the inertia.
+const MIN_BRAKING_RATIO: f64 = 5.0;
 
-/// Adds the decay and the inertia that follows.
+/// Adds the decay of the rate and the inertia by the braking current.
 pub(super) fn add(steps: &[Step], drive: Option<&Drive>, session: &Session, findings: &mut Findings) {
     let name = "coast_decay_1_s";
     let Some((step, from_s)) = steps.iter().find_map(|s| Some((s, s.log.note("drive_s")?.parse::<f64>().ok()?))) else {
-        return findings.lacks(name, "it takes a step whose drive ends before the record does (drive_s)");
+        return findings.add_absent(name, AbsenceReason::NeedsCoasting);
     };
     match coast(&step.log, from_s) {
         Some(found) => findings.quantities.extend(found.quantities(drive, session)),
-        None => findings.lacks(name, "the platform did not run out in sight: drive it faster, or record longer"),
+        None => findings.add_absent(name, AbsenceReason::NotAtRestInRecord),
     }
 }
 
 struct Coast {
+    /// b/J with its standard uncertainty, 1/s.
     decay_1_s: (f64, f64),
-    dry_rad_s2: (f64, f64),
-    /// Torque of the motor per rate while it runs out, over the motor constant: A s/rad.
+    /// c/J with its standard uncertainty, rad/s².
+    coulomb_rad_s2: (f64, f64),
+    /// Braking current per rate, A s/rad.
     braking_A_s: f64,
     dof: f64,
 }
@@ -38,8 +45,7 @@ struct Coast {
 fn coast(log: &Log, from_s: f64) -> Option<Coast> {
     let (t_s, theta, i_A) = (log.t_s(), log.column("theta_rad")?, log.column("i_A")?);
     let begin = t_s.partition_point(|t| *t < t_s[0] + from_s + AFTER_S);
-    // Means over 50 ms: θ differences.
-    let size = ((0.05 / log.median_dt_s().max(1e-9)) as usize).max(1);
+    let size = ((MEAN_S / log.median_dt_s().max(1e-9)) as usize).max(1);
     let rates: Vec<(f64, f64, f64)> = (begin..log.len().saturating_sub(size))
         .step_by(size)
         .map(|k| {
@@ -48,13 +54,13 @@ fn coast(log: &Log, from_s: f64) -> Option<Coast> {
         })
         .collect();
     let first = rates.first()?.1.abs();
-    let used = rates.iter().take_while(|(_, rate, _)| rate.abs() > DOWN_TO * first).count();
+    let used = rates.iter().take_while(|(_, rate, _)| rate.abs() > MIN_RATE_FRACTION * first).count();
     if used < 10 || rates.len() == used {
         return None;
     }
     let rates = &rates[..used];
     let sign = rates[0].1.signum();
-    // ∫Ω is the angle itself.
+    // ∫Ω is the angle.
     let rows: Vec<Vec<f64>> = rates
         .iter()
         .enumerate()
@@ -68,7 +74,7 @@ fn coast(log: &Log, from_s: f64) -> Option<Coast> {
     let braking = -rates.iter().map(|(_, rate, i)| i * rate).sum::<f64>() / rates.iter().map(|(_, rate, _)| rate * rate).sum::<f64>();
     Some(Coast {
         decay_1_s: (fit.coefficients[1], fit.sigma(1)),
-        dry_rad_s2: (fit.coefficients[2], fit.sigma(2)),
+        coulomb_rad_s2: (fit.coefficients[2], fit.sigma(2)),
         braking_A_s: braking,
         dof: fit.dof,
     })
@@ -76,28 +82,24 @@ fn coast(log: &Log, from_s: f64) -> Option<Coast> {
 
 impl Coast {
     fn quantities(&self, drive: Option<&Drive>, session: &Session) -> Vec<Quantity> {
-        let part = |u: f64| Part::measured("noise", u, self.dof, "scatter about the integrated law");
+        let contribution = |u: f64| Contribution::type_a("noise", u, self.dof, Basis::IntegratedLaw);
         let mut found = vec![
-            Quantity::new("coast_decay_1_s", "1/s", self.decay_1_s.0, vec![part(self.decay_1_s.1)])
-                .saying("viscous friction, and the motor's braking where its bridge shorts it, over the inertia"),
-            Quantity::new("coast_dry_rad_s2", "rad/s²", self.dry_rad_s2.0, vec![part(self.dry_rad_s2.1)])
-                .saying("dry friction over the inertia"),
+            Quantity::new("coast_decay_1_s", "1/s", self.decay_1_s.0, vec![contribution(self.decay_1_s.1)]).meaning(Meaning::CoastDecay),
+            Quantity::new("coast_dry_rad_s2", "rad/s²", self.coulomb_rad_s2.0, vec![contribution(self.coulomb_rad_s2.1)])
+                .meaning(Meaning::CoastDeceleration),
         ];
-        // Where the motor brakes, its torque is known by K and the current: J = (K braking + b)/decay. Friction is a small part of it.
+        // The braking torque follows from K and the current: J = (K braking + b)/decay, with a small part b.
         if let Some(drive) = drive {
             let ((k, uk), (b, ub)) = (drive.motor_constant_N_m_A, drive.viscous_N_m_s);
-            if self.braking_A_s * k > 5.0 * b.abs() {
+            if self.braking_A_s * k > MIN_BRAKING_RATIO * b.abs() {
                 let value = (k * self.braking_A_s + b) / self.decay_1_s.0;
-                let mut parts = vec![
-                    part(value * self.decay_1_s.1 / self.decay_1_s.0),
-                    Part::known("motor constant", uk, "N m/A", self.braking_A_s / self.decay_1_s.0, "by the model's fit"),
-                    Part::known("viscous friction", ub, "N m s/rad", 1.0 / self.decay_1_s.0, "by the model's fit"),
+                let mut contributions = vec![
+                    contribution(value * self.decay_1_s.1 / self.decay_1_s.0),
+                    Contribution::type_b("motor constant", uk, "N m/A", self.braking_A_s / self.decay_1_s.0, Basis::ModelFit),
+                    Contribution::type_b("viscous friction", ub, "N m s/rad", 1.0 / self.decay_1_s.0, Basis::ModelFit),
                 ];
-                parts.extend(readings(session, value, [1, 1]));
-                found.push(
-                    Quantity::new("inertia_by_coasting_kg_m2", "kg m²", value, parts)
-                        .saying("braked by the shorted motor: its current times the motor constant over the decay"),
-                );
+                contributions.extend(reading_contributions(session, value, [1, 1]));
+                found.push(Quantity::new("inertia_by_coasting_kg_m2", "kg m²", value, contributions).meaning(Meaning::InertiaByCoasting));
             }
         }
         found

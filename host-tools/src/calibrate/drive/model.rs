@@ -1,114 +1,112 @@
-//! The model's parameters by output error, from the record that moves most; and the inertia by an added one, which needs no motor constant.
+//! Parameters of the drive model by output error from the step with the strongest excitation, and the inertia by a known added inertia.
 
-use super::{orders, readings};
+use super::{harmonics as torque_harmonics, reading_contributions};
 use crate::calibrate::session::Session;
-use crate::calibrate::{Findings, Step};
+use crate::calibrate::{AbsenceReason, Basis, Findings, Meaning, Remark, Step};
+use crate::calibrate::{Contribution, Quantity};
 use crate::identify::fit::{self, FitResult};
 use crate::model::{Input, Model};
 use crate::statistics::Extremes;
-use crate::statistics::uncertainty::{Part, Quantity};
 
-/// The effects of a plain drive.
+/// Effects of the model beside inertia, motor constant and resistance.
 const EFFECTS: [&str; 3] = ["viscous", "coulomb", "inductance"];
-/// Worse than this many times the noise, something is missing.
-const MISFIT: f64 = 1.1;
+/// Residual rms over noise from which the model counts as incomplete.
+const MAX_MISFIT: f64 = 1.1;
+/// Smallest change of J/K by an added inertia, in standard uncertainties.
+const MIN_CHANGE_SIGMAS: f64 = 5.0;
 
-/// What the model's fit gives to the other ways.
+/// Fitted parameters that the other methods use, each with its standard uncertainty.
 pub(super) struct Drive {
-    /// J.
+    /// J, kg m².
     pub inertia_kg_m2: (f64, f64),
-    /// K.
+    /// K, N m/A.
     pub motor_constant_N_m_A: (f64, f64),
-    /// b.
+    /// b, N m s/rad.
     pub viscous_N_m_s: (f64, f64),
 }
 
 impl Drive {
-    fn of(held: &FitResult, misfit: f64) -> Option<Self> {
-        // Where the model lacks something, its own uncertainties are too small by as much at the least.
-        let wide = |(value, sigma): (f64, f64)| (value, sigma * misfit.max(1.0));
+    fn of(result: &FitResult, misfit: f64) -> Option<Self> {
+        // An incomplete model underestimates its uncertainties at least by the misfit.
+        let widened = |(value, sigma): (f64, f64)| (value, sigma * misfit.max(1.0));
         Some(Self {
-            inertia_kg_m2: wide(get(held, "inertia_kg_m2")?),
-            motor_constant_N_m_A: wide(get(held, "motor_constant_N_m_A")?),
-            viscous_N_m_s: wide(get(held, "viscous_N_m_s").unwrap_or((0.0, 0.0))),
+            inertia_kg_m2: widened(get(result, "inertia_kg_m2")?),
+            motor_constant_N_m_A: widened(get(result, "motor_constant_N_m_A")?),
+            viscous_N_m_s: widened(get(result, "viscous_N_m_s").unwrap_or((0.0, 0.0))),
         })
     }
 }
 
-/// Profiles that excite all parameters.
-pub(super) fn is_rich(step: &Step) -> bool {
-    let says = |key: &str, words: &[&str]| step.log.note(key).is_some_and(|v| words.contains(&v));
-    says("mode", &["voltage"]) && says("profile", &["multi-step", "prbs", "multisine"])
+/// The profile excites all parameters.
+pub(super) fn is_exciting(step: &Step) -> bool {
+    let has_note = |key: &str, words: &[&str]| step.log.note(key).is_some_and(|v| words.contains(&v));
+    has_note("mode", &["voltage"]) && has_note("profile", &["multi-step", "prbs", "multisine"])
 }
 
-/// What comes round with the angle: order, amplitude in N m, phase, as the slow turn has it.
-type Waves = [(usize, f64, f64)];
+/// Cogging by the slow turns: harmonic order, amplitude, N m, phase, rad.
+type Harmonics = [(usize, f64, f64)];
 
-fn fitted(step: &Step, waves: &Waves) -> Result<(FitResult, f64), String> {
+fn fitted(step: &Step, harmonics: &Harmonics) -> Result<(FitResult, f64), String> {
     let mut model = Model::new(Input::Voltage, "drive").map_err(|e| e.to_string())?;
     for effect in EFFECTS {
         model.add(effect).map_err(|e| e.to_string())?;
     }
-    for (k, (order, amplitude_N_m, phase_rad)) in waves.iter().enumerate() {
+    for (k, (order, amplitude_N_m, phase_rad)) in harmonics.iter().enumerate() {
         let mark = if k == 0 { String::new() } else { format!("#{}", k + 1) };
         model.add(&format!("cogging{mark}")).map_err(|e| e.to_string())?;
         for (name, value) in [("N_m", *amplitude_N_m), ("order", *order as f64), ("phase_rad", *phase_rad)] {
             model.set(&format!("cogging_{name}{mark}"), value).map_err(|e| e.to_string())?;
         }
     }
-    let (record, _) = fit::prepare::prepare(&step.log, &model, false).map_err(|e| e.to_string())?;
-    let (system, parameters) = fit::build::system(&model, record.temp_C.is_some());
-    let held = fit::fit(&system, &parameters, &record).map_err(|e| e.to_string())?;
-    let misfit = held.channels.iter().map(|c| c.rms / c.noise).max_or_zero();
-    Ok((held, misfit))
+    let (prepared, _) = fit::prepare::prepare(&step.log, &model, false).map_err(|e| e.to_string())?;
+    let (system, parameters) = fit::build::system(&model, prepared.temp_C.is_some());
+    let result = fit::fit(&system, &parameters, &prepared).map_err(|e| e.to_string())?;
+    let misfit = result.channels.iter().map(|c| c.rms / c.noise).max_or_zero();
+    Ok((result, misfit))
 }
 
-fn get(held: &FitResult, name: &str) -> Option<(f64, f64)> {
-    let k = held.parameters.list.iter().position(|p| p.name == name)?;
-    Some((held.parameters.list[k].value, *held.sigmas.get(k)?)).filter(|(_, sigma)| sigma.is_finite())
+fn get(result: &FitResult, name: &str) -> Option<(f64, f64)> {
+    let k = result.parameters.list.iter().position(|p| p.name == name)?;
+    Some((result.parameters.list[k].value, *result.sigmas.get(k)?)).filter(|(_, sigma)| sigma.is_finite())
 }
 
 /// Adds the parameters.
 pub(super) fn add(steps: &[Step], session: &Session, findings: &mut Findings) -> Option<Drive> {
-    let lacks = |findings: &mut Findings, why: &str| {
+    let add_all_absent = |findings: &mut Findings, reason: AbsenceReason| {
         for name in ["inertia_kg_m2", "motor_constant_N_m_A", "resistance_ohm", "inductance_H", "viscous_N_m_s", "coulomb_N_m"] {
-            findings.lacks(name, why);
+            findings.add_absent(name, reason.clone());
         }
     };
-    let Some(step) = steps.iter().find(|s| is_rich(s) && s.added_inertia_kg_m2.is_none()) else {
-        lacks(findings, "it takes a step in voltage mode with the profile multi-step, prbs or multisine");
+    let Some(step) = steps.iter().find(|s| is_exciting(s) && s.added_inertia_kg_m2.is_none()) else {
+        add_all_absent(findings, AbsenceReason::NeedsExcitation);
         return None;
     };
-    let (mut held, mut misfit) = match fitted(step, &[]) {
+    let (mut result, mut misfit) = match fitted(step, &[]) {
         Ok(found) => found,
-        Err(why) => {
-            lacks(findings, &why);
+        Err(message) => {
+            add_all_absent(findings, AbsenceReason::FitFailed { message });
             return None;
         }
     };
-    // A torque that comes round with the angle bends the other parameters: what the slow turn shows of it goes into the model.
-    let mut waves = Vec::new();
-    if misfit > MISFIT
-        && let Some(rough) = Drive::of(&held, misfit)
+    // Cogging biases the other parameters, so the harmonics found in the slow turns become part of the model.
+    let mut harmonics = Vec::new();
+    if misfit > MAX_MISFIT
+        && let Some(rough) = Drive::of(&result, misfit)
     {
-        waves = orders::strongest(steps, &rough, session);
-        match fitted(step, &waves) {
-            Ok((with, left)) if !waves.is_empty() && left < misfit => {
-                (held, misfit) = (with, left);
-                let orders: Vec<String> = waves.iter().map(|(order, ..)| order.to_string()).collect();
-                findings.says.push(format!("the model has cogging of order {} beside its friction", orders.join(", ")));
+        harmonics = torque_harmonics::strongest(steps, &rough, session);
+        match fitted(step, &harmonics) {
+            Ok((with, left)) if !harmonics.is_empty() && left < misfit => {
+                (result, misfit) = (with, left);
+                let harmonic_orders = harmonics.iter().map(|(order, ..)| *order).collect();
+                findings.remarks.push(Remark::CoggingInModel { harmonic_orders });
             }
-            _ => waves.clear(),
+            _ => harmonics.clear(),
         }
     }
-    if misfit > MISFIT {
-        findings.says.push(format!(
-            "step `{}`: the model of {} leaves {misfit:.2} × the noise: it lacks something, and its parameters bend to make up for it; `stand explain` says what",
-            step.name,
-            EFFECTS.join(", ")
-        ));
+    if misfit > MAX_MISFIT {
+        findings.remarks.push(Remark::Misfit { step: step.name.clone(), effects: EFFECTS.to_vec(), ratio: misfit });
     }
-    // The powers with which the readings of voltage and current enter: K is V s/rad, R is V/A, torques are K times A.
+    // Exponents of the voltage and current readings: K is V s/rad, R is V/A, torques are K times A.
     let table = [
         ("inertia_kg_m2", "kg m²", [1, 1]),
         ("motor_constant_N_m_A", "N m/A", [1, 0]),
@@ -117,77 +115,68 @@ pub(super) fn add(steps: &[Step], session: &Session, findings: &mut Findings) ->
         ("viscous_N_m_s", "N m s/rad", [1, 1]),
         ("coulomb_N_m", "N m", [1, 1]),
     ];
-    for (name, unit, by) in table {
-        match get(&held, name) {
+    for (name, unit, exponents) in table {
+        match get(&result, name) {
             Some((value, sigma)) => {
-                let mut parts = vec![Part {
-                    dof: f64::INFINITY,
-                    ..Part::measured(
-                        "noise and regression",
-                        sigma * misfit.max(1.0),
-                        0.0,
-                        "output error, all rows; colour taken into account",
-                    )
-                }];
-                parts.extend(readings(session, value, by));
-                findings.quantities.push(Quantity::new(name, unit, value, parts).saying("by output error, as `stand fit`"));
+                let u = sigma * misfit.max(1.0);
+                let mut contributions = vec![Contribution::type_a("noise and regression", u, f64::INFINITY, Basis::OutputError)];
+                contributions.extend(reading_contributions(session, value, exponents));
+                findings.quantities.push(Quantity::new(name, unit, value, contributions).meaning(Meaning::OutputError));
             }
-            None => findings.lacks(name, "this record does not determine it"),
+            None => findings.add_absent(name, AbsenceReason::NotDetermined),
         }
     }
-    let (j, k, r) = (get(&held, "inertia_kg_m2")?, get(&held, "motor_constant_N_m_A")?, get(&held, "resistance_ohm")?);
-    let b = get(&held, "viscous_N_m_s").unwrap_or((0.0, 0.0));
-    time_constants(findings, &held, j, k, r, b);
-    added(steps, &held, &waves, findings);
-    Drive::of(&held, misfit)
+    let (j, k, r) = (get(&result, "inertia_kg_m2")?, get(&result, "motor_constant_N_m_A")?, get(&result, "resistance_ohm")?);
+    let b = get(&result, "viscous_N_m_s").unwrap_or((0.0, 0.0));
+    time_constants(findings, &result, j, k, r, b);
+    inertia_by_added(steps, &result, &harmonics, findings);
+    Drive::of(&result, misfit)
 }
 
-/// τ_m = J R/(K² + R b), τ_e = L/R. Voltage and current scales fall out of both but for b's small part.
-fn time_constants(findings: &mut Findings, held: &FitResult, j: (f64, f64), k: (f64, f64), r: (f64, f64), b: (f64, f64)) {
-    let below = k.0 * k.0 + r.0 * b.0;
-    let value = j.0 * r.0 / below;
-    // The fit's parameters are correlated; the sum of all is never too small (GUM 5.2.2, note 1).
-    let u = value * (j.1 / j.0 + (r.1 / r.0) * (1.0 - r.0 * b.0 / below) + 2.0 * k.1 * k.0 / below + r.0 * b.1 / below);
-    let part = |u: f64| Part {
-        dof: f64::INFINITY,
-        ..Part::measured("regression", u, 0.0, "the parameters' own uncertainties, as if wholly correlated")
-    };
-    findings.quantities.push(Quantity::new("mechanical_time_constant_s", "s", value, vec![part(u)]).saying("J R/(K² + R b)"));
-    if let Some(l) = get(held, "inductance_H").filter(|l| l.0 > 0.0) {
+/// τ_m = J R/(K² + R b), τ_e = L/R. Scale errors of voltage and current cancel in both, except for the small part of b.
+fn time_constants(findings: &mut Findings, result: &FitResult, j: (f64, f64), k: (f64, f64), r: (f64, f64), b: (f64, f64)) {
+    let denominator = k.0 * k.0 + r.0 * b.0;
+    let value = j.0 * r.0 / denominator;
+    // The fitted parameters are correlated; the linear sum of all contributions is an upper bound (GUM 5.2.2, note 1).
+    let u = value * (j.1 / j.0 + (r.1 / r.0) * (1.0 - r.0 * b.0 / denominator) + 2.0 * k.1 * k.0 / denominator + r.0 * b.1 / denominator);
+    let contribution = |u: f64| Contribution::type_a("regression", u, f64::INFINITY, Basis::FullyCorrelatedParameters);
+    findings
+        .quantities
+        .push(Quantity::new("mechanical_time_constant_s", "s", value, vec![contribution(u)]).meaning(Meaning::MechanicalTimeConstant));
+    if let Some(l) = get(result, "inductance_H").filter(|l| l.0 > 0.0) {
         let value = l.0 / r.0;
-        findings
-            .quantities
-            .push(Quantity::new("electrical_time_constant_s", "s", value, vec![part(value * (l.1 / l.0 + r.1 / r.0))]).saying("L/R"));
+        findings.quantities.push(
+            Quantity::new("electrical_time_constant_s", "s", value, vec![contribution(value * (l.1 / l.0 + r.1 / r.0))])
+                .meaning(Meaning::ElectricalTimeConstant),
+        );
     }
 }
 
-/// Two fits, with and without a known inertia: their difference is known, so their ratio gives J whatever the scales of current and voltage.
-fn added(steps: &[Step], held: &FitResult, waves: &Waves, findings: &mut Findings) {
+/// Two fits, with and without a known added inertia. The difference of the inertias is known, so the ratio of J/K gives J independently of the scales
+/// of current and voltage.
+fn inertia_by_added(steps: &[Step], result: &FitResult, harmonics: &Harmonics, findings: &mut Findings) {
     let name = "inertia_by_added_kg_m2";
-    let Some(step) = steps.iter().find(|s| is_rich(s) && s.added_inertia_kg_m2.is_some()) else {
-        return findings.lacks(name, "it takes the same step again with a known inertia on the platform (added_inertia_kg_m2)");
+    let Some(step) = steps.iter().find(|s| is_exciting(s) && s.added_inertia_kg_m2.is_some()) else {
+        return findings.add_absent(name, AbsenceReason::NeedsAddedInertia);
     };
-    let more = step.added_inertia_kg_m2.unwrap_or(0.0);
-    let with = match fitted(step, waves) {
+    let added = step.added_inertia_kg_m2.unwrap_or(0.0);
+    let with = match fitted(step, harmonics) {
         Ok((with, _)) => with,
-        Err(why) => return findings.lacks(name, why),
+        Err(message) => return findings.add_absent(name, AbsenceReason::FitFailed { message }),
     };
-    // Per torque, as both fits have the same K: in units of K, J/K.
-    let ratio = |held: &FitResult| Some((get(held, "inertia_kg_m2")?, get(held, "motor_constant_N_m_A")?));
-    let (Some(((j1, u1), (k1, _))), Some(((j2, u2), (k2, _)))) = (ratio(held), ratio(&with)) else { return };
+    // J/K of both fits, which have the same K.
+    let ratio = |result: &FitResult| Some((get(result, "inertia_kg_m2")?, get(result, "motor_constant_N_m_A")?));
+    let (Some(((j1, u1), (k1, _))), Some(((j2, u2), (k2, _)))) = (ratio(result), ratio(&with)) else { return };
     let (a1, a2) = (j1 / k1, j2 / k2);
     let (ua1, ua2) = (u1 / k1, u2 / k2);
-    if (a2 - a1).is_nan() || a2 - a1 <= 5.0 * ua1.hypot(ua2) {
-        return findings.lacks(name, "the inertia that was added does not show: is it on the platform?");
+    if (a2 - a1).is_nan() || a2 - a1 <= MIN_CHANGE_SIGMAS * ua1.hypot(ua2) {
+        return findings.add_absent(name, AbsenceReason::AddedInertiaInvisible);
     }
-    let value = more * a1 / (a2 - a1);
-    let per = more / (a2 - a1).powi(2);
-    let parts = vec![
-        Part { dof: f64::INFINITY, ..Part::measured("without it", per * a2 * ua1, 0.0, "J/K by output error") },
-        Part { dof: f64::INFINITY, ..Part::measured("with it", per * a1 * ua2, 0.0, "J/K by output error") },
+    let value = added * a1 / (a2 - a1);
+    let per = added / (a2 - a1).powi(2);
+    let contributions = vec![
+        Contribution::type_a("without it", per * a2 * ua1, f64::INFINITY, Basis::OutputErrorRatio),
+        Contribution::type_a("with it", per * a1 * ua2, f64::INFINITY, Basis::OutputErrorRatio),
     ];
-    findings.quantities.push(
-        Quantity::new(name, "kg m²", value, parts)
-            .saying("by the inertia that was added, which is believed: no scale of voltage or current enters"),
-    );
+    findings.quantities.push(Quantity::new(name, "kg m²", value, contributions).meaning(Meaning::InertiaByAddedInertia));
 }

@@ -1,32 +1,33 @@
-//! Frequency response from voltage to rate along a chirp that never turns back; its corner is the mechanical time constant seen another way.
+//! Frequency response from voltage to rate along a chirp without reversal. Its corner is an independent measure of the mechanical time constant.
 //!
-//! While the sign of the rate stays, dry friction is a constant and the drive is linear: Ω′ = α u − β Ω − γ, integrated Ω = Ω₀ + α∫u − β θ − γ t (theory.md §4).
-//! The corner is β/2π: it lies below the frequencies of which a chirp has whole periods enough for a lock-in, and those stand beside it in the picture.
+//! While the sign of the rate is constant, Coulomb friction is constant and the drive is linear: Ω′ = α u − β Ω − γ, integrated
+//! Ω = Ω₀ + α∫u − β θ − γ t (docs/theory.md §4). The corner β/2π lies below the frequencies at which a chirp has enough periods for a lock-in; the
+//! lock-in responses are shown with the curve.
 
 use crate::calibrate::gyro::along_chirp;
 use crate::calibrate::lock_in::Response;
 use crate::calibrate::session::Session;
-use crate::calibrate::{Curve, Findings, Step};
+use crate::calibrate::{AbsenceReason, Basis, Curve, CurveKind, Findings, Meaning, Step};
+use crate::calibrate::{Contribution, Quantity};
 use crate::log::Log;
 use crate::statistics::Extremes;
 use crate::statistics::least_squares;
-use crate::statistics::uncertainty::{Part, Quantity};
 use nalgebra::Complex;
 use std::f64::consts::TAU;
 
-/// A rate is the slope of the angle over so many rows before and behind.
-const BESIDE: usize = 25;
-/// From one rate to the next, rows: no row is in two slopes.
-const EVERY: usize = 2 * BESIDE + 1;
-/// Slower than this part of the greatest rate, dry friction is no constant.
-const SLOW: f64 = 0.05;
-/// Fewer rates are no response.
-const LEAST: usize = 100;
+/// Rows before and after a row over which the rate is the slope of the angle.
+const HALF_WINDOW: usize = 25;
+/// Rows from one rate to the next: no row is in two slopes.
+const STRIDE: usize = 2 * HALF_WINDOW + 1;
+/// Fraction of the greatest rate below which Coulomb friction is not constant.
+const MIN_RATE_FRACTION: f64 = 0.05;
+/// Fewest rates of a response.
+const MIN_RATES: usize = 100;
 
 /// Ω = Ω₀ + α∫u − β θ − γ t.
 struct Linear {
     rate_per_voltage: f64,
-    /// 1/s, and its standard uncertainty.
+    /// β with its standard uncertainty, 1/s.
     beta: (f64, f64),
     dof: f64,
     rates: usize,
@@ -38,92 +39,89 @@ impl Linear {
     }
 }
 
-fn linear(log: &Log, u_V: &[f64], theta: &[f64]) -> Result<Linear, &'static str> {
+fn linear(log: &Log, u_V: &[f64], theta: &[f64]) -> Result<Linear, AbsenceReason> {
     let t_s = log.t_s();
     let slope = |k: usize| {
         let (mut cross, mut square) = (0.0, 0.0);
-        for row in k - BESIDE..=k + BESIDE {
+        for row in k - HALF_WINDOW..=k + HALF_WINDOW {
             let from = t_s[row] - t_s[k];
             (cross, square) = (cross + from * (theta[row] - theta[k]), square + from * from);
         }
         cross / square
     };
-    let Some(longest) = log.segments().into_iter().max_by_key(ExactSizeIterator::len) else { return Err("there are no rows") };
-    let mut given = 0.0;
-    let mut held = Vec::new();
+    let Some(longest) = log.segments().into_iter().max_by_key(ExactSizeIterator::len) else { return Err(AbsenceReason::NoRows) };
+    let mut voltage_integral = 0.0;
+    let mut rates = Vec::new();
     for k in longest.clone() {
-        if (k - longest.start) % EVERY == BESIDE && k + BESIDE < longest.end {
-            held.push((t_s[k], slope(k), given, theta[k]));
+        if (k - longest.start) % STRIDE == HALF_WINDOW && k + HALF_WINDOW < longest.end {
+            rates.push((t_s[k], slope(k), voltage_integral, theta[k]));
         }
         if k + 1 < longest.end {
-            given += u_V[k] * (t_s[k + 1] - t_s[k]);
+            voltage_integral += u_V[k] * (t_s[k + 1] - t_s[k]);
         }
     }
-    let greatest = held.iter().map(|(_, rate, ..)| rate.abs()).max_or_zero();
-    let used: Vec<_> = held.into_iter().skip_while(|(_, rate, ..)| rate.abs() < SLOW * greatest).collect();
-    let Some(first) = used.first() else { return Err("the platform did not turn") };
-    if used.iter().any(|(_, rate, ..)| rate * first.1.signum() < SLOW * greatest) {
-        return Err("the platform turned back or stopped, so that dry friction was no constant: make the offset larger than the amplitude");
+    let greatest = rates.iter().map(|(_, rate, ..)| rate.abs()).max_or_zero();
+    let used: Vec<_> = rates.into_iter().skip_while(|(_, rate, ..)| rate.abs() < MIN_RATE_FRACTION * greatest).collect();
+    let Some(first) = used.first() else { return Err(AbsenceReason::DidNotTurn) };
+    if used.iter().any(|(_, rate, ..)| rate * first.1.signum() < MIN_RATE_FRACTION * greatest) {
+        return Err(AbsenceReason::Reversed);
     }
-    if used.len() < LEAST {
-        return Err("the chirp is too short: let it last longer");
+    if used.len() < MIN_RATES {
+        return Err(AbsenceReason::ChirpTooShort);
     }
-    let rows: Vec<Vec<f64>> = used.iter().map(|(t, _, given, angle)| vec![1.0, given - first.2, first.3 - angle, first.0 - t]).collect();
+    let rows: Vec<Vec<f64>> =
+        used.iter().map(|(t, _, integral, angle)| vec![1.0, integral - first.2, first.3 - angle, first.0 - t]).collect();
     let y: Vec<f64> = used.iter().map(|(_, rate, ..)| *rate).collect();
-    let fit = least_squares(&rows, &y).ok_or("voltage and angle do not tell its parameters apart")?;
+    let fit = least_squares(&rows, &y).ok_or(AbsenceReason::SweepNotSeparable)?;
     let beta = fit.coefficients[2];
     if beta.is_nan() || beta <= 0.0 {
-        return Err("no fall of the gain is in sight: begin the chirp at a lower frequency");
+        return Err(AbsenceReason::NoCorner);
     }
-    // What is left is white where it is the encoder's noise; a torque that comes and goes leaves more than that says.
+    // Residuals are white where they are encoder noise; a varying torque leaves autocorrelated ones, which reduce the degrees of freedom.
     let r = &fit.residuals;
     let square: f64 = r.iter().map(|r| r * r).sum();
     let next = (r.windows(2).map(|w| w[0] * w[1]).sum::<f64>() / square).clamp(0.0, 0.99);
-    let colour = (1.0 + next) / (1.0 - next);
-    let dof = (fit.dof / colour).max(1.0);
-    Ok(Linear { rate_per_voltage: fit.coefficients[1] / beta, beta: (beta, fit.sigma(2) * colour.sqrt()), dof, rates: used.len() })
+    let inflation = (1.0 + next) / (1.0 - next);
+    let dof = (fit.dof / inflation).max(1.0);
+    Ok(Linear { rate_per_voltage: fit.coefficients[1] / beta, beta: (beta, fit.sigma(2) * inflation.sqrt()), dof, rates: used.len() })
 }
 
-/// Adds what the sweep shows.
+/// Adds the bandwidth of the drive.
 pub(super) fn add(steps: &[Step], session: &Session, findings: &mut Findings) {
     let name = "drive_bandwidth_Hz";
     let chirp = steps.iter().find(|s| s.log.note("profile") == Some("chirp") && s.log.note("mode") == Some("voltage"));
-    let Some(step) = chirp else { return findings.lacks(name, "it takes a chirp in voltage mode") };
+    let Some(step) = chirp else { return findings.add_absent(name, AbsenceReason::NeedsVoltageChirp) };
     let (Some(u_V), Some(theta)) = (step.log.column("u_V"), step.log.column("theta_rad")) else { return };
     let h = match linear(&step.log, u_V, theta) {
         Ok(found) => found,
-        Err(why) => return findings.lacks(name, why),
+        Err(reason) => return findings.add_absent(name, reason),
     };
     let value = h.beta.0 / TAU;
-    let parts = vec![
-        Part::measured(
-            "noise",
-            h.beta.1 / TAU,
-            h.dof,
-            format!("scatter of {} rates about the integrated law; colour taken into account", h.rates),
+    let contributions = vec![
+        Contribution::type_a("noise", h.beta.1 / TAU, h.dof, Basis::RatesAboutIntegratedLaw { count: h.rates }),
+        Contribution::rectangular(
+            "clock",
+            session.assumptions.crystal_ppm * 1e-6,
+            "1",
+            value,
+            Basis::Crystal { half_width_ppm: session.assumptions.crystal_ppm },
         ),
-        Part::within("clock", session.known.crystal_ppm * 1e-6, "1", value, format!("crystal, ± {} ppm", session.known.crystal_ppm)),
     ];
-    findings.quantities.push(
-        Quantity::new(name, "Hz", value, parts)
-            .saying("voltage to rate, where the gain has fallen by 3 dB; first order, turning one way: (K²/R + b)/(2π J)"),
-    );
-    // Voltage over rate; turned over, rate over voltage. The voltage is held over its row: half a row late.
+    findings.quantities.push(Quantity::new(name, "Hz", value, contributions).meaning(Meaning::DriveBandwidth));
+    // Lock-in of voltage over rate, inverted. The voltage is constant over its row, so its mean time is half a row later.
     let half_s: Vec<f64> = vec![-0.5 * step.log.median_dt_s(); step.log.len()];
     let found: Vec<Response> = along_chirp(&step.log, theta, u_V, Some(&half_s)).into_iter().map(inverse).collect();
     let low = 0.1 * value;
     let high = found.last().map_or(10.0 * value, |r| r.frequency_Hz);
     let grid: Vec<f64> = (0..=100).map(|k| low * (high / low).powf(f64::from(k) / 100.0)).collect();
     let dB = |x: f64| 20.0 * x.max(1e-12).log10();
-    findings.curves.push(Curve::over_frequency(
-        "Frequency response, voltage to rate: gain",
-        "gain, dB re 1 rad/s/V",
+    findings.curves.push(Curve::new(
+        CurveKind::DriveGain,
         found.iter().map(|r| (r.frequency_Hz, dB(r.gain()))).collect(),
         grid.iter().map(|f| (*f, dB(h.at(*f).norm()))).collect(),
     ));
-    findings.curves.push(Curve::over_frequency(
-        "Frequency response, voltage to rate: phase",
-        "phase, °",
+    findings.curves.push(Curve::new(
+        CurveKind::DrivePhase,
         found.iter().map(|r| (r.frequency_Hz, r.phase_rad().to_degrees())).collect(),
         grid.iter().map(|f| (*f, h.at(*f).arg().to_degrees())).collect(),
     ));

@@ -1,48 +1,48 @@
-//! Bandwidth, phase, delay: lock-in against the encoder at the frequencies that were run, or along a chirp.
+//! Bandwidth, damping and delay by lock-in against the encoder: sines, or a chirp in pieces.
 
-use super::{Given, samples};
+use super::{GyroSettings, dut_output};
 use crate::calibrate::lock_in::{Response, lock_in};
-use crate::calibrate::response::{Order, Transfer, transfer};
-use crate::calibrate::{Curve, Findings, Step};
+use crate::calibrate::response::{Structure, Transfer, transfer};
+use crate::calibrate::{AbsenceReason, Basis, Curve, CurveKind, Findings, Meaning, Step};
+use crate::calibrate::{Contribution, Quantity};
 use crate::log::Log;
-use crate::statistics::uncertainty::{Part, Quantity};
 
-/// A step of the time stamp of the part under test, s (ISM330DHCX: DS13012, 25 µs).
-const STAMP_S: f64 = 25e-6;
+/// Step of the time stamp of the device under test, s (ISM330DHCX: DS13012, 25 µs).
+const TIME_STAMP_STEP_S: f64 = 25e-6;
 
-/// Less than this is no answer of the sensor to the platform.
-const COHERENT: f64 = 0.02;
+/// Coherence below which a response is left out.
+const MIN_COHERENCE: f64 = 0.02;
 
 fn note(log: &Log, key: &str) -> Option<f64> {
     log.note(key).and_then(|text| text.split_whitespace().next()?.parse().ok())
 }
 
-/// The responses of all steps that are a sine or a chirp.
-fn responses(steps: &[&Step], given: &Given) -> Vec<Response> {
+/// Responses of all steps with a sine or a chirp, by frequency.
+fn responses(steps: &[&Step], settings: &GyroSettings) -> Vec<Response> {
     let mut found = Vec::new();
     for step in steps {
         let log = &step.log;
-        let (Some(shown), Some(theta)) = (samples(log, given), log.column("theta_rad")) else { continue };
-        // The age is of the part under test; the stand's own rate sensor is read at the row.
-        let age = log.column("sensor_age_s").filter(|_| given.column != "omega_rad_s");
-        let from = log.t_s().partition_point(|t| *t < log.t_s()[0] + given.settle_s);
+        let (Some(output), Some(theta)) = (dut_output(log, settings), log.column("theta_rad")) else { continue };
+        // The age is that of the device under test; the rate sensor of the stand is read at the row.
+        let age = log.column("sensor_age_s").filter(|_| settings.column != "omega_rad_s");
+        let from = log.t_s().partition_point(|t| *t < log.t_s()[0] + settings.settle_s);
         let t_s = &log.t_s()[from..];
         match log.note("profile") {
             Some("sine") => {
                 let Some(frequency_Hz) = note(log, "profile_frequency_Hz") else { continue };
-                found.extend(lock_in(t_s, &theta[from..], &shown[from..], age.map(|a| &a[from..]), frequency_Hz));
+                found.extend(lock_in(t_s, &theta[from..], &output[from..], age.map(|a| &a[from..]), frequency_Hz));
             }
-            Some("chirp") => found.extend(along_chirp(log, theta, shown, age)),
+            Some("chirp") => found.extend(along_chirp(log, theta, output, age)),
             _ => {}
         }
     }
-    found.retain(|r| r.coherence > COHERENT);
+    found.retain(|r| r.coherence > MIN_COHERENCE);
     found.sort_by(|a, b| a.frequency_Hz.total_cmp(&b.frequency_Hz));
     found
 }
 
-/// A chirp in pieces in which its frequency changes little: the gyro's samples on the platform's motion in the band of the piece.
-pub(in crate::calibrate) fn along_chirp(log: &Log, theta: &[f64], shown: &[f64], age: Option<&[f64]>) -> Vec<Response> {
+/// Responses along a chirp, cut into pieces of little frequency change. `age`: time from a sample of `output` to its row, s.
+pub(in crate::calibrate) fn along_chirp(log: &Log, theta: &[f64], output: &[f64], age: Option<&[f64]>) -> Vec<Response> {
     let (Some(from_Hz), Some(to_Hz), Some(sweep_s)) =
         (note(log, "profile_from_Hz"), note(log, "profile_to_Hz"), note(log, "profile_sweep_s"))
     else {
@@ -52,33 +52,37 @@ pub(in crate::calibrate) fn along_chirp(log: &Log, theta: &[f64], shown: &[f64],
     let begin_s = t_s[0];
     let factor = (to_Hz / from_Hz).ln();
     let mut found = Vec::new();
-    const PIECES: usize = 24;
     let frequency_Hz = |t: f64| from_Hz * (factor * (t - begin_s) / sweep_s).exp();
     for piece in 0..PIECES {
         let at = |k: usize| begin_s + sweep_s * k as f64 / PIECES as f64;
         let rows = t_s.partition_point(|t| *t < at(piece))..t_s.partition_point(|t| *t < at(piece + 1));
-        if rows.len() < 200 {
+        if rows.len() < MIN_PIECE_ROWS {
             continue;
         }
-        let [t_s, theta, shown] = [t_s, theta, shown].map(|column| &column[rows.clone()]);
-        found.extend(piece_response(t_s, theta, shown, age.map(|a| &a[rows.clone()]), &frequency_Hz));
+        let [t_s, theta, output] = [t_s, theta, output].map(|column| &column[rows.clone()]);
+        found.extend(piece_response(t_s, theta, output, age.map(|a| &a[rows.clone()]), &frequency_Hz));
     }
     found
 }
 
-/// Fewer blocks than this are no piece.
-const BLOCKS: usize = 4;
+/// Pieces of a chirp.
+const PIECES: usize = 24;
+/// Fewest rows of a piece.
+const MIN_PIECE_ROWS: usize = 200;
+/// Fewest and most blocks of a piece.
+const MIN_BLOCKS: usize = 4;
+const MAX_BLOCKS: f64 = 24.0;
 
-/// Within a piece the frequency moves: in each of its blocks both signals are demodulated by the block's own middle, so that what they have in common (the
-/// moving phase) falls out; the response is what the blocks say of the piece's middle, straight in the frequency's logarithm.
-fn piece_response(t_s: &[f64], theta: &[f64], shown: &[f64], age: Option<&[f64]>, frequency_Hz: &impl Fn(f64) -> f64) -> Option<Response> {
+/// Response of one piece. In each block both signals are demodulated at the middle frequency of the block, so that their common phase cancels; the
+/// response at the middle of the piece follows by regression over the logarithm of the frequency.
+fn piece_response(t_s: &[f64], theta: &[f64], output: &[f64], age: Option<&[f64]>, frequency_Hz: &impl Fn(f64) -> f64) -> Option<Response> {
     use nalgebra::Complex;
     use std::f64::consts::TAU;
     let (first, last) = (*t_s.first()?, *t_s.last()?);
     let middle_Hz = frequency_Hz(0.5 * (first + last));
     // Blocks of two periods or more; each gives one pair of phasors.
-    let blocks = ((last - first) * middle_Hz / 2.0).floor().min(24.0) as usize;
-    if blocks < BLOCKS {
+    let blocks = ((last - first) * middle_Hz / 2.0).floor().min(MAX_BLOCKS) as usize;
+    if blocks < MIN_BLOCKS {
         return None;
     }
     let length = t_s.len() / blocks;
@@ -95,114 +99,95 @@ fn piece_response(t_s: &[f64], theta: &[f64], shown: &[f64], age: Option<&[f64]>
     };
     let row = |k: usize| t_s[k];
     let taken = |k: usize| t_s[k] - age.map_or(0.0, |a| a[k]);
-    // How far each block's frequency is from the middle's, the rate, what is shown.
+    // Of each block: logarithm of its relative frequency, phasor of the rate, phasor of the output.
     let each: Vec<(f64, Complex<f64>, Complex<f64>)> = (0..blocks)
         .map(|b| {
             let rows = b * length..(b + 1) * length;
             let f_Hz = frequency_Hz(0.5 * (t_s[rows.start] + t_s[rows.end - 1]));
             let rate = Complex::new(0.0, TAU * f_Hz) * phasor(&row, theta, rows.clone(), f_Hz);
-            ((f_Hz / middle_Hz).ln(), rate, phasor(&taken, shown, rows, f_Hz))
+            ((f_Hz / middle_Hz).ln(), rate, phasor(&taken, output, rows, f_Hz))
         })
         .collect();
     let sum = |power: i32| each.iter().map(|(x, rate, _)| x.powi(power) * rate.norm_sqr()).sum::<f64>();
-    let cross = |power: i32| each.iter().map(|(x, rate, shown)| shown * rate.conj() * x.powi(power)).sum::<Complex<f64>>();
+    let cross = |power: i32| each.iter().map(|(x, rate, output)| output * rate.conj() * x.powi(power)).sum::<Complex<f64>>();
     let (s0, s1, s2) = (sum(0), sum(1), sum(2));
     let determinant = s0 * s2 - s1 * s1;
     if determinant.is_nan() || determinant <= 0.0 {
         return None;
     }
     let (h, bend) = ((cross(0) * s2 - cross(1) * s1) / determinant, (cross(1) * s0 - cross(0) * s1) / determinant);
-    let left: f64 = each.iter().map(|(x, rate, shown)| (shown - (h + bend * *x) * rate).norm_sqr()).sum();
-    let all: f64 = each.iter().map(|(_, _, shown)| shown.norm_sqr()).sum();
-    let variance = left / (2.0 * (blocks as f64 - 2.0));
+    let residual: f64 = each.iter().map(|(x, rate, output)| (output - (h + bend * *x) * rate).norm_sqr()).sum();
+    let all: f64 = each.iter().map(|(_, _, output)| output.norm_sqr()).sum();
+    let variance = residual / (2.0 * (blocks as f64 - 2.0));
     Some(Response {
         frequency_Hz: middle_Hz,
         re: h.re,
         im: h.im,
         sigma: (variance * s2 / determinant).sqrt(),
-        coherence: 1.0 - left / all,
+        coherence: 1.0 - residual / all,
         rate_rad_s: (s0 / blocks as f64).sqrt(),
     })
 }
 
-/// Adds what the responses show.
-pub(super) fn add(steps: &[&Step], given: &Given, findings: &mut Findings) {
-    let found = responses(steps, given);
-    let own = |s: &&Step| note(&s.log, "sensor_filter_Hz").filter(|_| given.column != "omega_rad_s");
-    let filter_Hz = steps.iter().find_map(own);
+/// Adds bandwidth, delay, damping and dynamic scale.
+pub(super) fn add(steps: &[&Step], settings: &GyroSettings, findings: &mut Findings) {
+    let found = responses(steps, settings);
+    let known_filter = |s: &&Step| note(&s.log, "sensor_filter_Hz").filter(|_| settings.column != "omega_rad_s");
+    let filter_Hz = steps.iter().find_map(known_filter);
     let Some(h) = transfer(&found, filter_Hz) else {
-        return findings.lacks("bandwidth_Hz", "it takes sines of three frequencies or more, or a chirp (mode voltage)");
+        return findings.add_absent("bandwidth_Hz", AbsenceReason::NeedsSinesOrChirp);
     };
-    let scatter = |u: f64| {
-        Part::measured("noise", u, h.dof, format!("{} frequencies; scatter {:.2} × their own uncertainty", found.len(), h.ratio.max(0.0)))
-    };
+    let scatter = |u: f64| Contribution::type_a("noise", u, h.dof, Basis::Responses { count: found.len(), ratio: h.ratio });
     let highest_Hz = found.last().map_or(0.0, |r| r.frequency_Hz);
     match (h.bandwidth_Hz(), filter_Hz) {
-        // A believed low-pass is no measurement.
-        (Some(_), Some(chip_Hz)) if h.order() == Order::Delay => {
-            let why =
-                format!("up to {highest_Hz:.0} Hz nothing shows beside the chip's own low-pass of {chip_Hz:.0} Hz, which is believed");
-            findings.lacks("bandwidth_Hz", why);
+        // A known low-pass is an assumption, not a measurement.
+        (Some(_), Some(filter_Hz)) if h.structure() == Structure::DelayOnly => {
+            findings.add_absent("bandwidth_Hz", AbsenceReason::OnlyKnownFilter { highest_Hz, filter_Hz });
         }
         (Some((value, u)), _) => {
-            let clock = Part::within("clock", given.known.crystal_ppm * 1e-6, "1", value, "crystal");
+            let clock = Contribution::rectangular(
+                "clock",
+                settings.assumptions.crystal_ppm * 1e-6,
+                "1",
+                value,
+                Basis::Crystal { half_width_ppm: settings.assumptions.crystal_ppm },
+            );
             let q = Quantity::new("bandwidth_Hz", "Hz", value, vec![scatter(u), clock]);
-            let how = if value > highest_Hz {
-                format!("; beyond {highest_Hz:.0} Hz, the highest that was run: by the fitted form")
-            } else {
-                String::new()
-            };
-            findings.quantities.push(q.saying(format!("where the gain has fallen by 3 dB; {}{how}", h.order().says())));
+            let extrapolated_beyond_Hz = (value > highest_Hz).then_some(highest_Hz);
+            findings.quantities.push(q.meaning(Meaning::Bandwidth { structure: h.structure(), extrapolated_beyond_Hz }));
         }
-        (None, _) => findings.lacks("bandwidth_Hz", format!("no fall by 3 dB is in sight of {highest_Hz:.0} Hz, the highest that was run")),
+        (None, _) => findings.add_absent("bandwidth_Hz", AbsenceReason::NoFallBy3dB { highest_Hz }),
     }
-    let beside = filter_Hz.map_or(String::new(), |f| format!("; behind it the chip's own low-pass of {f:.0} Hz, which is believed"));
     let (delay, u) = h.delay_s();
-    let mut parts = vec![scatter(u)];
+    let mut contributions = vec![scatter(u)];
     if filter_Hz.is_some() {
-        parts.push(Part::within(
-            "time stamp",
-            STAMP_S,
-            "s",
-            1.0,
-            "the part under test stamps its samples in steps of 25 µs, and the stand reckons their age from that",
-        ));
+        contributions.push(Contribution::rectangular("time stamp", TIME_STAMP_STEP_S, "s", 1.0, Basis::TimeStampStep));
     }
-    findings.quantities.push(
-        Quantity::new("delay_s", "s", delay, parts)
-            .saying(format!("transport delay, apart from the lag; the sample's own age taken off where the log has it{beside}")),
-    );
+    findings.quantities.push(Quantity::new("delay_s", "s", delay, contributions).meaning(Meaning::Delay { known_filter_Hz: filter_Hz }));
     if let Some((zeta, u)) = h.damping() {
         findings
             .quantities
-            .push(Quantity::new("damping", "1", zeta, vec![scatter(u)]).saying(format!("damping ratio of the pair of poles{beside}")));
+            .push(Quantity::new("damping", "1", zeta, vec![scatter(u)]).meaning(Meaning::Damping { known_filter_Hz: filter_Hz }));
     }
     let (scale, u) = h.scale();
-    findings.quantities.push(Quantity::new("scale_dynamic", "1", scale, vec![scatter(u)]).saying("scale towards rest, by the sines"));
-    findings.curves.extend(pictures(&found, &h));
+    findings.quantities.push(Quantity::new("scale_dynamic", "1", scale, vec![scatter(u)]).meaning(Meaning::DynamicScale));
+    findings.curves.extend(curves(&found, &h));
 }
 
-fn pictures(found: &[Response], h: &Transfer) -> [Curve; 3] {
+fn curves(found: &[Response], h: &Transfer) -> [Curve; 3] {
     let (low, high) = (found.first().map_or(1.0, |r| r.frequency_Hz), found.last().map_or(1.0, |r| r.frequency_Hz));
     let grid: Vec<f64> = (0..=100).map(|k| low * (high / low).powf(f64::from(k) / 100.0)).collect();
     [
-        Curve::over_frequency(
-            "Gain against the encoder",
-            "shown over rate",
+        Curve::new(
+            CurveKind::Gain,
             found.iter().map(|r| (r.frequency_Hz, r.gain())).collect(),
             grid.iter().map(|f| (*f, h.at(*f).norm())).collect(),
         ),
-        Curve::over_frequency(
-            "Phase against the encoder",
-            "phase, °",
+        Curve::new(
+            CurveKind::Phase,
             found.iter().map(|r| (r.frequency_Hz, r.phase_rad().to_degrees())).collect(),
             grid.iter().map(|f| (*f, h.at(*f).arg().to_degrees())).collect(),
         ),
-        Curve::over_frequency(
-            "Coherence",
-            "part of the power that goes with the platform",
-            found.iter().map(|r| (r.frequency_Hz, r.coherence)).collect(),
-            Vec::new(),
-        ),
+        Curve::new(CurveKind::Coherence, found.iter().map(|r| (r.frequency_Hz, r.coherence)).collect(), Vec::new()),
     ]
 }

@@ -1,25 +1,25 @@
-//! The method of whole turns: the integral of what the gyro shows over turns that begin and end at rest at the same angle, beside the angle.
+//! Scale by whole turns: the integral of the output over runs that begin and end at rest, compared with the angle.
 //!
-//! ∫y dt = s·Δθ + b·T + c₂·∫Ω² dt: needs no plateau and no settling; the bias, and what grows with the rate's square, fall out of a pair of opposite turns.
+//! ∫y dt = s·Δθ + b·T + c₂·∫Ω² dt needs no plateau and no settling; bias and even terms cancel in a pair of opposite runs.
 
-use super::{Given, samples};
-use crate::calibrate::{Findings, Step};
+use super::{GyroSettings, dut_output};
+use crate::calibrate::{AbsenceReason, Basis, Findings, Meaning, Remark, Step};
+use crate::calibrate::{Contribution, Quantity};
 use crate::statistics::least_squares;
-use crate::statistics::uncertainty::{Part, Quantity};
 
-/// Over rows that were lost for longer, an integral is no longer one, s: a straight line over 20 ms errs by a millionth of ten turns at the most.
-const LONGEST_GAP_S: f64 = 0.02;
+/// Longest gap bridged by the integral, s: linear interpolation over 20 ms errs by at most 1e-6 of ten turns.
+const MAX_GAP_S: f64 = 0.02;
 
 /// Adds the scale by whole turns.
-pub(super) fn add(steps: &[&Step], given: &Given, findings: &mut Findings) {
+pub(super) fn add(steps: &[&Step], settings: &GyroSettings, findings: &mut Findings) {
     let logs = steps.iter().filter(|s| s.log.note("profile") == Some("turns")).map(|s| &s.log);
     let (mut rows, mut sums) = (Vec::new(), Vec::new());
-    let mut torn = 0;
+    let mut incomplete = 0;
     for log in logs {
-        let (Some(shown), Some(theta)) = (samples(log, given), log.column("theta_rad")) else { continue };
+        let (Some(shown), Some(theta)) = (dut_output(log, settings), log.column("theta_rad")) else { continue };
         let (t_s, n) = (log.t_s(), log.len());
-        if t_s.windows(2).any(|pair| pair[1] - pair[0] > LONGEST_GAP_S) {
-            torn += 1;
+        if t_s.windows(2).any(|pair| pair[1] - pair[0] > MAX_GAP_S) {
+            incomplete += 1;
             continue;
         }
         let sum: f64 = (1..n).map(|k| 0.5 * (shown[k] + shown[k - 1]) * (t_s[k] - t_s[k - 1])).sum();
@@ -27,19 +27,20 @@ pub(super) fn add(steps: &[&Step], given: &Given, findings: &mut Findings) {
         sums.push(sum);
     }
     let Some(fit) = least_squares(&rows, &sums).filter(|_| rows.iter().any(|r| r[0] > 1.0) && rows.iter().any(|r| r[0] < -1.0)) else {
-        let of_torn = if torn > 0 { format!("; {torn} had lost rows in their middle") } else { String::new() };
-        let why = format!("it takes three whole runs of whole turns or more, of both signs (profile turns){of_torn}");
-        return findings.lacks("scale_whole_turns", why);
+        return findings.add_absent("scale_whole_turns", AbsenceReason::NeedsWholeTurns { incomplete });
     };
-    if torn > 0 {
-        findings.says.push(format!("{torn} of {} runs of whole turns had lost rows in their middle, and are left out", torn + rows.len()));
+    if incomplete > 0 {
+        findings.remarks.push(Remark::IncompleteTurns { left_out: incomplete, total: incomplete + rows.len() });
     }
-    let says = format!("scatter of {} runs", rows.len());
     let scale = fit.coefficients[0];
-    let part = Part::measured("noise and repeatability", fit.sigma(0), fit.dof, says);
-    // An angle needs no clock: what the crystal is off, it is off in the integral; the encoder's turn is a turn.
-    let clock = Part::within("clock", given.known.crystal_ppm * 1e-6, "1", scale, format!("crystal, ± {} ppm", given.known.crystal_ppm));
-    findings.quantities.push(
-        Quantity::new("scale_whole_turns", "1", scale, vec![part, clock]).saying("by the integral over whole turns, beside the plateaus"),
+    let repeatability = Contribution::type_a("noise and repeatability", fit.sigma(0), fit.dof, Basis::WholeTurnRuns { count: rows.len() });
+    // The angle is independent of the clock; the error of the crystal acts on the integral.
+    let clock = Contribution::rectangular(
+        "clock",
+        settings.assumptions.crystal_ppm * 1e-6,
+        "1",
+        scale,
+        Basis::Crystal { half_width_ppm: settings.assumptions.crystal_ppm },
     );
+    findings.quantities.push(Quantity::new("scale_whole_turns", "1", scale, vec![repeatability, clock]).meaning(Meaning::WholeTurnScale));
 }

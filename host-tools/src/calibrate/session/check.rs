@@ -1,29 +1,29 @@
-//! What this stand cannot do is refused before anything moves, with the reason.
+//! Checks a session against the limits of a stand before anything moves.
 
-use super::{How, PlanError, Session, StepPlan, What};
+use super::{DriveMode, DutKind, PlanError, Session, StepPlan};
 use crate::acquire::connection::{ConnectionError, StandConnection};
 use stand_firmware::profile::{ProfileConfig, ProfileKind};
 use std::f64::consts::TAU;
 
-/// The limits of a stand that matter here.
+/// Limits of a stand.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Able {
-    /// Above it the stand switches off, rad/s.
+pub struct StandLimits {
+    /// Rate above which the stand switches off, rad/s.
     pub overspeed_rad_s: f64,
-    /// Its speed loop's, rad/s².
+    /// Greatest acceleration of the speed loop, rad/s².
     pub acceleration_rad_s2: f64,
-    /// The bridge's, V.
+    /// Greatest voltage of the bridge, V.
     pub voltage_V: f64,
-    /// A sensor under test answers.
-    pub has_sensor: bool,
+    /// A device under test answers.
+    pub has_dut: bool,
 }
 
-impl Able {
-    /// Asks the stand.
+impl StandLimits {
+    /// Queries the limits of a stand.
     ///
     /// # Errors
-    /// The line; a firmware that does not answer.
-    pub async fn of(stand: &mut impl StandConnection) -> Result<Self, ConnectionError> {
+    /// The serial line; an answer that is not a number.
+    pub async fn query(stand: &mut impl StandConnection) -> Result<Self, ConnectionError> {
         let mut numbers = [0.0; 3];
         for (number, name) in numbers.iter_mut().zip(["overspeed_rad_s", "acceleration_rad_s2", "voltage_limit_V"]) {
             let query = format!("SETTings:{name}?");
@@ -32,57 +32,57 @@ impl Able {
             *number = word.map_err(|_| ConnectionError::Reply { query, says })?;
         }
         let [overspeed_rad_s, acceleration_rad_s2, voltage_V] = numbers;
-        let has_sensor = stand.query("IMU?").await?.contains("RUNNING");
-        Ok(Self { overspeed_rad_s, acceleration_rad_s2, voltage_V, has_sensor })
+        let has_dut = stand.query("IMU?").await?.contains("RUNNING");
+        Ok(Self { overspeed_rad_s, acceleration_rad_s2, voltage_V, has_dut })
     }
 }
 
-/// Whether this stand can run this session.
+/// Checks that a stand can run a session.
 ///
 /// # Errors
-/// The first step that it cannot run, and why.
-pub fn check(session: &Session, able: &Able) -> Result<(), PlanError> {
-    let needs_sensor = match session.what {
-        What::Gyro => session.column.as_deref().is_none_or(|c| c != "omega_rad_s"),
-        What::Accel => true,
-        What::Drive => false,
+/// The first step that the stand cannot run, with the reason.
+pub fn check(session: &Session, stand: &StandLimits) -> Result<(), PlanError> {
+    let needs_dut = match session.dut_kind {
+        DutKind::Gyro => session.column.as_deref().is_none_or(|c| c != "omega_rad_s"),
+        DutKind::Accel => true,
+        DutKind::Drive => false,
     };
-    if needs_sensor && !able.has_sensor {
-        return Err(PlanError::Whole("the stand has no sensor under test that runs (`IMU?` in `stand console` says why); column = \"omega_rad_s\" calibrates its own".into()));
+    if needs_dut && !stand.has_dut {
+        return Err(PlanError::Session("the stand has no running device under test (`IMU?` in `stand console` gives the reason); column = \"omega_rad_s\" calibrates the rate sensor of the stand".into()));
     }
     for (k, step) in session.steps.iter().enumerate() {
-        let can = step.config().and_then(|config| config.map_or(Ok(()), |config| can_run(step, &config, session, able)));
-        can.map_err(|says| PlanError::Step { number: k + 1, name: step.name.clone(), says })?;
+        let checked = step.config().and_then(|config| config.map_or(Ok(()), |config| check_step(step, &config, session, stand)));
+        checked.map_err(|message| PlanError::Step { number: k + 1, name: step.name.clone(), message })?;
     }
     Ok(())
 }
 
-fn can_run(step: &StepPlan, config: &ProfileConfig, session: &Session, able: &Able) -> Result<(), String> {
-    let most = config.amplitude.abs() + config.offset.abs();
+fn check_step(step: &StepPlan, config: &ProfileConfig, session: &Session, stand: &StandLimits) -> Result<(), String> {
+    let greatest = config.amplitude.abs() + config.offset.abs();
     let within = |limit: f64, whose: &str, unit: &str| {
-        if most > limit { Err(format!("amplitude and offset: {most} {unit} is beyond {whose} of {limit} {unit}")) } else { Ok(()) }
+        if greatest > limit { Err(format!("amplitude and offset: {greatest} {unit} exceeds {whose} of {limit} {unit}")) } else { Ok(()) }
     };
     match step.mode {
-        How::Off => Ok(()),
-        How::Voltage => {
-            within(able.voltage_V, "the stand's limit", "V")?;
+        DriveMode::Off => Ok(()),
+        DriveMode::Voltage => {
+            within(stand.voltage_V, "the stand's limit", "V")?;
             session.limits.voltage_V.map_or(Ok(()), |limit| within(limit, "the session's limit", "V"))
         }
-        How::Rate => {
-            // What overshoots must not switch off.
-            within(0.95 * able.overspeed_rad_s, "95 % of the overspeed limit, that is", "rad/s")?;
+        DriveMode::Rate => {
+            // Margin for overshoot.
+            within(0.95 * stand.overspeed_rad_s, "95 % of the overspeed limit,", "rad/s")?;
             session.limits.rate_rad_s.map_or(Ok(()), |limit| within(limit, "the session's limit", "rad/s"))?;
             let fastest_Hz = match config.kind {
                 ProfileKind::Sine => config.frequency_Hz,
                 ProfileKind::Chirp | ProfileKind::ChirpLinear => config.to_Hz,
                 _ => return Ok(()),
             };
-            let needs = TAU * fastest_Hz * config.amplitude.abs();
-            if needs > able.acceleration_rad_s2 {
+            let acceleration = TAU * fastest_Hz * config.amplitude.abs();
+            if acceleration > stand.acceleration_rad_s2 {
                 return Err(format!(
-                    "frequency: a rate of ± {} rad/s at {fastest_Hz} Hz takes {needs:.0} rad/s², and the speed loop allows {}; run it as a voltage",
+                    "frequency: a rate amplitude of {} rad/s at {fastest_Hz} Hz needs {acceleration:.0} rad/s², the speed loop allows {}; use mode = \"voltage\"",
                     config.amplitude.abs(),
-                    able.acceleration_rad_s2
+                    stand.acceleration_rad_s2
                 ));
             }
             Ok(())

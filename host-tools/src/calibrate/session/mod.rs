@@ -1,8 +1,8 @@
-//! A session: what is run on a stand for a calibration, step by step, unattended where no person is needed.
+//! Calibration session: the steps that are run on a stand, unattended where no operator is needed.
 //!
-//! In: a file in TOML ([`Session`]) and a stand. Out: a folder with a raw log for each step, and a journal ([`journal`]) that says after each step what was done,
-//! with the log's SHA-256; so a session that was broken off goes on with the step that is not done ([`run`]). What the stand cannot do is refused before
-//! anything moves ([`check`]).
+//! Input: a TOML file ([`Session`]) and a stand. Output: a folder with one raw log per step and a journal ([`journal`]) that is updated after each
+//! step, with the SHA-256 of the log. An interrupted session continues with the first step that is not done ([`run`]). Steps that the stand cannot
+//! run are refused before anything moves ([`check`]).
 
 pub mod check;
 pub mod journal;
@@ -15,106 +15,74 @@ mod step;
 
 pub use check::check;
 
-use super::{Known, Mounted};
-use crate::statistics::uncertainty::CONFIDENCE;
+use super::{Assumptions, DutKind, Mounting};
 use serde::{Deserialize, Serialize};
 use stand_firmware::speed_loop::Mode;
 use std::collections::BTreeMap;
 
-/// What is calibrated.
+/// Operating mode of the drive in a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum What {
-    /// A rate gyro.
-    Gyro,
-    /// An accelerometer, as a rate sensor at a radius.
-    Accel,
-    /// The stand's own drive.
-    Drive,
-}
-
-impl What {
-    /// Its name on the command line and in records.
-    pub fn name(self) -> &'static str {
-        match self {
-            What::Gyro => "gyro",
-            What::Accel => "accel",
-            What::Drive => "drive",
-        }
-    }
-
-    /// The usual session, as a file with comments.
-    pub fn usual(self) -> &'static str {
-        match self {
-            What::Gyro => include_str!("gyro.toml"),
-            What::Accel => include_str!("accel.toml"),
-            What::Drive => include_str!("drive.toml"),
-        }
-    }
-}
-
-/// How the drive is regulated in a step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum How {
-    /// Not at all: the platform rests, or coasts.
+pub enum DriveMode {
+    /// Off: the platform rests or coasts.
     Off,
-    /// The speed loop holds the profile's rate.
+    /// The speed loop follows the rate of the profile.
     Rate,
     /// The profile is the voltage.
     Voltage,
 }
 
-impl How {
-    /// As the firmware has it.
+impl DriveMode {
+    /// The mode of the firmware.
     pub fn mode(self) -> Mode {
         match self {
-            How::Off => Mode::Off,
-            How::Rate => Mode::Rate,
-            How::Voltage => Mode::Voltage,
+            DriveMode::Off => Mode::Off,
+            DriveMode::Rate => Mode::Rate,
+            DriveMode::Voltage => Mode::Voltage,
         }
     }
 }
 
-/// A session's file.
+/// The content of a session file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Session {
     /// What is calibrated.
-    pub what: What,
-    /// The part's type.
+    #[serde(rename = "what")]
+    pub dut_kind: DutKind,
+    /// Type of the device under test.
     #[serde(default)]
     pub sensor: String,
     /// Its serial number.
     #[serde(default)]
     pub serial: String,
-    /// Who runs it.
+    /// The operator.
     #[serde(default)]
     pub operator: String,
-    /// The sensor's column; the usual one by default.
+    /// Log column of the device under test; `None` for the default one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub column: Option<String>,
-    /// Rate to which per cents refer, rad/s; else the greatest that was run.
+    /// Full scale, rad/s; `None` for the greatest rate that was run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub full_scale_rad_s: Option<f64>,
-    /// Left out at the begin of each plateau, s.
-    #[serde(default = "settle")]
+    /// Settling time at the beginning of each plateau, s.
+    #[serde(default = "default_settle_s")]
     pub settle_s: f64,
-    /// What no log shows.
-    #[serde(default)]
-    pub known: Known,
-    /// What no step may pass, beside the stand's own limits.
+    /// Knowledge that no log contains.
+    #[serde(default, rename = "known")]
+    pub assumptions: Assumptions,
+    /// Limits of all steps, beside those of the stand.
     #[serde(default)]
     pub limits: Limits,
-    /// What is run, in this order.
+    /// The steps, in their order.
     pub steps: Vec<StepPlan>,
 }
 
-fn settle() -> f64 {
+fn default_settle_s() -> f64 {
     0.5
 }
 
-/// What no step may pass.
+/// Limits of all steps.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Limits {
@@ -126,136 +94,140 @@ pub struct Limits {
     pub voltage_V: Option<f64>,
 }
 
-/// One step.
+/// One step of a session.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StepPlan {
-    /// Its name, which is part of its log's.
+    /// Name; part of the log's file name.
     pub name: String,
-    /// What a person must do first.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub ask: Option<String>,
-    /// How the part is mounted from this step on.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub mounted: Option<Mounted>,
-    /// How the drive is regulated.
-    pub mode: How,
-    /// Length of the record, s.
+    /// Instruction to the operator before the step.
+    #[serde(default, rename = "ask", skip_serializing_if = "Option::is_none")]
+    pub instruction: Option<String>,
+    /// Mounting of the device under test from this step on.
+    #[serde(default, rename = "mounted", skip_serializing_if = "Option::is_none")]
+    pub mounting: Option<Mounting>,
+    /// Operating mode of the drive.
+    pub mode: DriveMode,
+    /// Duration of the record, s.
     pub seconds: f64,
-    /// The step ends before that, once the part's temperature (a drive's: the winding's) has changed by less than this a minute, K/min.
+    /// The step ends earlier once the temperature of the device under test (of a drive: of the winding) changes by less than this, K/min.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stable_K_min: Option<f64>,
-    /// The drive goes off after so long, while the record goes on, s: the platform runs out.
+    /// Time after which the drive is switched off while the record continues, s: the platform coasts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drive_s: Option<f64>,
-    /// Which profile; none where the drive is off.
+    /// Profile; `None` where the drive is off.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile: Option<String>,
-    /// A moment of inertia that was added to the platform for this step, kg m².
+    /// Moment of inertia added to the platform for this step, kg m².
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub added_inertia_kg_m2: Option<f64>,
-    /// The profile's parameters by the firmware's names.
+    /// Parameters of the profile by their names in the firmware.
     #[serde(flatten)]
     pub parameters: BTreeMap<String, toml::Value>,
 }
 
-/// Why a session cannot be.
+/// Why a session is refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum PlanError {
-    /// Not TOML, or keys that no session has.
+    /// Not TOML, or unknown keys.
     #[error("{0}")]
     Toml(String),
-    /// A step that makes no sense.
-    #[error("step {number} `{name}`: {says}")]
+    /// An invalid step.
+    #[error("step {number} `{name}`: {message}")]
     Step {
         /// From 1.
         number: usize,
         /// Its name.
         name: String,
         /// What is wrong.
-        says: String,
+        message: String,
     },
-    /// A value of the whole.
+    /// An invalid value of the session, or a stand that cannot run it.
     #[error("{0}")]
-    Whole(String),
+    Session(String),
 }
 
 impl Session {
-    /// Reads a file's text and checks all that can be checked without a stand.
+    /// Parses a session file and checks it as far as possible without a stand.
     ///
     /// # Errors
-    /// The first thing that is wrong, with its step and parameter.
+    /// The first error, with step and parameter.
     pub fn parse(text: &str) -> Result<Self, PlanError> {
         let session: Self = toml::from_str(text).map_err(|e| PlanError::Toml(e.to_string().lines().collect::<Vec<_>>().join(" ")))?;
-        let whole = |says: String| Err(PlanError::Whole(says));
+        let invalid = |message: String| Err(PlanError::Session(message));
         if session.steps.is_empty() {
-            return whole("steps: there is none".into());
+            return invalid("steps: the session has none".into());
         }
         if !(0.0..=3600.0).contains(&session.settle_s) {
-            return whole(format!("settle_s: {} is outside 0 … 3600", session.settle_s));
+            return invalid(format!("settle_s: {} is outside 0 … 3600", session.settle_s));
         }
         if let Some(fs) = session.full_scale_rad_s.filter(|fs| !(*fs > 0.0 && fs.is_finite())) {
-            return whole(format!("full_scale_rad_s: {fs} must be above 0"));
+            return invalid(format!("full_scale_rad_s: {fs} must be above 0"));
         }
-        if let Some(latitude) = session.known.latitude_deg.filter(|l| !(-90.0..=90.0).contains(l)) {
-            return whole(format!("known.latitude_deg: {latitude} is outside -90 … 90"));
+        if let Some(latitude) = session.assumptions.latitude_deg.filter(|l| !(-90.0..=90.0).contains(l)) {
+            return invalid(format!("known.latitude_deg: {latitude} is outside -90 … 90"));
         }
-        let known = &session.known;
-        let halves = [
-            ("crystal_ppm", known.crystal_ppm),
-            ("misalignment_deg", known.misalignment_deg),
-            ("level_deg", known.level_deg),
-            ("radius_error_m", known.radius_error_m),
-            ("current_percent", known.current_percent),
-            ("supply_percent", known.supply_percent),
-            ("temperature_K", known.temperature_K),
-            ("scale_percent", known.scale_percent),
+        let assumed = &session.assumptions;
+        let half_widths = [
+            ("crystal_ppm", assumed.crystal_ppm),
+            ("misalignment_deg", assumed.misalignment_deg),
+            ("level_deg", assumed.level_deg),
+            ("radius_error_m", assumed.radius_error_m),
+            ("current_percent", assumed.current_percent),
+            ("supply_percent", assumed.supply_percent),
+            ("temperature_K", assumed.temperature_K),
+            ("scale_percent", assumed.scale_percent),
         ];
-        if let Some((name, value)) = halves.iter().find(|(_, v)| !(*v >= 0.0 && v.is_finite())) {
-            return whole(format!("known.{name}: {value} must be 0 or more"));
+        if let Some((name, value)) = half_widths.iter().find(|(_, v)| !(*v >= 0.0 && v.is_finite())) {
+            return invalid(format!("known.{name}: {value} must be 0 or more"));
         }
         for (k, step) in session.steps.iter().enumerate() {
-            let doubled = session.steps[..k].iter().any(|s| s.name == step.name);
-            let says = if doubled {
+            let is_duplicate = session.steps[..k].iter().any(|s| s.name == step.name);
+            let checked = if is_duplicate {
                 Err("another step has this name".to_owned())
-            } else if step.stable_K_min.is_some() && session.temperature().is_none() {
+            } else if step.stable_K_min.is_some() && session.temperature_column().is_none() {
                 Err("stable_K_min: the logs of this session have no temperature".to_owned())
             } else {
                 step.config().map(|_| ())
             };
-            says.map_err(|says| PlanError::Step { number: k + 1, name: step.name.clone(), says })?;
+            checked.map_err(|message| PlanError::Step { number: k + 1, name: step.name.clone(), message })?;
         }
         Ok(session)
     }
 
-    /// Time that all steps take, s.
+    /// Duration of all steps, s.
     pub fn seconds(&self) -> f64 {
         self.steps.iter().map(|s| s.seconds).sum()
     }
 
-    /// The logs' column with the temperature of what is calibrated; `None`: there is none.
-    pub fn temperature(&self) -> Option<&'static str> {
-        match self.what {
-            What::Drive => Some("temp_C"),
-            What::Gyro if self.column.as_deref() != Some("omega_rad_s") => Some("sensor_C"),
-            What::Gyro | What::Accel => None,
+    /// Log column with the temperature of the device under test; `None` where there is none.
+    pub fn temperature_column(&self) -> Option<&'static str> {
+        match self.dut_kind {
+            DutKind::Drive => Some("temp_C"),
+            DutKind::Gyro if self.column.as_deref() != Some("omega_rad_s") => Some("sensor_C"),
+            DutKind::Gyro | DutKind::Accel => None,
         }
     }
 
-    /// How the part is mounted in each step.
-    pub fn mounted(&self) -> Vec<Mounted> {
-        let mut now = Mounted::default();
+    /// Mounting of the device under test in each step.
+    pub fn mountings(&self) -> Vec<Mounting> {
+        let mut current = Mounting::default();
         self.steps
             .iter()
             .map(|step| {
-                now = step.mounted.unwrap_or(now);
-                now
+                current = step.mounting.unwrap_or(current);
+                current
             })
             .collect()
     }
+}
 
-    /// Said in each record.
-    pub fn statement() -> String {
-        format!("Expanded uncertainties hold with a probability of {} %. This is not an accredited certificate.", CONFIDENCE * 100.0)
+/// The default session, as a commented file.
+pub fn default_session(kind: DutKind) -> &'static str {
+    match kind {
+        DutKind::Gyro => include_str!("gyro.toml"),
+        DutKind::Accel => include_str!("accel.toml"),
+        DutKind::Drive => include_str!("drive.toml"),
     }
 }
 

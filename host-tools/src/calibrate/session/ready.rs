@@ -1,55 +1,56 @@
-//! Before a step: the platform at rest, its index seen, and what the log will say of itself.
+//! Preparation of a step: platform at rest, index found, notes of the log.
 
 use super::run::RunError;
-use super::{Session, StepPlan, What};
+use super::{Session, StepPlan};
 use crate::acquire::connection::{ConnectionError, StandConnection};
 use crate::acquire::link::LinkError;
 use crate::acquire::record::shows_index;
-use crate::calibrate::Mounted;
 use crate::calibrate::session::journal::now;
+use crate::calibrate::{DutKind, Mounting};
 use stand_firmware::profile::Parameter;
 use stand_firmware::telemetry::RowFrame;
 
-/// The stand switches its drive off when its host is silent for so long.
-pub(super) const WATCH: &str = "HOST:ARM 5 S";
-/// Slower than this it is at rest, rad/s; and how long is waited for that, s.
+/// Host watchdog: the stand switches its drive off after this time without a command.
+pub(super) const HOST_WATCHDOG: &str = "HOST:ARM 5 S";
+/// Rate below which the platform counts as at rest, rad/s.
 const REST_RAD_S: f64 = 0.01;
-const REST_S: f64 = 30.0;
-/// The rate at which the index is looked for, rad/s, and how long, s.
-const LOOK_RAD_S: f64 = 3.0;
-const INDEX_S: f64 = 10.0;
+/// Time limit for coming to rest, s.
+const REST_TIMEOUT_S: f64 = 30.0;
+/// Rate of the search for the index, rad/s, and its time limit, s.
+const INDEX_SEARCH_RAD_S: f64 = 3.0;
+const INDEX_TIMEOUT_S: f64 = 10.0;
 
-/// The fault that has latched. A fault also stands in the queue of errors, where the next order finds it: it is asked past that.
+/// The latched fault. A fault is also in the error queue, where it makes the next command fail: the query is repeated past it.
 pub(super) async fn fault(stand: &mut impl StandConnection) -> Result<Option<String>, ConnectionError> {
-    let mut asked = 0;
+    let mut attempts = 0;
     loop {
-        asked += 1;
+        attempts += 1;
         match stand.query("FAULt?").await {
-            Ok(says) => return Ok((!says.starts_with("0,")).then_some(says)),
-            Err(error) if asked < 3 && is_refused(&error) => {}
+            Ok(reply) => return Ok((!reply.starts_with("0,")).then_some(reply)),
+            Err(error) if attempts < 3 && is_refused(&error) => {}
             Err(error) => return Err(error),
         }
     }
 }
 
-/// The stand has spoken, and says no.
+/// The stand has answered with an error.
 pub(super) fn is_refused(error: &ConnectionError) -> bool {
     matches!(error, ConnectionError::Refused { .. } | ConnectionError::Link(LinkError::Refused { .. }))
 }
 
 async fn number(stand: &mut impl StandConnection, query: &str) -> Result<f64, ConnectionError> {
-    let says = stand.query(query).await?;
-    let word = says.split([' ', ',']).next().unwrap_or_default().parse();
-    word.map_err(|_| ConnectionError::Reply { query: query.to_owned(), says })
+    let reply = stand.query(query).await?;
+    let word = reply.split([' ', ',']).next().unwrap_or_default().parse();
+    word.map_err(|_| ConnectionError::Reply { query: query.to_owned(), says: reply })
 }
 
-/// Brings the platform to rest, then takes the drive off.
+/// Brings the platform to rest and switches the drive off.
 pub(super) async fn at_rest(stand: &mut impl StandConnection, step: &str) -> Result<(), RunError> {
     let mut waited_s = 0.0;
     let mut still = 0;
     let mut before = number(stand, "MEASure:ANGLe?").await?;
     let mut braked = false;
-    while waited_s < REST_S {
+    while waited_s < REST_TIMEOUT_S {
         stand.wait_s(0.2).await?;
         waited_s += 0.2;
         let now = number(stand, "MEASure:ANGLe?").await?;
@@ -63,8 +64,8 @@ pub(super) async fn at_rest(stand: &mut impl StandConnection, step: &str) -> Res
             return Ok(());
         }
         if still == 0 && !braked {
-            for order in ["SOURce:RATE 0 RAD/S", "SOURce:MODE RATE", "OUTPut ON"] {
-                stand.command(order).await?;
+            for command in ["SOURce:RATE 0 RAD/S", "SOURce:MODE RATE", "OUTPut ON"] {
+                stand.command(command).await?;
             }
             braked = true;
         }
@@ -72,22 +73,24 @@ pub(super) async fn at_rest(stand: &mut impl StandConnection, step: &str) -> Res
     Err(RunError::Turning { step: step.to_owned() })
 }
 
-/// Whether the index was seen, so that angles of the next stream are from there; it is looked for once, where the platform may turn.
+/// Searches for the index, from which the angles of the next stream are counted; turns the platform where `may_turn`. Returns whether it was seen.
 pub(super) async fn index(stand: &mut impl StandConnection, may_turn: bool) -> Result<bool, RunError> {
-    for order in ["STReam:DECimation 1", "STReam:CHANnels from_index_rad", "STReam ON"] {
-        stand.command(order).await?;
+    for command in ["STReam:DECimation 1", "STReam:CHANnels from_index_rad", "STReam ON"] {
+        stand.command(command).await?;
     }
     let shows = |rows: &[RowFrame]| rows.iter().any(shows_index);
     let mut seen = shows(&stand.wait_s(0.1).await?);
     if !seen && may_turn {
-        for order in [WATCH.to_owned(), format!("SOURce:RATE {LOOK_RAD_S} RAD/S"), "SOURce:MODE RATE".into(), "OUTPut ON".into()] {
-            stand.command(&order).await?;
+        for command in
+            [HOST_WATCHDOG.to_owned(), format!("SOURce:RATE {INDEX_SEARCH_RAD_S} RAD/S"), "SOURce:MODE RATE".into(), "OUTPut ON".into()]
+        {
+            stand.command(&command).await?;
         }
         let mut waited_s = 0.0;
-        while !seen && waited_s < INDEX_S {
+        while !seen && waited_s < INDEX_TIMEOUT_S {
             seen = shows(&stand.wait_s(0.5).await?);
             waited_s += 0.5;
-            stand.command(WATCH).await?;
+            stand.command(HOST_WATCHDOG).await?;
         }
         stand.command("HOST:ARM 0 S").await?;
     }
@@ -95,12 +98,12 @@ pub(super) async fn index(stand: &mut impl StandConnection, may_turn: bool) -> R
     Ok(seen)
 }
 
-/// What the log says of itself: interfaces.md, "Logs".
+/// Notes of the log (docs/logs-and-models.md).
 pub(super) async fn notes(
     stand: &mut impl StandConnection,
     session: &Session,
     plan: &StepPlan,
-    mounted: &Mounted,
+    mounting: &Mounting,
     has_index: bool,
 ) -> Result<Vec<(String, String)>, RunError> {
     let note = |key: &str, value: String| (key.to_owned(), value);
@@ -114,8 +117,8 @@ pub(super) async fn notes(
         note("mode", format!("{:?}", plan.mode).to_lowercase()),
         note("u_V", "asked".into()),
         note("i_A", "mean over [t_k, t_k+1)".into()),
-        note("radius_m", mounted.radius_m.to_string()),
-        note("tilt_deg", mounted.tilt_deg.to_string()),
+        note("radius_m", mounting.radius_m.to_string()),
+        note("tilt_deg", mounting.tilt_deg.to_string()),
     ];
     notes.retain(|(_, value)| !value.is_empty());
     if let Some(config) = plan.config().ok().flatten() {
@@ -130,16 +133,16 @@ pub(super) async fn notes(
     notes.push(note("supply_nominal_V", number(stand, "SETTings:supply_nominal_V?").await?.to_string()));
     let cutoff_Hz = number(stand, "SETTings:rate_cutoff_Hz?").await?;
     notes.push(note("omega_rad_s", if cutoff_Hz > 0.0 { format!("gyro, filter {cutoff_Hz} Hz") } else { "gyro".into() }));
-    // The chip's own low-pass: what it does to phase and gain is known.
-    let part = match session.what {
-        What::Gyro if session.column.as_deref() != Some("omega_rad_s") => Some(0),
-        What::Accel => Some(1),
+    // Low-pass of the chip, whose gain and phase are known.
+    let column = match session.dut_kind {
+        DutKind::Gyro if session.column.as_deref() != Some("omega_rad_s") => Some(0),
+        DutKind::Accel => Some(1),
         _ => None,
     };
-    if let Some(part) = part {
+    if let Some(column) = column {
         let query = "IMU:FILTer?";
         let says = stand.query(query).await?;
-        let number = says.split(',').nth(part).and_then(|word| word.split_whitespace().next()?.parse::<f64>().ok());
+        let number = says.split(',').nth(column).and_then(|word| word.split_whitespace().next()?.parse::<f64>().ok());
         let cutoff_Hz = number.ok_or_else(|| ConnectionError::Reply { query: query.to_owned(), says })?;
         notes.push(note("sensor_filter_Hz", cutoff_Hz.to_string()));
     }

@@ -1,175 +1,188 @@
-//! Runs a session's steps on a stand and keeps what comes: one raw log a step, the journal after each.
+//! Runs the steps of a session on a stand: one raw log per step, the journal updated after each.
 //!
-//! Whatever ends a step before its time (the line, a fault, a full disk, a kill), the rows until then are in the folder as `NAME.parquet.csv`, the journal says
-//! so, and the session goes on later with that step from its begin; what was recorded of it before stays, under the name of an attempt. The journal names the
-//! step that is under way before it begins, so that a program that was killed is told by what it left.
+//! When a step ends early (serial line, fault, full disk, kill), its rows remain in the folder as `NAME.parquet.csv` and the journal has the reason.
+//! The resumed session repeats the step; the earlier rows are kept under the name of an attempt. The journal names the current step before it
+//! begins, which reveals a killed program.
 
-use super::check::{Able, check};
-use super::journal::{Done, FILE, Journal, JournalError, SESSION, now, sha256, write_whole};
+use super::check::{StandLimits, check};
+use super::journal::{JOURNAL_FILE, Journal, JournalError, SESSION_FILE, StepRecord, now, sha256, write_atomically};
 use super::ready::{fault, is_refused};
 use super::step::{put_aside, record};
 use super::{PlanError, Session};
 use crate::acquire::connection::{ConnectionError, StandConnection};
-use crate::calibrate::Mounted;
+use crate::calibrate::Mounting;
 use std::path::Path;
 
-/// What a session asks of a person.
-pub trait Person {
-    /// Does what is asked for and says so; `None`: does not, and the session ends there. How the part is to be mounted, and the moment of inertia that is to
-    /// be on the platform beside it, kg m².
-    fn does(&mut self, ask: &str, mounted: &Mounted, added_kg_m2: f64) -> Option<String>;
+/// Who mounts the device under test and loads the platform.
+pub trait Operator {
+    /// Performs an instruction: `mounting` of the device under test, `added_kg_m2` of additional inertia on the platform. Returns the operator's answer,
+    /// or `None` when the instruction was not carried out, which ends the session.
+    fn perform(&mut self, instruction: &str, mounting: &Mounting, added_kg_m2: f64) -> Option<String>;
 }
 
-/// How far it is.
+/// Progress of a session.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress<'a> {
-    /// The step's name.
+    /// Name of the step.
     pub step: &'a str,
-    /// Its number, from 1, and how many there are.
+    /// Number of the step, from 1.
     pub number: usize,
-    /// How many there are.
+    /// Number of steps.
     pub of: usize,
-    /// Time left of all steps, s.
+    /// Remaining time of all steps, s.
     pub left_s: f64,
-    /// The newest rate, rad/s.
+    /// Latest rate, rad/s.
     pub rate_rad_s: f64,
 }
 
-/// Why a session ended before its end.
+/// Why a session ended early.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
-    /// The line or the stand.
+    /// The serial line or the stand.
     #[error(transparent)]
     Stand(#[from] ConnectionError),
-    /// Journal and logs.
+    /// The journal or a log.
     #[error(transparent)]
     Journal(#[from] JournalError),
     /// The log cannot be written.
-    #[error("{log}: cannot write: {says}")]
+    #[error("{log}: cannot write: {message}")]
     Write {
-        /// Which.
+        /// The log.
         log: String,
-        /// Why.
-        says: String,
+        /// Message of the operating system.
+        message: String,
     },
     /// A fault latched.
     #[error("step `{step}`: the stand switched off: {fault}")]
     Fault {
-        /// In which step.
+        /// The step.
         step: String,
-        /// What the stand says of it.
+        /// The stand's description of the fault.
         fault: String,
     },
-    /// Nothing came.
-    #[error("step `{step}`: the stand is silent")]
+    /// No rows arrive.
+    #[error("step `{step}`: the stand sends no rows")]
     Silent {
-        /// In which step.
+        /// The step.
         step: String,
     },
-    /// Nothing came, and then it answered as one that was just switched on.
-    #[error("step `{step}`: the stand has started anew in the middle of it: was its supply cut?")]
+    /// No rows arrive because the stand has restarted.
+    #[error("step `{step}`: the stand has restarted during the step: was its supply interrupted?")]
     Restarted {
-        /// In which step.
+        /// The step.
         step: String,
     },
-    /// A row lacks what the session needs.
-    #[error("step `{step}`: the sensor under test is silent: {lacking} has no values")]
+    /// A needed column has no values.
+    #[error("step `{step}`: the device under test sends no data: {columns} has no values")]
     Sensor {
-        /// In which step.
+        /// The step.
         step: String,
         /// The columns.
-        lacking: String,
+        columns: String,
     },
-    /// The person did not.
-    #[error("step `{step}`: not done: {ask}")]
+    /// The operator did not carry out the instruction.
+    #[error("step `{step}`: not done: {instruction}")]
     NotDone {
-        /// In which step.
+        /// The step.
         step: String,
-        /// What was asked for.
-        ask: String,
+        /// The instruction.
+        instruction: String,
     },
-    /// It does not come to rest.
+    /// The platform does not come to rest.
     #[error("step `{step}`: the platform does not come to rest")]
     Turning {
-        /// Before which step.
+        /// The step.
         step: String,
     },
-    /// The stand cannot run it.
+    /// The stand cannot run the session.
     #[error(transparent)]
     Plan(#[from] PlanError),
-    /// The simulated stand cannot be, or stands still.
+    /// The simulated stand is invalid or does not end.
     #[error("{0}")]
     Simulated(String),
-    /// Somebody ended it.
-    #[error("ended by hand")]
+    /// Interrupted by the user.
+    #[error("interrupted by the user")]
     Interrupted,
 }
 
-/// Asks what the stand can, refuses what it cannot, and runs the session from its begin, or from where the journal ends. `text` is the session's file.
+impl RunError {
+    /// The message begins with the step.
+    fn names_step(&self) -> bool {
+        match self {
+            RunError::Fault { .. }
+            | RunError::Silent { .. }
+            | RunError::Restarted { .. }
+            | RunError::Sensor { .. }
+            | RunError::NotDone { .. }
+            | RunError::Turning { .. } => true,
+            RunError::Plan(error) => matches!(error, PlanError::Step { .. }),
+            RunError::Stand(_) | RunError::Journal(_) | RunError::Write { .. } | RunError::Simulated(_) | RunError::Interrupted => false,
+        }
+    }
+}
+
+/// Checks the session against the limits of the stand and runs it: from the beginning, or from the end of the journal `begun`. `text` is the content of
+/// the session file.
 ///
 /// # Errors
-/// What is refused, before anything moved; what ended it.
-pub async fn whole(
+/// A session that the stand cannot run, before anything moves; the reason for an early end.
+pub async fn run_session(
     stand: &mut impl StandConnection,
     session: &Session,
     text: &str,
     begun: Option<Journal>,
     folder: &Path,
-    person: &mut impl Person,
-    goes: impl FnMut(Progress) -> bool,
+    operator: &mut impl Operator,
+    on_progress: impl FnMut(Progress) -> bool,
 ) -> Result<(), RunError> {
     match stand.command("STReam OFF").await {
         Err(error) if !is_refused(&error) => return Err(error.into()),
         _ => {}
     }
     if let Some(fault) = fault(stand).await? {
-        let says = format!("the drive is off by a fault: {fault}; FAULt:CLEar in `stand console` first");
-        return Err(PlanError::Whole(says).into());
+        let message = format!("a fault has switched the drive off: {fault}; send FAULt:CLEar in `stand console` first");
+        return Err(PlanError::Session(message).into());
     }
-    check(session, &Able::of(stand).await?)?;
+    check(session, &StandLimits::query(stand).await?)?;
     let mut journal = match begun {
         Some(journal) => journal,
         None => {
-            let journal = Journal::new(session.what, stand.query("*IDN?").await?);
-            begin(folder, text, &journal)?;
+            let journal = Journal::new(session.dut_kind, stand.query("*IDN?").await?);
+            create_folder(folder, text, &journal)?;
             journal
         }
     };
-    run(stand, session, &mut journal, folder, person, goes).await
+    run_remaining(stand, session, &mut journal, folder, operator, on_progress).await
 }
 
-/// What a session's folder is told before it begins.
-fn begin(folder: &Path, session: &str, journal: &Journal) -> Result<(), JournalError> {
-    let failed = |says: String| JournalError::File { path: folder.to_owned(), says };
-    if folder.join(FILE).exists() {
-        return Err(failed("another session was begun here; --resume goes on with it, another --out begins anew".into()));
+/// Creates the folder of a session with its session file and journal.
+fn create_folder(folder: &Path, session: &str, journal: &Journal) -> Result<(), JournalError> {
+    let failed = |message: String| JournalError::File { path: folder.to_owned(), message };
+    if folder.join(JOURNAL_FILE).exists() {
+        return Err(failed("the folder has a session already: --resume continues it, another --out begins a new one".into()));
     }
     std::fs::create_dir_all(folder).map_err(|e| failed(e.to_string()))?;
-    write_whole(&folder.join(SESSION), session)?;
+    write_atomically(&folder.join(SESSION_FILE), session)?;
     journal.write(folder)
 }
 
-/// Runs the steps that are not done; what ends it is in the journal too.
-async fn run(
+/// Runs the steps that are not done; the journal keeps the reason for an early end.
+async fn run_remaining(
     stand: &mut impl StandConnection,
     session: &Session,
     journal: &mut Journal,
     folder: &Path,
-    person: &mut impl Person,
-    mut goes: impl FnMut(Progress) -> bool,
+    operator: &mut impl Operator,
+    mut on_progress: impl FnMut(Progress) -> bool,
 ) -> Result<(), RunError> {
-    if let Some(step) = journal.under_way.take() {
-        journal
-            .interruptions
-            .push(format!("step `{step}`: the program that ran it ended without a word: killed, without power, or its disk full"));
+    if let Some(step) = journal.current_step.take() {
+        journal.interruptions.push(format!("step `{step}`: the program ended without an entry: killed, power failure, or disk full"));
     }
-    let ended = steps(stand, session, journal, folder, person, &mut goes).await;
+    let ended = steps(stand, session, journal, folder, operator, &mut on_progress).await;
     if let Err(error) = &ended {
-        let step = journal.under_way.take().map_or(String::new(), |step| format!("step `{step}`: "));
-        let says = error.to_string();
-        let says = says.strip_prefix(&step).unwrap_or(&says);
-        journal.interruptions.push(format!("{}: {step}{says}", now()));
-        // A disk that is full has no room for this either; what was there stays.
+        let step = journal.current_step.take().filter(|_| !error.names_step()).map_or(String::new(), |step| format!("step `{step}`: "));
+        journal.interruptions.push(format!("{}: {step}{error}", now()));
+        // On a full disk this fails too, and the previous journal remains.
         let _ = journal.write(folder);
         let _ = stand.command("PROFile:STOP;:HOST:ARM 0 S;:STReam OFF").await;
     }
@@ -181,29 +194,28 @@ async fn steps(
     session: &Session,
     journal: &mut Journal,
     folder: &Path,
-    person: &mut impl Person,
-    goes: &mut impl FnMut(Progress) -> bool,
+    operator: &mut impl Operator,
+    on_progress: &mut impl FnMut(Progress) -> bool,
 ) -> Result<(), RunError> {
     stand.command("STReam OFF").await?;
-    let mounted = session.mounted();
+    let mountings = session.mountings();
     let total = session.steps.len();
     let last = journal.steps.last();
-    let mut here = (last.map(|done| done.mounted).unwrap_or_default(), last.and_then(|done| done.added_inertia_kg_m2).unwrap_or(0.0));
+    let mut current = (last.map(|done| done.mounting).unwrap_or_default(), last.and_then(|done| done.added_inertia_kg_m2).unwrap_or(0.0));
     for (k, plan) in session.steps.iter().enumerate() {
         if journal.steps.iter().any(|done| done.name == plan.name) {
             continue;
         }
-        let there = (mounted[k], plan.added_inertia_kg_m2.unwrap_or(0.0));
-        let ask = plan.ask.clone().or_else(|| asks(here, there));
-        let asked = match ask {
-            Some(ask) => {
-                let said =
-                    person.does(&ask, &there.0, there.1).ok_or_else(|| RunError::NotDone { step: plan.name.clone(), ask: ask.clone() })?;
-                Some([ask, said])
+        let next = (mountings[k], plan.added_inertia_kg_m2.unwrap_or(0.0));
+        let instruction = match plan.instruction.clone().or_else(|| instruction(current, next)) {
+            Some(instruction) => {
+                let not_done = || RunError::NotDone { step: plan.name.clone(), instruction: instruction.clone() };
+                let answer = operator.perform(&instruction, &next.0, next.1).ok_or_else(not_done)?;
+                Some([instruction, answer])
             }
             None => None,
         };
-        here = there;
+        current = next;
         let after_s: f64 = session.steps[k + 1..].iter().map(|s| s.seconds).sum();
         let progress = |at_s: f64, rate_rad_s| Progress {
             step: &plan.name,
@@ -215,35 +227,39 @@ async fn steps(
         let file = plan.file(k + 1);
         let began = now();
         journal.interruptions.extend(put_aside(folder, &file)?);
-        journal.under_way = Some(plan.name.clone());
+        journal.current_step = Some(plan.name.clone());
         journal.write(folder)?;
         let (rows, lost_rows) =
-            record(stand, session, plan, &folder.join(&file), &mounted[k], &mut |at_s, rate| goes(progress(at_s, rate))).await?;
+            record(stand, session, plan, &folder.join(&file), &mountings[k], &mut |at_s, rate| on_progress(progress(at_s, rate))).await?;
         let sha256 = sha256(&folder.join(&file))?;
         let (name, added_inertia_kg_m2) = (plan.name.clone(), plan.added_inertia_kg_m2);
-        journal.under_way = None;
-        journal.steps.push(Done { name, log: file, sha256, rows, lost_rows, began, mounted: mounted[k], asked, added_inertia_kg_m2 });
+        journal.current_step = None;
+        let mounting = mountings[k];
+        journal.steps.push(StepRecord { name, log: file, sha256, rows, lost_rows, began, mounting, instruction, added_inertia_kg_m2 });
         journal.write(folder)?;
     }
     Ok(())
 }
 
-/// What a person must do so that part and platform are as a step has them; `None`: nothing.
-fn asks(here: (Mounted, f64), there: (Mounted, f64)) -> Option<String> {
-    let mount = (here.0 != there.0).then(|| says_mounted(&there.0));
-    let load = (here.1 != there.1).then(|| match there.1 {
-        0.0 => "Take the added inertia off the platform.".to_owned(),
-        added => format!("Put the inertia of {added} kg m² on the platform, centred on its axis."),
+/// Instruction to the operator that leads from the current to the next mounting and added inertia; `None` where nothing changes.
+fn instruction(current: (Mounting, f64), next: (Mounting, f64)) -> Option<String> {
+    let mount = (current.0 != next.0).then(|| mounting_instruction(&next.0));
+    let load = (current.1 != next.1).then(|| match next.1 {
+        0.0 => "Remove the added inertia from the platform.".to_owned(),
+        added => format!("Put an inertia of {added} kg m² on the platform, centred on its axis."),
     });
     let all: Vec<String> = mount.into_iter().chain(load).collect();
     (!all.is_empty()).then(|| all.join(" "))
 }
 
-fn says_mounted(m: &Mounted) -> String {
-    let lying = match m.lying {
-        super::super::Lying::Flat => "its sensitive axis along the platform's",
-        super::super::Lying::Side => "on its side, its y along the platform's axis",
-        super::super::Lying::OtherSide => "on its other side, its y against the platform's axis",
+fn mounting_instruction(m: &Mounting) -> String {
+    let orientation = match m.orientation {
+        super::super::Orientation::Flat => "its sensitive axis parallel to the platform's axis",
+        super::super::Orientation::Side => "on its side, its y along the platform's axis",
+        super::super::Orientation::OtherSide => "on its other side, its y opposite to the platform's axis",
     };
-    format!("Mount the part at {} m from the axis, turned by {}°, {lying}; tilt the stand by {}°.", m.radius_m, m.turned_deg, m.tilt_deg)
+    format!(
+        "Mount the device at a radius of {} m, turned by {}°, {orientation}; tilt the stand by {}°.",
+        m.radius_m, m.turned_deg, m.tilt_deg
+    )
 }

@@ -1,85 +1,85 @@
-//! One step: what is asked of the stand, and its rows into a log.
+//! One step: commands to the stand, and its rows into a log.
 
-use super::ready::{WATCH, at_rest, fault, index, is_refused, notes};
+use super::ready::{HOST_WATCHDOG, at_rest, fault, index, is_refused, notes};
 use super::run::RunError;
-use super::stable::Stable;
-use super::{How, Session, StepPlan};
+use super::stable::StabilityDetector;
+use super::{DriveMode, Session, StepPlan};
 use crate::acquire::connection::{ConnectionError, StandConnection};
 use crate::acquire::link::LinkError;
 use crate::acquire::record::{LogFile, Recorder, RowOutcome};
-use crate::calibrate::Mounted;
+use crate::calibrate::{DutKind, Mounting};
 use stand_firmware::profile::Parameter;
 use stand_firmware::telemetry::{Channels, RowFrame};
 use std::io::Write;
 use std::path::Path;
 
-/// How often is looked for rows, s.
-const LOOK_S: f64 = 0.1;
-/// A stand that says nothing for this long has gone, s.
-const SILENCE_S: f64 = 3.0;
+/// Polling interval, s.
+const POLL_S: f64 = 0.1;
+/// Time without rows after which the step ends, s.
+const SILENCE_TIMEOUT_S: f64 = 3.0;
 
-/// The columns of a session's logs.
+/// Columns of the log of a step.
 fn channels(session: &Session, plan: &StepPlan) -> Channels {
-    // As many as the line carries at 1 kHz: a sensor's calibration goes without supply and winding.
+    // The serial line limits the columns at 1 kHz: the calibration of a sensor does without supply voltage and winding temperature.
     let mut names = vec!["u_V", "i_A", "theta_rad", "omega_rad_s", "limits", "fault"];
-    match session.what {
-        super::What::Drive => names.extend(["supply_V", "temp_C"]),
-        // The stand's own rate sensor: it may carry no other.
-        super::What::Gyro if session.column.as_deref() == Some("omega_rad_s") => {}
-        super::What::Gyro => names.extend(["gyro_rad_s", "sensor_C", "sensor_age_s"]),
-        super::What::Accel => names.extend(["gyro_rad_s", "accel_x_m_s2", "accel_y_m_s2"]),
+    match session.dut_kind {
+        DutKind::Drive => names.extend(["supply_V", "temp_C"]),
+        // The rate sensor of the stand, which may carry no other.
+        DutKind::Gyro if session.column.as_deref() == Some("omega_rad_s") => {}
+        DutKind::Gyro => names.extend(["gyro_rad_s", "sensor_C", "sensor_age_s"]),
+        DutKind::Accel => names.extend(["gyro_rad_s", "accel_x_m_s2", "accel_y_m_s2"]),
     }
-    // Where the drive goes off in mid-record there is no command any more.
-    if plan.mode == How::Rate && plan.drive_s.is_none() {
+    // A drive that is switched off during the record has no rate setpoint.
+    if plan.mode == DriveMode::Rate && plan.drive_s.is_none() {
         names.push("rate_cmd_rad_s");
     }
     names.iter().filter_map(|name| Channels::named(name)).fold(Channels::default(), Channels::and)
 }
 
-/// What an earlier attempt at a step left is kept under a name of its own; what is to be said of it.
+/// Renames the rows of an interrupted attempt at a step; returns the journal entry.
 ///
 /// # Errors
-/// The disk.
+/// The files cannot be changed.
 pub(super) fn put_aside(folder: &Path, file: &str) -> Result<Option<String>, RunError> {
     let place = LogFile::of(&folder.join(file)).map_err(|e| failed(file, e))?;
     if !place.partial_path().exists() {
         return Ok(None);
     }
-    // What was killed in the middle of a row leaves half of one.
+    // A killed program may leave a partial row.
     place.cut_to_whole_rows().map_err(|e| failed(file, e))?;
     let stem = file.trim_end_matches(".parquet");
     let name = (1..).map(|n| format!("{stem}.attempt-{n}.csv")).find(|name| !folder.join(name).exists()).unwrap_or_default();
     std::fs::rename(place.partial_path(), folder.join(&name)).map_err(|e| failed(&name, e))?;
-    Ok(Some(format!("{name}: what was recorded of this step before it was broken off; not in the results")))
+    Ok(Some(format!("{name}: rows of an interrupted attempt at this step; not used in the results")))
 }
 
-fn failed(log: &str, says: impl std::fmt::Display) -> RunError {
-    RunError::Write { log: log.to_owned(), says: says.to_string() }
+fn failed(log: &str, message: impl std::fmt::Display) -> RunError {
+    RunError::Write { log: log.to_owned(), message: message.to_string() }
 }
 
-/// Runs one step and writes its log; rows, and rows lost. What ends it before its time leaves whole rows.
+/// Runs one step and writes its log; returns the number of rows and of lost rows. An early end leaves whole rows.
 pub(super) async fn record(
     stand: &mut impl StandConnection,
     session: &Session,
     plan: &StepPlan,
     path: &Path,
-    mounted: &Mounted,
-    goes: &mut impl FnMut(f64, f64) -> bool,
+    mounting: &Mounting,
+    on_progress: &mut impl FnMut(f64, f64) -> bool,
 ) -> Result<(u64, u64), RunError> {
     let place = LogFile::of(path).map_err(|e| failed(&path.display().to_string(), e))?;
-    let ended = record_into(stand, session, plan, &place, path, mounted, goes).await;
+    let ended = record_into(stand, session, plan, &place, path, mounting, on_progress).await;
     let Err(error) = ended else { return ended };
-    // A full disk takes a part of a row.
+    // A full disk leaves a partial row.
     let _ = place.cut_to_whole_rows();
     let step = plan.name.clone();
     Err(match &error {
-        // Refused may be because the drive went off.
-        RunError::Stand(says) if is_refused(says) => match fault(stand).await {
+        // The reason for a refusal may be a fault.
+        RunError::Stand(refusal) if is_refused(refusal) => match fault(stand).await {
             Ok(Some(fault)) => RunError::Fault { step, fault },
             _ => error,
         },
         RunError::Silent { .. } => match stand.query("STReam?").await {
-            Ok(says) if says.starts_with('0') => RunError::Restarted { step },
+            Ok(reply) if reply.starts_with('0') => RunError::Restarted { step },
             _ => error,
         },
         _ => error,
@@ -92,119 +92,121 @@ async fn record_into(
     plan: &StepPlan,
     place: &LogFile,
     path: &Path,
-    mounted: &Mounted,
-    goes: &mut impl FnMut(f64, f64) -> bool,
+    mounting: &Mounting,
+    on_progress: &mut impl FnMut(f64, f64) -> bool,
 ) -> Result<(u64, u64), RunError> {
     let name = &plan.name;
     if let Some(fault) = fault(stand).await? {
         return Err(RunError::Fault { step: name.clone(), fault });
     }
     at_rest(stand, name).await?;
-    let has_index = index(stand, plan.mode != How::Off).await?;
+    let has_index = index(stand, plan.mode != DriveMode::Off).await?;
     at_rest(stand, name).await?;
-    let config = plan.config().map_err(|says| RunError::Write { log: name.clone(), says })?;
+    let config = plan.config().map_err(|message| RunError::Write { log: name.clone(), message })?;
     let channels = channels(session, plan);
     let list: Vec<&str> = channels.iter().map(|c| c.name).collect();
     let written = |e: std::io::Error| failed(&path.display().to_string(), e);
-    let notes = notes(stand, session, plan, mounted, has_index).await?;
+    let notes = notes(stand, session, plan, mounting, has_index).await?;
     let mut recorder = Recorder::new(place.create().map_err(written)?, channels, notes);
-    let mut orders = Vec::new();
+    let mut commands = Vec::new();
     if let Some(config) = &config {
-        orders.push(format!("PROFile:MODE {}", if plan.mode == How::Rate { "RATE" } else { "VOLTage" }));
-        orders.push(format!("PROFile:TYPE {}", config.kind.name()));
+        commands.push(format!("PROFile:MODE {}", if plan.mode == DriveMode::Rate { "RATE" } else { "VOLTage" }));
+        commands.push(format!("PROFile:TYPE {}", config.kind.name()));
         let parameters = config.kind.parameters().iter().filter_map(|name| Parameter::of_name(name));
-        orders.extend(parameters.map(|p| format!("PROFile:{} {}", p.name, (p.read)(config))));
-        orders.push(format!("PROFile:DURation {}", plan.drive_s.unwrap_or(plan.seconds + 0.5)));
+        commands.extend(parameters.map(|p| format!("PROFile:{} {}", p.name, (p.read)(config))));
+        commands.push(format!("PROFile:DURation {}", plan.drive_s.unwrap_or(plan.seconds + 0.5)));
     }
-    orders.push(format!("STReam:CHANnels {}", list.join(",")));
-    orders.push("STReam:DECimation 1".into());
-    orders.push("STReam ON".into());
-    orders.push(WATCH.into());
+    commands.push(format!("STReam:CHANnels {}", list.join(",")));
+    commands.push("STReam:DECimation 1".into());
+    commands.push("STReam ON".into());
+    commands.push(HOST_WATCHDOG.into());
     if config.is_some() {
-        orders.push("PROFile:STARt".into());
+        commands.push("PROFile:STARt".into());
     }
-    for order in &orders {
-        stand.command(order).await?;
+    for command in &commands {
+        stand.command(command).await?;
     }
-    let mut stable = plan.stable_K_min.zip(session.temperature()).map(|(below_K_min, column)| Stable::new(column, below_K_min));
-    let sequence = rows(stand, plan, &mut recorder, stable.as_mut(), path, goes).await?;
+    let mut detector =
+        plan.stable_K_min.zip(session.temperature_column()).map(|(below_K_min, column)| StabilityDetector::new(column, below_K_min));
+    let sequence = rows(stand, plan, &mut recorder, detector.as_mut(), path, on_progress).await?;
     let lost_rows =
         sequence.map_or(0, |(first, last)| u64::from(last.wrapping_sub(first)) + 1).saturating_sub(recorder.rows() + recorder.left_out());
-    for order in ["PROFile:STOP", "HOST:ARM 0 S", "STReam OFF"] {
-        stand.command(order).await?;
+    for command in ["PROFile:STOP", "HOST:ARM 0 S", "STReam OFF"] {
+        stand.command(command).await?;
     }
     if !recorder.absent().is_empty() {
-        return Err(RunError::Sensor { step: name.clone(), lacking: recorder.absent().join(", ") });
+        return Err(RunError::Sensor { step: name.clone(), columns: recorder.absent().join(", ") });
     }
     let written_rows = recorder.rows();
     let mut notes = vec![("lost_rows".to_owned(), lost_rows.to_string())];
-    notes.extend(stable.map(|stable| ("stable".to_owned(), stable.says(recorder.last_s()))));
+    notes.extend(detector.map(|detector| ("stable".to_owned(), detector.note(recorder.last_s()))));
     recorder.finish(&notes).map_err(written)?;
     place.close().map_err(|e| failed(&path.display().to_string(), e))?;
     Ok((written_rows, lost_rows))
 }
 
-/// Takes rows until the step is long enough, or the temperature stable; the numbers of the first and the last.
+/// Records rows until the step is long enough or the temperature stable; returns the numbers of the first and the last row.
 async fn rows<W: Write>(
     stand: &mut impl StandConnection,
     plan: &StepPlan,
     recorder: &mut Recorder<W>,
-    mut stable: Option<&mut Stable>,
+    mut detector: Option<&mut StabilityDetector>,
     path: &Path,
-    goes: &mut impl FnMut(f64, f64) -> bool,
+    on_progress: &mut impl FnMut(f64, f64) -> bool,
 ) -> Result<Option<(u32, u32)>, RunError> {
     let written = |e: std::io::Error| failed(&path.display().to_string(), e);
     let (mut silent_s, mut since_s) = (0.0, 0.0);
     let mut numbers: Option<(u32, u32)> = None;
     let mut rate = f64::NAN;
     loop {
-        let came: Vec<RowFrame> = stand.wait_s(LOOK_S).await?;
-        since_s += LOOK_S;
-        silent_s = if came.is_empty() { silent_s + LOOK_S } else { 0.0 };
-        if silent_s > SILENCE_S {
+        let received: Vec<RowFrame> = stand.wait_s(POLL_S).await?;
+        since_s += POLL_S;
+        silent_s = if received.is_empty() { silent_s + POLL_S } else { 0.0 };
+        if silent_s > SILENCE_TIMEOUT_S {
             recorder.flush().map_err(written)?;
             return Err(RunError::Silent { step: plan.name.clone() });
         }
-        for row in &came {
+        for row in &received {
             match recorder.take(row).map_err(written)? {
                 RowOutcome::Fault(_) => {
                     recorder.flush().map_err(written)?;
-                    // What is refused here is refused because of the fault.
+                    // The stand may refuse this because of the fault.
                     let _ = stand.command("STReam OFF").await;
-                    let fault = fault(stand).await?.unwrap_or_else(|| "a fault that is gone again".to_owned());
+                    let fault = fault(stand).await?.unwrap_or_else(|| "a fault that has been cleared".to_owned());
                     return Err(RunError::Fault { step: plan.name.clone(), fault });
                 }
                 RowOutcome::Written | RowOutcome::LeftOut => {
                     numbers = Some((numbers.map_or(row.sequence, |(first, _)| first), row.sequence));
-                    if let Some(stable) = &mut stable {
-                        let temp_C = row.named().find(|(name, _)| *name == stable.column).map_or(f64::NAN, |(_, value)| value);
-                        stable.take(recorder.last_s(), temp_C);
+                    if let Some(detector) = &mut detector {
+                        let temp_C = row.named().find(|(name, _)| *name == detector.column).map_or(f64::NAN, |(_, value)| value);
+                        detector.add(recorder.last_s(), temp_C);
                     }
-                    if recorder.last_s() + 0.5e-3 >= plan.seconds - 1e-3 || stable.as_ref().is_some_and(|stable| stable.is_reached()) {
+                    if recorder.last_s() + 0.5e-3 >= plan.seconds - 1e-3 || detector.as_ref().is_some_and(|detector| detector.is_reached())
+                    {
                         return Ok(numbers);
                     }
                 }
                 RowOutcome::NotYet => {}
             }
         }
-        if let Some(row) = came.last() {
+        if let Some(row) = received.last() {
             rate = row.named().find(|(name, _)| *name == "omega_rad_s").map_or(rate, |(_, rate)| rate);
         }
         if recorder.left_out() > 500 {
             recorder.flush().map_err(written)?;
-            return Err(RunError::Sensor { step: plan.name.clone(), lacking: "a column".into() });
+            return Err(RunError::Sensor { step: plan.name.clone(), columns: "a column".into() });
         }
-        if !goes(recorder.last_s(), rate) {
+        if !on_progress(recorder.last_s(), rate) {
             recorder.flush().map_err(written)?;
             return Err(RunError::Interrupted);
         }
         if since_s >= 1.0 {
             since_s = 0.0;
             recorder.flush().map_err(written)?;
-            match stand.command(WATCH).await {
-                // No answer while nothing comes: how long that lasts is counted above.
+            match stand.command(HOST_WATCHDOG).await {
+                // No answer while no rows arrive: the timeout above decides.
                 Err(error) if silent_s > 0.0 && !is_refused(&error) && !is_unplugged(&error) => {}
-                told => told?,
+                other => other?,
             }
         }
     }

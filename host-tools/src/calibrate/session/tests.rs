@@ -1,13 +1,13 @@
-use super::check::Able;
+use super::check::StandLimits;
 use super::*;
 
 #[test]
-fn the_usual_sessions_are_good() {
-    for what in [What::Gyro, What::Accel, What::Drive] {
-        let session = Session::parse(what.usual()).unwrap_or_else(|e| panic!("{}: {e}", what.name()));
-        assert_eq!(session.what, what);
-        let able = Able { overspeed_rad_s: 45.0, acceleration_rad_s2: 60.0, voltage_V: 11.4, has_sensor: true };
-        check(&session, &able).unwrap_or_else(|e| panic!("{}: {e}", what.name()));
+fn default_sessions_are_valid() {
+    for what in [DutKind::Gyro, DutKind::Accel, DutKind::Drive] {
+        let session = Session::parse(default_session(what)).unwrap_or_else(|e| panic!("{}: {e}", what.name()));
+        assert_eq!(session.dut_kind, what);
+        let stand = StandLimits { overspeed_rad_s: 45.0, acceleration_rad_s2: 60.0, voltage_V: 11.4, has_dut: true };
+        check(&session, &stand).unwrap_or_else(|e| panic!("{}: {e}", what.name()));
         assert!(session.seconds() > 60.0 && session.seconds() < 600.0);
     }
 }
@@ -17,25 +17,25 @@ fn refused(steps: &str) -> String {
 }
 
 #[test]
-fn a_bad_file_is_told_by_step_and_parameter() {
+fn errors_name_step_and_parameter() {
     assert!(refused("").contains("steps"));
-    assert!(refused("steps = []").contains("there is none"));
+    assert!(refused("steps = []").contains("the session has none"));
     let step = |more: &str| format!("[[steps]]\nname = \"a\"\nseconds = 5.0\nmode = \"rate\"\n{more}");
     assert!(refused(&step("")).contains("step 1 `a`: profile: is missing"));
     assert!(refused(&step("profile = \"stare\"")).contains("profile"));
-    assert!(refused(&step("profile = \"sine\"\nlevels = 3")).contains("levels: the profile sine takes"));
+    assert!(refused(&step("profile = \"sine\"\nlevels = 3")).contains("levels: not a parameter of the profile sine"));
     assert!(refused(&step("profile = \"sine\"\nfrequency_hz = 3")).contains("did you mean frequency_Hz?"));
-    assert!(refused(&step("profile = \"sine\"\namplitude = \"big\"")).contains("no number"));
+    assert!(refused(&step("profile = \"sine\"\namplitude = \"big\"")).contains("not a number"));
     assert!(refused(&step("profile = \"sine\"").replace("5.0", "0.0")).contains("seconds: 0 is outside"));
     let waits = |what: &str, seconds: &str, slope: &str| {
-        let text = format!("what = \"{what}\"\n[[steps]]\nname = \"a\"\nmode = \"off\"\nseconds = {seconds}\nstable_K_min = {slope}\n");
+        let text = format!("what = \"{what}\"\n[[steps]]\nname = \"a\"\nmode = \"off\"\nseconds = {seconds}\nststand_K_min = {slope}\n");
         Session::parse(&text).map(|_| ()).map_err(|e| e.to_string())
     };
     assert_eq!((waits("gyro", "90.0", "0.2"), waits("drive", "90.0", "0.2")), (Ok(()), Ok(())));
     assert!(
-        waits("gyro", "60.0", "0.2").unwrap_err().contains("step 1 `a`: stable_K_min: 0.2 must be above 0, in a step of more than 60 s")
+        waits("gyro", "60.0", "0.2").unwrap_err().contains("step 1 `a`: ststand_K_min: 0.2 must be above 0, in a step of more than 60 s")
     );
-    assert!(waits("gyro", "90.0", "-1.0").unwrap_err().contains("stable_K_min: -1 must be above 0"));
+    assert!(waits("gyro", "90.0", "-1.0").unwrap_err().contains("ststand_K_min: -1 must be above 0"));
     assert!(waits("accel", "90.0", "0.2").unwrap_err().contains("the logs of this session have no temperature"));
     let twice = format!("{0}{0}", step("profile = \"sine\"\n"));
     assert!(refused(&twice).contains("step 2 `a`: another step has this name"));
@@ -44,23 +44,23 @@ fn a_bad_file_is_told_by_step_and_parameter() {
 }
 
 #[test]
-fn what_the_stand_cannot_do_is_refused_with_the_figure() {
-    let able = Able { overspeed_rad_s: 45.0, acceleration_rad_s2: 60.0, voltage_V: 11.4, has_sensor: true };
-    let refused = |text: &str, able: &Able| check(&Session::parse(text).unwrap(), able).unwrap_err().to_string();
+fn limits_of_the_stand_are_refused_with_their_values() {
+    let stand = StandLimits { overspeed_rad_s: 45.0, acceleration_rad_s2: 60.0, voltage_V: 11.4, has_dut: true };
+    let refused = |text: &str, stand: &StandLimits| check(&Session::parse(text).unwrap(), stand).unwrap_err().to_string();
     let step = |mode: &str, more: &str| format!("what = \"gyro\"\n[[steps]]\nname = \"a\"\nseconds = 5.0\nmode = \"{mode}\"\n{more}");
-    assert!(refused(&step("rate", "profile = \"constant\"\namplitude = 44.0"), &able).contains("95 % of the overspeed limit"));
-    assert!(refused(&step("voltage", "profile = \"constant\"\namplitude = 12.0"), &able).contains("11.4 V"));
-    assert!(refused(&step("rate", "profile = \"sine\"\namplitude = 2.0\nfrequency_Hz = 50.0"), &able).contains("628 rad/s²"));
+    assert!(refused(&step("rate", "profile = \"constant\"\namplitude = 44.0"), &stand).contains("95 % of the overspeed limit"));
+    assert!(refused(&step("voltage", "profile = \"constant\"\namplitude = 12.0"), &stand).contains("11.4 V"));
+    assert!(refused(&step("rate", "profile = \"sine\"\namplitude = 2.0\nfrequency_Hz = 50.0"), &stand).contains("628 rad/s²"));
     let limited =
         step("rate", "profile = \"constant\"\namplitude = 20.0").replace("[[steps]]", "limits = { rate_rad_s = 10.0 }\n[[steps]]");
-    assert!(refused(&limited, &able).contains("the session's limit of 10 rad/s"));
-    let blind = Able { has_sensor: false, ..able };
-    assert!(refused(&step("rate", "profile = \"constant\"\namplitude = 2.0"), &blind).contains("no sensor under test"));
+    assert!(refused(&limited, &stand).contains("the session's limit of 10 rad/s"));
+    let blind = StandLimits { has_dut: false, ..stand };
+    assert!(refused(&step("rate", "profile = \"constant\"\namplitude = 2.0"), &blind).contains("no running device under test"));
 }
 
 #[test]
-fn a_step_s_log_has_its_number_and_name() {
-    let session = Session::parse(What::Gyro.usual()).unwrap();
+fn log_of_a_step_has_its_number_and_name() {
+    let session = Session::parse(default_session(DutKind::Gyro)).unwrap();
     assert_eq!(session.steps[3].file(4), "04-turns-p.parquet");
     assert_eq!(session.steps[4].file(5), "05-turns-m.parquet");
 }

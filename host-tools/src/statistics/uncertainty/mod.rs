@@ -1,199 +1,196 @@
-//! Uncertainty of a measurement, as the GUM has it (JCGM 100:2008): standard uncertainties of type A and B with their sensitivities, combined by
-//! root sum of squares, effective degrees of freedom by Welch and Satterthwaite, expanded by Student's t.
+//! Uncertainty budgets of the GUM (JCGM 100:2008): standard uncertainties of type A and B with sensitivity coefficients, combined by root sum of
+//! squares; effective degrees of freedom by Welch and Satterthwaite; expanded uncertainty by Student's t.
 //!
-//! In: what contributes to a quantity ([`Part`]). Out: a [`Quantity`] with u, ν, k and U, in its unit, told in JSON or words. Contributions are taken
-//! as independent of each other; what is correlated is one contribution.
+//! Input: the [`Contribution`]s to a quantity, taken as independent of each other; correlated influences form one contribution. Output: a
+//! [`Quantity`] with u, ν, k and U in its unit. The texts that go with them are types of the caller: `B` says how a contribution was evaluated,
+//! `M` says what a quantity means.
 
-mod sum;
+mod bounded_sum;
 
 use super::distributions::{normal_quantile, student_quantile};
-use crate::report::finite;
-use serde_json::{Value, json};
+use serde::{Deserialize, Serialize};
 
-/// Probability that an expanded interval is to hold.
-pub const CONFIDENCE: f64 = 0.95;
+/// Coverage probability of expanded uncertainties.
+pub const COVERAGE_PROBABILITY: f64 = 0.95;
+/// Part of the variance that rectangular contributions must make before the coverage factor follows from their distribution.
+const MIN_BOUNDED_FRACTION: f64 = 0.05;
+/// Effective degrees of freedom below which Student's t determines the coverage factor.
+const MIN_BOUNDED_DOF: f64 = 30.0;
+/// Degrees of freedom from which Student's t is replaced by the normal distribution: the quantiles agree to 1e-4.
+const NORMAL_DOF: f64 = 1e4;
 
-/// How a contribution was evaluated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
-    /// By the scatter of what was measured.
+/// How a standard uncertainty was evaluated (GUM 2.3.2, 2.3.3).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Evaluation {
+    /// By statistics of repeated observations.
     A,
-    /// By other knowledge: a data sheet, a certificate, experience.
+    /// By other knowledge: data sheet, certificate, experience.
     B,
 }
 
-/// One line of a budget.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Part {
-    /// Where it comes from, in a word: `clock`, `tilt`.
-    pub of: String,
-    /// Type A or B.
-    pub kind: Kind,
-    /// Standard uncertainty of what contributes, in `unit`.
-    pub u: f64,
-    /// Its unit.
-    pub unit: String,
-    /// Change of the quantity per change of that, absolute.
-    pub sensitivity: f64,
-    /// Degrees of freedom; infinite where it is taken as known.
-    pub dof: f64,
-    /// It lies anywhere within ± √3 u with the same probability, and nowhere else; otherwise it is normal.
-    pub is_rectangular: bool,
-    /// How it was come by.
-    pub says: String,
+/// Distribution of an influence quantity.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Distribution {
+    /// Normal.
+    Normal,
+    /// Uniform within ± √3 u.
+    Rectangular,
 }
 
-impl Part {
-    /// Scatter that was measured, in the quantity's own unit.
-    pub fn measured(of: &str, u: f64, dof: f64, says: impl Into<String>) -> Self {
-        Self { of: of.into(), kind: Kind::A, u, unit: String::new(), sensitivity: 1.0, dof, is_rectangular: false, says: says.into() }
+/// One line of an uncertainty budget.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Contribution<B> {
+    /// Name of the influence quantity: `clock`, `tilt`.
+    pub source: String,
+    /// Type A or B.
+    pub evaluation: Evaluation,
+    /// Standard uncertainty of the influence quantity, in `unit`.
+    pub u: f64,
+    /// Unit of the influence quantity; empty for the unit of the result.
+    pub unit: String,
+    /// Sensitivity coefficient, absolute: change of the result per change of the influence quantity.
+    pub sensitivity: f64,
+    /// Degrees of freedom; infinite where the standard uncertainty is taken as known.
+    pub dof: f64,
+    /// Distribution of the influence quantity.
+    pub distribution: Distribution,
+    /// How `u` was evaluated.
+    pub basis: B,
+}
+
+impl<B> Contribution<B> {
+    /// Type A: observed scatter, in the unit of the result.
+    pub fn type_a(source: &str, u: f64, dof: f64, basis: B) -> Self {
+        Self {
+            source: source.into(),
+            evaluation: Evaluation::A,
+            u,
+            unit: String::new(),
+            sensitivity: 1.0,
+            dof,
+            distribution: Distribution::Normal,
+            basis,
+        }
     }
 
-    /// Knowledge from elsewhere: a standard uncertainty `u` in `unit`, and what it does to the quantity.
-    pub fn known(of: &str, u: f64, unit: &str, sensitivity: f64, says: impl Into<String>) -> Self {
+    /// Type B: standard uncertainty `u` in `unit`, normally distributed and taken as known.
+    pub fn type_b(source: &str, u: f64, unit: &str, sensitivity: f64, basis: B) -> Self {
         Self {
-            of: of.into(),
-            kind: Kind::B,
+            source: source.into(),
+            evaluation: Evaluation::B,
             u,
             unit: unit.into(),
             sensitivity: sensitivity.abs(),
             dof: f64::INFINITY,
-            is_rectangular: false,
-            says: says.into(),
+            distribution: Distribution::Normal,
+            basis,
         }
     }
 
-    /// Knowledge of bounds alone: anywhere within ± `half_width` (GUM 4.3.7).
-    pub fn within(of: &str, half_width: f64, unit: &str, sensitivity: f64, says: impl Into<String>) -> Self {
-        Self { is_rectangular: true, ..Self::known(of, rectangular(half_width), unit, sensitivity, says) }
+    /// Type B: bounds ± `half_width` with a uniform distribution between them (GUM 4.3.7).
+    pub fn rectangular(source: &str, half_width: f64, unit: &str, sensitivity: f64, basis: B) -> Self {
+        Self { distribution: Distribution::Rectangular, ..Self::type_b(source, rectangular_u(half_width), unit, sensitivity, basis) }
     }
 
-    /// What it makes of the quantity's uncertainty, in the quantity's unit.
+    /// Contribution to the standard uncertainty of the result, |c| u, in the unit of the result.
     pub fn contribution(&self) -> f64 {
         self.u * self.sensitivity
     }
 }
 
-/// The standard uncertainty of something that lies anywhere within ± `half_width` (GUM 4.3.7).
-pub fn rectangular(half_width: f64) -> f64 {
+/// Standard uncertainty of a uniform distribution within ± `half_width` (GUM 4.3.7).
+pub fn rectangular_u(half_width: f64) -> f64 {
     half_width / 3_f64.sqrt()
 }
 
-/// A measured quantity with its budget.
+/// A measured quantity with its uncertainty budget.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Quantity {
-    /// Name, which is also its key in JSON: `scale`, `bias_rad_s`.
+pub struct Quantity<B, M> {
+    /// Name, also its key in JSON: `scale`, `bias_rad_s`.
     pub name: String,
     /// Unit; `1` for a ratio.
     pub unit: String,
-    /// The best estimate.
+    /// Best estimate.
     pub value: f64,
-    /// What its uncertainty is made of.
-    pub parts: Vec<Part>,
-    /// What a person should know of it; empty where there is nothing.
-    pub says: String,
+    /// The uncertainty budget.
+    pub contributions: Vec<Contribution<B>>,
+    /// What the quantity means, and on which conditions it depends.
+    pub meaning: Option<M>,
 }
 
-impl Quantity {
-    /// A quantity with its contributions.
-    pub fn new(name: &str, unit: &str, value: f64, parts: Vec<Part>) -> Self {
-        Self { name: name.into(), unit: unit.into(), value, parts, says: String::new() }
+impl<B, M> Quantity<B, M> {
+    /// A quantity with its budget.
+    pub fn new(name: &str, unit: &str, value: f64, contributions: Vec<Contribution<B>>) -> Self {
+        Self { name: name.into(), unit: unit.into(), value, contributions, meaning: None }
     }
 
-    /// The same with words.
-    pub fn saying(self, says: impl Into<String>) -> Self {
-        Self { says: says.into(), ..self }
+    /// Adds the meaning.
+    pub fn meaning(self, meaning: M) -> Self {
+        Self { meaning: Some(meaning), ..self }
     }
 
     /// Combined standard uncertainty u_c (GUM 5.1.2).
-    pub fn sigma(&self) -> f64 {
-        self.parts.iter().map(|p| p.contribution().powi(2)).sum::<f64>().sqrt()
+    pub fn combined_u(&self) -> f64 {
+        self.contributions.iter().map(|c| c.contribution().powi(2)).sum::<f64>().sqrt()
     }
 
-    /// Effective degrees of freedom (GUM G.4.1, Welch–Satterthwaite); infinite where nothing that is uncertain by itself contributes.
-    pub fn dof(&self) -> f64 {
-        let below: f64 = self.parts.iter().filter(|p| p.dof.is_finite()).map(|p| p.contribution().powi(4) / p.dof.max(1e-9)).sum();
-        if below > 0.0 { self.sigma().powi(4) / below } else { f64::INFINITY }
+    /// Effective degrees of freedom (Welch–Satterthwaite, GUM G.4.1); infinite where no contribution has finite degrees of freedom.
+    pub fn effective_dof(&self) -> f64 {
+        let sum: f64 = self.contributions.iter().filter(|c| c.dof.is_finite()).map(|c| c.contribution().powi(4) / c.dof.max(1e-9)).sum();
+        if sum > 0.0 { self.combined_u().powi(4) / sum } else { f64::INFINITY }
     }
 
-    /// Coverage factor for an interval that holds with this probability: Student's t with ν cut to a whole number (GUM G.4.1), unless bounds alone make
-    /// much of it; then by the distribution of the sum (JCGM 101), which is narrower than a normal one.
+    /// Coverage factor for a coverage probability: Student's t with ν truncated to an integer (GUM G.4.1). Where rectangular contributions make
+    /// more than 5 % of the variance, the factor follows from the distribution of the sum instead (JCGM 101); it is then smaller than the normal one.
     pub fn coverage_factor(&self, probability: f64) -> f64 {
-        let student = coverage_factor(self.dof(), probability);
-        let half_widths: Vec<f64> = self.parts.iter().filter(|p| p.is_rectangular).map(|p| p.contribution() * 3_f64.sqrt()).collect();
+        let student = coverage_factor(self.effective_dof(), probability);
+        let rectangles = self.contributions.iter().filter(|c| c.distribution == Distribution::Rectangular);
+        let half_widths: Vec<f64> = rectangles.map(|c| c.contribution() * 3_f64.sqrt()).collect();
         let bounded: f64 = half_widths.iter().map(|a| a * a / 3.0).sum();
-        let u = self.sigma();
-        if bounded < 0.05 * u * u || self.dof() < 30.0 {
+        let u = self.combined_u();
+        if bounded < MIN_BOUNDED_FRACTION * u * u || self.effective_dof() < MIN_BOUNDED_DOF {
             return student;
         }
-        sum::half_width(&half_widths, (u * u - bounded).max(0.0).sqrt(), probability) / u
+        bounded_sum::half_width(&half_widths, (u * u - bounded).max(0.0).sqrt(), probability) / u
     }
 
-    /// Expanded uncertainty U for [`CONFIDENCE`].
-    pub fn expanded(&self) -> f64 {
-        self.coverage_factor(CONFIDENCE) * self.sigma()
+    /// Expanded uncertainty U for [`COVERAGE_PROBABILITY`].
+    pub fn expanded_u(&self) -> f64 {
+        self.coverage_factor(COVERAGE_PROBABILITY) * self.combined_u()
     }
 
-    /// The expanded interval holds this value.
-    pub fn holds(&self, truth: f64) -> bool {
-        (self.value - truth).abs() <= self.expanded()
+    /// The interval value ± U contains `truth`.
+    pub fn covers(&self, truth: f64) -> bool {
+        (self.value - truth).abs() <= self.expanded_u()
     }
 
-    /// A quantity back from its JSON; u, ν, k and U follow from the budget.
-    ///
-    /// # Errors
-    /// What is missing, by its path.
-    pub fn of_json(name: &str, q: &Value) -> Result<Self, String> {
-        // What was no finite number is null there.
-        let number = |of: &Value, key: &str| match of.get(key) {
-            Some(Value::Null) => Ok(f64::NAN),
-            found => found.and_then(Value::as_f64).ok_or_else(|| format!("{name}.{key} is no number")),
+    /// The same quantity with other types for its texts.
+    pub fn map_texts<C, N>(&self, basis: impl Fn(&B) -> C, meaning: impl Fn(&M) -> N) -> Quantity<C, N> {
+        let contribution = |c: &Contribution<B>| Contribution {
+            source: c.source.clone(),
+            evaluation: c.evaluation,
+            u: c.u,
+            unit: c.unit.clone(),
+            sensitivity: c.sensitivity,
+            dof: c.dof,
+            distribution: c.distribution,
+            basis: basis(&c.basis),
         };
-        let word = |of: &Value, key: &str| of[key].as_str().unwrap_or_default().to_owned();
-        let unit = q["unit"].as_str().ok_or_else(|| format!("{name}.unit is missing"))?;
-        let parts = q["budget"].as_array().ok_or_else(|| format!("{name}.budget is missing"))?;
-        let part = |p: &Value| -> Result<Part, String> {
-            Ok(Part {
-                of: word(p, "of"),
-                kind: if p["type"] == "A" { Kind::A } else { Kind::B },
-                u: number(p, "u")?,
-                unit: word(p, "unit"),
-                sensitivity: number(p, "sensitivity")?,
-                dof: p["dof"].as_f64().unwrap_or(f64::INFINITY),
-                is_rectangular: p["distribution"] == "rectangular",
-                says: word(p, "says"),
-            })
-        };
-        let parts = parts.iter().map(part).collect::<Result<_, _>>()?;
-        Ok(Self { name: name.to_owned(), unit: unit.to_owned(), value: number(q, "value")?, parts, says: word(q, "says") })
-    }
-
-    /// `value`, `sigma`, `unit`, `dof`, `k`, `U`, and the budget.
-    pub fn json(&self) -> Value {
-        let parts: Vec<Value> = self
-            .parts
-            .iter()
-            .map(|p| {
-                json!({
-                    "of": p.of, "type": if p.kind == Kind::A { "A" } else { "B" }, "u": finite(p.u),
-                    "unit": if p.unit.is_empty() { &self.unit } else { &p.unit },
-                    "sensitivity": finite(p.sensitivity), "distribution": if p.is_rectangular { "rectangular" } else { "normal" }, "dof": finite(p.dof), "contribution": finite(p.contribution()), "says": p.says,
-                })
-            })
-            .collect();
-        json!({
-            "value": finite(self.value), "sigma": finite(self.sigma()), "unit": self.unit, "dof": finite(self.dof()),
-            "k": finite(self.coverage_factor(CONFIDENCE)), "U": finite(self.expanded()), "coverage": CONFIDENCE, "budget": parts,
-            "says": self.says,
-        })
+        Quantity {
+            name: self.name.clone(),
+            unit: self.unit.clone(),
+            value: self.value,
+            contributions: self.contributions.iter().map(contribution).collect(),
+            meaning: self.meaning.as_ref().map(meaning),
+        }
     }
 }
 
-/// Coverage factor of `dof` degrees of freedom: Student's t.
+/// Coverage factor for `dof` degrees of freedom: Student's t.
 pub fn coverage_factor(dof: f64, probability: f64) -> f64 {
     let quantile = 0.5 * (1.0 + probability);
-    // Beyond some ten thousand the two agree to 1e-4, and statrs' quantile takes for ever.
-    if dof.is_nan() || dof >= 1e4 {
+    if dof.is_nan() || dof >= NORMAL_DOF {
         return normal_quantile(quantile);
     }
     student_quantile(quantile, dof.floor().max(1.0))
@@ -203,53 +200,54 @@ pub fn coverage_factor(dof: f64, probability: f64) -> f64 {
 mod tests {
     use super::*;
 
+    type Plain = Quantity<(), ()>;
+
     /// JCGM 100:2008, H.1: an end gauge of 50 mm; lengths in nm.
     #[test]
-    fn the_guide_s_end_gauge() {
-        let part = |of: &str, u: f64, dof: f64| Part { dof, ..Part::measured(of, u, dof, "") };
-        let gauge = Quantity::new(
+    fn gum_example_h1_end_gauge() {
+        let gauge = Plain::new(
             "length",
             "nm",
             50_000_838.0,
             vec![
-                part("standard", 25.0, 18.0),
-                part("difference", 9.7, 25.6),
-                part("difference of expansion", 2.9, 50.0),
-                part("difference of temperature", 16.6, 2.0),
+                Contribution::type_a("standard", 25.0, 18.0, ()),
+                Contribution::type_a("difference", 9.7, 25.6, ()),
+                Contribution::type_a("difference of expansion", 2.9, 50.0, ()),
+                Contribution::type_a("difference of temperature", 16.6, 2.0, ()),
             ],
         );
-        // The guide: u_c = 32 nm (31.7 before rounding), ν_eff = 16.7 with u_c = 32, k = 2.92 for 99 % and 16, U = 93 nm.
-        assert!((gauge.sigma() - 31.66).abs() < 0.05, "{}", gauge.sigma());
-        assert_eq!(gauge.dof().floor(), 16.0, "{}", gauge.dof());
+        // GUM: u_c = 32 nm (31.7 before rounding), ν_eff = 16.7 with u_c = 32, k = 2.92 for 99 % and ν = 16, U = 93 nm.
+        assert!((gauge.combined_u() - 31.66).abs() < 0.05, "{}", gauge.combined_u());
+        assert_eq!(gauge.effective_dof().floor(), 16.0, "{}", gauge.effective_dof());
         assert!((gauge.coverage_factor(0.99) - 2.92).abs() < 0.005);
-        assert!((gauge.coverage_factor(0.99) * gauge.sigma() - 93.0).abs() < 1.0);
+        assert!((gauge.coverage_factor(0.99) * gauge.combined_u() - 93.0).abs() < 1.0);
     }
 
     #[test]
-    fn without_degrees_of_freedom_it_is_the_normal_distribution() {
-        let known = Quantity::new("x", "1", 0.0, vec![Part::known("tilt", 2.0, "rad", -0.5, "")]);
-        assert_eq!((known.sigma(), known.dof()), (1.0, f64::INFINITY));
-        assert!((known.expanded() - 1.959_964).abs() < 1e-5);
-        assert_eq!(known.json()["dof"], Value::Null);
-        assert!(known.holds(1.9) && !known.holds(2.0));
-        assert_eq!(Quantity::of_json("x", &known.json()).unwrap().json(), known.json());
+    fn infinite_degrees_of_freedom_give_the_normal_factor() {
+        let known = Plain::new("x", "1", 0.0, vec![Contribution::type_b("tilt", 2.0, "rad", -0.5, ())]);
+        assert_eq!((known.combined_u(), known.effective_dof()), (1.0, f64::INFINITY));
+        assert!((known.expanded_u() - 1.959_964).abs() < 1e-5);
+        assert!(known.covers(1.9) && !known.covers(2.0));
     }
 
     #[test]
-    fn where_bounds_make_the_most_of_it_the_factor_is_theirs() {
-        // EA-4/02, S9: one rectangle that dominates has k = 1.65 for 95 %.
-        let mostly =
-            Quantity::new("x", "1", 0.0, vec![Part::within("resolution", 1.0, "", 1.0, ""), Part::known("noise", 0.02, "", 1.0, "")]);
-        assert!((mostly.coverage_factor(0.95) - 1.65).abs() < 0.01, "{}", mostly.coverage_factor(0.95));
-        // Two equal ones make a triangle: 1 − (1 − x)² = 0.95 of its half-width.
-        let two = Quantity::new("x", "1", 0.0, vec![Part::within("a", 1.0, "", 1.0, ""), Part::within("b", 1.0, "", 1.0, "")]);
+    fn dominating_rectangles_determine_the_coverage_factor() {
+        // EA-4/02, S9: one dominating rectangle has k = 1.65 for 95 %.
+        let contributions =
+            vec![Contribution::rectangular("resolution", 1.0, "", 1.0, ()), Contribution::type_b("noise", 0.02, "", 1.0, ())];
+        let dominated = Plain::new("x", "1", 0.0, contributions);
+        assert!((dominated.coverage_factor(0.95) - 1.65).abs() < 0.01, "{}", dominated.coverage_factor(0.95));
+        // Two equal rectangles make a triangle: 1 − (1 − x)² = 0.95 of its half-width.
+        let rectangle = |source: &str| Contribution::rectangular(source, 1.0, "", 1.0, ());
+        let two = Plain::new("x", "1", 0.0, vec![rectangle("a"), rectangle("b")]);
         let exact = 2.0 * (1.0 - 0.05_f64.sqrt()) / (2.0 / 3.0_f64).sqrt();
         assert!((two.coverage_factor(0.95) - exact).abs() < 2e-3, "{} {exact}", two.coverage_factor(0.95));
     }
 
     #[test]
-    fn a_rectangle_s_standard_uncertainty() {
+    fn standard_uncertainty_of_a_rectangle() {
         // GUM 4.3.7: half-width over √3.
-        assert!((rectangular(0.5) - 0.288_675).abs() < 1e-6);
+        assert!((rectangular_u(0.5) - 0.288_675).abs() < 1e-6);
     }
 }

@@ -1,0 +1,396 @@
+//! What a calibration has to say beside its numbers, as data: how a contribution was evaluated ([`Basis`]), what a quantity means ([`Meaning`]), why
+//! a quantity is absent ([`AbsenceReason`]), remarks on the whole ([`Remark`]). `report` turns them into words.
+
+use super::response::Structure;
+
+/// How the standard uncertainty of a contribution was evaluated.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Basis {
+    /// Half-width of the crystal's frequency error, ppm.
+    Crystal {
+        /// ppm.
+        half_width_ppm: f64,
+    },
+    /// Half-width, m, of a radius.
+    RadiusHalfWidth {
+        /// m.
+        half_width_m: f64,
+    },
+    /// The radius is an assumption of the session.
+    AssumedRadius {
+        /// Assumed value, m.
+        radius_m: f64,
+        /// m.
+        half_width_m: f64,
+    },
+    /// The scale is assumed to be 1.
+    AssumedScale {
+        /// %.
+        half_width_percent: f64,
+    },
+    /// The scale found by two radii.
+    ScaleByTwoRadii,
+    /// Half-width of a reading, % of the reading.
+    ReadingHalfWidth {
+        /// %.
+        half_width_percent: f64,
+    },
+    /// Half-width of a temperature over the range used, K.
+    ThermometerHalfWidth {
+        /// K.
+        half_width_K: f64,
+    },
+    /// Half-width of the stand's tilt, degrees.
+    TiltHalfWidth {
+        /// °.
+        half_width_deg: f64,
+    },
+    /// Half-width of the level, through which the Earth's rotation along the axis is uncertain, degrees.
+    LevelForEarthRate {
+        /// °.
+        half_width_deg: f64,
+    },
+    /// The latitude is not known, so the Earth's rotation is not either.
+    LatitudeUnknown,
+    /// Cosine of the angle between the axes of part and platform, of which the mean is corrected.
+    Misalignment {
+        /// °.
+        half_width_deg: f64,
+    },
+    /// Steps of the time stamp of the device under test.
+    TimeStampStep,
+    /// Quantisation of the encoder at both ends of a plateau.
+    EncoderQuantisation,
+    /// Scatter of means over windows of this length.
+    WindowScatter {
+        /// s.
+        window_s: f64,
+    },
+    /// Scatter of one window.
+    OneWindow,
+    /// Standard uncertainty of a standard deviation (GUM E.4.3).
+    OfStandardDeviation,
+    /// Two standard deviations of a plateau.
+    TwoStandardDeviations,
+    /// Scatter of plateaus about the fitted curve.
+    PlateausAboutCurve {
+        /// Number.
+        count: usize,
+    },
+    /// Scatter of plateaus about two straight lines.
+    PlateausAboutTwoLines {
+        /// Number.
+        count: usize,
+    },
+    /// Scatter about two straight lines that meet at rest.
+    LinesMeetingAtRest,
+    /// Scatter of plateaus.
+    Plateaus {
+        /// Number.
+        count: usize,
+    },
+    /// Drift seen within plateaus; their sequence does not separate drift and rate.
+    DriftWithinPlateaus,
+    /// Scatter of runs of whole turns.
+    WholeTurnRuns {
+        /// Number.
+        count: usize,
+    },
+    /// Scatter from turn to turn.
+    Turns {
+        /// Number.
+        count: usize,
+    },
+    /// Scatter of parts of turns.
+    TurnParts {
+        /// Number.
+        count: usize,
+    },
+    /// Scatter of the complex responses about the fitted transfer function.
+    Responses {
+        /// Number of frequencies.
+        count: usize,
+        /// Scatter over what the uncertainties of the responses predict.
+        ratio: f64,
+    },
+    /// Uncertainty of the coefficient of Ω² at one radius.
+    QuadraticCoefficient,
+    /// Scatter about the slope of output over rate.
+    SlopeOverRate,
+    /// Scatter of block means over a temperature range.
+    MeansOverTemperature {
+        /// Number.
+        count: usize,
+        /// K.
+        range_K: f64,
+    },
+    /// Scatter about the integrated equation of motion.
+    IntegratedLaw,
+    /// Scatter of rates about the integrated equation of motion, autocorrelation considered.
+    RatesAboutIntegratedLaw {
+        /// Number.
+        count: usize,
+    },
+    /// Output-error fit over all rows, autocorrelation considered.
+    OutputError,
+    /// J/K of an output-error fit.
+    OutputErrorRatio,
+    /// Uncertainties of the fitted parameters, added as if fully correlated.
+    FullyCorrelatedParameters,
+    /// A parameter of the fitted model.
+    ModelFit,
+    /// A parameter of the fitted model that acts through the ripple of the rate.
+    ModelFitOnRipple,
+}
+
+/// What a quantity means, where its name does not tell all.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Meaning {
+    /// Slope of the least-squares line over ± full scale.
+    LineSlope,
+    /// Output at rest, without the Earth's rotation along the axis.
+    BiasWithoutEarthRate,
+    /// Output at rest, with the Earth's rotation along the axis.
+    BiasWithEarthRate,
+    /// Greatest departure from the least-squares line.
+    Nonlinearity,
+    /// Coefficient of Ω² over the scale; contains g-sensitivity.
+    Quadratic,
+    /// Approached from below minus from above.
+    Hysteresis,
+    /// Slope at positive minus slope at negative rates.
+    Asymmetry,
+    /// Standard deviation of a repeated plateau.
+    Repeatability,
+    /// Slope of the integral over whole turns.
+    WholeTurnScale,
+    /// Rates within ± this value are shown as rest.
+    RateDeadBand,
+    /// Smallest rate that one plateau distinguishes from rest.
+    Threshold,
+    /// −3 dB frequency.
+    Bandwidth {
+        /// Structure of the fitted transfer function.
+        structure: Structure,
+        /// Highest frequency that was run, Hz, where the bandwidth lies beyond.
+        extrapolated_beyond_Hz: Option<f64>,
+    },
+    /// Transport delay, apart from the lag.
+    Delay {
+        /// Cutoff of the known low-pass, Hz.
+        known_filter_Hz: Option<f64>,
+    },
+    /// Damping ratio of the pair of poles.
+    Damping {
+        /// Cutoff of the known low-pass, Hz.
+        known_filter_Hz: Option<f64>,
+    },
+    /// Scale towards frequency zero by the sines.
+    DynamicScale,
+    /// Temperature coefficient of the bias at rest.
+    BiasTemperature,
+    /// Relative temperature coefficient of the scale.
+    ScaleTemperature,
+    /// Amplitude over a turn on a tilted stand, per g across the axis.
+    GSensitivityByTilt,
+    /// By the centripetal acceleration at two radii.
+    GSensitivityByRadius,
+    /// Coefficient of Ω² extrapolated to radius zero.
+    QuadraticAtAxis,
+    /// Half the difference of both sides.
+    CrossAxis,
+    /// Half the sum of both sides.
+    MountingError,
+    /// Scale by the difference of two radii.
+    ScaleByTwoRadii,
+    /// Radius of the accelerometer's element at the first mounting.
+    ElementRadius,
+    /// Scale with the given radius.
+    ScaleAtGivenRadius,
+    /// Radius for a scale of 1.
+    RadiusAtUnitScale,
+    /// Angle from outward to the sensor's x axis.
+    MountingAngle,
+    /// Bias with the gravity of a tilted stand removed by the angle.
+    AccelerometerBias,
+    /// Rate below which the accelerometer shows no rate.
+    BlindRate {
+        /// Length of a window, s.
+        window_s: f64,
+    },
+    /// Deviation of the weighted combination of all rate readings from the encoder.
+    CombinedRate,
+    /// Parameter of the model by output error.
+    OutputError,
+    /// J R/(K² + R b).
+    MechanicalTimeConstant,
+    /// L/R.
+    ElectricalTimeConstant,
+    /// Inertia by a known added inertia.
+    InertiaByAddedInertia,
+    /// Coulomb friction over motor constant.
+    NoLoadCurrent,
+    /// Viscous friction over motor constant.
+    CurrentPerRate,
+    /// Part of the current that is equal in both directions.
+    CurrentAsymmetry,
+    /// Approached from slower minus from faster.
+    CurrentHysteresis,
+    /// Voltage at which the rate–voltage lines reach rest.
+    VoltageDeadBand,
+    /// Slope of the settled rate–voltage curve.
+    RatePerVoltage,
+    /// Viscous friction and braking over inertia.
+    CoastDecay,
+    /// Coulomb friction over inertia.
+    CoastDeceleration,
+    /// Inertia by the braking current of the shorted motor.
+    InertiaByCoasting,
+    /// −3 dB frequency from voltage to rate.
+    DriveBandwidth,
+    /// Torque of one harmonic order of the angle.
+    HarmonicTorque {
+        /// Periods per turn.
+        harmonic_order: usize,
+        /// Phase, rad.
+        phase_rad: f64,
+    },
+}
+
+/// Why a quantity was not found, and what a session needs to contain for it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum AbsenceReason {
+    /// Three rates or more.
+    NeedsThreeRates,
+    /// Two plateaus of each sign.
+    NeedsPlateausOfBothSigns,
+    /// Plateaus approached from both sides.
+    NeedsBothApproaches,
+    /// Repeated plateaus.
+    NeedsRepeatedPlateaus,
+    /// Three complete runs of whole turns, of both signs.
+    NeedsWholeTurns {
+        /// Runs with lost rows.
+        incomplete: usize,
+    },
+    /// A staircase of small rates.
+    NeedsSmallRates,
+    /// Two small rates of each sign beyond the dead band.
+    NeedsRatesBeyondDeadBand,
+    /// Sines of three frequencies, or a chirp.
+    NeedsSinesOrChirp,
+    /// Nothing but the known low-pass of the chip is visible.
+    OnlyKnownFilter {
+        /// Highest frequency that was run, Hz.
+        highest_Hz: f64,
+        /// Cutoff of the low-pass, Hz.
+        filter_Hz: f64,
+    },
+    /// The gain does not fall by 3 dB.
+    NoFallBy3dB {
+        /// Highest frequency that was run, Hz.
+        highest_Hz: f64,
+    },
+    /// A log at rest while the part warms.
+    NeedsWarmingAtRest,
+    /// Plateaus of both signs while the part warms.
+    NeedsWarmingPlateaus,
+    /// Whole turns on a tilted stand.
+    NeedsTilt,
+    /// The same staircase at a second radius.
+    NeedsSecondRadius,
+    /// Staircases with the part on both sides.
+    NeedsBothSides,
+    /// A step whose drive ends before the record.
+    NeedsCoasting,
+    /// The platform did not come to rest in the record.
+    NotAtRestInRecord,
+    /// A staircase in rate mode.
+    NeedsRateStaircase,
+    /// A staircase in voltage mode.
+    NeedsVoltageStaircase,
+    /// The plateaus do not separate Coulomb and viscous friction.
+    FrictionNotSeparable,
+    /// The platform hardly moved.
+    HardlyMoved,
+    /// A step in voltage mode with multi-step, prbs or multisine.
+    NeedsExcitation,
+    /// The fit of the model failed.
+    FitFailed {
+        /// The error of the fit.
+        message: String,
+    },
+    /// The record does not determine the parameter.
+    NotDetermined,
+    /// The same step with a known added inertia.
+    NeedsAddedInertia,
+    /// The added inertia has no effect.
+    AddedInertiaInvisible,
+    /// A slow constant rate and the motor constant.
+    NeedsSlowTurns,
+    /// The slow turns lack angle or current.
+    NeedsAngleAndCurrent,
+    /// Fewer than three whole turns.
+    TooFewTurns {
+        /// Whole turns in the log.
+        turns: usize,
+    },
+    /// No harmonic order exceeds the detection limit.
+    NoHarmonic {
+        /// Highest harmonic order searched.
+        highest_order: usize,
+        /// Detection limit, N m.
+        limit_N_m: f64,
+    },
+    /// A chirp in voltage mode.
+    NeedsVoltageChirp,
+    /// The log has no rows.
+    NoRows,
+    /// The platform did not turn.
+    DidNotTurn,
+    /// The platform reversed or stopped.
+    Reversed,
+    /// The chirp is too short.
+    ChirpTooShort,
+    /// Voltage and angle do not separate the parameters.
+    SweepNotSeparable,
+    /// The gain does not fall.
+    NoCorner,
+}
+
+/// A remark on the whole calibration.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Remark {
+    /// The sequence of plateaus does not separate drift and scale.
+    DriftNotSeparable,
+    /// Runs of whole turns with lost rows were left out.
+    IncompleteTurns {
+        /// Runs left out.
+        left_out: usize,
+        /// Runs recorded.
+        total: usize,
+    },
+    /// An accelerometer at a radius shows the square of the rate.
+    SquareOfRate,
+    /// Cogging of these harmonic orders is part of the fitted model.
+    CoggingInModel {
+        /// Periods per turn.
+        harmonic_orders: Vec<usize>,
+    },
+    /// The fitted model leaves more than noise.
+    Misfit {
+        /// The step.
+        step: String,
+        /// Effects of the model.
+        effects: Vec<&'static str>,
+        /// Residual rms over noise.
+        ratio: f64,
+    },
+    /// Commands that show what the model lacks.
+    NextCommands {
+        /// The log with the strongest excitation.
+        log: String,
+    },
+    /// The index was not seen: the phases have an arbitrary zero.
+    NoIndex,
+}

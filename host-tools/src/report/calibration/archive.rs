@@ -1,0 +1,154 @@
+//! Record files for a person and as JSON: a list, and one record with its budgets and its verification.
+
+use super::html::evaluation;
+use super::{text, unit_suffix};
+use crate::calibrate::DutKind;
+use crate::calibrate::archive::{ArchivedRecord, LogState, NotRecomputed, Verification};
+use crate::calibrate::stored_record::StoredRecord;
+use crate::report::{significant, with_sigma};
+use serde::Serialize;
+
+/// One line per record, then the files that were skipped.
+pub fn list_text(records: &[ArchivedRecord], skipped: &[String]) -> String {
+    let mut out = String::new();
+    for ArchivedRecord { path, record } in records {
+        let header = &record.header;
+        let serial = if header.serial.is_empty() { "–" } else { &header.serial };
+        let (done, all) = (header.steps.len(), header.session.steps.len());
+        let state = if done == all { "complete".to_owned() } else { format!("{done} of {all} steps") };
+        let interrupted = match header.interruptions.len() {
+            0 => String::new(),
+            1 => ", interrupted once".to_owned(),
+            n => format!(", interrupted {n} times"),
+        };
+        out += &format!(
+            "{}  {:<5}  {serial:<10}  {state}, {} results{interrupted}  {}\n",
+            header.began,
+            header.dut_kind.name(),
+            record.quantities.len(),
+            path.display()
+        );
+    }
+    if records.is_empty() {
+        out += "no records found\n";
+    }
+    out + &skipped_text(skipped)
+}
+
+/// The files that were skipped.
+pub fn skipped_text(skipped: &[String]) -> String {
+    skipped.iter().map(|why| format!("skipped: {why}\n")).collect()
+}
+
+#[derive(Serialize)]
+struct ListEntry<'a> {
+    record: String,
+    began: &'a str,
+    what: DutKind,
+    sensor: &'a str,
+    serial: &'a str,
+    whole: bool,
+    results: usize,
+    interruptions: usize,
+}
+
+#[derive(Serialize)]
+struct List<'a> {
+    records: Vec<ListEntry<'a>>,
+    passed_over: &'a [String],
+}
+
+impl<'a> From<&'a ArchivedRecord> for ListEntry<'a> {
+    fn from(ArchivedRecord { path, record }: &'a ArchivedRecord) -> Self {
+        let header = &record.header;
+        ListEntry {
+            record: path.display().to_string(),
+            began: &header.began,
+            what: header.dut_kind,
+            sensor: &header.sensor,
+            serial: &header.serial,
+            whole: header.steps.len() == header.session.steps.len(),
+            results: record.quantities.len(),
+            interruptions: header.interruptions.len(),
+        }
+    }
+}
+
+/// The answer of `stand records list --json`.
+pub fn list_json(records: &[ArchivedRecord], skipped: &[String]) -> serde_json::Value {
+    serde_json::json!(List { records: records.iter().map(Into::into).collect(), passed_over: skipped })
+}
+
+fn log_state(state: &LogState) -> Option<String> {
+    match state {
+        LogState::AsRecorded => None,
+        LogState::Changed { sha256 } => Some(format!("has changed: its SHA-256 is {sha256}")),
+        LogState::Missing => Some("is missing".to_owned()),
+    }
+}
+
+fn not_recomputed(reason: &NotRecomputed) -> String {
+    match reason {
+        NotRecomputed::Log { log, state } => format!("{log} {}", log_state(state).unwrap_or_default()),
+        NotRecomputed::Quantity { name } => format!("{name} is only in one of the two results: made by another version of these tools?"),
+        NotRecomputed::Failed { message } => message.clone(),
+    }
+}
+
+/// One record with its budgets and its verification.
+pub fn show_text(record: &StoredRecord, verification: &Verification) -> String {
+    let mut out = text(record);
+    for q in &record.quantities {
+        out += &format!("\n{}  {}{} (1σ)\n", q.name, with_sigma(q.value, q.combined_u()), unit_suffix(&q.unit));
+        let width = q.contributions.iter().map(|c| c.source.chars().count()).max().unwrap_or(0);
+        for c in &q.contributions {
+            let size = significant(c.contribution(), 2);
+            out += &format!("  {:<width$}  {}  {size:>12}{}  {}\n", c.source, evaluation(c.evaluation), unit_suffix(&q.unit), c.basis);
+        }
+    }
+    out.push('\n');
+    for (log, state) in &verification.logs {
+        out += &format!("{log}: {}\n", log_state(state).as_deref().unwrap_or("unchanged by its SHA-256"));
+    }
+    out + &match &verification.difference {
+        Ok(_) if verification.is_same() => "computed again from these logs: same results\n".to_owned(),
+        Ok(difference) => {
+            format!("computed again from these logs: DIFFERENT results; greatest relative difference {}\n", significant(*difference, 2))
+        }
+        Err(reason) => format!("not computed again: {}\n", not_recomputed(reason)),
+    }
+}
+
+#[derive(Serialize)]
+struct LogEntry<'a> {
+    log: &'a str,
+    as_recorded: bool,
+    says: Option<String>,
+}
+
+#[derive(Serialize)]
+struct VerificationEntry<'a> {
+    logs: Vec<LogEntry<'a>>,
+    same_results: bool,
+    greatest_difference: Option<f64>,
+    says: Option<String>,
+}
+
+#[derive(Serialize)]
+struct Show<'a> {
+    #[serde(flatten)]
+    record: &'a StoredRecord,
+    checked: VerificationEntry<'a>,
+}
+
+/// The answer of `stand records show --json`.
+pub fn show_json(record: &StoredRecord, verification: &Verification) -> serde_json::Value {
+    let logs = verification.logs.iter();
+    let checked = VerificationEntry {
+        logs: logs.map(|(log, state)| LogEntry { log, as_recorded: *state == LogState::AsRecorded, says: log_state(state) }).collect(),
+        same_results: verification.is_same(),
+        greatest_difference: verification.difference.as_ref().ok().copied(),
+        says: verification.difference.as_ref().err().map(not_recomputed),
+    };
+    serde_json::json!(Show { record, checked })
+}

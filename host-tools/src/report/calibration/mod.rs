@@ -1,0 +1,100 @@
+//! Calibration records in words: the record file, text for a terminal, an HTML page; lists of records, verification, and trends.
+
+mod archive;
+mod html;
+mod text;
+mod trend;
+mod words;
+
+pub use archive::{list_json, list_text, show_json, show_text, skipped_text};
+pub use html::html;
+pub use text::text;
+pub use trend::{trend_html, trend_json, trend_text};
+pub use words::{absence, basis, meaning};
+
+use crate::calibrate::record::CalibrationRecord;
+use crate::calibrate::stored_record::{RecordHeader, StoredAbsence, StoredCurve, StoredRecord, StoredSeries};
+use crate::calibrate::{CalibrateError, Curve};
+use crate::report::{plain, with_sigma};
+use crate::statistics::uncertainty::{COVERAGE_PROBABILITY, Quantity};
+
+/// A computed record with its texts, as its file contains it.
+pub fn stored(record: &CalibrationRecord) -> StoredRecord {
+    let (journal, session, findings) = (&record.journal, &record.session, &record.findings);
+    StoredRecord {
+        quantities: findings.quantities.iter().map(|q| q.map_texts(basis, meaning)).collect(),
+        header: RecordHeader {
+            dut_kind: session.dut_kind,
+            sensor: session.sensor.clone(),
+            serial: session.serial.clone(),
+            operator: session.operator.clone(),
+            began: journal.began.clone(),
+            computed: record.computed.clone(),
+            stand: journal.stand.clone(),
+            tools: journal.tools.clone(),
+            is_complete: record.is_complete(),
+            statement: statement(),
+            session: session.clone(),
+            steps: journal.steps.clone(),
+            interruptions: journal.interruptions.clone(),
+            absent: findings.absent.iter().map(|a| StoredAbsence { name: a.quantity.clone(), why: absence(&a.reason) }).collect(),
+            remarks: findings.remarks.iter().map(words::remark).collect(),
+            curves: findings.curves.iter().map(curve).collect(),
+        },
+    }
+}
+
+fn curve(curve: &Curve) -> StoredCurve {
+    let finite = |x: f64| x.is_finite().then_some(x);
+    let points = |points: &[(f64, f64)]| points.iter().map(|(x, y)| [finite(*x), finite(*y)]).collect::<Vec<_>>();
+    let style = words::curve_style(curve.kind);
+    let series = curve.other_series.iter().map(|(kind, p)| StoredSeries { name: words::series(*kind).into(), points: points(p) });
+    StoredCurve {
+        title: style.title.into(),
+        x: style.x.into(),
+        y: style.y.into(),
+        points: points(&curve.points),
+        other_series: series.collect(),
+        line: points(&curve.line),
+    }
+}
+
+/// What the uncertainties of a record mean.
+fn statement() -> String {
+    format!(
+        "Expanded uncertainties U have a coverage probability of {} %. This is not an accredited certificate.",
+        COVERAGE_PROBABILITY * 100.0
+    )
+}
+
+/// The last line of texts with expanded uncertainties.
+fn footnote() -> String {
+    format!("± U: expanded uncertainty, coverage probability {} %. Not an accredited certificate.", plain(COVERAGE_PROBABILITY * 100.0, 3))
+}
+
+/// Remarks, lost rows and interruptions of a record.
+fn remarks(header: &RecordHeader) -> Vec<String> {
+    let lost = header.steps.iter().filter(|step| step.lost_rows > 0);
+    let lost = lost
+        .map(|step| format!("Step `{}`: {} rows were lost on the serial line, {} were recorded.", step.name, step.lost_rows, step.rows));
+    header.remarks.iter().cloned().chain(lost).chain(header.interruptions.iter().cloned()).collect()
+}
+
+/// Why the logs give no calibration, with the reason of the first absent quantity.
+pub fn calibrate_error(error: &CalibrateError) -> String {
+    let first = match error {
+        CalibrateError::NoQuantities { absent } => absent.first(),
+        _ => None,
+    };
+    first.map_or(error.to_string(), |first| format!("{error}. {}: {}", first.quantity, absence(&first.reason)))
+}
+
+/// A unit behind a number; nothing for a ratio.
+fn unit_suffix(unit: &str) -> String {
+    if unit == "1" { String::new() } else { format!(" {unit}") }
+}
+
+/// Value ± U with the unit.
+fn with_expanded_u<B, M>(q: &Quantity<B, M>) -> String {
+    format!("{}{}", with_sigma(q.value, q.expanded_u()), unit_suffix(&q.unit))
+}

@@ -1,0 +1,33 @@
+//! A calibration record for a terminal.
+
+use super::{footnote, remarks, with_expanded_u, words};
+use crate::calibrate::stored_record::{RecordHeader, StoredRecord};
+use crate::statistics::uncertainty::COVERAGE_PROBABILITY;
+
+/// Title of a record: kind, type and serial number of the device under test.
+pub(super) fn heading(header: &RecordHeader) -> String {
+    let device: Vec<&str> = [header.sensor.as_str(), header.serial.as_str()].into_iter().filter(|w| !w.is_empty()).collect();
+    format!("calibration {} {}", header.dut_kind.name(), device.join(" ")).trim_end().to_owned()
+}
+
+/// Values with expanded uncertainties, absent quantities and remarks.
+pub fn text(record: &StoredRecord) -> String {
+    let header = &record.header;
+    let mut out = format!("{}: {} of {} steps, begun {}\n", heading(header), header.steps.len(), header.session.steps.len(), header.began);
+    let width = record.quantities.iter().map(|q| q.name.len()).max().unwrap_or(0);
+    for q in &record.quantities {
+        let k = words::coverage_factor(q.coverage_factor(COVERAGE_PROBABILITY));
+        out += &format!("  {:<width$}  {}  (U, k = {k}", q.name, with_expanded_u(q));
+        if q.effective_dof() < words::MANY_DOF {
+            out += &format!(", ν = {}", words::degrees_of_freedom(q.effective_dof()));
+        }
+        out += ")\n";
+    }
+    for absent in &header.absent {
+        out += &format!("  {:<width$}  not found: {}\n", absent.name, absent.why);
+    }
+    for line in remarks(header) {
+        out += &format!("{line}\n");
+    }
+    out + &format!("{}\n", footnote())
+}
