@@ -32,12 +32,12 @@ pub mod compensation;
 pub mod config;
 pub mod console;
 pub mod gyro_loop;
-pub mod imu;
 pub mod mailbox;
 mod maths;
 pub mod measurement_loop;
 
 pub mod profile;
+pub mod sensors;
 
 pub mod session;
 pub mod settings;

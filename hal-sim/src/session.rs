@@ -13,7 +13,7 @@ use embassy_futures::select::select;
 use stand_firmware::board::{Board, Clock, Hardware, ROW_HZ, TICKS_PER_ROW};
 use stand_firmware::calibration::{self, Found, Map, Refused, Watch};
 use stand_firmware::config::ConfigError;
-use stand_firmware::imu;
+use stand_firmware::sensors;
 use stand_firmware::measurement_loop::{MeasurementLoop, Pace, Row, RowSink};
 use stand_firmware::profile::{PARAMETERS, Profile, ProfileConfig, ProfileKind, ProfileRunner};
 use stand_firmware::session::rows_in;
@@ -171,7 +171,7 @@ fn run_session<P: PlantPort>(
     plant: P,
     request: SessionRequest,
     take: impl FnMut(&Row, &Truth),
-) -> Result<(Pace, imu::Status), SessionError> {
+) -> Result<(Pace, sensors::Status), SessionError> {
     let seconds = stand_firmware::config::within("seconds", request.seconds, 1e-3, 1e6)?;
     stand.sensors.check()?;
     if let Some(sensor) = &stand.imu {
@@ -187,7 +187,7 @@ fn run_session<P: PlantPort>(
     let (report_writer, report_reader) = reports.split();
     let mut interrupt = Interrupt::new(SpeedLoop::new(config), order_reader, report_writer);
     let mut runner = ProfileRunner::new(profile, request.mode, stand.hardware, order_writer);
-    let sensor = imu::Shared::default();
+    let sensor = sensors::Shared::default();
     let mut measurement = MeasurementLoop::new(stand.hardware, report_reader).with_imu(&sensor);
     let mut sink = WithTruth { bench: &bench, take };
 
@@ -203,8 +203,8 @@ fn run_session<P: PlantPort>(
     let both = async {
         match line {
             Some(line) => {
-                let chip = imu::Ism330dhcx::new(line, SimClock(&clock));
-                select(session, imu::Runner::new(chip, SimClock(&clock), &sensor).run()).await;
+                let chip = sensors::Ism330dhcx::new(line, SimClock(&clock));
+                select(session, sensors::Runner::new(chip, SimClock(&clock), &sensor).run()).await;
             }
             None => session.await,
         }
@@ -214,7 +214,7 @@ fn run_session<P: PlantPort>(
 }
 
 /// Returns when the sensor under test has shown something, or a twentieth of a second later: then the rows are without it.
-async fn await_first_sample(clock: &SimClock<'_>, sensor: &imu::Shared) {
+async fn await_first_sample(clock: &SimClock<'_>, sensor: &sensors::Shared) {
     for _ in 0..50 {
         if sensor.newest().is_some() {
             return;
@@ -354,7 +354,7 @@ impl Columns {
         self.compensating.push(row.compensating);
     }
 
-    fn into_record(self, stand: &StandSetup, request: &SessionRequest, pace: Pace, sensor: &imu::Status) -> Record {
+    fn into_record(self, stand: &StandSetup, request: &SessionRequest, pace: Pace, sensor: &sensors::Status) -> Record {
         let rows = self.limits.len();
         let named = COLUMNS.iter().map(|(name, _)| *name).zip(self.values);
         Record {
@@ -380,7 +380,7 @@ fn no_turn(turn_s: &[f64]) -> bool {
 fn notes(
     stand: &StandSetup,
     request: &SessionRequest,
-    sensor: &imu::Status,
+    sensor: &sensors::Status,
     limits: &[Limits],
     compensating: &[Compensating],
     fault: Option<(Fault, f64)>,
@@ -434,14 +434,14 @@ fn notes(
 }
 
 /// How the columns of the sensor under test were made.
-fn sensor_notes(sensor: &imu::Status) -> Vec<(String, String)> {
+fn sensor_notes(sensor: &sensors::Status) -> Vec<(String, String)> {
     let Some(in_force) = sensor.in_force else { return Vec::new() };
     let setup = in_force.setup;
     let made = |what: &str, cutoff_Hz: f32, range: String| {
         let (name, rate_Hz) = (sensor.name, setup.data_rate_Hz);
         format!("{name}, {what}, filter {cutoff_Hz} Hz, ±{range}, newest sample of {rate_Hz} Hz before t")
     };
-    let accel = made("accelerometer", in_force.accel_cutoff_Hz, format!("{:.0} g", setup.accel_range_m_s2 / imu::STANDARD_GRAVITY_M_S2));
+    let accel = made("accelerometer", in_force.accel_cutoff_Hz, format!("{:.0} g", setup.accel_range_m_s2 / sensors::STANDARD_GRAVITY_M_S2));
     let gyro = made("gyro", in_force.rate_cutoff_Hz, format!("{:.0} °/s", setup.rate_range_rad_s.to_degrees()));
     [("gyro_rad_s", gyro), ("accel_x_m_s2", accel.clone()), ("accel_y_m_s2", accel)].map(|(key, says)| (key.to_string(), says)).into()
 }

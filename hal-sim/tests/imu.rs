@@ -7,8 +7,8 @@ use hal_sim::clock::{self, SimClock, VirtualClock};
 use hal_sim::peripherals::SensorSetup;
 use hal_sim::peripherals::imu::{Fault, ImuSetup};
 use stand_firmware::board::{Board, Clock, Hardware, TICKS_PER_S, TickIo, Ticks};
-use stand_firmware::imu::{
-    Drained, InForce, Ism330dhcx, Motion, Ready, Runner, Sample, SelfTest, Sensor, Setup, Shared, State, Status, Trouble,
+use stand_firmware::sensors::{
+    Drained, InForce, Ism330dhcx, Motion, Ready, Runner, Sample, SelfTest, Sensor, Setup, Shared, State, Status, SensorError,
 };
 use std::cell::RefCell;
 
@@ -74,13 +74,13 @@ fn samples_carry_rate_and_forces_of_their_own_moment_on_the_boards_clock() {
             seen.push((newest, newest.age(Ticks(ms * 10_000))));
         }
     });
-    assert_eq!((status.state, status.lost, status.refused, status.troubles), (State::Running, 0, 0, 0));
+    assert_eq!((status.state, status.lost, status.refused, status.errors), (State::Running, 0, 0, 0));
     assert_eq!(status.name, "ISM330DHCX");
     assert_eq!(status.in_force.unwrap().setup.data_rate_Hz, 1667.0);
     // 6667 / 4 Hz by an oscillator that is 1.05 % slow and 0.04 % fast, for five seconds.
     let pace = (1.0 - 7.0 * 0.0015) * (1.0 + 4e-4);
     assert!((f64::from(status.samples) / (5.0 * 6667.0 / 4.0 * pace) - 1.0).abs() < 3e-3, "{}", status.samples);
-    assert!((status.relative_pace - (1.0 + 4e-4)).abs() < 3e-5, "{}", status.relative_pace);
+    assert!((status.relative_frequency - (1.0 + 4e-4)).abs() < 3e-5, "{}", status.relative_frequency);
     let rate_delay_s = 1.0 / (std::f64::consts::TAU * 304.2);
     let force_delay_s = 1.0 / (std::f64::consts::TAU * 166.7);
     // The first quarter of a second, before the chip's pace was seen, is off by 0.04 % of it.
@@ -97,9 +97,9 @@ fn samples_carry_rate_and_forces_of_their_own_moment_on_the_boards_clock() {
         assert!(near(outward_m_s2, x * chi.cos() + y * chi.sin()), "{t}: {outward_m_s2} {x}");
         assert!(near(along_m_s2, y * chi.cos() - x * chi.sin()), "{t}: {along_m_s2} {y}");
     }
-    println!("longest reading of the FIFO {:.1} µs", status.longest_reading_s * 1e6);
+    println!("longest reading of the FIFO {:.1} µs", status.longest_read_s * 1e6);
     // Two bytes of state, and at most twelve words at 0.8 µs a byte: a tenth of a row, and the others run meanwhile.
-    assert!(status.longest_reading_s < 200e-6, "{}", status.longest_reading_s);
+    assert!(status.longest_read_s < 200e-6, "{}", status.longest_read_s);
 }
 
 #[test]
@@ -134,16 +134,16 @@ fn the_self_test_moves_what_the_data_sheet_says_and_samples_come_again() {
     let mut answers = Vec::new();
     let status = run(STILL, ImuSetup::default(), 3.0, |ms, shared, _| {
         if ms == 100 {
-            shared.ask_self_test();
+            shared.request_self_test();
         }
-        answers.extend(shared.tested().filter(|_| answers.is_empty()));
+        answers.extend(shared.self_test_result().filter(|_| answers.is_empty()));
     });
     let test = answers.first().unwrap().unwrap();
     assert!(test.passed, "{test:?}");
     assert!(
         test.rate_rad_s.iter().all(|r| (r.to_degrees() - 400.0).abs() < 1.0) && test.accel_m_s2.iter().all(|a| (a - 3.92).abs() < 0.05)
     );
-    assert_eq!((status.state, status.troubles), (State::Running, 0));
+    assert_eq!((status.state, status.errors), (State::Running, 0));
 }
 
 #[test]
@@ -152,7 +152,7 @@ fn another_setup_is_read_back_and_wide_enough() {
     let wanted = Setup { data_rate_Hz: 500.0, rate_range_rad_s: 300_f32.to_radians(), accel_range_m_s2: 60.0 };
     let status = run(Turning { t_s: 0.0, from_rad_s: 8.0, acceleration_rad_s2: 0.0 }, ImuSetup::ideal(), 1.0, |ms, shared, _| {
         if ms == 100 {
-            shared.ask_setup(wanted);
+            shared.request_setup(wanted);
             asked = true;
         }
         if ms > 200 {
@@ -166,12 +166,12 @@ fn another_setup_is_read_back_and_wide_enough() {
 
 #[test]
 fn a_chip_that_is_absent_wrong_stuck_or_talks_rubbish_is_reported_and_found_again() {
-    type Fails = fn(Trouble) -> bool;
+    type Fails = fn(SensorError) -> bool;
     let faults: [(Fault, Fails, &str); 6] = [
-        (Fault::Silent(0x00), |t| matches!(t, Trouble::Absent { who_am_i: 0, .. } | Trouble::Silent), "no sensor, or no power"),
-        (Fault::Silent(0xFF), |t| matches!(t, Trouble::Absent { who_am_i: 0xFF, .. } | Trouble::Rubbish(_)), "no sensor, or no power"),
-        (Fault::Named(0x6C), |t| matches!(t, Trouble::WrongChip { who_am_i: 0x6C, expected: 0x6B }), "0x6c instead of 0x6b"),
-        (Fault::Stuck, |t| matches!(t, Trouble::Silent), "no sample comes"),
+        (Fault::Silent(0x00), |t| matches!(t, SensorError::Absent { who_am_i: 0, .. } | SensorError::Silent), "no sensor, or no power"),
+        (Fault::Silent(0xFF), |t| matches!(t, SensorError::Absent { who_am_i: 0xFF, .. } | SensorError::InvalidData(_)), "no sensor, or no power"),
+        (Fault::Named(0x6C), |t| matches!(t, SensorError::WrongChip { who_am_i: 0x6C, expected: 0x6B }), "0x6c instead of 0x6b"),
+        (Fault::Stuck, |t| matches!(t, SensorError::Silent), "no sample comes"),
         (Fault::FlippedBits(2), |_| true, ""),
         (Fault::FlippedBits(20), |_| true, ""),
     ];
@@ -189,7 +189,7 @@ fn a_chip_that_is_absent_wrong_stuck_or_talks_rubbish_is_reported_and_found_agai
                     troubles.push(trouble);
                 }
             });
-            assert!(!troubles.is_empty() && troubles.iter().all(|t| fails(*t)), "{fault:?} from {from}: {troubles:?}");
+            assert!(!troubles.is_empty() && troubles.iter().all(|t| fails(*t)), "{fault:?} from {from}: {errors:?}");
             assert!(troubles.last().unwrap().to_string().contains(says), "{fault:?}: {}", troubles.last().unwrap());
             assert_eq!(status.state, State::Running, "{fault:?} from {from}: found again");
         }
@@ -252,28 +252,28 @@ impl Told<'_> {
 impl Sensor for Told<'_> {
     const NAME: &'static str = "told";
 
-    async fn identify(&mut self) -> Result<(), Trouble> {
+    async fn identify(&mut self) -> Result<(), SensorError> {
         Ok(())
     }
-    async fn configure(&mut self, wanted: &Setup) -> Result<InForce, Trouble> {
+    async fn configure(&mut self, wanted: &Setup) -> Result<InForce, SensorError> {
         Ok(InForce { setup: *wanted, rate_cutoff_Hz: 1e4, accel_cutoff_Hz: 1e4, stamp_s: 1e-6 })
     }
-    async fn ready(&mut self) -> Result<Ready, Trouble> {
+    async fn ready(&mut self) -> Result<Ready, SensorError> {
         Ok(Ready { rate: true, accel: true, temperature: true })
     }
-    async fn drain(&mut self, samples: &mut [Sample]) -> Result<Drained, Trouble> {
+    async fn drain(&mut self, samples: &mut [Sample]) -> Result<Drained, SensorError> {
         let sample = self.sample();
         let fresh = usize::from(std::mem::replace(&mut self.last, sample.stamp) != sample.stamp);
         samples[0] = sample;
         Ok(Drained { samples: fresh, ..Drained::default() })
     }
-    async fn stamp(&mut self) -> Result<u32, Trouble> {
+    async fn stamp(&mut self) -> Result<u32, SensorError> {
         Ok(self.sample().stamp)
     }
-    async fn temperature_C(&mut self) -> Result<f32, Trouble> {
+    async fn temperature_C(&mut self) -> Result<f32, SensorError> {
         Ok(25.0)
     }
-    async fn self_test(&mut self) -> Result<SelfTest, Trouble> {
+    async fn self_test(&mut self) -> Result<SelfTest, SensorError> {
         Ok(SelfTest { passed: true, ..SelfTest::default() })
     }
 }
@@ -289,7 +289,7 @@ fn a_second_part_fits_behind_the_trait() {
     let watch = until.until(Ticks(TICKS_PER_S));
     clock::run(&clock, select(watch, runner.run()), |to| bench.borrow_mut().advance(to, |io| _ = io.sense())).unwrap();
     let (status, newest) = (shared.status(), shared.newest().unwrap());
-    assert_eq!((status.name, status.state, status.troubles), ("told", State::Running, 0));
+    assert_eq!((status.name, status.state, status.errors), ("told", State::Running, 0));
     assert!((newest.value.rate_rad_s - 3.0).abs() < 1e-6 && (newest.value.outward_m_s2 + 0.45).abs() < 1e-6);
     assert!(newest.age(Ticks(TICKS_PER_S)) < 3_000, "{newest:?}");
 }

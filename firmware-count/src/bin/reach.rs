@@ -16,7 +16,7 @@ use stand_firmware::console::quantity::Quantity;
 use stand_firmware::console::{Guard, StopLine};
 use stand_firmware::measurement_loop::Row;
 use stand_firmware::speed_loop::Interrupt;
-use stand_firmware::telemetry::frame::MOST_FRAME;
+use stand_firmware::telemetry::frame::MAX_FRAME;
 use stand_firmware::telemetry::{Body, Channels, Deframer, RowFrame, encode};
 use stand_firmware::text::{Significant, Truncated};
 
@@ -50,8 +50,8 @@ extern "C" fn reach_guard(guard: &mut Guard<'static>, byte: u8) {
 
 #[unsafe(no_mangle)]
 #[inline(never)]
-extern "C" fn reach_framing_encode(row: &Row, seq: u16, out: &mut [u8; MOST_FRAME]) -> usize {
-    let channels = Channels(black_box(u32::MAX));
+extern "C" fn reach_framing_encode(row: &Row, seq: u16, out: &mut [u8; MAX_FRAME]) -> usize {
+    let channels = Channels::from_bits(black_box(u32::MAX)).unwrap_or(Channels::ALL);
     let frame = RowFrame::new(row, channels);
     encode(&black_box(Body::Row(frame)), seq, out).map_or(0, <[u8]>::len)
 }
@@ -86,7 +86,7 @@ static LINE: StopLine = StopLine::new();
 #[entry]
 fn main() -> ! {
     let (row, seq) = black_box((Row::default(), 0));
-    let mut out = [0; MOST_FRAME];
+    let mut out = [0; MAX_FRAME];
     reach_framing_encode(&row, seq, &mut out);
     reach_framing_decode(&mut Deframer::default(), black_box(0));
     reach_guard(&mut Guard::new(&LINE), black_box(0));

@@ -12,13 +12,13 @@ use crate::console::guard::CANCEL;
 use crate::console::line::{BadLine, Lines, MAX_LINE};
 use crate::console::parse::Commands;
 use crate::settings::{Kept, Saved, Store};
-use crate::telemetry::frame::MOST_TEXT;
+use crate::telemetry::frame::MAX_TEXT;
 use embedded_io_async::{Error, ErrorKind, Read};
 use embedded_storage::nor_flash::NorFlash;
 use heapless::String;
 
 /// A line of a reply; in a stream it fits into one frame.
-type Reply = String<MOST_TEXT>;
+type Reply = String<MAX_TEXT>;
 
 /// Reads lines and executes them, for ever.
 pub async fn run<C: Clock, R: Read, F: NorFlash>(state: &State<'_>, clock: &C, mut receive: R, store: &mut Store<F>) -> ! {
@@ -103,7 +103,7 @@ async fn execute_line<C: Clock, F: NorFlash>(state: &State<'_>, clock: &C, line:
             Err(error) => Err(error),
         };
         if result.is_ok() && !reply.is_empty() {
-            if replies.len() + 1 + reply.len() > MOST_TEXT {
+            if replies.len() + 1 + reply.len() > MAX_TEXT {
                 send(state, clock, &mut replies).await;
             }
             // There is room for both.

@@ -29,7 +29,7 @@ use crate::console::errors::{Code, ErrorEntry};
 use crate::console::guard::StopLine;
 use crate::gyro_loop;
 use crate::gyro_loop::observer;
-use crate::imu;
+use crate::sensors;
 use crate::measurement_loop::{Instruments, MeasurementLoop};
 use crate::session::next_start;
 use crate::settings::{Kept, Saved, Store};
@@ -56,7 +56,7 @@ pub struct Memory {
     capture: capture::Memory,
     // Filled in by `assemble`.
     instruments: Option<Instruments>,
-    imu: Option<imu::Shared>,
+    imu: Option<sensors::Shared>,
     drift: Option<gyro_loop::Shared>,
     observer: Option<observer::Shared>,
 }
@@ -126,7 +126,7 @@ pub fn assemble<'a, F: NorFlash>(
         .tuned_by(&memory.tuning)
         .recording(memory.capture.recorder(CAPTURE_BEFORE));
     let instruments: &Instruments = memory.instruments.insert(Instruments::new(kept.hardware));
-    let imu: &imu::Shared = memory.imu.insert(imu::Shared::default());
+    let imu: &sensors::Shared = memory.imu.insert(sensors::Shared::default());
     let drift: &gyro_loop::Shared =
         memory.drift.insert(gyro_loop::Shared::new(gyro_loop::Scales::new(&kept.settings.gyro, &kept.hardware)));
     let observer: &observer::Shared = memory.observer.insert(observer::Shared::default());
@@ -158,8 +158,8 @@ impl<F: NorFlash> App<'_, F> {
         let mut rows = rows::Rows::new(state, clock.clone(), &measuring);
         let sensor = pin!(async {
             if let Some(line) = sensor_bus {
-                let sensor = imu::Ism330dhcx::new(line, clock.clone());
-                imu::Runner::new(sensor, clock.clone(), state.dut.shared).run().await;
+                let sensor = sensors::Ism330dhcx::new(line, clock.clone());
+                sensors::Runner::new(sensor, clock.clone(), state.dut.shared).run().await;
             }
         });
         let measurement = pin!(async {

@@ -4,7 +4,7 @@
 //! leave a gap in the frame numbers. Replies wait, and leave some room to the rows.
 
 use crate::board::{Clock, TICKS_PER_ROW};
-use crate::telemetry::frame::MOST_FRAME;
+use crate::telemetry::frame::MAX_FRAME;
 use crate::telemetry::{Body, encode};
 use core::cell::Cell;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
@@ -50,7 +50,7 @@ impl Out {
 
     /// Sends a frame if there is room.
     pub fn frame(&self, body: &Body<'_>) {
-        let mut space = [0; MOST_FRAME];
+        let mut space = [0; MAX_FRAME];
         let seq = self.seq.get();
         self.seq.set(seq.wrapping_add(1));
         match encode(body, seq, &mut space) {

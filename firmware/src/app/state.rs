@@ -12,14 +12,14 @@ use crate::console::errors::{Code, ErrorEntry, ErrorQueue};
 use crate::console::guard::StopLine;
 use crate::console::status::{OPERATION_COMPLETE, Status};
 use crate::gyro_loop::{self, observer};
-use crate::imu;
+use crate::sensors;
 use crate::measurement_loop::{Instruments, Row};
 use crate::profile::{ProfileConfig, ProfileKind};
 use crate::settings::Kept;
 use crate::speed_loop::{Config, Mode, Tuning, Zero};
 use crate::status::Fault;
 use crate::telemetry::Channels;
-use crate::telemetry::frame::MOST_TEXT;
+use crate::telemetry::frame::MAX_TEXT;
 use core::cell::{Cell, RefCell};
 use core::fmt::Write;
 use heapless::String;
@@ -44,7 +44,7 @@ pub struct Parts<'a> {
     /// Turns, stability, timing, drive and sensor, estimated from the rows.
     pub instruments: &'a Instruments,
     /// The sensor under test.
-    pub imu: &'a imu::Shared,
+    pub imu: &'a sensors::Shared,
     /// The drift measurement of the gyroscope.
     pub drift: &'a gyro_loop::Shared,
     /// The observer of the gyroscope.
@@ -257,9 +257,9 @@ pub struct CaptureState<'a> {
 /// The sensor under test.
 pub struct DutState<'a> {
     /// Samples and status of its task.
-    pub shared: &'a imu::Shared,
+    pub shared: &'a sensors::Shared,
     /// The set-up that was requested last.
-    pub requested_setup: Cell<Option<imu::Setup>>,
+    pub requested_setup: Cell<Option<sensors::Setup>>,
 }
 
 /// Measured values.
@@ -308,7 +308,7 @@ impl<'a> State<'a> {
                 duration_s: Cell::new(30.0),
             },
             stream: StreamState {
-                selection: Cell::new(Stream { channels: Channels::USUAL, decimation: 1 }),
+                selection: Cell::new(Stream { channels: Channels::DEFAULT, decimation: 1 }),
                 to_index_rad: Cell::new(None),
             },
             supervision: SupervisionState::default(),
@@ -368,7 +368,7 @@ impl<'a> State<'a> {
 
     /// Sends an error without a query.
     pub fn show_error(&self, entry: &ErrorEntry) {
-        let mut line = String::<MOST_TEXT>::new();
+        let mut line = String::<MAX_TEXT>::new();
         if write!(line, "ERROR {entry}").is_ok() {
             self.out.try_line(&line);
         }

@@ -210,6 +210,6 @@ mod tests {
     #[test]
     fn the_longest_error_fits_into_a_frame() {
         let entry = ErrorEntry::with(Code::CHECKSUM, "x".repeat(200));
-        assert!("ERROR ".len() + entry.to_string().len() <= crate::telemetry::frame::MOST_TEXT);
+        assert!("ERROR ".len() + entry.to_string().len() <= crate::telemetry::frame::MAX_TEXT);
     }
 }

@@ -36,7 +36,7 @@ pub use turn::{Turn, TurnReading};
 use crate::board::{Board, CONTROL_HZ, Clock, EdgeTime, GyroSample, Hardware, TICKS_PER_ROW, Ticks, Unwrapped};
 use crate::gyro_loop;
 use crate::gyro_loop::observer::{self, Observed, Seen};
-use crate::imu;
+use crate::sensors;
 use crate::speed_loop::{Fault, ONE, Report, ReportReader};
 use turn::TurnTimer;
 
@@ -66,7 +66,7 @@ struct Look {
     from_index: Option<i64>,
     edge: Option<(i64, EdgeTime)>,
     turn: Option<Turn>,
-    imu: Option<imu::Motion>,
+    imu: Option<sensors::Motion>,
     imu_age: u64,
     sensor_C: Option<f32>,
     gyro: Option<GyroSample>,
@@ -89,7 +89,7 @@ pub struct MeasurementLoop<'a> {
     /// The counter at the index, as last seen.
     index_counts: Option<i64>,
     turns: TurnTimer,
-    imu: Option<&'a imu::Shared>,
+    imu: Option<&'a sensors::Shared>,
     pulse: Option<&'a gyro_loop::Shared>,
     observer: Option<&'a observer::Shared>,
     /// The counter at the session's zero of the angle.
@@ -118,7 +118,7 @@ impl<'a> MeasurementLoop<'a> {
     }
 
     /// The same loop, whose rows carry what the sensor under test last showed.
-    pub fn with_imu(self, imu: &'a imu::Shared) -> Self {
+    pub fn with_imu(self, imu: &'a sensors::Shared) -> Self {
         Self { imu: Some(imu), ..self }
     }
 

@@ -1,25 +1,27 @@
-//! What leaves the stand while it runs: rows of chosen channels, in frames that a damaged byte cannot pass for.
+//! Telemetry: rows of selected channels and text, in frames with a check sum.
 //!
-//! [`frame`] is the wire: what a frame is, how it is made, and how a receiver finds it again (the host uses the same code). [`channel`] is
-//! the list of what a row can carry, and what a choice of it costs on the line.
+//! [`channel`] is the table of all channels; [`message`] has the contents of frames; [`frame`] puts a message into a frame and finds frames in a
+//! received stream. The host uses the same code.
 
-mod body;
 pub mod channel;
+mod codec;
 pub mod frame;
+pub mod message;
 mod stuffing;
 
 #[cfg(test)]
 mod tests;
 
-pub use channel::{CHANNELS, Channels};
-pub use frame::{Beat, Body, Deframer, Frame, Hello, RowFrame, encode};
+pub use channel::{CHANNELS, Channel, Channels};
+pub use frame::{Deframer, Frame, encode};
+pub use message::{Beat, Body, Hello, RowFrame};
 
-/// CRC-32/ISO-HDLC (zlib's) of some bytes: of frames, of command lines, of records in flash.
+/// CRC-32/ISO-HDLC (as in zlib) of frames, command lines, and records in flash.
 pub fn crc32(bytes: &[u8]) -> u32 {
     CRC.checksum(bytes)
 }
 
-/// A table of a KiB is for hosts: bit by bit is some 40 cycles a byte on the chip, by estimate 2 % of the core at a full line.
+/// The host uses a table of 1 KiB. The chip computes bit by bit: about 40 cycles per byte, an estimated 2 % of the core at a full line.
 #[cfg(not(target_os = "none"))]
 const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 #[cfg(target_os = "none")]

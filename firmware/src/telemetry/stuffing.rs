@@ -1,15 +1,15 @@
-//! COBS around a frame: bytes without a zero in them, and back.
+//! Consistent overhead byte stuffing (COBS): bytes without zeros, and back.
 //!
-//! The `cobs` crate's state machines, byte by byte. Its functions on slices index them, and what indexes can panic as far as the compiler can
-//! see (scripts/callgraph.py); here a place that is not there is an answer.
+//! Uses the byte-wise state machines of the `cobs` crate. Its functions on slices are not used, because the compiler cannot prove them free of
+//! panics (scripts/callgraph.py).
 
 use cobs::{DecodeResult, DecoderState, EncoderState, PushResult};
 
-/// Writes `raw` without zeros to the beginning of `out`; how many bytes. `None` if they do not fit, or if 254 and more without a zero
-/// follow each other: a frame is shorter.
+/// Writes `raw` without zeros to the beginning of `out`; the length. `None` if it does not fit, or if 254 or more bytes without a zero
+/// follow each other, which no frame has.
 pub fn stuff(raw: &[u8], out: &mut [u8]) -> Option<usize> {
     let mut state = EncoderState::default();
-    // The first place is for the distance to the first zero.
+    // The first byte is the distance to the first zero.
     let mut length = 1;
     for byte in raw {
         let (at, value) = match state.push(*byte) {
@@ -25,12 +25,12 @@ pub fn stuff(raw: &[u8], out: &mut [u8]) -> Option<usize> {
     (length <= out.len()).then_some(length)
 }
 
-/// Brings a piece between two zeros back in its place; how many bytes it has then. `None` if it is not such a piece.
+/// Restores a piece between two zeros in place; its length. `None` if it is invalid.
 pub fn unstuff(piece: &mut [u8]) -> Option<usize> {
     let mut state = DecoderState::default();
     let mut length = 0;
     for n in 0..=piece.len() {
-        // The zero behind the piece is not in it.
+        // The zero behind the piece is not part of it.
         match state.feed(piece.get(n).copied().unwrap_or(0)).ok()? {
             DecodeResult::DataContinue(byte) => {
                 *piece.get_mut(length)? = byte;
@@ -50,7 +50,7 @@ mod tests {
     use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
     #[test]
-    fn it_is_what_the_crate_makes_of_it_and_comes_back() {
+    fn encoding_equals_that_of_the_crate_and_decodes() {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(5);
         for n in 0..20_000_usize {
             let length = n % 248;
@@ -68,7 +68,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_such_piece_is_refused_as_by_the_crate() {
+    fn invalid_pieces_are_refused_as_by_the_crate() {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(6);
         let mut refused = 0;
         for _ in 0..50_000 {
@@ -89,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_refused() {
+    fn data_without_room_are_refused() {
         assert_eq!(stuff(&[1; 10], &mut [0; 10]), None);
         assert_eq!(stuff(&[1; 10], &mut [0; 11]), Some(11));
         assert_eq!(stuff(&[1; 254], &mut [0; 300]), None);

@@ -1,7 +1,8 @@
-//! Frames there and back, and damaged ones that must not pass.
+//! Encoding and decoding of frames; refusal of damaged ones.
 
 use super::channel::CHANNELS;
-use super::frame::{MOST_FRAME, MOST_TEXT, PROTOCOL, Piece};
+use super::frame::{MAX_FRAME, MAX_TEXT, Piece};
+use super::message::PROTOCOL;
 use super::*;
 use crate::board::Ticks;
 use crate::measurement_loop::Row;
@@ -9,7 +10,7 @@ use crate::speed_loop::Limits;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
-/// Damaged frames per test: all of them where the code is fast.
+/// Damaged frames per test; fewer in a debug build.
 const DAMAGED: u32 = if cfg!(debug_assertions) { 100_000 } else { 1_000_000 };
 
 fn row() -> Row {
@@ -27,7 +28,7 @@ fn row() -> Row {
 }
 
 fn sent(body: &Body<'_>, seq: u16) -> Vec<u8> {
-    let mut out = [0; MOST_FRAME];
+    let mut out = [0; MAX_FRAME];
     encode(body, seq, &mut out).unwrap().to_vec()
 }
 
@@ -43,18 +44,18 @@ fn received(bytes: &[u8], mut each: impl FnMut(Frame<'_>)) -> u64 {
 }
 
 #[test]
-fn what_was_sent_is_what_is_received() {
+fn sent_messages_are_received() {
     let hello = Hello {
         protocol: PROTOCOL,
         identity: "maker,model,0,1",
         counts_per_turn: 20_000.0,
         row_Hz: 1000,
         decimation: 5,
-        channels: Channels::USUAL.0,
+        channels: Channels::DEFAULT.bits(),
         zero_is_index: true,
     };
-    let long = "x".repeat(MOST_TEXT);
-    let row = RowFrame::new(&row(), Channels::USUAL);
+    let long = "x".repeat(MAX_TEXT);
+    let row = RowFrame::new(&row(), Channels::DEFAULT);
     let bodies =
         [Body::Hello(hello), Body::Text("12.5 DEG/S"), Body::Text(&long), Body::Beat(Beat { at: 7, lost: 1, fault: 2 }), Body::Text("")];
     for (seq, body) in (65_500_u16..).zip(bodies) {
@@ -64,19 +65,19 @@ fn what_was_sent_is_what_is_received() {
     }
     received(&sent(&Body::Row(row), 9), |frame| {
         let Body::Row(back) = frame.body else { panic!("a row") };
-        assert_eq!((back.sequence, back.at, back.channels), (3_600_000, 36_000_001_000, Channels::USUAL));
+        assert_eq!((back.sequence, back.at, back.channels), (3_600_000, 36_000_001_000, Channels::DEFAULT));
         let value = |name| back.named().find(|(n, _)| *n == name).map(|(_, value)| value);
         assert!((value("theta_rad").unwrap() - 45_239.123_456_789).abs() < 1e-9, "to a nanoradian");
         assert_eq!((value("i_A"), value("u_V"), value("limits")), (Some(-0.125), Some(0.25), Some(3.0)));
-        assert!(value("supply_V").is_some_and(f64::is_nan), "what was not measured is not made up");
-        assert_eq!(value("from_index_rad"), None, "what was not asked for is not there");
+        assert!(value("supply_V").is_some_and(f64::is_nan), "a missing value is NaN");
+        assert_eq!(value("from_index_rad"), None, "a channel that was not selected is absent");
     });
-    assert!(encode(&Body::Text(&"x".repeat(MOST_TEXT + 1)), 0, &mut [0; MOST_FRAME]).is_none());
+    assert!(encode(&Body::Text(&"x".repeat(MAX_TEXT + 1)), 0, &mut [0; MAX_FRAME]).is_none());
 }
 
 #[test]
-fn a_frame_is_no_longer_than_the_cost_that_its_channels_are_refused_by() {
-    for channels in [Channels::ALL, Channels::USUAL, Channels(1), Channels(0)] {
+fn no_row_is_longer_than_its_estimate() {
+    for channels in [Channels::ALL, Channels::DEFAULT, Channels::named("u_V").unwrap(), Channels::default()] {
         let row = Row {
             sequence: u32::MAX,
             at: Ticks(40_000_000_000_000),
@@ -92,9 +93,9 @@ fn a_frame_is_no_longer_than_the_cost_that_its_channels_are_refused_by() {
 }
 
 #[test]
-fn every_channel_has_a_name_of_its_own() {
+fn every_channel_has_a_unique_name() {
     for (bit, channel) in CHANNELS.iter().enumerate() {
-        assert_eq!(Channels::named(&channel.name.to_uppercase()), Some(Channels(1 << bit)));
+        assert_eq!(Channels::named(&channel.name.to_uppercase()).map(Channels::bits), Some(1 << bit));
     }
 }
 
@@ -120,7 +121,7 @@ fn no_damaged_frame_is_accepted() {
     for n in 0..DAMAGED {
         let random_row =
             Row { sequence: n, theta_rad: f64::from(random.next_u32() >> 12), i_A: Some(f64::from(random.next_u32())), ..row() };
-        let row = Body::Row(RowFrame::new(&random_row, Channels(random.next_u32() & Channels::ALL.0)));
+        let row = Body::Row(RowFrame::new(&random_row, Channels::from_bits(random.next_u32() & Channels::ALL.bits()).unwrap()));
         let body = if n % 4 == 0 { Body::Text("SOURce:RATE 12.5 RAD/S") } else { row };
         let whole = sent(&body, n as u16);
         let mut bytes = whole.clone();
@@ -140,9 +141,20 @@ fn no_damaged_frame_is_accepted() {
 }
 
 #[test]
-fn noise_is_no_frame() {
+fn noise_is_not_a_frame() {
     let mut random = Xoshiro256PlusPlus::seed_from_u64(5);
     let mut bytes = vec![0; 16 * DAMAGED as usize];
     random.fill_bytes(&mut bytes);
     assert!(received(&bytes, |frame| panic!("accepted {frame:?}")) > 0);
+}
+
+#[test]
+fn names_end_with_their_units_and_the_default_selection_is_stable() {
+    for channel in &CHANNELS {
+        let unit = channel.unit.replace('²', "2").replace('°', "").replace(['/', ' '], "_");
+        let expected = if unit.is_empty() { String::new() } else { format!("_{unit}") };
+        assert!(channel.name.ends_with(&expected), "{} in {}", channel.name, channel.unit);
+    }
+    // The default of the protocol's first version.
+    assert_eq!(Channels::DEFAULT.bits(), 0b110_1111_1111);
 }

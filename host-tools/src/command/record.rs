@@ -102,7 +102,7 @@ impl Record {
         let more: String = self.also.iter().map(|name| format!(",{name}")).collect();
         link.command(&format!("{}{more}", self.channels()))?;
         let file = place.create().map_err(|e| CliError::file(place.partial_path(), "write", &e))?;
-        let channels = Channels::USUAL;
+        let channels = Channels::DEFAULT;
         let mut recorder = Recorder::new(file, self.mode_channels(channels).and(also), head);
         let begun = Instant::now();
         let end = self.measure(&mut link, &mut recorder, place.partial_path())?;
@@ -141,7 +141,7 @@ impl Record {
 
     /// What is asked for beside the usual.
     fn also(&self) -> Result<Channels, CliError> {
-        self.also.iter().try_fold(Channels(0), |all, name| match Channels::named(name) {
+        self.also.iter().try_fold(Channels::default(), |all, name| match Channels::named(name) {
             Some(one) => Ok(all.and(one)),
             None => {
                 Err(CliError::Input(format!("--also: `{name}` is no channel (STReam:CHANnels:LIST? in `stand console` has the names)")))
@@ -153,7 +153,7 @@ impl Record {
         let commands = ["rate_cmd_rad_s", "theta_cmd_rad"].iter().filter_map(|name| Channels::named(name));
         match self.mode {
             DriveMode::Rate => usual,
-            DriveMode::Voltage => commands.fold(usual, |all, one| Channels(all.0 & !one.0)),
+            DriveMode::Voltage => commands.fold(usual, |all, one| all.without(one)),
         }
     }
 

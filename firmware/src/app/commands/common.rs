@@ -75,7 +75,7 @@ pub(super) fn write_identity(state: &State<'_>, out: &mut dyn Write) -> fmt::Res
 fn reset(state: &State<'_>) {
     state.all_off();
     state.supervision.host_timeout_s.set(None);
-    state.stream.selection.set(Stream { channels: Channels::USUAL, decimation: 1 });
+    state.stream.selection.set(Stream { channels: Channels::DEFAULT, decimation: 1 });
     state.set_text_mode();
 }
 

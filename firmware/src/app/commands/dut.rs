@@ -5,7 +5,7 @@ use crate::app::state::State;
 use crate::console::errors::{Code, ErrorEntry};
 use crate::console::parse::Range;
 use crate::console::quantity::Quantity;
-use crate::imu::{self, Setup};
+use crate::sensors::{self, Setup};
 use crate::text::{Significant, WithUnit};
 use core::fmt::Write;
 
@@ -61,7 +61,7 @@ pub(super) const ENTRIES: &[Entry] = &[
     ),
     entry(
         "IMU:CLOCk",
-        Action::NumberQuery("PPM", |state| Ok((state.dut.shared.status().relative_pace - 1.0) * 1e6)),
+        Action::NumberQuery("PPM", |state| Ok((state.dut.shared.status().relative_frequency - 1.0) * 1e6)),
         "frequency error of the chip's oscillator against the crystal",
     ),
 ];
@@ -83,7 +83,7 @@ fn requested_setup(state: &State<'_>) -> Setup {
 
 fn request(state: &State<'_>, setup: Setup) -> Done {
     state.dut.requested_setup.set(Some(setup));
-    state.dut.shared.ask_setup(setup);
+    state.dut.shared.request_setup(setup);
     state.supervision.dut_busy.set(true);
     Ok(())
 }
@@ -92,10 +92,10 @@ fn status(state: &State<'_>, out: &mut dyn Write) -> Done {
     let status = state.dut.shared.status();
     write!(out, "{},", if status.name.is_empty() { "none" } else { status.name })?;
     match status.state {
-        imu::State::Starting => out.write_str("STARTING")?,
-        imu::State::Running => out.write_str("RUNNING")?,
-        imu::State::Testing => out.write_str("TESTING")?,
-        imu::State::Failed(error) => write!(out, "FAILED {error}")?,
+        sensors::State::Starting => out.write_str("STARTING")?,
+        sensors::State::Running => out.write_str("RUNNING")?,
+        sensors::State::Testing => out.write_str("TESTING")?,
+        sensors::State::Failed(error) => write!(out, "FAILED {error}")?,
     }
     Ok(write!(out, ",{},{},{}", status.samples, status.lost, status.refused)?)
 }
@@ -108,16 +108,16 @@ fn filter(state: &State<'_>, out: &mut dyn Write) -> Done {
 
 fn start_test(state: &State<'_>) -> Done {
     state.require_at_rest()?;
-    if state.dut.shared.status().state != imu::State::Running {
+    if state.dut.shared.status().state != sensors::State::Running {
         return Err(not_running());
     }
-    state.dut.shared.ask_self_test();
+    state.dut.shared.request_self_test();
     state.supervision.dut_busy.set(true);
     Ok(())
 }
 
 fn test_result(state: &State<'_>, out: &mut dyn Write) -> Done {
-    match state.dut.shared.tested() {
+    match state.dut.shared.self_test_result() {
         None => out.write_str("NONE")?,
         Some(Err(error)) => write!(out, "FAILED,{error}")?,
         Some(Ok(test)) => {

@@ -7,7 +7,7 @@ use crate::console::errors::{Code, ErrorEntry};
 use crate::console::parse::{Parameters, Range};
 use crate::console::quantity::Quantity;
 use crate::telemetry::channel::Coding;
-use crate::telemetry::frame::PROTOCOL;
+use crate::telemetry::message::PROTOCOL;
 use crate::telemetry::{Body, CHANNELS, Channels, Hello};
 use crate::text::{Ascii, Fixed, write_list};
 use core::fmt::{self, Write};
@@ -72,7 +72,7 @@ fn channel(name: &[u8]) -> Result<Channels, ErrorEntry> {
         return Ok(Channels::ALL);
     }
     if name.eq_ignore_ascii_case(b"DEF") || name.eq_ignore_ascii_case(b"DEFAULT") {
-        return Ok(Channels::USUAL);
+        return Ok(Channels::DEFAULT);
     }
     core::str::from_utf8(name).ok().and_then(Channels::named).ok_or_else(|| {
         ErrorEntry::with(Code::ILLEGAL_VALUE, format_args!("there is no channel {}: STReam:CHANnels:LIST? lists all", Ascii(name)))
@@ -134,7 +134,7 @@ fn send_hello(state: &State<'_>) {
         counts_per_turn: state.hardware.counts_per_turn,
         row_Hz: ROW_HZ as u16,
         decimation: stream.decimation as u16,
-        channels: stream.channels.0,
+        channels: stream.channels.bits(),
         zero_is_index: state.stream.to_index_rad.get().is_some(),
     }));
 }

@@ -172,10 +172,10 @@ impl Receiver {
 mod tests {
     use super::*;
     use stand_firmware::telemetry::encode;
-    use stand_firmware::telemetry::frame::MOST_FRAME;
+    use stand_firmware::telemetry::frame::MAX_FRAME;
 
     fn frame(body: &Body<'_>, seq: u16) -> Vec<u8> {
-        encode(body, seq, &mut [0; MOST_FRAME]).unwrap().to_vec()
+        encode(body, seq, &mut [0; MAX_FRAME]).unwrap().to_vec()
     }
 
     fn heard(receiver: &mut Receiver, bytes: &[u8]) -> Vec<Received> {

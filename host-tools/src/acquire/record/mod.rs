@@ -104,7 +104,7 @@ impl<W: Write> Recorder<W> {
     /// Of the output.
     pub fn take(&mut self, row: &RowFrame) -> std::io::Result<RowOutcome> {
         let value = |name: &str| row.named().find(|(n, _)| *n == name).map(|(_, value)| value).unwrap_or(f64::NAN);
-        if row.channels.0 & self.channels.0 != self.channels.0 {
+        if !row.channels.contains(self.channels) {
             // Of a stream before this one.
             return Ok(RowOutcome::NotYet);
         }

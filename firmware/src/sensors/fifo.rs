@@ -1,34 +1,34 @@
-//! Words of ST's tagged FIFO put together to samples (AN5398 §9; tags and parity as in ST's `st_fifo.c`).
+//! Decoder of ST's tagged FIFO (AN5398 §9; tags and parity as in ST's `st_fifo.c`).
 //!
-//! A word is a tag and six bytes. The words of one moment, rate, acceleration and time, share a counter of two bits in their tags. A tag of
-//! odd parity or of no known kind is refused; a moment of which a word is missing is lost and counted.
+//! A word is a tag and six bytes. The three words of a sample, rate, acceleration and time stamp, share a two-bit counter in their tags. A word
+//! with a wrong parity or an unknown tag is refused; a sample with a missing word is counted as lost.
 
 use super::Sample;
 
-/// Bytes of a word.
+/// Size of a word, bytes.
 pub const WORD: usize = 7;
 
-/// Kinds of words, as the tag has them.
+/// Kinds of words by tag.
 const RATE: u8 = 0x01;
 const ACCEL: u8 = 0x02;
 const STAMP: u8 = 0x04;
-/// Words that are none of the three but may come: temperature, and a change of the set-up.
+/// Other kinds that are ignored: temperature, and a change of configuration.
 const OTHERS: [u8; 2] = [0x03, 0x05];
 
-/// What a word did.
+/// Result of a word.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Took {
-    /// Nothing yet.
-    Part,
-    /// It was the last of its moment.
+pub enum Decoded {
+    /// The sample is incomplete.
+    Incomplete,
+    /// The sample is complete.
     Sample(Sample),
-    /// It is no word.
+    /// The word is invalid.
     Refused,
 }
 
-/// A moment under way.
+/// A sample that is being assembled.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Assembly {
+pub struct Decoder {
     counter: Option<u8>,
     rate: Option<[f32; 3]>,
     accel: Option<[f32; 3]>,
@@ -36,22 +36,22 @@ pub struct Assembly {
     lost: u32,
 }
 
-impl Assembly {
+impl Decoder {
     /// Samples lost since the last call.
     pub fn take_lost(&mut self) -> u32 {
         core::mem::take(&mut self.lost)
     }
 
-    /// Takes a word; the scales turn codes into rad/s and m/s².
-    pub fn take(&mut self, word: [u8; WORD], rate_rad_s: f32, accel_m_s2: f32) -> Took {
+    /// Takes a word; the scales are rad/s and m/s² per code.
+    pub fn take(&mut self, word: [u8; WORD], rate_rad_s: f32, accel_m_s2: f32) -> Decoded {
         let [tag, a, b, c, d, e, f] = word;
         let (kind, counter) = (tag >> 3, tag >> 1 & 3);
         let known = [RATE, ACCEL, STAMP].contains(&kind);
         if tag.count_ones() & 1 != 0 || !(known || OTHERS.contains(&kind)) {
-            return Took::Refused;
+            return Decoded::Refused;
         }
         if !known {
-            return Took::Part;
+            return Decoded::Incomplete;
         }
         if self.counter != Some(counter) {
             let begun = self.rate.is_some() || self.accel.is_some() || self.stamp.is_some();
@@ -67,9 +67,9 @@ impl Assembly {
         match (self.rate, self.accel, self.stamp) {
             (Some(rate_rad_s), Some(accel_m_s2), Some(stamp)) => {
                 *self = Self { lost: self.lost, ..Self::default() };
-                Took::Sample(Sample { stamp, rate_rad_s, accel_m_s2 })
+                Decoded::Sample(Sample { stamp, rate_rad_s, accel_m_s2 })
             }
-            _ => Took::Part,
+            _ => Decoded::Incomplete,
         }
     }
 }
@@ -86,30 +86,30 @@ mod tests {
     }
 
     #[test]
-    fn three_words_of_a_moment_are_a_sample_in_any_order() {
-        let mut assembly = Assembly::default();
+    fn three_words_make_a_sample_in_any_order() {
+        let mut decoder = Decoder::default();
         for (n, order) in [[RATE, ACCEL, STAMP], [STAMP, ACCEL, RATE]].into_iter().enumerate() {
             let body = |kind| if kind == STAMP { [1, 2, 0, 0, 9, 9] } else { [1, 0, 0xFF, 0xFF, 0, 0x80] };
-            let took = order.map(|kind| assembly.take(word(kind, n as u8, body(kind)), 2.0, 0.5));
+            let took = order.map(|kind| decoder.take(word(kind, n as u8, body(kind)), 2.0, 0.5));
             let expected = Sample { stamp: 513, rate_rad_s: [2.0, -2.0, -65_536.0], accel_m_s2: [0.5, -0.5, -16_384.0] };
-            assert_eq!(took, [Took::Part, Took::Part, Took::Sample(expected)]);
+            assert_eq!(took, [Decoded::Incomplete, Decoded::Incomplete, Decoded::Sample(expected)]);
         }
-        assert_eq!(assembly.take_lost(), 0);
+        assert_eq!(decoder.take_lost(), 0);
     }
 
     #[test]
     fn a_missing_word_is_a_lost_sample_and_a_bad_tag_is_refused() {
-        let mut assembly = Assembly::default();
-        assembly.take(word(RATE, 1, [0; 6]), 1.0, 1.0);
-        assembly.take(word(STAMP, 2, [0; 6]), 1.0, 1.0);
-        assert_eq!((assembly.take_lost(), assembly.take_lost()), (1, 0));
+        let mut decoder = Decoder::default();
+        decoder.take(word(RATE, 1, [0; 6]), 1.0, 1.0);
+        decoder.take(word(STAMP, 2, [0; 6]), 1.0, 1.0);
+        assert_eq!((decoder.take_lost(), decoder.take_lost()), (1, 0));
         let [good, ..] = word(RATE, 2, [0; 6]);
         for bit in 0..8 {
-            assert_eq!(assembly.take([good ^ 1 << bit, 0, 0, 0, 0, 0, 0], 1.0, 1.0), Took::Refused, "bit {bit}");
+            assert_eq!(decoder.take([good ^ 1 << bit, 0, 0, 0, 0, 0, 0], 1.0, 1.0), Decoded::Refused, "bit {bit}");
         }
         for all in [0x00, 0xFF] {
-            assert_eq!(assembly.take([all; WORD], 1.0, 1.0), Took::Refused);
+            assert_eq!(decoder.take([all; WORD], 1.0, 1.0), Decoded::Refused);
         }
-        assert_eq!(assembly.take(word(3, 2, [0; 6]), 1.0, 1.0), Took::Part, "a temperature is no rubbish");
+        assert_eq!(decoder.take(word(3, 2, [0; 6]), 1.0, 1.0), Decoded::Incomplete, "a temperature is valid");
     }
 }

@@ -1,17 +1,16 @@
-//! ST's ISM330DHCX (data sheet DS13012, application note AN5398) by the registers of ST's own driver.
+//! ST's ISM330DHCX (data sheet DS13012, application note AN5398), with the register definitions of ST's driver.
 //!
-//! The driver names the registers and their bits. Its verbs are not used: each of them is code of its own wherever one waits for it, those for
-//! the data rate also look at other parts of the chip, those for the FIFO read one word at a time. Here all goes by one exchange of bytes,
-//! registers as a whole and the FIFO in one burst. Every register that is written is read back.
+//! Only the driver's registers and bit fields are used. Its methods for the data rate also access other parts of the chip, and those for the
+//! FIFO read one word at a time. Here registers are exchanged as a whole and the FIFO is read in bursts. Every written register is read back.
 
-use super::fifo::{Assembly, Took, WORD};
-use super::{Drained, InForce, Ready, STANDARD_GRAVITY_M_S2, Sample, SelfTest, Sensor, Setup, Trouble};
+use super::fifo::{Decoder, Decoded, WORD};
+use super::{Drained, InForce, Ready, STANDARD_GRAVITY_M_S2, Sample, SelfTest, Sensor, Setup, SensorError};
 use crate::board::{Clock, TICKS_PER_S};
 use embedded_hal_async::spi::SpiDevice;
 use ism330dhcx_rs::asynchronous as st;
 use ism330dhcx_rs::asynchronous::prelude::*;
 
-/// Output rates, Hz, and their code (CTRL1_XL, CTRL2_G, FIFO_CTRL3).
+/// Output data rates, Hz, and their codes (CTRL1_XL, CTRL2_G, FIFO_CTRL3).
 const RATES: [(f32, u8); 7] = [
     (104.0, OdrGy::_104hz as u8),
     (208.0, OdrGy::_208hz as u8),
@@ -21,9 +20,9 @@ const RATES: [(f32, u8); 7] = [
     (3333.0, OdrGy::_3332hz as u8),
     (6667.0, OdrGy::_6667hz as u8),
 ];
-/// Cutoff of the gyro's low-pass at those rates, Hz: LPF1 with FTYPE 000 and LPF2 (DS13012, table 60).
+/// Cutoff frequency of the rate's low-pass at those data rates, Hz: LPF1 with FTYPE 000 and LPF2 (DS13012, table 60).
 const RATE_CUTOFFS_HZ: [f32; 7] = [33.0, 67.0, 136.6, 239.2, 304.2, 328.5, 335.5];
-/// Ranges of the gyro, °/s, their code (CTRL2_G), and mdps in one code (DS13012, table 2).
+/// Ranges of the rate, °/s, their codes (CTRL2_G), and mdps per code (DS13012, table 2).
 const RATE_RANGES: [(f32, u8, f32); 6] = [
     (125.0, FsGy::_125dps as u8, 4.375),
     (250.0, FsGy::_250dps as u8, 8.75),
@@ -32,46 +31,46 @@ const RATE_RANGES: [(f32, u8, f32); 6] = [
     (2000.0, FsGy::_2000dps as u8, 70.0),
     (4000.0, FsGy::_4000dps as u8, 140.0),
 ];
-/// Ranges of the accelerometer, g, their code (CTRL1_XL), and mg in one code.
+/// Ranges of the acceleration, g, their codes (CTRL1_XL), and mg per code.
 const ACCEL_RANGES: [(f32, u8, f32); 4] =
     [(2.0, FsXl::_2g as u8, 0.061), (4.0, FsXl::_4g as u8, 0.122), (8.0, FsXl::_8g as u8, 0.244), (16.0, FsXl::_16g as u8, 0.488)];
-/// LPF2 of the accelerometer at a tenth of the output rate (HPCF_XL 001; DS13012, table 65).
+/// Cutoff of the acceleration's LPF2 relative to the data rate (HPCF_XL 001; DS13012, table 65).
 const ACCEL_CUTOFF_PART: f32 = 0.1;
 const HPCF_TENTH: u8 = 1;
 
-/// Words in the FIFO (3 KiB).
+/// Capacity of the FIFO, words (3 KiB).
 const FIFO_WORDS: u16 = 512;
-/// Words read in one burst: what three samples need, and room for one more.
+/// Words in one burst: three samples and one more.
 const BURST_WORDS: usize = 12;
-/// One step of the time stamp, s, and what a step of INTERNAL_FREQ_FINE changes of it (AN5398 §6.4).
+/// Nominal resolution of the time stamp, s, and its relative change per step of INTERNAL_FREQ_FINE (AN5398 §6.4).
 const STAMP_S: f64 = 25e-6;
 const FINE: f64 = 0.0015;
 
-/// What the self-test must move, on each axis (DS13012, tables 3 and 4): mg, and °/s at ± 2000 °/s.
+/// Limits of the self-test on each axis (DS13012, tables 3 and 4): mg, and °/s at ± 2000 °/s.
 const TEST_MG: (f32, f32) = (40.0, 1700.0);
 const TEST_DEG_S: (f32, f32) = (150.0, 700.0);
-/// Readings in the mean of a self-test, and how long the chip settles before (AN5398 §7).
+/// Readings in the mean of a self-test, and the settling time before, board clock steps (AN5398 §7).
 const TEST_READINGS: u32 = 5;
-const TEST_SETTLES: u64 = TICKS_PER_S >> 3;
+const TEST_SETTLING: u64 = TICKS_PER_S >> 3;
 
-/// The first byte says the register, its highest bit that it is read.
+/// Read flag in the first byte, which is the register address.
 const READS: u8 = 0x80;
 
-/// The sensor on its line.
+/// The sensor on its SPI bus.
 pub struct Ism330dhcx<D: SpiDevice<u8>, C: Clock> {
     line: D,
     clock: C,
-    /// What goes over the line: the register, then what is written or came.
+    /// Transfer buffer: the register address, then the data.
     bytes: [u8; 1 + BURST_WORDS * WORD],
-    /// rad/s and m/s² in one code.
+    /// Scales, rad/s and m/s² per code.
     rate_rad_s: f32,
     accel_m_s2: f32,
-    assembly: Assembly,
+    decoder: Decoder,
     overrun: bool,
 }
 
 impl<D: SpiDevice<u8>, C: Clock> Ism330dhcx<D, C> {
-    /// The chip behind this line; nothing is sent yet.
+    /// The chip on this bus; sends nothing yet.
     pub fn new(line: D, clock: C) -> Self {
         Self {
             line,
@@ -79,7 +78,7 @@ impl<D: SpiDevice<u8>, C: Clock> Ism330dhcx<D, C> {
             bytes: [0; 1 + BURST_WORDS * WORD],
             rate_rad_s: 0.0,
             accel_m_s2: 0.0,
-            assembly: Assembly::default(),
+            decoder: Decoder::default(),
             overrun: false,
         }
     }
@@ -88,65 +87,65 @@ impl<D: SpiDevice<u8>, C: Clock> Ism330dhcx<D, C> {
         self.clock.until(self.clock.now() + steps).await;
     }
 
-    /// Sends the first byte and `count` more; what came in their place stands in [`Self::came`].
-    async fn exchange(&mut self, first: u8, count: usize) -> Result<(), Trouble> {
+    /// Transfers the first byte and `count` more; [`Self::received`] has the received bytes.
+    async fn exchange(&mut self, first: u8, count: usize) -> Result<(), SensorError> {
         if let Some(place) = self.bytes.first_mut() {
             *place = first;
         }
         let bytes = self.bytes.get_mut(..=count).unwrap_or_default();
-        self.line.transfer_in_place(bytes).await.map_err(|_| Trouble::Bus)
+        self.line.transfer_in_place(bytes).await.map_err(|_| SensorError::Bus)
     }
 
-    /// What came after the first byte.
-    fn came<const N: usize>(&self) -> [u8; N] {
+    /// The bytes received after the first.
+    fn received<const N: usize>(&self) -> [u8; N] {
         self.bytes.get(1..).and_then(|bytes| bytes.first_chunk()).copied().unwrap_or([0; N])
     }
 
-    /// Reads so many bytes from a register on; they stand in [`Self::came`].
-    async fn read(&mut self, register: Reg, count: usize) -> Result<(), Trouble> {
+    /// Reads `count` bytes from a register on into [`Self::received`].
+    async fn read(&mut self, register: Reg, count: usize) -> Result<(), SensorError> {
         self.exchange(register as u8 | READS, count).await
     }
 
-    /// Writes registers, one after the other, and reads each back. A loop: each place where one waits is code of its own.
-    async fn set_all(&mut self, registers: &[(Reg, u8)]) -> Result<(), Trouble> {
+    /// Writes registers, one after the other, and reads each back.
+    async fn set_all(&mut self, registers: &[(Reg, u8)]) -> Result<(), SensorError> {
         for (register, wrote) in registers {
             let register = *register as u8;
             for first in [register, register | READS] {
                 self.bytes = [*wrote; _];
                 self.exchange(first, 1).await?;
             }
-            let [read] = self.came();
+            let [read] = self.received();
             if read != *wrote {
-                return Err(Trouble::NotConfigured { register, wrote: *wrote, read });
+                return Err(SensorError::NotConfigured { register, wrote: *wrote, read });
             }
         }
         Ok(())
     }
 
-    /// Back to what it is after power-on.
-    async fn reset(&mut self) -> Result<(), Trouble> {
+    /// Resets the chip to its state after power-on.
+    async fn reset(&mut self) -> Result<(), SensorError> {
         let power_on = Ctrl3C::new().into_bits();
         let mut read = Ctrl3C::new().with_sw_reset(1).into_bits();
         self.bytes = [read; _];
         let mut first = Reg::Ctrl3C as u8;
-        // Written once, then read; it takes 50 µs.
+        // Written once, then read until the reset is over, about 50 µs.
         for _ in 0..=10 {
             self.exchange(first, 1).await?;
             self.wait(1_000).await;
             if first & READS != 0 {
-                [read] = self.came();
+                [read] = self.received();
             }
             first |= READS;
             if read == power_on {
-                // Both halves of a reading belong together, and bursts go from register to register.
+                // Block data update: both bytes of a reading belong together. Bursts increment the address by default.
                 return self.set_all(&[(Reg::Ctrl3C, Ctrl3C::new().with_bdu(1).into_bits())]).await;
             }
         }
-        Err(Trouble::NotConfigured { register: Reg::Ctrl3C as u8, wrote: power_on, read })
+        Err(SensorError::NotConfigured { register: Reg::Ctrl3C as u8, wrote: power_on, read })
     }
 
-    /// Mean of some readings, rad/s and m/s², at ± 2000 °/s and ± 4 g; each is waited for.
-    async fn mean(&mut self) -> Result<([f32; 3], [f32; 3]), Trouble> {
+    /// Mean of several readings, rad/s and m/s², at ± 2000 °/s and ± 4 g.
+    async fn mean(&mut self) -> Result<([f32; 3], [f32; 3]), SensorError> {
         let mut sums = ([0.0_f32; 3], [0.0_f32; 3]);
         for _ in 0..TEST_READINGS {
             let mut tries = 0;
@@ -156,14 +155,14 @@ impl<D: SpiDevice<u8>, C: Clock> Ism330dhcx<D, C> {
                     break;
                 }
                 tries += 1;
-                // The slower of the two gives 52 readings a second.
+                // The slower of both gives 52 readings per second.
                 if tries > 100 {
-                    return Err(Trouble::Silent);
+                    return Err(SensorError::Silent);
                 }
                 self.wait(10_000).await;
             }
             self.read(Reg::OutxLG, 12).await?;
-            let [a, b, c, d, e, f, g, h, i, j, k, l] = self.came();
+            let [a, b, c, d, e, f, g, h, i, j, k, l] = self.received();
             let code = |low, high| f32::from(i16::from_le_bytes([low, high]));
             let (rates, forces) = ([code(a, b), code(c, d), code(e, f)], [code(g, h), code(i, j), code(k, l)]);
             sums.0.iter_mut().zip(rates).for_each(|(sum, code)| *sum += code);
@@ -174,53 +173,52 @@ impl<D: SpiDevice<u8>, C: Clock> Ism330dhcx<D, C> {
     }
 }
 
-/// The least that is at least `wanted`, or the greatest there is.
+/// The smallest entry that is at least `wanted`, or the greatest entry.
 fn at_least<T: Copy>(list: &[T], wanted: f32, size: impl Fn(&T) -> f32) -> Option<T> {
-    // What was read back as a float of another unit may have lost its last digit.
+    // A value converted from another unit may be off by its last digit.
     list.iter().find(|entry| size(entry) >= wanted * 0.999).or(list.last()).copied()
 }
 
 impl<D: SpiDevice<u8>, C: Clock> Sensor for Ism330dhcx<D, C> {
     const NAME: &'static str = "ISM330DHCX";
 
-    async fn identify(&mut self) -> Result<(), Trouble> {
+    async fn identify(&mut self) -> Result<(), SensorError> {
         self.read(Reg::WhoAmI, 1).await?;
-        let [who_am_i] = self.came();
+        let [who_am_i] = self.received();
         match (who_am_i, st::ISM330DHCX_ID) {
             (who_am_i, expected) if who_am_i == expected => Ok(()),
-            (who_am_i @ (0x00 | 0xFF), expected) => Err(Trouble::Absent { who_am_i, expected }),
-            (who_am_i, expected) => Err(Trouble::WrongChip { who_am_i, expected }),
+            (who_am_i @ (0x00 | 0xFF), expected) => Err(SensorError::Absent { who_am_i, expected }),
+            (who_am_i, expected) => Err(SensorError::WrongChip { who_am_i, expected }),
         }
     }
 
-    async fn configure(&mut self, wanted: &Setup) -> Result<InForce, Trouble> {
-        let nothing = Trouble::Rubbish("no range is wide enough");
+    async fn configure(&mut self, wanted: &Setup) -> Result<InForce, SensorError> {
+        let nothing = SensorError::InvalidData("the list of ranges is empty");
         let (rate_Hz, rate_code) = at_least(&RATES, wanted.data_rate_Hz, |r| r.0).ok_or(nothing)?;
         let cutoff_Hz = RATES.iter().zip(RATE_CUTOFFS_HZ).find(|((Hz, _), _)| *Hz == rate_Hz).map_or(0.0, |(_, cutoff)| cutoff);
         let (deg_s, rate_range, mdps) = at_least(&RATE_RANGES, wanted.rate_range_rad_s.to_degrees(), |r| r.0).ok_or(nothing)?;
         let (g, accel_range, mg) = at_least(&ACCEL_RANGES, wanted.accel_range_m_s2 / STANDARD_GRAVITY_M_S2, |r| r.0).ok_or(nothing)?;
         self.reset().await?;
-        // As AN5398 §4 recommends, and the other interface off.
-        let goes_on = FifoCtrl4::new().with_fifo_mode(FifoMode::StreamMode as u8).with_odr_ts_batch(OdrTsBatch::_1 as u8);
+        let continuous = FifoCtrl4::new().with_fifo_mode(FifoMode::StreamMode as u8).with_odr_ts_batch(OdrTsBatch::_1 as u8);
         self.set_all(&[
-            // As AN5398 §4 recommends, and the other interface off.
+            // Device configuration as AN5398 §4 recommends; I²C off.
             (Reg::Ctrl9Xl, Ctrl9Xl::new().with_device_conf(1).into_bits()),
             (Reg::Ctrl4C, Ctrl4C::new().with_i2c_disable(1).with_lpf1_sel_g(1).into_bits()),
             (Reg::Ctrl6C, Ctrl6C::new().into_bits()),
             (Reg::Ctrl8Xl, Ctrl8Xl::new().with_hpcf_xl(HPCF_TENTH).into_bits()),
             (Reg::Ctrl10C, Ctrl10C::new().with_timestamp_en(1).into_bits()),
             (Reg::FifoCtrl3, FifoCtrl3::new().with_bdr_gy(rate_code).with_bdr_xl(rate_code).into_bits()),
-            // The gyro's ranges of 125 and 4000 °/s are the low bits of the same code.
+            // The ranges of 125 and 4000 °/s are the low bits of the same code.
             (Reg::Ctrl2G, rate_code << 4 | rate_range),
             (Reg::Ctrl1Xl, Ctrl1Xl::new().with_odr_xl(rate_code).with_fs_xl(accel_range).with_lpf2_xl_en(1).into_bits()),
-            (Reg::FifoCtrl4, goes_on.into_bits()),
+            (Reg::FifoCtrl4, continuous.into_bits()),
         ])
         .await?;
         self.read(Reg::InternalFreqFine, 1).await?;
-        let fine = f64::from(i8::from_le_bytes(self.came()));
+        let fine = f64::from(i8::from_le_bytes(self.received()));
         self.rate_rad_s = (mdps * 1e-3).to_radians();
         self.accel_m_s2 = mg * 1e-3 * STANDARD_GRAVITY_M_S2;
-        self.assembly = Assembly::default();
+        self.decoder = Decoder::default();
         let setup = Setup { data_rate_Hz: rate_Hz, rate_range_rad_s: deg_s.to_radians(), accel_range_m_s2: g * STANDARD_GRAVITY_M_S2 };
         Ok(InForce {
             setup,
@@ -230,24 +228,24 @@ impl<D: SpiDevice<u8>, C: Clock> Sensor for Ism330dhcx<D, C> {
         })
     }
 
-    async fn ready(&mut self) -> Result<Ready, Trouble> {
+    async fn ready(&mut self) -> Result<Ready, SensorError> {
         self.read(Reg::StatusRegOrSpiaux, 1).await?;
-        let [status] = self.came();
+        let [status] = self.received();
         let status = StatusReg::from_bits(status);
         Ok(Ready { rate: status.gda() != 0, accel: status.xlda() != 0, temperature: status.tda() != 0 })
     }
 
-    async fn drain(&mut self, samples: &mut [Sample]) -> Result<Drained, Trouble> {
+    async fn drain(&mut self, samples: &mut [Sample]) -> Result<Drained, SensorError> {
         let mut drained = Drained::default();
         while drained.samples < samples.len() {
             self.read(Reg::FifoStatus1, 2).await?;
-            let [low, high] = self.came();
+            let [low, high] = self.received();
             let flags = FifoStatus2::from_bits(high);
             let level = u16::from_le_bytes([low, flags.diff_fifo()]);
             if level > FIFO_WORDS {
-                return Err(Trouble::Rubbish("more words in the FIFO than it has room for"));
+                return Err(SensorError::InvalidData("the FIFO level exceeds its capacity"));
             }
-            // Every word that was overwritten is gone uncounted; the gap in the samples' time is all that says how many.
+            // The chip does not count overwritten words; an overrun counts as one lost sample.
             let overrun = flags.fifo_ovr_ia() != 0;
             drained.lost = drained.lost.saturating_add(u32::from(overrun && !self.overrun));
             self.overrun = overrun;
@@ -259,10 +257,10 @@ impl<D: SpiDevice<u8>, C: Clock> Sensor for Ism330dhcx<D, C> {
             self.read(Reg::FifoDataOutTag, words.saturating_mul(WORD)).await?;
             let (whole, _) = self.bytes.get(1..).unwrap_or_default().as_chunks::<WORD>();
             for word in whole.iter().take(words) {
-                match self.assembly.take(*word, self.rate_rad_s, self.accel_m_s2) {
-                    Took::Part => {}
-                    Took::Refused => drained.refused = drained.refused.saturating_add(1),
-                    Took::Sample(sample) => {
+                match self.decoder.take(*word, self.rate_rad_s, self.accel_m_s2) {
+                    Decoded::Incomplete => {}
+                    Decoded::Refused => drained.refused = drained.refused.saturating_add(1),
+                    Decoded::Sample(sample) => {
                         if let Some(place) = samples.get_mut(drained.samples) {
                             *place = sample;
                             drained.samples = drained.samples.saturating_add(1);
@@ -274,21 +272,21 @@ impl<D: SpiDevice<u8>, C: Clock> Sensor for Ism330dhcx<D, C> {
                 break;
             }
         }
-        drained.lost = drained.lost.saturating_add(self.assembly.take_lost());
+        drained.lost = drained.lost.saturating_add(self.decoder.take_lost());
         Ok(drained)
     }
 
-    async fn stamp(&mut self) -> Result<u32, Trouble> {
+    async fn stamp(&mut self) -> Result<u32, SensorError> {
         self.read(Reg::Timestamp0, 4).await?;
-        Ok(u32::from_le_bytes(self.came()))
+        Ok(u32::from_le_bytes(self.received()))
     }
 
-    async fn temperature_C(&mut self) -> Result<f32, Trouble> {
+    async fn temperature_C(&mut self) -> Result<f32, SensorError> {
         self.read(Reg::OutTempL, 2).await?;
-        Ok(st::from_lsb_to_celsius(i16::from_le_bytes(self.came())))
+        Ok(st::from_lsb_to_celsius(i16::from_le_bytes(self.received())))
     }
 
-    async fn self_test(&mut self) -> Result<SelfTest, Trouble> {
+    async fn self_test(&mut self) -> Result<SelfTest, SensorError> {
         self.reset().await?;
         let quiet = Ctrl5C::new().into_bits();
         let moved = Ctrl5C::new().with_st_xl(StXl::Positive as u8).with_st_g(StGy::Positive as u8).into_bits();
@@ -300,8 +298,8 @@ impl<D: SpiDevice<u8>, C: Clock> Sensor for Ism330dhcx<D, C> {
                 (Reg::Ctrl5C, test),
             ])
             .await?;
-            self.wait(TEST_SETTLES).await;
-            // The first is thrown away.
+            self.wait(TEST_SETTLING).await;
+            // The first mean is discarded.
             for _ in 0..2 {
                 *mean = self.mean().await?;
             }

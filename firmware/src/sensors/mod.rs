@@ -1,0 +1,139 @@
+//! The sensor under test (DUT): an inertial sensor on the platform, behind one driver trait.
+//!
+//! [`Sensor`] is the trait; [`Ism330dhcx`] implements it with the register definitions of ST's driver. [`Runner`] is its task: it detects and
+//! configures the chip, reads the configuration back, empties the FIFO every millisecond, and converts the time stamps to the board's clock.
+//! [`Shared`] has the newest sample and the status for the other tasks; the rows of the measurement loop take the sample from there.
+//!
+//! Units are rad/s, m/s² and °C. An absent, silent or wrong chip, or invalid data, is a [`SensorError`]; the task then starts again. Transfers
+//! use DMA and do not delay the rows.
+
+mod fifo;
+mod ism330dhcx;
+mod runner;
+mod sample_clock;
+mod shared;
+mod error;
+
+pub use ism330dhcx::Ism330dhcx;
+pub use runner::Runner;
+pub use shared::{Shared, State, Status};
+pub use error::SensorError;
+
+/// Standard gravity, m/s².
+pub const STANDARD_GRAVITY_M_S2: f32 = 9.806_65;
+
+/// Data rate and ranges, requested or in force.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Setup {
+    /// Samples per second.
+    pub data_rate_Hz: f32,
+    /// Range of the angular rate, rad/s.
+    pub rate_range_rad_s: f32,
+    /// Range of the acceleration, m/s².
+    pub accel_range_m_s2: f32,
+}
+
+impl Default for Setup {
+    /// A data rate somewhat above the row rate, ± 2000 °/s, ± 4 g.
+    fn default() -> Self {
+        Self { data_rate_Hz: 1667.0, rate_range_rad_s: 2000_f32.to_radians(), accel_range_m_s2: 4.0 * STANDARD_GRAVITY_M_S2 }
+    }
+}
+
+/// The set-up in force, and values that depend on it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct InForce {
+    /// Data rate and ranges.
+    pub setup: Setup,
+    /// Cutoff frequency of the rate's low-pass, Hz.
+    pub rate_cutoff_Hz: f32,
+    /// Cutoff frequency of the acceleration's low-pass, Hz.
+    pub accel_cutoff_Hz: f32,
+    /// Resolution of the chip's time stamps, s.
+    pub stamp_s: f64,
+}
+
+/// A sample in the axes and the time of the chip.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sample {
+    /// Time stamp, in steps of [`InForce::stamp_s`], wrapping.
+    pub stamp: u32,
+    /// Rate about x, y, z, rad/s.
+    pub rate_rad_s: [f32; 3],
+    /// Specific force along x, y, z, m/s².
+    pub accel_m_s2: [f32; 3],
+}
+
+/// Result of reading the FIFO.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Drained {
+    /// Samples read.
+    pub samples: usize,
+    /// Samples overwritten in the chip, or incomplete.
+    pub lost: u32,
+    /// Words refused for an unknown tag or a wrong parity.
+    pub refused: u32,
+}
+
+/// Outputs with new data.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Ready {
+    /// Angular rate.
+    pub rate: bool,
+    /// Acceleration.
+    pub accel: bool,
+    /// Temperature.
+    pub temperature: bool,
+}
+
+/// Result of the self-test.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SelfTest {
+    /// Change of the rates, rad/s.
+    pub rate_rad_s: [f32; 3],
+    /// Change of the specific forces, m/s².
+    pub accel_m_s2: [f32; 3],
+    /// All changes are within the limits of the data sheet.
+    pub passed: bool,
+}
+
+/// Motion of the platform, with the sensor mounted z up, x outward, y along the motion at positive rate.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Motion {
+    /// Rate about the axis of the platform, rad/s.
+    pub rate_rad_s: f32,
+    /// Specific force outward, m/s².
+    pub outward_m_s2: f32,
+    /// Specific force along the motion, m/s².
+    pub along_m_s2: f32,
+}
+
+impl From<&Sample> for Motion {
+    fn from(sample: &Sample) -> Self {
+        let ([_, _, rate_rad_s], [outward_m_s2, along_m_s2, _]) = (sample.rate_rad_s, sample.accel_m_s2);
+        Self { rate_rad_s, outward_m_s2, along_m_s2 }
+    }
+}
+
+/// Driver of a sensor under test. Every method may wait for the bus.
+#[allow(async_fn_in_trait)] // one thread, one executor: no future leaves it
+pub trait Sensor {
+    /// Name of the part.
+    const NAME: &'static str;
+
+    /// Checks that the expected chip answers.
+    async fn identify(&mut self) -> Result<(), SensorError>;
+    /// Resets the chip, selects the smallest data rate and ranges that cover the request, starts the FIFO, and reads all registers back.
+    async fn configure(&mut self, wanted: &Setup) -> Result<InForce, SensorError>;
+    /// Outputs with new data.
+    async fn ready(&mut self) -> Result<Ready, SensorError>;
+    /// Reads the oldest samples from the FIFO, at most `samples.len()`.
+    async fn drain(&mut self, samples: &mut [Sample]) -> Result<Drained, SensorError>;
+    /// The present time of the chip, on the scale of the time stamps.
+    async fn stamp(&mut self) -> Result<u32, SensorError>;
+    /// Temperature of the chip, °C.
+    async fn temperature_C(&mut self) -> Result<f32, SensorError>;
+    /// Deflects the proof masses by a known force, at rest; takes about half a second. The chip must be configured again afterwards.
+    async fn self_test(&mut self) -> Result<SelfTest, SensorError>;
+}

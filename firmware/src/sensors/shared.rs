@@ -1,0 +1,110 @@
+//! Interface between the task of the sensor under test and the other tasks, on one thread.
+
+use super::{InForce, Motion, SelfTest, Setup, SensorError};
+use crate::board::Stamped;
+use core::cell::Cell;
+
+/// State of the task.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum State {
+    /// It detects and configures the chip.
+    #[default]
+    Starting,
+    /// An error occurred; the task tries again every half second.
+    Failed(SensorError),
+    /// It receives samples.
+    Running,
+    /// The self-test runs; there are no samples meanwhile.
+    Testing,
+}
+
+/// Status of the sensor.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Status {
+    /// State of the task.
+    pub state: State,
+    /// Name of the part.
+    pub name: &'static str,
+    /// The set-up as read back; `None` before that.
+    pub in_force: Option<InForce>,
+    /// Samples since power-on.
+    pub samples: u32,
+    /// Samples lost: overwritten in the chip, or incomplete.
+    pub lost: u32,
+    /// Words of the FIFO that were refused.
+    pub refused: u32,
+    /// Errors since power-on.
+    pub errors: u32,
+    /// The last error.
+    pub last_error: Option<SensorError>,
+    /// Temperature of the chip, °C.
+    pub temperature_C: Option<f32>,
+    /// Frequency of the chip's oscillator, relative to its nominal frequency.
+    pub relative_frequency: f64,
+    /// Longest time to read the FIFO, s.
+    pub longest_read_s: f64,
+}
+
+/// The shared cells.
+#[derive(Debug, Default)]
+pub struct Shared {
+    newest: Cell<Option<Stamped<Motion>>>,
+    status: Cell<Status>,
+    self_test_requested: Cell<bool>,
+    self_test: Cell<Option<Result<SelfTest, SensorError>>>,
+    setup_requested: Cell<Option<Setup>>,
+}
+
+impl Shared {
+    /// The newest sample; `None` while the sensor does not run.
+    pub fn newest(&self) -> Option<Stamped<Motion>> {
+        self.newest.get()
+    }
+
+    /// Status of the sensor.
+    pub fn status(&self) -> Status {
+        self.status.get()
+    }
+
+    /// Requests a self-test; the platform must be at rest. [`Shared::self_test_result`] has the result within a second, if the sensor runs.
+    pub fn request_self_test(&self) {
+        self.self_test.set(None);
+        self.self_test_requested.set(true);
+    }
+
+    /// Result of the last requested self-test; `None` before it is available.
+    pub fn self_test_result(&self) -> Option<Result<SelfTest, SensorError>> {
+        self.self_test.get()
+    }
+
+    /// Requests a set-up; [`Status::in_force`] has the result.
+    pub fn request_setup(&self, setup: Setup) {
+        self.setup_requested.set(Some(setup));
+    }
+
+    pub(super) fn post(&self, newest: Option<Stamped<Motion>>) {
+        self.newest.set(newest);
+    }
+
+    pub(super) fn change(&self, change: impl FnOnce(&mut Status)) {
+        let mut status = self.status.get();
+        change(&mut status);
+        self.status.set(status);
+    }
+
+    pub(super) fn has_request(&self) -> bool {
+        self.self_test_requested.get() || self.setup_requested.get().is_some()
+    }
+
+    pub(super) fn take_self_test_request(&self) -> bool {
+        self.self_test_requested.take()
+    }
+
+    pub(super) fn finish_self_test(&self, outcome: Result<SelfTest, SensorError>) {
+        self.self_test.set(Some(outcome));
+    }
+
+    pub(super) fn take_setup_request(&self) -> Option<Setup> {
+        self.setup_requested.take()
+    }
+}
