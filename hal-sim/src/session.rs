@@ -13,13 +13,14 @@ use embassy_futures::select::select;
 use stand_firmware::board::{Board, Clock, Hardware, ROW_HZ, TICKS_PER_ROW};
 use stand_firmware::calibration::{self, Found, Map, Refused, Watch};
 use stand_firmware::config::ConfigError;
-use stand_firmware::sensors;
 use stand_firmware::measurement_loop::{MeasurementLoop, Pace, Row, RowSink};
 use stand_firmware::profile::{PARAMETERS, Profile, ProfileConfig, ProfileKind, ProfileRunner};
+use stand_firmware::sensors;
 use stand_firmware::session::rows_in;
 use stand_firmware::speed_loop::{
     Compensating, Config, Fault, Interrupt, Learnt, Lessons, Limits, Mode, Orders, Reports, Settings, SpeedLoop,
 };
+use stand_firmware::telemetry::Channel;
 use std::cell::RefCell;
 
 /// The stand apart from its plant: scales, sensors, settings of the firmware.
@@ -291,25 +292,31 @@ impl<P: PlantPort, F: FnMut(&Row, &Truth)> RowSink for WithTruth<'_, P, F> {
     }
 }
 
-/// How a row fills a column.
-type Fill = fn(&Row) -> Option<f64>;
-
-/// The columns of a log, in order.
-const COLUMNS: [(&str, Fill); 13] = [
-    ("t_s", |row| Some(row.t_s)),
-    ("u_V", |row| Some(row.u_V)),
-    ("supply_V", |row| row.supply_V),
-    ("i_A", |row| row.i_A),
-    ("theta_rad", |row| Some(row.theta_rad)),
-    ("omega_rad_s", |row| row.omega_rad_s),
-    ("rate_cmd_rad_s", |row| row.rate_cmd_rad_s),
-    ("theta_cmd_rad", |row| row.theta_cmd_rad),
-    ("turn_s", |row| Some(row.turn_s().unwrap_or(0.0))),
-    ("temp_C", |row| row.temp_C),
-    ("gyro_rad_s", |row| row.gyro_rad_s),
-    ("accel_x_m_s2", |row| row.accel_x_m_s2),
-    ("accel_y_m_s2", |row| row.accel_y_m_s2),
+/// The columns of a session's log, in order: the time and channels of the stand.
+const COLUMNS: [&str; 13] = [
+    "t_s",
+    "u_V",
+    "supply_V",
+    "i_A",
+    "theta_rad",
+    "omega_rad_s",
+    "rate_cmd_rad_s",
+    "theta_cmd_rad",
+    "turn_s",
+    "temp_C",
+    "gyro_rad_s",
+    "accel_x_m_s2",
+    "accel_y_m_s2",
 ];
+
+/// The value of a column in a row; `turn_s` is 0 before the first whole turn.
+fn value(column: &str, row: &Row) -> Option<f64> {
+    match column {
+        "t_s" => Some(row.t_s),
+        "turn_s" => Some(row.turn_s().unwrap_or(0.0)),
+        name => Channel::named(name).and_then(|channel| (channel.read)(row)),
+    }
+}
 
 /// Rows as columns, up to the first fault.
 #[derive(Default)]
@@ -338,15 +345,15 @@ impl Columns {
             self.fault = Some((row.fault, row.t_s));
         }
         // No column has holes.
-        let silent = || COLUMNS.iter().zip(&self.values).any(|((_, value), column)| !column.is_empty() && value(row).is_none());
+        let silent = || COLUMNS.iter().zip(&self.values).any(|(name, column)| !column.is_empty() && value(name, row).is_none());
         if self.fault.is_none() && silent() {
             self.fault = Some((Fault::SensorSilent, row.t_s));
         }
         if self.fault.is_some() {
             return;
         }
-        for ((_, value), column) in COLUMNS.iter().zip(&mut self.values) {
-            column.extend(value(row));
+        for (name, column) in COLUMNS.iter().zip(&mut self.values) {
+            column.extend(value(name, row));
         }
         self.true_theta_rad.push(truth.theta_rad);
         self.true_omega_rad_s.push(truth.omega_rad_s);
@@ -356,7 +363,7 @@ impl Columns {
 
     fn into_record(self, stand: &StandSetup, request: &SessionRequest, pace: Pace, sensor: &sensors::Status) -> Record {
         let rows = self.limits.len();
-        let named = COLUMNS.iter().map(|(name, _)| *name).zip(self.values);
+        let named = COLUMNS.into_iter().zip(self.values);
         Record {
             notes: notes(stand, request, sensor, &self.limits, &self.compensating, self.fault, self.cut_s),
             // A column that some row lacks is no column: nothing is made up.
@@ -441,7 +448,8 @@ fn sensor_notes(sensor: &sensors::Status) -> Vec<(String, String)> {
         let (name, rate_Hz) = (sensor.name, setup.data_rate_Hz);
         format!("{name}, {what}, filter {cutoff_Hz} Hz, ±{range}, newest sample of {rate_Hz} Hz before t")
     };
-    let accel = made("accelerometer", in_force.accel_cutoff_Hz, format!("{:.0} g", setup.accel_range_m_s2 / sensors::STANDARD_GRAVITY_M_S2));
+    let accel =
+        made("accelerometer", in_force.accel_cutoff_Hz, format!("{:.0} g", setup.accel_range_m_s2 / sensors::STANDARD_GRAVITY_M_S2));
     let gyro = made("gyro", in_force.rate_cutoff_Hz, format!("{:.0} °/s", setup.rate_range_rad_s.to_degrees()));
     [("gyro_rad_s", gyro), ("accel_x_m_s2", accel.clone()), ("accel_y_m_s2", accel)].map(|(key, says)| (key.to_string(), says)).into()
 }

@@ -8,7 +8,7 @@ use hal_sim::peripherals::SensorSetup;
 use hal_sim::peripherals::imu::{Fault, ImuSetup};
 use stand_firmware::board::{Board, Clock, Hardware, TICKS_PER_S, TickIo, Ticks};
 use stand_firmware::sensors::{
-    Drained, InForce, Ism330dhcx, Motion, Ready, Runner, Sample, SelfTest, Sensor, Setup, Shared, State, Status, SensorError,
+    Drained, InForce, Ism330dhcx, Motion, Ready, Runner, Sample, SelfTest, Sensor, SensorError, Setup, Shared, State, Status,
 };
 use std::cell::RefCell;
 
@@ -169,16 +169,20 @@ fn a_chip_that_is_absent_wrong_stuck_or_talks_rubbish_is_reported_and_found_agai
     type Fails = fn(SensorError) -> bool;
     let faults: [(Fault, Fails, &str); 6] = [
         (Fault::Silent(0x00), |t| matches!(t, SensorError::Absent { who_am_i: 0, .. } | SensorError::Silent), "no sensor, or no power"),
-        (Fault::Silent(0xFF), |t| matches!(t, SensorError::Absent { who_am_i: 0xFF, .. } | SensorError::InvalidData(_)), "no sensor, or no power"),
+        (
+            Fault::Silent(0xFF),
+            |t| matches!(t, SensorError::Absent { who_am_i: 0xFF, .. } | SensorError::InvalidData(_)),
+            "no sensor, or no power",
+        ),
         (Fault::Named(0x6C), |t| matches!(t, SensorError::WrongChip { who_am_i: 0x6C, expected: 0x6B }), "0x6c instead of 0x6b"),
-        (Fault::Stuck, |t| matches!(t, SensorError::Silent), "no sample comes"),
+        (Fault::Stuck, |t| matches!(t, SensorError::Silent), "gives no samples"),
         (Fault::FlippedBits(2), |_| true, ""),
         (Fault::FlippedBits(20), |_| true, ""),
     ];
     for (fault, fails, says) in faults {
         // From the beginning, and in the middle.
         for from in [0, 700] {
-            let mut troubles = Vec::new();
+            let mut errors = Vec::new();
             let status = run(STILL, ImuSetup::default(), 4.0, |ms, shared, bench| {
                 let chip = &mut bench.imu().unwrap().chip;
                 chip.fail(if (from..2500).contains(&ms) { fault } else { Fault::None });
@@ -186,11 +190,11 @@ fn a_chip_that_is_absent_wrong_stuck_or_talks_rubbish_is_reported_and_found_agai
                     && ms < 2500
                 {
                     assert!(shared.newest().is_none(), "no last-known-good in silence");
-                    troubles.push(trouble);
+                    errors.push(trouble);
                 }
             });
-            assert!(!troubles.is_empty() && troubles.iter().all(|t| fails(*t)), "{fault:?} from {from}: {errors:?}");
-            assert!(troubles.last().unwrap().to_string().contains(says), "{fault:?}: {}", troubles.last().unwrap());
+            assert!(!errors.is_empty() && errors.iter().all(|t| fails(*t)), "{fault:?} from {from}: {errors:?}");
+            assert!(errors.last().unwrap().to_string().contains(says), "{fault:?}: {}", errors.last().unwrap());
             assert_eq!(status.state, State::Running, "{fault:?} from {from}: found again");
         }
     }

@@ -3,8 +3,8 @@
 //! Only the driver's registers and bit fields are used. Its methods for the data rate also access other parts of the chip, and those for the
 //! FIFO read one word at a time. Here registers are exchanged as a whole and the FIFO is read in bursts. Every written register is read back.
 
-use super::fifo::{Decoder, Decoded, WORD};
-use super::{Drained, InForce, Ready, STANDARD_GRAVITY_M_S2, Sample, SelfTest, Sensor, Setup, SensorError};
+use super::fifo::{Decoded, Decoder, WORD};
+use super::{Drained, InForce, Ready, STANDARD_GRAVITY_M_S2, Sample, SelfTest, Sensor, SensorError, Setup};
 use crate::board::{Clock, TICKS_PER_S};
 use embedded_hal_async::spi::SpiDevice;
 use ism330dhcx_rs::asynchronous as st;

@@ -7,17 +7,17 @@
 //! Units are rad/s, m/s² and °C. An absent, silent or wrong chip, or invalid data, is a [`SensorError`]; the task then starts again. Transfers
 //! use DMA and do not delay the rows.
 
+mod error;
 mod fifo;
 mod ism330dhcx;
 mod runner;
 mod sample_clock;
 mod shared;
-mod error;
 
+pub use error::SensorError;
 pub use ism330dhcx::Ism330dhcx;
 pub use runner::Runner;
 pub use shared::{Shared, State, Status};
-pub use error::SensorError;
 
 /// Standard gravity, m/s².
 pub const STANDARD_GRAVITY_M_S2: f32 = 9.806_65;

@@ -5,7 +5,7 @@
 
 use super::sample_clock::SampleClock;
 use super::shared::{Shared, State};
-use super::{Motion, Sample, Sensor, Setup, SensorError};
+use super::{Motion, Sample, Sensor, SensorError, Setup};
 use crate::board::{Clock, Stamped, TICKS_PER_ROW, TICKS_PER_S, Ticks};
 
 /// Interval between two attempts after an error.

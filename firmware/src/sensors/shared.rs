@@ -1,6 +1,6 @@
 //! Interface between the task of the sensor under test and the other tasks, on one thread.
 
-use super::{InForce, Motion, SelfTest, Setup, SensorError};
+use super::{InForce, Motion, SelfTest, SensorError, Setup};
 use crate::board::Stamped;
 use core::cell::Cell;
 

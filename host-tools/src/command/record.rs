@@ -9,6 +9,7 @@ use serde_json::json;
 use stand_firmware::profile::Parameter;
 use stand_firmware::speed_loop::Mode;
 use stand_firmware::telemetry::Channels;
+use stand_firmware::telemetry::channel::{Sampling, Source};
 
 use super::error::CliError;
 use super::output::{JsonOutput, check_writable, progress_bar};
@@ -99,11 +100,11 @@ impl Record {
         let has_index = self.find_index(&mut link)?;
         let head = self.head(&mut link, has_index, notes)?;
         link.command(&format!("STReam:DECimation {}", self.decimation))?;
-        let more: String = self.also.iter().map(|name| format!(",{name}")).collect();
-        link.command(&format!("{}{more}", self.channels()))?;
+        let channels = self.channels().and(also);
+        let names: Vec<&str> = channels.iter().map(|channel| channel.name).collect();
+        link.command(&format!("STReam:CHANnels {}", names.join(",")))?;
         let file = place.create().map_err(|e| CliError::file(place.partial_path(), "write", &e))?;
-        let channels = Channels::DEFAULT;
-        let mut recorder = Recorder::new(file, self.mode_channels(channels).and(also), head);
+        let mut recorder = Recorder::new(file, channels, head);
         let begun = Instant::now();
         let end = self.measure(&mut link, &mut recorder, place.partial_path())?;
         self.close(&mut link, recorder, &place, end, has_index, begun)
@@ -131,11 +132,12 @@ impl Record {
         Ok(orders)
     }
 
-    /// The channels of the log: commands only where there are any.
-    fn channels(&self) -> &'static str {
+    /// The channels of the log: the default selection, without commanded rate and angle in voltage mode.
+    fn channels(&self) -> Channels {
+        let motion_commands = Channels::matching(|channel| channel.source == Source::Command && channel.sampling == Sampling::Instant);
         match self.mode {
-            DriveMode::Rate => "STReam:CHANnels DEFault",
-            DriveMode::Voltage => "STReam:CHANnels u_V,supply_V,i_A,theta_rad,omega_rad_s,temp_C,limits,fault",
+            DriveMode::Rate => Channels::DEFAULT,
+            DriveMode::Voltage => Channels::DEFAULT.without(motion_commands),
         }
     }
 
@@ -147,14 +149,6 @@ impl Record {
                 Err(CliError::Input(format!("--also: `{name}` is no channel (STReam:CHANnels:LIST? in `stand console` has the names)")))
             }
         })
-    }
-
-    fn mode_channels(&self, usual: Channels) -> Channels {
-        let commands = ["rate_cmd_rad_s", "theta_cmd_rad"].iter().filter_map(|name| Channels::named(name));
-        match self.mode {
-            DriveMode::Rate => usual,
-            DriveMode::Voltage => commands.fold(usual, |all, one| all.without(one)),
-        }
     }
 
     /// Whether the index was seen, so that angles of the next stream are from there; `--find-index` turns the platform until it is.

@@ -13,7 +13,7 @@ use std::io::Write;
 use stand_firmware::speed_loop::Limits;
 use stand_firmware::telemetry::{Channels, RowFrame};
 
-use crate::log::{CsvWriter, known};
+use crate::log::CsvWriter;
 
 /// Rows for which is waited until each column has a value.
 const PATIENCE_ROWS: u32 = 100;
@@ -60,7 +60,7 @@ pub struct Recorder<W: Write> {
 impl<W: Write> Recorder<W> {
     /// A log of these channels into `out`, with these notes at its head.
     pub fn new(out: W, channels: Channels, notes: Vec<(String, String)>) -> Self {
-        let columns: Vec<&'static str> = channels.iter().map(|c| c.name).filter(|name| known(name).is_some()).collect();
+        let columns: Vec<&'static str> = channels.iter().filter(|channel| channel.is_column()).map(|channel| channel.name).collect();
         Self {
             out: Some(out),
             channels,
