@@ -169,7 +169,7 @@ fn on_a_bad_line_no_damaged_command_is_obeyed_and_no_damaged_frame_shown() {
                 && let Body::Row(row) = frame.body
             {
                 shown += 1;
-                let command = row.named().find(|(name, _)| *name == "rate_cmd_rad_s").unwrap().1;
+                let command = row.value("rate_cmd_rad_s").unwrap();
                 assert!(command.is_nan() || (0.0..=3.000_1).contains(&command), "{command}");
             }
         }

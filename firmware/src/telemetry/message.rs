@@ -68,6 +68,11 @@ impl RowFrame {
         self.channels.indexed().map(move |(index, channel)| (channel, value(index)))
     }
 
+    /// The value of a selected channel, NaN where the row has none; `None` if the channel is not selected.
+    pub fn value(&self, name: &str) -> Option<f64> {
+        self.named().find(|(channel, _)| *channel == name).map(|(_, value)| value)
+    }
+
     /// Names and values of the selected channels.
     pub fn named(&self) -> impl Iterator<Item = (&'static str, f64)> {
         self.iter().map(|(channel, value)| (channel.name, value))

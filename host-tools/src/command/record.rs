@@ -262,7 +262,7 @@ impl Record {
                             _ => {}
                         }
                         if row.sequence.is_multiple_of(100) {
-                            let rate = row.named().find(|(name, _)| *name == "omega_rad_s").map_or(f64::NAN, |(_, rate)| rate);
+                            let rate = row.value("omega_rad_s").unwrap_or(f64::NAN);
                             let lost = link.losses().rows;
                             bar.set_position((recorder.last_s() * 1e3) as u64);
                             bar.set_message(format!("{:.1} of {} s, {rate:+.3} rad/s, {lost} rows lost", recorder.last_s(), self.seconds));

@@ -22,7 +22,7 @@ const STEPS_PER_S: f64 = 1e7;
 
 /// Whether the row says how far the platform is from its index: the index was seen, and the stand counts the angles of the next stream from there.
 pub fn shows_index(row: &RowFrame) -> bool {
-    row.named().any(|(name, value)| name == "from_index_rad" && value.is_finite())
+    row.value("from_index_rad").is_some_and(f64::is_finite)
 }
 
 /// What becomes of a row.
@@ -103,7 +103,7 @@ impl<W: Write> Recorder<W> {
     /// # Errors
     /// Of the output.
     pub fn take(&mut self, row: &RowFrame) -> std::io::Result<RowOutcome> {
-        let value = |name: &str| row.named().find(|(n, _)| *n == name).map(|(_, value)| value).unwrap_or(f64::NAN);
+        let value = |name: &str| row.value(name).unwrap_or(f64::NAN);
         if !row.channels.contains(self.channels) {
             // Of a stream before this one.
             return Ok(RowOutcome::NotYet);

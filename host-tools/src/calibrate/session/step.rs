@@ -178,7 +178,7 @@ async fn rows<W: Write>(
                 RowOutcome::Written | RowOutcome::LeftOut => {
                     numbers = Some((numbers.map_or(row.sequence, |(first, _)| first), row.sequence));
                     if let Some(detector) = &mut detector {
-                        let temp_C = row.named().find(|(name, _)| *name == detector.column).map_or(f64::NAN, |(_, value)| value);
+                        let temp_C = row.value(detector.column).unwrap_or(f64::NAN);
                         detector.add(recorder.last_s(), temp_C);
                     }
                     if recorder.last_s() + 0.5e-3 >= plan.seconds - 1e-3 || detector.as_ref().is_some_and(|detector| detector.is_reached())
@@ -190,7 +190,7 @@ async fn rows<W: Write>(
             }
         }
         if let Some(row) = received.last() {
-            rate = row.named().find(|(name, _)| *name == "omega_rad_s").map_or(rate, |(_, rate)| rate);
+            rate = row.value("omega_rad_s").unwrap_or(rate);
         }
         if recorder.left_out() > 500 {
             recorder.flush().map_err(written)?;

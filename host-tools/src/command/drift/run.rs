@@ -245,11 +245,7 @@ impl Run {
 
 /// `t_s` of a row and the channels of the session.
 fn channels(row: &RowFrame) -> [f64; 4] {
-    let value = |name: &str| {
-        let place = stand_firmware::telemetry::Channels::named(name).map_or(0, |c| c.0.trailing_zeros() as usize);
-        row.values.get(place).copied().unwrap_or(f64::NAN)
-    };
-    let [angle, torquer, mark] = session::CHANNELS.map(value);
+    let [angle, torquer, mark] = session::CHANNELS.map(|name| row.value(name).unwrap_or(f64::NAN));
     [row.at as f64 * 1e-7, angle, torquer, mark]
 }
 
