@@ -1,4 +1,4 @@
-//! A sine whose frequency rises, and begins anew at the end: by the same factor in each second, or by the same number of hertz.
+//! Logarithmic and linear chirps, repeated.
 
 use super::{ProfileConfig, milliseconds, sine};
 use crate::maths;
@@ -9,11 +9,11 @@ const STEP_PER_HZ: f64 = 1e-3 * 4_294_967_296.0;
 #[derive(Clone, Debug)]
 pub(super) struct Chirp {
     amplitude: f64,
-    /// 2⁻³² turn.
+    /// Phase, in units of 2⁻³² turn.
     phase: f64,
     step: f64,
     first_step: f64,
-    /// The step's factor, and what is added to it, in each millisecond.
+    /// Factor and increment of the step per millisecond.
     growth: f64,
     rise: f64,
     sweep_ms: u32,
@@ -21,21 +21,21 @@ pub(super) struct Chirp {
 }
 
 impl Chirp {
-    /// The same factor in each second.
+    /// The frequency rises by the same factor in each second.
     pub(super) fn logarithmic(amplitude: f64, c: &ProfileConfig) -> Self {
         let chirp = Self::constant(amplitude, c);
         let growth = maths::power(c.to_Hz / c.from_Hz, 1.0 / f64::from(chirp.sweep_ms));
         Self { growth, ..chirp }
     }
 
-    /// The same number of hertz in each second.
+    /// The frequency rises by the same number of hertz in each second.
     pub(super) fn linear(amplitude: f64, c: &ProfileConfig) -> Self {
         let chirp = Self::constant(amplitude, c);
         let rise = (c.to_Hz - c.from_Hz) * STEP_PER_HZ / f64::from(chirp.sweep_ms);
         Self { rise, ..chirp }
     }
 
-    /// The lowest frequency, not yet rising.
+    /// A constant sine at the lowest frequency.
     fn constant(amplitude: f64, c: &ProfileConfig) -> Self {
         let sweep_ms = milliseconds(c.sweep_s);
         let first_step = c.from_Hz * STEP_PER_HZ;

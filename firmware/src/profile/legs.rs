@@ -1,6 +1,6 @@
-//! Values one after the other, each held for its own time: what a routine of the stand asks for.
+//! A sequence of constant values, each with its own duration.
 
-/// How many there are.
+/// Number of values.
 pub const LEGS: usize = 5;
 
 #[derive(Clone, Debug)]

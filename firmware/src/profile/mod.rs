@@ -1,11 +1,11 @@
-//! What is asked for over time: profiles, one value per millisecond.
+//! Profiles: setpoints over time, one value per millisecond.
 //!
-//! In: a [`ProfileConfig`] (volts, rad/s or rad: the profile does not care). Out: one value after the other, each within
-//! `offset ± amplitude`, the same for the same seed on every machine. [`ProfileRunner`] turns them into segments for the
-//! speed loop, one millisecond ahead: constant within the millisecond in voltage mode, straight in rate mode.
+//! In: a [`ProfileConfig`], in V, rad/s or rad by the mode of the drive. Out: a sequence of values within `offset ± amplitude`, equal for
+//! equal seeds on every machine. [`ProfileRunner`] makes segments for the speed loop from them, one millisecond ahead: constant within
+//! the millisecond in voltage mode, linear in rate mode.
 //!
-//! The sine of multisine and chirps is micromath's (1e-3): what is asked for is logged as it went out, so nothing measured passes through it.
-//! Phases are whole numbers of 2⁻³² (2⁻⁶⁴) turn, so that hour-long sines do not drift.
+//! Multisine and chirps use the sine of micromath (error 1e-3). The commanded values are logged, so this error does not affect a
+//! measurement. Phases are integers in units of 2⁻³² or 2⁻⁶⁴ turn, so that long sines do not drift.
 
 mod chirp;
 mod kind;
@@ -32,17 +32,16 @@ pub use runner::ProfileRunner;
 
 use crate::config::{ConfigError, within};
 use crate::speed_loop::Mode;
-use slope::Hold;
+use slope::SlopeLimits;
 
-/// A profile under way.
+/// A running profile.
 #[derive(Clone, Debug)]
 pub struct Profile {
     offset: f64,
     kind: State,
 }
 
-// The largest is the multisine's table; a profile exists once, in its runner.
-#[allow(clippy::large_enum_variant)]
+#[allow(clippy::large_enum_variant, reason = "a profile exists once, in its runner")]
 #[derive(Clone, Debug)]
 enum State {
     Constant(f64),
@@ -58,19 +57,19 @@ enum State {
 }
 
 impl Profile {
-    /// Checks the parameters that this kind uses and begins.
+    /// Checks the parameters of the kind and starts at the first value.
     ///
     /// # Errors
-    /// The name of the first parameter that makes no sense.
+    /// A parameter is invalid; names the first.
     pub fn new(c: &ProfileConfig) -> Result<Self, ConfigError> {
         for parameter in c.kind.parameters().iter().filter_map(|name| Parameter::of_name(name)) {
             let (least, greatest) = parameter.range;
-            // Of two frequencies the higher one is the second.
+            // The highest frequency is at least the lowest.
             let least = if parameter.name == "to_Hz" { c.from_Hz } else { least };
             within(parameter.name, (parameter.read)(c), least, greatest)?;
         }
         let (amplitude, offset) = (c.amplitude, c.offset);
-        let plateaus = |pattern, hold| State::Plateaus(plateaus::Plateaus::new(amplitude, pattern, hold, c));
+        let plateaus = |pattern, limits| State::Plateaus(plateaus::Plateaus::new(amplitude, pattern, limits, c));
         let kind = match c.kind {
             ProfileKind::Constant => State::Constant(amplitude),
             ProfileKind::MultiStep => State::MultiStep(steps::MultiStep::new(amplitude, c)),
@@ -79,28 +78,28 @@ impl Profile {
             ProfileKind::Chirp => State::Chirp(chirp::Chirp::logarithmic(amplitude, c)),
             ProfileKind::ChirpLinear => State::Chirp(chirp::Chirp::linear(amplitude, c)),
             ProfileKind::Staircase => State::Staircase(staircase::Staircase::new(amplitude, c)),
-            ProfileKind::Trapezoid => plateaus(plateaus::ONE_SIDE, Hold::straight(c)),
-            ProfileKind::SCurve => plateaus(plateaus::ONE_SIDE, Hold::rounded(c)),
-            ProfileKind::Alternating => plateaus(plateaus::BOTH_SIDES, Hold::rounded(c)),
-            ProfileKind::Abba => plateaus(plateaus::ABBA, Hold::rounded(c)),
+            ProfileKind::Trapezoid => plateaus(plateaus::ONE_SIDE, SlopeLimits::straight(c)),
+            ProfileKind::SCurve => plateaus(plateaus::ONE_SIDE, SlopeLimits::rounded(c)),
+            ProfileKind::Alternating => plateaus(plateaus::BOTH_SIDES, SlopeLimits::rounded(c)),
+            ProfileKind::Abba => plateaus(plateaus::ABBA, SlopeLimits::rounded(c)),
             ProfileKind::Sine => State::Sine(sine::Sine::new(amplitude, c)),
             ProfileKind::Turns => State::Turns(turns::Turns::new(amplitude, c)?),
         };
         Ok(Self { offset, kind })
     }
 
-    /// The same for a stand that is regulated by `mode`: a profile that counts turns has no meaning as a voltage.
+    /// As [`Profile::new`], for a mode of the drive.
     ///
     /// # Errors
-    /// As [`Profile::new`]; or the profile does not go with the mode.
+    /// As [`Profile::new`]; or the profile is not possible in this mode.
     pub fn for_mode(c: &ProfileConfig, mode: Mode) -> Result<Self, ConfigError> {
         if c.kind.is_a_rate() && mode != Mode::Rate {
-            return Err(ConfigError::Unfit("profile", "turns is a rate: it goes with rate mode only"));
+            return Err(ConfigError::Unfit("profile", "turns is possible in rate mode only"));
         }
         Self::new(c)
     }
 
-    /// Constant values, each for so many milliseconds, one after the other; then zero. For courses that are no profile of a person's.
+    /// A sequence of constant values, each with its duration in milliseconds; then zero. For the calibration.
     pub fn legs(legs: [(f64, u32); LEGS]) -> Self {
         Self { offset: 0.0, kind: State::Legs(legs::Legs::new(legs)) }
     }
@@ -123,7 +122,7 @@ impl Profile {
     }
 }
 
-/// Milliseconds of a checked duration.
+/// Milliseconds of a valid duration, s.
 fn milliseconds(seconds: f64) -> u32 {
     crate::maths::to_u32(crate::maths::round(seconds * 1e3))
 }
@@ -131,6 +130,6 @@ fn milliseconds(seconds: f64) -> u32 {
 /// Sine of a phase in 2⁻³² turn, to 1e-3.
 fn sine(phase: u32) -> f64 {
     let angle = (phase as i32) as f32 * (core::f32::consts::PI / 2_147_483_648.0);
-    // By its full name: where the standard library is, `angle.sin()` would be another sine.
+    // The full path: with the standard library, `angle.sin()` would select another method.
     f64::from(micromath::F32Ext::sin(angle))
 }

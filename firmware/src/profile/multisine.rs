@@ -1,9 +1,8 @@
-//! A sum of sines at even steps of log frequency, the same amplitude each, never beyond the asked amplitude.
+//! A sum of sines of equal amplitude at logarithmically spaced frequencies, scaled to the amplitude.
 //!
-//! Frequencies are whole multiples of the lowest, so the sum repeats after its period and a spectrum over whole periods
-//! has lines and nothing between. Phases after Schroeder (1970): the group delay spreads the lines evenly over the period, so
-//! that they do not meet; for uneven lines φ_{n+1} = φ_n − 2π (m_{n+1} − m_n)(n+1)/N with the multiples m, crest factor
-//! 3.25 (4.37 with −π n²/N, which is for even lines). The sum is scaled by the largest value within one period.
+//! Frequencies are multiples of the lowest, so the sum is periodic and a spectrum over whole periods has no leakage. Phases after
+//! Schroeder (1970): the group delays of the lines are spread evenly over the period. For unevenly spaced multiples m this is
+//! φ_{n+1} = φ_n − 2π (m_{n+1} − m_n)(n+1)/N, with a crest factor of 3.25 (4.37 with −π n²/N, which is for evenly spaced lines).
 
 use super::{ProfileConfig, sine};
 use crate::config::{ConfigError, within};
@@ -13,7 +12,7 @@ const LINES: usize = 20;
 
 #[derive(Clone, Copy, Debug, Default)]
 struct Line {
-    /// 2⁻⁶⁴ turn: after an hour the phase is still right.
+    /// In units of 2⁻⁶⁴ turn, so that the phase stays exact for hours.
     phase: u64,
     step: u64,
 }
@@ -26,7 +25,7 @@ pub(super) struct Multisine {
 
 impl Multisine {
     pub(super) fn new(amplitude: f64, c: &ProfileConfig) -> Result<Self, ConfigError> {
-        // Its period is run through once, for the greatest value.
+        // Limits the period, which is computed once to find the peak.
         let lowest = within("from_Hz", c.from_Hz, 0.01, 250.0)?;
         let highest = c.to_Hz;
         let last = (LINES - 1) as f64;
@@ -37,7 +36,7 @@ impl Multisine {
             let n = n as f64;
             let below = multiple;
             let wanted = crate::maths::round(maths::power(highest / lowest, n / last));
-            // Low lines that would fall together take the next free multiple.
+            // Lines that would coincide take the next free multiple.
             multiple = if wanted > multiple { wanted } else { multiple + 1.0 };
             turns += (multiple - below) * n / LINES as f64;
             line.phase = maths::to_u64((1.0 - (turns - maths::trunc(turns))) * 18_446_744_073_709_551_616.0);

@@ -1,9 +1,9 @@
-//! Levels that are held for a dwell, with slopes between them: trapezoid, S-curve, alternating, ABBA.
+//! Levels with a dwell on each and slopes between them: trapezoid, S-curve, alternating, ABBA.
 //!
-//! Begins at zero. The dwell is the time *on* the level, the slopes come to it. After the last cycle it goes to zero and
-//! stays there. Slopes begin on whole milliseconds.
+//! Starts at zero. The dwell does not include the slopes. After the last cycle the value goes to zero and stays there. Slopes start at whole
+//! milliseconds.
 
-use super::slope::{Hold, Slope};
+use super::slope::{Slope, SlopeLimits};
 use super::{ProfileConfig, milliseconds};
 
 #[derive(Clone, Debug)]
@@ -12,29 +12,29 @@ pub(super) struct Plateaus {
     /// Signs of the levels of one cycle.
     pattern: &'static [i8],
     nth: usize,
-    /// Cycles to come with this one; `None`: without end.
+    /// Remaining cycles with the present one; `None`: without end.
     left: Option<u32>,
-    hold: Hold,
+    limits: SlopeLimits,
     slope: Slope,
     slope_ms: u64,
     dwell_ms: u64,
     done_ms: u64,
 }
 
-/// Up and down again.
+/// Up and down.
 pub(super) const ONE_SIDE: &[i8] = &[1, 0];
-/// Both sides in turn.
+/// Both signs in turn.
 pub(super) const BOTH_SIDES: &[i8] = &[1, -1];
-/// What drifts evenly is in A B B A as much with A as with B.
+/// A linear drift has the same mean over A and B in A B B A.
 pub(super) const ABBA: &[i8] = &[1, -1, -1, 1];
 
 impl Plateaus {
-    pub(super) fn new(amplitude: f64, pattern: &'static [i8], hold: Hold, c: &ProfileConfig) -> Self {
+    pub(super) fn new(amplitude: f64, pattern: &'static [i8], limits: SlopeLimits, c: &ProfileConfig) -> Self {
         let dwell_ms = u64::from(milliseconds(c.dwell_s));
         let left = (c.cycles > 0).then_some(c.cycles);
-        let still = Slope::new(0.0, 0.0, &hold);
-        let mut plateaus = Self { amplitude, pattern, nth: 0, left, hold, slope: still, slope_ms: 0, dwell_ms, done_ms: 0 };
-        plateaus.set_out(0.0);
+        let still = Slope::new(0.0, 0.0, &limits);
+        let mut plateaus = Self { amplitude, pattern, nth: 0, left, limits, slope: still, slope_ms: 0, dwell_ms, done_ms: 0 };
+        plateaus.start_slope(0.0);
         plateaus
     }
 
@@ -46,7 +46,7 @@ impl Plateaus {
                 self.nth = 0;
                 self.left = self.left.map(|left| left.saturating_sub(1));
             }
-            self.set_out(from);
+            self.start_slope(from);
         }
         let value = if self.done_ms < self.slope_ms { self.slope.level(self.done_ms as f64 * 1e-3) } else { self.slope.to };
         self.done_ms = self.done_ms.saturating_add(1);
@@ -58,9 +58,9 @@ impl Plateaus {
         f64::from(sign) * self.amplitude
     }
 
-    fn set_out(&mut self, from: f64) {
-        self.slope = Slope::new(from, self.level(), &self.hold);
-        // A way of whole milliseconds shall not take one more because of rounding.
+    fn start_slope(&mut self, from: f64) {
+        self.slope = Slope::new(from, self.level(), &self.limits);
+        // Rounding must not add a millisecond to a slope of whole milliseconds.
         self.slope_ms = crate::maths::to_u64(crate::maths::ceil(self.slope.length_s * 1e3 - 1e-9));
         self.done_ms = 0;
     }

@@ -1,7 +1,6 @@
-//! A pseudo-random binary sequence: +amplitude and −amplitude, 1023 bits, from a shift register of ten stages.
+//! Pseudo-random binary sequence (PRBS10) of +amplitude and −amplitude: 1023 bits from a shift register of ten stages.
 //!
-//! Taps 10 and 7 (x¹⁰ + x⁷ + 1, primitive: every state but zero comes once in a period). The seed chooses where in the
-//! sequence it begins.
+//! Taps 10 and 7: x¹⁰ + x⁷ + 1 is primitive, so that a period has every state except zero. The seed selects the start of the sequence.
 
 use super::{ProfileConfig, milliseconds};
 

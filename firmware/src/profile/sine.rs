@@ -1,7 +1,6 @@
-//! One sine, for the response at one frequency.
+//! A sine, for the response at one frequency.
 //!
-//! Double precision, not micromath's: what is asked for shall have no lines beside its own. The phase is in 2⁻⁶⁴ turn, so that after
-//! hours it is still right.
+//! Uses the double-precision sine, so that the command has no harmonics. The phase is in units of 2⁻⁶⁴ turn and stays exact for hours.
 
 use super::ProfileConfig;
 use crate::maths;

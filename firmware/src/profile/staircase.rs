@@ -1,6 +1,6 @@
-//! Stairs: 0, up to +amplitude, down through 0 to −amplitude, up to 0, and again; a dwell on each level.
+//! Staircase: from 0 up to +amplitude, down to −amplitude, up to 0, repeated; a dwell on each level.
 //!
-//! The profile for friction against rate, with both directions of approach.
+//! Shows friction as a function of rate, with every level approached from both sides.
 
 use super::{ProfileConfig, milliseconds};
 

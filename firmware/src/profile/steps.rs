@@ -1,7 +1,7 @@
-//! Random levels for random times: the profile that shows friction, inertia and asymmetry at once.
+//! Random levels for random times; excites friction, inertia and asymmetry.
 //!
-//! Levels are even between −amplitude and +amplitude, signs alternate in most steps so that zero is crossed often, every
-//! sixth level is zero itself; dwells are even between half and one and a half of the mean.
+//! Magnitudes are uniform between 15 % and 100 % of the amplitude. The sign changes in most steps, so that zero is crossed often, and every
+//! sixth level is zero. Dwells are uniform between 0.5 and 1.5 times their mean.
 
 use super::{ProfileConfig, milliseconds};
 
@@ -34,7 +34,7 @@ impl MultiStep {
     }
 }
 
-/// SplitMix64 (Steele, Lea, Flood 2014): small, and its stream is part of what a seed means here.
+/// SplitMix64 (Steele, Lea, Flood 2014). A seed must keep its meaning, so this generator must not change.
 #[derive(Clone, Debug)]
 pub(super) struct SplitMix(pub(super) u64);
 
@@ -46,7 +46,7 @@ impl SplitMix {
         z ^ (z >> 31)
     }
 
-    /// Even in [0, 1).
+    /// Uniform in [0, 1).
     pub(super) fn unit(&mut self) -> f64 {
         (self.next() >> 40) as f64 / 16_777_216.0
     }

@@ -8,14 +8,14 @@ fn values(config: &ProfileConfig, count: usize) -> Vec<f64> {
 }
 
 #[test]
-fn no_profile_leaves_its_bounds_and_each_is_the_same_for_the_same_seed() {
+fn profiles_stay_within_bounds_and_repeat_for_equal_seeds() {
     for kind in ProfileKind::ALL {
         for seed in 0..20 {
-            // Turns begin and end at rest: they have no offset.
+            // Turns start and end at rest and have no offset.
             let offset = if kind == ProfileKind::Turns { 0.0 } else { 0.5 };
             let config = ProfileConfig { offset, ..ProfileConfig::new(kind, 3.0, seed) };
             let x = values(&config, 25_000);
-            // micromath's sine exceeds one by a part in a thousand.
+            // The sine of micromath exceeds 1 by up to 1e-3.
             assert!(x.iter().all(|x| (x - offset).abs() <= 3.0 * 1.001), "{kind} {seed}");
             assert_eq!(x, values(&config, 25_000));
         }
@@ -31,7 +31,7 @@ fn random_profiles_differ_by_seed() {
 }
 
 #[test]
-fn multi_step_goes_through_zero_to_both_sides_with_dwells_about_the_mean() {
+fn multi_step_has_both_signs_and_the_mean_dwell() {
     for seed in 0..50 {
         let x = values(&ProfileConfig::new(ProfileKind::MultiStep, 2.0, seed), 30_000);
         assert!(x.iter().any(|x| *x > 0.4) && x.iter().any(|x| *x < -0.4) && x.contains(&0.0), "{seed}");
@@ -48,7 +48,7 @@ fn multi_step_goes_through_zero_to_both_sides_with_dwells_about_the_mean() {
 }
 
 #[test]
-fn prbs_has_the_period_and_the_balance_of_its_register() {
+fn prbs_has_the_period_and_balance_of_its_register() {
     let config = ProfileConfig { bit_s: 0.002, ..ProfileConfig::new(ProfileKind::Prbs, 1.0, 9) };
     let x = values(&config, 4 * 1023);
     let (first, second) = x.split_at(2 * 1023);
@@ -57,7 +57,7 @@ fn prbs_has_the_period_and_the_balance_of_its_register() {
 }
 
 #[test]
-fn stairs_climb_both_sides_and_come_back_on_every_level() {
+fn staircase_visits_every_level_in_both_directions() {
     let config = ProfileConfig { levels: 2, dwell_s: 0.01, ..ProfileConfig::new(ProfileKind::Staircase, 4.0, 0) };
     let x: Vec<f64> = values(&config, 100).into_iter().step_by(10).collect();
     assert_eq!(x, [0.0, 2.0, 4.0, 2.0, 0.0, -2.0, -4.0, -2.0, 0.0, 2.0]);
@@ -71,7 +71,7 @@ fn line(x: &[f64], hz: f64) -> f64 {
 }
 
 #[test]
-fn multisine_has_twenty_equal_lines_and_nothing_between_and_reaches_its_amplitude() {
+fn multisine_has_twenty_equal_lines_and_reaches_its_amplitude() {
     let x = values(&ProfileConfig::new(ProfileKind::Multisine, 1.0, 0), 20_000);
     let lines: Vec<f64> = (1..=420).map(|n| line(&x, 0.05 * f64::from(n))).collect();
     let greatest = lines.iter().copied().fold(0.0, f64::max);
@@ -82,17 +82,17 @@ fn multisine_has_twenty_equal_lines_and_nothing_between_and_reaches_its_amplitud
     assert!(lines[0] > 0.5 * greatest && lines[399] > 0.5 * greatest, "from 0.05 to 20 Hz");
     let peak = x.iter().copied().map(f64::abs).fold(0.0, f64::max);
     assert!((0.999..=1.001).contains(&peak), "{peak}");
-    // √40 = 6.3 if all met.
+    // The crest factor is √40 = 6.3 if all peaks coincide.
     let rms = (x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64).sqrt();
     assert!(peak / rms < 3.3, "{}", peak / rms);
 }
 
 #[test]
-fn a_chirp_rises_by_the_same_factor_in_each_second_and_begins_anew() {
+fn a_logarithmic_chirp_rises_by_a_constant_factor_and_repeats() {
     let config = ProfileConfig { from_Hz: 0.5, to_Hz: 8.0, sweep_s: 20.0, ..ProfileConfig::new(ProfileKind::Chirp, 1.0, 0) };
     let x = values(&config, 40_000);
     let ups: Vec<usize> = (1..x.len()).filter(|n| x[n - 1] < 0.0 && x[*n] >= 0.0).collect();
-    // Factor 16 in 20 s: the middle between two zero crossings tells the frequency at its time.
+    // Factor 16 in 20 s. Two zero crossings give the frequency at their middle.
     for pair in ups.windows(2).filter(|p| p[1] < 19_900) {
         let seconds = (pair[0] + pair[1]) as f64 / 2e3;
         let expected = 0.5 * 16_f64.powf(seconds / 20.0);
@@ -104,14 +104,14 @@ fn a_chirp_rises_by_the_same_factor_in_each_second_and_begins_anew() {
 }
 
 #[test]
-fn a_linear_chirp_rises_by_the_same_hertz_in_each_second_and_begins_anew() {
+fn a_linear_chirp_rises_at_a_constant_rate_and_repeats() {
     let config = ProfileConfig { from_Hz: 1.0, to_Hz: 9.0, sweep_s: 20.0, ..ProfileConfig::new(ProfileKind::ChirpLinear, 1.0, 0) };
     let x = values(&config, 40_000);
     let ups: Vec<usize> = (1..x.len()).filter(|n| x[n - 1] < 0.0 && x[*n] >= 0.0).collect();
     for pair in ups.windows(2).filter(|p| p[1] < 19_900) {
         let seconds = (pair[0] + pair[1]) as f64 / 2e3;
         let hz = 1e3 / (pair[1] - pair[0]) as f64;
-        // A crossing is known to a millisecond: one part in so many as the period has.
+        // A crossing is known to a millisecond.
         assert!((hz / (1.0 + 0.4 * seconds) - 1.0).abs() < 1.2e-3 * hz + 1e-3, "at {seconds} s: {hz}");
     }
     let of_the_first = ups.iter().filter(|n| **n < 20_000).count() as f64;
@@ -120,7 +120,7 @@ fn a_linear_chirp_rises_by_the_same_hertz_in_each_second_and_begins_anew() {
 }
 
 #[test]
-fn a_sine_has_its_line_and_no_other() {
+fn a_sine_has_no_harmonics() {
     let config = ProfileConfig { frequency_Hz: 2.0, ..ProfileConfig::new(ProfileKind::Sine, 3.0, 0) };
     let x = values(&config, 10_000);
     assert!((line(&x, 2.0) - 3.0).abs() < 1e-6);
@@ -136,7 +136,7 @@ fn a_sine_has_its_line_and_no_other() {
 }
 
 #[test]
-fn names_are_parsed_back_and_an_unknown_one_lists_them() {
+fn names_parse_and_an_unknown_name_lists_all() {
     for kind in ProfileKind::ALL {
         assert_eq!(kind.name().parse(), Ok(kind));
     }
@@ -146,7 +146,7 @@ fn names_are_parsed_back_and_an_unknown_one_lists_them() {
 }
 
 #[test]
-fn a_bad_parameter_is_named() {
+fn an_invalid_parameter_is_named() {
     type Spoil = fn(&mut ProfileConfig);
     let cases: [(&str, ProfileKind, Spoil); 19] = [
         ("amplitude", ProfileKind::Constant, |c| c.amplitude = f64::NAN),
@@ -179,14 +179,14 @@ fn a_bad_parameter_is_named() {
 }
 
 #[test]
-fn turns_are_counted_in_rate_mode_only() {
+fn turns_are_possible_in_rate_mode_only() {
     let config = ProfileConfig::new(ProfileKind::Turns, 1.0, 0);
     assert!(Profile::for_mode(&config, Mode::Rate).is_ok());
     assert_eq!(Profile::for_mode(&config, Mode::Voltage).unwrap_err().parameter(), "profile");
 }
 
 #[test]
-fn the_table_names_every_parameter_and_sets_what_it_reads() {
+fn the_table_has_every_parameter() {
     for kind in ProfileKind::ALL {
         for name in kind.parameters() {
             assert!(Parameter::of_name(name).is_some(), "{kind}: {name}");

@@ -1,8 +1,8 @@
-//! Slopes, plateaus and whole turns: bounds, limits, areas, for all parameters that a person may give.
+//! Slopes, plateaus and whole turns: bounds, limits and areas, for all valid parameters.
 
 use core::f64::consts::TAU;
 
-use super::slope::{Hold, Slope};
+use super::slope::{Slope, SlopeLimits};
 use super::*;
 use crate::board::Hardware;
 use crate::speed_loop::{ONE, Segment};
@@ -38,34 +38,34 @@ proptest! {
         prop_assert_eq!(x[0], offset);
         prop_assert!(x.iter().all(|x| (x - offset).abs() <= amplitude.abs() * (1.0 + 1e-12)));
         let (first, second) = differences(&x);
-        // Rounding: a value of 40 to 2⁻⁵³, times 1e3 and 1e6; a slope may end 1e-12 s early.
+        // Rounding of a value of 40 to 2⁻⁵³, times 1e3 and 1e6; a slope may end 1e-12 s early.
         prop_assert!(first <= acceleration * (1.0 + 2e-9) + 1e-10, "{} of {}", first, acceleration);
         let jerk = if kind == ProfileKind::Trapezoid { f64::INFINITY } else { jerk };
         prop_assert!(second <= jerk + 1e-7, "{} of {}", second, jerk);
     }
 
     #[test]
-    fn a_slope_is_as_fast_as_its_limits_allow(way in 0.01..100.0_f64, acceleration in 0.5..500.0_f64, jerk in 1.0..1e5_f64) {
+    fn a_slope_is_as_fast_as_its_limits_allow(rise in 0.01..100.0_f64, acceleration in 0.5..500.0_f64, jerk in 1.0..1e5_f64) {
         let limits = config(ProfileKind::SCurve, 1.0, acceleration, jerk);
-        let slope = Slope::new(-0.25 * way, 0.75 * way, &Hold::rounded(&limits));
-        // Of the shortest way from rest to rest: no acceleration limit 2 √(Δ/j), no jerk limit Δ/a; both together their sum where a is reached.
-        let reached = way * jerk >= acceleration * acceleration;
-        let shortest = if reached { way / acceleration + acceleration / jerk } else { 2.0 * (way / jerk).sqrt() };
+        let slope = Slope::new(-0.25 * rise, 0.75 * rise, &SlopeLimits::rounded(&limits));
+        // Of the shortest rise from rest to rest: no acceleration limit 2 √(Δ/j), no jerk limit Δ/a; both together their sum where a is reached.
+        let reached = rise * jerk >= acceleration * acceleration;
+        let shortest = if reached { rise / acceleration + acceleration / jerk } else { 2.0 * (rise / jerk).sqrt() };
         prop_assert!((slope.length_s / shortest - 1.0).abs() < 1e-12);
-        prop_assert_eq!((slope.level(0.0), slope.level(slope.length_s)), (-0.25 * way, 0.75 * way));
-        prop_assert!((slope.level(0.5 * slope.length_s) - 0.25 * way).abs() < 1e-12 * way, "the middle of the way in the middle");
+        prop_assert_eq!((slope.level(0.0), slope.level(slope.length_s)), (-0.25 * rise, 0.75 * rise));
+        prop_assert!((slope.level(0.5 * slope.length_s) - 0.25 * rise).abs() < 1e-12 * rise, "the middle of the rise in the middle");
     }
 
     #[test]
     fn the_area_of_a_slope_is_the_integral_of_its_levels(to in -50.0..50.0_f64, acceleration in 0.5..500.0_f64, jerk in 1.0..1e5_f64) {
-        let slope = Slope::new(0.0, to, &Hold::rounded(&config(ProfileKind::SCurve, 1.0, acceleration, jerk)));
+        let slope = Slope::new(0.0, to, &SlopeLimits::rounded(&config(ProfileKind::SCurve, 1.0, acceleration, jerk)));
         let end_s = 1.3 * slope.length_s;
         let step_s = end_s / 4000.0;
         let mut sum = 0.0;
         for n in 0..4000 {
             let [a, m, b] = [0.0, 0.5, 1.0].map(|part| slope.level((f64::from(n) + part) * step_s));
             sum += (a + 4.0 * m + b) / 6.0 * step_s;
-            // Simpson's is exact within a piece; at a corner of a piece it is off by at most j h³.
+            // Simpson's rule is exact within a segment and off by at most j h³ at a corner.
             let off = (slope.area(f64::from(n + 1) * step_s) - sum).abs();
             prop_assert!(off <= 1e-9 + 6.0 * jerk * step_s * step_s * step_s, "{} at {}", off, n);
         }
@@ -78,7 +78,7 @@ proptest! {
         let amplitude = if back { -rate } else { rate };
         let config = ProfileConfig { turns, ..config(ProfileKind::Turns, amplitude, acceleration, jerk) };
         let Ok(mut profile) = Profile::new(&config) else {
-            // Too fast for so few turns: then it says how fast it may be, and that is so.
+            // The rate is too high for the turns: the error has the greatest rate, which is accepted.
             let error = Profile::new(&config).unwrap_err();
             let ConfigError::OutOfRange("amplitude", _, _, greatest) = error else { panic!("{error}") };
             prop_assert!(greatest < rate);
@@ -102,10 +102,10 @@ proptest! {
 }
 
 #[test]
-fn a_dwell_is_the_time_on_the_level_and_the_last_cycle_ends_at_zero() {
+fn a_dwell_excludes_the_slopes_and_the_last_cycle_ends_at_zero() {
     let config = ProfileConfig { dwell_s: 0.3, cycles: 2, ..config(ProfileKind::Abba, 2.0, 20.0, 400.0) };
     let x = values(&config, 4_000);
-    // 2 at 20 per s, corners of 50 ms: 150 ms; 4: 250 ms. A touch of each slope is on the level already.
+    // A step of 2 at 20 per s with corners of 50 ms takes 150 ms, a step of 4 takes 250 ms. The ends of a slope are close to the level.
     let levels: Vec<(f64, usize)> = x.chunk_by(|a, b| a == b).filter(|run| run.len() > 1).map(|run| (run[0], run.len())).collect();
     let short: Vec<f64> = levels.iter().map(|(level, _)| *level).collect();
     assert_eq!(short, [2.0, -2.0, 2.0, -2.0, 2.0, 0.0]);
@@ -115,7 +115,7 @@ fn a_dwell_is_the_time_on_the_level_and_the_last_cycle_ends_at_zero() {
 }
 
 #[test]
-fn a_trapezoid_goes_to_one_side_and_alternating_to_both() {
+fn a_trapezoid_has_one_sign_and_alternating_both() {
     let signs = |kind| {
         let config = ProfileConfig { dwell_s: 0.1, cycles: 3, ..config(kind, 1.0, 20.0, 1e4) };
         let x = values(&config, 4_000);
@@ -128,16 +128,16 @@ fn a_trapezoid_goes_to_one_side_and_alternating_to_both() {
 }
 
 #[test]
-fn ten_turns_hold_exactly_the_rate_that_was_asked_for() {
+fn ten_turns_have_exactly_the_commanded_rate() {
     let rate = 100_f64.to_radians();
     let x = values(&ProfileConfig::new(ProfileKind::Turns, rate, 0), 40_000);
     let plateau = x.iter().filter(|x| **x == rate).count();
-    // 36 s at the rate were there no slopes; each is 2 √(1.745 / 400) = 0.1321 s long and holds half of it on the mean.
+    // 36 s at the rate without slopes; each slope takes 2 √(1.745 / 400) = 0.1321 s at half the rate on average.
     assert!((35_866..=35_868).contains(&plateau), "{plateau}");
 }
 
 #[test]
-fn the_command_of_ten_turns_is_whole_to_a_hundredth_of_a_count_after_all_rounding() {
+fn the_command_of_ten_turns_is_exact_to_a_hundredth_of_a_count() {
     let hardware = Hardware::default();
     for rate in [0.5, 3.3, -12.0] {
         let mut profile = Profile::new(&ProfileConfig::new(ProfileKind::Turns, rate, 0)).unwrap();
