@@ -200,7 +200,8 @@ fn a_long_log_takes_the_memory_of_one_column() {
     // The measured process is another one: this test again, with the log's name.
     if let Some(log) = std::env::var_os(LOG) {
         let before = peak();
-        let request = Request { log: log.into(), column: "gyro_rad_s".into(), from_s: None, to_s: None, taus: Taus::Octave, take: None };
+        let request =
+            Request { log: log.into(), column: "gyro_rad_s".into(), from_s: None, to_s: None, taus: Taus::Octave, interpretation: None };
         assert_eq!(request.answer().unwrap().rows, rows as usize);
         let grown = peak() - before;
         println!("{:.1} MB for a column of {:.1} MB", grown / 1e6, column / 1e6);

@@ -37,7 +37,7 @@ fn number(answer: &Value, path: &str) -> f64 {
     answer.pointer(path).and_then(Value::as_f64).unwrap_or_else(|| panic!("{path}: {answer:#}"))
 }
 
-fn says(answer: &Value) -> String {
+fn notes(answer: &Value) -> String {
     answer["says"].to_string()
 }
 
@@ -45,7 +45,7 @@ fn says(answer: &Value) -> String {
 fn within(answer: &Value, key: &str, wanted: f64, sigmas: f64) {
     let (value, sigma) = (number(answer, &format!("/{key}/value")), number(answer, &format!("/{key}/sigma")));
     assert!((value - wanted).abs() < sigmas * sigma, "{key}: {value} ± {sigma}, not {wanted}");
-    assert!(sigma < 0.5 * value, "{key}: {value} ± {sigma} says little");
+    assert!(sigma < 0.5 * value, "{key}: {value} ± {sigma} is too uncertain");
 }
 
 #[test]
@@ -57,7 +57,7 @@ fn the_coefficients_of_a_gyro_come_out_in_degrees_and_hours() {
     within(&answer, "bias_instability_deg_h", 6.0, 3.0);
     for key in ["rate_random_walk_deg_h_sqrt_h", "quantisation_deg", "rate_ramp_deg_h_h"] {
         assert!(answer[key]["value"].is_null() && answer[key]["sigma"].is_null(), "{key}: {}", answer[key]);
-        assert!(answer[key]["says"].as_str().unwrap().starts_with("not shown by this record: below "), "{}", answer[key]);
+        assert!(answer[key]["says"].as_str().unwrap().starts_with("not significant in this record: below "), "{}", answer[key]);
     }
     // √2 N: N in °/√h is a sixtieth of it in (°/h)/√Hz.
     let n = number(&answer, "/angle_random_walk_deg_sqrt_h/value");
@@ -138,7 +138,7 @@ fn gaps_are_said_and_no_difference_crosses_one() {
     let answer = allan(log(&times, &values, "gyro_rad_s").path(), "gyro_rad_s");
     assert_eq!((&answer["segments"], &answer["samples"]), (&3.into(), &28_997.into()));
     assert!((number(&answer, "/missing_samples") - 1003.0).abs() < 0.1);
-    assert!(says(&answer).contains("2 gaps, about 1003 samples missing"), "{}", says(&answer));
+    assert!(notes(&answer).contains("2 gaps, about 1003 samples missing"), "{}", notes(&answer));
     assert!((number(&answer, "/interval_s") / 0.01 - 1.0).abs() < 1e-9);
     within(&answer, "angle_random_walk_deg_sqrt_h", 1e-4_f64.to_degrees() * 60.0, 3.5);
     assert!(answer["rate_random_walk_deg_h_sqrt_h"]["value"].is_null());
@@ -163,7 +163,7 @@ fn bursts_of_a_sensors_buffer_are_evenly_spaced_again() {
     assert_eq!((&answer["bursts"], &answer["segments"], &answer["samples"]), (&true.into(), &2.into(), &32_000.into()));
     assert!((number(&answer, "/interval_s") / 0.01 - 1.0).abs() < 1e-3, "{}", answer["interval_s"]);
     assert!((number(&answer, "/missing_samples") - 320.0).abs() < 10.0);
-    assert!(says(&answer).contains("time stamps come in bursts, of 32.0 rows") && says(&answer).contains("1 gap,"), "{}", says(&answer));
+    assert!(notes(&answer).contains("time stamps come in bursts of 32.0 rows") && notes(&answer).contains("1 gap,"), "{}", notes(&answer));
     within(&answer, "angle_random_walk_deg_sqrt_h", 1e-4_f64.to_degrees() * 60.0, 3.5);
     // Without the loss there is no gap.
     let whole: Vec<f64> = times.iter().enumerate().map(|(k, t)| if k >= 16_000 { t - 3.2 } else { *t }).collect();
@@ -186,7 +186,7 @@ fn a_period_in_the_record_is_no_process_and_that_is_said() {
     let mut rates = Gyro { white: 1e-4, ..Gyro::default() }.rates(50_000, 0.01, 8);
     rates.iter_mut().enumerate().for_each(|(k, rate)| *rate += 2e-3 * (k as f64 * 0.05).sin());
     let answer = allan(log(&evenly(50_000, 0.01), &rates, "gyro_rad_s").path(), "gyro_rad_s");
-    assert!(says(&answer).contains("do not explain this curve"), "{}", says(&answer));
+    assert!(notes(&answer).contains("do not explain this curve"), "{}", notes(&answer));
 }
 
 #[track_caller]
@@ -232,7 +232,7 @@ fn a_handful_of_rows_is_answered_without_coefficients() {
             assert!(number(&answer, "/oadev/0") > 0.0, "{rows} {column}");
             if rows < 80 {
                 assert!(answer["coefficients"]["white_noise"]["value"].is_null());
-                assert!(says(&answer).contains("too few to tell the processes apart"), "{answer:#}");
+                assert!(notes(&answer).contains("too few to separate the processes"), "{answer:#}");
             }
         }
     }

@@ -1,226 +1,184 @@
-//! What was found of a column's noise, and the same for programs.
+//! Result of an Allan analysis.
 
-use serde_json::{Map, Value, json};
-
-use super::request::Take;
+use super::time_stamps::TimingNote;
 use super::units::{PROCESSES, Process, Unit};
-use crate::report::{finite, significant};
+
+/// Interpretation of the column.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Interpretation {
+    /// The quantity itself: a rate or any other.
+    Value,
+    /// The integral of the quantity, as an angle is of the rate.
+    Integral,
+}
+
+/// Reason why a coefficient has no value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum NotShown {
+    /// The record has too few rows to separate the processes.
+    TooFewRows {
+        /// Rows of the record.
+        rows: usize,
+    },
+    /// The curve reaches zero and cannot be fitted.
+    ZeroVariance,
+    /// The coefficient is not significant in this record.
+    NotSignificant {
+        /// Whether the curve has a minimum within the range that is read (flicker only); `None` for other processes.
+        has_minimum: Option<bool>,
+    },
+}
+
+/// A remark about the record or the fit.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Note {
+    /// A warning of the log reader.
+    Log(String),
+    /// A remark about the time stamps.
+    Timing(TimingNote),
+    /// No coefficients.
+    NoCoefficients(NotShown),
+    /// The five processes do not explain the curve.
+    Unexplained {
+        /// χ² per degree of freedom.
+        misfit: f64,
+    },
+    /// The shortest averaging times were left out of the fit.
+    ShortTimesOmitted {
+        /// Shortest averaging time of the fit, s.
+        below_s: f64,
+    },
+}
 
 /// One averaging time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Point {
-    /// Rows averaged.
+    /// Averaging factor m, rows.
     pub factor: usize,
-    /// The same in s.
+    /// Averaging time τ, s.
     pub tau_s: f64,
     /// Overlapping Allan deviation, in the unit of the answer.
     pub oadev: f64,
-    /// Its number of terms.
+    /// Number of terms of the overlapping deviation.
     pub terms: usize,
-    /// Plain Allan deviation.
+    /// Non-overlapping Allan deviation.
     pub adev: f64,
-    /// Its number of terms.
+    /// Number of terms of the non-overlapping deviation.
     pub plain_terms: usize,
-    /// Equivalent degrees of freedom of the overlapping one.
+    /// Equivalent degrees of freedom of the overlapping deviation.
     pub degrees: f64,
-    /// Between which the true deviation lies, 68 %.
+    /// 68 % confidence interval of the deviation.
     pub within_68: [f64; 2],
-    /// The same, 95 %.
+    /// 95 % confidence interval of the deviation.
     pub within_95: [f64; 2],
-    /// What the processes that were found give on average.
+    /// Deviation of the fitted processes.
     pub fitted: f64,
-    /// The strongest of them here, by its place in [`PROCESSES`].
+    /// Index in [`PROCESSES`] of the process with the largest part.
     pub strongest: usize,
 }
 
 /// One coefficient, in the unit of the answer and seconds.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Coefficient {
-    /// Its value; `None`: this record does not show it.
+    /// Value; `None`: not shown by this record.
     pub value: Option<f64>,
-    /// Its standard error.
+    /// Standard uncertainty (1σ).
     pub sigma: Option<f64>,
-    /// With 95 % it is below this, where it is not shown.
+    /// Upper limit (95 %) of a coefficient that is not shown.
     pub below: Option<f64>,
-    /// Why it is not shown.
-    pub says: Option<String>,
+    /// Reason if it is not shown.
+    pub not_shown: Option<NotShown>,
 }
 
 /// The lowest point of the curve up to T/10.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lowest {
-    /// Where, s.
+    /// Averaging time, s.
     pub tau_s: f64,
-    /// How low.
+    /// Deviation.
     pub oadev: f64,
-    /// That over 0.664, as data sheets give the bias instability.
+    /// Deviation / 0.664: bias instability as data sheets define it.
     pub over_floor: f64,
-    /// Standard error of that.
+    /// Standard uncertainty of `over_floor`.
     pub sigma: f64,
-    /// The curve rises on both sides; else its true floor may be lower.
+    /// The curve rises on both sides; otherwise its floor may be lower.
     pub inside: bool,
 }
 
-/// All of it.
+/// Result of the analysis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Answer {
-    /// The log's name.
+    /// Name of the log.
     pub log: String,
-    /// The column.
+    /// Name of the column.
     pub column: String,
     /// Unit of the deviations.
     pub unit: Unit,
-    /// What the column was taken for.
-    pub take: Take,
-    /// Rows that were looked at.
+    /// Interpretation of the column.
+    pub interpretation: Interpretation,
+    /// Number of rows analysed.
     pub rows: usize,
-    /// τ₀, s.
+    /// Sampling interval τ₀, s.
     pub interval_s: f64,
-    /// Runs without a gap.
+    /// Number of segments without a gap.
     pub segments: usize,
-    /// Samples missing between them.
+    /// Number of samples missing in the gaps.
     pub missing: f64,
     /// The time stamps come in bursts.
     pub bursts: bool,
-    /// Least significant bit of the column, in its own unit.
+    /// Least significant bit of the column, in its unit.
     pub quantum: Option<f64>,
-    /// From which averaging time to which the coefficients were read, s.
+    /// Range of averaging times that the fit uses, s.
     pub read_s: Option<[f64; 2]>,
-    /// χ² per degree of freedom of their fit.
+    /// χ² per degree of freedom of the fit.
     pub misfit: Option<f64>,
-    /// The lowest point.
+    /// Lowest point of the curve.
     pub lowest: Option<Lowest>,
-    /// The curve.
+    /// Points of the curve.
     pub points: Vec<Point>,
-    /// Of the five processes in the order of [`PROCESSES`].
+    /// Coefficients in the order of [`PROCESSES`].
     pub coefficients: [Coefficient; 5],
-    /// What a person should know, a line each.
-    pub says: Vec<String>,
+    /// Remarks.
+    pub notes: Vec<Note>,
 }
 
-/// N's place.
+/// Index of N in [`PROCESSES`].
 pub const WHITE: usize = 1;
-/// B's place.
+/// Index of B in [`PROCESSES`].
 pub const FLICKER: usize = 2;
 
 impl Answer {
-    /// How long the rows that were looked at are together, s.
+    /// Total duration of the rows, s.
     pub fn duration_s(&self) -> f64 {
         self.rows as f64 * self.interval_s
     }
 
-    /// A coefficient in degrees and hours is so many times the one in the column's unit; `None` where the column is no rate.
+    /// Factor from the column's unit to degrees and hours; `None` if the column is not a rate.
     pub fn hours(&self, process: &Process) -> Option<f64> {
         self.unit.rad.map(|rad| rad.to_degrees() * process.hours)
     }
 
-    /// A person's scale and unit for a process.
+    /// Display factor and unit of a coefficient.
     pub fn shown(&self, process: &Process) -> (f64, String) {
         self.hours(process).map_or_else(|| (1.0, self.unit.times(process.unit)), |hours| (hours, process.deg_unit.to_owned()))
     }
 
-    /// A person's scale and unit for the deviation.
+    /// Display factor and unit of the deviation.
     pub fn shown_deviation(&self) -> (f64, String) {
         self.shown(&PROCESSES[FLICKER])
     }
 
-    /// A record too short for coefficients; `rows` 0: one that is long enough but cannot be fitted.
-    pub(super) fn too_short(&mut self, rows: usize) {
-        let says = if rows > 0 {
-            format!("{rows} rows are too few to tell the processes apart: that takes 80")
-        } else {
-            "the curve touches zero and cannot be fitted".to_owned()
-        };
-        self.coefficients = std::array::from_fn(|_| Coefficient { says: Some(says.clone()), ..Coefficient::default() });
-        self.says.push(says);
+    /// Marks all coefficients as not shown.
+    pub(super) fn set_no_coefficients(&mut self, reason: NotShown) {
+        self.coefficients = std::array::from_fn(|_| Coefficient { not_shown: Some(reason), ..Coefficient::default() });
+        self.notes.push(Note::NoCoefficients(reason));
     }
 
-    /// Why this record does not show a coefficient.
-    pub(super) fn explain_what_is_not_shown(&mut self) {
-        for (p, process) in PROCESSES.iter().enumerate().filter(|(p, _)| self.coefficients[*p].value.is_none()).collect::<Vec<_>>() {
-            let (scale, unit) = self.shown(process);
-            let mut says = match self.coefficients[p].below {
-                Some(below) => format!("not shown by this record: below {} {unit} (95 %)", significant(below * scale, 2)),
-                None => "this record cannot tell it from the others".to_owned(),
-            };
-            if let (FLICKER, Some(lowest)) = (p, &self.lowest) {
-                says += if lowest.inside {
-                    "; the lowest point of the curve is where the others cross"
-                } else {
-                    "; the curve has no floor up to T/10, a longer record may show one"
-                };
-            }
-            self.coefficients[p].says = Some(says);
+    /// Sets the reason of each coefficient without a value.
+    pub(super) fn set_reasons(&mut self) {
+        let has_minimum = self.lowest.map(|lowest| lowest.inside);
+        for (p, coefficient) in self.coefficients.iter_mut().enumerate().filter(|(_, c)| c.value.is_none()) {
+            coefficient.not_shown = Some(NotShown::NotSignificant { has_minimum: has_minimum.filter(|_| p == FLICKER) });
         }
     }
-
-    /// The answer for programs: lists over the averaging times, in SI units; coefficients in both.
-    pub fn json(&self) -> Value {
-        let list = |of: &dyn Fn(&Point) -> f64| self.points.iter().map(|p| finite(of(p))).collect::<Vec<_>>();
-        let counts = |of: &dyn Fn(&Point) -> usize| self.points.iter().map(of).collect::<Vec<_>>();
-        let pairs = |of: &dyn Fn(&Point) -> [f64; 2]| self.points.iter().map(|p| of(p).map(finite)).collect::<Vec<_>>();
-        let mut answer = json!({
-            "log": self.log,
-            "column": self.column,
-            "unit": self.unit.name,
-            "taken_as": match self.take { Take::Value => "value", Take::Integral => "integral" },
-            "samples": self.rows,
-            "interval_s": finite(self.interval_s),
-            "duration_s": finite(self.duration_s()),
-            "segments": self.segments,
-            "missing_samples": finite(self.missing),
-            "bursts": self.bursts,
-            "quantum": self.quantum.map_or(Value::Null, finite),
-            "tau_s": list(&|p| p.tau_s),
-            "oadev": list(&|p| p.oadev),
-            "adev": list(&|p| p.adev),
-            "n": counts(&|p| p.terms),
-            "n_adev": counts(&|p| p.plain_terms),
-            "degrees_of_freedom": list(&|p| p.degrees),
-            "interval_68": pairs(&|p| p.within_68),
-            "interval_95": pairs(&|p| p.within_95),
-            "fitted": list(&|p| p.fitted),
-            "strongest": self.points.iter().map(|p| PROCESSES[p.strongest].letter).collect::<Vec<_>>(),
-            "read_s": self.read_s.map_or(Value::Null, |read| json!(read.map(finite))),
-            "chi2_per_degree": self.misfit.map_or(Value::Null, finite),
-        });
-        let Some(map) = answer.as_object_mut() else { return answer };
-        for (coefficient, process) in self.coefficients.iter().zip(&PROCESSES) {
-            let scale = self.hours(process);
-            let told = scale.map_or_else(
-                || json!({"value": null, "sigma": null, "unit": process.deg_unit, "says": "the column is no rate: see coefficients"}),
-                |scale| one(coefficient, scale, process.deg_unit),
-            );
-            map.insert(process.deg_key.to_owned(), told);
-        }
-        let white = &self.coefficients[WHITE];
-        let density = |scale: f64, unit: &str| one(white, std::f64::consts::SQRT_2 * scale, unit);
-        let mut densities = Map::new();
-        densities.insert("column".to_owned(), density(1.0, &self.unit.times("/√Hz")));
-        if let Some(rad) = self.unit.rad {
-            densities.insert("deg_h_sqrt_Hz".to_owned(), density(rad.to_degrees() * 3600.0, "(°/h)/√Hz"));
-            densities.insert("deg_s_sqrt_Hz".to_owned(), density(rad.to_degrees(), "(°/s)/√Hz"));
-        }
-        map.insert("density_one_sided".to_owned(), Value::Object(densities));
-        let in_unit = self.coefficients.iter().zip(&PROCESSES).map(|(c, p)| (p.key.to_owned(), one(c, 1.0, &self.unit.times(p.unit))));
-        map.insert("coefficients".to_owned(), Value::Object(in_unit.collect()));
-        let (scale, unit) = self.shown_deviation();
-        let lowest = self.lowest.map_or(Value::Null, |l| {
-            json!({"tau_s": finite(l.tau_s), "oadev": finite(l.oadev * scale), "over_0_664": finite(l.over_floor * scale),
-                   "sigma": finite(l.sigma * scale), "unit": unit, "inside": l.inside})
-        });
-        map.insert("lowest".to_owned(), lowest);
-        map.insert("says".to_owned(), json!(self.says));
-        answer
-    }
-}
-
-fn one(coefficient: &Coefficient, scale: f64, unit: &str) -> Value {
-    let number = |x: Option<f64>| x.map_or(Value::Null, |x| finite(x * scale));
-    let mut told = json!({"value": number(coefficient.value), "sigma": number(coefficient.sigma), "unit": unit});
-    if let (Some(says), Some(map)) = (&coefficient.says, told.as_object_mut()) {
-        map.insert("below".to_owned(), number(coefficient.below));
-        map.insert("says".to_owned(), json!(says));
-    }
-    told
 }

@@ -1,11 +1,11 @@
-//! How far an Allan variance is to be trusted: its scatter about what the noise would give on average, and the χ² interval that follows.
+//! Covariance of overlapping Allan variances, equivalent degrees of freedom and χ² confidence intervals.
 //!
-//! In: the noise as five coefficients, averaging factors, lengths of the segments. Out: covariances of the overlapping variances, equivalent degrees of
-//! freedom, intervals. Where SP 1065 (after Greenhall and Riley, 2004) takes one power law, here the mixture stands: for Gaussian differences z₁, z₂ of two
-//! averaging factors, cov(⟨z₁²⟩, ⟨z₂²⟩) is the mean of 2 c² + 4 µ₁µ₂ c over all pairs of terms, c their covariance at the pair's lag and µ what a ramp adds.
-//! For one power law this is Greenhall's sum, and it also says how neighbours on the curve go together.
+//! Input: five noise coefficients, averaging factors, lengths of the segments. Output: covariances, degrees of freedom, intervals. NIST SP 1065 (after
+//! Greenhall and Riley, 2004) treats one power law; this module treats their sum: for Gaussian differences z₁, z₂ of two averaging factors,
+//! cov(⟨z₁²⟩, ⟨z₂²⟩) is the mean of 2 c² + 4 µ₁µ₂ c over all pairs of terms, with their covariance c at the lag of the pair and the contribution µ of a
+//! ramp. For one power law this equals Greenhall's sum; it also gives the correlation of adjacent points.
 //!
-//! All in rows: τ₀ = 1.
+//! The unit of time is the row: τ₀ = 1.
 
 use super::FLOOR;
 use crate::statistics::distributions::{chi_squared_quantile, normal_quantile};
@@ -13,37 +13,37 @@ use crate::statistics::distributions::{chi_squared_quantile, normal_quantile};
 /// Q², N², B², K², R² with τ₀ = 1.
 pub type Squares = [f64; 5];
 
-/// What each of the five adds to the Allan variance at m, per square.
+/// Contribution of each process to the Allan variance at averaging factor m, per squared coefficient.
 pub fn parts(factor: usize) -> [f64; 5] {
     let m = factor as f64;
     [3.0 / (m * m), 1.0 / m, FLOOR * FLOOR, m / 3.0, m * m / 2.0]
 }
 
-/// The Allan variance at m.
+/// Expected Allan variance at averaging factor m.
 pub fn expected(squares: &Squares, factor: usize) -> f64 {
     squares.iter().zip(parts(factor)).map(|(s, p)| s * p).sum()
 }
 
-/// The second difference's weights.
+/// Weights of the second difference.
 const WEIGHTS: [f64; 3] = [1.0, -2.0, 1.0];
-/// A covariance is taken at so many lags along the shorter average; it is straight between, or nearly.
-const FINENESS: usize = 8;
-/// Lags reach so many times the half-length of both differences.
-const REACH: f64 = 1.5;
+/// Number of lags per shorter averaging time at which the covariance is computed; it is nearly linear in between.
+const LAGS_PER_AVERAGE: usize = 8;
+/// Range of the lags, in half-lengths of both differences.
+const LAG_RANGE: f64 = 1.5;
 
-/// One lag, standing for those about it.
+/// A lag that represents its neighbourhood.
 #[derive(Debug, Clone, Copy)]
 struct Lag {
-    /// Pairs of terms.
+    /// Number of pairs of terms.
     pairs: f64,
     /// Covariance of the two differences per N², B², K².
     smooth: [f64; 3],
-    /// Of white noise of the angle, per Q²: at this lag alone, with so many pairs.
+    /// Covariance of white angle noise per Q², at this lag only, and its number of pairs.
     phase: f64,
     phase_pairs: f64,
 }
 
-/// Covariance of the variances at two averaging factors, for any mixture.
+/// Covariance of the variances at two averaging factors for any sum of the processes.
 #[derive(Debug, Clone)]
 pub struct Covariance {
     factors: [usize; 2],
@@ -52,16 +52,16 @@ pub struct Covariance {
 }
 
 impl Covariance {
-    /// `segments`: numbers of angles in each run without a gap, and how many runs there are of that number.
+    /// `segments`: pairs of a segment length (in angles) and the number of segments with this length.
     pub fn new(one: usize, other: usize, segments: &[(usize, usize)]) -> Self {
         let (short, long) = (one.min(other), one.max(other));
-        // Averages of many rows look like those of eight, but for the scale.
-        let scaled = short.min(FINENESS);
+        // Averages of more than eight rows are computed as eight, up to the scale.
+        let scaled = short.min(LAGS_PER_AVERAGE);
         let scale = short as f64 / scaled as f64;
         let ratio = long as f64 / short as f64;
         let (a, b) = (scaled as f64, scaled as f64 * ratio);
         let middle = (a - b).round() as i64;
-        let reach = (REACH * (a + b)).ceil() as i64;
+        let reach = (LAG_RANGE * (a + b)).ceil() as i64;
         let counted: Vec<[i128; 3]> = segments
             .iter()
             .filter(|(angles, _)| *angles > 2 * long)
@@ -92,7 +92,7 @@ impl Covariance {
         Self { factors: [short, long], lags, terms: terms(short) * terms(long) }
     }
 
-    /// The covariance, the rate's unit to the fourth.
+    /// Covariance in the fourth power of the rate's unit.
     pub fn of(&self, squares: &Squares) -> f64 {
         let [q, n, b, k, r] = *squares;
         let [m1, m2] = self.factors.map(|m| m as f64);
@@ -108,7 +108,7 @@ impl Covariance {
         sum / (4.0 * m1 * m1 * m2 * m2) / self.terms
     }
 
-    /// Equivalent degrees of freedom where both factors are one: 2 σ⁴/var σ², one at least.
+    /// Equivalent degrees of freedom if both factors are equal: 2 σ⁴/var(σ²), at least 1.
     pub fn degrees_of_freedom(&self, squares: &Squares) -> f64 {
         let variance = expected(squares, self.factors[0]);
         let degrees = 2.0 * variance * variance / self.of(squares);
@@ -116,7 +116,7 @@ impl Covariance {
     }
 }
 
-/// Generalised covariance of the angle at distance t ≥ 0 for N², B², K² = 1: what second differences make of it is their covariance.
+/// Generalised covariance of the angle at distance t ≥ 0 for N², B², K² = 1. Its second differences are the covariances of the second differences.
 fn generalised(t: f64) -> [f64; 3] {
     let log = if t > 0.0 { t.ln() } else { 0.0 };
     [-0.5 * t, t * t * log / std::f64::consts::TAU, t * t * t / 12.0]
@@ -129,19 +129,19 @@ fn pairs_below(one: i128, other: i128, lag: i128) -> i128 {
     sum(one + lag) - sum(lag) - sum(one + lag - other) + sum(lag - other)
 }
 
-/// Beyond so many degrees of freedom the quantile is Wilson and Hilferty's.
-const MANY: f64 = 400.0;
+/// Degrees of freedom above which the Wilson–Hilferty approximation is used.
+const MIN_WILSON_HILFERTY_DEGREES: f64 = 400.0;
 
-/// The quantile of χ² with these degrees of freedom, as a part of their number.
+/// Quantile of χ² divided by its degrees of freedom.
 pub fn chi_squared_share(probability: f64, degrees: f64) -> f64 {
-    if degrees > MANY {
+    if degrees > MIN_WILSON_HILFERTY_DEGREES {
         let part = 2.0 / (9.0 * degrees);
         return (1.0 - part + normal_quantile(probability) * part.sqrt()).powi(3);
     }
     chi_squared_quantile(probability, degrees) / degrees
 }
 
-/// Between which deviations the true one lies with this confidence.
+/// Confidence interval of the deviation.
 pub fn interval(deviation: f64, degrees: f64, confidence: f64) -> [f64; 2] {
     let tail = (1.0 - confidence) / 2.0;
     [1.0 - tail, tail].map(|p| deviation / chi_squared_share(p, degrees).sqrt())

@@ -1,62 +1,61 @@
-//! Overlapping and plain Allan deviation (NIST SP 1065, formulas 10, 11 and 7) from rates or from angles.
+//! Overlapping and non-overlapping Allan deviation (NIST SP 1065, formulas 10, 11 and 7) from rates or from angles.
 //!
-//! In: one number a row, evenly spaced within each segment. Out: for each averaging factor the variance in the column's unit, squared, and the number
-//! of terms. No term crosses a gap. The column's memory becomes that of its cumulative sums.
+//! Input: one number per row, evenly spaced within each segment. Output: for each averaging factor the variance in the squared unit of the column and the
+//! number of terms. No term crosses a gap. The cumulative sums replace the column in memory.
 //!
-//! Rates are summed less their straight line, which comes back into each term in closed form: so the sums stay small beside their rounding, and 10⁷ rows
-//! keep nine digits.
+//! A straight line is subtracted from the rates before summation and added to each term in closed form. The sums stay small, and 10⁷ rows keep nine digits.
 
 use std::ops::Range;
 
 use rayon::prelude::*;
 
-/// Rows whose terms one task adds up; fixed, so that the sum does not depend on the number of cores.
+/// Rows per task; fixed, so that the sum does not depend on the number of cores.
 const TASK: usize = 1 << 17;
-/// Rows whose terms are added up for all small averaging factors while they are in the cache.
+/// Rows for which all small averaging factors are processed while they are in the cache.
 const BLOCK: usize = 1 << 13;
-/// Rows that are summed plainly before the sum goes on exactly.
-const PLAIN: usize = 512;
-/// Terms side by side, for the processor's vectors.
+/// Rows summed without compensation between two compensated additions.
+const UNCOMPENSATED_ROWS: usize = 512;
+/// Parallel accumulators, for vector instructions.
 const LANES: usize = 8;
 
-/// A segment's sums: of rates they begin at a zero that is not stored.
+/// Cumulative sums of a segment. For rates an initial zero is implied and not stored.
 #[derive(Debug, Clone)]
 struct Segment {
     rows: Range<usize>,
     from_zero: bool,
 }
 
-/// A column, ready for any averaging factor.
+/// A column prepared for any averaging factor.
 #[derive(Debug, Clone)]
 pub struct Series {
     sums: Vec<f64>,
     segments: Vec<Segment>,
-    /// Of the straight line that was taken off the rates, per row.
+    /// Slope of the subtracted straight line, per row.
     slope: f64,
-    /// What a difference of sums is divided by beside m: 1 for rates, the interval for angles.
+    /// Divisor of differences besides m: 1 for rates, the interval for angles.
     step: f64,
 }
 
 /// The variance at one averaging factor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Variance {
-    /// Rows averaged, m.
+    /// Averaging factor m, rows.
     pub factor: usize,
-    /// Allan variance, the rate's unit squared; not a number where there is no term.
+    /// Allan variance, squared unit of the rate; NaN without a term.
     pub variance: f64,
     /// Number of terms.
     pub terms: usize,
 }
 
 impl Series {
-    /// Of rates; `segments` lie within `rates` and do not overlap.
+    /// From rates; `segments` lie within `rates` and do not overlap.
     pub fn of_rates(mut rates: Vec<f64>, segments: &[Range<usize>]) -> Self {
         let (middle, slope) = line(&rates, segments);
         let mut row = 0;
         for segment in segments {
-            // The sum so far, as a number and what it was rounded by.
+            // Running sum with its rounding error (compensated summation).
             let (mut sum, mut rest) = (0.0, 0.0);
-            for chunk in rates[segment.clone()].chunks_mut(PLAIN) {
+            for chunk in rates[segment.clone()].chunks_mut(UNCOMPENSATED_ROWS) {
                 let mut local = 0.0;
                 for value in chunk {
                     local += *value - middle - slope * row as f64;
@@ -73,10 +72,10 @@ impl Series {
         Self { sums: rates, segments, slope, step: 1.0 }
     }
 
-    /// Of angles, which are the sums already; the rate is their change in `interval_s`.
+    /// From angles, which are cumulative sums already; the rate is their change per `interval_s`.
     pub fn of_angles(mut angles: Vec<f64>, segments: &[Range<usize>], interval_s: f64) -> Self {
         for segment in segments {
-            // A straight line has no Allan deviation, and what is left is small beside its rounding.
+            // A straight line has no Allan deviation; subtracting it reduces rounding errors.
             let rows = &mut angles[segment.clone()];
             let (first, last) = (rows.first().copied().unwrap_or(0.0), rows.last().copied().unwrap_or(0.0));
             let slope = (last - first) / (rows.len().max(2) - 1) as f64;
@@ -86,17 +85,17 @@ impl Series {
         Self { sums: angles, segments, slope: 0.0, step: interval_s }
     }
 
-    /// Terms of each segment at m, overlapping.
+    /// Number of overlapping terms of each segment at factor m.
     pub fn terms(&self, factor: usize) -> impl Iterator<Item = usize> + '_ {
         self.segments.iter().map(move |s| (s.rows.len() + usize::from(s.from_zero)).saturating_sub(factor.saturating_mul(2)))
     }
 
-    /// The largest averaging factor that has a term.
+    /// Largest averaging factor with a term.
     pub fn largest_factor(&self) -> usize {
         self.segments.iter().map(|s| (s.rows.len() + usize::from(s.from_zero)).saturating_sub(1) / 2).max().unwrap_or(0)
     }
 
-    /// Overlapping Allan variance: every pair of neighbouring averages, whichever row it begins at.
+    /// Overlapping Allan variance: all pairs of adjacent averages, starting at every row.
     pub fn overlapping(&self, factors: &[usize]) -> Vec<Variance> {
         let tasks: Vec<(usize, usize)> =
             (0..self.segments.len()).flat_map(|s| (0..self.segments[s].rows.len()).step_by(TASK).map(move |from| (s, from))).collect();
@@ -105,7 +104,7 @@ impl Series {
         factors.iter().enumerate().map(|(k, &m)| self.variance(m, total(k), self.terms(m).sum())).collect()
     }
 
-    /// Plain Allan variance: averages that do not overlap, from each segment's begin on.
+    /// Non-overlapping Allan variance: averages from the start of each segment.
     pub fn plain(&self, factors: &[usize]) -> Vec<Variance> {
         let one = |&m: &usize| {
             let (mut sum, mut terms) = (0.0, 0);
@@ -129,7 +128,7 @@ impl Series {
         Variance { factor, variance: sum / (2.0 * divisor * divisor * terms as f64), terms }
     }
 
-    /// What the straight line adds to every term.
+    /// Contribution of the straight line to every term.
     fn ramp(&self, factor: usize) -> f64 {
         self.slope * factor as f64 * factor as f64
     }
@@ -140,7 +139,7 @@ impl Series {
         let x = &self.sums[rows.clone()];
         let mut sums = vec![0.0; factors.len()];
         let mut add = |k: usize, begin: usize, end: usize| {
-            // With a zero before the first sum, x[i] stands at phase i + 1: the term that begins at that zero comes on its own.
+            // With the implied zero, x[i] has phase i + 1; the term that starts at the zero is added separately.
             let m = factors[k];
             let end = end.min(x.len().saturating_sub(2 * m));
             let ramp = self.ramp(m);
@@ -175,13 +174,13 @@ fn squares(first: &[f64], middle: &[f64], last: &[f64], ramp: f64) -> f64 {
     lanes.iter().sum::<f64>() + rest
 }
 
-/// Value at row 0 and slope per row of the straight line through all rows of the segments.
+/// Least-squares line through all rows of the segments: value at row 0 and slope per row.
 fn line(values: &[f64], segments: &[Range<usize>]) -> (f64, f64) {
     let n: usize = segments.iter().map(ExactSizeIterator::len).sum();
     let reference = segments.first().and_then(|s| values.get(s.start)).copied().unwrap_or(0.0);
     let centre = (n as f64 - 1.0) / 2.0;
     let (mut sum, mut moment, mut row) = (0.0, 0.0, 0);
-    for chunk in segments.iter().flat_map(|s| values[s.clone()].chunks(PLAIN)) {
+    for chunk in segments.iter().flat_map(|s| values[s.clone()].chunks(UNCOMPENSATED_ROWS)) {
         let (mut local, mut local_moment) = (0.0, 0.0);
         for (k, value) in chunk.iter().enumerate() {
             local += value - reference;

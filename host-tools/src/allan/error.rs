@@ -1,55 +1,73 @@
-//! Why there is no Allan deviation to tell, in one line.
+//! Errors of an Allan analysis.
 
 use crate::log::LogError;
 
-/// What is wrong with the input.
+/// An error of the input.
 #[derive(Debug, thiserror::Error)]
 pub enum AllanError {
     /// The log cannot be read, or has no such column.
     #[error(transparent)]
     Log(#[from] LogError),
-    /// The time was asked for.
-    #[error("{log}: column t_s is the time itself; name the column of a sensor")]
+    /// The time column was requested.
+    #[error("{log}: column t_s is the time; give the column of a sensor")]
     Time {
         /// The log.
         log: String,
     },
     /// Too few rows.
-    #[error("{log}: {rows} rows{within} are too few: an Allan deviation takes {least} at least, and its coefficients some hundred")]
+    #[error("{log}: {rows} rows{window} are too few: an Allan deviation needs at least {minimum} rows, its coefficients about one hundred")]
     Short {
         /// The log.
         log: String,
-        /// How many there are.
+        /// Number of rows.
         rows: usize,
-        /// Between which times they were counted, or nothing.
-        within: String,
-        /// How many it takes.
-        least: usize,
+        /// The requested time range as text; empty without one.
+        window: String,
+        /// Required number of rows.
+        minimum: usize,
     },
-    /// Gaps everywhere.
-    #[error("{log}: no run of rows without a gap is longer than {rows}: nothing can be averaged")]
+    /// No segment without a gap is long enough.
+    #[error("{log}: the longest segment without a gap has {rows} rows: too short for an average")]
     Gaps {
         /// The log.
         log: String,
-        /// The longest run.
+        /// Rows of the longest segment.
         rows: usize,
     },
-    /// Nothing moves.
-    #[error("{log}: column {column} is {says}: there is no noise in it")]
+    /// The column contains no noise.
+    #[error("{log}: column {column} {why}: it contains no noise")]
     Still {
         /// The log.
         log: String,
         /// The column.
         column: String,
-        /// How it does not move.
-        says: String,
+        /// The finding.
+        why: Still,
     },
-    /// A stretch of time that makes no sense.
-    #[error("--from {from_s} --to {to_s}: must be finite times, the second one later")]
+    /// An invalid time range.
+    #[error("--from {from_s} --to {to_s}: the times must be finite and --to later than --from")]
     Window {
-        /// Its begin, s.
+        /// Begin, s.
         from_s: f64,
-        /// Its end, s.
+        /// End, s.
         to_s: f64,
     },
+}
+
+/// A column without noise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Still {
+    /// The same value in every row.
+    Constant(f64),
+    /// A straight line.
+    StraightLine,
+}
+
+impl std::fmt::Display for Still {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Constant(value) => write!(f, "is {value} in every row"),
+            Self::StraightLine => write!(f, "is a straight line"),
+        }
+    }
 }

@@ -1,65 +1,57 @@
-//! From a log's column to an answer.
+//! The request: reads a column of a log and analyses it.
 
 use std::ops::Range;
 use std::path::PathBuf;
 
-use super::answer::{Answer, Coefficient, Lowest, Point};
+use super::answer::{Answer, Coefficient, Interpretation, Lowest, NotShown, Note, Point};
 use super::confidence::{Covariance, Squares, expected, interval, parts};
 use super::deviation::{Series, Variance};
-use super::noise::{self, FEWEST_POINTS};
+use super::error::Still;
+use super::noise::{self, MIN_POINTS};
 use super::time_stamps::{Steps, Timing};
 use super::units::Unit;
-use super::{AllanError, FLOOR, READ_UP_TO};
+use super::{AllanError, FLOOR, MAX_RELATIVE_TAU};
 use crate::log::{OneColumn, times};
 
-/// Fewest rows that have a deviation with an interval known.
-const FEWEST_ROWS: usize = 3;
-/// Averaging factors to an octave of the fine choice.
-const FINE: f64 = 8.0;
+/// Minimum number of rows for one deviation.
+const MIN_ROWS: usize = 3;
+/// Averaging factors per octave of [`Taus::Fine`].
+const FINE_FACTORS_PER_OCTAVE: f64 = 8.0;
 
-/// Which averaging times are shown.
+/// Averaging times that the result contains.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Taus {
-    /// 1, 2, 4, 8 …
+    /// Factors 1, 2, 4, 8 …
     #[default]
     Octave,
-    /// 1, 2, 5, 10, 20 …
+    /// Factors 1, 2, 5, 10, 20 …
     Decade,
-    /// Eight to an octave
+    /// Eight factors per octave.
     Fine,
 }
 
-/// What the column is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Take {
-    /// The quantity whose noise is looked for, a rate or any other
-    Value,
-    /// Its integral, as an angle is of the rate
-    Integral,
-}
-
-/// What is asked.
+/// A request.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Request {
-    /// The log.
+    /// Path of the log.
     pub log: PathBuf,
-    /// The column.
+    /// Name of the column.
     pub column: String,
-    /// Rows from this time on, s.
+    /// Begin of the analysed range, s.
     pub from_s: Option<f64>,
-    /// Up to this one, s.
+    /// End of the analysed range, s.
     pub to_s: Option<f64>,
     /// Averaging times.
     pub taus: Taus,
-    /// What the column is; by its unit if not given: an angle is an integral.
-    pub take: Option<Take>,
+    /// Interpretation of the column; by default from its unit (an angle is an integral).
+    pub interpretation: Option<Interpretation>,
 }
 
 impl Request {
-    /// Reads the column and works it out.
+    /// Reads the column and analyses it.
     ///
     /// # Errors
-    /// One line for a log that cannot be read, a column that is not there, too few rows, no noise.
+    /// Unreadable log, missing column, too few rows, constant column.
     pub fn answer(&self) -> Result<Answer, AllanError> {
         let name = self.log.display().to_string();
         if self.column == "t_s" {
@@ -68,23 +60,23 @@ impl Request {
         let (column, timing) = self.read(&name)?;
         let quantum = column.quantum();
         let mut unit = Unit::of(&self.column);
-        let take = self.take.unwrap_or(if unit.is_angle() { Take::Integral } else { Take::Value });
+        let interpretation = self.interpretation.unwrap_or(if unit.is_angle() { Interpretation::Integral } else { Interpretation::Value });
         let rows = column.values.len();
-        let still = |says: String| AllanError::Still { log: name.clone(), column: self.column.clone(), says };
+        let still = |why: Still| AllanError::Still { log: name.clone(), column: self.column.clone(), why };
         if column.values.iter().all(|v| *v == column.values[0]) {
-            return Err(still(format!("{} in every row", column.values[0])));
+            return Err(still(Still::Constant(column.values[0])));
         }
-        let mut says = column.warnings;
-        says.extend(timing.says);
-        let series = match take {
-            Take::Value => Series::of_rates(column.values, &timing.segments),
-            Take::Integral => {
+        let mut notes: Vec<Note> = column.warnings.into_iter().map(Note::Log).collect();
+        notes.extend(timing.notes.into_iter().map(Note::Timing));
+        let series = match interpretation {
+            Interpretation::Value => Series::of_rates(column.values, &timing.segments),
+            Interpretation::Integral => {
                 unit = unit.per_second();
                 Series::of_angles(column.values, &timing.segments, timing.interval_s)
             }
         };
-        // A run's angles are one more than its rates.
-        let more = usize::from(take == Take::Value);
+        // A segment has one more angle than rates.
+        let more = usize::from(interpretation == Interpretation::Value);
         let lengths = lengths(&timing.segments, more);
         if series.largest_factor() == 0 {
             let rows = timing.segments.iter().map(ExactSizeIterator::len).max().unwrap_or(0);
@@ -97,9 +89,9 @@ impl Request {
         all.dedup();
         let overlapping = series.overlapping(&all);
         if overlapping.iter().all(|v| v.variance == 0.0) {
-            return Err(still("a straight line".to_owned()));
+            return Err(still(Still::StraightLine));
         }
-        let up_to = (READ_UP_TO * rows as f64) as usize;
+        let up_to = (MAX_RELATIVE_TAU * rows as f64) as usize;
         let read: Vec<Variance> = overlapping.iter().filter(|v| octaves.contains(&v.factor) && v.factor <= up_to).copied().collect();
         let found = noise::fit(&read, &lengths);
         let white: Squares = [0.0, overlapping[0].variance, 0.0, 0.0, 0.0];
@@ -112,7 +104,7 @@ impl Request {
             log: name,
             column: column.name,
             unit,
-            take,
+            interpretation,
             rows,
             interval_s: timing.interval_s,
             segments: timing.segments.len(),
@@ -124,16 +116,18 @@ impl Request {
             lowest,
             points,
             coefficients: Default::default(),
-            says,
+            notes,
         };
         match found {
-            Some(found) => answer.take_up(&found, read[found.first].factor, up_to),
-            None => answer.too_short(if read.len() < FEWEST_POINTS { rows } else { 0 }),
+            Some(found) => answer.set_coefficients(&found, read[found.first].factor, up_to),
+            None => {
+                answer.set_no_coefficients(if read.len() < MIN_POINTS { NotShown::TooFewRows { rows } } else { NotShown::ZeroVariance })
+            }
         }
         Ok(answer)
     }
 
-    /// The column within the window, and what its times say.
+    /// The column within the window, with the timing of its rows.
     fn read(&self, name: &str) -> Result<(OneColumn, Timing), AllanError> {
         let (from_s, to_s) = (self.from_s.unwrap_or(f64::NEG_INFINITY), self.to_s.unwrap_or(f64::INFINITY));
         if from_s.is_nan() || to_s.is_nan() || from_s >= to_s {
@@ -146,9 +140,9 @@ impl Request {
         let mut column = OneColumn::read(&self.log, &self.column, &mut |t_s| marks.push(t_s))?;
         column.values.truncate(within.end);
         column.values.drain(..within.start);
-        if within.len() < FEWEST_ROWS {
-            let says = if self.from_s.or(self.to_s).is_some() { format!(" from {from_s} s to {to_s} s") } else { String::new() };
-            return Err(AllanError::Short { log: name.to_owned(), rows: within.len(), within: says, least: FEWEST_ROWS });
+        if within.len() < MIN_ROWS {
+            let window = if self.from_s.or(self.to_s).is_some() { format!(" from {from_s} s to {to_s} s") } else { String::new() };
+            return Err(AllanError::Short { log: name.to_owned(), rows: within.len(), window, minimum: MIN_ROWS });
         }
         Ok((column, marks.timing()))
     }
@@ -159,13 +153,15 @@ pub fn factors(taus: Taus, largest: usize) -> Vec<usize> {
     let mut all: Vec<usize> = match taus {
         Taus::Octave => (0..usize::BITS).map(|k| 1 << k).take_while(|m| *m <= largest).collect(),
         Taus::Decade => (0..19).flat_map(|k| [1, 2, 5].map(|m| m * 10_usize.pow(k))).take_while(|m| *m <= largest).collect(),
-        Taus::Fine => (0..).map(|k| (f64::from(k) / FINE).exp2().round() as usize).take_while(|m| *m <= largest).collect(),
+        Taus::Fine => {
+            (0..).map(|k| (f64::from(k) / FINE_FACTORS_PER_OCTAVE).exp2().round() as usize).take_while(|m| *m <= largest).collect()
+        }
     };
     all.dedup();
     all
 }
 
-/// How many runs there are of each number of angles.
+/// Pairs of a segment length (in angles) and the number of segments with this length.
 fn lengths(segments: &[Range<usize>], more: usize) -> Vec<(usize, usize)> {
     let mut lengths: Vec<usize> = segments.iter().map(|s| s.len() + more).collect();
     lengths.sort_unstable();
@@ -192,7 +188,7 @@ fn point(overlapping: &Variance, plain: &Variance, squares: &Squares, lengths: &
     }
 }
 
-/// The lowest point of the curve as far as it is read.
+/// The lowest point within the range of averaging times that is read.
 fn lowest(points: &[Point], up_to: usize) -> Option<Lowest> {
     let read = points.iter().take_while(|p| p.factor <= up_to);
     let (place, point) = read.clone().enumerate().min_by(|a, b| a.1.oadev.total_cmp(&b.1.oadev))?;
@@ -206,10 +202,10 @@ fn lowest(points: &[Point], up_to: usize) -> Option<Lowest> {
 }
 
 impl Answer {
-    /// What was found of the processes, from rows to seconds.
-    fn take_up(&mut self, found: &noise::Found, first: usize, up_to: usize) {
+    /// Sets the coefficients, converted from rows to seconds.
+    fn set_coefficients(&mut self, found: &noise::Found, first: usize, up_to: usize) {
         let tau0 = self.interval_s;
-        // Of the coefficients, not their squares.
+        // Factors of the coefficients, not of their squares.
         let seconds = [tau0, tau0.sqrt(), 1.0, 1.0 / tau0.sqrt(), 1.0 / tau0];
         self.read_s = Some([first as f64 * tau0, up_to as f64 * tau0]);
         self.misfit = Some(found.misfit);
@@ -220,22 +216,16 @@ impl Answer {
                     value: Some(size(found.squares[p])),
                     sigma: Some(sigma / (2.0 * found.squares[p].sqrt()) * seconds[p]),
                     below: None,
-                    says: None,
+                    not_shown: None,
                 },
                 None => Coefficient { below: Some(size(found.below[p])).filter(|b| b.is_finite()), ..Coefficient::default() },
             };
         }
-        self.explain_what_is_not_shown();
+        self.set_reasons();
         if found.unexplained {
-            self.says.push(format!(
-                "the five processes do not explain this curve: χ² is {} per degree of freedom, and the errors are larger by its root. Vibration, a period or steps in the record?",
-                crate::report::significant(found.misfit, 3)
-            ));
+            self.notes.push(Note::Unexplained { misfit: found.misfit });
         } else if found.first > 0 {
-            self.says.push(format!(
-                "averages below {} s do not follow the five processes (a filter in the sensor, the step of its converter) and were left out of the fit",
-                crate::report::significant(first as f64 * tau0, 3)
-            ));
+            self.notes.push(Note::ShortTimesOmitted { below_s: first as f64 * tau0 });
         }
     }
 }

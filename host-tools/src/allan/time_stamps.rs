@@ -1,29 +1,28 @@
-//! The times of rows: how far apart the samples were taken, where some are missing, and where stamps come in bursts.
+//! Sampling interval, gaps and bursts from the time stamps of the rows.
 //!
-//! In: times row by row, twice ([`Steps`], then [`Marks`]), so that no column of times is kept. Out: a [`Timing`]: the interval, runs of rows without a gap,
-//! what a person should know.
+//! Input: the times row by row, twice ([`Steps`], then [`Marks`]), so that no column of times is stored. Output: a [`Timing`]: the interval, segments
+//! without a gap, remarks.
 //!
-//! A step above 1.5 × the median is a gap (interfaces.md). Not so where many steps are: a sensor with a buffer gives its samples in *bursts*, with the time
-//! at which they were fetched. Then the samples are evenly spaced and the stamps are not: the interval is that of time per row between bursts, and a gap is
-//! where the stamps fall behind the count of rows for good.
+//! A step above 1.5 × the median is a gap, unless such steps are frequent: a sensor with a buffer delivers its samples in *bursts*, stamped when they
+//! were fetched. Its samples are evenly spaced although the stamps are not. The interval is then the time per row between bursts, and a gap is a
+//! permanent delay of the stamps against the row count.
 
 use std::ops::Range;
 
 use crate::log::GAP_INTERVALS;
-use crate::report::significant;
 use crate::statistics::Extremes;
 use crate::statistics::robust::{median, median_in_place};
 
-/// Steps that are kept for their median.
-const KEPT: usize = 1 << 16;
-/// Steps above the limit in a larger share than this are bursts, not gaps.
-const MANY: f64 = 0.02;
-/// Bursts that are looked at after a late one: was it only late?
-const LATER: usize = 8;
-/// Stamps that scatter by more than this part of the interval are worth a word.
-const SCATTER: f64 = 0.02;
+/// Number of steps stored for their median.
+const MAX_STORED_STEPS: usize = 1 << 16;
+/// Fraction of long steps above which they are bursts and not gaps.
+const MIN_BURST_FRACTION: f64 = 0.02;
+/// Number of bursts after a late one in which its delay must persist.
+const PERSISTENCE_BURSTS: usize = 8;
+/// Relative scatter of the stamps above which a remark is given.
+const MAX_RELATIVE_SCATTER: f64 = 0.02;
 
-/// The first pass: what steps are usual.
+/// First pass: the median step.
 #[derive(Debug, Clone)]
 pub struct Steps {
     window_s: [f64; 2],
@@ -36,7 +35,7 @@ pub struct Steps {
 }
 
 impl Steps {
-    /// Of the rows within these times.
+    /// Steps of the rows within a time range, s.
     pub fn new(window_s: [f64; 2]) -> Self {
         Self { window_s, before: 0, rows: 0, last_s: f64::NAN, kept: Vec::new(), draws: 0x9e37_79b9_7f4a_7c15 }
     }
@@ -54,9 +53,9 @@ impl Steps {
         }
     }
 
-    /// A sample of all steps, each as likely: one in so many would always meet the same place of a burst.
+    /// Reservoir sampling: every n-th step would always fall on the same position of a burst.
     fn keep(&mut self, step_s: f64) {
-        if self.kept.len() < KEPT {
+        if self.kept.len() < MAX_STORED_STEPS {
             self.kept.push(step_s);
             return;
         }
@@ -74,12 +73,12 @@ impl Steps {
         self.before..self.before + self.rows
     }
 
-    /// The second pass, for the same times.
+    /// Starts the second pass over the same times.
     pub fn marks(mut self) -> Marks {
         let median_s = median_in_place(&mut self.kept).unwrap_or(0.0);
         let longest_s = GAP_INTERVALS * median_s;
         let above = self.kept.iter().filter(|step| **step > longest_s).count();
-        let bursts = above as f64 > MANY * self.kept.len() as f64;
+        let bursts = above as f64 > MIN_BURST_FRACTION * self.kept.len() as f64;
         Marks {
             window_s: self.window_s,
             longest_s,
@@ -95,7 +94,7 @@ impl Steps {
     }
 }
 
-/// A row that comes after a long step.
+/// A row after a long step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Mark {
     row: usize,
@@ -103,7 +102,7 @@ struct Mark {
     step_s: f64,
 }
 
-/// The second pass: where the long steps are.
+/// Second pass: positions of the long steps.
 #[derive(Debug, Clone)]
 pub struct Marks {
     window_s: [f64; 2],
@@ -114,24 +113,54 @@ pub struct Marks {
     first_s: f64,
     last_s: f64,
     marks: Vec<Mark>,
-    /// Of the usual steps less the median.
+    /// Sum of squared deviations of ordinary steps from the median.
     squares: f64,
     usual: usize,
 }
 
-/// What the times say.
+/// A remark about the time stamps.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum TimingNote {
+    /// The stamps scatter.
+    Scatter {
+        /// Relative to the interval.
+        relative: f64,
+    },
+    /// The stamps come in bursts.
+    Bursts {
+        /// Mean number of rows of a burst.
+        rows: f64,
+        /// Time per row, s.
+        interval_s: f64,
+    },
+    /// There are gaps.
+    Gaps {
+        /// Number of gaps.
+        count: usize,
+        /// Number of missing samples.
+        missing: f64,
+    },
+}
+
+impl TimingNote {
+    fn gaps(count: usize, missing: f64) -> Option<Self> {
+        (count > 0).then_some(Self::Gaps { count, missing })
+    }
+}
+
+/// Timing of the rows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Timing {
-    /// τ₀, s.
+    /// Sampling interval τ₀, s.
     pub interval_s: f64,
-    /// Runs of rows without a gap, counted within the window; they cover it.
+    /// Segments without a gap, as rows within the window; together they cover it.
     pub segments: Vec<Range<usize>>,
-    /// Samples that are missing in the gaps, by time.
+    /// Number of samples missing in the gaps.
     pub missing: f64,
     /// The stamps come in bursts.
     pub bursts: bool,
-    /// What a person should know, a line each.
-    pub says: Vec<String>,
+    /// Remarks.
+    pub notes: Vec<TimingNote>,
 }
 
 impl Marks {
@@ -155,45 +184,42 @@ impl Marks {
         self.row += 1;
     }
 
-    /// What the times say.
+    /// The timing of the rows.
     pub fn timing(self) -> Timing {
-        if self.bursts { self.in_bursts() } else { self.even() }
+        if self.bursts { self.burst_timing() } else { self.even_timing() }
     }
 
-    fn even(&self) -> Timing {
+    fn even_timing(&self) -> Timing {
         let gaps_s: f64 = self.marks.iter().map(|m| m.step_s).sum();
         let interval_s = if self.usual > 0 { (self.last_s - self.first_s - gaps_s) / self.usual as f64 } else { self.median_s };
         let missing = self.marks.iter().map(|m| m.step_s / interval_s - 1.0).sum();
-        let mut says = Vec::new();
+        let mut notes = Vec::new();
         let scatter = (self.squares / self.usual.max(1) as f64).sqrt() / interval_s;
-        if scatter > SCATTER {
-            says.push(format!(
-                "time stamps scatter by {} % of the interval; the samples are taken as evenly spaced",
-                significant(100.0 * scatter, 2)
-            ));
+        if scatter > MAX_RELATIVE_SCATTER {
+            notes.push(TimingNote::Scatter { relative: scatter });
         }
-        says.extend(gap_words(self.marks.len(), missing));
-        Timing { interval_s, segments: cut(self.row, self.marks.iter().map(|m| m.row)), missing, bursts: false, says }
+        notes.extend(TimingNote::gaps(self.marks.len(), missing));
+        Timing { interval_s, segments: cut(self.row, self.marks.iter().map(|m| m.row)), missing, bursts: false, notes }
     }
 
-    fn in_bursts(&self) -> Timing {
-        // A burst each: its first row and time. What comes before the first long step may be part of one.
+    fn burst_timing(&self) -> Timing {
+        // One mark per burst: its first row and time. The rows before the first long step may be a partial burst.
         let starts = &self.marks;
         let mean_s = (self.last_s - self.first_s) / (self.row.max(2) - 1) as f64;
         let pairs = || starts.windows(2).map(|w| (w[1].row - w[0].row, w[1].t_s - w[0].t_s));
         let rough_s = median(pairs().map(|(rows, s)| s / rows as f64)).unwrap_or(mean_s);
         let period_s = (self.last_s - self.first_s) / starts.len().max(1) as f64;
-        // How far the stamps are behind the count of rows, at each burst.
+        // Delay of the stamps against the row count at each burst.
         let behind = |k: usize| starts[k].t_s - starts[k].row as f64 * rough_s;
         let mut gaps = Vec::new();
         for k in 1..starts.len() {
             let jump = behind(k) - behind(k - 1);
-            let stays = (k..starts.len().min(k + LATER)).map(|j| behind(j) - behind(k - 1)).min_or_infinity();
+            let stays = (k..starts.len().min(k + PERSISTENCE_BURSTS)).map(|j| behind(j) - behind(k - 1)).min_or_infinity();
             if jump > (GAP_INTERVALS * rough_s).max(0.75 * period_s) && stays > 0.5 * jump {
                 gaps.push(Mark { step_s: jump + rough_s, ..starts[k] });
             }
         }
-        // Time per row between bursts of the same run.
+        // Time per row between bursts of the same segment.
         let (mut rows, mut seconds) = (0, 0.0);
         for (n, s) in starts
             .windows(2)
@@ -205,22 +231,10 @@ impl Marks {
         }
         let interval_s = if rows > 0 { seconds / rows as f64 } else { mean_s };
         let missing = gaps.iter().map(|g| g.step_s / interval_s - 1.0).sum();
-        let mut says = vec![format!(
-            "time stamps come in bursts, of {} rows on average: the samples are taken as evenly spaced by {} s, the time per row",
-            significant(self.row as f64 / (starts.len() + 1) as f64, 3),
-            significant(interval_s, 6)
-        )];
-        says.extend(gap_words(gaps.len(), missing));
-        Timing { interval_s, segments: cut(self.row, gaps.iter().map(|g| g.row)), missing, bursts: true, says }
+        let mut notes = vec![TimingNote::Bursts { rows: self.row as f64 / (starts.len() + 1) as f64, interval_s }];
+        notes.extend(TimingNote::gaps(gaps.len(), missing));
+        Timing { interval_s, segments: cut(self.row, gaps.iter().map(|g| g.row)), missing, bursts: true, notes }
     }
-}
-
-fn gap_words(gaps: usize, missing: f64) -> Option<String> {
-    let plural = if gaps == 1 { "gap" } else { "gaps" };
-    let lost = missing.round().max(1.0);
-    (gaps > 0).then(|| {
-        format!("{gaps} {plural}, about {lost} samples missing: no difference is taken across a gap, those of all runs are pooled")
-    })
 }
 
 fn cut(rows: usize, at: impl Iterator<Item = usize>) -> Vec<Range<usize>> {

@@ -1,9 +1,9 @@
-//! What a column's name says of its unit, and what the coefficients are called in it.
+//! Unit of a column from its name, and names and units of the coefficients.
 
 use crate::log::known;
 
-/// Ends of names, the unit that they stand for, and rad or rad/s in it.
-const ENDS: [(&str, &str, f64); 13] = [
+/// Suffixes of column names with their unit and its size in rad or rad/s.
+const SUFFIXES: [(&str, &str, f64); 13] = [
     ("_rad_s", "rad/s", 1.0),
     ("_deg_s", "°/s", std::f64::consts::PI / 180.0),
     ("_deg_h", "°/h", std::f64::consts::PI / 180.0 / 3600.0),
@@ -19,29 +19,29 @@ const ENDS: [(&str, &str, f64); 13] = [
     ("_s", "s", 0.0),
 ];
 
-/// A unit of a column.
+/// The unit of a column.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Unit {
-    /// As it is written; empty where the name tells none.
+    /// Symbol; empty if the name has no known suffix.
     pub name: String,
-    /// rad/s (or rad) of one of it; `None`: it is neither rate nor angle.
+    /// Size in rad/s or rad; `None` if the column is neither rate nor angle.
     pub rad: Option<f64>,
 }
 
 impl Unit {
-    /// By the column's name.
+    /// From the name of the column.
     pub fn of(column: &str) -> Self {
-        let end = ENDS.iter().find(|(end, _, _)| column.ends_with(end));
+        let end = SUFFIXES.iter().find(|(end, _, _)| column.ends_with(end));
         let name = known(column).map(|c| c.unit).or(end.map(|e| e.1)).unwrap_or("");
         Self { name: name.to_owned(), rad: end.map(|e| e.2).filter(|rad| *rad > 0.0) }
     }
 
-    /// The column is an angle: the integral of the rate whose noise is looked for.
+    /// Whether the column is an angle, i.e. the integral of a rate.
     pub fn is_angle(&self) -> bool {
         matches!(self.name.as_str(), "rad" | "°")
     }
 
-    /// Unit of its change in time.
+    /// Unit of the time derivative.
     pub fn per_second(self) -> Self {
         let name = match self.name.as_str() {
             "" => "1/s".to_owned(),
@@ -51,7 +51,7 @@ impl Unit {
         Self { name, ..self }
     }
 
-    /// The unit with `by` behind it.
+    /// The unit multiplied by `by`.
     pub fn times(&self, by: &str) -> String {
         match (self.name.as_str(), by) {
             ("", by) => by.to_owned(),
@@ -63,30 +63,30 @@ impl Unit {
     }
 }
 
-/// What one coefficient is called, in the order of [`super::noise`]'s processes.
+/// Names and units of one coefficient, in the order of the processes of [`super::noise`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Process {
     /// Letter of IEEE Std 952.
     pub letter: &'static str,
     /// Key among the coefficients in the column's unit.
     pub key: &'static str,
-    /// Key of the same in degrees and hours.
+    /// Key in degrees and hours.
     pub deg_key: &'static str,
-    /// What it is called of a rate.
+    /// Name for a rate.
     pub name: &'static str,
-    /// What it is called of anything else.
+    /// Name for other quantities.
     pub plain_name: &'static str,
-    /// What comes behind the column's unit.
+    /// Unit relative to the column's unit.
     pub unit: &'static str,
-    /// Its unit in degrees and hours.
+    /// Unit in degrees and hours.
     pub deg_unit: &'static str,
-    /// That unit's size: 1 rad/s, with the seconds of [`Process::unit`], in it is 180/π times this.
+    /// Conversion to this unit: 1 rad/s with the seconds of [`Process::unit`] is 180/π times this value.
     pub hours: f64,
-    /// Power of τ of its part of the deviation.
+    /// Exponent of τ in the deviation.
     pub slope: &'static str,
 }
 
-/// The five, by falling slope.
+/// The five processes, by increasing exponent.
 pub const PROCESSES: [Process; 5] = [
     Process {
         letter: "Q",

@@ -6,8 +6,8 @@ use clap::{Args, ValueEnum};
 
 use super::error::CliError;
 use super::output::{ReportOutput, spinner};
-use crate::allan::{AllanError, Request, Take, Taus};
-use crate::report::allan as page;
+use crate::allan::{AllanError, Interpretation, Request, Taus};
+use crate::report::allan as report;
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum Averages {
@@ -15,38 +15,38 @@ enum Averages {
     Octave,
     /// 1, 2, 5, 10, 20 … rows
     Decade,
-    /// Eight to an octave
+    /// Eight averaging times per octave
     Fine,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum As {
-    /// The quantity whose noise is looked for, a rate or any other
+    /// The quantity itself: a rate or any other
     Value,
-    /// Its integral, as an angle is of the rate
+    /// The integral of the quantity, as an angle is of the rate
     Integral,
 }
 
-/// Read up to τ = T/10: σ²(τ) = 3Q²/τ² + N²/τ + (0.664 B)² + K²τ/3 + R²τ²/2.
+/// Noise coefficients by the Allan deviation, for τ up to T/10: σ²(τ) = 3Q²/τ² + N²/τ + (0.664 B)² + K²τ/3 + R²τ²/2.
 #[derive(Debug, Args)]
 pub(super) struct Allan {
     /// The log of a sensor at rest, .csv or .parquet
     log: PathBuf,
-    /// The column, of any name; its end tells the unit
+    /// Name of the column; its suffix gives the unit
     #[arg(long, value_name = "COLUMN")]
     column: String,
-    /// Rows from this time on, s
+    /// Begin of the analysed range, s
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     from: Option<f64>,
-    /// Rows up to this time, s
+    /// End of the analysed range, s
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     to: Option<f64>,
-    /// Averaging times that are shown
+    /// Averaging times of the result
     #[arg(long, value_enum, default_value_t = Averages::Octave)]
     taus: Averages,
-    /// What the column is; usually by its unit: an angle is an integral, all else a value
+    /// Interpretation of the column; by default an angle is an integral, everything else a value
     #[arg(long = "as", value_enum)]
-    take: Option<As>,
+    interpretation: Option<As>,
     #[command(flatten)]
     output: ReportOutput,
 }
@@ -70,17 +70,17 @@ impl Allan {
                 Averages::Decade => Taus::Decade,
                 Averages::Fine => Taus::Fine,
             },
-            take: self.take.map(|take| match take {
-                As::Value => Take::Value,
-                As::Integral => Take::Integral,
+            interpretation: self.interpretation.map(|given| match given {
+                As::Value => Interpretation::Value,
+                As::Integral => Interpretation::Integral,
             }),
         };
         let bar = spinner("reading");
         let answer = request.answer();
         bar.finish_and_clear();
         let answer = answer?;
-        self.output.text(&page::text(&answer))?;
-        self.output.html(|| page::html(&answer))?;
-        self.output.json(|| answer.json())
+        self.output.text(&report::text(&answer))?;
+        self.output.html(|| report::html(&answer))?;
+        self.output.json(|| report::json(&answer))
     }
 }

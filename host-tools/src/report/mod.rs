@@ -4,7 +4,6 @@
 //! [`numbers`] (digits, uncertainties, p-values), [`terminal`] (line width, emphasis), [`html`] (HTML) and [`plot`] (SVG).
 
 pub mod allan;
-mod allan_picture;
 pub mod bad_log;
 pub mod calibration;
 pub mod comparison;

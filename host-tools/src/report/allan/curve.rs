@@ -1,18 +1,18 @@
-//! The curve: deviation over averaging time, both in powers of ten, with its confidence and what each process gives.
+//! Plot of the Allan deviation over averaging time, both logarithmic, with confidence interval and fitted processes.
 
-use crate::allan::READ_UP_TO;
+use crate::allan::MAX_RELATIVE_TAU;
 use crate::allan::answer::{Answer, Point};
 use crate::allan::units::PROCESSES;
 use crate::report::plot::svg::Drawing;
 use crate::report::plot::{Axis, Plot};
 use crate::statistics::Extremes;
 
-/// Of one process, what the variance is at τ, the coefficient being 1; seconds.
+/// Variance of one process at τ for a coefficient of 1 (in seconds).
 fn part(process: usize, tau_s: f64) -> f64 {
     crate::allan::confidence::parts(1)[process] * [tau_s.powi(-2), 1.0 / tau_s, 1.0, tau_s, tau_s * tau_s][process]
 }
 
-/// As SVG.
+/// The plot.
 pub fn curve(answer: &Answer) -> Drawing {
     let (scale, unit) = answer.shown_deviation();
     let log = |x: f64| (x * scale).max(f64::MIN_POSITIVE).log10();
@@ -20,7 +20,7 @@ pub fn curve(answer: &Answer) -> Drawing {
     let tau = |p: &Point| p.tau_s.log10();
     let (from, to) = (points.first().map_or(0.0, |p| tau(p)), points.last().map_or(1.0, |p| tau(p)));
     let middle = points.iter().map(|p| log(p.oadev)).min_max();
-    // The confidence of the last points may reach far: at most one decade beyond the curve.
+    // The confidence interval of the last points is clipped to 0.7 decades beyond the curve.
     let low = points.iter().map(|p| log(p.within_95[0])).fold(middle.0, f64::min).max(middle.0 - 0.7);
     let high = points.iter().map(|p| log(p.within_95[1])).fold(middle.1, f64::max).min(middle.1 + 0.7);
     let mut plot = Plot::new(
@@ -29,14 +29,14 @@ pub fn curve(answer: &Answer) -> Drawing {
         980.0,
         520.0,
     );
-    plot.shade((READ_UP_TO * answer.duration_s()).log10(), to + 0.1, "held");
+    plot.shade((MAX_RELATIVE_TAU * answer.duration_s()).log10(), to + 0.1, "held");
     let below = points.iter().rev().map(|p| (tau(p), log(p.within_95[0])));
     plot.lines(&[points.iter().map(|p| (tau(p), log(p.within_95[1]))).chain(below).collect()], "band");
     let reach = |x: f64| (x, 10_f64.powf(x));
     for (p, process) in PROCESSES.iter().enumerate() {
         let Some(value) = answer.coefficients[p].value else { continue };
         let y = |tau_s: f64| log(value * part(p, tau_s).sqrt());
-        // Only where it is within the picture: beyond, lines would run along the frame.
+        // Points outside the frame are omitted; clipped lines would run along the frame.
         let inside = |y: f64| y >= low.floor() && y <= high.ceil().max(low.floor() + 1.0);
         let line: Vec<(f64, f64)> = (0..=200)
             .map(|k| reach(from + (to - from) * f64::from(k) / 200.0))
