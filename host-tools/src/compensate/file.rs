@@ -1,10 +1,10 @@
-//! A compensation in a stand's file: the rest of the file stays as the person wrote it.
+//! Writes a compensation into a stand file and keeps the rest of the file unchanged.
 
 use stand_firmware::compensation::Compensation;
 use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, value};
 
-/// A stand's file that says nothing: all of it is the default stand's.
-pub const NEW: &str = "# What this file does not say is the default stand's.\n";
+/// A new stand file: all values are those of the default stand.
+pub const NEW: &str = "# Values that are not given are those of the default stand.\n";
 
 /// Why the compensation cannot be written.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -12,22 +12,22 @@ pub enum FileError {
     /// The text is not TOML.
     #[error("{0}")]
     Toml(String),
-    /// A key is there, but no table.
+    /// The key exists and is not a table.
     #[error("{0} must be a table")]
     NoTable(&'static str),
 }
 
-/// The text with `[firmware.compensation]` as given, whatever it held before.
+/// The text with the table `[firmware.compensation]` replaced.
 ///
 /// # Errors
-/// The text is not TOML, or `firmware` is no table in it.
+/// The text is not TOML, or its `firmware` is not a table.
 pub fn with_compensation(text: &str, compensation: &Compensation) -> Result<String, FileError> {
     let mut document: DocumentMut =
         text.parse().map_err(|e: toml_edit::TomlError| FileError::Toml(e.to_string().trim().replace('\n', " ")))?;
     let root = document.as_table_mut();
     if !root.contains_key("firmware") {
         let mut firmware = Table::new();
-        // Only its own table is to be seen.
+        // The parent table needs no header of its own.
         firmware.set_implicit(true);
         root.insert("firmware", Item::Table(firmware));
     }
@@ -64,7 +64,7 @@ fn table(compensation: &Compensation) -> Table {
     table
 }
 
-/// A number with the digits that matter: a compensation is known to a thousandth at best.
+/// Inserts a number with six significant digits: a compensation is accurate to one part in a thousand at best.
 fn put(table: &mut Table, key: &str, number: f64) {
     let short: f64 = format!("{number:.5e}").parse().unwrap_or(number);
     let text = zmij::Buffer::new().format(short).to_owned();

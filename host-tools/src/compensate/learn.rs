@@ -1,9 +1,9 @@
-//! From a fitted model to a compensation.
+//! Compensation from a fitted model.
 //!
-//! Friction (`coulomb`, `viscous`) is taken as it is; torques of the angle (`cogging`, `unbalance`, repeated or not) become harmonics, those of
-//! one order in one. Their phases count from the log's zero of the angle, so a log that does not begin its angle at the index is refused.
-//! The firmware makes volts of torque by its own R/K; the model's torques are scaled so that the volts are the model's. What else of the
-//! model is a torque (ripple that grows with the current, say) is not compensated, and named.
+//! Friction (`coulomb`, `viscous`) is used unchanged. Angle-dependent torques (`cogging`, `unbalance`, repeated or not) become harmonics; those of
+//! equal harmonic order are added. Their phases refer to the zero of the log's angle, so a log whose angle zero is not the index is refused.
+//! The firmware converts torque to voltage with its own R/K; the model's torques are scaled so that the voltage equals the model's. Other torques
+//! (for example a ripple proportional to the current) are not compensated and are listed.
 
 use std::f64::consts::TAU;
 
@@ -14,68 +14,68 @@ use stand_firmware::speed_loop::Settings;
 use crate::log::Log;
 use crate::model::{Model, ModelEffect};
 
-/// What was taken from a model.
+/// The compensation of a model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Learnt {
-    /// For the firmware's settings.
+    /// Compensation for the firmware settings.
     pub compensation: Compensation,
-    /// What of the model is not compensated, a line each.
+    /// Torques of the model that are not compensated, one line each.
     pub left_out: Vec<String>,
 }
 
-/// Why a model teaches nothing.
+/// Reasons why a model gives no compensation.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum LearnError {
-    /// The angle's zero is not known.
+    /// The angle zero is unknown.
     #[error(
-        "{model}: its orders ({orders}) have phases, and nobody said from where they count; give the log that it was fitted to with --log (it \
-         must have the note `theta_zero: index`)"
+        "{model}: the phases of {orders} need a known angle zero; give the log of the fit with --log (it must have the note \
+         `theta_zero: index`)"
     )]
     ZeroUnknown {
-        /// The model's file.
+        /// File name of the model.
         model: String,
         /// The effects.
         orders: String,
     },
-    /// The angle's zero is not the index.
+    /// The angle zero is not the index.
     #[error(
-        "{log}: its angle does not count from the index ({note}), so the orders of {model} have no phase that the stand could use; record a log \
-         that says `theta_zero: index` and fit to it, or let the stand measure its cogging itself (--measure-cogging)"
+        "{log}: the angle is not counted from the index ({note}), so the phases of {model} cannot be used; record a log with \
+         `theta_zero: index` and fit the model to it, or let the stand measure its cogging (--measure-cogging)"
     )]
     ZeroElsewhere {
-        /// The log's file.
+        /// File name of the log.
         log: String,
-        /// What it says of its zero.
+        /// Its note on the angle zero.
         note: String,
-        /// The model's file.
+        /// File name of the model.
         model: String,
     },
     /// The log has no angle.
-    #[error("{log}: it has no column theta_rad, so the orders of {model} cannot have been fitted to it")]
+    #[error("{log}: there is no column theta_rad, so the harmonics of {model} cannot have been fitted to this log")]
     NoAngle {
-        /// The log's file.
+        /// File name of the log.
         log: String,
-        /// The model's file.
+        /// File name of the model.
         model: String,
     },
     /// There is nothing to compensate.
-    #[error("{model}: it has none of coulomb, viscous, cogging, unbalance: there is nothing that the firmware could compensate")]
+    #[error("{model}: the model has none of the effects coulomb, viscous, cogging, unbalance; there is nothing to compensate")]
     Nothing {
-        /// The model's file.
+        /// File name of the model.
         model: String,
     },
 }
 
-/// Takes the compensation out of `model`, for a firmware with these settings; `log` is what the model was fitted to.
+/// Compensation of `model` for a firmware with `settings`; `log` is the log of the fit.
 ///
 /// # Errors
-/// Orders without a zero of the angle; nothing to compensate.
+/// Harmonics without a known angle zero; nothing to compensate.
 pub fn learn(model: &Model, log: Option<&Log>, settings: &Settings) -> Result<Learnt, LearnError> {
     let scale = torque_scale(model, settings);
     let mut compensation = settings.compensation;
     (compensation.coulomb_N_m, compensation.viscous_N_m_s) = (0.0, 0.0);
     let mut orders: Vec<(u16, [f64; 2])> = Vec::new();
-    let (mut left_out, mut of_the_angle) = (Vec::new(), Vec::new());
+    let (mut left_out, mut angle_dependent) = (Vec::new(), Vec::new());
     let mut found = false;
     for effect in model.effects() {
         let value = |k: usize| effect.parameters.get(k).map_or(0.0, |p| model.parameters()[*p].value);
@@ -97,32 +97,32 @@ pub fn learn(model: &Model, log: Option<&Log>, settings: &Settings) -> Result<Le
         }
         found = true;
         if matches!(effect.card.compensation, Some(Rule::Harmonic | Rule::FirstHarmonic)) {
-            of_the_angle.push(effect);
+            angle_dependent.push(effect);
         }
     }
     left_out
-        .extend(model.user_effects().iter().map(|own| format!("{}: the firmware has no compensation for an effect of your own", own.name)));
+        .extend(model.user_effects().iter().map(|own| format!("{}: the firmware has no compensation for user-defined effects", own.name)));
     if !found {
         return Err(LearnError::Nothing { model: model.name().to_owned() });
     }
-    check_zero(model, log, &of_the_angle)?;
+    check_zero(model, log, &angle_dependent)?;
     let mut harmonics: Vec<Harmonic> = orders.into_iter().map(|(order, sum)| harmonic(order, sum)).collect();
     harmonics.sort_by(|a, b| b.torque_N_m.total_cmp(&a.torque_N_m));
     for weak in harmonics.drain(MOST_HARMONICS.min(harmonics.len())..) {
-        left_out.push(format!("order {}: the firmware has room for the {MOST_HARMONICS} strongest", weak.order));
+        left_out.push(format!("harmonic order {}: the firmware holds the {MOST_HARMONICS} largest", weak.order));
     }
     compensation.harmonics = Harmonics::of(harmonics).unwrap_or_default();
     Ok(Learnt { compensation, left_out })
 }
 
-/// Torque in the firmware's terms of one N m of the model: the same voltage by R/K of either.
+/// Scale from model torque to firmware torque for equal voltage (R/K of either).
 fn torque_scale(model: &Model, settings: &Settings) -> f64 {
     let constant = model.value("motor_constant_N_m_A").unwrap_or(settings.motor_constant_N_m_A);
     let resistance = model.value("resistance_ohm").unwrap_or(settings.resistance_ohm);
     resistance / constant * settings.motor_constant_N_m_A / settings.resistance_ohm
 }
 
-/// Adds a sin(nθ + φ) to what there is of order n.
+/// Adds a sin(nθ + φ) to the harmonic of order n.
 fn add(orders: &mut Vec<(u16, [f64; 2])>, order: u16, torque_N_m: f64, phase_rad: f64) {
     let [sine, cosine] = [torque_N_m * phase_rad.cos(), torque_N_m * phase_rad.sin()];
     match orders.iter_mut().find(|(n, _)| *n == order) {
@@ -135,13 +135,13 @@ fn harmonic(order: u16, [sine, cosine]: [f64; 2]) -> Harmonic {
     Harmonic { order, torque_N_m: sine.hypot(cosine), phase_rad: cosine.atan2(sine).rem_euclid(TAU) }
 }
 
-fn check_zero(model: &Model, log: Option<&Log>, of_the_angle: &[&ModelEffect]) -> Result<(), LearnError> {
-    if of_the_angle.is_empty() {
+fn check_zero(model: &Model, log: Option<&Log>, angle_dependent: &[&ModelEffect]) -> Result<(), LearnError> {
+    if angle_dependent.is_empty() {
         return Ok(());
     }
     let name = model.name().to_owned();
     let Some(log) = log else {
-        let orders = of_the_angle.iter().map(|e| e.name()).collect::<Vec<_>>().join(", ");
+        let orders = angle_dependent.iter().map(|e| e.name()).collect::<Vec<_>>().join(", ");
         return Err(LearnError::ZeroUnknown { model: name, orders });
     };
     let path = log.path().display().to_string();
@@ -151,7 +151,7 @@ fn check_zero(model: &Model, log: Option<&Log>, of_the_angle: &[&ModelEffect]) -
     match log.note("theta_zero") {
         Some(note) if note.trim().eq_ignore_ascii_case("index") => Ok(()),
         other => {
-            let note = other.map_or("it has no note theta_zero".to_owned(), |note| format!("theta_zero: {note}"));
+            let note = other.map_or("there is no note theta_zero".to_owned(), |note| format!("theta_zero: {note}"));
             Err(LearnError::ZeroElsewhere { log: path, note, model: name })
         }
     }

@@ -1,7 +1,7 @@
-//! What is learnt goes back: a fitted model, or the stand's own calibration, becomes the firmware's compensation.
+//! Compensation of identified torques: a fitted model, or the stand's own calibration, becomes the firmware's feed-forward table.
 //!
-//! In: a model and the log it was fitted to ([`learn`]), or what a calibration found. Out: the stand's file with the compensation written into
-//! it ([`file`]), and what it does to the *true* rate of the simulated stand ([`ripple`]). Nothing here talks to a terminal.
+//! Input: a model and the log it was fitted to ([`learn`]), or the result of a calibration. Output: the stand file with the compensation
+//! ([`file`]), and the ripple of the *true* rate of the simulated stand with it ([`ripple`]).
 
 pub mod file;
 pub mod learn;

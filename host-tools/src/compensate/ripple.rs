@@ -1,8 +1,8 @@
-//! How evenly the simulated stand turns, in its *true* rate.
+//! Ripple of the *true* rate of the simulated stand.
 //!
-//! In: a stand, a rate, orders. Out: the amplitude of each order in the plant's own rate over whole turns, and the scatter of the rate over
-//! windows of one degree. Neither encoder nor rate sensor is asked. The platform begins a little before its index, so that the
-//! firmware sees it on the way; what is measured begins when the loop has settled and the harmonics are in.
+//! Input: a stand, a rate, harmonic orders. Output: the amplitude of each order in the plant's rate over whole turns, and the standard deviation of the
+//! mean rates over one degree. Neither encoder nor rate sensor is used. The platform starts a little before its index, so that the
+//! firmware detects the index; the evaluation begins when the loop has settled and the harmonics are active.
 
 use std::f64::consts::{PI, TAU};
 
@@ -12,66 +12,68 @@ use stand_firmware::compensation::Compensation;
 use stand_firmware::profile::{ProfileConfig, ProfileKind};
 use stand_firmware::speed_loop::{Compensating, Mode};
 
-/// Where the platform begins, rad from the index: 3° before it.
-const BEGIN_RAD: f64 = -PI / 60.0;
-/// From the index on, what the loop (poles at 40 rad/s) and the harmonics' coming in (0.1 s) need, s.
+/// Initial angle relative to the index, rad: 3° before it.
+const START_RAD: f64 = -PI / 60.0;
+/// Settling time after the index, s: loop (poles at 40 rad/s) and fade-in of the harmonics (0.1 s).
 const SETTLE_S: f64 = 1.5;
-/// Shortest record that is looked at, s; at least a whole turn.
-const LOOK_S: f64 = 3.0;
+/// Minimum duration of the evaluation, s; at least one whole turn.
+const MIN_EVALUATION_S: f64 = 3.0;
 
 /// The ripple at one rate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ripple {
-    /// The rate asked for, rad/s.
+    /// Rate setpoint, rad/s.
     pub rate_rad_s: f64,
     /// Amplitude of each order in the true rate, rad/s.
     pub orders: Vec<(u16, f64)>,
     /// Standard deviation of the mean rates over each degree, relative to the rate.
     pub one_degree: f64,
-    /// Harmonics were at work while it was measured.
+    /// Whether harmonics were compensated during the evaluation.
     pub compensated: bool,
 }
 
-/// Why there is no ripple to tell.
+/// Reasons why no ripple can be measured.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RippleError {
-    /// The stand cannot be.
+    /// Invalid stand.
     #[error(transparent)]
     Stand(#[from] StandError),
-    /// The session cannot be.
+    /// Invalid session.
     #[error(transparent)]
     Session(#[from] SessionError),
-    /// The platform did not come round.
-    #[error("at {0} rad/s the platform did not turn as far as it was asked to ({1}): there is no ripple to measure")]
+    /// The platform did not turn far enough.
+    #[error("at {0} rad/s the platform did not turn far enough to measure the ripple: {1}")]
     NotTurned(f64, String),
-    /// There are harmonics, and they had to stay out.
-    #[error("at {0} rad/s the index was not seen, so the orders cannot be compensated: is the platform free to turn, and the index wired?")]
+    /// Harmonics are configured and were not active.
+    #[error(
+        "at {0} rad/s the index was not detected, so the harmonics cannot be compensated; check that the platform turns freely and that the index is wired"
+    )]
     IndexNotSeen(f64),
 }
 
-/// Runs `stand` with `compensation` at `rate_rad_s` (positive) and measures.
+/// Runs `stand` with `compensation` at `rate_rad_s` (positive) and measures the ripple.
 ///
 /// # Errors
-/// The stand or its settings cannot be; the platform did not turn.
+/// Invalid stand or settings; the platform did not turn.
 pub fn ripple(stand: &Stand, compensation: &Compensation, rate_rad_s: f64, orders: &[u16], seed: u64) -> Result<Ripple, RippleError> {
     let mut setup = stand.setup();
     setup.settings.compensation = *compensation;
-    let turns = (LOOK_S * rate_rad_s / TAU).ceil().max(1.0);
-    let settle_s = SETTLE_S + 2.0 * rate_rad_s / setup.settings.acceleration_rad_s2 - BEGIN_RAD / rate_rad_s;
+    let turns = (MIN_EVALUATION_S * rate_rad_s / TAU).ceil().max(1.0);
+    let settle_s = SETTLE_S + 2.0 * rate_rad_s / setup.settings.acceleration_rad_s2 - START_RAD / rate_rad_s;
     let seconds = settle_s + turns * TAU / rate_rad_s + 0.5;
     let profile = ProfileConfig::new(ProfileKind::Constant, rate_rad_s, seed);
-    let record = session::run(setup, Plant::new(stand, BEGIN_RAD)?, SessionRequest { mode: Mode::Rate, profile, seconds, seed })?;
+    let record = session::run(setup, Plant::new(stand, START_RAD)?, SessionRequest { mode: Mode::Rate, profile, seconds, seed })?;
     let first = (settle_s * 1e3) as usize;
     let until_rad = record.true_theta_rad.get(first).copied().unwrap_or(f64::INFINITY) + turns * TAU;
     let Some(end) = record.true_theta_rad.iter().position(|theta| *theta >= until_rad) else {
-        return Err(RippleError::NotTurned(rate_rad_s, record.note("fault").unwrap_or("it is blocked or too slow").to_owned()));
+        return Err(RippleError::NotTurned(rate_rad_s, record.note("fault").unwrap_or("blocked or too slow").to_owned()));
     };
     let compensated = record.compensating.get(first).is_some_and(|c| c.contains(Compensating::HARMONICS));
     let orders = orders.iter().map(|order| (*order, amplitude(&record, first, end, *order))).collect();
     Ok(Ripple { rate_rad_s, orders, one_degree: one_degree(&record, first, end), compensated })
 }
 
-/// Amplitude of an order: least squares in the angle's measure would weigh slow rows less, so each row counts by the angle it covers.
+/// Amplitude of a harmonic order over the angle; each row is weighted by the angle that it covers.
 fn amplitude(record: &Record, first: usize, end: usize, order: u16) -> f64 {
     let (theta, omega) = (&record.true_theta_rad, &record.true_omega_rad_s);
     let whole_rad = theta[end] - theta[first];
@@ -87,7 +89,7 @@ fn amplitude(record: &Record, first: usize, end: usize, order: u16) -> f64 {
     2.0 * sine.hypot(cosine) / whole_rad
 }
 
-/// Scatter of the rates over each whole degree, relative to their mean.
+/// Standard deviation of the mean rates over each whole degree, relative to their mean.
 fn one_degree(record: &Record, first: usize, end: usize) -> f64 {
     let (theta, omega) = (&record.true_theta_rad, &record.true_omega_rad_s);
     let degree = PI / 180.0;
@@ -95,7 +97,7 @@ fn one_degree(record: &Record, first: usize, end: usize) -> f64 {
     let (mut last_s, mut rates) = (None, Vec::new());
     for k in first..end {
         while next < theta[k + 1] && next >= theta[k] {
-            // Within a row the rate goes straight: one step of Newton's from the chord.
+            // The rate is linear within a row: one Newton step from the chord.
             let slope = (omega[k + 1] - omega[k]) * 1e3;
             let chord = (next - theta[k]) / (theta[k + 1] - theta[k]) * 1e-3;
             let at = theta[k] + (omega[k] + 0.5 * slope * chord) * chord;
