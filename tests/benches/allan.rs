@@ -114,7 +114,8 @@ fn memory(folder: &Path) {
 fn one_log(log: &str) {
     let before = resident_MiB();
     let begin = Instant::now();
-    let request = Request { log: log.into(), column: "gyro_rad_s".into(), from_s: None, to_s: None, taus: Taus::Octave, interpretation: None };
+    let request =
+        Request { log: log.into(), column: "gyro_rad_s".into(), from_s: None, to_s: None, taus: Taus::Octave, interpretation: None };
     let answer = request.answer().expect("an answer");
     let (seconds, peak) = (begin.elapsed().as_secs_f64(), peak_MiB());
     let form = if log.ends_with("csv") { "CSV" } else { "Parquet" };

@@ -1,7 +1,6 @@
 //! Logs of elsewhere: another simulator with its answers, and real records with what is known of them (`../shared/data`).
 #![allow(clippy::unwrap_used)]
 
-
 use host_tools::identify::fit::FitResult;
 use host_tools::log::Log;
 use host_tools::model::{Channel, Model};
