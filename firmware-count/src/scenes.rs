@@ -9,7 +9,7 @@ use stand_firmware::board::{CONTROL_PER_ROW, Hardware};
 use stand_firmware::capture::Memory;
 use stand_firmware::compensation::{Compensation, Harmonic, Harmonics};
 use stand_firmware::gyro_loop::Due;
-use stand_firmware::speed_loop::{Config, Fault, Interrupt, Lessons, Limits, Order, Orders, Reports, Segment, Settings, SpeedLoop, Zero};
+use stand_firmware::speed_loop::{Command, Config, Fault, Interrupt, Limits, Mailboxes, Segment, Settings, SpeedLoop, Zero};
 
 /// Ticks of a scene: two seconds.
 const TICKS: u64 = 20_000;
@@ -117,12 +117,8 @@ pub fn play(scene: &Scene, meter: &Meter) -> Tally {
     };
     let settings = Settings { compensation: compensation(harmonics), ..Settings::default() };
     let config = Config::new(&settings, &hardware).unwrap_or_else(|wrong| panic!("{}: {wrong}", scene.name));
-    let (mut orders, mut reports, mut lessons) = (Orders::new(), Reports::new(), Lessons::new());
-    let (mut order_writer, order_reader) = orders.split();
-    let (report_writer, mut report_reader) = reports.split();
-    let (mut lesson_writer, lesson_reader) = lessons.split();
-    let mut interrupt =
-        Interrupt::new(SpeedLoop::new(config), order_reader, report_writer).listening(lesson_reader).recording(MEMORY.recorder(1_500));
+    let mailboxes = Mailboxes::new();
+    let mut interrupt = Interrupt::new(SpeedLoop::new(config), &mailboxes).recording(MEMORY.recorder(1_500));
     let mut motor = Motor::new(hardware, settings);
     let mut tally = Tally::new();
     let (mut limits, mut fault, mut clear) = (Limits::default(), Fault::None, 0);
@@ -138,11 +134,11 @@ pub fn play(scene: &Scene, meter: &Meter) -> Tally {
                 clear += 1;
             }
             if let Some(segment) = asked(scene.ask, &hardware, n) {
-                order_writer.post(&Order { segment, clear, ..Order::default() });
+                mailboxes.commands.post(Command { segment, clear, ..Command::default() });
             }
         }
         if n % 100 == 0 && matches!(scene.learnt, Learnt::Lessons(_)) {
-            lesson_writer.post(&config.learnt());
+            mailboxes.compensation.post(config.compensation());
         }
         if scene.drives_torquer && n % CONTROL_PER_ROW == 3 {
             // As the measurement's task does it: the sample of this millisecond, and a pulse for the next.
@@ -152,7 +148,7 @@ pub fn play(scene: &Scene, meter: &Meter) -> Tally {
         }
         let instructions = meter.count(|| tick(&mut interrupt, &mut motor, n as u32));
         tally.add(instructions);
-        if let Some(report) = report_reader.take() {
+        if let Some(report) = mailboxes.reports.take() {
             limits.0 |= report.limits.0;
             if report.fault != Fault::None {
                 fault = report.fault;

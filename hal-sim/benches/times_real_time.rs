@@ -9,7 +9,7 @@ use hal_sim::plant::{Plant, Stand};
 use hal_sim::session::{SessionRequest, StandSetup, run};
 use stand_firmware::board::{CONTROL_HZ, EncoderCount, Hardware, Sensed};
 use stand_firmware::profile::ProfileKind;
-use stand_firmware::speed_loop::{Config, Mode, Order, Segment, Settings, SpeedLoop};
+use stand_firmware::speed_loop::{Command, Config, Mode, Segment, Settings, SpeedLoop};
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -34,13 +34,13 @@ fn tick_alone() -> f64 {
     let hardware = Hardware::default();
     let config = Config::new(&Settings::default(), &hardware).expect("the default is a good one");
     let mut speed_loop = SpeedLoop::new(config);
-    let order = Order { segment: Segment::rate(&hardware, 1, 10, 10.0, 10.0), ..Order::default() };
+    let command = Command { segment: Segment::rate(&hardware, 1, 10, 10.0, 10.0), ..Command::default() };
     let begin = Instant::now();
     for n in 0..TICKS {
         // 3.183 counts per tick are 10 rad/s.
         let encoder = EncoderCount((n * 3183 / 1000) as u16);
-        let order = n.is_multiple_of(10).then_some(order);
-        black_box(speed_loop.tick(black_box(&Sensed { tick: n, encoder, ..Sensed::default() }), order.as_ref()));
+        let command = n.is_multiple_of(10).then_some(command);
+        black_box(speed_loop.tick(black_box(&Sensed { tick: n, encoder, ..Sensed::default() }), command.as_ref()));
     }
     begin.elapsed().as_secs_f64() / TICKS as f64 * 1e9
 }

@@ -17,9 +17,7 @@ use stand_firmware::measurement_loop::{MeasurementLoop, Pace, Row, RowSink};
 use stand_firmware::profile::{PARAMETERS, Profile, ProfileConfig, ProfileKind, ProfileRunner};
 use stand_firmware::sensors;
 use stand_firmware::session::rows_in;
-use stand_firmware::speed_loop::{
-    Compensating, Config, Fault, Interrupt, Learnt, Lessons, Limits, Mode, Orders, Reports, Settings, SpeedLoop,
-};
+use stand_firmware::speed_loop::{Compensating, CompensationGains, Config, Fault, Interrupt, Limits, Mailboxes, Mode, Settings, SpeedLoop};
 use stand_firmware::telemetry::Channel;
 use std::cell::RefCell;
 
@@ -183,13 +181,11 @@ fn run_session<P: PlantPort>(
 
     let clock = VirtualClock::default();
     let bench = RefCell::new(Bench::of(&stand, request.seed, plant));
-    let (mut orders, mut reports) = (Orders::new(), Reports::new());
-    let (order_writer, order_reader) = orders.split();
-    let (report_writer, report_reader) = reports.split();
-    let mut interrupt = Interrupt::new(SpeedLoop::new(config), order_reader, report_writer);
-    let mut runner = ProfileRunner::new(profile, request.mode, stand.hardware, order_writer);
+    let mailboxes = Mailboxes::new();
+    let mut interrupt = Interrupt::new(SpeedLoop::new(config), &mailboxes);
+    let mut runner = ProfileRunner::new(profile, request.mode, stand.hardware, &mailboxes.commands);
     let sensor = sensors::Shared::default();
-    let mut measurement = MeasurementLoop::new(stand.hardware, report_reader).with_imu(&sensor);
+    let mut measurement = MeasurementLoop::new(stand.hardware, &mailboxes.reports).with_imu(&sensor);
     let mut sink = WithTruth { bench: &bench, take };
 
     let mut board = SimBoard::new(&bench, &clock);
@@ -230,7 +226,7 @@ pub struct Calibrated {
     /// What was found, or why nothing was.
     pub outcome: Result<Found, Refused>,
     /// The compensation that the speed loop holds afterwards, in the tick's units.
-    pub in_force: Learnt,
+    pub in_force: CompensationGains,
 }
 
 /// Has the stand measure its own cogging and friction ([`calibration`]); `watching` sees the progress each millisecond and may abort. What is
@@ -246,13 +242,10 @@ pub fn calibrate<P: PlantPort>(stand: StandSetup, plant: P, seed: u64, watching:
 
     let clock = VirtualClock::default();
     let bench = RefCell::new(Bench::of(&stand, seed, plant));
-    let (mut orders, mut reports, mut lessons) = (Orders::new(), Reports::new(), Lessons::new());
-    let (order_writer, order_reader) = orders.split();
-    let (report_writer, report_reader) = reports.split();
-    let (mut lesson_writer, lesson_reader) = lessons.split();
-    let mut interrupt = Interrupt::new(SpeedLoop::new(config), order_reader, report_writer).listening(lesson_reader);
-    let mut runner = ProfileRunner::new(still, Mode::Off, stand.hardware, order_writer);
-    let mut measurement = MeasurementLoop::new(stand.hardware, report_reader);
+    let mailboxes = Mailboxes::new();
+    let mut interrupt = Interrupt::new(SpeedLoop::new(config), &mailboxes);
+    let mut runner = ProfileRunner::new(still, Mode::Off, stand.hardware, &mailboxes.commands);
+    let mut measurement = MeasurementLoop::new(stand.hardware, &mailboxes.reports);
     let mut map = Box::new(Map::new());
     let watch = Watch::default();
 
@@ -263,10 +256,10 @@ pub fn calibrate<P: PlantPort>(stand: StandSetup, plant: P, seed: u64, watching:
             let settings = Settings { compensation: found.compensation, ..stand.settings };
             // It was checked as it was found.
             if let Ok(config) = Config::new(&settings, &stand.hardware) {
-                lesson_writer.post(&config.learnt());
+                mailboxes.compensation.post(config.compensation());
             }
         }
-        // Some milliseconds more: the drive goes off, and what was posted is taken, a part in each.
+        // Some milliseconds more: the drive goes off, and the interrupt takes the compensation.
         let clock = SimClock(&clock);
         clock.until(clock.now() + 6 * TICKS_PER_ROW).await;
         outcome
@@ -275,7 +268,7 @@ pub fn calibrate<P: PlantPort>(stand: StandSetup, plant: P, seed: u64, watching:
         watching(&watch);
         bench.borrow_mut().advance(to, |io| interrupt.run(io));
     })?;
-    Ok(Calibrated { outcome, in_force: *interrupt.learnt() })
+    Ok(Calibrated { outcome, in_force: interrupt.compensation() })
 }
 
 /// Puts what was true beside each row.

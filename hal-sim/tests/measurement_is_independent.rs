@@ -5,8 +5,9 @@ use hal_sim::board::{Bench, PlantPort, SimBoard};
 use hal_sim::clock::{self, VirtualClock};
 use hal_sim::peripherals::SensorSetup;
 use stand_firmware::board::{Drive, EncoderCount, Hardware, Sensed, TickIo, Ticks};
+use stand_firmware::mailbox::Mailbox;
 use stand_firmware::measurement_loop::{Instruments, MeasurementLoop, Row, RowSink};
-use stand_firmware::speed_loop::{Config, Interrupt, Mode, Orders, Report, Reports, Settings, SpeedLoop};
+use stand_firmware::speed_loop::{Config, Interrupt, Mailboxes, Mode, Report, Settings, SpeedLoop};
 use std::cell::RefCell;
 use std::f64::consts::TAU;
 
@@ -90,30 +91,21 @@ fn rows(tick: Tick, lies: bool) -> (Vec<Row>, Instruments) {
     let hardware = Hardware::default();
     let clock = VirtualClock::default();
     let bench = RefCell::new(Bench::new(&hardware, &SensorSetup::default(), 1, Turntable { t_s: 0.0 }));
-    let (mut orders, mut reports) = (Orders::new(), Reports::new());
-    let (_writer, order_reader) = orders.split();
-    let (report_writer, report_reader) = reports.split();
-    let (mut unheard, mut liar) = (Reports::new(), None);
-    let (unheard_writer, _nobody) = unheard.split();
+    let (mailboxes, false_reports) = (Mailboxes::new(), Mailbox::new());
     let config = Config::new(&Settings::default(), &hardware).unwrap();
-    let mut interrupt = if lies {
-        liar = Some(report_writer);
-        Interrupt::new(SpeedLoop::new(config), order_reader, unheard_writer)
-    } else {
-        Interrupt::new(SpeedLoop::new(config), order_reader, report_writer)
-    };
+    let mut interrupt = Interrupt::new(SpeedLoop::new(config), &mailboxes);
     let instruments = Instruments::new(hardware);
     let mut sink = Kept(Vec::new(), &instruments);
-    let mut measurement = MeasurementLoop::new(hardware, report_reader);
+    let mut measurement = MeasurementLoop::new(hardware, if lies { &false_reports } else { &mailboxes.reports });
     let mut board = SimBoard::new(&bench, &clock);
     let mut n = 0_u64;
     clock::run(&clock, measurement.run(&mut board, Ticks(20_000), 10_000, &mut sink), |to| {
         bench.borrow_mut().advance(to, |io| {
             interrupt.run(&mut Io(io, tick));
-            if let Some(liar) = &mut liar {
+            if lies {
                 n += 1;
-                // A rate and a position of another world.
-                liar.post(&Report {
+                // A rate and a position that no stand has.
+                false_reports.post(Report {
                     tick: n,
                     position_command: (n as i64) << 40,
                     rate_command: i64::MAX >> 8,

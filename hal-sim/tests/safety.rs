@@ -8,7 +8,7 @@ use hal_sim::session::{SessionRequest, run};
 use stand_firmware::board::{Drive, TickIo, Ticks};
 use stand_firmware::capture::{Memory, SAMPLES};
 use stand_firmware::profile::{ProfileConfig, ProfileKind};
-use stand_firmware::speed_loop::{Config, Interrupt, Limits, Mode, Order, Orders, Report, Reports, Segment, SpeedLoop, Zero};
+use stand_firmware::speed_loop::{Command, Config, Interrupt, Limits, Mailboxes, Mode, Report, Segment, SpeedLoop, Zero};
 use stand_firmware::status::Fault;
 
 /// What is asked for from tick 100 on.
@@ -36,26 +36,31 @@ impl Run {
 }
 
 /// `seconds` of a stand; `each` may ask for a stop (the answer) and for an order at each millisecond.
-fn play(stand: &Stand, begin_rad: f64, seconds: f64, memory: &Memory, ask: Ask, mut each: impl FnMut(u64) -> (bool, Option<Order>)) -> Run {
-    let (mut orders, mut reports) = (Orders::new(), Reports::new());
-    let (mut order_writer, order_reader) = orders.split();
-    let (report_writer, mut report_reader) = reports.split();
+fn play(
+    stand: &Stand,
+    begin_rad: f64,
+    seconds: f64,
+    memory: &Memory,
+    ask: Ask,
+    mut each: impl FnMut(u64) -> (bool, Option<Command>),
+) -> Run {
+    let mailboxes = Mailboxes::new();
     let config = Config::new(&stand.firmware, &stand.hardware).unwrap();
-    let mut interrupt = Interrupt::new(SpeedLoop::new(config), order_reader, report_writer).recording(memory.recorder(1_500));
+    let mut interrupt = Interrupt::new(SpeedLoop::new(config), &mailboxes).recording(memory.recorder(1_500));
     let mut bench = Bench::new(&stand.hardware, &stand.sensors, 1, Plant::new(stand, begin_rad).unwrap()).breaking(stand.faults);
     let mut run = Run { faults: Vec::new(), duties: Vec::new(), last: Report::default(), theta_rad: Vec::new() };
-    order_writer.post(&Order { segment: ask(stand, 100), ..Order::default() });
+    mailboxes.commands.post(Command { segment: ask(stand, 100), ..Command::default() });
     for ms in 0..(seconds * 1e3) as u64 {
         let (stop, order) = each(ms);
         bench.ask_stop(stop);
         if let Some(order) = order {
-            order_writer.post(&order);
+            mailboxes.commands.post(order);
         }
         let mut duty = 0;
         bench.advance(Ticks(ms * 10_000), |io| {
             interrupt.run(&mut Watched(io, &mut duty));
         });
-        if let Some(report) = report_reader.take() {
+        if let Some(report) = mailboxes.reports.take() {
             run.last = report;
         }
         run.faults.push(run.last.fault);
@@ -91,7 +96,7 @@ fn rubbing(torque_N_m: f64) -> Stand {
     stand
 }
 
-fn quiet(_: u64) -> (bool, Option<Order>) {
+fn quiet(_: u64) -> (bool, Option<Command>) {
     (false, None)
 }
 
@@ -133,7 +138,7 @@ fn each_fault_switches_the_drive_off_in_time_with_its_reason_and_its_record() {
 fn an_emergency_stop_acts_in_the_next_tick_and_is_cleared_only_when_it_is_released() {
     let memory = Memory::new();
     let stand = Stand::default();
-    let clear = |at: u64, clear| Order { segment: RATE(&Stand::default(), 10 * at + 20), clear, trip: Fault::None };
+    let clear = |at: u64, clear| Command { segment: RATE(&Stand::default(), 10 * at + 20), clear, trip: Fault::None };
     let run = play(&stand, 0.0, 3.0, &memory, RATE, |ms| {
         let order = [(1_500, 1), (2_200, 2)].into_iter().find(|(at, _)| *at == ms).map(|(at, n)| clear(at, n));
         ((1_000..2_000).contains(&ms), order)
@@ -147,7 +152,7 @@ fn an_emergency_stop_acts_in_the_next_tick_and_is_cleared_only_when_it_is_releas
 #[test]
 fn a_trip_of_the_tasks_latches_and_stays_while_its_cause_is_there() {
     let memory = Memory::new();
-    let order = |at: u64, clear, trip| Some(Order { segment: RATE(&Stand::default(), 10 * at + 20), clear, trip });
+    let order = |at: u64, clear, trip| Some(Command { segment: RATE(&Stand::default(), 10 * at + 20), clear, trip });
     let run = play(&Stand::default(), 0.0, 2.0, &memory, RATE, |ms| {
         let order = match ms {
             1_000 => order(ms, 0, Fault::Temperature),
@@ -217,7 +222,7 @@ fn an_angle_from_the_index_waits_for_the_index_and_then_is_right() {
             1_500 => Some(position(&Stand::default(), 15_020)),
             _ => None,
         };
-        (false, segment.map(|segment| Order { segment, ..Order::default() }))
+        (false, segment.map(|segment| Command { segment, ..Command::default() }))
     });
     let end = (found.theta_rad[4_990] - 1.0) / stand.hardware.rad_per_count();
     assert!(end.abs() < 8.0, "{end} counts off");
@@ -232,7 +237,7 @@ fn a_motor_at_rest_behind_its_brushes_has_not_lost_its_encoder_and_a_running_one
     let running: Ask = |stand, start| Segment::voltage(&stand.hardware, start, u16::MAX, 1.0);
     let still = play(&stand, 0.0, 2.5, &Memory::new(), creeping, quiet);
     assert_eq!(still.first(), None, "it never moved");
-    let stops = |ms| (false, (ms == 1_000).then(|| Order { segment: creeping(&stand, 10 * ms + 20), ..Order::default() }));
+    let stops = |ms| (false, (ms == 1_000).then(|| Command { segment: creeping(&stand, 10 * ms + 20), ..Command::default() }));
     let slowed = play(&stand, 0.0, 8.0, &Memory::new(), running, stops);
     let last = &slowed.theta_rad[7_000..];
     assert!(slowed.theta_rad[999] > 1.0 && (last[999] - last[0]).abs() < 1e-6, "it ran, and came to rest");

@@ -119,7 +119,7 @@ fn a_calibration_without_a_model_finds_the_orders_and_they_fall_8_times() {
         assert!((found.compensation.viscous_N_m_s / 2e-5 - 1.0).abs() < 0.25);
         falls_enough(&stand, &found.compensation, seed, "measured");
         let now = Settings { compensation: found.compensation, ..stand.firmware };
-        assert_eq!(calibrated.in_force, Config::new(&now, &stand.hardware).unwrap().learnt(), "and it is in force");
+        assert_eq!(calibrated.in_force, Config::new(&now, &stand.hardware).unwrap().compensation(), "and it is in force");
     }
 }
 
@@ -138,7 +138,7 @@ fn a_calibration_of_a_stand_without_cogging_finds_no_order() {
 fn an_aborted_calibration_leaves_the_compensation_as_it_was_and_progress_only_rises() {
     let mut stand = stand(&STANDS[0]);
     stand.firmware.compensation = Compensation { coulomb_N_m: 3e-4, ..knowing(&STANDS[1]) };
-    let old = Config::new(&stand.firmware, &stand.hardware).unwrap().learnt();
+    let old = Config::new(&stand.firmware, &stand.hardware).unwrap().compensation();
     for percent in [0.1, 30.0, 99.0] {
         let seen = std::cell::Cell::new(0.0_f32);
         let calibrated = calibrate(stand.setup(), Plant::new(&stand, 1.0).unwrap(), 1, |watch| {
@@ -162,7 +162,7 @@ fn a_calibration_is_refused_where_the_index_cannot_come_or_the_rate_is_not_held(
     blocked.effects.insert("coulomb".to_owned(), [("coulomb_N_m".to_owned(), 0.1)].into());
     let refused = calibrate(blocked.setup(), Plant::new(&blocked, 1.0).unwrap(), 1, |_| ()).unwrap();
     assert_eq!(refused.outcome, Err(Refused::Fault(Fault::Stall)), "it pushes, and no edge comes");
-    assert_eq!(refused.in_force, Config::new(&blocked.firmware, &blocked.hardware).unwrap().learnt());
+    assert_eq!(refused.in_force, Config::new(&blocked.firmware, &blocked.hardware).unwrap().compensation());
     // A current limit of less than friction asks for, once it turns: cogging holds it back.
     let mut weak = stand(&STANDS[2]);
     weak.firmware.current_limit_A = 0.1;

@@ -4,7 +4,8 @@ use super::state::{Activity, CalibrationPhase, Request, State};
 use crate::board::{Clock, TICKS_PER_ROW};
 use crate::calibration::{Course, Found, Map, Measuring, Refused};
 use crate::console::errors::{Code, ErrorEntry};
-use crate::speed_loop::{Config, LessonWriter};
+use crate::mailbox::Mailbox;
+use crate::speed_loop::{CompensationGains, Config};
 use core::cell::Cell;
 
 /// Waits for a requested calibration, runs it and puts its result in force; runs for ever. It also passes every changed compensation to
@@ -14,7 +15,7 @@ pub async fn run<'a, C: Clock>(
     clock: &C,
     map: &'a mut Map,
     measuring: &Cell<Option<Measuring<'a>>>,
-    lessons: &mut LessonWriter<'_>,
+    compensation: &Mailbox<CompensationGains>,
 ) -> ! {
     let mut free_map = Some(map);
     loop {
@@ -22,7 +23,7 @@ pub async fn run<'a, C: Clock>(
         if state.drive.compensation_changed.take()
             && let Ok(config) = Config::new(&state.settings.kept.get().settings, &state.hardware)
         {
-            lessons.post(&config.learnt());
+            compensation.post(config.compensation());
         }
         if matches!(state.calibration.phase.get(), CalibrationPhase::Requested)
             && let Some(map) = free_map.take()

@@ -29,11 +29,12 @@ use crate::console::errors::{Code, ErrorEntry};
 use crate::console::guard::StopLine;
 use crate::gyro_loop;
 use crate::gyro_loop::observer;
+use crate::mailbox::Mailbox;
 use crate::measurement_loop::{Instruments, MeasurementLoop};
 use crate::sensors;
 use crate::session::next_start;
 use crate::settings::{Kept, Saved, Store};
-use crate::speed_loop::{Interrupt, LessonWriter, Lessons, OrderWriter, Orders, Reports, SpeedLoop, Tuning};
+use crate::speed_loop::{Command, CompensationGains, Interrupt, Mailboxes, SpeedLoop};
 use core::cell::Cell;
 use core::future::poll_fn;
 use core::pin::{Pin, pin};
@@ -48,13 +49,10 @@ pub const CAPTURE_BEFORE: usize = 1536;
 /// Memory of the app, except for its futures: 50 KiB, more than the stack has. A static is built in place by [`Memory::new`] at compile
 /// time. An empty memory is all zeros, so that the image holds no copy of it.
 pub struct Memory {
-    orders: Orders,
-    reports: Reports,
-    lessons: Lessons,
     map: Map,
-    tuning: Tuning,
     capture: capture::Memory,
     // Filled in by `assemble`.
+    mailboxes: Option<Mailboxes>,
     instruments: Option<Instruments>,
     imu: Option<sensors::Shared>,
     drift: Option<gyro_loop::Shared>,
@@ -71,12 +69,9 @@ impl Memory {
     /// An empty memory.
     pub const fn new() -> Self {
         Self {
-            orders: Orders::new(),
-            reports: Reports::new(),
-            lessons: Lessons::new(),
             map: Map::new(),
-            tuning: Tuning::new(),
             capture: capture::Memory::new(),
+            mailboxes: None,
             instruments: None,
             imu: None,
             drift: None,
@@ -90,8 +85,8 @@ pub struct App<'a, F> {
     state: State<'a>,
     store: Store<F>,
     measurement: MeasurementLoop<'a>,
-    orders: OrderWriter<'a>,
-    lessons: LessonWriter<'a>,
+    commands: &'a Mailbox<Command>,
+    compensation: &'a Mailbox<CompensationGains>,
     map: &'a mut Map,
 }
 
@@ -118,13 +113,8 @@ pub fn assemble<'a, F: NorFlash>(
         },
         Err(error) => (defaults, default_config, Some(ErrorEntry::with(Code::STORAGE, error))),
     };
-    let (order_writer, order_reader) = memory.orders.split();
-    let (report_writer, report_reader) = memory.reports.split();
-    let (lessons, lesson_reader) = memory.lessons.split();
-    let interrupt = Interrupt::new(SpeedLoop::new(config), order_reader, report_writer)
-        .listening(lesson_reader)
-        .tuned_by(&memory.tuning)
-        .recording(memory.capture.recorder(CAPTURE_BEFORE));
+    let mailboxes: &Mailboxes = memory.mailboxes.insert(Mailboxes::new());
+    let interrupt = Interrupt::new(SpeedLoop::new(config), mailboxes).recording(memory.capture.recorder(CAPTURE_BEFORE));
     let instruments: &Instruments = memory.instruments.insert(Instruments::new(kept.hardware));
     let imu: &sensors::Shared = memory.imu.insert(sensors::Shared::default());
     let drift: &gyro_loop::Shared =
@@ -135,21 +125,24 @@ pub fn assemble<'a, F: NorFlash>(
     let state = State::new(
         identity,
         stop_line,
-        Parts { instruments, imu, drift, observer, tuning: &memory.tuning, capture: &memory.capture },
+        Parts { instruments, imu, drift, observer, config: &mailboxes.config, capture: &memory.capture },
         kept,
         defaults,
     );
     if let Some(error) = error {
         state.report(error);
     }
-    let measurement = MeasurementLoop::new(kept.hardware, report_reader).with_imu(imu).with_pulse(drift).with_observer(observer);
-    Ok((interrupt, App { state, store, measurement, orders: order_writer, lessons, map: &mut memory.map }))
+    let measurement = MeasurementLoop::new(kept.hardware, &mailboxes.reports).with_imu(imu).with_pulse(drift).with_observer(observer);
+    Ok((
+        interrupt,
+        App { state, store, measurement, commands: &mailboxes.commands, compensation: &mailboxes.compensation, map: &mut memory.map },
+    ))
 }
 
 impl<F: NorFlash> App<'_, F> {
     /// Runs the tasks for ever. Borrows the app, so that the future stays small and its owner decides where the app is stored.
     pub async fn run<B: Board, R: Read, W: Write>(&mut self, board: &mut B, receive: R, transmit: W) {
-        let Self { state, store, measurement, orders, lessons, map } = self;
+        let Self { state, store, measurement, commands, compensation, map } = self;
         let state: &State<'_> = state;
         let clock = board.clock();
         let start = next_start(clock.now());
@@ -166,10 +159,10 @@ impl<F: NorFlash> App<'_, F> {
             // Without end, for practical purposes.
             measurement.run(board, start, u64::MAX, &mut rows).await;
         });
-        let runner = pin!(runner::run(state, &clock, orders, start));
+        let runner = pin!(runner::run(state, &clock, commands, start));
         let console = pin!(console::run(state, &clock, receive, store));
         let sending = pin!(send(state, &clock, transmit));
-        let calibration = pin!(calibrate::run(state, &clock, map, &measuring, lessons));
+        let calibration = pin!(calibrate::run(state, &clock, map, &measuring, compensation));
         let parts = join5(separate(measurement), separate(runner), separate(console), separate(sending), separate(calibration));
         join(separate(sensor), parts).await;
     }

@@ -7,8 +7,9 @@
 use super::state::{Activity, CalibrationPhase, Request, Setpoint, State};
 use crate::board::{CONTROL_PER_ROW, Clock, Hardware, TICKS_PER_CONTROL, TICKS_PER_ROW, Ticks};
 use crate::console::errors::{Code, ErrorEntry};
+use crate::mailbox::Mailbox;
 use crate::profile::Profile;
-use crate::speed_loop::{Mode, Order, OrderWriter, Segment, Zero};
+use crate::speed_loop::{Command, Mode, Segment, Zero};
 
 /// A running profile.
 struct Run {
@@ -18,7 +19,7 @@ struct Run {
 }
 
 /// Runs for ever. The first segment acts at `start`, a whole millisecond that is at least one millisecond ahead.
-pub async fn run<C: Clock>(state: &State<'_>, clock: &C, orders: &mut OrderWriter<'_>, start: Ticks) -> ! {
+pub async fn run<C: Clock>(state: &State<'_>, clock: &C, commands: &Mailbox<Command>, start: Ticks) -> ! {
     let mut tick = start.0.checked_div(TICKS_PER_CONTROL).unwrap_or(0);
     let mut at = Ticks(start.0.saturating_sub(TICKS_PER_ROW));
     let mut run: Option<Run> = None;
@@ -41,7 +42,7 @@ pub async fn run<C: Clock>(state: &State<'_>, clock: &C, orders: &mut OrderWrite
             },
         };
         value = to;
-        orders.post(&Order {
+        commands.post(Command {
             segment: segment(&state.hardware, state.drive.zero.get(), mode, tick, from, to),
             clear: state.drive.fault_clears.get(),
             trip: state.drive.trip.get(),

@@ -12,11 +12,12 @@ use crate::console::errors::{Code, ErrorEntry, ErrorQueue};
 use crate::console::guard::StopLine;
 use crate::console::status::{OPERATION_COMPLETE, Status};
 use crate::gyro_loop::{self, observer};
+use crate::mailbox::Mailbox;
 use crate::measurement_loop::{Instruments, Row};
 use crate::profile::{ProfileConfig, ProfileKind};
 use crate::sensors;
 use crate::settings::Kept;
-use crate::speed_loop::{Config, Mode, Tuning, Zero};
+use crate::speed_loop::{Config, Mode, Zero};
 use crate::status::Fault;
 use crate::telemetry::Channels;
 use crate::telemetry::frame::MAX_TEXT;
@@ -50,7 +51,7 @@ pub struct Parts<'a> {
     /// The observer of the gyroscope.
     pub observer: &'a observer::Shared,
     /// Passes settings to the speed loop.
-    pub tuning: &'a Tuning,
+    pub config: &'a Mailbox<Config>,
     /// The recording around a fault.
     pub capture: &'a capture::Memory,
 }
@@ -96,7 +97,7 @@ pub struct SettingsState<'a> {
     /// The stand's defaults.
     pub defaults: Kept,
     /// Passes settings to the speed loop.
-    tuning: &'a Tuning,
+    config: &'a Mailbox<Config>,
 }
 
 /// Commands to the drive.
@@ -290,7 +291,7 @@ impl<'a> State<'a> {
             stop_line,
             out: Out::default(),
             hardware: kept.hardware,
-            settings: SettingsState { kept: Cell::new(kept), defaults, tuning: parts.tuning },
+            settings: SettingsState { kept: Cell::new(kept), defaults, config: parts.config },
             drive: DriveState {
                 setpoint: Cell::new(Setpoint::Off),
                 request: Cell::new(None),
@@ -333,7 +334,7 @@ impl<'a> State<'a> {
         self.supervision.settings_changed.set(true);
         self.gyro.observer.scale(kept.settings.gyro);
         self.gyro.drift.scale(gyro_loop::Scales::new(&kept.settings.gyro, &self.hardware));
-        self.settings.tuning.post(config);
+        self.settings.config.post(config);
         Ok(())
     }
 

@@ -20,12 +20,12 @@ use crate::board::{CurrentCode, EncoderCount};
 pub struct Sample {
     /// The speed loop's counter at the tick.
     pub count: EncoderCount,
-    /// Compare counts that it decided on last; they act in the next tick.
+    /// Compare counts from the next tick on.
     pub duty: i16,
     /// The newest conversion of the current.
     pub current: CurrentCode,
-    /// The rate that is regulated, counts per tick, as at the last decision.
+    /// The estimated rate, counts per tick.
     pub rate: f32,
-    /// The rate command, its mean between two decisions, 2⁻¹⁶ counts per tick; in voltage mode what is asked for, 2⁻¹⁶ compare counts.
+    /// The setpoint: rate, 2⁻¹⁶ counts per tick, or voltage, 2⁻¹⁶ compare counts.
     pub command: i32,
 }

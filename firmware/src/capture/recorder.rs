@@ -40,7 +40,7 @@ impl<'a> Recorder<'a> {
 
     /// In each tick.
     #[inline]
-    pub fn take(&mut self, sample: &Sample) {
+    pub fn record(&mut self, sample: &Sample) {
         if self.next != self.end {
             self.memory.write(self.next, sample);
             self.next = self.next.wrapping_add(1);
@@ -49,7 +49,7 @@ impl<'a> Recorder<'a> {
 
     /// Once in a millisecond, after [`Recorder::take`] of the tick `tick`: what is asked for, whether a fault has come (and in which tick).
     #[inline]
-    pub fn look(&mut self, tick: u32, (fault, fault_tick): (Fault, u32)) {
+    pub fn update(&mut self, tick: u32, (fault, fault_tick): (Fault, u32)) {
         let (arm, trigger) = self.memory.asked();
         if arm.is_some() || fault != self.latched {
             self.change(arm, fault, fault_tick, tick);

@@ -8,10 +8,10 @@ fn sample(n: u32) -> Sample {
 /// Ticks `from..to`, with the fault latched from its tick on.
 fn run(recorder: &mut Recorder<'_>, from: u32, to: u32, fault: Option<(Fault, u32)>) {
     for n in from..to {
-        recorder.take(&sample(n));
+        recorder.record(&sample(n));
         if n % 10 == 3 {
             let latched = fault.filter(|(_, at)| *at <= n).unwrap_or((Fault::None, 0));
-            recorder.look(n, latched);
+            recorder.update(n, latched);
         }
     }
 }

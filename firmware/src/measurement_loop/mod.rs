@@ -36,8 +36,9 @@ pub use turn::{Turn, TurnReading};
 use crate::board::{Board, CONTROL_HZ, Clock, EdgeTime, GyroSample, Hardware, TICKS_PER_ROW, Ticks, Unwrapped};
 use crate::gyro_loop;
 use crate::gyro_loop::observer::{self, Observed, Seen};
+use crate::mailbox::Mailbox;
 use crate::sensors;
-use crate::speed_loop::{Fault, ONE, Report, ReportReader};
+use crate::speed_loop::{Fault, ONE, Report};
 use turn::TurnTimer;
 
 /// A rate that is older is no rate: its sensor gives one every half millisecond.
@@ -83,7 +84,7 @@ struct Look {
 /// The loop's state between rows.
 pub struct MeasurementLoop<'a> {
     hardware: Hardware,
-    reports: ReportReader<'a>,
+    reports: &'a Mailbox<Report>,
     report: Report,
     position: Unwrapped,
     /// The counter at the index, as last seen.
@@ -100,7 +101,7 @@ pub struct MeasurementLoop<'a> {
 
 impl<'a> MeasurementLoop<'a> {
     /// A loop for this hardware that hears the speed loop's reports.
-    pub fn new(hardware: Hardware, reports: ReportReader<'a>) -> Self {
+    pub fn new(hardware: Hardware, reports: &'a Mailbox<Report>) -> Self {
         Self {
             hardware,
             reports,

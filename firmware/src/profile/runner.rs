@@ -5,7 +5,8 @@
 
 use super::Profile;
 use crate::board::{CONTROL_PER_ROW, Clock, Hardware, TICKS_PER_CONTROL, TICKS_PER_ROW, Ticks};
-use crate::speed_loop::{Mode, Order, OrderWriter, Segment, Zero};
+use crate::mailbox::Mailbox;
+use crate::speed_loop::{Command, Mode, Segment, Zero};
 use crate::status::Fault;
 
 /// Passes a profile to the speed loop.
@@ -13,14 +14,14 @@ pub struct ProfileRunner<'a> {
     profile: Profile,
     mode: Mode,
     hardware: Hardware,
-    orders: OrderWriter<'a>,
+    commands: &'a Mailbox<Command>,
     clear: u16,
 }
 
 impl<'a> ProfileRunner<'a> {
     /// A runner in this mode of the drive.
-    pub fn new(profile: Profile, mode: Mode, hardware: Hardware, orders: OrderWriter<'a>) -> Self {
-        Self { profile, mode, hardware, orders, clear: 0 }
+    pub fn new(profile: Profile, mode: Mode, hardware: Hardware, commands: &'a Mailbox<Command>) -> Self {
+        Self { profile, mode, hardware, commands, clear: 0 }
     }
 
     /// Sets the profile and mode of the next run.
@@ -32,7 +33,7 @@ impl<'a> ProfileRunner<'a> {
     /// Switches the drive off now.
     pub fn stop<C: Clock>(&mut self, clock: &C) {
         let tick = clock.now().0.checked_div(TICKS_PER_CONTROL).unwrap_or(0);
-        self.orders.post(&Order { segment: Segment::off(tick), clear: self.clear, trip: Fault::None });
+        self.commands.post(Command { segment: Segment::off(tick), clear: self.clear, trip: Fault::None });
     }
 
     /// Clears a latched fault with the next segment.
@@ -56,12 +57,12 @@ impl<'a> ProfileRunner<'a> {
                 // Angles from power-on: the index may not have been seen.
                 Mode::Position => Segment::position(&self.hardware, tick, Zero::PowerOn, value, None),
             };
-            self.orders.post(&Order { segment, clear: self.clear, trip: Fault::None });
+            self.commands.post(Command { segment, clear: self.clear, trip: Fault::None });
             value = following;
             tick = tick.saturating_add(CONTROL_PER_ROW);
             at = at + TICKS_PER_ROW;
         }
         clock.until(at).await;
-        self.orders.post(&Order { segment: Segment::off(tick), clear: self.clear, trip: Fault::None });
+        self.commands.post(Command { segment: Segment::off(tick), clear: self.clear, trip: Fault::None });
     }
 }

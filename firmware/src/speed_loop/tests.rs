@@ -1,12 +1,10 @@
 //! The law tick by tick against prescribed motion; closed loops are tried in hal-sim, on plants.
 
-// Behind the lock of `Tuning`.
-use super::ramp::SMOOTHED;
+use super::ramp::AVERAGED_MS;
 use super::segment::ONE;
 use super::*;
 use crate::board::{CONTROL_HZ, CurrentCode, EncoderCount, Hardware, Sensed, SupplyCode, TickIo};
 use crate::compensation::{Compensation, Harmonic, Harmonics};
-use crate::mailbox::Words;
 use crate::supervision;
 use critical_section as _;
 
@@ -31,12 +29,12 @@ impl Stand {
         Self { law: SpeedLoop::new(Config::new(settings, &HW()).unwrap()), n: 0, theta_rad: 0.0, before_rad: 0.0, sensed: quiet }
     }
 
-    fn tick(&mut self, order: Option<Segment>) -> (Drive, Report) {
-        self.order(order.map(|segment| Order { segment, ..Order::default() }))
+    fn tick(&mut self, segment: Option<Segment>) -> (Drive, Report) {
+        self.command(segment.map(|segment| Command { segment, ..Command::default() }))
     }
 
     /// One tick, to which the platform has come straight from where it was.
-    fn order(&mut self, order: Option<Order>) -> (Drive, Report) {
+    fn command(&mut self, command: Option<Command>) -> (Drive, Report) {
         let counts = |theta_rad: f64| theta_rad / HW().rad_per_count();
         let (before, now) = (counts(self.before_rad), counts(self.theta_rad));
         let boundary = if now > before { now.floor() } else { now.floor() + 1.0 };
@@ -47,22 +45,18 @@ impl Stand {
         };
         // R i = u − K ω, by the mean of the tick that has ended.
         let rate_rad_s = (self.theta_rad - self.before_rad) * CONTROL_HZ as f64;
-        let amperes = (f64::from(self.law.pending) * HW().volt_per_duty() - 0.0234 * rate_rad_s) / 2.32;
+        let amperes = (f64::from(self.law.duty()) * HW().volt_per_duty() - 0.0234 * rate_rad_s) / 2.32;
         self.sensed.current = CurrentCode((2048.0 + amperes / HW().current_A_per_code).clamp(0.0, 4095.0) as i32);
         self.before_rad = self.theta_rad;
         self.sensed.tick = self.n;
         self.sensed.encoder = EncoderCount(now.floor() as i64 as u16);
         self.n += 1;
-        self.law.look(&self.sensed);
-        if self.law.slot() == 0 {
-            self.law.measure();
-        }
+        self.law.sense(&self.sensed, None);
         let report = self.law.report();
-        self.law.in_turn(&self.sensed);
-        if let Some(order) = order {
-            self.law.order(&order, &self.sensed);
+        if let Some(command) = command {
+            self.law.set_command(&command, &self.sensed);
         }
-        (self.law.decide(), report)
+        (self.law.compute(&self.sensed), report)
     }
 
     /// `ticks` at a constant rate; the last answer.
@@ -179,22 +173,18 @@ fn a_straight_segment_is_followed_straight_and_its_position_is_the_integral() {
     let before = stand.turn(2.0, 2_000).1;
     assert!((before.rate_command as f64 / unit - 2.0).abs() < 1e-9);
     stand.tick(Some(Segment::rate(&HW(), 2_100, 800, 2.0, 4.0)));
-    // From decision to decision.
-    let odd = stand.n % 2;
-    stand.turn(2.0, 1 + odd);
-    let mut reports: Vec<Report> = (0..600).map(|_| stand.turn(2.0, 2).1).collect();
+    let mut reports: Vec<Report> = (0..1_200).map(|_| stand.turn(2.0, 1).1).collect();
     // Once the whole average lies on the slope it is straight, later by the mean age of what is averaged.
     reports.retain(|r| (2_440..=2_900).contains(&r.tick));
-    // And the millisecond in which it is worked out.
-    let late = (SMOOTHED as f64 - 1.0) / 2.0 * 10.0 + 10.0;
+    let late = (AVERAGED_MS as f64 - 1.0) / 2.0 * 10.0;
     let mut way = 0.0;
     for (k, r) in reports.iter().enumerate() {
         let expected = 2.0 + 0.0025 * (r.tick as f64 - 2_100.0 - late);
         // The slope is rounded to 2⁻³² counts per tick²: 1.5e-7 of it, so 3e-7 rad/s after 2 rad/s.
         assert!((r.rate_command as f64 / unit - expected).abs() < 4e-7, "{}", r.tick);
-        way += if k == 0 || k == 230 { 0.5 } else { 1.0 } * expected / 5e3;
+        way += if k == 0 || k == 460 { 0.5 } else { 1.0 } * expected / 1e4;
     }
-    let went = (reports[230].position_command - reports[0].position_command) as f64 / ONE * HW().rad_per_count();
+    let went = (reports[460].position_command - reports[0].position_command) as f64 / ONE * HW().rad_per_count();
     assert!((way - went).abs() < 2e-8, "{way} {went}");
 }
 
@@ -205,12 +195,11 @@ fn the_acceleration_of_the_command_never_jumps() {
     let unit = rate_unit(&HW());
     let (mut rate, mut acceleration) = (0.0, 0.0);
     stand.turn(0.0, 1);
-    for _ in 0..1_500 {
-        // From decision to decision.
-        let r = stand.turn(0.0, 2).1.rate_command as f64 / unit;
-        let a = (r - rate) * 0.5e4;
+    for _ in 0..3_000 {
+        let r = stand.turn(0.0, 1).1.rate_command as f64 / unit;
+        let a = (r - rate) * 1e4;
         // The limit of 60 rad/s² is reached in no less than the average's length, in steps of a millisecond.
-        assert!((a - acceleration).abs() < 60.0 / SMOOTHED as f64 + 1e-4, "{a} after {acceleration}");
+        assert!((a - acceleration).abs() < 60.0 / AVERAGED_MS as f64 + 1e-4, "{a} after {acceleration}");
         (rate, acceleration) = (r, a);
     }
 }
@@ -223,12 +212,11 @@ fn the_rate_command_keeps_the_acceleration_limit_and_says_so() {
     let mut last = 0.0;
     let mut limited = 0;
     stand.turn(0.0, 1);
-    for _ in 0..1_500 {
-        // From decision to decision.
-        let r = stand.turn(0.0, 2).1;
+    for _ in 0..3_000 {
+        let r = stand.turn(0.0, 1).1;
         let rate = r.rate_command as f64 / unit;
-        // A fifth of a millisecond's gain, and at its end what rounding left of it: ten units.
-        assert!(rate - last < 60.0 / 5e3 + 1e-8, "{}", rate - last);
+        // A tenth of a millisecond's change, and at its end the rounding: ten units.
+        assert!(rate - last < 60.0 / 1e4 + 1e-8, "{}", rate - last);
         limited += u32::from(r.limits.contains(Limits::ACCELERATION));
         last = rate;
     }
@@ -258,17 +246,17 @@ fn a_blocked_platform_lets_the_ramp_slip_and_does_not_wind_up() {
 #[test]
 fn overspeed_switches_off_stays_off_and_is_cleared_by_an_order() {
     let mut stand = Stand::new();
-    let order = |clear, at| Some(Order { segment: Segment::voltage(&HW(), at, u16::MAX, 1.0), clear, trip: Fault::None });
-    stand.order(order(0, 1));
+    let command = |clear, at| Some(Command { segment: Segment::voltage(&HW(), at, u16::MAX, 1.0), clear, trip: Fault::None });
+    stand.command(command(0, 1));
     // Not from standstill at once: the estimate of third order overshoots a step by an eighth.
     assert_eq!((0..=44).map(|rate| stand.turn(f64::from(rate), 200).1.fault).last(), Some(Fault::None));
     let (drive, report) = stand.turn(46.5, 1_000);
     assert_eq!((drive, report.fault), (Drive::Off, Fault::Overspeed));
     let (drive, report) = stand.turn(0.0, 5_000);
     assert_eq!((drive, report.fault), (Drive::Off, Fault::Overspeed), "latched");
-    stand.order(order(0, stand.n));
+    stand.command(command(0, stand.n));
     assert_eq!(stand.turn(0.0, 2).0, Drive::Off, "a new segment alone does not clear it");
-    stand.order(order(1, stand.n));
+    stand.command(command(1, stand.n));
     let (drive, report) = stand.turn(0.0, 2);
     assert_eq!((drive.counts(), report.fault), (375, Fault::None));
 }
@@ -380,34 +368,6 @@ fn every_bad_setting_is_refused_by_its_name() {
     }
 }
 
-#[test]
-fn orders_and_reports_pass_the_mailbox_unchanged() {
-    let segment = Segment {
-        start_tick: u64::MAX - 3,
-        ticks: 65_535,
-        mode: Mode::Rate,
-        value: i64::MIN + 7,
-        slope: -123_456_789_012,
-        zero: Zero::Index,
-    };
-    let order = Order { segment, clear: 65_535, trip: Fault::IndexLost };
-    assert_eq!(Order::from_words(&order.to_words()), order);
-    let report = Report {
-        tick: u64::MAX - 1,
-        duty_sum: -1,
-        rate: -3.25,
-        edge_age: 1 << 30,
-        position_command: i64::MIN,
-        rate_command: i64::MAX,
-        mode: Mode::Voltage,
-        fault: Fault::Overspeed,
-        limits: Limits(63),
-        compensating: Compensating(15),
-        limited_ms: [1, 2, 3, 4, 5, u32::MAX],
-    };
-    assert_eq!(Report::from_words(&report.to_words()), report);
-}
-
 /// Hardware on which nothing happens but time.
 #[derive(Default)]
 struct Still(u64);
@@ -424,55 +384,38 @@ impl TickIo for Still {
 }
 
 #[test]
-fn a_lesson_acts_whole_whatever_settings_come_while_it_is_taken_in_parts() {
+fn compensation_and_settings_act_whole_and_in_sequence() {
     let config = |torque_N_m: f64| {
         let harmonics = [7, 14, 21].map(|order| Harmonic { order, torque_N_m, phase_rad: 0.3 });
         let compensation =
             Compensation { coulomb_N_m: torque_N_m, harmonics: Harmonics::of(harmonics).unwrap(), ..Compensation::default() };
         Config::new(&Settings { compensation, ..Settings::default() }, &HW()).unwrap()
     };
-    for tuned_at in 1..200 {
-        let (mut orders, mut reports, mut lessons, tuning) = (Orders::new(), Reports::new(), Lessons::new(), Tuning::new());
-        let (mut lesson_writer, lesson_reader) = lessons.split();
-        let law = SpeedLoop::new(config(1e-3));
-        let mut interrupt = Interrupt::new(law, orders.split().1, reports.split().0).listening(lesson_reader).tuned_by(&tuning);
-        let (first, lesson, settings) = (config(1e-3).learnt(), config(2e-3).learnt(), config(3e-3).learnt());
-        let mut io = Still::default();
-        let mut seen = Vec::new();
-        for tick in 1..200 {
-            if tick == 37 {
-                lesson_writer.post(&lesson);
-            }
-            if tick == tuned_at {
-                tuning.post(config(3e-3));
-            }
-            interrupt.run(&mut io);
-            let learnt = *interrupt.learnt();
-            assert!([first, lesson, settings].contains(&learnt), "mixed, {tuned_at}: {learnt:?}");
-            if seen.last() != Some(&learnt) {
-                seen.push(learnt);
-            }
-        }
-        // Both acted, each once, in the order in which they were whole.
-        assert!(seen.len() == 3 || tuned_at > 189, "{tuned_at}: {seen:?}");
-    }
+    let mailboxes = Mailboxes::new();
+    let mut interrupt = Interrupt::new(SpeedLoop::new(config(1e-3)), &mailboxes);
+    let mut io = Still::default();
+    interrupt.run(&mut io);
+    assert_eq!(interrupt.compensation(), config(1e-3).compensation());
+    mailboxes.compensation.post(config(2e-3).compensation());
+    interrupt.run(&mut io);
+    assert_eq!(interrupt.compensation(), config(2e-3).compensation());
+    mailboxes.config.post(config(3e-3));
+    interrupt.run(&mut io);
+    assert_eq!(interrupt.compensation(), config(3e-3).compensation());
 }
 
 #[test]
-fn a_report_passes_its_mailbox_as_it_is() {
-    let (mut orders, mut reports) = (Orders::new(), Reports::new());
-    let (mut order_writer, order_reader) = orders.split();
-    let (report_writer, mut report_reader) = reports.split();
-    let mut interrupt = Interrupt::new(SpeedLoop::new(Config::new(&Settings::default(), &HW()).unwrap()), order_reader, report_writer);
+fn the_interrupt_reports_each_millisecond_and_commands_act_in_their_tick() {
+    let mailboxes = Mailboxes::new();
+    let mut interrupt = Interrupt::new(SpeedLoop::new(Config::new(&Settings::default(), &HW()).unwrap()), &mailboxes);
     let mut io = Still::default();
     for n in 1..=100 {
         if n % 10 == 5 {
-            order_writer.post(&Order { segment: Segment::voltage(&HW(), n + 5, 10, 0.1 * n as f64), ..Order::default() });
+            mailboxes.commands.post(Command { segment: Segment::voltage(&HW(), n + 5, 10, 0.1 * n as f64), ..Command::default() });
         }
         interrupt.run(&mut io);
-        if let Some(report) = report_reader.take() {
+        if let Some(report) = mailboxes.reports.take() {
             assert_eq!((n % 10, report.tick), (0, n));
-            assert_eq!(Report::from_words(&report.to_words()), report);
             assert_eq!(report.mode == Mode::Voltage, n >= 10, "{n}");
         }
     }

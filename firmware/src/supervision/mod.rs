@@ -1,10 +1,12 @@
-//! What may go wrong with the drive, and what is done about it: it is switched off, and says why.
+//! Supervision: the faults that switch the drive off.
 //!
-//! What must be fast is judged in the control interrupt ([`crate::speed_loop`]); what may take milliseconds is [`Watch`]'s, which a task
-//! feeds with each row and whose causes go to the interrupt as the `trip` of an order. [`Settings`] hold the thresholds of both.
+//! [`TickSupervisor`] runs in the control interrupt and detects what must be fast. [`Watch`] runs in a task and looks at each row; its
+//! faults go to the interrupt as the `trip` of a command. [`Settings`] hold the thresholds of both.
 
 mod settings;
+mod tick;
 mod watch;
 
 pub use settings::Settings;
+pub use tick::{DriveConstants, DriveState, Thresholds, TickSupervisor};
 pub use watch::Watch;
