@@ -19,7 +19,7 @@ pub struct Criteria {
     pub whitening: WhiteningCriteria,
     /// Significance, physical ranges, held-out rows.
     pub evidence: EvidenceCriteria,
-    /// Start values of the effects that are tried.
+    /// Values from which effects are tried, as far as their cards do not state them.
     pub trials: TrialCriteria,
     /// Search for harmonic orders and frequencies.
     pub harmonics: HarmonicCriteria,
@@ -213,7 +213,7 @@ pub fn worst(chi2_per_n: impl Iterator<Item = f64>) -> f64 {
     chi2_per_n.max_or_zero()
 }
 
-/// Start values of the effects that are tried.
+/// Values from which effects are tried, as far as their cards do not state them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrialCriteria {
     /// Amplitude of an absent periodic effect, in its unit; default 1e-12. Its phase still has a derivative there.
@@ -259,13 +259,13 @@ pub struct HarmonicCriteria {
     pub max_order: usize,
     /// Highest order of the encoder's error, periods per turn; default 8.
     pub max_encoder_order: usize,
-    /// Orders of cogging that are screened exactly; default 5.
-    pub cogging_orders: usize,
-    /// Orders of cogging that are screened besides, by the torque computed from the rows; default 1.
+    /// Orders of a torque that are screened exactly; default 5.
+    pub torque_orders: usize,
+    /// Orders of a torque that are screened besides, by the torque computed from the rows; default 1.
     pub local_orders: usize,
-    /// Orders of torque ripple that are screened exactly; default 4.
-    pub ripple_orders: usize,
-    /// Orders of encoder eccentricity that are screened exactly; default 2.
+    /// Orders of the motor constant that are screened exactly; default 4.
+    pub motor_constant_orders: usize,
+    /// Orders of the encoder that are screened exactly; default 2.
     pub encoder_orders: usize,
     /// Phase of the highest order that one row covers at the largest rate, rad; default 4π, a period per row at half of that rate.
     pub max_phase_per_row_rad: f64,
@@ -290,9 +290,9 @@ impl Default for HarmonicCriteria {
         HarmonicCriteria {
             max_order: 400,
             max_encoder_order: 8,
-            cogging_orders: 5,
+            torque_orders: 5,
             local_orders: 1,
-            ripple_orders: 4,
+            motor_constant_orders: 4,
             encoder_orders: 2,
             max_phase_per_row_rad: 2.0 * std::f64::consts::TAU,
             max_half_periods: 3000,

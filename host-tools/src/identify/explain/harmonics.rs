@@ -21,21 +21,18 @@ use crate::model::{Channel, Input, Model};
 /// Orders, in periods per turn, that are worth an exact screening, the best first.
 #[derive(Debug, Clone, Default)]
 pub struct HarmonicOrders {
-    /// Of an additive torque.
-    pub cogging: Vec<u32>,
-    /// Of the motor constant.
-    pub ripple: Vec<u32>,
-    /// Of the encoder.
-    pub eccentricity: Vec<u32>,
+    torque: Vec<u32>,
+    motor_constant: Vec<u32>,
+    encoder: Vec<u32>,
 }
 
 impl HarmonicOrders {
     /// The orders of one source.
     pub fn of(&self, source: HarmonicSource) -> &[u32] {
         match source {
-            HarmonicSource::Torque => &self.cogging,
-            HarmonicSource::MotorConstant => &self.ripple,
-            HarmonicSource::Encoder => &self.eccentricity,
+            HarmonicSource::Torque => &self.torque,
+            HarmonicSource::MotorConstant => &self.motor_constant,
+            HarmonicSource::Encoder => &self.encoder,
         }
     }
 }
@@ -66,23 +63,23 @@ pub fn search_orders(base: &FittedModel) -> HarmonicOrders {
     // A torque of order one is an unbalance.
     let mut taken = known(HarmonicSource::Torque);
     taken.push(1);
-    let mut cogging = best(&scan.scores(highest, Quantity::Torque), &taken, criteria.cogging_orders);
+    let mut torque = best(&scan.scores(highest, Quantity::Torque), &taken, criteria.torque_orders);
     // Where the model is far off, its angle is not the one that was passed; the torque computed from the rows does not depend on the model.
     let power = local_torque::power_by_order(model, data, theta, highest, criteria);
     let local = best(&power, &taken, criteria.local_orders);
-    cogging.extend(local.into_iter().filter(|order| !cogging.contains(order)).collect::<Vec<_>>());
-    let ripple = if scan.motor_constant.is_some() && scan.current_is_measured {
-        best(&scan.scores(highest, Quantity::MotorConstant), &known(HarmonicSource::MotorConstant), criteria.ripple_orders)
+    torque.extend(local.into_iter().filter(|order| !torque.contains(order)).collect::<Vec<_>>());
+    let motor_constant = if scan.motor_constant.is_some() && scan.current_is_measured {
+        best(&scan.scores(highest, Quantity::MotorConstant), &known(HarmonicSource::MotorConstant), criteria.motor_constant_orders)
     } else {
         Vec::new()
     };
-    let eccentricity = if data.channels.iter().any(|c| c.channel == Channel::Angle) {
+    let encoder = if data.channels.iter().any(|c| c.channel == Channel::Angle) {
         let scores = scan.scores(criteria.max_encoder_order, Quantity::EncoderAngle);
         best(&scores, &known(HarmonicSource::Encoder), criteria.encoder_orders)
     } else {
         Vec::new()
     };
-    HarmonicOrders { cogging, ripple, eccentricity }
+    HarmonicOrders { torque, motor_constant, encoder }
 }
 
 /// The best frequency of a torque and of the voltage that oscillate in time.

@@ -110,7 +110,7 @@ pub fn explain_by(
 ) -> Result<Explanation, ExplainError> {
     let begin = Instant::now();
     for log in &logs {
-        prepare::prepare(log, model, true)?;
+        prepare::check(log, model)?;
         let findings = plausible::check(log, model.input().column());
         if !findings.is_empty() {
             return Err(ExplainError::BadLog { log: log.path().display().to_string(), findings });

@@ -90,7 +90,6 @@ pub fn is_modified_by_another(model: &Model, card: &Card) -> bool {
 /// The trials of one effect.
 fn trials_of(card: &'static Card, base: &FittedModel, orders: &HarmonicOrders) -> Vec<Trial> {
     let (model, data, criteria) = (&base.model, &base.data, &base.context.criteria.trials);
-    let value = |name: &str| model.value(name);
     let starts: Vec<f64> = card.parameters.iter().map(|p| p.start).collect();
     let trial = |values: Vec<f64>, screened: Vec<bool>, fitted: Vec<bool>, absent: bool| Trial {
         card,
@@ -138,7 +137,7 @@ fn trials_of(card: &'static Card, base: &FittedModel, orders: &HarmonicOrders) -
             capacities.map(|c| trial(vec![0.0, c, starts[2]], vec![true, false, false], vec![true, true, false], true)).collect()
         }
         Screening::WindingTimeConstants(rows) => {
-            let resistance = value("resistance_ohm").unwrap_or(1.0);
+            let resistance = model.value("resistance_ohm").unwrap_or(1.0);
             let inductances = rows.iter().map(|rows| resistance * rows * data.dt_s.min(criteria.max_winding_interval_s));
             inductances.map(|inductance| trial(vec![inductance], vec![true], vec![true], false)).collect()
         }
@@ -147,7 +146,7 @@ fn trials_of(card: &'static Card, base: &FittedModel, orders: &HarmonicOrders) -
             vec![trial(vec![current.clamp(low, high)], vec![true], vec![true], false)]
         }
         Screening::BristleDeflections(deflections_rad) => {
-            let coulomb_torque = value("coulomb_N_m").or_else(|| value("stribeck_N_m")).unwrap_or(1e-3).abs().max(1e-9);
+            let coulomb_torque = coulomb_torque(card, model);
             let (low, high) = card.parameters[0].range;
             let range = (low, high.min(max_bristle_stiffness(model, data.dt_s, criteria)));
             let list = deflections_rad.iter().map(|rad| trial(vec![coulomb_torque / rad], vec![true], vec![true], false));
@@ -209,6 +208,12 @@ fn coefficient_trials(
         }
     }
     list
+}
+
+/// Coulomb torque of a model, N m: the first parameter of the first effect on which the card's effect rests and that the model has.
+fn coulomb_torque(card: &Card, model: &Model) -> f64 {
+    let torque = card.rests_on.iter().filter_map(|id| drive_model::card(id)).find_map(|c| model.value(c.parameters[0].name));
+    torque.unwrap_or(1e-3).abs().max(1e-9)
 }
 
 /// Stiffness, damping and share of a shaft that resonates at `hz`: k = J_red (2π f)², with J_red = J r (1 − r).

@@ -1,6 +1,6 @@
 //! A log made ready for a model: which columns are input and outputs, how they were made, what the rig is told besides.
 
-use std::borrow::Cow;
+use std::sync::Arc;
 
 use super::prepared_log::{ComparedChannel, PreparedLog};
 use drive_model::{Card, Requirement};
@@ -66,14 +66,20 @@ const SHORTEST_HELD_OUT_S: f64 = 6.0;
 /// A supply that moves less than this part is called constant.
 const SUPPLY_MOVES: f64 = 1e-3;
 
-/// The record of `log` as `model` compares it, and what a person should know of how.
+/// Checks that [`prepare`] can prepare `log` for `model`.
 ///
 /// # Errors
 /// [`PrepareError`], where input or outputs are missing.
-pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(PreparedLog<'a>, Vec<String>), PrepareError> {
+pub fn check(log: &Log, model: &Model) -> Result<(), PrepareError> {
+    columns(log, model).map(|_| ())
+}
+
+/// The input column, and the compared channels with their columns.
+type Columns<'a> = (&'a [f64], Vec<(Channel, &'a [f64])>);
+
+fn columns<'a>(log: &'a Log, model: &Model) -> Result<Columns<'a>, PrepareError> {
     let name = || log.path().display().to_string();
     let has = || log.columns().iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", ");
-    let mut remarks = Vec::new();
     if log.len() < FEWEST_ROWS {
         let hint = match crate::log::plausible::fault_that_ended(log) {
             Some(fault) => format!("a fault ended it early ({fault})"),
@@ -93,22 +99,35 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
         let wanted = model.input().outputs().iter().map(|c| c.column()).collect::<Vec<_>>().join(", ");
         return Err(PrepareError::NothingToCompare { log: name(), wanted, model: model.name().to_owned(), has: has() });
     }
-    let mut compared = Vec::new();
-    for channel in channels {
+    let measured = |channel: Channel| {
         let column = channel.column();
-        let Some(measured) = log.column(column) else {
-            return Err(PrepareError::NoOutput { log: name(), column, model: model.name().to_owned(), has: has() });
-        };
-        let made = log.column_made(column);
-        compared.push(ComparedChannel {
-            channel,
-            measured,
-            mean_before_s: made.mean_before_s,
-            filter_hz: made.filter_hz,
-            instant: made.instant && channel == Channel::Current,
-            quantum: log.quantum(column),
-        });
-    }
+        let missing = || PrepareError::NoOutput { log: name(), column, model: model.name().to_owned(), has: has() };
+        log.column(column).map(|measured| (channel, measured)).ok_or_else(missing)
+    };
+    Ok((input, channels.into_iter().map(measured).collect::<Result<_, _>>()?))
+}
+
+/// The record of `log` as `model` compares it, and what a person should know of how.
+///
+/// # Errors
+/// [`PrepareError`], where input or outputs are missing.
+pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(PreparedLog<'a>, Vec<String>), PrepareError> {
+    let (input, columns) = columns(log, model)?;
+    let mut remarks = Vec::new();
+    let compared = columns
+        .into_iter()
+        .map(|(channel, measured)| {
+            let made = log.column_made(channel.column());
+            ComparedChannel {
+                channel,
+                measured,
+                mean_before_s: made.mean_before_s,
+                filter_hz: made.filter_hz,
+                instant: made.instant && channel == Channel::Current,
+                quantum: log.quantum(channel.column()),
+            }
+        })
+        .collect();
     if log.voltage() == Voltage::Terminal {
         let invisible = |card: &&Card| card.requires.contains(&Requirement::CommandedVoltage);
         for id in model.effects().iter().map(|e| e.card).filter(invisible).map(|card| card.id) {
@@ -173,7 +192,7 @@ fn default_outputs(log: &Log, model: &Model) -> Vec<Channel> {
 }
 
 /// Supply over its nominal value, where it is measured and moves.
-fn supply_ratio(log: &Log) -> Option<Cow<'_, [f64]>> {
+fn supply_ratio(log: &Log) -> Option<Arc<[f64]>> {
     let supply = log.column("supply_V")?;
     let nominal = match log.note("supply_nominal_V").and_then(|n| n.trim().parse::<f64>().ok()) {
         Some(nominal) => nominal,

@@ -2,8 +2,8 @@
 //!
 //! Columns are borrowed: an hour's log is held once.
 
-use std::borrow::Cow;
 use std::ops::Range;
+use std::sync::Arc;
 
 use drive_rig::RowInput;
 
@@ -49,9 +49,9 @@ pub struct PreparedLog<'a> {
     /// Measured current, where there is one (only the prescribed motion asks for it).
     pub current: Option<&'a [f64]>,
     /// Winding temperature, smoothed, where it is measured.
-    pub temp_C: Option<Cow<'a, [f64]>>,
+    pub temp_C: Option<Arc<[f64]>>,
     /// Supply over nominal, where it is measured.
-    pub supply_ratio: Option<Cow<'a, [f64]>>,
+    pub supply_ratio: Option<Arc<[f64]>>,
     /// The rate channel is made from the encoder.
     pub rate_from_encoder: bool,
     /// Rows without a gap between them.
