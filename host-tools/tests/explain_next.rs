@@ -1,4 +1,4 @@
-//! What `stand explain` proposes to measure next can be measured, and tells apart what it says.
+//! The experiments that `stand explain` proposes can be run, and distinguish the effects that they are proposed for.
 #![allow(clippy::unwrap_used)]
 
 mod common;
@@ -10,14 +10,14 @@ use host_tools::report::explanation::sentences::command;
 use serde_json::Value;
 
 #[test]
-fn every_proposed_run_runs_without_a_fault_and_moves_within_what_the_sensors_see() {
+fn proposed_runs_end_without_fault_within_sensor_range() {
     let folder = tempfile::tempdir().unwrap();
     for run in StandRun::ALL {
         let command = command(&run);
         let mut words: Vec<&str> = command.split_whitespace().collect();
         assert_eq!(words.remove(0), "stand");
         let seconds = words.iter().position(|w| *w == "--seconds").unwrap() + 1;
-        // Long enough for the stairs to reach their top and come back through zero.
+        // Long enough for the staircase to reach its top and to pass through zero again.
         words[seconds] = "12";
         stand(folder.path(), &words).well();
         let log = Log::read(folder.path().join("next.parquet")).unwrap();
@@ -41,12 +41,12 @@ fn effects_have_runs_and_families_are_separable() {
     }
 }
 
-/// A stand whose friction differs by direction, a little of it with the rate.
+/// A stand with direction-dependent friction, a small part of it proportional to the rate.
 const STAND: &str = "name = \"rotary stand on a maxon RE 25\"\n[effects.coulomb]\ncoulomb_N_m = 9e-4\n[effects.viscous]\nviscous_N_m_s = 2e-5\n\
     [effects.inductance]\ninductance_H = 2.38e-4\n[effects.asymmetric-friction]\nasymmetry_N_m = 3e-4\nasymmetry_N_m_s = 5e-7\n";
 
 #[test]
-fn the_proposed_run_tells_apart_what_the_first_log_could_not() {
+fn proposed_run_distinguishes_what_the_first_log_did_not() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     std::fs::write(path.join("model.toml"), MODEL).unwrap();
@@ -58,7 +58,7 @@ fn the_proposed_run_tells_apart_what_the_first_log_could_not() {
         named["ambiguous_with"].as_array().unwrap().iter().map(|r| r.as_str().unwrap().to_owned()).collect::<Vec<_>>()
     };
 
-    // At 3 rad/s the part that goes with the rate is 1.5e-6 N m, a two-hundredth of the constant one.
+    // At 3 rad/s the part proportional to the rate is 1.5e-6 N m, 1/200 of the constant part.
     stand(path, &["sim", "--out", "slow.csv", "--seconds", "6", "--amplitude", "3", "--stand", "stand.toml"]).well();
     let before = explained("slow.csv");
     assert_eq!(before["missing"], serde_json::json!(["asymmetric-friction"]), "the first of the family in the catalogue's order");
@@ -66,7 +66,7 @@ fn the_proposed_run_tells_apart_what_the_first_log_could_not() {
 
     let command = before["next_experiment"]["command"].as_str().unwrap().to_owned();
     let mut words: Vec<&str> = command.split_whitespace().skip(1).chain(["--stand", "stand.toml"]).collect();
-    // A third of the proposed length is enough here: the stairs have been up and down once.
+    // A quarter of the proposed duration is enough: the staircase has gone up and down once.
     let seconds = words.iter().position(|w| *w == "--seconds").unwrap() + 1;
     words[seconds] = "14";
     stand(path, &words).well();

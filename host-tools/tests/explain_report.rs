@@ -1,4 +1,4 @@
-//! The forms of an explanation: they say the same, hold what cannot be a number, and show what no effect explains.
+//! The forms of an explanation: JSON, text and HTML.
 #![allow(clippy::unwrap_used)]
 
 mod common;
@@ -11,7 +11,7 @@ use host_tools::model::{Model, SummingPoint};
 use host_tools::report::{Style, explain_html, explain_json, explain_text};
 use host_tools::statistics::bins::Bin;
 
-/// The answer of a sound log, for changing.
+/// An explanation of a plausible log.
 fn explanation() -> Explanation {
     let folder = tempfile::tempdir().unwrap();
     stand(folder.path(), &["sim", "--out", "log.csv", "--seconds", "3"]).well();
@@ -19,7 +19,7 @@ fn explanation() -> Explanation {
     explain(vec![log], &Model::parse(MODEL, "drive.toml").unwrap(), &|_| ()).unwrap()
 }
 
-/// A rubbing sector: two bumps of a torque over the turn.
+/// A rubbing sector of the turn.
 fn shape() -> Shape {
     let bin = |k: usize| {
         let at = (k as f64 + 0.5) * std::f64::consts::TAU / 36.0;
@@ -38,7 +38,7 @@ fn shape() -> Shape {
 }
 
 #[test]
-fn what_no_effect_explains_is_drawn_and_can_be_pasted() {
+fn unknown_structure_is_drawn_and_can_be_pasted() {
     let mut e = explanation();
     e.verdict = Verdict::UnknownStructure;
     e.unexplained = vec![shape()];
@@ -65,7 +65,7 @@ fn what_no_effect_explains_is_drawn_and_can_be_pasted() {
 }
 
 #[test]
-fn what_is_no_number_is_null_and_a_dash_in_every_form() {
+fn non_finite_numbers_are_null_or_a_dash() {
     let mut e = explanation();
     for stage in &mut e.stages {
         for o in &mut stage.outputs {
@@ -84,7 +84,7 @@ fn what_is_no_number_is_null_and_a_dash_in_every_form() {
 }
 
 #[test]
-fn the_share_of_the_steps_is_what_they_took_from_the_error() {
+fn share_of_a_step_is_the_fraction_of_the_error_that_it_removed() {
     let mut e = explanation();
     // From 5 to 3 to 1 times the noise in each channel: (25 − 9)/24 and (9 − 1)/24 of what is not noise.
     let stage = |ratio: f64| {

@@ -1,4 +1,4 @@
-//! The explainer as its users meet it: a sample of the tables of docs/figures.md. All cases: `cargo bench -p stand-tests --bench confusion`.
+//! `explain` on a sample of the logs of docs/figures.md. All logs: `cargo bench -p stand-tests --bench confusion`.
 
 use hal_sim::plant::Stand;
 use host_tools::acquire::hidden::hide;
@@ -28,7 +28,7 @@ fn case(name: &str) -> Explanation {
 
 #[test]
 #[ignore = "needs the external records: set STAND_DATA"]
-fn what_another_simulator_hid_is_named_first_and_nothing_else() {
+fn only_the_hidden_effect_of_a_foreign_simulator_is_found() {
     for (name, hidden) in [
         ("06-cogging", "cogging"),
         ("10-resistance-temperature", "resistance-temperature"),
@@ -44,7 +44,7 @@ fn what_another_simulator_hid_is_named_first_and_nothing_else() {
 
 #[test]
 #[ignore = "needs the external records: set STAND_DATA"]
-fn a_log_of_another_simulator_without_hidden_effect_is_called_adequate() {
+fn foreign_null_log_is_adequate() {
     for name in ["00-none", "28-none"] {
         let e = case(name);
         assert_eq!((e.verdict, e.missing.len()), (Verdict::Adequate, 0), "{name}");
@@ -53,7 +53,7 @@ fn a_log_of_another_simulator_without_hidden_effect_is_called_adequate() {
 
 #[test]
 #[ignore = "needs the external records: set STAND_DATA"]
-fn a_supply_that_swings_is_no_effect_of_the_catalogue_and_is_drawn_over_time() {
+fn oscillating_supply_is_an_unknown_structure_over_time() {
     let e = case("24-outside-hunting-supply");
     assert_eq!((e.verdict, e.missing.len()), (Verdict::UnknownStructure, 0));
     let shape = e.unexplained.first().expect("what is left is drawn");
@@ -63,7 +63,7 @@ fn a_supply_that_swings_is_no_effect_of_the_catalogue_and_is_drawn_over_time() {
 }
 
 #[test]
-fn a_stand_of_our_own_without_hidden_effect_is_called_adequate() {
+fn own_null_log_is_adequate() {
     for (mode, seed) in [(Mode::Voltage, 3), (Mode::Rate, 4)] {
         let log = own::log(&Stand::default(), mode, ProfileKind::MultiStep, 30.0, seed);
         let e = answer(vec![log], &own::model(&[1.2, 0.9, 1.1, 1.25, 0.8, 1.0]));
@@ -72,20 +72,20 @@ fn a_stand_of_our_own_without_hidden_effect_is_called_adequate() {
 }
 
 #[test]
-fn cogging_of_our_own_stand_is_found_and_the_model_with_it_leaves_the_noise() {
+fn own_cogging_is_found_and_leaves_the_noise() {
     let mut stand = Stand::default();
     hide("cogging", &mut stand).unwrap();
     let log = own::log(&stand, Mode::Rate, ProfileKind::MultiStep, 30.0, 5);
     let e = answer(vec![log], &own::model(&[1.1, 0.9, 1.1, 0.8, 1.2, 1.0]));
     assert_eq!(e.missing, ["cogging"]);
-    // Less than a person would see: at rest between the teeth the angle's counts are no random noise.
+    // At rest between the teeth the quantisation of the angle is not random.
     assert!(left(&e) < 1.05, "{} × the noise is left", left(&e));
     let order = |model: &Model| model.value("cogging_order");
     assert_eq!(order(&e.model), stand.effects["cogging"].get("cogging_order").copied());
 }
 
 #[test]
-fn play_behind_a_stribeck_bump_is_found_in_its_turn() {
+fn backlash_is_found_after_stribeck_friction() {
     let drawn = Drawn::by_name("several/2/voltage/multi-step/1").expect("a log of the table");
     let e = answer(vec![drawn.log()], &drawn.user_model());
     assert_eq!((e.verdict, e.missing.as_slice()), (Verdict::EffectFound, &["stribeck".to_owned(), "backlash".to_owned()][..]));
@@ -95,7 +95,7 @@ fn play_behind_a_stribeck_bump_is_found_in_its_turn() {
 }
 
 #[test]
-fn a_bump_at_a_low_rate_that_holds_the_rotor_fast_at_the_first_step_is_found() {
+fn stribeck_friction_whose_first_step_blocks_the_rotor_is_found() {
     let drawn = Drawn::by_name("own/stribeck/rate/sweep/11").expect("a log of the table");
     let e = answer(vec![drawn.log()], &drawn.user_model());
     assert_eq!((e.verdict, e.missing.as_slice()), (Verdict::EffectFound, &["stribeck".to_owned()][..]));
@@ -103,16 +103,16 @@ fn a_bump_at_a_low_rate_that_holds_the_rotor_fast_at_the_first_step_is_found() {
 }
 
 #[test]
-fn a_ripple_of_a_far_off_model_is_looked_for_where_the_model_still_follows_the_log() {
-    // Along the whole log its residual says little of the angle: the orders 5, 6, 12 and 25 promise more than the right one.
+fn torque_ripple_is_found_in_short_windows_where_the_model_is_far_off() {
+    // On the whole log the orders 5, 6, 12 and 25 have a higher score than the true one.
     let drawn = Drawn::by_name("own/torque-ripple/voltage/sweep/12").expect("a log of the table");
     let e = answer(vec![drawn.log()], &drawn.user_model());
     assert_eq!((e.verdict, e.missing.as_slice()), (Verdict::EffectFound, &["torque-ripple".to_owned()][..]), "{}", left(&e));
 }
 
 #[test]
-fn an_unbalance_in_whose_valley_the_platform_swings_is_no_bristle() {
-    // The platform comes no further than a third of a turn; without the unbalance the fit runs away to an inductance of 0.4 H.
+fn unbalance_of_a_swinging_platform_is_not_presliding() {
+    // The platform covers a third of a turn. Without the unbalance the fit ends at an inductance of 0.4 H.
     let drawn = Drawn::by_name("own/unbalance/voltage/multisine/13").expect("a log of the table");
     let e = answer(vec![drawn.log()], &drawn.user_model());
     assert_eq!((e.verdict, e.missing.as_slice()), (Verdict::EffectFound, &["unbalance".to_owned()][..]), "{}", left(&e));
@@ -120,16 +120,16 @@ fn an_unbalance_in_whose_valley_the_platform_swings_is_no_bristle() {
 }
 
 #[test]
-fn what_has_no_shape_and_is_near_the_noise_is_the_noise() {
-    // The angle's own noise, counts along an even rate, is 4 % greater than it is taken for.
+fn shapeless_remainder_near_the_noise_is_adequate() {
+    // The noise of the angle, quantisation at an even rate, is 4 % larger than its estimate.
     let drawn = Drawn::by_name("nulls/rate/multi-step/6408").expect("a log of the table");
     let e = answer(vec![drawn.log()], &drawn.user_model());
     assert_eq!((e.verdict, e.missing.len()), (Verdict::Adequate, 0), "{} × the noise is left", left(&e));
 }
 
 #[test]
-fn where_only_noise_is_left_a_trifle_is_no_cause() {
-    // A load step of 3e-7 N m would take ΔBIC −24, and chance would do as much once in ten million times; it is an error of the rig's steps.
+fn small_gain_is_refused_where_only_noise_is_left() {
+    // A load step of 3e-7 N m has ΔBIC = −24 and p = 1e-7. It is an error of the integration steps.
     let drawn = Drawn::by_name("known/voltage/sweep/6304").expect("a log of the table");
     let e = answer(vec![drawn.log()], &drawn.user_model());
     assert_eq!((e.verdict, e.missing.as_slice()), (Verdict::Adequate, &[][..]));
@@ -138,8 +138,8 @@ fn where_only_noise_is_left_a_trifle_is_no_cause() {
 }
 
 #[test]
-fn what_little_an_order_explains_is_no_cause_if_unseen_rows_do_not_show_it() {
-    // 1.005 × the noise is left after the bump, and a cogging of order 238 would take ΔBIC −7 of it.
+fn small_gain_that_heldout_rows_do_not_confirm_is_refused() {
+    // 1.005 × the noise is left with Stribeck friction. A cogging of order 238 has ΔBIC = −7 there.
     let drawn = Drawn::by_name("own/stribeck/rate/multisine/12").expect("a log of the table");
     let e = answer(vec![drawn.log()], &drawn.user_model());
     assert_eq!((e.verdict, e.missing.as_slice()), (Verdict::EffectFound, &["stribeck".to_owned()][..]), "{}", left(&e));
@@ -147,7 +147,7 @@ fn what_little_an_order_explains_is_no_cause_if_unseen_rows_do_not_show_it() {
 
 #[test]
 #[ignore = "needs the external records: set STAND_DATA"]
-fn the_gear_motor_has_dry_friction_or_an_offset_and_a_late_rate() {
+fn gear_motor_has_coulomb_friction_or_an_offset_and_a_delayed_rate() {
     let data = stand_data();
     let text = "[drive]\ninput = \"u_V\"\neffects = [\"viscous\"]\n[parameters]\ninertia_kg_m2 = 0.005\nviscous_N_m_s = 0.03\n\
                 motor_constant_N_m_A = { value = 0.2, fixed = true }\nresistance_ohm = { value = 1.0, fixed = true }\n";
@@ -155,19 +155,19 @@ fn the_gear_motor_has_dry_friction_or_an_offset_and_a_late_rate() {
     let family = ["coulomb", "brush-drop", "dead-time", "load", "asymmetric-friction"];
     assert!(e.missing.iter().any(|m| family.contains(&m.as_str())), "{:?}", e.missing);
     assert!(e.missing.iter().any(|m| m == "time-skew"), "{:?}", e.missing);
-    // The rate is a mean over 20 ms, 10 ms late by itself (a note says so); 15 ± 5 ms is known of the whole.
+    // The rate is a mean over 20 ms, which delays it by 10 ms (a note states it). The total delay is 15 ± 5 ms.
     let skew_s = e.model.value("skew_s").unwrap();
     assert!((0.010 + skew_s - 0.015).abs() < 0.005, "{skew_s} s beyond the window's own delay");
 }
 
 #[test]
 #[ignore = "needs the external records: set STAND_DATA"]
-fn the_axis_with_the_worn_screw_lacks_coulomb_friction_then_its_asymmetry_and_no_cubic_drag() {
+fn linear_axis_has_coulomb_then_asymmetric_friction_and_no_quadratic_drag() {
     let data = stand_data();
     let log = || Log::read(data.join("emps_train.csv")).unwrap();
     let text = "[drive]\ninput = \"torque_N_m\"\neffects = [\"viscous\"]\n[parameters]\ninertia_kg_m2 = 100.0\nviscous_N_m_s = 200.0\n";
     let e = answer(vec![log()], &Model::parse(text, "viscous alone").unwrap());
-    // A load step, a bump and a spring explain a third of what is left then, 154 × the noise: they are not kept.
+    // A load step, Stribeck friction and a spring remove a third of the remainder, at 154 × the noise: they are removed again.
     assert_eq!((e.verdict, e.missing.as_slice()), (Verdict::EffectFound, &["coulomb".to_owned(), "asymmetric-friction".to_owned()][..]));
     let text = "[drive]\ninput = \"torque_N_m\"\neffects = [\"viscous\", \"coulomb\", \"load\"]\n[parameters]\ninertia_kg_m2 = 95.0\n\
                 viscous_N_m_s = 200.0\ncoulomb_N_m = 20.0\nload_N_m = 3.0\n";
