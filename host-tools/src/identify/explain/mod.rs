@@ -46,7 +46,7 @@ pub use answer::{Candidate, ChannelError, Estimate, Explanation, Shape, ShapeFor
 pub use criteria::Criteria;
 pub use join_logs::JoinError;
 pub use next_experiment::{NextExperiment, Purpose};
-pub use reasons::{NotVisible, Progress, Refusal, Remark, Requirement};
+pub use reasons::{NotVisible, Progress, Refusal, Remark};
 
 use crate::identify::fit::FitError;
 use crate::identify::fit::prepare::{self, PrepareError};

@@ -1,5 +1,7 @@
 //! Reasons and remarks of an explanation, as data; `report` words them.
 
+use drive_model::Requirement;
+
 use crate::model::Channel;
 
 /// Why an effect cannot be the explanation, whatever its gain.
@@ -78,10 +80,10 @@ pub enum Refusal {
 /// Why the logs, or the model, cannot show an effect.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum NotVisible {
-    /// Something is missing.
-    Needs(Requirement),
-    /// `u_V` was measured at the motor's terminals: what the bridge loses is lost before.
-    TerminalVoltage,
+    /// A condition of its card is not met.
+    Unmet(Requirement),
+    /// The model lacks the effect on which it rests.
+    RestsOn(&'static str),
     /// The winding temperature changes too little.
     TemperatureSpan {
         /// Its span, K.
@@ -89,44 +91,19 @@ pub enum NotVisible {
         /// Span that is needed, K.
         min_K: f64,
     },
-    /// The log covers too few turns.
+    /// The logs cover too few turns.
     Turns {
-        /// Turns of the log.
+        /// Turns of the logs.
         turns: f64,
         /// Turns that are needed.
         min: f64,
         /// The effect that fewer turns do not distinguish from it, where there is one.
         rival: Option<&'static str>,
     },
-    /// The motion is prescribed: the effect changes nothing that is simulated.
-    PrescribedMotion,
-    /// The motion is prescribed and the current is compared: the effect would explain the current by itself.
-    DependsOnComparedCurrent,
     /// An effect of the model includes it.
     IncludedIn(&'static str),
     /// An effect of the model takes its place.
     AlternativeTo(&'static str),
-}
-
-/// What an effect needs of the log or of the model.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Requirement {
-    /// The voltage as input of the model, or compared.
-    Voltage,
-    /// The voltage or the current as input of the model.
-    VoltageOrCurrentInput,
-    /// The angle of the platform.
-    Angle,
-    /// The angle among the compared channels.
-    ComparedAngle,
-    /// A measured rate.
-    Rate,
-    /// A measured current besides the voltage.
-    Current,
-    /// The winding temperature.
-    WindingTemperature,
-    /// Another effect in the model.
-    Effect(&'static str),
 }
 
 /// Something about the computation that the user should know.

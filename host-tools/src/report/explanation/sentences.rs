@@ -1,10 +1,10 @@
 //! Sentences for the typed reasons, remarks and proposals of an explanation.
 
-use drive_model::{Card, Coordinate, StandRun};
+use drive_model::{Card, Coordinate, Requirement, StandRun};
 use hal_sim::plant::Stand;
 
 use super::words::{card, listed};
-use crate::identify::explain::{Explanation, NotVisible, Progress, Purpose, Refusal, Remark, Requirement, Shape, ShapeForm};
+use crate::identify::explain::{Explanation, NotVisible, Progress, Purpose, Refusal, Remark, Shape, ShapeForm};
 use crate::model::{Channel, SummingPoint};
 use crate::report::{numbers, unit};
 
@@ -32,8 +32,8 @@ pub fn refusal(reason: &Refusal) -> String {
 /// Why the log, or the model, cannot show an effect.
 pub fn not_visible(reason: &NotVisible) -> String {
     match reason {
-        NotVisible::Needs(requirement) => format!("needs {}", needed(*requirement)),
-        NotVisible::TerminalVoltage => "u_V was measured at the motor's terminals, after the bridge".to_owned(),
+        NotVisible::Unmet(requirement) => unmet(*requirement).to_owned(),
+        NotVisible::RestsOn(effect) => format!("needs {effect} in the model"),
         NotVisible::TemperatureSpan { span_K, min_K } => {
             format!("the temperature changes by {} K only, less than {} K", numbers::significant(*span_K, 2), numbers::plain(*min_K, 2))
         }
@@ -41,26 +41,27 @@ pub fn not_visible(reason: &NotVisible) -> String {
             let rival = rival.map_or(String::new(), |rival| format!(" to be distinguishable from {rival}"));
             format!("needs {} turns or more{rival}; the log covers {}", numbers::plain(*min, 2), numbers::significant(*turns, 2))
         }
-        NotVisible::PrescribedMotion => "the motion is prescribed, so that it changes nothing that is simulated".to_owned(),
-        NotVisible::DependsOnComparedCurrent => {
-            "the motion is prescribed and the current is compared: the current would explain itself".to_owned()
-        }
         NotVisible::IncludedIn(effect) => format!("{effect} in the model includes it"),
         NotVisible::AlternativeTo(effect) => format!("an alternative to {effect} in the model: exchange the two to try it"),
     }
 }
 
-/// What is needed, as the object of "needs".
-pub fn needed(requirement: Requirement) -> String {
+/// A condition that is not met.
+fn unmet(requirement: Requirement) -> &'static str {
     match requirement {
-        Requirement::Voltage => "the voltage as the model's input (u_V)".to_owned(),
-        Requirement::VoltageOrCurrentInput => "the voltage or the current as the model's input".to_owned(),
-        Requirement::Angle => "the angle of the platform (theta_rad)".to_owned(),
-        Requirement::ComparedAngle => "the angle among the model's outputs".to_owned(),
-        Requirement::Rate => "a measured rate (omega_rad_s)".to_owned(),
-        Requirement::Current => "a measured current besides the voltage (i_A)".to_owned(),
-        Requirement::WindingTemperature => "the winding temperature (temp_C)".to_owned(),
-        Requirement::Effect(effect) => format!("{effect} in the model"),
+        Requirement::CommandedVoltage => "u_V was measured at the motor's terminals, after the bridge",
+        Requirement::Voltage => "needs the voltage as the model's input (u_V)",
+        Requirement::MotorConstant => "needs the voltage or the current as the model's input",
+        Requirement::Angle => "needs the angle of the platform (theta_rad)",
+        Requirement::ComparedAngle => "needs the angle among the model's outputs",
+        Requirement::ComparedRate => "needs a measured rate (omega_rad_s)",
+        Requirement::ComparedCurrent => "needs a measured current besides the voltage (i_A)",
+        Requirement::MeasuredTemperature => "needs the winding temperature (temp_C)",
+        Requirement::TemperatureChange => "needs a change of the winding temperature",
+        Requirement::Turns { .. } => "needs more turns",
+        Requirement::SimulatedCurrent => "the motion is prescribed and the current is compared: the current would explain itself",
+        Requirement::SimulatedMotion => "the motion is prescribed, so that it changes nothing that is simulated",
+        Requirement::NoOtherShaft => "another effect of the model has a shaft already",
     }
 }
 

@@ -4,7 +4,7 @@ use drive_model::Card;
 
 use super::coverage;
 use super::evidence::evidence;
-use super::sentences::{first_lower, needed, not_visible};
+use super::sentences::{first_lower, not_visible};
 use crate::identify::explain::criteria::MisfitClass;
 use crate::identify::explain::{ChannelError, Estimate, Explanation, NotVisible, Stage, Verdict};
 use crate::report::{numbers, unit};
@@ -211,10 +211,7 @@ pub fn not_shown(e: &Explanation) -> Vec<String> {
             None => reasons.push((reason, vec![c.effect.clone()])),
         }
     }
-    list.extend(reasons.into_iter().map(|(reason, names)| match reason {
-        NotVisible::Needs(requirement) => format!("Not visible without {}: {}.", needed(requirement), listed(&names)),
-        _ => format!("Not visible: {} ({}).", listed(&names), not_visible(&reason)),
-    }));
+    list.extend(reasons.into_iter().map(|(reason, names)| format!("Not visible: {} ({}).", listed(&names), not_visible(&reason))));
     list
 }
 
