@@ -292,7 +292,7 @@ fn spoilt(folder: &Path, name: &str, change: impl Fn(&mut Column, &Log)) {
     let log = Log::read(folder.join("log.csv")).unwrap();
     let mut columns = log.columns().to_vec();
     columns.iter_mut().for_each(|column| change(column, &log));
-    let notes = log.notes().iter().filter(|(k, _)| !k.contains("lsb")).cloned().collect();
+    let notes: Vec<_> = log.notes().iter().filter(|(k, _)| !k.contains("lsb")).cloned().collect();
     Log::new(name, columns, notes).unwrap().write(folder.join(name)).unwrap();
 }
 

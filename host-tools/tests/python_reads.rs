@@ -53,7 +53,7 @@ fn pandas_and_pyarrow_read_every_number_and_every_note() {
         .iter()
         .map(|c| (c.name.clone(), c.values.iter().map(|v| format!("{:016x}", v.to_bits())).collect::<Vec<_>>()))
         .collect();
-    let expected = json!({ "columns": columns, "notes": log.notes() });
+    let expected = json!({ "columns": columns, "notes": log.notes().to_vec() });
     std::fs::write(path.join("expected.json"), expected.to_string()).unwrap();
     let output = python(path, SCRIPT).unwrap();
     let said = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
@@ -93,5 +93,5 @@ frame.to_csv("pandas.csv", index=False)
     }
     let log = Log::read(path.join("pyarrow.parquet")).unwrap();
     assert_eq!(log.note("stand"), Some("from Python"));
-    assert_eq!(log.voltage(), host_tools::log::Voltage::Terminal);
+    assert_eq!(log.voltage(), host_tools::log::VoltageSource::Terminals);
 }

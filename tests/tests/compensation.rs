@@ -259,7 +259,7 @@ fn a_model_whose_zero_is_not_known_to_be_the_index_is_refused_and_says_what_to_d
     assert!(learn(&model, Some(&good), &stand.firmware).is_ok());
     let said = |zero: Option<&str>| {
         let notes = zero.map(|zero| ("theta_zero".to_owned(), zero.to_owned()));
-        Log::new("elsewhere.csv", good.columns().to_vec(), notes.into_iter().collect()).unwrap()
+        Log::new("elsewhere.csv", good.columns().to_vec(), notes.into_iter().collect::<Vec<_>>()).unwrap()
     };
     for zero in [None, Some("arbitrary")] {
         let elsewhere = learn(&model, Some(&said(zero)), &stand.firmware).unwrap_err();

@@ -100,7 +100,7 @@ fn the_sensors_scale_and_bias_agree_with_the_fit_afterwards_and_with_the_truth()
                 values: c.values.clone(),
             });
             let notes = [("omega_rad_s", "gyro, filter 304.2 Hz"), ("theta_zero", "index")].map(|(k, v)| (k.to_owned(), v.to_owned()));
-            let log = Log::new("gyro.parquet", columns.collect(), notes.into()).unwrap();
+            let log = Log::new("gyro.parquet", columns.collect(), notes.to_vec()).unwrap();
             let held = fitted(&log, &model);
             println!("{mode:?} {kind} seed {seed}: delay {:.0} ± {:.0} µs", reading.delay_s.value * 1e6, reading.delay_s.sigma * 1e6);
             let name = |id: &str| held.parameters.list.iter().find(|p| p.name.starts_with(id)).unwrap().name.clone();

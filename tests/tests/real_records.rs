@@ -199,7 +199,7 @@ const WINDOW_CENTRE_S: f64 = 0.010;
 fn the_gear_motor_is_as_late_as_is_known() {
     let data = stand_data();
     let log = record(&data, "dcmotor_un_prbs.csv", &[]);
-    let notes = log.notes().iter().filter(|(key, _)| key != "encoder").cloned().collect();
+    let notes: Vec<_> = log.notes().iter().filter(|(key, _)| key != "encoder").cloned().collect();
     let unsaid = Log::new(log.path(), log.columns().to_vec(), notes).unwrap();
     let (mean, instant) = (gear_motor(&log, "time-skew"), gear_motor(&unsaid, "time-skew"));
     let (skew, at_once) = (value(&mean, "skew_s"), value(&instant, "skew_s"));

@@ -8,7 +8,7 @@ use std::path::Path;
 use hal_sim::plant::{Plant, Stand, StandError};
 use hal_sim::session::{self, SessionError, SessionRequest};
 
-use crate::log::{Column, Log, LogError};
+use crate::log::{Column, Log, LogError, Note, Notes};
 
 /// Why there is no log.
 #[derive(Debug, thiserror::Error)]
@@ -32,10 +32,9 @@ pub fn simulate(stand: &Stand, request: SessionRequest, path: &Path) -> Result<L
     // Checked first: a wrong ending must not cost the simulation.
     crate::log::Format::of(path)?;
     let record = session::run(stand.setup(), Plant::new(stand, 0.0)?, request)?;
-    let mut notes = vec![("stand".to_owned(), stand.name.clone())];
-    notes.extend(record.notes);
-    notes.push(("supply_nominal_V".to_owned(), stand.drive.supply_V.to_string()));
-    notes.push(("date".to_owned(), jiff::Zoned::now().strftime("%Y-%m-%dT%H:%M:%S%:z").to_string()));
+    let mut notes = Notes::from_iter([Note::Stand(stand.name.clone())]);
+    record.notes.into_iter().for_each(|(key, value)| notes.push_text(key, value));
+    notes.extend([Note::SupplyNominal(stand.drive.supply_V), Note::Date]);
     let columns = record.columns.into_iter().map(|(name, values)| Column { name: name.to_owned(), values }).collect();
     Ok(Log::new(path, columns, notes)?)
 }

@@ -58,7 +58,7 @@ impl Request {
             return Err(AllanError::Time { log: name });
         }
         let (column, timing) = self.read(&name)?;
-        let quantum = column.quantum();
+        let quantum = column.quantization_step();
         let mut unit = Unit::of(&self.column);
         let interpretation = self.interpretation.unwrap_or(if unit.is_angle() { Interpretation::Integral } else { Interpretation::Value });
         let rows = column.values.len();

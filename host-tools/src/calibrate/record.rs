@@ -4,7 +4,7 @@
 //! [`StoredRecord`](super::stored_record::StoredRecord).
 
 use super::session::Session;
-use super::session::journal::{Journal, JournalError, StepRecord, now, read_logs};
+use super::session::journal::{Journal, JournalError, StepRecord, read_logs};
 use super::{CalibrateError, DutKind, Findings, accel, drive, gyro};
 use std::path::{Path, PathBuf};
 
@@ -61,7 +61,7 @@ impl CalibrationRecord {
 pub fn compute(folder: &Path) -> Result<CalibrationRecord, RecordError> {
     let (journal, session) = Journal::read(folder)?;
     let findings = findings(&journal.steps, &session, folder)?;
-    Ok(CalibrationRecord { journal, session, findings, computed: now() })
+    Ok(CalibrationRecord { journal, session, findings, computed: crate::log::timestamp() })
 }
 
 /// Computes the findings of the recorded steps.

@@ -220,7 +220,7 @@ impl Advise {
         self.output.check()?;
         let log = Log::read(&self.log)?;
         let name = self.log.display().to_string();
-        let note = log.note("angle_gain_V_rad").and_then(|text| text.split_whitespace().next()?.parse().ok());
+        let note = log.notes().number("angle_gain_V_rad");
         let gain = self.angle_gain.or(note).ok_or_else(|| DriftError::Note {
             log: name.clone(),
             note: "angle_gain_V_rad",

@@ -18,7 +18,7 @@ use super::signals::Interrupts;
 use super::stand_file::{DriveMode, required_port};
 use crate::acquire::link::{LinkError, Received, SerialLink};
 use crate::acquire::record::{LogFile, Recorder, RowOutcome, shows_index};
-use crate::log::Log;
+use crate::log::{FaultNote, Log, Note, Notes, RateSource, VoltageSource};
 
 /// A stand that says nothing for this long has gone.
 const SILENCE: Duration = Duration::from_secs(3);
@@ -181,7 +181,7 @@ impl Record {
     }
 
     /// What the log says of itself: interfaces.md, "Logs".
-    fn head(&self, link: &mut SerialLink, has_index: bool, more: Vec<(String, String)>) -> Result<Vec<(String, String)>, CliError> {
+    fn head(&self, link: &mut SerialLink, has_index: bool, more: Vec<(String, String)>) -> Result<Notes, CliError> {
         let mut setting = |name: &str| -> Result<Option<f64>, CliError> {
             match link.query(&format!("SETTings:{name}?")) {
                 Ok(reply) => Ok(reply.split_whitespace().next().and_then(|number| number.parse().ok())),
@@ -202,31 +202,27 @@ impl Record {
         };
         let mode_kind = if self.mode == DriveMode::Rate { Mode::Rate } else { Mode::Voltage };
         let amplitude = self.profile.amplitude.unwrap_or_else(|| SessionRequest::usual_amplitude(mode_kind));
-        let mut notes = vec![
-            ("stand".to_owned(), format!("{} {} {}", part(0), part(1), part(2))),
-            ("firmware".to_owned(), part(3)),
-            ("port".to_owned(), link.name()),
-            ("profile".to_owned(), self.profile.profile.clone()),
-            ("amplitude".to_owned(), format!("{amplitude} {unit}")),
-            ("mode".to_owned(), mode.to_owned()),
-            ("profile_seed".to_owned(), self.seed.to_string()),
-            ("u_V".to_owned(), "asked".to_owned()),
-            ("i_A".to_owned(), "mean over [t_k, t_k+1)".to_owned()),
-            ("omega_rad_s".to_owned(), cutoff.map_or("gyro".to_owned(), |cutoff| format!("gyro, filter {cutoff} Hz"))),
-        ];
+        let mut notes = Notes::from_iter([
+            Note::Stand(format!("{} {} {}", part(0), part(1), part(2))),
+            Note::Text("firmware", part(3)),
+            Note::Text("port", link.name()),
+            Note::Profile(self.profile.profile.clone()),
+            Note::Text("amplitude", format!("{amplitude} {unit}")),
+            Note::Mode(mode.to_owned()),
+            Note::Text("profile_seed", self.seed.to_string()),
+            Note::Voltage(VoltageSource::Command),
+            Note::MeanCurrent,
+            Note::Rate(RateSource::RateSensor, cutoff),
+        ]);
         if let Some(counts) = counts {
-            notes.push(("encoder".to_owned(), format!("{counts} counts per turn")));
-            notes.push(("theta_lsb_rad".to_owned(), format!("{:e}", std::f64::consts::TAU / counts)));
+            notes.extend([Note::Encoder(counts), Note::QuantizationStep("theta", "rad", std::f64::consts::TAU / counts)]);
         }
-        if has_index {
-            notes.push(("theta_zero".to_owned(), "index".to_owned()));
-        }
-        notes.extend(rate_lsb.map(|lsb| ("omega_lsb_rad_s".to_owned(), format!("{lsb:e}"))));
-        notes.extend(supply.map(|volts| ("supply_nominal_V".to_owned(), volts.to_string())));
-        notes.push(("date".to_owned(), jiff::Zoned::now().strftime("%Y-%m-%dT%H:%M:%S%:z").to_string()));
+        notes.extend(has_index.then_some(Note::ThetaZeroIsIndex));
+        notes.extend(rate_lsb.map(|step| Note::QuantizationStep("omega", "rad_s", step)));
+        notes.extend(supply.map(Note::SupplyNominal));
+        notes.push(Note::Date);
         // What the person says of a column stands for what is said here.
-        notes.retain(|(key, _)| !more.iter().any(|(k, _)| k == key));
-        notes.extend(more);
+        notes.replace(more.into());
         Ok(notes)
     }
 
@@ -311,11 +307,11 @@ impl Record {
             End::Lost(error) => Some(error.to_string()),
             End::Silent => Some(format!("the stand was silent for {} s", SILENCE.as_secs())),
         };
-        let mut notes = vec![("lost_rows".to_owned(), losses.rows.to_string()), ("damaged_frames".to_owned(), losses.damaged.to_string())];
+        let mut notes = Notes::from_iter([Note::LostRows(losses.rows), Note::DamagedFrames(losses.damaged)]);
         if let End::Fault(says) = &end {
-            notes.push(("fault".to_owned(), format!("{says} at {last_s} s; the rows end there")));
+            notes.push(Note::Fault(FaultNote { message: says.clone(), at_s: last_s.to_string() }));
         }
-        notes.extend(how.iter().map(|how| ("ended".to_owned(), format!("{how}, at {last_s} s"))));
+        notes.extend(how.iter().map(|how| Note::Ended(how.clone(), last_s)));
         recorder.finish(&notes).map_err(|e| CliError::file(place.partial_path(), "write", &e))?;
         if rows == 0 {
             let _ = std::fs::remove_file(place.partial_path());

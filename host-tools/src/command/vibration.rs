@@ -88,7 +88,7 @@ impl Compensate {
             return Ok(alpha.to_vec());
         }
         let volts = column(log, "angle_sensor_V").ok_or_else(|| lacks(name, "alpha_rad or angle_sensor_V"))?;
-        let noted = log.note("angle_gain_V_rad").and_then(|note| note.split_whitespace().next()).and_then(|number| number.parse().ok());
+        let noted = log.notes().number("angle_gain_V_rad");
         let gain: f64 =
             self.angle_gain.or(noted).ok_or_else(|| CliError::Input(format!("{name}: no note `angle_gain_V_rad`: give --angle-gain")))?;
         if !(gain.is_finite() && gain != 0.0) {

@@ -5,7 +5,7 @@ use std::time::Instant;
 use super::fit::{self, FitError, FitResult, PreparedLog, prepare::PrepareError};
 use super::residual::{self, Misfit};
 use crate::log::plausible::{self, Defect};
-use crate::log::{Log, Source};
+use crate::log::{Log, RateSource};
 use crate::model::{Channel, Model};
 
 /// Treatment of the model's parameters.
@@ -85,7 +85,7 @@ fn with_best_rate_source(
     };
     let depends_on_source = model.effects().iter().any(|e| e.card.uses_rate_source);
     let has_rate = record.channels.iter().any(|c| c.channel == Channel::Rate);
-    let source_unknown = log.column_made(Channel::Rate.column()).source == Source::Unknown;
+    let source_unknown = log.provenance(Channel::Rate.column()).source == RateSource::Unknown;
     let from_sensor = once(record)?;
     if !(depends_on_source && has_rate && source_unknown) {
         return Ok(from_sensor);

@@ -1,36 +1,36 @@
-//! A log from CSV text, read line by line: memory is that of the columns and one line.
+//! Reads a log from CSV text line by line: memory for the columns and one line.
 //!
-//! Not the csv crate: its comment lines are dropped and they are our notes, and a log has no quoted line breaks.
+//! The csv crate is not used: it drops comment lines, which are the notes of a log, and a log has no quoted line breaks.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
-use super::error::{LogError, Trouble};
-use super::{Column, Parts, Wanted};
+use super::error::{LogError, LogErrorKind};
+use super::{Column, FileContents, Selection};
 
-/// Longest line that is taken for text, bytes: a file without line breaks must not fill the memory.
-const LONGEST_LINE: u64 = 1 << 20;
-/// Most rows that are reserved at once on the file's own account of its length.
-const MOST_RESERVED: usize = 1 << 26;
+/// Longest line, bytes: a file without line breaks must not fill the memory.
+const MAX_LINE_BYTES: u64 = 1 << 20;
+/// Memory is reserved for at most this number of rows; the size of the file may be misleading.
+const MAX_RESERVED_ROWS: usize = 1 << 26;
 
-/// Reads the columns that are wanted, checks each number, and that time rises.
-pub(super) fn read(path: &Path, wanted: &mut Wanted<'_>) -> Result<Parts, LogError> {
-    let file = File::open(path).map_err(|e| LogError::new(path, Trouble::Read(e)))?;
+/// Reads the selected columns; checks that each cell is a number and that time increases.
+pub(super) fn read(path: &Path, selection: &mut Selection<'_>) -> Result<FileContents, LogError> {
+    let file = File::open(path).map_err(|e| LogError::new(path, LogErrorKind::Read(e)))?;
     let bytes = file.metadata().map(|m| m.len()).unwrap_or(0);
     let mut lines = Lines { path, input: BufReader::with_capacity(1 << 18, file), text: Vec::with_capacity(256), number: 0, ended: true };
-    let mut parts = Parts::default();
-    let Some(header) = header(&mut lines, &mut parts, wanted.column)? else {
-        let trouble = if parts.notes.is_empty() { Trouble::Empty } else { Trouble::NotesOnly };
-        return Err(LogError::new(path, trouble));
+    let mut contents = FileContents::default();
+    let Some(header) = header(&mut lines, &mut contents, selection.column)? else {
+        let kind = if contents.notes.is_empty() { LogErrorKind::Empty } else { LogErrorKind::NotesOnly };
+        return Err(LogError::new(path, kind));
     };
-    parts.ignored = header.iter().filter(|c| c.target.is_none()).map(|c| c.name.clone()).collect();
+    contents.ignored = header.iter().filter(|c| c.target.is_none()).map(|c| c.name.clone()).collect();
 
     let mut row = 0;
     let mut last_t_s = f64::NEG_INFINITY;
     while lines.next()? {
         if let Some(note) = note(&lines)? {
-            parts.notes.push(note);
+            contents.notes.push_text(note.0, note.1);
             continue;
         }
         if lines.is_blank() {
@@ -39,72 +39,72 @@ pub(super) fn read(path: &Path, wanted: &mut Wanted<'_>) -> Result<Parts, LogErr
         row += 1;
         if row == 1 {
             let rows = (bytes / (lines.text.len() as u64 + 1)) as usize + 16;
-            let kept = parts.columns.iter_mut().filter(|c| wanted.keeps(&c.name));
-            kept.for_each(|c| c.values.reserve(rows.min(MOST_RESERVED)));
+            let kept = contents.columns.iter_mut().filter(|c| selection.keeps(&c.name));
+            kept.for_each(|c| c.values.reserve(rows.min(MAX_RESERVED_ROWS)));
         }
-        if let Err(error) = take_row(path, &lines.text, &header, &mut parts.columns, &mut last_t_s, &mut wanted.times) {
+        if let Err(error) = take_row(path, &lines.text, &header, &mut contents.columns, &mut last_t_s, &mut selection.times) {
             let line = lines.number;
             let has = count_cells(&lines.text);
-            // A short row is a recording that broke off if nothing but blank lines follows it; so is half a number at the very end.
-            let cut = match *error.trouble {
-                Trouble::Cells { has, wants, .. } if has < wants => only_blank_follows(&mut lines)?,
-                Trouble::NotANumber { .. } | Trouble::EmptyCell => !lines.ended && has == header.len(),
+            // A short row before blank lines only, or an incomplete number at the end of the file, is an interrupted recording.
+            let cut = match *error.kind {
+                LogErrorKind::CellCount { has, expected, .. } if has < expected => only_blank_follows(&mut lines)?,
+                LogErrorKind::NotANumber { .. } | LogErrorKind::EmptyCell => !lines.ended && has == header.len(),
                 _ => false,
             };
-            let error = if cut { LogError::new(path, Trouble::CutShort { has, wants: header.len() }) } else { error };
+            let error = if cut { LogError::new(path, LogErrorKind::CutShort { has, expected: header.len() }) } else { error };
             return Err(error.row(row).line(line));
         }
     }
     if row > 0 && !lines.ended {
         let line = lines.number;
-        parts.warnings.push(format!("the last row (line {line}) does not end with a line break: its last number may be cut short"));
+        contents.warnings.push(format!("the last row (line {line}) does not end with a line break; its last number may be cut short"));
     }
-    parts.columns.iter_mut().for_each(|c| c.values.shrink_to_fit());
-    Ok(parts)
+    contents.columns.iter_mut().for_each(|c| c.values.shrink_to_fit());
+    Ok(contents)
 }
 
 /// A column of the header.
 struct Cell {
     name: String,
-    /// Index among the columns that are read.
+    /// Index among the selected columns; `None` if the column is not selected.
     target: Option<usize>,
     is_time: bool,
 }
 
-/// Notes up to the header, and the header; `None` where the file ends before.
-fn header(lines: &mut Lines<'_>, parts: &mut Parts, wanted: &dyn Fn(&str) -> bool) -> Result<Option<Vec<Cell>>, LogError> {
+/// Reads the notes before the header, and the header; `None` if the file ends before the header.
+fn header(lines: &mut Lines<'_>, contents: &mut FileContents, selection: &dyn Fn(&str) -> bool) -> Result<Option<Vec<Cell>>, LogError> {
     while lines.next()? {
         if let Some(note) = note(lines)? {
-            parts.notes.push(note);
+            contents.notes.push_text(note.0, note.1);
             continue;
         }
         if lines.is_blank() {
             continue;
         }
-        let fail = |trouble| LogError::new(lines.path, trouble).line(lines.number);
-        let text = std::str::from_utf8(&lines.text).map_err(|_| fail(Trouble::NotText("")))?;
+        let fail = |kind| LogError::new(lines.path, kind).line(lines.number);
+        let text = std::str::from_utf8(&lines.text).map_err(|_| fail(LogErrorKind::NotText("")))?;
         let names: Vec<&str> = text.split(',').map(unquoted).collect();
         if names.len() == 1 {
             for (mark, name) in [(';', "semicolons"), ('\t', "tabs")] {
                 if text.contains(mark) {
-                    return Err(fail(Trouble::Separator(name)));
+                    return Err(fail(LogErrorKind::Separator(name)));
                 }
             }
         }
         if names.iter().all(|n| n.parse::<f64>().is_ok()) {
-            return Err(fail(Trouble::NoHeader));
+            return Err(fail(LogErrorKind::NoHeader));
         }
         let mut header: Vec<Cell> = Vec::with_capacity(names.len());
         for (k, &name) in names.iter().enumerate() {
             if name.is_empty() {
-                return Err(fail(Trouble::Nameless(k + 1)));
+                return Err(fail(LogErrorKind::EmptyName(k + 1)));
             }
             if header.iter().any(|c| c.name == name) {
-                return Err(fail(Trouble::Doubled).column(name));
+                return Err(fail(LogErrorKind::DuplicateName).column(name));
             }
-            let target = wanted(name).then_some(parts.columns.len());
+            let target = selection(name).then_some(contents.columns.len());
             if target.is_some() {
-                parts.columns.push(Column { name: name.to_owned(), values: Vec::new() });
+                contents.columns.push(Column { name: name.to_owned(), values: Vec::new() });
             }
             header.push(Cell { name: name.to_owned(), target, is_time: name == "t_s" });
         }
@@ -113,7 +113,7 @@ fn header(lines: &mut Lines<'_>, parts: &mut Parts, wanted: &dyn Fn(&str) -> boo
     Ok(None)
 }
 
-/// One row into the columns. On an error the columns may be of unequal length: the read ends there.
+/// Adds one row to the columns. After an error the columns may have different lengths; reading ends then.
 fn take_row(
     path: &Path,
     text: &[u8],
@@ -130,9 +130,9 @@ fn take_row(
             Some(value) if value.is_finite() => value,
             _ => match number(bytes) {
                 Ok(value) => value,
-                // The count tells more than the cell where both are wrong.
+                // If both the cell and the count are wrong, the count is more informative.
                 Err(_) if count_cells(text) != header.len() => return Err(wrong_count(path, text, header)),
-                Err(trouble) => return Err(LogError::new(path, trouble).column(&cell.name)),
+                Err(kind) => return Err(LogError::new(path, kind).column(&cell.name)),
             },
         };
         if cell.is_time {
@@ -140,7 +140,7 @@ fn take_row(
                 if count_cells(text) != header.len() {
                     return Err(wrong_count(path, text, header));
                 }
-                return Err(LogError::new(path, Trouble::time(*last_t_s, value)).column(&cell.name));
+                return Err(LogError::new(path, LogErrorKind::time(*last_t_s, value)).column(&cell.name));
             }
             *last_t_s = value;
             if let Some(times) = times {
@@ -158,29 +158,29 @@ fn count_cells(text: &[u8]) -> usize {
 }
 
 fn wrong_count(path: &Path, text: &[u8], header: &[Cell]) -> LogError {
-    let (has, wants) = (count_cells(text), header.len());
-    LogError::new(path, Trouble::Cells { has, wants, comma: has > wants && has <= 2 * wants })
+    let (has, expected) = (count_cells(text), header.len());
+    LogError::new(path, LogErrorKind::CellCount { has, expected, comma: has > expected && has <= 2 * expected })
 }
 
-/// The slow way to a number: spaces, quotes, and the words for what it is not.
-fn number(bytes: &[u8]) -> Result<f64, Trouble> {
+/// Parses a number with spaces or quotes, or returns the defect.
+fn number(bytes: &[u8]) -> Result<f64, LogErrorKind> {
     let text = String::from_utf8_lossy(bytes);
     let text = unquoted(&text);
     if text.is_empty() {
-        return Err(Trouble::EmptyCell);
+        return Err(LogErrorKind::EmptyCell);
     }
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
-        Ok(_) => Err(Trouble::NotFinite(text.to_owned())),
+        Ok(_) => Err(LogErrorKind::NotFinite(text.to_owned())),
         Err(_) => {
             let hint = if text.contains(',') || text.contains(';') {
-                " (a decimal comma? write decimal points and separate by commas)"
+                " (a decimal comma? use decimal points, and commas between columns)"
             } else if text.starts_with(|c: char| c.is_ascii_digit() || c == '-') && text.ends_with(char::is_alphabetic) {
-                " (a unit belongs into the column's name)"
+                " (units belong in the column name)"
             } else {
                 ""
             };
-            Err(Trouble::NotANumber { text: text.chars().take(40).collect(), hint })
+            Err(LogErrorKind::NotANumber { text: text.chars().take(40).collect(), hint })
         }
     }
 }
@@ -193,7 +193,7 @@ fn unquoted(text: &str) -> &str {
 /// The note in a line that begins with `#`.
 fn note(lines: &Lines<'_>) -> Result<Option<(String, String)>, LogError> {
     let Some(text) = lines.text.strip_prefix(b"#") else { return Ok(None) };
-    let text = std::str::from_utf8(text).map_err(|_| LogError::new(lines.path, Trouble::NotText("")).line(lines.number))?;
+    let text = std::str::from_utf8(text).map_err(|_| LogError::new(lines.path, LogErrorKind::NotText("")).line(lines.number))?;
     let (key, value) = text.split_once(':').unwrap_or(("comment", text));
     Ok(Some((key.trim().to_owned(), value.trim().to_owned())))
 }
@@ -207,12 +207,12 @@ fn only_blank_follows(lines: &mut Lines<'_>) -> Result<bool, LogError> {
     Ok(true)
 }
 
-/// The lines of a file, each into the same memory; CR and LF, and a byte order mark, taken off.
+/// The lines of a file, without CR, LF and byte order mark; one buffer serves all lines.
 struct Lines<'a> {
     path: &'a Path,
     input: BufReader<File>,
     text: Vec<u8>,
-    /// Of the line in `text`, from 1.
+    /// Number of the line in `text`, from 1.
     number: usize,
     /// The line ended with a line break.
     ended: bool,
@@ -222,8 +222,8 @@ impl Lines<'_> {
     fn next(&mut self) -> Result<bool, LogError> {
         use std::io::Read;
         self.text.clear();
-        let read = (&mut self.input).take(LONGEST_LINE).read_until(b'\n', &mut self.text);
-        let length = read.map_err(|e| LogError::new(self.path, Trouble::Read(e)))?;
+        let read = (&mut self.input).take(MAX_LINE_BYTES).read_until(b'\n', &mut self.text);
+        let length = read.map_err(|e| LogError::new(self.path, LogErrorKind::Read(e)))?;
         if length == 0 {
             return Ok(false);
         }
@@ -232,9 +232,9 @@ impl Lines<'_> {
             self.first_bytes()?;
         }
         self.ended = self.text.ends_with(b"\n");
-        if !self.ended && length as u64 == LONGEST_LINE {
-            let trouble = Trouble::NotText(": a line longer than a megabyte");
-            return Err(LogError::new(self.path, trouble).line(self.number));
+        if !self.ended && length as u64 == MAX_LINE_BYTES {
+            let kind = LogErrorKind::NotText(": a line longer than a megabyte");
+            return Err(LogError::new(self.path, kind).line(self.number));
         }
         while let Some(b'\n' | b'\r') = self.text.last() {
             self.text.pop();
@@ -244,18 +244,18 @@ impl Lines<'_> {
 
     fn first_bytes(&mut self) -> Result<(), LogError> {
         let hint = if self.text.starts_with(b"PAR1") {
-            "; it is a Parquet file: let its name end in .parquet"
+            "; it is a Parquet file, whose name must end in .parquet"
         } else if self.text.starts_with(b"\xff\xfe") || self.text.starts_with(b"\xfe\xff") {
-            " but in UTF-16; save it as UTF-8"
+            " but UTF-16; save it as UTF-8"
         } else if self.text.starts_with(b"PK\x03\x04") {
-            "; it is a spreadsheet or another packed file: export it as CSV"
+            "; it is a spreadsheet or another compressed file; export it as CSV"
         } else {
             if self.text.starts_with(b"\xef\xbb\xbf") {
                 self.text.drain(..3);
             }
             return Ok(());
         };
-        Err(LogError::new(self.path, Trouble::NotText(hint)))
+        Err(LogError::new(self.path, LogErrorKind::NotText(hint)))
     }
 
     fn is_blank(&self) -> bool {

@@ -1,15 +1,15 @@
-//! A log as CSV text: notes, header, rows; each number is the shortest that reads back the same.
+//! Writes a log as CSV text: notes, header, rows. Each number is the shortest text that reads back as the same value.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-use super::error::{LogError, Trouble};
+use super::error::{LogError, LogErrorKind};
 use super::{Column, Log};
 
 /// Writes the whole log.
 pub(super) fn write(log: &Log, path: &Path) -> Result<(), LogError> {
-    let fail = |e| LogError::new(path, Trouble::Write(e));
+    let fail = |e| LogError::new(path, LogErrorKind::Write(e));
     let names: Vec<&str> = log.columns().iter().map(|c| c.name.as_str()).collect();
     let notes = log.notes().iter().map(|(k, v)| (k.as_str(), v.as_str()));
     let file = File::create(path).map_err(fail)?;
@@ -25,7 +25,7 @@ pub(super) fn write(log: &Log, path: &Path) -> Result<(), LogError> {
     out.flush().map_err(fail)
 }
 
-/// Rows as they come, for a recording. The caller buffers and flushes as often as it wants to lose nothing.
+/// Writes rows one by one, for a recording. The caller decides on buffering and flushing.
 #[derive(Debug)]
 pub struct CsvWriter<W: Write> {
     out: W,
@@ -37,7 +37,7 @@ impl<W: Write> CsvWriter<W> {
     /// Writes the notes and the header.
     ///
     /// # Errors
-    /// Of `out`.
+    /// Errors of `out`.
     pub fn new<'a>(out: W, notes: impl IntoIterator<Item = (&'a str, &'a str)>, columns: &[&str]) -> std::io::Result<Self> {
         let mut writer = CsvWriter { out, columns: columns.len(), line: String::with_capacity(256) };
         for (key, value) in notes {
@@ -47,10 +47,10 @@ impl<W: Write> CsvWriter<W> {
         Ok(writer)
     }
 
-    /// Writes a note; it may stand between rows. A line break in it becomes a space, a colon in the key a dash.
+    /// Writes a note, also between rows. A line break becomes a space, a colon in the key a dash.
     ///
     /// # Errors
-    /// Of the output.
+    /// Errors of the output.
     pub fn note(&mut self, key: &str, value: &str) -> std::io::Result<()> {
         let one_line = |text: &str| text.replace(['\n', '\r'], " ").trim().to_owned();
         writeln!(self.out, "# {}: {}", one_line(key).replace(':', "-"), one_line(value))
@@ -59,12 +59,12 @@ impl<W: Write> CsvWriter<W> {
     /// Writes one row, a number for each column.
     ///
     /// # Errors
-    /// Of the output; `InvalidInput` where the count is not the header's, or a number is not finite (the log could not be read again).
+    /// Errors of the output; `InvalidInput` if the count differs from the header, or a number is not finite (the log could not be read again).
     pub fn row(&mut self, cells: &[f64]) -> std::io::Result<()> {
         if cells.len() != self.columns || cells.iter().any(|c| !c.is_finite()) {
-            let wants = self.columns;
-            let says = format!("a row of the log must be {wants} finite numbers, not {cells:?}");
-            return Err(std::io::Error::new(std::io::ErrorKind::InvalidInput, says));
+            let expected = self.columns;
+            let message = format!("a row of the log must be {expected} finite numbers, not {cells:?}");
+            return Err(std::io::Error::new(std::io::ErrorKind::InvalidInput, message));
         }
         self.line.clear();
         let mut buffer = zmij::Buffer::new();
@@ -81,15 +81,15 @@ impl<W: Write> CsvWriter<W> {
     /// Flushes the output.
     ///
     /// # Errors
-    /// Of the output.
+    /// Errors of the output.
     pub fn flush(&mut self) -> std::io::Result<()> {
         self.out.flush()
     }
 
-    /// Flushes, and gives the output back.
+    /// Flushes and returns the output.
     ///
     /// # Errors
-    /// Of the output.
+    /// Errors of the output.
     pub fn finish(mut self) -> std::io::Result<W> {
         self.out.flush()?;
         Ok(self.out)

@@ -1,26 +1,26 @@
-//! What can be wrong with a log's file: one line that says what, where, and what to do.
+//! Errors of log files: each is one line that states file, row, column, the defect and the remedy.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// A log that cannot be used; its text is one line with file, row and column.
+/// A log that cannot be used. Its text is one line with file, row and column.
 #[derive(Debug)]
 pub struct LogError {
     /// The file.
     pub path: PathBuf,
-    /// Sample, counted from 1.
+    /// Row, counted from 1 without the header.
     pub row: Option<usize>,
-    /// Line of a CSV, counted from 1, header and notes included.
+    /// Line of a CSV file, counted from 1 with header and notes.
     pub line: Option<usize>,
-    /// Column by name.
+    /// Name of the column.
     pub column: Option<String>,
-    /// What is wrong. In a box: readers return this by the million rows.
-    pub trouble: Box<Trouble>,
+    /// The defect. Boxed, because readers return this type for each row.
+    pub kind: Box<LogErrorKind>,
 }
 
 impl LogError {
-    pub(super) fn new(path: &Path, trouble: Trouble) -> Self {
-        LogError { path: path.to_owned(), row: None, line: None, column: None, trouble: Box::new(trouble) }
+    pub(super) fn new(path: &Path, kind: LogErrorKind) -> Self {
+        LogError { path: path.to_owned(), row: None, line: None, column: None, kind: Box::new(kind) }
     }
 
     pub(super) fn row(mut self, row: usize) -> Self {
@@ -42,145 +42,147 @@ impl LogError {
 impl fmt::Display for LogError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.path.display())?;
-        let mut mark = ": ";
+        let mut separator = ": ";
         match (self.row, self.line) {
-            (Some(row), Some(line)) => write!(f, "{mark}row {row} (line {line})")?,
-            (Some(row), None) => write!(f, "{mark}row {row}")?,
-            (None, Some(line)) => write!(f, "{mark}line {line}")?,
-            (None, None) => mark = "",
+            (Some(row), Some(line)) => write!(f, "{separator}row {row} (line {line})")?,
+            (Some(row), None) => write!(f, "{separator}row {row}")?,
+            (None, Some(line)) => write!(f, "{separator}line {line}")?,
+            (None, None) => separator = "",
         }
         if let Some(column) = &self.column {
-            mark = if mark.is_empty() { ": " } else { ", " };
-            write!(f, "{mark}column {}", column.escape_debug())?;
+            separator = if separator.is_empty() { ": " } else { ", " };
+            write!(f, "{separator}column {}", column.escape_debug())?;
         }
-        // Names and cells of a broken file may hold line breaks; an error is one line.
-        write!(f, ": {}", self.trouble.to_string().replace(['\n', '\r'], " "))
+        // Names and cells of a damaged file may contain line breaks; an error is one line.
+        write!(f, ": {}", self.kind.to_string().replace(['\n', '\r'], " "))
     }
 }
 
 impl std::error::Error for LogError {
     fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
-        self.trouble.source()
+        self.kind.source()
     }
 }
 
-/// What is wrong.
+/// The defect of a log.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub enum Trouble {
-    /// Neither `.csv` nor `.parquet`.
-    #[error("a log ends in .csv or .parquet; the ending says how it is read and written")]
+pub enum LogErrorKind {
+    /// The name of the file ends neither in `.csv` nor in `.parquet`.
+    #[error("the name of a log must end in .csv or .parquet; the ending selects the format")]
     Ending,
     /// The file cannot be opened or read.
     #[error("cannot be read: {0}")]
     Read(#[source] std::io::Error),
-    /// The file cannot be made or written.
+    /// The file cannot be created or written.
     #[error("cannot be written: {0}")]
     Write(#[source] std::io::Error),
-    /// No byte in it.
+    /// The file has no bytes.
     #[error("the file is empty")]
     Empty,
-    /// A header or notes, but no sample.
+    /// The file has a header but no rows.
     #[error("the file has a header but no rows")]
     NoRows,
-    /// Notes, but no header.
+    /// The file has notes but no header.
     #[error("the file has notes but no header and no rows")]
     NotesOnly,
-    /// The first row is of numbers.
-    #[error("the header is missing: the first row must name the columns, for instance t_s,u_V,omega_rad_s")]
+    /// The first row consists of numbers.
+    #[error("the header is missing: the first row must name the columns, for example t_s,u_V,omega_rad_s")]
     NoHeader,
-    /// Separated by something else than commas.
-    #[error("columns seem to be separated by {0}; separate them by commas and write decimal points")]
+    /// The columns are not separated by commas.
+    #[error("the columns seem to be separated by {0}; use commas between columns and decimal points in numbers")]
     Separator(&'static str),
-    /// No time.
-    #[error("there is no column t_s, the time of each row in seconds; the file has {has}")]
+    /// The column `t_s` is missing.
+    #[error("there is no column t_s (time of each row in seconds); the file has {has}")]
     NoTime {
-        /// The columns that are there.
+        /// The columns of the file.
         has: String,
     },
-    /// The column that was asked for.
+    /// The requested column is missing.
     #[error("there is no such column; the file has {has}")]
     NoColumn {
-        /// The columns that are there.
+        /// The columns of the file.
         has: String,
     },
-    /// A name twice.
-    #[error("this name stands twice in the header; each column needs its own")]
-    Doubled,
-    /// A header cell without text.
-    #[error("the header's column {0} has no name")]
-    Nameless(usize),
-    /// A row with too few or too many cells.
-    #[error("{has} cells where the header names {wants} columns{}", if *.comma { "; decimal commas? write decimal points" } else { "" })]
-    Cells {
-        /// Cells found.
+    /// Two columns have the same name.
+    #[error("this name is used twice in the header; each column needs a name of its own")]
+    DuplicateName,
+    /// A header cell has no text.
+    #[error("column {0} of the header has no name")]
+    EmptyName(usize),
+    /// A row has too few or too many cells.
+    #[error("{has} cells where the header names {expected} columns{}", if *.comma { "; decimal commas? Use decimal points" } else { "" })]
+    CellCount {
+        /// Cells of the row.
         has: usize,
-        /// Columns named.
-        wants: usize,
-        /// It looks like decimal commas.
+        /// Columns of the header.
+        expected: usize,
+        /// The row seems to contain decimal commas.
         comma: bool,
     },
-    /// The last row stops early.
-    #[error("the last row is cut short ({has} of {wants} cells): the recording broke off here; delete this row and the rest can be read")]
+    /// The last row is incomplete.
+    #[error(
+        "the last row is cut short ({has} of {expected} cells) because the recording was interrupted; delete this row to read the rest"
+    )]
     CutShort {
-        /// Cells found.
+        /// Cells of the row.
         has: usize,
-        /// Columns named.
-        wants: usize,
+        /// Columns of the header.
+        expected: usize,
     },
-    /// Text for a number.
+    /// A cell is not a number.
     #[error("“{}” is not a number{hint}", text.escape_debug())]
     NotANumber {
-        /// The cell.
+        /// Text of the cell.
         text: String,
-        /// What it may be, or nothing.
+        /// Likely cause, or nothing.
         hint: &'static str,
     },
-    /// Nothing for a number.
-    #[error("the cell is empty where a number is needed")]
+    /// A cell is empty.
+    #[error("the cell is empty; a number is required")]
     EmptyCell,
-    /// Not a number, or infinite.
-    #[error("{0} is no measurement: every cell must be a finite number")]
+    /// A cell is NaN or infinite.
+    #[error("{0} is not a measured value; every cell must be a finite number")]
     NotFinite(String),
-    /// Time goes back.
+    /// Time decreases.
     #[error("time steps back from {before} s to {now} s")]
     StepsBack {
-        /// Time of the row before.
+        /// Time of the previous row, s.
         before: f64,
-        /// Time of this row.
+        /// Time of this row, s.
         now: f64,
     },
-    /// Time stands.
-    #[error("time {0} s repeats; each row needs a later one")]
+    /// Two rows have the same time.
+    #[error("time {0} s repeats; the time must increase from row to row")]
     Repeats(f64),
-    /// Columns of different length (programs only).
-    #[error("{length} numbers where the first column has {other}")]
+    /// Columns have different lengths (only for logs made by a program).
+    #[error("{length} numbers where the first column has {expected}")]
     Length {
-        /// Of this column.
+        /// Length of this column.
         length: usize,
-        /// Of the first.
-        other: usize,
+        /// Length of the first column.
+        expected: usize,
     },
-    /// Bytes that are no text.
-    #[error("this is no text in UTF-8{0}")]
+    /// The bytes are not text.
+    #[error("the file is not UTF-8 text{0}")]
     NotText(&'static str),
-    /// Not the format that the ending says.
+    /// The file is not a Parquet file.
     #[error("this is not a Parquet file{0}")]
     NotParquet(&'static str),
-    /// A Parquet file that its library cannot read.
-    #[error("the Parquet file is damaged or of a kind that cannot be read: {0}")]
+    /// The Parquet library cannot read the file.
+    #[error("the Parquet file is damaged or of an unsupported kind: {0}")]
     Parquet(String),
-    /// A column of another type.
-    #[error("the column holds {0}, not numbers")]
+    /// The column has another type.
+    #[error("the column contains {0}, not numbers")]
     NotNumeric(String),
-    /// A missing value.
+    /// A value is missing.
     #[error("the value is missing (null)")]
     Null,
 }
 
-impl Trouble {
-    /// Of two times that do not rise.
-    pub(super) fn time(before: f64, now: f64) -> Trouble {
-        if before == now { Trouble::Repeats(now) } else { Trouble::StepsBack { before, now } }
+impl LogErrorKind {
+    /// The defect of two successive times that do not increase.
+    pub(super) fn time(before: f64, now: f64) -> LogErrorKind {
+        if before == now { LogErrorKind::Repeats(now) } else { LogErrorKind::StepsBack { before, now } }
     }
 }

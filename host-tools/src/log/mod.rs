@@ -1,12 +1,10 @@
-//! Logs: read, written, and asked what their columns mean.
+//! Reads and writes logs: recorded columns with their notes.
 //!
-//! In and out: CSV (`.csv`) or Parquet (`.parquet`), told by the ending; columns of `f64` in SI units, `t_s` always, rising; notes
-//! `# key: value` in their order. A [`Log`] holds what is known ([`KNOWN`]) and lists the rest; every number in it is finite and every
-//! time later than the one before, so that nothing after the reader has to ask again. What a note says of a column (window, filter,
-//! least significant bit) is understood here; a note about a known column that is not understood is a warning, never silence.
+//! In and out: CSV (`.csv`) or Parquet (`.parquet`), selected by the ending of the name; columns of `f64` in SI units, among them `t_s`, which
+//! increases; [`Notes`] `# key: value` in their order. A [`Log`] contains the columns of defined meaning ([`KNOWN`]) and lists the names of
+//! the others. The readers check that every value is finite and that time increases.
 //!
-//! * a *row* is a sample, counted from 1; a *segment* is a run of rows without a gap (a step above 1.5 × the median interval);
-//! * a *quantum* is the least significant bit of a channel, in the channel's unit.
+//! A *row* is a sample, counted from 1. A *segment* is a sequence of rows without a gap (a step above 1.5 × the median interval).
 
 mod columns;
 mod csv;
@@ -16,7 +14,7 @@ mod notes;
 mod one_column;
 mod parquet;
 pub mod plausible;
-mod quantum;
+mod quantization;
 
 use crate::statistics::robust::median;
 use std::ops::Range;
@@ -24,11 +22,11 @@ use std::path::{Path, PathBuf};
 
 pub use columns::{KNOWN, KnownColumn, known};
 pub use csv_write::CsvWriter;
-pub use error::{LogError, Trouble};
-pub use notes::{HowMade, Source, Voltage};
+pub use error::{LogError, LogErrorKind};
+pub use notes::{FaultNote, Note, Notes, Provenance, RateSource, VoltageSource, timestamp};
 pub use one_column::{OneColumn, times};
 
-/// A step longer than this many median intervals is a gap (interfaces.md).
+/// A step in time above this number of median intervals is a gap.
 pub const GAP_INTERVALS: f64 = 1.5;
 
 /// One column.
@@ -36,22 +34,22 @@ pub const GAP_INTERVALS: f64 = 1.5;
 pub struct Column {
     /// Name with its unit, e.g. `omega_rad_s`.
     pub name: String,
-    /// One number a row, all finite.
+    /// One finite value for each row.
     pub values: Vec<f64>,
 }
 
-/// One log in memory: columns of equal length, at least one row, `t_s` rising.
+/// A log in memory: columns of equal length, at least one row, increasing `t_s`.
 #[derive(Debug, Clone)]
 pub struct Log {
     path: PathBuf,
     columns: Vec<Column>,
     ignored: Vec<String>,
-    notes: Vec<(String, String)>,
+    notes: Notes,
     warnings: Vec<String>,
     median_dt_s: f64,
 }
 
-/// The two forms of a log's file.
+/// Format of a log file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
     /// Text, `.csv`
@@ -61,76 +59,76 @@ pub enum Format {
 }
 
 impl Format {
-    /// The form that the ending of `path` names.
+    /// The format that the ending of `path` selects.
     pub fn of(path: &Path) -> Result<Format, LogError> {
         match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
             Some("csv") => Ok(Format::Csv),
             Some("parquet") => Ok(Format::Parquet),
-            _ => Err(LogError::new(path, Trouble::Ending)),
+            _ => Err(LogError::new(path, LogErrorKind::Ending)),
         }
     }
 }
 
 impl Log {
-    /// Reads the log at `path`; columns of unknown name are listed in [`Log::ignored`] and not read.
+    /// Reads the log at `path`. Columns of unknown name are not read; [`Log::ignored`] lists them.
     ///
     /// # Errors
-    /// One line that names file, row and column, for a file that cannot be opened or is no log (interfaces.md, "Logs").
+    /// The file cannot be opened, or is not a log; the text names file, row and column.
     pub fn read(path: impl AsRef<Path>) -> Result<Log, LogError> {
         Log::read_also(path, &[])
     }
 
-    /// The same, with columns that interfaces.md does not know but this caller does.
+    /// Reads the log at `path` with the additional columns `also`.
     ///
     /// # Errors
-    /// As [`Log::read`]; a name of `also` that the file lacks is no error.
+    /// As [`Log::read`]. A column of `also` that the file lacks is not an error.
     pub fn read_also(path: impl AsRef<Path>, also: &[&str]) -> Result<Log, LogError> {
         let path = path.as_ref();
-        let wanted = |name: &str| known(name).is_some() || also.contains(&name);
-        Log::assemble(path, read_parts(path, &mut Wanted { column: &wanted, times: None })?)
+        let selection = |name: &str| known(name).is_some() || also.contains(&name);
+        Log::assemble(path, read_contents(path, &mut Selection { column: &selection, times: None })?)
     }
 
-    /// A log from what a program holds; `path` is the name it goes by in messages.
+    /// A log of given columns and notes; `path` is its name in messages.
     ///
     /// # Errors
-    /// Columns of different length, doubled names, no `t_s`, no row, a number that is not finite, a time that does not rise.
-    pub fn new(path: impl AsRef<Path>, columns: Vec<Column>, notes: Vec<(String, String)>) -> Result<Log, LogError> {
+    /// Columns of different length, duplicate names, no `t_s`, no row, a value that is not finite, or a time that does not increase.
+    pub fn new(path: impl AsRef<Path>, columns: Vec<Column>, notes: impl Into<Notes>) -> Result<Log, LogError> {
         let path = path.as_ref();
         let rows = columns.first().map_or(0, |c| c.values.len());
         for (k, column) in columns.iter().enumerate() {
             if columns[..k].iter().any(|c| c.name == column.name) {
-                return Err(LogError::new(path, Trouble::Doubled).column(&column.name));
+                return Err(LogError::new(path, LogErrorKind::DuplicateName).column(&column.name));
             }
             if column.values.len() != rows {
-                return Err(LogError::new(path, Trouble::Length { length: column.values.len(), other: rows }).column(&column.name));
+                return Err(LogError::new(path, LogErrorKind::Length { length: column.values.len(), expected: rows }).column(&column.name));
             }
             if let Some(row) = column.values.iter().position(|v| !v.is_finite()) {
-                return Err(LogError::new(path, Trouble::NotFinite(column.values[row].to_string())).row(row + 1).column(&column.name));
+                return Err(LogError::new(path, LogErrorKind::NotFinite(column.values[row].to_string())).row(row + 1).column(&column.name));
             }
         }
         if let Some(t_s) = columns.iter().find(|c| c.name == "t_s")
             && let Some(k) = t_s.values.windows(2).position(|w| w[1] <= w[0])
         {
-            return Err(LogError::new(path, Trouble::time(t_s.values[k], t_s.values[k + 1])).row(k + 2).column("t_s"));
+            return Err(LogError::new(path, LogErrorKind::time(t_s.values[k], t_s.values[k + 1])).row(k + 2).column("t_s"));
         }
-        Log::assemble(path, Parts { columns, notes, ..Parts::default() })
+        Log::assemble(path, FileContents { columns, notes: notes.into(), ..FileContents::default() })
     }
 
-    /// The last checks, common to both forms: `t_s` is there, so is a row. The readers have checked each number.
-    fn assemble(path: &Path, parts: Parts) -> Result<Log, LogError> {
-        let Parts { columns, ignored, notes, mut warnings } = parts;
+    /// Checks that there is a column `t_s` and a row. The readers have checked each value.
+    fn assemble(path: &Path, contents: FileContents) -> Result<Log, LogError> {
+        let FileContents { columns, ignored, notes, mut warnings } = contents;
         let Some(t_s) = columns.iter().find(|c| c.name == "t_s") else {
-            return Err(LogError::new(path, Trouble::NoTime { has: names(&columns, &ignored) }));
+            return Err(LogError::new(path, LogErrorKind::NoTime { has: names(&columns, &ignored) }));
         };
         if t_s.values.is_empty() {
-            return Err(LogError::new(path, Trouble::NoRows));
+            return Err(LogError::new(path, LogErrorKind::NoRows));
         }
         let median_dt_s = median_interval(&t_s.values);
         warnings.extend(notes::warnings(&notes));
         Ok(Log { path: path.to_owned(), columns, ignored, notes, warnings, median_dt_s })
     }
 
-    /// Writes the log to `path`, in the form that its ending names; the columns that were read, the notes, nothing else.
+    /// Writes columns and notes to `path`, in the format that its ending selects.
     ///
     /// # Errors
     /// The ending is unknown, or the file cannot be written.
@@ -142,17 +140,17 @@ impl Log {
         }
     }
 
-    /// Where the log was read from, or the name it was given.
+    /// Path that the log was read from, or its given name.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The columns in the file's order.
+    /// The columns, in the order of the file.
     pub fn columns(&self) -> &[Column] {
         &self.columns
     }
 
-    /// The numbers of a column; `None` where the log has no such column.
+    /// The values of a column; `None` if the log has no such column.
     pub fn column(&self, name: &str) -> Option<&[f64]> {
         self.columns.iter().find(|c| c.name == name).map(|c| c.values.as_slice())
     }
@@ -167,17 +165,17 @@ impl Log {
         &self.ignored
     }
 
-    /// The notes in the file's order; a `#` line without a key is here as `comment`.
-    pub fn notes(&self) -> &[(String, String)] {
+    /// The notes, in the order of the file.
+    pub fn notes(&self) -> &Notes {
         &self.notes
     }
 
-    /// The first note of that key.
+    /// The value of the first note with that key.
     pub fn note(&self, key: &str) -> Option<&str> {
-        self.notes.iter().find(|(k, _)| k == key).map(|(_, v)| v.as_str())
+        self.notes.text(key)
     }
 
-    /// What the person should hear about the file: notes that were not understood, and the like; a line each.
+    /// Warnings about the file, for example notes that were not understood.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }
@@ -187,23 +185,23 @@ impl Log {
         self.t_s().len()
     }
 
-    /// Always false: a log without rows is an error of the reader.
+    /// Always false: the readers reject a log without rows.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Median interval between rows, s; 0 where there is one row only.
+    /// Median interval between rows, s; 0 if there is one row only.
     pub fn median_dt_s(&self) -> f64 {
         self.median_dt_s
     }
 
-    /// Time from the first row to the last and one median interval more, s: 30 000 rows at 1 kHz are 30 s.
+    /// Time from the first to the last row plus one median interval, s: 30 000 rows at 1 kHz are 30 s.
     pub fn duration_s(&self) -> f64 {
         let t_s = self.t_s();
         t_s.last().zip(t_s.first()).map_or(0.0, |(last, first)| last - first) + self.median_dt_s
     }
 
-    /// Runs of rows without a gap, in order; they cover all rows.
+    /// Sequences of rows without a gap, in order; together all rows.
     pub fn segments(&self) -> Vec<Range<usize>> {
         let t_s = self.t_s();
         let longest = GAP_INTERVALS * self.median_dt_s;
@@ -219,68 +217,68 @@ impl Log {
         segments
     }
 
-    /// Least significant bit of a column in its own unit: from a note, else from the numbers; `None` where they are continuous.
-    pub fn quantum(&self, column: &str) -> Option<f64> {
+    /// Quantization step of a column in its unit, from a note or else from the values; `None` if they are continuous.
+    pub fn quantization_step(&self, column: &str) -> Option<f64> {
         let values = self.column(column)?;
-        notes::quantum(&self.notes, column).or_else(|| quantum::found(values))
+        self.notes.quantization_step(column).or_else(|| quantization::step(values))
     }
 
-    /// How a column was made: the convention of interfaces.md, and what the notes say otherwise.
-    pub fn column_made(&self, column: &str) -> HowMade {
-        notes::column_made(&self.notes, column).0
+    /// How a column was made: the convention, and what the notes state otherwise.
+    pub fn provenance(&self, column: &str) -> Provenance {
+        self.notes.provenance(column)
     }
 
-    /// What `u_V` is: asked for (the default) or measured at the terminals.
-    pub fn voltage(&self) -> Voltage {
-        notes::voltage(&self.notes)
+    /// What `u_V` is: the command (the default) or the voltage at the terminals.
+    pub fn voltage(&self) -> VoltageSource {
+        self.notes.voltage()
     }
 
-    /// The angle's zero is the index (`# theta_zero: index`); else it is arbitrary.
+    /// The zero of the angle is the index of the encoder; otherwise it is arbitrary.
     pub fn theta_zero_is_index(&self) -> bool {
-        self.note("theta_zero").is_some_and(|v| v.trim().eq_ignore_ascii_case("index"))
+        self.notes.theta_zero_is_index()
     }
 }
 
-/// What a reader is asked for.
-struct Wanted<'a> {
-    /// The columns by name.
+/// What a reader reads.
+struct Selection<'a> {
+    /// Selects columns by name.
     column: &'a dyn Fn(&str) -> bool,
-    /// Who is told the times, row by row; they are then not kept.
+    /// Callback for the time of each row; the times are then not stored.
     times: Option<&'a mut dyn FnMut(f64)>,
 }
 
-impl Wanted<'_> {
+impl Selection<'_> {
     fn keeps(&self, name: &str) -> bool {
         name != "t_s" || self.times.is_none()
     }
 }
 
-/// The parts of the file, in either form.
-fn read_parts(path: &Path, wanted: &mut Wanted<'_>) -> Result<Parts, LogError> {
+/// Reads a file of either format.
+fn read_contents(path: &Path, selection: &mut Selection<'_>) -> Result<FileContents, LogError> {
     match Format::of(path)? {
-        Format::Csv => csv::read(path, wanted),
-        Format::Parquet => parquet::read(path, wanted),
+        Format::Csv => csv::read(path, selection),
+        Format::Parquet => parquet::read(path, selection),
     }
 }
 
-/// What a reader hands over.
+/// Contents of a file.
 #[derive(Debug, Default)]
-struct Parts {
+struct FileContents {
     columns: Vec<Column>,
     ignored: Vec<String>,
-    notes: Vec<(String, String)>,
+    notes: Notes,
     warnings: Vec<String>,
 }
 
-/// All columns that a file has, for a message.
+/// The columns of a file, for a message.
 fn names(read: &[Column], ignored: &[String]) -> String {
     read.iter().map(|c| c.name.as_str()).chain(ignored.iter().map(String::as_str)).collect::<Vec<_>>().join(", ")
 }
 
-/// Median of the steps; of at most some hundred thousand of them, taken evenly, so that an hour's log needs no second column.
+/// Median of the steps in time; of long logs, of an even selection of some hundred thousand steps.
 fn median_interval(t_s: &[f64]) -> f64 {
-    const MOST: usize = 200_000;
-    let stride = t_s.len().div_ceil(MOST).max(1);
+    const MAX_STEPS: usize = 200_000;
+    let stride = t_s.len().div_ceil(MAX_STEPS).max(1);
     median((1..t_s.len()).step_by(stride).map(|k| t_s[k] - t_s[k - 1])).unwrap_or(0.0)
 }
 

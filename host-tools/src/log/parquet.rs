@@ -1,7 +1,7 @@
-//! A log from and to Parquet, column by column; notes are the file's key-value metadata.
+//! Reads and writes a log as Parquet, column by column; notes are the key-value metadata of the file.
 //!
-//! Read: double, float, 32- and 64-bit integers in any codec that pandas writes. Written: doubles, none of them optional, Zstandard,
-//! row groups of at most a million rows. The low-level readers and writers of the parquet crate serve; Arrow is not needed.
+//! Read: double, float, 32- and 64-bit integers in any codec that pandas writes. Written: required doubles, Zstandard, row groups of at most
+//! a million rows. The low-level readers and writers of the parquet crate are used, without Arrow.
 
 use std::fs::File;
 use std::io::{BufWriter, Read, Seek, SeekFrom, Write};
@@ -18,37 +18,37 @@ use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::{ColumnDescriptor, Type};
 
-use super::error::{LogError, Trouble};
-use super::{Column, Log, Parts, Wanted};
+use super::error::{LogError, LogErrorKind};
+use super::{Column, FileContents, Log, Selection};
 
-/// Rows of a row group that we write.
-const GROUP_ROWS: usize = 1 << 20;
-/// Rows that are decoded at once.
+/// Number of rows of a written row group, at most.
+const MAX_GROUP_ROWS: usize = 1 << 20;
+/// Number of rows that are decoded at once.
 const BATCH_ROWS: usize = 1 << 16;
-/// Metadata of other programs, about their own types.
-const NOT_NOTES: [&str; 2] = ["ARROW:schema", "pandas"];
+/// Metadata of other programs about their types, which are not notes.
+const FOREIGN_METADATA: [&str; 2] = ["ARROW:schema", "pandas"];
 
-/// Most rows that are reserved at once on the file's own account of its length.
-const MOST_RESERVED: usize = 1 << 26;
+/// Memory is reserved for at most this number of rows; the metadata may be misleading.
+const MAX_RESERVED_ROWS: usize = 1 << 26;
 
-/// Reads the columns that are wanted, checks each number, and that time rises.
-pub(super) fn read(path: &Path, wanted: &mut Wanted<'_>) -> Result<Parts, LogError> {
-    // The parquet crate asserts where a damaged file contradicts itself; what is known of that is checked before.
-    std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| read_columns(path, wanted)))
-        .unwrap_or_else(|_| Err(LogError::new(path, Trouble::Parquet("its parts contradict each other".to_owned()))))
+/// Reads the selected columns; checks that each value is finite and that time increases.
+pub(super) fn read(path: &Path, selection: &mut Selection<'_>) -> Result<FileContents, LogError> {
+    // The parquet crate panics on some damaged files; the known cases are checked before.
+    std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| read_columns(path, selection)))
+        .unwrap_or_else(|_| Err(LogError::new(path, LogErrorKind::Parquet("its contents are inconsistent".to_owned()))))
 }
 
-fn read_columns(path: &Path, wanted: &mut Wanted<'_>) -> Result<Parts, LogError> {
-    let damaged = |e: ParquetError| LogError::new(path, Trouble::Parquet(e.to_string()));
-    let mut file = File::open(path).map_err(|e| LogError::new(path, Trouble::Read(e)))?;
-    let length = check_marks(&mut file).map_err(|trouble| LogError::new(path, trouble))?;
+fn read_columns(path: &Path, selection: &mut Selection<'_>) -> Result<FileContents, LogError> {
+    let damaged = |e: ParquetError| LogError::new(path, LogErrorKind::Parquet(e.to_string()));
+    let mut file = File::open(path).map_err(|e| LogError::new(path, LogErrorKind::Read(e)))?;
+    let length = check_magic_bytes(&mut file).map_err(|kind| LogError::new(path, kind))?;
     let reader = SerializedFileReader::new(file).map_err(damaged)?;
-    check_places(reader.metadata(), length).map_err(|trouble| LogError::new(path, trouble))?;
+    check_offsets(reader.metadata(), length).map_err(|kind| LogError::new(path, kind))?;
     let meta = reader.metadata().file_metadata();
-    let mut parts = Parts::default();
+    let mut contents = FileContents::default();
     for pair in meta.key_value_metadata().into_iter().flatten() {
-        if !NOT_NOTES.contains(&pair.key.as_str()) {
-            parts.notes.push((pair.key.clone(), pair.value.clone().unwrap_or_default()));
+        if !FOREIGN_METADATA.contains(&pair.key.as_str()) {
+            contents.notes.push_text(pair.key.clone(), pair.value.clone().unwrap_or_default());
         }
     }
     let rows = usize::try_from(meta.num_rows()).unwrap_or(0);
@@ -56,102 +56,102 @@ fn read_columns(path: &Path, wanted: &mut Wanted<'_>) -> Result<Parts, LogError>
     let mut columns: Vec<(usize, Column)> = Vec::new();
     for (index, descriptor) in schema.columns().iter().enumerate() {
         let name = descriptor.path().parts().join(".");
-        if columns.iter().any(|(_, c)| c.name == name) || parts.ignored.contains(&name) {
-            return Err(LogError::new(path, Trouble::Doubled).column(&name));
+        if columns.iter().any(|(_, c)| c.name == name) || contents.ignored.contains(&name) {
+            return Err(LogError::new(path, LogErrorKind::DuplicateName).column(&name));
         }
-        // A list's leaves are called `name.list.element`: of no use, and no column of ours.
-        if !(wanted.column)(&name) && !(wanted.column)(&descriptor.path().parts()[0]) {
-            parts.ignored.push(name);
+        // The elements of a list are called `name.list.element`; a log has no lists.
+        if !(selection.column)(&name) && !(selection.column)(&descriptor.path().parts()[0]) {
+            contents.ignored.push(name);
             continue;
         }
-        is_numeric(descriptor).map_err(|trouble| LogError::new(path, trouble).column(&name))?;
+        is_numeric(descriptor).map_err(|kind| LogError::new(path, kind).column(&name))?;
         columns.push((index, Column { name, values: Vec::new() }));
     }
     for (index, column) in &mut columns {
         let is_time = column.name == "t_s";
-        let mut take =
-            Taken { path, name: &column.name, is_time, rows: 0, last: f64::NEG_INFINITY, values: &mut column.values, times: None };
-        if wanted.keeps(take.name) {
-            take.values.reserve_exact(rows.min(MOST_RESERVED));
+        let mut sink =
+            ColumnSink { path, name: &column.name, is_time, rows: 0, last: f64::NEG_INFINITY, values: &mut column.values, times: None };
+        if selection.keeps(sink.name) {
+            sink.values.reserve_exact(rows.min(MAX_RESERVED_ROWS));
         } else {
-            take.times = wanted.times.as_deref_mut();
+            sink.times = selection.times.as_deref_mut();
         }
         for group in 0..reader.num_row_groups() {
             let reader = reader.get_row_group(group).and_then(|g| g.get_column_reader(*index));
             match reader.map_err(damaged)? {
-                ColumnReader::DoubleColumnReader(r) => take.all::<DoubleType>(r, |v| v)?,
-                ColumnReader::FloatColumnReader(r) => take.all::<parquet::data_type::FloatType>(r, f64::from)?,
-                ColumnReader::Int32ColumnReader(r) => take.all::<parquet::data_type::Int32Type>(r, f64::from)?,
-                ColumnReader::Int64ColumnReader(r) => take.all::<parquet::data_type::Int64Type>(r, |v| v as f64)?,
-                _ => return Err(take.error(Trouble::NotNumeric("something else".to_owned()))),
+                ColumnReader::DoubleColumnReader(r) => sink.all::<DoubleType>(r, |v| v)?,
+                ColumnReader::FloatColumnReader(r) => sink.all::<parquet::data_type::FloatType>(r, f64::from)?,
+                ColumnReader::Int32ColumnReader(r) => sink.all::<parquet::data_type::Int32Type>(r, f64::from)?,
+                ColumnReader::Int64ColumnReader(r) => sink.all::<parquet::data_type::Int64Type>(r, |v| v as f64)?,
+                _ => return Err(sink.error(LogErrorKind::NotNumeric("something else".to_owned()))),
             }
         }
-        if take.rows != rows {
-            let says = format!("{} of {rows} values are there", take.rows);
-            return Err(take.error(Trouble::Parquet(says)));
+        if sink.rows != rows {
+            let message = format!("{} of {rows} values are present", sink.rows);
+            return Err(sink.error(LogErrorKind::Parquet(message)));
         }
     }
-    parts.columns = columns.into_iter().map(|(_, c)| c).collect();
-    Ok(parts)
+    contents.columns = columns.into_iter().map(|(_, c)| c).collect();
+    Ok(contents)
 }
 
-/// The file begins and ends as Parquet does, in words where it does not; its length, bytes.
-fn check_marks(file: &mut File) -> Result<u64, Trouble> {
-    let length = file.metadata().map_err(Trouble::Read)?.len();
+/// Checks the magic bytes at both ends of the file; returns its length, bytes.
+fn check_magic_bytes(file: &mut File) -> Result<u64, LogErrorKind> {
+    let length = file.metadata().map_err(LogErrorKind::Read)?.len();
     if length == 0 {
-        return Err(Trouble::Empty);
+        return Err(LogErrorKind::Empty);
     }
     let mut begin = [0; 4];
     if length < 12 || file.read_exact(&mut begin).is_err() || &begin != b"PAR1" {
-        return Err(Trouble::NotParquet("; if it is CSV text, let its name end in .csv"));
+        return Err(LogErrorKind::NotParquet("; the name of a CSV file must end in .csv"));
     }
     let mut end = [0; 4];
-    file.seek(SeekFrom::End(-4)).and_then(|_| file.read_exact(&mut end)).map_err(Trouble::Read)?;
-    file.rewind().map_err(Trouble::Read)?;
+    file.seek(SeekFrom::End(-4)).and_then(|_| file.read_exact(&mut end)).map_err(LogErrorKind::Read)?;
+    file.rewind().map_err(LogErrorKind::Read)?;
     match &end {
         b"PAR1" => Ok(length),
-        b"PARE" => Err(Trouble::NotParquet(" that can be read: it is encrypted")),
-        _ => Err(Trouble::NotParquet(" any more: its end is cut off, and the end says where the columns are")),
+        b"PARE" => Err(LogErrorKind::NotParquet(" that can be read; it is encrypted")),
+        _ => Err(LogErrorKind::NotParquet("; its end is cut off, which contains the positions of the columns")),
     }
 }
 
-/// Every column chunk lies inside the file.
-fn check_places(meta: &ParquetMetaData, length: u64) -> Result<(), Trouble> {
+/// Checks that every column chunk lies inside the file.
+fn check_offsets(meta: &ParquetMetaData, length: u64) -> Result<(), LogErrorKind> {
     for chunk in meta.row_groups().iter().flat_map(|group| group.columns()) {
         let begin = chunk.dictionary_page_offset().unwrap_or(chunk.data_page_offset()).min(chunk.data_page_offset());
         let end = u64::try_from(begin).ok().zip(u64::try_from(chunk.compressed_size()).ok()).and_then(|(b, size)| b.checked_add(size));
         if chunk.data_page_offset() < 0 || chunk.num_values() < 0 || end.is_none_or(|end| end > length) {
-            return Err(Trouble::Parquet("a column lies outside the file".to_owned()));
+            return Err(LogErrorKind::Parquet("a column lies outside the file".to_owned()));
         }
     }
     Ok(())
 }
 
-/// Plain numbers only: no lists, no times, no decimals.
-fn is_numeric(column: &ColumnDescriptor) -> Result<(), Trouble> {
+/// Checks that the column contains numbers: no lists, times or decimals.
+fn is_numeric(column: &ColumnDescriptor) -> Result<(), LogErrorKind> {
     use ConvertedType as C;
     if column.max_rep_level() > 0 || column.path().parts().len() > 1 {
-        return Err(Trouble::NotNumeric("lists or groups".to_owned()));
+        return Err(LogErrorKind::NotNumeric("lists or groups".to_owned()));
     }
     let integer = matches!(column.converted_type(), C::NONE | C::INT_8 | C::INT_16 | C::INT_32 | C::INT_64 | C::UINT_8 | C::UINT_16);
     match column.physical_type() {
         Physical::DOUBLE | Physical::FLOAT => Ok(()),
         Physical::INT32 | Physical::INT64 if integer && !is_time(column) => Ok(()),
-        Physical::INT32 | Physical::INT64 => Err(Trouble::NotNumeric("dates, decimals or unsigned integers".to_owned())),
-        Physical::BOOLEAN => Err(Trouble::NotNumeric("yes and no".to_owned())),
-        Physical::INT96 => Err(Trouble::NotNumeric("dates".to_owned())),
-        Physical::BYTE_ARRAY | Physical::FIXED_LEN_BYTE_ARRAY => Err(Trouble::NotNumeric("text or bytes".to_owned())),
+        Physical::INT32 | Physical::INT64 => Err(LogErrorKind::NotNumeric("dates, decimals or unsigned integers".to_owned())),
+        Physical::BOOLEAN => Err(LogErrorKind::NotNumeric("booleans".to_owned())),
+        Physical::INT96 => Err(LogErrorKind::NotNumeric("dates".to_owned())),
+        Physical::BYTE_ARRAY | Physical::FIXED_LEN_BYTE_ARRAY => Err(LogErrorKind::NotNumeric("text or bytes".to_owned())),
     }
 }
 
-/// Times of nanoseconds have a logical type and no converted one.
+/// The column has a logical type of times or decimals; times in nanoseconds have no converted type.
 fn is_time(column: &ColumnDescriptor) -> bool {
     use parquet::basic::LogicalType as L;
     !matches!(column.logical_type_ref(), None | Some(L::Integer { .. }))
 }
 
-/// One column under way: each number is checked, then kept or, where it is a time that somebody listens to, told.
-struct Taken<'a, 'b, 'c> {
+/// Takes the values of one column: checks each, then stores it or passes it to `times`.
+struct ColumnSink<'a, 'b, 'c> {
     path: &'a Path,
     name: &'a str,
     is_time: bool,
@@ -161,12 +161,12 @@ struct Taken<'a, 'b, 'c> {
     times: Option<&'b mut (dyn FnMut(f64) + 'c)>,
 }
 
-impl Taken<'_, '_, '_> {
-    fn error(&self, trouble: Trouble) -> LogError {
-        LogError::new(self.path, trouble).column(self.name)
+impl ColumnSink<'_, '_, '_> {
+    fn error(&self, kind: LogErrorKind) -> LogError {
+        LogError::new(self.path, kind).column(self.name)
     }
 
-    /// One row group; a missing value is an error.
+    /// Takes one row group; a missing value is an error.
     fn all<T: DataType>(&mut self, mut reader: ColumnReaderImpl<T>, number: impl Fn(T::T) -> f64) -> Result<(), LogError> {
         let mut batch: Vec<T::T> = Vec::with_capacity(BATCH_ROWS);
         let mut levels: Vec<i16> = Vec::with_capacity(BATCH_ROWS);
@@ -174,14 +174,14 @@ impl Taken<'_, '_, '_> {
             batch.clear();
             levels.clear();
             let result = reader.read_records(BATCH_ROWS, Some(&mut levels), None, &mut batch);
-            let (records, present, _) = result.map_err(|e| self.error(Trouble::Parquet(e.to_string())))?;
+            let (records, present, _) = result.map_err(|e| self.error(LogErrorKind::Parquet(e.to_string())))?;
             if present < records {
-                // At most one level deep: present is 1.
+                // The column is at most one level deep: level 1 means present.
                 let before = levels.iter().position(|&l| l == 0).unwrap_or(0);
                 for value in batch.drain(..before.min(batch.len())) {
                     self.one(number(value))?;
                 }
-                return Err(self.error(Trouble::Null).row(self.rows + 1));
+                return Err(self.error(LogErrorKind::Null).row(self.rows + 1));
             }
             if records == 0 {
                 return Ok(());
@@ -196,11 +196,11 @@ impl Taken<'_, '_, '_> {
     fn one(&mut self, value: f64) -> Result<(), LogError> {
         self.rows += 1;
         if !value.is_finite() {
-            return Err(self.error(Trouble::NotFinite(value.to_string())).row(self.rows));
+            return Err(self.error(LogErrorKind::NotFinite(value.to_string())).row(self.rows));
         }
         if self.is_time {
             if value <= self.last {
-                return Err(self.error(Trouble::time(self.last, value)).row(self.rows));
+                return Err(self.error(LogErrorKind::time(self.last, value)).row(self.rows));
             }
             self.last = value;
         }
@@ -214,10 +214,10 @@ impl Taken<'_, '_, '_> {
 
 /// Writes the whole log.
 pub(super) fn write(log: &Log, path: &Path) -> Result<(), LogError> {
-    let file = File::create(path).map_err(|e| LogError::new(path, Trouble::Write(e)))?;
+    let file = File::create(path).map_err(|e| LogError::new(path, LogErrorKind::Write(e)))?;
     write_groups(log, BufWriter::new(file)).map_err(|e| {
         let e = std::io::Error::other(e.to_string());
-        LogError::new(path, Trouble::Write(e))
+        LogError::new(path, LogErrorKind::Write(e))
     })
 }
 
@@ -234,8 +234,8 @@ fn write_groups(log: &Log, out: BufWriter<File>) -> Result<(), ParquetError> {
         .set_key_value_metadata(Some(notes))
         .set_created_by(concat!("rotary stand ", env!("CARGO_PKG_VERSION")).to_owned());
     let mut writer = SerializedFileWriter::new(out, schema, Arc::new(properties.build()))?;
-    for from in (0..log.len()).step_by(GROUP_ROWS) {
-        let rows = from..(from + GROUP_ROWS).min(log.len());
+    for from in (0..log.len()).step_by(MAX_GROUP_ROWS) {
+        let rows = from..(from + MAX_GROUP_ROWS).min(log.len());
         let mut group = writer.next_row_group()?;
         for column in log.columns() {
             let Some(mut chunk) = group.next_column()? else { break };

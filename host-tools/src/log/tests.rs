@@ -14,9 +14,9 @@ fn file(name: &str, text: impl AsRef<[u8]>) -> (tempfile::TempDir, PathBuf) {
 fn csv(text: impl AsRef<[u8]>) -> Result<Log, String> {
     let (_folder, path) = file("log.csv", text);
     Log::read(&path).map_err(|e| {
-        let says = e.to_string();
-        assert!(says.contains("log.csv: ") && !says.contains('\n'), "{says}");
-        says.rsplit_once("log.csv: ").unwrap().1.to_owned()
+        let message = e.to_string();
+        assert!(message.contains("log.csv: ") && !message.contains('\n'), "{message}");
+        message.rsplit_once("log.csv: ").unwrap().1.to_owned()
     })
 }
 
@@ -48,7 +48,7 @@ fn same(a: &Log, b: &Log) {
 }
 
 #[test]
-fn a_log_reads_with_notes_between_rows_and_unknown_columns_listed() {
+fn notes_between_rows_and_unknown_columns_are_read() {
     let log =
         csv("# stand: 3\r\n#plain words\r\nt_s,u_V,pulse_flag\r\n0,1.5,yes\r\n# event: a bump: hard\r\n0.1,\"2\", no\r\n\r\n").unwrap();
     assert_eq!(log.column("u_V"), Some(&[1.5, 2.0][..]));
@@ -60,7 +60,7 @@ fn a_log_reads_with_notes_between_rows_and_unknown_columns_listed() {
 }
 
 #[test]
-fn a_column_that_only_the_caller_knows_can_be_asked_for() {
+fn caller_can_select_additional_columns() {
     let (_folder, path) = file("a.csv", "t_s,strange\n0,1\n1,2\n");
     let log = Log::read_also(&path, &["strange"]).unwrap();
     assert_eq!(log.column("strange"), Some(&[1.0, 2.0][..]));
@@ -68,26 +68,26 @@ fn a_column_that_only_the_caller_knows_can_be_asked_for() {
 }
 
 #[test]
-fn a_byte_order_mark_is_no_part_of_the_first_name() {
+fn byte_order_mark_is_skipped() {
     assert_eq!(csv("\u{feff}t_s,i_A\n0,1\n").unwrap().column("t_s"), Some(&[0.0][..]));
 }
 
 #[test]
-fn a_bad_file_is_told_in_one_line_with_row_and_column() {
-    for (text, says) in [
+fn error_is_one_line_with_row_and_column() {
+    for (text, message) in [
         ("", "the file is empty"),
         ("# stand: 3\n", "notes but no header"),
         ("t_s,u_V\n", "header but no rows"),
         ("0.0,1.0\n0.1,1.0\n", "line 1: the header is missing"),
-        ("u_V,i_A\n0,1\n", "there is no column t_s, the time of each row in seconds; the file has u_V, i_A"),
+        ("u_V,i_A\n0,1\n", "there is no column t_s (time of each row in seconds); the file has u_V, i_A"),
         ("t_s,u_V,u_V\n0,1,1\n", "line 1, column u_V: this name stands twice"),
         ("t_s,x,x\n0,1,1\n", "line 1, column x: this name stands twice"),
-        ("t_s,,u_V\n0,1,1\n", "the header's column 2 has no name"),
+        ("t_s,,u_V\n0,1,1\n", "column 2 of the header has no name"),
         ("# a: b\nt_s,u_V\n0,1\n0.1,abc\n0.2,1\n", "row 2 (line 4), column u_V: “abc” is not a number"),
-        ("t_s,u_V\n0,1.5 V\n1,1\n", "a unit belongs into the column's name"),
+        ("t_s,u_V\n0,1.5 V\n1,1\n", "units belong in the column name"),
         ("t_s,u_V\n0,\n1,1\n", "row 1 (line 2), column u_V: the cell is empty"),
-        ("t_s,u_V\n0,1\n0.1,NaN\n", "row 2 (line 3), column u_V: NaN is no measurement"),
-        ("t_s,u_V\n0,1\n0.1,-inf\n", "row 2 (line 3), column u_V: -inf is no measurement"),
+        ("t_s,u_V\n0,1\n0.1,NaN\n", "row 2 (line 3), column u_V: NaN is not a measured value"),
+        ("t_s,u_V\n0,1\n0.1,-inf\n", "row 2 (line 3), column u_V: -inf is not a measured value"),
         ("t_s,u_V\n0,1\n0.2,1\n0.1,1\n", "row 3 (line 4), column t_s: time steps back from 0.2 s to 0.1 s"),
         ("t_s,u_V\n0,1\n0.2,1\n0.2,1\n", "row 3 (line 4), column t_s: time 0.2 s repeats"),
         ("t_s,u_V,i_A\n0,1,2\n0.1,1\n", "row 2 (line 3): the last row is cut short (2 of 3 cells)"),
@@ -99,7 +99,7 @@ fn a_bad_file_is_told_in_one_line_with_row_and_column() {
         ("t_s,u_V\n0,1;5\n1,2\n", "a decimal comma?"),
     ] {
         let error = error(text);
-        assert!(error.contains(says), "{text:?} → {error}");
+        assert!(error.contains(message), "{text:?} → {error}");
     }
     assert!(error(b"\xff\xfet\0_\0").contains("UTF-16"));
     assert!(error(b"PAR1xxxxxxxxxxxPAR1").contains(".parquet"));
@@ -107,25 +107,25 @@ fn a_bad_file_is_told_in_one_line_with_row_and_column() {
 }
 
 #[test]
-fn a_last_row_without_a_line_break_is_read_and_said() {
+fn last_row_without_line_break_causes_a_warning() {
     let log = csv("t_s,u_V\n0,1\n1,2").unwrap();
     assert_eq!(log.len(), 2);
     assert!(log.warnings()[0].contains("line 3"), "{:?}", log.warnings());
 }
 
 #[test]
-fn the_ending_says_the_form() {
-    let says = Log::read("somewhere/log.txt").unwrap_err().to_string();
-    assert_eq!(says, "somewhere/log.txt: a log ends in .csv or .parquet; the ending says how it is read and written");
+fn ending_selects_the_format() {
+    let message = Log::read("somewhere/log.txt").unwrap_err().to_string();
+    assert_eq!(message, "somewhere/log.txt: the name of a log must end in .csv or .parquet; the ending selects the format");
     assert!(Log::read("nowhere/log.csv").unwrap_err().to_string().contains("cannot be read"));
     let (_folder, path) = file("a.parquet", "t_s,u_V\n0,1\n1,2\n");
-    assert!(Log::read(&path).unwrap_err().to_string().contains("not a Parquet file; if it is CSV"));
+    assert!(Log::read(&path).unwrap_err().to_string().contains("not a Parquet file; the name of a CSV"));
     let (_folder, path) = file("a.parquet", "");
     assert!(Log::read(&path).unwrap_err().to_string().contains("empty"));
 }
 
 #[test]
-fn both_forms_round_trip_to_the_bit() {
+fn both_formats_round_trip_exactly() {
     let folder = tempfile::tempdir().unwrap();
     let log = sample();
     for name in ["log.csv", "log.PARQUET"] {
@@ -137,7 +137,7 @@ fn both_forms_round_trip_to_the_bit() {
 }
 
 #[test]
-fn a_parquet_file_that_broke_off_is_told() {
+fn truncated_parquet_file_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("log.parquet");
     sample().write(&path).unwrap();
@@ -147,17 +147,20 @@ fn a_parquet_file_that_broke_off_is_told() {
 }
 
 #[test]
-fn what_a_program_hands_over_is_checked_like_a_file() {
+fn columns_of_a_program_are_checked() {
     let column = |name: &str, values: &[f64]| Column { name: name.to_owned(), values: values.to_vec() };
-    let says = |columns: Vec<Column>| Log::new("made", columns, Vec::new()).unwrap_err().to_string();
-    assert_eq!(says(vec![column("t_s", &[0.0, 0.0])]), "made: row 2, column t_s: time 0 s repeats; each row needs a later one");
-    assert!(says(vec![column("t_s", &[0.0]), column("i_A", &[f64::NAN])]).contains("row 1, column i_A: NaN"));
-    assert!(says(vec![column("t_s", &[0.0]), column("i_A", &[])]).contains("0 numbers"));
-    assert!(says(vec![column("t_s", &[0.0]), column("t_s", &[0.0])]).contains("twice"));
+    let message = |columns: Vec<Column>| Log::new("made", columns, Vec::new()).unwrap_err().to_string();
+    assert_eq!(
+        message(vec![column("t_s", &[0.0, 0.0])]),
+        "made: row 2, column t_s: time 0 s repeats; the time must increase from row to row"
+    );
+    assert!(message(vec![column("t_s", &[0.0]), column("i_A", &[f64::NAN])]).contains("row 1, column i_A: NaN"));
+    assert!(message(vec![column("t_s", &[0.0]), column("i_A", &[])]).contains("0 numbers"));
+    assert!(message(vec![column("t_s", &[0.0]), column("t_s", &[0.0])]).contains("twice"));
 }
 
 #[test]
-fn a_step_above_one_and_a_half_intervals_is_a_gap() {
+fn step_above_one_and_a_half_intervals_is_a_gap() {
     let t_s = vec![0.0, 1.0, 2.0, 3.4, 4.4, 6.0, 7.0];
     let log = Log::new("", vec![Column { name: "t_s".to_owned(), values: t_s }], Vec::new()).unwrap();
     assert_eq!(log.segments(), vec![0..5, 5..7]);
@@ -166,40 +169,66 @@ fn a_step_above_one_and_a_half_intervals_is_a_gap() {
 
 fn noted(notes: &[(&str, &str)]) -> Log {
     let mut log = sample();
-    log.notes = notes.iter().map(|(k, v)| ((*k).to_owned(), (*v).to_owned())).collect();
+    log.notes = notes.iter().map(|(k, v)| ((*k).to_owned(), (*v).to_owned())).collect::<Vec<_>>().into();
     log.warnings = notes::warnings(&log.notes);
     log
 }
 
 #[test]
-fn notes_say_how_a_column_was_made() {
+fn notes_state_the_provenance_of_a_column() {
     let made = |column: &str, note: &str| {
         let log = noted(&[(column, note)]);
         assert!(log.warnings().is_empty(), "{note}: {:?}", log.warnings());
-        log.column_made(column)
+        log.provenance(column)
     };
-    let plain = HowMade { instant: true, mean_before_s: None, filter_hz: None, source: Source::Unknown };
-    let by = |source| HowMade { source, ..plain };
+    let plain = Provenance { instant: true, mean_before_s: None, filter_hz: None, source: RateSource::Unknown };
+    let by = |source| Provenance { source, ..plain };
     let rate = |note: &str| made("omega_rad_s", note);
-    let mean = |s| HowMade { instant: false, mean_before_s: Some(s), ..by(Source::Encoder) };
+    let mean = |s| Provenance { instant: false, mean_before_s: Some(s), ..by(RateSource::Encoder) };
     assert_eq!(rate("encoder, mean over 4 ms before t"), mean(4.0 * 1e-3));
     assert_eq!(rate("mean over 4ms before t, encoder"), mean(4.0 * 1e-3));
     assert_eq!(rate("encoder; mean over 0.02 s"), mean(0.02));
-    assert_eq!(rate("gyro, filter 100 Hz"), HowMade { filter_hz: Some(100.0), ..by(Source::Gyro) });
-    assert_eq!(rate("gyro, low-pass 0.1 kHz"), HowMade { filter_hz: Some(100.0), ..by(Source::Gyro) });
+    assert_eq!(rate("gyro, filter 100 Hz"), Provenance { filter_hz: Some(100.0), ..by(RateSource::RateSensor) });
+    assert_eq!(rate("gyro, low-pass 0.1 kHz"), Provenance { filter_hz: Some(100.0), ..by(RateSource::RateSensor) });
     assert_eq!(rate("at t"), plain);
-    assert_eq!(made("i_A", "mean over [t_k, t_k+1)"), HowMade { instant: false, ..plain });
+    assert_eq!(made("i_A", "mean over [t_k, t_k+1)"), Provenance { instant: false, ..plain });
     assert_eq!(made("i_A", "at t"), plain);
-    assert_eq!(sample().column_made("i_A"), HowMade { instant: false, ..plain });
-    assert_eq!(noted(&[("encoder", "0.1286 deg per count, rate by counts per 20 ms")]).column_made("omega_rad_s"), mean(0.02));
-    assert_eq!(noted(&[("u_V", "terminal")]).voltage(), Voltage::Terminal);
-    assert_eq!(noted(&[("u_V", "asked")]).voltage(), Voltage::Asked);
-    assert_eq!(noted(&[]).voltage(), Voltage::Asked);
+    assert_eq!(sample().provenance("i_A"), Provenance { instant: false, ..plain });
+    assert_eq!(noted(&[("encoder", "0.1286 deg per count, rate by counts per 20 ms")]).provenance("omega_rad_s"), mean(0.02));
+    assert_eq!(noted(&[("u_V", "terminal")]).voltage(), VoltageSource::Terminals);
+    assert_eq!(noted(&[("u_V", "asked")]).voltage(), VoltageSource::Command);
+    assert_eq!(noted(&[]).voltage(), VoltageSource::Command);
     assert!(noted(&[("theta_zero", "index")]).theta_zero_is_index());
 }
 
 #[test]
-fn a_note_that_is_not_understood_is_a_warning() {
+fn notes_that_are_written_are_read() {
+    let fault = FaultNote { message: "3,overspeed,reduce the setpoint".to_owned(), at_s: "0.5".to_owned() };
+    let written = [
+        Note::Voltage(VoltageSource::Terminals),
+        Note::Rate(RateSource::RateSensor, Some(100.0)),
+        Note::MeanCurrent,
+        Note::Encoder(8192.0),
+        Note::QuantizationStep("omega", "rad_s", 1e-3),
+        Note::ThetaZeroIsIndex,
+        Note::SupplyNominal(24.0),
+        Note::Limited("current", 12),
+        Note::Fault(fault.clone()),
+    ];
+    let notes: Notes = written.into_iter().collect();
+    assert!(notes::warnings(&notes).is_empty(), "{:?}", notes::warnings(&notes));
+    assert_eq!(notes.voltage(), VoltageSource::Terminals);
+    let rate = notes.provenance("omega_rad_s");
+    assert_eq!((rate.source, rate.filter_hz), (RateSource::RateSensor, Some(100.0)));
+    assert!(!notes.provenance("i_A").instant && notes.theta_zero_is_index());
+    assert_eq!(notes.quantization_step("theta_rad"), Some(std::f64::consts::TAU / 8192.0));
+    assert_eq!((notes.quantization_step("omega_rad_s"), notes.number("supply_nominal_V")), (Some(1e-3), Some(24.0)));
+    assert_eq!(notes.limits().collect::<Vec<_>>(), [("current", "12 rows")]);
+    assert_eq!((notes.fault(), fault.name()), (Some(fault.clone()), "overspeed"));
+}
+
+#[test]
+fn note_that_is_not_understood_causes_a_warning() {
     for (key, value) in [
         ("omega_rad_s", "encoder, smoothed by hand"),
         ("omega_rad_s", "mean over a while"),
@@ -223,50 +252,50 @@ fn a_note_that_is_not_understood_is_a_warning() {
 }
 
 #[test]
-fn an_lsb_is_in_a_note_or_found() {
+fn quantization_step_is_read_from_notes() {
     let log = |notes: &[(&str, &str)]| {
         let mut log = noted(notes);
         log.columns.push(Column { name: "theta_rad".to_owned(), values: vec![0.0, 1.0, 2.0] });
         log
     };
-    let close = |lsb: Option<f64>, wants: f64| assert!((lsb.unwrap() / wants - 1.0).abs() < 1e-12, "{lsb:?} {wants}");
+    let close = |lsb: Option<f64>, expected: f64| assert!((lsb.unwrap() / expected - 1.0).abs() < 1e-12, "{lsb:?} {expected}");
     for key in ["theta_lsb_rad", "theta_rad_lsb", "theta_lsb", "lsb_theta_rad", "lsb_theta"] {
-        close(log(&[(key, "3.1e-4")]).quantum("theta_rad"), 3.1e-4);
+        close(log(&[(key, "3.1e-4")]).quantization_step("theta_rad"), 3.1e-4);
     }
-    close(log(&[("theta_lsb_deg", "0.1")]).quantum("theta_rad"), 0.1_f64.to_radians());
-    close(log(&[("encoder", "8192 counts per turn")]).quantum("theta_rad"), std::f64::consts::TAU / 8192.0);
+    close(log(&[("theta_lsb_deg", "0.1")]).quantization_step("theta_rad"), 0.1_f64.to_radians());
+    close(log(&[("encoder", "8192 counts per turn")]).quantization_step("theta_rad"), std::f64::consts::TAU / 8192.0);
     let counted = log(&[("encoder", "0.1286 deg per count, rate by counts per 20 ms")]);
-    close(counted.quantum("theta_rad"), 0.1286_f64.to_radians());
-    close(counted.quantum("omega_rad_s"), 6.43_f64.to_radians());
-    assert_eq!(log(&[]).quantum("theta_rad"), None);
+    close(counted.quantization_step("theta_rad"), 0.1286_f64.to_radians());
+    close(counted.quantization_step("omega_rad_s"), 6.43_f64.to_radians());
+    assert_eq!(log(&[]).quantization_step("theta_rad"), None);
 }
 
 #[test]
-fn an_lsb_is_found_in_quantised_numbers_and_only_there() {
+fn quantization_step_is_found_in_quantized_values_only() {
     let noise = |k: usize| ((k as f64 * 12.9898).sin() * 43758.5453).fract();
     let turning: Vec<f64> = (0..20_000).map(|k| 0.02 * k as f64 + (k as f64 * 0.003).sin()).collect();
     let lsb = 3.14159e-4;
     let on_grid = |v: &[f64], lsb: f64| v.iter().map(|x| (x / lsb).round() * lsb).collect::<Vec<_>>();
     let near = |found: Option<f64>, lsb: f64| assert!((found.unwrap() / lsb - 1.0).abs() < 1e-4, "{found:?} {lsb}");
-    near(quantum::found(&on_grid(&turning, lsb)), lsb);
+    near(quantization::step(&on_grid(&turning, lsb)), lsb);
     let current: Vec<f64> = (0..20_000).map(|k| 0.3 * (k as f64 * 0.01).sin() + 0.004 * noise(k)).collect();
-    near(quantum::found(&on_grid(&current, 8e-4)), 8e-4);
+    near(quantization::step(&on_grid(&current, 8e-4)), 8e-4);
     // As text with six digits, and in single precision.
     let rounded: Vec<f64> = on_grid(&current, 8.123e-4).iter().map(|x| (x * 1e6).round() / 1e6).collect();
-    near(quantum::found(&rounded), 8.123e-4);
+    near(quantization::step(&rounded), 8.123e-4);
     let single: Vec<f64> = on_grid(&current, 8.123e-4).iter().map(|&x| f64::from(x as f32)).collect();
-    near(quantum::found(&single), 8.123e-4);
-    assert_eq!(quantum::found(&turning), None);
-    assert_eq!(quantum::found(&current), None);
+    near(quantization::step(&single), 8.123e-4);
+    assert_eq!(quantization::step(&turning), None);
+    assert_eq!(quantization::step(&current), None);
     let single: Vec<f64> = current.iter().map(|&x| f64::from(x as f32)).collect();
-    assert_eq!(quantum::found(&single), None);
+    assert_eq!(quantization::step(&single), None);
     let steps: Vec<f64> = (0..1000).map(|k| [0.0, 6.0, -6.0][k / 100 % 3]).collect();
-    assert_eq!(quantum::found(&steps), None);
+    assert_eq!(quantization::step(&steps), None);
 }
 
 #[test]
 #[ignore = "needs the external records: set STAND_DATA"]
-fn the_records_made_elsewhere_read() {
+fn logs_of_other_stands_are_read() {
     let folder = stand_data();
     let read = |name: &str| Log::read(folder.join(name)).unwrap();
     let emps = read("emps_pulses.csv");
@@ -274,31 +303,31 @@ fn the_records_made_elsewhere_read() {
     assert_eq!(emps.segments().len(), 1);
     assert!(read("emps_train.csv").ignored().is_empty());
     let motor = read("dcmotor_un_prbs.csv");
-    let quantum = motor.quantum("omega_rad_s").unwrap();
+    let quantum = motor.quantization_step("omega_rad_s").unwrap();
     assert!((quantum / 6.43_f64.to_radians() - 1.0).abs() < 1e-3, "{quantum}");
-    assert!((quantum::found(motor.column("omega_rad_s").unwrap()).unwrap() / quantum - 1.0).abs() < 1e-3);
+    assert!((quantization::step(motor.column("omega_rad_s").unwrap()).unwrap() / quantum - 1.0).abs() < 1e-3);
     let odrive = read("odrive_slow_run.csv");
     assert!((odrive.median_dt_s() - 0.0026).abs() < 5e-4);
     for log in [&emps, &motor, &odrive] {
         assert!(log.warnings().is_empty(), "{:?}", log.warnings());
     }
-    let says = Log::read(folder.join("odrive_cogging_map.csv")).unwrap_err().to_string();
-    assert!(says.contains("there is no column t_s"), "{says}");
+    let message = Log::read(folder.join("odrive_cogging_map.csv")).unwrap_err().to_string();
+    assert!(message.contains("there is no column t_s"), "{message}");
 }
 
 #[test]
 #[ignore = "needs the external records: set STAND_DATA"]
-fn the_logs_of_another_simulator_read_with_their_lsb() {
+fn logs_of_another_simulator_have_their_quantization_step() {
     let folder = stand_data();
     let mut cases = 0;
     for case in std::fs::read_dir(folder.join("cases")).unwrap().map(|e| e.unwrap().path()).filter(|p| p.is_dir()) {
         let log = Log::read(case.join("log.parquet")).unwrap();
         assert!(log.len() >= 30_000 && log.warnings().is_empty(), "{case:?} {:?}", log.warnings());
-        assert_eq!(log.voltage(), Voltage::Terminal);
+        assert_eq!(log.voltage(), VoltageSource::Terminals);
         assert_eq!(log.note("pandas"), None);
-        let lsb = log.quantum("theta_rad").unwrap();
+        let lsb = log.quantization_step("theta_rad").unwrap();
         assert!((lsb / 0.0003141592653589793 - 1.0).abs() < 1e-6, "{case:?} {lsb}");
-        assert_eq!(log.quantum("omega_rad_s"), None, "{case:?}");
+        assert_eq!(log.quantization_step("omega_rad_s"), None, "{case:?}");
         cases += 1;
     }
     assert_eq!(cases, 31);
@@ -306,7 +335,7 @@ fn the_logs_of_another_simulator_read_with_their_lsb() {
 
 #[test]
 #[ignore = "needs python3 with pandas and pyarrow"]
-fn pandas_and_pyarrow_read_what_is_written_and_we_what_they_write() {
+fn files_are_compatible_with_pandas_and_pyarrow() {
     let python = |code: &str, args: &[&std::path::Path]| std::process::Command::new("python3").arg("-c").arg(code).args(args).output();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("log.parquet");
@@ -329,22 +358,26 @@ fn pandas_and_pyarrow_read_what_is_written_and_we_what_they_write() {
         assert!(back.notes().is_empty());
         assert_eq!(back.columns(), log.columns());
     }
-    let says = |name: &str| Log::read(folder.path().join(name)).unwrap_err().to_string();
-    assert!(says("null.parquet").ends_with("null.parquet: row 2, column i_A: the value is missing (null)"), "{}", says("null.parquet"));
-    assert!(says("text.parquet").ends_with("column i_A: the column holds text or bytes, not numbers"), "{}", says("text.parquet"));
-    assert!(says("date.parquet").contains("column t_s: the column holds dates"), "{}", says("date.parquet"));
+    let message = |name: &str| Log::read(folder.path().join(name)).unwrap_err().to_string();
+    assert!(
+        message("null.parquet").ends_with("null.parquet: row 2, column i_A: the value is missing (null)"),
+        "{}",
+        message("null.parquet")
+    );
+    assert!(message("text.parquet").ends_with("column i_A: the column contains text or bytes, not numbers"), "{}", message("text.parquet"));
+    assert!(message("date.parquet").contains("column t_s: the column contains dates"), "{}", message("date.parquet"));
     let whole = Log::read(folder.path().join("whole.parquet")).unwrap();
     assert_eq!((whole.column("i_A"), whole.ignored()), (Some(&[1.0, 2.0, 3.0][..]), &["label".to_owned()][..]));
 }
 
 proptest! {
     #[test]
-    fn no_bytes_make_the_readers_panic(bytes in proptest::collection::vec(any::<u8>(), 0..300), cut in 0usize..2000, flip in any::<u8>()) {
+    fn readers_do_not_panic_on_any_bytes(bytes in proptest::collection::vec(any::<u8>(), 0..300), cut in 0usize..2000, flip in any::<u8>()) {
         let (_a, path) = file("a.csv", &bytes);
         let _ = Log::read(&path);
         let (_b, path) = file("a.parquet", &bytes);
         let _ = Log::read(&path);
-        // A true Parquet file with one byte changed.
+        // A valid Parquet file with one byte changed.
         sample().write(&path).unwrap();
         let mut real = std::fs::read(&path).unwrap();
         let at = cut % real.len();
@@ -354,15 +387,15 @@ proptest! {
     }
 
     #[test]
-    fn no_text_makes_the_csv_reader_panic(text in "(# ?[a-z_]{0,9}:? ?[ -~]{0,20}\n)?(t_s,[a-zA-Z_,;]{0,12})?\n?([-0-9.,;eENna#\"\r\n]{0,80})") {
-        if let Err(says) = csv(text.replacen("t_s,", "t_s,u_V,i_A\n", 1)) {
-            prop_assert!(!says.is_empty());
+    fn csv_reader_does_not_panic_on_any_text(text in "(# ?[a-z_]{0,9}:? ?[ -~]{0,20}\n)?(t_s,[a-zA-Z_,;]{0,12})?\n?([-0-9.,;eENna#\"\r\n]{0,80})") {
+        if let Err(message) = csv(text.replacen("t_s,", "t_s,u_V,i_A\n", 1)) {
+            prop_assert!(!message.is_empty());
         }
         let _ = csv(text);
     }
 
     #[test]
-    fn any_numbers_round_trip(values in proptest::collection::vec(proptest::num::f64::NORMAL | proptest::num::f64::SUBNORMAL | proptest::num::f64::ZERO, 1..40), key in "[a-z]{1,8}", note in "[!-~]([ -~]{0,20}[!-~])?") {
+    fn all_finite_numbers_round_trip(values in proptest::collection::vec(proptest::num::f64::NORMAL | proptest::num::f64::SUBNORMAL | proptest::num::f64::ZERO, 1..40), key in "[a-z]{1,8}", note in "[!-~]([ -~]{0,20}[!-~])?") {
         let t_s = Column { name: "t_s".to_owned(), values: (0..values.len()).map(|k| k as f64 * 1e-3).collect() };
         let log = Log::new("any", vec![t_s, Column { name: "i_A".to_owned(), values }], vec![(key, note)]).unwrap();
         let folder = tempfile::tempdir().unwrap();

@@ -18,8 +18,8 @@ pub fn text(log: &Log, hidden: Option<&HiddenEffect>, reveal: bool) -> String {
     if let Some(fault) = log.note("fault") {
         text += &format!("fault: {fault}\n");
     }
-    for (key, value) in log.notes().iter().filter(|(k, _)| k.starts_with("limited_")) {
-        text += &format!("{key}: {value}\n");
+    for (name, rows) in log.notes().limits() {
+        text += &format!("limited by {name}: {rows}\n");
     }
     match (hidden, reveal) {
         (Some(hidden), true) => text += &format!("hidden effect: {hidden}\n"),

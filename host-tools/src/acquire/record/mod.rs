@@ -13,7 +13,7 @@ use std::io::Write;
 use stand_firmware::speed_loop::Limits;
 use stand_firmware::telemetry::{Channels, RowFrame};
 
-use crate::log::CsvWriter;
+use crate::log::{CsvWriter, Note, Notes};
 
 /// Rows for which is waited until each column has a value.
 const PATIENCE_ROWS: u32 = 100;
@@ -43,7 +43,7 @@ pub enum RowOutcome {
 pub struct Recorder<W: Write> {
     out: Option<W>,
     channels: Channels,
-    notes: Vec<(String, String)>,
+    notes: Notes,
     /// Columns beside the time, by their names in a row.
     columns: Vec<&'static str>,
     absent: Vec<&'static str>,
@@ -59,7 +59,7 @@ pub struct Recorder<W: Write> {
 
 impl<W: Write> Recorder<W> {
     /// A log of these channels into `out`, with these notes at its head.
-    pub fn new(out: W, channels: Channels, notes: Vec<(String, String)>) -> Self {
+    pub fn new(out: W, channels: Channels, notes: Notes) -> Self {
         let columns: Vec<&'static str> = channels.iter().filter(|channel| channel.is_column()).map(|channel| channel.name).collect();
         Self {
             out: Some(out),
@@ -155,18 +155,15 @@ impl<W: Write> Recorder<W> {
     ///
     /// # Errors
     /// Of the output.
-    pub fn finish(mut self, more: &[(String, String)]) -> std::io::Result<()> {
+    pub fn finish(mut self, more: &Notes) -> std::io::Result<()> {
         if self.csv.is_none() {
             self.begin(0)?;
         }
         let Some(mut csv) = self.csv.take() else { return Ok(()) };
-        for (name, count) in Limits::NAMES.iter().zip(self.limited).filter(|(_, count)| *count > 0) {
-            csv.note(&format!("limited_{name}"), &format!("{count} rows"))?;
-        }
-        if self.left_out > 0 {
-            csv.note("rows_left_out", &format!("{}, a value was not there", self.left_out))?;
-        }
-        for (key, value) in more {
+        let limited = Limits::NAMES.iter().zip(self.limited).filter(|(_, count)| *count > 0);
+        let mut notes: Notes = limited.map(|(name, count)| Note::Limited(name, count as usize)).collect();
+        notes.extend((self.left_out > 0).then_some(Note::RowsLeftOut(self.left_out)));
+        for (key, value) in notes.iter().chain(more.iter()) {
             csv.note(key, value)?;
         }
         csv.finish().map(|_| ())

@@ -27,13 +27,13 @@ fn the_log_begins_when_each_column_has_a_value_and_reads_back() {
     let path = folder.path().join("log.csv");
     let out = std::fs::File::create(&path).unwrap();
     let first = row(0, false);
-    let mut recorder = Recorder::new(out, first.channels, vec![("profile".to_owned(), "sine".to_owned())]);
+    let mut recorder = Recorder::new(out, first.channels, Notes::from_iter([Note::Profile("sine".to_owned())]));
     // The rate sensor has no values at all, the command comes with row 40.
     let taken: Vec<RowOutcome> = (0..200).map(|k| recorder.take(&row(k, k >= 40 && k != 150)).unwrap()).collect();
     assert_eq!(taken.iter().filter(|t| **t == RowOutcome::NotYet).count(), 99, "it waits for the sensor that is not there");
     assert_eq!(recorder.absent(), ["omega_rad_s"]);
     assert_eq!(taken[150], RowOutcome::LeftOut);
-    recorder.finish(&[("lost_rows".to_owned(), "0".to_owned())]).unwrap();
+    recorder.finish(&Notes::from_iter([Note::LostRows(0)])).unwrap();
     let log = Log::read(&path).unwrap();
     let names: Vec<&str> = log.columns().iter().map(|c| c.name.as_str()).collect();
     assert_eq!(names, ["t_s", "u_V", "i_A", "theta_rad", "rate_cmd_rad_s"]);
@@ -47,11 +47,11 @@ fn the_log_begins_when_each_column_has_a_value_and_reads_back() {
 
 #[test]
 fn a_fault_ends_the_log_before_its_row() {
-    let mut recorder = Recorder::new(Vec::new(), row(0, true).channels, Vec::new());
+    let mut recorder = Recorder::new(Vec::new(), row(0, true).channels, Notes::default());
     let mut faulty = row(7, true);
     let bit = stand_firmware::telemetry::CHANNELS.iter().position(|c| c.name == "fault").unwrap();
     faulty.values[bit] = 3.0;
     assert_eq!(recorder.take(&faulty).unwrap(), RowOutcome::Fault(3));
     assert_eq!(recorder.rows(), 0);
-    recorder.finish(&[]).unwrap();
+    recorder.finish(&Notes::default()).unwrap();
 }

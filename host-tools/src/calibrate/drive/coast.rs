@@ -23,7 +23,7 @@ const MIN_BRAKING_RATIO: f64 = 5.0;
 /// Adds the decay of the rate and the inertia by the braking current.
 pub(super) fn add(steps: &[Step], drive: Option<&Drive>, session: &Session, findings: &mut Findings) {
     let name = "coast_decay_1_s";
-    let Some((step, from_s)) = steps.iter().find_map(|s| Some((s, s.log.note("drive_s")?.parse::<f64>().ok()?))) else {
+    let Some((step, from_s)) = steps.iter().find_map(|s| Some((s, s.log.notes().number("drive_s")?))) else {
         return findings.add_absent(name, AbsenceReason::NeedsCoasting);
     };
     match coast(&step.log, from_s) {

@@ -65,7 +65,7 @@ pub(super) fn add(steps: &[&Step], settings: &GyroSettings, findings: &mut Findi
     let u = fit.sigma_of(&[0.0, -offset / slope / slope, 1.0 / slope]);
     let scatter = Contribution::type_a("noise and repeatability", u, fit.dof, Basis::Plateaus { count: small.len() });
     // Plateaus of one rate are cut at the same fraction of a count, so the scatter does not contain the quantisation.
-    let quantum = steps.iter().filter_map(|s| s.log.quantum("theta_rad")).max_or_zero();
+    let quantum = steps.iter().filter_map(|s| s.log.quantization_step("theta_rad")).max_or_zero();
     let shortest_s = in_small.iter().map(|(p, _)| p.plateau.duration_s).min_or_infinity();
     let count = quantum / 6_f64.sqrt() / shortest_s;
     let encoder = Contribution::type_b("encoder", count, "rad/s", 1.0, Basis::EncoderQuantisation);

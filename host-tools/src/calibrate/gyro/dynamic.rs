@@ -14,7 +14,7 @@ const TIME_STAMP_STEP_S: f64 = 25e-6;
 const MIN_COHERENCE: f64 = 0.02;
 
 fn note(log: &Log, key: &str) -> Option<f64> {
-    log.note(key).and_then(|text| text.split_whitespace().next()?.parse().ok())
+    log.notes().number(key)
 }
 
 /// Responses of all steps with a sine or a chirp, by frequency.

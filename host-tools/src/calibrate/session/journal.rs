@@ -2,7 +2,7 @@
 
 use super::Session;
 use crate::calibrate::{DutKind, Mounting, Step};
-use crate::log::{Log, LogError};
+use crate::log::{Log, LogError, timestamp};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::io::Read;
@@ -136,7 +136,7 @@ pub fn write_atomically(path: &Path, text: &str) -> Result<(), JournalError> {
 impl Journal {
     /// An empty journal.
     pub fn new(dut_kind: DutKind, stand: String) -> Self {
-        let began = now();
+        let began = timestamp();
         Self {
             dut_kind,
             began,
@@ -188,9 +188,4 @@ pub fn read_logs(steps: &[StepRecord], folder: &Path) -> Result<Vec<Step>, Journ
         Ok(Step { name: step.name.clone(), log, mounting: step.mounting, added_inertia_kg_m2: step.added_inertia_kg_m2 })
     };
     steps.iter().map(read).collect()
-}
-
-/// Date and time with the zone, for journals and notes.
-pub fn now() -> String {
-    jiff::Zoned::now().strftime("%Y-%m-%dT%H:%M:%S%:z").to_string()
 }

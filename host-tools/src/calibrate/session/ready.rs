@@ -5,8 +5,8 @@ use super::{Session, StepPlan};
 use crate::acquire::connection::{ConnectionError, StandConnection};
 use crate::acquire::link::LinkError;
 use crate::acquire::record::shows_index;
-use crate::calibrate::session::journal::now;
 use crate::calibrate::{DutKind, Mounting};
+use crate::log::{Note, Notes, RateSource, VoltageSource};
 use stand_firmware::profile::Parameter;
 use stand_firmware::telemetry::RowFrame;
 
@@ -105,34 +105,31 @@ pub(super) async fn notes(
     plan: &StepPlan,
     mounting: &Mounting,
     has_index: bool,
-) -> Result<Vec<(String, String)>, RunError> {
-    let note = |key: &str, value: String| (key.to_owned(), value);
-    let mut notes = vec![
-        note("stand", stand.query("*IDN?").await?),
-        note("date", now()),
-        note("step", plan.name.clone()),
-        note("sensor", session.sensor.clone()),
-        note("serial", session.serial.clone()),
-        note("operator", session.operator.clone()),
-        note("mode", format!("{:?}", plan.mode).to_lowercase()),
-        note("u_V", "asked".into()),
-        note("i_A", "mean over [t_k, t_k+1)".into()),
-        note("radius_m", mounting.radius_m.to_string()),
-        note("tilt_deg", mounting.tilt_deg.to_string()),
-    ];
-    notes.retain(|(_, value)| !value.is_empty());
+) -> Result<Notes, RunError> {
+    let mut notes = Notes::from_iter([Note::Stand(stand.query("*IDN?").await?), Note::Date, Note::Text("step", plan.name.clone())]);
+    let texts = [("sensor", &session.sensor), ("serial", &session.serial), ("operator", &session.operator)];
+    notes.extend(texts.into_iter().filter(|(_, text)| !text.is_empty()).map(|(key, text)| Note::Text(key, text.clone())));
+    notes.extend([
+        Note::Mode(format!("{:?}", plan.mode).to_lowercase()),
+        Note::Voltage(VoltageSource::Command),
+        Note::MeanCurrent,
+        Note::Number("radius_m", mounting.radius_m),
+        Note::Number("tilt_deg", mounting.tilt_deg),
+    ]);
     if let Some(config) = plan.config().ok().flatten() {
-        notes.push(note("profile", config.kind.name().to_owned()));
+        notes.push(Note::Profile(config.kind.name().to_owned()));
         let parameters = config.kind.parameters().iter().filter_map(|name| Parameter::of_name(name));
-        notes.extend(parameters.map(|p| note(&format!("profile_{}", p.name), (p.read)(&config).to_string())));
+        notes.extend(parameters.map(|p| Note::ProfileParameter { name: p.name, value: (p.read)(&config) }));
     }
     let counts = number(stand, "SETTings:counts_per_turn?").await?;
-    notes.push(note("encoder", format!("{counts} counts per turn")));
-    notes.push(note("theta_lsb_rad", format!("{:e}", std::f64::consts::TAU / counts)));
-    notes.push(note("omega_lsb_rad_s", format!("{:e}", number(stand, "SETTings:rate_rad_s_per_code?").await?)));
-    notes.push(note("supply_nominal_V", number(stand, "SETTings:supply_nominal_V?").await?.to_string()));
+    notes.extend([
+        Note::Encoder(counts),
+        Note::QuantizationStep("theta", "rad", std::f64::consts::TAU / counts),
+        Note::QuantizationStep("omega", "rad_s", number(stand, "SETTings:rate_rad_s_per_code?").await?),
+        Note::SupplyNominal(number(stand, "SETTings:supply_nominal_V?").await?),
+    ]);
     let cutoff_Hz = number(stand, "SETTings:rate_cutoff_Hz?").await?;
-    notes.push(note("omega_rad_s", if cutoff_Hz > 0.0 { format!("gyro, filter {cutoff_Hz} Hz") } else { "gyro".into() }));
+    notes.push(Note::Rate(RateSource::RateSensor, (cutoff_Hz > 0.0).then_some(cutoff_Hz)));
     // Low-pass of the chip, whose gain and phase are known.
     let column = match session.dut_kind {
         DutKind::Gyro if session.column.as_deref() != Some("omega_rad_s") => Some(0),
@@ -144,11 +141,9 @@ pub(super) async fn notes(
         let says = stand.query(query).await?;
         let number = says.split(',').nth(column).and_then(|word| word.split_whitespace().next()?.parse::<f64>().ok());
         let cutoff_Hz = number.ok_or_else(|| ConnectionError::Reply { query: query.to_owned(), says })?;
-        notes.push(note("sensor_filter_Hz", cutoff_Hz.to_string()));
+        notes.push(Note::Number("sensor_filter_Hz", cutoff_Hz));
     }
-    notes.extend(plan.drive_s.map(|drive_s| note("drive_s", drive_s.to_string())));
-    if has_index {
-        notes.push(note("theta_zero", "index".into()));
-    }
+    notes.extend(plan.drive_s.map(|drive_s| Note::Number("drive_s", drive_s)));
+    notes.extend(has_index.then_some(Note::ThetaZeroIsIndex));
     Ok(notes)
 }

@@ -5,12 +5,13 @@
 //! begins, which reveals a killed program.
 
 use super::check::{StandLimits, check};
-use super::journal::{JOURNAL_FILE, Journal, JournalError, SESSION_FILE, StepRecord, now, sha256, write_atomically};
+use super::journal::{JOURNAL_FILE, Journal, JournalError, SESSION_FILE, StepRecord, sha256, write_atomically};
 use super::ready::{fault, is_refused};
 use super::step::{put_aside, record};
 use super::{PlanError, Session};
 use crate::acquire::connection::{ConnectionError, StandConnection};
 use crate::calibrate::Mounting;
+use crate::log::timestamp;
 use std::path::Path;
 
 /// Who mounts the device under test and loads the platform.
@@ -181,7 +182,7 @@ async fn run_remaining(
     let ended = steps(stand, session, journal, folder, operator, &mut on_progress).await;
     if let Err(error) = &ended {
         let step = journal.current_step.take().filter(|_| !error.names_step()).map_or(String::new(), |step| format!("step `{step}`: "));
-        journal.interruptions.push(format!("{}: {step}{error}", now()));
+        journal.interruptions.push(format!("{}: {step}{error}", timestamp()));
         // On a full disk this fails too, and the previous journal remains.
         let _ = journal.write(folder);
         let _ = stand.command("PROFile:STOP;:HOST:ARM 0 S;:STReam OFF").await;
@@ -225,7 +226,7 @@ async fn steps(
             rate_rad_s,
         };
         let file = plan.file(k + 1);
-        let began = now();
+        let began = timestamp();
         journal.interruptions.extend(put_aside(folder, &file)?);
         journal.current_step = Some(plan.name.clone());
         journal.write(folder)?;

@@ -8,6 +8,7 @@ use crate::acquire::connection::{ConnectionError, StandConnection};
 use crate::acquire::link::LinkError;
 use crate::acquire::record::{LogFile, Recorder, RowOutcome};
 use crate::calibrate::{DutKind, Mounting};
+use crate::log::{Note, Notes};
 use stand_firmware::profile::Parameter;
 use stand_firmware::telemetry::{Channels, RowFrame};
 use std::io::Write;
@@ -138,8 +139,8 @@ async fn record_into(
         return Err(RunError::Sensor { step: name.clone(), columns: recorder.absent().join(", ") });
     }
     let written_rows = recorder.rows();
-    let mut notes = vec![("lost_rows".to_owned(), lost_rows.to_string())];
-    notes.extend(detector.map(|detector| ("stable".to_owned(), detector.note(recorder.last_s()))));
+    let mut notes = Notes::from_iter([Note::LostRows(lost_rows)]);
+    notes.extend(detector.map(|detector| Note::Text("stable", detector.note(recorder.last_s()))));
     recorder.finish(&notes).map_err(written)?;
     place.close().map_err(|e| failed(&path.display().to_string(), e))?;
     Ok((written_rows, lost_rows))

@@ -22,7 +22,7 @@ use crate::drift::answer::{CycleLine, Measured};
 use crate::drift::error::within;
 use crate::drift::session::{self, Plan, Scales};
 use crate::drift::{DEG_H, separate};
-use crate::log::{Column, Format, Log};
+use crate::log::{Column, Format, Log, Note, Notes};
 use stand_firmware::telemetry::RowFrame;
 
 /// `0,180,0:0:90`: turned, and raised and rolled.
@@ -230,15 +230,15 @@ impl Run {
             columns.iter_mut().zip(at.into_iter().chain(angles)).for_each(|(column, value)| column.values.push(value));
         }
         let pulse_s = session.cycles.first().map_or(self.pulse, |cycle| cycle.integral.pulse_s);
-        let mut notes = vec![
-            ("angle_gain_V_rad".to_owned(), format!("{}", scales.angle_gain_V_rad)),
-            ("torquer_gain_rad_s_A".to_owned(), format!("{}", scales.torquer_gain_rad_s_A)),
-            ("angle_limit_V".to_owned(), format!("{}", scales.angle_limit_V)),
-            ("pulse_s".to_owned(), format!("{pulse_s}")),
-            ("sequence".to_owned(), format!("{:?}", self.sequence).to_lowercase()),
-            ("shape".to_owned(), format!("{:?}", self.shape).to_lowercase()),
-        ];
-        notes.extend(latitude_deg.map(|latitude| ("latitude_deg".to_owned(), format!("{latitude}"))));
+        let mut notes = Notes::from_iter([
+            Note::Number("angle_gain_V_rad", scales.angle_gain_V_rad),
+            Note::Number("torquer_gain_rad_s_A", scales.torquer_gain_rad_s_A),
+            Note::Number("angle_limit_V", scales.angle_limit_V),
+            Note::Number("pulse_s", pulse_s),
+            Note::Text("sequence", format!("{:?}", self.sequence).to_lowercase()),
+            Note::Text("shape", format!("{:?}", self.shape).to_lowercase()),
+        ]);
+        notes.extend(latitude_deg.map(|latitude_deg| Note::Number("latitude_deg", latitude_deg)));
         Ok(Log::new(path, columns, notes)?)
     }
 }

@@ -12,7 +12,7 @@ use super::harmonics::HarmonicOrders;
 use super::reasons::NotVisible;
 use super::visibility::not_visible;
 use crate::identify::fit::{Parameters, PreparedLog};
-use crate::log::Source;
+use crate::log::RateSource;
 use crate::model::{Channel, Input, Model};
 use crate::statistics::Extremes;
 
@@ -172,7 +172,7 @@ fn trials_of(card: &'static Card, base: &FittedModel, orders: &HarmonicOrders) -
 
 /// The log has a rate and does not state its source.
 fn rate_source_is_unknown(base: &FittedModel) -> bool {
-    base.context.log.column_made(Channel::Rate.column()).source == Source::Unknown
+    base.context.log.provenance(Channel::Rate.column()).source == RateSource::Unknown
         && base.data.channels.iter().any(|c| c.channel == Channel::Rate)
 }
 

@@ -5,7 +5,7 @@ use drive_model::{Card, Elastic, Requirement};
 use super::fitted_model::FittedModel;
 use super::reasons::NotVisible;
 use super::trial::turns;
-use crate::log::Voltage;
+use crate::log::VoltageSource;
 use crate::model::{Channel, Input};
 use crate::statistics::Extremes;
 
@@ -23,7 +23,7 @@ fn unmet(requirement: Requirement, card: &Card, base: &FittedModel) -> Option<No
     let compared = |channel: Channel| data.channels.iter().any(|c| c.channel == channel);
     let input = model.input();
     let met = match requirement {
-        Requirement::CommandedVoltage => base.context.log.voltage() != Voltage::Terminal,
+        Requirement::CommandedVoltage => base.context.log.voltage() != VoltageSource::Terminals,
         Requirement::Voltage => input == Input::Voltage || compared(Channel::Voltage),
         Requirement::MotorConstant => model.index("motor_constant_N_m_A").is_some(),
         Requirement::Angle => data.theta.is_some() || input == Input::Motion,

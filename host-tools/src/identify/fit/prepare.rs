@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::prepared_log::{ComparedChannel, PreparedLog};
 use drive_model::{Card, Requirement};
 
-use crate::log::{Log, Source, Voltage};
+use crate::log::{Log, RateSource, VoltageSource};
 use crate::model::{Channel, Input, Model};
 
 /// Why a model cannot be held against a log.
@@ -117,18 +117,18 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
     let compared = columns
         .into_iter()
         .map(|(channel, measured)| {
-            let made = log.column_made(channel.column());
+            let made = log.provenance(channel.column());
             ComparedChannel {
                 channel,
                 measured,
                 mean_before_s: made.mean_before_s,
                 filter_hz: made.filter_hz,
                 instant: made.instant && channel == Channel::Current,
-                quantum: log.quantum(channel.column()),
+                quantum: log.quantization_step(channel.column()),
             }
         })
         .collect();
-    if log.voltage() == Voltage::Terminal {
+    if log.voltage() == VoltageSource::Terminals {
         let invisible = |card: &&Card| card.requires.contains(&Requirement::CommandedVoltage);
         for id in model.effects().iter().map(|e| e.card).filter(invisible).map(|card| card.id) {
             remarks.push(format!("u_V was measured at the motor's terminals, behind the bridge: {id} cannot be seen in this log"));
@@ -142,11 +142,11 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
         input,
         driven: model.input(),
         theta,
-        theta_quantum: theta.and_then(|_| log.quantum("theta_rad")).unwrap_or(0.0),
+        theta_quantum: theta.and_then(|_| log.quantization_step("theta_rad")).unwrap_or(0.0),
         current: log.column("i_A"),
         temp_C: log.column("temp_C").map(|t| slow(t, &log.segments(), dt_s).into()),
         supply_ratio,
-        rate_from_encoder: log.column_made("omega_rad_s").source == Source::Encoder,
+        rate_from_encoder: log.provenance("omega_rad_s").source == RateSource::Encoder,
         segments: log.segments(),
         channels: compared,
         dt_s,
@@ -194,7 +194,7 @@ fn default_outputs(log: &Log, model: &Model) -> Vec<Channel> {
 /// Supply over its nominal value, where it is measured and moves.
 fn supply_ratio(log: &Log) -> Option<Arc<[f64]>> {
     let supply = log.column("supply_V")?;
-    let nominal = match log.note("supply_nominal_V").and_then(|n| n.trim().parse::<f64>().ok()) {
+    let nominal = match log.notes().number("supply_nominal_V") {
         Some(nominal) => nominal,
         None => supply.iter().copied().fold(f64::NEG_INFINITY, f64::max),
     };

@@ -184,15 +184,9 @@ impl Defect {
 
 /// The fault that ended a log early, from its note, such as `overspeed at 0.2 s`. A stand's message has number, name and remedy.
 pub fn fault_that_ended(log: &Log) -> Option<String> {
-    let note = log.note("fault")?;
-    let note = note.strip_suffix("; the rows end there").unwrap_or(note);
-    let (message, at) = note.rsplit_once(" at ").map_or((note, String::new()), |(message, at)| (message, format!(" at {at}")));
-    let mut words = message.splitn(3, ',');
-    let name = match (words.next(), words.next()) {
-        (Some(number), Some(name)) if number.bytes().all(|b| b.is_ascii_digit()) => name,
-        _ => message,
-    };
-    (!name.is_empty()).then(|| format!("{name}{at}"))
+    let fault = log.notes().fault()?;
+    let at = if fault.at_s.is_empty() { String::new() } else { format!(" at {} s", fault.at_s) };
+    (!fault.name().is_empty()).then(|| format!("{}{at}", fault.name()))
 }
 
 /// Defects of `log` for a model whose input is the column `input`, the most basic first; empty for a sound log.

@@ -29,7 +29,7 @@ const ANGLE: &str = "theta_rad";
 /// A defect of angle and rate.
 pub(super) fn check(log: &Log) -> Option<Defect> {
     let (theta, omega) = (log.column(ANGLE)?, log.column(RATE)?);
-    let fit = rate_over_derivative(log, theta, omega, log.quantum(ANGLE).unwrap_or(0.0))?;
+    let fit = rate_over_derivative(log, theta, omega, log.quantization_step(ANGLE).unwrap_or(0.0))?;
     let related = fit.explained >= MIN_EXPLAINED_FRACTION || !fit.with_intercept;
     if related && (fit.slope - 1.0).abs() <= SLOPE_TOLERANCE + 3.0 * fit.sigma {
         return None;
@@ -43,7 +43,7 @@ pub(super) fn check(log: &Log) -> Option<Defect> {
         return Some(Defect::ExchangedAngleAndRate);
     }
     if let Some(gyro) = log.column("gyro_rad_s")
-        && let Some(other) = rate_over_derivative(log, theta, gyro, log.quantum(ANGLE).unwrap_or(0.0))
+        && let Some(other) = rate_over_derivative(log, theta, gyro, log.quantization_step(ANGLE).unwrap_or(0.0))
         && (other.slope - 1.0).abs() <= SLOPE_TOLERANCE
         && other.explained > MIN_EXPLAINED_FRACTION
     {

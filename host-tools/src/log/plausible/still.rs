@@ -58,12 +58,12 @@ fn range(values: &[f64]) -> (f64, f64) {
 fn moves(log: &Log) -> bool {
     let theta = log.column("theta_rad").map(|theta| {
         let (low, high) = range(theta);
-        high - low > 3.0 * log.quantum("theta_rad").unwrap_or(0.0)
+        high - low > 3.0 * log.quantization_step("theta_rad").unwrap_or(0.0)
     });
     let omega = log.column("omega_rad_s");
     match theta {
         // A continuous angle of a standing drive is noise: tested as the rate is.
-        Some(true) if log.quantum("theta_rad").is_none() => log.column("theta_rad").is_some_and(|t| exceeds_noise(log, t, false)),
+        Some(true) if log.quantization_step("theta_rad").is_none() => log.column("theta_rad").is_some_and(|t| exceeds_noise(log, t, false)),
         Some(moves) => moves,
         None => omega.is_none_or(|omega| exceeds_noise(log, omega, true)),
     }

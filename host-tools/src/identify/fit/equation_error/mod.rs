@@ -179,7 +179,7 @@ fn hold(log: &Log, model: &Model, settings: Settings, fitted: bool) -> Result<Eq
     inverse::check_effects(model, &system, &parameters, record.temp_C.is_some()).map_err(trouble)?;
     let explained = inverse::explained(&record);
     let given = log.column(explained.column()).unwrap_or(record.input);
-    let mean_over_row = !log.column_made(explained.column()).instant;
+    let mean_over_row = !log.provenance(explained.column()).instant;
     let motions: Vec<Motion> =
         (0..record.segments.len()).map(|s| motion::along(&record, s, angle, given, mean_over_row, settings)).collect();
     let still_rad_s = (record.theta_quantum * settings.cutoff_hz).max(f64::MIN_POSITIVE);

@@ -1,56 +1,132 @@
-//! What the notes say of the columns: how one was made, and its least significant bit.
+//! Reads notes.
 //!
-//! A note about a column has the column's name as key, or the name without its unit (`omega`); its clauses stand between commas.
-//! What is understood: `encoder`, `gyro`; `mean over 4 ms before t`, `counts per 20 ms`; `filter 100 Hz`; `at t`, `instant`; `mean over
-//! the row`; of `u_V`, `asked` or `terminal`; of an LSB, `theta_lsb_rad: 3e-4`, `encoder: 8192 counts per turn`, `0.1286 deg per
-//! count`. A clause that is none of these is reported.
+//! A note about a column has the name of the column as key, with or without the unit (`omega`); commas separate its clauses. Understood
+//! are `encoder`, `gyro`; `mean over 4 ms before t`, `counts per 20 ms`; `filter 100 Hz`; `at t`, `instant`; `mean over the row`; for `u_V`
+//! `asked` or `terminal`; for a quantization step `theta_lsb_rad: 3e-4`, `encoder: 8192 counts per turn`, `0.1286 deg per count`.
 
 use std::f64::consts::TAU;
 
-use super::columns::{KNOWN, known};
+use super::Notes;
+use crate::log::columns::{KNOWN, known};
 
 /// How a column was made.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct HowMade {
-    /// Taken at t_k, and not as the mean over [t_k, t_k+1); by convention so for angles and rates, not for `u_V`, `i_A`, `torque_N_m`.
+pub struct Provenance {
+    /// Taken at the time t_k of the row; otherwise the mean over the row, from t_k to t_k+1. The default depends on the column.
     pub instant: bool,
-    /// Mean over this long before t_k, s.
+    /// Mean over this interval before t_k, s.
     pub mean_before_s: Option<f64>,
-    /// Cutoff of a first-order low-pass that it went through, Hz.
+    /// Cutoff of a first-order low-pass, Hz.
     pub filter_hz: Option<f64>,
-    /// What it was measured with.
-    pub source: Source,
+    /// The sensor of a rate.
+    pub source: RateSource,
 }
 
-/// What a rate was measured with.
+/// The sensor of a rate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Source {
-    /// Nobody said.
+pub enum RateSource {
+    /// No note states it.
     Unknown,
-    /// The platform's encoder.
+    /// The encoder of the platform.
     Encoder,
-    /// A rate sensor of its own.
-    Gyro,
+    /// A rate sensor.
+    RateSensor,
 }
 
 /// What `u_V` is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Voltage {
-    /// Duty × supply: what was asked for (the default).
-    Asked,
-    /// Measured at the motor's terminals.
-    Terminal,
+pub enum VoltageSource {
+    /// The command, duty × supply (the default).
+    Command,
+    /// Measured at the terminals of the motor.
+    Terminals,
 }
 
-type Notes = [(String, String)];
+/// A fault that ended a recording.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FaultNote {
+    /// Name of the fault, or the stand's own message: number, name, remedy.
+    pub message: String,
+    /// Last time before the fault, as text in s; empty where it is not known.
+    pub at_s: String,
+}
 
-/// How a column was made, and what of its note was not understood.
-pub(super) fn column_made(notes: &Notes, column: &str) -> (HowMade, Vec<String>) {
-    let instant = !known(column).is_some_and(|c| c.mean_over_row);
-    let mut made = HowMade { instant, mean_before_s: None, filter_hz: None, source: Source::Unknown };
+impl FaultNote {
+    /// Value of the note.
+    pub(super) fn value(&self) -> String {
+        format!("{} at {} s; the rows end there", self.message, self.at_s)
+    }
+
+    /// Name of the fault.
+    pub fn name(&self) -> &str {
+        let mut parts = self.message.splitn(3, ',');
+        match (parts.next(), parts.next()) {
+            (Some(number), Some(name)) if number.bytes().all(|b| b.is_ascii_digit()) => name,
+            _ => &self.message,
+        }
+    }
+}
+
+impl Notes {
+    /// How a column was made: the convention, and what the notes state otherwise.
+    pub fn provenance(&self, column: &str) -> Provenance {
+        provenance(self, column).0
+    }
+
+    /// What `u_V` is.
+    pub fn voltage(&self) -> VoltageSource {
+        let stated = note_of(self, "u_V").into_iter().flat_map(clauses).find_map(voltage_of);
+        stated.unwrap_or(VoltageSource::Command)
+    }
+
+    /// Quantization step of a column as a note states it, in the unit of the column.
+    pub fn quantization_step(&self, column: &str) -> Option<f64> {
+        if let Some((key, value)) = self.iter().find(|(k, _)| lsb_column(k) == Some(column)) {
+            return lsb_value(key, value, column);
+        }
+        let count_rad = || self.text("encoder").and_then(|v| clauses(v).find_map(count_rad));
+        match column {
+            "theta_rad" => count_rad(),
+            "omega_rad_s" => {
+                let made = self.provenance(column);
+                (made.source == RateSource::Encoder).then(|| Some(count_rad()? / made.mean_before_s?)).flatten()
+            }
+            _ => None,
+        }
+    }
+
+    /// The zero of `theta_rad` is the index of the encoder; otherwise it is arbitrary.
+    pub fn theta_zero_is_index(&self) -> bool {
+        self.text("theta_zero").is_some_and(|v| v.trim().eq_ignore_ascii_case("index"))
+    }
+
+    /// The number that a note begins with; a unit may follow.
+    pub fn number(&self, key: &str) -> Option<f64> {
+        self.text(key).and_then(|text| text.split_whitespace().next()?.parse().ok())
+    }
+
+    /// The fault that ended the recording.
+    pub fn fault(&self) -> Option<FaultNote> {
+        let note = self.text("fault")?;
+        let note = note.strip_suffix("; the rows end there").unwrap_or(note);
+        let (message, at) = note.rsplit_once(" at ").unwrap_or((note, ""));
+        let at_s = at.strip_suffix(" s").unwrap_or(at);
+        Some(FaultNote { message: message.to_owned(), at_s: at_s.to_owned() })
+    }
+
+    /// Notes about limits that were in force: name and value, e.g. `current`, `12 rows`.
+    pub fn limits(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.iter().filter_map(|(key, value)| Some((key.strip_prefix("limited_")?, value.as_str())))
+    }
+}
+
+/// How a column was made, and the clauses of its note that were not understood.
+fn provenance(notes: &[(String, String)], column: &str) -> (Provenance, Vec<String>) {
+    let instant = known(column).is_none_or(|c| !c.mean_over_row);
+    let mut made = Provenance { instant, mean_before_s: None, filter_hz: None, source: RateSource::Unknown };
     let mut unclear = Vec::new();
     let own = note_of(notes, column);
-    // A logger may say under `encoder` how it counted the rate.
+    // Some loggers state under `encoder` how the rate was made.
     let encoder = notes.iter().find(|(k, _)| k == "encoder").filter(|_| column == "omega_rad_s" && own.is_none());
     for clause in own.into_iter().flat_map(clauses) {
         let is_voltage = column == "u_V" && voltage_of(clause).is_some();
@@ -59,7 +135,7 @@ pub(super) fn column_made(notes: &Notes, column: &str) -> (HowMade, Vec<String>)
         }
     }
     for clause in encoder.iter().flat_map(|(_, v)| clauses(v)).filter(|c| has_word(c, &["rate", "omega"])) {
-        made.source = Source::Encoder;
+        made.source = RateSource::Encoder;
         if !take_clause(&mut made, clause) {
             unclear.push(clause.to_owned());
         }
@@ -67,30 +143,8 @@ pub(super) fn column_made(notes: &Notes, column: &str) -> (HowMade, Vec<String>)
     (made, unclear)
 }
 
-/// What `u_V` is.
-pub(super) fn voltage(notes: &Notes) -> Voltage {
-    let said = note_of(notes, "u_V").into_iter().flat_map(clauses).find_map(voltage_of);
-    said.unwrap_or(Voltage::Asked)
-}
-
-/// Least significant bit of a column as a note gives it, in the column's unit.
-pub(super) fn quantum(notes: &Notes, column: &str) -> Option<f64> {
-    if let Some((key, value)) = notes.iter().find(|(k, _)| lsb_column(k) == Some(column)) {
-        return lsb_value(key, value, column);
-    }
-    let count_rad = || notes.iter().find(|(k, _)| k == "encoder").and_then(|(_, v)| clauses(v).find_map(count_rad));
-    match column {
-        "theta_rad" => count_rad(),
-        "omega_rad_s" => {
-            let made = column_made(notes, column).0;
-            (made.source == Source::Encoder).then(|| Some(count_rad()? / made.mean_before_s?)).flatten()
-        }
-        _ => None,
-    }
-}
-
-/// Columns that no model takes or shows: what their notes say is for a person.
-const NOT_MODELLED: [&str; 11] = [
+/// Columns that no model has as input or output: their notes need not be understood.
+const NOT_IN_MODELS: [&str; 11] = [
     "turn_s",
     "gyro_rad_s",
     "accel_x_m_s2",
@@ -104,11 +158,11 @@ const NOT_MODELLED: [&str; 11] = [
     "moment_hat_N_m",
 ];
 
-/// A line for each note that speaks of a modelled column and was not understood.
-pub(super) fn warnings(notes: &Notes) -> Vec<String> {
-    let mut says = Vec::new();
+/// A warning for each note about a column of a model that was not understood.
+pub(in crate::log) fn warnings(notes: &[(String, String)]) -> Vec<String> {
+    let mut warnings = Vec::new();
     let mut report = |key: &str, what: &str, example: &str| {
-        says.push(format!("note “{key}”: “{what}” was not understood and is not used; understood is, for instance, {example}"));
+        warnings.push(format!("note “{key}”: “{what}” was not understood and is not used; an example that is understood: {example}"));
     };
     for (key, value) in notes {
         if let Some(column) = lsb_column(key) {
@@ -116,16 +170,16 @@ pub(super) fn warnings(notes: &Notes) -> Vec<String> {
                 report(key, value, "# theta_lsb_rad: 3.1e-4");
             }
         } else if let Some(column) = KNOWN.iter().find(|c| is_about(key, c.name)) {
-            if NOT_MODELLED.contains(&column.name) {
+            if NOT_IN_MODELS.contains(&column.name) {
                 continue;
             }
             let example = if column.mean_over_row { "# i_A: at t" } else { "# omega_rad_s: encoder, mean over 4 ms before t" };
-            for clause in column_made(std::slice::from_ref(&(key.clone(), value.clone())), column.name).1 {
+            for clause in provenance(std::slice::from_ref(&(key.clone(), value.clone())), column.name).1 {
                 report(key, &clause, if column.name == "u_V" { "# u_V: terminal" } else { example });
             }
         } else if key == "encoder" {
             for clause in clauses(value) {
-                let understood = count_rad(clause).is_some() || take_clause(&mut column_made(&[], "omega_rad_s").0, clause);
+                let understood = count_rad(clause).is_some() || take_clause(&mut provenance(&[], "omega_rad_s").0, clause);
                 if !understood {
                     report(key, clause, "# encoder: 8192 counts per turn");
                 }
@@ -134,22 +188,22 @@ pub(super) fn warnings(notes: &Notes) -> Vec<String> {
             report(key, value, "# theta_zero: index");
         }
     }
-    says
+    warnings
 }
 
-/// Reads one clause into `made`; false where it is not understood.
-fn take_clause(made: &mut HowMade, clause: &str) -> bool {
+/// Reads one clause into `made`; false if the clause is not understood.
+fn take_clause(made: &mut Provenance, clause: &str) -> bool {
     let mut understood = false;
     if has_word(clause, &["encoder"]) {
-        made.source = Source::Encoder;
+        made.source = RateSource::Encoder;
         understood = true;
     } else if has_word(clause, &["gyro", "gyroscope", "tachometer"]) {
-        made.source = Source::Gyro;
+        made.source = RateSource::RateSensor;
         understood = true;
     }
     let windowed = has_word(clause, &["mean", "average", "averaged", "per", "difference", "differences"]);
     let filtered = has_word(clause, &["filter", "filtered", "low-pass", "lowpass"]);
-    // A window that does not end at t, or a steeper filter, would be applied wrongly.
+    // A window that does not end at t, or a filter of higher order, is not supported.
     if has_word(clause, &["after", "centred", "centered", "around", "second-order", "2nd-order", "order"]) {
         return false;
     }
@@ -183,17 +237,17 @@ fn take_clause(made: &mut HowMade, clause: &str) -> bool {
     }
 }
 
-fn voltage_of(clause: &str) -> Option<Voltage> {
+fn voltage_of(clause: &str) -> Option<VoltageSource> {
     if has_word(clause, &["terminal", "terminals", "measured"]) {
-        Some(Voltage::Terminal)
+        Some(VoltageSource::Terminals)
     } else if has_word(clause, &["asked", "duty", "commanded"]) {
-        Some(Voltage::Asked)
+        Some(VoltageSource::Command)
     } else {
         None
     }
 }
 
-/// The column whose LSB a key names: `theta_lsb_rad`, `theta_rad_lsb`, `lsb_theta_rad`, `theta_lsb`, `theta_lsb_deg`.
+/// The column whose quantization step (LSB) a key names: `theta_lsb_rad`, `theta_rad_lsb`, `lsb_theta_rad`, `theta_lsb`, `theta_lsb_deg`.
 fn lsb_column(key: &str) -> Option<&'static str> {
     let key = key.to_ascii_lowercase().replace([' ', '-'], "_");
     let rest = key.strip_prefix("lsb_").map(str::to_owned).or_else(|| {
@@ -234,7 +288,7 @@ fn count_rad(clause: &str) -> Option<f64> {
     (rad.is_finite() && rad > 0.0 && words.len() <= 4).then_some(rad)
 }
 
-/// The number before (or joined to) one of the units, times the unit's scale; positive and finite.
+/// The number before one of the units, separated or not, times the scale of the unit; positive and finite.
 fn number_with(clause: &str, units: &[(&str, f64)]) -> Option<f64> {
     let lower = clause.to_lowercase();
     let words: Vec<&str> = words(&lower).collect();
@@ -247,12 +301,12 @@ fn number_with(clause: &str, units: &[(&str, f64)]) -> Option<f64> {
     })
 }
 
-fn note_of<'a>(notes: &'a Notes, column: &str) -> Option<&'a str> {
+fn note_of<'a>(notes: &'a [(String, String)], column: &str) -> Option<&'a str> {
     let exact = notes.iter().find(|(k, _)| k == column);
     exact.or_else(|| notes.iter().find(|(k, _)| is_about(k, column))).map(|(_, v)| v.as_str())
 }
 
-/// The key is the column's name, with or without its unit.
+/// The key is the name of the column, with or without its unit.
 fn is_about(key: &str, column: &str) -> bool {
     const UNITS: [&str; 7] = ["_rad_s", "_m_s2", "_N_m", "_rad", "_V", "_A", "_C"];
     let stem = UNITS.iter().find_map(|u| column.strip_suffix(u)).unwrap_or(column);
