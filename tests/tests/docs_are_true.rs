@@ -1,6 +1,6 @@
-//! The transcripts of docs/the-stand-controller.md are typed again on the simulated stand; every character must be what it says.
+//! Generated parts of docs/ agree with the program: the console transcripts of docs/the-stand-controller.md and the page docs/effects.md.
 //!
-//! With `STAND_DOCS=write` the page is written anew instead.
+//! With `STAND_DOCS=write` the tests write the pages instead of comparing them.
 #![allow(clippy::unwrap_used)]
 
 use hal_sim::plant::Stand;
@@ -81,4 +81,15 @@ fn the_page_for_the_bench_says_what_the_stand_says() {
         assert_eq!(says, is, "line {}: write the page anew with STAND_DOCS=write", n + 1);
     }
     assert_eq!(text.len(), is.len(), "write the page anew with STAND_DOCS=write");
+}
+
+#[test]
+fn effects_page_equals_the_cards() {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/effects.md");
+    let expected = host_tools::report::effects::catalogue_markdown();
+    if std::env::var("STAND_DOCS").is_ok_and(|word| word == "write") {
+        std::fs::write(path, expected).unwrap();
+        return;
+    }
+    assert_eq!(std::fs::read_to_string(path).unwrap(), expected, "write the page with STAND_DOCS=write");
 }

@@ -7,6 +7,7 @@
 mod demonstration;
 mod html;
 mod json;
+mod markdown;
 mod plots;
 mod simulate;
 mod text;
@@ -16,6 +17,7 @@ use drive_model::{CATALOGUE, Card, Domain};
 pub use demonstration::demonstration;
 pub use html::{effect_html, list_html};
 pub use json::{effect_json, list_json};
+pub use markdown::catalogue_markdown;
 pub use simulate::{SimulatedPair, Trace, simulated_pair};
 pub use text::{effect_text, list_text};
 
