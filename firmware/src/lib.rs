@@ -33,8 +33,6 @@ pub mod config;
 pub mod console;
 pub mod gyro_loop;
 pub mod mailbox;
-#[allow(dead_code)]
-mod maths;
 pub mod measurement_loop;
 
 pub mod profile;

@@ -31,5 +31,5 @@ pub(crate) fn next_start(now: Ticks) -> Ticks {
 
 /// Number of rows in a duration, s.
 pub fn rows_in(seconds: f64) -> u64 {
-    crate::maths::to_u64(crate::maths::round(seconds * ROW_HZ as f64))
+    libm::round(seconds * ROW_HZ as f64) as u64
 }

@@ -27,7 +27,7 @@ impl Display for Significant {
         }
         let significant = significant.clamp(1, 17) as i32;
         let mut exponent = exponent_of(value);
-        let mut digits = crate::maths::to_u64(crate::maths::round(scaled(value, significant - 1 - exponent)));
+        let mut digits = libm::round(scaled(value, significant - 1 - exponent)) as u64;
         // Rounding may add a digit: 9.999 becomes 10.00.
         if digits >= 10_u64.saturating_pow(significant as u32) {
             exponent += 1;
@@ -60,14 +60,14 @@ pub struct Fixed(pub f64, pub u32);
 impl Display for Fixed {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let Self(value, decimals) = *self;
-        let digits = crate::maths::round(scaled(value.abs(), decimals as i32));
+        let digits = libm::round(scaled(value.abs(), decimals as i32));
         if value.is_nan() || digits >= 1e18 {
             return Significant(value, 9).fmt(f);
         }
         if value < 0.0 && digits > 0.0 {
             f.write_char('-')?;
         }
-        decimal(f, crate::maths::to_u64(digits), decimals)
+        decimal(f, digits as u64, decimals)
     }
 }
 
@@ -126,7 +126,7 @@ fn decimal(f: &mut Formatter<'_>, digits: u64, decimals: u32) -> fmt::Result {
 
 /// e with 10^e ≤ value < 10^(e+1), for a finite value above 0.
 fn exponent_of(value: f64) -> i32 {
-    let mut exponent = crate::maths::to_i32(crate::maths::floor(crate::maths::log(value) * core::f64::consts::LOG10_E));
+    let mut exponent = libm::floor(libm::log(value) * core::f64::consts::LOG10_E) as i32;
     // The logarithm may be off by its last bit at a power of ten.
     if scaled(value, -exponent) >= 10.0 {
         exponent += 1;

@@ -11,7 +11,6 @@ use super::course::Course;
 use super::map::{BINS, Bin, Map};
 use crate::board::Hardware;
 use crate::compensation::{Compensation, Harmonic, Harmonics, MOST_HARMONICS};
-use crate::maths;
 use crate::speed_loop::{Limits, Settings};
 use core::f64::consts::{FRAC_PI_2, LN_2, TAU};
 
@@ -50,7 +49,7 @@ struct Phasor {
 impl Phasor {
     /// Of the length 1.
     fn at(angle_rad: f32) -> Self {
-        let (sine, cosine) = maths::sin_cos(f64::from(angle_rad));
+        let (sine, cosine) = libm::sincos(f64::from(angle_rad));
         Self { re: cosine as f32, im: sine as f32 }
     }
 
@@ -64,7 +63,7 @@ impl Phasor {
     }
 
     fn size(self) -> f64 {
-        maths::sqrt(f64::from(self.re * self.re + self.im * self.im))
+        libm::sqrt(f64::from(self.re * self.re + self.im * self.im))
     }
 }
 
@@ -85,17 +84,17 @@ pub(super) async fn answer(map: &Map, course: &Course, settings: &Settings, hard
         let apart = forwards.plus(backwards.times(-1.0, 0.0)).size() * 0.5;
         *half = apart as f32;
         // a sin(nθ + φ) is the real part of −j a exp(jφ) exp(jnθ).
-        let phase_rad = maths::atan2(f64::from(mean.im), f64::from(mean.re)) + FRAC_PI_2;
+        let phase_rad = libm::atan2(f64::from(mean.im), f64::from(mean.re)) + FRAC_PI_2;
         let harmonic = Harmonic { order, torque_N_m: mean.size(), phase_rad: if phase_rad < 0.0 { phase_rad + TAU } else { phase_rad } };
         insert(&mut best, harmonic, apart);
         // An order is 3 ms of the chip's time: rows and replies come between.
         embassy_futures::yield_now().await;
     }
     // The size of two equal normal components has the median σ √(2 ln 2).
-    let sigma_N_m = f64::from(median(&halves)) / maths::sqrt(2.0 * LN_2);
+    let sigma_N_m = f64::from(median(&halves)) / libm::sqrt(2.0 * LN_2);
     // Below one compare count of the bridge, what the encoder's and the bridge's own steps make of a turn is as large, and no noise.
     let one_count_N_m = hardware.volt_per_duty() * settings.motor_constant_N_m_A / settings.resistance_ohm;
-    let threshold_N_m = maths::greater(one_count_N_m, sigma_N_m * maths::sqrt(2.0 * maths::log(ORDERS as f64 / CHANCE)));
+    let threshold_N_m = f64::max(one_count_N_m, sigma_N_m * libm::sqrt(2.0 * libm::log(ORDERS as f64 / CHANCE)));
     let mut harmonics = [None; MOST_HARMONICS];
     let mut taken = Harmonics::default();
     // An order of which the two directions say different things does not belong to the angle alone.
@@ -107,8 +106,8 @@ pub(super) async fn answer(map: &Map, course: &Course, settings: &Settings, hard
     let constant = settings.motor_constant_N_m_A;
     let torque = |slow| map.friction_A(slow).map(|current_A| current_A * constant).ok_or(Refused::NoCurrent);
     let (at_slow, at_fast) = (torque(true)?, torque(false)?);
-    let viscous_N_m_s = maths::greater((at_fast - at_slow) / (fast - slow), 0.0);
-    let coulomb_N_m = maths::greater(at_slow - viscous_N_m_s * slow, 0.0);
+    let viscous_N_m_s = f64::max((at_fast - at_slow) / (fast - slow), 0.0);
+    let coulomb_N_m = f64::max(at_slow - viscous_N_m_s * slow, 0.0);
     let compensation = Compensation { coulomb_N_m, viscous_N_m_s, harmonics: taken, ..settings.compensation };
     compensation.check(constant * settings.current_limit_A).map_err(Refused::Settings)?;
     Ok(Found { compensation, harmonics, threshold_N_m })

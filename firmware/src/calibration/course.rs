@@ -54,9 +54,9 @@ impl Course {
     pub fn usual(settings: &Settings) -> Result<Self, ConfigError> {
         let acceleration = within("acceleration_rad_s2", settings.acceleration_rad_s2, 1e-3, 1e5)?;
         let overspeed = within("overspeed_rad_s", settings.overspeed_rad_s, 1e-3, 1e4)?;
-        let fast = crate::maths::lesser(FAST_RAD_S, 0.5 * overspeed);
-        let slow = crate::maths::lesser(SLOW_RAD_S, 0.2 * fast);
-        let rows = |seconds: f64| crate::maths::to_u64(crate::maths::round(seconds * ROW_HZ as f64));
+        let fast = f64::min(FAST_RAD_S, 0.5 * overspeed);
+        let slow = f64::min(SLOW_RAD_S, 0.2 * fast);
+        let rows = |seconds: f64| libm::round(seconds * ROW_HZ as f64) as u64;
         let settle_rows = rows(SETTLE_S + 2.0 * fast / acceleration);
         let leg =
             |rate_rad_s: f64, is_slow: bool| Leg { rate_rad_s, slow: is_slow, settle_rows, rows: rows(TURNS * TAU / rate_rad_s.abs()) };

@@ -74,7 +74,7 @@ impl Map {
         }
         let backwards = usize::from(leg.rate_rad_s < 0.0);
         let turns = angle_rad / TAU;
-        let bin = crate::maths::to_u32((turns - crate::maths::floor(turns)) * BINS as f64) as usize;
+        let bin = ((turns - libm::floor(turns)) * BINS as f64) as u32 as usize;
         if let Some(bin) = self.turns.get_mut(backwards).and_then(|turn| turn.get_mut(bin.min(BINS - 1))) {
             bin.voltage_V += voltage_V as f32;
             bin.deviation_rad += deviation_rad as f32;

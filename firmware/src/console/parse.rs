@@ -187,7 +187,7 @@ impl<'a> Parameters<'a> {
             return Err(ErrorEntry::with(Code::OUT_OF_RANGE, detail));
         }
         // `clamp` panics if its bounds are swapped.
-        Ok(crate::maths::lesser(crate::maths::greater(value, range.least), range.greatest))
+        Ok(f64::min(f64::max(value, range.least), range.greatest))
     }
 
     /// Checks that all parameters were read.

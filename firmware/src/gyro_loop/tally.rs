@@ -66,7 +66,7 @@ impl Tally {
         let free: u32 = used().map(|moments| moments.count - 1).sum();
         let variance = used().map(|moments| moments.squares).sum::<f32>() / free as f32;
         let of_mean = used().map(|moments| variance / moments.count as f32).sum::<f32>() / (kinds * kinds);
-        (kinds > 0.0).then(|| Drift { rate_rad_s: mean, sigma_rad_s: (free > 0).then(|| crate::maths::sqrt(f64::from(of_mean)) as f32) })
+        (kinds > 0.0).then(|| Drift { rate_rad_s: mean, sigma_rad_s: (free > 0).then(|| libm::sqrt(f64::from(of_mean)) as f32) })
     }
 }
 

@@ -146,7 +146,7 @@ impl Both {
         let variance = self.electrical.form(&electrical, &electrical)
             + 2.0 * self.cross.form(&electrical, &mechanical)
             + self.mechanical.form(&mechanical, &mechanical);
-        crate::maths::sqrt(crate::maths::greater(variance, 0.0))
+        libm::sqrt(f64::max(variance, 0.0))
     }
 }
 

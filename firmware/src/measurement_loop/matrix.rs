@@ -71,7 +71,7 @@ impl<const P: usize, const Q: usize> Matrix<P, Q> {
 pub fn solve<const P: usize>(m: &Matrix<P, P>, b: &[f64; P]) -> Option<([f64; P], Matrix<P, P>)> {
     /// What is left of a scaled diagonal that counts as nothing.
     const NOTHING: f64 = 1e-10;
-    let scale: [f64; P] = core::array::from_fn(|k| 1.0 / crate::maths::sqrt(m.at(k, k)));
+    let scale: [f64; P] = core::array::from_fn(|k| 1.0 / libm::sqrt(m.at(k, k)));
     if scale.iter().any(|s| !s.is_finite()) {
         return None;
     }

@@ -8,7 +8,6 @@
 //! residuals and w_l Bartlett's weights. So windows that overlap, and a misfit that lasts for some windows, are not counted as news.
 
 use super::matrix::{Matrix, solve};
-use crate::maths;
 
 /// The sums. `N` elements in z, `L` lags with the lag 0.
 #[derive(Clone, Copy, Debug)]
@@ -90,8 +89,8 @@ impl<const N: usize, const L: usize> Moments<N, L> {
             let mut weighted = normal;
             for (k, regressor) in regressors.iter().enumerate().filter(|(_, r)| r.prior_sigma.is_finite()) {
                 // A hair of it at first, so that a coefficient that only the prior determines does not stop the rest.
-                let hair = maths::greater(1e-9 * normal.at(k, k), 1e-30);
-                weighted.add(k, k, maths::greater(variance / (regressor.prior_sigma * regressor.prior_sigma), hair));
+                let hair = f64::max(1e-9 * normal.at(k, k), 1e-30);
+                weighted.add(k, k, f64::max(variance / (regressor.prior_sigma * regressor.prior_sigma), hair));
             }
             let (coefficients, inverse) = solve(&weighted, &right)?;
             let mut residual: [f64; N] = core::array::from_fn(|k| if k == 0 { 1.0 } else { 0.0 });
@@ -101,7 +100,7 @@ impl<const N: usize, const L: usize> Moments<N, L> {
                 }
             }
             let before = variance;
-            variance = maths::greater(sums.form(&residual, &residual), 0.0) / freedom;
+            variance = f64::max(sums.form(&residual, &residual), 0.0) / freedom;
             answer = Some(Answer { coefficients, regressors, inverse, residual, variance });
             if libm::fabs(variance - before) <= 1e-3 * variance {
                 break;

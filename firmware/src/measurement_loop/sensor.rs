@@ -67,7 +67,7 @@ impl Sensor {
         let answer = self.moments.solve([Regressor::new(RATE, 1.0), delay, Regressor::new(BIAS, 1.0), bend])?;
         let covariance = self.moments.covariance(&answer, &answer, true);
         let [scale, late, bias, _] = answer.coefficients;
-        let sigma = |by: [f64; 4]| crate::maths::sqrt(crate::maths::greater(covariance.form(&by, &by), 0.0));
+        let sigma = |by: [f64; 4]| libm::sqrt(f64::max(covariance.form(&by, &by), 0.0));
         let delay_sigma = sigma([-late / (scale * scale), 1.0 / scale, 0.0, 0.0]);
         Some(SensorReading {
             scale: Estimate { value: scale, sigma: sigma([1.0, 0.0, 0.0, 0.0]) },

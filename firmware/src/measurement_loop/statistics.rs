@@ -24,13 +24,13 @@ impl Statistics {
         let off = value - self.mean;
         self.mean += off / f64::from(self.count);
         self.squares += off * (value - self.mean);
-        self.least = crate::maths::lesser(self.least, value);
-        self.greatest = crate::maths::greater(self.greatest, value);
+        self.least = f64::min(self.least, value);
+        self.greatest = f64::max(self.greatest, value);
     }
 
     /// Standard deviation of one of them; `None` before the second.
     pub fn sigma(&self) -> Option<f64> {
-        (self.count > 1).then(|| crate::maths::sqrt(crate::maths::greater(self.squares, 0.0) / (f64::from(self.count) - 1.0)))
+        (self.count > 1).then(|| libm::sqrt(f64::max(self.squares, 0.0) / (f64::from(self.count) - 1.0)))
     }
 }
 

@@ -138,7 +138,7 @@ impl Turns {
         let follows = turn.number > 1 && self.newest.is_some_and(|known| known.number.saturating_add(1) == turn.number);
         if !follows {
             self.kept = 0;
-            let begin = turn.at.0.wrapping_sub(crate::maths::to_u64(crate::maths::round(turn.seconds * self.hardware.edge_timer_Hz)));
+            let begin = turn.at.0.wrapping_sub(libm::round(turn.seconds * self.hardware.edge_timer_Hz) as u64);
             self.put(begin);
         }
         self.put(turn.at.0);

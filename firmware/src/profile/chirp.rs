@@ -1,7 +1,6 @@
 //! Logarithmic and linear chirps, repeated.
 
 use super::{ProfileConfig, milliseconds, sine};
-use crate::maths;
 
 /// Phase per millisecond at one hertz, 2⁻³² turn.
 const STEP_PER_HZ: f64 = 1e-3 * 4_294_967_296.0;
@@ -24,7 +23,7 @@ impl Chirp {
     /// The frequency rises by the same factor in each second.
     pub(super) fn logarithmic(amplitude: f64, c: &ProfileConfig) -> Self {
         let chirp = Self::constant(amplitude, c);
-        let growth = maths::power(c.to_Hz / c.from_Hz, 1.0 / f64::from(chirp.sweep_ms));
+        let growth = libm::pow(c.to_Hz / c.from_Hz, 1.0 / f64::from(chirp.sweep_ms));
         Self { growth, ..chirp }
     }
 
@@ -43,7 +42,7 @@ impl Chirp {
     }
 
     pub(super) fn next_value(&mut self) -> f64 {
-        let value = self.amplitude * sine(crate::maths::to_u64(self.phase) as u32);
+        let value = self.amplitude * sine(self.phase as u64 as u32);
         if self.left_ms == 0 {
             self.left_ms = self.sweep_ms;
             self.step = self.first_step;

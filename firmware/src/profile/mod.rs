@@ -124,7 +124,7 @@ impl Profile {
 
 /// Milliseconds of a valid duration, s.
 fn milliseconds(seconds: f64) -> u32 {
-    crate::maths::to_u32(crate::maths::round(seconds * 1e3))
+    libm::round(seconds * 1e3) as u32
 }
 
 /// Sine of a phase in 2⁻³² turn, to 1e-3.

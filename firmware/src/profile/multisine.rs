@@ -6,7 +6,6 @@
 
 use super::{ProfileConfig, sine};
 use crate::config::{ConfigError, within};
-use crate::maths;
 
 const LINES: usize = 20;
 
@@ -35,17 +34,17 @@ impl Multisine {
         for (n, line) in lines.iter_mut().enumerate() {
             let n = n as f64;
             let below = multiple;
-            let wanted = crate::maths::round(maths::power(highest / lowest, n / last));
+            let wanted = libm::round(libm::pow(highest / lowest, n / last));
             // Lines that would coincide take the next free multiple.
             multiple = if wanted > multiple { wanted } else { multiple + 1.0 };
             turns += (multiple - below) * n / LINES as f64;
-            line.phase = maths::to_u64((1.0 - (turns - maths::trunc(turns))) * 18_446_744_073_709_551_616.0);
-            line.step = maths::to_u64(multiple * lowest * 1e-3 * 18_446_744_073_709_551_616.0);
+            line.phase = ((1.0 - (turns - libm::trunc(turns))) * 18_446_744_073_709_551_616.0) as u64;
+            line.step = (multiple * lowest * 1e-3 * 18_446_744_073_709_551_616.0) as u64;
         }
         let mut sines = Self { lines, scale: 1.0 };
-        let period_ms = maths::to_u32(1e3 / lowest);
-        let peak = (0..period_ms).map(|_| sines.next_value().abs()).fold(0.0, maths::greater);
-        Ok(Self { lines, scale: amplitude / maths::greater(peak, 1.0) })
+        let period_ms = (1e3 / lowest) as u32;
+        let peak = (0..period_ms).map(|_| sines.next_value().abs()).fold(0.0, f64::max);
+        Ok(Self { lines, scale: amplitude / f64::max(peak, 1.0) })
     }
 
     pub(super) fn next_value(&mut self) -> f64 {

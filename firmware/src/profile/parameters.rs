@@ -4,7 +4,6 @@
 
 use super::ProfileKind;
 use crate::config::{ConfigError, within};
-use crate::maths::{to_u32, to_u64};
 
 /// Parameters of a profile. Amplitude and offset are in V, rad/s or rad, by the mode of the drive; acceleration is their rate of change, jerk
 /// the rate of change of the acceleration.
@@ -105,7 +104,7 @@ impl Parameter {
             }
             Write::Whole(most, write) => {
                 let value = within(self.name, value, 0.0, most)?;
-                if crate::maths::trunc(value) != value {
+                if libm::trunc(value) != value {
                     return Err(ConfigError::Unfit(self.name, "must be an integer"));
                 }
                 write(config, value);
@@ -128,7 +127,7 @@ pub const PARAMETERS: [Parameter; 14] = [
     real("amplitude", "x", (-1e4, 1e4), "greatest deviation from the offset", |c| c.amplitude, |c, x| c.amplitude = x),
     real("offset", "x", (-1e4, 1e4), "added to all values", |c| c.offset, |c, x| c.offset = x),
     real("dwell_s", "s", DURATION, "time on a level (multi-step: mean time)", |c| c.dwell_s, |c, x| c.dwell_s = x),
-    whole("levels", MAX_32_BITS, (1.0, 1000.0), "levels on each side of zero", |c| f64::from(c.levels), |c, x| c.levels = to_u32(x)),
+    whole("levels", MAX_32_BITS, (1.0, 1000.0), "levels on each side of zero", |c| f64::from(c.levels), |c, x| c.levels = x as u32),
     real("bit_s", "s", DURATION, "duration of a bit", |c| c.bit_s, |c, x| c.bit_s = x),
     real("from_Hz", "Hz", FREQUENCY, "lowest frequency", |c| c.from_Hz, |c, x| c.from_Hz = x),
     real("to_Hz", "Hz", FREQUENCY, "highest frequency", |c| c.to_Hz, |c, x| c.to_Hz = x),
@@ -136,9 +135,9 @@ pub const PARAMETERS: [Parameter; 14] = [
     real("frequency_Hz", "Hz", FREQUENCY, "frequency", |c| c.frequency_Hz, |c, x| c.frequency_Hz = x),
     real("acceleration", "x/s", (1e-3, 1e6), "limit of the change per second", |c| c.acceleration, |c, x| c.acceleration = x),
     real("jerk", "x/s2", (1e-3, 1e9), "limit of the change of acceleration per second", |c| c.jerk, |c, x| c.jerk = x),
-    whole("cycles", MAX_32_BITS, (0.0, 1e6), "number of cycles; 0: without end", |c| f64::from(c.cycles), |c, x| c.cycles = to_u32(x)),
-    whole("turns", MAX_32_BITS, (1.0, 1e6), "number of turns", |c| f64::from(c.turns), |c, x| c.turns = to_u32(x)),
-    whole("seed", MAX_53_BITS, (0.0, f64::MAX), "seed of the random profiles", |c| c.seed as f64, |c, x| c.seed = to_u64(x)),
+    whole("cycles", MAX_32_BITS, (0.0, 1e6), "number of cycles; 0: without end", |c| f64::from(c.cycles), |c, x| c.cycles = x as u32),
+    whole("turns", MAX_32_BITS, (1.0, 1e6), "number of turns", |c| f64::from(c.turns), |c, x| c.turns = x as u32),
+    whole("seed", MAX_53_BITS, (0.0, f64::MAX), "seed of the random profiles", |c| c.seed as f64, |c, x| c.seed = x as u64),
 ];
 
 const fn real(

@@ -61,7 +61,7 @@ impl Plateaus {
     fn start_slope(&mut self, from: f64) {
         self.slope = Slope::new(from, self.level(), &self.limits);
         // Rounding must not add a millisecond to a slope of whole milliseconds.
-        self.slope_ms = crate::maths::to_u64(crate::maths::ceil(self.slope.length_s * 1e3 - 1e-9));
+        self.slope_ms = libm::ceil(self.slope.length_s * 1e3 - 1e-9) as u64;
         self.done_ms = 0;
     }
 }

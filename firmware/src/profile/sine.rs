@@ -3,7 +3,6 @@
 //! Uses the double-precision sine, so that the command has no harmonics. The phase is in units of 2⁻⁶⁴ turn and stays exact for hours.
 
 use super::ProfileConfig;
-use crate::maths;
 
 #[derive(Clone, Debug)]
 pub(super) struct Sine {
@@ -14,12 +13,12 @@ pub(super) struct Sine {
 
 impl Sine {
     pub(super) fn new(amplitude: f64, c: &ProfileConfig) -> Self {
-        Self { amplitude, phase: 0, step: maths::to_u64(c.frequency_Hz * 1e-3 * 18_446_744_073_709_551_616.0) }
+        Self { amplitude, phase: 0, step: (c.frequency_Hz * 1e-3 * 18_446_744_073_709_551_616.0) as u64 }
     }
 
     pub(super) fn next_value(&mut self) -> f64 {
         let turn = ((self.phase >> 32) as u32 as i32) as f64 * (1.0 / 4_294_967_296.0);
         self.phase = self.phase.wrapping_add(self.step);
-        self.amplitude * maths::sin(core::f64::consts::TAU * turn)
+        self.amplitude * libm::sin(core::f64::consts::TAU * turn)
     }
 }

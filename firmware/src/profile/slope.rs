@@ -6,7 +6,6 @@
 //! L. Biagiotti, C. Melchiorri, Trajectory Planning for Automatic Machines and Robots, §3.4.
 
 use super::ProfileConfig;
-use crate::maths;
 
 /// Limits of a slope.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,13 +28,13 @@ impl SlopeLimits {
     /// The greatest level of a pulse from zero and back to zero with a given `area` (level × s).
     pub(super) fn greatest_level(&self, area: f64) -> f64 {
         // Below the acceleration limit: 2 v √(v/j) = A; at the limit: v (v/a + a/j) = A.
-        let rounded = maths::cube_root(0.25 * area * area * self.jerk);
+        let rounded = libm::cbrt(0.25 * area * area * self.jerk);
         let corner = self.acceleration / self.jerk;
         if rounded * self.jerk <= self.acceleration * self.acceleration {
             return rounded;
         }
         let half = 0.5 * self.acceleration * corner;
-        crate::maths::sqrt(half * half + self.acceleration * area) - half
+        libm::sqrt(half * half + self.acceleration * area) - half
     }
 }
 
@@ -56,7 +55,7 @@ impl Slope {
     pub(super) fn new(from: f64, to: f64, limits: &SlopeLimits) -> Self {
         let rise = (to - from).abs();
         let (corner_s, greatest) = if rise * limits.jerk < limits.acceleration * limits.acceleration {
-            let corner_s = crate::maths::sqrt(rise / limits.jerk);
+            let corner_s = libm::sqrt(rise / limits.jerk);
             (corner_s, limits.jerk * corner_s)
         } else {
             (limits.acceleration / limits.jerk, limits.acceleration)

@@ -27,7 +27,7 @@ impl MultiStep {
             let sign = if (self.level > 0.0) == back { -1.0 } else { 1.0 };
             self.level = if self.nth == 5 { 0.0 } else { self.amplitude * size * sign };
             self.nth = if self.nth == 5 { 0 } else { self.nth + 1 };
-            self.left_ms = crate::maths::to_u32((0.5 + self.random.unit()) * f64::from(self.dwell_ms));
+            self.left_ms = ((0.5 + self.random.unit()) * f64::from(self.dwell_ms)) as u32;
         }
         self.left_ms = self.left_ms.saturating_sub(1);
         self.level

@@ -128,7 +128,7 @@ impl<'a, S: Sensor, C: Clock> Runner<'a, S, C> {
             status.samples = status.samples.saturating_add(drained.samples as u32);
             status.lost = status.lost.saturating_add(drained.lost);
             status.refused = status.refused.saturating_add(drained.refused);
-            status.longest_read_s = crate::maths::greater(status.longest_read_s, duration as f64 / TICKS_PER_S as f64);
+            status.longest_read_s = f64::max(status.longest_read_s, duration as f64 / TICKS_PER_S as f64);
         });
         Ok((newest.is_some(), drained.refused > 0))
     }

@@ -56,7 +56,7 @@ impl SampleClock {
     pub fn at(&self, stamp: u32) -> Option<Ticks> {
         self.pair.map(|(known, at)| {
             let steps = f64::from(stamp.wrapping_sub(known) as i32) * self.steps_per_stamp;
-            Ticks(at.0.saturating_add_signed(crate::maths::to_i64(steps)))
+            Ticks(at.0.saturating_add_signed(steps as i64))
         })
     }
 

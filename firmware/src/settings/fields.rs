@@ -52,7 +52,7 @@ macro_rules! fields {
     (@name $name:ident $inner:ident) => { stringify!($inner) };
     (@read $kept:ident . $place:ident . duty_full_scale) => { f64::from($kept.$place.duty_full_scale) };
     (@read $($path:tt)*) => { $($path)* };
-    (@write $kept:ident . $place:ident . duty_full_scale, $value:ident) => { $kept.$place.duty_full_scale = crate::maths::to_i32(crate::maths::round($value)) as i16 };
+    (@write $kept:ident . $place:ident . duty_full_scale, $value:ident) => { $kept.$place.duty_full_scale = libm::round($value) as i32 as i16 };
     (@write $kept:ident . $place:ident . $name:ident $(. $inner:ident)?, $value:ident) => { $kept.$place.$name $(.$inner)? = $value };
 }
 

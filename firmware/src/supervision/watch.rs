@@ -133,7 +133,7 @@ impl Watch {
             _ => 0.0,
         };
         let counts_per_turn = core::f64::consts::TAU / self.rad_per_count;
-        let mut off_counts = (moved - crate::maths::round(moved)).abs() * counts_per_turn;
+        let mut off_counts = (moved - libm::round(moved)).abs() * counts_per_turn;
         // A new index; less than half a count is rounding.
         if moved.abs() * counts_per_turn > 0.5 {
             self.from_rad = 0.0;
@@ -148,7 +148,7 @@ impl Watch {
 
 /// Rows in so many seconds, at least one where there is any time; a time that is none is none.
 fn rows(seconds: f64) -> u32 {
-    crate::maths::to_u32(crate::maths::ceil(seconds * ROW_HZ as f64))
+    libm::ceil(seconds * ROW_HZ as f64) as u32
 }
 
 #[cfg(test)]

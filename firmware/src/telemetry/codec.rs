@@ -47,8 +47,8 @@ impl Out<'_> {
                 Coding::Single => self.bytes(&(value as f32).to_le_bytes())?,
                 Coding::Nano if value.is_nan() => self.signed(i64::MIN)?,
                 // The conversion saturates.
-                Coding::Nano => self.signed(crate::maths::to_i64(crate::maths::round(value * 1e9)))?,
-                Coding::Whole => self.whole(crate::maths::to_u32(value).into())?,
+                Coding::Nano => self.signed(libm::round(value * 1e9) as i64)?,
+                Coding::Whole => self.whole((value as u32).into())?,
             }
         }
         Some(())

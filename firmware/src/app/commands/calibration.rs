@@ -19,7 +19,7 @@ pub(super) const ENTRIES: &[Entry] = &[
     ),
     entry(
         "CALibration:COGGing:PROGress",
-        Action::NumberQuery("PCT", |state| Ok(crate::maths::round(f64::from(state.calibration.watch.percent()) * 10.0) * 0.1)),
+        Action::NumberQuery("PCT", |state| Ok(libm::round(f64::from(state.calibration.watch.percent()) * 10.0) * 0.1)),
         "progress",
     ),
     entry("CALibration:COGGing", Action::TextQuery("NONE, RUNNING, DONE and the result, or FAILED and the reason", result), "result"),

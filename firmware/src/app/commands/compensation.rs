@@ -6,7 +6,6 @@ use crate::compensation::{Compensation, Harmonic, Harmonics};
 use crate::console::errors::{Code, ErrorEntry};
 use crate::console::parse::{Parameters, Range};
 use crate::console::quantity::Quantity;
-use crate::maths;
 use crate::speed_loop::Compensating;
 use crate::text::{WithUnit, write_list};
 use core::fmt::{self, Write};
@@ -69,7 +68,7 @@ fn harmonic(state: &State<'_>, parameters: &mut Parameters<'_>) -> Done {
     let order = parameters.number(const { &Range::new(Quantity::PLAIN, 1.0, crate::compensation::HIGHEST_ORDER as f64, 1.0) })?;
     let torque_N_m = parameters.number(const { &Range::new(Quantity::TORQUE, 0.0, 1e3, 0.0) })?;
     let phase_rad = parameters.number(const { &Range::new(Quantity::ANGLE, -1e3, 1e3, 0.0) })?;
-    let order = maths::to_u32(maths::round(order)) as u16;
+    let order = libm::round(order) as u32 as u16;
     let new = Harmonic { order, torque_N_m, phase_rad };
     let old = state.settings.kept.get().settings.compensation.harmonics;
     let others = old.as_slice().iter().copied().filter(|harmonic| harmonic.order != order);

@@ -31,7 +31,7 @@ pub(super) const ENTRIES: &[Entry] = &[
         Action::Command("<samples before the trigger>", |state, parameters| {
             let range = const { &Range::new(Quantity::PLAIN, 0.0, (SAMPLES - 2) as f64, crate::app::CAPTURE_BEFORE as f64) };
             let before = parameters.number(range)?;
-            state.capture.memory.arm(crate::maths::to_u32(crate::maths::round(before)) as usize);
+            state.capture.memory.arm(libm::round(before) as u32 as usize);
             Ok(())
         }),
         "start a new recording; deletes the last",
@@ -72,11 +72,7 @@ fn select_samples(state: &State<'_>, parameters: &mut Parameters<'_>) -> Result<
     let range = const { &Range::new(Quantity::PLAIN, 0.0, SAMPLES as f64, 0.0) };
     let mut next = |default: usize| {
         let mut copy = *parameters;
-        if copy.next_text().is_none() {
-            Ok(default)
-        } else {
-            parameters.number(range).map(|number| crate::maths::to_u32(crate::maths::round(number)) as usize)
-        }
+        if copy.next_text().is_none() { Ok(default) } else { parameters.number(range).map(|number| libm::round(number) as u32 as usize) }
     };
     let first = next(0)?;
     let count = next(record.len())?;

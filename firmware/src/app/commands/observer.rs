@@ -20,7 +20,7 @@ pub(super) const ENTRIES: &[Entry] = &[
             let has_moment = parameters.on_off()?;
             state.gyro.observer.change(|numbers| {
                 *numbers = Default::default();
-                numbers.of_mut(STATES).fill(crate::maths::round(states));
+                numbers.of_mut(STATES).fill(libm::round(states));
                 numbers.of_mut(MOMENT).fill(f64::from(u8::from(has_moment)));
             });
             Ok(())
@@ -31,7 +31,7 @@ pub(super) const ENTRIES: &[Entry] = &[
         "OBServer:PHI",
         Action::Command("<row>,<a number for each state>", |state, parameters| {
             let row = parameters.number(&Range::new(Quantity::PLAIN, 1.0, MOST_STATES as f64, 1.0))?;
-            set_states(state, parameters, phi((crate::maths::to_u32(row) as usize).saturating_sub(1)))
+            set_states(state, parameters, phi((row as u32 as usize).saturating_sub(1)))
         }),
         "a row of PHI in x[n+1] = PHI x[n] + GAMMA u[n] + GAIN (y[n] - x1[n])",
     ),

@@ -43,7 +43,7 @@ pub(super) const ENTRIES: &[Entry] = &[
             range: const { &Range::new(Quantity::PLAIN, 1.0, 1000.0, 1.0) },
             read: |state| f64::from(state.stream.selection.get().decimation),
             write: |state, decimation| {
-                let decimation = crate::maths::to_u32(crate::maths::round(decimation));
+                let decimation = libm::round(decimation) as u32;
                 select(state, Stream { decimation, ..state.stream.selection.get() })
             },
         },

@@ -74,7 +74,7 @@ impl Numbers {
 
     /// How many states there are, at most [`MOST_STATES`]; 0: no observer.
     pub fn states(&self) -> usize {
-        (crate::maths::to_u32(self.one(STATES)) as usize).min(MOST_STATES)
+        (self.one(STATES) as u32 as usize).min(MOST_STATES)
     }
 
     /// A place as an array.

@@ -240,7 +240,7 @@ impl All {
             _ => None,
         };
         self.corrected = Corrected::default();
-        self.settling = crate::maths::to_u32(crate::maths::ceil(n.one(SETTLE) * ROW_HZ as f64));
+        self.settling = libm::ceil(n.one(SETTLE) * ROW_HZ as f64) as u32;
         self.design = Some(design);
         self.stability = Some(Stability::new(&phi, &gain));
         self.phase = Phase::Checking;
@@ -339,6 +339,6 @@ impl All {
         let most = limit_A / hardware.torquer_A_per_step;
         let most = if most < MOST_STEPS { most } else { MOST_STEPS };
         let moment = Regulator::new(&gains, most * moment_per_step).map_or(0.0, |regulator| regulator.moment(self.observer.estimate()));
-        TorquerStep(crate::maths::to_i32(crate::maths::round(moment / moment_per_step)) as i16)
+        TorquerStep(libm::round(moment / moment_per_step) as i32 as i16)
     }
 }

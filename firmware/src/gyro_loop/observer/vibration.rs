@@ -65,7 +65,7 @@ impl Vibration {
     pub fn take(&mut self, motion: Motion) -> Corrected {
         let Some(before) = self.before.replace(motion) else { return self.newest };
         let turned_rad = motion.gamma_rad - before.gamma_rad;
-        let product = |m: &Motion| m.alpha_rate_rad_s * crate::maths::sin(m.gamma_rad);
+        let product = |m: &Motion| m.alpha_rate_rad_s * libm::sin(m.gamma_rad);
         let vibration_rad = 0.5 * self.rate_gain_s * (product(&before) + product(&motion))
             - 0.5 * self.inertia_gain_s * (before.beta_rate_rad_s + motion.beta_rate_rad_s) * turned_rad;
         let values = [0.5 * (before.alpha_rad + motion.alpha_rad), vibration_rad];
