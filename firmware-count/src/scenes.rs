@@ -8,7 +8,7 @@ use crate::tally::Tally;
 use stand_firmware::board::{CONTROL_PER_ROW, Hardware};
 use stand_firmware::capture::Memory;
 use stand_firmware::compensation::{Compensation, Harmonic, Harmonics};
-use stand_firmware::gyro_loop::Due;
+use stand_firmware::gyro_loop::TimedOutput;
 use stand_firmware::speed_loop::{Command, Config, Fault, Interrupt, Limits, Mailboxes, Segment, Settings, SpeedLoop, Zero};
 
 /// Ticks of a scene: two seconds.
@@ -102,7 +102,7 @@ static CONVERTER: AtomicU32 = AtomicU32::new(0);
 static LEFT: AtomicU32 = AtomicU32::new(0);
 const CHANNELS: u32 = 5;
 const SWEEPS: u32 = 64;
-static DUE: Due = Due::new();
+static OUTPUT: TimedOutput = TimedOutput::new();
 static MEMORY: Memory = Memory::new();
 
 /// Plays a scene from power-on and counts each of its ticks.
@@ -143,8 +143,8 @@ pub fn play(scene: &Scene, meter: &Meter) -> Tally {
         if scene.drives_torquer && n % CONTROL_PER_ROW == 3 {
             // As the measurement's task does it: the sample of this millisecond, and a pulse for the next.
             LEFT.store(n as u32 % (CHANNELS * SWEEPS), Ordering::Relaxed);
-            samples += u64::from(DUE.sample().is_some());
-            DUE.give((n - 3 + CONTROL_PER_ROW) as u32, if n < TICKS / 2 { 2500 } else { 1500 });
+            samples += u64::from(OUTPUT.take_sweep().is_some());
+            OUTPUT.set((n - 3 + CONTROL_PER_ROW) as u32, if n < TICKS / 2 { 2500 } else { 1500 });
         }
         let instructions = meter.count(|| tick(&mut interrupt, &mut motor, n as u32));
         tally.add(instructions);
@@ -170,9 +170,9 @@ pub fn play(scene: &Scene, meter: &Meter) -> Tally {
 /// The interrupt as the board calls it, the torquer first; a function of its own, so that nothing of it moves past the meter.
 #[inline(never)]
 fn tick(interrupt: &mut Interrupt<'_>, motor: &mut Motor, n: u32) {
-    if let Some(value) = DUE.take(n) {
+    if let Some(value) = OUTPUT.take(n) {
         CONVERTER.store(u32::from(value), Ordering::Relaxed);
-        DUE.sampled((CHANNELS * SWEEPS).saturating_sub(LEFT.load(Ordering::Relaxed)) / CHANNELS % SWEEPS);
+        OUTPUT.set_sweep((CHANNELS * SWEEPS).saturating_sub(LEFT.load(Ordering::Relaxed)) / CHANNELS % SWEEPS);
     }
     interrupt.run(motor);
 }

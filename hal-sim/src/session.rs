@@ -11,7 +11,7 @@ use crate::peripherals::SensorSetup;
 use crate::peripherals::imu::ImuSetup;
 use embassy_futures::select::select;
 use stand_firmware::board::{Board, Clock, Hardware, ROW_HZ, TICKS_PER_ROW};
-use stand_firmware::calibration::{self, Found, Map, Refused, Watch};
+use stand_firmware::calibration::{self, CalibrationError, CalibrationProgress, CalibrationResult, Map};
 use stand_firmware::config::ConfigError;
 use stand_firmware::measurement_loop::{MeasurementLoop, Pace, Row, RowSink};
 use stand_firmware::profile::{PARAMETERS, Profile, ProfileConfig, ProfileKind, ProfileRunner};
@@ -224,7 +224,7 @@ async fn await_first_sample(clock: &SimClock<'_>, sensor: &sensors::Shared) {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Calibrated {
     /// What was found, or why nothing was.
-    pub outcome: Result<Found, Refused>,
+    pub outcome: Result<CalibrationResult, CalibrationError>,
     /// The compensation that the speed loop holds afterwards, in the tick's units.
     pub in_force: CompensationGains,
 }
@@ -234,7 +234,12 @@ pub struct Calibrated {
 ///
 /// # Errors
 /// As [`run`].
-pub fn calibrate<P: PlantPort>(stand: StandSetup, plant: P, seed: u64, watching: impl Fn(&Watch)) -> Result<Calibrated, SessionError> {
+pub fn calibrate<P: PlantPort>(
+    stand: StandSetup,
+    plant: P,
+    seed: u64,
+    watching: impl Fn(&CalibrationProgress),
+) -> Result<Calibrated, SessionError> {
     stand.sensors.check()?;
     let config = Config::new(&stand.settings, &stand.hardware)?;
     // The runner needs some profile until the calibration gives it its course.
@@ -247,7 +252,7 @@ pub fn calibrate<P: PlantPort>(stand: StandSetup, plant: P, seed: u64, watching:
     let mut runner = ProfileRunner::new(still, Mode::Off, stand.hardware, &mailboxes.commands);
     let mut measurement = MeasurementLoop::new(stand.hardware, &mailboxes.reports);
     let mut map = Box::new(Map::new());
-    let watch = Watch::default();
+    let watch = CalibrationProgress::default();
 
     let mut board = SimBoard::new(&bench, &clock);
     let calibration = async {

@@ -20,7 +20,7 @@ const SEEDS: std::ops::RangeInclusive<u64> = 1..=4;
 fn measured(stand: &Stand, mode: Mode, kind: ProfileKind, seed: u64) -> Instruments {
     let request = SessionRequest::new(mode, kind, 40.0, seed);
     let instruments = Instruments::new(stand.hardware);
-    run_rows(stand.setup(), Plant::new(stand, 0.0).unwrap(), request, |row, _| instruments.take(row)).unwrap();
+    run_rows(stand.setup(), Plant::new(stand, 0.0).unwrap(), request, |row, _| instruments.add(row)).unwrap();
     instruments
 }
 

@@ -82,7 +82,7 @@ struct Kept<'a>(Vec<Row>, &'a Instruments);
 impl RowSink for Kept<'_> {
     fn row(&mut self, row: &Row) {
         self.0.push(*row);
-        self.1.take(row);
+        self.1.add(row);
     }
 }
 
@@ -174,5 +174,5 @@ fn turns_are_timed_to_a_step_of_the_edge_timer_and_the_ripple_shows_where_it_is(
     let first = rows.iter().position(|row| row.turn.is_some()).unwrap();
     assert!((rows[first].t_s - (1.0 + TAU) / RATE).abs() < 3e-3, "{}", rows[first].t_s);
     let timing = instruments.timing();
-    assert_eq!((timing.rows, timing.missed, timing.least_s, timing.greatest_s), (10_000, 0, 1e-3, 1e-3));
+    assert_eq!((timing.rows, timing.missed, timing.min_s, timing.max_s), (10_000, 0, 1e-3, 1e-3));
 }

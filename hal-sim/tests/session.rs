@@ -126,7 +126,7 @@ fn the_current_limit_holds_and_is_a_status() {
 #[test]
 fn rows_come_evenly_and_are_complete() {
     let record = run(StandSetup::default(), with_friction(), constant(Mode::Rate, 3.0, 0.5)).unwrap();
-    assert_eq!((record.pace.least, record.pace.greatest), (TICKS_PER_ROW, TICKS_PER_ROW));
+    assert_eq!((record.pace.min, record.pace.max), (TICKS_PER_ROW, TICKS_PER_ROW));
     for name in ["t_s", "u_V", "supply_V", "i_A", "theta_rad", "omega_rad_s", "rate_cmd_rad_s", "theta_cmd_rad", "temp_C"] {
         assert_eq!(col(&record, name).len(), 500, "{name}");
         assert!(col(&record, name).iter().all(|v| v.is_finite()));

@@ -9,7 +9,7 @@ use host_tools::compensate::{LearnError, file, learn, ripple};
 use host_tools::log::Log;
 use host_tools::model::Model;
 use rayon::prelude::*;
-use stand_firmware::calibration::Refused;
+use stand_firmware::calibration::CalibrationError;
 use stand_firmware::compensation::{Compensation, Harmonic, Harmonics};
 use stand_firmware::profile::{ProfileConfig, ProfileKind};
 use stand_firmware::speed_loop::{Compensating, Config, Fault, Mode, Settings};
@@ -149,7 +149,7 @@ fn an_aborted_calibration_leaves_the_compensation_as_it_was_and_progress_only_ri
             }
         })
         .unwrap();
-        assert_eq!(calibrated.outcome, Err(Refused::Aborted));
+        assert_eq!(calibrated.outcome, Err(CalibrationError::Aborted));
         assert_eq!(calibrated.in_force, old, "aborted at {percent} %");
         assert!(seen.get() >= percent && seen.get() < percent + 1.0, "it ends where it is aborted: {}", seen.get());
     }
@@ -161,14 +161,17 @@ fn a_calibration_is_refused_where_the_index_cannot_come_or_the_rate_is_not_held(
     let mut blocked = Stand::default();
     blocked.effects.insert("coulomb".to_owned(), [("coulomb_N_m".to_owned(), 0.1)].into());
     let refused = calibrate(blocked.setup(), Plant::new(&blocked, 1.0).unwrap(), 1, |_| ()).unwrap();
-    assert_eq!(refused.outcome, Err(Refused::Fault(Fault::Stall)), "it pushes, and no edge comes");
+    assert_eq!(refused.outcome, Err(CalibrationError::Fault(Fault::Stall)), "it pushes, and no edge comes");
     assert_eq!(refused.in_force, Config::new(&blocked.firmware, &blocked.hardware).unwrap().compensation());
     // A current limit of less than friction asks for, once it turns: cogging holds it back.
     let mut weak = stand(&STANDS[2]);
     weak.firmware.current_limit_A = 0.1;
     let refused = calibrate(weak.setup(), Plant::new(&weak, 1.0).unwrap(), 1, |_| ()).unwrap();
     assert!(
-        matches!(refused.outcome, Err(Refused::NotHeld(_) | Refused::NoIndex | Refused::Fault(Fault::Tracking))),
+        matches!(
+            refused.outcome,
+            Err(CalibrationError::RateNotHeld(_) | CalibrationError::NoIndex | CalibrationError::Fault(Fault::Tracking))
+        ),
         "{:?}",
         refused.outcome
     );

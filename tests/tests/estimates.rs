@@ -18,7 +18,7 @@ const SECONDS: f64 = 40.0;
 fn measured(stand: &Stand, mode: Mode, kind: ProfileKind, seed: u64) -> (Log, Instruments) {
     let request = SessionRequest::new(mode, kind, SECONDS, seed);
     let instruments = Instruments::new(stand.hardware);
-    session::run_rows(stand.setup(), Plant::new(stand, 0.0).unwrap(), request, |row, _| instruments.take(row)).unwrap();
+    session::run_rows(stand.setup(), Plant::new(stand, 0.0).unwrap(), request, |row, _| instruments.add(row)).unwrap();
     (own::log(stand, mode, kind, SECONDS, seed), instruments)
 }
 

@@ -83,10 +83,10 @@ fn near(step: u32, value: f64, expected: f64, relative: f64) {
 /// Instructions of a step in the middle of a run, where no number is nothing or a power of two.
 fn count<T: Real, const N: usize>(meter: &Meter, what: &str, phi: &[[f64; N]; N], gamma: &[f64; N], gain: &[f64; N]) {
     let design = design::<T, N>(phi, gamma, gain);
-    let mut observer = Observer::at(T::of(1e-3));
+    let mut observer = Observer::at(T::from_f64(1e-3));
     let mut greatest = 0;
     for step in 0..200_u32 {
-        let (angle, moment) = (T::of(1.1e-3 + 1.3e-6 * f64::from(step)), T::of(3.3e-6));
+        let (angle, moment) = (T::from_f64(1.1e-3 + 1.3e-6 * f64::from(step)), T::from_f64(3.3e-6));
         let instructions = meter.count(|| {
             black_box(black_box(&mut observer).step(black_box(&design), black_box(angle), black_box(moment)));
         });

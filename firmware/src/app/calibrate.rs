@@ -2,7 +2,7 @@
 
 use super::state::{Activity, CalibrationPhase, Request, State};
 use crate::board::{Clock, TICKS_PER_ROW};
-use crate::calibration::{Course, Found, Map, Measuring, Refused};
+use crate::calibration::{CalibrationError, CalibrationResult, CalibrationRun, Map, Trajectory};
 use crate::console::errors::{Code, ErrorEntry};
 use crate::mailbox::Mailbox;
 use crate::speed_loop::{CompensationGains, Config};
@@ -14,7 +14,7 @@ pub async fn run<'a, C: Clock>(
     state: &State<'_>,
     clock: &C,
     map: &'a mut Map,
-    measuring: &Cell<Option<Measuring<'a>>>,
+    measuring: &Cell<Option<CalibrationRun<'a>>>,
     compensation: &Mailbox<CompensationGains>,
 ) -> ! {
     let mut free_map = Some(map);
@@ -29,26 +29,26 @@ pub async fn run<'a, C: Clock>(
             && let Some(map) = free_map.take()
         {
             let settings = state.settings.kept.get().settings;
-            let outcome = match Course::usual(&settings) {
+            let outcome = match Trajectory::new(&settings) {
                 Ok(course) => {
                     state.calibration.phase.set(CalibrationPhase::Starting);
-                    measuring.set(Some(Measuring::new(course, map, &settings)));
+                    measuring.set(Some(CalibrationRun::new(course, map, &settings)));
                     state.drive.request.set(Some(Request::Calibration(course)));
                     let end = end_of_course(state, clock, measuring).await;
                     let sums = measuring.take();
                     state.calibration.phase.set(CalibrationPhase::Evaluating);
                     let outcome = match (end, &sums) {
-                        (Ok(()), Some(sums)) => sums.answer(&settings, &state.hardware).await,
+                        (Ok(()), Some(sums)) => sums.evaluate(&settings, &state.hardware).await,
                         (Err(refused), _) => Err(refused),
-                        (Ok(()), None) => Err(Refused::Aborted),
+                        (Ok(()), None) => Err(CalibrationError::Aborted),
                     };
-                    free_map = sums.map(Measuring::into_map);
+                    free_map = sums.map(CalibrationRun::into_map);
                     outcome
                 }
                 Err(error) => {
                     free_map = Some(map);
                     state.drive.activity.set(Activity::None);
-                    Err(Refused::Settings(error))
+                    Err(CalibrationError::Settings(error))
                 }
             };
             finish(state, outcome);
@@ -57,15 +57,19 @@ pub async fn run<'a, C: Clock>(
 }
 
 /// Waits until the course is over or was refused.
-async fn end_of_course<C: Clock>(state: &State<'_>, clock: &C, measuring: &Cell<Option<Measuring<'_>>>) -> Result<(), Refused> {
+async fn end_of_course<C: Clock>(
+    state: &State<'_>,
+    clock: &C,
+    measuring: &Cell<Option<CalibrationRun<'_>>>,
+) -> Result<(), CalibrationError> {
     loop {
         clock.until(clock.now() + TICKS_PER_ROW).await;
-        if let Some(refused) = state.calibration.watch.refused() {
+        if let Some(refused) = state.calibration.watch.error() {
             state.drive.request.set(Some(Request::End));
             return Err(refused);
         }
         let sums = measuring.take();
-        let is_over = sums.as_ref().is_none_or(Measuring::is_over);
+        let is_over = sums.as_ref().is_none_or(CalibrationRun::is_over);
         measuring.set(sums);
         if is_over {
             return Ok(());
@@ -73,7 +77,7 @@ async fn end_of_course<C: Clock>(state: &State<'_>, clock: &C, measuring: &Cell<
     }
 }
 
-fn finish(state: &State<'_>, outcome: Result<Found, Refused>) {
+fn finish(state: &State<'_>, outcome: Result<CalibrationResult, CalibrationError>) {
     match &outcome {
         Ok(found) => {
             let mut kept = state.settings.kept.get();

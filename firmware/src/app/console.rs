@@ -152,13 +152,13 @@ fn work<F: NorFlash>(state: &State<'_>, job: Job, store: &mut Store<F>, reply: &
         Job::WaitAndReply => reply.push('1').map_err(|_| ErrorEntry::new(Code::TOO_MUCH_DATA))?,
         Job::Save => {
             state.require_at_rest()?;
-            let saved = Saved { kept: state.settings.kept.get(), observer: state.gyro.observer.numbers() };
+            let saved = Saved { kept: state.settings.kept.get(), observer: state.gyro.observer.parameters() };
             store.save(&saved, Kept::layout()).map_err(storage_error)?;
         }
         Job::Load => {
             state.require_at_rest()?;
             let saved: Option<Saved> = store.load(Kept::layout()).map_err(storage_error)?;
-            state.gyro.observer.set(&saved.map(|saved| saved.observer).unwrap_or_default());
+            state.gyro.observer.set_parameters(&saved.map(|saved| saved.observer).unwrap_or_default());
             let kept = saved.map_or(state.settings.defaults, |saved| saved.kept);
             state.apply(kept).map_err(|error| ErrorEntry::with(Code::SETTING, error))?;
         }

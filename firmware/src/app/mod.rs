@@ -55,8 +55,8 @@ pub struct Memory {
     mailboxes: Option<Mailboxes>,
     instruments: Option<Instruments>,
     imu: Option<sensors::Shared>,
-    drift: Option<gyro_loop::Shared>,
-    observer: Option<observer::Shared>,
+    drift: Option<gyro_loop::DriftMeasurement>,
+    observer: Option<observer::RunningObserver>,
 }
 
 impl Default for Memory {
@@ -117,11 +117,11 @@ pub fn assemble<'a, F: NorFlash>(
     let interrupt = Interrupt::new(SpeedLoop::new(config), mailboxes).recording(memory.capture.recorder(CAPTURE_BEFORE));
     let instruments: &Instruments = memory.instruments.insert(Instruments::new(kept.hardware));
     let imu: &sensors::Shared = memory.imu.insert(sensors::Shared::default());
-    let drift: &gyro_loop::Shared =
-        memory.drift.insert(gyro_loop::Shared::new(gyro_loop::Scales::new(&kept.settings.gyro, &kept.hardware)));
-    let observer: &observer::Shared = memory.observer.insert(observer::Shared::default());
-    observer.set(&observer_numbers);
-    observer.scale(kept.settings.gyro);
+    let drift: &gyro_loop::DriftMeasurement =
+        memory.drift.insert(gyro_loop::DriftMeasurement::new(gyro_loop::Scales::new(&kept.settings.gyro, &kept.hardware)));
+    let observer: &observer::RunningObserver = memory.observer.insert(observer::RunningObserver::default());
+    observer.set_parameters(&observer_numbers);
+    observer.set_gyro_settings(kept.settings.gyro);
     let state = State::new(
         identity,
         stop_line,
@@ -132,7 +132,8 @@ pub fn assemble<'a, F: NorFlash>(
     if let Some(error) = error {
         state.report(error);
     }
-    let measurement = MeasurementLoop::new(kept.hardware, &mailboxes.reports).with_imu(imu).with_pulse(drift).with_observer(observer);
+    let measurement =
+        MeasurementLoop::new(kept.hardware, &mailboxes.reports).with_imu(imu).with_gyro(gyro_loop::GyroLoop::new(drift, observer));
     Ok((
         interrupt,
         App { state, store, measurement, commands: &mailboxes.commands, compensation: &mailboxes.compensation, map: &mut memory.map },

@@ -2,11 +2,11 @@
 
 use super::state::{Activity, CalibrationPhase, State};
 use crate::board::{Clock, EdgeTime, Hardware, ROW_HZ, TICKS_PER_ROW, TICKS_PER_S, Ticks};
-use crate::calibration::{Measuring, Refused};
+use crate::calibration::{CalibrationError, CalibrationRun};
 use crate::console::errors::{Code, ErrorEntry};
 use crate::measurement_loop::{Decimate, Row, RowSink};
 use crate::status::Fault;
-use crate::supervision::Watch;
+use crate::supervision::RowSupervisor;
 use crate::telemetry::{Beat, Body, RowFrame};
 use core::cell::Cell;
 
@@ -52,7 +52,7 @@ pub struct Rows<'a, C> {
     hardware: Hardware,
     frames: Option<(u32, Decimate<Framer<'a>>)>,
     fault: Fault,
-    watch: Watch,
+    watch: RowSupervisor,
     /// The count of fault clearings that the watch has seen.
     fault_clears: u16,
     marks: [Mark; RATE_ROWS],
@@ -61,19 +61,19 @@ pub struct Rows<'a, C> {
     /// A drift session ran at the row before.
     drift_ran: bool,
     /// Sums of the calibration while it measures; [`super::calibrate`] takes them at the end.
-    pub(super) measuring: &'a Cell<Option<Measuring<'a>>>,
+    pub(super) measuring: &'a Cell<Option<CalibrationRun<'a>>>,
 }
 
 impl<'a, C: Clock> Rows<'a, C> {
     /// Distributes the rows of this state.
-    pub fn new(state: &'a State<'a>, clock: C, measuring: &'a Cell<Option<Measuring<'a>>>) -> Self {
+    pub fn new(state: &'a State<'a>, clock: C, measuring: &'a Cell<Option<CalibrationRun<'a>>>) -> Self {
         Self {
             state,
             clock,
             hardware: state.hardware,
             frames: None,
             fault: Fault::None,
-            watch: Watch::new(&state.settings.kept.get().settings.safety, &state.hardware),
+            watch: RowSupervisor::new(&state.settings.kept.get().settings.safety, &state.hardware),
             fault_clears: state.drive.fault_clears.get(),
             marks: [Mark::default(); RATE_ROWS],
             taken: 0,
@@ -136,21 +136,21 @@ impl<'a, C: Clock> Rows<'a, C> {
             state.set_text_mode();
         }
         if state.supervision.settings_changed.take() {
-            self.watch.set(&state.settings.kept.get().settings.safety);
-            self.watch.arm_host(state.supervision.host_timeout_s.get().unwrap_or(0.0));
+            self.watch.set_settings(&state.settings.kept.get().settings.safety);
+            self.watch.set_host_timeout(state.supervision.host_timeout_s.get().unwrap_or(0.0));
         }
         if state.supervision.host_heard.take() {
-            self.watch.heard();
+            self.watch.host_heard();
         }
         if state.supervision.dut_busy.take() {
-            self.watch.sensor_is_busy();
+            self.watch.set_dut_busy();
         }
         let fault_clears = state.drive.fault_clears.get();
         if core::mem::replace(&mut self.fault_clears, fault_clears) != fault_clears {
-            self.watch.cleared(row);
+            self.watch.restart_index_search(&row.supervised());
         }
         // Set while the cause is present, so that a fault cleared too early latches again.
-        state.drive.trip.set(self.watch.take(row));
+        state.drive.trip.set(self.watch.update(&row.supervised()));
     }
 
     /// Reports the refusal of an observer by its check.
@@ -174,15 +174,15 @@ impl<'a, C: Clock> Rows<'a, C> {
     }
 
     fn measure(&mut self, row: &Row) {
-        let CalibrationPhase::Measuring { from } = self.state.calibration.phase.get() else { return };
+        let CalibrationPhase::CalibrationRun { from } = self.state.calibration.phase.get() else { return };
         if row.at < from {
             return;
         }
         if let Some(mut measuring) = self.measuring.take() {
             if row.fault != Fault::None {
-                self.state.calibration.watch.refuse(Refused::Fault(row.fault));
+                self.state.calibration.watch.fail(CalibrationError::Fault(row.fault));
             }
-            measuring.row(row, &self.state.calibration.watch);
+            measuring.add(row, &self.state.calibration.watch);
             self.measuring.set(Some(measuring));
         }
     }
@@ -214,7 +214,7 @@ impl<C: Clock> RowSink for Rows<'_, C> {
     fn row(&mut self, row: &Row) {
         let now = self.clock.now();
         self.state.measured.row.set(*row);
-        self.state.measured.instruments.take(row);
+        self.state.measured.instruments.add(row);
         self.rate(row);
         self.supervise(row);
         self.measure(row);

@@ -77,7 +77,7 @@ fn begin(state: &State<'_>, request: Request, from: Ticks) -> Option<Run> {
         },
         Request::Calibration(course) => {
             state.drive.activity.set(Activity::Calibration);
-            state.calibration.phase.set(CalibrationPhase::Measuring { from });
+            state.calibration.phase.set(CalibrationPhase::CalibrationRun { from });
             Some(Run { profile: course.profile(), mode: Mode::Rate, rows_left: course.rows() })
         }
     }

@@ -47,9 +47,9 @@ pub struct Parts<'a> {
     /// The sensor under test.
     pub imu: &'a sensors::Shared,
     /// The drift measurement of the gyroscope.
-    pub drift: &'a gyro_loop::Shared,
+    pub drift: &'a gyro_loop::DriftMeasurement,
     /// The observer of the gyroscope.
-    pub observer: &'a observer::Shared,
+    pub observer: &'a observer::RunningObserver,
     /// Passes settings to the speed loop.
     pub config: &'a Mailbox<Config>,
     /// The recording around a fault.
@@ -148,7 +148,7 @@ pub enum Request {
     /// Run a profile in a mode for a number of milliseconds.
     Profile(ProfileConfig, Mode, u64),
     /// Run the course of the calibration.
-    Calibration(calibration::Course),
+    Calibration(calibration::Trajectory),
     /// End the activity; the setpoint is in force.
     End,
 }
@@ -224,7 +224,7 @@ pub struct CalibrationState {
     /// Its phase and result.
     pub phase: Cell<CalibrationPhase>,
     /// Progress and abort.
-    pub watch: calibration::Watch,
+    pub watch: calibration::CalibrationProgress,
 }
 
 /// Phase of the calibration.
@@ -237,14 +237,14 @@ pub enum CalibrationPhase {
     /// The course was passed to the runner and has not begun.
     Starting,
     /// The rows are measured from this time on.
-    Measuring {
+    CalibrationRun {
         /// Time of the first row of the course.
         from: Ticks,
     },
     /// The course is over; the result is computed.
     Evaluating,
     /// The result.
-    Finished(Result<calibration::Found, calibration::Refused>),
+    Finished(Result<calibration::CalibrationResult, calibration::CalibrationError>),
 }
 
 /// The recording around a fault.
@@ -276,11 +276,11 @@ pub struct MeasuredState<'a> {
 /// The gyroscope.
 pub struct GyroState<'a> {
     /// The drift measurement.
-    pub drift: &'a gyro_loop::Shared,
+    pub drift: &'a gyro_loop::DriftMeasurement,
     /// The session that `DRIFt:STARt` starts.
-    pub session: gyro_loop::Asked,
+    pub session: gyro_loop::PlanSettings,
     /// The observer.
-    pub observer: &'a observer::Shared,
+    pub observer: &'a observer::RunningObserver,
 }
 
 impl<'a> State<'a> {
@@ -314,11 +314,11 @@ impl<'a> State<'a> {
             },
             supervision: SupervisionState::default(),
             status: StatusState::default(),
-            calibration: CalibrationState { phase: Cell::new(CalibrationPhase::Idle), watch: calibration::Watch::default() },
+            calibration: CalibrationState { phase: Cell::new(CalibrationPhase::Idle), watch: calibration::CalibrationProgress::default() },
             capture: CaptureState { memory: parts.capture, selection: Cell::new((0, 0)) },
             dut: DutState { shared: parts.imu, requested_setup: Cell::new(None) },
             measured: MeasuredState { row: Cell::new(Row::default()), rate_rad_s: Cell::new(None), instruments: parts.instruments },
-            gyro: GyroState { drift: parts.drift, session: gyro_loop::Asked::default(), observer: parts.observer },
+            gyro: GyroState { drift: parts.drift, session: gyro_loop::PlanSettings::default(), observer: parts.observer },
         }
     }
 
@@ -332,8 +332,8 @@ impl<'a> State<'a> {
         let config = Config::new(&kept.settings, &self.hardware)?;
         self.settings.kept.set(kept);
         self.supervision.settings_changed.set(true);
-        self.gyro.observer.scale(kept.settings.gyro);
-        self.gyro.drift.scale(gyro_loop::Scales::new(&kept.settings.gyro, &self.hardware));
+        self.gyro.observer.set_gyro_settings(kept.settings.gyro);
+        self.gyro.drift.set_scales(gyro_loop::Scales::new(&kept.settings.gyro, &self.hardware));
         self.settings.config.post(config);
         Ok(())
     }
@@ -387,7 +387,7 @@ impl<'a> State<'a> {
             self.calibration.watch.abort();
         }
         self.gyro.drift.abort();
-        self.gyro.observer.feed_back(false);
+        self.gyro.observer.set_feedback(false);
         self.drive.setpoint.set(Setpoint::Off);
         self.drive.targets.set(Targets::default());
         self.drive.request.set(Some(Request::End));

@@ -1,12 +1,9 @@
-//! Sums by angle: what was asked of the motor, and how far the platform was from its command.
-//!
-//! Two maps of a turn, one for each direction, and the mean current of each measured leg. A bin is 0.7°; orders far below [`BINS`] are
-//! whole in it but for a factor that is known.
+//! Sums by angle: commanded voltage and deviation from the command, separately for both directions, and the mean current of each measured leg.
 
-use super::course::Leg;
+use super::trajectory::Leg;
 use core::f64::consts::TAU;
 
-/// Bins of a turn.
+/// Bins of a turn, 0.7° each; harmonics far below this order are attenuated by a known factor only.
 pub const BINS: usize = 512;
 
 /// Sums of one bin.
@@ -17,22 +14,50 @@ pub(super) struct Bin {
     pub count: u32,
 }
 
-/// A mean over the angle. (Over time it would not do: cogging holds the platform back where it pulls back, and its own mean would be
-/// taken for friction, 3 % of it with 2 mN m at 3 rad/s.)
+const EMPTY_TURN: [Bin; BINS] = [Bin { voltage_V: 0.0, deviation_rad: 0.0, count: 0 }; BINS];
+
+/// Mean current over the angle. (The mean over time would be biased: cogging slows the platform where it opposes the motion, which looks like
+/// friction; 3 % of it with 2 mN m at 3 rad/s.)
 #[derive(Clone, Copy, Debug, Default)]
-struct Mean {
+struct MeanCurrent {
     sum_A_rad: f64,
     angle_rad: f64,
-    /// Angle and current of the row before; a row's current belongs to the angle up to the next.
+    /// Angle and current of the row before; a row's current belongs to the angle up to the next one.
     last: Option<(f64, f64)>,
 }
 
-/// All sums; 12 KiB, the caller's.
+impl MeanCurrent {
+    const ZERO: Self = Self { sum_A_rad: 0.0, angle_rad: 0.0, last: None };
+
+    fn add(&mut self, theta_rad: f64, current_A: f64) {
+        if let Some((last_rad, last_A)) = self.last.replace((theta_rad, current_A)) {
+            self.sum_A_rad += last_A * (theta_rad - last_rad);
+            self.angle_rad += theta_rad - last_rad;
+        }
+    }
+
+    fn mean_A(&self) -> Option<f64> {
+        (self.angle_rad != 0.0).then(|| self.sum_A_rad / self.angle_rad)
+    }
+}
+
+/// Mean currents in both directions.
+#[derive(Clone, Copy, Debug, Default)]
+struct CurrentPair {
+    forward: MeanCurrent,
+    backward: MeanCurrent,
+}
+
+impl CurrentPair {
+    const ZERO: Self = Self { forward: MeanCurrent::ZERO, backward: MeanCurrent::ZERO };
+}
+
+/// All sums, 12 KiB.
 pub struct Map {
-    /// Forwards, backwards.
-    turns: [[Bin; BINS]; 2],
-    /// Currents: slow forwards and backwards, faster forwards and backwards.
-    currents: [Mean; 4],
+    forward: [Bin; BINS],
+    backward: [Bin; BINS],
+    slow: CurrentPair,
+    fast: CurrentPair,
 }
 
 impl Default for Map {
@@ -42,57 +67,54 @@ impl Default for Map {
 }
 
 impl Map {
-    /// Empty.
+    /// An empty map.
     pub const fn new() -> Self {
-        const EMPTY: Bin = Bin { voltage_V: 0.0, deviation_rad: 0.0, count: 0 };
-        const NONE: Mean = Mean { sum_A_rad: 0.0, angle_rad: 0.0, last: None };
-        Self { turns: [[EMPTY; BINS]; 2], currents: [NONE; 4] }
+        Self { forward: EMPTY_TURN, backward: EMPTY_TURN, slow: CurrentPair::ZERO, fast: CurrentPair::ZERO }
     }
 
-    /// Empties it.
+    /// Empties the map, without a second one on the stack.
     pub(super) fn clear(&mut self) {
-        for bin in self.turns.iter_mut().flatten() {
-            *bin = Bin::default();
-        }
-        self.currents = [Mean::default(); 4];
+        self.forward.fill(Bin::default());
+        self.backward.fill(Bin::default());
+        self.slow = CurrentPair::ZERO;
+        self.fast = CurrentPair::ZERO;
     }
 
-    /// One row of a measured leg: its angle, rad, from a zero that does not move; its current, A.
-    pub(super) fn take_current(&mut self, leg: &Leg, theta_rad: f64, current_A: f64) {
-        let backwards = usize::from(leg.rate_rad_s < 0.0);
-        let Some(mean) = self.currents.get_mut(backwards + if leg.slow { 0 } else { 2 }) else { return };
-        if let Some((before_rad, before_A)) = mean.last.replace((theta_rad, current_A)) {
-            mean.sum_A_rad += before_A * (theta_rad - before_rad);
-            mean.angle_rad += theta_rad - before_rad;
-        }
+    /// Adds the current of a row: angle from a fixed zero, rad; current, A.
+    pub(super) fn add_current(&mut self, leg: &Leg, theta_rad: f64, current_A: f64) {
+        let pair = if leg.is_slow { &mut self.slow } else { &mut self.fast };
+        let mean = if leg.rate_rad_s < 0.0 { &mut pair.backward } else { &mut pair.forward };
+        mean.add(theta_rad, current_A);
     }
 
-    /// One row of a measured leg: its angle from the index, rad; voltage, V; angle minus its command, rad.
-    pub(super) fn take(&mut self, leg: &Leg, angle_rad: f64, voltage_V: f64, deviation_rad: f64) {
-        if !leg.slow {
+    /// Adds a row of a slow leg: angle from the index, rad; voltage, V; angle minus its command, rad.
+    pub(super) fn add(&mut self, leg: &Leg, angle_rad: f64, voltage_V: f64, deviation_rad: f64) {
+        if !leg.is_slow {
             return;
         }
-        let backwards = usize::from(leg.rate_rad_s < 0.0);
+        let bins = if leg.rate_rad_s < 0.0 { &mut self.backward } else { &mut self.forward };
         let turns = angle_rad / TAU;
-        let bin = ((turns - libm::floor(turns)) * BINS as f64) as u32 as usize;
-        if let Some(bin) = self.turns.get_mut(backwards).and_then(|turn| turn.get_mut(bin.min(BINS - 1))) {
+        let bin = ((turns - libm::floor(turns)) * BINS as f64) as usize;
+        if let Some(bin) = bins.get_mut(bin.min(BINS - 1)) {
             bin.voltage_V += voltage_V as f32;
             bin.deviation_rad += deviation_rad as f32;
             bin.count += 1;
         }
     }
 
-    /// The bins of one direction.
-    pub(super) fn turn(&self, backwards: bool) -> &[Bin; BINS] {
-        let [forwards, back] = &self.turns;
-        if backwards { back } else { forwards }
+    /// The bins of the forward turns.
+    pub(super) fn forward(&self) -> &[Bin; BINS] {
+        &self.forward
     }
 
-    /// Half the difference of the mean currents of both directions, A: what friction takes. `None` where nothing was measured.
-    pub(super) fn friction_A(&self, slow: bool) -> Option<f64> {
-        let [a, b, c, d] = self.currents;
-        let (forwards, backwards) = if slow { (a, b) } else { (c, d) };
-        let mean = |m: Mean| (m.angle_rad != 0.0).then(|| m.sum_A_rad / m.angle_rad);
-        Some(0.5 * (mean(forwards)? - mean(backwards)?))
+    /// The bins of the backward turns.
+    pub(super) fn backward(&self) -> &[Bin; BINS] {
+        &self.backward
+    }
+
+    /// Current against friction at the slow and at the fast rate, A: half the difference of both directions. `None` without a measurement.
+    pub(super) fn friction_currents_A(&self) -> Option<(f64, f64)> {
+        let half_difference = |pair: &CurrentPair| Some(0.5 * (pair.forward.mean_A()? - pair.backward.mean_A()?));
+        Some((half_difference(&self.slow)?, half_difference(&self.fast)?))
     }
 }

@@ -1,20 +1,20 @@
-//! The stand measures its own cogging and friction: no model, no log, no host.
+//! Calibration: the stand measures its own cogging and friction, without model, log or host.
 //!
-//! In: a stand at rest that may turn freely, its nominal constants ([`Settings`]). Out: [`Found`], a compensation with the orders that are
-//! there and the friction, and how sure it is. The platform turns in rate mode along a fixed [`Course`]: until the index was seen, then
-//! slowly and faster, each forwards and backwards over whole turns. What the loop asks of the motor at each angle is what holds the rate there,
-//! so its harmonics *are* the compensation; the sums are in [`Map`], the answer is worked out in `answer.rs`.
+//! In: a stand at rest that may turn freely, and its nominal constants ([`Settings`]). Out: [`CalibrationResult`], a compensation with harmonics,
+//! friction and standard errors. The platform turns in rate mode along a fixed [`Trajectory`]: until the index is found, then at two rates in
+//! both directions over whole turns. The loop's voltage at each angle is the voltage that holds the rate there; its harmonics are the
+//! compensation. [`Map`] holds the sums, `result.rs` evaluates them.
 //!
-//! Promises: the compensation in force is never touched here. Who calls posts what was found, or nothing. [`Watch`] shows the progress and
-//! takes an abort at any moment; without an index nothing is measured and that is said.
+//! The compensation in force is not changed here; the caller posts the result. [`CalibrationProgress`] shows the progress and accepts an abort
+//! at any time. Without an index the calibration ends with an error.
 
-mod answer;
-mod course;
 mod map;
+mod result;
+mod trajectory;
 
-pub use answer::{Found, FoundHarmonic};
-pub use course::{Course, Leg};
 pub use map::{BINS, Map};
+pub use result::{CalibrationResult, MeasuredHarmonic};
+pub use trajectory::{Leg, Trajectory};
 
 use crate::board::{Board, Clock, Hardware, ROW_HZ, TICKS_PER_ROW, Ticks};
 use crate::config::ConfigError;
@@ -26,113 +26,112 @@ use core::cell::Cell;
 use core::fmt;
 use embassy_futures::select::{Either, select};
 
-/// Why nothing was found.
+/// Why a calibration has no result.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Refused {
-    /// The platform turned more than a turn and the index did not come.
+pub enum CalibrationError {
+    /// The index did not come within a turn and a quarter.
     NoIndex,
-    /// [`Watch::abort`] was called.
+    /// [`CalibrationProgress::abort`] was called.
     Aborted,
-    /// The drive was switched off on the way.
+    /// A fault switched the drive off.
     Fault(Fault),
-    /// The rate was not held in a leg that was measured: the limits in force there; none where the platform turned less than it was asked to.
-    NotHeld(Limits),
-    /// The stand has no current's sensor, or it lost readings.
+    /// The rate was not held in a measured leg: the limits in force; none if the platform turned less than commanded.
+    RateNotHeld(Limits),
+    /// Rows without a current.
     NoCurrent,
-    /// A setting cannot be worked with.
+    /// A setting is out of its range.
     Settings(ConfigError),
 }
 
-impl fmt::Display for Refused {
+impl fmt::Display for CalibrationError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NoIndex => f.write_str("the index did not come within a turn and a quarter: without it an angle has no zero"),
-            Self::Aborted => f.write_str("aborted; the compensation is as it was"),
+            Self::NoIndex => f.write_str("no index within a turn and a quarter: check the index channel"),
+            Self::Aborted => f.write_str("aborted; the compensation is unchanged"),
             Self::Fault(fault) => write!(f, "the drive was switched off: {}", fault.name()),
-            Self::NotHeld(limits) => {
+            Self::RateNotHeld(limits) => {
                 f.write_str("the rate could not be held")?;
                 let names = Limits::NAMES.iter().enumerate().filter(|(bit, _)| limits.contains(Limits(1 << bit)));
                 names.enumerate().try_for_each(|(n, (_, name))| write!(f, "{} {name}", if n == 0 { "; limited by:" } else { "," }))
             }
-            Self::NoCurrent => f.write_str("the motor current was not measured in every row"),
+            Self::NoCurrent => f.write_str("rows without a motor current"),
             Self::Settings(wrong) => wrong.fmt(f),
         }
     }
 }
 
-impl core::error::Error for Refused {}
+impl core::error::Error for CalibrationError {}
 
-/// How far it is, and the way to end it; shared with whoever shows the one and decides the other.
+/// Progress of a calibration, and its abort.
 #[derive(Debug, Default)]
-pub struct Watch {
+pub struct CalibrationProgress {
     permille: Cell<u16>,
-    refused: Cell<Option<Refused>>,
+    error: Cell<Option<CalibrationError>>,
 }
 
-impl Watch {
-    /// Done so far, per cent.
+impl CalibrationProgress {
+    /// Progress, per cent.
     pub fn percent(&self) -> f32 {
         f32::from(self.permille.get()) * 0.1
     }
 
-    /// Ends it; the drive is off a tick later and nothing is learnt.
+    /// Aborts: the drive is off a tick later, and there is no result.
     pub fn abort(&self) {
-        self.refuse(Refused::Aborted);
+        self.fail(CalibrationError::Aborted);
     }
 
-    /// Why it is to end, if it is.
-    pub fn refused(&self) -> Option<Refused> {
-        self.refused.get()
+    /// The reason to end, if any.
+    pub fn error(&self) -> Option<CalibrationError> {
+        self.error.get()
     }
 
-    /// For the next time.
+    /// Resets it for the next calibration.
     pub fn restart(&self) {
         self.permille.set(0);
-        self.refused.set(None);
+        self.error.set(None);
     }
 
-    /// Ends it for this reason, unless there was another before.
-    #[inline(never)]
-    pub fn refuse(&self, why: Refused) {
-        if self.refused.get().is_none() {
-            self.refused.set(Some(why));
+    /// Ends the calibration for this reason; the first reason is kept.
+    pub fn fail(&self, why: CalibrationError) {
+        if self.error.get().is_none() {
+            self.error.set(Some(why));
         }
     }
 }
 
-/// Turns, measures and answers. `runner` may be any that posts orders; afterwards it holds still. `map` is the caller's room for the sums.
+/// Runs a calibration; afterwards the drive is off. `map` is memory for the sums.
 ///
 /// # Errors
-/// Why nothing was found; the drive is off then, too.
+/// Why there is no result.
 pub async fn run<B: Board>(
     board: &mut B,
     runner: &mut ProfileRunner<'_>,
     measurement: &mut MeasurementLoop<'_>,
     settings: &Settings,
     map: &mut Map,
-    watch: &Watch,
-) -> Result<Found, Refused> {
-    let course = Course::usual(settings).map_err(Refused::Settings)?;
+    progress: &CalibrationProgress,
+) -> Result<CalibrationResult, CalibrationError> {
+    let trajectory = Trajectory::new(settings).map_err(CalibrationError::Settings)?;
     let clock = board.clock();
-    watch.permille.set(0);
-    runner.set(course.profile(), Mode::Rate);
-    let mut sink = Sink { measuring: Measuring::new(course, map, settings), watch };
-    let ended = select(session::run(board, runner, measurement, course.rows(), &mut sink), refused(&clock, watch)).await;
+    progress.permille.set(0);
+    runner.set(trajectory.profile(), Mode::Rate);
+    let mut sink = Sink { run: CalibrationRun::new(trajectory, map, settings), progress };
+    let ended = select(session::run(board, runner, measurement, trajectory.rows(), &mut sink), error(&clock, progress)).await;
     if let Either::Second(why) = ended {
         runner.stop(&clock);
         return Err(why);
     }
-    if let Some(why) = watch.refused.get() {
+    if let Some(why) = progress.error.get() {
         return Err(why);
     }
-    watch.permille.set(1000);
-    sink.measuring.answer(settings, measurement.hardware()).await
+    progress.permille.set(1000);
+    sink.run.evaluate(settings, measurement.hardware()).await
 }
 
-/// Returns when there is a reason to end.
-async fn refused<C: Clock>(clock: &C, watch: &Watch) -> Refused {
+/// Returns the reason to end, once there is one.
+async fn error<C: Clock>(clock: &C, progress: &CalibrationProgress) -> CalibrationError {
     loop {
-        if let Some(why) = watch.refused.get() {
+        if let Some(why) = progress.error.get() {
             return why;
         }
         clock.until(Ticks(clock.now().0.saturating_add(TICKS_PER_ROW))).await;
@@ -140,79 +139,79 @@ async fn refused<C: Clock>(clock: &C, watch: &Watch) -> Refused {
 }
 
 struct Sink<'a> {
-    measuring: Measuring<'a>,
-    watch: &'a Watch,
+    run: CalibrationRun<'a>,
+    progress: &'a CalibrationProgress,
 }
 
 impl RowSink for Sink<'_> {
     fn row(&mut self, row: &Row) {
-        self.measuring.row(row, self.watch);
+        self.run.add(row, self.progress);
     }
 }
 
-/// The sums of a calibration under way: puts each row where it belongs. For who runs the course himself.
-pub struct Measuring<'a> {
-    course: Course,
+/// A running calibration: sorts the rows into the sums. For callers that run the trajectory themselves.
+pub struct CalibrationRun<'a> {
+    trajectory: Trajectory,
     map: &'a mut Map,
     winding_lag_s: f64,
     k: u64,
-    /// The index was seen, by the row.
-    seen: bool,
+    /// The index was seen.
+    has_index: bool,
 }
 
-impl<'a> Measuring<'a> {
-    /// No sums yet; the first row is to be the one in which the course begins.
-    pub fn new(course: Course, map: &'a mut Map, settings: &Settings) -> Self {
+impl<'a> CalibrationRun<'a> {
+    /// Empty sums; the first row is the first one of the trajectory.
+    pub fn new(trajectory: Trajectory, map: &'a mut Map, settings: &Settings) -> Self {
         map.clear();
-        Self { course, map, winding_lag_s: settings.compensation.winding_lag_s, k: 0, seen: false }
+        Self { trajectory, map, winding_lag_s: settings.compensation.winding_lag_s, k: 0, has_index: false }
     }
 
-    /// Whether the course is over.
+    /// Whether the trajectory is complete.
     pub fn is_over(&self) -> bool {
-        self.k >= self.course.rows()
+        self.k >= self.trajectory.rows()
     }
 
-    /// Works the answer out: a third of a second of the chip's time, in pieces, between which others run.
+    /// Evaluates the sums; takes 0.3 s on the chip and yields in between.
     ///
     /// # Errors
-    /// Why nothing was found.
-    pub async fn answer(&self, settings: &Settings, hardware: &Hardware) -> Result<Found, Refused> {
-        answer::answer(self.map, &self.course, settings, hardware).await
+    /// Why there is no result.
+    pub async fn evaluate(&self, settings: &Settings, hardware: &Hardware) -> Result<CalibrationResult, CalibrationError> {
+        result::evaluate(self.map, &self.trajectory, settings, hardware).await
     }
 
-    /// Gives the room for the sums back.
+    /// Returns the memory for the sums.
     pub fn into_map(self) -> &'a mut Map {
         self.map
     }
 
-    /// Takes the next row; what makes the calibration void is told to `watch`.
-    pub fn row(&mut self, row: &Row, watch: &Watch) {
+    /// Adds the next row. A row that invalidates the calibration ends it.
+    pub fn add(&mut self, row: &Row, progress: &CalibrationProgress) {
         let k = self.k;
         self.k += 1;
-        let rows = self.course.rows().max(1);
-        watch.permille.set((k.min(rows).saturating_mul(999).checked_div(rows).unwrap_or(0)) as u16);
+        let rows = self.trajectory.rows().max(1);
+        progress.permille.set((k.min(rows).saturating_mul(999).checked_div(rows).unwrap_or(0)) as u16);
         if k >= rows {
             return;
         }
         if row.fault != Fault::None {
-            return watch.refuse(Refused::Fault(row.fault));
+            return progress.fail(CalibrationError::Fault(row.fault));
         }
-        self.seen |= row.compensating.contains(Compensating::INDEX);
-        let Some(leg) = self.course.measured(k) else {
-            if k >= self.course.seek_rows() && !self.seen {
-                watch.refuse(Refused::NoIndex);
+        self.has_index |= row.compensating.contains(Compensating::INDEX);
+        let Some(leg) = self.trajectory.measured_leg(k) else {
+            if k >= self.trajectory.search_rows() && !self.has_index {
+                progress.fail(CalibrationError::NoIndex);
             }
             return;
         };
         if row.limits.0 != 0 {
-            return watch.refuse(Refused::NotHeld(row.limits));
+            return progress.fail(CalibrationError::RateNotHeld(row.limits));
         }
         let (Some(i_A), Some(theta_cmd_rad), Some(from_index_rad)) = (row.i_A, row.theta_cmd_rad, row.from_index_rad) else {
-            return watch.refuse(if row.i_A.is_none() { Refused::NoCurrent } else { Refused::NoIndex });
+            return progress.fail(if row.i_A.is_none() { CalibrationError::NoCurrent } else { CalibrationError::NoIndex });
         };
-        // The voltage is a mean over the row that begins at the angle, and its torque comes L/R later still.
-        let on_rad = leg.rate_rad_s * (0.5 / ROW_HZ as f64 + self.winding_lag_s);
-        self.map.take(leg, from_index_rad + on_rad, row.u_V, row.theta_rad - theta_cmd_rad);
-        self.map.take_current(leg, row.theta_rad, i_A);
+        // The voltage is the mean over the row that begins at this angle, and its torque comes L/R later.
+        let lead_rad = leg.rate_rad_s * (0.5 / ROW_HZ as f64 + self.winding_lag_s);
+        self.map.add(leg, from_index_rad + lead_rad, row.u_V, row.theta_rad - theta_cmd_rad);
+        self.map.add_current(leg, row.theta_rad, i_A);
     }
 }

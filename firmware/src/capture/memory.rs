@@ -1,27 +1,27 @@
-//! The shared part of a capture.
+//! Memory of a capture, shared between interrupt and tasks.
 
 use super::{Recorder, Sample};
 use crate::board::{CurrentCode, EncoderCount};
 use crate::status::Fault;
 use core::sync::atomic::{AtomicU32, Ordering};
 
-/// Samples that the memory holds: 0.2 s of ticks.
+/// Capacity in samples: 0.2 s of ticks.
 pub const SAMPLES: usize = 2048;
 /// Words of a sample.
 const WORDS: usize = 4;
-/// Set in `request` beside a part in samples: begin anew.
+/// Bit of `request` beside the number of samples before the trigger: restart.
 const ARM: u32 = 1 << 31;
-/// Set in `request`: trigger now.
+/// Bit of `request`: trigger now.
 const TRIGGER: u32 = 1 << 30;
 
-/// 32 KiB of samples, and how they are to be read. `Sync`, and never torn: it is read while nobody writes.
+/// 32 KiB of samples and their description. Samples are read only while the memory is frozen.
 pub struct Memory {
     samples: [[AtomicU32; WORDS]; SAMPLES],
-    /// What the tasks ask for.
+    /// Request of the tasks.
     pub(super) request: AtomicU32,
-    /// 1 once the rest is valid.
+    /// 1 while the recording is valid.
     frozen: AtomicU32,
-    /// Ring index of the oldest sample, how many there are, and which of them the trigger is.
+    /// Ring index of the oldest sample, number of samples, and index of the trigger among them.
     first: AtomicU32,
     len: AtomicU32,
     trigger: AtomicU32,
@@ -50,25 +50,25 @@ impl Memory {
         }
     }
 
-    /// The interrupt's end, with `before` samples before the trigger; one for each memory.
+    /// The interrupt's recorder, with `before` samples before the trigger; one per memory.
     pub fn recorder(&self, before: usize) -> Recorder<'_> {
         Recorder::new(self, clamped(before))
     }
 
-    /// Begins anew, with `before` samples before the trigger (at most all but one); what was recorded is gone.
+    /// Restarts the recording, with `before` samples before the trigger (at most all but two). Deletes the last recording.
     pub fn arm(&self, before: usize) {
         self.frozen.store(0, Ordering::Release);
         self.request.store(ARM | clamped(before), Ordering::Release);
     }
 
-    /// Triggers now; nothing happens where it has been triggered already.
+    /// Triggers now, unless it is triggered already.
     pub fn trigger(&self) {
         self.request.fetch_or(TRIGGER, Ordering::AcqRel);
     }
 
-    /// What was recorded, once it is frozen.
-    pub fn record(&self) -> Option<Record<'_>> {
-        (self.frozen.load(Ordering::Acquire) == 1).then(|| Record {
+    /// The recording, once it is complete.
+    pub fn record(&self) -> Option<Recording<'_>> {
+        (self.frozen.load(Ordering::Acquire) == 1).then(|| Recording {
             memory: self,
             first: self.first.load(Ordering::Relaxed),
             len: self.len.load(Ordering::Relaxed),
@@ -88,9 +88,9 @@ impl Memory {
         }
     }
 
-    /// What the tasks ask for since the last call: to begin anew with so many samples before, to trigger.
+    /// Requests since the last call: restart with this number of samples before the trigger; trigger.
     #[inline]
-    pub(super) fn asked(&self) -> (Option<u32>, bool) {
+    pub(super) fn take_request(&self) -> (Option<u32>, bool) {
         if self.request.load(Ordering::Relaxed) == 0 {
             return (None, false);
         }
@@ -114,14 +114,14 @@ impl Memory {
     }
 }
 
-/// At least one sample lies after the trigger's own.
+/// At least one sample follows the trigger.
 fn clamped(before: usize) -> u32 {
     before.min(SAMPLES - 2) as u32
 }
 
-/// A frozen memory, oldest sample first.
+/// A complete recording, oldest sample first.
 #[derive(Clone, Copy)]
-pub struct Record<'a> {
+pub struct Recording<'a> {
     memory: &'a Memory,
     first: u32,
     len: u32,
@@ -130,33 +130,33 @@ pub struct Record<'a> {
     tick: u32,
 }
 
-impl Record<'_> {
-    /// How many samples there are, a tick each.
+impl Recording<'_> {
+    /// Number of samples, one per tick.
     pub fn len(&self) -> usize {
         self.len as usize
     }
 
-    /// Whether there is none.
+    /// Whether it is empty.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// Which sample is the trigger's tick.
+    /// Index of the trigger's sample.
     pub fn trigger(&self) -> usize {
         self.trigger as usize
     }
 
-    /// The fault that triggered it; `None` where it was asked for.
+    /// The fault that triggered it; `Fault::None` for a request.
     pub fn fault(&self) -> Fault {
         self.fault
     }
 
-    /// Number of the trigger's tick, low word.
+    /// Tick of the trigger, low word.
     pub fn trigger_tick(&self) -> u32 {
         self.tick
     }
 
-    /// Sample `k`, from the oldest on; `None` behind the last.
+    /// Sample `k`, from the oldest; `None` after the last.
     pub fn sample(&self, k: usize) -> Option<Sample> {
         if k >= self.len() {
             return None;

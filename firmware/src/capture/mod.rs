@@ -1,21 +1,20 @@
-//! What happened around a fault, or around a moment that was asked for: each tick of it.
+//! Capture: a recording of every tick around a fault or a trigger.
 //!
-//! [`Memory`] belongs to the app: an array of atomic words, so that the interrupt writes and the tasks read without either waiting. The
-//! interrupt's [`Recorder`] writes a [`Sample`] in each tick, round and round. A trigger (a fault, or [`Memory::trigger`]) lets it go on for
-//! the part after it and then freezes the memory, which the tasks read with [`Memory::record`] for as long as they like, until
-//! [`Memory::arm`] lets it begin anew. A fault that is cleared arms it by itself, so that the next one has its record, too.
+//! [`Memory`] is a ring of atomic words, so that the interrupt writes and the tasks read without waiting. The interrupt's [`Recorder`] writes
+//! a [`Sample`] in each tick. After a trigger (a fault, or [`Memory::trigger`]) it records the part after it and then freezes the memory,
+//! which the tasks read with [`Memory::record`] until [`Memory::arm`] restarts the recording. Clearing a fault restarts it, too.
 
 mod memory;
 mod recorder;
 #[cfg(test)]
 mod tests;
 
-pub use memory::{Memory, Record, SAMPLES};
+pub use memory::{Memory, Recording, SAMPLES};
 pub use recorder::Recorder;
 
 use crate::board::{CurrentCode, EncoderCount};
 
-/// One tick of a record.
+/// One tick of a recording.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sample {
     /// The speed loop's counter at the tick.

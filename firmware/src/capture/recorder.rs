@@ -1,4 +1,4 @@
-//! The interrupt's end of a capture: some fifteen instructions in a tick.
+//! Recorder: the interrupt's end of a capture.
 
 use super::{Memory, SAMPLES, Sample};
 use crate::status::Fault;
@@ -6,17 +6,17 @@ use crate::status::Fault;
 /// Writes the samples.
 pub struct Recorder<'a> {
     memory: &'a Memory,
-    /// Where the next sample goes, round and round, and where none goes any more: before the trigger never reached.
+    /// Position of the next sample, and the position at which recording ends (never reached before a trigger).
     next: u32,
     end: u32,
     triggered: bool,
-    /// Samples since it was armed, as seen once in a millisecond.
+    /// Position of the first sample since it was armed.
     armed_at: u32,
     before: u32,
     triggered_at: u32,
     fault: Fault,
     tick: u32,
-    /// The fault that was latched at the last look.
+    /// The latched fault at the last update.
     latched: Fault,
     frozen: bool,
 }
@@ -38,7 +38,7 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// In each tick.
+    /// Records a sample, each tick.
     #[inline]
     pub fn record(&mut self, sample: &Sample) {
         if self.next != self.end {
@@ -47,10 +47,10 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// Once in a millisecond, after [`Recorder::take`] of the tick `tick`: what is asked for, whether a fault has come (and in which tick).
+    /// Each tick, after [`Recorder::record`]: requests of the tasks, and the latched fault with its tick.
     #[inline]
     pub fn update(&mut self, tick: u32, (fault, fault_tick): (Fault, u32)) {
-        let (arm, trigger) = self.memory.asked();
+        let (arm, trigger) = self.memory.take_request();
         if arm.is_some() || fault != self.latched {
             self.change(arm, fault, fault_tick, tick);
         }
@@ -60,7 +60,7 @@ impl<'a> Recorder<'a> {
         if !self.triggered {
             self.end = self.next.wrapping_sub(1);
             if self.next.wrapping_sub(self.armed_at) > SAMPLES as u32 {
-                // Full, and no fuller: so that the difference does not wrap.
+                // The ring is full; kept so that the difference does not wrap.
                 self.armed_at = self.next.wrapping_sub(SAMPLES as u32);
             }
         } else if self.next == self.end && !self.frozen {
@@ -79,9 +79,9 @@ impl<'a> Recorder<'a> {
             let next = self.next;
             *self = Self { next, end: next.wrapping_sub(1), armed_at: next, latched: self.latched, ..Self::new(self.memory, before) };
         }
-        let came = fault != self.latched && fault != Fault::None;
+        let is_new = fault != self.latched && fault != Fault::None;
         self.latched = fault;
-        if came && !self.triggered {
+        if is_new && !self.triggered {
             self.trigger(tick.wrapping_sub(fault_tick), fault, fault_tick);
         }
     }

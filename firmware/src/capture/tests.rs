@@ -17,11 +17,11 @@ fn run(recorder: &mut Recorder<'_>, from: u32, to: u32, fault: Option<(Fault, u3
 }
 
 #[test]
-fn a_record_lies_around_its_fault_tick_by_tick() {
+fn a_recording_contains_every_tick_around_its_fault() {
     let memory = Memory::new();
     let mut recorder = memory.recorder(1_500);
     run(&mut recorder, 0, 10_006, Some((Fault::Stall, 10_001)));
-    assert!(memory.record().is_none(), "it goes on after the fault");
+    assert!(memory.record().is_none(), "recording continues after the fault");
     run(&mut recorder, 10_006, 12_000, Some((Fault::Stall, 10_001)));
     let record = memory.record().unwrap();
     assert_eq!((record.len(), record.trigger(), record.fault(), record.trigger_tick()), (SAMPLES, 1_500, Fault::Stall, 10_001));
@@ -32,7 +32,7 @@ fn a_record_lies_around_its_fault_tick_by_tick() {
 }
 
 #[test]
-fn a_record_soon_after_power_on_is_shorter_and_says_where_its_trigger_is() {
+fn a_recording_soon_after_power_on_is_shorter() {
     let memory = Memory::new();
     let mut recorder = memory.recorder(1_500);
     run(&mut recorder, 0, 3_000, Some((Fault::Overspeed, 200)));
@@ -42,7 +42,7 @@ fn a_record_soon_after_power_on_is_shorter_and_says_where_its_trigger_is() {
 }
 
 #[test]
-fn it_is_triggered_by_request_and_armed_by_request_and_by_a_cleared_fault() {
+fn requests_trigger_and_arm_and_a_cleared_fault_arms() {
     let memory = Memory::new();
     let mut recorder = memory.recorder(100);
     run(&mut recorder, 0, 5_000, None);
@@ -55,13 +55,13 @@ fn it_is_triggered_by_request_and_armed_by_request_and_by_a_cleared_fault() {
     run(&mut recorder, 8_000, 20_000, Some((Fault::Clock, 15_000)));
     assert_eq!(memory.record().map(|r| (r.trigger(), r.sample(2_000))), Some((2_000, Some(sample(15_000)))));
     run(&mut recorder, 20_000, 21_000, None);
-    assert!(memory.record().is_none(), "cleared, it begins anew");
+    assert!(memory.record().is_none(), "restarted by the cleared fault");
     run(&mut recorder, 21_000, 30_000, Some((Fault::SupplyLow, 25_000)));
     assert_eq!(memory.record().map(|r| (r.fault(), r.trigger())), Some((Fault::SupplyLow, 2_000)));
 }
 
 #[test]
-fn a_second_fault_and_a_second_trigger_do_not_move_a_record() {
+fn a_second_trigger_does_not_change_a_recording() {
     let memory = Memory::new();
     let mut recorder = memory.recorder(1_000);
     run(&mut recorder, 0, 5_100, Some((Fault::Stall, 5_000)));

@@ -1,6 +1,6 @@
-//! A list of harmonics in a file: `[[firmware.compensation.harmonics]]`, at most as many as there is room for.
+//! Serialization of a list of harmonics: `[[firmware.compensation.harmonics]]` in a file.
 
-use super::{Harmonic, Harmonics, MOST_HARMONICS};
+use super::{Harmonic, Harmonics, MAX_HARMONICS};
 use core::fmt;
 use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -23,13 +23,13 @@ impl<'de> Visitor<'de> for List {
     type Value = Harmonics;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "a list of at most {MOST_HARMONICS} harmonics")
+        write!(f, "a list of at most {MAX_HARMONICS} harmonics")
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut sequence: A) -> Result<Harmonics, A::Error> {
         let mut all = Harmonics::default();
         while let Some(harmonic) = sequence.next_element::<Harmonic>()? {
-            all.push(harmonic).ok_or_else(|| A::Error::invalid_length(MOST_HARMONICS + 1, &self))?;
+            all.push(harmonic).ok_or_else(|| A::Error::invalid_length(MAX_HARMONICS + 1, &self))?;
         }
         Ok(all)
     }

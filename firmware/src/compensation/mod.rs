@@ -1,18 +1,17 @@
-//! What was learnt of the drive, in a person's units: friction and torques that depend on the angle.
+//! Compensation in SI units: friction, and torques that depend on the angle.
 //!
-//! In: numbers of a fit or of the stand's own calibration ([`crate::calibration`]). Out: a checked [`Compensation`], which the
-//! speed loop feeds forward (`speed_loop/feed_forward.rs`). A harmonic is written as the *disturbance* is, a sin(nθ + φ) on the rotor
-//! (effects.md, `cogging` and `unbalance`), with θ = 0 at the index; the loop applies its opposite. The list holds at most
-//! [`MOST_HARMONICS`]: what a tick can afford.
+//! In: parameters of a fit or of the stand's own calibration (`calibration`). Out: a checked [`Compensation`], which the speed loop feeds forward
+//! (`speed_loop/feed_forward.rs`). A harmonic is given as the *disturbance*, a sin(nθ + φ) on the rotor (docs/effects.md, `cogging` and
+//! `unbalance`), with θ = 0 at the index; the loop applies its opposite.
 
 mod files;
 
 use crate::config::{ConfigError, all_within, within};
 
-/// Greatest number of harmonics.
-pub const MOST_HARMONICS: usize = 8;
-/// Highest order of a harmonic, periods per turn; the catalogue's limit, too.
-pub const HIGHEST_ORDER: u16 = 400;
+/// Largest number of harmonics.
+pub const MAX_HARMONICS: usize = 8;
+/// Highest harmonic order, periods per turn, as in the catalogue of effects.
+pub const MAX_HARMONIC_ORDER: u16 = 400;
 
 /// A torque on the rotor, `torque_N_m · sin(order · θ + phase_rad)`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -26,52 +25,52 @@ pub struct Harmonic {
     pub phase_rad: f64,
 }
 
-/// Up to [`MOST_HARMONICS`] harmonics, in the order in which they were given.
+/// Up to [`MAX_HARMONICS`] harmonics, in the sequence given.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Harmonics {
-    list: [Harmonic; MOST_HARMONICS],
+    list: [Harmonic; MAX_HARMONICS],
     count: usize,
 }
 
 impl Harmonics {
-    /// The harmonics of a list; `None` where there are too many.
+    /// The harmonics of a list; `None` if there are too many.
     pub fn of(harmonics: impl IntoIterator<Item = Harmonic>) -> Option<Self> {
         let mut all = Self::default();
         harmonics.into_iter().try_for_each(|harmonic| all.push(harmonic))?;
         Some(all)
     }
 
-    /// Adds one; `None` where there is no room.
+    /// Adds one; `None` if the list is full.
     pub fn push(&mut self, harmonic: Harmonic) -> Option<()> {
         *self.list.get_mut(self.count)? = harmonic;
         self.count += 1;
         Some(())
     }
 
-    /// As a slice.
+    /// The harmonics.
     pub fn as_slice(&self) -> &[Harmonic] {
         self.list.get(..self.count).unwrap_or_default()
     }
 
-    /// Whether there is none.
+    /// Whether the list is empty.
     pub fn is_empty(&self) -> bool {
         self.count == 0
     }
 }
 
-/// The learnt compensation. The default compensates nothing.
+/// A compensation. The default compensates nothing.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Compensation {
-    /// Dry friction, by the sign of the commanded rate, N m.
+    /// Coulomb friction, by the sign of the commanded rate, N m.
     pub coulomb_N_m: f64,
-    /// Commanded rate from which on dry friction is compensated whole; below, in proportion, rad/s.
+    /// Commanded rate above which Coulomb friction is fully compensated; below, in proportion, rad/s.
     pub coulomb_fade_rad_s: f64,
     /// Viscous friction, N m s/rad.
     pub viscous_N_m_s: f64,
-    /// Time by which the winding's torque is behind its voltage, L/R, s.
+    /// Delay of the torque behind the voltage by the winding, L/R, s.
     pub winding_lag_s: f64,
-    /// Torques that depend on the angle; they wait for the index.
+    /// Torques that depend on the angle; they need the index.
     pub harmonics: Harmonics,
 }
 
@@ -79,7 +78,7 @@ impl Default for Compensation {
     fn default() -> Self {
         Self {
             coulomb_N_m: 0.0,
-            // Slower than that, the default stand with its dry friction stands still for part of each turn anyway.
+            // Below that rate the default stand stops during part of each turn anyway, by its friction.
             coulomb_fade_rad_s: 0.02,
             viscous_N_m_s: 0.0,
             winding_lag_s: 0.238e-3 / 2.32, // maxon RE 25, 118752: terminal inductance over terminal resistance
@@ -94,10 +93,10 @@ impl Compensation {
         self.coulomb_N_m != 0.0 || self.viscous_N_m_s != 0.0
     }
 
-    /// Checks all numbers; `torque_limit_N_m` is what the drive has at its current limit.
+    /// Checks all numbers; `torque_limit_N_m`: the drive's torque at its current limit.
     ///
     /// # Errors
-    /// The name of the first parameter that is not a number or makes no sense.
+    /// The name of the first parameter that is not finite or out of its range.
     pub fn check(&self, torque_limit_N_m: f64) -> Result<(), ConfigError> {
         within("compensation.coulomb_N_m", self.coulomb_N_m, 0.0, torque_limit_N_m)?;
         all_within! { of self, "compensation.";
@@ -108,12 +107,12 @@ impl Compensation {
         let mut sum_N_m = 0.0;
         for harmonic in self.harmonics.as_slice() {
             all_within! { of harmonic, "compensation.harmonics.";
-                order: 1.0, HIGHEST_ORDER as f64;
+                order: 1.0, MAX_HARMONIC_ORDER as f64;
                 phase_rad: -1e3, 1e3;
             }?;
             sum_N_m += within("compensation.harmonics.torque_N_m", harmonic.torque_N_m, 0.0, torque_limit_N_m)?;
         }
-        // Where all of them meet, the drive must still be able to give it.
+        // The drive must be able to oppose the sum of all harmonics.
         within("compensation.harmonics.torque_N_m (sum)", sum_N_m, 0.0, torque_limit_N_m).map(|_| ())
     }
 }
@@ -123,10 +122,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_ninth_harmonic_has_no_room() {
+    fn a_ninth_harmonic_is_refused() {
         let one = Harmonic { order: 7, torque_N_m: 1e-3, phase_rad: 0.0 };
-        assert_eq!(Harmonics::of([one; MOST_HARMONICS]).map(|h| h.as_slice().len()), Some(MOST_HARMONICS));
-        assert_eq!(Harmonics::of([one; MOST_HARMONICS + 1]), None);
+        assert_eq!(Harmonics::of([one; MAX_HARMONICS]).map(|h| h.as_slice().len()), Some(MAX_HARMONICS));
+        assert_eq!(Harmonics::of([one; MAX_HARMONICS + 1]), None);
     }
 
     #[test]

@@ -1,32 +1,32 @@
-//! The switch between correction loop and pulses, sample by sample.
+//! Commutator: switches between correction loop and pulses, sample by sample.
 //!
-//! A session: rest (loop closed), lead (loop open, nothing given: the correction's current has died away, and the current's zero is
-//! measured), the two pulses, the loop closed again; as often as was asked. Called once for each sample, at t_k; what it returns acts from t_{k+1}
-//! on, when the next sample is taken. Whatever goes wrong closes the loop with the next step.
+//! Each cycle of a session: rest (loop closed), lead (loop open at zero output: the correction's current decays, then the current's zero is
+//! measured), the two pulses, loop closed. Called once per sample, at t_k; the step returned acts from t_{k+1} on, when the next sample is
+//! taken. Any error closes the loop with the next step.
 
 use super::plan::nearest;
-use super::{Bad, Cycle, Integrator, Plan, Polarity, Pulse, Scales};
+use super::{Cycle, Integrator, Plan, Polarity, Pulse, Rejection, Scales};
 use crate::board::{GyroSample, Stamped, TICKS_PER_ROW, Ticks, TorquerStep};
 use crate::status::Fault;
 
-/// Samples of the lead: half a second, so that noise of a code in the current's zero is 0.002 °/h.
+/// Samples of the lead, 0.5 s: with a noise of one code the current's zero is known to 0.002 °/h.
 pub const LEAD_ROWS: u32 = 500;
-/// Of these, what the torquer's lag may take.
+/// Samples of the lead that are left out for the torquer's lag.
 const LAG_ROWS: u32 = 100;
-/// After an edge the current may be another for so many samples: the amplifier's and the torquer's lag.
+/// Samples after an edge for which the current may differ: lag of amplifier and torquer.
 const EDGE_ROWS: u32 = 20;
 
-/// Where a session is.
+/// Phase of a session.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Phase {
-    /// None runs; the loop is closed.
+    /// No session; the loop is closed.
     #[default]
     Idle,
-    /// The loop is closed before a cycle; so many samples are left.
+    /// Before a cycle, loop closed: samples left.
     Rest(u32),
-    /// It is open, and nothing is given; so many are left.
+    /// Loop open at zero output: samples left.
     Lead(u32),
-    /// It is open, and the pulses run.
+    /// Loop open, pulses.
     Pulses,
 }
 
@@ -37,49 +37,50 @@ impl Phase {
     }
 }
 
-/// The session's state between samples.
+/// State of the session.
 #[derive(Clone, Copy, Debug)]
 pub struct Commutator {
     scales: Scales,
     plan: Plan,
     phase: Phase,
     /// The session is one cycle without pulses.
-    nulls: bool,
-    /// Cycles of the session that are over.
-    done: u32,
+    zero_input: bool,
+    /// Finished cycles of the session.
+    finished: u32,
+    /// Number of the cycle since power-on.
     number: u32,
     pulse: Pulse,
     integrator: Integrator,
-    began: Ticks,
+    start: Ticks,
     rest_current: (i64, u32),
-    /// What was given from the last sample on, and from the next.
-    given: [TorquerStep; 2],
+    /// Steps from the last sample on, and from the next one.
+    steps: [TorquerStep; 2],
     since_edge: u32,
     aborted: bool,
 }
 
 impl Commutator {
-    /// Nothing runs, the loop is closed.
+    /// No session; the loop is closed.
     pub fn new(scales: Scales) -> Self {
         Self {
             scales,
             plan: Plan::default(),
             phase: Phase::Idle,
-            nulls: false,
-            done: 0,
+            zero_input: false,
+            finished: 0,
             number: 0,
             pulse: Pulse::default(),
             integrator: Integrator::new(1),
-            began: Ticks::default(),
+            start: Ticks::default(),
             rest_current: (0, 0),
-            given: [TorquerStep::default(); 2],
+            steps: [TorquerStep::default(); 2],
             since_edge: 0,
             aborted: false,
         }
     }
 
-    /// Other scales from the next sample on. Not within a session.
-    pub fn scale(&mut self, scales: Scales) {
+    /// Other scales from the next sample on, unless a session runs.
+    pub fn set_scales(&mut self, scales: Scales) {
         if self.phase == Phase::Idle {
             self.scales = scales;
         }
@@ -90,14 +91,14 @@ impl Commutator {
         &self.scales
     }
 
-    /// Begins a session; `nulls`: one cycle without pulses. The plan was checked ([`Plan::pulse`]); one that cannot be is none.
-    pub fn start(&mut self, plan: Plan, nulls: bool) {
+    /// Starts a session. `zero_input`: one cycle without pulses. Does nothing with a plan that fails [`Plan::pulse`].
+    pub fn start(&mut self, plan: Plan, zero_input: bool) {
         if plan.pulse(0, &self.scales).is_err() || plan.cycles == 0 {
             return;
         }
         self.plan = plan;
-        self.nulls = nulls;
-        self.done = 0;
+        self.zero_input = zero_input;
+        self.finished = 0;
         self.aborted = false;
         self.rest();
     }
@@ -107,68 +108,68 @@ impl Commutator {
         self.aborted = self.phase != Phase::Idle;
     }
 
-    /// Where the session is.
+    /// Phase of the session.
     pub fn phase(&self) -> Phase {
         self.phase
     }
 
-    /// Cycles of the session that are over, and how many it has.
+    /// Finished cycles of the session, and its number of cycles.
     pub fn progress(&self) -> (u32, u32) {
-        (self.done, if self.nulls { 1 } else { self.plan.cycles })
+        (self.finished, if self.zero_input { 1 } else { self.plan.cycles })
     }
 
-    /// 1 in the first pulse, 2 in the second, else 0; and four times the number of the cycle that runs or has run: what a log carries.
+    /// Phase for a log: 1 in the first pulse, 2 in the second, else 0; plus four times the number of the newest cycle.
     pub fn mark(&self) -> u32 {
         let half = match self.phase {
-            Phase::Pulses => 1 + u32::from(self.integrator.taken() > self.pulse.samples),
+            Phase::Pulses => 1 + u32::from(self.integrator.count() > self.pulse.samples),
             _ => 0,
         };
         self.number.wrapping_mul(4) | half
     }
 
-    /// Takes the sample of `at`, whole milliseconds one after the other, and the latched fault. What the torquer is given from the next on, and
-    /// the cycle that is over with this sample.
-    pub fn step(&mut self, sample: Option<Stamped<GyroSample>>, at: Ticks, fault: Fault) -> (TorquerStep, Option<Cycle>) {
+    /// The sample of `at`, a whole millisecond, and the latched fault. Returns the torquer's step from the next millisecond on, and the cycle that
+    /// ends with this sample.
+    pub fn update(&mut self, sample: Option<Stamped<GyroSample>>, at: Ticks, fault: Fault) -> (TorquerStep, Option<Cycle>) {
         let fresh = sample.filter(|sample| sample.at == at).map(|sample| sample.value);
-        let [before, _] = self.given;
-        let bad = self.wrong(sample.is_some(), fresh.as_ref(), before, fault);
-        let corrected = fresh.map_or(TorquerStep::default(), |sample| self.scales.correction(sample.angle));
-        let mut over = None;
-        let next = match (self.phase, bad) {
-            (Phase::Idle, _) => corrected,
-            (_, bad) if bad != Bad::No => {
-                over = self.end(bad);
-                corrected
+        let [last_step, _] = self.steps;
+        let rejection = self.rejection(sample.is_some(), fresh.as_ref(), last_step, fault);
+        let correction = fresh.map_or(TorquerStep::default(), |sample| self.scales.correction(sample.angle));
+        let mut finished = None;
+        let next = match (self.phase, rejection) {
+            (Phase::Idle, _) => correction,
+            (_, rejection) if rejection != Rejection::None => {
+                finished = self.end(rejection);
+                correction
             }
             (Phase::Rest(left), _) => {
                 self.phase = if left > 1 { Phase::Rest(left - 1) } else { Phase::Lead(LEAD_ROWS) };
                 self.rest_current = (0, 0);
-                if left > 1 { corrected } else { TorquerStep::default() }
+                if left > 1 { correction } else { TorquerStep::default() }
             }
             (Phase::Lead(left), _) => {
-                // The first belong to the torquer's lag.
+                // The first samples belong to the torquer's lag.
                 if let Some(sample) = fresh.filter(|_| left <= LEAD_ROWS - LAG_ROWS) {
                     self.rest_current.0 += i64::from(sample.torquer);
                     self.rest_current.1 += sample.conversions;
                 }
-                self.phase = if left > 1 { Phase::Lead(left - 1) } else { self.first(at) };
+                self.phase = if left > 1 { Phase::Lead(left - 1) } else { self.begin_pulses(at) };
                 if left > 1 { TorquerStep::default() } else { self.pulse_step(0) }
             }
             (Phase::Pulses, _) => {
                 if let Some(sample) = &fresh {
-                    self.integrator.take(sample);
+                    self.integrator.add(sample);
                 }
-                let taken = self.integrator.taken();
+                let interval = self.integrator.count();
                 if self.integrator.sums().is_some() {
-                    over = self.end(Bad::No);
+                    finished = self.end(Rejection::None);
                 }
-                // The step of interval `taken`: the first 2 N are pulses, then the loop is closed again.
-                if taken < 2 * self.pulse.samples { self.pulse_step(taken) } else { corrected }
+                // The first 2 N intervals are pulses; then the loop is closed.
+                if interval < 2 * self.pulse.samples { self.pulse_step(interval) } else { correction }
             }
         };
-        self.since_edge = if next.0.abs_diff(before.0) > 1 { 0 } else { self.since_edge.saturating_add(1) };
-        self.given = [self.given[1], next];
-        (next, over)
+        self.since_edge = if next.0.abs_diff(last_step.0) > 1 { 0 } else { self.since_edge.saturating_add(1) };
+        self.steps = [self.steps[1], next];
+        (next, finished)
     }
 
     fn pulse_step(&self, n: u32) -> TorquerStep {
@@ -176,14 +177,14 @@ impl Commutator {
     }
 
     /// The first pulse begins with the next sample.
-    fn first(&mut self, at: Ticks) -> Phase {
-        let mut pulse = self.plan.pulse(self.done, &self.scales).unwrap_or_default();
-        if self.nulls {
+    fn begin_pulses(&mut self, at: Ticks) -> Phase {
+        let mut pulse = self.plan.pulse(self.finished, &self.scales).unwrap_or_default();
+        if self.zero_input {
             pulse.amplitude = 0;
         }
         self.pulse = pulse;
         self.integrator = Integrator::new(pulse.samples);
-        self.began = at + TICKS_PER_ROW;
+        self.start = at + TICKS_PER_ROW;
         self.number = self.number.wrapping_add(1);
         Phase::Pulses
     }
@@ -192,53 +193,53 @@ impl Commutator {
         self.phase = Phase::Rest(nearest(self.plan.rest_s as f32 * 1e3).max(1));
     }
 
-    /// What is wrong with this sample, as far as the phase minds.
-    fn wrong(&self, is_there: bool, fresh: Option<&GyroSample>, given: TorquerStep, fault: Fault) -> Bad {
+    /// Reason to reject this sample in the present phase. `has_sensor`: there is a sample, of whatever time; `step`: the torquer's.
+    fn rejection(&self, has_sensor: bool, fresh: Option<&GyroSample>, step: TorquerStep, fault: Fault) -> Rejection {
         match (fresh, self.phase) {
-            (_, Phase::Idle) => Bad::No,
-            _ if fault != Fault::None => Bad::Fault(fault),
-            _ if self.aborted => Bad::Aborted,
-            (None, _) if !is_there => Bad::Silent,
-            (None, Phase::Lead(_) | Phase::Pulses) => Bad::SampleLost,
-            (Some(sample), Phase::Lead(_) | Phase::Pulses) if self.scales.is_saturated(sample.angle) => Bad::Saturated,
-            (Some(sample), Phase::Pulses) if self.since_edge > EDGE_ROWS && self.scales.is_limited(sample, given) => Bad::Limited,
-            (Some(sample), Phase::Pulses) if self.integrator.taken() > 1 && self.conversions_changed(sample) => Bad::SampleLost,
-            _ => Bad::No,
+            (_, Phase::Idle) => Rejection::None,
+            _ if fault != Fault::None => Rejection::Fault(fault),
+            _ if self.aborted => Rejection::Aborted,
+            (None, _) if !has_sensor => Rejection::Silent,
+            (None, Phase::Lead(_) | Phase::Pulses) => Rejection::SampleLost,
+            (Some(sample), Phase::Lead(_) | Phase::Pulses) if self.scales.is_saturated(sample.angle) => Rejection::Saturated,
+            (Some(sample), Phase::Pulses) if self.since_edge > EDGE_ROWS && self.scales.is_limited(sample, step) => Rejection::Limited,
+            (Some(sample), Phase::Pulses) if self.integrator.count() > 1 && self.conversions_changed(sample) => Rejection::SampleLost,
+            _ => Rejection::None,
         }
     }
 
     fn conversions_changed(&self, sample: &GyroSample) -> bool {
-        self.integrator.so_far().conversions != sample.conversions
+        self.integrator.partial_sums().conversions != sample.conversions
     }
 
-    /// A cycle is over, or the session before its first.
-    fn end(&mut self, bad: Bad) -> Option<Cycle> {
+    /// Ends the cycle, or the session before its first one.
+    fn end(&mut self, rejection: Rejection) -> Option<Cycle> {
         let in_pulses = self.phase == Phase::Pulses;
-        // A session that ends between two cycles has no bad one; what goes wrong in the lead is a cycle that did not begin.
-        let told = in_pulses || matches!(self.phase, Phase::Lead(_)) || bad != Bad::Aborted;
+        // A session aborted during rest has no rejected cycle; an error in the lead rejects a cycle that did not begin.
+        let is_cycle = in_pulses || matches!(self.phase, Phase::Lead(_)) || rejection != Rejection::Aborted;
         if !in_pulses {
-            self.number = self.number.wrapping_add(u32::from(told));
+            self.number = self.number.wrapping_add(u32::from(is_cycle));
             self.integrator = Integrator::new(1);
         }
-        let polarity = if self.nulls { Polarity::Zero } else { self.plan.sequence.polarity(self.done) };
+        let polarity = if self.zero_input { Polarity::Zero } else { self.plan.sequence.polarity(self.finished) };
         let cycle = Cycle {
             number: self.number,
             position: self.plan.position,
             polarity,
             samples: self.plan.samples(),
-            at: self.began,
-            sums: self.integrator.so_far(),
+            start: self.start,
+            sums: self.integrator.partial_sums(),
             rest_current: self.rest_current,
-            bad,
+            rejection,
         };
-        self.done = self.done.saturating_add(1);
-        let (done, cycles) = self.progress();
-        if done >= cycles || bad.ends_session() {
+        self.finished = self.finished.saturating_add(1);
+        let (finished, cycles) = self.progress();
+        if finished >= cycles || rejection.ends_session() {
             self.phase = Phase::Idle;
             self.aborted = false;
         } else {
             self.rest();
         }
-        told.then_some(cycle)
+        is_cycle.then_some(cycle)
     }
 }

@@ -1,10 +1,10 @@
-//! One cycle as it is told: exact sums, and what they are in rad/s.
+//! One cycle: exact sums, and their conversion to drift rates.
 
 use super::{Scales, Sums};
 use crate::board::{ROW_HZ, Ticks};
 use crate::status::Fault;
 
-/// Which pulse comes first.
+/// Sign of the first pulse.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Polarity {
     /// +, then −.
@@ -12,7 +12,7 @@ pub enum Polarity {
     PlusMinus,
     /// −, then +.
     MinusPlus,
-    /// No pulse: what integrator and current show by themselves.
+    /// No pulse: the offsets of integrator and current.
     Zero,
 }
 
@@ -27,31 +27,31 @@ impl Polarity {
     }
 }
 
-/// Why a cycle counts for nothing.
+/// Reason to reject a cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Bad {
-    /// It is good.
+pub enum Rejection {
+    /// Accepted.
     #[default]
-    No,
-    /// The angle sensor showed its end, or its wire is off.
+    None,
+    /// The angle sensor was at its limit, or its wire is broken.
     Saturated,
-    /// The torquer's current was another than it was given.
+    /// The torquer's current did not follow its command.
     Limited,
     /// A sample was lost or came late.
     SampleLost,
-    /// The board has no gyro, or it gives no sample.
+    /// No angle sensor, or no sample from it.
     Silent,
-    /// Somebody ended it.
+    /// Aborted by command.
     Aborted,
-    /// The stand was switched off by a fault.
+    /// A fault switched the stand off.
     Fault(Fault),
 }
 
-impl Bad {
-    /// The reason in a few words.
+impl Rejection {
+    /// The reason in a few words, for replies.
     pub fn name(self) -> &'static str {
         match self {
-            Self::No => "good",
+            Self::None => "good",
             Self::Saturated => "angle sensor saturated",
             Self::Limited => "current limited",
             Self::SampleLost => "sample lost",
@@ -61,51 +61,51 @@ impl Bad {
         }
     }
 
-    /// Whether the session ends with it.
+    /// Whether the session ends, too.
     pub fn ends_session(self) -> bool {
         matches!(self, Self::Silent | Self::Aborted | Self::Fault(_))
     }
 }
 
-/// A cycle that is over.
+/// A finished cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Cycle {
-    /// Its number since power-on, from 1.
+    /// Number since power-on, from 1.
     pub number: u32,
-    /// The position that it was measured in, as the console was told.
+    /// Number of the gyroscope's position, as set at the console.
     pub position: u8,
-    /// Which pulse came first.
+    /// Sign of the first pulse.
     pub polarity: Polarity,
     /// N: samples in one pulse.
     pub samples: u32,
-    /// When its first pulse began.
-    pub at: Ticks,
-    /// Its sums; of a bad cycle as far as it came.
+    /// Start of the first pulse.
+    pub start: Ticks,
+    /// The sums; of a rejected cycle up to the rejection.
     pub sums: Sums,
-    /// Sum of the current's codes while the loop was open and nothing was given, and over how many conversions.
+    /// Current during the lead: sum of the codes, and number of conversions.
     pub rest_current: (i64, u32),
-    /// Whether it counts.
-    pub bad: Bad,
+    /// Reason of rejection, if any.
+    pub rejection: Rejection,
 }
 
 impl Cycle {
-    /// Drift rate by (13), ω = −ACC2·LSB·Δt/(2 T²), rad/s; `null` is the zero-input cycle of as many samples, where one is kept.
-    pub fn raw_rad_s(&self, scales: &Scales, null: Option<&Sums>) -> f32 {
-        let acc2 = self.sums.acc2.wrapping_sub(null.map_or(0, |null| null.acc2));
+    /// Drift rate by (13), ω = −ACC2·LSB·Δt/(2 T²), rad/s. `zero_input`: sums of the zero-input cycle of the same length.
+    pub fn raw_rad_s(&self, scales: &Scales, zero_input: Option<&Sums>) -> f32 {
+        let acc2 = self.sums.acc2.wrapping_sub(zero_input.map_or(0, |sums| sums.acc2));
         -(acc2 as f32) * scales.rad_per_code * ROW_HZ as f32 / self.weights()
     }
 
-    /// (K_m/H) ∫ W i du: what the pulses were not equal by, from the measured current, rad/s. The current at rest is taken off: of the zero-input
-    /// cycle, else of the lead before the pulses.
-    pub fn residual_rad_s(&self, scales: &Scales, null: Option<&Sums>) -> f32 {
+    /// (K_m/H) ∫ W i du: rate by which the two pulses differ, from the measured current minus the current at rest (of the zero-input cycle, else
+    /// of the lead), rad/s.
+    pub fn residual_rad_s(&self, scales: &Scales, zero_input: Option<&Sums>) -> f32 {
         let conversions = self.sums.conversions as f32;
-        let at_rest = match (null, self.rest_current) {
-            (Some(null), _) => null.current as f32 / self.weights(),
+        let at_rest = match (zero_input, self.rest_current) {
+            (Some(sums), _) => sums.current as f32 / self.weights(),
             (None, (codes, count)) => codes as f32 / count as f32 * conversions,
         };
-        let off = (self.sums.current as f32 / self.weights() - at_rest) / conversions * scales.rad_s_per_code;
-        // Where nothing was converted there is no number.
-        if off.is_finite() { off } else { 0.0 }
+        let residual = (self.sums.current as f32 / self.weights() - at_rest) / conversions * scales.rad_s_per_code;
+        // Not finite without a conversion.
+        if residual.is_finite() { residual } else { 0.0 }
     }
 
     /// Σ wₙ = 2 N².
@@ -114,8 +114,8 @@ impl Cycle {
         2.0 * n * n
     }
 
-    /// The drift rate without that residual, rad/s.
-    pub fn rate_rad_s(&self, scales: &Scales, null: Option<&Sums>) -> f32 {
-        self.raw_rad_s(scales, null) - self.residual_rad_s(scales, null)
+    /// Drift rate corrected by the current, rad/s.
+    pub fn rate_rad_s(&self, scales: &Scales, zero_input: Option<&Sums>) -> f32 {
+        self.raw_rad_s(scales, zero_input) - self.residual_rad_s(scales, zero_input)
     }
 }

@@ -1,37 +1,45 @@
-//! Drift of a gyro by pulses of alternating sign: the torquer turns the gyro to and fro by equal and opposite pulses, and the integral of its
-//! angle, added up during the first pulse and taken away during the second, is the drift.
+//! Gyroscope loop: correction loop, drift measurement by pulses, and a state observer, on the angle sensor and torquer of a gyroscope.
 //!
-//! In: a sample of the gyro's angle and of its torquer's current at each whole millisecond ([`GyroSample`](crate::board::GyroSample)), and the fault
-//! that is latched. Out: what the torquer is given in the millisecond after the next, and a [`Cycle`] for each pair of pulses: exact whole numbers, with their
-//! conversion beside them. One clock paces edges and samples. The correction loop, which holds the gyro at its zero, is open while a cycle
-//! measures, and closed after it and after whatever goes wrong; a cycle that is bad says why and enters no mean.
+//! Drift measurement: the torquer turns the gyroscope to and fro by equal and opposite pulses. The integral of the angle, added during the
+//! first pulse and subtracted during the second, is the drift. The correction loop, which holds the gyroscope at its zero, is open while a
+//! cycle measures, and closed otherwise and after any error. A rejected cycle carries its reason and enters no mean.
+//!
+//! In, at each whole millisecond: a sample of the angle and of the torquer's current ([`GyroSample`]), and the latched fault. Out: the
+//! torquer's step from the next millisecond on, and a [`Cycle`] for each pair of pulses, as exact integers with their conversion. One timer
+//! paces pulse edges and samples.
 //!
 //! * [`Pulse`]: the reference pulses, in steps of the torquer's converter; [`Integrator`]: the sums over a cycle;
-//! * [`Due`]: what is given in which tick, from the task to the control interrupt;
-//! * [`Commutator`]: rest, lead, pulses, and the loop around them; [`Tally`]: means over a session, and the pair of positions.
+//! * [`Commutator`]: rest, lead, pulses; [`DriftMean`]: means over a session; [`Register`]: a pair of positions;
+//! * [`DriftMeasurement`]: the above as one session, shared with the console; [`observer`]: state observers;
+//! * [`GyroLoop`]: samples and drives the gyroscope once in a millisecond; [`TimedOutput`]: the torquer's value from task to interrupt.
 //!
-//! *T* is the duration of one pulse, N samples; a cycle is 2 T. *Own* drift is the gyro's, *apparent* drift is the rotation of the Earth. The sources
-//! of the formulas are theory.md §3.
+//! *T* is the duration of one pulse, N samples; a cycle is 2 T. *Own* drift belongs to the gyroscope, *apparent* drift is the rotation of
+//! the Earth. Formula (13) is ω = −(1/2T²) (∫₀ᵀ θ dt − ∫ᵀ²ᵀ θ dt), (15) and (16) its half sum and half difference over two positions.
 
 mod commutator;
 mod cycle;
-mod due;
+mod drift;
 mod integrator;
+mod mean;
 pub mod observer;
 mod plan;
 mod settings;
 mod shape;
-mod shared;
-mod tally;
 #[cfg(test)]
 mod tests;
+mod timed_output;
+mod torquer;
 
 pub use commutator::{Commutator, LEAD_ROWS, Phase};
-pub use cycle::{Bad, Cycle, Polarity};
-pub use due::Due;
+pub use cycle::{Cycle, Polarity, Rejection};
+pub use drift::DriftMeasurement;
 pub use integrator::{Integrator, Sums};
-pub use plan::{Asked, MOST_ROWS, Plan, Sequence};
+pub use mean::{Drift, DriftMean, Pair, Register};
+pub use plan::{MAX_PULSE_SAMPLES, Plan, PlanSettings, Sequence};
 pub use settings::{Scales, Settings};
 pub use shape::{Pulse, Shape};
-pub use shared::Shared;
-pub use tally::{Drift, Pair, Register, Tally};
+pub use timed_output::TimedOutput;
+pub use torquer::{GyroLoop, GyroReading};
+
+#[cfg(doc)]
+use crate::board::GyroSample;

@@ -1,21 +1,21 @@
-//! What a session of cycles is to be.
+//! Plan of a session of cycles.
 
 use super::{Polarity, Pulse, Scales, Shape};
 use crate::board::ROW_HZ;
 use crate::config::ConfigError;
 use core::cell::Cell;
 
-/// Most samples in one pulse: a minute. The sums hold it.
-pub const MOST_ROWS: u32 = 60_000;
+/// Most samples in one pulse, one minute: the sums fit 64 bits.
+pub const MAX_PULSE_SAMPLES: u32 = 60_000;
 
-/// The order of the pulses' signs from cycle to cycle.
+/// Signs of the pulses from cycle to cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sequence {
     /// + − in each cycle.
     PlusMinus,
     /// − + in each.
     MinusPlus,
-    /// By turns: what is odd in the reference cancels from their mean.
+    /// Alternating: errors odd in the reference cancel in the mean.
     #[default]
     Both,
 }
@@ -32,32 +32,32 @@ impl Sequence {
     }
 }
 
-/// A session, in a person's units.
+/// Plan of a session, in SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plan {
-    /// What a pulse looks like.
+    /// Shape of a pulse.
     pub shape: Shape,
     /// The second pulse runs backwards.
     pub reversed: bool,
-    /// The signs.
+    /// Signs of the pulses.
     pub sequence: Sequence,
     /// Greatest reference rate, rad/s.
     pub rate_rad_s: f64,
-    /// Duration of one pulse as it is asked for, s.
+    /// Duration of one pulse, s; see [`Plan::samples`].
     pub duration_s: f64,
-    /// Period of the vibration or the mains of which it is to be a multiple, s; 0: none.
+    /// Period of vibration or mains of which the duration is made a multiple, s; 0: none.
     pub period_s: f64,
     /// Time with the loop closed before each cycle, s.
     pub rest_s: f64,
-    /// How many cycles.
+    /// Number of cycles.
     pub cycles: u32,
-    /// The position's number, for the result.
+    /// Number of the gyroscope's position, for the result.
     pub position: u8,
 }
 
 impl Plan {
-    /// Ten cycles of 10 s at 0.05 °/s, both ways, by 50 Hz mains.
-    pub const USUAL: Self = Self {
+    /// Ten cycles of 10 s at 0.05 °/s, alternating signs, for 50 Hz mains.
+    pub const DEFAULT: Self = Self {
         shape: Shape::Rectangular,
         reversed: false,
         sequence: Sequence::Both,
@@ -72,35 +72,35 @@ impl Plan {
 
 impl Default for Plan {
     fn default() -> Self {
-        Self::USUAL
+        Self::DEFAULT
     }
 }
 
-/// The plan as a person sets it, number by number.
-pub struct Asked {
-    /// What a pulse looks like.
+/// The plan as it is set at the console, number by number.
+pub struct PlanSettings {
+    /// Shape of a pulse.
     pub shape: Cell<Shape>,
     /// The second pulse runs backwards.
     pub reversed: Cell<bool>,
-    /// The signs.
+    /// Signs of the pulses.
     pub sequence: Cell<Sequence>,
     /// Greatest reference rate, rad/s.
     pub rate_rad_s: Cell<f64>,
     /// Duration of one pulse, s.
     pub duration_s: Cell<f64>,
-    /// Period of which it is a multiple, s.
+    /// Period of which the duration is a multiple, s.
     pub period_s: Cell<f64>,
     /// Rest before each cycle, s.
     pub rest_s: Cell<f64>,
-    /// How many cycles.
+    /// Number of cycles.
     pub cycles: Cell<f64>,
-    /// The position's number.
+    /// Number of the position.
     pub position: Cell<f64>,
 }
 
-impl Default for Asked {
+impl Default for PlanSettings {
     fn default() -> Self {
-        let plan = Plan::USUAL;
+        let plan = Plan::DEFAULT;
         Self {
             shape: Cell::new(plan.shape),
             reversed: Cell::new(plan.reversed),
@@ -115,8 +115,8 @@ impl Default for Asked {
     }
 }
 
-impl Asked {
-    /// All of it together.
+impl PlanSettings {
+    /// The plan with these settings.
     pub fn plan(&self) -> Plan {
         Plan {
             shape: self.shape.get(),
@@ -133,7 +133,7 @@ impl Asked {
 }
 
 impl Plan {
-    /// N: the duration to the nearest multiple of the period, at least one of it, to the nearest sample; 0 where there is no duration.
+    /// N: the duration rounded to a multiple of the period (at least one), then to a sample; 0 without a duration.
     pub fn samples(&self) -> u32 {
         let (duration_s, period_s) = (self.duration_s as f32, self.period_s as f32);
         let seconds = if duration_s > 0.0 && period_s > 0.0 { nearest(duration_s / period_s).max(1) as f32 * period_s } else { duration_s };
@@ -143,14 +143,14 @@ impl Plan {
     /// The pulses of cycle `k`.
     ///
     /// # Errors
-    /// A pulse of no length or of more than a minute; a reference that is no step, or more than the torquer is given.
+    /// The pulse is shorter than a sample or longer than a minute; the rate is less than one step or above the torquer's limit.
     pub fn pulse(&self, k: u32, scales: &Scales) -> Result<Pulse, ConfigError> {
         let samples = self.samples();
-        if samples == 0 || samples > MOST_ROWS {
+        if samples == 0 || samples > MAX_PULSE_SAMPLES {
             return Err(ConfigError::Unfit("duration of a pulse", "must be 1 ms to 60 s"));
         }
         let steps = nearest(self.rate_rad_s as f32 / scales.rad_s_per_step);
-        if steps == 0 || steps > scales.most_steps as u32 {
+        if steps == 0 || steps > scales.max_steps as u32 {
             return Err(ConfigError::Unfit("rate of a pulse", "is less than a step of the torquer, or above its limit"));
         }
         let amplitude = steps as i16 * self.sequence.polarity(k).sign();
@@ -158,7 +158,7 @@ impl Plan {
     }
 }
 
-/// To the nearest whole number. A cast saturates; no number, and less than none, become none.
+/// Rounds to an integer; negative numbers and NaN become 0.
 pub(super) fn nearest(value: f32) -> u32 {
     (value + 0.5) as u32
 }

@@ -1,12 +1,12 @@
-//! What the method must know of the gyro: gains, limits, the correction loop; and the same in the converters' units.
+//! Settings of the gyroscope loop: gains, limits and correction loop, and the same in the converters' units.
 
 use crate::board::{GyroSample, Hardware, TorquerStep};
 use crate::config::{ConfigError, all_within};
 
-/// The torquer's current may be off by this share of its limit; beyond it something else limits it.
-const OFF_SHARE: f32 = 0.06;
+/// Deviation of the torquer's current from its command, as a fraction of its limit, that is still accepted.
+const CURRENT_TOLERANCE: f32 = 0.06;
 
-/// Gains and limits, in a person's units.
+/// Gains and limits in SI units.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Settings {
@@ -14,11 +14,11 @@ pub struct Settings {
     pub angle_gain_V_rad: f64,
     /// K_m/H: rate of precession per current of the torquer, rad/s/A.
     pub torquer_gain_rad_s_A: f64,
-    /// Gain of the correction loop: rate per angle, 1/s; 0 where another loop corrects.
+    /// Gain of the correction loop: rate per angle, 1/s; 0 if another loop corrects.
     pub correction_1_s: f64,
-    /// Greatest current that the torquer is given, A.
+    /// Current limit of the torquer, A.
     pub torquer_limit_A: f64,
-    /// Greatest voltage of the angle sensor, either side, V: beyond it the sensor is saturated, or its wire is off.
+    /// Valid range of the angle sensor, ± V: beyond it the sensor is saturated or its wire is broken.
     pub angle_limit_V: f64,
 }
 
@@ -35,10 +35,10 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Checks all of them.
+    /// Checks all settings.
     ///
     /// # Errors
-    /// The name of the first that is not a number or makes no sense.
+    /// The name of the first that is not finite or out of its range.
     pub fn check(&self) -> Result<(), ConfigError> {
         all_within! { of self, "gyro.";
             angle_gain_V_rad: 1e-3, 1e6;
@@ -50,7 +50,7 @@ impl Settings {
     }
 }
 
-/// The same in codes and steps. Single precision: the sums are exact, and what they are in rad/s is good to a part in 10⁷.
+/// Settings in codes and steps. Single precision: the sums are exact, and their conversion is accurate to 1e-7.
 #[derive(Clone, Copy, Debug)]
 pub struct Scales {
     /// Angle per code, rad.
@@ -59,16 +59,16 @@ pub struct Scales {
     pub rad_s_per_step: f32,
     /// Reference rate per code of the measured current, rad/s.
     pub rad_s_per_code: f32,
-    /// Greatest step that the torquer is given.
-    pub most_steps: f32,
+    /// Largest step of the torquer.
+    pub max_steps: f32,
     angle_zero: f32,
-    angle_span: f32,
+    angle_range: f32,
     /// Steps per code of the angle.
     correction: f32,
     current_zero: f32,
     /// Codes of the current per step.
     codes_per_step: f32,
-    off_codes: f32,
+    tolerance_codes: f32,
 }
 
 impl Scales {
@@ -85,30 +85,30 @@ impl Scales {
             rad_per_code,
             rad_s_per_step,
             rad_s_per_code: A_per_code * gain_rad_s_A,
-            most_steps: (limit_A / A_per_step).min(2047.0),
+            max_steps: (limit_A / A_per_step).min(2047.0),
             angle_zero: hardware.angle_zero_code as f32,
-            angle_span: s.angle_limit_V as f32 / V_per_code,
+            angle_range: s.angle_limit_V as f32 / V_per_code,
             correction: s.correction_1_s as f32 * rad_per_code / rad_s_per_step,
             current_zero: hardware.torquer_zero_code as f32,
             codes_per_step: A_per_step / A_per_code,
-            off_codes: limit_A * OFF_SHARE / A_per_code,
+            tolerance_codes: limit_A * CURRENT_TOLERANCE / A_per_code,
         }
     }
 
-    /// What the closed correction loop gives the torquer.
+    /// The torquer's step by the closed correction loop.
     pub fn correction(&self, angle: i32) -> TorquerStep {
         let steps = (self.angle_zero - angle as f32) * self.correction;
-        TorquerStep(steps.clamp(-self.most_steps, self.most_steps) as i16)
+        TorquerStep(steps.clamp(-self.max_steps, self.max_steps) as i16)
     }
 
-    /// Whether the angle sensor shows what it cannot, or no more than its end.
+    /// Whether the angle sensor is outside of its valid range.
     pub fn is_saturated(&self, angle: i32) -> bool {
-        (angle as f32 - self.angle_zero).abs() > self.angle_span
+        (angle as f32 - self.angle_zero).abs() > self.angle_range
     }
 
-    /// Whether the current over the last millisecond is another than the torquer was given.
-    pub fn is_limited(&self, sample: &GyroSample, given: TorquerStep) -> bool {
-        let expected = self.current_zero + f32::from(given.0) * self.codes_per_step;
-        (sample.torquer as f32 - expected * sample.conversions as f32).abs() > self.off_codes * sample.conversions as f32
+    /// Whether the current over the last millisecond differs from its command.
+    pub fn is_limited(&self, sample: &GyroSample, step: TorquerStep) -> bool {
+        let expected = self.current_zero + f32::from(step.0) * self.codes_per_step;
+        (sample.torquer as f32 - expected * sample.conversions as f32).abs() > self.tolerance_codes * sample.conversions as f32
     }
 }

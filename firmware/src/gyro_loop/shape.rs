@@ -1,25 +1,25 @@
-//! The reference pulses: equal and opposite, in whole steps of the torquer's converter.
+//! Reference pulses: equal and opposite, in whole steps of the torquer's converter.
 //!
-//! A step holds for one sample. The steps of the second pulse are those of the first with the other sign, in the same order or from the last to
-//! the first, so that whatever the shape and its rounding, the sum over a cycle is zero exactly.
+//! A step lasts one sample. The second pulse has the steps of the first with opposite sign, in the same sequence or reversed, so that the sum
+//! over a cycle is exactly zero, rounding included.
 
-/// What a pulse looks like.
+/// Shape of a pulse.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Shape {
-    /// The amplitude throughout.
+    /// Constant amplitude.
     #[default]
     Rectangular,
-    /// Up to the amplitude in the middle, and down.
+    /// Rising to the amplitude in the middle, then falling.
     Triangular,
-    /// Up to the amplitude at the end.
+    /// Rising to the amplitude at the end.
     Sawtooth,
 }
 
 impl Shape {
-    /// All of them, in the order of the console's words.
+    /// All shapes, in the sequence of the console's choices.
     pub const ALL: [Self; 3] = [Self::Rectangular, Self::Triangular, Self::Sawtooth];
 
-    /// Whether a pulse is the same backwards: then the reference cancels from (13), whatever its size.
+    /// Whether the pulse is symmetric in time: then the reference cancels from (13) for any amplitude.
     pub fn is_symmetric(self) -> bool {
         self != Self::Sawtooth
     }
@@ -28,18 +28,18 @@ impl Shape {
 /// A pair of pulses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Pulse {
-    /// What each looks like.
+    /// Shape of each pulse.
     pub shape: Shape,
-    /// The second one runs backwards.
+    /// The second pulse is reversed in time.
     pub reversed: bool,
-    /// The greatest step of the first; negative for a cycle that begins with the negative pulse.
+    /// Largest step of the first pulse; negative for a cycle that begins with the negative pulse.
     pub amplitude: i16,
     /// N: samples in one pulse.
     pub samples: u32,
 }
 
 impl Pulse {
-    /// The step in sample interval `n` of the 2 N; nothing after them.
+    /// The step in sample interval `n` of 2 N; 0 after them.
     pub fn step(&self, n: u32) -> i16 {
         let count = self.samples;
         if n < count {
@@ -53,9 +53,9 @@ impl Pulse {
         }
     }
 
-    /// The mean of the shape over interval `n` of N, rounded to a step away from zero.
+    /// Mean of the shape over interval `n` of N, rounded to a step (half away from zero).
     fn single(&self, n: u32) -> i16 {
-        // In (2 N)ths of the amplitude.
+        // In units of amplitude / 2 N.
         let height = match self.shape {
             Shape::Rectangular => 2 * self.samples,
             Shape::Triangular => 4 * n.min(self.samples - 1 - n) + 2,

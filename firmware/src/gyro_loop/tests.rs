@@ -1,4 +1,4 @@
-//! The vectors of theory.md §3.2 through the integrator of the firmware, and the commutator on a gyro that obeys the equation exactly.
+//! Test vectors of docs/theory.md §3.2 for the integrator, and the commutator on an ideal gyroscope.
 
 use super::*;
 use crate::board::{GyroSample, Hardware, Stamped, TICKS_PER_ROW, Ticks, TorquerStep};
@@ -13,7 +13,7 @@ const W: f64 = 0.1 * core::f64::consts::PI / 180.0;
 const OMEGA: f64 = 3.0 * DEG_H;
 /// K_k = 50 V/rad, U0 = 0.02 V.
 const START: f64 = 0.02 / 50.0;
-/// Codes so fine that their rounding does not show.
+/// Codes fine enough to make rounding negligible.
 const FINE: f64 = 1e-11;
 
 fn scales(rad_per_code: f64) -> Scales {
@@ -22,14 +22,14 @@ fn scales(rad_per_code: f64) -> Scales {
     Scales::new(&settings, &hardware)
 }
 
-/// A cycle over so many samples in each pulse.
+/// A cycle with `samples` in each pulse.
 fn cycle(samples: u32, mut code: impl FnMut(u32) -> i32) -> Cycle {
     let mut integrator = Integrator::new(samples);
-    (0..=2 * samples).for_each(|n| integrator.take(&GyroSample { angle: code(n), torquer: 0, conversions: 1 }));
+    (0..=2 * samples).for_each(|n| integrator.add(&GyroSample { angle: code(n), torquer: 0, conversions: 1 }));
     Cycle { samples, sums: integrator.sums().unwrap(), ..Cycle::default() }
 }
 
-/// (13) by the exact sum. The firmware's own conversion is single precision.
+/// (13) from the exact sum; checks the firmware's conversion in single precision, too.
 fn exact_rad_s(cycle: &Cycle, rad_per_code: f64) -> f64 {
     let n = f64::from(cycle.samples);
     let exact = -(cycle.sums.acc2 as f64) * rad_per_code * 1e3 / (2.0 * n * n);
@@ -38,32 +38,32 @@ fn exact_rad_s(cycle: &Cycle, rad_per_code: f64) -> f64 {
     exact
 }
 
-/// The drift rate of a cycle of 2 T whose angle is a function of time, °/h. The rows' rate is known to the firmware; other rates scale by it.
+/// Drift rate of a cycle of 2 T whose angle is a function of time, °/h, at any sampling rate.
 fn drift_deg_h(samples: u32, lsb_rad: f64, mut theta_rad: impl FnMut(f64) -> f64) -> f64 {
     let dt_s = T_S / f64::from(samples);
     let cycle = cycle(samples, |n| (theta_rad(f64::from(n) * dt_s) / lsb_rad).round() as i32);
     exact_rad_s(&cycle, lsb_rad) * 1e-3 / dt_s / DEG_H
 }
 
-/// The reference angle of a rectangular pair.
+/// Reference angle of a rectangular pair of pulses.
 fn tent(t_s: f64) -> f64 {
     W * if t_s < T_S { t_s.max(0.0) } else { 2.0 * T_S - t_s }
 }
 
 #[test]
-fn the_vector_of_counts_is_added_up_exactly() {
+fn test_vector_of_counts_is_integrated_exactly() {
     let counts = [7, 107, 208, 310, 411, 312, 214, 115, 16];
     let cycle = cycle(4, |n| counts[n as usize]);
     assert_eq!(cycle.sums.acc2, -41);
-    assert_eq!((cycle.sums.least, cycle.sums.greatest), (7, 411));
+    assert_eq!((cycle.sums.min, cycle.sums.max), (7, 411));
     assert_eq!(cycle.sums.sum2, 7 + 2 * (107 + 208 + 310 + 411 + 312 + 214 + 115) + 16);
-    // At 1 s a sample 0.128125 °/h; the rows come a thousand times faster.
+    // 0.128125 °/h at 1 s per sample; the rows are a thousand times faster.
     let rate = exact_rad_s(&cycle, 0.1 * ARCSEC) / DEG_H;
     assert!((rate - 128.125).abs() < 1e-9, "{rate}");
 }
 
 #[test]
-fn symmetric_pulses_cancel_and_a_sawtooth_does_so_reversed() {
+fn symmetric_pulses_and_a_reversed_sawtooth_cancel() {
     let ramp = |t: f64| W * t * t / (2.0 * T_S);
     let triangle = |t: f64| if t < T_S / 2.0 { W * t * t / T_S } else { W * (T_S / 2.0 - (T_S - t) * (T_S - t) / T_S) };
     let pair = |first: &dyn Fn(f64) -> f64, reversed: bool, t: f64| match (t <= T_S, reversed) {
@@ -81,7 +81,7 @@ fn symmetric_pulses_cancel_and_a_sawtooth_does_so_reversed() {
 }
 
 #[test]
-fn errors_of_the_pulses_are_those_of_the_formulas() {
+fn pulse_errors_match_the_formulas() {
     let rate = |theta: &dyn Fn(f64) -> f64| drift_deg_h(5_000, FINE, |t| START + theta(t) + OMEGA * t);
     // Second amplitude 1e-4 greater: −ε w/2.
     let unequal = |t: f64| tent(t) - if t > T_S { 1e-4 * W * (t - T_S) } else { 0.0 };
@@ -89,15 +89,14 @@ fn errors_of_the_pulses_are_those_of_the_formulas() {
     // A reference that lags by 1 ms: 2 w lag/T, and the other way with the other polarity; their mean is right.
     let late = |t: f64| tent(t - 1e-3);
     let (plus, minus) = (rate(&late), rate(&|t| -late(t)));
-    // theory.md prints −0.143978 for the second, by a lag that is linear between samples: the difference is w lag²/T².
+    // The test vector has −0.143978 for the second, with a lag that is linear between samples: the difference is w lag²/T².
     assert!((plus - 3.0 - 0.143978).abs() < 1e-6 && (minus - 3.0 + 0.143978).abs() < 3e-5, "{plus} {minus}");
     assert!(((plus + minus) / 2.0 - 3.0).abs() < 2e-5);
-    // Mid-point samples without the trapezoid's ends are as good: the sums there are of another kind, and in host-tools.
     assert!((rate(&tent) - 3.0).abs() < 1e-6);
 }
 
 #[test]
-fn the_current_takes_off_what_lag_and_inequality_leave() {
+fn current_corrects_lag_and_inequality_of_the_pulses() {
     // 3 ms late and 0.1 % unequal, the current in millionths of w.
     let (n, unit) = (5_000_u32, W / 1e6);
     let at = |k: i64| match k - 3 {
@@ -111,7 +110,7 @@ fn the_current_takes_off_what_lag_and_inequality_leave() {
         let current = if k > 0 { at(k - 1) } else { 0.0 };
         theta += (W * current + OMEGA) * if k > 0 { 1e-3 } else { 0.0 };
         let torquer = (current * 1e6).round() as i32;
-        integrator.take(&GyroSample { angle: (theta / FINE).round() as i32, torquer, conversions: 1 });
+        integrator.add(&GyroSample { angle: (theta / FINE).round() as i32, torquer, conversions: 1 });
     }
     let cycle = Cycle { samples: n, sums: integrator.sums().unwrap(), rest_current: (0, 1), ..Cycle::default() };
     let corrected = |error: f64| {
@@ -127,7 +126,7 @@ fn the_current_takes_off_what_lag_and_inequality_leave() {
 }
 
 #[test]
-fn the_unswitched_sums_of_both_polarities_measure_the_reference() {
+fn sums_without_commutation_measure_the_reference() {
     let sum = |sign: f64| {
         cycle(5_000, |n| ((START + sign * tent(f64::from(n) * 1e-3) + OMEGA * f64::from(n) * 1e-3) / FINE).round() as i32).sums.sum2
     };
@@ -136,7 +135,7 @@ fn the_unswitched_sums_of_both_polarities_measure_the_reference() {
     assert!((w.to_degrees() - 0.1).abs() < 1e-9, "{}", w.to_degrees());
 }
 
-/// A normal deviate, well enough: twelve uniform ones.
+/// A normal deviate as the sum of twelve uniform ones.
 fn normal(random: &mut Xoshiro256PlusPlus) -> f64 {
     (0..12).map(|_| uniform(random)).sum::<f64>() - 6.0
 }
@@ -146,7 +145,7 @@ fn uniform(random: &mut Xoshiro256PlusPlus) -> f64 {
 }
 
 #[test]
-fn white_noise_of_five_arcsec_is_two_hundredths_of_a_degree_per_hour_and_least_squares_has_less() {
+fn white_noise_of_5_arcsec_gives_0_02_deg_h_and_less_by_least_squares() {
     let mut random = Xoshiro256PlusPlus::seed_from_u64(7);
     let draws = 800;
     let (mut trapezoid, mut slope) = (0.0, 0.0);
@@ -163,8 +162,8 @@ fn white_noise_of_five_arcsec_is_two_hundredths_of_a_degree_per_hour_and_least_s
 }
 
 #[test]
-fn pulses_carry_the_angle_over_the_steps_of_a_quantiser() {
-    // LSB, rms error with pulses and without, °/h (theory.md §3.2); other random numbers: 15 %.
+fn pulses_dither_a_coarse_quantiser() {
+    // LSB, rms error with pulses and without, °/h (docs/theory.md §3.2); other random numbers: 15 %.
     for (lsb, with, without) in [(1.0, 0.000_199, 0.0228), (10.0, 0.001_24, 0.594), (60.0, 0.0108, 1.926)] {
         let rms = |pulses: f64| {
             let mut random = Xoshiro256PlusPlus::seed_from_u64(3);
@@ -185,7 +184,7 @@ fn pulses_carry_the_angle_over_the_steps_of_a_quantiser() {
 }
 
 #[test]
-fn the_steps_of_a_cycle_sum_up_to_nothing_whatever_the_shape() {
+fn steps_of_a_cycle_sum_to_zero_for_every_shape() {
     for shape in Shape::ALL {
         for (reversed, samples, amplitude) in [(false, 1, 7), (false, 7, 873), (true, 5_000, -873), (false, 4_999, 1), (true, 3, i16::MAX)]
         {
@@ -194,7 +193,7 @@ fn the_steps_of_a_cycle_sum_up_to_nothing_whatever_the_shape() {
             assert_eq!(steps.iter().sum::<i64>(), 0, "{shape:?} {samples}");
             assert!(steps.iter().all(|step| step.abs() <= i64::from(amplitude).abs()));
             assert_eq!((pulse.step(2 * samples), pulse.step(u32::MAX)), (0, 0));
-            // What must vanish for (13): ∫ (T − 2t) w dt of both pulses.
+            // ∫ (T − 2t) w dt of both pulses must vanish for (13).
             let n = i64::from(samples);
             let weighted: i64 = steps.iter().zip(0..).map(|(step, k)| step * (2 * k.min(2 * n - 1 - k) + 1)).sum();
             assert!(weighted == 0 || (shape == Shape::Sawtooth && !reversed), "{shape:?} {samples}: {weighted}");
@@ -203,7 +202,7 @@ fn the_steps_of_a_cycle_sum_up_to_nothing_whatever_the_shape() {
 }
 
 #[test]
-fn the_duration_is_a_multiple_of_the_period() {
+fn duration_is_a_multiple_of_the_period() {
     let samples = |duration_s, period_s| Plan { duration_s, period_s, ..Plan::default() }.samples();
     assert_eq!((samples(5.0, 0.0), samples(5.0, 0.02), samples(5.005, 0.02)), (5_000, 5_000, 5_000));
     // Of 60 Hz mains, of a vibration of 0.7 s.
@@ -211,21 +210,21 @@ fn the_duration_is_a_multiple_of_the_period() {
     let scales = scales(ARCSEC);
     let wrong = |plan: Plan| plan.pulse(0, &scales).unwrap_err().parameter();
     assert_eq!(wrong(Plan { duration_s: 0.0, period_s: 0.0, ..Plan::default() }), "duration of a pulse");
-    assert_eq!(wrong(Plan { duration_s: 0.0, ..Plan::default() }), "duration of a pulse", "no period makes something of nothing");
+    assert_eq!(wrong(Plan { duration_s: 0.0, ..Plan::default() }), "duration of a pulse", "the period does not replace a duration");
     assert_eq!(wrong(Plan { duration_s: f64::NAN, ..Plan::default() }), "duration of a pulse");
     assert_eq!(wrong(Plan { duration_s: 61.0, ..Plan::default() }), "duration of a pulse");
     assert_eq!(wrong(Plan { rate_rad_s: 0.0, ..Plan::default() }), "rate of a pulse");
     assert_eq!(wrong(Plan { rate_rad_s: 1.0, ..Plan::default() }), "rate of a pulse");
 }
 
-/// A gyro that obeys θ′ = w + ω, with converters; the torquer's amplifier and its measurement have offsets.
+/// An ideal gyroscope θ′ = w + ω with converters; the torquer's amplifier and its measurement have offsets.
 struct Gyro {
     theta_rad: f64,
     omega_rad_s: f64,
     acting: TorquerStep,
     pending: TorquerStep,
     at: Ticks,
-    /// What the amplifier makes of a step.
+    /// Output of the amplifier for a step, in steps.
     gain: fn(i16) -> f64,
     rad_per_code: f64,
 }
@@ -249,15 +248,15 @@ impl Gyro {
     }
 }
 
-/// Runs for so long; what was over meanwhile.
-fn run(shared: &Shared, gyro: &mut Gyro, rows: u32, fault: Fault) -> Vec<Cycle> {
+/// Runs for `rows` milliseconds; returns the finished cycles.
+fn run(drift: &DriftMeasurement, gyro: &mut Gyro, rows: u32, fault: Fault) -> Vec<Cycle> {
     let scales = *SCALES;
     let mut cycles = Vec::new();
     for _ in 0..rows {
-        let before = shared.newest().map_or(0, |(cycle, ..)| cycle.number);
+        let before = drift.newest().map_or(0, |(cycle, ..)| cycle.number);
         let sample = gyro.next(&scales);
-        gyro.pending = shared.step(Some(sample), sample.at, fault);
-        if let Some((cycle, ..)) = shared.newest().filter(|(cycle, ..)| cycle.number != before) {
+        gyro.pending = drift.update(Some(sample), sample.at, fault);
+        if let Some((cycle, ..)) = drift.newest().filter(|(cycle, ..)| cycle.number != before) {
             cycles.push(cycle);
         }
     }
@@ -271,43 +270,43 @@ fn plan() -> Plan {
 static SCALES: std::sync::LazyLock<Scales> =
     std::sync::LazyLock::new(|| Scales::new(&Settings::default(), &Hardware { angle_V_per_code: 150.0 * ARCSEC, ..Hardware::default() }));
 
-fn usual() -> Shared {
-    Shared::new(*SCALES)
+fn measurement() -> DriftMeasurement {
+    DriftMeasurement::new(*SCALES)
 }
 
 #[test]
-fn a_session_opens_the_loop_for_each_cycle_and_closes_it_again() {
-    let shared = usual();
+fn a_session_opens_the_loop_for_each_cycle_and_closes_it() {
+    let drift = measurement();
     let mut gyro = Gyro::new(50.0 * DEG_H);
-    run(&shared, &mut gyro, 3_000, Fault::None);
-    assert!(gyro.theta_rad.abs() < 1.5 * ARCSEC * 50.0, "the loop holds it: {}", gyro.theta_rad / ARCSEC);
-    shared.start(plan(), false);
-    let cycles = run(&shared, &mut gyro, 6_900, Fault::None);
-    assert_eq!(cycles.iter().map(|cycle| (cycle.number, cycle.bad)).collect::<Vec<_>>(), [1, 2, 3, 4].map(|n| (n, Bad::No)));
+    run(&drift, &mut gyro, 3_000, Fault::None);
+    assert!(gyro.theta_rad.abs() < 1.5 * ARCSEC * 50.0, "loop closed: {}", gyro.theta_rad / ARCSEC);
+    drift.start(plan(), false);
+    let cycles = run(&drift, &mut gyro, 6_900, Fault::None);
+    assert_eq!(cycles.iter().map(|cycle| (cycle.number, cycle.rejection)).collect::<Vec<_>>(), [1, 2, 3, 4].map(|n| (n, Rejection::None)));
     let polarities: Vec<i16> = cycles.iter().map(|cycle| cycle.polarity.sign()).collect();
     assert_eq!(polarities, [1, -1, 1, -1]);
-    // The angle went out by w T and came back.
+    // The angle goes out by w T and back.
     for cycle in &cycles {
-        let span = cycle.sums.greatest - cycle.sums.least;
+        let span = cycle.sums.max - cycle.sums.min;
         assert!((f64::from(span) * ARCSEC - 0.5e-3).abs() < 30.0 * ARCSEC, "{span}");
     }
-    assert!(!shared.is_running() && shared.phase().is_closed());
-    let (good, bad, drift) = shared.drift();
-    let drift = drift.unwrap();
-    assert_eq!((good, bad), (4, 0));
+    assert!(!drift.is_running() && drift.phase().is_closed());
+    let (accepted, rejected, mean) = drift.drift();
+    let mean = mean.unwrap();
+    assert_eq!((accepted, rejected), (4, 0));
     // A quantiser of 1″ over 0.5 s: some 0.01 °/h each.
-    assert!((f64::from(drift.rate_rad_s) / DEG_H - 50.0).abs() < 0.05, "{}", f64::from(drift.rate_rad_s) / DEG_H);
-    assert!(f64::from(drift.sigma_rad_s.unwrap()) < 0.05 * DEG_H);
+    assert!((f64::from(mean.rate_rad_s) / DEG_H - 50.0).abs() < 0.05, "{}", f64::from(mean.rate_rad_s) / DEG_H);
+    assert!(f64::from(mean.sigma_rad_s.unwrap()) < 0.05 * DEG_H);
 }
 
 #[test]
-fn an_amplifier_that_is_not_equal_both_ways_is_corrected_by_its_current() {
-    let shared = usual();
+fn an_asymmetric_amplifier_is_corrected_by_its_current() {
+    let drift = measurement();
     let mut gyro = Gyro { gain: |step| f64::from(step) * if step < 0 { 1.02 } else { 1.0 }, ..Gyro::new(5.0 * DEG_H) };
-    shared.start(plan(), false);
-    let cycles = run(&shared, &mut gyro, 7_000, Fault::None);
+    drift.start(plan(), false);
+    let cycles = run(&drift, &mut gyro, 7_000, Fault::None);
     assert_eq!(cycles.len(), 4);
-    let (raw, corrected) = shared.newest().map(|(_, raw, corrected)| (f64::from(raw), f64::from(corrected))).unwrap();
+    let (raw, corrected) = drift.newest().map(|(_, raw, corrected)| (f64::from(raw), f64::from(corrected))).unwrap();
     // ε w/2 of 206 °/h.
     assert!((raw / DEG_H - 5.0).abs() > 1.9, "{}", raw / DEG_H);
     // The current's sixteenth of a code is 0.06 °/h.
@@ -315,85 +314,85 @@ fn an_amplifier_that_is_not_equal_both_ways_is_corrected_by_its_current() {
 }
 
 #[test]
-fn whatever_goes_wrong_closes_the_loop_and_the_cycle_enters_no_mean() {
-    type Spoil = fn(&mut Gyro, &Shared);
-    let cases: [(Bad, Fault, Spoil); 5] = [
-        (Bad::Saturated, Fault::None, |gyro, _| gyro.theta_rad = 2.0),
-        (Bad::Limited, Fault::None, |gyro, _| gyro.gain = |_| 300.0),
-        (Bad::Fault(Fault::EmergencyStop), Fault::EmergencyStop, |_, _| ()),
-        (Bad::Aborted, Fault::None, |_, shared| shared.abort()),
-        (Bad::SampleLost, Fault::None, |gyro, _| gyro.at = gyro.at + 1),
+fn every_error_closes_the_loop_and_rejects_the_cycle() {
+    type Spoil = fn(&mut Gyro, &DriftMeasurement);
+    let cases: [(Rejection, Fault, Spoil); 5] = [
+        (Rejection::Saturated, Fault::None, |gyro, _| gyro.theta_rad = 2.0),
+        (Rejection::Limited, Fault::None, |gyro, _| gyro.gain = |_| 300.0),
+        (Rejection::Fault(Fault::EmergencyStop), Fault::EmergencyStop, |_, _| ()),
+        (Rejection::Aborted, Fault::None, |_, drift| drift.abort()),
+        (Rejection::SampleLost, Fault::None, |gyro, _| gyro.at = gyro.at + 1),
     ];
-    for (bad, fault, spoil) in cases {
-        let shared = usual();
+    for (rejection, fault, spoil) in cases {
+        let drift = measurement();
         let mut gyro = Gyro::new(0.0);
-        shared.start(plan(), false);
-        run(&shared, &mut gyro, 1_000, Fault::None);
-        assert_eq!(shared.phase(), Phase::Pulses);
-        spoil(&mut gyro, &shared);
-        if bad == Bad::SampleLost {
-            shared.step(None::<Stamped<GyroSample>>.or(Some(Stamped { at: Ticks(1), ..gyro.next(&SCALES) })), gyro.at, fault);
+        drift.start(plan(), false);
+        run(&drift, &mut gyro, 1_000, Fault::None);
+        assert_eq!(drift.phase(), Phase::Pulses);
+        spoil(&mut gyro, &drift);
+        if rejection == Rejection::SampleLost {
+            drift.update(None::<Stamped<GyroSample>>.or(Some(Stamped { at: Ticks(1), ..gyro.next(&SCALES) })), gyro.at, fault);
         } else {
-            run(&shared, &mut gyro, 1, fault);
+            run(&drift, &mut gyro, 1, fault);
         }
-        assert!(shared.phase().is_closed(), "{bad:?}");
-        assert_eq!(shared.newest().map(|(cycle, ..)| cycle.bad), Some(bad));
-        assert_eq!(shared.drift(), (0, 1, None), "{bad:?}");
-        assert_eq!(shared.is_running(), !bad.ends_session(), "{bad:?}");
-        // The loop is closed indeed: it pulls the angle back.
-        let step = run_step(&shared, &mut gyro, fault);
-        assert_eq!(step, SCALES.correction((gyro.theta_rad / ARCSEC).round() as i32 + 2048), "{bad:?}");
+        assert!(drift.phase().is_closed(), "{rejection:?}");
+        assert_eq!(drift.newest().map(|(cycle, ..)| cycle.rejection), Some(rejection));
+        assert_eq!(drift.drift(), (0, 1, None), "{rejection:?}");
+        assert_eq!(drift.is_running(), !rejection.ends_session(), "{rejection:?}");
+        // The loop is closed: it corrects the angle.
+        let step = run_step(&drift, &mut gyro, fault);
+        assert_eq!(step, SCALES.correction((gyro.theta_rad / ARCSEC).round() as i32 + 2048), "{rejection:?}");
     }
 }
 
-fn run_step(shared: &Shared, gyro: &mut Gyro, fault: Fault) -> TorquerStep {
+fn run_step(drift: &DriftMeasurement, gyro: &mut Gyro, fault: Fault) -> TorquerStep {
     let sample = gyro.next(&SCALES);
-    gyro.pending = shared.step(Some(sample), sample.at, fault);
+    gyro.pending = drift.update(Some(sample), sample.at, fault);
     gyro.pending
 }
 
 #[test]
-fn a_board_without_a_gyro_says_so_and_a_zero_input_cycle_is_taken_off() {
-    let shared = usual();
-    shared.start(plan(), false);
-    shared.step(None, Ticks(TICKS_PER_ROW), Fault::None);
-    assert_eq!(shared.newest().map(|(cycle, ..)| cycle.bad), Some(Bad::Silent));
-    assert!(!shared.is_running());
+fn a_board_without_angle_sensor_rejects_and_a_zero_input_cycle_is_subtracted() {
+    let drift = measurement();
+    drift.start(plan(), false);
+    drift.update(None, Ticks(TICKS_PER_ROW), Fault::None);
+    assert_eq!(drift.newest().map(|(cycle, ..)| cycle.rejection), Some(Rejection::Silent));
+    assert!(!drift.is_running());
 
-    // A converter that drifts by 20 codes a second beside a gyro that stands.
-    let shared = usual();
-    let drifting = |shared: &Shared, omega: f64, rows: u32| {
+    // A converter that drifts by 20 codes per second, and a gyroscope at rest.
+    let drift = measurement();
+    let drifting = |drift: &DriftMeasurement, omega: f64, rows: u32| {
         let mut gyro = Gyro::new(omega);
         gyro.theta_rad = 0.0;
-        run(shared, &mut gyro, rows, Fault::None);
+        run(drift, &mut gyro, rows, Fault::None);
     };
-    shared.start(plan(), true);
-    drifting(&shared, 20.0 * DEG_H, 2_000);
-    let (samples, null) = shared.null().unwrap();
-    assert_eq!((samples, null.acc2 != 0, shared.is_running()), (500, true, false));
-    shared.start(Plan { sequence: Sequence::PlusMinus, cycles: 1, ..plan() }, false);
-    drifting(&shared, 23.0 * DEG_H, 2_000);
-    let (cycle, raw) = shared.newest().map(|(cycle, raw, _)| (cycle, f64::from(raw))).unwrap();
-    assert_eq!(cycle.bad, Bad::No);
+    drift.start(plan(), true);
+    drifting(&drift, 20.0 * DEG_H, 2_000);
+    let (samples, sums) = drift.zero_input().unwrap();
+    assert_eq!((samples, sums.acc2 != 0, drift.is_running()), (500, true, false));
+    drift.start(Plan { sequence: Sequence::PlusMinus, cycles: 1, ..plan() }, false);
+    drifting(&drift, 23.0 * DEG_H, 2_000);
+    let (cycle, raw) = drift.newest().map(|(cycle, raw, _)| (cycle, f64::from(raw))).unwrap();
+    assert_eq!(cycle.rejection, Rejection::None);
     assert!((raw / DEG_H - 3.0).abs() < 0.2, "{}", raw / DEG_H);
-    shared.forget_null();
-    assert!((f64::from(shared.newest().unwrap().1) / DEG_H - 23.0).abs() < 0.2);
+    drift.clear_zero_input();
+    assert!((f64::from(drift.newest().unwrap().1) / DEG_H - 23.0).abs() < 0.2);
 }
 
 #[test]
-fn the_switch_over_a_pair_of_positions_leaves_the_numerator_of_15_or_of_16() {
-    // theory.md §3.2, single axis: ω_d = 1.5, ω_a = −0.8933067 °/h.
+fn register_over_two_positions_gives_own_or_apparent_drift() {
+    // docs/theory.md §3.2, single axis: ω_d = 1.5, ω_a = −0.8933067 °/h.
     let (own, apparent) = (1.5, -0.893_306_7);
     for (pair, expected) in [(Pair::Own, own), (Pair::Apparent, apparent)] {
         let mut register = Register::new(pair);
-        let mut take = |position: u8, bad: Bad, omega: f64| {
+        let mut add = |position: u8, rejection: Rejection, omega: f64| {
             let found = cycle(5_000, |n| ((START + tent(f64::from(n) * 1e-3) + omega * DEG_H * f64::from(n) * 1e-3) / FINE).round() as i32);
-            register.take(&Cycle { position, bad, polarity: Polarity::PlusMinus, ..found }, 0);
+            register.add(&Cycle { position, rejection, polarity: Polarity::PlusMinus, ..found }, 0);
             register
         };
-        take(1, Bad::No, own + apparent);
-        assert_eq!(take(1, Bad::Saturated, 1e3).rate_rad_s(&scales(FINE)), None, "one position alone says nothing");
-        let both = take(2, Bad::No, own - apparent);
+        add(1, Rejection::None, own + apparent);
+        assert_eq!(add(1, Rejection::Saturated, 1e3).rate_rad_s(&scales(FINE)), None, "one position is not enough");
+        let both = add(2, Rejection::None, own - apparent);
         assert_eq!(both.cycles, [1, 1]);
         let rate = f64::from(both.rate_rad_s(&scales(FINE)).unwrap()) / DEG_H;
         assert!((rate - expected).abs() < 1e-6, "{rate}");

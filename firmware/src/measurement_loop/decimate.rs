@@ -1,16 +1,16 @@
-//! Fewer rows for a slow line, made so that a log's conventions still hold.
+//! Decimation of rows for a slow line, with the conventions of a log: a decimated row is what a slower loop would have measured.
 //!
-//! Of each group of rows what belongs to a moment is the first row's, what is a mean over the row is the mean over the
-//! group, flags are collected. So a decimated row is what a slower loop would have measured.
+//! Of each group of rows, instantaneous values are those of the first row, means over a row become means over the group, and flags are
+//! combined.
 
 use super::{Row, RowSink};
 use crate::config::{ConfigError, within};
 
-/// Passes one row for each `every` on to `sink`.
+/// Passes one row of each `every` to `sink`.
 pub struct Decimate<S> {
     sink: S,
     every: u32,
-    taken: u32,
+    count: u32,
     group: Row,
 }
 
@@ -18,18 +18,18 @@ impl<S: RowSink> Decimate<S> {
     /// A decimation by `every`, 1 … 1000.
     ///
     /// # Errors
-    /// Names `every` if it is outside.
+    /// `every` is out of its range.
     pub fn new(every: u32, sink: S) -> Result<Self, ConfigError> {
         within("every", f64::from(every), 1.0, 1000.0)?;
-        Ok(Self { sink, every, taken: 0, group: Row::default() })
+        Ok(Self { sink, every, count: 0, group: Row::default() })
     }
 
-    /// Forgets a group that was begun. For the start of a session.
+    /// Drops an incomplete group, at the start of a session.
     pub fn restart(&mut self) {
-        self.taken = 0;
+        self.count = 0;
     }
 
-    /// Where the rows go.
+    /// The sink of the rows.
     pub fn sink(&mut self) -> &mut S {
         &mut self.sink
     }
@@ -38,7 +38,7 @@ impl<S: RowSink> Decimate<S> {
 impl<S: RowSink> RowSink for Decimate<S> {
     fn row(&mut self, row: &Row) {
         let group = &mut self.group;
-        if self.taken == 0 {
+        if self.count == 0 {
             *group = *row;
         } else {
             group.u_V += row.u_V;
@@ -47,12 +47,12 @@ impl<S: RowSink> RowSink for Decimate<S> {
             group.fault = row.fault;
             group.age = group.age.max(row.age);
         }
-        self.taken += 1;
-        if self.taken >= self.every {
-            let scale = 1.0 / f64::from(self.taken);
+        self.count += 1;
+        if self.count >= self.every {
+            let scale = 1.0 / f64::from(self.count);
             group.u_V *= scale;
             group.i_A = group.i_A.map(|sum| sum * scale);
-            self.taken = 0;
+            self.count = 0;
             self.sink.row(&self.group);
         }
     }
@@ -72,7 +72,7 @@ mod tests {
     }
 
     #[test]
-    fn moments_are_the_first_rows_and_means_are_the_groups() {
+    fn instants_are_of_the_first_row_and_means_of_the_group() {
         let mut decimate = Decimate::new(4, Kept::default()).unwrap();
         for k in 0..11_u32 {
             let x = f64::from(k);
@@ -81,14 +81,14 @@ mod tests {
             decimate.row(&row);
         }
         let rows = &decimate.sink().0;
-        assert_eq!(rows.len(), 2, "the third group is not complete");
+        assert_eq!(rows.len(), 2, "the third group is incomplete");
         assert_eq!((rows[1].sequence, rows[1].t_s, rows[1].theta_rad), (4, 4.0, 16.0));
         assert_eq!((rows[1].u_V, rows[1].i_A), (5.5, Some(11.0)));
         assert!(rows[1].limits.contains(Limits::CURRENT) && !rows[0].limits.contains(Limits::CURRENT));
     }
 
     #[test]
-    fn a_missing_current_stays_missing_and_a_bad_factor_is_named() {
+    fn a_missing_current_stays_missing_and_a_bad_factor_is_refused() {
         let mut decimate = Decimate::new(2, Kept::default()).unwrap();
         decimate.row(&Row { i_A: Some(1.0), ..Row::default() });
         decimate.row(&Row { i_A: None, ..Row::default() });

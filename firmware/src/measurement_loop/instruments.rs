@@ -1,10 +1,10 @@
-//! What the measurement says of itself while it runs: turns, stability, timing, drive, sensor.
+//! Instruments: online evaluation of the rows (turns, stability, timing, drive, sensor).
 //!
-//! In: rows, as a [`RowSink`]. Out: small plain readings, at any moment. It is shared between the rows' end and whoever asks (the console)
-//! on one thread; nobody holds it across a wait, so neither finds it taken.
+//! In: rows, as a [`RowSink`]. Out: readings, at any time. Shared between the measurement and the console on one thread; neither holds it
+//! across a wait.
 
-use super::drive::{Drive, DriveReading};
-use super::sensor::{Sensor, SensorReading};
+use super::drive_estimate::{DriveEstimator, DriveReading};
+use super::sensor_estimate::{SensorEstimator, SensorReading};
 use super::stability::{Stability, StabilityReading};
 use super::timing::{Timing, TimingReading};
 use super::turn::{TurnReading, Turns};
@@ -13,113 +13,113 @@ use super::{Row, RowSink};
 use crate::board::Hardware;
 use core::cell::RefCell;
 
-/// The instruments of one measurement loop; some 6 KiB.
+/// The instruments of one measurement loop, 6 KiB.
 pub struct Instruments {
-    inner: RefCell<Inner>,
+    state: RefCell<State>,
 }
 
-struct Inner {
+struct State {
     hardware: Hardware,
     now_s: f64,
     turns: Turns,
     stability: Stability,
     timing: Timing,
     windows: Windows,
-    drive: Drive,
-    sensor: Sensor,
+    drive: DriveEstimator,
+    sensor: SensorEstimator,
 }
 
 impl Instruments {
-    /// Nothing measured yet.
+    /// No rows yet.
     pub fn new(hardware: Hardware) -> Self {
         Self {
-            inner: RefCell::new(Inner {
+            state: RefCell::new(State {
                 hardware,
                 now_s: 0.0,
                 turns: Turns::new(hardware),
                 stability: Stability::new(&hardware),
                 timing: Timing::default(),
                 windows: Windows::default(),
-                drive: Drive::default(),
-                sensor: Sensor::default(),
+                drive: DriveEstimator::default(),
+                sensor: SensorEstimator::default(),
             }),
         }
     }
 
-    /// Takes a row.
-    pub fn take(&self, row: &Row) {
-        let Ok(mut inner) = self.inner.try_borrow_mut() else { return };
-        let inner = &mut *inner;
-        inner.now_s = row.at.seconds();
-        inner.timing.take(row.sequence, row.at);
+    /// Adds a row.
+    pub fn add(&self, row: &Row) {
+        let Ok(mut state) = self.state.try_borrow_mut() else { return };
+        let state = &mut *state;
+        state.now_s = row.at.seconds();
+        state.timing.add(row.sequence, row.at);
         if let Some((counts, at)) = row.edge {
-            inner.stability.edge(counts, at);
+            state.stability.edge(counts, at);
         }
-        if let Some(turn) = row.turn.filter(|turn| inner.turns.take(*turn)) {
-            inner.stability.turn(&turn, &inner.hardware);
+        if let Some(turn) = row.turn.filter(|turn| state.turns.update(*turn)) {
+            state.stability.turn(&turn, &state.hardware);
         }
-        if let Some(window) = inner.windows.take(row) {
-            inner.drive.take(&window);
-            inner.sensor.take(&window);
+        if let Some(window) = state.windows.update(row) {
+            state.drive.add(&window);
+            state.sensor.add(&window);
         }
     }
 
-    /// The last whole turn, and the mean rate over the last `over`; `None` before the first.
+    /// The last whole turn, and the mean rate over the last `over` turns; `None` before the first.
     pub fn turn(&self, over: u32) -> Option<TurnReading> {
-        self.inner.try_borrow().ok().and_then(|inner| inner.turns.reading(over, inner.now_s))
+        self.state.try_borrow().ok().and_then(|state| state.turns.reading(over, state.now_s))
     }
 
-    /// How steadily the platform turned over windows of 1°, 10° and 360° since the last restart.
+    /// Rate stability over windows of 1°, 10° and 360° since the last restart.
     pub fn stability(&self) -> [StabilityReading; 3] {
-        self.inner.try_borrow().map(|inner| inner.stability.readings()).unwrap_or_default()
+        self.state.try_borrow().map(|state| state.stability.readings()).unwrap_or_default()
     }
 
-    /// How evenly the rows come.
+    /// Timing of the rows.
     pub fn timing(&self) -> TimingReading {
-        self.inner.try_borrow().map(|inner| inner.timing.reading()).unwrap_or_default()
+        self.state.try_borrow().map(|state| state.timing.reading()).unwrap_or_default()
     }
 
-    /// The drive's constants; `None` before there is enough motion to say anything.
+    /// The drive's constants; `None` before there is enough motion.
     pub fn drive(&self) -> Option<DriveReading> {
-        self.inner.try_borrow().ok().and_then(|inner| inner.drive.reading())
+        self.state.try_borrow().ok().and_then(|state| state.drive.reading())
     }
 
-    /// The rate sensor's scale, bias and delay: the gyro under test, or the board's rate sensor where there is none.
+    /// Scale, bias and delay of the sensor under test, or of the stand's rate sensor if there is none.
     pub fn sensor(&self) -> Option<SensorReading> {
-        self.inner.try_borrow().ok().and_then(|inner| inner.sensor.reading())
+        self.state.try_borrow().ok().and_then(|state| state.sensor.reading())
     }
 
-    /// Forgets the statistics of the rate. For a new command.
+    /// Restarts the rate stability, for a new command.
     pub fn restart_stability(&self) {
-        if let Ok(mut inner) = self.inner.try_borrow_mut() {
-            inner.stability.restart();
+        if let Ok(mut state) = self.state.try_borrow_mut() {
+            state.stability.restart();
         }
     }
 
-    /// Forgets the statistics of the rows' times.
+    /// Restarts the timing.
     pub fn restart_timing(&self) {
-        if let Ok(mut inner) = self.inner.try_borrow_mut() {
-            inner.timing.restart();
+        if let Ok(mut state) = self.state.try_borrow_mut() {
+            state.timing.restart();
         }
     }
 
-    /// Forgets what was learnt of the drive. For another load, or a winding that has warmed.
+    /// Restarts the drive's estimates, for another load or winding temperature.
     pub fn restart_drive(&self) {
-        if let Ok(mut inner) = self.inner.try_borrow_mut() {
-            inner.drive.restart();
+        if let Ok(mut state) = self.state.try_borrow_mut() {
+            state.drive.restart();
         }
     }
 
-    /// Forgets what was learnt of the sensor. For another sensor or range.
+    /// Restarts the sensor's estimates, for another sensor or range.
     pub fn restart_sensor(&self) {
-        if let Ok(mut inner) = self.inner.try_borrow_mut() {
-            inner.sensor.restart();
+        if let Ok(mut state) = self.state.try_borrow_mut() {
+            state.sensor.restart();
         }
     }
 }
 
 impl RowSink for &Instruments {
     fn row(&mut self, row: &Row) {
-        self.take(row);
+        self.add(row);
     }
 }

@@ -1,6 +1,6 @@
-//! Small matrices of fixed size, without a way to panic.
+//! Small matrices of fixed size; no operation can panic.
 
-/// Rows of numbers.
+/// A matrix of `P` rows and `Q` columns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Matrix<const P: usize, const Q: usize>([[f64; Q]; P]);
 
@@ -10,7 +10,7 @@ impl<const P: usize, const Q: usize> Matrix<P, Q> {
         Self([[0.0; Q]; P])
     }
 
-    /// Of what `f` gives for each row and column.
+    /// The matrix of `f(row, column)`.
     pub fn from_fn(f: impl Fn(usize, usize) -> f64) -> Self {
         Self(core::array::from_fn(|p| core::array::from_fn(|q| f(p, q))))
     }
@@ -27,7 +27,7 @@ impl<const P: usize, const Q: usize> Matrix<P, Q> {
         }
     }
 
-    /// Adds what `f` gives for each row and column.
+    /// Adds `f(row, column)` to each element.
     pub fn add_fn(&mut self, f: impl Fn(usize, usize) -> f64) {
         for (p, row) in self.0.iter_mut().enumerate() {
             for (q, element) in row.iter_mut().enumerate() {
@@ -65,12 +65,12 @@ impl<const P: usize, const Q: usize> Matrix<P, Q> {
     }
 }
 
-/// Solves M x = b for a symmetric positive M by Gauss and Jordan, columns scaled to one; also the inverse. `None` where two columns are
-/// alike to ten digits.
+/// Solves M x = b for a symmetric positive M by Gauss-Jordan elimination with scaled columns; also returns the inverse. `None` if two columns
+/// agree to ten digits.
 #[inline(never)]
 pub fn solve<const P: usize>(m: &Matrix<P, P>, b: &[f64; P]) -> Option<([f64; P], Matrix<P, P>)> {
-    /// What is left of a scaled diagonal that counts as nothing.
-    const NOTHING: f64 = 1e-10;
+    /// Smallest pivot of the scaled matrix.
+    const MIN_PIVOT: f64 = 1e-10;
     let scale: [f64; P] = core::array::from_fn(|k| 1.0 / libm::sqrt(m.at(k, k)));
     if scale.iter().any(|s| !s.is_finite()) {
         return None;
@@ -80,7 +80,7 @@ pub fn solve<const P: usize>(m: &Matrix<P, P>, b: &[f64; P]) -> Option<([f64; P]
     let mut inverse = Matrix::<P, P>::from_fn(|p, q| if p == q { 1.0 } else { 0.0 });
     for k in 0..P {
         let pivot = left.at(k, k);
-        if pivot.is_nan() || pivot < NOTHING {
+        if pivot.is_nan() || pivot < MIN_PIVOT {
             return None;
         }
         let factors: [f64; P] = core::array::from_fn(|p| left.at(p, k));
@@ -105,7 +105,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_solution_solves_and_columns_that_are_alike_have_none() {
+    fn solutions_satisfy_the_equation_and_collinear_columns_have_none() {
         let m = Matrix([[4e6, 1e3, 0.0], [1e3, 3.0, 0.5], [0.0, 0.5, 2.0]]);
         let (x, inverse) = solve(&m, &[1e3, 2.0, 3.0]).unwrap();
         for (p, b) in [1e3, 2.0, 3.0].into_iter().enumerate() {

@@ -1,22 +1,21 @@
-//! The independent measurement: rows at 1 kHz from its own counter, its own sensors, its own code.
+//! Measurement loop: rows at 1 kHz from its own encoder counter and sensors, independent of the speed loop.
 //!
-//! At t_k it looks at everything once. Row k is complete at t_{k+1}: angle, rate, supply and temperature are those of t_k,
-//! voltage and current are means over [t_k, t_{k+1}). Of the speed loop it knows only the report, for what was *asked*:
-//! voltage and commands; what is *measured* never passes through the speed loop, and nothing here slows that.
+//! At t_k every input is read once. Row k is complete at t_{k+1}: angle, rate, supply and temperature are those of t_k; voltage and current
+//! are means over [t_k, t_{k+1}). The speed loop's report is used for commanded quantities only (voltage and setpoints).
 //!
-//! Rows carry a sequence number, so that a loss is counted, and the age of the oldest reading in them. A look that comes a row late
-//! or more leaves rows out, and their numbers with them. Angles are from the index where it was seen before the session, else from the
-//! counter's zero. A sensor that is not there is `None`, and so is a current without a conversion; nothing is made up.
+//! Rows carry a sequence number, which shows losses, and the age of their oldest reading. A loop that runs a row late or more leaves
+//! rows out, together with their numbers. Angles are counted from the index if it was seen before the session, else from the counter's zero.
+//! A missing sensor, or a current without a conversion, is `None`.
 //!
-//! What the rows say of drive, sensor and rate is worked out by [`Instruments`], one of the places where rows go.
+//! [`Instruments`] evaluates the rows: constants of drive and sensor, rate, stability, timing.
 
 mod decimate;
-mod drive;
+mod drive_estimate;
 mod instruments;
+mod least_squares;
 mod matrix;
-mod moments;
 mod row;
-mod sensor;
+mod sensor_estimate;
 mod stability;
 mod statistics;
 mod timing;
@@ -24,44 +23,43 @@ mod turn;
 mod windows;
 
 pub use decimate::Decimate;
-pub use drive::{DriveReading, Estimate};
+pub use drive_estimate::{DriveReading, Estimate};
 pub use instruments::Instruments;
 pub use row::{Row, RowSink};
-pub use sensor::SensorReading;
+pub use sensor_estimate::SensorReading;
 pub use stability::{StabilityReading, WINDOWS_DEG};
 pub use statistics::Statistics;
 pub use timing::TimingReading;
 pub use turn::{Turn, TurnReading};
 
-use crate::board::{Board, CONTROL_HZ, Clock, EdgeTime, GyroSample, Hardware, TICKS_PER_ROW, Ticks, Unwrapped};
-use crate::gyro_loop;
-use crate::gyro_loop::observer::{self, Observed, Seen};
+use crate::board::{Board, CONTROL_HZ, Clock, EdgeTime, Hardware, TICKS_PER_ROW, Ticks, Unwrapped};
+use crate::gyro_loop::{GyroLoop, GyroReading};
 use crate::mailbox::Mailbox;
 use crate::sensors;
-use crate::speed_loop::{Fault, ONE, Report};
+use crate::speed_loop::{ONE, Report};
 use turn::TurnTimer;
 
-/// A rate that is older is no rate: its sensor gives one every half millisecond.
-const FRESH: u64 = 5 * TICKS_PER_ROW;
+/// Largest age of a valid reading of the rate sensor, which delivers one each half millisecond.
+const MAX_RATE_AGE: u64 = 5 * TICKS_PER_ROW;
 
-/// How evenly the rows came: shortest and longest time between two looks, board clock steps.
+/// Shortest and longest time between two rows, board clock steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pace {
     /// Shortest.
-    pub least: u64,
+    pub min: u64,
     /// Longest.
-    pub greatest: u64,
+    pub max: u64,
 }
 
 impl Default for Pace {
     fn default() -> Self {
-        Self { least: u64::MAX, greatest: 0 }
+        Self { min: u64::MAX, max: 0 }
     }
 }
 
-/// What was seen at one t_k.
+/// All readings of one t_k.
 #[derive(Clone, Copy)]
-struct Look {
+struct Readings {
     at: Ticks,
     counts: i64,
     from_index: Option<i64>,
@@ -70,10 +68,7 @@ struct Look {
     imu: Option<sensors::Motion>,
     imu_age: u64,
     sensor_C: Option<f32>,
-    gyro: Option<GyroSample>,
-    mark: u32,
-    observed: Option<Observed>,
-    roll_rad: Option<f64>,
+    gyro: GyroReading,
     omega_rad_s: Option<f64>,
     supply_V: Option<f64>,
     temp_C: Option<f64>,
@@ -81,26 +76,25 @@ struct Look {
     report: Report,
 }
 
-/// The loop's state between rows.
+/// State of the loop between rows.
 pub struct MeasurementLoop<'a> {
     hardware: Hardware,
     reports: &'a Mailbox<Report>,
     report: Report,
     position: Unwrapped,
-    /// The counter at the index, as last seen.
+    /// The counter at the last index.
     index_counts: Option<i64>,
     turns: TurnTimer,
     imu: Option<&'a sensors::Shared>,
-    pulse: Option<&'a gyro_loop::Shared>,
-    observer: Option<&'a observer::Shared>,
-    /// The counter at the session's zero of the angle.
+    gyro: Option<GyroLoop<'a>>,
+    /// The counter at the angle's zero of this session.
     zero_counts: i64,
     sequence: u32,
     pace: Pace,
 }
 
 impl<'a> MeasurementLoop<'a> {
-    /// A loop for this hardware that hears the speed loop's reports.
+    /// A loop for this hardware and the speed loop's reports.
     pub fn new(hardware: Hardware, reports: &'a Mailbox<Report>) -> Self {
         Self {
             hardware,
@@ -110,126 +104,104 @@ impl<'a> MeasurementLoop<'a> {
             index_counts: None,
             turns: TurnTimer::new(hardware),
             imu: None,
-            pulse: None,
-            observer: None,
+            gyro: None,
             zero_counts: 0,
             sequence: 0,
             pace: Pace::default(),
         }
     }
 
-    /// The same loop, whose rows carry what the sensor under test last showed.
+    /// Also measures the sensor under test.
     pub fn with_imu(self, imu: &'a sensors::Shared) -> Self {
         Self { imu: Some(imu), ..self }
     }
 
-    /// The same loop, which steps the pulses of the drift measurement and closes its correction loop: both go by the rows' time.
-    pub fn with_pulse(self, pulse: &'a gyro_loop::Shared) -> Self {
-        Self { pulse: Some(pulse), ..self }
+    /// Also runs this gyroscope loop, at the time of each row.
+    pub fn with_gyro(self, gyro: GyroLoop<'a>) -> Self {
+        Self { gyro: Some(gyro), ..self }
     }
 
-    /// The same loop, which steps an observer of the gyro.
-    pub fn with_observer(self, observer: &'a observer::Shared) -> Self {
-        Self { observer: Some(observer), ..self }
-    }
-
-    /// The scales that it reads with.
+    /// The scales of the readings.
     pub fn hardware(&self) -> &Hardware {
         &self.hardware
     }
 
-    /// Whether the next session's angles are from the index: it was seen before. Within a session the zero does not move.
+    /// Whether the next session's angles are counted from the index. The zero does not move within a session.
     pub fn zero_is_index(&self) -> bool {
         self.index_counts.is_some()
     }
 
-    /// How evenly the rows have come so far.
+    /// Shortest and longest time between rows so far.
     pub fn pace(&self) -> Pace {
         self.pace
     }
 
-    /// Measures `rows` rows from `start` on into `sink`. Ends one row later, when the last is complete.
+    /// Measures `rows` rows from `start` on into `sink`. Ends one row later, when the last one is complete.
     pub async fn run<B: Board, S: RowSink>(&mut self, board: &mut B, start: Ticks, rows: u64, sink: &mut S) {
         let clock = board.clock();
         clock.until(start).await;
         self.zero_counts = self.index_counts.unwrap_or(0);
-        // What the ADC summed before the session belongs to no row.
+        // The current summed before the session belongs to no row.
         board.current();
-        let mut before = self.look(board, start, clock.now());
+        let mut last = self.update(board, start, clock.now());
         let mut row = 0;
         while row < rows {
             let due = start + TICKS_PER_ROW.saturating_mul(row.saturating_add(1));
             clock.until(due).await;
-            let now = self.look(board, due, clock.now());
-            let between = now.at - before.at;
-            self.pace.least = self.pace.least.min(between);
-            self.pace.greatest = self.pace.greatest.max(between);
+            let now = self.update(board, due, clock.now());
+            let between = now.at - last.at;
+            self.pace.min = self.pace.min.min(between);
+            self.pace.max = self.pace.max.max(between);
             let i_A = board.current().value.mean_A(&self.hardware);
-            sink.row(&self.row(&before, &now, i_A, start));
-            // Whole rows that it came too late for: they are gone, and their numbers say so.
+            sink.row(&self.row(&last, &now, i_A, start));
+            // Whole rows that were missed are left out, with their numbers.
             let missed = (now.at - due).checked_div(TICKS_PER_ROW).unwrap_or(0);
             self.sequence = self.sequence.wrapping_add(1).wrapping_add(missed as u32);
             row = row.saturating_add(1).saturating_add(missed);
-            before = now;
+            last = now;
         }
     }
 
-    fn look<B: Board>(&mut self, board: &mut B, due: Ticks, at: Ticks) -> Look {
-        let h = self.hardware;
+    /// One millisecond: the gyroscope loop, then the measurement.
+    fn update<B: Board>(&mut self, board: &mut B, due: Ticks, now: Ticks) -> Readings {
         self.report = self.reports.take().unwrap_or(self.report);
-        let gyro = board.gyro();
-        let roll_rad = board.roll().map(|roll| roll.value.rad(&h));
-        let mut observed = None;
-        if let Some(pulse) = self.pulse {
-            let mut step = pulse.step(gyro, due, self.report.fault);
-            if let Some(observer) = self.observer {
-                let gains = observer.gains();
-                let angle_V = gyro.filter(|sample| sample.at == due).map(|sample| sample.value.angle_V(&h));
-                let seen = Seen {
-                    due,
-                    angle_rad: angle_V.filter(|volts| volts.abs() <= gains.angle_limit_V).map(|volts| volts / gains.angle_gain_V_rad),
-                    roll_rad,
-                    limit_A: gains.torquer_limit_A,
-                    faulty: self.report.fault != Fault::None,
-                };
-                let (estimate, own) = observer.step(&seen, &h);
-                observed = estimate;
-                // While pulses run, the torquer is theirs; the observer is told.
-                step = own.filter(|_| !pulse.is_running()).unwrap_or(step);
-                observer.given(step);
-            }
-            board.torque(due + TICKS_PER_ROW, step);
-        }
+        let gyro = match &self.gyro {
+            Some(gyro) => gyro.update(board, &self.hardware, due, self.report.fault),
+            None => GyroReading::read(board, &self.hardware, due),
+        };
+        self.measure(board, now, gyro)
+    }
+
+    /// Reads all inputs once.
+    fn measure<B: Board>(&mut self, board: &mut B, now: Ticks, gyro: GyroReading) -> Readings {
+        let h = self.hardware;
         let encoder = board.encoder();
-        let rate = board.rate().filter(|sample| sample.age(at) <= FRESH);
+        let rate = board.rate().filter(|sample| sample.age(now) <= MAX_RATE_AGE);
         let supply = board.supply();
         let temperature = board.temperature();
         let edge = board.edge();
         let index = board.index();
         self.position.take(encoder.value);
-        // A capture is of a count less than half a wrap back.
+        // A captured count is less than half a wrap back.
         let unwrap = |count| self.position.counts.wrapping_sub(i64::from(encoder.value.since(count)));
-        let met = index.map(|edge| (unwrap(edge.count), edge.at));
+        let index = index.map(|edge| (unwrap(edge.count), edge.at));
         let edge = edge.map(|edge| (unwrap(edge.count), edge.at));
-        if let Some((counts, _)) = met {
+        if let Some((counts, _)) = index {
             self.index_counts = Some(counts);
         }
-        let turn = self.turns.look(self.position.counts, met);
+        let turn = self.turns.update(self.position.counts, index);
         let imu = self.imu.and_then(|shared| shared.newest());
-        let ages = [Some(encoder.age(at)), rate.map(|r| r.age(at)), supply.map(|r| r.age(at)), temperature.map(|r| r.age(at))];
-        Look {
-            at,
+        let ages = [Some(encoder.age(now)), rate.map(|r| r.age(now)), supply.map(|r| r.age(now)), temperature.map(|r| r.age(now))];
+        Readings {
+            at: now,
             counts: self.position.counts,
             from_index: self.index_counts.map(|index| self.position.counts.wrapping_sub(index)),
             edge,
             turn,
             imu: imu.map(|newest| newest.value),
-            imu_age: imu.map_or(0, |newest| newest.age(at)),
+            imu_age: imu.map_or(0, |newest| newest.age(now)),
             sensor_C: self.imu.and_then(|shared| shared.status().temperature_C),
-            gyro: gyro.filter(|sample| sample.at == due).map(|sample| sample.value),
-            mark: self.pulse.map_or(0, gyro_loop::Shared::mark),
-            observed,
-            roll_rad,
+            gyro,
             omega_rad_s: rate.map(|r| r.value.rad_s(&h)),
             supply_V: supply.map(|r| r.value.volts(&h)),
             temp_C: temperature.map(|r| r.value.celsius(&h)),
@@ -238,7 +210,7 @@ impl<'a> MeasurementLoop<'a> {
         }
     }
 
-    fn row(&self, k: &Look, next: &Look, i_A: Option<f64>, start: Ticks) -> Row {
+    fn row(&self, k: &Readings, next: &Readings, i_A: Option<f64>, start: Ticks) -> Row {
         let h = &self.hardware;
         let ticks = next.report.tick.saturating_sub(k.report.tick).max(1) as f64;
         let duty = f64::from(next.report.duty_since(&k.report));
@@ -261,12 +233,12 @@ impl<'a> MeasurementLoop<'a> {
             accel_y_m_s2: k.imu.map(|motion| f64::from(motion.along_m_s2)),
             imu_age: k.imu_age,
             sensor_C: k.sensor_C.map(f64::from),
-            angle_sensor_V: k.gyro.map(|sample| sample.angle_V(h)),
-            // A sample has the current of the millisecond before it.
-            torquer_A: next.gyro.and_then(|sample| sample.torquer_A(h)),
-            drift_mark: k.mark,
-            observed: k.observed,
-            roll_rad: k.roll_rad,
+            angle_sensor_V: k.gyro.sample.map(|sample| sample.angle_V(h)),
+            // A sample holds the current of the millisecond before it.
+            torquer_A: next.gyro.sample.and_then(|sample| sample.torquer_A(h)),
+            drift_mark: k.gyro.drift_mark,
+            observed: k.gyro.observed,
+            roll_rad: k.gyro.roll_rad,
             rate_cmd_rad_s: follows.then(|| k.report.rate_command as f64 / ONE * count_rad * CONTROL_HZ as f64),
             theta_cmd_rad: follows.then(|| (k.report.position_command_counts(k.counts) - self.zero_counts as f64) * count_rad),
             temp_C: k.temp_C,

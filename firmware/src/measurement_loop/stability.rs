@@ -1,43 +1,43 @@
-//! How steadily the platform turns: the spread of its mean rate over windows of 1°, 10° and 360°.
+//! Rate stability: standard deviation of the mean rate over windows of 1°, 10° and 360°.
 //!
-//! In: the encoder's edges as the own capture timed them, and whole turns by the index. Out: mean and 1 σ of the rate over windows that
-//! follow each other, since the last restart, in constant memory. Between the edges of two looks (1 ms) the platform is taken to turn
-//! evenly, which only shifts where a window begins. The small windows see the disc's own errors too (a line misplaced by 1 % of its
-//! width is 0.02 % of 1°); the window of a whole turn does not. A platform that turns back restarts all of them.
+//! In: captured times of the encoder's edges, and whole turns by the index. Out: mean and 1 σ of the rate over consecutive windows since the
+//! last restart, in constant memory. Between the edges of two rows (1 ms) the rate is taken as constant, which only shifts the windows'
+//! boundaries. The small windows contain the disc's errors (a line misplaced by 1 % of its width is 0.02 % of 1°), the window of a whole turn
+//! does not. A reversal restarts all windows.
 
 use super::statistics::Statistics;
 use super::turn::Turn;
 use crate::board::{EdgeTime, Hardware};
 use core::f64::consts::TAU;
 
-/// The windows, degrees.
+/// Widths of the windows, degrees.
 pub const WINDOWS_DEG: [f64; 3] = [1.0, 10.0, 360.0];
-/// More windows than this between two looks is no motion but a lost reading.
-const MOST_AT_ONCE: u32 = 64;
+/// Most windows between two rows: more are a lost reading.
+const MAX_WINDOWS_PER_ROW: u32 = 64;
 
-/// What is said of one window.
+/// Statistics of one window width.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StabilityReading {
-    /// Its width, degrees.
+    /// Width, degrees.
     pub window_deg: f64,
     /// Mean rate, rad/s.
     pub rate_rad_s: f64,
-    /// Spread of the rate over such windows, 1 σ, rad/s; `None` before the second.
+    /// Standard deviation of the rate over such windows, rad/s; `None` before the second window.
     pub sigma_rad_s: Option<f64>,
-    /// How many there were.
+    /// Number of windows.
     pub windows: u32,
 }
 
 impl StabilityReading {
-    /// The spread as a part of the rate.
+    /// Standard deviation relative to the rate.
     pub fn relative(&self) -> Option<f64> {
         self.sigma_rad_s.map(|sigma| sigma / libm::fabs(self.rate_rad_s))
     }
 }
 
-/// A place and when the platform was there: counts, and steps of the edge timer.
+/// A position and its time: counts, and steps of the edge timer.
 #[derive(Clone, Copy, Debug)]
-struct Place {
+struct PositionTime {
     counts: f64,
     steps: f64,
 }
@@ -46,27 +46,27 @@ struct Place {
 #[derive(Clone, Copy, Debug)]
 struct Windows {
     width_counts: f64,
-    /// Where the window under way began.
-    begin: Option<Place>,
+    /// Beginning of the current window.
+    begin: Option<PositionTime>,
     rates: Statistics,
 }
 
 impl Windows {
-    fn follow(&mut self, from: Place, to: Place, rad_steps_s: f64) {
+    fn advance(&mut self, from: PositionTime, to: PositionTime, rad_steps_s: f64) {
         let way = if to.counts >= from.counts { 1.0 } else { -1.0 };
         let mut begin = *self.begin.get_or_insert(from);
         let mut ended = 0;
         while (to.counts - begin.counts) * way >= self.width_counts {
             let counts = begin.counts + way * self.width_counts;
             let part = (counts - from.counts) / (to.counts - from.counts);
-            let end = Place { counts, steps: from.steps + part * (to.steps - from.steps) };
+            let end = PositionTime { counts, steps: from.steps + part * (to.steps - from.steps) };
             let steps = end.steps - begin.steps;
             if steps > 0.0 {
-                self.rates.take(way * self.width_counts / steps * rad_steps_s);
+                self.rates.add(way * self.width_counts / steps * rad_steps_s);
             }
             begin = end;
             ended += 1;
-            if ended > MOST_AT_ONCE {
+            if ended > MAX_WINDOWS_PER_ROW {
                 begin = to;
                 break;
             }
@@ -75,24 +75,24 @@ impl Windows {
     }
 }
 
-/// All of them.
+/// All windows.
 #[derive(Clone, Copy, Debug)]
 pub struct Stability {
     /// rad/s for one count per step of the edge timer.
     rad_steps_s: f64,
     last: Option<(i64, EdgeTime)>,
-    /// Which way it turns; 0 before that is known.
+    /// Direction; 0 if unknown.
     way: i64,
-    place: Option<Place>,
+    place: Option<PositionTime>,
     within_turn: [Windows; 2],
     turns: Statistics,
-    /// The end of the last turn that was taken; turns before the restart do not count.
+    /// End of the last turn used; turns before the restart are ignored.
     turn: Option<EdgeTime>,
     since: Option<EdgeTime>,
 }
 
 impl Stability {
-    /// Nothing seen yet.
+    /// No edge yet.
     pub fn new(hardware: &Hardware) -> Self {
         let [one, ten, _] = WINDOWS_DEG;
         let windows =
@@ -109,7 +109,7 @@ impl Stability {
         }
     }
 
-    /// Forgets what was. For a new rate.
+    /// Forgets all windows, for a new rate.
     pub fn restart(&mut self) {
         self.place = None;
         for windows in &mut self.within_turn {
@@ -120,7 +120,7 @@ impl Stability {
         self.since = self.last.map(|(_, at)| at);
     }
 
-    /// Takes the newest edge: the own counter right after it, and its time.
+    /// The newest edge: the counter right after it, and its time.
     pub fn edge(&mut self, counts: i64, at: EdgeTime) {
         let Some((before, then)) = self.last else {
             self.last = Some((counts, at));
@@ -129,7 +129,7 @@ impl Stability {
         };
         let way = counts.wrapping_sub(before).signum();
         if way == 0 || at <= then {
-            // Nothing new, or a line that shakes on its edge.
+            // No new edge, or jitter on one edge.
             return;
         }
         self.last = Some((counts, at));
@@ -138,25 +138,25 @@ impl Stability {
             self.restart();
         }
         // Going up, the edge lies at the count that follows it; going down, one above.
-        let to = Place { counts: counts as f64 + if way < 0 { 1.0 } else { 0.0 }, steps: at.0 as f64 };
+        let to = PositionTime { counts: counts as f64 + if way < 0 { 1.0 } else { 0.0 }, steps: at.0 as f64 };
         if let Some(from) = self.place {
             for windows in &mut self.within_turn {
-                windows.follow(from, to, self.rad_steps_s);
+                windows.advance(from, to, self.rad_steps_s);
             }
         }
         self.place = Some(to);
     }
 
-    /// Takes the newest whole turn.
+    /// The newest whole turn.
     pub fn turn(&mut self, turn: &Turn, hardware: &Hardware) {
-        let begins_after = self.since.is_some_and(|since| turn.at.since_s(since, hardware) >= turn.seconds);
-        if self.turn != Some(turn.at) && begins_after {
-            self.turns.take(turn.rate_rad_s());
+        let is_complete = self.since.is_some_and(|since| turn.at.since_s(since, hardware) >= turn.seconds);
+        if self.turn != Some(turn.at) && is_complete {
+            self.turns.add(turn.rate_rad_s());
         }
         self.turn = Some(turn.at);
     }
 
-    /// What is said of each window, in the order of [`WINDOWS_DEG`].
+    /// The statistics of each width, in the sequence of [`WINDOWS_DEG`].
     pub fn readings(&self) -> [StabilityReading; 3] {
         let [one, ten] = &self.within_turn;
         let [a, b, c] = WINDOWS_DEG;
@@ -173,7 +173,7 @@ impl Stability {
 mod tests {
     use super::*;
 
-    /// Feeds a platform that turns by `angle(t)` counts, looked at each millisecond, with the time of each edge found by halving.
+    /// Feeds the motion `angle(t)` in counts, read each millisecond; the times of the edges are found by bisection.
     fn feed(stability: &mut Stability, hardware: &Hardware, rows: std::ops::Range<u32>, angle: impl Fn(f64) -> f64) {
         for k in rows {
             let t = f64::from(k) * 1e-3;
@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn an_even_rate_is_steady_to_the_edge_timer_and_a_ripple_shows_with_its_size() {
+    fn a_constant_rate_is_stable_to_the_timer_and_ripple_has_its_amplitude() {
         let hardware = Hardware::default();
         let rate_counts = 0.5 / hardware.rad_per_count();
         let mut even = Stability::new(&hardware);
@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn turning_back_restarts_and_turns_from_before_do_not_count() {
+    fn a_reversal_restarts_and_earlier_turns_are_ignored() {
         let hardware = Hardware::default();
         let mut stability = Stability::new(&hardware);
         feed(&mut stability, &hardware, 1..2_000, |t| 3_000.0 * t);
@@ -221,7 +221,7 @@ mod tests {
         let steps = |seconds: f64| EdgeTime((seconds * hardware.edge_timer_Hz) as u64);
         let turn = |at_s: f64, seconds: f64| Turn { seconds, at: steps(at_s), counts: -20_000, number: 1 };
         stability.turn(&turn(2.5, 1.0), &hardware);
-        assert_eq!(stability.readings()[2].windows, 0, "it began before the platform turned back");
+        assert_eq!(stability.readings()[2].windows, 0, "it began before the reversal");
         stability.turn(&turn(3.5, 1.0), &hardware);
         stability.turn(&turn(3.5, 1.0), &hardware);
         stability.turn(&turn(4.5, 1.0 + 1e-6), &hardware);

@@ -1,34 +1,34 @@
-//! Running mean and spread, in constant memory (Welford 1962).
+//! Running mean, standard deviation and extremes in constant memory (Welford 1962).
 
-/// What has come so far.
+/// Statistics of all values so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Statistics {
-    /// How many.
+    /// Number of values.
     pub count: u32,
-    /// Their mean; 0 if there was none.
+    /// Mean; 0 without values.
     pub mean: f64,
     squares: f64,
-    /// The least; 0 if there was none.
-    pub least: f64,
-    /// The greatest; 0 if there was none.
-    pub greatest: f64,
+    /// Smallest; 0 without values.
+    pub min: f64,
+    /// Largest; 0 without values.
+    pub max: f64,
 }
 
 impl Statistics {
-    /// One more.
-    pub fn take(&mut self, value: f64) {
+    /// Adds a value.
+    pub fn add(&mut self, value: f64) {
         if self.count == 0 {
-            (self.least, self.greatest) = (value, value);
+            (self.min, self.max) = (value, value);
         }
         self.count = self.count.saturating_add(1);
-        let off = value - self.mean;
-        self.mean += off / f64::from(self.count);
-        self.squares += off * (value - self.mean);
-        self.least = f64::min(self.least, value);
-        self.greatest = f64::max(self.greatest, value);
+        let deviation = value - self.mean;
+        self.mean += deviation / f64::from(self.count);
+        self.squares += deviation * (value - self.mean);
+        self.min = f64::min(self.min, value);
+        self.max = f64::max(self.max, value);
     }
 
-    /// Standard deviation of one of them; `None` before the second.
+    /// Standard deviation; `None` before the second value.
     pub fn sigma(&self) -> Option<f64> {
         (self.count > 1).then(|| libm::sqrt(f64::max(self.squares, 0.0) / (f64::from(self.count) - 1.0)))
     }
@@ -39,12 +39,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn mean_spread_and_extremes_are_those_of_all_that_came() {
+    fn mean_deviation_and_extremes_are_exact() {
         let mut statistics = Statistics::default();
         assert_eq!((statistics.sigma(), statistics.count), (None, 0));
         let values = [1e6 + 3.0, 1e6 - 1.0, 1e6 + 2.0, 1e6];
-        values.iter().for_each(|v| statistics.take(*v));
-        assert_eq!((statistics.mean, statistics.least, statistics.greatest), (1e6 + 1.0, 1e6 - 1.0, 1e6 + 3.0));
+        values.iter().for_each(|v| statistics.add(*v));
+        assert_eq!((statistics.mean, statistics.min, statistics.max), (1e6 + 1.0, 1e6 - 1.0, 1e6 + 3.0));
         assert!((statistics.sigma().unwrap() - (10.0_f64 / 3.0).sqrt()).abs() < 1e-12);
     }
 }

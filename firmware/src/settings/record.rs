@@ -4,7 +4,7 @@
 
 use super::{FIELDS, Kept};
 use crate::compensation::{Harmonic, Harmonics};
-use crate::gyro_loop::observer::Numbers;
+use crate::gyro_loop::observer::ObserverParameters;
 
 /// Content of a record in the store.
 pub trait Record: Sized {
@@ -20,7 +20,7 @@ pub struct Saved {
     /// The settings.
     pub kept: Kept,
     /// The observer.
-    pub observer: Numbers,
+    pub observer: ObserverParameters,
 }
 
 /// Count of the observer's numbers, these numbers, then the settings.
@@ -39,7 +39,7 @@ impl Record for Saved {
 
     fn read(bytes: &[u8]) -> Option<Self> {
         let (count, mut rest) = bytes.split_first()?;
-        let mut observer = Numbers::default();
+        let mut observer = ObserverParameters::default();
         for place in observer.0.get_mut(..usize::from(*count))? {
             *place = number(&mut rest)?;
         }
@@ -98,7 +98,7 @@ fn number(rest: &mut &[u8]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compensation::MOST_HARMONICS;
+    use crate::compensation::MAX_HARMONICS;
 
     fn kept(harmonics: usize) -> Kept {
         let mut kept = Kept::default();
@@ -112,7 +112,7 @@ mod tests {
 
     #[test]
     fn a_record_reads_back_bit_for_bit() {
-        for harmonics in 0..=MOST_HARMONICS {
+        for harmonics in 0..=MAX_HARMONICS {
             let mut space = [0; 1024];
             let length = kept(harmonics).write(&mut space).unwrap();
             assert_eq!(length, 8 * FIELDS.len() + HARMONIC * harmonics);
@@ -122,10 +122,10 @@ mod tests {
 
     #[test]
     fn an_observer_is_stored_only_if_there_is_one() {
-        let none = Saved { kept: kept(3), observer: Numbers::default() };
+        let none = Saved { kept: kept(3), observer: ObserverParameters::default() };
         let mut some = none;
         some.observer.0.iter_mut().enumerate().for_each(|(n, number)| *number = 0.1 * n as f64 - 3.0);
-        some.observer.of_mut(crate::gyro_loop::observer::numbers::STATES).fill(7.0);
+        some.observer.get_mut(crate::gyro_loop::observer::parameters::STATES).fill(7.0);
         for (saved, more) in [(none, 0), (some, 8 * some.observer.0.len())] {
             let mut space = [0; 2048];
             let length = saved.write(&mut space).unwrap();
@@ -138,11 +138,11 @@ mod tests {
     #[test]
     fn a_record_of_wrong_length_is_refused() {
         let mut space = [0; 1024];
-        let length = kept(MOST_HARMONICS).write(&mut space).unwrap();
+        let length = kept(MAX_HARMONICS).write(&mut space).unwrap();
         // A cut between two harmonics is a record with fewer of them; the CRC and length of the store detect that.
         assert_eq!(Kept::read(&space[..length - 1]), None);
         assert_eq!(Kept::read(&space[..8 * FIELDS.len() - 8]), None);
         assert_eq!(Kept::read(&space[..length + HARMONIC]), None, "one harmonic too many");
-        assert_eq!(kept(MOST_HARMONICS).write(&mut space[..length - 1]), None);
+        assert_eq!(kept(MAX_HARMONICS).write(&mut space[..length - 1]), None);
     }
 }

@@ -7,7 +7,7 @@
 
 use super::settings::TickUnits;
 use crate::board::{CONTROL_HZ, Hardware};
-use crate::compensation::{Compensation, Harmonic, MOST_HARMONICS};
+use crate::compensation::{Compensation, Harmonic, MAX_HARMONICS};
 use core::f32::consts::PI;
 use core::f64::consts::TAU;
 use micromath::F32Ext;
@@ -61,7 +61,7 @@ pub struct CompensationGains {
     viscous: f32,
     /// From the tick at which the duty begins to act to its torque, ticks.
     lead_ticks: f32,
-    harmonics: [HarmonicGains; MOST_HARMONICS],
+    harmonics: [HarmonicGains; MAX_HARMONICS],
     harmonic_count: usize,
 }
 

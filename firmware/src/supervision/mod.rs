@@ -1,12 +1,12 @@
 //! Supervision: the faults that switch the drive off.
 //!
-//! [`TickSupervisor`] runs in the control interrupt and detects what must be fast. [`Watch`] runs in a task and looks at each row; its
+//! [`TickSupervisor`] runs in the control interrupt and detects what must be fast. [`RowSupervisor`] runs in a task once per row; its
 //! faults go to the interrupt as the `trip` of a command. [`Settings`] hold the thresholds of both.
 
+mod row;
 mod settings;
 mod tick;
-mod watch;
 
+pub use row::{RowState, RowSupervisor};
 pub use settings::Settings;
 pub use tick::{DriveConstants, DriveState, Thresholds, TickSupervisor};
-pub use watch::Watch;

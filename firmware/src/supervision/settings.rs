@@ -1,4 +1,4 @@
-//! Thresholds of what switches the drive off, in a person's units, checked by name.
+//! Thresholds of supervision, in SI units, checked by name.
 
 use crate::config::{ConfigError, all_within};
 
@@ -6,28 +6,28 @@ use crate::config::{ConfigError, all_within};
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Settings {
-    /// Motor current above which the drive is switched off within 0.4 ms, A; where the converter ends below it, there.
+    /// Motor current above which the drive is switched off within 0.4 ms, A; at most the converter's range.
     pub over_current_A: f64,
-    /// Current, or voltage over resistance, at which the motor pushes: if the count stays, it is stalled, A.
+    /// Current, or voltage / resistance, at which a motor at rest is stalled, A.
     pub stall_current_A: f64,
-    /// How long it may push while the count stays, s.
+    /// Time for which it may be at rest with that current, s.
     pub stall_s: f64,
-    /// Rate by its back-EMF at which a motor's count cannot stay, rad/s; a fifth of R·i is added for what the resistance is wrong. Where the count crept
-    /// to rest, or never ran, at least three times as much: brushes and the bridge's dead time keep voltage back, too.
+    /// Rate by back-EMF at which edges must come, rad/s; a fifth of R·i is added for the tolerance of the resistance. At least three times as
+    /// much if the count stopped slowly or never moved: brushes and dead time look like back-EMF.
     pub encoder_lost_rad_s: f64,
-    /// How long it may seem to turn while the count stays, s.
+    /// Time for which the back-EMF may show rotation without edges, s.
     pub encoder_lost_s: f64,
-    /// Least supply while it drives, share of the nominal one.
+    /// Lowest supply while the drive is on, as a fraction of the nominal supply.
     pub supply_low_share: f64,
-    /// Greatest supply while it drives, share of the nominal one.
+    /// Highest supply while the drive is on, as a fraction of the nominal supply.
     pub supply_high_share: f64,
-    /// How long the ramp may slip without a pause, s.
+    /// Time for which the ramp may slip without interruption, s.
     pub tracking_s: f64,
-    /// Greatest temperature of the winding, °C.
+    /// Highest temperature of the winding, °C.
     pub temperature_C: f64,
-    /// How long a sensor that was there may be silent, s.
+    /// Time for which a detected sensor may deliver nothing, s.
     pub sensor_silent_s: f64,
-    /// How far from a whole turn after the last the index may come, counts.
+    /// Tolerance of the index, counts from a whole turn after the last one.
     pub index_off_counts: f64,
 }
 
@@ -53,7 +53,7 @@ impl Settings {
     /// Checks all thresholds.
     ///
     /// # Errors
-    /// The name of the first that is not a number or makes no sense.
+    /// The name of the first that is not finite or out of its range.
     pub fn check(&self) -> Result<(), ConfigError> {
         all_within! { of self, "safety.";
             over_current_A: 1e-3, 1e3;

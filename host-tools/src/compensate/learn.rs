@@ -8,7 +8,7 @@
 use std::f64::consts::TAU;
 
 use drive_model::{Compensation as Rule, Domain};
-use stand_firmware::compensation::{Compensation, Harmonic, Harmonics, MOST_HARMONICS};
+use stand_firmware::compensation::{Compensation, Harmonic, Harmonics, MAX_HARMONICS};
 use stand_firmware::speed_loop::Settings;
 
 use crate::log::Log;
@@ -108,8 +108,8 @@ pub fn learn(model: &Model, log: Option<&Log>, settings: &Settings) -> Result<Le
     check_zero(model, log, &angle_dependent)?;
     let mut harmonics: Vec<Harmonic> = orders.into_iter().map(|(order, sum)| harmonic(order, sum)).collect();
     harmonics.sort_by(|a, b| b.torque_N_m.total_cmp(&a.torque_N_m));
-    for weak in harmonics.drain(MOST_HARMONICS.min(harmonics.len())..) {
-        left_out.push(format!("harmonic order {}: the firmware holds the {MOST_HARMONICS} largest", weak.order));
+    for weak in harmonics.drain(MAX_HARMONICS.min(harmonics.len())..) {
+        left_out.push(format!("harmonic order {}: the firmware holds the {MAX_HARMONICS} largest", weak.order));
     }
     compensation.harmonics = Harmonics::of(harmonics).unwrap_or_default();
     Ok(Learnt { compensation, left_out })

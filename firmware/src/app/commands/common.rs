@@ -87,7 +87,7 @@ fn stop(state: &State<'_>) {
 fn self_test(state: &State<'_>) -> f64 {
     let settings = u8::from(state.settings.kept.get().config().is_err());
     let no_rows = u8::from(state.measured.rate_rad_s.get().is_none()) << 1;
-    let late_rows = u8::from(state.measured.instruments.timing().greatest_s > MAX_ROW_INTERVAL_S) << 2;
+    let late_rows = u8::from(state.measured.instruments.timing().max_s > MAX_ROW_INTERVAL_S) << 2;
     let fault = u8::from(state.measured.row.get().fault != Fault::None) << 3;
     f64::from(settings | no_rows | late_rows | fault)
 }

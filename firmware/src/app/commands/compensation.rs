@@ -65,7 +65,7 @@ fn change(state: &State<'_>, change: impl FnOnce(&mut Compensation)) -> Done {
 }
 
 fn harmonic(state: &State<'_>, parameters: &mut Parameters<'_>) -> Done {
-    let order = parameters.number(const { &Range::new(Quantity::PLAIN, 1.0, crate::compensation::HIGHEST_ORDER as f64, 1.0) })?;
+    let order = parameters.number(const { &Range::new(Quantity::PLAIN, 1.0, crate::compensation::MAX_HARMONIC_ORDER as f64, 1.0) })?;
     let torque_N_m = parameters.number(const { &Range::new(Quantity::TORQUE, 0.0, 1e3, 0.0) })?;
     let phase_rad = parameters.number(const { &Range::new(Quantity::ANGLE, -1e3, 1e3, 0.0) })?;
     let order = libm::round(order) as u32 as u16;

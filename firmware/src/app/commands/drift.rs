@@ -5,15 +5,15 @@ use crate::app::state::State;
 use crate::console::errors::{Code, ErrorEntry};
 use crate::console::parse::{Parameters, Range};
 use crate::console::quantity::Quantity;
-use crate::gyro_loop::{MOST_ROWS, Pair, Phase, Plan, Sequence, Shape};
+use crate::gyro_loop::{MAX_PULSE_SAMPLES, Pair, Phase, Plan, Sequence, Shape};
 use crate::text::WithUnit;
 use core::fmt::Write;
 
 const SEQUENCES: [Sequence; 3] = [Sequence::PlusMinus, Sequence::MinusPlus, Sequence::Both];
 const PAIRS: [&str; 3] = ["OFF", "OWN", "APParent"];
 /// The default session.
-const DEFAULT: Plan = Plan::USUAL;
-const MAX_S: f64 = MOST_ROWS as f64 / 1e3;
+const DEFAULT: Plan = Plan::DEFAULT;
+const MAX_S: f64 = MAX_PULSE_SAMPLES as f64 / 1e3;
 
 /// A number of the plan.
 macro_rules! number {
@@ -109,7 +109,7 @@ pub(super) const ENTRIES: &[Entry] = &[
         Action::Event(|state| start(state, true)),
         "run a cycle without pulses at zero input; its sums are subtracted from all others",
     ),
-    entry("DRIFt:NULL:CLEar", Action::Event(|state| (state.gyro.drift.forget_null(), Ok(())).1), "delete the zero-input cycle"),
+    entry("DRIFt:NULL:CLEar", Action::Event(|state| (state.gyro.drift.clear_zero_input(), Ok(())).1), "delete the zero-input cycle"),
     entry("DRIFt:NULL", Action::TextQuery("N,ACC2,CURRENT or NONE", null), "the zero-input cycle"),
 ];
 
@@ -118,7 +118,7 @@ fn start(state: &State<'_>, is_zero_input: bool) -> Done {
     state.require_no_drift_session()?;
     let plan = state.gyro.session.plan();
     state.gyro.drift.check(&plan).map_err(|error| ErrorEntry::with(Code::SETTING, error))?;
-    if !is_zero_input && state.gyro.drift.null().is_some_and(|(samples, _)| samples != plan.samples()) {
+    if !is_zero_input && state.gyro.drift.zero_input().is_some_and(|(samples, _)| samples != plan.samples()) {
         let detail = "the zero-input cycle has another duration: DRIFt:NULL:CLEar or DRIFt:NULL:STARt first";
         return Err(ErrorEntry::with(Code::SETTINGS_CONFLICT, detail));
     }
@@ -145,9 +145,9 @@ fn cycle(state: &State<'_>, out: &mut dyn Write) -> Done {
     };
     let sums = &cycle.sums;
     write!(out, "{},{},{},{}", cycle.number, cycle.position, cycle.polarity.sign(), cycle.samples)?;
-    write!(out, ",{},{},{},{},{},{}", sums.acc2, sums.sum2, sums.current, sums.moment, sums.least, sums.greatest)?;
+    write!(out, ",{},{},{},{},{},{}", sums.acc2, sums.sum2, sums.current, sums.moment, sums.min, sums.max)?;
     let (raw, corrected) = (WithUnit(f64::from(raw_rad_s), "RAD/S"), WithUnit(f64::from(rate_rad_s), "RAD/S"));
-    Ok(write!(out, ",{raw},{corrected},{}", cycle.bad.name())?)
+    Ok(write!(out, ",{raw},{corrected},{}", cycle.rejection.name())?)
 }
 
 /// A rate with its unit; NAN where there is none.
@@ -163,7 +163,7 @@ fn mean(state: &State<'_>, out: &mut dyn Write) -> Done {
 
 fn hold(state: &State<'_>, parameters: &mut Parameters<'_>) -> Done {
     let index = parameters.choice(&PAIRS)?;
-    state.gyro.drift.hold([Pair::Off, Pair::Own, Pair::Apparent].get(index).copied().unwrap_or_default());
+    state.gyro.drift.reset_register([Pair::Off, Pair::Own, Pair::Apparent].get(index).copied().unwrap_or_default());
     Ok(())
 }
 
@@ -177,7 +177,7 @@ fn register(state: &State<'_>, out: &mut dyn Write) -> Done {
 }
 
 fn null(state: &State<'_>, out: &mut dyn Write) -> Done {
-    Ok(match state.gyro.drift.null() {
+    Ok(match state.gyro.drift.zero_input() {
         None => out.write_str("NONE")?,
         Some((samples, sums)) => write!(out, "{samples},{},{}", sums.acc2, sums.current)?,
     })

@@ -132,7 +132,7 @@ fn sensor(state: &State<'_>, out: &mut dyn Write) -> Done {
 fn timing(state: &State<'_>, out: &mut dyn Write) -> Done {
     let timing = state.measured.instruments.timing();
     write!(out, "{},{}", timing.rows, timing.missed)?;
-    for seconds in [timing.least_s, timing.mean_s, timing.greatest_s, timing.sigma_s.unwrap_or(f64::NAN)] {
+    for seconds in [timing.min_s, timing.mean_s, timing.max_s, timing.sigma_s.unwrap_or(f64::NAN)] {
         write!(out, ",{}", WithUnit(seconds, "S"))?;
     }
     Ok(())

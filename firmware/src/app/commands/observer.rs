@@ -5,8 +5,8 @@ use crate::app::state::State;
 use crate::console::errors::{Code, ErrorEntry};
 use crate::console::parse::{Parameters, Range};
 use crate::console::quantity::Quantity;
-use crate::gyro_loop::observer::numbers::{GAIN, GAMMA, MOMENT, Place, REGULATOR, SETTLE, STATES, TORQUER, VIBRATION, phi};
-use crate::gyro_loop::observer::{MOST_STATES, Phase};
+use crate::gyro_loop::observer::parameters::{Field, GAIN, GAMMA, MOMENT, REGULATOR, SETTLE, STATES, TORQUER, VIBRATION, phi};
+use crate::gyro_loop::observer::{MAX_STATES, Phase};
 use crate::text::{Significant, WithUnit};
 use core::fmt::{self, Write};
 
@@ -16,12 +16,12 @@ pub(super) const ENTRIES: &[Entry] = &[
     entry(
         "OBServer:NEW",
         Action::Command("<states>,<ON|OFF: the last state is a moment>", |state, parameters| {
-            let states = parameters.number(&Range::new(Quantity::PLAIN, 2.0, MOST_STATES as f64, 6.0))?;
+            let states = parameters.number(&Range::new(Quantity::PLAIN, 2.0, MAX_STATES as f64, 6.0))?;
             let has_moment = parameters.on_off()?;
             state.gyro.observer.change(|numbers| {
                 *numbers = Default::default();
-                numbers.of_mut(STATES).fill(libm::round(states));
-                numbers.of_mut(MOMENT).fill(f64::from(u8::from(has_moment)));
+                numbers.get_mut(STATES).fill(libm::round(states));
+                numbers.get_mut(MOMENT).fill(f64::from(u8::from(has_moment)));
             });
             Ok(())
         }),
@@ -30,7 +30,7 @@ pub(super) const ENTRIES: &[Entry] = &[
     entry(
         "OBServer:PHI",
         Action::Command("<row>,<a number for each state>", |state, parameters| {
-            let row = parameters.number(&Range::new(Quantity::PLAIN, 1.0, MOST_STATES as f64, 1.0))?;
+            let row = parameters.number(&Range::new(Quantity::PLAIN, 1.0, MAX_STATES as f64, 1.0))?;
             set_states(state, parameters, phi((row as u32 as usize).saturating_sub(1)))
         }),
         "a row of PHI in x[n+1] = PHI x[n] + GAMMA u[n] + GAIN (y[n] - x1[n])",
@@ -54,8 +54,8 @@ pub(super) const ENTRIES: &[Entry] = &[
         "OBServer:TORQuer",
         Action::Number {
             range: const { &Range::new(Quantity::only("N.M/A"), 1e-12, 1e6, 1.0) },
-            read: |state| state.gyro.observer.numbers().one(TORQUER),
-            write: |state, value| (state.gyro.observer.change(|numbers| numbers.of_mut(TORQUER).fill(value)), Ok(())).1,
+            read: |state| state.gyro.observer.parameters().value(TORQUER),
+            write: |state, value| (state.gyro.observer.change(|numbers| numbers.get_mut(TORQUER).fill(value)), Ok(())).1,
         },
         "torque constant of the torquer; switches the observer off",
     ),
@@ -63,8 +63,8 @@ pub(super) const ENTRIES: &[Entry] = &[
         "OBServer:SETTle",
         Action::Number {
             range: const { &Range::new(Quantity::TIME, 0.0, 1e5, 0.5) },
-            read: |state| state.gyro.observer.numbers().one(SETTLE),
-            write: |state, value| (state.gyro.observer.change(|numbers| numbers.of_mut(SETTLE).fill(value)), Ok(())).1,
+            read: |state| state.gyro.observer.parameters().value(SETTLE),
+            write: |state, value| (state.gyro.observer.change(|numbers| numbers.get_mut(SETTLE).fill(value)), Ok(())).1,
         },
         "settling time before feedback; switches the observer off",
     ),
@@ -75,9 +75,9 @@ pub(super) const ENTRIES: &[Entry] = &[
             read: |state| state.gyro.observer.phase() != Phase::Off,
             write: |state, on| {
                 if on {
-                    return state.gyro.observer.begin().map_err(|error| ErrorEntry::with(Code::SETTING, error));
+                    return state.gyro.observer.start().map_err(|error| ErrorEntry::with(Code::SETTING, error));
                 }
-                state.gyro.observer.end();
+                state.gyro.observer.stop();
                 Ok(())
             },
         },
@@ -94,12 +94,12 @@ pub(super) const ENTRIES: &[Entry] = &[
     entry(
         "OBServer:FEEDback",
         Action::Switch {
-            read: |state| state.gyro.observer.feeds().0,
+            read: |state| state.gyro.observer.feedback_switches().0,
             write: |state, on| {
                 if on {
                     state.require_no_fault()?;
                 }
-                state.gyro.observer.feed_back(on);
+                state.gyro.observer.set_feedback(on);
                 Ok(())
             },
         },
@@ -107,7 +107,10 @@ pub(super) const ENTRIES: &[Entry] = &[
     ),
     entry(
         "OBServer:FORWard",
-        Action::Switch { read: |state| state.gyro.observer.feeds().1, write: |state, on| (state.gyro.observer.feed_forward(on), Ok(())).1 },
+        Action::Switch {
+            read: |state| state.gyro.observer.feedback_switches().1,
+            write: |state, on| (state.gyro.observer.set_feed_forward(on), Ok(())).1,
+        },
         "feed-forward of the estimated moment",
     ),
     entry(
@@ -122,25 +125,25 @@ pub(super) const ENTRIES: &[Entry] = &[
 ];
 
 /// Sets a number for each state.
-fn set_states(state: &State<'_>, parameters: &mut Parameters<'_>, place: Place) -> Done {
-    match state.gyro.observer.numbers().states() {
+fn set_states(state: &State<'_>, parameters: &mut Parameters<'_>, place: Field) -> Done {
+    match state.gyro.observer.parameters().states() {
         0 => Err(ErrorEntry::with(Code::SETTINGS_CONFLICT, "the number of states is not set: OBServer:NEW first")),
         states => set_numbers(state, parameters, place, states),
     }
 }
 
-fn set_numbers(state: &State<'_>, parameters: &mut Parameters<'_>, place: Place, count: usize) -> Done {
-    let mut numbers = state.gyro.observer.numbers();
-    for number in numbers.of_mut(place).iter_mut().take(count) {
+fn set_numbers(state: &State<'_>, parameters: &mut Parameters<'_>, place: Field, count: usize) -> Done {
+    let mut numbers = state.gyro.observer.parameters();
+    for number in numbers.get_mut(place).iter_mut().take(count) {
         *number = parameters.number(&ANY)?;
     }
-    state.gyro.observer.set(&numbers);
+    state.gyro.observer.set_parameters(&numbers);
     Ok(())
 }
 
 fn estimates(state: &State<'_>, out: &mut dyn Write) -> Done {
     let (estimates, innovation_rad, _) = state.gyro.observer.estimates();
-    for estimate in estimates.iter().take(state.gyro.observer.numbers().states()) {
+    for estimate in estimates.iter().take(state.gyro.observer.parameters().states()) {
         write!(out, "{},", Significant(*estimate, 9))?;
     }
     Ok(write!(out, "{}", WithUnit(innovation_rad, "RAD"))?)
@@ -157,14 +160,14 @@ fn vibration(state: &State<'_>, out: &mut dyn Write) -> Done {
 
 /// A line for each row of numbers; `false` after the last.
 pub(super) fn line(state: &State<'_>, line: usize, out: &mut dyn Write) -> Result<bool, fmt::Error> {
-    let numbers = state.gyro.observer.numbers();
+    let numbers = state.gyro.observer.parameters();
     let states = numbers.states();
     let rest = [GAMMA, GAIN, REGULATOR, STATES, MOMENT, TORQUER, SETTLE, VIBRATION];
     let place = if line < states { Some(phi(line)) } else { rest.get(line - states).copied() };
     let Some(place) = place else { return Ok(false) };
     out.write_str(place.name)?;
-    let count = if place.count == MOST_STATES { states } else { place.count };
-    for number in numbers.of(place).iter().take(count) {
+    let count = if place.count == MAX_STATES { states } else { place.count };
+    for number in numbers.get(place).iter().take(count) {
         write!(out, " {}", Significant(*number, 9))?;
     }
     Ok(true)

@@ -1,6 +1,6 @@
 //! The gyro's torquer: a converter that takes its next value in the control interrupt, in the same moment in which the angle sensor is sampled.
 //!
-//! A task says what is given from which tick on ([`Due`]); the interrupt, paced by TIM1 above all else, writes it and remembers the sweep of the
+//! A task says what is given from which tick on ([`TimedOutput`]); the interrupt, paced by TIM1 above all else, writes it and remembers the sweep of the
 //! converters that is under way.
 
 use crate::analog;
@@ -8,11 +8,11 @@ use embassy_stm32::dac::{DacChannel, Value};
 use embassy_stm32::pac::DAC1;
 use embassy_stm32::{Peri, peripherals};
 use stand_firmware::board::{GyroSample, Stamped, TICKS_PER_CONTROL, Ticks, TorquerStep};
-use stand_firmware::gyro_loop::Due;
+use stand_firmware::gyro_loop::TimedOutput;
 
 /// The middle of the converter's range: the amplifier gives no current.
 const MIDDLE: u16 = 2048;
-static DUE: Due = Due::new();
+static OUTPUT: TimedOutput = TimedOutput::new();
 
 /// No current, until a task asks for some.
 pub fn start(dac: Peri<'static, peripherals::DAC1>, pin: Peri<'static, peripherals::PA4>) {
@@ -26,9 +26,9 @@ pub fn start(dac: Peri<'static, peripherals::DAC1>, pin: Peri<'static, periphera
 /// In each tick: what is due is given.
 #[inline]
 pub fn on_tick(tick: u32) {
-    if let Some(value) = DUE.take(tick) {
+    if let Some(value) = OUTPUT.take(tick) {
         DAC1.dhr12r(0).write(|w| w.set_dhr(value));
-        DUE.sampled(analog::under_way() as u32);
+        OUTPUT.set_sweep(analog::under_way() as u32);
     }
 }
 
@@ -44,12 +44,12 @@ impl Torquer {
     /// From the tick of `at` on the torquer is given this.
     pub fn give(&mut self, at: Ticks, step: TorquerStep) {
         let value = MIDDLE.saturating_add_signed(step.0).min(2 * MIDDLE - 1);
-        DUE.give(tick_of(at), value);
+        OUTPUT.set(tick_of(at), value);
     }
 
     /// The sample of the last tick in which something was given; `now` tells the high word of its number.
     pub fn sample(&mut self, now: Ticks) -> Option<Stamped<GyroSample>> {
-        if let Some((sweep, taken)) = DUE.sample() {
+        if let Some((sweep, taken)) = OUTPUT.take_sweep() {
             let sweep = sweep as usize;
             let value = analog::gyro(self.since, sweep);
             self.since = sweep;

@@ -1,38 +1,35 @@
-//! State observers of a gyro: from one angle, all that cannot be measured (theory §1, §2).
+//! State observers of a gyroscope: estimate all states from its one measured angle (docs/theory.md §1, §2).
 //!
-//! In: an angle each millisecond, the control moment that was in force, numbers that a tool has designed. Out: an estimate of all states, and of
-//! a disturbance where the observer is astatic. The form is the exact discrete one,
+//! In: the angle and the control moment, each millisecond; matrices designed by `stand observer design`. Out: estimates of all states, and
+//! of a disturbance if the observer is astatic. The form is the exact discrete one,
 //!
 //! ```text
 //! x̂[n+1] = Φ x̂[n] + Γ u[n] + K (y[n] − x̂₁[n])
 //! ```
 //!
-//! so that x̂[n+1] is known a whole step before it is true, and what a regulator makes of it acts on time. An astatic observer is the same with one
-//! state more, the last: what the integral channel has found of the disturbance, in its own unit. So static, PI and augmented observers are one
-//! law with other numbers.
+//! so that x̂[n+1] is known a whole step ahead and the regulator's moment acts in time. An astatic observer has one more state, the last: the
+//! disturbance found by the integral channel, in its own unit. Static, PI and augmented observers are one law with different parameters.
 //!
-//! [`Shared`] is one at work: stepped by the measurement loop on the gyro's angle at 1 kHz, set up by the console.
-//!
-//! *Design* (numbers, checked: building can fail and names what is wrong) and *observer* (state: running cannot fail) are two things.
-//! [`Stability`] is the check that takes long: in pieces, for who must not wait.
+//! [`Design`] holds the checked matrices; [`Observer`] is the state. [`Stability`] checks the poles in small steps. [`RunningObserver`] joins
+//! them at 1 kHz on the gyroscope's angle.
 
 mod law;
-pub mod numbers;
+pub mod parameters;
 mod real;
 mod regulator;
-mod shared;
+mod running;
 mod stability;
 #[cfg(test)]
 mod tests;
 mod vibration;
 
 pub use law::{Design, Observer};
-pub use numbers::Numbers;
+pub use parameters::ObserverParameters;
 pub use real::Real;
 pub use regulator::Regulator;
-pub use shared::{MOST_MISSED, Observed, Phase, Seen, Shared};
+pub use running::{MAX_MISSED_ROWS, ObservedState, ObserverInput, Phase, RunningObserver};
 pub use stability::Stability;
-pub use vibration::{Corrected, Motion, Vibration};
+pub use vibration::{Motion, Vibration, VibrationCorrection};
 
-/// Most states: six of the gyrotheodolite's sensitive element, and a disturbance.
-pub const MOST_STATES: usize = 7;
+/// Most states: six of the gyrotheodolite's sensitive element and a disturbance.
+pub const MAX_STATES: usize = 7;

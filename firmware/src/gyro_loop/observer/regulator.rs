@@ -1,36 +1,36 @@
-//! The regulator by the incomplete state vector: a control moment of some of the estimates, with and without the disturbance fed forward.
+//! Regulator on an incomplete state vector: a control moment from some of the estimates, with optional feed-forward of the disturbance.
 
 use super::Real;
 use crate::config::ConfigError;
 
-/// Gains from the estimates to the control moment; those of states that are not used are 0.
+/// Gains from the estimates to the control moment; 0 for unused states.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Regulator<T, const N: usize> {
     gains: [T; N],
-    greatest: f64,
+    limit: f64,
 }
 
 impl<T: Real, const N: usize> Regulator<T, N> {
-    /// A regulator u = −Σ gains · x̂ within ± `greatest`. An estimated disturbance that enters as the control does is fed forward by the gain 1.
+    /// A regulator u = −Σ gains · x̂ within ± `limit`. The gain 1 on an estimated disturbing moment feeds it forward.
     ///
     /// # Errors
     /// A number is not finite, or the limit not above 0.
-    pub fn new(gains: &[f64; N], greatest: f64) -> Result<Self, ConfigError> {
-        if !gains.iter().all(|gain| T::of(*gain).f64().is_finite()) {
+    pub fn new(gains: &[f64; N], limit: f64) -> Result<Self, ConfigError> {
+        if !gains.iter().all(|gain| T::from_f64(*gain).to_f64().is_finite()) {
             return Err(ConfigError::NonFinite("regulator"));
         }
-        crate::config::within("greatest moment", greatest, f64::MIN_POSITIVE, 1e9)?;
-        Ok(Self { gains: gains.map(T::of), greatest })
+        crate::config::within("moment limit", limit, f64::MIN_POSITIVE, 1e9)?;
+        Ok(Self { gains: gains.map(T::from_f64), limit })
     }
 
-    /// The moment for an estimate. The observer must be told what came of it, limits and steps included.
+    /// The moment for an estimate. The observer must then be given the actual moment, limited and rounded to steps.
     pub fn moment(&self, estimate: &[T; N]) -> f64 {
         let sum = self.gains.iter().zip(estimate).fold(T::ZERO, |sum, (gain, state)| sum + *gain * *state);
-        let moment = -sum.f64();
-        if moment > self.greatest {
-            self.greatest
-        } else if moment < -self.greatest {
-            -self.greatest
+        let moment = -sum.to_f64();
+        if moment > self.limit {
+            self.limit
+        } else if moment < -self.limit {
+            -self.limit
         } else if moment.is_nan() {
             0.0
         } else {

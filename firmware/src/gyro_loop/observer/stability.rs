@@ -1,31 +1,31 @@
-//! Whether an observer's error dies away: the greatest pole of Φ − K C, by squaring the matrix over and over.
+//! Stability of an observer: the largest pole of Φ − K C, by repeated squaring of the matrix.
 //!
-//! The 2ᵏth root of the norm of the 2ᵏth power goes to the greatest pole, however many poles lie together, where a characteristic polynomial of
-//! six equal ones would be off by its rounding's sixth root. It takes some 30 products of matrices in double precision, several milliseconds on the chip:
-//! so one row of a product at a time.
+//! The 2ᵏth root of the norm of the 2ᵏth power converges to the largest pole, for multiple poles, too; a characteristic polynomial with six
+//! equal roots would lose all but a sixth of its digits. It takes some 30 matrix products in double precision, several milliseconds on the
+//! chip, and is therefore done one row of a product at a time.
 
 use crate::config::ConfigError;
 
-/// Squarings. A transient that grows by 2²⁰⁰ before it falls moves the logarithm of the pole by 200 · 2⁻³².
+/// Number of squarings. A transient that grows by 2²⁰⁰ first changes the pole's logarithm by 200 · 2⁻³².
 const SQUARINGS: u8 = 32;
-/// A pole must be this far inside, log₂ per step: at 1 ms a time constant below 2.4 hours. The method errs by less.
-const LEAST_LOG2: f64 = 1.6e-7;
+/// Required distance of the poles from the unit circle, −log₂ per step: a time constant below 2.4 hours at 1 ms. The method's error is smaller.
+const MIN_LOG2: f64 = 1.6e-7;
 
-/// A check under way.
+/// A running check.
 #[derive(Clone, Debug)]
 pub struct Stability<const N: usize> {
     power: [[f64; N]; N],
     square: [[f64; N]; N],
     row: usize,
-    squared: u8,
-    /// Logarithm of what was divided out of `power`, over the exponent of the power: per step.
+    squarings: u8,
+    /// Logarithm of the factors divided out of `power`, per step.
     log2: f64,
     /// 1 over the exponent of the power.
     share: f64,
 }
 
 impl<const N: usize> Stability<N> {
-    /// Begins the check of an observer that sees its first state.
+    /// A check of an observer that measures its first state.
     pub fn new(phi: &[[f64; N]; N], gain: &[f64; N]) -> Self {
         let mut power = *phi;
         for (row, gain) in power.iter_mut().zip(gain) {
@@ -33,19 +33,22 @@ impl<const N: usize> Stability<N> {
                 *first -= gain;
             }
         }
-        let mut begun = Self { power, square: [[0.0; N]; N], row: 0, squared: 0, log2: 0.0, share: 1.0 };
-        begun.scale();
-        begun
+        let mut check = Self { power, square: [[0.0; N]; N], row: 0, squarings: 0, log2: 0.0, share: 1.0 };
+        check.scale();
+        check
     }
 
-    /// Does a piece of the work: one row of a product. `None` while there is more.
-    pub fn work(&mut self) -> Option<Result<(), ConfigError>> {
+    /// Computes one row of a product. `None` until the check is complete.
+    ///
+    /// # Errors
+    /// A pole lies on or outside the unit circle.
+    pub fn step(&mut self) -> Option<Result<(), ConfigError>> {
         if self.share == 0.0 {
             return Some(Ok(()));
         }
-        if self.squared >= SQUARINGS {
-            // NaN is not stable either.
-            let stable = self.log2 < -LEAST_LOG2;
+        if self.squarings >= SQUARINGS {
+            // NaN is not stable.
+            let stable = self.log2 < -MIN_LOG2;
             let why = "leaves a pole on or outside the unit circle: the observer would not be stable at this step";
             return Some(if stable { Ok(()) } else { Err(ConfigError::Unfit("gain", why)) });
         }
@@ -62,22 +65,22 @@ impl<const N: usize> Stability<N> {
         if *row >= N {
             *row = 0;
             self.power = self.square;
-            self.squared += 1;
+            self.squarings += 1;
             self.share *= 0.5;
             self.scale();
         }
         None
     }
 
-    /// Divides the power by its greatest entry's power of two. What has become nothing is stable for sure: its share is 0.
+    /// Divides the power by the power of two of its largest entry. A power of zero is stable: its share becomes 0.
     fn scale(&mut self) {
-        let greatest = self.power.as_flattened().iter().fold(0.0, |most: f64, entry| if entry.abs() <= most { most } else { entry.abs() });
-        if greatest == 0.0 {
+        let largest = self.power.as_flattened().iter().fold(0.0, |max: f64, entry| if entry.abs() <= max { max } else { entry.abs() });
+        if largest == 0.0 {
             self.share = 0.0;
             return;
         }
-        // The exponent as it is written in the number; of no number it is the greatest.
-        let exponent = (greatest.to_bits() >> 52) as i32 - 1023;
+        // The exponent in the number's bits; NaN has the largest.
+        let exponent = (largest.to_bits() >> 52) as i32 - 1023;
         self.log2 += f64::from(exponent) * self.share;
         let factor = f64::from_bits(((1023 - exponent).clamp(1, 2046) as u64) << 52);
         for entry in self.power.as_flattened_mut() {

@@ -1,4 +1,4 @@
-//! The law's arithmetic against theory §1.6, and what building refuses.
+//! The observer's arithmetic against docs/theory.md §1.6, and the refusals of bad parameters.
 
 use super::*;
 use crate::config::ConfigError;
@@ -10,27 +10,27 @@ use vectors::{GAIN_5, GAIN_6, GAIN_7, GAMMA_5, GAMMA_6, GAMMA_7, PHI_5, PHI_6, P
 
 const MOMENT_N_M: f64 = 1e-5;
 
-/// The plant of §1.6: alpha = 1 mrad at first, a constant moment; run along with an observer that begins at nothing. What they are after `steps`.
+/// The plant of §1.6 (alpha = 1 mrad at first, a constant moment) and an observer that starts at zero: their states after `steps`.
 fn run<T: Real, const N: usize>(design: &Design<T, N>, steps: usize) -> ([f64; 6], [f64; N]) {
     let mut plant = [1e-3, 0.0, 0.0, 0.0, 0.0, 0.0];
     let mut observer = Observer::at(T::ZERO);
     for _ in 0..steps {
-        observer.step(design, T::of(plant[0]), T::ZERO);
+        observer.step(design, T::from_f64(plant[0]), T::ZERO);
         let before = plant;
         for (k, next) in plant.iter_mut().enumerate() {
             *next = (0..6).map(|j| PHI_6[k][j] * before[j]).sum::<f64>() + GAMMA_6[k] * MOMENT_N_M;
         }
     }
-    (plant, observer.estimate().map(Real::f64))
+    (plant, observer.estimate().map(Real::to_f64))
 }
 
 fn near(value: f64, expected: f64, relative: f64, least: f64) {
     assert!((value - expected).abs() <= relative * expected.abs() + least, "{value:e} is not {expected:e}");
 }
 
-/// Theory §1.6, table; tolerance in double precision 1e-5, at n = 500, where the errors cross zero, 1e-3.
+/// Table of docs/theory.md §1.6; tolerance in double precision 1e-5, at n = 500, where the errors cross zero, 1e-3.
 #[test]
-fn the_discrete_vectors_come_out() {
+fn discrete_observers_match_the_test_vectors() {
     let fixed = Design::<f64, 6>::new(&PHI_6, &GAMMA_6, &GAIN_6).unwrap();
     let astatic = Design::<f64, 7>::new(&PHI_7, &GAMMA_7, &GAIN_7).unwrap();
     for (steps, plant, of_fixed, of_astatic, moment, tolerance) in [
@@ -43,24 +43,27 @@ fn the_discrete_vectors_come_out() {
         for k in 0..2 {
             near(x[k], plant[k], 1e-8, 0.0);
             near(x[k] - static_hat[k], of_fixed[k], tolerance, 0.0);
-            // What is left of 0 is rounding: 300 times as much of the rate, which the gain makes of the angle.
+            // Rounding is left of 0: 300 times as much in the rate, by the gain.
             near(x[k] - astatic_hat[k], of_astatic[k], tolerance, [1e-15, 3e-13][k]);
         }
         near(astatic_hat[6], moment, tolerance, 0.0);
     }
 }
 
-/// What docs/observers.md says of single precision.
+/// The statement of docs/observers.md on single precision.
 #[test]
-fn single_precision_holds_for_the_rate_observer_and_not_for_the_identifier() {
+fn single_precision_suffices_for_the_rate_observer_only() {
     let (x, single) = run(&Design::<f32, 7>::new(&PHI_7, &GAMMA_7, &GAIN_7).unwrap(), 2000);
     let (_, double) = run(&Design::<f64, 7>::new(&PHI_7, &GAMMA_7, &GAIN_7).unwrap(), 2000);
     let off = |hat: &[f64; 7]| ((hat[6] / MOMENT_N_M - 1.0).abs(), (x[1] - hat[1]).abs());
     let (off_single, off_double) = (off(&single), off(&double));
-    assert!(off_single.0 > 1e-3 && off_single.0 < 2e-2, "0.7 % in theory §1.6; the order of the sums moves it: {off_single:?}");
+    assert!(
+        off_single.0 > 1e-3 && off_single.0 < 2e-2,
+        "0.7 % in docs/theory.md §1.6, depending on the sequence of the sums: {off_single:?}"
+    );
     assert!(off_double.0 < 1e-8 && off_double.1 < 1e-12, "{off_double:?}");
 
-    // A slow swing of a milliradian and a constant moment: the rate to a part in 10⁴, the moment to one in 100.
+    // A slow oscillation of 1 mrad and a constant moment.
     let design = Design::<f32, 5>::new(&PHI_5, &GAMMA_5, &GAIN_5).unwrap();
     let mut plant = [1e-3, 0.0, 0.0, 0.0, MOMENT_N_M];
     let mut observer = Observer::at(1e-3_f32);
@@ -80,7 +83,7 @@ fn single_precision_holds_for_the_rate_observer_and_not_for_the_identifier() {
 }
 
 #[test]
-fn what_cannot_work_is_refused_by_its_name() {
+fn bad_parameters_are_refused_by_name() {
     let with = |gain: [f64; 7]| Design::<f64, 7>::new(&PHI_7, &GAMMA_7, &gain).map(drop).map_err(|wrong| wrong.parameter());
     assert_eq!(with(GAIN_7), Ok(()));
     assert_eq!(with([0.0; 7]), Err("gain"), "the disturbance alone keeps a pole at 1");
@@ -98,8 +101,8 @@ fn what_cannot_work_is_refused_by_its_name() {
 }
 
 #[test]
-fn a_pole_is_judged_by_its_place_alone() {
-    // A chain of seven equal poles, of which the transients grow by orders before they fall.
+fn stability_depends_on_the_poles_alone() {
+    // A chain of seven equal poles, whose transients grow by orders of magnitude first.
     let chain = |pole: f64| {
         let mut phi = [[0.0; 7]; 7];
         for k in 0..7 {
@@ -115,22 +118,22 @@ fn a_pole_is_judged_by_its_place_alone() {
 }
 
 #[test]
-fn an_observer_that_begins_at_what_it_sees_does_not_peak() {
+fn an_observer_that_starts_at_the_measured_angle_does_not_peak() {
     let design = Design::<f64, 7>::new(&PHI_7, &GAMMA_7, &GAIN_7).unwrap();
     let peak = |first: f64| {
         let mut observer = Observer::at(first);
-        // A gyro that stands still, 1e-2 rad from the sensor's zero: its spring is all that moves it, and hardly.
+        // A gyroscope at rest, 1e-2 rad from the sensor's zero.
         (0..500).fold(0.0_f64, |most, _| {
             observer.step(&design, 1e-2, 0.0);
             most.max(observer.estimate()[1].abs())
         })
     };
-    // Theory §1.5: 19 rad/s from nothing.
+    // docs/theory.md §1.5: 19 rad/s from zero.
     assert!(peak(0.0) > 10.0 && peak(1e-2) < 0.1, "{} {}", peak(0.0), peak(1e-2));
 }
 
 #[test]
-fn the_regulator_uses_what_it_is_given_and_keeps_to_its_limit() {
+fn regulator_applies_its_gains_and_its_limit() {
     let regulator = |feed_forward: f64| Regulator::<f64, 7>::new(&[1e-2, 6.5e-2, 0.0, 0.0, 0.0, 0.0, feed_forward], 1e-3).unwrap();
     let estimate = [1e-3, 2e-3, 9.0, 9.0, 9.0, 9.0, 4e-5];
     near(regulator(0.0).moment(&estimate), -1.4e-4, 1e-12, 0.0);
@@ -140,13 +143,13 @@ fn the_regulator_uses_what_it_is_given_and_keeps_to_its_limit() {
     assert!(Regulator::<f64, 7>::new(&[f64::NAN; 7], 1.0).is_err() && Regulator::<f64, 7>::new(&[0.0; 7], 0.0).is_err());
 }
 
-/// A swing of known mean product: sin(ωt + ψ) against sin ωt, in a period that is no whole number of steps.
+/// An oscillation with a known mean product, sin(ωt + ψ) times sin ωt, and a period that is not a whole number of steps.
 #[test]
-fn vibration_is_averaged_over_whole_periods_only() {
+fn vibration_is_averaged_over_whole_periods() {
     let (period_s, step_s) = (0.040_37, 1e-3);
     let mut vibration = Vibration::new(10.0 * period_s, step_s, 2.0, 0.5).unwrap();
     let omega_rad_s = core::f64::consts::TAU / period_s;
-    let mut last = Corrected::default();
+    let mut last = VibrationCorrection::default();
     for n in 0..2000 {
         let phase = omega_rad_s * step_s * f64::from(n);
         let motion = Motion {
@@ -155,12 +158,12 @@ fn vibration_is_averaged_over_whole_periods_only() {
             beta_rate_rad_s: 2e-2 * phase.cos(),
             gamma_rad: 1e-3 * phase.sin(),
         };
-        last = vibration.take(motion);
+        last = vibration.update(motion);
     }
     // ⟨α′ sin γ⟩ = ½ 1e-5 cos 1; ⟨β′ γ′⟩ = ½ 2e-2 · 1e-3 ω.
     let expected = 2.0 * 0.5e-5 * 1f64.cos() - 0.5 * 0.5 * 2e-5 * omega_rad_s;
     assert_eq!(last.means, 4);
-    // Held between the samples of a period of 40 steps: (2π/40)²/12 of a product, or of the mean; and what an end that is cut adds to the mean of 0.1.
+    // Error of 40 samples per period: (2π/40)²/12 of a product; and the truncated end of a period in the mean.
     near(last.vibration_rad, expected, 5e-3, 0.0);
     near(last.alpha_rad, 3e-3, 0.0, 2e-5);
     for (bad, name) in [

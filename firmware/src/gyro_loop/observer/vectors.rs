@@ -1,5 +1,4 @@
-//! Numbers that the observer's arithmetic is tried on: theory §1.6, set R, six or seven poles at −50 1/s, and set B of §2.2, all at a step of 1 ms;
-//! computed with 60 digits.
+//! Test vectors of the observer, computed with 60 digits: docs/theory.md §1.6, set R with six or seven poles at −50 1/s, and set B of §2.2; step 1 ms.
 
 /// Φ of the six-state model.
 pub const PHI_6: [[f64; 6]; 6] = [
@@ -156,7 +155,7 @@ pub const GAIN_7: [f64; 7] = [
     -1.83458190274140009e-01,
     2.57944343508503993e+00,
 ];
-/// Φ of the rate observer's four states (set B of theory §2.2) and a constant moment about the vertical as a fifth.
+/// Φ of the rate observer's four states (set B of docs/theory.md §2.2) and a constant moment about the vertical as a fifth.
 pub const PHI_5: [[f64; 5]; 5] = [
     [9.99999998828394410e-01, 9.99683383770855714e-04, 4.16608338570612721e-07, -2.49948964289225759e-05, 6.24885429824777622e-05],
     [-2.34289883972296440e-06, 9.99200195884684672e-01, 1.24974482144612868e-03, -4.99825028353827749e-02, 1.24960422971356983e-01],

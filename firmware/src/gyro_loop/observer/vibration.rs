@@ -1,12 +1,12 @@
-//! What vibration does to the mean azimuth, taken off on line (theory §2.3).
+//! Online correction of the mean azimuth for vibration (docs/theory.md §2.3).
 //!
-//! The balance of moments about the body's vertical axis, averaged over whole periods, leaves ⟨α⟩ = \[H⟨α′ sin γ⟩ − (Jx−Jz)⟨β′ γ′⟩\]/k_α of an azimuth that
-//! should be 0. Both rates are estimates, γ is measured. Averages are taken over whole periods: a period is seldom whole steps, so that the
-//! step in which one ends counts for both by its parts.
+//! The moment balance about the body's vertical axis, averaged over whole periods, leaves ⟨α⟩ = \[H⟨α′ sin γ⟩ − (Jx−Jz)⟨β′ γ′⟩\]/k_α of an azimuth
+//! that should be 0. The rates α′ and β′ are estimates, γ is measured. A period is seldom a whole number of steps; the step in which it ends
+//! is divided between both periods.
 
 use crate::config::{ConfigError, within};
 
-/// What one step knows.
+/// Motion at one step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Motion {
     /// Measured azimuth α, rad.
@@ -21,35 +21,35 @@ pub struct Motion {
 
 /// Means over the last whole periods.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Corrected {
+pub struct VibrationCorrection {
     /// Mean azimuth, rad.
     pub alpha_rad: f64,
-    /// What of it is vibration's, rad.
+    /// Part of it that vibration causes, rad.
     pub vibration_rad: f64,
-    /// How often there was such a mean since the start.
+    /// Number of means since the start.
     pub means: u32,
 }
 
-/// The compensation at work.
+/// State of the correction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Vibration {
     /// H/k_α, s.
     rate_gain_s: f64,
     /// (Jx − Jz)/k_α, s², over the step, s.
     inertia_gain_s: f64,
-    /// Steps in a mean, not whole.
+    /// Steps in a mean, not an integer.
     steps: f64,
     left: f64,
     sums: [f64; 2],
     before: Option<Motion>,
-    newest: Corrected,
+    newest: VibrationCorrection,
 }
 
 impl Vibration {
     /// Means over `window_s`, whole periods, of steps of `step_s`; `rate_gain_s` is H/k_α and `inertia_gain_s2` (Jx−Jz)/k_α.
     ///
     /// # Errors
-    /// The name of what is no number or makes no sense; the window must be at least two steps.
+    /// The name of a parameter that is not finite or out of its range; the window must be at least two steps.
     pub fn new(window_s: f64, step_s: f64, rate_gain_s: f64, inertia_gain_s2: f64) -> Result<Self, ConfigError> {
         within("vibration step_s", step_s, 1e-9, 1e3)?;
         within("vibration window_s", window_s, 2.0 * step_s, 1e6)?;
@@ -57,12 +57,11 @@ impl Vibration {
         within("vibration inertia_gain_s2", inertia_gain_s2, -1e12, 1e12)?;
         let steps = window_s / step_s;
         let inertia_gain_s = inertia_gain_s2 / step_s;
-        Ok(Self { rate_gain_s, inertia_gain_s, steps, left: steps, sums: [0.0; 2], before: None, newest: Corrected::default() })
+        Ok(Self { rate_gain_s, inertia_gain_s, steps, left: steps, sums: [0.0; 2], before: None, newest: VibrationCorrection::default() })
     }
 
-    /// Takes the next step. The value between two steps is the mean of both, and so are its products: the second order that a step leaves is
-    /// (2πf·step)²/12 of the correction.
-    pub fn take(&mut self, motion: Motion) -> Corrected {
+    /// The next step. Between two steps, values and products are the mean of both ends: the relative error is (2πf·step)²/12.
+    pub fn update(&mut self, motion: Motion) -> VibrationCorrection {
         let Some(before) = self.before.replace(motion) else { return self.newest };
         let turned_rad = motion.gamma_rad - before.gamma_rad;
         let product = |m: &Motion| m.alpha_rate_rad_s * libm::sin(m.gamma_rad);
@@ -76,8 +75,8 @@ impl Vibration {
         self.left -= 1.0;
         if self.left <= 0.0 {
             let [alpha_rad, vibration_rad] = self.sums.map(|sum| sum / self.steps);
-            self.newest = Corrected { alpha_rad, vibration_rad, means: self.newest.means.saturating_add(1) };
-            // What the window leaves of this step belongs to the next.
+            self.newest = VibrationCorrection { alpha_rad, vibration_rad, means: self.newest.means.saturating_add(1) };
+            // The rest of this step belongs to the next window.
             self.sums = values.map(|value| (1.0 - part) * value);
             self.left += self.steps;
         }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use stand_firmware::gyro_loop::observer::MOST_STATES;
+use stand_firmware::gyro_loop::observer::MAX_STATES;
 
 use crate::acquire::link::SerialLink;
 use crate::command::error::CliError;
@@ -48,7 +48,7 @@ impl Target {
         if self.regulator.len() > of_plant {
             return input(format!("--regulator: {} gains for {of_plant} states", self.regulator.len()));
         }
-        if states > MOST_STATES || !(self.torquer.is_finite() && self.torquer > 0.0) {
+        if states > MAX_STATES || !(self.torquer.is_finite() && self.torquer > 0.0) {
             return input(format!("--torquer {}: must be above 0 N m/A", self.torquer));
         }
         let mut regulator = self.regulator.clone();

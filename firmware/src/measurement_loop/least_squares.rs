@@ -1,24 +1,24 @@
-//! Least squares that goes on for ever in constant memory, with errors that may be of any colour.
+//! Recursive least squares in constant memory, with standard errors for autocorrelated residuals.
 //!
-//! In: one vector z for each window, of what is explained and what explains it; `None` for a window that does not count. Kept are the sums
-//! Σ z_t z_{t−l}ᵀ for the lags l = 0 … L − 1: a *growing memory*, nothing is forgotten until a restart. From them any regression among the
-//! elements of z is solved when it is asked for, and its residuals' autocovariance is known exactly for the answer of that moment.
+//! In: one vector z per window, of the dependent variable and the regressors; `None` for a window that is left out. Stored are the sums
+//! Σ z_t z_{t−l}ᵀ for the lags l = 0 … L − 1; all windows have equal weight until a restart. Any regression among the elements of z can be
+//! solved from the sums, and the autocovariance of its residuals follows exactly.
 //!
-//! Standard errors are Newey and West's (1987): Cov = (XᵀX)⁻¹ Ω (XᵀX)⁻¹ with Ω = Σ_l w_l C_l Σ_t x_t x_{t−l}ᵀ, C_l the autocovariance of the
-//! residuals and w_l Bartlett's weights. So windows that overlap, and a misfit that lasts for some windows, are not counted as news.
+//! Standard errors are those of Newey and West (1987): Cov = (XᵀX)⁻¹ Ω (XᵀX)⁻¹ with Ω = Σ_l w_l C_l Σ_t x_t x_{t−l}ᵀ, C_l the autocovariance of
+//! the residuals and w_l Bartlett's weights. Overlapping windows and lasting misfits are thereby not counted as independent.
 
 use super::matrix::{Matrix, solve};
 
-/// The sums. `N` elements in z, `L` lags with the lag 0.
+/// The sums. `N` elements in z, `L` lags including lag 0.
 #[derive(Clone, Copy, Debug)]
-pub struct Moments<const N: usize, const L: usize> {
+pub struct LeastSquares<const N: usize, const L: usize> {
     sums: [Matrix<N, N>; L],
-    /// The last vectors, newest first; zeros where a window did not count.
+    /// The last vectors, newest first; zeros for windows left out.
     last: [[f64; N]; L],
     count: u32,
 }
 
-impl<const N: usize, const L: usize> Default for Moments<N, L> {
+impl<const N: usize, const L: usize> Default for LeastSquares<N, L> {
     fn default() -> Self {
         Self { sums: [Matrix::zero(); L], last: [[0.0; N]; L], count: 0 }
     }
@@ -27,24 +27,24 @@ impl<const N: usize, const L: usize> Default for Moments<N, L> {
 /// One element of z as a regressor, with a sign.
 #[derive(Clone, Copy, Debug)]
 pub struct Regressor {
-    /// Which element.
+    /// Index of the element.
     pub element: usize,
     /// +1 or −1.
     pub sign: f64,
-    /// How far from 0 its coefficient is thought to lie before anything is measured, 1 σ; infinite: nothing is known.
+    /// Prior of its coefficient about 0, 1 σ; infinite: none.
     pub prior_sigma: f64,
 }
 
 impl Regressor {
-    /// An element of which nothing is known.
+    /// An element without a prior.
     pub const fn new(element: usize, sign: f64) -> Self {
         Self { element, sign, prior_sigma: f64::INFINITY }
     }
 }
 
-/// An answer: the coefficients, and what is needed for their errors.
+/// Solution of a regression.
 #[derive(Clone, Copy, Debug)]
-pub struct Answer<const N: usize, const P: usize> {
+pub struct Solution<const N: usize, const P: usize> {
     /// The coefficients.
     pub coefficients: [f64; P],
     regressors: [Regressor; P],
@@ -54,10 +54,9 @@ pub struct Answer<const N: usize, const P: usize> {
     variance: f64,
 }
 
-impl<const N: usize, const L: usize> Moments<N, L> {
-    /// One more window; `None`: it does not count, but time went on.
-    #[inline(never)]
-    pub fn take(&mut self, z: Option<[f64; N]>) {
+impl<const N: usize, const L: usize> LeastSquares<N, L> {
+    /// Adds a window; `None`: a window left out.
+    pub fn add(&mut self, z: Option<[f64; N]>) {
         self.last.rotate_right(1);
         if let Some(newest) = self.last.first_mut() {
             *newest = z.unwrap_or([0.0; N]);
@@ -69,28 +68,28 @@ impl<const N: usize, const L: usize> Moments<N, L> {
         }
     }
 
-    /// Windows that counted.
+    /// Number of windows used.
     pub fn count(&self) -> u32 {
         self.count
     }
 
-    /// Element 0 of z by these regressors; `None` if they cannot be told apart, or there are too few windows.
+    /// Regression of element 0 of z on these regressors; `None` if they are collinear or the windows too few.
     #[inline(never)]
-    pub fn solve<const P: usize>(&self, regressors: [Regressor; P]) -> Option<Answer<N, P>> {
+    pub fn solve<const P: usize>(&self, regressors: [Regressor; P]) -> Option<Solution<N, P>> {
         let freedom = f64::from(self.count) - P as f64;
         let sums = self.sums.first().filter(|_| freedom >= 1.0)?;
         let pick = |a: &Regressor, b: &Regressor| a.sign * b.sign * sums.at(a.element, b.element);
         let normal = Matrix::<P, P>::from_fn(|a, b| regressors.get(a).zip(regressors.get(b)).map_or(0.0, |(a, b)| pick(a, b)));
         let right: [f64; P] = core::array::from_fn(|a| regressors.get(a).map_or(0.0, |a| a.sign * sums.at(a.element, 0)));
-        // What is known before weighs as much as the noise allows, so the noise comes first.
+        // The weight of a prior depends on the noise, so both are found by iteration.
         let mut variance = 0.0;
-        let mut answer = None;
+        let mut solution = None;
         for _ in 0..4 {
             let mut weighted = normal;
             for (k, regressor) in regressors.iter().enumerate().filter(|(_, r)| r.prior_sigma.is_finite()) {
-                // A hair of it at first, so that a coefficient that only the prior determines does not stop the rest.
-                let hair = f64::max(1e-9 * normal.at(k, k), 1e-30);
-                weighted.add(k, k, f64::max(variance / (regressor.prior_sigma * regressor.prior_sigma), hair));
+                // A small weight at first, so that a coefficient that only the prior determines does not make the matrix singular.
+                let min_weight = f64::max(1e-9 * normal.at(k, k), 1e-30);
+                weighted.add(k, k, f64::max(variance / (regressor.prior_sigma * regressor.prior_sigma), min_weight));
             }
             let (coefficients, inverse) = solve(&weighted, &right)?;
             let mut residual: [f64; N] = core::array::from_fn(|k| if k == 0 { 1.0 } else { 0.0 });
@@ -101,18 +100,18 @@ impl<const N: usize, const L: usize> Moments<N, L> {
             }
             let before = variance;
             variance = f64::max(sums.form(&residual, &residual), 0.0) / freedom;
-            answer = Some(Answer { coefficients, regressors, inverse, residual, variance });
+            solution = Some(Solution { coefficients, regressors, inverse, residual, variance });
             if libm::fabs(variance - before) <= 1e-3 * variance {
                 break;
             }
         }
-        answer
+        solution
     }
 
-    /// The covariance of two answers' coefficients, of the same one's if they are the same.
+    /// Covariance of the coefficients of two solutions; `same`: of one solution.
     #[inline(never)]
-    pub fn covariance<const P: usize, const Q: usize>(&self, a: &Answer<N, P>, b: &Answer<N, Q>, same: bool) -> Matrix<P, Q> {
-        let mut meat = Matrix::<P, Q>::zero();
+    pub fn covariance<const P: usize, const Q: usize>(&self, a: &Solution<N, P>, b: &Solution<N, Q>, same: bool) -> Matrix<P, Q> {
+        let mut omega = Matrix::<P, Q>::zero();
         let windows = f64::from(self.count.max(1));
         for (lag, sums) in self.sums.iter().enumerate() {
             let weight = 1.0 - lag as f64 / L as f64;
@@ -120,21 +119,21 @@ impl<const N: usize, const L: usize> Moments<N, L> {
                 let (Some(p), Some(q)) = (a.regressors.get(p), b.regressors.get(q)) else { return 0.0 };
                 p.sign * q.sign * if earlier { sums.at(q.element, p.element) } else { sums.at(p.element, q.element) }
             };
-            // Both ways round: t and t − l, and t − l and t.
+            // Both (t, t − l) and (t − l, t).
             let later = weight * sums.form(&a.residual, &b.residual) / windows;
-            meat.add_fn(|p, q| later * pick(p, q, false));
+            omega.add_fn(|p, q| later * pick(p, q, false));
             if lag > 0 {
                 let earlier = weight * sums.form(&b.residual, &a.residual) / windows;
-                meat.add_fn(|p, q| earlier * pick(p, q, true));
+                omega.add_fn(|p, q| earlier * pick(p, q, true));
             }
         }
         if same {
-            // A prior is one more reading, and its error counts too.
+            // A prior is one more observation with its own error.
             for (k, regressor) in a.regressors.iter().enumerate().filter(|(_, r)| r.prior_sigma.is_finite()) {
-                meat.add(k, k, a.variance * a.variance / (regressor.prior_sigma * regressor.prior_sigma));
+                omega.add(k, k, a.variance * a.variance / (regressor.prior_sigma * regressor.prior_sigma));
             }
         }
-        a.inverse.times(&meat).times(&b.inverse)
+        a.inverse.times(&omega).times(&b.inverse)
     }
 }
 
@@ -151,27 +150,27 @@ mod tests {
     /// y = 2 a − 3 b + error, 400 windows; the error is the mean of `colour` neighbours.
     fn run(seed: u64, colour: usize) -> ([f64; 2], [f64; 2]) {
         let mut state = seed;
-        let mut moments = Moments::<3, 10>::default();
+        let mut sums = LeastSquares::<3, 10>::default();
         let raw: Vec<f64> = (0..420).map(|_| noise(&mut state)).collect();
         let mut slow = 0.0;
         for t in 0..400 {
-            // A regressor as slow as the error.
+            // A regressor as autocorrelated as the error.
             slow = 0.8 * slow + noise(&mut state);
             let (a, b) = (slow, 1.0 + noise(&mut state));
             let error = raw[t..t + colour].iter().sum::<f64>() * 0.1;
-            moments.take(Some([2.0 * a - 3.0 * b + error, a, b]));
+            sums.add(Some([2.0 * a - 3.0 * b + error, a, b]));
             if t % 50 == 17 {
-                moments.take(None);
+                sums.add(None);
             }
         }
-        assert_eq!(moments.count(), 400);
-        let answer = moments.solve([Regressor::new(1, 1.0), Regressor::new(2, -1.0)]).unwrap();
-        let covariance = moments.covariance(&answer, &answer, true);
-        (answer.coefficients, [covariance.at(0, 0).sqrt(), covariance.at(1, 1).sqrt()])
+        assert_eq!(sums.count(), 400);
+        let solution = sums.solve([Regressor::new(1, 1.0), Regressor::new(2, -1.0)]).unwrap();
+        let covariance = sums.covariance(&solution, &solution, true);
+        (solution.coefficients, [covariance.at(0, 0).sqrt(), covariance.at(1, 1).sqrt()])
     }
 
     #[test]
-    fn errors_are_as_large_as_said_whether_the_noise_is_white_or_slow() {
+    fn standard_errors_hold_for_white_and_for_coloured_noise() {
         for colour in [1, 5] {
             let mut squares = [0.0; 2];
             for seed in 1..=200 {
@@ -180,25 +179,25 @@ mod tests {
                     squares[k] += ((found[k] - truth) / sigma[k]).powi(2) / 200.0;
                 }
             }
-            // 200 draws know a variance to 10 %; Bartlett's weights leave out a tenth of what neighbours share.
+            // 200 draws give a variance to 10 %; Bartlett's weights leave out a tenth of the correlation.
             assert!(squares.iter().all(|s| (0.65..1.5).contains(s)), "colour {colour}: {squares:?}");
         }
     }
 
     #[test]
-    fn what_only_the_prior_determines_keeps_its_uncertainty_and_alike_regressors_are_refused() {
-        let mut moments = Moments::<3, 4>::default();
+    fn a_prior_keeps_its_uncertainty_and_collinear_regressors_are_refused() {
+        let mut sums = LeastSquares::<3, 4>::default();
         let mut state = 5;
         for _ in 0..300 {
             let a = 1.0 + 0.5 * noise(&mut state);
-            // Both regressors are the same: a friction and an offset where the platform turns one way only.
-            moments.take(Some([2.0 * a + 0.01 * noise(&mut state), a, a]));
+            // Both regressors are equal, as friction and offset are with rotation in one direction.
+            sums.add(Some([2.0 * a + 0.01 * noise(&mut state), a, a]));
         }
-        assert!(moments.solve([Regressor::new(1, 1.0), Regressor::new(2, 1.0)]).is_none());
+        assert!(sums.solve([Regressor::new(1, 1.0), Regressor::new(2, 1.0)]).is_none());
         let offset = Regressor { prior_sigma: 0.1, ..Regressor::new(2, 1.0) };
-        let answer = moments.solve([Regressor::new(1, 1.0), offset]).unwrap();
-        let covariance = moments.covariance(&answer, &answer, true);
-        assert!((answer.coefficients[0] - 2.0).abs() < 0.01 && answer.coefficients[1].abs() < 0.01, "{:?}", answer.coefficients);
+        let solution = sums.solve([Regressor::new(1, 1.0), offset]).unwrap();
+        let covariance = sums.covariance(&solution, &solution, true);
+        assert!((solution.coefficients[0] - 2.0).abs() < 0.01 && solution.coefficients[1].abs() < 0.01, "{:?}", solution.coefficients);
         assert!((covariance.at(0, 0).sqrt() - 0.1).abs() < 0.01, "{}", covariance.at(0, 0).sqrt());
     }
 }
