@@ -43,10 +43,10 @@ fn run<T: Real, const N: usize>(discrete: &Discrete) -> Option<[f64; N]> {
     let states = N - usize::from(discrete.has_disturbance);
     let mut plant = vec![0.0; states];
     plant[0] = ANGLE_RAD;
-    let mut observer = Observer::at(T::of(ANGLE_RAD));
+    let mut observer = Observer::at(T::from_f64(ANGLE_RAD));
     for _ in 0..STEPS {
-        observer.step(&law, T::of(plant[0]), T::ZERO);
+        observer.step(&law, T::from_f64(plant[0]), T::ZERO);
         plant = (0..states).map(|i| (0..states).map(|j| phi[i][j] * plant[j]).sum::<f64>() + gamma[i] * MOMENT_N_M).collect();
     }
-    Some(observer.estimate().map(Real::f64))
+    Some(observer.estimate().map(Real::to_f64))
 }

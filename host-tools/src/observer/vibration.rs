@@ -108,7 +108,7 @@ pub fn compensate(
         for k in first..rows {
             let (alpha_rate_rad_s, beta_rate_rad_s) = rates(k);
             let (alpha_rad, gamma_rad) = (measured.alpha_rad[k], measured.gamma_rad[k]);
-            last = vibration.take(Motion { alpha_rad, alpha_rate_rad_s, beta_rate_rad_s, gamma_rad });
+            last = vibration.update(Motion { alpha_rad, alpha_rate_rad_s, beta_rate_rad_s, gamma_rad });
         }
         Ok((last.alpha_rad, last.vibration_rad))
     };
@@ -124,7 +124,7 @@ pub fn compensate(
         for k in settling..rows {
             let (alpha_rate_rad_s, beta_rate_rad_s) = rates(k);
             let (alpha_rad, gamma_rad) = (measured.alpha_rad[k], measured.gamma_rad[k]);
-            let last = vibration.take(Motion { alpha_rad, alpha_rate_rad_s, beta_rate_rad_s, gamma_rad });
+            let last = vibration.update(Motion { alpha_rad, alpha_rate_rad_s, beta_rate_rad_s, gamma_rad });
             if last.means > means {
                 means = last.means;
                 let corrected_rad = last.alpha_rad - last.vibration_rad;
