@@ -73,7 +73,8 @@ impl Ramp {
     #[inline]
     pub fn plan_millisecond(&mut self, target: i64, config: &Config) -> bool {
         let wanted = target.wrapping_sub(self.unsmoothed.rate);
-        let step = wanted.clamp(config.acceleration.wrapping_neg(), config.acceleration);
+        // Not `clamp`: it panics if its limits are exchanged.
+        let step = wanted.max(config.acceleration.wrapping_neg()).min(config.acceleration);
         let mean_rate = self.unsmoothed.rate.wrapping_add(step >> 1);
         self.unsmoothed.position = self.unsmoothed.position.wrapping_add(mean_rate.wrapping_mul(TICKS_PER_MS));
         self.unsmoothed.rate = self.unsmoothed.rate.wrapping_add(step);
@@ -94,7 +95,7 @@ impl Ramp {
     #[inline]
     pub fn slip(&mut self, boundary: i32, config: &Config) -> bool {
         let distance = self.distance_from(boundary);
-        let excess = distance.wrapping_sub(distance.clamp(config.slip.wrapping_neg(), config.slip));
+        let excess = distance.wrapping_sub(distance.max(config.slip.wrapping_neg()).min(config.slip));
         self.position = self.position.wrapping_sub(excess);
         self.unsmoothed.position = self.unsmoothed.position.wrapping_sub(excess);
         excess != 0
