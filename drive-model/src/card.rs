@@ -38,6 +38,14 @@ pub struct Card {
     pub uses_supply: bool,
     /// The law changes the rate channel only where the rate is derived from the encoder.
     pub uses_rate_source: bool,
+    /// Indices of the parameters whose equation has no meaning below zero: a fit stops there.
+    pub limited_at_zero: &'static [usize],
+    /// Index of a parameter that is a level of dry friction. χ² has steps over it, where the rotor begins to stick.
+    pub dry_friction: Option<usize>,
+    /// Index of a parameter that is a clearance. χ² has several minima over it.
+    pub clearance: Option<usize>,
+    /// Indices of the parameters without influence where the winding temperature is measured.
+    pub unused_with_temperature: &'static [usize],
     /// How its absence is tested.
     pub screening: Screening,
     /// Effects of one family are indistinguishable in some logs; empty: no family.
@@ -72,6 +80,10 @@ impl Card {
         reduces_to: None,
         uses_supply: false,
         uses_rate_source: false,
+        limited_at_zero: &[],
+        dry_friction: None,
+        clearance: None,
+        unused_with_temperature: &[],
         screening: Screening::AtZero,
         family: "",
         rivals: &[],

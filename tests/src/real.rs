@@ -50,12 +50,12 @@ pub fn position_rms(log: &Log, model: &Model) -> Result<f64, FitError> {
     let rig = system.rig::<f64>(&parameters, record.driven);
     let theta = record.theta.expect("an angle");
     let (mut sum, mut n) = (0.0, 0usize);
-    for (rows, start) in record.segments.iter().zip(&held.starts.values) {
+    for (rows, start) in record.segments.iter().zip(&held.initial_states.values) {
         let mut state = State::turning(start[0], theta[rows.start]);
         for row in rows.clone() {
             sum += (theta[row] - state.theta).powi(2);
             n += 1;
-            rig.advance(&mut state, &record.span(row, rows.end));
+            rig.advance(&mut state, &record.row_input(row, rows.end));
         }
     }
     Ok((sum / n as f64).sqrt())

@@ -166,7 +166,7 @@ fn see(outcome: &mut Outcome, explanation: &Explanation, log: &Log, known: &Know
     let rows = 0..truth.record.len();
     let whitener = Whitener::of(&truth.record, &residuals(&truth.held), &explanation.criteria.whitening);
     let squares = |system: &System, held: &FitResult| {
-        whitener.sums(system, &held.parameters, &held.starts, &truth.record, std::slice::from_ref(&rows))
+        whitener.sums(system, &held.parameters, &held.initial_states, &truth.record, std::slice::from_ref(&rows))
     };
     let full = squares(&truth.system, &truth.held);
     // How much worse a model without it is, in BIC, and in the ratio of its rms to the noise.

@@ -115,7 +115,7 @@ fn dry_friction_and_load_of_a_stand_that_turns_one_way_are_said_to_be_one() {
             TRUTH.map(|(name, value)| format!("{name} = {value:e}\n")).concat()
         );
         let held = hold(&log, &Model::parse(&text, "one way").unwrap(), true).unwrap();
-        let named: Vec<&str> = held.not_identifiable.iter().map(|(name, _)| name.as_str()).collect();
+        let named: Vec<&str> = held.unidentifiable.iter().map(|u| u.parameter.as_str()).collect();
         assert!(named.contains(&"load_N_m") && named.contains(&"coulomb_N_m"), "{mode:?}: {named:?}");
     }
 }

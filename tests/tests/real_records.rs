@@ -183,7 +183,7 @@ fn rms_and_bic(held: &FitResult) -> (f64, f64) {
     let all = (compared.iter().map(|r| r * r).sum::<f64>() / compared.len() as f64).sqrt();
     // Every fourth block is held out.
     let n = 0.75 * compared.len() as f64;
-    let unknowns = held.parameters.list.iter().filter(|p| !p.fixed).count() + held.starts.kinds.len();
+    let unknowns = held.parameters.list.iter().filter(|p| !p.fixed).count() + held.initial_states.kinds.len();
     (all, 2.0 * n * c.rms.ln() + unknowns as f64 * n.ln())
 }
 

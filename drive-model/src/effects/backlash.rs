@@ -59,6 +59,8 @@ pub const CARD: Card = Card {
         abscissa: Abscissa::Coordinate(Coordinate::History),
         added: &[],
     }),
+    limited_at_zero: &[0, 2],
+    clearance: Some(0),
     description: Description {
         summary: "There is play between motor and platform: a worn gear or coupling.",
         signature: "After each torque reversal the platform coasts through the gap and is then hit by the flank.",

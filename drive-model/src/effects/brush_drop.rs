@@ -28,6 +28,7 @@ pub const CARD: Card = Card {
         run: StandRun::BREAKAWAY,
     }],
     next_run: StandRun::BREAKAWAY,
+    limited_at_zero: &[0],
     description: Description {
         summary: "A film between brush and commutator drops a nearly constant voltage.",
         signature: "No current flows until the voltage exceeds the drop: a dead zone of the voltage.",

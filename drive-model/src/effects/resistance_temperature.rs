@@ -55,6 +55,7 @@ pub const CARD: Card = Card {
         abscissa: Abscissa::Coordinate(Coordinate::Temperature),
         added: &[Demonstration::WEIGHT],
     }),
+    unused_with_temperature: &[1, 2],
     description: Description {
         summary: "The resistance of copper rises by 0.39 % per kelvin.",
         signature: "Under load the current falls slowly at constant voltage.",

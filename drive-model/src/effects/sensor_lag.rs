@@ -35,6 +35,7 @@ pub const CARD: Card = Card {
         abscissa: Abscissa::Coordinate(Coordinate::Acceleration),
         added: &[],
     }),
+    limited_at_zero: &[0],
     description: Description {
         summary: "The rate sensor has a finite bandwidth: its reading is delayed and smoothed.",
         signature: "The error of the rate channel is proportional to the acceleration.",

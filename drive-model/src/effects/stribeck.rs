@@ -40,6 +40,8 @@ pub const CARD: Card = Card {
         abscissa: Abscissa::Coordinate(Coordinate::Omega),
         added: &[],
     }),
+    limited_at_zero: &[0],
+    dry_friction: Some(0),
     description: Description {
         summary: "Breakaway takes more torque than sliding: the lubricant film builds up with the rate.",
         signature: "At low rates the friction falls with rising rate: the loop hunts (stick-slip) and the rotor leaves rest with a jerk.",

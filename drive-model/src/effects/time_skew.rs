@@ -30,6 +30,7 @@ pub const CARD: Card = Card {
         abscissa: Abscissa::Coordinate(Coordinate::Acceleration),
         added: &[],
     }),
+    limited_at_zero: &[0],
     description: Description {
         summary: "One channel has late time stamps: a filter, a bus, another clock.",
         signature: "The error of this channel is proportional to its slope.",

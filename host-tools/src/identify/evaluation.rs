@@ -2,7 +2,10 @@
 
 use std::time::Instant;
 
-use super::fit::{self, FitError, FitResult, PreparedLog, prepare::PrepareError};
+use super::fit::{
+    self, FitError, FitResult, PreparedLog,
+    prepare::{PreparationNote, PrepareError},
+};
 use super::residual::{self, Misfit};
 use crate::log::plausible::{self, Defect};
 use crate::log::{Log, RateSource};
@@ -17,6 +20,18 @@ pub enum ParameterTreatment {
     Fitted,
     /// Parameters are fitted to every row.
     FittedToAllRows,
+}
+
+/// A remark on an evaluation.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum EvaluationRemark {
+    /// A note on the preparation of the log.
+    Preparation(PreparationNote),
+    /// The log does not state the source of the rate; this source gives the lower χ².
+    AssumedRateSource {
+        /// The rate is derived from the encoder; otherwise it is from a separate sensor.
+        from_encoder: bool,
+    },
 }
 
 /// Result of an evaluation.
@@ -36,7 +51,7 @@ pub struct Evaluated<'a> {
     /// Systematic residuals, most significant first.
     pub failures: Vec<Misfit>,
     /// Remarks on how the evaluation was done.
-    pub remarks: Vec<String>,
+    pub remarks: Vec<EvaluationRemark>,
     /// Computing time, s.
     pub seconds: f64,
 }
@@ -58,7 +73,8 @@ pub enum EvaluationError {
 /// The log lacks a column that the model needs, or the fit failed.
 pub fn evaluate<'a>(log: &'a Log, model: &Model, treatment: ParameterTreatment) -> Result<Evaluation<'a>, EvaluationError> {
     let begin = Instant::now();
-    let (mut record, mut remarks) = fit::prepare::prepare(log, model, treatment != ParameterTreatment::FittedToAllRows)?;
+    let (mut record, notes) = fit::prepare::prepare(log, model, treatment != ParameterTreatment::FittedToAllRows)?;
+    let mut remarks: Vec<EvaluationRemark> = notes.into_iter().map(EvaluationRemark::Preparation).collect();
     let findings = plausible::check(log, model.input().column());
     if !findings.is_empty() {
         return Ok(Evaluation::ImplausibleLog(findings));
@@ -76,7 +92,7 @@ fn with_best_rate_source(
     record: &mut PreparedLog,
     log: &Log,
     treatment: ParameterTreatment,
-    remarks: &mut Vec<String>,
+    remarks: &mut Vec<EvaluationRemark>,
 ) -> Result<FitResult, FitError> {
     let (system, parameters) = fit::build::system(model, record.temp_C.is_some());
     let once = |record: &PreparedLog| match treatment {
@@ -92,13 +108,12 @@ fn with_best_rate_source(
     }
     record.rate_from_encoder = true;
     let from_encoder = once(record)?;
-    let remark = |source: &str| format!("the log does not state the source of omega_rad_s; the better fit is with {source}");
     if from_encoder.chi2 < from_sensor.chi2 {
-        remarks.push(remark("a rate derived from the encoder"));
+        remarks.push(EvaluationRemark::AssumedRateSource { from_encoder: true });
         Ok(from_encoder)
     } else {
         record.rate_from_encoder = false;
-        remarks.push(remark("a separate rate sensor"));
+        remarks.push(EvaluationRemark::AssumedRateSource { from_encoder: false });
         Ok(from_sensor)
     }
 }

@@ -28,7 +28,7 @@ impl Fit<'_> {
         let e = &self.fit.equation;
         let (log, model) = (self.log.path().display(), self.model.name());
         let mut text = format!("{}\n", style.strong(&format!("Fit of {model} to {log} by equation error")));
-        let thinned = if e.thinned > 1 { format!(", every {}th row kept", e.thinned) } else { String::new() };
+        let thinned = if e.decimation > 1 { format!(", every {}th row kept", e.decimation) } else { String::new() };
         let how = format!("zero-phase low-pass at {} Hz{thinned}: {} rows", plain(e.settings.cutoff_hz, 4), e.rows);
         text.push_str(&style.faint(&how));
         text.push_str(&format!(
@@ -92,7 +92,7 @@ impl Fit<'_> {
             "outputs": {e.explained.column(): explained},
             "condition": finite(e.condition),
             "cutoff_Hz": finite(e.settings.cutoff_hz),
-            "one_row_of": e.thinned,
+            "one_row_of": e.decimation,
             "free_run": free,
         })
     }

@@ -22,6 +22,7 @@ pub mod numbers;
 pub mod observer;
 pub mod page;
 pub mod plot;
+pub mod preparation;
 pub mod residual_plots;
 pub mod simulation;
 pub mod terminal;

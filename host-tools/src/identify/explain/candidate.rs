@@ -12,8 +12,8 @@ use super::likelihood::{WhitenedSums, Whitener};
 use super::reasons::Refusal;
 use super::score::Score;
 use super::trial::Trial;
+use crate::identify::fit::InitialStates;
 use crate::identify::fit::Parameters;
-use crate::identify::fit::normal_equations::InitialStates;
 use crate::identify::fit::simulate::System;
 use crate::identify::fit::solve::Iterate;
 use crate::model::Model;
@@ -127,7 +127,7 @@ impl FittedCandidate {
             chi2: equations.cost,
             residuals: end.linearization.residuals,
             parameters: end.parameters,
-            states: end.starts,
+            states: end.initial_states,
             system,
             delta_bic: 0.0,
             ln_p: 0.0,

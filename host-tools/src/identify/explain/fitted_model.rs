@@ -8,12 +8,13 @@ use super::criteria::{MisfitClass, worst};
 use super::descent::{Goal, StopRule, max_noise_chi2, near_best};
 use super::likelihood::{WhitenedSums, Whitener};
 use super::trial::{Trial, limit_stiffness};
-use crate::identify::fit::normal_equations::InitialStates;
 use crate::identify::fit::parameters::Parameters;
-use crate::identify::fit::simulate::{System, initial_state_kinds};
+use crate::identify::fit::simulate::System;
 use crate::identify::fit::solve::{self, Iterate};
-use crate::identify::fit::starting_point::{WINDOW_S, fit_windows, windows};
-use crate::identify::fit::{self, ChannelFit, FitError, FitResult, PreparedLog, build, starting_states};
+use crate::identify::fit::starting_point::{WINDOW_S, fit_windows, short_windows};
+use crate::identify::fit::{
+    self, ChannelFit, FitError, FitResult, InitialStates, PreparedLog, Problem, build, initial_state_kinds, starting_states,
+};
 use crate::model::{Input, Model};
 
 /// A fitted model and the data it was fitted to.
@@ -67,7 +68,7 @@ impl<'a> FittedModel<'a> {
         let fit = if chi2.is_finite() && chi2 >= near_best(&self.context.criteria.descent, rival, &data) {
             fit::evaluate(&system, &data, iterate, &self.noise())
         } else {
-            fit::refit(&system, &iterate.parameters, &data, &iterate.starts, &self.noise())?
+            fit::refit(&system, &iterate.parameters, &data, &iterate.initial_states, &self.noise())?
         };
         Ok(FittedModel::new(self.context, model, system, parameters, fit, data))
     }
@@ -83,14 +84,15 @@ impl<'a> FittedModel<'a> {
     /// The model fitted to short windows from where its fit began; `None` where there are too few windows. In a short window a missing
     /// effect cannot carry the parameters far off.
     pub fn in_windows(&self) -> Option<Self> {
-        let data = if self.data.driven == Input::Motion { None } else { windows(&self.data, WINDOW_S) }?;
-        let iterate = fit_windows(&self.system, &self.start, &data, &self.fit.starts.kinds, &self.weights);
+        let data = if self.data.driven == Input::Motion { None } else { short_windows(&self.data, WINDOW_S) }?;
+        let iterate =
+            fit_windows(Problem { system: &self.system, data: &data, weights: &self.weights }, &self.start, &self.fit.initial_states.kinds);
         self.evaluated(iterate, data)
     }
 
     /// The model at the parameters from which its fit began; `None` where it does not stay finite.
     pub fn at_start(&self) -> Option<Self> {
-        let states = starting_states(&self.fit.starts.kinds, &self.data, &self.start, &self.system);
+        let states = starting_states(&self.fit.initial_states.kinds, &self.data, &self.start, &self.system);
         self.evaluated(Iterate::new(&self.system, &self.start, &self.data, &states), self.data.clone())
     }
 
@@ -107,8 +109,8 @@ impl<'a> FittedModel<'a> {
         let mut parameters = parameters.clone();
         let kinds = initial_state_kinds(&system.rig::<f64>(&parameters, data.driven), data);
         for &window_s in &self.context.criteria.descent.window_lengths_s {
-            let Some(data) = windows(data, window_s) else { continue };
-            let iterate = fit_windows(system, &parameters, &data, &kinds, &self.weights);
+            let Some(data) = short_windows(data, window_s) else { continue };
+            let iterate = fit_windows(Problem { system, data: &data, weights: &self.weights }, &parameters, &kinds);
             if iterate.normal_equations(&self.weights).cost.is_finite() {
                 parameters = iterate.parameters;
             }
@@ -172,7 +174,7 @@ impl<'a> FittedModel<'a> {
 
     /// Its whitened sums of squares on each log.
     pub fn whitened_sums(&self, whitener: &Whitener) -> WhitenedSums {
-        whitener.sums(&self.system, &self.fit.parameters, &self.fit.starts, &self.data, self.context.log_rows)
+        whitener.sums(&self.system, &self.fit.parameters, &self.fit.initial_states, &self.data, self.context.log_rows)
     }
 
     /// The data as `trial` needs them.
@@ -192,9 +194,9 @@ impl<'a> FittedModel<'a> {
         let mut states = starting_states(&kinds, data, parameters, system);
         for (values, rows) in states.values.iter_mut().zip(&data.segments) {
             let same = self.data.segments.iter().position(|own| own.start == rows.start);
-            let Some(own) = same.map(|k| &self.fit.starts.values[k]) else { continue };
+            let Some(own) = same.map(|k| &self.fit.initial_states.values[k]) else { continue };
             for (value, kind) in values.iter_mut().zip(&kinds) {
-                if let Some(k) = self.fit.starts.kinds.iter().position(|own| own == kind) {
+                if let Some(k) = self.fit.initial_states.kinds.iter().position(|own| own == kind) {
                     *value = own[k];
                 }
             }
@@ -224,7 +226,7 @@ impl<'a> FittedModel<'a> {
         let excerpt = data.segments.iter().map(Range::len).sum::<usize>() < self.data.len();
         let max_steps = if excerpt { criteria.max_excerpt_steps } else { criteria.max_steps };
         let mut stop = StopRule::new(criteria, goal, max_noise_chi2(data), max_steps);
-        solve::minimize_within(system, data, iterate, &self.weights, max_steps, |chi2| stop.min_decrease(chi2))
+        solve::minimize_within(Problem { system, data, weights: &self.weights }, iterate, max_steps, |chi2| stop.min_decrease(chi2))
     }
 
     /// A few seconds of the data where the model fails most: enough to compare effects that are expensive to simulate.

@@ -12,7 +12,7 @@ use std::ops::Range;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::criteria::WhiteningCriteria;
-use crate::identify::fit::normal_equations::InitialStates;
+use crate::identify::fit::InitialStates;
 use crate::identify::fit::parameters::Dual;
 use crate::identify::fit::simulate::{LawScalar, System, run};
 use crate::identify::fit::{self, Parameters, PreparedLog};

@@ -110,7 +110,7 @@ pub enum NotVisible {
 #[derive(Debug, Clone, PartialEq)]
 pub enum Remark {
     /// A remark on the preparation of the log.
-    Preparation(String),
+    Preparation(crate::identify::fit::prepare::PreparationNote),
     /// These effects were added last and help too little far above the noise: they were removed.
     StandInsRemoved {
         /// Their names.

@@ -70,7 +70,7 @@ pub fn score_trials(base: &FittedModel, trials: &[Trial]) -> Vec<Score> {
 
 /// Trials that are simulated together: absent trials on the same data, as many as there is place for; each of the others alone.
 fn batches(base: &FittedModel, trials: &[Trial]) -> Vec<Vec<usize>> {
-    let free_lanes = MAX_UNKNOWNS.saturating_sub(base.free_parameters() + base.fit.starts.kinds.len());
+    let free_lanes = MAX_UNKNOWNS.saturating_sub(base.free_parameters() + base.fit.initial_states.kinds.len());
     let mut batches: Vec<Vec<usize>> = Vec::new();
     for rate_from_encoder in [None, Some(false), Some(true)] {
         let mut batch: Vec<usize> = Vec::new();
@@ -202,14 +202,14 @@ fn score_finite(base: &FittedModel, trial: &Trial) -> Score {
         whole.as_ref()
     };
     let (system, parameters, own) = base.with(trial, &trial.screened);
-    if parameters.free().len() + base.fit.starts.kinds.len() + 2 > MAX_UNKNOWNS {
+    if parameters.free().len() + base.fit.initial_states.kinds.len() + 2 > MAX_UNKNOWNS {
         return result;
     }
     let predicted = |system: &System, parameters: &Parameters| {
         let states = base.initial_states_for(system, parameters, data);
         let equations = Iterate::new(system, parameters, data, &states).normal_equations(&base.weights);
         let step = equations.cost.is_finite().then(|| equations.step(FINITE_DAMPING, &[])).flatten()?;
-        Some((equations.cost - step.promised, step))
+        Some((equations.cost - step.predicted_decrease, step))
     };
     let without =
         if trial.is_expensive() { predicted(&base.system, &base.fit.parameters).map_or(f64::NAN, |(chi2, _)| chi2) } else { base.fit.chi2 };

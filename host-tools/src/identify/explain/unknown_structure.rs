@@ -54,7 +54,7 @@ pub fn best(base: &FittedModel) -> Option<Unknown> {
 /// Piecewise linear laws over the coordinates of these logs.
 fn laws(base: &FittedModel) -> Vec<PiecewiseLinear> {
     let (data, criteria) = (&base.data, &base.context.criteria.unknown);
-    let count = criteria.max_knots.min(MAX_UNKNOWNS.saturating_sub(base.free_parameters() + base.fit.starts.kinds.len()));
+    let count = criteria.max_knots.min(MAX_UNKNOWNS.saturating_sub(base.free_parameters() + base.fit.initial_states.kinds.len()));
     if count < criteria.min_knots {
         return Vec::new();
     }
@@ -104,7 +104,7 @@ fn score(base: &FittedModel, law: &PiecewiseLinear) -> f64 {
     append_linear(&mut system, &mut parameters, NAME, Arc::new(GenericLaw(law.clone())), law.count);
     let states = base.initial_states_for(&system, &parameters, &base.data);
     let equations = linearize(&system, &parameters, &base.data, &states).weighted(&states, &base.weights);
-    equations.step(SCORE_DAMPING, &[]).map_or(0.0, |s| if s.promised.is_finite() { s.promised } else { 0.0 })
+    equations.step(SCORE_DAMPING, &[]).map_or(0.0, |s| if s.predicted_decrease.is_finite() { s.predicted_decrease } else { 0.0 })
 }
 
 /// Half-width of the 95 % interval, standard errors.
@@ -170,7 +170,7 @@ fn compare(base: &FittedModel, system: &System, end: &Iterate, extra_parameters:
     let with: Vec<&[f64]> = residuals.iter().map(Vec::as_slice).collect();
     let whitener = Whitener::of(&base.data, &with, &criteria.whitening);
     let without = base.whitened_sums(&whitener);
-    let with = whitener.sums(system, &end.parameters, &end.starts, &base.data, base.context.log_rows);
+    let with = whitener.sums(system, &end.parameters, &end.initial_states, &base.data, base.context.log_rows);
     let gain = without.gain(&with);
     let significant = ln_chi_squared_tail(gain, extra_parameters as f64) + criteria.unknown.tests.ln()
         < criteria.evidence.max_familywise_p.ln()
@@ -287,7 +287,7 @@ fn fit_expression(base: &FittedModel, proposal: &Proposal) -> Option<FittedExpre
     let mut model = base.model.clone();
     model.add_user_effect(NAME, *acts_on, text, starts).ok()?;
     let (system, parameters) = build::system(&model, base.data.temp_C.is_some());
-    if parameters.free().len() + base.fit.starts.kinds.len() > MAX_UNKNOWNS {
+    if parameters.free().len() + base.fit.initial_states.kinds.len() > MAX_UNKNOWNS {
         return None;
     }
     let states = base.initial_states_for(&system, &parameters, &base.data);

@@ -1,4 +1,4 @@
-//! A fit's system and parameters from a model.
+//! System and parameters of a fit, from a model.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -9,10 +9,10 @@ use super::parameters::{Dual, Parameter, Parameters};
 use super::simulate::{Effect, LawSource, System};
 use crate::model::Model;
 
-/// The law of an effect of the catalogue.
+/// Source of the law of a catalogue effect, by its identifier.
 struct CatalogueLaw(&'static str);
 
-/// The same law in every scalar of [`LawSource`].
+/// Implements the functions of [`LawSource`] with one expression.
 macro_rules! in_every_scalar {
     ($source:ident => $law:expr) => {
         in_every_scalar!(@ $source => $law, plain f64, dual8 Dual<8>, dual12 Dual<12>, dual16 Dual<16>, dual32 Dual<32>);
@@ -32,24 +32,21 @@ impl LawSource for CatalogueLaw {
     });
 }
 
-/// The system of a model, and its parameters in the model's order.
+/// The system of a model, and its parameters in the order of the model.
 ///
-/// Where the winding temperature is measured, the constants of its heating have no part in the model and are held.
+/// Parameters without influence under a measured winding temperature are fixed if `temperature_is_measured`.
 pub fn system(model: &Model, temperature_is_measured: bool) -> (System, Parameters) {
     let mut list: Vec<Parameter> = model
         .parameters()
         .iter()
-        .map(|p| Parameter {
-            name: p.name.clone(),
-            value: p.value,
-            fixed: p.fixed || (temperature_is_measured && p.name.starts_with("thermal_")),
-            kind: p.kind(),
-            range: p.range(),
-            polar: None,
-        })
+        .map(|p| Parameter { fixed: p.fixed, kind: p.kind(), range: p.range(), ..Parameter::plain(p.name.clone(), p.value) })
         .collect();
     let mut effects = Vec::new();
     for used in model.effects() {
+        for (index, &k) in used.parameters.iter().enumerate() {
+            list[k].set_properties(used.card, index);
+            list[k].fixed |= temperature_is_measured && used.card.unused_with_temperature.contains(&index);
+        }
         if let (true, Some(&first), Some(&last)) = (used.card.polar, used.parameters.first(), used.parameters.last()) {
             list[first].polar = Some(last);
             list[last].polar = Some(first);
@@ -68,19 +65,15 @@ pub fn system(model: &Model, temperature_is_measured: bool) -> (System, Paramete
     (system, Parameters { list })
 }
 
-/// Adds an effect of the catalogue to a system, with `values` for its parameters, of which the `free` ones may move; gives where they
-/// stand in the list. The parameters go by their names in the card, whatever else has them.
+/// Adds an effect of the catalogue, with `values` for its parameters, of which the `free` ones are fitted. Returns their indices in the list.
+/// The parameters have the names of the card, also where these are not unique.
 pub fn append(system: &mut System, parameters: &mut Parameters, card: &'static Card, values: &[f64], free: &[bool]) -> Range<usize> {
     let first = parameters.list.len();
-    for ((info, &value), &free) in card.parameters.iter().zip(values).zip(free) {
-        parameters.list.push(Parameter {
-            name: info.name.to_owned(),
-            value,
-            fixed: !free,
-            kind: info.kind,
-            range: info.range,
-            polar: None,
-        });
+    for (index, ((info, &value), &free)) in card.parameters.iter().zip(values).zip(free).enumerate() {
+        let plain = Parameter::plain(info.name.to_owned(), value);
+        let mut parameter = Parameter { fixed: !free, kind: info.kind, range: info.range, ..plain };
+        parameter.set_properties(card, index);
+        parameters.list.push(parameter);
     }
     let range = first..parameters.list.len();
     if card.polar && !range.is_empty() {
@@ -91,25 +84,16 @@ pub fn append(system: &mut System, parameters: &mut Parameters, card: &'static C
     range
 }
 
-/// Adds a law that is no effect of the catalogue, linear in `count` free coefficients that begin at zero; gives where they stand.
+/// Adds a law that is linear in `count` free coefficients, which start at zero. Returns their indices in the list.
 pub fn append_linear(system: &mut System, parameters: &mut Parameters, name: &str, law: Arc<dyn LawSource>, count: usize) -> Range<usize> {
     let first = parameters.list.len();
-    for k in 0..count {
-        parameters.list.push(Parameter {
-            name: format!("{name}.{k}"),
-            value: 0.0,
-            fixed: false,
-            kind: drive_model::ParameterKind::Signed,
-            range: (f64::NEG_INFINITY, f64::INFINITY),
-            polar: None,
-        });
-    }
+    parameters.list.extend((0..count).map(|k| Parameter::plain(format!("{name}.{k}"), 0.0)));
     let range = first..parameters.list.len();
     system.effects.push(Effect { name: name.to_owned(), source: law, parameters: range.clone().collect() });
     range
 }
 
-/// A source of one law in every scalar of [`LawSource`], for a type that is [`Law`] in all of them.
+/// Source of one law in each scalar type, for a type that implements [`Law`] for all of them.
 pub struct GenericLaw<T>(pub T);
 
 impl<T> LawSource for GenericLaw<T>

@@ -1,58 +1,89 @@
-//! Standard errors that cover: the sandwich H⁻¹ B H⁻¹ with the colour of each channel's noise.
+//! Covariance of the estimates: the sandwich estimator H⁻¹ B H⁻¹ with the noise colour of each channel.
 //!
-//! An angle's increments over m rows are differences of white quantisation noise, and so is a rate made from an encoder: their scores
-//! telescope, which is exact to write down (B = σ_e² Σ D Dᵀ with D = w(J_k − J_{k+m})). Other channels are inflated by the correlation seen
-//! in the residual. A channel that the model does not describe has its errors enlarged by its χ²/n.
+//! Increments of an angle over m rows, and a rate derived from an encoder, contain differenced white quantisation noise. Their score covariance is
+//! exactly B = σ_e² Σ D Dᵀ with D = w(J_k − J_{k+m}). The covariance of other channels is inflated by the autocorrelation of the residual; that
+//! of a channel with a misfit by its χ²/n.
 
 use std::collections::VecDeque;
 
+use drive_model::ParameterKind;
 use nalgebra::{DMatrix, SVector, SymmetricEigen};
 
-use super::normal_equations::{InitialStates, NormalEquations};
+use super::Unidentifiable;
+use super::normal_equations::NormalEquations;
 use super::parameters::{Dual, Parameters};
-use super::prepared_log::PreparedLog;
-use super::simulate::{LawScalar, System, run};
+use super::simulate::{LawScalar, run};
+use super::solve::{Iterate, Problem};
 use crate::statistics::Extremes;
 
-/// Colour of a channel's noise.
+/// Colour of the noise of a channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NoiseColour {
-    /// Lag over which white noise was differenced, in rows; 0: it was not.
-    pub differenced: usize,
-    /// Inflation of the information's covariance: colour seen, and misfit.
+    /// Number of rows over which white noise was differenced; 0 if it was not.
+    pub differencing_rows: usize,
+    /// Inflation of the covariance by autocorrelation and misfit.
     pub inflation: f64,
 }
 
-/// Covariance of the free coordinates, and which of them the log does not determine.
+/// Covariance of the free coordinates.
 pub struct Covariance {
-    /// In the free coordinates.
+    /// Covariance matrix.
     pub matrix: DMatrix<f64>,
-    /// Directions (free coordinates, unit length in their scaled form) without information.
-    pub unseen: Vec<Vec<f64>>,
-    /// Correlation of the free coordinates.
+    /// Directions without information, as unit vectors in the scaled coordinates.
+    pub undetermined: Vec<Vec<f64>>,
+    /// Correlation matrix.
     pub correlation: DMatrix<f64>,
 }
 
-/// Relative eigenvalue of the scaled information below which a direction is not determined by the log.
-const SINGULAR: f64 = 1e-9;
+/// Relative eigenvalue of the scaled information matrix below which a direction is undetermined.
+const MIN_RELATIVE_EIGENVALUE: f64 = 1e-9;
 
-/// The covariance at the solution.
-pub fn covariance(
-    system: &System,
-    parameters: &Parameters,
-    record: &PreparedLog,
-    starts: &InitialStates,
-    weights: &[f64],
-    colours: &[NoiseColour],
-    linear: &NormalEquations,
-) -> Covariance {
-    let lanes = parameters.free().len() + starts.kinds.len();
-    let scores = match lanes {
-        0..=8 => scores::<8>(system, parameters, record, starts, weights, colours),
-        9..=16 => scores::<16>(system, parameters, record, starts, weights, colours),
-        _ => scores::<32>(system, parameters, record, starts, weights, colours),
+/// Component of an undetermined direction above which a parameter belongs to the direction.
+const MIN_DIRECTION_COMPONENT: f64 = 0.2;
+/// Standard error of a positive or fractional parameter, in its logarithmic coordinate, above which it is undetermined.
+const MAX_LOGARITHMIC_SIGMA: f64 = 1.0;
+
+impl Covariance {
+    /// Parameters that the log does not determine.
+    pub(super) fn unidentifiable(&self, parameters: &Parameters) -> Vec<Unidentifiable> {
+        let free = parameters.free();
+        let name = |index: usize| parameters.list[free[index]].name.clone();
+        let mut list: Vec<Unidentifiable> = Vec::new();
+        for direction in &self.undetermined {
+            let members: Vec<usize> = (0..free.len()).filter(|&k| direction[k].abs() > MIN_DIRECTION_COMPONENT).collect();
+            for &member in &members {
+                let partner = members.iter().copied().find(|&other| other != member);
+                if !list.iter().any(|u| u.parameter == name(member)) {
+                    let partner = partner.map(|other| (name(other), -(direction[member] * direction[other]).signum()));
+                    list.push(Unidentifiable { parameter: name(member), partner });
+                }
+            }
+        }
+        for index in 0..free.len() {
+            let p = &parameters.list[free[index]];
+            let relative = match p.kind {
+                ParameterKind::Positive | ParameterKind::Fraction => self.matrix[(index, index)].sqrt(),
+                _ => 0.0,
+            };
+            if relative > MAX_LOGARITHMIC_SIGMA && !list.iter().any(|u| u.parameter == p.name) {
+                let correlation = |other: usize| self.correlation[(index, other)];
+                let partner =
+                    (0..free.len()).filter(|&other| other != index).max_by(|&a, &b| correlation(a).abs().total_cmp(&correlation(b).abs()));
+                list.push(Unidentifiable { parameter: p.name.clone(), partner: partner.map(|other| (name(other), correlation(other))) });
+            }
+        }
+        list
+    }
+}
+
+/// The covariance at an iterate, with the noise colour of each channel.
+pub fn covariance(problem: Problem, iterate: &Iterate, colours: &[NoiseColour], equations: &NormalEquations) -> Covariance {
+    let scores = match iterate.parameters.free().len() + iterate.initial_states.kinds.len() {
+        0..=8 => scores::<8>(problem, iterate, colours),
+        9..=16 => scores::<16>(problem, iterate, colours),
+        _ => scores::<32>(problem, iterate, colours),
     };
-    let (information, eliminators) = linear.reduced();
+    let (information, eliminators) = equations.reduced();
     let p = information.nrows();
     let mut b = DMatrix::<f64>::zeros(p, p);
     for (score, eliminator) in scores.iter().zip(&eliminators) {
@@ -63,7 +94,7 @@ pub fn covariance(
         let d = scale[i] * scale[j];
         if d > 0.0 { information[(i, j)] / d } else { 0.0 }
     });
-    let mut unseen: Vec<Vec<f64>> =
+    let mut undetermined: Vec<Vec<f64>> =
         (0..p).filter(|&k| scale[k] == 0.0).map(|k| (0..p).map(|j| f64::from(u8::from(j == k))).collect()).collect();
     let mut inverse = DMatrix::<f64>::zeros(p, p);
     if p > 0 {
@@ -71,10 +102,10 @@ pub fn covariance(
         let largest = eigen.eigenvalues.iter().copied().max_or_zero();
         for (k, &value) in eigen.eigenvalues.iter().enumerate() {
             let v = eigen.eigenvectors.column(k);
-            if value > SINGULAR * largest {
+            if value > MIN_RELATIVE_EIGENVALUE * largest {
                 inverse += v * v.transpose() / value;
             } else if v.iter().zip(&scale).any(|(v, s)| v.abs() > 0.1 && *s > 0.0) {
-                unseen.push(v.iter().copied().collect());
+                undetermined.push(v.iter().copied().collect());
             }
         }
     }
@@ -87,26 +118,21 @@ pub fn covariance(
         let d = (matrix[(i, i)] * matrix[(j, j)]).sqrt();
         if d > 0.0 { matrix[(i, j)] / d } else { 0.0 }
     });
-    Covariance { matrix, unseen, correlation }
+    Covariance { matrix, undetermined, correlation }
 }
 
-/// Covariance of the score Σ w J r, per segment.
-fn scores<const N: usize>(
-    system: &System,
-    parameters: &Parameters,
-    record: &PreparedLog,
-    starts: &InitialStates,
-    weights: &[f64],
-    colours: &[NoiseColour],
-) -> Vec<DMatrix<f64>>
+/// Covariance of the score Σ w J r, by segment.
+fn scores<const N: usize>(problem: Problem, iterate: &Iterate, colours: &[NoiseColour]) -> Vec<DMatrix<f64>>
 where
     Dual<N>: LawScalar,
 {
-    let rig = system.rig::<Dual<N>>(parameters, record.driven);
+    let Problem { system, data, weights } = problem;
+    let (parameters, initial_states) = (&iterate.parameters, &iterate.initial_states);
+    let rig = system.rig::<Dual<N>>(parameters, data.driven);
     let free = parameters.free().len();
-    let lanes = free + starts.kinds.len();
-    let mut all = Vec::with_capacity(record.segments.len());
-    for (segment, rows) in record.segments.iter().enumerate() {
+    let unknowns = free + initial_states.kinds.len();
+    let mut all = Vec::with_capacity(data.segments.len());
+    for (segment, rows) in data.segments.iter().enumerate() {
         let mut b = [[0.0; N]; N];
         let mut add = |d: &SVector<f64, N>, w: f64| {
             let d = d.as_slice();
@@ -117,22 +143,22 @@ where
                 }
             }
         };
-        let mut past: Vec<VecDeque<SVector<f64, N>>> = vec![VecDeque::new(); record.channels.len()];
-        run(&rig, record, segment, (&starts.kinds, &starts.values[segment]), free, &mut |channel, row, value: &Dual<N>| {
+        let mut delayed: Vec<VecDeque<SVector<f64, N>>> = vec![VecDeque::new(); data.channels.len()];
+        run(&rig, data, segment, (&initial_states.kinds, &initial_states.values[segment]), free, &mut |channel, row, value: &Dual<N>| {
             let colour = colours[channel];
-            let on = !record.held_out(row) && record.target(channel, row, rows.start).is_some();
-            let j = if on { value.eps.0.unwrap_or_else(SVector::zeros) } else { SVector::zeros() };
+            let fitted = !data.held_out(row) && data.target(channel, row, rows.start).is_some();
+            let j = if fitted { value.eps.0.unwrap_or_else(SVector::zeros) } else { SVector::zeros() };
             let w = weights[channel] * colour.inflation;
-            if colour.differenced == 0 {
-                if on {
+            if colour.differencing_rows == 0 {
+                if fitted {
                     add(&j, w);
                 }
                 return true;
             }
             // Noise e_{k−m} enters row k with −1 and row k−m with +1; the noise of the first rows enters once.
-            let queue = &mut past[channel];
+            let queue = &mut delayed[channel];
             if queue.is_empty() {
-                queue.extend(std::iter::repeat_n(SVector::zeros(), colour.differenced));
+                queue.extend(std::iter::repeat_n(SVector::zeros(), colour.differencing_rows));
             }
             queue.push_back(j);
             if let Some(before) = queue.pop_front() {
@@ -140,12 +166,12 @@ where
             }
             true
         });
-        for (channel, queue) in past.iter().enumerate() {
+        for (channel, queue) in delayed.iter().enumerate() {
             for j in queue {
                 add(j, 0.5 * weights[channel] * colours[channel].inflation);
             }
         }
-        all.push(DMatrix::from_fn(lanes, lanes, |i, j| b[i][j]));
+        all.push(DMatrix::from_fn(unknowns, unknowns, |i, j| b[i][j]));
     }
     all
 }

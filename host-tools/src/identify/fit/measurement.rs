@@ -1,8 +1,8 @@
-//! From the rig's reading to what a channel shows: the logger's own windows and filters, lag and delay of a sensor.
+//! Measurement chain of a channel: filters and averaging windows of the logger, lag and delay of a sensor.
 //!
-//! Rows may be long beside the drive: within 20 ms a small motor loses two fifths of its rate. So what is late, lagging or a mean over a window is
-//! taken from the channel *within* the row ([`past`]), not from straight lines between rows. Filter, window and delay commute; a
-//! rate is filtered first, where its kinks are at rows.
+//! Rows may be long relative to the time constants: a small motor loses two fifths of its rate within 20 ms. Delays, lags and windows are therefore
+//! applied to the signal within the row ([`past`]), not to straight lines between rows. Filter, window and delay commute; a rate is filtered
+//! first, since its slope is discontinuous at rows.
 
 mod lag;
 mod past;
@@ -15,29 +15,29 @@ use drive_rig::RowInput;
 use super::prepared_log::{ComparedChannel, PreparedLog};
 use crate::model::Channel;
 use lag::Lag;
-use past::{CLOSE_S, SignalHistory};
+use past::{SignalHistory, TIME_TOLERANCE_S};
 
-/// Which channel is late, where the model has a time skew.
-pub fn late_channel(record: &PreparedLog) -> Option<usize> {
-    [Channel::Rate, Channel::Angle, Channel::Current].into_iter().find_map(|s| record.channels.iter().position(|c| c.channel == s))
+/// Index of the channel that a time skew delays.
+pub fn delayed_channel(data: &PreparedLog) -> Option<usize> {
+    [Channel::Rate, Channel::Angle, Channel::Current].into_iter().find_map(|s| data.channels.iter().position(|c| c.channel == s))
 }
 
-/// The rig at a row.
+/// State of the simulated rig at a row.
 #[derive(Debug)]
 pub struct Row<'a, S> {
-    /// The row.
-    pub span: &'a RowInput,
-    /// True rate at its begin, rad/s.
+    /// Input of the row.
+    pub input: &'a RowInput,
+    /// True rate at the start of the row, rad/s.
     pub omega: S,
-    /// True angle at its begin, rad.
+    /// True angle at the start of the row, rad.
     pub theta: S,
-    /// What the channels see of it.
+    /// Quantities that the sensors measure.
     pub reading: &'a Reading<S>,
-    /// How the current changes within the row, A/s; asked for where [`MeasurementChain::follows_current`] says so, else 0.
+    /// Slope of the current within the row, A/s; 0 unless [`MeasurementChain::needs_current_slope`].
     pub current_slope_A_s: S,
 }
 
-/// The chain of one channel.
+/// Measurement chain of one channel.
 pub struct MeasurementChain<S> {
     channel: Channel,
     /// The channel is the mean over the row that begins at t.
@@ -45,78 +45,80 @@ pub struct MeasurementChain<S> {
     window_s: f64,
     skew_s: Option<S>,
     filter: Vec<Lag<S>>,
-    /// Rows are looked into: there is a window, a delay or a sensor's lag.
-    within: bool,
-    /// What a window or a delay is taken from, where there is one.
-    past: Option<SignalHistory<S>>,
-    last: Option<Last<S>>,
+    /// The signal within rows is needed: for a window, a delay or the lag of a sensor.
+    within_rows: bool,
+    /// History of the signal for a window or a delay.
+    history: Option<SignalHistory<S>>,
+    last: Option<Previous<S>>,
+    /// Number of rows between the two angles of an increment; 0 for other channels.
     increment: usize,
-    raw: VecDeque<S>,
+    /// The last values, for increments.
+    values: VecDeque<S>,
 }
 
-/// The row before: time, true rate and angle, what the sensor saw.
-struct Last<S> {
+/// The previous row: time, true rate and angle, measured quantity.
+struct Previous<S> {
     t_s: f64,
     omega: S,
     theta: S,
-    seen: S,
+    measured: S,
 }
 
 impl<S: Scalar> MeasurementChain<S> {
-    /// The chain of `channel`, as notes and effects make it.
-    pub fn new(record: &PreparedLog, index: usize, structure: &Structure<S>) -> Self {
-        let channel: &ComparedChannel = &record.channels[index];
+    /// The chain of channel `index`, from the notes of the log and the effects of the model.
+    pub fn new(data: &PreparedLog, index: usize, structure: &Structure<S>) -> Self {
+        let channel: &ComparedChannel = &data.channels[index];
         let mut filter = Vec::new();
         if let Some(hz) = channel.filter_hz {
             filter.push(Lag::new(S::from(1.0 / (std::f64::consts::TAU * hz))));
         }
         let lag_s = structure.lag_s.filter(|_| channel.channel == Channel::Rate);
         filter.extend(lag_s.map(Lag::new));
-        let skew_s = structure.skew_s.filter(|_| late_channel(record) == Some(index));
+        let skew_s = structure.skew_s.filter(|_| delayed_channel(data) == Some(index));
         let window_s = channel.mean_before_s.unwrap_or(0.0);
-        let reach_s = window_s + skew_s.map_or(0.0, |s| s.re()) + 4.0 * record.dt_s;
-        let past = (window_s > 0.0 || skew_s.is_some()).then(|| SignalHistory::new(reach_s, channel.channel == Channel::Current));
+        let reach_s = window_s + skew_s.map_or(0.0, |s| s.re()) + 4.0 * data.dt_s;
+        let history = (window_s > 0.0 || skew_s.is_some()).then(|| SignalHistory::new(reach_s, channel.channel == Channel::Current));
         MeasurementChain {
             channel: channel.channel,
             over_row: channel.channel == Channel::Current && !channel.instant,
             window_s,
             skew_s,
             filter,
-            within: past.is_some() || lag_s.is_some(),
-            past,
+            within_rows: history.is_some() || lag_s.is_some(),
+            history,
             last: None,
-            increment: if channel.channel == Channel::Angle { record.angle_lag() } else { 0 },
-            raw: VecDeque::new(),
+            increment: if channel.channel == Channel::Angle { data.angle_lag() } else { 0 },
+            values: VecDeque::new(),
         }
     }
 
-    /// The chain needs to know how the current changes within a row.
-    pub fn follows_current(&self) -> bool {
-        self.channel == Channel::Current && !self.over_row && self.past.is_some()
+    /// The chain needs the slope of the current within a row.
+    pub fn needs_current_slope(&self) -> bool {
+        self.channel == Channel::Current && !self.over_row && self.history.is_some()
     }
 
-    /// Takes the rig at a row, gives what the channel shows; `None` where it has no partner yet.
+    /// Adds a row and returns the value of the channel; `None` while a window or an increment reaches before the segment.
     #[inline]
     pub fn push(&mut self, row: &Row<S>) -> Option<S> {
-        let seen = match self.channel {
+        let measured = match self.channel {
             Channel::Rate => row.reading.omega,
             Channel::Angle => row.reading.theta,
             _ => row.reading.current,
         };
-        let value = match (self.within, self.channel) {
-            (false, _) => self.filtered(row.span.t_s, seen),
-            (true, Channel::Rate | Channel::Angle) => self.steady(row, seen)?,
+        let value = match (self.within_rows, self.channel) {
+            (false, _) => self.filtered(row.input.t_s, measured),
+            (true, Channel::Rate | Channel::Angle) => self.continuous(row, measured)?,
             (true, _) => {
-                let value = self.jumping(row, seen)?;
-                self.filtered(row.span.t_s, value)
+                let value = self.discontinuous(row, measured)?;
+                self.filtered(row.input.t_s, value)
             }
         };
         if self.increment > 0 {
-            self.raw.push_back(value);
-            if self.raw.len() <= self.increment {
+            self.values.push_back(value);
+            if self.values.len() <= self.increment {
                 return None;
             }
-            let before = self.raw.pop_front()?;
+            let before = self.values.pop_front()?;
             return Some(value - before);
         }
         Some(value)
@@ -131,55 +133,55 @@ impl<S: Scalar> MeasurementChain<S> {
     }
 
     /// A rate or an angle: the filters, each with the integral over the row, then window and delay.
-    fn steady(&mut self, row: &Row<S>, seen: S) -> Option<S> {
-        let t_s = row.span.t_s;
-        let mut turned = self.last.as_ref().map(|last| self.turned(last, row, seen));
-        self.last = Some(Last { t_s, omega: row.omega, theta: row.theta, seen });
-        let mut value = seen;
+    fn continuous(&mut self, row: &Row<S>, measured: S) -> Option<S> {
+        let t_s = row.input.t_s;
+        let mut integral = self.last.as_ref().map(|last| self.row_integral(last, row, measured));
+        self.last = Some(Previous { t_s, omega: row.omega, theta: row.theta, measured });
+        let mut value = measured;
         for filter in &mut self.filter {
             let before = filter.output();
-            value = filter.push(t_s, value, turned);
-            turned = turned.zip(before).map(|(turned, before)| filter.turned(turned, before, value));
+            value = filter.push(t_s, value, integral);
+            integral = integral.zip(before).map(|(integral, before)| filter.output_integral(integral, before, value));
         }
-        let Some(past) = &mut self.past else { return Some(value) };
-        past.push(t_s, turned.unwrap_or_else(S::zero), value, S::zero());
-        self.shown(row.span)
+        let Some(history) = &mut self.history else { return Some(value) };
+        history.push(t_s, integral.unwrap_or_else(S::zero), value, S::zero());
+        self.from_history(row.input)
     }
 
-    /// Integral of what the sensor saw over the row before: of a rate the angle turned, of an angle by its Hermite cubic; what the
-    /// sensor adds, as a straight line.
-    fn turned(&self, last: &Last<S>, row: &Row<S>, seen: S) -> S {
-        let h = row.span.t_s - last.t_s;
+    /// Integral of the measured quantity over the previous row. Rate: the increment of the angle. Angle: the integral of its Hermite cubic. Errors
+    /// of the sensor: linear within the row.
+    fn row_integral(&self, last: &Previous<S>, row: &Row<S>, measured: S) -> S {
+        let h = row.input.t_s - last.t_s;
         if self.channel == Channel::Rate {
-            return row.theta - last.theta + (seen - row.omega + (last.seen - last.omega)) * (0.5 * h);
+            return row.theta - last.theta + (measured - row.omega + (last.measured - last.omega)) * (0.5 * h);
         }
-        (seen + last.seen) * (0.5 * h) + (last.omega - row.omega) * (h * h / 12.0)
+        (measured + last.measured) * (0.5 * h) + (last.omega - row.omega) * (h * h / 12.0)
     }
 
-    /// A current: window and delay.
-    fn jumping(&mut self, row: &Row<S>, seen: S) -> Option<S> {
-        self.past.as_mut()?.push(row.span.t_s, S::zero(), seen, row.current_slope_A_s);
-        self.shown(row.span)
+    /// A current, which is discontinuous at rows: window and delay.
+    fn discontinuous(&mut self, row: &Row<S>, measured: S) -> Option<S> {
+        self.history.as_mut()?.push(row.input.t_s, S::zero(), measured, row.current_slope_A_s);
+        self.from_history(row.input)
     }
 
-    /// What the past shows at the row: the value or a mean, now or late. `None` while the window reaches before the segment.
-    fn shown(&self, span: &RowInput) -> Option<S> {
-        let past = self.past.as_ref()?;
-        let at_s = span.t_s - self.skew_s.map_or(0.0, |skew| skew.re());
+    /// Value or mean from the history, delayed if there is a delay. `None` while the window reaches before the segment.
+    fn from_history(&self, row: &RowInput) -> Option<S> {
+        let history = self.history.as_ref()?;
+        let at_s = row.t_s - self.skew_s.map_or(0.0, |skew| skew.re());
         let (from_s, to_s) = if self.window_s > 0.0 {
-            if past.begin_s()? > span.t_s - self.window_s + CLOSE_S {
+            if history.begin_s()? > row.t_s - self.window_s + TIME_TOLERANCE_S {
                 return None;
             }
             (at_s - self.window_s, at_s)
         } else if self.over_row {
-            (at_s, at_s + span.dt_s)
+            (at_s, at_s + row.dt_s)
         } else {
-            let place = past.at(at_s)?;
-            return Some(self.skew_s.map_or(place.value, |skew| place.value - place.slope * (skew - skew.re())));
+            let value = history.at(at_s)?;
+            return Some(self.skew_s.map_or(value.value, |skew| value.value - value.slope * (skew - skew.re())));
         };
-        let Some(skew) = self.skew_s else { return Some((past.sum(to_s)? - past.sum(from_s)?) / (to_s - from_s)) };
-        let (from, to) = (past.at(from_s)?, past.at(to_s)?);
-        // Of the delay only its derivatives are left here; with first derivatives this is exact.
+        let Some(skew) = self.skew_s else { return Some((history.sum(to_s)? - history.sum(from_s)?) / (to_s - from_s)) };
+        let (from, to) = (history.at(from_s)?, history.at(to_s)?);
+        // The value of the delay is in `at_s`; this term adds its first derivatives.
         Some((to.sum - from.sum - (to.value - from.value) * (skew - skew.re())) / (to_s - from_s))
     }
 }

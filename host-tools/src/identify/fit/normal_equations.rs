@@ -1,40 +1,29 @@
-//! Normal equations, accumulated while the model runs: an hour's Jacobian would be a gigabyte.
+//! Normal equations, accumulated during the simulation: the Jacobian of an hour would need a gigabyte.
 //!
-//! The free parameters are common to all segments, the initial states belong to one each; the states are eliminated segment by segment
-//! (Schur complement), so that memory and work stay linear in the number of segments.
+//! The free parameters are common to all segments, the initial states belong to one segment each. The states are eliminated by segment (Schur
+//! complement), so that memory and computing time are proportional to the number of segments.
 
 use drive_rig::Rig;
 use nalgebra::{Cholesky, DMatrix, DVector};
 use rayon::prelude::*;
 
+use super::initial_states::{InitialStateKind, InitialStates};
 use super::parameters::{Dual, Parameters};
 use super::prepared_log::PreparedLog;
-use super::simulate::{InitialStateKind, LawScalar, System, run};
+use super::simulate::{LawScalar, System, run};
+use super::solve::Problem;
 use crate::statistics::Extremes;
-
-/// Initial states of all segments, and how firmly a start value holds them.
-#[derive(Debug, Clone)]
-pub struct InitialStates {
-    /// Which states.
-    pub kinds: Vec<InitialStateKind>,
-    /// Values, segment by segment.
-    pub values: Vec<Vec<f64>>,
-    /// Where they started.
-    pub prior: Vec<Vec<f64>>,
-    /// Standard deviation of the prior; weak, only there so that an unseen state does not wander off.
-    pub prior_sigma: Vec<f64>,
-}
 
 /// Normal equations of one segment, in the coordinates [parameters, states].
 #[derive(Debug, Clone)]
 pub struct SegmentEquations {
-    /// Information.
+    /// Information matrix, Σ w Jᵀ J.
     pub h: DMatrix<f64>,
-    /// Gradient of the residual's fit: Σ w J r.
+    /// Gradient, Σ w Jᵀ r.
     pub g: DVector<f64>,
 }
 
-/// What one channel contributes to one segment, before it is weighted.
+/// Sums of one channel over one segment, not weighted.
 #[derive(Debug, Clone)]
 struct ChannelSums {
     h: DMatrix<f64>,
@@ -42,186 +31,185 @@ struct ChannelSums {
     square: f64,
 }
 
-/// The model run at one point: its derivatives, not yet weighted, and its residuals.
+/// Residuals and sums of sensitivities at one point, not weighted.
 #[derive(Debug, Clone)]
 pub struct Linearization {
-    /// Per segment and channel.
-    parts: Vec<Vec<ChannelSums>>,
-    /// Measured minus modelled per channel and row, held-out rows too; NaN where a row is not compared.
+    /// By segment and channel.
+    sums: Vec<Vec<ChannelSums>>,
+    /// Measured minus modelled, by channel and row, including held-out rows; NaN in rows without comparison.
     pub residuals: Vec<Vec<f64>>,
     free: usize,
 }
 
-/// The model linearised at one point, with weights.
+/// Weighted normal equations.
 #[derive(Debug, Clone)]
 pub struct NormalEquations {
-    /// A block per segment.
-    pub blocks: Vec<SegmentEquations>,
-    /// Weighted sum of squares, with the prior's.
+    /// Equations of each segment.
+    pub segments: Vec<SegmentEquations>,
+    /// χ²: weighted sum of squares, including the prior of the initial states.
     pub cost: f64,
     /// Number of free parameters.
     pub free: usize,
 }
 
-/// Most lanes that a fit can have: free parameters and initial states of one segment.
+/// Most unknowns of a fit: free parameters and initial states of one segment.
 pub const MAX_UNKNOWNS: usize = 32;
 
-/// Runs the model with its derivatives at these parameters and states.
-pub fn linearize(system: &System, parameters: &Parameters, record: &PreparedLog, starts: &InitialStates) -> Linearization {
-    linearize_below(system, parameters, record, starts, &[], f64::INFINITY)
+/// Simulates the model with its sensitivities.
+pub fn linearize(system: &System, parameters: &Parameters, data: &PreparedLog, initial_states: &InitialStates) -> Linearization {
+    linearize_below(Problem { system, data, weights: &[] }, parameters, initial_states, f64::INFINITY)
 }
 
-/// The same, given up where χ² by `weights` passes `most`: then it is infinite. What diverges is not followed to its end.
-pub fn linearize_below(
-    system: &System,
-    parameters: &Parameters,
-    record: &PreparedLog,
-    starts: &InitialStates,
-    weights: &[f64],
-    most: f64,
-) -> Linearization {
-    let lanes = parameters.free().len() + starts.kinds.len();
-    match lanes {
-        0..=8 => linearize_in::<8>(system, parameters, record, starts, weights, most),
-        9..=12 => linearize_in::<12>(system, parameters, record, starts, weights, most),
-        13..=16 => linearize_in::<16>(system, parameters, record, starts, weights, most),
-        _ => linearize_in::<32>(system, parameters, record, starts, weights, most),
+/// Simulates as [`linearize`]; χ² above `max_chi2` ends the simulation with an infinite χ². A diverging simulation thus ends early.
+pub fn linearize_below(problem: Problem, parameters: &Parameters, initial_states: &InitialStates, max_chi2: f64) -> Linearization {
+    match parameters.free().len() + initial_states.kinds.len() {
+        0..=8 => linearize_in::<8>(problem, parameters, initial_states, max_chi2),
+        9..=12 => linearize_in::<12>(problem, parameters, initial_states, max_chi2),
+        13..=16 => linearize_in::<16>(problem, parameters, initial_states, max_chi2),
+        _ => linearize_in::<32>(problem, parameters, initial_states, max_chi2),
     }
 }
 
-fn linearize_in<const N: usize>(
-    system: &System,
-    parameters: &Parameters,
-    record: &PreparedLog,
-    starts: &InitialStates,
-    weights: &[f64],
-    most: f64,
-) -> Linearization
+fn linearize_in<const N: usize>(problem: Problem, parameters: &Parameters, initial_states: &InitialStates, max_chi2: f64) -> Linearization
 where
     Dual<N>: LawScalar,
 {
-    let rig = system.rig::<Dual<N>>(parameters, record.driven);
+    let Problem { system, data, weights } = problem;
+    let rig = system.rig::<Dual<N>>(parameters, data.driven);
     let free = parameters.free().len();
-    let segments: Vec<(Vec<ChannelSums>, Vec<Vec<f64>>)> = (0..record.segments.len())
+    let segments: Vec<(Vec<ChannelSums>, Vec<Vec<f64>>)> = (0..data.segments.len())
         .into_par_iter()
-        .map(|segment| along_segment(&rig, record, segment, free, (&starts.kinds, &starts.values[segment]), weights, most))
+        .map(|segment| {
+            let states = (initial_states.kinds.as_slice(), initial_states.values[segment].as_slice());
+            linearize_segment(&rig, data, segment, SegmentOptions { free, states, weights, max_chi2 })
+        })
         .collect();
-    let mut parts = Vec::with_capacity(segments.len());
-    let nowhere = || vec![f64::NAN; record.len()];
+    let mut sums = Vec::with_capacity(segments.len());
+    let not_compared = || vec![f64::NAN; data.len()];
     let mut residuals = Vec::new();
-    for (rows, (own, found)) in record.segments.iter().zip(segments) {
-        parts.push(own);
-        if *rows == (0..record.len()) {
-            residuals = found;
+    for (rows, (segment_sums, segment_residuals)) in data.segments.iter().zip(segments) {
+        sums.push(segment_sums);
+        if *rows == (0..data.len()) {
+            residuals = segment_residuals;
             continue;
         }
-        residuals.resize_with(record.channels.len(), nowhere);
-        for (all, found) in residuals.iter_mut().zip(found) {
-            all[rows.clone()].copy_from_slice(&found);
+        residuals.resize_with(data.channels.len(), not_compared);
+        for (all, own) in residuals.iter_mut().zip(segment_residuals) {
+            all[rows.clone()].copy_from_slice(&own);
         }
     }
-    residuals.resize_with(record.channels.len(), nowhere);
-    Linearization { parts, residuals, free }
+    residuals.resize_with(data.channels.len(), not_compared);
+    Linearization { sums, residuals, free }
 }
 
-/// One segment: what each channel contributes, and its residuals there. Given up where its χ² alone passes `most`: then it is infinite.
-fn along_segment<const N: usize>(
-    rig: &Rig<Dual<N>>,
-    record: &PreparedLog,
-    segment: usize,
+/// Options of [`linearize_segment`].
+struct SegmentOptions<'a> {
+    /// Number of free parameters.
     free: usize,
-    states: (&[InitialStateKind], &[f64]),
-    weights: &[f64],
-    most: f64,
+    /// Kinds and values of the initial states.
+    states: (&'a [InitialStateKind], &'a [f64]),
+    /// 1/σ² of each channel.
+    weights: &'a [f64],
+    /// χ² of the segment above which the simulation ends with an infinite χ².
+    max_chi2: f64,
+}
+
+/// Sums and residuals of each channel over one segment.
+fn linearize_segment<const N: usize>(
+    rig: &Rig<Dual<N>>,
+    data: &PreparedLog,
+    segment: usize,
+    options: SegmentOptions,
 ) -> (Vec<ChannelSums>, Vec<Vec<f64>>) {
-    let rows = record.segments[segment].clone();
-    let lanes = free + states.0.len();
-    let mut residuals = vec![vec![f64::NAN; rows.len()]; record.channels.len()];
-    let mut sums = vec![([[0.0; N]; N], [0.0; N], 0.0); record.channels.len()];
+    let SegmentOptions { free, states, weights, max_chi2 } = options;
+    let rows = data.segments[segment].clone();
+    let unknowns = free + states.0.len();
+    let mut residuals = vec![vec![f64::NAN; rows.len()]; data.channels.len()];
+    let mut sums = vec![([[0.0; N]; N], [0.0; N], 0.0); data.channels.len()];
     let mut chi2 = 0.0;
-    run(rig, record, segment, states, free, &mut |channel, row, value: &Dual<N>| {
-        let Some(target) = record.target(channel, row, rows.start) else { return true };
+    run(rig, data, segment, states, free, &mut |channel, row, value: &Dual<N>| {
+        let Some(target) = data.target(channel, row, rows.start) else { return true };
         let r = target - value.re;
         residuals[channel][row - rows.start] = r;
-        if record.held_out(row) {
+        if data.held_out(row) {
             return true;
         }
         let (h, g, square) = &mut sums[channel];
         *square += r * r;
         chi2 += weights.get(channel).map_or(0.0, |w| w * r * r);
-        if chi2 > most {
+        if chi2 > max_chi2 {
             *square = f64::INFINITY;
             return false;
         }
         let Some(eps) = value.eps.0.as_ref() else { return true };
         let eps = eps.as_slice();
-        for i in 0..lanes {
+        for i in 0..unknowns {
             let e = eps[i];
             g[i] += e * r;
-            // The lower triangle, in whole rows of four so that the compiler makes vectors of it.
+            // The lower triangle in groups of four columns, which the compiler vectorises.
             for j in 0..((i | 3) + 1).min(N) {
                 h[i][j] += e * eps[j];
             }
         }
         true
     });
-    let parts = sums
+    let sums = sums
         .into_iter()
         .map(|(h, g, square)| ChannelSums {
-            h: DMatrix::from_fn(lanes, lanes, |i, j| if j <= i { h[i][j] } else { h[j][i] }),
-            g: DVector::from_fn(lanes, |i, _| g[i]),
+            h: DMatrix::from_fn(unknowns, unknowns, |i, j| if j <= i { h[i][j] } else { h[j][i] }),
+            g: DVector::from_fn(unknowns, |i, _| g[i]),
             square,
         })
         .collect();
-    (parts, residuals)
+    (sums, residuals)
 }
 
 impl Linearization {
     /// The normal equations with `weights` (1/σ² per channel) and the prior on the states.
-    pub fn weighted(&self, starts: &InitialStates, weights: &[f64]) -> NormalEquations {
+    pub fn weighted(&self, initial_states: &InitialStates, weights: &[f64]) -> NormalEquations {
         let free = self.free;
         let mut cost = 0.0;
-        let mut blocks = Vec::with_capacity(self.parts.len());
-        for (segment, channels) in self.parts.iter().enumerate() {
-            let lanes = free + starts.kinds.len();
-            let mut block = SegmentEquations { h: DMatrix::zeros(lanes, lanes), g: DVector::zeros(lanes) };
-            for (part, &w) in channels.iter().zip(weights) {
-                cost += w * part.square;
-                block.h += &part.h * w;
-                block.g += &part.g * w;
+        let mut segments = Vec::with_capacity(self.sums.len());
+        for (segment, channels) in self.sums.iter().enumerate() {
+            let unknowns = free + initial_states.kinds.len();
+            let mut block = SegmentEquations { h: DMatrix::zeros(unknowns, unknowns), g: DVector::zeros(unknowns) };
+            for (sums, &w) in channels.iter().zip(weights) {
+                cost += w * sums.square;
+                block.h += &sums.h * w;
+                block.g += &sums.g * w;
             }
-            for (k, &sigma) in starts.prior_sigma.iter().enumerate() {
+            for (k, &sigma) in initial_states.prior_sigma.iter().enumerate() {
                 let w = 1.0 / (sigma * sigma);
-                let off = starts.prior[segment][k] - starts.values[segment][k];
-                cost += w * off * off;
+                let deviation = initial_states.prior[segment][k] - initial_states.values[segment][k];
+                cost += w * deviation * deviation;
                 block.h[(free + k, free + k)] += w;
-                block.g[free + k] += w * off;
+                block.g[free + k] += w * deviation;
             }
-            blocks.push(block);
+            segments.push(block);
         }
-        NormalEquations { blocks, cost, free }
+        NormalEquations { segments, cost, free }
     }
 }
 
-/// A step of the parameters and of every segment's states.
+/// A step of the minimisation.
 #[derive(Debug, Clone)]
 pub struct Step {
-    /// Of the free coordinates.
+    /// Step of the free coordinates.
     pub parameters: Vec<f64>,
-    /// Of the states.
+    /// Step of the initial states, by segment.
     pub states: Vec<Vec<f64>>,
-    /// Fall of the cost that the linear model promises.
-    pub promised: f64,
+    /// Decrease of χ² predicted by the linearised model.
+    pub predicted_decrease: f64,
 }
 
 impl NormalEquations {
-    /// The step with Marquardt's damping, in which the `held` lanes do not move; `None` where the equations are singular even so.
+    /// Step with Marquardt's damping, without the coordinates `held`; `None` for singular equations.
     pub fn step(&self, damping: f64, held: &[usize]) -> Option<Step> {
         let p = self.free;
         let mut reduced = DMatrix::<f64>::zeros(p, p);
         let mut right = DVector::<f64>::zeros(p);
-        let mut eliminated = Vec::with_capacity(self.blocks.len());
-        for block in &self.blocks {
+        let mut eliminated = Vec::with_capacity(self.segments.len());
+        for block in &self.segments {
             let s = block.h.nrows() - p;
             reduced += block.h.view((0, 0), (p, p));
             right += block.g.rows(0, p);
@@ -240,53 +228,54 @@ impl NormalEquations {
         let diagonal = self.parameter_diagonal();
         let largest = diagonal.iter().copied().max_or_zero();
         for k in 0..p {
-            // A parameter that no row sees stays where it is.
+            // A parameter without influence on the outputs is not moved.
             reduced[(k, k)] += damping * diagonal[k] + 1e-14 * diagonal[k] + if diagonal[k] <= 0.0 { largest.max(1.0) } else { 0.0 };
         }
-        for &lane in held {
+        for &index in held {
             for k in 0..p {
-                reduced[(lane, k)] = 0.0;
-                reduced[(k, lane)] = 0.0;
+                reduced[(index, k)] = 0.0;
+                reduced[(k, index)] = 0.0;
             }
-            reduced[(lane, lane)] = 1.0;
-            right[lane] = 0.0;
+            reduced[(index, index)] = 1.0;
+            right[index] = 0.0;
         }
         let parameters = if p == 0 { DVector::zeros(0) } else { Cholesky::new(reduced)?.solve(&right) };
-        let mut promised = 0.0;
+        let mut predicted_decrease = 0.0;
         let states: Vec<Vec<f64>> = eliminated
             .iter()
             .map(|(factor, hsp, gs)| {
                 let step = factor.solve(&(gs - hsp * &parameters));
-                promised += step.dot(gs);
+                predicted_decrease += step.dot(gs);
                 step.iter().copied().collect()
             })
             .collect();
-        for block in &self.blocks {
-            promised += parameters.dot(&block.g.rows(0, p).into_owned());
+        for block in &self.segments {
+            predicted_decrease += parameters.dot(&block.g.rows(0, p).into_owned());
         }
-        Some(Step { parameters: parameters.iter().copied().collect(), states, promised })
+        Some(Step { parameters: parameters.iter().copied().collect(), states, predicted_decrease })
     }
 
+    /// Diagonal of the information matrix of the parameters.
     fn parameter_diagonal(&self) -> Vec<f64> {
-        (0..self.free).map(|k| self.blocks.iter().map(|b| b.h[(k, k)]).sum()).collect()
+        (0..self.free).map(|k| self.segments.iter().map(|b| b.h[(k, k)]).sum()).collect()
     }
 
-    /// Information on the parameters and gradient, with the states eliminated.
+    /// Information matrix and gradient of the parameters, with the initial states eliminated.
     pub fn profiled(&self) -> (DMatrix<f64>, DVector<f64>) {
         let (information, eliminators) = self.reduced();
         let mut gradient = DVector::zeros(self.free);
-        for (block, eliminator) in self.blocks.iter().zip(&eliminators) {
+        for (block, eliminator) in self.segments.iter().zip(&eliminators) {
             gradient += eliminator * &block.g;
         }
         (information, gradient)
     }
 
-    /// Information on the parameters with the states eliminated, and per segment the matrix that eliminates them.
+    /// Information matrix of the parameters with the initial states eliminated, and the eliminating matrix of each segment.
     pub fn reduced(&self) -> (DMatrix<f64>, Vec<DMatrix<f64>>) {
         let p = self.free;
         let mut information = DMatrix::<f64>::zeros(p, p);
         let mut eliminators = Vec::new();
-        for block in &self.blocks {
+        for block in &self.segments {
             let s = block.h.nrows() - p;
             let hss = block.h.view((p, p), (s, s)).into_owned();
             let hsp = block.h.view((p, 0), (s, p)).into_owned();

@@ -1,25 +1,25 @@
-//! The parameters of a fit: what is free, and in which coordinates it moves.
+//! Parameters of a fit and their coordinates.
 //!
-//! A positive parameter moves by its logarithm, a share by its logit, an amplitude with its phase as a·cos φ and a·sin φ; the rest as
-//! it is. The answers are always in the parameters of the model file.
+//! The coordinate of a positive parameter is its logarithm, that of a fraction its logit, those of an amplitude with its phase a·cos φ and
+//! a·sin φ; that of any other parameter is its value. Results are given for the parameters of the model file.
 
-use drive_model::{ParameterKind, Scalar};
+use drive_model::{Card, ParameterKind, Scalar};
 use nalgebra::SVector;
 use num_dual::{Derivative, DualSVec64};
 
 /// A dual number with `N` derivatives.
 pub type Dual<const N: usize> = DualSVec64<N>;
 
-/// A number that may carry the derivative by one lane.
+/// A scalar that carries the derivatives by the unknowns, by index.
 pub trait DerivativeScalar: Scalar {
-    /// Derivatives it carries.
+    /// Number of derivatives.
     const DERIVATIVES: usize;
-    /// `value` with derivative `slope` by `lane`.
-    fn seeded(value: f64, lane: usize, slope: f64) -> Self;
-    /// Adds `slope` to the derivative by `lane`.
-    fn with(self, lane: usize, slope: f64) -> Self;
-    /// Derivative by `lane`.
-    fn slope(&self, lane: usize) -> f64;
+    /// `value` with the derivative `slope` by unknown `index`.
+    fn seeded(value: f64, index: usize, slope: f64) -> Self;
+    /// Adds `slope` to the derivative by unknown `index`.
+    fn with(self, index: usize, slope: f64) -> Self;
+    /// Derivative by unknown `index`.
+    fn slope(&self, index: usize) -> f64;
 }
 
 impl DerivativeScalar for f64 {
@@ -37,51 +37,57 @@ impl DerivativeScalar for f64 {
 
 impl<const N: usize> DerivativeScalar for Dual<N> {
     const DERIVATIVES: usize = N;
-    fn seeded(value: f64, lane: usize, slope: f64) -> Self {
-        Dual::<N>::from(value).with(lane, slope)
+    fn seeded(value: f64, index: usize, slope: f64) -> Self {
+        Dual::<N>::from(value).with(index, slope)
     }
-    fn with(mut self, lane: usize, slope: f64) -> Self {
+    fn with(mut self, index: usize, slope: f64) -> Self {
         let mut eps = self.eps.0.unwrap_or_else(SVector::zeros);
-        eps[lane] += slope;
+        eps[index] += slope;
         self.eps = Derivative::some(eps);
         self
     }
-    fn slope(&self, lane: usize) -> f64 {
-        self.eps.0.map_or(0.0, |eps| eps[lane])
+    fn slope(&self, index: usize) -> f64 {
+        self.eps.0.map_or(0.0, |eps| eps[index])
     }
 }
 
-/// One parameter of the model, as the fit holds it.
+/// One parameter of a fit.
 #[derive(Debug, Clone)]
 pub struct Parameter {
     /// Name in the model file, e.g. `cogging_N_m#2`.
     pub name: String,
-    /// Value, in its own unit.
+    /// Value, in the unit of its name.
     pub value: f64,
-    /// Not moved.
+    /// The fit does not change it.
     pub fixed: bool,
-    /// How it moves.
+    /// Kind, which determines its coordinate.
     pub kind: ParameterKind,
     /// Physical range.
     pub range: (f64, f64),
-    /// Index of its partner, where the two are amplitude and phase; the amplitude names the phase and the phase the amplitude.
+    /// Index of the phase of an amplitude, or of the amplitude of a phase.
     pub polar: Option<usize>,
+    /// The equations have no meaning below zero; the fit stops there.
+    pub limited_at_zero: bool,
+    /// A level of dry friction.
+    pub is_dry_friction: bool,
+    /// A clearance.
+    pub is_clearance: bool,
 }
 
 /// All parameters of a model.
 #[derive(Debug, Clone, Default)]
 pub struct Parameters {
-    /// In the model's order.
+    /// The parameters, in the order of the model.
     pub list: Vec<Parameter>,
 }
 
-/// Least value of a positive parameter: below it nothing that turns.
-const LEAST: f64 = 1e-12;
-/// Smallest amplitude, relative to one unit, at which a phase still has a direction.
-const SMALLEST_AMPLITUDE: f64 = 1e-12;
+/// Least value of a positive parameter.
+const MIN_POSITIVE: f64 = 1e-12;
+/// Least amplitude for the derivatives by a phase.
+const MIN_AMPLITUDE: f64 = 1e-12;
 
 impl Parameters {
-    /// Indices of the free parameters; a lane of the fit each.
+    /// Indices of the free parameters. Their order is that of the coordinates.
     pub fn free(&self) -> Vec<usize> {
         (0..self.list.len()).filter(|&k| self.is_free(k)).collect()
     }
@@ -91,33 +97,33 @@ impl Parameters {
         !p.fixed && p.kind != ParameterKind::HarmonicOrder
     }
 
-    /// Both of an amplitude and its phase are free.
+    /// Amplitude and phase are both free.
     fn is_polar(&self, k: usize) -> bool {
         self.list[k].polar.is_some_and(|partner| self.is_free(k) && self.is_free(partner))
     }
 
-    /// The values with the derivatives of the free ones by their coordinates.
+    /// The values with their derivatives by the free coordinates.
     pub fn seeded<S: DerivativeScalar>(&self) -> Vec<S> {
         let free = self.free();
         let mut values: Vec<S> = self.list.iter().map(|p| S::from(p.value)).collect();
         if S::DERIVATIVES == 0 {
             return values;
         }
-        for (lane, &k) in free.iter().enumerate() {
+        for (index, &k) in free.iter().enumerate() {
             for (to, slope) in self.moves(k) {
-                values[to] = values[to].with(lane, slope);
+                values[to] = values[to].with(index, slope);
             }
         }
         values
     }
 
-    /// Which parameters the coordinate of `k` moves, and how fast.
+    /// Parameters that depend on the coordinate of `k`, with the derivatives.
     fn moves(&self, k: usize) -> Vec<(usize, f64)> {
         let p = &self.list[k];
         if self.is_polar(k) {
             let partner = p.polar.unwrap_or(k);
             let (amplitude, phase) = if p.kind == ParameterKind::Phase { (partner, k) } else { (k, partner) };
-            let a = self.list[amplitude].value.max(SMALLEST_AMPLITUDE);
+            let a = self.list[amplitude].value.max(MIN_AMPLITUDE);
             let (s, c) = self.list[phase].value.sin_cos();
             return if k == amplitude { vec![(amplitude, c), (phase, -s / a)] } else { vec![(amplitude, s), (phase, c / a)] };
         }
@@ -129,12 +135,12 @@ impl Parameters {
         vec![(k, slope)]
     }
 
-    /// The parameters after a move of the free coordinates by `step`.
+    /// The parameters after a step of the free coordinates.
     pub fn moved(&self, step: &[f64]) -> Parameters {
         let mut next = self.clone();
         let free = self.free();
-        let lane_of = |k: usize| free.iter().position(|&f| f == k);
-        for (lane, &k) in free.iter().enumerate() {
+        let coordinate_of = |k: usize| free.iter().position(|&f| f == k);
+        for (index, &k) in free.iter().enumerate() {
             let p = &self.list[k];
             if self.is_polar(k) {
                 if p.kind == ParameterKind::Phase {
@@ -142,21 +148,21 @@ impl Parameters {
                 }
                 let phase = p.polar.unwrap_or(k);
                 let (s, c) = self.list[phase].value.sin_cos();
-                let x = p.value * c + step[lane];
-                let y = p.value * s + lane_of(phase).map_or(0.0, |l| step[l]);
+                let x = p.value * c + step[index];
+                let y = p.value * s + coordinate_of(phase).map_or(0.0, |l| step[l]);
                 next.list[k].value = x.hypot(y);
                 next.list[phase].value = y.atan2(x).rem_euclid(std::f64::consts::TAU);
                 continue;
             }
             let value = match p.kind {
-                // No more than a factor of e² in one step.
-                ParameterKind::Positive => (p.value * step[lane].clamp(-2.0, 2.0).exp()).clamp(p.range.0.max(LEAST), p.range.1),
+                // At most a factor of e² per step.
+                ParameterKind::Positive => (p.value * step[index].clamp(-2.0, 2.0).exp()).clamp(p.range.0.max(MIN_POSITIVE), p.range.1),
                 ParameterKind::Fraction => {
-                    let logit = (p.value / (1.0 - p.value)).ln() + step[lane].clamp(-2.0, 2.0);
+                    let logit = (p.value / (1.0 - p.value)).ln() + step[index].clamp(-2.0, 2.0);
                     1.0 / (1.0 + (-logit).exp())
                 }
-                ParameterKind::Phase => (p.value + step[lane]).rem_euclid(std::f64::consts::TAU),
-                _ => p.value + step[lane],
+                ParameterKind::Phase => (p.value + step[index]).rem_euclid(std::f64::consts::TAU),
+                _ => p.value + step[index],
             };
             let (low, high) = hard_limits(p);
             next.list[k].value = value.clamp(low, high);
@@ -164,26 +170,26 @@ impl Parameters {
         next
     }
 
-    /// Lanes whose parameter stands at the end of what it can be, with a step that would carry it further.
-    pub fn against_a_limit(&self, step: &[f64]) -> Vec<usize> {
+    /// Coordinates whose parameter is at a limit and would be moved beyond it by `step`.
+    pub fn at_limits(&self, step: &[f64]) -> Vec<usize> {
         let free = self.free();
-        let outward = |lane: &usize| {
-            let p = &self.list[free[*lane]];
+        let outward = |index: &usize| {
+            let p = &self.list[free[*index]];
             let (low, high) = match p.kind {
-                ParameterKind::Positive => (p.range.0.max(LEAST), p.range.1),
+                ParameterKind::Positive => (p.range.0.max(MIN_POSITIVE), p.range.1),
                 _ => hard_limits(p),
             };
-            !self.is_polar(free[*lane]) && ((p.value <= low && step[*lane] < 0.0) || (p.value >= high && step[*lane] > 0.0))
+            !self.is_polar(free[*index]) && ((p.value <= low && step[*index] < 0.0) || (p.value >= high && step[*index] > 0.0))
         };
         (0..free.len()).filter(outward).collect()
     }
 
-    /// Standard errors of the parameters, in the list's order, from the covariance of the coordinates (row-major, square); 0 where fixed.
+    /// Standard errors of all parameters from the covariance of the free coordinates; 0 for fixed parameters.
     pub fn sigmas(&self, covariance: &nalgebra::DMatrix<f64>) -> Vec<f64> {
         let mut slopes = nalgebra::DMatrix::zeros(self.list.len(), covariance.ncols());
-        for (lane, &k) in self.free().iter().enumerate() {
+        for (index, &k) in self.free().iter().enumerate() {
             for (to, slope) in self.moves(k) {
-                slopes[(to, lane)] += slope;
+                slopes[(to, index)] += slope;
             }
         }
         let full = &slopes * covariance * slopes.transpose();
@@ -191,10 +197,32 @@ impl Parameters {
     }
 }
 
-/// Where the equations themselves end; the physical range may be narrower, and a fit that leaves it says so.
+impl Parameter {
+    /// A parameter without a card: any value, fitted by its value.
+    pub fn plain(name: String, value: f64) -> Parameter {
+        Parameter {
+            name,
+            value,
+            fixed: false,
+            kind: ParameterKind::Signed,
+            range: (f64::NEG_INFINITY, f64::INFINITY),
+            polar: None,
+            limited_at_zero: false,
+            is_dry_friction: false,
+            is_clearance: false,
+        }
+    }
+
+    /// Takes the properties of parameter `index` of an effect.
+    pub(super) fn set_properties(&mut self, card: &Card, index: usize) {
+        self.limited_at_zero = card.limited_at_zero.contains(&index);
+        self.is_dry_friction = card.dry_friction == Some(index);
+        self.is_clearance = card.clearance == Some(index);
+    }
+}
+
+/// Limits of the fit: the physical range may be narrower, which the report states.
 fn hard_limits(p: &Parameter) -> (f64, f64) {
-    // Dry levels, drops and gaps have no meaning below zero; a viscosity has (the over-fit trap of a cubic drag shows by it).
-    let has_no_negative = ["coulomb_N_m", "stribeck_N_m", "brush_V", "dead_time_V", "gap_rad", "shaft_N_m_s_rad", "lag_s", "skew_s"];
-    let stem = p.name.split('#').next().unwrap_or(&p.name);
-    if has_no_negative.contains(&stem) { (0.0, p.range.1) } else { (f64::NEG_INFINITY, f64::INFINITY) }
+    // Other coefficients, such as a viscosity, may become negative: this indicates over-fitting.
+    if p.limited_at_zero { (0.0, p.range.1) } else { (f64::NEG_INFINITY, f64::INFINITY) }
 }

@@ -1,4 +1,4 @@
-//! A log made ready for a model: which columns are input and outputs, how they were made, what the rig is told besides.
+//! Preparation of a log for a model: selection of input and outputs, notes on the columns, temperature and supply.
 
 use std::sync::Arc;
 
@@ -8,11 +8,11 @@ use drive_model::{Card, Requirement};
 use crate::log::{Log, RateSource, VoltageSource};
 use crate::model::{Channel, Input, Model};
 
-/// Why a model cannot be held against a log.
+/// Why a log cannot be used with a model.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum PrepareError {
-    /// The input is no column.
-    #[error("{log}: no column `{column}`, which is the input of {model}; the log has {has}")]
+    /// The input of the model is not a column of the log.
+    #[error("{log}: no column `{column}`, the input of {model}; the log has {has}")]
     NoInput {
         /// The log.
         log: String,
@@ -23,8 +23,8 @@ pub enum PrepareError {
         /// Columns of the log.
         has: String,
     },
-    /// An output is no column.
-    #[error("{log}: no column `{column}`, which {model} names as an output; the log has {has}")]
+    /// An output of the model is not a column of the log.
+    #[error("{log}: no column `{column}`, an output of {model}; the log has {has}")]
     NoOutput {
         /// The log.
         log: String,
@@ -35,41 +35,59 @@ pub enum PrepareError {
         /// Columns of the log.
         has: String,
     },
-    /// Nothing can be compared.
-    #[error("{log}: none of {wanted} is a column, so that nothing can be compared with {model}; the log has {has}")]
+    /// The log has no output of the model.
+    #[error("{log}: no column that {model} can be compared with ({wanted}); the log has {has}")]
     NothingToCompare {
         /// The log.
         log: String,
-        /// What could be.
+        /// Possible outputs.
         wanted: String,
         /// The model.
         model: String,
         /// Columns of the log.
         has: String,
     },
-    /// Too short.
-    #[error("{log}: {rows} rows are too few to hold a model against; {hint}")]
+    /// The log is too short.
+    #[error("{log}: {rows} rows are too few for a comparison; {}", remedy(.fault))]
     TooShort {
         /// The log.
         log: String,
         /// Its rows.
         rows: usize,
-        /// What to do, or what ended it.
-        hint: String,
+        /// The fault that ended the log.
+        fault: Option<String>,
     },
 }
 
-/// A log has fewer rows than this: nothing can be said.
-const FEWEST_ROWS: usize = 20;
-/// A log shorter than this is not held out from: the fit needs what there is.
-const SHORTEST_HELD_OUT_S: f64 = 6.0;
-/// A supply that moves less than this part is called constant.
-const SUPPLY_MOVES: f64 = 1e-3;
+/// The remedy for a log that is too short.
+fn remedy(fault: &Option<String>) -> String {
+    match fault {
+        Some(fault) => format!("a fault ended it early ({fault})"),
+        None => "record a few hundred rows or more".to_owned(),
+    }
+}
+
+/// A note on a preparation.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum PreparationNote {
+    /// `u_V` was measured at the motor terminals, behind the bridge: an effect of the bridge is not visible.
+    NotVisibleAtTerminals {
+        /// Identifier of the effect.
+        effect: &'static str,
+    },
+}
+
+/// Least rows of a log.
+const MIN_ROWS: usize = 20;
+/// Least duration of a log with held-out blocks, s.
+const MIN_HELD_OUT_DURATION_S: f64 = 6.0;
+/// Relative standard deviation below which a supply voltage is constant.
+const MAX_CONSTANT_SUPPLY_SPREAD: f64 = 1e-3;
 
 /// Checks that [`prepare`] can prepare `log` for `model`.
 ///
 /// # Errors
-/// [`PrepareError`], where input or outputs are missing.
+/// [`PrepareError`] if the log is too short, or lacks the input or an output.
 pub fn check(log: &Log, model: &Model) -> Result<(), PrepareError> {
     columns(log, model).map(|_| ())
 }
@@ -80,12 +98,8 @@ type Columns<'a> = (&'a [f64], Vec<(Channel, &'a [f64])>);
 fn columns<'a>(log: &'a Log, model: &Model) -> Result<Columns<'a>, PrepareError> {
     let name = || log.path().display().to_string();
     let has = || log.columns().iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", ");
-    if log.len() < FEWEST_ROWS {
-        let hint = match crate::log::plausible::fault_that_ended(log) {
-            Some(fault) => format!("a fault ended it early ({fault})"),
-            None => "record at least some hundred".to_owned(),
-        };
-        return Err(PrepareError::TooShort { log: name(), rows: log.len(), hint });
+    if log.len() < MIN_ROWS {
+        return Err(PrepareError::TooShort { log: name(), rows: log.len(), fault: crate::log::plausible::fault_that_ended(log) });
     }
     let input_column = model.input().column();
     let Some(input) = log.column(input_column) else {
@@ -107,13 +121,13 @@ fn columns<'a>(log: &'a Log, model: &Model) -> Result<Columns<'a>, PrepareError>
     Ok((input, channels.into_iter().map(measured).collect::<Result<_, _>>()?))
 }
 
-/// The record of `log` as `model` compares it, and what a person should know of how.
+/// The data of `log` for `model`, with notes for the user. `hold_out`: one block of rows in four is held out.
 ///
 /// # Errors
-/// [`PrepareError`], where input or outputs are missing.
-pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(PreparedLog<'a>, Vec<String>), PrepareError> {
+/// [`PrepareError`] if the log is too short, or lacks the input or an output.
+pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(PreparedLog<'a>, Vec<PreparationNote>), PrepareError> {
     let (input, columns) = columns(log, model)?;
-    let mut remarks = Vec::new();
+    let mut notes = Vec::new();
     let compared = columns
         .into_iter()
         .map(|(channel, measured)| {
@@ -131,37 +145,37 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
     if log.voltage() == VoltageSource::Terminals {
         let invisible = |card: &&Card| card.requires.contains(&Requirement::CommandedVoltage);
         for id in model.effects().iter().map(|e| e.card).filter(invisible).map(|card| card.id) {
-            remarks.push(format!("u_V was measured at the motor's terminals, behind the bridge: {id} cannot be seen in this log"));
+            notes.push(PreparationNote::NotVisibleAtTerminals { effect: id });
         }
     }
     let supply_ratio = model.effects().iter().any(|e| e.card.uses_supply).then(|| supply_ratio(log)).flatten();
     let theta = log.column("theta_rad");
     let dt_s = log.median_dt_s();
-    let record = PreparedLog {
+    let data = PreparedLog {
         t_s: log.t_s(),
         input,
         driven: model.input(),
         theta,
         theta_quantum: theta.and_then(|_| log.quantization_step("theta_rad")).unwrap_or(0.0),
         current: log.column("i_A"),
-        temp_C: log.column("temp_C").map(|t| slow(t, &log.segments(), dt_s).into()),
+        temp_C: log.column("temp_C").map(|t| smoothed(t, &log.segments(), dt_s).into()),
         supply_ratio,
         rate_from_encoder: log.provenance("omega_rad_s").source == RateSource::Encoder,
         segments: log.segments(),
         channels: compared,
         dt_s,
-        hold_out: hold_out && log.duration_s() >= SHORTEST_HELD_OUT_S,
+        hold_out: hold_out && log.duration_s() >= MIN_HELD_OUT_DURATION_S,
     };
-    Ok((record, remarks))
+    Ok((data, notes))
 }
 
-/// What a row differs from the mean of this long about it is the sensor's noise, s: a small motor at its limits warms by some kelvin a second.
-const TEMPERATURE_S: f64 = 0.1;
+/// Window over which the temperature is averaged, s. A small motor at its limits warms by a few kelvin per second.
+const TEMPERATURE_WINDOW_S: f64 = 0.1;
 
-/// A temperature without its sensor's noise: the mean over [`TEMPERATURE_S`] about each row, over less towards the ends of a segment so that it stays about the
-/// row. A model that takes the readings as they are comes out less dependent on the temperature than the drive is, by the noise's share of their variance.
-fn slow(readings: &[f64], segments: &[std::ops::Range<usize>], dt_s: f64) -> Vec<f64> {
-    let half = (0.5 * TEMPERATURE_S / dt_s) as usize;
+/// A temperature without the noise of its sensor: the mean over [`TEMPERATURE_WINDOW_S`] centred on each row, over less at the ends of a segment.
+/// Noise of the temperature would bias the estimated temperature coefficients towards zero.
+fn smoothed(readings: &[f64], segments: &[std::ops::Range<usize>], dt_s: f64) -> Vec<f64> {
+    let half = (0.5 * TEMPERATURE_WINDOW_S / dt_s) as usize;
     let mut smooth = readings.to_vec();
     for rows in segments {
         let mut sums = Vec::with_capacity(rows.len() + 1);
@@ -177,8 +191,7 @@ fn slow(readings: &[f64], segments: &[std::ops::Range<usize>], dt_s: f64) -> Vec
     smooth
 }
 
-/// What the log has of what the model can show; under a prescribed motion a current or torque, and the voltage only if the model has
-/// a winding.
+/// The outputs of the model that the log contains. For a prescribed motion the voltage needs a winding in the model, the current a motor constant.
 fn default_outputs(log: &Log, model: &Model) -> Vec<Channel> {
     let there = |c: &Channel| log.column(c.column()).is_some();
     let all = model.input().outputs().iter().copied().filter(there);
@@ -191,7 +204,7 @@ fn default_outputs(log: &Log, model: &Model) -> Vec<Channel> {
     }
 }
 
-/// Supply over its nominal value, where it is measured and moves.
+/// Supply voltage over its nominal value; `None` if it is not measured or constant.
 fn supply_ratio(log: &Log) -> Option<Arc<[f64]>> {
     let supply = log.column("supply_V")?;
     let nominal = match log.notes().number("supply_nominal_V") {
@@ -200,26 +213,26 @@ fn supply_ratio(log: &Log) -> Option<Arc<[f64]>> {
     };
     let mean = supply.iter().sum::<f64>() / supply.len() as f64;
     let spread = (supply.iter().map(|s| (s - mean).powi(2)).sum::<f64>() / supply.len() as f64).sqrt();
-    (nominal > 0.0 && spread > SUPPLY_MOVES * mean).then(|| supply.iter().map(|s| s / nominal).collect::<Vec<_>>().into())
+    (nominal > 0.0 && spread > MAX_CONSTANT_SUPPLY_SPREAD * mean).then(|| supply.iter().map(|s| s / nominal).collect::<Vec<_>>().into())
 }
 
 #[cfg(test)]
 mod tests {
-    use super::slow;
+    use super::smoothed;
 
     #[test]
-    fn a_temperature_loses_its_noise_and_keeps_its_slope_up_to_the_ends_of_each_segment() {
+    fn smoothed_temperature_keeps_its_slope_up_to_segment_ends() {
         let ramp = |k: usize| 25.0 + 1e-3 * k as f64;
         let noise = |k: usize| if k.is_multiple_of(2) { 0.05 } else { -0.05 };
-        // A gap after row 2000, over which the winding has cooled.
+        // The winding cools during a gap after row 2000.
         let readings: Vec<f64> = (0..5000).map(|k| ramp(k) + noise(k) - if k < 2000 { 0.0 } else { 3.0 }).collect();
-        let smooth = slow(&readings, &[0..2000, 2000..5000], 1e-3);
+        let smooth = smoothed(&readings, &[0..2000, 2000..5000], 1e-3);
         for (k, value) in smooth.iter().enumerate() {
             let to_the_end = k.min(1999_usize.wrapping_sub(k)).min(k.wrapping_sub(2000)).min(4999 - k);
             let off = (value - ramp(k) + if k < 2000 { 0.0 } else { 3.0 }).abs();
             assert!(off <= 0.05 / (2 * to_the_end.min(50) + 1) as f64 + 1e-9, "row {k}: off by {off} K");
         }
-        // Rows that are further apart than a winding takes to warm are left alone.
-        assert_eq!(slow(&[1.0, 5.0, 2.0], std::slice::from_ref(&(0..3)), 2.0), [1.0, 5.0, 2.0]);
+        // Rows further apart than the window are not averaged.
+        assert_eq!(smoothed(&[1.0, 5.0, 2.0], std::slice::from_ref(&(0..3)), 2.0), [1.0, 5.0, 2.0]);
     }
 }

@@ -1,6 +1,6 @@
-//! A log as the fit sees it: the input, the channels that are compared, what the rig is told besides.
+//! The columns of a log as a fit uses them: input, compared channels, quantities that the simulation takes from the log.
 //!
-//! Columns are borrowed: an hour's log is held once.
+//! Columns are borrowed from the log or shared, so that clones (other segments, another source of the rate) copy no rows.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -9,58 +9,60 @@ use drive_rig::RowInput;
 
 use crate::model::{Channel, Input};
 
-/// Length over which the angle is compared by its increments, s (interfaces.md).
+/// Interval over which the angle is compared by its increments, s. A simulated angle drifts without limit; its increments do not.
 pub const ANGLE_INCREMENT_S: f64 = 0.020;
-/// FitResult-out blocks: length, s, and which of four.
+/// Length of the blocks of which one in four is held out, s.
 const HELD_OUT_BLOCK_S: f64 = 2.0;
-const HELD_OUT_EVERY: i64 = 4;
-const HELD_OUT_WHICH: i64 = 1;
+/// One block in this number is held out.
+const HELD_OUT_PERIOD: i64 = 4;
+/// Index of the held-out block within a period.
+const HELD_OUT_INDEX: i64 = 1;
 
-/// One compared channel.
+/// A compared channel.
 #[derive(Debug, Clone)]
 pub struct ComparedChannel<'a> {
-    /// What it shows.
+    /// The channel.
     pub channel: Channel,
     /// The measured column.
     pub measured: &'a [f64],
-    /// It is a mean over this long before t, s (a note of the log).
+    /// Length of the window before t over which the channel is averaged, s (from the log's notes).
     pub mean_before_s: Option<f64>,
-    /// It passed a first-order filter of this cutoff, Hz (a note of the log).
+    /// Cutoff of the first-order filter of the channel, Hz (from the log's notes).
     pub filter_hz: Option<f64>,
-    /// It was taken at the instant t, where the convention is the mean over the row (a note; currents only).
+    /// The channel is sampled at t instead of averaged over the row (from the log's notes; currents only).
     pub instant: bool,
-    /// Its least significant bit, where it is quantised.
+    /// Least significant bit, if the channel is quantised.
     pub quantum: Option<f64>,
 }
 
-/// A log as the fit sees it. All columns have the same length.
+/// The columns of a log as a fit uses them. All columns have the same length.
 #[derive(Debug, Clone)]
 pub struct PreparedLog<'a> {
     /// Time of each row, s.
     pub t_s: &'a [f64],
-    /// The input column (the angle, where the motion is prescribed).
+    /// The input column; the angle for a prescribed motion.
     pub input: &'a [f64],
-    /// How the input moves the model.
+    /// The input of the model.
     pub driven: Input,
-    /// Measured angle, where there is one.
+    /// Measured angle, rad.
     pub theta: Option<&'a [f64]>,
-    /// Least significant bit of the measured angle; 0 where it is continuous.
+    /// Least significant bit of the measured angle, rad; 0 if it is continuous.
     pub theta_quantum: f64,
-    /// Measured current, where there is one (only the prescribed motion asks for it).
+    /// Measured current, A; used for a prescribed motion only.
     pub current: Option<&'a [f64]>,
-    /// Winding temperature, smoothed, where it is measured.
+    /// Measured winding temperature, smoothed, °C.
     pub temp_C: Option<Arc<[f64]>>,
-    /// Supply over nominal, where it is measured.
+    /// Measured supply voltage over its nominal value.
     pub supply_ratio: Option<Arc<[f64]>>,
-    /// The rate channel is made from the encoder.
+    /// The rate channel is derived from the encoder.
     pub rate_from_encoder: bool,
-    /// Rows without a gap between them.
+    /// Rows without a gap.
     pub segments: Vec<Range<usize>>,
-    /// What is compared.
+    /// The compared channels.
     pub channels: Vec<ComparedChannel<'a>>,
-    /// Median interval, s.
+    /// Median row interval, s.
     pub dt_s: f64,
-    /// Blocks are held out of the fit.
+    /// One block in four is held out of the fit.
     pub hold_out: bool,
 }
 
@@ -70,23 +72,23 @@ impl PreparedLog<'_> {
         self.t_s.len()
     }
 
-    /// True where there is no row.
+    /// True for a log without rows.
     pub fn is_empty(&self) -> bool {
         self.t_s.is_empty()
     }
 
-    /// The row is in a held-out block: 2 s, every fourth, beginning after the first.
+    /// The row is held out: it lies in the second of four blocks of 2 s.
     #[inline]
     pub fn held_out(&self, row: usize) -> bool {
-        self.hold_out && ((self.t_s[row] - self.t_s[0]) / HELD_OUT_BLOCK_S).floor() as i64 % HELD_OUT_EVERY == HELD_OUT_WHICH
+        self.hold_out && ((self.t_s[row] - self.t_s[0]) / HELD_OUT_BLOCK_S).floor() as i64 % HELD_OUT_PERIOD == HELD_OUT_INDEX
     }
 
-    /// The row as the rig takes it; the last of a segment is as long as the median.
+    /// Input of the simulation for a row. The last row of a segment has the median length.
     #[inline]
-    pub fn span(&self, row: usize, segment_end: usize) -> RowInput {
+    pub fn row_input(&self, row: usize, segment_end: usize) -> RowInput {
         let next = row + 1;
         let inside = next < segment_end;
-        // A count stands for the angles from its edge to the next: on the mean half a count further.
+        // A count stands for the angles up to the next one, on average half a count more.
         let half = 0.5 * self.theta_quantum;
         RowInput {
             t_s: self.t_s[row],
@@ -99,12 +101,12 @@ impl PreparedLog<'_> {
         }
     }
 
-    /// Rows over which the angle is compared.
+    /// Number of rows between the two angles of an increment.
     pub fn angle_lag(&self) -> usize {
         ((ANGLE_INCREMENT_S / self.dt_s).round() as usize).max(1)
     }
 
-    /// What is compared of a channel at a row: the value, or the increment of an angle; `None` where a row has no partner.
+    /// Compared value of a channel at a row: the measured value, or the increment of an angle. `None` for an angle in the first rows of a segment.
     #[inline]
     pub fn target(&self, channel: usize, row: usize, segment_begin: usize) -> Option<f64> {
         let c = &self.channels[channel];

@@ -1,142 +1,134 @@
-//! Levenberg and Marquardt's descent, by output error.
+//! Levenberg–Marquardt minimisation of the output error.
 
-use super::normal_equations::{InitialStates, Linearization, NormalEquations, Step, linearize, linearize_below};
+use super::initial_states::InitialStates;
+use super::normal_equations::{Linearization, NormalEquations, Step, linearize, linearize_below};
 use super::parameters::Parameters;
 use super::prepared_log::PreparedLog;
-use super::simulate::{InitialStateKind, System};
+use super::simulate::System;
 
-/// Most steps of one descent.
-const MOST_STEPS: usize = 100;
-/// Promised fall of χ² below which nothing is left to gain: a thirtieth of a standard error.
+/// Most steps of one minimisation.
+const MAX_STEPS: usize = 100;
+/// Predicted decrease of χ² below which the minimisation ends; it corresponds to 1/30 of a standard error.
 pub const MIN_CHI2_DECREASE: f64 = 1e-3;
-/// Damping that hardly shortens a step.
-const FREE: f64 = 1e-3;
-/// Where the model is wrong anyway (χ²/n above this), so many steps that win less than one row's share of χ² are the end.
-const WRONG: f64 = 2.0;
+/// Damping without significant influence on a step.
+const NEGLIGIBLE_DAMPING: f64 = 1e-3;
+/// χ²/n above which the model is considered wrong: after [`STALLED_STEPS`] steps with less than one row's part of χ² the minimisation ends.
+const WRONG_MODEL_CHI2_PER_N: f64 = 2.0;
 const STALLED_STEPS: usize = 12;
-/// Damping at which a descent gives up.
-const MOST_DAMPING: f64 = 1e12;
+/// Damping at which the minimisation gives up.
+const MAX_DAMPING: f64 = 1e12;
 
-/// A point of a descent.
+/// A weighted least-squares problem.
+#[derive(Clone, Copy)]
+pub struct Problem<'a> {
+    /// The model.
+    pub system: &'a System,
+    /// The measured data.
+    pub data: &'a PreparedLog<'a>,
+    /// 1/σ² of each channel.
+    pub weights: &'a [f64],
+}
+
+/// An iterate of the minimisation.
 pub struct Iterate {
-    /// Parameters there.
+    /// Parameters.
     pub parameters: Parameters,
-    /// Initial states there.
-    pub starts: InitialStates,
-    /// The model run there.
+    /// Initial states.
+    pub initial_states: InitialStates,
+    /// The model linearised there.
     pub linearization: Linearization,
-    /// Steps that it took to come here.
+    /// Number of steps so far.
     pub steps: usize,
-    /// The descent ended because nothing was left to gain.
+    /// The last minimisation reached its stopping criterion.
     pub converged: bool,
 }
 
 impl Iterate {
-    /// Where a descent begins.
-    pub fn new(system: &System, parameters: &Parameters, record: &PreparedLog, starts: &InitialStates) -> Self {
-        let linearization = linearize(system, parameters, record, starts);
-        Iterate { parameters: parameters.clone(), starts: starts.clone(), linearization, steps: 0, converged: false }
+    /// The first iterate.
+    pub fn new(system: &System, parameters: &Parameters, data: &PreparedLog, initial_states: &InitialStates) -> Self {
+        let linearization = linearize(system, parameters, data, initial_states);
+        Iterate { parameters: parameters.clone(), initial_states: initial_states.clone(), linearization, steps: 0, converged: false }
     }
 
-    /// The normal equations here.
+    /// The normal equations with 1/σ² of each channel as `weights`.
     pub fn normal_equations(&self, weights: &[f64]) -> NormalEquations {
-        self.linearization.weighted(&self.starts, weights)
+        self.linearization.weighted(&self.initial_states, weights)
     }
 }
 
-/// Descends from `place` until no step promises more than `enough`, in χ²; the weights per channel are 1/σ².
-pub fn minimize(system: &System, record: &PreparedLog, place: Iterate, weights: &[f64], enough: impl FnMut(f64) -> f64) -> Iterate {
-    minimize_within(system, record, place, weights, MOST_STEPS, enough)
+/// Minimises χ² from `iterate` until the predicted decrease is below `tolerance(χ²)`.
+pub fn minimize(problem: Problem, iterate: Iterate, tolerance: impl FnMut(f64) -> f64) -> Iterate {
+    minimize_within(problem, iterate, MAX_STEPS, tolerance)
 }
 
-/// The same in at most so many steps.
-pub fn minimize_within(
-    system: &System,
-    record: &PreparedLog,
-    place: Iterate,
-    weights: &[f64],
-    most: usize,
-    mut enough: impl FnMut(f64) -> f64,
-) -> Iterate {
-    let mut place = place;
-    let mut linear = place.normal_equations(weights);
+/// Minimises χ² as [`minimize`], in at most `max_steps` steps.
+pub fn minimize_within(problem: Problem, mut iterate: Iterate, max_steps: usize, mut tolerance: impl FnMut(f64) -> f64) -> Iterate {
+    let Problem { data, weights, .. } = problem;
+    let mut equations = iterate.normal_equations(weights);
     let mut converged = false;
     let mut steps = 0;
     let mut damping = 1e-3;
-    let values = (record.len() * record.channels.len()) as f64;
-    let mut before = linear.cost;
-    while steps < most {
+    let values = (data.len() * data.channels.len()) as f64;
+    let mut cost_before = equations.cost;
+    while steps < max_steps {
         if steps > 0 && steps.is_multiple_of(STALLED_STEPS) {
-            let share = linear.cost / values;
-            if share > WRONG && before - linear.cost < share {
+            let chi2_per_n = equations.cost / values;
+            if chi2_per_n > WRONG_MODEL_CHI2_PER_N && cost_before - equations.cost < chi2_per_n {
                 converged = true;
                 break;
             }
-            before = linear.cost;
+            cost_before = equations.cost;
         }
         steps += 1;
-        // A parameter at the end of what it can be does not hold up the others.
-        let against = |step: &Step| place.parameters.against_a_limit(&step.parameters);
+        // A parameter at its limit is held, so that it does not block the others.
+        let at_limit = |step: &Step| iterate.parameters.at_limits(&step.parameters);
         let mut held = Vec::new();
-        let step = linear.step(damping, &[]).and_then(|step| {
-            held = against(&step);
-            if held.is_empty() { Some(step) } else { linear.step(damping, &held) }
+        let step = equations.step(damping, &[]).and_then(|step| {
+            held = at_limit(&step);
+            if held.is_empty() { Some(step) } else { equations.step(damping, &held) }
         });
         let Some(step) = step else {
             damping = (damping * 10.0_f64).max(1e-6);
-            if damping > MOST_DAMPING {
+            if damping > MAX_DAMPING {
                 break;
             }
             continue;
         };
-        let enough = enough(linear.cost);
-        // A damped step promises little wherever it is; how far it still is tells the free one.
-        if step.promised < enough && (damping <= FREE || linear.step(FREE, &held).is_none_or(|free| free.promised < enough)) {
+        let min_decrease = tolerance(equations.cost);
+        // The predicted decrease of a damped step is always small; that of an undamped step measures the distance to the minimum.
+        let undamped_is_small = || equations.step(NEGLIGIBLE_DAMPING, &held).is_none_or(|step| step.predicted_decrease < min_decrease);
+        if step.predicted_decrease < min_decrease && (damping <= NEGLIGIBLE_DAMPING || undamped_is_small()) {
             converged = true;
             break;
         }
-        let next = place.parameters.moved(&step.parameters);
-        let next_starts = moved(&place.starts, &step.states);
-        let trial_pass = linearize_below(system, &next, record, &next_starts, weights, linear.cost);
-        let trial = trial_pass.weighted(&next_starts, weights);
-        let fell = linear.cost - trial.cost;
-        if trial.cost.is_finite() && fell > 0.0 {
-            damping = if fell > 0.5 * step.promised { damping * 0.1 } else { damping };
+        let parameters = iterate.parameters.moved(&step.parameters);
+        let initial_states = iterate.initial_states.moved(&step.states);
+        let linearization = linearize_below(problem, &parameters, &initial_states, equations.cost);
+        let trial = linearization.weighted(&initial_states, weights);
+        let decrease = equations.cost - trial.cost;
+        if trial.cost.is_finite() && decrease > 0.0 {
+            damping = if decrease > 0.5 * step.predicted_decrease { damping * 0.1 } else { damping };
             if damping < 1e-9 {
                 damping = 1e-9;
             }
-            place.parameters = next;
-            place.starts = next_starts;
-            place.linearization = trial_pass;
-            linear = trial;
-            if fell < enough && damping < 1e-2 {
+            iterate.parameters = parameters;
+            iterate.initial_states = initial_states;
+            iterate.linearization = linearization;
+            equations = trial;
+            if decrease < min_decrease && damping < 1e-2 {
                 converged = true;
                 break;
             }
         } else {
             damping *= 8.0;
-            // The cost has small steps of its own where the rig's step count changes; a promise below them cannot be kept.
-            if damping > MOST_DAMPING || (step.promised < 1e-2 && damping > 1.0) {
-                converged = step.promised < 1.0;
+            // χ² has small discontinuities where the number of integration steps changes; a smaller predicted decrease is not attainable.
+            if damping > MAX_DAMPING || (step.predicted_decrease < 1e-2 && damping > 1.0) {
+                converged = step.predicted_decrease < 1.0;
                 break;
             }
         }
     }
-    place.steps += steps;
-    place.converged = converged;
-    place
-}
-
-/// States after a step, within what they can be.
-fn moved(starts: &InitialStates, step: &[Vec<f64>]) -> InitialStates {
-    let mut next = starts.clone();
-    for (values, step) in next.values.iter_mut().zip(step) {
-        for ((value, step), kind) in values.iter_mut().zip(step).zip(&starts.kinds) {
-            *value += step;
-            if *kind == InitialStateKind::Heat {
-                *value = value.max(-60.0);
-            }
-        }
-    }
-    next
+    iterate.steps += steps;
+    iterate.converged = converged;
+    iterate
 }

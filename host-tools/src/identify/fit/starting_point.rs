@@ -1,155 +1,153 @@
-//! The way to the neighbourhood of the solution, from a start that is far off.
+//! Starting point of a fit whose parameters are far from the solution.
 //!
-//! Along a whole log a model with wrong parameters may not even turn: friction holds it, and no derivative says which way to go. Over a
-//! quarter of a second that begins at what was measured it cannot go far astray. So the parameters are first fitted to short windows
-//! spread over the log, each with initial states of its own (multiple shooting without the continuity), and the descent along the whole
-//! log begins from there, if that is the better place.
+//! Along a whole log a model with wrong parameters may not move at all: friction holds the rotor, and no derivative gives a direction. Over a
+//! quarter of a second from measured initial states the model cannot deviate far. The parameters are therefore first fitted to short windows
+//! across the log, each with its own initial states (multiple shooting without continuity constraints). The minimisation along the whole log
+//! starts there if the cost is lower than at the given parameters.
 
 use drive_model::ParameterKind;
 use rayon::prelude::*;
 
+use super::initial_states::{InitialStateKind, starting_states};
 use super::parameters::{Parameter, Parameters};
 use super::prepared_log::PreparedLog;
-use super::simulate::{InitialStateKind, System};
-use super::solve::{self, Iterate};
-use super::starting_states;
+use super::solve::{self, Iterate, Problem};
 use crate::model::Input;
 
-/// Length of a window, s, and the least number of rows in it.
+/// Length of a window, s.
 pub const WINDOW_S: f64 = 0.25;
-const WINDOW_ROWS: usize = 60;
-/// Windows at most and at least.
-const WINDOWS: usize = 40;
-const FEWEST_WINDOWS: usize = 4;
-/// Relative fall of the cost at which the windows have said what they can.
-const ROUGHLY: f64 = 1e-2;
-/// Cost per row at which the place is good without comparing it with the given one.
-const CLOSE: f64 = 30.0;
-/// Moments that are tried, where the model has one.
-const MOMENTS: usize = 16;
+/// Least rows of a window.
+const MIN_WINDOW_ROWS: usize = 60;
+/// Most windows.
+const MAX_WINDOWS: usize = 40;
+/// Least windows.
+const MIN_WINDOWS: usize = 4;
+/// Relative decrease of χ² at which a preliminary fit ends.
+const COARSE_TOLERANCE: f64 = 1e-2;
+/// χ² per row below which the result of the windows is accepted without comparison with the given parameters.
+const MAX_ACCEPTED_CHI2_PER_ROW: f64 = 30.0;
+/// Event times that are tried.
+const EVENT_TIMES: usize = 16;
+/// Multiples of a clearance that are tried besides its given value.
+const CLEARANCE_FACTORS: [f64; 3] = [0.33, 2.0, 3.0];
+/// Shifts of the dry friction, in standard errors, from which a minimisation is repeated.
+const FRICTION_SHIFTS: [f64; 4] = [4.0, -4.0, 12.0, -12.0];
 
-/// Where the descent along the whole log should begin.
-pub fn begin(system: &System, parameters: &Parameters, record: &PreparedLog, kinds: &[InitialStateKind], weights: &[f64]) -> Iterate {
-    let near = near(system, parameters, record, kinds, weights);
-    in_the_best_valley(system, record, near, weights)
+/// The iterate from which the minimisation along the whole log starts.
+pub fn starting_iterate(problem: Problem, parameters: &Parameters, kinds: &[InitialStateKind]) -> Iterate {
+    let iterate = by_windows(problem, parameters, kinds);
+    best_local_minimum(problem, iterate)
 }
 
-fn near(system: &System, parameters: &Parameters, record: &PreparedLog, kinds: &[InitialStateKind], weights: &[f64]) -> Iterate {
+/// The better of the given parameters and those fitted to short windows.
+fn by_windows(problem: Problem, parameters: &Parameters, kinds: &[InitialStateKind]) -> Iterate {
+    let Problem { system, data, weights } = problem;
     let at = |parameters: &Parameters| {
-        let starts = starting_states(kinds, record, parameters, system);
-        Iterate::new(system, parameters, record, &starts)
+        let states = starting_states(kinds, data, parameters, system);
+        Iterate::new(system, parameters, data, &states)
     };
-    if record.driven == Input::Motion || parameters.free().is_empty() {
+    if data.driven == Input::Motion || parameters.free().is_empty() {
         return at(parameters);
     }
-    let Some(windows) = windows(record, WINDOW_S) else { return at(parameters) };
-    let near = fit_windows(system, parameters, &windows, kinds, weights);
-    let approached = at(&near.parameters);
-    let cost = |place: &Iterate| place.normal_equations(weights).cost;
-    if cost(&approached) < CLOSE * record.len() as f64 {
-        return approached;
+    let Some(windows) = short_windows(data, WINDOW_S) else { return at(parameters) };
+    let fitted = at(&fit_windows(Problem { data: &windows, ..problem }, parameters, kinds).parameters);
+    let cost = |iterate: &Iterate| iterate.normal_equations(weights).cost;
+    if cost(&fitted) < MAX_ACCEPTED_CHI2_PER_ROW * data.len() as f64 {
+        return fitted;
     }
     let given = at(parameters);
-    // An infinite or undefined cost never wins.
-    if cost(&approached) < cost(&given) || !cost(&given).is_finite() { approached } else { given }
+    // An infinite or undefined cost is never the lower one.
+    if cost(&fitted) < cost(&given) || !cost(&given).is_finite() { fitted } else { given }
 }
 
-/// The parameters fitted to `windows`, from the given ones.
-pub fn fit_windows(
-    system: &System,
-    parameters: &Parameters,
-    windows: &PreparedLog,
-    kinds: &[InitialStateKind],
-    weights: &[f64],
-) -> Iterate {
-    let starts = starting_states(kinds, windows, parameters, system);
-    let begin = Iterate::new(system, parameters, windows, &starts);
-    solve::minimize(system, windows, begin, weights, |cost| ROUGHLY * cost)
+/// Fits the parameters to short windows (the data of `problem`), from the given values.
+pub fn fit_windows(problem: Problem, parameters: &Parameters, kinds: &[InitialStateKind]) -> Iterate {
+    let states = starting_states(kinds, problem.data, parameters, problem.system);
+    let start = Iterate::new(problem.system, parameters, problem.data, &states);
+    solve::minimize(problem, start, |cost| COARSE_TOLERANCE * cost)
 }
 
-/// Shifts of the dry level, in standard errors, by which a descent is started anew.
-const SHIFTS: [f64; 4] = [4.0, -4.0, 12.0, -12.0];
-
-/// A better place beyond a step of the cost, if there is one near.
+/// Repeats the minimisation from shifted values of the dry friction and returns the best iterate.
 ///
-/// Whether the rotor sticks for a moment or not is a question of yes or no: there the cost has a step that no derivative shows, and a
-/// descent may end before it. So the dry level is moved a few standard errors, everything else with it as the covariance says.
-pub fn escape_local_minimum(system: &System, record: &PreparedLog, place: Iterate, weights: &[f64]) -> Iterate {
-    let free = place.parameters.free();
-    let dry = |k: usize| ["coulomb_N_m", "stribeck_N_m"].iter().any(|stem| place.parameters.list[k].name.starts_with(stem));
-    let Some(lane) = free.iter().position(|&k| dry(k)) else { return place };
-    let Some(covariance) = place.normal_equations(weights).reduced().0.try_inverse() else { return place };
-    let sigma = covariance[(lane, lane)].sqrt();
+/// Whether the rotor sticks for an interval or not is a discrete outcome: χ² has a step there, without a derivative, at which a minimisation may
+/// end. The other parameters are shifted with the friction according to the covariance.
+pub fn escape_local_minimum(problem: Problem, iterate: Iterate) -> Iterate {
+    let Problem { system, data, weights } = problem;
+    let free = iterate.parameters.free();
+    let Some(friction) = free.iter().position(|&k| iterate.parameters.list[k].is_dry_friction) else { return iterate };
+    let Some(covariance) = iterate.normal_equations(weights).reduced().0.try_inverse() else { return iterate };
+    let sigma = covariance[(friction, friction)].sqrt();
     if !(sigma > 0.0 && sigma.is_finite()) {
-        return place;
+        return iterate;
     }
-    let shifted = |shift: f64| {
-        let step: Vec<f64> = (0..free.len()).map(|k| shift * covariance[(k, lane)] / sigma).collect();
-        let begin = Iterate::new(system, &place.parameters.moved(&step), record, &place.starts);
-        solve::minimize(system, record, begin, weights, |_| solve::MIN_CHI2_DECREASE)
+    let from_shift = |shift: f64| {
+        let step: Vec<f64> = (0..free.len()).map(|k| shift * covariance[(k, friction)] / sigma).collect();
+        let start = Iterate::new(system, &iterate.parameters.moved(&step), data, &iterate.initial_states);
+        solve::minimize(problem, start, |_| solve::MIN_CHI2_DECREASE)
     };
-    let tried: Vec<Iterate> = SHIFTS.par_iter().map(|&shift| shifted(shift)).collect();
-    let mut best = place;
-    for tried in tried {
-        if tried.normal_equations(weights).cost < best.normal_equations(weights).cost - 1.0 {
+    let others: Vec<Iterate> = FRICTION_SHIFTS.par_iter().map(|&shift| from_shift(shift)).collect();
+    let mut best = iterate;
+    for other in others {
+        if other.normal_equations(weights).cost < best.normal_equations(weights).cost - 1.0 {
             let steps = best.steps;
-            best = tried;
+            best = other;
             best.steps += steps;
         }
     }
     best
 }
 
-/// A parameter in which the cost has several valleys is first looked for on a grid.
-fn in_the_best_valley(system: &System, record: &PreparedLog, place: Iterate, weights: &[f64]) -> Iterate {
-    let trials = place.parameters.free().into_iter().find_map(|k| {
-        let values = valleys(&place.parameters.list[k], record);
+/// The best of minimisations from several values of a parameter over which χ² has several minima.
+fn best_local_minimum(problem: Problem, iterate: Iterate) -> Iterate {
+    let Problem { system, data, weights } = problem;
+    let trials = iterate.parameters.free().into_iter().find_map(|k| {
+        let values = start_values(&iterate.parameters.list[k], data);
         (!values.is_empty()).then_some((k, values))
     });
-    let Some((k, values)) = trials else { return place };
-    let (parameters, starts) = (place.parameters.clone(), place.starts.clone());
-    let from = |place: Iterate| solve::minimize(system, record, place, weights, |cost| ROUGHLY * cost);
-    let valley = |value: f64| {
+    let Some((k, values)) = trials else { return iterate };
+    let (parameters, initial_states) = (iterate.parameters.clone(), iterate.initial_states.clone());
+    let minimize = |start: Iterate| solve::minimize(problem, start, |cost| COARSE_TOLERANCE * cost);
+    let from_value = |value: f64| {
         let mut parameters = parameters.clone();
         parameters.list[k].value = value;
-        from(Iterate::new(system, &parameters, record, &starts))
+        minimize(Iterate::new(system, &parameters, data, &initial_states))
     };
-    let tried: Vec<Iterate> = values.par_iter().map(|&value| valley(value)).collect();
-    let mut best = from(place);
-    for tried in tried {
-        if tried.normal_equations(weights).cost < best.normal_equations(weights).cost {
-            best = tried;
+    let others: Vec<Iterate> = values.par_iter().map(|&value| from_value(value)).collect();
+    let mut best = minimize(iterate);
+    for other in others {
+        if other.normal_equations(weights).cost < best.normal_equations(weights).cost {
+            best = other;
         }
     }
     best
 }
 
-/// Where a parameter should be tried besides its given value: moments over the whole record, a play of other widths.
-fn valleys(parameter: &Parameter, record: &PreparedLog) -> Vec<f64> {
+/// Values of a parameter to start from besides the given one: event times across the log, other clearances.
+fn start_values(parameter: &Parameter, data: &PreparedLog) -> Vec<f64> {
     if parameter.kind == ParameterKind::EventTime {
-        let (from_s, to_s) = (record.t_s[0], record.t_s[record.len() - 1]);
-        return (0..MOMENTS).map(|k| from_s + (to_s - from_s) * (k as f64 + 0.5) / MOMENTS as f64).collect();
+        let (from_s, to_s) = (data.t_s[0], data.t_s[data.len() - 1]);
+        return (0..EVENT_TIMES).map(|k| from_s + (to_s - from_s) * (k as f64 + 0.5) / EVENT_TIMES as f64).collect();
     }
-    if parameter.name == "gap_rad" {
-        return [0.33, 2.0, 3.0].map(|factor| factor * parameter.value).to_vec();
+    if parameter.is_clearance {
+        return CLEARANCE_FACTORS.map(|factor| factor * parameter.value).to_vec();
     }
     Vec::new()
 }
 
-/// The same record, cut into segments of `window_s` spread over what is not held out; `None` where there are too few.
-pub fn windows<'a>(record: &PreparedLog<'a>, window_s: f64) -> Option<PreparedLog<'a>> {
-    let rows = ((window_s / record.dt_s) as usize).max(WINDOW_ROWS);
+/// The data cut into segments of `window_s` across the rows that are not held out; `None` if there are too few.
+pub fn short_windows<'a>(data: &PreparedLog<'a>, window_s: f64) -> Option<PreparedLog<'a>> {
+    let rows = ((window_s / data.dt_s) as usize).max(MIN_WINDOW_ROWS);
     let mut segments = Vec::new();
-    for segment in &record.segments {
+    for segment in &data.segments {
         let mut from = segment.start;
         while from + rows <= segment.end {
-            if !record.held_out(from) && !record.held_out(from + rows - 1) {
+            if !data.held_out(from) && !data.held_out(from + rows - 1) {
                 segments.push(from..from + rows);
             }
             from += rows;
         }
     }
-    let every = segments.len().div_ceil(WINDOWS).max(1);
+    let every = segments.len().div_ceil(MAX_WINDOWS).max(1);
     let segments: Vec<_> = segments.into_iter().step_by(every).collect();
-    (segments.len() >= FEWEST_WINDOWS).then(|| PreparedLog { segments, ..record.clone() })
+    (segments.len() >= MIN_WINDOWS).then(|| PreparedLog { segments, ..data.clone() })
 }

@@ -98,16 +98,16 @@ pub fn fit_json(c: &Comparison) -> Value {
         };
         (row.name, parameter)
     });
-    let undetermined = &c.held.not_identifiable;
+    let undetermined = &c.held.unidentifiable;
     value(&FitJson {
         parameters: Entries(rows.collect()),
-        not_identifiable: undetermined.iter().map(|(name, _)| name.as_str()).collect(),
+        not_identifiable: undetermined.iter().map(|u| u.parameter.as_str()).collect(),
         not_identifiable_details: undetermined
             .iter()
-            .map(|(parameter, with)| NotIdentifiableJson {
-                parameter,
-                with: with.as_ref().map(|(other, _)| other.as_str()),
-                correlation: with.as_ref().map(|(_, r)| *r),
+            .map(|u| NotIdentifiableJson {
+                parameter: &u.parameter,
+                with: u.partner.as_ref().map(|(other, _)| other.as_str()),
+                correlation: u.partner.as_ref().map(|(_, r)| *r),
             })
             .collect(),
         converged: c.held.converged,

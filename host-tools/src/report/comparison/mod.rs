@@ -20,6 +20,7 @@ pub use parameters::{Determination, ParameterRow};
 pub use text::text;
 
 use super::log_warnings;
+use crate::identify::evaluation::EvaluationRemark;
 use crate::identify::fit::{FitResult, PreparedLog};
 use crate::identify::residual::Misfit;
 use crate::log::Log;
@@ -39,8 +40,8 @@ pub struct Comparison<'a> {
     pub fitted: bool,
     /// Computing time, s.
     pub seconds: f64,
-    /// How the comparison was made, beyond what log and model state: a sentence each.
-    pub remarks: Vec<String>,
+    /// Remarks on the comparison.
+    pub remarks: Vec<EvaluationRemark>,
     /// Where the model fails, the largest share of the residual first.
     pub failures: Vec<Misfit>,
 }
@@ -56,9 +57,9 @@ impl Comparison<'_> {
     pub fn all_remarks(&self) -> Vec<String> {
         let warnings = self.all_warnings();
         let mut lines: Vec<String> = Vec::new();
-        for line in self.model.remarks().iter().chain(&self.remarks) {
-            if !lines.contains(line) && !warnings.contains(line) {
-                lines.push(line.clone());
+        for line in self.model.remarks().iter().cloned().chain(self.remarks.iter().map(crate::report::preparation::remark)) {
+            if !lines.contains(&line) && !warnings.contains(&line) {
+                lines.push(line);
             }
         }
         lines

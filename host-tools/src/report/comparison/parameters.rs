@@ -167,9 +167,9 @@ pub fn parameters(c: &Comparison) -> Vec<ParameterRow> {
             // A phase is periodic: the ends of its range are not bounds.
             let bounded = !p.fixed && p.kind != drive_model::ParameterKind::Phase && !is_order;
             let slack = MAX_SIGMAS_OUT_OF_RANGE * sigma;
-            let determination = match held.not_identifiable.iter().find(|(name, _)| *name == p.name) {
+            let determination = match held.unidentifiable.iter().find(|u| u.parameter == p.name).map(|u| &u.partner) {
                 None => Determination::Determined,
-                Some((_, Some((other, r)))) if r.abs() > MIN_REPORTED_CORRELATION => Determination::OnlyWith(other.clone(), *r),
+                Some(Some((other, r))) if r.abs() > MIN_REPORTED_CORRELATION => Determination::OnlyWith(other.clone(), *r),
                 Some(_) => Determination::NotVisible,
             };
             ParameterRow {

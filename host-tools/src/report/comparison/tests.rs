@@ -1,7 +1,8 @@
 use super::{Comparison, Misfit, fit_json, html, text};
-use crate::identify::fit::normal_equations::InitialStates;
+use crate::identify::evaluation::EvaluationRemark;
+use crate::identify::fit::InitialStates;
 use crate::identify::fit::prepared_log::ComparedChannel;
-use crate::identify::fit::{ChannelFit, FitResult, Parameters, PreparedLog, build};
+use crate::identify::fit::{ChannelFit, FitResult, Parameters, PreparedLog, Unidentifiable, build};
 use crate::log::{Column, Log};
 use crate::model::{Channel, Model};
 use crate::report::numbers::{change, grouped, p_statement, p_value, plain, significant, with_sigma};
@@ -85,9 +86,9 @@ fn held(model: &Model, log: &Log, rms: f64) -> FitResult {
     FitResult {
         sigmas: vec![1.3e-6, 2.1e-4, 0.0, 4e-6, 0.0],
         parameters,
-        starts: InitialStates { kinds: vec![], values: vec![], prior: vec![], prior_sigma: vec![] },
+        initial_states: InitialStates { kinds: vec![], values: vec![], prior: vec![], prior_sigma: vec![] },
         channels: vec![fitness(Channel::Rate, rms, Some(0.33), 0.021, residual), fitness(Channel::Angle, f64::NAN, None, 0.001, angle)],
-        not_identifiable: vec![("motor_constant_N_m_A".into(), Some(("inertia_kg_m2".into(), 0.9991)))],
+        unidentifiable: vec![Unidentifiable { parameter: "motor_constant_N_m_A".into(), partner: Some(("inertia_kg_m2".into(), 0.9991)) }],
         converged: false,
         steps: 40,
         chi2: 1000.0,
@@ -115,7 +116,7 @@ fn with_comparison<R>(rows: usize, rms: f64, fitted: bool, check: impl FnOnce(&C
         held: &held,
         fitted,
         seconds: 0.123,
-        remarks: vec!["u_V was measured at the motor's terminals".into()],
+        remarks: vec![EvaluationRemark::AssumedRateSource { from_encoder: true }],
         failures,
     })
 }

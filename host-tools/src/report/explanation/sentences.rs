@@ -68,7 +68,7 @@ fn unmet(requirement: Requirement) -> &'static str {
 /// A remark.
 pub fn remark(remark: &Remark) -> String {
     match remark {
-        Remark::Preparation(text) => text.clone(),
+        Remark::Preparation(note) => crate::report::preparation::note(note),
         Remark::StandInsRemoved { effects } => {
             format!("Removed again: {}. The residual stays far above the noise, and they improve it too little.", listed(effects))
         }

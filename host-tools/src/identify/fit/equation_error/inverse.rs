@@ -1,121 +1,120 @@
-//! The inverse model as a linear one: a column for each free parameter.
+//! The inverse model as a linear regression: one column for each free parameter.
 //!
-//! Columns are differences of [`Rig::demand`] itself, so that any effect that is linear in its parameters works, the user's own too, and
-//! no equation is written twice. An amplitude with its phase has the coordinates a·cos φ and a·sin φ. Whether the model is linear is
-//! tried, not believed.
+//! The columns are differences of [`Rig::demand`](drive_rig::Rig::demand), so that any effect that is linear in its parameters works, also a user's
+//! own, and no equation exists twice. The coordinates of an amplitude with its phase are a·cos φ and a·sin φ. The linearity of the model is tested.
 
 use drive_model::{ParameterKind, Structure};
 use nalgebra::DMatrix;
 
-use super::InverseModelCause as Trouble;
+use super::InverseModelCause;
 use super::motion::Motion;
 use crate::identify::fit::{Parameters, PreparedLog, System};
 use crate::model::{Channel, Input, Model, SummingPoint};
 use crate::statistics::Extremes;
 
-/// A model along measured motions.
+/// An inverse model along measured motions.
 pub(super) struct Inverse<'a> {
     pub system: &'a System,
-    pub record: &'a PreparedLog<'a>,
+    pub data: &'a PreparedLog<'a>,
     pub motions: &'a [Motion],
-    /// What is explained: the input of the model, or what the prescribed motion needs.
+    /// The explained channel: the input of the model, or for a prescribed motion its first output.
     pub explained: Channel,
-    /// Rate below which the encoder cannot tell its sign, rad/s.
-    pub still_rad_s: f64,
+    /// Rate below which the encoder does not resolve the sign, rad/s.
+    pub resolved_rate_rad_s: f64,
 }
 
-/// Numbers of all motions, one after the other.
+/// Values of all motions, one after the other.
 pub(super) type Series = Vec<f64>;
 
-/// What is left of an identity in doubles after some thousand operations.
+/// Relative rounding error after some thousand operations.
 const ROUNDING: f64 = 1e-7;
-/// The same beside numbers that are larger by far.
-const SMALLEST: f64 = 1e-13;
-/// Rows at which linearity is tried, at least.
-const TRIED_ROWS: usize = 500;
+/// Relative rounding error with respect to much larger terms.
+const CANCELLATION: f64 = 1e-13;
+/// Least number of rows for the test of linearity.
+const TEST_ROWS: usize = 500;
 
 impl Inverse<'_> {
-    /// What the model needs at these parameters, at every `stride`th point.
-    pub fn need(&self, parameters: &Parameters, stride: usize) -> Series {
-        let rig = self.system.rig::<f64>(parameters, self.record.driven);
+    /// Torque, current or voltage that the model requires with these parameters, at every `stride`-th point.
+    pub fn required(&self, parameters: &Parameters, stride: usize) -> Series {
+        let rig = self.system.rig::<f64>(parameters, self.data.driven);
         let mut series = Series::new();
         for motion in self.motions {
             for k in (0..motion.t_s.len()).step_by(stride) {
                 let row = motion.row[k];
-                let mut span = self.record.span(row, row + 1);
+                let mut span = self.data.row_input(row, row + 1);
                 span.t_s = motion.t_s[k];
                 span.theta = Some((motion.theta[k], motion.theta[k]));
-                let direction = (motion.omega[k] / self.still_rad_s).clamp(-1.0, 1.0);
-                let current = self.record.current.map_or(0.0, |i| i[row]);
-                let need = rig.demand(&span, motion.omega[k], motion.alpha[k], direction, current);
+                let direction = (motion.omega[k] / self.resolved_rate_rad_s).clamp(-1.0, 1.0);
+                let current = self.data.current.map_or(0.0, |i| i[row]);
+                let required = rig.demand(&span, motion.omega[k], motion.alpha[k], direction, current);
                 series.push(match self.explained {
-                    Channel::Current => need.current,
-                    Channel::Voltage => need.voltage,
-                    _ => need.torque,
+                    Channel::Current => required.current,
+                    Channel::Voltage => required.voltage,
+                    _ => required.torque,
                 });
             }
         }
         series
     }
 
-    /// Points of all motions.
+    /// Number of points of all motions.
     pub fn len(&self) -> usize {
         self.motions.iter().map(|m| m.t_s.len()).sum()
     }
 
-    /// What the model needs with all free parameters zero, and a column for each.
-    pub fn columns(&self, parameters: &Parameters) -> Result<(Series, Vec<Series>), Trouble> {
+    /// Required values with all free parameters zero, and the column of each free parameter.
+    pub fn columns(&self, parameters: &Parameters) -> Result<(Series, Vec<Series>), InverseModelCause> {
         let here = coordinates(parameters);
-        let rest = self.need(&moved(parameters, &vec![0.0; here.len()]), 1);
+        let rest = self.required(&moved(parameters, &vec![0.0; here.len()]), 1);
         let steps: Vec<f64> = here.iter().map(|&c| if c == 0.0 { 1.0 } else { c }).collect();
         let mut columns = Vec::with_capacity(here.len());
-        for lane in 0..here.len() {
+        for index in 0..here.len() {
             let mut one = vec![0.0; here.len()];
-            one[lane] = steps[lane];
-            let with = self.need(&moved(parameters, &one), 1);
-            columns.push(with.iter().zip(&rest).map(|(with, rest)| (with - rest) / steps[lane]).collect::<Series>());
+            one[index] = steps[index];
+            let with = self.required(&moved(parameters, &one), 1);
+            columns.push(with.iter().zip(&rest).map(|(with, rest)| (with - rest) / steps[index]).collect::<Series>());
         }
         self.check_linear(parameters, &here, &steps, &columns)?;
         Ok((rest, columns))
     }
 
-    /// Steps away from the start, by one parameter at a time, do what the columns say; each column does something.
-    fn check_linear(&self, parameters: &Parameters, here: &[f64], steps: &[f64], columns: &[Series]) -> Result<(), Trouble> {
-        let stride = (self.len() / TRIED_ROWS).max(1);
-        let start = self.need(parameters, stride);
-        let (mut bent, mut mixed, mut idle) = (Vec::new(), Vec::new(), Vec::new());
-        for lane in 0..here.len() {
+    /// Tests at steps of one parameter at a time that the columns describe the model, and that no column is zero.
+    fn check_linear(&self, parameters: &Parameters, here: &[f64], steps: &[f64], columns: &[Series]) -> Result<(), InverseModelCause> {
+        let stride = (self.len() / TEST_ROWS).max(1);
+        let start = self.required(parameters, stride);
+        let (mut nonlinear, mut coupled, mut zero) = (Vec::new(), Vec::new(), Vec::new());
+        for index in 0..here.len() {
             let away = |by: f64| {
                 let mut there = here.to_vec();
-                there[lane] += by * steps[lane];
-                self.need(&moved(parameters, &there), stride)
+                there[index] += by * steps[index];
+                self.required(&moved(parameters, &there), stride)
             };
             let (one, two) = (away(1.0), away(2.0));
-            // Against what this parameter itself does, so that a small effect's bend is not lost beside a large inertia.
-            let most = |series: &mut dyn Iterator<Item = f64>| series.max_abs();
-            let own = most(&mut one.iter().zip(&start).map(|(o, s)| o - s));
-            let all = most(&mut start.iter().chain(&two).copied());
-            let linear = |off: f64| off.abs() <= ROUNDING * own + SMALLEST * all;
-            let column = self.strided(&columns[lane], stride);
-            let name = || parameters.list[parameters.free()[lane]].name.clone();
+            // Relative to the influence of this parameter, so that the nonlinearity of a small effect is found beside a large inertia.
+            let own = one.iter().zip(&start).map(|(o, s)| o - s).max_abs();
+            let all = start.iter().chain(&two).copied().max_abs();
+            let linear = |off: f64| off.abs() <= ROUNDING * own + CANCELLATION * all;
+            let column = self.strided(&columns[index], stride);
+            let name = || parameters.list[parameters.free()[index]].name.clone();
             if !(0..start.len()).all(|k| linear(two[k] - 2.0 * one[k] + start[k])) {
-                bent.push(name());
-            } else if !(0..start.len()).all(|k| linear(one[k] - start[k] - column[k] * steps[lane])) {
-                mixed.push(name());
+                nonlinear.push(name());
+            } else if !(0..start.len()).all(|k| linear(one[k] - start[k] - column[k] * steps[index])) {
+                coupled.push(name());
             }
-            if columns[lane].iter().all(|c| *c == 0.0) {
-                idle.push(name());
+            if columns[index].iter().all(|c| *c == 0.0) {
+                zero.push(name());
             }
         }
-        // A product of two parameters bends with neither alone: where none bends by itself, both are named.
-        let curved = if bent.is_empty() { mixed } else { bent };
-        match (curved.is_empty(), idle.is_empty()) {
-            (false, _) => Err(Trouble::NotLinear(curved.join(", "))),
-            (_, false) => Err(Trouble::NoPart(idle.join(", "))),
+        // A product of two parameters is linear in each of them: both are named if none is nonlinear alone.
+        let nonlinear = if nonlinear.is_empty() { coupled } else { nonlinear };
+        match (nonlinear.is_empty(), zero.is_empty()) {
+            (false, _) => Err(InverseModelCause::NotLinear(nonlinear.join(", "))),
+            (_, false) => Err(InverseModelCause::NoInfluence(zero.join(", "))),
             _ => Ok(()),
         }
     }
 
+    /// Every `stride`-th point of each motion.
     fn strided(&self, series: &[f64], stride: usize) -> Series {
         let mut from = 0;
         let mut picked = Series::new();
@@ -127,41 +126,46 @@ impl Inverse<'_> {
     }
 }
 
-/// Refuses what a prescribed motion cannot show: a change of structure, of what a channel shows, a state of its own.
-pub(super) fn check_effects(model: &Model, system: &System, parameters: &Parameters, temperature_is_measured: bool) -> Result<(), Trouble> {
+/// Refuses effects that change the structure, change a reading, or have a state.
+pub(super) fn check_effects(
+    model: &Model,
+    system: &System,
+    parameters: &Parameters,
+    temperature_is_measured: bool,
+) -> Result<(), InverseModelCause> {
     for effect in &system.effects {
         let law = effect.source.plain();
         let mut structure = Structure::default();
         let values: Vec<f64> = effect.parameters.iter().map(|&k| parameters.list[k].value).collect();
         law.configure(&values, &mut structure);
         if law.has_no_contribution() || (structure.thermal.is_some() && !temperature_is_measured) {
-            return Err(Trouble::NotInverse(effect.name.clone()));
+            return Err(InverseModelCause::NotInvertible(effect.name.clone()));
         }
     }
-    let shows = |place: SummingPoint| matches!(place, SummingPoint::Rate | SummingPoint::Angle | SummingPoint::Current);
-    match model.user_effects().iter().find(|own| shows(own.summing_point)) {
-        Some(own) => Err(Trouble::NotInverse(own.name.clone())),
+    let is_reading = |place: SummingPoint| matches!(place, SummingPoint::Rate | SummingPoint::Angle | SummingPoint::Current);
+    match model.user_effects().iter().find(|own| is_reading(own.summing_point)) {
+        Some(own) => Err(InverseModelCause::NotInvertible(own.name.clone())),
         None => Ok(()),
     }
 }
 
-/// What is explained: the input column, or of a prescribed motion the first output.
-pub(super) fn explained(record: &PreparedLog) -> Channel {
-    match record.driven {
+/// The explained channel: the input, or for a prescribed motion the first output.
+pub(super) fn explained(data: &PreparedLog) -> Channel {
+    match data.driven {
         Input::Torque => Channel::Torque,
         Input::Current => Channel::Current,
         Input::Voltage => Channel::Voltage,
-        Input::Motion => record.channels.first().map_or(Channel::Torque, |c| c.channel),
+        Input::Motion => data.channels.first().map_or(Channel::Torque, |c| c.channel),
     }
 }
 
-/// (amplitude, phase) of the pair that `k` belongs to, where both are free.
+/// Indices of (amplitude, phase) of the pair that contains `k`, if both are free.
 fn pair(parameters: &Parameters, k: usize) -> Option<(usize, usize)> {
     let partner = parameters.list[k].polar.filter(|p| parameters.free().contains(p))?;
     Some(if parameters.list[k].kind == ParameterKind::Phase { (partner, k) } else { (k, partner) })
 }
 
-/// The coordinates in which the model may be linear, of every free parameter.
+/// Coordinates of the free parameters in which the inverse model is linear.
 pub(super) fn coordinates(parameters: &Parameters) -> Vec<f64> {
     let value = |k: usize| parameters.list[k].value;
     let of = |&k: &usize| match pair(parameters, k) {
@@ -176,7 +180,7 @@ pub(super) fn coordinates(parameters: &Parameters) -> Vec<f64> {
 pub(super) fn moved(parameters: &Parameters, coordinates: &[f64]) -> Parameters {
     let mut next = parameters.clone();
     let free = parameters.free();
-    let at = |k: usize| free.iter().position(|&f| f == k).map_or(0.0, |lane| coordinates[lane]);
+    let at = |k: usize| free.iter().position(|&f| f == k).map_or(0.0, |index| coordinates[index]);
     for &k in &free {
         next.list[k].value = match pair(parameters, k) {
             Some((amplitude, phase)) if k == amplitude => at(amplitude).hypot(at(phase)),
@@ -187,9 +191,9 @@ pub(super) fn moved(parameters: &Parameters, coordinates: &[f64]) -> Parameters 
     next
 }
 
-/// Standard errors of the parameters, in the list's order, from the covariance of the coordinates.
+/// Standard errors of all parameters from the covariance of the coordinates.
 pub(super) fn sigmas(parameters: &Parameters, covariance: &DMatrix<f64>) -> Vec<f64> {
-    // The list's own rule takes a positive parameter's logarithm for its coordinate.
+    // `Parameters::sigmas` expects logarithms and logits as coordinates.
     let slope: Vec<f64> = parameters
         .free()
         .iter()

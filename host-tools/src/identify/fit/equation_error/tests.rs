@@ -1,4 +1,4 @@
-//! On a motion without noise, made of two sines: what was put in comes out.
+//! Noise-free motion of two sines: the fit returns the parameters of the simulation.
 #![allow(clippy::unwrap_used)]
 
 use super::*;
@@ -6,7 +6,7 @@ use crate::log::Column;
 
 const DT_S: f64 = 1e-3;
 
-/// A log of ten seconds whose torque is `torque(θ, ω, α)`, taken at the instant.
+/// A log of ten seconds with the instantaneous torque `torque(θ, ω, α)`.
 fn log(torque: impl Fn(f64, f64, f64) -> f64) -> Log {
     let t_s: Vec<f64> = (0..10_000).map(|k| f64::from(k) * DT_S).collect();
     let motion = |t: f64| {
@@ -38,9 +38,9 @@ fn refused(effects: &str, more: &str) -> String {
     fit(&log, &model(effects, more), Settings::usual(&log)).unwrap_err().to_string()
 }
 
-/// Tolerance 1e-3: central differences of the faster sine are short by (ω h)²/6 = 8e-6, the low-pass rounds the dry level's corners off.
+/// Tolerance 1e-3: central differences of the faster sine have an error of (ω h)²/6 = 8e-6; the low-pass smooths the steps of the Coulomb torque.
 #[test]
-fn what_was_put_in_comes_out_whatever_the_start() {
+fn fit_returns_true_parameters_from_any_start() {
     let (a, phase) = (0.4, 2.0);
     let log = log(|theta, omega, alpha| {
         0.5 * alpha + 0.2 * omega + 0.3 * omega.signum() - a * (7.0 * theta + phase).sin() - 0.1 + 0.05 * theta.powi(3)
@@ -68,42 +68,42 @@ fn what_was_put_in_comes_out_whatever_the_start() {
     }
 }
 
-/// The model asks for twice the torque that was: what is left is as large as what was measured.
+/// The model requires twice the measured torque: the residual is as large as the measured torque.
 #[test]
-fn a_comparison_says_how_much_is_not_explained() {
+fn comparison_gives_unexplained_fraction() {
     let log = log(|_, _, alpha| 0.5 * alpha);
-    let held = compare(&log, &model("", ""), Settings::usual(&log)).unwrap();
-    assert!((held.error_percent - 100.0).abs() < 0.01, "an inertia of 1 for 0.5 leaves as much again: {}", held.error_percent);
-    assert!(held.sigmas.iter().all(|s| *s == 0.0));
+    let result = compare(&log, &model("", ""), Settings::usual(&log)).unwrap();
+    assert!((result.error_percent - 100.0).abs() < 0.01, "{} %", result.error_percent);
+    assert!(result.sigmas.iter().all(|s| *s == 0.0));
 }
 
 #[test]
-fn what_is_no_linear_part_of_the_equation_is_refused_by_name() {
-    let bent = refused("\"stribeck\"", "stribeck_N_m = 1e-3\n");
-    assert!(bent.contains("sines.csv") && bent.contains("stribeck_rate_rad_s"), "{bent}");
+fn unsuitable_parameters_and_effects_are_refused_by_name() {
+    let nonlinear = refused("\"stribeck\"", "stribeck_N_m = 1e-3\n");
+    assert!(nonlinear.contains("sines.csv") && nonlinear.contains("stribeck_rate_rad_s"), "{nonlinear}");
     assert!(refused("\"load\", \"asymmetric-friction\"", "").contains("load_N_m and asymmetry_N_m"));
     for effect in ["compliance", "presliding", "encoder-eccentricity", "time-skew"] {
-        let says = refused(&format!("\"{effect}\""), "");
-        assert!(says.contains(effect), "{says}");
+        let message = refused(&format!("\"{effect}\""), "");
+        assert!(message.contains(effect), "{message}");
     }
-    let idle = refused("\"viscous\", \"viscous-temperature\"", "");
-    assert!(idle.contains("viscous_temperature_per_K"), "{idle}");
+    let zero = refused("\"viscous\", \"viscous-temperature\"", "");
+    assert!(zero.contains("viscous_temperature_per_K"), "{zero}");
 }
 
 #[test]
-fn a_nonlinear_parameter_that_is_held_is_no_obstacle() {
+fn fixed_nonlinear_parameter_is_accepted() {
     let log = log(|_, omega, alpha| 0.5 * alpha + (0.3 + 0.2 * (-(omega / 0.7f64).powi(2)).exp()) * omega.signum());
     let model = model("\"coulomb\", \"stribeck\"", "stribeck_rate_rad_s = { value = 0.7, fixed = true }\n");
     let found = fit(&log, &model, Settings::usual(&log)).unwrap();
     let value = |name: &str| found.parameters.list.iter().find(|p| p.name == name).unwrap().value;
-    // The corners again: the two dry levels differ only near a reversal, where the low-pass rounds.
+    // The two friction torques differ only near a reversal, where the low-pass smooths.
     assert!((value("coulomb_N_m") - 0.3).abs() < 2e-3 && (value("stribeck_N_m") - 0.2).abs() < 5e-3, "{:?}", found.parameters);
 }
 
 #[test]
-fn a_cutoff_beyond_the_rows_is_refused_with_the_highest() {
+fn cutoff_above_limit_is_refused_with_limit() {
     let log = log(|_, _, alpha| alpha);
-    let says = Settings::with_cutoff(&log, 300.0).unwrap_err().to_string();
-    assert!(says.contains("300") && says.contains("200"), "{says}");
+    let message = Settings::with_cutoff(&log, 300.0).unwrap_err().to_string();
+    assert!(message.contains("300") && message.contains("200"), "{message}");
     assert!(Settings::with_cutoff(&log, f64::NAN).is_err() && Settings::with_cutoff(&log, 0.0).is_err());
 }

@@ -1,13 +1,12 @@
-//! Low-passes without delay: forwards, then backwards.
+//! Zero-phase low-passes: filtered forwards, then backwards.
 //!
-//! In: evenly spaced numbers and a cutoff as a share of half the sampling rate. Out: as many numbers, at the same instants. A filter is a
-//! cascade of second-order sections, made from the analogue poles by the bilinear transform (Oppenheim and Schafer, Discrete-Time
-//! Signal Processing, §7.1); its gain at rest is 1. The ends are continued by their mirror image through the last point, and the
-//! sections begin settled, so that a constant or a ramp passes unchanged.
+//! Input: an evenly sampled series and a cutoff relative to half the sampling rate. Output: a series of the same length. A filter is a cascade of
+//! second-order sections, from the analogue poles by the bilinear transform (Oppenheim and Schafer, Discrete-Time Signal Processing, §7.1); its DC
+//! gain is 1. The ends are extended by point reflection and the sections start settled, so that a constant or a ramp passes unchanged.
 
 use std::f64::consts::PI;
 
-/// One section in the transposed direct form: b over 1 + a z⁻¹ + ….
+/// Second-order section in transposed direct form II.
 #[derive(Debug, Clone, Copy)]
 struct Section {
     b: [f64; 3],
@@ -18,45 +17,45 @@ struct Section {
 #[derive(Debug, Clone)]
 pub struct LowPass {
     sections: Vec<Section>,
-    /// Points by which the ends are continued.
-    reach: usize,
+    /// Points by which the ends are extended.
+    extension: usize,
 }
 
-/// Periods of the cutoff after which what the ends do has died away: 3, by the slowest pole of either filter.
-const REACH_PERIODS: f64 = 3.0;
+/// Extension in periods of the cutoff, after which the transients of the slowest pole have decayed.
+const EXTENSION_PERIODS: f64 = 3.0;
 
 impl LowPass {
-    /// Butterworth's: flat, −3 dB at `share` of half the sampling rate (0 < share < 1); `pairs` conjugate pairs of poles.
-    pub fn butterworth(pairs: u32, share: f64) -> LowPass {
-        LowPass::from_poles(pairs, share, |angle| (angle.sin(), angle.cos()))
+    /// Butterworth filter: −3 dB at `cutoff` relative to half the sampling rate (0 < cutoff < 1), with `pairs` conjugate pairs of poles.
+    pub fn butterworth(pairs: u32, cutoff: f64) -> LowPass {
+        LowPass::from_poles(pairs, cutoff, |angle| (angle.sin(), angle.cos()))
     }
 
-    /// Chebyshev's of the first kind: steeper, with a ripple of `ripple_dB` below `share` of half the sampling rate.
-    pub fn chebyshev(pairs: u32, ripple_dB: f64, share: f64) -> LowPass {
+    /// Chebyshev filter of type I: ripple of `ripple_dB` below `cutoff` relative to half the sampling rate.
+    pub fn chebyshev(pairs: u32, ripple_dB: f64, cutoff: f64) -> LowPass {
         let ripple = (10f64.powf(0.1 * ripple_dB) - 1.0).sqrt();
-        let bend = ripple.recip().asinh() / f64::from(2 * pairs);
-        LowPass::from_poles(pairs, share, |angle| (bend.sinh() * angle.sin(), bend.cosh() * angle.cos()))
+        let eccentricity = ripple.recip().asinh() / f64::from(2 * pairs);
+        LowPass::from_poles(pairs, cutoff, |angle| (eccentricity.sinh() * angle.sin(), eccentricity.cosh() * angle.cos()))
     }
 
-    /// `pole` gives (−real, imaginary) part of the pole at an angle on the circle, for a cutoff of 1 rad/s.
-    fn from_poles(pairs: u32, share: f64, pole: impl Fn(f64) -> (f64, f64)) -> LowPass {
-        let cutoff = (0.5 * PI * share).tan();
+    /// Filter from its analogue poles: `pole` gives (−real, imaginary) part of the pole at an angle, for a cutoff of 1 rad/s.
+    fn from_poles(pairs: u32, cutoff: f64, pole: impl Fn(f64) -> (f64, f64)) -> LowPass {
+        let cutoff = (0.5 * PI * cutoff).tan();
         let section = |k: u32| {
-            let (damping, swing) = pole(PI * f64::from(2 * k + 1) / f64::from(4 * pairs));
-            let (c1, c0) = (2.0 * damping * cutoff, (damping * damping + swing * swing) * cutoff * cutoff);
+            let (damping, frequency) = pole(PI * f64::from(2 * k + 1) / f64::from(4 * pairs));
+            let (c1, c0) = (2.0 * damping * cutoff, (damping * damping + frequency * frequency) * cutoff * cutoff);
             let a0 = 1.0 + c1 + c0;
             let b = c0 / a0;
             Section { b: [b, 2.0 * b, b], a: [2.0 * (c0 - 1.0) / a0, (1.0 - c1 + c0) / a0] }
         };
-        LowPass { sections: (0..pairs).map(section).collect(), reach: (2.0 * REACH_PERIODS / share).ceil() as usize }
+        LowPass { sections: (0..pairs).map(section).collect(), extension: (2.0 * EXTENSION_PERIODS / cutoff).ceil() as usize }
     }
 
-    /// The series without what is above the cutoff, undelayed.
-    pub fn both_ways(&self, x: &[f64]) -> Vec<f64> {
+    /// Filters the series forwards and backwards.
+    pub fn filter_both_ways(&self, x: &[f64]) -> Vec<f64> {
         let (Some(&first), Some(&last)) = (x.first(), x.last()) else { return Vec::new() };
-        let reach = self.reach.min(x.len() - 1);
-        let before = (1..=reach).rev().map(|k| 2.0 * first - x[k]);
-        let after = (1..=reach).map(|k| 2.0 * last - x[x.len() - 1 - k]);
+        let extension = self.extension.min(x.len() - 1);
+        let before = (1..=extension).rev().map(|k| 2.0 * first - x[k]);
+        let after = (1..=extension).map(|k| 2.0 * last - x[x.len() - 1 - k]);
         let mut y: Vec<f64> = before.chain(x.iter().copied()).chain(after).collect();
         for _ in 0..2 {
             for section in &self.sections {
@@ -64,12 +63,12 @@ impl LowPass {
             }
             y.reverse();
         }
-        y[reach..reach + x.len()].to_vec()
+        y[extension..extension + x.len()].to_vec()
     }
 }
 
 impl Section {
-    /// Runs over the series in place, settled at its first value.
+    /// Filters the series in place, settled at its first value.
     fn run(&self, y: &mut [f64]) {
         let first = y.first().copied().unwrap_or(0.0);
         let mut z = [(1.0 - self.b[0]) * first, (self.b[2] - self.a[1]) * first];
@@ -85,17 +84,17 @@ impl Section {
 mod tests {
     use super::*;
 
-    /// Amplitude of a sine after the filter, in the middle of the series; `share` of half the sampling rate.
+    /// Gain for a sine in the middle of the series; `share` of half the sampling rate.
     fn gain(filter: &LowPass, share: f64) -> f64 {
         let x: Vec<f64> = (0..4000).map(|k| (PI * share * f64::from(k)).sin()).collect();
-        let y = filter.both_ways(&x);
-        // Against the sine itself, so that a delay would show as a loss.
+        let y = filter.filter_both_ways(&x);
+        // Projection on the input sine: a delay reduces the gain.
         let (xy, xx) = (1000..3000).fold((0.0, 0.0), |(xy, xx), k| (xy + x[k] * y[k], xx + x[k] * x[k]));
         xy / xx
     }
 
     #[test]
-    fn butterworth_halves_the_power_twice_at_its_cutoff_and_delays_nothing() {
+    fn butterworth_gain_is_that_of_order_four_without_delay() {
         let filter = LowPass::butterworth(2, 0.2);
         // |H|² of two passes: 1/(1 + (tan ω/tan ω_c)⁸), the closed form of order four.
         for share in [0.05f64, 0.1, 0.2, 0.3] {
@@ -106,10 +105,10 @@ mod tests {
     }
 
     #[test]
-    fn chebyshev_ripples_as_little_as_it_was_told_and_falls_steeply() {
+    fn chebyshev_ripple_and_roll_off_are_as_specified() {
         let filter = LowPass::chebyshev(4, 0.05, 0.08);
         let ripple = 10f64.powf(0.1 * 0.05) - 1.0;
-        // An even order has its gain at rest at the lower end of the ripple; here it is 1, and the peaks lie above.
+        // For an even order the DC gain is the minimum of the ripple, here 1.
         for share in [0.01, 0.03, 0.05, 0.07] {
             assert!((0.999..1.001 + ripple).contains(&gain(&filter, share)), "{share}: {}", gain(&filter, share));
         }
@@ -117,10 +116,10 @@ mod tests {
     }
 
     #[test]
-    fn a_ramp_passes_unchanged_up_to_its_ends() {
+    fn ramp_passes_unchanged_up_to_its_ends() {
         let ramp: Vec<f64> = (0..500).map(|k| 3.0 + 0.5 * f64::from(k)).collect();
-        let y = LowPass::butterworth(2, 0.1).both_ways(&ramp);
-        // What the settled start leaves of a ramp has died away over the continued end: e⁻⁶ per reach, of a lag of some rows.
+        let y = LowPass::butterworth(2, 0.1).filter_both_ways(&ramp);
+        // The transient of the settled start decays by e⁻⁶ over the extension.
         assert!(ramp.iter().zip(&y).all(|(a, b)| (a - b).abs() < 0.02), "{:?}", &y[..3]);
     }
 }

@@ -1,4 +1,4 @@
-//! A first-order lag, exact for an input that is a straight line or a parabola within the row.
+//! First-order lag, exact for an input that is linear or a parabola within the row.
 
 use drive_model::Scalar;
 
@@ -13,10 +13,10 @@ impl<S: Scalar> Lag<S> {
         Lag { time_constant_s, state: None }
     }
 
-    /// The output at `t_s`, from the input there. With `turned`, the input's integral over the row, the input is the parabola that has
-    /// it and both ends; without, a straight line. Before the first row the input was constant.
+    /// Output at `t_s` from the input there. With `integral`, the integral of the input over the row, the input is the parabola with this integral
+    /// and the two values; without it a straight line. Before the first row the input is constant.
     #[inline]
-    pub(super) fn push(&mut self, t_s: f64, input: S, turned: Option<S>) -> S {
+    pub(super) fn push(&mut self, t_s: f64, input: S, integral: Option<S>) -> S {
         let Some((last_s, last_in, last_out)) = self.state else {
             self.state = Some((t_s, input, input));
             return input;
@@ -24,25 +24,25 @@ impl<S: Scalar> Lag<S> {
         let h = t_s - last_s;
         let tau = self.time_constant_s;
         let slope = (input - last_in) / h;
-        // What the lag settles to, u − τ u' + τ² u'', at the row's begin and end.
-        let (begin, end) = match turned {
+        // Particular solution u − τ u' + τ² u'' at the start and the end of the row.
+        let (begin, end) = match integral {
             None => (last_in - slope * tau, input - slope * tau),
-            Some(turned) => {
-                let bow = (turned / h - (input + last_in) * 0.5) * (6.0 / h);
-                let bent = bow * tau * tau * (-2.0 / h);
-                (last_in - (slope + bow) * tau + bent, input - (slope - bow) * tau + bent)
+            Some(integral) => {
+                let curvature = (integral / h - (input + last_in) * 0.5) * (6.0 / h);
+                let bent = curvature * tau * tau * (-2.0 / h);
+                (last_in - (slope + curvature) * tau + bent, input - (slope - curvature) * tau + bent)
             }
         };
-        // Below a hundredth of the row what it began with is forgotten, and nothing may be divided by τ.
+        // For τ below 1/100 of the row the initial value has decayed; no division by τ.
         let output = if tau.re() < 0.01 * h { end } else { end + (last_out - begin) * (-(tau.recip() * h)).exp() };
         self.state = Some((t_s, input, output));
         output
     }
 
-    /// Integral of the output over the row from the input's, with the output at both ends.
+    /// Integral of the output over the row, from the integral of the input and the outputs at both ends.
     #[inline]
-    pub(super) fn turned(&self, turned: S, before: S, after: S) -> S {
-        turned - self.time_constant_s * (after - before)
+    pub(super) fn output_integral(&self, integral: S, before: S, after: S) -> S {
+        integral - self.time_constant_s * (after - before)
     }
 
     /// The last output.
@@ -55,22 +55,22 @@ impl<S: Scalar> Lag<S> {
 mod tests {
     use super::*;
 
-    /// τ y' = u − y with u = 1 + 3 t − 5 t² from y = 2: in closed form, to rounding.
+    /// τ y' = u − y with u = 1 + 3 t − 5 t² from y = 2, in closed form.
     #[test]
-    fn a_parabola_within_the_row_is_followed_exactly() {
+    fn parabola_within_a_row_is_exact() {
         let (tau, h): (f64, f64) = (0.03, 0.02);
         let u = |t: f64| 1.0 + 3.0 * t - 5.0 * t * t;
         let mut lag = Lag { time_constant_s: tau, state: Some((0.0, u(0.0), 2.0)) };
-        let turned = h + 1.5 * h * h - 5.0 / 3.0 * h * h * h;
-        let output = lag.push(h, u(h), Some(turned));
+        let integral = h + 1.5 * h * h - 5.0 / 3.0 * h * h * h;
+        let output = lag.push(h, u(h), Some(integral));
         let settled = |t: f64| u(t) - tau * (3.0 - 10.0 * t) + tau * tau * -10.0;
         let expected = settled(h) + (2.0 - settled(0.0)) * (-h / tau).exp();
         assert!((output - expected).abs() < 1e-14, "{output} {expected}");
     }
 
-    /// On both sides of the least time constant: the exponential there is e^−100.
+    /// On both sides of the limit τ = row/100, where the exponential is e^−100.
     #[test]
-    fn a_lag_that_grows_out_of_nothing_does_not_jump() {
+    fn output_is_continuous_at_small_time_constants() {
         let after = |tau: f64| {
             let mut lag = Lag::new(tau);
             lag.push(0.0, 1.0, None);

@@ -1,4 +1,4 @@
-//! A drive that runs down along e^(−t/τ) over rows of 20 ms, against closed forms.
+//! A coast-down ω = e^(−t/τ) over rows of 20 ms, compared with closed forms.
 #![allow(clippy::unwrap_used)]
 
 use super::*;
@@ -6,7 +6,7 @@ use crate::identify::fit::parameters::{DerivativeScalar, Dual};
 use crate::model::Input;
 
 const ROW_S: f64 = 0.02;
-/// So fast that the rate halves in a row.
+/// The rate halves in a row.
 const TAU_S: f64 = 0.029;
 const ROWS: usize = 12;
 
@@ -14,7 +14,7 @@ fn compared(shows: Channel, mean_before_s: Option<f64>) -> ComparedChannel<'stat
     ComparedChannel { channel: shows, measured: &[], mean_before_s, filter_hz: None, instant: false, quantum: None }
 }
 
-fn record<'a>(t_s: &'a [f64], channel: ComparedChannel<'a>) -> PreparedLog<'a> {
+fn prepared<'a>(t_s: &'a [f64], channel: ComparedChannel<'a>) -> PreparedLog<'a> {
     PreparedLog {
         t_s,
         input: &[],
@@ -44,37 +44,37 @@ fn angle(t_s: f64) -> f64 {
     TAU_S * (1.0 - rate(t_s))
 }
 
-/// What the channel shows at every row, of the decay and of a current per row.
+/// Values of the channel at all rows, for the coast-down and one current per row.
 fn shown<S: Scalar>(
     channel: ComparedChannel,
     t_s: &[f64],
     (skew_s, lag_s): (Option<S>, Option<S>),
     (current, slope): (&[f64], f64),
 ) -> Vec<Option<S>> {
-    let record = record(t_s, channel);
-    let mut chain = MeasurementChain::new(&record, 0, &Structure { skew_s, lag_s, ..Structure::default() });
+    let data = prepared(t_s, channel);
+    let mut chain = MeasurementChain::new(&data, 0, &Structure { skew_s, lag_s, ..Structure::default() });
     (0..t_s.len())
         .map(|k| {
             let dt_s = t_s.get(k + 1).map_or(ROW_S, |next| next - t_s[k]);
             let span = RowInput { t_s: t_s[k], dt_s, input: 0.0, theta: None, temp_C: None, supply_ratio: 1.0, rate_from_encoder: false };
             let (omega, theta) = (S::from(rate(t_s[k])), S::from(angle(t_s[k])));
             let reading = Reading { omega, theta, current: S::from(current.get(k).copied().unwrap_or(0.0)) };
-            chain.push(&Row { span: &span, omega, theta, reading: &reading, current_slope_A_s: S::from(slope) })
+            chain.push(&Row { input: &span, omega, theta, reading: &reading, current_slope_A_s: S::from(slope) })
         })
         .collect()
 }
 
-/// A row holds 0.69 τ: the cubic through the angle is off by 0.69⁴/384 τ at most, which over the window is 1e-3 of the rate, the parabola of
-/// the rate by (0.69)³ √3/216, 3e-3. A straight line would be off by 0.69²/8, 6 %.
+/// A row is 0.69 τ. Error of the cubic of the angle: at most 0.69⁴/384 τ, over the window 1e-3 of the rate. Error of the parabola of the rate:
+/// 0.69³ √3/216 = 3e-3. Error of a straight line: 0.69²/8 = 6 %.
 #[test]
-fn a_late_rate_is_that_of_within_the_row() {
+fn delayed_rate_is_interpolated_within_the_row() {
     let t_s = rows();
     for late in [0.0, 0.0031, 0.0085, 0.0169, 0.02, 0.0333] {
         let instant = shown(compared(Channel::Rate, None), &t_s, (Some(late), None), (&[], 0.0));
         let mean = shown(compared(Channel::Rate, Some(ROW_S)), &t_s, (Some(late), None), (&[], 0.0));
         for k in 3..ROWS {
             let at = t_s[k] - late;
-            // Relative to the rate at the begin of the row.
+            // Relative to the rate at the start of the row.
             let size = rate(at - ROW_S);
             assert!((instant[k].unwrap() - rate(at)).abs() < 4e-3 * size, "{late} s late, row {k}");
             let expected = (angle(at) - angle(at - ROW_S)) / ROW_S;
@@ -84,9 +84,9 @@ fn a_late_rate_is_that_of_within_the_row() {
     }
 }
 
-/// A window of 15 ms ends within the rows.
+/// A window of 15 ms in rows of 20 ms.
 #[test]
-fn a_window_shorter_than_the_row_is_a_part_of_it() {
+fn window_shorter_than_a_row_is_exact() {
     let t_s = rows();
     let mean = shown::<f64>(compared(Channel::Rate, Some(0.015)), &t_s, (None, None), (&[], 0.0));
     for k in 1..ROWS {
@@ -95,9 +95,9 @@ fn a_window_shorter_than_the_row_is_a_part_of_it() {
     }
 }
 
-/// τ y' = ω − y from y = ω, then its mean over the row; the parabola leaves 3e-3 of the rate at most, the lag passes less on.
+/// τ y' = ω − y from y = ω, then the mean over the row. Error of the parabola: at most 3e-3 of the rate, which the lag reduces.
 #[test]
-fn a_lag_and_a_window_act_within_the_row_too() {
+fn lag_and_window_act_within_the_row() {
     let (t_s, lag) = (rows(), 0.012);
     let part = TAU_S / (TAU_S - lag);
     let behind = |t: f64| part * rate(t) + (1.0 - part) * (-t / lag).exp();
@@ -112,9 +112,9 @@ fn a_lag_and_a_window_act_within_the_row_too() {
     }
 }
 
-/// Central differences over 2e-7 s are good to 1e-7 of slopes of up to 1/τ.
+/// Central differences over 2e-7 s have an error of 1e-7 of slopes up to 1/τ.
 #[test]
-fn the_derivative_by_delay_and_lag_is_exact() {
+fn derivatives_by_delay_and_lag_are_exact() {
     let t_s = rows();
     let current: Vec<f64> = (0..ROWS).map(|k| if k % 3 == 0 { 2.0 } else { -0.5 * k as f64 }).collect();
     for (shows, window) in [
@@ -147,9 +147,9 @@ fn the_derivative_by_delay_and_lag_is_exact() {
     }
 }
 
-/// Means over rows of 20 and 30 ms: 5 ms late, each keeps all but 5 ms of its own and has 5 ms of the one before.
+/// Means over rows of 20 and 30 ms, delayed by 5 ms: each contains 5 ms of the previous row.
 #[test]
-fn a_late_current_is_the_running_mean_of_the_rows() {
+fn delayed_current_is_a_running_mean() {
     let t_s = [0.0, 0.02, 0.05, 0.07];
     let late = shown::<f64>(compared(Channel::Current, None), &t_s, (Some(0.005), None), (&[1.0, 4.0, -2.0, 0.0], 0.0));
     let expected = [1.0, (25.0 * 4.0 + 5.0) / 30.0, (15.0 * -2.0 + 5.0 * 4.0) / 20.0, -0.5];
@@ -158,17 +158,17 @@ fn a_late_current_is_the_running_mean_of_the_rows() {
     }
 }
 
-/// "Mean over 40 ms before t" of a column of means: the two rows that end at t.
+/// "Mean over 40 ms before t" of a column of row means: the two rows before t.
 #[test]
-fn a_current_over_a_window_before_t_is_of_the_rows_before() {
+fn current_window_covers_the_previous_rows() {
     let mean = shown::<f64>(compared(Channel::Current, Some(0.04)), &rows()[..4], (None, None), (&[1.0, 3.0, 7.0, 9.0], 0.0));
     assert_eq!(mean[..2], [None, None]);
     assert!((mean[2].unwrap() - 2.0).abs() < 1e-12 && (mean[3].unwrap() - 5.0).abs() < 1e-12, "{mean:?}");
 }
 
-/// At 10 A at the row's begin, falling by 100 A/s: 5 ms before the second row the first one's 15 ms count, not what the voltage makes next.
+/// 10 A at the start of the first row, falling by 100 A/s: the value 5 ms before the second row depends on the first row only.
 #[test]
-fn a_late_current_of_the_instant_knows_no_row_that_comes() {
+fn delayed_instantaneous_current_is_causal() {
     let channel = ComparedChannel { instant: true, ..compared(Channel::Current, None) };
     let late = shown::<f64>(channel, &rows()[..2], (Some(0.005), None), (&[10.0, -10.0], -100.0));
     assert!((late[1].unwrap() - 8.5).abs() < 1e-12, "{late:?}");
