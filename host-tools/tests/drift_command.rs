@@ -10,16 +10,16 @@ fn value(json: &serde_json::Value, name: &str) -> (f64, f64) {
     (json[name]["value"].as_f64().unwrap(), json[name]["sigma"].as_f64().unwrap())
 }
 
-/// One line that says this, status 2.
+/// The command fails with status 2 and one line that contains `message`.
 #[track_caller]
-fn refused(folder: &Path, words: &[&str], says: &str) {
+fn refused(folder: &Path, words: &[&str], message: &str) {
     let ran = stand(folder, words);
     assert_eq!((ran.status, ran.err.lines().count()), (Some(2), 1), "{words:?}: {ran:?}");
-    assert!(ran.err.contains(says), "{words:?}: {}", ran.err);
+    assert!(ran.err.contains(message), "{words:?}: {}", ran.err);
 }
 
 #[test]
-fn a_measurement_and_its_log_say_the_same_and_know_how_well() {
+fn measurement_and_its_log_give_the_same_result() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     let run = stand(path, &["drift", "run", "--cycles", "4", "--out", "log.csv", "--html", "run.html", "--json", "-"]).well().json();
@@ -45,9 +45,9 @@ fn a_measurement_and_its_log_say_the_same_and_know_how_well() {
     assert!(roxmltree::Document::parse(body).is_ok() && body.contains("<svg") && body.contains("own drift"));
 }
 
-/// A torquer that turns 0.3 % faster one way, which no current shows: −ε w/2 of 180 °/h are −0.27 °/h of own drift.
+/// A torquer gain 0.3 % larger in one direction, invisible in the current: −ε w/2 of 180 °/h are −0.27 °/h of own drift.
 #[test]
-fn two_amplitudes_tell_a_torquer_that_is_stronger_one_way_from_the_drift() {
+fn two_amplitudes_separate_unequal_torquer_and_drift() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     std::fs::write(path.join("gyro.toml"), "[torquer]\ngain_inequality = 3e-3\n").unwrap();
@@ -88,7 +88,7 @@ fn two_amplitudes_tell_a_torquer_that_is_stronger_one_way_from_the_drift() {
 }
 
 #[test]
-fn cycles_are_found_by_the_current_where_no_mark_tells_them() {
+fn cycles_are_detected_by_the_current_without_marks() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     stand(path, &["drift", "run", "--cycles", "2", "--pulse", "1", "--rest", "2", "--out", "log.csv"]).well();
@@ -114,7 +114,7 @@ fn cycles_are_found_by_the_current_where_no_mark_tells_them() {
 }
 
 #[test]
-fn four_turns_find_the_azimuth_without_the_latitude_and_rolls_find_what_gravity_does() {
+fn four_turns_give_the_azimuth_and_rolls_the_g_dependent_drift() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     let gyro = "[own]\nconstant_rad_s = 7.27e-6\noutput_rad_s_g = 4.848e-6\nspin_rad_s_g = -2.424e-6\n";
@@ -131,7 +131,7 @@ fn four_turns_find_the_azimuth_without_the_latitude_and_rolls_find_what_gravity_
 }
 
 #[test]
-fn a_vibration_advises_a_multiple_of_its_period() {
+fn advised_pulse_is_a_multiple_of_the_vibration_period() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     let mut text = "# angle_gain_V_rad: 150\nt_s,angle_sensor_V\n".to_owned();
@@ -151,7 +151,7 @@ fn a_vibration_advises_a_multiple_of_its_period() {
 }
 
 #[test]
-fn a_rate_gyro_on_the_platform_has_its_bias_and_scale() {
+fn platform_method_gives_bias_and_scale() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     let mut text = "t_s,theta_rad,gyro_rad_s\n".to_owned();
@@ -174,16 +174,16 @@ fn a_rate_gyro_on_the_platform_has_its_bias_and_scale() {
 }
 
 #[test]
-fn what_makes_no_sense_is_one_line_and_status_2() {
+fn invalid_input_fails_with_one_line_and_status_2() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    for (words, says) in [
+    for (words, message) in [
         (&["--pulse", "0"][..], "--pulse = 0"),
         (&["--pulse", "nan"], "--pulse = NaN"),
         (&["--latitude", "90"], "at a pole"),
         (&["--latitude", "91"], "--latitude = 91"),
         (&["--rate", "1"], "the stand refuses DRIFt:STARt"),
-        (&["--rate", "0.05,0.055"], "--rate 0.055: amplitudes differ by 20 % at least"),
+        (&["--rate", "0.05,0.055"], "--rate 0.055: amplitudes must differ by at least 20 %"),
         (&["--rate", "0.05,0"], "--rate = 0"),
         (&["--positions", "0,x"], "--positions: `x`"),
         (&["--positions", "0", "--cycles", "1"], "no turn"),
@@ -191,7 +191,7 @@ fn what_makes_no_sense_is_one_line_and_status_2() {
         (&["--gyro", "none.toml"], "none.toml: cannot read"),
         (&["--out", "log.txt"], "log.txt"),
     ] {
-        refused(path, &[&["drift", "run"], words].concat(), says);
+        refused(path, &[&["drift", "run"], words].concat(), message);
     }
     std::fs::write(path.join("bad.toml"), "[sensor]\ngain = 3\n").unwrap();
     refused(path, &["drift", "run", "--gyro", "bad.toml"], "unknown field `gain`");
@@ -200,19 +200,19 @@ fn what_makes_no_sense_is_one_line_and_status_2() {
     let log = std::fs::read_to_string(path.join("log.csv")).unwrap();
     let with = |name: &str, text: String| std::fs::write(path.join(name), text).unwrap();
     with("no-gain.csv", log.replace("# angle_gain_V_rad: 150\n", ""));
-    refused(path, &["drift", "compute", "no-gain.csv"], "no note `angle_gain_V_rad`, and no --angle-gain says it");
+    refused(path, &["drift", "compute", "no-gain.csv"], "no note `angle_gain_V_rad`; give --angle-gain");
     with("text.csv", log.replace("angle_gain_V_rad: 150", "angle_gain_V_rad: large"));
-    refused(path, &["drift", "compute", "text.csv"], "`large` is no number");
+    refused(path, &["drift", "compute", "text.csv"], "`large` is not a number");
     refused(path, &["drift", "compute", "log.csv", "--pulse", "0"], "pulse_s = 0");
     refused(path, &["drift", "compute", "log.csv", "--latitude", "-90"], "at a pole");
     with(
         "still.csv",
         "# angle_gain_V_rad: 150\n# pulse_s: 0.001\nt_s,angle_sensor_V,torquer_A\n0,0,0\n0.001,0,0\n0.002,0,0\n0.003,0,0\n".into(),
     );
-    refused(path, &["drift", "compute", "still.csv"], "the torquer's current does not change");
+    refused(path, &["drift", "compute", "still.csv"], "the current of the torquer is constant");
     with("none.csv", "# angle_gain_V_rad: 150\n# pulse_s: 1\nt_s,u_V\n0,0\n0.001,0\n".into());
     refused(path, &["drift", "compute", "none.csv"], "no column `angle_sensor_V`");
-    // A sensor that stands at its end all the time.
+    // A saturated angle sensor.
     let saturated: String = log
         .lines()
         .map(|line| match line.split_once(',') {
@@ -221,5 +221,5 @@ fn what_makes_no_sense_is_one_line_and_status_2() {
         })
         .collect();
     with("saturated.csv", saturated);
-    refused(path, &["drift", "compute", "saturated.csv"], "none of the 4 cycles is good: angle sensor saturated");
+    refused(path, &["drift", "compute", "saturated.csv"], "none of the 4 cycles is valid: angle sensor saturated");
 }

@@ -15,9 +15,9 @@ const OWN: [f64; 3] = [1.0, -0.5, 2.0];
 const PULSE_S: f64 = 5.0;
 const RATE: f64 = 0.05 * std::f64::consts::PI / 180.0;
 const ROW_S: f64 = 5e-3;
-/// Steps of the plant in a row.
+/// Plant steps per row.
 const STEPS: usize = 5;
-/// What the meters of the currents show at none, A: 0.08, −0.04 and 0.12 °/h.
+/// Offsets of the current sensors, A: 0.08, −0.04 and 0.12 °/h.
 const ZERO_A: [f64; 3] = [2e-5, -1e-5, 3e-5];
 const COLUMNS: [&str; 9] = [
     "t_s",
@@ -31,7 +31,7 @@ const COLUMNS: [&str; 9] = [
     "torquer_z_A",
 ];
 
-/// The platform with its torquers and sensors, and what was recorded of it.
+/// The platform with torquers and sensors, and the recorded rows.
 struct Bench {
     platform: ThreeAxis,
     torquers: [Torquer; 3],
@@ -105,7 +105,7 @@ fn record(cycles: &[[f64; 3]], gain: [f64; 3]) -> Log {
     Log::new("three.parquet", columns, notes.map(|(note, value)| (note.to_owned(), value.to_string())).to_vec()).unwrap()
 }
 
-/// What comes of it, with the firmware's mark and by the currents alone.
+/// Results with the mark of the firmware and by the currents only.
 fn computed(folder: &Path, log: &Log) -> [Value; 2] {
     let bare: Vec<Column> = log.columns().iter().filter(|column| column.name != "drift_mark").cloned().collect();
     log.write(folder.join("three.parquet")).unwrap();
@@ -118,9 +118,9 @@ fn value(json: &Value) -> (f64, f64) {
     (json["value"].as_f64().unwrap(), json["sigma"].as_f64().unwrap())
 }
 
-/// Own and apparent drift and azimuth are the true ones within their uncertainty, that of the own drift at most so much, °/h.
+/// Own drift, apparent drift and azimuth agree with the truth within their uncertainty; that of the own drift is at most `most`, °/h.
 #[track_caller]
-fn tells_the_truth(found: &Value, most: f64) {
+fn assert_true(found: &Value, most: f64) {
     let (horizontal, azimuth) = (Site::default().horizontal_rad_s() / DEG_H, 80_f64.to_radians());
     let apparent = [-horizontal * azimuth.cos(), 0.0, horizontal * azimuth.sin()];
     for (k, axis) in ["x", "y", "z"].into_iter().enumerate() {
@@ -138,12 +138,12 @@ fn tells_the_truth(found: &Value, most: f64) {
 }
 
 #[test]
-fn a_log_of_three_axes_tells_own_drift_apparent_drift_and_azimuth_within_their_uncertainty() {
+fn three_axis_results_agree_with_the_truth() {
     let folder = tempfile::tempdir().unwrap();
     let both = [[1.0; 3], [-1.0; 3], [1.0; 3], [-1.0; 3], [1.0; 3], [-1.0; 3]];
     for found in computed(folder.path(), &record(&both, [0.0; 3])) {
         assert_eq!((found["good"].as_u64(), found["bad"].as_u64()), (Some(36), Some(0)), "{found}");
-        tells_the_truth(&found, 1.5e-3);
+        assert_true(&found, 1.5e-3);
         // −1.168′ (theory.md §3.3): what the platform turns until the middle of a cycle; and unequal pulses, own drift to −ε w/2.
         let raw = 60.0 * (found["uncorrected"]["azimuth_deg"]["value"].as_f64().unwrap() - 80.0);
         assert!((raw + 1.168).abs() < 0.5, "{raw}′");
@@ -155,7 +155,7 @@ fn a_log_of_three_axes_tells_own_drift_apparent_drift_and_azimuth_within_their_u
 }
 
 #[test]
-fn pulses_on_one_axis_at_a_time_leave_the_other_axes_without_a_cycle() {
+fn axes_without_pulses_have_no_cycle() {
     let folder = tempfile::tempdir().unwrap();
     let mut cycles = Vec::new();
     for sign in [1.0, -1.0, 1.0, -1.0] {
@@ -163,19 +163,19 @@ fn pulses_on_one_axis_at_a_time_leave_the_other_axes_without_a_cycle() {
     }
     for found in computed(folder.path(), &record(&cycles, [0.0; 3])) {
         assert_eq!((found["good"].as_u64(), found["bad"].as_u64()), (Some(24), Some(0)), "{found}");
-        tells_the_truth(&found, 1.5e-3);
+        assert_true(&found, 1.5e-3);
     }
 }
 
 /// −ε w/2 of 0.2, −0.1 and 0.3 % are −0.18, 0.09 and −0.27 °/h.
 #[test]
-fn two_amplitudes_tell_what_the_torquers_of_three_axes_are_not_equal_by() {
+fn two_amplitudes_give_the_inequality_of_three_torquers() {
     let folder = tempfile::tempdir().unwrap();
     let cycles: Vec<[f64; 3]> = [1.0, -1.0, 0.4, -0.4, 1.0, -1.0, 0.4, -0.4].map(|size| [size; 3]).to_vec();
     let gain = [2e-3, -1e-3, 3e-3];
     for found in computed(folder.path(), &record(&cycles, gain)) {
         // What is extrapolated to no amplitude is known less well; the azimuth as well as before.
-        tells_the_truth(&found, 4e-3);
+        assert_true(&found, 4e-3);
         let unequal = found["inequality"].as_array().unwrap();
         assert_eq!(unequal.len(), 3, "{found}");
         for (found, truth) in unequal.iter().zip(gain) {
@@ -188,7 +188,7 @@ fn two_amplitudes_tell_what_the_torquers_of_three_axes_are_not_equal_by() {
 }
 
 #[test]
-fn errors_of_turn_level_and_gain_go_where_three_axes_feel_them() {
+fn turn_level_and_gain_errors_act_on_the_expected_axes() {
     let folder = tempfile::tempdir().unwrap();
     computed(folder.path(), &record(&[[1.0; 3], [-1.0; 3], [1.0; 3], [-1.0; 3]], [0.0; 3]));
     let with = |more: &[&str]| {

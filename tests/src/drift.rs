@@ -1,10 +1,10 @@
-//! Drift of a three-axis platform by the tools' own formulas from the simulated platform's angles; and many draws of it.
+//! Drift of a three-axis platform, evaluated from the angles of the simulated platform, and Monte Carlo runs of it.
 
 use hal_sim::gyro::attitude::Vector;
 use hal_sim::gyro::{ARCSEC, AngleSensor, Campaign, DEG_H, Pattern};
 use hal_sim::peripherals::Noise;
 use host_tools::drift::integral::Integral;
-use host_tools::drift::separate::{Platform, three, three_uncorrected};
+use host_tools::drift::separation::{PlatformDrift, three, three_uncorrected};
 use rayon::prelude::*;
 
 /// The rates of the three axes in both positions, rad/s: of each axis the mean over the cycles in which it had pulses.
@@ -22,28 +22,28 @@ pub fn rates_rad_s(campaign: &Campaign, noise: &mut Noise) -> [Vector; 2] {
 }
 
 /// Uncorrected and corrected.
-pub fn separated(campaign: &Campaign, noise: &mut Noise) -> [Platform; 2] {
+pub fn separated(campaign: &Campaign, noise: &mut Noise) -> [PlatformDrift; 2] {
     let rates = rates_rad_s(campaign, noise);
     let vertical = campaign.site.vertical_rad_s();
     [three_uncorrected(&rates, vertical), three(&rates, vertical, campaign.pulse_s)]
 }
 
 /// Errors of the drifts, °/h, and of the azimuth, arcminutes.
-pub fn errors(campaign: &Campaign, found: &Platform) -> (Vector, f64) {
+pub fn errors(campaign: &Campaign, found: &PlatformDrift) -> (Vector, f64) {
     let off = std::array::from_fn(|axis| (found.own_rad_s[axis] - campaign.own_rad_s[axis]) / DEG_H);
     (off, (found.azimuth_rad - campaign.site.azimuth_rad).to_degrees() * 60.0)
 }
 
-/// A case of theory.md §3.3's table.
+/// A case of the table in docs/theory.md §3.3.
 #[derive(Debug, Clone, Copy)]
 pub struct Case {
     /// Its name.
     pub name: &'static str,
-    /// What is measured; start, drifts and noise are drawn.
+    /// The campaign; initial attitude, drifts and noise are random.
     pub campaign: Campaign,
 }
 
-/// The cases with their figures in theory.md: mean relative error of the drift in percent, mean error of the azimuth in arcminutes, raw and corrected.
+/// The cases with their values in docs/theory.md: mean relative error of the drift in percent, mean error of the azimuth in arcminutes, raw and corrected.
 pub fn cases() -> [(Case, [f64; 3]); 6] {
     let sensor = |noise: f64, step: f64| AngleSensor { noise_rad: noise * ARCSEC, step_rad: step * ARCSEC, ..AngleSensor::ideal() };
     let usual = Campaign { sensor: sensor(0.5, 1.0), ..Campaign::default() };

@@ -4,7 +4,7 @@
 use hal_sim::gyro::{Campaign, DEG_H, Pattern, Site};
 use hal_sim::peripherals::Noise;
 use host_tools::drift::integral::{Integral, reference_rad_s, residual_rad_s};
-use host_tools::drift::{platform, separate};
+use host_tools::drift::{platform, separation};
 use stand_tests::drift::{cases, errors, monte_carlo, separated};
 
 const T: f64 = 5.0;
@@ -13,13 +13,13 @@ const OMEGA: f64 = 3.0 * DEG_H;
 const GAIN: f64 = 50.0;
 const START: f64 = 0.02 / GAIN;
 
-/// Over so many samples in each pulse.
+/// A cycle with this number of samples per pulse.
 fn cycle(samples: usize, theta: impl Fn(f64) -> f64) -> Integral {
     let angles: Vec<f64> = (0..=2 * samples).map(|k| theta(k as f64 * T / samples as f64)).collect();
     Integral::of(&angles, T).unwrap()
 }
 
-fn tent(t: f64) -> f64 {
+fn triangle(t: f64) -> f64 {
     W * if t < T { t.max(0.0) } else { 2.0 * T - t }
 }
 
@@ -28,9 +28,9 @@ fn deg_h(rad_s: f64) -> f64 {
 }
 
 #[test]
-fn pulses_that_are_symmetric_give_13_and_a_sawtooth_12() {
+fn symmetric_pulses_satisfy_13_and_sawtooth_pulses_12() {
     let of = |theta: &dyn Fn(f64) -> f64| cycle(50_000, |t| START + theta(t) + OMEGA * t);
-    let rectangular = of(&tent);
+    let rectangular = of(&triangle);
     // U_int = K_k (first − second), τ = 1 s.
     assert!((rectangular.switched_rad_s * GAIN + 1.818_051_304e-2).abs() < 1e-10, "{}", rectangular.switched_rad_s * GAIN);
     assert!((deg_h(rectangular.drift_rad_s()) - 3.0).abs() < 1e-6);
@@ -49,15 +49,15 @@ fn pulses_that_are_symmetric_give_13_and_a_sawtooth_12() {
 }
 
 #[test]
-fn the_errors_of_imperfect_pulses_and_integrators_are_those_of_the_table() {
+fn errors_of_imperfect_pulses_and_integrators_match_the_table() {
     let rate = |theta: &dyn Fn(f64) -> f64| deg_h(cycle(5_000, |t| START + theta(t) + OMEGA * t).drift_rad_s()) - 3.0;
-    assert!((rate(&|t| tent(t) - if t > T { 1e-4 * W * (t - T) } else { 0.0 }) + 0.018).abs() < 1e-6);
+    assert!((rate(&|t| triangle(t) - if t > T { 1e-4 * W * (t - T) } else { 0.0 }) + 0.018).abs() < 1e-6);
     // A lag of 1 ms. With −w it is the opposite to w lag²/T², which the table's grid of 1 ms does not show.
-    assert!((rate(&|t| tent(t - 1e-3)) - 0.143_978).abs() < 1e-6);
-    assert!((rate(&|t| -tent(t - 1e-3)) + 0.143_978).abs() < 1e-6);
+    assert!((rate(&|t| triangle(t - 1e-3)) - 0.143_978).abs() < 1e-6);
+    assert!((rate(&|t| -triangle(t - 1e-3)) + 0.143_978).abs() < 1e-6);
 
     // Second pulse longer by 1e-3, an integrator that leaks, an offset behind the switch: sums of the same samples by other weights.
-    let angle = |t: f64| START + tent(t) + OMEGA * t;
+    let angle = |t: f64| START + triangle(t) + OMEGA * t;
     let integral = |from: f64, to: f64, weight: &dyn Fn(f64) -> f64| {
         let n = 100_000;
         let dt = (to - from) / f64::from(n);
@@ -70,7 +70,7 @@ fn the_errors_of_imperfect_pulses_and_integrators_are_those_of_the_table() {
         let leak = |t: f64| (-(2.0 * T - t) / 1000.0).exp() * theta(t);
         -deg_h(integral(0.0, T, &leak) - integral(T, 2.0 * T, &leak)) / (T * T)
     };
-    let leaks = |sign: f64| leaking(&move |t| sign * tent(t) + OMEGA * t) - 3.0;
+    let leaks = |sign: f64| leaking(&move |t| sign * triangle(t) + OMEGA * t) - 3.0;
     assert!((leaks(1.0) - 0.596_990).abs() < 1e-3 && (leaks(-1.0) + 0.597_027).abs() < 1e-3);
     assert!((leaking(&|_| 1e-3) - 0.205_236).abs() < 1e-3);
     let offset = -deg_h(2.0 * T * 1e-4 / GAIN) / (T * T);
@@ -78,17 +78,17 @@ fn the_errors_of_imperfect_pulses_and_integrators_are_those_of_the_table() {
 
     // Sums without the trapezoid's ends are off by ± w dt/T.
     for (sign, off) in [(1.0, 3.072), (-1.0, 2.928)] {
-        let at = |k: u32| START + sign * tent(f64::from(k) * 1e-3) + OMEGA * f64::from(k) * 1e-3;
+        let at = |k: u32| START + sign * triangle(f64::from(k) * 1e-3) + OMEGA * f64::from(k) * 1e-3;
         let plain = -1e-3 * ((0..5_000).map(at).sum::<f64>() - (5_000..10_000).map(at).sum::<f64>()) / (T * T);
         assert!((deg_h(plain) - off).abs() < 1e-6, "{}", deg_h(plain));
-        let middle = |k: u32| START + sign * tent((f64::from(k) + 0.5) * 1e-3) + OMEGA * (f64::from(k) + 0.5) * 1e-3;
+        let middle = |k: u32| START + sign * triangle((f64::from(k) + 0.5) * 1e-3) + OMEGA * (f64::from(k) + 0.5) * 1e-3;
         let mid = -1e-3 * ((0..5_000).map(middle).sum::<f64>() - (5_000..10_000).map(middle).sum::<f64>()) / (T * T);
         assert!((deg_h(mid) - 3.0).abs() < 1e-6);
     }
 }
 
 #[test]
-fn the_current_takes_off_what_pulses_leave_and_both_polarities_measure_the_reference() {
+fn current_corrects_unequal_pulses_and_both_polarities_give_the_torquer_rate() {
     let at = |k: i64| match k - 3 {
         ..0 => 0.0,
         0..5_000 => 1.0,
@@ -106,12 +106,12 @@ fn the_current_takes_off_what_pulses_leave_and_both_polarities_measure_the_refer
     assert!((raw - 3.252_021_5).abs() < 1e-6);
     assert!((raw - residual - 3.0).abs() < 1e-6);
     assert!((raw - 1.01 * residual - 2.997_479_8).abs() < 1e-6);
-    let of = |sign: f64| cycle(5_000, |t| START + sign * tent(t) + OMEGA * t);
+    let of = |sign: f64| cycle(5_000, |t| START + sign * triangle(t) + OMEGA * t);
     assert!((reference_rad_s(&of(1.0), &of(-1.0)).to_degrees() - 0.1).abs() < 1e-9);
 }
 
 #[test]
-fn a_vibration_is_weighed_by_sinc_squared() {
+fn vibration_is_weighted_by_sinc_squared() {
     for (om, expected) in [(0.5, 0.576_365_957), (std::f64::consts::TAU / T, 0.0), (3.0, 0.015_641_670)] {
         let found = cycle(50_000, |t| (om * (t - T)).sin() / om).drift_rad_s();
         assert!((found - expected).abs() < 1e-7, "{om}: {found}");
@@ -119,23 +119,23 @@ fn a_vibration_is_weighed_by_sinc_squared() {
 }
 
 #[test]
-fn two_positions_of_one_axis_give_15_and_16_and_the_azimuth() {
-    let (horizontal, vertical) = separate::earth_rad_s(70.0).unwrap();
+fn two_positions_of_one_axis_give_drifts_and_azimuth() {
+    let (horizontal, vertical) = separation::earth_rad_s(70.0).unwrap();
     assert!((deg_h(horizontal) - 5.144_348_5).abs() < 1e-6 && (deg_h(vertical) - 14.133_981_3).abs() < 1e-6);
     let (own, apparent) = (1.5 * DEG_H, -horizontal * 80_f64.to_radians().cos());
-    let of = |omega: f64| cycle(5_000, |t| START + tent(t) + omega * t);
+    let of = |omega: f64| cycle(5_000, |t| START + triangle(t) + omega * t);
     let (first, turned) = (of(own + apparent), of(own - apparent));
     assert!((first.switched_rad_s * GAIN + 3.676_664_912e-3).abs() < 1e-10);
     assert!((turned.switched_rad_s * GAIN + 1.450_384_813e-2).abs() < 1e-10);
-    let (found_own, found_apparent) = separate::single(first.drift_rad_s(), turned.drift_rad_s());
+    let (found_own, found_apparent) = separation::single(first.drift_rad_s(), turned.drift_rad_s());
     assert!((deg_h(found_own) - 1.5).abs() < 1e-6 && (deg_h(found_apparent) + 0.893_306_7).abs() < 1e-6);
-    let azimuth = separate::azimuth_rad(found_apparent, horizontal).unwrap().to_degrees();
+    let azimuth = separation::azimuth_rad(found_apparent, horizontal).unwrap().to_degrees();
     assert!((azimuth - 80.0).abs() < 1e-6, "{azimuth}");
-    assert_eq!(separate::azimuth_rad(1.01 * horizontal, horizontal), None, "faster than the Earth");
+    assert_eq!(separation::azimuth_rad(1.01 * horizontal, horizontal), None, "faster than the Earth");
 }
 
 #[test]
-fn three_axes_have_the_errors_of_the_table_and_lose_them_by_the_correction() {
+fn correction_removes_the_errors_of_three_axes() {
     // w, pattern; raw drift x, z and azimuth; corrected drift x, z and azimuth.
     let table = [
         (0.05, Pattern::Together, [-0.015_388_5, 0.017_623_0, -1.167_52], [-0.013_982_7, 0.016_935_8, 0.009_87]),
@@ -156,7 +156,7 @@ fn three_axes_have_the_errors_of_the_table_and_lose_them_by_the_correction() {
 }
 
 #[test]
-fn simultaneous_pulses_couple_as_the_formula_says_and_the_platform_turns_during_a_cycle() {
+fn simultaneous_pulses_couple_as_predicted() {
     let at = |pattern| {
         let campaign = Campaign { pattern, ..Campaign::default() };
         errors(&campaign, &separated(&campaign, &mut Noise::new(1, 0, 0.0))[0])
@@ -175,7 +175,7 @@ fn simultaneous_pulses_couple_as_the_formula_says_and_the_platform_turns_during_
 }
 
 #[test]
-fn without_noise_and_steps_the_azimuth_is_good_to_three_arcseconds() {
+fn azimuth_without_noise_is_within_three_arcseconds() {
     for own in [[1.0, -0.5, 2.0], [-2.0, 2.0, 0.5], [0.5, 1.0, -1.5]] {
         let campaign = Campaign { own_rad_s: own.map(|rate| rate * DEG_H), ..Campaign::default() };
         assert!((8.0..=15.0).contains(&campaign.cycle_s()));
@@ -185,9 +185,9 @@ fn without_noise_and_steps_the_azimuth_is_good_to_three_arcseconds() {
     }
 }
 
-/// 200 draws of each case, as theory.md's own; a thousand are `cargo bench --bench drift_monte_carlo`.
+/// 200 random runs of each case, as in docs/theory.md; `cargo bench --bench drift_monte_carlo` makes a thousand.
 #[test]
-fn draws_with_noise_have_the_errors_of_the_table() {
+fn errors_with_noise_match_the_table() {
     for (case, expected) in cases() {
         let found = monte_carlo(&case, 200, 1);
         for (k, (found, expected)) in found.iter().zip(expected).enumerate() {
@@ -198,15 +198,15 @@ fn draws_with_noise_have_the_errors_of_the_table() {
 }
 
 #[test]
-fn a_rate_gyro_on_the_platform_tells_bias_and_scale_with_ramps_too() {
+fn platform_method_gives_bias_and_scale_with_ramps() {
     let (w, bias, scale) = (0.1, 0.002, 1.01);
-    // Without ramps: theory.md §3.4-5.
+    // Without ramps (docs/theory.md §3).
     let theta = |t: f64| if t < T { w * t } else { w * (2.0 * T - t) };
     let gyro = cycle(5_000, |t| scale * theta(t) + bias * t);
     let found = gyro.drift_rad_s();
     let by_sum = (gyro.sum_rad_s / (T * T) - 2.0 * found) / w;
     assert!((found - bias).abs() < 1e-9 && (by_sum - scale).abs() < 1e-9, "{found} {by_sum}");
-    // With ramps of 50 ms, the first into the cycle and out of it: by −I/T² the bias is off by 4 %, by the encoder it is not.
+    // With ramps of 50 ms, −I/T² alone has an error of 4 % of the bias.
     let rate = |t: f64| w * ((t / 0.05).min(1.0) - ((t - T) / 0.05).clamp(0.0, 2.0));
     let mut angle = 0.0;
     let mut thetas = vec![0.0];
@@ -217,5 +217,5 @@ fn a_rate_gyro_on_the_platform_tells_bias_and_scale_with_ramps_too() {
     let rates: Vec<f64> = (0..=10_000).map(|k| scale * rate(f64::from(k) * 1e-3) + bias).collect();
     let found = platform::cycle(0.0, &rates, &thetas, T).unwrap();
     assert!((found.bias_rad_s - bias).abs() < 1e-7 && (found.scale - scale).abs() < 1e-6, "{found:?}");
-    assert!((found.plain[0] - bias).abs() > 1e-4);
+    assert!((found.uncorrected[0] - bias).abs() > 1e-4);
 }

@@ -1,31 +1,35 @@
-//! Why there is no drift to tell, in one line.
+//! Errors of the drift measurement.
 
-/// What is wrong with the input.
+use super::cycle::CycleDefect;
+
+/// Why the input gives no drift.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DriftError {
-    /// A number that makes no sense.
-    #[error("{name} = {value}: must be {range}")]
+    /// A number out of its range.
+    #[error("{name} = {value}: must be a number from {min} to {max}")]
     Number {
-        /// Its name, as a person gave it.
+        /// Its name, as given by the user.
         name: String,
-        /// What was given.
+        /// The number.
         value: f64,
-        /// What it may be.
-        range: String,
+        /// Smallest valid number.
+        min: f64,
+        /// Greatest valid number.
+        max: f64,
     },
-    /// The azimuth has no meaning at the poles.
-    #[error("--latitude {0}: at a pole the Earth's rotation has no horizontal part, so there is no azimuth to be found")]
+    /// The azimuth is undefined at the poles.
+    #[error("--latitude {0}: at a pole the Earth's rotation has no horizontal component, so the azimuth is undefined")]
     Pole(f64),
     /// A column is missing.
-    #[error("{log}: no column `{column}`: the drift needs the angle sensor's voltage and the torquer's current")]
+    #[error("{log}: no column `{column}`; the drift needs the voltage of the angle sensor and the current of the torquer")]
     Column {
         /// The log.
         log: String,
         /// The column.
         column: String,
     },
-    /// A note is missing, and no option says it.
-    #[error("{log}: no note `{note}`, and no {option} says it")]
+    /// A note and its option are missing.
+    #[error("{log}: no note `{note}`; give {option}")]
     Note {
         /// The log.
         log: String,
@@ -34,67 +38,175 @@ pub enum DriftError {
         /// The option.
         option: &'static str,
     },
-    /// A note is no number.
-    #[error("{log}: note `{note}`: `{text}` is no number")]
+    /// A note is not a number.
+    #[error("{log}: note `{note}`: `{text}` is not a number")]
     NoteText {
         /// The log.
         log: String,
         /// The note.
         note: String,
-        /// What it says.
+        /// Its text.
         text: String,
     },
-    /// No cycles in it.
-    #[error("{log}: no cycle of two pulses of {pulse_s} s is in it{why}")]
+    /// No cycles in the log.
+    #[error("{log}: no cycle of two pulses of {pulse_s} s found{}", .reason.map_or("", NoCycleReason::words))]
     NoCycle {
         /// The log.
         log: String,
-        /// The pulses' duration.
+        /// Duration of a pulse, s.
         pulse_s: f64,
-        /// What may be the reason.
-        why: String,
+        /// The reason, where it is known.
+        reason: Option<NoCycleReason>,
     },
-    /// Every cycle is bad.
-    #[error("{log}: none of the {count} cycles is good: {reason}")]
-    AllBad {
+    /// No cycle is valid.
+    #[error("{log}: none of the {count} cycles is valid: {}", .defect.as_ref().map_or("", defect_words))]
+    NoValidCycle {
         /// The log.
         log: String,
-        /// How many.
+        /// Number of cycles.
         count: usize,
-        /// Of the first.
-        reason: String,
+        /// Defect of the first.
+        defect: Option<CycleDefect>,
     },
-    /// All in one position.
+    /// All valid cycles are in one position.
     #[error(
-        "no turn: all good cycles are in one position ({position}), and own and apparent drift are told apart by a second one, 180° from it"
+        "no turn: all valid cycles are in one position (turned {turned_deg}°, raised {raised_deg}°, rolled {rolled_deg}°); a second position, turned by \
+         180°, separates own and apparent drift"
     )]
-    NoTurn {
-        /// Which.
-        position: String,
+    OnePosition {
+        /// Angle of the turn, degrees.
+        turned_deg: f64,
+        /// Elevation of the sensitive axis, degrees.
+        raised_deg: f64,
+        /// Roll about the sensitive axis, degrees.
+        rolled_deg: f64,
     },
-    /// These positions do not tell all that is asked apart.
-    #[error("these positions do not tell {what} apart: {hint}")]
-    Positions {
-        /// What.
-        what: String,
-        /// What to do.
-        hint: String,
+    /// The positions do not separate the parameters.
+    #[error("{positions} positions do not separate {}; add positions with another turn, roll or elevation", parameter_words(.parameters))]
+    NotSeparable {
+        /// The parameters.
+        parameters: Vec<PositionParameter>,
+        /// Number of positions.
+        positions: usize,
     },
-    /// A log too short for what is asked.
-    #[error("{log}: {says}")]
-    Log {
+    /// A raised axis needs the latitude.
+    #[error("the sensitive axis is raised: --latitude is needed to correct the Earth's rotation")]
+    RaisedWithoutLatitude,
+    /// Three axes need two positions half a turn apart.
+    #[error("three axes need two positions, 180° apart")]
+    ThreeAxisPositions,
+    /// A position lacks an axis.
+    #[error("{log}: axis {axis} has no valid cycle in one of the positions")]
+    AxisMissing {
         /// The log.
         log: String,
-        /// What is wrong.
-        says: String,
+        /// The axis: x, y or z.
+        axis: &'static str,
+    },
+    /// The pulses are not a whole number of rows.
+    #[error("{log}: pulses of {pulse_s} s are not a whole number of rows of {dt_s} s")]
+    PulseRows {
+        /// The log.
+        log: String,
+        /// Duration of a pulse, s.
+        pulse_s: f64,
+        /// Interval of the rows, s.
+        dt_s: f64,
+    },
+    /// The static log is too short.
+    #[error("{log}: {length_s} s without a gap are too short: the static log must last two pulses, {needed_s} s")]
+    TooShort {
+        /// The log.
+        log: String,
+        /// Longest stretch without a gap, s.
+        length_s: f64,
+        /// Needed, s.
+        needed_s: f64,
+    },
+    /// A column of the platform method is missing.
+    #[error("{log}: no column `{column}`; needed are the angle of the platform and the rate of the gyro")]
+    PlatformColumn {
+        /// The log.
+        log: String,
+        /// The column.
+        column: &'static str,
     },
 }
 
-/// A number within its range.
-pub fn within(name: &str, value: f64, least: f64, most: f64) -> Result<f64, DriftError> {
-    if value.is_finite() && (least..=most).contains(&value) {
+/// A parameter of the fit over positions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PositionParameter {
+    /// d₀.
+    OwnDrift,
+    /// C = ω_h cos A.
+    AzimuthCosine,
+    /// S = ω_h sin A.
+    AzimuthSine,
+    /// d_I, by g along the sensitive axis.
+    GSensitive,
+    /// d_O, by g along the output axis.
+    GOutput,
+    /// d_S, by g along the spin axis.
+    GSpin,
+}
+
+/// Why a log has no cycle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoCycleReason {
+    /// The current of the torquer is constant.
+    ConstantCurrent,
+    /// The log has one row.
+    OneRow,
+    /// The platform does not turn both ways.
+    NoPlatformPulses,
+}
+
+impl NoCycleReason {
+    fn words(self) -> &'static str {
+        match self {
+            NoCycleReason::ConstantCurrent => ": the current of the torquer is constant",
+            NoCycleReason::OneRow => ": the log has one row",
+            NoCycleReason::NoPlatformPulses => " (rate +w, then −w for the same time)",
+        }
+    }
+}
+
+fn defect_words(defect: &CycleDefect) -> &str {
+    match defect {
+        CycleDefect::CutShort => "cut short",
+        CycleDefect::SampleLost => "sample lost",
+        CycleDefect::SensorSaturated => "angle sensor saturated",
+        CycleDefect::CurrentLimited => "current limited",
+        CycleDefect::Firmware(text) => text,
+    }
+}
+
+fn parameter_words(parameters: &[PositionParameter]) -> String {
+    let word = |parameter: &PositionParameter| match parameter {
+        PositionParameter::OwnDrift => "own drift",
+        PositionParameter::AzimuthCosine => "C = ω_h cos A",
+        PositionParameter::AzimuthSine => "S = ω_h sin A",
+        PositionParameter::GSensitive => "drift by g along the sensitive axis",
+        PositionParameter::GOutput => "drift by g along the output axis",
+        PositionParameter::GSpin => "drift by g along the spin axis",
+    };
+    parameters.iter().map(word).collect::<Vec<_>>().join(", ")
+}
+
+impl std::fmt::Display for CycleDefect {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(defect_words(self))
+    }
+}
+
+/// Checks that a number is within its range.
+///
+/// # Errors
+/// It is not, or not finite.
+pub fn within(name: &str, value: f64, min: f64, max: f64) -> Result<f64, DriftError> {
+    if value.is_finite() && (min..=max).contains(&value) {
         Ok(value)
     } else {
-        Err(DriftError::Number { name: name.to_owned(), value, range: format!("a number from {least} to {most}") })
+        Err(DriftError::Number { name: name.to_owned(), value, min, max })
     }
 }

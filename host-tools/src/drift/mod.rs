@@ -1,29 +1,33 @@
-//! The drift of a gyro by pulses of alternating sign (theory.md §3): from the angle and the torquer's current to own drift, apparent drift and
-//! azimuth, each with its uncertainty.
+//! Drift of a gyroscope by pulses of alternating sign (docs/theory.md §3): own drift, apparent drift and azimuth with uncertainties, from the angle sensor
+//! and the current of the torquer.
 //!
-//! In: cycles, from a log ([`find`], [`integral`]) or as the firmware has added them up ([`session`]). Out: an [`Answer`]. [`amplitudes`] tells unequal pulses
-//! from the drift by two amplitudes; [`separate`] has formulas (15) and (16), the three axes with their mid-cycle correction, and more than two positions with what gravity does; [`advise`] says how long a
-//! pulse should be; [`platform`] is the same method on the turning platform with a rate gyro.
+//! Input: cycles, from a log ([`compute`], [`detection`], [`integral`]) or from the firmware ([`session`]), as a [`Measurement`]. Output: a [`DriftResult`]
+//! ([`evaluation`]). [`inequality`] separates unequal pulses from the drift by two amplitudes; [`separation`] has formulas (15) and (16) and the three axes
+//! with their correction within a cycle; [`positions`] fits more than two positions with g-dependent drift; [`error_budget`] has the uncertainties.
+//! [`pulse_advice`] recommends the duration of a pulse; [`platform`] is the same method for a rate gyro on the turning platform.
 //!
-//! Rates are in rad/s, angles in rad; answers for a person in °/h and degrees. *Own* drift is the gyro's, *apparent* drift is minus the Earth's rotation
-//! along its axis.
+//! Rates are in rad/s, angles in rad. *Own* drift is that of the gyroscope; *apparent* drift is minus the Earth's rotation along its axis.
 
-pub mod advise;
-pub mod amplitudes;
-pub mod answer;
 pub mod compute;
+pub mod cycle;
+pub mod detection;
 pub mod error;
-pub mod find;
+pub mod error_budget;
+pub mod estimate;
+pub mod evaluation;
+pub mod inequality;
 pub mod integral;
-
-pub mod places;
+pub mod measurement;
 pub mod platform;
-pub mod separate;
+pub mod positions;
+pub mod pulse_advice;
+pub mod separation;
 pub mod session;
-pub mod uncertainty;
 
-pub use answer::{Answer, CycleLine, Measured};
+pub use cycle::Cycle;
 pub use error::DriftError;
+pub use evaluation::DriftResult;
+pub use measurement::Measurement;
 
 /// One degree per hour, rad/s; also one arcsecond, rad.
 pub const DEG_H: f64 = std::f64::consts::PI / 180.0 / 3600.0;

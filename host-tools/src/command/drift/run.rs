@@ -14,22 +14,22 @@ use hal_sim::session::StandSetup;
 use super::super::error::CliError;
 use super::super::output::{check_writable, spinner};
 use super::super::stand_file::read_gyroscope;
-use super::{ARCMIN, Run, Turn, tell};
+use super::{ARCMIN, Run, Turn, write_report};
 use crate::acquire::connection::{SimulatedConnection, StandConnection};
 use crate::acquire::link::SerialLink;
-use crate::drift::amplitudes::LEAST_RATIO;
-use crate::drift::answer::{CycleLine, Measured};
 use crate::drift::error::within;
-use crate::drift::session::{self, Plan, Scales};
-use crate::drift::{DEG_H, separate};
+use crate::drift::inequality::MIN_AMPLITUDE_RATIO;
+use crate::drift::session::{self, CyclePlan, GyroscopeScales};
+use crate::drift::{Cycle, DEG_H, Measurement, separation};
 use crate::log::{Column, Format, Log, Note, Notes};
 use stand_firmware::telemetry::RowFrame;
 
-/// `0,180,0:0:90`: turned, and raised and rolled.
-fn places(list: &str) -> Result<Vec<Place>, CliError> {
+/// Positions by `0,180,0:0:90`: turn, optionally elevation and roll, in degrees.
+fn positions(list: &str) -> Result<Vec<Place>, CliError> {
     let one = |text: &str| {
-        let wrong =
-            || CliError::Input(format!("--positions: `{text}` is no position: degrees turned, and behind colons raised and rolled"));
+        let wrong = || {
+            CliError::Input(format!("--positions: `{text}` is not a position: turn in degrees, optionally elevation and roll after colons"))
+        };
         let mut numbers = [0.0; 3];
         let parts: Vec<&str> = text.split(':').collect();
         if parts.len() > 3 {
@@ -44,13 +44,14 @@ fn places(list: &str) -> Result<Vec<Place>, CliError> {
     list.split(',').map(one).collect()
 }
 
-/// What was measured in all positions.
+/// Data of all positions.
 #[derive(Default)]
 struct Session {
-    cycles: Vec<CycleLine>,
-    /// `t_s`, the channels of the session, and the place of each row.
+    cycles: Vec<Cycle>,
+    /// `t_s` and the channels of the session, row by row.
     rows: Vec<[f64; 4]>,
-    row_places: Vec<(usize, Place)>,
+    /// First row of each position.
+    row_positions: Vec<(usize, Place)>,
 }
 
 impl Run {
@@ -60,27 +61,27 @@ impl Run {
             check_writable(path)?;
             Format::of(path)?;
         }
-        let places = places(&self.positions)?;
+        let positions = positions(&self.positions)?;
         within("--pulse", self.pulse, 1e-3, 60.0)?;
         within("--period", self.period, 0.0, 60.0)?;
         within("--rest", self.rest, 1e-3, 1e5)?;
-        self.rates()?;
+        self.check_rates()?;
         if let Some(latitude) = self.latitude {
-            separate::earth_rad_s(latitude)?;
+            separation::earth_rad_s(latitude)?;
         }
         let (session, scales, name, latitude_deg) = match &self.port {
             Some(port) => {
                 let mut link = SerialLink::open(port)?;
                 let name = link.name();
-                let (session, scales) = block_on(self.session(&mut link, &places, async |place, _| by_hand(place)))?;
+                let (session, scales) = block_on(self.session(&mut link, &positions, async |position, _| turn_by_hand(position)))?;
                 (session, scales, name, self.latitude)
             }
-            None => self.simulated(&places)?,
+            None => self.simulated(&positions)?,
         };
         if let Some(path) = &self.out {
             self.log(path, &session, &scales, latitude_deg)?.write(path)?;
         }
-        let measured = Measured {
+        let measurement = Measurement {
             name,
             cycles: session.cycles,
             has_three_axes: false,
@@ -90,27 +91,27 @@ impl Run {
             gain_error: within("--gain-error", self.errors.gain_error / 100.0, 0.0, 1.0)?,
             warnings: Vec::new(),
         };
-        tell(&self.output, &measured.answer()?)
+        write_report(&self.output, &measurement.evaluate()?)
     }
 
-    /// The amplitudes make sense, and differ where there are several.
-    fn rates(&self) -> Result<(), CliError> {
+    /// Checks the amplitudes: within their range, and different.
+    fn check_rates(&self) -> Result<(), CliError> {
         for (k, rate) in self.rate.iter().enumerate() {
             within("--rate", *rate, 1e-6, 100.0)?;
-            if self.rate[..k].iter().any(|other| rate.max(*other) < LEAST_RATIO * rate.min(*other)) {
-                let most = 100.0 * (LEAST_RATIO - 1.0);
+            if self.rate[..k].iter().any(|other| rate.max(*other) < MIN_AMPLITUDE_RATIO * rate.min(*other)) {
+                let percent = 100.0 * (MIN_AMPLITUDE_RATIO - 1.0);
                 return Err(CliError::Input(format!(
-                    "--rate {rate}: amplitudes differ by {most:.0} % at least, or tell nothing of the torquer"
+                    "--rate {rate}: amplitudes must differ by at least {percent:.0} % to determine the inequality of the torquer"
                 )));
             }
         }
         Ok(())
     }
 
-    fn plan(&self) -> Plan {
+    fn plan(&self) -> CyclePlan {
         let shape = ["RECTangular", "TRIangular", "SAWTooth"][self.shape as usize];
         let sequence = ["PLUSminus", "MINusplus", "BOTH"][self.sequence as usize];
-        Plan {
+        CyclePlan {
             shape,
             reversed: self.reversed,
             sequence,
@@ -121,16 +122,16 @@ impl Run {
         }
     }
 
-    /// All positions on one stand; `turn` puts the gyro where it is not yet.
+    /// Measures in all positions on one stand; `turn` turns the gyroscope.
     async fn session<S: StandConnection>(
         &self,
         stand: &mut S,
-        places: &[Place],
+        positions: &[Place],
         turn: impl AsyncFn(&Place, &mut S) -> Result<(), CliError>,
-    ) -> Result<(Session, Scales), CliError> {
+    ) -> Result<(Session, GyroscopeScales), CliError> {
         let fault = stand.query("FAULt?").await?;
         if !fault.starts_with("0,") {
-            return Err(CliError::Input(format!("the drive is off by a fault: {fault}; FAULt:CLEar in `stand console` first")));
+            return Err(CliError::Input(format!("a fault has switched the drive off: {fault}; send FAULt:CLEar in `stand console` first")));
         }
         stand.command("STReam OFF").await?;
         let scales = session::scales(stand).await?;
@@ -141,31 +142,31 @@ impl Run {
             stand.command("STReam ON").await?;
         }
         let mut all = Session::default();
-        let (mut origin_rad, mut given) = (None, None);
-        for (k, place) in places.iter().enumerate() {
+        let (mut origin_rad, mut sent_rate) = (None, None);
+        for (k, position) in positions.iter().enumerate() {
             if k > 0 && self.turn == Turn::Drive {
-                drive_to(stand, place.turned_rad - places[0].turned_rad, &mut origin_rad).await?;
-            } else if k > 0 || place != &Place::default() {
-                turn(place, stand).await?;
+                drive_to(stand, position.turned_rad - positions[0].turned_rad, &mut origin_rad).await?;
+            } else if k > 0 || position != &Place::default() {
+                turn(position, stand).await?;
             }
-            let bar = spinner(&format!("position {} of {}", k + 1, places.len()));
-            // The firmware's pair is of positions 1 and 2.
+            let bar = spinner(&format!("position {} of {}", k + 1, positions.len()));
+            // The firmware numbers positions from 1.
             let number = k as u32 + 1;
-            all.row_places.push((all.rows.len(), *place));
-            // To and fro, so that what changes steadily is not taken for the amplitude's.
+            all.row_positions.push((all.rows.len(), *position));
+            // The sequence of the amplitudes alternates, so that a linear drift does not act on the inequality.
             let mut rates = self.rate.clone();
             if k % 2 == 1 {
                 rates.reverse();
             }
             for rate in rates {
-                if given != Some(rate) {
+                if sent_rate != Some(rate) {
                     session::set_rate(stand, rate.to_radians()).await?;
-                    given = Some(rate);
+                    sent_rate = Some(rate);
                 }
-                let told = |state: &str| bar.set_message(format!("position {number}: {state}"));
-                let position = session::measure(stand, &scales, number, *place, rate.to_radians(), told).await?;
-                all.cycles.extend(position.cycles);
-                all.rows.extend(position.rows.iter().map(channels));
+                let on_state = |state: &str| bar.set_message(format!("position {number}: {state}"));
+                let data = session::measure(stand, &scales, number, *position, rate.to_radians(), on_state).await?;
+                all.cycles.extend(data.cycles);
+                all.rows.extend(data.rows.iter().map(channels));
             }
             bar.finish_and_clear();
         }
@@ -178,10 +179,10 @@ impl Run {
         Ok((all, scales))
     }
 
-    fn simulated(&self, places: &[Place]) -> Result<(Session, Scales, String, Option<f64>), CliError> {
+    fn simulated(&self, positions: &[Place]) -> Result<(Session, GyroscopeScales, String, Option<f64>), CliError> {
         let gyro = read_gyroscope(self.gyro.as_deref())?;
         let latitude_deg = self.latitude.unwrap_or(gyro.site.latitude_rad.to_degrees());
-        separate::earth_rad_s(latitude_deg)?;
+        separation::earth_rad_s(latitude_deg)?;
         let other = |e: hal_sim::controller::ControllerError| CliError::Other(e.to_string());
         let clock = VirtualClock::default();
         let controller = Controller::new(&clock, &StandSetup::default(), LinearMotor::default(), flash(self.seed), self.seed)
@@ -190,16 +191,16 @@ impl Run {
         let done = RefCell::new(None);
         let host = async {
             let mut stand = SimulatedConnection::new(&controller);
-            // Rows come from 2 ms on.
+            // The first rows arrive after 2 ms.
             let began = stand.wait_s(0.1).await;
-            let turn = async |place: &Place, _: &mut SimulatedConnection<'_, '_, LinearMotor>| {
+            let turn = async |position: &Place, _: &mut SimulatedConnection<'_, '_, LinearMotor>| {
                 if let Some(line) = controller.bench().borrow_mut().gyro() {
-                    line.gyro().put(*place);
+                    line.gyro().put(*position);
                 }
                 Ok(())
             };
             let all = match began {
-                Ok(_) => self.session(&mut stand, places, turn).await,
+                Ok(_) => self.session(&mut stand, positions, turn).await,
                 Err(error) => Err(error.into()),
             };
             done.replace(Some(all));
@@ -209,24 +210,24 @@ impl Run {
         Ok((session, scales, "simulated".to_owned(), Some(latitude_deg)))
     }
 
-    /// The rows with what a later `drift compute` must know.
-    fn log(&self, path: &Path, session: &Session, scales: &Scales, latitude_deg: Option<f64>) -> Result<Log, CliError> {
+    /// The rows as a log, with the notes that `stand drift compute` needs.
+    fn log(&self, path: &Path, session: &Session, scales: &GyroscopeScales, latitude_deg: Option<f64>) -> Result<Log, CliError> {
         let mut columns: Vec<Column> = ["t_s", "angle_sensor_V", "torquer_A", "drift_mark", "turned_deg", "raised_deg", "rolled_deg"]
             .iter()
             .map(|name| Column { name: (*name).to_owned(), values: Vec::with_capacity(session.rows.len()) })
             .collect();
         let first_s = session.rows.first().map_or(0.0, |row| row[0]);
-        let mut place = Place::default();
+        let mut position = Place::default();
         for (k, row) in session.rows.iter().enumerate() {
-            if let Some((_, next)) = session.row_places.iter().rev().find(|(from, _)| *from <= k) {
-                place = *next;
+            if let Some((_, next)) = session.row_positions.iter().rev().find(|(from, _)| *from <= k) {
+                position = *next;
             }
-            // A row without a sample is none.
+            // Rows without a sample are left out.
             if row.iter().any(|value| !value.is_finite()) {
                 continue;
             }
             let at = [row[0] - first_s, row[1], row[2], row[3]];
-            let angles = [place.turned_rad, place.raised_rad, place.rolled_rad].map(f64::to_degrees);
+            let angles = [position.turned_rad, position.raised_rad, position.rolled_rad].map(f64::to_degrees);
             columns.iter_mut().zip(at.into_iter().chain(angles)).for_each(|(column, value)| column.values.push(value));
         }
         let pulse_s = session.cycles.first().map_or(self.pulse, |cycle| cycle.integral.pulse_s);
@@ -249,45 +250,45 @@ fn channels(row: &RowFrame) -> [f64; 4] {
     [row.at as f64 * 1e-7, angle, torquer, mark]
 }
 
-/// The stand's drive turns the platform, by an angle from where it stood first; the encoder counts to the left, azimuths go to the right.
+/// Turns the platform by the drive, relative to its first angle. The encoder counts counter-clockwise, azimuths clockwise.
 async fn drive_to<S: StandConnection>(stand: &mut S, turned_rad: f64, origin_rad: &mut Option<f64>) -> Result<(), CliError> {
     let angle = async |stand: &mut S| -> Result<f64, CliError> {
-        let says = stand.query("MEASure:ANGLe?").await?;
-        let word = says.split(' ').next().unwrap_or_default();
-        word.parse().map_err(|_| CliError::Other(format!("MEASure:ANGLe? is no number: `{says}`")))
+        let reply = stand.query("MEASure:ANGLe?").await?;
+        let word = reply.split(' ').next().unwrap_or_default();
+        word.parse().map_err(|_| CliError::Other(format!("MEASure:ANGLe? is not a number: `{reply}`")))
     };
     let origin = match *origin_rad {
         Some(origin) => origin,
         None => *origin_rad.insert(angle(stand).await?),
     };
     let goal = origin - turned_rad;
-    for order in ["SOURce:MODE POSition".to_owned(), format!("SOURce:POSition {goal:e} RAD"), "OUTPut ON".to_owned()] {
-        stand.command(&order).await?;
+    for command in ["SOURce:MODE POSition".to_owned(), format!("SOURce:POSition {goal:e} RAD"), "OUTPut ON".to_owned()] {
+        stand.command(&command).await?;
     }
-    let mut off = f64::INFINITY;
+    let mut error_rad = f64::INFINITY;
     for _ in 0..150 {
         stand.wait_s(0.2).await?;
-        off = angle(stand).await? - goal;
-        if off.abs() < 5e-4 {
-            // Until it is still.
+        error_rad = angle(stand).await? - goal;
+        if error_rad.abs() < 5e-4 {
+            // Settling.
             stand.wait_s(2.0).await?;
             return Ok(());
         }
     }
-    Err(CliError::Other(format!("the platform stands {} rad from where it should be turned to", crate::report::significant(off, 2))))
+    Err(CliError::Other(format!("the platform remains {} rad from its setpoint", crate::report::significant(error_rad, 2))))
 }
 
-/// A person turns it and says so.
-fn by_hand(place: &Place) -> Result<(), CliError> {
+/// Asks the operator to turn the gyroscope.
+fn turn_by_hand(position: &Place) -> Result<(), CliError> {
     let [turned, raised, rolled] =
-        [place.turned_rad, place.raised_rad, place.rolled_rad].map(|rad| crate::report::plain(rad.to_degrees(), 6));
-    eprintln!("Turn the gyro to {turned}° (raised {raised}°, rolled {rolled}°), level it, and press Enter when it stands.");
+        [position.turned_rad, position.raised_rad, position.rolled_rad].map(|rad| crate::report::plain(rad.to_degrees(), 6));
+    eprintln!("Turn the gyroscope to {turned}° (elevation {raised}°, roll {rolled}°), level it, and press Enter.");
     let mut line = String::new();
     let stdin = std::io::stdin();
     let count = stdin.lock().read_line(&mut line).map_err(|e| CliError::Other(format!("standard input: {e}")))?;
     if count == 0 {
         let who = if stdin.is_terminal() { "" } else { " (standard input has ended)" };
-        return Err(CliError::Input(format!("no turn: nobody said that the gyro stands at {turned}°{who}")));
+        return Err(CliError::Input(format!("no turn: the position {turned}° was not confirmed{who}")));
     }
     Ok(())
 }

@@ -1,23 +1,23 @@
-//! Where the cycles are in a log: by the firmware's mark where the log has it, else by the torquer's current.
+//! Detection of the cycles in a log: by the mark of the firmware, or by the current of the torquer.
 
 use crate::statistics::Extremes;
 use crate::statistics::robust::median_abs;
 use std::ops::Range;
 
-/// A cycle in a log: its rows from the first sample to the last, 2 N + 1 of them.
+/// A cycle in a log: 2 N + 1 rows.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Found {
+pub struct DetectedCycle {
     /// Rows.
     pub rows: Range<usize>,
-    /// Sign of its first pulse.
+    /// Sign of the first pulse.
     pub sign: i8,
-    /// The loop was closed before its end: it was cut short.
+    /// The cycle ended early.
     pub is_cut: bool,
 }
 
-/// By the column `drift_mark`: four times the cycle's number, and 1 in the first pulse, 2 in the second (firmware, `Commutator::mark`). `current` tells
-/// the sign.
-pub fn by_mark(mark: &[f64], current: &[f64], samples: usize) -> Vec<Found> {
+/// Cycles by the column `drift_mark`: four times the number of the cycle, plus 1 in the first and 2 in the second pulse (firmware, `Commutator::mark`). The
+/// sign follows from `current`.
+pub fn cycles_by_mark(mark: &[f64], current: &[f64], samples: usize) -> Vec<DetectedCycle> {
     let mut found = Vec::new();
     let mut k = 0;
     let half = |k: usize| mark[k] as u64 % 4;
@@ -36,18 +36,22 @@ pub fn by_mark(mark: &[f64], current: &[f64], samples: usize) -> Vec<Found> {
         let first = &current[from..(from + samples).min(current.len())];
         let sign = if first.iter().sum::<f64>() < 0.0 { -1 } else { 1 };
         let whole = from + 2 * samples + 1;
-        found.push(Found { rows: from..whole.min(mark.len()), sign, is_cut: to < whole });
+        found.push(DetectedCycle { rows: from..whole.min(mark.len()), sign, is_cut: to < whole });
     }
     found
 }
 
-/// Least contrast of a cycle beside the greatest one's: amplitudes may differ as 1 to 5.
-const LEAST: f64 = 0.15;
-/// Share of the current's size that must go into the contrast: all of a pulse is of one sign.
-const PURE: f64 = 0.9;
+/// Smallest contrast of a cycle relative to the greatest: amplitudes may differ by a factor of 5.
+const MIN_CONTRAST_RATIO: f64 = 0.15;
+/// Fraction of the current magnitude that must contribute to the contrast: each pulse has one sign.
+const MIN_CONTRAST_FRACTION: f64 = 0.9;
+/// Largest sum of the two pulses relative to their difference.
+const MAX_IMBALANCE: f64 = 0.2;
+/// Current limit in the refinement, in medians of the magnitude.
+const CLIP_MEDIANS: f64 = 1.5;
 
-/// By the current alone: where the sum over N rows less that over the next N is greatest, the pulses begin. Least distance: 2 N.
-pub fn by_current(current: &[f64], samples: usize) -> Vec<Found> {
+/// Cycles by the current: the pulses begin where the sum over N rows minus that over the next N is greatest, at least 2 N rows apart.
+pub fn cycles_by_current(current: &[f64], samples: usize) -> Vec<DetectedCycle> {
     let rows = current.len();
     if rows < 2 * samples {
         return Vec::new();
@@ -58,12 +62,13 @@ pub fn by_current(current: &[f64], samples: usize) -> Vec<Found> {
     let halves = |k: usize| [sums[k + samples] - sums[k], sums[k + 2 * samples] - sums[k + samples]];
     let are_opposite = |k: usize| {
         let [first, second] = halves(k);
-        first * second < 0.0 && (first + second).abs() < 0.2 * (first - second).abs()
+        first * second < 0.0 && (first + second).abs() < MAX_IMBALANCE * (first - second).abs()
     };
-    let mut order: Vec<usize> = (0..scores.len()).filter(|k| scores[*k].abs() > LEAST * greatest && are_opposite(*k)).collect();
-    order.sort_by(|a, b| scores[*b].abs().total_cmp(&scores[*a].abs()).then(a.cmp(b)));
+    let mut candidates: Vec<usize> =
+        (0..scores.len()).filter(|k| scores[*k].abs() > MIN_CONTRAST_RATIO * greatest && are_opposite(*k)).collect();
+    candidates.sort_by(|a, b| scores[*b].abs().total_cmp(&scores[*a].abs()).then(a.cmp(b)));
     let mut begins: Vec<usize> = Vec::new();
-    for k in order {
+    for k in candidates {
         if begins.iter().all(|other| other.abs_diff(k) >= 2 * samples) {
             begins.push(k);
         }
@@ -72,7 +77,7 @@ pub fn by_current(current: &[f64], samples: usize) -> Vec<Found> {
     begins
         .into_iter()
         .filter_map(|k| refined(current, k, samples))
-        .map(|k| Found {
+        .map(|k| DetectedCycle {
             rows: k..(k + 2 * samples + 1).min(rows),
             sign: if contrast(current, k, samples) < 0.0 { -1 } else { 1 },
             is_cut: k + 2 * samples + 1 > rows,
@@ -80,17 +85,16 @@ pub fn by_current(current: &[f64], samples: usize) -> Vec<Found> {
         .collect()
 }
 
-/// The beginning of the pulses near `k`, by currents no greater than a pulse's: a loop that closes swiftly gives much for a moment. `None` where these are
-/// no pulses but such moments.
+/// Begin of the pulses near `k`, with the current clipped: a closing loop produces short peaks. `None` where the peaks were all.
 fn refined(current: &[f64], k: usize, samples: usize) -> Option<usize> {
-    let level = 1.5 * median_abs(&current[k..k + 2 * samples])?;
+    let level = CLIP_MEDIANS * median_abs(&current[k..k + 2 * samples])?;
     let (from, to) = (k.saturating_sub(samples / 2), (k + 2 * samples + samples / 2).min(current.len()));
     let clipped = || current[from..to].iter().map(|i| i.clamp(-level, level));
     let (sums, sizes) = (sums_of(clipped()), sums_of(clipped().map(f64::abs)));
     let score = |k: usize| (2.0 * sums[k + samples] - sums[k] - sums[k + 2 * samples]).abs();
     let best = (0..=to - from - 2 * samples).fold(0, |best, k| if score(k) > score(best) { k } else { best });
     let size = sizes[best + 2 * samples] - sizes[best];
-    (score(best) > PURE * size && size > 0.0).then_some(from + best)
+    (score(best) > MIN_CONTRAST_FRACTION * size && size > 0.0).then_some(from + best)
 }
 
 fn sums_of(values: impl Iterator<Item = f64>) -> Vec<f64> {
@@ -103,7 +107,7 @@ fn sums_of(values: impl Iterator<Item = f64>) -> Vec<f64> {
         .collect()
 }
 
-/// Mean of the first half less that of the second, of a cycle that begins at a row; of the rows that are there.
+/// Mean current of the first minus that of the second pulse, for a cycle that begins at a row.
 pub fn contrast(current: &[f64], row: usize, samples: usize) -> f64 {
     let half = |from: usize| {
         let rows = &current[from.min(current.len())..(from + samples).min(current.len())];
