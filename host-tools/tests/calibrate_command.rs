@@ -69,7 +69,7 @@ fn a_gyro_is_calibrated_from_nothing_and_its_folder_computes_the_same_again() {
         assert!(answer[name]["value"].is_number(), "{name}");
     }
     is_by_the_contract(&answer);
-    // What was drawn is found: within three expanded uncertainties; how often one holds is another test's.
+    // The results agree with the random device within three expanded uncertainties; another test checks the coverage.
     holds(&answer, &drawn(4), &["scale", "bias_rad_s", "nonlinearity_percent_fs", "quadratic_s"]);
     let record = &answer["record"];
     assert_eq!((&record["serial"], &record["operator"], &record["whole"]), (&"G-7".into(), &"Ada".into(), &true.into()));
@@ -188,7 +188,7 @@ fn the_stand_s_own_rate_sensor_needs_no_sensor_under_test() {
     // And one that is to be calibrated but is not there is refused before anything moves.
     std::fs::write(path.join("s.toml"), SHORT).unwrap();
     let ran = stand(path, &["calibrate", "gyro", "--session", "s.toml", "--port", &one.port, "--out", "h"]);
-    assert!(ran.status == Some(2) && ran.err.contains("no sensor under test") && !path.join("h").exists(), "{ran:?}");
+    assert!(ran.status == Some(2) && ran.err.contains("no running device under test") && !path.join("h").exists(), "{ran:?}");
 }
 
 #[test]
@@ -220,7 +220,7 @@ fn what_a_person_must_do_is_recorded_with_the_answer() {
     let answer = json_of(path, &["calibrate", "gyro", "--session", "s.toml", "--out", "g"]);
     let last = &answer["record"]["steps"][2];
     assert_eq!((&last["asked"][0], &last["mounted"]["lying"]), (&"Turn the part over.".into(), &"side".into()));
-    assert!(last["asked"][1].as_str().unwrap().contains("simulated stand"), "{last}");
+    assert!(last["asked"][1].as_str().unwrap().contains("simulated operator"), "{last}");
     assert!(std::fs::read_to_string(path.join("g/record.html")).unwrap().contains("Turn the part over."));
 }
 

@@ -1,4 +1,4 @@
-//! What breaks in the middle of a calibration: what was recorded is whole, the journal says what happened, and the session goes on at the step.
+//! Faults during a calibration: the recorded rows are complete, the journal has the reason, and the session resumes at the step.
 #![cfg(unix)]
 #![allow(clippy::unwrap_used)]
 
@@ -46,51 +46,51 @@ fn rows(folder: &Path, file: &str) -> usize {
 
 /// Goes on on this stand, and the whole is as good as one that was never broken off.
 #[track_caller]
-fn resumed(folder: &Path, words: &[&str], done: usize, says: &str) {
+fn resumed(folder: &Path, words: &[&str], done: usize, message: &str) {
     let whole: Vec<Vec<u8>> =
         (1..=done).map(|n| std::fs::read(folder.join(format!("g/0{n}-{}.parquet", ["one", "two", "three"][n - 1]))).unwrap()).collect();
     let ran = stand(folder, &[&["calibrate", "gyro", "--out", "g", "--resume"], words].concat()).well();
-    assert!(ran.out.contains("3 of 3 steps") && ran.out.contains(says), "{says}: {}", ran.out);
+    assert!(ran.out.contains("3 of 3 steps") && ran.out.contains(message), "{message}: {}", ran.out);
     for (n, before) in whole.iter().enumerate() {
         let now = std::fs::read(folder.join(format!("g/0{}-{}.parquet", n + 1, ["one", "two", "three"][n]))).unwrap();
         assert!(&now == before, "a step that was done stays as it is");
     }
     let record: Value = serde_json::from_slice(&std::fs::read(folder.join("g/record.json")).unwrap()).unwrap();
     assert_eq!(record["record"]["whole"], true);
-    assert!(record["record"]["interruptions"].to_string().contains(says), "{}", record["record"]["interruptions"]);
+    assert!(record["record"]["interruptions"].to_string().contains(message), "{}", record["record"]["interruptions"]);
     assert!((quantity(&record, "scale") - 1.0).abs() < 1e-3);
     // Backticks are markup there.
     let page = std::fs::read_to_string(folder.join("g/record.html")).unwrap().replace("<code>", "`").replace("</code>", "`");
-    assert!(page.contains(says), "{says}");
-    assert!(stand(folder, &["records", "show", "g"]).well().out.contains("the same results"));
+    assert!(page.contains(message), "{message}");
+    assert!(stand(folder, &["records", "show", "g"]).well().out.contains("same results"));
 }
 
 #[test]
-fn a_stand_that_breaks_leaves_whole_rows_and_the_session_goes_on_at_the_step() {
+fn faults_leave_complete_rows_and_the_session_resumes_at_the_step() {
     // The third step is under way from some 20 s to 40 s after power-on.
     let cases = [
-        ("line-off", "", "step `three`: the stand is silent"),
+        ("line-off", "", "step `three`: the stand sends no rows"),
         ("sensor-silent", "", "step `three`: the stand switched off"),
         ("winding-hot", "", "step `three`: the stand switched off"),
         ("encoder-a-off", "", "step `three`: the stand switched off"),
-        ("power-cut", "for_s = 0.5", "step `three`: the stand has started anew"),
+        ("power-cut", "for_s = 0.5", "step `three`: the stand has restarted"),
     ];
-    for (what, more, says) in cases {
+    for (what, more, message) in cases {
         let folder = folder(&long(), &fault(what, 30.0, more));
         let path = folder.path();
         let ran = stand(path, &["calibrate", "gyro", "--session", "s.toml", "--stand", "ill.toml", "--out", "g"]);
         assert_eq!((ran.status, ran.out.as_str()), (Some(1), ""), "{what}: {ran:?}");
-        assert!(ran.err.lines().count() == 1 && ran.err.contains(says) && ran.err.contains("--resume"), "{what}: {}", ran.err);
+        assert!(ran.err.lines().count() == 1 && ran.err.contains(message) && ran.err.contains("--resume"), "{what}: {}", ran.err);
         let told = journal(path);
         assert_eq!((told["steps"].as_array().unwrap().len(), told["interruptions"].as_array().unwrap().len()), (2, 1), "{what}: {told}");
-        assert!(told["interruptions"][0].as_str().unwrap().contains(says), "{what}: {told}");
+        assert!(told["interruptions"][0].as_str().unwrap().contains(message), "{what}: {told}");
         let there = rows(path, "03-three.parquet.csv");
         assert!((2000..19_000).contains(&there), "{what}: {there}");
         assert!(!path.join("g/record.json").exists(), "what is not whole has no record yet");
-        // What is there can be computed by itself, and says that it is not all.
+        // The recorded steps can be computed; the result is marked as incomplete.
         let part = stand(path, &["calibrate", "gyro", "--from", "g"]).well().out;
-        assert!(part.contains("2 of 3 steps") && part.contains(says), "{part}");
-        resumed(path, &["--stand", "well.toml"], 2, says);
+        assert!(part.contains("2 of 3 steps") && part.contains(message), "{part}");
+        resumed(path, &["--stand", "well.toml"], 2, message);
         assert_eq!(rows(path, "03-three.attempt-1.csv"), there, "the attempt is kept");
     }
 }
@@ -102,7 +102,7 @@ fn a_line_that_loses_rows_for_a_moment_ends_nothing_and_is_said() {
     let ran = stand(path, &["calibrate", "gyro", "--session", "s.toml", "--stand", "ill.toml", "--out", "g"]).well();
     let lost = journal(path)["steps"][2]["lost_rows"].as_u64().unwrap();
     assert!((900..1200).contains(&lost), "{lost}");
-    assert!(ran.out.contains(&format!("step `three`: {lost} rows were lost on the line")), "{}", ran.out);
+    assert!(ran.out.contains(&format!("Step `three`: {lost} rows were lost on the serial line")), "{}", ran.out);
 }
 
 #[test]
@@ -156,7 +156,7 @@ fn a_program_that_is_killed_over_a_real_line_goes_on_at_the_step() {
     let ran = stand(path, &words);
     assert!(ran.status == Some(2) && ran.err.contains("host silent") && ran.err.contains("FAULt:CLEar"), "{ran:?}");
     said(path, &served.port, "FAULt:CLEar\n").well();
-    resumed(path, &["--port", &served.port], 1, "step `two`: the program that ran it ended without a word");
+    resumed(path, &["--port", &served.port], 1, "step `two`: the program ended without an entry");
     assert_eq!(rows(path, "02-two.attempt-1.csv"), there);
 }
 
@@ -168,7 +168,7 @@ fn a_line_that_is_unplugged_is_said_and_ctrl_c_too() {
     let child = running(path, &served.port, "01-one.parquet.csv");
     assert!(Command::new("kill").args(["-s", "INT", &child.id().to_string()]).status().unwrap().success());
     let ran: Ran = child.wait_with_output().unwrap().into();
-    assert!(ran.status == Some(1) && ran.err.contains("ended by hand") && ran.err.contains("--resume"), "{ran:?}");
+    assert!(ran.status == Some(1) && ran.err.contains("interrupted by the user") && ran.err.contains("--resume"), "{ran:?}");
     assert_eq!(said(path, &served.port, "STReam?;OUTPut?;PROFile:STATe?\n").well().out.trim(), "0;0;STOPPED");
     std::fs::rename(path.join("g"), path.join("first")).unwrap();
     let child = running(path, &served.port, "01-one.parquet.csv");
@@ -190,7 +190,7 @@ fn a_drive_s_result_is_kept_by_a_stand_behind_a_port() {
     let served = Served::new(path, &["--flash", "flash.bin"]);
     let words = ["calibrate", "drive", "--session", "s.toml", "--port", &served.port, "--out", "d", "--into-stand", "--json", "d.json"];
     let text = stand(path, &words).well().out;
-    assert!(text.contains("kept by the stand: resistance_ohm "), "{text}");
+    assert!(text.contains("saved in the stand: resistance_ohm "), "{text}");
     let answer: Value = serde_json::from_slice(&std::fs::read(path.join("d.json")).unwrap()).unwrap();
     served.signal("TERM");
     let mut served = served;

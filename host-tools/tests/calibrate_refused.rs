@@ -1,4 +1,4 @@
-//! What `stand calibrate` and `stand records` refuse: one clear line with file, step or parameter, status 2, and nothing is written.
+//! Refusals of `stand calibrate` and `stand records`: one line with file, step or parameter, status 2, and no file is written.
 #![allow(clippy::unwrap_used)]
 
 #[path = "common/calibration.rs"]
@@ -11,36 +11,36 @@ use calibration::{SHORT, carrying};
 use common::{files, stand};
 
 #[track_caller]
-fn refused(folder: &Path, words: &[&str], says: &[&str]) {
+fn refused(folder: &Path, words: &[&str], messages: &[&str]) {
     let before = files(folder);
     let ran = stand(folder, words);
     assert_eq!((ran.status, ran.out.as_str()), (Some(2), ""), "{words:?}: {ran:?}");
     assert_eq!(ran.err.trim_end().lines().count(), 1, "{}", ran.err);
-    says.iter().for_each(|word| assert!(ran.err.contains(word), "{word}: {}", ran.err));
+    messages.iter().for_each(|word| assert!(ran.err.contains(word), "{word}: {}", ran.err));
     assert!(before == files(folder), "{words:?}: nothing is written, moved or taken away");
 }
 
-/// A session's file that is wrong in one place.
+/// A session file with one error.
 #[track_caller]
-fn bad_session(from: &str, to: &str, says: &[&str]) {
+fn bad_session(from: &str, to: &str, messages: &[&str]) {
     let folder = tempfile::tempdir().unwrap();
     let text = SHORT.replacen(from, to, 1);
     assert_ne!(text, SHORT, "{from}");
     std::fs::write(folder.path().join("s.toml"), text).unwrap();
-    refused(folder.path(), &["calibrate", "gyro", "--session", "s.toml", "--out", "g"], &[&["s.toml"], says].concat());
+    refused(folder.path(), &["calibrate", "gyro", "--session", "s.toml", "--out", "g"], &[&["s.toml"], messages].concat());
 }
 
 #[test]
-fn a_bad_session_is_refused_by_file_step_and_parameter() {
+fn invalid_session_is_refused_with_file_step_and_parameter() {
     bad_session("staircase", "stairs", &["step 1 `one`", "profile", "stairs"]);
     bad_session("levels", "level", &["step 1 `one`", "level", "did you mean levels?"]);
-    bad_session("levels = 1", "turns = 1", &["step 1 `one`", "turns", "the profile staircase takes"]);
+    bad_session("levels = 1", "turns = 1", &["step 1 `one`", "turns", "not a parameter of the profile staircase"]);
     bad_session("serial", "seriel", &["seriel"]);
     bad_session("seconds = 3.0", "seconds = -3.0", &["step 1 `one`", "seconds"]);
     bad_session("seconds = 3.0", "seconds = \"3\"", &["seconds"]);
     bad_session("name = \"two\"", "name = \"one\"", &["step 2 `one`", "another step has this name"]);
     bad_session("mode = \"rate\"", "mode = \"fast\"", &["fast"]);
-    bad_session("what = \"gyro\"", "what = \"drive\"", &["what = \"drive\"", "not gyro"]);
+    bad_session("what = \"gyro\"", "what = \"drive\"", &["what = \"drive\"", "expected \"gyro\""]);
     bad_session("[[steps]]", "[[steps", &["s.toml"]);
     bad_session("settle_s = 0.2", "settle_s = -1.0", &["settle_s"]);
     bad_session("settle_s = 0.2", "known = { crystal_ppm = -1.0 }", &["crystal_ppm"]);
@@ -49,11 +49,11 @@ fn a_bad_session_is_refused_by_file_step_and_parameter() {
 }
 
 #[test]
-fn what_this_stand_cannot_do_is_refused_before_it_moves() {
-    let bad = |from: &str, to: &str, says: &[&str]| {
+fn limits_of_the_stand_are_checked_before_it_moves() {
+    let bad = |from: &str, to: &str, messages: &[&str]| {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("s.toml"), SHORT.replacen(from, to, 1)).unwrap();
-        refused(folder.path(), &["calibrate", "gyro", "--session", "s.toml", "--out", "g"], says);
+        refused(folder.path(), &["calibrate", "gyro", "--session", "s.toml", "--out", "g"], messages);
     };
     bad("amplitude = 4.0", "amplitude = 50.0", &["step 2 `two`", "95 % of the overspeed limit"]);
     bad("settle_s = 0.2", "limits = { rate_rad_s = 3.0 }", &["step 2 `two`", "the session's limit of 3 rad/s"]);
@@ -61,9 +61,9 @@ fn what_this_stand_cannot_do_is_refused_before_it_moves() {
     bad(
         "profile = \"staircase\"\namplitude = 2.0\nlevels = 1\ndwell_s = 0.6",
         &format!("{sine}\namplitude = 2.0"),
-        &["step 1 `one`", "754 rad/s²", "run it as a voltage"],
+        &["step 1 `one`", "754 rad/s²", "use mode = \"voltage\""],
     );
-    // No sensor on the stand: the default one of a file has none.
+    // A stand with a low overspeed limit.
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("s.toml"), SHORT).unwrap();
     std::fs::write(folder.path().join("weak.toml"), carrying("").replace("[imu]", "[firmware]\noverspeed_rad_s = 3.0\n[imu]")).unwrap();
@@ -75,30 +75,30 @@ fn what_this_stand_cannot_do_is_refused_before_it_moves() {
 }
 
 #[test]
-fn folders_that_are_no_session_s_or_another_s_are_refused() {
+fn folders_of_other_sessions_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     std::fs::write(path.join("s.toml"), SHORT).unwrap();
     let words = ["calibrate", "gyro", "--session", "s.toml", "--out", "g"];
     stand(path, &words).well();
-    refused(path, &words, &["g", "another session was begun here", "--resume"]);
-    refused(path, &["calibrate", "accel", "--from", "g"], &["g", "of gyro, not of accel"]);
-    refused(path, &["calibrate", "accel", "--out", "g", "--resume"], &["g", "of gyro, not of accel"]);
+    refused(path, &words, &["g", "the folder has a session already", "--resume"]);
+    refused(path, &["calibrate", "accel", "--from", "g"], &["g", "for gyro, not for accel"]);
+    refused(path, &["calibrate", "accel", "--out", "g", "--resume"], &["g", "for gyro, not for accel"]);
     for words in [&["calibrate", "gyro", "--from", "."][..], &["calibrate", "gyro", "--out", ".", "--resume"]] {
-        refused(path, words, &["journal.json", "no session was begun here"]);
+        refused(path, words, &["journal.json", "the folder has no session"]);
     }
     refused(path, &["records", "show", "."], &["record.json", "cannot be read"]);
-    refused(path, &["records", "show", "s.toml"], &["s.toml", "this is no record"]);
+    refused(path, &["records", "show", "s.toml"], &["s.toml", "not a record of a calibration"]);
     refused(path, &["records", "list", "nowhere"], &["nowhere", "cannot be read"]);
     refused(path, &["records", "trend", ".", "--serial", "S-9"], &["no record of serial S-9", "S-1"]);
     refused(path, &["records", "trend", ".", "--serial", "S-1", "--quantity", "scael"], &["scael", "bias_rad_s, ", "scale"]);
-    // A raw log that is not what was recorded: one byte.
+    // A raw log with one changed byte.
     let log = path.join("g/01-one.parquet");
     let mut bytes = std::fs::read(&log).unwrap();
     let middle = bytes.len() / 2;
     bytes[middle] ^= 1;
     std::fs::write(&log, &bytes).unwrap();
-    refused(path, &["calibrate", "gyro", "--from", "g"], &["01-one.parquet", "this is not the log that was recorded", "SHA-256"]);
+    refused(path, &["calibrate", "gyro", "--from", "g"], &["01-one.parquet", "the log has changed since it was recorded", "SHA-256"]);
     refused(path, &["calibrate", "gyro", "--out", "g", "--resume"], &["01-one.parquet", "SHA-256"]);
     std::fs::remove_file(&log).unwrap();
     refused(path, &["calibrate", "gyro", "--from", "g"], &["01-one.parquet"]);
@@ -107,7 +107,7 @@ fn folders_that_are_no_session_s_or_another_s_are_refused() {
 }
 
 #[test]
-fn words_that_do_not_go_together_are_refused() {
+fn conflicting_options_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     std::fs::write(path.join("s.toml"), SHORT).unwrap();

@@ -52,12 +52,12 @@ fn a_folder_of_records_is_listed_by_date_and_what_is_none_is_passed_over() {
         assert!(
             line.starts_with(&format!("2026-03-{day}"))
                 && line.contains("gyro   S-1")
-                && line.contains("whole, ")
+                && line.contains("complete, ")
                 && line.contains("results"),
             "{line}"
         );
     }
-    assert!(lines[3..].iter().all(|line| line.starts_with("passed over: ") && line.contains("this is no record")), "{text}");
+    assert!(lines[3..].iter().all(|line| line.starts_with("skipped: ") && line.contains("not a record of a calibration")), "{text}");
     let answer = records(path, &["list", "kept", "--json", "-"]).json();
     assert_eq!((answer["records"].as_array().unwrap().len(), answer["passed_over"].as_array().unwrap().len()), (3, 2));
     assert_eq!((&answer["records"][0]["serial"], &answer["records"][0]["whole"]), (&"S-1".into(), &true.into()));
@@ -78,8 +78,8 @@ fn another_person_computes_a_record_again_from_it_and_its_logs_alone() {
     for word in [
         "calibration gyro S-1: 2 of 2 steps",
         "  clock",
-        "01-one.parquet: as it was recorded",
-        "computed again from these logs: the same results",
+        "01-one.parquet: unchanged by its SHA-256",
+        "computed again from these logs: same results",
     ] {
         assert!(text.contains(word), "{word}: {text}");
     }
@@ -93,15 +93,15 @@ fn another_person_computes_a_record_again_from_it_and_its_logs_alone() {
     // A result that somebody made nicer.
     change(path, "kept/01/record.json", |record| record["scale"]["value"] = (number(&record["scale"], "value") * (1.0 + 1e-9)).into());
     let text = records(path, &["show", "kept/01"]).out;
-    assert!(text.contains("NOT the same results"), "{text}");
+    assert!(text.contains("DIFFERENT results"), "{text}");
     let checked = records(path, &["show", "kept/01", "--json", "-"]).json()["checked"].clone();
     assert!(checked["same_results"] == false && (number(&checked, "greatest_difference") / 1e-9 - 1.0).abs() < 1e-3, "{checked}");
     // A log that is another.
     std::fs::copy(path.join("kept/11/01-one.parquet"), path.join("kept/01/01-one.parquet")).unwrap();
     std::fs::remove_file(path.join("kept/01/02-two.parquet")).unwrap();
     let text = records(path, &["show", "kept/01"]).out;
-    assert!(text.contains("01-one.parquet: was changed: its SHA-256 is ") && text.contains("02-two.parquet: is not there"), "{text}");
-    assert!(text.contains("not computed again: 01-one.parquet was changed"), "{text}");
+    assert!(text.contains("01-one.parquet: has changed: its SHA-256 is ") && text.contains("02-two.parquet: is missing"), "{text}");
+    assert!(text.contains("not computed again: 01-one.parquet has changed"), "{text}");
 }
 
 #[test]
@@ -135,7 +135,7 @@ fn a_bias_that_moved_is_beyond_the_uncertainty_and_a_scale_that_did_not_is_not()
     assert!((number(line, "per_day") - 2.5e-4).abs() < 1e-4 && line["unit"] == "rad/s/d", "{line}");
     let text = records(path, &["trend", ".", "--serial", "S-1", "--quantity", "bias_rad_s", "--html", "t.html"]).out;
     assert!(
-        text.contains("beyond the uncertainty since the first record: bias_rad_s") && text.contains("rad/s/d") && !text.contains("\nscale"),
+        text.contains("significant change since the first record: bias_rad_s") && text.contains("rad/s/d") && !text.contains("\nscale"),
         "{text}"
     );
     let page = std::fs::read_to_string(path.join("t.html")).unwrap();
@@ -149,7 +149,7 @@ fn of_one_record_there_is_nothing_to_compare_and_kinds_are_kept_apart() {
     history(path);
     std::fs::rename(path.join("kept/01"), path.join("one")).unwrap();
     let text = records(path, &["trend", "one", "--serial", "S-1"]).out;
-    assert!(text.contains("one record: nothing to compare yet") && !text.contains("from the first"), "{text}");
+    assert!(text.contains("one record: nothing to compare") && !text.contains("since the first"), "{text}");
     // The drive of this stand has the same number.
     change(path, "kept/11/record.json", |record| {
         record["record"]["what"] = "drive".into();
