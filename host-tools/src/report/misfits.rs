@@ -4,7 +4,7 @@ use drive_model::Coordinate;
 use serde::Serialize;
 
 use super::html::{Cell, Class, Page, Table};
-use super::numbers;
+use super::{listed, numbers};
 use crate::identify::residual::{Misfit, Signature};
 use crate::model::Channel;
 
@@ -18,10 +18,36 @@ pub fn p_value(p: f64) -> f64 {
 
 /// One sentence: channel, explained variance, coordinate and form of the missing term.
 pub fn sentence(m: &Misfit) -> String {
-    let percent = 100.0 * m.explained_fraction;
-    let percent = if m.explained_fraction >= 0.0095 { format!("{percent:.0} %") } else { format!("{percent:.1} %") };
-    let column = m.channel.column();
-    let coordinate = match m.coordinate {
+    shared_sentence(&[m])
+}
+
+/// The sentence of misfits of the same coordinate and form in several channels.
+fn shared_sentence(misfits: &[&Misfit]) -> String {
+    let Some(first) = misfits.first() else { return String::new() };
+    let channels: Vec<String> = misfits.iter().map(|m| m.channel.column().to_owned()).collect();
+    let percents: Vec<String> = misfits.iter().map(|m| percent(m.explained_fraction)).collect();
+    let correlate = if misfits.len() > 1 { "correlate" } else { "correlates" };
+    let harmonics = misfits.iter().map(|m| harmonics(m)).find(|text| !text.is_empty()).unwrap_or_default();
+    let form = form(first);
+    let (channels, percents) = (listed(&channels), listed(&percents));
+    format!("{channels}: {percents} of the residual variance {correlate} with {}{harmonics}: {form}.", coordinate(first.coordinate))
+}
+
+/// A fraction of the variance in percent.
+fn percent(fraction: f64) -> String {
+    let percent = 100.0 * fraction;
+    if fraction >= 0.0095 {
+        format!("{percent:.0} %")
+    } else if fraction >= 0.0005 {
+        format!("{percent:.1} %")
+    } else {
+        "less than 0.1 %".to_owned()
+    }
+}
+
+/// A coordinate with its article.
+fn coordinate(coordinate: Coordinate) -> &'static str {
+    match coordinate {
         Coordinate::Theta => "the angle",
         Coordinate::Omega => "the rate",
         Coordinate::Current => "the current",
@@ -29,17 +55,16 @@ pub fn sentence(m: &Misfit) -> String {
         Coordinate::Time => "time",
         Coordinate::Acceleration => "the acceleration",
         Coordinate::History => "the time since the last reversal or start",
-    };
-    let harmonics = if m.coordinate == Coordinate::Theta { harmonics(&m.harmonic_orders) } else { String::new() };
-    let form = m.signature.map_or("too weak to attribute".to_owned(), form);
-    format!("{column}: {percent} of the residual variance correlates with {coordinate}{harmonics}: {form}.")
+    }
 }
 
 /// The harmonic orders in words.
-fn harmonics(orders: &[u32]) -> String {
+fn harmonics(m: &Misfit) -> String {
+    let orders = if m.coordinate == Coordinate::Theta { &m.harmonic_orders[..] } else { &[] };
     let Some(fundamental) = orders.iter().min().copied() else { return String::new() };
     let list = orders.iter().map(u32::to_string).collect::<Vec<_>>().join(", ");
     match orders {
+        [1] => " (harmonic 1: once per revolution)".to_owned(),
         [order] => format!(" (harmonic {order}: {order} periods per revolution)"),
         _ if fundamental > 1 && orders.iter().all(|n| n % fundamental == 0) => format!(" (harmonics {list}: multiples of {fundamental})"),
         _ => format!(" (harmonics {list})"),
@@ -47,7 +72,8 @@ fn harmonics(orders: &[u32]) -> String {
 }
 
 /// Form of the missing term.
-fn form(signature: Signature) -> String {
+fn form(m: &Misfit) -> String {
+    let Some(signature) = m.signature else { return "too weak to attribute".to_owned() };
     match signature {
         Signature::Torque => "looks like a missing torque".into(),
         Signature::ConstantTorque => "looks like a constant torque, which makes the directions of rotation differ".into(),
@@ -78,14 +104,28 @@ fn form(signature: Signature) -> String {
     }
 }
 
-/// The failures as a list of sentences.
-pub fn lines(failures: &[Misfit]) -> Vec<String> {
-    failures.iter().map(sentence).collect()
+/// The misfits in sentences, in their order. Misfits of the same coordinate and form share a sentence; the weak ones share the last.
+pub fn lines(misfits: &[Misfit]) -> Vec<String> {
+    let mut groups: Vec<Vec<&Misfit>> = Vec::new();
+    for m in misfits.iter().filter(|m| m.signature.is_some()) {
+        match groups.iter_mut().find(|g| g[0].coordinate == m.coordinate && g[0].signature == m.signature) {
+            Some(group) => group.push(m),
+            None => groups.push(vec![m]),
+        }
+    }
+    let mut lines: Vec<String> = groups.iter().map(|group| shared_sentence(group)).collect();
+    let weak = misfits.iter().filter(|m| m.signature.is_none());
+    let weak: Vec<String> =
+        weak.map(|m| format!("{} over {} ({})", m.channel.column(), coordinate(m.coordinate), percent(m.explained_fraction))).collect();
+    if !weak.is_empty() {
+        lines.push(format!("Too weak to attribute: {}.", listed(&weak)));
+    }
+    lines
 }
 
-/// The failures as a section with a table; nothing where there are none.
-pub fn section(failures: &[Misfit], page: &mut Page) {
-    if failures.is_empty() {
+/// The misfits as a section with a table; nothing if there are none.
+pub fn section(misfits: &[Misfit], page: &mut Page) {
+    if misfits.is_empty() {
         return;
     }
     page.section("Where the model fails", |page| {
@@ -93,15 +133,15 @@ pub fn section(failures: &[Misfit], page: &mut Page) {
             Class::Faint,
             "Sorted by share of the residual variance, largest first; each share is what the coordinate explains beyond those above it. Listed if p < 0.001 over all channels and coordinates.",
         );
-        let mut table = Table::new(["channel", "coordinate", "share of the residual", "harmonic order", "p", ""]);
-        for f in failures {
+        let mut table = Table::new(["channel", "coordinate", "share of the residual", "harmonic orders", "p", "form"]);
+        for f in misfits {
             table.row([
                 Cell::text(f.channel.column()),
                 Cell::text(f.coordinate.name()),
                 Cell::number(format!("{} %", numbers::significant(100.0 * f.explained_fraction, 2))),
-                Cell::number(f.harmonic_orders.first().map_or(String::new(), |n| n.to_string())),
+                Cell::text(f.harmonic_orders.iter().map(u32::to_string).collect::<Vec<_>>().join(", ")),
                 Cell::number(numbers::p_value(f.log10_p)),
-                Cell::text(sentence(f)),
+                Cell::text(form(f)),
             ]);
         }
         page.table(table);
@@ -161,5 +201,27 @@ mod tests {
             "omega_rad_s: 90 % of the residual variance correlates with the angle (harmonics 14, 7: multiples of 7): too weak to attribute."
         );
         assert!(example(Coordinate::Theta, vec![7], None).contains("(harmonic 7: 7 periods per revolution)"));
+    }
+
+    #[test]
+    fn misfits_of_the_same_form_share_a_sentence() {
+        let misfit = |channel, explained_fraction, signature| Misfit {
+            channel,
+            coordinate: Coordinate::Omega,
+            explained_fraction,
+            harmonic_orders: Vec::new(),
+            p_value: 0.0,
+            log10_p: -400.0,
+            signature,
+        };
+        let torque = Some(Signature::Torque);
+        let all = [misfit(Channel::Rate, 0.9, torque), misfit(Channel::Current, 0.5, torque), misfit(Channel::Angle, 1e-4, None)];
+        assert_eq!(
+            lines(&all),
+            [
+                "omega_rad_s and i_A: 90 % and 50 % of the residual variance correlate with the rate: looks like a missing torque.",
+                "Too weak to attribute: theta_rad over the rate (less than 0.1 %)."
+            ]
+        );
     }
 }

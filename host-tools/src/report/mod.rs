@@ -66,6 +66,15 @@ fn log_warnings(log: &Log) -> Vec<String> {
     lines
 }
 
+/// `a`, `a and b`, `a, b and c`.
+pub fn listed(items: &[String]) -> String {
+    match items {
+        [] => String::new(),
+        [one] => one.clone(),
+        [before @ .., last] => format!("{} and {last}", before.join(", ")),
+    }
+}
+
 /// A number with at most six significant digits, without trailing zeros.
 pub fn digits(x: f64) -> String {
     plain(x, 6)

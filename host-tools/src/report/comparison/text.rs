@@ -29,9 +29,9 @@ pub fn text(c: &Comparison, style: Style) -> String {
         text.push_str(&parameter_table(&parameters(c), style));
         text.push('\n');
     }
-    // The conclusion contains the first failure.
-    for line in misfits::lines(c.failures.get(1..).unwrap_or(&[])) {
-        text.push_str(&style.wrapped("• ", "  ", &line));
+    // The conclusion contains the first line.
+    for line in misfits::lines(&c.failures).iter().skip(1) {
+        text.push_str(&style.wrapped("• ", "  ", line));
     }
     for line in c.all_warnings() {
         text.push_str(&style.warn(&style.wrapped("! ", "  ", &line)));

@@ -57,9 +57,9 @@ pub fn conclusion(c: &Comparison) -> String {
     if c.fitted {
         text.push_str(" This is the best fit of the parameters, so the model lacks an effect.");
     }
-    if let Some(first) = c.failures.first() {
+    if let Some(first) = misfits::lines(&c.failures).first() {
         text.push(' ');
-        text.push_str(&misfits::sentence(first));
+        text.push_str(first);
     }
     let (log, model) = (c.log.path().display(), c.model.name());
     text.push_str(&if c.fitted {

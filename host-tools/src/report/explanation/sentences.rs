@@ -70,7 +70,7 @@ pub fn remark(remark: &Remark) -> String {
     match remark {
         Remark::Preparation(note) => crate::report::preparation::note(note),
         Remark::StandInsRemoved { effects } => {
-            format!("Removed again: {}. The residual stays far above the noise, and they improve it too little.", listed(effects))
+            format!("Removed again: {}. The residual stays far above the noise, and their improvement is too small.", listed(effects))
         }
         Remark::NoLongerNeeded { effect, beside } => format!("{effect} was added first and is no longer needed beside {}.", listed(beside)),
         Remark::Exchanged { effect, by, beside } => {
@@ -78,10 +78,10 @@ pub fn remark(remark: &Remark) -> String {
         }
         Remark::Renamed { from, to } => format!("From here on {from} is named {to}."),
         Remark::UnknownStructureBetter { effects } => {
-            format!("One unknown structure fits the log better than {} together: none of them is named as the cause.", listed(effects))
+            format!("One unknown structure fits the log better than {} together; none of them is named as the cause.", listed(effects))
         }
         Remark::TooMuchLeft { effects, remainder, heldout } => format!(
-            "{} of the error is left with {}{}: none of them is named as the cause.",
+            "{} of the error remains with {}{}; none of them is named as the cause.",
             percent(*remainder),
             listed(effects),
             if *heldout { ", on held-out rows" } else { "" }
@@ -104,7 +104,7 @@ pub fn progress(progress: &Progress) -> String {
         Progress::FittingGiven => "fitting the given model".to_owned(),
         Progress::Trying { added: None } => "trying every effect of the catalogue".to_owned(),
         Progress::Trying { added: Some(effect) } => format!("{effect} added; trying further effects"),
-        Progress::ExaminingRemainder => "examining what is left".to_owned(),
+        Progress::ExaminingRemainder => "examining the residual".to_owned(),
     }
 }
 
@@ -119,13 +119,13 @@ pub fn shape(shape: &Shape) -> String {
             };
             let (_, unit) = acts_on(shape.acts_on);
             format!(
-                "The remainder looks like {what} that depends on the {}: up to {largest:.2e} {unit} from its median.",
+                "The residual looks like {what} that depends on the {}: up to {largest:.2e} {unit} from its median.",
                 over(shape.coordinate)
             )
         }
         ShapeForm::Oscillation { frequency_Hz, amplitude } => {
             let what = if shape.acts_on == SummingPoint::Voltage { "a part of the commanded voltage" } else { "a torque" };
-            format!("The remainder looks like {what} that oscillates at {frequency_Hz:.3} Hz with the amplitude {amplitude:.2e}.")
+            format!("The residual looks like {what} that oscillates at {frequency_Hz:.3} Hz with the amplitude {amplitude:.2e}.")
         }
     }
 }

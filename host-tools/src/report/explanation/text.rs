@@ -156,14 +156,11 @@ fn unexplained(e: &Explanation, shape: &Shape, style: Style) -> String {
         let (name, unit) = sentences::acts_on(shape.acts_on);
         let number = |x: f64| numbers::significant(x, 3);
         text.push_str(&format!("    {}\n", sparkline(&heights, high - low)));
-        let caption = format!(
-            "{name} from {} to {} {unit}, over the {} from {} to {}",
-            number(low),
-            number(high),
-            sentences::along(shape),
-            number(first.at),
-            number(last.at)
-        );
+        let along = sentences::along(shape);
+        let (coordinate, coordinate_unit) = along.rsplit_once(", ").unwrap_or((along, ""));
+        let (from, to) = (number(first.at), number(last.at));
+        let caption =
+            format!("{name} from {} to {} {unit}, over the {coordinate} from {from} to {to} {coordinate_unit}", number(low), number(high));
         text.push_str(&style.faint(&style.wrapped("    ", "    ", &caption)));
     }
     if let Some(expression) = &shape.expression {

@@ -7,6 +7,7 @@ use super::evidence::evidence;
 use super::sentences::{first_lower, not_visible};
 use crate::identify::explain::criteria::MisfitClass;
 use crate::identify::explain::{ChannelError, Estimate, Explanation, NotVisible, Stage, Verdict};
+pub use crate::report::listed;
 use crate::report::{numbers, unit};
 
 /// Column heads of the table of candidates, explained.
@@ -85,15 +86,6 @@ fn above_noise(e: &Explanation, outputs: &[ChannelError]) -> String {
         .map(|o| format!("{} at {} × noise", o.channel.column(), numbers::significant(o.ratio(), 3)))
         .collect();
     listed(&above)
-}
-
-/// `a`, `a and b`, `a, b and c`.
-pub fn listed(names: &[String]) -> String {
-    match names {
-        [] => String::new(),
-        [one] => one.clone(),
-        [before @ .., last] => format!("{} and {last}", before.join(", ")),
-    }
 }
 
 /// Mean square of the residual above the noise, over all channels, in units of the noise variance.
