@@ -1,4 +1,4 @@
-//! Allan deviations against published and closed figures, gaps, and the memory that a long log takes.
+//! Allan deviations against published values and closed forms; gaps; memory use of a long log.
 #![allow(clippy::unwrap_used)]
 
 #[path = "common/gyro_noise.rs"]
@@ -42,7 +42,7 @@ fn numbers(value: &Value) -> Vec<f64> {
 
 #[test]
 #[ignore = "needs the external records: set STAND_DATA"]
-fn the_thousand_points_of_sp_1065_have_their_published_deviations() {
+fn deviations_of_the_thousand_points_of_sp_1065_are_as_published() {
     let data = published();
     let mut n: u64 = 1_234_567_890;
     let points: Vec<f64> = (0..1000)
@@ -73,7 +73,7 @@ fn the_thousand_points_of_sp_1065_have_their_published_deviations() {
 
 #[test]
 #[ignore = "needs the external records: set STAND_DATA"]
-fn ten_points_of_phase_have_their_published_deviations() {
+fn deviations_of_ten_phase_points_are_as_published() {
     let data = published();
     let ten = &data["ten_point_phase"];
     let rows = 0..10;
@@ -86,7 +86,7 @@ fn ten_points_of_phase_have_their_published_deviations() {
 }
 
 #[test]
-fn a_ramp_a_sine_and_white_noise_have_their_closed_forms() {
+fn ramp_sine_and_white_noise_match_closed_forms() {
     // R τ/√2, however long the record.
     let series = whole((0..1_000_000).map(|k| 9.81 + 1e-9 * f64::from(k)).collect());
     for found in series.overlapping(&[1, 64, 4096, 300_000]) {
@@ -117,7 +117,7 @@ fn a_ramp_a_sine_and_white_noise_have_their_closed_forms() {
 }
 
 #[test]
-fn ten_million_rows_keep_nine_digits() {
+fn deviation_of_ten_million_rows_has_nine_digits() {
     // Whole numbers, whose sums are exact in i128: offset, ramp and noise at once.
     let rows = 10_000_000_usize;
     let mut state = 7_u64;
@@ -164,7 +164,7 @@ fn pulse_pairs_of_opposite_sign_are_the_allan_deviation_of_the_angle() {
 }
 
 #[test]
-fn no_term_crosses_a_gap_and_all_runs_are_pooled() {
+fn no_difference_crosses_a_gap() {
     let gyro = Gyro { white: 1.0, ..Gyro::default() };
     let (one, two) = (gyro.rates(3000, 1.0, 1), gyro.rates(5000, 1.0, 2).iter().map(|v| v + 100.0).collect::<Vec<_>>());
     let parts = [whole(one.clone()), whole(two.clone())];
@@ -193,7 +193,7 @@ fn peak() -> f64 {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_long_log_takes_the_memory_of_one_column() {
+fn long_log_needs_the_memory_of_one_column() {
     const LOG: &str = "STAND_ALLAN_LOG";
     let rows = 1 << 22;
     let column = 8.0 * f64::from(rows);

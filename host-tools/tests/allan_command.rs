@@ -1,4 +1,4 @@
-//! `stand allan` as a person runs it: coefficients in degrees and hours, gaps, bursts, and what it refuses.
+//! `stand allan`: coefficients in degrees and hours, gaps, bursts, input errors.
 #![allow(clippy::unwrap_used)]
 
 mod common;
@@ -49,7 +49,7 @@ fn within(answer: &Value, key: &str, wanted: f64, sigmas: f64) {
 }
 
 #[test]
-fn the_coefficients_of_a_gyro_come_out_in_degrees_and_hours() {
+fn gyro_coefficients_are_in_degrees_and_hours() {
     let rows = 1 << 18;
     let folder = log(&evenly(rows, 0.05), &GYRO.rates(rows, 0.05, 2), "gyro_rad_s");
     let answer = allan(folder.path(), "gyro_rad_s");
@@ -79,7 +79,7 @@ fn the_coefficients_of_a_gyro_come_out_in_degrees_and_hours() {
 }
 
 #[test]
-fn white_noise_alone_shows_no_bias_instability_however_low_its_curve() {
+fn white_noise_has_no_bias_instability() {
     let gyro = Gyro { white: 1e-4, ..Gyro::default() };
     let folder = log(&evenly(40_000, 0.01), &gyro.rates(40_000, 0.01, 9), "gyro_rad_s");
     let answer = allan(folder.path(), "gyro_rad_s");
@@ -89,7 +89,7 @@ fn white_noise_alone_shows_no_bias_instability_however_low_its_curve() {
 }
 
 #[test]
-fn a_column_that_is_no_rate_has_coefficients_in_its_own_unit() {
+fn coefficients_have_the_unit_of_the_column() {
     let gyro = Gyro { white: 2e-3, ..Gyro::default() };
     let folder = log(&evenly(20_000, 0.01), &gyro.rates(20_000, 0.01, 3), "accel_x_m_s2");
     let answer = allan(folder.path(), "accel_x_m_s2");
@@ -100,7 +100,7 @@ fn a_column_that_is_no_rate_has_coefficients_in_its_own_unit() {
 }
 
 #[test]
-fn an_angle_is_the_integral_of_the_rate() {
+fn angle_gives_the_deviation_of_its_rate() {
     let rates = GYRO.rates(20_000, 0.05, 5);
     let mut angle = 1.0;
     let angles: Vec<f64> = std::iter::once(angle)
@@ -125,7 +125,7 @@ fn an_angle_is_the_integral_of_the_rate() {
 }
 
 #[test]
-fn gaps_are_said_and_no_difference_crosses_one() {
+fn gaps_are_reported_and_not_crossed() {
     let rates = Gyro { white: 1e-4, ..Gyro::default() }.rates(30_000, 0.01, 6);
     // Two gaps, and after each the bias is another: a difference across one would show as a walk.
     let (mut times, mut values) = (Vec::new(), Vec::new());
@@ -147,7 +147,7 @@ fn gaps_are_said_and_no_difference_crosses_one() {
 }
 
 #[test]
-fn bursts_of_a_sensors_buffer_are_evenly_spaced_again() {
+fn bursts_are_spaced_evenly() {
     let rows = 32_000;
     let rates = Gyro { white: 1e-4, ..Gyro::default() }.rates(rows, 0.01, 7);
     // 32 samples at a time, fetched up to 60 ms late; the stamps within a burst are 10 µs apart. 320 samples are lost in the middle.
@@ -171,7 +171,7 @@ fn bursts_of_a_sensors_buffer_are_evenly_spaced_again() {
 }
 
 #[test]
-fn a_converters_steps_are_said_and_do_no_harm() {
+fn quantisation_is_reported_and_harmless() {
     let rates = Gyro { white: 1e-3, ..Gyro::default() }.rates(50_000, 0.01, 8);
     let steps: Vec<f64> = rates.iter().map(|rate| (rate / 5e-3).round() * 5e-3).collect();
     let answer = allan(log(&evenly(50_000, 0.01), &steps, "gyro_rad_s").path(), "gyro_rad_s");
@@ -182,7 +182,7 @@ fn a_converters_steps_are_said_and_do_no_harm() {
 }
 
 #[test]
-fn a_period_in_the_record_is_no_process_and_that_is_said() {
+fn periodic_disturbance_is_reported() {
     let mut rates = Gyro { white: 1e-4, ..Gyro::default() }.rates(50_000, 0.01, 8);
     rates.iter_mut().enumerate().for_each(|(k, rate)| *rate += 2e-3 * (k as f64 * 0.05).sin());
     let answer = allan(log(&evenly(50_000, 0.01), &rates, "gyro_rad_s").path(), "gyro_rad_s");
@@ -197,7 +197,7 @@ fn refused(ran: &Ran, words: &[&str]) {
 }
 
 #[test]
-fn what_has_no_allan_deviation_is_refused_in_one_line() {
+fn invalid_column_is_an_input_error() {
     let folder = tempfile::tempdir().unwrap();
     let said = |text: &str, words: &[&str]| {
         std::fs::write(folder.path().join("log.csv"), text).unwrap();
@@ -222,7 +222,7 @@ fn what_has_no_allan_deviation_is_refused_in_one_line() {
 }
 
 #[test]
-fn a_handful_of_rows_is_answered_without_coefficients() {
+fn few_rows_give_no_coefficients() {
     for rows in [3, 4, 5, 9, 20, 79, 80, 200] {
         let rates = Gyro { white: 1.0, ..Gyro::default() }.rates(rows, 1.0, rows as u64);
         for column in ["gyro_rad_s", "theta_rad", "anything"] {

@@ -1,4 +1,4 @@
-//! Coefficients and intervals against noise that is known.
+//! Noise coefficients and confidence intervals for known noise.
 #![allow(clippy::unwrap_used)]
 
 #[path = "common/gyro_noise.rs"]
@@ -20,7 +20,7 @@ fn whole(rates: Vec<f64>) -> Series {
 }
 
 #[test]
-fn degrees_of_freedom_are_those_of_greenhall_and_riley() {
+fn degrees_of_freedom_match_greenhall_and_riley() {
     // Of white rates m = 1 is exact: z is white less its own past, M²/(M + (M − 1)/2).
     let terms = 1023.0;
     let exact = Covariance::new(1, 1, &[(1025, 1)]).degrees_of_freedom(&[0.0, 1.0, 0.0, 0.0, 0.0]);
@@ -55,7 +55,7 @@ fn fitted(rates: Vec<f64>) -> Found {
 }
 
 #[test]
-fn intervals_hold_what_they_promise() {
+fn intervals_have_their_stated_coverage() {
     let (series, rows) = (1000, 4000);
     let (mut of_n, mut of_points, mut strangers) = (0, [0; 3], 0);
     let factors = [4, 32, 256];
@@ -81,7 +81,7 @@ fn intervals_hold_what_they_promise() {
 }
 
 #[test]
-fn noise_that_is_known_is_found_within_its_uncertainty() {
+fn known_noise_is_estimated_within_its_uncertainty() {
     // A good MEMS gyro: 0.3 °/√h, 4 °/h, 60 °/h/√h, an hour and a half at 50 Hz.
     let interval_s = 0.02_f64;
     let truth = Gyro { white: 0.3 / 60.0 * DEG_H * 3600.0, flicker: 4.0 * DEG_H, walk: DEG_H, ..Gyro::default() };
@@ -108,7 +108,7 @@ fn noise_that_is_known_is_found_within_its_uncertainty() {
 }
 
 #[test]
-fn steps_of_the_angle_and_a_ramp_are_found() {
+fn quantisation_and_ramp_are_estimated() {
     let truth = Gyro { quantisation: 1e-5, white: 1e-5, ramp: 2e-8, ..Gyro::default() };
     let found = fitted(truth.rates(1 << 17, 0.1, 4));
     let seconds = [0.1, 0.1_f64.sqrt(), 1.0, 1.0 / 0.1_f64.sqrt(), 10.0];

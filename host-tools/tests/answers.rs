@@ -1,4 +1,4 @@
-//! The answers of `--json` have the fields of interfaces.md, of the right types; and the main job runs from nothing.
+//! Fields and types of the JSON results; the demonstration.
 #![allow(clippy::unwrap_used)]
 
 mod common;
@@ -85,7 +85,7 @@ fn outputs_and_failures(answer: &Value, names: &[&str]) {
 }
 
 #[test]
-fn the_answer_of_a_comparison_has_its_fields() {
+fn comparison_json_has_its_fields() {
     let folder = folder();
     let answer = stand(folder.path(), &["compare", "log.csv", "--model", "model.toml", "--json", "-"]).well().json();
     has(&answer, &COMPARED);
@@ -95,7 +95,7 @@ fn the_answer_of_a_comparison_has_its_fields() {
 }
 
 #[test]
-fn the_answer_of_a_fit_has_its_fields() {
+fn fit_json_has_its_fields() {
     let folder = folder();
     let answer = stand(folder.path(), &["fit", "log.csv", "--model", "model.toml", "--json", "-"]).well().json();
     has(&answer, &COMPARED);
@@ -113,7 +113,7 @@ fn the_answer_of_a_fit_has_its_fields() {
 }
 
 #[test]
-fn what_a_log_does_not_determine_is_named_and_no_answer_has_nan() {
+fn undetermined_parameters_are_named_without_nan() {
     let folder = folder();
     let model = common::MODEL.replace("\"u_V\"", "\"u_V\"\noutputs = [\"omega_rad_s\"]");
     std::fs::write(folder.path().join("rate.toml"), model).unwrap();
@@ -127,7 +127,7 @@ fn what_a_log_does_not_determine_is_named_and_no_answer_has_nan() {
 }
 
 #[test]
-fn the_answer_of_a_session_says_what_was_written() {
+fn sim_json_describes_the_log() {
     let folder = folder();
     let path = folder.path();
     let words = ["sim", "--out", "s.parquet", "--seconds", "0.5", "--hidden", "cogging", "--json", "-"];
@@ -149,7 +149,7 @@ fn the_answer_of_a_session_says_what_was_written() {
 }
 
 #[test]
-fn the_catalogue_answers_with_every_effect_and_each_of_its_parameters() {
+fn effects_json_lists_every_effect_and_parameter() {
     let folder = tempfile::tempdir().unwrap();
     let all = stand(folder.path(), &["effects", "--json", "-"]).well().out;
     for card in CATALOGUE {
@@ -164,7 +164,7 @@ fn the_catalogue_answers_with_every_effect_and_each_of_its_parameters() {
 
 /// `stand` with nothing after it: the session, the comparison, the fit, the report.
 #[test]
-fn the_main_job_runs_from_nothing() {
+fn demonstration_runs_without_arguments() {
     let folder = tempfile::tempdir().unwrap();
     let ran = stand(folder.path(), &[]).well();
     for word in ["omega_rad_s", "inertia_kg_m2", "cogging"] {

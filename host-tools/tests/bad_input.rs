@@ -1,4 +1,4 @@
-//! Bad files, bad models, bad words: one clear line, exit status 2, and nothing lost.
+//! Invalid files, models and arguments: one line on standard error, exit status 2, no file changed.
 #![allow(clippy::unwrap_used)]
 
 mod common;
@@ -48,7 +48,7 @@ fn line_of(row: usize) -> usize {
 }
 
 #[test]
-fn a_bad_log_gets_one_line_that_names_file_row_and_column() {
+fn bad_log_error_names_file_row_and_column() {
     let folder = folder();
     let path = folder.path();
     let csv = |name: &str, change: &dyn Fn(&mut Vec<String>)| {
@@ -97,7 +97,7 @@ fn a_bad_log_gets_one_line_that_names_file_row_and_column() {
 }
 
 #[test]
-fn a_file_that_is_no_log_gets_one_line_that_names_it() {
+fn error_of_a_file_that_is_not_a_log_names_the_file() {
     let folder = folder();
     let path = folder.path();
     std::fs::write(path.join("empty.csv"), "").unwrap();
@@ -123,7 +123,7 @@ fn a_file_that_is_no_log_gets_one_line_that_names_it() {
 }
 
 #[test]
-fn a_bad_model_gets_one_line_that_names_the_place_and_the_parameter() {
+fn bad_model_error_names_position_and_parameter() {
     let folder = folder();
     let path = folder.path();
     let bad = |text: &str, says: &[&str]| {
@@ -159,7 +159,7 @@ fn a_bad_model_gets_one_line_that_names_the_place_and_the_parameter() {
     let cogging = |order: &str| format!("{}cogging_order = {order}\n", MODEL.replace("\"viscous\"", "\"viscous\", \"cogging\""));
     bad(&cogging("7.5"), &["cogging_order", "7.5", "whole number"]);
     bad(&cogging("0"), &["cogging_order", "outside the physical range"]);
-    bad(&with("\"viscous\"", "\"viscous\", \"inductance#2\""), &["inductance", "cannot repeat"]);
+    bad(&with("\"viscous\"", "\"viscous\", \"inductance#2\""), &["inductance", "cannot have a second instance"]);
     bad(&with("\"viscous\"", "\"viscous\", \"compliance\", \"backlash\""), &["compliance", "backlash"]);
     bad(&with("\"viscous\"", "\"viscous\", \"cogging#x\""), &["cogging#x", "cogging#2"]);
     let own = |body: &str| format!("{MODEL}\n[effect.rub]\n{body}\n");
@@ -178,7 +178,7 @@ fn a_bad_model_gets_one_line_that_names_the_place_and_the_parameter() {
 }
 
 #[test]
-fn an_edit_that_does_not_fit_leaves_the_model_as_it_was() {
+fn invalid_edit_leaves_the_model_unchanged() {
     let folder = folder();
     let path = folder.path();
     refused(path, &["model", "add", "model.toml", "coging"], &["coging", "cogging"]);
@@ -198,7 +198,7 @@ fn an_edit_that_does_not_fit_leaves_the_model_as_it_was() {
 }
 
 #[test]
-fn a_place_that_is_not_there_is_refused_before_anything_is_written() {
+fn missing_folder_is_rejected_before_anything_is_written() {
     let folder = folder();
     let path = folder.path();
     let nowhere = ["nowhere/answer", "does not exist"];
@@ -222,7 +222,7 @@ fn a_place_that_is_not_there_is_refused_before_anything_is_written() {
 
 /// `--out` is a log that exists: it stays.
 #[test]
-fn a_bad_session_gets_one_line_that_names_the_parameter() {
+fn bad_session_error_names_the_parameter() {
     let folder = folder();
     let path = folder.path();
     let bad = |words: &[&str], says: &[&str]| {
@@ -280,7 +280,7 @@ fn a_bad_session_gets_one_line_that_names_the_parameter() {
 }
 
 #[test]
-fn a_stand_in_a_room_without_a_temperature_is_refused() {
+fn stand_needs_a_finite_ambient_temperature() {
     let folder = folder();
     let path = folder.path();
     std::fs::write(path.join("bad.toml"), "[drive]\nambient_C = nan\n").unwrap();
@@ -297,7 +297,7 @@ fn spoilt(folder: &Path, name: &str, change: impl Fn(&mut Column, &Log)) {
 }
 
 #[test]
-fn a_log_that_is_not_what_its_columns_say_is_an_answer_and_no_error() {
+fn implausible_log_is_a_result_not_an_error() {
     let folder = folder();
     let path = folder.path();
     // Beyond 3 s or so there are enough windows for a slope.
@@ -366,7 +366,7 @@ fn a_log_that_is_not_what_its_columns_say_is_an_answer_and_no_error() {
 
 /// A cell that was read as a number but is none of this world, as a damaged file has them.
 #[test]
-fn a_number_beyond_all_measure_is_no_panic() {
+fn huge_values_cause_no_panic() {
     let folder = folder();
     let path = folder.path();
     for huge in [1e160, -1e300] {
@@ -383,7 +383,7 @@ fn a_number_beyond_all_measure_is_no_panic() {
 }
 
 #[test]
-fn a_column_of_unknown_name_is_listed_and_ignored() {
+fn unknown_column_is_listed_and_ignored() {
     let folder = folder();
     let path = folder.path();
     let text = std::fs::read_to_string(path.join("log.csv")).unwrap();
@@ -407,7 +407,7 @@ fn a_column_of_unknown_name_is_listed_and_ignored() {
 }
 
 #[test]
-fn a_reader_that_goes_away_is_no_trouble() {
+fn closed_pipe_is_not_an_error() {
     let folder = folder();
     let path = folder.path();
     let commands: [&[&str]; 6] = [

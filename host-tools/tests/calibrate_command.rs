@@ -1,4 +1,4 @@
-//! `stand calibrate` as a person runs it: a session on the simulated stand, its folder, its record, and where the result goes.
+//! `stand calibrate` on the simulated stand: session, folder, record, use of the result.
 #![allow(clippy::unwrap_used)]
 
 #[path = "common/calibration.rs"]
@@ -43,7 +43,7 @@ fn json_of(folder: &Path, words: &[&str]) -> Value {
 }
 
 #[test]
-fn a_gyro_is_calibrated_from_nothing_and_its_folder_computes_the_same_again() {
+fn gyro_calibration_is_reproduced_from_its_folder() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     let words =
@@ -100,7 +100,7 @@ fn a_gyro_is_calibrated_from_nothing_and_its_folder_computes_the_same_again() {
 }
 
 #[test]
-fn an_accelerometer_is_calibrated_as_a_rate_sensor() {
+fn accelerometer_is_calibrated_as_a_rate_sensor() {
     let folder = tempfile::tempdir().unwrap();
     let answer = json_of(folder.path(), &["calibrate", "accel", "--out", "a", "--seed", "2"]);
     for name in ["scale", "radius_m", "angle_deg", "bias_x_m_s2", "bias_y_m_s2", "blind_below_rad_s", "combined_rms_rad_s"] {
@@ -116,7 +116,7 @@ fn an_accelerometer_is_calibrated_as_a_rate_sensor() {
 }
 
 #[test]
-fn a_drive_s_calibration_makes_a_model_that_fits() {
+fn drive_calibration_gives_a_model_that_fits() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     std::fs::write(path.join("model.toml"), MODEL).unwrap();
@@ -152,7 +152,7 @@ fn a_drive_s_calibration_makes_a_model_that_fits() {
 }
 
 #[test]
-fn the_stand_s_own_rate_sensor_goes_into_a_model_as_its_effects() {
+fn rate_sensor_calibration_becomes_model_effects() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     std::fs::write(path.join("model.toml"), MODEL).unwrap();
@@ -178,7 +178,7 @@ fn the_stand_s_own_rate_sensor_goes_into_a_model_as_its_effects() {
 
 #[test]
 #[cfg(unix)]
-fn the_stand_s_own_rate_sensor_needs_no_sensor_under_test() {
+fn rate_sensor_calibration_needs_no_dut() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     std::fs::write(path.join("own.toml"), format!("column = \"omega_rad_s\"\n{SHORT}")).unwrap();
@@ -192,7 +192,7 @@ fn the_stand_s_own_rate_sensor_needs_no_sensor_under_test() {
 }
 
 #[test]
-fn the_usual_session_is_written_changed_and_run() {
+fn default_session_can_be_written_edited_and_run() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     for what in ["gyro", "accel", "drive"] {
@@ -212,7 +212,7 @@ fn the_usual_session_is_written_changed_and_run() {
 }
 
 #[test]
-fn what_a_person_must_do_is_recorded_with_the_answer() {
+fn operator_actions_are_recorded() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     let step = "[[steps]]\nname = \"again\"\nask = \"Turn the part over.\"\nmounted = { radius_m = 0.05, lying = \"side\" }\nmode = \"off\"\nseconds = 2.0\n";
@@ -226,7 +226,7 @@ fn what_a_person_must_do_is_recorded_with_the_answer() {
 
 #[test]
 #[cfg(unix)]
-fn a_person_at_a_real_stand_is_asked_and_what_was_said_is_kept() {
+fn operator_replies_at_a_serial_stand_are_recorded() {
     use std::io::Write;
     use std::process::Stdio;
     let folder = tempfile::tempdir().unwrap();

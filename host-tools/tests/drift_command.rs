@@ -182,7 +182,7 @@ fn invalid_input_fails_with_one_line_and_status_2() {
         (&["--pulse", "nan"], "--pulse = NaN"),
         (&["--latitude", "90"], "at a pole"),
         (&["--latitude", "91"], "--latitude = 91"),
-        (&["--rate", "1"], "the stand refuses DRIFt:STARt"),
+        (&["--rate", "1"], "the stand rejected `DRIFt:STARt`"),
         (&["--rate", "0.05,0.055"], "--rate 0.055: amplitudes must differ by at least 20 %"),
         (&["--rate", "0.05,0"], "--rate = 0"),
         (&["--positions", "0,x"], "--positions: `x`"),

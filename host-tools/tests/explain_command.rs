@@ -1,4 +1,4 @@
-//! `stand explain` as a person runs it: what it says, what it writes, what it refuses.
+//! `stand explain`: output, written models, input errors.
 #![allow(clippy::unwrap_used)]
 
 mod common;
@@ -33,7 +33,7 @@ fn keys(answer: &Value) -> Vec<&str> {
 }
 
 #[test]
-fn a_hidden_load_is_found_said_and_written_into_the_model() {
+fn hidden_load_is_found_and_written_into_the_model() {
     let folder = folder(Some("load"));
     let path = folder.path();
     let before = model(path);
@@ -84,18 +84,18 @@ fn a_hidden_load_is_found_said_and_written_into_the_model() {
 }
 
 #[test]
-fn a_stand_without_hidden_effect_is_called_adequate_and_its_model_stays() {
+fn null_log_is_adequate_and_the_model_unchanged() {
     let folder = folder(None);
     let before = model(folder.path());
     let Ran { out, .. } = stand(folder.path(), &["explain", "log.csv", "--model", "model.toml", "--apply"]).well();
-    for said in ["Nothing is missing that this log could show", "What this log could not have shown", "stays as it is"] {
+    for said in ["Nothing is missing that this log could show", "What this log could not have shown", "is unchanged"] {
         assert!(out.contains(said), "{said}: {out}");
     }
     assert_eq!(before, model(folder.path()));
 }
 
 #[test]
-fn a_log_that_is_no_record_of_a_drive_is_answered_as_such() {
+fn implausible_log_has_verdict_bad_log() {
     let folder = folder(None);
     let path = folder.path();
     let log = Log::read(path.join("log.csv")).unwrap();
@@ -114,7 +114,7 @@ fn a_log_that_is_no_record_of_a_drive_is_answered_as_such() {
 }
 
 #[test]
-fn logs_of_a_folder_are_explained_one_by_one_and_named_logs_together() {
+fn folder_is_explained_log_by_log_and_files_together() {
     let folder = folder(None);
     let path = folder.path();
     std::fs::create_dir(path.join("logs")).unwrap();
@@ -145,7 +145,7 @@ fn logs_of_a_folder_are_explained_one_by_one_and_named_logs_together() {
 }
 
 #[test]
-fn what_cannot_be_explained_gets_one_line_and_status_2() {
+fn invalid_arguments_give_one_line_and_status_2() {
     let folder = folder(None);
     let path = folder.path();
     std::fs::create_dir(path.join("empty")).unwrap();
@@ -157,10 +157,10 @@ fn what_cannot_be_explained_gets_one_line_and_status_2() {
     std::fs::write(path.join("slower.csv"), slower.join("\n") + "\n").unwrap();
     for (words, says) in [
         (&["missing.csv"][..], &["missing.csv", "cannot be read"][..]),
-        (&["empty"], &["empty", "no logs in this folder"]),
-        (&["empty", "log.csv"], &["empty", "a folder stands alone"]),
-        (&["empty", "--apply"], &["--apply", "name the log"]),
-        (&["empty", "--html", "x.html"], &["--html", "name the log"]),
+        (&["empty"], &["empty", "this folder has no logs"]),
+        (&["empty", "log.csv"], &["empty", "a folder must be the only argument"]),
+        (&["empty", "--apply"], &["--apply", "name a single log"]),
+        (&["empty", "--html", "x.html"], &["--html", "name a single log"]),
         (&["one.csv"], &["one.csv", "too few"]),
         (&["log.csv", "slower.csv"], &["log.csv", "slower.csv", "2.0000 ms", "the same interval"]),
         (&["log.csv", "--out", "nowhere/m.toml"], &["nowhere", "does not exist"]),

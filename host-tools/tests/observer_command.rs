@@ -1,4 +1,4 @@
-//! `stand observer` and `stand vibration` as a person runs them.
+//! `stand observer` and `stand vibration`.
 #![allow(clippy::unwrap_used)]
 
 mod common;
@@ -14,7 +14,7 @@ fn numbers(value: &Value) -> Vec<f64> {
 }
 
 #[test]
-fn the_presets_give_their_gains_as_the_interfaces_say() {
+fn presets_give_their_published_gains() {
     let folder = tempfile::tempdir().unwrap();
     for (preset, k2) in [("astatic-identifier", -272250.941), ("astatic-identifier-recovered", -298287.758)] {
         let answer = stand(folder.path(), &["observer", "design", preset, "--json", "-"]).well().json();
@@ -30,7 +30,7 @@ fn the_presets_give_their_gains_as_the_interfaces_say() {
 }
 
 #[test]
-fn simulate_and_bode_tell_what_theory_tells() {
+fn simulate_and_bode_match_theory() {
     let folder = tempfile::tempdir().unwrap();
     let words = ["observer", "simulate", "astatic-identifier-recovered", "--kind", "augmented", "--json", "-", "--html", "s.html"];
     let answer = stand(folder.path(), &words).well().json();
@@ -64,7 +64,7 @@ fn simulate_and_bode_tell_what_theory_tells() {
 }
 
 #[test]
-fn what_cannot_be_designed_gets_one_line() {
+fn invalid_design_gives_one_line() {
     let folder = tempfile::tempdir().unwrap();
     let table = "[four_state]\nrotor_N_m_s = 0.4\ninertia_x_kg_m2 = 0.02\ninertia_y_kg_m2 = 8e-3\ninertia_z_kg_m2 = 0.02\npendulum_N_m = 1.0\n\
                  link_damping_N_m_s = 2.4e-3\nalpha_damping_N_m_s = 0.0\nbeta_damping_N_m_s = 1e-3\ngamma_damping_N_m_s = 2e-3\nlink_rad_s = 0.0\n";
@@ -111,7 +111,7 @@ fn what_cannot_be_designed_gets_one_line() {
 
 /// A step at which a channel is not stable, though it is without one.
 #[test]
-fn gains_that_are_unstable_at_this_step_are_refused() {
+fn gains_unstable_at_the_step_are_rejected() {
     let folder = tempfile::tempdir().unwrap();
     let words = ["observer", "design", "astatic-identifier-recovered", "--integral-gain", "8e6", "--step"];
     stand(folder.path(), &[&words[..], &["1e-4"]].concat()).well();
@@ -121,7 +121,7 @@ fn gains_that_are_unstable_at_this_step_are_refused() {
 
 /// The four-state element on a base that vibrates, as a log; §2.3, case V1.
 #[test]
-fn a_log_is_corrected_for_vibration() {
+fn azimuth_is_corrected_for_vibration() {
     let folder = tempfile::tempdir().unwrap();
     let vibration = BaseVibration {
         overload_g: 1e-3,

@@ -1,4 +1,4 @@
-//! Every word of the command line moves an output: the table below has a line for each, and is held against `--help`.
+//! Every option of the command line changes an output. The table has a line for each option and is compared with `--help`.
 #![allow(clippy::unwrap_used)]
 
 #[path = "common/allan_words.rs"]
@@ -540,7 +540,7 @@ fn help_everywhere(folder: &Path) {
 }
 
 #[test]
-fn the_table_has_a_line_for_every_word_of_every_command_and_no_other() {
+fn table_covers_every_option_of_every_command() {
     let folder = folder();
     let mut there = BTreeSet::new();
     for path in commands(folder.path()) {
@@ -566,7 +566,7 @@ fn the_table_has_a_line_for_every_word_of_every_command_and_no_other() {
 }
 
 #[test]
-fn every_word_of_the_command_line_moves_an_output() {
+fn every_option_changes_an_output() {
     let mut helped = false;
     for (name, shows) in all_words() {
         // All of these are one walk.

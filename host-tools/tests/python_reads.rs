@@ -1,4 +1,4 @@
-//! Other people's tools read our logs: pandas and pyarrow, every number and every note.
+//! Logs are read by pandas and pyarrow, with all numbers and notes.
 #![allow(clippy::unwrap_used)]
 
 mod common;
@@ -44,7 +44,7 @@ fn python(folder: &Path, script: &str) -> std::io::Result<Output> {
 
 #[test]
 #[ignore = "needs python3 with pandas and pyarrow"]
-fn pandas_and_pyarrow_read_every_number_and_every_note() {
+fn pandas_and_pyarrow_read_all_numbers_and_notes() {
     let folder = common::folder();
     let path = folder.path();
     let log = Log::read(path.join("log.parquet")).unwrap();
@@ -64,7 +64,7 @@ fn pandas_and_pyarrow_read_every_number_and_every_note() {
 /// The other way: what pandas writes is a log, its notes in the schema's metadata, and a column of another number type is numbers too.
 #[test]
 #[ignore = "needs python3 with pandas and pyarrow"]
-fn a_log_that_pandas_wrote_is_read() {
+fn log_written_by_pandas_is_read() {
     let folder = common::folder();
     let path = folder.path();
     const WRITE: &str = r#"

@@ -1,4 +1,4 @@
-//! `stand records`: what is kept, whether it can be computed again, and how a part changes.
+//! `stand records`: list, recomputation, trend.
 #![allow(clippy::unwrap_used)]
 
 #[path = "common/calibration.rs"]
@@ -38,7 +38,7 @@ fn records(folder: &Path, words: &[&str]) -> Ran {
 }
 
 #[test]
-fn a_folder_of_records_is_listed_by_date_and_what_is_none_is_passed_over() {
+fn records_are_listed_by_date() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     history(path);
@@ -66,7 +66,7 @@ fn a_folder_of_records_is_listed_by_date_and_what_is_none_is_passed_over() {
 }
 
 #[test]
-fn another_person_computes_a_record_again_from_it_and_its_logs_alone() {
+fn record_is_reproduced_from_itself_and_its_logs() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     history(path);
@@ -105,7 +105,7 @@ fn another_person_computes_a_record_again_from_it_and_its_logs_alone() {
 }
 
 #[test]
-fn a_bias_that_moved_is_beyond_the_uncertainty_and_a_scale_that_did_not_is_not() {
+fn trend_separates_changed_bias_from_constant_scale() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     history(path);
@@ -143,7 +143,7 @@ fn a_bias_that_moved_is_beyond_the_uncertainty_and_a_scale_that_did_not_is_not()
 }
 
 #[test]
-fn of_one_record_there_is_nothing_to_compare_and_kinds_are_kept_apart() {
+fn trend_needs_two_records_of_one_kind() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     history(path);

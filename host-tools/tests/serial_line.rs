@@ -1,4 +1,4 @@
-//! The stand behind its serial line, as a person and a program find it: in real time, over a real pseudo-terminal.
+//! The served stand behind a pseudo-terminal, in real time.
 #![cfg(unix)]
 #![allow(clippy::unwrap_used)]
 
@@ -27,7 +27,7 @@ fn record(folder: &Path, port: &str, more: &[&str]) -> Ran {
 }
 
 #[test]
-fn a_pipe_says_lines_and_a_bad_word_is_one_clear_line_with_nothing_lost() {
+fn piped_console_reports_a_rejected_line_and_continues() {
     let folder = folder();
     let served = Served::new(folder.path(), &[]);
     let identity = format!("Rotary Stand,simulated,SIM-1,{}\n", stand_firmware::VERSION);
@@ -40,14 +40,14 @@ fn a_pipe_says_lines_and_a_bad_word_is_one_clear_line_with_nothing_lost() {
     assert!(bad.out.starts_with(&identity) && bad.out.lines().count() == 2, "what came after was said too: {}", bad.out);
     let mut lines = bad.err.lines();
     assert!(lines.next().is_some_and(|line| line.starts_with("stand: line 2: `SOURce:RAET 5`: -113,\"Undefined header")), "{}", bad.err);
-    assert_eq!(lines.next(), Some("stand: the stand refused one command"));
+    assert_eq!(lines.next(), Some("stand: the stand rejected one command; see standard error"));
     assert_eq!(lines.next(), None);
     let help = said(folder.path(), "port", "HELP?\n").well().out;
     assert!(help.lines().count() > 50 && help.contains("STReam:CHANnels"));
 }
 
 #[test]
-fn a_port_that_is_absent_taken_silent_or_no_stand_is_one_line_and_status_2() {
+fn unusable_port_gives_one_line_and_status_2() {
     let folder = folder();
     let refused = |port: &str, says: &str| {
         for words in [vec!["console", "--port", port], vec!["record", "--port", port, "--out", "x.csv"]] {
@@ -56,18 +56,18 @@ fn a_port_that_is_absent_taken_silent_or_no_stand_is_one_line_and_status_2() {
             assert!(ran.err.lines().count() == 1 && ran.err.contains(says), "{says}: {}", ran.err);
         }
     };
-    refused("/dev/ttyABSENT7", "there is no such port");
-    refused("model.toml", "this is no serial port");
-    refused(".", "this is no serial port");
+    refused("/dev/ttyABSENT7", "no such port");
+    refused("model.toml", "not a serial port");
+    refused(".", "not a serial port");
     for words in [vec!["console"], vec!["record", "--out", "x.csv"]] {
         let ran = stand(folder.path(), &words);
         assert!(ran.status == Some(2) && ran.err.starts_with("stand: --port is missing"), "{ran:?}");
     }
     let silent = Pty::open(None).unwrap();
-    refused(silent.path().to_str().unwrap(), "nobody answers");
+    refused(silent.path().to_str().unwrap(), "no reply; check");
     let served = Served::new(folder.path(), &[]);
     let holder = host_tools::acquire::link::Port::open(Path::new(&served.port)).unwrap();
-    refused(&served.port, "another program has this port");
+    refused(&served.port, "another program uses this port");
     drop(holder);
     said(folder.path(), &served.port, "*IDN?\n").well();
     assert!(!folder.path().join("x.csv").exists(), "nothing was begun");
@@ -75,7 +75,7 @@ fn a_port_that_is_absent_taken_silent_or_no_stand_is_one_line_and_status_2() {
 
 /// A line that is off for the first 0.7 s, and one that changes a bit in one of 200 bytes: a single question is lost at first, or in one of eight openings.
 #[test]
-fn a_stand_whose_first_lines_are_damaged_is_asked_again() {
+fn identification_is_repeated_after_damaged_lines() {
     let folder = folder();
     let fault = |what: &str, more: &str| format!("[[faults]]\nwhat = \"{what}\"\nfrom_s = 0.0\n{more}\n");
     std::fs::write(folder.path().join("off.toml"), fault("line-off", "for_s = 0.7")).unwrap();
@@ -90,7 +90,7 @@ fn a_stand_whose_first_lines_are_damaged_is_asked_again() {
 }
 
 #[test]
-fn what_somebody_has_left_half_said_is_not_done_and_is_not_the_next_ones_error() {
+fn incomplete_line_of_an_earlier_client_is_ignored() {
     let folder = folder();
     let served = Served::new(folder.path(), &[]);
     for half in ["SOURce:RATE 7", "nonsense", "SOURce:RATE 7~12AB"] {
@@ -104,7 +104,7 @@ fn what_somebody_has_left_half_said_is_not_done_and_is_not_the_next_ones_error()
 }
 
 #[test]
-fn somebody_else_at_the_port_is_told_from_a_stand() {
+fn other_device_at_the_port_is_reported() {
     let mut pty = Pty::open(None).unwrap();
     let path = pty.path().to_owned();
     let (stop, stopped) = std::sync::mpsc::channel::<()>();
@@ -123,11 +123,11 @@ fn somebody_else_at_the_port_is_told_from_a_stand() {
     stop.send(()).unwrap();
     other.join().unwrap();
     assert_eq!(ran.status, Some(2));
-    assert!(ran.err.contains("what answers is no stand: `ACME,voltmeter,7,1.0`"), "{}", ran.err);
+    assert!(ran.err.contains("the connected device is not a stand; it replied `ACME,voltmeter,7,1.0`"), "{}", ran.err);
 }
 
 #[test]
-fn what_the_served_stand_has_is_found_in_its_recording() {
+fn recording_of_a_served_stand_reveals_its_cogging() {
     let folder = folder();
     // The served stand's disc starts away from its index: a phase is right only where the log's angles are from there.
     let phase_rad = 1.0;
@@ -166,7 +166,7 @@ fn recording(folder: &Path, port: &str, out: &str) -> Child {
 }
 
 #[test]
-fn a_line_that_is_unplugged_in_the_middle_leaves_a_whole_log() {
+fn unplugged_port_leaves_a_complete_log() {
     for out in ["log.csv", "log.parquet"] {
         let folder = folder();
         let served = Served::new(folder.path(), &[]);
@@ -174,7 +174,7 @@ fn a_line_that_is_unplugged_in_the_middle_leaves_a_whole_log() {
         drop(served);
         let ran: Ran = child.wait_with_output().unwrap().into();
         assert_eq!(ran.status, Some(1));
-        assert!(ran.err.contains("the line was unplugged") && ran.err.contains(out), "{}", ran.err);
+        assert!(ran.err.contains("the port was unplugged") && ran.err.contains(out), "{}", ran.err);
         let log = Log::read(folder.path().join(out)).unwrap();
         assert!(log.len() > 500, "{}", log.len());
         assert!(log.note("ended").is_some_and(|note| note.contains("unplugged")), "{:?}", log.notes());
@@ -183,21 +183,21 @@ fn a_line_that_is_unplugged_in_the_middle_leaves_a_whole_log() {
 }
 
 #[test]
-fn ctrl_c_ends_a_recording_with_a_whole_log_and_the_stand_at_rest() {
+fn ctrl_c_ends_a_recording_with_a_complete_log() {
     let folder = folder();
     let served = Served::new(folder.path(), &[]);
     let child = recording(folder.path(), &served.port, "log.csv");
     assert!(Command::new("kill").args(["-s", "INT", &child.id().to_string()]).status().unwrap().success());
     let ran: Ran = child.wait_with_output().unwrap().into();
     assert_eq!((ran.status, ran.err.as_str()), (Some(0), ""));
-    assert!(ran.out.contains("ended before its time: by hand"), "{}", ran.out);
+    assert!(ran.out.contains("ended early: by hand"), "{}", ran.out);
     assert!(Log::read(folder.path().join("log.csv")).unwrap().len() > 500);
     let after = said(folder.path(), "port", "STReam?;OUTPut?;PROFile:STATe?\n").well().out;
     assert_eq!(after.trim(), "0;0;STOPPED");
 }
 
 #[test]
-fn what_a_bad_line_loses_is_counted_and_said() {
+fn losses_of_a_bad_line_are_counted() {
     let folder = folder();
     let faults = "[[faults]]\nwhat = \"line-flips\"\nfrom_s = 6\nsize = 0.0003\n";
     std::fs::write(folder.path().join("stand.toml"), faults).unwrap();
@@ -213,7 +213,7 @@ fn what_a_bad_line_loses_is_counted_and_said() {
 }
 
 #[test]
-fn what_was_learnt_goes_into_the_stand_once_it_knows_its_index() {
+fn compensation_needs_the_index() {
     let folder = folder();
     let path = folder.path();
     let with_cogging = MODEL.replace("\"inductance\"]", "\"inductance\", \"cogging\"]")
@@ -236,7 +236,7 @@ fn what_was_learnt_goes_into_the_stand_once_it_knows_its_index() {
 }
 
 #[test]
-fn ended_by_a_signal_the_second_name_is_gone() {
+fn signal_removes_the_link_and_saves_the_flash() {
     let folder = folder();
     let mut served = Served::new(folder.path(), &["--flash", "flash.bin"]);
     assert!(folder.path().join("port").exists());
@@ -257,7 +257,7 @@ fn python(module: &str, script: &str, port: &str) {
 
 #[test]
 #[ignore = "needs python3 with pyserial and pyvisa-py, and picocom"]
-fn other_peoples_clients_talk_to_it() {
+fn pyserial_pyvisa_and_picocom_work() {
     let folder = folder();
     let served = Served::new(folder.path(), &[]);
     let pyserial = r#"

@@ -1,4 +1,4 @@
-//! Where a model of a prescribed motion fails: there is no free run, the current that is needed is compared row by row.
+//! Misfits of a model with prescribed motion: the required current is compared row by row.
 #![allow(clippy::unwrap_used)]
 
 use std::fmt::Write as _;
@@ -37,7 +37,7 @@ fn failures(cogging_A: f64) -> Vec<Value> {
 }
 
 #[test]
-fn cogging_of_a_slow_turn_is_an_order_of_the_current() {
+fn cogging_appears_as_a_harmonic_of_the_current() {
     let list = failures(0.02);
     let first = list.first().expect("a failure");
     assert_eq!(first["output"], "i_A");
@@ -56,6 +56,6 @@ fn cogging_of_a_slow_turn_is_an_order_of_the_current() {
 }
 
 #[test]
-fn a_slow_turn_with_friction_alone_fails_nowhere() {
+fn slow_turn_with_friction_alone_has_no_misfit() {
     assert_eq!(failures(0.0), Vec::<Value>::new());
 }

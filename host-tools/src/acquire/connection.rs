@@ -1,5 +1,5 @@
-//! A stand at the end of a line, for a session: asked, told, listened to; a port ([`SerialLink`]) or the simulated controller in virtual time
-//! ([`Simulated`]). One session, one code.
+//! A connection to a stand: commands, queries and the rows of its stream. Behind it is a serial port ([`SerialLink`]) or the simulated
+//! controller in virtual time ([`SimulatedConnection`]).
 
 use crate::acquire::link::{LinkError, Received, Receiver, SerialLink, with_checksum};
 use hal_sim::board::PlantPort;
@@ -9,41 +9,41 @@ use stand_firmware::telemetry::RowFrame;
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-/// How long a simulated stand may take for a reply, s.
-const REPLY_S: f64 = 1.0;
+/// Longest wait for a reply of the simulated stand, s.
+const REPLY_TIMEOUT_S: f64 = 1.0;
 
-/// Why a session ended before its end.
+/// Why a command or query failed.
 #[derive(Debug, thiserror::Error)]
 pub enum ConnectionError {
-    /// The line.
+    /// The serial line.
     #[error(transparent)]
     Link(#[from] LinkError),
-    /// The stand refuses, with its own words.
-    #[error("the stand refuses {order}: {says}")]
-    Refused {
-        /// What was told.
-        order: String,
-        /// What it said.
-        says: String,
+    /// The stand rejected the command.
+    #[error("the stand rejected `{command}`: {message}")]
+    Rejected {
+        /// The command.
+        command: String,
+        /// The stand's error.
+        message: String,
     },
-    /// No reply, or one that is none.
-    #[error("the stand does not answer {query} as it should: {says:?}")]
+    /// No reply, or an unexpected one.
+    #[error("unexpected reply to `{query}`: {reply:?}")]
     Reply {
-        /// What was asked.
+        /// The query.
         query: String,
-        /// What came.
-        says: String,
+        /// The reply.
+        reply: String,
     },
 }
 
-/// A stand that is asked and told.
+/// A connection to a stand.
 #[allow(async_fn_in_trait)] // one thread
 pub trait StandConnection {
-    /// The one line of a reply.
+    /// Sends a query; the single line of the reply.
     async fn query(&mut self, query: &str) -> Result<String, ConnectionError>;
-    /// Makes sure that it was taken.
-    async fn command(&mut self, order: &str) -> Result<(), ConnectionError>;
-    /// Lets time pass; the rows that came meanwhile, where a stream is on.
+    /// Sends a command and checks that the stand accepted it.
+    async fn command(&mut self, command: &str) -> Result<(), ConnectionError>;
+    /// Waits; the rows of the stream that arrived in this time.
     async fn wait_s(&mut self, seconds: f64) -> Result<Vec<RowFrame>, ConnectionError>;
 }
 
@@ -52,8 +52,8 @@ impl StandConnection for SerialLink {
         Ok(SerialLink::query(self, query)?)
     }
 
-    async fn command(&mut self, order: &str) -> Result<(), ConnectionError> {
-        Ok(SerialLink::command(self, order)?)
+    async fn command(&mut self, command: &str) -> Result<(), ConnectionError> {
+        Ok(SerialLink::command(self, command)?)
     }
 
     async fn wait_s(&mut self, seconds: f64) -> Result<Vec<RowFrame>, ConnectionError> {
@@ -64,24 +64,24 @@ impl StandConnection for SerialLink {
             if left.is_zero() {
                 return Ok(rows);
             }
-            if let Some(Received::Row(row)) = self.next(left)? {
+            if let Some(Received::Row(row)) = self.receive(left)? {
                 rows.push(row);
             }
         }
     }
 }
 
-/// The simulated controller from the host's end of its line, in virtual time.
+/// The host's end of the simulated controller's serial line, in virtual time.
 pub struct SimulatedConnection<'h, 'c, P> {
     controller: &'h Controller<'c, P>,
     receiver: Receiver,
-    heard: VecDeque<Received>,
+    received: VecDeque<Received>,
 }
 
 impl<'h, 'c, P: PlantPort> SimulatedConnection<'h, 'c, P> {
-    /// At the end of this one's line.
+    /// Connects to a controller.
     pub fn new(controller: &'h Controller<'c, P>) -> Self {
-        Self { controller, receiver: Receiver::default(), heard: VecDeque::new() }
+        Self { controller, receiver: Receiver::default(), received: VecDeque::new() }
     }
 
     async fn pass(&mut self, seconds: f64) {
@@ -89,24 +89,24 @@ impl<'h, 'c, P: PlantPort> SimulatedConnection<'h, 'c, P> {
         clock.until(clock.now() + (seconds * TICKS_PER_S as f64) as u64).await;
         let mut bytes = Vec::new();
         self.controller.line().receive(&mut bytes);
-        self.receiver.take(&bytes, &mut self.heard);
+        self.receiver.take(&bytes, &mut self.received);
     }
 
     async fn line(&mut self, query: &str) -> Result<String, ConnectionError> {
-        self.heard.retain(|heard| !matches!(heard, Received::Line(_)));
+        self.received.retain(|received| !matches!(received, Received::Line(_)));
         self.controller.line().send(with_checksum(query).as_bytes());
         let mut waited = 0.0;
-        while waited < REPLY_S {
+        while waited < REPLY_TIMEOUT_S {
             self.pass(0.002).await;
             waited += 0.002;
-            let is_reply = |heard: &Received| matches!(heard, Received::Line(line) if !line.starts_with("ERROR "));
-            if let Some(at) = self.heard.iter().position(is_reply)
-                && let Some(Received::Line(line)) = self.heard.remove(at)
+            let is_reply = |received: &Received| matches!(received, Received::Line(line) if !line.starts_with("ERROR "));
+            if let Some(at) = self.received.iter().position(is_reply)
+                && let Some(Received::Line(line)) = self.received.remove(at)
             {
                 return Ok(line);
             }
         }
-        Err(ConnectionError::Reply { query: query.to_owned(), says: String::new() })
+        Err(ConnectionError::Reply { query: query.to_owned(), reply: String::new() })
     }
 }
 
@@ -115,22 +115,22 @@ impl<P: PlantPort> StandConnection for SimulatedConnection<'_, '_, P> {
         self.line(query).await
     }
 
-    async fn command(&mut self, order: &str) -> Result<(), ConnectionError> {
-        // What is refused leaves the rest of its line undone, so the error is asked for by itself.
-        self.controller.line().send(with_checksum(order).as_bytes());
+    async fn command(&mut self, command: &str) -> Result<(), ConnectionError> {
+        // A rejected command discards the rest of its line, so the error needs a line of its own.
+        self.controller.line().send(with_checksum(command).as_bytes());
         self.pass(0.005).await;
-        let says = self.line("SYSTem:ERRor?").await?;
-        if says.starts_with("0,") { Ok(()) } else { Err(ConnectionError::Refused { order: order.to_owned(), says }) }
+        let message = self.line("SYSTem:ERRor?").await?;
+        if message.starts_with("0,") { Ok(()) } else { Err(ConnectionError::Rejected { command: command.to_owned(), message }) }
     }
 
     async fn wait_s(&mut self, seconds: f64) -> Result<Vec<RowFrame>, ConnectionError> {
-        // The line holds 22 ms of a stream.
+        // The buffer of the line holds 22 ms of a stream.
         let mut rows = Vec::new();
         let mut left = seconds;
         while left > 0.0 {
             self.pass(left.min(0.05)).await;
             left -= 0.05;
-            self.heard.retain(|heard| match heard {
+            self.received.retain(|received| match received {
                 Received::Row(row) => {
                     rows.push(*row);
                     false

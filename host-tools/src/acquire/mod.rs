@@ -1,12 +1,19 @@
 //! Acquisition: a stand behind a serial port or simulated in virtual time, and its rows as a log.
 //!
-//! [`link`] is the serial line, [`connection`] a stand behind it or in virtual time, [`record`] the log made from a stream of rows,
-//! [`simulation`] the log made directly from the simulated firmware's rows, [`serve`] a simulated stand as a serial port.
+//! Two sources give a log:
+//! * [`recording`], the stream of a stand, for every [`connection`]: a serial [`link`] or the simulated controller in virtual time;
+//! * [`simulation`], the rows of the simulated firmware without the stream, in full precision.
+//!
+//! [`preparation`] brings a stand to rest, finds its index and reads its settings; [`record`] writes rows into a log file; [`serve`] is a
+//! simulated stand as a serial port; [`hidden`] adds an effect to a simulated stand.
 
 pub mod connection;
 pub mod hidden;
 pub mod link;
+pub mod preparation;
+pub mod profile_recording;
 pub mod record;
+pub mod recording;
 #[cfg(unix)]
 pub mod serve;
 pub mod simulation;

@@ -40,14 +40,14 @@ impl Console {
 /// Sends one line and prints the reply; returns the errors of the stand.
 fn send_line(link: &mut SerialLink, line: &str) -> Result<Vec<String>, CliError> {
     let waits = ["*opc?", "*wai"].iter().any(|word| line.to_ascii_lowercase().contains(word));
-    let reply = link.converse(line, if waits { COMPLETION_TIMEOUT } else { REPLY_TIMEOUT })?;
+    let reply = link.exchange(line, if waits { COMPLETION_TIMEOUT } else { REPLY_TIMEOUT })?;
     let mut text = String::new();
     for line in reply.lines.iter().filter(|line| !line.is_empty()) {
         text += line;
         text.push('\n');
     }
     print(&text)?;
-    Ok(reply.refused)
+    Ok(reply.errors)
 }
 
 fn from_pipe(link: &mut SerialLink) -> Result<(), CliError> {
@@ -92,7 +92,7 @@ fn interactive(link: &mut SerialLink) -> Result<(), CliError> {
                 }
             }
             Err(ReadlineError::Interrupted) => {
-                link.cancel()?;
+                link.stop()?;
                 println!("Drive stopped (0x18). FAULt:CLEar enables it again.");
             }
             Err(ReadlineError::Eof) => break Ok(()),
@@ -109,7 +109,7 @@ fn interactive(link: &mut SerialLink) -> Result<(), CliError> {
 /// Prints what the stand has sent unsolicited since the last line: faults, rows of a stream.
 fn print_unsolicited(link: &mut SerialLink) -> Result<(), CliError> {
     let mut rows = 0;
-    while let Some(heard) = link.next(Duration::from_millis(20))? {
+    while let Some(heard) = link.receive(Duration::from_millis(20))? {
         match heard {
             Received::Line(line) if !line.is_empty() => println!("{line}"),
             Received::Row(row) => {

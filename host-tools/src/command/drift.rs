@@ -1,11 +1,10 @@
 //! `stand drift`: drift of a gyroscope by pulses of alternating sign.
 
-mod run;
-
 use std::path::PathBuf;
 
-use clap::{Args, Subcommand, ValueEnum};
+use clap::{Args, Subcommand};
 
+use super::drift_run::Run;
 use super::error::CliError;
 use super::output::{JsonOutput, ReportOutput};
 use crate::drift::compute::{COLUMNS, DriftSettings, measurement};
@@ -29,96 +28,35 @@ pub(super) enum Drift {
     Platform(Platform),
 }
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum Shape {
-    Rectangular,
-    Triangular,
-    Sawtooth,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum Sequence {
-    /// + − in each cycle
-    PlusMinus,
-    /// − + in each cycle
-    MinusPlus,
-    /// Alternating
-    Both,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Turn {
-    /// The operator turns the gyroscope and confirms
-    Hand,
-    /// The drive of the stand turns the platform
-    Drive,
-}
-
 /// Standard uncertainties of the setup.
 #[derive(Debug, Clone, Args)]
-struct Errors {
+pub(super) struct Uncertainties {
     /// Standard uncertainty of the turn between two positions, arcminutes
     #[arg(long, value_name = "ARCMIN", default_value_t = 0.0, allow_negative_numbers = true)]
-    turn_error: f64,
+    pub turn_error: f64,
     /// Standard uncertainty of the level, arcseconds
     #[arg(long, value_name = "ARCSEC", default_value_t = 0.0, allow_negative_numbers = true)]
-    level_error: f64,
+    pub level_error: f64,
     /// Relative standard uncertainty of the angle sensor's gain, percent
     #[arg(long, value_name = "PERCENT", default_value_t = 0.0, allow_negative_numbers = true)]
-    gain_error: f64,
+    pub gain_error: f64,
 }
 
-#[derive(Debug, Args)]
-pub(super) struct Run {
-    /// The serial port of the stand [default: the simulated stand, in virtual time]
-    #[arg(long, value_name = "P")]
-    port: Option<PathBuf>,
-    /// Cycles in each position
-    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=100_000))]
-    cycles: u32,
-    /// Duration of one pulse, s; a cycle is two
-    #[arg(long, value_name = "S", default_value_t = 5.0, allow_negative_numbers = true)]
-    pulse: f64,
-    /// Period of a vibration or of the mains, s; the pulse becomes a multiple of it, 0 for none
-    #[arg(long, value_name = "S", default_value_t = 0.02, allow_negative_numbers = true)]
-    period: f64,
-    /// Greatest rate of a pulse, °/s; two values (0.05,0.02) separate an unequal torquer from the drift, each with all cycles
-    #[arg(long, value_name = "DEG_S", default_value = "0.05", value_delimiter = ',', allow_negative_numbers = true)]
-    rate: Vec<f64>,
-    /// Time with the correction loop closed before each cycle, s
-    #[arg(long, value_name = "S", default_value_t = 4.0, allow_negative_numbers = true)]
-    rest: f64,
-    /// Signs of the pulses
-    #[arg(long, value_enum, default_value_t = Sequence::Both)]
-    sequence: Sequence,
-    /// Shape of the pulses
-    #[arg(long, value_enum, default_value_t = Shape::Rectangular)]
-    shape: Shape,
-    /// Reverse the second pulse in time
-    #[arg(long)]
-    reversed: bool,
-    /// The positions in their order: turn in degrees, optionally with elevation and roll, as in 0,180,0:0:90
-    #[arg(long, value_name = "LIST", default_value = "0,180", allow_hyphen_values = true)]
-    positions: String,
-    /// Who turns the gyroscope
-    #[arg(long, value_enum, default_value_t = Turn::Hand)]
-    turn: Turn,
-    /// Latitude, degrees, north positive, for the azimuth [default for the simulated gyroscope: its site]
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
-    latitude: Option<f64>,
-    /// The simulated gyroscope, a TOML file (site, own, torquer, sensor, vibration) [default: 1.5 °/h at 70° north]
-    #[arg(long, value_name = "FILE")]
-    gyro: Option<PathBuf>,
-    /// Seed of the noise
-    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
-    seed: u64,
-    /// Also write the rows to this log, .csv or .parquet
-    #[arg(long, value_name = "LOG")]
-    out: Option<PathBuf>,
-    #[command(flatten)]
-    errors: Errors,
-    #[command(flatten)]
-    output: ReportOutput,
+impl Uncertainties {
+    /// Of the turn, rad.
+    pub(super) fn turn_rad(&self) -> f64 {
+        self.turn_error * ARCMIN
+    }
+
+    /// Of the level, rad.
+    pub(super) fn level_rad(&self) -> f64 {
+        self.level_error * DEG_H
+    }
+
+    /// Of the gain, relative.
+    pub(super) fn gain(&self) -> f64 {
+        self.gain_error / 100.0
+    }
 }
 
 #[derive(Debug, Args)]
@@ -142,7 +80,7 @@ pub(super) struct Compute {
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     latitude: Option<f64>,
     #[command(flatten)]
-    errors: Errors,
+    uncertainties: Uncertainties,
     #[command(flatten)]
     output: ReportOutput,
 }
@@ -189,7 +127,8 @@ impl Drift {
     }
 }
 
-fn write_report(output: &ReportOutput, result: &DriftResult) -> Result<(), CliError> {
+/// Writes the result as text, HTML and JSON.
+pub(super) fn write_report(output: &ReportOutput, result: &DriftResult) -> Result<(), CliError> {
     output.text(&report::text(result))?;
     output.html(|| report::html(result))?;
     output.json(|| report::json(result))
@@ -204,9 +143,9 @@ impl Compute {
             pulse_s: self.pulse,
             angle_limit_V: self.angle_limit,
             latitude_deg: self.latitude,
-            turn_error_rad: self.errors.turn_error * ARCMIN,
-            level_error_rad: self.errors.level_error * DEG_H,
-            gain_error: self.errors.gain_error / 100.0,
+            turn_error_rad: self.uncertainties.turn_rad(),
+            level_error_rad: self.uncertainties.level_rad(),
+            gain_error: self.uncertainties.gain(),
         };
         let logs = self.logs.iter().map(|path| Log::read_also(path, &COLUMNS)).collect::<Result<Vec<_>, _>>()?;
         write_report(&self.output, &measurement(&logs, &settings)?.evaluate()?)

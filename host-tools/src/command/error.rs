@@ -48,7 +48,7 @@ impl From<ConnectionError> for CliError {
     fn from(error: ConnectionError) -> Self {
         match error {
             ConnectionError::Link(error) => error.into(),
-            refused @ ConnectionError::Refused { .. } => CliError::Input(refused.to_string()),
+            rejected @ ConnectionError::Rejected { .. } => CliError::Input(rejected.to_string()),
             other => CliError::Other(other.to_string()),
         }
     }

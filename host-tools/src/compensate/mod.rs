@@ -6,6 +6,8 @@
 pub mod file;
 pub mod learn;
 pub mod ripple;
+pub mod serial_stand;
+pub mod simulated_stand;
 
 pub use learn::{LearnError, Learnt, learn};
 pub use ripple::{Ripple, RippleError, ripple};

@@ -8,6 +8,7 @@
 //!
 //! Rates are in rad/s, angles in rad. *Own* drift is that of the gyroscope; *apparent* drift is minus the Earth's rotation along its axis.
 
+pub mod acquisition;
 pub mod compute;
 pub mod cycle;
 pub mod detection;

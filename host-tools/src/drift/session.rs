@@ -45,7 +45,7 @@ pub struct GyroscopeScales {
 
 fn first_number(query: &str, reply: &str) -> Result<f64, ConnectionError> {
     let word = reply.split([' ', ',']).next().unwrap_or_default();
-    word.parse().map_err(|_| ConnectionError::Reply { query: query.to_owned(), says: reply.to_owned() })
+    word.parse().map_err(|_| ConnectionError::Reply { query: query.to_owned(), reply: reply.to_owned() })
 }
 
 /// Queries the scales.
@@ -140,7 +140,7 @@ pub async fn measure(
 
 /// Parses a cycle of the firmware; its answer does not contain the amplitude.
 fn parse_cycle(reply: &str, scales: &GyroscopeScales, position: Place, elapsed_s: f64) -> Result<Cycle, ConnectionError> {
-    let invalid = || ConnectionError::Reply { query: "DRIFt:CYCLe?".into(), says: reply.to_owned() };
+    let invalid = || ConnectionError::Reply { query: "DRIFt:CYCLe?".into(), reply: reply.to_owned() };
     let fields: Vec<&str> = reply.split(',').collect();
     let number =
         |k: usize| fields.get(k).and_then(|field| field.split(' ').next()).and_then(|word| word.parse::<f64>().ok()).ok_or_else(invalid);

@@ -1,4 +1,4 @@
-//! What the model file may name: base parameters, effects with their marks, and a blank file.
+//! Names of the model file: base parameters, effects with instance numbers; a blank file.
 
 use drive_model::{CATALOGUE, Card, Parameter, ParameterKind, Structure, card, law};
 
@@ -17,41 +17,41 @@ const fn base(name: &'static str, unit: &'static str, description: &'static str,
     }
 }
 
-/// The parameters of the bare model: rigid rotor J ω' = K i, quasi-static armature i = (u − K ω)/R.
+/// Base parameters: rigid rotor J ω' = K i, quasi-static armature i = (u − K ω)/R.
 pub static BASE: [Parameter; 3] = [
-    base("inertia_kg_m2", "kg m²", "inertia J of all that turns", 2.5e-4),
-    base("motor_constant_N_m_A", "N m/A", "motor constant K, in torque and back-EMF", 0.05),
-    base("resistance_ohm", "Ω", "resistance R of the winding", 5.0),
+    base("inertia_kg_m2", "kg m²", "total moment of inertia J", 2.5e-4),
+    base("motor_constant_N_m_A", "N m/A", "motor constant K, of torque and back-EMF", 0.05),
+    base("resistance_ohm", "Ω", "winding resistance R", 5.0),
 ];
 
-/// Base parameters that the model cannot do without.
+/// Base parameters that a model with this input needs.
 pub(super) fn needed(input: Input) -> &'static [&'static str] {
     match input {
         Input::Voltage => &["inertia_kg_m2", "motor_constant_N_m_A", "resistance_ohm"],
         Input::Current => &["inertia_kg_m2", "motor_constant_N_m_A"],
         Input::Torque => &["inertia_kg_m2"],
-        // A slow run does not show the inertia, a torque not the motor constant: what is compared decides.
+        // Which ones are needed depends on the outputs.
         Input::Motion => &[],
     }
 }
 
-/// `cogging`, `cogging#2`.
+/// Name of an instance: `cogging`, `cogging#2`.
 pub(super) fn with_instance(name: &str, instance: u32) -> String {
     if instance == 1 { name.to_owned() } else { format!("{name}#{instance}") }
 }
 
-/// Name and instance of a mark; `None` where the mark is no number from 2 on.
+/// Name and number of an instance; `None` if the suffix is not a number from 2 on.
 pub(super) fn split_instance(name: &str) -> Option<(&str, u32)> {
     match name.split_once('#') {
         None => Some((name, 1)),
-        Some((stem, mark)) => {
-            let instance: u32 = mark.parse().ok()?;
-            (instance >= 2 && instance.to_string() == mark).then_some((stem, instance))
+        Some((stem, suffix)) => {
+            let instance: u32 = suffix.parse().ok()?;
+            (instance >= 2 && instance.to_string() == suffix).then_some((stem, instance))
         }
     }
 }
 
-/// The card and instance of a name in the file, if the catalogue knows its stem.
+/// Card and instance of a name in the file; `None` if it is not an effect of the catalogue.
 pub(super) fn effect(name: &str) -> Option<Result<(&'static Card, u32), ModelErrorKind>> {
     let stem = name.split('#').next().unwrap_or(name);
     let card = card(stem)?;
@@ -75,17 +75,17 @@ pub(super) fn is_structural(card: &Card) -> bool {
         || structure.skew_s.is_some()
 }
 
-/// The effects that have a parameter of that name (without mark).
+/// Effects that have a parameter of that name (without suffix).
 pub(super) fn owners(parameter: &str) -> Vec<&'static str> {
     CATALOGUE.iter().filter(|c| c.parameters.iter().any(|p| p.name == parameter)).map(|c| c.id).collect()
 }
 
-/// All parameter names of the house.
+/// All parameter names of the catalogue.
 pub(super) fn parameter_names() -> impl Iterator<Item = &'static str> {
     BASE.iter().map(|p| p.name).chain(CATALOGUE.iter().flat_map(|c| c.parameters.iter().map(|p| p.name)))
 }
 
-/// A short decimal for a file: as few digits as read back the same, with an exponent where zeros would pile up.
+/// A number for a file: the fewest digits that read back exactly, with an exponent for very small and large values.
 pub(super) fn number(value: f64) -> String {
     if value != 0.0 && !(1e-3..1e6).contains(&value.abs()) { format!("{value:e}") } else { format!("{value:?}") }
 }
@@ -93,7 +93,7 @@ pub(super) fn number(value: f64) -> String {
 /// The text of a model without effects.
 pub(super) fn blank(input: Input) -> String {
     let mut text = format!(
-        "[drive]\ninput = \"{}\" # u_V, i_A, torque_N_m; theta_rad: prescribed motion\n# outputs = [\"omega_rad_s\"] # default: all that the log has\neffects = []\n\n[parameters] # a number begins a fit, {{ value = …, fixed = true }} is kept\n",
+        "[drive]\ninput = \"{}\" # u_V, i_A, torque_N_m, or theta_rad (prescribed motion)\n# outputs = [\"omega_rad_s\"] # default: all columns that the log has\neffects = []\n\n[parameters] # start values of a fit; {{ value = …, fixed = true }} fixes a parameter\n",
         input.column()
     );
     for parameter in &BASE {

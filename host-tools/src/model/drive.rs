@@ -1,4 +1,4 @@
-//! The table `[drive]`: input, outputs, names of effects.
+//! The table `[drive]` of the model file: input, outputs, names of effects.
 
 use std::ops::Range;
 
@@ -15,12 +15,14 @@ impl Reader<'_> {
     pub(super) fn input(&self, drive: &dyn TableLike, span: Option<Range<usize>>) -> Result<Input, ModelError> {
         let key = "[drive] input";
         let Some(item) = drive.get("input") else { return self.fail(span, "[drive]", ModelErrorKind::Missing("input")) };
-        let Some(name) = item.as_str() else { return self.fail(item.span(), key, ModelErrorKind::Wants("a column in quotes, \"u_V\"")) };
+        let Some(name) = item.as_str() else {
+            return self.fail(item.span(), key, ModelErrorKind::Wants("a column name in quotes, e.g. \"u_V\""));
+        };
         if let Some(input) = Input::ALL.into_iter().find(|i| i.column() == name) {
             return Ok(input);
         }
         let near = nearest(name, Input::ALL.iter().map(|i| i.column()));
-        let known = "possible are u_V, i_A, torque_N_m, theta_rad".to_owned();
+        let known = "valid inputs: u_V, i_A, torque_N_m, theta_rad".to_owned();
         self.fail(item.span(), key, ModelErrorKind::Unknown { what: "input", name: name.to_owned(), near, known })
     }
 
@@ -32,7 +34,7 @@ impl Reader<'_> {
         for (name, span) in self.strings(item, key)? {
             let Some(channel) = ALL.into_iter().find(|c| c.column() == name) else {
                 let near = nearest(name, ALL.iter().map(|c| c.column()));
-                let known = format!("known are {}", columns(&ALL));
+                let known = format!("valid outputs: {}", columns(&ALL));
                 return self.fail(span, key, ModelErrorKind::Unknown { what: "output", name: name.to_owned(), near, known });
             };
             if outputs.contains(&channel) {
@@ -45,7 +47,11 @@ impl Reader<'_> {
             outputs.push(channel);
         }
         if outputs.is_empty() {
-            return self.fail(item.span(), key, ModelErrorKind::Wants("at least one output; without the key it is all that the log has"));
+            return self.fail(
+                item.span(),
+                key,
+                ModelErrorKind::Wants("at least one output; omit the key for all outputs that the log has"),
+            );
         }
         Ok(Some(outputs))
     }
@@ -54,13 +60,14 @@ impl Reader<'_> {
         drive.get("effects").map_or(Ok(Vec::new()), |item| self.strings(item, "[drive] effects"))
     }
 
-    /// The effects of the catalogue that are listed; names of own ones are only checked.
+    /// The listed effects of the catalogue; names of user effects are only checked.
     pub(super) fn listed(&self, names: &[Named<'_>], own: &dyn TableLike) -> Result<Vec<(&'static Card, u32)>, ModelError> {
         let key = "[drive] effects";
         let mut listed: Vec<(&'static Card, u32)> = Vec::new();
         for (k, (name, span)) in names.iter().enumerate() {
             if names[..k].iter().any(|(n, _)| n == name) {
-                let hint = if catalogue::effect(name).is_some() { format!("; a second one is written '{name}#2'") } else { String::new() };
+                let hint =
+                    if catalogue::effect(name).is_some() { format!("; write '{name}#2' for a second instance") } else { String::new() };
                 return self.fail(span.clone(), key, ModelErrorKind::Twice { what: "effect", name: (*name).to_owned(), hint });
             }
             match catalogue::effect(name) {
@@ -78,7 +85,7 @@ impl Reader<'_> {
                 None => {
                     let known = CATALOGUE.iter().map(|c| c.id).chain(own.iter().map(|(k, _)| k));
                     let near = nearest(name, known);
-                    let known = "`stand effects` lists those that are known".to_owned();
+                    let known = "`stand effects` lists all effects".to_owned();
                     return self.fail(span.clone(), key, ModelErrorKind::Unknown { what: "effect", name: (*name).to_owned(), near, known });
                 }
             }

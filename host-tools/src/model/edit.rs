@@ -1,4 +1,5 @@
-//! Edits of a model: in the file's text, so that comments and order stay, then read anew, so that a wrong edit changes nothing.
+//! Edits of a model. They change the text of the file, which keeps comments and order, and parse it again, so that an invalid edit changes
+//! nothing.
 
 use toml_edit::{Array, InlineTable, Item, Table, TableLike, Value};
 
@@ -12,7 +13,7 @@ impl Model {
     /// Adds an effect of the catalogue (`cogging`, `cogging#2`) with its start values.
     ///
     /// # Errors
-    /// The name is unknown, there already, or does not go with the others.
+    /// The name is unknown or already used, or the effect excludes another one of the model.
     pub fn add(&mut self, effect: &str) -> Result<(), ModelError> {
         self.edit(|model, document| {
             let drive = table(document, "drive")?;
@@ -32,16 +33,16 @@ impl Model {
         })
     }
 
-    /// The name under which one more of that effect can be added: `cogging`, or `cogging#2` where that is there.
+    /// Name of a further instance of an effect: `cogging`, or `cogging#2` if the model has `cogging`.
     pub fn next_name(&self, id: &str) -> String {
         let taken = |instance: &u32| !self.effects.iter().any(|e| e.card.id == id && e.instance == *instance);
         catalogue::with_instance(id, (1..).find(taken).unwrap_or(1))
     }
 
-    /// Adds an effect of the user's own; `parameters` are names and start values.
+    /// Adds a user effect; `parameters` are names and start values.
     ///
     /// # Errors
-    /// The name is taken, or the expression cannot be read.
+    /// The name is used already, or the expression is invalid.
     pub fn add_user_effect(
         &mut self,
         name: &str,
@@ -51,7 +52,7 @@ impl Model {
     ) -> Result<(), ModelError> {
         self.edit(|model, document| {
             if model.own.iter().any(|o| o.name == name) {
-                let twice = ModelErrorKind::Twice { what: "effect", name: name.to_owned(), hint: "; give it another name".to_owned() };
+                let twice = ModelErrorKind::Twice { what: "effect", name: name.to_owned(), hint: "; choose another name".to_owned() };
                 return Err(ModelError::file(&model.name, twice));
             }
             let effects = document.entry("effect").or_insert_with(|| {
@@ -75,7 +76,7 @@ impl Model {
         })
     }
 
-    /// Removes an effect, of the catalogue or the user's own, and the parameters that only it has.
+    /// Removes an effect of the catalogue or a user effect, with its parameters.
     ///
     /// # Errors
     /// The model has no such effect.
@@ -83,7 +84,8 @@ impl Model {
         let names = self.effect_names();
         if !names.iter().any(|n| n == effect) {
             let near = nearest(effect, names.iter().map(String::as_str));
-            let known = if names.is_empty() { "it has none".to_owned() } else { format!("it has {}", names.join(", ")) };
+            let known =
+                if names.is_empty() { "the model has no effects".to_owned() } else { format!("the model has {}", names.join(", ")) };
             let name = effect.to_owned();
             return Err(ModelError::file(&self.name, ModelErrorKind::Absent { what: "effect", name, near, known }));
         }
@@ -111,12 +113,12 @@ impl Model {
     /// Sets one parameter.
     ///
     /// # Errors
-    /// The model has no such parameter, or the value is out of its range.
+    /// The model has no such parameter, or the value is outside its physical range.
     pub fn set(&mut self, parameter: &str, value: f64) -> Result<(), ModelError> {
         self.set_all([(parameter, value)])
     }
 
-    /// Sets several parameters at once; either all or none.
+    /// Sets several parameters: all of them, or none if one is invalid.
     ///
     /// # Errors
     /// As [`Model::set`].
@@ -160,10 +162,10 @@ impl Model {
         })
     }
 
-    /// Changes what drives the model.
+    /// Changes the input of the model.
     ///
     /// # Errors
-    /// The outputs or base parameters of the file do not go with it.
+    /// The outputs or base parameters of the file do not suit the input.
     pub fn set_input(&mut self, input: Input) -> Result<(), ModelError> {
         self.edit(|_, document| {
             replace(table(document, "drive")?.entry("input").or_insert(Item::None), Value::from(input.column()));
@@ -174,13 +176,13 @@ impl Model {
     fn known(&self, parameter: &str) -> Result<f64, ModelError> {
         self.value(parameter).ok_or_else(|| {
             let near = nearest(parameter, self.parameters.iter().map(|p| p.name.as_str()));
-            let known = format!("it has {}", self.parameters.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", "));
+            let known = format!("the model has {}", self.parameters.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", "));
             let name = parameter.to_owned();
             ModelError::file(&self.name, ModelErrorKind::Absent { what: "parameter", name, near, known })
         })
     }
 
-    /// Changes a copy of the document, reads it anew and keeps it only where that succeeds.
+    /// Changes a copy of the document, parses it, and keeps it if it is valid.
     fn edit(&mut self, change: impl FnOnce(&Model, &mut toml_edit::Table) -> Result<(), ModelError>) -> Result<(), ModelError> {
         let mut document = self.document.clone();
         change(self, document.as_table_mut())?;
@@ -189,13 +191,13 @@ impl Model {
     }
 }
 
-/// The table of that name, made where it is missing.
+/// The table of that name, created if it is missing.
 fn table<'d>(document: &'d mut Table, name: &str) -> Result<&'d mut dyn TableLike, ModelError> {
     let item = document.entry(name).or_insert_with(|| Item::Table(Table::new()));
     item.as_table_like_mut().ok_or_else(|| ModelError::file(name, ModelErrorKind::Wants("a table")))
 }
 
-/// Where the file gives a parameter: in `[parameters]`, in its effect's table, or in an own effect's.
+/// The entry of a parameter: in `[parameters]`, in the table of its effect, or in that of a user effect.
 fn entry<'d>(document: &'d mut Table, name: &str) -> Option<&'d mut Item> {
     let in_parameters = document.get("parameters").and_then(Item::as_table_like).is_some_and(|t| t.contains_key(name));
     if in_parameters {
@@ -216,7 +218,7 @@ fn entry<'d>(document: &'d mut Table, name: &str) -> Option<&'d mut Item> {
     effects.get_mut(&owner)?.as_table_like_mut()?.get_mut(key)
 }
 
-/// Puts a value in the place of another, with the spaces and comments around it.
+/// Replaces a value and keeps the spaces and comments around it.
 fn replace(item: &mut Item, mut value: Value) {
     if let Some(before) = item.as_value() {
         *value.decor_mut() = before.decor().clone();
@@ -224,7 +226,7 @@ fn replace(item: &mut Item, mut value: Value) {
     *item = Item::Value(value);
 }
 
-/// Takes a name out of a list; what was written before the first name stays there.
+/// Removes a name from a list and keeps the text before the first name.
 fn remove_from(list: &mut Array, name: &str) {
     let Some(k) = list.iter().position(|v| v.as_str() == Some(name)) else { return };
     let removed = list.remove(k);
@@ -236,7 +238,7 @@ fn remove_from(list: &mut Array, name: &str) {
     }
 }
 
-/// A number as a person would write it.
+/// A number in short notation.
 fn number(value: f64) -> Value {
     catalogue::number(value).parse().unwrap_or_else(|_| Value::from(value))
 }

@@ -1,4 +1,4 @@
-//! What the model is made of: base parameters, effects of the catalogue, effects of the user's own.
+//! Base parameters, effects of the catalogue and user effects of the model file.
 
 use std::ops::Range;
 
@@ -34,7 +34,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Tables of the form `[effect."cogging#2"]` that only hold parameters.
+    /// Tables of the form `[effect."cogging#2"]`, which contain only parameters of an effect of the catalogue.
     pub(super) fn effect_tables(&mut self, tables: &dyn TableLike, listed: &[(&'static Card, u32)]) -> Result<(), ModelError> {
         for (name, item) in tables.iter() {
             let span = tables.key(name).and_then(|k| k.span()).or(item.span());
@@ -49,7 +49,7 @@ impl Reader<'_> {
                 return self.fail(span, &table_name, ModelErrorKind::Taken(name.to_owned()));
             }
             if !listed.iter().any(|l| l.0.id == card.id && l.1 == instance) {
-                let hint = format!("; add \"{name}\" to [drive] effects, or remove this table");
+                let hint = format!("; add \"{name}\" to [drive] effects or remove this table");
                 return self.fail(span, &table_name, ModelErrorKind::Unused { name: name.to_owned(), hint });
             }
             let stem = |key: &str| with_instance(key.split('#').next().unwrap_or(key), instance);
@@ -68,7 +68,7 @@ impl Reader<'_> {
                 Some(parameter) => parameter,
                 None => {
                     let start = catalogue::number(info.start);
-                    self.remarks.push(format!("{name} is not in the model file: it begins at {start} {}", info.unit));
+                    self.remarks.push(format!("{name} is missing in the model file; its start value is {start} {}", info.unit));
                     ModelParameter { name, value: info.start, fixed: false, filled_in: true, info: Some(info) }
                 }
             };
@@ -130,7 +130,7 @@ impl Reader<'_> {
         Ok(own)
     }
 
-    /// Every parameter of the file belongs to something.
+    /// Checks that every parameter of the file belongs to an effect.
     pub(super) fn nothing_left(&self, effects: &[ModelEffect]) -> Result<(), ModelError> {
         let Some(left) = self.given.iter().find(|g| !g.taken) else { return Ok(()) };
         let stem = left.name.split('#').next().unwrap_or(&left.name);
@@ -142,13 +142,17 @@ impl Reader<'_> {
                 what: "parameter",
                 name: left.name.clone(),
                 near,
-                known: "`stand effects` lists the known ones".to_owned(),
+                known: "`stand effects` lists all parameters".to_owned(),
             }
         } else {
             let mark = left.name.strip_prefix(stem).unwrap_or("");
             let repeats = effects.iter().any(|e| owners.contains(&e.card.id));
             let wants = owners.iter().map(|o| format!("\"{o}{mark}\"")).collect::<Vec<_>>().join(" or ");
-            let hint = if repeats && mark.is_empty() { String::new() } else { format!("; add {wants} to [drive] effects, or remove it") };
+            let hint = if repeats && mark.is_empty() {
+                String::new()
+            } else {
+                format!("; add {wants} to [drive] effects or remove the parameter")
+            };
             ModelErrorKind::Unused { name: left.name.clone(), hint }
         };
         self.fail(left.span.clone(), &left.key, kind)
@@ -161,7 +165,9 @@ impl Reader<'_> {
         }
         for effect in own.iter().filter(|o| o.summing_point == SummingPoint::Torque && o.expression.to_string().contains("sign(omega)")) {
             let name = &effect.name;
-            self.remarks.push(format!("effect {name}: sign(omega) chatters at rest; coulomb holds truly, tanh(omega / w0) is smooth"));
+            self.remarks.push(format!(
+                "effect {name}: sign(omega) is discontinuous at rest and slows the simulation; use the effect coulomb, or tanh(omega / w0)"
+            ));
         }
     }
 }

@@ -1,18 +1,18 @@
-//! What can be wrong with a model, in one line: file, position, key, and what to do.
+//! Errors of a model: one line with file, position, key, and remedy.
 
 use std::fmt;
 use std::ops::Range;
 
-/// A model that cannot be used.
+/// An invalid model.
 #[derive(Debug)]
 pub struct ModelError {
-    /// The file, as it was called.
+    /// Name of the file.
     pub file: String,
-    /// Line and column, counted from 1, where the text shows it.
+    /// Line and column, counted from 1, if the error has a position.
     pub position: Option<(usize, usize)>,
-    /// The key, e.g. `[parameters] cogging_N_m`; empty where the whole file is meant.
+    /// The key, e.g. `[parameters] cogging_N_m`; empty for the whole file.
     pub key: String,
-    /// What is wrong.
+    /// The error.
     pub kind: Box<ModelErrorKind>,
 }
 
@@ -40,7 +40,7 @@ impl fmt::Display for ModelError {
         if !self.key.is_empty() {
             write!(f, ": {}", self.key.escape_debug())?;
         }
-        // The TOML reader's own words, and keys of a broken file, may hold line breaks.
+        // Messages of the TOML parser and keys of a damaged file may contain line breaks.
         write!(f, ": {}", self.kind.to_string().replace(['\n', '\r'], " "))
     }
 }
@@ -51,7 +51,7 @@ impl std::error::Error for ModelError {
     }
 }
 
-/// What is wrong.
+/// Kind of a model error.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ModelErrorKind {
@@ -61,58 +61,58 @@ pub enum ModelErrorKind {
     /// The file cannot be written.
     #[error("cannot be written: {0}")]
     Write(#[source] std::io::Error),
-    /// No TOML.
-    #[error("this is not TOML: {0}")]
+    /// The file is not TOML.
+    #[error("not TOML: {0}")]
     Toml(String),
     /// No `[drive]`, or no `input`.
-    #[error("{0} is missing; a model begins with: [drive] input = \"u_V\"")]
+    #[error("{0} is missing; a model file begins with: [drive] input = \"u_V\"")]
     Missing(&'static str),
-    /// A value of the wrong kind.
-    #[error("here should be {0}")]
+    /// A value of the wrong type.
+    #[error("expected {0}")]
     Wants(&'static str),
-    /// A name that is unknown.
+    /// An unknown name.
     #[error("unknown {what} '{name}'{}", did_you_mean(near, known))]
     Unknown {
-        /// What kind of name.
+        /// Kind of the name.
         what: &'static str,
         /// The name.
         name: String,
-        /// The nearest known one.
+        /// The nearest known name.
         near: Option<String>,
-        /// Where the known ones are told.
+        /// The known names, or where they are listed.
         known: String,
     },
     /// An output that the input does not allow.
-    #[error("'{output}' cannot be compared when the input is {input}; possible are {possible}")]
+    #[error("'{output}' is not an output for the input {input}; valid outputs: {possible}")]
     Output {
         /// The output.
         output: &'static str,
         /// The input.
         input: &'static str,
-        /// What could be compared.
+        /// Valid outputs.
         possible: String,
     },
-    /// Something twice.
-    #[error("{what} '{name}' stands here twice{hint}")]
+    /// A duplicate.
+    #[error("{what} '{name}' is listed twice{hint}")]
     Twice {
-        /// What kind of name.
+        /// Kind of the name.
         what: &'static str,
         /// The name.
         name: String,
-        /// What to do.
+        /// Remedy.
         hint: String,
     },
     /// `cogging#1`, `cogging#x`.
-    #[error("'{0}' is no name of an effect: a second one is written '{1}#2'")]
+    #[error("'{0}' is not the name of an effect; write '{1}#2' for a second instance")]
     Mark(String, String),
-    /// A structural effect with a `#`.
-    #[error("'{0}' changes the structure of the drive and cannot repeat")]
+    /// A second instance of a structural effect.
+    #[error("'{0}' changes the structure of the drive and cannot have a second instance")]
     NoRepeat(&'static str),
-    /// Compliance with backlash.
-    #[error("'{0}' and '{1}' are rivals, not a sequel: both are the shaft; keep one")]
+    /// Two effects that exclude each other.
+    #[error("'{0}' and '{1}' exclude each other: both describe the shaft; keep one")]
     Rivals(&'static str, &'static str),
     /// A base parameter that the input needs.
-    #[error("'{name}' is missing in [parameters], and with input {input} the model needs it; for instance {name} = {example}")]
+    #[error("'{name}' is missing in [parameters]; a model with input {input} needs it, e.g. {name} = {example}")]
     Needed {
         /// The parameter.
         name: &'static str,
@@ -122,14 +122,14 @@ pub enum ModelErrorKind {
         example: String,
     },
     /// A parameter that belongs to no listed effect.
-    #[error("no listed effect has the parameter '{name}'{hint}")]
+    #[error("no effect of the model has the parameter '{name}'{hint}")]
     Unused {
         /// The parameter.
         name: String,
-        /// What to do.
+        /// Remedy.
         hint: String,
     },
-    /// A value that physics does not have.
+    /// A value outside the physical range.
     #[error("{value} is outside the physical range {range}")]
     Range {
         /// The value.
@@ -137,39 +137,41 @@ pub enum ModelErrorKind {
         /// The range with its unit.
         range: String,
     },
-    /// An order that is not whole.
-    #[error("{0} is no whole number: an order counts periods per turn")]
+    /// A harmonic order that is not a whole number.
+    #[error("{0} is not a whole number; a harmonic order is a number of periods per turn")]
     NotWhole(f64),
     /// NaN or infinity.
     #[error("{0} is not a finite number")]
     NotFinite(f64),
-    /// An own effect without expression, or with several.
+    /// A user effect without an expression, or with several.
     #[error(
-        "an effect of your own has one of torque_N_m, dry_N_m, voltage_V, omega_rad_s, theta_rad, i_A = \"expression\"; this one has {0}"
+        "a user effect needs exactly one of torque_N_m, dry_N_m, voltage_V, omega_rad_s, theta_rad, i_A = \"expression\"; this effect has {0}"
     )]
     Expressions(usize),
-    /// An expression that cannot be read.
+    /// An invalid expression.
     #[error("{0}")]
     Expression(#[source] crate::model::expression::ExpressionError),
-    /// A parameter name that an expression cannot use.
-    #[error("'{0}' cannot name a parameter: a letter, then letters, digits, underscores, and none of t theta omega i u T pi or a function")]
+    /// An invalid parameter name.
+    #[error(
+        "'{0}' is not a valid parameter name: use a letter, then letters, digits or underscores; t theta omega i u T pi and function names are reserved"
+    )]
     ParameterName(String),
-    /// A parameter of an own effect that its expression lacks.
-    #[error("the expression does not use the parameter '{0}': a fit could not find it")]
+    /// A parameter of a user effect that its expression does not use.
+    #[error("the expression does not use the parameter '{0}', so a fit cannot estimate it")]
     ParameterUnused(String),
-    /// A catalogue name for an own effect.
-    #[error("'{0}' is an effect of the catalogue: give your own another name, or list it in [drive] effects and give only parameters here")]
+    /// A user effect with a name of the catalogue.
+    #[error("'{0}' is an effect of the catalogue; rename the user effect, or add '{0}' to [drive] effects and list only parameters here")]
     Taken(String),
-    /// An edit that does not fit.
+    /// A name that the model does not have.
     #[error("the model has no {what} '{name}'{}", did_you_mean(near, known))]
     Absent {
-        /// What kind of name.
+        /// Kind of the name.
         what: &'static str,
         /// The name.
         name: String,
-        /// The nearest that it has.
+        /// The nearest name of the model.
         near: Option<String>,
-        /// What it has.
+        /// Names of the model.
         known: String,
     },
 }

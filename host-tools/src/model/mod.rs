@@ -1,13 +1,13 @@
-//! The model file: what the user believes about the drive (interfaces.md, "Models").
+//! The model file: the user's model of the drive.
 //!
-//! In: TOML. Out: a [`Model`], typed and checked: input, outputs, effects of the catalogue and of the user's own, and one ordered list
-//! of [`ModelParameter`]s (base, then each effect's in its card's order, then the own ones), each in the unit of its name. A checked
-//! model names only what exists, each parameter belongs to an effect and lies in its physical range; what the file leaves out begins
-//! at the catalogue's start value, and [`Model::remarks`] says so. Edits keep the person's comments and order.
+//! In: TOML. Out: a checked [`Model`]: input, outputs, effects of the catalogue, user effects, and one ordered list of [`ModelParameter`]s
+//! (base parameters, then those of each effect in the order of its card, then those of the user effects), each in the unit of its name. All
+//! names exist, and each parameter belongs to an effect and lies in its physical range. A parameter that the file omits has the start value
+//! of the catalogue, stated by [`Model::remarks`]. Edits keep comments and order of the file.
 //!
-//! * an effect may repeat: `cogging`, `cogging#2`; the second's parameters bear the same mark, `"cogging_N_m#2" = 1e-3`, or stand
-//!   without it in a table `[effect."cogging#2"]`. Effects that change the structure of the drive do not repeat;
-//! * parameters of an effect of the user's own are called `seal-drag.a` outside the file.
+//! * A repeatable effect may have several instances: `cogging`, `cogging#2`. The parameters of the second instance have the same suffix,
+//!   `"cogging_N_m#2" = 1e-3`, or are listed without it in a table `[effect."cogging#2"]`.
+//! * Parameters of a user effect have names of the form `seal-drag.a` outside the file.
 
 mod catalogue;
 mod drive;
@@ -27,7 +27,7 @@ pub use catalogue::BASE;
 pub use error::{ModelError, ModelErrorKind};
 pub use user_effects::{SummingPoint, UserEffect};
 
-/// What drives the model.
+/// Input of the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Input {
     /// `u_V`
@@ -36,15 +36,15 @@ pub enum Input {
     Current,
     /// `torque_N_m`
     Torque,
-    /// `theta_rad`: prescribed motion; compared is what it needs.
+    /// `theta_rad`: prescribed motion; the outputs are the current, torque and voltage that it needs.
     Motion,
 }
 
 impl Input {
-    /// All, as the file may name them.
+    /// All inputs, in the order of the messages.
     pub const ALL: [Input; 4] = [Input::Voltage, Input::Current, Input::Torque, Input::Motion];
 
-    /// The column of the log.
+    /// Column of the log.
     pub fn column(self) -> &'static str {
         match self {
             Input::Voltage => "u_V",
@@ -54,7 +54,7 @@ impl Input {
         }
     }
 
-    /// What can be compared under this input, in the order in which it is said.
+    /// Outputs that can be compared for this input, in the order of the reports.
     pub fn outputs(self) -> &'static [Channel] {
         match self {
             Input::Voltage => &[Channel::Rate, Channel::Current, Channel::Angle],
@@ -64,7 +64,7 @@ impl Input {
     }
 }
 
-/// What is compared.
+/// An output of the model, compared with a column of the log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Channel {
     /// `omega_rad_s`
@@ -80,7 +80,7 @@ pub enum Channel {
 }
 
 impl Channel {
-    /// The column of the log.
+    /// Column of the log.
     pub fn column(self) -> &'static str {
         match self {
             Channel::Rate => "omega_rad_s",
@@ -99,16 +99,16 @@ pub struct ModelParameter {
     pub name: String,
     /// Value, or start of a fit, in the unit of the name.
     pub value: f64,
-    /// Not to be fitted.
+    /// A fit does not change the value.
     pub fixed: bool,
-    /// The file does not give it; the value is the catalogue's start.
+    /// The file omits the parameter; the value is the start value of the catalogue.
     pub filled_in: bool,
-    /// What the catalogue says of it; `None` for a parameter of the user's own.
+    /// Its entry in the catalogue; `None` for a parameter of a user effect.
     pub info: Option<&'static Parameter>,
 }
 
 impl ModelParameter {
-    /// How a fit moves it.
+    /// Transformation of the parameter in a fit.
     pub fn kind(&self) -> ParameterKind {
         self.info.map_or(ParameterKind::Signed, |i| i.kind)
     }
@@ -122,11 +122,11 @@ impl ModelParameter {
 /// One effect of the catalogue in a model.
 #[derive(Debug, Clone)]
 pub struct ModelEffect {
-    /// What the catalogue says of it.
+    /// Its card.
     pub card: &'static Card,
-    /// 1, or the number after `#`.
+    /// Number of the instance: 1, or the number after `#`.
     pub instance: u32,
-    /// Indices into [`Model::parameters`], in the card's order.
+    /// Indices into [`Model::parameters`], in the order of the card.
     pub parameters: Vec<usize>,
 }
 
@@ -137,7 +137,7 @@ impl ModelEffect {
     }
 }
 
-/// A model, checked.
+/// A checked model.
 #[derive(Debug, Clone)]
 pub struct Model {
     name: String,
@@ -154,7 +154,7 @@ impl Model {
     /// Reads the file at `path`.
     ///
     /// # Errors
-    /// One line with file, place and key.
+    /// One line with file, position and key.
     pub fn read(path: impl AsRef<Path>) -> Result<Model, ModelError> {
         let path = path.as_ref();
         let name = path.display().to_string();
@@ -162,7 +162,7 @@ impl Model {
         Model::parse(&text, &name)
     }
 
-    /// Reads the text of a model file; `name` is what it is called in messages.
+    /// Reads the text of a model file; `name` is its name in messages.
     ///
     /// # Errors
     /// As [`Model::read`].
@@ -170,12 +170,15 @@ impl Model {
         read::parse(text, name)
     }
 
-    /// A model of the default stand without effects, as a commented file.
+    /// A model of the default stand without effects, with comments.
+    ///
+    /// # Errors
+    /// As [`Model::parse`].
     pub fn new(input: Input, name: &str) -> Result<Model, ModelError> {
         Model::parse(&catalogue::blank(input), name)
     }
 
-    /// The file's text, comments and order kept.
+    /// The text of the file, with its comments and order.
     pub fn to_toml(&self) -> String {
         self.document.to_string()
     }
@@ -189,37 +192,37 @@ impl Model {
         std::fs::write(path, self.to_toml()).map_err(|e| ModelError::file(&path.display().to_string(), ModelErrorKind::Write(e)))
     }
 
-    /// What the file is called in messages.
+    /// Name of the file in messages.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// What drives the model.
+    /// Input of the model.
     pub fn input(&self) -> Input {
         self.input
     }
 
-    /// What is compared; `None`: all that the log has and the input allows.
+    /// Outputs; `None`: all that the log contains and the input allows.
     pub fn outputs(&self) -> Option<&[Channel]> {
         self.outputs.as_deref()
     }
 
-    /// Effects of the catalogue, in the file's order.
+    /// Effects of the catalogue, in the order of the file.
     pub fn effects(&self) -> &[ModelEffect] {
         &self.effects
     }
 
-    /// Effects of the user's own, in the file's order.
+    /// User effects, in the order of the file.
     pub fn user_effects(&self) -> &[UserEffect] {
         &self.own
     }
 
-    /// Names of all effects: the catalogue's, then the own.
+    /// Names of all effects: those of the catalogue, then user effects.
     pub fn effect_names(&self) -> Vec<String> {
         self.effects.iter().map(ModelEffect::name).chain(self.own.iter().map(|o| o.name.clone())).collect()
     }
 
-    /// All parameters: base, then each effect's, then the own ones.
+    /// All parameters: base, then those of each effect, then those of the user effects.
     pub fn parameters(&self) -> &[ModelParameter] {
         &self.parameters
     }
@@ -234,12 +237,12 @@ impl Model {
         self.parameter(name).map(|p| p.value)
     }
 
-    /// Where in [`Model::parameters`] that name is.
+    /// Index of that name in [`Model::parameters`].
     pub fn index(&self, name: &str) -> Option<usize> {
         self.parameters.iter().position(|p| p.name == name)
     }
 
-    /// What the person should hear: values that were filled in, effects that do nothing; a line each.
+    /// Remarks for the user, one line each: start values, effects without influence.
     pub fn remarks(&self) -> &[String] {
         &self.remarks
     }

@@ -1,4 +1,4 @@
-//! From the file's text to a checked model.
+//! Parsing of a model file into a checked model.
 
 use std::ops::Range;
 
@@ -9,7 +9,7 @@ use super::error::{ModelError, ModelErrorKind};
 use super::{Model, ModelParameter};
 use crate::words::nearest;
 
-/// Reads and checks `text`.
+/// Parses and checks `text`.
 pub(super) fn parse(text: &str, file: &str) -> Result<Model, ModelError> {
     let document = Document::parse(text.to_owned())
         .map_err(|e| ModelError::at(file, text, e.span(), "", ModelErrorKind::Toml(e.message().to_owned())))?;
@@ -18,10 +18,10 @@ pub(super) fn parse(text: &str, file: &str) -> Result<Model, ModelError> {
     Ok(Model { document: document.into_mut(), ..parts })
 }
 
-/// A name in a list, and where it stands.
+/// A name in a list, and its span.
 pub(super) type Named<'i> = (&'i str, Option<Range<usize>>);
 
-/// A parameter as the file gives it.
+/// A parameter in the file.
 pub(super) struct Given {
     pub name: String,
     value: f64,
@@ -31,7 +31,7 @@ pub(super) struct Given {
     pub taken: bool,
 }
 
-/// The checks on the way; what they find.
+/// State of the parser: the file, and what was read so far.
 pub(super) struct Reader<'a> {
     file: &'a str,
     text: &'a str,
@@ -73,13 +73,13 @@ impl Reader<'_> {
         Ok(Model { name, input, outputs, effects, own, parameters: self.parameters, remarks: self.remarks, document })
     }
 
-    /// Every key of `table` is one of `known`.
+    /// Checks that every key of `table` is one of `known`.
     pub(super) fn only(&self, table: &dyn TableLike, prefix: &str, known: &[&str], what: &'static str) -> Result<(), ModelError> {
         for (key, item) in table.iter() {
             if !known.contains(&key) {
                 let span = table.key(key).and_then(|k| k.span()).or(item.span());
                 let near = nearest(key, known.iter().copied());
-                let known = format!("known are {}", known.join(", "));
+                let known = format!("known keys: {}", known.join(", "));
                 return self.fail(span, &format!("{prefix}{key}"), ModelErrorKind::Unknown { what, name: key.to_owned(), near, known });
             }
         }
@@ -95,7 +95,7 @@ impl Reader<'_> {
 
     pub(super) fn strings<'i>(&self, item: &'i Item, key: &str) -> Result<Vec<Named<'i>>, ModelError> {
         let Some(array) = item.as_array() else {
-            return self.fail(item.span(), key, ModelErrorKind::Wants("a list of names, [\"…\", \"…\"]"));
+            return self.fail(item.span(), key, ModelErrorKind::Wants("a list of names, e.g. [\"viscous\", \"coulomb\"]"));
         };
         let mut list = Vec::new();
         for value in array {
@@ -107,18 +107,18 @@ impl Reader<'_> {
         Ok(list)
     }
 
-    /// Takes every entry of a table of parameters; `rename` gives the name in the model.
+    /// Reads every entry of a parameter table; `rename` returns the name in the model.
     pub(super) fn collect(&mut self, table: &dyn TableLike, prefix: &str, rename: impl Fn(&str) -> String) -> Result<(), ModelError> {
         for (key, item) in table.iter() {
             let name = rename(key);
-            let says = format!("{prefix} {key}");
+            let path = format!("{prefix} {key}");
             let span = table.key(key).and_then(|k| k.span()).or(item.span());
             if self.given.iter().any(|g| g.name == name) {
-                let hint = ", in [parameters] and in the effect's own table".to_owned();
-                return self.fail(span, &says, ModelErrorKind::Twice { what: "parameter", name, hint });
+                let hint = ": in [parameters] and in the table of the effect".to_owned();
+                return self.fail(span, &path, ModelErrorKind::Twice { what: "parameter", name, hint });
             }
-            let (value, fixed) = self.number(item, &says)?;
-            self.given.push(Given { name, value, fixed, key: says, span, taken: false });
+            let (value, fixed) = self.number(item, &path)?;
+            self.given.push(Given { name, value, fixed, key: path, span, taken: false });
         }
         Ok(())
     }
@@ -144,7 +144,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Takes the given parameter of that name, checked against what the catalogue says.
+    /// The parameter of that name in the file, checked against its catalogue entry.
     pub(super) fn take(&mut self, name: &str, info: Option<&'static Parameter>) -> Result<Option<ModelParameter>, ModelError> {
         let Some(given) = self.given.iter_mut().find(|g| g.name == name) else { return Ok(None) };
         given.taken = true;

@@ -29,7 +29,7 @@ fn example() -> Model {
     Model::parse(EXAMPLE, "drive.toml").unwrap()
 }
 
-fn says(text: &str) -> String {
+fn message(text: &str) -> String {
     let says = Model::parse(text, "m.toml").unwrap_err().to_string();
     assert!(says.starts_with("m.toml: ") && !says.contains('\n'), "{says}");
     says["m.toml: ".len()..].to_owned()
@@ -40,7 +40,7 @@ fn with(effects: &str, more: &str) -> String {
 }
 
 #[test]
-fn the_example_of_the_contract_reads() {
+fn example_model_is_parsed() {
     let model = example();
     assert_eq!(model.input(), Input::Voltage);
     assert_eq!(model.outputs().unwrap(), [Channel::Rate, Channel::Current, Channel::Angle]);
@@ -57,7 +57,7 @@ fn the_example_of_the_contract_reads() {
 }
 
 #[test]
-fn a_second_cogging_has_marked_parameters_in_either_place() {
+fn second_instance_has_suffixed_parameters() {
     let more = "cogging_order = 7\n\"cogging_order#2\" = 14\n\"cogging_N_m#2\" = 2e-3\n";
     let in_list = Model::parse(&with("\"cogging\", \"cogging#2\"", more), "m").unwrap();
     assert_eq!(in_list.value("cogging_order#2"), Some(14.0));
@@ -68,7 +68,7 @@ fn a_second_cogging_has_marked_parameters_in_either_place() {
         assert_eq!(in_table.value(name), in_list.value(name));
     }
     assert!(
-        in_table.remarks().iter().any(|r| r.contains("cogging_phase_rad#2 is not in the model file: it begins at")),
+        in_table.remarks().iter().any(|r| r.contains("cogging_phase_rad#2 is missing in the model file; its start value is")),
         "{:?}",
         in_table.remarks()
     );
@@ -78,34 +78,34 @@ fn a_second_cogging_has_marked_parameters_in_either_place() {
 }
 
 #[test]
-fn a_bad_model_is_told_in_one_line_with_place_and_key() {
+fn invalid_model_gives_one_line_with_position_and_key() {
     let own = |body: &str| format!("{BARE}[effect.rub]\n{body}\n");
     for (text, wants) in [
-        (String::new(), "[drive] is missing; a model begins with: [drive] input = \"u_V\""),
+        (String::new(), "[drive] is missing; a model file begins with: [drive] input = \"u_V\""),
         ("[drive]\n".to_owned(), "line 1, column 1: [drive]: input is missing"),
-        ("[drive\n".to_owned(), "line 1, column 7: this is not TOML"),
+        ("[drive\n".to_owned(), "line 1, column 7: not TOML"),
         (BARE.replace("u_V", "u_v"), "line 2, column 9: [drive] input: unknown input 'u_v'; did you mean 'u_V'?"),
-        (BARE.replace("\"u_V\"", "3"), "line 2, column 9: [drive] input: here should be a column in quotes"),
+        (BARE.replace("\"u_V\"", "3"), "line 2, column 9: [drive] input: expected a column name in quotes"),
         (BARE.replace("effects = []", "efects = []"), "line 3, column 1: [drive] efects: unknown key 'efects'; did you mean 'effects'?"),
         (BARE.replace("[parameters]", "[parameter]"), "line 4, column 2: parameter: unknown table 'parameter'; did you mean 'parameters'?"),
         (with("\"vicous\"", ""), "line 3, column 12: [drive] effects: unknown effect 'vicous'; did you mean 'viscous'?"),
         (
             with("\"viscous\", \"viscous\"", ""),
-            "line 3, column 23: [drive] effects: effect 'viscous' stands here twice; a second one is written 'viscous#2'",
+            "line 3, column 23: [drive] effects: effect 'viscous' is listed twice; write 'viscous#2' for a second instance",
         ),
         (
             with("\"cogging#1\"", ""),
-            "line 3, column 12: [drive] effects: 'cogging#1' is no name of an effect: a second one is written 'cogging#2'",
+            "line 3, column 12: [drive] effects: 'cogging#1' is not the name of an effect; write 'cogging#2' for a second instance",
         ),
         (with("\"inductance\", \"inductance#2\"", ""), "line 3, column 26: [drive] effects: 'inductance' changes the structure"),
-        (with("\"compliance\", \"backlash\"", ""), "line 3, column 26: [drive] effects: 'compliance' and 'backlash' are rivals"),
+        (with("\"compliance\", \"backlash\"", ""), "line 3, column 26: [drive] effects: 'compliance' and 'backlash' exclude each other"),
         (
             with("", "viscous_N_m_s = 1e-5\n"),
-            "line 8, column 1: [parameters] viscous_N_m_s: no listed effect has the parameter 'viscous_N_m_s'; add \"viscous\" to [drive] effects",
+            "line 8, column 1: [parameters] viscous_N_m_s: no effect of the model has the parameter 'viscous_N_m_s'; add \"viscous\" to [drive] effects",
         ),
         (
             with("", "\"cogging_order#2\" = 7\n"),
-            "line 8, column 1: [parameters] cogging_order#2: no listed effect has the parameter 'cogging_order#2'; add \"cogging#2\"",
+            "line 8, column 1: [parameters] cogging_order#2: no effect of the model has the parameter 'cogging_order#2'; add \"cogging#2\"",
         ),
         (
             with("\"viscous\"", "viscous_N_s = 1e-5\n"),
@@ -119,47 +119,44 @@ fn a_bad_model_is_told_in_one_line_with_place_and_key() {
             with("\"cogging\"", "cogging_order = 0\n"),
             "line 8, column 1: [parameters] cogging_order: 0 is outside the physical range from 1 to 400 1/turn",
         ),
-        (with("\"cogging\"", "cogging_order = 7.5\n"), "line 8, column 1: [parameters] cogging_order: 7.5 is no whole number"),
+        (with("\"cogging\"", "cogging_order = 7.5\n"), "line 8, column 1: [parameters] cogging_order: 7.5 is not a whole number"),
         (BARE.replace("= 5\n", "= 0\n"), "line 7, column 1: [parameters] resistance_ohm: 0 is outside the physical range above 0 Ω"),
         (BARE.replace("= 5\n", "= nan\n"), "line 7, column 18: [parameters] resistance_ohm: NaN is not a finite number"),
-        (BARE.replace("= 5\n", "= \"5\"\n"), "line 7, column 18: [parameters] resistance_ohm: here should be a number or { value"),
+        (BARE.replace("= 5\n", "= \"5\"\n"), "line 7, column 18: [parameters] resistance_ohm: expected a number or { value"),
         (
             BARE.replace("= 5\n", "= { value = 5, fixd = true }\n"),
             "line 7, column 31: [parameters] resistance_ohm fixd: unknown key 'fixd'; did you mean 'fixed'?",
         ),
-        (
-            BARE.replace("= 5\n", "= { value = 5, fixed = 1 }\n"),
-            "line 7, column 18: [parameters] resistance_ohm: here should be a number or",
-        ),
+        (BARE.replace("= 5\n", "= { value = 5, fixed = 1 }\n"), "line 7, column 18: [parameters] resistance_ohm: expected a number or"),
         (
             BARE.replace("resistance_ohm = 5\n", ""),
-            "line 1, column 1: 'resistance_ohm' is missing in [parameters], and with input u_V the model needs it; for instance resistance_ohm = 5.0",
+            "line 1, column 1: 'resistance_ohm' is missing in [parameters]; a model with input u_V needs it, e.g. resistance_ohm = 5.0",
         ),
         (
             BARE.replace("effects", "outputs = [\"omega\"]\neffects"),
-            "line 3, column 12: [drive] outputs: unknown output 'omega'; known are",
+            "line 3, column 12: [drive] outputs: unknown output 'omega'; valid outputs",
         ),
         (
             BARE.replace("effects", "outputs = [\"u_V\"]\neffects"),
-            "line 3, column 12: [drive] outputs: 'u_V' cannot be compared when the input is u_V; possible are omega_rad_s, i_A, theta_rad",
+            "line 3, column 12: [drive] outputs: 'u_V' is not an output for the input u_V; valid outputs: omega_rad_s, i_A, theta_rad",
         ),
-        (BARE.replace("effects", "outputs = []\neffects"), "line 3, column 11: [drive] outputs: here should be at least one output"),
+        (BARE.replace("effects", "outputs = []\neffects"), "line 3, column 11: [drive] outputs: expected at least one output"),
         (
             own("torque_N_m = \"-a * omga\"\nparameters = { a = 1 }"),
             "line 9, column 14: [effect.rub] torque_N_m: unknown name 'omga' at column 6; did you mean 'omega'?",
         ),
         (
             own("parameters = { a = 1 }"),
-            "line 8, column 9: [effect.rub]: an effect of your own has one of torque_N_m, dry_N_m, voltage_V, omega_rad_s, theta_rad, i_A = \"expression\"; this one has 0",
+            "line 8, column 9: [effect.rub]: a user effect needs exactly one of torque_N_m, dry_N_m, voltage_V, omega_rad_s, theta_rad, i_A = \"expression\"; this effect has 0",
         ),
         (
             own("torque_N_m = \"1\"\nvoltage_V = \"1\""),
-            "line 8, column 9: [effect.rub]: an effect of your own has one of torque_N_m, dry_N_m, voltage_V, omega_rad_s, theta_rad, i_A = \"expression\"; this one has 2",
+            "line 8, column 9: [effect.rub]: a user effect needs exactly one of torque_N_m, dry_N_m, voltage_V, omega_rad_s, theta_rad, i_A = \"expression\"; this effect has 2",
         ),
         (own("torque = \"1\""), "line 9, column 1: [effect.rub] torque: unknown key 'torque'"),
         (
             own("torque_N_m = \"1\"\nparameters = { omega = 1 }"),
-            "line 10, column 16: [effect.rub] parameters: 'omega' cannot name a parameter",
+            "line 10, column 16: [effect.rub] parameters: 'omega' is not a valid parameter name",
         ),
         (
             own("torque_N_m = \"1\"\nparameters = { a = 1 }"),
@@ -171,14 +168,14 @@ fn a_bad_model_is_told_in_one_line_with_place_and_key() {
         ),
         (
             format!("{BARE}[effect.viscous]\nviscous_N_m_s = 1\n"),
-            "line 8, column 9: [effect.viscous]: no listed effect has the parameter 'viscous'; add \"viscous\"",
+            "line 8, column 9: [effect.viscous]: no effect of the model has the parameter 'viscous'; add \"viscous\"",
         ),
         (
             with("\"viscous\"", "viscous_N_m_s = 1\n[effect.viscous]\nviscous_N_m_s = 1\n"),
-            "line 10, column 1: [effect.viscous] viscous_N_m_s: parameter 'viscous_N_m_s' stands here twice",
+            "line 10, column 1: [effect.viscous] viscous_N_m_s: parameter 'viscous_N_m_s' is listed twice",
         ),
     ] {
-        let found = says(&text);
+        let found = message(&text);
         assert!(found.starts_with(wants), "{text}\n found {found}\n wants {wants}");
     }
     let missing = Model::read("nowhere/m.toml").unwrap_err().to_string();
@@ -186,7 +183,7 @@ fn a_bad_model_is_told_in_one_line_with_place_and_key() {
 }
 
 #[test]
-fn each_input_needs_its_base() {
+fn each_input_needs_its_base_parameters() {
     let text = |input: &str, parameters: &str| format!("[drive]\ninput = \"{input}\"\n[parameters]\n{parameters}");
     assert!(Model::parse(&text("torque_N_m", "inertia_kg_m2 = 1"), "m").is_ok());
     assert!(Model::parse(&text("i_A", "inertia_kg_m2 = 1"), "m").is_err());
@@ -201,7 +198,7 @@ fn each_input_needs_its_base() {
 }
 
 #[test]
-fn every_effect_of_the_catalogue_can_be_added_and_removed_again() {
+fn every_effect_can_be_added_and_removed() {
     for card in drive_model::CATALOGUE {
         let mut model = example();
         if model.effects().iter().any(|e| e.card.id == card.id) {
@@ -218,7 +215,7 @@ fn every_effect_of_the_catalogue_can_be_added_and_removed_again() {
         let before = model.to_toml();
         match model.add(&next) {
             Ok(()) => model.remove(&next).unwrap(),
-            Err(error) => assert!(error.to_string().contains("cannot repeat"), "{error}"),
+            Err(error) => assert!(error.to_string().contains("cannot have a second instance"), "{error}"),
         }
         assert_eq!(model.to_toml(), before);
         assert!(model.add(card.id).is_err());
@@ -258,16 +255,16 @@ fn edits_keep_comments_and_order() {
 }
 
 #[test]
-fn a_wrong_edit_changes_nothing_and_says_why() {
+fn invalid_edit_changes_nothing() {
     let mut model = example();
     for (error, wants) in [
         (model.set("viscous_N_m_s", -1.0), "outside the physical range"),
         (model.set("viscos_N_m_s", 1.0), "the model has no parameter 'viscos_N_m_s'; did you mean 'viscous_N_m_s'?"),
         (model.set_all([("coulomb_N_m", 2e-3), ("resistance_ohm", f64::NAN)]), "NaN is not a finite number"),
-        (model.remove("cogging"), "the model has no effect 'cogging'; it has viscous, coulomb, seal-drag"),
-        (model.add("cogging#x"), "a second one is written 'cogging#2'"),
-        (model.add("viscous"), "stands here twice"),
-        (model.set_input(Input::Motion), "cannot be compared"),
+        (model.remove("cogging"), "the model has no effect 'cogging'; the model has viscous, coulomb, seal-drag"),
+        (model.add("cogging#x"), "write 'cogging#2' for a second instance"),
+        (model.add("viscous"), "is listed twice"),
+        (model.set_input(Input::Motion), "is not an output for the input"),
     ] {
         let says = error.unwrap_err().to_string();
         assert!(says.contains(wants), "{says}");
@@ -276,23 +273,23 @@ fn a_wrong_edit_changes_nothing_and_says_why() {
 }
 
 #[test]
-fn a_model_says_what_would_do_nothing() {
+fn effects_without_influence_are_remarked() {
     let remarks = |effects: &str| Model::parse(&with(effects, ""), "m").unwrap().remarks().join("\n");
     assert!(remarks("\"viscous-temperature\"").contains("has no effect: it needs viscous"));
     assert!(remarks("\"presliding\"").contains("has no effect: it needs coulomb or stribeck"));
     assert!(!remarks("\"presliding\", \"coulomb\"").contains("nothing"));
     let own = format!("{BARE}[effect.rub]\ntorque_N_m = \"-sign(omega) * 1e-3\"\n");
-    assert!(Model::parse(&own, "m").unwrap().remarks()[0].contains("chatters"));
+    assert!(Model::parse(&own, "m").unwrap().remarks()[0].contains("discontinuous at rest"));
 }
 
 #[test]
-fn a_phase_is_taken_around_the_turn() {
+fn phase_is_taken_modulo_one_turn() {
     let model = Model::parse(&with("\"cogging\"", "cogging_phase_rad = -1.0\n"), "m").unwrap();
     assert!((model.value("cogging_phase_rad").unwrap() - (std::f64::consts::TAU - 1.0)).abs() < 1e-12);
 }
 
 #[test]
-fn an_own_effect_acts_in_each_of_its_places() {
+fn user_effect_acts_at_each_summing_point() {
     let x = Point {
         from_s: 1.0,
         to_s: 1.5,
@@ -323,7 +320,7 @@ fn an_own_effect_acts_in_each_of_its_places() {
 
 #[test]
 #[ignore = "needs the external records: set STAND_DATA"]
-fn the_models_of_the_cases_read() {
+fn models_of_the_external_cases_are_parsed() {
     let data = std::env::var_os("STAND_DATA").expect("the environment variable STAND_DATA names the folder of the external records");
     let cases = std::fs::read_dir(std::path::Path::new(&data).join("cases")).unwrap();
     let mut count = 0;
@@ -337,12 +334,12 @@ fn the_models_of_the_cases_read() {
 
 proptest! {
     #[test]
-    fn no_text_makes_the_reader_panic(text in any::<String>()) {
+    fn parser_never_panics(text in any::<String>()) {
         let _ = Model::parse(&text, "m");
     }
 
     #[test]
-    fn no_damage_to_a_true_file_makes_the_reader_panic(at in 0usize..2000, length in 0usize..30, with in "[-+a-z0-9#\"'{}=,.\\[\\]\n ]{0,8}") {
+    fn parser_never_panics_on_a_damaged_file(at in 0usize..2000, length in 0usize..30, with in "[-+a-z0-9#\"'{}=,.\\[\\]\n ]{0,8}") {
         let mut text = EXAMPLE.to_owned();
         let from = at % text.len();
         let to = (from + length).min(text.len());
@@ -362,7 +359,7 @@ proptest! {
     }
 
     #[test]
-    fn toml_of_any_shape_does_not_panic(key in "(drive|parameters|effect|drive\\.effects|effect\\.x|parameters\\.coulomb_N_m|\"effect\"\\.\"cogging#2\")", value in "(1|true|\"u_V\"|\\[\\]|\\[1\\]|\\[\\[\\]\\]|\\{\\}|\\{ value = 1 \\}|\\{ input = \"u_V\" \\}|nan|1979-05-27)") {
+    fn parser_never_panics_on_any_toml(key in "(drive|parameters|effect|drive\\.effects|effect\\.x|parameters\\.coulomb_N_m|\"effect\"\\.\"cogging#2\")", value in "(1|true|\"u_V\"|\\[\\]|\\[1\\]|\\[\\[\\]\\]|\\{\\}|\\{ value = 1 \\}|\\{ input = \"u_V\" \\}|nan|1979-05-27)") {
         if let Ok(mut model) = Model::parse(&format!("{key} = {value}\n"), "m") {
             let _ = model.add("viscous");
         }
@@ -371,7 +368,7 @@ proptest! {
     }
 
     #[test]
-    fn a_value_that_is_set_reads_back_the_same(value in proptest::num::f64::POSITIVE | proptest::num::f64::NORMAL) {
+    fn set_value_is_read_back_exactly(value in proptest::num::f64::POSITIVE | proptest::num::f64::NORMAL) {
         let mut model = example();
         if model.set("seal-drag.a", value).is_ok() {
             prop_assert_eq!(model.value("seal-drag.a"), Some(value));

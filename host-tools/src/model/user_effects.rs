@@ -1,32 +1,32 @@
-//! An effect of the user's own: an expression in the same places as the catalogue's laws.
+//! User effects: an expression of the model file, added at the same points as the laws of the catalogue.
 
 use drive_model::{Contributions, Law, Point, Reading, Scalar};
 
 use crate::model::expression::{Expression, Variables};
 
-/// Where an own effect acts; what its expression gives is added there.
+/// Summing point of a user effect: the quantity that its expression is added to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SummingPoint {
-    /// `torque_N_m`: on the rotor.
+    /// `torque_N_m`: torque on the rotor.
     Torque,
-    /// `dry_N_m`: to the dry level, which holds at rest and opposes while sliding.
+    /// `dry_N_m`: Coulomb friction torque, which holds at rest and opposes the motion.
     Dry,
-    /// `voltage_V`: to the voltage asked for.
+    /// `voltage_V`: commanded voltage.
     Voltage,
-    /// `omega_rad_s`: to what the rate channel shows.
+    /// `omega_rad_s`: reading of the rate channel.
     Rate,
-    /// `theta_rad`: to what the angle channel shows.
+    /// `theta_rad`: reading of the angle channel.
     Angle,
-    /// `i_A`: to what the current channel shows.
+    /// `i_A`: reading of the current channel.
     Current,
 }
 
 impl SummingPoint {
-    /// All of them.
+    /// All summing points.
     pub const ALL: [SummingPoint; 6] =
         [SummingPoint::Torque, SummingPoint::Dry, SummingPoint::Voltage, SummingPoint::Rate, SummingPoint::Angle, SummingPoint::Current];
 
-    /// The key in the model file.
+    /// Key in the model file.
     pub fn key(self) -> &'static str {
         match self {
             SummingPoint::Torque => "torque_N_m",
@@ -39,16 +39,16 @@ impl SummingPoint {
     }
 }
 
-/// One effect of the user's own. As a [`Law`] it takes its parameters in the order of [`UserEffect::parameters`].
+/// A user effect. As a [`Law`] it takes its parameters in the order of [`UserEffect::parameters`].
 #[derive(Debug, Clone)]
 pub struct UserEffect {
     /// Name in the file.
     pub name: String,
-    /// Where it acts.
+    /// Quantity that the expression is added to.
     pub summing_point: SummingPoint,
-    /// What it adds there.
+    /// The expression.
     pub expression: Expression,
-    /// Indices into the model's parameters, in the order in which the expression takes them.
+    /// Indices into the model's parameters, in the order of the expression.
     pub parameters: Vec<usize>,
 }
 

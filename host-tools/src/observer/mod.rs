@@ -12,11 +12,14 @@ mod exact;
 mod plant;
 mod poles;
 mod request;
+pub mod serial_stand;
+pub mod side_by_side;
 mod simulate;
 mod single;
 #[cfg(test)]
 mod tests;
 pub mod vibration;
+pub mod vibration_log;
 mod warnings;
 
 pub use bode::{Bode, Limit};

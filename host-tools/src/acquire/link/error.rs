@@ -1,37 +1,37 @@
-//! What can be wrong with a line, in words for the person at the bench.
+//! Errors of the serial line.
 
-/// Why there is no link, or no longer.
+/// Why a link could not be opened, or broke.
 #[derive(Debug, thiserror::Error)]
-#[expect(missing_docs, reason = "the words say it")]
+#[expect(missing_docs, reason = "the messages describe the variants")]
 pub enum LinkError {
-    #[error("{port}: there is no such port ({there})")]
-    Absent { port: String, there: String },
-    #[error("{port}: this is no serial port")]
-    NoPort { port: String },
-    #[error("{port}: another program has this port; close it first")]
-    RowOutcome { port: String },
-    #[error("{port}: you may not open this port; it belongs to a group (often `dialout`) that you can be added to")]
+    #[error("{port}: no such port ({available})")]
+    Absent { port: String, available: String },
+    #[error("{port}: not a serial port")]
+    NotAPort { port: String },
+    #[error("{port}: another program uses this port; close that program first")]
+    InUse { port: String },
+    #[error("{port}: no permission to open this port; add your user to its group (often `dialout`)")]
     Denied { port: String },
-    #[error("{port}: nobody answers; is the stand on, is this its port, and does it speak at {baud} baud?")]
+    #[error("{port}: no reply; check that the stand is on, that this is its port, and that its line runs at {baud} baud")]
     Silent { port: String, baud: u32 },
-    #[error("{port}: what comes is no text of a stand; is this its port, and does it speak at {baud} baud?")]
+    #[error("{port}: the received data are not text of a stand; check that this is its port and that its line runs at {baud} baud")]
     Garbled { port: String, baud: u32 },
-    #[error("{port}: what answers is no stand: `{says}`")]
-    Stranger { port: String, says: String },
-    #[error("{port}: the line was unplugged")]
+    #[error("{port}: the connected device is not a stand; it replied `{reply}`")]
+    NotAStand { port: String, reply: String },
+    #[error("{port}: the port was unplugged or closed")]
     Unplugged { port: String },
     #[error("{port}: {source}")]
     Other { port: String, source: std::io::Error },
-    #[error("{port}: the stand does not answer `{query}`; if it stays so, send 0x18 (Ctrl-X) or switch it off and on")]
+    #[error("{port}: no reply to `{query}`; if this persists, send 0x18 (Ctrl-X) or switch the stand off and on")]
     NoReply { port: String, query: String },
-    #[error("the stand refuses `{command}`: {says}")]
-    Refused { command: String, says: String },
-    #[error("`{command}` is too long: the stand takes {most} characters")]
-    TooLong { command: String, most: usize },
+    #[error("the stand rejected `{command}`: {message}")]
+    Rejected { command: String, message: String },
+    #[error("`{command}` is too long: the stand accepts {limit} characters")]
+    TooLong { command: String, limit: usize },
 }
 
 impl LinkError {
-    /// The words or the input are wrong, and not the line that broke: exit status 2.
+    /// The cause is a wrong argument or setting, not a failure of the line.
     pub fn is_input_error(&self) -> bool {
         !matches!(self, LinkError::Unplugged { .. } | LinkError::Other { .. } | LinkError::NoReply { .. })
     }

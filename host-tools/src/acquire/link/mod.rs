@@ -1,8 +1,8 @@
 //! The serial line to a stand, from the host's side.
 //!
-//! In: the path of a port, a real one or a PTY. Out: a [`SerialLink`]: questions and orders in text, each line with its check (interfaces.md, "The serial
-//! line"), and the frames of a stream. What was lost on the way is counted ([`LineLosses`]), never hidden. A port that is not there, is taken, or
-//! has no stand behind it is told in one line when the link is opened.
+//! In: the path of a serial port or pseudo-terminal. Out: a [`SerialLink`]: queries and commands in text, each line with a checksum, and the
+//! frames of a stream. Losses are counted ([`LineLosses`]). [`SerialLink::open`] reports a port that does not exist, is in use, or has no
+//! stand behind it.
 
 mod error;
 mod port;
@@ -18,91 +18,93 @@ use std::time::{Duration, Instant};
 
 use stand_firmware::telemetry::crc32;
 
-/// How long a stand may take for a reply.
+/// Longest wait for a reply.
 pub const REPLY_TIMEOUT: Duration = Duration::from_millis(1500);
-/// How long is listened for the rest of what came.
-const MOMENT: Duration = Duration::from_millis(20);
-/// What a stand's answer to `*IDN?` has in it.
-const MODEL: &str = "rotary stand";
+/// Time without data after which the line counts as quiet.
+const QUIET_TIME: Duration = Duration::from_millis(20);
+/// Part of a stand's reply to `*IDN?`.
+const STAND_IDENTITY: &str = "rotary stand";
 
-/// What ends what is said to a line: the oldest error, and something that nobody else asks for.
-const MARK: &str = "SYSTem:ERRor?;:SYSTem:LINE:RATE?";
-const MARK_ENDS: &str = " BAUD";
-/// The error of a line that was damaged on the way, and how often it is said again.
-const DAMAGED: &str = "-362,";
-const TRIES: u32 = 4;
-/// How often it is asked who is there.
-const GREETINGS: u32 = 6;
+/// Query that ends an exchange: the oldest error, and the line rate as a mark that no other reply contains.
+const END_QUERY: &str = "SYSTem:ERRor?;:SYSTem:LINE:RATE?";
+/// End of the reply to [`END_QUERY`].
+const END_MARK: &str = " BAUD";
+/// Error code of a line that was damaged in transmission.
+const DAMAGED_LINE: &str = "-362,";
+/// Attempts to send a damaged line.
+const MAX_ATTEMPTS: u32 = 4;
+/// Attempts to identify the stand.
+const MAX_IDENTIFICATIONS: u32 = 6;
 
-/// What came of a line.
+/// Result of one line.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Reply {
-    /// The lines of the reply, empty ones too.
+    /// Lines of the reply, including empty ones.
     pub lines: Vec<String>,
-    /// The errors that were in the stand's queue afterwards, the oldest first.
-    pub refused: Vec<String>,
+    /// Errors in the stand's queue afterwards, the oldest first.
+    pub errors: Vec<String>,
 }
 
-/// A stand at the other end of a line.
+/// A serial line with a stand at its other end.
 #[derive(Debug)]
 pub struct SerialLink {
     port: Port,
     receiver: Receiver,
-    heard: VecDeque<Received>,
+    received: VecDeque<Received>,
     identity: String,
 }
 
 impl SerialLink {
-    /// Opens the port and makes sure that a stand answers.
+    /// Opens the port and identifies the stand.
     ///
     /// # Errors
-    /// No such port, taken, no stand: one line for a person each.
+    /// The port does not exist, is in use, or has no stand behind it.
     pub fn open(path: &Path) -> Result<Self, LinkError> {
         let port = Port::open(path)?;
-        let mut link = SerialLink { port, receiver: Receiver::default(), heard: VecDeque::new(), identity: String::new() };
-        link.greet()?;
+        let mut link = SerialLink { port, receiver: Receiver::default(), received: VecDeque::new(), identity: String::new() };
+        link.identify()?;
         Ok(link)
     }
 
-    /// Asks who is there, as often as the time of a reply allows: the first line may be damaged, or come before the stand listens.
-    fn greet(&mut self) -> Result<(), LinkError> {
-        let mut stranger = None;
-        for attempt in 0..GREETINGS {
-            // Whatever another program or a person has left half-said ends here, and is not done: nothing is no check.
+    /// Identifies the stand. Repeated, because the first line may be damaged or may arrive before the stand listens.
+    fn identify(&mut self) -> Result<(), LinkError> {
+        let mut other_device = None;
+        for attempt in 0..MAX_IDENTIFICATIONS {
+            // Ends an incomplete line that an earlier program left; without a valid checksum the stand does not execute it.
             self.port.write(b"~\r\n")?;
             if attempt == 0 {
-                // What the stand was saying is let go.
-                self.quiet()?;
+                // Discards what the stand is sending.
+                self.discard_until_quiet()?;
             }
             self.send("*IDN?")?;
-            let deadline = Instant::now() + REPLY_TIMEOUT / GREETINGS;
+            let deadline = Instant::now() + REPLY_TIMEOUT / MAX_IDENTIFICATIONS;
             while let Some(line) = self.line(deadline)? {
-                if line.to_ascii_lowercase().contains(MODEL) {
+                if line.to_ascii_lowercase().contains(STAND_IDENTITY) {
                     self.identity = line;
-                    self.settle()?;
-                    self.receiver.forget();
+                    self.discard_replies()?;
+                    self.receiver.reset_losses();
                     return Ok(());
                 }
-                stranger.get_or_insert(line);
+                other_device.get_or_insert(line);
             }
         }
-        Err(match stranger {
-            Some(line) => LinkError::Stranger { port: self.name(), says: line.chars().take(60).collect() },
+        Err(match other_device {
+            Some(line) => LinkError::NotAStand { port: self.name(), reply: line.chars().take(60).collect() },
             None if self.receiver.bytes() > 0 => LinkError::Garbled { port: self.name(), baud: BAUD },
             None => LinkError::Silent { port: self.name(), baud: BAUD },
         })
     }
 
-    /// Hears the rest of what was asked more than once, and the errors that were in the queue before: they are nobody's answer.
-    fn settle(&mut self) -> Result<(), LinkError> {
+    /// Discards replies to repeated queries, and errors that were in the queue before.
+    fn discard_replies(&mut self) -> Result<(), LinkError> {
         let deadline = Instant::now() + REPLY_TIMEOUT;
         while Instant::now() < deadline {
-            self.send(MARK)?;
-            let patience = Instant::now() + REPLY_TIMEOUT / GREETINGS;
-            while let Some(line) = self.line(patience)? {
+            self.send(END_QUERY)?;
+            let attempt_deadline = Instant::now() + REPLY_TIMEOUT / MAX_IDENTIFICATIONS;
+            while let Some(line) = self.line(attempt_deadline)? {
                 match line.rsplit_once(';') {
-                    Some((error, mark)) if mark.ends_with(MARK_ENDS) && error.starts_with("0,") => return Ok(()),
-                    Some((_, mark)) if mark.ends_with(MARK_ENDS) => break,
+                    Some((error, mark)) if mark.ends_with(END_MARK) && error.starts_with("0,") => return Ok(()),
+                    Some((_, mark)) if mark.ends_with(END_MARK) => break,
                     _ => {}
                 }
             }
@@ -110,122 +112,122 @@ impl SerialLink {
         Err(LinkError::NoReply { port: self.name(), query: "*IDN?".to_owned() })
     }
 
-    /// The port's path.
+    /// Path of the port.
     pub fn name(&self) -> String {
         self.port.path().display().to_string()
     }
 
-    /// The stand's answer to `*IDN?`: maker, model, serial number, firmware.
+    /// The stand's reply to `*IDN?`: manufacturer, model, serial number, firmware.
     pub fn identity(&self) -> &str {
         &self.identity
     }
 
-    /// What was lost on the line since it was opened.
+    /// Losses since the line was opened, or since [`SerialLink::reset`].
     pub fn losses(&self) -> LineLosses {
         self.receiver.losses()
     }
 
-    /// What was heard and lost so far is nobody's: a recording begins.
-    pub fn forget(&mut self) {
-        self.heard.clear();
-        self.receiver.forget();
+    /// Discards received data and sets the losses to zero.
+    pub fn reset(&mut self) {
+        self.received.clear();
+        self.receiver.reset_losses();
     }
 
-    /// Sends a line with its check.
+    /// Sends a line with its checksum.
     ///
     /// # Errors
-    /// The line was unplugged, or is longer than the stand takes.
+    /// The port was disconnected, or the line is longer than the stand accepts.
     pub fn send(&mut self, command: &str) -> Result<(), LinkError> {
         let line = with_checksum(command);
-        if line.len() > MOST_LINE {
-            return Err(LinkError::TooLong { command: command.to_owned(), most: MOST_LINE - CHECK });
+        if line.len() > MAX_LINE {
+            return Err(LinkError::TooLong { command: command.to_owned(), limit: MAX_LINE - CHECKSUM });
         }
         self.port.write(line.as_bytes())
     }
 
-    /// Says a line and hears what the stand has to say to it, and what of it the stand refused. A line that was damaged on the way is said again.
+    /// Sends a line and returns the reply and the errors of the stand. A line that was damaged in transmission is sent again.
     ///
     /// # Errors
-    /// The line was unplugged; no reply within `patience`.
-    pub fn converse(&mut self, command: &str, patience: Duration) -> Result<Reply, LinkError> {
-        for _ in 0..TRIES {
-            let said = self.converse_once(command, patience)?;
-            if !said.refused.iter().any(|says| says.starts_with(DAMAGED)) {
-                return Ok(said);
+    /// The port was disconnected, or no reply came within `timeout`.
+    pub fn exchange(&mut self, command: &str, timeout: Duration) -> Result<Reply, LinkError> {
+        for _ in 0..MAX_ATTEMPTS {
+            let reply = self.exchange_once(command, timeout)?;
+            if !reply.errors.iter().any(|error| error.starts_with(DAMAGED_LINE)) {
+                return Ok(reply);
             }
         }
         Err(LinkError::NoReply { port: self.name(), query: command.to_owned() })
     }
 
-    fn converse_once(&mut self, command: &str, patience: Duration) -> Result<Reply, LinkError> {
-        // Lines that nobody asked for belong to no question.
-        self.heard.retain(|heard| !matches!(heard, Received::Line(_)));
+    fn exchange_once(&mut self, command: &str, timeout: Duration) -> Result<Reply, LinkError> {
+        // Unsolicited lines are not part of the reply.
+        self.received.retain(|received| !matches!(received, Received::Line(_)));
         self.send(command)?;
-        let mut said = Reply::default();
+        let mut reply = Reply::default();
         loop {
-            self.send(MARK)?;
-            let deadline = Instant::now() + patience;
+            self.send(END_QUERY)?;
+            let deadline = Instant::now() + timeout;
             let error = loop {
                 let Some(line) = self.line(deadline)? else {
                     return Err(LinkError::NoReply { port: self.name(), query: command.to_owned() });
                 };
                 match line.rsplit_once(';') {
-                    Some((error, mark)) if mark.ends_with(MARK_ENDS) && error.ends_with('"') => break error.to_owned(),
-                    // In a stream errors are told at once; they are in the queue, too.
+                    Some((error, mark)) if mark.ends_with(END_MARK) && error.ends_with('"') => break error.to_owned(),
+                    // During a stream, errors are reported at once; they are in the queue too.
                     _ if line.starts_with("ERROR ") => {}
-                    _ => said.lines.push(line),
+                    _ => reply.lines.push(line),
                 }
             };
             if error.starts_with("0,") {
-                return Ok(said);
+                return Ok(reply);
             }
-            said.refused.push(error);
+            reply.errors.push(error);
         }
     }
 
-    /// Asks, and waits for the one line of the reply.
+    /// Sends a query; the single line of the reply.
     ///
     /// # Errors
-    /// The line was unplugged; no reply; the stand refuses, with its own words.
+    /// The port was disconnected, no reply came, or the stand rejected the query.
     pub fn query(&mut self, query: &str) -> Result<String, LinkError> {
         let lines = self.query_lines(query)?;
         let none = || LinkError::NoReply { port: self.name(), query: query.to_owned() };
         lines.into_iter().next().ok_or_else(none)
     }
 
-    /// Asks for a reply of several lines.
+    /// Sends a query; all lines of the reply.
     ///
     /// # Errors
     /// As [`SerialLink::ask`].
     pub fn query_lines(&mut self, query: &str) -> Result<Vec<String>, LinkError> {
-        let said = self.converse(query, REPLY_TIMEOUT)?;
-        match said.refused.into_iter().next() {
-            None => Ok(said.lines.into_iter().filter(|line| !line.is_empty()).collect()),
-            Some(says) => Err(LinkError::Refused { command: query.to_owned(), says }),
+        let reply = self.exchange(query, REPLY_TIMEOUT)?;
+        match reply.errors.into_iter().next() {
+            None => Ok(reply.lines.into_iter().filter(|line| !line.is_empty()).collect()),
+            Some(message) => Err(LinkError::Rejected { command: query.to_owned(), message }),
         }
     }
 
-    /// Gives an order, and makes sure that it was taken.
+    /// Sends a command and checks that the stand accepted it.
     ///
     /// # Errors
-    /// The line was unplugged; the stand refuses, with its own words.
+    /// The port was disconnected, or the stand rejected the command.
     pub fn command(&mut self, command: &str) -> Result<(), LinkError> {
         self.query_lines(command).map(|_| ())
     }
 
-    /// The byte 0x18: the drive is stopped and text is spoken, whatever the stand does.
+    /// Sends the STOP byte 0x18: the stand stops its drive and returns to text mode.
     ///
     /// # Errors
-    /// The line was unplugged.
-    pub fn cancel(&mut self) -> Result<(), LinkError> {
+    /// The port was disconnected.
+    pub fn stop(&mut self) -> Result<(), LinkError> {
         self.port.write(&[0x18])
     }
 
-    /// The next line of text until `deadline`; rows and the like that come before it are kept.
+    /// The next line of text before `deadline`; rows received before it are kept.
     fn line(&mut self, deadline: Instant) -> Result<Option<String>, LinkError> {
         loop {
-            if let Some(at) = self.heard.iter().position(|heard| matches!(heard, Received::Line(_)))
-                && let Some(Received::Line(line)) = self.heard.remove(at)
+            if let Some(at) = self.received.iter().position(|received| matches!(received, Received::Line(_)))
+                && let Some(Received::Line(line)) = self.received.remove(at)
             {
                 return Ok(Some(line));
             }
@@ -233,47 +235,47 @@ impl SerialLink {
             if left.is_zero() {
                 return Ok(None);
             }
-            self.listen(left)?;
+            self.read(left)?;
         }
     }
 
-    /// The next thing that is heard within `wait`.
+    /// The next received line, row or frame within `wait`.
     ///
     /// # Errors
-    /// The line was unplugged.
-    pub fn next(&mut self, wait: Duration) -> Result<Option<Received>, LinkError> {
-        if self.heard.is_empty() {
-            self.listen(wait)?;
+    /// The port was disconnected.
+    pub fn receive(&mut self, wait: Duration) -> Result<Option<Received>, LinkError> {
+        if self.received.is_empty() {
+            self.read(wait)?;
         }
-        Ok(self.heard.pop_front())
+        Ok(self.received.pop_front())
     }
 
-    /// Reads once, for at most so long.
-    fn listen(&mut self, wait: Duration) -> Result<(), LinkError> {
-        let mut some = [0; 4096];
-        let count = self.port.read(&mut some, wait)?;
-        self.receiver.take(&some[..count], &mut self.heard);
+    /// Reads once, for at most `wait`.
+    fn read(&mut self, wait: Duration) -> Result<(), LinkError> {
+        let mut buffer = [0; 4096];
+        let count = self.port.read(&mut buffer, wait)?;
+        self.receiver.take(&buffer[..count], &mut self.received);
         Ok(())
     }
 
-    /// Lets go what comes until a moment is silent, in a stream for a moment.
-    fn quiet(&mut self) -> Result<(), LinkError> {
-        let until = Instant::now() + 5 * MOMENT;
+    /// Discards data until the line is quiet, or during a stream for five quiet times.
+    fn discard_until_quiet(&mut self) -> Result<(), LinkError> {
+        let until = Instant::now() + 5 * QUIET_TIME;
         loop {
-            self.listen(MOMENT)?;
-            if std::mem::take(&mut self.heard).is_empty() || Instant::now() > until {
+            self.read(QUIET_TIME)?;
+            if std::mem::take(&mut self.received).is_empty() || Instant::now() > until {
                 return Ok(());
             }
         }
     }
 }
 
-/// Most bytes of a line to the stand, its end not counted (interfaces.md).
-const MOST_LINE: usize = 200;
-/// `~` and eight digits.
-const CHECK: usize = 9;
+/// Maximum length of a line to the stand without its line feed, bytes.
+const MAX_LINE: usize = 200;
+/// Length of the checksum: `~` and eight hexadecimal digits.
+const CHECKSUM: usize = 9;
 
-/// A command with its check and its end: `*IDN?~XXXXXXXX` and a line feed.
+/// A command with its CRC-32 and line feed: `*IDN?~XXXXXXXX`.
 pub fn with_checksum(command: &str) -> String {
     format!("{command}~{:08X}\n", crc32(command.as_bytes()))
 }
@@ -281,7 +283,7 @@ pub fn with_checksum(command: &str) -> String {
 #[cfg(test)]
 mod tests {
     #[test]
-    fn the_check_is_zlibs_crc_of_the_command() {
+    fn checksum_is_crc_32_of_the_command() {
         // python: zlib.crc32(b"*IDN?")
         assert_eq!(super::with_checksum("123456789"), "123456789~CBF43926\n");
     }

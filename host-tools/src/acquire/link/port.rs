@@ -1,7 +1,7 @@
-//! A serial port, for this program alone.
+//! A serial port in exclusive use.
 //!
-//! Raw bytes, eight bits, no parity, no flow control. RowOutcome by an advisory lock (as pyserial's `exclusive` and picocom's do) and by the
-//! driver's own exclusive mode, so that neither a second `stand` nor another program reads half of what the first one waits for.
+//! Raw bytes, eight bits, no parity, no flow control. Exclusive by an advisory lock (like pyserial's `exclusive` and picocom's) and by the
+//! exclusive mode of the driver, so that no other program reads part of the replies.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -11,30 +11,30 @@ use serial2::{SerialPort, Settings};
 
 use super::LinkError;
 
-/// The line's rate on the board, bits per second; a PTY has none.
+/// Baud rate of the stand; a pseudo-terminal ignores it.
 pub const BAUD: u32 = 921_600;
 
-/// Who has just closed a port may hold it for a moment yet: a program that was being started meanwhile has it until it runs.
-const GIVING_BACK: Duration = Duration::from_millis(300);
+/// Time for another program to release the port: a child process that is being started holds it until it runs.
+const RELEASE_TIME: Duration = Duration::from_millis(300);
 
 /// An open port.
 #[derive(Debug)]
 pub struct Port {
     path: PathBuf,
     serial: SerialPort,
-    waits: Duration,
+    read_timeout: Duration,
 }
 
 impl Port {
-    /// Opens the port at `path` for this program alone.
+    /// Opens the port at `path` for exclusive use.
     ///
     /// # Errors
-    /// There is none, it is no port, it is taken, or it may not be opened.
+    /// The port does not exist, is not a serial port, is in use, or may not be opened.
     pub fn open(path: &Path) -> Result<Self, LinkError> {
         let begun = Instant::now();
         loop {
             match Self::open_at_once(path) {
-                Err(LinkError::RowOutcome { .. }) if begun.elapsed() < GIVING_BACK => std::thread::sleep(Duration::from_millis(10)),
+                Err(LinkError::InUse { .. }) if begun.elapsed() < RELEASE_TIME => std::thread::sleep(Duration::from_millis(10)),
                 opened => return opened,
             }
         }
@@ -49,33 +49,33 @@ impl Port {
         };
         let mut serial = match SerialPort::open(path, settings) {
             Ok(serial) => serial,
-            Err(error) => return Err(refused(path, error)),
+            Err(error) => return Err(open_error(path, error)),
         };
         if !lock(&serial) {
-            return Err(LinkError::RowOutcome { port });
+            return Err(LinkError::InUse { port });
         }
         let other = |source| LinkError::Other { port: port.clone(), source };
         serial.set_write_timeout(Duration::from_secs(2)).map_err(other)?;
         serial.discard_input_buffer().map_err(other)?;
-        Ok(Port { path: path.to_owned(), serial, waits: Duration::ZERO })
+        Ok(Port { path: path.to_owned(), serial, read_timeout: Duration::ZERO })
     }
 
-    /// Where it is.
+    /// Path of the port.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Reads what there is, waiting for at most `wait` for the first byte; 0 bytes if none came.
+    /// Reads the available bytes, waiting at most `wait` for the first; 0 if none came.
     ///
     /// # Errors
-    /// The line was unplugged.
+    /// The port was disconnected.
     pub fn read(&mut self, into: &mut [u8], wait: Duration) -> Result<usize, LinkError> {
-        if self.waits != wait {
+        if self.read_timeout != wait {
             self.serial.set_read_timeout(wait.max(Duration::from_millis(1))).map_err(|e| self.broken(e))?;
-            self.waits = wait;
+            self.read_timeout = wait;
         }
         match self.serial.read(into) {
-            // The other end of a PTY is closed, or a USB port was pulled.
+            // The other end of a pseudo-terminal is closed, or a USB port was unplugged.
             Ok(0) => Err(LinkError::Unplugged { port: self.path.display().to_string() }),
             Ok(count) => Ok(count),
             Err(e) if matches!(e.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted | ErrorKind::WouldBlock) => Ok(0),
@@ -83,17 +83,17 @@ impl Port {
         }
     }
 
-    /// Writes all.
+    /// Writes all bytes.
     ///
     /// # Errors
-    /// The line was unplugged.
+    /// The port was disconnected.
     pub fn write(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
         self.serial.write_all(bytes).map_err(|e| self.broken(e))
     }
 
     fn broken(&self, source: std::io::Error) -> LinkError {
         let port = self.path.display().to_string();
-        // EIO, ENXIO, ENODEV: the device is no longer there.
+        // EIO, ENXIO, ENODEV: the device no longer exists.
         match source.raw_os_error() {
             Some(5 | 6 | 19) => LinkError::Unplugged { port },
             _ if source.kind() == ErrorKind::BrokenPipe => LinkError::Unplugged { port },
@@ -102,47 +102,47 @@ impl Port {
     }
 }
 
-/// Takes the port for this program; `false` if somebody else has it.
+/// Locks the port; `false` if another program has locked it.
 #[cfg(unix)]
 fn lock(serial: &SerialPort) -> bool {
     use rustix::fs::{FlockOperation, flock};
     if flock(serial, FlockOperation::NonBlockingLockExclusive).is_err() {
         return false;
     }
-    // Keeps out those who ask for no lock; the driver gives it back as the port is closed.
+    // Keeps out programs without a lock; the driver releases it when the port is closed.
     let _ = rustix::termios::ioctl_tiocexcl(serial);
     true
 }
 
-/// Windows opens a port for one program only.
+/// Windows opens a port for one program at a time.
 #[cfg(not(unix))]
 fn lock(_: &SerialPort) -> bool {
     true
 }
 
-/// Why a port could not be opened.
-fn refused(path: &Path, error: std::io::Error) -> LinkError {
+/// The error of a port that could not be opened.
+fn open_error(path: &Path, error: std::io::Error) -> LinkError {
     let port = path.display().to_string();
     match (error.kind(), error.raw_os_error()) {
-        (ErrorKind::NotFound, _) => LinkError::Absent { port, there: ports() },
+        (ErrorKind::NotFound, _) => LinkError::Absent { port, available: ports() },
         (ErrorKind::PermissionDenied, _) => LinkError::Denied { port },
-        (ErrorKind::ResourceBusy, _) => LinkError::RowOutcome { port },
-        // ENOTTY, EINVAL, EISDIR, ENXIO: a file, a folder, a socket.
-        (_, Some(25 | 22 | 21 | 6)) => LinkError::NoPort { port },
-        _ if path.is_file() || path.is_dir() => LinkError::NoPort { port },
+        (ErrorKind::ResourceBusy, _) => LinkError::InUse { port },
+        // ENOTTY, EINVAL, EISDIR, ENXIO: a file, folder or socket.
+        (_, Some(25 | 22 | 21 | 6)) => LinkError::NotAPort { port },
+        _ if path.is_file() || path.is_dir() => LinkError::NotAPort { port },
         _ => LinkError::Other { port, source: error },
     }
 }
 
-/// The ports that there are, for a person who typed another one.
+/// The available ports, for an error message.
 pub fn ports() -> String {
     let mut names: Vec<String> = SerialPort::available_ports()
         .unwrap_or_default()
         .iter()
         .map(|path| path.display().to_string())
-        // The sixteen onboard ports that most computers only pretend to have.
+        // Onboard ports, most of which do not exist physically.
         .filter(|name| !name.starts_with("/dev/ttyS"))
         .collect();
     names.sort();
-    if names.is_empty() { "no serial port is plugged in".to_owned() } else { format!("there are: {}", names.join(", ")) }
+    if names.is_empty() { "no serial port is connected".to_owned() } else { format!("available: {}", names.join(", ")) }
 }

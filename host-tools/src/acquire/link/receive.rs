@@ -1,74 +1,73 @@
-//! From bytes to what was said: lines of text, frames of a stream, and what was lost.
+//! Received bytes as lines of text, frames of a stream, and counts of losses.
 //!
-//! In text mode a line ends with a line feed. A zero byte begins a stream; from then on pieces between zeros are frames, found by the
-//! firmware's own [`Deframer`]. A piece of printable text that ends with a line feed is the text mode again: no frame is so, since its
-//! second byte is a type below 32.
+//! In text mode a line ends with a line feed. A zero byte starts a stream; the bytes between zeros are then frames, decoded by the firmware's
+//! [`Deframer`]. Printable text that ends with a line feed returns to text mode: it cannot be a frame, whose second byte is a type below 32.
 
 use std::collections::VecDeque;
 
 use stand_firmware::telemetry::frame::Piece;
 use stand_firmware::telemetry::{Beat, Body, Deframer, Frame, Hello, RowFrame};
 
-/// Most bytes of a line that are kept.
-const MOST_LINE: usize = 4096;
+/// Maximum length of a received line, bytes.
+const MAX_LINE: usize = 4096;
 
-/// What a stream begins with, to keep.
+/// Header of a stream.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StreamHeader {
-    /// The answer to `*IDN?`.
+    /// Reply to `*IDN?`.
     pub identity: String,
-    /// Encoder counts in a turn.
+    /// Encoder counts per turn.
     pub counts_per_turn: f64,
-    /// Rows in a second, before decimation.
+    /// Row rate before decimation, Hz.
     pub row_hz: u16,
-    /// Rows of the stand's loop in one row of the line.
+    /// Rows of the firmware in one row of the stream.
     pub decimation: u16,
-    /// The channels of each row.
+    /// Channels of each row, as a bit mask.
     pub channels: u32,
-    /// Whether angles are from the index.
+    /// Angles count from the index.
     pub zero_is_index: bool,
 }
 
-/// What was heard.
+/// A received item.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Received {
     /// A line of text, in either mode, without its end.
     Line(String),
     /// A stream begins, or its channels have changed.
     StreamHeader(StreamHeader),
-    /// A row.
+    /// A row of the stream.
     Row(RowFrame),
-    /// A sign of life.
+    /// A heartbeat.
     Beat(Beat),
 }
 
-/// What was lost on the line.
+/// Losses on the line.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct LineLosses {
-    /// Frames whose number is missing.
+    /// Frames missing by their sequence numbers.
     pub frames: u64,
-    /// Pieces that were no frame, and lines that were no text.
+    /// Damaged frames and lines.
     pub damaged: u64,
-    /// Rows whose number is missing.
+    /// Rows missing by their sequence numbers.
     pub rows: u64,
 }
 
 impl LineLosses {
-    /// Whether nothing was lost.
+    /// Nothing was lost.
     pub fn is_none(&self) -> bool {
         *self == LineLosses::default()
     }
 }
 
-/// Takes bytes, gives what was heard.
+/// Decoder of received bytes.
 #[derive(Debug, Default)]
 pub struct Receiver {
     deframer: Deframer,
     line: Vec<u8>,
-    /// The piece since the last end has a byte that no text has.
-    foreign: bool,
+    /// The current piece has a byte that is not text.
+    has_non_text: bool,
     streaming: bool,
-    /// The first piece of a stream may be the rest of one.
+    /// Sequence number of the last frame; `None` at the start of a stream.
     seq: Option<u16>,
     row: Option<u32>,
     decimation: u32,
@@ -80,33 +79,33 @@ pub struct Receiver {
 }
 
 impl Receiver {
-    /// Bytes so far.
+    /// Number of bytes so far.
     pub fn bytes(&self) -> u64 {
         self.bytes
     }
 
-    /// What was lost since the beginning, or since [`Receiver::forget`].
+    /// Losses since the start, or since [`Receiver::reset_losses`].
     pub fn losses(&self) -> LineLosses {
         let damaged = self.deframer.damaged() + self.lines_damaged - self.damaged_before;
         LineLosses { frames: self.frames_lost, damaged, rows: self.rows_lost }
     }
 
-    /// What was lost so far is nobody's: the line was opened in the middle of something.
-    pub fn forget(&mut self) {
+    /// Sets the losses to zero.
+    pub fn reset_losses(&mut self) {
         self.damaged_before = self.deframer.damaged() + self.lines_damaged;
         (self.frames_lost, self.rows_lost) = (0, 0);
     }
 
-    /// Takes bytes as they came.
-    pub fn take(&mut self, bytes: &[u8], heard: &mut VecDeque<Received>) {
+    /// Decodes bytes and appends the received items.
+    pub fn take(&mut self, bytes: &[u8], received: &mut VecDeque<Received>) {
         self.bytes += bytes.len() as u64;
         for &byte in bytes {
             match byte {
-                0 => self.zero(heard),
-                b'\n' if !self.streaming || !self.foreign => self.end_of_line(heard),
+                0 => self.zero(received),
+                b'\n' if !self.streaming || !self.has_non_text => self.end_of_line(received),
                 _ => {
-                    self.foreign |= !matches!(byte, b'\t' | b'\r' | b' '..=b'~');
-                    if self.line.len() < MOST_LINE {
+                    self.has_non_text |= !matches!(byte, b'\t' | b'\r' | b' '..=b'~');
+                    if self.line.len() < MAX_LINE {
                         self.line.push(byte);
                     }
                     self.deframer.push(byte);
@@ -115,34 +114,34 @@ impl Receiver {
         }
     }
 
-    fn end_of_line(&mut self, heard: &mut VecDeque<Received>) {
+    fn end_of_line(&mut self, received: &mut VecDeque<Received>) {
         self.deframer.restart();
         self.streaming = false;
-        // The next stream may go on anywhere.
+        // The numbers of the next stream are unrelated.
         (self.seq, self.row) = (None, None);
         let text = String::from_utf8_lossy(&self.line).trim().to_owned();
-        if self.foreign {
+        if self.has_non_text {
             self.lines_damaged += 1;
         } else {
-            heard.push_back(Received::Line(text));
+            received.push_back(Received::Line(text));
         }
         self.line.clear();
-        self.foreign = false;
+        self.has_non_text = false;
     }
 
-    fn zero(&mut self, heard: &mut VecDeque<Received>) {
+    fn zero(&mut self, received: &mut VecDeque<Received>) {
         if !self.streaming {
-            // Text that was cut short by a stream is no damaged frame.
+            // Text cut short by a stream is not a damaged frame.
             self.streaming = true;
             self.deframer.restart();
         }
         self.line.clear();
-        self.foreign = false;
+        self.has_non_text = false;
         let Some(Piece::Frame(Frame { seq, body })) = self.deframer.push(0) else { return };
         if let Some(last) = self.seq.replace(seq) {
             self.frames_lost += u64::from(seq.wrapping_sub(last.wrapping_add(1)));
         }
-        heard.push_back(match body {
+        received.push_back(match body {
             Body::Text(text) => Received::Line(text.trim_end().to_owned()),
             Body::Beat(beat) => Received::Beat(beat),
             Body::Hello(Hello { identity, counts_per_turn, row_Hz, decimation, channels, zero_is_index, .. }) => {
@@ -180,7 +179,7 @@ mod tests {
 
     fn heard(receiver: &mut Receiver, bytes: &[u8]) -> Vec<Received> {
         let mut all = VecDeque::new();
-        // Byte by byte and at once must be the same.
+        // Byte by byte, the hardest case.
         for byte in bytes {
             receiver.take(&[*byte], &mut all);
         }
@@ -193,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn text_then_a_stream_then_text_again_without_a_loss() {
+    fn text_stream_and_text_are_received_without_loss() {
         let mut bytes = b"rotary\r\n1\r\n".to_vec();
         for k in 0..300_u16 {
             bytes.extend(frame(&Body::Row(row(u32::from(k))), k));
@@ -212,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_missing_is_counted_by_its_number() {
+    fn missing_frames_and_rows_are_counted() {
         let mut receiver = Receiver::default();
         let mut bytes = Vec::new();
         for k in (0..10).chain(13..20) {

@@ -1,4 +1,4 @@
-//! Where a log is written while it is made, and where it ends.
+//! The file of a log, and the CSV file that is written during a recording.
 
 use std::fs::{File, OpenOptions, remove_file};
 use std::io::{BufWriter, ErrorKind, Read, Seek, SeekFrom};
@@ -6,43 +6,43 @@ use std::path::{Path, PathBuf};
 
 use crate::log::{Format, Log, LogError};
 
-/// A log's file, and the CSV that is written first.
+/// The file of a log, and the CSV file that precedes it.
 #[derive(Debug, Clone)]
 pub struct LogFile {
-    end: PathBuf,
+    path: PathBuf,
     partial: PathBuf,
 }
 
 impl LogFile {
-    /// The place of the log `path`, in the form that its ending names.
+    /// The file `path`, in the format of its ending.
     ///
     /// # Errors
-    /// The ending names none.
+    /// The ending is not a log format.
     pub fn of(path: &Path) -> Result<Self, LogError> {
         let partial = match Format::of(path)? {
             Format::Csv => path.to_owned(),
             Format::Parquet => path.with_extension("parquet.csv"),
         };
-        Ok(Self { end: path.to_owned(), partial })
+        Ok(Self { path: path.to_owned(), partial })
     }
 
-    /// The CSV that is there while the log is made, and stays if its maker is killed.
+    /// The CSV file that exists during the recording, and remains if the program is killed.
     pub fn partial_path(&self) -> &Path {
         &self.partial
     }
 
-    /// The file to write the CSV into.
+    /// Creates the CSV file.
     ///
     /// # Errors
-    /// Of the system.
+    /// The file system fails.
     pub fn create(&self) -> std::io::Result<BufWriter<File>> {
         Ok(BufWriter::with_capacity(1 << 18, File::create(&self.partial)?))
     }
 
-    /// Cuts what a full disk or a kill has left of a last row off the CSV; nothing where there is none.
+    /// Removes an incomplete last row, left by a full disk or a killed program, from the CSV file.
     ///
     /// # Errors
-    /// Of the system.
+    /// The file system fails.
     pub fn cut_to_whole_rows(&self) -> std::io::Result<()> {
         let mut file = match OpenOptions::new().read(true).write(true).open(&self.partial) {
             Ok(file) => file,
@@ -66,16 +66,16 @@ impl LogFile {
         if end < length { file.set_len(end) } else { Ok(()) }
     }
 
-    /// The CSV is whole: makes of it what was asked for.
+    /// Converts the complete CSV file into the log.
     ///
     /// # Errors
-    /// The CSV cannot be read again (then it is left), or the log not written.
+    /// The CSV file cannot be read (it is then kept), or the log cannot be written.
     pub fn close(&self) -> Result<(), LogError> {
-        if self.partial == self.end {
+        if self.partial == self.path {
             return Ok(());
         }
-        Log::read(&self.partial)?.write(&self.end)?;
-        // A copy that stays is in nobody's way.
+        Log::read(&self.partial)?.write(&self.path)?;
+        // A remaining CSV file is harmless.
         let _ = remove_file(&self.partial);
         Ok(())
     }

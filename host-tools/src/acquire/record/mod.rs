@@ -1,8 +1,8 @@
-//! Rows of a stream become a log, as they come.
+//! A log written row by row from a stream.
 //!
-//! In: [`RowFrame`]s. Out: CSV, flushed as often as the caller likes; what is to be a Parquet file is CSV beside it until it is closed
-//! ([`LogFile`]), so that whatever happens there is a whole log. A column that the first rows do not have is left out; a later row that lacks a value is left
-//! out, too, and counted: nothing is made up. The rows end with the first fault.
+//! In: [`RowFrame`]s. Out: CSV. A Parquet log is a CSV file beside it until the recording is closed ([`LogFile`]), so that an interrupted
+//! recording leaves a readable log. A column without values in the first rows is left out. A later row that lacks a value is left out and
+//! counted. The log ends before the first row with a fault.
 
 mod log_file;
 
@@ -15,36 +15,36 @@ use stand_firmware::telemetry::{Channels, RowFrame};
 
 use crate::log::{CsvWriter, Note, Notes};
 
-/// Rows for which is waited until each column has a value.
-const PATIENCE_ROWS: u32 = 100;
-/// Board clock steps in a second.
-const STEPS_PER_S: f64 = 1e7;
+/// Rows after which columns without a value are left out.
+const MAX_INITIAL_ROWS: u32 = 100;
+/// Frequency of the board clock, Hz.
+const CLOCK_HZ: f64 = 1e7;
 
-/// Whether the row says how far the platform is from its index: the index was seen, and the stand counts the angles of the next stream from there.
+/// The row has an angle from the index: the index has been seen, and the angles of the next stream count from it.
 pub fn shows_index(row: &RowFrame) -> bool {
     row.value("from_index_rad").is_some_and(f64::is_finite)
 }
 
-/// What becomes of a row.
+/// Outcome of a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum RowOutcome {
-    /// The log has not begun: not all columns have values yet.
+    /// The log has not started: a column has no value yet.
     NotYet,
-    /// It is in the log.
+    /// The row is in the log.
     Written,
-    /// It lacks a value, and is left out.
+    /// The row lacks a value and was left out.
     LeftOut,
-    /// A fault has latched; the log ends before this row.
+    /// A fault is latched; the log ends before this row.
     Fault(u32),
 }
 
-/// A log that is being written.
+/// Writer of a log.
 #[derive(Debug)]
 pub struct Recorder<W: Write> {
     out: Option<W>,
     channels: Channels,
     notes: Notes,
-    /// Columns beside the time, by their names in a row.
+    /// Columns beside the time, by their channel names.
     columns: Vec<&'static str>,
     absent: Vec<&'static str>,
     csv: Option<CsvWriter<W>>,
@@ -58,7 +58,7 @@ pub struct Recorder<W: Write> {
 }
 
 impl<W: Write> Recorder<W> {
-    /// A log of these channels into `out`, with these notes at its head.
+    /// A log of these channels, written to `out`, with notes at its head.
     pub fn new(out: W, channels: Channels, notes: Notes) -> Self {
         let columns: Vec<&'static str> = channels.iter().filter(|channel| channel.is_column()).map(|channel| channel.name).collect();
         Self {
@@ -78,17 +78,17 @@ impl<W: Write> Recorder<W> {
         }
     }
 
-    /// Rows in the log.
+    /// Number of rows in the log.
     pub fn rows(&self) -> u64 {
         self.rows
     }
 
-    /// Rows that lacked a value.
+    /// Number of rows left out because they lacked a value.
     pub fn left_out(&self) -> u64 {
         self.left_out
     }
 
-    /// The time of the last row, s.
+    /// Time of the last row, s.
     pub fn last_s(&self) -> f64 {
         self.last_s
     }
@@ -98,14 +98,14 @@ impl<W: Write> Recorder<W> {
         &self.absent
     }
 
-    /// Takes the next row.
+    /// Writes the next row.
     ///
     /// # Errors
-    /// Of the output.
+    /// The output cannot be written.
     pub fn take(&mut self, row: &RowFrame) -> std::io::Result<RowOutcome> {
         let value = |name: &str| row.value(name).unwrap_or(f64::NAN);
         if !row.channels.contains(self.channels) {
-            // Of a stream before this one.
+            // A row of an earlier stream.
             return Ok(RowOutcome::NotYet);
         }
         let fault = value("fault");
@@ -115,7 +115,7 @@ impl<W: Write> Recorder<W> {
         if self.csv.is_none() {
             let lacking: Vec<&'static str> = self.columns.iter().copied().filter(|name| !value(name).is_finite()).collect();
             self.waited += 1;
-            if !lacking.is_empty() && self.waited < PATIENCE_ROWS {
+            if !lacking.is_empty() && self.waited < MAX_INITIAL_ROWS {
                 return Ok(RowOutcome::NotYet);
             }
             self.columns.retain(|name| !lacking.contains(name));
@@ -123,7 +123,7 @@ impl<W: Write> Recorder<W> {
             self.begin(row.at)?;
         }
         self.cells.clear();
-        self.cells.push(row.at.saturating_sub(self.first_at) as f64 / STEPS_PER_S);
+        self.cells.push(row.at.saturating_sub(self.first_at) as f64 / CLOCK_HZ);
         for name in &self.columns {
             self.cells.push(value(name));
         }
@@ -143,18 +143,18 @@ impl<W: Write> Recorder<W> {
         Ok(RowOutcome::Written)
     }
 
-    /// What was written so far is with the system.
+    /// Flushes the output.
     ///
     /// # Errors
-    /// Of the output.
+    /// The output cannot be written.
     pub fn flush(&mut self) -> std::io::Result<()> {
         self.csv.as_mut().map_or(Ok(()), CsvWriter::flush)
     }
 
-    /// Ends the log with what there is to say of the whole of it.
+    /// Ends the log with notes on the whole recording.
     ///
     /// # Errors
-    /// Of the output.
+    /// The output cannot be written.
     pub fn finish(mut self, more: &Notes) -> std::io::Result<()> {
         if self.csv.is_none() {
             self.begin(0)?;

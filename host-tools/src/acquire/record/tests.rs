@@ -1,4 +1,4 @@
-//! A log from rows, by itself.
+//! Tests of the recorder.
 
 use super::*;
 use crate::log::Log;
@@ -22,15 +22,15 @@ fn row(k: u32, has_command: bool) -> RowFrame {
 }
 
 #[test]
-fn the_log_begins_when_each_column_has_a_value_and_reads_back() {
+fn log_starts_when_every_column_has_a_value() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("log.csv");
     let out = std::fs::File::create(&path).unwrap();
     let first = row(0, false);
     let mut recorder = Recorder::new(out, first.channels, Notes::from_iter([Note::Profile("sine".to_owned())]));
-    // The rate sensor has no values at all, the command comes with row 40.
+    // The rate sensor has no values; the setpoint starts at row 40.
     let taken: Vec<RowOutcome> = (0..200).map(|k| recorder.take(&row(k, k >= 40 && k != 150)).unwrap()).collect();
-    assert_eq!(taken.iter().filter(|t| **t == RowOutcome::NotYet).count(), 99, "it waits for the sensor that is not there");
+    assert_eq!(taken.iter().filter(|t| **t == RowOutcome::NotYet).count(), 99, "rows before the column without values is left out");
     assert_eq!(recorder.absent(), ["omega_rad_s"]);
     assert_eq!(taken[150], RowOutcome::LeftOut);
     recorder.finish(&Notes::from_iter([Note::LostRows(0)])).unwrap();
@@ -41,12 +41,12 @@ fn the_log_begins_when_each_column_has_a_value_and_reads_back() {
     assert_eq!(log.t_s()[0], 0.0);
     assert!((log.t_s()[99] - 0.1).abs() < 1e-12, "{}", log.t_s()[99]);
     assert!((log.column("theta_rad").unwrap()[0] - 0.99).abs() < 1e-9);
-    assert_eq!(log.segments().len(), 2, "the row that is left out is a gap");
+    assert_eq!(log.segments().len(), 2, "the row left out is a gap");
     assert_eq!((log.note("profile"), log.note("lost_rows")), (Some("sine"), Some("0")));
 }
 
 #[test]
-fn a_fault_ends_the_log_before_its_row() {
+fn log_ends_before_the_row_of_a_fault() {
     let mut recorder = Recorder::new(Vec::new(), row(0, true).channels, Notes::default());
     let mut faulty = row(7, true);
     let bit = stand_firmware::telemetry::CHANNELS.iter().position(|c| c.name == "fault").unwrap();

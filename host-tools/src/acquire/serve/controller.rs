@@ -1,7 +1,7 @@
-//! The simulated controller in real time, behind a port.
+//! The simulated controller in real time, with its serial line at a pseudo-terminal.
 //!
-//! Before each jump of the virtual clock: what a client has written goes onto the simulated line, what the stand has said goes to the client, and
-//! the wall's clock is waited for. The line's own byte timing is in virtual time, so a client sees 921 600 baud.
+//! Before each step of the virtual clock, bytes are exchanged between the client and the simulated line, then real time is awaited. The byte
+//! timing of the line is in virtual time, so a client sees 921 600 baud.
 
 use std::cell::RefCell;
 use std::future::poll_fn;
@@ -15,10 +15,10 @@ use stand_firmware::board::Ticks;
 use super::pty::PtyError;
 use super::{Pacer, Pty};
 
-/// Why the stand is no longer served.
+/// Why serving ended.
 #[derive(Debug, thiserror::Error)]
 pub enum ServeError {
-    /// The port is broken.
+    /// The pseudo-terminal failed.
     #[error(transparent)]
     Port(#[from] PtyError),
     /// The controller cannot run.
@@ -26,18 +26,18 @@ pub enum ServeError {
     Controller(#[from] ControllerError),
 }
 
-/// Serves until `ends` says so; it is asked at each millisecond. `behind` is told what time was given up because the computer was too slow.
+/// Serves until `ends`, called every millisecond, returns true. `skipped` receives each time skipped because the computer was too slow.
 ///
 /// # Errors
-/// The port or the controller is broken.
+/// The pseudo-terminal or the controller failed.
 pub fn serve<P: PlantPort>(
     controller: &Controller<'_, P>,
     pty: &mut Pty,
     ends: impl Fn(Duration) -> bool,
-    mut behind: impl FnMut(Duration),
+    mut skipped: impl FnMut(Duration),
 ) -> Result<(), ServeError> {
     let mut pace = Pacer::new(Instant::now());
-    let (mut said, mut heard) = (Vec::new(), Vec::new());
+    let (mut from_stand, mut from_client) = (Vec::new(), Vec::new());
     let failed = RefCell::new(None);
     let over = std::cell::Cell::new(false);
     let until_over = poll_fn(|_| if over.get() { Poll::Ready(()) } else { Poll::Pending });
@@ -48,20 +48,20 @@ pub fn serve<P: PlantPort>(
             return;
         }
         let mut exchange = |pty: &mut Pty| {
-            controller.line().receive(&mut said);
-            pty.exchange(&mut said, &mut heard)?;
-            if !heard.is_empty() {
-                controller.line().send(&heard);
-                heard.clear();
+            controller.line().receive(&mut from_stand);
+            pty.exchange(&mut from_stand, &mut from_client)?;
+            if !from_client.is_empty() {
+                controller.line().send(&from_client);
+                from_client.clear();
             }
             Ok::<(), PtyError>(())
         };
         let done = exchange(pty).and_then(|()| {
-            if let Some(given_up) = pace.give_up(to, Instant::now()) {
-                behind(given_up);
+            if let Some(lag) = pace.skip_lag(to, Instant::now()) {
+                skipped(lag);
             }
             let wait = pace.wait(to, Instant::now());
-            // What is shorter than the system's own pause is not slept for; the next one is longer by it.
+            // A wait shorter than the scheduler's resolution is left to the next step.
             if wait < Duration::from_micros(300) { Ok(()) } else { pty.wait(wait) }
         });
         if let Err(error) = done {

@@ -1,45 +1,45 @@
-//! Virtual time held to the wall's.
+//! Synchronisation of virtual time with real time.
 //!
-//! In: how far the stand has come. Out: how long to wait before it goes on. What was lost to a busy computer is caught up; where it falls behind
-//! by more than [`MAX_LAG`], the time is given up, so that the stand does not race through the past for minutes, and the person is told.
+//! In: the virtual time of the stand. Out: the time to wait. A lag up to [`MAX_LAG`] is made up by running faster; a larger lag is skipped, so
+//! that the stand does not run faster than real time for minutes.
 
 use std::time::{Duration, Instant};
 
-/// Beyond that, the stand's clock is set back.
+/// Largest lag that is made up.
 pub const MAX_LAG: Duration = Duration::from_secs(1);
 
-/// The two clocks.
+/// Virtual and real clock.
 #[derive(Debug)]
 pub struct Pacer {
     begin: Instant,
-    given_up: Duration,
+    skipped: Duration,
 }
 
 impl Pacer {
-    /// Virtual time 0 is now.
+    /// Virtual time 0 is `now`.
     pub fn new(now: Instant) -> Self {
-        Self { begin: now, given_up: Duration::ZERO }
+        Self { begin: now, skipped: Duration::ZERO }
     }
 
-    /// How long until the stand may come to `to` after its power-on; zero if it is late already.
+    /// Time until the stand may reach `to` after power-on; zero if it is late.
     pub fn wait(&self, to: Duration, now: Instant) -> Duration {
         (self.begin + to).saturating_duration_since(now)
     }
 
-    /// The stand is about to come to `to`. Where it is too late for that ever to be caught up, how much was given up.
-    pub fn give_up(&mut self, to: Duration, now: Instant) -> Option<Duration> {
-        let behind = now.saturating_duration_since(self.begin + to);
-        if behind <= MAX_LAG {
+    /// Skips the lag of a stand that is about to reach `to` if the lag is larger than [`MAX_LAG`]; returns the skipped time.
+    pub fn skip_lag(&mut self, to: Duration, now: Instant) -> Option<Duration> {
+        let lag = now.saturating_duration_since(self.begin + to);
+        if lag <= MAX_LAG {
             return None;
         }
-        self.begin += behind;
-        self.given_up += behind;
-        Some(behind)
+        self.begin += lag;
+        self.skipped += lag;
+        Some(lag)
     }
 
-    /// All that was given up so far.
-    pub fn given_up(&self) -> Duration {
-        self.given_up
+    /// Total skipped time.
+    pub fn skipped(&self) -> Duration {
+        self.skipped
     }
 }
 
@@ -48,16 +48,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_a_little_late_is_caught_up_and_what_is_hopeless_is_given_up() {
+    fn small_lag_is_made_up_and_large_lag_is_skipped() {
         let begin = Instant::now();
         let ms = Duration::from_millis;
         let mut pace = Pacer::new(begin);
         assert_eq!(pace.wait(ms(10), begin + ms(4)), ms(6));
-        assert_eq!(pace.wait(ms(10), begin + ms(500)), ms(0), "no wait until it has caught up");
-        assert_eq!(pace.give_up(ms(10), begin + ms(500)), None);
-        assert_eq!(pace.wait(ms(600), begin + ms(500)), ms(100), "and then it is on time");
-        assert_eq!(pace.give_up(ms(600), begin + ms(5600)), Some(ms(5000)));
-        assert_eq!(pace.wait(ms(700), begin + ms(5600)), ms(100), "it goes on from there");
-        assert_eq!(pace.given_up(), ms(5000));
+        assert_eq!(pace.wait(ms(10), begin + ms(500)), ms(0), "no wait while late");
+        assert_eq!(pace.skip_lag(ms(10), begin + ms(500)), None);
+        assert_eq!(pace.wait(ms(600), begin + ms(500)), ms(100), "on time again");
+        assert_eq!(pace.skip_lag(ms(600), begin + ms(5600)), Some(ms(5000)));
+        assert_eq!(pace.wait(ms(700), begin + ms(5600)), ms(100), "real time counts from there");
+        assert_eq!(pace.skipped(), ms(5000));
     }
 }

@@ -1,8 +1,8 @@
-//! A pseudo-terminal as a stand's serial port.
+//! A pseudo-terminal as the serial port of a stand.
 //!
-//! The master's end is here; clients open the path. While nobody has it open, what the stand says is lost, as on a line with nobody at the other
-//! end, and a client that comes finds nothing old. The terminal is raw from the beginning and is made so again when a client has left, so
-//! that a plain `cat` works and one client's settings are not the next one's. Nothing here waits but [`Pty::wait`].
+//! This module has the master side; clients open the path. Without a client, output of the stand is discarded, as on an unconnected line. The
+//! terminal is raw from the start and is reset to raw when a client has left, so that a plain `cat` works and settings of one client do not
+//! affect the next. Only [`Pty::wait`] blocks.
 
 use std::fs::{self, File, OpenOptions};
 use std::io;
@@ -18,31 +18,31 @@ use rustix::io::Errno;
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, QueueSelector, tcflush, tcgetattr, tcsetattr};
 
-/// What may wait for a client that reads slowly, bytes; then the newest are lost.
-const MOST_WAITING: usize = 1 << 18;
+/// Buffer for a client that reads slowly, bytes; when it is full, new bytes are lost.
+const MAX_BUFFERED: usize = 1 << 18;
 
-/// The port.
+/// A pseudo-terminal.
 #[derive(Debug)]
 pub struct Pty {
     master: OwnedFd,
     path: PathBuf,
     link: Option<PathBuf>,
-    waiting: Vec<u8>,
+    buffered: Vec<u8>,
     has_client: bool,
     lost: u64,
 }
 
-/// Why there is no port.
+/// Why a pseudo-terminal could not be created, or failed.
 #[derive(Debug, thiserror::Error)]
 pub enum PtyError {
-    /// The system gives none.
+    /// The operating system failed.
     #[error("no pseudo-terminal: {0}")]
     Open(#[from] io::Error),
-    /// The name is taken by something that is not ours to replace.
-    #[error("{0}: this is there already and is no symbolic link; give another --link or remove it")]
+    /// The path exists and is not a symbolic link.
+    #[error("{0}: exists and is not a symbolic link; choose another --link or remove it")]
     LinkTaken(PathBuf),
-    /// The link cannot be made.
-    #[error("{0}: cannot make this link: {1}")]
+    /// The link cannot be created.
+    #[error("{0}: cannot create the symbolic link: {1}")]
     Link(PathBuf, io::Error),
 }
 
@@ -53,17 +53,17 @@ impl From<Errno> for PtyError {
 }
 
 impl Pty {
-    /// A new port; `link` is a second name for it, which goes away with it.
+    /// A new pseudo-terminal; `link` is a symbolic link to it, removed with it.
     ///
     /// # Errors
-    /// The system gives no pseudo-terminal, or the link cannot be made.
+    /// The operating system provides no pseudo-terminal, or the link cannot be created.
     pub fn open(link: Option<&Path>) -> Result<Self, PtyError> {
         let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
         grantpt(&master)?;
         unlockpt(&master)?;
         rustix::io::ioctl_fionbio(&master, true)?;
         let path = PathBuf::from(std::ffi::OsString::from_vec(ptsname(&master, Vec::new())?.into_bytes()));
-        let mut pty = Self { master, path, link: None, waiting: Vec::new(), has_client: false, lost: 0 };
+        let mut pty = Self { master, path, link: None, buffered: Vec::new(), has_client: false, lost: 0 };
         pty.make_raw()?;
         if let Some(link) = link {
             pty.link(link)?;
@@ -71,68 +71,68 @@ impl Pty {
         Ok(pty)
     }
 
-    /// The path that a client opens.
+    /// Path that a client opens.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Bytes of the stand that a client did not read in time; what is said to nobody does not count.
+    /// Bytes lost because a client did not read them in time.
     pub fn lost(&self) -> u64 {
         self.lost
     }
 
-    /// Takes what a client has written since the last call, and gives it what `out` holds.
+    /// Reads the bytes of the client since the last call into `into`, and sends it the bytes of `out`.
     ///
     /// # Errors
-    /// The pseudo-terminal itself is broken.
+    /// The pseudo-terminal failed.
     pub fn exchange(&mut self, out: &mut Vec<u8>, into: &mut Vec<u8>) -> Result<(), PtyError> {
-        // First what was written: a client may have left already.
+        // Read first: the client may have left already.
         self.read(into)?;
         let is_open = !self.events(PollFlags::OUT, Some(Duration::ZERO))?.contains(PollFlags::HUP);
         if !is_open {
             if std::mem::replace(&mut self.has_client, false) {
-                self.waiting.clear();
+                self.buffered.clear();
                 self.make_raw()?;
             }
             out.clear();
             return Ok(());
         }
         self.has_client = true;
-        let room = MOST_WAITING - self.waiting.len();
-        self.lost += out.len().saturating_sub(room) as u64;
-        self.waiting.extend(out.drain(..).take(room));
+        let free = MAX_BUFFERED - self.buffered.len();
+        self.lost += out.len().saturating_sub(free) as u64;
+        self.buffered.extend(out.drain(..).take(free));
         self.write()
     }
 
-    /// Waits until a client has written something, but not longer than `most`.
+    /// Waits until a client has written, at most `timeout`.
     ///
     /// # Errors
-    /// The pseudo-terminal itself is broken.
-    pub fn wait(&self, most: Duration) -> Result<(), PtyError> {
+    /// The pseudo-terminal failed.
+    pub fn wait(&self, timeout: Duration) -> Result<(), PtyError> {
         if !self.has_client {
-            // A line without a client is "ready" all the time.
-            std::thread::sleep(most);
+            // poll() reports a terminal without a client as always ready.
+            std::thread::sleep(timeout);
             return Ok(());
         }
-        self.events(PollFlags::IN, Some(most)).map(|_| ())
+        self.events(PollFlags::IN, Some(timeout)).map(|_| ())
     }
 
-    fn events(&self, of: PollFlags, most: Option<Duration>) -> Result<PollFlags, PtyError> {
-        let most = most.map(|most| Timespec { tv_sec: most.as_secs() as i64, tv_nsec: i64::from(most.subsec_nanos()) });
+    fn events(&self, of: PollFlags, timeout: Option<Duration>) -> Result<PollFlags, PtyError> {
+        let timeout = timeout.map(|t| Timespec { tv_sec: t.as_secs() as i64, tv_nsec: i64::from(t.subsec_nanos()) });
         let mut fds = [PollFd::new(&self.master, of)];
-        match poll(&mut fds, most.as_ref()) {
+        match poll(&mut fds, timeout.as_ref()) {
             Ok(_) | Err(Errno::INTR) => Ok(fds[0].revents()),
             Err(error) => Err(error.into()),
         }
     }
 
     fn read(&self, into: &mut Vec<u8>) -> Result<(), PtyError> {
-        let mut some = [0; 4096];
+        let mut buffer = [0; 4096];
         loop {
-            match rustix::io::read(&self.master, &mut some) {
+            match rustix::io::read(&self.master, &mut buffer) {
                 Ok(0) | Err(Errno::AGAIN | Errno::INTR) => return Ok(()),
-                Ok(count) => into.extend_from_slice(&some[..count]),
-                // The last client has closed it.
+                Ok(count) => into.extend_from_slice(&buffer[..count]),
+                // The last client has closed the terminal.
                 Err(Errno::IO) => return Ok(()),
                 Err(error) => return Err(error.into()),
             }
@@ -141,18 +141,18 @@ impl Pty {
 
     fn write(&mut self) -> Result<(), PtyError> {
         let mut written = 0;
-        while written < self.waiting.len() {
-            match rustix::io::write(&self.master, &self.waiting[written..]) {
+        while written < self.buffered.len() {
+            match rustix::io::write(&self.master, &self.buffered[written..]) {
                 Ok(0) | Err(Errno::AGAIN | Errno::INTR | Errno::IO) => break,
                 Ok(count) => written += count,
                 Err(error) => return Err(error.into()),
             }
         }
-        self.waiting.drain(..written);
+        self.buffered.drain(..written);
         Ok(())
     }
 
-    /// Makes the terminal raw, and lets go what nobody has read.
+    /// Sets the terminal to raw mode and discards unread bytes.
     fn make_raw(&self) -> Result<(), PtyError> {
         let client = self.client()?;
         let mut settings = tcgetattr(&client)?;
@@ -167,7 +167,7 @@ impl Pty {
         OpenOptions::new().read(true).write(true).custom_flags(flags.bits() as i32).open(&self.path)
     }
 
-    /// Gives it a second name. A link that is there is an old one: what it points to is gone, or was another stand's.
+    /// Creates the symbolic link; replaces an existing one.
     fn link(&mut self, link: &Path) -> Result<(), PtyError> {
         let failed = |error| PtyError::Link(link.to_owned(), error);
         match fs::symlink_metadata(link) {
@@ -183,7 +183,7 @@ impl Pty {
 
 impl Drop for Pty {
     fn drop(&mut self) {
-        // Somebody else's by now, if it points elsewhere.
+        // A link that points elsewhere belongs to another program.
         if let Some(link) = self.link.take().filter(|link| fs::read_link(link).is_ok_and(|to| to == self.path)) {
             let _ = fs::remove_file(link);
         }
@@ -207,23 +207,23 @@ mod tests {
     }
 
     #[test]
-    fn bytes_go_through_as_they_are_and_what_is_said_to_nobody_is_gone() {
+    fn bytes_pass_unchanged_and_output_without_a_client_is_discarded() {
         let mut pty = Pty::open(None).unwrap();
         let every: Vec<u8> = (0..=255).collect();
         let mut heard = Vec::new();
-        pty.exchange(&mut b"to nobody".to_vec(), &mut heard).unwrap();
+        pty.exchange(&mut b"no client".to_vec(), &mut heard).unwrap();
         for round in 0..3 {
             let mut one = client(&pty);
             pty.exchange(&mut every.clone(), &mut heard).unwrap();
-            assert_eq!(said(&mut one), every, "round {round}: raw, and nothing old");
+            assert_eq!(said(&mut one), every, "round {round}: raw, without earlier bytes");
             one.write_all(&every).unwrap();
             pty.exchange(&mut b"unread".to_vec(), &mut heard).unwrap();
             assert_eq!(heard, every, "no echo, no line ends changed");
-            // What a client writes before it leaves is heard.
+            // Bytes that a client writes before it leaves are received.
             one.write_all(b"last words").unwrap();
             drop(one);
             heard.clear();
-            pty.exchange(&mut b"to nobody".to_vec(), &mut heard).unwrap();
+            pty.exchange(&mut b"no client".to_vec(), &mut heard).unwrap();
             assert_eq!(heard, b"last words");
             heard.clear();
         }
@@ -231,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn a_client_that_does_not_read_loses_the_newest_bytes_and_they_are_counted() {
+    fn bytes_lost_by_a_slow_client_are_counted() {
         let mut pty = Pty::open(None).unwrap();
         let mut slow = client(&pty);
         let sent = 1_000_000;
@@ -245,11 +245,11 @@ mod tests {
             pty.exchange(&mut Vec::new(), &mut Vec::new()).unwrap();
         }
         assert_eq!(got.len() as u64 + pty.lost(), sent as u64);
-        assert!(got.chunks(1000).enumerate().all(|(k, chunk)| chunk.iter().all(|b| *b == (k % 251) as u8)), "the oldest are whole");
+        assert!(got.chunks(1000).enumerate().all(|(k, chunk)| chunk.iter().all(|b| *b == (k % 251) as u8)), "the oldest bytes are kept");
     }
 
     #[test]
-    fn the_second_name_goes_away_with_the_port_and_a_file_is_left_alone() {
+    fn link_is_removed_with_the_terminal_and_files_are_kept() {
         let folder = tempfile::tempdir().unwrap();
         let link = folder.path().join("stand");
         let pty = Pty::open(Some(&link)).unwrap();

@@ -2,6 +2,7 @@
 
 use super::{DriveMode, DutKind, PlanError, Session, StepPlan};
 use crate::acquire::connection::{ConnectionError, StandConnection};
+use crate::acquire::preparation::query_number;
 use stand_firmware::profile::{ProfileConfig, ProfileKind};
 use std::f64::consts::TAU;
 
@@ -26,10 +27,7 @@ impl StandLimits {
     pub async fn query(stand: &mut impl StandConnection) -> Result<Self, ConnectionError> {
         let mut numbers = [0.0; 3];
         for (number, name) in numbers.iter_mut().zip(["overspeed_rad_s", "acceleration_rad_s2", "voltage_limit_V"]) {
-            let query = format!("SETTings:{name}?");
-            let says = stand.query(&query).await?;
-            let word = says.split([' ', ',']).next().unwrap_or_default().parse();
-            *number = word.map_err(|_| ConnectionError::Reply { query, says })?;
+            *number = query_number(stand, &format!("SETTings:{name}?")).await?;
         }
         let [overspeed_rad_s, acceleration_rad_s2, voltage_V] = numbers;
         let has_dut = stand.query("IMU?").await?.contains("RUNNING");

@@ -6,8 +6,8 @@
 
 pub mod check;
 pub mod journal;
+mod notes;
 mod plan;
-mod ready;
 pub mod run;
 pub mod simulated;
 mod stable;

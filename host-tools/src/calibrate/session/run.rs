@@ -6,10 +6,10 @@
 
 use super::check::{StandLimits, check};
 use super::journal::{JOURNAL_FILE, Journal, JournalError, SESSION_FILE, StepRecord, sha256, write_atomically};
-use super::ready::{fault, is_refused};
 use super::step::{put_aside, record};
 use super::{PlanError, Session};
 use crate::acquire::connection::{ConnectionError, StandConnection};
+use crate::acquire::preparation::{is_rejected, latched_fault};
 use crate::calibrate::Mounting;
 use crate::log::timestamp;
 use std::path::Path;
@@ -137,10 +137,10 @@ pub async fn run_session(
     on_progress: impl FnMut(Progress) -> bool,
 ) -> Result<(), RunError> {
     match stand.command("STReam OFF").await {
-        Err(error) if !is_refused(&error) => return Err(error.into()),
+        Err(error) if !is_rejected(&error) => return Err(error.into()),
         _ => {}
     }
-    if let Some(fault) = fault(stand).await? {
+    if let Some(fault) = latched_fault(stand).await? {
         let message = format!("a fault has switched the drive off: {fault}; send FAULt:CLEar in `stand console` first");
         return Err(PlanError::Session(message).into());
     }

@@ -1,23 +1,22 @@
 //! One step: commands to the stand, and its rows into a log.
 
-use super::ready::{HOST_WATCHDOG, at_rest, fault, index, is_refused, notes};
+use super::notes::notes;
 use super::run::RunError;
 use super::stable::StabilityDetector;
 use super::{DriveMode, Session, StepPlan};
-use crate::acquire::connection::{ConnectionError, StandConnection};
-use crate::acquire::link::LinkError;
-use crate::acquire::record::{LogFile, Recorder, RowOutcome};
+use crate::acquire::connection::StandConnection;
+use crate::acquire::preparation::{bring_to_rest, find_index, is_rejected, latched_fault};
+use crate::acquire::record::{LogFile, Recorder};
+use crate::acquire::recording::{self, RecordingEnd, RecordingError, RecordingMonitor, RecordingProgress, RecordingRequest};
 use crate::calibrate::{DutKind, Mounting};
 use crate::log::{Note, Notes};
-use stand_firmware::profile::Parameter;
 use stand_firmware::telemetry::{Channels, RowFrame};
-use std::io::Write;
 use std::path::Path;
 
-/// Polling interval, s.
-const POLL_S: f64 = 0.1;
-/// Time without rows after which the step ends, s.
-const SILENCE_TIMEOUT_S: f64 = 3.0;
+/// Rows with a missing value after which a step ends.
+const MAX_INCOMPLETE_ROWS: u64 = 500;
+/// The profile lasts longer than the log by this time, s.
+const PROFILE_MARGIN_S: f64 = 0.5;
 
 /// Columns of the log of a step.
 fn channels(session: &Session, plan: &StepPlan) -> Channels {
@@ -67,15 +66,15 @@ pub(super) async fn record(
     mounting: &Mounting,
     on_progress: &mut impl FnMut(f64, f64) -> bool,
 ) -> Result<(u64, u64), RunError> {
-    let place = LogFile::of(path).map_err(|e| failed(&path.display().to_string(), e))?;
-    let ended = record_into(stand, session, plan, &place, path, mounting, on_progress).await;
+    let file = LogFile::of(path).map_err(|e| failed(&path.display().to_string(), e))?;
+    let ended = record_into(stand, session, plan, &file, path, mounting, on_progress).await;
     let Err(error) = ended else { return ended };
     // A full disk leaves a partial row.
-    let _ = place.cut_to_whole_rows();
+    let _ = file.cut_to_whole_rows();
     let step = plan.name.clone();
     Err(match &error {
-        // The reason for a refusal may be a fault.
-        RunError::Stand(refusal) if is_refused(refusal) => match fault(stand).await {
+        // The reason for a rejection may be a fault.
+        RunError::Stand(rejection) if is_rejected(rejection) => match latched_fault(stand).await {
             Ok(Some(fault)) => RunError::Fault { step, fault },
             _ => error,
         },
@@ -91,128 +90,75 @@ async fn record_into(
     stand: &mut impl StandConnection,
     session: &Session,
     plan: &StepPlan,
-    place: &LogFile,
+    file: &LogFile,
     path: &Path,
     mounting: &Mounting,
     on_progress: &mut impl FnMut(f64, f64) -> bool,
 ) -> Result<(u64, u64), RunError> {
-    let name = &plan.name;
-    if let Some(fault) = fault(stand).await? {
-        return Err(RunError::Fault { step: name.clone(), fault });
+    let step = || plan.name.clone();
+    if let Some(fault) = latched_fault(stand).await? {
+        return Err(RunError::Fault { step: step(), fault });
     }
-    at_rest(stand, name).await?;
-    let has_index = index(stand, plan.mode != DriveMode::Off).await?;
-    at_rest(stand, name).await?;
-    let config = plan.config().map_err(|message| RunError::Write { log: name.clone(), message })?;
+    at_rest(stand, plan).await?;
+    let has_index = find_index(stand, plan.mode != DriveMode::Off).await?;
+    at_rest(stand, plan).await?;
+    let config = plan.config().map_err(|message| RunError::Write { log: step(), message })?;
     let channels = channels(session, plan);
-    let list: Vec<&str> = channels.iter().map(|c| c.name).collect();
-    let written = |e: std::io::Error| failed(&path.display().to_string(), e);
+    let write_error = |e: std::io::Error| failed(&path.display().to_string(), e);
     let notes = notes(stand, session, plan, mounting, has_index).await?;
-    let mut recorder = Recorder::new(place.create().map_err(written)?, channels, notes);
-    let mut commands = Vec::new();
-    if let Some(config) = &config {
-        commands.push(format!("PROFile:MODE {}", if plan.mode == DriveMode::Rate { "RATE" } else { "VOLTage" }));
-        commands.push(format!("PROFile:TYPE {}", config.kind.name()));
-        let parameters = config.kind.parameters().iter().filter_map(|name| Parameter::of_name(name));
-        commands.extend(parameters.map(|p| format!("PROFile:{} {}", p.name, (p.read)(config))));
-        commands.push(format!("PROFile:DURation {}", plan.drive_s.unwrap_or(plan.seconds + 0.5)));
-    }
-    commands.push(format!("STReam:CHANnels {}", list.join(",")));
-    commands.push("STReam:DECimation 1".into());
-    commands.push("STReam ON".into());
-    commands.push(HOST_WATCHDOG.into());
-    if config.is_some() {
-        commands.push("PROFile:STARt".into());
-    }
-    for command in &commands {
-        stand.command(command).await?;
-    }
-    let mut detector =
-        plan.stable_K_min.zip(session.temperature_column()).map(|(below_K_min, column)| StabilityDetector::new(column, below_K_min));
-    let sequence = rows(stand, plan, &mut recorder, detector.as_mut(), path, on_progress).await?;
-    let lost_rows =
-        sequence.map_or(0, |(first, last)| u64::from(last.wrapping_sub(first)) + 1).saturating_sub(recorder.rows() + recorder.left_out());
-    for command in ["PROFile:STOP", "HOST:ARM 0 S", "STReam OFF"] {
-        stand.command(command).await?;
+    let mut recorder = Recorder::new(file.create().map_err(write_error)?, channels, notes);
+    let request = RecordingRequest {
+        profile: config.as_ref().map(|config| (plan.mode.mode(), config)),
+        profile_s: plan.drive_s.unwrap_or(plan.seconds + PROFILE_MARGIN_S),
+        channels,
+        decimation: 1,
+        seconds: plan.seconds,
+        max_incomplete_rows: Some(MAX_INCOMPLETE_ROWS),
+    };
+    let detector = plan.stable_K_min.zip(session.temperature_column());
+    let mut monitor =
+        StepMonitor { detector: detector.map(|(below_K_min, column)| StabilityDetector::new(column, below_K_min)), on_progress };
+    let recording = recording::record(stand, &request, &mut recorder, &mut monitor).await.map_err(|error| match error {
+        RecordingError::Connection(error) => RunError::Stand(error),
+        RecordingError::Write(error) => write_error(error),
+    })?;
+    match recording.end {
+        RecordingEnd::Complete => {}
+        RecordingEnd::Interrupted => return Err(RunError::Interrupted),
+        RecordingEnd::Fault(fault) => return Err(RunError::Fault { step: step(), fault }),
+        RecordingEnd::Silent => return Err(RunError::Silent { step: step() }),
+        RecordingEnd::IncompleteRows => return Err(RunError::Sensor { step: step(), columns: "a column".into() }),
+        RecordingEnd::Disconnected(error) => return Err(error.into()),
     }
     if !recorder.absent().is_empty() {
-        return Err(RunError::Sensor { step: name.clone(), columns: recorder.absent().join(", ") });
+        return Err(RunError::Sensor { step: step(), columns: recorder.absent().join(", ") });
     }
-    let written_rows = recorder.rows();
-    let mut notes = Notes::from_iter([Note::LostRows(lost_rows)]);
-    notes.extend(detector.map(|detector| Note::Text("stable", detector.note(recorder.last_s()))));
-    recorder.finish(&notes).map_err(written)?;
-    place.close().map_err(|e| failed(&path.display().to_string(), e))?;
-    Ok((written_rows, lost_rows))
+    let rows = recorder.rows();
+    let mut notes = Notes::from_iter([Note::LostRows(recording.lost_rows)]);
+    notes.extend(monitor.detector.map(|detector| Note::Text("stable", detector.note(recorder.last_s()))));
+    recorder.finish(&notes).map_err(write_error)?;
+    file.close().map_err(|e| failed(&path.display().to_string(), e))?;
+    Ok((rows, recording.lost_rows))
 }
 
-/// Records rows until the step is long enough or the temperature stable; returns the numbers of the first and the last row.
-async fn rows<W: Write>(
-    stand: &mut impl StandConnection,
-    plan: &StepPlan,
-    recorder: &mut Recorder<W>,
-    mut detector: Option<&mut StabilityDetector>,
-    path: &Path,
-    on_progress: &mut impl FnMut(f64, f64) -> bool,
-) -> Result<Option<(u32, u32)>, RunError> {
-    let written = |e: std::io::Error| failed(&path.display().to_string(), e);
-    let (mut silent_s, mut since_s) = (0.0, 0.0);
-    let mut numbers: Option<(u32, u32)> = None;
-    let mut rate = f64::NAN;
-    loop {
-        let received: Vec<RowFrame> = stand.wait_s(POLL_S).await?;
-        since_s += POLL_S;
-        silent_s = if received.is_empty() { silent_s + POLL_S } else { 0.0 };
-        if silent_s > SILENCE_TIMEOUT_S {
-            recorder.flush().map_err(written)?;
-            return Err(RunError::Silent { step: plan.name.clone() });
-        }
-        for row in &received {
-            match recorder.take(row).map_err(written)? {
-                RowOutcome::Fault(_) => {
-                    recorder.flush().map_err(written)?;
-                    // The stand may refuse this because of the fault.
-                    let _ = stand.command("STReam OFF").await;
-                    let fault = fault(stand).await?.unwrap_or_else(|| "a fault that has been cleared".to_owned());
-                    return Err(RunError::Fault { step: plan.name.clone(), fault });
-                }
-                RowOutcome::Written | RowOutcome::LeftOut => {
-                    numbers = Some((numbers.map_or(row.sequence, |(first, _)| first), row.sequence));
-                    if let Some(detector) = &mut detector {
-                        let temp_C = row.value(detector.column).unwrap_or(f64::NAN);
-                        detector.add(recorder.last_s(), temp_C);
-                    }
-                    if recorder.last_s() + 0.5e-3 >= plan.seconds - 1e-3 || detector.as_ref().is_some_and(|detector| detector.is_reached())
-                    {
-                        return Ok(numbers);
-                    }
-                }
-                RowOutcome::NotYet => {}
-            }
-        }
-        if let Some(row) = received.last() {
-            rate = row.value("omega_rad_s").unwrap_or(rate);
-        }
-        if recorder.left_out() > 500 {
-            recorder.flush().map_err(written)?;
-            return Err(RunError::Sensor { step: plan.name.clone(), columns: "a column".into() });
-        }
-        if !on_progress(recorder.last_s(), rate) {
-            recorder.flush().map_err(written)?;
-            return Err(RunError::Interrupted);
-        }
-        if since_s >= 1.0 {
-            since_s = 0.0;
-            recorder.flush().map_err(written)?;
-            match stand.command(HOST_WATCHDOG).await {
-                // No answer while no rows arrive: the timeout above decides.
-                Err(error) if silent_s > 0.0 && !is_refused(&error) && !is_unplugged(&error) => {}
-                other => other?,
-            }
-        }
-    }
+async fn at_rest(stand: &mut impl StandConnection, plan: &StepPlan) -> Result<(), RunError> {
+    if bring_to_rest(stand).await? { Ok(()) } else { Err(RunError::Turning { step: plan.name.clone() }) }
 }
 
-fn is_unplugged(error: &ConnectionError) -> bool {
-    matches!(error, ConnectionError::Link(LinkError::Unplugged { .. } | LinkError::Other { .. }))
+/// Ends a step once its temperature is stable, and passes its progress on.
+struct StepMonitor<'a, F> {
+    detector: Option<StabilityDetector>,
+    on_progress: &'a mut F,
+}
+
+impl<F: FnMut(f64, f64) -> bool> RecordingMonitor for StepMonitor<'_, F> {
+    fn row(&mut self, t_s: f64, row: &RowFrame) -> bool {
+        let Some(detector) = &mut self.detector else { return false };
+        detector.add(t_s, row.value(detector.column).unwrap_or(f64::NAN));
+        detector.is_reached()
+    }
+
+    fn progress(&mut self, progress: RecordingProgress) -> bool {
+        (self.on_progress)(progress.at_s, progress.rate_rad_s)
+    }
 }

@@ -2,27 +2,27 @@
 
 use clap::Args;
 
-use super::{ElementWords, KindWord, usual_omega};
+use super::options::{DEFAULT_INTEGRAL_ROW, ElementOptions, ObserverKind, check_vibration, default_omega};
 use crate::command::error::CliError;
 use crate::command::output::ReportOutput;
-use crate::observer::{Bode, Kind};
+use crate::observer::Bode;
 use crate::report::observer::{bode_html, bode_json, bode_text};
 
-/// Object and observers over frequency.
+/// Frequency responses of the element and the observers.
 #[derive(Debug, Args)]
 pub(in crate::command) struct ShowBode {
     #[command(flatten)]
-    element: ElementWords,
-    /// All poles at −W, 1/s, several: 10,100,1000; usually a tenth, once and ten times what suits
+    element: ElementOptions,
+    /// All poles at −W, 1/s, for several observers, e.g. 10,100,1000; default 0.1, 1 and 10 times the default of `observer design`
     #[arg(long, visible_alias = "w0", value_name = "W,…", value_delimiter = ',', allow_negative_numbers = true)]
     omega: Vec<f64>,
-    /// Which observer
+    /// Kind of the observer
     #[arg(long, value_enum, default_value = "static")]
-    kind: KindWord,
-    /// Row that the integral channel feeds, from 1
-    #[arg(long, value_name = "ROW", default_value_t = 2)]
+    kind: ObserverKind,
+    /// Row that the integral channel feeds, counted from 1
+    #[arg(long, value_name = "ROW", default_value_t = DEFAULT_INTEGRAL_ROW)]
     row: usize,
-    /// A frequency of vibration, Hz, at which the distortion is told
+    /// Frequency of a vibration, Hz, at which the distortion is reported
     #[arg(long, value_name = "F", allow_negative_numbers = true)]
     vibration_hz: Option<f64>,
     #[command(flatten)]
@@ -32,20 +32,13 @@ pub(in crate::command) struct ShowBode {
 impl ShowBode {
     pub(super) fn run(self) -> Result<(), CliError> {
         self.output.check()?;
-        if self.vibration_hz.is_some_and(|f| !(f.is_finite() && f > 0.0)) {
-            return Err(CliError::Input("--vibration-hz must be above 0".to_owned()));
-        }
+        let vibration_Hz = check_vibration(self.vibration_hz)?;
         let plant = self.element.plant()?;
-        let usual = usual_omega(&plant);
-        let omegas = if self.omega.is_empty() { vec![0.1 * usual, usual, 10.0 * usual] } else { self.omega.clone() };
-        let kind = match self.kind {
-            KindWord::Static => Kind::Static,
-            KindWord::Integral => Kind::Integral { row: self.row, gain: None },
-            KindWord::Augmented => Kind::Augmented,
-        };
-        let bodes = Bode::of(&plant, kind, &omegas)?;
-        self.output.text(&bode_text(&plant, &bodes, self.vibration_hz))?;
-        self.output.json(|| bode_json(&plant, &bodes, self.vibration_hz))?;
-        self.output.html(|| bode_html(&plant, &bodes, self.vibration_hz))
+        let default = default_omega(&plant);
+        let omegas = if self.omega.is_empty() { vec![0.1 * default, default, 10.0 * default] } else { self.omega.clone() };
+        let bodes = Bode::of(&plant, self.kind.with(self.row, None), &omegas)?;
+        self.output.text(&bode_text(&plant, &bodes, vibration_Hz))?;
+        self.output.json(|| bode_json(&plant, &bodes, vibration_Hz))?;
+        self.output.html(|| bode_html(&plant, &bodes, vibration_Hz))
     }
 }

@@ -1,38 +1,64 @@
 //! `stand observer design`.
 
+use std::path::PathBuf;
+
 use clap::Args;
 
-use super::write::Target;
-use super::{ElementWords, Placing};
+use super::options::{DesignOptions, ElementOptions};
+use crate::acquire::link::SerialLink;
 use crate::command::error::CliError;
 use crate::command::output::ReportOutput;
-use crate::report::observer::{design_html, design_json, design_text};
-
-/// Step of the stand's rows, s.
-pub(super) const ROW_S: f64 = 1e-3;
+use crate::observer::serial_stand::{ROW_INTERVAL_S, TransferError, TransferRequest, check, write_design};
+use crate::report::observer::{design_html, design_json, design_text, transfer_text};
 
 /// Gains of an observer.
 #[derive(Debug, Args)]
 pub(in crate::command) struct DesignObserver {
     #[command(flatten)]
-    element: ElementWords,
+    element: ElementOptions,
     #[command(flatten)]
-    placing: Placing,
+    design: DesignOptions,
     /// Step of the exact discrete form, s
-    #[arg(long, value_name = "S", default_value_t = ROW_S, allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", default_value_t = ROW_INTERVAL_S, allow_negative_numbers = true)]
     step: f64,
-    #[command(flatten)]
-    target: Target,
+    /// Write the observer into the stand at this serial port and switch it on
+    #[arg(long, value_name = "P")]
+    port: Option<PathBuf>,
+    /// With --port: save the observer in the stand's flash
+    #[arg(long, requires = "port")]
+    save: bool,
+    /// With --port: moment of the gyroscope's torquer per current, N m/A
+    #[arg(long, requires = "port", value_name = "N_M_A", default_value_t = 0.05, allow_negative_numbers = true)]
+    torquer: f64,
+    /// With --port: gains of the regulator for the first states, N m; an estimated moment is fed forward in full
+    #[arg(long, requires = "port", value_name = "R1,R2,…", value_delimiter = ',', allow_negative_numbers = true)]
+    regulator: Vec<f64>,
     #[command(flatten)]
     output: ReportOutput,
+}
+
+impl From<TransferError> for CliError {
+    fn from(error: TransferError) -> Self {
+        match error {
+            TransferError::Link(error) => error.into(),
+            other => CliError::Input(other.to_string()),
+        }
+    }
 }
 
 impl DesignObserver {
     pub(super) fn run(self) -> Result<(), CliError> {
         self.output.check()?;
-        let design = self.placing.request(self.element.plant()?, None, Some(self.step))?.design()?;
-        let written = self.target.port.as_deref().map(|port| self.target.write(&design, port)).transpose()?;
-        self.output.text(&(design_text(&design) + &written.unwrap_or_default()))?;
+        let design = self.design.request(self.element.plant()?, None, Some(self.step))?.design()?;
+        let mut text = design_text(&design);
+        if let Some(port) = &self.port {
+            let request = TransferRequest { torquer_N_m_A: self.torquer, regulator: &self.regulator, save: self.save };
+            check(&design, &request)?;
+            let mut link = SerialLink::open(port)?;
+            let phase = write_design(&mut link, &design, &request)?;
+            text += &transfer_text(&link.name(), &phase, self.save);
+        }
+        self.output.text(&text)?;
         self.output.json(|| design_json(&design))?;
         self.output.html(|| design_html(&design))
     }

@@ -2,41 +2,39 @@
 
 use clap::Args;
 
-use super::{ElementWords, KindWord, Placing};
+use super::options::{DesignOptions, ElementOptions, ObserverKind};
 use crate::command::error::CliError;
 use crate::command::output::ReportOutput;
-use crate::observer::{Disturbance, ObserverError, Regulator, SideBySide, Start};
+use crate::observer::side_by_side::{ClosedLoop, simulate};
+use crate::observer::{Disturbance, ObserverError, Regulator, SideBySide};
 use crate::report::observer::{simulate_html, simulate_json, simulate_text};
 
-/// Steps of the closed loop's picture.
-const LOOP_STEPS: f64 = 4000.0;
-
-/// A static observer beside an astatic one.
+/// Simulate a static and an astatic observer side by side.
 #[derive(Debug, Args)]
 pub(in crate::command) struct Simulate {
     #[command(flatten)]
-    element: ElementWords,
+    element: ElementOptions,
     #[command(flatten)]
-    placing: Placing,
-    /// Error of the estimated angle at first, rad
+    design: DesignOptions,
+    /// Initial error of the estimated angle, rad
     #[arg(long, value_name = "RAD", default_value_t = 1e-2, allow_negative_numbers = true)]
     angle: f64,
-    /// Constant moment from t = 0 on, N m
+    /// Constant moment from t = 0, N m
     #[arg(long, value_name = "N_M", default_value_t = 1e-5, allow_negative_numbers = true)]
     moment: f64,
-    /// How long, s
+    /// Duration of the simulation, s
     #[arg(long, value_name = "S", default_value_t = 3.0, allow_negative_numbers = true)]
     seconds: f64,
-    /// Between rows, s
+    /// Step of the output, s
     #[arg(long, value_name = "S", default_value_t = 1e-3, allow_negative_numbers = true)]
     step: f64,
-    /// Gain of the regulator from the angle, N m/rad
+    /// Regulator gain of the angle, N m/rad
     #[arg(long, value_name = "R1", default_value_t = 1e-2, allow_negative_numbers = true)]
     regulator_angle: f64,
-    /// Gain of the regulator from the rate, N m s/rad
+    /// Regulator gain of the rate, N m s/rad
     #[arg(long, value_name = "R2", default_value_t = 6.5e-2, allow_negative_numbers = true)]
     regulator_rate: f64,
-    /// How long the closed loop is followed, s
+    /// Duration of the closed-loop simulation, s
     #[arg(long, value_name = "S", default_value_t = 40.0, allow_negative_numbers = true)]
     loop_seconds: f64,
     #[command(flatten)]
@@ -46,35 +44,27 @@ pub(in crate::command) struct Simulate {
 impl Simulate {
     pub(super) fn run(self) -> Result<(), CliError> {
         self.output.check()?;
-        self.sensible()?;
+        self.check_values()?;
         let plant = self.element.plant()?;
-        let still = Placing { kind: None, row: None, integral_gain: None, ..self.placing.clone() };
-        let fixed = still.request(plant.clone(), Some(KindWord::Static), None)?.design()?;
-        if self.placing.kind == Some(KindWord::Static) {
+        let static_options = DesignOptions { kind: None, row: None, integral_gain: None, ..self.design.clone() };
+        let fixed = static_options.request(plant.clone(), Some(ObserverKind::Static), None)?.design()?;
+        if self.design.kind == Some(ObserverKind::Static) {
             return Err(CliError::Input(
-                "simulate puts the static observer beside an astatic one: --kind integral or augmented".to_owned(),
+                "--kind static: the second observer must be astatic; give --kind integral or augmented".to_owned(),
             ));
         }
-        let astatic = self.placing.request(plant, Some(KindWord::Integral), None)?.design()?;
+        let astatic = self.design.request(plant, Some(ObserverKind::Integral), None)?.design()?;
         let disturbed = Disturbance { angle_rad: self.angle, moment_N_m: self.moment };
-        let regulated = Regulator { angle_N_m_rad: self.regulator_angle, rate_N_m_s_rad: self.regulator_rate };
-        let runs = [&fixed, &astatic].map(|design| {
-            let mut run = design.simulate(disturbed, self.seconds, self.step);
-            // The observer begins at the angle it sees; the loop is closed once it has settled.
-            let closed_from_s = run.settled_s.unwrap_or(0.5).max(0.5);
-            let start = Start { angle_rad: 0.0, moment_N_m: self.moment, closed_from_s };
-            let (t_s, angles, rest) = design.regulate(regulated, start, self.loop_seconds, self.loop_seconds / LOOP_STEPS);
-            run.closed = Some((t_s, angles));
-            run.closed_loop_steady_rad = Some(rest);
-            run
-        });
+        let regulator = Regulator { angle_N_m_rad: self.regulator_angle, rate_N_m_s_rad: self.regulator_rate };
+        let closed_loop = ClosedLoop { regulator, seconds: self.loop_seconds };
+        let runs = [&fixed, &astatic].map(|design| simulate(design, disturbed, self.seconds, self.step, closed_loop));
         let beside = SideBySide { designs: [&fixed, &astatic], runs: [&runs[0], &runs[1]], disturbed };
         self.output.text(&simulate_text(&beside))?;
         self.output.json(|| simulate_json(&beside))?;
         self.output.html(|| simulate_html(&beside))
     }
 
-    fn sensible(&self) -> Result<(), ObserverError> {
+    fn check_values(&self) -> Result<(), ObserverError> {
         let numbers = [
             ("--angle", self.angle),
             ("--moment", self.moment),

@@ -1,28 +1,31 @@
-//! What can be wrong with an expression, in one line with its column.
+//! Errors of an expression: one line with its column.
 
-/// An expression that cannot be read. Columns count characters from 1.
+/// An invalid expression. Columns count characters from 1.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExpressionError {
-    /// Nothing in it.
+    /// The text is empty.
     #[error("the expression is empty")]
     Empty,
-    /// A name that is neither variable nor parameter.
-    #[error("unknown name '{name}' at column {column}{}", hint(near, "known are t theta omega i u T pi and the effect's own parameters"))]
+    /// A name that is neither a variable nor a parameter.
+    #[error(
+        "unknown name '{name}' at column {column}{}",
+        hint(near, "known names: t theta omega i u T pi and the parameters of the effect")
+    )]
     UnknownName {
         /// The name.
         name: String,
-        /// Where it begins.
+        /// Its column.
         column: usize,
         /// The nearest known name.
         near: Option<String>,
     },
-    /// A name with brackets that is no function.
-    #[error("unknown function '{name}' at column {column}{}", hint(near, "known are sin cos tan exp ln sqrt abs tanh and the like"))]
+    /// A name with brackets that is not a function.
+    #[error("unknown function '{name}' at column {column}{}", hint(near, "known functions: sin cos tan exp ln sqrt abs tanh and others"))]
     UnknownFunction {
         /// The name.
         name: String,
-        /// Where it begins.
+        /// Its column.
         column: usize,
         /// The nearest known function.
         near: Option<String>,
@@ -32,7 +35,7 @@ pub enum ExpressionError {
     NoArguments {
         /// The function.
         name: String,
-        /// Where it begins.
+        /// Its column.
         column: usize,
     },
     /// Too many or too few arguments.
@@ -40,41 +43,41 @@ pub enum ExpressionError {
     Arguments {
         /// The function.
         name: String,
-        /// Where it begins.
+        /// Its column.
         column: usize,
-        /// Arguments it takes.
+        /// Arguments of the function.
         wants: usize,
-        /// Arguments found.
+        /// Arguments in the text.
         has: usize,
     },
-    /// Something else stands where a value or an operator should.
-    #[error("'{word}' at column {column} where {wants} should be")]
+    /// An unexpected token.
+    #[error("unexpected '{word}' at column {column}; expected {wants}")]
     Unexpected {
-        /// What stands there.
+        /// The token.
         word: String,
-        /// Where.
+        /// Its column.
         column: usize,
-        /// What should stand there.
+        /// Expected tokens.
         wants: &'static str,
     },
     /// The text ends too early.
-    #[error("the expression ends where {wants} should be")]
+    #[error("the expression ends too early; expected {wants}")]
     Ends {
-        /// What should follow.
+        /// Expected tokens.
         wants: &'static str,
     },
-    /// A number that is none.
+    /// An invalid number.
     #[error("'{word}' at column {column} is not a number")]
     Number {
-        /// The word.
+        /// The token.
         word: String,
-        /// Where.
+        /// Its column.
         column: usize,
     },
-    /// Too many brackets in each other, or too long.
-    #[error("the expression is nested too deeply at column {column}: write it as the sum of several effects")]
+    /// Nesting or length above the limit.
+    #[error("the expression is too deeply nested or too long at column {column}; split it into several effects")]
     TooDeep {
-        /// Where it became too much.
+        /// Column at which the limit was exceeded.
         column: usize,
     },
 }

@@ -1,25 +1,25 @@
-//! The value of an expression, for numbers with or without derivatives.
+//! Evaluation of an expression, for numbers with or without derivatives.
 //!
-//! `log` is the natural logarithm, as `ln`. Powers are real: a negative base needs a whole exponent.
+//! `log` is the natural logarithm, like `ln`. Powers are real: a negative base needs an integer exponent.
 
 use drive_model::Scalar;
 
 use super::Variables;
 use super::node::{Function, Node, Pair, Variable};
 
-/// The value of the last piece.
+/// The value of the root node.
 #[inline]
 pub(super) fn eval<S: Scalar>(nodes: &[Node], env: &Variables<S>, parameters: &[S]) -> S {
-    Walk { nodes, env, parameters }.value(nodes.len().wrapping_sub(1))
+    Evaluator { nodes, env, parameters }.value(nodes.len().wrapping_sub(1))
 }
 
-struct Walk<'a, S> {
+struct Evaluator<'a, S> {
     nodes: &'a [Node],
     env: &'a Variables<S>,
     parameters: &'a [S],
 }
 
-impl<S: Scalar> Walk<'_, S> {
+impl<S: Scalar> Evaluator<'_, S> {
     fn at(&self, node: u16) -> S {
         self.value(usize::from(node))
     }
@@ -42,7 +42,7 @@ impl<S: Scalar> Walk<'_, S> {
             Some(Node::Call(function, a)) => call(*function, self.at(*a)),
             Some(Node::Power(a, power)) => whole_power(self.at(*a), *power),
             Some(Node::Pair(pair, a, b)) => join(*pair, self.at(*a), self.at(*b)),
-            // Only the branch that holds: the other may be undefined here.
+            // Only the selected branch: the other one may be undefined here.
             Some(Node::If(condition, yes, no)) => self.at(if self.at(*condition).re() != 0.0 { *yes } else { *no }),
         }
     }
@@ -65,7 +65,7 @@ fn call<S: Scalar>(function: Function, a: S) -> S {
         Function::Atan => chain(x.atan(), a, (1.0 + x * x).recip()),
         Function::Sinh => chain(x.sinh(), a, x.cosh()),
         Function::Cosh => chain(x.cosh(), a, x.sinh()),
-        // As the quotient of sinh and cosh it would overflow at large rates.
+        // The quotient of sinh and cosh would overflow at high rates.
         Function::Tanh => {
             let value = x.tanh();
             chain(value, a, 1.0 - value * value)

@@ -1,11 +1,11 @@
-//! Expressions of the user's own effects, as they stand in the model file: `-a * tanh(omega / w0) * (1 + m * sin(theta))`.
+//! Expressions of user effects in the model file, e.g. `-a * tanh(omega / w0) * (1 + m * sin(theta))`.
 //!
-//! In: text, and the names of the effect's own parameters. Out: an [`Expression`], parsed once, evaluated for any [`Scalar`]: `f64`, or a
-//! dual number whose first derivatives are exact. It knows `t theta omega i u T pi`, the operators `+ - * / ^`, the comparisons
-//! `< <= > >=` (1 or 0), and the functions of [`functions`]. Evaluation allocates nothing and never panics; where a derivative is
-//! infinite or has no direction (sqrt and pow at zero) it is taken as zero, so that a fit at rest stays finite.
+//! In: text, and the names of the effect's parameters. Out: an [`Expression`], parsed once, evaluated for any [`Scalar`]: `f64`, or a dual
+//! number with exact first derivatives. The language has the variables `t theta omega i u T pi`, the operators `+ - * / ^`, the comparisons
+//! `< <= > >=` (1 or 0), and the functions of [`functions`]. Evaluation does not allocate or panic. A derivative
+//! that is infinite or undefined (sqrt and pow at zero) counts as zero, so that a fit at rest stays finite.
 //!
-//! Not exmex: an expression of it is parsed for one number type, which must itself be readable from text; dual numbers are not.
+//! The crate exmex does not fit: its expressions are parsed for one number type, which must be parsable from text; dual numbers are not.
 
 mod error;
 mod eval;
@@ -18,7 +18,7 @@ use drive_model::Scalar;
 pub use error::ExpressionError;
 use node::{Node, Variable};
 
-/// The values that an expression sees at one moment.
+/// Values of the variables.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Variables<S> {
     /// `t`: time, s.
@@ -29,71 +29,71 @@ pub struct Variables<S> {
     pub omega: S,
     /// `i`: motor current, A.
     pub i: S,
-    /// `u`: voltage asked for, V.
+    /// `u`: commanded voltage, V.
     pub u: S,
     /// `T`: winding temperature, °C.
     pub temp_C: S,
 }
 
-/// An expression, ready to be evaluated. Its text, printed, reads back as the same expression.
+/// A parsed expression. Its printed text parses to the same expression.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Expression {
-    /// Children before parents; the last is the whole.
+    /// Nodes, children before parents; the last is the root.
     nodes: Vec<Node>,
     parameters: Vec<String>,
 }
 
 impl Expression {
-    /// Reads `text`; `parameters` are the names that it may use besides the variables.
+    /// Parses `text`; `parameters` are the valid names besides the variables.
     ///
     /// # Errors
-    /// One line with the column and the word; for a name that is unknown, the nearest that is known.
+    /// One line with column and token; for an unknown name also the nearest known name.
     pub fn parse(text: &str, parameters: &[String]) -> Result<Expression, ExpressionError> {
         Ok(Expression { nodes: parse::parse(text, parameters)?, parameters: parameters.to_vec() })
     }
 
-    /// The value at `env`; `parameters` in the order given to [`Expression::parse`] (a missing one counts as zero).
+    /// Value for `env`, with `parameters` in the order given to [`Expression::parse`] (a missing one counts as zero).
     #[inline]
     pub fn eval<S: Scalar>(&self, env: &Variables<S>, parameters: &[S]) -> S {
         eval::eval(&self.nodes, env, parameters)
     }
 
-    /// Names of the parameters, in the order in which [`Expression::eval`] takes them.
+    /// Names of the parameters, in the order of [`Expression::eval`].
     pub fn parameters(&self) -> &[String] {
         &self.parameters
     }
 
-    /// The parameter of that index occurs.
+    /// Whether the parameter of that index occurs.
     pub fn uses_parameter(&self, index: usize) -> bool {
         self.nodes.iter().any(|n| matches!(n, Node::Parameter(k) if usize::from(*k) == index))
     }
 
-    /// `t` occurs.
+    /// Whether `t` occurs.
     pub fn uses_t(&self) -> bool {
         self.uses(Variable::Time)
     }
 
-    /// `theta` occurs.
+    /// Whether `theta` occurs.
     pub fn uses_theta(&self) -> bool {
         self.uses(Variable::Theta)
     }
 
-    /// `omega` occurs.
+    /// Whether `omega` occurs.
     pub fn uses_omega(&self) -> bool {
         self.uses(Variable::Omega)
     }
 
-    /// `i` occurs.
+    /// Whether `i` occurs.
     pub fn uses_i(&self) -> bool {
         self.uses(Variable::Current)
     }
 
-    /// `u` occurs.
+    /// Whether `u` occurs.
     pub fn uses_u(&self) -> bool {
         self.uses(Variable::Voltage)
     }
 
-    /// `T` occurs.
+    /// Whether `T` occurs.
     pub fn uses_temp(&self) -> bool {
         self.uses(Variable::Temperature)
     }
@@ -109,18 +109,18 @@ impl std::fmt::Display for Expression {
     }
 }
 
-/// Names of the functions that an expression knows, with the number of their arguments.
+/// Names of all functions, with the number of their arguments.
 pub fn functions() -> impl Iterator<Item = (&'static str, usize)> {
     let one = node::Function::ALL.iter().map(|f| (f.name(), 1));
     one.chain(node::Pair::FUNCTIONS.iter().map(|f| (f.name(), 2))).chain([("if", 3)])
 }
 
-/// The name means something in every expression, so that no parameter may bear it.
+/// Whether the name is a variable, a constant or a function, and not available for a parameter.
 pub fn is_reserved(name: &str) -> bool {
     name == "pi" || Variable::of(name).is_some() || functions().any(|(f, _)| f == name)
 }
 
-/// The name can stand in an expression: a letter or underscore, then letters, digits, underscores.
+/// Whether the name is valid in an expression: a letter or underscore, then letters, digits, underscores.
 pub fn is_name(name: &str) -> bool {
     let mut letters = name.chars();
     letters.next().is_some_and(|c| c.is_ascii_alphabetic() || c == '_') && letters.all(|c| c.is_ascii_alphanumeric() || c == '_')

@@ -1,6 +1,6 @@
-//! The pieces of an expression.
+//! Nodes of the expression tree.
 
-/// One piece; children are indices of earlier pieces.
+/// One node; children are indices of earlier nodes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Node {
     Constant(f64),
@@ -10,13 +10,13 @@ pub(super) enum Node {
     Negative(u16),
     Call(Function, u16),
     Pair(Pair, u16, u16),
-    /// A whole power that was written as one.
+    /// A power with an integer literal as exponent.
     Power(u16, i8),
-    /// The condition holds where it is not zero.
+    /// Condition (true if not zero), value if true, value if false.
     If(u16, u16, u16),
 }
 
-/// What every expression may use.
+/// A variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Variable {
     Time,
@@ -75,7 +75,7 @@ impl Function {
     }
 }
 
-/// What joins two values.
+/// An operator or a function with two arguments.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Pair {
     Add,
@@ -94,7 +94,7 @@ pub(super) enum Pair {
 }
 
 impl Pair {
-    /// Those that are written as functions.
+    /// The functions among them.
     pub const FUNCTIONS: [Pair; 4] = [Pair::Atan2, Pair::Min, Pair::Max, Pair::Pow];
 
     pub fn name(self) -> &'static str {
@@ -115,7 +115,7 @@ impl Pair {
         }
     }
 
-    /// How strongly it binds its left and right side; `None` for functions. `^` binds to the right and above the unary minus.
+    /// Left and right binding power; `None` for functions. `^` is right-associative and binds more strongly than the unary minus.
     pub fn binding(self) -> Option<(u8, u8)> {
         Some(match self {
             Pair::Less | Pair::LessOrEqual | Pair::More | Pair::MoreOrEqual => (1, 2),
@@ -127,5 +127,5 @@ impl Pair {
     }
 }
 
-/// How strongly the unary minus binds: `-a * b` is `(-a) * b`, `-a ^ b` is `-(a ^ b)`.
+/// Binding power of the unary minus: `-a * b` is `(-a) * b`, `-a ^ b` is `-(a ^ b)`.
 pub(super) const MINUS_BINDING: u8 = 7;

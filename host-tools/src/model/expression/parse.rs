@@ -1,51 +1,52 @@
-//! From text to pieces: words, then a parser by binding strength (Pratt 1973).
+//! Parsing: tokens, then a Pratt parser (Pratt 1973) by binding powers.
 
 use super::error::ExpressionError;
 use super::node::{Function, MINUS_BINDING, Node, Pair, Variable};
 use super::{functions, is_reserved};
 
-/// Deepest nesting, and most pieces: evaluation walks down on the stack.
-const DEEPEST: u16 = 100;
-const MOST_NODES: usize = 4096;
+/// Largest nesting depth: evaluation is recursive.
+const MAX_DEPTH: u16 = 100;
+/// Largest number of nodes.
+const MAX_NODES: usize = 4096;
 
-/// The pieces of `text`, children first.
+/// The nodes of `text`, children first.
 pub(super) fn parse(text: &str, parameters: &[String]) -> Result<Vec<Node>, ExpressionError> {
-    let words = words(text)?;
-    if words.is_empty() {
+    let tokens = tokens(text)?;
+    if tokens.is_empty() {
         return Err(ExpressionError::Empty);
     }
-    let mut parser = Parser { words, at: 0, parameters, nodes: Vec::new(), depths: Vec::new(), open: 0 };
+    let mut parser = Parser { tokens, at: 0, parameters, nodes: Vec::new(), depths: Vec::new(), open: 0 };
     parser.expression(0)?;
-    match parser.words.get(parser.at) {
-        Some(word) => Err(word.unexpected("an operator or the end")),
+    match parser.tokens.get(parser.at) {
+        Some(token) => Err(token.unexpected("an operator or the end")),
         None => Ok(parser.nodes),
     }
 }
 
 #[derive(Debug, Clone, PartialEq)]
-enum Kind {
+enum TokenKind {
     Number(f64),
     Name,
-    Mark,
+    Symbol,
 }
 
 #[derive(Debug, Clone)]
-struct Word {
-    kind: Kind,
+struct Token {
+    kind: TokenKind,
     text: String,
     column: usize,
 }
 
-impl Word {
+impl Token {
     fn unexpected(&self, wants: &'static str) -> ExpressionError {
         ExpressionError::Unexpected { word: self.text.clone(), column: self.column, wants }
     }
 }
 
-/// Cuts the text into numbers, names and marks.
-fn words(text: &str) -> Result<Vec<Word>, ExpressionError> {
+/// Splits the text into numbers, names and symbols.
+fn tokens(text: &str) -> Result<Vec<Token>, ExpressionError> {
     let letters: Vec<char> = text.chars().collect();
-    let mut words = Vec::new();
+    let mut tokens = Vec::new();
     let mut at = 0;
     while let Some(&letter) = letters.get(at) {
         let from = at;
@@ -72,7 +73,7 @@ fn words(text: &str) -> Result<Vec<Word>, ExpressionError> {
                     at = run(at + 1 + sign, &is_digit);
                 }
             }
-            // `2omega` and `1.2.3` are slips, not numbers.
+            // `2omega` and `1.2.3` are errors, not numbers.
             at = run(at, &|c| is_part(c) || c == '.');
         } else if letter.is_ascii_alphabetic() || letter == '_' {
             at = run(at, &is_part);
@@ -84,39 +85,39 @@ fn words(text: &str) -> Result<Vec<Word>, ExpressionError> {
         let column = from + 1;
         let kind = if starts_number {
             let number = text.parse().ok().filter(|n: &f64| n.is_finite());
-            Kind::Number(number.ok_or_else(|| ExpressionError::Number { word: text.clone(), column })?)
+            TokenKind::Number(number.ok_or_else(|| ExpressionError::Number { word: text.clone(), column })?)
         } else if letter.is_ascii_alphabetic() || letter == '_' {
-            Kind::Name
+            TokenKind::Name
         } else {
-            Kind::Mark
+            TokenKind::Symbol
         };
-        words.push(Word { kind, text: if text == "**" { "^".to_owned() } else { text }, column });
+        tokens.push(Token { kind, text: if text == "**" { "^".to_owned() } else { text }, column });
     }
-    Ok(words)
+    Ok(tokens)
 }
 
 struct Parser<'a> {
-    words: Vec<Word>,
+    tokens: Vec<Token>,
     at: usize,
     parameters: &'a [String],
     nodes: Vec<Node>,
-    /// Height of the tree below each piece.
+    /// Height of the tree below each node.
     depths: Vec<u16>,
-    /// Brackets and signs that are open.
+    /// Current nesting depth.
     open: u16,
 }
 
 impl Parser<'_> {
-    /// Reads what binds at least as strongly as `least`; returns its piece, which is the last.
+    /// Parses operators with a binding power of at least `least`; returns the index of the last node.
     fn expression(&mut self, least: u8) -> Result<u16, ExpressionError> {
-        let column = self.words.get(self.at).map_or(1, |w| w.column);
+        let column = self.tokens.get(self.at).map_or(1, |w| w.column);
         self.open += 1;
-        if self.open > DEEPEST {
+        if self.open > MAX_DEPTH {
             return Err(ExpressionError::TooDeep { column });
         }
         let mut left = self.value()?;
-        while let Some(word) = self.words.get(self.at) {
-            let Some(pair) = operator(word) else { break };
+        while let Some(token) = self.tokens.get(self.at) {
+            let Some(pair) = operator(token) else { break };
             let Some((binds_left, binds_right)) = pair.binding() else { break };
             if binds_left < least {
                 break;
@@ -137,7 +138,7 @@ impl Parser<'_> {
         Ok(left)
     }
 
-    /// The pieces from `from` on are one small whole number, maybe with a minus.
+    /// The integer literal that the nodes from `from` on form, with sign; `None` if they are not one up to 16.
     fn whole(&self, from: usize) -> Option<i8> {
         let (number, sign) = match self.nodes[from..] {
             [Node::Constant(c)] => (c, 1),
@@ -149,29 +150,29 @@ impl Parser<'_> {
 
     fn value(&mut self) -> Result<u16, ExpressionError> {
         const WANTS: &str = "a number, a name or a bracket";
-        let word = self.words.get(self.at).cloned().ok_or(ExpressionError::Ends { wants: WANTS })?;
+        let token = self.tokens.get(self.at).cloned().ok_or(ExpressionError::Ends { wants: WANTS })?;
         self.at += 1;
-        match (&word.kind, word.text.as_str()) {
-            (Kind::Number(number), _) => self.push(Node::Constant(*number)),
-            (Kind::Name, _) => self.name(&word),
-            (Kind::Mark, "(") => {
+        match (&token.kind, token.text.as_str()) {
+            (TokenKind::Number(number), _) => self.push(Node::Constant(*number)),
+            (TokenKind::Name, _) => self.name(&token),
+            (TokenKind::Symbol, "(") => {
                 let inside = self.expression(0)?;
                 self.expect(")")?;
                 Ok(inside)
             }
-            (Kind::Mark, "-") => {
+            (TokenKind::Symbol, "-") => {
                 let value = self.expression(MINUS_BINDING)?;
                 self.push(Node::Negative(value))
             }
-            (Kind::Mark, "+") => self.expression(MINUS_BINDING),
-            _ => Err(word.unexpected(WANTS)),
+            (TokenKind::Symbol, "+") => self.expression(MINUS_BINDING),
+            _ => Err(token.unexpected(WANTS)),
         }
     }
 
-    fn name(&mut self, word: &Word) -> Result<u16, ExpressionError> {
-        let name = word.text.as_str();
-        let column = word.column;
-        if self.words.get(self.at).is_some_and(|w| w.text == "(") {
+    fn name(&mut self, token: &Token) -> Result<u16, ExpressionError> {
+        let name = token.text.as_str();
+        let column = token.column;
+        if self.tokens.get(self.at).is_some_and(|w| w.text == "(") {
             return self.call(name, column);
         }
         if name == "pi" {
@@ -197,9 +198,9 @@ impl Parser<'_> {
         };
         self.at += 1;
         let mut arguments = Vec::new();
-        if self.words.get(self.at).is_none_or(|w| w.text != ")") {
+        if self.tokens.get(self.at).is_none_or(|w| w.text != ")") {
             arguments.push(self.expression(0)?);
-            while self.words.get(self.at).is_some_and(|w| w.text == ",") {
+            while self.tokens.get(self.at).is_some_and(|w| w.text == ",") {
                 self.at += 1;
                 arguments.push(self.expression(0)?);
             }
@@ -216,12 +217,12 @@ impl Parser<'_> {
 
     fn expect(&mut self, mark: &'static str) -> Result<(), ExpressionError> {
         const WANTS: &str = "an operator, a comma or a closing bracket";
-        match self.words.get(self.at) {
-            Some(word) if word.text == mark => {
+        match self.tokens.get(self.at) {
+            Some(token) if token.text == mark => {
                 self.at += 1;
                 Ok(())
             }
-            Some(word) => Err(word.unexpected(WANTS)),
+            Some(token) => Err(token.unexpected(WANTS)),
             None => Err(ExpressionError::Ends { wants: "a closing bracket" }),
         }
     }
@@ -234,8 +235,8 @@ impl Parser<'_> {
             Node::Pair(_, a, b) => below(a).max(below(b)) + 1,
             Node::If(a, b, c) => below(a).max(below(b)).max(below(c)) + 1,
         };
-        let column = self.words.get(self.at.saturating_sub(1)).map_or(1, |w| w.column);
-        if depth > DEEPEST || self.nodes.len() >= MOST_NODES {
+        let column = self.tokens.get(self.at.saturating_sub(1)).map_or(1, |w| w.column);
+        if depth > MAX_DEPTH || self.nodes.len() >= MAX_NODES {
             return Err(ExpressionError::TooDeep { column });
         }
         self.nodes.push(node);
@@ -244,7 +245,7 @@ impl Parser<'_> {
     }
 }
 
-fn operator(word: &Word) -> Option<Pair> {
+fn operator(token: &Token) -> Option<Pair> {
     const ALL: [Pair; 9] = [
         Pair::Add,
         Pair::Subtract,
@@ -256,5 +257,5 @@ fn operator(word: &Word) -> Option<Pair> {
         Pair::More,
         Pair::MoreOrEqual,
     ];
-    ALL.into_iter().find(|p| word.kind == Kind::Mark && p.name() == word.text)
+    ALL.into_iter().find(|p| token.kind == TokenKind::Symbol && p.name() == token.text)
 }

@@ -1,15 +1,15 @@
-//! From pieces back to text, with no more brackets than needed.
+//! Printing: nodes to text, with only the necessary brackets.
 
 use super::node::{MINUS_BINDING, Node, Pair};
 
-/// The text of the last piece.
+/// The text of the root node.
 pub(super) fn text(nodes: &[Node], parameters: &[String]) -> String {
     let mut out = String::new();
     write(nodes, parameters, nodes.len().wrapping_sub(1), 0, &mut out);
     out
 }
 
-/// Writes one piece; in brackets where it binds less than `least`.
+/// Writes one node, in brackets if its binding power is below `least`.
 fn write(nodes: &[Node], parameters: &[String], at: usize, least: u8, out: &mut String) {
     let Some(node) = nodes.get(at) else { return };
     let child = |k: u16, least: u8, out: &mut String| write(nodes, parameters, usize::from(k), least, out);
@@ -30,7 +30,7 @@ fn write(nodes: &[Node], parameters: &[String], at: usize, least: u8, out: &mut 
         Node::Pair(pair, ..) => pair.binding().map_or(u8::MAX, |b| b.0.min(b.1)),
         _ => u8::MAX,
     };
-    // Equal strength on the weaker side needs brackets as well: a - (b - c), (a ^ b) ^ c.
+    // Equal binding power on the weaker side needs brackets too: a - (b - c), (a ^ b) ^ c.
     let brackets = own < least;
     if brackets {
         out.push('(');

@@ -18,7 +18,7 @@ fn says(text: &str) -> String {
 }
 
 #[test]
-fn the_usual_rules_of_writing_hold() {
+fn operators_have_the_usual_precedence() {
     for (text, wants) in [
         ("1 + 2 * 3", 7.0),
         ("(1 + 2) * 3", 9.0),
@@ -56,37 +56,37 @@ fn the_usual_rules_of_writing_hold() {
 }
 
 #[test]
-fn an_error_says_the_word_the_column_and_what_to_do() {
+fn error_names_token_column_and_remedy() {
     for (text, wants) in [
         ("", "the expression is empty"),
         ("a * sin(omga)", "unknown name 'omga' at column 9; did you mean 'omega'?"),
         ("Omega", "unknown name 'Omega' at column 1; did you mean 'omega'?"),
-        ("zzzzzzz", "unknown name 'zzzzzzz' at column 1; known are t theta omega i u T pi"),
+        ("zzzzzzz", "unknown name 'zzzzzzz' at column 1; known names: t theta omega i u T pi"),
         ("sine(1)", "unknown function 'sine' at column 1; did you mean 'sin'?"),
         ("a * sin", "'sin' at column 5 is a function: write sin(…)"),
         ("sin(1, 2)", "'sin' at column 1 takes 1 argument, not 2"),
         ("atan2(1)", "'atan2' at column 1 takes 2 arguments, not 1"),
         ("sin()", "'sin' at column 1 takes 1 argument, not 0"),
-        ("1 +", "the expression ends where a number, a name or a bracket should be"),
-        ("(1 + 2", "the expression ends where a closing bracket should be"),
-        ("1 + 2)", "')' at column 6 where an operator or the end should be"),
-        ("1 2", "'2' at column 3 where an operator or the end should be"),
+        ("1 +", "the expression ends too early; expected a number, a name or a bracket"),
+        ("(1 + 2", "the expression ends too early; expected a closing bracket"),
+        ("1 + 2)", "unexpected ')' at column 6; expected an operator or the end"),
+        ("1 2", "unexpected '2' at column 3; expected an operator or the end"),
         ("2omega", "'2omega' at column 1 is not a number"),
         ("1.2.3", "'1.2.3' at column 1 is not a number"),
         ("1e999", "'1e999' at column 1 is not a number"),
-        ("a & b", "'&' at column 3 where an operator or the end should be"),
-        ("0,5 * a", "',' at column 2 where an operator or the end should be"),
+        ("a & b", "unexpected '&' at column 3; expected an operator or the end"),
+        ("0,5 * a", "unexpected ',' at column 2; expected an operator or the end"),
     ] {
         let found = says(text);
         assert!(found.starts_with(wants), "{text} → {found}");
     }
-    assert!(says(&"(".repeat(1000)).contains("nested too deeply"));
-    assert!(says(&"-".repeat(100_000)).contains("nested too deeply"));
-    assert!(says(&"1+".repeat(100_000)).contains("nested too deeply"));
+    assert!(says(&"(".repeat(1000)).contains("too deeply nested"));
+    assert!(says(&"-".repeat(100_000)).contains("too deeply nested"));
+    assert!(says(&"1+".repeat(100_000)).contains("too deeply nested"));
 }
 
 #[test]
-fn what_an_expression_uses_is_known() {
+fn used_variables_and_parameters_are_known() {
     let e = Expression::parse("a * tanh(omega / w0)", &names()).unwrap();
     assert!(e.uses_omega() && !e.uses_theta() && !e.uses_t() && !e.uses_i() && !e.uses_u() && !e.uses_temp());
     assert!(e.uses_parameter(0) && !e.uses_parameter(1) && e.uses_parameter(2));
@@ -112,7 +112,7 @@ fn plain(v: [f64; 8]) -> (Variables<f64>, [f64; 3]) {
 }
 
 #[test]
-fn derivatives_stay_finite_where_a_rotor_rests() {
+fn derivatives_are_finite_at_rest() {
     let at_rest = [0.0, 0.0, 0.0, 0.0, 0.0, 25.0, 1.0, 1.5];
     let (env, parameters) = dual(at_rest);
     for text in [
@@ -167,19 +167,19 @@ fn tree(smooth: bool) -> impl Strategy<Value = String> {
 
 proptest! {
     #[test]
-    fn no_text_makes_the_parser_panic(text in any::<String>()) {
+    fn parser_never_panics(text in any::<String>()) {
         let _ = Expression::parse(&text, &names());
     }
 
     #[test]
-    fn no_text_of_its_own_words_makes_the_parser_panic(text in "([-+*/^(),<>=. ]|sin|omega|if|atan2|[0-9.e]{1,3}|a|pi){0,30}") {
+    fn parser_never_panics_on_valid_tokens(text in "([-+*/^(),<>=. ]|sin|omega|if|atan2|[0-9.e]{1,3}|a|pi){0,30}") {
         if let Ok(e) = Expression::parse(&text, &names()) {
             let _ = e.eval(&AT, &[1.0, 2.0, 3.0]);
         }
     }
 
     #[test]
-    fn what_is_printed_reads_back_the_same(text in tree(false)) {
+    fn printed_text_parses_to_the_same_expression(text in tree(false)) {
         let first = Expression::parse(&text, &names()).unwrap();
         let again = Expression::parse(&first.to_string(), &names()).unwrap();
         prop_assert_eq!(&first.to_string(), &again.to_string());
@@ -189,7 +189,7 @@ proptest! {
     }
 
     #[test]
-    fn duals_carry_the_same_value(text in tree(false)) {
+    fn dual_numbers_have_the_same_value(text in tree(false)) {
         let e = Expression::parse(&text, &names()).unwrap();
         let at = [2.0, 0.7, -3.0, 0.25, 6.0, 40.0, 1.5, -2.0];
         let (env, p) = plain(at);

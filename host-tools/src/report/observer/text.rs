@@ -135,3 +135,9 @@ pub fn vibration_text(compensated: &Compensated, warnings: &[Warning]) -> String
     }
     text
 }
+
+/// An observer written into the stand behind `port`; `phase`: phase of the stand's observer afterwards.
+pub fn transfer_text(port: &str, phase: &str, saved: bool) -> String {
+    let flash = if saved { " and saved in the stand's flash" } else { "; SETTings:SAVE saves it" };
+    format!("\n{port}: the observer is on ({phase}){flash}\n")
+}

@@ -1,0 +1,240 @@
+//! `stand drift run`: a drift measurement on the simulated stand or at a serial port.
+
+use std::io::{BufRead, IsTerminal};
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use embassy_futures::block_on;
+use hal_sim::gyro::Place;
+use indicatif::ProgressBar;
+
+use super::drift::{Uncertainties, write_report};
+use super::error::CliError;
+use super::output::{ReportOutput, check_writable, spinner};
+use super::stand_file::read_gyroscope;
+use crate::acquire::link::SerialLink;
+use crate::drift::Measurement;
+use crate::drift::acquisition::{MeasurementError, MeasurementProgress, MeasurementRequest, measure, simulate};
+use crate::drift::error::within;
+use crate::drift::inequality::MIN_AMPLITUDE_RATIO;
+use crate::drift::separation;
+use crate::drift::session::CyclePlan;
+use crate::log::Format;
+
+/// Shape of the pulses.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum PulseShape {
+    /// Constant rate
+    Rectangular,
+    /// Rate rises and falls linearly
+    Triangular,
+    /// Rate rises linearly
+    Sawtooth,
+}
+
+/// Signs of the two pulses of a cycle.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum SignSequence {
+    /// + − in each cycle
+    PlusMinus,
+    /// − + in each cycle
+    MinusPlus,
+    /// + − and − + alternately
+    Both,
+}
+
+/// What turns the gyroscope between positions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum TurnBy {
+    /// The operator turns the gyroscope and confirms each position
+    Hand,
+    /// The stand's drive turns the platform that carries the gyroscope
+    Drive,
+}
+
+/// Measure the drift: pulse cycles in two or more positions.
+#[derive(Debug, Args)]
+pub(super) struct Run {
+    /// Serial port of the stand; without it the simulated stand, in virtual time
+    #[arg(long, value_name = "P")]
+    port: Option<PathBuf>,
+    /// Cycles in each position
+    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    cycles: u32,
+    /// Duration of one pulse, s; a cycle has two pulses
+    #[arg(long, value_name = "S", default_value_t = 5.0, allow_negative_numbers = true)]
+    pulse: f64,
+    /// Period of the vibration or of the mains, of which the pulse is a multiple, s; 0: none
+    #[arg(long, value_name = "S", default_value_t = 0.02, allow_negative_numbers = true)]
+    period: f64,
+    /// Largest rate of a pulse, °/s; two rates (0.05,0.02), each with all cycles, separate an asymmetry of the torquer from the drift
+    #[arg(long, value_name = "DEG_S", default_value = "0.05", value_delimiter = ',', allow_negative_numbers = true)]
+    rate: Vec<f64>,
+    /// Time with closed correction loop before each cycle, s
+    #[arg(long, value_name = "S", default_value_t = 4.0, allow_negative_numbers = true)]
+    rest: f64,
+    /// Signs of the pulses
+    #[arg(long, value_enum, default_value_t = SignSequence::Both)]
+    sequence: SignSequence,
+    /// Shape of the pulses
+    #[arg(long, value_enum, default_value_t = PulseShape::Rectangular)]
+    shape: PulseShape,
+    /// The second pulse is reversed in time
+    #[arg(long)]
+    reversed: bool,
+    /// Positions in their order: degrees turned, optionally :raised and :rolled, e.g. 0,180,0:0:90
+    #[arg(long, value_name = "LIST", default_value = "0,180", allow_hyphen_values = true)]
+    positions: String,
+    /// What turns the gyroscope between positions
+    #[arg(long, value_enum, default_value_t = TurnBy::Hand)]
+    turn: TurnBy,
+    /// Latitude for the azimuth, degrees, north positive; default: the site of the simulated gyroscope
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    latitude: Option<f64>,
+    /// The simulated gyroscope, TOML (site, own, torquer, sensor, vibration); default 1.5 °/h drift at 70° north
+    #[arg(long, value_name = "FILE")]
+    gyro: Option<PathBuf>,
+    /// Seed of the simulated noise
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
+    seed: u64,
+    /// Write the rows to this log, .csv or .parquet
+    #[arg(long, value_name = "LOG")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    uncertainties: Uncertainties,
+    #[command(flatten)]
+    output: ReportOutput,
+}
+
+impl From<MeasurementError> for CliError {
+    fn from(error: MeasurementError) -> Self {
+        match error {
+            MeasurementError::Connection(error) => error.into(),
+            MeasurementError::Fault(_) | MeasurementError::NotTurned(_) => CliError::Input(error.to_string()),
+            other => CliError::Other(other.to_string()),
+        }
+    }
+}
+
+impl Run {
+    pub(super) fn run(self) -> Result<(), CliError> {
+        self.output.check()?;
+        if let Some(path) = &self.out {
+            check_writable(path)?;
+            Format::of(path)?;
+        }
+        let request = self.request()?;
+        if let Some(latitude) = self.latitude {
+            separation::earth_rad_s(latitude)?;
+        }
+        let spinner = spinner("");
+        let show = |progress: MeasurementProgress| show(&spinner, progress);
+        let (measurement, name, latitude_deg) = match &self.port {
+            Some(port) => {
+                let mut link = SerialLink::open(port)?;
+                let turn = async |place: &Place, _: &mut SerialLink| spinner.suspend(|| confirm_turn(place));
+                (block_on(measure(&mut link, &request, turn, show)), link.name(), self.latitude)
+            }
+            None => {
+                let gyroscope = read_gyroscope(self.gyro.as_deref())?;
+                let latitude_deg = self.latitude.unwrap_or(gyroscope.site.latitude_rad.to_degrees());
+                separation::earth_rad_s(latitude_deg)?;
+                (simulate(gyroscope, self.seed, &request, show), "simulated".to_owned(), Some(latitude_deg))
+            }
+        };
+        spinner.finish_and_clear();
+        let measurement = measurement?;
+        if let Some(path) = &self.out {
+            measurement.log(path, &request.plan, latitude_deg)?.write(path)?;
+        }
+        let result = Measurement {
+            name,
+            cycles: measurement.cycles,
+            has_three_axes: false,
+            latitude_deg,
+            turn_error_rad: within("--turn-error", self.uncertainties.turn_rad(), 0.0, 1.0)?,
+            level_error_rad: within("--level-error", self.uncertainties.level_rad(), 0.0, 1.0)?,
+            gain_error: within("--gain-error", self.uncertainties.gain(), 0.0, 1.0)?,
+            warnings: Vec::new(),
+        };
+        write_report(&self.output, &result.evaluate()?)
+    }
+
+    /// The checked request.
+    fn request(&self) -> Result<MeasurementRequest, CliError> {
+        let positions = self.positions.split(',').map(position).collect::<Result<_, _>>()?;
+        within("--pulse", self.pulse, 1e-3, 60.0)?;
+        within("--period", self.period, 0.0, 60.0)?;
+        within("--rest", self.rest, 1e-3, 1e5)?;
+        for (k, rate) in self.rate.iter().enumerate() {
+            within("--rate", *rate, 1e-6, 100.0)?;
+            if self.rate[..k].iter().any(|other| rate.max(*other) < MIN_AMPLITUDE_RATIO * rate.min(*other)) {
+                let percent = 100.0 * (MIN_AMPLITUDE_RATIO - 1.0);
+                return Err(CliError::Input(format!(
+                    "--rate {rate}: amplitudes must differ by at least {percent:.0} % to determine the inequality of the torquer"
+                )));
+            }
+        }
+        let plan = CyclePlan {
+            shape: match self.shape {
+                PulseShape::Rectangular => "RECTangular",
+                PulseShape::Triangular => "TRIangular",
+                PulseShape::Sawtooth => "SAWTooth",
+            },
+            reversed: self.reversed,
+            sequence: match self.sequence {
+                SignSequence::PlusMinus => "PLUSminus",
+                SignSequence::MinusPlus => "MINusplus",
+                SignSequence::Both => "BOTH",
+            },
+            pulse_s: self.pulse,
+            period_s: self.period,
+            rest_s: self.rest,
+            cycles: self.cycles,
+        };
+        Ok(MeasurementRequest {
+            plan,
+            rates_rad_s: self.rate.iter().map(|rate| rate.to_radians()).collect(),
+            positions,
+            turn_by_drive: self.turn == TurnBy::Drive,
+            keep_rows: self.out.is_some(),
+        })
+    }
+}
+
+/// A position of the option `--positions`: degrees turned, optionally raised and rolled, separated by colons.
+fn position(text: &str) -> Result<Place, CliError> {
+    let invalid =
+        || CliError::Input(format!("--positions: `{text}` is not a position; write degrees turned[:raised[:rolled]], e.g. 180 or 0:0:90"));
+    let mut numbers = [0.0; 3];
+    let parts: Vec<&str> = text.split(':').collect();
+    if parts.len() > 3 {
+        return Err(invalid());
+    }
+    for (number, part) in numbers.iter_mut().zip(&parts) {
+        *number = part.trim().parse().ok().filter(|n: &f64| n.is_finite()).ok_or_else(invalid)?;
+    }
+    let [turned_rad, raised_rad, rolled_rad] = numbers.map(f64::to_radians);
+    Ok(Place { turned_rad, raised_rad, rolled_rad })
+}
+
+fn show(spinner: &ProgressBar, progress: MeasurementProgress) {
+    let MeasurementProgress { position, positions, state } = progress;
+    spinner.set_message(format!("position {position} of {positions} {state}"));
+}
+
+/// Asks the operator to turn the gyroscope, and waits for the Enter key.
+fn confirm_turn(place: &Place) -> Result<(), MeasurementError> {
+    let [turned, raised, rolled] =
+        [place.turned_rad, place.raised_rad, place.rolled_rad].map(|rad| crate::report::plain(rad.to_degrees(), 6));
+    eprintln!("Turn the gyroscope to {turned}° (raised {raised}°, rolled {rolled}°), level it, then press Enter.");
+    let mut line = String::new();
+    let stdin = std::io::stdin();
+    let count =
+        stdin.lock().read_line(&mut line).map_err(|e| MeasurementError::NotTurned(format!("cannot read from standard input: {e}")))?;
+    if count == 0 {
+        let ended = if stdin.is_terminal() { "" } else { ": standard input has ended" };
+        return Err(MeasurementError::NotTurned(format!("the position {turned}° was not confirmed{ended}")));
+    }
+    Ok(())
+}

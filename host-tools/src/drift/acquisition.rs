@@ -1,0 +1,254 @@
+//! A drift measurement: the firmware runs the pulse cycles in one position of the gyroscope after another, on a stand or a simulated one.
+//!
+//! In: a connection, the plan, the positions. Out: the cycles of all positions, and the rows of the stream for a log.
+
+use std::cell::RefCell;
+use std::path::Path;
+
+use hal_sim::board::linear_motor::LinearMotor;
+use hal_sim::clock::VirtualClock;
+use hal_sim::controller::{Controller, ControllerError, flash};
+use hal_sim::gyro::{Place, SingleAxis};
+use hal_sim::session::StandSetup;
+use stand_firmware::telemetry::RowFrame;
+
+use super::Cycle;
+use super::session::{self, CyclePlan, GyroscopeScales};
+use crate::acquire::connection::{ConnectionError, SimulatedConnection, StandConnection};
+use crate::acquire::preparation::{latched_fault, query_number};
+use crate::log::{Column, Log, LogError, Note, Notes};
+
+/// Period of the board clock, s.
+const CLOCK_PERIOD_S: f64 = 1e-7;
+/// Time after power-on until the simulated stand sends rows, s.
+const SIMULATED_START_S: f64 = 0.1;
+/// Position error at which the drive has reached its setpoint, rad.
+const POSITION_TOLERANCE_RAD: f64 = 5e-4;
+/// Interval between measurements of the angle while the drive turns the platform, s, and the largest number of them.
+const POSITION_INTERVAL_S: f64 = 0.2;
+const MAX_POSITION_STEPS: usize = 150;
+/// Time for the platform to settle in a new position, s.
+const SETTLING_S: f64 = 2.0;
+
+/// What is measured.
+#[derive(Debug, Clone)]
+pub struct MeasurementRequest {
+    /// The cycles in each position.
+    pub plan: CyclePlan,
+    /// Largest rates of the pulses, rad/s; each runs all cycles.
+    pub rates_rad_s: Vec<f64>,
+    /// Positions of the gyroscope in their order.
+    pub positions: Vec<Place>,
+    /// The stand's drive turns the platform between positions; otherwise the operator does.
+    pub turn_by_drive: bool,
+    /// The rows of the stream are kept for a log.
+    pub keep_rows: bool,
+}
+
+/// Result of a measurement.
+#[derive(Debug, Clone)]
+pub struct DriftRecording {
+    /// Cycles of all positions.
+    pub cycles: Vec<Cycle>,
+    /// Scale factors from the stand's settings.
+    pub scales: GyroscopeScales,
+    /// Time, then [`session::CHANNELS`], of each row.
+    rows: Vec<[f64; 4]>,
+    /// Index of the first row of each position.
+    row_positions: Vec<(usize, Place)>,
+}
+
+/// Progress of a measurement.
+#[derive(Debug, Clone, Copy)]
+pub struct MeasurementProgress<'a> {
+    /// Number of the position, from 1.
+    pub position: usize,
+    /// Number of positions.
+    pub positions: usize,
+    /// State of the firmware's drift sequence; empty at the start of a position.
+    pub state: &'a str,
+}
+
+/// Why a measurement failed.
+#[derive(Debug, thiserror::Error)]
+pub enum MeasurementError {
+    /// The connection fails, or the stand rejects a command.
+    #[error(transparent)]
+    Connection(#[from] ConnectionError),
+    /// The drive is off because of a fault.
+    #[error("the drive is off because of a fault: {0}; send FAULt:CLEar with `stand console` first")]
+    Fault(String),
+    /// The drive did not turn the platform to the position.
+    #[error("the platform is {error_rad:.2e} rad from its position setpoint after 30 s; check that it turns freely")]
+    NotReached {
+        /// Position error, rad.
+        error_rad: f64,
+    },
+    /// The operator did not confirm a position.
+    #[error("{0}")]
+    NotTurned(String),
+    /// The simulated stand does not run.
+    #[error(transparent)]
+    Controller(#[from] ControllerError),
+    /// The simulated stand ended before the measurement.
+    #[error("the simulated stand ended before the measurement was complete")]
+    Incomplete,
+}
+
+/// Measures in all positions of one stand. `turn` brings the gyroscope into a position; `progress` receives the state.
+///
+/// # Errors
+/// As [`MeasurementError`].
+pub async fn measure<S: StandConnection>(
+    stand: &mut S,
+    request: &MeasurementRequest,
+    turn: impl AsyncFn(&Place, &mut S) -> Result<(), MeasurementError>,
+    progress: impl Fn(MeasurementProgress),
+) -> Result<DriftRecording, MeasurementError> {
+    if let Some(fault) = latched_fault(stand).await? {
+        return Err(MeasurementError::Fault(fault));
+    }
+    stand.command("STReam OFF").await?;
+    let scales = session::scales(stand).await?;
+    session::set_up(stand, &request.plan).await?;
+    if request.keep_rows {
+        let channels = format!("STReam:CHANnels {}", session::CHANNELS.join(","));
+        for command in [channels.as_str(), "STReam:DECimation 1", "STReam ON"] {
+            stand.command(command).await?;
+        }
+    }
+    let mut all = DriftRecording { cycles: Vec::new(), scales, rows: Vec::new(), row_positions: Vec::new() };
+    let (mut origin_rad, mut rate_set) = (None, None);
+    let first = request.positions.first().copied().unwrap_or_default();
+    for (k, place) in request.positions.iter().enumerate() {
+        if k > 0 && request.turn_by_drive {
+            drive_to(stand, place.turned_rad - first.turned_rad, &mut origin_rad).await?;
+        } else if k > 0 || place != &Place::default() {
+            turn(place, stand).await?;
+        }
+        let report = |state: &str| progress(MeasurementProgress { position: k + 1, positions: request.positions.len(), state });
+        report("");
+        all.row_positions.push((all.rows.len(), *place));
+        // Every second position runs the rates in reverse, so that a linear trend does not look like an effect of the rate.
+        let mut rates = request.rates_rad_s.clone();
+        if k % 2 == 1 {
+            rates.reverse();
+        }
+        for rate_rad_s in rates {
+            if rate_set != Some(rate_rad_s) {
+                session::set_rate(stand, rate_rad_s).await?;
+                rate_set = Some(rate_rad_s);
+            }
+            let position = session::measure(stand, &scales, k as u32 + 1, *place, rate_rad_s, report).await?;
+            all.cycles.extend(position.cycles);
+            all.rows.extend(position.rows.iter().map(row_values));
+        }
+    }
+    if request.turn_by_drive {
+        stand.command("OUTPut OFF").await?;
+    }
+    if request.keep_rows {
+        stand.command("STReam OFF").await?;
+    }
+    Ok(all)
+}
+
+/// Measures on the simulated stand with this gyroscope, in virtual time; `seed` is the seed of the noise.
+///
+/// # Errors
+/// As [`MeasurementError`].
+pub fn simulate(
+    gyroscope: SingleAxis,
+    seed: u64,
+    request: &MeasurementRequest,
+    progress: impl Fn(MeasurementProgress),
+) -> Result<DriftRecording, MeasurementError> {
+    let clock = VirtualClock::default();
+    let controller = Controller::new(&clock, &StandSetup::default(), LinearMotor::default(), flash(seed), seed)?
+        .with_gyro(Box::new(gyroscope.seeded(seed)), seed);
+    let result = RefCell::new(None);
+    let host = async {
+        let mut stand = SimulatedConnection::new(&controller);
+        let started = stand.wait_s(SIMULATED_START_S).await;
+        let turn = async |place: &Place, _: &mut SimulatedConnection<'_, '_, LinearMotor>| {
+            if let Some(line) = controller.bench().borrow_mut().gyro() {
+                line.gyro().put(*place);
+            }
+            Ok(())
+        };
+        let measured = match started {
+            Ok(_) => measure(&mut stand, request, turn, progress).await,
+            Err(error) => Err(error.into()),
+        };
+        result.replace(Some(measured));
+    };
+    controller.run(host, |_| ())?;
+    result.into_inner().unwrap_or(Err(MeasurementError::Incomplete))
+}
+
+impl DriftRecording {
+    /// The rows as a log, with the notes that a later computation needs. `path` becomes the name of the log; no file is written.
+    ///
+    /// # Errors
+    /// No row was kept.
+    pub fn log(&self, path: &Path, plan: &CyclePlan, latitude_deg: Option<f64>) -> Result<Log, LogError> {
+        let mut columns: Vec<Column> = ["t_s", "angle_sensor_V", "torquer_A", "drift_mark", "turned_deg", "raised_deg", "rolled_deg"]
+            .iter()
+            .map(|name| Column { name: (*name).to_owned(), values: Vec::with_capacity(self.rows.len()) })
+            .collect();
+        let first_s = self.rows.first().map_or(0.0, |row| row[0]);
+        let mut place = Place::default();
+        for (k, row) in self.rows.iter().enumerate() {
+            if let Some((_, next)) = self.row_positions.iter().rev().find(|(from, _)| *from <= k) {
+                place = *next;
+            }
+            // A row without a sample of the sensor is left out.
+            if row.iter().any(|value| !value.is_finite()) {
+                continue;
+            }
+            let values = [row[0] - first_s, row[1], row[2], row[3]];
+            let angles = [place.turned_rad, place.raised_rad, place.rolled_rad].map(f64::to_degrees);
+            columns.iter_mut().zip(values.into_iter().chain(angles)).for_each(|(column, value)| column.values.push(value));
+        }
+        let pulse_s = self.cycles.first().map_or(plan.pulse_s, |cycle| cycle.integral.pulse_s);
+        let mut notes = Notes::from_iter([
+            Note::Number("angle_gain_V_rad", self.scales.angle_gain_V_rad),
+            Note::Number("torquer_gain_rad_s_A", self.scales.torquer_gain_rad_s_A),
+            Note::Number("angle_limit_V", self.scales.angle_limit_V),
+            Note::Number("pulse_s", pulse_s),
+            Note::Text("sequence", plan.sequence.to_lowercase()),
+            Note::Text("shape", plan.shape.to_lowercase()),
+        ]);
+        notes.extend(latitude_deg.map(|latitude_deg| Note::Number("latitude_deg", latitude_deg)));
+        Log::new(path, columns, notes)
+    }
+}
+
+/// Time of a row and the values of [`session::CHANNELS`].
+fn row_values(row: &RowFrame) -> [f64; 4] {
+    let [angle, torquer, mark] = session::CHANNELS.map(|name| row.value(name).unwrap_or(f64::NAN));
+    [row.at as f64 * CLOCK_PERIOD_S, angle, torquer, mark]
+}
+
+/// Turns the platform with the stand's drive to `turned_rad` from its first position. The encoder counts counter-clockwise, azimuths
+/// clockwise.
+async fn drive_to<S: StandConnection>(stand: &mut S, turned_rad: f64, origin_rad: &mut Option<f64>) -> Result<(), MeasurementError> {
+    let origin = match *origin_rad {
+        Some(origin) => origin,
+        None => *origin_rad.insert(query_number(stand, "MEASure:ANGLe?").await?),
+    };
+    let setpoint_rad = origin - turned_rad;
+    for command in ["SOURce:MODE POSition".to_owned(), format!("SOURce:POSition {setpoint_rad:e} RAD"), "OUTPut ON".to_owned()] {
+        stand.command(&command).await?;
+    }
+    let mut error_rad = f64::INFINITY;
+    for _ in 0..MAX_POSITION_STEPS {
+        stand.wait_s(POSITION_INTERVAL_S).await?;
+        error_rad = query_number(stand, "MEASure:ANGLe?").await? - setpoint_rad;
+        if error_rad.abs() < POSITION_TOLERANCE_RAD {
+            stand.wait_s(SETTLING_S).await?;
+            return Ok(());
+        }
+    }
+    Err(MeasurementError::NotReached { error_rad })
+}

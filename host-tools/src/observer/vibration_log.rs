@@ -1,0 +1,94 @@
+//! The record of a vibrating gyrotheodolite from a log.
+
+use super::vibration::Measured;
+use crate::log::Log;
+
+/// Columns beside those of every log.
+pub const COLUMNS: [&str; 4] = ["alpha_rad", "gamma_rad", "alpha_rate_rad_s", "beta_rate_rad_s"];
+/// Largest relative deviation of a row interval from the mean: the observer runs at a constant step.
+const MAX_INTERVAL_DEVIATION: f64 = 1e-3;
+
+/// Why a log cannot be used.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum VibrationLogError {
+    /// A column is missing.
+    #[error("{log}: the log has no column {column}")]
+    NoColumn {
+        /// The log.
+        log: String,
+        /// The column.
+        column: &'static str,
+    },
+    /// The rows are not evenly spaced.
+    #[error("{log}: row {row}, column t_s: the rows are not evenly spaced, but the observer runs at a constant step; resample the log")]
+    Uneven {
+        /// The log.
+        log: String,
+        /// The row, from 1.
+        row: usize,
+    },
+    /// The gain of the angle sensor is unknown.
+    #[error("{log}: the log has no note `angle_gain_V_rad`; give --angle-gain")]
+    NoGain {
+        /// The log.
+        log: String,
+    },
+    /// The gain of the angle sensor is invalid.
+    #[error("angle gain {0} V/rad: must be a number other than 0")]
+    Gain(f64),
+}
+
+/// Azimuth, roll and exact rates of a log, with constant sampling interval.
+#[derive(Debug, Clone)]
+pub struct VibrationLog<'a> {
+    step_s: f64,
+    alpha_rad: Vec<f64>,
+    gamma_rad: &'a [f64],
+    exact: Option<(&'a [f64], &'a [f64])>,
+}
+
+impl<'a> VibrationLog<'a> {
+    /// Reads the columns of `log`. The azimuth is the column alpha_rad, or angle_sensor_V divided by the gain: `angle_gain_V_rad` or the
+    /// note of that name.
+    ///
+    /// # Errors
+    /// A column or the gain is missing, or the rows are not evenly spaced.
+    pub fn of(log: &'a Log, angle_gain_V_rad: Option<f64>) -> Result<Self, VibrationLogError> {
+        let name = || log.path().display().to_string();
+        let missing = |column| VibrationLogError::NoColumn { log: name(), column };
+        let alpha_rad = azimuth(log, angle_gain_V_rad)?;
+        let gamma_rad = column(log, "gamma_rad").ok_or_else(|| missing("gamma_rad"))?;
+        let t_s = column(log, "t_s").ok_or_else(|| missing("t_s"))?;
+        let step_s = (t_s[t_s.len() - 1] - t_s[0]) / (t_s.len().max(2) - 1) as f64;
+        if let Some(k) = t_s.windows(2).position(|w| ((w[1] - w[0]) / step_s - 1.0).abs() > MAX_INTERVAL_DEVIATION) {
+            return Err(VibrationLogError::Uneven { log: name(), row: k + 2 });
+        }
+        let exact = column(log, "alpha_rate_rad_s").zip(column(log, "beta_rate_rad_s"));
+        Ok(Self { step_s, alpha_rad, gamma_rad, exact })
+    }
+
+    /// The record for the correction.
+    pub fn measured(&self) -> Measured<'_> {
+        Measured { step_s: self.step_s, alpha_rad: &self.alpha_rad, gamma_rad: self.gamma_rad, exact: self.exact }
+    }
+}
+
+/// The azimuth, rad.
+fn azimuth(log: &Log, angle_gain_V_rad: Option<f64>) -> Result<Vec<f64>, VibrationLogError> {
+    if let Some(alpha) = column(log, "alpha_rad") {
+        return Ok(alpha.to_vec());
+    }
+    let name = || log.path().display().to_string();
+    let volts =
+        column(log, "angle_sensor_V").ok_or_else(|| VibrationLogError::NoColumn { log: name(), column: "alpha_rad or angle_sensor_V" })?;
+    let noted = log.notes().number("angle_gain_V_rad");
+    let gain: f64 = angle_gain_V_rad.or(noted).ok_or_else(|| VibrationLogError::NoGain { log: name() })?;
+    if !(gain.is_finite() && gain != 0.0) {
+        return Err(VibrationLogError::Gain(gain));
+    }
+    Ok(volts.iter().map(|volts| volts / gain).collect())
+}
+
+fn column<'a>(log: &'a Log, name: &str) -> Option<&'a [f64]> {
+    log.columns().iter().find(|column| column.name == name).map(|column| column.values.as_slice())
+}
