@@ -54,7 +54,7 @@ pub struct Memory {
     // Filled in by `assemble`.
     mailboxes: Option<Mailboxes>,
     instruments: Option<Instruments>,
-    imu: Option<sensors::Shared>,
+    dut: Option<sensors::Shared>,
     drift: Option<gyro_loop::DriftMeasurement>,
     observer: Option<observer::RunningObserver>,
 }
@@ -73,7 +73,7 @@ impl Memory {
             capture: capture::Memory::new(),
             mailboxes: None,
             instruments: None,
-            imu: None,
+            dut: None,
             drift: None,
             observer: None,
         }
@@ -116,7 +116,7 @@ pub fn assemble<'a, F: NorFlash>(
     let mailboxes: &Mailboxes = memory.mailboxes.insert(Mailboxes::new());
     let interrupt = Interrupt::new(SpeedLoop::new(config), mailboxes).recording(memory.capture.recorder(CAPTURE_BEFORE));
     let instruments: &Instruments = memory.instruments.insert(Instruments::new(kept.hardware));
-    let imu: &sensors::Shared = memory.imu.insert(sensors::Shared::default());
+    let dut: &sensors::Shared = memory.dut.insert(sensors::Shared::default());
     let drift: &gyro_loop::DriftMeasurement =
         memory.drift.insert(gyro_loop::DriftMeasurement::new(gyro_loop::Scales::new(&kept.settings.gyro, &kept.hardware)));
     let observer: &observer::RunningObserver = memory.observer.insert(observer::RunningObserver::default());
@@ -125,7 +125,7 @@ pub fn assemble<'a, F: NorFlash>(
     let state = State::new(
         identity,
         stop_line,
-        Parts { instruments, imu, drift, observer, config: &mailboxes.config, capture: &memory.capture },
+        Parts { instruments, dut, drift, observer, config: &mailboxes.config, capture: &memory.capture },
         kept,
         defaults,
     );
@@ -133,7 +133,7 @@ pub fn assemble<'a, F: NorFlash>(
         state.report(error);
     }
     let measurement =
-        MeasurementLoop::new(kept.hardware, &mailboxes.reports).with_imu(imu).with_gyro(gyro_loop::GyroLoop::new(drift, observer));
+        MeasurementLoop::new(kept.hardware, &mailboxes.reports).with_imu(dut).with_gyro(gyro_loop::GyroLoop::new(drift, observer));
     Ok((
         interrupt,
         App { state, store, measurement, commands: &mailboxes.commands, compensation: &mailboxes.compensation, map: &mut memory.map },

@@ -45,7 +45,7 @@ pub struct Parts<'a> {
     /// Turns, stability, timing, drive and sensor, estimated from the rows.
     pub instruments: &'a Instruments,
     /// The sensor under test.
-    pub imu: &'a sensors::Shared,
+    pub dut: &'a sensors::Shared,
     /// The drift measurement of the gyroscope.
     pub drift: &'a gyro_loop::DriftMeasurement,
     /// The observer of the gyroscope.
@@ -316,7 +316,7 @@ impl<'a> State<'a> {
             status: StatusState::default(),
             calibration: CalibrationState { phase: Cell::new(CalibrationPhase::Idle), watch: calibration::CalibrationProgress::default() },
             capture: CaptureState { memory: parts.capture, selection: Cell::new((0, 0)) },
-            dut: DutState { shared: parts.imu, requested_setup: Cell::new(None) },
+            dut: DutState { shared: parts.dut, requested_setup: Cell::new(None) },
             measured: MeasuredState { row: Cell::new(Row::default()), rate_rad_s: Cell::new(None), instruments: parts.instruments },
             gyro: GyroState { drift: parts.drift, session: gyro_loop::PlanSettings::default(), observer: parts.observer },
         }
