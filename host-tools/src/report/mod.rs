@@ -21,7 +21,6 @@ pub mod misfits;
 pub mod model;
 pub mod numbers;
 pub mod observer;
-pub mod page;
 pub mod plot;
 pub mod preparation;
 pub mod recording;

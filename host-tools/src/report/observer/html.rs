@@ -6,7 +6,7 @@ use crate::observer::bode::{evaluate, object_response};
 use crate::observer::vibration::{Compensated, Correction, Measured, Period};
 use crate::observer::{Bode, Design, Plant, SideBySide, Trace, Warning};
 use crate::report::digits;
-use crate::report::page::{Page, escaped, swatch};
+use crate::report::html::{Cell, Class, Markup, Page, Table};
 use crate::report::plot::envelope::{envelope, extent};
 use crate::report::plot::svg::Drawing;
 use crate::report::plot::{Axis, Plot, with_margin};
@@ -21,8 +21,8 @@ pub fn design_html(design: &Design) -> String {
     let request = &design.request;
     let mut page = Page::new(&format!("Observer of {}", request.plant.name));
     page.paragraph(
-        "lead",
-        &format!(
+        Class::Lead,
+        format!(
             "A {} observer. The angle makes {} of {} states observable (condition number {}).",
             request.kind.name(),
             design.rank,
@@ -31,32 +31,28 @@ pub fn design_html(design: &Design) -> String {
         ),
     );
     for found in design.warnings() {
-        page.paragraph("warn", &warning(&found));
+        page.paragraph(Class::Warning, warning(&found));
     }
-    page.paragraph("", &format!("Poles, 1/s: {}.", pole_list(&design.poles)));
-    let head = if design.discrete.is_some() { "<th>K, discrete</th><th>Γ</th>" } else { "" };
-    page.push(&format!("<div class=\"scroll\"><table><thead><tr><th>state</th><th>gain</th>{head}</tr></thead><tbody>"));
-    let scientific = |x: f64| escaped(&crate::report::significant(x, 9));
+    page.text(format!("Poles, 1/s: {}.", pole_list(&design.poles)));
+    let scientific = |x: Option<&f64>| Cell::number(x.map_or(String::new(), |x| crate::report::significant(*x, 9)));
+    let heads = ["state", "gain", "K, discrete", "Γ"];
+    let mut table = Table::new(heads.into_iter().take(if design.discrete.is_some() { 4 } else { 2 }));
     for (k, state) in request.plant.states().iter().copied().chain(design.integral.map(|_| "moment_N_m")).enumerate() {
-        let gain = design.gains.get(k).map_or(String::new(), |x| scientific(*x));
-        let more =
-            design.discrete.as_ref().and_then(|d| Some((d.gains.get(k)?, d.gamma.get(k)?))).map_or(String::new(), |(gain, gamma)| {
-                format!("<td class=\"number\">{}</td><td class=\"number\">{}</td>", scientific(*gain), scientific(*gamma))
-            });
-        page.push(&format!("<tr><td><code>{state}</code></td><td class=\"number\">{gain}</td>{more}</tr>"));
+        let mut cells = vec![Cell::code(state), scientific(design.gains.get(k))];
+        if let Some(discrete) = &design.discrete {
+            cells.extend([scientific(discrete.gains.get(k)), scientific(discrete.gamma.get(k))]);
+        }
+        table.row(cells);
     }
-    page.push("</tbody></table></div>");
+    page.table(table);
     if let Some(channel) = design.integral {
         let below = channel.stable_below.map_or(String::new(), |most| format!("; stable below {}", digits(most)));
         let gain = digits(channel.gain);
-        page.paragraph(
-            "",
-            &format!(
-                "Integral channel: row {}, gain {gain}{below}. Estimated moment: {} N m per rad s of integrated angle error.",
-                channel.row,
-                digits(channel.moment_per_integral)
-            ),
-        );
+        page.text(format!(
+            "Integral channel: row {}, gain {gain}{below}. Estimated moment: {} N m per rad s of integrated angle error.",
+            channel.row,
+            digits(channel.moment_per_integral)
+        ));
     }
     page.finish()
 }
@@ -68,8 +64,8 @@ pub fn simulate_html(beside: &SideBySide<'_>) -> String {
     let mut page = Page::new(&format!("Observers of {}, side by side", one.request.plant.name));
     let offset = |x: f64| if x.abs() < 1e-18 { "none".to_owned() } else { format!("{} rad", digits(x)) };
     page.paragraph(
-        "lead",
-        &format!(
+        Class::Lead,
+        format!(
             "A constant moment of {} N m leaves a steady angle error in the {} observer of {}, in the {} observer of {}.",
             digits(beside.disturbed.moment_N_m),
             one.request.kind.name(),
@@ -78,9 +74,9 @@ pub fn simulate_html(beside: &SideBySide<'_>) -> String {
             offset(b.steady[0])
         ),
     );
-    page.push(&format!("<pre class=\"notes\">{}</pre>", escaped(&simulate_text(beside))));
+    page.preformatted(&simulate_text(beside));
     let names = [one.request.kind.name(), other.request.kind.name()];
-    let says = format!("{} {}", swatch(CLASSES[0], names[0]), swatch(CLASSES[1], names[1]));
+    let caption = || Markup::swatch(CLASSES[0], names[0]).then(" ").then(Markup::swatch(CLASSES[1], names[1]));
     let pairs = [
         ("angle error, with an initial error", "rad", [column(&a.both, 0), column(&b.both, 0)]),
         ("rate error, with an initial error", "rad/s", [column(&a.both, 1), column(&b.both, 1)]),
@@ -88,18 +84,21 @@ pub fn simulate_html(beside: &SideBySide<'_>) -> String {
         ("rate error, moment only", "rad/s", [column(&a.moment_only, 1), column(&b.moment_only, 1)]),
     ];
     for (name, unit, lines) in pairs {
-        page.figure(&over_time(&lines, name, unit), &says);
+        page.figure(&over_time(&lines, name, unit), caption());
     }
     let moment = [
         vec![(0.0, beside.disturbed.moment_N_m), (a.both.t_s.last().copied().unwrap_or(1.0), beside.disturbed.moment_N_m)],
         moments(&b.moment_only),
     ];
-    page.figure(&over_time(&moment, "moment", "N m"), &format!("{} {}", swatch(CLASSES[0], "applied"), swatch(CLASSES[1], "estimated")));
+    page.figure(
+        &over_time(&moment, "moment", "N m"),
+        Markup::swatch(CLASSES[0], "applied").then(" ").then(Markup::swatch(CLASSES[1], "estimated")),
+    );
     if let (Some((t, x)), Some((u, y))) = (&a.closed, &b.closed) {
         let line = |t: &[f64], x: &[f64]| t.iter().copied().zip(x.iter().copied()).collect::<Vec<_>>();
         page.figure(
             &over_time(&[line(t, x), line(u, y)], "angle in the closed loop", "rad"),
-            &format!("{says}. The {} observer feeds its estimated moment forward.", names[1]),
+            caption().then(format!(". The {} observer feeds its estimated moment forward.", names[1])),
         );
     }
     page.finish()
@@ -133,8 +132,8 @@ pub fn vibration_html(name: &str, measured: &Measured<'_>, found: &Compensated, 
     let left = |c: &Correction| digits(arcsec(found.alpha_rad - c.with_inertia_rad));
     let exact = found.exact.as_ref().map_or(String::new(), |exact| format!(", by the exact rates {}″", left(exact)));
     page.paragraph(
-        "lead",
-        &format!(
+        Class::Lead,
+        format!(
             "The mean azimuth over {} periods of {} Hz is {}″; after correction by the estimated rates {}″{exact}.",
             found.periods,
             digits(found.vibration_Hz),
@@ -143,26 +142,26 @@ pub fn vibration_html(name: &str, measured: &Measured<'_>, found: &Compensated, 
         ),
     );
     for found in warnings {
-        page.paragraph("warn", &warning(found));
+        page.paragraph(Class::Warning, warning(found));
     }
-    page.push(&format!("<pre class=\"notes\">{}</pre>", escaped(&vibration_text(found, &[]))));
+    page.preformatted(&vibration_text(found, &[]));
     let over = |of: &dyn Fn(&Period) -> Option<f64>| -> Vec<(f64, f64)> {
         found.by_period.iter().filter_map(|period| of(period).map(|rad| (period.t_s, arcsec(rad)))).collect()
     };
     let means = [over(&|p| Some(p.alpha_rad)), over(&|p| Some(p.estimated_rad)), over(&|p| p.exact_rad)];
     let names = ["uncorrected", "corrected by the estimated rates", "corrected by the exact rates"];
     let shown = if found.exact.is_some() { 3 } else { 2 };
-    let says: Vec<String> = CLASSES.iter().zip(names).take(shown).map(|(class, name)| swatch(class, name)).collect();
-    page.figure(&over_time(&means[..shown], "azimuth, mean of a period", "″"), &format!("{}.", says.join(" ")));
+    let caption = Markup::joined(CLASSES.iter().zip(names).take(shown).map(|(class, name)| Markup::swatch(class, name)), " ");
+    page.figure(&over_time(&means[..shown], "azimuth, mean of a period", "″"), caption.then("."));
     let rows = measured.alpha_rad.iter().enumerate().map(|(k, alpha)| (k as f64 * measured.step_s, arcsec(*alpha))).collect();
-    page.figure(&over_time(&[rows], "azimuth", "″"), &format!("{} of all rows.", swatch(CLASSES[0], "azimuth")));
+    page.figure(&over_time(&[rows], "azimuth", "″"), Markup::swatch(CLASSES[0], "azimuth").then(" of all rows."));
     page.finish()
 }
 
 /// Frequency responses of the object and of its observers.
 pub fn bode_html(plant: &Plant, bodes: &[Bode], vibration_Hz: Option<f64>) -> String {
     let mut page = Page::new(&format!("Observers of {} over frequency", plant.name));
-    page.push(&format!("<pre class=\"notes\">{}</pre>", escaped(&bode_text(plant, bodes, vibration_Hz))));
+    page.preformatted(&bode_text(plant, bodes, vibration_Hz));
     let (from, to) = (-2.0_f64, 4.0_f64);
     let grid: Vec<f64> = (0..1500).map(|k| 10f64.powf(from + (to - from) * k as f64 / 1499.0)).collect();
     let (input, numerator, denominator) = object_response(plant);
@@ -175,25 +174,24 @@ pub fn bode_html(plant: &Plant, bodes: &[Bode], vibration_Hz: Option<f64>) -> St
         let name = format!("estimated with poles at {} 1/s", digits(bode.omega_rad_s));
         curves.push((name, grid.iter().map(|w| (w.log10(), dB((object(*w) * bode.ratio(*w)).norm()))).collect()));
     }
-    page.figure(&over_frequency(&curves, (from, to), "gain", "dB"), &captions(&curves, &format!("From {} to rad/s.", excitation(input))));
+    page.figure(&over_frequency(&curves, (from, to), "gain", "dB"), captions(&curves, &format!("From {} to rad/s.", excitation(input))));
     for bode in bodes {
         let gain: Vec<(f64, f64)> = grid.iter().map(|w| (w.log10(), dB(bode.ratio(*w).norm()))).collect();
         let phase: Vec<(f64, f64)> = grid.iter().map(|w| (w.log10(), bode.ratio(*w).arg().to_degrees())).collect();
-        let says = match bode.limit.rad_s {
+        let caption = match bode.limit.rad_s {
             Some(w) => format!("Poles at {} 1/s: distorted above {} rad/s.", digits(bode.omega_rad_s), digits(w)),
             None => format!("Poles at {} 1/s: not distorted.", digits(bode.omega_rad_s)),
         };
         for (line, unit, name) in [(gain, "dB", "estimated rate / true rate"), (phase, "°", "phase of the estimated rate")] {
             let one = [(name.to_owned(), line)];
-            page.figure(&banded(&one, (from, to), name, unit, bode.limit.rad_s), &escaped(&says));
+            page.figure(&banded(&one, (from, to), name, unit, bode.limit.rad_s), &caption);
         }
     }
     page.finish()
 }
 
-fn captions(curves: &[(String, Vec<(f64, f64)>)], says: &str) -> String {
-    let names: Vec<String> = curves.iter().zip(CLASSES).map(|((name, _), class)| swatch(class, name)).collect();
-    format!("{}. {}", names.join(" "), escaped(says))
+fn captions(curves: &[(String, Vec<(f64, f64)>)], remark: &str) -> Markup {
+    Markup::joined(curves.iter().zip(CLASSES).map(|((name, _), class)| Markup::swatch(class, name)), " ").then(". ").then(remark)
 }
 
 fn over_frequency(curves: &[(String, Vec<(f64, f64)>)], range: (f64, f64), name: &str, unit: &str) -> Drawing {

@@ -18,14 +18,6 @@ impl Drawing {
     }
 }
 
-// Until all pages are made with the builder of `html`.
-impl std::ops::Deref for Drawing {
-    type Target = str;
-    fn deref(&self) -> &str {
-        &self.0
-    }
-}
-
 /// A drawing under construction.
 pub struct Svg {
     text: String,
