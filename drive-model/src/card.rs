@@ -1,6 +1,7 @@
 //! The card of an effect: all that a program needs to know of the effect, as data.
 
 use crate::experiment::{Demonstration, StandRun};
+use crate::law::{Law, LawSource, Scalar};
 use crate::screening::{Elastic, Requirement, Screening};
 
 /// One effect of the catalogue, as data.
@@ -58,6 +59,8 @@ pub struct Card {
     pub demonstration: Option<Demonstration>,
     /// How the firmware compensates the effect; `None`: it cannot.
     pub compensation: Option<Compensation>,
+    /// The physics.
+    pub law: &'static dyn LawSource,
     /// The description for the user.
     pub description: Description,
 }
@@ -90,6 +93,7 @@ impl Card {
         next_run: StandRun::STEPS,
         demonstration: None,
         compensation: None,
+        law: &NoLaw,
         description: Description { summary: "", signature: "", experiment: "", similar: "", reference: "" },
     };
 
@@ -98,6 +102,12 @@ impl Card {
         self.parameters.iter().position(|p| p.kind == ParameterKind::HarmonicOrder)
     }
 }
+
+/// The law of a card that does not state its own: no effect at all.
+#[derive(Debug, Clone, Copy)]
+struct NoLaw;
+
+impl<S: Scalar> Law<S> for NoLaw {}
 
 /// Description of an effect for the user.
 #[derive(Debug)]

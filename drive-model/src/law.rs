@@ -1,6 +1,6 @@
 //! The law of an effect, generic over the scalar.
 
-use num_dual::DualNum;
+use num_dual::{DualNum, DualSVec64};
 
 /// Reference temperature of all temperature laws, °C.
 pub const T0_C: f64 = 25.0;
@@ -8,6 +8,9 @@ pub const T0_C: f64 = 25.0;
 /// A scalar of the model: `f64`, or a dual number over it that carries derivatives.
 pub trait Scalar: DualNum<Primitive = f64> + Copy + Send + Sync {}
 impl<T: DualNum<Primitive = f64> + Copy + Send + Sync> Scalar for T {}
+
+/// A dual number with `N` derivatives.
+pub type Dual<const N: usize> = DualSVec64<N>;
 
 /// The physics of one effect. `p` are its parameters in the order of its card.
 ///
@@ -156,4 +159,46 @@ pub struct Thermal<S> {
     pub J_K: S,
     /// Thermal resistance to the surroundings at [`T0_C`], K/W.
     pub K_W: S,
+}
+
+macro_rules! scalars {
+    ($($make:ident $scalar:ty, $description:literal;)*) => {
+        /// A law in every scalar with which a model is computed.
+        pub trait LawSource: std::fmt::Debug + Send + Sync {$(
+            #[doc = $description]
+            fn $make(&self) -> Box<dyn Law<$scalar>>;
+        )*}
+
+        impl<T: Clone + std::fmt::Debug + 'static $(+ Law<$scalar>)*> LawSource for T {$(
+            fn $make(&self) -> Box<dyn Law<$scalar>> {
+                Box::new(self.clone())
+            }
+        )*}
+
+        impl LawSource for &'static dyn LawSource {$(
+            fn $make(&self) -> Box<dyn Law<$scalar>> {
+                (**self).$make()
+            }
+        )*}
+
+        /// A scalar in which every [`LawSource`] has its law.
+        pub trait LawScalar: Scalar {
+            /// The law of `source` in this scalar.
+            fn law(source: &dyn LawSource) -> Box<dyn Law<Self>>;
+        }
+
+        $(impl LawScalar for $scalar {
+            fn law(source: &dyn LawSource) -> Box<dyn Law<Self>> {
+                source.$make()
+            }
+        })*
+    };
+}
+
+scalars! {
+    plain f64, "The law without derivatives.";
+    dual8 Dual<8>, "The law with 8 derivatives.";
+    dual12 Dual<12>, "The law with 12 derivatives.";
+    dual16 Dual<16>, "The law with 16 derivatives.";
+    dual32 Dual<32>, "The law with 32 derivatives.";
 }

@@ -10,16 +10,17 @@
 //!
 //! A law never computes sign(ω): it sets the Coulomb torque ([`Contributions::coulomb_torque`]) and the integration step handles sticking.
 //! This crate depends on no firmware, HAL or async crate. To add an effect, add a file to `effects/` and a line to the catalogue in
-//! `effects/mod.rs`.
+//! `effects/mod.rs`; or add it from another crate by [`extend`].
 
 mod card;
+mod catalogue;
 pub mod effects;
 mod experiment;
 mod law;
 mod screening;
 
 pub use card::{Card, Compensation, Coordinate, Description, Domain, Parameter, ParameterKind, Rival};
-pub use effects::{CATALOGUE, card, law};
+pub use catalogue::{ExtendError, card, cards, extend, law};
 pub use experiment::{Abscissa, Demonstration, Motion, Output, StandRun};
-pub use law::{Contributions, Law, Point, Reading, Scalar, Shaft, Structure, T0_C, Thermal};
+pub use law::{Contributions, Dual, Law, LawScalar, LawSource, Point, Reading, Scalar, Shaft, Structure, T0_C, Thermal};
 pub use screening::{Elastic, HarmonicSource, Requirement, Screening};

@@ -48,7 +48,7 @@ fn record(list: &[(String, Vec<f64>)], ticks_per_row: usize) -> Vec<[f64; 5]> {
 
 #[test]
 fn a_rerun_is_the_same_to_the_last_bit() {
-    for card in drive_model::CATALOGUE {
+    for card in drive_model::cards() {
         let list = with(card.id);
         let bits = |rows: Vec<[f64; 5]>| rows.concat().iter().map(|x| x.to_bits()).collect::<Vec<_>>();
         assert_eq!(bits(record(&list, 10)), bits(record(&list, 10)), "{}", card.id);
@@ -60,7 +60,7 @@ fn a_finer_tick_changes_nothing_that_a_sensor_could_see() {
     println!(
         "greatest difference of rate (rad/s), angle (rad), row-mean current (A) between ticks of 100 and 25 µs (steps of 50 and 25 µs where the winding asks for them)"
     );
-    for card in drive_model::CATALOGUE {
+    for card in drive_model::cards() {
         let list = with(card.id);
         let (coarse, fine) = (record(&list, 10), record(&list, 40));
         // Impacts in a play amplify the last digits of their instants (neighbouring motions part by a factor at each): rms there.

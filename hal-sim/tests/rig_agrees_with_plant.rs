@@ -110,7 +110,7 @@ fn every_effect_moves_the_rig_as_it_moves_the_plant_to_a_tenth_of_the_noise() {
     println!("rms difference over noise: rate, angle increments, current");
     println!("{:26} {:>20} {:>20} {:>20}", "effect", "multi-step", "multisine", "prbs");
     let mut wrong = Vec::new();
-    for card in drive_model::CATALOGUE {
+    for card in drive_model::cards() {
         let stand = stand(card.id, &middle(card));
         let mut line = format!("{:26}", card.id);
         for kind in kinds {

@@ -143,7 +143,7 @@ fn case(id: &'static str, input: Input) -> Case {
 
 #[test]
 fn every_parameter_of_every_effect_has_the_derivative_of_its_finite_difference() {
-    for card in drive_model::CATALOGUE {
+    for card in drive_model::cards() {
         for input in [Input::Voltage, Input::Current, Input::Torque] {
             let case = case(card.id, input);
             let moved = check(&case, &format!("{} {input:?}", card.id));

@@ -25,7 +25,7 @@ fn drawn(draw: &mut Draw, p: &Parameter) -> f64 {
 #[test]
 fn the_step_is_finite_for_any_parameters() {
     let mut draw = Draw(21);
-    for card in drive_model::CATALOGUE {
+    for card in drive_model::cards() {
         for _ in 0..12 {
             let parameters: Vec<f64> = card.parameters.iter().map(|p| drawn(&mut draw, p)).collect();
             let drive = Drive { inertia: draw.log(2e-5, 3e-3), motor_constant: draw.log(3e-3, 0.2), resistance: draw.log(0.3, 20.0) };

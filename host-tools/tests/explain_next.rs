@@ -4,7 +4,7 @@
 mod common;
 
 use common::{MODEL, stand};
-use drive_model::{CATALOGUE, Rival, StandRun};
+use drive_model::{Rival, StandRun, cards};
 use host_tools::log::Log;
 use host_tools::report::explanation::sentences::command;
 use serde_json::Value;
@@ -30,9 +30,9 @@ fn proposed_runs_end_without_fault_within_sensor_range() {
 
 #[test]
 fn effects_have_runs_and_families_are_separable() {
-    for card in CATALOGUE {
+    for card in cards() {
         assert!(StandRun::ALL.contains(&card.next_run), "{}", card.id);
-        for other in CATALOGUE.iter().filter(|o| o.id != card.id && !card.family.is_empty() && o.family == card.family) {
+        for other in cards().iter().filter(|o| o.id != card.id && !card.family.is_empty() && o.family == card.family) {
             let rival = Rival::between(card, other).unwrap_or_else(|| panic!("{} and {}", card.id, other.id));
             assert!(StandRun::ALL.contains(&rival.run) && rival.separation.len() > 40, "{}", rival.separation);
             let reverse = Rival::between(other, card).map(|r| r.separation);

@@ -13,7 +13,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-use drive_model::CATALOGUE;
+use drive_model::cards;
 use rayon::ThreadPoolBuilder;
 use stand_tests::draw::{Drawn, MODES, OUTSIDERS, PROFILES, mode_name};
 use stand_tests::foreign::{cases, stand_data};
@@ -23,7 +23,7 @@ use stand_tests::verdicts::{Known, judge};
 fn main() -> ExitCode {
     // Cargo itself passes `--bench`.
     let words: Vec<String> = std::env::args().skip(1).filter(|w| !w.starts_with("--")).collect();
-    let effects: Vec<&str> = CATALOGUE.iter().map(|c| c.id).filter(|id| words.iter().any(|w| w == id)).collect();
+    let effects: Vec<&str> = cards().iter().map(|c| c.id).filter(|id| words.iter().any(|w| w == id)).collect();
     let numbers: Vec<u64> = words.iter().filter_map(|w| w.parse().ok()).collect();
     let number = |k: usize, otherwise: u64| numbers.get(k).copied().unwrap_or(otherwise);
     let first = number(1, 1);
@@ -31,8 +31,7 @@ fn main() -> ExitCode {
     match group {
         "foreign" => foreign(),
         "own" => {
-            let ids =
-                each(group, &if effects.is_empty() { CATALOGUE.iter().map(|c| c.id).collect() } else { effects }, number(0, 1), first);
+            let ids = each(group, &if effects.is_empty() { cards().iter().map(|c| c.id).collect() } else { effects }, number(0, 1), first);
             println!("{}", tables::own(&run(group, &ids)));
         }
         "outsiders" => println!("{}", tables::outsiders(&run(group, &each(group, &OUTSIDERS, number(0, 2), first)))),

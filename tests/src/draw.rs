@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use drive_model::{CATALOGUE, Card, ParameterKind};
+use drive_model::{Card, ParameterKind, cards};
 use hal_sim::plant::outsiders::{self, GrindingBearing, HuntingSupply, Outsiders, SectorRub, SlippingClutch};
 use hal_sim::plant::{Plant, Stand};
 use hal_sim::session::{self, SessionRequest};
@@ -123,7 +123,7 @@ impl Drawn {
             }
             ("nulls", 4) => {}
             ("known", 4) => {
-                let known: Vec<&Card> = CATALOGUE.iter().copied().filter(|c| !BELIEVED.contains(&c.id) && is_told_apart(c.id)).collect();
+                let known: Vec<&Card> = cards().iter().copied().filter(|c| !BELIEVED.contains(&c.id) && is_told_apart(c.id)).collect();
                 drawn.put(known[draw.below(known.len())].id, &mut draw);
             }
             _ => return None,
@@ -262,7 +262,7 @@ fn is_told_apart(id: &str) -> bool {
 fn several(n: usize, draw: &mut Draw) -> Vec<String> {
     let mut chosen: Vec<&Card> = Vec::new();
     while chosen.len() < n.min(5) {
-        let card = CATALOGUE[draw.below(CATALOGUE.len())];
+        let card = cards()[draw.below(cards().len())];
         // One shaft; one of a family; no part of the structure on which another rests; the brake is the user's, not hidden.
         let clash = |other: &&Card| {
             let pair = [card.id, other.id];

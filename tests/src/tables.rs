@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use drive_model::CATALOGUE;
+use drive_model::cards;
 
 use crate::verdicts::{Outcome, stem};
 
@@ -62,7 +62,7 @@ pub fn foreign(lines: &[Line]) -> String {
 pub fn is_right(line: &Line) -> bool {
     match line.hidden.as_slice() {
         [] => line.outcome.verdict == "adequate",
-        [one] if CATALOGUE.iter().any(|c| c.id == one) => {
+        [one] if cards().iter().any(|c| c.id == one) => {
             let o = &line.outcome;
             o.names_family_first(one) || (o.visible.is_empty() && o.verdict == "adequate")
         }
@@ -77,7 +77,7 @@ pub fn own(lines: &[Line]) -> String {
     text += "|---|---|---|---|---|---|---|---|---|\n";
     let mut confused: BTreeMap<(String, String), Vec<String>> = BTreeMap::new();
     let mut all: Vec<&Line> = Vec::new();
-    for card in CATALOGUE {
+    for card in cards() {
         let of: Vec<&Line> = lines.iter().filter(|l| l.hidden.iter().any(|h| h == card.id)).collect();
         if !of.is_empty() {
             text += &own_line(card.id, &of);

@@ -4,7 +4,7 @@
 //! by itself what is new in it. The command's options are walked over in `host-tools/tests/options.rs`.
 #![allow(clippy::unwrap_used)]
 
-use drive_model::{CATALOGUE, Card, Domain, Parameter, ParameterKind};
+use drive_model::{Card, Domain, Parameter, ParameterKind, cards};
 use hal_sim::gyro::SingleAxis;
 use hal_sim::plant::{Plant, Stand};
 use hal_sim::session::{Record, SessionRequest, run};
@@ -41,7 +41,7 @@ fn seconds(stand: &Stand) -> f64 {
 
 #[test]
 fn every_effect_that_can_be_hidden_changes_the_log_open_and_closed_loop() {
-    let silent: Vec<String> = CATALOGUE
+    let silent: Vec<String> = cards()
         .par_iter()
         .flat_map_iter(|card| MODES.map(|mode| (card, mode)))
         .filter_map(|(card, mode)| {
@@ -57,7 +57,7 @@ fn every_effect_that_can_be_hidden_changes_the_log_open_and_closed_loop() {
 
 #[test]
 fn in_the_open_loop_an_effect_of_the_measurement_moves_a_reading_and_nothing_else() {
-    for card in CATALOGUE.iter().filter(|c| c.domain == Domain::Measurement) {
+    for card in cards().iter().filter(|c| c.domain == Domain::Measurement) {
         let mut stand = Stand::default();
         hidden::hide(card.id, &mut stand).unwrap();
         let request = steps(Mode::Voltage, 2.0);
@@ -110,7 +110,7 @@ fn run_file(file: &Table, request: SessionRequest) -> Record {
 /// resistance; what the true series alone shows, no log of these sensors would.
 #[test]
 fn every_parameter_of_every_effect_changes_the_record() {
-    let silent: Vec<String> = CATALOGUE
+    let silent: Vec<String> = cards()
         .par_iter()
         .flat_map_iter(|card| {
             let file = file_with(card);

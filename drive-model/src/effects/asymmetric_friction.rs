@@ -33,6 +33,7 @@ pub const CARD: Card = Card {
     family: "offset",
     rivals: &[Rival::by_rate_dependence("stribeck"), Rival::by_rate_dependence("quadratic-drag")],
     next_run: StandRun::HIGH_RATES,
+    law: &AsymmetricFriction,
     description: Description {
         summary: "Friction is higher in one direction: worn screws, tilted brushes, a preloaded bearing.",
         signature: "Forward and backward runs at the same |rate| need different currents.",

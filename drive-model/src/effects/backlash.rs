@@ -61,6 +61,7 @@ pub const CARD: Card = Card {
     }),
     limited_at_zero: &[0, 2],
     clearance: Some(0),
+    law: &Backlash,
     description: Description {
         summary: "There is play between motor and platform: a worn gear or coupling.",
         signature: "After each torque reversal the platform coasts through the gap and is then hit by the flank.",

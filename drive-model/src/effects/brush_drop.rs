@@ -29,6 +29,7 @@ pub const CARD: Card = Card {
     }],
     next_run: StandRun::BREAKAWAY,
     limited_at_zero: &[0],
+    law: &BrushDrop,
     description: Description {
         summary: "A film between brush and commutator drops a nearly constant voltage.",
         signature: "No current flows until the voltage exceeds the drop: a dead zone of the voltage.",

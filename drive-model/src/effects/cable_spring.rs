@@ -39,6 +39,7 @@ pub const CARD: Card = Card {
         abscissa: Abscissa::TotalAngle,
         added: &[],
     }),
+    law: &CableSpring,
     description: Description {
         summary: "The cable to the platform winds up and pulls back.",
         signature: "The required torque grows with the angle over many turns; the platform unwinds at rest.",

@@ -49,6 +49,7 @@ pub const CARD: Card = Card {
     }],
     next_run: StandRun::LOW_RATES,
     compensation: Some(Compensation::Harmonic),
+    law: &Cogging,
     description: Description {
         summary: "The magnets pull the iron teeth of the armature towards the nearest pole, with or without current.",
         signature: "The rate ripples at a fixed number of periods per turn, most at low rates; at rest the rotor moves from tooth to tooth.",

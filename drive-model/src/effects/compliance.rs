@@ -56,6 +56,7 @@ pub const CARD: Card = Card {
         added: &[],
     }),
     limited_at_zero: &[1],
+    law: &Compliance,
     description: Description {
         summary: "An elastic part connects motor and platform: a coupling, a belt, a thin shaft.",
         signature: "After every step the rate oscillates at one frequency; high-frequency excitation hardly reaches the platform.",

@@ -35,6 +35,7 @@ pub const CARD: Card = Card {
     compensation: Some(Compensation::CoulombTorque),
     limited_at_zero: &[0],
     dry_friction: Some(0),
+    law: &Coulomb,
     description: Description {
         summary: "Brushes and bearings rub with a torque that is independent of the rate, opposes the motion, and holds the rotor at rest.",
         signature: "The residual jumps where the rate changes sign; the rotor stays at rest under a small voltage; a coast-down is a straight line that ends in finite time.",

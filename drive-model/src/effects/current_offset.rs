@@ -28,6 +28,7 @@ pub const CARD: Card = Card {
         abscissa: Abscissa::Coordinate(Coordinate::Time),
         added: &[],
     }),
+    law: &CurrentOffset,
     description: Description {
         summary: "The current sensor reads a current where none flows.",
         signature: "The current channel is off by a constant.",

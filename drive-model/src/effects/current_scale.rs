@@ -30,6 +30,7 @@ pub const CARD: Card = Card {
         abscissa: Abscissa::Coordinate(Coordinate::Current),
         added: &[],
     }),
+    law: &CurrentScale,
     description: Description {
         summary: "The current sensor reads a fixed percentage too much or too little: a shunt off its nominal value.",
         signature: "The error of the current channel is proportional to the current.",

@@ -24,6 +24,7 @@ pub const CARD: Card = Card {
     family: "voltage-drop",
     next_run: StandRun::BREAKAWAY,
     limited_at_zero: &[0],
+    law: &DeadTime,
     description: Description {
         summary: "Between switching one transistor off and the other on, the current flows through a diode; a constant voltage is lost.",
         signature: "A dead zone of the commanded voltage, which the terminal voltage does not show.",

@@ -60,6 +60,7 @@ pub const CARD: Card = Card {
         abscissa: Abscissa::Coordinate(Coordinate::Theta),
         added: &[],
     }),
+    law: &EncoderEccentricity,
     description: Description {
         summary: "The code disc is mounted off the axis (harmonic order 1) or is oval (harmonic order 2).",
         signature: "A ripple of the angle and of the rate derived from it, proportional to the rate; no torque causes it.",

@@ -31,6 +31,7 @@ pub const CARD: Card = Card {
         added: &[],
     }),
     compensation: Some(Compensation::WindingTimeConstant),
+    law: &Inductance,
     description: Description {
         summary: "The current cannot jump: it rises with the electrical time constant L/R.",
         signature: "The measured current lags behind the model after every voltage step.",

@@ -31,6 +31,7 @@ pub const CARD: Card = Card {
         Rival::by_rate_dependence("quadratic-drag"),
     ],
     next_run: StandRun::HIGH_RATES,
+    law: &Load,
     description: Description {
         summary: "A weight on a cord, or an offset of the drive, turns the rotor in one direction.",
         signature: "The rate drifts at zero voltage; forward and backward runs differ by the same torque at every rate.",

@@ -38,6 +38,7 @@ pub const CARD: Card = Card {
         Rival { effect: "viscous-temperature", separation: ONCE_OR_REPEATED, run: StandRun::STEPS },
         Rival { effect: "resistance-temperature", separation: ONCE_OR_REPEATED, run: StandRun::STEPS },
     ],
+    law: &LoadStep,
     description: Description {
         summary: "Something began to rub, or a weight was added, during the record.",
         signature: "The model fits until t0 and is off by a constant torque afterwards.",

@@ -31,6 +31,7 @@ pub const CARD: Card = Card {
         abscissa: Abscissa::Coordinate(Coordinate::Current),
         added: &[],
     }),
+    law: &MagneticSaturation,
     description: Description {
         summary: "At high current the iron saturates and the torque is no longer proportional to the current.",
         signature: "The torque per ampere falls at high current.",

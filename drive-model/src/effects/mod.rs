@@ -1,59 +1,46 @@
-//! The catalogue: every effect, a file each.
+//! The effects of the catalogue, a file each.
 
-use crate::{Card, Law, Scalar};
+use crate::Card;
 
 macro_rules! catalogue {
-    ($($file:ident::$law:ident,)*) => {
+    ($($file:ident,)*) => {
         $(pub mod $file;)*
 
-        /// Every effect, in the catalogue's order (which decides between rivals that a log cannot tell apart).
-        pub const CATALOGUE: &[&Card] = &[$(&$file::CARD),*];
-
-        /// The law of an effect by its identifier; `None` where the catalogue has no such effect.
-        pub fn law<S: Scalar>(id: &str) -> Option<Box<dyn Law<S>>> {
-            $(if id == $file::CARD.id {
-                return Some(Box::new($file::$law));
-            })*
-            None
-        }
+        /// The built-in effects. The order decides between effects that a log cannot distinguish: the first one is named.
+        pub(crate) static BUILT_IN: &[&Card] = &[$(&$file::CARD),*];
     };
 }
 
 catalogue! {
-    viscous::Viscous,
-    coulomb::Coulomb,
-    asymmetric_friction::AsymmetricFriction,
-    load::Load,
-    stribeck::Stribeck,
-    presliding::Presliding,
-    quadratic_drag::QuadraticDrag,
-    viscous_temperature::ViscousTemperature,
-    cogging::Cogging,
-    unbalance::Unbalance,
-    torque_ripple::TorqueRipple,
-    cable_spring::CableSpring,
-    load_step::LoadStep,
-    compliance::Compliance,
-    backlash::Backlash,
-    inductance::Inductance,
-    brush_drop::BrushDrop,
-    dead_time::DeadTime,
-    resistance_temperature::ResistanceTemperature,
-    supply_droop::SupplyDroop,
-    magnetic_saturation::MagneticSaturation,
-    encoder_eccentricity::EncoderEccentricity,
-    sensor_lag::SensorLag,
-    time_skew::TimeSkew,
-    rate_scale::RateScale,
-    rate_scale_nonlinearity::RateScaleNonlinearity,
-    rate_bias::RateBias,
-    rate_bias_temperature::RateBiasTemperature,
-    rate_g_sensitivity::RateGSensitivity,
-    current_offset::CurrentOffset,
-    current_scale::CurrentScale,
-}
-
-/// The card of an effect by its identifier.
-pub fn card(id: &str) -> Option<&'static Card> {
-    CATALOGUE.iter().copied().find(|c| c.id == id)
+    viscous,
+    coulomb,
+    asymmetric_friction,
+    load,
+    stribeck,
+    presliding,
+    quadratic_drag,
+    viscous_temperature,
+    cogging,
+    unbalance,
+    torque_ripple,
+    cable_spring,
+    load_step,
+    compliance,
+    backlash,
+    inductance,
+    brush_drop,
+    dead_time,
+    resistance_temperature,
+    supply_droop,
+    magnetic_saturation,
+    encoder_eccentricity,
+    sensor_lag,
+    time_skew,
+    rate_scale,
+    rate_scale_nonlinearity,
+    rate_bias,
+    rate_bias_temperature,
+    rate_g_sensitivity,
+    current_offset,
+    current_scale,
 }

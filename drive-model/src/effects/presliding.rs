@@ -33,6 +33,7 @@ pub const CARD: Card = Card {
         abscissa: Abscissa::Coordinate(Coordinate::History),
         added: &[],
     }),
+    law: &Presliding,
     description: Description {
         summary: "Before it slides, dry friction acts as a spring: the asperities bend like bristles.",
         signature: "After each reversal the friction builds up over an angle c/σ instead of jumping; at rest the rotor oscillates and creeps back.",

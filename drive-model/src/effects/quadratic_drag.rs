@@ -33,6 +33,7 @@ pub const CARD: Card = Card {
         abscissa: Abscissa::Coordinate(Coordinate::Omega),
         added: &[],
     }),
+    law: &QuadraticDrag,
     description: Description {
         summary: "The platform accelerates air: the drag grows with the square of the rate.",
         signature: "At high rates the rate falls below the straight line of rate over voltage.",

@@ -28,6 +28,7 @@ pub const CARD: Card = Card {
         abscissa: Abscissa::Coordinate(Coordinate::Time),
         added: &[],
     }),
+    law: &RateBias,
     description: Description {
         summary: "The rate sensor reads a rate at rest.",
         signature: "The rate channel is off by a constant, also at rest.",

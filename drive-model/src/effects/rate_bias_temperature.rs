@@ -29,6 +29,7 @@ pub const CARD: Card = Card {
         abscissa: Abscissa::Coordinate(Coordinate::Temperature),
         added: &[Demonstration::WEIGHT],
     }),
+    law: &RateBiasTemperature,
     description: Description {
         summary: "The bias of the rate sensor changes with temperature.",
         signature: "The rate channel drifts away from the encoder while the stand warms up.",

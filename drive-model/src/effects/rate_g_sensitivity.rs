@@ -33,6 +33,7 @@ pub const CARD: Card = Card {
     requires: &[Requirement::Angle, Requirement::ComparedRate, Requirement::Turns { min: 1.5, rival: None }],
     family: "order-one",
     next_run: StandRun::LOW_RATES,
+    law: &RateGSensitivity,
     description: Description {
         summary: "The rate sensor responds to acceleration; on a tilted stand gravity rotates through its axes once per turn.",
         signature: "A ripple of harmonic order 1 in the rate channel alone, of the same amplitude at every rate.",

@@ -23,6 +23,7 @@ pub const CARD: Card = Card {
     requires: &[Requirement::ComparedRate],
     family: "rate-scale",
     next_run: StandRun::HIGH_RATES,
+    law: &RateScale,
     description: Description {
         summary: "The rate sensor reads a fixed percentage too much or too little compared with the encoder.",
         signature: "Rate and derivative of the angle differ in proportion to the rate.",

@@ -38,6 +38,7 @@ pub const CARD: Card = Card {
         abscissa: Abscissa::Coordinate(Coordinate::Omega),
         added: &[],
     }),
+    law: &RateScaleNonlinearity,
     description: Description {
         summary: "The scale factor of the rate sensor changes towards the end of its range.",
         signature: "Rate and derivative of the angle differ at high rates by more than in proportion.",

@@ -56,6 +56,7 @@ pub const CARD: Card = Card {
         added: &[Demonstration::WEIGHT],
     }),
     unused_with_temperature: &[1, 2],
+    law: &ResistanceTemperature,
     description: Description {
         summary: "The resistance of copper rises by 0.39 % per kelvin.",
         signature: "Under load the current falls slowly at constant voltage.",

@@ -36,6 +36,7 @@ pub const CARD: Card = Card {
         added: &[],
     }),
     limited_at_zero: &[0],
+    law: &SensorLag,
     description: Description {
         summary: "The rate sensor has a finite bandwidth: its reading is delayed and smoothed.",
         signature: "The error of the rate channel is proportional to the acceleration.",

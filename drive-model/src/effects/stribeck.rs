@@ -42,6 +42,7 @@ pub const CARD: Card = Card {
     }),
     limited_at_zero: &[0],
     dry_friction: Some(0),
+    law: &Stribeck,
     description: Description {
         summary: "Breakaway takes more torque than sliding: the lubricant film builds up with the rate.",
         signature: "At low rates the friction falls with rising rate: the loop hunts (stick-slip) and the rotor leaves rest with a jerk.",

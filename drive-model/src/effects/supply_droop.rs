@@ -24,6 +24,7 @@ pub const CARD: Card = Card {
     uses_supply: true,
     family: "resistance",
     next_run: StandRun::VARYING_CURRENT,
+    law: &SupplyDroop,
     description: Description {
         summary: "The voltage of the supply and its leads falls under load.",
         signature: "The drive is weaker than commanded when the current is high.",

@@ -31,6 +31,7 @@ pub const CARD: Card = Card {
         added: &[],
     }),
     limited_at_zero: &[0],
+    law: &TimeSkew,
     description: Description {
         summary: "One channel has late time stamps: a filter, a bus, another clock.",
         signature: "The error of this channel is proportional to its slope.",

@@ -50,6 +50,7 @@ pub const CARD: Card = Card {
         abscissa: Abscissa::Coordinate(Coordinate::Theta),
         added: &[Demonstration::WEIGHT],
     }),
+    law: &TorqueRipple,
     description: Description {
         summary: "The motor constant varies with the angle: few commutator segments, uneven magnets.",
         signature: "A ripple at a fixed harmonic order that grows with the current and appears in the back-EMF.",

@@ -39,6 +39,7 @@ pub const CARD: Card = Card {
     }],
     next_run: StandRun::LOW_RATES,
     compensation: Some(Compensation::FirstHarmonic),
+    law: &Unbalance,
     description: Description {
         summary: "The centre of mass is off the axis and the axis is not vertical: gravity applies a torque with one period per turn.",
         signature: "A ripple of harmonic order 1, strongest at low rates; the platform always comes to rest at the same angle.",

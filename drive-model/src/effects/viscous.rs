@@ -36,6 +36,7 @@ pub const CARD: Card = Card {
         added: &[],
     }),
     compensation: Some(Compensation::ViscousCoefficient),
+    law: &Viscous,
     description: Description {
         summary: "Oil and eddy currents oppose the motion in proportion to the rate.",
         signature: "The steady rate falls below proportionality to the voltage; a coast-down is exponential.",

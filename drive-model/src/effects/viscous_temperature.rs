@@ -31,6 +31,7 @@ pub const CARD: Card = Card {
         abscissa: Abscissa::Coordinate(Coordinate::Temperature),
         added: &[Demonstration::WEIGHT, ("viscous", "viscous_N_m_s", 2e-4)],
     }),
+    law: &ViscousTemperature,
     description: Description {
         summary: "The viscosity of grease falls with temperature, and so does the viscous friction.",
         signature: "The same voltage gives a slowly rising rate while the stand warms up.",

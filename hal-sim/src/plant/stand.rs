@@ -250,7 +250,7 @@ impl Stand {
         let mut placed = Vec::new();
         // In the catalogue's order, so that the order of a file does not matter.
         let mut names: Vec<&String> = self.effects.keys().collect();
-        let place = |name: &str| drive_model::CATALOGUE.iter().position(|c| c.id == stem(name));
+        let place = |name: &str| drive_model::cards().iter().position(|c| c.id == stem(name));
         names.sort_by_key(|name| place(name));
         for name in names {
             let given = &self.effects[name];

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use drive_model::{CATALOGUE, Card, Elastic, ParameterKind};
+use drive_model::{Card, Elastic, ParameterKind, cards};
 use hal_sim::plant::Stand;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
@@ -58,7 +58,7 @@ const PARAMETER_STREAM: u64 = 0x5741_4e44;
 pub fn hide(argument: &str, stand: &mut Stand) -> Result<HiddenEffect, HideError> {
     let (card, seed) = match argument.parse::<u64>() {
         Ok(seed) => {
-            let free: Vec<_> = CATALOGUE.iter().filter(|c| !stand.effects.contains_key(c.id) && !is_second_shaft(c, stand)).collect();
+            let free: Vec<_> = cards().iter().filter(|c| !stand.effects.contains_key(c.id) && !is_second_shaft(c, stand)).collect();
             let mut generator = Xoshiro256PlusPlus::seed_from_u64(seed);
             let card = free.get((uniform(&mut generator) * free.len() as f64) as usize).ok_or(HideError::NoneLeft)?;
             (**card, seed)
@@ -66,7 +66,7 @@ pub fn hide(argument: &str, stand: &mut Stand) -> Result<HiddenEffect, HideError
         Err(_) => {
             let card = drive_model::card(argument).ok_or_else(|| HideError::Unknown {
                 argument: argument.to_owned(),
-                near: nearest(argument, CATALOGUE.iter().map(|c| c.id)),
+                near: nearest(argument, cards().iter().map(|c| c.id)),
             })?;
             (card, NAMED_SEED)
         }
@@ -90,7 +90,7 @@ pub fn hide(argument: &str, stand: &mut Stand) -> Result<HiddenEffect, HideError
 /// The effect has a shaft, and the stand has one already: a drive has one shaft.
 fn is_second_shaft(card: &Card, stand: &Stand) -> bool {
     let is_shaft = |card: &Card| card.elastic == Some(Elastic::Shaft);
-    is_shaft(card) && CATALOGUE.iter().any(|c| is_shaft(c) && stand.effects.contains_key(c.id))
+    is_shaft(card) && cards().iter().any(|c| is_shaft(c) && stand.effects.contains_key(c.id))
 }
 
 /// Uniform in [0, 1), with 53 bits.

@@ -1,7 +1,7 @@
 //! `stand effects [ID]`: the catalogue of effects, or the description of one.
 
 use clap::Args;
-use drive_model::CATALOGUE;
+use drive_model::cards;
 
 use super::error::CliError;
 use super::output::{ReportOutput, is_terminal};
@@ -26,7 +26,7 @@ impl Effects {
             return self.output.html(effects::list_html);
         };
         let card = drive_model::card(id).ok_or_else(|| {
-            let hint = nearest(id, CATALOGUE.iter().map(|c| c.id)).map_or(String::new(), |n| format!("; did you mean `{n}`?"));
+            let hint = nearest(id, cards().iter().map(|c| c.id)).map_or(String::new(), |n| format!("; did you mean `{n}`?"));
             CliError::Input(format!("`{id}` is not an effect of the catalogue{hint} (`stand effects` lists all)"))
         })?;
         self.output.text(&effects::effect_text(card, is_terminal()))?;

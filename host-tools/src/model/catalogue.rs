@@ -1,6 +1,6 @@
 //! Names of the model file: base parameters, effects with instance numbers; a blank file.
 
-use drive_model::{CATALOGUE, Card, Parameter, ParameterKind, Structure, card, law};
+use drive_model::{Card, Parameter, ParameterKind, Structure, card, cards, law};
 
 use super::Input;
 use super::error::ModelErrorKind;
@@ -77,12 +77,12 @@ pub(super) fn is_structural(card: &Card) -> bool {
 
 /// Effects that have a parameter of that name (without suffix).
 pub(super) fn owners(parameter: &str) -> Vec<&'static str> {
-    CATALOGUE.iter().filter(|c| c.parameters.iter().any(|p| p.name == parameter)).map(|c| c.id).collect()
+    cards().iter().filter(|c| c.parameters.iter().any(|p| p.name == parameter)).map(|c| c.id).collect()
 }
 
 /// All parameter names of the catalogue.
 pub(super) fn parameter_names() -> impl Iterator<Item = &'static str> {
-    BASE.iter().map(|p| p.name).chain(CATALOGUE.iter().flat_map(|c| c.parameters.iter().map(|p| p.name)))
+    BASE.iter().map(|p| p.name).chain(cards().iter().flat_map(|c| c.parameters.iter().map(|p| p.name)))
 }
 
 /// A number for a file: the fewest digits that read back exactly, with an exponent for very small and large values.

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use drive_model::{CATALOGUE, Card};
+use drive_model::{Card, cards};
 use toml_edit::TableLike;
 
 use super::catalogue;
@@ -83,7 +83,7 @@ impl Reader<'_> {
                 Some(Err(kind)) => return self.fail(span.clone(), key, kind),
                 None if own.contains_key(name) => {}
                 None => {
-                    let known = CATALOGUE.iter().map(|c| c.id).chain(own.iter().map(|(k, _)| k));
+                    let known = cards().iter().map(|c| c.id).chain(own.iter().map(|(k, _)| k));
                     let near = nearest(name, known);
                     let known = "`stand effects` lists all effects".to_owned();
                     return self.fail(span.clone(), key, ModelErrorKind::Unknown { what: "effect", name: (*name).to_owned(), near, known });

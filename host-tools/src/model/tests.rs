@@ -199,7 +199,7 @@ fn each_input_needs_its_base_parameters() {
 
 #[test]
 fn every_effect_can_be_added_and_removed() {
-    for card in drive_model::CATALOGUE {
+    for card in drive_model::cards() {
         let mut model = example();
         if model.effects().iter().any(|e| e.card.id == card.id) {
             continue;

@@ -1,6 +1,6 @@
 //! Comparison of the refitted candidates: evidence for each, the best one, and those that the logs cannot distinguish from it.
 
-use drive_model::{CATALOGUE, Card};
+use drive_model::{Card, cards};
 use rayon::prelude::*;
 
 use super::answer::{Candidate, Estimate};
@@ -63,7 +63,7 @@ fn compare(base: &FittedModel, mut fitted: Vec<FittedCandidate>, tests: usize) -
 
 /// Position in the catalogue.
 fn position(card: &Card) -> usize {
-    CATALOGUE.iter().position(|c| c.id == card.id).unwrap_or(usize::MAX)
+    cards().iter().position(|c| c.id == card.id).unwrap_or(usize::MAX)
 }
 
 impl AddingStep<'_> {

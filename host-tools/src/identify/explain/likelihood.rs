@@ -14,7 +14,7 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use super::criteria::WhiteningCriteria;
 use crate::identify::fit::InitialStates;
 use crate::identify::fit::parameters::Dual;
-use crate::identify::fit::simulate::{LawScalar, System, run};
+use crate::identify::fit::simulate::{FitScalar, System, run};
 use crate::identify::fit::{self, Parameters, PreparedLog};
 
 /// A whitening filter per channel.
@@ -94,7 +94,7 @@ impl Whitener {
         log_rows: &[Range<usize>],
     ) -> WhitenedSums
     where
-        Dual<N>: LawScalar,
+        Dual<N>: FitScalar,
     {
         let rig = system.rig::<Dual<N>>(parameters, data.driven);
         let free = parameters.free().len();

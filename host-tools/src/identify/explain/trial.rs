@@ -4,7 +4,7 @@
 //! effects at once. An effect whose zero is singular is screened at a few finite values, each simulated alone. The values follow from the model
 //! and the logs (resonances that the sampling resolves, a fraction of the largest current), not from one stand.
 
-use drive_model::{CATALOGUE, Card, Elastic, ParameterKind, Screening};
+use drive_model::{Card, Elastic, ParameterKind, Screening, cards};
 
 use super::criteria::TrialCriteria;
 use super::fitted_model::FittedModel;
@@ -68,7 +68,7 @@ pub struct Invisible {
 /// All trials beside a model, and the effects that the logs cannot show.
 pub fn list(base: &FittedModel, orders: &HarmonicOrders) -> (Vec<Trial>, Vec<Invisible>) {
     let (mut trials, mut invisible) = (Vec::new(), Vec::new());
-    for card in CATALOGUE.iter().copied().filter(|card| may_be_added(&base.model, card)) {
+    for card in cards().iter().copied().filter(|card| may_be_added(&base.model, card)) {
         match not_visible(card, base) {
             Some(reason) => invisible.push(Invisible { card, reason }),
             None => trials.extend(trials_of(card, base, orders)),

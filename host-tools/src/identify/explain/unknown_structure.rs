@@ -18,7 +18,7 @@ use super::harmonics::search_frequencies;
 use super::likelihood::{Whitener, delta_bic};
 use super::piecewise_linear::PiecewiseLinear;
 use super::trial::turns;
-use crate::identify::fit::build::{self, GenericLaw, append_linear};
+use crate::identify::fit::build::{self, append_linear};
 use crate::identify::fit::normal_equations::{MAX_UNKNOWNS, linearize};
 use crate::identify::fit::simulate::System;
 use crate::identify::fit::solve::Iterate;
@@ -101,7 +101,7 @@ const SCORE_DAMPING: f64 = 1e-6;
 /// Decrease of χ² that the linear model predicts for a law.
 fn score(base: &FittedModel, law: &PiecewiseLinear) -> f64 {
     let (mut system, mut parameters) = (base.system.clone(), base.fit.parameters.clone());
-    append_linear(&mut system, &mut parameters, NAME, Arc::new(GenericLaw(law.clone())), law.count);
+    append_linear(&mut system, &mut parameters, NAME, Arc::new(law.clone()), law.count);
     let states = base.initial_states_for(&system, &parameters, &base.data);
     let equations = linearize(&system, &parameters, &base.data, &states).weighted(&states, &base.weights);
     equations.step(SCORE_DAMPING, &[]).map_or(0.0, |s| if s.predicted_decrease.is_finite() { s.predicted_decrease } else { 0.0 })
@@ -113,7 +113,7 @@ const CONFIDENCE_SIGMAS: f64 = 1.96;
 /// A law, fitted and compared, with the expression that describes it.
 fn fit_piecewise_linear(base: &FittedModel, law: &PiecewiseLinear) -> Option<Unknown> {
     let (mut system, mut parameters) = (base.system.clone(), base.fit.parameters.clone());
-    let own = append_linear(&mut system, &mut parameters, NAME, Arc::new(GenericLaw(law.clone())), law.count);
+    let own = append_linear(&mut system, &mut parameters, NAME, Arc::new(law.clone()), law.count);
     let states = base.initial_states_for(&system, &parameters, &base.data);
     let end = base.minimize(&system, &parameters, &base.data, &states, Goal::Minimum);
     let equations = end.normal_equations(&base.weights);

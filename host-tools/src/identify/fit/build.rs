@@ -3,34 +3,11 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use drive_model::{Card, Law};
+use drive_model::{Card, LawSource};
 
-use super::parameters::{Dual, Parameter, Parameters};
-use super::simulate::{Effect, LawSource, System};
+use super::parameters::{Parameter, Parameters};
+use super::simulate::{Effect, System};
 use crate::model::Model;
-
-/// Source of the law of a catalogue effect, by its identifier.
-struct CatalogueLaw(&'static str);
-
-/// Implements the functions of [`LawSource`] with one expression.
-macro_rules! in_every_scalar {
-    ($source:ident => $law:expr) => {
-        in_every_scalar!(@ $source => $law, plain f64, dual8 Dual<8>, dual12 Dual<12>, dual16 Dual<16>, dual32 Dual<32>);
-    };
-    (@ $source:ident => $law:expr, $($make:ident $scalar:ty),*) => {$(
-        fn $make(&self) -> Box<dyn Law<$scalar>> {
-            let $source = self;
-            $law
-        }
-    )*};
-}
-
-impl LawSource for CatalogueLaw {
-    in_every_scalar!(source => {
-        #[expect(clippy::expect_used, reason = "the identifier comes from the catalogue itself")]
-        drive_model::law(source.0).expect("an effect of the catalogue")
-    });
-}
 
 /// The system of a model, and its parameters in the order of the model.
 ///
@@ -51,10 +28,10 @@ pub fn system(model: &Model, temperature_is_measured: bool) -> (System, Paramete
             list[first].polar = Some(last);
             list[last].polar = Some(first);
         }
-        effects.push(Effect { name: used.name(), source: Arc::new(CatalogueLaw(used.card.id)), parameters: used.parameters.clone() });
+        effects.push(Effect { name: used.name(), source: Arc::new(used.card.law), parameters: used.parameters.clone() });
     }
     for own in model.user_effects() {
-        effects.push(Effect { name: own.name.clone(), source: Arc::new(GenericLaw(own.clone())), parameters: own.parameters.clone() });
+        effects.push(Effect { name: own.name.clone(), source: Arc::new(own.clone()), parameters: own.parameters.clone() });
     }
     let system = System {
         inertia: model.index("inertia_kg_m2"),
@@ -80,7 +57,7 @@ pub fn append(system: &mut System, parameters: &mut Parameters, card: &'static C
         parameters.list[first].polar = Some(range.end - 1);
         parameters.list[range.end - 1].polar = Some(first);
     }
-    system.effects.push(Effect { name: card.id.to_owned(), source: Arc::new(CatalogueLaw(card.id)), parameters: range.clone().collect() });
+    system.effects.push(Effect { name: card.id.to_owned(), source: Arc::new(card.law), parameters: range.clone().collect() });
     range
 }
 
@@ -91,14 +68,4 @@ pub fn append_linear(system: &mut System, parameters: &mut Parameters, name: &st
     let range = first..parameters.list.len();
     system.effects.push(Effect { name: name.to_owned(), source: law, parameters: range.clone().collect() });
     range
-}
-
-/// Source of one law in each scalar type, for a type that implements [`Law`] for all of them.
-pub struct GenericLaw<T>(pub T);
-
-impl<T> LawSource for GenericLaw<T>
-where
-    T: Clone + Law<f64> + Law<Dual<8>> + Law<Dual<12>> + Law<Dual<16>> + Law<Dual<32>> + 'static,
-{
-    in_every_scalar!(source => Box::new(source.0.clone()));
 }

@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, SVector, SymmetricEigen};
 use super::Unidentifiable;
 use super::normal_equations::NormalEquations;
 use super::parameters::{Dual, Parameters};
-use super::simulate::{LawScalar, run};
+use super::simulate::{FitScalar, run};
 use super::solve::{Iterate, Problem};
 use crate::statistics::Extremes;
 
@@ -124,7 +124,7 @@ pub fn covariance(problem: Problem, iterate: &Iterate, colours: &[NoiseColour], 
 /// Covariance of the score Σ w J r, by segment.
 fn scores<const N: usize>(problem: Problem, iterate: &Iterate, colours: &[NoiseColour]) -> Vec<DMatrix<f64>>
 where
-    Dual<N>: LawScalar,
+    Dual<N>: FitScalar,
 {
     let Problem { system, data, weights } = problem;
     let (parameters, initial_states) = (&iterate.parameters, &iterate.initial_states);

@@ -30,7 +30,7 @@ pub use initial_states::{InitialStateKind, InitialStates, initial_state_kinds, s
 use normal_equations::MAX_UNKNOWNS;
 pub use parameters::{Parameter, Parameters};
 pub use prepared_log::{ComparedChannel, PreparedLog};
-pub use simulate::{Effect, LawSource, System};
+pub use simulate::{Effect, System};
 pub use solve::{Iterate, Problem};
 
 /// Why a model cannot be simulated along a log.

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::initial_states::{InitialStateKind, InitialStates};
 use super::parameters::{Dual, Parameters};
 use super::prepared_log::PreparedLog;
-use super::simulate::{LawScalar, System, run};
+use super::simulate::{FitScalar, System, run};
 use super::solve::Problem;
 use crate::statistics::Extremes;
 
@@ -72,7 +72,7 @@ pub fn linearize_below(problem: Problem, parameters: &Parameters, initial_states
 
 fn linearize_in<const N: usize>(problem: Problem, parameters: &Parameters, initial_states: &InitialStates, max_chi2: f64) -> Linearization
 where
-    Dual<N>: LawScalar,
+    Dual<N>: FitScalar,
 {
     let Problem { system, data, weights } = problem;
     let rig = system.rig::<Dual<N>>(parameters, data.driven);

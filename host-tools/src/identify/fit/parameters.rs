@@ -3,12 +3,10 @@
 //! The coordinate of a positive parameter is its logarithm, that of a fraction its logit, those of an amplitude with its phase a·cos φ and
 //! a·sin φ; that of any other parameter is its value. Results are given for the parameters of the model file.
 
+pub use drive_model::Dual;
 use drive_model::{Card, ParameterKind, Scalar};
 use nalgebra::SVector;
-use num_dual::{Derivative, DualSVec64};
-
-/// A dual number with `N` derivatives.
-pub type Dual<const N: usize> = DualSVec64<N>;
+use num_dual::Derivative;
 
 /// A scalar that carries the derivatives by the unknowns, by index.
 pub trait DerivativeScalar: Scalar {

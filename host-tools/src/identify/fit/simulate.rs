@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use drive_model::{Law, Scalar};
+use drive_model::{LawScalar, LawSource, Scalar};
 use drive_rig::{Base, Rig};
 
 use super::initial_states::{InitialStateKind, state};
@@ -11,40 +11,9 @@ use super::parameters::{DerivativeScalar, Parameters};
 use super::prepared_log::PreparedLog;
 use crate::model::{Channel, Input};
 
-/// Source of the law of an effect in each scalar type.
-pub trait LawSource: Send + Sync {
-    /// The law without derivatives.
-    fn plain(&self) -> Box<dyn Law<f64>>;
-    /// The law with eight derivatives.
-    fn dual8(&self) -> Box<dyn Law<super::parameters::Dual<8>>>;
-    /// The law with twelve derivatives.
-    fn dual12(&self) -> Box<dyn Law<super::parameters::Dual<12>>>;
-    /// The law with sixteen derivatives.
-    fn dual16(&self) -> Box<dyn Law<super::parameters::Dual<16>>>;
-    /// The law with thirty-two derivatives.
-    fn dual32(&self) -> Box<dyn Law<super::parameters::Dual<32>>>;
-}
-
-/// A scalar type in which laws are available.
-pub trait LawScalar: DerivativeScalar {
-    /// The law of `source` in this scalar type.
-    fn law(source: &dyn LawSource) -> Box<dyn Law<Self>>;
-}
-impl LawScalar for f64 {
-    fn law(source: &dyn LawSource) -> Box<dyn Law<f64>> {
-        source.plain()
-    }
-}
-macro_rules! sourced {
-    ($($n:literal $make:ident),*) => {$(
-        impl LawScalar for super::parameters::Dual<$n> {
-            fn law(source: &dyn LawSource) -> Box<dyn Law<Self>> {
-                source.$make()
-            }
-        }
-    )*};
-}
-sourced!(8 dual8, 12 dual12, 16 dual16, 32 dual32);
+/// A scalar of the fit: every effect has its law in it.
+pub trait FitScalar: DerivativeScalar + LawScalar {}
+impl<S: DerivativeScalar + LawScalar> FitScalar for S {}
 
 /// An effect of the model.
 #[derive(Clone)]
@@ -72,7 +41,7 @@ pub struct System {
 
 impl System {
     /// The simulated rig with these parameters.
-    pub fn rig<S: LawScalar>(&self, parameters: &Parameters, driven: Input) -> Rig<S> {
+    pub fn rig<S: FitScalar>(&self, parameters: &Parameters, driven: Input) -> Rig<S> {
         let values: Vec<S> = parameters.seeded();
         let one = S::one();
         let base = Base {

@@ -1,6 +1,6 @@
 //! The catalogue as JSON.
 
-use drive_model::{CATALOGUE, Card, Domain, ParameterKind};
+use drive_model::{Card, Domain, ParameterKind, cards};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -41,7 +41,7 @@ struct ParameterJson {
 
 /// The catalogue: `{"effects": [card, …]}`.
 pub fn list_json() -> Value {
-    value(&ListJson { effects: CATALOGUE.iter().map(|c| effect(c)).collect() })
+    value(&ListJson { effects: cards().iter().map(|c| effect(c)).collect() })
 }
 
 /// One effect.

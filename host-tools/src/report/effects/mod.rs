@@ -12,7 +12,7 @@ mod plots;
 mod simulate;
 mod text;
 
-use drive_model::{CATALOGUE, Card, Domain};
+use drive_model::{Card, Domain, cards};
 
 pub use demonstration::demonstration;
 pub use html::{effect_html, list_html};
@@ -26,12 +26,12 @@ const DOMAINS: [Domain; 3] = [Domain::Torque, Domain::Electrical, Domain::Measur
 
 /// The effects of a domain, in the catalogue's order.
 fn of_domain(domain: Domain) -> impl Iterator<Item = &'static Card> {
-    CATALOGUE.iter().copied().filter(move |c| c.domain == domain)
+    cards().iter().copied().filter(move |c| c.domain == domain)
 }
 
 /// The other effects of the same family: those that some logs do not distinguish from this one.
 fn family(card: &Card) -> Vec<&'static str> {
-    CATALOGUE.iter().filter(|c| !card.family.is_empty() && c.family == card.family && c.id != card.id).map(|c| c.id).collect()
+    cards().iter().filter(|c| !card.family.is_empty() && c.family == card.family && c.id != card.id).map(|c| c.id).collect()
 }
 
 /// Terms of a page with their texts.

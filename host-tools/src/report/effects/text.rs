@@ -1,6 +1,6 @@
 //! The catalogue as text for a terminal.
 
-use drive_model::{CATALOGUE, Card};
+use drive_model::{Card, cards};
 
 use super::{DOMAINS, description, of_domain, range, unit};
 use crate::report::{Style, digits};
@@ -8,7 +8,7 @@ use crate::report::{Style, digits};
 /// The catalogue by domain: name, meaning and equation of each effect.
 pub fn list_text(colour: bool) -> String {
     let style = Style { colour, ..Style::default() };
-    let width = CATALOGUE.iter().map(|c| c.id.chars().count()).max().unwrap_or(0);
+    let width = cards().iter().map(|c| c.id.chars().count()).max().unwrap_or(0);
     let mut text = String::new();
     for domain in DOMAINS {
         text.push_str(&format!("{}\n", style.strong(domain.title())));
