@@ -1,10 +1,10 @@
-//! Virtual time: it stands still while the tasks run and jumps to the next moment that somebody waits for.
+//! Virtual time: constant while the tasks run, it advances to the next time that a task waits for.
 //!
-//! [`run`] polls a future until nothing wakes any more, asks for the earliest deadline, has the world brought up to it
-//! (plant, then the tick interrupt at its exact times, before any task of the same instant) and polls again. Each stand
-//! has its own [`VirtualClock`]; nothing is global, so many run side by side, each bit-identical to itself alone.
+//! [`run`] polls a future until nothing wakes any more, takes the earliest deadline, advances the simulation to it
+//! (plant, then the tick interrupt at its exact times, before any task of the same time) and polls again. Each stand
+//! has its own [`VirtualClock`]; nothing is global, so that several run in parallel with the same results as alone.
 //!
-//! Not shown by it: preemption (an interrupt never comes in the middle of a task), and the time that code takes.
+//! Not simulated: preemption (an interrupt never occurs within a task), and the duration of code.
 
 use stand_firmware::board::{Clock, Ticks};
 use std::cell::Cell;
@@ -18,7 +18,7 @@ use std::task::{Context, Poll, Wake, Waker};
 #[derive(Debug)]
 pub struct VirtualClock {
     now: Cell<Ticks>,
-    /// The earliest moment that a task of the last poll waits for.
+    /// The earliest deadline of the tasks in the last poll.
     deadline: Cell<Option<Ticks>>,
 }
 
@@ -29,20 +29,20 @@ impl Default for VirtualClock {
 }
 
 impl VirtualClock {
-    /// Now.
+    /// Present time.
     pub fn now(&self) -> Ticks {
         self.now.get()
     }
 
-    /// The task that is being polled wants to be polled again at `t`. For futures that wait for a peripheral.
+    /// Requests a poll at `t` for the present task: for futures that wait for a peripheral.
     pub(crate) fn wait_until(&self, t: Ticks) {
-        // Everything is polled again after each jump, so deadlines are collected anew each time.
+        // Everything is polled again after each advance, so the deadlines are collected anew each time.
         let earliest = self.deadline.get().map_or(t, |other| other.min(t));
         self.deadline.set(Some(earliest));
     }
 }
 
-/// The board's handle to it.
+/// The clock as the firmware's trait.
 #[derive(Clone, Copy, Debug)]
 pub struct SimClock<'a>(pub &'a VirtualClock);
 
@@ -80,15 +80,15 @@ impl Wake for Flag {
     }
 }
 
-/// All tasks wait and none of them for a time: nothing will ever happen again.
+/// All tasks wait, and none of them for a time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("at {0:?} every task waits for something that no other task will do")]
 pub struct Stuck(pub Ticks);
 
-/// Runs `tasks` to the end; `advance` brings the world to a moment, its interrupts included.
+/// Runs `tasks` to the end; `advance` advances the simulation to a time, including its interrupts.
 ///
 /// # Errors
-/// [`Stuck`] if the tasks wait, but not for a time.
+/// [`Stuck`] if all tasks wait and none of them for a time.
 pub fn run<F: Future>(clock: &VirtualClock, tasks: F, mut advance: impl FnMut(Ticks)) -> Result<F::Output, Stuck> {
     let flag = Arc::new(Flag(AtomicBool::new(false)));
     let waker = Waker::from(flag.clone());

@@ -1,9 +1,9 @@
-//! The whole simulated controller: the firmware's app on the simulated board, behind its serial line, with its flash.
+//! The whole simulated controller: the firmware's app on the simulated board, with its serial line and its flash.
 //!
-//! In: a stand, a plant, what somebody at the other end of the line does (a future: a test's script, or for ever). Out: whatever that
-//! returns. Time is virtual; `outside` is called before each jump, so that a caller may hold it to the wall's clock and carry bytes to and from
-//! [`Controller::line`]. What breaks ([`crate::faults`]) breaks here too, the line and the supply included: a power cut ends the program in
-//! the middle, and it starts anew on the flash it left.
+//! Input: a setup, a plant, and a host (a future: a test script, or endless). Output: the result of the host. Time is virtual; `outside` is called
+//! before each advance, so that a caller can synchronise with real time and transfer bytes to and from [`Controller::line`]. The
+//! faults of [`crate::faults`] act here too, including the serial line and the supply: a power cut stops the program at any
+//! point, and it restarts with the flash as it is.
 
 use crate::board::{Bench, PlantPort, SimBoard};
 use crate::clock::{self, SimClock, Stuck, VirtualClock};
@@ -24,29 +24,29 @@ use std::future::{Future, poll_fn};
 use std::pin::pin;
 use std::task::Poll;
 
-/// The sectors of the flash in which the settings are kept.
+/// Sizes of the flash sectors that hold the settings.
 const SECTORS_BYTES: [usize; 2] = [SMALL_SECTOR_BYTES; 2];
 
-/// Flash for one controller, erased.
+/// Erased flash for one controller.
 pub fn flash(seed: u64) -> SimFlash {
     SimFlash::new(&SECTORS_BYTES, seed)
 }
 
-/// Why a controller cannot run, or no longer.
+/// Why a controller cannot run, or stops.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ControllerError {
-    /// The stand's own settings make no sense.
+    /// A setting of the stand is invalid.
     #[error(transparent)]
     Config(#[from] ConfigError),
-    /// The firmware stands still.
+    /// The firmware waits for ever.
     #[error(transparent)]
     Stuck(#[from] Stuck),
-    /// The firmware's program ended, which it must not.
+    /// The program of the firmware ended, which it must not.
     #[error("the firmware's program has ended")]
     Ended,
 }
 
-/// What is broken of the line.
+/// Active faults of the serial line.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct LineFaults {
     rates: DamageRates,
@@ -62,7 +62,7 @@ impl LineFaults {
     }
 }
 
-/// One controller on its stand. Lives as long as its clock.
+/// One controller on its stand.
 pub struct Controller<'c, P> {
     clock: &'c VirtualClock,
     line: SerialLine<'c>,
@@ -78,7 +78,7 @@ impl<'c, P: PlantPort> Controller<'c, P> {
     /// A controller of this stand, at rest and without supply.
     ///
     /// # Errors
-    /// A setting of the stand that makes no sense, by name.
+    /// An invalid setting of the stand, by name.
     pub fn new(clock: &'c VirtualClock, stand: &StandSetup, plant: P, flash: SimFlash, seed: u64) -> Result<Self, ControllerError> {
         stand.sensors.check()?;
         let defaults = Kept { settings: stand.settings, hardware: stand.hardware };
@@ -98,42 +98,42 @@ impl<'c, P: PlantPort> Controller<'c, P> {
         })
     }
 
-    /// The same controller with this gyro on its torquer's and angle sensor's wires.
+    /// The same controller with this gyroscope on torquer and angle sensor.
     pub fn with_gyro(mut self, gyro: Box<dyn GyroPort>, seed: u64) -> Self {
         let hardware = self.defaults.hardware;
         self.bench = RefCell::new(self.bench.into_inner().with_gyro(gyro, &hardware, seed));
         self
     }
 
-    /// The serial line, from the host's side.
+    /// The serial line, from the side of the host.
     pub fn line(&self) -> &SerialLine<'c> {
         &self.line
     }
 
-    /// The stand's time, for a host that waits.
+    /// The clock of the stand, for a host that waits.
     pub fn clock(&self) -> SimClock<'c> {
         SimClock(self.clock)
     }
 
-    /// Plant and sensors: to look, to break, to mend. Not to be held across a wait.
+    /// Plant and sensors, to observe them and to inject faults. Must not be borrowed across an await.
     pub fn bench(&self) -> &RefCell<Bench<P>> {
         &self.bench
     }
 
-    /// How often the supply was cut so far.
+    /// Number of power cuts so far.
     pub fn power_cuts(&self) -> u32 {
         self.power_cuts.get()
     }
 
-    /// The flash, once the controller is no longer needed.
+    /// The flash, at the end of the simulation.
     pub fn into_flash(self) -> SimFlash {
         self.flash.into_inner()
     }
 
-    /// Switches on and runs until `host` ends; `outside` is told each moment that is come to next.
+    /// Switches on and runs until `host` ends; `outside` gets each time before the advance to it.
     ///
     /// # Errors
-    /// A setting that makes no sense; a firmware that waits for ever or ends.
+    /// An invalid setting; a firmware that waits for ever or ends.
     pub fn run<T>(&self, host: impl Future<Output = T>, mut outside: impl FnMut(Ticks)) -> Result<T, ControllerError> {
         let mut host = pin!(host);
         let mut flash = self.flash.borrow_mut();
@@ -182,7 +182,7 @@ impl<'c, P: PlantPort> Controller<'c, P> {
         }
     }
 
-    /// Until the supply is there, or is not.
+    /// Returns when the supply is present, or absent.
     async fn supply(&self, is_there: bool) {
         poll_fn(|_| {
             if self.bench.borrow_mut().broken().is(What::PowerCut) != is_there {
@@ -194,7 +194,7 @@ impl<'c, P: PlantPort> Controller<'c, P> {
         .await
     }
 
-    /// What is broken of the line now.
+    /// Applies the active faults to the serial line.
     fn break_line(&self) {
         let mut bench = self.bench.borrow_mut();
         let before = self.line_faults.get();

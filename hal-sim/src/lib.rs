@@ -1,9 +1,9 @@
-//! The board that is not there: the simulated stand.
+//! The simulated stand: the board, its peripherals, the drive, in virtual time.
 //!
-//! * [`gyro`], stabilisers on the torquer's and the angle sensor's wires;
-//! * [`plant`], the truth, integrated by other means; [`peripherals`], [`board`], [`clock`], [`session`]: the same firmware in virtual time.
+//! * [`plant`]: the drive, integrated independently of the model that users fit; [`gyro`] and [`element`]: gyroscopes with torquer and angle sensor;
+//! * [`peripherals`], [`board`], [`clock`], [`session`], [`controller`]: the hardware below the firmware, which runs unchanged; [`faults`]: what fails, and when.
 
-// The firmware holds interrupts off where tasks and interrupt share: here that is the standard library's lock.
+// The firmware disables interrupts where tasks and interrupt share data: here that is the lock of the standard library.
 use critical_section as _;
 
 pub mod board;

@@ -1,8 +1,8 @@
-//! A session on the simulated stand: the firmware's library, as it is, in virtual time, on a plant.
+//! A session on the simulated stand: the firmware library runs unchanged, in virtual time, on a plant.
 //!
-//! In: a stand ([`StandSetup`]), a plant behind [`PlantPort`], what to run ([`SessionRequest`]). Out: a [`Record`], columns
-//! and notes ready for a log of interfaces.md, and beside them what was physically so. The same seed gives the same
-//! record, bit for bit, whatever else runs in the process.
+//! Input: a setup ([`StandSetup`]), a plant ([`PlantPort`]), a request ([`SessionRequest`]). Output: a [`Record`] with columns and
+//! notes for a log, and the true motion. The same seed gives the same record, bit for bit, independent of other threads of the
+//! process.
 
 use crate::board::{Bench, PlantPort, SimBoard, Truth};
 use crate::clock::{self, SimClock, Stuck, VirtualClock};
@@ -31,7 +31,7 @@ pub struct StandSetup {
     pub sensors: SensorSetup,
     /// The speed loop's gains and limits.
     pub settings: Settings,
-    /// What breaks, and when.
+    /// Faults.
     pub faults: Faults,
     /// The sensor under test, if the platform carries one.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -39,7 +39,7 @@ pub struct StandSetup {
 }
 
 impl StandSetup {
-    /// No noise, no filter, and converter steps so fine that they do not show; the encoder is left as it is.
+    /// No noise, no filter, and converter steps too fine to matter; the encoder keeps its resolution.
     pub fn ideal() -> Self {
         let hardware = Hardware {
             current_A_per_code: 4e-9,
@@ -60,14 +60,14 @@ pub struct SessionRequest {
     pub mode: Mode,
     /// The profile, with its own seed.
     pub profile: ProfileConfig,
-    /// Duration, s: so many milliseconds, so many rows.
+    /// Duration, s; one row per millisecond.
     pub seconds: f64,
     /// Seed of the sensors' noise.
     pub seed: u64,
 }
 
 impl SessionRequest {
-    /// Amplitude that suits the default stand: V in voltage mode (some 22 rad/s), rad/s in rate mode.
+    /// Amplitude for the default stand: V in voltage mode (about 22 rad/s), rad/s in rate mode.
     pub fn usual_amplitude(mode: Mode) -> f64 {
         match mode {
             Mode::Rate => 15.0,
@@ -76,12 +76,12 @@ impl SessionRequest {
         }
     }
 
-    /// A profile with its usual parameters, one seed for all.
+    /// A profile with default parameters and one seed for profile and noise.
     pub fn new(mode: Mode, kind: ProfileKind, seconds: f64, seed: u64) -> Self {
         Self { mode, profile: Self::usual_profile(mode, kind, Self::usual_amplitude(mode), seed), seconds, seed }
     }
 
-    /// A profile that suits the mode: a rate is asked for no faster than the drive can follow under its acceleration limit.
+    /// A profile for the mode: commanded rates stay within what the drive can follow under its acceleration limit.
     pub fn usual_profile(mode: Mode, kind: ProfileKind, amplitude: f64, seed: u64) -> ProfileConfig {
         let usual = ProfileConfig::new(kind, amplitude, seed);
         match mode {
@@ -94,32 +94,32 @@ impl SessionRequest {
 /// Why there is no record.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SessionError {
-    /// A parameter of the profile or the settings makes no sense.
+    /// A parameter of the profile or the settings is invalid.
     #[error(transparent)]
     Config(#[from] ConfigError),
-    /// The firmware stands still.
+    /// The firmware waits for ever.
     #[error(transparent)]
     Stuck(#[from] Stuck),
 }
 
-/// Columns of equal length, named as in a log, and what a log says of how they were made.
+/// Columns of equal length, named as in a log, and the notes of a log.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Record {
     /// `# key: value` notes, in order.
     pub notes: Vec<(String, String)>,
-    /// Names and values; a column that a sensor does not deliver is not there.
+    /// Names and values; a column that a sensor does not deliver is absent.
     pub columns: Vec<(&'static str, Vec<f64>)>,
     /// True angle at t_k, rad.
     pub true_theta_rad: Vec<f64>,
     /// True rate at t_k, rad/s.
     pub true_omega_rad_s: Vec<f64>,
-    /// The limits that were in force within each row.
+    /// Limits in force within each row.
     pub limits: Vec<Limits>,
-    /// What of the learnt compensation was at work at t_k.
+    /// The parts of the learnt compensation in force at t_k.
     pub compensating: Vec<Compensating>,
-    /// Which fault ended the rows before their time, if one did.
+    /// The fault that ended the rows early, if there was one.
     pub fault: Fault,
-    /// How evenly the rows came, board clock steps.
+    /// Spacing of the rows, board clock steps.
     pub pace: Pace,
 }
 
@@ -143,15 +143,15 @@ impl Record {
 /// Runs a session to its end.
 ///
 /// # Errors
-/// A parameter that makes no sense, by name; or a firmware that waits for ever.
+/// An invalid parameter, by name; or a firmware that waits for ever.
 pub fn run<P: PlantPort>(stand: StandSetup, plant: P, request: SessionRequest) -> Result<Record, SessionError> {
     let mut columns = Columns { cut_s: stand.faults.first(What::PowerCut).map(|cut| cut.from_s), ..Columns::default() };
     let (pace, sensor) = run_session(stand, plant, request, |row, truth| columns.take(row, truth))?;
     Ok(columns.into_record(&stand, &request, pace, &sensor))
 }
 
-/// Runs a session and hands each row over as it comes, with what was true at its t_k: for logs longer than the memory
-/// and for showing them while they are made.
+/// Runs a session and passes each row to `take` with the truth at its t_k: for logs longer than the memory,
+/// and to display rows while they are made.
 ///
 /// # Errors
 /// As [`run`].
@@ -164,7 +164,7 @@ pub fn run_rows<P: PlantPort>(
     run_session(stand, plant, request, take).map(|(pace, _)| pace)
 }
 
-/// The same, which also says how the sensor under test went.
+/// As [`run_rows`]; also returns the status of the sensor under test.
 fn run_session<P: PlantPort>(
     stand: StandSetup,
     plant: P,
@@ -210,7 +210,7 @@ fn run_session<P: PlantPort>(
     Ok((measurement.pace(), sensor.status()))
 }
 
-/// Returns when the sensor under test has shown something, or a twentieth of a second later: then the rows are without it.
+/// Returns when the sensor under test has delivered a sample, at the latest after 1/20 s; then the rows are without it.
 async fn await_first_sample(clock: &SimClock<'_>, sensor: &sensors::Shared) {
     for _ in 0..50 {
         if sensor.newest().is_some() {
@@ -220,17 +220,17 @@ async fn await_first_sample(clock: &SimClock<'_>, sensor: &sensors::Shared) {
     }
 }
 
-/// What came of a calibration of its own, on the simulated stand.
+/// Result of a self-calibration on the simulated stand.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Calibrated {
-    /// What was found, or why nothing was.
+    /// The calibration, or the reason for its refusal.
     pub outcome: Result<CalibrationResult, CalibrationError>,
-    /// The compensation that the speed loop holds afterwards, in the tick's units.
+    /// The compensation that the speed loop holds afterwards, in its units.
     pub in_force: CompensationGains,
 }
 
-/// Has the stand measure its own cogging and friction ([`calibration`]); `watching` sees the progress each millisecond and may abort. What is
-/// found is in force afterwards; what is refused or aborted leaves the compensation as it was.
+/// Lets the stand measure its own cogging and friction ([`calibration`]). `watching` gets the progress each millisecond and may abort.
+/// A result is in force afterwards; a refused or aborted calibration leaves the compensation unchanged.
 ///
 /// # Errors
 /// As [`run`].
@@ -242,7 +242,7 @@ pub fn calibrate<P: PlantPort>(
 ) -> Result<Calibrated, SessionError> {
     stand.sensors.check()?;
     let config = Config::new(&stand.settings, &stand.hardware)?;
-    // The runner needs some profile until the calibration gives it its course.
+    // The runner needs a profile until the calibration sets its own.
     let still = Profile::legs(Default::default());
 
     let clock = VirtualClock::default();
@@ -259,7 +259,7 @@ pub fn calibrate<P: PlantPort>(
         let outcome = calibration::run(&mut board, &mut runner, &mut measurement, &stand.settings, &mut map, &watch).await;
         if let Ok(found) = &outcome {
             let settings = Settings { compensation: found.compensation, ..stand.settings };
-            // It was checked as it was found.
+            // The calibration has checked it.
             if let Ok(config) = Config::new(&settings, &stand.hardware) {
                 mailboxes.compensation.post(config.compensation());
             }
@@ -276,7 +276,7 @@ pub fn calibrate<P: PlantPort>(
     Ok(Calibrated { outcome, in_force: interrupt.compensation() })
 }
 
-/// Puts what was true beside each row.
+/// Passes each row on with the truth at its time.
 struct WithTruth<'a, P, F> {
     bench: &'a RefCell<Bench<P>>,
     take: F,
@@ -284,7 +284,7 @@ struct WithTruth<'a, P, F> {
 
 impl<P: PlantPort, F: FnMut(&Row, &Truth)> RowSink for WithTruth<'_, P, F> {
     fn row(&mut self, row: &Row) {
-        // Row k comes at t_{k+1}: what was true at t_k is one millisecond old.
+        // Row k arrives at t_{k+1}: the truth of t_k is one millisecond old.
         let [_, before] = self.bench.borrow().truth();
         (self.take)(row, &before);
     }
@@ -329,9 +329,9 @@ struct Columns {
     cut_s: Option<f64>,
 }
 
-/// The session's row 0 after power-on: its log counts time from there, s.
+/// Time of row 0 after power-on, s: the log counts time from there.
 pub const FIRST_ROW_S: f64 = 1e-3;
-/// A row, s.
+/// Interval of the rows, s.
 const ROW_S: f64 = 1e-3;
 
 impl Columns {
@@ -342,7 +342,7 @@ impl Columns {
         if row.fault != Fault::None && self.fault.is_none() {
             self.fault = Some((row.fault, row.t_s));
         }
-        // No column has holes.
+        // A column has no gaps: a value that ceases ends the rows.
         let silent = || COLUMNS.iter().zip(&self.values).any(|(name, column)| !column.is_empty() && value(name, row).is_none());
         if self.fault.is_none() && silent() {
             self.fault = Some((Fault::SensorSilent, row.t_s));
@@ -364,7 +364,7 @@ impl Columns {
         let named = COLUMNS.into_iter().zip(self.values);
         Record {
             notes: notes(stand, request, sensor, &self.limits, &self.compensating, self.fault, self.cut_s),
-            // A column that some row lacks is no column: nothing is made up.
+            // A column that lacks a value in some row is left out.
             columns: named.filter(|(name, values)| values.len() == rows && rows > 0 && !(*name == "turn_s" && no_turn(values))).collect(),
             true_theta_rad: self.true_theta_rad,
             true_omega_rad_s: self.true_omega_rad_s,
@@ -376,12 +376,12 @@ impl Columns {
     }
 }
 
-/// Before the first whole turn the column shows 0; one that shows nothing else is no column.
+/// The column is 0 before the first whole turn; a column without a whole turn is left out.
 fn no_turn(turn_s: &[f64]) -> bool {
     turn_s.last().is_none_or(|last| *last == 0.0)
 }
 
-/// What the log says of itself: interfaces.md, "Logs".
+/// Notes of the log.
 fn notes(
     stand: &StandSetup,
     request: &SessionRequest,
@@ -438,7 +438,7 @@ fn notes(
     notes
 }
 
-/// How the columns of the sensor under test were made.
+/// Notes on the columns of the sensor under test.
 fn sensor_notes(sensor: &sensors::Status) -> Vec<(String, String)> {
     let Some(in_force) = sensor.in_force else { return Vec::new() };
     let setup = in_force.setup;
@@ -452,7 +452,7 @@ fn sensor_notes(sensor: &sensors::Status) -> Vec<(String, String)> {
     [("gyro_rad_s", gyro), ("accel_x_m_s2", accel.clone()), ("accel_y_m_s2", accel)].map(|(key, says)| (key.to_string(), says)).into()
 }
 
-/// Which compensation was at work, and from when on; `None` where there is none.
+/// Which compensation was in force, and from when; `None` where there is none.
 fn compensation_note(stand: &StandSetup, compensating: &[Compensating]) -> Option<String> {
     let compensation = &stand.settings.compensation;
     let first = |what| compensating.iter().position(|c| c.contains(what)).map(|row| row as f64 / ROW_HZ as f64);

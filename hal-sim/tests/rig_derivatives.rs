@@ -6,7 +6,7 @@
 mod common;
 
 use common::{ROW_S, span};
-use drive_model::{Law, Scalar};
+use drive_model::{Law, LawScalar};
 use drive_rig::{Base, Input, Rig, RowInput, State};
 use num_dual::{Derivative, DualSVec64};
 
@@ -33,7 +33,7 @@ struct Case {
 }
 
 /// What a log shows of 60 rows: every tenth's reading of rate, angle and current.
-fn run<S: Scalar>(case: &Case, values: &[S]) -> Vec<S> {
+fn run<S: LawScalar>(case: &Case, values: &[S]) -> Vec<S> {
     let base = Base { inertia: values[0], motor_constant: values[1], resistance: values[2] };
     let mut rest = &values[STATES + 1..];
     let mut list: Vec<(Box<dyn Law<S>>, Vec<S>)> = Vec::new();

@@ -1,12 +1,12 @@
-//! A linear motor solved exactly: the plant against which timing is checked, and the simplest one there is.
+//! A linear motor with an exact solution: the simplest plant, and the reference for timing.
 //!
-//! J ω' = K i − b ω + load, i = (u − K ω)/R: a first-order lag with the time constant J/(b + K²/R), advanced by its
-//! exponential for a voltage that is constant over the step. Optionally a dry level (Coulomb), taken by the soft
-//! threshold after the step: good enough to try a regulator on, not a truth.
+//! J ω' = K i − b ω + load, i = (u − K ω)/R: a first-order lag with time constant J/(b + K²/R), advanced by its
+//! exponential at constant voltage. The optional Coulomb torque is applied by a soft threshold after the step: sufficient to test
+//! a controller, not a reference for friction.
 
 use super::PlantPort;
 
-/// Constants and state; units as the field names say.
+/// Constants and state; units in the field names.
 #[derive(Clone, Debug)]
 pub struct LinearMotor {
     /// Inertia.

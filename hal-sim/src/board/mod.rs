@@ -1,8 +1,8 @@
-//! The simulated board: the firmware's two halves of hardware on top of a plant.
+//! The simulated board: the firmware's hardware traits on top of a plant.
 //!
-//! In: a plant behind [`PlantPort`]. Out: [`SimTickIo`] for the 10 kHz interrupt and [`SimBoard`] for the tasks, joined in
-//! a [`Bench`], which holds the plant, the sensors and the bridge. What the interrupt drives acts one tick later, for one
-//! whole tick. Nothing is allocated per tick and nothing is dynamic.
+//! Input: a plant behind [`PlantPort`]. Output: [`SimTickIo`] for the 10 kHz interrupt and [`SimBoard`] for the tasks, joined in
+//! a [`Bench`], which holds plant, sensors and bridge. A command of the interrupt takes effect one tick later, for one whole
+//! tick. A tick allocates nothing and uses no dynamic dispatch.
 
 pub mod linear_motor;
 mod sensor_bus;
@@ -23,35 +23,35 @@ use std::cell::RefCell;
 /// Control ticks between two samples of the rate sensor (BMG160: output rate 2 kHz).
 const RATE_SENSOR_EVERY: u64 = 5;
 
-/// What the board sees of a plant. Angles in rad, positive voltage turns towards positive angle.
+/// The interface of a plant. Angles in rad; a positive voltage turns towards a positive angle.
 pub trait PlantPort {
-    /// Time passes: `dt_s` with the bridge asked for `asked_V` (at nominal supply; 0 when off).
+    /// Advances by `dt_s` with the commanded voltage `asked_V` (at nominal supply; 0 when off).
     fn advance(&mut self, asked_V: f64, dt_s: f64);
-    /// The angle as the encoder's disc shows it, before it is counted.
+    /// Angle reading of the encoder disc before quantisation.
     fn theta_rad(&self) -> f64;
-    /// The rate as the rate sensor's element shows it (its scale, bias and the like), before filter and noise.
+    /// Rate reading of the sensor element (with scale and bias), before filter and noise.
     fn rate_rad_s(&self) -> f64;
-    /// The motor current as its sensor shows it, mean over the last `advance`, before noise.
+    /// Current reading of the current sensor, mean over the last `advance`, before noise.
     fn mean_current_A(&self) -> f64;
-    /// The bridge's supply now.
+    /// Present supply voltage of the bridge.
     fn supply_V(&self) -> f64;
-    /// The winding's temperature now.
+    /// Present winding temperature.
     fn temp_C(&self) -> f64;
-    /// The angle as it is.
+    /// True angle.
     fn true_theta_rad(&self) -> f64;
-    /// The supply gives so many volts from now on; `None`: what it is made for. A plant may have no such supply.
+    /// Sets the supply voltage; `None`: nominal. A plant may ignore this.
     fn supply_gives(&mut self, _: Option<f64>) {}
-    /// The winding is this hot now. A plant may have no such winding.
+    /// Sets the winding temperature. A plant may ignore this.
     fn heat_winding(&mut self, _temp_C: f64) {}
-    /// A body of this moment of inertia, kg m², sits on the platform from now on; 0: none. A plant may have no room for one.
+    /// Sets the moment of inertia of a body on the platform, kg m²; 0: none. A plant may ignore this.
     fn carry(&mut self, _added_kg_m2: f64) {}
-    /// The rate as it is; the same as [`PlantPort::rate_rad_s`] unless the sensor's element errs.
+    /// True rate; equal to [`PlantPort::rate_rad_s`] unless the sensor element errs.
     fn true_rate_rad_s(&self) -> f64 {
         self.rate_rad_s()
     }
 }
 
-/// What is physically so, for tests and reports: the third witness.
+/// True motion, for tests and reports.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Truth {
     /// Platform angle, rad.
@@ -60,26 +60,26 @@ pub struct Truth {
     pub omega_rad_s: f64,
 }
 
-/// Plant, sensors and bridge of one stand, at one moment.
+/// Plant, sensors and bridge of one stand at one time.
 pub struct Bench<P> {
     plant: P,
     now: Ticks,
-    /// How far time has come; the plant may be up to a tick behind.
+    /// Present time; the plant may lag by up to a tick.
     reached: Ticks,
     tick: u64,
     volt_per_duty: f64,
     acting_V: f64,
     pending_V: f64,
-    /// Current times time since the tick began, A s, and that time, s.
+    /// Current times time since the start of the tick, A s, and that time, s.
     charge: (f64, f64),
     encoder: Encoder,
     edges: Edges,
     index: Index,
-    /// The tasks' capture.
+    /// Edge capture of the tasks.
     own_edge: OwnEdge,
-    /// An emergency stop is asked for: the line's guard, or a pin.
+    /// An emergency stop is requested by the line guard or a pin.
     stop: bool,
-    /// What the interrupt's and the tasks' counter captured and nobody has taken yet.
+    /// Index captures of the interrupt's and the tasks' counter that have not been read.
     captured: [Option<Edge>; 2],
     current: CurrentAdc,
     rate: Stamped<RateSensor>,
@@ -88,14 +88,14 @@ pub struct Bench<P> {
     imu: Option<Imu>,
     gyro: Option<GyroLine>,
     truth: [Truth; 2],
-    /// What is broken, and what the encoder's counters show by it: the interrupt's and the tasks'.
+    /// Active faults, and the encoder counters under them: the interrupt's and the tasks'.
     broken: Broken,
     decoder: Decoder,
-    /// The interrupt's counter while it is stuck.
+    /// Value of the interrupt's counter while it is stuck.
     stuck: Option<i64>,
-    /// Since when both of the encoder's wires are off.
+    /// Time since which both encoder wires are disconnected.
     silent_since: Option<Ticks>,
-    /// Current, A, and rate, rad/s, that a burst of noise adds.
+    /// Current, A, and rate, rad/s, that a noise burst adds.
     burst: [Noise; 2],
 }
 
@@ -136,7 +136,7 @@ impl<P: PlantPort> Bench<P> {
         }
     }
 
-    /// A stand's bench: its sensors, what breaks on it, and the sensor under test that it carries.
+    /// The bench of a stand: its sensors, its faults, and the sensor under test.
     pub fn of(stand: &StandSetup, seed: u64, plant: P) -> Self {
         let bench = Self::new(&stand.hardware, &stand.sensors, seed, plant).breaking(stand.faults);
         match stand.imu {
@@ -145,23 +145,23 @@ impl<P: PlantPort> Bench<P> {
         }
     }
 
-    /// The same bench on which these things break.
+    /// The same bench with these faults.
     pub fn breaking(self, faults: Faults) -> Self {
         Self { broken: Broken::new(faults), ..self }
     }
 
-    /// The board is switched on: its counters begin at 0, wherever the disc stands, and have captured nothing.
+    /// Power-on: the counters start at 0 at any position of the disc, without a capture.
     pub fn power_on(&mut self) {
         self.decoder = Decoder::at(self.encoder.whole(self.plant.theta_rad()));
         self.captured = [None; 2];
     }
 
-    /// What is broken: to look, or to break and mend from the next tick on.
+    /// The active faults; tests inject and clear faults here, in force from the next tick.
     pub fn broken(&mut self) -> &mut Broken {
         &mut self.broken
     }
 
-    /// Brings everything to `to`; `interrupt` runs at the beginning of each tick on the way, `to` included.
+    /// Advances everything to `to`; `interrupt` runs at the start of each tick on the way, including `to`.
     #[inline]
     pub fn advance(&mut self, to: Ticks, mut interrupt: impl FnMut(&mut SimTickIo<'_, P>)) {
         while Ticks::of_control(self.tick) <= to {
@@ -175,37 +175,37 @@ impl<P: PlantPort> Bench<P> {
         self.reached = to;
     }
 
-    /// What is so at the last whole millisecond, and at the one before.
+    /// True motion at the last whole millisecond, and at the one before.
     pub fn truth(&self) -> [Truth; 2] {
         self.truth
     }
 
-    /// Asks for an emergency stop from the next tick on, or no longer.
+    /// Requests an emergency stop from the next tick on, or withdraws the request.
     pub fn ask_stop(&mut self, stop: bool) {
         self.stop = stop;
     }
 
-    /// The same bench whose platform carries this sensor; its noise is of `seed`.
+    /// The same bench with this sensor on its platform; `seed` of its noise.
     pub fn carrying(self, sensor: ImuSetup, seed: u64) -> Self {
         Self { imu: Some(Imu::new(sensor, seed)), ..self }
     }
 
-    /// The same bench with this gyro on its torquer's and angle sensor's wires; the converters' noise is of `seed`.
+    /// The same bench with this gyroscope on torquer and angle sensor; `seed` of the converters' noise.
     pub fn with_gyro(self, gyro: Box<dyn GyroPort>, hardware: &Hardware, seed: u64) -> Self {
         Self { gyro: Some(GyroLine::new(gyro, hardware, seed)), ..self }
     }
 
-    /// That gyro with its wires: to turn it, or to break it.
+    /// The gyroscope with its wires.
     pub fn gyro(&mut self) -> Option<&mut GyroLine> {
         self.gyro.as_mut()
     }
 
-    /// The sensor under test: to break it, or to mend it.
+    /// The sensor under test.
     pub fn imu(&mut self) -> Option<&mut Imu> {
         self.imu.as_mut()
     }
 
-    /// Chip select goes low at `now`: who answers until it rises again.
+    /// Chip select goes low at `now`; the device that responds until it goes high.
     fn select_sensor(&mut self, now: Ticks) -> sensor_bus::Exchange<'_> {
         let mut chip = self.imu.as_mut().map(|imu| &mut imu.chip);
         if let Some(chip) = &mut chip {
@@ -214,7 +214,7 @@ impl<P: PlantPort> Bench<P> {
         sensor_bus::Exchange(chip)
     }
 
-    /// Brings the plant to the last moment that was asked for, where that lies within a tick. Few look there, and each look is a step.
+    /// Advances the plant to the present time within a tick. Each call is an integration step, and few callers need it.
     fn catch_up(&mut self) {
         self.integrate(self.reached);
     }
@@ -224,7 +224,7 @@ impl<P: PlantPort> Bench<P> {
         &self.plant
     }
 
-    /// The plant, for what a person does to it.
+    /// The plant, to change it from outside.
     pub fn plant_mut(&mut self) -> &mut P {
         &mut self.plant
     }
@@ -294,9 +294,9 @@ impl<P: PlantPort> Bench<P> {
     }
 }
 
-/// What is broken, where it acts. Off the way of a stand on which nothing is.
+/// Faults, where they act. A stand without faults does not enter here.
 impl<P: PlantPort> Bench<P> {
-    /// What the encoder's counters show, wires and all.
+    /// Readings of the encoder counters, including wire faults.
     #[inline]
     fn shown(&self) -> i64 {
         self.decoder.shown(self.encoder.whole(self.plant.theta_rad()))
@@ -313,7 +313,7 @@ impl<P: PlantPort> Bench<P> {
         !self.broken.is(What::LostTicks) && !self.broken.is(What::PowerCut)
     }
 
-    /// Something has begun or ended.
+    /// A fault has started or ended.
     #[cold]
     fn break_plant(&mut self) {
         let dips = self.broken.is(What::SupplyDip);
@@ -326,12 +326,12 @@ impl<P: PlantPort> Bench<P> {
             line.unplug(unplugged);
             line.gyro().limit(limit_A);
         }
-        // With one wire off an edge comes half as often, and its stamp errs by no more than one edge: left as it is.
+        // With one wire disconnected edges come half as often and a stamp errs by one edge at most: not modelled.
         let silent = self.broken.is(What::EncoderAOff) && self.broken.is(What::EncoderBOff);
         self.silent_since = silent.then(|| self.silent_since.unwrap_or(self.now));
         if let Some(imu) = &mut self.imu {
             imu.chip.fail(match (self.broken.is(What::SensorSilent), self.broken.is(What::SensorRubbish)) {
-                // Its plug is out: the line is pulled up.
+                // The plug is disconnected: the line is pulled up.
                 (true, _) => chip::Fault::Silent(0xFF),
                 (_, true) => chip::Fault::FlippedBits(2),
                 _ => chip::Fault::None,
@@ -353,21 +353,21 @@ impl<P: PlantPort> Bench<P> {
     }
 }
 
-/// The edge as a counter shows it that has run ahead of the disc.
+/// The edge in counts of a counter that differs from the disc.
 fn counted(edge: Edge, ahead: i64) -> Edge {
     Edge { count: EncoderCount(edge.count.0.wrapping_add(ahead as u16)), ..edge }
 }
 
-/// The interrupt's half.
+/// Hardware of the interrupt.
 pub struct SimTickIo<'a, P>(&'a mut Bench<P>);
 
 impl<P> SimTickIo<'_, P> {
-    /// The moment at which this tick began.
+    /// Start time of this tick.
     pub fn now(&self) -> Ticks {
         self.0.now
     }
 
-    /// Asks for an emergency stop in this tick, or no longer: what the line's guard says.
+    /// Requests an emergency stop in this tick, or withdraws the request: from the line guard.
     pub fn ask_stop(&mut self, stop: bool) {
         self.0.stop = stop;
     }
@@ -401,7 +401,7 @@ impl<P: PlantPort> TickIo for SimTickIo<'_, P> {
     }
 }
 
-/// The tasks' half.
+/// Hardware of the tasks.
 pub struct SimBoard<'a, P> {
     bench: &'a RefCell<Bench<P>>,
     clock: &'a VirtualClock,
@@ -409,7 +409,7 @@ pub struct SimBoard<'a, P> {
 }
 
 impl<'a, P: PlantPort> SimBoard<'a, P> {
-    /// The tasks' half of this bench, on this clock.
+    /// The hardware of the tasks on this bench and clock.
     pub fn new(bench: &'a RefCell<Bench<P>>, clock: &'a VirtualClock) -> Self {
         Self { bench, clock, bus_taken: false }
     }

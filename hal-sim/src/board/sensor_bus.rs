@@ -1,7 +1,7 @@
-//! The SPI line to the sensor under test: the firmware's transactions with the time that their bits take.
+//! The SPI bus to the sensor under test: the firmware's transactions with their duration.
 //!
-//! Mode 3, 10 MHz (the most that ISM330DHCX allows, DS13012 §4.4.1), by DMA: a transaction ends when its last bit has gone, and what it read
-//! is what the sensor held then; until that the other tasks run. On a line without a sensor all bits are ones.
+//! Mode 3, 10 MHz (the maximum of the ISM330DHCX, DS13012 §4.4.1), by DMA. A transaction ends with its last bit and reads
+//! the state of the sensor at that time; other tasks run until then. Without a sensor all bits are ones.
 
 use super::{Bench, PlantPort};
 use crate::clock::{SimClock, VirtualClock};
@@ -10,18 +10,18 @@ use embedded_hal_async::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
 use stand_firmware::board::Clock;
 use std::cell::RefCell;
 
-/// Board clock steps in one byte: 0.8 µs.
+/// Board clock steps per byte: 0.8 µs.
 const STEPS_PER_BYTE: u64 = 8;
-/// Setting DMA up, chip select and the interrupt at the end, measured on an STM32F4 at 180 MHz: some 5 µs.
+/// Setup of DMA, chip select and the final interrupt: about 5 µs, measured on an STM32F4 at 180 MHz.
 const STEPS_PER_TRANSACTION: u64 = 50;
 
-/// The line of one simulated board.
+/// The bus of one simulated board.
 pub struct SensorBus<'a, P> {
     pub(super) bench: &'a RefCell<Bench<P>>,
     pub(super) clock: &'a VirtualClock,
 }
 
-/// The line itself never fails: what does not answer reads as ones.
+/// The bus itself never fails: a missing device reads as ones.
 impl<P> ErrorType for SensorBus<'_, P> {
     type Error = ErrorKind;
 }
@@ -62,7 +62,7 @@ impl<P: PlantPort> SpiDevice for SensorBus<'_, P> {
     }
 }
 
-/// What answers while the line is selected: the chip, or nobody.
+/// The selected device, or none.
 pub(super) struct Exchange<'a>(pub Option<&'a mut Chip>);
 
 impl Exchange<'_> {

@@ -1,16 +1,16 @@
-//! The element as a rigid body with a rotor in it, without small angles, on a base that vibrates (theory §2.3).
+//! The sensitive element as a rigid body with a rotor, without small-angle approximation, on a vibrating base.
 //!
-//! Axes: N along the rotor, U up, E across; attitude R_U(α) R_E(β) R_N(γ). The state is α, β, γ and the body's rates against inertial space. Pivot
-//! and centre of mass lie on the body's vertical axis. The base moves with a_N = g n cos ε sin ωt, a_E = g n sin ε sin(ωt + ψ). Runge and Kutta's
-//! fourth order, at steps of the caller's.
+//! Axes: N along the rotor, U up, E across; attitude R_U(α) R_E(β) R_N(γ). The state is α, β, γ and the inertial rates of the body. Pivot
+//! and centre of mass are on the vertical axis of the body. The base accelerates with a_N = g n cos ε sin ωt, a_E = g n sin ε sin(ωt + ψ).
+//! Integration: fourth-order Runge-Kutta in steps of the caller.
 
 use super::FourState;
 use super::parameters::EARTH_RATE_RAD_S;
 
-/// Gravity of the base's overloads, m/s²; mgl already holds it.
+/// Gravity of the overloads of the base, m/s²; mgl already contains it.
 const GRAVITY_M_S2: f64 = 9.81;
 
-/// How the base vibrates.
+/// Vibration of the base.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BaseVibration {
@@ -25,7 +25,7 @@ pub struct BaseVibration {
 }
 
 impl BaseVibration {
-    /// None.
+    /// No vibration.
     pub const NONE: Self = Self { overload_g: 0.0, direction_rad: 0.0, rate_rad_s: 1.0, phase_rad: 0.0 };
 
     /// Accelerations of the pivot along the rotor and across, m/s².
@@ -37,7 +37,7 @@ impl BaseVibration {
     }
 }
 
-/// Azimuth, tilt, roll and their rates, of the attitude's own angles.
+/// Azimuth, tilt, roll and their rates.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Attitude {
     /// α, rad.
@@ -54,7 +54,7 @@ pub struct Attitude {
     pub gamma_rate_rad_s: f64,
 }
 
-/// The body under way.
+/// The moving body.
 #[derive(Clone, Debug)]
 pub struct RigidBody {
     element: FourState,
@@ -65,7 +65,7 @@ pub struct RigidBody {
 }
 
 impl RigidBody {
-    /// A body at this azimuth, all else level and at rest.
+    /// A body at this azimuth, otherwise level and at rest.
     pub fn new(element: FourState, vibration: BaseVibration, alpha_rad: f64) -> Self {
         Self { element, vibration, t_s: 0.0, state: [alpha_rad, 0.0, 0.0, 0.0, 0.0, 0.0] }
     }
@@ -89,7 +89,7 @@ impl RigidBody {
         self.t_s
     }
 
-    /// Where it is, and how it moves.
+    /// Attitude and rates.
     pub fn attitude(&self) -> Attitude {
         let [alpha_rad, beta_rad, gamma_rad, ..] = self.state;
         let (rates, _) = self.kinematics(&self.state);
@@ -97,7 +97,7 @@ impl RigidBody {
         Attitude { alpha_rad, beta_rad, gamma_rad, alpha_rate_rad_s, beta_rate_rad_s, gamma_rate_rad_s }
     }
 
-    /// Rates of the angles, and the body's axes in north, up, east.
+    /// Rates of the angles, and the body axes in north, up, east.
     fn kinematics(&self, state: &[f64; 6]) -> ([f64; 3], [[f64; 3]; 3]) {
         let [alpha, beta, gamma, wx, wy, wz] = *state;
         let ((sa, ca), (sb, cb), (sc, cc)) = (alpha.sin_cos(), beta.sin_cos(), gamma.sin_cos());

@@ -1,54 +1,54 @@
-//! The element for small angles, six states or four, from its equations of moments (theory §1.1, §2.1).
+//! The sensitive element for small angles, with six states or four, from its moment equations.
 //!
-//! Integrated from the equations as they stand, masses and all, by Runge and Kutta's fourth order in steps of at most 25 µs: not by the matrices that
-//! an observer is designed with, so that a mistake in those shows.
+//! Fourth-order Runge-Kutta of the equations with their masses, in steps of at most 25 µs; the matrices of the observer design
+//! are not used, so that an error in them is visible here.
 
 use super::{BaseVibration, FourState, SixState};
 
-/// Longest step, s: of the 579 rad/s of set R's nutation, 10⁻⁹ of the amplitude in a second.
+/// Longest step, s: at the 579 rad/s of the nutation of set R an error of 10⁻⁹ of the amplitude per second.
 const LONGEST_S: f64 = 25e-6;
 
-/// Which equations.
+/// The equations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Equations {
     Six(SixState),
     Four(FourState, BaseVibration),
 }
 
-/// An element under way.
+/// A moving element.
 #[derive(Clone, Debug)]
 pub struct LinearElement {
     equations: Equations,
     t_s: f64,
     /// α, α′, β, β′, then y, y′ or γ, γ′.
     state: [f64; 6],
-    /// Moment from outside about the vertical, N m.
+    /// External moment about the vertical, N m.
     outside_N_m: f64,
 }
 
 impl LinearElement {
-    /// Six states, at this azimuth and at rest, under a constant moment from outside.
+    /// Six states, at this azimuth and at rest, with a constant external moment.
     pub fn six(element: SixState, alpha_rad: f64, outside_N_m: f64) -> Self {
         Self { equations: Equations::Six(element), t_s: 0.0, state: [alpha_rad, 0.0, 0.0, 0.0, 0.0, 0.0], outside_N_m }
     }
 
-    /// Four states and the roll, on a base that vibrates.
+    /// Four states and the roll, on a vibrating base.
     pub fn four(element: FourState, vibration: BaseVibration, alpha_rad: f64, outside_N_m: f64) -> Self {
         let equations = Equations::Four(element, vibration);
         Self { equations, t_s: 0.0, state: [alpha_rad, 0.0, 0.0, 0.0, 0.0, 0.0], outside_N_m }
     }
 
-    /// α, α′, β, β′, then y, y′ of six states, or γ, γ′ beside four.
+    /// α, α′, β, β′, then y, y′ of six states, or γ, γ′ in addition to four.
     pub fn state(&self) -> &[f64; 6] {
         &self.state
     }
 
-    /// The roll γ, of four states.
+    /// The roll γ of four states.
     pub fn roll_rad(&self) -> Option<f64> {
         matches!(self.equations, Equations::Four(..)).then_some(self.state[4])
     }
 
-    /// Time passes with this control moment, N m.
+    /// Advances by `dt_s` with this control moment, N m.
     pub fn advance(&mut self, moment_N_m: f64, dt_s: f64) {
         let steps = (dt_s / LONGEST_S).ceil().max(1.0);
         let h = dt_s / steps;
@@ -87,7 +87,7 @@ impl LinearElement {
                 let (north, east) = vibration.acceleration_m_s2(t_s);
                 let arm = p.pendulum_N_m / 9.81;
                 let damping = p.link_damping_N_m_s + p.alpha_damping_N_m_s;
-                // The inertia force on the tilted pendulum turns it about the vertical: of second order, and all that vibration leaves (§1.1).
+                // The inertia force on the tilted pendulum causes a moment about the vertical: of second order, and the only mean effect of vibration.
                 let turning = arm * (last * north + beta * east);
                 let moment_N_m = moment_N_m + turning;
                 let alpha_2 =

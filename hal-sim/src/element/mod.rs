@@ -1,8 +1,8 @@
-//! The gyrotheodolite's sensitive element: what hangs between its torquer and its angle sensor.
+//! The sensitive element of a gyrotheodolite, between its torquer and its angle sensor.
 //!
-//! In: a moment about the vertical, disturbances, vibration of the base. Out: azimuth, tilt, roll, displacement. Three models:
-//! linear with six states ([`SixState`]) or with four ([`FourState`]), both [`LinearElement`], and the rigid body without small angles
-//! ([`RigidBody`]). On the simulated board's wires they are a [`WiredElement`].
+//! Input: a moment about the vertical, disturbances, vibration of the base. Output: azimuth, tilt, roll, displacement. Three models:
+//! linear with six states ([`SixState`]) or with four ([`FourState`]), both [`LinearElement`], and the rigid body without small-angle
+//! approximation ([`RigidBody`]). [`WiredElement`] connects a model to the simulated board.
 
 mod body;
 mod linear;

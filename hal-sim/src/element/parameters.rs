@@ -1,4 +1,4 @@
-//! What a gyrotheodolite's sensitive element is, as data; TOML reads it. Sets of numbers that papers and theory name are here by name.
+//! Parameters of the sensitive element of a gyrotheodolite, read from TOML, with the named sets of the literature.
 
 use serde::{Deserialize, Serialize};
 use stand_firmware::config::{ConfigError, within};
@@ -6,7 +6,7 @@ use stand_firmware::config::{ConfigError, within};
 /// The Earth's rate, rad/s.
 pub const EARTH_RATE_RAD_S: f64 = 7.292_115_9e-5;
 
-/// The element on an elastic suspension: six states α, α′, β, β′, y, y′ (theory §1.1).
+/// The element on an elastic suspension: six states α, α′, β, β′, y, y′.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SixState {
@@ -14,7 +14,7 @@ pub struct SixState {
     pub rotor_N_m_s: f64,
     /// Mass m, kg.
     pub mass_kg: f64,
-    /// From the suspension point to the centre of mass l, m.
+    /// Distance l from the suspension point to the centre of mass, m.
     pub arm_m: f64,
     /// Inertia about the horizontal axis across the rotor Jx, kg m².
     pub inertia_x_kg_m2: f64,
@@ -31,7 +31,7 @@ pub struct SixState {
 }
 
 impl SixState {
-    /// The paper's Table 1 as it is printed: rounded (theory §1.3, set T).
+    /// Table 1 of the paper as printed, with rounded numbers: set T.
     pub const PRINTED: Self = Self {
         rotor_N_m_s: 0.4,
         mass_kg: 1.0,
@@ -43,7 +43,7 @@ impl SixState {
         latitude_deg: 50.0,
         gravity_m_s2: 9.81,
     };
-    /// The same before rounding, as the printed gains betray it (theory §1.3, set R).
+    /// Table 1 before rounding, recovered from the printed gains: set R.
     pub const RECOVERED: Self = Self {
         mass_kg: 0.92,
         arm_m: 0.084,
@@ -59,10 +59,10 @@ impl SixState {
         self.rotor_N_m_s * EARTH_RATE_RAD_S * self.latitude_deg.to_radians().cos() + self.torsion_N_m_rad
     }
 
-    /// Checks what a file may have brought.
+    /// Checks the values of a file.
     ///
     /// # Errors
-    /// The name of the first number that makes no sense.
+    /// The name of the first invalid number.
     pub fn check(&self) -> Result<(), ConfigError> {
         for (name, value) in [
             ("rotor_N_m_s", self.rotor_N_m_s),
@@ -80,7 +80,7 @@ impl SixState {
     }
 }
 
-/// The element on a stiff suspension under vibration: four states α, α′, β, β′ and the roll γ beside them (theory §2.1).
+/// The element on a stiff suspension under vibration: four states α, α′, β, β′ and the roll γ.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FourState {
@@ -109,7 +109,7 @@ pub struct FourState {
 }
 
 impl FourState {
-    /// Set B of theory §2.2: chosen there, the paper's own numbers are lost.
+    /// Set B: chosen for this project; the numbers of the paper are lost.
     pub const SET_B: Self = Self {
         rotor_N_m_s: 0.4,
         inertia_x_kg_m2: 2e-2,
@@ -139,10 +139,10 @@ impl FourState {
         self.rotor_N_m_s / (self.inertia_y_kg_m2 * self.inertia_z_kg_m2).sqrt()
     }
 
-    /// Checks what a file may have brought.
+    /// Checks the values of a file.
     ///
     /// # Errors
-    /// The name of the first number that makes no sense.
+    /// The name of the first invalid number.
     pub fn check(&self) -> Result<(), ConfigError> {
         for (name, value) in [
             ("rotor_N_m_s", self.rotor_N_m_s),
@@ -166,7 +166,7 @@ impl FourState {
     }
 }
 
-/// At a pole the Earth's rate has no horizontal part.
+/// At a pole the Earth rate has no horizontal component.
 fn latitude(latitude_deg: f64) -> Result<(), ConfigError> {
     within("latitude_deg", latitude_deg, -90.0, 90.0)?;
     if latitude_deg.abs() > 89.99 {

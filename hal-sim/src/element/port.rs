@@ -1,14 +1,14 @@
-//! The element on the wires of the simulated board: behind its torquer and its angle sensor.
+//! The sensitive element on the simulated board: behind its torquer and its angle sensor.
 
 use super::{LinearElement, RigidBody};
 use crate::gyro::GyroPort;
 
-/// Which model moves.
+/// The model that moves.
 #[derive(Clone, Debug)]
 pub enum Moving {
     /// For small angles.
     Linear(LinearElement),
-    /// Without them.
+    /// Without small-angle approximation.
     Rigid(RigidBody),
 }
 
@@ -30,7 +30,7 @@ impl WiredElement {
         Self { moving, angle_gain_V_rad, torquer_N_m_A, current_A: 0.0, limit_A: f64::INFINITY }
     }
 
-    /// What moves.
+    /// The model.
     pub fn moving(&self) -> &Moving {
         &self.moving
     }

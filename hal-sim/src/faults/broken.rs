@@ -1,57 +1,57 @@
-//! What is broken now: asked at each tick, looked up only when something changes.
+//! The active faults: queried at each tick, updated only when one starts or ends.
 
 use super::{Fault, Faults, What};
 use stand_firmware::board::CONTROL_HZ;
 
-/// What is broken now.
+/// The active faults.
 #[derive(Clone, Copy, Debug)]
 pub struct Broken {
     faults: Faults,
-    /// The kinds that are broken, a bit each.
+    /// The active kinds, one bit each.
     now: u32,
-    /// The tick at which something changes next.
+    /// Tick of the next change.
     changes_at: u64,
     tick: u64,
 }
 
 impl Broken {
-    /// What breaks by this list, from tick 0.
+    /// The faults of this list, from tick 0.
     pub fn new(faults: Faults) -> Self {
         Self { faults, now: 0, changes_at: 0, tick: 0 }
     }
 
-    /// Tick `n` begins. Whether something has changed.
+    /// Starts tick `n`. Returns whether a fault has started or ended.
     #[inline]
     pub fn begin(&mut self, n: u64) -> bool {
         self.tick = n;
         n >= self.changes_at && self.look()
     }
 
-    /// Whether this is broken.
+    /// Whether a fault of this kind is active.
     #[inline]
     pub fn is(&self, what: What) -> bool {
         self.now & what.bit() != 0
     }
 
-    /// Whether anything is.
+    /// Whether any fault is active.
     #[inline]
     pub fn any(&self) -> bool {
         self.now != 0
     }
 
-    /// How much this is broken; 0 where it is not.
+    /// Magnitude of the active fault of this kind; 0 where there is none.
     pub fn size(&self, what: What) -> f64 {
         let at_s = self.at_s();
         self.faults.iter().filter(|fault| fault.what == what && fault.is_at(at_s)).map(Fault::size).next_back().unwrap_or(0.0)
     }
 
-    /// Breaks something more, beginning now. `None` where there is no room.
+    /// Adds a fault that starts now. `None` where the list is full.
     pub fn inject(&mut self, what: What, for_s: f64, size: Option<f64>) -> Option<()> {
         self.changes_at = 0;
         self.faults.push(Fault { what, from_s: self.at_s(), for_s, size })
     }
 
-    /// Mends all of a kind, now and for ever.
+    /// Removes all faults of a kind.
     pub fn mend(&mut self, what: What) {
         self.changes_at = 0;
         self.faults.remove(what);
@@ -62,7 +62,7 @@ impl Broken {
         &self.faults
     }
 
-    /// The middle of the tick, so that a fault of one tick's length is there for one tick whatever its digits.
+    /// The middle of the tick, so that a fault of one tick lasts one tick regardless of rounding.
     fn at_s(&self) -> f64 {
         (self.tick as f64 + 0.5) / CONTROL_HZ as f64
     }
@@ -74,7 +74,7 @@ impl Broken {
         self.now = self.faults.iter().filter(|fault| fault.is_at(at_s)).fold(0, |set, fault| set | fault.what.bit());
         let changes = self.faults.iter().flat_map(|fault| [fault.from_s, fault.until_s()]);
         let next_s = changes.filter(|change| *change > at_s).fold(f64::INFINITY, f64::min);
-        // A cast saturates: never.
+        // The cast saturates: never.
         self.changes_at = ((next_s * CONTROL_HZ as f64 - 0.5).ceil() as u64).max(self.tick + 1);
         self.now != before
     }
@@ -111,7 +111,7 @@ mod tests {
                 broken.is(What::LostTicks)
             });
             let lost = lost.count();
-            // The tick in which it is broken is the first of the three; a fourth where the digits fall so.
+            // The active tick is the first of three; a fourth by rounding.
             assert!((2..=3).contains(&lost), "{lost} ticks from {begin} on");
             assert!(!broken.any(), "still broken, from {begin} on");
             broken.mend(What::LostTicks);

@@ -1,28 +1,28 @@
-//! What a quadrature counter shows when a wire of its encoder is off.
+//! The reading of a quadrature counter with a disconnected wire.
 //!
-//! The two channels go through (A, B) = 00, 10, 11, 01 as the count rises. An input without its wire is pulled up. The counter steps
-//! by one as its inputs change: with one wire off it dithers between two neighbours, with both off it stands. When the wires
-//! are on again it goes on from there: the counts that passed meanwhile are lost for good.
+//! The channels pass through (A, B) = 00, 10, 11, 01 as the count rises. A disconnected input is pulled up. The counter steps
+//! by one as its inputs change: with one wire disconnected it alternates between two counts, with both it stands still. When the wires
+//! are connected again it continues from there: the counts in between are lost.
 
-/// The levels of A and B at each quarter of a period.
+/// Levels of A and B in each quarter of a period.
 const LEVELS: [(bool, bool); 4] = [(false, false), (true, false), (true, true), (false, true)];
 
 /// The counter behind the wires.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Decoder {
-    /// What the counter is ahead of the disc, with its wires on.
+    /// Difference of counter and disc with connected wires.
     offset: i64,
-    /// What it shows while a wire is off, and the quarter of a period that it sees.
+    /// Count while a wire is disconnected, and the quarter of a period at its inputs.
     shows: Option<(i64, i64)>,
 }
 
 impl Decoder {
-    /// A counter that begins at 0, as the chip's does at power-on, where the disc is at the count `disc`.
+    /// A counter that starts at 0, as at power-on, where the disc is at the count `disc`.
     pub fn at(disc: i64) -> Self {
         Self { offset: -disc, shows: None }
     }
 
-    /// What the counter shows when the disc is at the count `disc`.
+    /// Advances to the count `disc` of the disc and returns the count of the counter.
     #[inline]
     pub fn show(&mut self, disc: i64, a_off: bool, b_off: bool) -> i64 {
         if self.shows.is_none() && !a_off && !b_off {
@@ -31,7 +31,7 @@ impl Decoder {
         self.broken(disc, a_off, b_off)
     }
 
-    /// The same without a step: what it showed for `disc` last.
+    /// The count of the counter for the last position, without a step.
     #[inline]
     pub fn shown(&self, disc: i64) -> i64 {
         self.shows.map_or(disc + self.offset, |(count, _)| count)
@@ -46,7 +46,7 @@ impl Decoder {
         let now = before
             + match (quarter - quarter_before).rem_euclid(4) {
                 3 => -1,
-                // Both inputs at once: no step that a decoder counts.
+                // Both inputs changed at once: the decoder does not count.
                 2 => 0,
                 step => step,
             };

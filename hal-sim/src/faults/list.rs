@@ -1,79 +1,79 @@
-//! The faults of a stand: few, checked, without memory of their own.
+//! The list of faults of a stand: of bounded length, checked.
 
 use super::{Fault, What};
 use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 
-/// Most faults of a stand.
+/// Largest number of faults of a stand.
 pub const MOST_FAULTS: usize = 16;
 
-/// Up to [`MOST_FAULTS`] faults, in the order in which they were given.
+/// Up to [`MOST_FAULTS`] faults, in the given order.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Faults {
     list: [Option<Fault>; MOST_FAULTS],
 }
 
-/// A fault that cannot be.
+/// An invalid fault.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("faults[{place}].{key} = {value}: must be {range}")]
 pub struct FaultError {
-    /// Its place in the list, from 0.
+    /// Index in the list, from 0.
     pub place: usize,
-    /// Which number.
+    /// The key.
     pub key: &'static str,
-    /// What was given.
+    /// The given value.
     pub value: f64,
-    /// What it may be.
+    /// The allowed range.
     pub range: String,
 }
 
 impl Faults {
-    /// The faults of a list; `None` where there are too many.
+    /// A list; `None` where there are too many.
     pub fn of(faults: impl IntoIterator<Item = Fault>) -> Option<Self> {
         let mut all = Self::default();
         faults.into_iter().try_for_each(|fault| all.push(fault))?;
         Some(all)
     }
 
-    /// Adds one; `None` where there is no room.
+    /// Adds a fault; `None` where the list is full.
     pub fn push(&mut self, fault: Fault) -> Option<()> {
         *self.list.iter_mut().find(|place| place.is_none())? = Some(fault);
         Some(())
     }
 
-    /// Takes all of a kind out.
+    /// Removes all faults of a kind.
     pub fn remove(&mut self, what: What) {
         for place in self.list.iter_mut().filter(|place| place.is_some_and(|fault| fault.what == what)) {
             *place = None;
         }
     }
 
-    /// One after another.
+    /// The faults.
     pub fn iter(&self) -> impl DoubleEndedIterator<Item = &Fault> {
         self.list.iter().flatten()
     }
 
-    /// Whether there is none.
+    /// Whether the list is empty.
     pub fn is_empty(&self) -> bool {
         self.iter().next().is_none()
     }
 
-    /// The first of a kind by time.
+    /// The first fault of a kind by time.
     pub fn first(&self, what: What) -> Option<&Fault> {
         self.iter().filter(|fault| fault.what == what).min_by(|a, b| a.from_s.total_cmp(&b.from_s))
     }
 
-    /// The same faults for a stand whose power-on is `by_s` later.
+    /// The same faults relative to a power-on `by_s` later.
     pub fn later(&self, by_s: f64) -> Self {
         let shifted = |fault: &Fault| Fault { from_s: fault.from_s - by_s, ..*fault };
         Self { list: self.list.map(|place| place.as_ref().map(shifted)) }
     }
 
-    /// Checks what a file may have brought.
+    /// Checks the values of a file.
     ///
     /// # Errors
-    /// The first number that makes no sense, by its place and name.
+    /// The first invalid number, by index and name.
     pub fn check(&self) -> Result<(), FaultError> {
         for (place, fault) in self.iter().enumerate() {
             let bad = |key, value, range: &str| Err(FaultError { place, key, value, range: range.to_owned() });

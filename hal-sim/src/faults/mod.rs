@@ -1,7 +1,7 @@
-//! What can be broken on the simulated stand, and when.
+//! Faults of the simulated stand, and when they occur.
 //!
-//! In: a list, from a stand's file or from a test. Times are seconds from power-on; what a fault does not say is from the beginning, for ever,
-//! of the usual size.
+//! Input: a list, from a stand file or a test. Times are seconds from power-on. Defaults: from the start, without end, with
+//! the default magnitude of the kind.
 //!
 //! ```toml
 //! [[faults]]
@@ -10,8 +10,8 @@
 //! for_s  = 0.5
 //! size   = 7.0
 //! ```
-//! Out: at each tick, what is broken now ([`Broken`]), which the bench asks where it senses and drives; `encoder` is what wires that are
-//! off do to a quadrature counter. A list holds [`MOST_FAULTS`]; nothing is allocated while the stand runs.
+//! Output: at each tick, the active faults ([`ActiveFaults`]), which the bench queries; `encoder` simulates a quadrature counter with
+//! disconnected wires. A list holds [`MOST_FAULTS`]; nothing is allocated while the stand runs.
 
 mod broken;
 mod encoder;
@@ -25,19 +25,19 @@ pub use what::{Size, What};
 
 use serde::{Deserialize, Serialize};
 
-/// One thing that is broken for a time.
+/// A fault over a period of time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Fault {
-    /// What is broken.
+    /// The kind.
     pub what: What,
-    /// From when on, s.
+    /// Start, s.
     #[serde(default)]
     pub from_s: f64,
-    /// For how long, s.
+    /// Duration, s.
     #[serde(default = "for_ever", skip_serializing_if = "is_for_ever")]
     pub for_s: f64,
-    /// How much ([`What::size`]); the usual size where it is not said.
+    /// Magnitude ([`FaultKind::magnitude`]); the default of the kind if missing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub size: Option<f64>,
 }
@@ -51,27 +51,27 @@ fn is_for_ever(for_s: &f64) -> bool {
 }
 
 impl Fault {
-    /// This is broken from `from_s` on for `for_s` seconds, of the usual size.
+    /// A fault from `from_s` on for `for_s` seconds, with the default magnitude.
     pub fn new(what: What, from_s: f64, for_s: f64) -> Self {
         Self { what, from_s, for_s, size: None }
     }
 
-    /// Of another size.
+    /// With another magnitude.
     pub fn of_size(self, size: f64) -> Self {
         Self { size: Some(size), ..self }
     }
 
-    /// Its size, or the usual one; 0 where it has none.
+    /// The magnitude, or the default; 0 where the kind has none.
     pub fn size(&self) -> f64 {
         self.size.or(self.what.size().map(|size| size.usual)).unwrap_or(0.0)
     }
 
-    /// When it is over; told in one way, so that its end is not passed by where the digits are rounded.
+    /// End, s; computed in one place, so that rounding is the same everywhere.
     pub fn until_s(&self) -> f64 {
         self.from_s + self.for_s
     }
 
-    /// Whether it is so at `at_s`.
+    /// Whether the fault is active at `at_s`.
     pub fn is_at(&self, at_s: f64) -> bool {
         at_s >= self.from_s && at_s < self.until_s()
     }

@@ -1,65 +1,65 @@
-//! What can be broken, by name; and what its size means.
+//! Kinds of faults by name, and the meaning of their magnitude.
 
 use serde::{Deserialize, Serialize};
 
-/// What is broken. In a file by its name in small letters with dashes, as `encoder-a-off`.
+/// Kind of a fault. Its name in a file is in kebab case, for example `encoder-a-off`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[repr(u8)]
 pub enum What {
-    /// The encoder's wire A is off; its input is pulled up.
+    /// Encoder wire A is disconnected; its input is pulled up.
     EncoderAOff,
-    /// The encoder's wire B is off; its input is pulled up.
+    /// Encoder wire B is disconnected; its input is pulled up.
     EncoderBOff,
-    /// The index's wire is off.
+    /// The index wire is disconnected.
     IndexOff,
-    /// The current sensor's wire is off: its converter reads 0.
+    /// The wire of the current sensor is disconnected: its converter reads 0.
     CurrentSensorOff,
-    /// The speed loop's counter counts no more, as when its timer lost its clock.
+    /// The counter of the speed loop stands still, as if its timer had no clock.
     CounterStuck,
-    /// The supply falls to so many volts.
+    /// The supply voltage falls to the magnitude, V.
     SupplyDip,
-    /// Sparks into the analog lines: so many times the usual noise on current and rate.
+    /// Noise on current and rate, by the magnitude times the usual noise.
     NoiseBurst,
-    /// The winding is this hot, °C.
+    /// The winding has the temperature of the magnitude, °C.
     WindingHot,
-    /// The rate sensor answers no more, and the line of the sensor under test is open.
+    /// The rate sensor does not respond, and the bus of the sensor under test is open.
     SensorSilent,
-    /// The rate sensor answers rubbish, and on the line of the sensor under test every second bit is wrong.
+    /// The rate sensor delivers random codes, and on the bus of the sensor under test every second bit is wrong.
     SensorRubbish,
-    /// The control interrupt does not come.
+    /// The control interrupt does not occur.
     LostTicks,
-    /// The controller has no supply, and starts anew afterwards.
+    /// The controller loses its supply, and restarts afterwards.
     PowerCut,
-    /// Bits are flipped on the serial line, both ways: in this share of the bytes.
+    /// Bits are flipped on the serial line, both ways, in this fraction of the bytes.
     LineFlips,
-    /// This share of the bytes on the serial line is lost, both ways.
+    /// This fraction of the bytes on the serial line is lost, both ways.
     LineLoses,
-    /// Foreign bytes on the serial line, behind this share of its own, both ways.
+    /// Foreign bytes are inserted on the serial line, after this fraction of its bytes, both ways.
     LineInserts,
     /// The serial line is unplugged.
     LineOff,
-    /// The host sends a break at the beginning.
+    /// The host sends a break at the start.
     LineBreak,
-    /// The wire of the gyro's angle sensor is off: its converter reads its end.
+    /// The wire of the gyroscope's angle sensor is disconnected: its converter reads full scale.
     AngleSensorOff,
-    /// The torquer's amplifier gives no more than so many amperes.
+    /// The torquer amplifier is limited to the magnitude, A.
     TorquerLimit,
 }
 
-/// What the size of a fault is.
+/// Magnitude of a kind of fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Size {
-    /// What the number means, with its unit.
+    /// Meaning of the number, with its unit.
     pub says: &'static str,
-    /// Where a fault does not say it.
+    /// Default.
     pub usual: f64,
-    /// Least and greatest.
+    /// Smallest and largest value.
     pub range: (f64, f64),
 }
 
 impl What {
-    /// All there are.
+    /// All kinds.
     pub const ALL: [What; 19] = [
         What::EncoderAOff,
         What::EncoderBOff,
@@ -87,17 +87,17 @@ impl What {
         1 << self as u8
     }
 
-    /// Whether it is about the serial line, which only the whole controller has.
+    /// Whether the kind concerns the serial line, which only the whole controller has.
     pub fn is_of_the_line(self) -> bool {
         matches!(self, What::LineFlips | What::LineLoses | What::LineInserts | What::LineOff | What::LineBreak)
     }
 
-    /// Whether it is about the gyro beside the drive, which not every stand has.
+    /// Whether the kind concerns the gyroscope, which not every stand has.
     pub fn is_of_the_gyro(self) -> bool {
         matches!(self, What::AngleSensorOff | What::TorquerLimit)
     }
 
-    /// What its size is; `None` where it has none.
+    /// The magnitude; `None` where the kind has none.
     pub fn size(self) -> Option<Size> {
         let size = |says, usual, range| Some(Size { says, usual, range });
         match self {

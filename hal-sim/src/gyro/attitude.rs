@@ -1,14 +1,14 @@
-//! Rotations of a platform in three gimbals, order X (outer), Z, Y (inner): R = R_x R_z R_y, platform to base.
+//! Rotations of a platform in three gimbals, axes X (outer), Z, Y (inner): R = R_x R_z R_y, platform to base.
 
 /// A vector in x, y, z.
 pub type Vector = [f64; 3];
 
-/// Rows of a rotation.
+/// Rows of a rotation matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rotation(pub [Vector; 3]);
 
 impl Rotation {
-    /// That of these gimbal angles about x, y, z, rad.
+    /// The rotation of these gimbal angles about x, y, z, rad.
     pub fn of_gimbals([x, y, z]: Vector) -> Self {
         let ((sx, cx), (sy, cy), (sz, cz)) = (x.sin_cos(), y.sin_cos(), z.sin_cos());
         Self([
@@ -24,11 +24,11 @@ impl Rotation {
         [r[2][1].atan2(r[1][1]), r[0][2].atan2(r[0][0]), -r[0][1].asin()]
     }
 
-    /// That of a rotation vector (Rodrigues).
+    /// The rotation of a rotation vector (Rodrigues).
     pub fn of_vector(v: Vector) -> Self {
         let angle = v.iter().map(|c| c * c).sum::<f64>().sqrt();
         let k = [[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]];
-        // sin x/x and (1 − cos x)/x², by their series where x is small.
+        // sin x/x and (1 − cos x)/x², by series where x is small.
         let (first, second) = if angle < 1e-4 {
             (1.0 - angle * angle / 6.0, 0.5 - angle * angle / 24.0)
         } else {
@@ -44,7 +44,7 @@ impl Rotation {
         Self(r)
     }
 
-    /// First `other`, in the platform's axes.
+    /// First `other`, in the axes of the platform.
     pub fn then(&self, other: &Self) -> Self {
         let mut product = [[0.0; 3]; 3];
         for (i, row) in product.iter_mut().enumerate() {
@@ -55,7 +55,7 @@ impl Rotation {
         Self(product)
     }
 
-    /// A vector of the base in the platform's axes.
+    /// A vector of the base in the axes of the platform.
     pub fn into_platform(&self, v: Vector) -> Vector {
         std::array::from_fn(|j| (0..3).map(|i| self.0[i][j] * v[i]).sum())
     }
@@ -66,7 +66,7 @@ pub fn cross(a: Vector, b: Vector) -> Vector {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// Each of a with that of b.
+/// Combines the components of a and b.
 pub fn each(a: Vector, b: Vector, does: impl Fn(f64, f64) -> f64) -> Vector {
     std::array::from_fn(|k| does(a[k], b[k]))
 }
@@ -86,7 +86,7 @@ mod tests {
             let (one, two) = (Rotation::of_vector(v), Rotation::of_gimbals(v));
             assert!((0..9).all(|n| (one.0[n / 3][n % 3] - two.0[n / 3][n % 3]).abs() < 1e-16), "axis {axis}");
         }
-        // Both forms of the series meet at their border.
+        // Both forms agree where they meet.
         let near = |a: f64| Rotation::of_vector([a, -a, 0.5 * a]);
         let (below, above) = (near(6.6e-5), near(6.7e-5));
         assert!((0..9).all(|n| (below.0[n / 3][n % 3] - above.0[n / 3][n % 3]).abs() < 1.1e-6));

@@ -1,13 +1,13 @@
-//! A whole measurement on a three-axis platform without a firmware: in two positions, 180° apart, the angles of the gimbals through all cycles.
+//! A complete drift measurement on a three-axis platform without firmware: gimbal angles over all cycles in two positions 180° apart.
 //!
-//! It is the plant alone, fast enough for a thousand draws: what is made of the angles is somebody else's.
+//! Only the plant is simulated, fast enough for a thousand Monte Carlo runs; the evaluation is elsewhere.
 
 use super::attitude::{Vector, cross, each};
 use super::{AngleSensor, Site, ThreeAxis};
 use crate::peripherals::Noise;
 use std::f64::consts::PI;
 
-/// Which axes get pulses, and in which order.
+/// The axes that get pulses, and their sequence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pattern {
     /// All at once, + −.
@@ -19,7 +19,7 @@ pub enum Pattern {
 }
 
 impl Pattern {
-    /// For each cycle the sign of the first pulse on each axis; 0: none.
+    /// Sign of the first pulse on each axis, for each cycle; 0: no pulse.
     pub fn cycles(self) -> &'static [[f64; 3]] {
         match self {
             Self::Together => &[[1.0, 1.0, 1.0]],
@@ -29,10 +29,10 @@ impl Pattern {
     }
 }
 
-/// What is measured, and how badly.
+/// The measurement and its errors.
 #[derive(Clone, Copy, Debug)]
 pub struct Campaign {
-    /// Where it stands, and how.
+    /// Site and azimuth.
     pub site: Site,
     /// ω_d about the platform's axes, rad/s.
     pub own_rad_s: Vector,
@@ -42,24 +42,24 @@ pub struct Campaign {
     pub pulse_s: f64,
     /// Samples in one pulse.
     pub samples: u32,
-    /// Who gets pulses.
+    /// Pulse pattern.
     pub pattern: Pattern,
     /// Gimbal angles at the beginning of each cycle, rad.
     pub start_rad: Vector,
-    /// What shows the angles, in rad: its gain and range do not matter here.
+    /// The angle sensors, in rad: gain and range do not matter here.
     pub sensor: AngleSensor,
-    /// Level error about x and z that turns with the platform, rad.
+    /// Level error about x and z that rotates with the platform, rad.
     pub level_platform_rad: f64,
-    /// The same, fixed to the base.
+    /// Level error about x and z fixed to the base, rad.
     pub level_base_rad: f64,
-    /// By what share the second pulse is greater.
+    /// Relative excess of the second pulse.
     pub inequality: f64,
-    /// What is missing from, or too much of, the 180°, rad.
+    /// Error of the 180° rotation, rad.
     pub turn_error_rad: f64,
 }
 
 impl Default for Campaign {
-    /// theory.md §3.3: exact sensors, drifts of 1, −0.5 and 2 °/h.
+    /// Exact sensors, drifts of 1, −0.5 and 2 °/h.
     fn default() -> Self {
         Self {
             site: Site::default(),
@@ -84,7 +84,7 @@ impl Campaign {
         2.0 * self.pulse_s
     }
 
-    /// The angles as the sensors show them, for each position and each cycle of the pattern 2 N + 1 samples; `noise`: unit deviates.
+    /// Angle readings: for each position and each cycle of the pattern 2 N + 1 samples; `noise`: unit deviates.
     pub fn run(&self, noise: &mut Noise) -> [Vec<Vec<Vector>>; 2] {
         [0.0, 1.0].map(|turn| {
             let level = self.level_platform_rad + (1.0 - 2.0 * turn) * self.level_base_rad;

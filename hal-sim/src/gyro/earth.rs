@@ -1,20 +1,20 @@
-//! The Earth's rotation, as a gyro at a site feels it.
+//! The Earth rate at a site.
 
 /// Rate of the Earth's rotation, rad/s.
 pub const EARTH_RAD_S: f64 = 7.292_115_9e-5;
 
-/// Where the stand is.
+/// Site and azimuth of the stand.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Site {
     /// Latitude, north positive, rad.
     pub latitude_rad: f64,
-    /// Azimuth of the base's x axis from north, rad, clockwise from above.
+    /// Azimuth of the base's x axis from north, rad, clockwise seen from above.
     pub azimuth_rad: f64,
 }
 
 impl Default for Site {
-    /// That of the published figures: 70° north, 80°.
+    /// The site of the published figures: 70° north, azimuth 80°.
     fn default() -> Self {
         Self { latitude_rad: 70_f64.to_radians(), azimuth_rad: 80_f64.to_radians() }
     }

@@ -1,15 +1,15 @@
-//! The wires between the board and the gyro: the torquer's converter, the two channels of the ADC, and the tick that serves all three.
+//! The wiring between board and gyroscope: the converter of the torquer, two ADC channels, and the tick that serves them.
 
 use super::GyroPort;
 use crate::peripherals::Noise;
 use stand_firmware::board::{GyroSample, Hardware, RollCode, Stamped, Ticks, TorquerStep};
 
-/// The chip's ADC's codes: 0 to this (12 bits, RM0390).
+/// Largest ADC code of the chip (12 bits, RM0390).
 const MOST_CODE: f64 = 4095.0;
-/// Noise of one conversion, codes rms (DS10693: total unadjusted error some codes; the noise of a quiet board is about one).
+/// Noise of one conversion, codes rms (about one code on a quiet board; DS10693 gives a total unadjusted error of some codes).
 const NOISE_CODES: f64 = 1.0;
 
-/// A gyro on its wires.
+/// A gyroscope with its wiring.
 pub struct GyroLine {
     gyro: Box<dyn GyroPort>,
     hardware: Hardware,
@@ -25,7 +25,7 @@ pub struct GyroLine {
 }
 
 impl GyroLine {
-    /// This gyro, with converters of these scales; noise of `seed`.
+    /// This gyroscope, with converters of these scales; `seed` of the noise.
     pub fn new(gyro: Box<dyn GyroPort>, hardware: &Hardware, seed: u64) -> Self {
         Self {
             gyro,
@@ -42,27 +42,27 @@ impl GyroLine {
         }
     }
 
-    /// Other converters than the chip's: codes from 0 to this, noise of one conversion, codes rms.
+    /// Converters with codes from 0 to this and this noise, codes rms.
     pub fn convert(&mut self, most_code: f64, noise_codes: f64) {
         (self.most_code, self.noise_codes) = (most_code, noise_codes);
     }
 
-    /// The roll sensor, code; `None` where the gyro has none.
+    /// Code of the roll sensor; `None` where there is none.
     pub fn roll(&self) -> Option<RollCode> {
         self.gyro.roll_rad().map(|roll_rad| RollCode((roll_rad / self.hardware.roll_rad_per_code).round() as i32))
     }
 
-    /// What is behind the wires.
+    /// The gyroscope.
     pub fn gyro(&mut self) -> &mut dyn GyroPort {
         &mut *self.gyro
     }
 
-    /// The angle sensor's wire is off: its input is pulled up.
+    /// Disconnects the wire of the angle sensor: its input is pulled up.
     pub fn unplug(&mut self, is_off: bool) {
         self.is_off = is_off;
     }
 
-    /// What it is to be given at a moment.
+    /// The command for a time.
     pub fn give(&mut self, at: Ticks, step: TorquerStep) {
         self.pending = Some((at, step));
     }
@@ -72,12 +72,12 @@ impl GyroLine {
         self.newest
     }
 
-    /// Time passes.
+    /// Advances by `dt_s`.
     pub fn advance(&mut self, platform_rad: f64, dt_s: f64) {
         self.gyro.advance(self.acting_A, platform_rad, dt_s);
     }
 
-    /// A tick begins at `now`: one conversion of the current, and, where it is due, the sample and the next step.
+    /// Starts a tick at `now`: one conversion of the current, and, when due, the sample and the next command.
     pub fn tick(&mut self, now: Ticks) {
         let h = self.hardware;
         self.charge += self.code(self.gyro.torquer_A() / h.torquer_A_per_code + h.torquer_zero_code);

@@ -1,8 +1,8 @@
-//! Gyros beside the drive: what hangs on the torquer's and the angle sensor's wires of the simulated board.
+//! Gyroscopes on the torquer and the angle sensor of the simulated board.
 //!
-//! [`GyroPort`] is what the board sees of it. [`SingleAxis`] is a stabiliser of one axis, [`ThreeAxis`] a platform in gimbals with the exact kinematics of
-//! its attitude, [`Campaign`] a whole measurement on it without a firmware. [`earth`] is the Earth's rotation at a site, [`AngleSensor`] and [`Torquer`]
-//! are the two ends of the wires. Angles in rad, rates in rad/s; formulas: theory.md §3.
+//! [`GyroPort`] is the interface to the board. [`SingleAxis`] is a stabiliser of one axis, [`ThreeAxis`] a platform in gimbals with exact attitude
+//! kinematics, [`Campaign`] a complete measurement on it without firmware. [`earth`] is the Earth rate at a site, [`AngleSensor`] and [`Torquer`]
+//! are sensor and actuator. Angles in rad, rates in rad/s.
 
 pub mod attitude;
 pub mod campaign;
@@ -23,13 +23,13 @@ pub use torquer::Torquer;
 
 /// One arcsecond, rad.
 pub const ARCSEC: f64 = std::f64::consts::PI / 180.0 / 3600.0;
-/// One degree per hour, rad/s: as many rad/s as an arcsecond has rad.
+/// One degree per hour, rad/s: numerically equal to an arcsecond in rad.
 pub const DEG_H: f64 = ARCSEC;
 
-/// A gyro of one axis from a TOML file.
+/// A single-axis gyroscope from a TOML file.
 ///
 /// # Errors
-/// Not TOML, a word that no gyro has, a number that makes no sense; with its line.
+/// Not TOML, an unknown key, or an invalid number; with its line.
 pub fn read(text: &str) -> Result<SingleAxis, String> {
     let gyro: SingleAxis =
         toml::from_str(text).map_err(|e| e.to_string().lines().next().unwrap_or_default().to_owned() + ": " + e.message())?;
@@ -51,20 +51,20 @@ pub fn read(text: &str) -> Result<SingleAxis, String> {
     Ok(gyro)
 }
 
-/// What the board sees of a gyro.
+/// The interface of a gyroscope to the board.
 pub trait GyroPort: Send {
-    /// Time passes with this current given to the torquer's amplifier, A; the platform that carries it all stands at `platform_rad`.
+    /// Advances by `dt_s` with this current command of the torquer amplifier, A; the platform under the gyroscope is at `platform_rad`.
     fn advance(&mut self, given_A: f64, platform_rad: f64, dt_s: f64);
-    /// The angle sensor's output now, V, noise drawn.
+    /// Present output of the angle sensor with noise, V.
     fn sensor_V(&mut self) -> f64;
-    /// The current through the torquer, mean over the last `advance`, A.
+    /// Current through the torquer, mean over the last `advance`, A.
     fn torquer_A(&self) -> f64;
-    /// The roll about the rotor's axis, rad, where a sensor of its own shows it.
+    /// Roll about the rotor axis, rad, where a sensor measures it.
     fn roll_rad(&self) -> Option<f64> {
         None
     }
-    /// Somebody turns the gyro by hand. A gyro may have no such places.
+    /// Sets the orientation, as by hand. A gyroscope may ignore this.
     fn put(&mut self, _place: Place) {}
-    /// The amplifier gives no more than this from now on, A; `None`: what it is made for. A gyro may have no such amplifier.
+    /// Limits the current of the amplifier, A; `None`: its nominal limit. A gyroscope may ignore this.
     fn limit(&mut self, _limit_A: Option<f64>) {}
 }

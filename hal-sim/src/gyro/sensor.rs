@@ -1,20 +1,20 @@
-//! The angle sensor: gain, noise, steps, and the end of its range.
+//! The angle sensor: gain, noise, resolution, range.
 
 use crate::peripherals::Noise;
 
-/// What it makes of an angle.
+/// Parameters.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct AngleSensor {
     /// K_k, V/rad.
     pub gain_V_rad: f64,
-    /// U0: its voltage at no angle, V.
+    /// U0: output voltage at zero angle, V.
     pub offset_V: f64,
     /// Noise of one sample, rad rms.
     pub noise_rad: f64,
-    /// Its own steps, rad; 0: none, what converts it has its own.
+    /// Resolution, rad; 0: unlimited, apart from the converter.
     pub step_rad: f64,
-    /// The end of its range, either side, V.
+    /// Range on either side, V.
     pub range_V: f64,
 }
 
@@ -25,18 +25,18 @@ impl Default for AngleSensor {
 }
 
 impl AngleSensor {
-    /// No noise, no steps, no end.
+    /// No noise, unlimited resolution and range.
     pub fn ideal() -> Self {
         Self { noise_rad: 0.0, range_V: f64::INFINITY, ..Self::default() }
     }
 
-    /// The angle as it shows it, rad; `noise` is a stream of unit deviates.
+    /// Angle reading, rad; `noise` is a stream of unit deviates.
     pub fn shows_rad(&self, theta_rad: f64, noise: &mut Noise) -> f64 {
         let noisy = if self.noise_rad > 0.0 { theta_rad + self.noise_rad * noise.draw() } else { theta_rad };
         if self.step_rad > 0.0 { (noisy / self.step_rad).round() * self.step_rad } else { noisy }
     }
 
-    /// Its output, V.
+    /// Output, V.
     pub fn shows_V(&self, theta_rad: f64, noise: &mut Noise) -> f64 {
         (self.offset_V + self.gain_V_rad * self.shows_rad(theta_rad, noise)).clamp(-self.range_V, self.range_V)
     }

@@ -1,27 +1,27 @@
-//! A stabiliser of one axis: θ′ = w + ω_d + ω_a, where w is the torquer's precession, ω_d the gyro's own drift, and ω_a the Earth's rotation.
+//! A single-axis stabiliser: θ′ = w + ω_d + ω_a, with the precession w of the torquer, the drift ω_d of the gyroscope and the Earth rate ω_a.
 //!
-//! The correction loop is whoever gives the torquer its current. A vibration of the base shows in the angle; the stabiliser's loop follows with a lag of
-//! its own, which is the torquer's here: both act alike (theory.md §3.2, reference lag).
+//! The caller closes the correction loop by the torquer current. A vibration of the base appears in the angle; the stabiliser follows with
+//! a lag, which is that of the torquer here: both act alike.
 
 use super::{AngleSensor, GyroPort, Site, Torquer};
 use crate::peripherals::Noise;
 use std::f64::consts::TAU;
 
-/// Own drift by what gravity does to the gyro, rad/s, and rad/s for each g along its axes.
+/// Drift of the gyroscope, rad/s, and rad/s per g along its axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct OwnDrift {
-    /// What is always there.
+    /// Independent of gravity.
     pub constant_rad_s: f64,
-    /// For a g along the sensitive (input) axis.
+    /// Per g along the sensitive (input) axis.
     pub input_rad_s_g: f64,
-    /// For a g along the output axis.
+    /// Per g along the output axis.
     pub output_rad_s_g: f64,
-    /// For a g along the spin axis.
+    /// Per g along the spin axis.
     pub spin_rad_s_g: f64,
 }
 
-/// How the gyro is put: turned about the vertical, its sensitive axis raised, and rolled about that axis.
+/// Orientation: rotation about the vertical, elevation of the sensitive axis, roll about that axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Place {
@@ -34,7 +34,7 @@ pub struct Place {
 }
 
 impl Place {
-    /// Up in the gyro's axes: input, output, spin.
+    /// The upward direction in the gyroscope's axes: input, output, spin.
     pub fn up(&self) -> [f64; 3] {
         let (sin_raised, cos_raised) = self.raised_rad.sin_cos();
         let (sin_rolled, cos_rolled) = self.rolled_rad.sin_cos();
@@ -42,7 +42,7 @@ impl Place {
     }
 }
 
-/// A swing of the base about the sensitive axis.
+/// Oscillation of the base about the sensitive axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Vibration {
@@ -52,23 +52,23 @@ pub struct Vibration {
     pub frequency_Hz: f64,
 }
 
-/// Constants and state.
+/// Parameters and state.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SingleAxis {
-    /// Where it stands.
+    /// Site.
     pub site: Site,
-    /// Its own drift.
+    /// Its drift.
     pub own: OwnDrift,
     /// The torquer.
     pub torquer: Torquer,
     /// The angle sensor.
     pub sensor: AngleSensor,
-    /// What the base does.
+    /// Vibration of the base.
     pub vibration: Vibration,
-    /// By how much the first turn to another place misses it, about the vertical, rad.
+    /// Error of the first rotation to another orientation, about the vertical, rad.
     pub turn_error_rad: f64,
-    /// How it is put.
+    /// Orientation.
     pub place: Place,
     /// Angle between gyro and base, rad.
     pub theta_rad: f64,
@@ -83,7 +83,7 @@ fn noise() -> Noise {
 }
 
 impl Default for SingleAxis {
-    /// Theory's single axis: 1.5 °/h of own drift at 70° north, 80° of azimuth.
+    /// 1.5 °/h of drift at 70° north, azimuth 80°.
     fn default() -> Self {
         Self {
             site: Site::default(),
@@ -101,21 +101,21 @@ impl Default for SingleAxis {
 }
 
 impl SingleAxis {
-    /// The same whose noise is of this seed.
+    /// The same gyroscope with this seed of its noise.
     pub fn seeded(self, seed: u64) -> Self {
         Self { noise: Noise::new(seed, 6, 1.0), ..self }
     }
 
-    /// ω_d in its place, rad/s.
+    /// ω_d in its orientation, rad/s.
     pub fn own_rad_s(&self) -> f64 {
         let [input, output, spin] = self.place.up();
         let own = &self.own;
         own.constant_rad_s + own.input_rad_s_g * input + own.output_rad_s_g * output + own.spin_rad_s_g * spin
     }
 
-    /// ω_a in its place on a platform that stands at `platform_rad`: minus what the Earth's rotation has along the sensitive axis, rad/s.
+    /// ω_a in its orientation on a platform at `platform_rad`: minus the component of the Earth rate along the sensitive axis, rad/s.
     pub fn apparent_rad_s(&self, platform_rad: f64) -> f64 {
-        // The platform turns counted from above like the encoder: to the left.
+        // The platform angle counts to the left seen from above, as the encoder.
         let [ahead, up, _] = self.site.rate_rad_s(self.place.turned_rad - platform_rad);
         let (sin, cos) = self.place.raised_rad.sin_cos();
         -(ahead * cos + up * sin)

@@ -1,13 +1,13 @@
-//! A platform in three gimbals: the exact kinematics of its attitude, with all that couples its axes.
+//! A platform in three gimbals: exact attitude kinematics, including the coupling of the axes.
 //!
-//! The platform turns against the base at w + ω_d − Rᵀ ω_e: its reference, its own drift, and minus the Earth's rotation in its axes. What is
-//! measured are the angles of the gimbals.
+//! The platform rotates relative to the base at w + ω_d − Rᵀ ω_e: its reference, its drift, and minus the Earth rate in its axes. The gimbal
+//! angles are measured.
 
 use super::attitude::{Rotation, Vector, each};
 use super::{AngleSensor, GyroPort, Torquer};
 use crate::peripherals::Noise;
 
-/// Attitude and what moves it, rad/s.
+/// Attitude and rates, rad/s.
 #[derive(Clone, Copy, Debug)]
 pub struct ThreeAxis {
     /// ω_d, about the platform's axes.
@@ -18,12 +18,12 @@ pub struct ThreeAxis {
 }
 
 impl ThreeAxis {
-    /// At these gimbal angles, rad.
+    /// A platform at these gimbal angles, rad.
     pub fn new(own_rad_s: Vector, earth_rad_s: Vector, gimbals_rad: Vector) -> Self {
         Self { own_rad_s, earth_rad_s, attitude: Rotation::of_gimbals(gimbals_rad) }
     }
 
-    /// Time passes with these reference rates about the platform's axes, constant over it; second order in the step.
+    /// Advances by `dt_s` with these reference rates about the platform axes, constant over the step; second order in the step.
     pub fn advance(&mut self, reference_rad_s: Vector, dt_s: f64) {
         let rate = |attitude: &Rotation| {
             let earth = attitude.into_platform(self.earth_rad_s);
@@ -40,7 +40,7 @@ impl ThreeAxis {
     }
 }
 
-/// One axis of a platform on the board's wires; the other two are held by loops of their own.
+/// One axis of a platform on the board; loops of their own control the other two.
 #[derive(Clone, Debug)]
 pub struct OneAxis {
     /// The platform.
@@ -51,13 +51,13 @@ pub struct OneAxis {
     pub torquer: Torquer,
     /// Its angle sensor.
     pub sensor: AngleSensor,
-    /// Gain of the other axes' loops, 1/s.
+    /// Gain of the loops of the other axes, 1/s.
     pub correction_1_s: f64,
     noise: Noise,
 }
 
 impl OneAxis {
-    /// That axis of a platform, noise of this seed.
+    /// An axis of a platform, with this seed of the noise.
     pub fn new(platform: ThreeAxis, axis: usize, seed: u64) -> Self {
         let (torquer, sensor) = Default::default();
         Self { platform, axis: axis.min(2), torquer, sensor, correction_1_s: 2.0, noise: Noise::new(seed, 6, 1.0) }

@@ -1,20 +1,20 @@
-//! The torquer with its amplifier: the current that it is given becomes a rate of precession, a little later and a little unequal.
+//! The torquer with its amplifier: the commanded current becomes a precession rate, with a lag and an inequality of the two signs.
 
-/// Constants and state.
+/// Parameters and state.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Torquer {
     /// K_m/H, rad/s/A.
     pub gain_rad_s_A: f64,
-    /// The amplifier's time constant, s.
+    /// Time constant of the amplifier, s.
     pub lag_s: f64,
-    /// By what share a negative current is greater than asked.
+    /// Relative excess of a negative current over its command.
     pub inequality: f64,
-    /// By what share a negative current turns the gyro faster than a positive one: K_m/H itself is unequal, and no current shows it.
+    /// Relative excess of the gain K_m/H for negative currents; the current does not show it.
     pub gain_inequality: f64,
-    /// The amplifier's current at no input, A.
+    /// Current of the amplifier at zero input, A.
     pub offset_A: f64,
-    /// Its greatest, A.
+    /// Largest current, A.
     pub limit_A: f64,
     #[serde(skip)]
     now_A: f64,
@@ -46,7 +46,7 @@ impl Torquer {
         Self { lag_s: 0.0, inequality: 0.0, ..Self::default() }
     }
 
-    /// Time passes with this current asked for; the mean rate meanwhile, rad/s.
+    /// Advances by `dt_s` with this commanded current; returns the mean rate, rad/s.
     pub fn advance(&mut self, given_A: f64, dt_s: f64) -> f64 {
         let limit_A = self.limited_A.unwrap_or(self.limit_A);
         let unequal = if given_A < 0.0 { given_A * (1.0 + self.inequality) } else { given_A };
@@ -70,7 +70,7 @@ impl Torquer {
         self.mean_A
     }
 
-    /// No more than this from now on, A; `None`: its own limit.
+    /// Limits the current, A; `None`: its own limit.
     pub fn limit(&mut self, limit_A: Option<f64>) {
         self.limited_A = limit_A;
     }

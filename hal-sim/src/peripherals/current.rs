@@ -1,6 +1,6 @@
-//! The current's ADC: sampled in the middle of each bridge period, summed by DMA.
+//! The ADC of the current: sampled in the middle of each bridge period, summed by DMA.
 //!
-//! A sample in the middle of a centre-aligned period shows the period's mean; the model has the mean over the control
+//! A sample in the middle of a centre-aligned period equals the mean of the period; the model uses the mean over the control
 //! tick for each of its samples. INA240A2, 50 V/V at 20 mΩ, 12 bits of 3.3 V about the middle: 0.8 mA per code, dithered
 //! by noise of 15 codes, so that sums are much finer than a code.
 

@@ -1,8 +1,8 @@
-//! When the encoder's last edge was: what a timer captures, stamped from the motion within the tick.
+//! Time of the last encoder edge: the capture of a timer, computed from the motion within the tick.
 //!
-//! In: angle (counts) and rate at the ends of a step. Out: steps of the edge timer since the last edge. Within a step the motion is the
-//! parabola through both angles with the mean acceleration of both rates: what a changing acceleration adds to it in 0.1 ms is below
-//! 10⁻³ of a count on the default stand. A reversal within the step, which crosses an edge and comes back, is an edge too.
+//! Input: angle (counts) and rate at the ends of a step. Output: steps of the edge timer since the last edge. Within a step the motion is the
+//! parabola through both angles with the mean acceleration of both rates; a changing acceleration adds less than 10⁻³ of a count
+//! in 0.1 ms on the default stand. A reversal within the step that crosses an edge and returns is an edge too.
 
 use stand_firmware::board::{Hardware, TICKS_PER_S};
 

@@ -1,7 +1,7 @@
-//! The incremental encoder and the 16-bit counter behind it.
+//! The incremental encoder and its 16-bit counter.
 //!
-//! US Digital E6, 5000 lines, every edge counted: 20 000 counts per turn. The count is the number of edges passed, that
-//! is the angle rounded *down*; what is wrong with the disc (eccentricity) is the plant's affair.
+//! US Digital E6, 5000 lines, all edges counted: 20 000 counts per turn. The count is the number of edges passed, that
+//! is the angle rounded *down*. Errors of the disc (eccentricity) belong to the plant.
 
 use stand_firmware::board::{EncoderCount, Hardware};
 

@@ -1,27 +1,27 @@
-//! Flash that keeps its own rules, and can lose its supply at any write or erase.
+//! Simulated flash that enforces the rules of the chip and can lose its supply at any write or erase.
 //!
-//! In: the lengths of its sectors, one after another from address 0. Out: [`NorFlash`]. Words of four bytes; a word is written once
-//! between two erases, bits go from 1 to 0 only, an erase takes whole sectors (STM32F446: RM0390 §3). The part has no error
-//! correction that would refuse a second write; the trait promises one write, so a second one is an error here.
+//! Input: the lengths of its sectors, from address 0 on. Output: [`NorFlash`]. Words have four bytes; a word is written once
+//! between two erases, bits change from 1 to 0 only, an erase covers whole sectors (STM32F446: RM0390 §3). The chip has no error
+//! correction that refuses a second write; the trait allows one write, so a second one is an error here.
 //!
-//! A *step* is what cannot be divided: one word written, one sector erased. [`SimFlash::cut_after`] says how many whole steps come before
-//! the supply fails; the next one is left half-done: of a word, some bits have fallen and some have not; of a sector, some words
-//! are erased, some are as they were, some are between. Then everything answers [`FlashError::NoSupply`] until
-//! [`SimFlash::power_on`]. What is left is drawn from a seed.
+//! A *step* is indivisible: one word written, one sector erased. [`SimFlash::cut_after`] sets the number of whole steps before
+//! the supply fails; the next step is left incomplete: in a word some bits have changed; in a sector some words are erased, some
+//! unchanged, some between. From then on all calls return [`FlashError::NoSupply`] until
+//! [`SimFlash::power_on`]. A seed determines the result of an incomplete step.
 
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
-/// Bytes of a word: the unit of a write.
+/// Bytes per word: the unit of a write.
 pub const WORD_BYTES: usize = 4;
-/// Bytes of the small sectors of an STM32F446RE (sectors 0 to 3; RM0390, table 4).
+/// Size of the small sectors of an STM32F446RE (sectors 0 to 3; RM0390, table 4).
 pub const SMALL_SECTOR_BYTES: usize = 16 * 1024;
 
-/// Why the flash refused.
+/// Errors of the flash.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum FlashError {
-    /// Beyond its end.
+    /// Beyond the end.
     #[error("flash: {offset:#x} and {length} bytes are beyond its end")]
     OutOfBounds {
         /// First byte.
@@ -29,7 +29,7 @@ pub enum FlashError {
         /// Bytes.
         length: usize,
     },
-    /// Not at the beginning of a word or sector, or not a whole number of them.
+    /// Not aligned to words or sectors.
     #[error("flash: {offset:#x} and {length} bytes are no whole words or sectors")]
     NotAligned {
         /// First byte.
@@ -37,13 +37,13 @@ pub enum FlashError {
         /// Bytes.
         length: usize,
     },
-    /// The word was written since the last erase.
+    /// The word has been written since the last erase.
     #[error("flash: the word at {offset:#x} was written before; erase its sector first")]
     NotErased {
         /// Its first byte.
         offset: u32,
     },
-    /// The supply has failed.
+    /// No supply.
     #[error("flash: there is no supply")]
     NoSupply,
 }
@@ -58,7 +58,7 @@ impl NorFlashError for FlashError {
     }
 }
 
-/// A sector: where it begins, how long it is, how often it was erased.
+/// A sector: start, end, number of erases.
 #[derive(Clone, Copy, Debug)]
 struct Sector {
     begin: usize,
@@ -66,7 +66,7 @@ struct Sector {
     erases: u32,
 }
 
-/// The flash. `ERASE_BYTES` is what the trait calls the smallest erase: the length of the smallest sector.
+/// The flash. `ERASE_BYTES` is the erase size of the trait: the length of the smallest sector.
 #[derive(Clone, Debug)]
 pub struct SimFlash<const ERASE_BYTES: usize = SMALL_SECTOR_BYTES> {
     bytes: Vec<u8>,
@@ -78,8 +78,8 @@ pub struct SimFlash<const ERASE_BYTES: usize = SMALL_SECTOR_BYTES> {
 }
 
 impl<const ERASE_BYTES: usize> SimFlash<ERASE_BYTES> {
-    /// An erased flash with sectors of these lengths in bytes; each is rounded up to a whole number of `ERASE_BYTES`, which is a whole
-    /// number of words. `seed` draws what a cut leaves.
+    /// Erased flash with sectors of these lengths in bytes, each rounded up to a multiple of `ERASE_BYTES`, which is a multiple of
+    /// the word size. `seed` determines incomplete steps.
     pub fn new(sectors_bytes: &[usize], seed: u64) -> Self {
         const { assert!(ERASE_BYTES > 0 && ERASE_BYTES.is_multiple_of(WORD_BYTES)) };
         let mut begin = 0;
@@ -93,44 +93,44 @@ impl<const ERASE_BYTES: usize> SimFlash<ERASE_BYTES> {
         Self { bytes: vec![0xff; begin], sectors, steps: 0, cut_at: None, has_supply: true, generator }
     }
 
-    /// The supply fails after `steps` more whole steps, in the middle of the next.
+    /// Lets the supply fail after `steps` more whole steps, within the next.
     pub fn cut_after(&mut self, steps: u64) {
         self.cut_at = Some(self.steps.saturating_add(steps));
     }
 
-    /// The supply fails now, between two steps.
+    /// Lets the supply fail now, between two steps.
     pub fn cut(&mut self) {
         self.has_supply = false;
         self.cut_at = None;
     }
 
-    /// The supply comes back; what is written stays.
+    /// Restores the supply; the contents stay.
     pub fn power_on(&mut self) {
         self.has_supply = true;
         self.cut_at = None;
     }
 
-    /// Whether it has its supply.
+    /// Whether the supply is present.
     pub fn has_supply(&self) -> bool {
         self.has_supply
     }
 
-    /// Words written and sectors erased so far, the half-done ones too.
+    /// Words written and sectors erased so far, including incomplete steps.
     pub fn steps(&self) -> u64 {
         self.steps
     }
 
-    /// How often each sector was erased, the half-done times too.
+    /// Number of erases of each sector, including incomplete ones.
     pub fn erases(&self) -> Vec<u32> {
         self.sectors.iter().map(|sector| sector.erases).collect()
     }
 
-    /// All its bytes, as a programmer reads them.
+    /// All bytes.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 
-    /// Puts other bytes in, as a programmer does; what is too long is left out, what is missing stays.
+    /// Writes bytes as a programmer does; excess bytes are ignored, missing ones stay.
     pub fn load(&mut self, bytes: &[u8]) {
         for (to, from) in self.bytes.iter_mut().zip(bytes) {
             *to = *from;
@@ -183,7 +183,7 @@ impl<const ERASE_BYTES: usize> NorFlash for SimFlash<ERASE_BYTES> {
     const WRITE_SIZE: usize = WORD_BYTES;
     const ERASE_SIZE: usize = ERASE_BYTES;
 
-    /// Erases the sectors from `from` to `to` (not included); both must be where a sector begins or the flash ends.
+    /// Erases the sectors from `from` up to `to` (exclusive); both must be the start of a sector or the end of the flash.
     fn erase(&mut self, from: u32, to: u32) -> Result<(), FlashError> {
         let length = (to as usize).saturating_sub(from as usize);
         let span = self.span(from, length, WORD_BYTES)?;
@@ -222,7 +222,7 @@ impl<const ERASE_BYTES: usize> NorFlash for SimFlash<ERASE_BYTES> {
             }
             let whole = self.step();
             for (cell, new) in self.bytes[word].iter_mut().zip(new) {
-                // Of the bits that should fall, some have not yet.
+                // Some of the bits that should change have not yet.
                 let late = if whole { 0 } else { self.generator.next_u64() as u8 };
                 *cell = new | late;
             }

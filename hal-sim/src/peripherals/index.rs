@@ -1,29 +1,29 @@
-//! The encoder's index: a pulse once per turn, at which a counter's value and the edge timer are captured.
+//! The index of the encoder: a pulse once per turn that captures a counter and the edge timer.
 //!
-//! The pulse is gated to one count (as HEDS-9040's channel I is), the first of the turn, so that its beginning captures the same count
-//! from either side; its two sides lie a count apart, and so do the places at which it begins. At most one pulse between two looks: the
-//! bench looks at each tick, and no stand turns a whole turn in one.
+//! The pulse is one count wide (as channel I of the HEDS-9040), the first count of the turn, so that both directions capture the same
+//! count; the two ends of the pulse are one count apart, and so are the positions at which it begins. The bench looks at each tick; at
+//! most one pulse occurs in between, because no stand turns a whole turn in one tick.
 
 use super::own_edge::Passed;
 use stand_firmware::board::{Edge, Hardware};
 
-/// Watches the disc for the index.
+/// Detects the index.
 #[derive(Clone, Copy, Debug)]
 pub struct Index {
     counts_per_turn: i64,
-    /// Count at the last look, from the first of its turn.
+    /// Last count, relative to the first count of its turn.
     within: i64,
     last: i64,
 }
 
 impl Index {
-    /// The index of this hardware's encoder, which shows `count` now.
+    /// The index of the encoder of this hardware, at the count `count`.
     pub fn new(hardware: &Hardware, count: i64) -> Self {
         let counts_per_turn = (hardware.counts_per_turn + 0.5) as i64;
         Self { counts_per_turn, within: count.rem_euclid(counts_per_turn), last: count }
     }
 
-    /// The disc has come to `count`, as `passed`: what was captured on the way, if the pulse began.
+    /// The disc has moved to `count` as described by `passed`; returns the capture if the pulse began.
     #[inline]
     pub fn pass(&mut self, count: i64, passed: &Passed) -> Option<Edge> {
         let before = self.within;

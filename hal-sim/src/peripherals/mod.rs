@@ -1,8 +1,8 @@
-//! The sensors of the simulated board, as converters see the world: quantised, noisy, filtered, at their own times.
+//! The sensors of the simulated board: quantised, noisy, filtered, each with its own sampling times.
 //!
-//! In: what the plant is. Out: codes, as the firmware's board traits deliver them. Every number names its source. Each
-//! sensor draws its noise from a stream of its own, so that adding one does not change the others; a seed means the same
-//! everywhere (xoshiro256++ and its `jump`).
+//! Input: the readings of the sensor elements. Output: codes, as the board traits of the firmware define them. Every number has a source. Each
+//! sensor has a random stream of its own, so that another sensor does not change the others; a seed gives the same numbers on
+//! every machine (xoshiro256++ and its `jump`).
 
 mod current;
 mod edges;
@@ -30,15 +30,15 @@ pub use slow::SlowChannel;
 use stand_firmware::config::{ConfigError, within};
 use std::f64::consts::PI;
 
-/// How good the sensors are. The default names its sources; [`SensorSetup::ideal`] has no noise and no filter.
+/// Noise and filters of the sensors. The sources of the defaults are given there; [`SensorSetup::ideal`] has no noise and no filter.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SensorSetup {
     /// Noise of one conversion of the current, A rms.
     pub current_noise_A: f64,
-    /// Conversions of the current in one control tick.
+    /// Conversions of the current per control tick.
     pub current_per_tick: u32,
-    /// Cutoff of the rate sensor's first-order filter, Hz; infinite: no filter.
+    /// Cutoff of the first-order filter of the rate sensor, Hz; infinite: no filter.
     pub rate_cutoff_Hz: f64,
     /// Noise of one sample of the rate sensor, rad/s rms.
     pub rate_noise_rad_s: f64,
@@ -70,7 +70,7 @@ impl Default for SensorSetup {
 }
 
 impl SensorSetup {
-    /// Sensors that show what is, but for the converters' steps.
+    /// Sensors without noise and filter; the converters still quantise.
     pub fn ideal() -> Self {
         Self {
             current_noise_A: 0.0,
@@ -85,10 +85,10 @@ impl SensorSetup {
 }
 
 impl SensorSetup {
-    /// Checks what a file may have brought.
+    /// Checks the values of a file.
     ///
     /// # Errors
-    /// The name of the first parameter that makes no sense.
+    /// The name of the first invalid parameter.
     pub fn check(&self) -> Result<(), ConfigError> {
         within("current_noise_A", self.current_noise_A, 0.0, 1e3)?;
         within("current_per_tick", f64::from(self.current_per_tick), 1.0, 100.0)?;
@@ -104,7 +104,7 @@ impl SensorSetup {
     }
 }
 
-/// To the nearest whole code. (Plain `round` is a library call on the oldest x86-64.)
+/// Rounds to the nearest code. (`round` is a library call on the oldest x86-64.)
 #[inline]
 fn nearest(value: f64) -> i64 {
     (value + 0.5_f64.copysign(value)) as i64

@@ -4,7 +4,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
-/// A stream of normal deviates of a given size.
+/// A stream of normal deviates with a given standard deviation.
 #[derive(Clone, Debug)]
 pub struct Noise {
     generator: Xoshiro256PlusPlus,
@@ -12,7 +12,7 @@ pub struct Noise {
 }
 
 impl Noise {
-    /// Stream number `stream` of `seed`; 2¹²⁸ deviates lie between one stream and the next.
+    /// Stream `stream` of `seed`; 2¹²⁸ deviates separate two streams.
     pub fn new(seed: u64, stream: u32, sigma: f64) -> Self {
         let mut generator = Xoshiro256PlusPlus::seed_from_u64(seed);
         for _ in 0..stream {
@@ -21,7 +21,7 @@ impl Noise {
         Self { generator, sigma }
     }
 
-    /// The next deviate; without drawing where there is no noise.
+    /// The next deviate; draws nothing where the noise is zero.
     #[inline]
     pub fn draw(&mut self) -> f64 {
         if self.sigma == 0.0 {
@@ -31,7 +31,7 @@ impl Noise {
         self.sigma * deviate
     }
 
-    /// A number from −`most` to `most`, each as likely; whatever the stream's size.
+    /// Uniform in ±`most`, independent of the standard deviation of the stream.
     pub fn uniform(&mut self, most: f64) -> f64 {
         let whole = (self.generator.next_u64() >> 11) as f64 / (1_u64 << 52) as f64;
         (whole - 1.0) * most

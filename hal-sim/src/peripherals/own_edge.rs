@@ -1,38 +1,38 @@
-//! The capture of edges for the tasks' half: which edge the tasks' counter passed last, and when.
+//! Edge capture of the tasks: the last edge that the counter of the tasks passed, and its time.
 //!
-//! In: the disc's angle at each tick. Out: [`Edge`]s, stamped by the edge timer. When within the tick an edge came is where the parabola
-//! through the angles of the last three ticks crosses it: exact to far below a step of the timer, unless the rotor turns round within the
-//! tick. It is worked out only for those that somebody looks at.
+//! Input: the angle of the disc at each tick. Output: [`Edge`]s with the stamp of the edge timer. The time within the tick is where the parabola
+//! through the angles of the last three ticks crosses the edge: exact far below a timer step, unless the rotor reverses within the
+//! tick. It is computed only when the tasks read it.
 
 use stand_firmware::board::{CONTROL_HZ, Edge, EdgeTime, EncoderCount, Hardware};
 
-/// How the disc moved in one tick.
+/// Motion of the disc in one tick.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Passed {
-    /// Steps of the edge timer in a tick.
+    /// Steps of the edge timer per tick.
     steps_per_tick: f64,
-    /// The angle at its beginning, counts.
+    /// Angle at its start, counts.
     start: f64,
-    /// The way from there to its end, and what the way changes from tick to tick, halved.
+    /// Motion from start to end, and half of its change from tick to tick.
     way: f64,
     bend: f64,
-    /// The tick that begins at its end.
+    /// The tick that starts at its end.
     tick: u64,
 }
 
 impl Passed {
-    /// The edge by which the counter came to `count` on this way.
+    /// The edge at which the counter reached `count` in this motion.
     pub fn edge(&self, count: i64) -> Edge {
         let side = count as f64 + if self.way < 0.0 { 1.0 } else { 0.0 };
         let at = (self.tick as f64 - 1.0 + self.crossing(side - self.start)) * self.steps_per_tick;
         Edge { count: EncoderCount(count as u16), at: EdgeTime(at.max(0.0) as u64) }
     }
 
-    /// The part s of the tick after which way·s + bend·s(s − 1) has come to `reach`.
+    /// The fraction s of the tick at which way·s + bend·s(s − 1) reaches `reach`.
     fn crossing(&self, reach: f64) -> f64 {
         let (way, bend) = (self.way, self.bend);
         let mut s = reach / way;
-        // Newton: the bend is a small correction, and where it is not, the rotor turns round and a tick is all that can be said.
+        // Newton: the bend is a small correction; where it is not, the rotor reverses, and the time is known to a tick only.
         for _ in 0..3 {
             s -= (way * s + bend * s * (s - 1.0) - reach) / (way + bend * (2.0 * s - 1.0));
         }
@@ -40,23 +40,23 @@ impl Passed {
     }
 }
 
-/// The tasks' counter: where the disc was, and the last edge that it passed.
+/// The counter of the tasks: last position of the disc, and last edge.
 #[derive(Clone, Copy, Debug)]
 pub struct OwnEdge {
     now: Passed,
     count: i64,
-    /// The tick in which the counter changed last.
+    /// The tick in which the counter last changed.
     changed: Option<Passed>,
 }
 
 impl OwnEdge {
-    /// The disc stands at `exact` counts, and no edge has come yet.
+    /// The disc is at `exact` counts; no edge yet.
     pub fn new(hardware: &Hardware, exact: f64) -> Self {
         let steps_per_tick = hardware.edge_timer_Hz / CONTROL_HZ as f64;
         Self { now: Passed { steps_per_tick, start: exact, ..Passed::default() }, count: exact.floor() as i64, changed: None }
     }
 
-    /// At the beginning of `tick` the disc has come to `exact` counts, of which `count` are whole: how it moved.
+    /// At the start of `tick` the disc is at `exact` counts, of which `count` are whole; returns its motion.
     #[inline]
     pub fn pass(&mut self, exact: f64, count: i64, tick: u64) -> Passed {
         let start = self.now.start + self.now.way;
@@ -91,7 +91,7 @@ mod tests {
             for n in 1..100 {
                 let exact = at(n as f64 * 1e-4);
                 let before = own.newest();
-                // The first tick has no way before it, and so no bend.
+                // The first tick has no previous motion, and so no bend.
                 own.pass(exact, exact.floor() as i64, n);
                 let Some(edge) = own.newest().filter(|_| n > 2 && own.newest() != before) else { continue };
                 let t = edge.at.0 as f64 / hardware.edge_timer_Hz;

@@ -1,20 +1,20 @@
 //! The rate sensor: Bosch BMG160 (BST-BMG160-DS000), range ±2000 °/s, 16.4 LSB/(°/s), 2 kHz, 523 Hz bandwidth.
 //!
-//! A first-order low pass on the rate that the plant shows it, then a sample each 500 µs with white noise, rounded to
-//! the code, saturating at full scale. The low pass is exact for a rate that goes straight through each step.
+//! A first-order low-pass of the rate reading, then a sample each 500 µs with white noise, rounded to
+//! the code and saturated at full scale. The low-pass is exact for a rate that is linear within each step.
 
 use super::{Noise, SensorSetup, nearest};
 use stand_firmware::board::{Hardware, RateCode};
 use std::f64::consts::TAU;
 
-/// The sensor's state.
+/// State of the sensor.
 #[derive(Clone, Debug)]
 pub struct RateSensor {
     tau_s: f64,
     /// Step for which the two weights hold.
     step_s: f64,
     decay: f64,
-    /// (1 − decay) τ/h: the weight of the step's slope.
+    /// (1 − decay) τ/h: the weight of the slope.
     slope: f64,
     filtered: f64,
     last_input: f64,
@@ -42,7 +42,7 @@ impl RateSensor {
         }
     }
 
-    /// The filter goes on by `step_s`, at whose end the rate is `rate_rad_s`.
+    /// Advances the filter by `step_s`, at whose end the rate is `rate_rad_s`.
     #[inline]
     pub fn advance(&mut self, rate_rad_s: f64, step_s: f64) {
         if step_s != self.step_s {
@@ -54,19 +54,19 @@ impl RateSensor {
                 (0.0, 0.0)
             };
         }
-        // y' = (x − y)/τ with x straight: y₁ = x₁ + (y₀ − x₀) d − (x₁ − x₀)(1 − d) τ/h.
+        // y' = (x − y)/τ with linear x: y₁ = x₁ + (y₀ − x₀) d − (x₁ − x₀)(1 − d) τ/h.
         let rise = rate_rad_s - self.last_input;
         self.filtered = rate_rad_s + (self.filtered - self.last_input) * self.decay - rise * self.slope;
         self.last_input = rate_rad_s;
     }
 
-    /// A new sample.
+    /// Takes a sample.
     pub fn sample(&mut self) {
         let seen = (self.filtered + self.noise.draw()).clamp(-self.full_scale, self.full_scale);
         self.code = RateCode(nearest(seen * self.codes_per_rad_s) as i32);
     }
 
-    /// The newest sample is rubbish: any code of its full scale.
+    /// Replaces the newest sample by a random code of full scale.
     #[cold]
     pub fn rubbish(&mut self) {
         let full_scale = self.full_scale.min(1e3) * self.codes_per_rad_s;
@@ -95,7 +95,7 @@ mod tests {
                 greatest = greatest.max(sensor.filtered);
             }
         }
-        // Straight pieces between the samples of a sine at 19 samples per period lose sinc² ≈ 0.9 % of it.
+        // Linear interpolation of a sine with 19 samples per period loses sinc² ≈ 0.9 %.
         assert!((greatest - 0.5_f64.sqrt()).abs() < 0.012, "{greatest}");
     }
 }

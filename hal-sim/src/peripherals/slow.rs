@@ -1,4 +1,4 @@
-//! Channels that change slowly: the bridge's supply and the winding's temperature, sampled each millisecond.
+//! Slow channels: supply voltage and winding temperature, sampled each millisecond.
 
 use super::{Noise, nearest};
 
@@ -11,12 +11,12 @@ pub struct SlowChannel {
 }
 
 impl SlowChannel {
-    /// A channel of so many units per code.
+    /// A channel with this scale per code.
     pub fn new(unit_per_code: f64, noise: Noise) -> Self {
         Self { codes_per_unit: 1.0 / unit_per_code, noise, code: 0 }
     }
 
-    /// A new sample of `value`.
+    /// Takes a sample of `value`.
     pub fn sample(&mut self, value: f64) {
         self.code = nearest((value + self.noise.draw()) * self.codes_per_unit);
     }

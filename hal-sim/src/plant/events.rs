@@ -1,15 +1,15 @@
-//! One step in time: Runge and Kutta's fourth order, and the instants within it at which something changes its side.
+//! One integration step: fourth-order Runge-Kutta, with located times of contact changes.
 
 use super::Plant;
 use super::motion::{CURRENT, FULL, MOTOR, OMEGA, TWIST, Way, past_gap};
 
-/// Longest step as a part of the fastest time constant.
+/// Longest step as a fraction of the fastest time constant.
 pub(super) const STEP_OF_FASTEST: f64 = 0.5;
-/// A bristle that settles faster than this is not followed on its way, s: what it does there no sensor sees.
+/// Time constant below which a bristle is not resolved, s: no sensor shows it.
 pub(super) const QUICKEST_BRISTLE_S: f64 = 5e-6;
-/// Shortest touch of a flank that is looked for, s.
+/// Shortest flank contact that is resolved, s.
 pub(super) const TOUCH_S: f64 = 2e-5;
-/// Most steps within one tick.
+/// Largest number of steps per tick.
 pub(super) const MOST_STEPS: f64 = 200.0;
 
 impl Plant {
@@ -26,7 +26,7 @@ impl Plant {
         next
     }
 
-    /// One step, in which the rotor may stop: the instant is located, and what is left begins from rest.
+    /// One step, in which the rotor may stop: the stop time is located, and the rest of the step starts from rest.
     #[inline]
     pub(super) fn step<const N: usize>(&self, state: &mut [f64; N], asked_V: f64, mut t_s: f64, mut h: f64) {
         let motor = self.motor::<N>();
@@ -36,7 +36,7 @@ impl Plant {
         let corners = drops
             || clutch
             || (N == FULL && (self.outsiders.sector_rub.is_some() || self.structure.shaft.as_ref().is_some_and(|shaft| shaft.gap > 0.0)));
-        // A rotor can stop, turn and stop again within a step only by a chatter that rest ends; so can two masses in a gap.
+        // Within a step the rotor can stop repeatedly only by chatter, which sticking ends; likewise two masses in a gap.
         for _ in 0..8 {
             let way = self.way(state, asked_V, t_s);
             let direction = way.slides;
@@ -44,7 +44,7 @@ impl Plant {
             let mut next = self.runge_kutta(state, way, asked_V, t_s, h);
             let mut reach = h;
             if corners && self.changes(state, &next, way) {
-                // Contact begins or ends, a current or a slip comes to its end: the step goes just beyond that instant, and another follows.
+                // A contact starts or ends, a current or a slip ends: the step ends just after that time, and another follows.
                 reach = Self::last_of(h, |part| !self.changes(state, &self.runge_kutta(state, way, asked_V, t_s, part), way));
                 next = self.runge_kutta(state, way, asked_V, t_s, reach);
                 if drops && next[CURRENT] * state[CURRENT] < 0.0 {
@@ -53,13 +53,13 @@ impl Plant {
                 self.catch(&mut next, way);
             }
             if clutch && way.slips == 0.0 && self.slip(&next, direction, asked_V, t_s + reach) != 0.0 {
-                // The clutch lets go within the step.
+                // The clutch opens within the step.
                 let closed = |part| self.runge_kutta(state, way, asked_V, t_s, part);
                 reach = Self::last_of(reach, |part| self.slip(&closed(part), direction, asked_V, t_s + part) == 0.0);
                 next = closed(reach);
             }
             if sticks && direction == 0.0 && self.direction(&next, asked_V, t_s + reach) != 0.0 {
-                // It breaks away within the step, as the current rises or a load comes: the first instant at which it is not held.
+                // The rotor breaks away within the step, as the current rises or a load starts: locate that time.
                 let still = |part| self.runge_kutta(state, held, asked_V, t_s, part);
                 let free = Self::last_of(reach, |part| self.direction(&still(part), asked_V, t_s + part) == 0.0);
                 *state = still(free);
@@ -80,11 +80,11 @@ impl Plant {
                 }
                 continue;
             }
-            // Illinois' regula falsi on the length of the step.
+            // Illinois method (regula falsi) on the length of the step.
             let (mut low, mut high) = (0.0, reach);
             let (mut at_low, mut at_high) = (state[motor], next[motor]);
             if at_low == 0.0 {
-                // From rest against its own direction: rounding. It stays at rest.
+                // Motion from rest against the own direction is rounding: the rotor stays at rest.
                 *state = self.runge_kutta(state, held, asked_V, t_s, h);
                 h = 0.0;
                 break;
@@ -120,13 +120,13 @@ impl Plant {
             }
         }
         if h > 1e-12 {
-            // Chatter: what is left goes as it goes now.
+            // Chatter: the rest of the step keeps the present contact state.
             let way = self.way(state, asked_V, t_s);
             *state = self.runge_kutta(state, way, asked_V, t_s, h);
         }
     }
 
-    /// The instant in (0, h] after which `so` is no longer so, from just beyond it, s.
+    /// Upper bound of the time in (0, h] at which `so` ceases to hold, by bisection, s.
     pub(super) fn last_of(h: f64, so: impl Fn(f64) -> bool) -> f64 {
         let (mut low, mut high) = (0.0, h);
         while high - low > 1e-9 {
@@ -140,19 +140,19 @@ impl Plant {
         high
     }
 
-    /// The two sides of a clutch whose slip has just come to its end go on as one.
+    /// Joins the rates of both sides of a clutch whose slip has just ended.
     fn catch<const N: usize>(&self, s: &mut [f64; N], way: Way) {
         let (FULL, Some(clutch)) = (N, &self.outsiders.slipping_clutch) else { return };
         if way.slips * (s[MOTOR] - s[OMEGA]) < 0.0 {
             let share = clutch.motor_inertia_share;
-            // A motor that is held stays so.
+            // A motor that is held stays at rest.
             let together = if way.slides == 0.0 { s[MOTOR] } else { share * s[MOTOR] + (1.0 - share) * s[OMEGA] };
             s[MOTOR] = together;
             s[OMEGA] = together;
         }
     }
 
-    /// Between these states a flank is touched or left, the current passes zero, a clutch catches, or a sector begins or ends.
+    /// Between the two states a flank contact starts or ends, the current passes zero, a clutch closes, or a sector starts or ends.
     pub(super) fn changes<const N: usize>(&self, from: &[f64; N], to: &[f64; N], way: Way) -> bool {
         if N == FULL && (self.rubs(to) != way.rubs || (way.slips != 0.0 && way.slips * (to[MOTOR] - to[OMEGA]) < 0.0)) {
             return true;
@@ -164,7 +164,7 @@ impl Plant {
         side(from) != side(to) || (self.drops && self.structure.inductance_H.is_some() && from[CURRENT] * to[CURRENT] < 0.0)
     }
 
-    /// Steps within a tick: by the fastest of winding, shaft and bristle.
+    /// Steps per tick: by the fastest of winding, shaft and bristle.
     pub(super) fn steps(&self, dt_s: f64) -> f64 {
         let mut fastest_s = f64::INFINITY;
         if let Some(inductance) = self.structure.inductance_H {
@@ -174,12 +174,12 @@ impl Plant {
             let reduced = self.inertia * shaft.motor_inertia_fraction * (1.0 - shaft.motor_inertia_fraction);
             fastest_s = fastest_s.min((reduced / shaft.stiffness).sqrt() * 0.2).min(0.2 * reduced / shaft.damping.max(1e-12));
             if shaft.gap > 0.0 {
-                // So that a flank is not touched and left again between two steps.
+                // Short enough that a flank contact does not start and end within one step.
                 fastest_s = fastest_s.min(TOUCH_S);
             }
         }
         if let Some(stiffness) = self.structure.bristle_N_m_rad {
-            // The bristle's own constant is its breakaway angle over the rate; a dry level of 10 µN m is the least that is looked for.
+            // Time constant of the bristle: its breakaway angle over the rate. Coulomb torques below 10 µN m are not resolved.
             let (total, _) = self.at(&self.state, self.rubs(&self.state), 0.0, self.t_s);
             let constant_s = total.coulomb_torque.max(1e-5) / stiffness / self.state[OMEGA].abs().max(1e-3);
             fastest_s = fastest_s.min(constant_s.max(QUICKEST_BRISTLE_S)).min((self.inertia / stiffness).sqrt());

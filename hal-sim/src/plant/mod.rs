@@ -1,12 +1,12 @@
-//! The truth of the simulated stand.
+//! The plant: the true drive of the simulated stand.
 //!
-//! The same effects as the model's ([`drive_model`]), integrated by other means: Runge and Kutta's fourth order, with the instants at
-//! which the rotor stops located and sticking held as a constraint, and finer steps where winding, shaft or bristle need them. Nothing of
-//! [`crate::rig`] is used here, so that an error of the one is not hidden by the other. Beside them it may have disturbances that
-//! no model knows ([`outsiders`]).
+//! The effects of [`drive_model`] are integrated independently of the model that users fit: fourth-order Runge-Kutta with located stop
+//! times, sticking as a constraint, and shorter steps for winding, shaft and bristle. Nothing of `drive-rig` is used here, so that
+//! an error in one implementation is visible against the other. The plant may also have disturbances that no effect of the
+//! catalogue describes ([`outsiders`]).
 //!
-//! In: the voltage asked for, tick by tick. Out: [`PlantPort`], what the sensors' elements see; noise, quantisation and filters are
-//! [`crate::peripherals`]'.
+//! Input: the commanded voltage, tick by tick. Output: [`PlantPort`], the readings of the sensor elements. [`crate::peripherals`] adds noise,
+//! quantisation and filters.
 
 mod events;
 mod motion;
@@ -25,23 +25,23 @@ pub use stand::{Stand, StandError};
 /// A drive with its effects.
 pub struct Plant {
     inertia: f64,
-    /// What of it was put on the platform.
+    /// Inertia of the body on the platform.
     added: f64,
     motor_constant: f64,
     resistance: f64,
-    /// Laws that act, and laws that only change what a sensor sees.
+    /// Laws with contributions, and laws that only change readings.
     laws: Vec<Placed>,
     seen: Vec<Placed>,
     structure: Structure<f64>,
     thermal: Thermal<f64>,
-    /// What the catalogue does not know.
+    /// Disturbances outside the catalogue.
     outsiders: Outsiders,
     grinding: Option<Grinding>,
-    /// Some effect eats a voltage.
+    /// Some effect causes a voltage drop.
     drops: bool,
     nominal_V: f64,
     supply_V: f64,
-    /// The surroundings above the laws' reference temperature, K.
+    /// Ambient temperature above the reference temperature of the laws, K.
     ambient_K: f64,
     t_s: f64,
     state: State,
@@ -51,10 +51,10 @@ pub struct Plant {
 }
 
 impl Plant {
-    /// The plant of a stand, at rest and cold, with its index at `theta_rad` before the encoder's zero.
+    /// The plant of a stand, at rest and at ambient temperature, with its index at `theta_rad` before the encoder's zero.
     ///
     /// # Errors
-    /// An effect or a parameter that the catalogue does not know, a value out of its range, or two couplings in one drive.
+    /// An effect or parameter that the catalogue lacks, a value out of range, or two couplings in one drive.
     pub fn new(stand: &Stand, theta_rad: f64) -> Result<Self, StandError> {
         stand.check_outside()?;
         let placed = stand.placed()?;
@@ -95,7 +95,7 @@ impl Plant {
         Ok(plant)
     }
 
-    /// Energy in the rotor, shaft and bristle, J: what friction may only take from.
+    /// Energy of rotor, shaft and bristle, J; friction can only reduce it.
     pub fn mechanical_energy_J(&self) -> f64 {
         let s = &self.state;
         let bristle = self.structure.bristle_N_m_rad.map_or(0.0, |stiffness| 0.5 * stiffness * s[BRISTLE].powi(2));
@@ -114,7 +114,7 @@ impl Plant {
             }
     }
 
-    /// Sets the rate, rad/s, of everything that turns.
+    /// Sets the rate of all rotating parts, rad/s.
     pub fn spin(&mut self, omega_rad_s: f64) {
         self.state[OMEGA] = omega_rad_s;
         self.state[MOTOR] = omega_rad_s;
@@ -132,7 +132,7 @@ impl PlantPort for Plant {
         let steps = self.steps(dt_s);
         let h = dt_s / steps;
         self.state[CHARGE] = 0.0;
-        // Duty times the supply as it is now.
+        // Duty times the present supply.
         let asked_V = asked_V * (self.supply_V / self.nominal_V);
         if let Some(grinding) = &mut self.grinding {
             grinding.tick(self.t_s, dt_s);
@@ -152,11 +152,11 @@ impl PlantPort for Plant {
         }
         self.state = state;
         if self.structure.inductance_H.is_none() {
-            // Kept as the start of the search for laws that ask for the current.
+            // Start value of the search, for laws that depend on the current.
             self.state[CURRENT] = self.at(&self.state, false, self.given_V::<FULL>(asked_V, self.t_s + dt_s), self.t_s + dt_s).1;
         }
         self.mean_current_A = self.state[CHARGE] / dt_s;
-        // Where a law makes the resistance follow the heat, it is the hot one that heats.
+        // Where a law makes the resistance depend on the temperature, the hot resistance heats.
         let factor = match self.structure.thermal {
             Some(_) => self.contributions(&self.state, self.mean_current_A, asked_V, self.t_s).resistance_factor,
             None => 1.0,
@@ -199,7 +199,7 @@ impl PlantPort for Plant {
         let before = self.inertia;
         self.inertia += added_kg_m2 - self.added;
         self.added = added_kg_m2;
-        // It sits on the platform: what the motor's side has stays, its share falls.
+        // The body is on the platform: the motor side keeps its inertia, its fraction falls.
         let share = before / self.inertia;
         if let Some(shaft) = &mut self.structure.shaft {
             shaft.motor_inertia_fraction *= share;

@@ -1,13 +1,13 @@
-//! How a state moves: laws, current, torque and time derivative, and on which side of their corners friction and brushes are.
+//! Dynamics of a state: laws, current, torque, time derivative, and the contact state of friction, brushes, clutch and gap.
 
 use super::Plant;
 use super::events::QUICKEST_BRISTLE_S;
 use drive_model::{Contributions, Point, T0_C};
 
-/// State: rate, current, angle, charge since the last tick; with shaft, clutch or bristle also the motor's rate, twist, bristle.
+/// State: rate, current, angle, charge since the last tick; with shaft, clutch or bristle also motor rate, twist, bristle deflection.
 pub(super) type State = [f64; FULL];
 pub(super) const FULL: usize = 7;
-/// What a drive without these and without outsiders needs of it.
+/// Number of states of a drive without shaft, clutch, bristle and outsiders.
 pub(super) const PLAIN: usize = 4;
 pub(super) const OMEGA: usize = 0;
 pub(super) const CURRENT: usize = 1;
@@ -17,27 +17,27 @@ pub(super) const MOTOR: usize = 4;
 pub(super) const TWIST: usize = 5;
 pub(super) const BRISTLE: usize = 6;
 
-/// What stays as it is within a step: on which side of their corners dry friction, the drop of the brushes, clutch and sector are.
+/// The discrete state that is constant within a step: contact of dry friction, brushes, clutch and sector.
 #[derive(Clone, Copy)]
 pub(super) struct Way {
-    /// Direction in which the rotor slides; 0: it is held.
+    /// Direction of sliding of the rotor; 0: sticking.
     pub(super) slides: f64,
-    /// Direction of the current, where a drop opposes it; 0: none flows.
+    /// Direction of the current against a voltage drop; 0: no current flows.
     pub(super) flows: f64,
-    /// Direction in which the motor runs ahead of the platform through a clutch; 0: the clutch holds, or there is none.
+    /// Direction in which the motor slips ahead of the platform in a clutch; 0: closed, or no clutch.
     pub(super) slips: f64,
-    /// The platform is within a sector that rubs.
+    /// The platform is in a sector that rubs.
     pub(super) rubs: bool,
 }
 
 impl Plant {
-    /// Where the rate that friction and winding see stands in a state of N.
+    /// Index of the rate at the friction and the winding, in a state of N.
     #[inline]
     pub(super) fn motor<const N: usize>(&self) -> usize {
         if N == FULL && (self.structure.shaft.is_some() || self.outsiders.slipping_clutch.is_some()) { MOTOR } else { OMEGA }
     }
 
-    /// Inertia that friction total on.
+    /// Inertia on which friction acts.
     #[inline]
     pub(super) fn rubbed_inertia<const N: usize>(&self) -> f64 {
         if N == PLAIN {
@@ -58,7 +58,7 @@ impl Plant {
             current,
             voltage: asked_V,
             temp_C: self.heat_K + T0_C,
-            // The bridge itself follows the supply (`advance`); the law is not to count it twice.
+            // The bridge already follows the supply (`advance`); the law must not apply it again.
             supply_ratio: 1.0,
             rate_from_encoder: false,
         }
@@ -74,13 +74,13 @@ impl Plant {
         total
     }
 
-    /// The platform is within a sector that rubs.
+    /// The platform is in a sector that rubs.
     #[inline]
     pub(super) fn rubs<const N: usize>(&self, s: &[f64; N]) -> bool {
         N == FULL && self.outsiders.sector_rub.is_some_and(|rub| rub.holds(s[THETA]))
     }
 
-    /// What the bridge gives of what was asked for.
+    /// Output voltage of the bridge.
     #[inline(always)]
     pub(super) fn given_V<const N: usize>(&self, asked_V: f64, t_s: f64) -> f64 {
         match self.outsiders.hunting_supply {
@@ -89,7 +89,7 @@ impl Plant {
         }
     }
 
-    /// Laws and current at a state, with what the bridge gives.
+    /// Contributions and current at a state, with the output of the bridge.
     #[inline(always)]
     pub(super) fn at<const N: usize>(&self, s: &[f64; N], rubs: bool, given_V: f64, t_s: f64) -> (Contributions<f64>, f64) {
         let (mut total, current) = self.inside(s, given_V, t_s);
@@ -103,7 +103,7 @@ impl Plant {
         (total, current)
     }
 
-    /// The catalogue's laws. The current of a winding without inductance follows at once, found with the laws that ask for it.
+    /// Contributions of the catalogue's laws. The current of a winding without inductance follows algebraically; laws that depend on it are iterated.
     #[inline(always)]
     fn inside<const N: usize>(&self, s: &[f64; N], asked_V: f64, t_s: f64) -> (Contributions<f64>, f64) {
         if self.structure.inductance_H.is_some() {
@@ -122,7 +122,7 @@ impl Plant {
         (total, current)
     }
 
-    /// Torque on what friction rubs, without the dry part, N m.
+    /// Torque on the inertia with friction, without the Coulomb torque, N m.
     #[inline(always)]
     pub(super) fn torque<const N: usize>(&self, s: &[f64; N], total: &Contributions<f64>, current: f64) -> f64 {
         let motor_omega = s[self.motor::<N>()];
@@ -135,7 +135,7 @@ impl Plant {
         torque
     }
 
-    /// Time derivative while the rotor slides and the current flows this way.
+    /// Time derivative in a given contact state.
     #[inline(always)]
     pub(super) fn derivative<const N: usize>(&self, s: &[f64; N], way: Way, asked_V: f64, t_s: f64) -> [f64; N] {
         let given_V = self.given_V::<N>(asked_V, t_s);
@@ -178,7 +178,7 @@ impl Plant {
         d
     }
 
-    /// Which way the rotor slides at this state; 0: the dry level holds it.
+    /// Direction of sliding at this state; 0: the Coulomb torque holds the rotor.
     pub(super) fn direction<const N: usize>(&self, s: &[f64; N], asked_V: f64, t_s: f64) -> f64 {
         let omega = s[self.motor::<N>()];
         if omega != 0.0 {
@@ -196,7 +196,7 @@ impl Plant {
         if torque.abs() <= total.coulomb_torque { 0.0 } else { torque.signum() }
     }
 
-    /// Which way the current flows or begins to; 0: the drop lets none through.
+    /// Direction of the current; 0: the voltage drop blocks it.
     pub(super) fn flow<const N: usize>(&self, s: &[f64; N], asked_V: f64, t_s: f64) -> f64 {
         if s[CURRENT] != 0.0 {
             return s[CURRENT].signum();
@@ -207,7 +207,7 @@ impl Plant {
         if v.abs() <= total.drop_V { 0.0 } else { v.signum() }
     }
 
-    /// Which way the clutch slips or begins to, while the rotor slides this way; 0: it holds.
+    /// Direction of slip of the clutch, for this direction of sliding; 0: closed.
     pub(super) fn slip<const N: usize>(&self, s: &[f64; N], slides: f64, asked_V: f64, t_s: f64) -> f64 {
         let (FULL, Some(clutch)) = (N, &self.outsiders.slipping_clutch) else { return 0.0 };
         let ahead = s[MOTOR] - s[OMEGA];
@@ -223,16 +223,16 @@ impl Plant {
         if carried.abs() <= clutch.clutch_N_m { 0.0 } else { carried.signum() }
     }
 
-    /// On which side of every corner this state is.
+    /// The contact state at this state.
     pub(super) fn way<const N: usize>(&self, s: &[f64; N], asked_V: f64, t_s: f64) -> Way {
         let slides = self.direction(s, asked_V, t_s);
-        // The drop of the brushes may end a current, not turn it round.
+        // The brush drop can end a current, not reverse it.
         let flows = if self.drops && self.structure.inductance_H.is_some() { self.flow(s, asked_V, t_s) } else { 0.0 };
         Way { slides, flows, slips: self.slip(s, slides, asked_V, t_s), rubs: self.rubs(s) }
     }
 }
 
-/// What of `x` lies outside a gap of this whole width.
+/// The part of `x` outside a gap of this total width.
 pub(super) fn past_gap(x: f64, width: f64) -> f64 {
     if x > 0.5 * width {
         x - 0.5 * width

@@ -1,4 +1,4 @@
-//! What the sensors' elements see: effects of the measurement, lag and delay of the rate.
+//! Readings of the sensor elements: measurement effects, lag and delay of the rate.
 
 use std::collections::VecDeque;
 
@@ -7,13 +7,13 @@ use drive_model::{Law, Point, Reading, Structure};
 /// A law with its parameters.
 pub(super) type Placed = (Box<dyn Law<f64>>, Vec<f64>);
 
-/// The elements' last reading.
+/// Last readings of the elements.
 pub(super) struct Sensing {
-    /// Angle as the encoder's disc shows it, rad.
+    /// Angle reading of the encoder disc, rad.
     pub theta_rad: f64,
-    /// Rate as the sensor's element shows it, rad/s.
+    /// Rate reading of the sensor element, rad/s.
     pub rate_rad_s: f64,
-    /// Current as its sensor shows it, A.
+    /// Current reading, A.
     pub current_A: f64,
     lag_s: f64,
     skew_s: f64,
@@ -38,7 +38,7 @@ impl Sensing {
         }
     }
 
-    /// Takes the state after `dt_s`; 0 sets the elements without history.
+    /// Takes the state after `dt_s`; 0 initialises the elements without history.
     pub(super) fn take(&mut self, laws: &[Placed], x: &Point<f64>, omega: f64, theta: f64, current: f64, dt_s: f64) {
         let x = Point { omega, ..*x };
         let mut reading = Reading { omega, theta, current };
@@ -56,7 +56,7 @@ impl Sensing {
         self.last_in = reading.omega;
     }
 
-    /// First-order lag, exact for a rate that goes straight through the tick.
+    /// First-order low-pass, exact for a rate that is linear within the tick.
     fn lag(&mut self, rate: f64, dt_s: f64) -> f64 {
         if self.lag_s <= 0.0 || dt_s <= 0.0 {
             self.lagged = rate;

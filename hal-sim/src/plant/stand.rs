@@ -1,4 +1,4 @@
-//! A stand described by data: drive, effects, sensors, firmware settings. `stand sim --stand FILE` reads one in TOML.
+//! Description of a stand as data: drive, effects, sensors, firmware settings. `stand sim --stand FILE` reads it as TOML.
 //!
 //! ```toml
 //! name = "the one in room 12"
@@ -20,7 +20,7 @@
 //! from_s = 2.0
 //! for_s = 0.5
 //! ```
-//! What a file does not say is the default stand's; a file that names any effect names all of them.
+//! Missing keys have the values of the default stand; a file that names any effect lists all effects of the stand.
 
 use std::collections::BTreeMap;
 
@@ -35,40 +35,40 @@ use drive_model::{Elastic, ParameterKind};
 use stand_firmware::board::Hardware;
 use stand_firmware::speed_loop::Settings;
 
-/// Where the default gains of the speed loop put its poles, rad/s.
+/// Poles of the speed loop with its default gains, rad/s.
 const LOOP_POLES_RAD_S: f64 = 80.0;
 
 /// A stand.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Stand {
-    /// Its name, for the log.
+    /// Name, for the log.
     pub name: String,
     /// Motor, platform, supply.
     pub drive: Drive,
-    /// The effects that it has, by name (`cogging`, `cogging#2`), with their parameters.
+    /// Effects by name (`cogging`, `cogging#2`), with their parameters.
     pub effects: BTreeMap<String, BTreeMap<String, f64>>,
-    /// Disturbances that no model knows.
+    /// Disturbances outside the catalogue.
     #[serde(skip_serializing_if = "nothing_outside")]
     pub outsiders: Outsiders,
-    /// Noise and filters of its sensors.
+    /// Noise and filters of the sensors.
     pub sensors: SensorSetup,
-    /// The sensor under test, if its platform carries one.
+    /// The sensor under test, if the platform carries one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub imu: Option<ImuSetup>,
-    /// Scales of its converters and its encoder.
+    /// Scales of converters and encoder.
     pub hardware: Hardware,
-    /// Settings of its firmware; what a file does not say follows from its drive.
+    /// Settings of the firmware; missing settings follow from the drive.
     pub firmware: Settings,
-    /// What breaks on it, and when.
+    /// Faults.
     #[serde(skip_serializing_if = "Faults::is_empty")]
     pub faults: Faults,
 }
 
 /// Motor, platform, supply.
 ///
-/// The default is a maxon RE 25 (20 W, graphite brushes, order number 118752; maxon catalogue, RE program) that carries the platform
-/// directly, at a 12 V supply.
+/// The default is a maxon RE 25 (20 W, graphite brushes, order number 118752; maxon catalogue, RE program) with the platform directly on its
+/// shaft, at a supply of 12 V.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[expect(missing_docs, reason = "the names say it, with units")]
@@ -127,45 +127,45 @@ impl Default for Stand {
 /// Why a stand cannot be built.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum StandError {
-    /// Not TOML, or a key that no stand has.
+    /// Not TOML, or an unknown key.
     #[error("{0}")]
     Toml(String),
-    /// No such effect.
+    /// Unknown effect.
     #[error("effects.{0}: the catalogue has no effect of this name (`stand effects` lists them)")]
     UnknownEffect(String),
-    /// No such parameter.
+    /// Unknown parameter.
     #[error("effects.{effect}: no parameter `{parameter}`; it has {has}")]
     UnknownParameter {
         /// The effect.
         effect: String,
-        /// What was given.
+        /// The given name.
         parameter: String,
-        /// What there is.
+        /// The known names.
         has: String,
     },
-    /// Something breaks that cannot.
+    /// An invalid fault.
     #[error(transparent)]
     Fault(#[from] FaultError),
     /// A clutch and a shaft.
     #[error("outsiders.slipping-clutch and effects.{0}: between motor and platform there is one of the two")]
     TwoCouplings(String),
-    /// A value that cannot be.
+    /// A value out of range.
     #[error("{key} = {value}: must be {range}")]
     OutOfRange {
-        /// Where.
+        /// The key.
         key: String,
-        /// What was given.
+        /// The given value.
         value: f64,
-        /// What it may be.
+        /// The allowed range.
         range: String,
     },
 }
 
 impl Stand {
-    /// A stand from the text of a file.
+    /// Parses the text of a file.
     ///
     /// # Errors
-    /// The first thing that is wrong, with its key.
+    /// The first error, with its key.
     pub fn parse(text: &str) -> Result<Self, StandError> {
         let fail = |e: toml::de::Error| {
             let line = e.span().map_or(1, |span| text[..span.start.min(text.len())].matches('\n').count() + 1);
@@ -225,7 +225,7 @@ impl Stand {
         self.placed().map(|_| ())
     }
 
-    /// The outsiders by themselves, and beside the effects.
+    /// Checks the outsiders, alone and in combination with the effects.
     pub(super) fn check_outside(&self) -> Result<(), StandError> {
         self.outsiders.check()?;
         match (self.outsiders.slipping_clutch, self.shaft()) {
@@ -234,7 +234,7 @@ impl Stand {
         }
     }
 
-    /// The effect that puts a shaft between motor and platform.
+    /// The effect that adds a shaft between motor and platform.
     fn shaft(&self) -> Option<&str> {
         self.effects
             .keys()
@@ -242,13 +242,13 @@ impl Stand {
             .find(|name| drive_model::card(stem(name)).is_some_and(|c| c.elastic == Some(Elastic::Shaft)))
     }
 
-    /// The effects with their parameters in the cards' order; what is not given is the card's start value.
+    /// The effects with their parameters in the order of the cards; missing values are the start values of the card.
     ///
     /// # Errors
-    /// An effect or parameter that the catalogue does not know, or a value out of range.
+    /// An effect or parameter that the catalogue lacks, or a value out of range.
     pub fn placed(&self) -> Result<Vec<(&'static str, Vec<f64>)>, StandError> {
         let mut placed = Vec::new();
-        // In the catalogue's order, so that the order of a file does not matter.
+        // In the order of the catalogue, so that the order of the file does not matter.
         let mut names: Vec<&String> = self.effects.keys().collect();
         let place = |name: &str| drive_model::cards().iter().position(|c| c.id == stem(name));
         names.sort_by_key(|name| place(name));
@@ -275,7 +275,7 @@ impl Stand {
         Ok(placed)
     }
 
-    /// The stand apart from its plant: scales, sensors, settings of the firmware.
+    /// The setup without the plant: scales, sensors, settings of the firmware.
     pub fn setup(&self) -> StandSetup {
         StandSetup { hardware: self.hardware, sensors: self.sensors, settings: self.firmware, faults: self.faults, imu: self.imu }
     }

@@ -1,4 +1,4 @@
-//! The chip: samples at its own pace, answers byte by byte.
+//! The chip: samples by its own oscillator, responds byte by byte.
 
 use super::fifo::{ACCEL, Fifo, RATE, STAMP};
 use super::ramp::{Ends, Ramp};
@@ -8,25 +8,25 @@ use crate::peripherals::{Noise, nearest};
 use stand_firmware::board::CONTROL_HZ;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-/// One step of the time stamp of a chip without error, s.
+/// Time stamp step of a chip without oscillator error, s.
 const STAMP_S: f64 = 25e-6;
-/// What a self-test moves, the middle of the data sheet's limits (DS13012, tables 3 and 4): 400 °/s on each axis, and 400 mg. The
-/// gyro's is of ± 2000 °/s; the narrow ranges have limits of their own, which are not modelled.
+/// Response to a self-test, the middle of the data sheet limits (DS13012, tables 3 and 4): 400 °/s on each axis, and 400 mg. The
+/// gyroscope's value holds for ± 2000 °/s; the narrow ranges have other limits, which are not modelled.
 const TEST: [f64; 2] = [400.0 / 180.0 * std::f64::consts::PI, 0.4 * super::mounting::G_M_S2];
 
-/// What is wrong with the chip or its line.
+/// A fault of the chip or its bus.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Fault {
-    /// Nothing.
+    /// None.
     #[default]
     None,
-    /// Every byte reads as this: 0x00 without power, 0xFF with the line open.
+    /// Every byte reads as this value: 0x00 without supply, 0xFF with an open bus.
     Silent(u8),
-    /// Its outputs and its FIFO stand still; its registers answer.
+    /// Outputs and FIFO stand still; the registers respond.
     Stuck,
-    /// It says that it is this.
+    /// WHO_AM_I reads as this value.
     Named(u8),
-    /// One bit in so many on the way to the processor is wrong.
+    /// One bit in this number is wrong on the way to the processor.
     FlippedBits(u32),
 }
 
@@ -37,39 +37,39 @@ pub struct Chip {
     fifo: Fifo,
     noise: [Noise; 6],
     density: [f64; 2],
-    /// Its time over true time, and what its trim says of it.
+    /// Its time over true time, and its trim value for that.
     pace: f64,
     trim: i8,
-    /// When its samples and its time stamp began, s of its own time.
+    /// Start of its samples and of its time stamp, s of its own time.
     stamped_from_s: f64,
     own_s: f64,
-    /// When it was last selected: its time stamp runs on between ticks.
+    /// Time of the last selection: the time stamp runs on between ticks.
     asked_s: f64,
-    /// The number of the next sample at the fastest rate.
+    /// Number of the next sample at the highest rate.
     next: u64,
-    /// What the low-passes hold and had as input: rates, then forces.
+    /// States and inputs of the low-passes: rates, then forces.
     filtered: [f64; 6],
     input: [Ends; 6],
-    /// What depends on registers, worked out when one is written.
+    /// Values that depend on registers, computed at each write.
     decay: [f64; 2],
     late_ticks: [f64; 2],
     sigma: [f64; 2],
     on: bool,
     every: u64,
     output: [i16; 6],
-    /// Outputs whose low byte was read and whose high byte was not.
+    /// Outputs whose low byte has been read and whose high byte has not.
     held: [bool; 6],
     fresh: [bool; 3],
     temperature: i16,
     moments: u32,
     fault: Fault,
     flips: u64,
-    /// The byte of a transaction, and where it is.
+    /// Byte index and address of a transaction.
     selected: Option<(u8, bool)>,
 }
 
 impl Chip {
-    /// A chip just powered. `density` is the noise of gyro and accelerometer, per √Hz; `pace` its time over true time.
+    /// A chip at power-on. `density` is the noise of gyroscope and accelerometer per √Hz; `pace` its time over true time.
     pub fn new(noise: [Noise; 6], density: [f64; 2], pace: f64, trim: i8) -> Self {
         let mut chip = Self {
             registers: Registers::after_power_on(),
@@ -102,31 +102,31 @@ impl Chip {
         chip
     }
 
-    /// Breaks it, or mends it.
+    /// Sets or clears a fault.
     pub fn fail(&mut self, fault: Fault) {
         self.fault = fault;
     }
 
-    /// Whether it samples at all.
+    /// Whether it takes samples at all.
     #[inline]
     pub fn samples(&self) -> bool {
         self.on
     }
 
-    /// Time passes without samples.
+    /// Advances without samples.
     #[inline]
     pub fn pass(&mut self, now_s: f64) {
         self.own_s = now_s * self.pace;
     }
 
-    /// A tick is over, at `now_s`; at its end the elements see these rates and forces.
+    /// Ends a tick at `now_s` with these rates and forces at its end.
     pub fn tick(&mut self, now_s: f64, seen: &[f64; 6], temp_C: f64) {
         let before_s = self.own_s;
         self.own_s = now_s * self.pace;
         let before = self.filtered;
         for (axis, ((filtered, input), seen)) in self.filtered.iter_mut().zip(&mut self.input).zip(seen).enumerate() {
             let Ramp { begin, end } = input.to(*seen);
-            // About what it shows of a ramp once all else has died away.
+            // Steady-state response to a ramp.
             let (decay, late_ticks) = (self.decay[axis / 3], self.late_ticks[axis / 3]);
             let late = (end - begin) * late_ticks;
             *filtered = end - late + (*filtered - (begin - late)) * decay;
@@ -160,7 +160,7 @@ impl Chip {
             }
             self.fresh[1 - kind] = true;
         }
-        // 256 codes per kelvin from 25 °C; the noise of some hundredths is that of the thermometer.
+        // 256 codes per kelvin from 25 °C; the thermometer's noise is some hundredths of a kelvin.
         self.temperature = nearest((temp_C - 25.0) * 256.0).clamp(-32_768, 32_767) as i16;
         self.fresh[2] = true;
         self.batch(sampled, due);
@@ -196,18 +196,18 @@ impl Chip {
         }
     }
 
-    /// The time stamp at a moment of its own time; the trim makes its steps longer or shorter as it makes its time.
+    /// The time stamp at its own time; the trim scales its steps as it scales its time.
     fn stamp_of(&self, own_s: f64) -> u32 {
         if self.registers.stamps() { ((own_s - self.stamped_from_s) / STAMP_S).max(0.0) as u64 as u32 } else { 0 }
     }
 
-    /// Chip select went low, at `now_s`.
+    /// Chip select went low at `now_s`.
     pub fn select(&mut self, now_s: f64) {
         self.asked_s = now_s * self.pace;
         self.selected = None;
     }
 
-    /// A byte comes, a byte goes.
+    /// Transfers a byte.
     pub fn byte(&mut self, sent: u8) -> u8 {
         let answer = match self.selected {
             None => {
@@ -242,7 +242,7 @@ impl Chip {
         })
     }
 
-    /// A burst goes on with the next register; in the FIFO's it goes round, so that word after word can be read.
+    /// A burst continues with the next register; at the FIFO it wraps, so that several words can be read.
     fn after(&self, address: u8) -> u8 {
         match address {
             FIFO_Z_H => FIFO_TAG,
@@ -315,7 +315,7 @@ impl Chip {
         let divided = self.registers.divided();
         let was_on = std::mem::replace(&mut self.on, divided.iter().any(Option::is_some));
         self.every = divided.iter().flatten().min().map_or(1, |every| u64::from(*every));
-        // Samples lie on whole multiples of their divided rate, and none is made up for the time before.
+        // Samples are at multiples of their divided rate; none is generated for earlier times.
         let now = (self.own_s * FASTEST_HZ) as u64 + 1;
         self.next = now.next_multiple_of(self.every);
         let cutoffs_Hz = self.registers.cutoffs_Hz();

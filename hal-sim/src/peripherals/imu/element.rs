@@ -1,4 +1,4 @@
-//! What is wrong with the gyro's element itself, before the chip's own filter: the quantities that a calibration finds.
+//! Errors of the gyroscope element, before the filter of the chip: the quantities of a calibration.
 
 use super::ramp::{Ends, Ramp};
 use serde::{Deserialize, Serialize};
@@ -7,32 +7,32 @@ use stand_firmware::config::{ConfigError, within};
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
 
-/// Temperature to which scale and bias belong, °C.
+/// Reference temperature of scale and bias, °C.
 const REFERENCE_C: f64 = 25.0;
 
-/// Departures from a gyro that shows its rate. The default is none.
+/// Deviations from an ideal gyroscope. The default is none.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GyroElement {
-    /// Grows with the rate's square: rate shown = … + c₂ ω².
+    /// Quadratic term: reading = … + c₂ ω².
     pub quadratic_s: f64,
-    /// Grows with its cube: … + c₃ ω³.
+    /// Cubic term: reading = … + c₃ ω³.
     pub cubic_s2: f64,
-    /// Rates within ± this show as none; those beyond are less by it, rad/s.
+    /// Dead band: rates within ± this read 0, larger ones are reduced by it, rad/s.
     pub dead_band_rad_s: f64,
-    /// Rate shown per specific force along the sensor's x, rad/s per m/s².
+    /// Rate reading per specific force along the sensor's x, rad/s per m/s².
     pub g_sensitivity_s_m: f64,
-    /// Rate shown per rate about the sensor's y.
+    /// Rate reading per rate about the sensor's y.
     pub cross_axis: f64,
     /// Change of the bias per kelvin above 25 °C, rad/s/K.
     pub bias_rad_s_per_K: f64,
     /// Change of the scale per kelvin above 25 °C, 1/K.
     pub scale_per_K: f64,
-    /// Natural frequency of the element, Hz; infinite: it follows at once.
+    /// Natural frequency of the element, Hz; infinite: no lag.
     pub natural_Hz: f64,
     /// Its damping ratio.
     pub damping: f64,
-    /// Transport delay before the chip's filter, s; cut to whole ticks.
+    /// Transport delay before the filter of the chip, s; rounded down to whole ticks.
     pub delay_s: f64,
 }
 
@@ -54,10 +54,10 @@ impl Default for GyroElement {
 }
 
 impl GyroElement {
-    /// Checks what a file may have brought.
+    /// Checks the values of a file.
     ///
     /// # Errors
-    /// The name of the first parameter that makes no sense.
+    /// The name of the first invalid parameter.
     pub fn check(&self) -> Result<(), ConfigError> {
         within("imu.gyro.quadratic_s", self.quadratic_s, -1.0, 1.0)?;
         within("imu.gyro.cubic_s2", self.cubic_s2, -1.0, 1.0)?;
@@ -75,11 +75,11 @@ impl GyroElement {
     }
 }
 
-/// The element under way.
+/// State of the element.
 #[derive(Clone, Debug)]
 pub(super) struct Element {
     setup: GyroElement,
-    /// Second order by the exact step of a ramp: two states.
+    /// Second order, by the exact step for a linear input: two states.
     step: Option<[[f64; 2]; 2]>,
     state: [f64; 2],
     input: Ends,
@@ -101,7 +101,7 @@ impl Element {
         }
     }
 
-    /// What it shows a tick later: of the rates about its own axis and its y, the force along its x, at this temperature.
+    /// Reading one tick later, from the rates about its own axis and its y, the force along its x, and the temperature.
     pub(super) fn show(&mut self, rate_rad_s: f64, across_rad_s: f64, force_m_s2: f64, temp_C: f64) -> f64 {
         let s = &self.setup;
         let beyond = (rate_rad_s.abs() - s.dead_band_rad_s).max(0.0).copysign(rate_rad_s);
@@ -113,7 +113,7 @@ impl Element {
         let followed = match &self.step {
             None => shown,
             Some([to_value, to_slope]) => {
-                // About what it shows of a ramp once all else has died away: the ramp itself, 2ζ/ω late.
+                // Steady-state response to a ramp: the ramp with a delay of 2ζ/ω.
                 let Ramp { begin, end } = self.input.to(shown);
                 let steep = (end - begin) * CONTROL_HZ as f64;
                 let late = steep * 2.0 * s.damping / (TAU * s.natural_Hz);
@@ -138,7 +138,7 @@ impl Element {
 fn exact_step(omega: f64, zeta: f64, h: f64) -> [[f64; 2]; 2] {
     let decay = (-zeta * omega * h).exp();
     let beyond = zeta * zeta - 1.0;
-    // cos, and sin over its frequency; hyperbolic above the critical damping.
+    // cos, and sin over its frequency; hyperbolic above critical damping.
     let (c, s) = if beyond < -1e-9 {
         let own = omega * (-beyond).sqrt();
         ((own * h).cos(), (own * h).sin() / own)
@@ -156,7 +156,7 @@ fn exact_step(omega: f64, zeta: f64, h: f64) -> [[f64; 2]; 2] {
 mod tests {
     use super::*;
 
-    /// theory.md §4: second order, 80 Hz, ζ 0.7: 20 Hz 0.999297616, −20.472280°.
+    /// Second order, 80 Hz, ζ 0.7: at 20 Hz 0.999297616, −20.472280°.
     #[test]
     fn it_is_of_second_order() {
         for (frequency_Hz, gain, phase_deg) in

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-/// Words that it has room for: 3 KiB.
+/// Capacity in words: 3 KiB.
 pub(super) const WORDS: usize = 512;
 
 /// Kinds of words.
@@ -29,12 +29,12 @@ impl Fifo {
         (self.overrun, self.latched) = (false, false);
     }
 
-    /// The words that follow are of another moment.
+    /// The following words belong to another sampling time.
     pub fn next_moment(&mut self) {
         self.counter = (self.counter + 1) & 3;
     }
 
-    /// Adds a word; a full FIFO loses its oldest, or the new one where it does not run on.
+    /// Adds a word; a full FIFO loses its oldest word, or the new one in stop mode.
     pub fn push(&mut self, kind: u8, body: [u8; 6], runs_on: bool) {
         if self.words.len() >= WORDS {
             (self.overrun, self.latched) = (true, true);
@@ -49,7 +49,7 @@ impl Fifo {
         self.words.push_back([tag, a, b, c, d, e, f]);
     }
 
-    /// A byte of the oldest word; the last takes the word away.
+    /// A byte of the oldest word; the last byte removes the word.
     pub fn read(&mut self, place: usize) -> u8 {
         let byte = self.words.front().map_or(0, |word| word[place]);
         if place == 6 {

@@ -1,11 +1,11 @@
-//! The sensor under test, at the level of its registers: ST's ISM330DHCX (data sheet DS13012, application note AN5398).
+//! The sensor under test, at register level: ST ISM330DHCX (data sheet DS13012, application note AN5398).
 //!
-//! In: what the platform does where the sensor rides on it, and bytes over SPI. Out: bytes. The chip has an oscillator of its own, which is
-//! off by some of a per cent; at its own pace it samples, stamps, fills its FIFO and raises its flags. Gyro and accelerometer are low-passed
-//! (first order, at the cutoff that the registers select), noisy and rounded to codes. What cannot be seen through the registers that the
-//! stand uses is not there: interrupts on pins, the other buses, the embedded functions.
+//! Input: the motion at its position, and bytes over SPI. Output: bytes. The chip has an oscillator of its own, with an error of some
+//! tenths of a percent, for samples, time stamps, FIFO and flags. Gyroscope and accelerometer are low-passed (first order, at
+//! the cutoff that the registers select), noisy and rounded to codes. Not simulated, because the stand does not use them: interrupt
+//! pins, the other buses, the embedded functions.
 //!
-//! z is the platform's axis, x points outward, y along the motion. It costs nothing while it is switched off by its registers.
+//! z is the axis of the platform, x points outward, y along the motion. A sensor that its registers switch off costs no time.
 
 mod chip;
 mod element;

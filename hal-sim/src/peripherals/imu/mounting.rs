@@ -1,4 +1,4 @@
-//! Where the sensor rides, and what is wrong with it: data, so that another stand is other numbers.
+//! Mounting and errors of the sensor under test, as data.
 
 use super::chip::Chip;
 use super::element::{Element, GyroElement};
@@ -10,48 +10,48 @@ use stand_firmware::config::{ConfigError, within};
 /// Standard gravity, m/s².
 pub(super) const G_M_S2: f64 = 9.806_65;
 
-/// The surroundings of the chip, °C: it sits on the platform, far from the winding.
+/// Ambient temperature of the chip, °C: it is on the platform, far from the winding.
 const ROOM_C: f64 = 25.0;
 
-/// The sensor under test of one stand. The defaults are a typical part's (DS13012, tables 2 and 3), with nothing wrong in its scale.
+/// The sensor under test of a stand. The defaults are those of a typical part (DS13012, tables 2 and 3), with exact scale.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ImuSetup {
-    /// From the platform's axis to the accelerometer's element, m.
+    /// Distance from the platform axis to the element of the accelerometer, m.
     pub radius_m: f64,
-    /// How far the sensor is turned about the platform's axis, from outward towards the motion, rad.
+    /// Rotation of the sensor about the platform axis, from outward towards the motion, rad.
     pub chi_rad: f64,
-    /// How far the platform's axis leans, rad; at the angle 0 it leans outward along the sensor.
+    /// Tilt of the platform axis, rad; at angle 0 it tilts outward along the sensor.
     pub tilt_rad: f64,
-    /// Rate shown over rate.
+    /// Scale of the rate reading.
     pub gyro_scale: f64,
-    /// Rate shown at rest, rad/s.
+    /// Rate reading at rest, rad/s.
     pub gyro_bias_rad_s: f64,
     /// Noise of the gyro, rad/s/√Hz.
     pub gyro_noise_rad_s_rtHz: f64,
-    /// Specific force shown over specific force.
+    /// Scale of the force reading.
     pub accel_scale: f64,
-    /// Specific force shown where there is none, along x and along y, m/s².
+    /// Force reading at zero force, along x and along y, m/s².
     pub accel_bias_m_s2: f64,
     /// Noise of the accelerometer, m/s²/√Hz.
     pub accel_noise_m_s2_rtHz: f64,
-    /// How far the chip's oscillator is off what its trim says, as a part of it.
+    /// Relative error of the oscillator with respect to its trim value.
     pub clock_error: f64,
-    /// INTERNAL_FREQ_FINE: what its trim says, in steps of 0.15 %.
+    /// INTERNAL_FREQ_FINE: the trim value, in steps of 0.15 %.
     pub clock_trim: i8,
-    /// The chip above the surroundings, once it is warm, K.
+    /// Temperature of the warm chip above ambient, K.
     pub self_heating_K: f64,
-    /// Time constant with which it warms from power-on, s; 0: it is warm at once.
+    /// Time constant of the warming from power-on, s; 0: warm at once.
     pub warm_up_s: f64,
-    /// What of the Earth's rotation lies along the platform's axis, rad/s: 7.292115e-5 sin(latitude) on a level stand.
+    /// Component of the Earth rate along the platform axis, rad/s: 7.292115e-5 sin(latitude) on a level stand.
     pub earth_rate_rad_s: f64,
-    /// How the sensor lies.
+    /// Orientation of the sensor.
     pub lying: Lying,
-    /// What is wrong with the gyro's element.
+    /// Errors of the gyroscope element.
     pub gyro: GyroElement,
 }
 
-/// How the sensor lies on the platform.
+/// Orientation of the sensor on the platform.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Lying {
@@ -64,7 +64,7 @@ pub enum Lying {
     OtherSide,
 }
 
-/// Where and how the sensor is mounted: what a person changes between two steps of a calibration.
+/// Mounting of the sensor: changed by hand between two steps of a calibration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(missing_docs, reason = "as in ImuSetup")]
 pub struct Mounted {
@@ -98,15 +98,15 @@ impl Default for ImuSetup {
 }
 
 impl ImuSetup {
-    /// No noise, no bias, an oscillator that is right.
+    /// No noise, no bias, an exact oscillator.
     pub fn ideal() -> Self {
         Self { gyro_noise_rad_s_rtHz: 0.0, accel_noise_m_s2_rtHz: 0.0, clock_error: 0.0, clock_trim: 0, ..Self::default() }
     }
 
-    /// Checks what a file may have brought.
+    /// Checks the values of a file.
     ///
     /// # Errors
-    /// The name of the first parameter that makes no sense.
+    /// The name of the first invalid parameter.
     pub fn check(&self) -> Result<(), ConfigError> {
         within("imu.radius_m", self.radius_m, 0.0, 10.0)?;
         within("imu.chi_rad", self.chi_rad, -7.0, 7.0)?;
@@ -125,18 +125,18 @@ impl ImuSetup {
     }
 }
 
-/// The chip where it rides.
+/// The chip at its position.
 #[derive(Clone, Debug)]
 pub struct Imu {
     setup: ImuSetup,
-    /// The chip behind its line.
+    /// The chip behind its bus.
     pub chip: Chip,
     element: Element,
     last_rate_rad_s: f64,
 }
 
 impl Imu {
-    /// The sensor of this set-up, just powered; its noise is of `seed`.
+    /// The sensor of this setup at power-on; `seed` of its noise.
     pub fn new(setup: ImuSetup, seed: u64) -> Self {
         let noise = std::array::from_fn(|axis| Noise::new(seed, 8 + axis as u32, 1.0));
         let noise_density = [setup.gyro_noise_rad_s_rtHz, setup.accel_noise_m_s2_rtHz];
@@ -145,19 +145,19 @@ impl Imu {
         Self { setup, chip, element: Element::new(setup.gyro), last_rate_rad_s: 0.0 }
     }
 
-    /// Where it is mounted.
+    /// Its mounting.
     pub fn mounted(&self) -> Mounted {
         let ImuSetup { radius_m, chi_rad, tilt_rad, lying, .. } = self.setup;
         Mounted { radius_m, chi_rad, tilt_rad, lying }
     }
 
-    /// A person mounts it elsewhere.
+    /// Changes the mounting.
     pub fn mount(&mut self, m: Mounted) {
         let Mounted { radius_m, chi_rad, tilt_rad, lying } = m;
         self.setup = ImuSetup { radius_m, chi_rad, tilt_rad, lying, ..self.setup };
     }
 
-    /// A tick is over, at `now_s`: the element sees the rate `shown_rad_s`, while the platform turns with `rate_rad_s` and stands at
+    /// Ends a tick at `now_s`: the rate reading of the element is `shown_rad_s`, the platform has the rate `rate_rad_s` and the angle
     /// `theta_rad`.
     #[inline]
     pub fn tick(&mut self, now_s: f64, shown_rad_s: f64, rate_rad_s: f64, theta_rad: f64) {
@@ -167,7 +167,7 @@ impl Imu {
             return self.chip.pass(now_s);
         }
         let s = &self.setup;
-        // theory.md §4; the axis leans, so gravity turns through the platform's plane.
+        // With a tilted axis gravity rotates through the plane of the platform.
         let (outward, along) = (-rate_rad_s * rate_rad_s * s.radius_m, acceleration * s.radius_m);
         let (sin, cos) = s.chi_rad.sin_cos();
         let lean = G_M_S2 * s.tilt_rad.sin();
@@ -179,7 +179,7 @@ impl Imu {
         let warm = if s.warm_up_s > 0.0 { 1.0 - (-now_s / s.warm_up_s).exp() } else { 1.0 };
         let temp_C = ROOM_C + s.self_heating_K * warm;
         let turning = shown_rad_s + s.earth_rate_rad_s;
-        // On its side the platform's axis is the sensor's y, and what pointed up points inward.
+        // On its side the platform axis is the sensor's y, and the former z points inward.
         let (about, across, forces) = match s.lying {
             Lying::Flat => (turning, 0.0, forces),
             Lying::Side => (0.0, turning, [forces[1], forces[2], -forces[0]]),

@@ -1,4 +1,4 @@
-//! What is known at the ticks' ends, as a straight line over each tick.
+//! Quantities that are known at the ends of the ticks, as a straight line over each tick.
 
 /// A quantity at the last two ends.
 #[derive(Clone, Copy, Debug, Default)]
@@ -14,8 +14,8 @@ pub(super) struct Ramp {
 }
 
 impl Ends {
-    /// The tick to this end, where it is `now`: as steep as the ends say, with the mean of the parabola through three of them (Adams and Moulton). The ends
-    /// alone would take a few parts in ten thousand of a motion of 100 Hz.
+    /// The tick that ends with `now`: the slope between the ends, with the mean of the parabola through three of them (Adams-Moulton). The ends
+    /// alone would attenuate a motion of 100 Hz by a few parts in ten thousand.
     pub(super) fn to(&mut self, now: f64) -> Ramp {
         let above = (now - 2.0 * self.last + self.before) / 12.0;
         let ramp = Ramp { begin: self.last - above, end: now - above };
@@ -23,7 +23,7 @@ impl Ends {
         ramp
     }
 
-    /// What it was at the last end.
+    /// The value at the previous end.
     pub(super) fn last(&self) -> f64 {
         self.last
     }

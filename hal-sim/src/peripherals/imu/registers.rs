@@ -1,4 +1,4 @@
-//! The chip's registers: which there are, what they hold after power-on, which of their bits can be written (DS13012 §9).
+//! The registers of the chip: addresses, values after power-on, writable bits (DS13012 §9).
 
 /// Registers by their address.
 pub(super) mod address {
@@ -28,10 +28,10 @@ pub(super) mod address {
 }
 use address::*;
 
-/// What WHO_AM_I says.
+/// Value of WHO_AM_I.
 pub(super) const ID: u8 = 0x6B;
 
-/// Those that keep what is written to them: address, value after power-on, bits that can be written.
+/// Writable registers: address, value after power-on, writable bits.
 const KEPT: [(u8, u8, u8); 18] = [
     (0x01, 0x00, 0xC0), // FUNC_CFG_ACCESS
     (0x02, 0x3F, 0xC0), // PIN_CTRL
@@ -53,7 +53,7 @@ const KEPT: [(u8, u8, u8); 18] = [
     (CTRL10_C, 0x00, 0x20),
 ];
 
-/// The registers that keep what is written.
+/// The writable registers.
 #[derive(Clone, Debug)]
 pub(super) struct Registers([u8; KEPT.len()]);
 
@@ -62,12 +62,12 @@ impl Registers {
         Self(KEPT.map(|(_, value, _)| value))
     }
 
-    /// What it holds; `None` where nothing is kept.
+    /// Value of a register; `None` where it is not writable.
     pub fn read(&self, address: u8) -> Option<u8> {
         KEPT.iter().zip(&self.0).find(|((at, ..), _)| *at == address).map(|(_, value)| *value)
     }
 
-    /// Writes it; false where nothing is kept.
+    /// Writes a register; false where it is not writable.
     pub fn write(&mut self, address: u8, value: u8) -> bool {
         let Some(((_, _, mask), kept)) = KEPT.iter().zip(&mut self.0).find(|((at, ..), _)| *at == address) else { return false };
         *kept = *kept & !mask | value & mask;
@@ -78,18 +78,18 @@ impl Registers {
         self.read(address).unwrap_or(0)
     }
 
-    /// How many times the fastest rate (6667 Hz) is divided for samples of the gyro and of the accelerometer; `None`: off.
+    /// Divider of the highest rate (6667 Hz) for the samples of gyroscope and accelerometer; `None`: off.
     pub fn divided(&self) -> [Option<u32>; 2] {
         [CTRL2_G, CTRL1_XL].map(|address| divided(self.at(address) >> 4))
     }
 
-    /// The same for what goes into the FIFO.
+    /// Dividers of the samples in the FIFO.
     pub fn batched(&self) -> [Option<u32>; 2] {
         let ctrl3 = self.at(FIFO_CTRL3);
         [divided(ctrl3 >> 4), divided(ctrl3 & 15)]
     }
 
-    /// rad/s and m/s² in one code (DS13012, table 2).
+    /// rad/s and m/s² per code (DS13012, table 2).
     pub fn scales(&self) -> [f64; 2] {
         let ctrl2 = self.at(CTRL2_G);
         let mdps = match (ctrl2 & 1, ctrl2 >> 1 & 1, ctrl2 >> 2 & 3) {
@@ -101,7 +101,7 @@ impl Registers {
         [(mdps * 1e-3_f64).to_radians(), mg * 1e-3 * super::mounting::G_M_S2]
     }
 
-    /// Cutoffs of gyro and accelerometer, Hz: table 60 and table 65; without the low-pass the output rate's own, at half of it.
+    /// Cutoffs of gyroscope and accelerometer, Hz: table 60 and table 65; without the low-pass half of the output rate.
     pub fn cutoffs_Hz(&self) -> [f64; 2] {
         const LPF1: [f64; 10] = [4.2, 8.3, 16.6, 33.0, 67.0, 136.6, 239.2, 304.2, 328.5, 335.5];
         let [gyro, accel] = [CTRL2_G, CTRL1_XL].map(|address| usize::from(self.at(address) >> 4).clamp(1, 10));
@@ -115,7 +115,7 @@ impl Registers {
         ]
     }
 
-    /// Self-tests under way, gyro and accelerometer: +1, −1, or 0.
+    /// Active self-tests, gyroscope and accelerometer: +1, −1, or 0.
     pub fn tests(&self) -> [f64; 2] {
         let ctrl5 = self.at(CTRL5_C);
         let sign = |bits: u8, negative: u8| {
@@ -134,7 +134,7 @@ impl Registers {
         self.at(CTRL10_C) & 0x20 != 0
     }
 
-    /// Every how many moments the FIFO gets a time stamp; `None`: never.
+    /// Number of sampling times per time stamp in the FIFO; `None`: no time stamps.
     pub fn stamp_every(&self) -> Option<u32> {
         [None, Some(1), Some(8), Some(32)][usize::from(self.at(FIFO_CTRL4) >> 6)]
     }
@@ -143,18 +143,18 @@ impl Registers {
         self.at(FIFO_CTRL4) & 7
     }
 
-    /// Both bytes of an output belong together, even if a new sample comes between.
+    /// Both bytes of an output belong together, even if a new sample arrives in between.
     pub fn block_data_update(&self) -> bool {
         self.at(CTRL3_C) & 0x40 != 0
     }
 
-    /// A burst goes from register to register.
+    /// A burst increments the register.
     pub fn increments(&self) -> bool {
         self.at(CTRL3_C) & 4 != 0
     }
 }
 
-/// The chip's fastest output rate, Hz.
+/// Highest output rate of the chip, Hz.
 pub(super) const FASTEST_HZ: f64 = 6667.0;
 
 fn divided(code: u8) -> Option<u32> {
