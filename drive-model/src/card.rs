@@ -1,5 +1,6 @@
 //! The card of an effect: all that a program needs to know of the effect, as data.
 
+use crate::coordinate::Coordinate;
 use crate::experiment::{Demonstration, StandRun};
 use crate::law::{Law, LawSource, Scalar};
 use crate::screening::{Elastic, Requirement, Screening};
@@ -180,40 +181,6 @@ impl Domain {
             Domain::Torque => "Drive: torque",
             Domain::Electrical => "Drive: electrical",
             Domain::Measurement => "Measurement",
-        }
-    }
-}
-
-/// A coordinate over which a residual is analysed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Coordinate {
-    /// Angle within the turn.
-    Theta,
-    /// Rate.
-    Omega,
-    /// Current.
-    Current,
-    /// Winding temperature.
-    Temperature,
-    /// Time since the start.
-    Time,
-    /// Angular acceleration.
-    Acceleration,
-    /// The preceding motion: reversals.
-    History,
-}
-
-impl Coordinate {
-    /// Name in the answers.
-    pub fn name(self) -> &'static str {
-        match self {
-            Coordinate::Theta => "theta",
-            Coordinate::Omega => "omega",
-            Coordinate::Current => "current",
-            Coordinate::Temperature => "temperature",
-            Coordinate::Time => "time",
-            Coordinate::Acceleration => "acceleration",
-            Coordinate::History => "history",
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::Coordinate;
+use crate::coordinate::Coordinate;
 
 /// A run of the stand: mode, profile, amplitude, duration.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -14,13 +14,15 @@
 
 mod card;
 mod catalogue;
+mod coordinate;
 pub mod effects;
 mod experiment;
 mod law;
 mod screening;
 
-pub use card::{Card, Compensation, Coordinate, Description, Domain, Parameter, ParameterKind, Rival};
+pub use card::{Card, Compensation, Description, Domain, Parameter, ParameterKind, Rival};
 pub use catalogue::{ExtendError, card, cards, extend, law};
+pub use coordinate::Coordinate;
 pub use experiment::{Abscissa, Demonstration, Motion, Output, StandRun};
 pub use law::{Contributions, Dual, Law, LawScalar, LawSource, Point, Reading, Scalar, Shaft, Structure, T0_C, Thermal};
 pub use screening::{Elastic, HarmonicSource, Requirement, Screening};

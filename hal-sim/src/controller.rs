@@ -7,12 +7,12 @@
 
 use crate::board::{Bench, PlantPort, SimBoard};
 use crate::clock::{self, SimClock, Stuck, VirtualClock};
-use crate::faults::{Broken, What};
+use crate::faults::{ActiveFaults, FaultKind};
 use crate::gyro::GyroPort;
 use crate::peripherals::SimFlash;
 use crate::peripherals::flash::SMALL_SECTOR_BYTES;
 use crate::peripherals::serial::{DamageRates, SerialLine, USUAL_BAUD};
-use crate::session::StandSetup;
+use crate::setup::StandSetup;
 use embassy_futures::select::{Either, Either3, select, select3};
 use stand_firmware::app::{Identity, Memory, assemble};
 use stand_firmware::board::{TICKS_PER_ROW, Ticks};
@@ -55,10 +55,13 @@ struct LineFaults {
 }
 
 impl LineFaults {
-    fn of(broken: &Broken) -> Self {
-        let rates =
-            DamageRates { flip: broken.size(What::LineFlips), lose: broken.size(What::LineLoses), insert: broken.size(What::LineInserts) };
-        Self { rates, is_off: broken.is(What::LineOff), breaks: broken.is(What::LineBreak) }
+    fn of(broken: &ActiveFaults) -> Self {
+        let rates = DamageRates {
+            flip: broken.magnitude(FaultKind::LineFlips),
+            lose: broken.magnitude(FaultKind::LineLoses),
+            insert: broken.magnitude(FaultKind::LineInserts),
+        };
+        Self { rates, is_off: broken.is_active(FaultKind::LineOff), breaks: broken.is_active(FaultKind::LineBreak) }
     }
 }
 
@@ -185,7 +188,7 @@ impl<'c, P: PlantPort> Controller<'c, P> {
     /// Returns when the supply is present, or absent.
     async fn supply(&self, is_there: bool) {
         poll_fn(|_| {
-            if self.bench.borrow_mut().broken().is(What::PowerCut) != is_there {
+            if self.bench.borrow_mut().active_faults().is_active(FaultKind::PowerCut) != is_there {
                 return Poll::Ready(());
             }
             self.clock.wait_until(self.clock.now() + TICKS_PER_ROW);
@@ -198,10 +201,10 @@ impl<'c, P: PlantPort> Controller<'c, P> {
     fn break_line(&self) {
         let mut bench = self.bench.borrow_mut();
         let before = self.line_faults.get();
-        if !bench.broken().any() && before == LineFaults::default() {
+        if !bench.active_faults().any() && before == LineFaults::default() {
             return;
         }
-        let now = LineFaults::of(bench.broken());
+        let now = LineFaults::of(bench.active_faults());
         if now == before {
             return;
         }

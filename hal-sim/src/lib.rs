@@ -15,3 +15,4 @@ pub mod gyro;
 pub mod peripherals;
 pub mod plant;
 pub mod session;
+pub mod setup;

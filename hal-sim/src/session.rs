@@ -6,9 +6,8 @@
 
 use crate::board::{Bench, PlantPort, SimBoard, Truth};
 use crate::clock::{self, SimClock, Stuck, VirtualClock};
-use crate::faults::{Faults, What};
-use crate::peripherals::SensorSetup;
-use crate::peripherals::imu::ImuSetup;
+use crate::faults::FaultKind;
+pub use crate::setup::StandSetup;
 use embassy_futures::select::select;
 use stand_firmware::board::{Board, Clock, Hardware, ROW_HZ, TICKS_PER_ROW};
 use stand_firmware::calibration::{self, CalibrationError, CalibrationProgress, CalibrationResult, Map};
@@ -20,38 +19,6 @@ use stand_firmware::session::rows_in;
 use stand_firmware::speed_loop::{Compensating, CompensationGains, Config, Fault, Interrupt, Limits, Mailboxes, Mode, Settings, SpeedLoop};
 use stand_firmware::telemetry::Channel;
 use std::cell::RefCell;
-
-/// The stand apart from its plant: scales, sensors, settings of the firmware.
-#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct StandSetup {
-    /// Scales of the converters.
-    pub hardware: Hardware,
-    /// Noise and filters of the sensors.
-    pub sensors: SensorSetup,
-    /// The speed loop's gains and limits.
-    pub settings: Settings,
-    /// Faults.
-    pub faults: Faults,
-    /// The sensor under test, if the platform carries one.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub imu: Option<ImuSetup>,
-}
-
-impl StandSetup {
-    /// No noise, no filter, and converter steps too fine to matter; the encoder keeps its resolution.
-    pub fn ideal() -> Self {
-        let hardware = Hardware {
-            current_A_per_code: 4e-9,
-            current_zero_code: 1_073_741_824.0, // 2³⁰ codes, the most that a code of 31 bits shows: ± 4.3 A
-            rate_rad_s_per_code: 5e-8,          // 32 bits: ± 107 rad/s
-            supply_V_per_code: 1e-8,
-            temperature_C_per_code: 1e-6,
-            ..Hardware::default()
-        };
-        Self { hardware, sensors: SensorSetup::ideal(), ..Self::default() }
-    }
-}
 
 /// What to run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -145,7 +112,7 @@ impl Record {
 /// # Errors
 /// An invalid parameter, by name; or a firmware that waits for ever.
 pub fn run<P: PlantPort>(stand: StandSetup, plant: P, request: SessionRequest) -> Result<Record, SessionError> {
-    let mut columns = Columns { cut_s: stand.faults.first(What::PowerCut).map(|cut| cut.from_s), ..Columns::default() };
+    let mut columns = Columns { cut_s: stand.faults.first(FaultKind::PowerCut).map(|cut| cut.from_s), ..Columns::default() };
     let (pace, sensor) = run_session(stand, plant, request, |row, truth| columns.take(row, truth))?;
     Ok(columns.into_record(&stand, &request, pace, &sensor))
 }

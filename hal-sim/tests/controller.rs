@@ -4,7 +4,7 @@
 use hal_sim::board::PlantPort;
 use hal_sim::clock::{SimClock, VirtualClock};
 use hal_sim::controller::{Controller, flash};
-use hal_sim::faults::{Fault, Faults, What};
+use hal_sim::faults::{Fault, FaultKind, Faults};
 use hal_sim::peripherals::SimFlash;
 use hal_sim::plant::{Plant, Stand};
 use stand_firmware::board::{Clock, TICKS_PER_S, Ticks};
@@ -126,7 +126,7 @@ fn ten_seconds_of_rows_at_1_khz_come_whole_and_in_order() {
 
 #[test]
 fn after_a_power_cut_it_starts_anew_with_what_it_kept() {
-    let faults = Faults::of([Fault::new(What::PowerCut, 2.0, 0.5)]).unwrap();
+    let faults = Faults::of([Fault::new(FaultKind::PowerCut, 2.0, 0.5)]).unwrap();
     let (cuts, _) = talk(faults, flash(7), async |host| {
         host.wait_s(0.1).await;
         assert_eq!(host.ask("SETTings:current_limit_A 1.25;:SETTings:SAVE;:SYSTem:ERRor?").await, "0,\"No error\"");
@@ -152,7 +152,8 @@ fn after_a_power_cut_it_starts_anew_with_what_it_kept() {
 
 #[test]
 fn on_a_bad_line_no_damaged_command_is_obeyed_and_no_damaged_frame_shown() {
-    let faults = [What::LineFlips, What::LineLoses, What::LineInserts].map(|what| Fault::new(what, 0.3, f64::INFINITY).of_size(0.003));
+    let faults = [FaultKind::LineFlips, FaultKind::LineLoses, FaultKind::LineInserts]
+        .map(|what| Fault::new(what, 0.3, f64::INFINITY).with_magnitude(0.003));
     let (shown, _) = talk(Faults::of(faults).unwrap(), flash(1), async |host| {
         host.wait_s(0.1).await;
         host.controller.line().send(b"STReam:CHANnels theta_rad,rate_cmd_rad_s\nSTReam ON\n");
@@ -200,7 +201,7 @@ fn two_controllers_of_one_seed_say_the_same_bytes() {
 
 #[test]
 fn an_unplugged_line_is_silent_and_comes_back() {
-    let faults = Faults::of([Fault::new(What::LineOff, 0.2, 0.3)]).unwrap();
+    let faults = Faults::of([Fault::new(FaultKind::LineOff, 0.2, 0.3)]).unwrap();
     talk(faults, flash(1), async |host| {
         host.wait_s(0.1).await;
         assert!(host.ask("*IDN?").await.starts_with("Rotary"));

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use hal_sim::board::Bench;
-use hal_sim::faults::{Fault, Faults, What};
+use hal_sim::faults::{Fault, FaultKind, Faults};
 use hal_sim::plant::{Plant, Stand, StandError};
 use hal_sim::session::{self, Record, SessionRequest};
 use stand_firmware::board::{Drive, EncoderCount, Hardware, Sensed, TickIo, Ticks};
@@ -10,7 +10,7 @@ use stand_firmware::profile::ProfileKind;
 use stand_firmware::speed_loop::Mode;
 
 /// What the interrupt senses in 0.3 s of turning at some 10 rad/s, with a fault from 0.1 to 0.2 s; and the index's captures.
-fn sensed(what: What) -> (Vec<Sensed>, Vec<EncoderCount>) {
+fn sensed(what: FaultKind) -> (Vec<Sensed>, Vec<EncoderCount>) {
     let stand = Stand::default();
     let mut plant = Plant::new(&stand, -0.5).unwrap();
     plant.spin(10.0);
@@ -36,24 +36,24 @@ fn passed(sensed: &[Sensed], from: usize, to: usize) -> i64 {
 
 #[test]
 fn a_wire_of_the_encoder_stops_the_count_and_the_counts_are_lost() {
-    for what in [What::EncoderAOff, What::EncoderBOff, What::CounterStuck] {
+    for what in [FaultKind::EncoderAOff, FaultKind::EncoderBOff, FaultKind::CounterStuck] {
         let (all, _) = sensed(what);
         assert!(passed(&all, 0, 999) > 2500, "before: 10 rad/s are 3183 counts in 0.1 s");
         let during = passed(&all, 1001, 1999);
         assert!(during.abs() <= 2, "{what:?}: {during}");
         assert!(passed(&all, 2001, 2999) > 2500, "{what:?}: and it counts again");
     }
-    let (stuck, _) = sensed(What::CounterStuck);
+    let (stuck, _) = sensed(FaultKind::CounterStuck);
     assert!(passed(&stuck, 1999, 2000) > 2000, "a counter that was only stuck for the loop shows what passed");
 }
 
 #[test]
 fn without_its_wire_the_index_is_not_captured_and_the_current_reads_zero_codes() {
-    let (_, captures) = sensed(What::LostTicks);
+    let (_, captures) = sensed(FaultKind::LostTicks);
     assert_eq!(captures, [EncoderCount(1592)], "the platform began half a radian before the index, with the counter at 0");
     let mut off = Faults::default();
-    off.push(Fault::new(What::IndexOff, 0.0, 1.0)).unwrap();
-    off.push(Fault::new(What::CurrentSensorOff, 0.0, 1.0)).unwrap();
+    off.push(Fault::new(FaultKind::IndexOff, 0.0, 1.0)).unwrap();
+    off.push(Fault::new(FaultKind::CurrentSensorOff, 0.0, 1.0)).unwrap();
     let stand = Stand::default();
     let mut plant = Plant::new(&stand, -0.5).unwrap();
     plant.spin(10.0);
@@ -70,7 +70,7 @@ fn without_its_wire_the_index_is_not_captured_and_the_current_reads_zero_codes()
 
 #[test]
 fn lost_ticks_and_a_power_cut_are_ticks_that_do_not_come() {
-    for what in [What::LostTicks, What::PowerCut] {
+    for what in [FaultKind::LostTicks, FaultKind::PowerCut] {
         let (all, _) = sensed(what);
         assert_eq!(all.len(), 2000, "{what:?}");
         let gap = all.windows(2).find(|pair| pair[1].tick != pair[0].tick + 1).map(|pair| (pair[0].tick, pair[1].tick));
@@ -81,11 +81,11 @@ fn lost_ticks_and_a_power_cut_are_ticks_that_do_not_come() {
 #[test]
 fn the_supply_dips_and_the_noise_bursts_in_their_time() {
     let volts = |s: &Sensed| s.supply.volts(&Hardware::default());
-    let (all, _) = sensed(What::SupplyDip);
+    let (all, _) = sensed(FaultKind::SupplyDip);
     assert!((volts(&all[990]) - 12.0).abs() < 0.05);
     assert!((volts(&all[1500]) - 6.0).abs() < 0.05);
     assert!((volts(&all[2990]) - 12.0).abs() < 0.05);
-    let (all, _) = sensed(What::NoiseBurst);
+    let (all, _) = sensed(FaultKind::NoiseBurst);
     let scatter = |range: std::ops::Range<usize>| {
         let codes: Vec<f64> = all[range].iter().map(|s| f64::from(s.current.0)).collect();
         let mean = codes.iter().sum::<f64>() / codes.len() as f64;
@@ -107,8 +107,8 @@ fn record(fault: Option<Fault>) -> Record {
 fn every_fault_of_the_board_changes_a_record_from_its_time_on_and_not_before() {
     let sound = record(None);
     // Those of the gyro: tests/gyro_drift.rs.
-    let of_the_board = |what: &What| !what.is_of_the_line() && !what.is_of_the_gyro() && *what != What::IndexOff;
-    for what in What::ALL.into_iter().filter(of_the_board) {
+    let of_the_board = |what: &FaultKind| !what.affects_serial_line() && !what.affects_gyroscope() && *what != FaultKind::IndexOff;
+    for what in FaultKind::ALL.into_iter().filter(of_the_board) {
         let broken = record(Some(Fault::new(what, 1.0, f64::INFINITY)));
         let rows = broken.rows();
         assert!(rows < sound.rows() || broken.columns != sound.columns, "{what:?} changes nothing");
@@ -122,7 +122,7 @@ fn every_fault_of_the_board_changes_a_record_from_its_time_on_and_not_before() {
 
 #[test]
 fn a_power_cut_ends_the_rows_and_the_record_says_so() {
-    let cut = record(Some(Fault::new(What::PowerCut, 1.0, 1.0)));
+    let cut = record(Some(Fault::new(FaultKind::PowerCut, 1.0, 1.0)));
     assert_eq!(cut.rows(), 999, "row k ends k + 2 ms after power-on");
     assert_eq!(cut.note("fault"), Some("power-cut at 0.9990 s; the rows end there"));
 }
@@ -130,7 +130,7 @@ fn a_power_cut_ends_the_rows_and_the_record_says_so() {
 #[test]
 fn a_stands_file_names_its_faults_and_a_bad_one_is_refused_by_its_place() {
     let stand = Stand::parse("[[faults]]\nwhat = \"winding-hot\"\nfrom_s = 1\n").unwrap();
-    assert_eq!(stand.faults.iter().next().map(Fault::size), Some(160.0));
+    assert_eq!(stand.faults.iter().next().map(Fault::magnitude), Some(160.0));
     let refused = |text: &str| match Stand::parse(text) {
         Err(error @ (StandError::Toml(_) | StandError::Fault(_))) => error.to_string(),
         other => panic!("{other:?}"),

@@ -8,7 +8,7 @@ use hal_sim::board::PlantPort;
 use hal_sim::board::linear_motor::LinearMotor;
 use hal_sim::clock::VirtualClock;
 use hal_sim::controller::{Controller, flash};
-use hal_sim::faults::What;
+use hal_sim::faults::FaultKind;
 use hal_sim::gyro::{AngleSensor, DEG_H, GyroPort, OneAxis, Place, SingleAxis, Site, ThreeAxis, Torquer};
 use hal_sim::session::StandSetup;
 use host::Host;
@@ -38,8 +38,8 @@ impl Host<'_, '_> {
         self.ask("DRIF:CYCL?").await.split(',').nth(12).unwrap_or_default().to_owned()
     }
 
-    fn break_it(&self, what: What, size: Option<f64>) {
-        self.controller.bench().borrow_mut().broken().inject(what, f64::INFINITY, size).unwrap();
+    fn break_it(&self, what: FaultKind, size: Option<f64>) {
+        self.controller.bench().borrow_mut().active_faults().inject(what, f64::INFINITY, size).unwrap();
     }
 
     fn put(&self, place: Place) {
@@ -95,10 +95,10 @@ fn a_session_in_two_positions_separates_own_and_apparent_drift() {
 fn what_goes_wrong_in_mid_cycle_closes_the_loop_and_the_cycle_enters_no_mean() {
     type Spoil = fn(&Host<'_, '_>);
     let cases: [(&str, bool, Spoil); 5] = [
-        ("angle sensor saturated", false, |host| host.break_it(What::AngleSensorOff, None)),
-        ("current limited", false, |host| host.break_it(What::TorquerLimit, Some(0.01))),
+        ("angle sensor saturated", false, |host| host.break_it(FaultKind::AngleSensorOff, None)),
+        ("current limited", false, |host| host.break_it(FaultKind::TorquerLimit, Some(0.01))),
         ("emergency stop", true, |host| host.controller.line().send(&[0x18])),
-        ("host silent", true, |host| host.break_it(What::LineOff, None)),
+        ("host silent", true, |host| host.break_it(FaultKind::LineOff, None)),
         ("aborted", true, |host| host.controller.line().send(b"DRIF:ABOR\n")),
     ];
     for (reason, ends, spoil) in cases {
@@ -117,7 +117,7 @@ fn what_goes_wrong_in_mid_cycle_closes_the_loop_and_the_cycle_enters_no_mean() {
             spoil(host);
             // The host is armed for half a second.
             host.wait_s(if reason == "host silent" { 0.6 } else { 0.02 }).await;
-            host.controller.bench().borrow_mut().broken().mend(What::LineOff);
+            host.controller.bench().borrow_mut().active_faults().clear(FaultKind::LineOff);
             if reason == "host silent" {
                 host.wait_s(0.1).await;
             }
@@ -127,8 +127,8 @@ fn what_goes_wrong_in_mid_cycle_closes_the_loop_and_the_cycle_enters_no_mean() {
             assert_eq!(host.verdict().await, reason);
             assert!(host.ask("DRIF?").await.starts_with("0,1,NAN"), "{reason}");
             // The loop holds the gyro: the angle that the pulse had made goes away.
-            host.controller.bench().borrow_mut().broken().mend(What::AngleSensorOff);
-            host.controller.bench().borrow_mut().broken().mend(What::TorquerLimit);
+            host.controller.bench().borrow_mut().active_faults().clear(FaultKind::AngleSensorOff);
+            host.controller.bench().borrow_mut().active_faults().clear(FaultKind::TorquerLimit);
             host.ask("DRIF:ABOR").await;
             host.wait_s(3.0).await;
             let volts = host.controller.bench().borrow_mut().gyro().unwrap().gyro().sensor_V();
@@ -144,9 +144,9 @@ fn a_session_goes_on_after_a_bad_cycle_and_its_mean_is_of_the_good_ones() {
         host.tell(SHORT).await;
         host.tell("DRIF:STAR").await;
         host.until_pulses().await;
-        host.break_it(What::TorquerLimit, Some(0.01));
+        host.break_it(FaultKind::TorquerLimit, Some(0.01));
         host.wait_s(0.5).await;
-        host.controller.bench().borrow_mut().broken().mend(What::TorquerLimit);
+        host.controller.bench().borrow_mut().active_faults().clear(FaultKind::TorquerLimit);
         host.until_idle().await;
         let reply = host.ask("DRIF?").await;
         assert!(reply.starts_with("3,1,"), "{reply}");

@@ -8,7 +8,7 @@ use hal_sim::board::linear_motor::LinearMotor;
 use hal_sim::clock::VirtualClock;
 use hal_sim::controller::{Controller, flash};
 use hal_sim::element::{BaseVibration, FourState, LinearElement, Moving, RigidBody, SixState, WiredElement};
-use hal_sim::faults::What;
+use hal_sim::faults::FaultKind;
 use hal_sim::peripherals::SimFlash;
 use hal_sim::session::StandSetup;
 use host::Host;
@@ -185,7 +185,7 @@ fn numbers_are_kept_and_what_cannot_run_is_refused() {
         assert_eq!(host.ask("OBS:STAT?").await, "0");
         host.settled().await;
         // A sensor that is off: the observer predicts for ten rows, then it waits for an angle; feedback has ended with it.
-        host.controller.bench().borrow_mut().broken().inject(What::AngleSensorOff, f64::INFINITY, None).unwrap();
+        host.controller.bench().borrow_mut().active_faults().inject(FaultKind::AngleSensorOff, f64::INFINITY, None).unwrap();
         host.wait_s(0.05).await;
         assert_eq!(host.ask("OBS:PHAS?").await, "NO ANGLE");
     });

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use hal_sim::board::Bench;
-use hal_sim::faults::{Fault as Break, Faults, What};
+use hal_sim::faults::{Fault as Break, FaultKind, Faults};
 use hal_sim::plant::{Plant, Stand};
 use hal_sim::session::{SessionRequest, run};
 use stand_firmware::board::{Drive, TickIo, Ticks};
@@ -86,7 +86,7 @@ impl<T: TickIo> TickIo for Watched<'_, T> {
     }
 }
 
-fn broken(what: What, from_s: f64, for_s: f64) -> Stand {
+fn active_faults(what: FaultKind, from_s: f64, for_s: f64) -> Stand {
     Stand { faults: Faults::of([Break::new(what, from_s, for_s)]).unwrap(), ..Stand::default() }
 }
 
@@ -108,12 +108,12 @@ fn each_fault_switches_the_drive_off_in_time_with_its_reason_and_its_record() {
     // What breaks at 1 s is seen within so many seconds. Without an encoder the loop pushes at its current limit, and a fifth of R·i may be
     // the resistance's: so it takes until the platform turns at twice its rate and more.
     let cases: [(&str, Stand, Ask, Fault, f64, f64); 9] = [
-        ("counter stuck", broken(What::CounterStuck, 1.0, 5.0), RATE, Fault::EncoderLost, 1.0, 0.25),
-        ("channel A off", broken(What::EncoderAOff, 1.0, 5.0), RATE, Fault::EncoderLost, 1.0, 0.25),
-        ("channel B off", broken(What::EncoderBOff, 1.0, 5.0), RATE, Fault::EncoderLost, 1.0, 0.25),
-        ("supply dip", broken(What::SupplyDip, 1.0, 5.0), RATE, Fault::SupplyLow, 1.0, 0.01),
-        ("ticks lost", broken(What::LostTicks, 1.0, 0.0005), RATE, Fault::Clock, 1.0, 0.002),
-        ("current sensor off", broken(What::CurrentSensorOff, 1.0, 5.0), RATE, Fault::OverCurrent, 1.0, 0.002),
+        ("counter stuck", broken(FaultKind::CounterStuck, 1.0, 5.0), RATE, Fault::EncoderLost, 1.0, 0.25),
+        ("channel A off", broken(FaultKind::EncoderAOff, 1.0, 5.0), RATE, Fault::EncoderLost, 1.0, 0.25),
+        ("channel B off", broken(FaultKind::EncoderBOff, 1.0, 5.0), RATE, Fault::EncoderLost, 1.0, 0.25),
+        ("supply dip", broken(FaultKind::SupplyDip, 1.0, 5.0), RATE, Fault::SupplyLow, 1.0, 0.01),
+        ("ticks lost", broken(FaultKind::LostTicks, 1.0, 0.0005), RATE, Fault::Clock, 1.0, 0.002),
+        ("current sensor off", broken(FaultKind::CurrentSensorOff, 1.0, 5.0), RATE, Fault::OverCurrent, 1.0, 0.002),
         ("too much voltage", Stand::default(), voltage, Fault::Overspeed, 0.3, 0.3),
         ("blocked", rubbing(0.1), FAST, Fault::Stall, 0.5, 0.2),
         ("too weak to follow", weak, FAST, Fault::Tracking, 1.0, 1.0),
@@ -244,12 +244,12 @@ fn a_motor_at_rest_behind_its_brushes_has_not_lost_its_encoder_and_a_running_one
     assert_eq!(slowed.first(), None, "it crept to rest");
 
     // The same stand at 0.6 V, some 12 rad/s, whose wire breaks.
-    stand.faults = Faults::of([Break::new(What::EncoderAOff, 1.0, 9.0)]).unwrap();
+    stand.faults = Faults::of([Break::new(FaultKind::EncoderAOff, 1.0, 9.0)]).unwrap();
     let slow: Ask = |stand, start| Segment::voltage(&stand.hardware, start, u16::MAX, 0.6);
     let (fault, at_s) = play(&stand, 0.0, 2.5, &Memory::new(), slow, quiet).first().unwrap();
     assert!(fault == Fault::EncoderLost && at_s < 1.1, "{fault:?} at {at_s} s");
     // And one that is off from the beginning: later, since it could be the brushes.
-    let off = broken(What::CounterStuck, 0.0, 9.0);
+    let off = broken(FaultKind::CounterStuck, 0.0, 9.0);
     let (fault, at_s) = play(&off, 0.0, 2.5, &Memory::new(), RATE, quiet).first().unwrap();
     assert!(fault == Fault::EncoderLost && at_s < 0.6, "{fault:?} at {at_s} s");
 }

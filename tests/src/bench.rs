@@ -6,7 +6,7 @@ use std::cell::RefCell;
 
 use hal_sim::clock::VirtualClock;
 use hal_sim::controller::{Controller, flash};
-use hal_sim::faults::What;
+use hal_sim::faults::FaultKind;
 use hal_sim::gyro::SingleAxis;
 use hal_sim::peripherals::SimFlash;
 use hal_sim::plant::{Plant, Stand};
@@ -165,13 +165,13 @@ impl Host<'_, '_> {
     ///
     /// # Panics
     /// Where too much is broken already.
-    pub fn break_(&self, what: What, for_s: f64, size: Option<f64>) {
-        self.controller.bench().borrow_mut().broken().inject(what, for_s, size).expect("room for one more");
+    pub fn break_(&self, what: FaultKind, for_s: f64, size: Option<f64>) {
+        self.controller.bench().borrow_mut().active_faults().inject(what, for_s, size).expect("room for one more");
     }
 
     /// Mends all of a kind.
-    pub fn mend(&self, what: What) {
-        self.controller.bench().borrow_mut().broken().mend(what);
+    pub fn mend(&self, what: FaultKind) {
+        self.controller.bench().borrow_mut().active_faults().clear(what);
     }
 
     /// The platform's own rate, rad/s.

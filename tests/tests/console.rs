@@ -101,7 +101,7 @@ fn settings_are_kept_over_a_power_cut_where_they_were_saved_and_forgotten_where_
     let ((), flash) = with_flash(&stand, flash, async |host| {
         assert_eq!(host.number("SETT:slip_rad?").await, 0.07);
         // In the middle of its life, too.
-        host.break_(hal_sim::faults::What::PowerCut, 0.2, None);
+        host.break_(hal_sim::faults::FaultKind::PowerCut, 0.2, None);
         host.wait_s(0.5).await;
         host.heard();
         assert_eq!((host.power_cuts(), host.number("SETT:slip_rad?").await), (1, 0.07));

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeSet;
 
-use hal_sim::faults::What;
+use hal_sim::faults::FaultKind;
 use hal_sim::plant::Stand;
 use stand_tests::bench::{at_the_bench, checked};
 
@@ -14,7 +14,7 @@ fn value(n: u32) -> String {
 
 #[test]
 fn no_damaged_command_is_obeyed() {
-    for (what, share) in [(What::LineFlips, 0.02), (What::LineLoses, 0.02), (What::LineInserts, 0.02)] {
+    for (what, share) in [(FaultKind::LineFlips, 0.02), (FaultKind::LineLoses, 0.02), (FaultKind::LineInserts, 0.02)] {
         at_the_bench(&Stand::default(), async |host| {
             // Who talks with checks is heard with checks only.
             host.send(checked("*IDN?").as_bytes());
@@ -28,7 +28,7 @@ fn no_damaged_command_is_obeyed() {
                     sent.insert(value);
                 }
                 host.wait_s(0.02).await;
-                host.mend(what);
+                host.clear(what);
                 // Ends what is left of a line.
                 host.send(b"\n");
                 host.wait_s(0.002).await;
@@ -77,11 +77,11 @@ fn the_byte_0x18_stops_the_platform_on_a_damaged_line() {
     at_the_bench(&Stand::default(), async |host| {
         host.tell("SOUR:RATE 10;:SOUR:MODE RATE").await;
         host.wait_s(1.0).await;
-        host.break_(What::LineFlips, f64::INFINITY, Some(0.05));
+        host.break_(FaultKind::LineFlips, f64::INFINITY, Some(0.05));
         host.send(b"SOUR:RA\x18");
         host.send(&[0x18; 3]); // one of them comes through: 5 % of damage a byte
         host.wait_s(0.01).await;
-        host.mend(What::LineFlips);
+        host.clear(FaultKind::LineFlips);
         host.send(b"\n");
         host.wait_s(0.01).await;
         host.heard();

@@ -2,7 +2,7 @@
 //! back is FAULt:CLEar when the cause is gone.
 #![allow(clippy::unwrap_used)]
 
-use hal_sim::faults::What;
+use hal_sim::faults::FaultKind;
 use hal_sim::peripherals::imu::ImuSetup;
 use hal_sim::plant::Stand;
 use rayon::prelude::*;
@@ -39,16 +39,16 @@ async fn is_latched(host: &Host<'_, '_>, fault: Fault, mend: impl FnOnce()) {
 
 #[test]
 fn each_fault_that_is_injected_is_latched_by_its_name_and_can_be_cleared_when_mended() {
-    let cases: [(What, f64, Option<f64>, Fault); 9] = [
-        (What::EncoderAOff, f64::INFINITY, None, Fault::EncoderLost),
-        (What::EncoderBOff, f64::INFINITY, None, Fault::EncoderLost),
-        (What::CounterStuck, f64::INFINITY, None, Fault::EncoderLost),
-        (What::CurrentSensorOff, f64::INFINITY, None, Fault::OverCurrent),
-        (What::SupplyDip, f64::INFINITY, Some(6.0), Fault::SupplyLow),
-        (What::SupplyDip, f64::INFINITY, Some(30.0), Fault::SupplyHigh),
-        (What::WindingHot, f64::INFINITY, Some(104.0), Fault::Temperature),
-        (What::LostTicks, 3e-4, None, Fault::Clock),
-        (What::IndexOff, f64::INFINITY, None, Fault::IndexLost),
+    let cases: [(FaultKind, f64, Option<f64>, Fault); 9] = [
+        (FaultKind::EncoderAOff, f64::INFINITY, None, Fault::EncoderLost),
+        (FaultKind::EncoderBOff, f64::INFINITY, None, Fault::EncoderLost),
+        (FaultKind::CounterStuck, f64::INFINITY, None, Fault::EncoderLost),
+        (FaultKind::CurrentSensorOff, f64::INFINITY, None, Fault::OverCurrent),
+        (FaultKind::SupplyDip, f64::INFINITY, Some(6.0), Fault::SupplyLow),
+        (FaultKind::SupplyDip, f64::INFINITY, Some(30.0), Fault::SupplyHigh),
+        (FaultKind::WindingHot, f64::INFINITY, Some(104.0), Fault::Temperature),
+        (FaultKind::LostTicks, 3e-4, None, Fault::Clock),
+        (FaultKind::IndexOff, f64::INFINITY, None, Fault::IndexLost),
     ];
     cases.par_iter().for_each(|(what, for_s, size, fault)| {
         at_the_bench(&Stand::default(), async |host| {
@@ -58,7 +58,7 @@ fn each_fault_that_is_injected_is_latched_by_its_name_and_can_be_cleared_when_me
             println!("{what:?}: {}", host.ask("FAULt?").await);
             let mend = || {
                 host.mend(*what);
-                if *what == What::WindingHot {
+                if *what == FaultKind::WindingHot {
                     // This stand's winding knows no cooling of its own.
                     host.break_(*what, 0.01, Some(25.0));
                 }
@@ -115,7 +115,7 @@ fn too_much_voltage_is_overspeed_and_a_blocked_platform_a_stall() {
 fn a_power_cut_ends_the_drive_and_it_stays_off_when_the_supply_is_back() {
     at_the_bench(&Stand::default(), async |host| {
         turn(host).await;
-        host.break_(What::PowerCut, 0.1, None);
+        host.break_(FaultKind::PowerCut, 0.1, None);
         host.wait_s(6.0).await;
         host.heard();
         assert_eq!((host.ask("OUTP?").await.as_str(), host.power_cuts()), ("0", 1));
@@ -134,11 +134,11 @@ fn a_sensor_that_falls_silent_is_latched_and_its_chip_reported_and_both_come_bac
     at_the_bench(&with_sensor(), async |host| {
         turn(host).await;
         assert!(host.ask("IMU?").await.contains("RUNNING"), "{}", host.ask("IMU?").await);
-        host.break_(What::SensorSilent, f64::INFINITY, None);
+        host.break_(FaultKind::SensorSilent, f64::INFINITY, None);
         host.wait_s(1.0).await;
         let chip = host.ask("IMU?").await;
         assert!(chip.contains("FAILED"), "no register answers: {chip}");
-        is_latched(host, Fault::SensorSilent, || host.mend(What::SensorSilent)).await;
+        is_latched(host, Fault::SensorSilent, || host.clear(FaultKind::SensorSilent)).await;
         assert!(host.ask("IMU?").await.contains("RUNNING"), "found again and set up anew");
     });
 }
@@ -147,11 +147,11 @@ fn a_sensor_that_falls_silent_is_latched_and_its_chip_reported_and_both_come_bac
 fn a_sensor_under_test_that_answers_rubbish_is_not_believed_and_counts_as_silent() {
     at_the_bench(&with_sensor(), async |host| {
         turn(host).await;
-        host.break_(What::SensorRubbish, f64::INFINITY, None);
+        host.break_(FaultKind::SensorRubbish, f64::INFINITY, None);
         host.wait_s(1.0).await;
         let chip = host.ask("IMU?").await;
         assert!(chip.contains("FAILED"), "with every second bit wrong nothing of it is believed: {chip}");
-        is_latched(host, Fault::SensorSilent, || host.mend(What::SensorRubbish)).await;
+        is_latched(host, Fault::SensorSilent, || host.clear(FaultKind::SensorRubbish)).await;
         assert!(host.ask("IMU?").await.contains("RUNNING"), "found again: {}", host.ask("IMU?").await);
     });
 }
@@ -160,7 +160,7 @@ fn a_sensor_under_test_that_answers_rubbish_is_not_believed_and_counts_as_silent
 fn a_rate_sensor_that_answers_rubbish_moves_nothing_that_the_encoder_says() {
     at_the_bench(&Stand::default(), async |host| {
         turn(host).await;
-        host.break_(What::SensorRubbish, f64::INFINITY, None);
+        host.break_(FaultKind::SensorRubbish, f64::INFINITY, None);
         host.wait_s(2.0).await;
         assert!((host.number("MEAS:RATE?").await - 10.0).abs() < 0.2, "the rate is the encoder's");
         assert!((host.true_rate_rad_s() - 10.0).abs() < 0.2, "and is held");
@@ -171,9 +171,9 @@ fn a_rate_sensor_that_answers_rubbish_moves_nothing_that_the_encoder_says() {
 fn a_rate_sensor_that_falls_silent_is_latched() {
     at_the_bench(&Stand::default(), async |host| {
         turn(host).await;
-        host.break_(What::SensorSilent, f64::INFINITY, None);
+        host.break_(FaultKind::SensorSilent, f64::INFINITY, None);
         host.wait_s(1.0).await;
-        is_latched(host, Fault::SensorSilent, || host.mend(What::SensorSilent)).await;
+        is_latched(host, Fault::SensorSilent, || host.clear(FaultKind::SensorSilent)).await;
     });
 }
 

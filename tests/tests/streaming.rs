@@ -1,7 +1,7 @@
 //! Telemetry of the whole controller: a minute of rows at 1 kHz. The hour is `cargo bench -p hal-sim --bench hour_of_telemetry`.
 #![allow(clippy::unwrap_used)]
 
-use hal_sim::faults::What;
+use hal_sim::faults::FaultKind;
 use hal_sim::plant::Stand;
 use stand_tests::bench::at_the_bench;
 use stand_tests::streaming::record;
@@ -25,7 +25,7 @@ fn a_minute_at_1_kilohertz_while_it_turns_loses_no_frame() {
 fn what_a_bad_line_damages_is_counted_and_nothing_else_is_shown() {
     at_the_bench(&Stand::default(), async |host| {
         host.wait_s(0.1).await;
-        host.break_(What::LineFlips, f64::INFINITY, Some(1e-4));
+        host.break_(FaultKind::LineFlips, f64::INFINITY, Some(1e-4));
         let is = record(host, 20, |_, _| ()).await;
         println!("{is:?}");
         // Some 60 bytes a row: one row in 170 is hit. Each is missed by its number, and its damage is seen; a hit 00 joins two frames.

@@ -8,11 +8,11 @@ pub mod linear_motor;
 mod sensor_bus;
 
 use crate::clock::{SimClock, VirtualClock};
-use crate::faults::{Broken, Decoder, Faults, What};
+use crate::faults::{ActiveFaults, Decoder, FaultKind, Faults};
 use crate::gyro::{GyroLine, GyroPort};
 use crate::peripherals::imu::{self as chip, Imu, ImuSetup};
 use crate::peripherals::{CurrentAdc, Edges, Encoder, Index, Noise, OwnEdge, RateSensor, SensorSetup, SlowChannel};
-use crate::session::StandSetup;
+use crate::setup::StandSetup;
 pub use sensor_bus::SensorBus;
 use stand_firmware::board::{
     Board, CONTROL_PER_ROW, CurrentSum, Drive, Edge, EncoderCount, GyroSample, Hardware, RateCode, RollCode, Sensed, Stamped, SupplyCode,
@@ -89,7 +89,7 @@ pub struct Bench<P> {
     gyro: Option<GyroLine>,
     truth: [Truth; 2],
     /// Active faults, and the encoder counters under them: the interrupt's and the tasks'.
-    broken: Broken,
+    broken: ActiveFaults,
     decoder: Decoder,
     /// Value of the interrupt's counter while it is stuck.
     stuck: Option<i64>,
@@ -127,7 +127,7 @@ impl<P: PlantPort> Bench<P> {
             imu: None,
             gyro: None,
             truth: [Truth::default(); 2],
-            broken: Broken::new(Faults::default()),
+            broken: ActiveFaults::new(Faults::default()),
             decoder: Decoder::at(encoder.whole(plant.theta_rad())),
             stuck: None,
             silent_since: None,
@@ -147,7 +147,7 @@ impl<P: PlantPort> Bench<P> {
 
     /// The same bench with these faults.
     pub fn breaking(self, faults: Faults) -> Self {
-        Self { broken: Broken::new(faults), ..self }
+        Self { broken: ActiveFaults::new(faults), ..self }
     }
 
     /// Power-on: the counters start at 0 at any position of the disc, without a capture.
@@ -157,7 +157,7 @@ impl<P: PlantPort> Bench<P> {
     }
 
     /// The active faults; tests inject and clear faults here, in force from the next tick.
-    pub fn broken(&mut self) -> &mut Broken {
+    pub fn active_faults(&mut self) -> &mut ActiveFaults {
         &mut self.broken
     }
 
@@ -266,15 +266,15 @@ impl<P: PlantPort> Bench<P> {
         self.acting_V = self.pending_V;
         let exact = self.encoder.exact(self.plant.theta_rad());
         let disc = self.encoder.whole(self.plant.theta_rad());
-        let shown = self.decoder.show(disc, self.broken.is(What::EncoderAOff), self.broken.is(What::EncoderBOff));
+        let shown = self.decoder.show(disc, self.broken.is_active(FaultKind::EncoderAOff), self.broken.is_active(FaultKind::EncoderBOff));
         let passed = self.own_edge.pass(exact, disc, self.tick);
-        if let Some(edge) = self.index.pass(disc, &passed).filter(|_| !self.broken.is(What::IndexOff)) {
+        if let Some(edge) = self.index.pass(disc, &passed).filter(|_| !self.broken.is_active(FaultKind::IndexOff)) {
             self.captured = [Some(counted(edge, shown - disc)); 2];
         }
-        if self.tick.is_multiple_of(RATE_SENSOR_EVERY) && !self.broken.is(What::SensorSilent) {
+        if self.tick.is_multiple_of(RATE_SENSOR_EVERY) && !self.broken.is_active(FaultKind::SensorSilent) {
             self.rate.value.sample();
             self.rate.at = self.now;
-            if self.broken.is(What::SensorRubbish) {
+            if self.broken.is_active(FaultKind::SensorRubbish) {
                 self.rate.value.rubbish();
             }
         }
@@ -304,33 +304,33 @@ impl<P: PlantPort> Bench<P> {
 
     #[cold]
     fn interrupt_comes(&mut self) -> bool {
-        if self.broken.is(What::WindingHot) {
-            self.plant.heat_winding(self.broken.size(What::WindingHot));
+        if self.broken.is_active(FaultKind::WindingHot) {
+            self.plant.heat_winding(self.broken.magnitude(FaultKind::WindingHot));
         }
-        if self.broken.is(What::PowerCut) {
+        if self.broken.is_active(FaultKind::PowerCut) {
             self.pending_V = 0.0;
         }
-        !self.broken.is(What::LostTicks) && !self.broken.is(What::PowerCut)
+        !self.broken.is_active(FaultKind::LostTicks) && !self.broken.is_active(FaultKind::PowerCut)
     }
 
     /// A fault has started or ended.
     #[cold]
     fn break_plant(&mut self) {
-        let dips = self.broken.is(What::SupplyDip);
-        self.plant.supply_gives(dips.then(|| self.broken.size(What::SupplyDip)));
-        self.stuck = self.broken.is(What::CounterStuck).then(|| self.stuck.unwrap_or_else(|| self.shown()));
-        let limits = self.broken.is(What::TorquerLimit);
-        let limit_A = limits.then(|| self.broken.size(What::TorquerLimit));
-        let unplugged = self.broken.is(What::AngleSensorOff);
+        let dips = self.broken.is_active(FaultKind::SupplyDip);
+        self.plant.supply_gives(dips.then(|| self.broken.magnitude(FaultKind::SupplyDip)));
+        self.stuck = self.broken.is_active(FaultKind::CounterStuck).then(|| self.stuck.unwrap_or_else(|| self.shown()));
+        let limits = self.broken.is_active(FaultKind::TorquerLimit);
+        let limit_A = limits.then(|| self.broken.magnitude(FaultKind::TorquerLimit));
+        let unplugged = self.broken.is_active(FaultKind::AngleSensorOff);
         if let Some(line) = &mut self.gyro {
             line.unplug(unplugged);
             line.gyro().limit(limit_A);
         }
         // With one wire disconnected edges come half as often and a stamp errs by one edge at most: not modelled.
-        let silent = self.broken.is(What::EncoderAOff) && self.broken.is(What::EncoderBOff);
+        let silent = self.broken.is_active(FaultKind::EncoderAOff) && self.broken.is_active(FaultKind::EncoderBOff);
         self.silent_since = silent.then(|| self.silent_since.unwrap_or(self.now));
         if let Some(imu) = &mut self.imu {
-            imu.chip.fail(match (self.broken.is(What::SensorSilent), self.broken.is(What::SensorRubbish)) {
+            imu.chip.fail(match (self.broken.is_active(FaultKind::SensorSilent), self.broken.is_active(FaultKind::SensorRubbish)) {
                 // The plug is disconnected: the line is pulled up.
                 (true, _) => chip::Fault::Silent(0xFF),
                 (_, true) => chip::Fault::FlippedBits(2),
@@ -341,15 +341,15 @@ impl<P: PlantPort> Bench<P> {
 
     #[cold]
     fn current_disturbance_A(&mut self) -> f64 {
-        if self.broken.is(What::CurrentSensorOff) {
+        if self.broken.is_active(FaultKind::CurrentSensorOff) {
             return f64::NEG_INFINITY;
         }
-        self.burst[0].draw() * self.broken.size(What::NoiseBurst) * SensorSetup::default().current_noise_A
+        self.burst[0].draw() * self.broken.magnitude(FaultKind::NoiseBurst) * SensorSetup::default().current_noise_A
     }
 
     #[cold]
     fn rate_disturbance_rad_s(&mut self) -> f64 {
-        self.burst[1].draw() * self.broken.size(What::NoiseBurst) * SensorSetup::default().rate_noise_rad_s
+        self.burst[1].draw() * self.broken.magnitude(FaultKind::NoiseBurst) * SensorSetup::default().rate_noise_rad_s
     }
 }
 

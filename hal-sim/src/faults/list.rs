@@ -1,6 +1,6 @@
 //! The list of faults of a stand: of bounded length, checked.
 
-use super::{Fault, What};
+use super::{Fault, FaultKind};
 use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
@@ -43,8 +43,8 @@ impl Faults {
     }
 
     /// Removes all faults of a kind.
-    pub fn remove(&mut self, what: What) {
-        for place in self.list.iter_mut().filter(|place| place.is_some_and(|fault| fault.what == what)) {
+    pub fn remove(&mut self, kind: FaultKind) {
+        for place in self.list.iter_mut().filter(|place| place.is_some_and(|fault| fault.kind == kind)) {
             *place = None;
         }
     }
@@ -60,8 +60,8 @@ impl Faults {
     }
 
     /// The first fault of a kind by time.
-    pub fn first(&self, what: What) -> Option<&Fault> {
-        self.iter().filter(|fault| fault.what == what).min_by(|a, b| a.from_s.total_cmp(&b.from_s))
+    pub fn first(&self, kind: FaultKind) -> Option<&Fault> {
+        self.iter().filter(|fault| fault.kind == kind).min_by(|a, b| a.from_s.total_cmp(&b.from_s))
     }
 
     /// The same faults relative to a power-on `by_s` later.
@@ -83,10 +83,10 @@ impl Faults {
             if fault.for_s.is_nan() || fault.for_s <= 0.0 {
                 return bad("for_s", fault.for_s, "seconds above 0");
             }
-            match (fault.size, fault.what.size()) {
+            match (fault.size, fault.kind.magnitude()) {
                 (Some(size), None) => return bad("size", size, "left out: this fault has no size"),
-                (Some(value), Some(size)) if !(size.range.0..=size.range.1).contains(&value) => {
-                    return bad("size", value, &format!("{}, from {} to {}", size.says, size.range.0, size.range.1));
+                (Some(value), Some(magnitude)) if !(magnitude.range.0..=magnitude.range.1).contains(&value) => {
+                    return bad("size", value, &format!("{}, from {} to {}", magnitude.meaning, magnitude.range.0, magnitude.range.1));
                 }
                 _ => {}
             }
@@ -144,16 +144,17 @@ mod tests {
     fn a_file_names_what_is_broken_and_when() {
         let faults =
             read("[[faults]]\nwhat = \"supply-dip\"\nfrom_s = 2\nfor_s = 0.5\nsize = 7\n[[faults]]\nwhat = \"index-off\"\n").unwrap();
-        let expected = [Fault::new(What::SupplyDip, 2.0, 0.5).of_size(7.0), Fault::new(What::IndexOff, 0.0, f64::INFINITY)];
+        let expected =
+            [Fault::new(FaultKind::SupplyDip, 2.0, 0.5).with_magnitude(7.0), Fault::new(FaultKind::IndexOff, 0.0, f64::INFINITY)];
         assert!(faults.iter().eq(&expected));
-        assert_eq!(faults.first(What::IndexOff).map(Fault::size), Some(0.0));
+        assert_eq!(faults.first(FaultKind::IndexOff).map(Fault::magnitude), Some(0.0));
     }
 
     #[test]
     fn each_kind_has_a_name_of_its_own_that_reads_back() {
-        for what in What::ALL {
-            let text = toml::to_string(&Fault::new(what, 1.0, 2.0)).unwrap();
-            assert_eq!(read(&format!("[[faults]]\n{text}")).unwrap().iter().next().unwrap().what, what);
+        for kind in FaultKind::ALL {
+            let text = toml::to_string(&Fault::new(kind, 1.0, 2.0)).unwrap();
+            assert_eq!(read(&format!("[[faults]]\n{text}")).unwrap().iter().next().unwrap().kind, kind);
         }
     }
 

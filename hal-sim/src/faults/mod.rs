@@ -13,15 +13,15 @@
 //! Output: at each tick, the active faults ([`ActiveFaults`]), which the bench queries; `encoder` simulates a quadrature counter with
 //! disconnected wires. A list holds [`MOST_FAULTS`]; nothing is allocated while the stand runs.
 
-mod broken;
+mod active;
 mod encoder;
+mod kind;
 mod list;
-mod what;
 
-pub use broken::Broken;
+pub use active::ActiveFaults;
 pub use encoder::Decoder;
+pub use kind::{FaultKind, Magnitude};
 pub use list::{FaultError, Faults, MOST_FAULTS};
-pub use what::{Size, What};
 
 use serde::{Deserialize, Serialize};
 
@@ -30,7 +30,7 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct Fault {
     /// The kind.
-    pub what: What,
+    pub kind: FaultKind,
     /// Start, s.
     #[serde(default)]
     pub from_s: f64,
@@ -52,18 +52,18 @@ fn is_for_ever(for_s: &f64) -> bool {
 
 impl Fault {
     /// A fault from `from_s` on for `for_s` seconds, with the default magnitude.
-    pub fn new(what: What, from_s: f64, for_s: f64) -> Self {
-        Self { what, from_s, for_s, size: None }
+    pub fn new(kind: FaultKind, from_s: f64, for_s: f64) -> Self {
+        Self { kind, from_s, for_s, size: None }
     }
 
     /// With another magnitude.
-    pub fn of_size(self, size: f64) -> Self {
+    pub fn with_magnitude(self, size: f64) -> Self {
         Self { size: Some(size), ..self }
     }
 
     /// The magnitude, or the default; 0 where the kind has none.
-    pub fn size(&self) -> f64 {
-        self.size.or(self.what.size().map(|size| size.usual)).unwrap_or(0.0)
+    pub fn magnitude(&self) -> f64 {
+        self.size.or(self.kind.magnitude().map(|m| m.default)).unwrap_or(0.0)
     }
 
     /// End, s; computed in one place, so that rounding is the same everywhere.

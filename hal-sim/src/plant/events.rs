@@ -1,12 +1,10 @@
 //! One integration step: fourth-order Runge-Kutta, with located times of contact changes.
 
 use super::Plant;
-use super::motion::{CURRENT, FULL, MOTOR, OMEGA, TWIST, Way, past_gap};
+use super::motion::{CURRENT, FULL, MIN_BRISTLE_TIME_S, MOTOR, OMEGA, TWIST, Way, past_gap};
 
 /// Longest step as a fraction of the fastest time constant.
 pub(super) const STEP_OF_FASTEST: f64 = 0.5;
-/// Time constant below which a bristle is not resolved, s: no sensor shows it.
-pub(super) const QUICKEST_BRISTLE_S: f64 = 5e-6;
 /// Shortest flank contact that is resolved, s.
 pub(super) const TOUCH_S: f64 = 2e-5;
 /// Largest number of steps per tick.
@@ -182,7 +180,7 @@ impl Plant {
             // Time constant of the bristle: its breakaway angle over the rate. Coulomb torques below 10 µN m are not resolved.
             let (total, _) = self.at(&self.state, self.rubs(&self.state), 0.0, self.t_s);
             let constant_s = total.coulomb_torque.max(1e-5) / stiffness / self.state[OMEGA].abs().max(1e-3);
-            fastest_s = fastest_s.min(constant_s.max(QUICKEST_BRISTLE_S)).min((self.inertia / stiffness).sqrt());
+            fastest_s = fastest_s.min(constant_s.max(MIN_BRISTLE_TIME_S)).min((self.inertia / stiffness).sqrt());
         }
         (dt_s / (STEP_OF_FASTEST * fastest_s)).ceil().clamp(1.0, MOST_STEPS)
     }

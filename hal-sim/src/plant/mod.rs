@@ -8,6 +8,7 @@
 //! Input: the commanded voltage, tick by tick. Output: [`PlantPort`], the readings of the sensor elements. [`crate::peripherals`] adds noise,
 //! quantisation and filters.
 
+mod error;
 mod events;
 mod motion;
 pub mod outsiders;
@@ -16,11 +17,12 @@ pub mod stand;
 
 use crate::board::PlantPort;
 use drive_model::{Structure, T0_C, Thermal};
+pub use error::StandError;
 use motion::{BRISTLE, CHARGE, CURRENT, FULL, MOTOR, OMEGA, PLAIN, State, THETA, TWIST, past_gap};
 use outsiders::Outsiders;
 use outsiders::grinding_bearing::Grinding;
 use sensing::{Placed, Sensing};
-pub use stand::{Stand, StandError};
+pub use stand::Stand;
 
 /// A drive with its effects.
 pub struct Plant {

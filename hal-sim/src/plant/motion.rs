@@ -1,8 +1,10 @@
 //! Dynamics of a state: laws, current, torque, time derivative, and the contact state of friction, brushes, clutch and gap.
 
 use super::Plant;
-use super::events::QUICKEST_BRISTLE_S;
 use drive_model::{Contributions, Point, T0_C};
+
+/// Time constant below which a bristle is not resolved, s: no sensor shows it.
+pub(super) const MIN_BRISTLE_TIME_S: f64 = 5e-6;
 
 /// State: rate, current, angle, charge since the last tick; with shaft, clutch or bristle also motor rate, twist, bristle deflection.
 pub(super) type State = [f64; FULL];
@@ -173,7 +175,7 @@ impl Plant {
         }
         if let (Some(stiffness), true) = (bristle, total.coulomb_torque > 0.0) {
             let settled = total.coulomb_torque / stiffness * s[motor].signum();
-            d[BRISTLE] = (settled - s[BRISTLE]) * (s[motor].abs() * stiffness / total.coulomb_torque).min(1.0 / QUICKEST_BRISTLE_S);
+            d[BRISTLE] = (settled - s[BRISTLE]) * (s[motor].abs() * stiffness / total.coulomb_torque).min(1.0 / MIN_BRISTLE_TIME_S);
         }
         d
     }

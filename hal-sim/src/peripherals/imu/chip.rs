@@ -3,7 +3,7 @@
 use super::fifo::{ACCEL, Fifo, RATE, STAMP};
 use super::ramp::{Ends, Ramp};
 use super::registers::address::*;
-use super::registers::{FASTEST_HZ, ID, Registers};
+use super::registers::{FASTEST_HZ, G_M_S2, ID, Registers};
 use crate::peripherals::{Noise, nearest};
 use stand_firmware::board::CONTROL_HZ;
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -12,7 +12,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 const STAMP_S: f64 = 25e-6;
 /// Response to a self-test, the middle of the data sheet limits (DS13012, tables 3 and 4): 400 °/s on each axis, and 400 mg. The
 /// gyroscope's value holds for ± 2000 °/s; the narrow ranges have other limits, which are not modelled.
-const TEST: [f64; 2] = [400.0 / 180.0 * std::f64::consts::PI, 0.4 * super::mounting::G_M_S2];
+const TEST: [f64; 2] = [400.0 / 180.0 * std::f64::consts::PI, 0.4 * G_M_S2];
 
 /// A fault of the chip or its bus.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

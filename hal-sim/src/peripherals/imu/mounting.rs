@@ -2,13 +2,11 @@
 
 use super::chip::Chip;
 use super::element::{Element, GyroElement};
+use super::registers::G_M_S2;
 use crate::peripherals::Noise;
 use serde::{Deserialize, Serialize};
 use stand_firmware::board::CONTROL_HZ;
 use stand_firmware::config::{ConfigError, within};
-
-/// Standard gravity, m/s².
-pub(super) const G_M_S2: f64 = 9.806_65;
 
 /// Ambient temperature of the chip, °C: it is on the platform, far from the winding.
 const ROOM_C: f64 = 25.0;

@@ -1,5 +1,8 @@
 //! The registers of the chip: addresses, values after power-on, writable bits (DS13012 §9).
 
+/// Standard gravity, m/s².
+pub(super) const G_M_S2: f64 = 9.806_65;
+
 /// Registers by their address.
 pub(super) mod address {
     pub const FIFO_CTRL3: u8 = 0x09;
@@ -98,7 +101,7 @@ impl Registers {
             (.., range) => 8.75 * f64::from(1_u32 << range),
         };
         let mg = [0.061, 0.488, 0.122, 0.244][usize::from(self.at(CTRL1_XL) >> 2 & 3)];
-        [(mdps * 1e-3_f64).to_radians(), mg * 1e-3 * super::mounting::G_M_S2]
+        [(mdps * 1e-3_f64).to_radians(), mg * 1e-3 * G_M_S2]
     }
 
     /// Cutoffs of gyroscope and accelerometer, Hz: table 60 and table 65; without the low-pass half of the output rate.

@@ -1,11 +1,11 @@
 //! The active faults: queried at each tick, updated only when one starts or ends.
 
-use super::{Fault, Faults, What};
+use super::{Fault, FaultKind, Faults};
 use stand_firmware::board::CONTROL_HZ;
 
 /// The active faults.
 #[derive(Clone, Copy, Debug)]
-pub struct Broken {
+pub struct ActiveFaults {
     faults: Faults,
     /// The active kinds, one bit each.
     now: u32,
@@ -14,7 +14,7 @@ pub struct Broken {
     tick: u64,
 }
 
-impl Broken {
+impl ActiveFaults {
     /// The faults of this list, from tick 0.
     pub fn new(faults: Faults) -> Self {
         Self { faults, now: 0, changes_at: 0, tick: 0 }
@@ -29,8 +29,8 @@ impl Broken {
 
     /// Whether a fault of this kind is active.
     #[inline]
-    pub fn is(&self, what: What) -> bool {
-        self.now & what.bit() != 0
+    pub fn is_active(&self, kind: FaultKind) -> bool {
+        self.now & kind.bit() != 0
     }
 
     /// Whether any fault is active.
@@ -40,21 +40,21 @@ impl Broken {
     }
 
     /// Magnitude of the active fault of this kind; 0 where there is none.
-    pub fn size(&self, what: What) -> f64 {
+    pub fn magnitude(&self, kind: FaultKind) -> f64 {
         let at_s = self.at_s();
-        self.faults.iter().filter(|fault| fault.what == what && fault.is_at(at_s)).map(Fault::size).next_back().unwrap_or(0.0)
+        self.faults.iter().filter(|fault| fault.kind == kind && fault.is_at(at_s)).map(Fault::magnitude).next_back().unwrap_or(0.0)
     }
 
     /// Adds a fault that starts now. `None` where the list is full.
-    pub fn inject(&mut self, what: What, for_s: f64, size: Option<f64>) -> Option<()> {
+    pub fn inject(&mut self, kind: FaultKind, for_s: f64, size: Option<f64>) -> Option<()> {
         self.changes_at = 0;
-        self.faults.push(Fault { what, from_s: self.at_s(), for_s, size })
+        self.faults.push(Fault { kind, from_s: self.at_s(), for_s, size })
     }
 
     /// Removes all faults of a kind.
-    pub fn mend(&mut self, what: What) {
+    pub fn clear(&mut self, kind: FaultKind) {
         self.changes_at = 0;
-        self.faults.remove(what);
+        self.faults.remove(kind);
     }
 
     /// The list.
@@ -71,7 +71,7 @@ impl Broken {
     fn look(&mut self) -> bool {
         let at_s = self.at_s();
         let before = self.now;
-        self.now = self.faults.iter().filter(|fault| fault.is_at(at_s)).fold(0, |set, fault| set | fault.what.bit());
+        self.now = self.faults.iter().filter(|fault| fault.is_at(at_s)).fold(0, |set, fault| set | fault.kind.bit());
         let changes = self.faults.iter().flat_map(|fault| [fault.from_s, fault.until_s()]);
         let next_s = changes.filter(|change| *change > at_s).fold(f64::INFINITY, f64::min);
         // The cast saturates: never.
@@ -86,15 +86,15 @@ mod tests {
 
     #[test]
     fn each_is_broken_from_its_tick_to_its_tick() {
-        let faults = [Fault::new(What::LostTicks, 0.01, 1e-4), Fault::new(What::SupplyDip, 0.005, 0.02).of_size(3.0)];
-        let mut broken = Broken::new(Faults::of(faults).unwrap());
+        let faults = [Fault::new(FaultKind::LostTicks, 0.01, 1e-4), Fault::new(FaultKind::SupplyDip, 0.005, 0.02).with_magnitude(3.0)];
+        let mut broken = ActiveFaults::new(Faults::of(faults).unwrap());
         let mut lost = Vec::new();
         let mut dips = Vec::new();
         for n in 0..1000 {
             broken.begin(n);
-            lost.extend(broken.is(What::LostTicks).then_some(n));
-            dips.extend(broken.is(What::SupplyDip).then_some(n));
-            assert_eq!(broken.size(What::SupplyDip), if broken.is(What::SupplyDip) { 3.0 } else { 0.0 });
+            lost.extend(broken.is_active(FaultKind::LostTicks).then_some(n));
+            dips.extend(broken.is_active(FaultKind::SupplyDip).then_some(n));
+            assert_eq!(broken.magnitude(FaultKind::SupplyDip), if broken.is_active(FaultKind::SupplyDip) { 3.0 } else { 0.0 });
         }
         assert_eq!(lost, [100]);
         assert_eq!(dips, (50..250).collect::<Vec<_>>());
@@ -102,32 +102,32 @@ mod tests {
 
     #[test]
     fn what_is_broken_for_three_ticks_is_whole_again_whenever_it_began() {
-        let mut broken = Broken::new(Faults::default());
+        let mut broken = ActiveFaults::new(Faults::default());
         for begin in (0..200_000).step_by(97) {
             broken.begin(begin);
-            broken.inject(What::LostTicks, 3e-4, None).unwrap();
+            broken.inject(FaultKind::LostTicks, 3e-4, None).unwrap();
             let lost = (begin + 1..begin + 10).filter(|n| {
                 broken.begin(*n);
-                broken.is(What::LostTicks)
+                broken.is_active(FaultKind::LostTicks)
             });
             let lost = lost.count();
             // The active tick is the first of three; a fourth by rounding.
             assert!((2..=3).contains(&lost), "{lost} ticks from {begin} on");
             assert!(!broken.any(), "still broken, from {begin} on");
-            broken.mend(What::LostTicks);
+            broken.clear(FaultKind::LostTicks);
         }
     }
 
     #[test]
     fn a_test_breaks_and_mends_at_will() {
-        let mut broken = Broken::new(Faults::default());
+        let mut broken = ActiveFaults::new(Faults::default());
         broken.begin(0);
         broken.begin(77);
         assert!(!broken.any());
-        broken.inject(What::IndexOff, f64::INFINITY, None).unwrap();
-        assert!(broken.begin(78) && broken.is(What::IndexOff));
-        assert!(!broken.begin(1_000_000) && broken.is(What::IndexOff));
-        broken.mend(What::IndexOff);
+        broken.inject(FaultKind::IndexOff, f64::INFINITY, None).unwrap();
+        assert!(broken.begin(78) && broken.is_active(FaultKind::IndexOff));
+        assert!(!broken.begin(1_000_000) && broken.is_active(FaultKind::IndexOff));
+        broken.clear(FaultKind::IndexOff);
         assert!(broken.begin(1_000_001) && !broken.any());
     }
 }

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[repr(u8)]
-pub enum What {
+pub enum FaultKind {
     /// Encoder wire A is disconnected; its input is pulled up.
     EncoderAOff,
     /// Encoder wire B is disconnected; its input is pulled up.
@@ -49,37 +49,37 @@ pub enum What {
 
 /// Magnitude of a kind of fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Size {
+pub struct Magnitude {
     /// Meaning of the number, with its unit.
-    pub says: &'static str,
+    pub meaning: &'static str,
     /// Default.
-    pub usual: f64,
+    pub default: f64,
     /// Smallest and largest value.
     pub range: (f64, f64),
 }
 
-impl What {
+impl FaultKind {
     /// All kinds.
-    pub const ALL: [What; 19] = [
-        What::EncoderAOff,
-        What::EncoderBOff,
-        What::IndexOff,
-        What::CurrentSensorOff,
-        What::CounterStuck,
-        What::SupplyDip,
-        What::NoiseBurst,
-        What::WindingHot,
-        What::SensorSilent,
-        What::SensorRubbish,
-        What::LostTicks,
-        What::PowerCut,
-        What::LineFlips,
-        What::LineLoses,
-        What::LineInserts,
-        What::LineOff,
-        What::LineBreak,
-        What::AngleSensorOff,
-        What::TorquerLimit,
+    pub const ALL: [FaultKind; 19] = [
+        FaultKind::EncoderAOff,
+        FaultKind::EncoderBOff,
+        FaultKind::IndexOff,
+        FaultKind::CurrentSensorOff,
+        FaultKind::CounterStuck,
+        FaultKind::SupplyDip,
+        FaultKind::NoiseBurst,
+        FaultKind::WindingHot,
+        FaultKind::SensorSilent,
+        FaultKind::SensorRubbish,
+        FaultKind::LostTicks,
+        FaultKind::PowerCut,
+        FaultKind::LineFlips,
+        FaultKind::LineLoses,
+        FaultKind::LineInserts,
+        FaultKind::LineOff,
+        FaultKind::LineBreak,
+        FaultKind::AngleSensorOff,
+        FaultKind::TorquerLimit,
     ];
 
     /// Its bit in a set.
@@ -88,24 +88,24 @@ impl What {
     }
 
     /// Whether the kind concerns the serial line, which only the whole controller has.
-    pub fn is_of_the_line(self) -> bool {
-        matches!(self, What::LineFlips | What::LineLoses | What::LineInserts | What::LineOff | What::LineBreak)
+    pub fn affects_serial_line(self) -> bool {
+        matches!(self, FaultKind::LineFlips | FaultKind::LineLoses | FaultKind::LineInserts | FaultKind::LineOff | FaultKind::LineBreak)
     }
 
     /// Whether the kind concerns the gyroscope, which not every stand has.
-    pub fn is_of_the_gyro(self) -> bool {
-        matches!(self, What::AngleSensorOff | What::TorquerLimit)
+    pub fn affects_gyroscope(self) -> bool {
+        matches!(self, FaultKind::AngleSensorOff | FaultKind::TorquerLimit)
     }
 
     /// The magnitude; `None` where the kind has none.
-    pub fn size(self) -> Option<Size> {
-        let size = |says, usual, range| Some(Size { says, usual, range });
+    pub fn magnitude(self) -> Option<Magnitude> {
+        let magnitude = |meaning, default, range| Some(Magnitude { meaning, default, range });
         match self {
-            What::SupplyDip => size("the supply that is left, V", 6.0, (0.0, 1e3)),
-            What::NoiseBurst => size("multiples of the usual noise", 30.0, (0.0, 1e4)),
-            What::WindingHot => size("the winding's temperature, °C", 160.0, (-100.0, 1e3)),
-            What::TorquerLimit => size("the current that is left, A", 0.02, (0.0, 10.0)),
-            What::LineFlips | What::LineLoses | What::LineInserts => size("share of the bytes", 0.01, (0.0, 1.0)),
+            FaultKind::SupplyDip => magnitude("the supply that is left, V", 6.0, (0.0, 1e3)),
+            FaultKind::NoiseBurst => magnitude("multiples of the usual noise", 30.0, (0.0, 1e4)),
+            FaultKind::WindingHot => magnitude("the winding's temperature, °C", 160.0, (-100.0, 1e3)),
+            FaultKind::TorquerLimit => magnitude("the current that is left, A", 0.02, (0.0, 10.0)),
+            FaultKind::LineFlips | FaultKind::LineLoses | FaultKind::LineInserts => magnitude("share of the bytes", 0.01, (0.0, 1.0)),
             _ => None,
         }
     }

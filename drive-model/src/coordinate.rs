@@ -1,0 +1,35 @@
+//! The coordinates of a residual.
+
+/// A coordinate over which a residual is analysed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Coordinate {
+    /// Angle within the turn.
+    Theta,
+    /// Rate.
+    Omega,
+    /// Current.
+    Current,
+    /// Winding temperature.
+    Temperature,
+    /// Time since the start.
+    Time,
+    /// Angular acceleration.
+    Acceleration,
+    /// The preceding motion: reversals.
+    History,
+}
+
+impl Coordinate {
+    /// Name in the answers.
+    pub fn name(self) -> &'static str {
+        match self {
+            Coordinate::Theta => "theta",
+            Coordinate::Omega => "omega",
+            Coordinate::Current => "current",
+            Coordinate::Temperature => "temperature",
+            Coordinate::Time => "time",
+            Coordinate::Acceleration => "acceleration",
+            Coordinate::History => "history",
+        }
+    }
+}
