@@ -86,7 +86,7 @@ impl<T: TickIo> TickIo for Watched<'_, T> {
     }
 }
 
-fn active_faults(what: FaultKind, from_s: f64, for_s: f64) -> Stand {
+fn with_fault(what: FaultKind, from_s: f64, for_s: f64) -> Stand {
     Stand { faults: Faults::of([Break::new(what, from_s, for_s)]).unwrap(), ..Stand::default() }
 }
 
@@ -108,12 +108,12 @@ fn each_fault_switches_the_drive_off_in_time_with_its_reason_and_its_record() {
     // What breaks at 1 s is seen within so many seconds. Without an encoder the loop pushes at its current limit, and a fifth of R·i may be
     // the resistance's: so it takes until the platform turns at twice its rate and more.
     let cases: [(&str, Stand, Ask, Fault, f64, f64); 9] = [
-        ("counter stuck", broken(FaultKind::CounterStuck, 1.0, 5.0), RATE, Fault::EncoderLost, 1.0, 0.25),
-        ("channel A off", broken(FaultKind::EncoderAOff, 1.0, 5.0), RATE, Fault::EncoderLost, 1.0, 0.25),
-        ("channel B off", broken(FaultKind::EncoderBOff, 1.0, 5.0), RATE, Fault::EncoderLost, 1.0, 0.25),
-        ("supply dip", broken(FaultKind::SupplyDip, 1.0, 5.0), RATE, Fault::SupplyLow, 1.0, 0.01),
-        ("ticks lost", broken(FaultKind::LostTicks, 1.0, 0.0005), RATE, Fault::Clock, 1.0, 0.002),
-        ("current sensor off", broken(FaultKind::CurrentSensorOff, 1.0, 5.0), RATE, Fault::OverCurrent, 1.0, 0.002),
+        ("counter stuck", with_fault(FaultKind::CounterStuck, 1.0, 5.0), RATE, Fault::EncoderLost, 1.0, 0.25),
+        ("channel A off", with_fault(FaultKind::EncoderAOff, 1.0, 5.0), RATE, Fault::EncoderLost, 1.0, 0.25),
+        ("channel B off", with_fault(FaultKind::EncoderBOff, 1.0, 5.0), RATE, Fault::EncoderLost, 1.0, 0.25),
+        ("supply dip", with_fault(FaultKind::SupplyDip, 1.0, 5.0), RATE, Fault::SupplyLow, 1.0, 0.01),
+        ("ticks lost", with_fault(FaultKind::LostTicks, 1.0, 0.0005), RATE, Fault::Clock, 1.0, 0.002),
+        ("current sensor off", with_fault(FaultKind::CurrentSensorOff, 1.0, 5.0), RATE, Fault::OverCurrent, 1.0, 0.002),
         ("too much voltage", Stand::default(), voltage, Fault::Overspeed, 0.3, 0.3),
         ("blocked", rubbing(0.1), FAST, Fault::Stall, 0.5, 0.2),
         ("too weak to follow", weak, FAST, Fault::Tracking, 1.0, 1.0),
@@ -249,7 +249,7 @@ fn a_motor_at_rest_behind_its_brushes_has_not_lost_its_encoder_and_a_running_one
     let (fault, at_s) = play(&stand, 0.0, 2.5, &Memory::new(), slow, quiet).first().unwrap();
     assert!(fault == Fault::EncoderLost && at_s < 1.1, "{fault:?} at {at_s} s");
     // And one that is off from the beginning: later, since it could be the brushes.
-    let off = broken(FaultKind::CounterStuck, 0.0, 9.0);
+    let off = with_fault(FaultKind::CounterStuck, 0.0, 9.0);
     let (fault, at_s) = play(&off, 0.0, 2.5, &Memory::new(), RATE, quiet).first().unwrap();
     assert!(fault == Fault::EncoderLost && at_s < 0.6, "{fault:?} at {at_s} s");
 }
