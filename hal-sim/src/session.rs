@@ -9,7 +9,7 @@ use crate::clock::{self, SimClock, Stuck, VirtualClock};
 use crate::faults::FaultKind;
 pub use crate::setup::StandSetup;
 use embassy_futures::select::select;
-use stand_firmware::board::{Board, Clock, Hardware, ROW_HZ, TICKS_PER_ROW};
+use stand_firmware::board::{Board, Clock, ROW_HZ, TICKS_PER_ROW};
 use stand_firmware::calibration::{self, CalibrationError, CalibrationProgress, CalibrationResult, Map};
 use stand_firmware::config::ConfigError;
 use stand_firmware::measurement_loop::{MeasurementLoop, Pace, Row, RowSink};

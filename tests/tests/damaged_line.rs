@@ -28,7 +28,7 @@ fn no_damaged_command_is_obeyed() {
                     sent.insert(value);
                 }
                 host.wait_s(0.02).await;
-                host.clear(what);
+                host.mend(what);
                 // Ends what is left of a line.
                 host.send(b"\n");
                 host.wait_s(0.002).await;
@@ -81,7 +81,7 @@ fn the_byte_0x18_stops_the_platform_on_a_damaged_line() {
         host.send(b"SOUR:RA\x18");
         host.send(&[0x18; 3]); // one of them comes through: 5 % of damage a byte
         host.wait_s(0.01).await;
-        host.clear(FaultKind::LineFlips);
+        host.mend(FaultKind::LineFlips);
         host.send(b"\n");
         host.wait_s(0.01).await;
         host.heard();

@@ -138,7 +138,7 @@ fn a_sensor_that_falls_silent_is_latched_and_its_chip_reported_and_both_come_bac
         host.wait_s(1.0).await;
         let chip = host.ask("IMU?").await;
         assert!(chip.contains("FAILED"), "no register answers: {chip}");
-        is_latched(host, Fault::SensorSilent, || host.clear(FaultKind::SensorSilent)).await;
+        is_latched(host, Fault::SensorSilent, || host.mend(FaultKind::SensorSilent)).await;
         assert!(host.ask("IMU?").await.contains("RUNNING"), "found again and set up anew");
     });
 }
@@ -151,7 +151,7 @@ fn a_sensor_under_test_that_answers_rubbish_is_not_believed_and_counts_as_silent
         host.wait_s(1.0).await;
         let chip = host.ask("IMU?").await;
         assert!(chip.contains("FAILED"), "with every second bit wrong nothing of it is believed: {chip}");
-        is_latched(host, Fault::SensorSilent, || host.clear(FaultKind::SensorRubbish)).await;
+        is_latched(host, Fault::SensorSilent, || host.mend(FaultKind::SensorRubbish)).await;
         assert!(host.ask("IMU?").await.contains("RUNNING"), "found again: {}", host.ask("IMU?").await);
     });
 }
@@ -173,7 +173,7 @@ fn a_rate_sensor_that_falls_silent_is_latched() {
         turn(host).await;
         host.break_(FaultKind::SensorSilent, f64::INFINITY, None);
         host.wait_s(1.0).await;
-        is_latched(host, Fault::SensorSilent, || host.clear(FaultKind::SensorSilent)).await;
+        is_latched(host, Fault::SensorSilent, || host.mend(FaultKind::SensorSilent)).await;
     });
 }
 
