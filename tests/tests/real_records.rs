@@ -1,7 +1,6 @@
 //! Real records (`../shared/data`) held against what their authors published of them.
 #![allow(clippy::unwrap_used)]
 
-
 use host_tools::identify::fit::equation_error::{self, EquationErrorFit, Settings};
 use host_tools::identify::fit::{FitResult, prepare};
 use host_tools::identify::residual;
