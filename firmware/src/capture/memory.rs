@@ -1,6 +1,6 @@
 //! Memory of a capture, shared between interrupt and tasks.
 
-use super::{Recorder, Sample};
+use super::Sample;
 use crate::board::{CurrentCode, EncoderCount};
 use crate::status::Fault;
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -48,11 +48,6 @@ impl Memory {
             fault: AtomicU32::new(0),
             tick: AtomicU32::new(0),
         }
-    }
-
-    /// The interrupt's recorder, with `before` samples before the trigger; one per memory.
-    pub fn recorder(&self, before: usize) -> Recorder<'_> {
-        Recorder::new(self, clamped(before))
     }
 
     /// Restarts the recording, with `before` samples before the trigger (at most all but two). Deletes the last recording.
@@ -115,7 +110,7 @@ impl Memory {
 }
 
 /// At least one sample follows the trigger.
-fn clamped(before: usize) -> u32 {
+pub(super) fn clamped(before: usize) -> u32 {
     before.min(SAMPLES - 2) as u32
 }
 

@@ -1,5 +1,6 @@
 //! Recorder: the interrupt's end of a capture.
 
+use super::memory::clamped;
 use super::{Memory, SAMPLES, Sample};
 use crate::status::Fault;
 
@@ -19,6 +20,13 @@ pub struct Recorder<'a> {
     /// The latched fault at the last update.
     latched: Fault,
     frozen: bool,
+}
+
+impl Memory {
+    /// The interrupt's end: it keeps `before` samples of what comes before a trigger.
+    pub fn recorder(&self, before: usize) -> Recorder<'_> {
+        Recorder::new(self, clamped(before))
+    }
 }
 
 impl<'a> Recorder<'a> {

@@ -5,7 +5,7 @@
 //! tick, and the winding delays the current by L/R. Harmonics need the index; they fade in over 0.1 s, so that the voltage does not jump.
 //! Without an index for more than a turn (a broken wire) they fade out, and a status says so.
 
-use super::settings::TickUnits;
+use super::units::TickUnits;
 use crate::board::{CONTROL_HZ, Hardware};
 use crate::compensation::{Compensation, Harmonic, MAX_HARMONICS};
 use core::f32::consts::PI;

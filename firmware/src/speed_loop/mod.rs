@@ -26,6 +26,7 @@ mod segment;
 mod settings;
 #[cfg(test)]
 mod tests;
+mod units;
 
 pub use crate::status::{Fault, Limits};
 pub use feed_forward::{Compensating, CompensationGains};

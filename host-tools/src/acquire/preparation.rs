@@ -5,9 +5,10 @@ use stand_firmware::telemetry::RowFrame;
 use super::connection::{ConnectionError, StandConnection};
 use super::link::LinkError;
 use super::record::shows_index;
-use super::recording::ARM_WATCHDOG;
 use crate::log::{Note, Notes, RateSource, VoltageSource};
 
+/// Command that arms the host watchdog: the stand switches its drive off if it receives nothing for 5 s.
+pub const ARM_WATCHDOG: &str = "HOST:ARM 5 S";
 /// Rate below which the platform counts as at rest, rad/s.
 const REST_RATE_RAD_S: f64 = 0.01;
 /// Interval between measurements of the angle, s.

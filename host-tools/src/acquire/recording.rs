@@ -11,11 +11,9 @@ use stand_firmware::telemetry::{Channels, RowFrame};
 
 use super::connection::{ConnectionError, StandConnection};
 use super::link::LinkError;
-use super::preparation::{is_rejected, latched_fault};
+use super::preparation::{ARM_WATCHDOG, is_rejected, latched_fault};
 use super::record::{Recorder, RowOutcome};
 
-/// Command that arms the host watchdog: the stand switches its drive off if it receives nothing for 5 s.
-pub const ARM_WATCHDOG: &str = "HOST:ARM 5 S";
 /// Interval between reads of the stream, s.
 const READ_INTERVAL_S: f64 = 0.1;
 /// Interval between flushes of the log, which is also the interval of [`ARM_WATCHDOG`], s.

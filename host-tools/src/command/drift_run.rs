@@ -8,7 +8,7 @@ use embassy_futures::block_on;
 use hal_sim::gyro::Place;
 use indicatif::ProgressBar;
 
-use super::drift::{Uncertainties, write_report};
+use super::drift_output::{Uncertainties, write_report};
 use super::error::CliError;
 use super::output::{ReportOutput, check_writable, spinner};
 use super::stand_file::read_gyroscope;

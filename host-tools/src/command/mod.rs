@@ -12,6 +12,7 @@ mod compensate;
 mod console;
 mod demonstration;
 mod drift;
+mod drift_output;
 mod drift_run;
 mod effects;
 mod error;

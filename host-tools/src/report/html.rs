@@ -14,6 +14,7 @@
 //! assert!(page.finish().ends_with("</html>\n"));
 //! ```
 
+use super::escape::escaped;
 use super::plot::svg::Drawing;
 
 const STYLE: &str = include_str!("html.css");
@@ -279,23 +280,6 @@ impl Page {
         self.text.push_str("</main>\n</body>\n</html>\n");
         self.text
     }
-}
-
-/// Text as markup. Characters that XML cannot contain become a blank.
-pub fn escaped(text: &str) -> String {
-    let mut markup = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => markup.push_str("&amp;"),
-            '<' => markup.push_str("&lt;"),
-            '>' => markup.push_str("&gt;"),
-            '"' => markup.push_str("&quot;"),
-            '\t' | '\n' => markup.push(c),
-            c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => markup.push(' '),
-            c => markup.push(c),
-        }
-    }
-    markup
 }
 
 #[cfg(test)]

@@ -14,6 +14,7 @@ pub mod demonstration;
 pub mod drift;
 pub mod effects;
 pub mod equation_error;
+mod escape;
 pub mod explanation;
 pub mod html;
 pub mod json;

@@ -3,7 +3,7 @@
 //! J Ω′ = K i − b Ω − c sign Ω, integrated so that no signal is differentiated (docs/theory.md §4): Ω(t) = Ω₀ + (K/J)∫i − (b/J)∫Ω − (c/J) t. A bridge that
 //! shorts the motor brakes with i = −K Ω/R; an open bridge gives i = 0.
 
-use super::model::Drive;
+use super::fitted_drive::Drive;
 use super::reading_contributions;
 use crate::calibrate::session::Session;
 use crate::calibrate::{AbsenceReason, Basis, Findings, Meaning, Step};

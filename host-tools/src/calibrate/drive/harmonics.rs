@@ -2,7 +2,7 @@
 //!
 //! T_n = J Ω′ − K i for harmonic order n (periods per turn). At a nearly constant rate Ω′ = −(n Ω)² Θ_n, where Θ_n is the ripple of the angle.
 
-use super::model::Drive;
+use super::fitted_drive::Drive;
 use super::reading_contributions;
 use crate::calibrate::session::Session;
 use crate::calibrate::{AbsenceReason, Basis, Curve, CurveKind, Findings, Meaning, Remark, Step};

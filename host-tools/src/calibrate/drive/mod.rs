@@ -6,6 +6,7 @@
 
 mod coast;
 mod curves;
+mod fitted_drive;
 mod harmonics;
 mod model;
 mod sweep;

@@ -1,5 +1,6 @@
 //! Parameters of the drive model by output error from the step with the strongest excitation, and the inertia by a known added inertia.
 
+use super::fitted_drive::{Drive, get};
 use super::{harmonics as torque_harmonics, reading_contributions};
 use crate::calibrate::session::Session;
 use crate::calibrate::{AbsenceReason, Basis, Findings, Meaning, Remark, Step};
@@ -14,28 +15,6 @@ const EFFECTS: [&str; 3] = ["viscous", "coulomb", "inductance"];
 const MAX_MISFIT: f64 = 1.1;
 /// Smallest change of J/K by an added inertia, in standard uncertainties.
 const MIN_CHANGE_SIGMAS: f64 = 5.0;
-
-/// Fitted parameters that the other methods use, each with its standard uncertainty.
-pub(super) struct Drive {
-    /// J, kg m².
-    pub inertia_kg_m2: (f64, f64),
-    /// K, N m/A.
-    pub motor_constant_N_m_A: (f64, f64),
-    /// b, N m s/rad.
-    pub viscous_N_m_s: (f64, f64),
-}
-
-impl Drive {
-    fn of(result: &FitResult, misfit: f64) -> Option<Self> {
-        // An incomplete model underestimates its uncertainties at least by the misfit.
-        let widened = |(value, sigma): (f64, f64)| (value, sigma * misfit.max(1.0));
-        Some(Self {
-            inertia_kg_m2: widened(get(result, "inertia_kg_m2")?),
-            motor_constant_N_m_A: widened(get(result, "motor_constant_N_m_A")?),
-            viscous_N_m_s: widened(get(result, "viscous_N_m_s").unwrap_or((0.0, 0.0))),
-        })
-    }
-}
 
 /// The profile excites all parameters.
 pub(super) fn is_exciting(step: &Step) -> bool {
@@ -63,11 +42,6 @@ fn fitted(step: &Step, harmonics: &Harmonics) -> Result<(FitResult, f64), String
     let result = fit::fit(&system, &parameters, &prepared).map_err(|e| e.to_string())?;
     let misfit = result.channels.iter().map(|c| c.rms / c.noise).max_or_zero();
     Ok((result, misfit))
-}
-
-fn get(result: &FitResult, name: &str) -> Option<(f64, f64)> {
-    let k = result.parameters.list.iter().position(|p| p.name == name)?;
-    Some((result.parameters.list[k].value, *result.sigmas.get(k)?)).filter(|(_, sigma)| sigma.is_finite())
 }
 
 /// Adds the parameters.

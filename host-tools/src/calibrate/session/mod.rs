@@ -5,6 +5,7 @@
 //! run are refused before anything moves ([`check`]).
 
 pub mod check;
+pub mod error;
 pub mod journal;
 mod notes;
 mod plan;

@@ -1,6 +1,6 @@
 //! Notes of the log of a step.
 
-use super::run::RunError;
+use super::error::RunError;
 use super::{Session, StepPlan};
 use crate::acquire::connection::{ConnectionError, StandConnection};
 use crate::acquire::preparation::ColumnSettings;

@@ -1,8 +1,9 @@
 //! A session on the simulated stand in virtual time; a simulated operator mounts the device under test.
 
 use super::Session;
+use super::error::RunError;
 use super::journal::Journal;
-use super::run::{Operator, Progress, RunError, run_session};
+use super::run::{Operator, Progress, run_session};
 use crate::acquire::connection::{SimulatedConnection, StandConnection};
 use crate::calibrate::{Mounting, Orientation};
 use hal_sim::board::PlantPort;

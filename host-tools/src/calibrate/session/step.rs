@@ -1,7 +1,7 @@
 //! One step: commands to the stand, and its rows into a log.
 
+use super::error::RunError;
 use super::notes::notes;
-use super::run::RunError;
 use super::stable::StabilityDetector;
 use super::{DriveMode, Session, StepPlan};
 use crate::acquire::connection::StandConnection;

@@ -4,7 +4,7 @@ use drive_model::Coordinate;
 
 use super::coverage::Coverage;
 use super::criteria::Criteria;
-use super::next_experiment::NextExperiment;
+use super::experiment::NextExperiment;
 use super::reasons::{NotVisible, Refusal, Remark};
 use crate::identify::fit::FitResult;
 use crate::identify::residual::Misfit;

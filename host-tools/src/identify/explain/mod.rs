@@ -21,6 +21,7 @@ pub mod coverage;
 pub mod criteria;
 mod descent;
 mod eliminate;
+mod experiment;
 mod fitted_model;
 mod harmonics;
 pub mod join_logs;
@@ -44,8 +45,8 @@ use std::time::Instant;
 
 pub use answer::{Candidate, ChannelError, Estimate, Explanation, Shape, ShapeForm, Stage, Verdict};
 pub use criteria::Criteria;
+pub use experiment::{NextExperiment, Purpose};
 pub use join_logs::JoinError;
-pub use next_experiment::{NextExperiment, Purpose};
 pub use reasons::{NotVisible, Progress, Refusal, Remark};
 
 use crate::identify::fit::FitError;

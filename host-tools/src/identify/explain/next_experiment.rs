@@ -5,40 +5,7 @@ use drive_model::{Card, Rival, StandRun};
 
 use super::answer::{Candidate, Verdict};
 use super::coverage::Coverage;
-
-/// An experiment to do next.
-#[derive(Debug, Clone, PartialEq)]
-pub struct NextExperiment {
-    /// Its purpose.
-    pub purpose: Purpose,
-    /// The session.
-    pub run: StandRun,
-}
-
-/// Purpose of an experiment. Effects are identifiers of cards where not stated otherwise.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Purpose {
-    /// Distinguish two effects.
-    Distinguish {
-        /// Name of the effect in the model.
-        effect: String,
-        /// Name of its rival in the model.
-        rival: String,
-        /// How they differ; `None`: the experiments of both cards are proposed.
-        difference: Option<&'static str>,
-    },
-    /// Rotate in both directions.
-    BothDirections,
-    /// Determine an effect better.
-    Determine {
-        /// The effect.
-        effect: &'static str,
-    },
-    /// See which of the remainder repeats.
-    Repeat,
-    /// Rotate slowly through whole turns.
-    SlowTurns,
-}
+use super::experiment::{NextExperiment, Purpose};
 
 /// The next experiment; `None` where nothing is open.
 pub fn next_experiment(candidates: &[Candidate], missing: &[String], verdict: Verdict, coverage: &Coverage) -> Option<NextExperiment> {

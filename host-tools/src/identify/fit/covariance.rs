@@ -12,8 +12,9 @@ use nalgebra::{DMatrix, SVector, SymmetricEigen};
 use super::Unidentifiable;
 use super::normal_equations::NormalEquations;
 use super::parameters::{Dual, Parameters};
+use super::problem::Problem;
 use super::simulate::{FitScalar, run};
-use super::solve::{Iterate, Problem};
+use super::solve::Iterate;
 use crate::statistics::Extremes;
 
 /// Colour of the noise of a channel.

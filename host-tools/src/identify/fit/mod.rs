@@ -18,6 +18,7 @@ pub mod normal_equations;
 pub mod parameters;
 pub mod prepare;
 pub mod prepared_log;
+pub mod problem;
 pub mod simulate;
 pub mod solve;
 pub mod starting_point;
@@ -30,8 +31,9 @@ pub use initial_states::{InitialStateKind, InitialStates, initial_state_kinds, s
 use normal_equations::MAX_UNKNOWNS;
 pub use parameters::{Parameter, Parameters};
 pub use prepared_log::{ComparedChannel, PreparedLog};
+pub use problem::Problem;
 pub use simulate::{Effect, System};
-pub use solve::{Iterate, Problem};
+pub use solve::Iterate;
 
 /// Why a model cannot be simulated along a log.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

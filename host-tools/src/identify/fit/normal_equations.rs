@@ -10,8 +10,8 @@ use rayon::prelude::*;
 use super::initial_states::{InitialStateKind, InitialStates};
 use super::parameters::{Dual, Parameters};
 use super::prepared_log::PreparedLog;
+use super::problem::Problem;
 use super::simulate::{FitScalar, System, run};
-use super::solve::Problem;
 use crate::statistics::Extremes;
 
 /// Normal equations of one segment, in the coordinates [parameters, states].

@@ -4,6 +4,7 @@ use super::initial_states::InitialStates;
 use super::normal_equations::{Linearization, NormalEquations, Step, linearize, linearize_below};
 use super::parameters::Parameters;
 use super::prepared_log::PreparedLog;
+use super::problem::Problem;
 use super::simulate::System;
 
 /// Most steps of one minimisation.
@@ -17,17 +18,6 @@ const WRONG_MODEL_CHI2_PER_N: f64 = 2.0;
 const STALLED_STEPS: usize = 12;
 /// Damping at which the minimisation gives up.
 const MAX_DAMPING: f64 = 1e12;
-
-/// A weighted least-squares problem.
-#[derive(Clone, Copy)]
-pub struct Problem<'a> {
-    /// The model.
-    pub system: &'a System,
-    /// The measured data.
-    pub data: &'a PreparedLog<'a>,
-    /// 1/σ² of each channel.
-    pub weights: &'a [f64],
-}
 
 /// An iterate of the minimisation.
 pub struct Iterate {

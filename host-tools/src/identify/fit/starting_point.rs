@@ -11,7 +11,8 @@ use rayon::prelude::*;
 use super::initial_states::{InitialStateKind, starting_states};
 use super::parameters::{Parameter, Parameters};
 use super::prepared_log::PreparedLog;
-use super::solve::{self, Iterate, Problem};
+use super::problem::Problem;
+use super::solve::{self, Iterate};
 use crate::model::Input;
 
 /// Length of a window, s.

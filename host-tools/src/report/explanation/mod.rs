@@ -7,6 +7,7 @@ mod evidence;
 mod folder;
 mod html;
 mod json;
+mod names;
 mod plots;
 pub mod sentences;
 mod text;

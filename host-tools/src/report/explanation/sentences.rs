@@ -3,10 +3,10 @@
 use drive_model::{Card, Coordinate, Requirement, StandRun};
 use hal_sim::plant::Stand;
 
-use super::words::{card, listed};
+use super::names::{card, first_lower};
 use crate::identify::explain::{Explanation, NotVisible, Progress, Purpose, Refusal, Remark, Shape, ShapeForm};
 use crate::model::{Channel, SummingPoint};
-use crate::report::{numbers, unit};
+use crate::report::{listed, numbers, unit};
 
 /// Why an effect was refused.
 pub fn refusal(reason: &Refusal) -> String {
@@ -208,10 +208,4 @@ fn purpose(purpose: &Purpose) -> String {
             "The log has few slow whole turns, in which effects that depend on the angle are most visible. Rotate slowly to be sure".to_owned()
         }
     }
-}
-
-/// A sentence within another.
-pub fn first_lower(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or(String::new(), |c| c.to_lowercase().to_string() + letters.as_str())
 }

@@ -1,10 +1,10 @@
 //! Sentences of an explanation, shared by text, HTML and JSON.
 
-use drive_model::Card;
-
 use super::coverage;
 use super::evidence::evidence;
-use super::sentences::{first_lower, not_visible};
+pub use super::names::card;
+use super::names::first_lower;
+use super::sentences::not_visible;
 use crate::identify::explain::criteria::MisfitClass;
 use crate::identify::explain::{ChannelError, Estimate, Explanation, NotVisible, Stage, Verdict};
 pub use crate::report::listed;
@@ -16,11 +16,6 @@ pub const TABLE_LEGEND: &str = "Sorted by score, highest first. ΔBIC: change of
 /// Main heading.
 pub fn title(e: &Explanation) -> String {
     format!("Effects missing in model {}, from log {}", e.model.name(), e.log.path().display())
-}
-
-/// The card of an effect: that of `cogging` for `cogging#2`.
-pub fn card(name: &str) -> Option<&'static Card> {
-    drive_model::card(name.split('#').next().unwrap_or(name))
 }
 
 /// The result in one to three sentences.

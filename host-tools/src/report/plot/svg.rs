@@ -5,7 +5,7 @@
 
 use std::fmt::Write as _;
 
-use crate::report::html::escaped;
+use crate::report::escape::escaped;
 
 /// A finished drawing.
 #[derive(Debug, Clone)]
