@@ -235,7 +235,8 @@ mod tests {
     fn config() -> Config {
         let hardware = Hardware::default();
         let compensation = Compensation { coulomb_N_m: 9e-4, harmonics: Harmonics::of([HARMONIC]).unwrap(), ..Compensation::default() };
-        let units = TickUnits::new(&Settings::default(), &hardware);
+        let settings = Settings::default();
+        let units = TickUnits::new(settings.resistance_ohm / settings.motor_constant_N_m_A, &hardware);
         Config::new(0.0, 0.0, CompensationGains::new(&compensation, &units), &hardware)
     }
 

@@ -129,7 +129,7 @@ impl Config {
         s.safety.check()?;
         s.gyro.check()?;
 
-        let units = TickUnits::new(s, hardware);
+        let units = TickUnits::new(s.resistance_ohm / s.motor_constant_N_m_A, hardware);
         let TickUnits { rad_s_per_count_tick, duty_per_V, duty_per_N_m } = units;
         let tick_Hz = CONTROL_HZ as f64;
         let ms_Hz = ROW_HZ as f64;

@@ -1,6 +1,5 @@
 //! Scales from SI units to the units of the tick.
 
-use super::Settings;
 use crate::board::{CONTROL_HZ, Hardware};
 
 /// Scales from SI units to the tick's.
@@ -14,12 +13,9 @@ pub(super) struct TickUnits {
 }
 
 impl TickUnits {
-    pub fn new(s: &Settings, hardware: &Hardware) -> Self {
+    /// Units of a drive with this ratio of winding resistance and motor constant, V/(N m).
+    pub fn new(volt_per_N_m: f64, hardware: &Hardware) -> Self {
         let duty_per_V = 1.0 / hardware.volt_per_duty();
-        Self {
-            rad_s_per_count_tick: hardware.rad_per_count() * CONTROL_HZ as f64,
-            duty_per_V,
-            duty_per_N_m: s.resistance_ohm / s.motor_constant_N_m_A * duty_per_V,
-        }
+        Self { rad_s_per_count_tick: hardware.rad_per_count() * CONTROL_HZ as f64, duty_per_V, duty_per_N_m: volt_per_N_m * duty_per_V }
     }
 }

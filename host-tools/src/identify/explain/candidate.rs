@@ -14,8 +14,8 @@ use super::score::Score;
 use super::trial::Trial;
 use crate::identify::fit::InitialStates;
 use crate::identify::fit::Parameters;
-use crate::identify::fit::simulate::System;
 use crate::identify::fit::solve::Iterate;
+use crate::identify::fit::system::System;
 use crate::model::Model;
 
 /// A trial, fitted with the model.

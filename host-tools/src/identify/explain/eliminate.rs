@@ -10,8 +10,9 @@ use super::likelihood::{WhitenedSums, Whitener, delta_bic};
 use super::reasons::Remark;
 use super::refusal::refusal;
 use super::score::{Score, score_trials};
-use super::search::{Added, Search, bic_difference};
-use super::trial::{Trial, is_modified_by_another, may_be_added};
+use super::search_path::{Added, Search, bic_difference};
+use super::trial::Trial;
+use super::trials::{is_modified_by_another, may_be_added};
 use crate::identify::fit::FitError;
 use crate::model::Model;
 

@@ -7,11 +7,12 @@ use super::Context;
 use super::criteria::{MisfitClass, worst};
 use super::descent::{Goal, StopRule, max_noise_chi2, near_best};
 use super::likelihood::{WhitenedSums, Whitener};
-use super::trial::{Trial, limit_stiffness};
+use super::stiffness::limit_stiffness;
+use super::trial::Trial;
 use crate::identify::fit::parameters::Parameters;
-use crate::identify::fit::simulate::System;
 use crate::identify::fit::solve::{self, Iterate};
 use crate::identify::fit::starting_point::{WINDOW_S, fit_windows, short_windows};
+use crate::identify::fit::system::System;
 use crate::identify::fit::{
     self, ChannelFit, FitError, FitResult, InitialStates, PreparedLog, Problem, build, initial_state_kinds, starting_states,
 };

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 
 use super::criteria::HarmonicCriteria;
 use super::fitted_model::FittedModel;
-use super::trial::{angle, measured_current};
+use super::motion::{angle, measured_current};
 use crate::identify::fit::PreparedLog;
 use crate::model::{Channel, Input, Model};
 

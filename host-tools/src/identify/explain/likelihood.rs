@@ -14,7 +14,8 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use super::criteria::WhiteningCriteria;
 use crate::identify::fit::InitialStates;
 use crate::identify::fit::parameters::Dual;
-use crate::identify::fit::simulate::{FitScalar, System, run};
+use crate::identify::fit::simulate::run;
+use crate::identify::fit::system::{FitScalar, System};
 use crate::identify::fit::{self, Parameters, PreparedLog};
 
 /// A whitening filter per channel.

@@ -17,8 +17,8 @@ use super::trial::Trial;
 use crate::identify::fit::build;
 use crate::identify::fit::normal_equations::{MAX_UNKNOWNS, linearize};
 use crate::identify::fit::parameters::Parameters;
-use crate::identify::fit::simulate::System;
 use crate::identify::fit::solve::Iterate;
+use crate::identify::fit::system::System;
 
 /// Score of a trial.
 #[derive(Debug, Clone)]

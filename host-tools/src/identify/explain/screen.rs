@@ -4,7 +4,8 @@ use super::criteria::{Criteria, MisfitClass};
 use super::fitted_model::FittedModel;
 use super::harmonics::search_orders;
 use super::score::{Score, score_trials};
-use super::trial::{self, Invisible, Trial};
+use super::trial::{Invisible, Trial};
+use super::trials;
 use crate::statistics::distributions::ln_chi_squared_tail;
 
 /// All trials beside a model, scored.
@@ -37,7 +38,7 @@ impl Screening {
     /// Screens everything that can be added to a model.
     pub fn of(base: &FittedModel) -> Self {
         let criteria = base.context.criteria;
-        let (mut trials, invisible) = trial::list(base, &search_orders(base));
+        let (mut trials, invisible) = trials::list(base, &search_orders(base));
         if base.misfit() == MisfitClass::Noise {
             // A shaft that is visible leaves more than noise.
             trials.retain(|t| !t.is_expensive());

@@ -5,35 +5,13 @@
 //! [`super::eliminate`] removes what is no longer needed. [`super::stop`] ends a search that makes no progress; what was only added in
 //! place of something else is removed.
 
-use super::answer::{Candidate, ChannelError, Estimate, Stage};
 use super::compare::adding_step;
 use super::eliminate::{all_amplitudes_may_be_zero, eliminate, without};
 use super::fitted_model::FittedModel;
-use super::likelihood::delta_bic;
-use super::reasons::{Progress, Remark};
+use super::reasons::Progress;
+use super::search_path::{Added, Search};
 use super::stop::{last_effects_are_insignificant, stage_before_stand_ins, too_much_left};
-use super::trial::Trial;
 use crate::identify::fit::FitError;
-
-/// The search from the given model to the last.
-pub struct Search<'a> {
-    /// The given model, fitted; then one model per added effect.
-    pub models: Vec<FittedModel<'a>>,
-    /// The added effects.
-    pub added: Vec<Added>,
-    /// The candidates of the first step.
-    pub candidates: Vec<Candidate>,
-    /// Remarks for the user.
-    pub remarks: Vec<Remark>,
-}
-
-/// An added effect.
-pub struct Added {
-    /// Its name in the model.
-    pub name: String,
-    /// Trials that may take its place later.
-    pub rivals: Vec<Trial>,
-}
 
 /// Adds effects to the `given` model as long as the evidence supports it.
 ///
@@ -84,65 +62,4 @@ pub fn search<'a>(given: FittedModel<'a>, progress: &(dyn Fn(&Progress) + Sync))
         search.keep(kept);
     }
     Ok(search)
-}
-
-impl Search<'_> {
-    /// Names of the added effects from number `from` on.
-    pub fn names(&self, from: usize) -> Vec<String> {
-        self.added[from..].iter().map(|a| a.name.clone()).collect()
-    }
-
-    /// χ²/n of the stages, relative to the noise that the last one found.
-    fn chi2_per_n(&self) -> Vec<f64> {
-        let relative_to = |last: &FittedModel| self.models.iter().map(|m| m.chi2_per_n_by_noise_of(last).0).collect();
-        self.models.last().map_or_else(Vec::new, relative_to)
-    }
-
-    /// Keeps the first `count` added effects; the later ones stand in for something else.
-    fn keep(&mut self, count: usize) {
-        self.remarks.push(Remark::StandInsRemoved { effects: self.names(count) });
-        self.truncate(count);
-    }
-
-    /// Removes all added effects from number `count` on.
-    pub fn truncate(&mut self, count: usize) {
-        self.added.truncate(count);
-        self.models.truncate(count + 1);
-    }
-
-    /// The stages for the answer.
-    pub fn stages(&self) -> Vec<Stage> {
-        let Some(last) = self.models.last() else { return Vec::new() };
-        let added = |k: usize| k.checked_sub(1).map(|k| self.added[k].name.clone());
-        self.models.iter().enumerate().map(|(k, model)| stage(model, last, added(k))).collect()
-    }
-}
-
-/// BIC on whitened residuals of the `last` model minus that of the `first`, which has fewer parameters.
-pub fn bic_difference(first: &FittedModel, last: &FittedModel) -> f64 {
-    let whitener = last.whitener();
-    let (before, after) = (first.whitened_sums(&whitener), last.whitened_sums(&whitener));
-    let more = last.free_parameters().saturating_sub(first.free_parameters());
-    delta_bic(before.gain(&after), more, before.effective_samples())
-}
-
-/// A model as a stage of the answer, relative to the noise that the `last` one found.
-fn stage(model: &FittedModel, last: &FittedModel, added: Option<String>) -> Stage {
-    let fit = &model.fit;
-    let unit = |name: &str| {
-        let own = model.model.parameter(name).and_then(|p| p.info);
-        own.map_or("", |info| info.unit)
-    };
-    let free = fit.parameters.list.iter().zip(&fit.sigmas).filter(|(p, _)| !p.fixed);
-    Stage {
-        effects: model.model.effect_names(),
-        added,
-        outputs: fit
-            .channels
-            .iter()
-            .zip(&last.fit.channels)
-            .map(|(f, last)| ChannelError { channel: f.channel, rms: f.rms, heldout_rms: f.heldout_rms, noise: last.noise })
-            .collect(),
-        parameters: free.map(|(p, sigma)| Estimate { name: p.name.clone(), unit: unit(&p.name), value: p.value, sigma: *sigma }).collect(),
-    }
 }

@@ -3,7 +3,7 @@
 use super::answer::{Shape, Verdict};
 use super::criteria::MisfitClass;
 use super::reasons::Remark;
-use super::search::{Search, bic_difference};
+use super::search_path::{Search, bic_difference};
 use super::unknown_structure;
 
 /// The verdict, and the shape of what no effect explains. Where one unknown structure fits better than all added effects together, or

@@ -3,8 +3,8 @@
 use drive_model::{Card, Elastic, Requirement};
 
 use super::fitted_model::FittedModel;
+use super::motion::turns;
 use super::reasons::NotVisible;
-use super::trial::turns;
 use crate::log::VoltageSource;
 use crate::model::{Channel, Input};
 use crate::statistics::Extremes;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use drive_model::{Card, LawSource};
 
 use super::parameters::{Parameter, Parameters};
-use super::simulate::{Effect, System};
+use super::system::{Effect, System};
 use crate::model::Model;
 
 /// The system of a model, and its parameters in the order of the model.

@@ -13,8 +13,9 @@ use super::Unidentifiable;
 use super::normal_equations::NormalEquations;
 use super::parameters::{Dual, Parameters};
 use super::problem::Problem;
-use super::simulate::{FitScalar, run};
+use super::simulate::run;
 use super::solve::Iterate;
+use super::system::FitScalar;
 use crate::statistics::Extremes;
 
 /// Colour of the noise of a channel.

@@ -4,7 +4,7 @@ use drive_rig::{Rig, State};
 
 use super::parameters::{DerivativeScalar, Parameters};
 use super::prepared_log::PreparedLog;
-use super::simulate::System;
+use super::system::System;
 use crate::model::{Channel, Input};
 
 /// An initial state of a segment.

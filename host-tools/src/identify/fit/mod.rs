@@ -22,6 +22,7 @@ pub mod problem;
 pub mod simulate;
 pub mod solve;
 pub mod starting_point;
+pub mod system;
 
 pub use channel_fit::ChannelFit;
 pub(crate) use channel_fit::differencing_rows;
@@ -32,8 +33,8 @@ use normal_equations::MAX_UNKNOWNS;
 pub use parameters::{Parameter, Parameters};
 pub use prepared_log::{ComparedChannel, PreparedLog};
 pub use problem::Problem;
-pub use simulate::{Effect, System};
 pub use solve::Iterate;
+pub use system::{Effect, System};
 
 /// Why a model cannot be simulated along a log.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

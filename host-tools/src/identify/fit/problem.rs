@@ -1,7 +1,7 @@
 //! A weighted least-squares problem.
 
 use super::prepared_log::PreparedLog;
-use super::simulate::System;
+use super::system::System;
 
 /// A weighted least-squares problem.
 #[derive(Clone, Copy)]

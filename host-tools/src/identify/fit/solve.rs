@@ -5,7 +5,7 @@ use super::normal_equations::{Linearization, NormalEquations, Step, linearize, l
 use super::parameters::Parameters;
 use super::prepared_log::PreparedLog;
 use super::problem::Problem;
-use super::simulate::System;
+use super::system::System;
 
 /// Most steps of one minimisation.
 const MAX_STEPS: usize = 100;

@@ -3,7 +3,7 @@
 //! Nothing is simulated, so that a model that is far off does no harm. Differences over some milliseconds make the torque noisy instead.
 
 use super::super::criteria::HarmonicCriteria;
-use super::super::trial::measured_current;
+use super::super::motion::measured_current;
 use crate::identify::fit::PreparedLog;
 use crate::identify::residual::harmonics::spectrum;
 use crate::model::{Input, Model};

@@ -1,0 +1,199 @@
+//! Trials: the effects of the catalogue that can be tried on these logs, at the values from which they are tried.
+//!
+//! The card of an effect states how it is screened ([`Screening`]). An effect that is absent at zero is screened by its sensitivity there, many
+//! effects at once. An effect whose zero is singular is screened at a few finite values, each simulated alone. The values follow from the model
+//! and the logs (resonances that the sampling resolves, a fraction of the largest current), not from one stand.
+
+use drive_model::{Card, ParameterKind, Screening, cards};
+
+use super::criteria::TrialCriteria;
+use super::fitted_model::FittedModel;
+use super::harmonics::HarmonicOrders;
+use super::motion::{angle, measured_current, turns};
+use super::stiffness::{max_bristle_stiffness, shaft_ranges};
+use super::trial::{Invisible, Trial};
+use super::visibility::not_visible;
+use crate::identify::fit::PreparedLog;
+use crate::log::RateSource;
+use crate::model::{Channel, Input, Model};
+use crate::statistics::Extremes;
+
+/// All trials beside a model, and the effects that the logs cannot show.
+pub fn list(base: &FittedModel, orders: &HarmonicOrders) -> (Vec<Trial>, Vec<Invisible>) {
+    let (mut trials, mut invisible) = (Vec::new(), Vec::new());
+    for card in cards().iter().copied().filter(|card| may_be_added(&base.model, card)) {
+        match not_visible(card, base) {
+            Some(reason) => invisible.push(Invisible { card, reason }),
+            None => trials.extend(trials_of(card, base, orders)),
+        }
+    }
+    (trials, invisible)
+}
+
+/// The model lacks the effect, or a drive may have several of it, each of an order of its own.
+pub fn may_be_added(model: &Model, card: &Card) -> bool {
+    card.repeatable || !model.effects().iter().any(|e| e.card.id == card.id)
+}
+
+/// Another effect of the model modifies that of this card.
+pub fn is_modified_by_another(model: &Model, card: &Card) -> bool {
+    model.effects().iter().any(|e| e.card.rests_on.first() == Some(&card.id))
+}
+
+/// The trials of one effect.
+fn trials_of(card: &'static Card, base: &FittedModel, orders: &HarmonicOrders) -> Vec<Trial> {
+    let (model, data, criteria) = (&base.model, &base.data, &base.context.criteria.trials);
+    let starts: Vec<f64> = card.parameters.iter().map(|p| p.start).collect();
+    let trial = |values: Vec<f64>, screened: Vec<bool>, fitted: Vec<bool>, absent: bool| Trial {
+        card,
+        values,
+        ranges: card.parameters.iter().map(|p| p.range).collect(),
+        screened,
+        fitted,
+        absent,
+        rate_from_encoder: None,
+    };
+    let turns = turns(data);
+    let harmonic = |orders: &[u32]| -> Vec<Trial> {
+        let covered = orders.iter().filter(|o| f64::from(**o) * turns >= criteria.min_periods);
+        let (absent, free) = (criteria.absent_amplitude, vec![true, false, true]);
+        covered.map(|&o| trial(vec![absent, f64::from(o), 0.0], free.clone(), free.clone(), true)).collect()
+    };
+    match card.screening {
+        Screening::AtZero => coefficient_trials(card, criteria.absent_amplitude, trial),
+        Screening::FirstAtZero => {
+            let first: Vec<bool> = (0..starts.len()).map(|k| k == 0).collect();
+            vec![trial(vec![0.0; starts.len()], first.clone(), first, true)]
+        }
+        Screening::Harmonics(source) => {
+            let list = harmonic(orders.of(source));
+            if card.uses_rate_source && rate_source_is_unknown(base) { for_both_rate_sources(list) } else { list }
+        }
+        Screening::RateFractions(fractions) => {
+            let largest = largest_rate(data, criteria);
+            let (low, high) = card.parameters[1].range;
+            let rates = fractions.iter().map(|fraction| (fraction * largest).clamp(low, high));
+            rates.map(|rate| trial(vec![0.0, rate], vec![true, false], vec![true, true], true)).collect()
+        }
+        Screening::EventTimes(count) => {
+            let (from, to) = (data.t_s[0], data.t_s[data.len() - 1]);
+            (1..=count)
+                .map(|k| from + (to - from) * k as f64 / (count + 1) as f64)
+                .map(|time| trial(vec![0.0, time], vec![true, false], vec![true, true], true))
+                .collect()
+        }
+        Screening::HeatCapacities(multiples) => {
+            if data.temp_C.is_some() {
+                return vec![trial(vec![0.0, starts[1], starts[2]], vec![true, false, false], vec![true, false, false], true)];
+            }
+            let capacities = multiples.iter().map(|multiple| starts[1] * multiple);
+            capacities.map(|c| trial(vec![0.0, c, starts[2]], vec![true, false, false], vec![true, true, false], true)).collect()
+        }
+        Screening::WindingTimeConstants(rows) => {
+            let resistance = model.value("resistance_ohm").unwrap_or(1.0);
+            let inductances = rows.iter().map(|rows| resistance * rows * data.dt_s.min(criteria.max_winding_interval_s));
+            inductances.map(|inductance| trial(vec![inductance], vec![true], vec![true], false)).collect()
+        }
+        Screening::CurrentMultiple { multiple, limits_A: (low, high) } => {
+            let current = multiple * largest_current(model, data);
+            vec![trial(vec![current.clamp(low, high)], vec![true], vec![true], false)]
+        }
+        Screening::BristleDeflections(deflections_rad) => {
+            let coulomb_torque = coulomb_torque(card, model);
+            let (low, high) = card.parameters[0].range;
+            let range = (low, high.min(max_bristle_stiffness(model, data.dt_s, criteria)));
+            let list = deflections_rad.iter().map(|rad| trial(vec![coulomb_torque / rad], vec![true], vec![true], false));
+            list.map(|t| Trial { ranges: vec![range], ..t }).collect()
+        }
+        Screening::ShaftResonances { resonances_Hz, damping_ratio } => {
+            let ranges = shaft_ranges(model, data.dt_s, criteria);
+            let resolved = resonances_Hz.iter().filter(|hz| **hz * data.dt_s < criteria.max_resonance_per_row);
+            let list = resolved.filter_map(|&hz| shaft(card, base, hz, damping_ratio));
+            list.map(|s| Trial { ranges: ranges.to_vec(), ..trial(s.to_vec(), vec![true; 3], vec![true; 3], false) }).collect()
+        }
+        Screening::Gaps { gaps_rad, resonance_Hz, damping_ratio } => {
+            let Some(flank) = shaft(card, base, resonance_Hz, damping_ratio) else { return Vec::new() };
+            let mut ranges = vec![card.parameters[0].range];
+            ranges.extend(shaft_ranges(model, data.dt_s, criteria));
+            let list = gaps_rad
+                .iter()
+                .map(|gap| trial(vec![*gap, flank[0], flank[1], flank[2]], vec![true, false, false, false], vec![true; 4], false));
+            list.map(|t| Trial { ranges: ranges.clone(), ..t }).collect()
+        }
+    }
+}
+
+/// The log has a rate and does not state its source.
+fn rate_source_is_unknown(base: &FittedModel) -> bool {
+    base.context.log.provenance(Channel::Rate.column()).source == RateSource::Unknown
+        && base.data.channels.iter().any(|c| c.channel == Channel::Rate)
+}
+
+/// Each trial with a rate from the sensor, then each with a rate from the encoder.
+fn for_both_rate_sources(list: Vec<Trial>) -> Vec<Trial> {
+    let with = |from_encoder: bool| list.iter().map(move |t| Trial { rate_from_encoder: Some(from_encoder), ..t.clone() });
+    with(false).chain(with(true)).collect()
+}
+
+/// Trials of an effect of one or more coefficients: all at zero; where there are several, each also alone.
+fn coefficient_trials(
+    card: &'static Card,
+    absent_amplitude: f64,
+    trial: impl Fn(Vec<f64>, Vec<bool>, Vec<bool>, bool) -> Trial,
+) -> Vec<Trial> {
+    let amplitude = |kind: ParameterKind| matches!(kind, ParameterKind::NonNegative | ParameterKind::Signed);
+    let zero: Vec<f64> = card
+        .parameters
+        .iter()
+        .map(|p| match p.kind {
+            ParameterKind::NonNegative if card.polar => absent_amplitude,
+            ParameterKind::NonNegative | ParameterKind::Signed | ParameterKind::Phase => 0.0,
+            _ => p.start,
+        })
+        .collect();
+    let all: Vec<bool> = card.parameters.iter().map(|p| amplitude(p.kind) || p.kind == ParameterKind::Phase).collect();
+    let mut list = vec![trial(zero.clone(), all.clone(), all, true)];
+    let amplitudes: Vec<usize> = (0..zero.len()).filter(|&k| amplitude(card.parameters[k].kind)).collect();
+    if amplitudes.len() > 1 {
+        for &alone in &amplitudes {
+            let one: Vec<bool> = (0..zero.len()).map(|k| k == alone).collect();
+            list.push(trial(zero.clone(), one.clone(), one, true));
+        }
+    }
+    list
+}
+
+/// Coulomb torque of a model, N m: the first parameter of the first effect on which the card's effect rests and that the model has.
+fn coulomb_torque(card: &Card, model: &Model) -> f64 {
+    let torque = card.rests_on.iter().filter_map(|id| drive_model::card(id)).find_map(|c| model.value(c.parameters[0].name));
+    torque.unwrap_or(1e-3).abs().max(1e-9)
+}
+
+/// Stiffness, damping and share of a shaft that resonates at `hz`: k = J_red (2π f)², with J_red = J r (1 − r).
+fn shaft(card: &Card, base: &FittedModel, hz: f64, damping: f64) -> Option<[f64; 3]> {
+    // The start value of the card: the share is a shaft's last parameter.
+    let share = card.parameters.last()?.start;
+    let reduced = base.model.value("inertia_kg_m2")? * share * (1.0 - share);
+    let w = std::f64::consts::TAU * hz;
+    Some([reduced * w * w, 2.0 * damping * reduced * w, share])
+}
+
+/// Largest rate, measured or from the angle, rad/s.
+fn largest_rate(data: &PreparedLog, criteria: &TrialCriteria) -> f64 {
+    if let Some(c) = data.channels.iter().find(|c| c.channel == Channel::Rate) {
+        return c.measured.iter().copied().max_abs().max(criteria.min_largest_rate_rad_s);
+    }
+    let Some(theta) = angle(data) else { return 1.0 };
+    let lag = data.angle_lag();
+    let rates = theta.windows(lag + 1).map(|w| (w[lag] - w[0]).abs() / (lag as f64 * data.dt_s));
+    rates.max_or_zero().max(criteria.min_largest_rate_rad_s)
+}
+
+/// Largest current, measured or from the voltage, A.
+fn largest_current(model: &Model, data: &PreparedLog) -> f64 {
+    match (measured_current(data), model.value("resistance_ohm")) {
+        (Some(i), _) => i.iter().copied().max_abs(),
+        (None, Some(resistance)) if data.driven == Input::Voltage => data.input.iter().copied().max_abs() / resistance,
+        _ => data.input.iter().copied().max_abs(),
+    }
+}
