@@ -140,7 +140,7 @@ fn sim_json_describes_the_log() {
     for (key, value) in log.notes() {
         assert_eq!(answer["notes"][key], **value, "{key}");
     }
-    // interfaces.md, "Logs": what notes say of a log.
+    // Notes of the log (docs/logs-and-models.md).
     for key in ["stand", "firmware", "profile", "date", "seed", "u_V", "i_A", "omega_rad_s", "theta_zero", "theta_lsb_rad"] {
         assert!(log.note(key).is_some(), "{key}");
     }

@@ -144,7 +144,7 @@ fn three_axis_results_agree_with_the_truth() {
     for found in computed(folder.path(), &record(&both, [0.0; 3])) {
         assert_eq!((found["good"].as_u64(), found["bad"].as_u64()), (Some(36), Some(0)), "{found}");
         assert_true(&found, 1.5e-3);
-        // −1.168′ (theory.md §3.3): what the platform turns until the middle of a cycle; and unequal pulses, own drift to −ε w/2.
+        // −1.168′ (docs/theory.md §3.3): rotation of the platform until the middle of a cycle; unequal pulses add −ε w/2 to the own drift.
         let raw = 60.0 * (found["uncorrected"]["azimuth_deg"]["value"].as_f64().unwrap() - 80.0);
         assert!((raw + 1.168).abs() < 0.5, "{raw}′");
         let z = found["uncorrected"]["own_drift_deg_h"]["z"]["value"].as_f64().unwrap();

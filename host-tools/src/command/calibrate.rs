@@ -234,13 +234,13 @@ impl Calibrate {
             let value = match value {
                 super::calibrate_into::Setting::Value(value) => value,
                 super::calibrate_into::Setting::DividedBy(by) => {
-                    let says = link.query(&format!("SETTings:{setting}?"))?;
-                    let now: f64 = says
+                    let reply = link.query(&format!("SETTings:{setting}?"))?;
+                    let now: f64 = reply
                         .split([' ', ','])
                         .next()
                         .unwrap_or_default()
                         .parse()
-                        .map_err(|_| CliError::Other(format!("SETTings:{setting}? says {says}")))?;
+                        .map_err(|_| CliError::Other(format!("SETTings:{setting}? returned `{reply}` instead of a number")))?;
                     now / by
                 }
             };

@@ -51,7 +51,7 @@ fn send_line(link: &mut SerialLink, line: &str) -> Result<Vec<String>, CliError>
 }
 
 fn from_pipe(link: &mut SerialLink) -> Result<(), CliError> {
-    let mut refused = 0;
+    let mut rejected = 0;
     for (n, line) in std::io::stdin().lock().lines().enumerate() {
         let line = line.map_err(|e| CliError::Input(format!("standard input, line {}: {e}", n + 1)))?;
         let line = line.trim();
@@ -60,10 +60,10 @@ fn from_pipe(link: &mut SerialLink) -> Result<(), CliError> {
         }
         for error in send_line(link, line)? {
             eprintln!("stand: line {}: `{line}`: {error}", n + 1);
-            refused += 1;
+            rejected += 1;
         }
     }
-    match refused {
+    match rejected {
         0 => Ok(()),
         1 => Err(CliError::Input("the stand rejected one command; see standard error".to_owned())),
         many => Err(CliError::Input(format!("the stand rejected {many} commands; see standard error"))),

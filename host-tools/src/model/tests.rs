@@ -30,9 +30,9 @@ fn example() -> Model {
 }
 
 fn message(text: &str) -> String {
-    let says = Model::parse(text, "m.toml").unwrap_err().to_string();
-    assert!(says.starts_with("m.toml: ") && !says.contains('\n'), "{says}");
-    says["m.toml: ".len()..].to_owned()
+    let message = Model::parse(text, "m.toml").unwrap_err().to_string();
+    assert!(message.starts_with("m.toml: ") && !message.contains('\n'), "{message}");
+    message["m.toml: ".len()..].to_owned()
 }
 
 fn with(effects: &str, more: &str) -> String {
@@ -266,8 +266,8 @@ fn invalid_edit_changes_nothing() {
         (model.add("viscous"), "is listed twice"),
         (model.set_input(Input::Motion), "is not an output for the input"),
     ] {
-        let says = error.unwrap_err().to_string();
-        assert!(says.contains(wants), "{says}");
+        let message = error.unwrap_err().to_string();
+        assert!(message.contains(wants), "{message}");
     }
     assert_eq!(model.to_toml(), EXAMPLE);
 }

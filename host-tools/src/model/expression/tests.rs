@@ -13,7 +13,7 @@ fn value(text: &str) -> f64 {
     Expression::parse(text, &names()).unwrap().eval(&AT, &[1.5, -2.0, 0.5])
 }
 
-fn says(text: &str) -> String {
+fn message(text: &str) -> String {
     Expression::parse(text, &names()).unwrap_err().to_string()
 }
 
@@ -77,12 +77,12 @@ fn error_names_token_column_and_remedy() {
         ("a & b", "unexpected '&' at column 3; expected an operator or the end"),
         ("0,5 * a", "unexpected ',' at column 2; expected an operator or the end"),
     ] {
-        let found = says(text);
+        let found = message(text);
         assert!(found.starts_with(wants), "{text} → {found}");
     }
-    assert!(says(&"(".repeat(1000)).contains("too deeply nested"));
-    assert!(says(&"-".repeat(100_000)).contains("too deeply nested"));
-    assert!(says(&"1+".repeat(100_000)).contains("too deeply nested"));
+    assert!(message(&"(".repeat(1000)).contains("too deeply nested"));
+    assert!(message(&"-".repeat(100_000)).contains("too deeply nested"));
+    assert!(message(&"1+".repeat(100_000)).contains("too deeply nested"));
 }
 
 #[test]
