@@ -93,7 +93,7 @@ fn bad_log_error_names_file_row_and_column() {
     csv("inputless.csv", &|lines| lines[1] = "t_s,i_A,omega_rad_s".to_owned());
     refused_log(path, "inputless.csv", &["inputless.csv", "u_V", "input"]);
     csv("outputless.csv", &|lines| lines[1] = "t_s,u_V,temp_C".to_owned());
-    refused_log(path, "outputless.csv", &["outputless.csv", "nothing can be compared"]);
+    refused_log(path, "outputless.csv", &["outputless.csv", "can be compared with"]);
 }
 
 #[test]
@@ -237,7 +237,7 @@ fn bad_session_error_names_the_parameter() {
     bad(&["--seconds", "long"], &["--seconds", "long"]);
     bad(&["--profile", "nonsense"], &["--profile", "multi-step", "staircase"]);
     bad(&["--profile", "sine", "--levels", "3"], &["--levels", "sine", "--frequency-hz"]);
-    bad(&["--profile", "staircase", "--levels", "2.5"], &["--levels", "whole number"]);
+    bad(&["--profile", "staircase", "--levels", "2.5"], &["--levels", "integer"]);
     bad(&["--profile", "abba", "--dwell-s", "-1"], &["--dwell-s", "-1"]);
     bad(&["--profile", "turns", "--mode", "voltage"], &["--profile", "rate mode"]);
     bad(&["--profile", "turns", "--turns", "1", "--amplitude", "34"], &["--amplitude", "34", "outside"]);
@@ -340,7 +340,7 @@ fn implausible_log_is_a_result_not_an_error() {
         ("whole.csv", "whole-numbers", "decimal"),
         ("unplugged.csv", "constant-channel", "i_A"),
         ("constant.csv", "constant-input", "u_V"),
-        ("still.csv", "no-motion", "nothing moves"),
+        ("still.csv", "no-motion", "does not move"),
     ];
     for (log, code, says) in expected {
         for verb in ["compare", "fit"] {

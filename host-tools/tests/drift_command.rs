@@ -147,7 +147,7 @@ fn advised_pulse_is_a_multiple_of_the_vibration_period() {
     assert!((number("period_s") - 0.7).abs() < 1e-3 && (number("pulse_s") - 4.9).abs() < 0.01, "{found}");
     assert!((found["lines"][0]["amplitude_arcsec"].as_f64().unwrap() - 20.6).abs() < 0.3, "{found}");
     assert!(number("leaves_deg_h") < 0.01 * number("wanted_leaves_deg_h"), "{found}");
-    refused(path, &["drift", "advise", "static.csv", "--pulse", "15"], "should last twice the pulse");
+    refused(path, &["drift", "advise", "static.csv", "--pulse", "15"], "must last two pulses");
 }
 
 #[test]

@@ -62,7 +62,7 @@ fn hidden_load_is_found_and_written_into_the_model() {
     }
     assert!(steps[1]["share"].as_f64().unwrap() > 0.99, "all that was not noise: {}", steps[1]["share"]);
 
-    for said in [named.as_str(), "Missing", "How sure", "How much", "What looks alike", "What to measure next", "stand sim --out"] {
+    for said in [named.as_str(), "Missing effect", "Evidence", "Error reduction", "Similar effects", "Next experiment", "stand sim --out"] {
         assert!(out.contains(said), "{said}: {out}");
     }
     assert!(out.lines().all(|l| l.chars().count() <= 80 || l.contains("stand sim")), "80 columns: {out}");
@@ -88,7 +88,7 @@ fn null_log_is_adequate_and_the_model_unchanged() {
     let folder = folder(None);
     let before = model(folder.path());
     let Ran { out, .. } = stand(folder.path(), &["explain", "log.csv", "--model", "model.toml", "--apply"]).well();
-    for said in ["Nothing is missing that this log could show", "What this log could not have shown", "is unchanged"] {
+    for said in ["No missing effect is visible in this log", "Limits of this log", "is unchanged"] {
         assert!(out.contains(said), "{said}: {out}");
     }
     assert_eq!(before, model(folder.path()));

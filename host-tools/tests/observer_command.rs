@@ -39,9 +39,9 @@ fn simulate_and_bode_match_theory() {
     let closed = |which: &str| answer[which]["closed_loop_rest_rad"].as_f64().unwrap();
     assert!((closed("static") / 1.31768166e-3 - 1.0).abs() < 1e-7 && closed("astatic").abs() < 1e-15);
     assert!(answer["astatic"]["settled_s"].as_f64().unwrap() <= 0.5);
-    // Times are said as a person says them.
+    // Times are printed without an exponent.
     let text = stand(folder.path(), &words[..5]).well().out;
-    for (line, key) in [("angle within 1 % after, s", "settled_s"), ("rate within 1 % of its peak, s", "rate_settled_s")] {
+    for (line, key) in [("angle error below 1 % after, s", "settled_s"), ("rate error below 1 % of peak, s", "rate_settled_s")] {
         let said: Vec<&str> = text.lines().find_map(|l| l.strip_prefix(line)).unwrap().split_whitespace().collect();
         let known = ["static", "astatic"].map(|which| answer[which][key].as_f64().unwrap());
         let plain = |word: &&str, known: f64| !word.contains('e') && (word.parse::<f64>().unwrap() / known - 1.0).abs() < 1e-3;

@@ -28,14 +28,14 @@ fn errors_name_step_and_parameter() {
     assert!(refused(&step("profile = \"sine\"\namplitude = \"big\"")).contains("not a number"));
     assert!(refused(&step("profile = \"sine\"").replace("5.0", "0.0")).contains("seconds: 0 is outside"));
     let waits = |what: &str, seconds: &str, slope: &str| {
-        let text = format!("what = \"{what}\"\n[[steps]]\nname = \"a\"\nmode = \"off\"\nseconds = {seconds}\nststand_K_min = {slope}\n");
+        let text = format!("what = \"{what}\"\n[[steps]]\nname = \"a\"\nmode = \"off\"\nseconds = {seconds}\nstable_K_min = {slope}\n");
         Session::parse(&text).map(|_| ()).map_err(|e| e.to_string())
     };
     assert_eq!((waits("gyro", "90.0", "0.2"), waits("drive", "90.0", "0.2")), (Ok(()), Ok(())));
     assert!(
-        waits("gyro", "60.0", "0.2").unwrap_err().contains("step 1 `a`: ststand_K_min: 0.2 must be above 0, in a step of more than 60 s")
+        waits("gyro", "60.0", "0.2").unwrap_err().contains("step 1 `a`: stable_K_min: 0.2 must be above 0, in a step of more than 60 s")
     );
-    assert!(waits("gyro", "90.0", "-1.0").unwrap_err().contains("ststand_K_min: -1 must be above 0"));
+    assert!(waits("gyro", "90.0", "-1.0").unwrap_err().contains("stable_K_min: -1 must be above 0"));
     assert!(waits("accel", "90.0", "0.2").unwrap_err().contains("the logs of this session have no temperature"));
     let twice = format!("{0}{0}", step("profile = \"sine\"\n"));
     assert!(refused(&twice).contains("step 2 `a`: another step has this name"));
