@@ -50,8 +50,15 @@ fn section(card: &Card) -> String {
     text += &format!("- Coordinate: {}\n", card.coordinate.name());
     text += &format!("- Experiment: {}\n", card.description.experiment);
     text += &format!("- Similar: {}\n", card.description.similar);
+    let mut separations: Vec<(&str, Vec<&str>)> = Vec::new();
     for rival in card.rivals {
-        text += &format!("- Separation from `{}`: {}.\n", rival.effect, rival.separation);
+        match separations.iter_mut().find(|(separation, _)| *separation == rival.separation) {
+            Some((_, effects)) => effects.push(rival.effect),
+            None => separations.push((rival.separation, vec![rival.effect])),
+        }
+    }
+    for (separation, effects) in separations {
+        text += &format!("- Separation from `{}`: {separation}.\n", effects.join("`, `"));
     }
     for (term, ids) in [("Requires", card.rests_on.to_vec()), ("Family", family(card))] {
         if !ids.is_empty() {
