@@ -240,7 +240,7 @@ fn bad_session_error_names_the_parameter() {
     bad(&["--profile", "staircase", "--levels", "2.5"], &["--levels", "integer"]);
     bad(&["--profile", "abba", "--dwell-s", "-1"], &["--dwell-s", "-1"]);
     bad(&["--profile", "turns", "--mode", "voltage"], &["--profile", "rate mode"]);
-    bad(&["--profile", "turns", "--turns", "1", "--amplitude", "34"], &["--amplitude", "34", "outside"]);
+    bad(&["--profile", "turns", "--turns", "1", "--amplitude", "34"], &["--amplitude", "34", "above the maximum"]);
     bad(&["--mode", "torque"], &["--mode", "torque", "rate", "voltage"]);
     bad(&["--amplitude", "nan"], &["amplitude"]);
     bad(&["--amplitude", "1e9"], &["amplitude"]);
