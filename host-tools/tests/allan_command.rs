@@ -120,7 +120,7 @@ fn angle_gives_the_deviation_of_its_rate() {
         stand(log(&evenly(20_001, 0.05), &angles, "theta_rad").path(), &["allan", "log.csv", "--column", "theta_rad"])
             .well()
             .out
-            .contains("taken as the integral")
+            .contains("interpreted as an integral")
     );
 }
 

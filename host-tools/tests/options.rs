@@ -227,7 +227,7 @@ const WORDS: [(&str, Shows); 81] = [
     }),
     ("fit --json", |f| json_in_both_places(f, &["fit", "log.csv", "--model", "model.toml"])),
     ("fit --html", |f| page(f, &["fit", "log.csv", "--model", "model.toml"])),
-    ("compensate", |f| assert!(said(f, &compensated("model.toml", "a.toml")).contains("[firmware.compensation] is written"))),
+    ("compensate", |f| assert!(said(f, &compensated("model.toml", "a.toml")).contains("[firmware.compensation] written"))),
     ("compensate --help", help_everywhere),
     ("compensate --model", |f| {
         let dry = |model: &str, to: &str| json(f, &compensated(model, to))["compensation"]["coulomb_N_m"].clone();

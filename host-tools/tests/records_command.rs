@@ -62,7 +62,7 @@ fn records_are_listed_by_date() {
     assert_eq!((answer["records"].as_array().unwrap().len(), answer["passed_over"].as_array().unwrap().len()), (3, 2));
     assert_eq!((&answer["records"][0]["serial"], &answer["records"][0]["whole"]), (&"S-1".into(), &true.into()));
     std::fs::create_dir(path.join("empty")).unwrap();
-    assert_eq!(records(path, &["list", "empty"]).out, "no records here\n");
+    assert_eq!(records(path, &["list", "empty"]).out, "no records found\n");
 }
 
 #[test]
