@@ -195,7 +195,7 @@ mod tests {
     #[test]
     fn text_is_cut_where_it_does_not_fit() {
         let mut text = Truncated::<5>::default();
-        write!(text, "{} {}", "abc", 12_345).unwrap();
+        write!(text, "abc {}", 12_345).unwrap();
         assert_eq!(text.0.as_str(), "abc 1");
     }
 }

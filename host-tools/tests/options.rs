@@ -292,7 +292,7 @@ const WORDS: [(&str, Shows); 81] = [
     ("explain --html", |f| page(f, &["explain", "log.csv", "--model", "model.toml"])),
     ("model", |f| drop(said(f, &["model", "show", "model.toml"]))),
     ("model --help", help_everywhere),
-    ("model new", |f| assert!(said(f, &["model", "new", "new.toml"]).contains("none: the bare drive"))),
+    ("model new", |f| assert!(said(f, &["model", "new", "new.toml"]).contains("effects  none"))),
     ("model new --help", help_everywhere),
     ("model new <MODEL>", |f| {
         said(f, &["model", "new", "here.toml"]);
@@ -309,7 +309,7 @@ const WORDS: [(&str, Shows); 81] = [
     ("model new --force", |f| {
         std::fs::copy(f.join("model.toml"), f.join("there.toml")).unwrap();
         assert_eq!(stand(f, &["model", "new", "there.toml"]).status, Some(2));
-        assert!(said(f, &["model", "new", "there.toml", "--force"]).contains("none: the bare drive"));
+        assert!(said(f, &["model", "new", "there.toml", "--force"]).contains("effects  none"));
     }),
     ("model show", |f| assert!(said(f, &["model", "show", "model.toml"]).contains("viscous, coulomb, inductance"))),
     ("model show --help", help_everywhere),

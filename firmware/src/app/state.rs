@@ -228,6 +228,7 @@ pub struct CalibrationState {
 }
 
 /// Phase of the calibration.
+#[allow(clippy::large_enum_variant, reason = "one value, in place; no allocator")]
 #[derive(Clone, Copy, Debug)]
 pub enum CalibrationPhase {
     /// None was started.

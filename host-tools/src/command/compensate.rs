@@ -69,8 +69,8 @@ impl Compensate {
     pub(super) fn run(self) -> Result<(), CliError> {
         self.json.check()?;
         match (&self.stand, &self.port) {
-            (Some(file), _) => self.into_file(file),
-            (None, Some(port)) => self.into_stand(port),
+            (Some(file), _) => self.write_file(file),
+            (None, Some(port)) => self.write_to_stand(port),
             // The argument parser requires one of the two.
             (None, None) => Ok(()),
         }
@@ -80,7 +80,7 @@ impl Compensate {
         Ok((Model::read(model)?, self.log.as_deref().map(Log::read).transpose()?))
     }
 
-    fn into_file(&self, path: &Path) -> Result<(), CliError> {
+    fn write_file(&self, path: &Path) -> Result<(), CliError> {
         check_writable(path)?;
         let text = match std::fs::read_to_string(path) {
             Ok(text) => text,
@@ -122,7 +122,7 @@ impl Compensate {
         self.json.json(|| result.json())
     }
 
-    fn into_stand(&self, port: &Path) -> Result<(), CliError> {
+    fn write_to_stand(&self, port: &Path) -> Result<(), CliError> {
         let mut link = SerialLink::open(port)?;
         let (source, result) = match &self.model {
             Some(model) => {

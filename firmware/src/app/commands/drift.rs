@@ -177,8 +177,9 @@ fn register(state: &State<'_>, out: &mut dyn Write) -> Done {
 }
 
 fn null(state: &State<'_>, out: &mut dyn Write) -> Done {
-    Ok(match state.gyro.drift.zero_input() {
+    match state.gyro.drift.zero_input() {
         None => out.write_str("NONE")?,
         Some((samples, sums)) => write!(out, "{samples},{},{}", sums.acc2, sums.current)?,
-    })
+    }
+    Ok(())
 }

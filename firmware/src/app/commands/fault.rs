@@ -53,10 +53,11 @@ fn clear(state: &State<'_>) {
 }
 
 fn capture(state: &State<'_>, out: &mut dyn Write) -> Done {
-    Ok(match state.capture.memory.record() {
+    match state.capture.memory.record() {
         None => out.write_str("EMPTY")?,
         Some(record) => write!(out, "{},{},{},{}", record.len(), record.trigger(), record.fault().name(), record.trigger_tick())?,
-    })
+    }
+    Ok(())
 }
 
 fn limits(state: &State<'_>, out: &mut dyn Write) -> Done {

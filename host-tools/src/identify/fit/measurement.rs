@@ -145,7 +145,7 @@ impl<S: Scalar> MeasurementChain<S> {
         }
         let Some(history) = &mut self.history else { return Some(value) };
         history.push(t_s, integral.unwrap_or_else(S::zero), value, S::zero());
-        self.from_history(row.input)
+        self.value_from_history(row.input)
     }
 
     /// Integral of the measured quantity over the previous row. Rate: the increment of the angle. Angle: the integral of its Hermite cubic. Errors
@@ -161,11 +161,11 @@ impl<S: Scalar> MeasurementChain<S> {
     /// A current, which is discontinuous at rows: window and delay.
     fn discontinuous(&mut self, row: &Row<S>, measured: S) -> Option<S> {
         self.history.as_mut()?.push(row.input.t_s, S::zero(), measured, row.current_slope_A_s);
-        self.from_history(row.input)
+        self.value_from_history(row.input)
     }
 
     /// Value or mean from the history, delayed if there is a delay. `None` while the window reaches before the segment.
-    fn from_history(&self, row: &RowInput) -> Option<S> {
+    fn value_from_history(&self, row: &RowInput) -> Option<S> {
         let history = self.history.as_ref()?;
         let at_s = row.t_s - self.skew_s.map_or(0.0, |skew| skew.re());
         let (from_s, to_s) = if self.window_s > 0.0 {
