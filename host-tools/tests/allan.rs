@@ -221,7 +221,7 @@ fn long_log_needs_the_memory_of_one_column() {
         log.write(&path).unwrap();
         let this = std::env::current_exe().unwrap();
         let ran = Command::new(this)
-            .args(["--exact", "a_long_log_takes_the_memory_of_one_column", "--nocapture"])
+            .args(["--exact", "long_log_needs_the_memory_of_one_column", "--nocapture"])
             .env(LOG, &path)
             .output()
             .unwrap();

@@ -30,6 +30,7 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct Fault {
     /// The kind.
+    #[serde(rename = "what")]
     pub kind: FaultKind,
     /// Start, s.
     #[serde(default)]
