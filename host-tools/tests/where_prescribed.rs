@@ -52,7 +52,7 @@ fn cogging_appears_as_a_harmonic_of_the_current() {
     assert!((-62.0..-40.0).contains(&log10_p), "{first}");
     // The current that a prescribed motion needs cannot tell a torque from its sensor.
     let says = first["says"].as_str().unwrap();
-    assert!(says.contains("a torque that depends on the angle alone, or the sensor"), "{says}");
+    assert!(says.contains("a torque that depends on the angle, or a sensor error"), "{says}");
 }
 
 #[test]
