@@ -72,7 +72,7 @@ fn samples(lines: &[String]) -> Vec<[f64; 6]> {
 fn a_fault_leaves_a_record_of_every_tick_around_it_that_can_be_read_in_pieces() {
     at_the_bench(&Stand::default(), async |host| {
         assert_eq!(host.ask("FAULt:CAPTure?").await, "EMPTY");
-        assert!(host.refusal("FAULt:CAPTure:DATA?").await.contains("nothing is recorded"));
+        assert!(host.refusal("FAULt:CAPTure:DATA?").await.contains("there is no recording"));
         host.tell("SOUR:RATE 10 RAD/S;:SOUR:MODE RATE").await;
         host.wait_s(1.5).await;
         host.send(b"STOP\n");
