@@ -90,7 +90,7 @@ pub async fn bring_to_rest(stand: &mut impl StandConnection) -> Result<bool, Con
 /// # Errors
 /// The connection fails, or the stand rejects a command.
 pub async fn find_index(stand: &mut impl StandConnection, may_turn: bool) -> Result<bool, ConnectionError> {
-    for command in ["STReam:DECimation 1", "STReam:CHANnels from_index_rad", "STReam ON"] {
+    for command in ["STReam:CHANnels from_index_rad", "STReam:DECimation 1", "STReam ON"] {
         stand.command(command).await?;
     }
     let shown = |rows: &[RowFrame]| rows.iter().any(shows_index);

@@ -127,8 +127,10 @@ pub async fn record<W: Write>(
 fn start_commands(request: &RecordingRequest) -> Vec<String> {
     let names: Vec<&str> = request.channels.iter().map(|channel| channel.name).collect();
     let mut commands = request.profile.map_or(Vec::new(), |(mode, config)| profile_commands(mode, config, request.profile_s));
-    commands.push(format!("STReam:CHANnels {}", names.join(",")));
+    // Each command must fit the line with what was set before it; one channel does at every decimation.
+    commands.extend(names.first().map(|name| format!("STReam:CHANnels {name}")));
     commands.push(format!("STReam:DECimation {}", request.decimation));
+    commands.push(format!("STReam:CHANnels {}", names.join(",")));
     commands.push("STReam ON".to_owned());
     commands.push(ARM_WATCHDOG.to_owned());
     if request.profile.is_some() {
