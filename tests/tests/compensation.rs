@@ -5,7 +5,7 @@
 
 use hal_sim::plant::{Plant, Stand};
 use hal_sim::session::{self, Record, SessionRequest, calibrate};
-use host_tools::compensate::{LearnError, file, learn, ripple};
+use host_tools::compensate::{LearnError, NotCompensated, file, learn, ripple};
 use host_tools::log::Log;
 use host_tools::model::Model;
 use rayon::prelude::*;
@@ -84,7 +84,7 @@ fn orders_of_a_fitted_model_fall_8_times() {
         let stand = stand(harmonics);
         let (log, model) = fitted(&stand, seed);
         let learnt = learn(&model, Some(&log), &stand.firmware).unwrap();
-        assert_eq!(learnt.left_out, Vec::<String>::new());
+        assert_eq!(learnt.not_compensated, []);
         falls_enough(&stand, &learnt.compensation, seed, "fitted");
     }
 }
@@ -273,7 +273,7 @@ fn a_model_whose_zero_is_not_known_to_be_the_index_is_refused_and_says_what_to_d
     }
     assert!(learn(&friction, None, &stand.firmware).is_ok(), "friction has no phase");
     assert!(matches!(learn(&bare, None, &stand.firmware), Err(LearnError::Nothing { .. })));
-    assert!(learn(&more, None, &stand.firmware).unwrap().left_out[0].starts_with("torque-ripple"), "what is not compensated is named");
+    assert_eq!(learn(&more, None, &stand.firmware).unwrap().not_compensated, [NotCompensated::Effect("torque-ripple".to_owned())]);
 }
 
 #[test]

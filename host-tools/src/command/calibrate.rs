@@ -134,7 +134,7 @@ impl Calibrate {
             return Err(CliError::Input(format!("{}: the session is for {found}, not for {wanted}", folder.display())));
         }
         let stored = report::stored(&record);
-        let json = serde_json::json!(stored);
+        let json = crate::report::json::value(&stored);
         if self.from.is_none() {
             let text = serde_json::to_string_pretty(&json).map_err(|e| CliError::Other(e.to_string()))?;
             write_atomically(&folder.join(RECORD_FILE), &format!("{text}\n"))?;

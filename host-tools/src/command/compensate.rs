@@ -115,7 +115,7 @@ impl Compensate {
             path,
             source: if self.model.is_some() { "model" } else { "measured" },
             compensation: &after.firmware.compensation,
-            left_out: &learnt.left_out,
+            not_compensated: &learnt.not_compensated,
             ripple: &ripple,
         };
         self.json.text(&result.text())?;

@@ -1,7 +1,7 @@
 //! Writes a compensation into a stand file and keeps the rest of the file unchanged.
 
 use stand_firmware::compensation::Compensation;
-use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, value};
+use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, TomlError, value};
 
 /// A new stand file: all values are those of the default stand.
 pub const NEW: &str = "# Values that are not given are those of the default stand.\n";
@@ -10,8 +10,8 @@ pub const NEW: &str = "# Values that are not given are those of the default stan
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FileError {
     /// The text is not TOML.
-    #[error("{0}")]
-    Toml(String),
+    #[error("{}", .0.to_string().trim().replace('\n', " "))]
+    Toml(#[from] TomlError),
     /// The key exists and is not a table.
     #[error("{0} must be a table")]
     NoTable(&'static str),
@@ -22,8 +22,7 @@ pub enum FileError {
 /// # Errors
 /// The text is not TOML, or its `firmware` is not a table.
 pub fn with_compensation(text: &str, compensation: &Compensation) -> Result<String, FileError> {
-    let mut document: DocumentMut =
-        text.parse().map_err(|e: toml_edit::TomlError| FileError::Toml(e.to_string().trim().replace('\n', " ")))?;
+    let mut document: DocumentMut = text.parse()?;
     let root = document.as_table_mut();
     if !root.contains_key("firmware") {
         let mut firmware = Table::new();

@@ -9,5 +9,5 @@ pub mod ripple;
 pub mod serial_stand;
 pub mod simulated_stand;
 
-pub use learn::{LearnError, Learnt, learn};
+pub use learn::{LearnError, Learnt, NotCompensated, learn};
 pub use ripple::{Ripple, RippleError, ripple};

@@ -42,8 +42,13 @@ pub enum RippleError {
     #[error(transparent)]
     Session(#[from] SessionError),
     /// The platform did not turn far enough.
-    #[error("at {0} rad/s the platform did not turn far enough to measure the ripple: {1}")]
-    NotTurned(f64, String),
+    #[error("at {rate_rad_s} rad/s the platform did not turn far enough to measure the ripple: {}", .fault.as_deref().unwrap_or("blocked or too slow"))]
+    NotTurned {
+        /// Rate setpoint, rad/s.
+        rate_rad_s: f64,
+        /// The fault that stopped the drive; `None`: there was none.
+        fault: Option<String>,
+    },
     /// Harmonics are configured and were not active.
     #[error(
         "at {0} rad/s the index was not detected, so the harmonics cannot be compensated; check that the platform turns freely and that the index is wired"
@@ -66,7 +71,7 @@ pub fn ripple(stand: &Stand, compensation: &Compensation, rate_rad_s: f64, order
     let first = (settle_s * 1e3) as usize;
     let until_rad = record.true_theta_rad.get(first).copied().unwrap_or(f64::INFINITY) + turns * TAU;
     let Some(end) = record.true_theta_rad.iter().position(|theta| *theta >= until_rad) else {
-        return Err(RippleError::NotTurned(rate_rad_s, record.note("fault").unwrap_or("blocked or too slow").to_owned()));
+        return Err(RippleError::NotTurned { rate_rad_s, fault: record.note("fault").map(str::to_owned) });
     };
     let compensated = record.compensating.get(first).is_some_and(|c| c.contains(Compensating::HARMONICS));
     let orders = orders.iter().map(|order| (*order, amplitude(&record, first, end, *order))).collect();

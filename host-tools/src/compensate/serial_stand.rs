@@ -7,9 +7,10 @@ use std::time::Duration;
 
 use embassy_futures::block_on;
 use stand_firmware::compensation::Compensation;
+use stand_firmware::config::ConfigError;
 use stand_firmware::settings::{FIELDS, Kept};
 
-use super::{LearnError, learn};
+use super::{LearnError, NotCompensated, learn};
 use crate::acquire::connection::ConnectionError;
 use crate::acquire::link::{LinkError, SerialLink};
 use crate::acquire::preparation::find_index;
@@ -32,12 +33,12 @@ pub enum SerialCompensationError {
     #[error(transparent)]
     Learn(#[from] LearnError),
     /// The firmware's limits exclude the compensation.
-    #[error("{model}: {message}")]
+    #[error("{model}: {limit}")]
     Invalid {
         /// The model.
         model: String,
         /// The limit.
-        message: String,
+        limit: ConfigError,
     },
     /// The stand has not seen its index.
     #[error(
@@ -71,13 +72,13 @@ pub enum SerialCompensationError {
     },
 }
 
-/// What is in force on the stand afterwards.
+/// The compensation that the stand has in force.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InForce {
     /// Lines of `COMPensation:LIST?`.
     pub lines: Vec<String>,
-    /// Torques of the model that are not compensated.
-    pub left_out: Vec<String>,
+    /// What is not compensated.
+    pub not_compensated: Vec<NotCompensated>,
 }
 
 /// Writes the compensation from `model` (fitted to `log`) into the stand; with `save` also into its flash.
@@ -91,7 +92,7 @@ pub fn write_model(link: &mut SerialLink, model: &Model, log: Option<&Log>, save
     // The firmware's own check, before anything is changed.
     let mut after = settings;
     after.settings.compensation = compensation;
-    after.config().map_err(|e| SerialCompensationError::Invalid { model: model.name().to_owned(), message: e.to_string() })?;
+    after.config().map_err(|limit| SerialCompensationError::Invalid { model: model.name().to_owned(), limit })?;
     if !compensation.harmonics.is_empty() && !block_on(find_index(link, false))? {
         return Err(SerialCompensationError::NoIndex { port: link.name() });
     }
@@ -102,7 +103,7 @@ pub fn write_model(link: &mut SerialLink, model: &Model, log: Option<&Log>, save
         }
         return Err(SerialCompensationError::Restored { error });
     }
-    finish(link, save, learnt.left_out)
+    finish(link, save, learnt.not_compensated)
 }
 
 /// Has the stand measure its cogging and friction; `progress` receives the stand's progress.
@@ -126,11 +127,11 @@ pub fn measure(link: &mut SerialLink, save: bool, mut progress: impl FnMut(&str)
 }
 
 /// Saves to flash on request, and reads what is in force.
-fn finish(link: &mut SerialLink, save: bool, left_out: Vec<String>) -> Result<InForce, SerialCompensationError> {
+fn finish(link: &mut SerialLink, save: bool, not_compensated: Vec<NotCompensated>) -> Result<InForce, SerialCompensationError> {
     if save {
         link.command("SETTings:SAVE")?;
     }
-    Ok(InForce { lines: link.query_lines("COMPensation:LIST?")?, left_out })
+    Ok(InForce { lines: link.query_lines("COMPensation:LIST?")?, not_compensated })
 }
 
 /// Commands that set a compensation. Numbers are written in the shortest form that reads back exactly.

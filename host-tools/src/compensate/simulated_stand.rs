@@ -2,8 +2,9 @@
 
 use hal_sim::plant::{Plant, Stand, StandError};
 use hal_sim::session::{self, SessionError};
+use stand_firmware::calibration::CalibrationError;
 
-use super::{Learnt, Ripple, RippleError, ripple};
+use super::{Learnt, NotCompensated, Ripple, RippleError, ripple};
 
 /// Rates at which the ripple is measured, °/s.
 const RATES_DEG_S: [f64; 3] = [10.0, 100.0, 720.0];
@@ -20,8 +21,8 @@ pub enum SelfMeasurementError {
     #[error(transparent)]
     Session(#[from] SessionError),
     /// The firmware rejected the measurement.
-    #[error("{0}")]
-    Rejected(String),
+    #[error(transparent)]
+    Rejected(#[from] CalibrationError),
 }
 
 /// Has the simulated stand measure its cogging and friction; `progress` receives the percentage done.
@@ -31,13 +32,12 @@ pub enum SelfMeasurementError {
 pub fn measure(stand: &Stand, seed: u64, progress: impl Fn(f64)) -> Result<Learnt, SelfMeasurementError> {
     let plant = Plant::new(stand, START_ANGLE_RAD)?;
     let calibrated = session::calibrate(stand.setup(), plant, seed, |watch| progress(watch.percent().into()))?;
-    let found = calibrated.outcome.map_err(|refused| SelfMeasurementError::Rejected(refused.to_string()))?;
-    let left_out = if found.compensation.harmonics.is_empty() {
-        vec![format!("no harmonic is above the noise threshold of {} N m", format_args!("{:.2e}", found.threshold_N_m))]
-    } else {
-        Vec::new()
-    };
-    Ok(Learnt { compensation: found.compensation, left_out })
+    let found = calibrated.outcome?;
+    let mut not_compensated = Vec::new();
+    if found.compensation.harmonics.is_empty() {
+        not_compensated.push(NotCompensated::NoHarmonic { threshold_N_m: found.threshold_N_m });
+    }
+    Ok(Learnt { compensation: found.compensation, not_compensated })
 }
 
 /// The ripple at 10, 100 and 720 °/s of the stands `before` and `after` compensation, by the harmonic orders of the latter.

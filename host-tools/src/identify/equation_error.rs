@@ -2,7 +2,7 @@
 
 use super::fit::equation_error::{self, EquationErrorFit, InverseModelError, Settings};
 use super::fit::prepare::PrepareError;
-use super::fit::{self, FitError, FitResult};
+use super::fit::{self, FitError, FitResult, PreparedLog};
 use crate::log::Log;
 use crate::log::plausible::{self, Defect};
 use crate::model::{Input, Model};
@@ -48,18 +48,16 @@ pub fn fit(log: &Log, model: &Model, cutoff_hz: Option<f64>, all_rows: bool) -> 
     if !findings.is_empty() {
         return Ok(EquationErrorResult::ImplausibleLog(findings));
     }
-    let equation = equation_error::fit(log, model, settings)?;
-    let free_run = free_run(log, model, all_rows)?;
+    equation_error::angle(log)?;
+    let (data, _) = fit::prepare::prepare(log, model, !all_rows)?;
+    let equation = equation_error::fit_prepared(log, &data, model, settings)?;
+    let free_run = (model.input() != Input::Motion).then(|| free_run(&data, model));
     Ok(EquationErrorResult::Fitted(Box::new(EquationErrorComparison { equation, free_run })))
 }
 
-fn free_run(log: &Log, model: &Model, all_rows: bool) -> Result<Option<Result<FitResult, FitError>>, PrepareError> {
-    if model.input() == Input::Motion {
-        return Ok(None);
-    }
-    let (record, _) = fit::prepare::prepare(log, model, !all_rows)?;
-    let (system, parameters) = fit::build::system(model, record.temp_C.is_some());
-    Ok(Some(fit::fit(&system, &parameters, &record)))
+fn free_run(data: &PreparedLog, model: &Model) -> Result<FitResult, FitError> {
+    let (system, parameters) = fit::build::system(model, data.temp_C.is_some());
+    fit::fit(&system, &parameters, data)
 }
 
 impl EquationErrorComparison {

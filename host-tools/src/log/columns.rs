@@ -3,7 +3,7 @@
 use std::sync::LazyLock;
 
 use stand_firmware::telemetry::CHANNELS;
-use stand_firmware::telemetry::channel::Sampling;
+use stand_firmware::telemetry::channel::{Channel, Sampling, Source};
 
 /// A column with a fixed meaning.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,20 +16,30 @@ pub struct KnownColumn {
     pub description: &'static str,
     /// Mean over [t_k, t_k+1) by convention; otherwise the value at t_k.
     pub mean_over_row: bool,
+    /// Quantity of the drive, which a model may use: a note about the column must be understood.
+    pub of_drive: bool,
 }
 
 /// All columns with a fixed meaning. Those of the stand come from its table of channels.
 pub static KNOWN: LazyLock<Vec<KnownColumn>> = LazyLock::new(|| {
-    let time = KnownColumn { name: "t_s", unit: "s", description: "time", mean_over_row: false };
-    let torque = KnownColumn { name: "torque_N_m", unit: "N m", description: "drive torque", mean_over_row: true };
+    let time = KnownColumn { name: "t_s", unit: "s", description: "time", mean_over_row: false, of_drive: true };
+    let torque = KnownColumn { name: "torque_N_m", unit: "N m", description: "drive torque", mean_over_row: true, of_drive: true };
     let channels = CHANNELS.iter().filter(|channel| channel.is_column()).map(|channel| KnownColumn {
         name: channel.name,
         unit: channel.unit,
         description: channel.description,
         mean_over_row: channel.sampling == Sampling::Mean,
+        of_drive: is_of_drive(channel),
     });
     [time, torque].into_iter().chain(channels).collect()
 });
+
+/// The channel is a command or a reading of the drive in each row. Other channels are those of the device under test and of the gyroscope,
+/// and summaries of whole turns.
+fn is_of_drive(channel: &Channel) -> bool {
+    let drive = matches!(channel.source, Source::Command | Source::Drive | Source::Encoder | Source::RateSensor);
+    drive && channel.sampling != Sampling::PerTurn
+}
 
 /// The column of this name, if its meaning is fixed.
 pub fn known(name: &str) -> Option<&'static KnownColumn> {

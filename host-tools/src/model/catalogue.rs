@@ -18,18 +18,45 @@ const fn base(name: &'static str, unit: &'static str, description: &'static str,
 }
 
 /// Base parameters: rigid rotor J ω' = K i, quasi-static armature i = (u − K ω)/R.
-pub static BASE: [Parameter; 3] = [
+static BASE: [Parameter; 3] = [
     base("inertia_kg_m2", "kg m²", "total moment of inertia J", 2.5e-4),
     base("motor_constant_N_m_A", "N m/A", "motor constant K, of torque and back-EMF", 0.05),
     base("resistance_ohm", "Ω", "winding resistance R", 5.0),
 ];
 
+/// A base parameter: a parameter of every drive, whatever its effects.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BaseParameter {
+    /// Total moment of inertia J.
+    Inertia,
+    /// Motor constant K.
+    MotorConstant,
+    /// Winding resistance R.
+    Resistance,
+}
+
+impl BaseParameter {
+    /// All base parameters, in the order of the model file.
+    pub const ALL: [BaseParameter; 3] = [BaseParameter::Inertia, BaseParameter::MotorConstant, BaseParameter::Resistance];
+
+    /// Its entry in the catalogue.
+    pub fn info(self) -> &'static Parameter {
+        &BASE[self as usize]
+    }
+
+    /// Name in the model file.
+    pub fn name(self) -> &'static str {
+        self.info().name
+    }
+}
+
 /// Base parameters that a model with this input needs.
-pub(super) fn needed(input: Input) -> &'static [&'static str] {
+pub(super) fn needed(input: Input) -> &'static [BaseParameter] {
+    use BaseParameter::{Inertia, MotorConstant, Resistance};
     match input {
-        Input::Voltage => &["inertia_kg_m2", "motor_constant_N_m_A", "resistance_ohm"],
-        Input::Current => &["inertia_kg_m2", "motor_constant_N_m_A"],
-        Input::Torque => &["inertia_kg_m2"],
+        Input::Voltage => &[Inertia, MotorConstant, Resistance],
+        Input::Current => &[Inertia, MotorConstant],
+        Input::Torque => &[Inertia],
         // Which ones are needed depends on the outputs.
         Input::Motion => &[],
     }
@@ -96,9 +123,10 @@ pub(super) fn blank(input: Input) -> String {
         "[drive]\ninput = \"{}\" # u_V, i_A, torque_N_m, or theta_rad (prescribed motion)\n# outputs = [\"omega_rad_s\"] # default: all columns that the log has\neffects = []\n\n[parameters] # start values of a fit; {{ value = …, fixed = true }} fixes a parameter\n",
         input.column()
     );
-    for parameter in &BASE {
-        let is_needed = needed(input).contains(&parameter.name) || (input == Input::Motion && parameter.name != "resistance_ohm");
+    for base in BaseParameter::ALL {
+        let is_needed = needed(input).contains(&base) || (input == Input::Motion && base != BaseParameter::Resistance);
         if is_needed {
+            let parameter = base.info();
             text.push_str(&format!("{} = {} # {}, {}\n", parameter.name, number(parameter.start), parameter.description, parameter.unit));
         }
     }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use drive_model::Card;
 use toml_edit::TableLike;
 
-use super::catalogue::{self, BASE, with_instance};
+use super::catalogue::{self, BaseParameter, with_instance};
 use super::error::{ModelError, ModelErrorKind};
 use super::read::Reader;
 use super::user_effects::{SummingPoint, UserEffect};
@@ -18,13 +18,14 @@ impl Reader<'_> {
         let mut needed = catalogue::needed(input).to_vec();
         if let (Input::Motion, Some(outputs)) = (input, outputs) {
             let voltage = outputs.contains(&Channel::Voltage);
-            needed.extend((voltage || outputs.contains(&Channel::Current)).then_some("motor_constant_N_m_A"));
-            needed.extend(voltage.then_some("resistance_ohm"));
+            needed.extend((voltage || outputs.contains(&Channel::Current)).then_some(BaseParameter::MotorConstant));
+            needed.extend(voltage.then_some(BaseParameter::Resistance));
         }
-        for info in &BASE {
+        for base in BaseParameter::ALL {
+            let info = base.info();
             match self.take(info.name, Some(info))? {
                 Some(parameter) => self.parameters.push(parameter),
-                None if needed.contains(&info.name) => {
+                None if needed.contains(&base) => {
                     let example = catalogue::number(info.start);
                     return self.fail(span, "", ModelErrorKind::Needed { name: info.name, input: input.column(), example });
                 }

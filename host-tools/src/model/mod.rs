@@ -23,7 +23,7 @@ use std::path::Path;
 use drive_model::{Card, Parameter, ParameterKind};
 use toml_edit::DocumentMut;
 
-pub use catalogue::BASE;
+pub use catalogue::BaseParameter;
 pub use error::{ModelError, ModelErrorKind};
 pub use user_effects::{SummingPoint, UserEffect};
 
@@ -240,6 +240,16 @@ impl Model {
     /// Index of that name in [`Model::parameters`].
     pub fn index(&self, name: &str) -> Option<usize> {
         self.parameters.iter().position(|p| p.name == name)
+    }
+
+    /// The value of a base parameter; `None` if the model does not have it.
+    pub fn base(&self, parameter: BaseParameter) -> Option<f64> {
+        self.value(parameter.name())
+    }
+
+    /// Index of a base parameter in [`Model::parameters`].
+    pub fn base_index(&self, parameter: BaseParameter) -> Option<usize> {
+        self.index(parameter.name())
     }
 
     /// Remarks for the user, one line each: start values, effects without influence.

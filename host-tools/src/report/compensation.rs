@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
-use serde_json::{Value, json};
-use stand_firmware::compensation::Compensation;
+use serde::Serialize;
+use serde_json::Value;
+use stand_firmware::compensation::{Compensation, MAX_HARMONICS};
 
-use super::finite;
-use crate::compensate::Ripple;
+use super::json::value;
 use crate::compensate::serial_stand::InForce;
+use crate::compensate::{NotCompensated, Ripple};
 
 /// A compensation written into the file of a simulated stand, with its effect on the ripple.
 pub struct FileCompensation<'a> {
@@ -17,8 +18,8 @@ pub struct FileCompensation<'a> {
     pub source: &'static str,
     /// The compensation.
     pub compensation: &'a Compensation,
-    /// Torques of the model that are not compensated.
-    pub left_out: &'a [String],
+    /// What is not compensated.
+    pub not_compensated: &'a [NotCompensated],
     /// Ripple before and after, for each rate.
     pub ripple: &'a [[Ripple; 2]],
 }
@@ -33,8 +34,8 @@ impl FileCompensation<'_> {
             let (order, torque, phase) = (harmonic.order, short(harmonic.torque_N_m), harmonic.phase_rad);
             text += &format!("  harmonic {order:>3}: {torque} N m, phase {phase:.4} rad from the index\n");
         }
-        for line in self.left_out {
-            text += &format!("  not compensated: {line}\n");
+        for torque in self.not_compensated {
+            text += &format!("  not compensated: {}\n", not_compensated(torque));
         }
         text += "\nRipple of the true rate of the simulated stand (amplitude of each harmonic; standard deviation over 1°):\n";
         text += "     rate                        before       after   reduction\n";
@@ -57,33 +58,68 @@ impl FileCompensation<'_> {
 
     /// The result as JSON.
     pub fn json(&self) -> Value {
-        let ripple = self.ripple.iter().map(|[before, after]| {
-            let orders = before.orders.iter().zip(&after.orders).map(|((order, was), (_, is))| {
-                json!({ "order": order, "before_rad_s": finite(*was), "after_rad_s": finite(*is), "factor": finite(was / is) })
-            });
-            json!({
-                "rate_rad_s": before.rate_rad_s,
-                "orders": orders.collect::<Vec<_>>(),
-                "one_degree": { "before": finite(before.one_degree), "after": finite(after.one_degree) },
-            })
-        });
-        let c = self.compensation;
-        let harmonics = c.harmonics.as_slice().iter();
-        json!({
-            "stand": self.path.display().to_string(),
-            "source": self.source,
-            "compensation": {
-                "coulomb_N_m": c.coulomb_N_m,
-                "coulomb_fade_rad_s": c.coulomb_fade_rad_s,
-                "viscous_N_m_s": c.viscous_N_m_s,
-                "winding_lag_s": c.winding_lag_s,
-                "harmonics": harmonics
-                    .map(|h| json!({ "order": h.order, "torque_N_m": h.torque_N_m, "phase_rad": h.phase_rad }))
-                    .collect::<Vec<_>>(),
-            },
-            "left_out": self.left_out,
-            "ripple": ripple.collect::<Vec<_>>(),
+        value(&FileCompensationJson {
+            stand: self.path.display().to_string(),
+            source: self.source,
+            compensation: self.compensation,
+            left_out: self.not_compensated.iter().map(not_compensated).collect(),
+            ripple: self.ripple.iter().map(ripple).collect(),
         })
+    }
+}
+
+#[derive(Serialize)]
+struct FileCompensationJson<'a> {
+    stand: String,
+    source: &'static str,
+    compensation: &'a Compensation,
+    left_out: Vec<String>,
+    ripple: Vec<RippleJson>,
+}
+
+#[derive(Serialize)]
+struct RippleJson {
+    rate_rad_s: f64,
+    orders: Vec<HarmonicJson>,
+    one_degree: OneDegreeJson,
+}
+
+#[derive(Serialize)]
+struct HarmonicJson {
+    order: u16,
+    before_rad_s: f64,
+    after_rad_s: f64,
+    factor: f64,
+}
+
+#[derive(Serialize)]
+struct OneDegreeJson {
+    before: f64,
+    after: f64,
+}
+
+fn ripple([before, after]: &[Ripple; 2]) -> RippleJson {
+    let orders = before.orders.iter().zip(&after.orders);
+    let harmonic = |(&(order, before_rad_s), &(_, after_rad_s)): (&(u16, f64), &(u16, f64))| HarmonicJson {
+        order,
+        before_rad_s,
+        after_rad_s,
+        factor: before_rad_s / after_rad_s,
+    };
+    RippleJson {
+        rate_rad_s: before.rate_rad_s,
+        orders: orders.map(harmonic).collect(),
+        one_degree: OneDegreeJson { before: before.one_degree, after: after.one_degree },
+    }
+}
+
+/// The reason why a torque is not compensated.
+fn not_compensated(torque: &NotCompensated) -> String {
+    match torque {
+        NotCompensated::Effect(name) => format!("{name}: the firmware has no compensation for it"),
+        NotCompensated::UserEffect(name) => format!("{name}: the firmware has no compensation for user-defined effects"),
+        NotCompensated::WeakHarmonic(order) => format!("harmonic order {order}: the firmware holds the {MAX_HARMONICS} largest"),
+        NotCompensated::NoHarmonic { threshold_N_m } => format!("no harmonic is above the noise threshold of {threshold_N_m:.2e} N m"),
     }
 }
 
@@ -92,13 +128,23 @@ pub fn serial_text(port: &str, result: &InForce, saved: bool) -> String {
     let flash = if saved { " and saved in its flash" } else { "; SETTings:SAVE saves it" };
     let mut text = format!("{port}: the compensation is in force{flash}\n");
     result.lines.iter().for_each(|line| text += &format!("  {line}\n"));
-    result.left_out.iter().for_each(|line| text += &format!("  not compensated: {line}\n"));
+    result.not_compensated.iter().for_each(|torque| text += &format!("  not compensated: {}\n", not_compensated(torque)));
     text
+}
+
+#[derive(Serialize)]
+struct SerialCompensationJson<'a> {
+    port: &'a str,
+    source: &'a str,
+    in_force: &'a [String],
+    saved: bool,
+    left_out: Vec<String>,
 }
 
 /// A compensation in force on the stand behind `port`, as JSON; `source`: `model` or `measured`.
 pub fn serial_json(port: &str, source: &str, result: &InForce, saved: bool) -> Value {
-    json!({ "port": port, "source": source, "in_force": result.lines, "saved": saved, "left_out": result.left_out })
+    let left_out = result.not_compensated.iter().map(not_compensated).collect();
+    value(&SerialCompensationJson { port, source, in_force: &result.lines, saved, left_out })
 }
 
 /// A number with three digits.

@@ -1,9 +1,12 @@
 //! A fit by equation error beside the output-error fit, as text and JSON.
 
-use serde_json::{Map, Value, json};
+use serde::Serialize;
+use serde_json::Value;
 
-use super::{Style, finite, plain, significant, with_sigma};
+use super::json::{Entries, value};
+use super::{Style, plain, significant, with_sigma};
 use crate::identify::equation_error::EquationErrorComparison;
+use crate::identify::fit::{ChannelFit, FitError, FitResult, Parameters};
 use crate::log::Log;
 use crate::model::Model;
 
@@ -66,34 +69,81 @@ impl Fit<'_> {
 
     fn json(&self) -> Value {
         let e = &self.fit.equation;
-        let parameter = |value: f64, sigma: f64, fixed: bool| json!({"value": finite(value), "sigma": finite(sigma), "fixed": fixed});
-        let own = e.parameters.list.iter().zip(&e.sigmas).map(|(p, &s)| (p.name.clone(), parameter(p.value, s, p.fixed)));
-        let free = match &self.fit.free_run {
-            None => Value::Null,
-            Some(Err(error)) => json!({"error": error.to_string()}),
-            Some(Ok(held)) => {
-                let list = held.parameters.list.iter().zip(&held.sigmas);
-                let parameters: Map<String, Value> = list.map(|(p, &s)| (p.name.clone(), parameter(p.value, s, p.fixed))).collect();
-                let outputs = held.channels.iter().map(|f| {
-                    let says = json!({"rms": finite(f.rms), "noise": finite(f.noise), "ratio": finite(f.rms / f.noise)});
-                    (f.channel.column().to_owned(), says)
-                });
-                json!({"parameters": parameters, "outputs": outputs.collect::<Map<_, _>>(), "converged": held.converged})
-            }
-        };
-        let explained =
-            json!({"rms": finite(e.rms), "error_percent": finite(e.error_percent), "rows": e.rows, "unit": super::unit(e.explained)});
-        json!({
-            "log": self.log.path().display().to_string(),
-            "model": self.model.name(),
-            "method": "equation-error",
-            "parameters": own.collect::<Map<_, _>>(),
-            "not_identifiable": [],
-            "outputs": {e.explained.column(): explained},
-            "condition": finite(e.condition),
-            "cutoff_Hz": finite(e.settings.cutoff_hz),
-            "one_row_of": e.decimation,
-            "free_run": free,
+        let explained = ExplainedJson { rms: e.rms, error_percent: e.error_percent, rows: e.rows, unit: super::unit(e.explained) };
+        value(&EquationErrorJson {
+            log: self.log.path().display().to_string(),
+            model: self.model.name(),
+            method: "equation-error",
+            parameters: parameters(&e.parameters, &e.sigmas),
+            not_identifiable: [],
+            outputs: Entries(vec![(e.explained.column().to_owned(), explained)]),
+            condition: e.condition,
+            cutoff_Hz: e.settings.cutoff_hz,
+            one_row_of: e.decimation,
+            free_run: self.fit.free_run.as_ref().map(free_run),
         })
+    }
+}
+
+/// The answer of `stand fit --equation-error --json`.
+#[derive(Serialize)]
+struct EquationErrorJson<'a> {
+    log: String,
+    model: &'a str,
+    method: &'static str,
+    parameters: Entries<ParameterJson>,
+    not_identifiable: [(); 0],
+    outputs: Entries<ExplainedJson>,
+    condition: f64,
+    cutoff_Hz: f64,
+    one_row_of: usize,
+    free_run: Option<FreeRunJson>,
+}
+
+#[derive(Serialize)]
+struct ParameterJson {
+    value: f64,
+    sigma: f64,
+    fixed: bool,
+}
+
+#[derive(Serialize)]
+struct ExplainedJson {
+    rms: f64,
+    error_percent: f64,
+    rows: usize,
+    unit: &'static str,
+}
+
+#[derive(Serialize)]
+#[serde(untagged)]
+enum FreeRunJson {
+    Fitted { parameters: Entries<ParameterJson>, outputs: Entries<OutputJson>, converged: bool },
+    Failed { error: String },
+}
+
+#[derive(Serialize)]
+struct OutputJson {
+    rms: f64,
+    noise: f64,
+    ratio: f64,
+}
+
+fn parameters(parameters: &Parameters, sigmas: &[f64]) -> Entries<ParameterJson> {
+    let list = parameters.list.iter().zip(sigmas);
+    Entries(list.map(|(p, &sigma)| (p.name.clone(), ParameterJson { value: p.value, sigma, fixed: p.fixed })).collect())
+}
+
+fn free_run(result: &Result<FitResult, FitError>) -> FreeRunJson {
+    match result {
+        Ok(fit) => {
+            let output = |f: &ChannelFit| OutputJson { rms: f.rms, noise: f.noise, ratio: f.rms / f.noise };
+            FreeRunJson::Fitted {
+                parameters: parameters(&fit.parameters, &fit.sigmas),
+                outputs: Entries(fit.channels.iter().map(|f| (f.channel.column().to_owned(), output(f))).collect()),
+                converged: fit.converged,
+            }
+        }
+        Err(error) => FreeRunJson::Failed { error: error.to_string() },
     }
 }

@@ -3,11 +3,6 @@
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
-/// A number, or `null` where it is not finite.
-pub fn finite(x: f64) -> Value {
-    if x.is_finite() { json!(x) } else { Value::Null }
-}
-
 /// An answer as JSON.
 pub fn value(answer: &impl Serialize) -> Value {
     // Fails only on maps whose keys are not strings; no answer has one.

@@ -33,7 +33,6 @@ pub use bad_log::{bad_log_html, bad_log_json, bad_log_text};
 pub use comparison::{Comparison, compare_json, fit_json, html as comparison_html, text as comparison_text};
 pub use defects::defect;
 pub use explanation::{explain_bad_log_json, explain_html, explain_json, explain_text};
-pub use json::finite;
 pub use misfits::sentence as misfit;
 pub use numbers::{grouped, p_statement, p_value, plain, significant, with_sigma};
 pub use terminal::{Style, sparkline};

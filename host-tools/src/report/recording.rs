@@ -1,7 +1,9 @@
 //! A recorded log, summarised as text and JSON.
 
-use serde_json::{Value, json};
+use serde::Serialize;
+use serde_json::Value;
 
+use super::json::value;
 use crate::acquire::profile_recording::{ProfileRecording, early_end};
 
 /// Summary as text.
@@ -25,12 +27,31 @@ pub fn text(r: &ProfileRecording) -> String {
     text
 }
 
+#[derive(Serialize)]
+struct RecordingJson {
+    log: String,
+    samples: usize,
+    duration_s: f64,
+    lost_rows: u64,
+    lost_frames: u64,
+    damaged: u64,
+    #[serde(rename = "left_out")]
+    incomplete_rows: u64,
+    theta_zero: Option<&'static str>,
+    ended: Option<String>,
+}
+
 /// Summary as JSON.
 pub fn json(r: &ProfileRecording) -> Value {
-    json!({
-        "log": r.log.path().display().to_string(), "samples": r.log.len(), "duration_s": r.log.duration_s(),
-        "lost_rows": r.lost_rows, "lost_frames": r.line_losses.frames, "damaged": r.line_losses.damaged, "left_out": r.incomplete_rows,
-        "theta_zero": if r.has_index { json!("index") } else { Value::Null },
-        "ended": early_end(&r.end),
+    value(&RecordingJson {
+        log: r.log.path().display().to_string(),
+        samples: r.log.len(),
+        duration_s: r.log.duration_s(),
+        lost_rows: r.lost_rows,
+        lost_frames: r.line_losses.frames,
+        damaged: r.line_losses.damaged,
+        incomplete_rows: r.incomplete_rows,
+        theta_zero: r.has_index.then_some("index"),
+        ended: early_end(&r.end),
     })
 }

@@ -1,7 +1,11 @@
 //! A simulated log, summarised as text and JSON.
 
-use serde_json::{Map, Value, json};
+use std::collections::BTreeMap;
 
+use serde::Serialize;
+use serde_json::Value;
+
+use super::json::{Entries, value};
 use crate::acquire::hidden::HiddenEffect;
 use crate::log::Log;
 
@@ -30,19 +34,37 @@ pub fn text(log: &Log, hidden: Option<&HiddenEffect>, reveal: bool) -> String {
     text
 }
 
+#[derive(Serialize)]
+struct SimulationJson<'a> {
+    log: String,
+    samples: usize,
+    duration_s: f64,
+    columns: Vec<&'a str>,
+    notes: Entries<&'a str>,
+    hidden: Option<HiddenJson<'a>>,
+}
+
+/// The hidden effect, disclosed.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum HiddenJson<'a> {
+    Effect { effect: &'static str, parameters: &'a BTreeMap<String, f64> },
+    None(&'static str),
+}
+
 /// Summary of the log as JSON.
 pub fn json(log: &Log, hidden: Option<&HiddenEffect>, reveal: bool) -> Value {
-    json!({
-        "log": log.path().display().to_string(),
-        "samples": log.len(),
-        "duration_s": log.duration_s(),
-        "columns": columns(log),
-        "notes": log.notes().iter().map(|(k, v)| (k.clone(), json!(v))).collect::<Map<_, _>>(),
-        "hidden": match (hidden, reveal) {
-            (Some(hidden), true) => json!({ "effect": hidden.effect, "parameters": hidden.parameters }),
-            (None, true) => json!("none"),
-            _ => Value::Null,
-        },
+    let disclosed = || match hidden {
+        Some(hidden) => HiddenJson::Effect { effect: hidden.effect, parameters: &hidden.parameters },
+        None => HiddenJson::None("none"),
+    };
+    value(&SimulationJson {
+        log: log.path().display().to_string(),
+        samples: log.len(),
+        duration_s: log.duration_s(),
+        columns: columns(log),
+        notes: Entries(log.notes().iter().map(|(key, value)| (key.clone(), value.as_str())).collect()),
+        hidden: reveal.then(disclosed),
     })
 }
 

@@ -6,7 +6,7 @@ use super::coverage::Coverage;
 use super::criteria::Criteria;
 use super::experiment::NextExperiment;
 use super::reasons::{NotVisible, Refusal, Remark};
-use crate::identify::fit::FitResult;
+use crate::identify::fit::{FitResult, Preparation, PreparedLog};
 use crate::identify::residual::Misfit;
 use crate::log::Log;
 use crate::model::{Channel, Model, SummingPoint};
@@ -177,6 +177,8 @@ pub struct Explanation {
     pub logs: Vec<String>,
     /// All logs as one, each at least a segment of its own. `given` and `explained` are fits to it.
     pub log: Log,
+    /// The preparation of that log, see [`Explanation::data`].
+    pub preparation: Preparation,
     /// The range of operation that it covers.
     pub coverage: Coverage,
     /// Remarks on the preparation and the search.
@@ -185,4 +187,11 @@ pub struct Explanation {
     pub criteria: Criteria,
     /// Duration of the computation, s.
     pub seconds: f64,
+}
+
+impl Explanation {
+    /// The log as it was fitted.
+    pub fn data(&self) -> PreparedLog<'_> {
+        self.preparation.with_columns(&self.log)
+    }
 }

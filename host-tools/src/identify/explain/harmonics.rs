@@ -9,6 +9,7 @@ mod local_torque;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
+use drive_model::effects::viscous;
 use drive_model::{HarmonicSource, Screening};
 use rayon::prelude::*;
 
@@ -16,7 +17,7 @@ use super::criteria::HarmonicCriteria;
 use super::fitted_model::FittedModel;
 use super::motion::{angle, measured_current};
 use crate::identify::fit::PreparedLog;
-use crate::model::{Channel, Input, Model};
+use crate::model::{BaseParameter, Channel, Input, Model};
 
 /// Orders, in periods per turn, that are worth an exact screening, the best first.
 #[derive(Debug, Clone, Default)]
@@ -147,8 +148,10 @@ struct Scan<'s> {
     demand_per_torque: f64,
     /// Weights of rate, current or torque, angle; 0 where not compared.
     weights: (f64, f64, f64),
+    /// Motor constant, N m/A; `None`: not in the model.
     motor_constant: Option<f64>,
     current_is_measured: bool,
+    /// Largest rate, rad/s.
     largest_rate: f64,
 }
 
@@ -156,12 +159,13 @@ impl<'s> Scan<'s> {
     fn new(base: &'s FittedModel, theta: &[f64]) -> Self {
         let (model, data, weights): (&Model, &PreparedLog, &[f64]) = (&base.model, &base.data, &base.weights);
         let residuals = base.residuals();
-        let value = |name: &str| model.value(name).unwrap_or(0.0);
-        let inertia = value("inertia_kg_m2");
-        let (motor_constant, resistance) = (model.value("motor_constant_N_m_A"), value("resistance_ohm").max(1e-9));
+        let inertia = model.base(BaseParameter::Inertia).unwrap_or(0.0);
+        let motor_constant = model.base(BaseParameter::MotorConstant);
+        let resistance = model.base(BaseParameter::Resistance).unwrap_or(0.0).max(1e-9);
+        let viscous_N_m_s = model.value(viscous::CARD.parameters[0].name).unwrap_or(0.0);
         let k = motor_constant.unwrap_or(0.0);
         let by_voltage = data.driven == Input::Voltage;
-        let damping = value("viscous_N_m_s").max(0.0) + if by_voltage { k * k / resistance } else { 0.0 };
+        let damping = viscous_N_m_s.max(0.0) + if by_voltage { k * k / resistance } else { 0.0 };
         let x = if inertia > 0.0 { damping / inertia * data.dt_s } else { 0.0 };
         let decay = (-x).exp();
         let rate_per_torque = match (inertia > 0.0 && data.driven != Input::Motion, x > 1e-9) {

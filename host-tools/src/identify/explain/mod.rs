@@ -53,8 +53,8 @@ pub use experiment::{NextExperiment, Purpose};
 pub use join_logs::JoinError;
 pub use reasons::{NotVisible, Progress, Refusal, Remark};
 
-use crate::identify::fit::FitError;
 use crate::identify::fit::prepare::{self, PrepareError};
+use crate::identify::fit::{FitError, Preparation};
 use crate::identify::residual;
 use crate::log::Log;
 use crate::log::plausible::{self, Defect};
@@ -128,6 +128,7 @@ pub fn explain_by(
     progress(&Progress::FittingGiven);
     let base = FittedModel::fit(context, model, data)?;
     let (given_data, given) = (base.data.clone(), base.fit.clone());
+    let preparation = Preparation::of(&given_data);
     let (search, failures) = rayon::join(|| search::search(base, progress), || residual::misfits(&log, &given_data, &given));
     let mut search = search?;
     progress(&Progress::ExaminingRemainder);
@@ -157,6 +158,7 @@ pub fn explain_by(
         logs: paths,
         coverage,
         log,
+        preparation,
         remarks,
         criteria,
         seconds: begin.elapsed().as_secs_f64(),

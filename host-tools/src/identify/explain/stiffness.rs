@@ -4,14 +4,14 @@ use drive_model::Elastic;
 
 use super::criteria::TrialCriteria;
 use crate::identify::fit::Parameters;
-use crate::model::Model;
+use crate::model::{BaseParameter, Model};
 
 /// Smallest and largest share of the inertia at the motor, of a fitted shaft.
 const SHARE_RANGE: (f64, f64) = (0.03, 0.97);
 
 /// Ranges of stiffness, damping and share of a fitted shaft. A resonance that the sampling does not resolve is a rigid shaft.
 pub fn shaft_ranges(model: &Model, dt_s: f64, criteria: &TrialCriteria) -> [(f64, f64); 3] {
-    let inertia = model.value("inertia_kg_m2").unwrap_or(1.0);
+    let inertia = model.base(BaseParameter::Inertia).unwrap_or(1.0);
     let w = std::f64::consts::TAU * criteria.min_shaft_resonance_Hz;
     let stiff = std::f64::consts::TAU * criteria.max_shaft_resonance_per_row / dt_s;
     // J_red lies between 0.05 J (a share of 0.05) and 0.25 J (a share of one half).
@@ -20,7 +20,7 @@ pub fn shaft_ranges(model: &Model, dt_s: f64, criteria: &TrialCriteria) -> [(f64
 
 /// Largest stiffness of a bristle, by the resonance of the rotor on it.
 pub fn max_bristle_stiffness(model: &Model, dt_s: f64, criteria: &TrialCriteria) -> f64 {
-    let inertia = model.value("inertia_kg_m2").unwrap_or(1.0);
+    let inertia = model.base(BaseParameter::Inertia).unwrap_or(1.0);
     let stiff = std::f64::consts::TAU * criteria.max_bristle_resonance_per_row / dt_s;
     inertia * stiff * stiff
 }

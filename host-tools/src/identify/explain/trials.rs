@@ -15,7 +15,7 @@ use super::trial::{Invisible, Trial};
 use super::visibility::not_visible;
 use crate::identify::fit::PreparedLog;
 use crate::log::RateSource;
-use crate::model::{Channel, Input, Model};
+use crate::model::{BaseParameter, Channel, Input, Model};
 use crate::statistics::Extremes;
 
 /// All trials beside a model, and the effects that the logs cannot show.
@@ -90,7 +90,7 @@ fn trials_of(card: &'static Card, base: &FittedModel, orders: &HarmonicOrders) -
             capacities.map(|c| trial(vec![0.0, c, starts[2]], vec![true, false, false], vec![true, true, false], true)).collect()
         }
         Screening::WindingTimeConstants(rows) => {
-            let resistance = model.value("resistance_ohm").unwrap_or(1.0);
+            let resistance = model.base(BaseParameter::Resistance).unwrap_or(1.0);
             let inductances = rows.iter().map(|rows| resistance * rows * data.dt_s.min(criteria.max_winding_interval_s));
             inductances.map(|inductance| trial(vec![inductance], vec![true], vec![true], false)).collect()
         }
@@ -173,7 +173,7 @@ fn coulomb_torque(card: &Card, model: &Model) -> f64 {
 fn shaft(card: &Card, base: &FittedModel, hz: f64, damping: f64) -> Option<[f64; 3]> {
     // The start value of the card: the share is a shaft's last parameter.
     let share = card.parameters.last()?.start;
-    let reduced = base.model.value("inertia_kg_m2")? * share * (1.0 - share);
+    let reduced = base.model.base(BaseParameter::Inertia)? * share * (1.0 - share);
     let w = std::f64::consts::TAU * hz;
     Some([reduced * w * w, 2.0 * damping * reduced * w, share])
 }
@@ -191,7 +191,7 @@ fn largest_rate(data: &PreparedLog, criteria: &TrialCriteria) -> f64 {
 
 /// Largest current, measured or from the voltage, A.
 fn largest_current(model: &Model, data: &PreparedLog) -> f64 {
-    match (measured_current(data), model.value("resistance_ohm")) {
+    match (measured_current(data), model.base(BaseParameter::Resistance)) {
         (Some(i), _) => i.iter().copied().max_abs(),
         (None, Some(resistance)) if data.driven == Input::Voltage => data.input.iter().copied().max_abs() / resistance,
         _ => data.input.iter().copied().max_abs(),

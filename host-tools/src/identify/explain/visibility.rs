@@ -6,7 +6,7 @@ use super::fitted_model::FittedModel;
 use super::motion::turns;
 use super::reasons::NotVisible;
 use crate::log::VoltageSource;
-use crate::model::{Channel, Input};
+use crate::model::{BaseParameter, Channel, Input};
 use crate::statistics::Extremes;
 
 /// Why the logs or the model cannot show the effect: the first condition of its card that is not met; `None` where all are met.
@@ -25,7 +25,7 @@ fn unmet(requirement: Requirement, card: &Card, base: &FittedModel) -> Option<No
     let met = match requirement {
         Requirement::CommandedVoltage => base.context.log.voltage() != VoltageSource::Terminals,
         Requirement::Voltage => input == Input::Voltage || compared(Channel::Voltage),
-        Requirement::MotorConstant => model.index("motor_constant_N_m_A").is_some(),
+        Requirement::MotorConstant => model.base_index(BaseParameter::MotorConstant).is_some(),
         Requirement::Angle => data.theta.is_some() || input == Input::Motion,
         Requirement::ComparedAngle => compared(Channel::Angle),
         Requirement::ComparedRate => compared(Channel::Rate),

@@ -7,7 +7,7 @@ use drive_model::{Card, LawSource};
 
 use super::parameters::{Parameter, Parameters};
 use super::system::{Effect, System};
-use crate::model::Model;
+use crate::model::{BaseParameter, Model};
 
 /// The system of a model, and its parameters in the order of the model.
 ///
@@ -34,9 +34,9 @@ pub fn system(model: &Model, temperature_is_measured: bool) -> (System, Paramete
         effects.push(Effect { name: own.name.clone(), source: Arc::new(own.clone()), parameters: own.parameters.clone() });
     }
     let system = System {
-        inertia: model.index("inertia_kg_m2"),
-        motor_constant: model.index("motor_constant_N_m_A"),
-        resistance: model.index("resistance_ohm"),
+        inertia: model.base_index(BaseParameter::Inertia),
+        motor_constant: model.base_index(BaseParameter::MotorConstant),
+        resistance: model.base_index(BaseParameter::Resistance),
         effects,
     };
     (system, Parameters { list })

@@ -1,5 +1,6 @@
 //! Initial states of the segments: unknowns of the fit besides the parameters.
 
+use drive_model::effects::{coulomb, presliding};
 use drive_rig::{Rig, State};
 
 use super::parameters::{DerivativeScalar, Parameters};
@@ -110,7 +111,9 @@ pub fn starting_states(kinds: &[InitialStateKind], data: &PreparedLog, parameter
             InitialStateKind::Rate => 1e4,
             InitialStateKind::Current => 10.0 / resistance,
             InitialStateKind::Twist => 0.1 + clearance,
-            InitialStateKind::Bristle => (magnitude("coulomb_N_m") / magnitude("presliding_stiffness_N_m_rad")).max(1e-4),
+            InitialStateKind::Bristle => {
+                (magnitude(coulomb::CARD.parameters[0].name) / magnitude(presliding::CARD.parameters[0].name)).max(1e-4)
+            }
             InitialStateKind::Temperature => 30.0,
         })
         .collect();

@@ -31,7 +31,7 @@ use covariance::NoiseColour;
 pub use initial_states::{InitialStateKind, InitialStates, initial_state_kinds, starting_states};
 use normal_equations::MAX_UNKNOWNS;
 pub use parameters::{Parameter, Parameters};
-pub use prepared_log::{ComparedChannel, PreparedLog};
+pub use prepared_log::{ComparedChannel, Preparation, PreparedLog};
 pub use problem::Problem;
 pub use solve::Iterate;
 pub use system::{Effect, System};

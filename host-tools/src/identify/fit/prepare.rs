@@ -6,7 +6,7 @@ use super::prepared_log::{ComparedChannel, PreparedLog};
 use drive_model::{Card, Requirement};
 
 use crate::log::{Log, RateSource, VoltageSource};
-use crate::model::{Channel, Input, Model};
+use crate::model::{BaseParameter, Channel, Input, Model};
 
 /// Why a log cannot be used with a model.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -197,8 +197,8 @@ fn default_outputs(log: &Log, model: &Model) -> Vec<Channel> {
     let all = model.input().outputs().iter().copied().filter(there);
     match model.input() {
         Input::Motion => all
-            .filter(|c| *c != Channel::Voltage || model.index("resistance_ohm").is_some())
-            .filter(|c| *c != Channel::Current || model.index("motor_constant_N_m_A").is_some())
+            .filter(|c| *c != Channel::Voltage || model.base_index(BaseParameter::Resistance).is_some())
+            .filter(|c| *c != Channel::Current || model.base_index(BaseParameter::MotorConstant).is_some())
             .collect(),
         _ => all.collect(),
     }

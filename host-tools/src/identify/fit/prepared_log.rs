@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use drive_rig::RowInput;
 
+use crate::log::Log;
 use crate::model::{Channel, Input};
 
 /// Interval over which the angle is compared by its increments, s. A simulated angle drifts without limit; its increments do not.
@@ -116,6 +117,54 @@ impl PreparedLog<'_> {
                 (row >= segment_begin + lag).then(|| c.measured[row] - c.measured[row - lag])
             }
             _ => Some(c.measured[row]),
+        }
+    }
+}
+
+/// A prepared log without its columns, for a result that owns the log: a struct cannot borrow columns from its own field.
+#[derive(Debug, Clone)]
+pub struct Preparation(PreparedLog<'static>);
+
+impl Preparation {
+    /// The preparation of `data`.
+    pub fn of(data: &PreparedLog) -> Preparation {
+        let empty = |_: &[f64]| [].as_slice();
+        let channel = |c: &ComparedChannel| ComparedChannel {
+            channel: c.channel,
+            measured: &[],
+            mean_before_s: c.mean_before_s,
+            filter_hz: c.filter_hz,
+            instant: c.instant,
+            quantum: c.quantum,
+        };
+        Preparation(PreparedLog {
+            t_s: &[],
+            input: &[],
+            driven: data.driven,
+            theta: data.theta.map(empty),
+            theta_quantum: data.theta_quantum,
+            current: data.current.map(empty),
+            temp_C: data.temp_C.clone(),
+            supply_ratio: data.supply_ratio.clone(),
+            rate_from_encoder: data.rate_from_encoder,
+            segments: data.segments.clone(),
+            channels: data.channels.iter().map(channel).collect(),
+            dt_s: data.dt_s,
+            hold_out: data.hold_out,
+        })
+    }
+
+    /// The prepared log, with the columns of `log`, which is the log that was prepared.
+    pub fn with_columns<'a>(&self, log: &'a Log) -> PreparedLog<'a> {
+        let column = |channel: Channel| log.column(channel.column());
+        let channels = self.0.channels.iter();
+        PreparedLog {
+            t_s: log.t_s(),
+            input: log.column(self.0.driven.column()).unwrap_or(&[]),
+            theta: self.0.theta.and_then(|_| column(Channel::Angle)),
+            current: self.0.current.and_then(|_| column(Channel::Current)),
+            channels: channels.map(|c| ComparedChannel { measured: column(c.channel).unwrap_or(&[]), ..c.clone() }).collect(),
+            ..self.0.clone()
         }
     }
 }

@@ -4,9 +4,11 @@
 //! is J δω' = τ − λ J δω with λ J = K²/R + b for a voltage input and b for a current input. The response of the current is −K/R δω; that of the
 //! angle's increments is the integral of δω over 20 ms. A voltage v acts as the torque K v/R, and directly as v/R on the current.
 
+use drive_model::effects::viscous;
+
 use crate::identify::fit::{FitResult, PreparedLog};
 use crate::log::Log;
-use crate::model::{Channel, Input};
+use crate::model::{BaseParameter, Channel, Input};
 
 /// Constants of the drive that determine the responses.
 #[derive(Debug, Clone, Copy)]
@@ -284,12 +286,13 @@ impl ResidualRows {
 /// Constants of the drive from the fitted parameters.
 fn drive_constants(data: &PreparedLog, fit: &FitResult) -> Option<DriveConstants> {
     let value = |name: &str| fit.parameters.list.iter().find(|p| p.name == name).map(|p| p.value);
-    let inertia_kg_m2 = value("inertia_kg_m2").filter(|j| *j > 0.0 && data.driven != Input::Motion)?;
-    let ohm = value("resistance_ohm").filter(|r| *r > 0.0 && data.driven == Input::Voltage);
+    let base = |parameter: BaseParameter| value(parameter.name());
+    let inertia_kg_m2 = base(BaseParameter::Inertia).filter(|j| *j > 0.0 && data.driven != Input::Motion)?;
+    let ohm = base(BaseParameter::Resistance).filter(|r| *r > 0.0 && data.driven == Input::Voltage);
     Some(DriveConstants {
         inertia_kg_m2,
-        motor_constant_N_m_A: value("motor_constant_N_m_A").unwrap_or(1.0),
+        motor_constant_N_m_A: base(BaseParameter::MotorConstant).unwrap_or(1.0),
         conductance_S: ohm.map_or(0.0, |r| 1.0 / r),
-        viscous_N_m_s: value("viscous_N_m_s").unwrap_or(0.0),
+        viscous_N_m_s: value(viscous::CARD.parameters[0].name).unwrap_or(0.0),
     })
 }

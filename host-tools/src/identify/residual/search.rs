@@ -4,6 +4,8 @@
 //! the remaining residual's colour, and removes it from the residual. A coordinate correlated with one found before has nothing left to
 //! explain and is not listed.
 
+use std::sync::Arc;
+
 use drive_model::Coordinate;
 
 use super::harmonics;
@@ -64,7 +66,7 @@ struct Candidate {
     coordinate: Coordinate,
     entry: Entry,
     shape: ShapeKind,
-    columns: Vec<Vec<f64>>,
+    columns: Arc<[Vec<f64>]>,
     gain: f64,
     /// Decrease of the BIC.
     bic_decrease: f64,
@@ -80,7 +82,7 @@ pub fn search(mut full: ResidualRows, fit: &FitResult) -> Vec<Component> {
     let mut taken = orthonormal(&[], &shapes::fitted_directions(&coarse, fit));
     let mut families = shapes::families(&coarse);
     for family in &mut families {
-        family.columns = orthonormal(&taken, &family.columns);
+        family.columns = orthonormal(&taken, &family.columns).into();
     }
     let mut found: Vec<Component> = Vec::new();
     let initial_power = dot(&full.y, &full.y);
@@ -132,9 +134,9 @@ pub fn search(mut full: ResidualRows, fit: &FitResult) -> Vec<Component> {
         coarse.y = full.blocks(&starts, per_block).y;
         if !t.per_row {
             for family in &mut families {
-                family.columns = orthonormal(&t.columns, &family.columns);
+                family.columns = orthonormal(&t.columns, &family.columns).into();
             }
-            taken.extend(t.columns);
+            taken.extend(t.columns.iter().cloned());
         }
     }
     found
@@ -143,7 +145,7 @@ pub fn search(mut full: ResidualRows, fit: &FitResult) -> Vec<Component> {
 /// The candidate of a family.
 fn of_family(family: &Family, rows: &ResidualRows) -> Candidate {
     let gain = family.columns.iter().map(|q| dot(q, &rows.y).powi(2)).sum();
-    let columns = family.columns.clone();
+    let columns = Arc::clone(&family.columns);
     Candidate { coordinate: family.coordinate, entry: family.entry, shape: family.shape, columns, gain, bic_decrease: 0.0, per_row: false }
 }
 
@@ -165,7 +167,7 @@ fn simplest_first(tried: &mut [Candidate]) {
 /// Removes a component from the residual of the rows.
 fn remove(t: &Candidate, full: &mut ResidualRows, coarse: &ResidualRows, starts: &[usize]) {
     let n = full.len();
-    for q in &t.columns {
+    for q in t.columns.iter() {
         if t.per_row {
             let z = dot(q, &full.y);
             subtract_scaled(&mut full.y, z, q);
@@ -193,7 +195,7 @@ fn remove(t: &Candidate, full: &mut ResidualRows, coarse: &ResidualRows, starts:
 fn channel_shares(t: &Candidate, rows: &ResidualRows, tests: f64) -> Vec<ChannelShare> {
     let n = rows.len();
     let mut after = rows.y.clone();
-    for q in &t.columns {
+    for q in t.columns.iter() {
         let z = dot(q, &rows.y);
         subtract_scaled(&mut after, z, q);
     }
@@ -300,7 +302,7 @@ fn harmonic(rows: &ResidualRows, order: u32, entry: Entry) -> Option<Candidate> 
     let angle = shapes::map(&rows.theta, |x| x * f64::from(order));
     let waves = [shapes::map(&angle, f64::cos), shapes::map(&angle, f64::sin)];
     let raw: Vec<Vec<f64>> = waves.iter().map(|w| shapes::response(rows, entry, w)).collect();
-    let columns = orthonormal(&[], &raw);
+    let columns: Arc<[_]> = orthonormal(&[], &raw).into();
     let gain = columns.iter().map(|q| dot(q, &rows.y).powi(2)).sum();
     (columns.len() == 2).then_some(Candidate {
         coordinate: Coordinate::Theta,
@@ -334,7 +336,7 @@ fn lines(rows: &ResidualRows, taken: &[Vec<f64>]) -> Vec<Candidate> {
             let waves = [shapes::map(&phase, f64::cos), shapes::map(&phase, f64::sin)];
             let raw: Vec<Vec<f64>> =
                 waves.iter().map(|w| shapes::response(rows, entry, &if modulates { times(w, &rows.input) } else { w.clone() })).collect();
-            let columns = orthonormal(taken, &raw);
+            let columns: Arc<[_]> = orthonormal(taken, &raw).into();
             let gain = columns.iter().map(|q| dot(q, &rows.y).powi(2)).sum();
             Candidate {
                 coordinate: Coordinate::Time,

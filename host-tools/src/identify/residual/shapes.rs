@@ -1,10 +1,13 @@
 //! The shapes that are searched over each coordinate: few, to avoid over-fitting, and typical of missing physics.
 
+use std::sync::Arc;
+
 use drive_model::Coordinate;
+use drive_model::effects::{coulomb, viscous};
 
 use super::rows::{Disturbance, ResidualRows};
 use crate::identify::fit::FitResult;
-use crate::model::{Channel, Input};
+use crate::model::{BaseParameter, Channel, Input};
 use crate::statistics::Extremes;
 
 /// Where a shape enters the drive.
@@ -31,8 +34,8 @@ pub struct Family {
     pub entry: Entry,
     /// Kind of the shapes.
     pub shape: ShapeKind,
-    /// Responses of all channels; one column per shape.
-    pub columns: Vec<Vec<f64>>,
+    /// Responses of all channels; one column per shape. Shared with the candidates of each round.
+    pub columns: Arc<[Vec<f64>]>,
 }
 
 /// Kind of a family of shapes.
@@ -116,20 +119,20 @@ pub fn fitted_directions(rows: &ResidualRows, fit: &FitResult) -> Vec<Vec<f64>> 
     }
     let ones = vec![1.0; n];
     let minus = |a: &[f64]| map(a, |v| -v);
-    if fitted("inertia_kg_m2") {
+    if fitted(BaseParameter::Inertia.name()) {
         list.push(response(rows, Entry::Torque, &acceleration(rows)));
     }
-    if fitted("viscous_N_m_s") {
+    if fitted(viscous::CARD.parameters[0].name) {
         list.push(response(rows, Entry::Torque, &rows.omega));
     }
-    if fitted("coulomb_N_m") {
+    if fitted(coulomb::CARD.parameters[0].name) {
         list.push(response(rows, Entry::Torque, &direction(rows)));
     }
     if rows.current.len() == n {
-        if fitted("motor_constant_N_m_A") {
+        if fitted(BaseParameter::MotorConstant.name()) {
             list.push(response(rows, Entry::MotorConstant, &ones));
         }
-        if fitted("resistance_ohm") && rows.driven == Input::Voltage {
+        if fitted(BaseParameter::Resistance.name()) && rows.driven == Input::Voltage {
             list.push(response(rows, Entry::Voltage, &minus(&rows.current)));
         }
     }
@@ -145,7 +148,7 @@ fn acceleration(rows: &ResidualRows) -> Vec<f64> {
 pub fn families(rows: &ResidualRows) -> Vec<Family> {
     let mut list = Vec::new();
     let n = rows.len();
-    let mut add = |coordinate, entry, shape, shapes: Vec<Vec<f64>>| {
+    let mut add = |coordinate, entry, shape, shapes: &[Vec<f64>]| {
         let columns = shapes.iter().map(|s| response(rows, entry, s)).collect();
         list.push(Family { coordinate, entry, shape, columns });
     };
@@ -174,19 +177,19 @@ pub fn families(rows: &ResidualRows) -> Vec<Family> {
         ];
         // A delay of the angle adds the rate to the angle, the acceleration to its increments.
         for &entry in entries.iter().filter(|a| !reads(**a, Channel::Angle)) {
-            add(Coordinate::Omega, entry, ShapeKind::Smooth, shapes.clone());
+            add(Coordinate::Omega, entry, ShapeKind::Smooth, &shapes);
         }
         let a = scaled(&acceleration(rows));
         for &entry in entries.iter().filter(|a| **a != Entry::Torque) {
             let a = if reads(entry, Channel::Angle) { &w } else { &a };
-            add(Coordinate::Acceleration, entry, ShapeKind::Smooth, vec![a.clone(), map(a, |a| a * a.abs())]);
+            add(Coordinate::Acceleration, entry, ShapeKind::Smooth, &[a.clone(), map(a, |a| a * a.abs())]);
         }
         let (angle, time) = since_reversal(rows);
         let decaying = |x: &[f64], over: f64| times(&s, &map(x, |x| (-x / over).exp()));
         let shapes: Vec<Vec<f64>> =
             [0.02, 0.1, 0.5].iter().map(|d| decaying(&angle, *d)).chain([0.03, 0.15, 0.6].iter().map(|d| decaying(&time, *d))).collect();
         for &entry in &entries {
-            add(Coordinate::History, entry, ShapeKind::Smooth, shapes.clone());
+            add(Coordinate::History, entry, ShapeKind::Smooth, &shapes);
         }
     }
     if varies(&rows.current) {
@@ -194,13 +197,13 @@ pub fn families(rows: &ResidualRows) -> Vec<Family> {
         let sign = map(&i, |i| (i / small).tanh());
         let shapes = vec![ones.clone(), sign, i.clone(), map(&i, f64::abs), map(&i, |i| i * i.abs()), map(&i, |i| i.powi(3))];
         for &entry in entries.iter().filter(|a| !reads(**a, Channel::Rate)) {
-            add(Coordinate::Current, entry, ShapeKind::Smooth, shapes.clone());
+            add(Coordinate::Current, entry, ShapeKind::Smooth, &shapes);
         }
         if voltage {
-            add(Coordinate::Current, Entry::Voltage, ShapeKind::Smooth, shapes);
+            add(Coordinate::Current, Entry::Voltage, ShapeKind::Smooth, &shapes);
         }
         if moving && rows.drive.is_some() {
-            add(Coordinate::Current, Entry::MotorConstant, ShapeKind::Smooth, vec![map(&i, f64::abs), map(&i, |i| i * i)]);
+            add(Coordinate::Current, Entry::MotorConstant, ShapeKind::Smooth, &[map(&i, f64::abs), map(&i, |i| i * i)]);
         }
     }
     if varies(&rows.temp_C) {
@@ -215,28 +218,28 @@ pub fn families(rows: &ResidualRows) -> Vec<Family> {
             if reads(entry, Channel::Current) && varies(&rows.current) {
                 shapes.push(times(&t, &i));
             }
-            add(Coordinate::Temperature, entry, ShapeKind::Smooth, shapes);
+            add(Coordinate::Temperature, entry, ShapeKind::Smooth, &shapes);
         }
         if voltage && varies(&rows.current) {
-            add(Coordinate::Temperature, Entry::Voltage, ShapeKind::Smooth, vec![times(&t, &i), times(&t, &w)]);
+            add(Coordinate::Temperature, Entry::Voltage, ShapeKind::Smooth, &[times(&t, &i), times(&t, &w)]);
         }
     }
     // A constant torque is listed with friction (coordinate rate), a constant error of a reading with time.
     if rows.drive.is_some() {
-        add(Coordinate::Omega, Entry::Torque, ShapeKind::Constant, vec![ones.clone()]);
+        add(Coordinate::Omega, Entry::Torque, ShapeKind::Constant, &[ones.clone()]);
     }
     for &entry in entries.iter().filter(|a| reads(**a, Channel::Rate) || reads(**a, Channel::Current)) {
-        add(Coordinate::Time, entry, ShapeKind::Constant, vec![ones.clone()]);
+        add(Coordinate::Time, entry, ShapeKind::Constant, &[ones.clone()]);
     }
     let t = scaled(&centred(&rows.t_s));
     for &entry in &entries {
-        add(Coordinate::Time, entry, ShapeKind::Smooth, vec![ones.clone(), t.clone(), map(&t, |t| t * t)]);
+        add(Coordinate::Time, entry, ShapeKind::Smooth, &[ones.clone(), t.clone(), map(&t, |t| t * t)]);
     }
     for k in 1..STEPS {
         let from = n * k / STEPS;
         let step = (0..n).map(|row| f64::from(u8::from(row >= from))).collect();
         let entry = if rows.drive.is_some() { Entry::Torque } else { Entry::Reading(0) };
-        add(Coordinate::Time, entry, ShapeKind::Step { t_s: rows.t_s[from] }, vec![step]);
+        add(Coordinate::Time, entry, ShapeKind::Step { t_s: rows.t_s[from] }, &[step]);
     }
     if varies(&rows.theta) {
         let turned = scaled(&centred(&rows.theta));
@@ -249,11 +252,11 @@ pub fn families(rows: &ResidualRows) -> Vec<Family> {
                 .collect()
         };
         for &entry in entries.iter().filter(|a| !reads(**a, Channel::Angle)) {
-            add(Coordinate::Theta, entry, ShapeKind::Smooth, vec![ones.clone(), turned.clone(), map(&turned, |t| t * t)]);
+            add(Coordinate::Theta, entry, ShapeKind::Smooth, &[ones.clone(), turned.clone(), map(&turned, |t| t * t)]);
         }
         if moving && rows.drive.is_some() {
-            let shapes = waves(1..=3).iter().map(|wave| times(wave, &s)).collect();
-            add(Coordinate::Theta, Entry::Torque, ShapeKind::AngleFriction, shapes);
+            let shapes: Vec<Vec<f64>> = waves(1..=3).iter().map(|wave| times(wave, &s)).collect();
+            add(Coordinate::Theta, Entry::Torque, ShapeKind::AngleFriction, &shapes);
         }
     }
     list

@@ -143,22 +143,7 @@ fn provenance(notes: &[(String, String)], column: &str) -> (Provenance, Vec<Stri
     (made, unclear)
 }
 
-/// Columns that no model has as input or output: their notes need not be understood.
-const NOT_IN_MODELS: [&str; 11] = [
-    "turn_s",
-    "gyro_rad_s",
-    "accel_x_m_s2",
-    "accel_y_m_s2",
-    "angle_sensor_V",
-    "torquer_A",
-    "gamma_rad",
-    "alpha_hat_rad",
-    "alpha_rate_hat_rad_s",
-    "beta_rate_hat_rad_s",
-    "moment_hat_N_m",
-];
-
-/// A warning for each note about a column of a model that was not understood.
+/// A warning for each note about a column of the drive that was not understood.
 pub(in crate::log) fn warnings(notes: &[(String, String)]) -> Vec<String> {
     let mut warnings = Vec::new();
     let mut report = |key: &str, what: &str, example: &str| {
@@ -170,7 +155,7 @@ pub(in crate::log) fn warnings(notes: &[(String, String)]) -> Vec<String> {
                 report(key, value, "# theta_lsb_rad: 3.1e-4");
             }
         } else if let Some(column) = KNOWN.iter().find(|c| is_about(key, c.name)) {
-            if NOT_IN_MODELS.contains(&column.name) {
+            if !column.of_drive {
                 continue;
             }
             let example = if column.mean_over_row { "# i_A: at t" } else { "# omega_rad_s: encoder, mean over 4 ms before t" };

@@ -1,80 +1,166 @@
-//! Allan analysis as JSON.
+//! Allan analysis as JSON. A number that is not finite is `null`.
 
-use serde_json::{Map, Value, json};
+use serde::Serialize;
+use serde_json::Value;
 
 use super::words::{not_shown, note};
-use crate::allan::answer::{Answer, Interpretation, Point, WHITE};
+use crate::allan::answer::{Answer, Interpretation, Lowest, WHITE};
 use crate::allan::units::PROCESSES;
-use crate::report::finite;
+use crate::report::json::{Entries, value};
 
-/// The answer as JSON: lists over the averaging times in SI units; coefficients in both units.
-pub fn json(answer: &Answer) -> Value {
-    let list = |of: &dyn Fn(&Point) -> f64| answer.points.iter().map(|p| finite(of(p))).collect::<Vec<_>>();
-    let counts = |of: &dyn Fn(&Point) -> usize| answer.points.iter().map(of).collect::<Vec<_>>();
-    let pairs = |of: &dyn Fn(&Point) -> [f64; 2]| answer.points.iter().map(|p| of(p).map(finite)).collect::<Vec<_>>();
-    let mut object = json!({
-        "log": answer.log,
-        "column": answer.column,
-        "unit": answer.unit.name,
-        "taken_as": match answer.interpretation { Interpretation::Value => "value", Interpretation::Integral => "integral" },
-        "samples": answer.rows,
-        "interval_s": finite(answer.interval_s),
-        "duration_s": finite(answer.duration_s()),
-        "segments": answer.segments,
-        "missing_samples": finite(answer.missing),
-        "bursts": answer.bursts,
-        "quantum": answer.quantum.map_or(Value::Null, finite),
-        "tau_s": list(&|p| p.tau_s),
-        "oadev": list(&|p| p.oadev),
-        "adev": list(&|p| p.adev),
-        "n": counts(&|p| p.terms),
-        "n_adev": counts(&|p| p.plain_terms),
-        "degrees_of_freedom": list(&|p| p.degrees),
-        "interval_68": pairs(&|p| p.within_68),
-        "interval_95": pairs(&|p| p.within_95),
-        "fitted": list(&|p| p.fitted),
-        "strongest": answer.points.iter().map(|p| PROCESSES[p.strongest].letter).collect::<Vec<_>>(),
-        "read_s": answer.read_s.map_or(Value::Null, |read| json!(read.map(finite))),
-        "chi2_per_degree": answer.misfit.map_or(Value::Null, finite),
-    });
-    let Some(map) = object.as_object_mut() else { return object };
-    for (p, process) in PROCESSES.iter().enumerate() {
-        let scale = answer.hours(process);
-        let shown = scale.map_or_else(
-            || json!({"value": null, "sigma": null, "unit": process.deg_unit, "says": "the column is not a rate: see coefficients"}),
-            |scale| one(answer, p, scale, process.deg_unit),
-        );
-        map.insert(process.deg_key.to_owned(), shown);
-    }
-    let density = |scale: f64, unit: &str| one(answer, WHITE, std::f64::consts::SQRT_2 * scale, unit);
-    let mut densities = Map::new();
-    densities.insert("column".to_owned(), density(1.0, &answer.unit.times("/√Hz")));
-    if let Some(rad) = answer.unit.rad {
-        densities.insert("deg_h_sqrt_Hz".to_owned(), density(rad.to_degrees() * 3600.0, "(°/h)/√Hz"));
-        densities.insert("deg_s_sqrt_Hz".to_owned(), density(rad.to_degrees(), "(°/s)/√Hz"));
-    }
-    map.insert("density_one_sided".to_owned(), Value::Object(densities));
-    let in_unit =
-        PROCESSES.iter().enumerate().map(|(p, process)| (process.key.to_owned(), one(answer, p, 1.0, &answer.unit.times(process.unit))));
-    map.insert("coefficients".to_owned(), Value::Object(in_unit.collect()));
-    let (scale, unit) = answer.shown_deviation();
-    let lowest = answer.lowest.map_or(Value::Null, |l| {
-        json!({"tau_s": finite(l.tau_s), "oadev": finite(l.oadev * scale), "over_0_664": finite(l.over_floor * scale),
-                   "sigma": finite(l.sigma * scale), "unit": unit, "inside": l.inside})
-    });
-    map.insert("lowest".to_owned(), lowest);
-    map.insert("says".to_owned(), json!(answer.notes.iter().map(note).collect::<Vec<_>>()));
-    object
+/// The answer: lists over the averaging times in SI units; coefficients in both units.
+#[derive(Serialize)]
+struct AnswerJson<'a> {
+    log: &'a str,
+    column: &'a str,
+    unit: &'a str,
+    taken_as: &'static str,
+    samples: usize,
+    interval_s: f64,
+    duration_s: f64,
+    segments: usize,
+    missing_samples: f64,
+    bursts: bool,
+    quantum: Option<f64>,
+    tau_s: Vec<f64>,
+    oadev: Vec<f64>,
+    adev: Vec<f64>,
+    n: Vec<usize>,
+    n_adev: Vec<usize>,
+    degrees_of_freedom: Vec<f64>,
+    interval_68: Vec<[f64; 2]>,
+    interval_95: Vec<[f64; 2]>,
+    fitted: Vec<f64>,
+    strongest: Vec<&'static str>,
+    read_s: Option<[f64; 2]>,
+    chi2_per_degree: Option<f64>,
+    /// Coefficients in degrees and hours.
+    #[serde(flatten)]
+    in_degrees: Entries<CoefficientJson>,
+    density_one_sided: Entries<CoefficientJson>,
+    /// Coefficients in the unit of the column.
+    coefficients: Entries<CoefficientJson>,
+    lowest: Option<LowestJson>,
+    says: Vec<String>,
 }
 
-/// A coefficient as JSON; `p` is its index.
-fn one(answer: &Answer, p: usize, scale: f64, unit: &str) -> Value {
-    let coefficient = &answer.coefficients[p];
-    let number = |x: Option<f64>| x.map_or(Value::Null, |x| finite(x * scale));
-    let mut object = json!({"value": number(coefficient.value), "sigma": number(coefficient.sigma), "unit": unit});
-    if let (Some(message), Some(map)) = (not_shown(answer, p), object.as_object_mut()) {
-        map.insert("below".to_owned(), number(coefficient.below));
-        map.insert("says".to_owned(), json!(message));
+#[derive(Serialize)]
+struct CoefficientJson {
+    value: Option<f64>,
+    sigma: Option<f64>,
+    unit: String,
+    #[serde(flatten)]
+    absence: Option<AbsenceJson>,
+}
+
+/// Why a coefficient has no value.
+#[derive(Serialize)]
+struct AbsenceJson {
+    /// Upper limit; the outer `None` omits the key.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    below: Option<Option<f64>>,
+    says: String,
+}
+
+#[derive(Serialize)]
+struct LowestJson {
+    tau_s: f64,
+    oadev: f64,
+    over_0_664: f64,
+    sigma: f64,
+    unit: String,
+    inside: bool,
+}
+
+/// The answer of `stand allan --json`.
+pub fn json(answer: &Answer) -> Value {
+    let points = || answer.points.iter();
+    value(&AnswerJson {
+        log: &answer.log,
+        column: &answer.column,
+        unit: &answer.unit.name,
+        taken_as: match answer.interpretation {
+            Interpretation::Value => "value",
+            Interpretation::Integral => "integral",
+        },
+        samples: answer.rows,
+        interval_s: answer.interval_s,
+        duration_s: answer.duration_s(),
+        segments: answer.segments,
+        missing_samples: answer.missing,
+        bursts: answer.bursts,
+        quantum: answer.quantum,
+        tau_s: points().map(|p| p.tau_s).collect(),
+        oadev: points().map(|p| p.oadev).collect(),
+        adev: points().map(|p| p.adev).collect(),
+        n: points().map(|p| p.terms).collect(),
+        n_adev: points().map(|p| p.plain_terms).collect(),
+        degrees_of_freedom: points().map(|p| p.degrees).collect(),
+        interval_68: points().map(|p| p.within_68).collect(),
+        interval_95: points().map(|p| p.within_95).collect(),
+        fitted: points().map(|p| p.fitted).collect(),
+        strongest: points().map(|p| PROCESSES[p.strongest].letter).collect(),
+        read_s: answer.read_s,
+        chi2_per_degree: answer.misfit,
+        in_degrees: in_degrees(answer),
+        density_one_sided: densities(answer),
+        coefficients: in_column_unit(answer),
+        lowest: answer.lowest.map(|l| lowest(answer, l)),
+        says: answer.notes.iter().map(note).collect(),
+    })
+}
+
+fn in_degrees(answer: &Answer) -> Entries<CoefficientJson> {
+    let entries = PROCESSES.iter().enumerate().map(|(p, process)| {
+        let unit = process.deg_unit.to_owned();
+        let entry = match answer.hours(process) {
+            Some(scale) => coefficient(answer, p, scale, unit),
+            None => {
+                let says = "the column is not a rate: see coefficients".to_owned();
+                CoefficientJson { value: None, sigma: None, unit, absence: Some(AbsenceJson { below: None, says }) }
+            }
+        };
+        (process.deg_key.to_owned(), entry)
+    });
+    Entries(entries.collect())
+}
+
+fn in_column_unit(answer: &Answer) -> Entries<CoefficientJson> {
+    let entries = PROCESSES.iter().enumerate();
+    Entries(entries.map(|(p, process)| (process.key.to_owned(), coefficient(answer, p, 1.0, answer.unit.times(process.unit)))).collect())
+}
+
+/// One-sided density of the white noise: √2 N.
+fn densities(answer: &Answer) -> Entries<CoefficientJson> {
+    let density = |scale: f64, unit: String| coefficient(answer, WHITE, std::f64::consts::SQRT_2 * scale, unit);
+    let mut entries = vec![("column".to_owned(), density(1.0, answer.unit.times("/√Hz")))];
+    if let Some(rad) = answer.unit.rad {
+        entries.push(("deg_h_sqrt_Hz".to_owned(), density(rad.to_degrees() * 3600.0, "(°/h)/√Hz".to_owned())));
+        entries.push(("deg_s_sqrt_Hz".to_owned(), density(rad.to_degrees(), "(°/s)/√Hz".to_owned())));
     }
-    object
+    Entries(entries)
+}
+
+/// Coefficient `p`, an index of [`PROCESSES`], times `scale`.
+fn coefficient(answer: &Answer, p: usize, scale: f64, unit: String) -> CoefficientJson {
+    let coefficient = &answer.coefficients[p];
+    let scaled = |x: Option<f64>| x.map(|x| x * scale);
+    CoefficientJson {
+        value: scaled(coefficient.value),
+        sigma: scaled(coefficient.sigma),
+        unit,
+        absence: not_shown(answer, p).map(|says| AbsenceJson { below: Some(scaled(coefficient.below)), says }),
+    }
+}
+
+fn lowest(answer: &Answer, lowest: Lowest) -> LowestJson {
+    let (scale, unit) = answer.shown_deviation();
+    LowestJson {
+        tau_s: lowest.tau_s,
+        oadev: lowest.oadev * scale,
+        over_0_664: lowest.over_floor * scale,
+        sigma: lowest.sigma * scale,
+        unit,
+        inside: lowest.inside,
+    }
 }

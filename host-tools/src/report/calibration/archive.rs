@@ -5,8 +5,10 @@ use super::{text, unit_suffix};
 use crate::calibrate::DutKind;
 use crate::calibrate::archive::{ArchivedRecord, LogState, NotRecomputed, Verification};
 use crate::calibrate::stored_record::StoredRecord;
+use crate::report::json::value;
 use crate::report::{significant, with_sigma};
 use serde::Serialize;
+use serde_json::Value;
 
 /// One line per record, then the files that were skipped.
 pub fn list_text(records: &[ArchivedRecord], skipped: &[String]) -> String {
@@ -75,8 +77,8 @@ impl<'a> From<&'a ArchivedRecord> for ListEntry<'a> {
 }
 
 /// The answer of `stand records list --json`.
-pub fn list_json(records: &[ArchivedRecord], skipped: &[String]) -> serde_json::Value {
-    serde_json::json!(List { records: records.iter().map(Into::into).collect(), passed_over: skipped })
+pub fn list_json(records: &[ArchivedRecord], skipped: &[String]) -> Value {
+    value(&List { records: records.iter().map(Into::into).collect(), passed_over: skipped })
 }
 
 fn log_state(state: &LogState) -> Option<String> {
@@ -142,7 +144,7 @@ struct Show<'a> {
 }
 
 /// The answer of `stand records show --json`.
-pub fn show_json(record: &StoredRecord, verification: &Verification) -> serde_json::Value {
+pub fn show_json(record: &StoredRecord, verification: &Verification) -> Value {
     let logs = verification.logs.iter();
     let checked = VerificationEntry {
         logs: logs.map(|(log, state)| LogEntry { log, as_recorded: *state == LogState::AsRecorded, says: log_state(state) }).collect(),
@@ -150,5 +152,5 @@ pub fn show_json(record: &StoredRecord, verification: &Verification) -> serde_js
         greatest_difference: verification.difference.as_ref().ok().copied(),
         says: verification.difference.as_ref().err().map(not_recomputed),
     };
-    serde_json::json!(Show { record, checked })
+    value(&Show { record, checked })
 }

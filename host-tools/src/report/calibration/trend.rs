@@ -3,12 +3,14 @@
 use super::{footnote, unit_suffix, with_expanded_u};
 use crate::calibrate::trend::{Change, Line, Point, Series, Trend};
 use crate::report::html::{Cell, Class, Markup, Page, Table};
+use crate::report::json::value;
 use crate::report::plot::svg::Drawing;
 use crate::report::plot::{Axis, Plot, with_margin};
 use crate::report::{significant, with_sigma};
 use crate::statistics::Extremes;
 use crate::statistics::uncertainty::COVERAGE_PROBABILITY;
 use serde::Serialize;
+use serde_json::Value;
 use std::collections::BTreeMap;
 
 const COMMON_CONTRIBUTIONS: &str = "Contributions of type B with the same source are common to two records of one stand (crystal, mounting, readings) and \
@@ -254,8 +256,8 @@ struct TrendEntry<'a> {
 }
 
 /// The answer of `stand records trend --json`.
-pub fn trend_json(trend: &Trend) -> serde_json::Value {
-    serde_json::json!(TrendEntry {
+pub fn trend_json(trend: &Trend) -> Value {
+    value(&TrendEntry {
         what: trend.kind,
         serial: &trend.serial,
         records: &trend.dates,

@@ -7,6 +7,7 @@ use crate::drift::measurement::SeparatedDrift;
 use crate::drift::platform::{PlatformCycle, PlatformResult};
 use crate::drift::pulse_advice::PulseAdvice;
 use crate::drift::{Cycle, DEG_H, DriftResult};
+use crate::report::json::value;
 use serde::Serialize;
 use serde_json::Value;
 
@@ -159,7 +160,7 @@ pub fn json(result: &DriftResult) -> Value {
         azimuth_arcmin: c.azimuth_rad.map(|s| s.to_degrees() * 60.0),
     };
     let uncertainty = result.budgets.iter().enumerate().flat_map(|(k, budget)| budget.iter().map(move |c| (k, c)));
-    serde_json::json!(DriftEntry {
+    value(&DriftEntry {
         name: &m.name,
         cycles: m.cycles.iter().map(|c| CycleEntry::new(c, axis(c.axis))).collect(),
         good,
@@ -203,7 +204,7 @@ struct AdviceEntry<'a> {
 pub fn advice_json(log: &str, advice: &PulseAdvice) -> Value {
     let [leaves_deg_h, wanted_leaves_deg_h] = advice.line_error_rad_s.map(|rad_s| rad_s / DEG_H);
     let lines = advice.lines.iter();
-    serde_json::json!(AdviceEntry {
+    value(&AdviceEntry {
         log,
         pulse_s: advice.pulse_s,
         period_s: (advice.period_s > 0.0).then_some(advice.period_s),
@@ -253,7 +254,7 @@ pub fn platform_json(log: &str, result: &PlatformResult) -> Value {
         scale: c.scale,
         uncorrected: BiasAndScaleEntry { bias_rad_s: c.uncorrected[0], scale: c.uncorrected[1] },
     };
-    serde_json::json!(PlatformEntry {
+    value(&PlatformEntry {
         log,
         bias_rad_s: with_unit(result.bias_rad_s, "rad/s"),
         scale: with_unit(result.scale, "1"),

@@ -1,9 +1,11 @@
 //! Explanations of the logs of a folder: a table for the terminal, a JSON list.
 
-use serde_json::{Value, json};
+use serde::Serialize;
+use serde_json::Value;
 
 use super::{explain_bad_log_json, explain_json};
 use crate::identify::explain_logs::{FolderEntry, LogExplanation};
+use crate::report::json::value;
 
 /// Verdict of a log for which there is no explanation.
 const ERROR_VERDICT: &str = "error";
@@ -17,12 +19,20 @@ pub fn folder_verdict(entry: &FolderEntry) -> &'static str {
     }
 }
 
+/// The answer about a log for which there is no explanation.
+#[derive(Serialize)]
+struct ErrorJson {
+    log: String,
+    verdict: &'static str,
+    says: String,
+}
+
 /// The results as a list of JSON objects, one for each log.
 pub fn folder_json(entries: &[FolderEntry]) -> Value {
     let one = |entry: &FolderEntry| match &entry.result {
         Ok(LogExplanation::Explained(e)) => explain_json(e),
         Ok(LogExplanation::ImplausibleLog(log, findings)) => explain_bad_log_json(log, findings),
-        Err(error) => json!({"log": entry.path.display().to_string(), "verdict": ERROR_VERDICT, "says": error.to_string()}),
+        Err(error) => value(&ErrorJson { log: entry.path.display().to_string(), verdict: ERROR_VERDICT, says: error.to_string() }),
     };
     Value::Array(entries.iter().map(one).collect())
 }

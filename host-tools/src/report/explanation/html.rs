@@ -5,7 +5,6 @@ use super::plots::{self, Pair};
 use super::{sentences, words};
 use crate::identify::explain::{Explanation, Verdict};
 use crate::identify::fit::PreparedLog;
-use crate::identify::fit::prepare::prepare;
 use crate::identify::residual::harmonics::Spectrum;
 use crate::identify::residual::plot_data::ResidualPlotData;
 use crate::report::comparison;
@@ -26,10 +25,7 @@ pub fn explain_html(e: &Explanation) -> String {
     });
     unexplained(e, &mut page);
     page.section("Candidates", |page| candidates(e, page));
-    match prepare(&e.log, &e.model, true) {
-        Ok((record, _)) => channels(e, &record, &mut page),
-        Err(error) => page.paragraph(Class::Warning, format!("The channels cannot be plotted: {error}")),
-    }
+    channels(e, &e.data(), &mut page);
     page.section("Parameters", |page| parameters(e, page));
     page.section("Terms", |page| {
         let shared = comparison::words::GLOSSARY.iter().filter(|(t, _)| matches!(*t, "residual" | "rms" | "noise" | "ratio" | "± 1σ"));

@@ -1,135 +1,253 @@
-//! Observer results as JSON.
+//! Observer results as JSON. A number that is not finite is `null`.
 
 use nalgebra::Complex;
-use serde_json::{Value, json};
+use serde::Serialize;
+use serde_json::Value;
 
 use super::words::warning;
 use crate::observer::bode::{MAX_GAIN_ERROR_DB, MAX_PHASE_ERROR_DEG};
 use crate::observer::vibration::{Compensated, Correction};
-use crate::observer::{Bode, Design, Plant, SideBySide, Simulated, Trace, Warning};
+use crate::observer::{Bode, Design, Discrete, Integral, Plant, SideBySide, Simulated, Trace, Warning};
+use crate::report::json::value;
 
-/// A number, or `null`.
-fn number(x: f64) -> Value {
-    if x.is_finite() { json!(x) } else { Value::Null }
+/// Rows of a simulation in the answer, about; the plot of the page has all rows.
+const TRACE_ROWS: usize = 100;
+
+#[derive(Serialize)]
+struct DesignJson<'a> {
+    model: &'a str,
+    states: &'static [&'static str],
+    kind: &'static str,
+    poles: Vec<PoleJson>,
+    gains: &'a [f64],
+    integral: Option<IntegralJson>,
+    discrete: Option<DiscreteJson<'a>>,
+    observability: ObservabilityJson,
+    warnings: Vec<String>,
 }
 
-fn numbers(list: &[f64]) -> Value {
-    list.iter().map(|x| number(*x)).collect()
+#[derive(Serialize)]
+struct PoleJson {
+    re: f64,
+    im: f64,
 }
 
-fn poles(list: &[Complex<f64>]) -> Value {
-    list.iter().map(|z| json!({ "re": number(z.re), "im": number(z.im) })).collect()
+#[derive(Serialize)]
+struct IntegralJson {
+    row: usize,
+    gain: f64,
+    moment_per_integral: f64,
+    stable_below: Option<f64>,
 }
 
-/// A design.
+#[derive(Serialize)]
+struct DiscreteJson<'a> {
+    step_s: f64,
+    gains: &'a [f64],
+    phi: &'a [Vec<f64>],
+    gamma: &'a [f64],
+    last_state: Option<&'static str>,
+}
+
+#[derive(Serialize)]
+struct ObservabilityJson {
+    rank: usize,
+    condition: f64,
+}
+
+/// The answer of `stand observer design --json`.
 pub fn design_json(design: &Design) -> Value {
-    let request = &design.request;
-    let integral = design.integral.map(|channel| {
-        json!({
-            "row": channel.row,
-            "gain": number(channel.gain),
-            "moment_per_integral": number(channel.moment_per_integral),
-            "stable_below": channel.stable_below.map_or(Value::Null, number),
-        })
-    });
-    let discrete = design.discrete.as_ref().map(|d| {
-        json!({
-            "step_s": d.step_s,
-            "gains": numbers(&d.gains),
-            "phi": d.phi.iter().map(|row| numbers(row)).collect::<Value>(),
-            "gamma": numbers(&d.gamma),
-            "last_state": if d.has_disturbance { json!("moment_N_m") } else { Value::Null },
-        })
-    });
-    json!({
-        "model": request.plant.name,
-        "states": request.plant.states(),
-        "kind": request.kind.name(),
-        "poles": poles(&design.poles),
-        "gains": numbers(&design.gains),
-        "integral": integral,
-        "discrete": discrete,
-        "observability": { "rank": design.rank, "condition": number(design.condition) },
-        "warnings": design.warnings().iter().map(warning).collect::<Vec<_>>(),
+    let plant = &design.request.plant;
+    let pole = |z: &Complex<f64>| PoleJson { re: z.re, im: z.im };
+    value(&DesignJson {
+        model: &plant.name,
+        states: plant.states(),
+        kind: design.request.kind.name(),
+        poles: design.poles.iter().map(pole).collect(),
+        gains: &design.gains,
+        integral: design.integral.map(integral),
+        discrete: design.discrete.as_ref().map(discrete),
+        observability: ObservabilityJson { rank: design.rank, condition: design.condition },
+        warnings: warnings(&design.warnings()),
     })
 }
 
-/// A static and an astatic observer side by side.
+fn integral(channel: Integral) -> IntegralJson {
+    let Integral { row, gain, moment_per_integral, stable_below } = channel;
+    IntegralJson { row, gain, moment_per_integral, stable_below }
+}
+
+fn discrete(d: &Discrete) -> DiscreteJson<'_> {
+    let last_state = d.has_disturbance.then_some("moment_N_m");
+    DiscreteJson { step_s: d.step_s, gains: &d.gains, phi: &d.phi, gamma: &d.gamma, last_state }
+}
+
+fn warnings(list: &[Warning]) -> Vec<String> {
+    list.iter().map(warning).collect()
+}
+
+#[derive(Serialize)]
+struct SideBySideJson<'a> {
+    model: &'a str,
+    angle_rad: f64,
+    disturbance_N_m: f64,
+    #[serde(rename = "static")]
+    without_integral: RunJson<'a>,
+    #[serde(rename = "astatic")]
+    with_integral: RunJson<'a>,
+}
+
+#[derive(Serialize)]
+struct RunJson<'a> {
+    kind: &'static str,
+    settled_s: Option<f64>,
+    rate_settled_s: Option<f64>,
+    greatest_angle_error_rad: f64,
+    greatest_rate_error_rad_s: f64,
+    #[serde(rename = "rest")]
+    steady_errors: &'a [f64],
+    moment_N_m: Option<f64>,
+    #[serde(rename = "closed_loop_rest_rad")]
+    closed_loop_steady_rad: Option<f64>,
+    with_initial_error: TraceJson,
+    moment_only: TraceJson,
+}
+
+#[derive(Serialize)]
+struct TraceJson {
+    t_s: Vec<f64>,
+    angle_error_rad: Vec<f64>,
+    rate_error_rad_s: Vec<f64>,
+    moment_N_m: Vec<f64>,
+}
+
+/// The answer of `stand observer simulate --json`: a static and an astatic observer side by side.
 pub fn simulate_json(beside: &SideBySide<'_>) -> Value {
-    let of = |design: &Design, run: &Simulated| {
-        let rows = |trace: &Trace| {
-            // About a hundred rows; the plot of the page has all.
-            let every = trace.t_s.len().div_ceil(100).max(1);
-            json!({
-                "t_s": numbers(&trace.t_s.iter().copied().step_by(every).collect::<Vec<_>>()),
-                "angle_error_rad": numbers(&trace.errors.iter().step_by(every).map(|e| e[0]).collect::<Vec<_>>()),
-                "rate_error_rad_s": numbers(&trace.errors.iter().step_by(every).map(|e| e[1]).collect::<Vec<_>>()),
-                "moment_N_m": numbers(&trace.moment_N_m.iter().copied().step_by(every).collect::<Vec<_>>()),
-            })
-        };
-        json!({
-            "kind": design.request.kind.name(),
-            "settled_s": run.settled_s,
-            "rate_settled_s": run.rate_settled_s,
-            "greatest_angle_error_rad": number(run.largest[0]),
-            "greatest_rate_error_rad_s": number(run.largest[1]),
-            "rest": numbers(&run.steady),
-            "moment_N_m": run.both.moment_N_m.last().map_or(Value::Null, |m| number(*m)),
-            "closed_loop_rest_rad": run.closed_loop_steady_rad.map_or(Value::Null, number),
-            "with_initial_error": rows(&run.both),
-            "moment_only": rows(&run.moment_only),
-        })
-    };
     let [one, other] = beside.designs;
-    json!({
-        "model": one.request.plant.name,
-        "angle_rad": beside.disturbed.angle_rad,
-        "disturbance_N_m": beside.disturbed.moment_N_m,
-        "static": of(one, beside.runs[0]),
-        "astatic": of(other, beside.runs[1]),
+    value(&SideBySideJson {
+        model: &one.request.plant.name,
+        angle_rad: beside.disturbed.angle_rad,
+        disturbance_N_m: beside.disturbed.moment_N_m,
+        without_integral: run(one, beside.runs[0]),
+        with_integral: run(other, beside.runs[1]),
     })
 }
 
-/// Frequency responses of several observers.
+fn run<'a>(design: &Design, run: &'a Simulated) -> RunJson<'a> {
+    RunJson {
+        kind: design.request.kind.name(),
+        settled_s: run.settled_s,
+        rate_settled_s: run.rate_settled_s,
+        greatest_angle_error_rad: run.largest[0],
+        greatest_rate_error_rad_s: run.largest[1],
+        steady_errors: &run.steady,
+        moment_N_m: run.both.moment_N_m.last().copied(),
+        closed_loop_steady_rad: run.closed_loop_steady_rad,
+        with_initial_error: trace(&run.both),
+        moment_only: trace(&run.moment_only),
+    }
+}
+
+fn trace(trace: &Trace) -> TraceJson {
+    let every = trace.t_s.len().div_ceil(TRACE_ROWS).max(1);
+    let error = |state: usize| trace.errors.iter().step_by(every).map(|e| e[state]).collect();
+    TraceJson {
+        t_s: trace.t_s.iter().copied().step_by(every).collect(),
+        angle_error_rad: error(0),
+        rate_error_rad_s: error(1),
+        moment_N_m: trace.moment_N_m.iter().copied().step_by(every).collect(),
+    }
+}
+
+#[derive(Serialize)]
+struct BodeAnswerJson<'a> {
+    model: &'a str,
+    fastest_mode_rad_s: f64,
+    limits: LimitsJson,
+    observers: Vec<BodeJson<'a>>,
+}
+
+#[derive(Serialize)]
+struct LimitsJson {
+    #[serde(rename = "dB")]
+    gain_dB: f64,
+    #[serde(rename = "deg")]
+    phase_deg: f64,
+}
+
+#[derive(Serialize)]
+struct BodeJson<'a> {
+    omega_rad_s: f64,
+    gains: &'a [f64],
+    distorted_from_rad_s: Option<f64>,
+    #[serde(rename = "distorted_from_the_start")]
+    distorted_at_lowest_frequency: bool,
+    noise_gain_1_s: f64,
+    noise_at_rad_s: f64,
+    at_vibration: Option<ResponseJson>,
+}
+
+#[derive(Serialize)]
+struct ResponseJson {
+    gain_dB: f64,
+    phase_deg: f64,
+}
+
+/// The answer of `stand observer bode --json`: frequency responses of several observers.
 pub fn bode_json(plant: &Plant, bodes: &[Bode], vibration_Hz: Option<f64>) -> Value {
-    let one = |bode: &Bode| {
-        let at = vibration_Hz.map(|f| bode.ratio(std::f64::consts::TAU * f));
-        json!({
-            "omega_rad_s": bode.omega_rad_s,
-            "gains": numbers(&bode.gains),
-            "distorted_from_rad_s": bode.limit.rad_s,
-            "distorted_from_the_start": bode.limit.at_lowest_frequency,
-            "noise_gain_1_s": number(bode.noise.0),
-            "noise_at_rad_s": number(bode.noise.1),
-            "at_vibration": at.map(|r| json!({ "gain_dB": number(20.0 * r.norm().log10()), "phase_deg": number(r.arg().to_degrees()) })),
-        })
-    };
-    json!({
-        "model": plant.name,
-        "fastest_mode_rad_s": number(plant.fastest_rad_s()),
-        "limits": { "dB": MAX_GAIN_ERROR_DB, "deg": MAX_PHASE_ERROR_DEG },
-        "observers": bodes.iter().map(one).collect::<Vec<_>>(),
+    let response = |r: Complex<f64>| ResponseJson { gain_dB: 20.0 * r.norm().log10(), phase_deg: r.arg().to_degrees() };
+    let observers = bodes.iter().map(|bode| BodeJson {
+        omega_rad_s: bode.omega_rad_s,
+        gains: &bode.gains,
+        distorted_from_rad_s: bode.limit.rad_s,
+        distorted_at_lowest_frequency: bode.limit.at_lowest_frequency,
+        noise_gain_1_s: bode.noise.0,
+        noise_at_rad_s: bode.noise.1,
+        at_vibration: vibration_Hz.map(|f| response(bode.ratio(std::f64::consts::TAU * f))),
+    });
+    value(&BodeAnswerJson {
+        model: &plant.name,
+        fastest_mode_rad_s: plant.fastest_rad_s(),
+        limits: LimitsJson { gain_dB: MAX_GAIN_ERROR_DB, phase_deg: MAX_PHASE_ERROR_DEG },
+        observers: observers.collect(),
     })
 }
 
-/// A corrected azimuth.
-pub fn vibration_json(found: &Compensated, warnings: &[Warning]) -> Value {
-    let correction = |c: &Correction| {
-        let share = |rad: f64| number(100.0 * rad / found.alpha_rad);
-        json!({
-            "rate_rad": number(c.rate_rad),
-            "with_inertia_rad": number(c.with_inertia_rad),
-            "corrected_rad": number(found.alpha_rad - c.with_inertia_rad),
-            "removed_by_rate_percent": share(c.rate_rad),
-            "removed_with_inertia_percent": share(c.with_inertia_rad),
-        })
+#[derive(Serialize)]
+struct VibrationJson {
+    vibration_Hz: f64,
+    periods: f64,
+    alpha_rad: f64,
+    estimated: CorrectionJson,
+    exact: Option<CorrectionJson>,
+    warnings: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct CorrectionJson {
+    rate_rad: f64,
+    with_inertia_rad: f64,
+    corrected_rad: f64,
+    removed_by_rate_percent: f64,
+    removed_with_inertia_percent: f64,
+}
+
+/// The answer of `stand vibration compensate --json`: a corrected azimuth.
+pub fn vibration_json(found: &Compensated, list: &[Warning]) -> Value {
+    let percent = |rad: f64| 100.0 * rad / found.alpha_rad;
+    let correction = |c: &Correction| CorrectionJson {
+        rate_rad: c.rate_rad,
+        with_inertia_rad: c.with_inertia_rad,
+        corrected_rad: found.alpha_rad - c.with_inertia_rad,
+        removed_by_rate_percent: percent(c.rate_rad),
+        removed_with_inertia_percent: percent(c.with_inertia_rad),
     };
-    json!({
-        "vibration_Hz": number(found.vibration_Hz),
-        "periods": found.periods,
-        "alpha_rad": number(found.alpha_rad),
-        "estimated": correction(&found.estimated),
-        "exact": found.exact.as_ref().map(correction),
-        "warnings": warnings.iter().map(warning).collect::<Vec<_>>(),
+    value(&VibrationJson {
+        vibration_Hz: found.vibration_Hz,
+        periods: found.periods,
+        alpha_rad: found.alpha_rad,
+        estimated: correction(&found.estimated),
+        exact: found.exact.as_ref().map(correction),
+        warnings: warnings(list),
     })
 }

@@ -6,14 +6,14 @@ use super::super::criteria::HarmonicCriteria;
 use super::super::motion::measured_current;
 use crate::identify::fit::PreparedLog;
 use crate::identify::residual::harmonics::spectrum;
-use crate::model::{Input, Model};
+use crate::model::{BaseParameter, Input, Model};
 use crate::statistics::least_squares;
 
 /// Power by order, from 0 to `highest`; empty where current, voltage or angle are missing.
 pub(super) fn power_by_order(model: &Model, data: &PreparedLog, theta: &[f64], highest: usize, criteria: &HarmonicCriteria) -> Vec<f64> {
-    let (Some(j), Some(k)) = (model.value("inertia_kg_m2"), model.value("motor_constant_N_m_A")) else { return Vec::new() };
+    let (Some(j), Some(k)) = (model.base(BaseParameter::Inertia), model.base(BaseParameter::MotorConstant)) else { return Vec::new() };
     let current = measured_current(data);
-    let resistance = model.value("resistance_ohm").unwrap_or(0.0);
+    let resistance = model.base(BaseParameter::Resistance).unwrap_or(0.0);
     if data.driven == Input::Motion || (current.is_none() && !(data.driven == Input::Voltage && resistance > 0.0)) {
         return Vec::new();
     }

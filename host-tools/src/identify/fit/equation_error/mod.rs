@@ -22,7 +22,7 @@ use nalgebra::{DMatrix, DVector};
 pub use zero_phase::LowPass;
 
 use super::prepare::{PrepareError, prepare};
-use super::{Parameters, build};
+use super::{Parameters, PreparedLog, build};
 use crate::log::Log;
 use crate::model::{Channel, Model};
 
@@ -160,7 +160,17 @@ pub struct EquationErrorFit {
 /// # Errors
 /// [`InverseModelError`] if log or model are not suitable.
 pub fn fit(log: &Log, model: &Model, settings: Settings) -> Result<EquationErrorFit, InverseModelError> {
-    evaluate(log, model, settings, true)
+    let angle = angle(log)?;
+    let (data, _) = prepare(log, model, false)?;
+    evaluate(log, angle, &data, model, settings, true)
+}
+
+/// As [`fit`], for a log that is prepared already; the fit uses all rows, held-out rows included.
+///
+/// # Errors
+/// [`InverseModelError`] if log or model are not suitable.
+pub fn fit_prepared(log: &Log, data: &PreparedLog, model: &Model, settings: Settings) -> Result<EquationErrorFit, InverseModelError> {
+    evaluate(log, angle(log)?, data, model, settings, true)
 }
 
 /// Compares the input of `log` with that required by `model`, with its given parameters.
@@ -168,22 +178,37 @@ pub fn fit(log: &Log, model: &Model, settings: Settings) -> Result<EquationError
 /// # Errors
 /// [`InverseModelError`] if log or model are not suitable.
 pub fn compare(log: &Log, model: &Model, settings: Settings) -> Result<EquationErrorFit, InverseModelError> {
-    evaluate(log, model, settings, false)
+    let angle = angle(log)?;
+    let (data, _) = prepare(log, model, false)?;
+    evaluate(log, angle, &data, model, settings, false)
+}
+
+/// The angle of `log`, along which the inverse model is evaluated.
+///
+/// # Errors
+/// The log has no angle.
+pub fn angle(log: &Log) -> Result<&[f64], InverseModelError> {
+    log.column(Channel::Angle.column()).ok_or_else(|| InverseModelError::of(log, InverseModelCause::NoAngle))
 }
 
 /// Fit if `fitted`, otherwise comparison.
-fn evaluate(log: &Log, model: &Model, settings: Settings, fitted: bool) -> Result<EquationErrorFit, InverseModelError> {
+fn evaluate(
+    log: &Log,
+    angle: &[f64],
+    data: &PreparedLog,
+    model: &Model,
+    settings: Settings,
+    fitted: bool,
+) -> Result<EquationErrorFit, InverseModelError> {
     let fail = |cause: InverseModelCause| InverseModelError::of(log, cause);
-    let angle = log.column("theta_rad").ok_or_else(|| fail(InverseModelCause::NoAngle))?;
-    let (data, _) = prepare(log, model, false)?;
     let (system, parameters) = build::system(model, data.temp_C.is_some());
     inverse::check_effects(model, &system, &parameters, data.temp_C.is_some()).map_err(fail)?;
-    let explained = inverse::explained(&data);
+    let explained = inverse::explained(data);
     let given = log.column(explained.column()).unwrap_or(data.input);
     let mean_over_row = !log.provenance(explained.column()).instant;
-    let motions: Vec<Motion> = (0..data.segments.len()).map(|s| motion::along(&data, s, angle, given, mean_over_row, settings)).collect();
+    let motions: Vec<Motion> = (0..data.segments.len()).map(|s| motion::along(data, s, angle, given, mean_over_row, settings)).collect();
     let resolved_rate_rad_s = (data.theta_quantum * settings.cutoff_hz).max(f64::MIN_POSITIVE);
-    let inverse = Inverse { system: &system, data: &data, motions: &motions, explained, resolved_rate_rad_s };
+    let inverse = Inverse { system: &system, data, motions: &motions, explained, resolved_rate_rad_s };
     let decimator = Decimator::new(&motions, settings, data.dt_s);
     let measured = decimator.decimate(&motions.iter().flat_map(|m| m.given.iter().copied()).collect::<Series>());
     let unknowns = if fitted { parameters.free().len() } else { 0 };
