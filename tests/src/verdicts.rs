@@ -120,7 +120,7 @@ pub fn judge(log: Log, known: &Known) -> Outcome {
 /// Over what the answer draws what it does not know; where it draws nothing, over what the model fails most.
 fn coordinate(explanation: &Explanation) -> &'static str {
     let drawn = explanation.unexplained.first().map(|s| s.coordinate);
-    drawn.or(explanation.failures.first().map(|f| f.coordinate)).map_or("", |c| c.name())
+    drawn.or(explanation.misfits.first().map(|f| f.coordinate)).map_or("", |c| c.name())
 }
 
 fn read(explanation: &Explanation) -> Outcome {

@@ -66,17 +66,17 @@ pub(super) fn evaluate_and_report(
     let comparison = Comparison {
         log,
         model,
-        record: &evaluated.record,
-        held: &evaluated.held,
+        data: &evaluated.data,
+        result: &evaluated.result,
         fitted,
         seconds: evaluated.seconds,
         remarks: evaluated.remarks,
-        failures: evaluated.failures,
+        misfits: evaluated.misfits,
     };
     output.text(&report::comparison_text(&comparison, style()))?;
     output.json(|| if fitted { report::fit_json(&comparison) } else { report::compare_json(&comparison) })?;
     output.html(|| report::comparison_html(&comparison))?;
-    Ok(Some(evaluated.held))
+    Ok(Some(evaluated.result))
 }
 
 /// Reports what makes a log implausible as a record of a drive.

@@ -63,8 +63,8 @@ fn free_run(data: &PreparedLog, model: &Model) -> Result<FitResult, FitError> {
 impl EquationErrorComparison {
     /// Value and standard uncertainty of parameter `k` by output error; `None` without a successful output-error fit.
     pub fn by_free_run(&self, k: usize) -> Option<(f64, f64)> {
-        let held = self.free_run.as_ref()?.as_ref().ok()?;
-        Some((held.parameters.list.get(k)?.value, *held.sigmas.get(k)?))
+        let result = self.free_run.as_ref()?.as_ref().ok()?;
+        Some((result.parameters.list.get(k)?.value, *result.sigmas.get(k)?))
     }
 
     /// The two estimates of parameter `k` differ significantly.

@@ -45,11 +45,11 @@ pub enum Evaluation<'a> {
 /// A model evaluated on a log.
 pub struct Evaluated<'a> {
     /// The log in the form that the model needs.
-    pub record: PreparedLog<'a>,
+    pub data: PreparedLog<'a>,
     /// Parameters, initial states and residual statistics.
-    pub held: FitResult,
+    pub result: FitResult,
     /// Systematic residuals, most significant first.
-    pub failures: Vec<Misfit>,
+    pub misfits: Vec<Misfit>,
     /// Remarks on how the evaluation was done.
     pub remarks: Vec<EvaluationRemark>,
     /// Computing time, s.
@@ -73,46 +73,46 @@ pub enum EvaluationError {
 /// The log lacks a column that the model needs, or the fit failed.
 pub fn evaluate<'a>(log: &'a Log, model: &Model, treatment: ParameterTreatment) -> Result<Evaluation<'a>, EvaluationError> {
     let begin = Instant::now();
-    let (mut record, notes) = fit::prepare::prepare(log, model, treatment != ParameterTreatment::FittedToAllRows)?;
+    let (mut data, notes) = fit::prepare::prepare(log, model, treatment != ParameterTreatment::FittedToAllRows)?;
     let mut remarks: Vec<EvaluationRemark> = notes.into_iter().map(EvaluationRemark::Preparation).collect();
     let findings = plausible::check(log, model.input().column());
     if !findings.is_empty() {
         return Ok(Evaluation::ImplausibleLog(findings));
     }
-    let held = with_best_rate_source(model, &mut record, log, treatment, &mut remarks)?;
-    let failures = residual::misfits(log, &record, &held);
+    let result = with_best_rate_source(model, &mut data, log, treatment, &mut remarks)?;
+    let misfits = residual::misfits(log, &data, &result);
     let seconds = begin.elapsed().as_secs_f64();
-    Ok(Evaluation::Evaluated(Box::new(Evaluated { record, held, failures, remarks, seconds })))
+    Ok(Evaluation::Evaluated(Box::new(Evaluated { data, result, misfits, remarks, seconds })))
 }
 
 /// Evaluates the model. Where the log does not state the source of the rate and the model has an eccentric encoder, both sources (rate
 /// sensor, encoder) are tried and the one with the lower χ² is kept.
 fn with_best_rate_source(
     model: &Model,
-    record: &mut PreparedLog,
+    data: &mut PreparedLog,
     log: &Log,
     treatment: ParameterTreatment,
     remarks: &mut Vec<EvaluationRemark>,
 ) -> Result<FitResult, FitError> {
-    let (system, parameters) = fit::build::system(model, record.temp_C.is_some());
-    let once = |record: &PreparedLog| match treatment {
-        ParameterTreatment::Kept => fit::compare(&system, &parameters, record),
-        ParameterTreatment::Fitted | ParameterTreatment::FittedToAllRows => fit::fit(&system, &parameters, record),
+    let (system, parameters) = fit::build::system(model, data.temp_C.is_some());
+    let once = |data: &PreparedLog| match treatment {
+        ParameterTreatment::Kept => fit::compare(&system, &parameters, data),
+        ParameterTreatment::Fitted | ParameterTreatment::FittedToAllRows => fit::fit(&system, &parameters, data),
     };
     let depends_on_source = model.effects().iter().any(|e| e.card.uses_rate_source);
-    let has_rate = record.channels.iter().any(|c| c.channel == Channel::Rate);
+    let has_rate = data.channels.iter().any(|c| c.channel == Channel::Rate);
     let source_unknown = log.provenance(Channel::Rate.column()).source == RateSource::Unknown;
-    let from_sensor = once(record)?;
+    let from_sensor = once(data)?;
     if !(depends_on_source && has_rate && source_unknown) {
         return Ok(from_sensor);
     }
-    record.rate_from_encoder = true;
-    let from_encoder = once(record)?;
+    data.rate_from_encoder = true;
+    let from_encoder = once(data)?;
     if from_encoder.chi2 < from_sensor.chi2 {
         remarks.push(EvaluationRemark::AssumedRateSource { from_encoder: true });
         Ok(from_encoder)
     } else {
-        record.rate_from_encoder = false;
+        data.rate_from_encoder = false;
         remarks.push(EvaluationRemark::AssumedRateSource { from_encoder: false });
         Ok(from_sensor)
     }

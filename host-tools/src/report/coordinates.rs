@@ -35,9 +35,9 @@ const MIN_RELATIVE_RANGE: f64 = 1e-6;
 /// The coordinates over which the residuals of `channels` can be plotted.
 ///
 /// Rate and current are the modelled ones where they are compared: over a measured coordinate its own noise would produce a slope.
-pub fn coordinates<'a>(log: &'a Log, record: &'a PreparedLog<'a>, channels: &'a [ChannelFit]) -> Vec<CoordinateAxis<'a>> {
+pub fn coordinates<'a>(log: &'a Log, data: &'a PreparedLog<'a>, channels: &'a [ChannelFit]) -> Vec<CoordinateAxis<'a>> {
     let modelled = |shows: Channel| {
-        let measured = record.channels.iter().find(|c| c.channel == shows)?.measured;
+        let measured = data.channels.iter().find(|c| c.channel == shows)?.measured;
         let residual = &channels.iter().find(|f| f.channel == shows)?.residual;
         Some(move |row: usize| match (measured.get(row), residual.get(row)) {
             (Some(y), Some(r)) if r.is_finite() => y - r,
@@ -51,12 +51,12 @@ pub fn coordinates<'a>(log: &'a Log, record: &'a PreparedLog<'a>, channels: &'a 
     };
     let mut list = Vec::new();
     let mut along = |coordinate, label, bins, range: Option<(f64, f64)>, value: Box<dyn Fn(usize) -> f64 + 'a>| {
-        let range = range.unwrap_or_else(|| (0..record.len()).map(&value).filter(|v| v.is_finite()).min_max());
+        let range = range.unwrap_or_else(|| (0..data.len()).map(&value).filter(|v| v.is_finite()).min_max());
         if range.1 - range.0 > MIN_RELATIVE_RANGE * range.1.abs().max(range.0.abs()) {
             list.push(CoordinateAxis { coordinate, label, range, bins, value });
         }
     };
-    if let Some(theta) = record.theta {
+    if let Some(theta) = data.theta {
         let label = if log.theta_zero_is_index() { "angle within the turn from the index, rad" } else { "angle within the turn, rad" };
         let value = move |row: usize| theta.get(row).map_or(f64::NAN, |t| t.rem_euclid(TAU));
         along(Coordinate::Theta, label, 72, Some((0.0, TAU)), Box::new(value));
@@ -66,12 +66,12 @@ pub fn coordinates<'a>(log: &'a Log, record: &'a PreparedLog<'a>, channels: &'a 
         along(Coordinate::Omega, label, 40, None, Box::new(value));
     } else if let Some(value) = column("omega_rad_s") {
         along(Coordinate::Omega, label, 40, None, Box::new(value));
-    } else if let Some(theta) = record.theta {
-        let lag = record.angle_lag();
+    } else if let Some(theta) = data.theta {
+        let lag = data.angle_lag();
         let value = move |row: usize| {
-            let before = row.checked_sub(lag).and_then(|k| theta.get(k).zip(record.t_s.get(k)));
-            match (before, theta.get(row).zip(record.t_s.get(row))) {
-                (Some((a, t)), Some((b, u))) if u - t < 1.5 * lag as f64 * record.dt_s => (b - a) / (u - t),
+            let before = row.checked_sub(lag).and_then(|k| theta.get(k).zip(data.t_s.get(k)));
+            match (before, theta.get(row).zip(data.t_s.get(row))) {
+                (Some((a, t)), Some((b, u))) if u - t < 1.5 * lag as f64 * data.dt_s => (b - a) / (u - t),
                 _ => f64::NAN,
             }
         };
@@ -84,11 +84,11 @@ pub fn coordinates<'a>(log: &'a Log, record: &'a PreparedLog<'a>, channels: &'a 
     }
     if let Some(rate) = modelled(Channel::Rate) {
         // Over ± 20 ms within the same segment.
-        let reach = record.angle_lag();
+        let reach = data.angle_lag();
         let value = move |row: usize| {
             let (a, b) = (row.saturating_sub(reach), row + reach);
-            match (record.t_s.get(a), record.t_s.get(b)) {
-                (Some(t), Some(u)) if u - t < 1.5 * (b - a) as f64 * record.dt_s => (rate(b) - rate(a)) / (u - t),
+            match (data.t_s.get(a), data.t_s.get(b)) {
+                (Some(t), Some(u)) if u - t < 1.5 * (b - a) as f64 * data.dt_s => (rate(b) - rate(a)) / (u - t),
                 _ => f64::NAN,
             }
         };
@@ -99,7 +99,7 @@ pub fn coordinates<'a>(log: &'a Log, record: &'a PreparedLog<'a>, channels: &'a 
     }
     if let Some(value) = column("t_s") {
         // Wide enough for several independent clusters of rows each.
-        let bins = (record.len() / 1200).clamp(4, 60);
+        let bins = (data.len() / 1200).clamp(4, 60);
         along(Coordinate::Time, "time, s", bins, None, Box::new(value));
     }
     list

@@ -1,4 +1,4 @@
-//! Where a model fails, in words and as JSON; comparison and explanation share it.
+//! Misfits of a model as sentences and as JSON, for comparisons and explanations.
 
 use drive_model::Coordinate;
 use serde::Serialize;
@@ -148,7 +148,7 @@ pub fn section(misfits: &[Misfit], page: &mut Page) {
     });
 }
 
-/// A failure in a JSON answer.
+/// A misfit in a JSON answer.
 #[derive(Serialize)]
 pub struct MisfitJson {
     output: &'static str,

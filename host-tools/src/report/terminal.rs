@@ -1,6 +1,6 @@
 //! Plain text for a terminal: line width, emphasis, sparklines.
 
-/// How to write.
+/// Style of the output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Style {
     /// Escape sequences for colour and weight.
@@ -16,22 +16,22 @@ impl Default for Style {
 }
 
 impl Style {
-    /// What stands out.
+    /// Bold: titles and results.
     pub fn strong(self, text: &str) -> String {
         self.paint("1", text)
     }
 
-    /// What stands back.
+    /// Faint: details.
     pub fn faint(self, text: &str) -> String {
         self.paint("2", text)
     }
 
-    /// What to beware of.
+    /// In the colour of a warning.
     pub fn warn(self, text: &str) -> String {
         self.paint("33", text)
     }
 
-    /// What is as it should be.
+    /// In the colour of a good result.
     pub fn good(self, text: &str) -> String {
         self.paint("32", text)
     }
@@ -60,7 +60,7 @@ impl Style {
     }
 }
 
-/// Eight heights of a block, from nothing to `most`; a gap where there is no value.
+/// A sparkline: blocks of eight heights for values from 0 to `most`; a space for a missing value.
 pub fn sparkline(values: &[Option<f64>], most: f64) -> String {
     const BLOCKS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
     let block = |v: f64| {

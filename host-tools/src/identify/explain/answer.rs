@@ -163,8 +163,8 @@ pub struct Explanation {
     pub stages: Vec<Stage>,
     /// All candidates of the first adding step, the best first.
     pub candidates: Vec<Candidate>,
-    /// Where the given model fails, largest share first.
-    pub failures: Vec<Misfit>,
+    /// Misfits of the given model, largest share first.
+    pub misfits: Vec<Misfit>,
     /// What is left at the end and no effect explains; empty where it is noise.
     pub unexplained: Vec<Shape>,
     /// What to measure next; `None` where nothing is open.

@@ -1,4 +1,4 @@
-//! One candidate: an effect fitted with the model, and what its fit leaves.
+//! One candidate: an effect fitted together with the model, and the residuals of this fit.
 
 use std::ops::Range;
 
@@ -50,7 +50,8 @@ pub struct FittedCandidate {
     pub refused: Option<Refusal>,
 }
 
-/// Fits a trial from the best point that its score predicts, until it is clear whether it reaches a rival of the χ² `rival`.
+/// Fits a trial from the best point that its score predicts. The fit stops as soon as it is clear whether its χ² falls below `rival`, the χ²
+/// of a rival.
 pub fn fit_trial(base: &FittedModel, trial: &Trial, score: &Score, rival: f64) -> Option<FittedCandidate> {
     let criteria = &base.context.criteria.screening;
     let data = base.data_for(trial);
@@ -70,7 +71,7 @@ pub fn fit_trial(base: &FittedModel, trial: &Trial, score: &Score, rival: f64) -
         }
         Iterate::new(&system, &parameters, &data, &states)
     };
-    // A whole step may block the rotor, and from there no derivative leads back: the largest fraction that decreases χ² is taken.
+    // A full step may block the rotor, where the derivatives vanish: the largest fraction that decreases χ² is taken.
     let fractions: &[f64] = if trial.absent { &criteria.step_fractions } else { &[1.0, 0.0] };
     let mut from = (fractions[0], begin(fractions[0], true));
     for &fraction in &fractions[1..] {
@@ -83,7 +84,7 @@ pub fn fit_trial(base: &FittedModel, trial: &Trial, score: &Score, rival: f64) -
         }
     }
     let (fraction, from) = from;
-    // First with the step of the model's own parameters that the linear model predicts; then with these parameters held.
+    // First with the predicted step of the model's own parameters; if χ² falls too little, again from their present values.
     let mut end = minimize(from);
     let decrease = base.fit.chi2 - chi2(&end);
     if fraction > 0.0 && (decrease.is_nan() || decrease <= criteria.min_kept_prediction * score.chi2_decrease) {

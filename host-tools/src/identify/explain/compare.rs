@@ -15,7 +15,7 @@ use super::screen::ScreenedOnly;
 use super::trial::{Invisible, Trial};
 use crate::statistics::distributions::ln_chi_squared_tail;
 
-/// One adding step: everything that was tried beside a model.
+/// One adding step: all effects that were tried in addition to a model.
 pub struct AddingStep<'c> {
     /// Refitted candidates by BIC, the best first; one for each effect.
     pub candidates: Vec<FittedCandidate>,
@@ -25,7 +25,7 @@ pub struct AddingStep<'c> {
     min_identifiable_fraction: f64,
 }
 
-/// Screens everything beside a model, refits the best trials and compares them.
+/// Screens all effects in addition to a model, refits the best trials and compares them.
 pub fn adding_step<'c>(base: &FittedModel<'c>) -> AddingStep<'c> {
     let (screening, fitted) = screen_and_refit(base);
     let candidates = compare(base, fitted, screening.tests);

@@ -1,4 +1,4 @@
-//! When a descent ends: it has converged, or it cannot reach a better rival.
+//! Stopping rule of a descent: it has converged, or it cannot reach a better rival.
 
 use std::ops::Range;
 

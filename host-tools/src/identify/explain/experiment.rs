@@ -30,7 +30,7 @@ pub enum Purpose {
         /// The effect.
         effect: &'static str,
     },
-    /// See which of the remainder repeats.
+    /// Determine which part of the remainder is reproducible.
     Repeat,
     /// Rotate slowly through whole turns.
     SlowTurns,

@@ -57,7 +57,7 @@ impl<'a> FittedModel<'a> {
         Ok(FittedModel::new(self.context, model, system, parameters, fit, data))
     }
 
-    /// Fits a small change of this model, to the end only where it comes near a rival of the χ² `rival`.
+    /// Fits a small change of this model. The fit runs to convergence only if its χ² comes near `rival`, the χ² of a rival.
     ///
     /// # Errors
     /// The model cannot be simulated along these data.
@@ -82,8 +82,8 @@ impl<'a> FittedModel<'a> {
         (system, parameters, states)
     }
 
-    /// The model fitted to short windows from where its fit began; `None` where there are too few windows. In a short window a missing
-    /// effect cannot carry the parameters far off.
+    /// The model fitted to short windows, from the parameters at which its fit began; `None` where there are too few windows. Within a short
+    /// window a missing effect shifts the parameters only a little.
     pub fn in_windows(&self) -> Option<Self> {
         let data = if self.data.driven == Input::Motion { None } else { short_windows(&self.data, WINDOW_S) }?;
         let iterate =

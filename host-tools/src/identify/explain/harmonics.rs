@@ -65,7 +65,7 @@ pub fn search_orders(base: &FittedModel) -> HarmonicOrders {
     let mut taken = known(HarmonicSource::Torque);
     taken.push(1);
     let mut torque = best(&scan.scores(highest, Quantity::Torque), &taken, criteria.torque_orders);
-    // Where the model is far off, its angle is not the one that was passed; the torque computed from the rows does not depend on the model.
+    // Where the model is far off, its simulated angle is wrong; the torque computed from the rows does not depend on the model.
     let power = local_torque::power_by_order(model, data, theta, highest, criteria);
     let local = best(&power, &taken, criteria.local_orders);
     torque.extend(local.into_iter().filter(|order| !torque.contains(order)).collect::<Vec<_>>());

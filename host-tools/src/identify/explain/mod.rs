@@ -129,7 +129,7 @@ pub fn explain_by(
     let base = FittedModel::fit(context, model, data)?;
     let (given_data, given) = (base.data.clone(), base.fit.clone());
     let preparation = Preparation::of(&given_data);
-    let (search, failures) = rayon::join(|| search::search(base, progress), || residual::misfits(&log, &given_data, &given));
+    let (search, misfits) = rayon::join(|| search::search(base, progress), || residual::misfits(&log, &given_data, &given));
     let mut search = search?;
     progress(&Progress::ExaminingRemainder);
     let (verdict, unexplained) = verdict::verdict(&mut search);
@@ -150,7 +150,7 @@ pub fn explain_by(
         missing,
         stages,
         candidates: search.candidates,
-        failures,
+        misfits,
         unexplained,
         next,
         model,

@@ -1,5 +1,5 @@
-//! The next experiment: the one that distinguishes rivals, otherwise the one that determines the effect better, otherwise the one that the
-//! logs lack for a sure verdict.
+//! The next experiment. Priority: an experiment that distinguishes rivals, then one that determines the effect better, then one that covers a
+//! range of operation without which the verdict is uncertain.
 
 use drive_model::{Card, Rival, StandRun};
 

@@ -106,7 +106,7 @@ pub enum NotVisible {
     AlternativeTo(&'static str),
 }
 
-/// Something about the computation that the user should know.
+/// A remark for the user on the computation.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Remark {
     /// A remark on the preparation of the log.
@@ -155,7 +155,7 @@ pub enum Remark {
     },
 }
 
-/// What the computation is doing.
+/// The present stage of the computation.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Progress {
     /// The given model is fitted.

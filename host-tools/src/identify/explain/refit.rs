@@ -1,7 +1,7 @@
 //! Refits of the best trials, and what is necessary to find their minima.
 //!
-//! Where the given parameters may be far off, the trials are first fitted to short windows, in which a missing effect cannot carry the
-//! model away. Effects with a shaft are expensive: they are compared on an excerpt first.
+//! Where the given parameters may be far off, the trials are fitted to short windows first: within a short window a missing effect shifts
+//! the parameters only a little. Effects with a shaft are expensive to simulate: they are compared on an excerpt first.
 
 use rayon::prelude::*;
 
@@ -19,7 +19,7 @@ use crate::statistics::Extremes;
 pub fn screen_and_refit(base: &FittedModel) -> (Screening, Vec<FittedCandidate>) {
     let from_windows = if base.misfit() == MisfitClass::Dominant { fit_from_windows(base) } else { None };
     let (screening, fitted) = match from_windows {
-        // What short windows explain is not searched again from parameters that may be far off.
+        // The windows are explained completely. A second search would start from parameters that may be far off.
         Some((screening, fitted)) if explain_all(base, &fitted) => (screening, fitted),
         other => {
             let screening = Screening::of(base);
@@ -39,14 +39,14 @@ fn refit_best(base: &FittedModel, screening: &Screening, mut fitted: Vec<FittedC
     let Screening { trials, scores, .. } = screening;
     let criteria = base.context.criteria;
     let cheap = screening.best(false, criteria);
-    // The best trials first: the others stop where they cannot reach them.
+    // The best trials first: the refits of the others stop as soon as they cannot reach their χ².
     let (first, others) = cheap.split_at(cheap.len().min(criteria.screening.simultaneous_refits));
     for list in [first, others] {
         let rival = least_chi2(&fitted);
         let more: Vec<FittedCandidate> = list.par_iter().filter_map(|&k| fit_trial(base, &trials[k], &scores[k], rival)).collect();
         fitted.extend(more);
     }
-    // An effect with fewer parameters that leaves only noise needs no rival with a shaft.
+    // Where an effect leaves only noise, a shaft with more parameters cannot be better.
     if !explain_all(base, &fitted) {
         let promising = best_on_excerpt(base, screening, &fitted);
         let rival = least_chi2(&fitted);
@@ -88,7 +88,7 @@ fn fit_from_windows(base: &FittedModel) -> Option<(Screening, Vec<FittedCandidat
     if !explain_all(base, &tried)
         && let Some(start) = short.at_start()
     {
-        // Even in short windows a missing effect may have carried the model's own parameters off.
+        // Even in short windows a missing effect may have shifted the model's own parameters too far.
         tried = fit_windows(&start, tried).1;
     }
     let criteria = &base.context.criteria.screening;
@@ -128,7 +128,8 @@ fn shaft_without_gap(base: &FittedModel, trials: &[Trial], f: &FittedCandidate) 
     fit_trial(base, &trial, &Score::zero(&trial, base.free_parameters()), f64::INFINITY)
 }
 
-/// Of the expensive trials of each effect the best on an excerpt, with its values there, where it beats the best of the fitted ones there.
+/// Fits the expensive trials to an excerpt. For each effect the best trial with its fitted values, if it leaves clearly less of the excerpt than
+/// the best candidate of `fitted`.
 fn best_on_excerpt(base: &FittedModel, screening: &Screening, fitted: &[FittedCandidate]) -> Vec<(usize, Score)> {
     let Screening { trials, scores, .. } = screening;
     let criteria = base.context.criteria;

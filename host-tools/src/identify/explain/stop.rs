@@ -1,4 +1,4 @@
-//! When the search ends although effects still help: they remove too little of an error far above the noise.
+//! Stopping rules for a search whose effects still improve the fit, but remove too little of an error far above the noise.
 //!
 //! All functions take the χ²/n of the worst channel of each stage, the given model first.
 
@@ -20,7 +20,7 @@ pub fn last_effects_are_insignificant(criteria: &Criteria, chi2_per_n: &[f64]) -
     chi2_per_n.len() > in_a_row && chi2_per_n.windows(2).rev().take(in_a_row).all(insignificant)
 }
 
-/// So many effects leave so much that none of them will be called the cause, and one more will not change that.
+/// Many effects leave much of the error: the verdict will not name them as the cause, and one more effect will not change this.
 pub fn too_much_left(criteria: &Criteria, chi2_per_n: &[f64]) -> bool {
     let (Some(given), Some(left)) = (chi2_per_n.first(), chi2_per_n.last()) else { return false };
     let remainder = criteria.remainder(*given, *left);

@@ -130,7 +130,7 @@ fn fit_piecewise_linear(base: &FittedModel, law: &PiecewiseLinear) -> Option<Unk
     let confidence: Vec<f64> = own.clone().map(|k| CONFIDENCE_SIGMAS * sigma(k)).collect();
     let bins = bins(base.context.criteria, law, &heights, &confidence);
     if !bins.iter().any(|b| b.mean.abs() > b.confidence) {
-        // The model's own parameters explain what the law seemed to.
+        // The model's own parameters explain what the law seemed to explain.
         return None;
     }
     let (delta_bic, chi2_per_n) = compare(base, &system, &end, free.len() - base.free_parameters());
@@ -144,7 +144,7 @@ fn fit_piecewise_linear(base: &FittedModel, law: &PiecewiseLinear) -> Option<Unk
         delta_bic,
     };
     Some(match expression {
-        // The expression is the better model of the same structure: the knots draw it, the expression gives the evidence.
+        // The expression describes the same structure with fewer parameters: its fit gives the evidence, the knots only the plot.
         Some(e) if e.delta_bic < delta_bic => Unknown { shape: Shape { delta_bic: e.delta_bic, ..shape }, chi2_per_n: e.chi2_per_n },
         _ => Unknown { shape, chi2_per_n },
     })

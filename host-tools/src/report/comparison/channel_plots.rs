@@ -17,34 +17,34 @@ const LAGS: usize = 100;
 const MIN_ROWS: usize = 50;
 
 /// Measured, modelled and residual over the whole log.
-pub(super) fn whole_log(record: &PreparedLog, compared: &ComparedChannel, f: &ChannelFit, page: &mut Page) {
-    if let Some(range) = residual_plots::whole_log(record) {
-        traces(record, compared, f, range, page);
+pub(super) fn whole_log(data: &PreparedLog, compared: &ComparedChannel, f: &ChannelFit, page: &mut Page) {
+    if let Some(range) = residual_plots::whole_log(data) {
+        traces(data, compared, f, range, page);
     }
 }
 
 /// The same over the 2 s in which the residual is largest; nothing where the log is not much longer.
-pub(super) fn close_up(record: &PreparedLog, compared: &ComparedChannel, f: &ChannelFit, page: &mut Page) {
-    if let Some(range) = residual_plots::worst_interval(record, f) {
+pub(super) fn close_up(data: &PreparedLog, compared: &ComparedChannel, f: &ChannelFit, page: &mut Page) {
+    if let Some(range) = residual_plots::worst_interval(data, f) {
         page.heading("Close-up of the largest residual");
-        traces(record, compared, f, range, page);
+        traces(data, compared, f, range, page);
     }
 }
 
-fn traces(record: &PreparedLog, compared: &ComparedChannel, f: &ChannelFit, range: (f64, f64), page: &mut Page) {
-    if let Some(plot) = residual_plots::traces(record, compared, &[Line { fitness: f, class: "modelled" }], range, true) {
+fn traces(data: &PreparedLog, compared: &ComparedChannel, f: &ChannelFit, range: (f64, f64), page: &mut Page) {
+    if let Some(plot) = residual_plots::traces(data, compared, &[Line { fit: f, class: "modelled" }], range, true) {
         page.figure(&plot, Markup::swatch("measured", "measured").then(" ").then(Markup::swatch("modelled", "modelled")));
     }
-    if let Some(plot) = residual_plots::residuals(record, &[Line { fitness: f, class: "residual" }], range, true) {
+    if let Some(plot) = residual_plots::residuals(data, &[Line { fit: f, class: "residual" }], range, true) {
         let band = Markup::swatch("band", "± 2 × noise: 95 % of the rows of a complete model");
         let caption = Markup::swatch("residual", "residual").then(" ").then(band);
-        let caption = if record.hold_out { caption.then(" ").then(Markup::swatch("held", "held out of the fit")) } else { caption };
+        let caption = if data.hold_out { caption.then(" ").then(Markup::swatch("held", "held out of the fit")) } else { caption };
         page.figure(&plot, caption);
     }
 }
 
 /// Histogram and autocorrelation of the residual.
-pub(super) fn distribution(record: &PreparedLog, f: &ChannelFit, page: &mut Page) {
+pub(super) fn distribution(data: &PreparedLog, f: &ChannelFit, page: &mut Page) {
     let finite: Vec<f64> = f.residual.iter().copied().filter(|r| r.is_finite()).collect();
     if finite.len() < MIN_ROWS {
         return;
@@ -52,7 +52,7 @@ pub(super) fn distribution(record: &PreparedLog, f: &ChannelFit, page: &mut Page
     page.heading("Distribution and autocorrelation of the residual");
     page.side_by_side(|page| {
         density(&finite, f, page);
-        correlogram(record, f, page);
+        correlogram(data, f, page);
     });
 }
 
@@ -82,9 +82,9 @@ fn density(residual: &[f64], f: &ChannelFit, page: &mut Page) {
     );
 }
 
-fn correlogram(record: &PreparedLog, f: &ChannelFit, page: &mut Page) {
+fn correlogram(data: &PreparedLog, f: &ChannelFit, page: &mut Page) {
     let a = autocorrelation(&f.residual, LAGS);
-    let ms = record.dt_s * 1e3;
+    let ms = data.dt_s * 1e3;
     let (low, high) = a.correlation.iter().fold((-2.0 * a.band, 2.0 * a.band), |(l, h), c| (l.min(*c), h.max(*c)));
     let mut plot = Plot::new(
         Axis::new((0.0, (a.correlation.len() + 1) as f64 * ms), 6, "lag", "ms"),
@@ -112,7 +112,7 @@ pub(super) fn over_coordinates(f: &ChannelFit, along: &[CoordinateAxis], page: &
     );
     page.side_by_side(|page| {
         for a in along {
-            if let Some(plot) = residual_plots::over_coordinate(&[Line { fitness: f, class: "residual" }], a) {
+            if let Some(plot) = residual_plots::over_coordinate(&[Line { fit: f, class: "residual" }], a) {
                 page.figure(&plot, "");
             }
         }

@@ -1,7 +1,7 @@
 //! A comparison or a fit as an HTML page: tables and plots.
 
 use super::parameters::{Mark, ParameterRow, advice, parameters};
-use super::{Comparison, channel_plots, failure_plots, words};
+use super::{Comparison, channel_plots, misfit_plots, words};
 use crate::identify::residual::plot_data::ResidualPlotData;
 use crate::report::coordinates::coordinates;
 use crate::report::html::{Cell, Class, Markup, Page, Table};
@@ -11,23 +11,23 @@ use crate::report::{log_entries, misfits, numbers, quantity, unit};
 pub fn html(c: &Comparison) -> String {
     let mut page = Page::new(&c.title());
     head(c, &mut page);
-    misfits::section(&c.failures, &mut page);
+    misfits::section(&c.misfits, &mut page);
     page.section("Residuals", |page| residuals(c, page));
     if c.fitted {
         page.section("Parameters", |page| parameter_table(&parameters(c), page));
     }
-    let along = coordinates(c.log, c.record, &c.held.channels);
-    let pictures = ResidualPlotData::new(c.log, c.record, c.held);
-    for (index, (compared, fitness)) in c.record.channels.iter().zip(&c.held.channels).enumerate() {
-        let heading = Markup::from(fitness.channel.column()).then(" ").then(Markup::span(Class::Faint, quantity(fitness.channel)));
+    let along = coordinates(c.log, c.data, &c.result.channels);
+    let plot_data = ResidualPlotData::new(c.log, c.data, c.result);
+    for (index, (compared, fit)) in c.data.channels.iter().zip(&c.result.channels).enumerate() {
+        let heading = Markup::from(fit.channel.column()).then(" ").then(Markup::span(Class::Faint, quantity(fit.channel)));
         page.section(heading, |page| {
-            page.text(words::channel(fitness));
-            channel_plots::whole_log(c.record, compared, fitness, page);
-            channel_plots::close_up(c.record, compared, fitness, page);
-            channel_plots::distribution(c.record, fitness, page);
-            channel_plots::over_coordinates(fitness, &along, page);
-            if let Some(p) = &pictures {
-                failure_plots::all(p, index, fitness, page);
+            page.text(words::channel(fit));
+            channel_plots::whole_log(c.data, compared, fit, page);
+            channel_plots::close_up(c.data, compared, fit, page);
+            channel_plots::distribution(c.data, fit, page);
+            channel_plots::over_coordinates(fit, &along, page);
+            if let Some(p) = &plot_data {
+                misfit_plots::all(p, index, fit, page);
             }
         });
     }
@@ -44,7 +44,7 @@ fn head(c: &Comparison, page: &mut Page) {
     let effects = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
     let mut entries = log_entries(c.log);
     entries.push(("Model", format!("{}; input: {}; effects: {effects}", c.model.name(), c.model.input().column())));
-    let steps = if c.fitted { format!(", {} steps", c.held.steps) } else { String::new() };
+    let steps = if c.fitted { format!(", {} steps", c.result.steps) } else { String::new() };
     entries.push(("Computing time", format!("{} s{steps}", numbers::significant(c.seconds, 2))));
     page.definitions(entries);
     let notes: Vec<String> = c.log.notes().iter().map(|(key, value)| format!("{key}: {value}")).collect();
@@ -61,7 +61,7 @@ fn head(c: &Comparison, page: &mut Page) {
 
 fn residuals(c: &Comparison, page: &mut Page) {
     let mut table = Table::new(["channel", "rms", "held-out", "noise", "ratio", "χ²/n", "fit", "white", ""]);
-    for f in &c.held.channels {
+    for f in &c.result.channels {
         let ratio = f.rms / f.noise;
         let number = |x: f64| Cell::number(numbers::significant(x, 3));
         table.row([

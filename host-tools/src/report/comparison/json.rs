@@ -98,7 +98,7 @@ pub fn fit_json(c: &Comparison) -> Value {
         };
         (row.name, parameter)
     });
-    let undetermined = &c.held.unidentifiable;
+    let undetermined = &c.result.unidentifiable;
     value(&FitJson {
         parameters: Entries(rows.collect()),
         not_identifiable: undetermined.iter().map(|u| u.parameter.as_str()).collect(),
@@ -110,8 +110,8 @@ pub fn fit_json(c: &Comparison) -> Value {
                 correlation: u.partner.as_ref().map(|(_, r)| *r),
             })
             .collect(),
-        converged: c.held.converged,
-        steps: c.held.steps,
+        converged: c.result.converged,
+        steps: c.result.steps,
         comparison: comparison(c),
     })
 }
@@ -122,8 +122,8 @@ fn comparison<'a>(c: &'a Comparison) -> ComparisonJson<'a> {
         model: c.model.name(),
         samples: c.log.len(),
         duration_s: c.log.duration_s(),
-        outputs: Entries(c.held.channels.iter().map(|f| (f.channel.column().to_owned(), output(f))).collect()),
-        failures: c.failures.iter().map(MisfitJson::from).collect(),
+        outputs: Entries(c.result.channels.iter().map(|f| (f.channel.column().to_owned(), output(f))).collect()),
+        failures: c.misfits.iter().map(MisfitJson::from).collect(),
         remarks: c.all_remarks(),
         warnings: c.all_warnings(),
         seconds: c.seconds,

@@ -7,9 +7,9 @@
 //! * *held-out*: over rows that the fit did not use.
 
 mod channel_plots;
-mod failure_plots;
 mod html;
 mod json;
+mod misfit_plots;
 mod parameters;
 mod text;
 pub mod words;
@@ -33,17 +33,17 @@ pub struct Comparison<'a> {
     /// The model as given; its values are the start values of a fit.
     pub model: &'a Model,
     /// The log, prepared for this model.
-    pub record: &'a PreparedLog<'a>,
-    /// The result.
-    pub held: &'a FitResult,
+    pub data: &'a PreparedLog<'a>,
+    /// Parameters, initial states and residual statistics.
+    pub result: &'a FitResult,
     /// The parameters were fitted; else only the initial states.
     pub fitted: bool,
     /// Computing time, s.
     pub seconds: f64,
     /// Remarks on the comparison.
     pub remarks: Vec<EvaluationRemark>,
-    /// Where the model fails, the largest share of the residual first.
-    pub failures: Vec<Misfit>,
+    /// Systematic residuals, the largest share first.
+    pub misfits: Vec<Misfit>,
 }
 
 impl Comparison<'_> {
@@ -68,10 +68,10 @@ impl Comparison<'_> {
     /// Warnings of the log's reader, and of a fit that did not converge.
     pub fn all_warnings(&self) -> Vec<String> {
         let mut lines = log_warnings(self.log);
-        if self.fitted && !self.held.converged {
+        if self.fitted && !self.result.converged {
             lines.push(format!(
                 "The fit did not converge in {} steps; the values are the best so far. Start closer to the solution, or fix the parameters that this log does not determine.",
-                self.held.steps
+                self.result.steps
             ));
         }
         lines

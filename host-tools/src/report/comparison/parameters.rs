@@ -151,9 +151,10 @@ fn named(rows: &[ParameterRow], select: impl Fn(&ParameterRow) -> bool) -> (Stri
 
 /// The parameters of a fit, in the model's order.
 pub fn parameters(c: &Comparison) -> Vec<ParameterRow> {
-    let held = c.held;
-    let sigmas = held.sigmas.iter().copied().chain(std::iter::repeat(0.0));
-    held.parameters
+    let result = c.result;
+    let sigmas = result.sigmas.iter().copied().chain(std::iter::repeat(0.0));
+    result
+        .parameters
         .list
         .iter()
         .zip(sigmas)
@@ -167,7 +168,7 @@ pub fn parameters(c: &Comparison) -> Vec<ParameterRow> {
             // A phase is periodic: the ends of its range are not bounds.
             let bounded = !p.fixed && p.kind != drive_model::ParameterKind::Phase && !is_order;
             let slack = MAX_SIGMAS_OUT_OF_RANGE * sigma;
-            let determination = match held.unidentifiable.iter().find(|u| u.parameter == p.name).map(|u| &u.partner) {
+            let determination = match result.unidentifiable.iter().find(|u| u.parameter == p.name).map(|u| &u.partner) {
                 None => Determination::Determined,
                 Some(Some((other, r))) if r.abs() > MIN_REPORTED_CORRELATION => Determination::OnlyWith(other.clone(), *r),
                 Some(_) => Determination::NotVisible,

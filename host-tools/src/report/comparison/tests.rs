@@ -34,7 +34,7 @@ fn noise(t: f64) -> f64 {
 
 const MODEL: &str = "[drive]\ninput = \"u_V\"\neffects = [\"viscous\", \"coulomb\"]\n[parameters]\ninertia_kg_m2 = 2.5e-4\nmotor_constant_N_m_A = 0.05\nresistance_ohm = { value = 5.0, fixed = true }\nviscous_N_m_s = 6e-5\ncoulomb_N_m = 1e-3\n";
 
-fn record(log: &Log) -> PreparedLog<'_> {
+fn data(log: &Log) -> PreparedLog<'_> {
     let compared = |shows: Channel| ComparedChannel {
         channel: shows,
         measured: log.column(shows.column()).unwrap(),
@@ -60,7 +60,7 @@ fn record(log: &Log) -> PreparedLog<'_> {
     }
 }
 
-fn held(model: &Model, log: &Log, rms: f64) -> FitResult {
+fn result(model: &Model, log: &Log, rms: f64) -> FitResult {
     let (_, mut parameters): (_, Parameters) = build::system(model, true);
     for p in &mut parameters.list {
         match p.name.as_str() {
@@ -73,7 +73,7 @@ fn held(model: &Model, log: &Log, rms: f64) -> FitResult {
     let residual: Vec<f64> = log.t_s().iter().map(|t| noise(*t) + 0.3 * (7.0 * t).sin()).collect();
     let mut angle = residual.clone();
     angle[..2].fill(f64::NAN);
-    let fitness = |shows, rms, heldout_rms, noise, residual| ChannelFit {
+    let fit = |shows, rms, heldout_rms, noise, residual| ChannelFit {
         channel: shows,
         rms,
         heldout_rms,
@@ -87,7 +87,7 @@ fn held(model: &Model, log: &Log, rms: f64) -> FitResult {
         sigmas: vec![1.3e-6, 2.1e-4, 0.0, 4e-6, 0.0],
         parameters,
         initial_states: InitialStates { kinds: vec![], values: vec![], prior: vec![], prior_sigma: vec![] },
-        channels: vec![fitness(Channel::Rate, rms, Some(0.33), 0.021, residual), fitness(Channel::Angle, f64::NAN, None, 0.001, angle)],
+        channels: vec![fit(Channel::Rate, rms, Some(0.33), 0.021, residual), fit(Channel::Angle, f64::NAN, None, 0.001, angle)],
         unidentifiable: vec![Unidentifiable { parameter: "motor_constant_N_m_A".into(), partner: Some(("inertia_kg_m2".into(), 0.9991)) }],
         converged: false,
         steps: 40,
@@ -98,9 +98,9 @@ fn held(model: &Model, log: &Log, rms: f64) -> FitResult {
 fn with_comparison<R>(rows: usize, rms: f64, fitted: bool, check: impl FnOnce(&Comparison) -> R) -> R {
     let log = log(rows);
     let model = Model::parse(MODEL, "stand.toml").unwrap();
-    let record = record(&log);
-    let held = held(&model, &log, rms);
-    let failures = vec![Misfit {
+    let data = data(&log);
+    let result = result(&model, &log, rms);
+    let misfits = vec![Misfit {
         channel: Channel::Rate,
         coordinate: Coordinate::Theta,
         explained_fraction: 0.71,
@@ -112,12 +112,12 @@ fn with_comparison<R>(rows: usize, rms: f64, fitted: bool, check: impl FnOnce(&C
     check(&Comparison {
         log: &log,
         model: &model,
-        record: &record,
-        held: &held,
+        data: &data,
+        result: &result,
         fitted,
         seconds: 0.123,
         remarks: vec![EvaluationRemark::AssumedRateSource { from_encoder: true }],
-        failures,
+        misfits,
     })
 }
 

@@ -21,7 +21,7 @@ pub fn text(c: &Comparison, style: Style) -> String {
     );
     text.push_str(&style.faint(&style.wrapped("", "", &summary)));
     text.push('\n');
-    for f in &c.held.channels {
+    for f in &c.result.channels {
         text.push_str(&channel(c, f, style));
         text.push('\n');
     }
@@ -30,7 +30,7 @@ pub fn text(c: &Comparison, style: Style) -> String {
         text.push('\n');
     }
     // The conclusion contains the first line.
-    for line in misfits::lines(&c.failures).iter().skip(1) {
+    for line in misfits::lines(&c.misfits).iter().skip(1) {
         text.push_str(&style.wrapped("• ", "  ", line));
     }
     for line in c.all_warnings() {
@@ -83,7 +83,7 @@ fn channel(c: &Comparison, f: &ChannelFit, style: Style) -> String {
     text.push_str(line.trim_end());
     text.push('\n');
     let columns = SPARKLINE_COLUMNS.min(style.width.saturating_sub(24)).max(8);
-    let over_time = rms_over_time(c.record, &f.residual, columns);
+    let over_time = rms_over_time(c.data, &f.residual, columns);
     let largest = over_time.iter().flatten().copied().max_or_zero();
     let scale = style.faint(&format!("0 … {} × noise", number(largest / f.noise)));
     text.push_str(&format!("  {}  {scale}\n", sparkline(&over_time, largest)));

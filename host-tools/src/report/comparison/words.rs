@@ -46,7 +46,7 @@ pub fn channel(f: &ChannelFit) -> String {
 
 /// The conclusion: what was found, and what to do next.
 pub fn conclusion(c: &Comparison) -> String {
-    let mut above: Vec<&ChannelFit> = c.held.channels.iter().filter(|f| f.rms / f.noise > MAX_NOISE_RATIO).collect();
+    let mut above: Vec<&ChannelFit> = c.result.channels.iter().filter(|f| f.rms / f.noise > MAX_NOISE_RATIO).collect();
     above.sort_by(|a, b| (b.rms / b.noise).total_cmp(&(a.rms / a.noise)));
     if above.is_empty() {
         return adequate(c);
@@ -57,7 +57,7 @@ pub fn conclusion(c: &Comparison) -> String {
     if c.fitted {
         text.push_str(" This is the best fit of the parameters, so the model lacks an effect.");
     }
-    if let Some(first) = misfits::lines(&c.failures).first() {
+    if let Some(first) = misfits::lines(&c.misfits).first() {
         text.push(' ');
         text.push_str(first);
     }
@@ -73,7 +73,7 @@ pub fn conclusion(c: &Comparison) -> String {
 }
 
 fn adequate(c: &Comparison) -> String {
-    let every = if c.held.channels.len() > 1 { " in every channel" } else { "" };
+    let every = if c.result.channels.len() > 1 { " in every channel" } else { "" };
     let mut text = format!("The residual is at noise level{every}: no missing effect is visible in this log.");
     let rows = if c.fitted { parameters(c) } else { Vec::new() };
     let out: Vec<String> = rows.into_iter().filter(|row| row.mark() == Mark::OutOfRange).map(|row| row.name).collect();

@@ -57,9 +57,9 @@ fn head(e: &Explanation, page: &mut Page) {
         page.text(message);
         page.command(&sentences::command(&next.run));
     }
-    if !e.failures.is_empty() {
+    if !e.misfits.is_empty() {
         page.heading("Where the model as given fails");
-        page.list(misfits::lines(&e.failures));
+        page.list(misfits::lines(&e.misfits));
     }
     page.heading("Input");
     let mut entries = log_entries(&e.log);
@@ -143,15 +143,15 @@ fn candidates(e: &Explanation, page: &mut Page) {
 }
 
 /// Each channel before and after.
-fn channels(e: &Explanation, record: &PreparedLog, page: &mut Page) {
+fn channels(e: &Explanation, data: &PreparedLog, page: &mut Page) {
     let labels = Labels::of(e);
-    let along = coordinates(&e.log, record, &e.explained.channels);
-    let data = [&e.given, &e.explained].map(|result| ResidualPlotData::new(&e.log, record, result));
-    for (index, ((compared, before), after)) in record.channels.iter().zip(&e.given.channels).zip(&e.explained.channels).enumerate() {
+    let along = coordinates(&e.log, data, &e.explained.channels);
+    let plot_data = [&e.given, &e.explained].map(|result| ResidualPlotData::new(&e.log, data, result));
+    for (index, ((compared, before), after)) in data.channels.iter().zip(&e.given.channels).zip(&e.explained.channels).enumerate() {
         let pair = Pair { compared, before, after };
-        let spectra = data.each_ref().map(|p| p.as_ref().and_then(|p| p.spectrum(index)));
+        let spectra = plot_data.each_ref().map(|p| p.as_ref().and_then(|p| p.spectrum(index)));
         let heading = Markup::from(before.channel.column()).then(" ").then(Markup::span(Class::Faint, quantity(before.channel)));
-        page.section(heading, |page| channel(record, &pair, &labels, &along, &spectra, page));
+        page.section(heading, |page| channel(data, &pair, &labels, &along, &spectra, page));
     }
 }
 
@@ -172,7 +172,7 @@ impl Labels {
     }
 }
 
-fn channel(record: &PreparedLog, pair: &Pair, labels: &Labels, along: &[CoordinateAxis], spectra: &[Option<Spectrum>; 2], page: &mut Page) {
+fn channel(data: &PreparedLog, pair: &Pair, labels: &Labels, along: &[CoordinateAxis], spectra: &[Option<Spectrum>; 2], page: &mut Page) {
     let (before, after) = (pair.before, pair.after);
     page.text(
         Markup::from("rms: ")
@@ -186,15 +186,15 @@ fn channel(record: &PreparedLog, pair: &Pair, labels: &Labels, along: &[Coordina
                 unit(before.channel)
             )),
     );
-    let Some(whole) = residual_plots::whole_log(record) else { return };
-    let models = [Line { fitness: before, class: "before" }, Line { fitness: after, class: "after" }];
+    let Some(whole) = residual_plots::whole_log(data) else { return };
+    let models = [Line { fit: before, class: "before" }, Line { fit: after, class: "after" }];
     let measured = Markup::swatch("measured", "measured").then(" ").then(labels.both());
-    let worst = residual_plots::worst_interval(record, before);
-    if let Some(plot) = residual_plots::traces(record, pair.compared, &models, worst.unwrap_or(whole), false) {
+    let worst = residual_plots::worst_interval(data, before);
+    if let Some(plot) = residual_plots::traces(data, pair.compared, &models, worst.unwrap_or(whole), false) {
         let where_ = if worst.is_some() { ", in the 2 s in which the residual of the given model is largest." } else { "." };
         page.figure(&plot, measured.then(where_));
     }
-    if let Some(plot) = residual_plots::residuals(record, &models, whole, false) {
+    if let Some(plot) = residual_plots::residuals(data, &models, whole, false) {
         let band = Markup::swatch("band", "± 2 × noise: 95 % of the rows of a complete model");
         page.figure(&plot, Markup::from("Residual: ").then(labels.both()).then(" ").then(band));
     }

@@ -114,7 +114,7 @@ pub fn explain_json(e: &Explanation) -> Value {
         duration_s: e.log.duration_s(),
         steps: e.stages.iter().enumerate().map(|(k, s)| stage(e, k, s)).collect(),
         candidates: e.candidates.iter().map(|c| candidate(e, c)).collect(),
-        failures: e.failures.iter().map(MisfitJson::from).collect(),
+        failures: e.misfits.iter().map(MisfitJson::from).collect(),
         unexplained: e.unexplained.iter().map(shape).collect(),
         next_experiment: e.next.as_ref().map(|n| NextJson { says: sentences::next_experiment(e), command: sentences::command(&n.run) }),
         parameters: estimates(e.stages.last().map_or(&[], |s| &s.parameters)),

@@ -26,9 +26,9 @@ pub fn explain_text(e: &Explanation, style: Style) -> String {
     )));
     text.push_str("\n\n");
     text.push_str(&stages(e, style));
-    if !e.failures.is_empty() {
+    if !e.misfits.is_empty() {
         text.push_str(&format!("{}\n", style.strong("Where the model as given fails")));
-        for line in misfits::lines(&e.failures) {
+        for line in misfits::lines(&e.misfits) {
             text.push_str(&style.wrapped("  • ", "    ", &line));
         }
         text.push('\n');

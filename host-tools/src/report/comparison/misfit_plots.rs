@@ -1,4 +1,4 @@
-//! Plots of where a model fails: harmonic orders of the angle, the strongest order over rate and current, the residual after reversals.
+//! Plots of systematic residuals: harmonic orders of the angle, the strongest order over rate and current, the residual after reversals.
 
 use crate::identify::fit::ChannelFit;
 use crate::identify::residual::harmonics::Spectrum;
