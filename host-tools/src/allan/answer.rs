@@ -2,6 +2,7 @@
 
 use super::time_stamps::TimingNote;
 use super::units::{PROCESSES, Process, Unit};
+use crate::log::LogWarning;
 
 /// Interpretation of the column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,7 +34,7 @@ pub enum NotShown {
 #[derive(Debug, Clone, PartialEq)]
 pub enum Note {
     /// A warning of the log reader.
-    Log(String),
+    Log(LogWarning),
     /// A remark about the time stamps.
     Timing(TimingNote),
     /// No coefficients.

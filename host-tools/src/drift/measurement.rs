@@ -4,6 +4,7 @@ use super::cycle::{Cycle, is_same_position};
 use super::estimate::Estimate;
 use super::inequality::PulseInequality;
 use super::positions::PositionFit;
+use crate::log::LogWarning;
 use hal_sim::gyro::Place;
 use std::f64::consts::TAU;
 
@@ -13,7 +14,7 @@ pub enum DriftWarning {
     /// K_m/H is not known, so the current corrects nothing.
     NoTorquerGain,
     /// A warning of the log reader.
-    Log(String),
+    Log(LogWarning),
 }
 
 /// Cycles and the conditions under which they were measured.

@@ -55,7 +55,7 @@ pub fn explain_together(
     let logs = paths.iter().map(Log::read).collect::<Result<Vec<_>, _>>()?;
     match explain::explain(logs, model, progress) {
         Ok(explanation) => Ok(LogExplanation::Explained(Box::new(explanation))),
-        Err(ExplainError::BadLog { log, findings }) => Ok(LogExplanation::ImplausibleLog(Box::new(Log::read(log)?), findings)),
+        Err(ExplainError::BadLog { log, findings }) => Ok(LogExplanation::ImplausibleLog(log, findings)),
         Err(error) => Err(ExplainLogsError::Explain(error)),
     }
 }

@@ -7,6 +7,7 @@ use std::io::{BufRead, BufReader};
 use std::path::Path;
 
 use super::error::{LogError, LogErrorKind};
+use super::warning::LogWarning;
 use super::{Column, FileContents, Selection};
 
 /// Longest line, bytes: a file without line breaks must not fill the memory.
@@ -56,8 +57,7 @@ pub(super) fn read(path: &Path, selection: &mut Selection<'_>) -> Result<FileCon
         }
     }
     if row > 0 && !lines.ended {
-        let line = lines.number;
-        contents.warnings.push(format!("the last row (line {line}) does not end with a line break; its last number may be cut short"));
+        contents.warnings.push(LogWarning::UnterminatedRow { line: lines.number });
     }
     contents.columns.iter_mut().for_each(|c| c.values.shrink_to_fit());
     Ok(contents)

@@ -15,6 +15,7 @@ mod one_column;
 mod parquet;
 pub mod plausible;
 mod quantization;
+mod warning;
 
 use crate::statistics::robust::median;
 use std::ops::Range;
@@ -25,6 +26,7 @@ pub use csv_write::CsvWriter;
 pub use error::{LogError, LogErrorKind};
 pub use notes::{FaultNote, Note, Notes, Provenance, RateSource, VoltageSource, timestamp};
 pub use one_column::{OneColumn, times};
+pub use warning::LogWarning;
 
 /// A step in time above this number of median intervals is a gap.
 pub const GAP_INTERVALS: f64 = 1.5;
@@ -45,7 +47,7 @@ pub struct Log {
     columns: Vec<Column>,
     ignored: Vec<String>,
     notes: Notes,
-    warnings: Vec<String>,
+    warnings: Vec<LogWarning>,
     median_dt_s: f64,
 }
 
@@ -176,7 +178,7 @@ impl Log {
     }
 
     /// Warnings about the file, for example notes that were not understood.
-    pub fn warnings(&self) -> &[String] {
+    pub fn warnings(&self) -> &[LogWarning] {
         &self.warnings
     }
 
@@ -267,7 +269,7 @@ struct FileContents {
     columns: Vec<Column>,
     ignored: Vec<String>,
     notes: Notes,
-    warnings: Vec<String>,
+    warnings: Vec<LogWarning>,
 }
 
 /// The columns of a file, for a message.

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::error::{LogError, LogErrorKind};
+use super::warning::LogWarning;
 use super::{Column, Notes, Selection, names, notes, quantization, read_contents};
 
 /// One column of a log.
@@ -15,7 +16,7 @@ pub struct OneColumn {
     /// Notes of the file.
     pub notes: Notes,
     /// Warnings about the file.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<LogWarning>,
 }
 
 impl OneColumn {

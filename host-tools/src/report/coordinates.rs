@@ -1,6 +1,7 @@
 //! The coordinates over which residuals are plotted, row by row, as far as the log has them.
 
 use std::f64::consts::TAU;
+use std::fmt;
 
 use drive_model::Coordinate;
 
@@ -9,12 +10,27 @@ use crate::log::Log;
 use crate::model::Channel;
 use crate::statistics::Extremes;
 
+/// Name and unit of an axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct AxisLabel {
+    /// Name of the quantity.
+    pub name: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+}
+
+impl fmt::Display for AxisLabel {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}, {}", self.name, self.unit)
+    }
+}
+
 /// One coordinate of a log.
 pub struct CoordinateAxis<'a> {
     /// The coordinate.
     pub coordinate: Coordinate,
-    /// Name and unit, separated by a comma.
-    pub label: &'static str,
+    /// Label of its axis.
+    pub label: AxisLabel,
     /// Smallest and largest value.
     pub range: (f64, f64),
     /// Number of bins.
@@ -57,11 +73,12 @@ pub fn coordinates<'a>(log: &'a Log, data: &'a PreparedLog<'a>, channels: &'a [C
         }
     };
     if let Some(theta) = data.theta {
-        let label = if log.theta_zero_is_index() { "angle within the turn from the index, rad" } else { "angle within the turn, rad" };
+        let name = if log.theta_zero_is_index() { "angle within the turn from the index" } else { "angle within the turn" };
+        let label = AxisLabel { name, unit: "rad" };
         let value = move |row: usize| theta.get(row).map_or(f64::NAN, |t| t.rem_euclid(TAU));
         along(Coordinate::Theta, label, 72, Some((0.0, TAU)), Box::new(value));
     }
-    let label = "rate, rad/s";
+    let label = AxisLabel { name: "rate", unit: "rad/s" };
     if let Some(value) = modelled(Channel::Rate) {
         along(Coordinate::Omega, label, 40, None, Box::new(value));
     } else if let Some(value) = column("omega_rad_s") {
@@ -78,9 +95,9 @@ pub fn coordinates<'a>(log: &'a Log, data: &'a PreparedLog<'a>, channels: &'a [C
         along(Coordinate::Omega, label, 40, None, Box::new(value));
     }
     if let Some(value) = modelled(Channel::Current) {
-        along(Coordinate::Current, "current, A", 40, None, Box::new(value));
+        along(Coordinate::Current, AxisLabel { name: "current", unit: "A" }, 40, None, Box::new(value));
     } else if let Some(value) = column("i_A") {
-        along(Coordinate::Current, "current, A", 40, None, Box::new(value));
+        along(Coordinate::Current, AxisLabel { name: "current", unit: "A" }, 40, None, Box::new(value));
     }
     if let Some(rate) = modelled(Channel::Rate) {
         // Over ± 20 ms within the same segment.
@@ -92,15 +109,15 @@ pub fn coordinates<'a>(log: &'a Log, data: &'a PreparedLog<'a>, channels: &'a [C
                 _ => f64::NAN,
             }
         };
-        along(Coordinate::Acceleration, "acceleration, rad/s²", 40, None, Box::new(value));
+        along(Coordinate::Acceleration, AxisLabel { name: "acceleration", unit: "rad/s²" }, 40, None, Box::new(value));
     }
     if let Some(value) = column("temp_C") {
-        along(Coordinate::Temperature, "winding temperature, °C", 30, None, Box::new(value));
+        along(Coordinate::Temperature, AxisLabel { name: "winding temperature", unit: "°C" }, 30, None, Box::new(value));
     }
     if let Some(value) = column("t_s") {
         // Wide enough for several independent clusters of rows each.
         let bins = (data.len() / 1200).clamp(4, 60);
-        along(Coordinate::Time, "time, s", bins, None, Box::new(value));
+        along(Coordinate::Time, AxisLabel { name: "time", unit: "s" }, bins, None, Box::new(value));
     }
     list
 }

@@ -18,6 +18,7 @@ mod escape;
 pub mod explanation;
 pub mod html;
 pub mod json;
+mod log_warning;
 pub mod misfits;
 pub mod model;
 pub mod numbers;
@@ -33,6 +34,7 @@ pub use bad_log::{bad_log_html, bad_log_json, bad_log_text};
 pub use comparison::{Comparison, compare_json, fit_json, html as comparison_html, text as comparison_text};
 pub use defects::defect;
 pub use explanation::{explain_bad_log_json, explain_html, explain_json, explain_text};
+pub use log_warning::log_warning;
 pub use misfits::sentence as misfit;
 pub use numbers::{grouped, p_statement, p_value, plain, significant, with_sigma};
 pub use terminal::{Style, sparkline};
@@ -60,7 +62,7 @@ fn log_entries(log: &Log) -> Vec<(&'static str, String)> {
 
 /// Warnings of the log's reader.
 fn log_warnings(log: &Log) -> Vec<String> {
-    let mut lines = log.warnings().to_vec();
+    let mut lines: Vec<String> = log.warnings().iter().map(log_warning).collect();
     if !log.ignored().is_empty() {
         lines.push(format!("Columns of unknown name are ignored: {}.", log.ignored().join(", ")));
     }

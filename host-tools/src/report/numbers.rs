@@ -113,8 +113,8 @@ pub fn p_value(log10_p: f64) -> String {
 
 /// A p-value for a sentence: `p = 0.034`, `p < 1e-12`.
 pub fn p_statement(log10_p: f64) -> String {
-    let p = p_value(log10_p);
-    if p.starts_with('<') { format!("p {p}") } else { format!("p = {p}") }
+    let sign = if log10_p < MIN_LOG10_P { "" } else { "= " };
+    format!("p {sign}{}", p_value(log10_p))
 }
 
 /// The exponent of a number in Rust's `1.2e-3`.

@@ -2,7 +2,7 @@
 
 use drive_model::Coordinate;
 
-use super::coordinates::CoordinateAxis;
+use super::coordinates::{AxisLabel, CoordinateAxis};
 use super::plot::envelope::{Pieces, envelope, extent};
 use super::plot::svg::Drawing;
 use super::plot::{Axis, HALF_WIDTH, Plot, WIDTH, with_margin};
@@ -155,10 +155,9 @@ pub fn over_coordinate(models: &[Line], along: &CoordinateAxis) -> Option<Drawin
     Some(plot.finish())
 }
 
-/// Axis of a coordinate; `label` is its name and unit, separated by a comma.
-pub fn coordinate_axis(coordinate: Coordinate, label: &str, range: (f64, f64), ticks: usize) -> Axis {
-    let (name, unit) = label.rsplit_once(", ").unwrap_or((label, ""));
-    if coordinate == Coordinate::Theta { Axis::turn(label) } else { Axis::new(range, ticks, name, unit) }
+/// Axis of a coordinate.
+pub fn coordinate_axis(coordinate: Coordinate, label: AxisLabel, range: (f64, f64), ticks: usize) -> Axis {
+    if coordinate == Coordinate::Theta { Axis::turn(&label.to_string()) } else { Axis::new(range, ticks, label.name, label.unit) }
 }
 
 /// Root mean square of the residual in `columns` equal intervals of time; `None` where no row was compared.

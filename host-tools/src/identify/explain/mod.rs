@@ -72,10 +72,10 @@ pub enum ExplainError {
     #[error(transparent)]
     Fit(#[from] FitError),
     /// A log is not a plausible record of a drive (verdict `bad-log`).
-    #[error("{log}: {}", .findings.iter().map(|d| d.code().name()).collect::<Vec<_>>().join(", "))]
+    #[error("{}: {}", .log.path().display(), .findings.iter().map(|d| d.code().name()).collect::<Vec<_>>().join(", "))]
     BadLog {
         /// The log.
-        log: String,
+        log: Box<Log>,
         /// What is wrong with it.
         findings: Vec<Defect>,
     },
@@ -109,16 +109,16 @@ pub fn explain(logs: Vec<Log>, model: &Model, progress: &(dyn Fn(&Progress) + Sy
 /// [`ExplainError`].
 pub fn explain_by(
     criteria: Criteria,
-    logs: Vec<Log>,
+    mut logs: Vec<Log>,
     model: &Model,
     progress: &(dyn Fn(&Progress) + Sync),
 ) -> Result<Explanation, ExplainError> {
     let begin = Instant::now();
-    for log in &logs {
+    for (k, log) in logs.iter().enumerate() {
         prepare::check(log, model)?;
         let findings = plausible::check(log, model.input().column());
         if !findings.is_empty() {
-            return Err(ExplainError::BadLog { log: log.path().display().to_string(), findings });
+            return Err(ExplainError::BadLog { log: Box::new(logs.swap_remove(k)), findings });
         }
     }
     let paths = logs.iter().map(|l| l.path().display().to_string()).collect();

@@ -8,6 +8,7 @@ use std::f64::consts::TAU;
 
 use super::Notes;
 use crate::log::columns::{KNOWN, known};
+use crate::log::warning::LogWarning;
 
 /// How a column was made.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -144,10 +145,10 @@ fn provenance(notes: &[(String, String)], column: &str) -> (Provenance, Vec<Stri
 }
 
 /// A warning for each note about a column of the drive that was not understood.
-pub(in crate::log) fn warnings(notes: &[(String, String)]) -> Vec<String> {
+pub(in crate::log) fn warnings(notes: &[(String, String)]) -> Vec<LogWarning> {
     let mut warnings = Vec::new();
-    let mut report = |key: &str, what: &str, example: &str| {
-        warnings.push(format!("note “{key}”: “{what}” was not understood and is not used; an example that is understood: {example}"));
+    let mut report = |key: &str, part: &str, example| {
+        warnings.push(LogWarning::NoteNotUnderstood { key: key.to_owned(), part: part.to_owned(), example });
     };
     for (key, value) in notes {
         if let Some(column) = lsb_column(key) {

@@ -4,7 +4,7 @@ use crate::allan::FLOOR;
 use crate::allan::answer::{Answer, FLICKER, Interpretation, NotShown, Note, WHITE};
 use crate::allan::time_stamps::TimingNote;
 use crate::allan::units::{PROCESSES, Process, Unit};
-use crate::report::{grouped, plain, significant, with_sigma};
+use crate::report::{grouped, log_warning, plain, significant, with_sigma};
 
 /// Rows that a fit of coefficients needs.
 const ROWS_FOR_COEFFICIENTS: usize = 80;
@@ -43,7 +43,7 @@ fn no_coefficients(reason: NotShown) -> String {
 /// A remark about the record or the fit.
 pub(super) fn note(note: &Note) -> String {
     match note {
-        Note::Log(message) => message.clone(),
+        Note::Log(warning) => log_warning(warning),
         Note::Timing(TimingNote::Scatter { relative }) => {
             format!(
                 "time stamps scatter by {} % of the interval; the samples are treated as evenly spaced",

@@ -10,6 +10,7 @@ pub use text::{advice_text, platform_text, text};
 
 use crate::drift::error_budget::ErrorSource;
 use crate::drift::measurement::DriftWarning;
+use crate::report::log_warning;
 
 /// Name of a source of uncertainty.
 fn source(source: ErrorSource) -> &'static str {
@@ -25,6 +26,6 @@ fn source(source: ErrorSource) -> &'static str {
 fn warning(warning: &DriftWarning) -> String {
     match warning {
         DriftWarning::NoTorquerGain => "K_m/H is not known (note torquer_gain_rad_s_A): no correction by the current".to_owned(),
-        DriftWarning::Log(text) => text.clone(),
+        DriftWarning::Log(warning) => log_warning(warning),
     }
 }

@@ -70,7 +70,7 @@ struct EstimateJson {
 struct ShapeJson<'a> {
     acts_on: &'static str,
     coordinate: &'static str,
-    along: &'static str,
+    along: String,
     bins: Vec<BinJson>,
     expression: Option<&'a str>,
     delta_bic: f64,
@@ -177,7 +177,7 @@ fn shape(s: &Shape) -> ShapeJson<'_> {
     ShapeJson {
         acts_on: s.acts_on.key(),
         coordinate: s.coordinate.name(),
-        along: sentences::along(s),
+        along: sentences::along(s).to_string(),
         bins: s.bins.iter().map(|b| BinJson { at: b.at, mean: b.mean, confidence: b.confidence }).collect(),
         expression: s.expression.as_deref(),
         delta_bic: s.delta_bic,

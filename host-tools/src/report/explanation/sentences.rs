@@ -6,6 +6,7 @@ use hal_sim::plant::Stand;
 use super::names::{card, first_lower};
 use crate::identify::explain::{Explanation, NotVisible, Progress, Purpose, Refusal, Remark, Shape, ShapeForm};
 use crate::model::{Channel, SummingPoint};
+use crate::report::coordinates::AxisLabel;
 use crate::report::{listed, numbers, unit};
 
 /// Why an effect was refused.
@@ -140,16 +141,17 @@ fn over(coordinate: Coordinate) -> &'static str {
     }
 }
 
-/// Label of the axis over which a shape is drawn, with its unit.
-pub fn along(shape: &Shape) -> &'static str {
-    match (shape.form, shape.coordinate) {
-        (ShapeForm::Oscillation { .. }, _) => "time within a period, s",
-        (_, Coordinate::Theta) => "angle within the turn, rad",
-        (_, Coordinate::Omega) => "rate, rad/s",
-        (_, Coordinate::Current) => "current, A",
-        (_, Coordinate::Temperature) => "winding temperature, °C",
-        _ => "time, s",
-    }
+/// Label of the axis over which a shape is drawn.
+pub fn along(shape: &Shape) -> AxisLabel {
+    let (name, unit) = match (shape.form, shape.coordinate) {
+        (ShapeForm::Oscillation { .. }, _) => ("time within a period", "s"),
+        (_, Coordinate::Theta) => ("angle within the turn", "rad"),
+        (_, Coordinate::Omega) => ("rate", "rad/s"),
+        (_, Coordinate::Current) => ("current", "A"),
+        (_, Coordinate::Temperature) => ("winding temperature", "°C"),
+        _ => ("time", "s"),
+    };
+    AxisLabel { name, unit }
 }
 
 /// Name and unit of what a shape acts on.

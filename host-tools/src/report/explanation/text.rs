@@ -3,6 +3,7 @@
 use super::evidence::{Outcome, grouped, heldout_ratio, p_cell, reason, tried};
 use super::{sentences, words};
 use crate::identify::explain::{Candidate, Explanation, Shape, Verdict};
+use crate::report::coordinates::AxisLabel;
 use crate::report::terminal::{Style, sparkline};
 use crate::report::{log_warnings, misfits, numbers};
 use crate::statistics::Extremes;
@@ -156,8 +157,7 @@ fn unexplained(e: &Explanation, shape: &Shape, style: Style) -> String {
         let (name, unit) = sentences::acts_on(shape.acts_on);
         let number = |x: f64| numbers::significant(x, 3);
         text.push_str(&format!("    {}\n", sparkline(&heights, high - low)));
-        let along = sentences::along(shape);
-        let (coordinate, coordinate_unit) = along.rsplit_once(", ").unwrap_or((along, ""));
+        let AxisLabel { name: coordinate, unit: coordinate_unit } = sentences::along(shape);
         let (from, to) = (number(first.at), number(last.at));
         let caption =
             format!("{name} from {} to {} {unit}, over the {coordinate} from {from} to {to} {coordinate_unit}", number(low), number(high));

@@ -1,0 +1,20 @@
+//! Warnings of the readers; `report` words them.
+
+/// A warning about the file of a log, which was read nevertheless.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum LogWarning {
+    /// The last row does not end with a line break; its last number may be cut short.
+    UnterminatedRow {
+        /// Line of the file, from 1.
+        line: usize,
+    },
+    /// A part of a note was not understood and is not used.
+    NoteNotUnderstood {
+        /// Key of the note.
+        key: String,
+        /// The part.
+        part: String,
+        /// An example of a note that is understood.
+        example: &'static str,
+    },
+}

@@ -1,0 +1,15 @@
+//! Words for the warnings of a log's reader.
+
+use crate::log::LogWarning;
+
+/// A warning in one sentence, without its full stop.
+pub fn log_warning(warning: &LogWarning) -> String {
+    match warning {
+        LogWarning::UnterminatedRow { line } => {
+            format!("the last row (line {line}) does not end with a line break; its last number may be cut short")
+        }
+        LogWarning::NoteNotUnderstood { key, part, example } => {
+            format!("note “{key}”: “{part}” was not understood and is not used; an example that is understood: {example}")
+        }
+    }
+}
