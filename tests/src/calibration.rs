@@ -2,9 +2,9 @@
 
 use hal_sim::plant::Stand;
 use host_tools::calibrate::record::{CalibrationRecord, compute};
-use host_tools::calibrate::session::Session;
-use host_tools::calibrate::session::journal::{Journal, read_logs};
-use host_tools::calibrate::session::simulated::simulate;
+use host_tools::acquire::calibration_session::{PreparedSession, Session};
+use host_tools::acquire::calibration_session::journal::{Journal, read_logs};
+use host_tools::acquire::calibration_session::simulated::simulate;
 use host_tools::calibrate::{Findings, Quantity, Step};
 use host_tools::statistics::Extremes;
 use host_tools::statistics::uncertainty::{COVERAGE_PROBABILITY, Evaluation, coverage_factor};
@@ -44,7 +44,8 @@ pub fn run(stand: &str, session: &str, seed: u64) -> Folder {
     let folder = Folder::new();
     let stand = Stand::parse(stand).unwrap_or_else(|e| panic!("stand: {e}"));
     let parsed = Session::parse(session).unwrap_or_else(|e| panic!("session: {e}"));
-    simulate(&stand, seed, &parsed, session, None, &folder.0, |_| true).unwrap_or_else(|e| panic!("session: {e}"));
+    let prepared = PreparedSession { session: parsed, text: session.to_owned(), begun: None };
+    simulate(&stand, seed, &prepared, &folder.0, |_| true).unwrap_or_else(|e| panic!("session: {e}"));
     folder
 }
 

@@ -3,15 +3,14 @@
 use std::path::Path;
 
 use hal_sim::plant::Stand;
-use host_tools::calibrate::session::simulated::simulate;
-use host_tools::calibrate::session::{Session, default_session};
-use host_tools::calibrate::{DutKind, Quantity, drawn_dut, record};
+use host_tools::acquire::calibration_session::simulated::simulate;
+use host_tools::acquire::calibration_session::{DutKind, PreparedSession, SessionChanges, default_session, drawn_dut};
+use host_tools::calibrate::{Quantity, record};
 
 /// The default session of a device, with the latitude given.
-pub fn session(what: DutKind) -> (Session, String) {
+pub fn session(what: DutKind) -> PreparedSession {
     let text = default_session(what).replace("[known]", "[known]\nlatitude_deg = 55.75");
-    let session = Session::parse(&text).expect("the default session is valid");
-    (session, text)
+    PreparedSession::new(Some(&text), what, SessionChanges::default()).expect("the default session is valid")
 }
 
 /// One quantity of one device.
@@ -44,8 +43,8 @@ pub fn bandwidth_Hz(natural_Hz: f64, damping: f64, cutoff_Hz: f64) -> f64 {
 /// # Panics
 /// The session does not complete.
 pub fn calibrated(what: DutKind, seed: u64, folder: &Path) -> Vec<Compared> {
-    let (session, text) = session(what);
-    let assumed = session.assumptions;
+    let prepared = session(what);
+    let assumed = prepared.session.assumptions;
     let (stand, truth) = match what {
         DutKind::Drive => drawn_dut::drawn_drive(seed, &assumed),
         DutKind::Gyro | DutKind::Accel => {
@@ -56,7 +55,7 @@ pub fn calibrated(what: DutKind, seed: u64, folder: &Path) -> Vec<Compared> {
             (stand, truth)
         }
     };
-    simulate(&stand, seed, &session, &text, None, folder, |_| true).unwrap_or_else(|e| panic!("part {seed}: {e}"));
+    simulate(&stand, seed, &prepared, folder, |_| true).unwrap_or_else(|e| panic!("part {seed}: {e}"));
     let record = record::compute(folder).unwrap_or_else(|e| panic!("part {seed}: {e}"));
     let get = |name: &str| truth.iter().find(|(n, _)| *n == name).map(|(_, value)| *value);
     let mut all = truth.clone();

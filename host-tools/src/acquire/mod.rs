@@ -4,10 +4,13 @@
 //! * [`recording`], the stream of a stand, for every [`connection`]: a serial [`link`] or the simulated controller in virtual time;
 //! * [`simulation`], the rows of the simulated firmware without the stream, in full precision.
 //!
+//! [`calibration_session`] and [`drift_session`] run the steps of a measurement through the first source.
 //! [`preparation`] brings a stand to rest, finds its index and reads its settings; [`record`] writes rows into a log file; [`serve`] is a
 //! simulated stand as a serial port; [`hidden`] adds an effect to a simulated stand.
 
+pub mod calibration_session;
 pub mod connection;
+pub mod drift_session;
 pub mod hidden;
 pub mod link;
 pub mod preparation;

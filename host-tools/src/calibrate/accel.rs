@@ -8,7 +8,7 @@
 //! Rate Ω and acceleration Ω′ are slope and curvature of a parabola through the encoder angle over [`WINDOW_S`].
 
 use super::plateaus::{Plateau, plateaus};
-use super::session::Session;
+use crate::acquire::calibration_session::Session;
 use super::{Basis, CalibrateError, Curve, CurveKind, Findings, Meaning, Remark, SeriesKind, Step};
 use crate::calibrate::{Contribution, Quantity};
 use crate::statistics::Extremes;

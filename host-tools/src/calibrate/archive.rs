@@ -4,7 +4,7 @@
 
 use super::Findings;
 use super::record::{RecordError, findings};
-use super::session::journal::{StepRecord, sha256};
+use crate::acquire::calibration_session::journal::{StepRecord, sha256};
 use super::stored_record::{RECORD_FILE, StoredRecord};
 use crate::statistics::Extremes;
 use serde_json::Value;

@@ -4,8 +4,8 @@
 //! actions, interruptions, absent quantities, remarks and curves.
 
 use super::DutKind;
-use super::session::Session;
-use super::session::journal::StepRecord;
+use crate::acquire::calibration_session::Session;
+use crate::acquire::calibration_session::journal::StepRecord;
 use crate::statistics::uncertainty::{COVERAGE_PROBABILITY, Contribution, Distribution, Evaluation, Quantity};
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};

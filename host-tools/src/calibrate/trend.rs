@@ -7,9 +7,11 @@
 //! mounting, readings). Only their difference |u₂ − u₁| remains in a change (GUM F.1.2.3, correlation 1). A device that was mounted anew has another
 //! misalignment; then the uncertainty without common contributions holds, which is given too.
 
+use super::DutKind;
 use super::archive::ArchivedRecord;
 use super::stored_record::StoredQuantity;
 use crate::statistics::uncertainty::{Contribution, Evaluation, Quantity};
+use std::collections::BTreeSet;
 
 const DAY_S: f64 = 86_400.0;
 /// Fewest records of a straight line.
@@ -134,8 +136,85 @@ fn without_version(identity: &str) -> String {
     identity.split(',').take(3).map(str::trim).collect::<Vec<_>>().join(",")
 }
 
+/// The device and the quantity of a trend.
+#[derive(Debug, Clone, Copy)]
+pub struct TrendSelection<'a> {
+    /// Serial number of the device.
+    pub serial: &'a str,
+    /// Kind of the device; needed where several kinds have this serial number.
+    pub dut_kind: Option<DutKind>,
+    /// The quantity; `None` for all.
+    pub quantity: Option<&'a str>,
+}
+
+/// Why a selection has no trend. The lists are sorted.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum TrendError {
+    /// No record has the serial number.
+    #[error("no record of serial {serial}; there are: {}", listed(.known))]
+    Serial {
+        /// The serial number.
+        serial: String,
+        /// Serial numbers of the records.
+        known: Vec<String>,
+    },
+    /// Devices of several kinds have the serial number.
+    #[error("serial {serial} has records of {}: select one with --what", listed(.kinds))]
+    Kinds {
+        /// The serial number.
+        serial: String,
+        /// The kinds.
+        kinds: Vec<String>,
+    },
+    /// No record of the device has the quantity.
+    #[error("--quantity: no record has {quantity}; there are: {}", listed(.known))]
+    Quantity {
+        /// The quantity.
+        quantity: String,
+        /// Quantities of the records.
+        known: Vec<String>,
+    },
+}
+
+fn listed(words: &[String]) -> String {
+    if words.is_empty() { "none".to_owned() } else { words.join(", ") }
+}
+
+/// Trend of the selected device among all records, which are sorted by date.
+///
+/// # Errors
+/// The selection has no record, or devices of several kinds.
+pub fn trend_of_device(records: &[ArchivedRecord], selection: &TrendSelection) -> Result<Trend, TrendError> {
+    let sorted = |words: &mut dyn Iterator<Item = String>| {
+        let words: BTreeSet<String> = words.filter(|word| !word.is_empty()).collect();
+        words.into_iter().collect::<Vec<_>>()
+    };
+    let serial = || selection.serial.to_owned();
+    let is_selected = |r: &&ArchivedRecord| {
+        let header = &r.record.header;
+        header.session.serial == selection.serial && selection.dut_kind.is_none_or(|kind| header.dut_kind == kind)
+    };
+    let selected: Vec<&ArchivedRecord> = records.iter().filter(is_selected).collect();
+    if selected.is_empty() {
+        let known = sorted(&mut records.iter().map(|r| r.record.header.session.serial.clone()));
+        return Err(TrendError::Serial { serial: serial(), known });
+    }
+    let kinds = sorted(&mut selected.iter().map(|r| r.record.header.dut_kind.name().to_owned()));
+    if kinds.len() > 1 {
+        return Err(TrendError::Kinds { serial: serial(), kinds });
+    }
+    let trend = trend(&selected, selection.quantity);
+    match selection.quantity {
+        Some(quantity) if trend.series.is_empty() => {
+            let known = sorted(&mut selected.iter().flat_map(|r| &r.record.quantities).map(|q| q.name.clone()));
+            Err(TrendError::Quantity { quantity: quantity.to_owned(), known })
+        }
+        _ => Ok(trend),
+    }
+}
+
 /// Trend of the records of one device, sorted by date; of one quantity, or of all.
-pub fn trend(records: &[&ArchivedRecord], quantity: Option<&str>) -> Trend {
+fn trend(records: &[&ArchivedRecord], quantity: Option<&str>) -> Trend {
     let first_began = records.iter().find_map(|r| r.began());
     let day = |r: &ArchivedRecord| match (r.began(), first_began) {
         (Some(at), Some(first)) => at.duration_since(first).as_secs_f64() / DAY_S,

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use embassy_futures::block_on;
-use hal_sim::plant::Stand as Described;
 
 use super::error::CliError;
 use super::output::{ReportOutput, progress_bar, write};
@@ -13,13 +12,13 @@ use super::signals::Interrupts;
 use super::stand_file::read_stand;
 use crate::acquire::link::SerialLink;
 use crate::calibrate::record::{self, CalibrationRecord, RecordError};
-use crate::calibrate::session::error::RunError;
-use crate::calibrate::session::journal::{JOURNAL_FILE, Journal, JournalError, write_atomically};
-use crate::calibrate::session::run::{Operator, Progress, run_session};
-use crate::calibrate::session::simulated::simulate;
-use crate::calibrate::session::{Session, default_session};
+use crate::acquire::calibration_session::error::RunError;
+use crate::acquire::calibration_session::journal::{JOURNAL_FILE, JournalError, write_atomically};
+use crate::acquire::calibration_session::run::{Operator, Progress, run_session};
+use crate::acquire::calibration_session::simulated::{simulate, stand_with_dut};
+use crate::acquire::calibration_session::{DutKind, Mounting, PreparedSession, SessionChanges, default_folder, default_session};
 use crate::calibrate::stored_record::RECORD_FILE;
-use crate::calibrate::{DutKind, Mounting, drawn_dut};
+use crate::calibrate::apply::{ApplyError, apply_to_model, apply_to_stand};
 use crate::model::Model;
 use crate::report::calibration as report;
 
@@ -97,6 +96,12 @@ impl From<RecordError> for CliError {
     }
 }
 
+impl From<ApplyError> for CliError {
+    fn from(error: ApplyError) -> Self {
+        CliError::Input(error.to_string())
+    }
+}
+
 impl From<RunError> for CliError {
     fn from(error: RunError) -> Self {
         match error {
@@ -141,7 +146,7 @@ impl Calibrate {
             write_atomically(&folder.join("record.html"), &report::html(&record))?;
         }
         if let (Some(model), Some(path)) = (&mut model, &self.into_model) {
-            super::calibrate_into::model(&record, model)?;
+            apply_to_model(&record, model)?;
             model.write(path)?;
         }
         self.output.text(&report::text(&stored))?;
@@ -155,36 +160,23 @@ impl Calibrate {
         self.output.json(|| json)
     }
 
-    /// The session to run, the content of its file, and the journal of a resumed session.
-    fn planned(&self, folder: &Path) -> Result<(Session, String, Option<Journal>), CliError> {
+    /// The session to run, or the rest of an interrupted one.
+    fn prepared(&self, folder: &Path) -> Result<PreparedSession, CliError> {
         if self.resume {
-            let (journal, session) = Journal::read(folder)?;
-            return Ok((session, String::new(), Some(journal)));
+            return Ok(PreparedSession::resume(folder)?);
         }
-        let (text, name) = match &self.session {
-            Some(path) => (std::fs::read_to_string(path).map_err(|e| CliError::file(path, "read", &e))?, path.display().to_string()),
-            None => (default_session(self.what()).to_owned(), "the default session".to_owned()),
-        };
-        let mut session = Session::parse(&text).map_err(|e| CliError::Input(format!("{name}: {e}")))?;
-        if session.dut_kind != self.what() {
-            return Err(CliError::Input(format!("{name}: what = \"{}\", expected \"{}\"", session.dut_kind.name(), self.what().name())));
-        }
-        let mut document: toml_edit::DocumentMut =
-            text.parse().map_err(|e: toml_edit::TomlError| CliError::Input(format!("{name}: {e}")))?;
-        for (key, value, kept) in [("serial", &self.serial, &mut session.serial), ("operator", &self.operator, &mut session.operator)] {
-            if let Some(value) = value {
-                document[key] = toml_edit::value(value.as_str());
-                kept.clone_from(value);
-            }
-        }
-        Ok((session, document.to_string(), None))
+        let read = |path: &PathBuf| std::fs::read_to_string(path).map_err(|e| CliError::file(path, "read", &e));
+        let text = self.session.as_ref().map(read).transpose()?;
+        let changes = SessionChanges { serial: self.serial.as_deref(), operator: self.operator.as_deref() };
+        let name = || self.session.as_ref().map_or("the default session".to_owned(), |path| path.display().to_string());
+        PreparedSession::new(text.as_deref(), self.what(), changes).map_err(|e| CliError::Input(format!("{}: {e}", name())))
     }
 
     /// Runs the session; returns its folder.
     fn measure(&self) -> Result<PathBuf, CliError> {
-        let name = |serial: &str| format!("calibration-{}{}{serial}", self.what().name(), if serial.is_empty() { "" } else { "-" });
-        let folder = self.out.clone().unwrap_or_else(|| PathBuf::from(name(self.serial.as_deref().unwrap_or(""))));
-        let (session, text, begun) = self.planned(&folder)?;
+        let folder = self.out.clone().unwrap_or_else(|| default_folder(self.what(), self.serial.as_deref()));
+        let prepared = self.prepared(&folder)?;
+        let session = &prepared.session;
         let interrupted = Interrupts::install()?;
         let bar = progress_bar((session.seconds() * 10.0) as u64, "{wide_bar} {msg}");
         let on_progress = |p: Progress| {
@@ -196,9 +188,12 @@ impl Calibrate {
         let done = match &self.port {
             Some(port) => {
                 let mut link = SerialLink::open(port)?;
-                block_on(run_session(&mut link, &session, &text, begun, &folder, &mut ConsoleOperator, on_progress))
+                block_on(run_session(&mut link, &prepared, &folder, &mut ConsoleOperator, on_progress))
             }
-            None => simulate(&self.simulated_stand(&session)?, self.seed, &session, &text, begun, &folder, on_progress),
+            None => {
+                let described = self.stand.as_deref().map(|path| read_stand(Some(path))).transpose()?;
+                simulate(&stand_with_dut(described, self.seed, session), self.seed, &prepared, &folder, on_progress)
+            },
         };
         bar.finish_and_clear();
         done.map_err(|error| {
@@ -213,45 +208,11 @@ impl Calibrate {
         Ok(folder)
     }
 
-    /// The stand of a file, or the default stand with a random device under test by the seed.
-    fn simulated_stand(&self, session: &Session) -> Result<Described, CliError> {
-        let mut stand = read_stand(self.stand.as_deref())?;
-        if self.stand.is_none() && session.dut_kind == DutKind::Drive {
-            stand = drawn_dut::drawn_drive(self.seed, &session.assumptions).0;
-        }
-        if stand.imu.is_none() && session.dut_kind != DutKind::Drive {
-            stand.imu = Some(drawn_dut::drawn_sensor(self.seed, &session.assumptions, session.full_scale_rad_s.unwrap_or(10.0)).0);
-        }
-        Ok(stand)
-    }
-
     /// Writes the results into the settings of the stand and saves them.
     fn settings(&self, record: &CalibrationRecord) -> Result<(), CliError> {
         let Some(port) = &self.port else { return Ok(()) };
-        let mut link = SerialLink::open(port)?;
-        let mut written = Vec::new();
-        for (setting, value) in super::calibrate_into::settings(record) {
-            let value = match value {
-                super::calibrate_into::Setting::Value(value) => value,
-                super::calibrate_into::Setting::DividedBy(by) => {
-                    let reply = link.query(&format!("SETTings:{setting}?"))?;
-                    let now: f64 = reply
-                        .split([' ', ','])
-                        .next()
-                        .unwrap_or_default()
-                        .parse()
-                        .map_err(|_| CliError::Other(format!("SETTings:{setting}? returned `{reply}` instead of a number")))?;
-                    now / by
-                }
-            };
-            link.command(&format!("SETTings:{setting} {value:e}"))?;
-            written.push(format!("{setting} {}", crate::report::significant(value, 6)));
-        }
-        if written.is_empty() {
-            return self.output.text("no setting of the stand corresponds to the calibrated quantities\n");
-        }
-        link.command("SETTings:SAVE")?;
-        self.output.text(&format!("saved in the stand: {}\n", written.join(", ")))
+        let written = block_on(apply_to_stand(record, &mut SerialLink::open(port)?))?;
+        self.output.text(&report::settings_text(&written))
     }
 }
 

@@ -80,7 +80,7 @@ pub(super) struct Platform {
 
 impl From<DriftError> for CliError {
     fn from(error: DriftError) -> Self {
-        CliError::Input(error.to_string())
+        CliError::Input(report::error_text(&error))
     }
 }
 
@@ -104,9 +104,7 @@ impl Compute {
             pulse_s: self.pulse,
             angle_limit_V: self.angle_limit,
             latitude_deg: self.latitude,
-            turn_error_rad: self.uncertainties.turn_rad(),
-            level_error_rad: self.uncertainties.level_rad(),
-            gain_error: self.uncertainties.gain(),
+            uncertainties: self.uncertainties.setup(),
         };
         let logs = self.logs.iter().map(|path| Log::read_also(path, &COLUMNS)).collect::<Result<Vec<_>, _>>()?;
         write_report(&self.output, &measurement(&logs, &settings)?.evaluate()?)
@@ -118,13 +116,7 @@ impl Advise {
         self.output.check()?;
         let log = Log::read(&self.log)?;
         let name = self.log.display().to_string();
-        let note = log.notes().number("angle_gain_V_rad");
-        let gain = self.angle_gain.or(note).ok_or_else(|| DriftError::Note {
-            log: name.clone(),
-            note: "angle_gain_V_rad",
-            option: "--angle-gain",
-        })?;
-        let advice = advise(&log, gain, self.pulse)?;
+        let advice = advise(&log, self.angle_gain, self.pulse)?;
         self.output.text(&report::advice_text(&name, &advice))?;
         self.output.html(|| report::advice_html(&name, &advice))?;
         self.output.json(|| report::advice_json(&name, &advice))

@@ -4,6 +4,7 @@ use clap::Args;
 
 use super::error::CliError;
 use super::output::ReportOutput;
+use crate::drift::measurement::SetupUncertainties;
 use crate::drift::{DEG_H, DriftResult};
 use crate::report::drift as report;
 
@@ -24,19 +25,13 @@ pub(super) struct Uncertainties {
 }
 
 impl Uncertainties {
-    /// Of the turn, rad.
-    pub(super) fn turn_rad(&self) -> f64 {
-        self.turn_error * ARCMIN
-    }
-
-    /// Of the level, rad.
-    pub(super) fn level_rad(&self) -> f64 {
-        self.level_error * DEG_H
-    }
-
-    /// Of the gain, relative.
-    pub(super) fn gain(&self) -> f64 {
-        self.gain_error / 100.0
+    /// The values in SI units.
+    pub(super) fn setup(&self) -> SetupUncertainties {
+        SetupUncertainties {
+            turn_error_rad: self.turn_error * ARCMIN,
+            level_error_rad: self.level_error * DEG_H,
+            gain_error: self.gain_error / 100.0,
+        }
     }
 }
 

@@ -13,12 +13,11 @@ use super::error::CliError;
 use super::output::{ReportOutput, check_writable, spinner};
 use super::stand_file::read_gyroscope;
 use crate::acquire::link::SerialLink;
+use crate::acquire::drift_session::{CyclePlan, DriftSessionError, DriftSessionProgress, DriftSessionRequest, measure, simulate};
 use crate::drift::Measurement;
-use crate::drift::acquisition::{MeasurementError, MeasurementProgress, MeasurementRequest, measure, simulate};
 use crate::drift::error::within;
-use crate::drift::inequality::MIN_AMPLITUDE_RATIO;
+use crate::drift::inequality::check_amplitudes;
 use crate::drift::separation;
-use crate::drift::session::CyclePlan;
 use crate::log::Format;
 
 /// Shape of the pulses.
@@ -106,11 +105,11 @@ pub(super) struct Run {
     output: ReportOutput,
 }
 
-impl From<MeasurementError> for CliError {
-    fn from(error: MeasurementError) -> Self {
+impl From<DriftSessionError> for CliError {
+    fn from(error: DriftSessionError) -> Self {
         match error {
-            MeasurementError::Connection(error) => error.into(),
-            MeasurementError::Fault(_) | MeasurementError::NotTurned(_) => CliError::Input(error.to_string()),
+            DriftSessionError::Connection(error) => error.into(),
+            DriftSessionError::Fault(_) | DriftSessionError::NotTurned(_) => CliError::Input(error.to_string()),
             other => CliError::Other(other.to_string()),
         }
     }
@@ -124,12 +123,13 @@ impl Run {
             Format::of(path)?;
         }
         let request = self.request()?;
+        let uncertainties = self.uncertainties.setup().checked()?;
         if let Some(latitude) = self.latitude {
             separation::earth_rad_s(latitude)?;
         }
         let spinner = spinner("");
-        let show = |progress: MeasurementProgress| show(&spinner, progress);
-        let (measurement, name, latitude_deg) = match &self.port {
+        let show = |progress: DriftSessionProgress| show(&spinner, progress);
+        let (recording, name, latitude_deg) = match &self.port {
             Some(port) => {
                 let mut link = SerialLink::open(port)?;
                 let turn = async |place: &Place, _: &mut SerialLink| spinner.suspend(|| confirm_turn(place));
@@ -143,38 +143,24 @@ impl Run {
             }
         };
         spinner.finish_and_clear();
-        let measurement = measurement?;
+        let recording = recording?;
         if let Some(path) = &self.out {
-            measurement.log(path, &request.plan, latitude_deg)?.write(path)?;
+            recording.log(path, &request.plan, latitude_deg)?.write(path)?;
         }
-        let result = Measurement {
-            name,
-            cycles: measurement.cycles,
-            has_three_axes: false,
-            latitude_deg,
-            turn_error_rad: within("--turn-error", self.uncertainties.turn_rad(), 0.0, 1.0)?,
-            level_error_rad: within("--level-error", self.uncertainties.level_rad(), 0.0, 1.0)?,
-            gain_error: within("--gain-error", self.uncertainties.gain(), 0.0, 1.0)?,
-            warnings: Vec::new(),
-        };
-        write_report(&self.output, &result.evaluate()?)
+        let measurement = Measurement::of_recording(name, &recording, latitude_deg, uncertainties)?;
+        write_report(&self.output, &measurement.evaluate()?)
     }
 
     /// The checked request.
-    fn request(&self) -> Result<MeasurementRequest, CliError> {
+    fn request(&self) -> Result<DriftSessionRequest, CliError> {
         let positions = self.positions.split(',').map(position).collect::<Result<_, _>>()?;
         within("--pulse", self.pulse, 1e-3, 60.0)?;
         within("--period", self.period, 0.0, 60.0)?;
         within("--rest", self.rest, 1e-3, 1e5)?;
-        for (k, rate) in self.rate.iter().enumerate() {
+        for rate in &self.rate {
             within("--rate", *rate, 1e-6, 100.0)?;
-            if self.rate[..k].iter().any(|other| rate.max(*other) < MIN_AMPLITUDE_RATIO * rate.min(*other)) {
-                let percent = 100.0 * (MIN_AMPLITUDE_RATIO - 1.0);
-                return Err(CliError::Input(format!(
-                    "--rate {rate}: amplitudes must differ by at least {percent:.0} % to determine the inequality of the torquer"
-                )));
-            }
         }
+        check_amplitudes(&self.rate)?;
         let plan = CyclePlan {
             shape: match self.shape {
                 PulseShape::Rectangular => "RECTangular",
@@ -192,7 +178,7 @@ impl Run {
             rest_s: self.rest,
             cycles: self.cycles,
         };
-        Ok(MeasurementRequest {
+        Ok(DriftSessionRequest {
             plan,
             rates_rad_s: self.rate.iter().map(|rate| rate.to_radians()).collect(),
             positions,
@@ -218,23 +204,23 @@ fn position(text: &str) -> Result<Place, CliError> {
     Ok(Place { turned_rad, raised_rad, rolled_rad })
 }
 
-fn show(spinner: &ProgressBar, progress: MeasurementProgress) {
-    let MeasurementProgress { position, positions, state } = progress;
+fn show(spinner: &ProgressBar, progress: DriftSessionProgress) {
+    let DriftSessionProgress { position, positions, state } = progress;
     spinner.set_message(format!("position {position} of {positions} {state}"));
 }
 
-/// Asks the operator to turn the gyroscope, and waits for the Enter key.
-fn confirm_turn(place: &Place) -> Result<(), MeasurementError> {
+/// Prints the instruction to turn the gyroscope and waits for the Enter key.
+fn confirm_turn(place: &Place) -> Result<(), DriftSessionError> {
     let [turned, raised, rolled] =
         [place.turned_rad, place.raised_rad, place.rolled_rad].map(|rad| crate::report::plain(rad.to_degrees(), 6));
     eprintln!("Turn the gyroscope to {turned}° (raised {raised}°, rolled {rolled}°), level it, then press Enter.");
     let mut line = String::new();
     let stdin = std::io::stdin();
     let count =
-        stdin.lock().read_line(&mut line).map_err(|e| MeasurementError::NotTurned(format!("cannot read from standard input: {e}")))?;
+        stdin.lock().read_line(&mut line).map_err(|e| DriftSessionError::NotTurned(format!("cannot read from standard input: {e}")))?;
     if count == 0 {
         let ended = if stdin.is_terminal() { "" } else { ": standard input has ended" };
-        return Err(MeasurementError::NotTurned(format!("the position {turned}° was not confirmed{ended}")));
+        return Err(DriftSessionError::NotTurned(format!("the position {turned}° was not confirmed{ended}")));
     }
     Ok(())
 }

@@ -6,7 +6,6 @@
 
 mod allan;
 mod calibrate;
-mod calibrate_into;
 mod compare;
 mod compensate;
 mod console;

@@ -7,7 +7,8 @@ use clap::{Args, Subcommand, ValueEnum};
 use super::error::CliError;
 use super::output::{JsonOutput, ReportOutput, spinner};
 use crate::calibrate::archive::{ArchivedRecord, find_records};
-use crate::calibrate::{DutKind, trend};
+use crate::calibrate::DutKind;
+use crate::calibrate::trend::{TrendSelection, trend_of_device};
 use crate::report::calibration as report;
 
 #[derive(Debug, Subcommand)]
@@ -107,34 +108,16 @@ impl Trend {
     fn run(self) -> Result<(), CliError> {
         self.output.check()?;
         let (records, skipped) = found(&self.folder)?;
-        let wanted = self.what.map(|kind| match kind {
-            RecordKind::Gyro => DutKind::Gyro,
-            RecordKind::Accel => DutKind::Accel,
-            RecordKind::Drive => DutKind::Drive,
-        });
-        let is_of_device = |r: &&ArchivedRecord| {
-            r.record.header.session.serial == self.serial && wanted.is_none_or(|kind| r.record.header.dut_kind == kind)
+        let selection = TrendSelection {
+            serial: &self.serial,
+            dut_kind: self.what.map(|kind| match kind {
+                RecordKind::Gyro => DutKind::Gyro,
+                RecordKind::Accel => DutKind::Accel,
+                RecordKind::Drive => DutKind::Drive,
+            }),
+            quantity: self.quantity.as_deref(),
         };
-        let of_device: Vec<&ArchivedRecord> = records.iter().filter(is_of_device).collect();
-        let error = |message: String| Err(CliError::Input(format!("{}: {message}", self.folder.display())));
-        let listed = |mut words: Vec<String>| {
-            words.sort();
-            words.dedup();
-            if words.is_empty() { "none".to_owned() } else { words.join(", ") }
-        };
-        let Some(first) = of_device.first() else {
-            let serials = records.iter().map(|r| r.record.header.session.serial.clone()).filter(|s| !s.is_empty()).collect();
-            return error(format!("no record of serial {}; there are: {}", self.serial, listed(serials)));
-        };
-        if of_device.iter().any(|r| r.record.header.dut_kind != first.record.header.dut_kind) {
-            let kinds = listed(of_device.iter().map(|r| r.record.header.dut_kind.name().to_owned()).collect());
-            return error(format!("serial {} has records of {kinds}: select one with --what", self.serial));
-        }
-        let trend = trend::trend(&of_device, self.quantity.as_deref());
-        if let (Some(name), true) = (&self.quantity, trend.series.is_empty()) {
-            let names = listed(of_device.iter().flat_map(|r| &r.record.quantities).map(|q| q.name.clone()).collect());
-            return error(format!("--quantity: no record has {name}; there are: {names}"));
-        }
+        let trend = trend_of_device(&records, &selection).map_err(|e| CliError::in_file(&self.folder, e))?;
         self.output.text(&report::trend_text(&trend))?;
         self.output.text(&report::skipped_text(&skipped))?;
         self.output.html(|| report::trend_html(&trend))?;

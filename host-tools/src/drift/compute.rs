@@ -7,7 +7,7 @@ use super::cycle::{Cycle, CycleDefect};
 use super::detection::{DetectedCycle, contrast, cycles_by_current, cycles_by_mark};
 use super::error::{DriftError, NoCycleReason, within};
 use super::integral::{Integral, amplitude_rad_s, residual_rad_s};
-use super::measurement::{DriftWarning, Measurement};
+use super::measurement::{DriftWarning, Measurement, SetupUncertainties};
 use crate::log::Log;
 use crate::statistics::Extremes;
 use hal_sim::gyro::Place;
@@ -51,12 +51,8 @@ pub struct DriftSettings {
     pub angle_limit_V: Option<f64>,
     /// Latitude, degrees.
     pub latitude_deg: Option<f64>,
-    /// Standard uncertainty of the turn, rad.
-    pub turn_error_rad: f64,
-    /// Standard uncertainty of the level, rad.
-    pub level_error_rad: f64,
-    /// Relative standard uncertainty of K_k.
-    pub gain_error: f64,
+    /// Standard uncertainties of the setup.
+    pub uncertainties: SetupUncertainties,
 }
 
 /// A number by an option or a note; `None` where both are missing.
@@ -82,9 +78,7 @@ pub fn measurement(logs: &[Log], settings: &DriftSettings) -> Result<Measurement
         cycles: Vec::new(),
         has_three_axes: false,
         latitude_deg: None,
-        turn_error_rad: within("--turn-error", settings.turn_error_rad, 0.0, 1.0)?,
-        level_error_rad: within("--level-error", settings.level_error_rad, 0.0, 1.0)?,
-        gain_error: within("--gain-error", settings.gain_error, 0.0, 1.0)?,
+        uncertainties: settings.uncertainties.checked()?,
         warnings: Vec::new(),
     };
     for log in logs {

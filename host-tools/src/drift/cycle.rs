@@ -1,6 +1,7 @@
 //! One cycle of the measurement: two pulses of opposite sign in one position of the gyroscope.
 
 use super::integral::Integral;
+use crate::acquire::drift_session::{GyroscopeScales, ReportedCycle};
 use hal_sim::gyro::Place;
 use std::f64::consts::TAU;
 
@@ -46,6 +47,28 @@ pub struct Cycle {
 }
 
 impl Cycle {
+    /// The cycle that the firmware reports.
+    pub fn of_report(report: &ReportedCycle, scales: &GyroscopeScales) -> Self {
+        let pulse_s = report.pulse_s();
+        Self {
+            number: report.number,
+            position: report.position,
+            axis: 0,
+            sign: report.sign,
+            start_s: report.start_s,
+            integral: Integral {
+                pulse_s,
+                switched_rad_s: -report.drift_rad_s * pulse_s * pulse_s,
+                sum_rad_s: report.sum_rad_s(scales),
+                slope_rad_s: report.slope_rad_s(scales),
+                span_rad: report.span_rad(scales),
+            },
+            amplitude_rad_s: report.rate_rad_s,
+            residual_rad_s: Some(report.drift_rad_s - report.corrected_rad_s),
+            defect: report.rejection.clone().map(CycleDefect::Firmware),
+        }
+    }
+
     /// Drift rate, corrected by the inequality of the current, rad/s.
     pub fn rate_rad_s(&self) -> f64 {
         self.integral.drift_rad_s() - self.residual_rad_s.unwrap_or(0.0)
@@ -63,4 +86,32 @@ pub fn is_same_position(a: &Place, b: &Place) -> bool {
     turned.min(TAU - turned) < POSITION_TOLERANCE_RAD
         && (a.raised_rad - b.raised_rad).abs() < POSITION_TOLERANCE_RAD
         && (a.rolled_rad - b.rolled_rad).abs() < POSITION_TOLERANCE_RAD
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reported_cycle_has_the_rates_of_the_report() {
+        let scales = GyroscopeScales { angle_V_per_code: 1e-3, angle_gain_V_rad: 100.0, torquer_gain_rad_s_A: 0.02, angle_limit_V: 1.6 };
+        let report = ReportedCycle {
+            number: 3,
+            position: Place::default(),
+            sign: -1,
+            start_s: 10.0,
+            rate_rad_s: 1e-3,
+            samples: 5000.0,
+            doubled_sum_codes: 82.0,
+            moment_codes: 5.0,
+            span_codes: 404.0,
+            drift_rad_s: 1.5e-6,
+            corrected_rad_s: 1.25e-6,
+            rejection: Some("emergency stop".to_owned()),
+        };
+        let cycle = Cycle::of_report(&report, &scales);
+        assert!((cycle.integral.drift_rad_s() - 1.5e-6).abs() < 1e-15 && (cycle.rate_rad_s() - 1.25e-6).abs() < 1e-15);
+        assert!((cycle.integral.span_rad - 404e-5).abs() < 1e-12);
+        assert_eq!(cycle.defect, Some(CycleDefect::Firmware("emergency stop".to_owned())));
+    }
 }

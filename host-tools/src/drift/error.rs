@@ -1,4 +1,4 @@
-//! Errors of the drift measurement.
+//! Errors of the drift measurement. `report` adds the reasons that are data: defect, parameters, why no cycle was found.
 
 use super::cycle::CycleDefect;
 
@@ -16,6 +16,16 @@ pub enum DriftError {
         min: f64,
         /// Greatest valid number.
         max: f64,
+    },
+    /// Two amplitudes of the pulses are too similar.
+    #[error(
+        "--rate {rate}: amplitudes must differ by at least {:.0} % to determine the inequality of the torquer", 100.0 * (.min_ratio - 1.0)
+    )]
+    SimilarAmplitudes {
+        /// The amplitude, in the user's unit.
+        rate: f64,
+        /// Smallest ratio of two amplitudes.
+        min_ratio: f64,
     },
     /// The azimuth is undefined at the poles.
     #[error("--latitude {0}: at a pole the Earth's rotation has no horizontal component, so the azimuth is undefined")]
@@ -49,7 +59,7 @@ pub enum DriftError {
         text: String,
     },
     /// No cycles in the log.
-    #[error("{log}: no cycle of two pulses of {pulse_s} s found{}", .reason.map_or("", NoCycleReason::words))]
+    #[error("{log}: no cycle of two pulses of {pulse_s} s found")]
     NoCycle {
         /// The log.
         log: String,
@@ -59,7 +69,7 @@ pub enum DriftError {
         reason: Option<NoCycleReason>,
     },
     /// No cycle is valid.
-    #[error("{log}: none of the {count} cycles is valid: {}", .defect.as_ref().map_or("", defect_words))]
+    #[error("{log}: none of the {count} cycles is valid")]
     NoValidCycle {
         /// The log.
         log: String,
@@ -82,7 +92,7 @@ pub enum DriftError {
         rolled_deg: f64,
     },
     /// The positions do not separate the parameters.
-    #[error("{positions} positions do not separate {}; add positions with another turn, roll or elevation", parameter_words(.parameters))]
+    #[error("{positions} positions do not separate all parameters of the drift; add positions with another turn, roll or elevation")]
     NotSeparable {
         /// The parameters.
         parameters: Vec<PositionParameter>,
@@ -159,44 +169,6 @@ pub enum NoCycleReason {
     OneRow,
     /// The platform does not turn both ways.
     NoPlatformPulses,
-}
-
-impl NoCycleReason {
-    fn words(self) -> &'static str {
-        match self {
-            NoCycleReason::ConstantCurrent => ": the current of the torquer is constant",
-            NoCycleReason::OneRow => ": the log has one row",
-            NoCycleReason::NoPlatformPulses => " (rate +w, then −w for the same time)",
-        }
-    }
-}
-
-fn defect_words(defect: &CycleDefect) -> &str {
-    match defect {
-        CycleDefect::CutShort => "cut short",
-        CycleDefect::SampleLost => "sample lost",
-        CycleDefect::SensorSaturated => "angle sensor saturated",
-        CycleDefect::CurrentLimited => "current limited",
-        CycleDefect::Firmware(text) => text,
-    }
-}
-
-fn parameter_words(parameters: &[PositionParameter]) -> String {
-    let word = |parameter: &PositionParameter| match parameter {
-        PositionParameter::OwnDrift => "own drift",
-        PositionParameter::AzimuthCosine => "C = ω_h cos A",
-        PositionParameter::AzimuthSine => "S = ω_h sin A",
-        PositionParameter::GSensitive => "drift by g along the sensitive axis",
-        PositionParameter::GOutput => "drift by g along the output axis",
-        PositionParameter::GSpin => "drift by g along the spin axis",
-    };
-    parameters.iter().map(word).collect::<Vec<_>>().join(", ")
-}
-
-impl std::fmt::Display for CycleDefect {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(defect_words(self))
-    }
 }
 
 /// Checks that a number is within its range.

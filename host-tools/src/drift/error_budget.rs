@@ -70,12 +70,12 @@ impl Measurement {
         let sin = azimuth.map_or(1.0, |azimuth| azimuth.sin().abs());
         let per_azimuth = |rad_s: f64| azimuth.filter(|_| horizontal > 0.0).map(|_| rad_s / (horizontal * sin.max(1e-6)));
         // Half of the error of the turn is an error of the azimuth; its sine acts on the drift.
-        let turned = Some(horizontal * sin * self.turn_error_rad / 2.0);
+        let turned = Some(horizontal * sin * self.uncertainties.turn_error_rad / 2.0);
         // A level error that turns with the platform acts on the drift, one of the base on the azimuth.
-        let level = vertical * self.level_error_rad;
-        let [own, apparent] = [found.own_rad_s[0], found.apparent_rad_s[0]].map(|v| v.value.abs() * self.gain_error);
+        let level = vertical * self.uncertainties.level_error_rad;
+        let [own, apparent] = [found.own_rad_s[0], found.apparent_rad_s[0]].map(|v| v.value.abs() * self.uncertainties.gain_error);
         [
-            [turned, turned, azimuth.map(|_| self.turn_error_rad / 2.0)],
+            [turned, turned, azimuth.map(|_| self.uncertainties.turn_error_rad / 2.0)],
             [Some(level), Some(level), per_azimuth(level)],
             [Some(own), Some(apparent), per_azimuth(apparent)],
         ]
@@ -89,10 +89,10 @@ impl Measurement {
         let with = |own: f64, azimuth: f64| [Some(own), (axis != 1).then_some(lever * azimuth), Some(azimuth)];
         let measured = found.own_rad_s[axis].value - if axis == 1 { vertical } else { 0.0 };
         [
-            with(lever * self.turn_error_rad / 2.0, self.turn_error_rad / 2.0),
-            with([vertical, horizontal, vertical][axis] * self.level_error_rad, vertical / horizontal * self.level_error_rad),
+            with(lever * self.uncertainties.turn_error_rad / 2.0, self.uncertainties.turn_error_rad / 2.0),
+            with([vertical, horizontal, vertical][axis] * self.uncertainties.level_error_rad, vertical / horizontal * self.uncertainties.level_error_rad),
             // Each axis has its own sensor; a common gain error cancels in the arctangent.
-            with(measured.abs() * self.gain_error, std::f64::consts::SQRT_2 * sin * cos * self.gain_error),
+            with(measured.abs() * self.uncertainties.gain_error, std::f64::consts::SQRT_2 * sin * cos * self.uncertainties.gain_error),
         ]
     }
 }

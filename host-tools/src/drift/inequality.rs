@@ -5,11 +5,26 @@
 //! lag adds to it, with opposite signs) and one Ω per position, so that the azimuth is not affected.
 
 use super::cycle::{Cycle, is_same_position};
+use super::error::DriftError;
 use super::estimate::Estimate;
 use crate::statistics::Extremes;
 
 /// Smallest ratio of two amplitudes that determines the inequality.
 pub const MIN_AMPLITUDE_RATIO: f64 = 1.2;
+
+/// Checks that amplitudes of pulses determine the inequality; any unit.
+///
+/// # Errors
+/// The first amplitude that differs too little from an earlier one.
+pub fn check_amplitudes(amplitudes: &[f64]) -> Result<(), DriftError> {
+    let is_similar = |a: f64, b: f64| a.max(b) < MIN_AMPLITUDE_RATIO * a.min(b);
+    for (k, rate) in amplitudes.iter().enumerate() {
+        if amplitudes[..k].iter().any(|earlier| is_similar(*rate, *earlier)) {
+            return Err(DriftError::SimilarAmplitudes { rate: *rate, min_ratio: MIN_AMPLITUDE_RATIO });
+        }
+    }
+    Ok(())
+}
 
 /// Inequality of positive and negative pulses.
 #[derive(Debug, Clone, Copy, PartialEq)]

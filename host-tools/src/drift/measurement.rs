@@ -1,9 +1,11 @@
 //! Input and result of the evaluation: cycles with their conditions, own drift, apparent drift, azimuth.
 
 use super::cycle::{Cycle, is_same_position};
+use super::error::{DriftError, within};
 use super::estimate::Estimate;
 use super::inequality::PulseInequality;
 use super::positions::PositionFit;
+use crate::acquire::drift_session::DriftRecording;
 use crate::log::LogWarning;
 use hal_sim::gyro::Place;
 use std::f64::consts::TAU;
@@ -17,6 +19,30 @@ pub enum DriftWarning {
     Log(LogWarning),
 }
 
+/// Standard uncertainties of the setup, from 0 to 1.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct SetupUncertainties {
+    /// Of the turn between positions, rad.
+    pub turn_error_rad: f64,
+    /// Of the level, rad.
+    pub level_error_rad: f64,
+    /// Of the angle sensor's gain K_k, relative.
+    pub gain_error: f64,
+}
+
+impl SetupUncertainties {
+    /// Checks the values.
+    ///
+    /// # Errors
+    /// A value out of its range.
+    pub fn checked(self) -> Result<Self, DriftError> {
+        within("--turn-error", self.turn_error_rad, 0.0, 1.0)?;
+        within("--level-error", self.level_error_rad, 0.0, 1.0)?;
+        within("--gain-error", self.gain_error, 0.0, 1.0)?;
+        Ok(self)
+    }
+}
+
 /// Cycles and the conditions under which they were measured.
 #[derive(Debug, Clone)]
 pub struct Measurement {
@@ -28,17 +54,33 @@ pub struct Measurement {
     pub has_three_axes: bool,
     /// Latitude, degrees.
     pub latitude_deg: Option<f64>,
-    /// Standard uncertainty of the turn between positions, rad.
-    pub turn_error_rad: f64,
-    /// Standard uncertainty of the level, rad.
-    pub level_error_rad: f64,
-    /// Relative standard uncertainty of the angle sensor's gain K_k.
-    pub gain_error: f64,
+    /// Standard uncertainties of the setup.
+    pub uncertainties: SetupUncertainties,
     /// Remarks on the input.
     pub warnings: Vec<DriftWarning>,
 }
 
 impl Measurement {
+    /// The measurement of a drift session; `name` is that of the stand.
+    ///
+    /// # Errors
+    /// An uncertainty out of its range.
+    pub fn of_recording(
+        name: String,
+        recording: &DriftRecording,
+        latitude_deg: Option<f64>,
+        uncertainties: SetupUncertainties,
+    ) -> Result<Self, DriftError> {
+        Ok(Self {
+            name,
+            cycles: recording.cycles.iter().map(|cycle| Cycle::of_report(cycle, &recording.scales)).collect(),
+            has_three_axes: false,
+            latitude_deg,
+            uncertainties: uncertainties.checked()?,
+            warnings: Vec::new(),
+        })
+    }
+
     /// The cycles without a defect.
     pub fn valid_cycles(&self) -> Vec<&Cycle> {
         self.cycles.iter().filter(|cycle| cycle.defect.is_none()).collect()

@@ -2,7 +2,7 @@
 #![allow(dead_code, clippy::unwrap_used, reason = "each test binary uses its part")]
 
 use host_tools::calibrate::Assumptions;
-use host_tools::calibrate::drawn_dut::{Truth, drawn_sensor};
+use host_tools::acquire::calibration_session::drawn_dut::{Truth, drawn_sensor};
 use serde_json::Value;
 
 /// Two short steps at rates of both signs.

@@ -5,7 +5,7 @@
 
 use super::fitted_drive::Drive;
 use super::reading_contributions;
-use crate::calibrate::session::Session;
+use crate::acquire::calibration_session::Session;
 use crate::calibrate::{AbsenceReason, Basis, Findings, Meaning, Step};
 use crate::calibrate::{Contribution, Quantity};
 use crate::log::Log;

@@ -2,7 +2,7 @@
 
 use super::reading_contributions;
 use crate::calibrate::plateaus::{Plateau, plateaus};
-use crate::calibrate::session::Session;
+use crate::acquire::calibration_session::Session;
 use crate::calibrate::{AbsenceReason, Basis, Curve, CurveKind, Findings, Meaning, SeriesKind, Step};
 use crate::calibrate::{Contribution, Quantity};
 use crate::statistics::Extremes;

@@ -4,7 +4,7 @@
 
 use super::fitted_drive::Drive;
 use super::reading_contributions;
-use crate::calibrate::session::Session;
+use crate::acquire::calibration_session::Session;
 use crate::calibrate::{AbsenceReason, Basis, Curve, CurveKind, Findings, Meaning, Remark, Step};
 use crate::calibrate::{Contribution, Quantity};
 use crate::statistics::robust::median;

@@ -11,7 +11,7 @@ mod harmonics;
 mod model;
 mod sweep;
 
-use super::session::Session;
+use crate::acquire::calibration_session::Session;
 use super::{Basis, CalibrateError, Findings, Step};
 use crate::calibrate::Contribution;
 

@@ -2,7 +2,7 @@
 
 use super::fitted_drive::{Drive, get};
 use super::{harmonics as torque_harmonics, reading_contributions};
-use crate::calibrate::session::Session;
+use crate::acquire::calibration_session::Session;
 use crate::calibrate::{AbsenceReason, Basis, Findings, Meaning, Remark, Step};
 use crate::calibrate::{Contribution, Quantity};
 use crate::identify::fit::{self, FitResult};

@@ -2,8 +2,9 @@
 
 use super::{GyroSettings, dut_output};
 use crate::calibrate::plateaus::{Plateau, plateaus};
+use crate::acquire::calibration_session::EARTH_RAD_S;
 use crate::calibrate::{
-    AbsenceReason, Assumptions, Basis, CalibrateError, Contribution, Curve, CurveKind, EARTH_RAD_S, Findings, Meaning, Quantity, Remark,
+    AbsenceReason, Assumptions, Basis, CalibrateError, Contribution, Curve, CurveKind, Findings, Meaning, Quantity, Remark,
     Step,
 };
 use crate::statistics::Extremes;

@@ -19,7 +19,7 @@ mod turns;
 pub use characteristic::{Characteristic, characteristic};
 pub(super) use dynamic::along_chirp;
 
-use super::session::Session;
+use crate::acquire::calibration_session::Session;
 use super::{Assumptions, CalibrateError, Findings, Orientation, Step};
 use crate::log::Log;
 

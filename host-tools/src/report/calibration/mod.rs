@@ -80,6 +80,15 @@ fn remarks(header: &RecordHeader) -> Vec<String> {
     header.remarks.iter().cloned().chain(lost).chain(header.interruptions.iter().cloned()).collect()
 }
 
+/// The settings of a stand that a calibration has changed, with their new values.
+pub fn settings_text(settings: &[(&str, f64)]) -> String {
+    if settings.is_empty() {
+        return "no setting of the stand corresponds to the calibrated quantities\n".to_owned();
+    }
+    let written: Vec<String> = settings.iter().map(|(name, value)| format!("{name} {}", crate::report::significant(*value, 6))).collect();
+    format!("saved in the stand: {}\n", written.join(", "))
+}
+
 /// Why the logs give no calibration, with the reason of the first absent quantity.
 pub fn calibrate_error(error: &CalibrateError) -> String {
     let first = match error {

@@ -52,7 +52,7 @@ fn cycles_table(cycles: &[Cycle]) -> Table {
             rate(c.rate_rad_s()),
             rate(c.integral.drift_rad_s()),
             rate(c.integral.slope_rad_s),
-            Cell::text(c.defect.as_ref().map_or(String::new(), ToString::to_string)).class(Class::Warning),
+            Cell::text(c.defect.as_ref().map_or(String::new(), |found| defect(found).to_owned())).class(Class::Warning),
         ]);
     }
     table

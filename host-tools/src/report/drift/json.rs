@@ -93,7 +93,7 @@ impl CycleEntry {
             raw_deg_h: c.integral.drift_rad_s() / DEG_H,
             residual_deg_h: c.residual_rad_s.map(|rad_s| rad_s / DEG_H),
             slope_deg_h: c.integral.slope_rad_s / DEG_H,
-            bad: c.defect.as_ref().map(ToString::to_string),
+            bad: c.defect.as_ref().map(|found| defect(found).to_owned()),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Results of the drift measurement for a terminal.
 
-use super::warning;
+use super::{defect, warning};
 use crate::drift::estimate::Estimate;
 use crate::drift::measurement::SeparatedDrift;
 use crate::drift::platform::PlatformResult;
@@ -53,7 +53,7 @@ pub(super) fn drift_lines(found: &SeparatedDrift) -> Vec<String> {
 
 /// The cycles that are not used, with the reason.
 pub(super) fn defect_lines(measurement: &Measurement) -> Vec<String> {
-    let defective = measurement.cycles.iter().filter_map(|cycle| cycle.defect.as_ref().map(|defect| (cycle, defect)));
+    let defective = measurement.cycles.iter().filter_map(|cycle| cycle.defect.as_ref().map(|found| (cycle, defect(found))));
     defective.map(|(cycle, defect)| format!("cycle {} at {} s is not used: {defect}", cycle.number, plain(cycle.start_s, 5))).collect()
 }
 

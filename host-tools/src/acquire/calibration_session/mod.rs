@@ -1,22 +1,26 @@
 //! Calibration session: the steps that are run on a stand, unattended where no operator is needed.
 //!
-//! Input: a TOML file ([`Session`]) and a stand. Output: a folder with one raw log per step and a journal ([`journal`]) that is updated after each
-//! step, with the SHA-256 of the log. An interrupted session continues with the first step that is not done ([`run`]). Steps that the stand cannot
-//! run are refused before anything moves ([`check`]).
+//! Input: a TOML file ([`Session`]) and a stand. Output: a folder with one raw log per step and a journal ([`journal`]), updated after each step, with
+//! the SHA-256 of the log. An interrupted session continues with the first step that is not done ([`run`]). Steps that the stand cannot run are refused
+//! before anything moves ([`check`]). The analysis of the logs is in [`crate::calibrate`], a higher layer.
 
 pub mod check;
+pub mod device;
+pub mod drawn_dut;
 pub mod error;
 pub mod journal;
 mod notes;
 mod plan;
+mod prepared;
 pub mod run;
 pub mod simulated;
 mod stable;
 mod step;
 
 pub use check::check;
+pub use device::{Assumptions, DutKind, EARTH_RAD_S, Mounting, Orientation, Step};
+pub use prepared::{PreparedSession, SessionChanges, default_folder};
 
-use super::{Assumptions, DutKind, Mounting};
 use serde::{Deserialize, Serialize};
 use stand_firmware::speed_loop::Mode;
 use std::collections::BTreeMap;

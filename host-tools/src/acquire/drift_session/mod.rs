@@ -1,6 +1,9 @@
-//! A drift measurement: the firmware runs the pulse cycles in one position of the gyroscope after another, on a stand or a simulated one.
+//! Drift session: the firmware runs pulse cycles in one position of the gyroscope after another, on a stand or a simulated one.
 //!
-//! In: a connection, the plan, the positions. Out: the cycles of all positions, and the rows of the stream for a log.
+//! Input: a connection, the plan of the cycles, the positions. Output: the cycles of all positions as the firmware reports them, and the rows of the
+//! stream for a log. The drift is computed from them in [`crate::drift`], a higher layer.
+
+mod cycles;
 
 use std::cell::RefCell;
 use std::path::Path;
@@ -12,11 +15,11 @@ use hal_sim::gyro::{Place, SingleAxis};
 use hal_sim::session::StandSetup;
 use stand_firmware::telemetry::RowFrame;
 
-use super::Cycle;
-use super::session::{self, CyclePlan, GyroscopeScales};
 use crate::acquire::connection::{ConnectionError, SimulatedConnection, StandConnection};
 use crate::acquire::preparation::{latched_fault, query_number};
 use crate::log::{Column, Log, LogError, Note, Notes};
+
+pub use cycles::{CyclePlan, GyroscopeScales, ReportedCycle};
 
 /// Period of the board clock, s.
 const CLOCK_PERIOD_S: f64 = 1e-7;
@@ -30,9 +33,9 @@ const MAX_POSITION_STEPS: usize = 150;
 /// Time for the platform to settle in a new position, s.
 const SETTLING_S: f64 = 2.0;
 
-/// What is measured.
+/// What is to be measured.
 #[derive(Debug, Clone)]
-pub struct MeasurementRequest {
+pub struct DriftSessionRequest {
     /// The cycles in each position.
     pub plan: CyclePlan,
     /// Largest rates of the pulses, rad/s; each runs all cycles.
@@ -45,22 +48,22 @@ pub struct MeasurementRequest {
     pub keep_rows: bool,
 }
 
-/// Result of a measurement.
+/// Result of a drift session.
 #[derive(Debug, Clone)]
 pub struct DriftRecording {
     /// Cycles of all positions.
-    pub cycles: Vec<Cycle>,
+    pub cycles: Vec<ReportedCycle>,
     /// Scale factors from the stand's settings.
     pub scales: GyroscopeScales,
-    /// Time, then [`session::CHANNELS`], of each row.
+    /// Time, then [`cycles::CHANNELS`], of each row.
     rows: Vec<[f64; 4]>,
     /// Index of the first row of each position.
     row_positions: Vec<(usize, Place)>,
 }
 
-/// Progress of a measurement.
+/// Progress of a drift session.
 #[derive(Debug, Clone, Copy)]
-pub struct MeasurementProgress<'a> {
+pub struct DriftSessionProgress<'a> {
     /// Number of the position, from 1.
     pub position: usize,
     /// Number of positions.
@@ -69,9 +72,9 @@ pub struct MeasurementProgress<'a> {
     pub state: &'a str,
 }
 
-/// Why a measurement failed.
+/// Why a drift session failed.
 #[derive(Debug, thiserror::Error)]
-pub enum MeasurementError {
+pub enum DriftSessionError {
     /// The connection fails, or the stand rejects a command.
     #[error(transparent)]
     Connection(#[from] ConnectionError),
@@ -98,21 +101,21 @@ pub enum MeasurementError {
 /// Measures in all positions of one stand. `turn` brings the gyroscope into a position; `progress` receives the state.
 ///
 /// # Errors
-/// As [`MeasurementError`].
+/// As [`DriftSessionError`].
 pub async fn measure<S: StandConnection>(
     stand: &mut S,
-    request: &MeasurementRequest,
-    turn: impl AsyncFn(&Place, &mut S) -> Result<(), MeasurementError>,
-    progress: impl Fn(MeasurementProgress),
-) -> Result<DriftRecording, MeasurementError> {
+    request: &DriftSessionRequest,
+    turn: impl AsyncFn(&Place, &mut S) -> Result<(), DriftSessionError>,
+    progress: impl Fn(DriftSessionProgress),
+) -> Result<DriftRecording, DriftSessionError> {
     if let Some(fault) = latched_fault(stand).await? {
-        return Err(MeasurementError::Fault(fault));
+        return Err(DriftSessionError::Fault(fault));
     }
     stand.command("STReam OFF").await?;
-    let scales = session::scales(stand).await?;
-    session::set_up(stand, &request.plan).await?;
+    let scales = cycles::scales(stand).await?;
+    cycles::set_up(stand, &request.plan).await?;
     if request.keep_rows {
-        let channels = format!("STReam:CHANnels {}", session::CHANNELS.join(","));
+        let channels = format!("STReam:CHANnels {}", cycles::CHANNELS.join(","));
         for command in [channels.as_str(), "STReam:DECimation 1", "STReam ON"] {
             stand.command(command).await?;
         }
@@ -126,7 +129,7 @@ pub async fn measure<S: StandConnection>(
         } else if k > 0 || place != &Place::default() {
             turn(place, stand).await?;
         }
-        let report = |state: &str| progress(MeasurementProgress { position: k + 1, positions: request.positions.len(), state });
+        let report = |state: &str| progress(DriftSessionProgress { position: k + 1, positions: request.positions.len(), state });
         report("");
         all.row_positions.push((all.rows.len(), *place));
         // Every second position runs the rates in reverse, so that a linear trend does not look like an effect of the rate.
@@ -136,10 +139,10 @@ pub async fn measure<S: StandConnection>(
         }
         for rate_rad_s in rates {
             if rate_set != Some(rate_rad_s) {
-                session::set_rate(stand, rate_rad_s).await?;
+                cycles::set_rate(stand, rate_rad_s).await?;
                 rate_set = Some(rate_rad_s);
             }
-            let position = session::measure(stand, &scales, k as u32 + 1, *place, rate_rad_s, report).await?;
+            let position = cycles::measure(stand, k as u32 + 1, *place, rate_rad_s, report).await?;
             all.cycles.extend(position.cycles);
             all.rows.extend(position.rows.iter().map(row_values));
         }
@@ -156,13 +159,13 @@ pub async fn measure<S: StandConnection>(
 /// Measures on the simulated stand with this gyroscope, in virtual time; `seed` is the seed of the noise.
 ///
 /// # Errors
-/// As [`MeasurementError`].
+/// As [`DriftSessionError`].
 pub fn simulate(
     gyroscope: SingleAxis,
     seed: u64,
-    request: &MeasurementRequest,
-    progress: impl Fn(MeasurementProgress),
-) -> Result<DriftRecording, MeasurementError> {
+    request: &DriftSessionRequest,
+    progress: impl Fn(DriftSessionProgress),
+) -> Result<DriftRecording, DriftSessionError> {
     let clock = VirtualClock::default();
     let controller = Controller::new(&clock, &StandSetup::default(), LinearMotor::default(), flash(seed), seed)?
         .with_gyro(Box::new(gyroscope.seeded(seed)), seed);
@@ -183,7 +186,7 @@ pub fn simulate(
         result.replace(Some(measured));
     };
     controller.run(host, |_| ())?;
-    result.into_inner().unwrap_or(Err(MeasurementError::Incomplete))
+    result.into_inner().unwrap_or(Err(DriftSessionError::Incomplete))
 }
 
 impl DriftRecording {
@@ -210,7 +213,7 @@ impl DriftRecording {
             let angles = [place.turned_rad, place.raised_rad, place.rolled_rad].map(f64::to_degrees);
             columns.iter_mut().zip(values.into_iter().chain(angles)).for_each(|(column, value)| column.values.push(value));
         }
-        let pulse_s = self.cycles.first().map_or(plan.pulse_s, |cycle| cycle.integral.pulse_s);
+        let pulse_s = self.cycles.first().map_or(plan.pulse_s, ReportedCycle::pulse_s);
         let mut notes = Notes::from_iter([
             Note::Number("angle_gain_V_rad", self.scales.angle_gain_V_rad),
             Note::Number("torquer_gain_rad_s_A", self.scales.torquer_gain_rad_s_A),
@@ -224,15 +227,15 @@ impl DriftRecording {
     }
 }
 
-/// Time of a row and the values of [`session::CHANNELS`].
+/// Time of a row and the values of [`cycles::CHANNELS`].
 fn row_values(row: &RowFrame) -> [f64; 4] {
-    let [angle, torquer, mark] = session::CHANNELS.map(|name| row.value(name).unwrap_or(f64::NAN));
+    let [angle, torquer, mark] = cycles::CHANNELS.map(|name| row.value(name).unwrap_or(f64::NAN));
     [row.at as f64 * CLOCK_PERIOD_S, angle, torquer, mark]
 }
 
 /// Turns the platform with the stand's drive to `turned_rad` from its first position. The encoder counts counter-clockwise, azimuths
 /// clockwise.
-async fn drive_to<S: StandConnection>(stand: &mut S, turned_rad: f64, origin_rad: &mut Option<f64>) -> Result<(), MeasurementError> {
+async fn drive_to<S: StandConnection>(stand: &mut S, turned_rad: f64, origin_rad: &mut Option<f64>) -> Result<(), DriftSessionError> {
     let origin = match *origin_rad {
         Some(origin) => origin,
         None => *origin_rad.insert(query_number(stand, "MEASure:ANGLe?").await?),
@@ -250,5 +253,5 @@ async fn drive_to<S: StandConnection>(stand: &mut S, turned_rad: f64, origin_rad
             return Ok(());
         }
     }
-    Err(MeasurementError::NotReached { error_rad })
+    Err(DriftSessionError::NotReached { error_rad })
 }

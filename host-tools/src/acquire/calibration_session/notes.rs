@@ -1,10 +1,9 @@
 //! Notes of the log of a step.
 
 use super::error::RunError;
-use super::{Session, StepPlan};
+use super::{DutKind, Mounting, Session, StepPlan};
 use crate::acquire::connection::{ConnectionError, StandConnection};
 use crate::acquire::preparation::ColumnSettings;
-use crate::calibrate::{DutKind, Mounting};
 use crate::log::{Note, Notes};
 use stand_firmware::profile::Parameter;
 

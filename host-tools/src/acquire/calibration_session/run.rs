@@ -8,10 +8,9 @@ use super::check::{StandLimits, check};
 use super::error::RunError;
 use super::journal::{JOURNAL_FILE, Journal, JournalError, SESSION_FILE, StepRecord, sha256, write_atomically};
 use super::step::{put_aside, record};
-use super::{PlanError, Session};
+use super::{Mounting, Orientation, PlanError, PreparedSession, Session};
 use crate::acquire::connection::StandConnection;
 use crate::acquire::preparation::{is_rejected, latched_fault};
-use crate::calibrate::Mounting;
 use crate::log::timestamp;
 use std::path::Path;
 
@@ -53,20 +52,18 @@ impl RunError {
     }
 }
 
-/// Checks the session against the limits of the stand and runs it: from the beginning, or from the end of the journal `begun`. `text` is the content of
-/// the session file.
+/// Checks a session against the limits of the stand and runs it: from the beginning, or from the end of its journal.
 ///
 /// # Errors
 /// A session that the stand cannot run, before anything moves; the reason for an early end.
 pub async fn run_session(
     stand: &mut impl StandConnection,
-    session: &Session,
-    text: &str,
-    begun: Option<Journal>,
+    prepared: &PreparedSession,
     folder: &Path,
     operator: &mut impl Operator,
     on_progress: impl FnMut(Progress) -> bool,
 ) -> Result<(), RunError> {
+    let session = &prepared.session;
     match stand.command("STReam OFF").await {
         Err(error) if !is_rejected(&error) => return Err(error.into()),
         _ => {}
@@ -76,11 +73,11 @@ pub async fn run_session(
         return Err(PlanError::Session(message).into());
     }
     check(session, &StandLimits::query(stand).await?)?;
-    let mut journal = match begun {
-        Some(journal) => journal,
+    let mut journal = match &prepared.begun {
+        Some(journal) => journal.clone(),
         None => {
             let journal = Journal::new(session.dut_kind, stand.query("*IDN?").await?);
-            create_folder(folder, text, &journal)?;
+            create_folder(folder, &prepared.text, &journal)?;
             journal
         }
     };
@@ -186,9 +183,9 @@ fn instruction(current: (Mounting, f64), next: (Mounting, f64)) -> Option<String
 
 fn mounting_instruction(m: &Mounting) -> String {
     let orientation = match m.orientation {
-        super::super::Orientation::Flat => "its sensitive axis parallel to the platform's axis",
-        super::super::Orientation::Side => "on its side, its y along the platform's axis",
-        super::super::Orientation::OtherSide => "on its other side, its y opposite to the platform's axis",
+        Orientation::Flat => "its sensitive axis parallel to the platform's axis",
+        Orientation::Side => "on its side, its y along the platform's axis",
+        Orientation::OtherSide => "on its other side, its y opposite to the platform's axis",
     };
     format!(
         "Mount the device at a radius of {} m, turned by {}°, {orientation}; tilt the stand by {}°.",

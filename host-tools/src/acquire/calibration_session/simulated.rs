@@ -1,11 +1,10 @@
 //! A session on the simulated stand in virtual time; a simulated operator mounts the device under test.
 
-use super::Session;
+use super::{DutKind, Mounting, Orientation, PreparedSession, Session};
+use super::drawn_dut::{drawn_drive, drawn_sensor};
 use super::error::RunError;
-use super::journal::Journal;
 use super::run::{Operator, Progress, run_session};
 use crate::acquire::connection::{SimulatedConnection, StandConnection};
-use crate::calibrate::{Mounting, Orientation};
 use hal_sim::board::PlantPort;
 use hal_sim::clock::VirtualClock;
 use hal_sim::controller::{Controller, flash};
@@ -14,6 +13,23 @@ use hal_sim::plant::{Plant, Stand as Described};
 use std::cell::RefCell;
 use std::path::Path;
 
+/// Full scale of a random sensor where the session has none, rad/s.
+const DEFAULT_FULL_SCALE_RAD_S: f64 = 10.0;
+
+/// The simulated stand for a session: `stand`, or the default stand, or for a drive a random one by `seed`. A stand without a sensor gets a random one
+/// where the session needs a sensor.
+pub fn stand_with_dut(stand: Option<Described>, seed: u64, session: &Session) -> Described {
+    let assumed = &session.assumptions;
+    if session.dut_kind == DutKind::Drive {
+        return stand.unwrap_or_else(|| drawn_drive(seed, assumed).0);
+    }
+    let mut stand = stand.unwrap_or_default();
+    if stand.imu.is_none() {
+        stand.imu = Some(drawn_sensor(seed, assumed, session.full_scale_rad_s.unwrap_or(DEFAULT_FULL_SCALE_RAD_S)).0);
+    }
+    stand
+}
+
 /// Runs a session on a simulated stand; `seed` determines all noise.
 ///
 /// # Errors
@@ -21,9 +37,7 @@ use std::path::Path;
 pub fn simulate(
     stand: &Described,
     seed: u64,
-    session: &Session,
-    text: &str,
-    begun: Option<Journal>,
+    prepared: &PreparedSession,
     folder: &Path,
     on_progress: impl FnMut(Progress) -> bool,
 ) -> Result<(), RunError> {
@@ -38,12 +52,12 @@ pub fn simulate(
         // The device under test needs time after power-on.
         let ended = match line.wait_s(0.3).await {
             Ok(_) => {
-                let mut operator = SimulatedOperator::new(&controller, session);
+                let mut operator = SimulatedOperator::new(&controller, &prepared.session);
                 // A resumed session finds the device as the last step left it.
-                if let Some(last) = begun.as_ref().and_then(|journal| journal.steps.last()) {
+                if let Some(last) = prepared.begun.as_ref().and_then(|journal| journal.steps.last()) {
                     operator.perform("", &last.mounting, last.added_inertia_kg_m2.unwrap_or(0.0));
                 }
-                run_session(&mut line, session, text, begun, folder, &mut operator, on_progress).await
+                run_session(&mut line, prepared, folder, &mut operator, on_progress).await
             }
             Err(error) => Err(error.into()),
         };

@@ -3,12 +3,11 @@
 use super::error::RunError;
 use super::notes::notes;
 use super::stable::StabilityDetector;
-use super::{DriveMode, Session, StepPlan};
+use super::{DriveMode, DutKind, Mounting, Session, StepPlan};
 use crate::acquire::connection::StandConnection;
 use crate::acquire::preparation::{bring_to_rest, find_index, is_rejected, latched_fault};
 use crate::acquire::record::{LogFile, Recorder};
 use crate::acquire::recording::{self, RecordingEnd, RecordingError, RecordingMonitor, RecordingProgress, RecordingRequest};
-use crate::calibrate::{DutKind, Mounting};
 use crate::log::{Note, Notes};
 use stand_firmware::telemetry::{Channels, RowFrame};
 use std::path::Path;

@@ -1,7 +1,5 @@
-//! Measurement of cycles on a stand: commands to its firmware, and the cycles that the firmware reports.
+//! Cycles in one position: commands to the firmware of the stand, and the cycles that it reports.
 
-use super::cycle::{Cycle, CycleDefect};
-use super::integral::Integral;
 use crate::acquire::connection::{ConnectionError, StandConnection};
 use hal_sim::gyro::Place;
 use stand_firmware::telemetry::RowFrame;
@@ -30,7 +28,7 @@ pub struct CyclePlan {
     pub cycles: u32,
 }
 
-/// GyroscopeScales of the gyroscope in the settings of the stand.
+/// Scale factors of the gyroscope, from the settings of the stand.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GyroscopeScales {
     /// V per code of the angle sensor.
@@ -41,6 +39,69 @@ pub struct GyroscopeScales {
     pub torquer_gain_rad_s_A: f64,
     /// End of the angle sensor's range, V.
     pub angle_limit_V: f64,
+}
+
+/// Interval of the firmware's samples, s.
+const SAMPLE_INTERVAL_S: f64 = 1e-3;
+
+/// A cycle as the firmware reports it: sums over 2 N + 1 codes of the angle sensor, k from −N to N.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReportedCycle {
+    /// Its number, from 1.
+    pub number: u32,
+    /// Position of the gyroscope.
+    pub position: Place,
+    /// Sign of the first pulse.
+    pub sign: i8,
+    /// Begin in this position, s; by the polling interval.
+    pub start_s: f64,
+    /// Setpoint of the pulse rate, rad/s.
+    pub rate_rad_s: f64,
+    /// Samples N of one pulse.
+    pub samples: f64,
+    /// Twice the sum of the codes, with trapezoidal weights.
+    pub doubled_sum_codes: f64,
+    /// Σ k code.
+    pub moment_codes: f64,
+    /// Greatest minus smallest code.
+    pub span_codes: f64,
+    /// Drift rate by formula (13) of docs/theory.md §3, corrected by the zero-input cycle, rad/s.
+    pub drift_rad_s: f64,
+    /// This drift rate, corrected by the measured current of the torquer, rad/s.
+    pub corrected_rad_s: f64,
+    /// Why the firmware rejected the cycle.
+    pub rejection: Option<String>,
+}
+
+impl ReportedCycle {
+    /// Duration T of a pulse, s.
+    pub fn pulse_s(&self) -> f64 {
+        self.samples * SAMPLE_INTERVAL_S
+    }
+
+    /// Sum of the angles times the sampling interval: ∫ θ dt over both pulses, rad s.
+    pub fn sum_rad_s(&self, scales: &GyroscopeScales) -> f64 {
+        self.doubled_sum_codes / 2.0 * SAMPLE_INTERVAL_S * scales.rad_per_code()
+    }
+
+    /// Least-squares slope of the angle, rad/s.
+    pub fn slope_rad_s(&self, scales: &GyroscopeScales) -> f64 {
+        // Σ k² = N (N + 1)(2 N + 1)/3.
+        let n = self.samples;
+        self.moment_codes * 3.0 / (n * (n + 1.0) * (2.0 * n + 1.0)) / SAMPLE_INTERVAL_S * scales.rad_per_code()
+    }
+
+    /// Range of the angle, rad.
+    pub fn span_rad(&self, scales: &GyroscopeScales) -> f64 {
+        self.span_codes * scales.rad_per_code()
+    }
+}
+
+impl GyroscopeScales {
+    /// Angle per code of the angle sensor, rad.
+    pub fn rad_per_code(&self) -> f64 {
+        self.angle_V_per_code / self.angle_gain_V_rad
+    }
 }
 
 fn first_number(query: &str, reply: &str) -> Result<f64, ConnectionError> {
@@ -65,7 +126,7 @@ pub async fn scales(stand: &mut impl StandConnection) -> Result<GyroscopeScales,
 /// Sends the settings of the cycles.
 ///
 /// # Errors
-/// The serial line; the stand refuses a setting.
+/// The serial line; the stand rejects a setting.
 pub async fn set_up(stand: &mut impl StandConnection, plan: &CyclePlan) -> Result<(), ConnectionError> {
     let commands = [
         format!("DRIFt:SHAPe {}", plan.shape),
@@ -85,7 +146,7 @@ pub async fn set_up(stand: &mut impl StandConnection, plan: &CyclePlan) -> Resul
 /// Sends the rate of the pulses.
 ///
 /// # Errors
-/// The serial line; the stand refuses the rate.
+/// The serial line; the stand rejects the rate.
 pub async fn set_rate(stand: &mut impl StandConnection, rate_rad_s: f64) -> Result<(), ConnectionError> {
     stand.command(&format!("DRIFt:RATE {rate_rad_s:e} RAD/S")).await
 }
@@ -94,7 +155,7 @@ pub async fn set_rate(stand: &mut impl StandConnection, rate_rad_s: f64) -> Resu
 #[derive(Debug, Default)]
 pub struct PositionData {
     /// The cycles.
-    pub cycles: Vec<Cycle>,
+    pub cycles: Vec<ReportedCycle>,
     /// The rows of the stream, if it is on.
     pub rows: Vec<RowFrame>,
 }
@@ -102,10 +163,9 @@ pub struct PositionData {
 /// Runs the cycles in position `number` with pulses of `rate_rad_s`, which was sent before; `on_state` receives the state of the firmware.
 ///
 /// # Errors
-/// The serial line; the stand refuses to start.
+/// The serial line; the stand rejects to start.
 pub async fn measure(
     stand: &mut impl StandConnection,
-    scales: &GyroscopeScales,
     number: u32,
     position: Place,
     rate_rad_s: f64,
@@ -127,7 +187,7 @@ pub async fn measure(
         }
         if is_of_position && newest != last {
             last = newest;
-            data.cycles.push(Cycle { amplitude_rad_s: rate_rad_s, ..parse_cycle(&reply, scales, position, elapsed_s)? });
+            data.cycles.push(parse_cycle(&reply, position, rate_rad_s, elapsed_s)?);
         }
         if state.starts_with("IDLE") {
             return Ok(data);
@@ -138,36 +198,27 @@ pub async fn measure(
     }
 }
 
-/// Parses a cycle of the firmware; its answer does not contain the amplitude.
-fn parse_cycle(reply: &str, scales: &GyroscopeScales, position: Place, elapsed_s: f64) -> Result<Cycle, ConnectionError> {
+/// Parses a cycle of the firmware, whose reply does not contain position, rate and begin.
+fn parse_cycle(reply: &str, position: Place, rate_rad_s: f64, elapsed_s: f64) -> Result<ReportedCycle, ConnectionError> {
     let invalid = || ConnectionError::Reply { query: "DRIFt:CYCLe?".into(), reply: reply.to_owned() };
     let fields: Vec<&str> = reply.split(',').collect();
     let number =
         |k: usize| fields.get(k).and_then(|field| field.split(' ').next()).and_then(|word| word.parse::<f64>().ok()).ok_or_else(invalid);
     let samples = number(3)?;
-    let (sum2, moment, span) = (number(5)?, number(7)?, number(9)? - number(8)?);
-    let (raw, corrected) = (number(10)?, number(11)?);
-    let dt_s = 1e-3;
-    let pulse_s = samples * dt_s;
-    let rad = scales.angle_V_per_code / scales.angle_gain_V_rad;
     let verdict = fields.get(12..).ok_or_else(invalid)?.join(",");
-    Ok(Cycle {
+    Ok(ReportedCycle {
         number: number(0)? as u32,
         position,
-        axis: 0,
         sign: number(2)? as i8,
-        start_s: (elapsed_s - 2.0 * pulse_s).max(0.0),
-        integral: Integral {
-            pulse_s,
-            // Formula (13) by the firmware, corrected by the zero-input cycle.
-            switched_rad_s: -raw * pulse_s * pulse_s,
-            sum_rad_s: sum2 / 2.0 * dt_s * rad,
-            slope_rad_s: moment * 3.0 / (samples * (samples + 1.0) * (2.0 * samples + 1.0)) / dt_s * rad,
-            span_rad: span * rad,
-        },
-        amplitude_rad_s: 0.0,
-        residual_rad_s: Some(raw - corrected),
-        defect: (verdict != "good").then_some(CycleDefect::Firmware(verdict)),
+        start_s: (elapsed_s - 2.0 * samples * SAMPLE_INTERVAL_S).max(0.0),
+        rate_rad_s,
+        samples,
+        doubled_sum_codes: number(5)?,
+        moment_codes: number(7)?,
+        span_codes: number(9)? - number(8)?,
+        drift_rad_s: number(10)?,
+        corrected_rad_s: number(11)?,
+        rejection: (verdict != "good").then_some(verdict),
     })
 }
 
@@ -176,17 +227,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn cycle_of_the_firmware_is_parsed() {
-        let scales = GyroscopeScales { angle_V_per_code: 1e-3, angle_gain_V_rad: 100.0, torquer_gain_rad_s_A: 0.02, angle_limit_V: 1.6 };
+    fn reply_of_the_firmware_is_parsed() {
         let reply = "3,2,-1,5000,-41,82,17,5,7,411,1.5E-6 RAD/S,1.25E-6 RAD/S,good";
-        let cycle = parse_cycle(reply, &scales, Place::default(), 20.0).unwrap();
-        assert_eq!((cycle.number, cycle.sign, cycle.defect.clone(), cycle.start_s), (3, -1, None, 10.0));
-        assert!((cycle.integral.drift_rad_s() - 1.5e-6).abs() < 1e-15 && (cycle.rate_rad_s() - 1.25e-6).abs() < 1e-15);
-        assert!((cycle.integral.span_rad - 404e-5).abs() < 1e-12);
-        let bad = parse_cycle(&reply.replace("good", "emergency stop"), &scales, Place::default(), 0.0).unwrap();
-        assert_eq!(bad.defect, Some(CycleDefect::Firmware("emergency stop".into())));
+        let parse = |reply: &str| parse_cycle(reply, Place::default(), 1e-3, 20.0);
+        let cycle = parse(reply).unwrap();
+        assert_eq!((cycle.number, cycle.sign, cycle.rejection.clone(), cycle.start_s, cycle.span_codes), (3, -1, None, 10.0, 404.0));
+        assert_eq!((cycle.drift_rad_s, cycle.corrected_rad_s, cycle.pulse_s()), (1.5e-6, 1.25e-6, 5.0));
+        assert_eq!(parse(&reply.replace("good", "emergency stop")).unwrap().rejection.as_deref(), Some("emergency stop"));
         for nonsense in ["NONE", "", "3,2,x", "3,2,-1,5000,-41,82,17,5,7,411,1.5E-6 RAD/S"] {
-            assert!(parse_cycle(nonsense, &scales, Place::default(), 0.0).is_err(), "{nonsense}");
+            assert!(parse(nonsense).is_err(), "{nonsense}");
         }
     }
 }

@@ -1,7 +1,6 @@
 //! Journal of a session: what has been done. The file is in the folder of the logs and is replaced atomically after each step.
 
-use super::Session;
-use crate::calibrate::{DutKind, Mounting, Step};
+use super::{DutKind, Mounting, Session, Step};
 use crate::log::{Log, LogError, timestamp};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
