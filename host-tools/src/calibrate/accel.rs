@@ -8,8 +8,8 @@
 //! Rate Ω and acceleration Ω′ are slope and curvature of a parabola through the encoder angle over [`WINDOW_S`].
 
 use super::plateaus::{Plateau, plateaus};
-use crate::acquire::calibration_session::Session;
 use super::{Basis, CalibrateError, Curve, CurveKind, Findings, Meaning, Remark, SeriesKind, Step};
+use crate::acquire::calibration_session::Session;
 use crate::calibrate::{Contribution, Quantity};
 use crate::statistics::Extremes;
 use crate::statistics::robust::median;

@@ -4,8 +4,8 @@
 
 use super::Findings;
 use super::record::{RecordError, findings};
-use crate::acquire::calibration_session::journal::{StepRecord, sha256};
 use super::stored_record::{RECORD_FILE, StoredRecord};
+use crate::acquire::calibration_session::journal::{StepRecord, sha256};
 use crate::statistics::Extremes;
 use serde_json::Value;
 use std::path::{Path, PathBuf};

@@ -1,5 +1,5 @@
-//! What a calibration has to say beside its numbers, as data: how a contribution was evaluated ([`Basis`]), what a quantity means ([`Meaning`]), why
-//! a quantity is absent ([`AbsenceReason`]), remarks on the whole ([`Remark`]). `report` turns them into words.
+//! Explanations of the numbers of a calibration, as data: how a contribution was evaluated ([`Basis`]), what a quantity means ([`Meaning`]), why
+//! a quantity is absent ([`AbsenceReason`]), remarks on the whole ([`Remark`]). `report` words them.
 
 use super::response::Structure;
 
@@ -50,9 +50,9 @@ pub enum Basis {
         /// °.
         half_width_deg: f64,
     },
-    /// The latitude is not known, so the Earth's rotation is not either.
+    /// The latitude is not known, and with it the component of the Earth's rotation.
     LatitudeUnknown,
-    /// Cosine of the angle between the axes of part and platform, of which the mean is corrected.
+    /// Cosine of the angle between the axes of the device under test and the platform; its mean is corrected.
     Misalignment {
         /// °.
         half_width_deg: f64,
@@ -143,7 +143,7 @@ pub enum Basis {
     ModelFitOnRipple,
 }
 
-/// What a quantity means, where its name does not tell all.
+/// Definition of a quantity, where its name is not sufficient.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Meaning {
     /// Slope of the least-squares line over ± full scale.
@@ -291,15 +291,15 @@ pub enum AbsenceReason {
         /// Highest frequency that was run, Hz.
         highest_Hz: f64,
     },
-    /// A log at rest while the part warms.
+    /// A log at rest while the device under test warms.
     NeedsWarmingAtRest,
-    /// Plateaus of both signs while the part warms.
+    /// Plateaus of both signs while the device under test warms.
     NeedsWarmingPlateaus,
     /// Whole turns on a tilted stand.
     NeedsTilt,
     /// The same staircase at a second radius.
     NeedsSecondRadius,
-    /// Staircases with the part on both sides.
+    /// Staircases with the device under test on both sides.
     NeedsBothSides,
     /// A step whose drive ends before the record.
     NeedsCoasting,

@@ -3,9 +3,9 @@
 //! [`compute`] makes it from a folder; computed again from the same folder, the results are the same. Its file is a
 //! [`StoredRecord`](super::stored_record::StoredRecord).
 
+use super::{CalibrateError, DutKind, Findings, accel, drive, gyro};
 use crate::acquire::calibration_session::Session;
 use crate::acquire::calibration_session::journal::{Journal, JournalError, StepRecord, read_logs};
-use super::{CalibrateError, DutKind, Findings, accel, drive, gyro};
 use std::path::{Path, PathBuf};
 
 /// Why there is no record.

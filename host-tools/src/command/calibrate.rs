@@ -10,15 +10,15 @@ use super::error::CliError;
 use super::output::{ReportOutput, progress_bar, write};
 use super::signals::Interrupts;
 use super::stand_file::read_stand;
-use crate::acquire::link::SerialLink;
-use crate::calibrate::record::{self, CalibrationRecord, RecordError};
 use crate::acquire::calibration_session::error::RunError;
 use crate::acquire::calibration_session::journal::{JOURNAL_FILE, JournalError, write_atomically};
 use crate::acquire::calibration_session::run::{Operator, Progress, run_session};
 use crate::acquire::calibration_session::simulated::{simulate, stand_with_dut};
 use crate::acquire::calibration_session::{DutKind, Mounting, PreparedSession, SessionChanges, default_folder, default_session};
-use crate::calibrate::stored_record::RECORD_FILE;
+use crate::acquire::link::SerialLink;
 use crate::calibrate::apply::{ApplyError, apply_to_model, apply_to_stand};
+use crate::calibrate::record::{self, CalibrationRecord, RecordError};
+use crate::calibrate::stored_record::RECORD_FILE;
 use crate::model::Model;
 use crate::report::calibration as report;
 
@@ -193,7 +193,7 @@ impl Calibrate {
             None => {
                 let described = self.stand.as_deref().map(|path| read_stand(Some(path))).transpose()?;
                 simulate(&stand_with_dut(described, self.seed, session), self.seed, &prepared, &folder, on_progress)
-            },
+            }
         };
         bar.finish_and_clear();
         done.map_err(|error| {

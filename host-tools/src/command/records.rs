@@ -6,8 +6,8 @@ use clap::{Args, Subcommand, ValueEnum};
 
 use super::error::CliError;
 use super::output::{JsonOutput, ReportOutput, spinner};
-use crate::calibrate::archive::{ArchivedRecord, find_records};
 use crate::calibrate::DutKind;
+use crate::calibrate::archive::{ArchivedRecord, find_records};
 use crate::calibrate::trend::{TrendSelection, trend_of_device};
 use crate::report::calibration as report;
 

@@ -7,9 +7,8 @@ use clap::{Args, Subcommand};
 use super::error::CliError;
 use super::output::ReportOutput;
 use crate::log::Log;
-use crate::observer::vibration::compensate;
-use crate::observer::vibration_log::{COLUMNS, VibrationLog, VibrationLogError};
-use crate::observer::{Element, Kind, Plant, Poles, Request};
+use crate::observer::Plant;
+use crate::observer::vibration_log::{COLUMNS, CorrectedLog, VibrationLog, VibrationLogError};
 use crate::report::observer::{vibration_html, vibration_json, vibration_text};
 
 #[derive(Debug, Subcommand)]
@@ -57,25 +56,11 @@ impl Compensate {
     fn run(self) -> Result<(), CliError> {
         self.output.check()?;
         let plant = Plant::named(&self.model)?;
-        let Element::Four(element) = plant.element else {
-            return Err(CliError::Input(format!("{}: the correction needs an element with four states ([four_state])", self.model)));
-        };
         let log = Log::read_also(&self.log, &COLUMNS)?;
         let record = VibrationLog::of(&log, self.angle_gain)?;
-        let measured = record.measured();
-        let request = Request {
-            plant,
-            poles: Poles::Binomial(self.omega),
-            kind: Kind::Static,
-            step_s: Some(measured.step_s),
-            vibration_Hz: self.vibration_hz,
-        };
-        let mut design = request.design()?;
-        let corrected = compensate(&measured, &element, &design, self.vibration_hz).map_err(|e| CliError::in_file(&self.log, e))?;
-        design.request.vibration_Hz = Some(corrected.vibration_Hz);
-        let warnings = design.warnings();
-        self.output.text(&vibration_text(&corrected, &warnings))?;
-        self.output.json(|| vibration_json(&corrected, &warnings))?;
-        self.output.html(|| vibration_html(&self.log.display().to_string(), &measured, &corrected, &warnings))
+        let CorrectedLog { compensated, warnings } = record.corrected(&self.model, plant, self.omega, self.vibration_hz)?;
+        self.output.text(&vibration_text(&compensated, &warnings))?;
+        self.output.json(|| vibration_json(&compensated, &warnings))?;
+        self.output.html(|| vibration_html(&self.log.display().to_string(), &record.measured(), &compensated, &warnings))
     }
 }

@@ -90,7 +90,10 @@ impl Measurement {
         let measured = found.own_rad_s[axis].value - if axis == 1 { vertical } else { 0.0 };
         [
             with(lever * self.uncertainties.turn_error_rad / 2.0, self.uncertainties.turn_error_rad / 2.0),
-            with([vertical, horizontal, vertical][axis] * self.uncertainties.level_error_rad, vertical / horizontal * self.uncertainties.level_error_rad),
+            with(
+                [vertical, horizontal, vertical][axis] * self.uncertainties.level_error_rad,
+                vertical / horizontal * self.uncertainties.level_error_rad,
+            ),
             // Each axis has its own sensor; a common gain error cancels in the arctangent.
             with(measured.abs() * self.uncertainties.gain_error, std::f64::consts::SQRT_2 * sin * cos * self.uncertainties.gain_error),
         ]

@@ -42,6 +42,11 @@ pub struct Bode {
 }
 
 impl Bode {
+    /// The values of ω₀ that are compared by default, 1/s: 0.1, 1 and 10 times the default of a design.
+    pub fn default_omegas_1_s(plant: &Plant) -> Vec<f64> {
+        [0.1, 1.0, 10.0].map(|factor| factor * plant.default_omega_1_s()).to_vec()
+    }
+
     /// Frequency responses of observers of one element for several ω₀.
     ///
     /// # Errors

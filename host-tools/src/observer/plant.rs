@@ -37,6 +37,14 @@ struct File {
 }
 
 impl Plant {
+    /// Default ω₀ of an observer with all poles at −ω₀, 1/s: more than three times the nutation frequency of the preset.
+    pub fn default_omega_1_s(&self) -> f64 {
+        match self.element {
+            Element::Six(_) => 50.0,
+            Element::Four(_) => 100.0,
+        }
+    }
+
     /// A preset by name, or a file with a table `[six_state]` or `[four_state]`.
     ///
     /// # Errors

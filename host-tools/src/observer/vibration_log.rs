@@ -1,6 +1,7 @@
-//! The record of a vibrating gyrotheodolite from a log.
+//! The record of a vibrating gyrotheodolite from a log, and its corrected azimuth.
 
-use super::vibration::Measured;
+use super::vibration::{Compensated, Measured, compensate};
+use super::{Element, Kind, ObserverError, Plant, Poles, Request, Warning};
 use crate::log::Log;
 
 /// Columns beside those of every log.
@@ -36,11 +37,38 @@ pub enum VibrationLogError {
     /// The gain of the angle sensor is invalid.
     #[error("angle gain {0} V/rad: must be a number other than 0")]
     Gain(f64),
+    /// The element does not have four states.
+    #[error("{element}: the correction needs an element with four states ([four_state])")]
+    NotFourStates {
+        /// Name of the element.
+        element: String,
+    },
+    /// The observer cannot be designed.
+    #[error(transparent)]
+    Design(#[from] ObserverError),
+    /// The log cannot be corrected.
+    #[error("{log}: {source}")]
+    Correction {
+        /// The log.
+        log: String,
+        /// Cause.
+        source: ObserverError,
+    },
+}
+
+/// A corrected log.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CorrectedLog {
+    /// The correction.
+    pub compensated: Compensated,
+    /// Warnings of the observer's design at the frequency of the vibration.
+    pub warnings: Vec<Warning>,
 }
 
 /// Azimuth, roll and exact rates of a log, with constant sampling interval.
 #[derive(Debug, Clone)]
 pub struct VibrationLog<'a> {
+    name: String,
     step_s: f64,
     alpha_rad: Vec<f64>,
     gamma_rad: &'a [f64],
@@ -64,7 +92,31 @@ impl<'a> VibrationLog<'a> {
             return Err(VibrationLogError::Uneven { log: name(), row: k + 2 });
         }
         let exact = column(log, "alpha_rate_rad_s").zip(column(log, "beta_rate_rad_s"));
-        Ok(Self { step_s, alpha_rad, gamma_rad, exact })
+        Ok(Self { name: name(), step_s, alpha_rad, gamma_rad, exact })
+    }
+
+    /// Corrects the azimuth by a static observer of `plant`, called `element` by the user, with all poles at −`omega_1_s`. Without `vibration_Hz` the
+    /// vibration is the largest spectral line of gamma_rad.
+    ///
+    /// # Errors
+    /// The element does not have four states; the observer cannot be designed; the record is too short or shows no vibration.
+    pub fn corrected(
+        &self,
+        element: &str,
+        plant: Plant,
+        omega_1_s: f64,
+        vibration_Hz: Option<f64>,
+    ) -> Result<CorrectedLog, VibrationLogError> {
+        let Element::Four(four_state) = plant.element else {
+            return Err(VibrationLogError::NotFourStates { element: element.to_owned() });
+        };
+        let request = Request { plant, poles: Poles::Binomial(omega_1_s), kind: Kind::Static, step_s: Some(self.step_s), vibration_Hz };
+        let mut design = request.design()?;
+        let compensated = compensate(&self.measured(), &four_state, &design, vibration_Hz)
+            .map_err(|source| VibrationLogError::Correction { log: self.name.clone(), source })?;
+        design.request.vibration_Hz = Some(compensated.vibration_Hz);
+        let warnings = design.warnings();
+        Ok(CorrectedLog { compensated, warnings })
     }
 
     /// The record for the correction.

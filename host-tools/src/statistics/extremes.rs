@@ -1,6 +1,6 @@
 //! Smallest and largest values of a series.
 
-/// Extremes of an iterator of values. A NaN is passed over.
+/// Extremes of an iterator of values. NaN is ignored.
 pub trait Extremes: Iterator<Item = f64> + Sized {
     /// Smallest and largest value; (∞, −∞) for an empty series.
     fn min_max(self) -> (f64, f64) {

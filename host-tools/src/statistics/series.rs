@@ -1,4 +1,4 @@
-//! Histogram and autocorrelation of a series: one pass over the rows each (the autocorrelation: one per lag).
+//! Histogram and autocorrelation of a series.
 
 /// A histogram with density on its vertical axis.
 pub struct Histogram {
@@ -34,7 +34,7 @@ pub struct Autocorrelation {
     pub band: f64,
 }
 
-/// Autocorrelation up to `lags` rows; values that are not finite take no part.
+/// Autocorrelation up to `lags` rows; values that are not finite are ignored.
 pub fn autocorrelation(values: &[f64], lags: usize) -> Autocorrelation {
     let (sum, n) = values.iter().filter(|v| v.is_finite()).fold((0.0, 0usize), |(s, n), v| (s + v, n + 1));
     let mean = sum / n.max(1) as f64;

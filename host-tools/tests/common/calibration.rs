@@ -1,8 +1,8 @@
 //! Shared by the tests of calibrations.
 #![allow(dead_code, clippy::unwrap_used, reason = "each test binary uses its part")]
 
-use host_tools::calibrate::Assumptions;
 use host_tools::acquire::calibration_session::drawn_dut::{Truth, drawn_sensor};
+use host_tools::calibrate::Assumptions;
 use serde_json::Value;
 
 /// Two short steps at rates of both signs.

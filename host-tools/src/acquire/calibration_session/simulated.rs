@@ -1,9 +1,9 @@
 //! A session on the simulated stand in virtual time; a simulated operator mounts the device under test.
 
-use super::{DutKind, Mounting, Orientation, PreparedSession, Session};
 use super::drawn_dut::{drawn_drive, drawn_sensor};
 use super::error::RunError;
 use super::run::{Operator, Progress, run_session};
+use super::{DutKind, Mounting, Orientation, PreparedSession, Session};
 use crate::acquire::connection::{SimulatedConnection, StandConnection};
 use hal_sim::board::PlantPort;
 use hal_sim::clock::VirtualClock;

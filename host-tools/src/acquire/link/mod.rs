@@ -198,7 +198,7 @@ impl SerialLink {
     /// Sends a query; all lines of the reply.
     ///
     /// # Errors
-    /// As [`SerialLink::ask`].
+    /// As [`SerialLink::query`].
     pub fn query_lines(&mut self, query: &str) -> Result<Vec<String>, LinkError> {
         let reply = self.exchange(query, REPLY_TIMEOUT)?;
         match reply.errors.into_iter().next() {

@@ -1,8 +1,8 @@
 //! Static curves: current over rate and rate over voltage, approached from both sides, for both signs; friction and dead band by straight lines.
 
 use super::reading_contributions;
-use crate::calibrate::plateaus::{Plateau, plateaus};
 use crate::acquire::calibration_session::Session;
+use crate::calibrate::plateaus::{Plateau, plateaus};
 use crate::calibrate::{AbsenceReason, Basis, Curve, CurveKind, Findings, Meaning, SeriesKind, Step};
 use crate::calibrate::{Contribution, Quantity};
 use crate::statistics::Extremes;

@@ -11,8 +11,8 @@ mod harmonics;
 mod model;
 mod sweep;
 
-use crate::acquire::calibration_session::Session;
 use super::{Basis, CalibrateError, Findings, Step};
+use crate::acquire::calibration_session::Session;
 use crate::calibrate::Contribution;
 
 /// Contributions of the stand's voltage and current readings to a quantity; `exponents` are the powers with which voltage and current enter it.

@@ -4,9 +4,9 @@
 //! Ω = Ω₀ + α∫u − β θ − γ t (docs/theory.md §4). The corner β/2π lies below the frequencies at which a chirp has enough periods for a lock-in; the
 //! lock-in responses are shown with the curve.
 
+use crate::acquire::calibration_session::Session;
 use crate::calibrate::gyro::along_chirp;
 use crate::calibrate::lock_in::Response;
-use crate::acquire::calibration_session::Session;
 use crate::calibrate::{AbsenceReason, Basis, Curve, CurveKind, Findings, Meaning, Step};
 use crate::calibrate::{Contribution, Quantity};
 use crate::log::Log;

@@ -1,11 +1,10 @@
 //! Static characteristic: a cubic through plateaus of many rates, approached from both sides, of both signs.
 
 use super::{GyroSettings, dut_output};
-use crate::calibrate::plateaus::{Plateau, plateaus};
 use crate::acquire::calibration_session::EARTH_RAD_S;
+use crate::calibrate::plateaus::{Plateau, plateaus};
 use crate::calibrate::{
-    AbsenceReason, Assumptions, Basis, CalibrateError, Contribution, Curve, CurveKind, Findings, Meaning, Quantity, Remark,
-    Step,
+    AbsenceReason, Assumptions, Basis, CalibrateError, Contribution, Curve, CurveKind, Findings, Meaning, Quantity, Remark, Step,
 };
 use crate::statistics::Extremes;
 use crate::statistics::uncertainty::Evaluation;

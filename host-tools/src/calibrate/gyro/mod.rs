@@ -2,7 +2,7 @@
 //!
 //! Input: the steps of a session; the output of the device under test is the column `gyro_rad_s` or another by name. Output: [`Findings`]. The content
 //! of a step determines its use: plateaus of both signs (static), a sine or chirp (dynamic), whole turns between rests, a tilted stand, another
-//! radius, the part on its side, a warming part at rest.
+//! radius, the device under test on its side, warming at rest.
 //!
 //! * *scale*: slope of the least-squares line through the characteristic over ± full scale;
 //! * *nonlinearity*: greatest departure of the fitted curve b + sΩ + c₂Ω² + c₃Ω³ from that line, % of full scale;
@@ -19,8 +19,8 @@ mod turns;
 pub use characteristic::{Characteristic, characteristic};
 pub(super) use dynamic::along_chirp;
 
-use crate::acquire::calibration_session::Session;
 use super::{Assumptions, CalibrateError, Findings, Orientation, Step};
+use crate::acquire::calibration_session::Session;
 use crate::log::Log;
 
 /// Settings of the calibration of a rate gyro.

@@ -34,7 +34,7 @@ pub(super) fn add(steps: &[Step], radius_m: f64, full_scale: f64, settings: &Gyr
     }
 }
 
-/// Amplitude of the output with cos θ and sin θ on a tilted stand, where gravity rotates through the part.
+/// Amplitude of the output with cos θ and sin θ on a tilted stand, where gravity rotates in the frame of the device under test.
 fn on_tilt(steps: &[Step], scale: f64, settings: &GyroSettings) -> Option<Quantity> {
     let (mut rows, mut y) = (Vec::new(), Vec::new());
     let mut tilt_deg: f64 = 0.0;
@@ -44,7 +44,7 @@ fn on_tilt(steps: &[Step], scale: f64, settings: &GyroSettings) -> Option<Quanti
         let (Some(output), Some(theta)) = (dut_output(log, settings), log.column("theta_rad")) else { continue };
         tilt_deg = step.mounting.tilt_deg;
         for plateau in plateaus(log, "rate_cmd_rad_s", settings.settle_s).into_iter().filter(|p| p.turns > 0) {
-            // The rate within each part is measured by the encoder, so its ripple does not count as output of the part.
+            // The encoder measures the rate within each part of a turn, so that a ripple of the rate is not attributed to gravity.
             let parts = PARTS_PER_TURN * plateau.turns as usize;
             let size = plateau.rows.len() / parts;
             for part in 0..parts {

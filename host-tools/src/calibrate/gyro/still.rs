@@ -1,4 +1,4 @@
-//! Temperature coefficients while the part warms: of the bias at rest, of the scale at plateaus.
+//! Temperature coefficients while the device under test warms: of the bias at rest, of the scale at plateaus.
 
 use super::characteristic::points;
 use super::{GyroSettings, dut_output};
@@ -88,7 +88,7 @@ fn coefficient(name: &str, unit: &str, rows: &[Vec<f64>], y: &[f64], k: usize, p
         fit.dof,
         Basis::MeansOverTemperature { count: rows.len(), range_K: high - low },
     );
-    // A slope error of the thermometer: its error over the range.
+    // A slope error of the thermometer is its error divided by the range.
     let thermometer = Contribution::rectangular(
         "thermometer",
         settings.assumptions.temperature_K,

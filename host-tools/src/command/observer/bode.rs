@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use super::options::{DEFAULT_INTEGRAL_ROW, ElementOptions, ObserverKind, check_vibration, default_omega};
+use super::options::{DEFAULT_INTEGRAL_ROW, ElementOptions, ObserverKind, check_vibration};
 use crate::command::error::CliError;
 use crate::command::output::ReportOutput;
 use crate::observer::Bode;
@@ -34,8 +34,7 @@ impl ShowBode {
         self.output.check()?;
         let vibration_Hz = check_vibration(self.vibration_hz)?;
         let plant = self.element.plant()?;
-        let default = default_omega(&plant);
-        let omegas = if self.omega.is_empty() { vec![0.1 * default, default, 10.0 * default] } else { self.omega.clone() };
+        let omegas = if self.omega.is_empty() { Bode::default_omegas_1_s(&plant) } else { self.omega.clone() };
         let bodes = Bode::of(&plant, self.kind.with(self.row, None), &omegas)?;
         self.output.text(&bode_text(&plant, &bodes, vibration_Hz))?;
         self.output.json(|| bode_json(&plant, &bodes, vibration_Hz))?;

@@ -79,7 +79,7 @@ impl DesignOptions {
         let six = plant.states().len() == 6;
         let poles = match (&self.poles, self.omega) {
             (Some(list), _) => Poles::parse(list)?,
-            (None, omega) => Poles::Binomial(omega.unwrap_or(default_omega(&plant))),
+            (None, omega) => Poles::Binomial(omega.unwrap_or(plant.default_omega_1_s())),
         };
         let default_kind = if six { ObserverKind::Integral } else { ObserverKind::Static };
         let kind = self.kind.or(kind).unwrap_or(default_kind);
@@ -99,9 +99,4 @@ pub(super) fn check_vibration(vibration_Hz: Option<f64>) -> Result<Option<f64>, 
         return Err(ObserverError::Option("--vibration-hz must be above 0".to_owned()));
     }
     Ok(vibration_Hz)
-}
-
-/// Default ω₀ of the poles, 1/s: more than three times the nutation frequency of the preset.
-pub(super) fn default_omega(plant: &Plant) -> f64 {
-    if plant.states().len() == 6 { 50.0 } else { 100.0 }
 }

@@ -97,12 +97,12 @@ pub fn meaning(meaning: &Meaning) -> String {
         }
         Meaning::Damping { known_filter_Hz } => format!("damping ratio of the pair of poles{}", known_filter(*known_filter_Hz)),
         Meaning::DynamicScale => "scale extrapolated to frequency zero".into(),
-        Meaning::BiasTemperature => "at rest while the part warms".into(),
+        Meaning::BiasTemperature => "at rest while the device under test warms".into(),
         Meaning::ScaleTemperature => "relative change of the scale".into(),
         Meaning::GSensitivityByTilt => "amplitude over a turn on the tilted stand, per g across the axis".into(),
         Meaning::GSensitivityByRadius => "by the centripetal acceleration at two radii".into(),
         Meaning::QuadraticAtAxis => "coefficient of Ω² extrapolated to radius zero: without g-sensitivity".into(),
-        Meaning::CrossAxis => "of the rate about the part's y axis: half the difference of both sides".into(),
+        Meaning::CrossAxis => "of the rate about the y axis of the device: half the difference of both sides".into(),
         Meaning::MountingError => "angle of the sensitive axis to the platform's plane: half the sum of both sides".into(),
         Meaning::ScaleByTwoRadii => "by the difference of two radii, independent of bias and absolute radius".into(),
         Meaning::ElementRadius => "radius of the sensing element at the first mounting".into(),
@@ -163,13 +163,15 @@ pub fn absence(reason: &AbsenceReason) -> String {
         AbsenceReason::NoFallBy3dB { highest_Hz } => {
             format!("the gain does not fall by 3 dB near {highest_Hz:.0} Hz, the highest measured frequency")
         }
-        AbsenceReason::NeedsWarmingAtRest => "needs a log at rest with the column sensor_C in which the part warms by 1 K or more".into(),
+        AbsenceReason::NeedsWarmingAtRest => {
+            "needs a log at rest with the column sensor_C in which the device under test warms by 1 K or more".into()
+        }
         AbsenceReason::NeedsWarmingPlateaus => {
-            "needs plateaus of both signs with the column sensor_C while the part warms by 1 K or more".into()
+            "needs plateaus of both signs with the column sensor_C while the device under test warms by 1 K or more".into()
         }
         AbsenceReason::NeedsTilt => "needs whole turns on a tilted stand (a step with tilt_deg)".into(),
         AbsenceReason::NeedsSecondRadius => "needs the same staircase at a second radius (a step with radius_m)".into(),
-        AbsenceReason::NeedsBothSides => "needs a staircase with the part on each of its sides (steps with lying)".into(),
+        AbsenceReason::NeedsBothSides => "needs a staircase with the device on each of its sides (steps with lying)".into(),
         AbsenceReason::NeedsCoasting => "needs a step whose drive ends before the record (drive_s)".into(),
         AbsenceReason::NotAtRestInRecord => "the platform did not come to rest in the record: drive it faster, or record longer".into(),
         AbsenceReason::NeedsRateStaircase => "needs a staircase in rate mode".into(),

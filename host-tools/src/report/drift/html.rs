@@ -1,7 +1,7 @@
 //! Results of the drift measurement as HTML pages.
 
 use super::text::{advice_text, defect_lines, drift_lines};
-use super::{source, warning};
+use super::{defect, source, warning};
 use crate::drift::error_budget::{ErrorContribution, combined};
 use crate::drift::pulse_advice::PulseAdvice;
 use crate::drift::{Cycle, DEG_H, DriftResult};

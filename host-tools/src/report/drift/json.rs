@@ -1,6 +1,6 @@
 //! Answers of `stand drift … --json`.
 
-use super::{source, warning};
+use super::{defect, source, warning};
 use crate::drift::error_budget::ErrorContribution;
 use crate::drift::estimate::Estimate;
 use crate::drift::measurement::SeparatedDrift;

@@ -2,8 +2,8 @@
 //! squares; effective degrees of freedom by Welch and Satterthwaite; expanded uncertainty by Student's t.
 //!
 //! Input: the [`Contribution`]s to a quantity, taken as independent of each other; correlated influences form one contribution. Output: a
-//! [`Quantity`] with u, ν, k and U in its unit. The texts that go with them are types of the caller: `B` says how a contribution was evaluated,
-//! `M` says what a quantity means.
+//! [`Quantity`] with u, ν, k and U in its unit. The caller supplies the types of the explanations: `B` for how a contribution was evaluated,
+//! `M` for what a quantity means.
 
 mod bounded_sum;
 
