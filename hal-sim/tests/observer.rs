@@ -132,7 +132,7 @@ fn the_closed_loop_comes_to_zero_only_with_the_moment_fed_forward() {
     };
     let (fixed, astatic) = (rest(false), rest(true));
     // Half a step of the torquer, 0.125 µN m, over 1e-2 N m/rad; and a swing of 1e-2 that 70 s at 0.15 1/s leave e⁻¹⁰ of.
-    let expected = (MOMENT_N_M + 1e-2 * 1.890_740e-7 + 6.5e-2 * 2.246_645e-5) / (SixState::RECOVERED.azimuth_N_m_rad() + 1e-2);
+    let expected = (MOMENT_N_M + 1e-2 * 1.890_740e-7 + 6.5e-2 * 2.246_645e-5) / (SixState::RECOVERED.azimuth_stiffness_N_m_rad() + 1e-2);
     assert!((fixed - expected).abs() < 3e-5, "{fixed:e} {expected:e}");
     assert!(astatic.abs() < 3e-5, "{astatic:e}");
 }
@@ -152,7 +152,7 @@ fn vibration_is_taken_off_on_line() {
         // Nutation, which the start has stirred up, dies away within a minute.
         host.wait_s(60.0).await;
         host.observer(true, &PHI_5, &GAMMA_5, &GAIN_5, [0.0; 5]).await;
-        let gain_s = element.rotor_N_m_s / element.azimuth_N_m_rad();
+        let gain_s = element.rotor_N_m_s / element.azimuth_stiffness_N_m_rad();
         host.tell(&format!("OBS:VIBR 5,{gain_s:e},0")).await;
         assert!(host.refused("OBS:VIBR?").await.contains("roll"));
         host.settled().await;

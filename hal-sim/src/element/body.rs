@@ -4,11 +4,11 @@
 //! and centre of mass are on the vertical axis of the body. The base accelerates with a_N = g n cos ε sin ωt, a_E = g n sin ε sin(ωt + ψ).
 //! Integration: fourth-order Runge-Kutta in steps of the caller.
 
-use super::FourState;
 use super::parameters::EARTH_RATE_RAD_S;
+use super::{FourState, runge_kutta};
 
-/// Gravity of the overloads of the base, m/s²; mgl already contains it.
-const GRAVITY_M_S2: f64 = 9.81;
+/// Gravity in the overloads of the base and in the pendulum moment mgl, m/s².
+pub(super) const GRAVITY_M_S2: f64 = 9.81;
 
 /// Vibration of the base.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -72,15 +72,7 @@ impl RigidBody {
 
     /// A step of `dt_s` with this moment about the vertical, N m.
     pub fn advance(&mut self, moment_N_m: f64, dt_s: f64) {
-        let at = |state: &[f64; 6], slope: &[f64; 6], h: f64| -> [f64; 6] { std::array::from_fn(|k| state[k] + h * slope[k]) };
-        let (t, half) = (self.t_s, 0.5 * dt_s);
-        let k1 = self.slope(t, &self.state, moment_N_m);
-        let k2 = self.slope(t + half, &at(&self.state, &k1, half), moment_N_m);
-        let k3 = self.slope(t + half, &at(&self.state, &k2, half), moment_N_m);
-        let k4 = self.slope(t + dt_s, &at(&self.state, &k3, dt_s), moment_N_m);
-        for k in 0..6 {
-            self.state[k] += dt_s / 6.0 * (k1[k] + 2.0 * (k2[k] + k3[k]) + k4[k]);
-        }
+        self.state = runge_kutta::step(self.t_s, &self.state, dt_s, |t_s, state| self.slope(t_s, state, moment_N_m));
         self.t_s += dt_s;
     }
 
@@ -119,21 +111,21 @@ impl RigidBody {
         let ([alpha_rate, beta_rate, gamma_rate], axes) = self.kinematics(state);
         let [alpha, _, _, wx, wy, wz] = *state;
         let (north, east) = self.vibration.acceleration_m_s2(t_s);
-        let arm = e.pendulum_N_m / GRAVITY_M_S2;
+        let first_moment_kg_m = e.pendulum_N_m / GRAVITY_M_S2;
         let force = |axis: &[f64; 3]| -(axis[0] * north + axis[1] * GRAVITY_M_S2 + axis[2] * east);
         let (jx, jy, jz, h) = (e.inertia_x_kg_m2, e.inertia_y_kg_m2, e.inertia_z_kg_m2, e.rotor_N_m_s);
         [
             alpha_rate,
             beta_rate,
             gamma_rate,
-            (-arm * force(&axes[2]) - e.gamma_damping_N_m_s * gamma_rate - (jz - jy) * wy * wz) / jx,
+            (-first_moment_kg_m * force(&axes[2]) - e.gamma_damping_N_m_s * gamma_rate - (jz - jy) * wy * wz) / jx,
             (moment_N_m
                 - (e.alpha_damping_N_m_s + e.link_damping_N_m_s) * alpha_rate
                 - h * e.link_rad_s * alpha
                 - (jx - jz) * wz * wx
                 - h * wz)
                 / jy,
-            (arm * force(&axes[0]) - e.beta_damping_N_m_s * beta_rate - (jy - jx) * wx * wy + h * wy) / jz,
+            (first_moment_kg_m * force(&axes[0]) - e.beta_damping_N_m_s * beta_rate - (jy - jx) * wx * wy + h * wy) / jz,
         ]
     }
 }

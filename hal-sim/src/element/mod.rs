@@ -8,6 +8,7 @@ mod body;
 mod linear;
 mod parameters;
 mod port;
+mod runge_kutta;
 
 pub use body::{Attitude, BaseVibration, RigidBody};
 pub use linear::LinearElement;

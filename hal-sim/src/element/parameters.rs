@@ -55,7 +55,7 @@ impl SixState {
     };
 
     /// Stiffness in azimuth, k_α = H ω₃ cos φ + C_α, N m/rad.
-    pub fn azimuth_N_m_rad(&self) -> f64 {
+    pub fn azimuth_stiffness_N_m_rad(&self) -> f64 {
         self.rotor_N_m_s * EARTH_RATE_RAD_S * self.latitude_deg.to_radians().cos() + self.torsion_N_m_rad
     }
 
@@ -130,7 +130,7 @@ impl FourState {
     }
 
     /// Stiffness in azimuth, k_α = H (ω₃ cos φ + k_KC), N m/rad.
-    pub fn azimuth_N_m_rad(&self) -> f64 {
+    pub fn azimuth_stiffness_N_m_rad(&self) -> f64 {
         self.rotor_N_m_s * (self.horizontal_rad_s() + self.link_rad_s)
     }
 

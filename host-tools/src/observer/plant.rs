@@ -101,10 +101,10 @@ impl Plant {
     }
 
     /// Azimuth stiffness k_α, N m/rad.
-    pub fn azimuth_N_m_rad(&self) -> f64 {
+    pub fn azimuth_stiffness_N_m_rad(&self) -> f64 {
         match self.element {
-            Element::Six(p) => p.azimuth_N_m_rad(),
-            Element::Four(p) => p.azimuth_N_m_rad(),
+            Element::Six(p) => p.azimuth_stiffness_N_m_rad(),
+            Element::Four(p) => p.azimuth_stiffness_N_m_rad(),
         }
     }
 
@@ -112,7 +112,7 @@ impl Plant {
     pub fn a(&self) -> Vec<Vec<f64>> {
         match self.element {
             Element::Six(p) => {
-                let (a, b) = (p.azimuth_N_m_rad() / p.inertia_z_kg_m2, p.rotor_N_m_s / p.inertia_z_kg_m2);
+                let (a, b) = (p.azimuth_stiffness_N_m_rad() / p.inertia_z_kg_m2, p.rotor_N_m_s / p.inertia_z_kg_m2);
                 let (c, d) = (p.rotor_N_m_s / p.inertia_x_kg_m2, p.mass_kg * p.gravity_m_s2 * p.arm_m / p.inertia_x_kg_m2);
                 let (e, f) = (p.suspension_N_per_m * p.arm_m / p.inertia_x_kg_m2, p.suspension_N_per_m / p.mass_kg);
                 let l = p.arm_m;
@@ -128,7 +128,7 @@ impl Plant {
             Element::Four(p) => {
                 let r = (p.link_damping_N_m_s + p.alpha_damping_N_m_s) / p.inertia_y_kg_m2;
                 let (q, d) = (p.beta_damping_N_m_s / p.inertia_z_kg_m2, p.pendulum_N_m / p.inertia_z_kg_m2);
-                let a = p.azimuth_N_m_rad() / p.inertia_y_kg_m2;
+                let a = p.azimuth_stiffness_N_m_rad() / p.inertia_y_kg_m2;
                 let (b, c) = (p.rotor_N_m_s / p.inertia_y_kg_m2, p.rotor_N_m_s / p.inertia_z_kg_m2);
                 vec![vec![0.0, 1.0, 0.0, 0.0], vec![-a, -r, 0.0, -b], vec![0.0, 0.0, 0.0, 1.0], vec![0.0, c, -d, -q]]
             }

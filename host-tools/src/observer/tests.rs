@@ -39,7 +39,7 @@ fn the_printed_gains_come_of_the_recovered_parameters() {
 fn ackermann_agrees_with_the_closed_form() {
     for omega in [5.0, 50.0, 500.0] {
         let Element::Six(p) = Plant::named("astatic-identifier").unwrap().element else { panic!("six states") };
-        let (a, b) = (p.azimuth_N_m_rad() / p.inertia_z_kg_m2, p.rotor_N_m_s / p.inertia_z_kg_m2);
+        let (a, b) = (p.azimuth_stiffness_N_m_rad() / p.inertia_z_kg_m2, p.rotor_N_m_s / p.inertia_z_kg_m2);
         let (c, d) = (p.rotor_N_m_s / p.inertia_x_kg_m2, p.mass_kg * p.gravity_m_s2 * p.arm_m / p.inertia_x_kg_m2);
         let (e, f, l) = (p.suspension_N_per_m * p.arm_m / p.inertia_x_kg_m2, p.suspension_N_per_m / p.mass_kg, p.arm_m);
         let (s, w) = (d + f + l * e, omega);
@@ -317,7 +317,7 @@ fn the_four_gains_are_the_closed_form_for_any_element() {
         };
         let w = 10f64.powf(draw(1.0, 3.0));
         let r = (element.link_damping_N_m_s + element.alpha_damping_N_m_s) / element.inertia_y_kg_m2;
-        let (q, a) = (element.beta_damping_N_m_s / element.inertia_z_kg_m2, element.azimuth_N_m_rad() / element.inertia_y_kg_m2);
+        let (q, a) = (element.beta_damping_N_m_s / element.inertia_z_kg_m2, element.azimuth_stiffness_N_m_rad() / element.inertia_y_kg_m2);
         let (b, c) = (element.rotor_N_m_s / element.inertia_y_kg_m2, element.rotor_N_m_s / element.inertia_z_kg_m2);
         let d = element.pendulum_N_m / element.inertia_z_kg_m2;
         let k1 = 4.0 * w - r - q;

@@ -97,7 +97,7 @@ pub fn compensate(
         return Err(ObserverError::TooFewPeriods { periods, vibration_Hz, needed: MIN_PERIODS });
     }
     let window_s = periods / vibration_Hz;
-    let stiffness = element.azimuth_N_m_rad();
+    let stiffness = element.azimuth_stiffness_N_m_rad();
     let rate_gain_s = element.rotor_N_m_s / stiffness;
     let inertia_gain_s2 = (element.inertia_x_kg_m2 - element.inertia_z_kg_m2) / stiffness;
     // Means over the end of the record, where the observer has settled best.
@@ -202,7 +202,7 @@ fn amplitudes(element: &FourState, vibration: &BaseVibration) -> [Complex<f64>; 
     let s = Complex::new(0.0, vibration.rate_rad_s);
     let r = (element.link_damping_N_m_s + element.alpha_damping_N_m_s) / element.inertia_y_kg_m2;
     let (q, d) = (element.beta_damping_N_m_s / element.inertia_z_kg_m2, element.pendulum_N_m / element.inertia_z_kg_m2);
-    let a = element.azimuth_N_m_rad() / element.inertia_y_kg_m2;
+    let a = element.azimuth_stiffness_N_m_rad() / element.inertia_y_kg_m2;
     let (b, c) = (element.rotor_N_m_s / element.inertia_y_kg_m2, element.rotor_N_m_s / element.inertia_z_kg_m2);
     let along = -d * vibration.overload_g * vibration.direction_rad.cos();
     let across = element.pendulum_N_m * vibration.overload_g * vibration.direction_rad.sin();
@@ -219,7 +219,7 @@ pub fn predicted_rad(element: &FourState, vibration: &BaseVibration) -> f64 {
     let [alpha_rate, beta_rate, gamma, gamma_rate] = amplitudes(element, vibration);
     let mean = |x: Complex<f64>, y: Complex<f64>| 0.5 * (x * y.conj()).re;
     let (jx, jz) = (element.inertia_x_kg_m2, element.inertia_z_kg_m2);
-    (element.rotor_N_m_s * mean(alpha_rate, gamma) - (jx - jz) * mean(beta_rate, gamma_rate)) / element.azimuth_N_m_rad()
+    (element.rotor_N_m_s * mean(alpha_rate, gamma) - (jx - jz) * mean(beta_rate, gamma_rate)) / element.azimuth_stiffness_N_m_rad()
 }
 
 /// Correction by the estimated α′ divided by the correction by the exact α′, by linear theory.
