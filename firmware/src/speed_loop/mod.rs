@@ -269,7 +269,7 @@ impl SpeedLoop {
     #[inline]
     fn follow(&mut self, platform: &Platform) -> f32 {
         let (config, state) = (&self.config, &mut self.state);
-        let slipped = state.ramp.slip(platform.boundary, &config.ramp);
+        let slipped = state.ramp.limit_slip(platform.boundary, &config.ramp);
         state.limits.now.set(Limits::SLIPPED, slipped);
         let rate = fixed_to_f32(state.ramp.rate);
         let acceleration = fixed_to_f32(state.ramp.acceleration);

@@ -1,9 +1,11 @@
-//! Ramp: the command as an integrated position in integers, so that the mean rate is as accurate as the crystal.
+//! Ramp: the rate command under an acceleration limit, and the position command as its integral.
 //!
-//! In, once in a millisecond: the rate to be reached at its end. Out, each tick: position and rate command in fixed point (2⁻³² counts,
-//! 2⁻³² counts per tick; whole counts wrap with the counter's). The rate follows its target under the acceleration limit and is then averaged
-//! over [`AVERAGED_MS`] milliseconds, so that the acceleration, and with it the voltage, changes in small steps, at the beginnings of the
-//! log's rows only. Within a millisecond the rate is linear and the position is its exact trapezoid.
+//! Both are integers in fixed point (2⁻³² counts, 2⁻³² counts per tick), so that no rounding accumulates and the mean rate is as accurate as the
+//! crystal. The whole counts of a position wrap as those of the encoder do.
+//!
+//! In, once in a millisecond: the target rate. Out, each tick: position and rate command. The rate follows its target under the acceleration
+//! limit and is then averaged over [`AVERAGED_MS`] milliseconds: the acceleration, and with it the voltage, changes in small steps, and only where
+//! a millisecond (a row of the log) begins. Within a millisecond the rate is linear and the position its integral by the trapezoidal rule.
 
 use super::segment::fixed_to_f32;
 use crate::board::CONTROL_PER_ROW;
@@ -16,10 +18,10 @@ const TICKS_PER_MS: i64 = CONTROL_PER_ROW as i64;
 /// Limits of the ramp.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Config {
-    /// Change of the rate in a millisecond, 2⁻³² counts per tick.
-    pub acceleration: i64,
-    /// Greatest distance from the platform, 2⁻³² counts.
-    pub slip: i64,
+    /// Greatest change of the rate command in a millisecond, 2⁻³² counts per tick: the acceleration limit.
+    pub max_rate_step: i64,
+    /// Greatest difference between the position command and the platform's position, 2⁻³² counts.
+    pub max_slip: i64,
 }
 
 /// The ramp at one tick.
@@ -29,23 +31,25 @@ pub(super) struct Ramp {
     pub position: i64,
     /// Rate command, 2⁻³² counts per tick.
     pub rate: i64,
-    /// Its change per tick.
+    /// Change of the rate command in a tick, 2⁻³² counts per tick².
     pub acceleration: i64,
-    /// Rate at the end of the millisecond under way.
+    /// Rate command at the end of the current millisecond, 2⁻³² counts per tick.
     end_rate: i64,
     unsmoothed: Unsmoothed,
     average: MovingAverage,
 }
 
-/// The command at the end of the millisecond under way, before it is smoothed.
+/// The command at the end of the current millisecond, before averaging.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Unsmoothed {
+    /// 2⁻³² counts per tick.
     pub rate: i64,
+    /// 2⁻³² counts.
     pub position: i64,
 }
 
 impl Ramp {
-    /// Starts at this position and with this rate.
+    /// Starts at this position (2⁻³² counts) and with this rate (2⁻³² counts per tick).
     pub fn start(&mut self, position: i64, rate: i64) {
         *self = Self {
             position,
@@ -57,54 +61,60 @@ impl Ramp {
         };
     }
 
-    /// The command before it is smoothed, for the approach to an angle.
+    /// The command before averaging: the approach to an angle plans with it.
     pub fn unsmoothed(&self) -> Unsmoothed {
         self.unsmoothed
     }
 
-    /// One tick further.
+    /// Advances the command by a tick.
     #[inline]
     pub fn advance(&mut self) {
         self.position = self.position.wrapping_add(self.rate).wrapping_add(self.acceleration >> 1);
         self.rate = self.rate.wrapping_add(self.acceleration);
     }
 
-    /// At the beginning of a millisecond: plans it towards the rate `target`. Returns whether the acceleration limit is in force.
+    /// Plans the millisecond that begins now, towards the rate `target`. Returns whether the acceleration limit is in force.
     #[inline]
     pub fn plan_millisecond(&mut self, target: i64, config: &Config) -> bool {
         let wanted = target.wrapping_sub(self.unsmoothed.rate);
-        // Not `clamp`: it panics if its limits are exchanged.
-        let step = wanted.max(config.acceleration.wrapping_neg()).min(config.acceleration);
+        let step = limited(wanted, config.max_rate_step);
         let mean_rate = self.unsmoothed.rate.wrapping_add(step >> 1);
         self.unsmoothed.position = self.unsmoothed.position.wrapping_add(mean_rate.wrapping_mul(TICKS_PER_MS));
         self.unsmoothed.rate = self.unsmoothed.rate.wrapping_add(step);
-        // Exactly the planned rate: ten rounded steps may have missed it by a few units.
+        // The rounded steps of the last millisecond may have missed the planned rate by a few units.
         self.rate = self.end_rate;
         self.end_rate = self.average.update(self.unsmoothed.rate);
         self.acceleration = self.end_rate.wrapping_sub(self.rate).wrapping_div(TICKS_PER_MS);
         step != wanted
     }
 
-    /// Position command minus the platform's position (a boundary and a fraction of a count), counts.
+    /// Position command minus the platform's position, counts. The platform is `fraction` counts from a boundary between counts.
     #[inline]
     pub fn position_error(&self, boundary: i32, fraction: f32) -> f32 {
         fixed_to_f32(self.distance_from(boundary)) - fraction
     }
 
-    /// Keeps the position command within the slip of the platform. Returns whether it slipped.
+    /// Shifts the position command to within [`Config::max_slip`] of the boundary at the platform. Returns whether it was shifted.
     #[inline]
-    pub fn slip(&mut self, boundary: i32, config: &Config) -> bool {
+    pub fn limit_slip(&mut self, boundary: i32, config: &Config) -> bool {
         let distance = self.distance_from(boundary);
-        let excess = distance.wrapping_sub(distance.max(config.slip.wrapping_neg()).min(config.slip));
+        let excess = distance.wrapping_sub(limited(distance, config.max_slip));
         self.position = self.position.wrapping_sub(excess);
         self.unsmoothed.position = self.unsmoothed.position.wrapping_sub(excess);
         excess != 0
     }
 
+    /// Position command minus this boundary, 2⁻³² counts.
     #[inline]
     fn distance_from(&self, boundary: i32) -> i64 {
         self.position.wrapping_sub(i64::from(boundary) << 32)
     }
+}
+
+/// `value` limited to ± `limit`. Unlike `clamp`, it cannot panic for a negative limit.
+#[inline]
+fn limited(value: i64, limit: i64) -> i64 {
+    value.max(limit.wrapping_neg()).min(limit)
 }
 
 /// Mean of the last [`AVERAGED_MS`] values.

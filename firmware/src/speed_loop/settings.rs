@@ -139,8 +139,8 @@ impl Config {
         Ok(Self {
             estimator: estimator::Config::new(s.rate_bandwidth_Hz, tick_Hz),
             ramp: ramp::Config {
-                acceleration: ((s.acceleration_rad_s2 * rate_unit(hardware) / ms_Hz) as i64).max(1),
-                slip: (s.slip_rad / rad_per_count * ONE) as i64,
+                max_rate_step: ((s.acceleration_rad_s2 * rate_unit(hardware) / ms_Hz) as i64).max(1),
+                max_slip: (s.slip_rad / rad_per_count * ONE) as i64,
             },
             approach: ApproachConfig {
                 acceleration: (s.acceleration_rad_s2 / rad_s_per_count_tick / ms_Hz) as f32,
