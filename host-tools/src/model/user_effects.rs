@@ -55,17 +55,17 @@ pub struct UserEffect {
 impl UserEffect {
     fn value<S: Scalar>(&self, p: &[S], x: &Point<S>) -> S {
         let t = S::from(0.5 * (x.from_s + x.to_s));
-        let env = Variables { t, theta: x.theta, omega: x.omega, i: x.current, u: x.voltage, temp_C: x.temp_C };
-        self.expression.eval(&env, p)
+        let variables = Variables { t, theta: x.theta, omega: x.omega, i: x.current, u: x.voltage, temp_C: x.temp_C };
+        self.expression.eval(&variables, p)
     }
 }
 
 impl<S: Scalar> Law<S> for UserEffect {
-    fn contribute(&self, p: &[S], x: &Point<S>, a: &mut Contributions<S>) {
+    fn contribute(&self, p: &[S], x: &Point<S>, out: &mut Contributions<S>) {
         match self.summing_point {
-            SummingPoint::Torque => a.torque += self.value(p, x),
-            SummingPoint::Dry => a.coulomb_torque += self.value(p, x),
-            SummingPoint::Voltage => a.voltage += self.value(p, x),
+            SummingPoint::Torque => out.torque += self.value(p, x),
+            SummingPoint::Dry => out.coulomb_torque += self.value(p, x),
+            SummingPoint::Voltage => out.voltage += self.value(p, x),
             _ => {}
         }
     }

@@ -5,22 +5,24 @@
 use drive_model::Scalar;
 
 use super::Variables;
-use super::node::{Function, Node, Pair, Variable};
+use super::node::{Binary, Function, Node, Variable};
 
-/// The value of the root node.
+/// The value of the root, the last of the `nodes`.
 #[inline]
-pub(super) fn eval<S: Scalar>(nodes: &[Node], env: &Variables<S>, parameters: &[S]) -> S {
-    Evaluator { nodes, env, parameters }.value(nodes.len().wrapping_sub(1))
+pub(super) fn eval<S: Scalar>(nodes: &[Node], variables: &Variables<S>, parameters: &[S]) -> S {
+    Evaluator { nodes, variables, parameters }.value(nodes.len().wrapping_sub(1))
 }
 
+/// An expression with the values of its variables and parameters. A missing node or parameter counts as zero, so that evaluation cannot
+/// fail; the parser makes no expression that lacks a node.
 struct Evaluator<'a, S> {
     nodes: &'a [Node],
-    env: &'a Variables<S>,
+    variables: &'a Variables<S>,
     parameters: &'a [S],
 }
 
 impl<S: Scalar> Evaluator<'_, S> {
-    fn at(&self, node: u16) -> S {
+    fn child(&self, node: u16) -> S {
         self.value(usize::from(node))
     }
 
@@ -30,27 +32,29 @@ impl<S: Scalar> Evaluator<'_, S> {
             Some(Node::Constant(c)) => S::from(*c),
             Some(Node::Pi) => S::from(std::f64::consts::PI),
             Some(Node::Variable(variable)) => match variable {
-                Variable::Time => self.env.t,
-                Variable::Theta => self.env.theta,
-                Variable::Omega => self.env.omega,
-                Variable::Current => self.env.i,
-                Variable::Voltage => self.env.u,
-                Variable::Temperature => self.env.temp_C,
+                Variable::Time => self.variables.t,
+                Variable::Theta => self.variables.theta,
+                Variable::Omega => self.variables.omega,
+                Variable::Current => self.variables.i,
+                Variable::Voltage => self.variables.u,
+                Variable::Temperature => self.variables.temp_C,
             },
             Some(Node::Parameter(k)) => self.parameters.get(usize::from(*k)).copied().unwrap_or(S::from(0.0)),
-            Some(Node::Negative(a)) => -self.at(*a),
-            Some(Node::Call(function, a)) => call(*function, self.at(*a)),
-            Some(Node::Power(a, power)) => whole_power(self.at(*a), *power),
-            Some(Node::Pair(pair, a, b)) => join(*pair, self.at(*a), self.at(*b)),
+            Some(Node::Negative(a)) => -self.child(*a),
+            Some(Node::Call(function, a)) => call(*function, self.child(*a)),
+            Some(Node::IntegerPower(a, power)) => integer_power(self.child(*a), *power),
+            Some(Node::Binary(operator, a, b)) => binary(*operator, self.child(*a), self.child(*b)),
             // Only the selected branch: the other one may be undefined here.
-            Some(Node::If(condition, yes, no)) => self.at(if self.at(*condition).re() != 0.0 { *yes } else { *no }),
+            Some(Node::If(condition, yes, no)) => self.child(if self.child(*condition).re() != 0.0 { *yes } else { *no }),
         }
     }
 }
 
-/// `value` with the derivative `slope` of `a`; a slope that is not finite counts as zero.
+/// f(a) by the chain rule, where `value` is f and `slope` is f′ at the number of `a`.
+///
+/// A slope that is not finite (√ at 0, asin at 1) counts as zero, so that a fit at rest stays finite.
 #[inline]
-fn chain<S: Scalar>(value: f64, a: S, slope: f64) -> S {
+fn chain_rule<S: Scalar>(value: f64, a: S, slope: f64) -> S {
     if slope.is_finite() { (a - S::from(a.re())) * slope + value } else { S::from(value) }
 }
 
@@ -60,26 +64,27 @@ fn call<S: Scalar>(function: Function, a: S) -> S {
         Function::Sin => a.sin(),
         Function::Cos => a.cos(),
         Function::Tan => a.tan(),
-        Function::Asin => chain(x.asin(), a, (1.0 - x * x).sqrt().recip()),
-        Function::Acos => chain(x.acos(), a, -(1.0 - x * x).sqrt().recip()),
-        Function::Atan => chain(x.atan(), a, (1.0 + x * x).recip()),
-        Function::Sinh => chain(x.sinh(), a, x.cosh()),
-        Function::Cosh => chain(x.cosh(), a, x.sinh()),
+        Function::Asin => chain_rule(x.asin(), a, (1.0 - x * x).sqrt().recip()),
+        Function::Acos => chain_rule(x.acos(), a, -(1.0 - x * x).sqrt().recip()),
+        Function::Atan => chain_rule(x.atan(), a, (1.0 + x * x).recip()),
+        Function::Sinh => chain_rule(x.sinh(), a, x.cosh()),
+        Function::Cosh => chain_rule(x.cosh(), a, x.sinh()),
         // The quotient of sinh and cosh would overflow at high rates.
         Function::Tanh => {
             let value = x.tanh();
-            chain(value, a, 1.0 - value * value)
+            chain_rule(value, a, 1.0 - value * value)
         }
         Function::Exp => a.exp(),
         Function::Ln | Function::Log => a.ln(),
         Function::Log10 => a.log10(),
-        Function::Sqrt => chain(x.sqrt(), a, 0.5 / x.sqrt()),
+        Function::Sqrt => chain_rule(x.sqrt(), a, 0.5 / x.sqrt()),
         Function::Abs => {
             if x > 0.0 {
                 a
             } else if x < 0.0 {
                 -a
             } else {
+                // Zero, with the derivative zero; or NaN.
                 S::from(x.abs())
             }
         }
@@ -88,31 +93,31 @@ fn call<S: Scalar>(function: Function, a: S) -> S {
     }
 }
 
-fn join<S: Scalar>(pair: Pair, a: S, b: S) -> S {
+fn binary<S: Scalar>(operator: Binary, a: S, b: S) -> S {
     let truth = |holds: bool| S::from(f64::from(u8::from(holds)));
-    match pair {
-        Pair::Add => a + b,
-        Pair::Subtract => a - b,
-        Pair::Multiply => a * b,
-        Pair::Divide => a / b,
-        Pair::Power | Pair::Pow => power(a, b),
-        Pair::Less => truth(a.re() < b.re()),
-        Pair::LessOrEqual => truth(a.re() <= b.re()),
-        Pair::More => truth(a.re() > b.re()),
-        Pair::MoreOrEqual => truth(a.re() >= b.re()),
-        Pair::Atan2 => {
+    match operator {
+        Binary::Add => a + b,
+        Binary::Subtract => a - b,
+        Binary::Multiply => a * b,
+        Binary::Divide => a / b,
+        Binary::Power | Binary::Pow => power(a, b),
+        Binary::Less => truth(a.re() < b.re()),
+        Binary::LessOrEqual => truth(a.re() <= b.re()),
+        Binary::Greater => truth(a.re() > b.re()),
+        Binary::GreaterOrEqual => truth(a.re() >= b.re()),
+        Binary::Atan2 => {
             let (y, x) = (a.re(), b.re());
-            let square = x * x + y * y;
-            chain(y.atan2(x), a, x / square) + chain(0.0, b, -y / square)
+            let radius_squared = x * x + y * y;
+            chain_rule(y.atan2(x), a, x / radius_squared) + chain_rule(0.0, b, -y / radius_squared)
         }
-        Pair::Min => {
+        Binary::Min => {
             if b.re() < a.re() {
                 b
             } else {
                 a
             }
         }
-        Pair::Max => {
+        Binary::Max => {
             if b.re() > a.re() {
                 b
             } else {
@@ -122,7 +127,8 @@ fn join<S: Scalar>(pair: Pair, a: S, b: S) -> S {
     }
 }
 
-fn whole_power<S: Scalar>(a: S, power: i8) -> S {
+/// aⁿ for an integer literal n, with the derivative by a alone.
+fn integer_power<S: Scalar>(a: S, power: i8) -> S {
     match power {
         0 => S::from(1.0),
         1 => a,
@@ -131,15 +137,16 @@ fn whole_power<S: Scalar>(a: S, power: i8) -> S {
         _ => {
             let x = a.re();
             let n = i32::from(power);
-            chain(x.powi(n), a, f64::from(n) * x.powi(n - 1))
+            chain_rule(x.powi(n), a, f64::from(n) * x.powi(n - 1))
         }
     }
 }
 
+/// aᵇ by both arguments; for a ≤ 0 the derivative by the exponent counts as zero.
 fn power<S: Scalar>(a: S, b: S) -> S {
     let (x, n) = (a.re(), b.re());
     let value = x.powf(n);
     let by_base = if n == 0.0 { 0.0 } else { n * x.powf(n - 1.0) };
     let by_exponent = if x > 0.0 { value * x.ln() } else { 0.0 };
-    chain(value, a, by_base) + chain(0.0, b, by_exponent)
+    chain_rule(value, a, by_base) + chain_rule(0.0, b, by_exponent)
 }

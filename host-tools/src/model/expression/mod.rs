@@ -52,10 +52,10 @@ impl Expression {
         Ok(Expression { nodes: parse::parse(text, parameters)?, parameters: parameters.to_vec() })
     }
 
-    /// Value for `env`, with `parameters` in the order given to [`Expression::parse`] (a missing one counts as zero).
+    /// Value for these `variables`, with `parameters` in the order given to [`Expression::parse`] (a missing one counts as zero).
     #[inline]
-    pub fn eval<S: Scalar>(&self, env: &Variables<S>, parameters: &[S]) -> S {
-        eval::eval(&self.nodes, env, parameters)
+    pub fn eval<S: Scalar>(&self, variables: &Variables<S>, parameters: &[S]) -> S {
+        eval::eval(&self.nodes, variables, parameters)
     }
 
     /// Names of the parameters, in the order of [`Expression::eval`].
@@ -112,7 +112,7 @@ impl std::fmt::Display for Expression {
 /// Names of all functions, with the number of their arguments.
 pub fn functions() -> impl Iterator<Item = (&'static str, usize)> {
     let one = node::Function::ALL.iter().map(|f| (f.name(), 1));
-    one.chain(node::Pair::FUNCTIONS.iter().map(|f| (f.name(), 2))).chain([("if", 3)])
+    one.chain(node::Binary::FUNCTIONS.iter().map(|f| (f.name(), 2))).chain([("if", 3)])
 }
 
 /// Whether the name is a variable, a constant or a function, and not available for a parameter.

@@ -9,9 +9,9 @@ pub(super) enum Node {
     Parameter(u16),
     Negative(u16),
     Call(Function, u16),
-    Pair(Pair, u16, u16),
+    Binary(Binary, u16, u16),
     /// A power with an integer literal as exponent.
-    Power(u16, i8),
+    IntegerPower(u16, i8),
     /// Condition (true if not zero), value if true, value if false.
     If(u16, u16, u16),
 }
@@ -77,7 +77,7 @@ impl Function {
 
 /// An operator or a function with two arguments.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Pair {
+pub(super) enum Binary {
     Add,
     Subtract,
     Multiply,
@@ -85,43 +85,44 @@ pub(super) enum Pair {
     Power,
     Less,
     LessOrEqual,
-    More,
-    MoreOrEqual,
+    Greater,
+    GreaterOrEqual,
     Atan2,
     Min,
     Max,
+    /// `pow(a, b)`: the function of [`Binary::Power`], apart from it because it is printed as it was written.
     Pow,
 }
 
-impl Pair {
-    /// The functions among them.
-    pub const FUNCTIONS: [Pair; 4] = [Pair::Atan2, Pair::Min, Pair::Max, Pair::Pow];
+impl Binary {
+    /// Those written as functions.
+    pub const FUNCTIONS: [Binary; 4] = [Binary::Atan2, Binary::Min, Binary::Max, Binary::Pow];
 
     pub fn name(self) -> &'static str {
         match self {
-            Pair::Add => "+",
-            Pair::Subtract => "-",
-            Pair::Multiply => "*",
-            Pair::Divide => "/",
-            Pair::Power => "^",
-            Pair::Less => "<",
-            Pair::LessOrEqual => "<=",
-            Pair::More => ">",
-            Pair::MoreOrEqual => ">=",
-            Pair::Atan2 => "atan2",
-            Pair::Min => "min",
-            Pair::Max => "max",
-            Pair::Pow => "pow",
+            Binary::Add => "+",
+            Binary::Subtract => "-",
+            Binary::Multiply => "*",
+            Binary::Divide => "/",
+            Binary::Power => "^",
+            Binary::Less => "<",
+            Binary::LessOrEqual => "<=",
+            Binary::Greater => ">",
+            Binary::GreaterOrEqual => ">=",
+            Binary::Atan2 => "atan2",
+            Binary::Min => "min",
+            Binary::Max => "max",
+            Binary::Pow => "pow",
         }
     }
 
     /// Left and right binding power; `None` for functions. `^` is right-associative and binds more strongly than the unary minus.
     pub fn binding(self) -> Option<(u8, u8)> {
         Some(match self {
-            Pair::Less | Pair::LessOrEqual | Pair::More | Pair::MoreOrEqual => (1, 2),
-            Pair::Add | Pair::Subtract => (3, 4),
-            Pair::Multiply | Pair::Divide => (5, 6),
-            Pair::Power => (10, 9),
+            Binary::Less | Binary::LessOrEqual | Binary::Greater | Binary::GreaterOrEqual => (1, 2),
+            Binary::Add | Binary::Subtract => (3, 4),
+            Binary::Multiply | Binary::Divide => (5, 6),
+            Binary::Power => (10, 9),
             _ => return None,
         })
     }

@@ -1,7 +1,7 @@
 //! Parsing: tokens, then a Pratt parser (Pratt 1973) by binding powers.
 
 use super::error::ExpressionError;
-use super::node::{Function, MINUS_BINDING, Node, Pair, Variable};
+use super::node::{Binary, Function, MINUS_BINDING, Node, Variable};
 use super::{functions, is_reserved};
 
 /// Largest nesting depth: evaluation is recursive.
@@ -117,21 +117,21 @@ impl Parser<'_> {
         }
         let mut left = self.value()?;
         while let Some(token) = self.tokens.get(self.at) {
-            let Some(pair) = operator(token) else { break };
-            let Some((binds_left, binds_right)) = pair.binding() else { break };
+            let Some(binary) = operator(token) else { break };
+            let Some((binds_left, binds_right)) = binary.binding() else { break };
             if binds_left < least {
                 break;
             }
             self.at += 1;
             let from = self.nodes.len();
             let right = self.expression(binds_right)?;
-            left = match (pair, self.whole(from)) {
-                (Pair::Power, Some(power)) => {
+            left = match (binary, self.integer_literal(from)) {
+                (Binary::Power, Some(power)) => {
                     self.nodes.truncate(from);
                     self.depths.truncate(from);
-                    self.push(Node::Power(left, power))?
+                    self.push(Node::IntegerPower(left, power))?
                 }
-                _ => self.push(Node::Pair(pair, left, right))?,
+                _ => self.push(Node::Binary(binary, left, right))?,
             };
         }
         self.open -= 1;
@@ -139,7 +139,7 @@ impl Parser<'_> {
     }
 
     /// The integer literal that the nodes from `from` on form, with sign; `None` if they are not one up to 16.
-    fn whole(&self, from: usize) -> Option<i8> {
+    fn integer_literal(&self, from: usize) -> Option<i8> {
         let (number, sign) = match self.nodes[from..] {
             [Node::Constant(c)] => (c, 1),
             [Node::Constant(c), Node::Negative(_)] => (c, -1),
@@ -206,10 +206,10 @@ impl Parser<'_> {
             }
         }
         self.expect(")")?;
-        let pair = Pair::FUNCTIONS.into_iter().find(|f| f.name() == name);
-        match (arguments.as_slice(), Function::of(name), pair) {
+        let binary = Binary::FUNCTIONS.into_iter().find(|f| f.name() == name);
+        match (arguments.as_slice(), Function::of(name), binary) {
             (&[a], Some(function), _) => self.push(Node::Call(function, a)),
-            (&[a, b], _, Some(pair)) => self.push(Node::Pair(pair, a, b)),
+            (&[a, b], _, Some(binary)) => self.push(Node::Binary(binary, a, b)),
             (&[a, b, c], None, None) => self.push(Node::If(a, b, c)),
             _ => Err(ExpressionError::Arguments { name: name.to_owned(), column, wants, has: arguments.len() }),
         }
@@ -231,8 +231,8 @@ impl Parser<'_> {
         let below = |k: &u16| self.depths[usize::from(*k)];
         let depth = match &node {
             Node::Constant(_) | Node::Pi | Node::Variable(_) | Node::Parameter(_) => 0,
-            Node::Negative(a) | Node::Call(_, a) | Node::Power(a, _) => below(a) + 1,
-            Node::Pair(_, a, b) => below(a).max(below(b)) + 1,
+            Node::Negative(a) | Node::Call(_, a) | Node::IntegerPower(a, _) => below(a) + 1,
+            Node::Binary(_, a, b) => below(a).max(below(b)) + 1,
             Node::If(a, b, c) => below(a).max(below(b)).max(below(c)) + 1,
         };
         let column = self.tokens.get(self.at.saturating_sub(1)).map_or(1, |w| w.column);
@@ -245,17 +245,17 @@ impl Parser<'_> {
     }
 }
 
-fn operator(token: &Token) -> Option<Pair> {
-    const ALL: [Pair; 9] = [
-        Pair::Add,
-        Pair::Subtract,
-        Pair::Multiply,
-        Pair::Divide,
-        Pair::Power,
-        Pair::Less,
-        Pair::LessOrEqual,
-        Pair::More,
-        Pair::MoreOrEqual,
+fn operator(token: &Token) -> Option<Binary> {
+    const ALL: [Binary; 9] = [
+        Binary::Add,
+        Binary::Subtract,
+        Binary::Multiply,
+        Binary::Divide,
+        Binary::Power,
+        Binary::Less,
+        Binary::LessOrEqual,
+        Binary::Greater,
+        Binary::GreaterOrEqual,
     ];
     ALL.into_iter().find(|p| token.kind == TokenKind::Symbol && p.name() == token.text)
 }

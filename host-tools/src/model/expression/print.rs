@@ -1,6 +1,6 @@
 //! Printing: nodes to text, with only the necessary brackets.
 
-use super::node::{MINUS_BINDING, Node, Pair};
+use super::node::{Binary, MINUS_BINDING, Node};
 
 /// The text of the root node.
 pub(super) fn text(nodes: &[Node], parameters: &[String]) -> String {
@@ -26,8 +26,8 @@ fn write(nodes: &[Node], parameters: &[String], at: usize, least: u8, out: &mut 
     };
     let own = match node {
         Node::Negative(_) => MINUS_BINDING,
-        Node::Power(..) => 9,
-        Node::Pair(pair, ..) => pair.binding().map_or(u8::MAX, |b| b.0.min(b.1)),
+        Node::IntegerPower(..) => 9,
+        Node::Binary(binary, ..) => binary.binding().map_or(u8::MAX, |b| b.0.min(b.1)),
         _ => u8::MAX,
     };
     // Equal binding power on the weaker side needs brackets too: a - (b - c), (a ^ b) ^ c.
@@ -50,19 +50,19 @@ fn write(nodes: &[Node], parameters: &[String], at: usize, least: u8, out: &mut 
         }
         Node::Call(function, a) => call(function.name(), &[*a], out),
         Node::If(a, b, c) => call("if", &[*a, *b, *c], out),
-        Node::Power(a, power) => {
+        Node::IntegerPower(a, power) => {
             child(*a, 10, out);
             out.push_str(" ^ ");
             out.push_str(&power.to_string());
         }
-        Node::Pair(pair, a, b) => match pair.binding() {
-            None => call(pair.name(), &[*a, *b], out),
+        Node::Binary(binary, a, b) => match binary.binding() {
+            None => call(binary.name(), &[*a, *b], out),
             Some((left, right)) => {
                 child(*a, left, out);
                 out.push(' ');
-                out.push_str(pair.name());
+                out.push_str(binary.name());
                 out.push(' ');
-                child(*b, if *pair == Pair::Power { 9 } else { right }, out);
+                child(*b, if *binary == Binary::Power { 9 } else { right }, out);
             }
         },
     }
