@@ -17,7 +17,7 @@ pub type Dual<const N: usize> = DualSVec64<N>;
 /// Each method does nothing by default; a law implements those that its effect needs.
 pub trait Law<S: Scalar>: Send + Sync {
     /// Adds to torque, voltage, Coulomb torque or one of the factors, at the point `x`.
-    fn contribute(&self, _p: &[S], _x: &Point<S>, _a: &mut Contributions<S>) {}
+    fn contribute(&self, _p: &[S], _x: &Point<S>, _out: &mut Contributions<S>) {}
     /// Changes the reading of a channel; no torque causes it.
     fn measure(&self, _p: &[S], _x: &Point<S>, _y: &mut Reading<S>) {}
     /// [`Law::contribute`] does nothing, so that a step need not call it: the law is of structure or measurement alone.

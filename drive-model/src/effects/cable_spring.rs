@@ -55,7 +55,7 @@ pub const CARD: Card = Card {
 pub struct CableSpring;
 
 impl<S: Scalar> Law<S> for CableSpring {
-    fn contribute(&self, p: &[S], x: &Point<S>, a: &mut Contributions<S>) {
-        a.torque -= p[0] * (x.theta - p[1]);
+    fn contribute(&self, p: &[S], x: &Point<S>, out: &mut Contributions<S>) {
+        out.torque -= p[0] * (x.theta - p[1]);
     }
 }

@@ -65,7 +65,7 @@ pub const CARD: Card = Card {
 pub struct Cogging;
 
 impl<S: Scalar> Law<S> for Cogging {
-    fn contribute(&self, p: &[S], x: &Point<S>, a: &mut Contributions<S>) {
-        a.torque += p[0] * (x.theta * p[1] + p[2]).sin();
+    fn contribute(&self, p: &[S], x: &Point<S>, out: &mut Contributions<S>) {
+        out.torque += p[0] * (x.theta * p[1] + p[2]).sin();
     }
 }

@@ -51,7 +51,7 @@ pub const CARD: Card = Card {
 pub struct Coulomb;
 
 impl<S: Scalar> Law<S> for Coulomb {
-    fn contribute(&self, p: &[S], _x: &Point<S>, a: &mut Contributions<S>) {
-        a.coulomb_torque += p[0];
+    fn contribute(&self, p: &[S], _x: &Point<S>, out: &mut Contributions<S>) {
+        out.coulomb_torque += p[0];
     }
 }

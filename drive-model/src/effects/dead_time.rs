@@ -40,7 +40,7 @@ pub const CARD: Card = Card {
 pub struct DeadTime;
 
 impl<S: Scalar> Law<S> for DeadTime {
-    fn contribute(&self, p: &[S], _x: &Point<S>, a: &mut Contributions<S>) {
-        a.drop_V += p[0];
+    fn contribute(&self, p: &[S], _x: &Point<S>, out: &mut Contributions<S>) {
+        out.drop_V += p[0];
     }
 }

@@ -47,7 +47,7 @@ pub const CARD: Card = Card {
 pub struct Load;
 
 impl<S: Scalar> Law<S> for Load {
-    fn contribute(&self, p: &[S], _x: &Point<S>, a: &mut Contributions<S>) {
-        a.torque += p[0];
+    fn contribute(&self, p: &[S], _x: &Point<S>, out: &mut Contributions<S>) {
+        out.torque += p[0];
     }
 }

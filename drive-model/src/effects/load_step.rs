@@ -54,8 +54,8 @@ pub const CARD: Card = Card {
 pub struct LoadStep;
 
 impl<S: Scalar> Law<S> for LoadStep {
-    fn contribute(&self, p: &[S], x: &Point<S>, a: &mut Contributions<S>) {
-        a.torque += p[0] * since(p[1], x.from_s, x.to_s);
+    fn contribute(&self, p: &[S], x: &Point<S>, out: &mut Contributions<S>) {
+        out.torque += p[0] * since(p[1], x.from_s, x.to_s);
     }
 }
 

@@ -50,8 +50,8 @@ impl<S: Scalar> Law<S> for MagneticSaturation {
     fn configure(&self, _p: &[S], structure: &mut Structure<S>) {
         structure.needs_current = true;
     }
-    fn contribute(&self, p: &[S], x: &Point<S>, a: &mut Contributions<S>) {
+    fn contribute(&self, p: &[S], x: &Point<S>, out: &mut Contributions<S>) {
         let q = x.current / p[0];
-        a.motor_factor *= (q * q + 1.0).recip();
+        out.motor_factor *= (q * q + 1.0).recip();
     }
 }

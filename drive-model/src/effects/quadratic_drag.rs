@@ -49,7 +49,7 @@ pub const CARD: Card = Card {
 pub struct QuadraticDrag;
 
 impl<S: Scalar> Law<S> for QuadraticDrag {
-    fn contribute(&self, p: &[S], x: &Point<S>, a: &mut Contributions<S>) {
-        a.torque -= p[0] * x.omega * x.omega.abs();
+    fn contribute(&self, p: &[S], x: &Point<S>, out: &mut Contributions<S>) {
+        out.torque -= p[0] * x.omega * x.omega.abs();
     }
 }

@@ -75,7 +75,7 @@ impl<S: Scalar> Law<S> for ResistanceTemperature {
     fn configure(&self, p: &[S], structure: &mut Structure<S>) {
         structure.thermal = Some(Thermal { J_K: p[1], K_W: p[2] });
     }
-    fn contribute(&self, p: &[S], x: &Point<S>, a: &mut Contributions<S>) {
-        a.resistance_factor *= p[0] * (x.temp_C - T0_C) + 1.0;
+    fn contribute(&self, p: &[S], x: &Point<S>, out: &mut Contributions<S>) {
+        out.resistance_factor *= p[0] * (x.temp_C - T0_C) + 1.0;
     }
 }

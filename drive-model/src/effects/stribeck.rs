@@ -58,8 +58,8 @@ pub const CARD: Card = Card {
 pub struct Stribeck;
 
 impl<S: Scalar> Law<S> for Stribeck {
-    fn contribute(&self, p: &[S], x: &Point<S>, a: &mut Contributions<S>) {
+    fn contribute(&self, p: &[S], x: &Point<S>, out: &mut Contributions<S>) {
         let q = x.omega / p[1];
-        a.coulomb_torque += p[0] * (-(q * q)).exp();
+        out.coulomb_torque += p[0] * (-(q * q)).exp();
     }
 }

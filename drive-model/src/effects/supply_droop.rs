@@ -40,8 +40,8 @@ pub const CARD: Card = Card {
 pub struct SupplyDroop;
 
 impl<S: Scalar> Law<S> for SupplyDroop {
-    fn contribute(&self, p: &[S], x: &Point<S>, a: &mut Contributions<S>) {
-        a.series_ohm += p[0];
-        a.voltage += x.voltage * (x.supply_ratio - 1.0);
+    fn contribute(&self, p: &[S], x: &Point<S>, out: &mut Contributions<S>) {
+        out.series_ohm += p[0];
+        out.voltage += x.voltage * (x.supply_ratio - 1.0);
     }
 }

@@ -52,7 +52,7 @@ pub const CARD: Card = Card {
     }),
     law: &TorqueRipple,
     description: Description {
-        summary: "The motor constant varies with the angle: few commutator segments, uneven magnets.",
+        summary: "The motor constant varies with the angle, because of few commutator segments or uneven magnets.",
         signature: "A ripple at a fixed harmonic order that grows with the current and appears in the back-EMF.",
         experiment: "Turn slowly under different loads and compare the ripple at small and at large current.",
         similar: "Cogging, which is present without current too.",
@@ -66,7 +66,8 @@ pub const CARD: Card = Card {
 pub struct TorqueRipple;
 
 impl<S: Scalar> Law<S> for TorqueRipple {
-    fn contribute(&self, p: &[S], x: &Point<S>, a: &mut Contributions<S>) {
-        a.motor_factor *= p[0] * (x.theta * p[1] + p[2]).sin() + 1.0;
+    fn contribute(&self, p: &[S], x: &Point<S>, out: &mut Contributions<S>) {
+        let (ripple, order, phase) = (p[0], p[1], p[2]);
+        out.motor_factor *= ripple * (x.theta * order + phase).sin() + 1.0;
     }
 }

@@ -55,7 +55,7 @@ pub const CARD: Card = Card {
 pub struct Unbalance;
 
 impl<S: Scalar> Law<S> for Unbalance {
-    fn contribute(&self, p: &[S], x: &Point<S>, a: &mut Contributions<S>) {
-        a.torque += p[0] * (x.theta + p[1]).sin();
+    fn contribute(&self, p: &[S], x: &Point<S>, out: &mut Contributions<S>) {
+        out.torque += p[0] * (x.theta + p[1]).sin();
     }
 }

@@ -52,7 +52,7 @@ pub const CARD: Card = Card {
 pub struct Viscous;
 
 impl<S: Scalar> Law<S> for Viscous {
-    fn contribute(&self, p: &[S], _x: &Point<S>, a: &mut Contributions<S>) {
-        a.viscous += p[0];
+    fn contribute(&self, p: &[S], _x: &Point<S>, out: &mut Contributions<S>) {
+        out.viscous += p[0];
     }
 }

@@ -47,7 +47,7 @@ pub const CARD: Card = Card {
 pub struct ViscousTemperature;
 
 impl<S: Scalar> Law<S> for ViscousTemperature {
-    fn contribute(&self, p: &[S], x: &Point<S>, a: &mut Contributions<S>) {
-        a.viscous_factor *= (-(p[0] * (x.temp_C - T0_C))).exp();
+    fn contribute(&self, p: &[S], x: &Point<S>, out: &mut Contributions<S>) {
+        out.viscous_factor *= (-(p[0] * (x.temp_C - T0_C))).exp();
     }
 }

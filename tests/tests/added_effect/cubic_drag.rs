@@ -34,7 +34,7 @@ pub const CARD: Card = Card {
 pub struct CubicDrag;
 
 impl<S: Scalar> Law<S> for CubicDrag {
-    fn contribute(&self, p: &[S], x: &Point<S>, a: &mut Contributions<S>) {
-        a.torque -= p[0] * x.omega * x.omega * x.omega;
+    fn contribute(&self, p: &[S], x: &Point<S>, out: &mut Contributions<S>) {
+        out.torque -= p[0] * x.omega * x.omega * x.omega;
     }
 }

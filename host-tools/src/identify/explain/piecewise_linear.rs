@@ -59,11 +59,11 @@ impl PiecewiseLinear {
 }
 
 impl<S: Scalar> Law<S> for PiecewiseLinear {
-    fn contribute(&self, p: &[S], x: &Point<S>, a: &mut Contributions<S>) {
+    fn contribute(&self, p: &[S], x: &Point<S>, out: &mut Contributions<S>) {
         match self.acts_on {
-            SummingPoint::Torque => a.torque += self.value(p, x),
-            SummingPoint::Dry => a.coulomb_torque += self.value(p, x),
-            SummingPoint::Voltage => a.voltage += self.value(p, x),
+            SummingPoint::Torque => out.torque += self.value(p, x),
+            SummingPoint::Dry => out.coulomb_torque += self.value(p, x),
+            SummingPoint::Voltage => out.voltage += self.value(p, x),
             _ => {}
         }
     }
