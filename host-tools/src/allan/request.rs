@@ -37,7 +37,7 @@ pub struct Request {
     pub log: PathBuf,
     /// Name of the column.
     pub column: String,
-    /// Begin of the analysed range, s.
+    /// Start of the analysed range, s.
     pub from_s: Option<f64>,
     /// End of the analysed range, s.
     pub to_s: Option<f64>,

@@ -87,7 +87,7 @@ impl ArchivedRecord {
         Ok(Self { path, record })
     }
 
-    /// Begin of the session.
+    /// Start of the session.
     pub fn began(&self) -> Option<jiff::Timestamp> {
         self.record.header.began.parse().ok()
     }

@@ -78,8 +78,9 @@ pub struct RecordHeader {
 pub struct StoredAbsence {
     /// Name of the quantity.
     pub name: String,
-    /// Why.
-    pub why: String,
+    /// Reason, as text.
+    #[serde(rename = "why")]
+    pub reason: String,
 }
 
 /// A curve with its texts.

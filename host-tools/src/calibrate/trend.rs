@@ -20,7 +20,7 @@ const MIN_LINE_RECORDS: usize = 3;
 /// A quantity in one record.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Point {
-    /// Begin of its session.
+    /// Start of its session.
     pub began: String,
     /// Days since the first record of the device.
     pub day: f64,

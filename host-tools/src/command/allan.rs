@@ -9,8 +9,9 @@ use super::output::{ReportOutput, spinner};
 use crate::allan::{AllanError, Interpretation, Request, Taus};
 use crate::report::allan as report;
 
+/// Values of `--taus`.
 #[derive(Debug, Clone, Copy, ValueEnum)]
-enum Averages {
+enum TausOption {
     /// 1, 2, 4, 8 … rows
     Octave,
     /// 1, 2, 5, 10, 20 … rows
@@ -19,15 +20,16 @@ enum Averages {
     Fine,
 }
 
+/// Values of `--as`.
 #[derive(Debug, Clone, Copy, ValueEnum)]
-enum As {
+enum InterpretationOption {
     /// The quantity itself: a rate or any other
     Value,
     /// The integral of the quantity, as an angle is of the rate
     Integral,
 }
 
-/// Noise coefficients by the Allan deviation, for τ up to T/10: σ²(τ) = 3Q²/τ² + N²/τ + (0.664 B)² + K²τ/3 + R²τ²/2.
+/// Noise coefficients by the Allan deviation, for τ up to T/10 (T: duration of the log): σ²(τ) = 3Q²/τ² + N²/τ + (0.664 B)² + K²τ/3 + R²τ²/2.
 #[derive(Debug, Args)]
 pub(super) struct Allan {
     /// The log of a sensor at rest, .csv or .parquet
@@ -35,18 +37,18 @@ pub(super) struct Allan {
     /// Name of the column; its suffix gives the unit
     #[arg(long, value_name = "COLUMN")]
     column: String,
-    /// Begin of the analysed range, s
+    /// Start of the analysed range, s
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     from: Option<f64>,
     /// End of the analysed range, s
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     to: Option<f64>,
     /// Averaging times of the result
-    #[arg(long, value_enum, default_value_t = Averages::Octave)]
-    taus: Averages,
+    #[arg(long, value_enum, default_value_t = TausOption::Octave)]
+    taus: TausOption,
     /// Interpretation of the column; by default an angle is an integral, everything else a value
     #[arg(long = "as", value_enum)]
-    interpretation: Option<As>,
+    interpretation: Option<InterpretationOption>,
     #[command(flatten)]
     output: ReportOutput,
 }
@@ -66,13 +68,13 @@ impl Allan {
             from_s: self.from,
             to_s: self.to,
             taus: match self.taus {
-                Averages::Octave => Taus::Octave,
-                Averages::Decade => Taus::Decade,
-                Averages::Fine => Taus::Fine,
+                TausOption::Octave => Taus::Octave,
+                TausOption::Decade => Taus::Decade,
+                TausOption::Fine => Taus::Fine,
             },
             interpretation: self.interpretation.map(|given| match given {
-                As::Value => Interpretation::Value,
-                As::Integral => Interpretation::Integral,
+                InterpretationOption::Value => Interpretation::Value,
+                InterpretationOption::Integral => Interpretation::Integral,
             }),
         };
         let bar = spinner("reading");

@@ -85,7 +85,7 @@ pub fn cycles_by_current(current: &[f64], samples: usize) -> Vec<DetectedCycle> 
         .collect()
 }
 
-/// Begin of the pulses near `k`, with the current clipped: a closing loop produces short peaks. `None` where the peaks were all.
+/// Start of the pulses near `k`, with the current clipped: a closing loop produces short peaks. `None` where the peaks were all.
 fn refined(current: &[f64], k: usize, samples: usize) -> Option<usize> {
     let level = CLIP_MEDIANS * median_abs(&current[k..k + 2 * samples])?;
     let (from, to) = (k.saturating_sub(samples / 2), (k + 2 * samples + samples / 2).min(current.len()));

@@ -35,7 +35,7 @@ pub struct Bode {
     pub numerator: Vec<f64>,
     /// Denominator.
     denominator: Vec<f64>,
-    /// Begin of distortion.
+    /// Start of distortion.
     pub limit: Limit,
     /// Largest |α̂′/y|, 1/s, and its frequency, rad/s: amplification of measurement noise.
     pub noise: (f64, f64),

@@ -1,4 +1,4 @@
-//! JSON that all topics share. Numbers that are not finite become `null`, as JSON has no other word for them.
+//! JSON that all reports share. Numbers that are not finite become `null`: JSON has no number for them.
 
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};

@@ -2,19 +2,22 @@
 
 use nalgebra::{DMatrix, DVector};
 
+/// Smallest ratio of the singular values of the scaled columns. Below it, less than seven digits of the coefficients would be significant.
+const MIN_SINGULAR_VALUE_RATIO: f64 = 1e-9;
+
 /// Solution of a least-squares problem.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LeastSquares {
     /// One coefficient per column.
     pub coefficients: Vec<f64>,
-    /// Covariance of the coefficients.
-    covariance: DMatrix<f64>,
     /// Measured minus fitted value of each row.
     pub residuals: Vec<f64>,
-    /// Standard deviation of one row about the fit.
+    /// Standard deviation of the residuals, √(Σ residual²/dof).
     pub residual_sd: f64,
     /// Degrees of freedom: rows minus coefficients.
     pub dof: f64,
+    /// Covariance of the coefficients.
+    covariance: DMatrix<f64>,
 }
 
 impl LeastSquares {
@@ -23,48 +26,53 @@ impl LeastSquares {
         self.covariance[(k, k)].max(0.0).sqrt()
     }
 
-    /// Standard uncertainty of Σ gradient·coefficient. A gradient that is too short is continued with zeros.
+    /// Standard uncertainty of a function of the coefficients with this gradient, to first order. Missing components of the gradient are zero.
     pub fn sigma_of(&self, gradient: &[f64]) -> f64 {
-        let at = |k: usize| gradient.get(k).copied().unwrap_or(0.0);
-        let n = self.coefficients.len();
-        let sum: f64 = (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).map(|(i, j)| at(i) * self.covariance[(i, j)] * at(j)).sum();
-        sum.max(0.0).sqrt()
+        let component = |k: usize| gradient.get(k).copied().unwrap_or(0.0);
+        let m = self.coefficients.len();
+        let mut variance = 0.0;
+        for i in 0..m {
+            for j in 0..m {
+                variance += component(i) * self.covariance[(i, j)] * component(j);
+            }
+        }
+        variance.max(0.0).sqrt()
     }
 }
 
-/// Fits `y` (n values) by the columns of `rows` (n × m). `None` for n ≤ m, and for linearly dependent columns.
+/// Fits `y` (n values) by the m columns of `rows` (n × m). `None` for n ≤ m, and for linearly dependent columns.
 pub fn least_squares(rows: &[Vec<f64>], y: &[f64]) -> Option<LeastSquares> {
-    let n = rows.first()?.len();
-    if rows.len() != y.len() || rows.len() <= n || n == 0 {
+    let (n, m) = (rows.len(), rows.first()?.len());
+    if n != y.len() || n <= m || m == 0 {
         return None;
     }
     // Columns are scaled to unit norm: their units differ by many orders of magnitude.
-    let scale: Vec<f64> = (0..n).map(|j| rows.iter().map(|row| row[j] * row[j]).sum::<f64>().sqrt()).collect();
+    let scale: Vec<f64> = (0..m).map(|j| rows.iter().map(|row| row[j] * row[j]).sum::<f64>().sqrt()).collect();
     if scale.iter().any(|s| !s.is_finite() || *s <= 0.0) {
         return None;
     }
-    let a = DMatrix::from_fn(rows.len(), n, |i, j| rows[i][j] / scale[j]);
+    let a = DMatrix::from_fn(n, m, |i, j| rows[i][j] / scale[j]);
     let b = DVector::from_column_slice(y);
     let svd = a.clone().svd(true, true);
     let (largest, smallest) = (svd.singular_values.max(), svd.singular_values.min());
-    if smallest.is_nan() || smallest <= 1e-9 * largest {
+    if smallest.is_nan() || smallest <= MIN_SINGULAR_VALUE_RATIO * largest {
         return None;
     }
     let x = svd.solve(&b, 0.0).ok()?;
     let residual = &b - &a * &x;
-    let dof = (rows.len() - n) as f64;
+    let dof = (n - m) as f64;
     let variance = residual.norm_squared() / dof;
     let v_t = svd.v_t?;
-    let inverse = DMatrix::from_fn(n, n, |i, j| {
-        let sum: f64 = (0..n).map(|k| v_t[(k, i)] * v_t[(k, j)] / svd.singular_values[k].powi(2)).sum();
+    let covariance = DMatrix::from_fn(m, m, |i, j| {
+        let sum: f64 = (0..m).map(|k| v_t[(k, i)] * v_t[(k, j)] / svd.singular_values[k].powi(2)).sum();
         sum * variance / (scale[i] * scale[j])
     });
     Some(LeastSquares {
-        coefficients: (0..n).map(|j| x[j] / scale[j]).collect(),
-        covariance: inverse,
+        coefficients: (0..m).map(|j| x[j] / scale[j]).collect(),
         residuals: residual.iter().copied().collect(),
         residual_sd: variance.sqrt(),
         dof,
+        covariance,
     })
 }
 

@@ -56,8 +56,8 @@ pub fn html(record: &CalibrationRecord) -> String {
         }
         for absent in &header.absent {
             let empty = || Cell::text("");
-            let why = Cell::text(Markup::with_code(&absent.why));
-            table.row([Cell::text(&absent.name), Cell::text("not found"), empty(), empty(), empty(), empty(), empty(), why]);
+            let reason = Cell::text(Markup::with_code(&absent.reason));
+            table.row([Cell::text(&absent.name), Cell::text("not found"), empty(), empty(), empty(), empty(), empty(), reason]);
         }
         page.table(table);
     });

@@ -37,7 +37,7 @@ pub fn stored(record: &CalibrationRecord) -> StoredRecord {
             session: session.clone(),
             steps: journal.steps.clone(),
             interruptions: journal.interruptions.clone(),
-            absent: findings.absent.iter().map(|a| StoredAbsence { name: a.quantity.clone(), why: absence(&a.reason) }).collect(),
+            absent: findings.absent.iter().map(|a| StoredAbsence { name: a.quantity.clone(), reason: absence(&a.reason) }).collect(),
             remarks: findings.remarks.iter().map(words::remark).collect(),
             curves: findings.curves.iter().map(curve).collect(),
         },

@@ -1,4 +1,4 @@
-//! A calibration record for a terminal.
+//! A calibration record as text for the terminal.
 
 use super::{footnote, remarks, with_expanded_u, words};
 use crate::calibrate::stored_record::{RecordHeader, StoredRecord};
@@ -6,7 +6,7 @@ use crate::statistics::uncertainty::COVERAGE_PROBABILITY;
 
 /// Title of a record: kind, type and serial number of the device under test.
 pub(super) fn heading(header: &RecordHeader) -> String {
-    let device: Vec<&str> = [header.sensor.as_str(), header.serial.as_str()].into_iter().filter(|w| !w.is_empty()).collect();
+    let device: Vec<&str> = [header.sensor.as_str(), header.serial.as_str()].into_iter().filter(|part| !part.is_empty()).collect();
     format!("calibration {} {}", header.dut_kind.name(), device.join(" ")).trim_end().to_owned()
 }
 
@@ -24,7 +24,7 @@ pub fn text(record: &StoredRecord) -> String {
         out += ")\n";
     }
     for absent in &header.absent {
-        out += &format!("  {:<width$}  not found: {}\n", absent.name, absent.why);
+        out += &format!("  {:<width$}  not found: {}\n", absent.name, absent.reason);
     }
     for line in remarks(header) {
         out += &format!("{line}\n");
