@@ -34,8 +34,8 @@ pub static KNOWN: LazyLock<Vec<KnownColumn>> = LazyLock::new(|| {
     [time, torque].into_iter().chain(channels).collect()
 });
 
-/// The channel is a command or a reading of the drive in each row. Other channels are those of the device under test and of the gyroscope,
-/// and summaries of whole turns.
+/// The channel is a command to the drive or a reading of it, once per row. The others belong to the device under test and the gyroscope, or
+/// summarise whole turns.
 fn is_of_drive(channel: &Channel) -> bool {
     let drive = matches!(channel.source, Source::Command | Source::Drive | Source::Encoder | Source::RateSensor);
     drive && channel.sampling != Sampling::PerTurn

@@ -121,7 +121,7 @@ impl PreparedLog<'_> {
     }
 }
 
-/// A prepared log without its columns, for a result that owns the log: a struct cannot borrow columns from its own field.
+/// A prepared log without its columns, for a result that owns the log: a struct cannot hold references to its own field.
 #[derive(Debug, Clone)]
 pub struct Preparation(PreparedLog<'static>);
 

@@ -1,4 +1,4 @@
-//! Plausibility of a log: do the columns contain what their names say? Checked before any model is fitted.
+//! Plausibility of a log: the columns must contain the quantities that their names state. Checked before any model is fitted.
 //!
 //! Input: a [`Log`] and the name of the model's input column. Output: [`Defect`]s; none for a sound log. Checked are: motion and a varying
 //! input; lost decimals; the slope between dθ/dt and ω (sign, unit, exchanged columns); the signs of voltage, current and torque relative to

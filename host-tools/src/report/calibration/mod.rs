@@ -59,7 +59,7 @@ fn curve(curve: &Curve) -> StoredCurve {
     }
 }
 
-/// What the uncertainties of a record mean.
+/// Meaning of the uncertainties of a record.
 fn statement() -> String {
     format!(
         "Expanded uncertainties U have a coverage probability of {} %. This is not an accredited certificate.",

@@ -65,7 +65,7 @@ fn known_filter(cutoff_Hz: Option<f64>) -> String {
     cutoff_Hz.map_or(String::new(), |f| format!("; without the low-pass of the chip at {f:.0} Hz, which is taken as known"))
 }
 
-/// What a quantity means.
+/// Meaning of a quantity.
 pub fn meaning(meaning: &Meaning) -> String {
     match meaning {
         Meaning::LineSlope => "slope of the least-squares line over ± full scale".into(),

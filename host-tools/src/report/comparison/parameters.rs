@@ -1,4 +1,4 @@
-//! The parameters of a fit: values, uncertainties, and what to do about those that are not usable.
+//! The parameters of a fit: values, uncertainties, and advice on those that are not usable.
 
 use super::Comparison;
 use crate::report::numbers;

@@ -21,7 +21,7 @@ pub fn covered(c: &Coverage) -> String {
     format!("The log covers {}. Effects outside this range are not visible.", parts.join(", "))
 }
 
-/// What the log does not cover, and which effects are not visible for this reason: a sentence each.
+/// One sentence for each range of operation that the log does not cover, with the effects that are not visible for this reason.
 pub fn not_covered(c: &Coverage) -> Vec<String> {
     let mut list = Vec::new();
     if !c.both_ways {

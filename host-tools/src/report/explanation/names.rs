@@ -7,7 +7,7 @@ pub fn card(name: &str) -> Option<&'static Card> {
     drive_model::card(name.split('#').next().unwrap_or(name))
 }
 
-/// A sentence within another.
+/// A sentence as a clause of another: its first letter in lower case.
 pub fn first_lower(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or(String::new(), |c| c.to_lowercase().to_string() + letters.as_str())

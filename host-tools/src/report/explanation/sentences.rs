@@ -99,7 +99,7 @@ pub fn remarks(e: &Explanation) -> Vec<String> {
     e.remarks.iter().map(remark).collect()
 }
 
-/// What the computation is doing.
+/// The present stage of the computation.
 pub fn progress(progress: &Progress) -> String {
     match progress {
         Progress::FittingGiven => "fitting the given model".to_owned(),
@@ -109,7 +109,7 @@ pub fn progress(progress: &Progress) -> String {
     }
 }
 
-/// What a shape looks like.
+/// The form of a shape in one sentence.
 pub fn shape(shape: &Shape) -> String {
     match shape.form {
         ShapeForm::PiecewiseLinear { largest } => {
