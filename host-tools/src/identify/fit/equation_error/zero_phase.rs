@@ -39,10 +39,11 @@ impl LowPass {
 
     /// Filter from its analogue poles: `pole` gives (−real, imaginary) part of the pole at an angle, for a cutoff of 1 rad/s.
     fn from_poles(pairs: u32, cutoff: f64, pole: impl Fn(f64) -> (f64, f64)) -> LowPass {
-        let cutoff = (0.5 * PI * cutoff).tan();
+        // The bilinear transform maps the cutoff to this analogue frequency.
+        let warped = (0.5 * PI * cutoff).tan();
         let section = |k: u32| {
             let (damping, frequency) = pole(PI * f64::from(2 * k + 1) / f64::from(4 * pairs));
-            let (c1, c0) = (2.0 * damping * cutoff, (damping * damping + frequency * frequency) * cutoff * cutoff);
+            let (c1, c0) = (2.0 * damping * warped, (damping * damping + frequency * frequency) * warped * warped);
             let a0 = 1.0 + c1 + c0;
             let b = c0 / a0;
             Section { b: [b, 2.0 * b, b], a: [2.0 * (c0 - 1.0) / a0, (1.0 - c1 + c0) / a0] }
