@@ -4,7 +4,7 @@ use crate::Rig;
 use drive_model::{Contributions, Scalar};
 
 impl<S: Scalar> Rig<S> {
-    /// Current over `h` at a constant rate: (mean, last), A. `u_V` is the voltage asked for.
+    /// Current over `h` at a constant rate: (mean, last), A. `u_V` is the commanded voltage.
     #[inline]
     pub(super) fn armature(&self, total: &Contributions<S>, motor_constant: S, omega: S, before: S, u_V: f64, h: f64) -> (S, S) {
         let resistance = self.base.resistance * total.resistance_factor + total.series_ohm;
@@ -13,7 +13,7 @@ impl<S: Scalar> Rig<S> {
             let current = past_drop(v, total.drop_V) / resistance;
             return (current, current);
         };
-        // While a current flows the drop opposes it; it may not carry the current through zero.
+        // The drop opposes a flowing current; it cannot drive the current through zero.
         let driving = if before == 0.0 {
             past_drop(v, total.drop_V)
         } else if before > 0.0 {
@@ -27,7 +27,7 @@ impl<S: Scalar> Rig<S> {
         let last = before + (target - before) * settled;
         let mean = target + (before - target) * settled / -x;
         if total.drop_V > 0.0 && before.re() * last.re() < 0.0 {
-            // At zero, after τ ln(1 − before/target), the drop turns round: the current stays there or goes on with what is past it.
+            // At zero current, after τ ln(1 − before/target), the drop reverses: the current stays zero, or flows by the voltage beyond the drop.
             let tau = inductance / resistance;
             let zero_s = tau * (-before / target).ln_1p();
             let rest_s = -zero_s + h;
@@ -40,7 +40,7 @@ impl<S: Scalar> Rig<S> {
     }
 }
 
-/// What is left of a voltage after a drop that opposes it: nothing below the drop.
+/// A voltage less the drop that opposes it; zero below the drop.
 #[inline]
 fn past_drop<S: Scalar>(v: S, drop_V: S) -> S {
     if v > drop_V {

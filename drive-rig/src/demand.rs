@@ -1,9 +1,9 @@
-//! The other way round: what a prescribed motion needs of the drive (`input = "theta_rad"`).
+//! Inverse dynamics: torque, current and voltage for a prescribed motion (`input = "theta_rad"`).
 
 use crate::{Rig, RowInput};
 use drive_model::Scalar;
 
-/// What a prescribed motion needs.
+/// Torque, current and voltage that a prescribed motion requires.
 #[derive(Debug, Clone, Copy)]
 pub struct Demand<S> {
     /// Torque of the motor, N m.
@@ -17,7 +17,7 @@ pub struct Demand<S> {
 impl<S: Scalar> Rig<S> {
     /// Torque, current and voltage at rate `omega` (rad/s) and acceleration `alpha` (rad/s²).
     ///
-    /// `direction` in [−1, 1] is the sign of the motion for coulomb friction, less than one where the measured rate cannot tell it.
+    /// `direction` in [−1, 1] is the sign of the motion for Coulomb friction; its magnitude is below one where the measured rate does not determine the sign.
     pub fn demand(&self, row: &RowInput, omega: f64, alpha: f64, direction: f64, current_A: f64) -> Demand<S> {
         let rate = S::from(omega);
         let theta = S::from(row.theta.map_or(0.0, |t| t.0));

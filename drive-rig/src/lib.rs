@@ -1,13 +1,13 @@
 //! The rig: a rotor, a shaft, an armature and a list of effects; one step, generic over the scalar.
 //!
-//! In `f64` it simulates, in dual numbers it also carries the exact derivatives by every parameter and initial state. It is what a
-//! user's model is made of; the truth of the simulated stand is [`crate::plant`], which integrates the same effects by other means.
+//! In `f64` it simulates; in dual numbers it also computes the exact derivatives with respect to each parameter and initial state. User models
+//! are simulated by it. The simulated stand does not use it: `hal_sim::plant` integrates the same effects by other methods.
 //!
-//! The step is the explicit midpoint rule, with three parts solved exactly inside it: coulomb friction ([`slide`]: no smoothing, no event
-//! search), the current of an inductive winding ([`armature`]) and a bristle. A shaft swings by its series, and a stiff or a stuck one by the
+//! The step is the explicit midpoint rule, with three parts solved exactly: Coulomb friction ([`slide`]: no smoothing, no event
+//! search), the current of an inductive winding ([`armature`]) and a bristle. The twist of a shaft is a Taylor series; a stiff or stuck shaft uses the
 //! implicit midpoint rule ([`shaft`]). Local error O(h³) while nothing sticks, O(h²) at a reversal.
 //!
-//! Glossary: *row*, one sample of the log, [t, t + dt); *row*, a row with its input; *demand*, what a prescribed motion needs.
+//! A *row* is one sample of the log with its input, over [t, t + dt). A *demand* is the torque, current and voltage of a prescribed motion.
 
 mod armature;
 mod demand;
@@ -19,17 +19,17 @@ pub use slide::slide;
 
 use drive_model::{Contributions, Law, Point, Reading, Scalar, Structure, T0_C};
 
-/// Longest step, s: a thousandth, as the logs of the stand.
-const LONGEST_STEP_S: f64 = 1.0e-3;
-/// Most steps within one row: a shaft of 2 kHz in rows of 1 ms, which no row shows.
-const MOST_STEPS: f64 = 64.0;
-/// Longest step in which the rotor leaves rest or passes it, where the current has an inductance, s: as small motors' L/R.
+/// Longest step, s: the row interval of the stand's logs.
+const MAX_STEP_S: f64 = 1.0e-3;
+/// Largest number of steps per row: a shaft of 2 kHz in rows of 1 ms, which no row resolves.
+const MAX_STEPS: f64 = 64.0;
+/// Longest step in which the rotor leaves or passes rest with an inductive winding, s: L/R of a small motor.
 const REST_STEP_S: f64 = 0.1e-3;
 
-/// What the bare model knows: J ω' = K i, i = (u − K ω)/R.
+/// Parameters of the model without effects: J ω' = K i, i = (u − K ω)/R.
 #[derive(Debug, Clone, Copy)]
 pub struct Base<S> {
-    /// Inertia J of all that turns, kg m².
+    /// Inertia J of all rotating parts, kg m².
     pub inertia: S,
     /// Motor constant K, N m/A and V s.
     pub motor_constant: S,
@@ -37,7 +37,7 @@ pub struct Base<S> {
     pub resistance: S,
 }
 
-/// What is known of the drive, and so is the model's input.
+/// The measured quantity that drives the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Input {
     /// `u_V`
@@ -51,19 +51,19 @@ pub enum Input {
 /// One row with its input.
 #[derive(Debug, Clone, Copy)]
 pub struct RowInput {
-    /// Begin, s.
+    /// Start, s.
     pub t_s: f64,
     /// Length, s.
     pub dt_s: f64,
     /// Voltage, current or torque, mean over the row.
     pub input: f64,
-    /// Measured angle at begin and end, rad; `None`: the rig's own angle.
+    /// Measured angle at start and end, rad; `None`: the simulated angle.
     pub theta: Option<(f64, f64)>,
-    /// Measured winding temperature, °C; `None`: the rig's own, if an effect heats it.
+    /// Measured winding temperature, °C; `None`: the simulated temperature, if an effect heats the winding.
     pub temp_C: Option<f64>,
     /// Supply over its nominal value; 1 where it is not measured.
     pub supply_ratio: f64,
-    /// The rate channel is made from the encoder.
+    /// The rate channel is derived from the encoder.
     pub rate_from_encoder: bool,
 }
 
@@ -78,7 +78,7 @@ pub struct State<S> {
     pub current: S,
     /// Rate of the motor, rad/s (only with a shaft).
     pub motor_omega: S,
-    /// Angle of the motor before the platform's, rad (only with a shaft).
+    /// Motor angle minus platform angle, rad (only with a shaft).
     pub twist: S,
     /// Deflection of the bristle, rad.
     pub bristle: S,
@@ -87,7 +87,7 @@ pub struct State<S> {
 }
 
 impl<S: Scalar> State<S> {
-    /// Everything turning at `omega`, nothing twisted, no current, cold.
+    /// All parts turn at `omega`, without twist or current, at the reference temperature.
     pub fn turning(omega: S, theta: S) -> Self {
         let zero = S::zero();
         State { omega, theta, current: zero, motor_omega: omega, twist: zero, bristle: zero, heat_K: zero }
@@ -104,14 +104,14 @@ struct EffectAtParameters<S> {
 pub struct Rig<S: Scalar> {
     base: Base<S>,
     input: Input,
-    /// Laws that act, and all laws.
+    /// Indices of the laws with contributions; all laws.
     contributing: Vec<usize>,
     effects: Vec<EffectAtParameters<S>>,
     structure: Structure<S>,
 }
 
 impl<S: Scalar> Rig<S> {
-    /// A rig of these effects, each with its parameters in its card's order.
+    /// A rig with these effects, each with its parameters in the order of its card.
     pub fn new(base: Base<S>, input: Input, effects: Vec<(Box<dyn Law<S>>, Vec<S>)>) -> Self {
         let mut structure = Structure::default();
         let effects: Vec<_> = effects
@@ -125,23 +125,23 @@ impl<S: Scalar> Rig<S> {
         Rig { base, input, contributing, effects, structure }
     }
 
-    /// The structure that the effects gave it.
+    /// Structure of the drive, as configured by the effects.
     pub fn structure(&self) -> &Structure<S> {
         &self.structure
     }
 
-    /// Steps that a row of `dt_s` takes; see [`Rig::resolves`] for the most.
+    /// Number of steps for a row of `dt_s`; see [`Rig::resolves`] for the limit.
     pub fn steps(&self, dt_s: f64) -> u32 {
-        self.steps_needed(dt_s).clamp(1.0, MOST_STEPS) as u32
+        self.steps_needed(dt_s).clamp(1.0, MAX_STEPS) as u32
     }
 
-    /// The rig can follow its own time constants over rows of `dt_s`. Parameters far from any stand's (an inertia of nothing) are too
-    /// fast for it: it would not stay finite.
+    /// Whether the steps resolve the time constants over rows of `dt_s`. Extreme parameters (an inertia near zero) are too
+    /// fast: the state would not stay finite.
     pub fn resolves(&self, dt_s: f64) -> bool {
-        self.steps_needed(dt_s) <= MOST_STEPS
+        self.steps_needed(dt_s) <= MAX_STEPS
     }
 
-    /// Steps that a row of `dt_s` needs for the error to stay below the noise: by the fastest of its time constants.
+    /// Number of steps for an error below the noise over a row of `dt_s`: by the fastest time constant.
     fn steps_needed(&self, dt_s: f64) -> f64 {
         let inertia = self.base.inertia.re();
         let brake = match self.input {
@@ -150,13 +150,13 @@ impl<S: Scalar> Rig<S> {
         };
         let mut rate_1_s = brake / inertia / 0.03;
         if self.structure.needs_current {
-            rate_1_s = rate_1_s.max(2.0 / LONGEST_STEP_S);
+            rate_1_s = rate_1_s.max(2.0 / MAX_STEP_S);
         }
         if let Some(shaft) = &self.structure.shaft {
             let share = shaft.motor_inertia_fraction.re();
             let reduced = inertia * share * (1.0 - share);
             let (swing_1_s, decay_1_s) = ((shaft.stiffness.re() / reduced).sqrt(), shaft.damping.re() / reduced);
-            // Where there is play, whether a flank is hit or just missed may hang on the last digit.
+            // With play, rounding can decide whether a flank is touched.
             let by_shaft = if shaft.gap.re() > 0.0 {
                 (swing_1_s / 0.1).max(decay_1_s / 0.2)
             } else {
@@ -167,20 +167,20 @@ impl<S: Scalar> Rig<S> {
         if let Some(stiffness) = &self.structure.bristle_N_m_rad {
             rate_1_s = rate_1_s.max((stiffness.re() / inertia).sqrt() / 0.1);
         }
-        let steps = (dt_s / LONGEST_STEP_S).max(dt_s * rate_1_s);
-        // A hair of slack, so that jitter in the last digit of dt does not double the work.
+        let steps = (dt_s / MAX_STEP_S).max(dt_s * rate_1_s);
+        // A small slack: rounding of dt must not add a step.
         (steps - 1e-6).ceil()
     }
 
-    /// Carries the state over one row; gives the mean current over it, A.
+    /// Advances the state over one row; returns the mean current over it, A.
     pub fn advance(&self, state: &mut State<S>, row: &RowInput) -> S {
         let steps = self.steps(row.dt_s);
         let at_rest = (row.dt_s / REST_STEP_S).ceil() as u32;
         if self.structure.inductance_H.is_none() || self.input != Input::Voltage || steps >= at_rest {
             return self.advance_in(state, row, steps);
         }
-        // A rotor that leaves rest or turns round while the current rises has the coulomb level against it for a part of the step that the
-        // step's mean torque does not know.
+        // While the current rises, a rotor that leaves rest or reverses is held by the Coulomb torque for a part of the step. The mean torque
+        // of the step does not contain that part.
         let start = *state;
         let current = self.advance_in(state, row, steps);
         let (from, to) = (self.motor_omega(&start).re(), self.motor_omega(state).re());
@@ -191,7 +191,7 @@ impl<S: Scalar> Rig<S> {
         self.advance_in(state, row, at_rest)
     }
 
-    /// A rotor at rest would stay there if the input went on.
+    /// Whether a rotor at rest stays at rest with the present input.
     fn is_held(&self, state: &State<S>, row: &RowInput) -> bool {
         let x = self.point(row, 1.0, 0.0, state.theta, self.motor_omega(state), state.current, state.heat_K);
         let total = self.contributions(&x);
@@ -213,7 +213,7 @@ impl<S: Scalar> Rig<S> {
         current / f64::from(steps)
     }
 
-    /// What the channels show at the begin of `row`, before lag and skew, with rate, angle and heat there; `current` is the row's mean.
+    /// Channel readings at the start of `row`, before lag and skew, for rate, angle and temperature rise there; `current` is the mean of the row.
     pub fn read(&self, (omega, theta, heat_K): (S, S, S), row: &RowInput, current: S) -> Reading<S> {
         let mut reading = Reading { omega, theta, current };
         let x = self.point(row, 0.0, 0.0, theta, omega, current, heat_K);
@@ -223,7 +223,7 @@ impl<S: Scalar> Rig<S> {
         reading
     }
 
-    /// Current at the begin of `row`, A, for a log that took it at the instant.
+    /// Current at the start of `row`, A, for a log with instantaneous current samples.
     pub fn current_now(&self, state: &State<S>, row: &RowInput) -> S {
         if self.input == Input::Current {
             return S::from(row.input);
@@ -236,7 +236,7 @@ impl<S: Scalar> Rig<S> {
         self.armature(&total, self.base.motor_constant * total.motor_factor, omega, state.current, row.input, 0.0).0
     }
 
-    /// Sum of what the effects do at `x`.
+    /// Sum of the contributions of all effects at `x`.
     #[inline]
     pub(crate) fn contributions(&self, x: &Point<S>) -> Contributions<S> {
         let mut total = Contributions::none();
@@ -247,7 +247,7 @@ impl<S: Scalar> Rig<S> {
         total
     }
 
-    /// The point that stands for the part [from, from + h) of a row, `from` as a share of it.
+    /// The evaluation point of the interval [from, from + h) of a row; `from` is a fraction of the row.
     #[inline]
     #[expect(clippy::too_many_arguments, reason = "a point has that many coordinates")]
     fn point(&self, row: &RowInput, from: f64, h: f64, theta: S, omega: S, current: S, heat_K: S) -> Point<S> {
@@ -270,13 +270,13 @@ impl<S: Scalar> Rig<S> {
         }
     }
 
-    /// One step of length `h`, beginning at the share `from` of the row; gives the mean current over it.
+    /// One step of length `h` from the fraction `from` of the row on; returns the mean current over it.
     #[inline]
     fn step(&self, state: &mut State<S>, row: &RowInput, from: f64, h: f64) -> S {
         if self.structure.is_plain() { self.step_plain(state, row, from, h) } else { self.step_structured(state, row, from, h) }
     }
 
-    /// A rotor and a winding: all that most models have, without the copies of the whole state.
+    /// The step of a rotor with a winding: the case of most models, without copies of the whole state.
     #[inline]
     fn step_plain(&self, state: &mut State<S>, row: &RowInput, from: f64, h: f64) -> S {
         let x = self.point(row, from, 0.5 * h, state.theta, state.omega, state.current, state.heat_K);
@@ -293,13 +293,13 @@ impl<S: Scalar> Rig<S> {
         mean
     }
 
-    /// The same with shaft, bristle, winding heat, or a law that asks for the current.
+    /// The step with shaft, bristle, winding temperature, or a law that depends on the current.
     #[inline(never)]
     fn step_structured(&self, state: &mut State<S>, row: &RowInput, from: f64, h: f64) -> S {
         let start = *state;
         let mut x = self.point(row, from, 0.5 * h, start.theta, self.motor_omega(&start), start.current, start.heat_K);
         if self.structure.needs_current && self.input == Input::Voltage {
-            // The voltage may just have jumped: the current that the laws ask for is the one that it drives now.
+            // The voltage may have jumped: the laws get the current that the new voltage drives.
             x.current = self.torque(&self.contributions(&x), x.omega, start.current, row.input, 0.5 * h).1;
         }
         let (half, _) = self.stage(&start, &start, &self.contributions(&x), row, 0.5 * h);
@@ -309,12 +309,12 @@ impl<S: Scalar> Rig<S> {
         current
     }
 
-    /// The rate that friction and winding see.
+    /// Rate at the friction and the winding.
     fn motor_omega(&self, state: &State<S>) -> S {
         if self.structure.shaft.is_some() { state.motor_omega } else { state.omega }
     }
 
-    /// Torque on the rotor without its coulomb part, over `h` at the rate `omega`; with it (mean, last) current.
+    /// Torque on the rotor without the Coulomb torque, over `h` at the rate `omega`; then mean and last current.
     #[inline]
     fn torque(&self, total: &Contributions<S>, omega: S, current: S, input: f64, h: f64) -> (S, S, S) {
         let motor_constant = self.base.motor_constant * total.motor_factor;
@@ -329,7 +329,7 @@ impl<S: Scalar> Rig<S> {
         (drive + total.torque - total.viscous * total.viscous_factor * omega, mean, last)
     }
 
-    /// From `start` over `h`, with what total at the state `mid`; gives the state there and the mean current.
+    /// From `start` over `h`, with the contributions `total` at the state `mid`; returns the end state and the mean current.
     fn stage(&self, start: &State<S>, mid: &State<S>, total: &Contributions<S>, row: &RowInput, h: f64) -> (State<S>, S) {
         let mut end = *start;
         let omega = self.motor_omega(mid);
@@ -359,7 +359,7 @@ impl<S: Scalar> Rig<S> {
     }
 }
 
-/// Dahl's bristle z' = ω − σ|ω|z/c over `h` at constant rate: (mean, last) deflection. Exact in z, so no step is too long for it.
+/// Dahl's bristle z' = ω − σ|ω|z/c over `h` at constant rate: (mean, last) deflection. Exact in z for any step length.
 fn bristle<S: Scalar>(z: S, omega: S, coulomb: S, stiffness: S, h: f64) -> (S, S) {
     if coulomb <= 0.0 || omega == 0.0 {
         return (z, z);
@@ -368,7 +368,7 @@ fn bristle<S: Scalar>(z: S, omega: S, coulomb: S, stiffness: S, h: f64) -> (S, S
     let decay = -(omega.abs() * stiffness / coulomb * h);
     let toward = -decay.exp_m1();
     let last = z + (limit - z) * toward;
-    // Mean of the exponential; its series where the exponent is too small to divide by.
+    // Mean of the exponential; by series for a small exponent.
     let mean_part = if decay < -1e-6 { (toward / decay) + 1.0 } else { decay * -0.5 };
     (z + (limit - z) * mean_part, last)
 }

@@ -6,7 +6,7 @@ use crate::{Rig, State, slide};
 use drive_model::{Scalar, Shaft};
 
 impl<S: Scalar> Rig<S> {
-    /// Motor and platform over `h`, in two parts where the play closes or opens within it.
+    /// Advances motor and platform over `h`, in two parts if the play closes or opens within the step.
     ///
     /// All torques and the friction act on the motor's side; the platform is driven by the shaft alone.
     pub(super) fn twist(&self, shaft: &Shaft<S>, start: &State<S>, end: &mut State<S>, torque: S, coulomb: S, h: f64) {
@@ -35,9 +35,9 @@ impl<S: Scalar> Rig<S> {
         self.twist_on(beyond, shaft, &between, end, torque, coulomb, (-part + 1.0) * h);
     }
 
-    /// The same while the contact does not change: both masses by the series of the swing ([`Rig::swing`]); where that is too stiff, or the motor
-    /// comes to rest, the twist by the implicit midpoint rule (stable at any stiffness), each mass then by [`slide`].
-    #[expect(clippy::too_many_arguments, reason = "two bodies")]
+    /// As [`Rig::twist`] for an unchanged contact: both masses by the series of [`Rig::swing`]. If the shaft is too stiff, or the motor
+    /// comes to rest: the twist by the implicit midpoint rule (stable at any stiffness), then each mass by [`slide`].
+    #[expect(clippy::too_many_arguments, reason = "states and torques of two bodies")]
     fn twist_on<H>(&self, side: Side, shaft: &Shaft<S>, start: &State<S>, end: &mut State<S>, torque: S, coulomb: S, h: H)
     where
         S: Mul<H, Output = S> + Add<H, Output = S>,
@@ -55,7 +55,7 @@ impl<S: Scalar> Rig<S> {
             Side::Behind => shaft.gap * -0.5,
         };
         let wound = start.twist - side;
-        // What moves against each other without the shaft: coulomb friction opposes the motor's motion, or holds it, then the platform alone.
+        // Relative acceleration without the shaft torque: Coulomb friction opposes the motion of the motor, or holds the motor.
         let load = torque - shaft.stiffness * wound - shaft.damping * relative;
         let (drive, inverse) = if start.motor_omega == 0.0 && load.abs() <= coulomb {
             (S::zero(), platform_inertia.recip())
@@ -74,8 +74,8 @@ impl<S: Scalar> Rig<S> {
         self.turn(start, end, torque, coulomb, through, motor_inertia, platform_inertia, h);
     }
 
-    /// Motor and platform swing against each other while the motor slides on: the twist x'' = a − k x − c x' by its Taylor series up to h⁵,
-    /// what both have in common exactly. Says whether it holds: the series converges well, and the motor did not come to rest.
+    /// Oscillation of motor against platform while the motor slides: the twist x'' = a − k x − c x' by its Taylor series up to h⁵,
+    /// the common motion exactly. Returns whether the result is valid: the series converges, and the motor did not come to rest.
     fn swing<H>(&self, shaft: &Shaft<S>, start: &State<S>, end: &mut State<S>, a: S, (wound, k, c): (S, S, S), h: H) -> bool
     where
         S: Mul<H, Output = S>,
@@ -104,7 +104,7 @@ impl<S: Scalar> Rig<S> {
         true
     }
 
-    #[expect(clippy::too_many_arguments, reason = "two bodies")]
+    #[expect(clippy::too_many_arguments, reason = "states and torques of two bodies")]
     fn turn<H>(&self, start: &State<S>, end: &mut State<S>, torque: S, coulomb: S, through: S, motor: S, platform: S, h: H)
     where
         S: Mul<H, Output = S> + Add<H, Output = S>,
@@ -119,21 +119,21 @@ impl<S: Scalar> Rig<S> {
     }
 }
 
-/// Longest step, as an angle of the undamped swing and as a decay, for its series: off by a millionth at most.
+/// Longest step for the series, as phase of the undamped oscillation and as decay: error at most 10⁻⁶.
 const SERIES: f64 = 0.3;
-/// Steps of Newton's to a contact's instant, each held within what is known of it.
+/// Newton steps to the time of a contact change, each kept within the known bracket.
 const NEWTON_STEPS: usize = 8;
 
-/// Where in a step, 0 … 1, the cubic with these values and slopes at its ends passes zero; `None` where it does not. (A straight line
-/// would be off by a h²/8v: at a slow contact far more than the step's own error.) Its derivative says how the instant moves with the
-/// parameters.
+/// Fraction of the step, 0 … 1, at which the cubic with these end values and slopes passes zero; `None` without a zero. (A straight line
+/// would err by a h²/8v: at a slow contact far more than the error of the step.) Its derivatives are those of the contact time with
+/// respect to the parameters.
 fn crossing<S: Scalar>(from: S, to: S, slope_from: S, slope_to: S) -> Option<S> {
     let (a, b, c, d) = (from.re(), to.re(), slope_from.re(), slope_to.re());
     let passes = a * b < 0.0;
     if !passes {
         return None;
     }
-    // Hermite's cubic: f = a + s (c + s (p + s q)).
+    // Hermite cubic: f = a + s (c + s (p + s q)).
     let (p, q) = (3.0 * (b - a) - 2.0 * c - d, 2.0 * (a - b) + c + d);
     let (mut low, mut high) = (0.0, 1.0);
     let mut s = a / (a - b);
@@ -151,7 +151,7 @@ fn crossing<S: Scalar>(from: S, to: S, slope_from: S, slope_to: S) -> Option<S> 
     if slope == 0.0 {
         return None;
     }
-    // The last step in full numbers: it is the instant's derivative that it brings.
+    // The last step in dual numbers: it yields the derivatives of the contact time.
     let [square, cube] = [s * s, s * s * s];
     let value = from * (1.0 - 3.0 * square + 2.0 * cube)
         + to * (3.0 * square - 2.0 * cube)
@@ -160,10 +160,10 @@ fn crossing<S: Scalar>(from: S, to: S, slope_from: S, slope_to: S) -> Option<S> 
     Some(-(value / slope) + s).filter(|s| *s > 0.0 && *s < 1.0)
 }
 
-/// Where the motor stands in the play.
+/// Position of the motor within the play.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Side {
-    /// Between the flanks: no torque goes through.
+    /// Between the flanks: no torque is transmitted.
     Free,
     /// Against the flank ahead.
     Ahead,
@@ -172,7 +172,7 @@ enum Side {
 }
 
 impl Side {
-    /// On a flank it is the motion that says whether they touch.
+    /// Exactly at a flank, the direction of motion decides about contact.
     fn at<S: Scalar>(state: &State<S>, half_gap: f64) -> Side {
         let (twist, relative) = (state.twist.re(), (state.motor_omega - state.omega).re());
         if half_gap <= 0.0 || twist > half_gap || (twist == half_gap && relative > 0.0) {

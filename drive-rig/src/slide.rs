@@ -1,16 +1,16 @@
-//! Dry friction without smoothing: the rotor slides, passes through zero, or sticks.
+//! Coulomb friction without smoothing: the rotor slides, passes through zero, or sticks.
 
 use std::ops::{Add, Mul};
 
 use drive_model::Scalar;
 
-/// A rotor of inertia J over `h` seconds under a constant torque and a coulomb level: (rate at the end, angle turned).
+/// A rotor of inertia J over `h` seconds under a constant torque and a Coulomb torque: (rate at the end, change of angle).
 ///
 /// The soft threshold of Moreau's scheme, ω' = sign(free)·max(|free| − h·coulomb/J, 0), solved in closed form also where the rate passes
-/// through zero within the step: until then the coulomb level opposes the old direction, after it the rotor holds (|torque| ≤ coulomb) or
-/// slides the other way. There Moreau's step is off by up to 2·h·coulomb/J. Derivatives are exact almost everywhere.
+/// through zero within the step: until then the Coulomb torque opposes the old direction; afterwards the rotor sticks (|torque| ≤ coulomb) or
+/// slides in the other direction. There the error of Moreau's step is up to 2·h·coulomb/J. Derivatives are exact almost everywhere.
 ///
-/// The length of the step is a plain number, or a scalar where an event's place within the step has derivatives of its own.
+/// The step length is a plain number, or a scalar with derivatives where an event within the step sets it.
 #[inline]
 pub fn slide<S, H>(omega: S, torque: S, coulomb: S, inertia: S, h: H) -> (S, S)
 where

@@ -115,7 +115,7 @@ mod tests {
     use std::cell::RefCell;
 
     #[test]
-    fn interrupts_come_before_the_tasks_of_the_same_instant_and_in_order() {
+    fn interrupts_run_before_the_tasks_of_the_same_time() {
         let clock = VirtualClock::default();
         let story = RefCell::new(Vec::new());
         let mut interrupt = 0;
@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn tasks_that_wait_for_nothing_are_reported_instead_of_hanging() {
+    fn tasks_without_a_deadline_are_reported_as_stuck() {
         let clock = VirtualClock::default();
         assert_eq!(run(&clock, std::future::pending::<()>(), |_| ()), Err(Stuck(Ticks(0))));
     }

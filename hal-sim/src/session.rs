@@ -383,14 +383,14 @@ fn notes(
         ("theta_lsb_rad".to_string(), format!("{:e}", stand.hardware.rad_per_count())),
         ("omega_lsb_rad_s".to_string(), format!("{:e}", stand.hardware.rate_rad_s_per_code)),
     ];
-    let said_above = ["amplitude", "offset", "seed"];
-    for parameter in PARAMETERS.iter().filter(|p| profile.kind.parameters().contains(&p.name) && !said_above.contains(&p.name)) {
+    let already_noted = ["amplitude", "offset", "seed"];
+    for parameter in PARAMETERS.iter().filter(|p| profile.kind.parameters().contains(&p.name) && !already_noted.contains(&p.name)) {
         notes.push((format!("profile_{}", parameter.name), (parameter.read)(profile).to_string()));
     }
     let timer_MHz = stand.hardware.edge_timer_Hz * 1e-6;
     notes.push(("turn_s".to_string(), format!("index to index, captured at {timer_MHz} MHz; 0 before the first whole turn")));
     notes.extend(sensor_notes(sensor));
-    notes.extend(compensation_note(stand, compensating).map(|says| ("compensation".to_string(), says)));
+    notes.extend(compensation_note(stand, compensating).map(|text| ("compensation".to_string(), text)));
     for (bit, name) in Limits::NAMES.iter().enumerate() {
         let limited = limits.iter().filter(|limits| limits.contains(Limits(1 << bit))).count();
         if limited > 0 {
@@ -416,17 +416,17 @@ fn sensor_notes(sensor: &sensors::Status) -> Vec<(String, String)> {
     let accel =
         made("accelerometer", in_force.accel_cutoff_Hz, format!("{:.0} g", setup.accel_range_m_s2 / sensors::STANDARD_GRAVITY_M_S2));
     let gyro = made("gyro", in_force.rate_cutoff_Hz, format!("{:.0} °/s", setup.rate_range_rad_s.to_degrees()));
-    [("gyro_rad_s", gyro), ("accel_x_m_s2", accel.clone()), ("accel_y_m_s2", accel)].map(|(key, says)| (key.to_string(), says)).into()
+    [("gyro_rad_s", gyro), ("accel_x_m_s2", accel.clone()), ("accel_y_m_s2", accel)].map(|(key, text)| (key.to_string(), text)).into()
 }
 
 /// Which compensation was in force, and from when; `None` where there is none.
 fn compensation_note(stand: &StandSetup, compensating: &[Compensating]) -> Option<String> {
     let compensation = &stand.settings.compensation;
     let first = |what| compensating.iter().position(|c| c.contains(what)).map(|row| row as f64 / ROW_HZ as f64);
-    let mut says = Vec::new();
+    let mut text = Vec::new();
     if compensation.has_friction() {
         let when = if first(Compensating::FRICTION).is_some() { "" } else { " (not in this mode)" };
-        says.push(format!("friction{when}"));
+        text.push(format!("friction{when}"));
     }
     if !compensation.harmonics.is_empty() {
         let orders: Vec<String> = compensation.harmonics.as_slice().iter().map(|h| h.order.to_string()).collect();
@@ -435,7 +435,7 @@ fn compensation_note(stand: &StandSetup, compensating: &[Compensating]) -> Optio
             (None, Some(_)) => "not at work, the index was not seen".to_string(),
             (None, None) => "not in this mode".to_string(),
         };
-        says.push(format!("orders {} ({when})", orders.join(" ")));
+        text.push(format!("orders {} ({when})", orders.join(" ")));
     }
-    (!says.is_empty()).then(|| says.join(", "))
+    (!text.is_empty()).then(|| text.join(", "))
 }

@@ -9,7 +9,7 @@ use hal_sim::board::linear_motor::LinearMotor;
 use hal_sim::clock::VirtualClock;
 use hal_sim::controller::{Controller, flash};
 use hal_sim::faults::FaultKind;
-use hal_sim::gyro::{AngleSensor, DEG_H, GyroPort, OneAxis, Place, SingleAxis, Site, ThreeAxis, Torquer};
+use hal_sim::gyro::{AngleSensor, DEG_H, GyroPort, OneAxis, Orientation, SingleAxis, Site, ThreeAxis, Torquer};
 use hal_sim::session::StandSetup;
 use host::Host;
 use std::f64::consts::PI;
@@ -38,12 +38,12 @@ impl Host<'_, '_> {
         self.ask("DRIF:CYCL?").await.split(',').nth(12).unwrap_or_default().to_owned()
     }
 
-    fn break_it(&self, what: FaultKind, size: Option<f64>) {
+    fn inject(&self, what: FaultKind, size: Option<f64>) {
         self.controller.bench().borrow_mut().active_faults().inject(what, f64::INFINITY, size).unwrap();
     }
 
-    fn put(&self, place: Place) {
-        self.controller.bench().borrow_mut().gyro().unwrap().gyro().put(place);
+    fn set_orientation(&self, orientation: Orientation) {
+        self.controller.bench().borrow_mut().gyro().unwrap().gyro().set_orientation(orientation);
     }
 }
 
@@ -73,7 +73,7 @@ fn a_session_in_two_positions_separates_own_and_apparent_drift() {
         for (register, expected) in [("OWN", own), ("APP", apparent)] {
             host.tell(&format!("DRIF:PAIR {register}")).await;
             for (position, turned_rad) in [(1, 0.0), (2, PI)] {
-                host.put(Place { turned_rad, ..Place::default() });
+                host.set_orientation(Orientation { turned_rad, ..Orientation::default() });
                 host.tell(&format!("DRIF:POS {position};STAR")).await;
                 host.until_idle().await;
                 assert_eq!((host.number("DRIF?", 0).await, host.number("DRIF?", 1).await), (4.0, 0.0));
@@ -95,10 +95,10 @@ fn a_session_in_two_positions_separates_own_and_apparent_drift() {
 fn what_goes_wrong_in_mid_cycle_closes_the_loop_and_the_cycle_enters_no_mean() {
     type Spoil = fn(&Host<'_, '_>);
     let cases: [(&str, bool, Spoil); 5] = [
-        ("angle sensor saturated", false, |host| host.break_it(FaultKind::AngleSensorOff, None)),
-        ("current limited", false, |host| host.break_it(FaultKind::TorquerLimit, Some(0.01))),
+        ("angle sensor saturated", false, |host| host.inject(FaultKind::AngleSensorOff, None)),
+        ("current limited", false, |host| host.inject(FaultKind::TorquerLimit, Some(0.01))),
         ("emergency stop", true, |host| host.controller.line().send(&[0x18])),
-        ("host silent", true, |host| host.break_it(FaultKind::LineOff, None)),
+        ("host silent", true, |host| host.inject(FaultKind::LineOff, None)),
         ("aborted", true, |host| host.controller.line().send(b"DRIF:ABOR\n")),
     ];
     for (reason, ends, spoil) in cases {
@@ -144,7 +144,7 @@ fn a_session_goes_on_after_a_bad_cycle_and_its_mean_is_of_the_good_ones() {
         host.tell(SHORT).await;
         host.tell("DRIF:STAR").await;
         host.until_pulses().await;
-        host.break_it(FaultKind::TorquerLimit, Some(0.01));
+        host.inject(FaultKind::TorquerLimit, Some(0.01));
         host.wait_s(0.5).await;
         host.controller.bench().borrow_mut().active_faults().clear(FaultKind::TorquerLimit);
         host.until_idle().await;

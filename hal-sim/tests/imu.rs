@@ -48,7 +48,7 @@ const STILL: Turning = Turning { t_s: 0.0, from_rad_s: 0.0, acceleration_rad_s2:
 /// Runs the sensor's task for `seconds`; `each` sees it, and the bench, at each millisecond.
 fn run(plant: Turning, setup: ImuSetup, seconds: f64, mut each: impl FnMut(u64, &Shared, &mut Bench<Turning>)) -> Status {
     let clock = VirtualClock::default();
-    let bench = RefCell::new(Bench::new(&Hardware::default(), &SensorSetup::default(), 1, plant).carrying(setup, 1));
+    let bench = RefCell::new(Bench::new(&Hardware::default(), &SensorSetup::default(), 1, plant).with_imu(setup, 1));
     let mut board = SimBoard::new(&bench, &clock);
     let line = board.sensor_bus().unwrap();
     assert!(board.sensor_bus().is_none(), "the line is handed out once");
@@ -185,7 +185,7 @@ fn a_chip_that_is_absent_wrong_stuck_or_talks_rubbish_is_reported_and_found_agai
             let mut errors = Vec::new();
             let status = run(STILL, ImuSetup::default(), 4.0, |ms, shared, bench| {
                 let chip = &mut bench.imu().unwrap().chip;
-                chip.fail(if (from..2500).contains(&ms) { fault } else { Fault::None });
+                chip.set_fault(if (from..2500).contains(&ms) { fault } else { Fault::None });
                 if let State::Failed(trouble) = shared.status().state
                     && ms < 2500
                 {
@@ -202,7 +202,7 @@ fn a_chip_that_is_absent_wrong_stuck_or_talks_rubbish_is_reported_and_found_agai
 
 #[test]
 fn a_single_flipped_bit_in_a_while_is_refused_and_the_rest_goes_on() {
-    let status = run(STILL, ImuSetup::default(), 3.0, |_, _, bench| bench.imu().unwrap().chip.fail(Fault::FlippedBits(20_000)));
+    let status = run(STILL, ImuSetup::default(), 3.0, |_, _, bench| bench.imu().unwrap().chip.set_fault(Fault::FlippedBits(20_000)));
     // 21 bytes a moment of which three are tags: most flips hit data, which nothing protects.
     assert!(status.refused > 0 && status.samples > 1500, "{status:?}");
 }
@@ -211,7 +211,7 @@ fn a_single_flipped_bit_in_a_while_is_refused_and_the_rest_goes_on() {
 fn a_fifo_that_was_not_read_in_time_says_what_was_lost() {
     use embedded_hal_async::spi::{Operation, SpiDevice};
     let clock = VirtualClock::default();
-    let bench = RefCell::new(Bench::new(&Hardware::default(), &SensorSetup::default(), 1, STILL).carrying(ImuSetup::ideal(), 1));
+    let bench = RefCell::new(Bench::new(&Hardware::default(), &SensorSetup::default(), 1, STILL).with_imu(ImuSetup::ideal(), 1));
     let mut board = SimBoard::new(&bench, &clock);
     let mut line = board.sensor_bus().unwrap();
     let story = async {

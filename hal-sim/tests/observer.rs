@@ -7,7 +7,7 @@ mod host;
 use hal_sim::board::linear_motor::LinearMotor;
 use hal_sim::clock::VirtualClock;
 use hal_sim::controller::{Controller, flash};
-use hal_sim::element::{BaseVibration, FourState, LinearElement, Moving, RigidBody, SixState, WiredElement};
+use hal_sim::element::{BaseVibration, ElementModel, FourState, LinearElement, RigidBody, SixState, WiredElement};
 use hal_sim::faults::FaultKind;
 use hal_sim::peripherals::SimFlash;
 use hal_sim::session::StandSetup;
@@ -71,9 +71,9 @@ fn fine() -> StandSetup {
     stand
 }
 
-fn talk<T>(moving: Moving, flash: SimFlash, script: impl AsyncFnOnce(&Host<'_, '_>) -> T) -> (T, SimFlash) {
+fn talk<T>(model: ElementModel, flash: SimFlash, script: impl AsyncFnOnce(&Host<'_, '_>) -> T) -> (T, SimFlash) {
     let clock = VirtualClock::default();
-    let gyro = Box::new(WiredElement::new(moving, GAIN_V_RAD, TORQUER_N_M_A));
+    let gyro = Box::new(WiredElement::new(model, GAIN_V_RAD, TORQUER_N_M_A));
     let controller = Controller::new(&clock, &fine(), LinearMotor::default(), flash, 1).unwrap().with_gyro(gyro, 1);
     controller.bench().borrow_mut().gyro().unwrap().convert(2e9, 0.0);
     let host = Host { controller: &controller };
@@ -81,8 +81,8 @@ fn talk<T>(moving: Moving, flash: SimFlash, script: impl AsyncFnOnce(&Host<'_, '
     (came, controller.into_flash())
 }
 
-fn six(alpha_rad: f64, moment_N_m: f64) -> Moving {
-    Moving::Linear(LinearElement::six(SixState::RECOVERED, alpha_rad, moment_N_m))
+fn six(alpha_rad: f64, moment_N_m: f64) -> ElementModel {
+    ElementModel::Linear(LinearElement::six(SixState::RECOVERED, alpha_rad, moment_N_m))
 }
 
 /// Theory §1.4: the static observer's estimates stay off by M d f/(J ω⁶); the astatic one finds the moment. Both within half a second of being on.
@@ -148,7 +148,7 @@ fn vibration_is_taken_off_on_line() {
     };
     let element = FourState::SET_B;
     let body = RigidBody::new(element, vibration, -6.923e-3);
-    talk(Moving::Rigid(body), flash(1), async |host| {
+    talk(ElementModel::Rigid(body), flash(1), async |host| {
         // Nutation, which the start has stirred up, dies away within a minute.
         host.wait_s(60.0).await;
         host.observer(true, &PHI_5, &GAMMA_5, &GAIN_5, [0.0; 5]).await;

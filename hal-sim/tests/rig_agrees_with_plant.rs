@@ -56,7 +56,7 @@ fn rig(stand: &Stand) -> Rig<f64> {
         motor_constant: stand.drive.motor_constant_N_m_A,
         resistance: stand.drive.resistance_ohm,
     };
-    let list: Vec<_> = stand.placed().unwrap().into_iter().map(|(id, p)| (id.to_owned(), p)).collect();
+    let list: Vec<_> = stand.effect_parameters().unwrap().into_iter().map(|(id, p)| (id.to_owned(), p)).collect();
     common::rig(drive, Input::Voltage, &list)
 }
 

@@ -47,12 +47,12 @@ fn play(
     let mailboxes = Mailboxes::new();
     let config = Config::new(&stand.firmware, &stand.hardware).unwrap();
     let mut interrupt = Interrupt::new(SpeedLoop::new(config), &mailboxes).recording(memory.recorder(1_500));
-    let mut bench = Bench::new(&stand.hardware, &stand.sensors, 1, Plant::new(stand, begin_rad).unwrap()).breaking(stand.faults);
+    let mut bench = Bench::new(&stand.hardware, &stand.sensors, 1, Plant::new(stand, begin_rad).unwrap()).with_faults(stand.faults);
     let mut run = Run { faults: Vec::new(), duties: Vec::new(), last: Report::default(), theta_rad: Vec::new() };
     mailboxes.commands.post(Command { segment: ask(stand, 100), ..Command::default() });
     for ms in 0..(seconds * 1e3) as u64 {
         let (stop, order) = each(ms);
-        bench.ask_stop(stop);
+        bench.request_stop(stop);
         if let Some(order) = order {
             mailboxes.commands.post(order);
         }

@@ -47,7 +47,7 @@ impl Bench {
     fn rows(&mut self, count: usize, mark: f64, asked: impl Fn([f64; 3]) -> [f64; 3]) {
         for _ in 0..count {
             let angles = self.platform.gimbals_rad();
-            let volts = angles.map(|angle| self.sensor.shows_V(angle, &mut self.noise));
+            let volts = angles.map(|angle| self.sensor.output_V(angle, &mut self.noise));
             let given = asked(volts.map(|volts| volts / self.sensor.gain_V_rad));
             let mut mean_A = [0.0; 3];
             for _ in 0..STEPS {
@@ -83,7 +83,7 @@ fn record(cycles: &[[f64; 3]], gain: [f64; 3]) -> Log {
         rows: Vec::new(),
     };
     let pulse = (PULSE_S / ROW_S) as usize;
-    let given_A = RATE / bench.torquers[0].gain_rad_s_A;
+    let command_A = RATE / bench.torquers[0].gain_rad_s_A;
     for turned_deg in [0.0, 180.0_f64] {
         bench.turned_deg = turned_deg;
         bench.platform = ThreeAxis::new(OWN.map(|rate| rate * DEG_H), site.rate_rad_s(turned_deg.to_radians()), [30.0 * ARCSEC; 3]);
@@ -92,8 +92,8 @@ fn record(cycles: &[[f64; 3]], gain: [f64; 3]) -> Log {
             let gain = bench.torquers[0].gain_rad_s_A;
             bench.rows((3.0 / ROW_S) as usize, mark, |angles| angles.map(|angle| -10.0 * angle / gain));
             bench.rows((0.5 / ROW_S) as usize, mark, |_| [0.0; 3]);
-            bench.rows(pulse, mark + 1.0, |_| signs.map(|sign| sign * given_A));
-            bench.rows(pulse, mark + 2.0, |_| signs.map(|sign| -sign * given_A));
+            bench.rows(pulse, mark + 1.0, |_| signs.map(|sign| sign * command_A));
+            bench.rows(pulse, mark + 2.0, |_| signs.map(|sign| -sign * command_A));
         }
         bench.rows(400, 0.0, |angles| angles.map(|angle| -10.0 * angle / 0.02));
         // The time that the turn takes is not recorded.

@@ -288,26 +288,26 @@ fn outside(name: &str, draw: &mut Draw) -> Option<Outsiders> {
     match name {
         "sector-rub" => {
             outsiders.sector_rub = Some(SectorRub {
-                rub_N_m: draw.even(rub::SEEN_N_M),
+                rub_N_m: draw.even(rub::TEST_RANGE_N_M),
                 rub_N_m_s: 0.0,
                 from_rad: draw.even(turn),
-                width_rad: draw.even(rub::SEEN_WIDTH_RAD),
+                width_rad: draw.even(rub::TEST_WIDTH_RANGE_RAD),
             });
         }
         "hunting-supply" => {
             outsiders.hunting_supply = Some(HuntingSupply {
-                hunting: draw.even(hunting::SEEN),
-                hunting_Hz: draw.even(hunting::SEEN_HZ),
+                hunting: draw.even(hunting::TEST_RANGE),
+                hunting_Hz: draw.even(hunting::TEST_RANGE_HZ),
                 hunting_phase_rad: draw.even(turn),
             });
         }
         "slipping-clutch" => {
-            outsiders.slipping_clutch = Some(SlippingClutch { clutch_N_m: draw.even(clutch::SEEN_N_M), motor_inertia_share: 0.3 });
+            outsiders.slipping_clutch = Some(SlippingClutch { clutch_N_m: draw.even(clutch::TEST_RANGE_N_M), motor_inertia_share: 0.3 });
         }
         "grinding-bearing" => {
             outsiders.grinding_bearing = Some(GrindingBearing {
-                grinding_N_m: draw.even(grinding::SEEN_N_M),
-                grinding_s: draw.even(grinding::SEEN_S),
+                grinding_N_m: draw.even(grinding::TEST_RANGE_N_M),
+                grinding_s: draw.even(grinding::TEST_RANGE_S),
                 seed: draw.0.next_u64() >> 1,
             });
         }

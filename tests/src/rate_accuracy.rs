@@ -151,9 +151,9 @@ impl<'a, P: PlantPort> Marked<'a, P> {
 }
 
 impl<P: PlantPort> PlantPort for Marked<'_, P> {
-    fn advance(&mut self, asked_V: f64, dt_s: f64) {
+    fn advance(&mut self, command_V: f64, dt_s: f64) {
         let (theta, omega) = (self.plant.true_theta_rad(), self.plant.true_rate_rad_s());
-        self.plant.advance(asked_V, dt_s);
+        self.plant.advance(command_V, dt_s);
         let (after, omega_after) = (self.plant.true_theta_rad(), self.plant.true_rate_rad_s());
         loop {
             let mark = self.times_s.len() as f64 * self.every_rad;

@@ -58,7 +58,7 @@ impl LinearMotor {
 
 impl PlantPort for LinearMotor {
     #[inline]
-    fn advance(&mut self, asked_V: f64, dt_s: f64) {
+    fn advance(&mut self, command_V: f64, dt_s: f64) {
         let (k, r) = (self.motor_constant_N_m_A, self.resistance_ohm);
         let damping = self.viscous_N_m_s + k * k / r;
         let tau = self.inertia_kg_m2 / damping;
@@ -67,20 +67,20 @@ impl PlantPort for LinearMotor {
             self.cached = (dt_s, decay, -tau * (-dt_s / tau).exp_m1());
         }
         let (_, decay, reach) = self.cached;
-        let end = (k / r * asked_V + self.load_N_m) / damping;
+        let end = (k / r * command_V + self.load_N_m) / damping;
         let free = end + (self.omega_rad_s - end) * decay;
         let step = end * dt_s + (self.omega_rad_s - end) * reach;
         if self.coulomb_N_m == 0.0 {
             self.omega_rad_s = free;
             self.theta_rad += step;
-            self.mean_A = (asked_V - k * step / dt_s) / r;
+            self.mean_A = (command_V - k * step / dt_s) / r;
         } else {
             let bite = dt_s * self.coulomb_N_m / self.inertia_kg_m2;
             let omega = free.signum() * (free.abs() - bite).max(0.0);
             let mean = 0.5 * (self.omega_rad_s + omega);
             self.theta_rad += mean * dt_s;
             self.omega_rad_s = omega;
-            self.mean_A = (asked_V - k * mean) / r;
+            self.mean_A = (command_V - k * mean) / r;
         }
     }
 

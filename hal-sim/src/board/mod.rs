@@ -11,7 +11,7 @@ use crate::clock::{SimClock, VirtualClock};
 use crate::faults::{ActiveFaults, Decoder, FaultKind, Faults};
 use crate::gyro::{GyroLine, GyroPort};
 use crate::peripherals::imu::{self as chip, Imu, ImuSetup};
-use crate::peripherals::{CurrentAdc, Edges, Encoder, Index, Noise, OwnEdge, RateSensor, SensorSetup, SlowChannel};
+use crate::peripherals::{CurrentAdc, Edges, Encoder, Index, Noise, RateSensor, SensorSetup, SlowChannel, TaskEdge};
 use crate::setup::StandSetup;
 pub use sensor_bus::SensorBus;
 use stand_firmware::board::{
@@ -25,8 +25,8 @@ const RATE_SENSOR_EVERY: u64 = 5;
 
 /// The interface of a plant. Angles in rad; a positive voltage turns towards a positive angle.
 pub trait PlantPort {
-    /// Advances by `dt_s` with the commanded voltage `asked_V` (at nominal supply; 0 when off).
-    fn advance(&mut self, asked_V: f64, dt_s: f64);
+    /// Advances by `dt_s` with the commanded voltage `command_V` (at nominal supply; 0 when off).
+    fn advance(&mut self, command_V: f64, dt_s: f64);
     /// Angle reading of the encoder disc before quantisation.
     fn theta_rad(&self) -> f64;
     /// Rate reading of the sensor element (with scale and bias), before filter and noise.
@@ -40,11 +40,11 @@ pub trait PlantPort {
     /// True angle.
     fn true_theta_rad(&self) -> f64;
     /// Sets the supply voltage; `None`: nominal. A plant may ignore this.
-    fn supply_gives(&mut self, _: Option<f64>) {}
+    fn set_supply(&mut self, _: Option<f64>) {}
     /// Sets the winding temperature. A plant may ignore this.
-    fn heat_winding(&mut self, _temp_C: f64) {}
+    fn set_winding_temperature(&mut self, _temp_C: f64) {}
     /// Sets the moment of inertia of a body on the platform, kg m²; 0: none. A plant may ignore this.
-    fn carry(&mut self, _added_kg_m2: f64) {}
+    fn set_load_inertia(&mut self, _added_kg_m2: f64) {}
     /// True rate; equal to [`PlantPort::rate_rad_s`] unless the sensor element errs.
     fn true_rate_rad_s(&self) -> f64 {
         self.rate_rad_s()
@@ -76,7 +76,7 @@ pub struct Bench<P> {
     edges: Edges,
     index: Index,
     /// Edge capture of the tasks.
-    own_edge: OwnEdge,
+    task_edge: TaskEdge,
     /// An emergency stop is requested by the line guard or a pin.
     stop: bool,
     /// Index captures of the interrupt's and the tasks' counter that have not been read.
@@ -118,7 +118,7 @@ impl<P: PlantPort> Bench<P> {
             edges: Edges::new(encoder.exact(plant.theta_rad()), plant.true_rate_rad_s(), hardware),
             stop: false,
             index: Index::new(hardware, encoder.whole(plant.theta_rad())),
-            own_edge: OwnEdge::new(hardware, encoder.exact(plant.theta_rad())),
+            task_edge: TaskEdge::new(hardware, encoder.exact(plant.theta_rad())),
             captured: [None; 2],
             current: CurrentAdc::new(hardware, sensors, seed),
             rate: Stamped { value: rate, at: Ticks(0) },
@@ -138,15 +138,15 @@ impl<P: PlantPort> Bench<P> {
 
     /// The bench of a stand: its sensors, its faults, and the sensor under test.
     pub fn of(stand: &StandSetup, seed: u64, plant: P) -> Self {
-        let bench = Self::new(&stand.hardware, &stand.sensors, seed, plant).breaking(stand.faults);
+        let bench = Self::new(&stand.hardware, &stand.sensors, seed, plant).with_faults(stand.faults);
         match stand.imu {
-            Some(sensor) => bench.carrying(sensor, seed),
+            Some(sensor) => bench.with_imu(sensor, seed),
             None => bench,
         }
     }
 
     /// The same bench with these faults.
-    pub fn breaking(self, faults: Faults) -> Self {
+    pub fn with_faults(self, faults: Faults) -> Self {
         Self { broken: ActiveFaults::new(faults), ..self }
     }
 
@@ -181,12 +181,12 @@ impl<P: PlantPort> Bench<P> {
     }
 
     /// Requests an emergency stop from the next tick on, or withdraws the request.
-    pub fn ask_stop(&mut self, stop: bool) {
+    pub fn request_stop(&mut self, stop: bool) {
         self.stop = stop;
     }
 
     /// The same bench with this sensor on its platform; `seed` of its noise.
-    pub fn carrying(self, sensor: ImuSetup, seed: u64) -> Self {
+    pub fn with_imu(self, sensor: ImuSetup, seed: u64) -> Self {
         Self { imu: Some(Imu::new(sensor, seed)), ..self }
     }
 
@@ -266,8 +266,9 @@ impl<P: PlantPort> Bench<P> {
         self.acting_V = self.pending_V;
         let exact = self.encoder.exact(self.plant.theta_rad());
         let disc = self.encoder.whole(self.plant.theta_rad());
-        let shown = self.decoder.show(disc, self.broken.is_active(FaultKind::EncoderAOff), self.broken.is_active(FaultKind::EncoderBOff));
-        let passed = self.own_edge.pass(exact, disc, self.tick);
+        let shown =
+            self.decoder.advance(disc, self.broken.is_active(FaultKind::EncoderAOff), self.broken.is_active(FaultKind::EncoderBOff));
+        let passed = self.task_edge.pass(exact, disc, self.tick);
         if let Some(edge) = self.index.pass(disc, &passed).filter(|_| !self.broken.is_active(FaultKind::IndexOff)) {
             self.captured = [Some(counted(edge, shown - disc)); 2];
         }
@@ -275,7 +276,7 @@ impl<P: PlantPort> Bench<P> {
             self.rate.value.sample();
             self.rate.at = self.now;
             if self.broken.is_active(FaultKind::SensorRubbish) {
-                self.rate.value.rubbish();
+                self.rate.value.random_full_scale();
             }
         }
         if let Some(gyro) = &mut self.gyro {
@@ -298,14 +299,14 @@ impl<P: PlantPort> Bench<P> {
 impl<P: PlantPort> Bench<P> {
     /// Readings of the encoder counters, including wire faults.
     #[inline]
-    fn shown(&self) -> i64 {
-        self.decoder.shown(self.encoder.whole(self.plant.theta_rad()))
+    fn counter_reading(&self) -> i64 {
+        self.decoder.count(self.encoder.whole(self.plant.theta_rad()))
     }
 
     #[cold]
     fn interrupt_comes(&mut self) -> bool {
         if self.broken.is_active(FaultKind::WindingHot) {
-            self.plant.heat_winding(self.broken.magnitude(FaultKind::WindingHot));
+            self.plant.set_winding_temperature(self.broken.magnitude(FaultKind::WindingHot));
         }
         if self.broken.is_active(FaultKind::PowerCut) {
             self.pending_V = 0.0;
@@ -317,20 +318,20 @@ impl<P: PlantPort> Bench<P> {
     #[cold]
     fn break_plant(&mut self) {
         let dips = self.broken.is_active(FaultKind::SupplyDip);
-        self.plant.supply_gives(dips.then(|| self.broken.magnitude(FaultKind::SupplyDip)));
-        self.stuck = self.broken.is_active(FaultKind::CounterStuck).then(|| self.stuck.unwrap_or_else(|| self.shown()));
+        self.plant.set_supply(dips.then(|| self.broken.magnitude(FaultKind::SupplyDip)));
+        self.stuck = self.broken.is_active(FaultKind::CounterStuck).then(|| self.stuck.unwrap_or_else(|| self.counter_reading()));
         let limits = self.broken.is_active(FaultKind::TorquerLimit);
         let limit_A = limits.then(|| self.broken.magnitude(FaultKind::TorquerLimit));
         let unplugged = self.broken.is_active(FaultKind::AngleSensorOff);
         if let Some(line) = &mut self.gyro {
-            line.unplug(unplugged);
+            line.disconnect(unplugged);
             line.gyro().limit(limit_A);
         }
         // With one wire disconnected edges come half as often and a stamp errs by one edge at most: not modelled.
         let silent = self.broken.is_active(FaultKind::EncoderAOff) && self.broken.is_active(FaultKind::EncoderBOff);
         self.silent_since = silent.then(|| self.silent_since.unwrap_or(self.now));
         if let Some(imu) = &mut self.imu {
-            imu.chip.fail(match (self.broken.is_active(FaultKind::SensorSilent), self.broken.is_active(FaultKind::SensorRubbish)) {
+            imu.chip.set_fault(match (self.broken.is_active(FaultKind::SensorSilent), self.broken.is_active(FaultKind::SensorRubbish)) {
                 // The plug is disconnected: the line is pulled up.
                 (true, _) => chip::Fault::Silent(0xFF),
                 (_, true) => chip::Fault::FlippedBits(2),
@@ -368,7 +369,7 @@ impl<P> SimTickIo<'_, P> {
     }
 
     /// Requests an emergency stop in this tick, or withdraws the request: from the line guard.
-    pub fn ask_stop(&mut self, stop: bool) {
+    pub fn request_stop(&mut self, stop: bool) {
         self.0.stop = stop;
     }
 }
@@ -379,7 +380,7 @@ impl<P: PlantPort> TickIo for SimTickIo<'_, P> {
         let bench = &self.0;
         Sensed {
             tick: bench.tick,
-            encoder: EncoderCount(bench.stuck.unwrap_or_else(|| bench.shown()) as u16),
+            encoder: EncoderCount(bench.stuck.unwrap_or_else(|| bench.counter_reading()) as u16),
             edge_age: match bench.silent_since {
                 None => bench.edges.age(),
                 Some(since) => bench.edges.age_after(bench.now - since),
@@ -426,13 +427,13 @@ impl<'a, P: PlantPort> Board for SimBoard<'a, P> {
     fn encoder(&mut self) -> Stamped<EncoderCount> {
         let mut bench = self.bench.borrow_mut();
         bench.catch_up();
-        Stamped { value: EncoderCount(bench.shown() as u16), at: bench.now }
+        Stamped { value: EncoderCount(bench.counter_reading() as u16), at: bench.now }
     }
 
     fn edge(&mut self) -> Option<Edge> {
         let bench = self.bench.borrow();
         let disc = bench.encoder.whole(bench.plant.theta_rad());
-        bench.own_edge.newest().map(|edge| counted(edge, bench.shown() - disc))
+        bench.task_edge.newest().map(|edge| counted(edge, bench.counter_reading() - disc))
     }
 
     fn index(&mut self) -> Option<Edge> {
@@ -473,7 +474,7 @@ impl<'a, P: PlantPort> Board for SimBoard<'a, P> {
 
     fn torque(&mut self, at: Ticks, step: TorquerStep) {
         if let Some(line) = &mut self.bench.borrow_mut().gyro {
-            line.give(at, step);
+            line.command(at, step);
         }
     }
 

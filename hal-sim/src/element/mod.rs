@@ -13,4 +13,4 @@ mod runge_kutta;
 pub use body::{Attitude, BaseVibration, RigidBody};
 pub use linear::LinearElement;
 pub use parameters::{EARTH_RATE_RAD_S, FourState, SixState};
-pub use port::{Moving, WiredElement};
+pub use port::{ElementModel, WiredElement};

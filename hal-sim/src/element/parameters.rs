@@ -172,7 +172,7 @@ fn latitude(latitude_deg: f64) -> Result<(), ConfigError> {
     if latitude_deg.abs() > 89.99 {
         return Err(ConfigError::Unfit(
             "latitude_deg",
-            "is at a pole: the Earth's rate has no horizontal part there, and the gyro seeks no north",
+            "is at a pole: the Earth rate has no horizontal component there, and the gyro finds no north",
         ));
     }
     Ok(())

@@ -5,7 +5,7 @@ use crate::gyro::GyroPort;
 
 /// The model that moves.
 #[derive(Clone, Debug)]
-pub enum Moving {
+pub enum ElementModel {
     /// For small angles.
     Linear(LinearElement),
     /// Without small-angle approximation.
@@ -15,7 +15,7 @@ pub enum Moving {
 /// An element with its torquer and its sensors.
 #[derive(Clone, Debug)]
 pub struct WiredElement {
-    moving: Moving,
+    model: ElementModel,
     /// Gain of the angle sensor, V/rad.
     angle_gain_V_rad: f64,
     /// Moment of the torquer per current, N m/A.
@@ -26,30 +26,30 @@ pub struct WiredElement {
 
 impl WiredElement {
     /// An element with sensors of these gains.
-    pub fn new(moving: Moving, angle_gain_V_rad: f64, torquer_N_m_A: f64) -> Self {
-        Self { moving, angle_gain_V_rad, torquer_N_m_A, current_A: 0.0, limit_A: f64::INFINITY }
+    pub fn new(model: ElementModel, angle_gain_V_rad: f64, torquer_N_m_A: f64) -> Self {
+        Self { model, angle_gain_V_rad, torquer_N_m_A, current_A: 0.0, limit_A: f64::INFINITY }
     }
 
     /// The model.
-    pub fn moving(&self) -> &Moving {
-        &self.moving
+    pub fn model(&self) -> &ElementModel {
+        &self.model
     }
 
     fn alpha_rad(&self) -> f64 {
-        match &self.moving {
-            Moving::Linear(element) => element.state()[0],
-            Moving::Rigid(body) => body.attitude().alpha_rad,
+        match &self.model {
+            ElementModel::Linear(element) => element.state()[0],
+            ElementModel::Rigid(body) => body.attitude().alpha_rad,
         }
     }
 }
 
 impl GyroPort for WiredElement {
-    fn advance(&mut self, given_A: f64, _platform_rad: f64, dt_s: f64) {
-        self.current_A = given_A.clamp(-self.limit_A, self.limit_A);
+    fn advance(&mut self, command_A: f64, _platform_rad: f64, dt_s: f64) {
+        self.current_A = command_A.clamp(-self.limit_A, self.limit_A);
         let moment_N_m = self.torquer_N_m_A * self.current_A;
-        match &mut self.moving {
-            Moving::Linear(element) => element.advance(moment_N_m, dt_s),
-            Moving::Rigid(body) => body.advance(moment_N_m, dt_s),
+        match &mut self.model {
+            ElementModel::Linear(element) => element.advance(moment_N_m, dt_s),
+            ElementModel::Rigid(body) => body.advance(moment_N_m, dt_s),
         }
     }
 
@@ -62,9 +62,9 @@ impl GyroPort for WiredElement {
     }
 
     fn roll_rad(&self) -> Option<f64> {
-        match &self.moving {
-            Moving::Linear(element) => element.roll_rad(),
-            Moving::Rigid(body) => Some(body.attitude().gamma_rad),
+        match &self.model {
+            ElementModel::Linear(element) => element.roll_rad(),
+            ElementModel::Rigid(body) => Some(body.attitude().gamma_rad),
         }
     }
 

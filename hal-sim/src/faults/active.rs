@@ -85,7 +85,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_is_broken_from_its_tick_to_its_tick() {
+    fn a_fault_is_active_from_its_start_tick_to_its_end_tick() {
         let faults = [Fault::new(FaultKind::LostTicks, 0.01, 1e-4), Fault::new(FaultKind::SupplyDip, 0.005, 0.02).with_magnitude(3.0)];
         let mut broken = ActiveFaults::new(Faults::of(faults).unwrap());
         let mut lost = Vec::new();
@@ -101,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_broken_for_three_ticks_is_whole_again_whenever_it_began() {
+    fn a_fault_of_three_ticks_ends_at_any_start_time() {
         let mut broken = ActiveFaults::new(Faults::default());
         for begin in (0..200_000).step_by(97) {
             broken.begin(begin);
@@ -113,13 +113,13 @@ mod tests {
             let lost = lost.count();
             // The active tick is the first of three; a fourth by rounding.
             assert!((2..=3).contains(&lost), "{lost} ticks from {begin} on");
-            assert!(!broken.any(), "still broken, from {begin} on");
+            assert!(!broken.any(), "still active, start {begin}");
             broken.clear(FaultKind::LostTicks);
         }
     }
 
     #[test]
-    fn a_test_breaks_and_mends_at_will() {
+    fn a_test_injects_and_clears_faults() {
         let mut broken = ActiveFaults::new(Faults::default());
         broken.begin(0);
         broken.begin(77);

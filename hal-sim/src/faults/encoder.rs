@@ -24,7 +24,7 @@ impl Decoder {
 
     /// Advances to the count `disc` of the disc and returns the count of the counter.
     #[inline]
-    pub fn show(&mut self, disc: i64, a_off: bool, b_off: bool) -> i64 {
+    pub fn advance(&mut self, disc: i64, a_off: bool, b_off: bool) -> i64 {
         if self.shows.is_none() && !a_off && !b_off {
             return disc + self.offset;
         }
@@ -33,7 +33,7 @@ impl Decoder {
 
     /// The count of the counter for the last position, without a step.
     #[inline]
-    pub fn shown(&self, disc: i64) -> i64 {
+    pub fn count(&self, disc: i64) -> i64 {
         self.shows.map_or(disc + self.offset, |(count, _)| count)
     }
 
@@ -65,35 +65,35 @@ mod tests {
     use super::*;
 
     #[test]
-    fn with_one_wire_off_the_counter_dithers_and_afterwards_it_counts_on_from_there() {
+    fn with_one_wire_off_the_counter_alternates_and_later_continues_from_there() {
         for (a_off, b_off) in [(true, false), (false, true), (true, true)] {
             let mut decoder = Decoder::default();
-            assert_eq!(decoder.show(1000, false, false), 1000);
-            let broken: Vec<i64> = (1001..=1400).map(|disc| decoder.show(disc, a_off, b_off)).collect();
+            assert_eq!(decoder.advance(1000, false, false), 1000);
+            let broken: Vec<i64> = (1001..=1400).map(|disc| decoder.advance(disc, a_off, b_off)).collect();
             let (least, greatest) = (broken.iter().min().unwrap(), broken.iter().max().unwrap());
             assert!(greatest - least <= 1 && (least - 1000).abs() <= 2, "{least} … {greatest}");
-            assert_eq!(least == greatest, a_off && b_off, "both off: it stands");
-            let first = decoder.show(1401, false, false);
+            assert_eq!(least == greatest, a_off && b_off, "both off: constant count");
+            let first = decoder.advance(1401, false, false);
             assert!((first - greatest).abs() <= 2);
             for disc in 1402..1500 {
-                assert_eq!(decoder.show(disc, false, false) - first, disc - 1401, "each edge counts again");
+                assert_eq!(decoder.advance(disc, false, false) - first, disc - 1401, "each edge counts again");
             }
-            assert!(1401 - first > 395, "what passed meanwhile is lost");
+            assert!(1401 - first > 395, "the edges in between are lost");
         }
     }
 
     #[test]
-    fn it_begins_at_nothing_wherever_the_disc_stands() {
+    fn the_counter_starts_at_zero_at_any_disc_position() {
         let mut decoder = Decoder::at(-6367);
-        assert_eq!((decoder.shown(-6367), decoder.show(-6360, false, false)), (0, 7));
+        assert_eq!((decoder.count(-6367), decoder.advance(-6360, false, false)), (0, 7));
     }
 
     #[test]
-    fn turning_back_with_a_wire_off_ends_where_it_began() {
+    fn a_return_with_a_wire_off_ends_at_the_start_count() {
         let mut decoder = Decoder::default();
         for disc in (0..400).chain((0..400).rev()) {
-            decoder.show(disc, true, false);
+            decoder.advance(disc, true, false);
         }
-        assert!((decoder.show(0, false, false)).abs() <= 4);
+        assert!((decoder.advance(0, false, false)).abs() <= 4);
     }
 }

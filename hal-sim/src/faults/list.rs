@@ -6,23 +6,23 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 
 /// Largest number of faults of a stand.
-pub const MOST_FAULTS: usize = 16;
+pub const MAX_FAULTS: usize = 16;
 
-/// Up to [`MOST_FAULTS`] faults, in the given order.
+/// Up to [`MAX_FAULTS`] faults, in their sequence.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Faults {
-    list: [Option<Fault>; MOST_FAULTS],
+    list: [Option<Fault>; MAX_FAULTS],
 }
 
 /// An invalid fault.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("faults[{place}].{key} = {value}: must be {range}")]
+#[error("faults[{index}].{key} = {value}: must be {range}")]
 pub struct FaultError {
     /// Index in the list, from 0.
-    pub place: usize,
+    pub index: usize,
     /// The key.
     pub key: &'static str,
-    /// The given value.
+    /// The value.
     pub value: f64,
     /// The allowed range.
     pub range: String,
@@ -38,14 +38,14 @@ impl Faults {
 
     /// Adds a fault; `None` where the list is full.
     pub fn push(&mut self, fault: Fault) -> Option<()> {
-        *self.list.iter_mut().find(|place| place.is_none())? = Some(fault);
+        *self.list.iter_mut().find(|slot| slot.is_none())? = Some(fault);
         Some(())
     }
 
     /// Removes all faults of a kind.
     pub fn remove(&mut self, kind: FaultKind) {
-        for place in self.list.iter_mut().filter(|place| place.is_some_and(|fault| fault.kind == kind)) {
-            *place = None;
+        for slot in self.list.iter_mut().filter(|slot| slot.is_some_and(|fault| fault.kind == kind)) {
+            *slot = None;
         }
     }
 
@@ -67,7 +67,7 @@ impl Faults {
     /// The same faults relative to a power-on `by_s` later.
     pub fn later(&self, by_s: f64) -> Self {
         let shifted = |fault: &Fault| Fault { from_s: fault.from_s - by_s, ..*fault };
-        Self { list: self.list.map(|place| place.as_ref().map(shifted)) }
+        Self { list: self.list.map(|slot| slot.as_ref().map(shifted)) }
     }
 
     /// Checks the values of a file.
@@ -75,8 +75,8 @@ impl Faults {
     /// # Errors
     /// The first invalid number, by index and name.
     pub fn check(&self) -> Result<(), FaultError> {
-        for (place, fault) in self.iter().enumerate() {
-            let bad = |key, value, range: &str| Err(FaultError { place, key, value, range: range.to_owned() });
+        for (index, fault) in self.iter().enumerate() {
+            let bad = |key, value, range: &str| Err(FaultError { index, key, value, range: range.to_owned() });
             if !(0.0..=1e9).contains(&fault.from_s) {
                 return bad("from_s", fault.from_s, "seconds from 0 to 1e9");
             }
@@ -113,13 +113,13 @@ impl<'de> Visitor<'de> for List {
     type Value = Faults;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "a list of at most {MOST_FAULTS} faults")
+        write!(f, "a list of at most {MAX_FAULTS} faults")
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut sequence: A) -> Result<Faults, A::Error> {
         let mut all = Faults::default();
         while let Some(fault) = sequence.next_element::<Fault>()? {
-            all.push(fault).ok_or_else(|| A::Error::invalid_length(MOST_FAULTS + 1, &self))?;
+            all.push(fault).ok_or_else(|| A::Error::invalid_length(MAX_FAULTS + 1, &self))?;
         }
         Ok(all)
     }
@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_names_what_is_broken_and_when() {
+    fn a_file_lists_faults_with_their_times() {
         let faults =
             read("[[faults]]\nwhat = \"supply-dip\"\nfrom_s = 2\nfor_s = 0.5\nsize = 7\n[[faults]]\nwhat = \"index-off\"\n").unwrap();
         let expected =
@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn each_kind_has_a_name_of_its_own_that_reads_back() {
+    fn each_kind_has_a_unique_name_that_reads_back() {
         for kind in FaultKind::ALL {
             let text = toml::to_string(&Fault::new(kind, 1.0, 2.0)).unwrap();
             assert_eq!(read(&format!("[[faults]]\n{text}")).unwrap().iter().next().unwrap().kind, kind);
@@ -159,14 +159,14 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_is_refused_by_its_place_and_name() {
+    fn an_invalid_value_is_refused_with_index_and_name() {
         let one = |rest: &str| read(&format!("[[faults]]\nwhat = \"index-off\"\n[[faults]]\n{rest}")).unwrap_err();
         assert!(one("what = \"supply-dip\"\nfrom_s = -1").starts_with("faults[1].from_s = -1"));
         assert!(one("what = \"supply-dip\"\nfor_s = 0").starts_with("faults[1].for_s = 0"));
         assert!(one("what = \"supply-dip\"\nsize = nan").starts_with("faults[1].size = NaN"));
         assert!(one("what = \"line-flips\"\nsize = 2").contains("share of the bytes, from 0 to 1"));
         assert!(one("what = \"lost-ticks\"\nsize = 2").contains("has no size"));
-        assert!(one("what = \"supply\"").contains("supply-dip"), "the names there are");
-        assert!(read(&"[[faults]]\nwhat = \"index-off\"\n".repeat(MOST_FAULTS + 1)).unwrap_err().contains("at most 16"));
+        assert!(one("what = \"supply\"").contains("supply-dip"), "lists the known names");
+        assert!(read(&"[[faults]]\nwhat = \"index-off\"\n".repeat(MAX_FAULTS + 1)).unwrap_err().contains("at most 16"));
     }
 }

@@ -11,7 +11,7 @@
 //! size   = 7.0
 //! ```
 //! Output: at each tick, the active faults ([`ActiveFaults`]), which the bench queries; `encoder` simulates a quadrature counter with
-//! disconnected wires. A list holds [`MOST_FAULTS`]; nothing is allocated while the stand runs.
+//! disconnected wires. A list holds [`MAX_FAULTS`]; nothing is allocated while the stand runs.
 
 mod active;
 mod encoder;
@@ -21,7 +21,7 @@ mod list;
 pub use active::ActiveFaults;
 pub use encoder::Decoder;
 pub use kind::{FaultKind, Magnitude};
-pub use list::{FaultError, Faults, MOST_FAULTS};
+pub use list::{FaultError, Faults, MAX_FAULTS};
 
 use serde::{Deserialize, Serialize};
 

@@ -97,7 +97,7 @@ impl Campaign {
     fn cycle(&self, signs: &Vector, earth_rad_s: Vector, noise: &mut Noise) -> Vec<Vector> {
         let dt_s = self.pulse_s / f64::from(self.samples);
         let mut platform = ThreeAxis::new(self.own_rad_s, earth_rad_s, self.start_rad);
-        let shown = |platform: &ThreeAxis, noise: &mut Noise| platform.gimbals_rad().map(|angle| self.sensor.shows_rad(angle, noise));
+        let shown = |platform: &ThreeAxis, noise: &mut Noise| platform.gimbals_rad().map(|angle| self.sensor.reading_rad(angle, noise));
         let mut angles = vec![shown(&platform, noise)];
         for n in 0..2 * self.samples {
             let rate = if n < self.samples { self.rate_rad_s } else { -self.rate_rad_s * (1.0 + self.inequality) };

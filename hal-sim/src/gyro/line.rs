@@ -5,7 +5,7 @@ use crate::peripherals::Noise;
 use stand_firmware::board::{GyroSample, Hardware, RollCode, Stamped, Ticks, TorquerStep};
 
 /// Largest ADC code of the chip (12 bits, RM0390).
-const MOST_CODE: f64 = 4095.0;
+const MAX_CODE: f64 = 4095.0;
 /// Noise of one conversion, codes rms (about one code on a quiet board; DS10693 gives a total unadjusted error of some codes).
 const NOISE_CODES: f64 = 1.0;
 
@@ -37,7 +37,7 @@ impl GyroLine {
             newest: None,
             noise: Noise::new(seed, 7, 1.0),
             is_off: false,
-            most_code: MOST_CODE,
+            most_code: MAX_CODE,
             noise_codes: NOISE_CODES,
         }
     }
@@ -58,12 +58,12 @@ impl GyroLine {
     }
 
     /// Disconnects the wire of the angle sensor: its input is pulled up.
-    pub fn unplug(&mut self, is_off: bool) {
+    pub fn disconnect(&mut self, is_off: bool) {
         self.is_off = is_off;
     }
 
     /// The command for a time.
-    pub fn give(&mut self, at: Ticks, step: TorquerStep) {
+    pub fn command(&mut self, at: Ticks, step: TorquerStep) {
         self.pending = Some((at, step));
     }
 

@@ -17,7 +17,7 @@ pub use campaign::{Campaign, Pattern};
 pub use earth::Site;
 pub use line::GyroLine;
 pub use sensor::AngleSensor;
-pub use single_axis::{OwnDrift, Place, SingleAxis};
+pub use single_axis::{Orientation, OwnDrift, SingleAxis};
 pub use three_axis::{OneAxis, ThreeAxis};
 pub use torquer::Torquer;
 
@@ -54,7 +54,7 @@ pub fn read(text: &str) -> Result<SingleAxis, String> {
 /// The interface of a gyroscope to the board.
 pub trait GyroPort: Send {
     /// Advances by `dt_s` with this current command of the torquer amplifier, A; the platform under the gyroscope is at `platform_rad`.
-    fn advance(&mut self, given_A: f64, platform_rad: f64, dt_s: f64);
+    fn advance(&mut self, command_A: f64, platform_rad: f64, dt_s: f64);
     /// Present output of the angle sensor with noise, V.
     fn sensor_V(&mut self) -> f64;
     /// Current through the torquer, mean over the last `advance`, A.
@@ -64,7 +64,7 @@ pub trait GyroPort: Send {
         None
     }
     /// Sets the orientation, as by hand. A gyroscope may ignore this.
-    fn put(&mut self, _place: Place) {}
+    fn set_orientation(&mut self, _orientation: Orientation) {}
     /// Limits the current of the amplifier, A; `None`: its nominal limit. A gyroscope may ignore this.
     fn limit(&mut self, _limit_A: Option<f64>) {}
 }

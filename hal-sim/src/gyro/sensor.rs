@@ -31,13 +31,13 @@ impl AngleSensor {
     }
 
     /// Angle reading, rad; `noise` is a stream of unit deviates.
-    pub fn shows_rad(&self, theta_rad: f64, noise: &mut Noise) -> f64 {
+    pub fn reading_rad(&self, theta_rad: f64, noise: &mut Noise) -> f64 {
         let noisy = if self.noise_rad > 0.0 { theta_rad + self.noise_rad * noise.draw() } else { theta_rad };
         if self.step_rad > 0.0 { (noisy / self.step_rad).round() * self.step_rad } else { noisy }
     }
 
     /// Output, V.
-    pub fn shows_V(&self, theta_rad: f64, noise: &mut Noise) -> f64 {
-        (self.offset_V + self.gain_V_rad * self.shows_rad(theta_rad, noise)).clamp(-self.range_V, self.range_V)
+    pub fn output_V(&self, theta_rad: f64, noise: &mut Noise) -> f64 {
+        (self.offset_V + self.gain_V_rad * self.reading_rad(theta_rad, noise)).clamp(-self.range_V, self.range_V)
     }
 }

@@ -24,7 +24,7 @@ pub struct OwnDrift {
 /// Orientation: rotation about the vertical, elevation of the sensitive axis, roll about that axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct Place {
+pub struct Orientation {
     /// ψ, clockwise from above, rad.
     pub turned_rad: f64,
     /// ε, rad.
@@ -33,7 +33,7 @@ pub struct Place {
     pub rolled_rad: f64,
 }
 
-impl Place {
+impl Orientation {
     /// The upward direction in the gyroscope's axes: input, output, spin.
     pub fn up(&self) -> [f64; 3] {
         let (sin_raised, cos_raised) = self.raised_rad.sin_cos();
@@ -69,7 +69,8 @@ pub struct SingleAxis {
     /// Error of the first rotation to another orientation, about the vertical, rad.
     pub turn_error_rad: f64,
     /// Orientation.
-    pub place: Place,
+    #[serde(rename = "place")]
+    pub orientation: Orientation,
     /// Angle between gyro and base, rad.
     pub theta_rad: f64,
     #[serde(skip)]
@@ -92,7 +93,7 @@ impl Default for SingleAxis {
             sensor: AngleSensor::default(),
             vibration: Vibration::default(),
             turn_error_rad: 0.0,
-            place: Place::default(),
+            orientation: Orientation::default(),
             theta_rad: 0.0,
             t_s: 0.0,
             noise: noise(),
@@ -108,7 +109,7 @@ impl SingleAxis {
 
     /// ω_d in its orientation, rad/s.
     pub fn own_rad_s(&self) -> f64 {
-        let [input, output, spin] = self.place.up();
+        let [input, output, spin] = self.orientation.up();
         let own = &self.own;
         own.constant_rad_s + own.input_rad_s_g * input + own.output_rad_s_g * output + own.spin_rad_s_g * spin
     }
@@ -116,30 +117,30 @@ impl SingleAxis {
     /// ω_a in its orientation on a platform at `platform_rad`: minus the component of the Earth rate along the sensitive axis, rad/s.
     pub fn apparent_rad_s(&self, platform_rad: f64) -> f64 {
         // The platform angle counts to the left seen from above, as the encoder.
-        let [ahead, up, _] = self.site.rate_rad_s(self.place.turned_rad - platform_rad);
-        let (sin, cos) = self.place.raised_rad.sin_cos();
+        let [ahead, up, _] = self.site.rate_rad_s(self.orientation.turned_rad - platform_rad);
+        let (sin, cos) = self.orientation.raised_rad.sin_cos();
         -(ahead * cos + up * sin)
     }
 }
 
 impl GyroPort for SingleAxis {
-    fn advance(&mut self, given_A: f64, platform_rad: f64, dt_s: f64) {
-        let reference = self.torquer.advance(given_A, dt_s);
+    fn advance(&mut self, command_A: f64, platform_rad: f64, dt_s: f64) {
+        let reference = self.torquer.advance(command_A, dt_s);
         self.theta_rad += (reference + self.own_rad_s() + self.apparent_rad_s(platform_rad)) * dt_s;
         self.t_s += dt_s;
     }
 
     fn sensor_V(&mut self) -> f64 {
-        let shaken = self.vibration.amplitude_rad * (TAU * self.vibration.frequency_Hz * self.t_s).sin();
-        self.sensor.shows_V(self.theta_rad + shaken, &mut self.noise)
+        let vibration_rad = self.vibration.amplitude_rad * (TAU * self.vibration.frequency_Hz * self.t_s).sin();
+        self.sensor.output_V(self.theta_rad + vibration_rad, &mut self.noise)
     }
 
     fn torquer_A(&self) -> f64 {
         self.torquer.mean_A()
     }
 
-    fn put(&mut self, place: Place) {
-        self.place = Place { turned_rad: place.turned_rad + std::mem::take(&mut self.turn_error_rad), ..place };
+    fn set_orientation(&mut self, orientation: Orientation) {
+        self.orientation = Orientation { turned_rad: orientation.turned_rad + std::mem::take(&mut self.turn_error_rad), ..orientation };
     }
 
     fn limit(&mut self, limit_A: Option<f64>) {

@@ -65,14 +65,14 @@ impl OneAxis {
 }
 
 impl GyroPort for OneAxis {
-    fn advance(&mut self, given_A: f64, _platform_rad: f64, dt_s: f64) {
+    fn advance(&mut self, command_A: f64, _platform_rad: f64, dt_s: f64) {
         let mut reference = self.platform.gimbals_rad().map(|angle| -self.correction_1_s * angle);
-        reference[self.axis] = self.torquer.advance(given_A, dt_s);
+        reference[self.axis] = self.torquer.advance(command_A, dt_s);
         self.platform.advance(reference, dt_s);
     }
 
     fn sensor_V(&mut self) -> f64 {
-        self.sensor.shows_V(self.platform.gimbals_rad()[self.axis], &mut self.noise)
+        self.sensor.output_V(self.platform.gimbals_rad()[self.axis], &mut self.noise)
     }
 
     fn torquer_A(&self) -> f64 {

@@ -47,9 +47,9 @@ impl Torquer {
     }
 
     /// Advances by `dt_s` with this commanded current; returns the mean rate, rad/s.
-    pub fn advance(&mut self, given_A: f64, dt_s: f64) -> f64 {
+    pub fn advance(&mut self, command_A: f64, dt_s: f64) -> f64 {
         let limit_A = self.limited_A.unwrap_or(self.limit_A);
-        let unequal = if given_A < 0.0 { given_A * (1.0 + self.inequality) } else { given_A };
+        let unequal = if command_A < 0.0 { command_A * (1.0 + self.inequality) } else { command_A };
         let end_A = (unequal + self.offset_A).clamp(-limit_A, limit_A);
         let off_A = self.now_A - end_A;
         // First order, exactly over the step.

@@ -7,7 +7,7 @@
 use super::{Noise, SensorSetup, nearest};
 use stand_firmware::board::{CurrentCode, CurrentSum, Hardware};
 
-/// The converter and the sum since the last look.
+/// The converter and the sum since the last read.
 #[derive(Clone, Debug)]
 pub struct CurrentAdc {
     codes_per_A: f64,
@@ -27,7 +27,7 @@ impl CurrentAdc {
             codes_per_A,
             zero: hardware.current_zero_code,
             per_tick: setup.current_per_tick,
-            // The converter ends as far above its zero as below.
+            // The range of the converter is symmetric about its zero.
             greatest: (2.0 * hardware.current_zero_code) as i64 - 1,
             noise: Noise::new(seed, 0, setup.current_noise_A * codes_per_A),
             // Before the first conversion no current flows.

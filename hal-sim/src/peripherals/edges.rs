@@ -11,7 +11,7 @@ use stand_firmware::board::{Hardware, TICKS_PER_S};
 pub struct Edges {
     counts_per_rad: f64,
     timer_Hz: f64,
-    /// Angle at the last look, counts, and its whole part.
+    /// Angle at the last update, counts, and its integer part.
     exact: f64,
     count: f64,
     rate_rad_s: f64,
@@ -19,13 +19,13 @@ pub struct Edges {
 }
 
 impl Edges {
-    /// The edge timer of this hardware; the disc stands at `exact` counts and no edge was seen yet.
+    /// The edge timer of this hardware; the disc is at `exact` counts, without an edge so far.
     pub fn new(exact: f64, rate_rad_s: f64, hardware: &Hardware) -> Self {
         let counts_per_rad = 1.0 / hardware.rad_per_count();
         Self { counts_per_rad, timer_Hz: hardware.edge_timer_Hz, exact, count: exact.floor(), rate_rad_s, age_s: f64::INFINITY }
     }
 
-    /// The disc has come to `exact` counts within `dt_s`, and turns with `rate_rad_s`.
+    /// Advances by `dt_s` to `exact` counts at the rate `rate_rad_s`.
     #[inline]
     pub fn advance(&mut self, exact: f64, rate_rad_s: f64, dt_s: f64) {
         let before = *self;
@@ -41,50 +41,50 @@ impl Edges {
         };
     }
 
-    /// Steps of the timer since the last edge; the greatest number where there was none.
+    /// Timer steps since the last edge; the largest number without an edge.
     #[inline]
     pub fn age(&self) -> u32 {
         (self.age_s * self.timer_Hz) as u32
     }
 
-    /// The same where no edge was stamped for so many board clock steps.
+    /// As [`Edges::age`], this number of board clock steps later without an edge.
     #[cold]
     pub fn age_after(&self, steps: u64) -> u32 {
         (steps as f64 / TICKS_PER_S as f64 * self.timer_Hz) as u32
     }
 
-    /// Where within the step the last edge was crossed, 0 … 1.
+    /// Fraction of the step at which the last edge was crossed, 0 … 1.
     fn last_edge(&self, end: &Self, dt_s: f64) -> Option<f64> {
-        let way = end.exact - self.exact;
-        // θ(s) = start + way s + bend s (s − 1)
+        let motion = end.exact - self.exact;
+        // θ(s) = start + motion s + bend s (s − 1)
         let bend = 0.5 * (end.rate_rad_s - self.rate_rad_s) * self.counts_per_rad * dt_s;
-        let at = |s: f64| self.exact + way * s + bend * s * (s - 1.0);
-        let turn = 0.5 - 0.5 * way / bend;
+        let at = |s: f64| self.exact + motion * s + bend * s * (s - 1.0);
+        let turn = 0.5 - 0.5 * motion / bend;
         let turns = turn > 0.0 && turn < 1.0;
         if !turns {
-            return (end.count != self.count).then(|| crossing(self.exact, way, bend, edge_behind(end.count, way), way));
+            return (end.count != self.count).then(|| crossing(self.exact, motion, bend, edge_behind(end.count, motion), motion));
         }
         let extreme = at(turn);
         let out = extreme - self.exact;
         let back = end.exact - extreme;
         if extreme.floor() != end.count {
-            return Some(crossing(self.exact, way, bend, edge_behind(end.count, back), back));
+            return Some(crossing(self.exact, motion, bend, edge_behind(end.count, back), back));
         }
-        (self.count != end.count).then(|| crossing(self.exact, way, bend, edge_behind(end.count, out), out))
+        (self.count != end.count).then(|| crossing(self.exact, motion, bend, edge_behind(end.count, out), out))
     }
 }
 
-/// The edge by which one comes into a count, moving this way.
+/// The edge by which one comes into a count, in this direction.
 #[inline]
-fn edge_behind(count: f64, way: f64) -> f64 {
-    if way >= 0.0 { count } else { count + 1.0 }
+fn edge_behind(count: f64, motion: f64) -> f64 {
+    if motion >= 0.0 { count } else { count + 1.0 }
 }
 
-/// Where the parabola crosses `edge` while it moves this way.
+/// Where the parabola crosses `edge` in this direction.
 #[inline]
-fn crossing(start: f64, way: f64, bend: f64, edge: f64, direction: f64) -> f64 {
-    // bend s² + (way − bend) s − (edge − start) = 0, without cancellation; the slope at the root is ± the square root.
-    let (b, c) = (way - bend, start - edge);
+fn crossing(start: f64, motion: f64, bend: f64, edge: f64, direction: f64) -> f64 {
+    // bend s² + (motion − bend) s − (edge − start) = 0, without cancellation; the slope at the root is ± the square root.
+    let (b, c) = (motion - bend, start - edge);
     let root = (b * b - 4.0 * bend * c).max(0.0).sqrt().copysign(direction);
     let s = if b * root >= 0.0 { -2.0 * c / (b + root) } else { (root - b) / (2.0 * bend) };
     if s.is_finite() { s.clamp(0.0, 1.0) } else { 1.0 }
@@ -94,7 +94,7 @@ fn crossing(start: f64, way: f64, bend: f64, edge: f64, direction: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Steps of 0.1 ms with the acceleration `a` (counts/s²) and a look at each end; the age at the end by the timer and by finding it.
+    /// Steps of 0.1 ms with the acceleration `a` (counts/s²) and an update at each end; the age at the end by the timer and by search.
     fn ages(start: f64, rate: f64, a: f64, steps: u32) -> Vec<(f64, f64)> {
         let hardware = Hardware::default();
         let per_rad = 1.0 / hardware.rad_per_count();
@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn the_age_is_that_of_the_crossing_at_any_rate_and_through_reversals() {
+    fn the_age_is_the_time_since_the_crossing_at_any_rate_and_through_reversals() {
         for start in [0.3, -7.9, 1e6 + 0.6] {
             for (rate, a) in [(5e3, 0.0), (-5e3, 0.0), (170.0, 900.0), (2e4, -1e7), (-900.0, 1e6), (1e5, -1e5), (-3.0, 0.0), (4e3, -2e6)] {
                 for (n, (age, found)) in ages(start, rate, a, 60).into_iter().enumerate() {
@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn without_an_edge_the_age_saturates_and_then_counts() {
+    fn without_an_edge_the_age_saturates() {
         let hardware = Hardware::default();
         let mut edges = Edges::new(0.5, 0.0, &hardware);
         edges.advance(0.5, 0.0, 1e-4);

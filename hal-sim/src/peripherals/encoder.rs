@@ -5,14 +5,14 @@
 
 use stand_firmware::board::{EncoderCount, Hardware};
 
-/// An encoder of so many counts per turn.
+/// An encoder with this number of counts per turn.
 #[derive(Clone, Copy, Debug)]
 pub struct Encoder {
     counts_per_rad: f64,
 }
 
 impl Encoder {
-    /// The encoder that the hardware has.
+    /// The encoder of this hardware.
     pub fn new(hardware: &Hardware) -> Self {
         Self { counts_per_rad: 1.0 / hardware.rad_per_count() }
     }
@@ -23,13 +23,13 @@ impl Encoder {
         EncoderCount(self.whole(theta_rad) as u16)
     }
 
-    /// The edges passed since the angle zero, before the counter wraps.
+    /// Edges from angle zero, without wrapping.
     #[inline]
     pub fn whole(&self, theta_rad: f64) -> i64 {
         floor(self.exact(theta_rad))
     }
 
-    /// The angle in counts, before it is counted.
+    /// The angle in counts, not rounded.
     #[inline]
     pub fn exact(&self, theta_rad: f64) -> f64 {
         theta_rad * self.counts_per_rad
@@ -47,7 +47,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn counts_are_rounded_down_and_wrap_both_ways() {
+    fn counts_are_rounded_down_and_wrap_in_both_directions() {
         let encoder = Encoder::new(&Hardware::default());
         let lsb = Hardware::default().rad_per_count();
         for (counts, expected) in [(0.5, 0), (1.5, 1), (-0.5, -1), (-1.0001, -2), (65_536.5, 0), (-65_535.5, 0)] {

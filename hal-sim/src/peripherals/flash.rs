@@ -251,8 +251,8 @@ mod tests {
         let mut flash = Small::new(&[16, 32], 1);
         flash.write(4, &[1, 2, 3, 4, 5, 6, 7, 8]).unwrap();
         assert_eq!(read(&mut flash, 8), [5, 6, 7, 8]);
-        assert_eq!(flash.write(8, &[0; 4]), Err(FlashError::NotErased { offset: 8 }), "though all bits only fall");
-        assert_eq!(read(&mut flash, 8), [5, 6, 7, 8], "and it is as it was");
+        assert_eq!(flash.write(8, &[0; 4]), Err(FlashError::NotErased { offset: 8 }), "even if bits change to 0 only");
+        assert_eq!(read(&mut flash, 8), [5, 6, 7, 8], "contents unchanged");
         flash.erase(0, 16).unwrap();
         assert_eq!(flash.bytes(), [0xff; 48]);
         flash.write(8, &[0; 4]).unwrap();
@@ -261,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn only_whole_words_and_sectors_within_its_bounds() {
+    fn only_whole_words_and_sectors_within_the_bounds_are_accepted() {
         let mut flash = Small::new(&[16, 32], 1);
         assert_eq!(flash.capacity(), 48);
         for (offset, length) in [(2, 4), (0, 3)] {
@@ -277,7 +277,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cut_leaves_whole_words_before_it_and_erased_ones_behind_and_no_bit_rises() {
+    fn words_before_a_cut_are_written_and_words_after_it_are_erased() {
         let new = [0xA5_u8, 0x5A, 0x00, 0x0F];
         let mut half_done = 0;
         for seed in 0..50 {
@@ -289,21 +289,21 @@ mod tests {
             flash.power_on();
             assert_eq!([read(&mut flash, 0), read(&mut flash, 4)], [new; 2]);
             let cut = read(&mut flash, 8);
-            assert!(cut.iter().zip(new).all(|(cell, new)| cell & new == new), "a bit fell that should not: {cut:x?}");
+            assert!(cut.iter().zip(new).all(|(cell, new)| cell & new == new), "a wrong bit was cleared: {cut:x?}");
             half_done += u32::from(cut != new && cut != [0xff; 4]);
             assert_eq!(read(&mut flash, 12), [0xff; 4]);
         }
-        assert!(half_done > 40, "half-done words must be seen: {half_done} of 50");
+        assert!(half_done > 40, "incomplete words must occur: {half_done} of 50");
     }
 
     #[test]
-    fn a_cut_erase_leaves_a_mixture_and_counts() {
+    fn an_interrupted_erase_leaves_a_partial_sector_and_counts() {
         let mut flash = SimFlash::<1024>::new(&[1024, 1024], 3);
         flash.write(0, &[0; 2048]).unwrap();
         flash.cut_after(1);
         assert_eq!(flash.erase(0, 2048), Err(FlashError::NoSupply));
         flash.power_on();
-        assert_eq!(flash.bytes()[..1024], [0xff; 1024], "the first sector was done");
+        assert_eq!(flash.bytes()[..1024], [0xff; 1024], "the first sector is erased");
         let second: Vec<&[u8]> = flash.bytes()[1024..].chunks(4).collect();
         let erased = second.iter().filter(|word| **word == [0xff; 4]).count();
         let kept = second.iter().filter(|word| **word == [0; 4]).count();

@@ -1,10 +1,10 @@
 //! The index of the encoder: a pulse once per turn that captures a counter and the edge timer.
 //!
 //! The pulse is one count wide (as channel I of the HEDS-9040), the first count of the turn, so that both directions capture the same
-//! count; the two ends of the pulse are one count apart, and so are the positions at which it begins. The bench looks at each tick; at
-//! most one pulse occurs in between, because no stand turns a whole turn in one tick.
+//! count; the two ends of the pulse are one count apart, and so are the positions at which it begins. The bench checks once per tick; at
+//! most one pulse occurs in between, because no stand rotates a whole turn per tick.
 
-use super::own_edge::Passed;
+use super::task_edge::Passed;
 use stand_firmware::board::{Edge, Hardware};
 
 /// Detects the index.
@@ -47,20 +47,20 @@ impl Index {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::peripherals::OwnEdge;
+    use crate::peripherals::TaskEdge;
     use stand_firmware::board::EncoderCount;
 
     #[test]
-    fn the_pulse_captures_the_same_count_from_either_side_and_not_where_it_began() {
+    fn the_pulse_captures_one_count_from_both_sides_and_not_at_power_on() {
         let hardware = Hardware::default();
-        let passed = OwnEdge::new(&hardware, 0.5).pass(0.5, 0, 1);
+        let passed = TaskEdge::new(&hardware, 0.5).pass(0.5, 0, 1);
         let pass = |index: &mut Index, count: i64| index.pass(count, &passed).map(|edge| edge.count);
         let mut index = Index::new(&hardware, 0);
-        assert_eq!(pass(&mut index, 5), None, "it was in the pulse at power-on: nothing began");
+        assert_eq!(pass(&mut index, 5), None, "in the pulse at power-on: no capture");
         assert_eq!(pass(&mut index, -3), Some(EncoderCount(0)), "backwards through it");
         assert_eq!(pass(&mut index, 2), Some(EncoderCount(0)), "and forwards again");
         assert_eq!(pass(&mut index, 0), Some(EncoderCount(0)), "backwards into it");
-        assert_eq!(pass(&mut index, 3), None, "out of it is no beginning");
+        assert_eq!(pass(&mut index, 3), None, "no capture when the pulse ends");
         assert_eq!(pass(&mut index, 19_999), None);
         assert_eq!(pass(&mut index, 20_001), Some(EncoderCount(20_000)));
         assert_eq!(pass(&mut index, 19_990), Some(EncoderCount(20_000)));

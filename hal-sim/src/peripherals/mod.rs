@@ -11,10 +11,10 @@ pub mod flash;
 pub mod imu;
 mod index;
 mod noise;
-mod own_edge;
 mod rate_sensor;
 pub mod serial;
 mod slow;
+mod task_edge;
 
 pub use current::CurrentAdc;
 pub use edges::Edges;
@@ -22,10 +22,10 @@ pub use encoder::Encoder;
 pub use flash::SimFlash;
 pub use index::Index;
 pub use noise::Noise;
-pub use own_edge::OwnEdge;
 pub use rate_sensor::RateSensor;
 pub use serial::SerialLine;
 pub use slow::SlowChannel;
+pub use task_edge::TaskEdge;
 
 use stand_firmware::config::{ConfigError, within};
 use std::f64::consts::PI;

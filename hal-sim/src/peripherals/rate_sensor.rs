@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 #[derive(Clone, Debug)]
 pub struct RateSensor {
     tau_s: f64,
-    /// Step for which the two weights hold.
+    /// Step length of the two weights.
     step_s: f64,
     decay: f64,
     /// (1 − decay) τ/h: the weight of the slope.
@@ -68,7 +68,7 @@ impl RateSensor {
 
     /// Replaces the newest sample by a random code of full scale.
     #[cold]
-    pub fn rubbish(&mut self) {
+    pub fn random_full_scale(&mut self) {
         let full_scale = self.full_scale.min(1e3) * self.codes_per_rad_s;
         self.code = RateCode(self.noise.uniform(full_scale) as i32);
     }
@@ -84,7 +84,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_filter_is_first_order_with_the_data_sheets_cutoff() {
+    fn the_filter_is_first_order_with_the_cutoff_of_the_data_sheet() {
         let setup = SensorSetup::default();
         let mut sensor = RateSensor::new(&Hardware::default(), &setup, 1, 0.0);
         let (cutoff, h) = (523.0, 1e-4);

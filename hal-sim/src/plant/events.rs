@@ -1,22 +1,22 @@
 //! One integration step: fourth-order Runge-Kutta, with located times of contact changes.
 
 use super::Plant;
-use super::motion::{CURRENT, FULL, MIN_BRISTLE_TIME_S, MOTOR, OMEGA, TWIST, Way, past_gap};
+use super::motion::{CURRENT, ContactState, FULL, MIN_BRISTLE_TIME_S, MOTOR, OMEGA, TWIST, past_gap};
 
 /// Longest step as a fraction of the fastest time constant.
 pub(super) const STEP_OF_FASTEST: f64 = 0.5;
 /// Shortest flank contact that is resolved, s.
 pub(super) const TOUCH_S: f64 = 2e-5;
 /// Largest number of steps per tick.
-pub(super) const MOST_STEPS: f64 = 200.0;
+pub(super) const MAX_STEPS: f64 = 200.0;
 
 impl Plant {
     #[inline]
-    pub(super) fn runge_kutta<const N: usize>(&self, s: &[f64; N], way: Way, asked_V: f64, t_s: f64, h: f64) -> [f64; N] {
-        let k1 = self.derivative(s, way, asked_V, t_s);
-        let k2 = self.derivative(&along(s, &k1, 0.5 * h), way, asked_V, t_s + 0.5 * h);
-        let k3 = self.derivative(&along(s, &k2, 0.5 * h), way, asked_V, t_s + 0.5 * h);
-        let k4 = self.derivative(&along(s, &k3, h), way, asked_V, t_s + h);
+    pub(super) fn runge_kutta<const N: usize>(&self, s: &[f64; N], contact: ContactState, command_V: f64, t_s: f64, h: f64) -> [f64; N] {
+        let k1 = self.derivative(s, contact, command_V, t_s);
+        let k2 = self.derivative(&along(s, &k1, 0.5 * h), contact, command_V, t_s + 0.5 * h);
+        let k3 = self.derivative(&along(s, &k2, 0.5 * h), contact, command_V, t_s + 0.5 * h);
+        let k4 = self.derivative(&along(s, &k3, h), contact, command_V, t_s + h);
         let mut next = *s;
         for k in 0..next.len() {
             next[k] += h / 6.0 * (k1[k] + 2.0 * (k2[k] + k3[k]) + k4[k]);
@@ -26,7 +26,7 @@ impl Plant {
 
     /// One step, in which the rotor may stop: the stop time is located, and the rest of the step starts from rest.
     #[inline]
-    pub(super) fn step<const N: usize>(&self, state: &mut [f64; N], asked_V: f64, mut t_s: f64, mut h: f64) {
+    pub(super) fn step<const N: usize>(&self, state: &mut [f64; N], command_V: f64, mut t_s: f64, mut h: f64) {
         let motor = self.motor::<N>();
         let sticks = self.structure.bristle_N_m_rad.is_none();
         let drops = self.drops && self.structure.inductance_H.is_some();
@@ -36,30 +36,30 @@ impl Plant {
             || (N == FULL && (self.outsiders.sector_rub.is_some() || self.structure.shaft.as_ref().is_some_and(|shaft| shaft.gap > 0.0)));
         // Within a step the rotor can stop repeatedly only by chatter, which sticking ends; likewise two masses in a gap.
         for _ in 0..8 {
-            let way = self.way(state, asked_V, t_s);
-            let direction = way.slides;
-            let held = Way { slides: 0.0, ..way };
-            let mut next = self.runge_kutta(state, way, asked_V, t_s, h);
+            let contact = self.contact_state(state, command_V, t_s);
+            let direction = contact.slides;
+            let held = ContactState { slides: 0.0, ..contact };
+            let mut next = self.runge_kutta(state, contact, command_V, t_s, h);
             let mut reach = h;
-            if corners && self.changes(state, &next, way) {
+            if corners && self.changes(state, &next, contact) {
                 // A contact starts or ends, a current or a slip ends: the step ends just after that time, and another follows.
-                reach = Self::last_of(h, |part| !self.changes(state, &self.runge_kutta(state, way, asked_V, t_s, part), way));
-                next = self.runge_kutta(state, way, asked_V, t_s, reach);
+                reach = Self::last_of(h, |part| !self.changes(state, &self.runge_kutta(state, contact, command_V, t_s, part), contact));
+                next = self.runge_kutta(state, contact, command_V, t_s, reach);
                 if drops && next[CURRENT] * state[CURRENT] < 0.0 {
                     next[CURRENT] = 0.0;
                 }
-                self.catch(&mut next, way);
+                self.catch(&mut next, contact);
             }
-            if clutch && way.slips == 0.0 && self.slip(&next, direction, asked_V, t_s + reach) != 0.0 {
+            if clutch && contact.slips == 0.0 && self.slip(&next, direction, command_V, t_s + reach) != 0.0 {
                 // The clutch opens within the step.
-                let closed = |part| self.runge_kutta(state, way, asked_V, t_s, part);
-                reach = Self::last_of(reach, |part| self.slip(&closed(part), direction, asked_V, t_s + part) == 0.0);
+                let closed = |part| self.runge_kutta(state, contact, command_V, t_s, part);
+                reach = Self::last_of(reach, |part| self.slip(&closed(part), direction, command_V, t_s + part) == 0.0);
                 next = closed(reach);
             }
-            if sticks && direction == 0.0 && self.direction(&next, asked_V, t_s + reach) != 0.0 {
+            if sticks && direction == 0.0 && self.direction(&next, command_V, t_s + reach) != 0.0 {
                 // The rotor breaks away within the step, as the current rises or a load starts: locate that time.
-                let still = |part| self.runge_kutta(state, held, asked_V, t_s, part);
-                let free = Self::last_of(reach, |part| self.direction(&still(part), asked_V, t_s + part) == 0.0);
+                let still = |part| self.runge_kutta(state, held, command_V, t_s, part);
+                let free = Self::last_of(reach, |part| self.direction(&still(part), command_V, t_s + part) == 0.0);
                 *state = still(free);
                 t_s += free;
                 h -= free;
@@ -83,7 +83,7 @@ impl Plant {
             let (mut at_low, mut at_high) = (state[motor], next[motor]);
             if at_low == 0.0 {
                 // Motion from rest against the own direction is rounding: the rotor stays at rest.
-                *state = self.runge_kutta(state, held, asked_V, t_s, h);
+                *state = self.runge_kutta(state, held, command_V, t_s, h);
                 h = 0.0;
                 break;
             }
@@ -91,7 +91,7 @@ impl Plant {
             let mut part = reach;
             for _ in 0..20 {
                 part = low - at_low * (high - low) / (at_high - at_low);
-                stopped = self.runge_kutta(state, way, asked_V, t_s, part);
+                stopped = self.runge_kutta(state, contact, command_V, t_s, part);
                 let omega = stopped[motor];
                 if omega.abs() < 1e-12 || high - low < 1e-12 {
                     break;
@@ -107,7 +107,7 @@ impl Plant {
                 }
             }
             stopped[motor] = 0.0;
-            if clutch && way.slips == 0.0 {
+            if clutch && contact.slips == 0.0 {
                 stopped[OMEGA] = 0.0;
             }
             *state = stopped;
@@ -119,17 +119,17 @@ impl Plant {
         }
         if h > 1e-12 {
             // Chatter: the rest of the step keeps the present contact state.
-            let way = self.way(state, asked_V, t_s);
-            *state = self.runge_kutta(state, way, asked_V, t_s, h);
+            let contact = self.contact_state(state, command_V, t_s);
+            *state = self.runge_kutta(state, contact, command_V, t_s, h);
         }
     }
 
     /// Upper bound of the time in (0, h] at which `so` ceases to hold, by bisection, s.
-    pub(super) fn last_of(h: f64, so: impl Fn(f64) -> bool) -> f64 {
+    pub(super) fn last_of(h: f64, condition: impl Fn(f64) -> bool) -> f64 {
         let (mut low, mut high) = (0.0, h);
         while high - low > 1e-9 {
             let part = 0.5 * (low + high);
-            if so(part) {
+            if condition(part) {
                 low = part;
             } else {
                 high = part;
@@ -139,20 +139,20 @@ impl Plant {
     }
 
     /// Joins the rates of both sides of a clutch whose slip has just ended.
-    fn catch<const N: usize>(&self, s: &mut [f64; N], way: Way) {
+    fn catch<const N: usize>(&self, s: &mut [f64; N], contact: ContactState) {
         let (FULL, Some(clutch)) = (N, &self.outsiders.slipping_clutch) else { return };
-        if way.slips * (s[MOTOR] - s[OMEGA]) < 0.0 {
+        if contact.slips * (s[MOTOR] - s[OMEGA]) < 0.0 {
             let share = clutch.motor_inertia_share;
             // A motor that is held stays at rest.
-            let together = if way.slides == 0.0 { s[MOTOR] } else { share * s[MOTOR] + (1.0 - share) * s[OMEGA] };
+            let together = if contact.slides == 0.0 { s[MOTOR] } else { share * s[MOTOR] + (1.0 - share) * s[OMEGA] };
             s[MOTOR] = together;
             s[OMEGA] = together;
         }
     }
 
     /// Between the two states a flank contact starts or ends, the current passes zero, a clutch closes, or a sector starts or ends.
-    pub(super) fn changes<const N: usize>(&self, from: &[f64; N], to: &[f64; N], way: Way) -> bool {
-        if N == FULL && (self.rubs(to) != way.rubs || (way.slips != 0.0 && way.slips * (to[MOTOR] - to[OMEGA]) < 0.0)) {
+    pub(super) fn changes<const N: usize>(&self, from: &[f64; N], to: &[f64; N], contact: ContactState) -> bool {
+        if N == FULL && (self.rubs(to) != contact.rubs || (contact.slips != 0.0 && contact.slips * (to[MOTOR] - to[OMEGA]) < 0.0)) {
             return true;
         }
         let side = |s: &[f64; N]| match &self.structure.shaft {
@@ -182,7 +182,7 @@ impl Plant {
             let constant_s = total.coulomb_torque.max(1e-5) / stiffness / self.state[OMEGA].abs().max(1e-3);
             fastest_s = fastest_s.min(constant_s.max(MIN_BRISTLE_TIME_S)).min((self.inertia / stiffness).sqrt());
         }
-        (dt_s / (STEP_OF_FASTEST * fastest_s)).ceil().clamp(1.0, MOST_STEPS)
+        (dt_s / (STEP_OF_FASTEST * fastest_s)).ceil().clamp(1.0, MAX_STEPS)
     }
 }
 

@@ -21,7 +21,7 @@ pub use error::StandError;
 use motion::{BRISTLE, CHARGE, CURRENT, FULL, MOTOR, OMEGA, PLAIN, State, THETA, TWIST, past_gap};
 use outsiders::Outsiders;
 use outsiders::grinding_bearing::Grinding;
-use sensing::{Placed, Sensing};
+use sensing::{LawParameters, Sensing};
 pub use stand::Stand;
 
 /// A drive with its effects.
@@ -32,8 +32,8 @@ pub struct Plant {
     motor_constant: f64,
     resistance: f64,
     /// Laws with contributions, and laws that only change readings.
-    laws: Vec<Placed>,
-    seen: Vec<Placed>,
+    laws: Vec<LawParameters>,
+    seen: Vec<LawParameters>,
     structure: Structure<f64>,
     thermal: Thermal<f64>,
     /// Disturbances outside the catalogue.
@@ -59,7 +59,7 @@ impl Plant {
     /// An effect or parameter that the catalogue lacks, a value out of range, or two couplings in one drive.
     pub fn new(stand: &Stand, theta_rad: f64) -> Result<Self, StandError> {
         stand.check_outside()?;
-        let placed = stand.placed()?;
+        let placed = stand.effect_parameters()?;
         let mut structure = Structure::default();
         let (mut laws, mut seen) = (Vec::new(), Vec::new());
         for (id, parameters) in placed {
@@ -130,37 +130,37 @@ impl Plant {
 }
 
 impl PlantPort for Plant {
-    fn advance(&mut self, asked_V: f64, dt_s: f64) {
+    fn advance(&mut self, command_V: f64, dt_s: f64) {
         let steps = self.steps(dt_s);
         let h = dt_s / steps;
         self.state[CHARGE] = 0.0;
         // Duty times the present supply.
-        let asked_V = asked_V * (self.supply_V / self.nominal_V);
+        let command_V = command_V * (self.supply_V / self.nominal_V);
         if let Some(grinding) = &mut self.grinding {
             grinding.tick(self.t_s, dt_s);
         }
         let mut state = self.state;
         if self.structure.shaft.is_some() || self.structure.bristle_N_m_rad.is_some() || self.outsiders.any() {
             for k in 0..steps as u32 {
-                self.step(&mut state, asked_V, self.t_s + f64::from(k) * h, h);
+                self.step(&mut state, command_V, self.t_s + f64::from(k) * h, h);
             }
         } else {
             let [omega, current, theta, charge, ..] = state;
             let mut plain: [f64; PLAIN] = [omega, current, theta, charge];
             for k in 0..steps as u32 {
-                self.step(&mut plain, asked_V, self.t_s + f64::from(k) * h, h);
+                self.step(&mut plain, command_V, self.t_s + f64::from(k) * h, h);
             }
             state[..PLAIN].copy_from_slice(&plain);
         }
         self.state = state;
         if self.structure.inductance_H.is_none() {
             // Start value of the search, for laws that depend on the current.
-            self.state[CURRENT] = self.at(&self.state, false, self.given_V::<FULL>(asked_V, self.t_s + dt_s), self.t_s + dt_s).1;
+            self.state[CURRENT] = self.at(&self.state, false, self.bridge_V::<FULL>(command_V, self.t_s + dt_s), self.t_s + dt_s).1;
         }
         self.mean_current_A = self.state[CHARGE] / dt_s;
         // Where a law makes the resistance depend on the temperature, the hot resistance heats.
         let factor = match self.structure.thermal {
-            Some(_) => self.contributions(&self.state, self.mean_current_A, asked_V, self.t_s).resistance_factor,
+            Some(_) => self.contributions(&self.state, self.mean_current_A, command_V, self.t_s).resistance_factor,
             None => 1.0,
         };
         let loss_W = self.resistance * factor * self.mean_current_A.powi(2);
@@ -189,15 +189,15 @@ impl PlantPort for Plant {
         self.heat_K + T0_C
     }
 
-    fn supply_gives(&mut self, volts: Option<f64>) {
+    fn set_supply(&mut self, volts: Option<f64>) {
         self.supply_V = volts.unwrap_or(self.nominal_V);
     }
 
-    fn heat_winding(&mut self, temp_C: f64) {
+    fn set_winding_temperature(&mut self, temp_C: f64) {
         self.heat_K = temp_C - T0_C;
     }
 
-    fn carry(&mut self, added_kg_m2: f64) {
+    fn set_load_inertia(&mut self, added_kg_m2: f64) {
         let before = self.inertia;
         self.inertia += added_kg_m2 - self.added;
         self.added = added_kg_m2;

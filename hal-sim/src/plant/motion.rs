@@ -21,7 +21,7 @@ pub(super) const BRISTLE: usize = 6;
 
 /// The discrete state that is constant within a step: contact of dry friction, brushes, clutch and sector.
 #[derive(Clone, Copy)]
-pub(super) struct Way {
+pub(super) struct ContactState {
     /// Direction of sliding of the rotor; 0: sticking.
     pub(super) slides: f64,
     /// Direction of the current against a voltage drop; 0: no current flows.
@@ -50,7 +50,7 @@ impl Plant {
     }
 
     #[inline]
-    pub(super) fn point<const N: usize>(&self, s: &[f64; N], current: f64, asked_V: f64, t_s: f64) -> Point<f64> {
+    pub(super) fn point<const N: usize>(&self, s: &[f64; N], current: f64, command_V: f64, t_s: f64) -> Point<f64> {
         Point {
             from_s: t_s,
             to_s: t_s,
@@ -58,7 +58,7 @@ impl Plant {
             theta_measured: false,
             omega: s[self.motor::<N>()],
             current,
-            voltage: asked_V,
+            voltage: command_V,
             temp_C: self.heat_K + T0_C,
             // The bridge already follows the supply (`advance`); the law must not apply it again.
             supply_ratio: 1.0,
@@ -67,8 +67,8 @@ impl Plant {
     }
 
     #[inline(always)]
-    pub(super) fn contributions<const N: usize>(&self, s: &[f64; N], current: f64, asked_V: f64, t_s: f64) -> Contributions<f64> {
-        let x = self.point(s, current, asked_V, t_s);
+    pub(super) fn contributions<const N: usize>(&self, s: &[f64; N], current: f64, command_V: f64, t_s: f64) -> Contributions<f64> {
+        let x = self.point(s, current, command_V, t_s);
         let mut total = Contributions::none();
         for (law, parameters) in &self.laws {
             law.contribute(parameters, &x, &mut total);
@@ -84,17 +84,17 @@ impl Plant {
 
     /// Output voltage of the bridge.
     #[inline(always)]
-    pub(super) fn given_V<const N: usize>(&self, asked_V: f64, t_s: f64) -> f64 {
+    pub(super) fn bridge_V<const N: usize>(&self, command_V: f64, t_s: f64) -> f64 {
         match self.outsiders.hunting_supply {
-            Some(hunting) if N == FULL => asked_V * hunting.factor(t_s),
-            _ => asked_V,
+            Some(hunting) if N == FULL => command_V * hunting.factor(t_s),
+            _ => command_V,
         }
     }
 
     /// Contributions and current at a state, with the output of the bridge.
     #[inline(always)]
-    pub(super) fn at<const N: usize>(&self, s: &[f64; N], rubs: bool, given_V: f64, t_s: f64) -> (Contributions<f64>, f64) {
-        let (mut total, current) = self.inside(s, given_V, t_s);
+    pub(super) fn at<const N: usize>(&self, s: &[f64; N], rubs: bool, bridge_V: f64, t_s: f64) -> (Contributions<f64>, f64) {
+        let (mut total, current) = self.inside(s, bridge_V, t_s);
         if N == FULL {
             if let (true, Some(rub)) = (rubs, &self.outsiders.sector_rub) {
                 total.coulomb_torque += rub.rub_N_m;
@@ -107,18 +107,18 @@ impl Plant {
 
     /// Contributions of the catalogue's laws. The current of a winding without inductance follows algebraically; laws that depend on it are iterated.
     #[inline(always)]
-    fn inside<const N: usize>(&self, s: &[f64; N], asked_V: f64, t_s: f64) -> (Contributions<f64>, f64) {
+    fn inside<const N: usize>(&self, s: &[f64; N], command_V: f64, t_s: f64) -> (Contributions<f64>, f64) {
         if self.structure.inductance_H.is_some() {
-            return (self.contributions(s, s[CURRENT], asked_V, t_s), s[CURRENT]);
+            return (self.contributions(s, s[CURRENT], command_V, t_s), s[CURRENT]);
         }
         let mut current = s[CURRENT];
-        let mut total = self.contributions(s, current, asked_V, t_s);
+        let mut total = self.contributions(s, current, command_V, t_s);
         let rounds = if self.structure.needs_current { 8 } else { 1 };
         for round in 0..rounds {
-            let v = asked_V + total.voltage - self.motor_constant * total.motor_factor * s[self.motor::<N>()];
+            let v = command_V + total.voltage - self.motor_constant * total.motor_factor * s[self.motor::<N>()];
             current = past_gap(v, 2.0 * total.drop_V) / (self.resistance * total.resistance_factor + total.series_ohm);
             if round + 1 < rounds {
-                total = self.contributions(s, current, asked_V, t_s);
+                total = self.contributions(s, current, command_V, t_s);
             }
         }
         (total, current)
@@ -139,33 +139,36 @@ impl Plant {
 
     /// Time derivative in a given contact state.
     #[inline(always)]
-    pub(super) fn derivative<const N: usize>(&self, s: &[f64; N], way: Way, asked_V: f64, t_s: f64) -> [f64; N] {
-        let given_V = self.given_V::<N>(asked_V, t_s);
-        let (total, current) = self.at(s, way.rubs, given_V, t_s);
+    pub(super) fn derivative<const N: usize>(&self, s: &[f64; N], contact: ContactState, command_V: f64, t_s: f64) -> [f64; N] {
+        let bridge_V = self.bridge_V::<N>(command_V, t_s);
+        let (total, current) = self.at(s, contact.rubs, bridge_V, t_s);
         let motor = self.motor::<N>();
         let mut d = [0.0; N];
         let bristle = self.structure.bristle_N_m_rad;
         let dry = if bristle.is_some() { 0.0 } else { total.coulomb_torque };
-        let torque = self.torque(s, &total, current) - way.slides * dry;
-        d[motor] = if way.slides == 0.0 { 0.0 } else { torque / self.rubbed_inertia::<N>() };
+        let torque = self.torque(s, &total, current) - contact.slides * dry;
+        d[motor] = if contact.slides == 0.0 { 0.0 } else { torque / self.rubbed_inertia::<N>() };
         d[THETA] = s[OMEGA];
         d[CHARGE] = current;
         if let Some(inductance) = self.structure.inductance_H {
-            let v = given_V + total.voltage - self.motor_constant * total.motor_factor * s[motor];
+            let v = bridge_V + total.voltage - self.motor_constant * total.motor_factor * s[motor];
             let resistance = self.resistance * total.resistance_factor + total.series_ohm;
-            d[CURRENT] =
-                if self.drops && way.flows == 0.0 { 0.0 } else { (v - total.drop_V * way.flows - resistance * current) / inductance };
+            d[CURRENT] = if self.drops && contact.flows == 0.0 {
+                0.0
+            } else {
+                (v - total.drop_V * contact.flows - resistance * current) / inductance
+            };
         }
         if N < FULL {
             return d;
         }
         if let Some(clutch) = &self.outsiders.slipping_clutch {
             let share = clutch.motor_inertia_share;
-            let carried = way.slips * clutch.clutch_N_m;
-            if way.slips == 0.0 {
+            let carried = contact.slips * clutch.clutch_N_m;
+            if contact.slips == 0.0 {
                 d[OMEGA] = d[motor];
             } else {
-                d[motor] = if way.slides == 0.0 { 0.0 } else { (torque - carried) / (self.inertia * share) };
+                d[motor] = if contact.slides == 0.0 { 0.0 } else { (torque - carried) / (self.inertia * share) };
                 d[OMEGA] = carried / (self.inertia * (1.0 - share));
             }
         }
@@ -181,12 +184,12 @@ impl Plant {
     }
 
     /// Direction of sliding at this state; 0: the Coulomb torque holds the rotor.
-    pub(super) fn direction<const N: usize>(&self, s: &[f64; N], asked_V: f64, t_s: f64) -> f64 {
+    pub(super) fn direction<const N: usize>(&self, s: &[f64; N], command_V: f64, t_s: f64) -> f64 {
         let omega = s[self.motor::<N>()];
         if omega != 0.0 {
             return omega.signum();
         }
-        let (total, current) = self.at(s, self.rubs(s), self.given_V::<N>(asked_V, t_s), t_s);
+        let (total, current) = self.at(s, self.rubs(s), self.bridge_V::<N>(command_V, t_s), t_s);
         if self.structure.bristle_N_m_rad.is_some() {
             return 1.0;
         }
@@ -199,18 +202,18 @@ impl Plant {
     }
 
     /// Direction of the current; 0: the voltage drop blocks it.
-    pub(super) fn flow<const N: usize>(&self, s: &[f64; N], asked_V: f64, t_s: f64) -> f64 {
+    pub(super) fn flow<const N: usize>(&self, s: &[f64; N], command_V: f64, t_s: f64) -> f64 {
         if s[CURRENT] != 0.0 {
             return s[CURRENT].signum();
         }
-        let given_V = self.given_V::<N>(asked_V, t_s);
-        let (total, _) = self.at(s, self.rubs(s), given_V, t_s);
-        let v = given_V + total.voltage - self.motor_constant * total.motor_factor * s[self.motor::<N>()];
+        let bridge_V = self.bridge_V::<N>(command_V, t_s);
+        let (total, _) = self.at(s, self.rubs(s), bridge_V, t_s);
+        let v = bridge_V + total.voltage - self.motor_constant * total.motor_factor * s[self.motor::<N>()];
         if v.abs() <= total.drop_V { 0.0 } else { v.signum() }
     }
 
     /// Direction of slip of the clutch, for this direction of sliding; 0: closed.
-    pub(super) fn slip<const N: usize>(&self, s: &[f64; N], slides: f64, asked_V: f64, t_s: f64) -> f64 {
+    pub(super) fn slip<const N: usize>(&self, s: &[f64; N], slides: f64, command_V: f64, t_s: f64) -> f64 {
         let (FULL, Some(clutch)) = (N, &self.outsiders.slipping_clutch) else { return 0.0 };
         let ahead = s[MOTOR] - s[OMEGA];
         if ahead != 0.0 {
@@ -219,18 +222,18 @@ impl Plant {
         if slides == 0.0 {
             return 0.0;
         }
-        let (total, current) = self.at(s, self.rubs(s), self.given_V::<N>(asked_V, t_s), t_s);
+        let (total, current) = self.at(s, self.rubs(s), self.bridge_V::<N>(command_V, t_s), t_s);
         let dry = if self.structure.bristle_N_m_rad.is_some() { 0.0 } else { total.coulomb_torque };
         let carried = (self.torque(s, &total, current) - slides * dry) * (1.0 - clutch.motor_inertia_share);
         if carried.abs() <= clutch.clutch_N_m { 0.0 } else { carried.signum() }
     }
 
     /// The contact state at this state.
-    pub(super) fn way<const N: usize>(&self, s: &[f64; N], asked_V: f64, t_s: f64) -> Way {
-        let slides = self.direction(s, asked_V, t_s);
+    pub(super) fn contact_state<const N: usize>(&self, s: &[f64; N], command_V: f64, t_s: f64) -> ContactState {
+        let slides = self.direction(s, command_V, t_s);
         // The brush drop can end a current, not reverse it.
-        let flows = if self.drops && self.structure.inductance_H.is_some() { self.flow(s, asked_V, t_s) } else { 0.0 };
-        Way { slides, flows, slips: self.slip(s, slides, asked_V, t_s), rubs: self.rubs(s) }
+        let flows = if self.drops && self.structure.inductance_H.is_some() { self.flow(s, command_V, t_s) } else { 0.0 };
+        ContactState { slides, flows, slips: self.slip(s, slides, command_V, t_s), rubs: self.rubs(s) }
     }
 }
 

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use drive_model::{Law, Point, Reading, Structure};
 
 /// A law with its parameters.
-pub(super) type Placed = (Box<dyn Law<f64>>, Vec<f64>);
+pub(super) type LawParameters = (Box<dyn Law<f64>>, Vec<f64>);
 
 /// Last readings of the elements.
 pub(super) struct Sensing {
@@ -39,7 +39,7 @@ impl Sensing {
     }
 
     /// Takes the state after `dt_s`; 0 initialises the elements without history.
-    pub(super) fn take(&mut self, laws: &[Placed], x: &Point<f64>, omega: f64, theta: f64, current: f64, dt_s: f64) {
+    pub(super) fn take(&mut self, laws: &[LawParameters], x: &Point<f64>, omega: f64, theta: f64, current: f64, dt_s: f64) {
         let x = Point { omega, ..*x };
         let mut reading = Reading { omega, theta, current };
         for (law, parameters) in laws {

@@ -1,7 +1,7 @@
 //! Description of a stand as data: drive, effects, sensors, firmware settings. `stand sim --stand FILE` reads it as TOML.
 //!
 //! ```toml
-//! name = "the one in room 12"
+//! name = "stand 12"
 //! [drive]
 //! inertia_kg_m2 = 4e-4
 //! [effects.coulomb]
@@ -72,7 +72,7 @@ pub struct Stand {
 /// shaft, at a supply of 12 V.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-#[expect(missing_docs, reason = "the names say it, with units")]
+#[expect(missing_docs, reason = "names and units are in the identifiers")]
 pub struct Drive {
     pub inertia_kg_m2: f64,
     pub motor_constant_N_m_A: f64,
@@ -107,7 +107,7 @@ impl Default for Stand {
             name: "rotary stand on a maxon RE 25".to_owned(),
             drive: Drive::default(),
             effects: [
-                // Catalogue: no-load current 36.9 mA × 23.4 mN m/A = 0.86 mN m, shared between dry and viscous at 9550 1/min.
+                // Catalogue: no-load current 36.9 mA × 23.4 mN m/A = 0.86 mN m, split between Coulomb and viscous friction at 9550 1/min.
                 effect("coulomb", &[("coulomb_N_m", 9e-4)]),
                 effect("viscous", &[("viscous_N_m_s", 2e-5)]),
                 // Catalogue: terminal inductance 0.238 mH.
@@ -186,7 +186,7 @@ impl Stand {
         }
         self.check_outside()?;
         self.faults.check()?;
-        self.placed().map(|_| ())
+        self.effect_parameters().map(|_| ())
     }
 
     /// Checks the outsiders, alone and in combination with the effects.
@@ -210,12 +210,12 @@ impl Stand {
     ///
     /// # Errors
     /// An effect or parameter that the catalogue lacks, or a value out of range.
-    pub fn placed(&self) -> Result<Vec<(&'static str, Vec<f64>)>, StandError> {
+    pub fn effect_parameters(&self) -> Result<Vec<(&'static str, Vec<f64>)>, StandError> {
         let mut placed = Vec::new();
         // In the order of the catalogue, so that the order of the file does not matter.
         let mut names: Vec<&String> = self.effects.keys().collect();
-        let place = |name: &str| drive_model::cards().iter().position(|c| c.id == stem(name));
-        names.sort_by_key(|name| place(name));
+        let position = |name: &str| drive_model::cards().iter().position(|c| c.id == stem(name));
+        names.sort_by_key(|name| position(name));
         for name in names {
             let given = &self.effects[name];
             let card = drive_model::card(stem(name)).ok_or_else(|| StandError::UnknownEffect(name.clone()))?;

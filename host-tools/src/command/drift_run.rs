@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use embassy_futures::block_on;
-use hal_sim::gyro::Place;
+use hal_sim::gyro::Orientation;
 use indicatif::ProgressBar;
 
 use super::drift_output::{Uncertainties, write_report};
@@ -132,7 +132,7 @@ impl Run {
         let (recording, name, latitude_deg) = match &self.port {
             Some(port) => {
                 let mut link = SerialLink::open(port)?;
-                let turn = async |place: &Place, _: &mut SerialLink| spinner.suspend(|| confirm_turn(place));
+                let turn = async |place: &Orientation, _: &mut SerialLink| spinner.suspend(|| confirm_turn(place));
                 (block_on(measure(&mut link, &request, turn, show)), link.name(), self.latitude)
             }
             None => {
@@ -189,7 +189,7 @@ impl Run {
 }
 
 /// A position of the option `--positions`: degrees turned, optionally raised and rolled, separated by colons.
-fn position(text: &str) -> Result<Place, CliError> {
+fn position(text: &str) -> Result<Orientation, CliError> {
     let invalid =
         || CliError::Input(format!("--positions: `{text}` is not a position; write degrees turned[:raised[:rolled]], e.g. 180 or 0:0:90"));
     let mut numbers = [0.0; 3];
@@ -201,7 +201,7 @@ fn position(text: &str) -> Result<Place, CliError> {
         *number = part.trim().parse().ok().filter(|n: &f64| n.is_finite()).ok_or_else(invalid)?;
     }
     let [turned_rad, raised_rad, rolled_rad] = numbers.map(f64::to_radians);
-    Ok(Place { turned_rad, raised_rad, rolled_rad })
+    Ok(Orientation { turned_rad, raised_rad, rolled_rad })
 }
 
 fn show(spinner: &ProgressBar, progress: DriftSessionProgress) {
@@ -210,7 +210,7 @@ fn show(spinner: &ProgressBar, progress: DriftSessionProgress) {
 }
 
 /// Prints the instruction to turn the gyroscope and waits for the Enter key.
-fn confirm_turn(place: &Place) -> Result<(), DriftSessionError> {
+fn confirm_turn(place: &Orientation) -> Result<(), DriftSessionError> {
     let [turned, raised, rolled] =
         [place.turned_rad, place.raised_rad, place.rolled_rad].map(|rad| crate::report::plain(rad.to_degrees(), 6));
     eprintln!("Turn the gyroscope to {turned}° (raised {raised}°, rolled {rolled}°), level it, then press Enter.");

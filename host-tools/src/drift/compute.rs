@@ -10,7 +10,7 @@ use super::integral::{Integral, amplitude_rad_s, residual_rad_s};
 use super::measurement::{DriftWarning, Measurement, SetupUncertainties};
 use crate::log::Log;
 use crate::statistics::Extremes;
-use hal_sim::gyro::Place;
+use hal_sim::gyro::Orientation;
 
 /// Columns to read beside the standard ones.
 pub const COLUMNS: [&str; 10] = [
@@ -208,12 +208,12 @@ impl AxisData<'_> {
         }
     }
 
-    fn position(&self, row: usize) -> Result<Place, DriftError> {
+    fn position(&self, row: usize) -> Result<Orientation, DriftError> {
         let of = |name: &'static str| match self.log.column(name) {
             Some(column) => Ok(column[row]),
             None => number(self.log, None, name, -3600.0, 3600.0).map(|value| value.unwrap_or(0.0)),
         };
-        Ok(Place {
+        Ok(Orientation {
             turned_rad: of("turned_deg")?.to_radians(),
             raised_rad: of("raised_deg")?.to_radians(),
             rolled_rad: of("rolled_deg")?.to_radians(),

@@ -2,7 +2,7 @@
 
 use super::integral::Integral;
 use crate::acquire::drift_session::{GyroscopeScales, ReportedCycle};
-use hal_sim::gyro::Place;
+use hal_sim::gyro::Orientation;
 use std::f64::consts::TAU;
 
 /// Largest difference of angles in one position, rad: 2″.
@@ -29,7 +29,7 @@ pub struct Cycle {
     /// Its number, from 1.
     pub number: u32,
     /// Position of the gyroscope.
-    pub position: Place,
+    pub position: Orientation,
     /// Axis of the platform, 0 to 2; 0 for a single-axis gyroscope.
     pub axis: usize,
     /// Sign of the first pulse.
@@ -81,7 +81,7 @@ impl Cycle {
 }
 
 /// The positions agree within 2″.
-pub fn is_same_position(a: &Place, b: &Place) -> bool {
+pub fn is_same_position(a: &Orientation, b: &Orientation) -> bool {
     let turned = (a.turned_rad - b.turned_rad).rem_euclid(TAU);
     turned.min(TAU - turned) < POSITION_TOLERANCE_RAD
         && (a.raised_rad - b.raised_rad).abs() < POSITION_TOLERANCE_RAD
@@ -97,7 +97,7 @@ mod tests {
         let scales = GyroscopeScales { angle_V_per_code: 1e-3, angle_gain_V_rad: 100.0, torquer_gain_rad_s_A: 0.02, angle_limit_V: 1.6 };
         let report = ReportedCycle {
             number: 3,
-            position: Place::default(),
+            position: Orientation::default(),
             sign: -1,
             start_s: 10.0,
             rate_rad_s: 1e-3,

@@ -9,7 +9,7 @@ use super::integral::{Integral, reference_rad_s};
 use super::measurement::{Measurement, SeparatedDrift};
 use super::positions::{self, PositionRate};
 use super::separation::{self, PlatformDrift};
-use hal_sim::gyro::Place;
+use hal_sim::gyro::Orientation;
 
 /// Result of a drift measurement.
 #[derive(Debug, Clone)]
@@ -34,7 +34,7 @@ impl Measurement {
 
     /// Mean rates of an axis in all positions.
     fn position_rates(&self, axis: usize, rate: &dyn Fn(&Cycle) -> f64, inequality: Option<&PulseInequality>) -> Vec<PositionRate> {
-        let mean_in = |position: &Place| {
+        let mean_in = |position: &Orientation| {
             let cycles: Vec<&Cycle> =
                 self.valid_cycles().into_iter().filter(|c| c.axis == axis && is_same_position(&c.position, position)).collect();
             (!cycles.is_empty()).then(|| mean(&cycles, rate, inequality))

@@ -132,11 +132,11 @@ pub fn mean(cycles: &[&Cycle], rate: &dyn Fn(&Cycle) -> f64, inequality: Option<
 mod tests {
     use super::*;
     use crate::drift::integral::Integral;
-    use hal_sim::gyro::Place;
+    use hal_sim::gyro::Orientation;
 
     fn cycle(turned_deg: f64, sign: i8, amplitude_rad_s: f64, rate_rad_s: f64) -> Cycle {
         let integral = Integral { pulse_s: 1.0, switched_rad_s: -rate_rad_s, sum_rad_s: 0.0, slope_rad_s: 0.0, span_rad: 0.0 };
-        let position = Place { turned_rad: f64::to_radians(turned_deg), ..Place::default() };
+        let position = Orientation { turned_rad: f64::to_radians(turned_deg), ..Orientation::default() };
         Cycle { number: 1, position, axis: 0, sign, start_s: 0.0, integral, amplitude_rad_s, residual_rad_s: None, defect: None }
     }
 

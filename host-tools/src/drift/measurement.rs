@@ -7,7 +7,7 @@ use super::inequality::PulseInequality;
 use super::positions::PositionFit;
 use crate::acquire::drift_session::DriftRecording;
 use crate::log::LogWarning;
-use hal_sim::gyro::Place;
+use hal_sim::gyro::Orientation;
 use std::f64::consts::TAU;
 
 /// A remark on the input.
@@ -87,8 +87,8 @@ impl Measurement {
     }
 
     /// The positions of the valid cycles, in their order.
-    pub fn positions(&self) -> Vec<Place> {
-        let mut positions: Vec<Place> = Vec::new();
+    pub fn positions(&self) -> Vec<Orientation> {
+        let mut positions: Vec<Orientation> = Vec::new();
         for cycle in self.valid_cycles() {
             if !positions.iter().any(|position| is_same_position(position, &cycle.position)) {
                 positions.push(cycle.position);

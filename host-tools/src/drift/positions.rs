@@ -7,14 +7,14 @@
 
 use super::error::{DriftError, PositionParameter};
 use super::estimate::Estimate;
-use hal_sim::gyro::Place;
+use hal_sim::gyro::Orientation;
 use nalgebra::{DMatrix, DVector};
 
 /// Mean rate in one position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PositionRate {
     /// The position.
-    pub position: Place,
+    pub position: Orientation,
     /// Ω, rad/s.
     pub rate_rad_s: f64,
     /// Its standard uncertainty, rad/s.
@@ -107,7 +107,7 @@ pub fn fit(rates: &[PositionRate], vertical_rad_s: f64) -> Result<PositionFit, D
     })
 }
 
-fn regressors(position: &Place) -> [f64; 6] {
+fn regressors(position: &Orientation) -> [f64; 6] {
     let [input, output, spin] = position.up();
     let level = position.raised_rad.cos();
     [1.0, -position.turned_rad.cos() * level, position.turned_rad.sin() * level, input, output, spin]

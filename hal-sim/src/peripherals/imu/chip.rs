@@ -103,11 +103,11 @@ impl Chip {
     }
 
     /// Sets or clears a fault.
-    pub fn fail(&mut self, fault: Fault) {
+    pub fn set_fault(&mut self, fault: Fault) {
         self.fault = fault;
     }
 
-    /// Whether it takes samples at all.
+    /// Whether the chip takes samples.
     #[inline]
     pub fn samples(&self) -> bool {
         self.on

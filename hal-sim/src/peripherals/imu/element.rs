@@ -102,19 +102,19 @@ impl Element {
     }
 
     /// Reading one tick later, from the rates about its own axis and its y, the force along its x, and the temperature.
-    pub(super) fn show(&mut self, rate_rad_s: f64, across_rad_s: f64, force_m_s2: f64, temp_C: f64) -> f64 {
+    pub(super) fn reading(&mut self, rate_rad_s: f64, across_rad_s: f64, force_m_s2: f64, temp_C: f64) -> f64 {
         let s = &self.setup;
         let beyond = (rate_rad_s.abs() - s.dead_band_rad_s).max(0.0).copysign(rate_rad_s);
         let warm_K = temp_C - REFERENCE_C;
-        let shown = beyond * (1.0 + s.scale_per_K * warm_K + beyond * (s.quadratic_s + beyond * s.cubic_s2))
+        let readings = beyond * (1.0 + s.scale_per_K * warm_K + beyond * (s.quadratic_s + beyond * s.cubic_s2))
             + s.cross_axis * across_rad_s
             + s.g_sensitivity_s_m * force_m_s2
             + s.bias_rad_s_per_K * warm_K;
         let followed = match &self.step {
-            None => shown,
+            None => readings,
             Some([to_value, to_slope]) => {
                 // Steady-state response to a ramp: the ramp with a delay of 2ζ/ω.
-                let Ramp { begin, end } = self.input.to(shown);
+                let Ramp { begin, end } = self.input.to(readings);
                 let steep = (end - begin) * CONTROL_HZ as f64;
                 let late = steep * 2.0 * s.damping / (TAU * s.natural_Hz);
                 let [off, slope] = [self.state[0] - (begin - late), self.state[1] - steep];
@@ -158,7 +158,7 @@ mod tests {
 
     /// Second order, 80 Hz, ζ 0.7: at 20 Hz 0.999297616, −20.472280°.
     #[test]
-    fn it_is_of_second_order() {
+    fn the_element_is_of_second_order() {
         for (frequency_Hz, gain, phase_deg) in
             [(10.0, 1.000190484, -10.080598), (20.0, 0.999297616, -20.472280), (50.0, 0.937835904, -55.145544)]
         {
@@ -168,10 +168,10 @@ mod tests {
             let n = CONTROL_HZ as usize;
             for k in 0..3 * n {
                 let to = TAU * frequency_Hz * (k + 1) as f64 * h;
-                let shown = element.show(to.sin(), 0.0, 0.0, 25.0);
+                let readings = element.reading(to.sin(), 0.0, 0.0, 25.0);
                 if k >= 2 * n {
-                    re += 2.0 / n as f64 * shown * to.sin();
-                    im += 2.0 / n as f64 * shown * to.cos();
+                    re += 2.0 / n as f64 * readings * to.sin();
+                    im += 2.0 / n as f64 * readings * to.cos();
                 }
             }
             let (found, found_deg) = (re.hypot(im), im.atan2(re).to_degrees());
@@ -180,9 +180,9 @@ mod tests {
     }
 
     #[test]
-    fn each_departure_shows_by_its_law() {
-        let show = |setup, [rate, across, force, temp]: [f64; 4]| Element::new(setup).show(rate, across, force, temp);
-        let is = |setup, at, value: f64| assert!((show(setup, at) - value).abs() < 1e-15);
+    fn each_error_follows_its_equation() {
+        let reading = |setup, [rate, across, force, temp]: [f64; 4]| Element::new(setup).reading(rate, across, force, temp);
+        let is = |setup, at, value: f64| assert!((reading(setup, at) - value).abs() < 1e-15);
         let none = GyroElement::default();
         is(none, [3.0, 1.0, 9.8, 60.0], 3.0);
         is(GyroElement { quadratic_s: 1e-3, ..none }, [-2.0, 0.0, 0.0, 25.0], -2.0 + 4e-3);
@@ -193,7 +193,7 @@ mod tests {
         is(GyroElement { cross_axis: 0.02, ..none }, [0.0, 5.0, 0.0, 25.0], 0.1);
         is(GyroElement { bias_rad_s_per_K: 1e-3, scale_per_K: 1e-2, ..none }, [2.0, 0.0, 0.0, 35.0], 2.2 + 1e-2);
         let mut late = Element::new(GyroElement { delay_s: 2e-4, ..none });
-        let shown: Vec<f64> = (0..5).map(|k| late.show(f64::from(k), 0.0, 0.0, 25.0)).collect();
-        assert_eq!(shown[2..], [0.0, 1.0, 2.0]);
+        let readings: Vec<f64> = (0..5).map(|k| late.reading(f64::from(k), 0.0, 0.0, 25.0)).collect();
+        assert_eq!(readings[2..], [0.0, 1.0, 2.0]);
     }
 }

@@ -50,9 +50,9 @@ impl Fifo {
     }
 
     /// A byte of the oldest word; the last byte removes the word.
-    pub fn read(&mut self, place: usize) -> u8 {
-        let byte = self.words.front().map_or(0, |word| word[place]);
-        if place == 6 {
+    pub fn read(&mut self, index: usize) -> u8 {
+        let byte = self.words.front().map_or(0, |word| word[index]);
+        if index == 6 {
             self.words.pop_front();
             self.overrun = false;
         }

@@ -16,4 +16,4 @@ mod registers;
 
 pub use chip::{Chip, Fault};
 pub use element::GyroElement;
-pub use mounting::{Imu, ImuSetup, Lying, Mounted};
+pub use mounting::{Imu, ImuSetup, Mounting, SensorOrientation};

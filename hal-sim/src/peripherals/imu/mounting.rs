@@ -9,7 +9,7 @@ use stand_firmware::board::CONTROL_HZ;
 use stand_firmware::config::{ConfigError, within};
 
 /// Ambient temperature of the chip, °C: it is on the platform, far from the winding.
-const ROOM_C: f64 = 25.0;
+const AMBIENT_C: f64 = 25.0;
 
 /// The sensor under test of a stand. The defaults are those of a typical part (DS13012, tables 2 and 3), with exact scale.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -44,7 +44,8 @@ pub struct ImuSetup {
     /// Component of the Earth rate along the platform axis, rad/s: 7.292115e-5 sin(latitude) on a level stand.
     pub earth_rate_rad_s: f64,
     /// Orientation of the sensor.
-    pub lying: Lying,
+    #[serde(rename = "lying")]
+    pub orientation: SensorOrientation,
     /// Errors of the gyroscope element.
     pub gyro: GyroElement,
 }
@@ -52,7 +53,7 @@ pub struct ImuSetup {
 /// Orientation of the sensor on the platform.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Lying {
+pub enum SensorOrientation {
     /// Its z along the platform's axis.
     #[default]
     Flat,
@@ -65,11 +66,11 @@ pub enum Lying {
 /// Mounting of the sensor: changed by hand between two steps of a calibration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(missing_docs, reason = "as in ImuSetup")]
-pub struct Mounted {
+pub struct Mounting {
     pub radius_m: f64,
     pub chi_rad: f64,
     pub tilt_rad: f64,
-    pub lying: Lying,
+    pub orientation: SensorOrientation,
 }
 
 impl Default for ImuSetup {
@@ -89,7 +90,7 @@ impl Default for ImuSetup {
             self_heating_K: 1.5,
             warm_up_s: 0.0,
             earth_rate_rad_s: 0.0,
-            lying: Lying::Flat,
+            orientation: SensorOrientation::Flat,
             gyro: GyroElement::default(),
         }
     }
@@ -144,21 +145,21 @@ impl Imu {
     }
 
     /// Its mounting.
-    pub fn mounted(&self) -> Mounted {
-        let ImuSetup { radius_m, chi_rad, tilt_rad, lying, .. } = self.setup;
-        Mounted { radius_m, chi_rad, tilt_rad, lying }
+    pub fn mounting(&self) -> Mounting {
+        let ImuSetup { radius_m, chi_rad, tilt_rad, orientation, .. } = self.setup;
+        Mounting { radius_m, chi_rad, tilt_rad, orientation }
     }
 
     /// Changes the mounting.
-    pub fn mount(&mut self, m: Mounted) {
-        let Mounted { radius_m, chi_rad, tilt_rad, lying } = m;
-        self.setup = ImuSetup { radius_m, chi_rad, tilt_rad, lying, ..self.setup };
+    pub fn set_mounting(&mut self, m: Mounting) {
+        let Mounting { radius_m, chi_rad, tilt_rad, orientation } = m;
+        self.setup = ImuSetup { radius_m, chi_rad, tilt_rad, orientation, ..self.setup };
     }
 
-    /// Ends a tick at `now_s`: the rate reading of the element is `shown_rad_s`, the platform has the rate `rate_rad_s` and the angle
+    /// Ends a tick at `now_s`: the rate reading of the element is `reading_rad_s`, the platform has the rate `rate_rad_s` and the angle
     /// `theta_rad`.
     #[inline]
-    pub fn tick(&mut self, now_s: f64, shown_rad_s: f64, rate_rad_s: f64, theta_rad: f64) {
+    pub fn tick(&mut self, now_s: f64, reading_rad_s: f64, rate_rad_s: f64, theta_rad: f64) {
         let acceleration = (rate_rad_s - self.last_rate_rad_s) * CONTROL_HZ as f64;
         self.last_rate_rad_s = rate_rad_s;
         if !self.chip.samples() {
@@ -175,15 +176,15 @@ impl Imu {
             G_M_S2 * s.tilt_rad.cos(),
         ];
         let warm = if s.warm_up_s > 0.0 { 1.0 - (-now_s / s.warm_up_s).exp() } else { 1.0 };
-        let temp_C = ROOM_C + s.self_heating_K * warm;
-        let turning = shown_rad_s + s.earth_rate_rad_s;
+        let temp_C = AMBIENT_C + s.self_heating_K * warm;
+        let turning = reading_rad_s + s.earth_rate_rad_s;
         // On its side the platform axis is the sensor's y, and the former z points inward.
-        let (about, across, forces) = match s.lying {
-            Lying::Flat => (turning, 0.0, forces),
-            Lying::Side => (0.0, turning, [forces[1], forces[2], -forces[0]]),
-            Lying::OtherSide => (0.0, -turning, [-forces[1], -forces[2], -forces[0]]),
+        let (about, across, forces) = match s.orientation {
+            SensorOrientation::Flat => (turning, 0.0, forces),
+            SensorOrientation::Side => (0.0, turning, [forces[1], forces[2], -forces[0]]),
+            SensorOrientation::OtherSide => (0.0, -turning, [-forces[1], -forces[2], -forces[0]]),
         };
-        let rate = self.element.show(about, across, forces[0], temp_C);
+        let rate = self.element.reading(about, across, forces[0], temp_C);
         let [x, y, z] = forces.map(|force| force * s.accel_scale);
         let seen = [0.0, 0.0, s.gyro_scale * rate + s.gyro_bias_rad_s, x + s.accel_bias_m_s2, y + s.accel_bias_m_s2, z];
         self.chip.tick(now_s, &seen, temp_C);

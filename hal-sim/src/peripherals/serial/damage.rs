@@ -1,10 +1,10 @@
-//! What a bad cable does to bytes: some are changed, some are lost, some were never sent.
+//! Damage of bytes on a bad cable: changed, lost and inserted bytes.
 
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use stand_firmware::config::{ConfigError, within};
 
-/// How often it happens; each is a share of the bytes that pass, 0 … 1.
+/// Damage rates; each is a fraction of the bytes, 0 … 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DamageRates {
@@ -12,18 +12,18 @@ pub struct DamageRates {
     pub flip: f64,
     /// Bytes that do not arrive.
     pub lose: f64,
-    /// Bytes behind which a foreign one is put in.
+    /// Bytes after which a foreign byte is inserted.
     pub insert: f64,
 }
 
 impl DamageRates {
-    /// A cable on which everything arrives.
+    /// No damage.
     pub const NONE: Self = Self { flip: 0.0, lose: 0.0, insert: 0.0 };
 
-    /// Checks what a file may have brought.
+    /// Checks the values of a file.
     ///
     /// # Errors
-    /// The name of the first that is no share.
+    /// The name of the first value outside 0 … 1.
     pub fn check(&self) -> Result<(), ConfigError> {
         within("flip", self.flip, 0.0, 1.0)?;
         within("lose", self.lose, 0.0, 1.0)?;
@@ -45,12 +45,12 @@ impl Damage {
         Self { rates: DamageRates::NONE, generator: Xoshiro256PlusPlus::seed_from_u64(seed), done: 0 }
     }
 
-    /// How many bytes were changed, lost or put in so far.
+    /// Number of bytes changed, lost or inserted so far.
     pub fn done(&self) -> u64 {
         self.done
     }
 
-    /// What becomes of a byte: at most two.
+    /// The bytes that arrive for one sent byte: none, one or two.
     #[inline]
     pub fn pass(&mut self, byte: u8) -> [Option<u8>; 2] {
         if self.rates == DamageRates::NONE {
@@ -78,7 +78,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_kind_comes_as_often_as_asked_and_a_flip_changes_one_bit() {
+    fn damage_has_the_set_rates_and_a_flip_changes_one_bit() {
         let mut damage = Damage::new(3);
         damage.rates = DamageRates { flip: 0.1, lose: 0.2, insert: 0.05 };
         let (mut flipped, mut lost, mut inserted) = (0, 0, 0);
@@ -93,7 +93,7 @@ mod tests {
         }
         // Six standard deviations of the binomial are 760, 570 and 410.
         assert!((20_000_i32 - lost as i32).abs() < 760, "{lost}");
-        assert!((8_000_i32 - flipped).abs() < 570, "{flipped} of those that arrived");
+        assert!((8_000_i32 - flipped).abs() < 570, "{flipped} of the received bytes");
         assert!((5_000_i32 - inserted as i32).abs() < 410, "{inserted}");
         assert_eq!(damage.done(), u64::from(lost + inserted) + flipped as u64);
     }

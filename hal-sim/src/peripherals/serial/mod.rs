@@ -1,13 +1,13 @@
-//! A serial line with the time that its bytes take, in virtual time, both directions.
+//! A serial line with the transfer time of its bytes, in virtual time, in both directions.
 //!
-//! A byte is ten bits long. [`SerialLine::device`] gives the firmware's two halves ([`Read`], [`Write`]); a host's program sends and receives
-//! by [`SerialLine::send`], [`SerialLine::receive`]. Bytes that come in pass the *receive interrupt* one by one in [`SerialLine::deliver`], whoever
-//! reads or does not; whoever runs the line calls that at each tick. What the firmware sends waits in a buffer and leaves byte by byte.
+//! A byte has ten bits. [`SerialLine::device`] returns the firmware's two halves ([`Read`], [`Write`]); a host program sends and receives
+//! by [`SerialLine::send`] and [`SerialLine::receive`]. Incoming bytes pass the *receive interrupt* one by one in [`SerialLine::deliver`], also
+//! if no task reads; the simulation calls it at each tick. Outgoing bytes wait in a buffer and leave one by one.
 //!
-//! The line can be damaged by seed ([`DamageRates`]), unplugged (bytes of both directions vanish), and the host can send a *break*: the
-//! firmware reads [`LineError::Break`] in its place. A receive buffer that is full loses the byte and says [`LineError::Overrun`].
+//! The line can be damaged by seed ([`DamageRates`]) and unplugged (bytes of both directions are lost). The host can send a *break*: the
+//! firmware reads [`LineError::Break`] at that position. A full receive buffer loses the byte and reports [`LineError::Overrun`].
 //!
-//! A task that waits for the line wakes at the next control tick: nothing shorter than that moves a plant.
+//! A task that waits for the line wakes at the next control tick.
 
 mod damage;
 mod queue;
@@ -23,22 +23,22 @@ use std::collections::VecDeque;
 use std::future::poll_fn;
 use std::task::{Poll, Waker};
 
-/// The line's rate on the board, bits per second.
+/// Bit rate of the line on the board, bits per second.
 pub const USUAL_BAUD: u32 = 921_600;
-/// Bytes that the firmware's receive buffer holds.
+/// Size of the firmware's receive buffer.
 pub const RECEIVE_BYTES: usize = 512;
-/// Bytes that wait to be sent.
+/// Size of the firmware's transmit buffer.
 pub const TRANSMIT_BYTES: usize = 512;
-/// Bytes that a host's program may leave unread before the oldest are lost: what a driver keeps.
+/// Size of the host driver's receive buffer; the oldest bytes are lost when it is full.
 pub const HOST_BYTES: usize = 1 << 20;
 
-/// What the firmware's side can read in the place of bytes.
+/// Line errors that the firmware reads instead of bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LineError {
     /// The host sent a break.
     #[error("a break on the serial line")]
     Break,
-    /// Bytes came faster than they were read, and some are lost.
+    /// The receive buffer was full, and bytes are lost.
     #[error("bytes on the serial line were lost: the receive buffer was full")]
     Overrun,
 }
@@ -46,39 +46,39 @@ pub enum LineError {
 impl embedded_io_async::Error for LineError {
     fn kind(&self) -> ErrorKind {
         match self {
-            // What the app takes for a break.
+            // The app interprets this kind as a break.
             LineError::Break => ErrorKind::Interrupted,
             LineError::Overrun => ErrorKind::Other,
         }
     }
 }
 
-/// What has passed, and what has not.
+/// Numbers of transferred, lost and damaged bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LineCounts {
-    /// Bytes that the firmware has put on the line.
+    /// Bytes sent by the firmware.
     pub sent: u64,
-    /// Bytes that the receive interrupt has had.
+    /// Bytes received by the interrupt.
     pub received: u64,
-    /// Bytes that were lost to a full receive buffer.
+    /// Bytes lost to a full receive buffer.
     pub overrun: u64,
-    /// Bytes that a host left unread for too long.
+    /// Bytes lost because the host did not read them in time.
     pub unread: u64,
-    /// Bytes changed, lost or put in by damage.
+    /// Bytes changed, lost or inserted by damage.
     pub damaged: u64,
 }
 
-/// What can come in: a byte or a break.
+/// An incoming item: a byte or a break.
 pub type Incoming = Result<u8, LineError>;
 
 struct Wires {
     plugged: bool,
     powered: bool,
-    /// Host to device: bytes on the wire, then those in the receive buffer.
+    /// Host to device: bytes on the wire, then bytes in the receive buffer.
     inward: Timed<Incoming>,
     received: VecDeque<Incoming>,
     reader: Option<Waker>,
-    /// Device to host: what waits or is on the wire, then what has arrived.
+    /// Device to host: bytes waiting or on the wire, then received bytes.
     outward: Timed<u8>,
     arrived: VecDeque<u8>,
     damage: [Damage; 2],
@@ -92,7 +92,7 @@ pub struct SerialLine<'a> {
 }
 
 impl<'a> SerialLine<'a> {
-    /// A line of so many bits per second on this clock; `seed` draws its damage, of which there is none at first.
+    /// A line with this bit rate on this clock; `seed` of the damage. Without damage at first.
     pub fn new(clock: &'a VirtualClock, baud: u32, seed: u64) -> Self {
         let wires = Wires {
             plugged: true,
@@ -113,7 +113,7 @@ impl<'a> SerialLine<'a> {
         (DeviceReceive(self), DeviceTransmit(self))
     }
 
-    /// Puts a host's bytes on the line, behind what is still on it.
+    /// Queues bytes of the host behind those still on the wire.
     pub fn send(&self, bytes: &[u8]) {
         let mut wires = self.wires.borrow_mut();
         let now = self.clock.now();
@@ -130,14 +130,14 @@ impl<'a> SerialLine<'a> {
         wires.wake();
     }
 
-    /// Takes what has arrived at the host by now.
+    /// Appends the bytes that have arrived at the host to `into`.
     pub fn receive(&self, into: &mut Vec<u8>) {
         let mut wires = self.wires.borrow_mut();
         wires.arrive(self.clock.now());
         into.extend(wires.arrived.drain(..));
     }
 
-    /// Brings the line to `now`: `interrupt` gets each byte or break that has come in, in its order, then it waits to be read.
+    /// Advances the line to `now`: `interrupt` gets each incoming byte or break in sequence; then the item is in the receive buffer.
     #[inline]
     pub fn deliver(&self, now: Ticks, mut interrupt: impl FnMut(Incoming)) {
         let mut wires = self.wires.borrow_mut();
@@ -162,7 +162,7 @@ impl<'a> SerialLine<'a> {
         wires.arrive(now);
     }
 
-    /// How often bytes from the host (`inward`) and from the device (`outward`) are damaged from now on.
+    /// Sets the damage rates of the bytes from the host (`inward`) and from the device (`outward`).
     pub fn damage(&self, inward: DamageRates, outward: DamageRates) {
         let mut wires = self.wires.borrow_mut();
         wires.arrive(self.clock.now());
@@ -170,14 +170,14 @@ impl<'a> SerialLine<'a> {
         wires.damage[1].rates = outward;
     }
 
-    /// Pulls the plug, or puts it in again: what is on the wire meanwhile is lost on both sides.
+    /// Connects or disconnects the line: bytes on a disconnected wire are lost in both directions.
     pub fn plug(&self, plugged: bool) {
         let mut wires = self.wires.borrow_mut();
         wires.arrive(self.clock.now());
         wires.plugged = plugged;
     }
 
-    /// The controller has lost its supply, or has it again: what was in its buffers is gone, and nothing is received meanwhile.
+    /// Switches the supply of the controller: without supply its buffers are cleared and nothing is received.
     pub fn power(&self, powered: bool) {
         let mut wires = self.wires.borrow_mut();
         wires.arrive(self.clock.now());
@@ -186,7 +186,7 @@ impl<'a> SerialLine<'a> {
         wires.powered = powered;
     }
 
-    /// What has passed so far.
+    /// The counts so far.
     pub fn counts(&self) -> LineCounts {
         let wires = self.wires.borrow();
         LineCounts { damaged: wires.damage.iter().map(Damage::done).sum(), ..wires.counts }
@@ -211,7 +211,7 @@ impl Wires {
         }
     }
 
-    /// What the device has sent up to `now` arrives.
+    /// Moves the bytes that the device has sent by `now` to the host.
     #[inline]
     fn arrive(&mut self, now: Ticks) {
         while let Some(byte) = self.outward.pop(now) {
@@ -235,7 +235,7 @@ fn next_tick(t: Ticks) -> Ticks {
     Ticks(t.0.next_multiple_of(TICKS_PER_CONTROL))
 }
 
-/// The firmware's receive half. Dropping a read that waits loses nothing.
+/// The firmware's receive half. Dropping a pending read loses no byte.
 pub struct DeviceReceive<'l, 'a>(&'l SerialLine<'a>);
 
 impl ErrorType for DeviceReceive<'_, '_> {
@@ -250,10 +250,10 @@ impl Read for DeviceReceive<'_, '_> {
         poll_fn(|context| {
             let mut wires = self.0.wires.borrow_mut();
             let mut count = 0;
-            while let Some(place) = into.get_mut(count) {
+            while let Some(slot) = into.get_mut(count) {
                 match wires.received.front().copied() {
-                    Some(Ok(byte)) => *place = byte,
-                    // In its place: bytes before it are read first.
+                    Some(Ok(byte)) => *slot = byte,
+                    // Bytes before the break are read first.
                     Some(Err(error)) if count == 0 => {
                         wires.received.pop_front();
                         return Poll::Ready(Err(error));
@@ -267,7 +267,7 @@ impl Read for DeviceReceive<'_, '_> {
                 return Poll::Ready(Ok(count));
             }
             match wires.inward.next() {
-                // Where the tick that was to bring it was lost, with the next.
+                // If its tick was lost, with the next tick.
                 Some(at) => self.0.clock.wait_until(next_tick(at.max(self.0.clock.now() + 1))),
                 None => wires.reader = Some(context.waker().clone()),
             }
@@ -277,7 +277,7 @@ impl Read for DeviceReceive<'_, '_> {
     }
 }
 
-/// The firmware's transmit half. Dropping a write that waits loses nothing.
+/// The firmware's transmit half. Dropping a pending write loses no byte.
 pub struct DeviceTransmit<'l, 'a>(&'l SerialLine<'a>);
 
 impl ErrorType for DeviceTransmit<'_, '_> {
@@ -285,8 +285,8 @@ impl ErrorType for DeviceTransmit<'_, '_> {
 }
 
 impl DeviceTransmit<'_, '_> {
-    /// Waits until at most `most` bytes are still to be sent.
-    async fn room(&mut self, most: usize) {
+    /// Waits until at most `most` bytes are pending.
+    async fn wait_for_pending_at_most(&mut self, most: usize) {
         poll_fn(|_| {
             let mut wires = self.0.wires.borrow_mut();
             wires.arrive(self.0.clock.now());
@@ -307,7 +307,7 @@ impl Write for DeviceTransmit<'_, '_> {
         if bytes.is_empty() {
             return Ok(0);
         }
-        self.room(TRANSMIT_BYTES - 1).await;
+        self.wait_for_pending_at_most(TRANSMIT_BYTES - 1).await;
         let mut wires = self.0.wires.borrow_mut();
         let count = bytes.len().min(TRANSMIT_BYTES - wires.outward.len());
         for byte in bytes.iter().take(count) {
@@ -317,7 +317,7 @@ impl Write for DeviceTransmit<'_, '_> {
     }
 
     async fn flush(&mut self) -> Result<(), LineError> {
-        self.room(0).await;
+        self.wait_for_pending_at_most(0).await;
         Ok(())
     }
 }

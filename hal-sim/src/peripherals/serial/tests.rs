@@ -1,4 +1,4 @@
-//! The line by itself: times, order, what is lost and what says so.
+//! The line alone: transfer times, sequence, lost bytes and their report.
 
 use super::*;
 use crate::clock::{self, SimClock};
@@ -8,7 +8,7 @@ use stand_firmware::board::Clock;
 /// 10 bits at 921 600 baud, in steps of 0.1 µs.
 const BYTE_STEPS: f64 = 10.0 / 921_600.0 * 1e7;
 
-/// Runs a device's future beside a host's, with the line delivered at each tick; returns what the receive interrupt has had.
+/// Runs the futures of device and host, with delivery at each tick; returns the bytes of the receive interrupt.
 fn run<D: Future<Output = ()>, H: Future<Output = ()>>(clock: &VirtualClock, line: &SerialLine<'_>, device: D, host: H) -> Vec<u8> {
     let mut had = Vec::new();
     let mut tick = Ticks(0);
@@ -24,7 +24,7 @@ fn run<D: Future<Output = ()>, H: Future<Output = ()>>(clock: &VirtualClock, lin
 }
 
 #[test]
-fn bytes_take_their_time_in_both_directions() {
+fn bytes_need_their_transfer_time_in_both_directions() {
     let clock = VirtualClock::default();
     let line = SerialLine::new(&clock, USUAL_BAUD, 1);
     let (mut receive, mut transmit) = line.device();
@@ -59,14 +59,14 @@ fn bytes_take_their_time_in_both_directions() {
 }
 
 #[test]
-fn the_interrupt_has_each_byte_though_nobody_reads_and_a_full_buffer_says_so() {
+fn the_interrupt_gets_each_byte_without_a_reader_and_a_full_buffer_reports_an_overrun() {
     let clock = VirtualClock::default();
     let line = SerialLine::new(&clock, USUAL_BAUD, 1);
     let (mut receive, _) = line.device();
     let device = async {
         SimClock(&clock).until(Ticks(100_000)).await;
         let mut some = [0; 1024];
-        assert_eq!(receive.read(&mut some).await, Ok(RECEIVE_BYTES - 1), "what came first is there");
+        assert_eq!(receive.read(&mut some).await, Ok(RECEIVE_BYTES - 1), "the first bytes are kept");
         assert_eq!(receive.read(&mut some).await, Err(LineError::Overrun));
     };
     let host = async { line.send(&[b'x'; 600]) };
@@ -76,7 +76,7 @@ fn the_interrupt_has_each_byte_though_nobody_reads_and_a_full_buffer_says_so() {
 }
 
 #[test]
-fn a_break_is_read_in_its_place_and_an_unplugged_line_is_silent() {
+fn a_break_is_read_in_sequence_and_an_unplugged_line_is_silent() {
     let clock = VirtualClock::default();
     let line = SerialLine::new(&clock, 9600, 1);
     let (mut receive, mut transmit) = line.device();
@@ -87,7 +87,7 @@ fn a_break_is_read_in_its_place_and_an_unplugged_line_is_silent() {
         assert_eq!(receive.read(&mut some).await, Ok(1));
         assert_eq!(receive.read(&mut some).await, Err(LineError::Break));
         assert_eq!(receive.read(&mut some).await, Ok(1));
-        assert_eq!(some[0], b'd', "what was on the wire without a plug never came");
+        assert_eq!(some[0], b'd', "bytes on the unplugged wire are lost");
         transmit.write_all(b"back").await.unwrap();
         transmit.flush().await.unwrap();
     };
@@ -101,7 +101,7 @@ fn a_break_is_read_in_its_place_and_an_unplugged_line_is_silent() {
         line.plug(true);
         line.send(b"d");
         let mut back = Vec::new();
-        // A byte of 9600 baud is 1.04 ms long.
+        // A byte at 9600 baud lasts 1.04 ms.
         SimClock(&clock).until(Ticks(320_000)).await;
         line.receive(&mut back);
         SimClock(&clock).until(Ticks(500_000)).await;
@@ -112,7 +112,7 @@ fn a_break_is_read_in_its_place_and_an_unplugged_line_is_silent() {
 }
 
 #[test]
-fn damage_is_drawn_by_seed_and_ends_when_told() {
+fn damage_depends_on_the_seed_and_ends_at_rate_zero() {
     let damaged = |seed| {
         let clock = VirtualClock::default();
         let line = SerialLine::new(&clock, USUAL_BAUD, seed);
@@ -131,7 +131,7 @@ fn damage_is_drawn_by_seed_and_ends_when_told() {
         (back, line.counts().damaged)
     };
     let (back, count) = damaged(1);
-    assert!((200..400).contains(&count), "three in a hundred of 10 000: {count}");
+    assert!((200..400).contains(&count), "3 % of 10 000: {count}");
     assert_eq!(back[back.len() - 1000..], [0xAA; 1000], "no damage afterwards");
     assert!(back[..back.len() - 1000].iter().any(|byte| *byte != 0x55));
     assert_eq!(damaged(1).0, back, "the same seed, the same damage");

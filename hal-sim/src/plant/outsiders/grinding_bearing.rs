@@ -1,8 +1,8 @@
-//! A bearing that grinds: a dry level c |x| that comes and goes at random.
+//! A grinding bearing: an additional Coulomb torque c |x| that varies at random.
 //!
 //! x is an Ornstein–Uhlenbeck process of unit variance and correlation time τ (Gillespie, Phys. Rev. E 54 (1996) 2084: its exact step is
-//! x e^(−Δ/τ) + √(1 − e^(−2Δ/τ)) n). It is drawn each millisecond and goes straight in between, so that a seed gives one path whatever
-//! the ticks are.
+//! x e^(−Δ/τ) + √(1 − e^(−2Δ/τ)) n). It is drawn each millisecond and interpolated linearly, so that the path depends on the seed and
+//! not on the tick length.
 
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -11,23 +11,23 @@ use serde::{Deserialize, Serialize};
 
 use super::{StandError, within};
 
-/// Level c that is clearly seen on the default stand, N m.
-pub const SEEN_N_M: (f64, f64) = (8e-4, 2e-3);
-/// Correlation time that goes with it, s.
-pub const SEEN_S: (f64, f64) = (0.05, 0.5);
+/// Torques c that are clearly visible on the default stand, N m.
+pub const TEST_RANGE_N_M: (f64, f64) = (8e-4, 2e-3);
+/// Corresponding correlation times, s.
+pub const TEST_RANGE_S: (f64, f64) = (0.05, 0.5);
 
 /// Time between two draws, s.
-const DRAWN_EVERY_S: f64 = 1e-3;
+const DRAW_INTERVAL_S: f64 = 1e-3;
 
-/// Its parameters.
+/// Parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GrindingBearing {
-    /// Root mean square of the dry level that comes on top, N m.
+    /// Root mean square of the additional Coulomb torque, N m.
     pub grinding_N_m: f64,
     /// Correlation time, s.
     pub grinding_s: f64,
-    /// What the path is drawn from.
+    /// Seed of the path.
     pub seed: u64,
 }
 
@@ -40,22 +40,22 @@ impl Default for GrindingBearing {
 impl GrindingBearing {
     pub(super) fn check(&self) -> Result<(), StandError> {
         within("grinding-bearing", "grinding_N_m", self.grinding_N_m, (0.0, 1e3))?;
-        // Shorter ones are not resolved by the draws.
+        // The draws do not resolve shorter times.
         within("grinding-bearing", "grinding_s", self.grinding_s, (0.01, 1e6))
     }
 }
 
-/// The bearing at work: the process between two draws.
+/// State of the bearing: the process between two draws.
 #[derive(Debug, Clone)]
 pub struct Grinding {
     level_N_m: f64,
     keeps: f64,
     generator: Xoshiro256PlusPlus,
-    /// Draws so far, the last two of them.
+    /// Number of draws, and the last two.
     draws: u64,
     last: f64,
     next: f64,
-    /// The tick: begin, length, levels at its ends.
+    /// The tick: start, length, torques at its ends.
     from_s: f64,
     length_s: f64,
     at_begin: f64,
@@ -67,7 +67,7 @@ impl Grinding {
     pub fn new(bearing: &GrindingBearing) -> Self {
         let mut generator = Xoshiro256PlusPlus::seed_from_u64(bearing.seed);
         let first = StandardNormal.sample(&mut generator);
-        let keeps = (-DRAWN_EVERY_S / bearing.grinding_s).exp();
+        let keeps = (-DRAW_INTERVAL_S / bearing.grinding_s).exp();
         let level_N_m = bearing.grinding_N_m;
         let mut grinding = Grinding {
             level_N_m,
@@ -92,9 +92,9 @@ impl Grinding {
         self.draws += 1;
     }
 
-    /// A tick begins and lasts `dt_s`; time does not go back.
+    /// Starts a tick of length `dt_s`; `t_s` must not decrease.
     pub fn tick(&mut self, t_s: f64, dt_s: f64) {
-        let end = (t_s + dt_s) / DRAWN_EVERY_S;
+        let end = (t_s + dt_s) / DRAW_INTERVAL_S;
         while end > self.draws as f64 {
             self.draw();
         }
@@ -105,7 +105,7 @@ impl Grinding {
         self.at_end = self.level_N_m * (self.last + (self.next - self.last) * part).abs();
     }
 
-    /// Dry level at a time within the tick, N m.
+    /// Additional Coulomb torque at a time within the tick, N m.
     pub fn level_N_m(&self, t_s: f64) -> f64 {
         self.at_begin + (self.at_end - self.at_begin) * (t_s - self.from_s) / self.length_s
     }

@@ -1,7 +1,7 @@
-//! A supply that swings: the bridge gives u (1 + a sin(2πft + φ)) where u was asked for.
+//! An oscillating supply: the output of the bridge is u (1 + a sin(2πft + φ)) for the command u.
 //!
-//! The log shows what was asked for, as always; `supply_V` stays at its mean, because the converter of the supply is filtered more slowly
-//! than it swings. So nothing in the log but the drive itself shows it.
+//! The log contains the command, as always; `supply_V` stays at its mean, because the filter of the supply channel is slower than the
+//! oscillation. Only the response of the drive shows the disturbance.
 
 use std::f64::consts::TAU;
 
@@ -9,20 +9,20 @@ use serde::{Deserialize, Serialize};
 
 use super::{StandError, within};
 
-/// Part of the supply by which it swings that is clearly seen on the default stand.
-pub const SEEN: (f64, f64) = (0.03, 0.1);
-/// How fast, Hz: within what the drive follows.
-pub const SEEN_HZ: (f64, f64) = (0.3, 3.0);
+/// Relative amplitudes that are clearly visible on the default stand.
+pub const TEST_RANGE: (f64, f64) = (0.03, 0.1);
+/// Frequencies that the drive follows, Hz.
+pub const TEST_RANGE_HZ: (f64, f64) = (0.3, 3.0);
 
-/// Its parameters.
+/// Parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct HuntingSupply {
-    /// Amplitude as a part of the supply.
+    /// Amplitude as a fraction of the supply voltage.
     pub hunting: f64,
     /// Frequency, Hz.
     pub hunting_Hz: f64,
-    /// Phase at the beginning, rad.
+    /// Phase at the start, rad.
     pub hunting_phase_rad: f64,
 }
 
@@ -35,12 +35,12 @@ impl Default for HuntingSupply {
 impl HuntingSupply {
     pub(super) fn check(&self) -> Result<(), StandError> {
         within("hunting-supply", "hunting", self.hunting, (0.0, 0.9))?;
-        // Beyond, a control tick would no longer resolve it.
+        // A control tick does not resolve higher frequencies.
         within("hunting-supply", "hunting_Hz", self.hunting_Hz, (0.0, 500.0))?;
         within("hunting-supply", "hunting_phase_rad", self.hunting_phase_rad, (-1e3, 1e3))
     }
 
-    /// What the bridge gives of what was asked for.
+    /// Output voltage of the bridge over the commanded voltage.
     pub fn factor(&self, t_s: f64) -> f64 {
         1.0 + self.hunting * (TAU * self.hunting_Hz * t_s + self.hunting_phase_rad).sin()
     }

@@ -1,10 +1,10 @@
-//! Disturbances that the catalogue does not know: the plant can have them, no model of a user can.
+//! Disturbances outside the catalogue: the plant can have them, a user model cannot.
 //!
-//! With them it is tested what the tools say of something for which they have no name. In: a table `[outsiders.NAME]` of a stand's file.
-//! Each is a file here with its parameters, their ranges, and the range from which tests draw what is clearly seen on the default stand.
-//! The plant asks them at each step; their corners (the edge of a sector, a clutch that lets go) are located like those of dry friction.
+//! They test the answers of the tools to an unmodelled cause. Input: a table `[outsiders.NAME]` of a stand file. Each disturbance has a file
+//! with its parameters, their ranges, and the range from which tests draw values that are clearly visible on the default stand. The plant
+//! evaluates them at each step; contact changes (the edge of a sector, a clutch that opens) are located like those of Coulomb friction.
 //!
-//! Where a drive has two masses, what rubs here rubs on the motor's side, as all dry friction of the plant does.
+//! In a drive with two masses the friction acts on the motor side, as all Coulomb friction of the plant.
 
 pub mod grinding_bearing;
 pub mod hunting_supply;
@@ -23,30 +23,30 @@ pub use slipping_clutch::SlippingClutch;
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Outsiders {
-    /// Something rubs in one part of the turn.
+    /// Additional friction in one sector of the turn.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sector_rub: Option<SectorRub>,
-    /// The supply swings.
+    /// The supply voltage oscillates.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hunting_supply: Option<HuntingSupply>,
-    /// The platform is driven through a clutch that slips.
+    /// A slipping clutch between motor and platform.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slipping_clutch: Option<SlippingClutch>,
-    /// A bearing grinds at random.
+    /// Random additional friction of a bearing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grinding_bearing: Option<GrindingBearing>,
 }
 
 impl Outsiders {
-    /// There is at least one.
+    /// Whether there is any.
     pub fn any(&self) -> bool {
         *self != Self::default()
     }
 
-    /// Checks what a file may have brought.
+    /// Checks the values of a file.
     ///
     /// # Errors
-    /// [`StandError::OutOfRange`] with the key of the first value that cannot be.
+    /// [`StandError::OutOfRange`] with the key of the first invalid value.
     pub fn check(&self) -> Result<(), StandError> {
         self.sector_rub.map_or(Ok(()), |o| o.check())?;
         self.hunting_supply.map_or(Ok(()), |o| o.check())?;
@@ -55,7 +55,7 @@ impl Outsiders {
     }
 }
 
-/// `value` of `[outsiders.NAME] key` lies in `range`.
+/// Checks that `value` of `[outsiders.NAME] key` is in `range`.
 fn within(name: &str, key: &str, value: f64, range: (f64, f64)) -> Result<(), StandError> {
     if value.is_finite() && value >= range.0 && value <= range.1 {
         return Ok(());

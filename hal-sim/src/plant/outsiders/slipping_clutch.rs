@@ -1,23 +1,22 @@
-//! A clutch between motor and platform: rigid up to a torque, beyond which the two slip against each other.
+//! A clutch between motor and platform: rigid up to a torque limit, slipping beyond.
 //!
-//! Two masses, share r of J at the motor. While the clutch holds they turn as one, and it carries what the platform needs,
-//! (1 − r) J ω'. Where that would be more than its limit it slips, and carries the limit, in the direction of the slip, until the rates
-//! are the same again.
+//! Two masses, fraction r of J at the motor. While the clutch is closed both rotate together and it transmits the torque of the platform,
+//! (1 − r) J ω'. Above its limit it slips and transmits the limit in the direction of the slip, until both rates are equal again.
 
 use serde::{Deserialize, Serialize};
 
 use super::{StandError, within};
 
-/// Limit that the default stand's usual profiles pass clearly, N m.
-pub const SEEN_N_M: (f64, f64) = (8e-4, 2e-3);
+/// Limits that the usual profiles of the default stand exceed clearly, N m.
+pub const TEST_RANGE_N_M: (f64, f64) = (8e-4, 2e-3);
 
-/// Its parameters.
+/// Parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SlippingClutch {
-    /// Largest torque that it carries, N m.
+    /// Largest transmitted torque, N m.
     pub clutch_N_m: f64,
-    /// Share of the inertia on the motor's side.
+    /// Fraction of the inertia on the motor side.
     pub motor_inertia_share: f64,
 }
 

@@ -76,7 +76,7 @@ struct SimulatedOperator<'h, 'c, P> {
 impl<'h, 'c, P: PlantPort> SimulatedOperator<'h, 'c, P> {
     fn new(controller: &'h Controller<'c, P>, session: &Session) -> Self {
         let assumed_m = session.mountings().first().map_or(0.0, |m| m.radius_m);
-        let radius_error_m = controller.bench().borrow_mut().imu().map_or(0.0, |imu| imu.mounted().radius_m - assumed_m);
+        let radius_error_m = controller.bench().borrow_mut().imu().map_or(0.0, |imu| imu.mounting().radius_m - assumed_m);
         Self { controller, radius_error_m }
     }
 }
@@ -84,19 +84,19 @@ impl<'h, 'c, P: PlantPort> SimulatedOperator<'h, 'c, P> {
 impl<P: PlantPort> Operator for SimulatedOperator<'_, '_, P> {
     fn perform(&mut self, _: &str, m: &Mounting, added_kg_m2: f64) -> Option<String> {
         let orientation = match m.orientation {
-            Orientation::Flat => chip::Lying::Flat,
-            Orientation::Side => chip::Lying::Side,
-            Orientation::OtherSide => chip::Lying::OtherSide,
+            Orientation::Flat => chip::SensorOrientation::Flat,
+            Orientation::Side => chip::SensorOrientation::Side,
+            Orientation::OtherSide => chip::SensorOrientation::OtherSide,
         };
         let mut bench = self.controller.bench().borrow_mut();
-        bench.plant_mut().carry(added_kg_m2);
+        bench.plant_mut().set_load_inertia(added_kg_m2);
         if let Some(imu) = bench.imu() {
-            let chi_rad = imu.mounted().chi_rad;
-            imu.mount(chip::Mounted {
+            let chi_rad = imu.mounting().chi_rad;
+            imu.set_mounting(chip::Mounting {
                 radius_m: m.radius_m + self.radius_error_m,
                 chi_rad,
                 tilt_rad: m.tilt_deg.to_radians(),
-                lying: orientation,
+                orientation,
             });
         }
         Some("done by the simulated operator".to_owned())

@@ -1,7 +1,7 @@
 //! Cycles in one position: commands to the firmware of the stand, and the cycles that it reports.
 
 use crate::acquire::connection::{ConnectionError, StandConnection};
-use hal_sim::gyro::Place;
+use hal_sim::gyro::Orientation;
 use stand_firmware::telemetry::RowFrame;
 
 /// The channels of the log.
@@ -50,7 +50,7 @@ pub struct ReportedCycle {
     /// Its number, from 1.
     pub number: u32,
     /// Position of the gyroscope.
-    pub position: Place,
+    pub position: Orientation,
     /// Sign of the first pulse.
     pub sign: i8,
     /// Begin in this position, s; by the polling interval.
@@ -167,7 +167,7 @@ pub struct PositionData {
 pub async fn measure(
     stand: &mut impl StandConnection,
     number: u32,
-    position: Place,
+    position: Orientation,
     rate_rad_s: f64,
     mut on_state: impl FnMut(&str),
 ) -> Result<PositionData, ConnectionError> {
@@ -199,7 +199,7 @@ pub async fn measure(
 }
 
 /// Parses a cycle of the firmware, whose reply does not contain position, rate and begin.
-fn parse_cycle(reply: &str, position: Place, rate_rad_s: f64, elapsed_s: f64) -> Result<ReportedCycle, ConnectionError> {
+fn parse_cycle(reply: &str, position: Orientation, rate_rad_s: f64, elapsed_s: f64) -> Result<ReportedCycle, ConnectionError> {
     let invalid = || ConnectionError::Reply { query: "DRIFt:CYCLe?".into(), reply: reply.to_owned() };
     let fields: Vec<&str> = reply.split(',').collect();
     let number =
@@ -229,7 +229,7 @@ mod tests {
     #[test]
     fn reply_of_the_firmware_is_parsed() {
         let reply = "3,2,-1,5000,-41,82,17,5,7,411,1.5E-6 RAD/S,1.25E-6 RAD/S,good";
-        let parse = |reply: &str| parse_cycle(reply, Place::default(), 1e-3, 20.0);
+        let parse = |reply: &str| parse_cycle(reply, Orientation::default(), 1e-3, 20.0);
         let cycle = parse(reply).unwrap();
         assert_eq!((cycle.number, cycle.sign, cycle.rejection.clone(), cycle.start_s, cycle.span_codes), (3, -1, None, 10.0, 404.0));
         assert_eq!((cycle.drift_rad_s, cycle.corrected_rad_s, cycle.pulse_s()), (1.5e-6, 1.25e-6, 5.0));

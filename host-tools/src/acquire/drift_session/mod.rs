@@ -11,7 +11,7 @@ use std::path::Path;
 use hal_sim::board::linear_motor::LinearMotor;
 use hal_sim::clock::VirtualClock;
 use hal_sim::controller::{Controller, ControllerError, flash};
-use hal_sim::gyro::{Place, SingleAxis};
+use hal_sim::gyro::{Orientation, SingleAxis};
 use hal_sim::session::StandSetup;
 use stand_firmware::telemetry::RowFrame;
 
@@ -41,7 +41,7 @@ pub struct DriftSessionRequest {
     /// Largest rates of the pulses, rad/s; each runs all cycles.
     pub rates_rad_s: Vec<f64>,
     /// Positions of the gyroscope in their order.
-    pub positions: Vec<Place>,
+    pub positions: Vec<Orientation>,
     /// The stand's drive turns the platform between positions; otherwise the operator does.
     pub turn_by_drive: bool,
     /// The rows of the stream are kept for a log.
@@ -58,7 +58,7 @@ pub struct DriftRecording {
     /// Time, then [`cycles::CHANNELS`], of each row.
     rows: Vec<[f64; 4]>,
     /// Index of the first row of each position.
-    row_positions: Vec<(usize, Place)>,
+    row_positions: Vec<(usize, Orientation)>,
 }
 
 /// Progress of a drift session.
@@ -105,7 +105,7 @@ pub enum DriftSessionError {
 pub async fn measure<S: StandConnection>(
     stand: &mut S,
     request: &DriftSessionRequest,
-    turn: impl AsyncFn(&Place, &mut S) -> Result<(), DriftSessionError>,
+    turn: impl AsyncFn(&Orientation, &mut S) -> Result<(), DriftSessionError>,
     progress: impl Fn(DriftSessionProgress),
 ) -> Result<DriftRecording, DriftSessionError> {
     if let Some(fault) = latched_fault(stand).await? {
@@ -126,7 +126,7 @@ pub async fn measure<S: StandConnection>(
     for (k, place) in request.positions.iter().enumerate() {
         if k > 0 && request.turn_by_drive {
             drive_to(stand, place.turned_rad - first.turned_rad, &mut origin_rad).await?;
-        } else if k > 0 || place != &Place::default() {
+        } else if k > 0 || place != &Orientation::default() {
             turn(place, stand).await?;
         }
         let report = |state: &str| progress(DriftSessionProgress { position: k + 1, positions: request.positions.len(), state });
@@ -173,9 +173,9 @@ pub fn simulate(
     let host = async {
         let mut stand = SimulatedConnection::new(&controller);
         let started = stand.wait_s(SIMULATED_START_S).await;
-        let turn = async |place: &Place, _: &mut SimulatedConnection<'_, '_, LinearMotor>| {
+        let turn = async |place: &Orientation, _: &mut SimulatedConnection<'_, '_, LinearMotor>| {
             if let Some(line) = controller.bench().borrow_mut().gyro() {
-                line.gyro().put(*place);
+                line.gyro().set_orientation(*place);
             }
             Ok(())
         };
@@ -200,7 +200,7 @@ impl DriftRecording {
             .map(|name| Column { name: (*name).to_owned(), values: Vec::with_capacity(self.rows.len()) })
             .collect();
         let first_s = self.rows.first().map_or(0.0, |row| row[0]);
-        let mut place = Place::default();
+        let mut place = Orientation::default();
         for (k, row) in self.rows.iter().enumerate() {
             if let Some((_, next)) = self.row_positions.iter().rev().find(|(from, _)| *from <= k) {
                 place = *next;

@@ -14,7 +14,7 @@ pub struct Passed {
     /// Angle at its start, counts.
     start: f64,
     /// Motion from start to end, and half of its change from tick to tick.
-    way: f64,
+    motion: f64,
     bend: f64,
     /// The tick that starts at its end.
     tick: u64,
@@ -23,18 +23,18 @@ pub struct Passed {
 impl Passed {
     /// The edge at which the counter reached `count` in this motion.
     pub fn edge(&self, count: i64) -> Edge {
-        let side = count as f64 + if self.way < 0.0 { 1.0 } else { 0.0 };
+        let side = count as f64 + if self.motion < 0.0 { 1.0 } else { 0.0 };
         let at = (self.tick as f64 - 1.0 + self.crossing(side - self.start)) * self.steps_per_tick;
         Edge { count: EncoderCount(count as u16), at: EdgeTime(at.max(0.0) as u64) }
     }
 
-    /// The fraction s of the tick at which way·s + bend·s(s − 1) reaches `reach`.
+    /// The fraction s of the tick at which motion·s + bend·s(s − 1) reaches `reach`.
     fn crossing(&self, reach: f64) -> f64 {
-        let (way, bend) = (self.way, self.bend);
-        let mut s = reach / way;
+        let (motion, bend) = (self.motion, self.bend);
+        let mut s = reach / motion;
         // Newton: the bend is a small correction; where it is not, the rotor reverses, and the time is known to a tick only.
         for _ in 0..3 {
-            s -= (way * s + bend * s * (s - 1.0) - reach) / (way + bend * (2.0 * s - 1.0));
+            s -= (motion * s + bend * s * (s - 1.0) - reach) / (motion + bend * (2.0 * s - 1.0));
         }
         if s.is_finite() { s.clamp(0.0, 1.0) } else { 1.0 }
     }
@@ -42,14 +42,14 @@ impl Passed {
 
 /// The counter of the tasks: last position of the disc, and last edge.
 #[derive(Clone, Copy, Debug)]
-pub struct OwnEdge {
+pub struct TaskEdge {
     now: Passed,
     count: i64,
     /// The tick in which the counter last changed.
     changed: Option<Passed>,
 }
 
-impl OwnEdge {
+impl TaskEdge {
     /// The disc is at `exact` counts; no edge yet.
     pub fn new(hardware: &Hardware, exact: f64) -> Self {
         let steps_per_tick = hardware.edge_timer_Hz / CONTROL_HZ as f64;
@@ -59,9 +59,9 @@ impl OwnEdge {
     /// At the start of `tick` the disc is at `exact` counts, of which `count` are whole; returns its motion.
     #[inline]
     pub fn pass(&mut self, exact: f64, count: i64, tick: u64) -> Passed {
-        let start = self.now.start + self.now.way;
-        let way = exact - start;
-        self.now = Passed { start, way, bend: 0.5 * (way - self.now.way), tick, ..self.now };
+        let start = self.now.start + self.now.motion;
+        let motion = exact - start;
+        self.now = Passed { start, motion, bend: 0.5 * (motion - self.now.motion), tick, ..self.now };
         if count != self.count {
             self.count = count;
             self.changed = Some(self.now);
@@ -80,13 +80,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_time_of_an_edge_is_that_of_its_crossing_to_a_step_of_the_timer() {
+    fn the_edge_time_is_the_crossing_time_to_one_timer_step() {
         let hardware = Hardware::default();
         for (from, rate, acceleration) in
             [(-40.3, 3e4, 0.0), (-40.3, 3e3, 2e5), (33.3, -3e3, 1e5), (33.3, -900.0, -2e5), (-3.7, 500.0, -3e4), (1e6 + 0.7, -6e4, 1e6)]
         {
             let at = |t: f64| from + rate * t + 0.5 * acceleration * t * t;
-            let mut own = OwnEdge::new(&hardware, at(0.0));
+            let mut own = TaskEdge::new(&hardware, at(0.0));
             let mut seen = 0;
             for n in 1..100 {
                 let exact = at(n as f64 * 1e-4);
@@ -106,8 +106,8 @@ mod tests {
     }
 
     #[test]
-    fn before_the_first_edge_there_is_none_and_at_rest_it_stays() {
-        let mut own = OwnEdge::new(&Hardware::default(), 0.5);
+    fn no_edge_is_reported_before_the_first_and_it_stays_at_rest() {
+        let mut own = TaskEdge::new(&Hardware::default(), 0.5);
         own.pass(0.7, 0, 1);
         assert_eq!(own.newest(), None);
         own.pass(1.2, 1, 2);
