@@ -21,7 +21,7 @@ fn times<P: PlantPort>(stand: StandSetup, plant: impl Fn() -> P, mode: Mode, kin
         .map(|_| {
             let begin = Instant::now();
             let record = run(stand, plant(), SessionRequest::new(mode, kind, SECONDS, 1));
-            black_box(record.expect("the session is a good one"));
+            black_box(record.expect("the session is valid"));
             SECONDS / begin.elapsed().as_secs_f64()
         })
         .collect();
@@ -32,7 +32,7 @@ fn times<P: PlantPort>(stand: StandSetup, plant: impl Fn() -> P, mode: Mode, kin
 fn tick_alone() -> f64 {
     const TICKS: u64 = 3_000_000;
     let hardware = Hardware::default();
-    let config = Config::new(&Settings::default(), &hardware).expect("the default is a good one");
+    let config = Config::new(&Settings::default(), &hardware).expect("the default is valid");
     let mut speed_loop = SpeedLoop::new(config);
     let command = Command { segment: Segment::rate(&hardware, 1, 10, 10.0, 10.0), ..Command::default() };
     let begin = Instant::now();
@@ -55,11 +55,11 @@ fn main() {
         ("default stand, rate, multi-step", Mode::Rate, ProfileKind::MultiStep),
         ("default stand, rate, multisine", Mode::Rate, ProfileKind::Multisine),
     ] {
-        let plant = || Plant::new(&default, 0.0).expect("the default stand is a good one");
+        let plant = || Plant::new(&default, 0.0).expect("the default stand is valid");
         let (best, median) = times(default.setup(), plant, mode, kind);
         println!("{name:<34}{best:>10.0}{median:>10.0}");
     }
-    println!("the same on an exactly solved linear motor:");
+    println!("with an exactly solved linear motor:");
     for (name, stand, mode, kind) in [
         ("voltage, multi-step", StandSetup::default(), Mode::Voltage, ProfileKind::MultiStep),
         ("rate, multi-step", StandSetup::default(), Mode::Rate, ProfileKind::MultiStep),

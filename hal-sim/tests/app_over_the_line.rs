@@ -1,4 +1,4 @@
-//! The whole app in virtual time over a serial line: what a person or a program types, and what comes back.
+//! The whole app in virtual time over a serial line: commands typed by a user or sent by a program, and the replies.
 #![allow(clippy::unwrap_used)]
 
 use embassy_futures::select::{Either, select};
@@ -16,7 +16,7 @@ use stand_firmware::telemetry::frame::Piece;
 use stand_firmware::telemetry::{Body, Deframer, crc32};
 use std::cell::RefCell;
 
-/// A host's program at the other end of the line.
+/// A host program at the serial line.
 struct Host<'h, 'c> {
     line: &'h SerialLine<'c>,
     clock: SimClock<'c>,
@@ -34,11 +34,11 @@ impl Host<'_, '_> {
         self.line.send(format!("{text}\n").as_bytes());
     }
 
-    /// Everything that came since the last call, as text.
+    /// The output since the last call, as text.
     fn text(&self) -> String {
         let bytes = std::mem::take(&mut *self.bytes.borrow_mut());
         let allowed = |b: &u8| matches!(b, b' '..=b'~' | b'\r' | b'\n');
-        assert!(bytes.iter().all(allowed), "text mode is text and nothing else: {:?}", String::from_utf8_lossy(&bytes));
+        assert!(bytes.iter().all(allowed), "text mode contains only text: {:?}", String::from_utf8_lossy(&bytes));
         String::from_utf8(bytes).unwrap()
     }
 
@@ -62,7 +62,7 @@ impl Host<'_, '_> {
     }
 }
 
-/// Runs `host` against a stand with this flash; gives the flash back.
+/// Runs `host` with a stand with this flash; returns the flash.
 fn with_flash<T>(flash: SimFlash, baud: u32, host: impl AsyncFnOnce(&Host<'_, '_>) -> T) -> T {
     let defaults = Kept::default();
     let clock = VirtualClock::default();
@@ -98,7 +98,7 @@ fn stand<T>(host: impl AsyncFnOnce(&Host<'_, '_>) -> T) -> T {
 }
 
 #[test]
-fn it_says_who_it_is_and_keeps_its_errors() {
+fn the_app_identifies_itself_and_queues_errors() {
     stand(async |host| {
         assert_eq!(host.ask("*IDN?").await, format!("Rotary Stand,simulated,1,{}", stand_firmware::VERSION));
         host.no_error().await;
@@ -108,7 +108,7 @@ fn it_says_who_it_is_and_keeps_its_errors() {
         host.send("SOUR:RATE");
         host.send("*RST 5");
         host.wait(0.05).await;
-        assert_eq!(host.text(), "", "a program's errors wait until they are asked for");
+        assert_eq!(host.text(), "", "errors of a program stay in the queue until queried");
         assert_eq!(host.ask("SYST:ERR:COUN?").await, "5");
         for (code, about) in [(-113, "FOO:BAR"), (-131, "5 V"), (-222, "9E9"), (-109, "SOUR:RATE"), (-108, "5")] {
             let error = host.error().await;
@@ -120,7 +120,7 @@ fn it_says_who_it_is_and_keeps_its_errors() {
 }
 
 #[test]
-fn a_person_sees_at_once_what_was_wrong() {
+fn a_terminal_user_sees_an_error_at_once() {
     stand(async |host| {
         host.line.send(b"SOUR:RTAE 5\r");
         host.wait(0.05).await;
@@ -128,31 +128,31 @@ fn a_person_sees_at_once_what_was_wrong() {
         assert!(told.starts_with("ERROR -113,\"Undefined header; SOUR:RTAE") && told.matches("\r\n").count() == 1, "{told:?}");
         host.line.send(b"SOUR:RTAE 5\r\n");
         host.wait(0.05).await;
-        assert_eq!(host.text(), "", "CR LF is a program's");
+        assert_eq!(host.text(), "", "CR LF marks a program");
         assert!(host.error().await.starts_with("-113"));
     });
 }
 
 #[test]
-fn help_lists_what_the_parser_takes() {
+fn help_lists_each_accepted_command() {
     stand(async |host| {
         host.send("HELP?");
         host.wait(2.0).await;
         let help = host.text();
         let lines: Vec<_> = help.split("\r\n").collect();
-        assert!(lines.len() > 120 && lines[lines.len() - 2..] == ["", ""], "an empty line ends it: {} lines", lines.len());
+        assert!(lines.len() > 120 && lines[lines.len() - 2..] == ["", ""], "an empty line ends the list: {} lines", lines.len());
         host.send("*CLS");
         for line in &lines[..lines.len() - 2] {
-            let (command, says) = line.split_once("  ").unwrap_or_else(|| panic!("{line}"));
-            assert!(!says.is_empty());
+            let (command, description) = line.split_once("  ").unwrap_or_else(|| panic!("{line}"));
+            assert!(!description.is_empty());
             let header = command.split(' ').next().unwrap();
-            // What ends the text or takes its time is tried by itself elsewhere.
+            // Other tests cover commands that end text mode or wait.
             if ["STReam", "STOP", "HELP?", "*WAI", "*OPC?"].contains(&header) {
                 continue;
             }
-            // With a parameter of its kind, in long and in short form.
+            // With a suitable parameter, in long and in short form.
             let parameter = match command.split_once(" <") {
-                // In the order of the list: after `NEW` there are two states.
+                // `NEW` comes first and sets two states.
                 Some((_, _)) if header == "OBServer:NEW" => " 2,OFF".to_string(),
                 Some((_, _)) if ["OBServer:PHI", "OBServer:VIBRation"].contains(&header) => " 1,0,0".to_string(),
                 Some((_, kind)) if kind.contains("each state") => " 0,0".to_string(),
@@ -186,7 +186,7 @@ fn help_lists_what_the_parser_takes() {
 }
 
 #[test]
-fn it_spins_up_measures_and_stops() {
+fn the_drive_spins_up_measures_and_stops() {
     stand(async |host| {
         host.send("SOURce:MODE RATE;RATE 100 DEG/S");
         host.wait(1.0).await;
@@ -207,7 +207,7 @@ fn it_spins_up_measures_and_stops() {
 }
 
 #[test]
-fn a_stream_carries_rows_replies_and_no_gap_and_0x18_ends_it() {
+fn a_stream_carries_rows_and_replies_without_gaps_and_0x18_ends_it() {
     stand(async |host| {
         host.send("STR:CHAN theta_rad,i_A,rate_cmd_rad_s,from_index_rad;DEC 2");
         host.send("SOUR:MODE RATE;RATE 2");
@@ -257,12 +257,12 @@ fn a_stream_carries_rows_replies_and_no_gap_and_0x18_ends_it() {
         host.line.send_break();
         host.wait(0.1).await;
         host.bytes.borrow_mut().clear();
-        assert!(host.ask("*IDN?").await.starts_with("Rotary"), "a break ends it, too");
+        assert!(host.ask("*IDN?").await.starts_with("Rotary"), "a break ends the stream as well");
     });
 }
 
 #[test]
-fn what_the_line_does_not_carry_is_refused_with_its_figure() {
+fn a_stream_above_the_line_rate_is_refused_with_its_load() {
     with_flash(SimFlash::new(&[SMALL_SECTOR_BYTES; 2], 1), 115_200, async |host: &Host<'_, '_>| {
         host.send("STReam ON");
         let error = host.error().await;
@@ -270,16 +270,16 @@ fn what_the_line_does_not_carry_is_refused_with_its_figure() {
         host.send("STR:DEC 10");
         host.send("STR ON");
         host.wait(0.5).await;
-        assert!(host.bytes.borrow().contains(&0), "with decimation it fits");
+        assert!(host.bytes.borrow().contains(&0), "with decimation the line rate suffices");
     });
 }
 
 #[test]
-fn a_profile_runs_ends_and_is_waited_for() {
+fn a_profile_runs_and_opc_waits_for_its_end() {
     stand(async |host| {
         host.send("PROF:TYPE sine;AMPL 3;FREQ 2;DUR 1.5 S;:PROF:STAR;*OPC?");
         host.wait(0.5).await;
-        assert_eq!(host.text(), "", "it is not complete");
+        assert_eq!(host.text(), "", "not complete yet");
         host.wait(1.2).await;
         assert_eq!(host.text(), "1\r\n");
         assert_eq!(host.ask("PROF:STAT?;FREQ?").await, "STOPPED;2 HZ");
@@ -288,7 +288,7 @@ fn a_profile_runs_ends_and_is_waited_for() {
 }
 
 #[test]
-fn settings_are_kept_over_power_off_and_refused_while_it_drives() {
+fn settings_survive_power_off_and_are_refused_while_the_drive_is_on() {
     stand(async |host| {
         host.send("SOUR:MODE RATE");
         host.send("SETT:rate_gain_V_s_rad 1.5");
@@ -303,7 +303,7 @@ fn settings_are_kept_over_power_off_and_refused_while_it_drives() {
 }
 
 #[test]
-fn another_setting_acts_at_once() {
+fn a_changed_setting_acts_at_once() {
     stand(async |host| {
         host.send("SETT:acceleration_rad_s2 5 RAD/S2");
         host.send("SOUR:MODE RATE;RATE 10");
@@ -314,7 +314,7 @@ fn another_setting_acts_at_once() {
 }
 
 #[test]
-fn an_angle_is_held() {
+fn the_position_mode_holds_an_angle() {
     stand(async |host| {
         host.send("SOUR:MODE POS;POS 2 TURN");
         host.wait(3.0).await;
@@ -325,7 +325,7 @@ fn an_angle_is_held() {
 }
 
 #[test]
-fn the_record_around_a_stop_is_read_out() {
+fn the_capture_of_a_stop_is_read_out() {
     stand(async |host| {
         host.send("SOUR:MODE RATE;RATE 5");
         host.wait(1.0).await;
@@ -346,7 +346,7 @@ fn the_record_around_a_stop_is_read_out() {
 }
 
 #[test]
-fn it_calibrates_when_told_shows_how_far_it_is_and_can_be_stopped() {
+fn a_calibration_reports_progress_and_can_be_aborted() {
     stand(async |host| {
         host.send("CAL:COGG:STAR");
         host.wait(5.0).await;
@@ -365,28 +365,28 @@ fn it_calibrates_when_told_shows_how_far_it_is_and_can_be_stopped() {
         host.wait(100.0).await;
         assert_eq!(host.text(), "1\r\n");
         let found = host.ask("CAL:COGG?").await;
-        // The linear motor has viscous friction of 5e-6 N m s and nothing else.
+        // The linear motor has only viscous friction of 5e-6 N m s.
         assert!(found.starts_with("DONE,coulomb ") && !found.contains("order"), "{found}");
         host.no_error().await;
     });
 }
 
 #[test]
-fn a_host_that_vanishes_is_missed_where_it_asked_to_be() {
+fn an_armed_host_watchdog_trips_when_the_host_is_silent() {
     stand(async |host| {
         host.send("HOST:ARM 0.5 S;:SOUR:MODE RATE;RATE 2");
         for _ in 0..10 {
             host.wait(0.2).await;
             host.send("*OPC?");
         }
-        assert!((host.true_rate() - 2.0).abs() < 0.1, "heard, and so on");
+        assert!((host.true_rate() - 2.0).abs() < 0.1, "the drive runs on");
         host.wait(2.5).await;
         assert!(host.true_rate().abs() < 0.5, "{}", host.true_rate());
         host.text();
         assert!(host.ask("FAUL?").await.contains("host silent"));
         host.send("SOUR:MODE RATE");
         assert!(host.error().await.starts_with("101,"), "the fault itself");
-        assert!(host.error().await.starts_with("-221"), "nothing begins before it is cleared");
+        assert!(host.error().await.starts_with("-221"), "no start before the fault is cleared");
         host.send("HOST:ARM 0;:FAUL:CLE");
         host.wait(0.01).await;
         host.send("SOUR:RATE 1;MODE RATE");
@@ -400,13 +400,13 @@ fn checked(command: &str) -> String {
 }
 
 #[test]
-fn no_damaged_line_is_obeyed() {
+fn no_damaged_line_is_executed() {
     stand(async |host| {
         let rates = DamageRates { flip: 0.02, lose: 0.01, insert: 0.01 };
         let (mut obeyed, mut refused) = (0, 0);
         let mut sent = vec![0];
         for n in 0..2000_u32 {
-            // The tool has spoken before: a piece of a line that seems to be a plain one is not taken for a person's.
+            // After a checked line, a fragment without checksum is not accepted as a plain line.
             let milli_degrees = (n * 7919) % 90_000 + 1;
             host.line.damage(rates, DamageRates::NONE);
             host.send(&checked(&format!("SOUR:RATE {}.{:03} DEG/S", milli_degrees / 1000, milli_degrees % 1000)));
@@ -420,18 +420,18 @@ fn no_damaged_line_is_obeyed() {
             sent.push(milli_degrees);
             let reply = host.ask(&checked("SOUR:RATE?")).await;
             let now = (reply.split(' ').next().unwrap().parse::<f64>().unwrap().to_degrees() * 1000.0).round() as u32;
-            assert!(sent.contains(&now), "line {n}: {now} was never asked for");
+            assert!(sent.contains(&now), "line {n}: {now} was never commanded");
             *(if now == milli_degrees { &mut obeyed } else { &mut refused }) += 1;
         }
         assert!(obeyed > 200 && refused > 200, "{obeyed} whole, {refused} damaged");
         host.send("*IDN?");
         host.wait(0.05).await;
-        assert_eq!(host.text(), "", "plain lines are not a tool's");
+        assert_eq!(host.text(), "", "plain lines are refused after a checked line");
     });
 }
 
 #[test]
-fn a_person_is_heard_again_after_the_tool() {
+fn plain_lines_are_accepted_again_after_the_tool() {
     stand(async |host| {
         assert!(host.ask(&checked("*IDN?")).await.starts_with("Rotary"));
         host.send("SOUR:RATE 1");

@@ -1,4 +1,4 @@
-//! The whole controller behind its line, in virtual time: it answers, streams, stops, and survives a bad line and a power cut.
+//! The whole controller behind its line, in virtual time: replies, stream, stop, bad line and power cut.
 #![allow(clippy::unwrap_used)]
 
 use hal_sim::board::PlantPort;
@@ -12,7 +12,7 @@ use stand_firmware::telemetry::frame::Piece;
 use stand_firmware::telemetry::{Body, Deframer};
 use std::cell::RefCell;
 
-/// A host's end of the line.
+/// The host side of the line.
 struct Host<'a, 'c> {
     controller: &'a Controller<'c, Plant>,
     clock: SimClock<'c>,
@@ -25,12 +25,12 @@ impl Host<'_, '_> {
         self.controller.line().receive(&mut self.heard.borrow_mut());
     }
 
-    /// What came since the last call.
+    /// Bytes received since the last call.
     fn heard(&self) -> Vec<u8> {
         self.heard.take()
     }
 
-    /// Says a line and gives what comes within so many seconds.
+    /// Sends a line and returns the reply within `seconds`.
     async fn ask_within(&self, line: &str, seconds: f64) -> String {
         self.heard();
         self.controller.line().send(format!("{line}\n").as_bytes());
@@ -43,7 +43,7 @@ impl Host<'_, '_> {
     }
 }
 
-/// Switches a controller on and has `script` talk to it.
+/// Switches a controller on and runs `script` as its host.
 fn talk<T>(faults: Faults, flash: SimFlash, script: impl AsyncFnOnce(&Host<'_, '_>) -> T) -> (T, SimFlash) {
     let stand = Stand { faults, ..Stand::default() };
     let clock = VirtualClock::default();
@@ -72,7 +72,7 @@ fn it_says_who_it_is_and_holds_a_rate_that_is_physically_so() {
         assert!((true_rate(host) - 5.0).abs() < 0.05, "{}", true_rate(host));
         assert_eq!(host.ask("OUTPut OFF;:SYSTem:ERRor?").await, "0,\"No error\"");
         host.wait_s(1.0).await;
-        assert!(true_rate(host).abs() < 1.0, "it runs down: {}", true_rate(host));
+        assert!(true_rate(host).abs() < 1.0, "the rate decreases: {}", true_rate(host));
     });
 }
 
@@ -89,7 +89,7 @@ fn the_byte_0x18_stops_the_drive_in_the_interrupt_in_both_modes() {
             host.heard();
             host.controller.line().send(b"\x18");
             host.wait_s(0.02).await;
-            // What was on the way of the stream goes out first.
+            // Pending stream data is sent first.
             host.wait_s(0.1).await;
             host.heard();
             let fault = host.ask("FAULt?").await;
@@ -101,7 +101,7 @@ fn the_byte_0x18_stops_the_drive_in_the_interrupt_in_both_modes() {
 }
 
 #[test]
-fn ten_seconds_of_rows_at_1_khz_come_whole_and_in_order() {
+fn ten_seconds_of_rows_at_1_khz_arrive_complete_and_in_sequence() {
     sound(async |host| {
         host.wait_s(0.1).await;
         host.ask("SOURce:RATE 5 RAD/S;:SOURce:MODE RATE").await;
@@ -125,7 +125,7 @@ fn ten_seconds_of_rows_at_1_khz_come_whole_and_in_order() {
 }
 
 #[test]
-fn after_a_power_cut_it_starts_anew_with_what_it_kept() {
+fn after_a_power_cut_the_controller_restarts_with_saved_settings() {
     let faults = Faults::of([Fault::new(FaultKind::PowerCut, 2.0, 0.5)]).unwrap();
     let (cuts, _) = talk(faults, flash(7), async |host| {
         host.wait_s(0.1).await;
@@ -134,15 +134,15 @@ fn after_a_power_cut_it_starts_anew_with_what_it_kept() {
         host.ask("SOURce:RATE 5 RAD/S;:SOURce:MODE RATE").await;
         host.wait_s(1.0).await;
         assert!(true_rate(host) > 4.9);
-        // The cut, and back again.
+        // The power cut, and the restart.
         host.wait_s(1.0).await;
-        assert_eq!(host.ask("*IDN?").await, "", "nobody is at home");
+        assert_eq!(host.ask("*IDN?").await, "", "no reply without supply");
         host.wait_s(1.0).await;
         host.heard();
         assert!(host.ask("*IDN?").await.starts_with("Rotary Stand"));
-        assert!(host.ask("SETTings:current_limit_A?").await.starts_with("1.25"), "what was saved is there");
-        assert!(host.ask("SETTings:slip_rad?").await.starts_with("0.1"), "what was not is not");
-        assert!(host.ask("FAULt?").await.starts_with("0,"), "a fresh start is no fault");
+        assert!(host.ask("SETTings:current_limit_A?").await.starts_with("1.25"), "the saved value is restored");
+        assert!(host.ask("SETTings:slip_rad?").await.starts_with("0.1"), "the unsaved value is lost");
+        assert!(host.ask("FAULt?").await.starts_with("0,"), "a restart is not a fault");
         host.wait_s(2.0).await;
         assert!(true_rate(host).abs() < 1.0, "and the drive is off: {}", true_rate(host));
         host.controller.power_cuts()
@@ -151,14 +151,14 @@ fn after_a_power_cut_it_starts_anew_with_what_it_kept() {
 }
 
 #[test]
-fn on_a_bad_line_no_damaged_command_is_obeyed_and_no_damaged_frame_shown() {
+fn on_a_bad_line_no_damaged_command_is_executed_and_no_damaged_frame_accepted() {
     let faults = [FaultKind::LineFlips, FaultKind::LineLoses, FaultKind::LineInserts]
         .map(|what| Fault::new(what, 0.3, f64::INFINITY).with_magnitude(0.003));
     let (shown, _) = talk(Faults::of(faults).unwrap(), flash(1), async |host| {
         host.wait_s(0.1).await;
         host.controller.line().send(b"STReam:CHANnels theta_rad,rate_cmd_rad_s\nSTReam ON\n");
         host.wait_s(0.3).await;
-        // A checked command a hundred times: some arrive damaged, none of those may set another rate.
+        // A checked command a hundred times: some arrive damaged; none of them may set another rate.
         for _ in 0..100 {
             host.controller.line().send(checked("SOURce:RATE 3 RAD/S;:SOURce:MODE RATE").as_bytes());
             host.wait_s(0.05).await;
@@ -185,7 +185,7 @@ fn checked(command: &str) -> String {
 }
 
 #[test]
-fn two_controllers_of_one_seed_say_the_same_bytes() {
+fn two_controllers_with_one_seed_send_equal_bytes() {
     let said = || {
         sound(async |host| {
             host.wait_s(0.1).await;
@@ -200,7 +200,7 @@ fn two_controllers_of_one_seed_say_the_same_bytes() {
 }
 
 #[test]
-fn an_unplugged_line_is_silent_and_comes_back() {
+fn an_unplugged_line_is_silent_and_works_again_after_reconnection() {
     let faults = Faults::of([Fault::new(FaultKind::LineOff, 0.2, 0.3)]).unwrap();
     talk(faults, flash(1), async |host| {
         host.wait_s(0.1).await;

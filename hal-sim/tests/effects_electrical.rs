@@ -1,6 +1,6 @@
 //! Effects of bridge and winding: each against a closed form, in the rig and in the plant.
 //!
-//! Mostly on a flywheel that nothing turns or slows, so that the winding is alone.
+//! Mostly with an inertia so large that the rate is constant: only the winding responds.
 #![allow(clippy::unwrap_used)]
 
 mod common;
@@ -8,11 +8,11 @@ mod common;
 use common::{BOTH, Bench, Drive, Kind, ROW_S, Setup, close, close_rel};
 use drive_rig::{Input, State};
 
-/// A locked rotor, or a flywheel once spun.
+/// A rotor at a practically constant rate.
 const FLYWHEEL: Drive = Drive { inertia: 1e9, motor_constant: 0.02, resistance: 2.0 };
 
 #[test]
-fn the_current_rises_by_the_windings_exponential_and_so_does_its_mean_over_rows() {
+fn the_current_and_its_row_means_follow_the_exponential_of_the_winding() {
     for kind in BOTH {
         for l in [2e-4, 2e-3, 2e-2] {
             let tau = l / 2.0;
@@ -32,7 +32,7 @@ fn the_current_rises_by_the_windings_exponential_and_so_does_its_mean_over_rows(
 }
 
 #[test]
-fn below_the_drop_no_current_flows_and_above_it_the_drop_is_lost() {
+fn below_the_drop_no_current_flows_and_above_it_the_drop_is_subtracted() {
     for kind in BOTH {
         for id in ["brush-drop", "dead-time"] {
             for sign in [1.0, -1.0] {
@@ -66,7 +66,7 @@ fn a_back_emf_below_the_drop_does_not_brake() {
 }
 
 #[test]
-fn a_current_dies_at_the_drop_in_finite_time_and_stays_dead() {
+fn a_current_below_the_drop_reaches_zero_in_finite_time_and_stays_zero() {
     let (l, v) = (2e-3, 0.3);
     let tau = l / 2.0;
     for kind in BOTH {
@@ -78,16 +78,16 @@ fn a_current_dies_at_the_drop_in_finite_time_and_stays_dead() {
             let dead_s = tau * (1.0 + 0.5 * 2.0 / v).ln();
             let charge = 0.5 * tau - v / 2.0 * dead_s;
             let mean = bench.hold(0.0, 5.0 * ROW_S);
-            // The plant: Runge and Kutta's steps of a tenth of τ, (1/10)⁵/120 of 5e-4 A s in each of a dozen.
+            // The plant: Runge-Kutta steps of a tenth of τ, (1/10)⁵/120 of 5e-4 A s in each of a dozen.
             close(mean * 5.0 * ROW_S, sign * charge, if kind == Kind::Rig { 1e-15 } else { 1e-9 }, &format!("{kind:?}"));
-            assert_eq!(bench.hold(sign * 0.29, ROW_S), 0.0, "{kind:?} stays dead below the drop");
-            assert_eq!(bench.hold(-sign * 0.29, ROW_S), 0.0, "{kind:?} either way");
+            assert_eq!(bench.hold(sign * 0.29, ROW_S), 0.0, "{kind:?} stays zero below the drop");
+            assert_eq!(bench.hold(-sign * 0.29, ROW_S), 0.0, "{kind:?} in the other direction");
         }
     }
 }
 
 #[test]
-fn a_current_that_is_turned_round_pays_the_drop_on_either_side() {
+fn a_reversed_current_has_the_drop_in_both_directions() {
     let (l, v) = (2e-3, 0.3);
     let tau = l / 2.0;
     for kind in BOTH {
@@ -106,10 +106,10 @@ fn a_current_that_is_turned_round_pays_the_drop_on_either_side() {
 }
 
 #[test]
-fn resistance_follows_a_temperature_that_is_measured() {
+fn resistance_follows_the_measured_temperature() {
     for kind in BOTH {
         for temp_C in [25.0, 80.0, -5.0] {
-            // So much heat capacity and resistance that the plant stays where it begins.
+            // Heat capacity and thermal resistance so large that the temperature of the plant is constant.
             let setup = Setup::by_voltage(FLYWHEEL, &[("resistance-temperature", &[0.004, 1e5, 1e3])]).warm(temp_C);
             let mean = Bench::new(kind, &setup).hold(3.0, ROW_S);
             close_rel(mean, 3.0 / (2.0 * (1.0 + 0.004 * (temp_C - 25.0))), 1e-8, &format!("{kind:?} {temp_C}"));
@@ -118,7 +118,7 @@ fn resistance_follows_a_temperature_that_is_measured() {
 }
 
 #[test]
-fn the_winding_warms_with_its_time_constant_to_where_its_hot_resistance_keeps_it() {
+fn the_winding_warms_with_its_time_constant_to_the_equilibrium_of_its_hot_resistance() {
     let (alpha, heat, r_th, u): (f64, f64, f64, f64) = (0.004, 0.2, 10.0, 3.0);
     for kind in BOTH {
         // Small first: u²/R = 5e-3 W warms by 0.05 K along 1 − e^(−t/2 s).
@@ -142,8 +142,8 @@ fn the_winding_warms_with_its_time_constant_to_where_its_hot_resistance_keeps_it
 }
 
 #[test]
-fn a_hot_stand_cools_to_its_surroundings() {
-    // The rig's surroundings are at 25 °C; a plant's are where its stand is.
+fn a_hot_winding_cools_to_ambient() {
+    // The ambient temperature is 25 °C for the rig, and a setting of the stand for the plant.
     let mut bench = Bench::new(Kind::Rig, &Setup::by_voltage(FLYWHEEL, &[("resistance-temperature", &[0.004, 0.2, 10.0])]));
     *bench.state_mut() = State { heat_K: 20.0, ..*bench.state() };
     bench.hold(0.0, 2.0);
@@ -156,11 +156,11 @@ fn a_hot_stand_cools_to_its_surroundings() {
     for _ in 0..100_000 {
         hal_sim::board::PlantPort::advance(&mut plant, 0.0, 1e-4);
     }
-    close(hal_sim::board::PlantPort::temp_C(&plant), 40.0, 1e-9, "in a warm room");
+    close(hal_sim::board::PlantPort::temp_C(&plant), 40.0, 1e-9, "ambient 40 °C");
 }
 
 #[test]
-fn supply_and_leads_lose_r_i() {
+fn supply_and_leads_drop_r_i() {
     for kind in BOTH {
         let mean = Bench::new(kind, &Setup::by_voltage(FLYWHEEL, &[("supply-droop", &[0.5])])).hold(-4.0, ROW_S);
         close_rel(mean, -4.0 / 2.5, 1e-12, &format!("{kind:?}"));
@@ -174,16 +174,16 @@ fn supply_and_leads_lose_r_i() {
 }
 
 #[test]
-fn a_measured_supply_scales_the_voltage_asked_for() {
+fn a_measured_supply_scales_the_commanded_voltage() {
     let list = [("supply-droop".to_owned(), vec![0.5])];
     let rig = common::rig(FLYWHEEL, Input::Voltage, &list);
     let span = drive_rig::RowInput { supply_ratio: 0.9, ..common::span(0.0, ROW_S, 4.0, None) };
     let mean = rig.advance(&mut State::turning(0.0, 0.0), &span);
-    close_rel(mean, 0.9 * 4.0 / 2.5, 1e-12, "0.9 of what was asked for");
+    close_rel(mean, 0.9 * 4.0 / 2.5, 1e-12, "0.9 of the command");
 }
 
 #[test]
-fn a_saturated_motor_gives_its_steady_torque() {
+fn a_saturated_motor_has_its_steady_torque() {
     for kind in BOTH {
         for amps in [0.1, -0.8, 1.2, 4.0] {
             let mut bench = Bench::new(kind, &Setup::by_voltage(FLYWHEEL, &[("magnetic-saturation", &[1.2])]));

@@ -1,4 +1,4 @@
-//! Energy that friction never gives: undriven, what turns only slows, in the rig and in the plant.
+//! Friction never adds energy: an undriven rotor only slows down, in the rig and in the plant.
 //!
 //! Over drawn parameters, rates and steps; the drive is open (no torque), for the brush drop shorted (0 V).
 #![allow(clippy::unwrap_used)]
@@ -7,7 +7,7 @@ mod common;
 
 use common::{BOTH, Bench, Draw, Drive, Kind, Setup};
 
-/// Runs 400 rows and asserts that the energy never rises by more than `slack` of what there was at first.
+/// Runs 400 rows and asserts that the energy never rises by more than `slack` of its initial value.
 fn never_rises(kind: Kind, setup: &Setup, omega: f64, row_s: f64, slack: f64, energy: impl Fn(&Bench) -> f64) {
     let mut bench = Bench::new(kind, setup).spin(omega);
     bench.tick_s = bench.tick_s.min(row_s);
@@ -34,7 +34,7 @@ fn energy_of(kind: Kind, setup: &Setup) -> Box<dyn Fn(&Bench) -> f64> {
 }
 
 #[test]
-fn friction_takes_energy_and_never_gives() {
+fn friction_never_adds_energy() {
     let mut draw = Draw(11);
     for _ in 0..60 {
         let b = draw.log(1e-7, 1e-3);
@@ -78,7 +78,7 @@ fn a_rotor_that_friction_stopped_never_moves_again() {
 }
 
 #[test]
-fn a_bristle_gives_back_no_more_than_it_took() {
+fn a_bristle_returns_no_more_energy_than_it_stored() {
     let mut draw = Draw(13);
     for _ in 0..60 {
         let (c, sigma) = (draw.log(1e-4, 5e-3), draw.log(1e-2, 2.0));
@@ -89,7 +89,7 @@ fn a_bristle_gives_back_no_more_than_it_took() {
                 Kind::Rig => 0.5 * inertia * bench.omega().powi(2) + 0.5 * sigma * bench.state().bristle.powi(2),
                 Kind::Plant => bench.plant().mechanical_energy_J(),
             };
-            // The rig's midpoint rule swells a swing on the bristle by (w h)⁴/4 ≤ 2.5e-5 of its energy a step where Dahl's loss is less.
+            // The rig's midpoint rule increases an oscillation on the bristle by (w h)⁴/4 ≤ 2.5e-5 of its energy a step where Dahl's loss is less.
             let slack = if kind == Kind::Rig { 2.5e-5 } else { 1e-12 };
             never_rises(kind, &setup, omega, 1e-3, slack, with_bristle);
         }
@@ -97,7 +97,7 @@ fn a_bristle_gives_back_no_more_than_it_took() {
 }
 
 #[test]
-fn brushes_take_energy_and_never_give() {
+fn brushes_never_add_energy() {
     let mut draw = Draw(14);
     for _ in 0..60 {
         let list: &[(&str, &[f64])] = &[("brush-drop", &[draw.log(0.01, 1.0)])];
@@ -110,7 +110,7 @@ fn brushes_take_energy_and_never_give() {
 }
 
 #[test]
-fn a_shaft_and_its_play_give_nothing_either() {
+fn a_shaft_with_play_never_adds_energy() {
     let mut draw = Draw(15);
     for _ in 0..20 {
         let (k, c, gap) = (draw.log(0.3, 8.0), draw.log(1e-4, 3e-2), draw.log(1e-3, 0.06));
@@ -120,7 +120,7 @@ fn a_shaft_and_its_play_give_nothing_either() {
         ] {
             let setup = Setup::by_torque(2.5e-4, list);
             let energy = |bench: &Bench| bench.plant().mechanical_energy_J();
-            // A contact that ends while the damper still pulls stores nothing; Runge and Kutta's own error, 0.1⁶/72 a step.
+            // A contact that ends while the damper still pulls stores nothing; Runge-Kutta error, 0.1⁶/72 a step.
             never_rises(Kind::Plant, &setup, draw.signed_log(0.1, 20.0), 1e-3, 1e-8, energy);
         }
     }

@@ -1,4 +1,4 @@
-//! Effects of measurement: what the channels show, in the rig's reading and at the plant's elements.
+//! Measurement effects: channel readings of the rig and of the plant's sensor elements.
 //!
 //! Lag and delay are filters of the finished series in the model (host-tools); here only the plant's are tested.
 #![allow(clippy::unwrap_used)]
@@ -18,7 +18,7 @@ fn turning(kind: Kind, id: &str, parameters: &[f64], omega: f64) -> Bench {
 }
 
 #[test]
-fn an_eccentric_encoder_shows_another_angle_and_leaves_a_separate_rate_sensor_alone() {
+fn an_eccentric_encoder_changes_the_angle_and_not_a_separate_rate_sensor() {
     let (e, phase) = (0.004, 0.9);
     for kind in BOTH {
         for n in [1.0, 2.0] {
@@ -37,7 +37,7 @@ fn an_eccentric_encoder_shows_another_angle_and_leaves_a_separate_rate_sensor_al
 }
 
 #[test]
-fn an_eccentric_encoder_errs_by_where_it_is_and_not_by_where_it_seems_to_be() {
+fn the_eccentricity_error_depends_on_the_true_angle() {
     // Taking one angle for the other leaves n e²/2 at twice the order: 3e-4 rad.
     let (e, n, phase) = (0.012, 4.0, 0.9);
     for omega in [7.0, -13.0, 3.1] {
@@ -49,7 +49,7 @@ fn an_eccentric_encoder_errs_by_where_it_is_and_not_by_where_it_seems_to_be() {
 }
 
 #[test]
-fn scale_bias_and_curvature_of_the_rate_are_what_they_say() {
+fn scale_bias_and_nonlinearity_of_the_rate_follow_their_equations() {
     for kind in BOTH {
         for omega in [11.0, -11.0] {
             let seen = |id: &str, p: &[f64]| turning(kind, id, p, omega).seen(false);
@@ -64,7 +64,7 @@ fn scale_bias_and_curvature_of_the_rate_are_what_they_say() {
 }
 
 #[test]
-fn a_bias_drifts_with_the_temperature() {
+fn the_bias_depends_on_the_temperature() {
     for kind in BOTH {
         for temp_C in [25.0, 45.0, 0.0] {
             let setup = Setup::by_voltage(FLYWHEEL, &[("rate-bias-temperature", &[0.02])]).warm(temp_C);
@@ -76,7 +76,7 @@ fn a_bias_drifts_with_the_temperature() {
 }
 
 #[test]
-fn a_g_sensitive_sensor_shows_gravity_once_per_turn_with_no_torque_behind_it() {
+fn a_g_sensitive_sensor_shows_gravity_once_per_turn_without_torque() {
     for kind in BOTH {
         let mut bench = Bench::new(kind, &Setup::by_voltage(FLYWHEEL, &[("rate-g-sensitivity", &[0.05, 0.4])])).spin(TAU);
         for _ in 0..100 {
@@ -88,13 +88,13 @@ fn a_g_sensitive_sensor_shows_gravity_once_per_turn_with_no_torque_behind_it() {
 }
 
 #[test]
-fn the_current_sensors_offset_and_scale_change_what_is_seen_and_not_what_flows() {
+fn offset_and_scale_of_the_current_sensor_change_the_reading_and_not_the_current() {
     for kind in BOTH {
         for (id, p, exact) in [("current-offset", 0.03, 1.53), ("current-scale", -0.04, 1.5 * 0.96)] {
             let mut bench = Bench::new(kind, &Setup::by_voltage(FLYWHEEL, &[(id, &[p])]));
             bench.hold(3.0, 1e-3);
             close(bench.seen(false).current, exact, 1e-12, &format!("{kind:?} {id}"));
-            close_rel(bench.omega(), 0.02 * 1.5 * 1e-3 / 1e9, 1e-12, "what flows turns the rotor");
+            close_rel(bench.omega(), 0.02 * 1.5 * 1e-3 / 1e9, 1e-12, "the true current turns the rotor");
         }
     }
 }
@@ -105,7 +105,7 @@ fn ramp(id: &str, p: f64) -> Bench {
 }
 
 #[test]
-fn a_lagging_sensor_follows_a_ramp_late_by_its_time_constant() {
+fn a_lagging_sensor_follows_a_ramp_delayed_by_its_time_constant() {
     // Also far below the tick, where the lag is a delay.
     for tau in [6e-3, 1e-3, 2e-4, 5e-5, 1e-6] {
         let mut bench = ramp("sensor-lag", tau);
@@ -120,7 +120,7 @@ fn a_lagging_sensor_follows_a_ramp_late_by_its_time_constant() {
 }
 
 #[test]
-fn a_lagging_sensor_answers_a_step_by_its_exponential() {
+fn a_lagging_sensor_responds_to_a_step_by_its_exponential() {
     // A hundred thousand rad/s² for one tick, then nothing: a step of 10 rad/s in 1e-4 s.
     let tau = 6e-3;
     let mut bench = ramp("sensor-lag", tau);
@@ -134,7 +134,7 @@ fn a_lagging_sensor_answers_a_step_by_its_exponential() {
 }
 
 #[test]
-fn a_late_sensor_shows_the_rate_of_then() {
+fn a_delayed_sensor_shows_the_earlier_rate() {
     for skew in [5e-5, 1.5e-4, 7.3e-3] {
         let mut bench = ramp("time-skew", skew);
         for n in 1..=500 {
@@ -146,7 +146,7 @@ fn a_late_sensor_shows_the_rate_of_then() {
 }
 
 #[test]
-fn a_late_sensor_of_a_rotor_that_always_turned_shows_that() {
+fn a_delayed_sensor_starts_with_the_initial_rate() {
     let mut bench = Bench::new(Kind::Plant, &Setup::by_torque(1e-4, &[("time-skew", &[5e-3])])).spin(10.0);
     for _ in 0..100 {
         assert_eq!(bench.seen(false).omega, 10.0);

@@ -1,4 +1,4 @@
-//! Effects of torque: each against a closed form, in the rig and in the plant.
+//! Torque effects: each against a closed form, in the rig and in the plant.
 #![allow(clippy::unwrap_used)]
 
 mod common;
@@ -15,7 +15,7 @@ const B: f64 = 2e-6;
 const MC: f64 = 1e-3;
 
 #[test]
-fn the_steady_rates_are_those_of_theory_4() {
+fn the_steady_rates_match_theory_section_4() {
     for kind in BOTH {
         for (volt, steady) in [(1.0, 43.7469105), (3.0, 142.6099852), (6.0, 290.9045971)] {
             let setup = Setup::by_voltage(THEORY, &[("viscous", &[B]), ("coulomb", &[MC]), ("inductance", &[0.5e-3])]);
@@ -28,7 +28,7 @@ fn the_steady_rates_are_those_of_theory_4() {
 }
 
 #[test]
-fn a_coast_down_follows_theory_4_and_stops_at_the_time_of_the_closed_form() {
+fn a_coast_down_follows_the_closed_form_to_its_stop_time() {
     let stop_s = (1e-4 / B) * (1.0 + B * 100.0 / MC).ln();
     close(stop_s, 9.1160778, 5e-8, "the text's digits");
     for kind in BOTH {
@@ -48,7 +48,7 @@ fn a_coast_down_follows_theory_4_and_stops_at_the_time_of_the_closed_form() {
 }
 
 #[test]
-fn a_voltage_step_shows_both_poles_of_theory_4() {
+fn a_voltage_step_has_both_poles_of_theory_section_4() {
     let (j, k, r, l) = (1e-4, 0.02, 2.3, 0.5e-3);
     // Roots of J L s² + (J R + b L) s + K² + R b.
     let (a2, a1, a0): (f64, f64, f64) = (j * l, j * r + B * l, k * k + r * B);
@@ -84,7 +84,7 @@ fn viscous_friction_lets_the_rate_fall_exponentially() {
 }
 
 #[test]
-fn a_dry_level_holds_up_to_its_very_value_and_not_beyond() {
+fn coulomb_friction_holds_exactly_up_to_its_torque() {
     for kind in BOTH {
         let c = 1.0 / 1024.0; // exact in binary, so that "equal" is equal
         for sign in [1.0, -1.0] {
@@ -101,7 +101,7 @@ fn a_dry_level_holds_up_to_its_very_value_and_not_beyond() {
 }
 
 #[test]
-fn a_dry_level_opposes_either_direction() {
+fn coulomb_friction_opposes_both_directions() {
     for kind in BOTH {
         for sign in [1.0, -1.0] {
             let mut bench = Bench::new(kind, &Setup::by_torque(1e-4, &[("coulomb", &[1e-3])])).spin(sign * 10.0);
@@ -124,7 +124,7 @@ fn steady(kind: Kind, effects: &[(&str, &[f64])], torque: f64, near: f64) -> f64
 }
 
 #[test]
-fn asymmetric_friction_and_a_load_differ_by_direction_as_their_balances_say() {
+fn asymmetric_friction_and_load_follow_their_torque_balances() {
     let (b, c, d, e, t) = (2e-4, 1e-3, 3e-4, 4e-5, 5e-3);
     for kind in BOTH {
         let list: &[(&str, &[f64])] = &[("viscous", &[b]), ("coulomb", &[c]), ("asymmetric-friction", &[d, e])];
@@ -150,7 +150,7 @@ fn a_load_shifts_the_stick_band() {
 }
 
 #[test]
-fn stribeck_breaks_away_at_the_sum_of_both_levels_and_fades_with_the_rate() {
+fn stribeck_friction_breaks_away_at_the_sum_of_both_torques_and_falls_with_the_rate() {
     let (c, s, v) = (1.0 / 1024.0, 1.0 / 512.0, 2.0);
     for kind in BOTH {
         let setup = Setup::by_torque(1e-4, &[("coulomb", &[c]), ("stribeck", &[s, v])]);
@@ -188,7 +188,7 @@ fn a_bristle_is_a_spring_for_small_motions() {
 }
 
 #[test]
-fn a_bristle_takes_the_work_of_dahls_curve_and_of_its_hysteresis() {
+fn a_bristle_dissipates_the_work_of_the_dahl_curve() {
     let (j, c, sigma) = (1e-4, 1e-3, 0.1);
     let z = c / sigma;
     let list: &[(&str, &[f64])] = &[("coulomb", &[c]), ("presliding", &[sigma])];
@@ -227,7 +227,7 @@ fn a_bristle_takes_the_work_of_dahls_curve_and_of_its_hysteresis() {
 }
 
 #[test]
-fn a_sliding_bristle_carries_the_dry_level() {
+fn a_sliding_bristle_transmits_the_coulomb_torque() {
     for kind in BOTH {
         let list: &[(&str, &[f64])] = &[("viscous", &[2e-4]), ("coulomb", &[1e-3]), ("presliding", &[0.5])];
         close_rel(steady(kind, list, 3e-3, 5.0), 10.0, 1e-9, &format!("{kind:?}"));
@@ -235,7 +235,7 @@ fn a_sliding_bristle_carries_the_dry_level() {
 }
 
 #[test]
-fn quadratic_drag_has_its_terminal_rate_and_its_hyperbola() {
+fn quadratic_drag_has_its_terminal_rate_and_hyperbolic_decay() {
     let (j, q) = (1e-4, 3e-6);
     for kind in BOTH {
         let mut bench = Bench::new(kind, &Setup::by_torque(j, &[("quadratic-drag", &[q])])).spin(-40.0);
@@ -263,8 +263,8 @@ fn viscosity_falls_with_temperature_by_its_exponent() {
     }
 }
 
-/// Cosine and sine amplitudes of the rate at order n over whole turns: rate ≈ mean + p cos nθ + q sin nθ.
-fn order(bench: &mut Bench, input: f64, n: f64, turns: f64) -> (f64, f64) {
+/// Cosine and sine amplitudes of the rate at harmonic order n over whole turns: rate ≈ mean + p cos nθ + q sin nθ.
+fn rate_harmonic(bench: &mut Bench, input: f64, n: f64, turns: f64) -> (f64, f64) {
     let (mut p, mut q, mut turned) = (0.0, 0.0, 0.0);
     let begin = bench.theta();
     let mean = bench.omega();
@@ -288,19 +288,19 @@ fn order(bench: &mut Bench, input: f64, n: f64, turns: f64) -> (f64, f64) {
 }
 
 #[test]
-fn cogging_ripples_the_rate_at_its_order_with_amplitude_and_phase() {
+fn cogging_modulates_the_rate_at_its_harmonic_order() {
     let (j, a, n, phase) = (2.5e-4, 2e-4, 7.0, 0.8);
     for kind in BOTH {
         let mut bench = Bench::new(kind, &Setup::by_torque(j, &[("cogging", &[a, n, phase])])).spin(20.0);
-        let (p, q) = order(&mut bench, 0.0, n, 3.0);
+        let (p, q) = rate_harmonic(&mut bench, 0.0, n, 3.0);
         // J ω ω_θ = a sin(nθ + φ): −a/(J n ω) cos(nθ + φ) = −A cos φ cos nθ + A sin φ sin nθ.
-        // The next order of the ripple, A²/4ω, is at 2n. 0.14 rad per row: 0.14²/12 by the trapezoid, 0.14²/24 by the rig.
+        // The next harmonic of the ripple, A²/4ω, is at 2n. 0.14 rad per row: 0.14²/12 by the trapezoid, 0.14²/24 by the rig.
         let size = a / (j * n * 20.0);
         close(p, -size * phase.cos(), 5e-3 * size, &format!("{kind:?} cosine"));
         close(q, size * phase.sin(), 5e-3 * size, &format!("{kind:?} sine"));
-        // Nothing at the neighbours.
+        // Zero at the neighbouring harmonic orders.
         let mut bench = Bench::new(kind, &Setup::by_torque(j, &[("cogging", &[a, n, phase])])).spin(20.0);
-        let (p, q) = order(&mut bench, 0.0, n + 1.0, 3.0);
+        let (p, q) = rate_harmonic(&mut bench, 0.0, n + 1.0, 3.0);
         assert!(p.hypot(q) < 5e-3 * size, "{kind:?} {p} {q}");
         // Energy, at any size of the ripple: ½ J (ω² − ω0²) = a/n (cos φ − cos(nθ + φ)).
         let (a, n) = (3e-3, 9.0);
@@ -315,7 +315,7 @@ fn cogging_ripples_the_rate_at_its_order_with_amplitude_and_phase() {
 }
 
 #[test]
-fn cogging_and_unbalance_come_to_rest_where_the_torque_falls_through_zero() {
+fn cogging_and_unbalance_come_to_rest_at_the_stable_zero_of_the_torque() {
     let rest = |kind, list: &[(&str, &[f64])], from: f64| {
         let mut bench = Bench::new(kind, &Setup::by_torque(1e-4, list).at(from));
         // 4/s and 3/s: e^-48, e^-36.
@@ -329,7 +329,7 @@ fn cogging_and_unbalance_come_to_rest_where_the_torque_falls_through_zero() {
             let argument = (4.0 * at + 1.1).rem_euclid(TAU);
             close(argument, PI, 1e-9, &format!("{kind:?} a tooth"));
             let at = rest(kind, &[("viscous", &[6e-4]), ("unbalance", &[1e-3, 0.7])], from);
-            close((at + 0.7).rem_euclid(TAU), PI, 1e-6, &format!("{kind:?} the heavy side"));
+            close((at + 0.7).rem_euclid(TAU), PI, 1e-6, &format!("{kind:?} heavy side down"));
         }
     }
 }
@@ -349,7 +349,7 @@ fn swings(kind: Kind, list: &[(&str, &[f64])], rest: f64, w: f64, amplitude: f64
 }
 
 #[test]
-fn an_unbalance_swings_as_a_pendulum() {
+fn an_unbalance_oscillates_as_a_pendulum() {
     for kind in BOTH {
         let (a, phase) = (2e-3, 0.6);
         swings(kind, &[("unbalance", &[a, phase])], PI - phase, (a / 1e-4_f64).sqrt(), 1e-3);
@@ -357,10 +357,10 @@ fn an_unbalance_swings_as_a_pendulum() {
 }
 
 #[test]
-fn a_cable_swings_about_its_rest_angle() {
+fn a_cable_spring_oscillates_about_its_rest_angle() {
     for kind in BOTH {
         let (k, rest) = (3e-3, -2.0);
-        // Linear at any amplitude, so a small one serves as well.
+        // Linear: any amplitude is suitable.
         swings(kind, &[("cable-spring", &[k, rest])], rest, (k / 1e-4_f64).sqrt(), 1e-3);
     }
 }
@@ -392,7 +392,7 @@ fn torque_ripple_modulates_torque_and_back_emf_alike() {
 }
 
 #[test]
-fn a_load_step_begins_at_its_moment_even_within_a_row() {
+fn a_load_step_starts_at_its_time_within_a_row() {
     for kind in BOTH {
         for from_s in [0.01, 0.01234, 0.0123456] {
             let mut bench = Bench::new(kind, &Setup::by_torque(1e-4, &[("load-step", &[5e-4, from_s])]));
@@ -414,7 +414,7 @@ fn ratio(n: (f64, f64), d: (f64, f64)) -> (f64, f64) {
 }
 
 #[test]
-fn a_shaft_passes_a_sine_of_torque_as_the_two_mass_transfer_function_says() {
+fn a_shaft_follows_the_two_mass_transfer_function() {
     let (j, k, c, share): (f64, f64, f64, f64) = (2.5e-4, 0.6, 1e-3, 0.3);
     let (motor, platform) = (j * share, j * (1.0 - share));
     let resonance = (k * (1.0 / motor + 1.0 / platform)).sqrt();
@@ -469,12 +469,12 @@ fn at_the_antiresonance_the_motor_of_the_rig_stands_still() {
 }
 
 #[test]
-fn a_shaft_without_damping_keeps_its_energy_and_momentum_and_rings_at_its_frequency() {
+fn an_undamped_shaft_conserves_energy_and_momentum() {
     let (j, k, share): (f64, f64, f64) = (2.5e-4, 0.6, 0.3);
     let w = (k / (j * share * (1.0 - share))).sqrt();
     for kind in BOTH {
         let mut bench = Bench::new(kind, &Setup::by_torque(j, &[("compliance", &[k, 0.0, share])]));
-        // A blow on the motor: the platform then turns at P/J (1 − cos wt), as the blow is short (w h = 0.011).
+        // A short torque pulse on the motor: the platform then turns at P/J (1 − cos wt), as the blow is short (w h = 0.011).
         let h = 1e-4;
         bench.hold(0.1, h);
         let rate = 0.1 * h / j;
@@ -499,7 +499,7 @@ fn a_shaft_without_damping_keeps_its_energy_and_momentum_and_rings_at_its_freque
 }
 
 #[test]
-fn the_platform_rests_until_the_motor_has_crossed_the_play() {
+fn the_platform_rests_until_the_motor_closes_the_play() {
     let (j, share, gap, torque) = (2.5e-4, 0.3, 0.04, 5e-3);
     let setup = Setup::by_torque(j, &[("backlash", &[gap, 6.0, 0.02, share])]);
     // From the middle of the play: ½ τ/Jm t² = gap/2.
@@ -527,8 +527,8 @@ fn the_platform_rests_until_the_motor_has_crossed_the_play() {
 }
 
 #[test]
-fn a_held_motor_stays_where_it_is_within_the_play() {
-    // Below the dry level nothing moves, the twist neither.
+fn a_stuck_motor_stays_at_rest_within_the_play() {
+    // Below the Coulomb torque neither motor nor twist moves.
     let list: &[(&str, &[f64])] = &[("coulomb", &[1e-3]), ("backlash", &[0.04, 6.0, 0.02, 0.3])];
     let mut bench = Bench::new(Kind::Rig, &Setup::by_torque(2.5e-4, list));
     bench.hold(9e-4, 5.0);
@@ -536,7 +536,7 @@ fn a_held_motor_stays_where_it_is_within_the_play() {
 }
 
 #[test]
-fn a_held_motor_carries_the_platform_as_a_spring() {
+fn a_platform_oscillates_on_the_shaft_of_a_stuck_motor() {
     // Motor stuck, platform swinging against it: √(k/Jp), and its mean twist is zero.
     let (j, k, share): (f64, f64, f64) = (2.5e-4, 0.6, 0.3);
     let list: &[(&str, &[f64])] = &[("coulomb", &[1.0]), ("compliance", &[k, 0.0, share])];
@@ -550,7 +550,7 @@ fn a_held_motor_carries_the_platform_as_a_spring() {
             let t = f64::from(n) * 1e-4;
             greatest = greatest.max((bench.omega() - (w * t).cos()).abs());
         }
-        // 17 rad at (w h)²/12 = 3e-6; the motor's way to its stop, Jm ω/c = 75 µs or 150 µs with the torque, is w · 75 µs of phase.
+        // 17 rad at (w h)²/12 = 3e-6; the angle of the motor to its stop, Jm ω/c = 75 µs or 150 µs with the torque, is w · 75 µs of phase.
         assert!(greatest < 8e-3, "{kind:?} {greatest}");
     }
 }

@@ -1,4 +1,4 @@
-//! What the measurement loop says of drive and sensor while it runs, beside what is so.
+//! Online estimates of drive and sensor by the measurement loop, compared with the true values.
 #![allow(clippy::unwrap_used)]
 
 use hal_sim::peripherals::imu::ImuSetup;
@@ -24,7 +24,7 @@ fn measured(stand: &Stand, mode: Mode, kind: ProfileKind, seed: u64) -> Instrume
     instruments
 }
 
-/// The deviations from the truth in σ, printed, with the largest that is let through; their rms.
+/// Prints the deviations from the true values in σ, checks the largest, and appends them to `rms`.
 fn judge(title: &str, what: &[(&str, Estimate, f64)], rms: &mut Vec<f64>) {
     println!("{title}");
     for (name, estimate, truth) in what {
@@ -56,7 +56,7 @@ fn the_drives_constants_are_within_their_errors_of_the_truth() {
         }
     }
     println!("rms {:.2} σ over {}", rms(&deviations), deviations.len());
-    // The errors are neither boasted nor hidden behind.
+    // The stated standard deviations are neither too small nor too large.
     assert!((0.5..1.5).contains(&rms(&deviations)), "{}", rms(&deviations));
 }
 

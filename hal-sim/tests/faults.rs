@@ -1,4 +1,4 @@
-//! What breaks shows where it should, and nowhere else: on the bench by itself, and in a session's record.
+//! Each fault acts where it should and nowhere else: on the bench alone, and in the record of a session.
 #![allow(clippy::unwrap_used)]
 
 use hal_sim::board::Bench;
@@ -9,7 +9,7 @@ use stand_firmware::board::{Drive, EncoderCount, Hardware, Sensed, TickIo, Ticks
 use stand_firmware::profile::ProfileKind;
 use stand_firmware::speed_loop::Mode;
 
-/// What the interrupt senses in 0.3 s of turning at some 10 rad/s, with a fault from 0.1 to 0.2 s; and the index's captures.
+/// Inputs of the interrupt during 0.3 s at about 10 rad/s with a fault from 0.1 to 0.2 s, and the index captures.
 fn sensed(what: FaultKind) -> (Vec<Sensed>, Vec<EncoderCount>) {
     let stand = Stand::default();
     let mut plant = Plant::new(&stand, -0.5).unwrap();
@@ -17,7 +17,7 @@ fn sensed(what: FaultKind) -> (Vec<Sensed>, Vec<EncoderCount>) {
     let faults = Faults::of([Fault::new(what, 0.1, 0.1)]).unwrap();
     let mut bench = Bench::new(&stand.hardware, &stand.sensors, 1, plant).with_faults(faults);
     let (mut all, mut captures) = (Vec::new(), Vec::new());
-    // 0.24 V keep it at 10 rad/s, against 0.9 mN m of dry friction 0.09 V more.
+    // 0.24 V for 10 rad/s, and 0.09 V for 0.9 mN m of Coulomb friction.
     let duty = (0.35 / stand.hardware.volt_per_duty()) as i16;
     for n in 0..3000 {
         bench.advance(Ticks::of_control(n), |io| {
@@ -29,28 +29,28 @@ fn sensed(what: FaultKind) -> (Vec<Sensed>, Vec<EncoderCount>) {
     (all, captures)
 }
 
-/// Counts that passed between two ticks.
+/// Counts between two ticks.
 fn passed(sensed: &[Sensed], from: usize, to: usize) -> i64 {
     sensed[from..=to].windows(2).map(|pair| i64::from(pair[1].encoder.since(pair[0].encoder))).sum()
 }
 
 #[test]
-fn a_wire_of_the_encoder_stops_the_count_and_the_counts_are_lost() {
+fn a_disconnected_encoder_wire_loses_the_counts() {
     for what in [FaultKind::EncoderAOff, FaultKind::EncoderBOff, FaultKind::CounterStuck] {
         let (all, _) = sensed(what);
         assert!(passed(&all, 0, 999) > 2500, "before: 10 rad/s are 3183 counts in 0.1 s");
         let during = passed(&all, 1001, 1999);
         assert!(during.abs() <= 2, "{what:?}: {during}");
-        assert!(passed(&all, 2001, 2999) > 2500, "{what:?}: and it counts again");
+        assert!(passed(&all, 2001, 2999) > 2500, "{what:?}: counts again");
     }
     let (stuck, _) = sensed(FaultKind::CounterStuck);
-    assert!(passed(&stuck, 1999, 2000) > 2000, "a counter that was only stuck for the loop shows what passed");
+    assert!(passed(&stuck, 1999, 2000) > 2000, "a stuck counter shows all counts afterwards");
 }
 
 #[test]
 fn without_its_wire_the_index_is_not_captured_and_the_current_reads_zero_codes() {
     let (_, captures) = sensed(FaultKind::LostTicks);
-    assert_eq!(captures, [EncoderCount(1592)], "the platform began half a radian before the index, with the counter at 0");
+    assert_eq!(captures, [EncoderCount(1592)], "the platform starts half a radian before the index, with the counter at 0");
     let mut off = Faults::default();
     off.push(Fault::new(FaultKind::IndexOff, 0.0, 1.0)).unwrap();
     off.push(Fault::new(FaultKind::CurrentSensorOff, 0.0, 1.0)).unwrap();
@@ -69,7 +69,7 @@ fn without_its_wire_the_index_is_not_captured_and_the_current_reads_zero_codes()
 }
 
 #[test]
-fn lost_ticks_and_a_power_cut_are_ticks_that_do_not_come() {
+fn lost_ticks_and_a_power_cut_skip_interrupts() {
     for what in [FaultKind::LostTicks, FaultKind::PowerCut] {
         let (all, _) = sensed(what);
         assert_eq!(all.len(), 2000, "{what:?}");
@@ -79,7 +79,7 @@ fn lost_ticks_and_a_power_cut_are_ticks_that_do_not_come() {
 }
 
 #[test]
-fn the_supply_dips_and_the_noise_bursts_in_their_time() {
+fn supply_dip_and_noise_burst_act_in_their_interval() {
     let volts = |s: &Sensed| s.supply.volts(&Hardware::default());
     let (all, _) = sensed(FaultKind::SupplyDip);
     assert!((volts(&all[990]) - 12.0).abs() < 0.05);
@@ -92,7 +92,7 @@ fn the_supply_dips_and_the_noise_bursts_in_their_time() {
         (codes.iter().map(|c| (c - mean).powi(2)).sum::<f64>() / codes.len() as f64).sqrt()
     };
     let ratio = scatter(1010..2000) / scatter(500..1000);
-    // Thirty times the usual noise; before it the current settles a little.
+    // Thirty times the usual noise; before the burst the current settles.
     assert!((15.0..40.0).contains(&ratio), "{ratio}");
 }
 
@@ -104,7 +104,7 @@ fn record(fault: Option<Fault>) -> Record {
 }
 
 #[test]
-fn every_fault_of_the_board_changes_a_record_from_its_time_on_and_not_before() {
+fn each_board_fault_changes_a_record_from_its_start_on() {
     let sound = record(None);
     // Those of the gyro: tests/gyro_drift.rs.
     let of_the_board = |what: &FaultKind| !what.affects_serial_line() && !what.affects_gyroscope() && *what != FaultKind::IndexOff;
@@ -112,23 +112,23 @@ fn every_fault_of_the_board_changes_a_record_from_its_time_on_and_not_before() {
         let broken = record(Some(Fault::new(what, 1.0, f64::INFINITY)));
         let rows = broken.rows();
         assert!(rows < sound.rows() || broken.columns != sound.columns, "{what:?} changes nothing");
-        assert!(rows >= 996, "{what:?}: the rows before it are there, {rows}");
+        assert!(rows >= 996, "{what:?}: rows before the fault are present, {rows}");
         for ((name, with), (_, without)) in broken.columns.iter().zip(&sound.columns) {
             // The session's row 0 is 1 ms after power-on.
-            assert_eq!(with[..996], without[..996], "{what:?}: {name} before it");
+            assert_eq!(with[..996], without[..996], "{what:?}: {name} before the fault");
         }
     }
 }
 
 #[test]
-fn a_power_cut_ends_the_rows_and_the_record_says_so() {
+fn a_power_cut_ends_the_rows_with_a_note() {
     let cut = record(Some(Fault::new(FaultKind::PowerCut, 1.0, 1.0)));
     assert_eq!(cut.rows(), 999, "row k ends k + 2 ms after power-on");
     assert_eq!(cut.note("fault"), Some("power-cut at 0.9990 s; the rows end there"));
 }
 
 #[test]
-fn a_stands_file_names_its_faults_and_a_bad_one_is_refused_by_its_place() {
+fn a_stand_file_lists_faults_and_an_invalid_one_is_refused_with_its_index() {
     let stand = Stand::parse("[[faults]]\nwhat = \"winding-hot\"\nfrom_s = 1\n").unwrap();
     assert_eq!(stand.faults.iter().next().map(Fault::magnitude), Some(160.0));
     let refused = |text: &str| match Stand::parse(text) {

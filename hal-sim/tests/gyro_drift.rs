@@ -1,4 +1,4 @@
-//! The drift of a simulated gyro, measured by the firmware's app over the console: what it finds, and what goes wrong in mid-cycle.
+//! Drift of a simulated gyro, measured by the firmware's app over the console: results, and faults during a cycle.
 #![allow(clippy::unwrap_used)]
 
 #[path = "common/host.rs"]
@@ -27,7 +27,7 @@ impl Host<'_, '_> {
         }
     }
 
-    /// The number in a field of a reply, its unit left away.
+    /// The number in a field of a reply, without its unit.
     async fn number(&self, query: &str, field: usize) -> f64 {
         let reply = self.ask(query).await;
         let text = reply.split(',').nth(field).unwrap_or_else(|| panic!("{query}: {reply}"));
@@ -92,7 +92,7 @@ fn a_session_in_two_positions_separates_own_and_apparent_drift() {
 }
 
 #[test]
-fn what_goes_wrong_in_mid_cycle_closes_the_loop_and_the_cycle_enters_no_mean() {
+fn a_fault_in_a_cycle_closes_the_loop_and_excludes_the_cycle_from_the_mean() {
     type Spoil = fn(&Host<'_, '_>);
     let cases: [(&str, bool, Spoil); 5] = [
         ("angle sensor saturated", false, |host| host.inject(FaultKind::AngleSensorOff, None)),
@@ -126,7 +126,7 @@ fn what_goes_wrong_in_mid_cycle_closes_the_loop_and_the_cycle_enters_no_mean() {
             assert_eq!(state.starts_with("IDLE"), ends, "{reason}: {state}");
             assert_eq!(host.verdict().await, reason);
             assert!(host.ask("DRIF?").await.starts_with("0,1,NAN"), "{reason}");
-            // The loop holds the gyro: the angle that the pulse had made goes away.
+            // The closed loop returns the angle of the pulse to zero.
             host.controller.bench().borrow_mut().active_faults().clear(FaultKind::AngleSensorOff);
             host.controller.bench().borrow_mut().active_faults().clear(FaultKind::TorquerLimit);
             host.ask("DRIF:ABOR").await;
@@ -138,7 +138,7 @@ fn what_goes_wrong_in_mid_cycle_closes_the_loop_and_the_cycle_enters_no_mean() {
 }
 
 #[test]
-fn a_session_goes_on_after_a_bad_cycle_and_its_mean_is_of_the_good_ones() {
+fn a_session_continues_after_a_bad_cycle_and_averages_the_good_cycles() {
     talk(usual(), async |host| {
         host.wait_s(1.0).await;
         host.tell(SHORT).await;
@@ -157,7 +157,7 @@ fn a_session_goes_on_after_a_bad_cycle_and_its_mean_is_of_the_good_ones() {
 }
 
 #[test]
-fn what_makes_no_sense_is_refused_in_one_line() {
+fn invalid_parameters_are_refused_in_one_line() {
     talk(usual(), async |host| {
         host.wait_s(0.1).await;
         for (order, says) in [
@@ -177,7 +177,7 @@ fn what_makes_no_sense_is_refused_in_one_line() {
 }
 
 #[test]
-fn a_stand_without_a_gyro_says_so() {
+fn a_stand_without_a_gyro_reports_no_angle_sensor() {
     let clock = VirtualClock::default();
     let controller = Controller::new(&clock, &StandSetup::default(), LinearMotor::default(), flash(1), 1).unwrap();
     let host = Host { controller: &controller };
@@ -191,7 +191,7 @@ fn a_stand_without_a_gyro_says_so() {
 }
 
 #[test]
-fn a_vibration_whose_period_is_given_cancels_and_another_does_not() {
+fn a_vibration_with_the_set_period_cancels() {
     // 0.7 s and 20″: what a swing of an unlucky phase leaves in pulses of 1 s is some °/h.
     let off = |period: &'static str| {
         let mut gyro = SingleAxis::default();
@@ -214,7 +214,7 @@ fn a_vibration_whose_period_is_given_cancels_and_another_does_not() {
 }
 
 #[test]
-fn one_axis_of_a_platform_in_gimbals_is_measured_alike() {
+fn one_axis_of_a_gimballed_platform_is_measured_correctly() {
     let site = Site::default();
     let platform = ThreeAxis::new([1.0, -0.5, 2.0].map(|rate| rate * DEG_H), site.rate_rad_s(0.0), [0.0; 3]);
     let mut gyro = OneAxis::new(platform, 0, 1);
@@ -231,7 +231,7 @@ fn one_axis_of_a_platform_in_gimbals_is_measured_alike() {
 }
 
 #[test]
-fn the_drive_does_not_feel_that_the_drift_is_measured() {
+fn a_drift_measurement_does_not_affect_the_drive() {
     let turned = |measures: bool| {
         talk(usual(), async |host| {
             host.wait_s(0.1).await;
@@ -251,6 +251,6 @@ fn the_drive_does_not_feel_that_the_drift_is_measured() {
     };
     let (with, without) = (turned(true), turned(false));
     assert!(with.1.starts_with("PULSES,OPEN") && without.1.starts_with("IDLE,CLOSED"), "{} {}", with.1, without.1);
-    assert!(with.0 == without.0, "bit for bit the same");
-    assert!((with.0[299].1 - 1.0).abs() < 0.05, "and it turns");
+    assert!(with.0 == without.0, "equal bit for bit");
+    assert!((with.0[299].1 - 1.0).abs() < 0.05, "the drive turns");
 }

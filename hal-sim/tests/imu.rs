@@ -1,4 +1,4 @@
-//! The sensor under test: the firmware's driver and task on the chip's registers, and what they say when the chip fails.
+//! The sensor under test: the firmware's driver and task on the registers of the chip, and their errors when the chip fails.
 #![allow(clippy::unwrap_used)]
 
 use embassy_futures::select::select;
@@ -12,7 +12,7 @@ use stand_firmware::sensors::{
 };
 use std::cell::RefCell;
 
-/// A platform that turns with ω = 10 + 5 t rad/s from t = 0 on, or stands.
+/// A platform that turns with ω = 10 + 5 t rad/s from t = 0 on, or is at rest.
 struct Turning {
     t_s: f64,
     from_rad_s: f64,
@@ -45,13 +45,13 @@ impl PlantPort for Turning {
 
 const STILL: Turning = Turning { t_s: 0.0, from_rad_s: 0.0, acceleration_rad_s2: 0.0 };
 
-/// Runs the sensor's task for `seconds`; `each` sees it, and the bench, at each millisecond.
+/// Runs the sensor task for `seconds`; calls `each` with its state and the bench at each millisecond.
 fn run(plant: Turning, setup: ImuSetup, seconds: f64, mut each: impl FnMut(u64, &Shared, &mut Bench<Turning>)) -> Status {
     let clock = VirtualClock::default();
     let bench = RefCell::new(Bench::new(&Hardware::default(), &SensorSetup::default(), 1, plant).with_imu(setup, 1));
     let mut board = SimBoard::new(&bench, &clock);
     let line = board.sensor_bus().unwrap();
-    assert!(board.sensor_bus().is_none(), "the line is handed out once");
+    assert!(board.sensor_bus().is_none(), "the bus is handed out once");
     let shared = Shared::default();
     let mut runner = Runner::new(Ism330dhcx::new(line, SimClock(&clock)), SimClock(&clock), &shared);
     let watch = async {
@@ -66,7 +66,7 @@ fn run(plant: Turning, setup: ImuSetup, seconds: f64, mut each: impl FnMut(u64, 
 }
 
 #[test]
-fn samples_carry_rate_and_forces_of_their_own_moment_on_the_boards_clock() {
+fn samples_have_rate_and_forces_of_their_sampling_time_on_the_board_clock() {
     let setup = ImuSetup { chi_rad: 2_f64.to_radians(), clock_error: 4e-4, clock_trim: -7, ..ImuSetup::ideal() };
     let mut seen = Vec::new();
     let status = run(Turning { t_s: 0.0, from_rad_s: 0.0, acceleration_rad_s2: 5.0 }, setup, 5.0, |ms, shared, _| {
@@ -103,8 +103,8 @@ fn samples_carry_rate_and_forces_of_their_own_moment_on_the_boards_clock() {
 }
 
 #[test]
-fn theorys_example_of_the_accelerometer_is_what_the_sensor_shows() {
-    // theory.md §4: r = 0.05 m, χ = 2°, ω = 10, ω' = 5: −4.988229261 and 0.424345190 m/s². The filter is passed in a tenth of a second.
+fn the_accelerometer_matches_the_example_of_the_theory() {
+    // docs/theory.md §4: r = 0.05 m, χ = 2°, ω = 10, ω' = 5: −4.988229261 and 0.424345190 m/s². The filter settles within 0.1 s.
     let setup = ImuSetup { chi_rad: 2_f64.to_radians(), ..ImuSetup::ideal() };
     let delay_s = 1.0 / (std::f64::consts::TAU * 166.7);
     let mut at_ten = None;
@@ -118,7 +118,7 @@ fn theorys_example_of_the_accelerometer_is_what_the_sensor_shows() {
 }
 
 #[test]
-fn noise_is_the_data_sheets_and_a_temperature_is_shown() {
+fn noise_matches_the_data_sheet_and_a_temperature_is_reported() {
     let mut rates = Vec::new();
     let status = run(STILL, ImuSetup::default(), 4.0, |_, shared, _| rates.extend(shared.newest().map(|n| f64::from(n.value.rate_rad_s))));
     let mean = rates.iter().sum::<f64>() / rates.len() as f64;
@@ -130,7 +130,7 @@ fn noise_is_the_data_sheets_and_a_temperature_is_shown() {
 }
 
 #[test]
-fn the_self_test_moves_what_the_data_sheet_says_and_samples_come_again() {
+fn the_self_test_response_matches_the_data_sheet_and_sampling_resumes() {
     let mut answers = Vec::new();
     let status = run(STILL, ImuSetup::default(), 3.0, |ms, shared, _| {
         if ms == 100 {
@@ -147,7 +147,7 @@ fn the_self_test_moves_what_the_data_sheet_says_and_samples_come_again() {
 }
 
 #[test]
-fn another_setup_is_read_back_and_wide_enough() {
+fn a_changed_setup_is_read_back_with_sufficient_range() {
     let mut asked = false;
     let wanted = Setup { data_rate_Hz: 500.0, rate_range_rad_s: 300_f32.to_radians(), accel_range_m_s2: 60.0 };
     let status = run(Turning { t_s: 0.0, from_rad_s: 8.0, acceleration_rad_s2: 0.0 }, ImuSetup::ideal(), 1.0, |ms, shared, _| {
@@ -165,7 +165,7 @@ fn another_setup_is_read_back_and_wide_enough() {
 }
 
 #[test]
-fn a_chip_that_is_absent_wrong_stuck_or_talks_rubbish_is_reported_and_found_again() {
+fn an_absent_wrong_stuck_or_disturbed_chip_is_reported_and_recovers() {
     type Fails = fn(SensorError) -> bool;
     let faults: [(Fault, Fails, &str); 6] = [
         (Fault::Silent(0x00), |t| matches!(t, SensorError::Absent { who_am_i: 0, .. } | SensorError::Silent), "no sensor, or no power"),
@@ -189,26 +189,26 @@ fn a_chip_that_is_absent_wrong_stuck_or_talks_rubbish_is_reported_and_found_agai
                 if let State::Failed(trouble) = shared.status().state
                     && ms < 2500
                 {
-                    assert!(shared.newest().is_none(), "no last-known-good in silence");
+                    assert!(shared.newest().is_none(), "no old sample without a fresh one");
                     errors.push(trouble);
                 }
             });
             assert!(!errors.is_empty() && errors.iter().all(|t| fails(*t)), "{fault:?} from {from}: {errors:?}");
             assert!(errors.last().unwrap().to_string().contains(says), "{fault:?}: {}", errors.last().unwrap());
-            assert_eq!(status.state, State::Running, "{fault:?} from {from}: found again");
+            assert_eq!(status.state, State::Running, "{fault:?} from {from}: recovered");
         }
     }
 }
 
 #[test]
-fn a_single_flipped_bit_in_a_while_is_refused_and_the_rest_goes_on() {
+fn an_occasional_flipped_bit_is_refused_and_sampling_continues() {
     let status = run(STILL, ImuSetup::default(), 3.0, |_, _, bench| bench.imu().unwrap().chip.set_fault(Fault::FlippedBits(20_000)));
     // 21 bytes a moment of which three are tags: most flips hit data, which nothing protects.
     assert!(status.refused > 0 && status.samples > 1500, "{status:?}");
 }
 
 #[test]
-fn a_fifo_that_was_not_read_in_time_says_what_was_lost() {
+fn a_fifo_overrun_reports_the_lost_samples() {
     use embedded_hal_async::spi::{Operation, SpiDevice};
     let clock = VirtualClock::default();
     let bench = RefCell::new(Bench::new(&Hardware::default(), &SensorSetup::default(), 1, STILL).with_imu(ImuSetup::ideal(), 1));
@@ -233,14 +233,14 @@ fn a_fifo_that_was_not_read_in_time_says_what_was_lost() {
     clock::run(&clock, story, |to| bench.borrow_mut().advance(to, |io| _ = io.sense())).unwrap();
 }
 
-/// Another part behind the same trait: one that is told what is so.
+/// Another sensor behind the trait: it delivers the true motion.
 struct Told<'a> {
     bench: &'a RefCell<Bench<Turning>>,
     last: u32,
 }
 
 impl Told<'_> {
-    /// Its time has steps of 1 µs.
+    /// A sample; time in steps of 1 µs.
     fn sample(&self) -> Sample {
         let bench = self.bench.borrow();
         let plant = bench.plant();
@@ -283,7 +283,7 @@ impl Sensor for Told<'_> {
 }
 
 #[test]
-fn a_second_part_fits_behind_the_trait() {
+fn a_second_sensor_implements_the_trait() {
     let clock = VirtualClock::default();
     let plant = Turning { t_s: 0.0, from_rad_s: 3.0, acceleration_rad_s2: 0.0 };
     let bench = RefCell::new(Bench::new(&Hardware::default(), &SensorSetup::default(), 1, plant));
@@ -299,7 +299,7 @@ fn a_second_part_fits_behind_the_trait() {
 }
 
 #[test]
-fn a_stand_whose_file_names_a_sensor_has_its_columns_and_says_how_they_were_made() {
+fn a_stand_file_with_a_sensor_adds_its_columns_and_notes() {
     use hal_sim::plant::{Plant, Stand};
     use hal_sim::session::{self, SessionRequest};
     use stand_firmware::profile::{ProfileConfig, ProfileKind};

@@ -1,4 +1,4 @@
-//! The measurement loop owes nothing to the speed loop: whatever that says or sees, the rows and what is made of them stay true.
+//! The measurement loop is independent of the speed loop: wrong reports or inputs of the speed loop do not change the rows or the results.
 #![allow(clippy::unwrap_used)]
 
 use hal_sim::board::{Bench, PlantPort, SimBoard};
@@ -11,7 +11,7 @@ use stand_firmware::speed_loop::{Config, Interrupt, Mailboxes, Mode, Report, Set
 use std::cell::RefCell;
 use std::f64::consts::TAU;
 
-/// A platform that turns by itself: 7 rad/s with a ripple of 0.1 %, nine times a turn. What is asked of the bridge changes nothing.
+/// A platform that turns by itself: 7 rad/s with a ripple of 0.1 %, nine times a turn. The command of the bridge has no effect.
 struct Turntable {
     t_s: f64,
 }
@@ -48,13 +48,13 @@ impl PlantPort for Turntable {
     }
 }
 
-/// What stands between the interrupt and its hardware.
+/// Manipulation of the interrupt's hardware.
 #[derive(Clone, Copy, PartialEq)]
 enum Tick {
     Sound,
-    /// The speed loop's own wires are off: its counter and its index stand still.
+    /// The encoder wires of the speed loop are disconnected: counter and index stand still.
     WireOff,
-    /// Its counter runs three times as fast and backwards.
+    /// The counter of the speed loop runs backwards at three times the rate.
     Wrong,
 }
 
@@ -86,8 +86,8 @@ impl RowSink for Kept<'_> {
     }
 }
 
-/// Ten seconds of rows; `lies` has the interrupt report numbers that it made up.
-fn rows(tick: Tick, lies: bool) -> (Vec<Row>, Instruments) {
+/// Ten seconds of rows; with `reports_false` the interrupt reports false numbers.
+fn rows(tick: Tick, reports_false: bool) -> (Vec<Row>, Instruments) {
     let hardware = Hardware::default();
     let clock = VirtualClock::default();
     let bench = RefCell::new(Bench::new(&hardware, &SensorSetup::default(), 1, Turntable { t_s: 0.0 }));
@@ -96,13 +96,13 @@ fn rows(tick: Tick, lies: bool) -> (Vec<Row>, Instruments) {
     let mut interrupt = Interrupt::new(SpeedLoop::new(config), &mailboxes);
     let instruments = Instruments::new(hardware);
     let mut sink = Kept(Vec::new(), &instruments);
-    let mut measurement = MeasurementLoop::new(hardware, if lies { &false_reports } else { &mailboxes.reports });
+    let mut measurement = MeasurementLoop::new(hardware, if reports_false { &false_reports } else { &mailboxes.reports });
     let mut board = SimBoard::new(&bench, &clock);
     let mut n = 0_u64;
     clock::run(&clock, measurement.run(&mut board, Ticks(20_000), 10_000, &mut sink), |to| {
         bench.borrow_mut().advance(to, |io| {
             interrupt.run(&mut Io(io, tick));
-            if lies {
+            if reports_false {
                 n += 1;
                 // A rate and a position that no stand has.
                 false_reports.post(Report {
@@ -120,7 +120,7 @@ fn rows(tick: Tick, lies: bool) -> (Vec<Row>, Instruments) {
     (rows, instruments)
 }
 
-/// A row without what the speed loop says: what is *asked*, and the rate that it regulates by.
+/// A row without the values of the speed loop: its commands, and its rate feedback.
 fn measured(row: &Row) -> Row {
     let none = Row::default();
     Row {
@@ -137,26 +137,26 @@ fn measured(row: &Row) -> Row {
 }
 
 #[test]
-fn a_speed_loop_that_lies_or_has_lost_its_encoder_does_not_move_the_measurement() {
+fn a_speed_loop_with_false_reports_or_without_encoder_does_not_change_the_measurement() {
     let (sound, instruments) = rows(Tick::Sound, false);
     let (turn, stability) = (instruments.turn(10), instruments.stability());
-    for (tick, lies) in [(Tick::Sound, true), (Tick::WireOff, false), (Tick::Wrong, false), (Tick::Wrong, true)] {
-        let (others, instruments) = rows(tick, lies);
+    for (tick, reports_false) in [(Tick::Sound, true), (Tick::WireOff, false), (Tick::Wrong, false), (Tick::Wrong, true)] {
+        let (others, instruments) = rows(tick, reports_false);
         assert_eq!(sound.len(), others.len());
         for (a, b) in sound.iter().zip(&others) {
             assert_eq!(measured(a), measured(b));
         }
         assert_eq!((turn, stability), (instruments.turn(10), instruments.stability()));
     }
-    // The lie was heard where it belongs: in what is asked.
+    // The false reports appear in the command columns only.
     assert!(rows(Tick::Sound, true).0[5000].rate_cmd_rad_s.unwrap() > 1e3 && sound[5000].rate_cmd_rad_s.is_none());
 }
 
 #[test]
-fn turns_are_timed_to_a_step_of_the_edge_timer_and_the_ripple_shows_where_it_is() {
+fn turns_are_timed_to_an_edge_timer_step_and_the_ripple_is_resolved_in_angle() {
     let (rows, instruments) = rows(Tick::Sound, false);
     let turn = instruments.turn(10).unwrap();
-    // A ripple that comes round with the turn leaves its time as it is.
+    // A ripple periodic in the turn does not change the time of a turn.
     assert!((turn.turn_s / (TAU / RATE) - 1.0).abs() < 3e-8, "{turn:?}");
     assert!(turn.turns == 10 && (turn.rate_rad_s / RATE - 1.0).abs() < 3e-9, "{turn:?}");
     assert!(turn.age_s > 0.0 && turn.age_s < TAU / RATE);
@@ -170,7 +170,7 @@ fn turns_are_timed_to_a_step_of_the_edge_timer_and_the_ripple_shows_where_it_is(
     let rms = 1e-3 / 2_f64.sqrt();
     assert!((one.relative().unwrap() / rms - 1.0).abs() < 0.01 && (ten.relative().unwrap() / rms - 0.900).abs() < 0.02);
     assert!(whole.windows >= 9 && whole.relative().unwrap() < 3e-8, "{whole:?}");
-    // The column shows nothing before the first turn, and then the last.
+    // The column is empty before the first turn; afterwards it has the last turn.
     let first = rows.iter().position(|row| row.turn.is_some()).unwrap();
     assert!((rows[first].t_s - (1.0 + TAU) / RATE).abs() < 3e-3, "{}", rows[first].t_s);
     let timing = instruments.timing();

@@ -1,4 +1,4 @@
-//! The firmware's observer on the simulated gyrotheodolite: set up over the console, settled, in the closed loop, beside vibration.
+//! The firmware's observer on the simulated gyrotheodolite: set up over the console, settled, in the closed loop, under vibration.
 #![allow(clippy::unwrap_used)]
 
 #[path = "common/host.rs"]
@@ -21,7 +21,7 @@ use vectors::{GAIN_5, GAIN_6, GAIN_7, GAMMA_5, GAMMA_6, GAMMA_7, PHI_5, PHI_6, P
 const MOMENT_N_M: f64 = 1e-5;
 
 impl Host<'_, '_> {
-    /// Says something that is refused, and why.
+    /// Sends a command that must be refused; returns the reason.
     async fn refused(&self, text: &str) -> String {
         self.ask(text).await;
         self.ask("SYST:ERR?").await
@@ -32,7 +32,7 @@ impl Host<'_, '_> {
         reply.split(',').map(|field| field.split(' ').next().unwrap().parse().unwrap_or_else(|_| panic!("{query}: {reply}"))).collect()
     }
 
-    /// Writes an observer as a tool does: each number so that it reads back the same.
+    /// Sends an observer as the host tool does: each number reads back exactly.
     async fn observer<const N: usize>(&self, moment: bool, phi: &[[f64; N]; N], gamma: &[f64; N], gain: &[f64; N], regulator: [f64; N]) {
         let list = |numbers: &[f64; N]| numbers.map(|number| format!("{number:e}")).join(",");
         self.tell(&format!("OBS:NEW {N},{}", if moment { "ON" } else { "OFF" })).await;
@@ -45,7 +45,7 @@ impl Host<'_, '_> {
         self.tell(&format!("OBS:TORQ {TORQUER_N_M_A};SETT 0.5 S")).await;
     }
 
-    /// Switches it on and waits until it has settled.
+    /// Switches the observer on and waits until it has settled.
     async fn settled(&self) {
         self.tell("OBS:STAT ON").await;
         for _ in 0..200 {
@@ -110,7 +110,7 @@ fn the_astatic_observer_finds_the_moment_on_the_simulated_element() {
 /// Theory §1.5, closed loop, (M + r₁ e₁ + r₂ e₂)/(k_α + r₁) with the offsets of the discrete form (§1.6): 1.138e-3 rad stay with the static
 /// observer; with the moment fed forward, only what the torquer's steps leave.
 #[test]
-fn the_closed_loop_comes_to_zero_only_with_the_moment_fed_forward() {
+fn the_closed_loop_reaches_zero_only_with_feed_forward_of_the_moment() {
     let rest = |forward: bool| {
         talk(six(1e-3, MOMENT_N_M), flash(1), async |host| {
             let mut regulator = [1e-2, 6.5e-2, 0.0, 0.0, 0.0, 0.0, 1.0];
@@ -139,7 +139,7 @@ fn the_closed_loop_comes_to_zero_only_with_the_moment_fed_forward() {
 
 /// §2.3 on line: the rigid body of case V1, its roll by a sensor.
 #[test]
-fn vibration_is_taken_off_on_line() {
+fn the_vibration_error_is_subtracted_online() {
     let vibration = BaseVibration {
         overload_g: 1e-3,
         direction_rad: std::f64::consts::FRAC_PI_4,
@@ -166,7 +166,7 @@ fn vibration_is_taken_off_on_line() {
 }
 
 #[test]
-fn numbers_are_kept_and_what_cannot_run_is_refused() {
+fn parameters_are_stored_and_an_invalid_observer_is_refused() {
     let ((), kept) = talk(six(1e-3, 0.0), flash(1), async |host| {
         host.wait_s(0.1).await;
         assert!(host.refused("OBS:STAT ON").await.contains("observer"));

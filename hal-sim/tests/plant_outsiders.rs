@@ -1,4 +1,4 @@
-//! Disturbances that the catalogue does not know, against closed forms.
+//! Disturbances outside the catalogue, compared with closed forms.
 #![allow(clippy::unwrap_used)]
 
 mod common;
@@ -32,7 +32,7 @@ fn plant(setup: &Setup, outsiders: Outsiders) -> Plant {
     Plant::new(&Stand { outsiders, ..stand_of(setup.drive, &setup.effects) }, setup.theta).unwrap()
 }
 
-/// Some ticks of the stand.
+/// Holds the input for `seconds` in control ticks.
 fn hold(plant: &mut Plant, input: f64, seconds: f64) {
     for _ in 0..(seconds / TICK_S).round() as usize {
         plant.advance(input, TICK_S);
@@ -40,7 +40,7 @@ fn hold(plant: &mut Plant, input: f64, seconds: f64) {
 }
 
 #[test]
-fn a_rub_takes_its_level_times_its_width_from_the_energy_of_every_turn() {
+fn a_rub_dissipates_torque_times_width_per_turn() {
     let rub = SectorRub { rub_N_m: 2e-3, rub_N_m_s: 0.0, from_rad: 1.0, width_rad: 0.6 };
     for start in [30.0, -30.0] {
         let mut plant = plant(&Setup::by_torque(J, &[]), rubs(rub));
@@ -57,7 +57,7 @@ fn a_rub_takes_its_level_times_its_width_from_the_energy_of_every_turn() {
 }
 
 #[test]
-fn a_rotor_too_slow_to_pass_a_sector_stops_and_stays_in_it() {
+fn a_slow_rotor_stops_in_the_sector_and_stays() {
     let rub = SectorRub { rub_N_m: 2e-3, rub_N_m_s: 0.0, from_rad: 1.0, width_rad: 0.6 };
     let mut plant = plant(&Setup::by_torque(J, &[]), rubs(rub));
     plant.spin(2.0);
@@ -66,13 +66,13 @@ fn a_rotor_too_slow_to_pass_a_sector_stops_and_stays_in_it() {
     close(plant.true_theta_rad(), 1.0 + J * 4.0 / (2.0 * 2e-3), 1e-8, "angle at rest");
     assert_eq!(plant.true_rate_rad_s(), 0.0);
     hold(&mut plant, 1.999e-3, 0.1);
-    assert_eq!(plant.true_rate_rad_s(), 0.0, "less than the level does not move it");
+    assert_eq!(plant.true_rate_rad_s(), 0.0, "a torque below the Coulomb torque does not move the rotor");
     hold(&mut plant, 2.2e-3, 0.1);
-    close_rel(plant.true_rate_rad_s(), 0.2e-3 / J * 0.1, 1e-9, "rate by what is above the level");
+    close_rel(plant.true_rate_rad_s(), 0.2e-3 / J * 0.1, 1e-9, "rate by the excess torque");
 }
 
 #[test]
-fn a_viscous_rub_takes_a_rate_in_proportion_to_its_width() {
+fn a_viscous_rub_reduces_the_rate_in_proportion_to_its_width() {
     let rub = SectorRub { rub_N_m: 0.0, rub_N_m_s: 4e-4, from_rad: -0.2, width_rad: 0.5 };
     let mut plant = plant(&Setup::by_torque(J, &[]).at(-1.0), rubs(rub));
     plant.spin(10.0);
@@ -82,7 +82,7 @@ fn a_viscous_rub_takes_a_rate_in_proportion_to_its_width() {
 }
 
 #[test]
-fn a_swinging_supply_drives_the_linear_motor_as_its_transfer_function_says_and_no_meter_shows_it() {
+fn an_oscillating_supply_acts_by_the_transfer_function_and_is_not_measured() {
     let hunting = HuntingSupply { hunting: 0.1, hunting_Hz: 1.5, hunting_phase_rad: 0.7 };
     let mut plant = plant(&Setup::by_voltage(DRIVE, &[]), hunts(hunting));
     let (k, tau) = (DRIVE.motor_constant, J * DRIVE.resistance / DRIVE.motor_constant.powi(2));
@@ -95,7 +95,7 @@ fn a_swinging_supply_drives_the_linear_motor_as_its_transfer_function_says_and_n
         assert_eq!(plant.supply_V(), 12.0);
         let t = f64::from(n) * TICK_S;
         let exact = u / k * (1.0 + swing(t) - (1.0 + swing(0.0)) * (-t / tau).exp());
-        // Runge and Kutta's (h/τ)⁴ of 26 rad/s, and the sum of the ticks' lengths.
+        // Runge-Kutta error (h/τ)⁴ of 26 rad/s, and the sum of the ticks' lengths.
         close(plant.true_rate_rad_s(), exact, 1e-9, "rate");
     }
 }
@@ -116,7 +116,7 @@ fn a_clutch_below_its_limit_is_a_rigid_shaft() {
 }
 
 #[test]
-fn a_slipping_clutch_carries_its_limit_and_what_was_given_arrives_when_it_catches() {
+fn a_slipping_clutch_transmits_its_limit_and_conserves_momentum() {
     let (limit, share, torque) = (1e-3, 0.3, 6e-3);
     let mut plant = plant(&Setup::by_torque(J, &[]), slips(limit, share));
     hold(&mut plant, torque, 0.05);
@@ -129,16 +129,16 @@ fn a_slipping_clutch_carries_its_limit_and_what_was_given_arrives_when_it_catche
     let catches_s = J * share * (1.0 - share) * (motor - platform) / limit;
     let before_s = (catches_s / TICK_S).floor() * TICK_S;
     hold(&mut plant, 0.0, before_s);
-    close_rel(plant.true_rate_rad_s(), platform + limit / (J * (1.0 - share)) * before_s, 1e-9, "just before it catches");
+    close_rel(plant.true_rate_rad_s(), platform + limit / (J * (1.0 - share)) * before_s, 1e-9, "just before the slip ends");
     hold(&mut plant, 0.0, 0.1);
-    // The clutch takes energy, no momentum; it catches within a nanosecond of 25 rad/s².
+    // The clutch takes energy, no momentum; the slip ends within a nanosecond of 25 rad/s².
     close(plant.true_rate_rad_s(), torque * 0.05 / J, 1e-7, "together");
     let together = 0.5 * J * (torque * 0.05 / J).powi(2);
     close_rel(plant.mechanical_energy_J(), together, 1e-7, "energy together");
 }
 
 #[test]
-fn the_instant_at_which_a_clutch_lets_go_is_located() {
+fn the_time_at_which_a_clutch_opens_is_located() {
     // A current that rises towards u/R: the clutch holds until (1 − r) K i passes its limit, at τ ln 2 here.
     let (l, share, limit) = (0.1, 0.4, 1e-2);
     let drive = Drive { inertia: 1e3, motor_constant: 0.02, resistance: 2.0 };
@@ -153,20 +153,20 @@ fn the_instant_at_which_a_clutch_lets_go_is_located() {
 }
 
 #[test]
-fn a_platform_slips_to_rest_against_a_motor_that_is_held() {
+fn a_platform_slips_to_rest_on_a_stuck_motor() {
     let (limit, share, dry, start) = (1e-3, 0.3, 8e-3, 5.0);
     let mut plant = plant(&Setup::by_torque(J, &[("coulomb", &[dry])]), slips(limit, share));
     plant.spin(start);
     let rest_s = J * (1.0 - share) * start / limit;
     hold(&mut plant, 0.0, 0.5 * rest_s);
-    close_rel(plant.true_rate_rad_s(), 0.5 * start, 1e-6, "half of the way");
+    close_rel(plant.true_rate_rad_s(), 0.5 * start, 1e-6, "half of the time");
     hold(&mut plant, 0.0, rest_s);
     assert_eq!(plant.true_rate_rad_s(), 0.0);
-    close(plant.true_theta_rad(), 0.5 * start * rest_s, 1e-7, "angle of the way to rest");
+    close(plant.true_theta_rad(), 0.5 * start * rest_s, 1e-7, "angle to rest");
     assert_eq!(plant.mechanical_energy_J(), 0.0);
 }
 
-/// Dry level by row of 1 ms of a bearing that is driven over it all the time, in units of its own level.
+/// Additional Coulomb torque of a continuously sliding bearing per row of 1 ms, relative to its rms.
 fn ground(bearing: GrindingBearing, rows: usize) -> Vec<f64> {
     let torque = 20.0 * bearing.grinding_N_m;
     let mut plant = plant(&Setup::by_torque(J, &[]), grinds(bearing));
@@ -182,7 +182,7 @@ fn ground(bearing: GrindingBearing, rows: usize) -> Vec<f64> {
 }
 
 #[test]
-fn a_grinding_bearing_has_the_level_and_the_memory_it_was_given() {
+fn a_grinding_bearing_has_the_set_torque_and_correlation_time() {
     let bearing = GrindingBearing { grinding_N_m: 1e-3, grinding_s: 0.05, seed: 3 };
     let rows = 200_000;
     let levels = ground(bearing, rows);
@@ -192,19 +192,19 @@ fn a_grinding_bearing_has_the_level_and_the_memory_it_was_given() {
     close(mean, (2.0 / std::f64::consts::PI).sqrt(), 0.04, "mean level");
     let square = levels.iter().map(|x| x * x).sum::<f64>() / n;
     close(square, 1.0, 0.1, "mean square");
-    // x² of a Gaussian process remembers as the square of what x does: e^(−2Δ/τ), 1/e after half of τ.
+    // The correlation of x² of a Gaussian process is the square of that of x: e^(−2Δ/τ), 1/e after half of τ.
     let var = levels.iter().map(|x| (x * x - square).powi(2)).sum::<f64>() / n;
     let lag = 25;
     let shared = levels.windows(lag + 1).map(|w| (w[0] * w[0] - square) * (w[lag] * w[lag] - square)).sum::<f64>() / n;
     close(shared / var, (-1.0_f64).exp(), 0.08, "memory over 25 ms");
-    assert!(levels.iter().all(|x| *x > -1e-6), "a dry level is not negative");
+    assert!(levels.iter().all(|x| *x > -1e-6), "a Coulomb torque is not negative");
     assert!(levels[..100] != ground(GrindingBearing { seed: 4, ..bearing }, 100), "another seed, another path");
 }
 
 /// Rows of [`record`].
 const ROWS: usize = 5000;
 
-/// Rate, angle and current by row of 5 s of drawn levels, 0.2 s each, on the default stand: some turns either way.
+/// Rate, angle and current per row over 5 s of random voltage levels of 0.2 s on the default stand.
 fn record(outsiders: Outsiders, ticks_per_row: usize) -> Vec<[f64; 3]> {
     let mut plant = Plant::new(&Stand { outsiders, ..Stand::default() }, 0.3).unwrap();
     let mut draw = Draw(31);
@@ -246,7 +246,7 @@ fn a_finer_tick_changes_nothing_that_a_sensor_could_see() {
 }
 
 #[test]
-fn each_is_clearly_seen_and_a_rerun_is_the_same_to_the_last_bit() {
+fn each_disturbance_is_visible_and_a_rerun_is_identical() {
     let without = record(Outsiders::default(), 10);
     for (name, outsiders) in each() {
         let with = record(outsiders, 10);
@@ -259,7 +259,7 @@ fn each_is_clearly_seen_and_a_rerun_is_the_same_to_the_last_bit() {
 }
 
 #[test]
-fn a_stands_file_brings_them_and_what_cannot_be_is_refused_by_name() {
+fn a_stand_file_sets_disturbances_and_an_invalid_value_is_refused_by_name() {
     let text = "[outsiders.sector-rub]\nrub_N_m = 2e-3\n[outsiders.grinding-bearing]\nseed = 7\n";
     let stand = Stand::parse(text).unwrap();
     assert_eq!(stand.outsiders.sector_rub, Some(SectorRub { rub_N_m: 2e-3, ..SectorRub::default() }));
@@ -290,7 +290,7 @@ fn a_stands_file_brings_them_and_what_cannot_be_is_refused_by_name() {
 }
 
 #[test]
-fn every_parameter_moves_something() {
+fn each_parameter_changes_the_output() {
     let rub = SectorRub { rub_N_m_s: 1e-4, ..SectorRub::default() };
     let hunting = HuntingSupply::default();
     let grinding = GrindingBearing::default();

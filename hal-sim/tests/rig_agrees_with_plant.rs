@@ -1,6 +1,6 @@
-//! The model's integrator against the truth's: every effect, open-loop voltage, 1 ms rows, 10 s.
+//! Comparison of both integrators, rig and plant: every effect, open-loop voltage, 1 ms rows, 10 s.
 //!
-//! What differs between them must not be seen in a log: less than a tenth of the default stand's noise in each channel, rms.
+//! Their difference must not be visible in a log: below a tenth of the noise of the default stand in each channel, rms.
 #![allow(clippy::unwrap_used)]
 
 mod common;
@@ -26,7 +26,7 @@ const LAG: usize = 20;
 /// Usual amplitude on the default stand, V.
 const AMPLITUDE_V: f64 = 0.7;
 
-/// The middle of the range from which `--hidden` draws; a whole number for an order, a moment within the ten seconds (and within a row).
+/// The middle of the range of `--hidden`; an integer for a harmonic order, a time within the ten seconds (and within a row).
 fn middle(card: &Card) -> Vec<f64> {
     let value = |p: &drive_model::Parameter| {
         let middle = 0.5 * (p.simulated_range.0 + p.simulated_range.1);
@@ -39,13 +39,13 @@ fn middle(card: &Card) -> Vec<f64> {
     card.parameters.iter().map(value).collect()
 }
 
-/// The default stand with one effect more, or at another value.
+/// The default stand with one more effect, or with another value.
 fn stand(name: &str, parameters: &[f64]) -> Stand {
     let mut stand = Stand::default();
     let card = drive_model::card(stem(name)).unwrap();
     let values = card.parameters.iter().zip(parameters).map(|(p, v)| (p.name.to_owned(), *v)).collect();
     stand.effects.insert(name.to_owned(), values);
-    // Without another temperature the laws of temperature do nothing.
+    // At the reference temperature the temperature laws have no effect.
     stand.drive.ambient_C = 45.0;
     stand
 }
@@ -60,12 +60,12 @@ fn rig(stand: &Stand) -> Rig<f64> {
     common::rig(drive, Input::Voltage, &list)
 }
 
-/// What is known to the model besides the voltage.
+/// Measured inputs of the model besides the voltage.
 #[derive(Clone, Copy, PartialEq)]
 enum Known {
     /// Angle and temperature, as in the logs of the stand.
     All,
-    /// Neither: the rig's own angle and heat.
+    /// None: angle and temperature are simulated.
     Voltage,
 }
 
@@ -105,7 +105,7 @@ fn differences(stand: &Stand, kind: ProfileKind, known: Known, seed: u64) -> [f6
 }
 
 #[test]
-fn every_effect_moves_the_rig_as_it_moves_the_plant_to_a_tenth_of_the_noise() {
+fn rig_and_plant_agree_to_a_tenth_of_the_noise_for_each_effect() {
     let kinds = [ProfileKind::MultiStep, ProfileKind::Multisine, ProfileKind::Prbs];
     println!("rms difference over noise: rate, angle increments, current");
     println!("{:26} {:>20} {:>20} {:>20}", "effect", "multi-step", "multisine", "prbs");
@@ -114,7 +114,7 @@ fn every_effect_moves_the_rig_as_it_moves_the_plant_to_a_tenth_of_the_noise() {
         let stand = stand(card.id, &middle(card));
         let mut line = format!("{:26}", card.id);
         for kind in kinds {
-            // The worst of three seeds: whether a level comes while the rotor passes rest is chance.
+            // The worst of three seeds: a voltage step may or may not coincide with a passage through rest.
             let each = [1, 2, 4].map(|seed| differences(&stand, kind, Known::All, seed));
             let d: [f64; 3] =
                 std::array::from_fn(|c| each.iter().map(|d| if d[c].is_nan() { f64::INFINITY } else { d[c] }).fold(0.0, f64::max));
@@ -129,14 +129,14 @@ fn every_effect_moves_the_rig_as_it_moves_the_plant_to_a_tenth_of_the_noise() {
 }
 
 #[test]
-fn a_rig_with_its_own_angle_and_heat_agrees_as_well() {
+fn a_rig_with_simulated_angle_and_temperature_agrees() {
     for id in ["torque-ripple", "cable-spring", "rate-g-sensitivity"] {
         let stand = stand(id, &middle(drive_model::card(id).unwrap()));
         let d = differences(&stand, ProfileKind::MultiStep, Known::Voltage, 1);
         println!("{id} {d:?}");
         assert!(d.iter().all(|d| *d < 0.1), "{id} {d:?}");
     }
-    // The model's surroundings are at 25 °C.
+    // The ambient temperature of the model is 25 °C.
     let mut stand = stand("resistance-temperature", &[0.0039, 15.0, 12.0]);
     stand.drive.ambient_C = 25.0;
     let d = differences(&stand, ProfileKind::MultiStep, Known::Voltage, 1);

@@ -1,4 +1,4 @@
-//! The rig in dual numbers carries the derivatives that finite differences of the plain rig show.
+//! The derivatives of the rig in dual numbers equal the finite differences of the rig in `f64`.
 //!
 //! Every effect, each of its parameters, the base and the initial states; away from reversals, where the derivative jumps.
 #![allow(clippy::unwrap_used)]
@@ -32,7 +32,7 @@ struct Case {
     values: Vec<f64>,
 }
 
-/// What a log shows of 60 rows: every tenth's reading of rate, angle and current.
+/// Readings of rate, angle and current at every tenth of 60 rows.
 fn run<S: LawScalar>(case: &Case, values: &[S]) -> Vec<S> {
     let base = Base { inertia: values[0], motor_constant: values[1], resistance: values[2] };
     let mut rest = &values[STATES + 1..];
@@ -67,7 +67,7 @@ fn run<S: LawScalar>(case: &Case, values: &[S]) -> Vec<S> {
     seen
 }
 
-/// Asserts every derivative; gives how many lanes moved something.
+/// Asserts each derivative; returns for each lane whether it changed an output.
 fn check(case: &Case, name: &str) -> Vec<bool> {
     let n = case.values.len();
     let mut moved = vec![false; n];
@@ -129,7 +129,7 @@ fn usual(id: &str) -> Vec<f64> {
     }
 }
 
-/// The effect with what it needs to act on.
+/// The effect with the effects that it requires.
 fn case(id: &'static str, input: Input) -> Case {
     let mut list = vec!["viscous", "coulomb"];
     list.retain(|e| *e != id);
@@ -151,7 +151,7 @@ fn every_parameter_of_every_effect_has_the_derivative_of_its_finite_difference()
                 // Lag and skew are filters of the finished series; else every parameter moves an output.
                 let first = case.values.len() - card.parameters.len();
                 for (k, p) in card.parameters.iter().enumerate() {
-                    assert!(moved[first + k], "{} {} moves nothing", card.id, p.name);
+                    assert!(moved[first + k], "{} {} changes nothing", card.id, p.name);
                 }
                 assert!(moved[..4].iter().all(|m| *m), "{}: J, K, R and the first rate", card.id);
             }
@@ -160,15 +160,15 @@ fn every_parameter_of_every_effect_has_the_derivative_of_its_finite_difference()
 }
 
 #[test]
-fn initial_states_have_theirs() {
+fn initial_states_have_correct_derivatives() {
     for (id, lane) in [("inductance", 4), ("compliance", 5), ("backlash", 5), ("presliding", 6), ("resistance-temperature", 7)] {
         let moved = check(&case(id, Input::Voltage), id);
-        assert!(moved[lane], "{id}: its state moves the log");
+        assert!(moved[lane], "{id}: the state changes the readings");
     }
 }
 
 #[test]
-fn effects_together_have_theirs() {
+fn combined_effects_have_correct_derivatives() {
     let together = [
         vec!["viscous", "coulomb", "stribeck", "inductance", "brush-drop", "cogging", "magnetic-saturation"],
         vec!["viscous", "coulomb", "presliding", "inductance", "torque-ripple", "supply-droop"],
@@ -184,7 +184,7 @@ fn effects_together_have_theirs() {
 }
 
 #[test]
-fn the_derivative_by_the_moment_of_a_load_is_its_kink_also_within_a_row() {
+fn the_derivative_by_the_load_time_is_exact_within_a_row() {
     // ω = l (t − t0)/J: −l/J, exactly, whether t0 is at the edge of a row or within.
     for t0 in [0.02, 0.0203, 0.02999] {
         let laws: Vec<(Box<dyn Law<Dual>>, Vec<Dual>)> =
@@ -203,7 +203,7 @@ fn the_derivative_by_the_moment_of_a_load_is_its_kink_also_within_a_row() {
 }
 
 #[test]
-fn the_derivatives_of_a_slide_pass_through_rest() {
+fn the_derivatives_of_a_slide_are_exact_through_rest() {
     // ω0 > 0, stopped within the step and turned round: end = (τ + c)/J (h − ω0 J/(c − τ)), its slope by ω0 is −(τ + c)/(c − τ).
     let (torque, dry, j) = (-3e-3, 1e-3, 1e-4);
     let (end, _) = drive_rig::slide(seeded(0.01, 0), Dual::from(torque), seeded(dry, 1), seeded(j, 2), 1e-3);

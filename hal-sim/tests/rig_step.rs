@@ -1,4 +1,4 @@
-//! Properties of the rig's step over drawn parameters: finite, of second order, exact where it says so, the same both ways.
+//! Properties of the rig's step over random parameters: finite, second order, exact where documented, symmetric in direction.
 #![allow(clippy::unwrap_used)]
 
 mod common;
@@ -76,7 +76,7 @@ fn halving_the_row_quarters_the_error() {
     }
 }
 
-/// The same motion told as a list of events, each phase by its own parabola.
+/// The motion computed event by event, each phase by its parabola.
 fn event_by_event(omega: f64, torque: f64, dry: f64, inertia: f64, h: f64) -> (f64, f64) {
     let (mut t, mut w, mut angle) = (0.0, omega, 0.0);
     for _ in 0..3 {
@@ -102,7 +102,7 @@ fn event_by_event(omega: f64, torque: f64, dry: f64, inertia: f64, h: f64) -> (f
 }
 
 #[test]
-fn a_slide_is_the_motion_from_event_to_event() {
+fn a_slide_equals_the_event_by_event_motion() {
     let mut draw = Draw(22);
     let mut rests = 0;
     for _ in 0..200_000 {
@@ -115,14 +115,14 @@ fn a_slide_is_the_motion_from_event_to_event() {
         let scale = omega.abs() + (torque.abs() + dry) * h / j;
         close(w, exact, 1e-13 * scale, "rate");
         close(angle, turned, 1e-13 * scale * h, "angle");
-        assert_eq!(w == 0.0, exact == 0.0, "rest is rest: {omega} {torque} {dry} {j} {h}");
+        assert_eq!(w == 0.0, exact == 0.0, "equal at rest: {omega} {torque} {dry} {j} {h}");
         rests += usize::from(w == 0.0);
     }
-    assert!((20_000..180_000).contains(&rests), "both kinds were drawn: {rests}");
+    assert!((20_000..180_000).contains(&rests), "both cases occur: {rests}");
 }
 
 #[test]
-fn a_slide_is_the_limit_of_moreaus_steps() {
+fn a_slide_is_the_limit_of_moreau_steps() {
     let mut draw = Draw(23);
     for _ in 0..200 {
         let (j, h, dry) = (1e-4, 1e-3, 1e-3);
@@ -145,7 +145,7 @@ fn a_slide_is_the_limit_of_moreaus_steps() {
 }
 
 #[test]
-fn a_shaft_is_followed_to_a_twentieth_of_the_noise_and_a_play_to_a_hundredth() {
+fn a_shaft_is_accurate_to_a_twentieth_of_the_noise_and_play_to_a_hundredth() {
     let drive = Drive { inertia: 2.5e-4, motor_constant: 0.0234, resistance: 2.32 };
     let rub = [("coulomb".to_owned(), vec![9e-4]), ("viscous".to_owned(), vec![2e-5]), ("inductance".to_owned(), vec![2.38e-4])];
     for (id, parameters) in [
@@ -180,7 +180,7 @@ fn a_shaft_is_followed_to_a_twentieth_of_the_noise_and_a_play_to_a_hundredth() {
 }
 
 #[test]
-fn mirrored_inputs_mirror_the_motion_to_the_last_bit() {
+fn mirrored_inputs_mirror_the_motion_exactly() {
     let drive = Drive { inertia: 2.5e-4, motor_constant: 0.0234, resistance: 2.32 };
     let odd = [
         "viscous",
@@ -208,7 +208,7 @@ fn mirrored_inputs_mirror_the_motion_to_the_last_bit() {
             let (mut there, mut back) = (Bench::new(kind, &setup), Bench::new(kind, &setup));
             let mut turned = 0;
             for n in 0..300 {
-                // Levels of 20 ms through zero, small ones among them that stick.
+                // Levels of 20 ms through zero; at small levels the rotor sticks.
                 let volt = draw.signed_log(0.02, 2.0);
                 let (a, b) = (there.hold(volt, 0.02), back.hold(-volt, 0.02));
                 assert_eq!((there.omega(), there.theta(), a), (-back.omega(), -back.theta(), -b), "{kind:?} {id} level {n}");

@@ -1,4 +1,4 @@
-//! What goes wrong with the drive switches it off, says why, and has its record; what does not go wrong switches nothing off.
+//! Each fault of the drive switches it off with its reason and a capture; normal operation never trips.
 #![allow(clippy::unwrap_used)]
 
 use hal_sim::board::Bench;
@@ -11,14 +11,14 @@ use stand_firmware::profile::{ProfileConfig, ProfileKind};
 use stand_firmware::speed_loop::{Command, Config, Interrupt, Limits, Mailboxes, Mode, Report, Segment, SpeedLoop, Zero};
 use stand_firmware::status::Fault;
 
-/// What is asked for from tick 100 on.
+/// Command from tick 100 on.
 type Ask = fn(&Stand, u64) -> Segment;
 
 const RATE: Ask = |stand, start| Segment::rate(&stand.hardware, start, u16::MAX, 10.0, 10.0);
-/// More than the drive may take: the current limit is in force.
+/// A command beyond the current limit.
 const FAST: Ask = |stand, start| Segment::rate(&stand.hardware, start, u16::MAX, 30.0, 30.0);
 
-/// How a run went.
+/// Result of a run.
 struct Run {
     /// The fault at each millisecond, and the drive after it.
     faults: Vec<Fault>,
@@ -35,7 +35,7 @@ impl Run {
     }
 }
 
-/// `seconds` of a stand; `each` may ask for a stop (the answer) and for an order at each millisecond.
+/// Runs a stand for `seconds`; `each` returns the stop request and a command for each millisecond.
 fn play(
     stand: &Stand,
     begin_rad: f64,
@@ -70,7 +70,7 @@ fn play(
     run
 }
 
-/// The bench's half of the interrupt, and what it drives.
+/// The hardware of the interrupt, with a record of its output.
 struct Watched<'a, T>(&'a mut T, &'a mut i16);
 
 impl<T: TickIo> TickIo for Watched<'_, T> {
@@ -101,11 +101,11 @@ fn quiet(_: u64) -> (bool, Option<Command>) {
 }
 
 #[test]
-fn each_fault_switches_the_drive_off_in_time_with_its_reason_and_its_record() {
+fn each_fault_switches_the_drive_off_in_time_with_reason_and_capture() {
     let mut weak = Stand::default();
     weak.firmware.current_limit_A = 0.08;
     let voltage: Ask = |stand, start| Segment::voltage(&stand.hardware, start, u16::MAX, 4.0);
-    // What breaks at 1 s is seen within so many seconds. Without an encoder the loop pushes at its current limit, and a fifth of R·i may be
+    // Each fault at 1 s is detected within its time. Without an encoder the loop pushes at its current limit, and a fifth of R·i may be
     // the resistance's: so it takes until the platform turns at twice its rate and more.
     let cases: [(&str, Stand, Ask, Fault, f64, f64); 9] = [
         ("counter stuck", with_fault(FaultKind::CounterStuck, 1.0, 5.0), RATE, Fault::EncoderLost, 1.0, 0.25),
@@ -122,11 +122,11 @@ fn each_fault_switches_the_drive_off_in_time_with_its_reason_and_its_record() {
         let memory = Memory::new();
         let run = play(&stand, 0.0, 2.5, &memory, ask, quiet);
         let (first, at_s) = run.first().unwrap_or((Fault::None, 0.0));
-        println!("{name}: {} {:.0} ms after it began", first.name(), 1e3 * (at_s - from_s));
+        println!("{name}: {} {:.0} ms after its start", first.name(), 1e3 * (at_s - from_s));
         assert_eq!(first, fault, "{name}");
         assert!(at_s >= from_s && at_s <= from_s + within_s, "{name}: at {at_s} s");
         let at = (at_s * 1e3) as usize;
-        assert!(run.faults[at..].iter().all(|later| *later == fault), "{name}: the first cause is kept");
+        assert!(run.faults[at..].iter().all(|later| *later == fault), "{name}: the first fault is kept");
         assert!(run.duties[at + 1..].iter().all(|duty| *duty == 0), "{name}: the drive is off");
         let record = memory.record().unwrap();
         assert_eq!((record.fault(), record.len(), record.trigger()), (fault, SAMPLES, 1_500), "{name}");
@@ -143,14 +143,14 @@ fn an_emergency_stop_acts_in_the_next_tick_and_is_cleared_only_when_it_is_releas
         let order = [(1_500, 1), (2_200, 2)].into_iter().find(|(at, _)| *at == ms).map(|(at, n)| clear(at, n));
         ((1_000..2_000).contains(&ms), order)
     });
-    assert_eq!(run.duties[1_000], 0, "no duty from the tick on in which it is asked for");
+    assert_eq!(run.duties[1_000], 0, "no duty from the tick of the request on");
     assert!(run.duties[999] != 0);
     assert!(run.faults[1_001..2_200].iter().all(|fault| *fault == Fault::EmergencyStop), "a clear at 1.5 s does nothing");
     assert!(run.faults[2_203..].iter().all(|fault| *fault == Fault::None) && run.duties[2_500] != 0, "at 2.2 s it does");
 }
 
 #[test]
-fn a_trip_of_the_tasks_latches_and_stays_while_its_cause_is_there() {
+fn a_trip_by_a_task_latches_while_its_cause_persists() {
     let memory = Memory::new();
     let order = |at: u64, clear, trip| Some(Command { segment: RATE(&Stand::default(), 10 * at + 20), clear, trip });
     let run = play(&Stand::default(), 0.0, 2.0, &memory, RATE, |ms| {
@@ -208,13 +208,13 @@ fn an_angle_is_approached_without_overshoot_and_held() {
 }
 
 #[test]
-fn an_angle_from_the_index_waits_for_the_index_and_then_is_right() {
+fn an_angle_from_the_index_is_reached_after_the_index_is_found() {
     let stand = Stand::default();
     let position: Ask = |stand, start| Segment::position(&stand.hardware, start, Zero::Index, 1.0, Some(3.0));
     let memory = Memory::new();
     let waits = play(&stand, -2.0, 1.0, &memory, position, quiet);
     assert!(waits.last.limits.contains(Limits::NO_INDEX) && waits.theta_rad.iter().all(|theta| (theta + 2.0).abs() < 1e-3));
-    // It is found by turning, and then the same order is a place.
+    // The drive turns to find the index; then the command is an absolute angle.
     let memory = Memory::new();
     let found = play(&stand, -2.0, 5.0, &memory, RATE, |ms| {
         let segment = match ms {
@@ -230,18 +230,18 @@ fn an_angle_from_the_index_waits_for_the_index_and_then_is_right() {
 
 /// Brushes keep 0.28 V back, more than a motor's back-EMF at the rate that is judged (0.12 V): at rest from the beginning, and after a run.
 #[test]
-fn a_motor_at_rest_behind_its_brushes_has_not_lost_its_encoder_and_a_running_one_has_at_once() {
+fn brush_drop_at_rest_is_no_encoder_loss_and_a_running_loss_trips_at_once() {
     let mut stand = Stand::default();
     stand.effects.insert("brush-drop".to_owned(), [("brush_V".to_owned(), 0.28)].into());
     let creeping: Ask = |stand, start| Segment::voltage(&stand.hardware, start, u16::MAX, 0.3);
     let running: Ask = |stand, start| Segment::voltage(&stand.hardware, start, u16::MAX, 1.0);
     let still = play(&stand, 0.0, 2.5, &Memory::new(), creeping, quiet);
-    assert_eq!(still.first(), None, "it never moved");
+    assert_eq!(still.first(), None, "no motion");
     let stops = |ms| (false, (ms == 1_000).then(|| Command { segment: creeping(&stand, 10 * ms + 20), ..Command::default() }));
     let slowed = play(&stand, 0.0, 8.0, &Memory::new(), running, stops);
     let last = &slowed.theta_rad[7_000..];
-    assert!(slowed.theta_rad[999] > 1.0 && (last[999] - last[0]).abs() < 1e-6, "it ran, and came to rest");
-    assert_eq!(slowed.first(), None, "it crept to rest");
+    assert!(slowed.theta_rad[999] > 1.0 && (last[999] - last[0]).abs() < 1e-6, "the motor ran and came to rest");
+    assert_eq!(slowed.first(), None, "no fault while coming to rest");
 
     // The same stand at 0.6 V, some 12 rad/s, whose wire breaks.
     stand.faults = Faults::of([Break::new(FaultKind::EncoderAOff, 1.0, 9.0)]).unwrap();

@@ -11,7 +11,7 @@ fn col<'a>(record: &'a Record, name: &str) -> &'a [f64] {
     record.column(name).unwrap_or_else(|| panic!("no column {name}"))
 }
 
-/// The default stand's dry friction, which the linear motor leaves out unless asked.
+/// The linear motor with the Coulomb friction of the default stand.
 fn with_friction() -> LinearMotor {
     let mut motor = LinearMotor::default();
     motor.coulomb_N_m = 0.9e-3;
@@ -24,7 +24,7 @@ fn constant(mode: Mode, value: f64, seconds: f64) -> SessionRequest {
 }
 
 #[test]
-fn voltage_current_angle_and_rate_of_a_row_belong_together_to_the_tick() {
+fn voltage_current_angle_and_rate_of_a_row_are_synchronous_to_the_tick() {
     for kind in [ProfileKind::MultiStep, ProfileKind::Multisine, ProfileKind::Prbs] {
         let motor = LinearMotor::default();
         let record = run(StandSetup::ideal(), motor.clone(), SessionRequest::new(Mode::Voltage, kind, 5.0, 3)).unwrap();
@@ -62,7 +62,7 @@ fn a_step_of_100_deg_s_settles_in_0_3_s_with_less_than_5_percent_overshoot() {
         assert!(greatest < 1.05, "overshoot {greatest}");
         let settled = rate[300..].iter().all(|w| (w - 1.0).abs() < 0.02);
         assert!(settled, "{:?}", rate[300..].iter().map(|w| (w - 1.0).abs()).fold(0.0, f64::max));
-        // Three witnesses: what was asked, what the sensor saw, what is so.
+        // Three checks: command, sensor reading, true rate.
         let seen = col(&record, "omega_rad_s");
         let mean = seen[500..].iter().sum::<f64>() / (seen.len() - 500) as f64;
         assert!((mean / (sign * step) - 1.0).abs() < 1e-3, "{mean}");
@@ -86,7 +86,7 @@ fn the_mean_rate_over_whole_turns_is_as_good_as_the_crystal() {
 }
 
 #[test]
-fn a_hundred_stands_side_by_side_are_each_what_they_are_alone() {
+fn a_hundred_parallel_stands_equal_single_runs() {
     let request = |seed: u64| {
         let mode = if seed.is_multiple_of(2) { Mode::Rate } else { Mode::Voltage };
         let kinds = [ProfileKind::MultiStep, ProfileKind::Multisine, ProfileKind::Prbs, ProfileKind::Chirp, ProfileKind::SCurve];
@@ -103,7 +103,7 @@ fn a_hundred_stands_side_by_side_are_each_what_they_are_alone() {
 }
 
 #[test]
-fn overspeed_ends_the_rows_and_says_so() {
+fn overspeed_ends_the_rows_with_a_note() {
     let record = run(StandSetup::default(), LinearMotor::default(), constant(Mode::Voltage, 4.0, 3.0)).unwrap();
     assert_eq!(record.fault, Fault::Overspeed);
     assert!(record.note("fault").unwrap().starts_with("overspeed at "));
@@ -124,7 +124,7 @@ fn the_current_limit_holds_and_is_a_status() {
 }
 
 #[test]
-fn rows_come_evenly_and_are_complete() {
+fn rows_are_evenly_spaced_and_complete() {
     let record = run(StandSetup::default(), with_friction(), constant(Mode::Rate, 3.0, 0.5)).unwrap();
     assert_eq!((record.pace.min, record.pace.max), (TICKS_PER_ROW, TICKS_PER_ROW));
     for name in ["t_s", "u_V", "supply_V", "i_A", "theta_rad", "omega_rad_s", "rate_cmd_rad_s", "theta_cmd_rad", "temp_C"] {
@@ -135,7 +135,7 @@ fn rows_come_evenly_and_are_complete() {
 }
 
 #[test]
-fn sensor_noise_is_what_the_data_sheets_say() {
+fn sensor_noise_matches_the_data_sheets() {
     let record = run(StandSetup::default(), LinearMotor::default(), constant(Mode::Voltage, 0.0, 20.0)).unwrap();
     let sigma = |name: &str| {
         let x = col(&record, name);
@@ -149,7 +149,7 @@ fn sensor_noise_is_what_the_data_sheets_say() {
 }
 
 #[test]
-fn a_bad_request_is_refused_by_the_parameters_name() {
+fn an_invalid_request_is_refused_with_the_parameter_name() {
     let error = run(StandSetup::default(), LinearMotor::default(), constant(Mode::Rate, f64::NAN, 1.0)).unwrap_err();
     assert!(error.to_string().contains("amplitude"), "{error}");
     let error = run(StandSetup::default(), LinearMotor::default(), constant(Mode::Rate, 1.0, -1.0)).unwrap_err();
@@ -199,7 +199,7 @@ fn mean_voltage_and_mean_current_match_in_the_closed_loop_and_at_the_limits_too(
 }
 
 #[test]
-fn the_default_stand_settles_a_step_and_keeps_the_crystals_rate() {
+fn the_default_stand_settles_a_step_and_holds_the_rate_of_the_crystal() {
     use hal_sim::plant::{Plant, Stand};
     let stand = Stand::default();
     let run_at = |rate, seconds| run(stand.setup(), Plant::new(&stand, 0.0).unwrap(), constant(Mode::Rate, rate, seconds)).unwrap();

@@ -1,4 +1,4 @@
-//! Every setting moves something: each parameter of stand, sensors, loop and profile changes a record.
+//! Every setting has an effect: each parameter of stand, sensors, loop and profile changes a record.
 #![allow(clippy::unwrap_used)]
 
 use hal_sim::board::linear_motor::LinearMotor;
@@ -13,7 +13,7 @@ fn record(change: Change, mode: Mode, kind: ProfileKind) -> Record {
     motor.coulomb_N_m = 0.9e-3;
     let mut stand = StandSetup::default();
     let mut request = SessionRequest::new(mode, kind, 2.0, 1);
-    // Short dwells and rates near the limits, so that two seconds show everything.
+    // Short dwells and rates near the limits, so that each setting acts within two seconds.
     request.profile.dwell_s = 0.3;
     request.profile.amplitude = if mode == Mode::Rate { 36.0 } else { 4.0 };
     request.profile.sweep_s = 1.5;
@@ -98,7 +98,7 @@ fn every_parameter_of_the_profiles_changes_the_record() {
 }
 
 #[test]
-fn every_profile_runs_in_both_modes_and_is_another() {
+fn each_profile_runs_in_both_modes_and_is_distinct() {
     for mode in [Mode::Voltage, Mode::Rate] {
         let kinds: Vec<ProfileKind> = ProfileKind::ALL.into_iter().filter(|kind| mode == Mode::Rate || !kind.is_a_rate()).collect();
         let records: Vec<_> = kinds.iter().map(|kind| record(|_, _| (), mode, *kind).columns).collect();
@@ -109,7 +109,7 @@ fn every_profile_runs_in_both_modes_and_is_another() {
 }
 
 #[test]
-fn a_stand_is_described_by_a_file_and_a_word_that_it_does_not_know_is_refused() {
+fn a_stand_file_is_read_and_an_unknown_key_is_refused() {
     let stand: StandSetup =
         toml::from_str("[hardware]\ncounts_per_turn = 4096.0\n[sensors]\nrate_noise_rad_s = 0.001\n[settings]\nslip_rad = 0.2\n").unwrap();
     assert_eq!((stand.hardware.counts_per_turn, stand.sensors.rate_noise_rad_s, stand.settings.slip_rad), (4096.0, 0.001, 0.2));
@@ -123,7 +123,7 @@ fn a_stand_is_described_by_a_file_and_a_word_that_it_does_not_know_is_refused() 
 }
 
 #[test]
-fn a_stand_that_cannot_be_is_refused_by_the_parameters_name() {
+fn an_invalid_stand_is_refused_with_the_parameter_name() {
     type Spoil = fn(&mut StandSetup);
     let changes: [(&str, Spoil); 8] = [
         ("current_noise_A", |s| s.sensors.current_noise_A = -1.0),

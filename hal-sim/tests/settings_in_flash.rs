@@ -1,4 +1,4 @@
-//! Settings in flash over power cuts: what was kept before or the new, never neither, never another.
+//! Settings in flash over power cuts: the old or the new record is found, never none and never another.
 
 #![allow(clippy::unwrap_used)]
 
@@ -43,12 +43,12 @@ fn the_newest_of_many_is_found_over_both_sectors() {
     assert_eq!(erases, [1, 1], "a sector is erased once in {SLOTS} records");
 }
 
-/// Every step of every save, the sector's change among them, with three different ruins of each.
+/// Each step of each save, including the change of sector, with three different incomplete results.
 #[test]
 fn a_power_cut_at_any_write_leaves_the_old_or_the_new() {
     let mut whole = store(flash(2));
     let mut cuts = 0;
-    // Far enough that both sectors have been erased and taken anew.
+    // Enough saves to erase and reuse both sectors.
     for n in 1..=2 * SLOTS + 3 {
         let before = whole.flash().clone();
         whole.save(&kept(n), Kept::layout()).unwrap();
@@ -66,7 +66,7 @@ fn a_power_cut_at_any_write_leaves_the_old_or_the_new() {
                 let found = load(&mut store);
                 let old = (n > 1).then_some(n - 1);
                 assert!(found == old || found == Some(n), "save {n} cut at step {step} of {steps}: {found:?}");
-                // And the next save is not hindered by what was left.
+                // The incomplete record does not prevent the next save.
                 store.save(&kept(n + 500), Kept::layout()).unwrap();
                 assert_eq!(load(&mut store), Some(n + 500));
                 cuts += 1;
@@ -77,7 +77,7 @@ fn a_power_cut_at_any_write_leaves_the_old_or_the_new() {
 }
 
 #[test]
-fn a_flipped_bit_is_noticed_and_the_record_before_it_used() {
+fn a_flipped_bit_is_detected_and_the_previous_record_is_used() {
     let mut store = store(flash(3));
     store.save(&kept(1), Kept::layout()).unwrap();
     store.save(&kept(2), Kept::layout()).unwrap();
@@ -92,7 +92,7 @@ fn a_flipped_bit_is_noticed_and_the_record_before_it_used() {
 }
 
 #[test]
-fn another_firmwares_record_is_not_read_as_ours() {
+fn a_record_of_another_firmware_is_not_read() {
     let mut store = store(flash(4));
     store.save(&kept(1), !Kept::layout()).unwrap();
     assert_eq!(store.load::<Kept>(Kept::layout()), Err(StoreError::OtherLayout));

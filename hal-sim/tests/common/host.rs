@@ -1,10 +1,10 @@
-//! A program at the other end of the simulated controller's line.
+//! A host program at the serial line of the simulated controller.
 
 use hal_sim::board::linear_motor::LinearMotor;
 use hal_sim::controller::Controller;
 use stand_firmware::board::{Clock, TICKS_PER_S};
 
-/// It asks and tells, and lets time pass.
+/// Sends commands and queries, and waits in virtual time.
 pub struct Host<'h, 'c> {
     pub controller: &'h Controller<'c, LinearMotor>,
 }
@@ -15,7 +15,7 @@ impl Host<'_, '_> {
         clock.until(clock.now() + (seconds * TICKS_PER_S as f64) as u64).await;
     }
 
-    /// What comes within 20 ms of a line; what came before is let go.
+    /// Sends a line and returns the reply of the next 20 ms; earlier output is discarded.
     pub async fn ask(&self, text: &str) -> String {
         let mut bytes = Vec::new();
         self.controller.line().receive(&mut bytes);
@@ -26,7 +26,7 @@ impl Host<'_, '_> {
         String::from_utf8(bytes).unwrap().trim_end().to_owned()
     }
 
-    /// Says something that is taken.
+    /// Sends a command that must be accepted.
     pub async fn tell(&self, text: &str) {
         assert_eq!(self.ask(&format!("{text};:SYST:ERR?")).await, "0,\"No error\"", "{text}");
     }

@@ -1,4 +1,4 @@
-//! One bench for both integrators: the rig (the model) and the plant (the truth), driven alike.
+//! One bench for both integrators, the rig (the model) and the plant (the simulated drive), with the same input.
 #![allow(dead_code, reason = "each test binary uses its part")]
 
 use drive_model::{Law, Reading};
@@ -6,14 +6,14 @@ use drive_rig::{Base, Input, Rig, RowInput, State};
 use hal_sim::board::PlantPort;
 use hal_sim::plant::{Plant, Stand, stand};
 
-/// Which integrator.
+/// The integrator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     Rig,
     Plant,
 }
 
-/// A claim holds for both.
+/// Both integrators.
 pub const BOTH: [Kind; 2] = [Kind::Rig, Kind::Plant];
 
 /// Longest tick of the plant, s: the control tick of the stand.
@@ -33,10 +33,10 @@ pub struct Drive {
     pub resistance: f64,
 }
 
-/// theory.md §4's motor.
+/// Motor of docs/theory.md §4.
 pub const THEORY: Drive = Drive { inertia: 1e-4, motor_constant: 0.02, resistance: 2.3 };
 
-/// What is put on the bench.
+/// The drive on the bench, with its input.
 #[derive(Clone, Debug)]
 pub struct Setup {
     pub drive: Drive,
@@ -44,7 +44,7 @@ pub struct Setup {
     pub input: Input,
     pub effects: Vec<(String, Vec<f64>)>,
     pub theta: f64,
-    /// Winding temperature, °C, held there; `None`: 25 °C, and then by the heat of the winding.
+    /// Winding temperature, °C, constant; `None`: 25 °C at the start, then by the heat of the winding.
     pub temp_C: Option<f64>,
 }
 
@@ -61,18 +61,18 @@ impl Setup {
         Setup { input: Input::Torque, ..Self::by_voltage(drive, list) }
     }
 
-    /// The same at another angle.
+    /// With another angle.
     pub fn at(self, theta: f64) -> Self {
         Setup { theta, ..self }
     }
 
-    /// The same at a temperature.
+    /// With a winding temperature.
     pub fn warm(self, temp_C: f64) -> Self {
         Setup { temp_C: Some(temp_C), ..self }
     }
 }
 
-/// The stem of a name that repeats: `cogging` of `cogging#2`.
+/// The identifier of a repeated effect: `cogging` of `cogging#2`.
 pub fn stem(name: &str) -> &str {
     name.split('#').next().unwrap()
 }
@@ -85,7 +85,7 @@ pub fn rig(drive: Drive, input: Input, list: &[(String, Vec<f64>)]) -> Rig<f64> 
     Rig::new(base, input, laws)
 }
 
-/// A stand of these effects and nothing else.
+/// A stand with these effects only.
 pub fn stand_of(drive: Drive, list: &[(String, Vec<f64>)]) -> Stand {
     let named = |(id, p): &(String, Vec<f64>)| {
         let card = drive_model::card(stem(id)).unwrap();
@@ -140,7 +140,7 @@ impl Bench {
         Bench { machine, temp_C: setup.temp_C, t_s: 0.0, current: 0.0, tick_s }
     }
 
-    /// Everything turns at this rate.
+    /// Sets the rate of all rotating parts.
     pub fn spin(mut self, omega: f64) -> Self {
         match &mut self.machine {
             Machine::Rig { state, .. } => {
@@ -152,7 +152,7 @@ impl Bench {
         self
     }
 
-    /// Holds the input for some time, in rows or ticks of equal length; gives the mean current.
+    /// Holds the input for `seconds`, in rows or ticks of equal length; returns the mean current.
     pub fn hold(&mut self, input: f64, seconds: f64) -> f64 {
         let n = (seconds / self.tick_s - 1e-6).ceil().max(1.0) as usize;
         let dt_s = seconds / n as f64;
@@ -188,12 +188,12 @@ impl Bench {
         }
     }
 
-    /// What the channels show now: the rig's reading, the plant's elements.
+    /// Present channel readings: reading of the rig, or sensor elements of the plant.
     pub fn seen(&self, rate_from_encoder: bool) -> Reading<f64> {
         self.seen_by(&RowInput { rate_from_encoder, ..span(self.t_s, ROW_S, 0.0, self.temp_C) })
     }
 
-    /// The same where the rig is given this measured angle.
+    /// The readings with this measured angle as input of the rig.
     pub fn seen_at(&self, theta: f64) -> Reading<f64> {
         self.seen_by(&RowInput { theta: Some((theta, theta)), ..span(self.t_s, ROW_S, 0.0, self.temp_C) })
     }
@@ -208,14 +208,14 @@ impl Bench {
     pub fn state(&self) -> &State<f64> {
         match &self.machine {
             Machine::Rig { state, .. } => state,
-            Machine::Plant(_) => panic!("the plant's state is its own"),
+            Machine::Plant(_) => panic!("the state of the plant is private"),
         }
     }
 
     pub fn state_mut(&mut self) -> &mut State<f64> {
         match &mut self.machine {
             Machine::Rig { state, .. } => state,
-            Machine::Plant(_) => panic!("the plant's state is its own"),
+            Machine::Plant(_) => panic!("the state of the plant is private"),
         }
     }
 
@@ -238,13 +238,13 @@ pub fn close(a: f64, b: f64, tolerance: f64, what: &str) {
     assert!((a - b).abs() <= tolerance, "{what}: {a} is not {b} ± {tolerance:e} (off by {:e})", (a - b).abs());
 }
 
-/// The same, relative to `b`.
+/// As [`close`], relative to `b`.
 #[track_caller]
 pub fn close_rel(a: f64, b: f64, relative: f64, what: &str) {
     close(a, b, relative * b.abs(), what);
 }
 
-/// Numbers by seed (SplitMix64), for properties over random draws.
+/// Pseudo-random numbers by seed (SplitMix64) for property tests.
 pub struct Draw(pub u64);
 
 impl Draw {
@@ -256,17 +256,17 @@ impl Draw {
         z ^ (z >> 31)
     }
 
-    /// Even in [a, b).
+    /// Uniform in [a, b).
     pub fn even(&mut self, a: f64, b: f64) -> f64 {
         a + (b - a) * (self.next() >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// Even in the logarithm.
+    /// Log-uniform.
     pub fn log(&mut self, a: f64, b: f64) -> f64 {
         self.even(a.ln(), b.ln()).exp()
     }
 
-    /// Even in the logarithm, with a random sign.
+    /// Log-uniform, with a random sign.
     pub fn signed_log(&mut self, a: f64, b: f64) -> f64 {
         let size = self.log(a, b);
         if self.next() & 1 == 0 { size } else { -size }
