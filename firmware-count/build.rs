@@ -1,4 +1,4 @@
-//! Links by the script for QEMU's board; for the chip's instruction set alone.
+//! Selects the link script for QEMU's board when the target is the chip's instruction set.
 use std::env;
 
 fn main() {

@@ -8,7 +8,7 @@ cd "$(dirname "$0")/.."
 firmware_cargo build --profile chip -p stand-firmware --bin stand --features stm32
 image="$firmware_folder/$firmware_target/chip/stand"
 echo "$image"
-# Every check runs before the script fails.
+# All checks run before the script fails.
 failed=0
 python3 scripts/image-size.py "$image" firmware/budget.toml || failed=1
 python3 scripts/callgraph.py "$image" --frames firmware/budget.toml TIM1_UP_TIM10 USART2 || failed=1

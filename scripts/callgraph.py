@@ -20,18 +20,18 @@ FUNCTION = re.compile(r"^([0-9a-f]+) <(.*)>:$")
 CALL = re.compile(r"\t(?:bl|blx|b|b\.w|b[a-z]{2}|b[a-z]{2}\.w|cbn?z)\t(?:r\d+, |lr, )?(?:#[^<]*|0x([0-9a-f]+) )<.*>")
 FRAME = re.compile(r"\tsub(?:\.w|w|s)?\tsp, (?:sp, )?#(0x[0-9a-f]+|[0-9]+)")
 INDIRECT = "(indirect)"
-# What lld fills gaps between functions with (0xd4d4) reads as this branch; no function falls into it.
+# lld's filler between functions (0xd4d4) disassembles as this branch; no function falls through into it.
 PADDING = re.compile(r"\tbmi\t.*imm = #-0x58$")
 
 
 def disassembler():
     found = [shutil.which("llvm-objdump"), *sorted(glob.glob("/usr/bin/llvm-objdump-*"), key=lambda p: int(p.rsplit("-", 1)[1]), reverse=True)]
-    # The newest first: old ones do not read names of today's compiler.
+    # Newest version first: old ones cannot demangle current names.
     return next((path for path in [*found[1:], found[0]] if path), None)
 
 
 def graph(tool, image):
-    """By a function's address, because names repeat: its name, the addresses that it calls, its instructions, the bytes of its stack frame."""
+    """Maps from function address (names repeat) to name, called addresses, instruction count and stack frame size in bytes."""
     text = subprocess.run([tool, "-d", "-C", "--no-show-raw-insn", image], check=True, capture_output=True, text=True).stdout
     names, calls, length, frames, current = {}, {}, {}, {}, None
     for line in text.splitlines():
@@ -49,7 +49,7 @@ def graph(tool, image):
     starts = sorted(names)
 
     def whole(target):
-        """The function that an address lies in: a branch may go into the middle of one."""
+        """The function that contains an address; a branch may target the middle of a function."""
         if target == INDIRECT:
             return INDIRECT
         return starts[max(bisect.bisect_right(starts, target) - 1, 0)]
@@ -58,7 +58,7 @@ def graph(tool, image):
 
 
 def walk(names, calls, length, entry, double):
-    """The defects of what `entry` reaches, as messages."""
+    """Messages about forbidden functions reachable from `entry`."""
     start = next((address for address, name in names.items() if name == entry), None)
     if start is None:
         return [f"there is no {entry} in the image"]
@@ -82,7 +82,7 @@ def walk(names, calls, length, entry, double):
         todo += [(callee, function) for callee in calls.get(function, ())]
     size = sum(length.get(function, 0) for function in reached)
     print(f"{entry}: {len(reached)} functions, {size} instructions in all; indirect calls in: {', '.join(indirect) or 'none'}")
-    # An entry that only jumps would pass: its target must have been followed.
+    # An entry that only jumps must have its target followed.
     if size < 15:
         wrong.append(f"only {size} instructions were found; the disassembly was not understood")
     return wrong
@@ -91,7 +91,7 @@ def walk(names, calls, length, entry, double):
 def main():
     tool = disassembler()
     if tool is None:
-        print("no llvm-objdump here: the call graph was not checked")
+        print("llvm-objdump is missing: the call graph was not checked")
         return
     image, *arguments = sys.argv[1:]
     names, calls, length, frames = graph(tool, image)

@@ -18,7 +18,7 @@ Rules of the comparison:
              may have been reworded, the same way in every answer: the rewordings are listed at the end
   refusals   exit status equal; file names, columns and parameters listed with the case appear in the message
 
-Cases from the public test logs need the folder STAND_DATA (default ../shared/data). Without it they are skipped and counted.
+Cases from the public test logs need the folder that the environment variable STAND_DATA names. Without it they are skipped and counted.
 Exit status of `compare`: 0 no difference, 1 differences.
 """
 
@@ -39,12 +39,12 @@ import sys
 import tempfile
 import time
 
-# Keys whose strings are text for people.
+# Keys of display text.
 PROSE = {"says", "message", "not_shown", "refused", "remarks", "warnings", "why", "what", "shows", "looks_like", "experiment", "equation",
          "reference", "statement", "left_out", "fault"}
-# Keys of strings with digits that may be worded otherwise, one word for one word.
+# Keys of strings with digits: rewording is allowed, one old text to one new text.
 WORDED = {"compared"}
-# Keys that depend on the run and not on the computation.
+# Keys that vary between identical runs.
 VOLATILE = {"date", "began", "computed", "records", "tools", "sha256", "firmware", "version", "commit", "seconds", "elapsed_s"}
 
 # Rewordings found: (key, old) -> new.
@@ -74,14 +74,14 @@ QUICK_SECONDS = 6
 
 
 class Case:
-    """One command. `names` are words that a refusal must contain; `log` is a log that the command writes, stored as column hashes."""
+    """One command. `names` are words that its error message must contain; `log` is a log that the command writes, stored as column hashes."""
 
     def __init__(self, name, args, names=(), log=None, setup=None):
         self.name, self.args, self.names, self.log, self.setup = name, list(args), list(names), log, setup
 
 
 def data_folder():
-    root = os.environ.get("STAND_DATA", "../shared/data")
+    root = os.environ.get("STAND_DATA", "STAND_DATA-is-not-set")
     return pathlib.Path(root).resolve()
 
 
@@ -92,7 +92,7 @@ def model_text(effects, factors, extra=""):
 
 
 def fixed_constant(model):
-    """The model driven by its current, with the motor constant fixed, as the equation error needs it."""
+    """The model with current as input and fixed motor constant, as required by the equation-error fit."""
     model = re.sub(r"resistance_ohm.*\n", "", model.replace("u_V", "i_A"))
     return re.sub(r"motor_constant_N_m_A = (\S+)", r"motor_constant_N_m_A = { value = \1, fixed = true }", model)
 
@@ -186,7 +186,7 @@ def write_models(folder):
 
 
 def write_synthetic(folder):
-    """Logs that no command makes: a noise with bias instability, and a vibrating gyrotheodolite."""
+    """Logs that no command generates: noise with bias instability, and a vibrating gyrotheodolite."""
     draw = random.Random(7)
     rows, walk = ["t_s,gyro_rad_s,theta_rad"], 0.0
     angle = 0.0
@@ -282,7 +282,7 @@ def write_bad_logs(folder):
 
 
 def cases(folder):
-    """All cases. `folder` holds the inputs."""
+    """All cases. `folder` contains the inputs."""
     found = []
 
     def add(name, *args, names=(), log=None, json_out=True, setup=None):
@@ -379,7 +379,7 @@ def cases(folder):
     add("bad/no-model", "fit", "in/bad/good.csv", "--model", "in/nothing.toml", names=["nothing.toml"])
     add("bad/word", "fit", "in/bad/good.csv", "--modell", "in/nominal.toml", names=["--modell"])
 
-    # The simulated firmware: changes with its arithmetic.
+    # Simulated firmware: results change with its arithmetic.
     for profile in ["multi-step", "multisine", "prbs", "sweep", "staircase", "trapezoid", "s-curve", "sine", "turns", "alternating", "abba"]:
         for mode in ("rate",) if profile == "turns" else MODES:
             add(f"firmware-log/{profile}-{mode}", "sim", "--out", "log.csv", "--profile", profile, "--mode", mode, "--seconds", "8",
@@ -401,7 +401,7 @@ def cases(folder):
     return found
 
 
-# Logs that cannot be read, with the words that the message contains.
+# Unreadable logs, with words that the error message must contain.
 REFUSED = {
     "nan.csv": ["nan.csv", "71", "omega_rad_s"],
     "text.csv": ["text.csv", "72", "i_A"],
@@ -414,13 +414,13 @@ REFUSED = {
     "short-row.csv": ["short-row.csv"],
     "random.parquet": ["random.parquet"],
 }
-# Logs that can be read and are implausible.
+# Readable but implausible logs.
 PLAUSIBLE = ["good.csv", "rpm.csv", "degrees.csv", "minus.csv", "milliamperes.csv", "swapped.csv", "whole.csv", "stuck-current.csv",
              "stuck-voltage.csv", "still.csv"]
 
 
 def answer_of(stand, case, inputs):
-    """Runs a case in a folder of its own: {exit, json | refused, log}."""
+    """Runs a case in its own folder: {exit, json | refused, log}."""
     with tempfile.TemporaryDirectory(prefix="golden-") as scratch:
         scratch = pathlib.Path(scratch)
         (scratch / "in").symlink_to(inputs)
@@ -467,7 +467,7 @@ def columns_of(path):
 
 
 def differences(old, new, path="", key=""):
-    """Yields (path, old, new) of all that differs."""
+    """Yields (path, old, new) for each difference."""
     if key in VOLATILE:
         return
     if isinstance(old, dict) and isinstance(new, dict):
@@ -485,7 +485,7 @@ def differences(old, new, path="", key=""):
         for k, (a, b) in enumerate(zip(old, new)):
             yield from differences(a, b, f"{path}[{k}]", key)
     elif isinstance(old, bool) or isinstance(new, bool) or old is None or new is None:
-        # A refusal may name more than before.
+        # A new error message may be longer than the old one.
         if old is not new and not (".named." in path and new is True):
             yield path, old, new
     elif isinstance(old, (int, float)) and isinstance(new, (int, float)):
@@ -606,9 +606,9 @@ def main():
         command.add_argument("--only", action="append", help="names of cases, as a pattern; repeatable")
         command.add_argument("--jobs", type=int, default=2)
         if name == "make":
-            command.add_argument("--keep-inputs", action="store_true", help="use the logs that are there, and keep the answers of other cases")
+            command.add_argument("--keep-inputs", action="store_true", help="use the existing logs and keep the answers of other cases")
         else:
-            command.add_argument("--lines", type=int, default=8, help="differences shown of each case")
+            command.add_argument("--lines", type=int, default=8, help="differences shown per case")
     options = parser.parse_args()
     sys.exit(make(options) if options.command == "make" else compare(options))
 

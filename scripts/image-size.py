@@ -34,7 +34,7 @@ def main():
         in_ram = address >= 0x2000_0000
         if in_ram:
             used["ram"] += size
-        if kind != NO_BITS:  # what is in RAM with a content is in flash too, to be copied at the start
+        if kind != NO_BITS:  # initialised data in RAM also occupies flash
             used["flash"] += size
         print(f"{name:<20}{address:#12x}{size:>9} B")
     over = False

@@ -1,11 +1,11 @@
-//! How many instructions a tick takes, counted one by one on the target's instruction set.
+//! Counts the instructions that a control tick executes on the target's instruction set.
 //!
-//! Runs under QEMU alone: `qemu-system-arm -M mps2-an386 -icount shift=10 -semihosting`; scripts/count-instructions.sh does it.
-//! The library's interrupt runs as it is on the board, with a small motor in the place of the registers, along scenes that go
-//! through modes, limits, faults and arrivals. What is counted is what a tick calls, from the branch to the return: the look whether the torquer is due, and
-//! `Interrupt::run` with mailboxes, law and report; without the registers of the board, of which a tick reads and writes some ten.
+//! Runs only under QEMU: `qemu-system-arm -M mps2-an386 -icount shift=10 -semihosting` (scripts/count-instructions.sh). The library's interrupt
+//! runs unchanged. A small motor model replaces the registers. Scenes cover modes, limits, faults and incoming messages. The count starts at the
+//! branch into the tick and ends at its return. It includes the check whether the torquer output is due, and `Interrupt::run` with mailboxes,
+//! control law and report. It excludes the board's register accesses, about ten per tick.
 //!
-//! Out, over semihosting: a line for each scene, `scene|ticks|median|greatest`. A counter that does not count right is a panic.
+//! Output over semihosting: one line per scene, `scene|ticks|median|greatest`. A miscounting counter panics.
 #![no_std]
 #![no_main]
 

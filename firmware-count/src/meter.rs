@@ -1,7 +1,7 @@
-//! Instructions between two looks at SysTick.
+//! Counts instructions between two reads of SysTick.
 //!
-//! With `-icount shift=10` QEMU lets 1024 ns of virtual time pass with each instruction, whatever it is, and stops at each read of
-//! the timer exactly there. The timer's steps in an instruction are not taken on trust: loops of known length give them.
+//! With `-icount shift=10`, QEMU advances virtual time by 1024 ns per instruction and synchronises at each read of the timer. The number of timer
+//! steps per instruction is measured with loops of known length.
 
 use core::arch::asm;
 use cortex_m::peripheral::SYST;
@@ -9,16 +9,16 @@ use cortex_m::peripheral::syst::SystClkSource;
 
 /// SysTick counts down through 24 bits.
 const RANGE: u32 = 1 << 24;
-/// Turns of the loop that the scale is taken from; with it a rounded step of the timer is 5·10⁻⁵ instructions.
+/// Iterations of the calibration loop. The rounding of one timer step is then 5·10⁻⁵ instructions.
 const LONG: u32 = 100_000;
 
 /// A calibrated counter of instructions.
 pub struct Meter {
-    /// Timer steps of the loop of known length.
+    /// Timer steps of the calibration loop.
     pub steps: u32,
-    /// Its instructions.
+    /// Instructions of the calibration loop.
     pub instructions: u32,
-    /// Timer steps between two looks with nothing between them.
+    /// Timer steps between two consecutive reads.
     empty: u32,
 }
 
@@ -26,7 +26,7 @@ impl Meter {
     /// Starts the timer and finds its scale.
     ///
     /// # Panics
-    /// If loops of other lengths are not counted exactly: then QEMU was not started with `-icount shift=10`.
+    /// Loops of other lengths are miscounted: QEMU was not started with `-icount shift=10`.
     pub fn calibrate(mut syst: SYST) -> Self {
         syst.set_clock_source(SystClkSource::Core);
         syst.set_reload(RANGE - 1);
@@ -42,13 +42,13 @@ impl Meter {
         meter
     }
 
-    /// Instructions of `work`, with the branch that calls it.
+    /// Instructions of `work`, including the branch that calls it.
     #[inline(always)]
     pub fn count(&self, work: impl FnOnce()) -> u32 {
         self.instructions(steps(work))
     }
 
-    /// Instructions in so many timer steps between two looks.
+    /// Converts timer steps between two reads to instructions.
     fn instructions(&self, steps: u32) -> u32 {
         let net = u64::from(steps.saturating_sub(self.empty));
         let (steps, instructions) = (u64::from(self.steps), u64::from(self.instructions));
@@ -56,7 +56,7 @@ impl Meter {
     }
 }
 
-/// Timer steps that `work` takes, with the second look itself.
+/// Timer steps that `work` takes, including the second read.
 #[inline(always)]
 fn steps(work: impl FnOnce()) -> u32 {
     let before = SYST::get_current();
@@ -65,11 +65,11 @@ fn steps(work: impl FnOnce()) -> u32 {
     before.wrapping_sub(after) & (RANGE - 1)
 }
 
-/// Timer steps of a loop of `n` turns of two instructions each; a function of its own, so that all lengths are the same code.
+/// Timer steps of a loop of `n` iterations of two instructions. Not inlined, so that every length runs identical code.
 #[inline(never)]
 fn steps_of(n: u32) -> u32 {
     steps(|| {
-        // SAFETY: counts a register down and touches nothing else.
+        // SAFETY: decrements one register and has no other effect.
         unsafe { asm!("2: subs {n}, {n}, #1", "bne 2b", n = inout(reg) n => _, options(nomem, nostack)) }
     })
 }

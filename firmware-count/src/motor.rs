@@ -1,38 +1,38 @@
-//! A small motor in the place of the registers, so that the law meets counts, edges and an index as they come on a stand.
+//! A small motor model in place of the registers: it supplies encoder counts, edges and an index to the control law.
 //!
-//! One pole, no noise: what it must show is every way through the tick, not how a stand moves.
+//! Single pole, no noise. The model exercises every path through the tick; it does not reproduce the stand's dynamics.
 
 use core::f64::consts::TAU;
 use stand_firmware::board::{CONTROL_HZ, CurrentCode, Drive, EncoderCount, Hardware, Sensed, SupplyCode, TickIo};
 use stand_firmware::speed_loop::Settings;
 
-/// What is wrong with the stand.
+/// A disturbance of the stand.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Wrong {
-    /// Nothing.
-    Nothing,
-    /// It is turned from outside, rad/s.
-    Turned(f64),
-    /// It cannot turn.
-    Jammed,
-    /// Its index does not come.
+pub enum Disturbance {
+    /// None.
+    None,
+    /// An external drive turns the platform at this rate, rad/s.
+    ExternallyDriven(f64),
+    /// The platform is blocked.
+    Blocked,
+    /// The index pulse is missing.
     NoIndex,
-    /// Somebody asks for an emergency stop.
+    /// Emergency stop is pressed.
     Stop,
-    /// Its encoder gives no edge any more.
+    /// The encoder gives no edges.
     NoEdges,
-    /// The supply is half of what it is to be.
+    /// The supply is at half of its nominal voltage.
     LowSupply,
-    /// A tick in so many is left out.
+    /// One tick of this many is skipped.
     LosesTicks(u64),
 }
 
-/// The stand, and what the interrupt sees of it.
+/// The simulated stand as the interrupt sees it.
 pub struct Motor {
     hardware: Hardware,
     settings: Settings,
-    /// What is wrong now.
-    pub wrong: Wrong,
+    /// The disturbance in force.
+    pub disturbance: Disturbance,
     sensed: Sensed,
     index: Option<EncoderCount>,
     drive: Drive,
@@ -40,18 +40,18 @@ pub struct Motor {
     angle: f64,
     rate_rad_s: f64,
     supply_V: f64,
-    /// Where the encoder stopped.
+    /// Encoder position at which the edges stopped.
     stuck: Option<f64>,
     tick: u64,
 }
 
 impl Motor {
-    /// At rest.
+    /// A motor at rest.
     pub fn new(hardware: Hardware, settings: Settings) -> Self {
         Self {
             hardware,
             settings,
-            wrong: Wrong::Nothing,
+            disturbance: Disturbance::None,
             sensed: Sensed::default(),
             index: None,
             drive: Drive::Off,
@@ -63,34 +63,34 @@ impl Motor {
         }
     }
 
-    /// Lets a tick pass and puts in place what the next one senses; returns its number.
+    /// Advances one tick and prepares the sensor values of the next tick. Returns its number.
     pub fn pass(&mut self) -> u64 {
         let (h, s) = (&self.hardware, &self.settings);
         let dt_s = 1.0 / CONTROL_HZ as f64;
         let volts = f64::from(self.drive.counts()) * h.volt_per_duty();
-        // What turns it from outside may hold any current; here it holds none.
-        let turned = matches!(self.wrong, Wrong::Turned(_));
+        // An external drive may cause any current; the model uses none.
+        let turned = matches!(self.disturbance, Disturbance::ExternallyDriven(_));
         let current_A = if turned { 0.0 } else { (volts - s.motor_constant_N_m_A * self.rate_rad_s) / s.resistance_ohm };
-        match self.wrong {
-            Wrong::Turned(rate_rad_s) => self.rate_rad_s = rate_rad_s,
-            Wrong::Jammed => self.rate_rad_s = 0.0,
+        match self.disturbance {
+            Disturbance::ExternallyDriven(rate_rad_s) => self.rate_rad_s = rate_rad_s,
+            Disturbance::Blocked => self.rate_rad_s = 0.0,
             _ => self.rate_rad_s += (s.motor_constant_N_m_A * current_A / s.inertia_kg_m2) * dt_s,
         }
         let before = self.angle;
         self.angle += self.rate_rad_s * dt_s / TAU * h.counts_per_turn;
         let turn = |counts: f64| (counts / h.counts_per_turn) as i64 - i64::from(counts < 0.0);
-        self.index = (turn(before) != turn(self.angle) && self.wrong != Wrong::NoIndex).then(|| {
+        self.index = (turn(before) != turn(self.angle) && self.disturbance != Disturbance::NoIndex).then(|| {
             let at = turn(before).max(turn(self.angle)) as f64 * h.counts_per_turn;
             EncoderCount(at as i64 as u16)
         });
-        self.tick += match self.wrong {
-            Wrong::LosesTicks(every) if self.tick % every == 0 => 2,
+        self.tick += match self.disturbance {
+            Disturbance::LosesTicks(every) if self.tick % every == 0 => 2,
             _ => 1,
         };
-        // The edge's age as if it had come straight to where it is.
+        // The edge's age assumes a constant rate over the tick.
         let steps = h.edge_timer_Hz * dt_s;
-        self.supply_V = if self.wrong == Wrong::LowSupply { 0.5 } else { 1.0 } * h.supply_nominal_V;
-        let frozen = (self.wrong == Wrong::NoEdges).then(|| *self.stuck.get_or_insert(before));
+        self.supply_V = if self.disturbance == Disturbance::LowSupply { 0.5 } else { 1.0 } * h.supply_nominal_V;
+        let frozen = (self.disturbance == Disturbance::NoEdges).then(|| *self.stuck.get_or_insert(before));
         let (from, to) = frozen.map_or((before as i64, self.angle as i64), |at| (at as i64, at as i64));
         let edge_age = if from == to {
             self.sensed.edge_age.saturating_add(steps as u32)
@@ -104,7 +104,7 @@ impl Motor {
             edge_age,
             current: CurrentCode((h.current_zero_code + current_A / h.current_A_per_code) as i32),
             supply: SupplyCode((self.supply_V / h.supply_V_per_code) as u32),
-            stop: self.wrong == Wrong::Stop,
+            stop: self.disturbance == Disturbance::Stop,
         };
         self.tick
     }

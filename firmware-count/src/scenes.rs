@@ -1,9 +1,9 @@
-//! What is gone through: each mode, each limit, each fault, with what is learnt and without, orders and lessons arriving.
+//! The scenes: every mode, limit and fault, with and without compensation, with commands and compensation updates arriving.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use crate::meter::Meter;
-use crate::motor::{Motor, Wrong};
+use crate::motor::{Disturbance, Motor};
 use crate::tally::Tally;
 use stand_firmware::board::{CONTROL_PER_ROW, Hardware};
 use stand_firmware::capture::Memory;
@@ -14,90 +14,90 @@ use stand_firmware::speed_loop::{Command, Config, Fault, Interrupt, Limits, Mail
 /// Ticks of a scene: two seconds.
 const TICKS: u64 = 20_000;
 
-/// What is asked for.
+/// The command of a scene.
 #[derive(Clone, Copy)]
-pub enum Ask {
-    /// Nothing.
+pub enum Demand {
+    /// None.
     Off,
-    /// ± so many volts, a quarter of a second each.
+    /// ± this voltage in V, a quarter of a second each.
     Voltage(f64),
-    /// A rate that swings between ± so many rad/s, twice a second.
+    /// A rate that swings between ± this many rad/s, twice a second.
     Rate(f64),
-    /// So many volts from the middle on.
-    Push(f64),
-    /// ± an angle of so many rad, half a second each.
+    /// This voltage in V from the middle of the scene on.
+    Step(f64),
+    /// ± this angle in rad, half a second each.
     Position(f64),
-    /// A rate, and no order after the first: the segment runs out.
-    Forgotten(f64),
+    /// One rate command and no further one: its segment expires.
+    Single(f64),
 }
 
-/// What is learnt.
+/// The compensation of a scene.
 #[derive(Clone, Copy)]
-pub enum Learnt {
-    /// Nothing.
-    Nothing,
-    /// Friction and so many harmonics, from the beginning.
+pub enum CompensationScenario {
+    /// None.
+    None,
+    /// Friction and this many harmonics, from the start.
     Harmonics(usize),
-    /// The same again every hundredth of a second, by the mailbox.
-    Lessons(usize),
+    /// As `Harmonics`, and posted again through the mailbox every 10 ms.
+    Updates(usize),
 }
 
 /// A scene.
 pub struct Scene {
-    /// Its name in the table.
+    /// Name in the table.
     pub name: &'static str,
-    ask: Ask,
-    learnt: Learnt,
-    /// What is wrong in its second half.
-    wrong: Wrong,
-    /// The drift of a gyro is measured meanwhile: the torquer is driven and its gyro sampled each millisecond.
+    demand: Demand,
+    compensation: CompensationScenario,
+    /// Disturbance in the second half.
+    disturbance: Disturbance,
+    /// A drift measurement runs in parallel: the torquer is driven and its gyro sampled each millisecond.
     drives_torquer: bool,
-    /// What must be seen in it, so that a scene does not go by its subject.
-    shows: Shows,
+    /// Condition that must occur, so that the scene is known to cover its subject.
+    expected: Expected,
 }
 
-/// What a scene must show at some time.
+/// Condition that a scene must produce.
 #[derive(Clone, Copy)]
-enum Shows {
+enum Expected {
     Limit(Limits),
     Fault(Fault),
     NoFault,
 }
 
-const fn scene(name: &'static str, ask: Ask, learnt: Learnt) -> Scene {
-    Scene { name, ask, learnt, wrong: Wrong::Nothing, drives_torquer: false, shows: Shows::NoFault }
+const fn scene(name: &'static str, demand: Demand, compensation: CompensationScenario) -> Scene {
+    Scene { name, demand, compensation, disturbance: Disturbance::None, drives_torquer: false, expected: Expected::NoFault }
 }
 
-const fn wrong(name: &'static str, ask: Ask, wrong: Wrong, shows: Shows) -> Scene {
-    Scene { name, ask, learnt: Learnt::Harmonics(8), wrong, drives_torquer: false, shows }
+const fn disturbed(name: &'static str, demand: Demand, disturbance: Disturbance, expected: Expected) -> Scene {
+    Scene { name, demand, compensation: CompensationScenario::Harmonics(8), disturbance, drives_torquer: false, expected }
 }
 
 /// All scenes.
 pub const SCENES: &[Scene] = &[
-    scene("off", Ask::Off, Learnt::Nothing),
-    scene("voltage", Ask::Voltage(3.0), Learnt::Nothing),
-    scene("rate, nothing learnt", Ask::Rate(5.0), Learnt::Nothing),
-    scene("rate, slow", Ask::Rate(0.01), Learnt::Nothing),
-    scene("rate, friction learnt", Ask::Rate(5.0), Learnt::Harmonics(0)),
-    scene("rate, 1 harmonic", Ask::Rate(5.0), Learnt::Harmonics(1)),
-    scene("rate, 3 harmonics", Ask::Rate(5.0), Learnt::Harmonics(3)),
-    scene("rate, 8 harmonics", Ask::Rate(5.0), Learnt::Harmonics(8)),
-    scene("rate, lessons of 8 arriving", Ask::Rate(5.0), Learnt::Lessons(8)),
-    Scene { drives_torquer: true, ..scene("rate, 8 harmonics, drift pulses", Ask::Rate(5.0), Learnt::Harmonics(8)) },
-    wrong("rate, orders fail to come", Ask::Forgotten(5.0), Wrong::Nothing, Shows::Limit(Limits::STARVED)),
-    wrong("rate, jammed: current limit, slip", Ask::Rate(20.0), Wrong::Jammed, Shows::Limit(Limits::SLIPPED)),
-    wrong("rate, acceleration limit", Ask::Rate(34.0), Wrong::Nothing, Shows::Limit(Limits::ACCELERATION)),
-    scene("position, 8 harmonics", Ask::Position(6.0), Learnt::Harmonics(8)),
-    wrong("fault: stop", Ask::Rate(5.0), Wrong::Stop, Shows::Fault(Fault::EmergencyStop)),
-    wrong("fault: encoder lost", Ask::Rate(20.0), Wrong::NoEdges, Shows::Fault(Fault::EncoderLost)),
-    wrong("fault: supply low", Ask::Rate(5.0), Wrong::LowSupply, Shows::Fault(Fault::SupplyLow)),
-    wrong("fault: stall", Ask::Push(3.3), Wrong::Jammed, Shows::Fault(Fault::Stall)),
-    wrong("rate, index lost", Ask::Rate(5.0), Wrong::NoIndex, Shows::NoFault),
-    wrong("fault: overspeed", Ask::Rate(5.0), Wrong::Turned(46.0), Shows::Fault(Fault::Overspeed)),
-    wrong("fault: clock, cleared each row", Ask::Rate(5.0), Wrong::LosesTicks(7), Shows::Fault(Fault::Clock)),
+    scene("off", Demand::Off, CompensationScenario::None),
+    scene("voltage", Demand::Voltage(3.0), CompensationScenario::None),
+    scene("rate, no compensation", Demand::Rate(5.0), CompensationScenario::None),
+    scene("rate, slow", Demand::Rate(0.01), CompensationScenario::None),
+    scene("rate, friction compensated", Demand::Rate(5.0), CompensationScenario::Harmonics(0)),
+    scene("rate, 1 harmonic", Demand::Rate(5.0), CompensationScenario::Harmonics(1)),
+    scene("rate, 3 harmonics", Demand::Rate(5.0), CompensationScenario::Harmonics(3)),
+    scene("rate, 8 harmonics", Demand::Rate(5.0), CompensationScenario::Harmonics(8)),
+    scene("rate, 8 harmonics updated while running", Demand::Rate(5.0), CompensationScenario::Updates(8)),
+    Scene { drives_torquer: true, ..scene("rate, 8 harmonics, drift pulses", Demand::Rate(5.0), CompensationScenario::Harmonics(8)) },
+    disturbed("rate, commands stop arriving", Demand::Single(5.0), Disturbance::None, Expected::Limit(Limits::STARVED)),
+    disturbed("rate, blocked: current limit, slip", Demand::Rate(20.0), Disturbance::Blocked, Expected::Limit(Limits::SLIPPED)),
+    disturbed("rate, acceleration limit", Demand::Rate(34.0), Disturbance::None, Expected::Limit(Limits::ACCELERATION)),
+    scene("position, 8 harmonics", Demand::Position(6.0), CompensationScenario::Harmonics(8)),
+    disturbed("fault: stop", Demand::Rate(5.0), Disturbance::Stop, Expected::Fault(Fault::EmergencyStop)),
+    disturbed("fault: encoder lost", Demand::Rate(20.0), Disturbance::NoEdges, Expected::Fault(Fault::EncoderLost)),
+    disturbed("fault: supply low", Demand::Rate(5.0), Disturbance::LowSupply, Expected::Fault(Fault::SupplyLow)),
+    disturbed("fault: stall", Demand::Step(3.3), Disturbance::Blocked, Expected::Fault(Fault::Stall)),
+    disturbed("rate, index lost", Demand::Rate(5.0), Disturbance::NoIndex, Expected::NoFault),
+    disturbed("fault: overspeed", Demand::Rate(5.0), Disturbance::ExternallyDriven(46.0), Expected::Fault(Fault::Overspeed)),
+    disturbed("fault: clock, cleared each row", Demand::Rate(5.0), Disturbance::LosesTicks(7), Expected::Fault(Fault::Clock)),
 ];
 
-/// The torquer's converter and what is left of the ring of conversions, in the place of the registers; the ring is the board's.
+/// Replacement for the torquer's converter and for the ring buffer's transfer counter.
 static CONVERTER: AtomicU32 = AtomicU32::new(0);
 static LEFT: AtomicU32 = AtomicU32::new(0);
 const CHANNELS: u32 = 5;
@@ -105,18 +105,18 @@ const SWEEPS: u32 = 64;
 static OUTPUT: TimedOutput = TimedOutput::new();
 static MEMORY: Memory = Memory::new();
 
-/// Plays a scene from power-on and counts each of its ticks.
+/// Plays a scene from power-on and counts the instructions of each tick.
 ///
 /// # Panics
-/// If the scene does not show what it is there for.
+/// The scene does not produce its expected condition.
 pub fn play(scene: &Scene, meter: &Meter) -> Tally {
     let hardware = Hardware::default();
-    let harmonics = match scene.learnt {
-        Learnt::Nothing => None,
-        Learnt::Harmonics(n) | Learnt::Lessons(n) => Some(n),
+    let harmonics = match scene.compensation {
+        CompensationScenario::None => None,
+        CompensationScenario::Harmonics(n) | CompensationScenario::Updates(n) => Some(n),
     };
-    let settings = Settings { compensation: compensation(harmonics), ..Settings::default() };
-    let config = Config::new(&settings, &hardware).unwrap_or_else(|wrong| panic!("{}: {wrong}", scene.name));
+    let settings = Settings { compensation: compensation_of(harmonics), ..Settings::default() };
+    let config = Config::new(&settings, &hardware).unwrap_or_else(|error| panic!("{}: {error}", scene.name));
     let mailboxes = Mailboxes::new();
     let mut interrupt = Interrupt::new(SpeedLoop::new(config), &mailboxes).recording(MEMORY.recorder(1_500));
     let mut motor = Motor::new(hardware, settings);
@@ -127,21 +127,21 @@ pub fn play(scene: &Scene, meter: &Meter) -> Tally {
     while n < TICKS {
         n = motor.pass();
         if n == TICKS / 2 {
-            motor.wrong = scene.wrong;
+            motor.disturbance = scene.disturbance;
         }
         if n % CONTROL_PER_ROW == 5 {
-            if scene.wrong == Wrong::LosesTicks(7) {
+            if scene.disturbance == Disturbance::LosesTicks(7) {
                 clear += 1;
             }
-            if let Some(segment) = asked(scene.ask, &hardware, n) {
+            if let Some(segment) = segment_at(scene.demand, &hardware, n) {
                 mailboxes.commands.post(Command { segment, clear, ..Command::default() });
             }
         }
-        if n % 100 == 0 && matches!(scene.learnt, Learnt::Lessons(_)) {
+        if n % 100 == 0 && matches!(scene.compensation, CompensationScenario::Updates(_)) {
             mailboxes.compensation.post(config.compensation());
         }
         if scene.drives_torquer && n % CONTROL_PER_ROW == 3 {
-            // As the measurement's task does it: the sample of this millisecond, and a pulse for the next.
+            // As the measurement task does: it takes the sample of this millisecond and sets the pulse of the next.
             LEFT.store(n as u32 % (CHANNELS * SWEEPS), Ordering::Relaxed);
             samples += u64::from(OUTPUT.take_sweep().is_some());
             OUTPUT.set((n - 3 + CONTROL_PER_ROW) as u32, if n < TICKS / 2 { 2500 } else { 1500 });
@@ -159,15 +159,15 @@ pub fn play(scene: &Scene, meter: &Meter) -> Tally {
         assert!(samples + 2 >= TICKS / CONTROL_PER_ROW, "{}: the torquer took {samples} pulses", scene.name);
         assert_eq!(CONVERTER.load(Ordering::Relaxed), 1500, "{}", scene.name);
     }
-    match scene.shows {
-        Shows::Limit(limit) => assert!(limits.contains(limit), "{}: the limit was never in force: {limits:?}", scene.name),
-        Shows::Fault(awaited) => assert_eq!(fault, awaited, "{}", scene.name),
-        Shows::NoFault => assert_eq!(fault, Fault::None, "{}", scene.name),
+    match scene.expected {
+        Expected::Limit(limit) => assert!(limits.contains(limit), "{}: the limit was never in force: {limits:?}", scene.name),
+        Expected::Fault(awaited) => assert_eq!(fault, awaited, "{}", scene.name),
+        Expected::NoFault => assert_eq!(fault, Fault::None, "{}", scene.name),
     }
     tally
 }
 
-/// The interrupt as the board calls it, the torquer first; a function of its own, so that nothing of it moves past the meter.
+/// The interrupt as the board calls it, torquer first. Not inlined, so that none of its code moves outside the meter.
 #[inline(never)]
 fn tick(interrupt: &mut Interrupt<'_>, motor: &mut Motor, n: u32) {
     if let Some(value) = OUTPUT.take(n) {
@@ -177,29 +177,31 @@ fn tick(interrupt: &mut Interrupt<'_>, motor: &mut Motor, n: u32) {
     interrupt.run(motor);
 }
 
-/// The segment that a profile would post at tick `n` for the row after the next.
-fn asked(ask: Ask, hardware: &Hardware, n: u64) -> Option<Segment> {
+/// The segment that a profile posts at tick `n` for the row after next.
+fn segment_at(demand: Demand, hardware: &Hardware, n: u64) -> Option<Segment> {
     let (start, ticks) = (n - n % CONTROL_PER_ROW + CONTROL_PER_ROW, CONTROL_PER_ROW as u16);
-    // A triangle of half a second: the ramp is under way most of the time.
+    // A triangle of half a second: the ramp is active most of the time.
     let triangle = |n: u64| {
         let phase = (n % 5_000) as f64 / 2_500.0;
         1.0 - 2.0 * (phase - 1.0).abs()
     };
-    match ask {
-        Ask::Off => Some(Segment::off(start)),
-        Ask::Voltage(volts) => Some(Segment::voltage(hardware, start, ticks, if n % 5_000 < 2_500 { volts } else { -volts })),
-        Ask::Rate(rad_s) => Some(Segment::rate(hardware, start, ticks, rad_s * triangle(start), rad_s * triangle(start + CONTROL_PER_ROW))),
-        Ask::Push(volts) => Some(Segment::voltage(hardware, start, ticks, if n < TICKS / 2 { 0.0 } else { volts })),
-        Ask::Position(rad) => {
+    match demand {
+        Demand::Off => Some(Segment::off(start)),
+        Demand::Voltage(volts) => Some(Segment::voltage(hardware, start, ticks, if n % 5_000 < 2_500 { volts } else { -volts })),
+        Demand::Rate(rad_s) => {
+            Some(Segment::rate(hardware, start, ticks, rad_s * triangle(start), rad_s * triangle(start + CONTROL_PER_ROW)))
+        }
+        Demand::Step(volts) => Some(Segment::voltage(hardware, start, ticks, if n < TICKS / 2 { 0.0 } else { volts })),
+        Demand::Position(rad) => {
             let rad = if n % 10_000 < 5_000 { rad } else { -rad };
             Some(Segment::position(hardware, start, Zero::PowerOn, rad, Some(20.0)))
         }
-        Ask::Forgotten(rad_s) => (n < 10).then(|| Segment::rate(hardware, start, ticks, 0.0, rad_s)),
+        Demand::Single(rad_s) => (n < 10).then(|| Segment::rate(hardware, start, ticks, 0.0, rad_s)),
     }
 }
 
-/// Friction and `harmonics` harmonics; nothing where there is `None`.
-fn compensation(harmonics: Option<usize>) -> Compensation {
+/// Friction and `harmonics` harmonics; no compensation for `None`.
+fn compensation_of(harmonics: Option<usize>) -> Compensation {
     let Some(n) = harmonics else { return Compensation::default() };
     let harmonics = (1..=n).map(|k| Harmonic { order: 7 * k as u16, torque_N_m: 2e-3 / k as f64, phase_rad: 0.7 * k as f64 });
     Compensation {

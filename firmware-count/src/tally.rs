@@ -1,6 +1,6 @@
-//! How often each number of instructions came.
+//! Histogram of instruction counts.
 
-/// Counts from here on are one bucket.
+/// Larger counts share the last bucket.
 const BUCKETS: usize = 4096;
 
 /// A histogram with one bucket per instruction.
@@ -11,24 +11,24 @@ pub struct Tally {
 }
 
 impl Tally {
-    /// Nothing yet.
+    /// An empty histogram.
     pub const fn new() -> Self {
         Self { buckets: [0; BUCKETS], ticks: 0, greatest: 0 }
     }
 
-    /// One more tick.
+    /// Adds one tick.
     pub fn add(&mut self, instructions: u32) {
         self.buckets[(instructions as usize).min(BUCKETS - 1)] += 1;
         self.ticks += 1;
         self.greatest = self.greatest.max(instructions);
     }
 
-    /// How many ticks there were.
+    /// Number of ticks.
     pub fn ticks(&self) -> u32 {
         self.ticks
     }
 
-    /// Half of the ticks took no more.
+    /// Median of the instructions per tick.
     pub fn median(&self) -> usize {
         let mut below = 0;
         self.buckets
@@ -40,7 +40,7 @@ impl Tally {
             .unwrap_or(0)
     }
 
-    /// No tick took more.
+    /// Greatest number of instructions of a tick.
     pub fn greatest(&self) -> u32 {
         self.greatest
     }

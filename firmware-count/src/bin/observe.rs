@@ -1,7 +1,7 @@
-//! The observer's law on the target's instruction set: the discrete vectors of theory §1.6, and what a step takes.
+//! Checks the discrete observer on the target's instruction set (vectors of docs/theory.md §1.6) and counts the instructions of a step.
 //!
-//! Runs as the counter of the tick does, under QEMU with `-icount shift=10`. A vector that does not come out is a panic, and QEMU ends with a failure.
-//! Out: a line for each observer, `what|states|instructions of a step`.
+//! Runs under QEMU with `-icount shift=10`. A deviation from a vector panics and QEMU exits with a failure.
+//! Output: one line per observer, `name|states|instructions per step`.
 #![no_std]
 #![no_main]
 
@@ -19,7 +19,7 @@ use panic_semihosting as _;
 use stand_firmware::gyro_loop::observer::{Design, Observer, Real};
 use vectors::{GAIN_5, GAIN_6, GAIN_7, GAMMA_5, GAMMA_6, GAMMA_7, PHI_5, PHI_6, PHI_7};
 
-/// After so many steps: α − α̂ and α′ − α̂′ of the static observer, of the astatic one, its moment; and the tolerance.
+/// Step; α − α̂ and α′ − α̂′ of the static and of the astatic observer; estimated moment of the astatic one; relative tolerance.
 type Vector = (u32, [f64; 2], [f64; 2], f64, f64);
 const VECTORS: [Vector; 3] = [
     (300, [-8.481336e-5, -7.962803e-3], [6.491505e-5, 9.828458e-3], -7.919037e-3, 1e-5),
@@ -32,8 +32,8 @@ const MOMENT_N_M: f64 = 1e-5;
 fn main() -> ! {
     let Some(core) = cortex_m::Peripherals::take() else { panic!("the core's peripherals were taken before") };
     let meter = Meter::calibrate(core.SYST);
-    vectors_come_out();
-    hprintln!("# the vectors of theory §1.6 come out on this instruction set");
+    check_vectors();
+    hprintln!("# the vectors of docs/theory.md §1.6 are reproduced on this instruction set");
     count::<f64, 7>(&meter, "six states, astatic, double", &PHI_7, &GAMMA_7, &GAIN_7);
     count::<f64, 5>(&meter, "four states, astatic, double", &PHI_5, &GAMMA_5, &GAIN_5);
     count::<f32, 7>(&meter, "six states, astatic, single", &PHI_7, &GAMMA_7, &GAIN_7);
@@ -47,41 +47,41 @@ fn main() -> ! {
 fn design<T: Real, const N: usize>(phi: &[[f64; N]; N], gamma: &[f64; N], gain: &[f64; N]) -> Design<T, N> {
     match Design::new(phi, gamma, gain) {
         Ok(design) => design,
-        Err(wrong) => panic!("{}", wrong.parameter()),
+        Err(error) => panic!("{}", error.parameter()),
     }
 }
 
-fn vectors_come_out() {
+fn check_vectors() {
     let fixed = design::<f64, 6>(&PHI_6, &GAMMA_6, &GAIN_6);
     let astatic = design::<f64, 7>(&PHI_7, &GAMMA_7, &GAIN_7);
     let mut plant = [1e-3, 0.0, 0.0, 0.0, 0.0, 0.0];
-    let (mut one, mut other) = (Observer::at(0.0), Observer::at(0.0));
+    let (mut static_observer, mut astatic_observer) = (Observer::at(0.0), Observer::at(0.0));
     for step in 1..=2000 {
-        one.step(&fixed, plant[0], 0.0);
-        other.step(&astatic, plant[0], 0.0);
+        static_observer.step(&fixed, plant[0], 0.0);
+        astatic_observer.step(&astatic, plant[0], 0.0);
         let before = plant;
         for (next, (row, gamma)) in plant.iter_mut().zip(PHI_6.iter().zip(&GAMMA_6)) {
             *next = row.iter().zip(&before).map(|(phi, x)| phi * x).sum::<f64>() + gamma * MOMENT_N_M;
         }
-        for (at, of_one, of_other, moment, tolerance) in VECTORS.iter().filter(|vector| vector.0 == step) {
+        for (at, expected_static, expected_astatic, moment, tolerance) in VECTORS.iter().filter(|vector| vector.0 == step) {
             for k in 0..2 {
-                near(*at, plant[k] - one.estimate()[k], of_one[k], *tolerance);
-                near(*at, plant[k] - other.estimate()[k], of_other[k], *tolerance);
+                assert_near(*at, plant[k] - static_observer.estimate()[k], expected_static[k], *tolerance);
+                assert_near(*at, plant[k] - astatic_observer.estimate()[k], expected_astatic[k], *tolerance);
             }
-            near(*at, other.estimate()[6], *moment, *tolerance);
+            assert_near(*at, astatic_observer.estimate()[6], *moment, *tolerance);
         }
     }
 }
 
-/// What is left of nothing is the rounding of angles of a milliradian, 300 times as much in a rate.
-fn near(step: u32, value: f64, expected: f64, relative: f64) {
+/// An expected zero is compared with the rounding error of milliradian angles, 300 times larger in a rate.
+fn assert_near(step: u32, value: f64, expected: f64, relative: f64) {
     let off = value - expected;
     let most = relative * expected.abs() + if expected == 0.0 { 3e-13 } else { 0.0 };
     assert!(off.abs() <= most, "step {step}: {value:e} is not {expected:e}");
 }
 
-/// Instructions of a step in the middle of a run, where no number is nothing or a power of two.
-fn count<T: Real, const N: usize>(meter: &Meter, what: &str, phi: &[[f64; N]; N], gamma: &[f64; N], gain: &[f64; N]) {
+/// Instructions of a step in mid-run, where no value is zero or a power of two.
+fn count<T: Real, const N: usize>(meter: &Meter, name: &str, phi: &[[f64; N]; N], gamma: &[f64; N], gain: &[f64; N]) {
     let design = design::<T, N>(phi, gamma, gain);
     let mut observer = Observer::at(T::from_f64(1e-3));
     let mut greatest = 0;
@@ -92,5 +92,5 @@ fn count<T: Real, const N: usize>(meter: &Meter, what: &str, phi: &[[f64; N]; N]
         });
         greatest = greatest.max(instructions);
     }
-    hprintln!("{}|{}|{}", what, N, greatest);
+    hprintln!("{}|{}|{}", name, N, greatest);
 }

@@ -1,7 +1,7 @@
-//! Doors to the tick, the parser and the framing, so that what each can reach shows in one call graph.
+//! Entry points of tick, parser and framing for the call-graph check.
 //!
-//! In the chip's image the compiler melts parser and framing into the tasks, and the walk from a vector does not see where they begin. Here each
-//! is a function with a name that the linker keeps (`reach_…`); scripts/callgraph.py walks from them. Nothing is run.
+//! In the chip's image, the compiler inlines parser and framing into the tasks. Here each has an exported function (`reach_…`) from which
+//! scripts/callgraph.py follows the calls. The program is never run.
 #![no_std]
 #![no_main]
 
@@ -20,7 +20,7 @@ use stand_firmware::telemetry::frame::MAX_FRAME;
 use stand_firmware::telemetry::{Body, Channels, Deframer, RowFrame, encode};
 use stand_firmware::text::{Significant, Truncated};
 
-/// A bridge and an encoder of which the compiler knows nothing.
+/// A bridge and an encoder that are opaque to the compiler.
 struct Io;
 
 impl TickIo for Io {
@@ -97,7 +97,7 @@ fn main() -> ! {
     }
 }
 
-/// The tick needs what is made by much else; it is only to be linked.
+/// Links the tick; the call is never executed.
 fn tick() {
     if let Some(interrupt) = black_box(None::<&mut Interrupt<'static>>) {
         reach_tick(interrupt);
