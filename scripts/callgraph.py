@@ -57,7 +57,7 @@ def graph(tool, image):
     return names, {caller: {whole(target) for target in targets} for caller, targets in calls.items()}, length, frames
 
 
-def walk(names, calls, length, entry, double):
+def defects_reached(names, calls, length, entry, double):
     """Messages about forbidden functions reachable from `entry`."""
     start = next((address for address, name in names.items() if name == entry), None)
     if start is None:
@@ -107,8 +107,8 @@ def main():
         failed = frames[largest[0]] > limit
     for argument in arguments:
         entry, *rules = argument.split(":")
-        for wrong in walk(names, calls, length, entry, "+double" in rules):
-            print(f"{entry}: {wrong}")
+        for defect in defects_reached(names, calls, length, entry, "+double" in rules):
+            print(f"{entry}: {defect}")
             failed = True
     if failed:
         sys.exit("a stack frame is too large, or a call graph reaches a forbidden function")

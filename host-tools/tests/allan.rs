@@ -53,7 +53,7 @@ fn deviations_of_the_thousand_points_of_sp_1065_are_as_published() {
         })
         .collect();
     let series = whole(points);
-    // Seven digits are printed, so half of the last one is the tolerance where that is more than 1e-6.
+    // Seven digits are printed: half of the last digit is the tolerance where that exceeds 1e-6.
     let printed = &data["published_m_1_10_100"];
     for (key, found) in [("OADEV", series.overlapping(&[1, 10, 100])), ("ADEV", series.plain(&[1, 10, 100]))] {
         for (found, wanted) in deviations(&found).iter().zip(numbers(&printed[key])) {
@@ -87,7 +87,7 @@ fn deviations_of_ten_phase_points_are_as_published() {
 
 #[test]
 fn ramp_sine_and_white_noise_match_closed_forms() {
-    // R τ/√2, however long the record.
+    // R τ/√2, independent of the record's length.
     let series = whole((0..1_000_000).map(|k| 9.81 + 1e-9 * f64::from(k)).collect());
     for found in series.overlapping(&[1, 64, 4096, 300_000]) {
         close(found.variance.sqrt(), 1e-9 * found.factor as f64 / 2_f64.sqrt(), 1e-6, "ramp on an offset");
@@ -96,7 +96,7 @@ fn ramp_sine_and_white_noise_match_closed_forms() {
     for found in series.overlapping(&[1, 64, 4096, 300_000]) {
         close(found.variance.sqrt(), 1e-3 * found.factor as f64 / 2_f64.sqrt(), 1e-9, "ramp");
     }
-    // A sin²(πfτ)/(πfτ) of a sine in continuous time. Each row is its mean over the row: then it holds for rows too; over whole periods.
+    // A sin²(πfτ)/(πfτ) for a sine in continuous time. It holds for rows that are means over the row, over whole periods.
     let (amplitude, period) = (0.3, 1000.0);
     let angle = |k: f64| (std::f64::consts::TAU * k / period).cos();
     let mean = |k: i32| amplitude * period / std::f64::consts::TAU * (angle(f64::from(k)) - angle(f64::from(k) + 1.0));
@@ -118,7 +118,7 @@ fn ramp_sine_and_white_noise_match_closed_forms() {
 
 #[test]
 fn deviation_of_ten_million_rows_has_nine_digits() {
-    // Whole numbers, whose sums are exact in i128: offset, ramp and noise at once.
+    // Integers with exact sums in i128: offset, ramp and noise together.
     let rows = 10_000_000_usize;
     let mut state = 7_u64;
     let whole_numbers: Vec<i64> = (0..rows)
@@ -142,8 +142,8 @@ fn deviation_of_ten_million_rows_has_nine_digits() {
 
 #[test]
 fn pulse_pairs_of_opposite_sign_are_the_allan_deviation_of_the_angle() {
-    // (13) takes the mean angle in the second pulse from that in the first: ω̂ = (θ̄₂ − θ̄₁)/T. So σ_θ(T) = T rms(ω̂)/√2, with the trapezoid's half
-    // weights as averages of neighbouring angles: overlapping for pairs that begin at every sample, plain for pairs that begin at every pulse.
+    // (13) is the mean angle of the second pulse minus that of the first: ω̂ = (θ̄₂ − θ̄₁)/T. So σ_θ(T) = T rms(ω̂)/√2, with the trapezoid's half
+    // weights as averages of neighbouring angles: overlapping for pairs that start at every sample, plain for pairs that start at every pulse.
     let (per_pulse, pulse_s) = (250, 5.0);
     let mut rate = Noise::new(3, 0, 1e-4);
     let mut theta = 1e-3;
@@ -197,7 +197,7 @@ fn long_log_needs_the_memory_of_one_column() {
     const LOG: &str = "STAND_ALLAN_LOG";
     let rows = 1 << 22;
     let column = 8.0 * f64::from(rows);
-    // The measured process is another one: this test again, with the log's name.
+    // The measurement runs in a child process: this test with the log's name.
     if let Some(log) = std::env::var_os(LOG) {
         let before = peak();
         let request =
@@ -205,7 +205,7 @@ fn long_log_needs_the_memory_of_one_column() {
         assert_eq!(request.answer().unwrap().rows, rows as usize);
         let grown = peak() - before;
         println!("{:.1} MB for a column of {:.1} MB", grown / 1e6, column / 1e6);
-        // Parquet's pages and their dictionary come to some megabytes; a second column would be 34.
+        // Parquet's pages and dictionary take some megabytes; a second column would take 34.
         assert!(grown < column + 16e6, "{grown} bytes for a column of {column}");
         return;
     }
@@ -220,13 +220,17 @@ fn long_log_needs_the_memory_of_one_column() {
         let path = folder.path().join(name);
         log.write(&path).unwrap();
         let this = std::env::current_exe().unwrap();
-        let ran = Command::new(this)
+        let output = Command::new(this)
             .args(["--exact", "long_log_needs_the_memory_of_one_column", "--nocapture"])
             .env(LOG, &path)
             .output()
             .unwrap();
-        let said = String::from_utf8_lossy(&ran.stdout).into_owned();
-        assert!(ran.status.success() && said.contains("MB for a column"), "{name}: {said}{}", String::from_utf8_lossy(&ran.stderr));
-        println!("{name}: {}", said.lines().find(|l| l.contains("MB for")).unwrap());
+        let printed = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(
+            output.status.success() && printed.contains("MB for a column"),
+            "{name}: {printed}{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+        println!("{name}: {}", printed.lines().find(|l| l.contains("MB for")).unwrap());
     }
 }

@@ -8,7 +8,7 @@ mod gyro_noise;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use common::{Ran, stand};
+use common::{RunOutput, stand};
 use gyro_noise::{DEG_H, Gyro};
 use serde_json::Value;
 use tempfile::TempDir;
@@ -30,7 +30,7 @@ fn evenly(rows: usize, interval_s: f64) -> Vec<f64> {
 }
 
 fn allan(folder: &Path, column: &str) -> Value {
-    stand(folder, &["allan", "log.csv", "--column", column, "--json", "-"]).well().json()
+    stand(folder, &["allan", "log.csv", "--column", column, "--json", "-"]).succeeded().json()
 }
 
 fn number(answer: &Value, path: &str) -> f64 {
@@ -59,20 +59,20 @@ fn gyro_coefficients_are_in_degrees_and_hours() {
         assert!(answer[key]["value"].is_null() && answer[key]["sigma"].is_null(), "{key}: {}", answer[key]);
         assert!(answer[key]["says"].as_str().unwrap().starts_with("not significant in this record: below "), "{}", answer[key]);
     }
-    // √2 N: N in °/√h is a sixtieth of it in (°/h)/√Hz.
+    // √2 N: N in °/√h is a sixtieth of that in (°/h)/√Hz.
     let n = number(&answer, "/angle_random_walk_deg_sqrt_h/value");
     let density = number(&answer, "/density_one_sided/deg_h_sqrt_Hz/value");
     assert!((density / (2_f64.sqrt() * 60.0 * n) - 1.0).abs() < 1e-12);
     assert!((number(&answer, "/density_one_sided/deg_s_sqrt_Hz/value") / (density / 3600.0) - 1.0).abs() < 1e-12);
-    // The lists go together, and no number is more than the record can show.
+    // The lists have equal lengths, and no number exceeds the record's resolution.
     let count = answer["tau_s"].as_array().unwrap().len();
     for list in ["oadev", "adev", "n", "n_adev", "degrees_of_freedom", "interval_68", "interval_95", "fitted", "strongest"] {
         assert_eq!(answer[list].as_array().unwrap().len(), count, "{list}");
     }
     assert_eq!((count, number(&answer, "/samples")), (18, f64::from(1 << 18)));
     assert!(number(&answer, "/read_s/1") <= number(&answer, "/duration_s") / 10.0);
-    // Words say the same.
-    let text = stand(folder.path(), &["allan", "log.csv", "--column", "gyro_rad_s"]).well().out;
+    // The text gives the results of the JSON.
+    let text = stand(folder.path(), &["allan", "log.csv", "--column", "gyro_rad_s"]).succeeded().out;
     for word in ["angle random walk  N  0.", "one-sided density √2 N = ", "bias instability   B  ", "T/10", "0.664", "beyond T/10"] {
         assert!(text.contains(word), "{word}: {text}");
     }
@@ -118,7 +118,7 @@ fn angle_gives_the_deviation_of_its_rate() {
     }
     assert!(
         stand(log(&evenly(20_001, 0.05), &angles, "theta_rad").path(), &["allan", "log.csv", "--column", "theta_rad"])
-            .well()
+            .succeeded()
             .out
             .contains("interpreted as an integral")
     );
@@ -127,7 +127,7 @@ fn angle_gives_the_deviation_of_its_rate() {
 #[test]
 fn gaps_are_reported_and_not_crossed() {
     let rates = Gyro { white: 1e-4, ..Gyro::default() }.rates(30_000, 0.01, 6);
-    // Two gaps, and after each the bias is another: a difference across one would show as a walk.
+    // Two gaps, each followed by another bias: a difference across a gap would appear as a random walk.
     let (mut times, mut values) = (Vec::new(), Vec::new());
     for (k, rate) in rates.iter().enumerate() {
         if !(10_000..11_000).contains(&k) && !(20_000..20_003).contains(&k) {
@@ -150,7 +150,7 @@ fn gaps_are_reported_and_not_crossed() {
 fn bursts_are_spaced_evenly() {
     let rows = 32_000;
     let rates = Gyro { white: 1e-4, ..Gyro::default() }.rates(rows, 0.01, 7);
-    // 32 samples at a time, fetched up to 60 ms late; the stamps within a burst are 10 µs apart. 320 samples are lost in the middle.
+    // Bursts of 32 samples, fetched up to 60 ms late; time stamps within a burst are 10 µs apart. 320 samples are lost in the middle.
     let mut state = 3_u64;
     let mut times = Vec::new();
     for burst in 0..rows / 32 {
@@ -176,7 +176,7 @@ fn quantisation_is_reported_and_harmless() {
     let steps: Vec<f64> = rates.iter().map(|rate| (rate / 5e-3).round() * 5e-3).collect();
     let answer = allan(log(&evenly(50_000, 0.01), &steps, "gyro_rad_s").path(), "gyro_rad_s");
     assert!((number(&answer, "/quantum") / 5e-3 - 1.0).abs() < 1e-6);
-    // The step's own noise, LSB²/12, adds to the rate's.
+    // The quantisation noise, LSB²/12, adds to the rate's.
     let wanted = (1e-6 + 25e-6 / 12.0 * 0.01_f64).sqrt().to_degrees() * 60.0;
     within(&answer, "angle_random_walk_deg_sqrt_h", wanted, 3.5);
 }
@@ -190,7 +190,7 @@ fn periodic_disturbance_is_reported() {
 }
 
 #[track_caller]
-fn refused(ran: &Ran, words: &[&str]) {
+fn refused(ran: &RunOutput, words: &[&str]) {
     assert_eq!((ran.status, ran.out.as_str()), (Some(2), ""), "{ran:?}");
     assert_eq!(ran.err.trim_end().lines().count(), 1, "{}", ran.err);
     words.iter().for_each(|word| assert!(ran.err.contains(word), "{word}: {}", ran.err));
@@ -199,24 +199,24 @@ fn refused(ran: &Ran, words: &[&str]) {
 #[test]
 fn invalid_column_is_an_input_error() {
     let folder = tempfile::tempdir().unwrap();
-    let said = |text: &str, words: &[&str]| {
+    let with_file = |text: &str, words: &[&str]| {
         std::fs::write(folder.path().join("log.csv"), text).unwrap();
         stand(folder.path(), &[&["allan", "log.csv", "--column"], words].concat())
     };
     let rows = "t_s,u_V,gyro_rad_s\n0,1,2\n1,1,3\n2,1,5\n3,1,4\n";
-    refused(&said(rows, &["nonesuch"]), &["log.csv", "nonesuch", "the file has", "u_V, gyro_rad_s"]);
-    refused(&said(rows, &["t_s"]), &["t_s is the time"]);
-    refused(&said(rows, &["u_V"]), &["column u_V is 1 in every row"]);
-    refused(&said(rows, &["gyro_rad_s", "--from", "2.5"]), &["1 rows from 2.5 s", "too few"]);
-    refused(&said(rows, &["gyro_rad_s", "--from", "nan"]), &["--from NaN"]);
-    refused(&said("gyro_rad_s\n1\n2\n", &["gyro_rad_s"]), &["no column t_s"]);
-    refused(&said("t_s,gyro_rad_s\n", &["gyro_rad_s"]), &["no rows"]);
-    refused(&said("t_s,gyro_rad_s\n0,1\n1,NaN\n2,3\n", &["gyro_rad_s"]), &["row 2", "column gyro_rad_s", "NaN"]);
-    refused(&said("t_s,gyro_rad_s\n0,1\n1,2\n1,3\n", &["gyro_rad_s"]), &["row 3", "time 1 s repeats"]);
-    refused(&said("t_s,theta_rad\n0,1\n1,2\n2,3\n3,4\n", &["theta_rad"]), &["column theta_rad is a straight line"]);
+    refused(&with_file(rows, &["nonesuch"]), &["log.csv", "nonesuch", "the file has", "u_V, gyro_rad_s"]);
+    refused(&with_file(rows, &["t_s"]), &["t_s is the time"]);
+    refused(&with_file(rows, &["u_V"]), &["column u_V is 1 in every row"]);
+    refused(&with_file(rows, &["gyro_rad_s", "--from", "2.5"]), &["1 rows from 2.5 s", "too few"]);
+    refused(&with_file(rows, &["gyro_rad_s", "--from", "nan"]), &["--from NaN"]);
+    refused(&with_file("gyro_rad_s\n1\n2\n", &["gyro_rad_s"]), &["no column t_s"]);
+    refused(&with_file("t_s,gyro_rad_s\n", &["gyro_rad_s"]), &["no rows"]);
+    refused(&with_file("t_s,gyro_rad_s\n0,1\n1,NaN\n2,3\n", &["gyro_rad_s"]), &["row 2", "column gyro_rad_s", "NaN"]);
+    refused(&with_file("t_s,gyro_rad_s\n0,1\n1,2\n1,3\n", &["gyro_rad_s"]), &["row 3", "time 1 s repeats"]);
+    refused(&with_file("t_s,theta_rad\n0,1\n1,2\n2,3\n3,4\n", &["theta_rad"]), &["column theta_rad is a straight line"]);
     for rows in 1..=2 {
         let text: String = (0..rows).fold("t_s,gyro_rad_s\n".to_owned(), |text, k| text + &format!("{k},{}\n", k * k));
-        refused(&said(&text, &["gyro_rad_s"]), &["too few"]);
+        refused(&with_file(&text, &["gyro_rad_s"]), &["too few"]);
     }
     refused(&stand(folder.path(), &["allan", "nowhere.parquet", "--column", "u_V"]), &["nowhere.parquet", "cannot be read"]);
 }
@@ -228,7 +228,7 @@ fn few_rows_give_no_coefficients() {
         for column in ["gyro_rad_s", "theta_rad", "anything"] {
             let folder = log(&evenly(rows, 1.0), &rates, column);
             let answer =
-                stand(folder.path(), &["allan", "log.csv", "--column", column, "--json", "-", "--html", "page.html"]).well().json();
+                stand(folder.path(), &["allan", "log.csv", "--column", column, "--json", "-", "--html", "page.html"]).succeeded().json();
             assert!(number(&answer, "/oadev/0") > 0.0, "{rows} {column}");
             if rows < 80 {
                 assert!(answer["coefficients"]["white_noise"]["value"].is_null());
@@ -236,7 +236,7 @@ fn few_rows_give_no_coefficients() {
             }
         }
     }
-    // Every step another one.
+    // Every time step is different.
     let times: Vec<f64> = (0..40).map(|k| f64::from(k * k)).collect();
     let rates = Gyro { white: 1.0, ..Gyro::default() }.rates(40, 1.0, 1);
     assert_eq!(stand(log(&times, &rates, "u_V").path(), &["allan", "log.csv", "--column", "u_V"]).status, Some(0));

@@ -21,12 +21,12 @@ fn whole(rates: Vec<f64>) -> Series {
 
 #[test]
 fn degrees_of_freedom_match_greenhall_and_riley() {
-    // Of white rates m = 1 is exact: z is white less its own past, M²/(M + (M − 1)/2).
+    // For white rates, m = 1 is exact: z is white minus its predecessor, M²/(M + (M − 1)/2).
     let terms = 1023.0;
     let exact = Covariance::new(1, 1, &[(1025, 1)]).degrees_of_freedom(&[0.0, 1.0, 0.0, 0.0, 0.0]);
     close(exact, terms * terms / (terms + (terms - 1.0) / 2.0), 1e-9, "white, m 1");
-    // Greenhall and Riley's formulas (allantools' edf_greenhall, d = 2, overlapping, unmodified) for 1025 angles and α = 0, −1, −2. They average each
-    // angle over a row, which matters for few rows, and stop their sums early, which is good to a few per cent.
+    // Greenhall and Riley's formulas (allantools' edf_greenhall, d = 2, overlapping, unmodified) for 1025 angles and α = 0, −1, −2. They average
+    // each angle over a row, which matters for few rows, and truncate their sums, which is accurate to a few per cent.
     let table: [(usize, [f64; 3]); 2] = [(32, [44.442, 35.719, 28.156]), (128, [9.83, 7.609, 5.903])];
     for (m, wanted) in table {
         let covariance = Covariance::new(m, m, &[(1025, 1)]);
@@ -36,9 +36,9 @@ fn degrees_of_freedom_match_greenhall_and_riley() {
             close(covariance.degrees_of_freedom(&squares), wanted, 0.03, &format!("m {m}, process {p}"));
         }
     }
-    // 95 % of χ² with 10 degrees lies between 3.247 and 20.483 (any table).
+    // 95 % of χ² with 10 degrees is between 3.247 and 20.483 (any table).
     assert!((10.0 * chi_squared_share(0.025, 10.0) - 3.247).abs() < 5e-4 && (10.0 * chi_squared_share(0.975, 10.0) - 20.483).abs() < 5e-4);
-    // Where many degrees are counted otherwise, nothing jumps.
+    // No discontinuity where the formula changes at many degrees of freedom.
     for p in [0.025, 0.16, 0.84, 0.975] {
         close(chi_squared_share(p, 400.001), chi_squared_share(p, 400.0), 2e-5, "many");
     }

@@ -7,11 +7,11 @@ use common::{folder, stand};
 use drive_model::{Coordinate, cards};
 use serde_json::Value;
 
-/// What a field may be.
+/// Type of a field.
 #[derive(Clone, Copy, Debug)]
 enum Is {
     Number,
-    /// A number, or `null` where there is none.
+    /// A number, or `null` if absent.
     NumberOrNull,
     Whole,
     Bool,
@@ -87,7 +87,7 @@ fn outputs_and_failures(answer: &Value, names: &[&str]) {
 #[test]
 fn comparison_json_has_its_fields() {
     let folder = folder();
-    let answer = stand(folder.path(), &["compare", "log.csv", "--model", "model.toml", "--json", "-"]).well().json();
+    let answer = stand(folder.path(), &["compare", "log.csv", "--model", "model.toml", "--json", "-"]).succeeded().json();
     has(&answer, &COMPARED);
     outputs_and_failures(&answer, &["omega_rad_s", "i_A", "theta_rad"]);
     assert_eq!(answer["samples"], 3000);
@@ -97,7 +97,7 @@ fn comparison_json_has_its_fields() {
 #[test]
 fn fit_json_has_its_fields() {
     let folder = folder();
-    let answer = stand(folder.path(), &["fit", "log.csv", "--model", "model.toml", "--json", "-"]).well().json();
+    let answer = stand(folder.path(), &["fit", "log.csv", "--model", "model.toml", "--json", "-"]).succeeded().json();
     has(&answer, &COMPARED);
     has(&answer, &[("parameters", Is::Object), ("not_identifiable", Is::List)]);
     outputs_and_failures(&answer, &["omega_rad_s", "i_A", "theta_rad"]);
@@ -107,7 +107,7 @@ fn fit_json_has_its_fields() {
         has(parameter, &[("value", Is::Number), ("sigma", Is::NumberOrNull)]);
         assert!(parameter["sigma"].as_f64().unwrap() > 0.0);
     }
-    // Three seconds are enough for a hundredth of the inertia.
+    // Three seconds are enough for 1 % of the inertia.
     let inertia = parameters["inertia_kg_m2"]["value"].as_f64().unwrap();
     assert!((inertia / 2.5e-4 - 1.0).abs() < 0.01, "{inertia}");
 }
@@ -117,11 +117,11 @@ fn undetermined_parameters_are_named_without_nan() {
     let folder = folder();
     let model = common::MODEL.replace("\"u_V\"", "\"u_V\"\noutputs = [\"omega_rad_s\"]");
     std::fs::write(folder.path().join("rate.toml"), model).unwrap();
-    let ran = stand(folder.path(), &["fit", "log.csv", "--model", "rate.toml", "--json", "-"]).well();
+    let ran = stand(folder.path(), &["fit", "log.csv", "--model", "rate.toml", "--json", "-"]).succeeded();
     assert!(!ran.out.contains("NaN") && !ran.out.contains("inf"), "{}", ran.out);
     let answer = ran.json();
     outputs_and_failures(&answer, &["omega_rad_s"]);
-    // Of J, K, R and frictions a rate under a voltage shows one product less.
+    // Of J, K, R and friction, a rate under a voltage determines one product less.
     let named: Vec<&str> = answer["not_identifiable"].as_array().unwrap().iter().map(|n| n.as_str().unwrap()).collect();
     assert!(named.contains(&"resistance_ohm") && named.contains(&"inertia_kg_m2"), "{named:?}");
 }
@@ -131,7 +131,7 @@ fn sim_json_describes_the_log() {
     let folder = folder();
     let path = folder.path();
     let words = ["sim", "--out", "s.parquet", "--seconds", "0.5", "--hidden", "cogging", "--json", "-"];
-    let answer = stand(path, &words).well().json();
+    let answer = stand(path, &words).succeeded().json();
     has(&answer, &[("log", Is::Text), ("samples", Is::Whole), ("duration_s", Is::Number), ("columns", Is::List), ("notes", Is::Object)]);
     let log = host_tools::log::Log::read(path.join("s.parquet")).unwrap();
     assert_eq!((answer["samples"].as_u64(), answer["log"].as_str()), (Some(log.len() as u64), Some("s.parquet")));
@@ -144,17 +144,17 @@ fn sim_json_describes_the_log() {
     for key in ["stand", "firmware", "profile", "date", "seed", "u_V", "i_A", "omega_rad_s", "theta_zero", "theta_lsb_rad"] {
         assert!(log.note(key).is_some(), "{key}");
     }
-    let revealed = stand(path, &[&words[..], &["--reveal"]].concat()).well().json();
+    let revealed = stand(path, &[&words[..], &["--reveal"]].concat()).succeeded().json();
     has(&revealed["hidden"], &[("effect", Is::Text), ("parameters", Is::Object)]);
 }
 
 #[test]
 fn effects_json_lists_every_effect_and_parameter() {
     let folder = tempfile::tempdir().unwrap();
-    let all = stand(folder.path(), &["effects", "--json", "-"]).well().out;
+    let all = stand(folder.path(), &["effects", "--json", "-"]).succeeded().out;
     for card in cards() {
         assert!(all.contains(&format!("\"{}\"", card.id)), "{}", card.id);
-        let one = stand(folder.path(), &["effects", card.id, "--json", "-"]).well();
+        let one = stand(folder.path(), &["effects", card.id, "--json", "-"]).succeeded();
         one.json();
         for parameter in card.parameters {
             assert!(one.out.contains(&format!("\"{}\"", parameter.name)), "{}: {}", card.id, parameter.name);
@@ -162,11 +162,11 @@ fn effects_json_lists_every_effect_and_parameter() {
     }
 }
 
-/// `stand` with nothing after it: the session, the comparison, the fit, the report.
+/// `stand` without arguments: session, comparison, fit, report.
 #[test]
 fn demonstration_runs_without_arguments() {
     let folder = tempfile::tempdir().unwrap();
-    let ran = stand(folder.path(), &[]).well();
+    let ran = stand(folder.path(), &[]).succeeded();
     for word in ["omega_rad_s", "inertia_kg_m2", "cogging"] {
         assert!(ran.out.contains(word), "{word}: {}", ran.out);
     }
@@ -174,6 +174,6 @@ fn demonstration_runs_without_arguments() {
     for ending in [".parquet", ".toml", ".html"] {
         assert!(files.iter().any(|(name, bytes)| name.ends_with(ending) && !bytes.is_empty()), "{ending}: {:?}", files.keys());
     }
-    // Again, over what it left.
-    stand(folder.path(), &[]).well();
+    // Again, with the previous output present.
+    stand(folder.path(), &[]).succeeded();
 }

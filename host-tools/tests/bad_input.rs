@@ -5,19 +5,19 @@ mod common;
 
 use std::path::Path;
 
-use common::{MODEL, Ran, command, files, folder, stand};
+use common::{MODEL, RunOutput, command, files, folder, stand};
 use host_tools::log::{Column, Log};
 use serde_json::Value;
 
-/// The command is refused: status 2, nothing on standard output, one line on standard error that says each of `says`; no file is made,
-/// changed or lost.
+/// Asserts a refusal: status 2, empty standard output, one line on standard error that contains each of `expected`; no file is created, changed or
+/// removed.
 #[track_caller]
-fn refused(folder: &Path, words: &[&str], says: &[&str]) {
+fn refused(folder: &Path, words: &[&str], expected: &[&str]) {
     let before = files(folder);
-    let Ran { status, out, err } = stand(folder, words);
+    let RunOutput { status, out, err } = stand(folder, words);
     assert_eq!((status, out.as_str()), (Some(2), ""), "{words:?}: {err}");
     assert!(err.starts_with("stand: ") && err.ends_with('\n') && err.trim_end().lines().count() == 1, "{words:?}: one line: {err:?}");
-    for word in says {
+    for word in expected {
         assert!(err.contains(word), "{words:?} should say {word:?}: {err}");
     }
     assert!(!err.contains("panicked"), "{err}");
@@ -25,24 +25,24 @@ fn refused(folder: &Path, words: &[&str], says: &[&str]) {
     assert!(before == after, "{words:?}: files before {:?}, after {:?}", before.keys(), after.keys());
 }
 
-/// With all outputs that a fit can have; two of them exist already and must stay.
+/// With all outputs of a fit; two of them already exist and must remain.
 #[track_caller]
-fn refused_log(folder: &Path, log: &str, says: &[&str]) {
+fn refused_log(folder: &Path, log: &str, expected: &[&str]) {
     for kept in ["kept.json", "kept.toml"] {
         std::fs::write(folder.join(kept), "before").unwrap();
     }
-    refused(folder, &["compare", log, "--model", "model.toml", "--json", "new.json", "--html", "new.html"], says);
-    refused(folder, &["fit", log, "--model", "model.toml", "--json", "kept.json", "--html", "new.html", "--out", "kept.toml"], says);
+    refused(folder, &["compare", log, "--model", "model.toml", "--json", "new.json", "--html", "new.html"], expected);
+    refused(folder, &["fit", log, "--model", "model.toml", "--json", "kept.json", "--html", "new.html", "--out", "kept.toml"], expected);
 }
 
-/// Lines of a good log, to spoil.
+/// Lines of a valid log.
 fn good() -> Vec<String> {
     let mut lines = vec!["# stand: 3".to_owned(), "t_s,u_V,omega_rad_s".to_owned()];
     lines.extend((0..40).map(|k| format!("{},{},{}", f64::from(k) * 0.001, k % 7, f64::from(k) * 0.01 + 0.005)));
     lines
 }
 
-/// Row `row` (counted from 1) stands in this line.
+/// Line number of row `row` (counted from 1).
 fn line_of(row: usize) -> usize {
     row + 1
 }
@@ -126,14 +126,14 @@ fn error_of_a_file_that_is_not_a_log_names_the_file() {
 fn bad_model_error_names_position_and_parameter() {
     let folder = folder();
     let path = folder.path();
-    let bad = |text: &str, says: &[&str]| {
+    let bad = |text: &str, expected: &[&str]| {
         std::fs::write(path.join("bad.toml"), text).unwrap();
-        let says: Vec<&str> = says.iter().copied().chain(["bad.toml"]).collect();
-        refused(path, &["compare", "log.csv", "--model", "bad.toml", "--json", "-"], &says);
-        refused(path, &["fit", "log.parquet", "--model", "bad.toml", "--out", "model.toml"], &says);
-        refused(path, &["model", "show", "bad.toml"], &says);
-        refused(path, &["model", "add", "bad.toml", "cogging"], &says);
-        refused(path, &["model", "set", "bad.toml", "inertia_kg_m2", "3e-4"], &says);
+        let expected: Vec<&str> = expected.iter().copied().chain(["bad.toml"]).collect();
+        refused(path, &["compare", "log.csv", "--model", "bad.toml", "--json", "-"], &expected);
+        refused(path, &["fit", "log.parquet", "--model", "bad.toml", "--out", "model.toml"], &expected);
+        refused(path, &["model", "show", "bad.toml"], &expected);
+        refused(path, &["model", "add", "bad.toml", "cogging"], &expected);
+        refused(path, &["model", "set", "bad.toml", "inertia_kg_m2", "3e-4"], &expected);
     };
     let with = |from: &str, to: &str| {
         assert!(MODEL.contains(from));
@@ -220,14 +220,14 @@ fn missing_folder_is_rejected_before_anything_is_written() {
     refused(path, &["sim", "--out", "folder.csv", "--seconds", "1"], &["folder.csv", "folder"]);
 }
 
-/// `--out` is a log that exists: it stays.
+/// `--out` is an existing log: it remains.
 #[test]
 fn bad_session_error_names_the_parameter() {
     let folder = folder();
     let path = folder.path();
-    let bad = |words: &[&str], says: &[&str]| {
+    let bad = |words: &[&str], expected: &[&str]| {
         let all: Vec<&str> = ["sim", "--out", "log.csv", "--json", "new.json"].iter().chain(words).copied().collect();
-        refused(path, &all, says);
+        refused(path, &all, expected);
     };
     bad(&["--seconds", "0"], &["seconds", "0"]);
     bad(&["--seconds", "-1"], &["seconds", "-1"]);
@@ -258,10 +258,10 @@ fn bad_session_error_names_the_parameter() {
     refused(path, &["compare", "log.csv"], &["--model"]);
     refused(path, &["effects", "coging"], &["coging", "cogging"]);
 
-    let stand = |text: &str, says: &[&str]| {
+    let stand = |text: &str, expected: &[&str]| {
         std::fs::write(path.join("bad.toml"), text).unwrap();
-        let says: Vec<&str> = says.iter().copied().chain(["bad.toml"]).collect();
-        bad(&["--stand", "bad.toml"], &says);
+        let expected: Vec<&str> = expected.iter().copied().chain(["bad.toml"]).collect();
+        bad(&["--stand", "bad.toml"], &expected);
     };
     stand("[drive\n", &["line 1"]);
     stand("[drive]\ninertia = 1.0\n", &["line 2", "inertia"]);
@@ -287,7 +287,7 @@ fn stand_needs_a_finite_ambient_temperature() {
     refused(path, &["sim", "--out", "log.csv", "--seconds", "1", "--stand", "bad.toml"], &["bad.toml", "ambient_C"]);
 }
 
-/// A log from the good one, its columns changed.
+/// A log derived from the valid one with changed columns.
 fn spoilt(folder: &Path, name: &str, change: impl Fn(&mut Column, &Log)) {
     let log = Log::read(folder.join("log.csv")).unwrap();
     let mut columns = log.columns().to_vec();
@@ -300,8 +300,8 @@ fn spoilt(folder: &Path, name: &str, change: impl Fn(&mut Column, &Log)) {
 fn implausible_log_is_a_result_not_an_error() {
     let folder = folder();
     let path = folder.path();
-    // Beyond 3 s or so there are enough windows for a slope.
-    stand(path, &["sim", "--out", "log.csv", "--seconds", "8"]).well();
+    // From about 3 s on there are enough windows for a slope.
+    stand(path, &["sim", "--out", "log.csv", "--seconds", "8"]).succeeded();
     let scaled = |column: &'static str, factor: f64| {
         move |c: &mut Column, _: &Log| {
             if c.name == column {
@@ -328,9 +328,9 @@ fn implausible_log_is_a_result_not_an_error() {
         }
     });
     spoilt(path, "unplugged.csv", scaled("i_A", 0.0));
-    stand(path, &["sim", "--out", "constant.csv", "--seconds", "3", "--mode", "voltage", "--profile", "constant"]).well();
-    // 10 mV drive 4 mA, a tenth of what the dry friction holds.
-    stand(path, &["sim", "--out", "still.csv", "--seconds", "3", "--mode", "voltage", "--amplitude", "0.01"]).well();
+    stand(path, &["sim", "--out", "constant.csv", "--seconds", "3", "--mode", "voltage", "--profile", "constant"]).succeeded();
+    // 10 mV cause 4 mA, a tenth of the Coulomb friction.
+    stand(path, &["sim", "--out", "still.csv", "--seconds", "3", "--mode", "voltage", "--amplitude", "0.01"]).succeeded();
     let expected = [
         ("degrees.csv", "wrong-unit", "degrees per second?"),
         ("rpm.csv", "wrong-unit", "rpm"),
@@ -342,29 +342,29 @@ fn implausible_log_is_a_result_not_an_error() {
         ("constant.csv", "constant-input", "u_V"),
         ("still.csv", "no-motion", "does not move"),
     ];
-    for (log, code, says) in expected {
+    for (log, code, expected) in expected {
         for verb in ["compare", "fit"] {
-            let ran = stand(path, &[verb, log, "--model", "model.toml", "--json", "-"]).well();
+            let ran = stand(path, &[verb, log, "--model", "model.toml", "--json", "-"]).succeeded();
             let answer = ran.json();
             assert_eq!(answer["verdict"], "bad-log", "{verb} {log}: {}", ran.out);
             let problems: Vec<&Value> = answer["problems"].as_array().unwrap().iter().collect();
             assert_eq!(problems[0]["code"], code, "{verb} {log}: {problems:?}");
-            assert!(problems[0]["says"].as_str().unwrap().contains(says), "{verb} {log}: {problems:?}");
-            // In words for a person too, and nothing is made of such a log.
-            let ran = stand(path, &[verb, log, "--model", "model.toml", "--html", "report.html"]).well();
+            assert!(problems[0]["says"].as_str().unwrap().contains(expected), "{verb} {log}: {problems:?}");
+            // The report also states the problem, and no result is computed from such a log.
+            let ran = stand(path, &[verb, log, "--model", "model.toml", "--html", "report.html"]).succeeded();
             // Lines are wrapped for the terminal.
             let text = ran.out.split_whitespace().collect::<Vec<_>>().join(" ");
-            assert!(text.contains(says), "{verb} {log}: {}", ran.out);
-            assert!(std::fs::read_to_string(path.join("report.html")).unwrap().contains(says), "{verb} {log}");
+            assert!(text.contains(expected), "{verb} {log}: {}", ran.out);
+            assert!(std::fs::read_to_string(path.join("report.html")).unwrap().contains(expected), "{verb} {log}");
         }
-        stand(path, &["fit", log, "--model", "model.toml", "--out", "fitted.toml"]).well();
+        stand(path, &["fit", log, "--model", "model.toml", "--out", "fitted.toml"]).succeeded();
         assert!(!path.join("fitted.toml").exists(), "{log}: no model is fitted to it");
     }
-    let good = stand(path, &["compare", "log.csv", "--model", "model.toml", "--json", "-"]).well().json();
+    let good = stand(path, &["compare", "log.csv", "--model", "model.toml", "--json", "-"]).succeeded().json();
     assert_eq!(good.get("verdict"), None, "the log that these were made of is sound");
 }
 
-/// A cell that was read as a number but is none of this world, as a damaged file has them.
+/// A cell with a physically impossible number, as in a damaged file.
 #[test]
 fn huge_values_cause_no_panic() {
     let folder = folder();
@@ -397,13 +397,13 @@ fn unknown_column_is_listed_and_ignored() {
         made += "\n";
     }
     std::fs::write(path.join("more.csv"), made).unwrap();
-    let plain = stand(path, &["compare", "log.csv", "--model", "model.toml", "--json", "-"]).well().json();
-    let more = stand(path, &["compare", "more.csv", "--model", "model.toml", "--json", "-"]).well().json();
+    let plain = stand(path, &["compare", "log.csv", "--model", "model.toml", "--json", "-"]).succeeded().json();
+    let more = stand(path, &["compare", "more.csv", "--model", "model.toml", "--json", "-"]).succeeded().json();
     assert_eq!(plain["outputs"], more["outputs"]);
     let warnings = more["warnings"].as_array().unwrap();
     assert!(warnings.iter().any(|w| w.as_str().unwrap().contains("pulse_flag")), "{warnings:?}");
-    let said = stand(path, &["compare", "more.csv", "--model", "model.toml"]).well().out;
-    assert!(said.contains("pulse_flag"), "{said}");
+    let printed = stand(path, &["compare", "more.csv", "--model", "model.toml"]).succeeded().out;
+    assert!(printed.contains("pulse_flag"), "{printed}");
 }
 
 #[test]
@@ -419,7 +419,7 @@ fn closed_pipe_is_not_an_error() {
         &["model", "show", "model.toml"],
     ];
     for words in commands {
-        // Closed before the first byte: `| true`; a reader of one line goes away no earlier.
+        // Closed before the first byte, as by `| true`.
         let (reader, writer) = std::io::pipe().unwrap();
         drop(reader);
         let output = command(path, words).stdout(writer).output().unwrap();

@@ -15,15 +15,15 @@ fn names(answer: &Value) -> Vec<&str> {
     answer.as_object().unwrap().keys().map(String::as_str).filter(|name| *name != "record").collect()
 }
 
-/// Every quantity has what the contract names, and its budget makes its uncertainty.
-fn is_by_the_contract(answer: &Value) {
+/// Every quantity has its documented fields, and its budget gives its uncertainty.
+fn assert_documented_fields(answer: &Value) {
     for name in names(answer) {
         let q = &answer[name];
         assert!(q["unit"].is_string() && q["coverage"] == 0.95, "{name}: {q}");
         let (sigma, expanded, k) = (number(q, "sigma"), number(q, "U"), number(q, "k"));
         assert!(number(q, "value").is_finite() && sigma > 0.0 && (expanded / (k * sigma) - 1.0).abs() < 1e-12, "{name}: {q}");
         let budget = q["budget"].as_array().unwrap();
-        // 1.645 is one rectangle's; without one no interval is narrower than the normal one.
+        // 1.645 is the factor of a single rectangle; without one, the normal distribution's is the least.
         let has_bounds = budget.iter().any(|line| line["distribution"] == "rectangular");
         assert!(k >= if has_bounds { 1.64 } else { 1.959 }, "{name}: {k}");
         let sum: f64 = budget.iter().map(|line| number(line, "contribution").powi(2)).sum();
@@ -39,7 +39,7 @@ fn is_by_the_contract(answer: &Value) {
 }
 
 fn json_of(folder: &Path, words: &[&str]) -> Value {
-    stand(folder, &[words, &["--json", "-"]].concat()).well().json()
+    stand(folder, &[words, &["--json", "-"]].concat()).succeeded().json()
 }
 
 #[test]
@@ -48,7 +48,7 @@ fn gyro_calibration_is_reproduced_from_its_folder() {
     let path = folder.path();
     let words =
         ["calibrate", "gyro", "--out", "g", "--serial", "G-7", "--operator", "Ada", "--seed", "4", "--html", "g.html", "--json", "g.json"];
-    let text = stand(path, &words).well().out;
+    let text = stand(path, &words).succeeded().out;
     assert!(
         text.starts_with("calibration gyro G-7: 15 of 15 steps")
             && text.contains("  scale ")
@@ -68,8 +68,8 @@ fn gyro_calibration_is_reproduced_from_its_folder() {
     ] {
         assert!(answer[name]["value"].is_number(), "{name}");
     }
-    is_by_the_contract(&answer);
-    // The results agree with the random device within three expanded uncertainties; another test checks the coverage.
+    assert_documented_fields(&answer);
+    // The results agree with the random device within three expanded uncertainties; the coverage has its own test.
     holds(&answer, &drawn(4), &["scale", "bias_rad_s", "nonlinearity_percent_fs", "quadratic_s"]);
     let record = &answer["record"];
     assert_eq!((&record["serial"], &record["operator"], &record["whole"]), (&"G-7".into(), &"Ada".into(), &true.into()));
@@ -85,17 +85,17 @@ fn gyro_calibration_is_reproduced_from_its_folder() {
             && page.contains("not an accredited certificate")
             && page.contains("misalignment")
     );
-    // Again from the raw logs, by nobody's memory.
+    // Recomputed from the raw logs.
     let again = json_of(path, &["calibrate", "gyro", "--from", "g"]);
     assert_eq!(names(&again), names(&answer));
     for name in names(&answer) {
         assert_eq!(again[name], answer[name], "{name}");
     }
     assert_eq!(again["record"]["steps"], record["steps"]);
-    // A whole session has nothing to resume, and stays as it is.
+    // A complete session cannot be resumed and remains unchanged.
     let logs = || std::fs::read(path.join("g/02-staircase.parquet")).unwrap();
     let before = logs();
-    stand(path, &["calibrate", "gyro", "--out", "g", "--resume"]).well();
+    stand(path, &["calibrate", "gyro", "--out", "g", "--resume"]).succeeded();
     assert!(before == logs());
 }
 
@@ -106,8 +106,8 @@ fn accelerometer_is_calibrated_as_a_rate_sensor() {
     for name in ["scale", "radius_m", "angle_deg", "bias_x_m_s2", "bias_y_m_s2", "blind_below_rad_s", "combined_rms_rad_s"] {
         assert!(answer[name]["value"].is_number(), "{name}");
     }
-    is_by_the_contract(&answer);
-    assert!(number(&answer["scale"], "U") > 0.009, "one radius cannot tell the scale closer than the radius is known: 0.5 of 50 mm");
+    assert_documented_fields(&answer);
+    assert!(number(&answer["scale"], "U") > 0.009, "the scale from one radius is no more accurate than the radius: 0.5 of 50 mm");
     let again = json_of(folder.path(), &["calibrate", "accel", "--from", "a"]);
     assert_eq!(
         names(&answer).iter().map(|n| &answer[*n]).collect::<Vec<_>>(),
@@ -121,7 +121,7 @@ fn drive_calibration_gives_a_model_that_fits() {
     let path = folder.path();
     std::fs::write(path.join("model.toml"), MODEL).unwrap();
     let answer = json_of(path, &["calibrate", "drive", "--out", "d", "--seed", "3", "--into-model", "model.toml"]);
-    is_by_the_contract(&answer);
+    assert_documented_fields(&answer);
     for name in [
         "inertia_kg_m2",
         "motor_constant_N_m_A",
@@ -136,7 +136,7 @@ fn drive_calibration_gives_a_model_that_fits() {
     }
     let model = host_tools::model::Model::read(path.join("model.toml")).unwrap();
     for name in ["inertia_kg_m2", "motor_constant_N_m_A", "resistance_ohm", "coulomb_N_m"] {
-        let shown = stand(path, &["model", "show", "model.toml"]).well().out;
+        let shown = stand(path, &["model", "show", "model.toml"]).succeeded().out;
         let line = shown.lines().find(|l| l.trim_start().starts_with(name)).unwrap().to_owned();
         assert!(!MODEL.contains(line.split_whitespace().nth(1).unwrap()), "{line}");
     }
@@ -157,7 +157,7 @@ fn rate_sensor_calibration_becomes_model_effects() {
     let path = folder.path();
     std::fs::write(path.join("model.toml"), MODEL).unwrap();
     std::fs::write(path.join("own.toml"), format!("column = \"omega_rad_s\"\n{SHORT}")).unwrap();
-    // A rate sensor that shows 2 % too much.
+    // A rate sensor with a scale error of 2 %.
     std::fs::write(
         path.join("stand.toml"),
         "[effects.viscous]\nviscous_N_m_s = 2e-5\n[effects.coulomb]\ncoulomb_N_m = 1e-3\n[effects.rate-scale]\nrate_scale = 0.02\n",
@@ -166,7 +166,7 @@ fn rate_sensor_calibration_becomes_model_effects() {
     let words = ["calibrate", "gyro", "--session", "own.toml", "--stand", "stand.toml", "--out", "g", "--into-model", "model.toml"];
     let answer = json_of(path, &words);
     assert!((quantity(&answer, "scale") - 1.02).abs() < 1e-3, "{}", answer["scale"]);
-    let shown = stand(path, &["model", "show", "model.toml"]).well().out;
+    let shown = stand(path, &["model", "show", "model.toml"]).succeeded().out;
     assert!(shown.contains("rate-scale") && shown.contains("rate-bias"), "{shown}");
     let value = |name: &str| -> f64 {
         let line = shown.lines().find(|l| l.trim_start().starts_with(name)).unwrap();
@@ -185,7 +185,7 @@ fn rate_sensor_calibration_needs_no_dut() {
     let one = common::served::Served::new(path, &[]);
     let answer = json_of(path, &["calibrate", "gyro", "--session", "own.toml", "--port", &one.port, "--out", "g"]);
     assert!((quantity(&answer, "scale") - 1.0).abs() < 1e-2, "{}", answer["scale"]);
-    // And one that is to be calibrated but is not there is refused before anything moves.
+    // A missing device under test is refused before anything moves.
     std::fs::write(path.join("s.toml"), SHORT).unwrap();
     let ran = stand(path, &["calibrate", "gyro", "--session", "s.toml", "--port", &one.port, "--out", "h"]);
     assert!(ran.status == Some(2) && ran.err.contains("no running device under test") && !path.join("h").exists(), "{ran:?}");
@@ -197,11 +197,11 @@ fn default_session_can_be_written_edited_and_run() {
     let path = folder.path();
     for what in ["gyro", "accel", "drive"] {
         let file = format!("{what}.toml");
-        assert!(stand(path, &["calibrate", what, "--write-session", &file]).well().out.contains(&file));
+        assert!(stand(path, &["calibrate", what, "--write-session", &file]).succeeded().out.contains(&file));
         assert!(std::fs::read_to_string(path.join(&file)).unwrap().contains("[[steps]]"));
     }
     let text = std::fs::read_to_string(path.join("gyro.toml")).unwrap();
-    // The first two steps alone, with another serial number in the file.
+    // Only the first two steps, with another serial number in the file.
     let third = text.match_indices("[[steps]]").nth(2).unwrap().0;
     std::fs::write(path.join("gyro.toml"), text[..third].replace("serial = \"\"", "serial = \"F-1\"")).unwrap();
     let answer = json_of(path, &["calibrate", "gyro", "--session", "gyro.toml", "--out", "g"]);
@@ -235,13 +235,13 @@ fn operator_replies_at_a_serial_stand_are_recorded() {
         amplitude = 0.8\ndwell_s = 0.4\nseconds = 6.0\n";
     std::fs::write(path.join("s.toml"), session).unwrap();
     let one = common::served::Served::new(path, &[]);
-    // Nobody there: nothing moves, and the session waits for its step.
+    // Without operator input nothing moves, and the session waits.
     let ran = stand(path, &["calibrate", "drive", "--session", "s.toml", "--port", &one.port, "--out", "d"]);
     assert!(ran.status == Some(2) && ran.err.contains("Take the weight off.") && ran.err.contains("step `free`: not done"), "{ran:?}");
     let mut words = common::command(path, &["calibrate", "drive", "--out", "d", "--resume", "--port", &one.port, "--json", "d.json"]);
     let mut child = words.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     child.stdin.take().unwrap().write_all(b"off, 20 g\n").unwrap();
-    let ran: common::Ran = child.wait_with_output().unwrap().into();
+    let ran: common::RunOutput = child.wait_with_output().unwrap().into();
     assert_eq!((ran.status, ran.err.as_str()), (Some(0), "Take the weight off.\n"), "{ran:?}");
     let answer: Value = serde_json::from_slice(&std::fs::read(path.join("d.json")).unwrap()).unwrap();
     assert_eq!(answer["record"]["steps"][0]["asked"], serde_json::json!(["Take the weight off.", "off, 20 g"]));

@@ -80,7 +80,7 @@ fn folders_of_other_sessions_are_refused() {
     let path = folder.path();
     std::fs::write(path.join("s.toml"), SHORT).unwrap();
     let words = ["calibrate", "gyro", "--session", "s.toml", "--out", "g"];
-    stand(path, &words).well();
+    stand(path, &words).succeeded();
     refused(path, &words, &["g", "the folder has a session already", "--resume"]);
     refused(path, &["calibrate", "accel", "--from", "g"], &["g", "for gyro, not for accel"]);
     refused(path, &["calibrate", "accel", "--out", "g", "--resume"], &["g", "for gyro, not for accel"]);

@@ -1,4 +1,4 @@
-//! `stand drift` as a person runs it: through the simulated stand, from its log, and with what makes no sense.
+//! `stand drift`: on the simulated stand, from its log, and with invalid input.
 #![allow(clippy::unwrap_used)]
 
 mod common;
@@ -22,19 +22,19 @@ fn refused(folder: &Path, words: &[&str], message: &str) {
 fn measurement_and_its_log_give_the_same_result() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    let run = stand(path, &["drift", "run", "--cycles", "4", "--out", "log.csv", "--html", "run.html", "--json", "-"]).well().json();
+    let run = stand(path, &["drift", "run", "--cycles", "4", "--out", "log.csv", "--html", "run.html", "--json", "-"]).succeeded().json();
     assert_eq!((run["good"].as_u64(), run["bad"].as_u64()), (Some(8), Some(0)));
     for (name, truth) in [("own_drift_deg_h", 1.5), ("apparent_drift_deg_h", -0.893_307), ("azimuth_deg", 80.0)] {
         let (value, sigma) = value(&run, name);
-        // A t of 6 degrees of freedom passes 5 in one of 400; the seed is fixed.
+        // t with 6 degrees of freedom exceeds 5 with probability 1/400; the seed is fixed.
         assert!((value - truth).abs() < 5.0 * sigma, "{name}: {value} ± {sigma}");
         let most = if name == "azimuth_deg" { 0.1 } else { 0.01 };
         assert!(sigma > 0.0 && sigma < most, "{name}: {sigma}");
     }
-    // 1e-4 of inequality in the amplifier is −0.009 °/h of drift until the current takes it off.
+    // An amplifier inequality of 1e-4 is a drift of −0.009 °/h, which the current correction removes.
     let raw = run["uncorrected"]["own_drift_deg_h"]["value"].as_f64().unwrap();
     assert!((raw - value(&run, "own_drift_deg_h").0 + 0.009).abs() < 0.003, "{raw}");
-    let log = stand(path, &["drift", "compute", "log.csv", "--json", "-"]).well().json();
+    let log = stand(path, &["drift", "compute", "log.csv", "--json", "-"]).succeeded().json();
     for name in ["own_drift_deg_h", "apparent_drift_deg_h", "azimuth_deg"] {
         let (a, b) = (value(&run, name).0, value(&log, name).0);
         // The log's numbers are single precision.
@@ -45,7 +45,7 @@ fn measurement_and_its_log_give_the_same_result() {
     assert!(roxmltree::Document::parse(body).is_ok() && body.contains("<svg") && body.contains("own drift"));
 }
 
-/// A torquer gain 0.3 % larger in one direction, invisible in the current: −ε w/2 of 180 °/h are −0.27 °/h of own drift.
+/// A torquer gain 0.3 % larger in one direction, not visible in the current: −ε w/2 of 180 °/h is a drift of −0.27 °/h.
 #[test]
 fn two_amplitudes_separate_unequal_torquer_and_drift() {
     let folder = tempfile::tempdir().unwrap();
@@ -53,7 +53,7 @@ fn two_amplitudes_separate_unequal_torquer_and_drift() {
     std::fs::write(path.join("gyro.toml"), "[torquer]\ngain_inequality = 3e-3\n").unwrap();
     let run = |rates: &str| {
         let words = ["drift", "run", "--cycles", "4", "--gyro", "gyro.toml", "--out", "log.csv", "--html", "run.html", "--json", "-"];
-        stand(path, &[&words[..], &["--rate", rates]].concat()).well().json()
+        stand(path, &[&words[..], &["--rate", rates]].concat()).succeeded().json()
     };
     let one = run("0.05");
     let (own, sigma) = value(&one, "own_drift_deg_h");
@@ -62,7 +62,7 @@ fn two_amplitudes_separate_unequal_torquer_and_drift() {
 
     let two = run("0.05,0.02");
     assert!(std::fs::read_to_string(path.join("run.html")).unwrap().contains("negative pulses stronger by"));
-    // The same from the log, by the firmware's mark, and by the current alone.
+    // Repeated from the log, with the firmware's mark and with the current alone.
     let log = std::fs::read_to_string(path.join("log.csv")).unwrap();
     std::fs::write(path.join("bare.csv"), log.replace("drift_mark", "mark")).unwrap();
     let computed = |log: &str| {
@@ -76,7 +76,7 @@ fn two_amplitudes_separate_unequal_torquer_and_drift() {
             [("own_drift_deg_h", 1.5, 0.01), ("apparent_drift_deg_h", -0.893_307, 0.003), ("azimuth_deg", 80.0, 0.04)]
         {
             let (value, sigma) = value(&found, name);
-            // A t of 10 degrees of freedom passes 4 in one of 400; the seed is fixed.
+            // t with 10 degrees of freedom exceeds 4 with probability 1/400; the seed is fixed.
             assert!((value - truth).abs() < 4.0 * sigma && sigma < most, "{name}: {value} ± {sigma}");
         }
         let [unequal] = found["inequality"].as_array().unwrap().as_slice() else { panic!("{found}") };
@@ -91,9 +91,9 @@ fn two_amplitudes_separate_unequal_torquer_and_drift() {
 fn cycles_are_detected_by_the_current_without_marks() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    stand(path, &["drift", "run", "--cycles", "2", "--pulse", "1", "--rest", "2", "--out", "log.csv"]).well();
+    stand(path, &["drift", "run", "--cycles", "2", "--pulse", "1", "--rest", "2", "--out", "log.csv"]).succeeded();
     let with = std::fs::read_to_string(path.join("log.csv")).unwrap();
-    // The column under another name is unknown, and ignored.
+    // The renamed column is unknown and ignored.
     std::fs::write(path.join("bare.csv"), with.replace("drift_mark", "mark")).unwrap();
     let json = |log: &str| {
         let ran = stand(path, &["drift", "compute", log, "--json", "-"]);
@@ -104,7 +104,7 @@ fn cycles_are_detected_by_the_current_without_marks() {
     assert_eq!(marked["cycles"].as_array().unwrap().len(), 4);
     for (a, b) in marked["cycles"].as_array().unwrap().iter().zip(bare["cycles"].as_array().unwrap()) {
         assert_eq!(a["sequence"], b["sequence"]);
-        // The torquer's lag of a millisecond shifts the current; what that does to (13) the current takes off.
+        // The torquer's lag of a millisecond shifts the current; the current correction removes its effect on (13).
         let late = b["start_s"].as_f64().unwrap() - a["start_s"].as_f64().unwrap();
         assert!((0.0..0.0035).contains(&late), "{late}");
     }
@@ -120,7 +120,7 @@ fn four_turns_give_the_azimuth_and_rolls_the_g_dependent_drift() {
     let gyro = "[own]\nconstant_rad_s = 7.27e-6\noutput_rad_s_g = 4.848e-6\nspin_rad_s_g = -2.424e-6\n";
     std::fs::write(path.join("gyro.toml"), gyro).unwrap();
     let words = ["drift", "run", "--cycles", "2", "--gyro", "gyro.toml", "--positions", "0,90,180,270,0:0:90,0:0:180", "--json", "-"];
-    let found = stand(path, &words).well().json();
+    let found = stand(path, &words).succeeded().json();
     let azimuth = found["azimuth_deg"]["value"].as_f64().unwrap();
     assert!((azimuth - 80.0).abs() < 0.3, "{azimuth}");
     let by_g = found["g_drift_deg_h_g"].as_array().unwrap();
@@ -137,12 +137,12 @@ fn advised_pulse_is_a_multiple_of_the_vibration_period() {
     let mut text = "# angle_gain_V_rad: 150\nt_s,angle_sensor_V\n".to_owned();
     for k in 0..20_000 {
         let t = f64::from(k) * 1e-3;
-        // 20″ at 1.43 Hz, and some ripple that is no line.
+        // 20″ at 1.43 Hz, and a ripple without a spectral line.
         let angle = 1e-4 * (std::f64::consts::TAU * t / 0.7).sin() + 1e-7 * f64::from((k * 7919) % 101);
         text += &format!("{t},{}\n", 150.0 * angle + 1e-5 * t);
     }
     std::fs::write(path.join("static.csv"), text).unwrap();
-    let found = stand(path, &["drift", "advise", "static.csv", "--html", "advice.html", "--json", "-"]).well().json();
+    let found = stand(path, &["drift", "advise", "static.csv", "--html", "advice.html", "--json", "-"]).succeeded().json();
     let number = |name: &str| found[name].as_f64().unwrap();
     assert!((number("period_s") - 0.7).abs() < 1e-3 && (number("pulse_s") - 4.9).abs() < 0.01, "{found}");
     assert!((found["lines"][0]["amplitude_arcsec"].as_f64().unwrap() - 20.6).abs() < 0.3, "{found}");
@@ -166,7 +166,7 @@ fn platform_method_gives_bias_and_scale() {
         theta += rate * 1e-3;
     }
     std::fs::write(path.join("log.csv"), text).unwrap();
-    let found = stand(path, &["drift", "platform", "log.csv", "--json", "-"]).well().json();
+    let found = stand(path, &["drift", "platform", "log.csv", "--json", "-"]).succeeded().json();
     assert_eq!(found["cycles"].as_array().unwrap().len(), 2);
     // The rate's edge is between two samples: half a sample of 0.1 rad/s in 5 s.
     assert!((found["bias_rad_s"]["value"].as_f64().unwrap() - 0.002).abs() < 5e-5, "{found}");
@@ -196,7 +196,7 @@ fn invalid_input_fails_with_one_line_and_status_2() {
     std::fs::write(path.join("bad.toml"), "[sensor]\ngain = 3\n").unwrap();
     refused(path, &["drift", "run", "--gyro", "bad.toml"], "unknown field `gain`");
 
-    stand(path, &["drift", "run", "--cycles", "2", "--pulse", "1", "--rest", "2", "--out", "log.csv"]).well();
+    stand(path, &["drift", "run", "--cycles", "2", "--pulse", "1", "--rest", "2", "--out", "log.csv"]).succeeded();
     let log = std::fs::read_to_string(path.join("log.csv")).unwrap();
     let with = |name: &str, text: String| std::fs::write(path.join(name), text).unwrap();
     with("no-gain.csv", log.replace("# angle_gain_V_rad: 150\n", ""));

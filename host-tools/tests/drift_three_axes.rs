@@ -1,4 +1,4 @@
-//! A log of the simulated three-axis stabiliser: what `stand drift compute` makes of it.
+//! `stand drift compute` on a log of the simulated three-axis platform.
 #![allow(clippy::unwrap_used)]
 
 mod common;
@@ -43,7 +43,7 @@ struct Bench {
 }
 
 impl Bench {
-    /// So many rows: `asked` is the current on each axis, by what the sensors show, rad.
+    /// Records `count` rows: `asked` gives the current on each axis from the sensors' angles, rad.
     fn rows(&mut self, count: usize, mark: f64, asked: impl Fn([f64; 3]) -> [f64; 3]) {
         for _ in 0..count {
             let angles = self.platform.gimbals_rad();
@@ -62,8 +62,8 @@ impl Bench {
     }
 }
 
-/// Two positions at 70° north, 80° of azimuth; of each cycle the first pulses on the axes, in units of the usual one. `gain`: by how much the torquers are
-/// stronger one way, as no current shows.
+/// Two positions at 70° north, azimuth 80°; of each cycle, the first pulses on the axes in units of the usual one. `gain`: relative torquer
+/// inequality that no current shows.
 fn record(cycles: &[[f64; 3]], gain: [f64; 3]) -> Log {
     let site = Site::default();
     let unequal = |axis: usize, inequality| {
@@ -75,7 +75,7 @@ fn record(cycles: &[[f64; 3]], gain: [f64; 3]) -> Log {
     let mut bench = Bench {
         platform: start,
         torquers: [unequal(0, 1e-4), unequal(1, -2e-4), unequal(2, 3e-4)],
-        // The loops hold its zero: another one were an error of level and azimuth.
+        // The loops keep the sensor's zero: another zero would be an error of level and azimuth.
         sensor: AngleSensor { offset_V: 0.0, noise_rad: 0.1 * ARCSEC, step_rad: 0.1 * ARCSEC, ..AngleSensor::default() },
         noise: Noise::new(5, 0, 1.0),
         t_s: 0.0,
@@ -96,7 +96,7 @@ fn record(cycles: &[[f64; 3]], gain: [f64; 3]) -> Log {
             bench.rows(pulse, mark + 2.0, |_| signs.map(|sign| -sign * command_A));
         }
         bench.rows(400, 0.0, |angles| angles.map(|angle| -10.0 * angle / 0.02));
-        // The time that the turn takes is not recorded.
+        // The time of the turn is not recorded.
         bench.t_s += 60.0;
     }
     let column = |(k, name): (usize, &&str)| Column { name: (*name).to_owned(), values: bench.rows.iter().map(|row| row[k]).collect() };
@@ -111,21 +111,21 @@ fn computed(folder: &Path, log: &Log) -> [Value; 2] {
     log.write(folder.join("three.parquet")).unwrap();
     Log::new("bare.parquet", bare, log.notes().to_vec()).unwrap().write(folder.join("bare.parquet")).unwrap();
     ["three.parquet", "bare.parquet"]
-        .map(|log| stand(folder, &["drift", "compute", log, "--json", "-", "--html", "page.html"]).well().json())
+        .map(|log| stand(folder, &["drift", "compute", log, "--json", "-", "--html", "page.html"]).succeeded().json())
 }
 
 fn value(json: &Value) -> (f64, f64) {
     (json["value"].as_f64().unwrap(), json["sigma"].as_f64().unwrap())
 }
 
-/// Own drift, apparent drift and azimuth agree with the truth within their uncertainty; that of the own drift is at most `most`, °/h.
+/// Asserts that own drift, apparent drift and azimuth agree with the truth within their uncertainty; that of the own drift is at most `most`, °/h.
 #[track_caller]
 fn assert_true(found: &Value, most: f64) {
     let (horizontal, azimuth) = (Site::default().horizontal_rad_s() / DEG_H, 80_f64.to_radians());
     let apparent = [-horizontal * azimuth.cos(), 0.0, horizontal * azimuth.sin()];
     for (k, axis) in ["x", "y", "z"].into_iter().enumerate() {
         let (own, sigma) = value(&found["own_drift_deg_h"][axis]);
-        // A t of 4 degrees of freedom passes 5 in one of a hundred; the seed is fixed.
+        // t with 4 degrees of freedom exceeds 5 with probability 1/100; the seed is fixed.
         assert!((own - OWN[k]).abs() < 5.0 * sigma && sigma < most, "own {axis}: {own} ± {sigma}");
         if axis != "y" {
             let (seen, sigma) = value(&found["apparent_drift_deg_h"][axis]);
@@ -133,7 +133,7 @@ fn assert_true(found: &Value, most: f64) {
         }
     }
     let (degrees, sigma) = value(&found["azimuth_deg"]);
-    // 0.6′, half of what the platform turns by the middle of a cycle.
+    // 0.6′, half of the platform's rotation until the middle of a cycle.
     assert!((degrees - 80.0).abs() < 5.0 * sigma && sigma < 0.01, "{degrees} ± {sigma}");
 }
 
@@ -174,7 +174,7 @@ fn two_amplitudes_give_the_inequality_of_three_torquers() {
     let cycles: Vec<[f64; 3]> = [1.0, -1.0, 0.4, -0.4, 1.0, -1.0, 0.4, -0.4].map(|size| [size; 3]).to_vec();
     let gain = [2e-3, -1e-3, 3e-3];
     for found in computed(folder.path(), &record(&cycles, gain)) {
-        // What is extrapolated to no amplitude is known less well; the azimuth as well as before.
+        // The extrapolation to zero amplitude increases the drift's uncertainty, not the azimuth's.
         assert_true(&found, 4e-3);
         let unequal = found["inequality"].as_array().unwrap();
         assert_eq!(unequal.len(), 3, "{found}");
@@ -192,7 +192,7 @@ fn turn_level_and_gain_errors_act_on_the_expected_axes() {
     let folder = tempfile::tempdir().unwrap();
     computed(folder.path(), &record(&[[1.0; 3], [-1.0; 3], [1.0; 3], [-1.0; 3]], [0.0; 3]));
     let with = |more: &[&str]| {
-        let found = stand(folder.path(), &[&["drift", "compute", "three.parquet", "--json", "-"], more].concat()).well().json();
+        let found = stand(folder.path(), &[&["drift", "compute", "three.parquet", "--json", "-"], more].concat()).succeeded().json();
         ["x", "y", "z"]
             .map(|axis| value(&found["own_drift_deg_h"][axis]).1)
             .into_iter()
@@ -200,7 +200,7 @@ fn turn_level_and_gain_errors_act_on_the_expected_axes() {
             .collect::<Vec<_>>()
     };
     let plain = with(&[]);
-    // 1° of turn: half of it is the azimuth's, the sine of the azimuth x's, its cosine z's; y knows nothing of it.
+    // 1° of turn: half of it goes to the azimuth, the sine of the azimuth to x, its cosine to z; y is unaffected.
     let turn = with(&["--turn-error", "60"]);
     assert!((turn[3] - 0.5).abs() < 0.01 && turn[1] == plain[1], "{turn:?}");
     assert!((turn[0] / (5.144 * 80_f64.to_radians().sin() * 0.5_f64.to_radians()) - 1.0).abs() < 0.01, "{turn:?}");

@@ -5,21 +5,21 @@ mod common;
 
 use std::path::Path;
 
-use common::{MODEL, Ran, stand};
+use common::{MODEL, RunOutput, stand};
 use host_tools::log::{Column, Log};
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// Long enough that blocks are held out.
+/// Long enough for held-out blocks.
 const SECONDS: &str = "7";
 
-/// A folder with a commented model and a log of the default stand, with an effect hidden or none.
+/// A folder with a commented model and a log of the default stand, with or without a hidden effect.
 fn folder(hidden: Option<&str>) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("model.toml"), format!("# by the data sheet\n{MODEL}")).unwrap();
     let mut words = vec!["sim", "--out", "log.csv", "--seconds", SECONDS];
     words.extend(hidden.map(|h| ["--hidden", h]).into_iter().flatten());
-    stand(folder.path(), &words).well();
+    stand(folder.path(), &words).succeeded();
     folder
 }
 
@@ -27,7 +27,7 @@ fn model(folder: &Path) -> String {
     std::fs::read_to_string(folder.join("model.toml")).unwrap()
 }
 
-/// No number of the answer is lost, and none is no number: JSON has neither NaN nor infinity.
+/// Keys of the JSON; all numbers are finite, since JSON has neither NaN nor infinity.
 fn keys(answer: &Value) -> Vec<&str> {
     answer.as_object().unwrap().keys().map(String::as_str).collect()
 }
@@ -37,14 +37,15 @@ fn hidden_load_is_found_and_written_into_the_model() {
     let folder = folder(Some("load"));
     let path = folder.path();
     let before = model(path);
-    let Ran { out, .. } = stand(path, &["explain", "log.csv", "--model", "model.toml", "--json", "a.json", "--html", "a.html"]).well();
+    let RunOutput { out, .. } =
+        stand(path, &["explain", "log.csv", "--model", "model.toml", "--json", "a.json", "--html", "a.html"]).succeeded();
     let answer: Value = serde_json::from_slice(&std::fs::read(path.join("a.json")).unwrap()).unwrap();
 
     for key in ["verdict", "missing", "steps", "candidates", "failures", "unexplained", "next_experiment", "seconds"] {
         assert!(keys(&answer).contains(&key), "{key}");
     }
     assert_eq!(answer["verdict"], "effect-found");
-    // A constant torque has two names; the first in the catalogue's order is given, the other beside it.
+    // A constant torque has two explanations; the first in the catalogue's sequence is named, with the other as alternative.
     let named = answer["missing"][0].as_str().unwrap().to_owned();
     let first = answer["candidates"].as_array().unwrap().iter().find(|c| c["effect"] == named.as_str()).unwrap();
     let family: Vec<&str> = first["ambiguous_with"].as_array().unwrap().iter().filter_map(Value::as_str).chain([named.as_str()]).collect();
@@ -55,15 +56,17 @@ fn hidden_load_is_found_and_written_into_the_model() {
     for output in ["omega_rad_s", "i_A", "theta_rad"] {
         let ratio = |k: usize| steps[k]["ratio"][output].as_f64().unwrap();
         let consistent = steps[1]["rms"][output].as_f64().unwrap() / steps[1]["noise"][output].as_f64().unwrap();
-        assert!((ratio(1) / consistent - 1.0).abs() < 1e-9, "the ratio is what it is called");
+        assert!((ratio(1) / consistent - 1.0).abs() < 1e-9, "the ratio is that of its definition");
         // 7000 rows and the angle's counts: a few per cent.
         assert!(ratio(1) < 1.1, "{output}: {}", ratio(1));
         assert!(steps[1]["heldout_rms"][output].as_f64().unwrap() < steps[0]["heldout_rms"][output].as_f64().unwrap());
     }
     assert!(steps[1]["share"].as_f64().unwrap() > 0.99, "all that was not noise: {}", steps[1]["share"]);
 
-    for said in [named.as_str(), "Missing effect", "Evidence", "Error reduction", "Similar effects", "Next experiment", "stand sim --out"] {
-        assert!(out.contains(said), "{said}: {out}");
+    for expected in
+        [named.as_str(), "Missing effect", "Evidence", "Error reduction", "Similar effects", "Next experiment", "stand sim --out"]
+    {
+        assert!(out.contains(expected), "{expected}: {out}");
     }
     assert!(out.lines().all(|l| l.chars().count() <= 80 || l.contains("stand sim")), "80 columns: {out}");
     let page = std::fs::read_to_string(path.join("a.html")).unwrap();
@@ -71,15 +74,15 @@ fn hidden_load_is_found_and_written_into_the_model() {
     assert!(page.contains(&named) && page.contains("ΔBIC"));
     assert_eq!(before, model(path), "who does not ask for it keeps the model");
 
-    stand(path, &["explain", "log.csv", "--model", "model.toml", "--out", "better.toml"]).well();
+    stand(path, &["explain", "log.csv", "--model", "model.toml", "--out", "better.toml"]).succeeded();
     assert_eq!(before, model(path), "--out writes elsewhere");
-    let Ran { out, .. } = stand(path, &["explain", "log.csv", "--model", "model.toml", "--apply"]).well();
+    let RunOutput { out, .. } = stand(path, &["explain", "log.csv", "--model", "model.toml", "--apply"]).succeeded();
     assert!(out.contains(&format!("model.toml: {named} added")), "{out}");
     let after = model(path);
     assert!(after.starts_with("# by the data sheet\n") && after.contains(&named), "comments stay: {after}");
     assert_eq!(after, std::fs::read_to_string(path.join("better.toml")).unwrap(), "the same model in both places");
-    // Asked again, the model lacks nothing.
-    let again = stand(path, &["explain", "log.csv", "--model", "model.toml", "--json", "-"]).well().json();
+    // A second run finds nothing missing.
+    let again = stand(path, &["explain", "log.csv", "--model", "model.toml", "--json", "-"]).succeeded().json();
     assert_eq!((again["verdict"].as_str(), again["missing"].as_array().map(Vec::len)), (Some("adequate"), Some(0)));
 }
 
@@ -87,9 +90,9 @@ fn hidden_load_is_found_and_written_into_the_model() {
 fn null_log_is_adequate_and_the_model_unchanged() {
     let folder = folder(None);
     let before = model(folder.path());
-    let Ran { out, .. } = stand(folder.path(), &["explain", "log.csv", "--model", "model.toml", "--apply"]).well();
-    for said in ["No missing effect is visible in this log", "Limits of this log", "is unchanged"] {
-        assert!(out.contains(said), "{said}: {out}");
+    let RunOutput { out, .. } = stand(folder.path(), &["explain", "log.csv", "--model", "model.toml", "--apply"]).succeeded();
+    for expected in ["No missing effect is visible in this log", "Limits of this log", "is unchanged"] {
+        assert!(out.contains(expected), "{expected}: {out}");
     }
     assert_eq!(before, model(folder.path()));
 }
@@ -106,9 +109,9 @@ fn implausible_log_has_verdict_bad_log() {
     let columns = log.columns().iter().map(turned).collect();
     Log::new("bad.csv", columns, log.notes().to_vec()).unwrap().write(path.join("bad.csv")).unwrap();
     let words = ["explain", "bad.csv", "--model", "model.toml", "--html", "bad.html"];
-    let said = stand(path, &words).well().out;
-    assert!(said.contains("wrong sign"), "{said}");
-    let answer = stand(path, &[&words[..], &["--json", "-"]].concat()).well().json();
+    let printed = stand(path, &words).succeeded().out;
+    assert!(printed.contains("wrong sign"), "{printed}");
+    let answer = stand(path, &[&words[..], &["--json", "-"]].concat()).succeeded().json();
     assert_eq!((answer["verdict"].as_str(), answer["missing"].as_array().map(Vec::len)), (Some("bad-log"), Some(0)));
     assert!(std::fs::read_to_string(path.join("bad.html")).unwrap().contains("wrong sign"));
 }
@@ -124,22 +127,22 @@ fn folder_is_explained_log_by_log_and_files_together() {
         if hidden != "none" {
             words.extend(["--hidden", hidden]);
         }
-        stand(path, &words).well();
+        stand(path, &words).succeeded();
     }
     std::fs::write(path.join("logs/readme.txt"), "no log").unwrap();
-    let table = stand(path, &["explain", "logs", "--model", "model.toml", "--json", "all.json"]).well().out;
+    let table = stand(path, &["explain", "logs", "--model", "model.toml", "--json", "all.json"]).succeeded().out;
     let line = |name: &str| table.lines().find(|l| l.starts_with(name)).unwrap_or_else(|| panic!("{name}: {table}")).to_owned();
     assert!(line("a.csv").contains("effect-found") && line("b.parquet").contains("adequate") && table.lines().count() == 3, "{table}");
     let all: Value = serde_json::from_slice(&std::fs::read(path.join("all.json")).unwrap()).unwrap();
     let verdicts: Vec<&str> = all.as_array().unwrap().iter().map(|a| a["verdict"].as_str().unwrap()).collect();
     assert_eq!(verdicts, ["effect-found", "adequate"]);
 
-    let together = stand(path, &["explain", "logs/b.parquet", "log.csv", "--model", "model.toml", "--json", "-"]).well().json();
+    let together = stand(path, &["explain", "logs/b.parquet", "log.csv", "--model", "model.toml", "--json", "-"]).succeeded().json();
     assert_eq!((together["samples"].as_u64(), together["verdict"].as_str()), (Some(11_000), Some("adequate")), "one answer for both");
 
-    // One that cannot be read does not hide the others, and is not passed over in silence.
+    // An unreadable log is reported and does not hide the others.
     std::fs::write(path.join("logs/c.csv"), "t_s,u_V\n").unwrap();
-    let Ran { status, out, err } = stand(path, &["explain", "logs", "--model", "model.toml"]);
+    let RunOutput { status, out, err } = stand(path, &["explain", "logs", "--model", "model.toml"]);
     assert_eq!(status, Some(2));
     assert!(out.contains("effect-found") && out.contains("c.csv") && err.contains("1 of 3 logs"), "{out}{err}");
 }
@@ -155,7 +158,7 @@ fn invalid_arguments_give_one_line_and_status_2() {
     std::fs::write(path.join("torque.toml"), "[drive]\ninput = \"torque_N_m\"\n[parameters]\ninertia_kg_m2 = 2e-4\n").unwrap();
     let slower: Vec<&str> = log.lines().enumerate().filter(|(k, _)| *k <= begin || (k - begin) % 2 == 1).map(|(_, l)| l).collect();
     std::fs::write(path.join("slower.csv"), slower.join("\n") + "\n").unwrap();
-    for (words, says) in [
+    for (words, expected) in [
         (&["missing.csv"][..], &["missing.csv", "cannot be read"][..]),
         (&["empty"], &["empty", "this folder has no logs"]),
         (&["empty", "log.csv"], &["empty", "a folder must be the only argument"]),
@@ -165,9 +168,9 @@ fn invalid_arguments_give_one_line_and_status_2() {
         (&["log.csv", "slower.csv"], &["log.csv", "slower.csv", "2.0000 ms", "the same interval"]),
         (&["log.csv", "--out", "nowhere/m.toml"], &["nowhere", "does not exist"]),
     ] {
-        let Ran { status, out, err } = stand(path, &[&["explain"], words, &["--model", "model.toml"]].concat());
+        let RunOutput { status, out, err } = stand(path, &[&["explain"], words, &["--model", "model.toml"]].concat());
         assert_eq!((status, out.as_str(), err.lines().count()), (Some(2), "", 1), "{words:?}: {err}");
-        assert!(says.iter().all(|s| err.contains(s)) && err.starts_with("stand: "), "{words:?} should say {says:?}: {err}");
+        assert!(expected.iter().all(|s| err.contains(s)) && err.starts_with("stand: "), "{words:?} should say {expected:?}: {err}");
     }
     let err = stand(path, &["explain", "log.csv", "--model", "torque.toml"]).err;
     assert!(err.contains("torque_N_m") && err.contains("log.csv") && err.contains("torque.toml"), "{err}");

@@ -1,4 +1,4 @@
-//! The experiments that `stand explain` proposes can be run, and distinguish the effects that they are proposed for.
+//! The experiments proposed by `stand explain` can be run and distinguish their effects.
 #![allow(clippy::unwrap_used)]
 
 mod common;
@@ -17,13 +17,13 @@ fn proposed_runs_end_without_fault_within_sensor_range() {
         let mut words: Vec<&str> = command.split_whitespace().collect();
         assert_eq!(words.remove(0), "stand");
         let seconds = words.iter().position(|w| *w == "--seconds").unwrap() + 1;
-        // Long enough for the staircase to reach its top and to pass through zero again.
+        // Long enough for the staircase to reach its top and return through zero.
         words[seconds] = "12";
-        stand(folder.path(), &words).well();
+        stand(folder.path(), &words).succeeded();
         let log = Log::read(folder.path().join("next.parquet")).unwrap();
         assert_eq!((log.len(), log.note("fault")), (12_000, None), "{command}");
         let largest = log.column("omega_rad_s").unwrap().iter().fold(0.0_f64, |m, w| m.max(w.abs()));
-        // The default rate sensor ends at 2000 °/s.
+        // The default rate sensor's range is 2000 °/s.
         assert!(largest > 0.5 && largest < 2000_f64.to_radians(), "{command}: {largest} rad/s");
     }
 }
@@ -41,7 +41,7 @@ fn effects_have_runs_and_families_are_separable() {
     }
 }
 
-/// A stand with direction-dependent friction, a small part of it proportional to the rate.
+/// A stand with direction-dependent friction, partly proportional to the rate.
 const STAND: &str = "name = \"rotary stand on a maxon RE 25\"\n[effects.coulomb]\ncoulomb_N_m = 9e-4\n[effects.viscous]\nviscous_N_m_s = 2e-5\n\
     [effects.inductance]\ninductance_H = 2.38e-4\n[effects.asymmetric-friction]\nasymmetry_N_m = 3e-4\nasymmetry_N_m_s = 5e-7\n";
 
@@ -51,7 +51,7 @@ fn proposed_run_distinguishes_what_the_first_log_did_not() {
     let path = folder.path();
     std::fs::write(path.join("model.toml"), MODEL).unwrap();
     std::fs::write(path.join("stand.toml"), STAND).unwrap();
-    let explained = |log: &str| stand(path, &["explain", log, "--model", "model.toml", "--json", "-"]).well().json();
+    let explained = |log: &str| stand(path, &["explain", log, "--model", "model.toml", "--json", "-"]).succeeded().json();
     let rivals = |answer: &Value| {
         let candidates = answer["candidates"].as_array().unwrap();
         let named = candidates.iter().find(|c| c["effect"] == "asymmetric-friction").unwrap();
@@ -59,17 +59,17 @@ fn proposed_run_distinguishes_what_the_first_log_did_not() {
     };
 
     // At 3 rad/s the part proportional to the rate is 1.5e-6 N m, 1/200 of the constant part.
-    stand(path, &["sim", "--out", "slow.csv", "--seconds", "6", "--amplitude", "3", "--stand", "stand.toml"]).well();
+    stand(path, &["sim", "--out", "slow.csv", "--seconds", "6", "--amplitude", "3", "--stand", "stand.toml"]).succeeded();
     let before = explained("slow.csv");
     assert_eq!(before["missing"], serde_json::json!(["asymmetric-friction"]), "the first of the family in the catalogue's order");
     assert_eq!(rivals(&before), ["load"]);
 
     let command = before["next_experiment"]["command"].as_str().unwrap().to_owned();
     let mut words: Vec<&str> = command.split_whitespace().skip(1).chain(["--stand", "stand.toml"]).collect();
-    // A quarter of the proposed duration is enough: the staircase has gone up and down once.
+    // A quarter of the proposed duration is enough: the staircase has risen and fallen once.
     let seconds = words.iter().position(|w| *w == "--seconds").unwrap() + 1;
     words[seconds] = "14";
-    stand(path, &words).well();
+    stand(path, &words).succeeded();
     let after = explained("next.parquet");
     assert_eq!(after["missing"], before["missing"]);
     assert!(rivals(&after).is_empty(), "{:?}", rivals(&after));

@@ -1,4 +1,4 @@
-//! The forms of an explanation: JSON, text and HTML.
+//! Formats of an explanation: JSON, text and HTML.
 #![allow(clippy::unwrap_used)]
 
 mod common;
@@ -14,7 +14,7 @@ use host_tools::statistics::bins::Bin;
 /// An explanation of a plausible log.
 fn explanation() -> Explanation {
     let folder = tempfile::tempdir().unwrap();
-    stand(folder.path(), &["sim", "--out", "log.csv", "--seconds", "3"]).well();
+    stand(folder.path(), &["sim", "--out", "log.csv", "--seconds", "3"]).succeeded();
     let log = Log::read(folder.path().join("log.csv")).unwrap();
     explain(vec![log], &Model::parse(MODEL, "drive.toml").unwrap(), &|_| ()).unwrap()
 }
@@ -45,20 +45,20 @@ fn unknown_structure_is_drawn_and_can_be_pasted() {
     let text = explain_text(&e, Style::default());
     let page = explain_html(&e);
     roxmltree::Document::parse_with_options(&page, roxmltree::ParsingOptions { allow_dtd: true, ..Default::default() }).unwrap();
-    for said in [
+    for expected in [
         "no effect of the catalogue explains",
         "paste these lines at the end of drive.toml",
         "[effect.unknown]",
         "looks like a torque that depends on the angle",
     ] {
         let flat = text.split_whitespace().collect::<Vec<_>>().join(" ");
-        assert!(flat.contains(said), "{said}: {text}");
-        assert!(page.contains(said), "{said}");
+        assert!(flat.contains(expected), "{expected}: {text}");
+        assert!(page.contains(expected), "{expected}");
     }
-    // The dip is where the drawing has its lowest block.
+    // The dip is at the drawing's lowest block.
     let drawn = text.lines().find(|l| l.contains('▁') && l.contains('█') && l.trim().chars().count() == 36).unwrap().trim();
     assert_eq!(drawn.chars().enumerate().filter(|(_, c)| *c == '▁').map(|(k, _)| k).collect::<Vec<_>>(), [10, 11, 12, 13]);
-    // What is said can be done: the model takes the lines as they are.
+    // The model accepts the proposed lines unchanged.
     let model = format!("{MODEL}\n{}\n", e.unexplained[0].expression.as_ref().unwrap());
     assert!(Model::parse(&model, "drive.toml").unwrap().effect_names().contains(&"unknown".to_owned()));
     assert_eq!(explain_json(&e)["unexplained"][0]["bins"].as_array().unwrap().len(), 36);
@@ -86,7 +86,7 @@ fn non_finite_numbers_are_null_or_a_dash() {
 #[test]
 fn share_of_a_step_is_the_fraction_of_the_error_that_it_removed() {
     let mut e = explanation();
-    // From 5 to 3 to 1 times the noise in each channel: (25 − 9)/24 and (9 − 1)/24 of what is not noise.
+    // From 5 to 3 to 1 times the noise in each channel: (25 − 9)/24 and (9 − 1)/24 of the variance above the noise.
     let stage = |ratio: f64| {
         let mut stage = e.stages[0].clone();
         for o in &mut stage.outputs {

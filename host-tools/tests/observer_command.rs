@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Ran, files, stand};
+use common::{RunOutput, files, stand};
 use hal_sim::element::{BaseVibration, FourState, LinearElement};
 use host_tools::observer::vibration::{Correction, Measured, Period, compensate};
 use host_tools::observer::{Kind, Plant, Poles, Request};
@@ -17,7 +17,7 @@ fn numbers(value: &Value) -> Vec<f64> {
 fn presets_give_their_published_gains() {
     let folder = tempfile::tempdir().unwrap();
     for (preset, k2) in [("astatic-identifier", -272250.941), ("astatic-identifier-recovered", -298287.758)] {
-        let answer = stand(folder.path(), &["observer", "design", preset, "--json", "-"]).well().json();
+        let answer = stand(folder.path(), &["observer", "design", preset, "--json", "-"]).succeeded().json();
         let gains = numbers(&answer["gains"]);
         assert!((gains[0] - 300.0).abs() < 1e-9 && (gains[1] / k2 - 1.0).abs() < 1e-8, "{gains:?}");
         assert_eq!(answer["integral"]["row"], 2);
@@ -25,7 +25,8 @@ fn presets_give_their_published_gains() {
         assert_eq!((numbers(&answer["discrete"]["gains"]).len(), &answer["discrete"]["step_s"]), (7, &Value::from(1e-3)));
         assert_eq!(answer["observability"]["rank"], 6);
     }
-    let rate = stand(folder.path(), &["observer", "design", "--preset", "rate-observer", "--omega", "1000", "--json", "-"]).well().json();
+    let rate =
+        stand(folder.path(), &["observer", "design", "--preset", "rate-observer", "--omega", "1000", "--json", "-"]).succeeded().json();
     assert!((numbers(&rate["gains"])[3] / -79910008.3 - 1.0).abs() < 1e-8 && rate["integral"].is_null());
 }
 
@@ -33,23 +34,23 @@ fn presets_give_their_published_gains() {
 fn simulate_and_bode_match_theory() {
     let folder = tempfile::tempdir().unwrap();
     let words = ["observer", "simulate", "astatic-identifier-recovered", "--kind", "augmented", "--json", "-", "--html", "s.html"];
-    let answer = stand(folder.path(), &words).well().json();
+    let answer = stand(folder.path(), &words).succeeded().json();
     let rest = |which: &str| numbers(&answer[which]["rest"])[0];
     assert!((rest("static") / 1.67473404e-7 - 1.0).abs() < 1e-7 && rest("astatic").abs() < 1e-20);
     let closed = |which: &str| answer[which]["closed_loop_rest_rad"].as_f64().unwrap();
     assert!((closed("static") / 1.31768166e-3 - 1.0).abs() < 1e-7 && closed("astatic").abs() < 1e-15);
     assert!(answer["astatic"]["settled_s"].as_f64().unwrap() <= 0.5);
     // Times are printed without an exponent.
-    let text = stand(folder.path(), &words[..5]).well().out;
+    let text = stand(folder.path(), &words[..5]).succeeded().out;
     for (line, key) in [("angle error below 1 % after, s", "settled_s"), ("rate error below 1 % of peak, s", "rate_settled_s")] {
-        let said: Vec<&str> = text.lines().find_map(|l| l.strip_prefix(line)).unwrap().split_whitespace().collect();
+        let printed: Vec<&str> = text.lines().find_map(|l| l.strip_prefix(line)).unwrap().split_whitespace().collect();
         let known = ["static", "astatic"].map(|which| answer[which][key].as_f64().unwrap());
         let plain = |word: &&str, known: f64| !word.contains('e') && (word.parse::<f64>().unwrap() / known - 1.0).abs() < 1e-3;
-        assert!(said.len() == 2 && plain(&said[0], known[0]) && plain(&said[1], known[1]), "{line} {said:?} {known:?}");
+        assert!(printed.len() == 2 && plain(&printed[0], known[0]) && plain(&printed[1], known[1]), "{line} {printed:?} {known:?}");
     }
 
     let words = ["observer", "bode", "rate-observer", "--omega", "10,100,1000", "--vibration-hz", "2", "--json", "-", "--html", "b.html"];
-    let answer = stand(folder.path(), &words).well().json();
+    let answer = stand(folder.path(), &words).succeeded().json();
     let from = answer["observers"][1]["distorted_from_rad_s"].as_f64().unwrap();
     assert!((from / 45.0 - 1.0).abs() < 5e-3, "{from}");
     for page in ["s.html", "b.html"] {
@@ -58,7 +59,7 @@ fn simulate_and_bode_match_theory() {
         roxmltree::Document::parse_with_options(&text, options).unwrap();
         assert!(text.matches("<svg").count() >= 4, "{page}");
     }
-    // With poles at 10 1/s a rate of 10⁴ rad/s is shown 107 dB too small (464/ω²), and the plot goes so far.
+    // With poles at 10 1/s, a rate at 10⁴ rad/s is attenuated by 107 dB (464/ω²), and the plot extends that far.
     let text = std::fs::read_to_string(folder.path().join("b.html")).unwrap();
     assert!(text.contains(">−100<"), "the gain is drawn to its end");
 }
@@ -96,30 +97,30 @@ fn invalid_design_gives_one_line() {
         (&["simulate", "good.toml", "--kind", "integral", "--seconds", "-1"], &["--seconds -1"]),
         (&["bode", "good.toml", "--omega", "10,0"], &["omega = 0"]),
     ];
-    for (words, says) in cases {
+    for (words, expected) in cases {
         let words = [&["observer"], words, &["--json", "new.json"]].concat();
-        let Ran { status, out, err } = stand(folder.path(), &words);
+        let RunOutput { status, out, err } = stand(folder.path(), &words);
         assert_eq!((status, out.as_str()), (Some(2), ""), "{words:?}: {err}");
         assert!(err.starts_with("stand: ") && err.trim_end().lines().count() == 1, "{words:?}: {err:?}");
-        for word in says {
+        for word in expected {
             assert!(err.contains(word), "{words:?} should say {word:?}: {err}");
         }
     }
     assert!(before == files(folder.path()), "a refused command writes nothing");
-    stand(folder.path(), &["observer", "design", "good.toml", "--poles", "-100,-120,-80+60i"]).well();
+    stand(folder.path(), &["observer", "design", "good.toml", "--poles", "-100,-120,-80+60i"]).succeeded();
 }
 
-/// A step at which a channel is not stable, though it is without one.
+/// A sample period at which a channel is unstable, though it is stable in continuous time.
 #[test]
 fn gains_unstable_at_the_step_are_rejected() {
     let folder = tempfile::tempdir().unwrap();
     let words = ["observer", "design", "astatic-identifier-recovered", "--integral-gain", "8e6", "--step"];
-    stand(folder.path(), &[&words[..], &["1e-4"]].concat()).well();
-    let Ran { status, err, .. } = stand(folder.path(), &[&words[..], &["1e-3"]].concat());
+    stand(folder.path(), &[&words[..], &["1e-4"]].concat()).succeeded();
+    let RunOutput { status, err, .. } = stand(folder.path(), &[&words[..], &["1e-3"]].concat());
     assert!(status == Some(2) && err.contains("with a step of 0.001 s") && err.contains("unit circle"), "{err}");
 }
 
-/// The four-state element on a base that vibrates, as a log; §2.3, case V1.
+/// The four-state element on a vibrating base, as a log; docs/theory.md §2.3, case V1.
 #[test]
 fn azimuth_is_corrected_for_vibration() {
     let folder = tempfile::tempdir().unwrap();
@@ -130,7 +131,7 @@ fn azimuth_is_corrected_for_vibration() {
         phase_rad: 0.0,
     };
     let mut element = LinearElement::four(FourState::SET_B, vibration, -6.924e-3, 0.0);
-    // What the start has stirred up dies away with the rotor's nutation: 3 s and more.
+    // The initial transient decays with the rotor's nutation: 3 s and more.
     (0..40_000).for_each(|_| element.advance(0.0, 1e-3));
     let mut text = "# angle_gain_V_rad: 20\nt_s,angle_sensor_V,gamma_rad,alpha_rate_rad_s,beta_rate_rad_s\n".to_owned();
     for k in 0..20_000 {
@@ -139,10 +140,10 @@ fn azimuth_is_corrected_for_vibration() {
         element.advance(0.0, 1e-3);
     }
     std::fs::write(folder.path().join("log.csv"), text).unwrap();
-    let answer = stand(folder.path(), &["vibration", "compensate", "log.csv", "--json", "-", "--html", "v.html"]).well().json();
+    let answer = stand(folder.path(), &["vibration", "compensate", "log.csv", "--json", "-", "--html", "v.html"]).succeeded().json();
     let page = std::fs::read_to_string(folder.path().join("v.html")).unwrap();
     assert!(page.matches("<svg").count() == 2 && page.contains("corrected by the exact rates"), "{page}");
-    // Period after period: what the start stirred up makes one differ from the next by some 200″; the means are those of the answer.
+    // Period by period: the initial transient makes successive periods differ by about 200″; the means agree with the answer.
     let design = Request {
         plant: Plant::named("rate-observer").unwrap(),
         poles: Poles::Binomial(100.0),
@@ -175,14 +176,14 @@ fn azimuth_is_corrected_for_vibration() {
     assert!((of("exact", "removed_by_rate_percent") - 100.0).abs() < 1.0, "{answer}");
     assert!((of("estimated", "removed_by_rate_percent") - 98.0).abs() < 1.0, "{answer}");
 
-    for (words, says) in [
+    for (words, expected) in [
         (&["log.csv", "--omega", "0"][..], "omega = 0"),
         (&["log.csv", "--model", "astatic-identifier"], "four states"),
         (&["log.csv", "--vibration-hz", "600"], "600 Hz"),
         (&["log.csv", "--angle-gain", "0"], "angle gain 0"),
         (&["missing.csv"], "missing.csv"),
     ] {
-        let Ran { status, err, .. } = stand(folder.path(), &[&["vibration", "compensate"], words].concat());
-        assert!(status == Some(2) && err.contains(says) && err.trim_end().lines().count() == 1, "{words:?}: {err}");
+        let RunOutput { status, err, .. } = stand(folder.path(), &[&["vibration", "compensate"], words].concat());
+        assert!(status == Some(2) && err.contains(expected) && err.trim_end().lines().count() == 1, "{words:?}: {err}");
     }
 }

@@ -24,13 +24,13 @@ use host_tools::log::Log;
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// Shows that one word moves an output, in a folder with a log and a model.
-type Shows = fn(&Path);
+/// Checks that one word changes an output, in a folder with a log and a model.
+type Check = fn(&Path);
 
-/// `command word` as in its help; commands by name alone.
-const WORDS: [(&str, Shows); 81] = [
+/// `command word` as in the help; commands by name alone.
+const WORDS: [(&str, Check); 81] = [
     (" --help", help_everywhere),
-    (" --version", |f| assert!(said(f, &["--version"]).starts_with("stand "))),
+    (" --version", |f| assert!(stdout_of(f, &["--version"]).starts_with("stand "))),
     ("sim", |f| drop(session(f, &[]))),
     ("sim --help", help_everywhere),
     ("sim --out", |f| {
@@ -58,10 +58,10 @@ const WORDS: [(&str, Shows); 81] = [
     }),
     ("sim --offset", |f| {
         let last = *command(f, &["--profile", "constant", "--amplitude", "1", "--offset", "2"]).last().unwrap();
-        assert!((last - 3.0).abs() < 1e-8, "to what a tick's counts are rounded to: {last}");
+        assert!((last - 3.0).abs() < 1e-8, "within the rounding of a tick's counts: {last}");
     }),
     ("sim --dwell-s --cycles", |f| {
-        // One cycle of two dwells of 0.1 s, with 0.1 s of slopes: over after 0.4 s.
+        // One cycle of two dwells of 0.1 s with 0.1 s of slopes ends after 0.4 s.
         let words = ["--profile", "trapezoid", "--amplitude", "1", "--acceleration", "10", "--dwell-s", "0.1", "--cycles"];
         let [once, on] = ["1", "0"].map(|n| command(f, &[&words[..], &[n]].concat()));
         assert!(once[500..].iter().all(|v| *v == 0.0) && on[500..].iter().any(|v| *v > 0.9));
@@ -96,11 +96,11 @@ const WORDS: [(&str, Shows); 81] = [
         }
         assert_eq!(logs[2].columns(), session(f, &["--hidden", "7"]).columns(), "the same number hides the same");
         let notes = |log: &Log| log.notes().iter().filter(|(k, _)| k != "date").cloned().collect::<Vec<_>>();
-        assert!(notes(&logs[1]).iter().all(|(k, v)| !k.contains("cogging") && !v.contains("cogging")), "nobody is told");
+        assert!(notes(&logs[1]).iter().all(|(k, v)| !k.contains("cogging") && !v.contains("cogging")), "the notes do not name it");
     }),
     ("sim --reveal", |f| {
         let words = ["sim", "--out", "s.csv", "--seconds", "0.1", "--hidden", "cogging"];
-        let with = |more: &[&str]| said(f, &[&words[..], more].concat());
+        let with = |more: &[&str]| stdout_of(f, &[&words[..], more].concat());
         assert!(!with(&[]).contains("cogging"), "{}", with(&[]));
         assert!(with(&["--reveal"]).contains("cogging_N_m"), "{}", with(&["--reveal"]));
         let answer = |more: &[&str]| json(f, &[&words[..], more].concat());
@@ -124,16 +124,16 @@ const WORDS: [(&str, Shows); 81] = [
     ("sim --serve --link --flash", |f| {
         let mut one = Served::new(f, &["--flash", "flash.bin"]);
         assert!(one.port.starts_with('/') && f.join("port").exists());
-        served::said(f, "port", "SETTings:slip_rad 0.2;SAVE\n").well();
+        served::send_lines(f, "port", "SETTings:slip_rad 0.2;SAVE\n").succeeded();
         one.signal("INT");
         assert!(one.child.wait().unwrap().success());
-        assert!(std::fs::read(f.join("flash.bin")).unwrap().iter().any(|byte| *byte != 0xff), "what was saved is in it");
+        assert!(std::fs::read(f.join("flash.bin")).unwrap().iter().any(|byte| *byte != 0xff), "the saved settings are in it");
     }),
     ("console --help", help_everywhere),
     #[cfg(unix)]
     ("console --port", |f| {
         let one = Served::new(f, &[]);
-        assert!(served::said(f, &one.port, "*IDN?\n").well().out.starts_with("Rotary Stand"));
+        assert!(served::send_lines(f, &one.port, "*IDN?\n").succeeded().out.starts_with("Rotary Stand"));
     }),
     ("record --help", help_everywhere),
     #[cfg(unix)]
@@ -141,7 +141,7 @@ const WORDS: [(&str, Shows); 81] = [
         let one = Served::new(f, &[]);
         let words = ["record", "--port", &one.port, "--out", "r.csv", "--seconds", "0.4"];
         let with = |more: &[&str]| {
-            stand(f, &[&words[..], more].concat()).well();
+            stand(f, &[&words[..], more].concat()).succeeded();
             Log::read(f.join("r.csv")).unwrap()
         };
         let usual = with(&[]);
@@ -171,20 +171,20 @@ const WORDS: [(&str, Shows); 81] = [
     #[cfg(unix)]
     ("compensate --port --save", |f| {
         let one = Served::new(f, &["--flash", "flash.bin"]);
-        stand(f, &["compensate", "--model", "model.toml", "--port", &one.port, "--save"]).well();
-        let asked = |port: &str| served::said(f, port, "COMPensation:COULomb?\n").well().out;
+        stand(f, &["compensate", "--model", "model.toml", "--port", &one.port, "--save"]).succeeded();
+        let asked = |port: &str| served::send_lines(f, port, "COMPensation:COULomb?\n").succeeded().out;
         let written = asked(&one.port);
         assert!(!written.starts_with("0 "), "{written}");
-        served::said(f, &one.port, "SETTings:LOAD\n").well();
+        served::send_lines(f, &one.port, "SETTings:LOAD\n").succeeded();
         assert_eq!(asked(&one.port), written, "it was saved");
     }),
-    ("compare", |f| assert!(said(f, &["compare", "log.csv", "--model", "model.toml"]).contains("omega_rad_s"))),
+    ("compare", |f| assert!(stdout_of(f, &["compare", "log.csv", "--model", "model.toml"]).contains("omega_rad_s"))),
     ("compare --help", help_everywhere),
     ("compare <LOG>", |f| another_log(f, "compare")),
     ("compare --model", |f| another_model(f, "compare")),
     ("compare --json", |f| json_in_both_places(f, &["compare", "log.csv", "--model", "model.toml"])),
     ("compare --html", |f| page(f, &["compare", "log.csv", "--model", "model.toml"])),
-    ("fit", |f| assert!(said(f, &["fit", "log.csv", "--model", "model.toml"]).contains("inertia_kg_m2"))),
+    ("fit", |f| assert!(stdout_of(f, &["fit", "log.csv", "--model", "model.toml"]).contains("inertia_kg_m2"))),
     ("fit --help", help_everywhere),
     ("fit <LOG>", |f| another_log(f, "fit")),
     ("fit --model", |f| another_model(f, "fit")),
@@ -193,12 +193,12 @@ const WORDS: [(&str, Shows); 81] = [
         let written = host_tools::model::Model::read(f.join("fitted.toml")).unwrap();
         for (name, found) in answer["parameters"].as_object().unwrap() {
             let (written, found) = (written.value(name).unwrap(), found["value"].as_f64().unwrap());
-            assert!((written / found - 1.0).abs() < 1e-6, "{name}: {written} written, {found} said");
+            assert!((written / found - 1.0).abs() < 1e-6, "{name}: {written} written, {found} reported");
         }
     }),
     ("fit --all-rows", |f| {
-        // Six seconds is the least from which blocks are held out.
-        stand(f, &["sim", "--out", "long.csv", "--seconds", "8"]).well();
+        // Six seconds is the shortest log with held-out blocks.
+        stand(f, &["sim", "--out", "long.csv", "--seconds", "8"]).succeeded();
         let held_out = |more: &[&str]| {
             json(f, &[&["fit", "long.csv", "--model", "model.toml"], more].concat())["outputs"]["i_A"]["heldout_rms"].clone()
         };
@@ -206,7 +206,7 @@ const WORDS: [(&str, Shows); 81] = [
         assert_eq!(held_out(&["--all-rows"]), Value::Null);
     }),
     ("fit --equation-error", |f| {
-        // A winding's inductance is no part of an equation that is told row by row.
+        // A winding's inductance is not in an equation evaluated row by row.
         let refused = stand(f, &["fit", "log.csv", "--model", "model.toml", "--equation-error"]);
         assert_eq!(refused.status, Some(2));
         assert!(refused.err.contains("inductance"), "{}", refused.err);
@@ -227,21 +227,21 @@ const WORDS: [(&str, Shows); 81] = [
     }),
     ("fit --json", |f| json_in_both_places(f, &["fit", "log.csv", "--model", "model.toml"])),
     ("fit --html", |f| page(f, &["fit", "log.csv", "--model", "model.toml"])),
-    ("compensate", |f| assert!(said(f, &compensated("model.toml", "a.toml")).contains("[firmware.compensation] written"))),
+    ("compensate", |f| assert!(stdout_of(f, &compensated("model.toml", "a.toml")).contains("[firmware.compensation] written"))),
     ("compensate --help", help_everywhere),
     ("compensate --model", |f| {
         let dry = |model: &str, to: &str| json(f, &compensated(model, to))["compensation"]["coulomb_N_m"].clone();
         std::fs::copy(f.join("model.toml"), f.join("rough.toml")).unwrap();
-        said(f, &["model", "set", "rough.toml", "coulomb_N_m", "2e-3"]);
+        stdout_of(f, &["model", "set", "rough.toml", "coulomb_N_m", "2e-3"]);
         assert_ne!(dry("model.toml", "a.toml"), dry("rough.toml", "b.toml"));
     }),
     ("compensate --log", |f| {
         std::fs::copy(f.join("model.toml"), f.join("teeth.toml")).unwrap();
-        said(f, &["model", "add", "teeth.toml", "cogging"]);
+        stdout_of(f, &["model", "add", "teeth.toml", "cogging"]);
         let words = compensated("teeth.toml", "a.toml");
         assert_eq!(stand(f, &words).status, Some(2), "phases of nowhere");
         assert!(!f.join("a.toml").exists(), "and nothing is written");
-        said(f, &[&words[..], &["--log", "log.csv"]].concat());
+        stdout_of(f, &[&words[..], &["--log", "log.csv"]].concat());
         assert!(std::fs::read_to_string(f.join("a.toml")).unwrap().contains("order = 7"));
     }),
     ("compensate --measure-cogging", |f| {
@@ -250,9 +250,9 @@ const WORDS: [(&str, Shows); 81] = [
         assert_eq!((&answer["source"], &answer["compensation"]["harmonics"][0]["order"]), (&Value::from("measured"), &Value::from(9)));
     }),
     ("compensate --stand", |f| {
-        said(f, &compensated("model.toml", "here.toml"));
+        stdout_of(f, &compensated("model.toml", "here.toml"));
         assert!(std::fs::read_to_string(f.join("here.toml")).unwrap().contains("[firmware.compensation]"));
-        // What is written is what the stand then runs with.
+        // The written settings are those of the stand's run.
         assert!(session(f, &["--stand", "here.toml"]).note("compensation").unwrap().starts_with("friction"));
     }),
     ("compensate --seed", |f| {
@@ -263,55 +263,55 @@ const WORDS: [(&str, Shows); 81] = [
         assert_ne!(dry("1"), dry("2"), "other noise of the current");
     }),
     ("compensate --json", |f| {
-        // Once beforehand, so that both runs find the same file.
-        said(f, &compensated("model.toml", "a.toml"));
+        // A first run, so that both compared runs find the same file.
+        stdout_of(f, &compensated("model.toml", "a.toml"));
         json_in_both_places(f, &compensated("model.toml", "a.toml"));
     }),
-    ("explain", |f| assert!(said(f, &["explain", "log.csv", "--model", "model.toml"]).contains("omega_rad_s"))),
+    ("explain", |f| assert!(stdout_of(f, &["explain", "log.csv", "--model", "model.toml"]).contains("omega_rad_s"))),
     ("explain --help", help_everywhere),
     ("explain <LOG>...", |f| {
-        stand(f, &["sim", "--out", "other.csv", "--seconds", "3", "--seed", "2"]).well();
+        stand(f, &["sim", "--out", "other.csv", "--seconds", "3", "--seed", "2"]).succeeded();
         let samples = |logs: &[&str]| json(f, &[&["explain"], logs, &["--model", "model.toml"]].concat())["samples"].clone();
         assert_eq!((samples(&["log.csv"]), samples(&["log.csv", "other.csv"])), (3000.into(), 6000.into()));
     }),
     ("explain --model", |f| {
-        said(f, &["model", "new", "bare.toml", "--effects", "viscous,coulomb"]);
+        stdout_of(f, &["model", "new", "bare.toml", "--effects", "viscous,coulomb"]);
         let steps = |model: &str| json(f, &["explain", "log.csv", "--model", model])["steps"].clone();
         assert_ne!(steps("model.toml"), steps("bare.toml"));
     }),
     ("explain --apply --out", |f| {
-        stand(f, &["sim", "--out", "load.csv", "--seconds", "3", "--hidden", "load"]).well();
+        stand(f, &["sim", "--out", "load.csv", "--seconds", "3", "--hidden", "load"]).succeeded();
         let before = std::fs::read(f.join("model.toml")).unwrap();
-        said(f, &["explain", "load.csv", "--model", "model.toml", "--out", "better.toml"]);
+        stdout_of(f, &["explain", "load.csv", "--model", "model.toml", "--out", "better.toml"]);
         assert_eq!(before, std::fs::read(f.join("model.toml")).unwrap());
-        said(f, &["explain", "load.csv", "--model", "model.toml", "--apply"]);
+        stdout_of(f, &["explain", "load.csv", "--model", "model.toml", "--apply"]);
         assert_eq!(std::fs::read(f.join("better.toml")).unwrap(), std::fs::read(f.join("model.toml")).unwrap());
         assert_ne!(before, std::fs::read(f.join("model.toml")).unwrap());
     }),
     ("explain --json", |f| json_in_both_places(f, &["explain", "log.csv", "--model", "model.toml"])),
     ("explain --html", |f| page(f, &["explain", "log.csv", "--model", "model.toml"])),
-    ("model", |f| drop(said(f, &["model", "show", "model.toml"]))),
+    ("model", |f| drop(stdout_of(f, &["model", "show", "model.toml"]))),
     ("model --help", help_everywhere),
-    ("model new", |f| assert!(said(f, &["model", "new", "new.toml"]).contains("effects  none"))),
+    ("model new", |f| assert!(stdout_of(f, &["model", "new", "new.toml"]).contains("effects  none"))),
     ("model new --help", help_everywhere),
     ("model new <MODEL>", |f| {
-        said(f, &["model", "new", "here.toml"]);
+        stdout_of(f, &["model", "new", "here.toml"]);
         assert!(f.join("here.toml").exists());
     }),
     ("model new --input", |f| {
         for input in ["u_V", "i_A", "torque_N_m", "theta_rad"] {
-            assert!(said(f, &["model", "new", &format!("{input}.toml"), "--input", input]).contains(&format!("input    {input}")));
+            assert!(stdout_of(f, &["model", "new", &format!("{input}.toml"), "--input", input]).contains(&format!("input    {input}")));
         }
     }),
     ("model new --effects", |f| {
-        assert!(said(f, &["model", "new", "two.toml", "--effects", "viscous,cogging"]).contains("viscous, cogging"))
+        assert!(stdout_of(f, &["model", "new", "two.toml", "--effects", "viscous,cogging"]).contains("viscous, cogging"))
     }),
     ("model new --force", |f| {
         std::fs::copy(f.join("model.toml"), f.join("there.toml")).unwrap();
         assert_eq!(stand(f, &["model", "new", "there.toml"]).status, Some(2));
-        assert!(said(f, &["model", "new", "there.toml", "--force"]).contains("effects  none"));
+        assert!(stdout_of(f, &["model", "new", "there.toml", "--force"]).contains("effects  none"));
     }),
-    ("model show", |f| assert!(said(f, &["model", "show", "model.toml"]).contains("viscous, coulomb, inductance"))),
+    ("model show", |f| assert!(stdout_of(f, &["model", "show", "model.toml"]).contains("viscous, coulomb, inductance"))),
     ("model show --help", help_everywhere),
     ("model show <MODEL>", |f| {
         assert_eq!(stand(f, &["model", "show", "other.toml"]).status, Some(2));
@@ -319,7 +319,7 @@ const WORDS: [(&str, Shows); 81] = [
     ("model add --help", help_everywhere),
     ("model add <MODEL> <EFFECT>", |f| {
         assert!(edited(f, &["add"], &["cogging"]).contains("viscous, coulomb, inductance, cogging\n"));
-        assert!(edited(f, &["add"], &["viscous"]).contains("viscous#2"), "what is there already repeats");
+        assert!(edited(f, &["add"], &["viscous"]).contains("viscous#2"), "a repeated effect is numbered");
     }),
     ("model remove --help", help_everywhere),
     ("model remove <MODEL> <EFFECT>", |f| {
@@ -335,8 +335,8 @@ const WORDS: [(&str, Shows); 81] = [
         assert!(line(&["viscous_N_m_s", "0.5"]).contains("0.5"));
         assert!(line(&["coulomb_N_m", "0.5"]).contains("0.5"));
         assert!(line(&["viscous_N_m_s", "0.5", "--fixed"]).contains("fixed"));
-        said(f, &["model", "set", "edited.toml", "viscous_N_m_s", "0.5", "--fixed"]);
-        let freed = said(f, &["model", "set", "edited.toml", "viscous_N_m_s", "0.5", "--free"]);
+        stdout_of(f, &["model", "set", "edited.toml", "viscous_N_m_s", "0.5", "--fixed"]);
+        let freed = stdout_of(f, &["model", "set", "edited.toml", "viscous_N_m_s", "0.5", "--free"]);
         assert!(!freed.contains("fixed"), "{freed}");
     }),
     ("effects --help", help_everywhere),
@@ -344,10 +344,10 @@ const WORDS: [(&str, Shows); 81] = [
         let ids = |answer: &Value| answer.to_string();
         let all = json(f, &["effects"]);
         for card in drive_model::cards() {
-            assert!(said(f, &["effects"]).contains(card.id), "{}", card.id);
+            assert!(stdout_of(f, &["effects"]).contains(card.id), "{}", card.id);
             assert!(ids(&all).contains(&format!("\"{}\"", card.id)), "{}", card.id);
         }
-        let one = said(f, &["effects", "cogging"]);
+        let one = stdout_of(f, &["effects", "cogging"]);
         assert!(one.contains("cogging_N_m") && !one.contains("rate_bias_rad_s"), "{one}");
         json_in_both_places(f, &["effects"]);
         json_in_both_places(f, &["effects", "cogging"]);
@@ -358,7 +358,7 @@ const WORDS: [(&str, Shows); 81] = [
     }),
 ];
 
-/// A model of the same stand that is linear in its parameters, driven by the current.
+/// A model of the default stand that is linear in its parameters, driven by the current.
 fn inverse_model(folder: &Path) -> String {
     let text = "[drive]\ninput = \"i_A\"\neffects = [\"viscous\", \"coulomb\"]\n[parameters]\ninertia_kg_m2 = 2.2e-4\n\
         motor_constant_N_m_A = { value = 0.0234, fixed = true }\nviscous_N_m_s = 1e-5\ncoulomb_N_m = 8.6e-4\n";
@@ -366,50 +366,50 @@ fn inverse_model(folder: &Path) -> String {
     "inverse.toml".to_owned()
 }
 
-/// What a command prints when it does its job.
+/// Standard output of a successful command.
 #[track_caller]
-fn said(folder: &Path, words: &[&str]) -> String {
-    stand(folder, words).well().out
+fn stdout_of(folder: &Path, words: &[&str]) -> String {
+    stand(folder, words).succeeded().out
 }
 
-/// Its answer on standard output, and nothing else there.
+/// The JSON on standard output, without other text.
 #[track_caller]
 fn json(folder: &Path, words: &[&str]) -> Value {
-    stand(folder, &[words, &["--json", "-"]].concat()).well().json()
+    stand(folder, &[words, &["--json", "-"]].concat()).succeeded().json()
 }
 
-/// Words that write what a model knows into a stand's file.
+/// Arguments that write a model's compensation into a stand's file.
 fn compensated<'a>(model: &'a str, stand: &'a str) -> [&'a str; 5] {
     ["compensate", "--model", model, "--stand", stand]
 }
 
-/// A second of a session with these words.
+/// One second of a session with these arguments.
 fn session(folder: &Path, words: &[&str]) -> Log {
     session_in(folder, "session.csv", words)
 }
 
-/// After a short recording with these parameters the stand has them.
+/// Asserts that a short recording with these parameters sets them on the stand.
 fn recorded_with(folder: &Path, profile: &str, parameters: &[(&str, &str)]) {
     let one = Served::new(folder, &[]);
     let options: Vec<String> =
         parameters.iter().flat_map(|(name, value)| [format!("--{}", name.to_lowercase().replace('_', "-")), value.to_string()]).collect();
     let mut words = vec!["record", "--port", &one.port, "--out", "r.csv", "--seconds", "0.2", "--profile", profile];
     words.extend(options.iter().map(String::as_str));
-    stand(folder, &words).well();
+    stand(folder, &words).succeeded();
     assert_eq!(Log::read(folder.join("r.csv")).unwrap().note("profile"), Some(profile));
-    assert_eq!(served::said(folder, &one.port, "PROFile:TYPE?\n").out.trim(), profile);
+    assert_eq!(served::send_lines(folder, &one.port, "PROFile:TYPE?\n").out.trim(), profile);
     for (name, value) in parameters {
-        let said = served::said(folder, &one.port, &format!("PROFile:{name}?\n")).well().out;
-        assert_eq!(said.split_whitespace().next(), Some(*value), "{profile} {name}: {said}");
+        let shown = served::send_lines(folder, &one.port, &format!("PROFile:{name}?\n")).succeeded().out;
+        assert_eq!(shown.split_whitespace().next(), Some(*value), "{profile} {name}: {shown}");
     }
 }
 
-/// What was asked for in a second of a session with these words, rad/s.
+/// The rate command of a one-second session with these arguments, rad/s.
 fn command(folder: &Path, words: &[&str]) -> Vec<f64> {
     session(folder, words).column("rate_cmd_rad_s").unwrap().to_vec()
 }
 
-/// Two values of the last word are two commands.
+/// Asserts that two values of the last argument give different commands.
 #[track_caller]
 fn differ(folder: &Path, words: &[&str], values: [&str; 2]) {
     let [one, other] = values.map(|value| command(folder, &[words, &[value]].concat()));
@@ -418,34 +418,34 @@ fn differ(folder: &Path, words: &[&str], values: [&str; 2]) {
 
 fn session_in(folder: &Path, file: &str, words: &[&str]) -> Log {
     let length: &[&str] = if words.contains(&"--seconds") { &[] } else { &["--seconds", "1"] };
-    stand(folder, &[&["sim", "--out", file], length, words].concat()).well();
+    stand(folder, &[&["sim", "--out", file], length, words].concat()).succeeded();
     Log::read(folder.join(file)).unwrap()
 }
 
-/// What a copy of the model shows after an edit.
+/// Output of `model show` after an edit of a copy.
 #[track_caller]
 fn edited(folder: &Path, verb: &[&str], words: &[&str]) -> String {
     std::fs::copy(folder.join("model.toml"), folder.join("edited.toml")).unwrap();
-    let shown = said(folder, &[&["model"], verb, &["edited.toml"], words].concat());
+    let shown = stdout_of(folder, &[&["model"], verb, &["edited.toml"], words].concat());
     assert_ne!(std::fs::read(folder.join("model.toml")).unwrap(), std::fs::read(folder.join("edited.toml")).unwrap());
-    assert_eq!(shown, said(folder, &["model", "show", "edited.toml"]), "what is written is what was shown");
+    assert_eq!(shown, stdout_of(folder, &["model", "show", "edited.toml"]), "the written model equals the shown one");
     shown
 }
 
 fn another_log(folder: &Path, verb: &str) {
-    stand(folder, &["sim", "--out", "other.csv", "--seconds", "3", "--seed", "2"]).well();
+    stand(folder, &["sim", "--out", "other.csv", "--seconds", "3", "--seed", "2"]).succeeded();
     let outputs = |log: &str| json(folder, &[verb, log, "--model", "model.toml"])["outputs"].clone();
     assert_ne!(outputs("log.csv"), outputs("other.csv"));
-    assert_eq!(outputs("log.csv"), outputs("log.parquet"), "the form does not matter");
+    assert_eq!(outputs("log.csv"), outputs("log.parquet"), "both formats give equal outputs");
 }
 
 fn another_model(folder: &Path, verb: &str) {
-    said(folder, &["model", "new", "bare.toml", "--force"]);
+    stdout_of(folder, &["model", "new", "bare.toml", "--force"]);
     let outputs = |model: &str| json(folder, &[verb, "log.csv", "--model", model])["outputs"].clone();
     assert_ne!(outputs("model.toml"), outputs("bare.toml"));
 }
 
-/// Without what differs from run to run by the clock on the wall.
+/// Removes values that depend on the wall clock.
 fn timeless(mut answer: Value) -> Value {
     answer.as_object_mut().map(|a| a.remove("seconds"));
     answer.get_mut("notes").and_then(Value::as_object_mut).map(|a| a.remove("date"));
@@ -455,27 +455,27 @@ fn timeless(mut answer: Value) -> Value {
 #[track_caller]
 fn json_in_both_places(folder: &Path, words: &[&str]) {
     let printed = json(folder, words);
-    let text = said(folder, &[words, &["--json", "answer.json"]].concat());
-    assert!(!text.trim_start().starts_with(['{', '[']) && !text.is_empty(), "a person still gets words: {text}");
+    let text = stdout_of(folder, &[words, &["--json", "answer.json"]].concat());
+    assert!(!text.trim_start().starts_with(['{', '[']) && !text.is_empty(), "text output is not empty: {text}");
     let written = serde_json::from_slice(&std::fs::read(folder.join("answer.json")).unwrap()).unwrap();
     assert_eq!(timeless(printed), timeless(written), "{words:?}");
 }
 
 #[track_caller]
 fn page(folder: &Path, words: &[&str]) {
-    let plain = said(folder, words);
-    let with = said(folder, &[words, &["--html", "page.html"]].concat());
+    let plain = stdout_of(folder, words);
+    let with = stdout_of(folder, &[words, &["--html", "page.html"]].concat());
     assert_eq!(plain.lines().next(), with.lines().next(), "the words stay");
     let page = std::fs::read_to_string(folder.join("page.html")).unwrap();
     roxmltree::Document::parse_with_options(&page, roxmltree::ParsingOptions { allow_dtd: true, ..Default::default() })
         .unwrap_or_else(|e| panic!("{words:?}: {e}"));
-    // It opens from a disk, without a net.
+    // The page needs no network.
     for outside in ["src=\"http", "href=\"http", "@import", "<link"] {
         assert!(!page.contains(outside), "{words:?}: {outside}");
     }
 }
 
-/// All commands, by their words, the bare one first.
+/// All commands by their words, the bare one first.
 fn commands(folder: &Path) -> Vec<Vec<String>> {
     let mut all = vec![Vec::new()];
     let mut k = 0;
@@ -491,7 +491,7 @@ fn commands(folder: &Path) -> Vec<Vec<String>> {
 
 fn help(folder: &Path, path: &[String]) -> String {
     let words: Vec<&str> = path.iter().map(String::as_str).chain(["--help"]).collect();
-    said(folder, &words)
+    stdout_of(folder, &words)
 }
 
 /// First words of the lines of a section: commands, arguments or options.
@@ -499,7 +499,7 @@ fn listed(help: &str, section: &str) -> Vec<String> {
     let lines = help.lines().skip_while(|l| *l != section).skip(1).take_while(|l| l.is_empty() || l.starts_with(' '));
     lines
         .filter_map(|line| {
-            // Deeper lines go on with what a word does.
+            // Deeper lines continue a description.
             let indent = line.len() - line.trim_start().len();
             let line = line.trim_start();
             match section {
@@ -510,8 +510,8 @@ fn listed(help: &str, section: &str) -> Vec<String> {
         .collect()
 }
 
-/// The table and those of whole groups of commands.
-fn all_words() -> impl Iterator<Item = (&'static str, Shows)> {
+/// The table, and those of the command groups.
+fn all_words() -> impl Iterator<Item = (&'static str, Check)> {
     WORDS
         .into_iter()
         .chain(allan_words::WORDS)
@@ -521,19 +521,22 @@ fn all_words() -> impl Iterator<Item = (&'static str, Shows)> {
         .chain(observer_words::WORDS)
 }
 
-/// The help of every command says what it is for, how it is used, and a line for each of its words.
+/// The help of every command has its purpose, its usage, and a line for each word.
 fn help_everywhere(folder: &Path) {
     for path in commands(folder) {
         let text = help(folder, &path);
         assert!(text.contains("Usage: stand"), "{path:?}: {text}");
-        assert!(!text.lines().next().unwrap().starts_with("Usage"), "{path:?}: what it is for comes first: {text}");
+        assert!(!text.lines().next().unwrap().starts_with("Usage"), "{path:?}: the purpose comes first: {text}");
         for section in ["Commands:", "Arguments:", "Options:"] {
             for word in listed(&text, section) {
                 let mut lines =
                     text.lines().skip_while(|l| !l.trim_start().trim_start_matches("-h, ").trim_start_matches("-V, ").starts_with(&word));
                 let line = lines.next().unwrap();
-                let says = line.trim_start().split_once("  ").map(|(_, says)| says.trim()).filter(|s| !s.is_empty());
-                assert!(says.or_else(|| lines.next().map(str::trim)).is_some_and(|s| s.len() > 3), "{path:?} {word} is explained: {text}");
+                let expected = line.trim_start().split_once("  ").map(|(_, expected)| expected.trim()).filter(|s| !s.is_empty());
+                assert!(
+                    expected.or_else(|| lines.next().map(str::trim)).is_some_and(|s| s.len() > 3),
+                    "{path:?} {word} is explained: {text}"
+                );
             }
         }
     }
@@ -569,7 +572,7 @@ fn table_covers_every_option_of_every_command() {
 fn every_option_changes_an_output() {
     let mut helped = false;
     for (name, shows) in all_words() {
-        // All of these are one walk.
+        // All these words are tested in one run.
         if name.ends_with("--help") && std::mem::replace(&mut helped, true) {
             continue;
         }

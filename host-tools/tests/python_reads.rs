@@ -9,7 +9,7 @@ use std::process::{Command, Output};
 use host_tools::log::Log;
 use serde_json::json;
 
-/// Reads both logs and holds them against `expected.json`; numbers go as their bits.
+/// Reads both logs and compares them with `expected.json`; numbers are compared as bits.
 const SCRIPT: &str = r##"
 import json, struct
 import pandas, pyarrow.parquet
@@ -56,12 +56,12 @@ fn pandas_and_pyarrow_read_all_numbers_and_notes() {
     let expected = json!({ "columns": columns, "notes": log.notes().to_vec() });
     std::fs::write(path.join("expected.json"), expected.to_string()).unwrap();
     let output = python(path, SCRIPT).unwrap();
-    let said = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    assert!(output.status.success(), "{}", said(&output.stderr));
-    assert_eq!(said(&output.stdout), format!("read {}\n", log.len()));
+    let text_of = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    assert!(output.status.success(), "{}", text_of(&output.stderr));
+    assert_eq!(text_of(&output.stdout), format!("read {}\n", log.len()));
 }
 
-/// The other way: what pandas writes is a log, its notes in the schema's metadata, and a column of another number type is numbers too.
+/// The opposite direction: a file written by pandas is a log, with notes in the schema's metadata and columns of other number types.
 #[test]
 #[ignore = "needs python3 with pandas and pyarrow"]
 fn log_written_by_pandas_is_read() {
@@ -89,7 +89,7 @@ frame.to_csv("pandas.csv", index=False)
         let warm = theirs.column("temp_C").unwrap();
         // Single precision of 25 °C.
         assert!(warm.iter().zip(ours.column("temp_C").unwrap()).all(|(a, b)| (a - b).abs() < 2e-6), "{name}");
-        common::stand(path, &["compare", name, "--model", "model.toml"]).well();
+        common::stand(path, &["compare", name, "--model", "model.toml"]).succeeded();
     }
     let log = Log::read(path.join("pyarrow.parquet")).unwrap();
     assert_eq!(log.note("stand"), Some("from Python"));

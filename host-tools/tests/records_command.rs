@@ -8,18 +8,18 @@ mod common;
 use std::path::Path;
 
 use calibration::{SHORT, carrying, number};
-use common::{Ran, stand};
+use common::{RunOutput, stand};
 use serde_json::{Value, json};
 
-/// Three records of one gyro, whose bias rises, in folders below this one; what differs beside it is the noise.
+/// Three records of one gyro with a rising bias, in subfolders; otherwise they differ by noise.
 fn history(folder: &Path) {
     std::fs::write(folder.join("s.toml"), SHORT).unwrap();
     for (k, (day, bias)) in [("01", 0.001), ("11", 0.001), ("21", 0.006)].iter().enumerate() {
         std::fs::write(folder.join("stand.toml"), carrying(&format!("gyro_bias_rad_s = {bias}\n"))).unwrap();
         let (out, seed) = (format!("kept/{day}"), format!("{}", k + 1));
         std::fs::create_dir_all(folder.join("kept")).unwrap();
-        stand(folder, &["calibrate", "gyro", "--session", "s.toml", "--stand", "stand.toml", "--out", &out, "--seed", &seed]).well();
-        // Ten days lie between them; a simulated stand has its seed for its number, and this is one stand.
+        stand(folder, &["calibrate", "gyro", "--session", "s.toml", "--stand", "stand.toml", "--out", &out, "--seed", &seed]).succeeded();
+        // Ten days apart; a simulated stand's number is its seed, set equal here for a single stand.
         change(folder, &format!("{out}/record.json"), |record| {
             record["record"]["began"] = format!("2026-03-{day}T12:00:00+00:00").into();
             record["record"]["stand"] = "Rotary Stand,simulated,SIM-1,0.1.0".into();
@@ -33,8 +33,8 @@ fn change(folder: &Path, file: &str, by: impl Fn(&mut Value)) {
     std::fs::write(folder.join(file), record.to_string()).unwrap();
 }
 
-fn records(folder: &Path, words: &[&str]) -> Ran {
-    stand(folder, &[&["records"], words].concat()).well()
+fn records(folder: &Path, words: &[&str]) -> RunOutput {
+    stand(folder, &[&["records"], words].concat()).succeeded()
 }
 
 #[test]
@@ -70,7 +70,7 @@ fn record_is_reproduced_from_itself_and_its_logs() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     history(path);
-    // Nothing but the record and the logs.
+    // Only the record and the logs.
     for file in ["journal.json", "session.toml", "record.html"] {
         std::fs::remove_file(path.join("kept/01").join(file)).unwrap();
     }
@@ -84,19 +84,19 @@ fn record_is_reproduced_from_itself_and_its_logs() {
         assert!(text.contains(word), "{word}: {text}");
     }
     let answer = records(path, &["show", "kept/01/record.json", "--json", "-"]).json();
-    // A number read from JSON may be off by its last bit.
+    // A number read from JSON may differ in its last bit.
     assert!(
         answer["checked"]["same_results"] == true && number(&answer["checked"], "greatest_difference") < 1e-15,
         "{}",
         answer["checked"]
     );
-    // A result that somebody made nicer.
+    // A manipulated result.
     change(path, "kept/01/record.json", |record| record["scale"]["value"] = (number(&record["scale"], "value") * (1.0 + 1e-9)).into());
     let text = records(path, &["show", "kept/01"]).out;
     assert!(text.contains("DIFFERENT results"), "{text}");
     let checked = records(path, &["show", "kept/01", "--json", "-"]).json()["checked"].clone();
     assert!(checked["same_results"] == false && (number(&checked, "greatest_difference") / 1e-9 - 1.0).abs() < 1e-3, "{checked}");
-    // A log that is another.
+    // A changed log.
     std::fs::copy(path.join("kept/11/01-one.parquet"), path.join("kept/01/01-one.parquet")).unwrap();
     std::fs::remove_file(path.join("kept/01/02-two.parquet")).unwrap();
     let text = records(path, &["show", "kept/01"]).out;
@@ -125,12 +125,12 @@ fn trend_separates_changed_bias_from_constant_scale() {
             && !answer["beyond"].as_array().unwrap().contains(&"scale".into()),
         "{answer}"
     );
-    // The crystal is common to all three: a difference is surer than its ends.
+    // The crystal is common to all three: a difference is more accurate than its end values.
     let scale = of("scale");
     let change = &scale["points"][2]["from_first"];
     assert!(change["common"].as_array().unwrap().contains(&"clock".into()), "{change}");
     assert!(number(change, "U") < number(change, "U_if_nothing_is_common"), "{change}");
-    // 5 mrad/s in 20 days, and a line that is not straight.
+    // 5 mrad/s in 20 days, and a nonlinear trend.
     let line = &bias["line"];
     assert!((number(line, "per_day") - 2.5e-4).abs() < 1e-4 && line["unit"] == "rad/s/d", "{line}");
     let text = records(path, &["trend", ".", "--serial", "S-1", "--quantity", "bias_rad_s", "--html", "t.html"]).out;
@@ -150,7 +150,7 @@ fn trend_needs_two_records_of_one_kind() {
     std::fs::rename(path.join("kept/01"), path.join("one")).unwrap();
     let text = records(path, &["trend", "one", "--serial", "S-1"]).out;
     assert!(text.contains("one record: nothing to compare") && !text.contains("since the first"), "{text}");
-    // The drive of this stand has the same number.
+    // The drive of this stand has an identical number.
     change(path, "kept/11/record.json", |record| {
         record["record"]["what"] = "drive".into();
         record["record"]["session"]["what"] = "drive".into();

@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use common::served::{Served, said};
-use common::{MODEL, Ran, command, stand};
+use common::served::{Served, send_lines};
+use common::{MODEL, RunOutput, command, stand};
 use host_tools::acquire::link::SerialLink;
 use host_tools::acquire::serve::Pty;
 use host_tools::log::Log;
@@ -22,7 +22,7 @@ fn folder() -> TempDir {
     folder
 }
 
-fn record(folder: &Path, port: &str, more: &[&str]) -> Ran {
+fn record(folder: &Path, port: &str, more: &[&str]) -> RunOutput {
     stand(folder, &[&["record", "--port", port], more].concat())
 }
 
@@ -31,29 +31,29 @@ fn piped_console_reports_a_rejected_line_and_continues() {
     let folder = folder();
     let served = Served::new(folder.path(), &[]);
     let identity = format!("Rotary Stand,simulated,SIM-1,{}\n", stand_firmware::VERSION);
-    // Clients come and go; the second name serves as well.
+    // Clients connect and disconnect; the second name works too.
     for port in [served.port.as_str(), "port", "port"] {
-        assert_eq!(said(folder.path(), port, "*IDN?\n").well().out, identity);
+        assert_eq!(send_lines(folder.path(), port, "*IDN?\n").succeeded().out, identity);
     }
-    let bad = said(folder.path(), "port", "*IDN?\nSOURce:RAET 5\nSOURce:RATE?\n");
+    let bad = send_lines(folder.path(), "port", "*IDN?\nSOURce:RAET 5\nSOURce:RATE?\n");
     assert_eq!(bad.status, Some(2));
-    assert!(bad.out.starts_with(&identity) && bad.out.lines().count() == 2, "what came after was said too: {}", bad.out);
+    assert!(bad.out.starts_with(&identity) && bad.out.lines().count() == 2, "the later query was answered: {}", bad.out);
     let mut lines = bad.err.lines();
     assert!(lines.next().is_some_and(|line| line.starts_with("stand: line 2: `SOURce:RAET 5`: -113,\"Undefined header")), "{}", bad.err);
     assert_eq!(lines.next(), Some("stand: the stand rejected one command; see standard error"));
     assert_eq!(lines.next(), None);
-    let help = said(folder.path(), "port", "HELP?\n").well().out;
+    let help = send_lines(folder.path(), "port", "HELP?\n").succeeded().out;
     assert!(help.lines().count() > 50 && help.contains("STReam:CHANnels"));
 }
 
 #[test]
 fn unusable_port_gives_one_line_and_status_2() {
     let folder = folder();
-    let refused = |port: &str, says: &str| {
+    let refused = |port: &str, expected: &str| {
         for words in [vec!["console", "--port", port], vec!["record", "--port", port, "--out", "x.csv"]] {
             let ran = stand(folder.path(), &words);
             assert_eq!((ran.status, ran.out.as_str()), (Some(2), ""), "{ran:?}");
-            assert!(ran.err.lines().count() == 1 && ran.err.contains(says), "{says}: {}", ran.err);
+            assert!(ran.err.lines().count() == 1 && ran.err.contains(expected), "{expected}: {}", ran.err);
         }
     };
     refused("/dev/ttyABSENT7", "no such port");
@@ -69,11 +69,12 @@ fn unusable_port_gives_one_line_and_status_2() {
     let holder = host_tools::acquire::link::Port::open(Path::new(&served.port)).unwrap();
     refused(&served.port, "another program uses this port");
     drop(holder);
-    said(folder.path(), &served.port, "*IDN?\n").well();
+    send_lines(folder.path(), &served.port, "*IDN?\n").succeeded();
     assert!(!folder.path().join("x.csv").exists(), "nothing was begun");
 }
 
-/// A line that is off for the first 0.7 s, and one that changes a bit in one of 200 bytes: a single question is lost at first, or in one of eight openings.
+/// A line that is off for the first 0.7 s, and a line that flips a bit in one of 200 bytes: a single query is lost at first, or in one of eight
+/// connections.
 #[test]
 fn identification_is_repeated_after_damaged_lines() {
     let folder = folder();
@@ -98,7 +99,7 @@ fn incomplete_line_of_an_earlier_client_is_ignored() {
         port.write(half.as_bytes()).unwrap();
         std::thread::sleep(Duration::from_millis(20));
         drop(port);
-        let ran = said(folder.path(), &served.port, "SOURce:RATE?\n").well();
+        let ran = send_lines(folder.path(), &served.port, "SOURce:RATE?\n").succeeded();
         assert!(ran.out.starts_with("0 "), "{half}: {}", ran.out);
     }
 }
@@ -129,7 +130,7 @@ fn other_device_at_the_port_is_reported() {
 #[test]
 fn recording_of_a_served_stand_reveals_its_cogging() {
     let folder = folder();
-    // The served stand's disc starts away from its index: a phase is right only where the log's angles are from there.
+    // The served stand's disc starts away from its index: a phase is correct only if the log's angles count from the index.
     let phase_rad = 1.0;
     let cogging = format!("[effects.cogging]\ncogging_N_m = 1.5e-3\ncogging_order = 12\ncogging_phase_rad = {phase_rad}\n");
     std::fs::write(folder.path().join("stand.toml"), cogging).unwrap();
@@ -144,20 +145,20 @@ fn recording_of_a_served_stand_reveals_its_cogging() {
     assert_eq!(log.segments().len(), 1);
     assert!(!folder.path().join("log.parquet.csv").exists());
     let explained =
-        stand(folder.path(), &["explain", "log.parquet", "--model", "model.toml", "--out", "learnt.toml", "--json", "-"]).json();
+        stand(folder.path(), &["explain", "log.parquet", "--model", "model.toml", "--out", "explained.toml", "--json", "-"]).json();
     assert_eq!(explained["verdict"], "effect-found", "{explained}");
     assert_eq!(explained["missing"][0], "cogging", "{explained}");
-    let found_rad = Model::read(folder.path().join("learnt.toml")).unwrap().value("cogging_phase_rad").unwrap();
+    let found_rad = Model::read(folder.path().join("explained.toml")).unwrap().value("cogging_phase_rad").unwrap();
     assert!((found_rad - phase_rad).abs() < 0.05, "{found_rad}");
 }
 
-/// A recording that is under way.
+/// A recording in progress.
 fn recording(folder: &Path, port: &str, out: &str) -> Child {
     let words = ["record", "--port", port, "--out", out, "--seconds", "60"];
     let child = command(folder, &words).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let meanwhile = PathBuf::from(out.replace(".parquet", ".parquet.csv"));
     let begun = Instant::now();
-    // Flushed each second: after some there is something in the file.
+    // Flushed each second, so the file has content after some seconds.
     while std::fs::metadata(folder.join(&meanwhile)).map_or(0, |m| m.len()) < 20_000 {
         assert!(begun.elapsed() < Duration::from_secs(20), "the recording does not begin");
         std::thread::sleep(Duration::from_millis(50));
@@ -172,7 +173,7 @@ fn unplugged_port_leaves_a_complete_log() {
         let served = Served::new(folder.path(), &[]);
         let child = recording(folder.path(), &served.port, out);
         drop(served);
-        let ran: Ran = child.wait_with_output().unwrap().into();
+        let ran: RunOutput = child.wait_with_output().unwrap().into();
         assert_eq!(ran.status, Some(1));
         assert!(ran.err.contains("the port was unplugged") && ran.err.contains(out), "{}", ran.err);
         let log = Log::read(folder.path().join(out)).unwrap();
@@ -188,11 +189,11 @@ fn ctrl_c_ends_a_recording_with_a_complete_log() {
     let served = Served::new(folder.path(), &[]);
     let child = recording(folder.path(), &served.port, "log.csv");
     assert!(Command::new("kill").args(["-s", "INT", &child.id().to_string()]).status().unwrap().success());
-    let ran: Ran = child.wait_with_output().unwrap().into();
+    let ran: RunOutput = child.wait_with_output().unwrap().into();
     assert_eq!((ran.status, ran.err.as_str()), (Some(0), ""));
     assert!(ran.out.contains("ended early: by hand"), "{}", ran.out);
     assert!(Log::read(folder.path().join("log.csv")).unwrap().len() > 500);
-    let after = said(folder.path(), "port", "STReam?;OUTPut?;PROFile:STATe?\n").well().out;
+    let after = send_lines(folder.path(), "port", "STReam?;OUTPut?;PROFile:STATe?\n").succeeded().out;
     assert_eq!(after.trim(), "0;0;STOPPED");
 }
 
@@ -218,20 +219,20 @@ fn compensation_needs_the_index() {
     let path = folder.path();
     let with_cogging = MODEL.replace("\"inductance\"]", "\"inductance\", \"cogging\"]")
         + "cogging_N_m = 1.5e-3\ncogging_order = 7\ncogging_phase_rad = 0.4\n";
-    std::fs::write(path.join("learnt.toml"), with_cogging).unwrap();
+    std::fs::write(path.join("explained.toml"), with_cogging).unwrap();
     std::fs::write(path.join("zero.csv"), "# theta_zero: index\nt_s,theta_rad\n0,0\n0.001,0\n").unwrap();
     let served = Served::new(path, &[]);
-    let words = ["compensate", "--model", "learnt.toml", "--log", "zero.csv", "--port", &served.port];
+    let words = ["compensate", "--model", "explained.toml", "--log", "zero.csv", "--port", &served.port];
     let early = stand(path, &words);
     assert_eq!(early.status, Some(2));
     assert!(early.err.contains("has not seen its index"), "{}", early.err);
-    assert!(said(path, "port", "COMPensation:COULomb?\n").out.starts_with("0 "), "and nothing was written");
-    said(path, "port", "SOURce:RATE 5 RAD/S;:SOURce:MODE RATE\n").well();
+    assert!(send_lines(path, "port", "COMPensation:COULomb?\n").out.starts_with("0 "), "and nothing was written");
+    send_lines(path, "port", "SOURce:RATE 5 RAD/S;:SOURce:MODE RATE\n").succeeded();
     std::thread::sleep(Duration::from_millis(1500));
-    said(path, "port", "OUTPut OFF\n").well();
-    let done = stand(path, &words).well().out;
+    send_lines(path, "port", "OUTPut OFF\n").succeeded();
+    let done = stand(path, &words).succeeded().out;
     assert!(done.contains("order 7: 0.0015") && done.contains("coulomb 0.00086"), "{done}");
-    let list = said(path, "port", "COMPensation:LIST?\n").well().out;
+    let list = send_lines(path, "port", "COMPensation:LIST?\n").succeeded().out;
     assert!(list.contains("order 7: 0.0015 N.M, 0.4 RAD"), "{list}");
 }
 
@@ -240,18 +241,18 @@ fn signal_removes_the_link_and_saves_the_flash() {
     let folder = folder();
     let mut served = Served::new(folder.path(), &["--flash", "flash.bin"]);
     assert!(folder.path().join("port").exists());
-    said(folder.path(), "port", "SETTings:current_limit_A 1.25\nSETTings:SAVE\n").well();
+    send_lines(folder.path(), "port", "SETTings:current_limit_A 1.25\nSETTings:SAVE\n").succeeded();
     served.signal("TERM");
     assert!(served.child.wait().unwrap().success());
     assert!(std::fs::symlink_metadata(folder.path().join("port")).is_err());
-    // And what was saved is in the flash's file.
+    // The saved settings are in the flash's file.
     let again = Served::new(folder.path(), &["--flash", "flash.bin"]);
-    assert!(said(folder.path(), &again.port, "SETTings:current_limit_A?\n").well().out.starts_with("1.25"));
+    assert!(send_lines(folder.path(), &again.port, "SETTings:current_limit_A?\n").succeeded().out.starts_with("1.25"));
 }
 
 /// Runs a Python script that uses `module`.
 fn python(module: &str, script: &str, port: &str) {
-    let ran: Ran = Command::new("python3").args(["-c", script, port]).output().unwrap().into();
+    let ran: RunOutput = Command::new("python3").args(["-c", script, port]).output().unwrap().into();
     assert_eq!(ran.status, Some(0), "{module}: {}", ran.err);
 }
 
@@ -297,8 +298,8 @@ assert stand.query("*OPC?") == "1"
 "#;
     python("pyvisa, pyvisa_py", visa, &served.port);
     let typed = format!("(printf '*IDN?\\r'; sleep 1) | picocom -q -b 921600 --noreset {}", served.port);
-    let ran: Ran = Command::new("sh").args(["-c", &typed]).output().unwrap().into();
+    let ran: RunOutput = Command::new("sh").args(["-c", &typed]).output().unwrap().into();
     assert!(ran.out.contains("Rotary Stand,simulated"), "{ran:?}");
-    // After all of them it is the same stand.
-    said(folder.path(), &served.port, "*IDN?\n").well();
+    // The stand still identifies itself after all clients.
+    send_lines(folder.path(), &served.port, "*IDN?\n").succeeded();
 }

@@ -6,7 +6,7 @@ use std::process::Command;
 
 use serde_json::Value;
 
-/// 60 s of a slow turn at 100 Hz, 0.3 A of friction, with so much cogging at order 7, A.
+/// 60 s of a slow turn at 100 Hz, 0.3 A of friction, with this amplitude of cogging at order 7, A.
 fn log(cogging_A: f64) -> String {
     let mut text = String::from("# i_A: at t\nt_s,theta_rad,i_A\n");
     let mut seed = 1u64;
@@ -43,16 +43,17 @@ fn cogging_appears_as_a_harmonic_of_the_current() {
     assert_eq!(first["output"], "i_A");
     assert_eq!(first["coordinate"], "theta", "{list:#?}");
     assert_eq!(first["order"], 7);
-    // 0.02²/2 = 2.0e-4 A² of the cogging beside 0.05²/12 = 2.1e-4 A² of the noise: half of the variance.
+    // 0.02²/2 = 2.0e-4 A² of the cogging and 0.05²/12 = 2.1e-4 A² of the noise: half of the variance.
     let share = first["share"].as_f64().unwrap();
     assert!((0.40..0.58).contains(&share), "{share}");
-    // F = n share/2(1 − share) ≈ 2900 on ν ≈ 2 × 25 values: at a steady rate an order is one line, and its colour is that of the 25 lines
-    // around it. (1 + 2F/ν)^(−ν/2) = 10^−52; ν within a fifth gives 10^−43 to 10^−60, and what was tried takes up to three off.
+    // F = n share/2(1 − share) ≈ 2900 on ν ≈ 2 × 25 values: at a steady rate an order is one spectral line, and its noise level is that of the 25
+    // neighbouring lines. (1 + 2F/ν)^(−ν/2) = 10^−52; ν within a fifth gives 10^−43 to 10^−60, and the number of trials subtracts up to three from
+    // the exponent.
     let log10_p = first["log10_p"].as_f64().unwrap();
     assert!((-62.0..-40.0).contains(&log10_p), "{first}");
-    // The current that a prescribed motion needs cannot tell a torque from its sensor.
-    let says = first["says"].as_str().unwrap();
-    assert!(says.contains("a torque that depends on the angle, or a sensor error"), "{says}");
+    // The current of a prescribed motion does not distinguish a torque from a sensor error.
+    let message = first["says"].as_str().unwrap();
+    assert!(message.contains("a torque that depends on the angle, or a sensor error"), "{message}");
 }
 
 #[test]

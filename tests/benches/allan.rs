@@ -1,8 +1,8 @@
-//! How long an overlapping Allan deviation takes beside allantools, and how much memory a long log.
+//! Run time of the overlapping Allan deviation compared with allantools, and memory for a long log.
 //!
-//! `cargo bench -p stand-tests --bench allan`. Method: 10⁷ rates in memory (white noise and a random walk), 23 octaves; the best of several runs each, both on
-//! the same numbers, results compared. allantools: `python3` with the package, else it is skipped. Memory: two hours at 1 kHz from Parquet and CSV, the
-//! largest resident set of a process of its own.
+//! `cargo bench -p stand-tests --bench allan`. Method: 10⁷ rates in memory (white noise and a random walk), 23 octaves; best of several runs on
+//! identical numbers, results compared. allantools needs `python3` with the package, else it is skipped. Memory: two hours at 1 kHz from Parquet
+//! and CSV, peak resident set of a separate process.
 
 use std::path::Path;
 use std::process::Command;
@@ -37,10 +37,10 @@ fn main() {
         return one_log(&log);
     }
     let folder = std::env::temp_dir().join(format!("stand-allan-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).expect("a folder for what is compared");
+    std::fs::create_dir_all(&folder).expect("a folder for the comparison");
     speed(&folder);
     memory(&folder);
-    std::fs::remove_dir_all(&folder).expect("the folder goes");
+    std::fs::remove_dir_all(&folder).expect("the folder is removed");
 }
 
 fn rates(rows: usize) -> Vec<f64> {
@@ -76,8 +76,8 @@ fn speed(folder: &Path) {
     let bytes: Vec<u8> = rates.iter().flat_map(|v| v.to_le_bytes()).collect();
     std::fs::write(folder.join("rates.f64"), bytes).expect("the rates");
     let ran = Command::new("python3").args(["-c", SCRIPT]).current_dir(folder).output();
-    let said = ran.map(|ran| String::from_utf8_lossy(&ran.stdout).into_owned()).unwrap_or_default();
-    let words: Vec<&str> = said.split_whitespace().collect();
+    let printed = ran.map(|ran| String::from_utf8_lossy(&ran.stdout).into_owned()).unwrap_or_default();
+    let words: Vec<&str> = printed.split_whitespace().collect();
     let theirs = words.get(1).and_then(|word| word.parse::<f64>().ok());
     let share = |seconds: f64| theirs.map_or("–".to_owned(), |theirs| format!("{:.3}", seconds / theirs));
     println!("| one core | {one:.3} | {} |", share(one));
@@ -110,7 +110,7 @@ fn memory(folder: &Path) {
     }
 }
 
-/// One line of the table, in a process of its own.
+/// One line of the table, in a separate process.
 fn one_log(log: &str) {
     let before = resident_MiB();
     let begin = Instant::now();

@@ -1,4 +1,4 @@
-//! Do the expanded uncertainties of calibrations hold? Parts and drives drawn by number, whole sessions over the simulated serial line.
+//! Coverage of the expanded uncertainties of calibrations: random devices and drives, complete sessions over the simulated serial line.
 //!
 //! `cargo bench -p stand-tests --bench calibration -- [PARTS] [FIRST]`
 

@@ -1,9 +1,9 @@
-//! How often `explain` names what is hidden, and what it names instead.
+//! How often `explain` names the hidden effect, and the effects named instead.
 //!
 //! `cargo bench -p stand-tests --bench confusion -- foreign | own [N] [SEED] | several [N] [SEED] | nulls [N] [SEED] | outsiders [N] [SEED]`
 //!
-//! N is the number of logs, or for `own` and `outsiders` of seeds for each effect, experiment and mode. `own EFFECT` draws that one alone.
-//! `write ID FOLDER` writes a log with its models for `stand explain`. Tables go to standard output, a line per log into a CSV.
+//! N is the number of logs; for `own` and `outsiders`, of seeds for each effect, experiment and mode. `own EFFECT` runs that effect alone. `write
+//! ID FOLDER` writes a log with its models for `stand explain`. Tables go to standard output, a line per log into a CSV.
 
 use std::fs::File;
 use std::io::Write;
@@ -53,7 +53,7 @@ fn main() -> ExitCode {
                 eprintln!("{folder}: {e}");
                 return ExitCode::from(2);
             }
-            println!("{folder}: log.parquet, model.toml, truth.toml; hidden: {}", drawn.says());
+            println!("{folder}: log.parquet, model.toml, truth.toml; hidden: {}", drawn.description());
         }
         _ => {
             eprintln!("one of: foreign, own, several, nulls, outsiders, write");
@@ -63,7 +63,7 @@ fn main() -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// Every one of `of` in every experiment and mode, `count` times.
+/// Names of all combinations of `of`, experiment and mode, `count` seeds each.
 fn each(group: &str, of: &[&str], count: u64, first: u64) -> Vec<String> {
     let mut ids = Vec::new();
     for name in of {
@@ -76,13 +76,13 @@ fn each(group: &str, of: &[&str], count: u64, first: u64) -> Vec<String> {
     ids
 }
 
-/// Experiments in turn.
+/// Experiments in rotation.
 fn experiment(k: u64, first: u64) -> String {
     let mode = mode_name(MODES[(k / 3) as usize % 2]);
     format!("{mode}/{}/{}", PROFILES[k as usize % 3], first + k)
 }
 
-/// A third closed-loop; of each nine one has an effect more than the default stand, which the user knows.
+/// A third is closed-loop; one in nine has an additional effect that the user's model also has.
 fn null(k: u64, first: u64) -> String {
     let mode = if k % 3 == 2 { "rate" } else { "voltage" };
     let group = if k % 9 >= 6 && k % 9 % 3 == (k / 9) % 3 { "known" } else { "nulls" };
@@ -102,7 +102,7 @@ fn run(group: &str, ids: &[String]) -> Vec<Line> {
         };
         let outcome = judge(drawn.log(), &known);
         let hidden = drawn.hidden.iter().chain(&drawn.outsider).cloned().collect();
-        Some(Line { id: id.clone(), hidden, says: drawn.says(), outcome })
+        Some(Line { id: id.clone(), hidden, description: drawn.description(), outcome })
     })
 }
 
@@ -119,13 +119,13 @@ fn foreign() {
             without: &|_| None,
         };
         let outcome = judge(case.log.clone(), &known);
-        Some(Line { id: case.name.clone(), hidden: hidden.clone(), says: format!("{:?}", case.truth), outcome })
+        Some(Line { id: case.name.clone(), hidden: hidden.clone(), description: format!("{:?}", case.truth), outcome })
     });
     println!("{}", tables::foreign(&lines));
 }
 
-/// Answers in order. A thread per core takes one log after the other and explains it by itself: an explanation that waited for its own parts
-/// would otherwise begin with other logs, and its time would be theirs. A line goes into the CSV as soon as it is there.
+/// Results in the sequence of the inputs. Each core's thread explains one log at a time, single-threaded: an explanation that shares threads would
+/// interleave with others, and its time would include theirs. A line is written to the CSV as soon as it is ready.
 fn all<T: Sync>(group: &str, of: &[T], answer: impl Fn(&T) -> Option<Line> + Sync) -> Vec<Line> {
     let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("confusion-{group}.csv"));
     let csv = File::create(&path).and_then(|mut file| writeln!(file, "{}", tables::CSV_HEAD).map(|()| file));
@@ -137,7 +137,7 @@ fn all<T: Sync>(group: &str, of: &[T], answer: impl Fn(&T) -> Option<Line> + Syn
         }
     };
     eprintln!("a line per log: {}", path.display());
-    let (next, begin, told) = (AtomicUsize::new(0), Instant::now(), Mutex::new((Vec::new(), csv)));
+    let (next, begin, progress) = (AtomicUsize::new(0), Instant::now(), Mutex::new((Vec::new(), csv)));
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     std::thread::scope(|scope| {
         for _ in 0..cores {
@@ -145,8 +145,8 @@ fn all<T: Sync>(group: &str, of: &[T], answer: impl Fn(&T) -> Option<Line> + Syn
                 let alone = ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
                 while let Some((k, one)) = Some(next.fetch_add(1, Ordering::Relaxed)).and_then(|k| of.get(k).map(|one| (k, one))) {
                     let Some(line) = alone.install(|| answer(one)) else { continue };
-                    let mut told = told.lock().expect("no thread has failed");
-                    let (lines, csv) = &mut *told;
+                    let mut progress = progress.lock().expect("no thread has failed");
+                    let (lines, csv) = &mut *progress;
                     let mark = if tables::is_right(&line) { ' ' } else { '!' };
                     let (o, s) = (&line.outcome, begin.elapsed().as_secs_f64());
                     eprintln!(
@@ -159,7 +159,7 @@ fn all<T: Sync>(group: &str, of: &[T], answer: impl Fn(&T) -> Option<Line> + Syn
                         o.seconds
                     );
                     if let Some(file) = csv {
-                        // What cannot be written here is still in the table.
+                        // A line that cannot be written is still in the table.
                         let _ = writeln!(file, "{}", tables::csv_line(&line));
                     }
                     lines.push((k, line));
@@ -167,7 +167,7 @@ fn all<T: Sync>(group: &str, of: &[T], answer: impl Fn(&T) -> Option<Line> + Syn
             });
         }
     });
-    let (mut lines, _) = told.into_inner().expect("no thread has failed");
+    let (mut lines, _) = progress.into_inner().expect("no thread has failed");
     lines.sort_by_key(|(k, _)| *k);
     lines.into_iter().map(|(_, line)| line).collect()
 }

@@ -1,4 +1,4 @@
-//! Do the standard errors cover? 300 logs of our own firmware, fitted from wrong starts; 95 % intervals against the truth.
+//! Coverage of the standard errors: 300 simulated logs, fitted from wrong starts; 95 % intervals against the truth.
 //!
 //! `cargo bench -p stand-tests --bench coverage`
 
@@ -7,9 +7,9 @@ use rayon::prelude::*;
 use stand_firmware::profile::ProfileKind;
 use stand_firmware::speed_loop::Mode;
 use stand_tests::TWO_SIDED_95;
-use stand_tests::own::{TRUTH, hold, log, model};
+use stand_tests::own::{TRUTH, fit_or_compare, log, model};
 
-/// Logs per mode; every one with its own seed of profile and noise.
+/// Logs per mode; each with its own seed of profile and noise.
 const LOGS: u64 = 150;
 const PROFILES: [ProfileKind; 3] = [ProfileKind::MultiStep, ProfileKind::Multisine, ProfileKind::Prbs];
 
@@ -24,7 +24,7 @@ fn main() {
             .map(|k| {
                 let log = log(&Stand::default(), mode, PROFILES[k as usize % 3], 30.0, 1000 + k);
                 let factors = std::array::from_fn(|p| if (k >> p) & 1 == 0 { 1.5 } else { 1.0 / 1.5 });
-                let held = hold(&log, &model(&factors), true).expect("a fit");
+                let held = fit_or_compare(&log, &model(&factors), true).expect("a fit");
                 (0..6).map(|p| (held.parameters.list[p].value - TRUTH[p].1) / held.sigmas[p]).collect()
             })
             .collect();

@@ -1,4 +1,4 @@
-//! The table of the logs of another simulator: χ²/n of the true model, and the fit from the given start.
+//! Table of the external records of another simulator: χ²/n of the true model, and the fit from the usual start.
 //!
 //! `cargo bench -p stand-tests --bench foreign_cases`
 
@@ -15,9 +15,9 @@ fn main() {
             let Some(truth) = case.true_model() else {
                 return (format!("| {} | not in the catalogue | | | | |", case.name), Vec::new());
             };
-            let compared = case.hold(&truth, false).expect("a simulation");
+            let compared = case.fit_or_compare(&truth, false).expect("a simulation");
             let chi2: Vec<String> = compared.channels.iter().map(|c| format!("{:.3}", c.chi2_per_n())).collect();
-            let fitted = case.hold(&case.start_model().expect("a model"), true).expect("a fit");
+            let fitted = case.fit_or_compare(&case.start_model().expect("a model"), true).expect("a fit");
             let deviations = case.deviations(&fitted);
             let worst = deviations.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
             let (name, sigma) = worst.map_or(("", 0.0), |(n, s)| (n.as_str(), *s));

@@ -2,13 +2,13 @@
 
 use rayon::prelude::*;
 use stand_firmware::speed_loop::Settings;
-use stand_tests::rate_accuracy::{Accuracy, Step, accuracy, cogging_stand, learnt, step};
+use stand_tests::rate_accuracy::{Accuracy, Step, accuracy, calibrated_stand, cogging_stand, step};
 
 const RATES_DEG_S: [f64; 8] = [10.0, 20.0, 45.0, 90.0, 180.0, 360.0, 500.0, 720.0];
 const SEEDS: [u64; 3] = [1, 2, 3];
 const STEP_DEG_S: f64 = 100.0;
 
-/// The worst of all seeds.
+/// Worst values of all seeds.
 fn worst(of: &[Accuracy]) -> Accuracy {
     let greatest = |value: fn(&Accuracy) -> f64| of.iter().map(value).fold(0.0, f64::max);
     Accuracy {
@@ -24,7 +24,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let settings = Settings::default();
     println!("Gains: {settings:?}\n");
     let bare = cogging_stand();
-    let stands = [("nothing learnt", bare.clone()), ("own calibration", learnt(&bare, 1))];
+    let stands = [("no compensation", bare.clone()), ("own calibration", calibrated_stand(&bare, 1))];
     println!("Compensation of the second: {:?}\n", stands[1].1.firmware.compensation);
     println!("| compensation | rate, °/s | mean of ten turns off by, ppm | σ over 360°, ppm | σ over 10°, ppm | σ over 1°, ppm |");
     println!("|---|---:|---:|---:|---:|---:|");

@@ -1,4 +1,4 @@
-//! Where models fail, and where they are said to fail though they do not: the tables of docs/figures.md.
+//! True and false misfits of models: the tables of docs/figures.md.
 //!
 //! `cargo run --release -p stand-tests --example where_it_fails -- [own null logs]`
 
@@ -35,7 +35,7 @@ fn foreign() {
     let lines: Vec<String> = cases
         .par_iter()
         .map(|case| {
-            let list = fails::fitted(&case.log, &fails::believed(case), false);
+            let list = fails::fitted(&case.log, &fails::user_model(case), false);
             let stated = fails::stated(&data, case).unwrap_or_else(|| "none".to_owned());
             let Some(first) = list.first() else { return format!("| {} | {stated} | nothing | | | | | |", case.name) };
             let mut then: Vec<&str> = list.iter().map(|f| f.coordinate.name()).filter(|c| *c != first.coordinate.name()).collect();
@@ -93,7 +93,7 @@ fn nulls(count: u64) {
     }
 }
 
-/// Cogging on the default stand, which no shape was chosen on.
+/// Cogging on the default stand; the criteria were not tuned on it.
 fn cogging() {
     println!(
         "\n| own stand, cogging 7 and 14, N m | mode | rms/noise of the rate | found first | order | share |\n|---|---|---|---|---|---|"
@@ -109,7 +109,7 @@ fn cogging() {
             for seed in 3..6 {
                 let log = own::log(&stand, mode, ProfileKind::MultiStep, 20.0, seed);
                 let model = own::model(&[1.0; 6]);
-                let held = own::hold(&log, &model, true).expect("a fit");
+                let held = own::fit_or_compare(&log, &model, true).expect("a fit");
                 let rate = held.channels.iter().find(|c| c.channel.column() == "omega_rad_s").expect("the rate");
                 let list = fails::fitted(&log, &model, false);
                 let (found, order, share) = list
@@ -137,7 +137,7 @@ fn cost() {
     println!("300 s: {:.0} ms (best of 3)", 1e3 * best_seconds(&log, &own::model(&[1.0; 6]), 3));
 }
 
-/// Time that the search takes after a comparison, s, the best of `of`.
+/// Time of the misfit search after a comparison, s, best of `of` runs.
 fn best_seconds(log: &Log, model: &Model, of: usize) -> f64 {
     let (record, _) = fit::prepare::prepare(log, model, false).expect("the columns");
     let (system, parameters) = fit::build::system(model, record.temp_C.is_some());

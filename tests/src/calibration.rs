@@ -85,7 +85,7 @@ pub fn found<'f>(findings: &'f Findings, name: &str) -> &'f Quantity {
 ///
 /// # Panics
 /// The interval does not contain the truth, or U is larger.
-pub fn holds(findings: &Findings, name: &str, truth: f64, max_U: f64) {
+pub fn assert_covers(findings: &Findings, name: &str, truth: f64, max_U: f64) {
     let q = found(findings, name);
     let U = q.expanded_u();
     assert!(q.covers(truth), "{name} = {} ± {U}, truth {truth}", q.value);

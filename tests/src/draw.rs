@@ -1,9 +1,8 @@
-//! Stands with something hidden, drawn by seed: what the explainer is measured on.
+//! Stands with a hidden effect, drawn by seed: test cases for the explainer.
 //!
-//! A case goes by its name: `own/cogging/voltage/sweep/3`, `several/2/rate/multi-step/17`, `nulls/voltage/multisine/5`,
-//! `known/rate/sweep/5` (an effect more, which the user's model has too), `outsiders/sector-rub/rate/sweep/1`. The name alone says
-//! everything, so that a failure can be drawn again. The user of each stand believes in the default stand's structure, without what is
-//! hidden, with parameters off by up to a quarter.
+//! The name of a case defines it completely and reproduces it: `own/cogging/voltage/sweep/3`, `several/2/rate/multi-step/17`,
+//! `nulls/voltage/multisine/5`, `known/rate/sweep/5` (an additional effect that the user's model also has), `outsiders/sector-rub/rate/sweep/1`.
+//! The user's model of each stand has the default stand's structure without the hidden effects, with parameter errors of up to 25 %.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -26,44 +25,44 @@ pub const PROFILES: [&str; 3] = ["multi-step", "multisine", "sweep"];
 pub const MODES: [Mode; 2] = [Mode::Voltage, Mode::Rate];
 /// Disturbances outside the catalogue, by name.
 pub const OUTSIDERS: [&str; 4] = ["sector-rub", "hunting-supply", "slipping-clutch", "grinding-bearing"];
-/// What the user of the default stand believes in.
-const BELIEVED: [&str; 3] = ["viscous", "coulomb", "inductance"];
-/// Parameters of the user's model are off by up to this part.
-const OFF: f64 = 0.25;
-/// Length of a record, s; and of one in which the winding has to warm.
+/// Effects of the user's model of the default stand.
+const MODEL_EFFECTS: [&str; 3] = ["viscous", "coulomb", "inductance"];
+/// Largest relative parameter error of the user's model.
+const MAX_PARAMETER_ERROR: f64 = 0.25;
+/// Length of a record, s; and of a record with winding heating.
 const SECONDS: f64 = 30.0;
 const WARMING_S: f64 = 60.0;
-/// Brake of a stand that has to warm, N m s: 1 A at 15 rad/s, where the default stand with 0.1 A stays cold.
+/// Viscous brake of a stand with winding heating, N m s: 1 A at 15 rad/s; the default stand at 0.1 A stays cold.
 const BRAKE_N_M_S: f64 = 1.5e-3;
-/// Amplitude of the braked stand in voltage mode: some 23 rad/s.
+/// Voltage amplitude of the braked stand: about 23 rad/s.
 const BRAKED_V: f64 = 4.0;
 
 /// A drawn stand with its experiment.
 #[derive(Debug, Clone)]
 pub struct Drawn {
-    /// Its name.
+    /// Name of the case.
     pub id: String,
-    /// Experiment.
+    /// Operating mode.
     pub mode: Mode,
-    /// Experiment.
+    /// Profile.
     pub profile: ProfileKind,
     /// Names of the hidden effects of the catalogue.
     pub hidden: Vec<String>,
-    /// The disturbance outside the catalogue, if that is what is hidden.
+    /// The hidden disturbance outside the catalogue, if any.
     pub outsider: Option<String>,
-    /// The stand as it is.
+    /// The true stand.
     pub stand: Stand,
     seconds: f64,
     amplitude: f64,
     /// Seed of the profile.
     seed: u64,
-    /// Seed of all noise: each log has noise of its own, so that what one seed's noise does is not counted in each.
+    /// Seed of all noise; each log has its own, so that the logs are independent.
     noise: u64,
-    /// Factors of the user's beliefs are drawn from here on.
+    /// Seed of the user's parameter errors.
     beliefs: u64,
 }
 
-/// Draws of a seed.
+/// Random numbers of a seed.
 struct Draw(Xoshiro256PlusPlus);
 
 impl Draw {
@@ -92,13 +91,13 @@ impl Draw {
 }
 
 impl Drawn {
-    /// The case of this name; `None` where there is none.
+    /// The case of this name; `None` if there is none.
     pub fn by_name(id: &str) -> Option<Drawn> {
         let parts: Vec<&str> = id.split('/').collect();
         let (&seed, &profile, &mode) = (parts.last()?, parts.iter().rev().nth(1)?, parts.iter().rev().nth(2)?);
         let (seed, profile): (u64, ProfileKind) = (seed.parse().ok()?, profile.parse().ok()?);
         let mode = MODES.into_iter().find(|m| mode_name(*m) == mode)?;
-        // Every name has a stream of its own, the same on every machine (FNV-1a).
+        // Each name has its own random stream, identical on every machine (FNV-1a).
         let stream = id.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
         let mut draw = Draw(Xoshiro256PlusPlus::seed_from_u64(stream));
         let mut drawn = Drawn {
@@ -123,19 +122,20 @@ impl Drawn {
             }
             ("nulls", 4) => {}
             ("known", 4) => {
-                let known: Vec<&Card> = cards().iter().copied().filter(|c| !BELIEVED.contains(&c.id) && is_told_apart(c.id)).collect();
-                drawn.put(known[draw.below(known.len())].id, &mut draw);
+                let known: Vec<&Card> =
+                    cards().iter().copied().filter(|c| !MODEL_EFFECTS.contains(&c.id) && is_identifiable(c.id)).collect();
+                drawn.add_effect(known[draw.below(known.len())].id, &mut draw);
             }
             _ => return None,
         }
         for id in drawn.hidden.clone() {
-            drawn.put(&id, &mut draw);
+            drawn.add_effect(&id, &mut draw);
         }
         Some(drawn)
     }
 
-    /// Puts an effect into the stand, with what it needs to act.
-    fn put(&mut self, id: &str, draw: &mut Draw) {
+    /// Adds an effect to the stand, with the conditions that it needs to act.
+    fn add_effect(&mut self, id: &str, draw: &mut Draw) {
         let Some(card) = drive_model::card(id) else { return };
         self.stand.effects.insert(id.to_owned(), draw.effect(card));
         if warms(id) {
@@ -147,7 +147,7 @@ impl Drawn {
         }
     }
 
-    /// Something is hidden in the stand.
+    /// True if the stand has a hidden effect or disturbance.
     pub fn hides(&self) -> bool {
         self.outsider.is_some() || !self.hidden.is_empty()
     }
@@ -155,39 +155,39 @@ impl Drawn {
     /// The session's log.
     ///
     /// # Panics
-    /// Where the stand cannot be built, which is a fault of the draw.
+    /// The stand cannot be built: an error of the draw.
     pub fn log(&self) -> Log {
         let profile = SessionRequest::usual_profile(self.mode, self.profile, self.amplitude, self.seed);
         let request = SessionRequest { mode: self.mode, profile, seconds: self.seconds, seed: self.noise };
-        let plant = Plant::new(&self.stand, 0.0).expect("a good stand");
-        let record = session::run(self.stand.setup(), plant, request).expect("a good request");
+        let plant = Plant::new(&self.stand, 0.0).expect("a valid stand");
+        let record = session::run(self.stand.setup(), plant, request).expect("a valid request");
         let columns = record.columns.into_iter().map(|(name, values)| Column { name: name.to_owned(), values }).collect();
         let mut notes = record.notes;
         notes.push(("supply_nominal_V".to_owned(), self.stand.drive.supply_V.to_string()));
-        Log::new("session.parquet", columns, notes).expect("a good log")
+        Log::new("session.parquet", columns, notes).expect("a valid log")
     }
 
-    /// What the user believes.
+    /// The user's model.
     pub fn user_model(&self) -> Model {
         let mut draw = Draw(Xoshiro256PlusPlus::seed_from_u64(self.beliefs));
         self.model(&self.hidden.iter().map(String::as_str).collect::<Vec<_>>(), |_, kind, value| match kind {
             ParameterKind::HarmonicOrder | ParameterKind::EventTime => value,
-            ParameterKind::Phase => (value + draw.even((-OFF, OFF))).rem_euclid(std::f64::consts::TAU),
-            _ => value * (1.0 + draw.even((-OFF, OFF))),
+            ParameterKind::Phase => (value + draw.even((-MAX_PARAMETER_ERROR, MAX_PARAMETER_ERROR))).rem_euclid(std::f64::consts::TAU),
+            _ => value * (1.0 + draw.even((-MAX_PARAMETER_ERROR, MAX_PARAMETER_ERROR))),
         })
     }
 
-    /// The model of the stand as it is, as far as the catalogue goes.
+    /// The true model, within the catalogue.
     pub fn true_model(&self) -> Model {
         self.model(&[], |_, _, value| value)
     }
 
-    /// The same without one of its effects.
+    /// The true model without one effect.
     pub fn true_model_without(&self, effect: &str) -> Model {
         self.model(&[effect], |_, _, value| value)
     }
 
-    fn model(&self, without: &[&str], mut believed: impl FnMut(&str, ParameterKind, f64) -> f64) -> Model {
+    fn model(&self, without: &[&str], mut model_value: impl FnMut(&str, ParameterKind, f64) -> f64) -> Model {
         let drive = &self.stand.drive;
         let names: Vec<&String> = self.stand.effects.keys().filter(|name| !without.contains(&name.as_str())).collect();
         let mut text = format!("[drive]\ninput = \"u_V\"\neffects = {names:?}\n\n[parameters]\n");
@@ -197,24 +197,24 @@ impl Drawn {
             ("resistance_ohm", drive.resistance_ohm),
         ];
         for (name, value) in base {
-            text += &format!("{name} = {:e}\n", believed(name, ParameterKind::Positive, value));
+            text += &format!("{name} = {:e}\n", model_value(name, ParameterKind::Positive, value));
         }
         for name in names {
             let given = &self.stand.effects[name];
             for p in drive_model::card(name).into_iter().flat_map(|card| card.parameters) {
                 let value = in_log(p.kind, given.get(p.name).copied().unwrap_or(p.start));
-                // A coefficient that is truly zero is not part of the question.
+                // A true coefficient of zero is fixed at zero.
                 text += &match value == 0.0 && p.kind != ParameterKind::Phase {
                     true => format!("{} = {{ value = 0.0, fixed = true }}\n", p.name),
-                    false => format!("{} = {:e}\n", p.name, believed(p.name, p.kind, value)),
+                    false => format!("{} = {:e}\n", p.name, model_value(p.name, p.kind, value)),
                 };
             }
         }
-        Model::parse(&text, &self.id).expect("a good model")
+        Model::parse(&text, &self.id).expect("a valid model")
     }
 
-    /// What is hidden, with its parameters.
-    pub fn says(&self) -> String {
+    /// The hidden effects with their parameters.
+    pub fn description(&self) -> String {
         if !self.hides() {
             return "nothing".to_owned();
         }
@@ -232,12 +232,12 @@ impl Drawn {
         self.log().write(folder.join("log.parquet"))?;
         self.user_model().write(folder.join("model.toml"))?;
         self.true_model().write(folder.join("truth.toml"))?;
-        fs::write(folder.join("hidden.txt"), format!("{}: {}\n", self.id, self.says()))?;
+        fs::write(folder.join("hidden.txt"), format!("{}: {}\n", self.id, self.description()))?;
         Ok(())
     }
 }
 
-/// A parameter of the stand as the log has it: there time begins with the first row.
+/// Converts a parameter of the stand to the time base of the log, which starts with the first row.
 fn in_log(kind: ParameterKind, value: f64) -> f64 {
     if kind == ParameterKind::EventTime { value - session::FIRST_ROW_S } else { value }
 }
@@ -247,14 +247,14 @@ pub fn mode_name(mode: Mode) -> &'static str {
     mode.name()
 }
 
-/// Its law follows the winding's temperature.
+/// True if the effect depends on the winding temperature.
 fn warms(id: &str) -> bool {
     ["viscous-temperature", "resistance-temperature", "rate-bias-temperature"].contains(&id)
 }
 
-/// It can be told from the model's own parameters on logs of this stand. A supply that does not move droops like a larger R; a current that is
-/// read too large is a larger J with a smaller R.
-fn is_told_apart(id: &str) -> bool {
+/// True if the effect is identifiable on logs of this stand. With a constant supply, supply droop equals a larger R; a current-scale error equals a
+/// larger J with a smaller R.
+fn is_identifiable(id: &str) -> bool {
     !["supply-droop", "current-scale"].contains(&id)
 }
 
@@ -263,7 +263,7 @@ fn several(n: usize, draw: &mut Draw) -> Vec<String> {
     let mut chosen: Vec<&Card> = Vec::new();
     while chosen.len() < n.min(5) {
         let card = cards()[draw.below(cards().len())];
-        // One shaft; one of a family; no part of the structure on which another rests; the brake is the user's, not hidden.
+        // One shaft model; one effect per family; no effect that another one requires; the brake belongs to the user's model.
         let clash = |other: &&Card| {
             let pair = [card.id, other.id];
             let both = |a: &str, b: &str| pair.contains(&a) && pair.contains(&b);
@@ -273,7 +273,7 @@ fn several(n: usize, draw: &mut Draw) -> Vec<String> {
                 || both("coulomb", "presliding")
                 || (pair.contains(&"viscous") && pair.iter().any(|id| warms(id)))
         };
-        if is_told_apart(card.id) && !chosen.iter().any(clash) {
+        if is_identifiable(card.id) && !chosen.iter().any(clash) {
             chosen.push(card);
         }
     }

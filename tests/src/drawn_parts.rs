@@ -24,7 +24,7 @@ pub struct Compared {
     pub truth: f64,
 }
 
-/// The −3 dB frequency of the element (second order) with a first-order low-pass behind it, Hz.
+/// The −3 dB frequency of a second-order element with a first-order low-pass in series, Hz.
 pub fn bandwidth_Hz(natural_Hz: f64, damping: f64, cutoff_Hz: f64) -> f64 {
     let gain_2 = |f: f64| {
         let (x, y) = (f / natural_Hz, f / cutoff_Hz);
@@ -38,7 +38,7 @@ pub fn bandwidth_Hz(natural_Hz: f64, damping: f64, cutoff_Hz: f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// Calibrates the random device `seed` in this folder; returns the quantities that were found, with their true values.
+/// Calibrates the random device `seed` in this folder; returns the quantities found with their true values.
 ///
 /// # Panics
 /// The session does not complete.
@@ -49,7 +49,7 @@ pub fn calibrated(what: DutKind, seed: u64, folder: &Path) -> Vec<Compared> {
         DutKind::Drive => drawn_dut::drawn_drive(seed, &assumed),
         DutKind::Gyro | DutKind::Accel => {
             let (imu, truth) = drawn_dut::drawn_sensor(seed, &assumed, 10.0);
-            // A platform for each device: equal motions would have equal encoder errors.
+            // A different platform for each device: identical motions would give identical encoder errors.
             let mut stand = Stand { imu: Some(imu), ..Stand::default() };
             stand.drive.inertia_kg_m2 = drawn_dut::drawn_drive(seed, &assumed).0.drive.inertia_kg_m2;
             (stand, truth)

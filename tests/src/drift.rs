@@ -7,7 +7,7 @@ use host_tools::drift::integral::Integral;
 use host_tools::drift::separation::{PlatformDrift, three, three_uncorrected};
 use rayon::prelude::*;
 
-/// The rates of the three axes in both positions, rad/s: of each axis the mean over the cycles in which it had pulses.
+/// The rates of the three axes in both positions, rad/s: the mean over the cycles in which the axis had pulses.
 pub fn rates_rad_s(campaign: &Campaign, noise: &mut Noise) -> [Vector; 2] {
     campaign.run(noise).map(|cycles| {
         std::array::from_fn(|axis| {
@@ -43,7 +43,7 @@ pub struct Case {
     pub campaign: Campaign,
 }
 
-/// The cases with their values in docs/theory.md: mean relative error of the drift in percent, mean error of the azimuth in arcminutes, raw and corrected.
+/// The cases with the values of docs/theory.md: mean relative error of the drift in percent; mean azimuth error in arcminutes, raw and corrected.
 pub fn cases() -> [(Case, [f64; 3]); 6] {
     let sensor = |noise: f64, step: f64| AngleSensor { noise_rad: noise * ARCSEC, step_rad: step * ARCSEC, ..AngleSensor::ideal() };
     let usual = Campaign { sensor: sensor(0.5, 1.0), ..Campaign::default() };
@@ -70,7 +70,7 @@ pub fn cases() -> [(Case, [f64; 3]); 6] {
     ]
 }
 
-/// Means over draws: relative error of the drifts, percent; error of the azimuth as it is and corrected, arcminutes.
+/// Means over draws: relative error of the drifts, percent; azimuth error raw and corrected, arcminutes.
 pub fn monte_carlo(case: &Case, draws: u64, seed: u64) -> [f64; 3] {
     let sums: [f64; 3] = (0..draws)
         .into_par_iter()

@@ -1,4 +1,4 @@
-//! Logs of another simulator, each with a hidden effect or none, with its answer (folder `cases` of `STAND_DATA`).
+//! External records of another simulator with their true answers (folder `cases` of `STAND_DATA`).
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -23,24 +23,24 @@ pub fn stand_data() -> PathBuf {
 pub struct Case {
     /// Name of its folder.
     pub name: String,
-    /// The log.
+    /// Log.
     pub log: Log,
-    /// What the user believes.
-    pub believed: toml::Table,
-    /// What is hidden: an effect, `none`, or `outside-…`.
+    /// The user's model.
+    pub user_model_table: toml::Table,
+    /// The hidden effect, `none`, or `outside-…`.
     pub hidden: String,
-    /// Effects that are there, the hidden one last; `None` where the hidden one is no effect of the catalogue.
+    /// True effects, hidden one last; `None` where the hidden one is not in the catalogue.
     pub effects: Option<Vec<String>>,
     /// True parameters.
     pub truth: Vec<(String, f64)>,
-    /// The rate was seen by the encoder (the log does not say so, the collection's README does).
+    /// The rate is derived from the encoder (stated in the collection's README only).
     pub rate_from_encoder: bool,
 }
 
-/// All cases, in order.
+/// All cases, sorted by name.
 ///
 /// # Panics
-/// Where a case is not whole.
+/// A case is incomplete.
 pub fn cases(data: &Path) -> Vec<Case> {
     let mut folders: Vec<PathBuf> =
         fs::read_dir(data.join("cases")).expect("the cases").map(|e| e.expect("an entry").path()).filter(|p| p.is_dir()).collect();
@@ -51,8 +51,8 @@ pub fn cases(data: &Path) -> Vec<Case> {
 fn case(folder: &Path) -> Case {
     let text = |name: &str| fs::read_to_string(folder.join(name)).expect("a file of the case");
     let answer: Value = serde_json::from_str(&text("truth.json")).expect("the answer");
-    let hidden = answer["hidden"].as_str().expect("what is hidden").to_owned();
-    let mut effects: Vec<String> = serde_json::from_value(answer["known"].clone()).expect("what is known");
+    let hidden = answer["hidden"].as_str().expect("the hidden effect").to_owned();
+    let mut effects: Vec<String> = serde_json::from_value(answer["known"].clone()).expect("the known effects");
     let inside = !hidden.starts_with("outside");
     if inside && hidden != "none" {
         effects.push(hidden.clone());
@@ -64,7 +64,7 @@ fn case(folder: &Path) -> Case {
         rate_from_encoder: hidden == "encoder-eccentricity",
         hidden,
         log: Log::read(folder.join("log.parquet")).expect("the log"),
-        believed: toml::from_str(&text("model.toml")).expect("the model"),
+        user_model_table: toml::from_str(&text("model.toml")).expect("the model"),
         effects: inside.then_some(effects),
         truth,
     }
@@ -76,25 +76,26 @@ impl Case {
         self.truth.iter().find(|(n, _)| n == name).map(|(_, v)| *v)
     }
 
-    /// What the user believes.
+    /// The user's model.
     ///
     /// # Panics
-    /// Where the case's model is none.
+    /// The case's model is invalid.
     pub fn user_model(&self) -> Model {
-        Model::parse(&self.believed.to_string(), &self.name).expect("a model of the case")
+        Model::parse(&self.user_model_table.to_string(), &self.name).expect("a model of the case")
     }
 
-    /// The model with the true effects and parameters; `None` where no effect of the catalogue is true.
+    /// The model with true effects and parameters; `None` where an effect is not in the catalogue.
     pub fn true_model(&self) -> Option<Model> {
         let parameters: Vec<(String, f64)> = self.truth.clone();
         Some(self.model(self.effects.as_ref()?, &parameters))
     }
 
-    /// The model with the true effects at the given start: what the user believes, and the catalogue's start for the hidden effect (its
-    /// order, which no fit moves, is the true one).
+    /// The model with the true effects at the start of a fit: the user's values, and the catalogue's start for the hidden effect. Harmonic orders
+    /// are true, because no fit changes them.
     pub fn start_model(&self) -> Option<Model> {
-        let believed = self.believed["parameters"].as_table().expect("parameters");
-        let mut parameters: Vec<(String, f64)> = believed.iter().map(|(k, v)| (k.clone(), v.as_float().expect("a number"))).collect();
+        let user_model_table = self.user_model_table["parameters"].as_table().expect("parameters");
+        let mut parameters: Vec<(String, f64)> =
+            user_model_table.iter().map(|(k, v)| (k.clone(), v.as_float().expect("a number"))).collect();
         for (name, value) in &self.truth {
             if name.ends_with("_order") {
                 parameters.push((name.clone(), *value));
@@ -107,7 +108,7 @@ impl Case {
         let mut text =
             format!("[drive]\ninput = \"u_V\"\noutputs = [\"omega_rad_s\", \"i_A\", \"theta_rad\"]\neffects = {effects:?}\n[parameters]\n");
         for (name, value) in parameters {
-            // A coefficient that is truly zero is not part of the question.
+            // A true coefficient of zero is fixed at zero.
             let zero = *value == 0.0 || (self.true_value(name) == Some(0.0));
             text += &if zero { format!("{name} = {{ value = 0.0, fixed = true }}\n") } else { format!("{name} = {value:e}\n") };
         }
@@ -120,18 +121,18 @@ impl Case {
     /// Compares `model` with the log, or fits it.
     ///
     /// # Errors
-    /// Where it cannot be simulated.
+    /// The model cannot be simulated.
     ///
     /// # Panics
-    /// Where the log lacks a column.
-    pub fn hold(&self, model: &Model, fitted: bool) -> Result<FitResult, FitError> {
+    /// The log lacks a column.
+    pub fn fit_or_compare(&self, model: &Model, fitted: bool) -> Result<FitResult, FitError> {
         let (mut record, _) = fit::prepare::prepare(&self.log, model, fitted).expect("the log has the columns");
         record.rate_from_encoder = self.rate_from_encoder;
         let (system, parameters) = fit::build::system(model, record.temp_C.is_some());
         if fitted { fit::fit(&system, &parameters, &record) } else { fit::compare(&system, &parameters, &record) }
     }
 
-    /// Fitted minus true, in standard errors, of every parameter that was fitted.
+    /// Fitted minus true value of every fitted parameter, in standard errors.
     pub fn deviations(&self, held: &FitResult) -> Vec<(String, f64)> {
         held.parameters
             .list

@@ -1,5 +1,5 @@
-//! What the tests and tables of whole sessions share: logs from elsewhere with their answers, sessions on the simulated stand, stands with
-//! something hidden, and how an explanation of their logs is judged.
+//! Shared by the tests and tables of whole sessions: external logs with their answers, sessions on the simulated stand, stands with a hidden
+//! effect, and the evaluation of explanations.
 
 pub mod bench;
 pub mod calibration;

@@ -1,4 +1,4 @@
-//! How much memory this process has and had, as the system counts it.
+//! Memory of this process as reported by the operating system.
 
 fn status(key: &str) -> f64 {
     let text = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
@@ -6,12 +6,12 @@ fn status(key: &str) -> f64 {
     line.split_whitespace().nth(1).and_then(|kb| kb.parse::<f64>().ok()).map_or(f64::NAN, |kb| kb / 1024.0)
 }
 
-/// Resident now, MiB; not a number where the system does not say.
+/// Resident set now, MiB; NaN where the system does not report it.
 pub fn resident_MiB() -> f64 {
     status("VmRSS")
 }
 
-/// The most that was resident, MiB.
+/// Peak resident set, MiB.
 pub fn peak_MiB() -> f64 {
     status("VmHWM")
 }

@@ -1,4 +1,4 @@
-//! Sessions of our own firmware on the simulated stand, as logs.
+//! Simulated sessions of the project's firmware, as logs.
 
 use hal_sim::plant::{Plant, Stand};
 use hal_sim::session::{self, SessionRequest};
@@ -21,35 +21,35 @@ pub const TRUTH: [(&str, f64); 6] = [
 /// A session on `stand` as a log.
 ///
 /// # Panics
-/// Where the stand or the request is not a good one.
+/// The stand or the request is invalid.
 pub fn log(stand: &Stand, mode: Mode, profile: ProfileKind, seconds: f64, seed: u64) -> Log {
     let request = SessionRequest::new(mode, profile, seconds, seed);
-    let plant = Plant::new(stand, 0.0).expect("a good stand");
-    let record = session::run(stand.setup(), plant, request).expect("a good request");
+    let plant = Plant::new(stand, 0.0).expect("a valid stand");
+    let record = session::run(stand.setup(), plant, request).expect("a valid request");
     let columns = record.columns.into_iter().map(|(name, values)| Column { name: name.to_owned(), values }).collect();
-    Log::new("session.parquet", columns, record.notes).expect("a good log")
+    Log::new("session.parquet", columns, record.notes).expect("a valid log")
 }
 
 /// The default stand's model with every parameter multiplied by its factor.
 ///
 /// # Panics
-/// Never: the model is a good one.
+/// Never: the model is valid.
 pub fn model(factors: &[f64; 6]) -> Model {
     let mut text = "[drive]\ninput = \"u_V\"\neffects = [\"viscous\", \"coulomb\", \"inductance\"]\n[parameters]\n".to_owned();
     for ((name, value), factor) in TRUTH.iter().zip(factors) {
         text += &format!("{name} = {:e}\n", value * factor);
     }
-    Model::parse(&text, "default stand").expect("a good model")
+    Model::parse(&text, "default stand").expect("a valid model")
 }
 
 /// Compares `model` with the log, or fits it.
 ///
 /// # Errors
-/// Where it cannot be simulated.
+/// The model cannot be simulated.
 ///
 /// # Panics
-/// Where the log lacks a column.
-pub fn hold(log: &Log, model: &Model, fitted: bool) -> Result<FitResult, FitError> {
+/// The log lacks a column.
+pub fn fit_or_compare(log: &Log, model: &Model, fitted: bool) -> Result<FitResult, FitError> {
     let (record, _) = fit::prepare::prepare(log, model, fitted).expect("the log has the columns");
     let (system, parameters) = fit::build::system(model, record.temp_C.is_some());
     if fitted { fit::fit(&system, &parameters, &record) } else { fit::compare(&system, &parameters, &record) }

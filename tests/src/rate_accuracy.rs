@@ -1,7 +1,7 @@
-//! How exactly the simulated stand turns, by the plant's own angle and the crystal: for docs/rate-accuracy.md.
+//! Accuracy of the simulated stand's rate, from the plant's true angle and the crystal: data of docs/rate-accuracy.md.
 //!
-//! In: a stand and a rate. Out: the mean rate over whole turns, its scatter over windows of whole turns, ten degrees and one degree, and how a
-//! step of the rate settles. Neither encoder nor rate sensor is asked: marks of the plant's angle are timed between ticks.
+//! Input: a stand and a rate. Output: mean rate over whole turns, its scatter over windows of one turn, ten degrees and one degree, and the
+//! settling of a rate step. Marks of the plant's true angle are timed between ticks; encoder and rate sensor are not used.
 
 use std::f64::consts::PI;
 
@@ -12,21 +12,21 @@ use stand_firmware::board::TICKS_PER_S;
 use stand_firmware::profile::{ProfileConfig, ProfileKind};
 use stand_firmware::speed_loop::Mode;
 
-/// Where the platform begins, rad from the index: 3° before it, so that the index comes soon.
+/// Initial angle, rad from the index: 3° before it, so that the index comes soon.
 const BEGIN_RAD: f64 = -PI / 60.0;
-/// Turns after the index that are not looked at.
+/// Turns after the index that are discarded.
 pub const TURNS_TO_SETTLE: usize = 2;
 /// Turns over which the mean is taken.
 pub const TURNS_OF_THE_MEAN: usize = 10;
-/// Turns over whose times the scatter is taken.
+/// Turns over which the scatter is taken.
 pub const TURNS_OF_THE_SCATTER: usize = 20;
-/// The band within which a step is settled, of the step.
-const SETTLED: f64 = 0.02;
-/// How long a step is looked at, s.
+/// Settling band as a fraction of the step.
+const SETTLING_BAND: f64 = 0.02;
+/// Duration of a step, s.
 const STEP_S: f64 = 2.0;
 
-/// The default stand (dry and viscous friction, inductance, a tick of delay) with cogging: of order 7, in the middle of the range from which hidden
-/// cogging is drawn, and half as much of order 14.
+/// The default stand (Coulomb and viscous friction, inductance, one tick of delay) with cogging of harmonic order 7, in the middle of the range of
+/// hidden cogging, and half of that at order 14.
 pub fn cogging_stand() -> Stand {
     let mut stand = Stand::default();
     for (name, order, torque_N_m, phase_rad) in [("cogging", 7.0, 2e-3, 0.3), ("cogging#2", 14.0, 1e-3, 2.0)] {
@@ -36,55 +36,55 @@ pub fn cogging_stand() -> Stand {
     stand
 }
 
-/// The same stand after it has measured its own cogging and friction.
+/// The stand with the compensation from its own calibration of cogging and friction.
 ///
 /// # Panics
-/// Where it cannot.
-pub fn learnt(stand: &Stand, seed: u64) -> Stand {
-    let plant = Plant::new(stand, BEGIN_RAD).expect("a good stand");
-    let calibrated = calibrate(stand.setup(), plant, seed, |_| ()).expect("a good stand");
+/// The stand cannot be calibrated.
+pub fn calibrated_stand(stand: &Stand, seed: u64) -> Stand {
+    let plant = Plant::new(stand, BEGIN_RAD).expect("a valid stand");
+    let calibrated = calibrate(stand.setup(), plant, seed, |_| ()).expect("a valid stand");
     let mut stand = stand.clone();
     stand.firmware.compensation = calibrated.outcome.expect("a stand that can be calibrated").compensation;
     stand
 }
 
-/// What was found at one rate.
+/// Results at one rate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Accuracy {
-    /// The rate asked for, °/s.
+    /// Commanded rate, °/s.
     pub rate_deg_s: f64,
-    /// Mean rate over ten whole turns less what was asked for, parts of it.
+    /// Relative error of the mean rate over ten whole turns.
     pub mean: f64,
-    /// Scatter (1 σ) of the mean rates over whole turns from index to index, parts of the rate.
+    /// Relative scatter (1 σ) of the mean rates over whole turns from index to index.
     pub turn: f64,
-    /// The same over each ten degrees.
+    /// Relative scatter over each ten degrees.
     pub ten_degrees: f64,
-    /// The same over each degree.
+    /// Relative scatter over each degree.
     pub one_degree: f64,
 }
 
-/// How a step from rest settled.
+/// Settling of a step from rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
-    /// When the rate was outside of ± 2 % for the last time, s after the step.
+    /// Time after the step at which the rate last leaves ± 2 %, s.
     pub settled_s: f64,
-    /// By how much it exceeded the step at most, parts of it.
+    /// Relative overshoot.
     pub overshoot: f64,
 }
 
 /// Turns `stand` at `rate_deg_s` (positive) and measures.
 ///
 /// # Errors
-/// The session cannot be.
+/// The session is refused.
 ///
 /// # Panics
-/// Where the platform did not turn as far as asked, or the stand is none.
+/// The platform turned less than commanded, or the stand is invalid.
 pub fn accuracy(stand: &Stand, rate_deg_s: f64, seed: u64) -> Result<Accuracy, SessionError> {
     let rate_rad_s = rate_deg_s.to_radians();
     let turns = TURNS_TO_SETTLE + TURNS_OF_THE_SCATTER;
     let seconds = (turns as f64 * 360.0 + 6.0) / rate_deg_s + rate_rad_s / stand.firmware.acceleration_rad_s2 + 1.0;
     let mut degrees_s = Vec::with_capacity(turns * 360 + 100);
-    let plant = Marked::new(Plant::new(stand, BEGIN_RAD).expect("a good stand"), PI / 180.0, &mut degrees_s);
+    let plant = Marked::new(Plant::new(stand, BEGIN_RAD).expect("a valid stand"), PI / 180.0, &mut degrees_s);
     run_rows(stand.setup(), plant, constant(rate_rad_s, seconds, seed), |_, _| ())?;
     let marks = &degrees_s[TURNS_TO_SETTLE * 360..=turns * 360];
     let mean_s = (marks[TURNS_OF_THE_MEAN * 360] - marks[0]) / (TURNS_OF_THE_MEAN * 360) as f64;
@@ -97,21 +97,21 @@ pub fn accuracy(stand: &Stand, rate_deg_s: f64, seed: u64) -> Result<Accuracy, S
     })
 }
 
-/// A step from rest to `rate_deg_s` (positive), by the plant's own rate.
+/// A step from rest to `rate_deg_s` (positive), by the plant's true rate.
 ///
 /// # Errors
-/// The session cannot be.
+/// The session is refused.
 ///
 /// # Panics
-/// Where the stand is none.
+/// The stand is invalid.
 pub fn step(stand: &Stand, rate_deg_s: f64, seed: u64) -> Result<Step, SessionError> {
     let rate_rad_s = rate_deg_s.to_radians();
     let (mut settled_s, mut overshoot) = (0.0_f64, 0.0_f64);
-    let plant = Plant::new(stand, BEGIN_RAD).expect("a good stand");
+    let plant = Plant::new(stand, BEGIN_RAD).expect("a valid stand");
     run_rows(stand.setup(), plant, constant(rate_rad_s, STEP_S, seed), |row, truth| {
         let off = truth.omega_rad_s / rate_rad_s - 1.0;
         overshoot = overshoot.max(off);
-        if off.abs() > SETTLED {
+        if off.abs() > SETTLING_BAND {
             settled_s = row.t_s;
         }
     })?;
@@ -122,7 +122,7 @@ fn constant(rate_rad_s: f64, seconds: f64, seed: u64) -> SessionRequest {
     SessionRequest { mode: Mode::Rate, profile: ProfileConfig::new(ProfileKind::Constant, rate_rad_s, seed), seconds, seed }
 }
 
-/// Standard deviation of the mean rates over windows of so many marks, relative to their mean.
+/// Standard deviation of the mean rates over windows of `window` marks, relative to their mean.
 fn scatter(marks_s: &[f64], window: usize) -> f64 {
     let ends: Vec<f64> = marks_s.iter().copied().step_by(window).collect();
     let rates: Vec<f64> = ends.windows(2).map(|ends| 1.0 / (ends[1] - ends[0])).collect();
@@ -131,7 +131,7 @@ fn scatter(marks_s: &[f64], window: usize) -> f64 {
     (squares / (rates.len() - 1) as f64).sqrt()
 }
 
-/// A plant that times the marks of its own angle as it passes them forward, from zero on.
+/// A plant that times the forward crossings of marks of its true angle, from zero on.
 pub struct Marked<'a, P> {
     plant: P,
     every_rad: f64,
@@ -160,7 +160,7 @@ impl<P: PlantPort> PlantPort for Marked<'_, P> {
             if after < mark {
                 break;
             }
-            // Hermite's cubic through both ends; the chord is a good start for Newton's.
+            // Hermite cubic through both ends; Newton's method starts at the chord.
             let way = after - theta;
             let mut x = ((mark - theta) / way).clamp(0.0, 1.0);
             for _ in 0..3 {

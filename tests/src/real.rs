@@ -1,4 +1,4 @@
-//! Measurements made elsewhere on real drives (in the folder `STAND_DATA`), and what one compares of them.
+//! External records of real drives (`STAND_DATA`) and the quantities compared with publications.
 
 use std::path::Path;
 
@@ -7,15 +7,15 @@ use host_tools::identify::fit::{self, FitError, FitResult};
 use host_tools::log::Log;
 use host_tools::model::Model;
 
-/// The record of that name; a column that interfaces.md does not know is read where `also` names it.
+/// The record of that name. `also` names additional columns to read.
 ///
 /// # Panics
-/// Where it cannot be read.
+/// The record cannot be read.
 pub fn record(data: &Path, name: &str, also: &[&str]) -> Log {
     Log::read_also(data.join(name), also).expect("a record of the collection")
 }
 
-/// The same log with one more note.
+/// The log with one more note.
 ///
 /// # Panics
 /// Never: the columns are those of a log.
@@ -25,24 +25,24 @@ pub fn noted(log: &Log, key: &str, value: &str) -> Log {
     Log::new(log.path(), log.columns().to_vec(), notes).expect("the columns of a log")
 }
 
-/// `model` with the values that were found.
+/// `model` with the fitted values.
 ///
 /// # Panics
-/// Where a name is not of the model.
+/// A name is not a parameter of the model.
 pub fn with_values(model: &Model, parameters: &fit::Parameters) -> Model {
     let mut found = model.clone();
     found.set_all(parameters.list.iter().map(|p| (p.name.as_str(), p.value))).expect("parameters of the model");
     found
 }
 
-/// Root mean square of measured minus modelled *position* along the whole of `log`, in the angle's unit: a free run from the measured
-/// first angle at the rate that fits the log best. (The tool itself compares increments over 20 ms.)
+/// Root mean square of measured minus modelled position over all of `log`, in the angle's unit: a free run from the measured first angle at the
+/// initial rate that fits best. (`stand` itself compares increments over 20 ms.)
 ///
 /// # Errors
-/// Where the model cannot be simulated.
+/// The model cannot be simulated.
 ///
 /// # Panics
-/// Where the log lacks a column.
+/// The log lacks a column.
 pub fn position_rms(log: &Log, model: &Model) -> Result<f64, FitError> {
     let (record, _) = fit::prepare::prepare(log, model, false).expect("the columns of the model");
     let (system, parameters) = fit::build::system(model, record.temp_C.is_some());
@@ -61,8 +61,8 @@ pub fn position_rms(log: &Log, model: &Model) -> Result<f64, FitError> {
     Ok((sum / n as f64).sqrt())
 }
 
-/// Largest correlation of `of(θ)` with a map over one turn (even steps, rising angles), the map shifted by at most `reach_rad`; with it the
-/// shift, rad. A mean of either is no part of it. The map begins at `θ = 0`.
+/// Largest correlation of `of(θ)` with a map over one turn (even steps, rising angles) that is shifted by at most `reach_rad`; and the shift, rad.
+/// Means are removed. The map starts at `θ = 0`.
 pub fn correlation_with_map(of: impl Fn(f64) -> f64, theta_rad: &[f64], map: &[f64], reach_rad: f64) -> (f64, f64) {
     let steps = 64;
     (-steps..=steps)
@@ -74,7 +74,7 @@ pub fn correlation_with_map(of: impl Fn(f64) -> f64, theta_rad: &[f64], map: &[f
         .fold((f64::NEG_INFINITY, 0.0), |best, one| if one.0 > best.0 { one } else { best })
 }
 
-/// Pearson's.
+/// Pearson's correlation coefficient.
 fn correlation(a: &[f64], b: &[f64]) -> f64 {
     let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;
     let (ma, mb) = (mean(a), mean(b));

@@ -1,54 +1,54 @@
-//! A program that records from the whole simulated controller: what came of its stream.
+//! Records the stream of the simulated controller and counts losses.
 
 use stand_firmware::telemetry::{Body, Deframer, frame::Piece};
 
 use crate::bench::Host;
 
-/// What came, and what is missing.
+/// Counts of received and missing data.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Streamed {
-    /// Whole frames of all kinds.
+    /// Complete frames of all kinds.
     pub frames: u64,
     /// Rows among them.
     pub rows: u64,
-    /// Frames that the numbers say are missing.
+    /// Frames missing by sequence number.
     pub missing: u64,
-    /// Rows whose own number or time is not the next.
+    /// Rows whose number or time is not consecutive.
     pub out_of_step: u64,
-    /// Pieces that are no frames.
+    /// Undecodable pieces.
     pub damaged: u64,
-    /// What the stand itself says it had no room for.
+    /// Frames that the stand reports as dropped for lack of buffer.
     pub lost: u64,
 }
 
-/// Records for so long at 1 kHz; `each_second` is told how it goes. The stand goes on streaming.
+/// Records for `seconds` at 1 kHz; `each_second` receives the progress. The stand keeps streaming.
 pub async fn record(host: &Host<'_, '_>, seconds: u32, mut each_second: impl FnMut(u32, &Streamed)) -> Streamed {
-    let mut is = Streamed::default();
+    let mut counts = Streamed::default();
     let mut deframer = Deframer::default();
     let (mut seq, mut row, mut at) = (None::<u16>, None::<u32>, None::<u64>);
     host.send(b"STReam ON\n");
     for second in 0..seconds {
         for _ in 0..50 {
             host.wait_s(0.02).await;
-            for byte in host.heard() {
+            for byte in host.received() {
                 let Some(Piece::Frame(frame)) = deframer.push(byte) else { continue };
-                is.frames += 1;
-                is.missing += seq.map_or(0, |last| u64::from(frame.seq.wrapping_sub(last).wrapping_sub(1)));
+                counts.frames += 1;
+                counts.missing += seq.map_or(0, |last| u64::from(frame.seq.wrapping_sub(last).wrapping_sub(1)));
                 seq = Some(frame.seq);
                 match frame.body {
                     Body::Row(next) => {
-                        is.rows += 1;
+                        counts.rows += 1;
                         let in_step = row.is_none_or(|row| next.sequence == row + 1) && at.is_none_or(|at| next.at == at + 10_000);
-                        is.out_of_step += u64::from(!in_step);
+                        counts.out_of_step += u64::from(!in_step);
                         (row, at) = (Some(next.sequence), Some(next.at));
                     }
-                    Body::Beat(beat) => is.lost = u64::from(beat.lost),
+                    Body::Beat(beat) => counts.lost = u64::from(beat.lost),
                     _ => {}
                 }
             }
         }
-        is.damaged = deframer.damaged();
-        each_second(second + 1, &is);
+        counts.damaged = deframer.damaged();
+        each_second(second + 1, &counts);
     }
-    is
+    counts
 }

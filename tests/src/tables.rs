@@ -1,4 +1,4 @@
-//! Tables of many explanations: how often the right name is given, and what is named instead.
+//! Tables of many explanations: how often the correct effect is named, and the effects named instead.
 
 use std::collections::BTreeMap;
 
@@ -6,16 +6,16 @@ use drive_model::cards;
 
 use crate::verdicts::{Outcome, stem};
 
-/// One log: its case's name, what is hidden (effects, or one name outside the catalogue), what came out.
+/// One log: name of its case, hidden effects (or one name outside the catalogue), result.
 #[derive(Debug, Clone)]
 pub struct Line {
     /// Name of the case.
     pub id: String,
-    /// What is hidden, in short.
+    /// Hidden effects, in short.
     pub hidden: Vec<String>,
-    /// The same with parameters.
-    pub says: String,
-    /// What came out.
+    /// Hidden effects with parameters.
+    pub description: String,
+    /// Result.
     pub outcome: Outcome,
 }
 
@@ -31,7 +31,7 @@ fn names(outcome: &Outcome) -> String {
     text
 }
 
-/// Logs of another simulator, a line each.
+/// Logs of another simulator, one line each.
 pub fn foreign(lines: &[Line]) -> String {
     let mut text = "| case | verdict | missing | first candidate | ΔBIC | visible | rms/noise before, after | right | s |\n".to_owned();
     text += "|---|---|---|---|---|---|---|---|---|\n";
@@ -57,8 +57,8 @@ pub fn foreign(lines: &[Line]) -> String {
     text + &format!("\nright: {}\n", share(right, lines.len()))
 }
 
-/// Nothing hidden: adequate. One effect: named first, or as one of its family; or nothing named, where it is not visible. Several: all added.
-/// Something outside: unknown structure.
+/// Correct results. Nothing hidden: adequate. One effect: named first, or one of its family; or no effect named where it is not visible. Several
+/// effects: all added. A disturbance outside the catalogue: unknown structure.
 pub fn is_right(line: &Line) -> bool {
     match line.hidden.as_slice() {
         [] => line.outcome.verdict == "adequate",
@@ -71,7 +71,7 @@ pub fn is_right(line: &Line) -> bool {
     }
 }
 
-/// One hidden effect each.
+/// One hidden effect per log.
 pub fn own(lines: &[Line]) -> String {
     let mut text = "| hidden | logs | visible | of these named first | with its family | not visible: adequate | wrong first name | names too many | largest seconds |\n".to_owned();
     text += "|---|---|---|---|---|---|---|---|---|\n";
@@ -120,7 +120,7 @@ fn own_line(name: &str, of: &[&Line]) -> String {
     )
 }
 
-/// What is left once everything is added, and whether the added parameters' intervals cover the truth.
+/// Residual after all additions, and coverage of the added parameters' intervals.
 fn added(lines: &[Line]) -> String {
     let found: Vec<&Outcome> = lines.iter().map(|l| &l.outcome).filter(|o| !o.missing.is_empty()).collect();
     let mut ratios: Vec<f64> = found.iter().map(|o| o.ratio_after).collect();
@@ -149,7 +149,7 @@ fn added(lines: &[Line]) -> String {
     text
 }
 
-/// Several hidden effects each.
+/// Several hidden effects per log.
 pub fn several(lines: &[Line]) -> String {
     let mut text = "| hidden at once | logs | all visible ones added | all added | logs with a name that is not there | hidden ones visible | of these added | seconds, largest |\n".to_owned();
     text += "|---|---|---|---|---|---|---|---|\n";
@@ -216,7 +216,7 @@ pub fn nulls(lines: &[Line], group: impl Fn(&str) -> String) -> String {
     text
 }
 
-/// Something outside the catalogue each.
+/// One disturbance outside the catalogue per log.
 pub fn outsiders(lines: &[Line]) -> String {
     let mut text = "| outside | logs | unknown structure | an effect named, nothing left | adequate | expression proposed | first coordinate | rms/noise before, after (median) |\n".to_owned();
     text += "|---|---|---|---|---|---|---|---|\n";
@@ -260,7 +260,7 @@ pub fn outsiders(lines: &[Line]) -> String {
 pub const CSV_HEAD: &str = "id,hidden,verdict,missing,ambiguous_with,visible,right,margin_bic,ratio_before,ratio_after,coordinate,\
                             candidates,deviations_sigma,seconds,error,parameters";
 
-/// One log, for looking at failures.
+/// One log as a CSV line, for the analysis of failures.
 pub fn csv_line(line: &Line) -> String {
     let o = &line.outcome;
     let candidates: Vec<String> = o.candidates.iter().map(|(name, bic)| bic.map_or(name.clone(), |b| format!("{name} {b:.0}"))).collect();
@@ -282,7 +282,7 @@ pub fn csv_line(line: &Line) -> String {
         quoted(&deviations.join("; ")),
         format!("{:.2}", o.seconds),
         quoted(&o.error),
-        quoted(&line.says),
+        quoted(&line.description),
     ];
     fields.join(",")
 }

@@ -1,9 +1,9 @@
-//! One explanation held against what is known to be hidden.
+//! Comparison of an explanation with the known hidden effects.
 //!
-//! An effect is *visible* in a log if the user's model, fitted, leaves at least 1.05 times the noise in a channel, and the true structure
-//! beats every rival outside its family by at least 20 in BIC on whitened residuals. Noise and whitening are those of the true structure,
-//! fitted from the truth; rivals are the candidates that the explanation fitted in full and physics allows, with the BIC that it gives
-//! them; where there is none, "no effect at all" is the rival. A family here is what the cards say. What is not visible need not be found.
+//! An effect is *visible* in a log under two conditions. The fitted user's model leaves at least 1.05 times the noise in a channel. The true
+//! structure beats every rival outside its family by at least 20 in BIC on whitened residuals. Noise and whitening are those of the true structure,
+//! fitted from the true values. Rivals are the physically allowed candidates that the explanation fitted on the full log, with their BIC; without
+//! any, the rival is "no effect". Families are those of the cards. An effect that is not visible need not be found.
 
 use host_tools::identify::explain::likelihood::{Whitener, delta_bic};
 use host_tools::identify::explain::{Explanation, explain};
@@ -14,55 +14,55 @@ use stand_firmware::board::Hardware;
 
 use crate::TWO_SIDED_95;
 
-/// Least rms of the user's model over the noise, in one channel.
+/// Least ratio of the user's model's rms to the noise, in one channel.
 const VISIBLE_RATIO: f64 = 1.05;
-/// BIC by which the true structure must win.
+/// BIC margin of the true structure.
 const VISIBLE_BIC: f64 = 20.0;
 
-/// What is known of a log.
+/// Known facts about a log.
 pub struct Known<'a> {
-    /// What the user believes.
+    /// The user's model.
     pub user: Model,
-    /// The true structure at its true values; `None` where the catalogue lacks it.
+    /// The true structure with true values; `None` where the catalogue lacks it.
     pub truth: Option<Model>,
     /// Hidden effects of the catalogue.
     pub hidden: &'a [String],
-    /// Something outside the catalogue is hidden.
+    /// A disturbance outside the catalogue is hidden.
     pub outsider: bool,
-    /// The rate was made from the encoder, which no note says.
+    /// The rate is derived from the encoder, without a note in the log.
     pub rate_from_encoder: bool,
-    /// The true structure without one of its effects, at its true values.
+    /// The true structure without one of its effects, with true values.
     pub without: &'a dyn Fn(&str) -> Option<Model>,
 }
 
-/// What came out.
+/// Result of an explanation.
 #[derive(Debug, Clone, Default)]
 pub struct Outcome {
     /// Verdict, or `bad-log`, or `error`.
     pub verdict: String,
-    /// Names that were added, in order.
+    /// Names of the added effects, in the sequence of addition.
     pub missing: Vec<String>,
-    /// What the first of them could not be told from.
+    /// Effects not distinguishable from the first one.
     pub ambiguous_with: Vec<String>,
     /// The best candidates with their BIC.
     pub candidates: Vec<(String, Option<f64>)>,
-    /// Coordinate over which what is unknown is drawn, else of the first failure.
+    /// Coordinate of the first unexplained shape, else of the first misfit.
     pub coordinate: String,
     /// Names of hidden effects that are visible.
     pub visible: Vec<String>,
-    /// Largest rms over noise: of the user's model, and on held-out rows once everything is added.
+    /// Largest rms over noise of the user's model.
     pub ratio_before: f64,
-    /// See there.
+    /// Largest rms over noise on held-out rows after all additions.
     pub ratio_after: f64,
-    /// Margin in BIC of the true structure before its best rival.
+    /// BIC margin of the true structure over its best rival.
     pub margin: f64,
-    /// Deviations of the parameters of rightly added effects from the truth, σ.
+    /// Deviations of the correctly added effects' parameters from the truth, σ.
     pub deviations: Vec<(String, f64)>,
-    /// An expression was proposed for what is left.
+    /// An expression was proposed for the remainder.
     pub drawn: bool,
     /// Duration, s.
     pub seconds: f64,
-    /// What went wrong, where something did.
+    /// Error message, if any.
     pub error: String,
 }
 
@@ -71,35 +71,35 @@ pub fn stem(name: &str) -> &str {
     name.split('#').next().unwrap_or(name)
 }
 
-/// They are of one family by their cards.
-pub fn akin(a: &str, b: &str) -> bool {
+/// True if both effects are of one family.
+pub fn same_family(a: &str, b: &str) -> bool {
     let family = |id: &str| drive_model::card(stem(id)).map_or("", |c| c.family);
     stem(a) == stem(b) || (!family(a).is_empty() && family(a) == family(b))
 }
 
 impl Outcome {
-    /// The first name is this effect.
+    /// True if the first name is this effect.
     pub fn names_first(&self, effect: &str) -> bool {
         self.missing.first().is_some_and(|m| stem(m) == effect)
     }
 
-    /// The first name is this effect, or it is said that the log cannot tell the two apart.
+    /// True if the first name is this effect or not distinguishable from it in this log.
     pub fn names_family_first(&self, effect: &str) -> bool {
         self.names_first(effect) || (!self.missing.is_empty() && self.ambiguous_with.iter().any(|m| stem(m) == effect))
     }
 
-    /// This effect was added, at some place.
+    /// True if this effect was added, at any position.
     pub fn adds(&self, effect: &str) -> bool {
         self.missing.iter().any(|m| stem(m) == effect) || self.names_family_first(effect)
     }
 
-    /// Deviations within the 95 % interval.
+    /// Number of deviations within the 95 % interval.
     pub fn covered(&self) -> usize {
         self.deviations.iter().filter(|(_, d)| d.abs() < TWO_SIDED_95).count()
     }
 }
 
-/// Explains a log, and holds the answer against what is known.
+/// Explains a log and compares the result with the known effects.
 pub fn judge(log: Log, known: &Known) -> Outcome {
     let explanation = match explain(vec![log.clone()], &known.user, &|_| ()) {
         Ok(explanation) => explanation,
@@ -110,14 +110,14 @@ pub fn judge(log: Log, known: &Known) -> Outcome {
         }
     };
     let mut outcome = read(&explanation);
-    see(&mut outcome, &explanation, &log, known);
+    mark_visible(&mut outcome, &explanation, &log, known);
     if !known.outsider {
         outcome.deviations = deviations(&explanation, known);
     }
     outcome
 }
 
-/// Over what the answer draws what it does not know; where it draws nothing, over what the model fails most.
+/// Coordinate of the first unexplained shape; if there is none, of the first misfit.
 fn coordinate(explanation: &Explanation) -> &'static str {
     let drawn = explanation.unexplained.first().map(|s| s.coordinate);
     drawn.or(explanation.misfits.first().map(|f| f.coordinate)).map_or("", |c| c.name())
@@ -141,35 +141,35 @@ fn read(explanation: &Explanation) -> Outcome {
     }
 }
 
-/// A model held against a log, with what it was held by.
-struct Holding<'a> {
+/// A fitted model with its inputs.
+struct Fitted<'a> {
     record: PreparedLog<'a>,
     system: System,
     held: FitResult,
 }
 
-fn hold<'a>(log: &'a Log, model: &Model, rate_from_encoder: bool) -> Option<Holding<'a>> {
+fn fit_model<'a>(log: &'a Log, model: &Model, rate_from_encoder: bool) -> Option<Fitted<'a>> {
     let (mut record, _) = fit::prepare::prepare(log, model, true).ok()?;
     record.rate_from_encoder |= rate_from_encoder;
     let (system, parameters) = fit::build::system(model, record.temp_C.is_some());
     let held = fit::fit(&system, &parameters, &record).ok()?;
-    Some(Holding { record, system, held })
+    Some(Fitted { record, system, held })
 }
 
 fn residuals(held: &FitResult) -> Vec<&[f64]> {
     held.channels.iter().map(|c| c.residual.as_slice()).collect()
 }
 
-/// Which of the hidden effects this log shows.
-fn see(outcome: &mut Outcome, explanation: &Explanation, log: &Log, known: &Known) {
-    let Some(truth) = known.truth.as_ref().and_then(|t| hold(log, t, known.rate_from_encoder)) else { return };
+/// Determines the hidden effects that this log shows.
+fn mark_visible(outcome: &mut Outcome, explanation: &Explanation, log: &Log, known: &Known) {
+    let Some(truth) = known.truth.as_ref().and_then(|t| fit_model(log, t, known.rate_from_encoder)) else { return };
     let rows = 0..truth.record.len();
     let whitener = Whitener::of(&truth.record, &residuals(&truth.held), &explanation.criteria.whitening);
     let squares = |system: &System, held: &FitResult| {
         whitener.sums(system, &held.parameters, &held.initial_states, &truth.record, std::slice::from_ref(&rows))
     };
     let full = squares(&truth.system, &truth.held);
-    // How much worse a model without it is, in BIC, and in the ratio of its rms to the noise.
+    // BIC increase of a model without the effect, and its rms over noise.
     let better = |system: &System, without: &FitResult| {
         let more = truth.held.parameters.free().len().saturating_sub(without.parameters.free().len());
         let bic = -delta_bic(squares(system, without).gain(&full), more, full.effective_samples());
@@ -179,7 +179,7 @@ fn see(outcome: &mut Outcome, explanation: &Explanation, log: &Log, known: &Know
     if let [hidden] = known.hidden {
         let (system, _) = fit::build::system(&known.user, truth.record.temp_C.is_some());
         let (bic, ratio) = better(&system, &explanation.given);
-        let rivals = explanation.candidates.iter().filter(|c| c.refused.is_none() && !akin(&c.effect, hidden));
+        let rivals = explanation.candidates.iter().filter(|c| c.refused.is_none() && !same_family(&c.effect, hidden));
         let rival = rivals.filter_map(|c| c.delta_bic).fold(0.0, |best: f64, d| best.max(-d));
         outcome.margin = bic - rival;
         if ratio >= VISIBLE_RATIO && outcome.margin >= VISIBLE_BIC {
@@ -188,7 +188,7 @@ fn see(outcome: &mut Outcome, explanation: &Explanation, log: &Log, known: &Know
         return;
     }
     for hidden in known.hidden {
-        let Some(less) = (known.without)(hidden).and_then(|m| hold(log, &m, known.rate_from_encoder)) else { continue };
+        let Some(less) = (known.without)(hidden).and_then(|m| fit_model(log, &m, known.rate_from_encoder)) else { continue };
         let (bic, ratio) = better(&less.system, &less.held);
         if ratio >= VISIBLE_RATIO && bic >= VISIBLE_BIC {
             outcome.visible.push(hidden.clone());
@@ -196,8 +196,8 @@ fn see(outcome: &mut Outcome, explanation: &Explanation, log: &Log, known: &Know
     }
 }
 
-/// By how much the phase of an eccentric disc differs where the angle is counted from its own index, which the disc shows at e sin φ: in
-/// whole counts, and a row holds the middle of its count.
+/// Phase shift of an eccentric disc when the angle counts from its own index, which is displaced by e sin φ, in whole counts; a row contains the
+/// middle of its count.
 fn index_shift(truth: &Model) -> f64 {
     let value = |name: &str| truth.value(name).unwrap_or(0.0);
     let count_rad = Hardware::default().rad_per_count();
@@ -205,7 +205,7 @@ fn index_shift(truth: &Model) -> f64 {
     value("eccentricity_order") * (shown / count_rad).floor() * count_rad
 }
 
-/// Fitted minus true, in standard errors, of the free parameters of rightly added effects, if everything that was added is right.
+/// Fitted minus true value, in standard errors, of the free parameters of correctly added effects, if all additions are correct.
 fn deviations(explanation: &Explanation, known: &Known) -> Vec<(String, f64)> {
     let Some(truth) = &known.truth else { return Vec::new() };
     let right = |name: &String| known.hidden.iter().any(|h| h == name);

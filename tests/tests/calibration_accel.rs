@@ -1,7 +1,7 @@
-//! An accelerometer as a rate sensor: scale, radius, angle, bias; a stand that leans; where it is blind.
+//! An accelerometer as a rate sensor: scale, radius, angle, bias; a tilted stand; its insensitive range.
 
 use host_tools::calibrate::{Findings, Remark};
-use stand_tests::calibration::{calibrated, found, holds};
+use stand_tests::calibration::{assert_covers, calibrated, found};
 
 fn turning(name: &str, mounted: &str) -> String {
     format!(
@@ -26,7 +26,7 @@ seconds = 8.0
     )
 }
 
-/// A part that is 2 % and 1.2° off, with biases of both axes.
+/// A device with 2 % scale error, misaligned by 1.2°, with biases on both axes.
 fn accel(leans_rad: f64, steps: &str, seed: u64) -> Findings {
     let stand = format!("[imu]\naccel_scale = 1.02\naccel_bias_m_s2 = 0.15\nchi_rad = {}\ntilt_rad = {leans_rad}\n", 1.2_f64.to_radians());
     let record = calibrated(&stand, &format!("what = 'accel'\n[known]\nradius_error_m = 1e-4\n{steps}"), seed);
@@ -34,14 +34,14 @@ fn accel(leans_rad: f64, steps: &str, seed: u64) -> Findings {
 }
 
 #[test]
-fn one_radius_gives_scale_times_radius_and_believes_one_of_them() {
+fn one_radius_gives_only_the_product_of_scale_and_radius() {
     for seed in 1..3 {
         let findings = accel(0.0, &turning("near", "radius_m = 0.05"), seed);
         // The half-width of the radius is 0.1 mm, 0.2 %; times 1.13 for 95 % of a rectangle.
-        holds(&findings, "scale", 1.02, 2.5e-3);
-        holds(&findings, "angle_deg", 1.2, 0.05);
-        holds(&findings, "bias_x_m_s2", 0.15, 0.01);
-        holds(&findings, "bias_y_m_s2", 0.15, 0.01);
+        assert_covers(&findings, "scale", 1.02, 2.5e-3);
+        assert_covers(&findings, "angle_deg", 1.2, 0.05);
+        assert_covers(&findings, "bias_x_m_s2", 0.15, 0.01);
+        assert_covers(&findings, "bias_y_m_s2", 0.15, 0.01);
         // With an assumed scale of 1 the radius has the error of the scale, which dominates its budget.
         let radius = found(&findings, "radius_m");
         assert!((radius.value - 1.02 * 0.05).abs() < 2e-5, "{}", radius.value);
@@ -55,8 +55,8 @@ fn two_radii_separate_scale_and_radius() {
     let steps = format!("{}{}", turning("near", "radius_m = 0.05"), turning("far", "radius_m = 0.09"));
     let findings = accel(0.0, &steps, 3);
     // 0.1 mm at each radius over 40 mm.
-    holds(&findings, "scale", 1.02, 5e-3);
-    holds(&findings, "radius_m", 0.05, 2.5e-4);
+    assert_covers(&findings, "scale", 1.02, 5e-3);
+    assert_covers(&findings, "radius_m", 0.05, 2.5e-4);
 }
 
 #[test]
@@ -64,23 +64,23 @@ fn saturated_windows_are_left_out() {
     // 20 rad/s at 0.1 m are 40 m/s², times 1.02: the range is 4 g.
     let steps = format!("{}{}", turning("near", "radius_m = 0.05"), turning("far", "radius_m = 0.1"));
     let findings = accel(0.0, &steps, 7);
-    holds(&findings, "scale", 1.02, 5e-3);
-    holds(&findings, "radius_m", 0.05, 2.5e-4);
+    assert_covers(&findings, "scale", 1.02, 5e-3);
+    assert_covers(&findings, "radius_m", 0.05, 2.5e-4);
 }
 
 #[test]
-fn tilt_of_the_stand_changes_neither() {
+fn stand_tilt_changes_neither_scale_nor_angle() {
     for (tilt_deg, seed) in [(0.0_f64, 4), (5.0, 5), (5.0, 6), (5.0, 7)] {
         let findings = accel(0.0, &turning("near", &format!("radius_m = 0.05, tilt_deg = {tilt_deg}")), seed);
-        holds(&findings, "scale", 1.02, 2.5e-3);
-        holds(&findings, "angle_deg", 1.2, 0.1);
-        holds(&findings, "bias_x_m_s2", 0.15, 0.02);
-        holds(&findings, "bias_y_m_s2", 0.15, 0.02);
+        assert_covers(&findings, "scale", 1.02, 2.5e-3);
+        assert_covers(&findings, "angle_deg", 1.2, 0.1);
+        assert_covers(&findings, "bias_x_m_s2", 0.15, 0.02);
+        assert_covers(&findings, "bias_y_m_s2", 0.15, 0.02);
     }
 }
 
 #[test]
-fn accelerometer_is_blind_near_rest() {
+fn accelerometer_is_insensitive_near_rest() {
     let findings = accel(0.0, &turning("near", "radius_m = 0.05"), 6);
     let blind = found(&findings, "blind_below_rad_s");
     assert!(findings.remarks.contains(&Remark::SquareOfRate));

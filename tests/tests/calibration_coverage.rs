@@ -1,10 +1,10 @@
-//! A sample of the benchmark `calibration`: random devices, calibrated and compared with their true values. The table over a thousand devices is in
-//! docs/calibration.md.
+//! A sample of the benchmark `calibration`: random devices, calibrated and compared with their true values. docs/calibration.md has the table over
+//! a thousand devices.
 
 use host_tools::calibrate::DutKind;
 use stand_tests::drawn_parts::calibrated;
 
-/// Some of so few 95 % intervals may miss the truth: none by more than 5 u, and most must cover it.
+/// Few 95 % intervals: none may miss the truth by more than 5 u, and most must cover it.
 fn sample(what: DutKind, seeds: std::ops::Range<u64>, wanted: &[&str]) {
     let (mut inside, mut all) = (0, 0);
     for seed in seeds {

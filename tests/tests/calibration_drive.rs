@@ -1,9 +1,9 @@
-//! The stand's own drive: inertia by an added one, by coasting, by output error; its corner along a chirp; cogging by order.
+//! The stand's own drive: inertia by an added inertia, by coasting and by output error; bandwidth from a chirp; cogging by harmonic order.
 
 use host_tools::calibrate::AbsenceReason;
 use host_tools::log::Log;
 use host_tools::statistics::{LeastSquares, least_squares};
-use stand_tests::calibration::{calibrated, found, holds, recorded};
+use stand_tests::calibration::{assert_covers, calibrated, found, recorded};
 use std::f64::consts::TAU;
 
 const STEPS: &str = "
@@ -20,7 +20,7 @@ fn session(more: &str) -> String {
     format!("what = 'drive'\n{STEPS}{more}")
 }
 
-/// A stand whose current sensor is off, with these effects beside the default stand's.
+/// A stand with this current-scale error, the default effects and these further effects.
 fn stand(current_scale: f64, more: &str) -> String {
     format!(
         "[effects.coulomb]\ncoulomb_N_m = 9e-4\n[effects.viscous]\nviscous_N_m_s = 2e-5\n[effects.inductance]\ninductance_H = 2.38e-4\n[effects.current-scale]\ncurrent_scale = {current_scale}\n{more}"
@@ -32,8 +32,8 @@ fn added_inertia_gives_the_inertia_independently_of_the_current_scale() {
     let session = session(&STEPS.replace("steps'", "loaded'").replace("seconds = 15.0", "seconds = 15.0\nadded_inertia_kg_m2 = 1.5e-4"));
     for (scale, seed) in [(0.01, 1), (-0.01, 2)] {
         let record = calibrated(&stand(scale, ""), &session, seed);
-        holds(&record.findings, "inertia_by_added_kg_m2", 2.5e-4, 3e-6);
-        // By the motor constant the inertia has the error of the current, and its interval covers it.
+        assert_covers(&record.findings, "inertia_by_added_kg_m2", 2.5e-4, 3e-6);
+        // The inertia from the motor constant contains the error of the current; its interval covers the truth.
         let fitted = found(&record.findings, "inertia_kg_m2");
         assert!(fitted.covers(2.5e-4), "{}", fitted.value);
         assert!((fitted.value / 2.5e-4 - 1.0).abs() > 0.5 * 0.01, "{}", fitted.value);
@@ -46,13 +46,13 @@ fn added_inertia_gives_the_inertia_independently_of_the_current_scale() {
 fn added_inertia_is_removed_for_the_next_step() {
     let loaded = STEPS.replace("steps'", "loaded'").replace("seconds = 15.0", "seconds = 15.0\nadded_inertia_kg_m2 = 1.5e-4");
     let record = calibrated(&stand(0.0, ""), &format!("what = 'drive'\n{loaded}{STEPS}"), 3);
-    holds(&record.findings, "inertia_kg_m2", 2.5e-4, 8e-6);
+    assert_covers(&record.findings, "inertia_kg_m2", 2.5e-4, 8e-6);
     let instruction = record.journal.steps[1].instruction.as_ref().expect("the operator removed the inertia");
     assert!(instruction[0].contains("from the platform"), "{}", instruction[0]);
 }
 
 #[test]
-fn a_platform_that_runs_out_gives_its_inertia_again() {
+fn coasting_gives_the_inertia() {
     let session = session(
         "
 [[steps]]
@@ -65,11 +65,11 @@ seconds = 15.0
 ",
     );
     let findings = calibrated(&stand(0.0, ""), &session, 1).findings;
-    holds(&findings, "inertia_by_coasting_kg_m2", 2.5e-4, 1e-5);
+    assert_covers(&findings, "inertia_by_coasting_kg_m2", 2.5e-4, 1e-5);
 }
 
 #[test]
-fn the_corner_along_a_chirp_is_that_of_the_linear_model() {
+fn bandwidth_from_a_chirp_equals_that_of_the_linear_model() {
     let session = session(
         "
 [[steps]]
@@ -88,8 +88,8 @@ seconds = 40.0
     for j in [1.8e-4, 2.5e-4, 4e-4] {
         let corner = (k * k / r + b) / j / TAU;
         let findings = calibrated(&stand(0.0, &format!("[drive]\ninertia_kg_m2 = {j}\n")), &session, 1).findings;
-        holds(&findings, "drive_bandwidth_Hz", corner, 0.01 * corner);
-        holds(&findings, "mechanical_time_constant_s", 1.0 / (TAU * corner), 0.05 / (TAU * corner));
+        assert_covers(&findings, "drive_bandwidth_Hz", corner, 0.01 * corner);
+        assert_covers(&findings, "mechanical_time_constant_s", 1.0 / (TAU * corner), 0.05 / (TAU * corner));
     }
 }
 
@@ -106,7 +106,7 @@ seconds = 20.0
 fn cogging_is_found_only_at_its_harmonic_order() {
     let cogging = stand(0.0, "[effects.cogging]\ncogging_N_m = 1.5e-3\ncogging_order = 7\n");
     let findings = calibrated(&cogging, &session(SLOW), 1).findings;
-    holds(&findings, "order_7_N_m", 1.5e-3, 1e-4);
+    assert_covers(&findings, "order_7_N_m", 1.5e-3, 1e-4);
     let others: Vec<_> = findings.quantities.iter().filter(|q| q.name.starts_with("order_") && q.name != "order_7_N_m").collect();
     assert!(others.is_empty(), "{:?}", others.iter().map(|q| (&q.name, q.value)).collect::<Vec<_>>());
 }
@@ -119,7 +119,7 @@ fn drive_without_cogging_has_no_harmonic() {
     assert!(findings.absent.iter().any(|a| a.quantity == "cogging_N_m" && matches!(a.reason, AbsenceReason::NoHarmonic { .. })));
 }
 
-/// theory.md §4: R 2.3 Ω, L 0.5 mH, k 0.02 N m/A, J 1e-4 kg m², b 2e-6 N m s, Mc 1e-3 N m.
+/// docs/theory.md §4: R 2.3 Ω, L 0.5 mH, k 0.02 N m/A, J 1e-4 kg m², b 2e-6 N m s, Mc 1e-3 N m.
 const THEORY: &str = "
 [drive]
 inertia_kg_m2 = 1e-4
@@ -134,18 +134,18 @@ inductance_H = 0.5e-3
 ";
 
 #[test]
-fn the_drive_of_theory_4_has_its_time_constant() {
+fn drive_of_theory_4_has_its_time_constant() {
     let findings = calibrated(THEORY, &session("").replace("amplitude = 0.8", "amplitude = 0.7"), 1).findings;
-    holds(&findings, "mechanical_time_constant_s", 0.568_462_679, 5e-3);
-    holds(&findings, "electrical_time_constant_s", 0.5e-3 / 2.3, 1e-5);
+    assert_covers(&findings, "mechanical_time_constant_s", 0.568_462_679, 5e-3);
+    assert_covers(&findings, "electrical_time_constant_s", 0.5e-3 / 2.3, 1e-5);
 }
 
-/// theory.md §4: J Ω′ = k i − b Ω − Mc integrated over noisy records of 20 s, the rate regressed on [∫i, −∫Ω, −t].
+/// docs/theory.md §4: J Ω′ = k i − b Ω − Mc integrated over noisy records of 20 s, the rate regressed on [∫i, −∫Ω, −t].
 ///
-/// What the current's noise leaves in ∫i walks at random, and on this stand it is more than the rate's own noise: b would look ten times surer than it is.
-/// From one rate to the next the law holds as well, and there the noise is white.
+/// The current's noise is a random walk in ∫i, on this stand larger than the rate's noise: σ of b would be ten times too small. The differenced law
+/// between successive rates is also valid, and its noise is white.
 #[test]
-fn the_integrated_law_identifies_the_drive_from_its_own_current() {
+fn integrated_law_identifies_the_drive_from_its_own_current() {
     let one_way = "what = 'drive'
 [[steps]]
 name = 'one way'
@@ -176,7 +176,7 @@ seconds = 21.0
     }
 }
 
-/// [k/J, b/J, Mc/J], from rates 82 ms apart; each is the slope of the angle over 41 rows. The first second spins it up.
+/// [k/J, b/J, Mc/J] from rates 82 ms apart, each the slope of the angle over 41 rows. The first second is the spin-up.
 fn integrated_law(log: &Log) -> LeastSquares {
     let [t_s, theta, i_A] = ["t_s", "theta_rad", "i_A"].map(|name| log.column(name).expect("it was recorded"));
     let mut charge = 0.0;
@@ -189,8 +189,8 @@ fn integrated_law(log: &Log) -> LeastSquares {
         }
         charge += i_A[k] * (t_s[k + 1] - t_s[k]);
     }
-    assert!(points.iter().all(|[.., rate]| *rate > 1.0), "one way");
+    assert!(points.iter().all(|[.., rate]| *rate > 1.0), "one direction");
     let steps = points.windows(2).map(|pair| std::array::from_fn::<f64, 4, _>(|k| pair[1][k] - pair[0][k]));
     let (rows, rates): (Vec<_>, Vec<_>) = steps.map(|[charge, angle, time, rate]| (vec![charge, angle, time], rate)).unzip();
-    least_squares(&rows, &rates).expect("the columns are apart")
+    least_squares(&rows, &rates).expect("the columns are linearly independent")
 }

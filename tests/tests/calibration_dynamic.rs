@@ -2,12 +2,12 @@
 
 use host_tools::calibrate::response::Structure;
 use host_tools::calibrate::{Findings, Meaning};
-use stand_tests::calibration::{calibrated, found, holds};
+use stand_tests::calibration::{assert_covers, calibrated, found};
 
 /// The chip's own low-pass at the rate at which the stand reads it (LPF1 at 1667 Hz).
 const FILTER_HZ: f64 = 304.2;
 
-/// The static part that every gyro's session has, as short as it may be.
+/// The static steps of a gyro's session, as short as possible.
 const STATIC: &str = "
 [[steps]]
 name = 'staircase'
@@ -47,7 +47,7 @@ fn gain(f: f64, natural_Hz: f64, damping: f64, filter_Hz: f64) -> f64 {
     1.0 / (1.0 - x * x).hypot(2.0 * damping * x) / 1_f64.hypot(f / filter_Hz)
 }
 
-/// Where it has fallen by 3 dB: halved between rest and ten times the natural frequency.
+/// The −3 dB frequency, by bisection between zero and ten times the natural frequency.
 fn bandwidth_Hz(natural_Hz: f64, damping: f64, filter_Hz: f64) -> f64 {
     let (mut low, mut high) = (0.5 * natural_Hz, 10.0 * natural_Hz);
     for _ in 0..60 {
@@ -63,18 +63,18 @@ fn gyro(natural_Hz: f64, damping: f64, delay_s: f64, steps: &str, seed: u64) -> 
 }
 
 #[test]
-fn sines_tell_delay_damping_and_bandwidth_apart() {
+fn sines_separate_delay_damping_and_bandwidth() {
     for (natural_Hz, damping, delay_s, seed) in [(40.0, 0.5, 0.0, 1), (60.0, 0.7, 8e-4, 2), (80.0, 0.6, 8e-4, 3)] {
         let findings = gyro(natural_Hz, damping, delay_s, &sines(&[5.0, 10.0, 20.0, 40.0, 60.0, 80.0, 100.0], 4.0), seed);
-        holds(&findings, "delay_s", delay_s, 5e-5);
-        holds(&findings, "damping", damping, 0.03);
-        holds(&findings, "bandwidth_Hz", bandwidth_Hz(natural_Hz, damping, FILTER_HZ), 2.0);
-        holds(&findings, "scale_dynamic", 1.01, 0.01);
+        assert_covers(&findings, "delay_s", delay_s, 5e-5);
+        assert_covers(&findings, "damping", damping, 0.03);
+        assert_covers(&findings, "bandwidth_Hz", bandwidth_Hz(natural_Hz, damping, FILTER_HZ), 2.0);
+        assert_covers(&findings, "scale_dynamic", 1.01, 0.01);
     }
 }
 
 #[test]
-fn a_chirp_agrees_with_the_sines() {
+fn chirp_agrees_with_sines() {
     let by_sines = gyro(60.0, 0.7, 8e-4, &sines(&[5.0, 10.0, 20.0, 40.0, 60.0, 80.0, 100.0], 4.0), 4);
     let by_chirp = gyro(60.0, 0.7, 8e-4, CHIRP, 5);
     for name in ["delay_s", "damping", "bandwidth_Hz", "scale_dynamic"] {
@@ -90,8 +90,8 @@ fn rate_sensor_of_the_stand_is_first_order_at_523_Hz() {
     let session =
         format!("what = 'gyro'\ncolumn = 'omega_rad_s'\n{STATIC}{}", sines(&[10.0, 20.0, 40.0, 60.0, 80.0, 120.0, 175.0, 220.0], 8.0));
     let findings = calibrated("", &session, 1).findings;
-    holds(&findings, "bandwidth_Hz", 523.0, 130.0);
-    holds(&findings, "delay_s", 0.0, 1e-4);
-    holds(&findings, "scale_dynamic", 1.0, 2e-3);
+    assert_covers(&findings, "bandwidth_Hz", 523.0, 130.0);
+    assert_covers(&findings, "delay_s", 0.0, 1e-4);
+    assert_covers(&findings, "scale_dynamic", 1.0, 2e-3);
     assert!(matches!(found(&findings, "bandwidth_Hz").meaning, Some(Meaning::Bandwidth { structure: Structure::FirstOrder, .. })));
 }

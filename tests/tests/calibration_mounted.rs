@@ -1,6 +1,6 @@
-//! The part mounted otherwise: what looks alike at one place is told apart at another.
+//! Devices in several mountings: effects that are confounded in one mounting are separated in another.
 
-use stand_tests::calibration::{calibrated, found, holds};
+use stand_tests::calibration::{assert_covers, calibrated, found};
 
 const G: f64 = 9.806_65;
 
@@ -26,7 +26,7 @@ seconds = 25.5
 ";
 
 #[test]
-fn g_sensitivity_at_one_radius_looks_like_a_quadratic_and_a_second_radius_tells_them_apart() {
+fn second_radius_separates_g_sensitivity_from_a_quadratic_scale() {
     let sensitivity_s_m = 2e-4;
     let stand = format!("[imu]\ngyro_scale = 1.02\n[imu.gyro]\ng_sensitivity_s_m = {sensitivity_s_m}\n");
     let findings = calibrated(&stand, TWO_RADII, 1).findings;
@@ -34,20 +34,20 @@ fn g_sensitivity_at_one_radius_looks_like_a_quadratic_and_a_second_radius_tells_
     let near = found(&findings, "quadratic_s");
     assert!(near.covers(-sensitivity_s_m * 0.05) && near.value.abs() > 5.0 * near.expanded_u(), "{}", near.value);
     // The coefficient of Ω² is known to some 8e-7 s at each radius, over 0.05 m of distance.
-    holds(&findings, "g_sensitivity_outward_rad_s_g", sensitivity_s_m * G, 3.5e-4);
-    holds(&findings, "quadratic_at_axis_s", 0.0, 3e-6);
+    assert_covers(&findings, "g_sensitivity_outward_rad_s_g", sensitivity_s_m * G, 3.5e-4);
+    assert_covers(&findings, "quadratic_at_axis_s", 0.0, 3e-6);
 }
 
 #[test]
-fn a_quadratic_of_the_gyro_s_own_is_no_g_sensitivity() {
+fn quadratic_scale_is_not_reported_as_g_sensitivity() {
     let findings = calibrated("[imu]\ngyro_scale = 1.02\n[imu.gyro]\nquadratic_s = 1e-5\n", TWO_RADII, 2).findings;
-    holds(&findings, "quadratic_s", 1e-5, 1e-6);
-    holds(&findings, "g_sensitivity_outward_rad_s_g", 0.0, 3.5e-4);
-    holds(&findings, "quadratic_at_axis_s", 1e-5, 3e-6);
+    assert_covers(&findings, "quadratic_s", 1e-5, 1e-6);
+    assert_covers(&findings, "g_sensitivity_outward_rad_s_g", 0.0, 3.5e-4);
+    assert_covers(&findings, "quadratic_at_axis_s", 1e-5, 3e-6);
 }
 
 #[test]
-fn on_a_tilted_stand_gravity_turns_through_the_part() {
+fn tilted_stand_determines_g_sensitivity() {
     let session = "
 what = 'gyro'
 [[steps]]
@@ -71,13 +71,13 @@ seconds = 12.0
             let stand = format!("[imu]\ngyro_scale = 1.02\n[imu.gyro]\ng_sensitivity_s_m = {sensitivity_s_m}\n");
             let findings = calibrated(&stand, session, seed).findings;
             // Level to 0.2°: 0.6 % of g sin 30°. The noise of 10 s: 5 mdps/√Hz, over half a g.
-            holds(&findings, "g_sensitivity_rad_s_g", sensitivity_s_m * G, 2e-4 + 0.01 * sensitivity_s_m * G);
+            assert_covers(&findings, "g_sensitivity_rad_s_g", sensitivity_s_m * G, 2e-4 + 0.01 * sensitivity_s_m * G);
         }
     }
 }
 
 #[test]
-fn on_its_two_sides_cross_axis_and_mounting_are_told_apart() {
+fn both_sides_separate_cross_axis_and_mounting() {
     let side = |name: &str, lying: &str| {
         format!(
             "[[steps]]\nname = '{name}'\nmounted = {{ lying = '{lying}' }}\nmode = 'rate'\nprofile = 'staircase'\namplitude = 10.0\nlevels = 2\ndwell_s = 1.2\nseconds = 20.0\n"
@@ -87,8 +87,8 @@ fn on_its_two_sides_cross_axis_and_mounting_are_told_apart() {
     for (cross, seed) in [(0.015, 1), (-0.004, 2), (0.0, 3)] {
         let stand = format!("[imu]\ngyro_scale = 1.02\ngyro_bias_rad_s = 0.01\n[imu.gyro]\ncross_axis = {cross}\n");
         let findings = calibrated(&stand, &session, seed).findings;
-        holds(&findings, "cross_axis_percent", 100.0 * cross, 2e-3);
-        // The simulated stand mounts it in the plane.
-        holds(&findings, "mounting_deg", 0.0, 1e-3);
+        assert_covers(&findings, "cross_axis_percent", 100.0 * cross, 2e-3);
+        // The simulated stand mounts the device in the plane.
+        assert_covers(&findings, "mounting_deg", 0.0, 1e-3);
     }
 }

@@ -1,12 +1,12 @@
-//! The order in which rates are run: on a sensor that warms, a sweep is wrong by what it drifted; a staircase and ABBA are not.
+//! Sequence of the rates: on a sensor that warms up, a sweep is wrong by the drift; a staircase and ABBA are not.
 #![allow(clippy::unwrap_used)]
 
 use host_tools::calibrate::gyro::{GyroSettings, calibrate};
 use host_tools::calibrate::{Remark, Step};
 use host_tools::log::{Column, Log};
-use stand_tests::calibration::{calibrated, found, holds, noise, recorded};
+use stand_tests::calibration::{assert_covers, calibrated, found, noise, recorded};
 
-/// Warms by 10 K with a time constant of a minute: its bias moves by 20 mrad/s.
+/// Warms by 10 K with a time constant of a minute: the bias changes by 20 mrad/s.
 const WARMING: &str = "
 [imu]
 gyro_scale = 1.013
@@ -16,7 +16,7 @@ warm_up_s = 60.0
 bias_rad_s_per_K = 2e-3
 ";
 
-/// The part stands as it should, and that is believed.
+/// The device is mounted without misalignment, and the session states that.
 const KNOWN: &str = "[known]\nmisalignment_deg = 0.0\n";
 
 const STAIRCASE: &str = "
@@ -75,6 +75,6 @@ seconds = 41.0
         let record = calibrated(WARMING, &format!("what = 'gyro'\n{KNOWN}{session}"), seed);
         let q = found(&record.findings, "scale");
         assert!((q.value - 1.013).abs() < noise(q), "seed {seed}: {} {}", q.value, noise(q));
-        holds(&record.findings, "scale", 1.013, 3e-4);
+        assert_covers(&record.findings, "scale", 1.013, 3e-4);
     }
 }

@@ -1,11 +1,11 @@
-//! Rest and small rates: temperature, dead band, repeatability; and whole turns, which need no plateau.
+//! Rest and small rates: temperature, dead band, repeatability; and whole turns without plateaus.
 
 use host_tools::calibrate::{Remark, gyro};
 use host_tools::log::{Column, Log};
-use stand_tests::calibration::{calibrated, found, holds, recorded};
+use stand_tests::calibration::{assert_covers, calibrated, found, recorded};
 
 #[test]
-fn temperature_coefficients_of_bias_and_scale_are_found_while_the_part_warms() {
+fn temperature_coefficients_are_found_during_warm_up() {
     let stand = "
 [imu]
 gyro_scale = 0.98
@@ -33,10 +33,10 @@ dwell_s = 1.2
 seconds = 30.0
 ";
     let findings = calibrated(stand, session, 1).findings;
-    // Twenty means of a second scatter by 9e-5 rad/s over 4 K; the thermometer may be off by 0.1 K. What is shown is times the scale.
-    holds(&findings, "bias_per_K_rad_s", 0.98 * 4e-4, 0.1 * 4e-4);
-    // As a part of the scale at its own mean temperature, some 6 K above 25 °C: 0.3 % of it.
-    holds(&findings, "scale_per_K", 5e-4 / (1.0 + 6.0 * 5e-4), 0.1 * 5e-4);
+    // Twenty means over a second scatter by 9e-5 rad/s over 4 K; the thermometer's error is up to 0.1 K. The reading includes the scale factor.
+    assert_covers(&findings, "bias_per_K_rad_s", 0.98 * 4e-4, 0.1 * 4e-4);
+    // Relative to the scale at its mean temperature, about 6 K above 25 °C: 0.3 %.
+    assert_covers(&findings, "scale_per_K", 5e-4 / (1.0 + 6.0 * 5e-4), 0.1 * 5e-4);
 }
 
 fn small(band_rad_s: f64, seed: u64) -> host_tools::calibrate::Findings {
@@ -64,20 +64,20 @@ seconds = 42.0
 }
 
 #[test]
-fn a_dead_band_is_found_and_none_is_none() {
+fn dead_band_is_found_and_null_is_zero() {
     for (band, seed) in [(0.0, 1), (0.02, 2), (0.05, 3)] {
         let findings = small(band, seed);
-        holds(&findings, "dead_band_rad_s", band, 2e-3);
-        // A band is no curve: what is left of it about the curve is scatter, in per cent of 10 rad/s.
-        holds(&findings, "hysteresis_percent_fs", 0.0, 0.01 + 100.0 * 0.3 * band / 10.0);
+        assert_covers(&findings, "dead_band_rad_s", band, 2e-3);
+        // A dead band is not a curve: its residual is scatter, in per cent of 10 rad/s.
+        assert_covers(&findings, "hysteresis_percent_fs", 0.0, 0.01 + 100.0 * 0.3 * band / 10.0);
     }
 }
 
 #[test]
-fn a_plateau_repeats_as_its_samples_noise_has_it() {
+fn repeatability_of_a_plateau_is_that_of_its_noise() {
     // 5 mdps/√Hz over some 0.9 s (1 s, cut to whole turns), of 10 rad/s.
     let predicted = 100.0 * 5e-3_f64.to_radians() / (2.0 * 0.9_f64).sqrt() / 10.0;
-    // Some eleven repetitions a session tell a standard deviation to a fifth; of six sessions together to a twelfth, and three of that are a quarter.
+    // Eleven repetitions per session give a standard deviation to 20 %, six sessions together to 8 %; three times that is 25 %.
     let each: Vec<f64> = (4..10).map(|seed| found(&small(0.0, seed), "repeatability_percent_fs").value).collect();
     let pooled = (each.iter().map(|value| value * value).sum::<f64>() / each.len() as f64).sqrt();
     assert!((pooled / predicted - 1.0).abs() < 0.25, "{each:?}: {pooled} %, predicted {predicted} %");
@@ -92,7 +92,7 @@ fn step_ends_when_the_temperature_is_stable() {
     for (below_K_min, earliest_s, latest_s) in [(0.5, 65.0, 110.0), (0.001, 119.9, 120.1)] {
         let (steps, _) = recorded(stand, &session(below_K_min), 1);
         let log = &steps[0].log;
-        // 6 K/min at power-on, e times less each 20 s; taken over the last minute.
+        // 6 K/min at power-on, falling by a factor e each 20 s; averaged over the last minute.
         assert!((earliest_s..latest_s).contains(&log.duration_s()), "{}", log.duration_s());
         let note = log.note("stable").unwrap();
         assert!(note.contains("the slope of sensor_C was +0."), "{note}");
@@ -113,9 +113,9 @@ fn turns() -> String {
 }
 
 #[test]
-fn runs_of_turns_with_lost_rows_are_left_out_with_a_remark() {
+fn turns_with_lost_rows_are_excluded_with_a_remark() {
     let (mut steps, session) = recorded("[imu]\ngyro_scale = 0.96\ngyro_bias_rad_s = 0.02\n", &turns(), 2);
-    // A tenth of a second of step `b`.
+    // Removes a tenth of a second from step `b`.
     let log = &steps[2].log;
     let t_s = log.t_s().to_vec();
     let columns = log.columns().iter().map(|column| Column {
@@ -124,7 +124,7 @@ fn runs_of_turns_with_lost_rows_are_left_out_with_a_remark() {
     });
     steps[2].log = Log::new("b.csv", columns.collect(), log.notes().to_vec()).unwrap();
     let findings = gyro::calibrate(&steps, &gyro::GyroSettings::of(&session)).unwrap();
-    holds(&findings, "scale_whole_turns", 0.96, 2e-3);
+    assert_covers(&findings, "scale_whole_turns", 0.96, 2e-3);
     assert!(findings.remarks.contains(&Remark::IncompleteTurns { left_out: 1, total: 4 }), "{:?}", findings.remarks);
 }
 
@@ -134,7 +134,7 @@ fn whole_turns_give_the_scale_without_a_plateau() {
     for (scale, seed) in [(1.0, 1), (0.96, 2), (1.03, 3)] {
         let stand = format!("[imu]\ngyro_scale = {scale}\ngyro_bias_rad_s = 0.02\n[imu.gyro]\nquadratic_s = 1e-4\n");
         let findings = calibrated(&stand, &session, seed).findings;
-        holds(&findings, "scale_whole_turns", scale, 2e-3 * scale);
-        holds(&findings, "scale", scale, 2e-3 * scale);
+        assert_covers(&findings, "scale_whole_turns", scale, 2e-3 * scale);
+        assert_covers(&findings, "scale", scale, 2e-3 * scale);
     }
 }

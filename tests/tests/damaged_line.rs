@@ -1,13 +1,13 @@
-//! A line that flips, loses and inserts bytes, over the whole controller: no damaged command is obeyed, and it can always be stopped.
+//! A line that flips, loses and inserts bytes, with the complete controller: no damaged command is obeyed, and the platform can always be stopped.
 #![allow(clippy::unwrap_used)]
 
 use std::collections::BTreeSet;
 
 use hal_sim::faults::FaultKind;
 use hal_sim::plant::Stand;
-use stand_tests::bench::{at_the_bench, checked};
+use stand_tests::bench::{checked, with_stand};
 
-/// What was sent and what is in force, told apart in each digit.
+/// A value that depends on `n` in each digit.
 fn value(n: u32) -> String {
     format!("{:.6}", 1.0 + f64::from(n.wrapping_mul(2_654_435_761) % 29_000_000) * 1e-6)
 }
@@ -15,24 +15,24 @@ fn value(n: u32) -> String {
 #[test]
 fn no_damaged_command_is_obeyed() {
     for (what, share) in [(FaultKind::LineFlips, 0.02), (FaultKind::LineLoses, 0.02), (FaultKind::LineInserts, 0.02)] {
-        at_the_bench(&Stand::default(), async |host| {
-            // Who talks with checks is heard with checks only.
+        with_stand(&Stand::default(), async |host| {
+            // After a command with checksum, the stand accepts only commands with checksum.
             host.send(checked("*IDN?").as_bytes());
             assert!(host.line(1.0).await.unwrap().starts_with("Rotary Stand"));
             let (mut sent, mut in_force, mut refused) = (BTreeSet::from(["0".to_owned()]), BTreeSet::new(), 0);
             for round in 0..2000 {
-                host.break_(what, f64::INFINITY, Some(share));
+                host.inject_fault(what, f64::INFINITY, Some(share));
                 for n in 0..5 {
                     let value = value(round * 5 + n);
                     host.send(checked(&format!("SOUR:RATE {value}")).as_bytes());
                     sent.insert(value);
                 }
                 host.wait_s(0.02).await;
-                host.mend(what);
-                // Ends what is left of a line.
+                host.clear_fault(what);
+                // Terminates a partial line.
                 host.send(b"\n");
                 host.wait_s(0.002).await;
-                host.heard();
+                host.received();
                 host.send(checked("SOUR:RATE?").as_bytes());
                 let answer = host.line(1.0).await.unwrap();
                 let number: f64 = answer.split(' ').next().unwrap().parse().unwrap();
@@ -43,19 +43,19 @@ fn no_damaged_command_is_obeyed() {
                 host.send(checked("*CLS").as_bytes());
             }
             println!("{what:?}: {} of {} values were in force when asked, {refused} lines refused", in_force.len(), sent.len());
-            // Most groups of five have one that came through; a share of the lines was damaged and is known to be.
+            // Most groups of five have one command that arrived; a fraction of the lines is damaged and detected.
             assert!(in_force.len() > 1500 && refused > 1500, "{what:?}: {} {refused}", in_force.len());
         });
     }
 }
 
-/// A check of decimal digits only: with the `~` lost it would lengthen the number before it.
+/// A checksum of decimal digits only: without its `~` it would extend the number before it.
 #[test]
-fn a_check_whose_mark_is_lost_and_a_line_that_is_cut_do_not_pass_for_a_persons_line() {
+fn lost_checksum_mark_and_cut_line_are_refused() {
     let command = |n: u32| format!("SOUR:RATE 1.{n}");
     let treacherous = (0..).find(|n| checked(&command(*n)).trim_end().rsplit('~').next().unwrap().bytes().all(|b| b.is_ascii_digit()));
     let line = checked(&command(treacherous.unwrap()));
-    at_the_bench(&Stand::default(), async |host| {
+    with_stand(&Stand::default(), async |host| {
         host.send(checked("*IDN?").as_bytes());
         host.line(1.0).await.unwrap();
         let cut = line.replace("1.", "1\n.");
@@ -65,37 +65,37 @@ fn a_check_whose_mark_is_lost_and_a_line_that_is_cut_do_not_pass_for_a_persons_l
             host.send(checked("SOUR:RATE?").as_bytes());
             assert!(host.line(1.0).await.unwrap().starts_with("0 "), "{damaged}");
         }
-        // The same from a person, on a line on which no program has talked with checks, is a number like any other.
+        // On a line without checksums, the same text is an ordinary number.
         host.wait_s(60.0).await;
-        host.tell("*CLS").await;
-        host.tell("SOUR:RATE 1.5").await;
+        host.command("*CLS").await;
+        host.command("SOUR:RATE 1.5").await;
     });
 }
 
 #[test]
-fn the_byte_0x18_stops_the_platform_on_a_damaged_line() {
-    at_the_bench(&Stand::default(), async |host| {
-        host.tell("SOUR:RATE 10;:SOUR:MODE RATE").await;
+fn byte_0x18_stops_the_platform_on_a_damaged_line() {
+    with_stand(&Stand::default(), async |host| {
+        host.command("SOUR:RATE 10;:SOUR:MODE RATE").await;
         host.wait_s(1.0).await;
-        host.break_(FaultKind::LineFlips, f64::INFINITY, Some(0.05));
+        host.inject_fault(FaultKind::LineFlips, f64::INFINITY, Some(0.05));
         host.send(b"SOUR:RA\x18");
-        host.send(&[0x18; 3]); // one of them comes through: 5 % of damage a byte
+        host.send(&[0x18; 3]); // one of them arrives at 5 % of damage per byte
         host.wait_s(0.01).await;
-        host.mend(FaultKind::LineFlips);
+        host.clear_fault(FaultKind::LineFlips);
         host.send(b"\n");
         host.wait_s(0.01).await;
-        host.heard();
-        let fault = host.ask("FAULT?").await;
+        host.received();
+        let fault = host.query("FAULT?").await;
         assert!(fault.contains("emergency stop"), "{fault}");
         host.send(b"*CLS\n");
         assert!(host.refusal("SOUR:MODE RATE").await.starts_with("-221"), "latched");
         host.wait_s(4.0).await;
         assert!(host.true_rate_rad_s().abs() < 0.1);
-        host.tell("*CLS").await;
-        host.tell("FAULT:CLEAR").await;
+        host.command("*CLS").await;
+        host.command("FAULT:CLEAR").await;
         host.wait_s(0.01).await;
-        host.tell("SOUR:RATE 5;:SOUR:MODE RATE").await;
+        host.command("SOUR:RATE 5;:SOUR:MODE RATE").await;
         host.wait_s(0.5).await;
-        assert!((host.true_rate_rad_s() - 5.0).abs() < 0.2, "it goes on: {}", host.true_rate_rad_s());
+        assert!((host.true_rate_rad_s() - 5.0).abs() < 0.2, "the platform turns again: {}", host.true_rate_rad_s());
     });
 }

@@ -5,22 +5,22 @@
 
 use hal_sim::plant::Stand;
 use stand_firmware::status::Fault;
-use stand_tests::bench::at_the_bench;
+use stand_tests::bench::with_stand;
 
-/// The line is quiet when nothing has come for so long, s; replies come within milliseconds, but for those that wait for something.
+/// Idle time that ends a reply, s; replies take milliseconds, except for waiting commands.
 const QUIET_S: f64 = 0.05;
-const MOST_S: f64 = 20.0;
+const MAX_WAIT_S: f64 = 20.0;
 
-/// The page as it is on the disk and as the stand has it.
+/// The page on disk and the page as generated from the stand.
 fn page() -> (std::path::PathBuf, String) {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/the-stand-controller.md");
     let text = std::fs::read_to_string(&path).unwrap();
     (path, text)
 }
 
-/// What one block of the page is when it is typed: each stands for itself, from power-on.
+/// The output of one block of the page. Each block starts from power-on.
 fn typed(block: &[&str]) -> Vec<String> {
-    at_the_bench(&Stand::default(), async |host| {
+    with_stand(&Stand::default(), async |host| {
         host.wait_s(0.1).await;
         let mut page = Vec::new();
         for line in block {
@@ -28,9 +28,9 @@ fn typed(block: &[&str]) -> Vec<String> {
                 page.push((*line).to_owned());
                 host.send(format!("{command}\n").as_bytes());
                 let waits = command.contains("*OPC?");
-                let mut patience_s = if waits { MOST_S } else { QUIET_S };
-                while let Some(answer) = host.line(patience_s).await {
-                    patience_s = QUIET_S;
+                let mut timeout_s = if waits { MAX_WAIT_S } else { QUIET_S };
+                while let Some(answer) = host.line(timeout_s).await {
+                    timeout_s = QUIET_S;
                     // A list ends with an empty line.
                     if answer.is_empty() {
                         break;
@@ -55,32 +55,32 @@ fn faults() -> Vec<String> {
 }
 
 #[test]
-fn the_page_for_the_bench_says_what_the_stand_says() {
+fn controller_page_equals_the_stands_replies() {
     let (path, text) = page();
-    let mut is = Vec::new();
+    let mut generated = Vec::new();
     let mut lines = text.lines().peekable();
     while let Some(line) = lines.next() {
         if line == "```console" {
-            is.push(line.to_owned());
+            generated.push(line.to_owned());
             let block: Vec<&str> = lines.by_ref().take_while(|line| *line != "```").collect();
-            is.extend(typed(&block));
-            is.push("```".to_owned());
+            generated.extend(typed(&block));
+            generated.push("```".to_owned());
         } else if line == "FAULTS" || line.starts_with("| | fault |") {
             while lines.next_if(|line| line.starts_with('|')).is_some() {}
-            is.extend(faults());
+            generated.extend(faults());
         } else {
-            is.push(line.to_owned());
+            generated.push(line.to_owned());
         }
     }
-    let is = is.join("\n") + "\n";
+    let generated = generated.join("\n") + "\n";
     if std::env::var("STAND_DOCS").is_ok_and(|word| word == "write") {
-        std::fs::write(path, is).unwrap();
+        std::fs::write(path, generated).unwrap();
         return;
     }
-    for (n, (says, is)) in text.lines().zip(is.lines()).enumerate() {
-        assert_eq!(says, is, "line {}: write the page anew with STAND_DOCS=write", n + 1);
+    for (n, (documented, generated)) in text.lines().zip(generated.lines()).enumerate() {
+        assert_eq!(documented, generated, "line {}: write the page anew with STAND_DOCS=write", n + 1);
     }
-    assert_eq!(text.len(), is.len(), "write the page anew with STAND_DOCS=write");
+    assert_eq!(text.len(), generated.len(), "write the page anew with STAND_DOCS=write");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! The method of alternating pulses by the tools' formulas: the vectors of theory.md §3.2 and §3.3, and what noise does to it.
+//! The method of alternating pulses with the tools' formulas: vectors of docs/theory.md §3.2 and §3.3, and the effect of noise.
 #![allow(clippy::unwrap_used)]
 
 use hal_sim::gyro::{Campaign, DEG_H, Pattern, Site};
@@ -52,11 +52,11 @@ fn symmetric_pulses_satisfy_13_and_sawtooth_pulses_12() {
 fn errors_of_imperfect_pulses_and_integrators_match_the_table() {
     let rate = |theta: &dyn Fn(f64) -> f64| deg_h(cycle(5_000, |t| START + theta(t) + OMEGA * t).drift_rad_s()) - 3.0;
     assert!((rate(&|t| triangle(t) - if t > T { 1e-4 * W * (t - T) } else { 0.0 }) + 0.018).abs() < 1e-6);
-    // A lag of 1 ms. With −w it is the opposite to w lag²/T², which the table's grid of 1 ms does not show.
+    // A lag of 1 ms. With −w the error is opposite to w lag²/T², below the resolution of the table's 1 ms grid.
     assert!((rate(&|t| triangle(t - 1e-3)) - 0.143_978).abs() < 1e-6);
     assert!((rate(&|t| -triangle(t - 1e-3)) + 0.143_978).abs() < 1e-6);
 
-    // Second pulse longer by 1e-3, an integrator that leaks, an offset behind the switch: sums of the same samples by other weights.
+    // A second pulse longer by 1e-3, a leaking integrator, an offset behind the switch: sums of the same samples with other weights.
     let angle = |t: f64| START + triangle(t) + OMEGA * t;
     let integral = |from: f64, to: f64, weight: &dyn Fn(f64) -> f64| {
         let n = 100_000;
@@ -76,7 +76,7 @@ fn errors_of_imperfect_pulses_and_integrators_match_the_table() {
     let offset = -deg_h(2.0 * T * 1e-4 / GAIN) / (T * T);
     assert!((offset + 0.165_012).abs() < 1e-6, "{offset}");
 
-    // Sums without the trapezoid's ends are off by ± w dt/T.
+    // Sums without the trapezoid's half-weighted ends are off by ± w dt/T.
     for (sign, off) in [(1.0, 3.072), (-1.0, 2.928)] {
         let at = |k: u32| START + sign * triangle(f64::from(k) * 1e-3) + OMEGA * f64::from(k) * 1e-3;
         let plain = -1e-3 * ((0..5_000).map(at).sum::<f64>() - (5_000..10_000).map(at).sum::<f64>()) / (T * T);
@@ -166,7 +166,7 @@ fn simultaneous_pulses_couple_as_predicted() {
     let w_t = 0.05_f64.to_radians() * 5.0;
     let expected = [w_t * (2.0 / 3.0 * 2.5 + up / 3.0), w_t * (2.0 / 3.0 * -1.5 - up / 3.0)];
     assert!((one[0] - both[0] - expected[0]).abs() < 1e-4 && (one[2] - both[2] - expected[1]).abs() < 1e-4, "{one:?} {both:?}");
-    // A is wrong by ω_y T: theory.md's −0.976, −1.219, −1.829′, to the order that is left.
+    // A is wrong by ω_y T: docs/theory.md's −0.976, −1.219, −1.829′, to first order.
     for (pulse_s, expected) in [(4.0, -0.976), (5.0, -1.219), (7.5, -1.829)] {
         let campaign = Campaign { pulse_s, ..Campaign::default() };
         let (_, azimuth) = errors(&campaign, &separated(&campaign, &mut Noise::new(1, 0, 0.0))[0]);
@@ -185,13 +185,13 @@ fn azimuth_without_noise_is_within_three_arcseconds() {
     }
 }
 
-/// 200 random runs of each case, as in docs/theory.md; `cargo bench --bench drift_monte_carlo` makes a thousand.
+/// 200 random runs of each case, as in docs/theory.md; `cargo bench --bench drift_monte_carlo` runs a thousand.
 #[test]
 fn errors_with_noise_match_the_table() {
     for (case, expected) in cases() {
         let found = monte_carlo(&case, 200, 1);
         for (k, (found, expected)) in found.iter().zip(expected).enumerate() {
-            // Other random numbers: 15 % (theory.md), and 200 draws of another's 200 know a mean |error| to 7.6 % themselves.
+            // Independent random numbers: 15 % (docs/theory.md), and 200 draws know a mean |error| to 7.6 %.
             assert!((found / expected - 1.0).abs() < 0.2, "{}: figure {k} is {found}, not {expected}", case.name);
         }
     }

@@ -1,4 +1,4 @@
-//! What the firmware says of drive and sensor while it runs, beside the fit of the same rows afterwards, and beside the truth.
+//! The firmware's running estimates of drive and sensor, compared with a fit of the same rows and with the truth.
 #![allow(clippy::unwrap_used)]
 
 use hal_sim::peripherals::imu::ImuSetup;
@@ -14,7 +14,7 @@ use stand_tests::own;
 
 const SECONDS: f64 = 40.0;
 
-/// A session, its log, and what the instruments said at its end.
+/// A session, its log, and the instruments' final values.
 fn measured(stand: &Stand, mode: Mode, kind: ProfileKind, seed: u64) -> (Log, Instruments) {
     let request = SessionRequest::new(mode, kind, SECONDS, seed);
     let instruments = Instruments::new(stand.hardware);
@@ -22,21 +22,21 @@ fn measured(stand: &Stand, mode: Mode, kind: ProfileKind, seed: u64) -> (Log, In
     (own::log(stand, mode, kind, SECONDS, seed), instruments)
 }
 
-/// All rows fitted.
+/// Fit of all rows.
 fn fitted(log: &Log, model: &Model) -> FitResult {
     let (record, _) = fit::prepare::prepare(log, model, false).unwrap();
     let (system, parameters) = fit::build::system(model, record.temp_C.is_some());
     fit::fit(&system, &parameters, &record).unwrap()
 }
 
-/// How far two estimates of the same rows are apart, in σ of both together.
+/// Distance of two estimates of the same rows, in combined σ.
 fn apart(running: Estimate, held: &FitResult, name: &str) -> f64 {
     let k = held.parameters.list.iter().position(|p| p.name == name).unwrap();
     (running.value - held.parameters.list[k].value) / running.sigma.hypot(held.sigmas[k])
 }
 
 #[test]
-fn the_drives_constants_agree_with_the_fit_afterwards_and_with_the_truth() {
+fn drive_estimates_agree_with_the_fit_and_the_truth() {
     let stand = Stand::default();
     let cases = [
         (Mode::Voltage, ProfileKind::MultiStep),
@@ -66,21 +66,21 @@ fn the_drives_constants_agree_with_the_fit_afterwards_and_with_the_truth() {
                     running.value,
                     100.0 * running.sigma / running.value
                 );
-                // 50 draws of each: one in two thousand lies beyond 3.5.
+                // 50 draws of each: one in two thousand is beyond 3.5.
                 assert!(from_fit.abs() < 3.5 && from_truth.abs() < 3.5, "{mode:?} {kind} seed {seed}: {name} {from_fit} {from_truth}");
                 squares += from_truth * from_truth;
                 count += 1.0;
             }
         }
     }
-    // The errors are neither boasted nor hidden behind.
+    // The stated uncertainties are neither too small nor too large.
     let rms = f64::sqrt(squares / count);
     println!("rms from the truth: {rms:.2} σ over {count}");
     assert!((0.4..1.6).contains(&rms), "{rms}");
 }
 
 #[test]
-fn the_sensors_scale_and_bias_agree_with_the_fit_afterwards_and_with_the_truth() {
+fn sensor_estimates_agree_with_the_fit_and_the_truth() {
     let (scale, bias) = (1.012, 0.021);
     let sensor = ImuSetup { gyro_scale: scale, gyro_bias_rad_s: bias, ..ImuSetup::default() };
     let stand = Stand { imu: Some(sensor), ..Stand::default() };
@@ -94,7 +94,7 @@ fn the_sensors_scale_and_bias_agree_with_the_fit_afterwards_and_with_the_truth()
         for seed in [1, 2] {
             let (log, instruments) = measured(&stand, mode, kind, seed);
             let reading = instruments.sensor().unwrap();
-            // The gyro in the place of the rate sensor.
+            // The gyro replaces the rate sensor.
             let columns = log.columns().iter().filter(|c| c.name != "omega_rad_s").map(|c| Column {
                 name: if c.name == "gyro_rad_s" { "omega_rad_s".to_owned() } else { c.name.clone() },
                 values: c.values.clone(),
@@ -110,7 +110,7 @@ fn the_sensors_scale_and_bias_agree_with_the_fit_afterwards_and_with_the_truth()
                 println!("  {name:<18}{:>10.6} ± {:.6} {from_fit:>6.2} {from_truth:>6.2}", running.value, running.sigma);
                 assert!(from_fit.abs() < 3.5 && from_truth.abs() < 3.5, "{mode:?} {kind} seed {seed}: {name} {from_fit} {from_truth}");
             }
-            // The filter's 523 µs, and samples that are 0.14 to 0.8 ms old at the row.
+            // The filter's 523 µs, plus a sample age of 0.14 to 0.8 ms.
             assert!((0.6e-3..1.4e-3).contains(&reading.delay_s.value), "{reading:?}");
         }
     }

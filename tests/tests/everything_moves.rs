@@ -1,7 +1,7 @@
-//! Every effect with each of its parameters, every number of a stand's file, every profile with each of its parameters moves an output.
+//! Every effect with each of its parameters, every number of a stand's file, and every profile with each of its parameters changes an output.
 //!
-//! What `hal-sim/tests/settings.rs` shows on a linear motor is not repeated; here the walk is over the stand as a file describes it, and finds
-//! by itself what is new in it. The command's options are walked over in `host-tools/tests/options.rs`.
+//! `hal-sim/tests/settings.rs` tests settings on a linear motor. Here the numbers of the stand's file are enumerated, so that new ones are tested
+//! too. `host-tools/tests/options.rs` tests the options of the command.
 #![allow(clippy::unwrap_used)]
 
 use drive_model::{Card, Domain, Parameter, ParameterKind, cards};
@@ -18,7 +18,7 @@ use toml::{Table, Value};
 
 const MODES: [Mode; 2] = [Mode::Voltage, Mode::Rate];
 
-/// An experiment that shows most: steps through zero, short dwells.
+/// An experiment with high excitation: steps through zero, short dwells.
 fn steps(mode: Mode, seconds: f64) -> SessionRequest {
     let mut request = SessionRequest::new(mode, ProfileKind::MultiStep, seconds, 5);
     request.profile.dwell_s = 0.3;
@@ -33,14 +33,14 @@ fn column<'a>(record: &'a Record, name: &str) -> &'a [f64] {
     record.column(name).unwrap()
 }
 
-/// Long enough that what sets in has set in.
+/// Long enough that delayed effects have started.
 fn seconds(stand: &Stand) -> f64 {
     let moment = stand.effects.values().find_map(|p| p.get("load_from_s")).copied();
     moment.map_or(2.0, |t| t + 1.0)
 }
 
 #[test]
-fn every_effect_that_can_be_hidden_changes_the_log_open_and_closed_loop() {
+fn every_hidden_effect_changes_the_log_open_and_closed_loop() {
     let silent: Vec<String> = cards()
         .par_iter()
         .flat_map_iter(|card| MODES.map(|mode| (card, mode)))
@@ -56,7 +56,7 @@ fn every_effect_that_can_be_hidden_changes_the_log_open_and_closed_loop() {
 }
 
 #[test]
-fn in_the_open_loop_an_effect_of_the_measurement_moves_a_reading_and_nothing_else() {
+fn open_loop_measurement_effect_moves_only_its_reading() {
     for card in cards().iter().filter(|c| c.domain == Domain::Measurement) {
         let mut stand = Stand::default();
         hidden::hide(card.id, &mut stand).unwrap();
@@ -78,7 +78,7 @@ fn in_the_open_loop_an_effect_of_the_measurement_moves_a_reading_and_nothing_els
     }
 }
 
-/// Another value that the parameter may have.
+/// Another permitted value of the parameter.
 fn another(p: &Parameter, value: f64) -> f64 {
     match p.kind {
         ParameterKind::HarmonicOrder => value + 1.0,
@@ -90,7 +90,7 @@ fn another(p: &Parameter, value: f64) -> f64 {
     }
 }
 
-/// The default stand's file with one effect hidden in it.
+/// The default stand's file with one hidden effect.
 fn file_with(card: &Card) -> Table {
     let mut stand = Stand::default();
     hidden::hide(card.id, &mut stand).unwrap();
@@ -106,8 +106,8 @@ fn run_file(file: &Table, request: SessionRequest) -> Record {
     session(&Stand::parse(&toml::to_string(file).unwrap()).unwrap(), request)
 }
 
-/// In the stand's file, effect by effect. The winding's heating shows within seconds, because the temperature is measured, and finer in its
-/// resistance; what the true series alone shows, no log of these sensors would.
+/// Changes parameters in the stand's file, effect by effect. Winding heating is visible within seconds in the measured temperature and in the
+/// winding resistance. The true series is not compared, because no sensor measures it.
 #[test]
 fn every_parameter_of_every_effect_changes_the_record() {
     let silent: Vec<String> = cards()
@@ -140,17 +140,17 @@ fn numbers(table: &Table, path: &[String]) -> Vec<Vec<String>> {
     for (key, value) in table {
         let path: Vec<String> = path.iter().cloned().chain([key.clone()]).collect();
         match value {
-            // compensation.rs walks over these, where something is learnt.
+            // compensation.rs tests these with a learned compensation.
             Value::Table(_) if key == "compensation" => {}
-            // A threshold moves nothing where nothing is wrong: hal-sim/tests/safety.rs has what is.
+            // A safety threshold has no effect without a fault: hal-sim/tests/safety.rs.
             Value::Table(_) if key == "safety" => {}
-            // The way to an angle: hal-sim/tests/safety.rs.
+            // Approach to an angle: hal-sim/tests/safety.rs.
             _ if key == "approach_rad_s" => {}
-            // Says what the board's filter is, for the notes of `stand record`; a session's own notes take the sensor's.
+            // States the board's filter for the notes of `stand record`; a session uses the sensor's.
             _ if key == "rate_cutoff_Hz" => {}
             Value::Table(inner) => found.extend(numbers(inner, &path)),
             Value::Float(_) | Value::Integer(_) => found.push(path),
-            Value::String(_) => assert_eq!(path, ["name"], "a word that is no number moves nothing that this walk could see"),
+            Value::String(_) => assert_eq!(path, ["name"], "the name is the only text value"),
             other => panic!("{path:?}: {other}"),
         }
     }
@@ -162,20 +162,20 @@ fn at<'a>(file: &'a mut Table, path: &[String]) -> &'a mut Value {
     rest.iter().fold(file.get_mut(first).unwrap(), |value, key| value.get_mut(key).unwrap())
 }
 
-/// Limits show where they are in force: far below what is asked for.
+/// Limits have an effect only when in force: far below the demand.
 fn changed(name: &str, value: &Value) -> Value {
     match (name, value) {
         ("firmware.overspeed_rad_s", _) => Value::Float(10.0),
         ("firmware.voltage_limit_V", _) => Value::Float(0.5),
         ("firmware.current_limit_A", _) => Value::Float(0.2),
         ("firmware.slip_rad", _) => Value::Float(0.01),
-        // Below what the gyro's angle sensor shows in a cycle.
+        // Below the amplitude of the gyro's angle sensor in a cycle.
         ("firmware.gyro.angle_limit_V", _) => Value::Float(0.005),
         ("sensors.rate_full_scale_rad_s", _) => Value::Float(5.0),
         ("sensors.current_per_tick", _) => Value::Integer(4),
         // The firmware's voltage limit is 11.4 V: a nominal supply below it would be refused.
         ("hardware.supply_nominal_V", _) => Value::Float(24.0),
-        // So low that the converter ends within the currents of a session.
+        // So low that the converter saturates at the currents of a session.
         ("hardware.current_zero_code", _) => Value::Float(100.0),
         (_, Value::Integer(n)) => Value::Integer(n * 7 / 10),
         (_, Value::Float(x)) => Value::Float(0.7 * x),
@@ -183,7 +183,7 @@ fn changed(name: &str, value: &Value) -> Value {
     }
 }
 
-/// A cycle of the drift measurement on such a stand, as exact numbers; or the setting that is refused.
+/// A cycle of the drift measurement on such a stand, as exact numbers; or the rejected setting.
 fn cycle(file: &Table) -> String {
     let stand = Stand::parse(&toml::to_string(file).unwrap()).unwrap();
     with_gyro(&stand, SingleAxis::default(), async |host| {
@@ -191,27 +191,27 @@ fn cycle(file: &Table) -> String {
         // 0.1 °/s are 0.087 A of the torquer's 0.09.
         let refused = host.refusal("DRIF:DUR 0.2 S;PER 0;REST 0.6 S;RATE 0.1 DEG/S;COUN 1;STAR").await;
         host.wait_s(2.0).await;
-        format!("{refused} {}", host.ask("DRIF:CYCL?").await)
+        format!("{refused} {}", host.query("DRIF:CYCL?").await)
     })
 }
 
-/// Only an observer beside vibration asks for the roll: hal-sim/tests/observer.rs.
-const SHOWN_ELSEWHERE: [&str; 1] = ["hardware.roll_rad_per_code"];
+/// The roll is used only by an observer under vibration: hal-sim/tests/observer.rs.
+const TESTED_ELSEWHERE: [&str; 1] = ["hardware.roll_rad_per_code"];
 
 #[test]
 fn every_number_of_a_stands_file_changes_a_record() {
     let mut stand = Stand::default();
     stand.firmware.acceleration_rad_s2 = 200.0;
-    // Every key is written out, so that none follows another.
+    // All keys are written out, so that none depends on another.
     let file = Table::try_from(&stand).unwrap();
     let mut fast = steps(Mode::Rate, 2.0);
     fast.profile.amplitude = 34.0;
     let experiments = [fast, steps(Mode::Voltage, 2.0)];
     let before = experiments.map(|request| run_file(&file, request));
     let cycle_before = cycle(&file);
-    let walked = numbers(&file, &[]);
-    assert!(walked.len() >= 35, "drive, effects, sensors, hardware, firmware: {}", walked.len());
-    let silent: Vec<String> = walked
+    let numbers_found = numbers(&file, &[]);
+    assert!(numbers_found.len() >= 35, "drive, effects, sensors, hardware, firmware: {}", numbers_found.len());
+    let silent: Vec<String> = numbers_found
         .par_iter()
         .filter_map(|path| {
             let name = path.join(".");
@@ -222,16 +222,16 @@ fn every_number_of_a_stands_file_changes_a_record() {
                 let after = run_file(&other, *request);
                 before.columns != after.columns || before.fault != after.fault
             });
-            let moved = moved || SHOWN_ELSEWHERE.contains(&name.as_str()) || cycle(&other) != cycle_before;
+            let moved = moved || TESTED_ELSEWHERE.contains(&name.as_str()) || cycle(&other) != cycle_before;
             (!moved).then_some(name)
         })
         .collect();
     assert!(silent.is_empty(), "{silent:?}");
 }
 
-/// A file that only names another drive has a firmware that suits it: poles where the default's are.
+/// A file that only specifies another drive gets a firmware with the default's pole locations.
 #[test]
-fn the_firmware_of_a_stand_follows_its_drive_unless_the_file_says_otherwise() {
+fn firmware_follows_the_drive_unless_the_file_overrides_it() {
     let default = Stand::parse("").unwrap();
     type Follows = fn(&Stand) -> f64;
     let inertia: [(&str, Follows); 3] = [
@@ -242,8 +242,8 @@ fn the_firmware_of_a_stand_follows_its_drive_unless_the_file_says_otherwise() {
     let heavy = Stand::parse("[drive]\ninertia_kg_m2 = 5e-4\n").unwrap();
     for (name, follows) in inertia {
         assert!(follows(&heavy) > 1.9 * follows(&default), "{name}: {} {}", follows(&heavy), follows(&default));
-        let said = Stand::parse(&format!("[drive]\ninertia_kg_m2 = 5e-4\n[firmware]\n{name} = 0.7\n")).unwrap();
-        assert_eq!(follows(&said), 0.7, "{name}: what the file says holds");
+        let overridden = Stand::parse(&format!("[drive]\ninertia_kg_m2 = 5e-4\n[firmware]\n{name} = 0.7\n")).unwrap();
+        assert_eq!(follows(&overridden), 0.7, "{name}: the file's value has priority");
     }
     let other = Stand::parse("[drive]\nresistance_ohm = 5.0\nmotor_constant_N_m_A = 0.05\nsupply_V = 24.0\n").unwrap();
     assert_eq!((other.firmware.resistance_ohm, other.firmware.motor_constant_N_m_A), (5.0, 0.05));
@@ -251,7 +251,7 @@ fn the_firmware_of_a_stand_follows_its_drive_unless_the_file_says_otherwise() {
 }
 
 #[test]
-fn two_effects_of_one_kind_are_both_there() {
+fn two_effects_of_one_kind_both_act() {
     let one = "[effects.cogging]\ncogging_N_m = 1e-3\ncogging_order = 7\n";
     let both = format!("{one}[effects.\"cogging#2\"]\ncogging_N_m = 1e-3\ncogging_order = 11\n");
     let request = steps(Mode::Voltage, 1.0);
@@ -259,10 +259,10 @@ fn two_effects_of_one_kind_are_both_there() {
     assert_ne!(one.columns, both.columns);
 }
 
-/// How a parameter of a profile is changed.
+/// Change of a profile's parameter.
 type Change = fn(&mut ProfileConfig);
 
-/// All parameters of a profile. A field that is new does not compile here without a line.
+/// All parameters of a profile. A new field does not compile here without an entry.
 fn parameters() -> [(&'static str, Change); 14] {
     let ProfileConfig {
         kind: _,
@@ -300,18 +300,18 @@ fn parameters() -> [(&'static str, Change); 14] {
 }
 
 #[test]
-fn a_profile_moves_with_each_parameter_that_it_uses_and_with_no_other() {
+fn profile_depends_on_its_own_parameters_only() {
     for kind in ProfileKind::ALL {
         let values = |config: &ProfileConfig| {
             let mut profile = Profile::new(config)?;
-            // Longer than one chirp and than all stairs.
+            // Longer than one chirp and one staircase.
             Ok::<_, ConfigError>((0..40_000).map(|_| profile.next_value()).collect::<Vec<f64>>())
         };
         let usual = ProfileConfig::new(kind, 2.0, 1);
         for (name, change) in parameters() {
             let mut other = usual;
             change(&mut other);
-            // Turns have no offset, and say so.
+            // Turns have no offset and refuse one.
             let refused = kind == ProfileKind::Turns && name == "offset";
             let used = kind.parameters().contains(&name) || refused;
             assert_eq!(values(&usual) != values(&other), used, "{kind}: {name}");
@@ -321,12 +321,12 @@ fn a_profile_moves_with_each_parameter_that_it_uses_and_with_no_other() {
 }
 
 #[test]
-fn every_profile_and_every_seed_is_another_log() {
+fn every_profile_and_seed_gives_a_different_log() {
     for mode in MODES {
         let kinds: Vec<ProfileKind> = ProfileKind::ALL.into_iter().filter(|kind| mode == Mode::Rate || !kind.is_a_rate()).collect();
         let request = |kind| {
             let mut request = SessionRequest::new(mode, kind, 2.0, 1);
-            request.profile.dwell_s = 0.2; // ABBA is another than alternating from its third level on
+            request.profile.dwell_s = 0.2; // ABBA differs from alternating from its third level on
             request
         };
         let records: Vec<Record> = kinds.iter().map(|kind| session(&Stand::default(), request(*kind))).collect();

@@ -15,7 +15,7 @@ fn answer(logs: Vec<Log>, model: &Model) -> Explanation {
     explain(logs, model, &|_| {}).expect("an explanation")
 }
 
-/// Largest ratio of rms to noise at the end.
+/// Largest final ratio of rms to noise.
 fn left(e: &Explanation) -> f64 {
     e.stages.last().expect("a stage").outputs.iter().map(|o| o.ratio()).fold(0.0, f64::max)
 }
@@ -37,7 +37,7 @@ fn only_the_hidden_effect_of_a_foreign_simulator_is_found() {
     ] {
         let e = case(name);
         assert_eq!((e.verdict, e.missing.as_slice()), (Verdict::EffectFound, &[hidden.to_owned()][..]), "{name}");
-        // Everything added: the noise is left. 2 % covers what is chance in 30 000 rows and the encoder's counts.
+        // Everything is added, so only noise remains. 2 % covers the chance of 30 000 rows and the encoder's counts.
         assert!(left(&e) < 1.02, "{name}: {} × the noise is left", left(&e));
     }
 }
@@ -56,7 +56,7 @@ fn foreign_null_log_is_adequate() {
 fn oscillating_supply_is_an_unknown_structure_over_time() {
     let e = case("24-outside-hunting-supply");
     assert_eq!((e.verdict, e.missing.len()), (Verdict::UnknownStructure, 0));
-    let shape = e.unexplained.first().expect("what is left is drawn");
+    let shape = e.unexplained.first().expect("the remainder has a shape");
     assert_eq!(shape.coordinate.name(), "time");
     let pasted = format!("{}\n{}", e.model.to_toml(), shape.expression.as_ref().expect("an expression is proposed"));
     assert!(Model::parse(&pasted, "pasted").is_ok(), "the expression can be pasted into the model:\n{pasted}");
@@ -78,7 +78,7 @@ fn own_cogging_is_found_and_leaves_the_noise() {
     let log = own::log(&stand, Mode::Rate, ProfileKind::MultiStep, 30.0, 5);
     let e = answer(vec![log], &own::model(&[1.1, 0.9, 1.1, 0.8, 1.2, 1.0]));
     assert_eq!(e.missing, ["cogging"]);
-    // At rest between the teeth the quantisation of the angle is not random.
+    // At rest between cogging positions, the quantisation of the angle is not random.
     assert!(left(&e) < 1.05, "{} × the noise is left", left(&e));
     let order = |model: &Model| model.value("cogging_order");
     assert_eq!(order(&e.model), stand.effects["cogging"].get("cogging_order").copied());
@@ -134,7 +134,7 @@ fn small_gain_is_refused_where_only_noise_is_left() {
     let e = answer(vec![drawn.log()], &drawn.user_model());
     assert_eq!((e.verdict, e.missing.as_slice()), (Verdict::Adequate, &[][..]));
     let refused = e.candidates.iter().filter(|c| matches!(c.refused, Some(Refusal::OnlyNoiseLeft { .. })));
-    assert!(refused.count() > 0, "nothing was refused for it");
+    assert!(refused.count() > 0, "no candidate was refused for this reason");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Logs of our own firmware: the model held against them is right by its true parameters, and finds them.
+//! Logs of the project's firmware: the model fits at its true parameters, and a fit finds them.
 #![allow(clippy::unwrap_used)]
 
 use hal_sim::plant::Stand;
@@ -8,14 +8,14 @@ use host_tools::model::{Channel, Model};
 use rayon::prelude::*;
 use stand_firmware::profile::ProfileKind;
 use stand_firmware::speed_loop::Mode;
-use stand_tests::own::{TRUTH, hold, log, model};
+use stand_tests::own::{TRUTH, fit_or_compare, log, model};
 
 const MODES: [Mode; 2] = [Mode::Voltage, Mode::Rate];
 const PROFILES: [ProfileKind; 5] =
     [ProfileKind::MultiStep, ProfileKind::Multisine, ProfileKind::Prbs, ProfileKind::Chirp, ProfileKind::Staircase];
-/// Long enough that every profile has crossed zero several times and blocks are held out.
+/// Long enough for several zero crossings of each profile and for held-out blocks.
 const SECONDS: f64 = 12.0;
-/// The stairs go down the other side from 11 s to 20 s, partly in blocks that are held out.
+/// The staircase descends from 11 s to 20 s, partly in held-out blocks.
 const STAIRS_S: f64 = 22.0;
 
 fn each_log() -> impl ParallelIterator<Item = (Mode, ProfileKind, Log)> {
@@ -28,14 +28,14 @@ fn deviations(held: &FitResult) -> Vec<f64> {
     TRUTH.iter().enumerate().map(|(p, (_, truth))| (held.parameters.list[p].value - truth) / held.sigmas[p]).collect()
 }
 
-/// 12 000 rows of white noise scatter χ²/n by 0.013, and the estimate of the noise by as much; a current taken at the wrong end of its row,
-/// or a rate half a row late, makes tens of it. The angle's quantisation is no noise (see foreign_cases): where the loop holds a rate, counts beat
-/// with the rows and leave less than the tool takes for their noise, so that only too much is wrong: above 1.04.
+/// χ²/n of 12 000 rows of white noise scatters by 0.013, and the noise estimate by as much. A current at the wrong end of its row or a rate half a
+/// row late gives tens. The angle's quantisation is not random (see foreign_cases): under rate control, counts beat with the rows and leave less
+/// than the estimated noise, so only values above 1.04 are an error.
 #[test]
-fn the_true_model_leaves_nothing_but_noise_open_and_closed_loop() {
+fn true_model_leaves_only_noise_open_and_closed_loop() {
     let wrong: Vec<String> = each_log()
         .flat_map_iter(|(mode, kind, log)| {
-            let held = hold(&log, &model(&[1.0; 6]), false).unwrap();
+            let held = fit_or_compare(&log, &model(&[1.0; 6]), false).unwrap();
             assert_eq!(held.channels.len(), 3);
             held.channels
                 .iter()
@@ -56,12 +56,12 @@ fn the_true_model_leaves_nothing_but_noise_open_and_closed_loop() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// Profiles on which absent effects are looked for: time for fits is dear here.
+/// Profiles for the search of absent effects, few because of the fits' duration.
 const NULLS: [ProfileKind; 2] = [ProfileKind::MultiStep, ProfileKind::Multisine];
 
-/// What is not there is found as nothing: a load, drag or bias of zero within 4 σ (of 30 numbers, one beyond 4 σ has a chance of 1 in 500).
+/// Absent effects are fitted as zero within 4 σ (of 30 numbers, one is beyond 4 σ with a chance of 1 in 500).
 #[test]
-fn nulls_are_nulls() {
+fn absent_effects_are_fitted_as_zero() {
     const ABSENT: [(&str, &str); 8] = [
         ("load", "load_N_m"),
         ("asymmetric-friction", "asymmetry_N_m"),
@@ -77,7 +77,7 @@ fn nulls_are_nulls() {
         .flat_map_iter(|(mode, kind, log)| {
             ABSENT
                 .iter()
-                // A drop of the brushes that is not there lies on its bound, where some logs' fits do not settle: on one profile.
+                // An absent brush drop is at its bound, where some fits do not converge: one profile only.
                 .filter(|(effect, _)| *effect != "brush-drop" || kind == ProfileKind::MultiStep)
                 .filter_map(|(effect, parameter)| {
                     let mut text = format!(
@@ -86,16 +86,16 @@ fn nulls_are_nulls() {
                     for (name, value) in TRUTH {
                         text += &format!("{name} = {value:e}\n");
                     }
-                    // The second coefficient of a pair is not part of the question.
+                    // The second coefficient of a pair is fixed at zero.
                     text += match *effect {
                         "asymmetric-friction" => "asymmetry_N_m_s = { value = 0.0, fixed = true }\n",
                         "cable-spring" => "cable_rest_rad = { value = 0.0, fixed = true }\n",
                         _ => "",
                     };
-                    let held = hold(&log, &Model::parse(&text, "null").unwrap(), true).unwrap();
+                    let held = fit_or_compare(&log, &Model::parse(&text, "null").unwrap(), true).unwrap();
                     let at = held.parameters.list.iter().position(|p| p.name == *parameter).unwrap();
                     let (value, sigma) = (held.parameters.list[at].value, held.sigmas[at]);
-                    // On its bound, a number of one sign has no standard error; it is then zero for all purposes.
+                    // At its bound, a one-signed number has no standard error and counts as zero.
                     let null = held.converged && (value.abs() < 4.0 * sigma || value.abs() < 1e-9);
                     (!null).then(|| format!("{mode:?} {kind}: {parameter} = {value:e} ± {sigma:e}, converged {}", held.converged))
                 })
@@ -105,22 +105,22 @@ fn nulls_are_nulls() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// Stairs that turn one way in all rows that are fitted (12 s; from 10 s on is held out): dry friction and a load are one torque.
+/// A staircase in one direction in all fitted rows (12 s; held out from 10 s on): Coulomb friction and a load are not distinguishable.
 #[test]
-fn dry_friction_and_load_of_a_stand_that_turns_one_way_are_said_to_be_one() {
+fn friction_and_load_are_not_separable_in_one_direction() {
     for mode in MODES {
         let log = log(&Stand::default(), mode, ProfileKind::Staircase, SECONDS, 11);
         let text = format!(
             "[drive]\ninput = \"u_V\"\neffects = [\"viscous\", \"coulomb\", \"inductance\", \"load\"]\n[parameters]\n{}",
             TRUTH.map(|(name, value)| format!("{name} = {value:e}\n")).concat()
         );
-        let held = hold(&log, &Model::parse(&text, "one way").unwrap(), true).unwrap();
+        let held = fit_or_compare(&log, &Model::parse(&text, "one way").unwrap(), true).unwrap();
         let named: Vec<&str> = held.unidentifiable.iter().map(|u| u.parameter.as_str()).collect();
         assert!(named.contains(&"load_N_m") && named.contains(&"coulomb_N_m"), "{mode:?}: {named:?}");
     }
 }
 
-/// Each of the six parameters three times too large and too small, one at a time; and all together, alternating.
+/// Each of the six parameters three times too large and too small, one at a time; then all together, alternating.
 fn starts() -> Vec<[f64; 6]> {
     let mut starts = Vec::new();
     for factor in [3.0, 1.0 / 3.0] {
@@ -134,15 +134,15 @@ fn starts() -> Vec<[f64; 6]> {
     starts
 }
 
-/// 4 σ: of twelve numbers (every start finds the same six, in two modes) one lies beyond by chance once in a thousand.
+/// 4 σ: of twelve numbers (every start finds the same six, in two modes) one is beyond by chance once in a thousand.
 #[test]
-fn a_fit_converges_from_every_start_wrong_by_three_either_way() {
+fn fit_converges_from_every_start_wrong_by_a_factor_of_three() {
     for mode in MODES {
         let log = log(&Stand::default(), mode, ProfileKind::MultiStep, SECONDS, 12);
         let wrong: Vec<String> = starts()
             .into_par_iter()
             .filter_map(|start| {
-                let held = hold(&log, &model(&start), true).unwrap();
+                let held = fit_or_compare(&log, &model(&start), true).unwrap();
                 let deviations = deviations(&held);
                 let found = held.converged && deviations.iter().all(|d| d.abs() < 4.0);
                 (!found).then(|| format!("{mode:?}, start × {start:.2?}: converged {}, {deviations:.1?} σ", held.converged))
@@ -153,10 +153,10 @@ fn a_fit_converges_from_every_start_wrong_by_three_either_way() {
 }
 
 #[test]
-fn every_profile_shows_all_six_parameters() {
+fn every_profile_identifies_all_six_parameters() {
     let wrong: Vec<String> = each_log()
         .filter_map(|(mode, kind, log)| {
-            let held = hold(&log, &model(&[1.3, 0.8, 1.2, 0.5, 1.5, 0.7]), true).unwrap();
+            let held = fit_or_compare(&log, &model(&[1.3, 0.8, 1.2, 0.5, 1.5, 0.7]), true).unwrap();
             let deviations = deviations(&held);
             let found = held.converged && deviations.iter().all(|d| d.abs() < 4.0);
             (!found).then(|| format!("{mode:?} {kind}: converged {}, {deviations:.1?} σ", held.converged))

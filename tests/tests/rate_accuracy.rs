@@ -1,17 +1,17 @@
-//! How exactly the stand turns: a sample of docs/rate-accuracy.md, whose table `examples/rate_accuracy.rs` makes.
+//! Accuracy of the stand's rate: a sample of docs/rate-accuracy.md, whose table `examples/rate_accuracy.rs` prints.
 #![allow(clippy::unwrap_used)]
 
 use std::sync::LazyLock;
 
 use hal_sim::plant::Stand;
 use rayon::prelude::*;
-use stand_tests::rate_accuracy::{accuracy, cogging_stand, learnt, step};
+use stand_tests::rate_accuracy::{accuracy, calibrated_stand, cogging_stand, step};
 
-/// With and without what the stand learnt of itself.
+/// The stand without and with compensation from its own calibration.
 static STANDS: LazyLock<[(&str, Stand); 2]> = LazyLock::new(|| {
     let bare = cogging_stand();
-    let learnt = learnt(&bare, 1);
-    [("nothing learnt", bare), ("own calibration", learnt)]
+    let compensated = calibrated_stand(&bare, 1);
+    [("no compensation", bare), ("own calibration", compensated)]
 });
 
 #[test]
@@ -36,8 +36,8 @@ fn a_step_of_100_deg_s_is_settled_in_0_3_s_with_less_than_5_percent_of_overshoot
 }
 
 #[test]
-fn what_was_learnt_makes_the_turn_even() {
-    let [bare, learnt] = [0, 1].map(|k| accuracy(&STANDS[k].1, 90.0, 1).unwrap());
-    println!("{bare:?} {learnt:?}");
-    assert!(learnt.ten_degrees < 0.1 * bare.ten_degrees && learnt.one_degree < 0.1 * bare.one_degree, "{bare:?} {learnt:?}");
+fn compensation_makes_the_turn_uniform() {
+    let [bare, compensated] = [0, 1].map(|k| accuracy(&STANDS[k].1, 90.0, 1).unwrap());
+    println!("{bare:?} {compensated:?}");
+    assert!(compensated.ten_degrees < 0.1 * bare.ten_degrees && compensated.one_degree < 0.1 * bare.one_degree, "{bare:?} {compensated:?}");
 }

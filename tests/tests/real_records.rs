@@ -1,4 +1,4 @@
-//! Real records (`../shared/data`) held against what their authors published of them.
+//! External records of real drives (STAND_DATA) compared with their authors' publications.
 #![allow(clippy::unwrap_used)]
 
 use host_tools::identify::fit::equation_error::{self, EquationErrorFit, Settings};
@@ -7,10 +7,10 @@ use host_tools::identify::residual;
 use host_tools::log::Log;
 use host_tools::model::Model;
 use stand_tests::foreign::stand_data;
-use stand_tests::own::hold;
+use stand_tests::own::fit_or_compare;
 use stand_tests::real::{correlation_with_map, noted, position_rms, record, with_values};
 
-/// The axis of EMPS with these effects beside viscous and Coulomb friction.
+/// The EMPS axis with these effects in addition to viscous and Coulomb friction.
 fn axis(effects: &str, more: &str) -> Model {
     let text = format!(
         "[drive]\ninput = \"torque_N_m\"\noutputs = [\"theta_rad\"]\neffects = [\"viscous\", \"coulomb\", {effects}]\n[parameters]\n\
@@ -19,7 +19,7 @@ fn axis(effects: &str, more: &str) -> Model {
     Model::parse(&text, "the axis").unwrap()
 }
 
-/// The record as its authors read it: the force is that of the instant. (The log's convention takes it for the mean over the row.)
+/// The record as its authors interpret it: an instantaneous force. (The log's convention is the mean over the row.)
 fn as_its_authors(data: &std::path::Path, name: &str) -> Log {
     noted(&record(data, name, &[]), "torque_N_m", "at t")
 }
@@ -36,14 +36,14 @@ fn value(held: &FitResult, name: &str) -> f64 {
     held.parameters.list.iter().find(|p| p.name == name).unwrap().value
 }
 
-/// How far the force error may be from the published one, in per cent of the force: what is left away at the ends of the record, and at
-/// which row the thinning begins, moves it by 0.07.
+/// Tolerance of the force error, in per cent of the force. The margin at the record's ends and the row at which decimation starts change it by
+/// 0.07.
 const FORCE_ERROR: f64 = 0.1;
 
-/// Their offset is on the side of friction: load = −offset. Inertia within 2 % and friction within 5 % is what another filter may move.
+/// The published offset is on the friction side: load = −offset. Another filter may change inertia by 2 % and friction by 5 %.
 #[test]
 #[ignore = "needs the external records: set STAND_DATA"]
-fn equation_error_finds_the_published_figures_of_emps() {
+fn equation_error_finds_the_published_values_of_emps() {
     let data = stand_data();
     let log = as_its_authors(&data, "emps_train.csv");
     let symmetric = by_equation_error(&log, &axis("\"load\"", ""));
@@ -61,11 +61,11 @@ fn equation_error_finds_the_published_figures_of_emps() {
     }
 }
 
-/// The convention of the log (force as the mean over its row) leaves less unexplained than the authors' reading, above all under the
-/// pulses, and moves the parameters by no more than the tolerance of the published ones.
+/// The log's convention (force as the mean over its row) leaves a smaller residual than the authors' interpretation, most of all under the pulses,
+/// and changes the parameters by no more than the published tolerance.
 #[test]
 #[ignore = "needs the external records: set STAND_DATA"]
-fn the_force_of_emps_is_the_mean_over_its_row() {
+fn force_of_emps_is_the_mean_over_its_row() {
     let data = stand_data();
     let model = axis("\"load\"", "");
     let by_row = by_equation_error(&record(&data, "emps_train.csv", &[]), &model);
@@ -82,10 +82,10 @@ fn the_force_of_emps_is_the_mean_over_its_row() {
     assert!(row < 0.85 * instant, "{row} % by the row, {instant} % by the instant");
 }
 
-/// With the authors' own parameters, so that only filter and thinning are ours.
+/// With the authors' parameters, so that only filter and decimation differ.
 #[test]
 #[ignore = "needs the external records: set STAND_DATA"]
-fn the_pulses_leave_as_much_of_the_force_as_the_authors_found() {
+fn pulses_leave_the_published_force_error() {
     let data = stand_data();
     let log = as_its_authors(&data, "emps_pulses.csv");
     let mut theirs = axis("\"load\"", "");
@@ -95,15 +95,15 @@ fn the_pulses_leave_as_much_of_the_force_as_the_authors_found() {
     assert!((held.error_percent - 5.98).abs() < FORCE_ERROR, "{} %", held.error_percent);
 }
 
-/// A free run weighs what accumulates, so that its mass is below that of the equation error and its dry level above (README of the data:
-/// M near 89, Fv 163, Fc 25, from positions; ours compares increments, and comes out between the two).
+/// A free run weights accumulated errors, so its mass is below that of the equation error and its Coulomb friction above (README of the records: M
+/// near 89, Fv 163, Fc 25, from positions). `stand` compares increments, and its result is between the two.
 #[test]
 #[ignore = "needs the external records: set STAND_DATA"]
-fn a_free_run_of_emps_lies_between_the_published_free_run_and_the_equation_error() {
+fn free_run_of_emps_is_between_the_published_free_run_and_the_equation_error() {
     let data = stand_data();
     let log = record(&data, "emps_train.csv", &[]);
     let model = axis("\"load\"", "");
-    let (free, equation) = (hold(&log, &model, true).unwrap(), by_equation_error(&log, &model));
+    let (free, equation) = (fit_or_compare(&log, &model, true).unwrap(), by_equation_error(&log, &model));
     for (name, published) in [("inertia_kg_m2", 89.0), ("viscous_N_m_s", 163.0), ("coulomb_N_m", 25.0)] {
         let (free, row_by_row) = (value(&free, name), found(&equation, name));
         println!("{name}: {published} published for positions, {free:.2} free run, {row_by_row:.2} equation error");
@@ -111,17 +111,16 @@ fn a_free_run_of_emps_lies_between_the_published_free_run_and_the_equation_error
     }
 }
 
-/// Fitted on the first record, run freely along the second, which it never saw. Published, of models fitted to the position: 8.0 mm and
-/// 5.4 mm. Ours are fitted to increments, which let the position wander more: within a factor of two of the published ones, and in
-/// the same order.
+/// Fitted on the first record, simulated freely along the second. Published for models fitted to the position: 8.0 mm and 5.4 mm. Fits to
+/// increments allow more position drift: within a factor of two of the published values, in the same ranking.
 #[test]
 #[ignore = "needs the external records: set STAND_DATA"]
-fn asymmetric_friction_learnt_on_one_record_of_emps_helps_on_the_other() {
+fn asymmetric_friction_of_one_record_of_emps_improves_the_other() {
     let data = stand_data();
     let (train, pulses) = (record(&data, "emps_train.csv", &[]), record(&data, "emps_pulses.csv", &[]));
     let along_pulses = |effects: &str| {
         let model = axis(effects, "");
-        let held = hold(&train, &model, true).unwrap();
+        let held = fit_or_compare(&train, &model, true).unwrap();
         1e3 * position_rms(&pulses, &with_values(&model, &held.parameters)).unwrap()
     };
     let (coulomb, asymmetric) = (along_pulses("\"load\""), along_pulses("\"asymmetric-friction\""));
@@ -130,26 +129,26 @@ fn asymmetric_friction_learnt_on_one_record_of_emps_helps_on_the_other() {
     assert!(asymmetric < 0.75 * coulomb, "{coulomb} mm, {asymmetric} mm");
 }
 
-/// The pulses show something else than the first record did: what its asymmetric model leaves of them goes with the rate.
+/// The residual of the first record's asymmetric model under the pulses correlates with the rate.
 #[test]
 #[ignore = "needs the external records: set STAND_DATA"]
-fn what_the_first_record_of_emps_taught_fails_on_the_second_over_the_rate() {
+fn model_of_the_first_record_of_emps_fails_on_the_second_over_the_rate() {
     let data = stand_data();
     let (train, pulses) = (record(&data, "emps_train.csv", &[]), record(&data, "emps_pulses.csv", &[]));
     let model = axis("\"load\", \"asymmetric-friction\"", "");
-    let learnt = with_values(&model, &hold(&train, &model, true).unwrap().parameters);
-    let (compared, _) = prepare::prepare(&pulses, &learnt, true).unwrap();
-    let failures = residual::misfits(&pulses, &compared, &hold(&pulses, &learnt, false).unwrap());
-    let first = failures.first().expect("it fails somewhere");
+    let trained = with_values(&model, &fit_or_compare(&train, &model, true).unwrap().parameters);
+    let (compared, _) = prepare::prepare(&pulses, &trained, true).unwrap();
+    let failures = residual::misfits(&pulses, &compared, &fit_or_compare(&pulses, &trained, false).unwrap());
+    let first = failures.first().expect("at least one misfit");
     println!("{}", host_tools::report::misfit(first));
     assert_eq!(first.coordinate.name(), "omega");
     assert!(first.explained_fraction > 0.5, "{}", first.explained_fraction);
 }
 
-/// u has two levels and the motor never turns back: a dry level and a constant load leave the same.
+/// u has two levels and the motor never reverses: Coulomb friction and a constant load are equivalent.
 #[test]
 #[ignore = "needs the external records: set STAND_DATA"]
-fn the_gear_motor_cannot_tell_dry_friction_from_an_offset() {
+fn friction_and_offset_of_the_gear_motor_are_not_distinguishable() {
     let data = stand_data();
     let log = record(&data, "dcmotor_un_prbs.csv", &[]);
     let chi2 = |effect: &str, more: &str| {
@@ -157,24 +156,24 @@ fn the_gear_motor_cannot_tell_dry_friction_from_an_offset() {
             "[drive]\ninput = \"u_V\"\neffects = [\"viscous\", \"{effect}\"]\n[parameters]\ninertia_kg_m2 = 0.005\nviscous_N_m_s = 0.03\n\
              motor_constant_N_m_A = {{ value = 0.2, fixed = true }}\nresistance_ohm = {{ value = 1.0, fixed = true }}\n{more}"
         );
-        hold(&log, &Model::parse(&text, "the motor").unwrap(), true).unwrap().chi2
+        fit_or_compare(&log, &Model::parse(&text, "the motor").unwrap(), true).unwrap().chi2
     };
     let (dry, load) = (chi2("coulomb", "coulomb_N_m = 0.05\n"), chi2("load", "load_N_m = -0.05\n"));
-    // The descents end within 0.001 of the least χ².
+    // The fits end within 0.001 of the least χ².
     assert!((dry / load - 1.0).abs() < 1e-3, "{dry} {load}");
 }
 
-/// The gear motor with viscous and dry friction and one effect more, from the catalogue's start.
+/// The gear motor with viscous and Coulomb friction and one more effect, from the catalogue's start.
 fn gear_motor(log: &Log, effect: &str) -> FitResult {
     let text = format!(
         "[drive]\ninput = \"u_V\"\neffects = [\"viscous\", \"coulomb\", \"{effect}\"]\n[parameters]\ninertia_kg_m2 = 0.005\n\
          viscous_N_m_s = 0.03\ncoulomb_N_m = 0.05\nmotor_constant_N_m_A = {{ value = 0.2, fixed = true }}\n\
          resistance_ohm = {{ value = 1.0, fixed = true }}\n"
     );
-    hold(log, &Model::parse(&text, "the motor").unwrap(), true).unwrap()
+    fit_or_compare(log, &Model::parse(&text, "the motor").unwrap(), true).unwrap()
 }
 
-/// Root mean square over all rows, and BIC over those that were fitted.
+/// Root mean square over all rows, and BIC over the fitted rows.
 fn rms_and_bic(held: &FitResult) -> (f64, f64) {
     let c = &held.channels[0];
     let compared: Vec<f64> = c.residual.iter().copied().filter(|r| !r.is_nan()).collect();
@@ -185,36 +184,36 @@ fn rms_and_bic(held: &FitResult) -> (f64, f64) {
     (all, 2.0 * n * c.rms.ln() + unknowns as f64 * n.ln())
 }
 
-/// Half of the 20 ms over which its rate is counted.
+/// Half of the 20 ms over which the rate is counted.
 const WINDOW_CENTRE_S: f64 = 0.010;
 
-/// Known: near 15 ms, taken as ± 5 ms (a quarter of a row), of a rate read as that of the instant. So read, ours is the whole delay;
-/// read as the mean that it is, the delay is that of the window's centre and the rest. The two differ by what a mean does besides being late:
-/// it also rounds, which the instant has to make up for by its inertia; less than 5 ms, a quarter of the window.
-/// An exact first-order model on a grid of 1 ms leaves 0.0543 rad/s at 8.5 ms; its grid is good to 0.5 ms.
+/// Known delay near 15 ms, ± 5 ms (a quarter of a row), for a rate taken as instantaneous. With that interpretation the skew is the whole delay;
+/// with the rate as a mean, the delay is the window's centre plus the skew. The two differ because a mean also smooths, which the instantaneous
+/// model replaces by inertia: by less than 5 ms, a quarter of the window. An exact first-order model on a 1 ms grid leaves 0.0543 rad/s at 8.5 ms;
+/// its resolution is 0.5 ms.
 #[test]
 #[ignore = "needs the external records: set STAND_DATA"]
-fn the_gear_motor_is_as_late_as_is_known() {
+fn delay_of_the_gear_motor_equals_the_known_one() {
     let data = stand_data();
     let log = record(&data, "dcmotor_un_prbs.csv", &[]);
     let notes: Vec<_> = log.notes().iter().filter(|(key, _)| key != "encoder").cloned().collect();
-    let unsaid = Log::new(log.path(), log.columns().to_vec(), notes).unwrap();
-    let (mean, instant) = (gear_motor(&log, "time-skew"), gear_motor(&unsaid, "time-skew"));
-    let (skew, at_once) = (value(&mean, "skew_s"), value(&instant, "skew_s"));
+    let without_note = Log::new(log.path(), log.columns().to_vec(), notes).unwrap();
+    let (mean, instant) = (gear_motor(&log, "time-skew"), gear_motor(&without_note, "time-skew"));
+    let (skew, instantaneous) = (value(&mean, "skew_s"), value(&instant, "skew_s"));
     let (rms, rms_at_once) = (rms_and_bic(&mean).0, rms_and_bic(&instant).0);
     println!("mean over 20 ms: {:.2} ms besides the window's 10, rms {rms:.4} rad/s", 1e3 * skew);
-    println!("at the instant: {:.2} ms, rms {rms_at_once:.4} rad/s", 1e3 * at_once);
+    println!("at the instant: {:.2} ms, rms {rms_at_once:.4} rad/s", 1e3 * instantaneous);
     assert!((skew - 0.0085).abs() < 0.0005, "{skew} s");
     assert!((rms / 0.0543 - 1.0).abs() < 0.01, "{rms} rad/s");
     let whole = WINDOW_CENTRE_S + skew;
-    assert!((whole - 0.015).abs() < 0.005 && (at_once - 0.015).abs() < 0.005, "{whole} s, {at_once} s");
-    assert!((whole - at_once).abs() < 0.005, "{whole} s, {at_once} s");
+    assert!((whole - 0.015).abs() < 0.005 && (instantaneous - 0.015).abs() < 0.005, "{whole} s, {instantaneous} s");
+    assert!((whole - instantaneous).abs() < 0.005, "{whole} s, {instantaneous} s");
 }
 
-/// What else makes a rate late or round explains the record no better: six in BIC is where the tool calls two effects apart.
+/// Other effects that delay or smooth the rate fit no better: ΔBIC of six is the limit of distinguishable effects.
 #[test]
 #[ignore = "needs the external records: set STAND_DATA"]
-fn the_gear_motor_is_late_rather_than_slow_or_elastic() {
+fn delay_of_the_gear_motor_is_not_a_lag_or_an_elastic_shaft() {
     let data = stand_data();
     let log = record(&data, "dcmotor_un_prbs.csv", &[]);
     let held = |effect: &str| {
@@ -229,14 +228,14 @@ fn the_gear_motor_is_late_rather_than_slow_or_elastic() {
     }
 }
 
-/// Orders of the slow run, as its README names them.
+/// Harmonic orders of the slow run, from its README.
 const ORDERS: [u32; 5] = [7, 28, 14, 36, 12];
 
-/// The map was measured standing, the run under friction, which leads by a part of a tooth: a shift of at most 1/256 turn is allowed for.
-/// A map binned from the run correlates 0.97 after that shift; the five sines leave out what is noise.
+/// The map was measured at rest, the run under friction, which leads by part of a cogging period: a shift of at most 1/256 turn is allowed. A map
+/// binned from the run correlates 0.97 after that shift; the five sines omit the noise.
 #[test]
 #[ignore = "needs the external records: set STAND_DATA"]
-fn the_cogging_of_the_slow_run_is_that_of_the_map_measured_standing() {
+fn cogging_of_the_slow_run_equals_the_map_measured_at_rest() {
     let data = stand_data();
     let run = record(&data, "odrive_slow_run.csv", &[]);
     let text = std::fs::read_to_string(data.join("odrive_cogging_map.csv")).unwrap();
@@ -248,8 +247,8 @@ fn the_cogging_of_the_slow_run_is_that_of_the_map_measured_standing() {
     marks.iter().for_each(|m| model += &format!(", \"cogging{m}\""));
     model += "]\n[parameters]\nmotor_constant_N_m_A = { value = 1.0, fixed = true }\ncoulomb_N_m = 0.1\n";
     marks.iter().zip(ORDERS).for_each(|(m, order)| model += &format!("\"cogging_order{m}\" = {order}\n\"cogging_N_m{m}\" = 0.05\n"));
-    let held = hold(&run, &Model::parse(&model, "the slow motor").unwrap(), true).unwrap();
-    // What holds the rotor is the cogging torque with its sign turned; K is 1 here, so that it is the current.
+    let held = fit_or_compare(&run, &Model::parse(&model, "the slow motor").unwrap(), true).unwrap();
+    // The holding torque is the cogging torque with opposite sign; K is 1 here, so it equals the current.
     let current = |theta: f64| {
         let one = |(m, order): (&String, u32)| {
             let (a, phase) = (value(&held, &format!("cogging_N_m{m}")), value(&held, &format!("cogging_phase_rad{m}")));

@@ -1,4 +1,4 @@
-//! Settings in flash: the supply is cut at every single word that is written and every sector that is erased.
+//! Settings in flash: the supply is cut at every word write and every sector erase.
 #![allow(clippy::unwrap_used)]
 
 use hal_sim::controller::flash;
@@ -15,16 +15,16 @@ fn load(flash: &mut SimFlash) -> Option<Kept> {
     store(flash).load(Kept::layout()).unwrap()
 }
 
-/// Settings that are told apart by a number.
+/// Settings identified by a number.
 fn kept(number: u32) -> Kept {
     let mut kept = Kept::default();
     kept.settings.slip_rad = 0.05 + 1e-4 * f64::from(number);
     kept
 }
 
-/// Saves until both sectors have been full and erased; at each save, cuts the supply within each of its steps.
+/// Saves until both sectors have been full and erased; at each save, cuts the supply at each of its steps.
 #[test]
-fn a_cut_at_any_write_leaves_the_old_settings_or_the_new_and_the_next_save_works() {
+fn cut_at_any_write_leaves_old_or_new_settings_and_the_next_save_works() {
     let mut life = flash(1);
     let (mut cuts, mut saves) = (0, 0);
     while life.erases().iter().any(|erases| *erases < 2) {
@@ -42,9 +42,9 @@ fn a_cut_at_any_write_leaves_the_old_settings_or_the_new_and_the_next_save_works
                 break;
             }
             cuts += 1;
-            // The last word of a record may have come whole before the supply was gone.
+            // The last word of a record may be complete before the supply fails.
             assert!(found == old || found == Some(new), "save {saves}, cut at step {steps}: {found:?}");
-            // Once more, and the supply is cut again at the same step; then in peace.
+            // Saves again with a cut at the same step, then without a cut.
             cut.cut_after(steps);
             let _ = store(&mut cut).save(&new, Kept::layout());
             cut.power_on();

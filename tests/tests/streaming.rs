@@ -3,33 +3,33 @@
 
 use hal_sim::faults::FaultKind;
 use hal_sim::plant::Stand;
-use stand_tests::bench::at_the_bench;
+use stand_tests::bench::with_stand;
 use stand_tests::streaming::record;
 
 #[test]
-fn a_minute_at_1_kilohertz_while_it_turns_loses_no_frame() {
-    at_the_bench(&Stand::default(), async |host| {
-        host.tell("SOUR:RATE 10;:SOUR:MODE RATE").await;
-        let is = record(host, 60, |_, _| ()).await;
-        println!("{is:?}");
-        assert!((59_990..=60_000).contains(&is.rows), "{is:?}");
-        assert_eq!((is.missing, is.out_of_step, is.damaged, is.lost), (0, 0, 0, 0));
+fn minute_at_1_kilohertz_loses_no_frame() {
+    with_stand(&Stand::default(), async |host| {
+        host.command("SOUR:RATE 10;:SOUR:MODE RATE").await;
+        let counts = record(host, 60, |_, _| ()).await;
+        println!("{counts:?}");
+        assert!((59_990..=60_000).contains(&counts.rows), "{counts:?}");
+        assert_eq!((counts.missing, counts.out_of_step, counts.damaged, counts.lost), (0, 0, 0, 0));
         host.send(b"\x18");
         host.wait_s(0.1).await;
-        host.heard();
-        assert!(host.ask("*IDN?").await.starts_with("Rotary Stand"), "0x18 leads back to text");
+        host.received();
+        assert!(host.query("*IDN?").await.starts_with("Rotary Stand"), "0x18 returns to text mode");
     });
 }
 
 #[test]
-fn what_a_bad_line_damages_is_counted_and_nothing_else_is_shown() {
-    at_the_bench(&Stand::default(), async |host| {
+fn damage_of_a_bad_line_is_counted_and_dropped() {
+    with_stand(&Stand::default(), async |host| {
         host.wait_s(0.1).await;
-        host.break_(FaultKind::LineFlips, f64::INFINITY, Some(1e-4));
-        let is = record(host, 20, |_, _| ()).await;
-        println!("{is:?}");
-        // Some 60 bytes a row: one row in 170 is hit. Each is missed by its number, and its damage is seen; a hit 00 joins two frames.
-        assert!(is.damaged > 50 && is.missing > 50 && is.rows > 19_000, "{is:?}");
-        assert!(is.rows + is.missing >= 19_950, "{is:?}");
+        host.inject_fault(FaultKind::LineFlips, f64::INFINITY, Some(1e-4));
+        let counts = record(host, 20, |_, _| ()).await;
+        println!("{counts:?}");
+        // About 60 bytes per row: one row in 170 is damaged, and missed by its number. A damaged 00 joins two frames.
+        assert!(counts.damaged > 50 && counts.missing > 50 && counts.rows > 19_000, "{counts:?}");
+        assert!(counts.rows + counts.missing >= 19_950, "{counts:?}");
     });
 }

@@ -1,4 +1,4 @@
-//! Where a model fails: the coordinate that is true comes first, and a true model fails nowhere.
+//! Misfits of a model: the true coordinate comes first, and a true model has none.
 
 use hal_sim::plant::Stand;
 use host_tools::identify::residual::Signature;
@@ -13,13 +13,13 @@ mod fails;
 
 #[test]
 #[ignore = "needs the external records: set STAND_DATA"]
-fn the_coordinate_that_a_case_states_is_named_first() {
+fn stated_coordinate_of_a_case_is_named_first() {
     let data = stand_data();
     let wrong: Vec<String> = cases(&data)
         .par_iter()
         .filter_map(|case| {
             let stated = fails::stated(&data, case)?;
-            let list = fails::fitted(&case.log, &fails::believed(case), false);
+            let list = fails::fitted(&case.log, &fails::user_model(case), false);
             let found = list.first().map_or("nothing", |f| f.coordinate.name());
             (found != stated).then(|| format!("{}: stated {stated}, found {found}", case.name))
         })
@@ -29,20 +29,20 @@ fn the_coordinate_that_a_case_states_is_named_first() {
 
 #[test]
 #[ignore = "needs the external records: set STAND_DATA"]
-fn the_true_model_of_a_case_without_hidden_effect_fails_nowhere() {
+fn true_model_of_a_null_case_has_no_misfit() {
     let data = stand_data();
     let cases = cases(&data);
     let nulls: Vec<_> = cases.iter().filter(|c| c.name.ends_with("-none")).collect();
     assert!(nulls.len() >= 8);
     for case in nulls {
-        let list = fails::fitted(&case.log, &fails::believed(case), false);
+        let list = fails::fitted(&case.log, &fails::user_model(case), false);
         assert!(list.is_empty(), "{}: {list:#?}", case.name);
     }
 }
 
-/// Twelve logs at one in a thousand: an alarm by chance in one run of eighty.
+/// Twelve logs at a false-alarm probability of 0.1 %: one alarm in eighty runs.
 #[test]
-fn a_session_with_nothing_hidden_fails_nowhere_with_the_voltage_given_or_the_rate_controlled() {
+fn null_session_has_no_misfit_in_voltage_and_rate_mode() {
     let profiles = [ProfileKind::MultiStep, ProfileKind::Multisine, ProfileKind::Prbs];
     (0..12usize).into_par_iter().for_each(|k| {
         let mode = if k % 2 == 0 { Mode::Voltage } else { Mode::Rate };
@@ -52,10 +52,10 @@ fn a_session_with_nothing_hidden_fails_nowhere_with_the_voltage_given_or_the_rat
     });
 }
 
-/// One seed: of six such logs five pass, and of six with the voltage given only two, where slow drift after moments of sticking hides
-/// the order (docs/figures.md, "Where it fails"). This holds what is reached, not what is wanted.
+/// One seed: five of six such logs pass. In voltage mode only two of six pass, because slow drift after sticking hides the harmonic order
+/// (docs/figures.md, "Where it fails"). The test asserts the performance reached.
 #[test]
-fn cogging_under_the_speed_loop_is_a_torque_at_its_order() {
+fn cogging_under_the_speed_loop_is_a_torque_at_its_harmonic_order() {
     for (seventh, fourteenth) in [(1.5e-3, 1e-3), (5e-4, 3e-4)] {
         let stand = Stand::parse(&format!(
             "[effects.viscous]\nviscous_N_m_s = 2e-5\n[effects.coulomb]\ncoulomb_N_m = 9e-4\n[effects.inductance]\ninductance_H = 2.38e-4\n\
@@ -69,7 +69,7 @@ fn cogging_under_the_speed_loop_is_a_torque_at_its_order() {
         assert_eq!(first.coordinate.name(), "theta", "{list:#?}");
         assert_eq!(first.harmonic_orders.first(), Some(&7), "{list:#?}");
         assert_eq!(first.signature, Some(Signature::AngleTorque), "{list:#?}");
-        // The seventh order has the larger torque and half the frequency, so at least three quarters of what cogging leaves.
+        // Order 7 has the larger torque and half the frequency, so at least three quarters of the cogging residual.
         assert!(first.explained_fraction > 0.5, "{}", first.explained_fraction);
     }
 }

@@ -1,12 +1,12 @@
-//! A line for each word of `allan`.
+//! One check for each word of `allan`.
 
 use std::path::Path;
 
 use serde_json::Value;
 
-use super::{Shows, help_everywhere, json, json_in_both_places, page, stand};
+use super::{Check, help_everywhere, json, json_in_both_places, page, stand};
 
-pub const WORDS: [(&str, Shows); 6] = [
+pub const WORDS: [(&str, Check); 6] = [
     ("allan --help", help_everywhere),
     ("allan <LOG> --column", |f| {
         still(f);
@@ -49,7 +49,7 @@ fn allan(folder: &Path, log: &str, column: &str, more: &[&str]) -> Value {
     json(folder, &[&["allan", log, "--column", column], more].concat())
 }
 
-/// Ten seconds of something like noise, and the same twice as loud.
+/// Ten seconds of pseudo-noise, and a copy with twice the amplitude.
 fn still(folder: &Path) {
     for (name, loud) in [("still.csv", 1.0), ("louder.csv", 2.0)] {
         let mut text = "t_s,gyro_rad_s,u_V,theta_rad\n".to_owned();

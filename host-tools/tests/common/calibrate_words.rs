@@ -1,17 +1,17 @@
-//! A line for each word of `calibrate`.
+//! One check for each word of `calibrate`.
 
 use std::path::Path;
 
 use super::calibration::{SHORT, carrying};
-use super::common::served::{Served, said};
-use super::{Shows, help_everywhere, json, page, stand};
+use super::common::served::{Served, send_lines};
+use super::{Check, help_everywhere, json, page, stand};
 use serde_json::Value;
 
-pub const WORDS: [(&str, Shows); 13] = [
+pub const WORDS: [(&str, Check); 13] = [
     ("calibrate --help", help_everywhere),
     ("calibrate <WHAT> --write-session", |f| {
         let whats = ["gyro", "accel", "drive"].map(|what| {
-            stand(f, &["calibrate", what, "--write-session", "usual.toml"]).well();
+            stand(f, &["calibrate", what, "--write-session", "usual.toml"]).succeeded();
             std::fs::read_to_string(f.join("usual.toml")).unwrap()
         });
         assert!(whats[0].contains("what = \"gyro\"") && whats[1].contains("what = \"accel\"") && whats[2].contains("what = \"drive\""));
@@ -41,7 +41,7 @@ pub const WORDS: [(&str, Shows); 13] = [
     }),
     ("calibrate --resume", |f| {
         let before = run(f, "a", SHORT, &[]);
-        // As if the second step had not been done.
+        // As if the second step were not yet done.
         let mut journal: Value = serde_json::from_slice(&std::fs::read(f.join("a/journal.json")).unwrap()).unwrap();
         journal["steps"].as_array_mut().unwrap().pop();
         std::fs::write(f.join("a/journal.json"), journal.to_string()).unwrap();
@@ -58,26 +58,26 @@ pub const WORDS: [(&str, Shows); 13] = [
     ("calibrate --port --into-stand", |f| {
         let one = Served::new(f, &[]);
         std::fs::write(f.join("own.toml"), format!("column = \"omega_rad_s\"\n{SHORT}")).unwrap();
-        let scale = || said(f, &one.port, "SETTings:rate_rad_s_per_code?\n").well().out;
+        let scale = || send_lines(f, &one.port, "SETTings:rate_rad_s_per_code?\n").succeeded().out;
         let before = scale();
         let words = ["calibrate", "gyro", "--session", "own.toml", "--port", &one.port, "--out"];
-        stand(f, &[&words[..], &["a"]].concat()).well();
+        stand(f, &[&words[..], &["a"]].concat()).succeeded();
         assert_eq!(scale(), before);
-        stand(f, &[&words[..], &["b", "--into-stand"]].concat()).well();
+        stand(f, &[&words[..], &["b", "--into-stand"]].concat()).succeeded();
         assert_ne!(scale(), before);
     }),
     ("calibrate --into-model", |f| {
         std::fs::write(f.join("own.toml"), format!("column = \"omega_rad_s\"\n{SHORT}")).unwrap();
         let before = std::fs::read(f.join("model.toml")).unwrap();
-        stand(f, &["calibrate", "gyro", "--session", "own.toml", "--out", "a"]).well();
+        stand(f, &["calibrate", "gyro", "--session", "own.toml", "--out", "a"]).succeeded();
         assert_eq!(before, std::fs::read(f.join("model.toml")).unwrap());
-        stand(f, &["calibrate", "gyro", "--from", "a", "--into-model", "model.toml"]).well();
+        stand(f, &["calibrate", "gyro", "--from", "a", "--into-model", "model.toml"]).succeeded();
         assert!(std::fs::read_to_string(f.join("model.toml")).unwrap().contains("rate_scale"));
     }),
     ("calibrate --json", |f| {
         run(f, "a", SHORT, &[]);
         let printed = json(f, &["calibrate", "gyro", "--from", "a"]);
-        stand(f, &["calibrate", "gyro", "--from", "a", "--json", "a.json"]).well();
+        stand(f, &["calibrate", "gyro", "--from", "a", "--json", "a.json"]).succeeded();
         let written: Value = serde_json::from_slice(&std::fs::read(f.join("a.json")).unwrap()).unwrap();
         assert_eq!(printed["scale"], written["scale"]);
     }),
@@ -88,7 +88,7 @@ pub const WORDS: [(&str, Shows); 13] = [
     ("calibrate", |f| assert!(stand(f, &["calibrate"]).err.contains("<WHAT>"))),
 ];
 
-/// A short session with these words, and its answer.
+/// Runs a short session with these words; returns its answer.
 pub fn run(folder: &Path, out: &str, session: &str, more: &[&str]) -> Value {
     std::fs::write(folder.join("short.toml"), session).unwrap();
     json(folder, &[&["calibrate", "gyro", "--session", "short.toml", "--out", out], more].concat())

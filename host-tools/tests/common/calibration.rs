@@ -35,7 +35,7 @@ pub fn drawn(seed: u64) -> Truth {
     drawn_sensor(seed, &Assumptions::default(), 10.0).1
 }
 
-/// The true values lie within three expanded uncertainties.
+/// Asserts that the true values are within three expanded uncertainties.
 #[track_caller]
 pub fn holds(answer: &Value, truth: &Truth, names: &[&str]) {
     for name in names {

@@ -1,23 +1,23 @@
-//! Every word of `stand drift` moves an output; held against `--help` by tests/options.rs.
+//! One check for each word of `stand drift`, compared with `--help` by tests/options.rs.
 
 use super::common::stand;
 use serde_json::Value;
 use std::path::Path;
 
 fn json(folder: &Path, words: &[&str]) -> Value {
-    stand(folder, words).well().json()
+    stand(folder, words).succeeded().json()
 }
 
 /// A short measurement on the simulated stand.
 fn run(folder: &Path, more: &[&str]) -> Value {
     let short = ["drift", "run", "--pulse", "0.5", "--rest", "1", "--cycles", "2", "--json", "-"];
-    // A word that is given again counts.
+    // A repeated word overrides.
     let kept: Vec<&str> =
         short[..2].iter().copied().chain(short[2..].chunks(2).filter(|pair| !more.contains(&pair[0])).flatten().copied()).collect();
     json(folder, &[&kept, more].concat())
 }
 
-/// A log of one.
+/// A log of a short measurement.
 fn log(folder: &Path) {
     run(folder, &["--out", "drift.csv"]);
 }
@@ -34,7 +34,7 @@ fn sigma(found: &Value, of: &str) -> f64 {
     found[of]["sigma"].as_f64().unwrap()
 }
 
-/// Both errors of a place and the gain's move an uncertainty.
+/// Asserts that the errors of latitude, azimuth and gain change an uncertainty.
 fn errors(with: impl Fn(&[&str]) -> Value) {
     let plain = with(&[]);
     for (word, value, of) in [
@@ -47,12 +47,12 @@ fn errors(with: impl Fn(&[&str]) -> Value) {
 }
 
 fn page(folder: &Path, words: &[&str]) {
-    stand(folder, &[words, &["--html", "page.html"]].concat()).well();
+    stand(folder, &[words, &["--html", "page.html"]].concat()).succeeded();
     assert!(std::fs::read_to_string(folder.join("page.html")).unwrap().contains("<svg"));
 }
 
-/// The same as in tests/options.rs.
-pub const WORDS: &[(&str, super::Shows)] = &[
+/// As in tests/options.rs.
+pub const WORDS: &[(&str, super::Check)] = &[
     ("drift --help", |_| ()),
     ("drift run --help", |_| ()),
     ("drift compute --help", |_| ()),
@@ -86,7 +86,7 @@ pub const WORDS: &[(&str, super::Shows)] = &[
         let turned = run(f, &["--positions", "0,180,90"]);
         assert_eq!(turned["cycles"][5]["turned_deg"], 90.0);
         let driven = run(f, &["--turn", "drive"]);
-        // The platform's own turn: apparent drift changes its sign all the same.
+        // Despite the platform's own rotation, the apparent drift changes its sign.
         assert!((driven["apparent_drift_deg_h"]["value"].as_f64().unwrap() + 0.89).abs() < 0.3, "{driven}");
         assert_ne!(driven["cycles"], run(f, &[])["cycles"]);
     }),
@@ -104,7 +104,7 @@ pub const WORDS: &[(&str, super::Shows)] = &[
     }),
     #[cfg(unix)]
     ("drift run --port", |f| {
-        // A stand without a gyro, in real time: it says so.
+        // A stand without a gyro, in real time, reports that.
         let one = super::served::Served::new(f, &[]);
         let ran = stand(f, &["drift", "run", "--port", &one.port, "--cycles", "1", "--positions", "0"]);
         assert_eq!(ran.status, Some(2), "{ran:?}");
@@ -114,13 +114,13 @@ pub const WORDS: &[(&str, super::Shows)] = &[
     ("sim --gyro", |f| {
         std::fs::write(f.join("gyro.toml"), "[own]\nconstant_rad_s = 9.0e-6\n").unwrap();
         let usual = super::served::Served::new(f, &["--gyro"]);
-        assert_eq!(super::served::said(f, &usual.port, "DRIFt:STATe?\n").status, Some(0));
+        assert_eq!(super::served::send_lines(f, &usual.port, "DRIFt:STATe?\n").status, Some(0));
         drop(usual);
         let one = super::served::Served::new(f, &["--gyro", "gyro.toml"]);
         let short = ["--cycles", "2", "--pulse", "0.5", "--rest", "1", "--latitude", "70", "--turn", "drive", "--json", "-"];
         let found = json(f, &[&["drift", "run", "--port", one.port.as_str()][..], &short].concat());
         assert_eq!((found["good"].as_u64(), found["bad"].as_u64()), (Some(4), Some(0)), "{found}");
-        // 1.856 °/h; with pulses of half a second some 0.4 °/h of noise are left.
+        // 1.856 °/h; pulses of half a second leave about 0.4 °/h of noise.
         let own = found["own_drift_deg_h"]["value"].as_f64().unwrap();
         assert!((own - 1.856).abs() < 3.0, "{own}");
     }),

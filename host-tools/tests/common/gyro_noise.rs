@@ -50,7 +50,7 @@ fn flicker(rows: usize, b: f64, seed: u64) -> Vec<f64> {
         out
     };
     let mut driven = Noise::new(seed, 3, b);
-    // The second half is zero, so that nothing comes round.
+    // The second half is zero, against circular wrap-around.
     let white = spectrum((0..length).map(|k| if k < length / 2 { driven.draw() } else { 0.0 }).collect());
     let mut weight = 1.0;
     let response = spectrum(

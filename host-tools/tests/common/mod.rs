@@ -1,4 +1,4 @@
-//! The command `stand` as a person runs it: words in, streams and exit status out.
+//! The command `stand`: arguments in, streams and exit status out.
 #![allow(dead_code, clippy::unwrap_used, reason = "each test binary uses its part")]
 
 pub mod served;
@@ -10,37 +10,37 @@ use std::process::{Command, Output, Stdio};
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// What came of a run.
+/// Result of a run.
 #[derive(Debug)]
-pub struct Ran {
+pub struct RunOutput {
     pub status: Option<i32>,
     pub out: String,
     pub err: String,
 }
 
-impl Ran {
-    /// It did its job without a word on standard error.
+impl RunOutput {
+    /// Asserts success and an empty standard error.
     #[track_caller]
-    pub fn well(self) -> Self {
+    pub fn succeeded(self) -> Self {
         assert_eq!((self.status, self.err.as_str()), (Some(0), ""), "{self:?}");
         self
     }
 
-    /// What it printed, as JSON and nothing else.
+    /// Standard output, which must be JSON only.
     #[track_caller]
     pub fn json(&self) -> Value {
         serde_json::from_str(&self.out).unwrap_or_else(|e| panic!("{e}: {}", self.out))
     }
 }
 
-impl From<Output> for Ran {
+impl From<Output> for RunOutput {
     fn from(output: Output) -> Self {
         let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-        Ran { status: output.status.code(), out: text(output.stdout), err: text(output.stderr) }
+        RunOutput { status: output.status.code(), out: text(output.stdout), err: text(output.stderr) }
     }
 }
 
-/// The command with these words, in a folder.
+/// The command with these arguments, in a folder.
 pub fn command(folder: &Path, words: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_stand"));
     command.args(words).current_dir(folder).stdin(Stdio::null());
@@ -48,7 +48,7 @@ pub fn command(folder: &Path, words: &[&str]) -> Command {
 }
 
 /// Runs it.
-pub fn stand(folder: &Path, words: &[&str]) -> Ran {
+pub fn stand(folder: &Path, words: &[&str]) -> RunOutput {
     command(folder, words).output().unwrap().into()
 }
 
@@ -57,11 +57,11 @@ pub const MODEL: &str = "[drive]\ninput = \"u_V\"\neffects = [\"viscous\", \"cou
     inertia_kg_m2 = 2.2e-4\nmotor_constant_N_m_A = 0.0234\nresistance_ohm = 2.32\nviscous_N_m_s = 1e-5\ncoulomb_N_m = 8.6e-4\n\
     inductance_H = 2.38e-4\n";
 
-/// A folder with a short log in both forms, of the same numbers, and a model.
+/// A folder with a short log in both formats, with equal numbers, and a model.
 pub fn folder() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    stand(path, &["sim", "--out", "log.csv", "--seconds", "3"]).well();
+    stand(path, &["sim", "--out", "log.csv", "--seconds", "3"]).succeeded();
     host_tools::log::Log::read(path.join("log.csv")).unwrap().write(path.join("log.parquet")).unwrap();
     std::fs::write(path.join("model.toml"), MODEL).unwrap();
     folder

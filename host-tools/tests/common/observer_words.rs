@@ -1,13 +1,13 @@
-//! A line for each word of `observer` and `vibration`.
+//! One check for each word of `observer` and `vibration`.
 
 use std::path::Path;
 
 use serde_json::Value;
 
-use super::served::{Served, said as console};
-use super::{Log, Shows, help_everywhere, json, json_in_both_places, page, said, stand};
+use super::served::{Served, send_lines as console};
+use super::{Check, Log, help_everywhere, json, json_in_both_places, page, stand, stdout_of};
 
-pub const WORDS: [(&str, Shows); 19] = [
+pub const WORDS: [(&str, Check); 19] = [
     ("observer --help", help_everywhere),
     ("observer design --help", help_everywhere),
     ("observer simulate --help", help_everywhere),
@@ -38,9 +38,9 @@ pub const WORDS: [(&str, Shows); 19] = [
     ("observer design --port --save --torquer --regulator", |f| {
         let one = Served::new(f, &["--flash", "flash.bin"]);
         let words = ["observer", "design", "astatic-identifier-recovered", "--kind", "augmented", "--port", &one.port];
-        stand(f, &[&words[..], &["--torquer", "0.07", "--regulator", "0.01,0.065", "--save"]].concat()).well();
-        console(f, &one.port, "SETTings:LOAD\n").well();
-        let list = console(f, &one.port, "OBServer:LIST?\n").well().out;
+        stand(f, &[&words[..], &["--torquer", "0.07", "--regulator", "0.01,0.065", "--save"]].concat()).succeeded();
+        console(f, &one.port, "SETTings:LOAD\n").succeeded();
+        let list = console(f, &one.port, "OBServer:LIST?\n").succeeded().out;
         for line in ["states 7", "moment 1", "torquer_N_m_A 0.07", "regulator 0.01 0.065 0 0 0 0 1", "gain 0.0148887706 -297.332429"] {
             assert!(list.contains(line), "{line}: {list}");
         }
@@ -63,10 +63,10 @@ pub const WORDS: [(&str, Shows); 19] = [
         for more in [["--angle", "2e-2"], ["--moment", "3e-5"], ["--seconds", "2"], ["--step", "2e-3"], ["--regulator-angle", "0.02"]] {
             assert_ne!(usual, simulated(f, &[&["astatic-identifier"], &more[..]].concat()), "{more:?}");
         }
-        // The rate's gain moves where the static loop ends, and both move the picture.
+        // The rate's gain changes the static loop's final value, and both change the picture.
         assert_ne!(usual, simulated(f, &["astatic-identifier", "--regulator-rate", "0.1"]));
         let picture = |seconds: &str| {
-            said(f, &["observer", "simulate", "astatic-identifier", "--loop-seconds", seconds, "--html", "s.html"]);
+            stdout_of(f, &["observer", "simulate", "astatic-identifier", "--loop-seconds", seconds, "--html", "s.html"]);
             std::fs::read_to_string(f.join("s.html")).unwrap()
         };
         assert_ne!(picture("20"), picture("40"));
@@ -106,7 +106,7 @@ pub const WORDS: [(&str, Shows); 19] = [
             f,
             &["record", "--port", &one.port, "--out", "r.csv", "--seconds", "0.2", "--decimation", "2", "--also", "age_s,from_index_rad"],
         )
-        .well();
+        .succeeded();
         assert!(Log::read(f.join("r.csv")).is_ok());
         let refused = stand(f, &["record", "--port", &one.port, "--out", "r.csv", "--also", "nonesuch"]);
         assert!(refused.status == Some(2) && refused.err.contains("nonesuch"), "{}", refused.err);
@@ -125,7 +125,7 @@ fn simulated(folder: &Path, words: &[&str]) -> Value {
     json(folder, &[&["observer", "simulate"], words].concat())
 }
 
-/// An azimuth and a roll that swing at 5 Hz, and another element.
+/// An azimuth and a roll that oscillate at 5 Hz, and another element.
 fn swinging(folder: &Path) {
     let mut text = "# angle_gain_V_rad: 20\nt_s,angle_sensor_V,gamma_rad\n".to_owned();
     for k in 0..4000 {

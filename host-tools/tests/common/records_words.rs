@@ -1,17 +1,17 @@
-//! A line for each word of `records`.
+//! One check for each word of `records`.
 
 use super::calibrate_words::run;
 use super::calibration::SHORT;
-use super::{Shows, help_everywhere, json, json_in_both_places, page, said, stand};
+use super::{Check, help_everywhere, json, json_in_both_places, page, stand, stdout_of};
 
-pub const WORDS: [(&str, Shows); 11] = [
+pub const WORDS: [(&str, Check); 11] = [
     ("records", |f| assert_eq!(stand(f, &["records"]).status, Some(2))),
     ("records --help", help_everywhere),
     ("records list --help", help_everywhere),
     ("records list <FOLDER>", |f| {
         run(f, "a/b", SHORT, &[]);
         std::fs::create_dir(f.join("c")).unwrap();
-        assert!(said(f, &["records", "list", "a"]).contains("S-1") && said(f, &["records", "list", "c"]).contains("no records"));
+        assert!(stdout_of(f, &["records", "list", "a"]).contains("S-1") && stdout_of(f, &["records", "list", "c"]).contains("no records"));
     }),
     ("records list --json", |f| {
         run(f, "a", SHORT, &[]);
@@ -37,8 +37,8 @@ pub const WORDS: [(&str, Shows); 11] = [
         let records =
             |folder: &str, serial: &str| json(f, &["records", "trend", folder, "--serial", serial])["records"].as_array().unwrap().len();
         assert_eq!([records("k", "S-1"), records("k", "S-2"), records("k/b", "S-2")], [1, 2, 1]);
-        let all = said(f, &["records", "trend", "k", "--serial", "S-2"]);
-        let one = said(f, &["records", "trend", "k", "--serial", "S-2", "--quantity", "scale"]);
+        let all = stdout_of(f, &["records", "trend", "k", "--serial", "S-2"]);
+        let one = stdout_of(f, &["records", "trend", "k", "--serial", "S-2", "--quantity", "scale"]);
         assert!(all.contains("\nbias_rad_s\n") && !one.contains("\nbias_rad_s\n") && one.contains("\nscale\n"), "{one}");
     }),
     ("records trend --what", |f| {

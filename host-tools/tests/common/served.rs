@@ -1,20 +1,20 @@
-//! A simulated stand behind a port, for as long as a test needs it.
+//! A simulated stand behind a port, for the duration of a test.
 #![cfg(unix)]
 
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
-use super::{Ran, command};
+use super::{RunOutput, command};
 
-/// A simulated stand that is served for as long as this lives.
+/// A simulated stand that is served until it is dropped.
 pub struct Served {
     pub child: Child,
     pub port: String,
 }
 
 impl Served {
-    /// Serves one with these words of `sim` more; its second name is `port`.
+    /// Serves a stand with these further arguments of `sim`; its second name is `port`.
     pub fn new(folder: &Path, words: &[&str]) -> Self {
         let all = [&["sim", "--serve", "pty", "--link", "port"], words].concat();
         let mut child = command(folder, &all).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
@@ -36,8 +36,8 @@ impl Drop for Served {
     }
 }
 
-/// Says lines through a pipe.
-pub fn said(folder: &Path, port: &str, lines: &str) -> Ran {
+/// Sends lines through a pipe.
+pub fn send_lines(folder: &Path, port: &str, lines: &str) -> RunOutput {
     let mut console = command(folder, &["console", "--port", port]);
     let mut child = console.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     child.stdin.take().unwrap().write_all(lines.as_bytes()).unwrap();

@@ -1,4 +1,4 @@
-//! A model held against a log, and where it fails.
+//! Misfits of a fitted model.
 
 use std::path::Path;
 
@@ -8,21 +8,21 @@ use host_tools::log::Log;
 use host_tools::model::Model;
 use stand_tests::foreign::Case;
 
-/// Where `model`, fitted to the log, fails.
+/// Misfits of `model`, fitted to the log.
 pub fn fitted(log: &Log, model: &Model, rate_from_encoder: bool) -> Vec<Misfit> {
     let (mut record, _) = fit::prepare::prepare(log, model, true).expect("the columns");
     record.rate_from_encoder |= rate_from_encoder;
     let (system, parameters) = fit::build::system(model, record.temp_C.is_some());
-    let held = fit::fit(&system, &parameters, &record).expect("a fit");
-    residual::misfits(log, &record, &held)
+    let fit_result = fit::fit(&system, &parameters, &record).expect("a fit");
+    residual::misfits(log, &record, &fit_result)
 }
 
-/// What the user of a case believes.
-pub fn believed(case: &Case) -> Model {
-    Model::parse(&toml::to_string(&case.believed).expect("a table"), "believed").expect("a model")
+/// The user's model of a case.
+pub fn user_model(case: &Case) -> Model {
+    Model::parse(&toml::to_string(&case.user_model_table).expect("a table"), "user model").expect("a model")
 }
 
-/// The coordinate that the case states.
+/// The coordinate stated by the case.
 pub fn stated(data: &Path, case: &Case) -> Option<String> {
     let text = std::fs::read_to_string(data.join("cases").join(&case.name).join("truth.json")).expect("the answer");
     let answer: serde_json::Value = serde_json::from_str(&text).expect("the answer");
