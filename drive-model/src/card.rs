@@ -175,7 +175,7 @@ pub enum Domain {
 }
 
 impl Domain {
-    /// Heading of the catalogue.
+    /// Heading in the catalogue.
     pub fn title(self) -> &'static str {
         match self {
             Domain::Torque => "Drive: torque",
@@ -185,7 +185,7 @@ impl Domain {
     }
 }
 
-/// How the firmware compensates an effect; the arguments are the effect's parameters in the card's order.
+/// How the firmware compensates an effect; the arguments are the effect's parameters in the order of the card.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Compensation {
     /// Coulomb torque.

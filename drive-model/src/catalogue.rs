@@ -43,7 +43,7 @@ pub fn extend(extension: &[&'static Card]) -> Result<(), ExtendError> {
     CARDS.set(cards).map_err(|_| ExtendError::InUse)
 }
 
-/// The cards of all effects, in the catalogue's order.
+/// The cards of all effects, in the order of the catalogue.
 pub fn cards() -> &'static [&'static Card] {
     CARDS.get_or_init(|| BUILT_IN.to_vec())
 }

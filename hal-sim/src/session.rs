@@ -20,7 +20,7 @@ use stand_firmware::speed_loop::{Compensating, CompensationGains, Config, Fault,
 use stand_firmware::telemetry::Channel;
 use std::cell::RefCell;
 
-/// What to run.
+/// The requested session.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SessionRequest {
     /// Voltage or rate.

@@ -42,7 +42,7 @@ impl Host<'_, '_> {
         String::from_utf8(bytes).unwrap()
     }
 
-    async fn ask(&self, text: &str) -> String {
+    async fn query(&self, text: &str) -> String {
         self.send(text);
         self.wait(0.05).await;
         let reply = self.text();
@@ -50,7 +50,7 @@ impl Host<'_, '_> {
     }
 
     async fn error(&self) -> String {
-        self.ask("SYST:ERR?").await
+        self.query("SYST:ERR?").await
     }
 
     async fn no_error(&self) {
@@ -100,7 +100,7 @@ fn stand<T>(host: impl AsyncFnOnce(&Host<'_, '_>) -> T) -> T {
 #[test]
 fn the_app_identifies_itself_and_queues_errors() {
     stand(async |host| {
-        assert_eq!(host.ask("*IDN?").await, format!("Rotary Stand,simulated,1,{}", stand_firmware::VERSION));
+        assert_eq!(host.query("*IDN?").await, format!("Rotary Stand,simulated,1,{}", stand_firmware::VERSION));
         host.no_error().await;
         host.send("FOO:BAR 1");
         host.send("SOUR:RATE 5 V");
@@ -109,13 +109,13 @@ fn the_app_identifies_itself_and_queues_errors() {
         host.send("*RST 5");
         host.wait(0.05).await;
         assert_eq!(host.text(), "", "errors of a program stay in the queue until queried");
-        assert_eq!(host.ask("SYST:ERR:COUN?").await, "5");
+        assert_eq!(host.query("SYST:ERR:COUN?").await, "5");
         for (code, about) in [(-113, "FOO:BAR"), (-131, "5 V"), (-222, "9E9"), (-109, "SOUR:RATE"), (-108, "5")] {
             let error = host.error().await;
             assert!(error.starts_with(&format!("{code},\"")) && error.contains(about), "{error}");
         }
         host.no_error().await;
-        assert_eq!(host.ask("*ESR?;*ESR?").await, "176;0", "power on, command errors, an execution error");
+        assert_eq!(host.query("*ESR?;*ESR?").await, "176;0", "power on, command errors, an execution error");
     });
 }
 
@@ -124,8 +124,8 @@ fn a_terminal_user_sees_an_error_at_once() {
     stand(async |host| {
         host.line.send(b"SOUR:RTAE 5\r");
         host.wait(0.05).await;
-        let told = host.text();
-        assert!(told.starts_with("ERROR -113,\"Undefined header; SOUR:RTAE") && told.matches("\r\n").count() == 1, "{told:?}");
+        let output = host.text();
+        assert!(output.starts_with("ERROR -113,\"Undefined header; SOUR:RTAE") && output.matches("\r\n").count() == 1, "{output:?}");
         host.line.send(b"SOUR:RTAE 5\r\n");
         host.wait(0.05).await;
         assert_eq!(host.text(), "", "CR LF marks a program");
@@ -171,7 +171,7 @@ fn help_lists_each_accepted_command() {
             for form in if is_name { vec![header.to_string()] } else { vec![header.to_string(), short] } {
                 host.send(&format!("{form}{}{parameter}", if header.ends_with('?') && !form.ends_with('?') { "?" } else { "" }));
                 host.wait(0.02).await;
-                let error = host.ask("*RST;:SYST:ERR?").await;
+                let error = host.query("*RST;:SYST:ERR?").await;
                 let error = error.rsplit("\r\n").next().unwrap();
                 assert!(
                     error.starts_with("0,") || error.starts_with("-230") || error.starts_with("-240") || error.starts_with("103"),
@@ -190,19 +190,19 @@ fn the_drive_spins_up_measures_and_stops() {
     stand(async |host| {
         host.send("SOURce:MODE RATE;RATE 100 DEG/S");
         host.wait(1.0).await;
-        let asked = 100_f64.to_radians();
-        assert!((host.true_rate() - asked).abs() < 0.02, "{}", host.true_rate());
-        let reply = host.ask("MEASure:RATE?").await;
+        let commanded = 100_f64.to_radians();
+        assert!((host.true_rate() - commanded).abs() < 0.02, "{}", host.true_rate());
+        let reply = host.query("MEASure:RATE?").await;
         let (value, unit) = reply.split_once(' ').unwrap();
         assert_eq!(unit, "RAD/S");
         // One count of 20 000 in 32 ms is 0.01 rad/s.
-        assert!((value.parse::<f64>().unwrap() - asked).abs() < 0.03, "{reply}");
-        assert_eq!(host.ask("SOUR:MODE?;RATE?;:OUTP?").await, "RATE;1.74532925 RAD/S;1");
+        assert!((value.parse::<f64>().unwrap() - commanded).abs() < 0.03, "{reply}");
+        assert_eq!(host.query("SOUR:MODE?;RATE?;:OUTP?").await, "RATE;1.74532925 RAD/S;1");
         host.no_error().await;
         host.send("STOP");
         host.wait(3.0).await;
         assert!(host.true_rate().abs() < 0.5, "{}", host.true_rate());
-        assert_eq!(host.ask("OUTP?").await, "0");
+        assert_eq!(host.query("OUTP?").await, "0");
     });
 }
 
@@ -229,8 +229,8 @@ fn a_stream_carries_rows_and_replies_without_gaps_and_0x18_ends_it() {
                 Body::Row(row) => rows.push(row),
                 Body::Text(text) => texts.push(text.to_string()),
                 Body::Beat(beat) => beats += u32::from(beat.lost == 0),
-                Body::Hello(said) => {
-                    hello += u32::from(said.decimation == 2 && said.zero_is_index && said.identity.starts_with("Rotary Stand"))
+                Body::Hello(header) => {
+                    hello += u32::from(header.decimation == 2 && header.zero_is_index && header.identity.starts_with("Rotary Stand"))
                 }
             }
         }
@@ -250,14 +250,14 @@ fn a_stream_carries_rows_and_replies_without_gaps_and_0x18_ends_it() {
         host.line.send(&[0x18]);
         host.wait(0.3).await;
         host.bytes.borrow_mut().clear();
-        assert_eq!(host.ask("OUTP?").await, "0", "text again, and the drive is off");
+        assert_eq!(host.query("OUTP?").await, "0", "text again, and the drive is off");
         host.send("*CLS;FAUL:CLE");
         host.send("STReam ON");
         host.wait(0.1).await;
         host.line.send_break();
         host.wait(0.1).await;
         host.bytes.borrow_mut().clear();
-        assert!(host.ask("*IDN?").await.starts_with("Rotary"), "a break ends the stream as well");
+        assert!(host.query("*IDN?").await.starts_with("Rotary"), "a break ends the stream as well");
     });
 }
 
@@ -282,7 +282,7 @@ fn a_profile_runs_and_opc_waits_for_its_end() {
         assert_eq!(host.text(), "", "not complete yet");
         host.wait(1.2).await;
         assert_eq!(host.text(), "1\r\n");
-        assert_eq!(host.ask("PROF:STAT?;FREQ?").await, "STOPPED;2 HZ");
+        assert_eq!(host.query("PROF:STAT?;FREQ?").await, "STOPPED;2 HZ");
         host.no_error().await;
     });
 }
@@ -294,10 +294,10 @@ fn settings_survive_power_off_and_are_refused_while_the_drive_is_on() {
         host.send("SETT:rate_gain_V_s_rad 1.5");
         assert!(host.error().await.starts_with("-221"));
         host.send("OUTP OFF;:SETT:RATE_GAIN_V_S_RAD 1.5;:SETT:SAVE;:SETT:RATE_GAIN_V_S_RAD 1.7");
-        assert_eq!(host.ask("SETT:rate_gain_V_s_rad?").await, "1.7 V.S/RAD");
-        assert_eq!(host.ask("SETT:LOAD;:SETT:rate_gain_V_s_rad?").await, "1.5 V.S/RAD");
+        assert_eq!(host.query("SETT:rate_gain_V_s_rad?").await, "1.7 V.S/RAD");
+        assert_eq!(host.query("SETT:LOAD;:SETT:rate_gain_V_s_rad?").await, "1.5 V.S/RAD");
         let usual = stand_firmware::speed_loop::Settings::default().rate_gain_V_s_rad;
-        assert_eq!(host.ask("SETT:RES;:SETT:rate_gain_V_s_rad?").await, format!("{usual} V.S/RAD"));
+        assert_eq!(host.query("SETT:RES;:SETT:rate_gain_V_s_rad?").await, format!("{usual} V.S/RAD"));
         host.no_error().await;
     });
 }
@@ -329,10 +329,10 @@ fn the_capture_of_a_stop_is_read_out() {
     stand(async |host| {
         host.send("SOUR:MODE RATE;RATE 5");
         host.wait(1.0).await;
-        assert_eq!(host.ask("FAUL:CAPT?").await, "EMPTY");
+        assert_eq!(host.query("FAUL:CAPT?").await, "EMPTY");
         host.send("STOP");
         host.wait(0.2).await;
-        let about = host.ask("FAUL:CAPT?").await;
+        let about = host.query("FAUL:CAPT?").await;
         let trigger: usize = about.split(',').nth(1).unwrap().parse().unwrap();
         assert!(about.starts_with("2048,") && about.contains("emergency stop"), "{about}");
         host.send(&format!("FAUL:CAPT:DATA? {},4", trigger - 2));
@@ -350,21 +350,21 @@ fn a_calibration_reports_progress_and_can_be_aborted() {
     stand(async |host| {
         host.send("CAL:COGG:STAR");
         host.wait(5.0).await;
-        let progress = host.ask("CAL:COGG:PROG?").await;
+        let progress = host.query("CAL:COGG:PROG?").await;
         let percent: f64 = progress.strip_suffix(" PCT").unwrap().parse().unwrap();
         assert!((3.0..20.0).contains(&percent), "{progress}");
         host.send("CAL:COGG:STAR");
         assert!(host.error().await.starts_with("-221"), "one at a time");
         host.send("CAL:COGG:ABOR");
         host.wait(0.1).await;
-        assert!(host.ask("CAL:COGG?").await.starts_with("FAILED,aborted"));
+        assert!(host.query("CAL:COGG?").await.starts_with("FAILED,aborted"));
         assert!(host.error().await.starts_with("103,"));
-        assert_eq!(host.ask("OUTP?").await, "0");
+        assert_eq!(host.query("OUTP?").await, "0");
         host.wait(3.0).await;
         host.send("CAL:COGG:STAR;*OPC?");
         host.wait(100.0).await;
         assert_eq!(host.text(), "1\r\n");
-        let found = host.ask("CAL:COGG?").await;
+        let found = host.query("CAL:COGG?").await;
         // The linear motor has only viscous friction of 5e-6 N m s.
         assert!(found.starts_with("DONE,coulomb ") && !found.contains("order"), "{found}");
         host.no_error().await;
@@ -383,7 +383,7 @@ fn an_armed_host_watchdog_trips_when_the_host_is_silent() {
         host.wait(2.5).await;
         assert!(host.true_rate().abs() < 0.5, "{}", host.true_rate());
         host.text();
-        assert!(host.ask("FAUL?").await.contains("host silent"));
+        assert!(host.query("FAUL?").await.contains("host silent"));
         host.send("SOUR:MODE RATE");
         assert!(host.error().await.starts_with("101,"), "the fault itself");
         assert!(host.error().await.starts_with("-221"), "no start before the fault is cleared");
@@ -418,7 +418,7 @@ fn no_damaged_line_is_executed() {
             host.send("");
             host.send(&checked("*CLS"));
             sent.push(milli_degrees);
-            let reply = host.ask(&checked("SOUR:RATE?")).await;
+            let reply = host.query(&checked("SOUR:RATE?")).await;
             let now = (reply.split(' ').next().unwrap().parse::<f64>().unwrap().to_degrees() * 1000.0).round() as u32;
             assert!(sent.contains(&now), "line {n}: {now} was never commanded");
             *(if now == milli_degrees { &mut obeyed } else { &mut refused }) += 1;
@@ -433,17 +433,17 @@ fn no_damaged_line_is_executed() {
 #[test]
 fn plain_lines_are_accepted_again_after_the_tool() {
     stand(async |host| {
-        assert!(host.ask(&checked("*IDN?")).await.starts_with("Rotary"));
+        assert!(host.query(&checked("*IDN?")).await.starts_with("Rotary"));
         host.send("SOUR:RATE 1");
         host.wait(0.02).await;
-        let error = host.ask(&checked("SYST:ERR?")).await;
+        let error = host.query(&checked("SYST:ERR?")).await;
         assert!(error.starts_with("-362,"), "{error}");
         host.line.send(&[0x18]);
         host.wait(0.05).await;
         host.text();
-        assert!(host.ask("*IDN?").await.starts_with("Rotary"), "after Ctrl-X");
-        assert!(host.ask(&checked("*IDN?")).await.starts_with("Rotary"));
+        assert!(host.query("*IDN?").await.starts_with("Rotary"), "after Ctrl-X");
+        assert!(host.query(&checked("*IDN?")).await.starts_with("Rotary"));
         host.wait(11.0).await;
-        assert!(host.ask("*IDN?").await.starts_with("Rotary"), "after ten seconds without the tool");
+        assert!(host.query("*IDN?").await.starts_with("Rotary"), "after ten seconds without the tool");
     });
 }

@@ -16,30 +16,30 @@ use std::cell::RefCell;
 struct Host<'a, 'c> {
     controller: &'a Controller<'c, Plant>,
     clock: SimClock<'c>,
-    heard: RefCell<Vec<u8>>,
+    received: RefCell<Vec<u8>>,
 }
 
 impl Host<'_, '_> {
     async fn wait_s(&self, seconds: f64) {
         self.clock.until(self.clock.now() + (seconds * TICKS_PER_S as f64) as u64).await;
-        self.controller.line().receive(&mut self.heard.borrow_mut());
+        self.controller.line().receive(&mut self.received.borrow_mut());
     }
 
     /// Bytes received since the last call.
-    fn heard(&self) -> Vec<u8> {
-        self.heard.take()
+    fn received(&self) -> Vec<u8> {
+        self.received.take()
     }
 
     /// Sends a line and returns the reply within `seconds`.
-    async fn ask_within(&self, line: &str, seconds: f64) -> String {
-        self.heard();
+    async fn query_within(&self, line: &str, seconds: f64) -> String {
+        self.received();
         self.controller.line().send(format!("{line}\n").as_bytes());
         self.wait_s(seconds).await;
-        String::from_utf8(self.heard()).unwrap().trim_end().to_owned()
+        String::from_utf8(self.received()).unwrap().trim_end().to_owned()
     }
 
-    async fn ask(&self, line: &str) -> String {
-        self.ask_within(line, 0.05).await
+    async fn query(&self, line: &str) -> String {
+        self.query_within(line, 0.05).await
     }
 }
 
@@ -48,7 +48,7 @@ fn talk<T>(faults: Faults, flash: SimFlash, script: impl AsyncFnOnce(&Host<'_, '
     let stand = Stand { faults, ..Stand::default() };
     let clock = VirtualClock::default();
     let controller = Controller::new(&clock, &stand.setup(), Plant::new(&stand, -1.0).unwrap(), flash, 1).unwrap();
-    let host = Host { controller: &controller, clock: controller.clock(), heard: RefCell::default() };
+    let host = Host { controller: &controller, clock: controller.clock(), received: RefCell::default() };
     let done = controller.run(script(&host), |_| ()).unwrap();
     (done, controller.into_flash())
 }
@@ -65,12 +65,12 @@ fn true_rate(host: &Host<'_, '_>) -> f64 {
 fn it_says_who_it_is_and_holds_a_rate_that_is_physically_so() {
     sound(async |host| {
         host.wait_s(0.1).await;
-        host.heard();
-        assert_eq!(host.ask("*IDN?").await, format!("Rotary Stand,simulated,SIM-1,{}", stand_firmware::VERSION));
-        assert_eq!(host.ask("SOURce:RATE 5 RAD/S;:SOURce:MODE RATE;:SYSTem:ERRor?").await, "0,\"No error\"");
+        host.received();
+        assert_eq!(host.query("*IDN?").await, format!("Rotary Stand,simulated,SIM-1,{}", stand_firmware::VERSION));
+        assert_eq!(host.query("SOURce:RATE 5 RAD/S;:SOURce:MODE RATE;:SYSTem:ERRor?").await, "0,\"No error\"");
         host.wait_s(1.0).await;
         assert!((true_rate(host) - 5.0).abs() < 0.05, "{}", true_rate(host));
-        assert_eq!(host.ask("OUTPut OFF;:SYSTem:ERRor?").await, "0,\"No error\"");
+        assert_eq!(host.query("OUTPut OFF;:SYSTem:ERRor?").await, "0,\"No error\"");
         host.wait_s(1.0).await;
         assert!(true_rate(host).abs() < 1.0, "the rate decreases: {}", true_rate(host));
     });
@@ -81,18 +81,18 @@ fn the_byte_0x18_stops_the_drive_in_the_interrupt_in_both_modes() {
     for streams in [false, true] {
         sound(async |host| {
             host.wait_s(0.1).await;
-            host.ask("SOURce:RATE 5 RAD/S;:SOURce:MODE RATE").await;
+            host.query("SOURce:RATE 5 RAD/S;:SOURce:MODE RATE").await;
             if streams {
                 host.controller.line().send(b"STReam ON\n");
             }
             host.wait_s(1.0).await;
-            host.heard();
+            host.received();
             host.controller.line().send(b"\x18");
             host.wait_s(0.02).await;
             // Pending stream data is sent first.
             host.wait_s(0.1).await;
-            host.heard();
-            let fault = host.ask("FAULt?").await;
+            host.received();
+            let fault = host.query("FAULt?").await;
             assert!(fault.contains("emergency stop"), "streams {streams}: {fault}");
             host.wait_s(1.0).await;
             assert!(true_rate(host) < 3.0, "the drive is off: {}", true_rate(host));
@@ -104,12 +104,12 @@ fn the_byte_0x18_stops_the_drive_in_the_interrupt_in_both_modes() {
 fn ten_seconds_of_rows_at_1_khz_arrive_complete_and_in_sequence() {
     sound(async |host| {
         host.wait_s(0.1).await;
-        host.ask("SOURce:RATE 5 RAD/S;:SOURce:MODE RATE").await;
+        host.query("SOURce:RATE 5 RAD/S;:SOURce:MODE RATE").await;
         host.controller.line().send(b"STReam ON\n");
         host.wait_s(10.0).await;
         let mut deframer = Deframer::default();
         let (mut rows, mut last, mut next_seq) = (0, None, None);
-        for byte in host.heard() {
+        for byte in host.received() {
             let Some(piece) = deframer.push(byte) else { continue };
             let Piece::Frame(frame) = piece else { panic!("a damaged piece") };
             assert!(next_seq.is_none_or(|seq: u16| seq == frame.seq), "{next_seq:?} {}", frame.seq);
@@ -129,20 +129,20 @@ fn after_a_power_cut_the_controller_restarts_with_saved_settings() {
     let faults = Faults::of([Fault::new(FaultKind::PowerCut, 2.0, 0.5)]).unwrap();
     let (cuts, _) = talk(faults, flash(7), async |host| {
         host.wait_s(0.1).await;
-        assert_eq!(host.ask("SETTings:current_limit_A 1.25;:SETTings:SAVE;:SYSTem:ERRor?").await, "0,\"No error\"");
-        assert_eq!(host.ask("SETTings:slip_rad 0.2;:SYSTem:ERRor?").await, "0,\"No error\"");
-        host.ask("SOURce:RATE 5 RAD/S;:SOURce:MODE RATE").await;
+        assert_eq!(host.query("SETTings:current_limit_A 1.25;:SETTings:SAVE;:SYSTem:ERRor?").await, "0,\"No error\"");
+        assert_eq!(host.query("SETTings:slip_rad 0.2;:SYSTem:ERRor?").await, "0,\"No error\"");
+        host.query("SOURce:RATE 5 RAD/S;:SOURce:MODE RATE").await;
         host.wait_s(1.0).await;
         assert!(true_rate(host) > 4.9);
         // The power cut, and the restart.
         host.wait_s(1.0).await;
-        assert_eq!(host.ask("*IDN?").await, "", "no reply without supply");
+        assert_eq!(host.query("*IDN?").await, "", "no reply without supply");
         host.wait_s(1.0).await;
-        host.heard();
-        assert!(host.ask("*IDN?").await.starts_with("Rotary Stand"));
-        assert!(host.ask("SETTings:current_limit_A?").await.starts_with("1.25"), "the saved value is restored");
-        assert!(host.ask("SETTings:slip_rad?").await.starts_with("0.1"), "the unsaved value is lost");
-        assert!(host.ask("FAULt?").await.starts_with("0,"), "a restart is not a fault");
+        host.received();
+        assert!(host.query("*IDN?").await.starts_with("Rotary Stand"));
+        assert!(host.query("SETTings:current_limit_A?").await.starts_with("1.25"), "the saved value is restored");
+        assert!(host.query("SETTings:slip_rad?").await.starts_with("0.1"), "the unsaved value is lost");
+        assert!(host.query("FAULt?").await.starts_with("0,"), "a restart is not a fault");
         host.wait_s(2.0).await;
         assert!(true_rate(host).abs() < 1.0, "and the drive is off: {}", true_rate(host));
         host.controller.power_cuts()
@@ -165,7 +165,7 @@ fn on_a_bad_line_no_damaged_command_is_executed_and_no_damaged_frame_accepted() 
         }
         let mut deframer = Deframer::default();
         let mut shown = 0;
-        for byte in host.heard() {
+        for byte in host.received() {
             if let Some(Piece::Frame(frame)) = deframer.push(byte)
                 && let Body::Row(row) = frame.body
             {
@@ -186,17 +186,17 @@ fn checked(command: &str) -> String {
 
 #[test]
 fn two_controllers_with_one_seed_send_equal_bytes() {
-    let said = || {
+    let output = || {
         sound(async |host| {
             host.wait_s(0.1).await;
             host.controller.line().send(b"SOURce:RATE 5 RAD/S;:SOURce:MODE RATE;:STReam ON\n");
             host.wait_s(0.5).await;
-            host.heard()
+            host.received()
         })
     };
-    let first = said();
+    let first = output();
     assert!(first.len() > 20_000);
-    assert!(first == said());
+    assert!(first == output());
 }
 
 #[test]
@@ -204,10 +204,10 @@ fn an_unplugged_line_is_silent_and_works_again_after_reconnection() {
     let faults = Faults::of([Fault::new(FaultKind::LineOff, 0.2, 0.3)]).unwrap();
     talk(faults, flash(1), async |host| {
         host.wait_s(0.1).await;
-        assert!(host.ask("*IDN?").await.starts_with("Rotary"));
+        assert!(host.query("*IDN?").await.starts_with("Rotary"));
         host.clock.until(Ticks(3_000_000)).await;
-        assert_eq!(host.ask("*IDN?").await, "");
+        assert_eq!(host.query("*IDN?").await, "");
         host.clock.until(Ticks(6_000_000)).await;
-        assert!(host.ask("*IDN?").await.starts_with("Rotary"));
+        assert!(host.query("*IDN?").await.starts_with("Rotary"));
     });
 }

@@ -93,7 +93,7 @@ fn a_reversed_current_has_the_drop_in_both_directions() {
     for kind in BOTH {
         let mut bench = Bench::new(kind, &Setup::by_voltage(FLYWHEEL, &[("inductance", &[l]), ("brush-drop", &[v])]));
         bench.hold(1.3, 0.05); // 0.5 A
-        // To −1.3 V: first towards −(1.3 + V... the drop drives with it) then towards −(1.3 − V)/R.
+        // To −1.3 V: first towards −(1.3 + V, with the drop in the direction of the voltage) then towards −(1.3 − V)/R.
         let first = (-1.3 - v) / 2.0;
         let zero_s = tau * ((0.5 - first) / -first).ln();
         let second = (-1.3 + v) / 2.0;

@@ -30,7 +30,7 @@ fn an_eccentric_encoder_changes_the_angle_and_not_a_separate_rate_sensor() {
             }
         }
     }
-    // A rate made from that encoder is the derivative of what it shows.
+    // The rate from that encoder is the derivative of its reading.
     let bench = turning(Kind::Rig, "encoder-eccentricity", &[e, 2.0, phase], 7.0);
     let exact = 7.0 * (1.0 + e * 2.0 * (2.0 * bench.theta() + phase).cos());
     close_rel(bench.seen(true).omega, exact, 1e-9, "derivative");
@@ -38,7 +38,7 @@ fn an_eccentric_encoder_changes_the_angle_and_not_a_separate_rate_sensor() {
 
 #[test]
 fn the_eccentricity_error_depends_on_the_true_angle() {
-    // Taking one angle for the other leaves n e²/2 at twice the order: 3e-4 rad.
+    // The reading instead of the true angle would leave n e²/2 at twice the harmonic order: 3e-4 rad.
     let (e, n, phase) = (0.012, 4.0, 0.9);
     for omega in [7.0, -13.0, 3.1] {
         let bench = turning(Kind::Rig, "encoder-eccentricity", &[e, n, phase], omega);
@@ -113,7 +113,7 @@ fn a_lagging_sensor_follows_a_ramp_delayed_by_its_time_constant() {
             bench.hold(1e-3, 1e-4);
             let t = f64::from(n) * 1e-4;
             let exact = 10.0 * (t - tau * (1.0 - (-t / tau).exp()));
-            // A ramp is what the sensing takes between ticks.
+            // Between ticks the sensor element assumes a ramp.
             close(bench.seen(false).omega, exact, 1e-9, &format!("lag {tau} at {t}"));
         }
     }

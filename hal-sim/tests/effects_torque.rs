@@ -21,7 +21,7 @@ fn the_steady_rates_match_theory_section_4() {
             let setup = Setup::by_voltage(THEORY, &[("viscous", &[B]), ("coulomb", &[MC]), ("inductance", &[0.5e-3])]);
             let mut bench = Bench::new(kind, &setup).spin(steady * 0.99);
             bench.hold(volt, 12.0);
-            // 21 time constants: e^-21 of a hundredth. The text gives nine to ten digits.
+            // 21 time constants: e^-21 of a hundredth. docs/theory.md gives nine to ten digits.
             close_rel(bench.omega(), steady, 1e-8, &format!("{kind:?} at {volt} V"));
         }
     }
@@ -30,12 +30,12 @@ fn the_steady_rates_match_theory_section_4() {
 #[test]
 fn a_coast_down_follows_the_closed_form_to_its_stop_time() {
     let stop_s = (1e-4 / B) * (1.0 + B * 100.0 / MC).ln();
-    close(stop_s, 9.1160778, 5e-8, "the text's digits");
+    close(stop_s, 9.1160778, 5e-8, "theory's digits");
     for kind in BOTH {
         let setup = Setup::by_torque(1e-4, &[("viscous", &[B]), ("coulomb", &[MC])]);
         let mut bench = Bench::new(kind, &setup).spin(100.0);
         bench.hold(0.0, 2.0);
-        close(bench.omega(), 76.4736635, 1e-7, &format!("{kind:?}, text's digits"));
+        close(bench.omega(), 76.4736635, 1e-7, &format!("{kind:?}, digits of the theory"));
         bench.hold(0.0, 7.116);
         // The last piece ends a microsecond before or after the stop.
         let last_s = stop_s - bench.t_s;
@@ -54,8 +54,8 @@ fn a_voltage_step_has_both_poles_of_theory_section_4() {
     let (a2, a1, a0): (f64, f64, f64) = (j * l, j * r + B * l, k * k + r * B);
     let root = (a1 * a1 - 4.0 * a2 * a0).sqrt();
     let (fast, slow) = ((-a1 - root) / (2.0 * a2), 2.0 * a0 / (-a1 - root));
-    close(fast, -4598.2602, 5e-5, "the text's fast pole");
-    close(slow, -1.75979602, 5e-9, "the text's slow pole");
+    close(fast, -4598.2602, 5e-5, "theory's fast pole");
+    close(slow, -1.75979602, 5e-9, "theory's slow pole");
     let steady = 3.0 * k / a0;
     for kind in BOTH {
         let mut bench = Bench::new(kind, &Setup::by_voltage(THEORY, &[("viscous", &[B]), ("inductance", &[l])]));
@@ -94,7 +94,7 @@ fn coulomb_friction_holds_exactly_up_to_its_torque() {
             assert_eq!((bench.omega(), bench.theta()), (0.0, 0.0), "{kind:?} at the level");
             let mut bench = Bench::new(kind, &setup);
             bench.hold(sign * c * (1.0 + 1e-9), 1.0);
-            // (τ − c)/J t: what is left is 1e-9 of the level, with its rounding of 1e-16/1e-9.
+            // (τ − c)/J t: the net torque is 1e-9 of the Coulomb torque, with a rounding error of 1e-16/1e-9.
             close_rel(bench.omega(), sign * c * 1e-9 / 1e-4, 1e-6, &format!("{kind:?} just above"));
         }
     }
@@ -165,7 +165,7 @@ fn stribeck_friction_breaks_away_at_the_sum_of_both_torques_and_falls_with_the_r
         for rate in [0.1, 1.0, 2.0, 5.0, 20.0] {
             let dry = c + s * (-(rate / v) * (rate / v)).exp();
             let list: &[(&str, &[f64])] = &[("viscous", &[b]), ("coulomb", &[c]), ("stribeck", &[s, v])];
-            close_rel(steady(kind, list, b * rate + dry, rate * 1.1), rate, 1e-10, &format!("{kind:?} dry level at {rate}"));
+            close_rel(steady(kind, list, b * rate + dry, rate * 1.1), rate, 1e-10, &format!("{kind:?} Coulomb torque at {rate}"));
         }
     }
 }
@@ -209,7 +209,7 @@ fn a_bristle_dissipates_the_work_of_the_dahl_curve() {
         for _ in 0..100_000 {
             bench.hold(torque, 1e-5);
             if bench.omega() <= 0.0 {
-                // The instant of the turn, on the straight line between both steps.
+                // The time of reversal, on the straight line between both steps.
                 turned = bench.theta() + 0.5 * bench.omega() * 1e-5 * bench.omega() / (last - bench.omega());
                 break;
             }
@@ -221,7 +221,7 @@ fn a_bristle_dissipates_the_work_of_the_dahl_curve() {
             let x = turned - bench.theta();
             // −σz dx with z from the deflection at the turn, which is c/σ to e^−10 (x ≥ 10 z before it).
             let work = -torque * x - c * x + 2.0 * c * z * (1.0 - (-x / z).exp());
-            close_rel(0.5 * j * bench.omega().powi(2), work, by_kind(kind, 2e-2, 1e-3), &format!("{kind:?} after the turn at x = {x}"));
+            close_rel(0.5 * j * bench.omega().powi(2), work, by_kind(kind, 2e-2, 1e-3), &format!("{kind:?} after the reversal at x = {x}"));
         }
     }
 }
@@ -327,7 +327,7 @@ fn cogging_and_unbalance_come_to_rest_at_the_stable_zero_of_the_torque() {
             // Damping near critical: 2 √(a n J) = 8e-4.
             let at = rest(kind, &[("viscous", &[8e-4]), ("cogging", &[4e-4, 4.0, 1.1])], from);
             let argument = (4.0 * at + 1.1).rem_euclid(TAU);
-            close(argument, PI, 1e-9, &format!("{kind:?} a tooth"));
+            close(argument, PI, 1e-9, &format!("{kind:?} detent"));
             let at = rest(kind, &[("viscous", &[6e-4]), ("unbalance", &[1e-3, 0.7])], from);
             close((at + 0.7).rem_euclid(TAU), PI, 1e-6, &format!("{kind:?} heavy side down"));
         }
@@ -378,7 +378,7 @@ fn torque_ripple_modulates_torque_and_back_emf_alike() {
             let to = from + n * omega * ROW_S;
             let mean = bench.hold(0.0, ROW_S);
             let exact = -k * omega / r * (1.0 + a * (from.cos() - to.cos()) / (to - from));
-            // The rig takes the middle for the mean: (n ω h)²/24 = 1e-4 of the ripple.
+            // The rig uses the middle as mean: (n ω h)²/24 = 1e-4 of the ripple.
             close(mean, exact, by_kind(kind, 1.2e-4, 1e-9) * k * omega / r * a, &format!("{kind:?} row {m}"));
         }
         // Standing still at some angle: the torque is K(θ) u/R.
@@ -401,7 +401,7 @@ fn a_load_step_starts_at_its_time_within_a_row() {
             close(bench.omega(), 5.0 * (0.05 - from_s), by_kind(kind, 1e-13, 5e-9), &format!("{kind:?} {from_s} from rest"));
             let mut bench = Bench::new(kind, &Setup::by_torque(1e-4, &[("load-step", &[5e-4, from_s])])).spin(1.0);
             bench.hold(0.0, 0.05);
-            // While it turns, the plant's stages see the jump at their own instants only: half a tick at most, 5 rad/s² × 5e-5 s.
+            // While the rotor turns, the stages of the plant resolve the jump at their own times only: half a tick at most, 5 rad/s² × 5e-5 s.
             close(bench.omega(), 1.0 + 5.0 * (0.05 - from_s), by_kind(kind, 1e-13, 2.5e-4), &format!("{kind:?} {from_s} turning"));
         }
     }
@@ -511,15 +511,15 @@ fn the_platform_rests_until_the_motor_closes_the_play() {
         assert_eq!(bench.omega(), 0.0, "{kind:?} before");
         bench.hold(torque, 2e-4);
         assert!(bench.omega() > 0.0, "{kind:?} after");
-        // Momentum: all that the torque gave is in both.
+        // Momentum: the impulse of the torque is in both masses.
         bench.hold(torque, 1.0);
-        let given = torque * (contact_s + 1e-4 + 1.0);
+        let impulse = torque * (contact_s + 1e-4 + 1.0);
         // Pressed together by then: c/2J_r rings down at 190/s.
-        close_rel(bench.omega(), given / j, 1e-6, &format!("{kind:?} together"));
+        close_rel(bench.omega(), impulse / j, 1e-6, &format!("{kind:?} together"));
         // And back across the whole play, coasting meanwhile at a constant rate.
         let before = bench.omega();
         bench.hold(-torque, 0.5 * (2.0 * gap * j * share / torque).sqrt());
-        // What is left in contact is the release of the shaft's wind-up, τ Jp/(J k) = 0.6 mrad: a few per cent of the play.
+        // The remaining error is the release of the shaft's twist in contact, τ Jp/(J k) = 0.6 mrad: a few per cent of the play.
         let coasting = bench.omega();
         bench.hold(-torque, 0.2 * (2.0 * gap * j * share / torque).sqrt());
         close(bench.omega(), coasting, 1e-12, &format!("{kind:?} coasts ({before})"));

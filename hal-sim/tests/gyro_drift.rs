@@ -16,26 +16,26 @@ use std::f64::consts::PI;
 
 impl Host<'_, '_> {
     async fn until_idle(&self) {
-        while !self.ask("DRIF:STAT?").await.starts_with("IDLE,CLOSED") {
+        while !self.query("DRIF:STAT?").await.starts_with("IDLE,CLOSED") {
             self.wait_s(0.2).await;
         }
     }
 
     async fn until_pulses(&self) {
-        while !self.ask("DRIF:STAT?").await.starts_with("PULSES,OPEN") {
+        while !self.query("DRIF:STAT?").await.starts_with("PULSES,OPEN") {
             self.wait_s(0.02).await;
         }
     }
 
     /// The number in a field of a reply, without its unit.
     async fn number(&self, query: &str, field: usize) -> f64 {
-        let reply = self.ask(query).await;
+        let reply = self.query(query).await;
         let text = reply.split(',').nth(field).unwrap_or_else(|| panic!("{query}: {reply}"));
         text.split(' ').next().unwrap().parse().unwrap_or_else(|_| panic!("{query}: {reply}"))
     }
 
     async fn verdict(&self) -> String {
-        self.ask("DRIF:CYCL?").await.split(',').nth(12).unwrap_or_default().to_owned()
+        self.query("DRIF:CYCL?").await.split(',').nth(12).unwrap_or_default().to_owned()
     }
 
     fn inject(&self, what: FaultKind, size: Option<f64>) {
@@ -68,13 +68,13 @@ fn a_session_in_two_positions_separates_own_and_apparent_drift() {
     assert!((own - 1.5).abs() < 1e-9 && (apparent + 0.893_306_7).abs() < 1e-6);
     talk(gyro, async |host| {
         host.wait_s(1.0).await;
-        host.tell("DRIF:COUN 4;REST 3 S").await;
+        host.command("DRIF:COUN 4;REST 3 S").await;
         let mut rates = Vec::new();
         for (register, expected) in [("OWN", own), ("APP", apparent)] {
-            host.tell(&format!("DRIF:PAIR {register}")).await;
+            host.command(&format!("DRIF:PAIR {register}")).await;
             for (position, turned_rad) in [(1, 0.0), (2, PI)] {
                 host.set_orientation(Orientation { turned_rad, ..Orientation::default() });
-                host.tell(&format!("DRIF:POS {position};STAR")).await;
+                host.command(&format!("DRIF:POS {position};STAR")).await;
                 host.until_idle().await;
                 assert_eq!((host.number("DRIF?", 0).await, host.number("DRIF?", 1).await), (4.0, 0.0));
                 rates.push(host.number("DRIF?", 2).await / DEG_H);
@@ -83,7 +83,7 @@ fn a_session_in_two_positions_separates_own_and_apparent_drift() {
             // The register holds the raw sums: 1e-4 of inequality is a true torque of −ε w/2 = −0.009 °/h in both positions, own drift to it.
             let held = host.number("DRIF:PAIR?", 4).await / DEG_H;
             assert!((held - expected).abs() < 0.03, "{register}: {held}");
-            assert_eq!(host.ask("DRIF:PAIR?").await.split(',').nth(2), Some("4"));
+            assert_eq!(host.query("DRIF:PAIR?").await.split(',').nth(2), Some("4"));
         }
         // Noise of 0.5″ and of a code, a quantiser of 1.1″: some 0.004 °/h for each cycle of 5 s.
         assert!(((rates[0] + rates[1]) / 2.0 - own).abs() < 0.015, "{rates:?}");
@@ -104,15 +104,15 @@ fn a_fault_in_a_cycle_closes_the_loop_and_excludes_the_cycle_from_the_mean() {
     for (reason, ends, spoil) in cases {
         talk(usual(), async |host| {
             host.wait_s(0.1).await;
-            host.tell(SHORT).await;
-            host.tell("HOST:ARM 0.5 S;:DRIF:STAR").await;
+            host.command(SHORT).await;
+            host.command("HOST:ARM 0.5 S;:DRIF:STAR").await;
             for _ in 0..50 {
                 host.wait_s(0.1).await;
-                if host.ask("DRIF:STAT?").await.starts_with("PULSES") {
+                if host.query("DRIF:STAT?").await.starts_with("PULSES") {
                     break;
                 }
             }
-            let pulses = host.ask("DRIF:STAT?").await;
+            let pulses = host.query("DRIF:STAT?").await;
             assert!(pulses.starts_with("PULSES,OPEN,0,4"), "{reason}: {pulses}");
             spoil(host);
             // The host is armed for half a second.
@@ -121,15 +121,15 @@ fn a_fault_in_a_cycle_closes_the_loop_and_excludes_the_cycle_from_the_mean() {
             if reason == "host silent" {
                 host.wait_s(0.1).await;
             }
-            let state = host.ask("DRIF:STAT?").await;
+            let state = host.query("DRIF:STAT?").await;
             assert!(state.contains(",CLOSED,1,4"), "{reason}: {state}");
             assert_eq!(state.starts_with("IDLE"), ends, "{reason}: {state}");
             assert_eq!(host.verdict().await, reason);
-            assert!(host.ask("DRIF?").await.starts_with("0,1,NAN"), "{reason}");
+            assert!(host.query("DRIF?").await.starts_with("0,1,NAN"), "{reason}");
             // The closed loop returns the angle of the pulse to zero.
             host.controller.bench().borrow_mut().active_faults().clear(FaultKind::AngleSensorOff);
             host.controller.bench().borrow_mut().active_faults().clear(FaultKind::TorquerLimit);
-            host.ask("DRIF:ABOR").await;
+            host.query("DRIF:ABOR").await;
             host.wait_s(3.0).await;
             let volts = host.controller.bench().borrow_mut().gyro().unwrap().gyro().sensor_V();
             assert!(volts.abs() < 0.005, "{reason}: {volts} V");
@@ -141,14 +141,14 @@ fn a_fault_in_a_cycle_closes_the_loop_and_excludes_the_cycle_from_the_mean() {
 fn a_session_continues_after_a_bad_cycle_and_averages_the_good_cycles() {
     talk(usual(), async |host| {
         host.wait_s(1.0).await;
-        host.tell(SHORT).await;
-        host.tell("DRIF:STAR").await;
+        host.command(SHORT).await;
+        host.command("DRIF:STAR").await;
         host.until_pulses().await;
         host.inject(FaultKind::TorquerLimit, Some(0.01));
         host.wait_s(0.5).await;
         host.controller.bench().borrow_mut().active_faults().clear(FaultKind::TorquerLimit);
         host.until_idle().await;
-        let reply = host.ask("DRIF?").await;
+        let reply = host.query("DRIF?").await;
         assert!(reply.starts_with("3,1,"), "{reply}");
         let total = 1.5 - 0.893_306_7;
         let found = host.number("DRIF?", 2).await / DEG_H;
@@ -160,19 +160,19 @@ fn a_session_continues_after_a_bad_cycle_and_averages_the_good_cycles() {
 fn invalid_parameters_are_refused_in_one_line() {
     talk(usual(), async |host| {
         host.wait_s(0.1).await;
-        for (order, says) in [
+        for (command, reply) in [
             ("DRIF:DUR 0 S;STAR", "104,\"Setting refused; duration of a pulse must be 1 ms to 60 s\""),
             ("DRIF:DUR 5 S;RATE 0;STAR", "104,\"Setting refused; rate of a pulse is less than a step of the torquer, or above its limit\""),
             ("DRIF:RATE 1 DEG/S;STAR", "104,\"Setting refused; rate of a pulse is less than a step of the torquer, or above its limit\""),
         ] {
-            assert_eq!(host.ask(&format!("{order};:SYST:ERR?")).await, "");
-            assert_eq!(host.ask("SYST:ERR?").await, says);
+            assert_eq!(host.query(&format!("{command};:SYST:ERR?")).await, "");
+            assert_eq!(host.query("SYST:ERR?").await, reply);
         }
-        host.tell("DRIF:RATE 0.05 DEG/S;STAR").await;
-        assert_eq!(host.ask("DRIF:STAR;:SYST:ERR?").await, "");
-        assert!(host.ask("SYST:ERR?").await.contains("a drift measurement runs"));
-        assert_eq!(host.ask("SETT:correction_1_s 1").await, "");
-        assert!(host.ask("SYST:ERR?").await.contains("DRIFt:ABORt first"));
+        host.command("DRIF:RATE 0.05 DEG/S;STAR").await;
+        assert_eq!(host.query("DRIF:STAR;:SYST:ERR?").await, "");
+        assert!(host.query("SYST:ERR?").await.contains("a drift measurement runs"));
+        assert_eq!(host.query("SETT:correction_1_s 1").await, "");
+        assert!(host.query("SYST:ERR?").await.contains("DRIFt:ABORt first"));
     });
 }
 
@@ -183,16 +183,16 @@ fn a_stand_without_a_gyro_reports_no_angle_sensor() {
     let host = Host { controller: &controller };
     let script = async {
         host.wait_s(0.1).await;
-        host.tell("DRIF:STAR").await;
+        host.command("DRIF:STAR").await;
         assert_eq!(host.verdict().await, "no angle sensor");
-        assert!(host.ask("DRIF:STAT?").await.starts_with("IDLE"));
+        assert!(host.query("DRIF:STAT?").await.starts_with("IDLE"));
     };
     controller.run(script, |_| ()).unwrap();
 }
 
 #[test]
 fn a_vibration_with_the_set_period_cancels() {
-    // 0.7 s and 20″: what a swing of an unlucky phase leaves in pulses of 1 s is some °/h.
+    // 0.7 s and 20″: an oscillation of unfavourable phase causes some °/h with pulses of 1 s.
     let off = |period: &'static str| {
         let mut gyro = SingleAxis::default();
         gyro.torquer = Torquer::ideal();
@@ -201,8 +201,8 @@ fn a_vibration_with_the_set_period_cancels() {
         let total = gyro.own_rad_s() + gyro.apparent_rad_s(0.0);
         talk(Box::new(gyro.seeded(1)), async |host| {
             host.wait_s(0.1).await;
-            host.tell(SHORT).await;
-            host.tell(&format!("DRIF:PER {period} S;STAR")).await;
+            host.command(SHORT).await;
+            host.command(&format!("DRIF:PER {period} S;STAR")).await;
             host.until_idle().await;
             let sigma = host.number("DRIF?", 3).await;
             ((host.number("DRIF?", 2).await - total).abs() / DEG_H, sigma / DEG_H)
@@ -222,10 +222,10 @@ fn one_axis_of_a_gimballed_platform_is_measured_correctly() {
     let expected = 1.0 - site.rate_rad_s(0.0)[0] / DEG_H;
     talk(Box::new(gyro), async |host| {
         host.wait_s(1.0).await;
-        host.tell("DRIF:COUN 2;REST 3 S;STAR").await;
+        host.command("DRIF:COUN 2;REST 3 S;STAR").await;
         host.until_idle().await;
         let found = host.number("DRIF?", 2).await / DEG_H;
-        // The gimbals' own coupling is 0.002 °/h of it, the noise of two cycles 0.005.
+        // The coupling of the gimbals contributes 0.002 °/h, the noise of two cycles 0.005 °/h.
         assert!((found - expected).abs() < 0.02, "{found} {expected}");
     });
 }
@@ -235,17 +235,17 @@ fn a_drift_measurement_does_not_affect_the_drive() {
     let turned = |measures: bool| {
         talk(usual(), async |host| {
             host.wait_s(0.1).await;
-            host.tell(SHORT).await;
-            host.tell("SOUR:MODE RATE;RATE 1 RAD/S;:OUTP ON").await;
+            host.command(SHORT).await;
+            host.command("SOUR:MODE RATE;RATE 1 RAD/S;:OUTP ON").await;
             // The same number of bytes at the same times.
-            host.tell(if measures { "DRIF:STAR" } else { "DRIF:ABOR" }).await;
+            host.command(if measures { "DRIF:STAR" } else { "DRIF:ABOR" }).await;
             let mut trace = Vec::new();
             for _ in 0..300 {
                 host.wait_s(0.01).await;
                 let bench = host.controller.bench().borrow();
                 trace.push((bench.plant().true_theta_rad(), bench.plant().true_rate_rad_s(), bench.plant().mean_current_A()));
             }
-            let phase = host.ask("DRIF:STAT?").await;
+            let phase = host.query("DRIF:STAT?").await;
             (trace, phase)
         })
     };

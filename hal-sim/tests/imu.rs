@@ -83,13 +83,13 @@ fn samples_have_rate_and_forces_of_their_sampling_time_on_the_board_clock() {
     assert!((status.relative_frequency - (1.0 + 4e-4)).abs() < 3e-5, "{}", status.relative_frequency);
     let rate_delay_s = 1.0 / (std::f64::consts::TAU * 304.2);
     let force_delay_s = 1.0 / (std::f64::consts::TAU * 166.7);
-    // The first quarter of a second, before the chip's pace was seen, is off by 0.04 % of it.
+    // During the first 0.25 s, before the clock rate of the chip is known, the error is 0.04 % of the time.
     for (newest, age) in &seen[300..] {
-        // Read 0.2 ms before the millisecond, which takes some 60 µs, and a sample each 0.6 ms.
+        // The reading starts 0.2 ms before the millisecond and takes about 60 µs; a sample each 0.6 ms.
         assert!((1_000..8_500).contains(age), "{age}");
         let t = newest.at.seconds();
         let Motion { rate_rad_s, outward_m_s2, along_m_s2 } = newest.value;
-        // The stamp has steps of 25 µs and its place on the board's clock another; the code is 1.2 mrad/s.
+        // The time stamp has steps of 25 µs, its conversion to the board clock adds another; the code is 1.2 mrad/s.
         assert!((f64::from(rate_rad_s) - 5.0 * (t - rate_delay_s)).abs() < 1.2e-3 + 5.0 * 80e-6, "{t}: {rate_rad_s}");
         let (rate, chi) = (5.0 * (t - force_delay_s), 2_f64.to_radians());
         let (x, y) = (-rate * rate * 0.05, 5.0 * 0.05);
@@ -179,8 +179,8 @@ fn an_absent_wrong_stuck_or_disturbed_chip_is_reported_and_recovers() {
         (Fault::FlippedBits(2), |_| true, ""),
         (Fault::FlippedBits(20), |_| true, ""),
     ];
-    for (fault, fails, says) in faults {
-        // From the beginning, and in the middle.
+    for (fault, fails, message) in faults {
+        // From the start, and in the middle.
         for from in [0, 700] {
             let mut errors = Vec::new();
             let status = run(STILL, ImuSetup::default(), 4.0, |ms, shared, bench| {
@@ -194,7 +194,7 @@ fn an_absent_wrong_stuck_or_disturbed_chip_is_reported_and_recovers() {
                 }
             });
             assert!(!errors.is_empty() && errors.iter().all(|t| fails(*t)), "{fault:?} from {from}: {errors:?}");
-            assert!(errors.last().unwrap().to_string().contains(says), "{fault:?}: {}", errors.last().unwrap());
+            assert!(errors.last().unwrap().to_string().contains(message), "{fault:?}: {}", errors.last().unwrap());
             assert_eq!(status.state, State::Running, "{fault:?} from {from}: recovered");
         }
     }
@@ -234,12 +234,12 @@ fn a_fifo_overrun_reports_the_lost_samples() {
 }
 
 /// Another sensor behind the trait: it delivers the true motion.
-struct Told<'a> {
+struct TrueMotion<'a> {
     bench: &'a RefCell<Bench<Turning>>,
     last: u32,
 }
 
-impl Told<'_> {
+impl TrueMotion<'_> {
     /// A sample; time in steps of 1 µs.
     fn sample(&self) -> Sample {
         let bench = self.bench.borrow();
@@ -253,8 +253,8 @@ impl Told<'_> {
     }
 }
 
-impl Sensor for Told<'_> {
-    const NAME: &'static str = "told";
+impl Sensor for TrueMotion<'_> {
+    const NAME: &'static str = "true-motion";
 
     async fn identify(&mut self) -> Result<(), SensorError> {
         Ok(())
@@ -288,12 +288,12 @@ fn a_second_sensor_implements_the_trait() {
     let plant = Turning { t_s: 0.0, from_rad_s: 3.0, acceleration_rad_s2: 0.0 };
     let bench = RefCell::new(Bench::new(&Hardware::default(), &SensorSetup::default(), 1, plant));
     let shared = Shared::default();
-    let mut runner = Runner::new(Told { bench: &bench, last: 0 }, SimClock(&clock), &shared);
+    let mut runner = Runner::new(TrueMotion { bench: &bench, last: 0 }, SimClock(&clock), &shared);
     let until = SimClock(&clock);
     let watch = until.until(Ticks(TICKS_PER_S));
     clock::run(&clock, select(watch, runner.run()), |to| bench.borrow_mut().advance(to, |io| _ = io.sense())).unwrap();
     let (status, newest) = (shared.status(), shared.newest().unwrap());
-    assert_eq!((status.name, status.state, status.errors), ("told", State::Running, 0));
+    assert_eq!((status.name, status.state, status.errors), ("true-motion", State::Running, 0));
     assert!((newest.value.rate_rad_s - 3.0).abs() < 1e-6 && (newest.value.outward_m_s2 + 0.45).abs() < 1e-6);
     assert!(newest.age(Ticks(TICKS_PER_S)) < 3_000, "{newest:?}");
 }

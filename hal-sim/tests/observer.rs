@@ -23,38 +23,38 @@ const MOMENT_N_M: f64 = 1e-5;
 impl Host<'_, '_> {
     /// Sends a command that must be refused; returns the reason.
     async fn refused(&self, text: &str) -> String {
-        self.ask(text).await;
-        self.ask("SYST:ERR?").await
+        self.query(text).await;
+        self.query("SYST:ERR?").await
     }
 
     async fn numbers(&self, query: &str) -> Vec<f64> {
-        let reply = self.ask(query).await;
+        let reply = self.query(query).await;
         reply.split(',').map(|field| field.split(' ').next().unwrap().parse().unwrap_or_else(|_| panic!("{query}: {reply}"))).collect()
     }
 
     /// Sends an observer as the host tool does: each number reads back exactly.
     async fn observer<const N: usize>(&self, moment: bool, phi: &[[f64; N]; N], gamma: &[f64; N], gain: &[f64; N], regulator: [f64; N]) {
         let list = |numbers: &[f64; N]| numbers.map(|number| format!("{number:e}")).join(",");
-        self.tell(&format!("OBS:NEW {N},{}", if moment { "ON" } else { "OFF" })).await;
+        self.command(&format!("OBS:NEW {N},{}", if moment { "ON" } else { "OFF" })).await;
         for (row, numbers) in phi.iter().enumerate() {
-            self.tell(&format!("OBS:PHI {},{}", row + 1, list(numbers))).await;
+            self.command(&format!("OBS:PHI {},{}", row + 1, list(numbers))).await;
         }
-        self.tell(&format!("OBS:GAMM {}", list(gamma))).await;
-        self.tell(&format!("OBS:GAIN {}", list(gain))).await;
-        self.tell(&format!("OBS:REG {}", list(&regulator))).await;
-        self.tell(&format!("OBS:TORQ {TORQUER_N_M_A};SETT 0.5 S")).await;
+        self.command(&format!("OBS:GAMM {}", list(gamma))).await;
+        self.command(&format!("OBS:GAIN {}", list(gain))).await;
+        self.command(&format!("OBS:REG {}", list(&regulator))).await;
+        self.command(&format!("OBS:TORQ {TORQUER_N_M_A};SETT 0.5 S")).await;
     }
 
     /// Switches the observer on and waits until it has settled.
     async fn settled(&self) {
-        self.tell("OBS:STAT ON").await;
+        self.command("OBS:STAT ON").await;
         for _ in 0..200 {
-            if self.ask("OBS:PHAS?").await == "SETTLED" {
+            if self.query("OBS:PHAS?").await == "SETTLED" {
                 return;
             }
             self.wait_s(0.01).await;
         }
-        panic!("{}; {}", self.ask("OBS:PHAS?").await, self.ask("SYST:ERR:ALL?").await);
+        panic!("{}; {}", self.query("OBS:PHAS?").await, self.query("SYST:ERR:ALL?").await);
     }
 }
 
@@ -108,7 +108,7 @@ fn the_astatic_observer_finds_the_moment_on_the_simulated_element() {
 }
 
 /// Theory §1.5, closed loop, (M + r₁ e₁ + r₂ e₂)/(k_α + r₁) with the offsets of the discrete form (§1.6): 1.138e-3 rad stay with the static
-/// observer; with the moment fed forward, only what the torquer's steps leave.
+/// observer; with the moment fed forward, only the resolution of the torquer remains.
 #[test]
 fn the_closed_loop_reaches_zero_only_with_feed_forward_of_the_moment() {
     let rest = |forward: bool| {
@@ -121,10 +121,10 @@ fn the_closed_loop_reaches_zero_only_with_feed_forward_of_the_moment() {
                 regulator[6] = 0.0;
                 host.observer(false, &PHI_6, &GAMMA_6, &GAIN_6, regulator[..6].try_into().unwrap()).await;
             }
-            host.tell(&format!("OBS:FORW {};FEED ON", if forward { "ON" } else { "OFF" })).await;
-            // The numbers were set before: feedback waits for the observer.
+            host.command(&format!("OBS:FORW {};FEED ON", if forward { "ON" } else { "OFF" })).await;
+            // The parameters are set already: the feedback waits for the observer.
             host.settled().await;
-            host.tell("OBS:FEED ON").await;
+            host.command("OBS:FEED ON").await;
             host.wait_s(70.0).await;
             host.numbers("OBS:EST?").await[0]
         })
@@ -153,7 +153,7 @@ fn the_vibration_error_is_subtracted_online() {
         host.wait_s(60.0).await;
         host.observer(true, &PHI_5, &GAMMA_5, &GAIN_5, [0.0; 5]).await;
         let gain_s = element.rotor_N_m_s / element.azimuth_stiffness_N_m_rad();
-        host.tell(&format!("OBS:VIBR 5,{gain_s:e},0")).await;
+        host.command(&format!("OBS:VIBR 5,{gain_s:e},0")).await;
         assert!(host.refused("OBS:VIBR?").await.contains("roll"));
         host.settled().await;
         host.wait_s(11.0).await;
@@ -172,22 +172,22 @@ fn parameters_are_stored_and_an_invalid_observer_is_refused() {
         assert!(host.refused("OBS:STAT ON").await.contains("observer"));
         assert!(host.refused("OBS:GAIN 1,2").await.contains("OBServer:NEW"));
         host.observer(true, &PHI_7, &GAMMA_7, &GAIN_7.map(|gain| -gain), [0.0; 7]).await;
-        host.tell("OBS:STAT ON").await;
+        host.command("OBS:STAT ON").await;
         host.wait_s(0.5).await;
-        assert_eq!(host.ask("OBS:PHAS?").await, "OFF");
-        assert!(host.ask("SYST:ERR?").await.contains("gain leaves a pole"));
+        assert_eq!(host.query("OBS:PHAS?").await, "OFF");
+        assert!(host.query("SYST:ERR?").await.contains("gain leaves a pole"));
         host.observer(true, &PHI_7, &GAMMA_7, &GAIN_7, [0.0; 7]).await;
         host.settled().await;
-        host.tell("SETT:SAVE").await;
+        host.command("SETT:SAVE").await;
     });
     talk(six(1e-3, 0.0), kept, async |host| {
         host.wait_s(0.1).await;
-        assert_eq!(host.ask("OBS:STAT?").await, "0");
+        assert_eq!(host.query("OBS:STAT?").await, "0");
         host.settled().await;
-        // A sensor that is off: the observer predicts for ten rows, then it waits for an angle; feedback has ended with it.
+        // Without sensor the observer predicts for ten rows, then waits for an angle; the feedback ends.
         host.controller.bench().borrow_mut().active_faults().inject(FaultKind::AngleSensorOff, f64::INFINITY, None).unwrap();
         host.wait_s(0.05).await;
-        assert_eq!(host.ask("OBS:PHAS?").await, "NO ANGLE");
+        assert_eq!(host.query("OBS:PHAS?").await, "NO ANGLE");
     });
 }
 
@@ -198,7 +198,7 @@ fn the_stream_carries_the_estimates() {
         host.observer(true, &PHI_7, &GAMMA_7, &GAIN_7, [0.0; 7]).await;
         host.settled().await;
         host.wait_s(0.5).await;
-        host.tell("STR:CHAN alpha_hat_rad,alpha_rate_hat_rad_s,moment_hat_N_m,angle_sensor_V").await;
+        host.command("STR:CHAN alpha_hat_rad,alpha_rate_hat_rad_s,moment_hat_N_m,angle_sensor_V").await;
         let mut bytes = Vec::new();
         host.controller.line().send(b"STR ON\n");
         host.wait_s(0.2).await;
@@ -213,7 +213,7 @@ fn the_stream_carries_the_estimates() {
             }
         }
         assert!(rows.len() > 100, "{}", rows.len());
-        // In the order of the channels: the sensor stands before the estimates.
+        // In channel order: the sensor comes before the estimates.
         for row in rows {
             assert!((row[0] / GAIN_V_RAD - row[1]).abs() < 1e-9 && (row[3] / MOMENT_N_M - 1.0).abs() < 1e-2, "{row:?}");
         }

@@ -77,7 +77,7 @@ fn a_viscous_rub_reduces_the_rate_in_proportion_to_its_width() {
     let mut plant = plant(&Setup::by_torque(J, &[]).at(-1.0), rubs(rub));
     plant.spin(10.0);
     hold(&mut plant, 0.0, 0.2);
-    // dω/dθ = −b/J, whatever the rate.
+    // dω/dθ = −b/J at any rate.
     close(plant.true_rate_rad_s(), 10.0 - 4e-4 / J * 0.5, 1e-7, "rate after the sector");
 }
 
@@ -110,7 +110,7 @@ fn a_clutch_below_its_limit_is_a_rigid_shaft() {
         let volt = draw.signed_log(0.02, 1.0);
         hold(&mut rigid, volt, 0.01);
         hold(&mut coupled, volt, 0.01);
-        // The same equations in another order of additions.
+        // Equal equations, with another sequence of additions.
         close(coupled.true_rate_rad_s(), rigid.true_rate_rad_s(), 1e-9, "rate");
     }
 }
@@ -267,7 +267,7 @@ fn a_stand_file_sets_disturbances_and_an_invalid_value_is_refused_by_name() {
     assert_eq!(stand.outsiders.slipping_clutch, None);
     assert_eq!(Stand::parse(&toml::to_string(&stand).unwrap()).unwrap(), stand);
     assert!(!toml::to_string(&Stand::default()).unwrap().contains("outsiders"));
-    for (text, says) in [
+    for (text, expected) in [
         ("[outsiders.sector-rubb]\n", "sector-rubb"),
         ("[outsiders.sector-rub]\nrub = 1.0\n", "`rub`"),
         ("[outsiders.sector-rub]\nwidth_rad = 7.0\n", "outsiders.sector-rub.width_rad = 7"),
@@ -279,7 +279,7 @@ fn a_stand_file_sets_disturbances_and_an_invalid_value_is_refused_by_name() {
         ("[outsiders.slipping-clutch]\n[effects.compliance]\n", "effects.compliance"),
     ] {
         let error = Stand::parse(text).unwrap_err().to_string();
-        assert!(error.contains(says), "{text}: {error}");
+        assert!(error.contains(expected), "{text}: {error}");
     }
     let two = Stand {
         outsiders: slips(1e-3, 0.3),

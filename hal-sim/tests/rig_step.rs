@@ -9,7 +9,7 @@ use drive_rig::{Input, State, slide};
 
 /// Within the range, a hundredth to a hundred times the start value (or the hidden one, where the start is zero).
 fn drawn(draw: &mut Draw, p: &Parameter) -> f64 {
-    // A friction e|ω| that drives one way is a source: a large one runs away in truth.
+    // A friction e|ω| that drives in one direction is a source: the true motion diverges for a large one.
     let usual = [p.start, p.simulated_range.1].into_iter().map(f64::abs).find(|v| *v > 0.0).unwrap_or(1e-6);
     let value = match p.kind {
         Moves::Phase => draw.even(0.0, std::f64::consts::TAU),
@@ -71,7 +71,7 @@ fn halving_the_row_quarters_the_error() {
         };
         let exact = (4.0 * end(1.0 / 64_000.0) - end(1.0 / 32_000.0)) / 3.0;
         let (whole, half) = ((end(1e-3) - exact).abs(), (end(5e-4) - exact).abs());
-        // 4, but for the next order in h.
+        // 4, apart from the next order in h.
         assert!((3.2..5.0).contains(&(whole / half)), "{list:?}: {whole:e} {half:e}");
     }
 }
@@ -108,7 +108,7 @@ fn a_slide_equals_the_event_by_event_motion() {
     for _ in 0..200_000 {
         let (j, h, dry) = (draw.log(1e-5, 1e-2), draw.log(1e-5, 1e-2), draw.log(1e-5, 1e-1));
         let torque = draw.signed_log(0.01 * dry, 100.0 * dry);
-        // Rates of the order of what the step can change, and rest itself.
+        // Rates comparable to the change in one step, and rest.
         let omega = if draw.even(0.0, 1.0) < 0.1 { 0.0 } else { draw.signed_log(0.01, 100.0) * dry * h / j };
         let (w, angle) = slide(omega, torque, dry, j, h);
         let (exact, turned) = event_by_event(omega, torque, dry, j, h);

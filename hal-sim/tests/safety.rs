@@ -12,11 +12,11 @@ use stand_firmware::speed_loop::{Command, Config, Interrupt, Limits, Mailboxes, 
 use stand_firmware::status::Fault;
 
 /// Command from tick 100 on.
-type Ask = fn(&Stand, u64) -> Segment;
+type Setpoint = fn(&Stand, u64) -> Segment;
 
-const RATE: Ask = |stand, start| Segment::rate(&stand.hardware, start, u16::MAX, 10.0, 10.0);
+const RATE: Setpoint = |stand, start| Segment::rate(&stand.hardware, start, u16::MAX, 10.0, 10.0);
 /// A command beyond the current limit.
-const FAST: Ask = |stand, start| Segment::rate(&stand.hardware, start, u16::MAX, 30.0, 30.0);
+const FAST: Setpoint = |stand, start| Segment::rate(&stand.hardware, start, u16::MAX, 30.0, 30.0);
 
 /// Result of a run.
 struct Run {
@@ -41,7 +41,7 @@ fn play(
     begin_rad: f64,
     seconds: f64,
     memory: &Memory,
-    ask: Ask,
+    setpoint: Setpoint,
     mut each: impl FnMut(u64) -> (bool, Option<Command>),
 ) -> Run {
     let mailboxes = Mailboxes::new();
@@ -49,12 +49,12 @@ fn play(
     let mut interrupt = Interrupt::new(SpeedLoop::new(config), &mailboxes).recording(memory.recorder(1_500));
     let mut bench = Bench::new(&stand.hardware, &stand.sensors, 1, Plant::new(stand, begin_rad).unwrap()).with_faults(stand.faults);
     let mut run = Run { faults: Vec::new(), duties: Vec::new(), last: Report::default(), theta_rad: Vec::new() };
-    mailboxes.commands.post(Command { segment: ask(stand, 100), ..Command::default() });
+    mailboxes.commands.post(Command { segment: setpoint(stand, 100), ..Command::default() });
     for ms in 0..(seconds * 1e3) as u64 {
-        let (stop, order) = each(ms);
+        let (stop, command) = each(ms);
         bench.request_stop(stop);
-        if let Some(order) = order {
-            mailboxes.commands.post(order);
+        if let Some(command) = command {
+            mailboxes.commands.post(command);
         }
         let mut duty = 0;
         bench.advance(Ticks(ms * 10_000), |io| {
@@ -104,10 +104,10 @@ fn quiet(_: u64) -> (bool, Option<Command>) {
 fn each_fault_switches_the_drive_off_in_time_with_reason_and_capture() {
     let mut weak = Stand::default();
     weak.firmware.current_limit_A = 0.08;
-    let voltage: Ask = |stand, start| Segment::voltage(&stand.hardware, start, u16::MAX, 4.0);
+    let voltage: Setpoint = |stand, start| Segment::voltage(&stand.hardware, start, u16::MAX, 4.0);
     // Each fault at 1 s is detected within its time. Without an encoder the loop pushes at its current limit, and a fifth of R·i may be
     // the resistance's: so it takes until the platform turns at twice its rate and more.
-    let cases: [(&str, Stand, Ask, Fault, f64, f64); 9] = [
+    let cases: [(&str, Stand, Setpoint, Fault, f64, f64); 9] = [
         ("counter stuck", with_fault(FaultKind::CounterStuck, 1.0, 5.0), RATE, Fault::EncoderLost, 1.0, 0.25),
         ("channel A off", with_fault(FaultKind::EncoderAOff, 1.0, 5.0), RATE, Fault::EncoderLost, 1.0, 0.25),
         ("channel B off", with_fault(FaultKind::EncoderBOff, 1.0, 5.0), RATE, Fault::EncoderLost, 1.0, 0.25),
@@ -118,9 +118,9 @@ fn each_fault_switches_the_drive_off_in_time_with_reason_and_capture() {
         ("blocked", rubbing(0.1), FAST, Fault::Stall, 0.5, 0.2),
         ("too weak to follow", weak, FAST, Fault::Tracking, 1.0, 1.0),
     ];
-    for (name, stand, ask, fault, from_s, within_s) in cases {
+    for (name, stand, setpoint, fault, from_s, within_s) in cases {
         let memory = Memory::new();
-        let run = play(&stand, 0.0, 2.5, &memory, ask, quiet);
+        let run = play(&stand, 0.0, 2.5, &memory, setpoint, quiet);
         let (first, at_s) = run.first().unwrap_or((Fault::None, 0.0));
         println!("{name}: {} {:.0} ms after its start", first.name(), 1e3 * (at_s - from_s));
         assert_eq!(first, fault, "{name}");
@@ -140,8 +140,8 @@ fn an_emergency_stop_acts_in_the_next_tick_and_is_cleared_only_when_it_is_releas
     let stand = Stand::default();
     let clear = |at: u64, clear| Command { segment: RATE(&Stand::default(), 10 * at + 20), clear, trip: Fault::None };
     let run = play(&stand, 0.0, 3.0, &memory, RATE, |ms| {
-        let order = [(1_500, 1), (2_200, 2)].into_iter().find(|(at, _)| *at == ms).map(|(at, n)| clear(at, n));
-        ((1_000..2_000).contains(&ms), order)
+        let command = [(1_500, 1), (2_200, 2)].into_iter().find(|(at, _)| *at == ms).map(|(at, n)| clear(at, n));
+        ((1_000..2_000).contains(&ms), command)
     });
     assert_eq!(run.duties[1_000], 0, "no duty from the tick of the request on");
     assert!(run.duties[999] != 0);
@@ -152,15 +152,15 @@ fn an_emergency_stop_acts_in_the_next_tick_and_is_cleared_only_when_it_is_releas
 #[test]
 fn a_trip_by_a_task_latches_while_its_cause_persists() {
     let memory = Memory::new();
-    let order = |at: u64, clear, trip| Some(Command { segment: RATE(&Stand::default(), 10 * at + 20), clear, trip });
+    let command = |at: u64, clear, trip| Some(Command { segment: RATE(&Stand::default(), 10 * at + 20), clear, trip });
     let run = play(&Stand::default(), 0.0, 2.0, &memory, RATE, |ms| {
-        let order = match ms {
-            1_000 => order(ms, 0, Fault::Temperature),
-            1_200 => order(ms, 1, Fault::Temperature),
-            1_400 => order(ms, 2, Fault::None),
+        let next = match ms {
+            1_000 => command(ms, 0, Fault::Temperature),
+            1_200 => command(ms, 1, Fault::Temperature),
+            1_400 => command(ms, 2, Fault::None),
             _ => None,
         };
-        (false, order)
+        (false, next)
     });
     assert!(run.faults[1_002..1_400].iter().all(|fault| *fault == Fault::Temperature));
     assert!(run.faults[1_402..].iter().all(|fault| *fault == Fault::None) && run.duties[1_900] != 0);
@@ -210,7 +210,7 @@ fn an_angle_is_approached_without_overshoot_and_held() {
 #[test]
 fn an_angle_from_the_index_is_reached_after_the_index_is_found() {
     let stand = Stand::default();
-    let position: Ask = |stand, start| Segment::position(&stand.hardware, start, Zero::Index, 1.0, Some(3.0));
+    let position: Setpoint = |stand, start| Segment::position(&stand.hardware, start, Zero::Index, 1.0, Some(3.0));
     let memory = Memory::new();
     let waits = play(&stand, -2.0, 1.0, &memory, position, quiet);
     assert!(waits.last.limits.contains(Limits::NO_INDEX) && waits.theta_rad.iter().all(|theta| (theta + 2.0).abs() < 1e-3));
@@ -233,8 +233,8 @@ fn an_angle_from_the_index_is_reached_after_the_index_is_found() {
 fn brush_drop_at_rest_is_no_encoder_loss_and_a_running_loss_trips_at_once() {
     let mut stand = Stand::default();
     stand.effects.insert("brush-drop".to_owned(), [("brush_V".to_owned(), 0.28)].into());
-    let creeping: Ask = |stand, start| Segment::voltage(&stand.hardware, start, u16::MAX, 0.3);
-    let running: Ask = |stand, start| Segment::voltage(&stand.hardware, start, u16::MAX, 1.0);
+    let creeping: Setpoint = |stand, start| Segment::voltage(&stand.hardware, start, u16::MAX, 0.3);
+    let running: Setpoint = |stand, start| Segment::voltage(&stand.hardware, start, u16::MAX, 1.0);
     let still = play(&stand, 0.0, 2.5, &Memory::new(), creeping, quiet);
     assert_eq!(still.first(), None, "no motion");
     let stops = |ms| (false, (ms == 1_000).then(|| Command { segment: creeping(&stand, 10 * ms + 20), ..Command::default() }));
@@ -245,7 +245,7 @@ fn brush_drop_at_rest_is_no_encoder_loss_and_a_running_loss_trips_at_once() {
 
     // The same stand at 0.6 V, some 12 rad/s, whose wire breaks.
     stand.faults = Faults::of([Break::new(FaultKind::EncoderAOff, 1.0, 9.0)]).unwrap();
-    let slow: Ask = |stand, start| Segment::voltage(&stand.hardware, start, u16::MAX, 0.6);
+    let slow: Setpoint = |stand, start| Segment::voltage(&stand.hardware, start, u16::MAX, 0.6);
     let (fault, at_s) = play(&stand, 0.0, 2.5, &Memory::new(), slow, quiet).first().unwrap();
     assert!(fault == Fault::EncoderLost && at_s < 1.1, "{fault:?} at {at_s} s");
     // And one that is off from the beginning: later, since it could be the brushes.

@@ -81,8 +81,8 @@ fn the_mean_rate_over_whole_turns_is_as_good_as_the_crystal() {
     // Angle noise at both ends is below a count in 20 000 · 10.
     assert!((mean / rate - 1.0).abs() < 1.0 / 200_000.0, "{mean}");
     let command = col(&record, "theta_cmd_rad");
-    let asked = (command[1000 + rows] - command[1000]) / (rows as f64 * 1e-3);
-    assert!((asked / rate - 1.0).abs() < 1e-9, "{asked}");
+    let commanded = (command[1000 + rows] - command[1000]) / (rows as f64 * 1e-3);
+    assert!((commanded / rate - 1.0).abs() < 1e-9, "{commanded}");
 }
 
 #[test]

@@ -50,7 +50,7 @@ pub const CARD: Card = Card {
     ..Card::DEFAULT
 };
 
-/// The law of `cable-spring`; its parameters in the card's order.
+/// The law of `cable-spring`; its parameters in the order of the card.
 #[derive(Debug, Clone, Copy)]
 pub struct CableSpring;
 

@@ -67,7 +67,7 @@ pub const CARD: Card = Card {
     ..Card::DEFAULT
 };
 
-/// The law of `compliance`; its parameters in the card's order.
+/// The law of `compliance`; its parameters in the order of the card.
 #[derive(Debug, Clone, Copy)]
 pub struct Compliance;
 

@@ -46,7 +46,7 @@ pub const CARD: Card = Card {
     ..Card::DEFAULT
 };
 
-/// The law of `coulomb`; its parameters in the card's order.
+/// The law of `coulomb`; its parameters in the order of the card.
 #[derive(Debug, Clone, Copy)]
 pub struct Coulomb;
 

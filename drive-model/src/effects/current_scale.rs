@@ -41,7 +41,7 @@ pub const CARD: Card = Card {
     ..Card::DEFAULT
 };
 
-/// The law of `current-scale`; its parameters in the card's order.
+/// The law of `current-scale`; its parameters in the order of the card.
 #[derive(Debug, Clone, Copy)]
 pub struct CurrentScale;
 

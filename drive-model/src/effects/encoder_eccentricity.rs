@@ -71,7 +71,7 @@ pub const CARD: Card = Card {
     ..Card::DEFAULT
 };
 
-/// The law of `encoder-eccentricity`; its parameters in the card's order.
+/// The law of `encoder-eccentricity`; its parameters in the order of the card.
 #[derive(Debug, Clone, Copy)]
 pub struct EncoderEccentricity;
 
@@ -80,8 +80,8 @@ impl<S: Scalar> Law<S> for EncoderEccentricity {
         let shown = x.theta * p[1] + p[2];
         let mut phase = shown;
         if x.theta_measured {
-            // The disc errs by where it is, not by where it seems to be: else n e²/2 is left at the order 2n. Each turn of the loop leaves n e of
-            // what the one before did.
+            // The error depends on the true angle, not on the reading: otherwise n e²/2 would remain at the harmonic order 2n. Each iteration
+            // reduces the remaining error by the factor n e.
             for _ in 0..2 {
                 phase = shown - p[0] * p[1] * phase.sin();
             }

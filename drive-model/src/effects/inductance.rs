@@ -42,7 +42,7 @@ pub const CARD: Card = Card {
     ..Card::DEFAULT
 };
 
-/// The law of `inductance`; its parameters in the card's order.
+/// The law of `inductance`; its parameters in the order of the card.
 #[derive(Debug, Clone, Copy)]
 pub struct Inductance;
 

@@ -44,7 +44,7 @@ pub const CARD: Card = Card {
     ..Card::DEFAULT
 };
 
-/// The law of `quadratic-drag`; its parameters in the card's order.
+/// The law of `quadratic-drag`; its parameters in the order of the card.
 #[derive(Debug, Clone, Copy)]
 pub struct QuadraticDrag;
 

@@ -34,7 +34,7 @@ pub const CARD: Card = Card {
     ..Card::DEFAULT
 };
 
-/// The law of `rate-scale`; its parameters in the card's order.
+/// The law of `rate-scale`; its parameters in the order of the card.
 #[derive(Debug, Clone, Copy)]
 pub struct RateScale;
 

@@ -47,7 +47,7 @@ pub const CARD: Card = Card {
     ..Card::DEFAULT
 };
 
-/// The law of `sensor-lag`; its parameters in the card's order.
+/// The law of `sensor-lag`; its parameters in the order of the card.
 #[derive(Debug, Clone, Copy)]
 pub struct SensorLag;
 

@@ -53,7 +53,7 @@ pub const CARD: Card = Card {
     ..Card::DEFAULT
 };
 
-/// The law of `stribeck`; its parameters in the card's order.
+/// The law of `stribeck`; its parameters in the order of the card.
 #[derive(Debug, Clone, Copy)]
 pub struct Stribeck;
 

@@ -35,7 +35,7 @@ pub const CARD: Card = Card {
     ..Card::DEFAULT
 };
 
-/// The law of `supply-droop`; its parameters in the card's order.
+/// The law of `supply-droop`; its parameters in the order of the card.
 #[derive(Debug, Clone, Copy)]
 pub struct SupplyDroop;
 

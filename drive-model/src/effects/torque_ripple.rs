@@ -61,7 +61,7 @@ pub const CARD: Card = Card {
     ..Card::DEFAULT
 };
 
-/// The law of `torque-ripple`; its parameters in the card's order.
+/// The law of `torque-ripple`; its parameters in the order of the card.
 #[derive(Debug, Clone, Copy)]
 pub struct TorqueRipple;
 

@@ -161,7 +161,7 @@ impl<P: PlantPort> Bench<P> {
         &mut self.broken
     }
 
-    /// Advances everything to `to`; `interrupt` runs at the start of each tick on the way, including `to`.
+    /// Advances everything to `to`; `interrupt` runs at the start of each tick up to and including `to`.
     #[inline]
     pub fn advance(&mut self, to: Ticks, mut interrupt: impl FnMut(&mut SimTickIo<'_, P>)) {
         while Ticks::of_control(self.tick) <= to {

@@ -67,7 +67,7 @@ impl Fault {
         self.size.or(self.kind.magnitude().map(|m| m.default)).unwrap_or(0.0)
     }
 
-    /// End, s; computed in one place, so that rounding is the same everywhere.
+    /// End, s; the only computation, so that rounding is equal for all uses.
     pub fn until_s(&self) -> f64 {
         self.from_s + self.for_s
     }

@@ -150,7 +150,7 @@ impl Plant {
         }
     }
 
-    /// Between the two states a flank contact starts or ends, the current passes zero, a clutch closes, or a sector starts or ends.
+    /// Whether between the two states a flank contact starts or ends, the current passes zero, a clutch closes, or a sector starts or ends.
     pub(super) fn changes<const N: usize>(&self, from: &[f64; N], to: &[f64; N], contact: ContactState) -> bool {
         if N == FULL && (self.rubs(to) != contact.rubs || (contact.slips != 0.0 && contact.slips * (to[MOTOR] - to[OMEGA]) < 0.0)) {
             return true;

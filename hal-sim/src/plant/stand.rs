@@ -137,10 +137,10 @@ impl Stand {
         };
         let mut stand: Stand = toml::from_str(text).map_err(fail)?;
         let given: toml::Table = toml::from_str(text).map_err(fail)?;
-        let said = |key: &str| given.get("firmware").and_then(|f| f.get(key)).is_some();
+        let is_given = |key: &str| given.get("firmware").and_then(|f| f.get(key)).is_some();
         let (d, f) = (&stand.drive, &mut stand.firmware);
         let follow = |key: &str, to: &mut f64, value: f64| {
-            if !said(key) {
+            if !is_given(key) {
                 *to = value;
             }
         };
@@ -151,11 +151,11 @@ impl Stand {
         let volts = f.inertia_kg_m2 * f.resistance_ohm / f.motor_constant_N_m_A;
         follow("rate_gain_V_s_rad", &mut f.rate_gain_V_s_rad, (2.0 * LOOP_POLES_RAD_S * volts - f.motor_constant_N_m_A).max(0.0));
         follow("position_gain_V_rad", &mut f.position_gain_V_rad, volts * LOOP_POLES_RAD_S * LOOP_POLES_RAD_S);
-        let hardware_said = |key: &str| given.get("hardware").and_then(|h| h.get(key)).is_some();
-        if !hardware_said("supply_nominal_V") {
+        let hardware_given = |key: &str| given.get("hardware").and_then(|h| h.get(key)).is_some();
+        if !hardware_given("supply_nominal_V") {
             stand.hardware.supply_nominal_V = d.supply_V;
         }
-        if !hardware_said("rate_cutoff_Hz") {
+        if !hardware_given("rate_cutoff_Hz") {
             let cutoff = stand.sensors.rate_cutoff_Hz;
             stand.hardware.rate_cutoff_Hz = if cutoff.is_finite() { cutoff } else { 0.0 };
         }
@@ -212,7 +212,7 @@ impl Stand {
     /// An effect or parameter that the catalogue lacks, or a value out of range.
     pub fn effect_parameters(&self) -> Result<Vec<(&'static str, Vec<f64>)>, StandError> {
         let mut placed = Vec::new();
-        // In the order of the catalogue, so that the order of the file does not matter.
+        // In the order of the catalogue: the sequence in the file has no influence.
         let mut names: Vec<&String> = self.effects.keys().collect();
         let position = |name: &str| drive_model::cards().iter().position(|c| c.id == stem(name));
         names.sort_by_key(|name| position(name));

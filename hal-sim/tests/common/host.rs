@@ -16,7 +16,7 @@ impl Host<'_, '_> {
     }
 
     /// Sends a line and returns the reply of the next 20 ms; earlier output is discarded.
-    pub async fn ask(&self, text: &str) -> String {
+    pub async fn query(&self, text: &str) -> String {
         let mut bytes = Vec::new();
         self.controller.line().receive(&mut bytes);
         bytes.clear();
@@ -27,7 +27,7 @@ impl Host<'_, '_> {
     }
 
     /// Sends a command that must be accepted.
-    pub async fn tell(&self, text: &str) {
-        assert_eq!(self.ask(&format!("{text};:SYST:ERR?")).await, "0,\"No error\"", "{text}");
+    pub async fn command(&self, text: &str) {
+        assert_eq!(self.query(&format!("{text};:SYST:ERR?")).await, "0,\"No error\"", "{text}");
     }
 }

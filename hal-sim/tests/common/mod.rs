@@ -77,7 +77,7 @@ pub fn stem(name: &str) -> &str {
     name.split('#').next().unwrap()
 }
 
-/// The rig of these effects, in the catalogue's order.
+/// The rig of these effects, in the order of the catalogue.
 pub fn rig(drive: Drive, input: Input, list: &[(String, Vec<f64>)]) -> Rig<f64> {
     let base = Base { inertia: drive.inertia, motor_constant: drive.motor_constant, resistance: drive.resistance };
     let laws: Vec<(Box<dyn Law<f64>>, Vec<f64>)> =

@@ -26,7 +26,7 @@ pub enum Fault {
     Stuck,
     /// WHO_AM_I reads as this value.
     Named(u8),
-    /// One bit in this number is wrong on the way to the processor.
+    /// One bit in this number is wrong on the bus.
     FlippedBits(u32),
 }
 
