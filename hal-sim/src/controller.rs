@@ -161,7 +161,7 @@ impl<'c, P: PlantPort> Controller<'c, P> {
                         Ok(byte) => guard.byte(byte),
                         Err(_) => guard.line_break(),
                     });
-                    io.request_stop(stop_line.is_stop_asked());
+                    io.request_stop(stop_line.is_stop_requested());
                     interrupt.run(io);
                 });
             })?;

@@ -84,7 +84,7 @@ fn with_flash<T>(flash: SimFlash, baud: u32, host: impl AsyncFnOnce(&Host<'_, '_
             Err(_) => guard.line_break(),
         });
         let mut bench = bench.borrow_mut();
-        bench.request_stop(stop_line.is_stop_asked());
+        bench.request_stop(stop_line.is_stop_requested());
         bench.advance(to, |io| interrupt.run(io));
     });
     match ended.unwrap() {

@@ -129,7 +129,7 @@ impl<'a, C: Clock> Rows<'a, C> {
         if row.fault != Fault::None {
             // The stop is latched as a fault: the request is done.
             state.stop_line.clear_stop();
-        } else if state.stop_line.is_stop_asked() && state.is_driving() {
+        } else if state.stop_line.is_stop_requested() && state.is_driving() {
             state.all_off();
         }
         if state.stop_line.take_text() {

@@ -29,13 +29,13 @@ impl StopLine {
 
     /// Requests an emergency stop.
     #[inline]
-    pub fn ask_stop(&self) {
+    pub fn request_stop(&self) {
         self.asked.fetch_or(STOP, Ordering::Relaxed);
     }
 
     /// Whether a stop is requested; `TickIo::sense` reports it.
     #[inline]
-    pub fn is_stop_asked(&self) -> bool {
+    pub fn is_stop_requested(&self) -> bool {
         self.asked.load(Ordering::Relaxed) & STOP != 0
     }
 
@@ -77,13 +77,13 @@ impl<'a> Guard<'a> {
     pub fn byte(&mut self, byte: u8) {
         match byte {
             CANCEL => {
-                self.line.ask_stop();
+                self.line.request_stop();
                 self.line.ask_text();
                 self.seen = 0;
             }
             b'\r' | b'\n' | b';' | b'~' | b' ' | b'\t' => {
                 if usize::from(self.seen) == WORD.len() {
-                    self.line.ask_stop();
+                    self.line.request_stop();
                 }
                 let begins = matches!(byte, b'\r' | b'\n' | b';') || (self.seen == 0 && byte != b'~');
                 self.seen = if begins { 0 } else { OTHER };
@@ -111,7 +111,7 @@ mod tests {
         let line = StopLine::new();
         let mut guard = Guard::new(&line);
         bytes.iter().for_each(|byte| guard.byte(*byte));
-        line.is_stop_asked()
+        line.is_stop_requested()
     }
 
     #[test]
@@ -131,12 +131,12 @@ mod tests {
         let line = StopLine::new();
         let mut guard = Guard::new(&line);
         b"SOUR:RA".iter().for_each(|byte| guard.byte(*byte));
-        assert!(!line.is_stop_asked() && !line.take_text());
+        assert!(!line.is_stop_requested() && !line.take_text());
         guard.byte(CANCEL);
-        assert!(line.is_stop_asked() && line.take_text());
+        assert!(line.is_stop_requested() && line.take_text());
         assert!(!line.take_text(), "taken once");
         line.clear_stop();
-        assert!(!line.is_stop_asked());
+        assert!(!line.is_stop_requested());
     }
 
     #[test]
@@ -146,6 +146,6 @@ mod tests {
         b"STOP".iter().for_each(|byte| guard.byte(*byte));
         guard.line_break();
         guard.byte(b'\n');
-        assert!(line.take_text() && !line.is_stop_asked());
+        assert!(line.take_text() && !line.is_stop_requested());
     }
 }

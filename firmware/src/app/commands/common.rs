@@ -80,7 +80,7 @@ fn reset(state: &State<'_>) {
 }
 
 fn stop(state: &State<'_>) {
-    state.stop_line.ask_stop();
+    state.stop_line.request_stop();
     state.all_off();
 }
 

@@ -1,10 +1,11 @@
-//! Current, supply, temperature, the gyro's angle sensor and its torquer's current: converted by ADC1 in step with the bridge, brought to memory by DMA.
+//! ADC1: motor current, supply, temperature, and angle sensor and torquer current of the gyroscope, sampled in step with the bridge.
 //!
-//! TIM1's third channel has no pin; its edge at the top of the bridge's counter starts a sweep of five conversions, 20 000 a second. At the
-//! top the bridge drives and the current passes through its period's mean. A sweep takes 14.5 of its 50 µs (22.5 MHz: 27 + 68 + 96 + 68 + 68
-//! cycles). The ring holds 64 sweeps, 3.2 ms: the tick reads the newest, the measurement sums what came since it last looked.
+//! Channel 3 of TIM1 has no pin. Its edge at the top of the bridge's counter starts a sweep of five conversions, 20 000 times per second;
+//! there the bridge conducts and the current passes through its mean of the PWM period. A sweep takes 14.5 µs of 50 µs (ADC clock 22.5 MHz:
+//! 27 + 68 + 96 + 68 + 68 cycles). DMA writes into a ring of 64 sweeps, 3.2 ms: the tick reads the newest sweep, the measurement loop sums
+//! the sweeps since its last call.
 //!
-//! Only ADC1 is in use: the three converters share one reset.
+//! ADC2 and ADC3 are not used: the three converters share one reset.
 
 use core::sync::atomic::{AtomicU16, Ordering};
 use embassy_stm32::Peri;
@@ -17,7 +18,7 @@ use embassy_stm32::pac::{ADC1, DMA2, RCC, TIM1};
 use embassy_stm32::peripherals;
 use stand_firmware::board::{CurrentCode, CurrentSum, GyroSample};
 
-/// Conversions in a sweep, in this order.
+/// Position of each conversion within a sweep.
 const CURRENT: usize = 0;
 const SUPPLY: usize = 1;
 const TEMPERATURE: usize = 2;
@@ -36,7 +37,7 @@ const TIM1_CC3: u8 = 0b0010;
 
 static RING: [AtomicU16; LENGTH] = [const { AtomicU16::new(0) }; LENGTH];
 
-/// Sets everything up; the bridge's timer may be running already. `full` is the compare count of the counter's top.
+/// Configures converter, DMA and trigger; the bridge's timer may already run. `top`: compare count at the top of its counter.
 pub fn start(
     adc: Peri<'static, peripherals::ADC1>,
     _stream: Peri<'static, peripherals::DMA2_CH0>,
@@ -47,34 +48,34 @@ pub fn start(
         Peri<'static, peripherals::PC3>,
         Peri<'static, peripherals::PC4>,
     ),
-    full: u16,
+    top: u16,
 ) {
-    // Powers the converter on. A dropped `Adc` stops it and switches its clock off, and nothing here ever gives it back.
+    // Powers the converter on. Dropping `Adc` would stop the converter and its clock.
     core::mem::forget(Adc::new(adc));
-    // Dropped, a pin is analog too, but then nothing says that it is taken.
+    // Kept for ever, so that no other driver can take the pin.
     for mut pin in [Flex::new(pins.0), Flex::new(pins.1), Flex::new(pins.2), Flex::new(pins.3), Flex::new(pins.4)] {
         pin.set_as_analog();
         core::mem::forget(pin);
     }
     ADC1.cr1().modify(|w| w.set_scan(true));
     ADC1.sqr1().modify(|w| w.set_l(CHANNELS as u8 - 1));
-    for (place, channel) in PINS.into_iter().enumerate() {
-        ADC1.sqr3().modify(|w| w.set_sq(place, channel));
-        // The INA240 drives its pin with a few ohms; the dividers are kilohms.
-        let time = [SampleTime::CYCLES15, SampleTime::CYCLES56, SampleTime::CYCLES84, SampleTime::CYCLES56, SampleTime::CYCLES56];
-        if let Some(time) = time.get(place) {
+    for (rank, channel) in PINS.into_iter().enumerate() {
+        ADC1.sqr3().modify(|w| w.set_sq(rank, channel));
+        // The INA240's output has a few ohms, the dividers have kilohms and need a longer sample time.
+        let sample_times = [SampleTime::CYCLES15, SampleTime::CYCLES56, SampleTime::CYCLES84, SampleTime::CYCLES56, SampleTime::CYCLES56];
+        if let Some(time) = sample_times.get(rank) {
             ADC1.smpr1().modify(|w| w.set_smp(usize::from(channel) - 10, *time));
         }
     }
     RCC.ahb1enr().modify(|w| w.set_dma2en(true));
-    begin();
+    start_dma();
     TIM1.ccmr_output(1).modify(|w| w.set_ocm(0, Ocm::PWM_MODE2));
-    TIM1.ccr(2).write(|w| w.set_ccr(full - 1));
+    TIM1.ccr(2).write(|w| w.set_ccr(top - 1));
     TIM1.ccer().modify(|w| w.set_cce(2, true));
 }
 
-/// Lets DMA and converter begin, from the ring's start.
-fn begin() {
+/// Starts DMA and converter at the start of the ring.
+fn start_dma() {
     let stream = DMA2.st(STREAM);
     stream.cr().modify(|w| w.set_en(false));
     while stream.cr().read().en() {}
@@ -107,9 +108,9 @@ fn begin() {
     ADC1.cr2().modify(|w| w.set_dma(true));
 }
 
-/// The sweep that is being written, 0 … 63.
+/// Number of the sweep that DMA is writing, 0 … 63.
 #[inline]
-pub fn under_way() -> usize {
+pub fn sweep_in_progress() -> usize {
     let left = usize::from(DMA2.st(STREAM).ndtr().read().ndt());
     LENGTH.saturating_sub(left) / CHANNELS % SWEEPS
 }
@@ -119,30 +120,30 @@ fn code(sweep: usize, channel: usize) -> u16 {
     RING.get(sweep % SWEEPS * CHANNELS + channel).map_or(0, |code| code.load(Ordering::Relaxed))
 }
 
-/// The newest whole sweep's current and supply. For the tick.
+/// Codes of current and supply in the newest complete sweep.
 #[inline]
-pub fn newest() -> (CurrentCode, u32) {
-    let sweep = under_way().wrapping_sub(1);
+pub fn newest_current_and_supply() -> (CurrentCode, u32) {
+    let sweep = sweep_in_progress().wrapping_sub(1);
     (CurrentCode(i32::from(code(sweep, CURRENT))), u32::from(code(sweep, SUPPLY)))
 }
 
-/// The measurement's eye on the ring.
+/// The measurement loop's position in the ring.
 #[derive(Default)]
 pub struct Sweeps {
     taken: usize,
 }
 
-/// The newest sweep, but for the current.
+/// Slowly varying quantities of a sweep.
 #[derive(Clone, Copy, Default)]
-pub struct Slow {
+pub struct SlowChannels {
     /// Code of the supply.
     pub supply: u16,
     /// Code of the thermistor.
     pub temperature: u16,
 }
 
-/// The gyro in the sweep before `sweep`: its angle sensor, and its torquer's current summed from `since` to there.
-pub fn gyro(since: usize, sweep: usize) -> GyroSample {
+/// Gyroscope: code of the angle sensor in the sweep before `sweep`, and torquer current summed over the sweeps from `since` up to there.
+pub fn gyro_sample(since: usize, sweep: usize) -> GyroSample {
     let angle = i32::from(code(sweep.wrapping_sub(1), ANGLE));
     let mut sample = GyroSample { angle, ..GyroSample::default() };
     let mut taken = since % SWEEPS;
@@ -155,16 +156,16 @@ pub fn gyro(since: usize, sweep: usize) -> GyroSample {
 }
 
 impl Sweeps {
-    /// Sums the current's conversions since the last call. Where it was not called for longer than the ring's 3.2 ms, the sum is of the rest.
+    /// Sum of the current codes since the last call. After more than 3.2 ms, the length of the ring, older sweeps are missing from the sum.
     pub fn current(&mut self) -> CurrentSum {
-        // A converter that was overrun asks DMA for nothing more: begin anew, or its last codes would stand for ever.
+        // After an overrun the converter requests no DMA transfer until it is restarted; the ring would keep its last codes.
         if ADC1.sr().read().ovr() {
-            begin();
+            start_dma();
             self.taken = 0;
         }
-        let upto = under_way();
+        let end = sweep_in_progress();
         let mut sum = CurrentSum::default();
-        while self.taken != upto {
+        while self.taken != end {
             sum.codes += i64::from(code(self.taken, CURRENT));
             sum.count += 1;
             self.taken = (self.taken + 1) % SWEEPS;
@@ -173,8 +174,8 @@ impl Sweeps {
     }
 }
 
-/// The newest whole sweep, but for the current.
-pub fn slow() -> Slow {
-    let sweep = under_way().wrapping_sub(1);
-    Slow { supply: code(sweep, SUPPLY), temperature: code(sweep, TEMPERATURE) }
+/// Supply and temperature in the newest complete sweep.
+pub fn slow_channels() -> SlowChannels {
+    let sweep = sweep_in_progress().wrapping_sub(1);
+    SlowChannels { supply: code(sweep, SUPPLY), temperature: code(sweep, TEMPERATURE) }
 }

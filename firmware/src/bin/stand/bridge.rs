@@ -2,8 +2,8 @@
 //!
 //! The driver has two inputs (DRV8871, SLVSCY9): both high brakes through the low sides; pulsing one of them low drives. TIM1
 //! counts up and down between 0 and 4500 at 180 MHz, which gives 20 kHz. The repetition counter lets every fourth turning point
-//! of the counter be an update event: 4 · 4500 = 18 000 cycles, exactly 100 µs. The update event is the tick's interrupt, and it
-//! loads the compare values that the tick before has written. A tick's output therefore acts for the whole next tick.
+//! of the counter be an update event: 4 · 4500 = 18 000 cycles, exactly 100 µs. The update event raises the control interrupt and
+//! loads the compare values that the previous tick has written. A tick's output therefore acts during the whole next tick.
 
 use crate::clocks::CORE_HZ;
 use embassy_stm32::Peri;
@@ -19,14 +19,14 @@ use stand_firmware::board::{CONTROL_HZ, Drive};
 
 const PWM_HZ: u32 = 20_000;
 /// Top of the counter, and the compare counts at full scale. In centre-aligned mode a PWM period is 2 · ARR cycles (RM0390 §16.3.2).
-pub const FULL: u16 = (CORE_HZ / PWM_HZ / 2) as u16;
-/// Above all counts: an input that stays high. At `FULL` it would fall for one cycle at the turning point (RM0390 §16.3.10).
-const HIGH: u16 = FULL + 1;
+pub const TOP: u16 = (CORE_HZ / PWM_HZ / 2) as u16;
+/// Compare value above the counter's top: the input stays high. At `TOP` it would fall for one cycle at the turning point (RM0390 §16.3.10).
+const ALWAYS_HIGH: u16 = TOP + 1;
 /// Turning points of the counter in one tick, minus one.
 const REPETITIONS: u16 = 3;
-const _: () = assert!((REPETITIONS as u32 + 1) * FULL as u32 * CONTROL_HZ as u32 == CORE_HZ, "a tick is 1/CONTROL_HZ exactly");
+const _: () = assert!((REPETITIONS as u32 + 1) * TOP as u32 * CONTROL_HZ as u32 == CORE_HZ, "a tick is 1/CONTROL_HZ exactly");
 
-/// The bridge; it brakes until the first command.
+/// The full bridge; it brakes until the first command.
 pub struct Bridge {
     _pwm: ComplementaryPwm<'static, peripherals::TIM1>,
 }
@@ -48,11 +48,11 @@ impl Bridge {
             CountingMode::CenterAlignedUpInterrupts,
         );
         // The HAL writes ARR = clocks − 1 = 4499, which suits edge-aligned counting only: a tick would be 17 996 cycles, 222 ppm fast.
-        TIM1.arr().write(|w| w.set_arr(FULL));
+        TIM1.arr().write(|w| w.set_arr(TOP));
         pwm.set_repetition_counter(REPETITIONS);
-        // Loads both into their shadow registers and starts the count at 0: ticks are at the bottom of the counter from here on.
+        // Loads both shadow registers and restarts the counter at 0: from here on ticks are at the bottom of the counter.
         TIM1.egr().write(|w| w.set_ug(true));
-        defmt::assert_eq!(TIM1.arr().read().arr(), FULL, "top of the bridge's counter");
+        defmt::assert_eq!(TIM1.arr().read().arr(), TOP, "top of the bridge's counter");
         defmt::assert_eq!(TIM1.rcr().read().rep(), REPETITIONS, "repetition counter of the bridge");
         let mut bridge = Self { _pwm: pwm };
         bridge.drive(Drive::Off);
@@ -61,35 +61,35 @@ impl Bridge {
         bridge
     }
 
-    /// Lets the update event interrupt, once every tick.
-    pub fn interrupt_each_tick(&mut self) {
+    /// Enables the interrupt of the update event, once per tick.
+    pub fn enable_interrupt(&mut self) {
         TIM1.sr().modify(|w| w.set_uif(false));
         TIM1.dier().modify(|w| w.set_uie(true));
     }
 
-    /// The interrupt was seen.
+    /// Clears the interrupt's flag.
     #[inline]
     pub fn acknowledge(&mut self) {
         TIM1.sr().modify(|w| w.set_uif(false));
     }
 
-    /// Writes the preload registers; no call of the HAL, whose checks could panic.
+    /// Writes the preload registers. Register access instead of `SetDutyCycle`: the HAL's checks can panic, and the interrupt must not.
     #[inline]
-    pub fn drive(&mut self, out: Drive) {
-        let counts = out.counts();
+    pub fn drive(&mut self, drive: Drive) {
+        let counts = drive.counts();
         let pulsed = match counts.unsigned_abs() {
-            0 => HIGH,
-            counts => FULL.saturating_sub(counts),
+            0 => ALWAYS_HIGH,
+            counts => TOP.saturating_sub(counts),
         };
-        let (in1, in2) = if counts >= 0 { (HIGH, pulsed) } else { (pulsed, HIGH) };
+        let (in1, in2) = if counts >= 0 { (ALWAYS_HIGH, pulsed) } else { (pulsed, ALWAYS_HIGH) };
         TIM1.ccr(0).write(|w| w.set_ccr(in1));
         TIM1.ccr(1).write(|w| w.set_ccr(in2));
     }
 }
 
-/// Both inputs high, whoever owns the bridge: for the program's end.
+/// Sets both inputs high without access to the [`Bridge`]: for the panic handler.
 pub fn off() {
     for channel in 0..2 {
-        TIM1.ccr(channel).write(|w| w.set_ccr(HIGH));
+        TIM1.ccr(channel).write(|w| w.set_ccr(ALWAYS_HIGH));
     }
 }

@@ -1,7 +1,7 @@
 //! 180 MHz from the ST-Link's 8 MHz clock, or from the chip's own oscillator where that is missing.
 //!
-//! On the NUCLEO the 8 MHz come from the ST-Link's MCO (UM1724 §6.7.1) and are as good as its crystal; the internal
-//! oscillator is good to 1 % (DS10693), so a stand on it says so.
+//! On the NUCLEO the 8 MHz come from the ST-Link's MCO (UM1724 §6.7.1), with the accuracy of its crystal. The internal oscillator is
+//! accurate to 1 % (DS10693); a warning is logged.
 
 use defmt::warn;
 use embassy_stm32::interrupt::Priority;
@@ -12,7 +12,7 @@ use embassy_stm32::time::Hertz;
 /// Core clock, Hz.
 pub const CORE_HZ: u32 = 180_000_000;
 
-/// The configuration to start with. APB2 timers (the bridge) run at 180 MHz, APB1 timers at 90 MHz.
+/// Clock configuration. APB2 timers (the bridge) run at 180 MHz, APB1 timers at 90 MHz.
 pub fn config() -> embassy_stm32::Config {
     let mut config = embassy_stm32::Config::default();
     let external = external_clock_runs();
@@ -20,7 +20,7 @@ pub fn config() -> embassy_stm32::Config {
         config.rcc.hse = Some(Hse { freq: Hertz(8_000_000), mode: HseMode::Bypass });
         config.rcc.pll_src = PllSource::HSE;
     } else {
-        warn!("no 8 MHz from the ST-Link: on the internal oscillator, times are good to 1 % only");
+        warn!("no 8 MHz clock from the ST-Link: running from the internal oscillator, times are accurate to 1 % only");
         config.rcc.pll_src = PllSource::HSI;
     }
     config.rcc.pll = Some(Pll {
@@ -34,13 +34,13 @@ pub fn config() -> embassy_stm32::Config {
     config.rcc.ahb_pre = AHBPrescaler::DIV1;
     config.rcc.apb1_pre = APBPrescaler::DIV4;
     config.rcc.apb2_pre = APBPrescaler::DIV2;
-    // The tick is above everything else.
+    // Below the control interrupt and the serial guard.
     config.dma_interrupt_priority = Priority::P6;
     config
 }
 
-/// Switches prefetch and both caches of the flash on; the wait states stay. After `embassy_stm32::init`, which writes ACR whole and with
-/// that switches them off: at 180 MHz each access to the flash would take six cycles (RM0390 §3.4.1).
+/// Enables prefetch and both caches of the flash and keeps the wait states. Call after `embassy_stm32::init`, which overwrites ACR and
+/// disables them: at 180 MHz each access to the flash would take six cycles (RM0390 §3.4.1).
 pub fn enable_flash_caches() {
     FLASH.acr().modify(|w| {
         w.set_prften(true);
@@ -49,7 +49,7 @@ pub fn enable_flash_caches() {
     });
 }
 
-/// Switches the external clock on and waits for it, a few milliseconds at most. (The HAL would wait for ever.)
+/// Enables the external clock and waits at most a few milliseconds until it is ready. (The HAL would wait without end.)
 fn external_clock_runs() -> bool {
     RCC.cr().modify(|w| {
         w.set_hsebyp(true);

@@ -1,12 +1,12 @@
-//! One encoder input: a counter of both channels, a timer that catches when its edges came, and the index in both.
+//! One encoder input: a counter of both channels, a timer that captures the times of the edges, and the index on both.
 //!
-//! There are two of them, on the same three wires: one is the speed loop's, one is the measurement's, and neither sees the other. The counter is
-//! a timer in encoder mode (16 bits: the HAL counts no more). The edge timer runs free at 90 MHz through 32 bits; its first input is A XOR B
-//! (RM0390 §17.3.19), caught at both of its edges, which are all four of the encoder's.
+//! The board has two inputs on the same three wires, one for the speed loop and one for the measurement loop; they share nothing. The counter
+//! is a timer in encoder mode (16 bits). The edge timer runs free at 90 MHz with 32 bits; its first input is A XOR B (RM0390 §17.3.19),
+//! captured at both edges, which gives all four edges of the encoder.
 //!
-//! Counter and edge timer filter alike (eight equal samples at 90 MHz, 89 ns: shorter than the 4 µs of a count at twice the highest rate, longer
-//! than a spike), so that count and time belong together to within a few cycles of 11 ns. The count is looked at before and
-//! after the time: an edge that came in between makes it look again.
+//! Counter and edge timer have the same input filter (eight equal samples at 90 MHz, 89 ns: shorter than the 4 µs of a count at twice the
+//! maximum rate, longer than a spike), so that count and time agree within a few cycles of 11 ns. The count is read before and after
+//! the time; if an edge came in between, both are read again.
 
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::{AfType, Flex, Pin, Pull};
@@ -18,23 +18,23 @@ const FILTER: FilterValue = FilterValue::FCK_INT_N8;
 /// The alternate functions of the timers' pins (DS10693, table 11).
 const AF_TIM2: u8 = 1;
 const AF_TIM3_4_5: u8 = 2;
-/// Of an edge timer: A XOR B. Of a counter and of the measurement's edge timer: the index.
+/// Capture channels: A XOR B of an edge timer; the index of a counter and of the measurement loop's edge timer.
 const EDGE: usize = 0;
 const COUNTER_INDEX: usize = 2;
 const TIMER_INDEX: usize = 3;
 
-/// What is so at one moment.
+/// A consistent reading of counter and edge timer.
 #[derive(Clone, Copy)]
-pub struct Look {
+pub struct Reading {
     /// The counter.
     pub count: EncoderCount,
-    /// What the edge timer stood at when the last edge came; `None` before the first.
+    /// The edge timer at the last edge; `None` before the first edge.
     pub edge: Option<u32>,
-    /// What it stands at now.
+    /// The edge timer now.
     pub now: u32,
 }
 
-/// One of the two inputs.
+/// An encoder input.
 pub struct Encoder {
     counter: TimGp16,
     edges: TimGp32,
@@ -43,9 +43,8 @@ pub struct Encoder {
 }
 
 impl Encoder {
-    /// The counter's two channels and the edge timer's must be set up already: their owners are the HAL's.
-    ///
-    /// `counter` is in encoder mode (TIM3, TIM4); `edges` has a clock and is otherwise as after reset (TIM2, TIM5).
+    /// Configures the captures. `counter` (TIM3, TIM4) must be in encoder mode, with its pins configured by the HAL; `edges` (TIM2, TIM5)
+    /// must have its clock and be in its reset state otherwise.
     pub fn new(
         counter: TimGp16,
         edges: TimGp32,
@@ -82,49 +81,49 @@ impl Encoder {
         Self { counter, edges, seen: false, _pins: [input(a, af), input(b, af), input(counter_index, AF_TIM3_4_5)] }
     }
 
-    /// Count, edge and time that belong together.
+    /// Reads count, last edge and time consistently.
     #[inline]
-    pub fn look(&mut self) -> Look {
+    pub fn read(&mut self) -> Reading {
         if !self.seen {
             self.seen = self.edges.sr().read().ccif(EDGE);
         }
         let mut count = self.counter.cnt().read().cnt();
         let mut edge = self.edges.ccr(EDGE).read();
         let mut now = self.edges.cnt().read();
-        // Edges are microseconds apart, a look takes a tenth of one: a second try meets no further edge.
-        let again = self.counter.cnt().read().cnt();
-        if again != count {
-            count = again;
+        // Edges are microseconds apart and a reading takes 0.1 µs: the second reading meets no further edge.
+        let count_after = self.counter.cnt().read().cnt();
+        if count_after != count {
+            count = count_after;
             edge = self.edges.ccr(EDGE).read();
             now = self.edges.cnt().read();
         }
-        Look { count: EncoderCount(count), edge: self.seen.then_some(edge), now }
+        Reading { count: EncoderCount(count), edge: self.seen.then_some(edge), now }
     }
 
-    /// The count at the index, if it came since the last call; reading it clears the flag.
+    /// The count at the index, if one came since the last call. Reading it clears the flag.
     #[inline]
     pub fn index(&mut self) -> Option<EncoderCount> {
         self.counter.sr().read().ccif(COUNTER_INDEX).then(|| EncoderCount(self.counter.ccr(COUNTER_INDEX).read().ccr()))
     }
 }
 
-/// Which timer catches the edges, by the alternate function of its pins.
+/// The edge timer; the value is the alternate function of its pins.
 #[derive(Clone, Copy)]
 pub enum EdgeTimer {
-    /// TIM2, the measurement's.
+    /// TIM2, of the measurement loop.
     Tim2 = AF_TIM2 as isize,
-    /// TIM5, the speed loop's.
+    /// TIM5, of the speed loop.
     Tim5 = AF_TIM3_4_5 as isize,
 }
 
-/// The time of the index, caught by the measurement's edge timer on a pin of its own.
+/// Time of the index, captured by the measurement loop's edge timer on a separate pin.
 pub struct IndexTime {
     edges: TimGp32,
     _pin: Flex<'static>,
 }
 
 impl IndexTime {
-    /// On TIM2's fourth channel; after its [`Encoder`] was made.
+    /// Configures channel 4 of TIM2; call after [`Encoder::new`].
     pub fn new(edges: TimGp32, pin: Peri<'static, impl Pin>) -> Self {
         edges.ccmr_input(1).modify(|w| {
             w.set_ccs(TIMER_INDEX - 2, CcmrInputCcs::TI4);
@@ -134,13 +133,13 @@ impl IndexTime {
         Self { edges, _pin: input(pin, AF_TIM2) }
     }
 
-    /// What the timer stood at when the index last began, if it has since the last call.
+    /// The edge timer at the index's last rising edge, if one came since the last call.
     pub fn take(&mut self) -> Option<u32> {
         self.edges.sr().read().ccif(TIMER_INDEX).then(|| self.edges.ccr(TIMER_INDEX).read())
     }
 }
 
-/// The encoder gives 5 V, which the pins take with their own pull resistors off only (DS10693, table 17).
+/// Input pin without pull resistors: the encoder's outputs have 5 V, which the pins tolerate only then (DS10693, table 17).
 fn input(pin: Peri<'static, impl Pin>, af: u8) -> Flex<'static> {
     let mut pin = Flex::new(pin);
     pin.set_as_af_unchecked(af, AfType::input(Pull::None));

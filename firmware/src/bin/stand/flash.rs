@@ -1,37 +1,40 @@
 //! The two flash sectors of the settings.
 //!
-//! Sectors 1 and 2, 16 KiB each: the smallest there are, 0.25 s to erase, 0.5 s at most (DS10693, table 48); the program's code
-//! begins behind them (memory.x), and flashing a new program leaves them alone. While a sector is erased the core stands still, the tick with it, so
-//! that settings are written with the drive off only; the tick finds its place again by the cycle counter.
+//! Sectors 1 and 2 of 16 KiB each are the smallest ones; an erase takes 0.25 s, at most 0.5 s (DS10693, table 48). The program's code begins
+//! behind them (memory.x), and flashing a new program does not erase them. The core and the tick stall during an erase, so settings are
+//! written only with the drive off; afterwards the cycle counter gives the number of lost ticks.
 
 use embassy_stm32::flash::{Bank1Region1, Blocking, Error, Flash};
 use embassy_stm32::{Peri, peripherals};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 
-/// One sector, bytes.
-pub const SECTOR: u32 = 16 * 1024;
-/// Where the settings begin, from the flash's start: behind the sector of the vector table.
-const BEGIN: u32 = SECTOR;
-/// Where the two begin in [`SettingsFlash`].
-pub const BEGINS: [u32; 2] = [0, SECTOR];
-/// Both sectors.
-const LENGTH: u32 = 2 * SECTOR;
+/// Size of a sector, bytes.
+pub const SECTOR_BYTES: u32 = 16 * 1024;
+/// Offset of the settings in the flash: behind the sector of the vector table.
+const BASE_OFFSET: u32 = SECTOR_BYTES;
+/// Offsets of the two sectors in [`SettingsFlash`].
+pub const SECTOR_OFFSETS: [u32; 2] = [0, SECTOR_BYTES];
+/// Size of both sectors, bytes.
+const LENGTH_BYTES: u32 = 2 * SECTOR_BYTES;
 
-/// The settings' flash: 32 KiB from address 0 on.
+/// Flash of the settings: 32 KiB, addressed from 0.
 pub struct SettingsFlash {
     region: Bank1Region1<'static, Blocking>,
 }
 
 impl SettingsFlash {
-    /// Takes the chip's flash, of which the rest is the program's.
+    /// Takes the chip's flash; the program occupies the other sectors.
     pub fn new(flash: Peri<'static, peripherals::FLASH>) -> Self {
         Self { region: Flash::new_blocking(flash).into_blocking_regions().bank1_region1 }
     }
 
-    /// Where `length` bytes from `offset` on lie in the chip.
-    fn place(offset: u32, length: usize) -> Result<u32, Error> {
+    /// Offset in the chip's flash of `length` bytes from `offset` on.
+    ///
+    /// # Errors
+    /// The range is outside both sectors.
+    fn chip_offset(offset: u32, length: usize) -> Result<u32, Error> {
         match u32::try_from(length).ok().and_then(|length| offset.checked_add(length)) {
-            Some(end) if end <= LENGTH => Ok(BEGIN + offset),
+            Some(end) if end <= LENGTH_BYTES => Ok(BASE_OFFSET + offset),
             _ => Err(Error::Size),
         }
     }
@@ -45,25 +48,25 @@ impl ReadNorFlash for SettingsFlash {
     const READ_SIZE: usize = Bank1Region1::<Blocking>::READ_SIZE;
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Error> {
-        self.region.read(Self::place(offset, bytes.len())?, bytes)
+        self.region.read(Self::chip_offset(offset, bytes.len())?, bytes)
     }
 
     fn capacity(&self) -> usize {
-        LENGTH as usize
+        LENGTH_BYTES as usize
     }
 }
 
 impl NorFlash for SettingsFlash {
     const WRITE_SIZE: usize = Bank1Region1::<Blocking>::WRITE_SIZE;
-    const ERASE_SIZE: usize = SECTOR as usize;
+    const ERASE_SIZE: usize = SECTOR_BYTES as usize;
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), Error> {
         let length = to.checked_sub(from).ok_or(Error::Size)? as usize;
-        let from = Self::place(from, length)?;
+        let from = Self::chip_offset(from, length)?;
         self.region.erase(from, from + length as u32)
     }
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Error> {
-        self.region.write(Self::place(offset, bytes.len())?, bytes)
+        self.region.write(Self::chip_offset(offset, bytes.len())?, bytes)
     }
 }

@@ -1,6 +1,6 @@
-//! The SPI line to the sensor under test: SPI2 by DMA, one device on it.
+//! SPI bus of the sensor under test: SPI2 with DMA and one device.
 //!
-//! Whatever is asked for goes by a copy and one kind of transfer, both ways at once: each of the HAL's kinds is a quarter of a kilobyte.
+//! Every operation is a full-duplex transfer in a local buffer, so that one transfer function of the HAL serves all kinds of operations.
 
 use embassy_stm32::gpio::{Level, Output, Speed};
 use embassy_stm32::mode::Async;
@@ -16,10 +16,10 @@ pub struct SensorBus {
     select: Output<'static>,
 }
 
-/// Bytes in one transfer: a burst of the sensor's FIFO.
-const MOST: usize = 96;
+/// Size of the transfer buffer, bytes: a burst of the sensor's FIFO.
+const MAX_TRANSFER_BYTES: usize = 96;
 
-/// ST's inertial sensors take 10 MHz (DS13012, table 7); the divider of 45 MHz makes 5.6 of what is asked here.
+/// The sensor allows 10 MHz (DS13012, table 7). The prescaler of the 45 MHz clock gives 5.6 MHz for this request.
 const CLOCK: Hertz = Hertz(8_000_000);
 
 impl ErrorType for SensorBus {
@@ -32,19 +32,19 @@ impl SpiDevice for SensorBus {
         let mut done = Ok(());
         for operation in operations {
             if let Operation::DelayNs(ns) = operation {
-                // By counting cycles: at most microseconds are asked for.
+                // Busy wait: the driver's delays are microseconds.
                 cortex_m::asm::delay(ns.saturating_mul(crate::clocks::CORE_HZ / 10_000_000) / 100 + 1);
             }
-            let mut from = 0;
+            let mut start = 0;
             while done.is_ok() {
-                let mut copy = [0; MOST];
-                let given = sent(operation).get(from..).unwrap_or_default();
-                copy.iter_mut().zip(given).for_each(|(place, byte)| *place = *byte);
-                let length = given.len().max(received(operation).len().saturating_sub(from)).min(MOST);
-                let Some(bytes) = copy.get_mut(..length).filter(|bytes| !bytes.is_empty()) else { break };
+                let mut buffer = [0; MAX_TRANSFER_BYTES];
+                let to_send = sent(operation).get(start..).unwrap_or_default();
+                buffer.iter_mut().zip(to_send).for_each(|(target, byte)| *target = *byte);
+                let length = to_send.len().max(received(operation).len().saturating_sub(start)).min(MAX_TRANSFER_BYTES);
+                let Some(bytes) = buffer.get_mut(..length).filter(|bytes| !bytes.is_empty()) else { break };
                 done = self.spi.transfer_in_place(bytes).await;
-                received(operation).iter_mut().skip(from).zip(bytes).for_each(|(place, byte)| *place = *byte);
-                from += length;
+                received(operation).iter_mut().skip(start).zip(bytes).for_each(|(target, byte)| *target = *byte);
+                start += length;
             }
         }
         self.select.set_high();
@@ -52,7 +52,7 @@ impl SpiDevice for SensorBus {
     }
 }
 
-/// What an operation sends; zeros where it is shorter than what it receives.
+/// Bytes that an operation sends; zeros follow where it receives more.
 fn sent<'o>(operation: &'o Operation<'_, u8>) -> &'o [u8] {
     match operation {
         Operation::Write(bytes) | Operation::Transfer(_, bytes) => bytes,
@@ -61,7 +61,7 @@ fn sent<'o>(operation: &'o Operation<'_, u8>) -> &'o [u8] {
     }
 }
 
-/// Where it wants what comes.
+/// Buffer of an operation for received bytes.
 fn received<'o>(operation: &'o mut Operation<'_, u8>) -> &'o mut [u8] {
     match operation {
         Operation::Read(bytes) | Operation::Transfer(bytes, _) | Operation::TransferInPlace(bytes) => bytes,
@@ -81,7 +81,7 @@ pub struct Pins {
     pub select: Peri<'static, peripherals::PB12>,
 }
 
-/// Sets the bus up.
+/// Configures the bus.
 pub fn start<I>(
     spi: Peri<'static, peripherals::SPI2>,
     pins: Pins,

@@ -1,7 +1,7 @@
-//! The tasks' half of the board: the second encoder input with its times, the converters' ring, the line to the sensor under test.
+//! Board access of the tasks ([`Board`]): second encoder input with edge times, ADC ring, SPI bus of the sensor under test.
 
-use crate::analog::{self, Slow, Sweeps};
-use crate::encoder::{Encoder, IndexTime, Look};
+use crate::analog::{self, SlowChannels, Sweeps};
+use crate::encoder::{Encoder, IndexTime, Reading};
 use crate::sensor_bus::SensorBus;
 use crate::tick::BoardClock;
 use crate::torquer::Torquer;
@@ -10,32 +10,32 @@ use stand_firmware::board::{
     Board, Clock, CurrentSum, Edge, EdgeTime, EncoderCount, GyroSample, RateCode, Stamped, SupplyCode, TemperatureCode, Ticks, TorquerStep,
 };
 
-/// How often the measurement has looked at its encoder, for the watchdog.
-static LOOKS: AtomicU32 = AtomicU32::new(0);
+/// Number of encoder readings of the measurement loop, for the watchdog.
+static ENCODER_READINGS: AtomicU32 = AtomicU32::new(0);
 
-/// How often the measurement has looked since power-on, wrapping.
-pub fn looks() -> u32 {
-    LOOKS.load(Ordering::Relaxed)
+/// Number of encoder readings of the measurement loop since power-on, wrapping.
+pub fn encoder_readings() -> u32 {
+    ENCODER_READINGS.load(Ordering::Relaxed)
 }
 
-/// The tasks' half.
+/// Hardware that the tasks own.
 pub struct StandBoard {
     encoder: Encoder,
     index_time: IndexTime,
     bus: Option<SensorBus>,
     sweeps: Sweeps,
     torquer: Torquer,
-    /// The edge timer with its wraps counted, as it was last seen; it goes round in 48 s and is looked at each millisecond.
+    /// Edge timer at the last reading, extended to 64 bits; the timer wraps after 48 s and is read each millisecond.
     edge_time: EdgeTime,
-    /// The last edge, and what the timer had caught for it.
+    /// The last edge with its captured time.
     last_edge: Option<(u32, Edge)>,
-    /// The sweep at which the converters were last seen, and when it was a new one.
+    /// Number of the last sweep, and the time when it was new.
     sweep: usize,
     sweep_at: Ticks,
 }
 
 impl StandBoard {
-    /// The tasks' half of these.
+    /// Board access with this hardware.
     pub fn new(encoder: Encoder, index_time: IndexTime, bus: SensorBus) -> Self {
         Self {
             encoder,
@@ -50,21 +50,21 @@ impl StandBoard {
         }
     }
 
-    fn look(&mut self) -> Look {
-        let look = self.encoder.look();
-        let passed = look.now.wrapping_sub(self.edge_time.0 as u32);
+    fn read(&mut self) -> Reading {
+        let reading = self.encoder.read();
+        let passed = reading.now.wrapping_sub(self.edge_time.0 as u32);
         self.edge_time = EdgeTime(self.edge_time.0 + u64::from(passed));
-        look
+        reading
     }
 
-    /// The newest sweep; if none has come since the last look, it is as old as it was.
-    fn slow(&mut self) -> Stamped<Slow> {
-        let sweep = analog::under_way();
+    /// The newest sweep; its time stamp is unchanged where no sweep came since the last call.
+    fn slow_channels(&mut self) -> Stamped<SlowChannels> {
+        let sweep = analog::sweep_in_progress();
         if sweep != self.sweep {
             self.sweep = sweep;
             self.sweep_at = BoardClock.now();
         }
-        Stamped { value: analog::slow(), at: self.sweep_at }
+        Stamped { value: analog::slow_channels(), at: self.sweep_at }
     }
 }
 
@@ -77,19 +77,19 @@ impl Board for StandBoard {
     }
 
     fn encoder(&mut self) -> Stamped<EncoderCount> {
-        LOOKS.fetch_add(1, Ordering::Relaxed);
-        let value = self.look().count;
+        ENCODER_READINGS.fetch_add(1, Ordering::Relaxed);
+        let value = self.read().count;
         Stamped { value, at: BoardClock.now() }
     }
 
     fn edge(&mut self) -> Option<Edge> {
-        let look = self.look();
-        let caught = look.edge?;
+        let reading = self.read();
+        let caught = reading.edge?;
         match self.last_edge {
-            // The timer may have gone round since then: what was known of this edge stays so.
-            Some((known, edge)) if known == caught && edge.count == look.count => Some(edge),
+            // The timer may have wrapped since this edge: its known time stays.
+            Some((known, edge)) if known == caught && edge.count == reading.count => Some(edge),
             _ => {
-                let edge = Edge { count: look.count, at: self.edge_time.when(caught) };
+                let edge = Edge { count: reading.count, at: self.edge_time.when(caught) };
                 self.last_edge = Some((caught, edge));
                 Some(edge)
             }
@@ -97,8 +97,8 @@ impl Board for StandBoard {
     }
 
     fn index(&mut self) -> Option<Edge> {
-        self.look();
-        // Both are caught from the same wire; a time without a count, or a count without a time, is a wire that is off.
+        self.read();
+        // Both are captured from the same signal. One without the other means a broken wire.
         let (count, caught) = (self.encoder.index(), self.index_time.take());
         Some(Edge { count: count?, at: self.edge_time.when(caught?) })
     }
@@ -113,12 +113,12 @@ impl Board for StandBoard {
     }
 
     fn supply(&mut self) -> Option<Stamped<SupplyCode>> {
-        let Stamped { value, at } = self.slow();
+        let Stamped { value, at } = self.slow_channels();
         Some(Stamped { value: SupplyCode(u32::from(value.supply)), at })
     }
 
     fn temperature(&mut self) -> Option<Stamped<TemperatureCode>> {
-        let Stamped { value, at } = self.slow();
+        let Stamped { value, at } = self.slow_channels();
         celsius(value.temperature).map(|degrees| Stamped { value: TemperatureCode((degrees * 100.0) as i32), at })
     }
 
@@ -127,7 +127,7 @@ impl Board for StandBoard {
     }
 
     fn torque(&mut self, at: Ticks, step: TorquerStep) {
-        self.torquer.give(at, step);
+        self.torquer.set_output(at, step);
     }
 
     fn sensor_bus(&mut self) -> Option<SensorBus> {
@@ -135,7 +135,7 @@ impl Board for StandBoard {
     }
 }
 
-/// 10 kΩ NTC (Vishay NTCLE100E3103, B25/85 = 3977 K), to ground under 10 kΩ; `None` if the wire is off.
+/// 10 kΩ NTC (Vishay NTCLE100E3103, B25/85 = 3977 K), between input and ground, with 10 kΩ to the reference; `None`: wire broken or shorted.
 fn celsius(code: u16) -> Option<f32> {
     const B_K: f32 = 3977.0;
     const T0_K: f32 = 298.15;

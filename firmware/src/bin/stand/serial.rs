@@ -1,10 +1,10 @@
-//! The serial line: DMA both ways, and a stop that acts in the receive interrupt.
+//! Serial line on USART2: DMA in both directions; the receive interrupt detects stop requests.
 //!
-//! What is received goes by DMA into a ring that never stops. The interrupt comes when the line falls idle (one byte's time after the last,
-//! 11 µs) and besides each tick, which pends it: so every byte passes the console's guard at most 0.1 ms after it came, whatever the tasks do and
-//! however long the flood is, and the tick after that switches the drive off. The interrupt is below the tick and above all else.
+//! DMA writes received bytes into a circular buffer without end. The interrupt comes when the line becomes idle (11 µs, one byte's time) and is
+//! pended by each tick. Every byte therefore passes the console's guard at most 0.1 ms after its reception, independent of the tasks and of
+//! the load of the line, and the next tick switches the drive off. The interrupt's priority is below the tick's and above all others.
 //!
-//! The HAL's ring is not used: after each error and each idle line its interrupt is off until a task looks, and then a stop would wait for it.
+//! The HAL's ring buffer is not used: after an error or an idle line its interrupt stays disabled until a task reads, which would delay a stop.
 
 use core::cell::RefCell;
 use core::future::poll_fn;
@@ -25,9 +25,9 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::waitqueue::AtomicWaker;
 use stand_firmware::console::{Guard, StopLine};
 
-/// 45 MHz / 921 600 is 48.83: 0.02 % off. The ST-Link carries it.
+/// 45 MHz / 921 600 = 48.83; the divider's rounding error is 0.02 %. The ST-Link supports this rate.
 pub const BAUD: u32 = 921_600;
-/// Bytes in the ring: 11 ms at full rate, more than a task is ever away.
+/// Bytes in the ring: 11 ms at full rate, longer than any task runs without a pause.
 const LENGTH: usize = 1024;
 /// USART2_RX is request 4 of DMA1's stream 5 (RM0390, table 28).
 const STREAM: usize = 5;
@@ -35,12 +35,12 @@ const REQUEST: u8 = 4;
 /// The alternate function of USART2 (DS10693, table 11) and its receiving pin, PA3.
 const AF_USART2: u8 = 7;
 const PIN: usize = 3;
-/// Longer than this without a look, and the ring may have gone round: 8 ms of core cycles.
-const TOO_LONG: u32 = crate::clocks::CORE_HZ / 125;
-/// Bytes that pass the guard in one go with interrupts off.
-const GO: usize = 32;
+/// Longest time between two passes to the guard; after a longer one the ring may have wrapped: 8 ms, core cycles.
+const MAX_PASS_INTERVAL_CYCLES: u32 = crate::clocks::CORE_HZ / 125;
+/// Bytes that pass the guard in one critical section.
+const CHUNK_BYTES: usize = 32;
 
-/// What the line has asked for: read by the tick, cleared by the app.
+/// Stop requests: set by guard and button, read by the tick, cleared by the app.
 pub static STOP: StopLine = StopLine::new();
 
 static RING: [AtomicU8; LENGTH] = [const { AtomicU8::new(0) }; LENGTH];
@@ -49,39 +49,39 @@ static RECEIVED: AtomicU32 = AtomicU32::new(0);
 static LOST: AtomicBool = AtomicBool::new(false);
 static READER: AtomicWaker = AtomicWaker::new();
 static GUARD: Mutex<CriticalSectionRawMutex, RefCell<Guard<'static>>> = Mutex::new(RefCell::new(Guard::new(&STOP)));
-static LOOKED: AtomicU32 = AtomicU32::new(0);
+static LAST_PASS_CYCLES: AtomicU32 = AtomicU32::new(0);
 
-/// The receive interrupt; bound before the HAL's own on the same vector, which then finds no flag of the receiver.
-pub struct Watch;
+/// Handler of the receive interrupt. It is bound before the HAL's handler of the same vector, which then finds no flag of the receiver.
+pub struct ReceiveInterrupt;
 
-impl Handler<typelevel::USART2> for Watch {
+impl Handler<typelevel::USART2> for ReceiveInterrupt {
     unsafe fn on_interrupt() {
         let status = USART2.sr().read();
         if status.idle() || status.fe() || status.ne() || status.ore() {
-            // Reading the status and then the data clears the flags; DMA has taken the data long ago.
+            // Reading the status and then the data clears the flags; DMA has already read the data.
             USART2.dr().read();
         }
-        // A break: no stop bit, and the line is low still.
+        // Line break: no stop bit, and the line is still low.
         if status.fe() && GPIOA.idr().read().idr(PIN) == Idr::LOW {
             with_guard(Guard::line_break);
         }
-        watch();
+        pass_to_guard();
     }
 }
 
-/// Nobody else has the guard; asking first keeps a panic out of the interrupt.
-fn with_guard(look: impl FnOnce(&mut Guard<'static>)) {
+/// Calls `action` with the guard. `try_borrow_mut` cannot fail here; unlike `borrow_mut` it has no panic.
+fn with_guard(action: impl FnOnce(&mut Guard<'static>)) {
     GUARD.lock(|guard| {
         if let Ok(mut guard) = guard.try_borrow_mut() {
-            look(&mut guard);
+            action(&mut guard);
         }
     });
 }
 
-/// Passes what has come to the guard and wakes the reader.
-fn watch() {
+/// Passes newly received bytes to the guard and wakes the reader.
+fn pass_to_guard() {
     let cycles = DWT::cycle_count();
-    if cycles.wrapping_sub(LOOKED.swap(cycles, Ordering::Relaxed)) > TOO_LONG {
+    if cycles.wrapping_sub(LAST_PASS_CYCLES.swap(cycles, Ordering::Relaxed)) > MAX_PASS_INTERVAL_CYCLES {
         LOST.store(true, Ordering::Relaxed);
     }
     let before = RECEIVED.load(Ordering::Relaxed);
@@ -93,21 +93,21 @@ fn watch() {
     }
     let mut done = 0;
     while done < new {
-        with_guard(|guard| (done..new.min(done + GO)).for_each(|place| guard.byte(byte(at + place))));
-        done += GO;
+        with_guard(|guard| (done..new.min(done + CHUNK_BYTES)).for_each(|offset| guard.byte(byte(at + offset))));
+        done += CHUNK_BYTES;
     }
     RECEIVED.store(before.wrapping_add(new as u32), Ordering::Release);
     READER.wake();
 }
 
 #[inline]
-fn byte(place: usize) -> u8 {
-    RING.get(place % LENGTH).map_or(0, |byte| byte.load(Ordering::Relaxed))
+fn byte(position: usize) -> u8 {
+    RING.get(position % LENGTH).map_or(0, |byte| byte.load(Ordering::Relaxed))
 }
 
-/// Lets the guard look now. For the tick.
+/// Pends the receive interrupt, which passes received bytes to the guard. Called in each tick.
 #[inline]
-pub fn look() {
+pub fn pend_guard() {
     interrupt::USART2.pend();
 }
 
@@ -118,7 +118,7 @@ pub struct Receiver {
 }
 
 impl Receiver {
-    /// Begins to receive on the line that `sender` has set up.
+    /// Starts reception on the USART that `_sender` has configured.
     pub fn new(
         _sender: &UartTx<'static, Async>,
         pin: Peri<'static, peripherals::PA3>,
@@ -146,22 +146,22 @@ impl Receiver {
             w.set_re(true);
             w.set_idleie(true);
         });
-        LOOKED.store(DWT::cycle_count(), Ordering::Relaxed);
+        LAST_PASS_CYCLES.store(DWT::cycle_count(), Ordering::Relaxed);
         interrupt::USART2.set_priority(Priority::P1);
         typelevel::USART2::unpend();
-        // SAFETY: the handler needs nothing that is not in its place by now.
+        // SAFETY: everything that the handler uses is initialised.
         unsafe { typelevel::USART2::enable() };
         Self { taken: 0, _pin: pin }
     }
 }
 
-/// Bytes came faster than they were taken, and some are gone.
+/// Received bytes were overwritten before they were read.
 #[derive(Clone, Copy, Debug, defmt::Format)]
 pub struct Overrun;
 
 impl core::fmt::Display for Overrun {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str("received bytes were lost: they came faster than they were taken")
+        f.write_str("receive buffer overrun: bytes were lost")
     }
 }
 
@@ -193,8 +193,8 @@ impl embedded_io_async::Read for Receiver {
             return Err(Overrun);
         }
         let count = waiting.min(buffer.len());
-        for (place, slot) in buffer.iter_mut().take(count).enumerate() {
-            *slot = byte(self.taken as usize + place);
+        for (offset, slot) in buffer.iter_mut().take(count).enumerate() {
+            *slot = byte(self.taken as usize + offset);
         }
         self.taken = self.taken.wrapping_add(count as u32);
         Ok(count)

@@ -1,14 +1,14 @@
-//! The control interrupt, and the time that comes from it.
+//! The control interrupt and the clock derived from it.
 //!
-//! TIM1's update each 100 µs runs the library's interrupt and counts ticks; the core's cycle counter tells the time between two ticks, and how
-//! many were lost if the core stood still (an erase of the flash). Tasks wait by a deadline and one waker: all that waits is one task, which is
-//! polled again after each wake and says its deadlines anew.
+//! The update event of TIM1 runs the library's interrupt each 100 µs and counts ticks. The core's cycle counter gives the time within a tick,
+//! and the number of lost ticks after the core was stalled (flash erase). The clock keeps the earliest deadline and a waker for each waiting
+//! task; after a wake each task registers its deadline again.
 
 use crate::analog;
 use crate::bridge::Bridge;
 use crate::encoder::Encoder;
 use crate::serial;
-use core::cell::Cell;
+use core::cell::{Cell, RefCell};
 use core::future::poll_fn;
 use core::sync::atomic::{AtomicBool, Ordering};
 use core::task::Poll;
@@ -17,7 +17,7 @@ use embassy_stm32::gpio::Input;
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
-use embassy_sync::waitqueue::AtomicWaker;
+use embassy_sync::waitqueue::MultiWakerRegistration;
 use stand_firmware::board::{CONTROL_HZ, Clock, Drive, EncoderCount, Sensed, SupplyCode, TICKS_PER_CONTROL, TickIo, Ticks};
 use stand_firmware::speed_loop::Interrupt;
 use static_cell::StaticCell;
@@ -26,37 +26,40 @@ use static_cell::StaticCell;
 const CYCLES_PER_STEP: u32 = crate::clocks::CORE_HZ / 10_000_000;
 /// Core cycles in one tick.
 const CYCLES_PER_TICK: u32 = crate::clocks::CORE_HZ / CONTROL_HZ as u32;
-/// An edge this many ticks ago is for ever ago: 40 s, before the edge timer has gone round.
-const FOR_EVER: u32 = 400_000;
-/// Ticks for which the emergency stop's contact must be open to be believed: 0.5 ms, longer than a spark's noise.
-const OPEN: u8 = 5;
+/// Ticks without an edge after which its age is unknown: 40 s, before the edge timer wraps.
+const MAX_EDGE_AGE_TICKS: u32 = 400_000;
+/// Debounce of the emergency stop: ticks for which its contact must be open, 0.5 ms, longer than a spark's interference.
+const STOP_DEBOUNCE_TICKS: u8 = 5;
 
-/// What interrupt and tasks share beside the mailboxes; touched for a few cycles with interrupts off.
+/// Time base shared by interrupt and tasks; accessed in short critical sections.
 #[derive(Clone, Copy)]
 struct Shared {
     tick: u64,
-    /// The cycle counter at the beginning of that tick.
+    /// Cycle counter at the start of that tick.
     cycles: u32,
-    /// The earliest moment that a task waits for.
+    /// Earliest deadline of all waiting tasks.
     deadline: Ticks,
 }
 
 static SHARED: Mutex<CriticalSectionRawMutex, Cell<Shared>> =
     Mutex::new(Cell::new(Shared { tick: 0, cycles: 0, deadline: Ticks(u64::MAX) }));
-/// Its memory, and who has it: `None` before it is there, and while the interrupt runs. The reference is what makes "none" all zeros, so that
-/// the flash holds no picture of it.
+/// Memory of the interrupt's state.
 static TICK_MEMORY: StaticCell<Tick> = StaticCell::new();
+/// The interrupt's state: `None` before [`start`] and while the interrupt runs. A reference, so that the initial value is zero (.bss).
 static TICK: Mutex<CriticalSectionRawMutex, Cell<Option<&'static mut Tick>>> = Mutex::new(Cell::new(None));
-static WAKER: AtomicWaker = AtomicWaker::new();
-/// Whether the last tick has asked for a voltage, zero included.
+/// Tasks that wait for a deadline: app, button, watchdog.
+static WAKERS: Mutex<CriticalSectionRawMutex, RefCell<MultiWakerRegistration<WAITING_TASKS>>> =
+    Mutex::new(RefCell::new(MultiWakerRegistration::new()));
+const WAITING_TASKS: usize = 3;
+/// Whether the bridge is driven; a commanded voltage of zero counts as driven.
 static DRIVEN: AtomicBool = AtomicBool::new(false);
 
-/// Whether the stand is driven now.
+/// Whether the drive is on.
 pub fn is_driven() -> bool {
     DRIVEN.load(Ordering::Relaxed)
 }
 
-/// All that the interrupt owns.
+/// State of the control interrupt.
 pub struct Tick {
     interrupt: Interrupt<'static>,
     hardware: TickHardware,
@@ -67,24 +70,33 @@ struct TickHardware {
     cycles: u32,
     encoder: Encoder,
     bridge: Bridge,
-    /// The emergency stop's contact: closed to ground while all is well.
-    contact: Input<'static>,
+    /// Contact of the emergency stop: closed to ground unless pressed.
+    stop_contact: Input<'static>,
     open_ticks: u8,
-    /// The last edge that was caught, and the ticks since then.
+    /// The last captured edge, and ticks since its capture.
     edge: Option<u32>,
-    still_ticks: u32,
+    ticks_since_edge: u32,
 }
 
 impl Tick {
     /// The library's interrupt on this hardware.
-    pub fn new(interrupt: Interrupt<'static>, encoder: Encoder, bridge: Bridge, contact: Input<'static>) -> Self {
-        let hardware = TickHardware { tick: 0, cycles: 0, encoder, bridge, contact, open_ticks: 0, edge: None, still_ticks: FOR_EVER };
+    pub fn new(interrupt: Interrupt<'static>, encoder: Encoder, bridge: Bridge, stop_contact: Input<'static>) -> Self {
+        let hardware = TickHardware {
+            tick: 0,
+            cycles: 0,
+            encoder,
+            bridge,
+            stop_contact,
+            open_ticks: 0,
+            edge: None,
+            ticks_since_edge: MAX_EDGE_AGE_TICKS,
+        };
         Self { interrupt, hardware }
     }
 }
 
 impl TickHardware {
-    /// Counts the tick that begins at `cycles`, and those that were lost before it.
+    /// Advances the tick number at a tick that starts at `cycles`, lost ticks included.
     #[inline]
     fn count(&mut self, cycles: u32) {
         let since = cycles.wrapping_sub(self.cycles);
@@ -99,17 +111,17 @@ impl TickHardware {
 impl TickIo for TickHardware {
     #[inline]
     fn sense(&mut self) -> Sensed {
-        let look = self.encoder.look();
-        self.still_ticks = if look.edge == self.edge { self.still_ticks.saturating_add(1) } else { 0 };
-        self.edge = look.edge;
-        let edge_age = match look.edge {
-            Some(edge) if self.still_ticks < FOR_EVER => look.now.wrapping_sub(edge),
+        let reading = self.encoder.read();
+        self.ticks_since_edge = if reading.edge == self.edge { self.ticks_since_edge.saturating_add(1) } else { 0 };
+        self.edge = reading.edge;
+        let edge_age = match reading.edge {
+            Some(edge) if self.ticks_since_edge < MAX_EDGE_AGE_TICKS => reading.now.wrapping_sub(edge),
             _ => u32::MAX,
         };
-        let (current, supply) = analog::newest();
-        self.open_ticks = if self.contact.is_high() { self.open_ticks.saturating_add(1) } else { 0 };
-        let stop = self.open_ticks >= OPEN || serial::STOP.is_stop_asked();
-        Sensed { tick: self.tick, encoder: look.count, edge_age, current, supply: SupplyCode(supply), stop }
+        let (current, supply) = analog::newest_current_and_supply();
+        self.open_ticks = if self.stop_contact.is_high() { self.open_ticks.saturating_add(1) } else { 0 };
+        let stop = self.open_ticks >= STOP_DEBOUNCE_TICKS || serial::STOP.is_stop_requested();
+        Sensed { tick: self.tick, encoder: reading.count, edge_age, current, supply: SupplyCode(supply), stop }
     }
 
     #[inline]
@@ -118,24 +130,24 @@ impl TickIo for TickHardware {
     }
 
     #[inline]
-    fn drive(&mut self, out: Drive) {
-        DRIVEN.store(out != Drive::Off, Ordering::Relaxed);
-        self.bridge.drive(out);
+    fn drive(&mut self, drive: Drive) {
+        DRIVEN.store(drive != Drive::Off, Ordering::Relaxed);
+        self.bridge.drive(drive);
     }
 }
 
-/// Hands everything to the interrupt and lets it begin.
+/// Enables the control interrupt, which owns `tick` from then on.
 pub fn start(tick: Tick) {
     let tick = TICK_MEMORY.init(tick);
     tick.hardware.cycles = DWT::cycle_count();
-    tick.hardware.bridge.interrupt_each_tick();
+    tick.hardware.bridge.enable_interrupt();
     TICK.lock(|cell| cell.set(Some(tick)));
     interrupt::TIM1_UP_TIM10.set_priority(Priority::P0);
-    // SAFETY: nothing else uses this vector, and what its handler needs is in its place.
+    // SAFETY: nothing else uses this vector, and the state of its handler is initialised.
     unsafe { interrupt::TIM1_UP_TIM10.enable() };
 }
 
-/// Lets the core count its cycles; before all that tells time by it.
+/// Enables the core's cycle counter; call before anything that measures time by it.
 pub fn count_cycles() {
     if let Some(mut core) = cortex_m::Peripherals::take() {
         core.DCB.enable_trace();
@@ -143,7 +155,7 @@ pub fn count_cycles() {
     }
 }
 
-/// TIM1's update: each 100 µs, above all other interrupts.
+/// Update event of TIM1: each 100 µs, highest priority.
 #[embassy_stm32::interrupt]
 fn TIM1_UP_TIM10() {
     TICK.lock(|cell| {
@@ -160,7 +172,7 @@ fn on_tick(tick: &mut Tick) {
     let io = &mut tick.hardware;
     io.bridge.acknowledge();
     io.count(cycles);
-    // First: edge and sample come at the same place of each tick.
+    // First, so that torquer output and angle sample have a constant delay from the start of the tick.
     crate::torquer::on_tick(io.tick as u32);
     tick.interrupt.run(io);
     let now = Ticks::of_control(io.tick);
@@ -175,13 +187,22 @@ fn on_tick(tick: &mut Tick) {
         cell.set(shared);
         due
     });
-    serial::look();
+    serial::pend_guard();
     if due {
-        WAKER.wake();
+        wake_tasks();
     }
 }
 
-/// The board's time for the tasks.
+/// Wakes all tasks that wait. `try_borrow_mut` cannot fail here; unlike `borrow_mut` it has no panic.
+fn wake_tasks() {
+    WAKERS.lock(|wakers| {
+        if let Ok(mut wakers) = wakers.try_borrow_mut() {
+            wakers.wake();
+        }
+    });
+}
+
+/// The board's clock for the tasks.
 #[derive(Clone, Copy)]
 pub struct BoardClock;
 
@@ -191,14 +212,18 @@ impl Clock for BoardClock {
             let shared = cell.get();
             (shared.tick, DWT::cycle_count().wrapping_sub(shared.cycles))
         });
-        // Late interrupts must not make time step back when they come.
+        // Limited to the tick, so that a late interrupt does not make time step back.
         let within = u64::from(since / CYCLES_PER_STEP).min(TICKS_PER_CONTROL - 1);
         Ticks::of_control(tick) + within
     }
 
     async fn until(&self, t: Ticks) {
         poll_fn(|context| {
-            WAKER.register(context.waker());
+            WAKERS.lock(|wakers| {
+                if let Ok(mut wakers) = wakers.try_borrow_mut() {
+                    wakers.register(context.waker());
+                }
+            });
             SHARED.lock(|cell| {
                 let mut shared = cell.get();
                 if Ticks::of_control(shared.tick) >= t {

@@ -1,7 +1,7 @@
-//! The gyro's torquer: a converter that takes its next value in the control interrupt, in the same moment in which the angle sensor is sampled.
+//! The torquer of the gyroscope on DAC1. The control interrupt writes its value and samples the angle sensor at the same time.
 //!
-//! A task says what is given from which tick on ([`TimedOutput`]); the interrupt, paced by TIM1 above all else, writes it and remembers the sweep of the
-//! converters that is under way.
+//! A task sets the value and the tick from which it acts ([`TimedOutput`]). The interrupt writes it and stores the number of the ADC sweep in
+//! progress.
 
 use crate::analog;
 use embassy_stm32::dac::{DacChannel, Value};
@@ -10,48 +10,48 @@ use embassy_stm32::{Peri, peripherals};
 use stand_firmware::board::{GyroSample, Stamped, TICKS_PER_CONTROL, Ticks, TorquerStep};
 use stand_firmware::gyro_loop::TimedOutput;
 
-/// The middle of the converter's range: the amplifier gives no current.
-const MIDDLE: u16 = 2048;
+/// Code of zero torquer current: the middle of the converter's range.
+const ZERO_CODE: u16 = 2048;
 static OUTPUT: TimedOutput = TimedOutput::new();
 
-/// No current, until a task asks for some.
+/// Starts the converter with zero current.
 pub fn start(dac: Peri<'static, peripherals::DAC1>, pin: Peri<'static, peripherals::PA4>) {
     let mut torquer = DacChannel::new_blocking(dac, pin);
-    torquer.set(Value::Bit12Right(MIDDLE));
+    torquer.set(Value::Bit12Right(ZERO_CODE));
     torquer.enable();
-    // Dropped it would be switched off.
+    // Dropping the channel would switch it off.
     core::mem::forget(torquer);
 }
 
-/// In each tick: what is due is given.
+/// Writes a value that is due. Called in each tick.
 #[inline]
 pub fn on_tick(tick: u32) {
     if let Some(value) = OUTPUT.take(tick) {
         DAC1.dhr12r(0).write(|w| w.set_dhr(value));
-        OUTPUT.set_sweep(analog::under_way() as u32);
+        OUTPUT.set_sweep(analog::sweep_in_progress() as u32);
     }
 }
 
-/// The tasks' end.
+/// Access of the tasks to the torquer.
 #[derive(Default)]
 pub struct Torquer {
-    /// The sweep of the sample before.
+    /// ADC sweep of the previous sample.
     since: usize,
     newest: Option<Stamped<GyroSample>>,
 }
 
 impl Torquer {
-    /// From the tick of `at` on the torquer is given this.
-    pub fn give(&mut self, at: Ticks, step: TorquerStep) {
-        let value = MIDDLE.saturating_add_signed(step.0).min(2 * MIDDLE - 1);
+    /// Sets the output from the tick of `at` on.
+    pub fn set_output(&mut self, at: Ticks, step: TorquerStep) {
+        let value = ZERO_CODE.saturating_add_signed(step.0).min(2 * ZERO_CODE - 1);
         OUTPUT.set(tick_of(at), value);
     }
 
-    /// The sample of the last tick in which something was given; `now` tells the high word of its number.
+    /// The sample of the last tick in which an output was written; `now` gives the high word of the tick's number.
     pub fn sample(&mut self, now: Ticks) -> Option<Stamped<GyroSample>> {
         if let Some((sweep, taken)) = OUTPUT.take_sweep() {
             let sweep = sweep as usize;
-            let value = analog::gyro(self.since, sweep);
+            let value = analog::gyro_sample(self.since, sweep);
             self.since = sweep;
             let ago = tick_of(now).wrapping_sub(taken);
             let ticks = (now.0 / TICKS_PER_CONTROL).saturating_sub(u64::from(ago));
