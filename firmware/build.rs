@@ -1,4 +1,4 @@
-//! Puts memory.x of the house's root where the linker finds it; for the image alone, host builds have no use for it.
+//! Copies memory.x of the workspace's root to where the linker finds it. Used by the image only, not by host builds.
 use std::{env, fs, path::PathBuf};
 
 fn main() {
