@@ -1,11 +1,11 @@
-//! What a stand needs of its hardware, as few verbs as can be.
+//! Traits and types of the stand's hardware.
 //!
-//! The interrupt and the tasks own different halves: [`TickIo`] belongs to the 10 kHz interrupt, [`Board`] to the
-//! tasks, and neither can reach the other's. Time is the board's own [`Clock`], not a global driver.
+//! The hardware has two owners: the 10 kHz interrupt owns [`TickIo`], the tasks own [`Board`], and neither has access to the other's
+//! part. Time is a [`Clock`] of the board, not a global time driver, so that a test can run several boards.
 //!
 //! Glossary: a *tick* is one period of the control interrupt (100 µs), numbered from power-on; [`Ticks`] is the board
-//! clock, finer (0.1 µs). A *code* is what a converter delivers, before any scale; scales are in [`Hardware`], so that
-//! another stand is other data, not other code. A *stamped* reading carries the time at which it was true.
+//! clock with a resolution of 0.1 µs. A *code* is the unscaled output of a converter; the scales are data in [`Hardware`], so that another
+//! stand needs no other code. A *stamped* reading carries the time of its sampling.
 
 use crate::config::{ConfigError, all_within};
 use core::ops::{Add, Sub};
@@ -24,12 +24,12 @@ pub const TICKS_PER_ROW: u64 = 10_000;
 /// Control ticks in one row.
 pub const CONTROL_PER_ROW: u64 = 10;
 
-/// A moment of the board clock, in 0.1 µs since power-on; lasts 58 000 years.
+/// A time of the board clock, in 0.1 µs since power-on; the range is 58 000 years.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Ticks(pub u64);
 
 impl Ticks {
-    /// The moment at which control tick `n` begins.
+    /// Start time of control tick `n`.
     pub fn of_control(n: u64) -> Self {
         Self(n.saturating_mul(TICKS_PER_CONTROL))
     }
@@ -62,13 +62,14 @@ impl Sub for Ticks {
 pub struct EncoderCount(pub u16);
 
 impl EncoderCount {
-    /// Counts from `earlier` to `self`, right as long as less than half a wrap lies between (0.8 turns per reading).
+    /// Counts from `earlier` to `self`. Correct while the counter moves less than half a wrap between readings (1.6 turns at 20 000 counts per
+    /// turn).
     pub fn since(self, earlier: Self) -> i16 {
         self.0.wrapping_sub(earlier.0) as i16
     }
 }
 
-/// A wrapping counter unrolled: where the stand is since the counter's zero.
+/// Unwraps the encoder's counter: position relative to the counter's zero.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Unwrapped {
     last: Option<EncoderCount>,
@@ -77,7 +78,7 @@ pub struct Unwrapped {
 }
 
 impl Unwrapped {
-    /// Takes the next reading; the first is taken as lying within half a wrap of zero. Returns the step in counts.
+    /// Adds a reading and returns the step in counts. The first reading is assumed to be within half a wrap of zero.
     #[inline]
     pub fn take(&mut self, count: EncoderCount) -> i16 {
         let step = count.since(self.last.unwrap_or_default());
@@ -91,17 +92,17 @@ impl Unwrapped {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CurrentCode(pub i32);
 
-/// The current's ADC since the last look: what DMA has summed.
+/// Sum of the current conversions since the previous reading.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CurrentSum {
     /// Sum of the [`CurrentCode`]s.
     pub codes: i64,
-    /// How many there were.
+    /// Number of conversions in the sum.
     pub count: u32,
 }
 
 impl CurrentSum {
-    /// Their mean in amperes; `None` if there was none.
+    /// Mean current, A; `None` without a conversion.
     pub fn mean_A(self, hardware: &Hardware) -> Option<f64> {
         (self.count > 0).then(|| (self.codes as f64 / self.count as f64 - hardware.current_zero_code) * hardware.current_A_per_code)
     }
@@ -129,14 +130,14 @@ impl RateCode {
     }
 }
 
-/// What the gyro's angle sensor and its torquer showed at one whole millisecond, as their converters have it.
+/// Codes of the gyroscope's angle sensor and torquer current at a whole millisecond.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct GyroSample {
-    /// The angle sensor at that moment, code.
+    /// Angle sensor at that time, code.
     pub angle: i32,
-    /// The torquer's current over the millisecond before, sum of codes.
+    /// Torquer current over the preceding millisecond, sum of codes.
     pub torquer: i32,
-    /// How many codes are in that sum.
+    /// Number of codes in that sum.
     pub conversions: u32,
 }
 
@@ -146,14 +147,14 @@ impl GyroSample {
         (f64::from(self.angle) - hardware.angle_zero_code) * hardware.angle_V_per_code
     }
 
-    /// Mean current of the torquer over the millisecond before, A; `None` where nothing was converted.
+    /// Mean torquer current over the preceding millisecond, A; `None` without a conversion.
     pub fn torquer_A(&self, hardware: &Hardware) -> Option<f64> {
         let mean = || f64::from(self.torquer) / f64::from(self.conversions) - hardware.torquer_zero_code;
         (self.conversions > 0).then(|| mean() * hardware.torquer_A_per_code)
     }
 }
 
-/// One conversion of the gyro's roll sensor.
+/// One conversion of the gyroscope's roll sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RollCode(pub i32);
 
@@ -164,11 +165,11 @@ impl RollCode {
     }
 }
 
-/// What the torquer's converter is given: steps from the middle of its range, where the amplifier gives no current.
+/// Output of the torquer's converter, in steps from the middle of its range; the amplifier gives no current at 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TorquerStep(pub i16);
 
-/// The winding's temperature in steps of the converter, linearised by the board.
+/// Winding temperature in steps of the converter, linearised by the board.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TemperatureCode(pub i32);
 
@@ -179,70 +180,70 @@ impl TemperatureCode {
     }
 }
 
-/// A reading and the moment at which it was true.
+/// A reading with the time of its sampling.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stamped<T> {
-    /// What was read.
+    /// The reading.
     pub value: T,
-    /// When it was so.
+    /// Time of sampling.
     pub at: Ticks,
 }
 
 impl<T> Stamped<T> {
-    /// How old the reading is at `now`, in board clock steps.
+    /// Age of the reading at `now`, in board clock steps.
     pub fn age(&self, now: Ticks) -> u64 {
         now - self.at
     }
 }
 
-/// A moment of the edge timer: its steps ([`Hardware::edge_timer_Hz`]) since power-on. The board counts the timer's wraps.
+/// A time of the edge timer, in its steps ([`Hardware::edge_timer_Hz`]) since power-on. The board counts the timer's wraps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct EdgeTime(pub u64);
 
 impl EdgeTime {
-    /// The moment at which a timer of 32 bits stood at `captured`, at most one wrap before `self`.
+    /// Time at which the 32-bit timer had the value `captured`, at most one wrap before `self`.
     pub fn when(self, captured: u32) -> Self {
         Self(self.0.wrapping_sub(u64::from((self.0 as u32).wrapping_sub(captured))))
     }
 
-    /// Seconds since `earlier`, negative if `self` is the earlier one.
+    /// Seconds since `earlier`; negative if `self` is earlier.
     pub fn since_s(self, earlier: Self, hardware: &Hardware) -> f64 {
         self.0.wrapping_sub(earlier.0) as i64 as f64 / hardware.edge_timer_Hz
     }
 }
 
-/// An edge of the encoder or of its index, as the hardware caught it: no code was in between.
+/// An edge of the encoder or of its index, captured by hardware: interrupt latency does not affect its time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Edge {
-    /// What the counter was right after it.
+    /// Counter right after the edge.
     pub count: EncoderCount,
-    /// When it came.
+    /// Time of the edge.
     pub at: EdgeTime,
 }
 
-/// What the interrupt senses at the beginning of its tick.
+/// Readings of the interrupt at the start of its tick.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sensed {
-    /// Number of this tick since power-on; a number left out is a tick that was lost.
+    /// Number of this tick since power-on; a missing number is a lost tick.
     pub tick: u64,
     /// The speed loop's encoder counter.
     pub encoder: EncoderCount,
-    /// Steps of the edge timer ([`Hardware::edge_timer_Hz`]) from the last edge of the encoder, on either channel, to the beginning of this
-    /// tick, which comes each 100 µs of that timer exactly, however late the look. It belongs to `encoder`: where an edge came between
-    /// the tick's beginning and the look, the age is negative (two's complement). Saturates; where no edge was ever seen it is the greatest number.
+    /// Steps of the edge timer ([`Hardware::edge_timer_Hz`]) from the last encoder edge on either channel to the start of this tick. The start
+    /// is at exact multiples of 100 µs of that timer, independent of the interrupt's latency. The age belongs to `encoder`: it is negative
+    /// (two's complement) if the edge came between the start of the tick and the reading. It saturates; `u32::MAX` before the first edge.
     pub edge_age: u32,
-    /// The newest conversion of the motor current.
+    /// Newest conversion of the motor current.
     pub current: CurrentCode,
-    /// The newest conversion of the supply.
+    /// Newest conversion of the supply.
     pub supply: SupplyCode,
-    /// Somebody asks for an emergency stop now: a pin, or the serial line's guard.
+    /// An emergency stop is requested, by the stop contact or by the serial line's guard.
     pub stop: bool,
 }
 
-/// What the interrupt asks of the bridge.
+/// Command of the interrupt to the bridge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Drive {
-    /// Both low sides on: no voltage is asked for.
+    /// Both low sides conduct: the motor brakes.
     #[default]
     Off,
     /// Compare counts of the bridge, ± [`Hardware::duty_full_scale`].
@@ -260,103 +261,102 @@ impl Drive {
     }
 }
 
-/// The half of the hardware that the 10 kHz interrupt owns.
+/// Hardware that the 10 kHz interrupt owns.
 pub trait TickIo {
-    /// What is so at the beginning of this tick.
+    /// Readings at the start of this tick.
     fn sense(&mut self) -> Sensed;
-    /// What the encoder's counter was when the index pulse last began, if it has begun since the last call.
+    /// Encoder counter at the start of the latest index pulse; `None` if no pulse started since the last call.
     fn index(&mut self) -> Option<EncoderCount>;
-    /// What the bridge shall do from the *next* tick on, for one whole tick.
+    /// Sets the bridge's output for the *next* tick; the hardware applies it for exactly one tick.
     fn drive(&mut self, out: Drive);
 }
 
 /// The board's time.
-#[allow(async_fn_in_trait)] // one thread, one executor: no future leaves it
+#[allow(async_fn_in_trait)] // one single-threaded executor: futures need not be `Send`
 pub trait Clock {
-    /// Now.
+    /// Current time.
     fn now(&self) -> Ticks;
-    /// Returns at `t`, or at once if `t` is past.
+    /// Waits until `t`; returns at once if `t` is past.
     async fn until(&self, t: Ticks);
 }
 
-/// The half of the hardware that the tasks own. No reading waits.
+/// Hardware that the tasks own. No reading blocks.
 pub trait Board {
-    /// A handle to the board's time, cheap to copy.
+    /// Handle to the board's clock.
     type Clock: Clock + Clone;
-    /// The line to the sensor under test. Transfers go by DMA: who waits for one leaves the core to the others.
+    /// SPI bus of the sensor under test. Transfers use DMA, so that other tasks run meanwhile.
     type SensorBus: SpiDevice<u8>;
-    /// The board's time.
+    /// The board's clock.
     fn clock(&self) -> Self::Clock;
-    /// The encoder by a counter of its own, not the speed loop's.
+    /// Encoder counter of the tasks, separate from the speed loop's counter.
     fn encoder(&mut self) -> Stamped<EncoderCount>;
-    /// The newest edge of that counter with its time, captured for the tasks alone; `None` before the first, and where nothing captures it.
+    /// Newest edge of that counter with its captured time; `None` before the first edge and on a board without capture.
     fn edge(&mut self) -> Option<Edge>;
-    /// What that counter was when the index pulse last began, and when that was; if it has begun since the last call.
+    /// That counter and the time at the start of the latest index pulse; `None` if no pulse started since the last call.
     fn index(&mut self) -> Option<Edge>;
-    /// What the current's ADC has summed since the last call; stamped with the end of the sum.
+    /// Sum of the current conversions since the last call, stamped with the end of the sum.
     fn current(&mut self) -> Stamped<CurrentSum>;
-    /// The rate sensor's newest sample; `None` where there is no sensor.
+    /// Newest sample of the rate sensor; `None` without a sensor.
     fn rate(&mut self) -> Option<Stamped<RateCode>>;
-    /// The newest supply reading.
+    /// Newest supply reading.
     fn supply(&mut self) -> Option<Stamped<SupplyCode>>;
-    /// The newest temperature reading.
+    /// Newest temperature reading.
     fn temperature(&mut self) -> Option<Stamped<TemperatureCode>>;
-    /// What the gyro's angle sensor showed at the moment that was asked for last, see [`Board::torque`]; `None` before the first, and where
-    /// the board has no gyro.
+    /// Gyroscope sample at the time of the latest [`Board::torque`]; `None` before the first sample and on a board without a gyroscope.
     fn gyro(&mut self) -> Option<Stamped<GyroSample>> {
         None
     }
-    /// The roll γ about the rotor's axis by a sensor of its own; `None` where there is none.
+    /// Roll γ about the rotor's axis; `None` without a roll sensor.
     fn roll(&mut self) -> Option<Stamped<RollCode>> {
         None
     }
-    /// At `at`, a whole millisecond ahead, the angle sensor is sampled, and from then on the torquer is given this current: both by the
-    /// hardware that paces the control ticks, whatever the tasks do. What is late acts at once, and its sample's stamp shows it.
+    /// Samples the angle sensor at `at` and sets the torquer's output from `at` on. `at` is a whole millisecond in the future. The control tick
+    /// does both, so that the delay of the tasks has no effect. A late call acts at once, and the sample's stamp shows the delay.
     fn torque(&mut self, _at: Ticks, _step: TorquerStep) {}
-    /// Hands out the line to the sensor under test, once; `None` after that, and where the board has none.
+    /// SPI bus of the sensor under test, on the first call; `None` later and on a board without the bus.
     fn sensor_bus(&mut self) -> Option<Self::SensorBus>;
 }
 
-/// The scales of one stand's hardware: data, so that another stand is other numbers.
+/// Scales of a stand's hardware.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Hardware {
-    /// Encoder counts in one turn, every edge counted.
+    /// Encoder counts per turn; every edge of both channels counts.
     pub counts_per_turn: f64,
-    /// Rate of the timer that stamps the encoder's edges, Hz.
+    /// Clock of the timer that captures the encoder's edges, Hz.
     pub edge_timer_Hz: f64,
-    /// Compare counts at which the bridge is fully on.
+    /// Compare counts of full duty.
     pub duty_full_scale: i16,
-    /// Supply for which duties are computed, V.
+    /// Supply voltage assumed in computing duties, V.
     pub supply_nominal_V: f64,
     /// Current per code, A.
     pub current_A_per_code: f64,
-    /// Code at no current.
+    /// Code at zero current.
     pub current_zero_code: f64,
     /// Supply per code, V.
     pub supply_V_per_code: f64,
     /// Rate per code, rad/s.
     pub rate_rad_s_per_code: f64,
-    /// Cutoff of the rate sensor's own low pass, Hz; 0 where it has none. For who reads the log: nothing is corrected by it.
+    /// Cutoff of the rate sensor's low-pass filter, Hz; 0 without a filter. Information for the log only; the firmware does not use it.
     pub rate_cutoff_Hz: f64,
     /// Winding temperature per code, °C.
     pub temperature_C_per_code: f64,
-    /// Voltage of the gyro's angle sensor per code, V.
+    /// Voltage of the gyroscope's angle sensor per code, V.
     pub angle_V_per_code: f64,
-    /// Code at no angle.
+    /// Code at zero angle.
     pub angle_zero_code: f64,
-    /// Roll per code of its sensor, rad.
+    /// Roll angle per code, rad.
     pub roll_rad_per_code: f64,
-    /// The torquer's current, as it is measured, per code, A.
+    /// Measured torquer current per code, A.
     pub torquer_A_per_code: f64,
-    /// Code at no current of the torquer.
+    /// Code at zero torquer current.
     pub torquer_zero_code: f64,
-    /// The torquer's current, as it is given, per step of its converter, A.
+    /// Commanded torquer current per step of the converter, A.
     pub torquer_A_per_step: f64,
 }
 
 impl Default for Hardware {
-    /// NUCLEO-F446RE with the default stand's sensors; the sources stand at each number.
+    /// NUCLEO-F446RE with the default sensors; the comments give the sources.
     fn default() -> Self {
         Self {
             counts_per_turn: 20_000.0, // 5000 lines × 4 edges (US Digital E6, 5000 CPR)
@@ -364,7 +364,7 @@ impl Default for Hardware {
             duty_full_scale: 4_500,    // 180 MHz / 20 kHz / 2, centre-aligned
             supply_nominal_V: 12.0,
             current_A_per_code: 3.3 / 4096.0, // 12 bits of 3.3 V at 20 mΩ × 50 V/V = 1 V/A (INA240A2, SBOS662)
-            current_zero_code: 2048.0,        // its references at mid-supply
+            current_zero_code: 2048.0,        // REF1 and REF2 give mid-supply
             supply_V_per_code: 3.3 / 4096.0 * 6.0, // divider 10 kΩ : 2 kΩ
             rate_rad_s_per_code: core::f64::consts::PI / 180.0 / 16.4, // Bosch BMG160, ±2000 °/s (BST-BMG160-DS000)
             rate_cutoff_Hz: 523.0,            // the same, unfiltered
@@ -383,7 +383,7 @@ impl Hardware {
     /// Checks the scales.
     ///
     /// # Errors
-    /// The name of the first that makes no sense.
+    /// Name of the first scale outside its permitted range.
     pub fn check(&self) -> Result<(), ConfigError> {
         all_within! { of self, "";
             counts_per_turn: 4.0, 1e6;
