@@ -20,10 +20,13 @@ const FAST: Setpoint = |stand, start| Segment::rate(&stand.hardware, start, u16:
 
 /// Result of a run.
 struct Run {
-    /// The fault at each millisecond, and the drive after it.
+    /// Latched fault at each millisecond.
     faults: Vec<Fault>,
+    /// Duty at each millisecond, compare counts.
     duties: Vec<i16>,
+    /// Last report of the interrupt.
     last: Report,
+    /// True platform angle at each millisecond.
     theta_rad: Vec<f64>,
 }
 
@@ -105,8 +108,8 @@ fn each_fault_switches_the_drive_off_in_time_with_reason_and_capture() {
     let mut weak = Stand::default();
     weak.firmware.current_limit_A = 0.08;
     let voltage: Setpoint = |stand, start| Segment::voltage(&stand.hardware, start, u16::MAX, 4.0);
-    // Each fault at 1 s is detected within its time. Without an encoder the loop pushes at its current limit, and a fifth of R·i may be
-    // the resistance's: so it takes until the platform turns at twice its rate and more.
+    // Columns: start of the fault, s; longest time to detection, s. Without an encoder the loop drives at its current limit. The threshold of the
+    // back-EMF allows 20 % of R·i for an error of the resistance, so that detection needs about twice the commanded rate.
     let cases: [(&str, Stand, Setpoint, Fault, f64, f64); 9] = [
         ("counter stuck", with_fault(FaultKind::CounterStuck, 1.0, 5.0), RATE, Fault::EncoderLost, 1.0, 0.25),
         ("channel A off", with_fault(FaultKind::EncoderAOff, 1.0, 5.0), RATE, Fault::EncoderLost, 1.0, 0.25),
@@ -130,12 +133,15 @@ fn each_fault_switches_the_drive_off_in_time_with_reason_and_capture() {
         assert!(run.duties[at + 1..].iter().all(|duty| *duty == 0), "{name}: the drive is off");
         let record = memory.record().unwrap();
         assert_eq!((record.fault(), record.len(), record.trigger()), (fault, SAMPLES, 1_500), "{name}");
-        assert!(record.sample(1_490).unwrap().duty != 0 && record.sample(SAMPLES - 1).unwrap().duty == 0, "{name}: before and after");
+        assert!(
+            record.sample(1_490).unwrap().duty != 0 && record.sample(SAMPLES - 1).unwrap().duty == 0,
+            "{name}: the capture shows the duty before the fault and zero after it"
+        );
     }
 }
 
 #[test]
-fn an_emergency_stop_acts_in_the_next_tick_and_is_cleared_only_when_it_is_released() {
+fn emergency_stop_acts_in_the_next_tick_and_clears_only_after_release() {
     let memory = Memory::new();
     let stand = Stand::default();
     let clear = |at: u64, clear| Command { segment: RATE(&Stand::default(), 10 * at + 20), clear, trip: Fault::None };
@@ -145,8 +151,14 @@ fn an_emergency_stop_acts_in_the_next_tick_and_is_cleared_only_when_it_is_releas
     });
     assert_eq!(run.duties[1_000], 0, "no duty from the tick of the request on");
     assert!(run.duties[999] != 0);
-    assert!(run.faults[1_001..2_200].iter().all(|fault| *fault == Fault::EmergencyStop), "a clear at 1.5 s does nothing");
-    assert!(run.faults[2_203..].iter().all(|fault| *fault == Fault::None) && run.duties[2_500] != 0, "at 2.2 s it does");
+    assert!(
+        run.faults[1_001..2_200].iter().all(|fault| *fault == Fault::EmergencyStop),
+        "a clear at 1.5 s, with the stop still pressed, has no effect"
+    );
+    assert!(
+        run.faults[2_203..].iter().all(|fault| *fault == Fault::None) && run.duties[2_500] != 0,
+        "the clear at 2.2 s, after the release, takes effect"
+    );
 }
 
 #[test]
@@ -167,7 +179,7 @@ fn a_trip_by_a_task_latches_while_its_cause_persists() {
 }
 
 #[test]
-fn nothing_trips_over_all_profiles_in_both_modes_and_over_steps_from_10_to_720_deg_s() {
+fn no_fault_in_any_profile_and_mode_or_at_constant_rates_up_to_2000_deg_s() {
     let stand = Stand::default();
     let clean = |request: SessionRequest, what: &str| {
         let record = run(stand.setup(), Plant::new(&stand, 0.0).unwrap(), request).unwrap();
@@ -187,7 +199,7 @@ fn nothing_trips_over_all_profiles_in_both_modes_and_over_steps_from_10_to_720_d
 }
 
 #[test]
-fn an_angle_is_approached_without_overshoot_and_held() {
+fn position_is_reached_without_overshoot_and_held() {
     let stand = Stand::default();
     let count_rad = stand.hardware.rad_per_count();
     for goal_rad in [0.01, 0.5, -3.0, 20.0] {
@@ -201,7 +213,7 @@ fn an_angle_is_approached_without_overshoot_and_held() {
         let fastest = record.true_omega_rad_s.iter().copied().fold(0.0, |most, rate| f64::max(most, rate.abs()));
         println!("{goal_rad} rad: {over:.2} counts beyond, ends {end:.2} counts off, at most {fastest:.2} rad/s");
         assert!(over < 2.0, "{goal_rad}: {over} counts beyond");
-        // Dry friction of 0.9 mN m is held by 2.2 mrad, seven counts, of the position error.
+        // The dry friction of 0.9 mN m holds the platform at a position error of up to 2.2 mrad, seven counts.
         assert!(end.abs() < 8.0, "{goal_rad}: {end} counts off");
         assert!(fastest < 1.02 * stand.firmware.approach_rad_s, "{goal_rad}: {fastest}");
     }
@@ -228,7 +240,7 @@ fn an_angle_from_the_index_is_reached_after_the_index_is_found() {
     assert!(end.abs() < 8.0, "{end} counts off");
 }
 
-/// Brushes keep 0.28 V back, more than a motor's back-EMF at the rate that is judged (0.12 V): at rest from the beginning, and after a run.
+/// A brush drop of 0.28 V exceeds the back-EMF threshold of a lost encoder (0.12 V). Tested at rest from the start and after a run.
 #[test]
 fn brush_drop_at_rest_is_no_encoder_loss_and_a_running_loss_trips_at_once() {
     let mut stand = Stand::default();
@@ -243,12 +255,12 @@ fn brush_drop_at_rest_is_no_encoder_loss_and_a_running_loss_trips_at_once() {
     assert!(slowed.theta_rad[999] > 1.0 && (last[999] - last[0]).abs() < 1e-6, "the motor ran and came to rest");
     assert_eq!(slowed.first(), None, "no fault while coming to rest");
 
-    // The same stand at 0.6 V, some 12 rad/s, whose wire breaks.
+    // The same stand at 0.6 V, about 12 rad/s; then channel A of the encoder fails.
     stand.faults = Faults::of([Break::new(FaultKind::EncoderAOff, 1.0, 9.0)]).unwrap();
     let slow: Setpoint = |stand, start| Segment::voltage(&stand.hardware, start, u16::MAX, 0.6);
     let (fault, at_s) = play(&stand, 0.0, 2.5, &Memory::new(), slow, quiet).first().unwrap();
     assert!(fault == Fault::EncoderLost && at_s < 1.1, "{fault:?} at {at_s} s");
-    // And one that is off from the beginning: later, since it could be the brushes.
+    // A counter that is stuck from the start is detected later: the voltage could be the brush drop.
     let off = with_fault(FaultKind::CounterStuck, 0.0, 9.0);
     let (fault, at_s) = play(&off, 0.0, 2.5, &Memory::new(), RATE, quiet).first().unwrap();
     assert!(fault == Fault::EncoderLost && at_s < 0.6, "{fault:?} at {at_s} s");

@@ -1,4 +1,5 @@
-//! Refusals of `stand calibrate` and `stand records`: one line with file, step or parameter, status 2, and no file is written.
+//! `stand calibrate` and `stand records` refuse invalid input with status 2 and one line that names the file, step or parameter. They write
+//! nothing.
 #![allow(clippy::unwrap_used)]
 
 #[path = "common/calibration.rs"]
@@ -10,6 +11,7 @@ use std::path::Path;
 use calibration::{SHORT, carrying};
 use common::{files, stand};
 
+/// The command fails with status 2 and one line that contains all `messages`; the folder is unchanged.
 #[track_caller]
 fn refused(folder: &Path, words: &[&str], messages: &[&str]) {
     let before = files(folder);
@@ -17,10 +19,10 @@ fn refused(folder: &Path, words: &[&str], messages: &[&str]) {
     assert_eq!((ran.status, ran.out.as_str()), (Some(2), ""), "{words:?}: {ran:?}");
     assert_eq!(ran.err.trim_end().lines().count(), 1, "{}", ran.err);
     messages.iter().for_each(|word| assert!(ran.err.contains(word), "{word}: {}", ran.err));
-    assert!(before == files(folder), "{words:?}: nothing is written, moved or taken away");
+    assert!(before == files(folder), "{words:?}: a refused command must not change the folder");
 }
 
-/// A session file with one error.
+/// A session file with `from` replaced by `to` is refused.
 #[track_caller]
 fn bad_session(from: &str, to: &str, messages: &[&str]) {
     let folder = tempfile::tempdir().unwrap();
@@ -75,7 +77,7 @@ fn limits_of_the_stand_are_checked_before_it_moves() {
 }
 
 #[test]
-fn folders_of_other_sessions_are_refused() {
+fn invalid_session_folders_and_records_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     std::fs::write(path.join("s.toml"), SHORT).unwrap();

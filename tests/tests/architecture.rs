@@ -1,10 +1,10 @@
 //! The layering that ARCHITECTURE.md states, checked against the source.
 //!
 //! The tables of ARCHITECTURE.md are the specification: a crate may depend on the crates of its row, a folder of `host-tools/src` may import
-//! from its own layer or below, and no crate has an import circle between files. The imports are read from the source itself with `syn`:
-//! `use` declarations and paths, test modules left out. A re-export (`pub use`) is no import of its own; a name taken through a re-export counts
-//! for the file that defines it. A module that uses its own submodules imports nothing: they are its parts. A circle therefore runs between
-//! siblings or between folders.
+//! from its own layer or below, and no crate has an import circle (cycle) between files. The imports are read from the source with `syn`: `use`
+//! declarations and paths, without test modules. A re-export (`pub use`) does not count as an import; a name imported through a re-export counts
+//! as an import of the file that defines it. Names of a module's own submodules do not count either, so that a circle is always between siblings
+//! or between folders.
 #![allow(clippy::unwrap_used)]
 
 mod architecture {
@@ -53,7 +53,7 @@ fn every_workspace_member_has_a_row() {
     let members: BTreeSet<&str> = members.iter().filter_map(toml::Value::as_str).collect();
     let table = crate_table();
     let rows: BTreeSet<&str> = table.iter().map(|row| row.folder.as_str()).collect();
-    assert_eq!(members, rows);
+    assert_eq!(members, rows, "workspace members in Cargo.toml (left) and in ARCHITECTURE.md (right)");
 }
 
 #[test]
@@ -61,19 +61,20 @@ fn host_tools_imports_only_from_its_own_layer_or_below() {
     let layers = layer_table();
     let level = |folder: &str| layers.iter().position(|layer| layer.contains(folder));
     let host_tools = read_crate("host-tools", "src/lib.rs");
-    let mut wrong = Vec::new();
+    let mut upward = Vec::new();
     for (from, to) in host_tools.imports() {
         let (from_folder, to_folder) = (host_tools.top_folder(from), host_tools.top_folder(to));
+        // The crate roots, lib.rs and main.rs, may import from every layer.
         if from_folder == to_folder || from_folder.is_empty() || from_folder == "main" {
             continue;
         }
         let from_level = level(&from_folder).unwrap_or_else(|| panic!("ARCHITECTURE.md names no layer for host-tools/src/{from_folder}"));
         let to_level = level(&to_folder).unwrap_or_else(|| panic!("ARCHITECTURE.md names no layer for host-tools/src/{to_folder}"));
         if to_level > from_level {
-            wrong.push(format!("{} -> {}", host_tools.name(from), host_tools.name(to)));
+            upward.push(format!("{} -> {}", host_tools.name(from), host_tools.name(to)));
         }
     }
-    assert!(wrong.is_empty(), "imports that point to a higher layer:\n{}", wrong.join("\n"));
+    assert!(upward.is_empty(), "imports from a higher layer:\n{}", upward.join("\n"));
 }
 
 #[test]
@@ -109,7 +110,7 @@ fn circle_of_two_files_is_found() {
 }
 
 #[test]
-fn imports_are_read_through_re_exports() {
+fn import_through_a_re_export_counts_for_the_defining_file() {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
     write("lib.rs", "mod a;\nmod b;\npub use a::Item;\n");

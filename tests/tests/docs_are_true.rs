@@ -7,18 +7,19 @@ use hal_sim::plant::Stand;
 use stand_firmware::status::Fault;
 use stand_tests::bench::with_stand;
 
-/// Idle time that ends a reply, s; replies take milliseconds, except for waiting commands.
+/// Idle time that ends a reply, s.
 const QUIET_S: f64 = 0.05;
+/// Longest wait for the reply to a command with `*OPC?`, s.
 const MAX_WAIT_S: f64 = 20.0;
 
-/// The page on disk and the page as generated from the stand.
+/// Path and text of the page on disk.
 fn page() -> (std::path::PathBuf, String) {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/the-stand-controller.md");
     let text = std::fs::read_to_string(&path).unwrap();
     (path, text)
 }
 
-/// The output of one block of the page. Each block starts from power-on.
+/// Types the commands of one block on a stand after power-on; returns the block with the replies.
 fn typed(block: &[&str]) -> Vec<String> {
     with_stand(&Stand::default(), async |host| {
         host.wait_s(0.1).await;
@@ -84,7 +85,7 @@ fn controller_page_equals_the_stands_replies() {
 }
 
 #[test]
-fn effects_page_equals_the_cards() {
+fn effects_page_equals_the_catalogue() {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/effects.md");
     let expected = host_tools::report::effects::catalogue_markdown();
     if std::env::var("STAND_DOCS").is_ok_and(|word| word == "write") {

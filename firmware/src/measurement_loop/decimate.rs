@@ -1,12 +1,12 @@
-//! Decimation of rows for a slow line, with the conventions of a log: a decimated row is what a slower loop would have measured.
+//! Decimation of rows for a slow serial line. A decimated row is the row of a slower loop.
 //!
-//! Of each group of rows, instantaneous values are those of the first row, means over a row become means over the group, and flags are
-//! combined.
+//! Over each group of rows: instantaneous values are those of the first row, the voltage and the motor current are averaged, the limits are
+//! combined, the fault is the last one, and the age is the greatest.
 
 use super::{Row, RowSink};
 use crate::config::{ConfigError, within};
 
-/// Passes one row of each `every` to `sink`.
+/// Passes one row to `sink` for each group of `every` rows.
 pub struct Decimate<S> {
     sink: S,
     every: u32,
@@ -15,7 +15,7 @@ pub struct Decimate<S> {
 }
 
 impl<S: RowSink> Decimate<S> {
-    /// A decimation by `every`, 1 … 1000.
+    /// Decimates by the factor `every`, 1 … 1000.
     ///
     /// # Errors
     /// `every` is out of its range.
@@ -24,12 +24,12 @@ impl<S: RowSink> Decimate<S> {
         Ok(Self { sink, every, count: 0, group: Row::default() })
     }
 
-    /// Drops an incomplete group, at the start of a session.
+    /// Drops an incomplete group. For the start of a session.
     pub fn restart(&mut self) {
         self.count = 0;
     }
 
-    /// The sink of the rows.
+    /// The sink of the decimated rows.
     pub fn sink(&mut self) -> &mut S {
         &mut self.sink
     }
@@ -72,7 +72,7 @@ mod tests {
     }
 
     #[test]
-    fn instants_are_of_the_first_row_and_means_of_the_group() {
+    fn instantaneous_values_are_from_the_first_row_and_means_over_the_group() {
         let mut decimate = Decimate::new(4, Kept::default()).unwrap();
         for k in 0..11_u32 {
             let x = f64::from(k);
@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn a_missing_current_stays_missing_and_a_bad_factor_is_refused() {
+    fn missing_current_stays_missing_and_invalid_factor_is_refused() {
         let mut decimate = Decimate::new(2, Kept::default()).unwrap();
         decimate.row(&Row { i_A: Some(1.0), ..Row::default() });
         decimate.row(&Row { i_A: None, ..Row::default() });

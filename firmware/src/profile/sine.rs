@@ -1,13 +1,16 @@
-//! A sine, for the response at one frequency.
+//! Sine profile: for the response at one frequency.
 //!
-//! Uses the double-precision sine, so that the command has no harmonics. The phase is in units of 2⁻⁶⁴ turn and stays exact for hours.
+//! The sine is computed in double precision, so that rounding adds no harmonics. The phase is an integer in units of 2⁻⁶⁴ turn: it
+//! accumulates no rounding error.
 
 use super::ProfileConfig;
 
 #[derive(Clone, Debug)]
 pub(super) struct Sine {
     amplitude: f64,
+    /// Units of 2⁻⁶⁴ turn.
     phase: u64,
+    /// Phase change in 1 ms, same unit.
     step: u64,
 }
 
@@ -17,6 +20,7 @@ impl Sine {
     }
 
     pub(super) fn next_value(&mut self) -> f64 {
+        // The upper half of the phase, as −½ … ½ turn.
         let turn = ((self.phase >> 32) as u32 as i32) as f64 * (1.0 / 4_294_967_296.0);
         self.phase = self.phase.wrapping_add(self.step);
         self.amplitude * libm::sin(core::f64::consts::TAU * turn)

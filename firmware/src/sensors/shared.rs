@@ -1,4 +1,4 @@
-//! Interface between the task of the sensor under test and the other tasks, on one thread.
+//! Interface between the task of the sensor under test and the other tasks. All run on one thread, so that `Cell` is sufficient.
 
 use super::{InForce, Motion, SelfTest, SensorError, Setup};
 use crate::board::Stamped;
@@ -7,12 +7,12 @@ use core::cell::Cell;
 /// State of the task.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum State {
-    /// It detects and configures the chip.
+    /// The task detects and configures the chip.
     #[default]
     Starting,
     /// An error occurred; the task tries again every half second.
     Failed(SensorError),
-    /// It receives samples.
+    /// The task receives samples.
     Running,
     /// The self-test runs; there are no samples meanwhile.
     Testing,
@@ -25,13 +25,13 @@ pub struct Status {
     pub state: State,
     /// Name of the part.
     pub name: &'static str,
-    /// The set-up as read back; `None` before that.
+    /// Set-up read back from the chip; `None` before the first read-back.
     pub in_force: Option<InForce>,
     /// Samples since power-on.
     pub samples: u32,
     /// Samples lost: overwritten in the chip, or incomplete.
     pub lost: u32,
-    /// Words of the FIFO that were refused.
+    /// FIFO words refused for an unknown tag or a wrong parity.
     pub refused: u32,
     /// Errors since power-on.
     pub errors: u32,
@@ -41,11 +41,11 @@ pub struct Status {
     pub temperature_C: Option<f32>,
     /// Frequency of the chip's oscillator, relative to its nominal frequency.
     pub relative_frequency: f64,
-    /// Longest time to read the FIFO, s.
+    /// Longest duration of a FIFO read, s.
     pub longest_read_s: f64,
 }
 
-/// The shared cells.
+/// State and requests shared by the tasks.
 #[derive(Debug, Default)]
 pub struct Shared {
     newest: Cell<Option<Stamped<Motion>>>,
@@ -66,7 +66,8 @@ impl Shared {
         self.status.get()
     }
 
-    /// Requests a self-test; the platform must be at rest. [`Shared::self_test_result`] has the result within a second, if the sensor runs.
+    /// Requests a self-test; the platform must be at rest. [`Shared::self_test_result`] holds the result within a
+    /// second, if the sensor runs.
     pub fn request_self_test(&self) {
         self.self_test.set(None);
         self.self_test_requested.set(true);
@@ -77,11 +78,12 @@ impl Shared {
         self.self_test.get()
     }
 
-    /// Requests a set-up; [`Status::in_force`] has the result.
+    /// Requests a set-up; [`Status::in_force`] then holds the set-up read back.
     pub fn request_setup(&self, setup: Setup) {
         self.setup_requested.set(Some(setup));
     }
 
+    /// Replaces the newest sample; `None` when the sensor stops.
     pub(super) fn post(&self, newest: Option<Stamped<Motion>>) {
         self.newest.set(newest);
     }

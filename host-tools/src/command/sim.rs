@@ -93,6 +93,7 @@ impl Sim {
         };
         check_writable(out)?;
         let mut stand = read_stand(self.stand.as_deref())?;
+        // Refuses an unknown ending of the file name before the simulation runs.
         crate::log::Format::of(out)?;
         let hidden = hide_effect(self.hidden.as_deref(), &mut stand)?;
         let mode = self.mode.firmware_mode();

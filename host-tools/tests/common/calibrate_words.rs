@@ -10,11 +10,13 @@ use serde_json::Value;
 pub const WORDS: [(&str, Check); 13] = [
     ("calibrate --help", help_everywhere),
     ("calibrate <WHAT> --write-session", |f| {
-        let whats = ["gyro", "accel", "drive"].map(|what| {
+        let sessions = ["gyro", "accel", "drive"].map(|what| {
             stand(f, &["calibrate", what, "--write-session", "usual.toml"]).succeeded();
             std::fs::read_to_string(f.join("usual.toml")).unwrap()
         });
-        assert!(whats[0].contains("what = \"gyro\"") && whats[1].contains("what = \"accel\"") && whats[2].contains("what = \"drive\""));
+        assert!(
+            sessions[0].contains("what = \"gyro\"") && sessions[1].contains("what = \"accel\"") && sessions[2].contains("what = \"drive\"")
+        );
     }),
     ("calibrate --session --out", |f| {
         let (one, other) = (run(f, "a", SHORT, &[]), run(f, "b", &SHORT.replace("amplitude = 4.0", "amplitude = 5.0"), &[]));
@@ -22,17 +24,17 @@ pub const WORDS: [(&str, Check); 13] = [
         assert_ne!(one["scale"], other["scale"]);
     }),
     ("calibrate --serial --operator", |f| {
-        let about = |name: &str, more: &[&str]| run(f, name, SHORT, more)["record"].clone();
-        let (plain, named) = (about("a", &[]), about("b", &["--serial", "X-9", "--operator", "Ada"]));
+        let record = |name: &str, more: &[&str]| run(f, name, SHORT, more)["record"].clone();
+        let (plain, named) = (record("a", &[]), record("b", &["--serial", "X-9", "--operator", "Ada"]));
         assert_eq!((&plain["serial"], &plain["operator"]), (&"S-1".into(), &"".into()));
         assert_eq!((&named["serial"], &named["operator"]), (&"X-9".into(), &"Ada".into()));
     }),
     ("calibrate --stand", |f| {
-        let other = |bias: &str| {
+        let measured = |bias: &str| {
             std::fs::write(f.join("stand.toml"), carrying(&format!("gyro_bias_rad_s = {bias}\n"))).unwrap();
             run(f, bias, SHORT, &["--stand", "stand.toml"])["bias_rad_s"]["value"].as_f64().unwrap()
         };
-        assert!((other("0.02") - other("0.01") - 0.01).abs() < 1e-3);
+        assert!((measured("0.02") - measured("0.01") - 0.01).abs() < 1e-3);
     }),
     ("calibrate --seed", |f| {
         let [one, again, other] =
@@ -88,7 +90,7 @@ pub const WORDS: [(&str, Check); 13] = [
     ("calibrate", |f| assert!(stand(f, &["calibrate"]).err.contains("<WHAT>"))),
 ];
 
-/// Runs a short session with these words; returns its answer.
+/// Runs this session with additional options `more` into the folder `out`; returns its JSON output.
 pub fn run(folder: &Path, out: &str, session: &str, more: &[&str]) -> Value {
     std::fs::write(folder.join("short.toml"), session).unwrap();
     json(folder, &[&["calibrate", "gyro", "--session", "short.toml", "--out", out], more].concat())

@@ -16,7 +16,7 @@ fn common_contributions_cancel_in_a_difference() {
     assert!((change.difference.value - 2e-4).abs() < 1e-12 && (change.difference.combined_u() - 5e-5).abs() < 1e-12, "{change:?}");
     assert_eq!(change.common, ["clock"]);
     assert!(change.is_significant(), "2e-4 is four times 5e-5");
-    // Without common contributions √2 × 1e-3 and more.
+    // Taken as independent, the clock contributions add to √2 × 1e-3.
     assert!((change.independent_expanded_u / 1.96 / (2e-6_f64 + 2.5e-9).sqrt() - 1.0).abs() < 1e-3);
 }
 
@@ -34,9 +34,10 @@ fn only_the_growth_of_a_common_contribution_remains() {
     assert!((Change::between(&a, &b).difference.combined_u() - 5e-4).abs() < 1e-12);
 }
 
-/// By hand: y = 1 + 0.1 d at days 0, 1, 3 with u = 0.1, 0.2, 0.1; weights 100, 25, 100; Σw = 225, mean day 325/225, Σw(d − d̄)² = 925 − 325²/225.
+/// Calculated by hand: y = 1 + 0.1 d at days d = 0, 1, 3 with u = 0.1, 0.2, 0.1; weights w = 1/u² = 100, 25, 100; Σw = 225, Σwd = 325,
+/// Σwd² = 925, Σw(d − d̄)² = 925 − 325²/225.
 #[test]
-fn line_is_weighted_least_squares() {
+fn line_is_fitted_by_weighted_least_squares() {
     let of = |day: f64, u: f64, off: f64| {
         point(day, 1.0 + 0.1 * day + off, "s", vec![Contribution::type_a("noise", u, f64::INFINITY, String::new())])
     };
@@ -45,8 +46,11 @@ fn line_is_weighted_least_squares() {
     assert!((at_first - 1.0).abs() < 1e-12 && (slope.value - 0.1).abs() < 1e-12);
     assert!((slope.combined_u() - spread.powf(-0.5)).abs() < 1e-12 && slope.effective_dof() == f64::INFINITY && slope.unit == "1/d");
     // A deviation of ten times its uncertainty enlarges the uncertainty of the slope and leaves one degree of freedom.
-    let rough = line(&[of(0.0, 0.1, 0.0), of(1.0, 0.2, 2.0), of(3.0, 0.1, 0.0)]).unwrap();
-    assert!(rough.slope.combined_u() > 5.0 * slope.combined_u() && (rough.slope.effective_dof() - 1.0).abs() < 1e-9, "{rough:?}");
-    assert_eq!(line(&[of(0.0, 0.1, 0.0), of(1.0, 0.2, 0.0)]), None);
+    let with_outlier = line(&[of(0.0, 0.1, 0.0), of(1.0, 0.2, 2.0), of(3.0, 0.1, 0.0)]).unwrap();
+    assert!(
+        with_outlier.slope.combined_u() > 5.0 * slope.combined_u() && (with_outlier.slope.effective_dof() - 1.0).abs() < 1e-9,
+        "{with_outlier:?}"
+    );
+    assert_eq!(line(&[of(0.0, 0.1, 0.0), of(1.0, 0.2, 0.0)]), None, "two records");
     assert_eq!(line(&[of(1.0, 0.1, 0.0), of(1.0, 0.2, 0.0), of(1.0, 0.1, 0.0)]), None, "all on one day");
 }
