@@ -1,0 +1,60 @@
+#!/usr/bin/env bash
+# Full campaigns behind the tables of docs/, in pieces of at most 20 minutes on two cores.
+# Usage: scripts/full-benches.sh           lists the pieces
+#        scripts/full-benches.sh PIECE…    runs these pieces; `all` runs all
+# Pieces marked with * need external records: STAND_DATA names their folder (docs/figures.md).
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+bench() { cargo bench -q -p stand-tests --bench "$@"; }
+confusion() { bench confusion -- "$@"; }
+
+declare -A pieces=(
+    [foreign-fits*]="bench foreign_cases"
+    [foreign-explain*]="confusion foreign"
+    [real-records*]="cargo test -q --release -p stand-tests --test real_records -- --include-ignored --nocapture"
+    [where-it-fails]="cargo run -q --release -p stand-tests --example where_it_fails -- 60"
+    [own-explain-1]="confusion own 1 1"
+    [own-explain-2]="confusion own 1 2"
+    [own-explain-3]="confusion own 1 3"
+    [several-explain]="confusion several 20 1"
+    [outsiders-explain]="confusion outsiders 1 1"
+    [nulls-1]="confusion nulls 200 6001"
+    [nulls-2]="confusion nulls 200 6201"
+    [nulls-3]="confusion nulls 200 6401"
+    [nulls-4]="confusion nulls 200 6601"
+    [nulls-5]="confusion nulls 200 6801"
+    [coverage]="bench coverage"
+    [fits]="bench fits"
+    [simulator-speed]="cargo bench -q -p hal-sim --bench times_real_time"
+    [hour-of-telemetry]="cargo bench -q -p hal-sim --bench hour_of_telemetry"
+    [calibration-gyro]="bench calibration -- 400 gyro"
+    [calibration-accel]="bench calibration -- 300 accel"
+    [calibration-drive]="bench calibration -- 300 drive"
+    [drift]="bench drift_monte_carlo"
+    [allan]="bench allan"
+    [rate-accuracy]="cargo run -q --release -p stand-tests --example rate_accuracy"
+    [image]="scripts/build-firmware.sh"
+    [tick]="scripts/count-instructions.sh"
+)
+names() { printf '%s\n' "${!pieces[@]}" | sort; }
+
+if [ $# = 0 ]; then
+    names | while read -r name; do printf '%-20s %s\n' "$name" "${pieces[$name]}"; done
+    exit
+fi
+[ "$*" = all ] && mapfile -t selected < <(names) || selected=("$@")
+
+commit="$(git rev-parse --short HEAD)$(git diff --quiet HEAD || echo +changes)"
+export -f bench confusion
+for name in "${selected[@]}"; do
+    name="${name%\*}"
+    command="${pieces[$name]:-}"
+    if [ -z "$command" ]; then
+        command="${pieces[$name*]:-}"
+        [ -n "$command" ] || { echo "full-benches.sh: no piece \`$name\`; without arguments the pieces are listed" >&2; exit 2; }
+        [ -n "${STAND_DATA:-}" ] || { echo "full-benches.sh: \`$name\` needs external records: set STAND_DATA to their folder" >&2; exit 2; }
+    fi
+    printf '\n=== %s: commit %s, %s, %s cores\n' "$name" "$commit" "$(date -I)" "$(nproc)"
+    timeout 1200 bash -euo pipefail -c "$command"
+done
