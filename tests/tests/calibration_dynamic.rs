@@ -84,7 +84,8 @@ fn chirp_agrees_with_sines() {
             ["delay_s", "damping", "bandwidth_Hz", "scale_dynamic"].into_iter().find_map(|name| {
                 let (a, b) = (found(&by_sines, name), found(&by_chirp, name));
                 let U = a.expanded_u().hypot(b.expanded_u());
-                ((a.value - b.value).abs() > U).then(|| format!("seed {seed}: {name}: {} by sines, {} along the chirp, ± {U}", a.value, b.value))
+                ((a.value - b.value).abs() > U)
+                    .then(|| format!("seed {seed}: {name}: {} by sines, {} along the chirp, ± {U}", a.value, b.value))
             })
         })
         .collect();
