@@ -1,6 +1,6 @@
-//! How many times faster than real time one stand runs on one core: firmware tick, sensors, virtual time, plant.
+//! Simulated time over real time of one simulated stand on one core: firmware tick, sensors, virtual time, plant.
 //!
-//! `cargo bench -p hal-sim --bench times_real_time`. Best and median of several sessions; the last line is the tick alone.
+//! `cargo bench -p hal-sim --bench times_real_time`. Best and median of several sessions; the last line is the time of one tick alone.
 
 use hal_sim::board::PlantPort;
 use hal_sim::board::linear_motor::LinearMotor;
@@ -13,9 +13,12 @@ use stand_firmware::speed_loop::{Command, Config, Mode, Segment, Settings, Speed
 use std::hint::black_box;
 use std::time::Instant;
 
+/// Simulated time of a session, s.
 const SECONDS: f64 = 30.0;
+/// Sessions per line of the table.
 const RUNS: usize = 7;
 
+/// Best and median of simulated time over real time.
 fn times<P: PlantPort>(stand: StandSetup, plant: impl Fn() -> P, mode: Mode, kind: ProfileKind) -> (f64, f64) {
     let mut factors: Vec<f64> = (0..RUNS)
         .map(|_| {
@@ -29,6 +32,7 @@ fn times<P: PlantPort>(stand: StandSetup, plant: impl Fn() -> P, mode: Mode, kin
     (factors[RUNS - 1], factors[RUNS / 2])
 }
 
+/// Mean time of one tick of the speed loop, ns.
 fn tick_alone() -> f64 {
     const TICKS: u64 = 3_000_000;
     let hardware = Hardware::default();
@@ -37,7 +41,7 @@ fn tick_alone() -> f64 {
     let command = Command { segment: Segment::rate(&hardware, 1, 10, 10.0, 10.0), ..Command::default() };
     let begin = Instant::now();
     for n in 0..TICKS {
-        // 3.183 counts per tick are 10 rad/s.
+        // 10 rad/s are 3.183 counts per tick.
         let encoder = EncoderCount((n * 3183 / 1000) as u16);
         let command = n.is_multiple_of(10).then_some(command);
         black_box(speed_loop.tick(black_box(&Sensed { tick: n, encoder, ..Sensed::default() }), command.as_ref()));
@@ -48,7 +52,7 @@ fn tick_alone() -> f64 {
 fn main() {
     println!("{SECONDS} s sessions at {CONTROL_HZ} Hz, rows at 1 kHz; best and median of {RUNS}");
     println!("{:<34}{:>10}{:>10}", "", "best ×", "median ×");
-    let quiet = StandSetup { sensors: SensorSetup::ideal(), ..StandSetup::default() };
+    let without_noise = StandSetup { sensors: SensorSetup::ideal(), ..StandSetup::default() };
     let default = Stand::default();
     for (name, mode, kind) in [
         ("default stand, voltage, multi-step", Mode::Voltage, ProfileKind::MultiStep),
@@ -64,7 +68,7 @@ fn main() {
         ("voltage, multi-step", StandSetup::default(), Mode::Voltage, ProfileKind::MultiStep),
         ("rate, multi-step", StandSetup::default(), Mode::Rate, ProfileKind::MultiStep),
         ("rate, multisine", StandSetup::default(), Mode::Rate, ProfileKind::Multisine),
-        ("rate, multi-step, without noise", quiet, Mode::Rate, ProfileKind::MultiStep),
+        ("rate, multi-step, without noise", without_noise, Mode::Rate, ProfileKind::MultiStep),
     ] {
         let (best, median) = times(stand, LinearMotor::default, mode, kind);
         println!("{name:<34}{best:>10.0}{median:>10.0}");

@@ -12,7 +12,7 @@ use host_tools::model::Model;
 /// # Panics
 /// The record cannot be read.
 pub fn record(data: &Path, name: &str, also: &[&str]) -> Log {
-    Log::read_also(data.join(name), also).expect("a record of the collection")
+    Log::read_also(data.join(name), also).expect("the record is readable")
 }
 
 /// The log with one more note.
@@ -22,7 +22,7 @@ pub fn record(data: &Path, name: &str, also: &[&str]) -> Log {
 pub fn noted(log: &Log, key: &str, value: &str) -> Log {
     let mut notes = log.notes().to_vec();
     notes.push((key.to_owned(), value.to_owned()));
-    Log::new(log.path(), log.columns().to_vec(), notes).expect("the columns of a log")
+    Log::new(log.path(), log.columns().to_vec(), notes).expect("the columns are those of a log")
 }
 
 /// `model` with the fitted values.
@@ -30,9 +30,9 @@ pub fn noted(log: &Log, key: &str, value: &str) -> Log {
 /// # Panics
 /// A name is not a parameter of the model.
 pub fn with_values(model: &Model, parameters: &fit::Parameters) -> Model {
-    let mut found = model.clone();
-    found.set_all(parameters.list.iter().map(|p| (p.name.as_str(), p.value))).expect("parameters of the model");
-    found
+    let mut fitted = model.clone();
+    fitted.set_all(parameters.list.iter().map(|p| (p.name.as_str(), p.value))).expect("the names are parameters of the model");
+    fitted
 }
 
 /// Root mean square of measured minus modelled position over all of `log`, in the angle's unit: a free run from the measured first angle at the
@@ -44,32 +44,33 @@ pub fn with_values(model: &Model, parameters: &fit::Parameters) -> Model {
 /// # Panics
 /// The log lacks a column.
 pub fn position_rms(log: &Log, model: &Model) -> Result<f64, FitError> {
-    let (record, _) = fit::prepare::prepare(log, model, false).expect("the columns of the model");
-    let (system, parameters) = fit::build::system(model, record.temp_C.is_some());
-    let held: FitResult = fit::compare(&system, &parameters, &record)?;
-    let rig = system.rig::<f64>(&parameters, record.driven);
-    let theta = record.theta.expect("an angle");
+    let (prepared, _) = fit::prepare::prepare(log, model, false).expect("the log has the columns of the model");
+    let (system, parameters) = fit::build::system(model, prepared.temp_C.is_some());
+    let comparison: FitResult = fit::compare(&system, &parameters, &prepared)?;
+    let rig = system.rig::<f64>(&parameters, prepared.driven);
+    let theta = prepared.theta.expect("the log has an angle");
     let (mut sum, mut n) = (0.0, 0usize);
-    for (rows, start) in record.segments.iter().zip(&held.initial_states.values) {
+    for (rows, start) in prepared.segments.iter().zip(&comparison.initial_states.values) {
         let mut state = State::turning(start[0], theta[rows.start]);
         for row in rows.clone() {
             sum += (theta[row] - state.theta).powi(2);
             n += 1;
-            rig.advance(&mut state, &record.row_input(row, rows.end));
+            rig.advance(&mut state, &prepared.row_input(row, rows.end));
         }
     }
     Ok((sum / n as f64).sqrt())
 }
 
-/// Largest correlation of `of(θ)` with a map over one turn (even steps, rising angles) that is shifted by at most `reach_rad`; and the shift, rad.
-/// Means are removed. The map starts at `θ = 0`.
-pub fn correlation_with_map(of: impl Fn(f64) -> f64, theta_rad: &[f64], map: &[f64], reach_rad: f64) -> (f64, f64) {
+/// Largest correlation of `function(θ + shift)` with `map`, the values at the angles `theta_rad`, for shifts of at most ± `reach_rad`; and that
+/// shift, rad. Means are removed.
+pub fn correlation_with_map(function: impl Fn(f64) -> f64, theta_rad: &[f64], map: &[f64], reach_rad: f64) -> (f64, f64) {
+    // Shifts tried on each side of zero.
     let steps = 64;
     (-steps..=steps)
         .map(|k| {
             let shift = reach_rad * f64::from(k) / f64::from(steps);
-            let here: Vec<f64> = theta_rad.iter().map(|&t| of(t + shift)).collect();
-            (correlation(&here, map), shift)
+            let shifted: Vec<f64> = theta_rad.iter().map(|&t| function(t + shift)).collect();
+            (correlation(&shifted, map), shift)
         })
         .fold((f64::NEG_INFINITY, 0.0), |best, one| if one.0 > best.0 { one } else { best })
 }

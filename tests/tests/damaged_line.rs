@@ -1,4 +1,5 @@
-//! A line that flips, loses and inserts bytes, with the complete controller: no damaged command is obeyed, and the platform can always be stopped.
+//! A serial line that damages, loses and inserts bytes, with the complete controller: no damaged command is executed, and the platform can
+//! always be stopped.
 #![allow(clippy::unwrap_used)]
 
 use std::collections::BTreeSet;
@@ -7,21 +8,21 @@ use hal_sim::faults::FaultKind;
 use hal_sim::plant::Stand;
 use stand_tests::bench::{checked, with_stand};
 
-/// A value that depends on `n` in each digit.
+/// Pseudo-random value between 1 and 30: values of successive `n` differ in most digits, so that a damaged one hardly equals another one.
 fn value(n: u32) -> String {
     format!("{:.6}", 1.0 + f64::from(n.wrapping_mul(2_654_435_761) % 29_000_000) * 1e-6)
 }
 
 #[test]
 fn no_damaged_command_is_obeyed() {
-    for (what, share) in [(FaultKind::LineFlips, 0.02), (FaultKind::LineLoses, 0.02), (FaultKind::LineInserts, 0.02)] {
+    for (what, fraction) in [(FaultKind::LineFlips, 0.02), (FaultKind::LineLoses, 0.02), (FaultKind::LineInserts, 0.02)] {
         with_stand(&Stand::default(), async |host| {
             // After a command with checksum, the stand accepts only commands with checksum.
             host.send(checked("*IDN?").as_bytes());
             assert!(host.line(1.0).await.unwrap().starts_with("Rotary Stand"));
             let (mut sent, mut in_force, mut refused) = (BTreeSet::from(["0".to_owned()]), BTreeSet::new(), 0);
             for round in 0..2000 {
-                host.inject_fault(what, f64::INFINITY, Some(share));
+                host.inject_fault(what, f64::INFINITY, Some(fraction));
                 for n in 0..5 {
                     let value = value(round * 5 + n);
                     host.send(checked(&format!("SOUR:RATE {value}")).as_bytes());
@@ -43,8 +44,8 @@ fn no_damaged_command_is_obeyed() {
                 host.send(checked("*CLS").as_bytes());
             }
             println!("{what:?}: {} of {} values were in force when asked, {refused} lines refused", in_force.len(), sent.len());
-            // Most groups of five have one command that arrived; a fraction of the lines is damaged and detected.
-            assert!(in_force.len() > 1500 && refused > 1500, "{what:?}: {} {refused}", in_force.len());
+            // In most groups of five at least one command arrives, and damaged lines are detected and refused.
+            assert!(in_force.len() > 1500 && refused > 1500, "{what:?}: {} values in force, {refused} lines refused", in_force.len());
         });
     }
 }
@@ -53,8 +54,8 @@ fn no_damaged_command_is_obeyed() {
 #[test]
 fn lost_checksum_mark_and_cut_line_are_refused() {
     let command = |n: u32| format!("SOUR:RATE 1.{n}");
-    let treacherous = (0..).find(|n| checked(&command(*n)).trim_end().rsplit('~').next().unwrap().bytes().all(|b| b.is_ascii_digit()));
-    let line = checked(&command(treacherous.unwrap()));
+    let digits_only = (0..).find(|n| checked(&command(*n)).trim_end().rsplit('~').next().unwrap().bytes().all(|b| b.is_ascii_digit()));
+    let line = checked(&command(digits_only.unwrap()));
     with_stand(&Stand::default(), async |host| {
         host.send(checked("*IDN?").as_bytes());
         host.line(1.0).await.unwrap();
@@ -63,9 +64,9 @@ fn lost_checksum_mark_and_cut_line_are_refused() {
             host.send(damaged.as_bytes());
             host.wait_s(0.01).await;
             host.send(checked("SOUR:RATE?").as_bytes());
-            assert!(host.line(1.0).await.unwrap().starts_with("0 "), "{damaged}");
+            assert!(host.line(1.0).await.unwrap().starts_with("0 "), "{damaged:?}");
         }
-        // On a line without checksums, the same text is an ordinary number.
+        // Without checksums for longer than the time-out, a line without checksum is accepted again.
         host.wait_s(60.0).await;
         host.command("*CLS").await;
         host.command("SOUR:RATE 1.5").await;
@@ -79,7 +80,8 @@ fn byte_0x18_stops_the_platform_on_a_damaged_line() {
         host.wait_s(1.0).await;
         host.inject_fault(FaultKind::LineFlips, f64::INFINITY, Some(0.05));
         host.send(b"SOUR:RA\x18");
-        host.send(&[0x18; 3]); // one of them arrives at 5 % of damage per byte
+        // With 5 % of the bytes damaged, one of the four is practically certain to arrive.
+        host.send(&[0x18; 3]);
         host.wait_s(0.01).await;
         host.clear_fault(FaultKind::LineFlips);
         host.send(b"\n");
@@ -88,7 +90,7 @@ fn byte_0x18_stops_the_platform_on_a_damaged_line() {
         let fault = host.query("FAULT?").await;
         assert!(fault.contains("emergency stop"), "{fault}");
         host.send(b"*CLS\n");
-        assert!(host.refusal("SOUR:MODE RATE").await.starts_with("-221"), "latched");
+        assert!(host.refusal("SOUR:MODE RATE").await.starts_with("-221"), "the fault stays latched after *CLS");
         host.wait_s(4.0).await;
         assert!(host.true_rate_rad_s().abs() < 0.1);
         host.command("*CLS").await;

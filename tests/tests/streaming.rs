@@ -1,4 +1,4 @@
-//! Telemetry of the whole controller: a minute of rows at 1 kHz. The hour is `cargo bench -p hal-sim --bench hour_of_telemetry`.
+//! Telemetry of the complete controller: one minute of rows at 1 kHz. For one hour: `cargo bench -p hal-sim --bench hour_of_telemetry`.
 #![allow(clippy::unwrap_used)]
 
 use hal_sim::faults::FaultKind;
@@ -22,13 +22,14 @@ fn minute_at_1_kilohertz_loses_no_frame() {
 }
 
 #[test]
-fn damage_of_a_bad_line_is_counted_and_dropped() {
+fn frames_damaged_by_the_line_are_counted_and_dropped() {
     with_stand(&Stand::default(), async |host| {
         host.wait_s(0.1).await;
         host.inject_fault(FaultKind::LineFlips, f64::INFINITY, Some(1e-4));
         let counts = record(host, 20, |_, _| ()).await;
         println!("{counts:?}");
-        // About 60 bytes per row: one row in 170 is damaged, and missed by its number. A damaged 00 joins two frames.
+        // About 60 bytes per row: one row in 170 is damaged, and a gap in the frame numbers shows it. Two frames become one if the 00 between them is
+        // damaged.
         assert!(counts.damaged > 50 && counts.missing > 50 && counts.rows > 19_000, "{counts:?}");
         assert!(counts.rows + counts.missing >= 19_950, "{counts:?}");
     });

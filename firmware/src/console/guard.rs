@@ -1,65 +1,69 @@
-//! Emergency stop by the serial line. It acts in the receive interrupt, in text and in stream mode, independently of the tasks.
+//! Emergency stop over the serial line. It acts in the receive interrupt, independently of the tasks, in text mode and in stream mode.
 //!
-//! In: every received byte ([`Guard::byte`]) and every break. Out: flags in a [`StopLine`]. `TickIo::sense` passes them to the tick as `stop`; the
-//! app clears them once the fault is latched. Two inputs stop: the byte 0x18 (Ctrl-X) anywhere, and the word STOP, in any case, at the start
-//! of a command (start of the line or after `;`) and as a whole word (line end, `;`, `~` or blank behind it). A check sum behind
-//! it (`STOP~1A2B3C4D`) is not awaited: an unwanted stop costs a run, a missed stop may cost the stand.
+//! Input: every received byte ([`Guard::byte`]) and every break ([`Guard::line_break`]). Output: two requests in a [`StopLine`], for a stop and for
+//! text mode. `TickIo::sense` passes the stop request to the tick as `stop`; the app clears it once the fault is latched.
 //!
-//! The guard takes a few instructions per byte and one byte of state; it does not panic or wait.
+//! Two inputs request a stop: the byte 0x18 (Ctrl-X) anywhere, and the word STOP, in any case, at the start of a command (start of the line or
+//! after `;`). STOP must be followed by a line end, `;`, `~`, a space or a tab. The guard does not wait for a check sum after it
+//! (`STOP~1A2B3C4D`): an unwanted stop costs a run, a missed stop may destroy the stand.
+//!
+//! The guard needs a few instructions per byte and one byte of state. It never panics and never waits.
 
 use core::sync::atomic::{AtomicU8, Ordering};
 
 /// Ctrl-X: stop, and return to text mode.
 pub const CANCEL: u8 = 0x18;
 
-/// Requests of the line that the app has not handled yet.
+/// Requests received over the serial line and not yet handled.
 #[derive(Debug, Default)]
 pub struct StopLine {
-    asked: AtomicU8,
+    requests: AtomicU8,
 }
 
+/// Bit of an emergency stop.
 const STOP: u8 = 1;
+/// Bit of the return to text mode.
 const TEXT: u8 = 2;
 
 impl StopLine {
     /// No request.
     pub const fn new() -> Self {
-        Self { asked: AtomicU8::new(0) }
+        Self { requests: AtomicU8::new(0) }
     }
 
     /// Requests an emergency stop.
     #[inline]
     pub fn request_stop(&self) {
-        self.asked.fetch_or(STOP, Ordering::Relaxed);
+        self.requests.fetch_or(STOP, Ordering::Relaxed);
     }
 
     /// Whether a stop is requested; `TickIo::sense` reports it.
     #[inline]
     pub fn is_stop_requested(&self) -> bool {
-        self.asked.load(Ordering::Relaxed) & STOP != 0
+        self.requests.load(Ordering::Relaxed) & STOP != 0
     }
 
-    /// Clears the stop, once its fault is latched.
+    /// Clears the stop request. For use once the fault is latched.
     pub fn clear_stop(&self) {
-        self.asked.fetch_and(!STOP, Ordering::Relaxed);
+        self.requests.fetch_and(!STOP, Ordering::Relaxed);
     }
 
     /// Whether text mode was requested (0x18, a break) since the last call.
     pub fn take_text(&self) -> bool {
-        self.asked.fetch_and(!TEXT, Ordering::Relaxed) & TEXT != 0
+        self.requests.fetch_and(!TEXT, Ordering::Relaxed) & TEXT != 0
     }
 
     #[inline]
-    fn ask_text(&self) {
-        self.asked.fetch_or(TEXT, Ordering::Relaxed);
+    fn request_text(&self) {
+        self.requests.fetch_or(TEXT, Ordering::Relaxed);
     }
 }
 
-/// Detects a stop in the received bytes.
+/// Detects requests for a stop and for text mode in the received bytes.
 #[derive(Clone, Debug)]
 pub struct Guard<'a> {
     line: &'a StopLine,
-    /// Letters of STOP received since the start of the command; [`OTHER`] within another word.
+    /// Number of letters of STOP received since the start of the command; [`OTHER`] after any other text.
     seen: u8,
 }
 
@@ -78,15 +82,16 @@ impl<'a> Guard<'a> {
         match byte {
             CANCEL => {
                 self.line.request_stop();
-                self.line.ask_text();
+                self.line.request_text();
                 self.seen = 0;
             }
             b'\r' | b'\n' | b';' | b'~' | b' ' | b'\t' => {
                 if usize::from(self.seen) == WORD.len() {
                     self.line.request_stop();
                 }
-                let begins = matches!(byte, b'\r' | b'\n' | b';') || (self.seen == 0 && byte != b'~');
-                self.seen = if begins { 0 } else { OTHER };
+                // A line end or `;` starts a command; blanks before the first word do not count.
+                let at_start = matches!(byte, b'\r' | b'\n' | b';') || (self.seen == 0 && byte != b'~');
+                self.seen = if at_start { 0 } else { OTHER };
             }
             letter => {
                 let fits = WORD.get(usize::from(self.seen)).is_some_and(|expected| letter.eq_ignore_ascii_case(expected));
@@ -95,10 +100,10 @@ impl<'a> Guard<'a> {
         }
     }
 
-    /// The line was held low for longer than a byte: return to text mode and discard the incomplete line.
+    /// Takes a break (the line was held low for longer than a byte): requests text mode and forgets the letters of STOP received so far.
     #[inline]
     pub fn line_break(&mut self) {
-        self.line.ask_text();
+        self.line.request_text();
         self.seen = 0;
     }
 }
@@ -134,7 +139,7 @@ mod tests {
         assert!(!line.is_stop_requested() && !line.take_text());
         guard.byte(CANCEL);
         assert!(line.is_stop_requested() && line.take_text());
-        assert!(!line.take_text(), "taken once");
+        assert!(!line.take_text(), "the request is taken only once");
         line.clear_stop();
         assert!(!line.is_stop_requested());
     }

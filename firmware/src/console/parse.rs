@@ -1,4 +1,4 @@
-//! Parser of a line: commands separated by `;`, each a header and its parameters. Nothing is copied.
+//! Parser of a line: commands separated by `;`, each with a header and parameters. Nothing is copied.
 //!
 //! Header words match in long or short form, in any case (`SOURce:RATE`: SOURCE or SOUR). A command after `;` continues the path of the
 //! command before it (`SOURce:MODE RATE;RATE 5`). A leading `:` or `*` starts at the root, and STOP always does.
@@ -8,7 +8,7 @@ use super::quantity::{Quantity, number};
 use crate::text::{Ascii, Significant};
 use core::fmt::{self, Display};
 
-/// The commands of a line.
+/// Iterator over the commands of a line.
 #[derive(Clone, Debug)]
 pub struct Commands<'a> {
     rest: Option<&'a [u8]>,
@@ -21,13 +21,13 @@ pub struct Command<'a> {
     /// The path of the command before it: its header without the last word.
     path: &'a [u8],
     header: &'a [u8],
-    /// It has a `?`.
+    /// The header ends with `?`.
     pub is_query: bool,
     parameters: &'a [u8],
 }
 
 impl<'a> Commands<'a> {
-    /// The commands of a line without check sum.
+    /// The commands of a line, which is without its check sum.
     pub fn new(line: &'a [u8]) -> Self {
         Self { rest: Some(line), path: b"" }
     }
@@ -38,7 +38,7 @@ impl<'a> Iterator for Commands<'a> {
 
     fn next(&mut self) -> Option<Command<'a>> {
         loop {
-            let (text, rest) = cut(self.rest?, b';');
+            let (text, rest) = split_unquoted(self.rest?, b';');
             self.rest = rest;
             let text = text.trim_ascii();
             if text.is_empty() {
@@ -55,7 +55,7 @@ impl<'a> Iterator for Commands<'a> {
             let path = if at_root { b"" } else { self.path };
             let command = Command { path, header, is_query, parameters: parameters.trim_ascii() };
             if !header.starts_with(b"*") {
-                // The path of the next command is that of this header, or of the command before where this header is one word.
+                // The next command continues the path of this header; a header of one word keeps the path before it.
                 self.path = match header.iter().rposition(|byte| *byte == b':') {
                     Some(last) => header.get(..last).unwrap_or_default(),
                     None if at_root => b"",
@@ -69,6 +69,8 @@ impl<'a> Iterator for Commands<'a> {
 
 impl<'a> Command<'a> {
     /// Whether the header matches a pattern: words separated by `:`, the short form in capitals.
+    ///
+    /// The header continues the path. If it does not match there and has several words, it is read from the root.
     pub fn is(&self, pattern: &str) -> bool {
         self.matches(pattern, self.path) || (!self.path.is_empty() && self.header.contains(&b':') && self.matches(pattern, b""))
     }
@@ -85,7 +87,7 @@ impl<'a> Command<'a> {
         }
     }
 
-    /// The last word of the header, if the words before it match the pattern.
+    /// The last word of path and header, if all words before it match the pattern.
     pub fn last_below(&self, pattern: &str) -> Option<&'a [u8]> {
         let mut words = self.words_after(self.path);
         for wanted in split_words(pattern.as_bytes()) {
@@ -124,7 +126,7 @@ pub struct Parameters<'a> {
 impl<'a> Parameters<'a> {
     /// The next parameter as received, if there is one.
     pub fn next_text(&mut self) -> Option<&'a [u8]> {
-        let (text, rest) = cut(self.rest?, b',');
+        let (text, rest) = split_unquoted(self.rest?, b',');
         self.rest = rest;
         Some(text.trim_ascii())
     }
@@ -151,12 +153,13 @@ impl<'a> Parameters<'a> {
         choice.ok_or_else(|| ErrorEntry::with(Code::ILLEGAL_VALUE, format_args!("{} is not one of {}", Ascii(text), Choices(words))))
     }
 
-    /// The next parameter as ON or OFF, 1 or 0.
+    /// The next parameter as a switch: `true` for ON or 1, `false` for OFF or 0.
     ///
     /// # Errors
-    /// The parameter is missing, or something else.
+    /// The parameter is missing, or is none of these words.
     pub fn on_off(&mut self) -> Result<bool, ErrorEntry> {
-        self.choice(&["OFF", "ON", "0", "1"]).map(|place| place & 1 == 1)
+        // The words of odd index mean on.
+        self.choice(&["OFF", "ON", "0", "1"]).map(|index| index & 1 == 1)
     }
 
     /// The next parameter as a number in the unit of the range.
@@ -176,9 +179,9 @@ impl<'a> Parameters<'a> {
             ErrorEntry::with(Code::INVALID_SUFFIX, format_args!("the unit of {} is wrong; expected {unit}", Ascii(text)))
         })?;
         let value = value * factor;
-        // A bound given in another unit may be off by its last digit.
-        let slack = 1e-12 * (range.greatest.abs() + range.least.abs());
-        if !(value >= range.least - slack && value <= range.greatest + slack) {
+        // The conversion of units may round a value at a bound to slightly outside.
+        let tolerance = 1e-12 * (range.greatest.abs() + range.least.abs());
+        if !(value >= range.least - tolerance && value <= range.greatest + tolerance) {
             let (side, limit) =
                 if value < range.least { ("below the minimum", range.least) } else { ("above the maximum", range.greatest) };
             let unit = range.quantity.unit;
@@ -186,7 +189,7 @@ impl<'a> Parameters<'a> {
             let detail = format_args!("{} is {side} of {}{separator}{unit}", Ascii(text), Significant(limit, 6));
             return Err(ErrorEntry::with(Code::OUT_OF_RANGE, detail));
         }
-        // `clamp` panics if its bounds are swapped.
+        // Not `f64::clamp`: it panics if its bounds are swapped.
         Ok(f64::min(f64::max(value, range.least), range.greatest))
     }
 
@@ -254,7 +257,7 @@ impl Display for Range {
     }
 }
 
-/// Whether `text` is `pattern` in long form, or in short form (the part before the first small letter), in any case.
+/// Whether `text` is `pattern` in long form, or in short form (the part before the first lower-case letter), in any case.
 pub fn is_word(text: &[u8], pattern: &str) -> bool {
     is_form(text, pattern.as_bytes())
 }
@@ -264,7 +267,7 @@ fn is_form(text: &[u8], pattern: &[u8]) -> bool {
     text.eq_ignore_ascii_case(pattern) || pattern.get(..short).is_some_and(|short| text.eq_ignore_ascii_case(short))
 }
 
-/// The words between `:`, at least one. The standard library's `split` is not used: the compiler cannot prove its slices free of panics.
+/// The words separated by `:`; one empty word for an empty text. Not `slice::split`: the compiler cannot prove that it does not panic.
 fn split_words(text: &[u8]) -> impl Iterator<Item = &[u8]> {
     let mut rest = Some(text);
     core::iter::from_fn(move || {
@@ -275,8 +278,8 @@ fn split_words(text: &[u8]) -> impl Iterator<Item = &[u8]> {
     })
 }
 
-/// Whether `text` is the name of a parameter (`dwell_s`): complete, without its unit, or in SCPI's short form (four letters, three if
-/// the fourth is a vowel).
+/// Whether `text` is the name of a parameter (`dwell_s`) in any case: in full, without its unit, or in SCPI's short form (four letters, three
+/// if the fourth is a vowel).
 pub fn is_name(text: &[u8], name: &str) -> bool {
     let end = name.bytes().position(|byte| matches!(byte, b'_' | b'-')).unwrap_or(name.len());
     let base = name.get(..end).unwrap_or(name);
@@ -286,8 +289,8 @@ pub fn is_name(text: &[u8], name: &str) -> bool {
     [name.as_bytes(), base.as_bytes(), short].into_iter().any(|form| text.eq_ignore_ascii_case(form))
 }
 
-/// The text before the first `at` outside quotes, and the text after it.
-fn cut(text: &[u8], at: u8) -> (&[u8], Option<&[u8]>) {
+/// The text before the first separator outside quotes, and the text after it.
+fn split_unquoted(text: &[u8], separator: u8) -> (&[u8], Option<&[u8]>) {
     let mut quote = None;
     let place = text.iter().position(|byte| {
         match quote {
@@ -295,7 +298,7 @@ fn cut(text: &[u8], at: u8) -> (&[u8], Option<&[u8]>) {
             None if matches!(byte, b'"' | b'\'') => quote = Some(*byte),
             _ => {}
         }
-        quote.is_none() && *byte == at
+        quote.is_none() && *byte == separator
     });
     match place {
         Some(place) => (text.get(..place).unwrap_or_default(), text.get(place + 1..)),
@@ -307,7 +310,7 @@ fn cut(text: &[u8], at: u8) -> (&[u8], Option<&[u8]>) {
 mod tests {
     use super::*;
 
-    fn is(line: &str, patterns: &[&str]) {
+    fn assert_headers(line: &str, patterns: &[&str]) {
         let all: Vec<_> = Commands::new(line.as_bytes()).collect();
         assert_eq!(all.len(), patterns.len(), "{line}");
         for (command, pattern) in all.iter().zip(patterns) {
@@ -317,13 +320,13 @@ mod tests {
 
     #[test]
     fn headers_match_in_long_and_short_form_and_continue_the_path() {
-        is("SOURce:RATE 5", &["SOURce:RATE"]);
-        is("sour:rate 5;:outp on", &["SOURce:RATE", "OUTPut"]);
-        is("SOURce:MODE RATE;RATE 100 DEG/S;*OPC?;RATE?", &["SOURce:MODE", "SOURce:RATE", "*OPC", "SOURce:RATE"]);
-        is("SYST:ERR?;ERR:COUN?", &["SYSTem:ERRor", "SYSTem:ERRor:COUNt"]);
-        is("PROF:STAR;STOP", &["PROFile:STARt", "STOP"]);
-        is(";;*idn?; ;", &["*IDN"]);
-        is("SOUR:RATE 1;SOUR:MODE OFF", &["SOURce:RATE", "SOURce:MODE"]);
+        assert_headers("SOURce:RATE 5", &["SOURce:RATE"]);
+        assert_headers("sour:rate 5;:outp on", &["SOURce:RATE", "OUTPut"]);
+        assert_headers("SOURce:MODE RATE;RATE 100 DEG/S;*OPC?;RATE?", &["SOURce:MODE", "SOURce:RATE", "*OPC", "SOURce:RATE"]);
+        assert_headers("SYST:ERR?;ERR:COUN?", &["SYSTem:ERRor", "SYSTem:ERRor:COUNt"]);
+        assert_headers("PROF:STAR;STOP", &["PROFile:STARt", "STOP"]);
+        assert_headers(";;*idn?; ;", &["*IDN"]);
+        assert_headers("SOUR:RATE 1;SOUR:MODE OFF", &["SOURce:RATE", "SOURce:MODE"]);
         let not = |line: &str, pattern: &str| assert!(!Commands::new(line.as_bytes()).next().unwrap().is(pattern), "{line}");
         for line in ["SOURC:RATE", "SOU:RATE", "RATE", "SOUR:RAT", "SOUR:RATE:X", "SOUR:", "SOUR::RATE", ":"] {
             not(line, "SOURce:RATE");
@@ -355,16 +358,16 @@ mod tests {
     }
 
     #[test]
-    fn a_parameter_name_matches_complete_without_unit_or_short() {
-        for (text, name) in [
-            ("DWEL", "dwell_s"),
-            ("dwell_s", "dwell_s"),
-            ("DWELL", "dwell_s"),
-            ("amp", "amplitude"),
-            ("ACC", "acceleration"),
-            ("to", "to_Hz"),
+    fn parameter_names_match_in_full_without_unit_or_in_short_form() {
+        for (text, name, matches) in [
+            ("DWEL", "dwell_s", true),
+            ("dwell_s", "dwell_s", true),
+            ("DWELL", "dwell_s", true),
+            ("amp", "amplitude", false),
+            ("ACC", "acceleration", true),
+            ("to", "to_Hz", true),
         ] {
-            assert_eq!(is_name(text.as_bytes(), name), text != "amp", "{text}");
+            assert_eq!(is_name(text.as_bytes(), name), matches, "{text}");
         }
     }
 }

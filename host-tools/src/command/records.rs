@@ -1,4 +1,4 @@
-//! `stand records`: the record files of calibrations.
+//! `stand records`: lists the records of calibrations, shows one, or reports the trend of a device.
 
 use std::path::{Path, PathBuf};
 
@@ -24,7 +24,7 @@ pub(super) enum Records {
 /// The records below a folder, one line each.
 #[derive(Debug, Args)]
 pub(super) struct List {
-    /// Searched with all subfolders
+    /// Folder to search, with all subfolders
     folder: PathBuf,
     #[command(flatten)]
     json: JsonOutput,
@@ -33,13 +33,13 @@ pub(super) struct List {
 /// One record: values, budgets, and verification against its raw logs.
 #[derive(Debug, Args)]
 pub(super) struct Show {
-    /// A record.json, or a session's folder
+    /// A file record.json, or the folder of a session
     record: PathBuf,
     #[command(flatten)]
     json: JsonOutput,
 }
 
-/// What was calibrated.
+/// Kind of the calibrated device.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum RecordKind {
     /// A rate gyro
@@ -53,12 +53,12 @@ enum RecordKind {
 /// Trend of one device under test: changes and their significance.
 #[derive(Debug, Args)]
 pub(super) struct Trend {
-    /// Searched with all subfolders
+    /// Folder to search, with all subfolders
     folder: PathBuf,
     /// Serial number of the device under test
     #[arg(long, value_name = "S")]
     serial: String,
-    /// Kind of the device, where several have this serial number
+    /// Kind of the device, if several devices have this serial number
     #[arg(long, value_enum)]
     what: Option<RecordKind>,
     /// Only this quantity
@@ -78,7 +78,8 @@ impl Records {
     }
 }
 
-fn found(folder: &Path) -> Result<(Vec<ArchivedRecord>, Vec<String>), CliError> {
+/// The records below a folder, and the messages about skipped files.
+fn records_and_messages(folder: &Path) -> Result<(Vec<ArchivedRecord>, Vec<String>), CliError> {
     let (records, skipped) = find_records(folder)?;
     Ok((records, skipped.iter().map(ToString::to_string).collect()))
 }
@@ -86,7 +87,7 @@ fn found(folder: &Path) -> Result<(Vec<ArchivedRecord>, Vec<String>), CliError> 
 impl List {
     fn run(self) -> Result<(), CliError> {
         self.json.check()?;
-        let (records, skipped) = found(&self.folder)?;
+        let (records, skipped) = records_and_messages(&self.folder)?;
         self.json.text(&report::list_text(&records, &skipped))?;
         self.json.json(|| report::list_json(&records, &skipped))
     }
@@ -96,7 +97,7 @@ impl Show {
     fn run(self) -> Result<(), CliError> {
         self.json.check()?;
         let archived = ArchivedRecord::read(&self.record)?;
-        let bar = spinner("computing again");
+        let bar = spinner("recomputing from the raw logs");
         let verification = archived.verify();
         bar.finish_and_clear();
         self.json.text(&report::show_text(&archived.record, &verification))?;
@@ -107,7 +108,7 @@ impl Show {
 impl Trend {
     fn run(self) -> Result<(), CliError> {
         self.output.check()?;
-        let (records, skipped) = found(&self.folder)?;
+        let (records, skipped) = records_and_messages(&self.folder)?;
         let selection = TrendSelection {
             serial: &self.serial,
             dut_kind: self.what.map(|kind| match kind {

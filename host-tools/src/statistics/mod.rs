@@ -1,7 +1,7 @@
-//! Statistics shared by all analyses: each method exists here once.
+//! Statistical methods shared by all analyses.
 //!
-//! [`distributions`] (normal, Student, χ², F), [`uncertainty`] (budgets of the GUM), [`least_squares`] with covariance, [`robust`] location and
-//! scale, [`extremes`], [`series`] (histogram, autocorrelation) and [`bins`] (means along a coordinate).
+//! [`distributions`] (normal, Student, χ², F), [`uncertainty`] (budgets according to the GUM), [`least_squares`] with covariance, [`robust`] location
+//! and scale, [`extremes`] (smallest and largest values), [`series`] (histogram, autocorrelation) and [`bins`] (means along a coordinate).
 
 pub mod bins;
 pub mod distributions;

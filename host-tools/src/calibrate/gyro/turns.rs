@@ -1,32 +1,34 @@
-//! Scale by whole turns: the integral of the output over runs that begin and end at rest, compared with the angle.
+//! Scale from whole turns: the integral of the output over a run that begins and ends at rest, against the angle turned.
 //!
-//! ∫y dt = s·Δθ + b·T + c₂·∫Ω² dt needs no plateau and no settling; bias and even terms cancel in a pair of opposite runs.
+//! ∫y dt = s·Δθ + b·T + c₂·∫Ω² dt, with output y, scale s, angle Δθ, bias b, duration T and even term c₂. Neither a plateau nor settling is
+//! needed. Bias and even term contribute equally to two opposite runs of the same profile, and so cancel in the scale.
 
 use super::{GyroSettings, dut_output};
 use crate::calibrate::{AbsenceReason, Basis, Findings, Meaning, Remark, Step};
 use crate::calibrate::{Contribution, Quantity};
 use crate::statistics::least_squares;
 
-/// Longest gap bridged by the integral, s: linear interpolation over 20 ms errs by at most 1e-6 of ten turns.
+/// Longest gap bridged by the integral, s: the error of linear interpolation over 20 ms is at most 1e-6 of ten turns.
 const MAX_GAP_S: f64 = 0.02;
 
-/// Adds the scale by whole turns.
+/// Adds the scale from whole turns to the findings.
 pub(super) fn add(steps: &[&Step], settings: &GyroSettings, findings: &mut Findings) {
     let logs = steps.iter().filter(|s| s.log.note("profile") == Some("turns")).map(|s| &s.log);
-    let (mut rows, mut sums) = (Vec::new(), Vec::new());
+    let (mut rows, mut integrals) = (Vec::new(), Vec::new());
     let mut incomplete = 0;
     for log in logs {
-        let (Some(shown), Some(theta)) = (dut_output(log, settings), log.column("theta_rad")) else { continue };
+        let (Some(output), Some(theta)) = (dut_output(log, settings), log.column("theta_rad")) else { continue };
         let (t_s, n) = (log.t_s(), log.len());
         if t_s.windows(2).any(|pair| pair[1] - pair[0] > MAX_GAP_S) {
             incomplete += 1;
             continue;
         }
-        let sum: f64 = (1..n).map(|k| 0.5 * (shown[k] + shown[k - 1]) * (t_s[k] - t_s[k - 1])).sum();
+        let integral: f64 = (1..n).map(|k| 0.5 * (output[k] + output[k - 1]) * (t_s[k] - t_s[k - 1])).sum();
         rows.push(vec![theta[n - 1] - theta[0], t_s[n - 1] - t_s[0]]);
-        sums.push(sum);
+        integrals.push(integral);
     }
-    let Some(fit) = least_squares(&rows, &sums).filter(|_| rows.iter().any(|r| r[0] > 1.0) && rows.iter().any(|r| r[0] < -1.0)) else {
+    // Runs in both directions are needed, each of more than 1 rad.
+    let Some(fit) = least_squares(&rows, &integrals).filter(|_| rows.iter().any(|r| r[0] > 1.0) && rows.iter().any(|r| r[0] < -1.0)) else {
         return findings.add_absent("scale_whole_turns", AbsenceReason::NeedsWholeTurns { incomplete });
     };
     if incomplete > 0 {
@@ -34,7 +36,7 @@ pub(super) fn add(steps: &[&Step], settings: &GyroSettings, findings: &mut Findi
     }
     let scale = fit.coefficients[0];
     let repeatability = Contribution::type_a("noise and repeatability", fit.sigma(0), fit.dof, Basis::WholeTurnRuns { count: rows.len() });
-    // The angle is independent of the clock; the error of the crystal acts on the integral.
+    // The clock does not affect the angle; its relative frequency error is that of the integral, and so of the scale.
     let clock = Contribution::rectangular(
         "clock",
         settings.assumptions.crystal_ppm * 1e-6,

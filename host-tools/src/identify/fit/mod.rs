@@ -1,11 +1,11 @@
-//! Output-error fit: the model is simulated along a log and compared, with given parameters or with fitted ones.
+//! Output-error method: the model is simulated along a log and compared with it, with given or with fitted parameters.
 //!
 //! Input: a [`PreparedLog`], a [`System`] and its [`Parameters`]. Output: a [`FitResult`] with residuals, noise and whiteness of each channel,
 //! and for a fit the parameters with their standard errors.
 //!
 //! The initial state of each segment is always fitted. Weights are 1/noise². The noise is estimated first from the measured series, then from the
-//! fine structure of the residuals, on which a wrong model has little influence. Every fourth block of 2 s is held out: it is simulated, but has
-//! the weight zero.
+//! differences of successive residuals, on which a wrong model has little influence. One block of 2 s in four is held out: it is simulated, but
+//! has zero weight.
 
 pub mod build;
 pub mod channel_fit;
@@ -36,7 +36,7 @@ pub use problem::Problem;
 pub use solve::Iterate;
 pub use system::{Effect, System};
 
-/// Why a model cannot be simulated along a log.
+/// Reason why a comparison or a fit is impossible.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FitError {
     /// Too many unknowns.
@@ -44,7 +44,7 @@ pub enum FitError {
         "the model has {0} free parameters and initial states, of which {MAX_UNKNOWNS} can be fitted together: fix some with {{ value = …, fixed = true }}"
     )]
     TooManyUnknowns(usize),
-    /// Fewer rows than unknowns need.
+    /// Too few rows for the number of unknowns.
     #[error("the log has {rows} rows for {unknowns} unknowns: record a longer log, or fix some parameters")]
     TooFewRows {
         /// Rows of the log.
@@ -52,7 +52,7 @@ pub enum FitError {
         /// Free parameters and initial states.
         unknowns: usize,
     },
-    /// The simulation diverges from the start.
+    /// The simulation diverges with the starting parameters.
     #[error("the simulation diverges with these parameters (output {0}): check their units and signs")]
     Diverges(&'static str),
 }
@@ -73,7 +73,7 @@ pub struct FitResult {
     pub parameters: Parameters,
     /// Standard errors of the parameters, 0 for fixed ones; all 0 after a comparison.
     pub sigmas: Vec<f64>,
-    /// Initial states, fitted.
+    /// Fitted initial states.
     pub initial_states: InitialStates,
     /// The channels, in the order of the prepared log.
     pub channels: Vec<ChannelFit>,
@@ -89,13 +89,13 @@ pub struct FitResult {
 
 /// Noise estimates are final if they change by less than this fraction.
 const NOISE_TOLERANCE: f64 = 0.01;
-/// Most fits with renewed noise estimates.
+/// Greatest number of further minimisations with updated noise estimates.
 const MAX_NOISE_UPDATES: usize = 3;
 
 /// Compares the model with the log: parameters are kept, initial states are fitted.
 ///
 /// # Errors
-/// [`FitError`] if the model cannot be simulated along this log.
+/// [`FitError`] if the simulation diverges, or the log is too short for the number of unknowns, or there are too many.
 pub fn compare(system: &System, parameters: &Parameters, data: &PreparedLog) -> Result<FitResult, FitError> {
     let mut fixed = parameters.clone();
     for p in &mut fixed.list {
@@ -109,7 +109,7 @@ pub fn compare(system: &System, parameters: &Parameters, data: &PreparedLog) -> 
 /// Fits the free parameters and the initial states.
 ///
 /// # Errors
-/// [`FitError`] if the model cannot be simulated along this log.
+/// [`FitError`] if the simulation diverges, or the log is too short for the number of unknowns, or there are too many.
 pub fn fit(system: &System, parameters: &Parameters, data: &PreparedLog) -> Result<FitResult, FitError> {
     let kinds = initial_state_kinds(&system.rig::<f64>(parameters, data.driven), data);
     let unknowns = parameters.free().len() + kinds.len();
@@ -125,10 +125,11 @@ pub fn fit(system: &System, parameters: &Parameters, data: &PreparedLog) -> Resu
     fit_from(system, data, start, noise)
 }
 
-/// Fits from parameters and initial states near the solution, without a search for a starting point. `noise` is that of each channel.
+/// Fits from parameters and initial states near the solution, without a search for a starting point. `noise` is the standard
+/// deviation of the noise of each channel.
 ///
 /// # Errors
-/// [`FitError`] if the model cannot be simulated there.
+/// [`FitError`] if the simulation diverges there, or there are too many unknowns.
 pub fn refit(
     system: &System,
     parameters: &Parameters,
@@ -143,14 +144,15 @@ pub fn refit(
     fit_from(system, data, Iterate::new(system, parameters, data, initial_states), noise.to_vec())
 }
 
-/// Minimises from `start`, with noise estimates renewed from the residuals.
+/// Minimises χ² from `start`, with noise estimates updated from the residuals.
 fn fit_from(system: &System, data: &PreparedLog, start: Iterate, mut noise: Vec<f64>) -> Result<FitResult, FitError> {
     for (residual, channel) in start.linearization.residuals.iter().zip(&data.channels) {
         if residual.iter().all(|r| !r.is_finite()) {
             return Err(FitError::Diverges(channel.channel.column()));
         }
     }
-    // The misfit of a wrong model enlarges its standard errors, and with them the useful step.
+    // With a wrong model, χ² per value exceeds 1. The standard errors are then larger, and the smallest relevant decrease of χ² grows with χ²
+    // per value.
     let values = (data.len() * data.channels.len()) as f64;
     let tolerance = |cost: f64| solve::MIN_CHI2_DECREASE * (cost / values).max(1.0);
     let mut iterate = solve::minimize(Problem { system, data, weights: &weights(&noise) }, start, tolerance);
@@ -168,7 +170,7 @@ fn fit_from(system: &System, data: &PreparedLog, start: Iterate, mut noise: Vec<
     Ok(evaluate(system, data, iterate, &noise))
 }
 
-/// The result at an iterate: residual statistics and covariance. `noise` is that of each channel.
+/// The result at an iterate: residual statistics and covariance. `noise` is the standard deviation of the noise of each channel.
 pub fn evaluate(system: &System, data: &PreparedLog, mut iterate: Iterate, noise: &[f64]) -> FitResult {
     let residuals = std::mem::take(&mut iterate.linearization.residuals);
     let channels: Vec<ChannelFit> = residuals.into_iter().enumerate().map(|(c, r)| ChannelFit::new(data, c, noise[c], r)).collect();
@@ -188,7 +190,7 @@ pub fn evaluate(system: &System, data: &PreparedLog, mut iterate: Iterate, noise
     }
 }
 
-/// The model describes the log except for a slow misfit, such as a missed interval of stiction leaves.
+/// True if the model describes the log except for a slow misfit, for example after an interval of stiction that the simulation misses.
 fn has_slow_misfit_only(data: &PreparedLog, iterate: &Iterate, noise: &[f64]) -> bool {
     let mut slow = false;
     for (c, residual) in iterate.linearization.residuals.iter().enumerate() {

@@ -1,6 +1,6 @@
-//! The columns of a log as a fit uses them: input, compared channels, quantities that the simulation takes from the log.
+//! The columns of a log in the form that a fit needs: input, compared channels, and quantities that the simulation takes from the log.
 //!
-//! Columns are borrowed from the log or shared, so that clones (other segments, another source of the rate) copy no rows.
+//! Columns are borrowed from the log or shared, so that a clone (with other segments or another source of the rate) copies no rows.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -12,9 +12,9 @@ use crate::model::{Channel, Input};
 
 /// Interval over which the angle is compared by its increments, s. A simulated angle drifts without limit; its increments do not.
 pub const ANGLE_INCREMENT_S: f64 = 0.020;
-/// Length of the blocks of which one in four is held out, s.
+/// Length of a block, s; see [`HELD_OUT_PERIOD`].
 const HELD_OUT_BLOCK_S: f64 = 2.0;
-/// One block in this number is held out.
+/// Blocks per period; one of them is held out.
 const HELD_OUT_PERIOD: i64 = 4;
 /// Index of the held-out block within a period.
 const HELD_OUT_INDEX: i64 = 1;
@@ -30,20 +30,20 @@ pub struct ComparedChannel<'a> {
     pub mean_before_s: Option<f64>,
     /// Cutoff of the first-order filter of the channel, Hz (from the log's notes).
     pub filter_hz: Option<f64>,
-    /// The channel is sampled at t instead of averaged over the row (from the log's notes; currents only).
+    /// The channel is the instantaneous value at t, not the mean over the row (from the log's notes; currents only).
     pub instant: bool,
     /// Least significant bit, if the channel is quantised.
     pub quantum: Option<f64>,
 }
 
-/// The columns of a log as a fit uses them. All columns have the same length.
+/// The columns of a log in the form that a fit needs. All columns have the same length.
 #[derive(Debug, Clone)]
 pub struct PreparedLog<'a> {
     /// Time of each row, s.
     pub t_s: &'a [f64],
-    /// The input column; the angle for a prescribed motion.
+    /// Column of the input; the angle for a prescribed motion.
     pub input: &'a [f64],
-    /// The input of the model.
+    /// Kind of the input.
     pub driven: Input,
     /// Measured angle, rad.
     pub theta: Option<&'a [f64]>,
@@ -55,15 +55,15 @@ pub struct PreparedLog<'a> {
     pub temp_C: Option<Arc<[f64]>>,
     /// Measured supply voltage over its nominal value.
     pub supply_ratio: Option<Arc<[f64]>>,
-    /// The rate channel is derived from the encoder.
+    /// Whether the rate channel is derived from the encoder.
     pub rate_from_encoder: bool,
-    /// Rows without a gap.
+    /// Ranges of rows without a gap in time.
     pub segments: Vec<Range<usize>>,
     /// The compared channels.
     pub channels: Vec<ComparedChannel<'a>>,
     /// Median row interval, s.
     pub dt_s: f64,
-    /// One block in four is held out of the fit.
+    /// Whether one block in four is held out of the fit.
     pub hold_out: bool,
 }
 
@@ -78,24 +78,26 @@ impl PreparedLog<'_> {
         self.t_s.is_empty()
     }
 
-    /// The row is held out: it lies in the second of four blocks of 2 s.
+    /// Whether the row is held out: it lies in the second of four blocks of 2 s.
     #[inline]
     pub fn held_out(&self, row: usize) -> bool {
         self.hold_out && ((self.t_s[row] - self.t_s[0]) / HELD_OUT_BLOCK_S).floor() as i64 % HELD_OUT_PERIOD == HELD_OUT_INDEX
     }
 
-    /// Input of the simulation for a row. The last row of a segment has the median length.
+    /// Input of the simulation for a row. The last row of a segment has the median interval.
     #[inline]
     pub fn row_input(&self, row: usize, segment_end: usize) -> RowInput {
         let next = row + 1;
         let inside = next < segment_end;
-        // A count stands for the angles up to the next one, on average half a count more.
-        let half = 0.5 * self.theta_quantum;
+        // The encoder rounds down: on average, the angle is half a count above the measured one.
+        let half_count = 0.5 * self.theta_quantum;
         RowInput {
             t_s: self.t_s[row],
             dt_s: if inside { self.t_s[next] - self.t_s[row] } else { self.dt_s },
             input: self.input[row],
-            theta: self.theta.map(|theta| (theta[row] + half, if inside { theta[next] + half } else { theta[row] + half })),
+            theta: self
+                .theta
+                .map(|theta| (theta[row] + half_count, if inside { theta[next] + half_count } else { theta[row] + half_count })),
             temp_C: self.temp_C.as_ref().map(|t| t[row]),
             supply_ratio: self.supply_ratio.as_ref().map_or(1.0, |s| s[row]),
             rate_from_encoder: self.rate_from_encoder,
@@ -121,12 +123,12 @@ impl PreparedLog<'_> {
     }
 }
 
-/// A prepared log without its columns, for a result that owns the log: a struct cannot hold references to its own field.
+/// A prepared log without the columns borrowed from the log. For a result that owns the log: a struct cannot hold references to its own field.
 #[derive(Debug, Clone)]
 pub struct Preparation(PreparedLog<'static>);
 
 impl Preparation {
-    /// The preparation of `data`.
+    /// Drops the borrowed columns of `data`.
     pub fn of(data: &PreparedLog) -> Preparation {
         let empty = |_: &[f64]| [].as_slice();
         let channel = |c: &ComparedChannel| ComparedChannel {
@@ -154,7 +156,7 @@ impl Preparation {
         })
     }
 
-    /// The prepared log, with the columns of `log`, which is the log that was prepared.
+    /// The prepared log, with its columns borrowed again from `log`, which must be the log that was prepared.
     pub fn with_columns<'a>(&self, log: &'a Log) -> PreparedLog<'a> {
         let column = |channel: Channel| log.column(channel.column());
         let channels = self.0.channels.iter();

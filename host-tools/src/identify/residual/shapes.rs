@@ -226,10 +226,10 @@ pub fn families(rows: &ResidualRows) -> Vec<Family> {
     }
     // A constant torque is listed with friction (coordinate rate), a constant error of a reading with time.
     if rows.drive.is_some() {
-        add(Coordinate::Omega, Entry::Torque, ShapeKind::Constant, &[ones.clone()]);
+        add(Coordinate::Omega, Entry::Torque, ShapeKind::Constant, std::slice::from_ref(&ones));
     }
     for &entry in entries.iter().filter(|a| reads(**a, Channel::Rate) || reads(**a, Channel::Current)) {
-        add(Coordinate::Time, entry, ShapeKind::Constant, &[ones.clone()]);
+        add(Coordinate::Time, entry, ShapeKind::Constant, std::slice::from_ref(&ones));
     }
     let t = scaled(&centred(&rows.t_s));
     for &entry in &entries {
