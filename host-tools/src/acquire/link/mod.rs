@@ -76,6 +76,7 @@ impl SerialLink {
                 // Discards what the stand is sending.
                 self.discard_until_quiet()?;
             }
+            self.receiver.restart();
             self.send("*IDN?")?;
             let deadline = Instant::now() + REPLY_TIMEOUT / MAX_IDENTIFICATIONS;
             while let Some(line) = self.line(deadline)? {
@@ -99,6 +100,7 @@ impl SerialLink {
     fn discard_replies(&mut self) -> Result<(), LinkError> {
         let deadline = Instant::now() + REPLY_TIMEOUT;
         while Instant::now() < deadline {
+            self.receiver.restart();
             self.send(END_QUERY)?;
             let attempt_deadline = Instant::now() + REPLY_TIMEOUT / MAX_IDENTIFICATIONS;
             while let Some(line) = self.line(attempt_deadline)? {

@@ -114,6 +114,15 @@ impl Receiver {
         }
     }
 
+    /// Drops an incomplete line or frame and returns to text mode. A space that the line changes to a zero byte, followed by a character that it changes to
+    /// a non-text byte, looks like a frame and would hide all replies until the next zero byte.
+    pub fn restart(&mut self) {
+        self.deframer.restart();
+        self.line.clear();
+        (self.streaming, self.has_non_text) = (false, false);
+        (self.seq, self.row) = (None, None);
+    }
+
     fn end_of_line(&mut self, received: &mut VecDeque<Received>) {
         self.deframer.restart();
         self.streaming = false;
@@ -175,6 +184,16 @@ mod tests {
 
     fn frame(body: &Body<'_>, seq: u16) -> Vec<u8> {
         encode(body, seq, &mut [0; MAX_FRAME]).unwrap().to_vec()
+    }
+
+    #[test]
+    fn restart_ends_a_false_frame_of_damaged_text() {
+        let mut receiver = Receiver::default();
+        // A zero for a space, then a character with its highest bit set: taken for a frame, whose line feed is data.
+        assert!(heard(&mut receiver, b"Rotary\0St\xe1nd\r\n0\r\n").is_empty());
+        assert!(heard(&mut receiver, b"1\r\n").is_empty());
+        receiver.restart();
+        assert_eq!(heard(&mut receiver, b"2\r\n"), [Received::Line("2".to_owned())]);
     }
 
     fn heard(receiver: &mut Receiver, bytes: &[u8]) -> Vec<Received> {
