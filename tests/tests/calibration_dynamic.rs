@@ -73,23 +73,18 @@ fn sines_separate_delay_damping_and_bandwidth() {
     }
 }
 
-/// Of 12 seeds two disagree: the sines' responses are fitted with a third lag, and `delay_s` is 0.27 ms low with U = 0.18 ms
-/// (docs/calibration.md). One of six seeds may.
 #[test]
 fn chirp_agrees_with_sines() {
-    let disagreements: Vec<String> = (1..=6)
-        .filter_map(|seed| {
-            let by_sines = gyro(60.0, 0.7, 8e-4, &sines(&[5.0, 10.0, 20.0, 40.0, 60.0, 80.0, 100.0], 4.0), seed);
-            let by_chirp = gyro(60.0, 0.7, 8e-4, CHIRP, seed + 100);
-            ["delay_s", "damping", "bandwidth_Hz", "scale_dynamic"].into_iter().find_map(|name| {
-                let (a, b) = (found(&by_sines, name), found(&by_chirp, name));
-                let U = a.expanded_u().hypot(b.expanded_u());
-                ((a.value - b.value).abs() > U)
-                    .then(|| format!("seed {seed}: {name}: {} by sines, {} along the chirp, ± {U}", a.value, b.value))
-            })
-        })
-        .collect();
-    assert!(disagreements.len() <= 1, "{disagreements:#?}");
+    // With seeds 4 and 12 chance favours a third lag in the sines' responses.
+    for seed in [1, 4, 12] {
+        let by_sines = gyro(60.0, 0.7, 8e-4, &sines(&[5.0, 10.0, 20.0, 40.0, 60.0, 80.0, 100.0], 4.0), seed);
+        let by_chirp = gyro(60.0, 0.7, 8e-4, CHIRP, seed + 100);
+        for name in ["delay_s", "damping", "bandwidth_Hz", "scale_dynamic"] {
+            let (a, b) = (found(&by_sines, name), found(&by_chirp, name));
+            let U = a.expanded_u().hypot(b.expanded_u());
+            assert!((a.value - b.value).abs() <= U, "seed {seed}: {name}: {} by sines, {} along the chirp, ± {U}", a.value, b.value);
+        }
+    }
 }
 
 #[test]

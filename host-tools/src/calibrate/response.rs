@@ -147,13 +147,21 @@ fn bandwidth(form: Form, p: &[f64], most_Hz: f64) -> Option<f64> {
     Some(0.5 * (low + high))
 }
 
-/// The transfer function with the lowest BIC, in series with a known first-order low-pass at `known_Hz`; `None` for fewer than three responses.
+/// ΔBIC below which two structures are not distinguishable ("strong" evidence begins at 6: Kass, Raftery, *Bayes Factors*, 1995).
+const DISTINGUISHABLE_BIC: f64 = 6.0;
+
+/// The simplest transfer function whose BIC is within [`DISTINGUISHABLE_BIC`] of the lowest, in series with a known first-order low-pass at
+/// `known_Hz`; `None` for fewer than three responses.
+///
+/// The lowest BIC alone would take one more lag for a χ² that is lower by ln(rows): 2.6 for seven frequencies, which chance exceeds in one
+/// session of ten, and the lag would take its part of the delay.
 pub fn transfer(responses: &[Response], known_Hz: Option<f64>) -> Option<Transfer> {
     let known_Hz = known_Hz.filter(|f| *f > 0.0).unwrap_or(f64::INFINITY);
     if responses.len() < 3 {
         return None;
     }
     let rows = 2.0 * responses.len() as f64;
+    // Ordered by the number of parameters.
     let structures = [Structure::DelayOnly, Structure::FirstOrder, Structure::SecondOrder, Structure::ThirdOrder];
     let fits = structures
         .into_iter()
@@ -161,13 +169,10 @@ pub fn transfer(responses: &[Response], known_Hz: Option<f64>) -> Option<Transfe
         .filter_map(|structure| fit(Form { structure, known_Hz }, responses));
     // χ² by the uncertainties of the responses; a factor common to all fits cancels.
     let fits: Vec<(f64, Transfer)> = fits.collect();
-    let best = fits.iter().map(|(chi2, t)| chi2 / t.dof).min_or_infinity().max(1.0);
-    fits.into_iter()
-        .min_by(|(a, s), (b, t)| {
-            let cost = |chi2: f64, t: &Transfer| chi2 / best + t.parameters.len() as f64 * rows.ln();
-            cost(*a, s).total_cmp(&cost(*b, t))
-        })
-        .map(|(_, t)| t)
+    let least_ratio = fits.iter().map(|(chi2, t)| chi2 / t.dof).min_or_infinity().max(1.0);
+    let bic = |(chi2, t): &(f64, Transfer)| chi2 / least_ratio + t.parameters.len() as f64 * rows.ln();
+    let lowest = fits.iter().map(bic).min_or_infinity();
+    fits.into_iter().find(|fit| bic(fit) <= lowest + DISTINGUISHABLE_BIC).map(|(_, t)| t)
 }
 
 fn fit(form: Form, responses: &[Response]) -> Option<(f64, Transfer)> {
