@@ -515,20 +515,22 @@ impl Soc {
 
     /// Sets interrupt lines and the time of the next event.
     fn schedule(&mut self) {
-        let control = &mut self.control;
-        control.set_line(interrupt::TIM1_UPDATE, self.tim1.is_update_pending());
-        control.set_line(interrupt::TIM1_BREAK, self.tim1.is_break_pending());
+        let mut lines = 0;
+        let mut set = |number: u32, high: bool| lines |= u128::from(high) << number;
+        set(interrupt::TIM1_UPDATE, self.tim1.is_update_pending());
+        set(interrupt::TIM1_BREAK, self.tim1.is_break_pending());
         for (timer, number) in self.timers.iter().zip(interrupt::TIM2_TO_5) {
-            control.set_line(number, timer.is_pending());
+            set(number, timer.is_pending());
         }
-        control.set_line(interrupt::ADC, self.adc.is_pending());
-        control.set_line(interrupt::USART2, self.usart.is_pending());
-        control.set_line(interrupt::SPI2, self.spi.is_pending());
-        for (dma, numbers) in self.dma.iter().zip(interrupt::DMA) {
+        set(interrupt::ADC, self.adc.is_pending());
+        set(interrupt::USART2, self.usart.is_pending());
+        set(interrupt::SPI2, self.spi.is_pending());
+        for (dma, numbers) in self.dma.iter().zip(interrupt::DMA).filter(|(dma, _)| dma.has_flags()) {
             for (stream, number) in numbers.into_iter().enumerate() {
-                control.set_line(number, dma.is_pending(stream));
+                set(number, dma.is_pending(stream));
             }
         }
+        self.control.set_lines(lines);
         self.next = [
             self.tim1.next(),
             self.trigger,
@@ -621,9 +623,8 @@ impl Soc {
                 self.board.catch_up(now);
                 self.follow_encoder();
                 let disc = self.board.disc();
-                let value = self.timers[index].read(offset, now, disc);
-                self.schedule();
-                value
+                // Reading a capture clears its flag; the stand's timers raise no interrupt.
+                self.timers[index].read(offset, now, disc)
             }
             Block::WindowWatchdog => self.window.read(offset, now),
             Block::IndependentWatchdog => self.watchdog.read(offset),

@@ -99,15 +99,15 @@ impl Default for SystemControl {
 }
 
 impl SystemControl {
-    /// Sets the level of interrupt `number`; a rising level pends it.
+    /// Sets the levels of all interrupts; a rising level pends its interrupt.
     #[inline]
-    pub fn set_line(&mut self, number: u32, high: bool) {
-        let bit = 1 << number;
-        if high && self.lines & bit == 0 {
-            self.pending |= bit;
+    pub fn set_lines(&mut self, lines: u128) {
+        let rising = lines & !self.lines;
+        if rising != 0 {
+            self.pending |= rising;
             self.changed = true;
         }
-        self.lines = if high { self.lines | bit } else { self.lines & !bit };
+        self.lines = lines;
     }
 
     /// Sets the level of the NMI.

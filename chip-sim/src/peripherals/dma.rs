@@ -88,6 +88,12 @@ impl Dma {
         item
     }
 
+    /// Whether any flag of the controller is set.
+    #[inline]
+    pub fn has_flags(&self) -> bool {
+        self.isr != [0; 2]
+    }
+
     /// The interrupt line of a stream.
     pub fn is_pending(&self, stream: usize) -> bool {
         let flags = self.isr[stream / 4] >> SHIFTS[stream % 4];
