@@ -57,6 +57,35 @@ impl Sub for Ticks {
     }
 }
 
+/// Numbers the control ticks by a counter of the core's cycles, lost ticks included.
+///
+/// The counter and the timer of the ticks have one clock. A handler begins some cycles after its tick; the least delay seen so far marks where ticks
+/// begin. After a stall of the core one tick is served late and the next one in time: each counts once.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct TickCounter {
+    /// Number of the present tick.
+    pub tick: u64,
+    /// Cycle counter at its beginning.
+    begins: u32,
+}
+
+impl TickCounter {
+    /// The counter at tick 0, which begins at `cycles`.
+    pub fn start(cycles: u32) -> Self {
+        Self { tick: 0, begins: cycles }
+    }
+
+    /// The next tick, whose handler begins at `cycles`; a tick takes `period` cycles. Correct for stalls shorter than the counter's wrap.
+    #[inline]
+    pub fn advance(&mut self, cycles: u32, period: u32) {
+        let since = cycles.wrapping_sub(self.begins);
+        let ticks = since.checked_div(period).unwrap_or(1).max(1);
+        self.tick += u64::from(ticks);
+        let nominal = ticks.wrapping_mul(period);
+        self.begins = if since < nominal { cycles } else { self.begins.wrapping_add(nominal) };
+    }
+}
+
 /// The encoder's counter: 16 bits, wrapping. Every edge of both channels counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct EncoderCount(pub u16);
@@ -413,5 +442,47 @@ impl Hardware {
     /// One compare count at nominal supply, V.
     pub fn volt_per_duty(&self) -> f64 {
         self.supply_nominal_V / self.duty_full_scale as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Times of handlers in cycles: `late` cycles after the ticks, with a stall between two of them.
+    fn counted(stall_begins: u32, stall_ends: u32, late: impl Fn(u32) -> u32) -> (u64, u64) {
+        const PERIOD: u32 = 18_000;
+        let origin = u32::MAX - 40_000;
+        let mut counter = TickCounter::start(origin.wrapping_add(late(0)));
+        let mut served_until = 0;
+        for tick in 1..5_000_u32 {
+            let at = tick * PERIOD + late(tick);
+            if at < served_until {
+                continue;
+            }
+            // All ticks within the stall are one pending interrupt, served at its end.
+            let at = if (stall_begins..stall_ends).contains(&at) { stall_ends } else { at };
+            served_until = at;
+            counter.advance(origin.wrapping_add(at), PERIOD);
+            if at == stall_ends {
+                served_until = (at / PERIOD + 1) * PERIOD;
+            }
+        }
+        (counter.tick, 4_999)
+    }
+
+    #[test]
+    fn each_tick_counts_once_after_a_stall_of_any_length() {
+        for part in 0..36 {
+            let (begins, ends) = (100 * 18_000 + 9_000, 2_600 * 18_000 + 500 * part);
+            let (tick, expected) = counted(begins, ends, |tick| tick * 37 % 400);
+            assert_eq!(tick, expected, "stall until {} of a tick", f64::from(500 * part) / 18e3);
+        }
+    }
+
+    #[test]
+    fn late_handlers_count_once() {
+        assert_eq!(counted(0, 0, |tick| if tick.is_multiple_of(7) { 2_000 } else { 12 }), (4_999, 4_999));
+        assert_eq!(counted(0, 0, |tick| if tick == 0 { 2_000 } else { 12 }), (4_999, 4_999));
     }
 }

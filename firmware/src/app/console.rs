@@ -6,16 +6,23 @@
 
 use super::commands::{Job, List, Outcome, execute, list_line};
 use super::state::State;
-use crate::board::{Clock, TICKS_PER_ROW};
+use crate::board::{Clock, TICKS_PER_ROW, TICKS_PER_S};
 use crate::console::errors::{Code, ErrorEntry};
 use crate::console::guard::CANCEL;
 use crate::console::line::{BadLine, Lines, MAX_LINE};
 use crate::console::parse::Commands;
 use crate::settings::{Kept, Saved, Store};
+use crate::speed_loop::{Fault, Mode};
 use crate::telemetry::frame::MAX_TEXT;
 use embedded_io_async::{Error, ErrorKind, Read};
 use embedded_storage::nor_flash::NorFlash;
 use heapless::String;
+
+/// A platform slower than this stands: in a stall of 0.5 s it turns by less than the encoder's counter resolves, a tenth of its half wrap.
+const MAX_REST_RATE_RAD_S: f64 = 0.5;
+/// Interval over which its rate is measured, and longest wait for it, board clock steps.
+const REST_INTERVAL: u64 = TICKS_PER_S / 50;
+const MAX_REST_WAIT: u64 = 3 * TICKS_PER_S;
 
 /// A line of a reply; in a stream it fits into one frame.
 type Reply = String<MAX_TEXT>;
@@ -95,10 +102,15 @@ async fn execute_line<C: Clock, F: NorFlash>(state: &State<'_>, clock: &C, line:
                 send_list(state, clock, list).await
             }
             Ok(Outcome::Job(job)) => {
-                if matches!(job, Job::Wait | Job::WaitAndReply) {
-                    wait(state, clock).await;
-                }
-                work(state, job, store, &mut reply)
+                let ready = match job {
+                    Job::Wait | Job::WaitAndReply => {
+                        wait(state, clock).await;
+                        Ok(())
+                    }
+                    Job::Save => wait_for_rest(state, clock).await,
+                    Job::Load => Ok(()),
+                };
+                ready.and_then(|()| work(state, job, store, &mut reply))
             }
             Err(error) => Err(error),
         };
@@ -142,6 +154,29 @@ async fn send_list<C: Clock>(state: &State<'_>, clock: &C, list: List) -> Result
 async fn wait<C: Clock>(state: &State<'_>, clock: &C) {
     while state.is_busy() {
         clock.until(clock.now() + TICKS_PER_ROW).await;
+    }
+}
+
+/// Waits until the bridge brakes and the platform stands: an erase of the flash stalls the core for up to 0.5 s (DS10693, table 48), in which no
+/// tick holds the drive and the encoder's counter of 16 bits may advance by half a wrap at most.
+///
+/// # Errors
+/// The drive is on, or the platform still turns after three seconds.
+async fn wait_for_rest<C: Clock>(state: &State<'_>, clock: &C) -> Result<(), ErrorEntry> {
+    let begun = clock.now();
+    loop {
+        state.require_at_rest()?;
+        let before = state.measured.row.get();
+        clock.until(clock.now() + REST_INTERVAL).await;
+        let row = state.measured.row.get();
+        let is_off = row.mode == Mode::Off || row.fault != Fault::None;
+        let seconds = (row.at - before.at) as f64 / TICKS_PER_S as f64;
+        if is_off && seconds > 0.0 && (row.theta_rad - before.theta_rad).abs() < MAX_REST_RATE_RAD_S * seconds {
+            return Ok(());
+        }
+        if clock.now() - begun > MAX_REST_WAIT {
+            return Err(ErrorEntry::with(Code::SETTINGS_CONFLICT, "the platform still turns: wait until it stands"));
+        }
     }
 }
 

@@ -247,6 +247,7 @@ impl<'a> MeasurementLoop<'a> {
             limits: next.report.limits_since(&k.report),
             compensating: k.report.compensating,
             fault: next.report.fault,
+            mode: next.report.mode,
             age: k.age,
         }
     }

@@ -3,7 +3,7 @@
 use super::turn::Turn;
 use crate::board::{EdgeTime, Ticks};
 use crate::gyro_loop::observer::ObservedState;
-use crate::speed_loop::{Compensating, Fault, Limits};
+use crate::speed_loop::{Compensating, Fault, Limits, Mode};
 use crate::supervision::RowState;
 
 /// One sample of all quantities.
@@ -68,6 +68,8 @@ pub struct Row {
     pub compensating: Compensating,
     /// The latched fault at the row's end.
     pub fault: Fault,
+    /// Mode of the speed loop at the row's end; off: the bridge brakes.
+    pub mode: Mode,
     /// Age of the oldest reading at t_k, board clock steps, without the sensor under test ([`Row::imu_age`]).
     pub age: u64,
 }

@@ -10,7 +10,7 @@ use core::fmt::{self, Write};
 
 pub(super) const ENTRIES: &[Entry] = &[
     entry("SETTings:LIST", Action::ListQuery(List::Settings), "all settings with their values"),
-    entry("SETTings:SAVE", Action::Job(Job::Save), "write the settings to flash; the drive must be off"),
+    entry("SETTings:SAVE", Action::Job(Job::Save), "write the settings to flash; the drive must be off, and the platform stand"),
     entry("SETTings:LOAD", Action::Job(Job::Load), "read the settings from flash; the drive must be off"),
     entry(
         "SETTings:RESet",

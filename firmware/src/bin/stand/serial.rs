@@ -35,7 +35,7 @@ const REQUEST: u8 = 4;
 /// The alternate function of USART2 (DS10693, table 11) and its receiving pin, PA3.
 const AF_USART2: u8 = 7;
 const PIN: usize = 3;
-/// Longest time between two passes to the guard; after a longer one the ring may have wrapped: 8 ms, core cycles.
+/// Longest time between two passes in which the ring cannot have wrapped: 8 ms, core cycles. An erase of the flash takes longer.
 const MAX_PASS_INTERVAL_CYCLES: u32 = crate::clocks::CORE_HZ / 125;
 /// Bytes that pass the guard in one critical section.
 const CHUNK_BYTES: usize = 32;
@@ -81,7 +81,14 @@ fn with_guard(action: impl FnOnce(&mut Guard<'static>)) {
 /// Passes newly received bytes to the guard and wakes the reader.
 fn pass_to_guard() {
     let cycles = DWT::cycle_count();
-    if cycles.wrapping_sub(LAST_PASS_CYCLES.swap(cycles, Ordering::Relaxed)) > MAX_PASS_INTERVAL_CYCLES {
+    let is_late = cycles.wrapping_sub(LAST_PASS_CYCLES.swap(cycles, Ordering::Relaxed)) > MAX_PASS_INTERVAL_CYCLES;
+    let flags = DMA1.isr(STREAM / 4).read();
+    DMA1.ifcr(STREAM / 4).write(|w| {
+        w.set_htif(STREAM % 4, true);
+        w.set_tcif(STREAM % 4, true);
+    });
+    // After a stall of the core the ring may have wrapped. It has not where its writing position has not passed both the middle and the end.
+    if is_late && flags.htif(STREAM % 4) && flags.tcif(STREAM % 4) {
         LOST.store(true, Ordering::Relaxed);
     }
     let before = RECEIVED.load(Ordering::Relaxed);
