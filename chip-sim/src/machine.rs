@@ -262,7 +262,12 @@ impl<'i> Machine<'i> {
             // Until something happens that the checks above look at. A masked exception is looked at after each instruction.
             loop {
                 self.execute()?;
-                if self.soc.now >= to || self.soc.now >= self.soc.next_event() || candidate.is_some() || self.soc.control.changed || self.is_asleep {
+                if self.soc.now >= to
+                    || self.soc.now >= self.soc.next_event()
+                    || candidate.is_some()
+                    || self.soc.control.changed
+                    || self.is_asleep
+                {
                     break;
                 }
             }

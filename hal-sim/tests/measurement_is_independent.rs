@@ -132,6 +132,7 @@ fn measured(row: &Row) -> Row {
         limits: none.limits,
         compensating: none.compensating,
         fault: none.fault,
+        mode: none.mode,
         ..*row
     }
 }

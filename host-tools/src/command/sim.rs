@@ -30,6 +30,9 @@ pub(super) struct Sim {
     /// Serve the stand in real time as a serial port instead, and print the path of the port
     #[arg(long, value_enum, conflicts_with_all = ["profile", "mode", "amplitude", "json"])]
     serve: Option<ServedInterface>,
+    /// Serve the emulated chip instead, which executes the flashed image; ELF file, default: the one that scripts/build-firmware.sh has built
+    #[arg(long, value_name = "ELF", requires = "serve", conflicts_with_all = ["gyro"], num_args = 0..=1)]
+    chip: Option<Option<PathBuf>>,
     /// Symbolic link to the served port
     #[arg(long, value_name = "PATH", requires = "serve")]
     link: Option<PathBuf>,
@@ -81,6 +84,7 @@ impl Sim {
         self.json.check()?;
         let Some(out) = &self.out else {
             return serve(ServeOptions {
+                chip: self.chip.as_ref().map(|file| file.as_deref()),
                 link: self.link.as_deref(),
                 flash: self.flash.as_deref(),
                 gyroscope: self.gyro.as_ref().map(|file| file.as_deref()),

@@ -6,6 +6,8 @@ use super::error::CliError;
 
 /// Options of a served stand.
 pub(super) struct ServeOptions<'a> {
+    /// The emulated chip is served; its image.
+    pub chip: Option<Option<&'a Path>>,
     /// Symbolic link to the port.
     pub link: Option<&'a Path>,
     /// File with the flash contents.
@@ -35,6 +37,9 @@ pub(super) fn serve(_: ServeOptions) -> Result<(), CliError> {
 pub(super) fn serve(options: ServeOptions) -> Result<(), CliError> {
     use std::time::Duration;
 
+    use chip_sim::board::Board;
+    use chip_sim::image::Image;
+    use chip_sim::machine::Machine;
     use hal_sim::clock::VirtualClock;
     use hal_sim::controller::{Controller, flash};
     use hal_sim::plant::Plant;
@@ -42,10 +47,12 @@ pub(super) fn serve(options: ServeOptions) -> Result<(), CliError> {
     use super::output::{check_writable, print};
     use super::signals::Interrupts;
     use super::stand_file::{hide_effect, read_gyroscope, read_stand};
-    use crate::acquire::serve::{Pty, serve};
+    use crate::acquire::serve::{Pty, serve, serve_chip};
 
     /// Angle of the platform at power-on, rad: not at the index, as on most stands.
     const START_ANGLE_RAD: f64 = -2.0;
+    /// Sectors of the settings in the chip's flash (memory.x).
+    const SETTINGS: std::ops::Range<usize> = 0x4000..0xC000;
 
     let mut stand = read_stand(options.stand)?;
     let hidden = hide_effect(options.hidden, &mut stand)?;
@@ -55,14 +62,53 @@ pub(super) fn serve(options: ServeOptions) -> Result<(), CliError> {
         }
         seconds => seconds.map_or(Duration::MAX, Duration::from_secs_f64),
     };
-    let mut flash = flash(options.seed);
-    if let Some(path) = options.flash {
-        check_writable(path)?;
-        match std::fs::read(path) {
-            Ok(bytes) => flash.load(&bytes),
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => {}
-            Err(e) => return Err(CliError::file(path, "read", &e)),
+    let kept = match options.flash {
+        None => None,
+        Some(path) => {
+            check_writable(path)?;
+            match std::fs::read(path) {
+                Ok(bytes) => Some(bytes),
+                Err(e) if e.kind() == std::io::ErrorKind::NotFound => None,
+                Err(e) => return Err(CliError::file(path, "read", &e)),
+            }
         }
+    };
+    let ended = |interrupts: &Interrupts, now: Duration| interrupts.any() || now >= until;
+    let lagged = |lag: Duration| {
+        eprintln!("stand: the computer is too slow for real time; the simulated clock now lags by a further {:.1} s", lag.as_secs_f64());
+    };
+    let open = || -> Result<Pty, CliError> {
+        let pty = Pty::open(options.link).map_err(|e| CliError::Input(e.to_string()))?;
+        // Standard output carries the path alone, so that a script reads one line.
+        print(&format!("{}\n", pty.path().display()))?;
+        let link = options.link.map_or(String::new(), |link| format!(" (link: {})", link.display()));
+        let what = if options.chip.is_some() { "Emulated chip" } else { "Simulated stand" };
+        eprintln!("{what} at {}{link}, 921600 baud. `stand console --port …` opens a console; Ctrl-C ends it.", pty.path().display());
+        if let (Some(hidden), true) = (&hidden, options.reveal) {
+            eprintln!("hidden effect: {hidden}");
+        }
+        Ok(pty)
+    };
+    if let Some(image) = options.chip {
+        let image = Image::read(&image_path(image)?).map_err(|e| CliError::Input(e.to_string()))?;
+        let plant = Plant::new(&stand, START_ANGLE_RAD)?;
+        let board = Board::new(&stand.setup(), Box::new(plant), stand.drive.motor_constant_N_m_A, options.seed);
+        let mut machine = Machine::new(&image, board);
+        if let (Some(bytes), Some(sectors)) = (&kept, machine.soc.flash.bytes_mut().get_mut(SETTINGS)) {
+            sectors.iter_mut().zip(bytes).for_each(|(place, byte)| *place = *byte);
+        }
+        let interrupts = Interrupts::install()?;
+        let mut pty = open()?;
+        let served = serve_chip(&mut machine, &mut pty, |now| ended(&interrupts, now), lagged);
+        machine.log().iter().for_each(|line| eprintln!("chip: {line}"));
+        if let (Some(path), Some(sectors)) = (options.flash, machine.soc.flash.bytes().get(SETTINGS)) {
+            std::fs::write(path, sectors).map_err(|e| CliError::file(path, "write", &e))?;
+        }
+        return served.map_err(|e| CliError::Other(e.to_string()));
+    }
+    let mut flash = flash(options.seed);
+    if let Some(bytes) = &kept {
+        flash.load(bytes);
     }
     let clock = VirtualClock::default();
     let plant = Plant::new(&stand, START_ANGLE_RAD)?;
@@ -72,21 +118,8 @@ pub(super) fn serve(options: ServeOptions) -> Result<(), CliError> {
         controller = controller.with_gyro(Box::new(gyroscope.seeded(options.seed)), options.seed);
     }
     let interrupts = Interrupts::install()?;
-    let mut pty = Pty::open(options.link).map_err(|e| CliError::Input(e.to_string()))?;
-    // Standard output carries the path alone, so that a script reads one line.
-    print(&format!("{}\n", pty.path().display()))?;
-    let link = options.link.map_or(String::new(), |link| format!(" (link: {})", link.display()));
-    eprintln!(
-        "Simulated stand at {}{link}, 921600 baud. `stand console --port …` opens a console; Ctrl-C ends the stand.",
-        pty.path().display()
-    );
-    if let (Some(hidden), true) = (&hidden, options.reveal) {
-        eprintln!("hidden effect: {hidden}");
-    }
-    let ended = |now: Duration| interrupts.any() || now >= until;
-    let served = serve(&controller, &mut pty, ended, |lag| {
-        eprintln!("stand: the computer is too slow for real time; the simulated clock now lags by a further {:.1} s", lag.as_secs_f64());
-    });
+    let mut pty = open()?;
+    let served = serve(&controller, &mut pty, |now| ended(&interrupts, now), lagged);
     if let Some(path) = options.flash {
         std::fs::write(path, controller.into_flash().bytes()).map_err(|e| CliError::file(path, "write", &e))?;
     }
@@ -94,4 +127,17 @@ pub(super) fn serve(options: ServeOptions) -> Result<(), CliError> {
         eprintln!("stand: {} bytes were lost because a client did not read them", pty.lost());
     }
     served.map_err(|e| CliError::Other(e.to_string()))
+}
+
+/// The image to emulate: the given file, or the one that the build script has made below the present folder.
+#[cfg(unix)]
+fn image_path(given: Option<&Path>) -> Result<std::path::PathBuf, CliError> {
+    const BUILT: [&str; 2] = ["target/firmware/thumbv7em-none-eabihf/chip/stand", "target/thumbv7em-none-eabihf/chip/stand"];
+    if let Some(path) = given {
+        return Ok(path.to_owned());
+    }
+    let found = BUILT.iter().map(std::path::PathBuf::from).find(|path| path.exists());
+    found.ok_or_else(|| {
+        CliError::Input(format!("--chip: no image at {}: run scripts/build-firmware.sh, or name an ELF file", BUILT.join(" or ")))
+    })
 }

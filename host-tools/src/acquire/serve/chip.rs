@@ -1,0 +1,57 @@
+//! The emulated chip in real time, with its serial line at a pseudo-terminal.
+
+use std::time::{Duration, Instant};
+
+use chip_sim::machine::{Halt, Machine};
+use chip_sim::time::{PER_MS, Time, seconds};
+
+use super::pty::PtyError;
+use super::{Pacer, Pty};
+
+/// Rate of the line, baud.
+const BAUD: u64 = 921_600;
+
+/// Why serving ended.
+#[derive(Debug, thiserror::Error)]
+pub enum ServeChipError {
+    /// The pseudo-terminal failed.
+    #[error(transparent)]
+    Port(#[from] PtyError),
+    /// The program did something that the chip cannot do.
+    #[error("the emulated chip halted: {0}")]
+    Halt(#[from] Halt),
+}
+
+/// Serves until `ends`, called every millisecond, returns true. `skipped` receives each time skipped because the computer was too slow.
+///
+/// # Errors
+/// The pseudo-terminal failed, or the chip halted.
+pub fn serve_chip(
+    machine: &mut Machine<'_>,
+    pty: &mut Pty,
+    ends: impl Fn(Duration) -> bool,
+    mut skipped: impl FnMut(Duration),
+) -> Result<(), ServeChipError> {
+    let mut pace = Pacer::new(Instant::now());
+    let mut from_client = Vec::new();
+    loop {
+        let to: Time = machine.now() + PER_MS;
+        machine.run_until(to)?;
+        let now = Duration::from_secs_f64(seconds(machine.now()));
+        if ends(now) {
+            return Ok(());
+        }
+        pty.exchange(&mut machine.take_sent(), &mut from_client)?;
+        if !from_client.is_empty() {
+            machine.send(&from_client, BAUD);
+            from_client.clear();
+        }
+        if let Some(lag) = pace.skip_lag(now, Instant::now()) {
+            skipped(lag);
+        }
+        let wait = pace.wait(now, Instant::now());
+        if wait >= Duration::from_micros(300) {
+            pty.wait(wait)?;
+        }
+    }
+}
