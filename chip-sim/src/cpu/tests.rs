@@ -1,0 +1,1 @@
+//! Known answers, one test per group of encodings.
