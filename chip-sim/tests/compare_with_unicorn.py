@@ -53,7 +53,7 @@ def random_encoding(rng):
         return struct.pack("<H", rng.randrange(0xE800))
     second = rng.getrandbits(16)
     if kind < 0.5:  # floating point
-        first = rng.choice([0xEE00, 0xEE00, 0xEE00, 0xEC00]) | rng.getrandbits(9 if rng.random() < 0.9 else 10)
+        first = rng.choice([0xEE00, 0xEE00, 0xEE00, 0xEC00]) | rng.getrandbits(8 if rng.random() < 0.9 else 10)
         if first >> 8 == 0xEC:
             first |= rng.getrandbits(1) << 8
         second = second & 0xF0EF | rng.choice([0xA00, 0xA00, 0xB00]) | (rng.getrandbits(1) << 4 if rng.random() < 0.3 else 0)
@@ -100,6 +100,9 @@ def make_case(rng, code):
 
 class Reference:
     def __init__(self):
+        self.start()
+
+    def start(self):
         self.uc = Uc(UC_ARCH_ARM, UC_MODE_THUMB | UC_MODE_MCLASS)
         self.uc.ctl_set_cpu_model(arm.UC_CPU_ARM_CORTEX_M4)
         self.image = {FLASH: pattern(FLASH), RAM: pattern(RAM)}
@@ -120,18 +123,26 @@ class Reference:
         self.uc.mem_write(CODE, code)
         for register, number in zip(STATE, state):
             self.uc.reg_write(register, number)
+        self.uc.reg_write(arm.UC_ARM_REG_XPSR_NZCVQG, state[15] & FLAGS)
+        # The translation of the previous case at the same address would run otherwise.
+        self.uc.ctl_flush_tb()
         error = None
         try:
-            self.uc.emu_start(CODE | 1, 0, count=steps)
+            # QEMU does not count an instruction that its IT block skips, so the end address stops the run too.
+            self.uc.emu_start(CODE | 1, CODE + len(code), count=steps)
         except UcError as problem:
             error = problem.errno
         result = [self.uc.reg_read(register) for register in STATE]
+        result[15] = result[15] & ~FLAGS | self.uc.reg_read(arm.UC_ARM_REG_XPSR_NZCVQG) & FLAGS
         pc = self.uc.reg_read(arm.UC_ARM_REG_PC)
         for address in self.written:
             start = FLASH if address < RAM else RAM
             if 0 <= address - start < SIZE:
                 self.uc.mem_write(address, self.image[start][address - start:address - start + 1])
         self.uc.mem_write(CODE, self.image[FLASH][CODE - FLASH:CODE - FLASH + 8])
+        if error is not None:
+            # The emulator stays in its exception otherwise.
+            self.start()
         return error, pc, result, self.written
 
 

@@ -13,7 +13,8 @@ const FPSCR_MODES: u32 = 0x07c0_0000;
 
 impl Core {
     pub(super) fn float<B: Bus>(&mut self, bus: &mut B, first: u32, second: u32) -> Outcome {
-        if second >> 9 & 7 != 5 {
+        // 0xEF00 and above is Advanced SIMD of the A profile (A6.4: bits 11 to 8 are 1110).
+        if second >> 9 & 7 != 5 || first >> 8 & 3 == 3 {
             return undefined(first, second);
         }
         if self.control & CONTROL_FLOAT_ACTIVE == 0 {
