@@ -166,8 +166,12 @@ def main():
     reference = Reference()
     count, differences, refused = collections.Counter(), collections.Counter(), collections.Counter()
     shown = {}
-    for (steps, code, state), line in zip(cases, output, strict=True):
+    for index, ((steps, code, state), line) in enumerate(zip(cases, output, strict=True)):
         status, pc, *rest = line.split()
+        # A fault costs a new emulator, so only one in 20 undefined encodings runs there.
+        if status == "undefined" and index % 20:
+            count["undefined, not run in the reference"] += 1
+            continue
         if status in ("outside", "event"):
             count[status] += 1
             continue
