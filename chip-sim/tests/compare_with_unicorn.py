@@ -7,7 +7,8 @@ with random registers and memory in both; registers, flags, FPSCR.NZCV and writt
 Exit code 1 if anything differs.
 Not compared: encodings that end in an event (SVC, BKPT, WFE ...), accesses outside the two memory regions, unaligned accesses that QEMU refuses,
 encodings that chip-sim refuses as unpredictable and QEMU executes (counted), special registers beyond the APSR, results under a rounding
-mode other than nearest except VCVTR, cumulative flags of FPSCR (not modelled).
+mode other than nearest except VCVTR, cumulative flags of FPSCR (not modelled),
+ITSTATE (QEMU brings it up to date only at the end of a translated block; the skipping itself is compared).
 """
 import argparse, collections, random, struct, subprocess, sys
 from unicorn import Uc, UcError, UC_ARCH_ARM, UC_MODE_THUMB, UC_MODE_MCLASS, UC_HOOK_MEM_WRITE, UC_ERR_INSN_INVALID, UC_ERR_EXCEPTION
@@ -18,7 +19,10 @@ FLASH, RAM, SIZE, CODE = 0x08000000, 0x20000000, 0x10000, 0x08008000
 R = [getattr(arm, f"UC_ARM_REG_R{k}") for k in range(13)] + [arm.UC_ARM_REG_SP, arm.UC_ARM_REG_LR]
 S = [getattr(arm, f"UC_ARM_REG_S{k}") for k in range(32)]
 STATE = R + [arm.UC_ARM_REG_XPSR] + S + [arm.UC_ARM_REG_FPSCR]
-FLAGS = 0xF80F0000
+# N, Z, C, V, Q. Unicorn gives no access to GE: a SEL after each SIMD instruction shows it.
+FLAGS = 0xF8000000
+SEL = bytes.fromhex("a0fa81f6")  # sel r6, r0, r1
+VMOV = bytes.fromhex("b0ee400a")  # vmov.f32 s0, s0
 FLOATS = [0, 0x80000000, 0x3F800000, 0xBF800000, 0x7F800000, 0xFF800000, 0x7FC00000, 0xFFC12345, 0x7F800001, 0xFF812345, 1, 0x807FFFFF,
           0x00800000, 0x7F7FFFFF, 0x4F000000, 0xCF000000, 0x3F000000, 0x40200000, 0x4B000001, 0x47800000]
 INTEGERS = [0, 1, 2, 31, 32, 33, 255, 0x7FFFFFFF, 0x80000000, 0x80000001, 0xFFFFFFFF, 0x8000, 0x7FFF, 0xFFFF8000, 0x80008000, 0x7FFF7FFF]
@@ -93,8 +97,10 @@ def make_case(rng, code):
     if len(code) == 4 and first & 0xFFBE == 0xEEBC and code[2] & 0x80 == 0:
         fpscr |= rng.getrandbits(2) << 22  # VCVTR
     steps = 1
-    if rng.random() < 0.2 and first >> 8 != 0xBF and not (len(code) == 2 and first >> 12 == 13) and first & 0xF500 != 0xB100:
+    if rng.random() < 0.2 and first >> 8 != 0xBF and not first >> 11 == 0x1E and not (len(code) == 2 and first >> 12 == 13) and first & 0xF500 != 0xB100:
         code, steps = struct.pack("<H", 0xBF08 | rng.randrange(14) << 4) + code, 2
+    elif first >> 7 == 0xFA80 >> 7:
+        code, steps = code + SEL, 2
     return steps, code, registers + [xpsr] + floats + [fpscr]
 
 
@@ -111,6 +117,9 @@ class Reference:
             self.uc.mem_write(start, content)
         self.uc.reg_write(arm.UC_ARM_REG_C1_C0_2, 0xF << 20)
         self.uc.reg_write(arm.UC_ARM_REG_FPEXC, 1 << 30)
+        # Opens the floating-point context, which would reset FPSCR in the first case.
+        self.uc.mem_write(CODE, VMOV)
+        self.uc.emu_start(CODE | 1, CODE + 4, count=1)
         self.uc.hook_add(UC_HOOK_MEM_WRITE, self.on_write)
         self.written = {}
 
@@ -123,7 +132,6 @@ class Reference:
         self.uc.mem_write(CODE, code)
         for register, number in zip(STATE, state):
             self.uc.reg_write(register, number)
-        self.uc.reg_write(arm.UC_ARM_REG_XPSR_NZCVQG, state[15] & FLAGS)
         # The translation of the previous case at the same address would run otherwise.
         self.uc.ctl_flush_tb()
         error = None
@@ -133,7 +141,6 @@ class Reference:
         except UcError as problem:
             error = problem.errno
         result = [self.uc.reg_read(register) for register in STATE]
-        result[15] = result[15] & ~FLAGS | self.uc.reg_read(arm.UC_ARM_REG_XPSR_NZCVQG) & FLAGS
         pc = self.uc.reg_read(arm.UC_ARM_REG_PC)
         for address in self.written:
             start = FLASH if address < RAM else RAM
@@ -197,7 +204,7 @@ def main():
             continue
         count["compared"] += 1
         wrong = [f"r{k}" for k in range(15) if mine[k] != theirs[k]]
-        wrong += ["flags"] if (mine[15] ^ theirs[15]) & (FLAGS | 0x0600FC00) else []
+        wrong += ["flags"] if (mine[15] ^ theirs[15]) & FLAGS else []
         wrong += [f"s{k}" for k in range(32) if mine[16 + k] != theirs[16 + k]]
         wrong += ["fpscr"] if (mine[48] ^ theirs[48]) >> 22 & 0x3DF else []
         wrong += ["pc"] if int(pc, 16) != their_pc & ~1 else []

@@ -89,10 +89,13 @@ impl Core {
     /// VMOV of one core register, VMRS, VMSR (A6.6).
     fn float_transfer_32(&mut self, first: u32, second: u32) -> Outcome {
         let (n, t, to_core) = (first & 15, second >> 12, bit(first, 4));
+        if second & 0x6f != 0 {
+            return undefined(first, second);
+        }
         if bit(second, 8) {
             // VMOV between a core register and one word of a double register.
             let index = (bit(second, 7) as usize) << 5 | (n as usize) << 1 | bit(first, 5) as usize;
-            if first & 0xc0 != 0 || second & 0x60 != 0 || index > 31 || t == 15 || t == 13 {
+            if first & 0xc0 != 0 || index > 31 || t == 15 || t == 13 {
                 return undefined(first, second);
             }
             if to_core {

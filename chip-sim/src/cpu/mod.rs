@@ -6,6 +6,7 @@
 //!
 //! Limits: access permissions of the coprocessor (CPACR), faults for unaligned LDM, LDRD and LDREX, and the MPU belong to the bus.
 //! Floating point: arithmetic rounds to nearest, the cumulative exception flags of FPSCR stay as written.
+//! Conversions to and from half precision (VCVTB, VCVTT) are undefined here.
 mod alu;
 mod exception;
 mod float;

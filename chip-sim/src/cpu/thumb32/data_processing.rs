@@ -14,7 +14,7 @@ impl Core {
     pub(super) fn data_processing_register(&mut self, first: u32, second: u32) -> Outcome {
         let (n, d, m) = (first & 15, second >> 8 & 15, second & 15);
         let is_move = first & 0x1ef == 0x4f;
-        if m == 15 || m == 13 && !is_move {
+        if m == 15 || m == 13 && !is_move || bit(second, 15) {
             return undefined(first, second);
         }
         let (operand, carry) = shift_immediate(self.r[m as usize], second >> 4 & 3, shift_amount(second), self.carry);
@@ -82,6 +82,10 @@ impl Core {
         let (n, d) = (first & 15, second >> 8 & 15);
         let operation = first >> 4 & 31;
         if d == 15 || d == 13 && !(matches!(operation, 0 | 10) && n == 13) {
+            return undefined(first, second);
+        }
+        // Bit 10 of the first and bit 5 of the second halfword are zero in saturation and bit fields.
+        if operation >= 16 && (bit(first, 10) || bit(second, 5)) {
             return undefined(first, second);
         }
         let immediate = immediate_12(first, second);
