@@ -1,89 +1,90 @@
 //! Exception entry and return (B1.5.6 to B1.5.8).
+//!
+//! The floating-point registers are pushed at entry. The chip reserves the space and pushes them at the first floating-point instruction of the
+//! handler (FPCCR.LSPEN, B1.5.7). A handler sees the same values; the cost is too high by 17 cycles for a handler without floating point.
+use super::registers::{CONTROL_FLOAT_ACTIVE, CONTROL_PROCESS_STACK};
+use super::{Bus, Core, Width};
 
-use super::{Bus, CONTROL_FPCA, CONTROL_SPSEL, Core, LR, PC, SP, Width};
-
-/// Registers of the basic frame, in order of their addresses; xPSR follows.
-const FRAME: [usize; 7] = [0, 1, 2, 3, 12, LR, PC];
-const XPSR_OFFSET: u32 = 0x1C;
-const BASIC_BYTES: u32 = 0x20;
-/// With S0 to S15, FPSCR and a reserved word.
-const EXTENDED_BYTES: u32 = 0x68;
+/// Registers of the basic frame in the order of their addresses; xPSR follows.
+const FRAME_REGISTERS: [usize; 7] = [0, 1, 2, 3, 12, 14, 15];
+const BASIC_FRAME_BYTES: u32 = 0x20;
+const FLOAT_FRAME_BYTES: u32 = 0x68;
+/// Offset of FPSCR, after S0 to S15.
 const FPSCR_OFFSET: u32 = 0x60;
-/// Cycles of entry and return without wait states (DDI 0439B §3.9.1), and of the floating-point registers.
+/// Bit 9 of the stacked xPSR: the entry inserted a word to align the frame.
+const STACKED_PADDING: u32 = 1 << 9;
+/// Cycles of entry and return without wait states (DDI 0439B section 3.9.1) and of the floating-point part of the frame.
 const ENTRY_CYCLES: u32 = 12;
 const RETURN_CYCLES: u32 = 10;
-const FLOAT_CYCLES: u32 = 17;
-/// Bit of the stacked xPSR: the stack was aligned by a word.
-const ALIGNED: u32 = 1 << 9;
-/// EXC_RETURN: bit 4 is zero for an extended frame, bit 3 set for thread mode, bit 2 for the process stack.
-const EXC_RETURN: u32 = 0xFFFF_FFE1;
-const RETURN_BASIC: u32 = 1 << 4;
-const RETURN_THREAD: u32 = 1 << 3;
-const RETURN_PROCESS: u32 = 1 << 2;
+const FLOAT_FRAME_CYCLES: u32 = 17;
+/// EXC_RETURN (table B1-8): bit 4 basic frame, bit 3 thread mode, bit 2 process stack.
+const EXC_RETURN: u32 = 0xffff_ffe1;
+const EXC_RETURN_BASIC_FRAME: u32 = 1 << 4;
+const EXC_RETURN_THREAD: u32 = 1 << 3;
+const EXC_RETURN_PROCESS_STACK: u32 = 1 << 2;
 
 impl Core {
-    /// Enters the handler of exception `number` and returns the cycles.
-    ///
-    /// Floating-point registers are pushed at once. The core pushes them lazily, at the handler's first floating-point instruction; the tick, which
-    /// computes with floats, pays in both cases, other handlers are charged up to 17 cycles too much.
+    /// Enters exception `number`: stacks the frame, loads the vector, sets LR to EXC_RETURN. Returns the cycles: 12, or 29 with floating point.
     pub fn enter_exception<B: Bus>(&mut self, bus: &mut B, number: u32, vector_table: u32) -> u32 {
-        let float = self.control & CONTROL_FPCA != 0;
-        let process = self.uses_process_stack();
-        let before = self.r[SP];
-        let padded = before & 4 != 0;
-        let frame = before.wrapping_sub(if float { EXTENDED_BYTES } else { BASIC_BYTES }) & !7;
-        for (k, register) in FRAME.into_iter().enumerate() {
-            bus.write(frame.wrapping_add(4 * k as u32), Width::Word, self.r[register]);
+        let float = self.control & CONTROL_FLOAT_ACTIVE != 0;
+        let process_stack = self.uses_process_stack();
+        let padding = if self.r[13] & 4 != 0 { STACKED_PADDING } else { 0 };
+        let frame = self.r[13].wrapping_sub(if float { FLOAT_FRAME_BYTES } else { BASIC_FRAME_BYTES }) & !7;
+        for (offset, register) in (0u32..).step_by(4).zip(FRAME_REGISTERS) {
+            bus.write(frame.wrapping_add(offset), Width::Word, self.r[register]);
         }
-        bus.write(frame.wrapping_add(XPSR_OFFSET), Width::Word, self.xpsr() | if padded { ALIGNED } else { 0 });
+        bus.write(frame.wrapping_add(0x1c), Width::Word, self.xpsr() | padding);
         if float {
-            for k in 0..16 {
-                bus.write(frame.wrapping_add(BASIC_BYTES + 4 * k), Width::Word, self.s[k as usize]);
+            for (offset, value) in (BASIC_FRAME_BYTES..).step_by(4).zip(&self.s[..16]) {
+                bus.write(frame.wrapping_add(offset), Width::Word, *value);
             }
             bus.write(frame.wrapping_add(FPSCR_OFFSET), Width::Word, self.fpscr);
         }
-        self.r[LR] = EXC_RETURN
-            | if float { 0 } else { RETURN_BASIC }
-            | if self.ipsr == 0 { RETURN_THREAD } else { 0 }
-            | if process { RETURN_PROCESS } else { 0 };
-        self.r[SP] = frame;
-        if process {
-            std::mem::swap(&mut self.other_sp, &mut self.r[SP]);
+        self.r[13] = frame;
+        self.r[14] = EXC_RETURN
+            | if float { 0 } else { EXC_RETURN_BASIC_FRAME }
+            | if self.ipsr == 0 { EXC_RETURN_THREAD } else { 0 }
+            | if process_stack { EXC_RETURN_PROCESS_STACK } else { 0 };
+        if process_stack {
+            std::mem::swap(&mut self.r[13], &mut self.banked_stack_pointer);
         }
-        self.control &= !(CONTROL_FPCA | CONTROL_SPSEL);
-        self.ipsr = number;
+        self.control &= !(CONTROL_FLOAT_ACTIVE | CONTROL_PROCESS_STACK);
+        self.ipsr = number & 0x1ff;
         self.it_state = 0;
         self.exclusive = None;
-        self.r[PC] = bus.read(vector_table.wrapping_add(4 * number), Width::Word) & !1;
-        ENTRY_CYCLES + if float { FLOAT_CYCLES } else { 0 }
+        self.r[15] = bus.read(vector_table.wrapping_add(4 * number), Width::Word) & !1;
+        ENTRY_CYCLES + if float { FLOAT_FRAME_CYCLES } else { 0 }
     }
 
-    /// Returns from the running handler and returns the cycles.
+    /// Returns from the active exception by `exc_return`. Returns the cycles: 10, or 27 with floating point.
     pub fn return_from_exception<B: Bus>(&mut self, bus: &mut B, exc_return: u32) -> u32 {
-        let float = exc_return & RETURN_BASIC == 0;
-        let process = exc_return & RETURN_PROCESS != 0;
-        if process {
-            std::mem::swap(&mut self.other_sp, &mut self.r[SP]);
+        const NON_MASKABLE_INTERRUPT: u32 = 2;
+        let float = exc_return & EXC_RETURN_BASIC_FRAME == 0;
+        if self.ipsr != NON_MASKABLE_INTERRUPT {
+            self.faultmask = false;
         }
-        let frame = self.r[SP];
-        for (k, register) in FRAME.into_iter().enumerate() {
-            self.r[register] = bus.read(frame.wrapping_add(4 * k as u32), Width::Word);
+        self.control &= !(CONTROL_FLOAT_ACTIVE | CONTROL_PROCESS_STACK);
+        if exc_return & EXC_RETURN_PROCESS_STACK != 0 {
+            std::mem::swap(&mut self.r[13], &mut self.banked_stack_pointer);
+            self.control |= CONTROL_PROCESS_STACK;
         }
-        self.r[PC] &= !1;
-        let xpsr = bus.read(frame.wrapping_add(XPSR_OFFSET), Width::Word);
+        let frame = self.r[13];
+        for (offset, register) in (0u32..).step_by(4).zip(FRAME_REGISTERS) {
+            self.r[register] = bus.read(frame.wrapping_add(offset), Width::Word);
+        }
+        let xpsr = bus.read(frame.wrapping_add(0x1c), Width::Word);
         if float {
-            for k in 0..16 {
-                self.s[k as usize] = bus.read(frame.wrapping_add(BASIC_BYTES + 4 * k), Width::Word);
+            for (offset, value) in (BASIC_FRAME_BYTES..).step_by(4).zip(&mut self.s[..16]) {
+                *value = bus.read(frame.wrapping_add(offset), Width::Word);
             }
             self.fpscr = bus.read(frame.wrapping_add(FPSCR_OFFSET), Width::Word);
+            self.control |= CONTROL_FLOAT_ACTIVE;
         }
-        self.control =
-            self.control & !(CONTROL_FPCA | CONTROL_SPSEL) | if float { CONTROL_FPCA } else { 0 } | if process { CONTROL_SPSEL } else { 0 };
-        let padding = if xpsr & ALIGNED != 0 { 4 } else { 0 };
-        self.r[SP] = frame.wrapping_add(if float { EXTENDED_BYTES } else { BASIC_BYTES } + padding);
+        let bytes = if float { FLOAT_FRAME_BYTES } else { BASIC_FRAME_BYTES } + if xpsr & STACKED_PADDING != 0 { 4 } else { 0 };
+        self.r[13] = frame.wrapping_add(bytes);
+        self.r[15] &= !1;
         self.set_xpsr(xpsr);
         self.exclusive = None;
-        self.faultmask = false;
-        RETURN_CYCLES + if float { FLOAT_CYCLES } else { 0 }
+        RETURN_CYCLES + if float { FLOAT_FRAME_CYCLES } else { 0 }
     }
 }
