@@ -48,7 +48,7 @@ impl<const N: usize> Portable for Dual<N> {
 /// f(x) with the value and the slope of f at x.
 #[inline]
 fn chain<const N: usize>(value: f64, slope: f64, x: &Dual<N>) -> Dual<N> {
-    Dual::new(value, &x.eps * slope)
+    Dual::new(value, x.eps * slope)
 }
 
 #[cfg(test)]

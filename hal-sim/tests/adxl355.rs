@@ -253,7 +253,7 @@ async fn registers(line: &mut hal_sim::board::SensorBus<'static, Accelerated>) -
 #[test]
 fn a_fifo_overrun_reports_the_lost_samples_and_keeps_the_count() {
     on_the_bus(adxl355(), |line, clock| async move {
-        let later = clock.clone();
+        let later = clock;
         let mut chip = Adxl355::new(line, clock);
         chip.identify().await.unwrap();
         chip.configure(&Setup::default()).await.unwrap();

@@ -7,7 +7,7 @@
 
 use super::line::{Line, MAX_BYTES};
 use super::{Drained, InForce, Ready, STANDARD_GRAVITY_M_S2, Sample, SelfTest, Sensor, SensorError, SensorSpi, Setup};
-use crate::board::{Clock, Stamped, TICKS_PER_S, Ticks};
+use crate::board::{Clock, Stamped, TICKS_PER_ROW, TICKS_PER_S, Ticks};
 use embedded_hal_async::spi::MODE_0;
 
 /// Registers.
@@ -54,7 +54,7 @@ const FIFO_ENTRIES: u8 = 96;
 const ENTRY: usize = 3;
 const SAMPLE: usize = 3 * ENTRY;
 /// Samples in one burst.
-const BURST_SAMPLES: usize = MAX_BYTES / SAMPLE;
+const BURST_SAMPLES: usize = MAX_BYTES.wrapping_div(SAMPLE);
 
 /// Typical response to the self-test on x, y, z, g (data sheet, specifications), and the accepted ratio: it gives no limits.
 const TEST_G: [f32; 3] = [0.3, 0.3, 1.5];
@@ -168,7 +168,7 @@ impl<D: SensorSpi, C: Clock> Adxl355<D, C> {
         self.line.exchange(writes(register::RESET), 1).await?;
         let mut read = 0;
         for _ in 0..=10 {
-            self.line.wait(TICKS_PER_S / 1000).await;
+            self.line.wait(TICKS_PER_ROW).await;
             self.read(register::POWER_CTL, 1).await?;
             [read] = self.line.received();
             if read == STANDBY {
@@ -185,7 +185,7 @@ impl<D: SensorSpi, C: Clock> Adxl355<D, C> {
         if entries > FIFO_ENTRIES {
             return Err(SensorError::InvalidData("the FIFO level exceeds its capacity"));
         }
-        Ok((entries / 3, status & FIFO_OVERRUN != 0))
+        Ok((entries.wrapping_div(3), status & FIFO_OVERRUN != 0))
     }
 
     /// Number of the newest sample in the FIFO.
@@ -195,7 +195,7 @@ impl<D: SensorSpi, C: Clock> Adxl355<D, C> {
         if entries > FIFO_ENTRIES {
             return Err(SensorError::InvalidData("the FIFO level exceeds its capacity"));
         }
-        Ok(self.count.wrapping_add(u32::from(entries / 3)).wrapping_sub(1))
+        Ok(self.count.wrapping_add(u32::from(entries.wrapping_div(3))).wrapping_sub(1))
     }
 
     /// Mean of several readings, m/s².
@@ -238,7 +238,7 @@ impl<D: SensorSpi, C: Clock> Adxl355<D, C> {
     /// Continues the count after an overrun, by the time since the last observed sample; returns the number of samples lost.
     fn resume(&mut self, level: u8) -> u32 {
         let Some(observed) = self.observed else { return 1 };
-        let passed = (self.line.clock.now() - observed.at) / self.period.max(1);
+        let passed = (self.line.clock.now() - observed.at).wrapping_div(self.period.max(1));
         let next = observed.value.wrapping_add(1).wrapping_add(passed as u32).wrapping_sub(u32::from(level));
         // The chip's oscillator may be slower than nominal: the count does not go back.
         let lost = (next.wrapping_sub(self.count) as i32).max(1) as u32;
@@ -324,13 +324,13 @@ impl<D: SensorSpi, C: Clock> Sensor for Adxl355<D, C> {
         let before = self.newest().await?;
         let until = self.line.clock.now() + 2 * self.period;
         // The sample came between two readings: the later one is at most this late.
-        let step = self.period / 64;
+        let step = self.period >> 6;
         loop {
             self.line.wait(step).await;
             let begin = self.line.clock.now();
             let newest = self.newest().await?;
             if newest != before {
-                let middle = begin.0.saturating_sub(step / 2);
+                let middle = begin.0.saturating_sub(step >> 1);
                 let observed = Stamped { value: newest, at: Ticks(middle) };
                 self.observed = Some(observed);
                 return Ok(observed);

@@ -42,7 +42,7 @@ const HPCF_TENTH: u8 = 1;
 /// Capacity of the FIFO, words (3 KiB).
 const FIFO_WORDS: u16 = 512;
 /// Words in one burst: three samples and one more.
-const BURST_WORDS: usize = MAX_BYTES / WORD;
+const BURST_WORDS: usize = MAX_BYTES.wrapping_div(WORD);
 /// Nominal resolution of the time stamp, s, and its relative change per step of INTERNAL_FREQ_FINE (AN5398 §6.4).
 const STAMP_S: f64 = 25e-6;
 const FINE: f64 = 0.0015;
