@@ -85,7 +85,7 @@ impl Motion {
                 let phase = (t_s / period + 0.25).rem_euclid(1.0);
                 Some(rate * if phase < 0.5 { 4.0 * phase - 1.0 } else { 3.0 - 4.0 * phase })
             }
-            Motion::Sine(rate, period) => Some(rate * (TAU * t_s / period).sin()),
+            Motion::Sine(rate, period) => Some(rate * libm::sin(TAU * t_s / period)),
         }
     }
 

@@ -18,6 +18,7 @@ mod coordinate;
 pub mod effects;
 mod experiment;
 mod law;
+mod portable;
 mod screening;
 
 pub use card::{Card, Compensation, Description, Domain, Parameter, ParameterKind, Rival};
@@ -25,4 +26,5 @@ pub use catalogue::{ExtendError, card, cards, extend, law};
 pub use coordinate::Coordinate;
 pub use experiment::{Abscissa, Demonstration, Motion, Output, StandRun};
 pub use law::{Contributions, Dual, Law, LawScalar, LawSource, Point, Reading, Scalar, Shaft, Structure, T0_C, Thermal};
+pub use portable::Portable;
 pub use screening::{Elastic, HarmonicSource, Requirement, Screening};

@@ -8,8 +8,8 @@
 //! stand needs no other code. A *stamped* reading carries the time of its sampling.
 
 use crate::config::{ConfigError, all_within};
+use crate::sensors::SensorSpi;
 use core::ops::{Add, Sub};
-use embedded_hal_async::spi::SpiDevice;
 
 /// Board clock, steps per second.
 pub const TICKS_PER_S: u64 = 10_000_000;
@@ -314,7 +314,7 @@ pub trait Board {
     /// Handle to the board's clock.
     type Clock: Clock + Clone;
     /// SPI bus of the sensor under test. Transfers use DMA, so that other tasks run meanwhile.
-    type SensorBus: SpiDevice<u8>;
+    type SensorBus: SensorSpi;
     /// The board's clock.
     fn clock(&self) -> Self::Clock;
     /// Encoder counter of the tasks, separate from the speed loop's counter.

@@ -167,7 +167,7 @@ fn run_session<P: PlantPort>(
     let both = async {
         match line {
             Some(line) => {
-                let chip = sensors::Ism330dhcx::new(line, SimClock(&clock));
+                let chip = sensors::DetectedSensor::new(line, SimClock(&clock));
                 select(session, sensors::Runner::new(chip, SimClock(&clock), &sensor).run()).await;
             }
             None => session.await,
@@ -413,10 +413,13 @@ fn sensor_notes(sensor: &sensors::Status) -> Vec<(String, String)> {
         let (name, rate_Hz) = (sensor.name, setup.data_rate_Hz);
         format!("{name}, {what}, filter {cutoff_Hz} Hz, ±{range}, newest sample of {rate_Hz} Hz before t")
     };
-    let accel =
-        made("accelerometer", in_force.accel_cutoff_Hz, format!("{:.0} g", setup.accel_range_m_s2 / sensors::STANDARD_GRAVITY_M_S2));
+    let range_g = format!("{:.0} g", setup.accel_range_m_s2 / sensors::STANDARD_GRAVITY_M_S2);
+    let accel = made("accelerometer", in_force.accel_cutoff_Hz, range_g);
+    let accels = [("accel_x_m_s2", accel.clone()), ("accel_y_m_s2", accel)];
     let gyro = made("gyro", in_force.rate_cutoff_Hz, format!("{:.0} °/s", setup.rate_range_rad_s.to_degrees()));
-    [("gyro_rad_s", gyro), ("accel_x_m_s2", accel.clone()), ("accel_y_m_s2", accel)].map(|(key, text)| (key.to_string(), text)).into()
+    // A part without a gyro has no range of the rate, and no column.
+    let gyros = (!setup.rate_range_rad_s.is_nan()).then_some(("gyro_rad_s", gyro));
+    gyros.into_iter().chain(accels).map(|(key, text)| (key.to_string(), text)).collect()
 }
 
 /// Which compensation was in force, and from when; `None` where there is none.

@@ -6,9 +6,10 @@ use hal_sim::board::{Bench, PlantPort, SimBoard};
 use hal_sim::clock::{self, SimClock, VirtualClock};
 use hal_sim::peripherals::SensorSetup;
 use hal_sim::peripherals::imu::{Fault, ImuSetup};
-use stand_firmware::board::{Board, Clock, Hardware, TICKS_PER_S, TickIo, Ticks};
+use stand_firmware::board::{Board, Clock, Hardware, Stamped, TICKS_PER_S, TickIo, Ticks};
 use stand_firmware::sensors::{
-    Drained, InForce, Ism330dhcx, Motion, Ready, Runner, Sample, SelfTest, Sensor, SensorError, Setup, Shared, State, Status,
+    DetectedSensor, Drained, InForce, Ism330dhcx, Motion, Ready, Runner, Sample, SelfTest, Sensor, SensorError, Setup, Shared, State,
+    Status,
 };
 use std::cell::RefCell;
 
@@ -53,7 +54,7 @@ fn run(plant: Turning, setup: ImuSetup, seconds: f64, mut each: impl FnMut(u64, 
     let line = board.sensor_bus().unwrap();
     assert!(board.sensor_bus().is_none(), "the bus is handed out once");
     let shared = Shared::default();
-    let mut runner = Runner::new(Ism330dhcx::new(line, SimClock(&clock)), SimClock(&clock), &shared);
+    let mut runner = Runner::new(DetectedSensor::new(line, SimClock(&clock)), SimClock(&clock), &shared);
     let watch = async {
         let clock = SimClock(&clock);
         for ms in 1..=(seconds * 1e3) as u64 {
@@ -89,6 +90,7 @@ fn samples_have_rate_and_forces_of_their_sampling_time_on_the_board_clock() {
         assert!((1_000..8_500).contains(age), "{age}");
         let t = newest.at.seconds();
         let Motion { rate_rad_s, outward_m_s2, along_m_s2 } = newest.value;
+        let rate_rad_s = rate_rad_s.unwrap();
         // The time stamp has steps of 25 µs, its conversion to the board clock adds another; the code is 1.2 mrad/s.
         assert!((f64::from(rate_rad_s) - 5.0 * (t - rate_delay_s)).abs() < 1.2e-3 + 5.0 * 80e-6, "{t}: {rate_rad_s}");
         let (rate, chi) = (5.0 * (t - force_delay_s), 2_f64.to_radians());
@@ -120,7 +122,8 @@ fn the_accelerometer_matches_the_example_of_the_theory() {
 #[test]
 fn noise_matches_the_data_sheet_and_a_temperature_is_reported() {
     let mut rates = Vec::new();
-    let status = run(STILL, ImuSetup::default(), 4.0, |_, shared, _| rates.extend(shared.newest().map(|n| f64::from(n.value.rate_rad_s))));
+    let status =
+        run(STILL, ImuSetup::default(), 4.0, |_, shared, _| rates.extend(shared.newest().and_then(|n| n.value.rate_rad_s).map(f64::from)));
     let mean = rates.iter().sum::<f64>() / rates.len() as f64;
     let sigma = (rates.iter().map(|r| (r - mean).powi(2)).sum::<f64>() / rates.len() as f64).sqrt();
     // 5 mdps/√Hz through 304 Hz of first order, and a code of 70 mdps.
@@ -156,7 +159,7 @@ fn a_changed_setup_is_read_back_with_sufficient_range() {
             asked = true;
         }
         if ms > 200 {
-            assert!((shared.newest().unwrap().value.rate_rad_s - 8.0).abs() < 4e-4, "the code is finer now");
+            assert!((shared.newest().unwrap().value.rate_rad_s.unwrap() - 8.0).abs() < 4e-4, "the code is finer now");
         }
     });
     let setup = status.in_force.unwrap().setup;
@@ -247,14 +250,16 @@ impl TrueMotion<'_> {
         let rate = plant.true_rate_rad_s();
         Sample {
             stamp: (plant.t_s * 1e6).round() as u32,
-            rate_rad_s: [0.0, 0.0, rate as f32],
+            rate_rad_s: Some([0.0, 0.0, rate as f32]),
             accel_m_s2: [(-rate * rate * 0.05) as f32, 0.0, 9.8],
         }
     }
 }
 
 impl Sensor for TrueMotion<'_> {
-    const NAME: &'static str = "true-motion";
+    fn name(&self) -> &'static str {
+        "true-motion"
+    }
 
     async fn identify(&mut self) -> Result<(), SensorError> {
         Ok(())
@@ -271,8 +276,9 @@ impl Sensor for TrueMotion<'_> {
         samples[0] = sample;
         Ok(Drained { samples: fresh, ..Drained::default() })
     }
-    async fn stamp(&mut self) -> Result<u32, SensorError> {
-        Ok(self.sample().stamp)
+    async fn stamp(&mut self) -> Result<Stamped<u32>, SensorError> {
+        let value = self.sample().stamp;
+        Ok(Stamped { value, at: Ticks(u64::from(value) * TICKS_PER_S / 1_000_000) })
     }
     async fn temperature_C(&mut self) -> Result<f32, SensorError> {
         Ok(25.0)
@@ -294,7 +300,7 @@ fn a_second_sensor_implements_the_trait() {
     clock::run(&clock, select(watch, runner.run()), |to| bench.borrow_mut().advance(to, |io| _ = io.sense())).unwrap();
     let (status, newest) = (shared.status(), shared.newest().unwrap());
     assert_eq!((status.name, status.state, status.errors), ("true-motion", State::Running, 0));
-    assert!((newest.value.rate_rad_s - 3.0).abs() < 1e-6 && (newest.value.outward_m_s2 + 0.45).abs() < 1e-6);
+    assert!((newest.value.rate_rad_s.unwrap() - 3.0).abs() < 1e-6 && (newest.value.outward_m_s2 + 0.45).abs() < 1e-6);
     assert!(newest.age(Ticks(TICKS_PER_S)) < 3_000, "{newest:?}");
 }
 

@@ -66,6 +66,6 @@ pub struct Cogging;
 
 impl<S: Scalar> Law<S> for Cogging {
     fn contribute(&self, p: &[S], x: &Point<S>, out: &mut Contributions<S>) {
-        out.torque += p[0] * (x.theta * p[1] + p[2]).sin();
+        out.torque += p[0] * (x.theta * p[1] + p[2]).portable_sin();
     }
 }

@@ -83,10 +83,10 @@ impl<S: Scalar> Law<S> for EncoderEccentricity {
             // The error depends on the true angle, not on the reading: otherwise n e²/2 would remain at the harmonic order 2n. Each iteration
             // reduces the remaining error by the factor n e.
             for _ in 0..2 {
-                phase = shown - p[0] * p[1] * phase.sin();
+                phase = shown - p[0] * p[1] * phase.portable_sin();
             }
         }
-        let (s, c) = phase.sin_cos();
+        let (s, c) = phase.portable_sin_cos();
         y.theta += p[0] * s;
         if x.rate_from_encoder {
             y.omega += p[0] * p[1] * c * x.omega;

@@ -50,7 +50,7 @@ pub struct RateGSensitivity;
 
 impl<S: Scalar> Law<S> for RateGSensitivity {
     fn measure(&self, p: &[S], x: &Point<S>, y: &mut Reading<S>) {
-        y.omega += p[0] * (x.theta + p[1]).sin();
+        y.omega += p[0] * (x.theta + p[1]).portable_sin();
     }
     fn has_no_contribution(&self) -> bool {
         true

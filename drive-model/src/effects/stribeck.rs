@@ -60,6 +60,6 @@ pub struct Stribeck;
 impl<S: Scalar> Law<S> for Stribeck {
     fn contribute(&self, p: &[S], x: &Point<S>, out: &mut Contributions<S>) {
         let q = x.omega / p[1];
-        out.coulomb_torque += p[0] * (-(q * q)).exp();
+        out.coulomb_torque += p[0] * (-(q * q)).portable_exp();
     }
 }

@@ -68,6 +68,6 @@ pub struct TorqueRipple;
 impl<S: Scalar> Law<S> for TorqueRipple {
     fn contribute(&self, p: &[S], x: &Point<S>, out: &mut Contributions<S>) {
         let (ripple, order, phase) = (p[0], p[1], p[2]);
-        out.motor_factor *= ripple * (x.theta * order + phase).sin() + 1.0;
+        out.motor_factor *= ripple * (x.theta * order + phase).portable_sin() + 1.0;
     }
 }

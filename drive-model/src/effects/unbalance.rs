@@ -56,6 +56,6 @@ pub struct Unbalance;
 
 impl<S: Scalar> Law<S> for Unbalance {
     fn contribute(&self, p: &[S], x: &Point<S>, out: &mut Contributions<S>) {
-        out.torque += p[0] * (x.theta + p[1]).sin();
+        out.torque += p[0] * (x.theta + p[1]).portable_sin();
     }
 }

@@ -48,6 +48,6 @@ pub struct ViscousTemperature;
 
 impl<S: Scalar> Law<S> for ViscousTemperature {
     fn contribute(&self, p: &[S], x: &Point<S>, out: &mut Contributions<S>) {
-        out.viscous_factor *= (-(p[0] * (x.temp_C - T0_C))).exp();
+        out.viscous_factor *= (-(p[0] * (x.temp_C - T0_C))).portable_exp();
     }
 }

@@ -152,7 +152,7 @@ impl<F: NorFlash> App<'_, F> {
         let mut rows = rows::Rows::new(state, clock.clone(), &measuring);
         let sensor = pin!(async {
             if let Some(line) = sensor_bus {
-                let sensor = sensors::Ism330dhcx::new(line, clock.clone());
+                let sensor = sensors::DetectedSensor::new(line, clock.clone());
                 sensors::Runner::new(sensor, clock.clone(), state.dut.shared).run().await;
             }
         });

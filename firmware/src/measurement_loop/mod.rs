@@ -228,7 +228,7 @@ impl<'a> MeasurementLoop<'a> {
             edge: k.edge,
             turn: k.turn,
             omega_rad_s: k.omega_rad_s,
-            gyro_rad_s: k.imu.map(|motion| f64::from(motion.rate_rad_s)),
+            gyro_rad_s: k.imu.and_then(|motion| motion.rate_rad_s).map(f64::from),
             accel_x_m_s2: k.imu.map(|motion| f64::from(motion.outward_m_s2)),
             accel_y_m_s2: k.imu.map(|motion| f64::from(motion.along_m_s2)),
             imu_age: k.imu_age,

@@ -83,7 +83,7 @@ impl Row {
             from_index_rad: self.from_index_rad,
             temp_C: self.temp_C,
             has_rate: self.omega_rad_s.is_some(),
-            has_dut: self.gyro_rad_s.is_some(),
+            has_dut: self.accel_x_m_s2.is_some(),
         }
     }
 

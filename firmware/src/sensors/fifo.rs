@@ -67,7 +67,7 @@ impl Decoder {
         match (self.rate, self.accel, self.stamp) {
             (Some(rate_rad_s), Some(accel_m_s2), Some(stamp)) => {
                 *self = Self { lost: self.lost, ..Self::default() };
-                Decoded::Sample(Sample { stamp, rate_rad_s, accel_m_s2 })
+                Decoded::Sample(Sample { stamp, rate_rad_s: Some(rate_rad_s), accel_m_s2 })
             }
             _ => Decoded::Incomplete,
         }
@@ -91,7 +91,7 @@ mod tests {
         for (n, order) in [[RATE, ACCEL, STAMP], [STAMP, ACCEL, RATE]].into_iter().enumerate() {
             let body = |kind| if kind == STAMP { [1, 2, 0, 0, 9, 9] } else { [1, 0, 0xFF, 0xFF, 0, 0x80] };
             let took = order.map(|kind| decoder.take(word(kind, n as u8, body(kind)), 2.0, 0.5));
-            let expected = Sample { stamp: 513, rate_rad_s: [2.0, -2.0, -65_536.0], accel_m_s2: [0.5, -0.5, -16_384.0] };
+            let expected = Sample { stamp: 513, rate_rad_s: Some([2.0, -2.0, -65_536.0]), accel_m_s2: [0.5, -0.5, -16_384.0] };
             assert_eq!(took, [Decoded::Incomplete, Decoded::Incomplete, Decoded::Sample(expected)]);
         }
         assert_eq!(decoder.take_lost(), 0);

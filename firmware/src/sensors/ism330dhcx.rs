@@ -4,9 +4,10 @@
 //! FIFO read one word at a time. Here registers are exchanged as a whole and the FIFO is read in bursts. Every written register is read back.
 
 use super::fifo::{Decoded, Decoder, WORD};
-use super::{Drained, InForce, Ready, STANDARD_GRAVITY_M_S2, Sample, SelfTest, Sensor, SensorError, Setup};
-use crate::board::{Clock, TICKS_PER_S};
-use embedded_hal_async::spi::SpiDevice;
+use super::line::{Line, MAX_BYTES};
+use super::{Drained, InForce, Ready, STANDARD_GRAVITY_M_S2, Sample, SelfTest, Sensor, SensorError, SensorSpi, Setup, at_least};
+use crate::board::{Clock, Stamped, TICKS_PER_S};
+use embedded_hal_async::spi::MODE_3;
 use ism330dhcx_rs::asynchronous as st;
 use ism330dhcx_rs::asynchronous::prelude::*;
 
@@ -41,7 +42,7 @@ const HPCF_TENTH: u8 = 1;
 /// Capacity of the FIFO, words (3 KiB).
 const FIFO_WORDS: u16 = 512;
 /// Words in one burst: three samples and one more.
-const BURST_WORDS: usize = 12;
+const BURST_WORDS: usize = MAX_BYTES.wrapping_div(WORD);
 /// Nominal resolution of the time stamp, s, and its relative change per step of INTERNAL_FREQ_FINE (AN5398 §6.4).
 const STAMP_S: f64 = 25e-6;
 const FINE: f64 = 0.0015;
@@ -57,11 +58,8 @@ const TEST_SETTLING: u64 = TICKS_PER_S >> 3;
 const READS: u8 = 0x80;
 
 /// The sensor on its SPI bus.
-pub struct Ism330dhcx<D: SpiDevice<u8>, C: Clock> {
-    line: D,
-    clock: C,
-    /// Transfer buffer: the register address, then the data.
-    bytes: [u8; 1 + BURST_WORDS * WORD],
+pub struct Ism330dhcx<D: SensorSpi, C: Clock> {
+    pub(super) line: Line<D, C>,
     /// Scales, rad/s and m/s² per code.
     rate_rad_s: f32,
     accel_m_s2: f32,
@@ -69,55 +67,26 @@ pub struct Ism330dhcx<D: SpiDevice<u8>, C: Clock> {
     overrun: bool,
 }
 
-impl<D: SpiDevice<u8>, C: Clock> Ism330dhcx<D, C> {
+impl<D: SensorSpi, C: Clock> Ism330dhcx<D, C> {
     /// The chip on this bus; sends nothing yet.
-    pub fn new(line: D, clock: C) -> Self {
-        Self {
-            line,
-            clock,
-            bytes: [0; 1 + BURST_WORDS * WORD],
-            rate_rad_s: 0.0,
-            accel_m_s2: 0.0,
-            decoder: Decoder::default(),
-            overrun: false,
-        }
+    pub fn new(device: D, clock: C) -> Self {
+        Self::on(Line::new(device, clock))
     }
 
-    async fn wait(&mut self, steps: u64) {
-        self.clock.until(self.clock.now() + steps).await;
+    pub(super) fn on(line: Line<D, C>) -> Self {
+        Self { line, rate_rad_s: 0.0, accel_m_s2: 0.0, decoder: Decoder::default(), overrun: false }
     }
 
-    /// Transfers the first byte and `count` more; [`Self::received`] has the received bytes.
-    async fn exchange(&mut self, first: u8, count: usize) -> Result<(), SensorError> {
-        if let Some(place) = self.bytes.first_mut() {
-            *place = first;
-        }
-        let bytes = self.bytes.get_mut(..=count).unwrap_or_default();
-        self.line.transfer_in_place(bytes).await.map_err(|_| SensorError::Bus)
-    }
-
-    /// The bytes received after the first.
-    fn received<const N: usize>(&self) -> [u8; N] {
-        self.bytes.get(1..).and_then(|bytes| bytes.first_chunk()).copied().unwrap_or([0; N])
-    }
-
-    /// Reads `count` bytes from a register on into [`Self::received`].
+    /// Reads `count` bytes from a register on into [`Line::received`].
     async fn read(&mut self, register: Reg, count: usize) -> Result<(), SensorError> {
-        self.exchange(register as u8 | READS, count).await
+        self.line.exchange(register as u8 | READS, count).await
     }
 
     /// Writes registers, one after the other, and reads each back.
     async fn set_all(&mut self, registers: &[(Reg, u8)]) -> Result<(), SensorError> {
-        for (register, wrote) in registers {
+        for (register, value) in registers {
             let register = *register as u8;
-            for first in [register, register | READS] {
-                self.bytes = [*wrote; _];
-                self.exchange(first, 1).await?;
-            }
-            let [read] = self.received();
-            if read != *wrote {
-                return Err(SensorError::NotConfigured { register, wrote: *wrote, read });
-            }
+            self.line.set(register, register, register | READS, *value).await?;
         }
         Ok(())
     }
@@ -126,14 +95,14 @@ impl<D: SpiDevice<u8>, C: Clock> Ism330dhcx<D, C> {
     async fn reset(&mut self) -> Result<(), SensorError> {
         let power_on = Ctrl3C::new().into_bits();
         let mut read = Ctrl3C::new().with_sw_reset(1).into_bits();
-        self.bytes = [read; _];
+        self.line.bytes = [read; _];
         let mut first = Reg::Ctrl3C as u8;
         // Written once, then read until the reset is over, about 50 µs.
         for _ in 0..=10 {
-            self.exchange(first, 1).await?;
-            self.wait(1_000).await;
+            self.line.exchange(first, 1).await?;
+            self.line.wait(1_000).await;
             if first & READS != 0 {
-                [read] = self.received();
+                [read] = self.line.received();
             }
             first |= READS;
             if read == power_on {
@@ -159,10 +128,10 @@ impl<D: SpiDevice<u8>, C: Clock> Ism330dhcx<D, C> {
                 if tries > 100 {
                     return Err(SensorError::Silent);
                 }
-                self.wait(10_000).await;
+                self.line.wait(10_000).await;
             }
             self.read(Reg::OutxLG, 12).await?;
-            let [a, b, c, d, e, f, g, h, i, j, k, l] = self.received();
+            let [a, b, c, d, e, f, g, h, i, j, k, l] = self.line.received();
             let code = |low, high| f32::from(i16::from_le_bytes([low, high]));
             let (rates, forces) = ([code(a, b), code(c, d), code(e, f)], [code(g, h), code(i, j), code(k, l)]);
             sums.0.iter_mut().zip(rates).for_each(|(sum, code)| *sum += code);
@@ -173,18 +142,15 @@ impl<D: SpiDevice<u8>, C: Clock> Ism330dhcx<D, C> {
     }
 }
 
-/// The smallest entry that is at least `wanted`, or the greatest entry.
-fn at_least<T: Copy>(list: &[T], wanted: f32, size: impl Fn(&T) -> f32) -> Option<T> {
-    // A value converted from another unit may be off by its last digit.
-    list.iter().find(|entry| size(entry) >= wanted * 0.999).or(list.last()).copied()
-}
-
-impl<D: SpiDevice<u8>, C: Clock> Sensor for Ism330dhcx<D, C> {
-    const NAME: &'static str = "ISM330DHCX";
+impl<D: SensorSpi, C: Clock> Sensor for Ism330dhcx<D, C> {
+    fn name(&self) -> &'static str {
+        "ISM330DHCX"
+    }
 
     async fn identify(&mut self) -> Result<(), SensorError> {
+        self.line.set_mode(MODE_3)?;
         self.read(Reg::WhoAmI, 1).await?;
-        let [who_am_i] = self.received();
+        let [who_am_i] = self.line.received();
         match (who_am_i, st::ISM330DHCX_ID) {
             (who_am_i, expected) if who_am_i == expected => Ok(()),
             (who_am_i @ (0x00 | 0xFF), expected) => Err(SensorError::Absent { who_am_i, expected }),
@@ -215,7 +181,7 @@ impl<D: SpiDevice<u8>, C: Clock> Sensor for Ism330dhcx<D, C> {
         ])
         .await?;
         self.read(Reg::InternalFreqFine, 1).await?;
-        let fine = f64::from(i8::from_le_bytes(self.received()));
+        let fine = f64::from(i8::from_le_bytes(self.line.received()));
         self.rate_rad_s = (mdps * 1e-3).to_radians();
         self.accel_m_s2 = mg * 1e-3 * STANDARD_GRAVITY_M_S2;
         self.decoder = Decoder::default();
@@ -230,7 +196,7 @@ impl<D: SpiDevice<u8>, C: Clock> Sensor for Ism330dhcx<D, C> {
 
     async fn ready(&mut self) -> Result<Ready, SensorError> {
         self.read(Reg::StatusRegOrSpiaux, 1).await?;
-        let [status] = self.received();
+        let [status] = self.line.received();
         let status = StatusReg::from_bits(status);
         Ok(Ready { rate: status.gda() != 0, accel: status.xlda() != 0, temperature: status.tda() != 0 })
     }
@@ -239,7 +205,7 @@ impl<D: SpiDevice<u8>, C: Clock> Sensor for Ism330dhcx<D, C> {
         let mut drained = Drained::default();
         while drained.samples < samples.len() {
             self.read(Reg::FifoStatus1, 2).await?;
-            let [low, high] = self.received();
+            let [low, high] = self.line.received();
             let flags = FifoStatus2::from_bits(high);
             let level = u16::from_le_bytes([low, flags.diff_fifo()]);
             if level > FIFO_WORDS {
@@ -255,7 +221,7 @@ impl<D: SpiDevice<u8>, C: Clock> Sensor for Ism330dhcx<D, C> {
                 break;
             }
             self.read(Reg::FifoDataOutTag, words.saturating_mul(WORD)).await?;
-            let (whole, _) = self.bytes.get(1..).unwrap_or_default().as_chunks::<WORD>();
+            let (whole, _) = self.line.bytes.get(1..).unwrap_or_default().as_chunks::<WORD>();
             for word in whole.iter().take(words) {
                 match self.decoder.take(*word, self.rate_rad_s, self.accel_m_s2) {
                     Decoded::Incomplete => {}
@@ -276,14 +242,16 @@ impl<D: SpiDevice<u8>, C: Clock> Sensor for Ism330dhcx<D, C> {
         Ok(drained)
     }
 
-    async fn stamp(&mut self) -> Result<u32, SensorError> {
+    async fn stamp(&mut self) -> Result<Stamped<u32>, SensorError> {
+        let before = self.line.clock.now();
         self.read(Reg::Timestamp0, 4).await?;
-        Ok(u32::from_le_bytes(self.received()))
+        let at = before + ((self.line.clock.now() - before) >> 1);
+        Ok(Stamped { value: u32::from_le_bytes(self.line.received()), at })
     }
 
     async fn temperature_C(&mut self) -> Result<f32, SensorError> {
         self.read(Reg::OutTempL, 2).await?;
-        Ok(st::from_lsb_to_celsius(i16::from_le_bytes(self.received())))
+        Ok(st::from_lsb_to_celsius(i16::from_le_bytes(self.line.received())))
     }
 
     async fn self_test(&mut self) -> Result<SelfTest, SensorError> {
@@ -298,7 +266,7 @@ impl<D: SpiDevice<u8>, C: Clock> Sensor for Ism330dhcx<D, C> {
                 (Reg::Ctrl5C, test),
             ])
             .await?;
-            self.wait(TEST_SETTLING).await;
+            self.line.wait(TEST_SETTLING).await;
             // The first mean is discarded.
             for _ in 0..2 {
                 *mean = self.mean().await?;

@@ -1,19 +1,28 @@
 //! The sensor under test (DUT): an inertial sensor on the platform, behind one driver trait.
 //!
-//! [`Sensor`] is the trait; [`Ism330dhcx`] implements it with the register definitions of ST's driver. [`Runner`] is its task: it detects and
-//! configures the chip, reads the configuration back, empties the FIFO every millisecond, and converts the time stamps to the board's clock.
+//! [`Sensor`] is the trait. [`Ism330dhcx`] implements it for a gyro with accelerometer, [`Adxl355`] for an accelerometer; [`DetectedSensor`] is the one of
+//! them that answers on the bus. [`Runner`] is the task: it detects and configures the chip, reads the configuration back, empties the FIFO every
+//! millisecond, and converts the time stamps to the board's clock.
 //! [`Shared`] has the newest sample and the status for the other tasks; the rows of the measurement loop take the sample from there.
 //!
 //! Units are rad/s, m/s² and °C. An absent, silent or wrong chip, or invalid data, is a [`SensorError`]; the task then starts again. Transfers
 //! use DMA and do not delay the rows.
 
+mod adxl355;
+mod detected;
 mod error;
 mod fifo;
 mod ism330dhcx;
+mod line;
 mod runner;
 mod sample_clock;
 mod shared;
 
+use crate::board::Stamped;
+use embedded_hal_async::spi::{Mode, SpiDevice};
+
+pub use adxl355::Adxl355;
+pub use detected::DetectedSensor;
 pub use error::SensorError;
 pub use ism330dhcx::Ism330dhcx;
 pub use runner::Runner;
@@ -28,7 +37,7 @@ pub const STANDARD_GRAVITY_M_S2: f32 = 9.806_65;
 pub struct Setup {
     /// Samples per second.
     pub data_rate_Hz: f32,
-    /// Range of the angular rate, rad/s.
+    /// Range of the angular rate, rad/s; in force NaN without a gyro.
     pub rate_range_rad_s: f32,
     /// Range of the acceleration, m/s².
     pub accel_range_m_s2: f32,
@@ -46,7 +55,7 @@ impl Default for Setup {
 pub struct InForce {
     /// Data rate and ranges.
     pub setup: Setup,
-    /// Cutoff frequency of the rate's low-pass, Hz.
+    /// Cutoff frequency of the rate's low-pass, Hz; NaN without a gyro.
     pub rate_cutoff_Hz: f32,
     /// Cutoff frequency of the acceleration's low-pass, Hz.
     pub accel_cutoff_Hz: f32,
@@ -59,8 +68,8 @@ pub struct InForce {
 pub struct Sample {
     /// Time stamp, in steps of [`InForce::stamp_s`], wrapping.
     pub stamp: u32,
-    /// Rate about x, y, z, rad/s.
-    pub rate_rad_s: [f32; 3],
+    /// Rate about x, y, z, rad/s; `None` without a gyro.
+    pub rate_rad_s: Option<[f32; 3]>,
     /// Specific force along x, y, z, m/s².
     pub accel_m_s2: [f32; 3],
 }
@@ -90,7 +99,7 @@ pub struct Ready {
 /// Result of the self-test.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SelfTest {
-    /// Change of the rates, rad/s.
+    /// Change of the rates, rad/s; NaN without a gyro.
     pub rate_rad_s: [f32; 3],
     /// Change of the specific forces, m/s².
     pub accel_m_s2: [f32; 3],
@@ -101,8 +110,8 @@ pub struct SelfTest {
 /// Motion of the platform, with the sensor mounted z up, x outward, y along the motion at positive rate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Motion {
-    /// Rate about the axis of the platform, rad/s.
-    pub rate_rad_s: f32,
+    /// Rate about the axis of the platform, rad/s; `None` without a gyro.
+    pub rate_rad_s: Option<f32>,
     /// Specific force outward, m/s².
     pub outward_m_s2: f32,
     /// Specific force along the motion, m/s².
@@ -111,17 +120,36 @@ pub struct Motion {
 
 impl From<&Sample> for Motion {
     fn from(sample: &Sample) -> Self {
-        let ([_, _, rate_rad_s], [outward_m_s2, along_m_s2, _]) = (sample.rate_rad_s, sample.accel_m_s2);
-        Self { rate_rad_s, outward_m_s2, along_m_s2 }
+        let [outward_m_s2, along_m_s2, _] = sample.accel_m_s2;
+        Self { rate_rad_s: sample.rate_rad_s.map(|[_, _, z]| z), outward_m_s2, along_m_s2 }
     }
+}
+
+/// The smallest entry that is at least `wanted`, or the greatest entry.
+fn at_least<T: Copy>(list: &[T], wanted: f32, size: impl Fn(&T) -> f32) -> Option<T> {
+    // A value converted from another unit may be off by its last digit.
+    list.iter().find(|entry| size(entry) >= wanted * 0.999).or(list.last()).copied()
+}
+
+/// SPI bus of a sensor under test. The parts need different modes: the ISM330DHCX mode 3, the ADXL355 mode 0.
+pub trait SensorSpi: SpiDevice<u8> {
+    /// Sets clock polarity and phase for the following transactions.
+    ///
+    /// # Errors
+    /// The bus does not have this mode.
+    fn set_mode(&mut self, mode: Mode) -> Result<(), SensorError>;
 }
 
 /// Driver of a sensor under test. Every method may wait for the bus.
 #[allow(async_fn_in_trait)] // one thread, one executor: no future leaves it
 pub trait Sensor {
     /// Name of the part.
-    const NAME: &'static str;
+    fn name(&self) -> &'static str;
 
+    /// Finds the chip: a driver of several parts selects the one that answers.
+    async fn detect(&mut self) -> Result<(), SensorError> {
+        self.identify().await
+    }
     /// Checks that the expected chip answers.
     async fn identify(&mut self) -> Result<(), SensorError>;
     /// Resets the chip, selects the smallest data rate and ranges that cover the request, starts the FIFO, and reads all registers back.
@@ -130,8 +158,8 @@ pub trait Sensor {
     async fn ready(&mut self) -> Result<Ready, SensorError>;
     /// Reads the oldest samples from the FIFO, at most `samples.len()`.
     async fn drain(&mut self, samples: &mut [Sample]) -> Result<Drained, SensorError>;
-    /// The present time of the chip, on the scale of the time stamps.
-    async fn stamp(&mut self) -> Result<u32, SensorError>;
+    /// A time of the chip, on the scale of the time stamps, with the board's time.
+    async fn stamp(&mut self) -> Result<Stamped<u32>, SensorError>;
     /// Temperature of the chip, °C.
     async fn temperature_C(&mut self) -> Result<f32, SensorError>;
     /// Deflects the proof masses by a known force, at rest; takes about half a second. The chip must be configured again afterwards.

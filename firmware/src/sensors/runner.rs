@@ -33,7 +33,7 @@ pub struct Runner<'a, S, C> {
 impl<'a, S: Sensor, C: Clock> Runner<'a, S, C> {
     /// The task of this sensor.
     pub fn new(sensor: S, clock: C, shared: &'a Shared) -> Self {
-        shared.change(|status| status.name = S::NAME);
+        shared.change(|status| status.name = sensor.name());
         Self { sensor, clock, shared, setup: Setup::default() }
     }
 
@@ -61,7 +61,9 @@ impl<'a, S: Sensor, C: Clock> Runner<'a, S, C> {
     /// Runs from detecting the chip until an error, or until a set-up or a self-test is requested.
     async fn work(&mut self) -> Result<(), SensorError> {
         self.setup = self.shared.take_setup_request().unwrap_or(self.setup);
-        self.sensor.identify().await?;
+        let detected = self.sensor.detect().await;
+        self.shared.change(|status| status.name = self.sensor.name());
+        detected?;
         if self.shared.take_self_test_request() {
             self.shared.change(|status| status.state = State::Testing);
             let outcome = self.sensor.self_test().await;
@@ -135,10 +137,8 @@ impl<'a, S: Sensor, C: Clock> Runner<'a, S, C> {
 
     /// Reads the chip's time together with the board's.
     async fn pair(&mut self, chip: &mut SampleClock) -> Result<(), SensorError> {
-        let before = self.clock.now();
         let stamp = self.sensor.stamp().await?;
-        let after = self.clock.now();
-        chip.pair(stamp, before + ((after - before) >> 1));
+        chip.pair(stamp.value, stamp.at);
         let relative_frequency = chip.relative_frequency();
         self.shared.change(|status| status.relative_frequency = relative_frequency);
         Ok(())

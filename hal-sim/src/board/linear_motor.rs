@@ -63,8 +63,8 @@ impl PlantPort for LinearMotor {
         let damping = self.viscous_N_m_s + k * k / r;
         let tau = self.inertia_kg_m2 / damping;
         if self.cached.0 != dt_s {
-            let decay = (-dt_s / tau).exp();
-            self.cached = (dt_s, decay, -tau * (-dt_s / tau).exp_m1());
+            let decay = libm::exp(-dt_s / tau);
+            self.cached = (dt_s, decay, -tau * libm::expm1(-dt_s / tau));
         }
         let (_, decay, reach) = self.cached;
         let end = (k / r * command_V + self.load_N_m) / damping;

@@ -13,6 +13,7 @@ use crate::gyro::{GyroLine, GyroPort};
 use crate::peripherals::imu::{self as chip, Imu, ImuSetup};
 use crate::peripherals::{CurrentAdc, Edges, Encoder, Index, Noise, RateSensor, SensorSetup, SlowChannel, TaskEdge};
 use crate::setup::StandSetup;
+use embedded_hal_async::spi::{MODE_3, Mode};
 pub use sensor_bus::SensorBus;
 use stand_firmware::board::{
     Board, CONTROL_PER_ROW, CurrentSum, Drive, Edge, EncoderCount, GyroSample, Hardware, RateCode, RollCode, Sensed, Stamped, SupplyCode,
@@ -206,12 +207,12 @@ impl<P: PlantPort> Bench<P> {
     }
 
     /// Chip select goes low at `now`; the device that responds until it goes high.
-    fn select_sensor(&mut self, now: Ticks) -> sensor_bus::Exchange<'_> {
+    fn select_sensor(&mut self, now: Ticks, mode: Mode) -> sensor_bus::Exchange<'_> {
         let mut chip = self.imu.as_mut().map(|imu| &mut imu.chip);
         if let Some(chip) = &mut chip {
             chip.select(now.seconds());
         }
-        sensor_bus::Exchange(chip)
+        sensor_bus::Exchange(chip, mode)
     }
 
     /// Advances the plant to the present time within a tick. Each call is an integration step, and few callers need it.
@@ -480,6 +481,6 @@ impl<'a, P: PlantPort> Board for SimBoard<'a, P> {
 
     fn sensor_bus(&mut self) -> Option<SensorBus<'a, P>> {
         let first = !std::mem::replace(&mut self.bus_taken, true);
-        first.then_some(SensorBus { bench: self.bench, clock: self.clock })
+        first.then_some(SensorBus { bench: self.bench, clock: self.clock, mode: MODE_3 })
     }
 }

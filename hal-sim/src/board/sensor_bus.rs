@@ -1,13 +1,14 @@
 //! The SPI bus to the sensor under test: the firmware's transactions with their duration.
 //!
-//! Mode 3, 10 MHz (the maximum of the ISM330DHCX, DS13012 §4.4.1), by DMA. A transaction ends with its last bit and reads
+//! Mode 3 or 0 as the driver selects, 10 MHz (the maximum of the ISM330DHCX, DS13012 §4.4.1, and of the ADXL355), by DMA. A transaction ends with its last bit and reads
 //! the state of the sensor at that time; other tasks run until then. Without a sensor all bits are ones.
 
 use super::{Bench, PlantPort};
 use crate::clock::{SimClock, VirtualClock};
 use crate::peripherals::imu::Chip;
-use embedded_hal_async::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
+use embedded_hal_async::spi::{ErrorKind, ErrorType, Mode, Operation, SpiDevice};
 use stand_firmware::board::Clock;
+use stand_firmware::sensors::{SensorError, SensorSpi};
 use std::cell::RefCell;
 
 /// Board clock steps per byte: 0.8 µs.
@@ -19,6 +20,14 @@ const STEPS_PER_TRANSACTION: u64 = 50;
 pub struct SensorBus<'a, P> {
     pub(super) bench: &'a RefCell<Bench<P>>,
     pub(super) clock: &'a VirtualClock,
+    pub(super) mode: Mode,
+}
+
+impl<P: PlantPort> SensorSpi for SensorBus<'_, P> {
+    fn set_mode(&mut self, mode: Mode) -> Result<(), SensorError> {
+        self.mode = mode;
+        Ok(())
+    }
 }
 
 /// The bus itself never fails: a missing device reads as ones.
@@ -41,7 +50,7 @@ impl<P: PlantPort> SpiDevice for SensorBus<'_, P> {
         }
         clock.until(clock.now() + steps).await;
         let mut bench = self.bench.borrow_mut();
-        let mut exchange = bench.select_sensor(clock.now());
+        let mut exchange = bench.select_sensor(clock.now(), self.mode);
         for operation in operations {
             match operation {
                 Operation::Read(words) => words.iter_mut().for_each(|word| *word = exchange.byte(0)),
@@ -62,11 +71,12 @@ impl<P: PlantPort> SpiDevice for SensorBus<'_, P> {
     }
 }
 
-/// The selected device, or none.
-pub(super) struct Exchange<'a>(pub Option<&'a mut Chip>);
+/// The selected device, or none, and the mode of the clock.
+pub(super) struct Exchange<'a>(pub Option<&'a mut Chip>, pub Mode);
 
 impl Exchange<'_> {
     fn byte(&mut self, sent: u8) -> u8 {
-        self.0.as_mut().map_or(0xFF, |chip| chip.byte(sent))
+        let mode = self.1;
+        self.0.as_mut().map_or(0xFF, |chip| chip.byte(sent, mode))
     }
 }

@@ -31,9 +31,9 @@ impl BaseVibration {
     /// Accelerations of the pivot along the rotor and across, m/s².
     pub fn acceleration_m_s2(&self, t_s: f64) -> (f64, f64) {
         let size = GRAVITY_M_S2 * self.overload_g;
-        let along = (self.rate_rad_s * t_s).sin();
-        let across = (self.rate_rad_s * t_s + self.phase_rad).sin();
-        (size * self.direction_rad.cos() * along, size * self.direction_rad.sin() * across)
+        let along = libm::sin(self.rate_rad_s * t_s);
+        let across = libm::sin(self.rate_rad_s * t_s + self.phase_rad);
+        (size * libm::cos(self.direction_rad) * along, size * libm::sin(self.direction_rad) * across)
     }
 }
 
@@ -92,14 +92,14 @@ impl RigidBody {
     /// Rates of the angles, and the body axes in north, up, east.
     fn kinematics(&self, state: &[f64; 6]) -> ([f64; 3], [[f64; 3]; 3]) {
         let [alpha, beta, gamma, wx, wy, wz] = *state;
-        let ((sa, ca), (sb, cb), (sc, cc)) = (alpha.sin_cos(), beta.sin_cos(), gamma.sin_cos());
+        let ((sa, ca), (sb, cb), (sc, cc)) = (libm::sincos(alpha), libm::sincos(beta), libm::sincos(gamma));
         let axes = [
             [ca * cb, sb, -sa * cb],
             [-ca * sb * cc + sa * sc, cb * cc, sa * sb * cc + ca * sc],
             [ca * sb * sc + sa * cc, -cb * sc, -sa * sb * sc + ca * cc],
         ];
         let horizontal = self.element.horizontal_rad_s();
-        let vertical = EARTH_RATE_RAD_S * self.element.latitude_deg.to_radians().sin();
+        let vertical = EARTH_RATE_RAD_S * libm::sin(self.element.latitude_deg.to_radians());
         let relative = |axis: &[f64; 3], rate: f64| rate - axis[0] * horizontal - axis[1] * vertical;
         let (rx, ry, rz) = (relative(&axes[0], wx), relative(&axes[1], wy), relative(&axes[2], wz));
         let alpha_rate = (ry * cc - rz * sc) / cb;

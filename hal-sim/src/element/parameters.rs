@@ -56,7 +56,7 @@ impl SixState {
 
     /// Stiffness in azimuth, k_α = H ω₃ cos φ + C_α, N m/rad.
     pub fn azimuth_stiffness_N_m_rad(&self) -> f64 {
-        self.rotor_N_m_s * EARTH_RATE_RAD_S * self.latitude_deg.to_radians().cos() + self.torsion_N_m_rad
+        self.rotor_N_m_s * EARTH_RATE_RAD_S * libm::cos(self.latitude_deg.to_radians()) + self.torsion_N_m_rad
     }
 
     /// Checks the values of a file.
@@ -126,7 +126,7 @@ impl FourState {
 
     /// The Earth's horizontal rate, rad/s.
     pub fn horizontal_rad_s(&self) -> f64 {
-        EARTH_RATE_RAD_S * self.latitude_deg.to_radians().cos()
+        EARTH_RATE_RAD_S * libm::cos(self.latitude_deg.to_radians())
     }
 
     /// Stiffness in azimuth, k_α = H (ω₃ cos φ + k_KC), N m/rad.

@@ -10,7 +10,7 @@ pub struct Rotation(pub [Vector; 3]);
 impl Rotation {
     /// The rotation of these gimbal angles about x, y, z, rad.
     pub fn of_gimbals([x, y, z]: Vector) -> Self {
-        let ((sx, cx), (sy, cy), (sz, cz)) = (x.sin_cos(), y.sin_cos(), z.sin_cos());
+        let ((sx, cx), (sy, cy), (sz, cz)) = (libm::sincos(x), libm::sincos(y), libm::sincos(z));
         Self([
             [cz * cy, -sz, cz * sy],
             [cx * sz * cy + sx * sy, cx * cz, cx * sz * sy - sx * cy],
@@ -21,7 +21,7 @@ impl Rotation {
     /// The gimbal angles about x, y, z, rad.
     pub fn gimbals(&self) -> Vector {
         let r = &self.0;
-        [r[2][1].atan2(r[1][1]), r[0][2].atan2(r[0][0]), -r[0][1].asin()]
+        [libm::atan2(r[2][1], r[1][1]), libm::atan2(r[0][2], r[0][0]), -libm::asin(r[0][1])]
     }
 
     /// The rotation of a rotation vector (Rodrigues).
@@ -32,7 +32,7 @@ impl Rotation {
         let (first, second) = if angle < 1e-4 {
             (1.0 - angle * angle / 6.0, 0.5 - angle * angle / 24.0)
         } else {
-            (angle.sin() / angle, (1.0 - angle.cos()) / (angle * angle))
+            (libm::sin(angle) / angle, (1.0 - libm::cos(angle)) / (angle * angle))
         };
         let mut r = [[0.0; 3]; 3];
         for (i, row) in r.iter_mut().enumerate() {

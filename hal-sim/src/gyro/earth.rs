@@ -23,17 +23,17 @@ impl Default for Site {
 impl Site {
     /// ω_h: towards north, rad/s.
     pub fn horizontal_rad_s(&self) -> f64 {
-        EARTH_RAD_S * self.latitude_rad.cos()
+        EARTH_RAD_S * libm::cos(self.latitude_rad)
     }
 
     /// ω_v: upwards, rad/s.
     pub fn vertical_rad_s(&self) -> f64 {
-        EARTH_RAD_S * self.latitude_rad.sin()
+        EARTH_RAD_S * libm::sin(self.latitude_rad)
     }
 
     /// The Earth's rate in axes turned by `turned_rad` from the base's: x at the azimuth, y up, z to its right, rad/s.
     pub fn rate_rad_s(&self, turned_rad: f64) -> [f64; 3] {
-        let (sin, cos) = (self.azimuth_rad + turned_rad).sin_cos();
+        let (sin, cos) = libm::sincos(self.azimuth_rad + turned_rad);
         [self.horizontal_rad_s() * cos, self.vertical_rad_s(), -self.horizontal_rad_s() * sin]
     }
 }

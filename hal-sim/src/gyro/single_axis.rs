@@ -36,8 +36,8 @@ pub struct Orientation {
 impl Orientation {
     /// The upward direction in the gyroscope's axes: input, output, spin.
     pub fn up(&self) -> [f64; 3] {
-        let (sin_raised, cos_raised) = self.raised_rad.sin_cos();
-        let (sin_rolled, cos_rolled) = self.rolled_rad.sin_cos();
+        let (sin_raised, cos_raised) = libm::sincos(self.raised_rad);
+        let (sin_rolled, cos_rolled) = libm::sincos(self.rolled_rad);
         [sin_raised, cos_raised * sin_rolled, cos_raised * cos_rolled]
     }
 }
@@ -118,7 +118,7 @@ impl SingleAxis {
     pub fn apparent_rad_s(&self, platform_rad: f64) -> f64 {
         // The platform angle counts to the left seen from above, as the encoder.
         let [ahead, up, _] = self.site.rate_rad_s(self.orientation.turned_rad - platform_rad);
-        let (sin, cos) = self.orientation.raised_rad.sin_cos();
+        let (sin, cos) = libm::sincos(self.orientation.raised_rad);
         -(ahead * cos + up * sin)
     }
 }
@@ -131,7 +131,7 @@ impl GyroPort for SingleAxis {
     }
 
     fn sensor_V(&mut self) -> f64 {
-        let vibration_rad = self.vibration.amplitude_rad * (TAU * self.vibration.frequency_Hz * self.t_s).sin();
+        let vibration_rad = self.vibration.amplitude_rad * libm::sin(TAU * self.vibration.frequency_Hz * self.t_s);
         self.sensor.output_V(self.theta_rad + vibration_rad, &mut self.noise)
     }
 

@@ -55,7 +55,7 @@ impl Torquer {
         // First order, exactly over the step.
         let (left, mean) = if self.lag_s > 0.0 {
             let x = dt_s / self.lag_s;
-            ((-x).exp(), -(-x).exp_m1() / x)
+            (libm::exp(-x), -libm::expm1(-x) / x)
         } else {
             (0.0, 0.0)
         };

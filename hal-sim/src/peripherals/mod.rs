@@ -11,9 +11,11 @@ pub mod flash;
 pub mod imu;
 mod index;
 mod noise;
+mod normal;
 mod rate_sensor;
 pub mod serial;
 mod slow;
+mod slow_noise;
 mod task_edge;
 
 pub use current::CurrentAdc;
@@ -22,9 +24,11 @@ pub use encoder::Encoder;
 pub use flash::SimFlash;
 pub use index::Index;
 pub use noise::Noise;
+pub(crate) use normal::standard_normal;
 pub use rate_sensor::RateSensor;
 pub use serial::SerialLine;
 pub use slow::SlowChannel;
+pub use slow_noise::SlowNoise;
 pub use task_edge::TaskEdge;
 
 use stand_firmware::config::{ConfigError, within};

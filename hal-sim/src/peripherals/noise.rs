@@ -1,6 +1,6 @@
 //! White noise by seed: one stream for each sensor.
 
-use rand_distr::{Distribution, StandardNormal};
+use super::normal::standard_normal;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
@@ -27,8 +27,7 @@ impl Noise {
         if self.sigma == 0.0 {
             return 0.0;
         }
-        let deviate: f64 = StandardNormal.sample(&mut self.generator);
-        self.sigma * deviate
+        self.sigma * standard_normal(&mut self.generator)
     }
 
     /// Uniform in ±`most`, independent of the standard deviation of the stream.

@@ -48,7 +48,7 @@ impl RateSensor {
         if step_s != self.step_s {
             self.step_s = step_s;
             (self.decay, self.slope) = if self.tau_s > 0.0 {
-                let decay = (-step_s / self.tau_s).exp();
+                let decay = libm::exp(-step_s / self.tau_s);
                 (decay, (1.0 - decay) * self.tau_s / step_s)
             } else {
                 (0.0, 0.0)

@@ -100,17 +100,17 @@ impl Plant {
     /// Energy of rotor, shaft and bristle, J; friction can only reduce it.
     pub fn mechanical_energy_J(&self) -> f64 {
         let s = &self.state;
-        let bristle = self.structure.bristle_N_m_rad.map_or(0.0, |stiffness| 0.5 * stiffness * s[BRISTLE].powi(2));
+        let bristle = self.structure.bristle_N_m_rad.map_or(0.0, |stiffness| 0.5 * stiffness * s[BRISTLE] * s[BRISTLE]);
         bristle
             + match &self.structure.shaft {
                 None => {
                     let share = self.outsiders.slipping_clutch.map_or(0.0, |clutch| clutch.motor_inertia_share);
-                    0.5 * self.inertia * (share * s[MOTOR].powi(2) + (1.0 - share) * s[OMEGA].powi(2))
+                    0.5 * self.inertia * (share * s[MOTOR] * s[MOTOR] + (1.0 - share) * s[OMEGA] * s[OMEGA])
                 }
                 Some(shaft) => {
                     let wound = past_gap(s[TWIST], shaft.gap);
                     0.5 * self.inertia
-                        * (shaft.motor_inertia_fraction * s[MOTOR].powi(2) + (1.0 - shaft.motor_inertia_fraction) * s[OMEGA].powi(2))
+                        * (shaft.motor_inertia_fraction * s[MOTOR] * s[MOTOR] + (1.0 - shaft.motor_inertia_fraction) * s[OMEGA] * s[OMEGA])
                         + 0.5 * shaft.stiffness * wound * wound
                 }
             }
@@ -163,7 +163,7 @@ impl PlantPort for Plant {
             Some(_) => self.contributions(&self.state, self.mean_current_A, command_V, self.t_s).resistance_factor,
             None => 1.0,
         };
-        let loss_W = self.resistance * factor * self.mean_current_A.powi(2);
+        let loss_W = self.resistance * factor * self.mean_current_A * self.mean_current_A;
         self.heat_K += (loss_W - (self.heat_K - self.ambient_K) / self.thermal.K_W) / self.thermal.J_K * dt_s;
         self.t_s += dt_s;
         self.sense(dt_s);

@@ -62,7 +62,7 @@ impl Sensing {
             self.lagged = rate;
             return rate;
         }
-        let decay = (-dt_s / self.lag_s).exp();
+        let decay = libm::exp(-dt_s / self.lag_s);
         let slope = (rate - self.last_in) * self.lag_s / dt_s;
         self.lagged = rate - slope + (self.lagged - self.last_in + slope) * decay;
         self.lagged

@@ -14,6 +14,7 @@
 //! [sensors]
 //! rate_noise_rad_s = 0.02
 //! [imu]
+//! part = "adxl355"
 //! radius_m = 0.04
 //! [[faults]]
 //! what = "supply-dip"

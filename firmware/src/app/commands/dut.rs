@@ -78,7 +78,10 @@ fn present_setup(state: &State<'_>) -> Setup {
 
 /// The set-up that was requested last: several commands of one line make one set-up.
 fn requested_setup(state: &State<'_>) -> Setup {
-    state.dut.requested_setup.get().unwrap_or(present_setup(state))
+    let setup = state.dut.requested_setup.get().unwrap_or(present_setup(state));
+    // The range of the rate of a part without a gyro is NaN, which is no request.
+    let rate_range_rad_s = if setup.rate_range_rad_s.is_nan() { Setup::default().rate_range_rad_s } else { setup.rate_range_rad_s };
+    Setup { rate_range_rad_s, ..setup }
 }
 
 fn request(state: &State<'_>, setup: Setup) -> Done {

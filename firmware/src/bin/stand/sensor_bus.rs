@@ -1,25 +1,30 @@
 //! SPI bus of the sensor under test: SPI2 with DMA and one device.
 //!
+//! The clock is idle high (mode 3) for the ISM330DHCX and idle low (mode 0) for the ADXL355; the driver selects it. The mode changes while the chip select
+//! is high, when both parts ignore the clock.
+//!
 //! Every operation is a full-duplex transfer in a local buffer, so that one transfer function of the HAL serves all kinds of operations.
 
 use embassy_stm32::gpio::{Level, Output, Speed};
 use embassy_stm32::mode::Async;
 use embassy_stm32::spi::mode::Master;
-use embassy_stm32::spi::{Config, Error, MODE_3, Spi};
+use embassy_stm32::spi::{Config, Error, MODE_0, MODE_3, Spi};
 use embassy_stm32::time::Hertz;
 use embassy_stm32::{Peri, dma, interrupt, peripherals};
-use embedded_hal_async::spi::{ErrorType, Operation, SpiDevice};
+use embedded_hal_async::spi::{self, ErrorType, Operation, SpiDevice};
+use stand_firmware::sensors::{SensorError, SensorSpi};
 
 /// The bus with its chip select.
 pub struct SensorBus {
     spi: Spi<'static, Async, Master>,
     select: Output<'static>,
+    config: Config,
 }
 
 /// Size of the transfer buffer, bytes: a burst of the sensor's FIFO.
 const MAX_TRANSFER_BYTES: usize = 96;
 
-/// The sensor allows 10 MHz (DS13012, table 7). The prescaler of the 45 MHz clock gives 5.6 MHz for this request.
+/// Both sensors allow 10 MHz (DS13012, table 7; ADXL355 data sheet, SPI timing). The prescaler of the 45 MHz clock gives 5.6 MHz for this request.
 const CLOCK: Hertz = Hertz(8_000_000);
 
 impl ErrorType for SensorBus {
@@ -49,6 +54,22 @@ impl SpiDevice for SensorBus {
         }
         self.select.set_high();
         done
+    }
+}
+
+impl SensorSpi for SensorBus {
+    fn set_mode(&mut self, mode: spi::Mode) -> Result<(), SensorError> {
+        // The HAL has the modes of embedded-hal 0.2.
+        let mode = match mode {
+            spi::MODE_0 => MODE_0,
+            spi::MODE_3 => MODE_3,
+            _ => return Err(SensorError::Bus),
+        };
+        if self.config.mode != mode {
+            self.config.mode = mode;
+            self.spi.set_config(&self.config).map_err(|()| SensorError::Bus)?;
+        }
+        Ok(())
     }
 }
 
@@ -98,5 +119,5 @@ where
     config.mode = MODE_3;
     config.frequency = CLOCK;
     let spi = Spi::new(spi, pins.clock, pins.to_sensor, pins.from_sensor, send, receive, interrupts, config);
-    SensorBus { spi, select: Output::new(pins.select, Level::High, Speed::High) }
+    SensorBus { spi, select: Output::new(pins.select, Level::High, Speed::High), config }
 }

@@ -136,15 +136,15 @@ impl Element {
 
 /// exp(A h) of x″ + 2ζω x′ + ω² x = 0.
 fn exact_step(omega: f64, zeta: f64, h: f64) -> [[f64; 2]; 2] {
-    let decay = (-zeta * omega * h).exp();
+    let decay = libm::exp(-zeta * omega * h);
     let beyond = zeta * zeta - 1.0;
     // cos, and sin over its frequency; hyperbolic above critical damping.
     let (c, s) = if beyond < -1e-9 {
         let own = omega * (-beyond).sqrt();
-        ((own * h).cos(), (own * h).sin() / own)
+        (libm::cos(own * h), libm::sin(own * h) / own)
     } else if beyond > 1e-9 {
         let own = omega * beyond.sqrt();
-        ((own * h).cosh(), (own * h).sinh() / own)
+        (libm::cosh(own * h), libm::sinh(own * h) / own)
     } else {
         (1.0, h)
     };

@@ -1,9 +1,11 @@
 //! Mounting and errors of the sensor under test, as data.
 
-use super::chip::Chip;
+use super::adxl355::Adxl355;
+use super::chip::{Chip, Part};
 use super::element::{Element, GyroElement};
+use super::ism330dhcx::Ism330dhcx;
 use super::registers::G_M_S2;
-use crate::peripherals::Noise;
+use crate::peripherals::{Noise, SlowNoise};
 use serde::{Deserialize, Serialize};
 use stand_firmware::board::CONTROL_HZ;
 use stand_firmware::config::{ConfigError, within};
@@ -11,10 +13,30 @@ use stand_firmware::config::{ConfigError, within};
 /// Ambient temperature of the chip, °C: it is on the platform, far from the winding.
 const AMBIENT_C: f64 = 25.0;
 
+/// Bias instability of the gyro, rad/s: 3 °/h. DS13012 gives no value; this is a typical value of MEMS gyros with the same noise density
+/// (ST ASM330LHH, data sheet: 5 mdps/√Hz, 0.21 °/√h, 3 °/h).
+const GYRO_BIAS_INSTABILITY_RAD_S: f64 = 3.0 / 3600.0 / 180.0 * std::f64::consts::PI;
+/// Ratio K/B, 1/√s, of a sensor whose Allan deviation rises beyond τ = 1000 s: K √(τ/3) = 0.664 B. No data sheet gives K. This τ is an
+/// assumption; the published curves of such parts rise after some minutes to an hour.
+const WALK_PER_INSTABILITY: f64 = 0.0364;
+
+impl Part {
+    /// White noise of the accelerometer, m/s²/√Hz, and its bias instability, m/s². The densities are those of the data sheets (DS13012, table 2: 60 µg/√Hz; ADXL355:
+    /// 22.5 µg/√Hz). Neither gives a bias instability: 40 µg and 10 µg are typical of their classes.
+    fn accel_noise(self) -> [f64; 2] {
+        match self {
+            Self::Ism330dhcx => [60e-6 * G_M_S2, 40e-6 * G_M_S2],
+            Self::Adxl355 => [22.5e-6 * G_M_S2, 10e-6 * G_M_S2],
+        }
+    }
+}
+
 /// The sensor under test of a stand. The defaults are those of a typical part (DS13012, tables 2 and 3), with exact scale.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ImuSetup {
+    /// Type of the sensor.
+    pub part: Part,
     /// Distance from the platform axis to the element of the accelerometer, m.
     pub radius_m: f64,
     /// Rotation of the sensor about the platform axis, from outward towards the motion, rad.
@@ -25,14 +47,22 @@ pub struct ImuSetup {
     pub gyro_scale: f64,
     /// Rate reading at rest, rad/s.
     pub gyro_bias_rad_s: f64,
-    /// Noise of the gyro, rad/s/√Hz.
+    /// White noise of the gyro, one-sided density, rad/s/√Hz; √2 times the angle random walk N.
     pub gyro_noise_rad_s_rtHz: f64,
+    /// Bias instability B of the gyro (flicker noise; the floor of its Allan deviation is 0.664 B), rad/s.
+    pub gyro_bias_instability_rad_s: f64,
+    /// Rate random walk K of the gyro, rad/s/√s.
+    pub gyro_random_walk_rad_s_rts: f64,
     /// Scale of the force reading.
     pub accel_scale: f64,
     /// Force reading at zero force, along x and along y, m/s².
     pub accel_bias_m_s2: f64,
-    /// Noise of the accelerometer, m/s²/√Hz.
-    pub accel_noise_m_s2_rtHz: f64,
+    /// White noise of the accelerometer, one-sided density, m/s²/√Hz; `None`: typical of the part, as for the two below.
+    pub accel_noise_m_s2_rtHz: Option<f64>,
+    /// Bias instability B of the accelerometer (flicker noise), m/s².
+    pub accel_bias_instability_m_s2: Option<f64>,
+    /// Random walk K of the accelerometer, m/s²/√s.
+    pub accel_random_walk_m_s2_rts: Option<f64>,
     /// Relative error of the oscillator with respect to its trim value.
     pub clock_error: f64,
     /// INTERNAL_FREQ_FINE: the trim value, in steps of 0.15 %.
@@ -76,17 +106,22 @@ pub struct Mounting {
 impl Default for ImuSetup {
     fn default() -> Self {
         Self {
+            part: Part::Ism330dhcx,
             radius_m: 0.05,
             chi_rad: 0.0,
             tilt_rad: 0.0,
             gyro_scale: 1.0,
             gyro_bias_rad_s: 0.0,
-            gyro_noise_rad_s_rtHz: 5e-3_f64.to_radians(), // 5 mdps/√Hz
+            gyro_noise_rad_s_rtHz: 5e-3_f64.to_radians(), // 5 mdps/√Hz (DS13012, table 2)
+            gyro_bias_instability_rad_s: GYRO_BIAS_INSTABILITY_RAD_S,
+            gyro_random_walk_rad_s_rts: GYRO_BIAS_INSTABILITY_RAD_S * WALK_PER_INSTABILITY,
             accel_scale: 1.0,
             accel_bias_m_s2: 0.0,
-            accel_noise_m_s2_rtHz: 60e-6 * G_M_S2, // 60 µg/√Hz
-            clock_error: 4e-4,                     // the trim is good to half a step
-            clock_trim: -7,                        // within the ± 2 % or so that parts come with
+            accel_noise_m_s2_rtHz: None,
+            accel_bias_instability_m_s2: None,
+            accel_random_walk_m_s2_rts: None,
+            clock_error: 4e-4, // the trim is good to half a step
+            clock_trim: -7,    // within the ± 2 % or so that parts come with
             self_heating_K: 1.5,
             warm_up_s: 0.0,
             earth_rate_rad_s: 0.0,
@@ -99,7 +134,26 @@ impl Default for ImuSetup {
 impl ImuSetup {
     /// No noise, no bias, an exact oscillator.
     pub fn ideal() -> Self {
-        Self { gyro_noise_rad_s_rtHz: 0.0, accel_noise_m_s2_rtHz: 0.0, clock_error: 0.0, clock_trim: 0, ..Self::default() }
+        Self { gyro_noise_rad_s_rtHz: 0.0, accel_noise_m_s2_rtHz: Some(0.0), clock_error: 0.0, clock_trim: 0, ..Self::default() }.white()
+    }
+
+    /// White noise, bias instability and random walk of the accelerometer, m/s²/√Hz, m/s², m/s²/√s.
+    fn accel_noise(&self) -> [f64; 3] {
+        let [density, instability] = self.part.accel_noise();
+        let instability = self.accel_bias_instability_m_s2.unwrap_or(instability);
+        let walk = self.accel_random_walk_m_s2_rts.unwrap_or(instability * WALK_PER_INSTABILITY);
+        [self.accel_noise_m_s2_rtHz.unwrap_or(density), instability, walk]
+    }
+
+    /// The same sensor without flicker noise and random walk.
+    pub fn white(self) -> Self {
+        Self {
+            gyro_bias_instability_rad_s: 0.0,
+            gyro_random_walk_rad_s_rts: 0.0,
+            accel_bias_instability_m_s2: Some(0.0),
+            accel_random_walk_m_s2_rts: Some(0.0),
+            ..self
+        }
     }
 
     /// Checks the values of a file.
@@ -113,9 +167,14 @@ impl ImuSetup {
         within("imu.gyro_scale", self.gyro_scale, 0.1, 10.0)?;
         within("imu.gyro_bias_rad_s", self.gyro_bias_rad_s, -10.0, 10.0)?;
         within("imu.gyro_noise_rad_s_rtHz", self.gyro_noise_rad_s_rtHz, 0.0, 1.0)?;
+        within("imu.gyro_bias_instability_rad_s", self.gyro_bias_instability_rad_s, 0.0, 1.0)?;
+        within("imu.gyro_random_walk_rad_s_rts", self.gyro_random_walk_rad_s_rts, 0.0, 1.0)?;
         within("imu.accel_scale", self.accel_scale, 0.1, 10.0)?;
         within("imu.accel_bias_m_s2", self.accel_bias_m_s2, -20.0, 20.0)?;
-        within("imu.accel_noise_m_s2_rtHz", self.accel_noise_m_s2_rtHz, 0.0, 1.0)?;
+        let [density, instability, walk] = self.accel_noise();
+        within("imu.accel_noise_m_s2_rtHz", density, 0.0, 1.0)?;
+        within("imu.accel_bias_instability_m_s2", instability, 0.0, 1.0)?;
+        within("imu.accel_random_walk_m_s2_rts", walk, 0.0, 1.0)?;
         within("imu.clock_error", self.clock_error, -0.05, 0.05)?;
         within("imu.self_heating_K", self.self_heating_K, -50.0, 50.0)?;
         within("imu.warm_up_s", self.warm_up_s, 0.0, 1e5)?;
@@ -137,10 +196,26 @@ pub struct Imu {
 impl Imu {
     /// The sensor of this setup at power-on; `seed` of its noise.
     pub fn new(setup: ImuSetup, seed: u64) -> Self {
-        let noise = std::array::from_fn(|axis| Noise::new(seed, 8 + axis as u32, 1.0));
-        let noise_density = [setup.gyro_noise_rad_s_rtHz, setup.accel_noise_m_s2_rtHz];
-        let pace = (1.0 + 0.0015 * f64::from(setup.clock_trim)) * (1.0 + setup.clock_error);
-        let chip = Chip::new(noise, noise_density, pace, setup.clock_trim);
+        let [density, instability, walk] = setup.accel_noise();
+        let noise = |axis: usize| Noise::new(seed, 8 + axis as u32, 1.0);
+        let slow = |axis: usize| {
+            let [instability, walk] =
+                if axis < 3 { [setup.gyro_bias_instability_rad_s, setup.gyro_random_walk_rad_s_rts] } else { [instability, walk] };
+            SlowNoise::new(seed, 14 + axis as u32, instability, walk)
+        };
+        let chip = match setup.part {
+            Part::Ism330dhcx => {
+                let pace = (1.0 + 0.0015 * f64::from(setup.clock_trim)) * (1.0 + setup.clock_error);
+                let densities = [setup.gyro_noise_rad_s_rtHz, density];
+                let chip = Ism330dhcx::new(std::array::from_fn(noise), std::array::from_fn(slow), densities, pace, setup.clock_trim);
+                Chip::Ism330dhcx(Box::new(chip))
+            }
+            Part::Adxl355 => {
+                let of_accel = |axis: usize| axis + 3;
+                let (noise, slow) = (std::array::from_fn(|axis| noise(of_accel(axis))), std::array::from_fn(|axis| slow(of_accel(axis))));
+                Chip::Adxl355(Box::new(Adxl355::new(noise, slow, density, 1.0 + setup.clock_error)))
+            }
+        };
         Self { setup, chip, element: Element::new(setup.gyro), last_rate_rad_s: 0.0 }
     }
 
@@ -168,14 +243,14 @@ impl Imu {
         let s = &self.setup;
         // With a tilted axis gravity rotates through the plane of the platform.
         let (outward, along) = (-rate_rad_s * rate_rad_s * s.radius_m, acceleration * s.radius_m);
-        let (sin, cos) = s.chi_rad.sin_cos();
-        let lean = G_M_S2 * s.tilt_rad.sin();
+        let (sin, cos) = libm::sincos(s.chi_rad);
+        let lean = G_M_S2 * libm::sin(s.tilt_rad);
         let forces = [
-            outward * cos + along * sin + lean * (theta_rad + s.chi_rad).cos(),
-            along * cos - outward * sin - lean * (theta_rad + s.chi_rad).sin(),
-            G_M_S2 * s.tilt_rad.cos(),
+            outward * cos + along * sin + lean * libm::cos(theta_rad + s.chi_rad),
+            along * cos - outward * sin - lean * libm::sin(theta_rad + s.chi_rad),
+            G_M_S2 * libm::cos(s.tilt_rad),
         ];
-        let warm = if s.warm_up_s > 0.0 { 1.0 - (-now_s / s.warm_up_s).exp() } else { 1.0 };
+        let warm = if s.warm_up_s > 0.0 { 1.0 - libm::exp(-now_s / s.warm_up_s) } else { 1.0 };
         let temp_C = AMBIENT_C + s.self_heating_K * warm;
         let turning = reading_rad_s + s.earth_rate_rad_s;
         // On its side the platform axis is the sensor's y, and the former z points inward.

@@ -4,7 +4,7 @@
 //! x e^(−Δ/τ) + √(1 − e^(−2Δ/τ)) n). It is drawn each millisecond and interpolated linearly, so that the path depends on the seed and
 //! not on the tick length.
 
-use rand_distr::{Distribution, StandardNormal};
+use crate::peripherals::standard_normal;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng;
 use serde::{Deserialize, Serialize};
@@ -66,8 +66,8 @@ impl Grinding {
     /// The bearing at time 0.
     pub fn new(bearing: &GrindingBearing) -> Self {
         let mut generator = Xoshiro256PlusPlus::seed_from_u64(bearing.seed);
-        let first = StandardNormal.sample(&mut generator);
-        let keeps = (-DRAW_INTERVAL_S / bearing.grinding_s).exp();
+        let first = standard_normal(&mut generator);
+        let keeps = libm::exp(-DRAW_INTERVAL_S / bearing.grinding_s);
         let level_N_m = bearing.grinding_N_m;
         let mut grinding = Grinding {
             level_N_m,
@@ -86,7 +86,7 @@ impl Grinding {
     }
 
     fn draw(&mut self) {
-        let deviate: f64 = StandardNormal.sample(&mut self.generator);
+        let deviate = standard_normal(&mut self.generator);
         self.last = self.next;
         self.next = self.keeps * self.last + (1.0 - self.keeps * self.keeps).sqrt() * deviate;
         self.draws += 1;

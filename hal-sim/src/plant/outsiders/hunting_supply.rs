@@ -42,6 +42,6 @@ impl HuntingSupply {
 
     /// Output voltage of the bridge over the commanded voltage.
     pub fn factor(&self, t_s: f64) -> f64 {
-        1.0 + self.hunting * (TAU * self.hunting_Hz * t_s + self.hunting_phase_rad).sin()
+        1.0 + self.hunting * libm::sin(TAU * self.hunting_Hz * t_s + self.hunting_phase_rad)
     }
 }
