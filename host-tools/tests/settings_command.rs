@@ -5,11 +5,13 @@
 mod common;
 
 use std::path::Path;
+use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 
 use common::served::{Served, send_lines};
 use common::{RunOutput, stand};
 use host_tools::acquire::link::SerialLink;
+use host_tools::acquire::serve::Pty;
 use host_tools::acquire::settings::{StandSettings, read};
 use stand_firmware::settings::{FIELDS, Kept};
 
@@ -100,21 +102,21 @@ fn the_drive_follows_imported_settings() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     let a = Served::new(path, &[]);
-    send_lines(path, &a.port, "SETTings:voltage_limit_V 1.5\nCOMPensation:COULomb 9E-4 N.M\n").succeeded();
+    send_lines(path, &a.port, "SETTings:voltage_limit_V 0.4\nCOMPensation:COULomb 9E-4 N.M\n").succeeded();
     stand(path, &["settings", "export", "--port", &a.port, "--file", "a.toml"]).succeeded();
     let b = Served::new(path, &[]);
     let drive = || {
-        send_lines(path, &b.port, "SOURce:MODE VOLTage;VOLTage 6 V\n").succeeded();
+        send_lines(path, &b.port, "SOURce:MODE VOLTage;VOLTage 0.9 V\n").succeeded();
         std::thread::sleep(Duration::from_millis(300));
         let voltage_V = measured(&b, "MEASure:VOLTage?");
         send_lines(path, &b.port, "OUTPut OFF\n").succeeded();
         voltage_V
     };
     let before = drive();
-    assert!((before - 6.0).abs() < 0.1, "{before}");
+    assert!((before - 0.9).abs() < 0.02, "{before}");
     import(path, &b.port, "a.toml").succeeded();
     let after = drive();
-    assert!((after - 1.5).abs() < 0.05, "limited as on the first stand: {after}");
+    assert!((after - 0.4).abs() < 0.02, "limited as on the first stand: {after}");
     send_lines(path, &b.port, "SOURce:MODE RATE;RATE 1\n").succeeded();
     std::thread::sleep(Duration::from_millis(300));
     assert_eq!(send_lines(path, &b.port, "COMPensation:STATe?\n").succeeded().out, "friction\n");
@@ -162,28 +164,40 @@ fn a_bad_file_is_status_2_and_nothing_is_sent() {
     assert!(absent.status == Some(2) && absent.err.starts_with("stand: absent.toml: cannot read"), "{absent:?}");
 }
 
+/// A device that identifies itself as a stand and is silent from `*LRN?` on.
+fn silent_from_the_list_on(mut pty: Pty, stopped: &Receiver<()>) {
+    let (mut heard, mut is_silent) = (Vec::new(), false);
+    while stopped.try_recv().is_err() {
+        pty.exchange(&mut Vec::new(), &mut heard).unwrap();
+        while let Some(end) = heard.iter().position(|byte| *byte == b'\n') {
+            let line: Vec<u8> = heard.drain(..=end).collect();
+            is_silent |= line.starts_with(b"*LRN?");
+            let reply: &[u8] = match &line {
+                _ if is_silent => b"",
+                line if line.starts_with(b"*IDN?") => b"Rotary Stand,other,1,0.1.0\r\n",
+                line if line.starts_with(b"SYSTem:ERRor?") => b"0,\"No error\";921600 BAUD\r\n",
+                _ => b"",
+            };
+            pty.exchange(&mut reply.to_vec(), &mut heard).unwrap();
+        }
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
 #[test]
 fn a_port_that_fails_is_status_1() {
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path();
-    // The line goes off for good after the stand was identified.
-    let fault = "[[faults]]\nwhat = \"line-off\"\nfrom_s = 1.5\n";
-    std::fs::write(path.join("off.toml"), fault).unwrap();
-    std::fs::write(path.join("slip.toml"), "format = 1\n[settings]\nslip_rad = 0.07\n").unwrap();
-    let served = Served::new(path, &["--stand", "off.toml"]);
-    let mut link = SerialLink::open(Path::new(&served.port)).unwrap();
-    std::thread::sleep(Duration::from_millis(1700));
-    assert!(read(&mut link).unwrap_err().to_string().contains("no reply to `*LRN?`"));
-    drop(link);
-    drop(served);
-    // The stand's process ends while it is being read.
-    let mut served = Served::new(path, &[]);
-    let child =
-        common::command(path, &["settings", "export", "--port", &served.port]).stderr(std::process::Stdio::piped()).spawn().unwrap();
-    std::thread::sleep(Duration::from_millis(30));
-    served.signal("KILL");
-    served.child.wait().unwrap();
-    let ran: RunOutput = child.wait_with_output().unwrap().into();
-    // Status 2 where the process ended before the stand was identified, as for a stand that is off.
-    assert!(matches!(ran.status, Some(1 | 2)) && ran.err.lines().count() == 1, "{ran:?}");
+    let pty = Pty::open(None).unwrap();
+    let port = pty.path().to_str().unwrap().to_owned();
+    let (stop, stopped) = channel();
+    let device = std::thread::spawn(move || silent_from_the_list_on(pty, &stopped));
+    std::fs::write(folder.path().join("slip.toml"), "format = 1\n[settings]\nslip_rad = 0.07\n").unwrap();
+    for words in [["export", "--file", "a.toml"], ["import", "--file", "slip.toml"]] {
+        let ran = stand(folder.path(), &[&["settings"], &words[..], &["--port", &port]].concat());
+        assert_eq!((ran.status, ran.out.as_str()), (Some(1), ""), "{ran:?}");
+        assert!(ran.err.contains("no reply to `*LRN?`") && ran.err.lines().count() == 1, "{}", ran.err);
+    }
+    assert!(!folder.path().join("a.toml").exists());
+    stop.send(()).unwrap();
+    device.join().unwrap();
 }
