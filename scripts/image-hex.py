@@ -2,15 +2,14 @@
 """Writes an image (ELF) as Intel HEX without the settings' sectors: image-hex.py IMAGE HEX.
 
 The file has data records for the bytes of the image only, so that a programmer which erases the sectors it writes (the ST-Link's drive, probe-rs)
-leaves the settings alone. Bytes come from the sections, not from the segments, because a linker may fill the gap between vectors and code with
-padding in one segment; the padding in the settings' sectors must not be written. The written file is read back and compared with the image.
+leaves the settings alone. An image whose segments reach into the settings' sectors, by padding between vectors and code too, is refused: probe-rs
+would erase the settings when it flashes the ELF. The written file is read back and compared with the image.
 """
 
 import struct
 import sys
 
-LOADED, NO_BITS = 1, 8  # type of a segment, type of a section (ELF specification 1.2)
-ALLOCATED = 0x2
+LOADED = 1  # type of a segment (ELF specification 1.2)
 # Sectors 1 and 2 of the STM32F446 (RM0390 table 5), which firmware/src/bin/stand/flash.rs uses and memory.x keeps free.
 SETTINGS = range(0x0800_4000, 0x0800_C000)
 FLASH = range(0x0800_0000, 0x0808_0000)
@@ -23,33 +22,24 @@ class ImageError(Exception):
 
 
 def image_bytes(elf):
-    """Each byte of flash by its load address, and the entry point of a 32-bit little-endian ELF."""
+    """Each byte of the loadable segments by its load address, and the entry point of a 32-bit little-endian ELF."""
     if elf[:6] != b"\x7fELF\x01\x01":
         raise ImageError("not a 32-bit little-endian ELF")
-    entry, segments_at, sections_at = struct.unpack_from("<3I", elf, 24)
-    segment_size, segment_count, section_size, section_count = struct.unpack_from("<4H", elf, 42)
-    segments = [struct.unpack_from("<8I", elf, segments_at + n * segment_size) for n in range(segment_count)]
-    sections = [struct.unpack_from("<10I", elf, sections_at + n * section_size) for n in range(section_count)]
+    entry, segments_at = struct.unpack_from("<2I", elf, 24)
+    size, count = struct.unpack_from("<2H", elf, 42)
     found = {}
-    for _, kind, flags, _, offset, size, *_ in sections:
-        if not flags & ALLOCATED or kind == NO_BITS or not size:
+    for n in range(count):
+        kind, offset, _, load, length = struct.unpack_from("<5I", elf, segments_at + n * size)
+        if kind != LOADED:
             continue
-        # The load address (initialised data: in flash, not in RAM) is that of the segment with these bytes of the file.
-        for segment_kind, file_at, _, load, file_size, *_ in segments:
-            if segment_kind == LOADED and file_at <= offset and offset + size <= file_at + file_size:
-                break
-        else:
-            raise ImageError(f"the section at {offset:#x} of the file is in no loaded segment")
-        begin = load + offset - file_at
-        for n in range(size):
-            address = begin + n
+        for address, byte in enumerate(elf[offset : offset + length], load):
             if address not in FLASH:
                 raise ImageError(f"{address:#010x} is not in the flash")
             if address in SETTINGS:
                 raise ImageError(f"{address:#010x} is in the sectors of the settings: see memory.x")
-            if found.get(address, elf[offset + n]) != elf[offset + n]:
+            if address in found:
                 raise ImageError(f"{address:#010x} has two values")
-            found[address] = elf[offset + n]
+            found[address] = byte
     if not found:
         raise ImageError("the image has no bytes to load")
     return found, entry

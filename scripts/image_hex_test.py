@@ -13,26 +13,15 @@ image_hex = importlib.util.module_from_spec(SPEC)
 SPEC.loader.exec_module(image_hex)
 
 
-def elf(parts, segments=None, entry=0x0800_C001):
-    """An ELF with a section for each (address, bytes), each in a segment of its own unless `segments` gives (address, first, last)."""
-    head, data, sections = 52, b"", []
+def elf(parts, entry=0x0800_C001):
+    """An ELF with a segment for each (address, bytes), and one without bytes in the file, as .bss has it."""
+    at, head, data = 52 + 32 * (len(parts) + 1), b"", b""
     for address, part in parts:
-        sections.append((0, 1, 2, address, head + len(data), len(part), 0, 0, 1, 0))
+        head += struct.pack("<8I", image_hex.LOADED, at + len(data), 0x2000_0000, address, len(part), len(part), 4, 4)
         data += part
-    # A section without bytes in the file, as .bss, is not loaded.
-    sections.append((0, image_hex.NO_BITS, 2, 0x2000_0000, head + len(data), 64, 0, 0, 4, 0))
-    if segments is None:
-        segments = [(address, n, n) for n, (address, _) in enumerate(parts)]
-    table = b""
-    for load, first, last in segments:
-        begin, end = sections[first][4], sections[last][4] + sections[last][5]
-        table += struct.pack("<8I", image_hex.LOADED, begin, load, load, end - begin, end - begin, 4, 4)
-    segments_at = head + len(data)
-    sections_at = segments_at + len(table)
-    header = b"\x7fELF\x01\x01\x01".ljust(16, b"\0") + struct.pack(
-        "<2H5I6H", 2, 40, 1, entry, segments_at, sections_at, 0, head, 32, len(segments), 40, len(sections), 0
-    )
-    return header + data + table + b"".join(struct.pack("<10I", *section) for section in sections)
+    head += struct.pack("<8I", image_hex.LOADED, at, 0x2000_0000, 0x2000_0000, 0, 64, 6, 4)
+    header = struct.pack("<2H5I6H", 2, 40, 1, entry, 52, 0, 0, 52, 32, len(parts) + 1, 40, 0, 0)
+    return b"\x7fELF\x01\x01\x01".ljust(16, b"\0") + header + head + data
 
 
 def loadable_bytes(data):
@@ -51,8 +40,8 @@ PARTS = [(0x0800_0000, bytes(range(200)) * 2), (0x0800_C000, b"code" * 9001), (0
 
 
 class Hex(unittest.TestCase):
-    def text(self, parts=None, **more):
-        return image_hex.to_hex(*image_hex.image_bytes(elf(parts or PARTS, **more)))
+    def text(self, parts=None):
+        return image_hex.to_hex(*image_hex.image_bytes(elf(parts or PARTS)))
 
     def test_the_file_reads_back_as_the_loadable_segments(self):
         data = elf(PARTS)
@@ -73,15 +62,13 @@ class Hex(unittest.TestCase):
             with self.assertRaisesRegex(image_hex.ImageError, "sectors of the settings"):
                 self.text([(address, b"xy")])
 
-    def test_padding_between_sections_is_not_written(self):
-        # Vectors, padding and code in one segment, as a linker may place them.
-        gap = 0x0800_C000 - 0x0800_0010
-        parts = [(0x0800_0000, bytes(16)), (0x0800_0010, bytes(gap)), (0x0800_C000, b"code")]
-        data = bytearray(elf(parts, [(0x0800_0000, 0, 2)]))
-        sections_at, = struct.unpack_from("<I", data, 32)
-        struct.pack_into("<I", data, sections_at + 40 + 8, 0)  # the padding belongs to no allocated section
-        found, _ = image_hex.image_bytes(bytes(data))
-        self.assertEqual(len(found), 20)
+    def test_padding_from_the_vectors_to_the_code_is_refused(self):
+        with self.assertRaisesRegex(image_hex.ImageError, "0x08004000 is in the sectors of the settings"):
+            self.text([(0x0800_0000, bytes(0xC000) + b"code")])
+
+    def test_overlapping_segments_are_refused(self):
+        with self.assertRaisesRegex(image_hex.ImageError, "0x0800c001 has two values"):
+            self.text([(0x0800_C000, b"co"), (0x0800_C001, b"x")])
 
     def test_a_damaged_file_is_detected(self):
         text = self.text()
@@ -107,7 +94,7 @@ class Hex(unittest.TestCase):
             segments = loadable_bytes(file.read())
         with open(sys.argv[2], encoding="ascii") as file:
             found, _ = image_hex.from_hex(file.read())
-        self.assertEqual(found, {address: byte for address, byte in segments.items() if byte or address in found})
+        self.assertEqual(found, segments)
         self.assertFalse(any(address in image_hex.SETTINGS for address in found))
         self.assertIn(0x0800_0000, found)
 

@@ -141,3 +141,34 @@ fn setting_is_in_force_at_the_next_start() {
         assert!(host.query("FAULt:LIMits?").await.contains("acceleration"));
     });
 }
+
+/// IEEE 488.2 §10.17: the reply to `*LRN?`, sent to any stand, gives it the settings of the first.
+#[test]
+fn the_learnt_commands_restore_the_settings_on_another_stand() {
+    let learnt = with_stand(&Stand::default(), async |host| {
+        for command in [
+            "SETTings:slip_rad 0.07;current_limit_A 0.9",
+            "SETTings:motor_constant_N_m_A 0.05;:COMPensation:COULomb 0.04",
+            "COMPensation:HARMonic 7,1E-4,-0.3",
+            "OBServer:NEW 2,ON",
+            "OBServer:PHI 2,-0.333333333333333315,0.97",
+            "OBServer:GAIN 0.1,0.3",
+        ] {
+            host.command(command).await;
+        }
+        host.list("*LRN?").await
+    });
+    assert!(learnt.contains(&"COMPensation:HARMonic 7,0.0001 N.M,-0.3 RAD".to_owned()), "{learnt:?}");
+    assert!(learnt.contains(&"OBServer:PHI 2,-0.33333333333333331,0.97".to_owned()), "{learnt:?}");
+    with_stand(&Stand::default(), async |host| {
+        // Settings from which single numbers of the list could not be set in any order.
+        host.command("SETTings:supply_nominal_V 11.5;current_limit_A 0.01").await;
+        assert_ne!(host.list("*LRN?").await, learnt);
+        for command in &learnt {
+            host.command(command).await;
+        }
+        assert_eq!(host.list("*LRN?").await, learnt);
+        host.command("OBServer:CLEar").await;
+        assert_eq!(host.list("*LRN?").await.last().map(String::as_str), Some("OBServer:CLEar"));
+    });
+}

@@ -1,7 +1,9 @@
 //! docs/hardware.md agrees with the board's drivers: pins with their peripherals, and the scales of the analog inputs.
 #![allow(clippy::unwrap_used)]
 
+use hal_sim::plant::Stand;
 use stand_firmware::board::Hardware;
+use stand_tests::bench::with_stand;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -132,7 +134,7 @@ fn scales_and_figures_are_the_firmwares_defaults() {
     assert_eq!(per_code("torquer current"), format!("{:.5} mA", 1e3 * h.torquer_A_per_code));
     assert_eq!(h.current_zero_code, 2048.0, "1.65 V");
     let settings = stand_firmware::speed_loop::Settings::default();
-    let drive = hal_sim::plant::Stand::default().drive;
+    let drive = Stand::default().drive;
     assert_eq!((drive.inertia_kg_m2, settings.inertia_kg_m2), (2.5e-4, 2.5e-4));
     let turns = h.counts_per_turn as u32;
     for figure in [
@@ -147,4 +149,52 @@ fn scales_and_figures_are_the_firmwares_defaults() {
     ] {
         assert!(page.contains(&figure), "{figure}");
     }
+}
+
+/// The console commands of docs/bring-up.md: words in backquotes with a header of several words or a common command.
+fn bring_up_commands() -> Vec<String> {
+    let page = std::fs::read_to_string(root().join("docs/bring-up.md")).unwrap();
+    let spans: Vec<String> = page.split('`').skip(1).step_by(2).map(str::to_owned).collect();
+    let is_command = |span: &String| {
+        let header = span.split([' ', '?', ';']).next().unwrap();
+        let is_word = |word: &str| word.len() >= 3 && word[..3].chars().all(|c| c.is_ascii_uppercase());
+        header.starts_with('*')
+            || header == "STOP"
+            || header.contains(':') && header.split(':').next().is_some_and(is_word)
+            || span.ends_with('?') && is_word(header)
+    };
+    spans.into_iter().filter(is_command).collect()
+}
+
+#[test]
+fn the_stand_accepts_the_commands_of_the_first_hour() {
+    let commands = bring_up_commands();
+    assert!(commands.len() > 20, "{commands:?}");
+    with_stand(&Stand::default(), async |host| {
+        host.wait_s(0.5).await;
+        for command in &commands {
+            host.send(format!("FAULt:CLEar;*CLS\n{command}\n").as_bytes());
+            host.wait_s(0.2).await;
+            host.received();
+            assert_eq!(host.query("SYST:ERR?").await, "0,\"No error\"", "{command}");
+            host.command("OUTPut OFF").await;
+            host.wait_s(0.5).await;
+        }
+    });
+}
+
+/// The figures of the first volt follow from the default stand's constants.
+#[test]
+fn the_first_volt_is_that_of_the_drive() {
+    let (drive, page) = (Stand::default().drive, std::fs::read_to_string(root().join("docs/bring-up.md")).unwrap());
+    let (coulomb_N_m, viscous_N_m_s) = (9e-4, 2e-5);
+    let (k, r) = (drive.motor_constant_N_m_A, drive.resistance_ohm);
+    let rate_rad_s = (1.0 - r * coulomb_N_m / k) / (k + r * viscous_N_m_s / k);
+    let current_A = (coulomb_N_m + viscous_N_m_s * rate_rad_s) / k;
+    assert!(
+        page.contains(&format!("about {current_A:.2} A")) && page.contains(&format!("about {rate_rad_s:.0} RAD/S")),
+        "{current_A} {rate_rad_s}"
+    );
+    let low_us = 50.0 / drive.supply_V;
+    assert!(page.contains(&format!("low for {low_us:.2} µs")), "{low_us}");
 }

@@ -29,7 +29,12 @@ pub(super) fn line(state: &State<'_>, line: usize, out: &mut dyn Write) -> Resul
     let kept = state.settings.kept.get();
     let line = line.saturating_sub(FIRST.len());
     if let Some(field) = FIELDS.get(line) {
-        write!(out, "SETTings:{} {}", field.name, Significant((field.read)(&kept), DIGITS))?;
+        match field.name {
+            // The range of the setting is that of the default drive; this command has the range of the drive in force.
+            "coulomb_N_m" => out.write_str("COMPensation:COULomb")?,
+            name => write!(out, "SETTings:{name}")?,
+        }
+        write!(out, " {}", Significant((field.read)(&kept), DIGITS))?;
         let unit = field.quantity().unit;
         if !unit.is_empty() {
             write!(out, " {unit}")?;

@@ -13,7 +13,7 @@ use stand_firmware::gyro_loop::observer::{MAX_STATES, ObserverParameters};
 use stand_firmware::settings::{FIELDS, Field, Kept};
 use toml::{Table, Value};
 
-use super::{Content, StandSettings};
+use super::{COULOMB, Content, StandSettings};
 use crate::words::nearest;
 
 /// Version of the format.
@@ -151,7 +151,9 @@ fn setting(group: &str, is_scale: bool, name: &str, value: &Value) -> Result<f64
         let names = FIELDS.iter().filter(|field| field.is_scale == is_scale).map(|field| field.name);
         return Err(FileError::UnknownKey { key, nearest: nearest(name, names) });
     };
-    let found = number(&key, value, (field.least, field.greatest))?;
+    // The listed range of this one is that of the default drive; the whole is checked against the drive in force.
+    let greatest = if name == COULOMB { 1e3 } else { field.greatest };
+    let found = number(&key, value, (field.least, greatest))?;
     let mut kept = Kept::default();
     (field.write)(&mut kept, found);
     if (field.read)(&kept) == found { Ok(found) } else { Err(wrong(&key, value, "a whole number")) }

@@ -18,6 +18,8 @@ use super::link::{LinkError, SerialLink};
 pub const READ_BACK_TOLERANCE: f64 = 1e-14;
 /// Bits of `STATus:OPERation:CONDition?`: calibrating, driving, profile.
 const DRIVE_BITS: u32 = 1 | 256 | 512;
+/// The setting with a command of its own, whose range is that of the drive in force.
+pub(crate) const COULOMB: &str = "coulomb_N_m";
 /// Fields of an observer beside Φ.
 const OBSERVER_FIELDS: [stand_firmware::gyro_loop::observer::parameters::Field; 8] =
     [STATES, MOMENT, GAMMA, GAIN, REGULATOR, TORQUER, SETTLE, VIBRATION];
@@ -251,7 +253,8 @@ impl StandSettings {
         let (group, name) = header.split_once(':')?;
         match (group, name) {
             ("SETTings", "RESet") | ("COMPensation" | "OBServer", "CLEar") => {}
-            ("SETTings", name) => {
+            ("SETTings", _) | ("COMPensation", "COULomb") => {
+                let name = if name == "COULomb" { COULOMB } else { name };
                 let (value, unit) = rest.split_once(' ').unwrap_or((rest, ""));
                 self.settings.push(Setting { name: name.to_owned(), value: value.parse().ok()?, unit: unit.to_owned() });
             }
@@ -291,7 +294,10 @@ impl StandSettings {
     fn commands(&self) -> Vec<String> {
         let list = |numbers: &[f64]| numbers.iter().map(|number| format!("{number:e}")).collect::<Vec<_>>().join(",");
         let mut commands = vec!["SETTings:RESet".to_owned(), "COMPensation:CLEar".to_owned()];
-        commands.extend(self.settings.iter().map(|s| format!("SETTings:{} {:e} {}", s.name, s.value, s.unit).trim_end().to_owned()));
+        for Setting { name, value, unit } in &self.settings {
+            let header = if name == COULOMB { "COMPensation:COULomb".to_owned() } else { format!("SETTings:{name}") };
+            commands.push(format!("{header} {value:e} {unit}").trim_end().to_owned());
+        }
         let harmonics = self.harmonics.iter();
         commands.extend(harmonics.map(|h| format!("COMPensation:HARMonic {},{:e} N.M,{:e} RAD", h.order, h.torque_N_m, h.phase_rad)));
         let observer = &self.observer;
