@@ -119,7 +119,8 @@ fn the_drive_follows_imported_settings() {
     assert!((after - 0.4).abs() < 0.02, "limited as on the first stand: {after}");
     send_lines(path, &b.port, "SOURce:MODE RATE;RATE 1\n").succeeded();
     std::thread::sleep(Duration::from_millis(300));
-    assert_eq!(send_lines(path, &b.port, "COMPensation:STATe?\n").succeeded().out, "friction\n");
+    let active = send_lines(path, &b.port, "COMPensation:STATe?\n").succeeded().out;
+    assert!(active.trim().split(',').any(|part| part == "friction"), "{active}");
 }
 
 #[test]
@@ -164,14 +165,14 @@ fn a_bad_file_is_status_2_and_nothing_is_sent() {
     assert!(absent.status == Some(2) && absent.err.starts_with("stand: absent.toml: cannot read"), "{absent:?}");
 }
 
-/// A device that identifies itself as a stand and is silent from `*LRN?` on.
+/// A device that identifies itself as a stand and is silent from `*LRN?` on, until it is identified again.
 fn silent_from_the_list_on(mut pty: Pty, stopped: &Receiver<()>) {
     let (mut heard, mut is_silent) = (Vec::new(), false);
     while stopped.try_recv().is_err() {
         pty.exchange(&mut Vec::new(), &mut heard).unwrap();
         while let Some(end) = heard.iter().position(|byte| *byte == b'\n') {
             let line: Vec<u8> = heard.drain(..=end).collect();
-            is_silent |= line.starts_with(b"*LRN?");
+            is_silent = line.starts_with(b"*LRN?") || is_silent && !line.starts_with(b"*IDN?");
             let reply: &[u8] = match &line {
                 _ if is_silent => b"",
                 line if line.starts_with(b"*IDN?") => b"Rotary Stand,other,1,0.1.0\r\n",

@@ -142,6 +142,18 @@ fn setting_is_in_force_at_the_next_start() {
     });
 }
 
+/// Whether lists of commands are equal, numbers to the rounding of both decimal conversions.
+fn are_same(a: &[String], b: &[String]) -> bool {
+    let words =
+        |lines: &[String]| lines.iter().flat_map(|line| line.split([' ', ',']).map(str::to_owned).collect::<Vec<_>>()).collect::<Vec<_>>();
+    let (a, b) = (words(a), words(b));
+    let is_same = |a: &String, b: &String| match (a.parse::<f64>(), b.parse::<f64>()) {
+        (Ok(a), Ok(b)) => (a - b).abs() <= 1e-14 * a.abs(),
+        _ => a == b,
+    };
+    a.len() == b.len() && a.iter().zip(&b).all(|(a, b)| is_same(a, b))
+}
+
 /// IEEE 488.2 §10.17: the reply to `*LRN?`, sent to any stand, gives it the settings of the first.
 #[test]
 fn the_learnt_commands_restore_the_settings_on_another_stand() {
@@ -159,15 +171,16 @@ fn the_learnt_commands_restore_the_settings_on_another_stand() {
         host.list("*LRN?").await
     });
     assert!(learnt.contains(&"COMPensation:HARMonic 7,0.0001 N.M,-0.3 RAD".to_owned()), "{learnt:?}");
-    assert!(learnt.contains(&"OBServer:PHI 2,-0.33333333333333331,0.97".to_owned()), "{learnt:?}");
+    assert!(learnt.iter().any(|line| line.starts_with("OBServer:PHI 2,-0.333333333333333")), "{learnt:?}");
     with_stand(&Stand::default(), async |host| {
         // Settings from which single numbers of the list could not be set in any order.
         host.command("SETTings:supply_nominal_V 11.5;current_limit_A 0.01").await;
-        assert_ne!(host.list("*LRN?").await, learnt);
+        assert!(!are_same(&host.list("*LRN?").await, &learnt));
         for command in &learnt {
             host.command(command).await;
         }
-        assert_eq!(host.list("*LRN?").await, learnt);
+        let restored = host.list("*LRN?").await;
+        assert!(are_same(&restored, &learnt), "{restored:?} {learnt:?}");
         host.command("OBServer:CLEar").await;
         assert_eq!(host.list("*LRN?").await.last().map(String::as_str), Some("OBServer:CLEar"));
     });
