@@ -1,5 +1,5 @@
 #!/bin/sh
-# Builds the image for the NUCLEO-F446RE, checks its size and stack frames against firmware/budget.toml, and checks the call graphs of its interrupts, of the
+# Builds the image for the NUCLEO-F446RE, writes it as Intel HEX beside the ELF, checks its size and stack frames against firmware/budget.toml, and checks the call graphs of its interrupts, of the
 # console's parser and of the framing: none may reach a panic, and the interrupts no double-precision routine.
 set -eu
 cd "$(dirname "$0")/.."
@@ -11,6 +11,7 @@ echo "$image"
 # All checks run before the script fails.
 failed=0
 python3 scripts/image-size.py "$image" firmware/budget.toml || failed=1
+python3 scripts/image-hex.py "$image" "$image.hex" && python3 scripts/image_hex_test.py "$image" "$image.hex" || failed=1
 python3 scripts/callgraph.py "$image" --frames firmware/budget.toml TIM1_UP_TIM10 USART2 || failed=1
 
 # The library with one exported function per part.

@@ -46,5 +46,9 @@ pub mod supervision;
 pub mod telemetry;
 pub mod text;
 
-/// Version of the firmware, as the logs' notes carry it.
-pub const VERSION: &str = env!("CARGO_PKG_VERSION");
+/// Commit of the sources that this program was built from: the short hash, with `-dirty` where the firmware's sources differ from the commit, or
+/// `unknown` without git (build.rs).
+pub const COMMIT: &str = env!("STAND_COMMIT");
+
+/// Firmware level: version and commit, as `*IDN?` replies it in its fourth field (IEEE 488.2 §10.14) and the logs' notes carry it.
+pub const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), "+", env!("STAND_COMMIT"));

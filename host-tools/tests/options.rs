@@ -28,7 +28,7 @@ use tempfile::TempDir;
 type Check = fn(&Path);
 
 /// `command word` as in the help; commands by name alone.
-const WORDS: [(&str, Check); 81] = [
+const WORDS: [(&str, Check); 86] = [
     (" --help", help_everywhere),
     (" --version", |f| assert!(stdout_of(f, &["--version"]).starts_with("stand "))),
     ("sim", |f| drop(session(f, &[]))),
@@ -177,6 +177,25 @@ const WORDS: [(&str, Check); 81] = [
         assert!(!written.starts_with("0 "), "{written}");
         served::send_lines(f, &one.port, "SETTings:LOAD\n").succeeded();
         assert_eq!(asked(&one.port), written, "it was saved");
+    }),
+    ("settings --help", help_everywhere),
+    ("settings export --help", help_everywhere),
+    ("settings import --help", help_everywhere),
+    #[cfg(unix)]
+    ("settings export --port --file", |f| {
+        let one = Served::new(f, &[]);
+        let printed = stdout_of(f, &["settings", "export", "--port", &one.port]);
+        stdout_of(f, &["settings", "export", "--port", &one.port, "--file", "settings.toml"]);
+        let without_date = |text: &str| text.lines().filter(|line| !line.starts_with("exported")).map(str::to_owned).collect::<Vec<_>>();
+        let written = std::fs::read_to_string(f.join("settings.toml")).unwrap();
+        assert_eq!(without_date(&printed), without_date(&written));
+    }),
+    #[cfg(unix)]
+    ("settings import --port --file", |f| {
+        let one = Served::new(f, &[]);
+        std::fs::write(f.join("slip.toml"), "format = 1\n[settings]\nslip_rad = 0.07\n").unwrap();
+        stdout_of(f, &["settings", "import", "--port", &one.port, "--file", "slip.toml"]);
+        assert!(served::send_lines(f, &one.port, "SETTings:slip_rad?\n").succeeded().out.starts_with("0.07 RAD"));
     }),
     ("compare", |f| assert!(stdout_of(f, &["compare", "log.csv", "--model", "model.toml"]).contains("omega_rad_s"))),
     ("compare --help", help_everywhere),

@@ -64,7 +64,7 @@ fn every_query_of_the_help_works_in_long_and_short_form() {
             let header = line.split("  ").next().unwrap().split(" -> ").next().unwrap();
             let Some(query) = header.strip_suffix('?') else { continue };
             // Lists have several lines; queries that wait or remove entries are tested elsewhere.
-            if query.ends_with("LIST") || ["HELP", "SYSTem:ERRor:ALL"].contains(&query) {
+            if query.ends_with("LIST") || ["HELP", "*LRN", "SYSTem:ERRor:ALL"].contains(&query) {
                 continue;
             }
             let short: String = query.split(':').map(short_form).collect::<Vec<_>>().join(":");
@@ -139,5 +139,49 @@ fn setting_is_in_force_at_the_next_start() {
         let rate = host.true_rate_rad_s();
         assert!((rate - 2.0).abs() < 0.2, "a second at 2 rad/s²: {rate}");
         assert!(host.query("FAULt:LIMits?").await.contains("acceleration"));
+    });
+}
+
+/// Whether lists of commands are equal, numbers to the rounding of both decimal conversions.
+fn are_same(a: &[String], b: &[String]) -> bool {
+    let words =
+        |lines: &[String]| lines.iter().flat_map(|line| line.split([' ', ',']).map(str::to_owned).collect::<Vec<_>>()).collect::<Vec<_>>();
+    let (a, b) = (words(a), words(b));
+    let is_same = |a: &String, b: &String| match (a.parse::<f64>(), b.parse::<f64>()) {
+        (Ok(a), Ok(b)) => (a - b).abs() <= 1e-14 * a.abs(),
+        _ => a == b,
+    };
+    a.len() == b.len() && a.iter().zip(&b).all(|(a, b)| is_same(a, b))
+}
+
+/// IEEE 488.2 §10.17: the reply to `*LRN?`, sent to any stand, gives it the settings of the first.
+#[test]
+fn the_learnt_commands_restore_the_settings_on_another_stand() {
+    let learnt = with_stand(&Stand::default(), async |host| {
+        for command in [
+            "SETTings:slip_rad 0.07;current_limit_A 0.9",
+            "SETTings:motor_constant_N_m_A 0.05;:COMPensation:COULomb 0.04",
+            "COMPensation:HARMonic 7,1E-4,-0.3",
+            "OBServer:NEW 2,ON",
+            "OBServer:PHI 2,-0.333333333333333315,0.97",
+            "OBServer:GAIN 0.1,0.3",
+        ] {
+            host.command(command).await;
+        }
+        host.list("*LRN?").await
+    });
+    assert!(learnt.contains(&"COMPensation:HARMonic 7,0.0001 N.M,-0.3 RAD".to_owned()), "{learnt:?}");
+    assert!(learnt.iter().any(|line| line.starts_with("OBServer:PHI 2,-0.333333333333333")), "{learnt:?}");
+    with_stand(&Stand::default(), async |host| {
+        // Settings from which single numbers of the list could not be set in any order.
+        host.command("SETTings:supply_nominal_V 11.5;current_limit_A 0.01").await;
+        assert!(!are_same(&host.list("*LRN?").await, &learnt));
+        for command in &learnt {
+            host.command(command).await;
+        }
+        let restored = host.list("*LRN?").await;
+        assert!(are_same(&restored, &learnt), "{restored:?} {learnt:?}");
+        host.command("OBServer:CLEar").await;
+        assert_eq!(host.list("*LRN?").await.last().map(String::as_str), Some("OBServer:CLEar"));
     });
 }

@@ -12,6 +12,9 @@ const QUIET_S: f64 = 0.05;
 /// Longest wait for the reply to a command with `*OPC?`, s.
 const MAX_WAIT_S: f64 = 20.0;
 
+/// Version and commit in the transcripts.
+const DOCUMENTED_VERSION: &str = "0.1.0+1234abc";
+
 /// Path and text of the page on disk.
 fn page() -> (std::path::PathBuf, String) {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/the-stand-controller.md");
@@ -36,7 +39,8 @@ fn typed(block: &[&str]) -> Vec<String> {
                     if answer.is_empty() {
                         break;
                     }
-                    page.push(answer);
+                    // The page has an example of a commit.
+                    page.push(answer.replace(stand_firmware::VERSION, DOCUMENTED_VERSION));
                 }
             } else if let Some(time) = line.strip_prefix('(').and_then(|time| time.strip_suffix(')')) {
                 page.push((*line).to_owned());

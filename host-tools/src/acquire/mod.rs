@@ -5,8 +5,8 @@
 //! * [`simulation`], the rows of the simulated firmware without the stream, in full precision.
 //!
 //! [`calibration_session`] and [`drift_session`] run the steps of a measurement through the first source.
-//! [`preparation`] brings a stand to rest, finds its index and reads its settings; [`record`] writes rows into a log file; [`serve`] is a
-//! simulated stand as a serial port; [`hidden`] adds an effect to a simulated stand.
+//! [`preparation`] brings a stand to rest, finds its index and reads its settings; [`record`] writes rows into a log file; [`settings`] saves and restores a
+//! stand's settings; [`serve`] is a simulated stand as a serial port; [`hidden`] adds an effect to a simulated stand.
 
 pub mod calibration_session;
 pub mod connection;
@@ -19,4 +19,5 @@ pub mod record;
 pub mod recording;
 #[cfg(unix)]
 pub mod serve;
+pub mod settings;
 pub mod simulation;

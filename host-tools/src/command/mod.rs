@@ -23,6 +23,7 @@ mod output;
 mod profile;
 mod record;
 mod records;
+mod settings;
 mod signals;
 mod sim;
 mod sim_serve;
@@ -66,6 +67,9 @@ enum Command {
     Records(records::Records),
     /// Write friction and cogging into the firmware's feed-forward compensation
     Compensate(compensate::Compensate),
+    /// Save the settings of a stand in a file, or restore them from a file
+    #[command(subcommand)]
+    Settings(settings::Settings),
     /// Open a command console to a stand over its serial port
     Console(console::Console),
     /// Run a profile on a stand and record its measurements
@@ -110,6 +114,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Some(Command::Calibrate(calibrate)) => calibrate.run(),
         Some(Command::Records(records)) => records.run(),
         Some(Command::Compensate(compensate)) => compensate.run(),
+        Some(Command::Settings(settings)) => settings.run(),
         Some(Command::Console(console)) => console.run(),
         Some(Command::Record(record)) => record.run(),
         Some(Command::Drift(drift)) => drift.run(),

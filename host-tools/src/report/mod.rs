@@ -27,6 +27,7 @@ pub mod plot;
 pub mod preparation;
 pub mod recording;
 pub mod residual_plots;
+pub mod settings;
 pub mod simulation;
 pub mod terminal;
 

@@ -12,6 +12,7 @@ mod drive;
 mod dut;
 mod fault;
 mod help;
+mod learn;
 mod measure;
 mod observer;
 mod profile;
@@ -52,6 +53,8 @@ pub enum List {
     Errors,
     /// The compensation.
     Compensation,
+    /// The commands that restore all settings.
+    Learn,
     /// The numbers of the observer.
     Observer,
     /// The recording around a fault.
@@ -153,7 +156,7 @@ const fn entry(header: &'static str, action: Action, help: &'static str) -> Entr
 }
 
 /// All commands by group, in the order of `HELP?`.
-pub const GROUPS: [&[Entry]; 15] = [
+pub const GROUPS: [&[Entry]; 16] = [
     common::ENTRIES,
     system::ENTRIES,
     drive::ENTRIES,
@@ -164,6 +167,7 @@ pub const GROUPS: [&[Entry]; 15] = [
     fault::ENTRIES,
     stream::ENTRIES,
     settings::ENTRIES,
+    learn::ENTRIES,
     compensation::ENTRIES,
     calibration::ENTRIES,
     drift::ENTRIES,
@@ -264,5 +268,6 @@ pub fn list_line(state: &State<'_>, list: List, line: usize, out: &mut dyn Write
         List::Capture => fault::capture_line(state, line, out)?,
         List::Observer => observer::line(state, line, out)?,
         List::Compensation => compensation::line(state, line, out)?,
+        List::Learn => learn::line(state, line, out)?,
     })
 }

@@ -3,7 +3,7 @@
 //! This folder contains the hardware drivers only; the behaviour is in the library. TIM1's interrupt has the highest priority and runs the
 //! control law. The USART interrupt is next and scans received bytes for a stop. The executor runs three tasks in thread mode: the app with
 //! its console on the ST-Link's serial port, the button with the LED, and the watchdog. Log messages go over RTT (defmt). Pins and wiring:
-//! firmware/README.md.
+//! docs/hardware.md.
 #![no_std]
 #![no_main]
 
