@@ -213,7 +213,7 @@ def main():
             kind = ",".join(sorted({w.rstrip("0123456789") for w in wrong}))
             differences[kind] += 1
             shown.setdefault(kind, []).append(f"{name} {wrong[:3]} mine {[hex(mine[STATE_INDEX[w]]) for w in wrong[:2] if w in STATE_INDEX]} theirs {[hex(theirs[STATE_INDEX[w]]) for w in wrong[:2] if w in STATE_INDEX]} pc {pc} {their_pc:x} fpscr {state[48]:x}")
-    print(f"encodings {len({code for _, code, _ in cases})}, of these from the image {len(real)}; cases {len(cases)}")
+    print(f"encodings {len({code for _, code, _ in cases})}, the image has {len(real)}; cases {len(cases)}")
     print(dict(count))
     print("refused as unpredictable by chip-sim only, most frequent:", refused.most_common(12))
     print("differences:", dict(differences))

@@ -51,7 +51,7 @@ impl Core {
                 4..=6 => Ok(2),
                 _ => undefined(first, second),
             },
-            0x3e => {
+            0x3e if first & 15 == 15 => {
                 // MRS, B5.2.2
                 let d = second >> 8 & 15;
                 match self.read_special(second & 0xff) {
