@@ -1,8 +1,9 @@
-//! Interface between the task of the sensor under test and the other tasks. All run on one thread, so that `Cell` is sufficient.
+//! Interface between the task of the sensor under test, the measurement loop and the console, which runs at a lower priority.
+//! The task alone writes sample and status.
 
 use super::{InForce, Motion, SelfTest, SensorError, Setup};
 use crate::board::Stamped;
-use core::cell::Cell;
+use crate::mailbox::SharedCell;
 
 /// State of the task.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -48,11 +49,11 @@ pub struct Status {
 /// State and requests shared by the tasks.
 #[derive(Debug, Default)]
 pub struct Shared {
-    newest: Cell<Option<Stamped<Motion>>>,
-    status: Cell<Status>,
-    self_test_requested: Cell<bool>,
-    self_test: Cell<Option<Result<SelfTest, SensorError>>>,
-    setup_requested: Cell<Option<Setup>>,
+    newest: SharedCell<Option<Stamped<Motion>>>,
+    status: SharedCell<Status>,
+    self_test_requested: SharedCell<bool>,
+    self_test: SharedCell<Option<Result<SelfTest, SensorError>>>,
+    setup_requested: SharedCell<Option<Setup>>,
 }
 
 impl Shared {
