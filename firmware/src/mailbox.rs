@@ -18,11 +18,13 @@ impl<T> SharedCell<T> {
     }
 
     /// Replaces the value.
+    #[inline(never)] // for the size of the image
     pub fn set(&self, value: T) {
         self.0.lock(|cell| cell.set(value));
     }
 
     /// Replaces the value and returns the one before.
+    #[inline(never)] // for the size of the image
     pub fn replace(&self, value: T) -> T {
         self.0.lock(|cell| cell.replace(value))
     }
@@ -30,6 +32,7 @@ impl<T> SharedCell<T> {
 
 impl<T: Copy> SharedCell<T> {
     /// The value.
+    #[inline(never)]
     pub fn get(&self) -> T {
         self.0.lock(Cell::get)
     }
@@ -37,6 +40,7 @@ impl<T: Copy> SharedCell<T> {
 
 impl<T: Default> SharedCell<T> {
     /// Returns the value and leaves the default one.
+    #[inline(never)] // for the size of the image
     pub fn take(&self) -> T {
         self.0.lock(Cell::take)
     }

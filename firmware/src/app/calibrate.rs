@@ -1,6 +1,6 @@
 //! The calibration of cogging and friction, started from the console. It runs beside the permanent rows, with its sums in the app's memory.
 
-use super::state::{Activity, CalibrationPhase, Request, Run, State};
+use super::state::{Activity, CalibrationPhase, Run, State};
 use crate::board::{Clock, TICKS_PER_ROW};
 use crate::calibration::{CalibrationError, CalibrationResult, CalibrationRun, Map, Trajectory};
 use crate::console::errors::{Code, ErrorEntry};
@@ -67,7 +67,7 @@ async fn end_of_course<C: Clock>(
     loop {
         clock.until(clock.now() + TICKS_PER_ROW).await;
         if let Some(refused) = state.calibration.watch.error() {
-            state.drive.request.post(Request::End);
+            state.drive.end();
             return Err(refused);
         }
         let sums = measuring.take();

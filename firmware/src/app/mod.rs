@@ -20,8 +20,8 @@ mod setpoints;
 pub mod state;
 
 pub use measurement::{Measurement, QUEUED_ROWS};
-pub use out::Out;
 use measurement::{RowQueue, RowReceiver, RowSignals, separate};
+pub use out::Out;
 use state::{DriveState, Parts};
 pub use state::{Identity, State};
 

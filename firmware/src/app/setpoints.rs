@@ -66,3 +66,16 @@ fn segment(hardware: &Hardware, zero: Zero, mode: Mode, tick: u64, from: f64, to
         Mode::Position => Segment::position(hardware, tick, zero, to, None),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use critical_section as _;
+
+    #[test]
+    fn what_a_critical_section_copies_takes_less_than_2_us() {
+        // 96 words at three cycles each, with load and store of several registers: 1.6 us at 180 MHz.
+        let sizes = [size_of::<Option<Request>>(), size_of::<Option<Command>>(), size_of::<Setpoint>()];
+        assert!(sizes.iter().all(|bytes| *bytes <= 384), "{sizes:?}");
+    }
+}

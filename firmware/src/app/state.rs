@@ -139,10 +139,17 @@ impl Default for DriveState {
 
 impl DriveState {
     /// Requests a run. Nothing is held after it.
+    #[inline(never)] // for the size of the image
     pub fn start(&self, run: Run) {
         // In this sequence, so that the drive is not off between a held value and the run.
         self.request.post(Request::Run(run));
         self.setpoint.set(Setpoint::Off);
+    }
+
+    /// Requests the end of the activity.
+    #[inline(never)] // for the size of the image
+    pub fn end(&self) {
+        self.request.post(Request::End);
     }
 }
 
@@ -381,6 +388,7 @@ impl<'a> State<'a> {
     }
 
     /// Whether an activity runs or is requested.
+    #[inline(never)] // for the size of the image
     pub fn is_busy(&self) -> bool {
         self.drive.activity.get() != Activity::None
             || self.drive.request.has_new()
@@ -389,6 +397,7 @@ impl<'a> State<'a> {
     }
 
     /// Returns to text mode, for any user of the line.
+    #[inline(never)] // for the size of the image
     pub fn set_text_mode(&self) {
         self.out.set_streaming(false);
         self.supervision.checked_line_at.set(None);
@@ -418,12 +427,14 @@ impl<'a> State<'a> {
     }
 
     /// Whether the drive is on: a value is held or an activity runs, and no fault has switched it off.
+    #[inline(never)] // for the size of the image
     pub fn is_driving(&self) -> bool {
         (self.drive.setpoint.get() != Setpoint::Off || self.drive.activity.get() != Activity::None)
             && self.measured.row.get().fault == Fault::None
     }
 
     /// Switches everything off: ends the activity, holds nothing, sets the targets to zero.
+    #[inline(never)] // for the size of the image
     pub fn all_off(&self) {
         if self.drive.activity.get() == Activity::Calibration {
             self.calibration.watch.abort();
@@ -432,13 +443,14 @@ impl<'a> State<'a> {
         self.gyro.observer.set_feedback(false);
         self.drive.setpoint.set(Setpoint::Off);
         self.source.targets.set(Targets::default());
-        self.drive.request.post(Request::End);
+        self.drive.end();
     }
 
     /// Ends the activity and holds a setpoint.
     ///
     /// # Errors
     /// A fault is latched, and the setpoint is not [`Setpoint::Off`].
+    #[inline(never)] // for the size of the image
     pub fn hold(&self, setpoint: Setpoint) -> Result<(), ErrorEntry> {
         if setpoint != Setpoint::Off {
             self.require_no_fault()?;
@@ -447,7 +459,7 @@ impl<'a> State<'a> {
             self.calibration.watch.abort();
         }
         self.drive.setpoint.set(setpoint);
-        self.drive.request.post(Request::End);
+        self.drive.end();
         Ok(())
     }
 

@@ -7,7 +7,7 @@ use crate::config::ConfigError;
 use crate::status::Fault;
 use core::sync::atomic::{AtomicBool, Ordering};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
-use embassy_sync::mutex::Mutex;
+use embassy_sync::mutex::{Mutex, MutexGuard};
 
 /// The commutator and the results of its cycles.
 pub struct DriftMeasurement {
@@ -15,6 +15,8 @@ pub struct DriftMeasurement {
     state: Mutex<CriticalSectionRawMutex, State>,
     running: AtomicBool,
 }
+
+type Locked<'a> = MutexGuard<'a, CriticalSectionRawMutex, State>;
 
 struct State {
     commutator: Commutator,
@@ -67,10 +69,22 @@ impl DriftMeasurement {
     }
 
     fn with<T>(&self, action: impl FnOnce(&mut State) -> T) -> Option<T> {
-        let mut state = self.state.try_lock().ok()?;
+        let mut state = self.lock()?;
         let result = action(&mut state);
-        self.running.store(state.commutator.phase() != Phase::Idle, Ordering::Relaxed);
+        self.unlock(state);
         Some(result)
+    }
+
+    // Not inlined, for the size of the image.
+    #[inline(never)]
+    fn lock(&self) -> Option<Locked<'_>> {
+        self.state.try_lock().ok()
+    }
+
+    #[inline(never)]
+    fn unlock(&self, state: Locked<'_>) {
+        self.running.store(state.commutator.phase() != Phase::Idle, Ordering::Relaxed);
+        drop(state);
     }
 
     /// The next sample: [`Commutator::update`]. Keeps the results of a finished cycle.

@@ -126,9 +126,7 @@ async fn watchdog_task(watchdog: Peri<'static, peripherals::IWDG>) -> ! {
 
 /// Builds the library's parts in statics. Not inlined: its frame of 27 KB must leave the stack before the app runs.
 #[inline(never)]
-fn make_app(
-    settings: SettingsFlash,
-) -> (Interrupt<'static>, &'static mut Measurement<'static>, &'static mut App<'static, SettingsFlash>) {
+fn make_app(settings: SettingsFlash) -> (Interrupt<'static>, &'static mut Measurement<'static>, &'static mut App<'static, SettingsFlash>) {
     static MEMORY: ConstStaticCell<Memory> = ConstStaticCell::new(Memory::new());
     static MEASURED: StaticCell<Measurement<'static>> = StaticCell::new();
     static APP: StaticCell<App<'static, SettingsFlash>> = StaticCell::new();

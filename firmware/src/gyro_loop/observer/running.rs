@@ -11,7 +11,7 @@ use crate::board::{Hardware, ROW_HZ, TICKS_PER_ROW, Ticks, TorquerStep};
 use crate::config::{ConfigError, within};
 use crate::gyro_loop::Settings;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
-use embassy_sync::mutex::Mutex;
+use embassy_sync::mutex::{Mutex, MutexGuard};
 
 /// Most rows without an angle that are predicted.
 pub const MAX_MISSED_ROWS: u32 = 10;
@@ -96,6 +96,13 @@ struct State {
     missed_rows: u32,
 }
 
+type Locked<'a> = MutexGuard<'a, CriticalSectionRawMutex, State>;
+
+#[inline(never)]
+fn unlock(state: Locked<'_>) {
+    drop(state);
+}
+
 /// The observer with its settings.
 pub struct RunningObserver {
     // Locked only within the functions of this file, which neither wait nor call each other while they hold it.
@@ -134,7 +141,16 @@ impl RunningObserver {
     }
 
     fn with<T>(&self, action: impl FnOnce(&mut State) -> T) -> Option<T> {
-        self.state.try_lock().ok().map(|mut state| action(&mut state))
+        let mut state = self.lock()?;
+        let result = action(&mut state);
+        unlock(state);
+        Some(result)
+    }
+
+    // Not inlined, for the size of the image.
+    #[inline(never)]
+    fn lock(&self) -> Option<Locked<'_>> {
+        self.state.try_lock().ok()
     }
 
     /// The parameters in force.
