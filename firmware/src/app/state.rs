@@ -388,7 +388,6 @@ impl<'a> State<'a> {
     }
 
     /// Whether an activity runs or is requested.
-    #[inline(never)] // for the size of the image
     pub fn is_busy(&self) -> bool {
         self.drive.activity.get() != Activity::None
             || self.drive.request.has_new()
@@ -397,7 +396,6 @@ impl<'a> State<'a> {
     }
 
     /// Returns to text mode, for any user of the line.
-    #[inline(never)] // for the size of the image
     pub fn set_text_mode(&self) {
         self.out.set_streaming(false);
         self.supervision.checked_line_at.set(None);
@@ -427,14 +425,12 @@ impl<'a> State<'a> {
     }
 
     /// Whether the drive is on: a value is held or an activity runs, and no fault has switched it off.
-    #[inline(never)] // for the size of the image
     pub fn is_driving(&self) -> bool {
         (self.drive.setpoint.get() != Setpoint::Off || self.drive.activity.get() != Activity::None)
             && self.measured.row.get().fault == Fault::None
     }
 
     /// Switches everything off: ends the activity, holds nothing, sets the targets to zero.
-    #[inline(never)] // for the size of the image
     pub fn all_off(&self) {
         if self.drive.activity.get() == Activity::Calibration {
             self.calibration.watch.abort();
@@ -450,7 +446,6 @@ impl<'a> State<'a> {
     ///
     /// # Errors
     /// A fault is latched, and the setpoint is not [`Setpoint::Off`].
-    #[inline(never)] // for the size of the image
     pub fn hold(&self, setpoint: Setpoint) -> Result<(), ErrorEntry> {
         if setpoint != Setpoint::Off {
             self.require_no_fault()?;
