@@ -1,4 +1,4 @@
-//! A mailbox for one value between the control interrupt and the tasks: the newest value wins, and nobody waits.
+//! Values exchanged between priorities: the newest value wins, and nobody waits. [`Mailbox`] gives each value once, [`SharedCell`] keeps it.
 //!
 //! The value is copied with interrupts held off, some hundred cycles for the largest one. A flag says whether it is new, so that a reader
 //! who polls in each tick pays one load. (`embassy_sync::signal::Signal` moves the whole value at each poll.)
@@ -7,6 +7,56 @@ use core::cell::Cell;
 use core::sync::atomic::{AtomicBool, Ordering};
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+
+/// A value that several priorities read and write: a `Cell` whose accesses are whole. Two accesses in sequence are not.
+pub struct SharedCell<T>(Mutex<CriticalSectionRawMutex, Cell<T>>);
+
+impl<T> SharedCell<T> {
+    /// A cell with this value.
+    pub const fn new(value: T) -> Self {
+        Self(Mutex::new(Cell::new(value)))
+    }
+
+    /// Replaces the value.
+    #[inline(never)] // for the size of the image
+    pub fn set(&self, value: T) {
+        self.0.lock(|cell| cell.set(value));
+    }
+
+    /// Replaces the value and returns the one before.
+    #[inline(never)] // for the size of the image
+    pub fn replace(&self, value: T) -> T {
+        self.0.lock(|cell| cell.replace(value))
+    }
+}
+
+impl<T: Copy> SharedCell<T> {
+    /// The value.
+    #[inline(never)]
+    pub fn get(&self) -> T {
+        self.0.lock(Cell::get)
+    }
+}
+
+impl<T: Default> SharedCell<T> {
+    /// Returns the value and leaves the default one.
+    #[inline(never)] // for the size of the image
+    pub fn take(&self) -> T {
+        self.0.lock(Cell::take)
+    }
+}
+
+impl<T: Default> Default for SharedCell<T> {
+    fn default() -> Self {
+        Self::new(T::default())
+    }
+}
+
+impl<T: Copy + core::fmt::Debug> core::fmt::Debug for SharedCell<T> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_tuple("SharedCell").field(&self.get()).finish()
+    }
+}
 
 /// Holds the newest value until it is taken.
 pub struct Mailbox<T> {
@@ -31,6 +81,11 @@ impl<T> Mailbox<T> {
     pub fn post(&self, value: T) {
         self.value.lock(|cell| cell.set(Some(value)));
         self.is_new.store(true, Ordering::Release);
+    }
+
+    /// Whether a value waits to be taken.
+    pub fn has_new(&self) -> bool {
+        self.is_new.load(Ordering::Acquire)
     }
 
     /// The value posted since the last call; `None` if there is none.

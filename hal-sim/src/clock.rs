@@ -4,8 +4,10 @@
 //! (plant, then the tick interrupt at its exact times, before any task of the same time) and polls again. Each stand
 //! has its own [`VirtualClock`]; nothing is global, so that several run in parallel with the same results as alone.
 //!
-//! Not simulated: preemption (an interrupt never occurs within a task), and the duration of code.
+//! [`run_prioritised`] has two priorities: a poll of the lower one takes the time that was charged by [`VirtualClock::charge`], and the higher
+//! one runs meanwhile. The effects of a charged poll occur at its begin. Not simulated: the duration of other code.
 
+use embassy_futures::select::Either;
 use stand_firmware::board::{Clock, Ticks};
 use std::cell::Cell;
 use std::future::Future;
@@ -20,11 +22,13 @@ pub struct VirtualClock {
     now: Cell<Ticks>,
     /// The earliest deadline of the tasks in the last poll.
     deadline: Cell<Option<Ticks>>,
+    /// Compute time of the present poll, board clock steps.
+    charged: Cell<u64>,
 }
 
 impl Default for VirtualClock {
     fn default() -> Self {
-        Self { now: Cell::new(Ticks(0)), deadline: Cell::new(None) }
+        Self { now: Cell::new(Ticks(0)), deadline: Cell::new(None), charged: Cell::new(0) }
     }
 }
 
@@ -32,6 +36,11 @@ impl VirtualClock {
     /// Present time.
     pub fn now(&self) -> Ticks {
         self.now.get()
+    }
+
+    /// Adds compute time to the present poll of the lower priority, in board clock steps.
+    pub fn charge(&self, steps: u64) {
+        self.charged.set(self.charged.get().saturating_add(steps));
     }
 
     /// Requests a poll at `t` for the present task: for futures that wait for a peripheral.
@@ -84,6 +93,47 @@ impl Wake for Flag {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("at {0:?} every task waits for something that no other task will do")]
 pub struct Stuck(pub Ticks);
+
+/// Runs two priorities until one of them ends, as [`run`] does one. A poll of `low` lasts as long as was charged within it; until its end `low` is
+/// not polled again, while time advances and `high` runs.
+///
+/// # Errors
+/// [`Stuck`] if all tasks wait and none of them for a time.
+pub fn run_prioritised<H: Future, L: Future>(
+    clock: &VirtualClock,
+    high: H,
+    low: L,
+    mut advance: impl FnMut(Ticks),
+) -> Result<Either<H::Output, L::Output>, Stuck> {
+    let flag = Arc::new(Flag(AtomicBool::new(false)));
+    let waker = Waker::from(flag.clone());
+    let mut context = Context::from_waker(&waker);
+    let (mut high, mut low) = (pin!(high), pin!(low));
+    let mut busy_until = Ticks(0);
+    advance(clock.now.get());
+    loop {
+        clock.deadline.set(None);
+        if let Poll::Ready(output) = high.as_mut().poll(&mut context) {
+            return Ok(Either::First(output));
+        }
+        if busy_until <= clock.now.get() {
+            clock.charged.set(0);
+            if let Poll::Ready(output) = low.as_mut().poll(&mut context) {
+                return Ok(Either::Second(output));
+            }
+            busy_until = clock.now.get() + clock.charged.take();
+        }
+        if busy_until > clock.now.get() {
+            clock.wait_until(busy_until);
+        }
+        if flag.0.swap(false, Ordering::Relaxed) {
+            continue;
+        }
+        let Some(next) = clock.deadline.get() else { return Err(Stuck(clock.now.get())) };
+        advance(next);
+        clock.now.set(next);
+    }
+}
 
 /// Runs `tasks` to the end; `advance` advances the simulation to a time, including its interrupts.
 ///
@@ -138,6 +188,30 @@ mod tests {
         assert!(run(&clock, both, advance).is_ok());
         let expected = ["tick@0", "tick@10", "b@10", "a@15", "tick@20", "b@20", "tick@30", "a@30"];
         assert_eq!(story.into_inner(), expected);
+    }
+
+    #[test]
+    fn a_charged_poll_delays_the_lower_priority_only() {
+        let clock = VirtualClock::default();
+        let (high_at, low_at) = (RefCell::new(Vec::new()), RefCell::new(Vec::new()));
+        let sim = SimClock(&clock);
+        let high = async {
+            for n in 1..=5 {
+                sim.until(Ticks(n * 10)).await;
+                high_at.borrow_mut().push(sim.now().0);
+            }
+        };
+        let low = async {
+            for n in 1.. {
+                sim.until(Ticks(n * 10)).await;
+                low_at.borrow_mut().push(sim.now().0);
+                clock.charge(25);
+            }
+        };
+        assert!(run_prioritised(&clock, high, low, |_| ()).is_ok());
+        assert_eq!(high_at.into_inner(), [10, 20, 30, 40, 50]);
+        // Both missed deadlines are served in one poll, which lasts for both.
+        assert_eq!(low_at.into_inner(), [10, 35, 35]);
     }
 
     #[test]

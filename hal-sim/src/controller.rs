@@ -75,6 +75,9 @@ pub struct Controller<'c, P> {
     serial: String,
     line_faults: Cell<LineFaults>,
     power_cuts: Cell<u32>,
+    /// Compute time of each poll of the console's runner, board clock steps.
+    console_poll_steps: Cell<u64>,
+    rows_lost: Cell<u32>,
 }
 
 impl<'c, P: PlantPort> Controller<'c, P> {
@@ -98,6 +101,8 @@ impl<'c, P: PlantPort> Controller<'c, P> {
             serial: format!("SIM-{seed}"),
             line_faults: Cell::default(),
             power_cuts: Cell::new(0),
+            console_poll_steps: Cell::new(0),
+            rows_lost: Cell::new(0),
         })
     }
 
@@ -121,6 +126,16 @@ impl<'c, P: PlantPort> Controller<'c, P> {
     /// Plant and sensors, to observe them and to inject faults. Must not be borrowed across an await.
     pub fn bench(&self) -> &RefCell<Bench<P>> {
         &self.bench
+    }
+
+    /// Makes each poll of the console's runner take this time, in board clock steps: with a positive time it never yields the processor.
+    pub fn burden_console(&self, steps_per_poll: u64) {
+        self.console_poll_steps.set(steps_per_poll);
+    }
+
+    /// Rows since power-on that the console's runner did not take in time, at the end of a run.
+    pub fn rows_lost(&self) -> u32 {
+        self.rows_lost.get()
     }
 
     /// Number of power cuts so far.
@@ -149,11 +164,17 @@ impl<'c, P: PlantPort> Controller<'c, P> {
             let mut guard = Guard::new(&stop_line);
             let mut memory = Box::new(Memory::new());
             let identity = Identity { model: "simulated", serial: &self.serial, baud: USUAL_BAUD };
-            let (mut interrupt, mut app) = assemble(&mut memory, store, self.defaults, identity, &stop_line)?;
+            let (mut interrupt, mut measurement, mut app) = assemble(&mut memory, store, self.defaults, identity, &stop_line)?;
             let mut board = SimBoard::new(&self.bench, self.clock);
             let (receive, transmit) = self.line.device();
-            let program = app.run(&mut board, receive, transmit);
-            let on = clock::run(self.clock, select3(host.as_mut(), program, self.supply(false)), |to| {
+            let clock = self.clock();
+            let mut console = pin!(app.run(&clock, receive, transmit));
+            let console = poll_fn(|context| {
+                self.clock.charge(self.console_poll_steps.get());
+                console.as_mut().poll(context)
+            });
+            let measuring = select3(host.as_mut(), measurement.run(&mut board), self.supply(false));
+            let on = clock::run_prioritised(self.clock, measuring, console, |to| {
                 outside(to);
                 self.break_line();
                 self.bench.borrow_mut().advance(to, |io| {
@@ -165,10 +186,11 @@ impl<'c, P: PlantPort> Controller<'c, P> {
                     interrupt.run(io);
                 });
             })?;
+            self.rows_lost.set(measurement.rows_lost());
             match on {
-                Either3::First(done) => return Ok(done),
-                Either3::Second(()) => return Err(ControllerError::Ended),
-                Either3::Third(()) => {}
+                Either::First(Either3::First(done)) => return Ok(done),
+                Either::First(Either3::Second(())) | Either::Second(()) => return Err(ControllerError::Ended),
+                Either::First(Either3::Third(())) => {}
             }
             self.power_cuts.set(self.power_cuts.get() + 1);
             self.line.power(false);

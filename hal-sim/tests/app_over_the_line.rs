@@ -1,6 +1,7 @@
 //! The whole app in virtual time over a serial line: commands typed by a user or sent by a program, and the replies.
 #![allow(clippy::unwrap_used)]
 
+use embassy_futures::join::join;
 use embassy_futures::select::{Either, select};
 use hal_sim::board::linear_motor::LinearMotor;
 use hal_sim::board::{Bench, SimBoard};
@@ -73,11 +74,13 @@ fn with_flash<T>(flash: SimFlash, baud: u32, host: impl AsyncFnOnce(&Host<'_, '_
     let mut memory = Memory::new();
     let store = Store::new(flash, [0, SMALL_SECTOR_BYTES as u32], SMALL_SECTOR_BYTES as u32);
     let identity = Identity { model: "simulated", serial: "1", baud };
-    let (mut interrupt, mut app) = assemble(&mut memory, store, defaults, identity, &stop_line).unwrap();
+    let (mut interrupt, mut measurement, mut app) = assemble(&mut memory, store, defaults, identity, &stop_line).unwrap();
     let mut board = SimBoard::new(&bench, &clock);
     let (receive, transmit) = line.device();
     let host_end = Host { line: &line, clock: SimClock(&clock), bench: &bench, bytes: RefCell::default() };
-    let both = select(app.run(&mut board, receive, transmit), host(&host_end));
+    let device_clock = SimClock(&clock);
+    let program = join(measurement.run(&mut board), app.run(&device_clock, receive, transmit));
+    let both = select(program, host(&host_end));
     let ended = clock::run(&clock, both, |to| {
         line.deliver(to, |incoming| match incoming {
             Ok(byte) => guard.byte(byte),
@@ -88,7 +91,7 @@ fn with_flash<T>(flash: SimFlash, baud: u32, host: impl AsyncFnOnce(&Host<'_, '_
         bench.advance(to, |io| interrupt.run(io));
     });
     match ended.unwrap() {
-        Either::First(()) => panic!("the app ended"),
+        Either::First(_) => panic!("the app ended"),
         Either::Second(result) => result,
     }
 }

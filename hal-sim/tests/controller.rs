@@ -7,7 +7,7 @@ use hal_sim::controller::{Controller, flash};
 use hal_sim::faults::{Fault, FaultKind, Faults};
 use hal_sim::peripherals::SimFlash;
 use hal_sim::plant::{Plant, Stand};
-use stand_firmware::board::{Clock, TICKS_PER_S, Ticks};
+use stand_firmware::board::{Clock, TICKS_PER_ROW, TICKS_PER_S, Ticks};
 use stand_firmware::telemetry::frame::Piece;
 use stand_firmware::telemetry::{Body, Deframer};
 use std::cell::RefCell;
@@ -210,4 +210,49 @@ fn an_unplugged_line_is_silent_and_works_again_after_reconnection() {
         host.clock.until(Ticks(6_000_000)).await;
         assert!(host.query("*IDN?").await.starts_with("Rotary"));
     });
+}
+
+/// Rows received in `seconds` of a stream at 5 rad/s beside a console whose polls take `poll_ms`, and rows that found the queue full.
+fn stream_with_busy_console(poll_ms: u64, seconds: f64) -> (Vec<u32>, u32) {
+    let stand = Stand::default();
+    let clock = VirtualClock::default();
+    let controller = Controller::new(&clock, &stand.setup(), Plant::new(&stand, -1.0).unwrap(), flash(1), 1).unwrap();
+    let host = Host { controller: &controller, clock: controller.clock(), received: RefCell::default() };
+    let script = async {
+        host.wait_s(0.1).await;
+        host.query("SOURce:RATE 5 RAD/S;:SOURce:MODE RATE").await;
+        controller.burden_console(poll_ms * TICKS_PER_ROW);
+        controller.line().send(b"STReam ON\n");
+        host.wait_s(seconds).await;
+        let mut deframer = Deframer::default();
+        let mut sequences = Vec::new();
+        for byte in host.received() {
+            if let Some(Piece::Frame(frame)) = deframer.push(byte)
+                && let Body::Row(row) = frame.body
+            {
+                sequences.push(row.sequence);
+            }
+        }
+        assert!((true_rate(&host) - 5.0).abs() < 0.1, "the setpoints continue");
+        sequences
+    };
+    let sequences = controller.run(script, |_| ()).unwrap();
+    (sequences, controller.rows_lost())
+}
+
+#[test]
+fn rows_survive_a_console_that_never_yields() {
+    // 3 ms is longer than the longest poll of the chip's console. On one executor, two of three rows are not measured.
+    let (sequences, lost) = stream_with_busy_console(3, 5.0);
+    assert!(sequences.len() > 4_950, "{}", sequences.len());
+    assert!(sequences.windows(2).all(|pair| pair[1] == pair[0] + 1), "a row is missing");
+    assert_eq!(lost, 0);
+}
+
+#[test]
+fn rows_that_find_the_queue_full_are_counted() {
+    // Polls of 40 ms exceed the queue of 15 rows. Each row is either taken by the console or counted.
+    let (sequences, lost) = stream_with_busy_console(40, 4.0);
+    assert!((2_000..3_000).contains(&lost), "{lost}");
+    assert!(sequences.windows(2).any(|pair| pair[1] > pair[0] + 1), "the gap shows in the numbers");
 }

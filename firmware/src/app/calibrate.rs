@@ -1,11 +1,11 @@
 //! The calibration of cogging and friction, started from the console. It runs beside the permanent rows, with its sums in the app's memory.
 
-use super::state::{Activity, CalibrationPhase, Request, State};
+use super::state::{Activity, CalibrationPhase, Run, State};
 use crate::board::{Clock, TICKS_PER_ROW};
 use crate::calibration::{CalibrationError, CalibrationResult, CalibrationRun, Map, Trajectory};
 use crate::console::errors::{Code, ErrorEntry};
 use crate::mailbox::Mailbox;
-use crate::speed_loop::{CompensationGains, Config};
+use crate::speed_loop::{CompensationGains, Config, Mode};
 use core::cell::Cell;
 
 /// Waits for a requested calibration, runs it and puts its result in force; runs for ever. It also passes every changed compensation to
@@ -20,7 +20,7 @@ pub async fn run<'a, C: Clock>(
     let mut free_map = Some(map);
     loop {
         clock.until(clock.now() + TICKS_PER_ROW).await;
-        if state.drive.compensation_changed.take()
+        if state.source.compensation_changed.take()
             && let Ok(config) = Config::new(&state.settings.kept.get().settings, &state.hardware)
         {
             compensation.post(config.compensation());
@@ -33,7 +33,9 @@ pub async fn run<'a, C: Clock>(
                 Ok(course) => {
                     state.calibration.phase.set(CalibrationPhase::Starting);
                     measuring.set(Some(CalibrationRun::new(course, map, &settings)));
-                    state.drive.request.set(Some(Request::Calibration(course)));
+                    let run =
+                        Run { profile: course.profile(), mode: Mode::Rate, rows_left: course.rows(), activity: Activity::Calibration };
+                    state.drive.start(run);
                     let end = end_of_course(state, clock, measuring).await;
                     let sums = measuring.take();
                     state.calibration.phase.set(CalibrationPhase::Evaluating);
@@ -65,7 +67,7 @@ async fn end_of_course<C: Clock>(
     loop {
         clock.until(clock.now() + TICKS_PER_ROW).await;
         if let Some(refused) = state.calibration.watch.error() {
-            state.drive.request.set(Some(Request::End));
+            state.drive.end();
             return Err(refused);
         }
         let sums = measuring.take();
@@ -83,7 +85,7 @@ fn finish(state: &State<'_>, outcome: Result<CalibrationResult, CalibrationError
             let mut kept = state.settings.kept.get();
             kept.settings.compensation = found.compensation;
             state.settings.kept.set(kept);
-            state.drive.compensation_changed.set(true);
+            state.source.compensation_changed.set(true);
         }
         Err(refused) => state.report(ErrorEntry::with(Code::CALIBRATION, refused)),
     }

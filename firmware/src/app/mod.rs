@@ -1,27 +1,33 @@
 //! The whole program on a serial line, as the STM32 and the simulated controller run it.
 //!
 //! In: a [`Board`], both halves of a serial line (embedded-io-async), a flash ([`Store`]), and the line's guard ([`StopLine`], fed by the
-//! receive interrupt). Out: the part for the control interrupt ([`Interrupt`]) and [`App::run`], a future that never ends. It measures rows at
-//! 1 kHz and passes them to telemetry, supervision and calibration; it passes setpoints to the speed loop, serves the console and transmits.
-//! The caller owns all memory ([`Memory`]); nothing is static, so that a test can run many stands.
+//! receive interrupt). Out: three parts, each with its own priority. [`Interrupt`] is for the control interrupt. [`Measurement::run`] makes rows at
+//! 1 kHz, reads the sensor under test and passes setpoints to the speed loop; its priority is next. [`App::run`] takes the rows and passes them to
+//! telemetry, supervision, calibration and instruments; it serves the console and transmits, in thread mode. The caller owns all memory ([`Memory`]); nothing is static, so that a test can run many stands.
 //!
 //! The receive half reports a break by an error of the kind `Interrupted`, or the interrupt reports it to the guard; both end a stream.
 //!
-//! All parts run on one executor and one thread and share cells ([`state`]). Only the console waits for the line.
+//! The parts of the app share cells ([`state`]), because they run on one executor. What crosses priorities is `Sync`: the queue of rows,
+//! mailboxes, and shared cells whose critical sections copy one value. Only the console waits for the line.
 
 mod calibrate;
 pub mod commands;
 mod console;
+mod measurement;
 mod out;
 mod rows;
-mod runner;
+mod setpoints;
 pub mod state;
 
+pub use measurement::{Measurement, QUEUED_ROWS};
+use measurement::{RowQueue, RowReceiver, RowSignals, separate};
 pub use out::Out;
-use state::Parts;
+use state::{DriveState, Parts};
 pub use state::{Identity, State};
 
-use crate::board::{Board, Clock, TICKS_PER_ROW, Ticks};
+#[cfg(doc)]
+use crate::board::Board;
+use crate::board::{Clock, TICKS_PER_ROW, Ticks};
 use crate::calibration::Map;
 use crate::capture;
 use crate::config::ConfigError;
@@ -32,27 +38,27 @@ use crate::gyro_loop::observer;
 use crate::mailbox::Mailbox;
 use crate::measurement_loop::{Instruments, MeasurementLoop};
 use crate::sensors;
-use crate::session::next_start;
 use crate::settings::{Kept, Saved, Store};
-use crate::speed_loop::{Command, CompensationGains, Interrupt, Mailboxes, SpeedLoop};
+use crate::speed_loop::{CompensationGains, Interrupt, Mailboxes, SpeedLoop};
 use core::cell::Cell;
-use core::future::poll_fn;
-use core::pin::{Pin, pin};
-use core::task::{Context, Poll};
-use embassy_futures::join::{join, join5};
+use core::pin::pin;
+use embassy_futures::join::join4;
 use embedded_io_async::{Read, Write};
 use embedded_storage::nor_flash::NorFlash;
 
 /// Samples of a recording before its trigger, of 2048: 0.15 s.
 pub const CAPTURE_BEFORE: usize = 1536;
 
-/// Memory of the app, except for its futures: 50 KiB, more than the stack has. A static is built in place by [`Memory::new`] at compile
+/// Memory of the program, except for its futures: 60 KiB, more than the stack has. A static is built in place by [`Memory::new`] at compile
 /// time. An empty memory is all zeros, so that the image holds no copy of it.
 pub struct Memory {
     map: Map,
     capture: capture::Memory,
+    rows: RowQueue,
     // Filled in by `assemble`.
     mailboxes: Option<Mailboxes>,
+    row_signals: Option<RowSignals>,
+    drive: Option<DriveState>,
     instruments: Option<Instruments>,
     dut: Option<sensors::Shared>,
     drift: Option<gyro_loop::DriftMeasurement>,
@@ -71,7 +77,10 @@ impl Memory {
         Self {
             map: Map::new(),
             capture: capture::Memory::new(),
+            rows: RowQueue::new(),
             mailboxes: None,
+            row_signals: None,
+            drive: None,
             instruments: None,
             dut: None,
             drift: None,
@@ -80,17 +89,16 @@ impl Memory {
     }
 }
 
-/// The part of the program that runs in tasks.
+/// The part of the program that runs in thread mode: console, telemetry, settings, supervision, calibration, instruments.
 pub struct App<'a, F> {
     state: State<'a>,
     store: Store<F>,
-    measurement: MeasurementLoop<'a>,
-    commands: &'a Mailbox<Command>,
+    rows: RowReceiver<'a>,
     compensation: &'a Mailbox<CompensationGains>,
     map: &'a mut Map,
 }
 
-/// Assembles the program: the part for the control interrupt and the part for tasks. The settings come from the flash; `defaults` take their
+/// Assembles the program: the parts for the control interrupt, for the measurement's priority and for thread mode. The settings come from the flash; `defaults` take their
 /// place where there are none, or where they are invalid, which is reported as an error.
 ///
 /// # Errors
@@ -101,7 +109,7 @@ pub fn assemble<'a, F: NorFlash>(
     defaults: Kept,
     identity: Identity<'a>,
     stop_line: &'a StopLine,
-) -> Result<(Interrupt<'a>, App<'a, F>), ConfigError> {
+) -> Result<(Interrupt<'a>, Measurement<'a>, App<'a, F>), ConfigError> {
     let default_config = defaults.config()?;
     let loaded = store.load::<Saved>(Kept::layout());
     let observer_numbers = loaded.ok().flatten().map(|saved| saved.observer).unwrap_or_default();
@@ -116,6 +124,8 @@ pub fn assemble<'a, F: NorFlash>(
     let mailboxes: &Mailboxes = memory.mailboxes.insert(Mailboxes::new());
     let interrupt = Interrupt::new(SpeedLoop::new(config), mailboxes).recording(memory.capture.recorder(CAPTURE_BEFORE));
     let instruments: &Instruments = memory.instruments.insert(Instruments::new(kept.hardware));
+    let drive: &DriveState = memory.drive.insert(DriveState::default());
+    let row_signals: &RowSignals = memory.row_signals.insert(RowSignals::default());
     let dut: &sensors::Shared = memory.dut.insert(sensors::Shared::default());
     let drift: &gyro_loop::DriftMeasurement =
         memory.drift.insert(gyro_loop::DriftMeasurement::new(gyro_loop::Scales::new(&kept.settings.gyro, &kept.hardware)));
@@ -125,7 +135,7 @@ pub fn assemble<'a, F: NorFlash>(
     let state = State::new(
         identity,
         stop_line,
-        Parts { instruments, dut, drift, observer, config: &mailboxes.config, capture: &memory.capture },
+        Parts { instruments, dut, drift, observer, config: &mailboxes.config, capture: &memory.capture, drive },
         kept,
         defaults,
     );
@@ -134,48 +144,23 @@ pub fn assemble<'a, F: NorFlash>(
     }
     let measurement =
         MeasurementLoop::new(kept.hardware, &mailboxes.reports).with_imu(dut).with_gyro(gyro_loop::GyroLoop::new(drift, observer));
-    Ok((
-        interrupt,
-        App { state, store, measurement, commands: &mailboxes.commands, compensation: &mailboxes.compensation, map: &mut memory.map },
-    ))
+    let (measurement, rows) = Measurement::new(measurement, &mut memory.rows, row_signals, dut, drive, &mailboxes.commands);
+    Ok((interrupt, measurement, App { state, store, rows, compensation: &mailboxes.compensation, map: &mut memory.map }))
 }
 
 impl<F: NorFlash> App<'_, F> {
-    /// Runs the tasks for ever. Borrows the app, so that the future stays small and its owner decides where the app is stored.
-    pub async fn run<B: Board, R: Read, W: Write>(&mut self, board: &mut B, receive: R, transmit: W) {
-        let Self { state, store, measurement, commands, compensation, map } = self;
+    /// Runs for ever. Borrows the app, so that the future stays small and its owner decides where the app is stored.
+    pub async fn run<C: Clock + Clone, R: Read, W: Write>(&mut self, clock: &C, receive: R, transmit: W) {
+        let Self { state, store, rows, compensation, map } = self;
         let state: &State<'_> = state;
-        let clock = board.clock();
-        let start = next_start(clock.now());
-        let sensor_bus = board.sensor_bus();
         let measuring = Cell::new(None);
-        let mut rows = rows::Rows::new(state, clock.clone(), &measuring);
-        let sensor = pin!(async {
-            if let Some(line) = sensor_bus {
-                let sensor = sensors::DetectedSensor::new(line, clock.clone());
-                sensors::Runner::new(sensor, clock.clone(), state.dut.shared).run().await;
-            }
-        });
-        let measurement = pin!(async {
-            // Without end, for practical purposes.
-            measurement.run(board, start, u64::MAX, &mut rows).await;
-        });
-        let runner = pin!(runner::run(state, &clock, commands, start));
-        let console = pin!(console::run(state, &clock, receive, store));
-        let sending = pin!(send(state, &clock, transmit));
-        let calibration = pin!(calibrate::run(state, &clock, map, &measuring, compensation));
-        let parts = join5(separate(measurement), separate(runner), separate(console), separate(sending), separate(calibration));
-        join(separate(sensor), parts).await;
+        let mut sink = rows::Rows::new(state, clock.clone(), &measuring);
+        let rows = pin!(rows.run(&mut sink));
+        let console = pin!(console::run(state, clock, receive, store));
+        let sending = pin!(send(state, clock, transmit));
+        let calibration = pin!(calibrate::run(state, clock, map, &measuring, compensation));
+        join4(separate(rows), separate(console), separate(sending), separate(calibration)).await;
     }
-}
-
-/// A future whose code stays a separate function, for a smaller stack frame of their common caller.
-fn separate<F: Future>(mut future: Pin<&mut F>) -> impl Future<Output = F::Output> {
-    #[inline(never)]
-    fn poll<F: Future>(future: Pin<&mut F>, context: &mut Context<'_>) -> Poll<F::Output> {
-        future.poll(context)
-    }
-    poll_fn(move |context| poll(future.as_mut(), context))
 }
 
 /// Transmits the bytes of the output ring, for ever.

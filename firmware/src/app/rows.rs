@@ -1,4 +1,4 @@
-//! Distribution of the measured rows: to telemetry, supervision, calibration, and the cells that the console reads. Nothing here waits.
+//! Distribution of the measured rows in thread mode: to telemetry, supervision, calibration, and the cells that the console reads. Nothing here waits.
 
 use super::state::{Activity, CalibrationPhase, State};
 use crate::board::{Clock, EdgeTime, Hardware, ROW_HZ, TICKS_PER_ROW, TICKS_PER_S, Ticks};
@@ -58,8 +58,8 @@ pub struct Rows<'a, C> {
     marks: [Mark; RATE_ROWS],
     taken: usize,
     beat_at: Ticks,
-    /// A drift session ran at the row before.
-    drift_ran: bool,
+    /// Number that the next row has if none is lost; `None` before the first.
+    next_sequence: Option<u32>,
     /// Sums of the calibration while it measures; [`super::calibrate`] takes them at the end.
     pub(super) measuring: &'a Cell<Option<CalibrationRun<'a>>>,
 }
@@ -78,7 +78,7 @@ impl<'a, C: Clock> Rows<'a, C> {
             marks: [Mark::default(); RATE_ROWS],
             taken: 0,
             beat_at: Ticks(0),
-            drift_ran: false,
+            next_sequence: None,
             measuring,
         }
     }
@@ -174,7 +174,13 @@ impl<'a, C: Clock> Rows<'a, C> {
     }
 
     fn measure(&mut self, row: &Row) {
-        let CalibrationPhase::CalibrationRun { from } = self.state.calibration.phase.get() else { return };
+        let phase = &self.state.calibration.phase;
+        if matches!(phase.get(), CalibrationPhase::Starting)
+            && let Some(from) = self.state.drive.course_from.take()
+        {
+            phase.set(CalibrationPhase::CalibrationRun { from });
+        }
+        let CalibrationPhase::CalibrationRun { from } = phase.get() else { return };
         if row.at < from {
             return;
         }
@@ -187,12 +193,19 @@ impl<'a, C: Clock> Rows<'a, C> {
         }
     }
 
-    /// Completes the operation at the end of a drift session.
-    fn drift(&mut self) {
-        let state = self.state;
-        let is_running = state.gyro.drift.is_running();
-        if core::mem::replace(&mut self.drift_ran, is_running) && !is_running && !state.is_busy() {
-            state.status.complete_operation();
+    /// Completes the operation at the end of an activity.
+    fn complete(&self) {
+        if !self.state.is_busy() {
+            self.state.status.complete_operation();
+        }
+    }
+
+    /// Counts the rows lost before this one in the stream, whether they were not measured or found the queue full.
+    fn count_lost(&mut self, row: &Row) {
+        let expected = self.next_sequence.replace(row.sequence.wrapping_add(1)).unwrap_or(row.sequence);
+        let lost = row.sequence.wrapping_sub(expected);
+        if lost > 0 && self.state.out.is_streaming() {
+            self.state.out.skip(lost);
         }
     }
 
@@ -215,10 +228,11 @@ impl<C: Clock> RowSink for Rows<'_, C> {
         let now = self.clock.now();
         self.state.measured.row.set(*row);
         self.state.measured.instruments.add(row);
+        self.count_lost(row);
         self.rate(row);
         self.supervise(row);
         self.measure(row);
-        self.drift();
+        self.complete();
         self.report_observer();
         self.stream(row, now);
         self.set_registers(row);

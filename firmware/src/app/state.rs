@@ -1,6 +1,7 @@
-//! State shared by the parts of the app: cells on one thread, grouped by topic, each set by one part and read by others.
+//! State of the parts of the app in thread mode: cells on one thread, grouped by topic, each set by one part and read by others. [`DriveState`]
+//! alone is shared with the setpoint runner at a higher priority.
 //!
-//! The console sets requests; the runner and the rows take them and report. Errors and events from all parts are reported here, so that
+//! The console sets requests; the setpoint runner and the rows take them and report. Errors and events from all parts are reported here, so that
 //! they reach the error queue, the status registers and, in stream mode, the line.
 
 use super::out::Out;
@@ -12,9 +13,9 @@ use crate::console::errors::{Code, ErrorEntry, ErrorQueue};
 use crate::console::guard::StopLine;
 use crate::console::status::{OPERATION_COMPLETE, Status};
 use crate::gyro_loop::{self, observer};
-use crate::mailbox::Mailbox;
+use crate::mailbox::{Mailbox, SharedCell};
 use crate::measurement_loop::{Instruments, Row};
-use crate::profile::{ProfileConfig, ProfileKind};
+use crate::profile::{Profile, ProfileConfig, ProfileKind};
 use crate::sensors;
 use crate::settings::Kept;
 use crate::speed_loop::{Config, Mode, Zero};
@@ -54,6 +55,8 @@ pub struct Parts<'a> {
     pub config: &'a Mailbox<Config>,
     /// The recording around a fault.
     pub capture: &'a capture::Memory,
+    /// Commands to the drive.
+    pub drive: &'a DriveState,
 }
 
 /// State of the app.
@@ -68,8 +71,10 @@ pub struct State<'a> {
     pub hardware: Hardware,
     /// Settings that are kept in flash.
     pub settings: SettingsState<'a>,
-    /// Commands to the drive.
-    pub drive: DriveState,
+    /// Commands to the drive, shared with the setpoint runner.
+    pub drive: &'a DriveState,
+    /// The values that `SOURce` has set.
+    pub source: SourceState,
     /// The profile that `PROFile:STARt` starts.
     pub profile: ProfileState,
     /// The stream of rows.
@@ -100,24 +105,60 @@ pub struct SettingsState<'a> {
     config: &'a Mailbox<Config>,
 }
 
-/// Commands to the drive.
+/// Commands to the drive, exchanged between the console and the setpoint runner, which runs at a higher priority.
 pub struct DriveState {
     /// The value that is held when nothing runs.
-    pub setpoint: Cell<Setpoint>,
-    /// The next activity; the runner takes it.
-    pub request: Cell<Option<Request>>,
+    pub setpoint: SharedCell<Setpoint>,
+    /// The next activity; the setpoint runner takes it.
+    pub request: Mailbox<Request>,
     /// The present activity.
-    pub activity: Cell<Activity>,
-    /// The values of `SOURce`.
+    pub activity: SharedCell<Activity>,
+    /// Time of the first row of the calibration's course, once the runner has begun it.
+    pub course_from: SharedCell<Option<Ticks>>,
+    /// The zero of held angles.
+    pub zero: SharedCell<Zero>,
+    /// Number of fault clearings; a change clears a latched fault.
+    pub fault_clears: SharedCell<u16>,
+    /// A fault that the tasks detect, while its cause is present.
+    pub trip: SharedCell<Fault>,
+}
+
+impl Default for DriveState {
+    fn default() -> Self {
+        Self {
+            setpoint: SharedCell::new(Setpoint::Off),
+            request: Mailbox::new(),
+            activity: SharedCell::new(Activity::None),
+            course_from: SharedCell::new(None),
+            zero: SharedCell::new(Zero::PowerOn),
+            fault_clears: SharedCell::new(0),
+            trip: SharedCell::new(Fault::None),
+        }
+    }
+}
+
+impl DriveState {
+    /// Requests a run. Nothing is held after it.
+    #[inline(never)] // for the size of the image
+    pub fn start(&self, run: Run) {
+        // In this sequence, so that the drive is not off between a held value and the run.
+        self.request.post(Request::Run(run));
+        self.setpoint.set(Setpoint::Off);
+    }
+
+    /// Requests the end of the activity.
+    #[inline(never)] // for the size of the image
+    pub fn end(&self) {
+        self.request.post(Request::End);
+    }
+}
+
+/// The values of `SOURce`, and a changed compensation.
+pub struct SourceState {
+    /// The values, one for each mode.
     pub targets: Cell<Targets>,
     /// The mode that `OUTPut ON` selects.
     pub mode: Cell<Mode>,
-    /// The zero of held angles.
-    pub zero: Cell<Zero>,
-    /// Number of fault clearings; a change clears a latched fault.
-    pub fault_clears: Cell<u16>,
-    /// A fault that the tasks detect, while its cause is present.
-    pub trip: Cell<Fault>,
     /// The compensation has changed and must be passed to the speed loop.
     pub compensation_changed: Cell<bool>,
 }
@@ -142,13 +183,25 @@ pub enum Activity {
     Calibration,
 }
 
-/// A request to the runner.
-#[derive(Clone, Copy, Debug)]
+/// An activity of the setpoint runner.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// The setpoints. The console makes the profile, since the sines of some kinds take longer than a row.
+    pub profile: Profile,
+    /// Mode of the drive.
+    pub mode: Mode,
+    /// Milliseconds left.
+    pub rows_left: u64,
+    /// Profile or calibration.
+    pub activity: Activity,
+}
+
+/// A request to the setpoint runner.
+#[allow(clippy::large_enum_variant, reason = "one value, in place; no allocator")]
+#[derive(Clone, Debug)]
 pub enum Request {
-    /// Run a profile in a mode for a number of milliseconds.
-    Profile(ProfileConfig, Mode, u64),
-    /// Run the course of the calibration.
-    Calibration(calibration::Trajectory),
+    /// Run this.
+    Run(Run),
     /// End the activity; the setpoint is in force.
     End,
 }
@@ -293,15 +346,10 @@ impl<'a> State<'a> {
             out: Out::default(),
             hardware: kept.hardware,
             settings: SettingsState { kept: Cell::new(kept), defaults, config: parts.config },
-            drive: DriveState {
-                setpoint: Cell::new(Setpoint::Off),
-                request: Cell::new(None),
-                activity: Cell::new(Activity::None),
+            drive: parts.drive,
+            source: SourceState {
                 targets: Cell::new(Targets::default()),
                 mode: Cell::new(Mode::Rate),
-                zero: Cell::new(Zero::PowerOn),
-                fault_clears: Cell::new(0),
-                trip: Cell::new(Fault::None),
                 compensation_changed: Cell::new(false),
             },
             profile: ProfileState {
@@ -342,7 +390,7 @@ impl<'a> State<'a> {
     /// Whether an activity runs or is requested.
     pub fn is_busy(&self) -> bool {
         self.drive.activity.get() != Activity::None
-            || self.drive.request.get().is_some()
+            || self.drive.request.has_new()
             || self.calibration.is_running()
             || self.gyro.drift.is_running()
     }
@@ -390,8 +438,8 @@ impl<'a> State<'a> {
         self.gyro.drift.abort();
         self.gyro.observer.set_feedback(false);
         self.drive.setpoint.set(Setpoint::Off);
-        self.drive.targets.set(Targets::default());
-        self.drive.request.set(Some(Request::End));
+        self.source.targets.set(Targets::default());
+        self.drive.end();
     }
 
     /// Ends the activity and holds a setpoint.
@@ -406,7 +454,7 @@ impl<'a> State<'a> {
             self.calibration.watch.abort();
         }
         self.drive.setpoint.set(setpoint);
-        self.drive.request.set(Some(Request::End));
+        self.drive.end();
         Ok(())
     }
 

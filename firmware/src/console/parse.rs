@@ -87,9 +87,15 @@ impl<'a> Command<'a> {
         }
     }
 
-    /// The last word of path and header, if all words before it match the pattern.
+    /// The last word of path and header, if all words before it match the pattern. As in [`Command::is`], a header of several words that does not
+    /// match below the path is read from the root.
     pub fn last_below(&self, pattern: &str) -> Option<&'a [u8]> {
-        let mut words = self.words_after(self.path);
+        let from_root = || (!self.path.is_empty() && self.header.contains(&b':')).then(|| self.last_after(pattern, b"")).flatten();
+        self.last_after(pattern, self.path).or_else(from_root)
+    }
+
+    fn last_after(&self, pattern: &str, path: &'a [u8]) -> Option<&'a [u8]> {
+        let mut words = self.words_after(path);
         for wanted in split_words(pattern.as_bytes()) {
             if !words.next().is_some_and(|word| is_form(word, wanted)) {
                 return None;
@@ -316,6 +322,15 @@ mod tests {
         for (command, pattern) in all.iter().zip(patterns) {
             assert!(command.is(pattern), "{line}: {:?} is not {pattern}", String::from_utf8_lossy(command.header));
         }
+    }
+
+    #[test]
+    fn a_parameter_below_a_node_is_also_found_from_the_root() {
+        let last =
+            |line: &'static [u8]| Commands::new(line).map(|command| command.last_below("PROFile").map(<[u8]>::to_vec)).last().flatten();
+        assert_eq!(last(b"PROF:DWEL 1;AMP 2"), Some(b"AMP".to_vec()));
+        assert_eq!(last(b"PROF:DWEL 1;PROF:AMP 2"), Some(b"AMP".to_vec()));
+        assert_eq!(last(b"SOUR:RATE 1;AMP 2"), None);
     }
 
     #[test]

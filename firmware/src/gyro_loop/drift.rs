@@ -1,18 +1,22 @@
-//! Drift measurement: a session of cycles with its results. The measurement's task updates it, the console controls and reads it; both run on
-//! one thread.
+//! Drift measurement: a session of cycles with its results. The measurement's task updates it, the console controls and reads it at a lower
+//! priority. Before an update the measurement's task awaits [`DriftMeasurement::released`], in case it has preempted an access of the console.
 
 use super::{Commutator, Cycle, Drift, DriftMean, Pair, Phase, Plan, Polarity, Register, Rejection, Scales, Sums};
 use crate::board::{GyroSample, Stamped, Ticks, TorquerStep};
 use crate::config::ConfigError;
 use crate::status::Fault;
-use core::cell::{Cell, RefCell};
+use core::sync::atomic::{AtomicBool, Ordering};
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::mutex::{Mutex, MutexGuard};
 
 /// The commutator and the results of its cycles.
 pub struct DriftMeasurement {
-    // Borrowed only within the functions of this file, which do not call each other while they hold it.
-    state: RefCell<State>,
-    running: Cell<bool>,
+    // Locked only within the functions of this file, which neither wait nor call each other while they hold it.
+    state: Mutex<CriticalSectionRawMutex, State>,
+    running: AtomicBool,
 }
+
+type Locked<'a> = MutexGuard<'a, CriticalSectionRawMutex, State>;
 
 struct State {
     commutator: Commutator,
@@ -56,14 +60,31 @@ impl DriftMeasurement {
             register: Register::default(),
             zero_input: None,
         };
-        Self { state: RefCell::new(state), running: Cell::new(false) }
+        Self { state: Mutex::new(state), running: AtomicBool::new(false) }
+    }
+
+    /// Waits until no access of a lower priority is in progress: at most the time of one console command's access.
+    pub async fn released(&self) {
+        drop(self.state.lock().await);
     }
 
     fn with<T>(&self, action: impl FnOnce(&mut State) -> T) -> Option<T> {
-        let mut state = self.state.try_borrow_mut().ok()?;
+        let mut state = self.lock()?;
         let result = action(&mut state);
-        self.running.set(state.commutator.phase() != Phase::Idle);
+        self.unlock(state);
         Some(result)
+    }
+
+    // Not inlined, for the size of the image.
+    #[inline(never)]
+    fn lock(&self) -> Option<Locked<'_>> {
+        self.state.try_lock().ok()
+    }
+
+    #[inline(never)]
+    fn unlock(&self, state: Locked<'_>) {
+        self.running.store(state.commutator.phase() != Phase::Idle, Ordering::Relaxed);
+        drop(state);
     }
 
     /// The next sample: [`Commutator::update`]. Keeps the results of a finished cycle.
@@ -96,7 +117,7 @@ impl DriftMeasurement {
 
     /// Whether a session runs.
     pub fn is_running(&self) -> bool {
-        self.running.get()
+        self.running.load(Ordering::Relaxed)
     }
 
     /// Phase of the session.

@@ -1,7 +1,7 @@
 //! Decimation of rows for a slow serial line. A decimated row is the row of a slower loop.
 //!
-//! Over each group of rows: instantaneous values are those of the first row, the voltage and the motor current are averaged, the limits are
-//! combined, the fault is the last one, and the age is the greatest.
+//! Over each group of rows: instantaneous values are those of the first row; the voltage and the currents of motor and torquer, which are means
+//! over a row, are averaged; the limits are combined, the fault is the last one, and the age is the greatest.
 
 use super::{Row, RowSink};
 use crate::config::{ConfigError, within};
@@ -43,6 +43,7 @@ impl<S: RowSink> RowSink for Decimate<S> {
         } else {
             group.u_V += row.u_V;
             group.i_A = group.i_A.zip(row.i_A).map(|(sum, i_A)| sum + i_A);
+            group.torquer_A = group.torquer_A.zip(row.torquer_A).map(|(sum, torquer_A)| sum + torquer_A);
             group.limits.0 |= row.limits.0;
             group.fault = row.fault;
             group.age = group.age.max(row.age);
@@ -52,6 +53,7 @@ impl<S: RowSink> RowSink for Decimate<S> {
             let scale = 1.0 / f64::from(self.count);
             group.u_V *= scale;
             group.i_A = group.i_A.map(|sum| sum * scale);
+            group.torquer_A = group.torquer_A.map(|sum| sum * scale);
             self.count = 0;
             self.sink.row(&self.group);
         }
@@ -77,13 +79,22 @@ mod tests {
         for k in 0..11_u32 {
             let x = f64::from(k);
             let limits = if k == 6 { Limits::CURRENT } else { Limits::default() };
-            let row = Row { sequence: k, t_s: x, u_V: x, i_A: Some(2.0 * x), theta_rad: x * x, limits, ..Row::default() };
+            let row = Row {
+                sequence: k,
+                t_s: x,
+                u_V: x,
+                i_A: Some(2.0 * x),
+                torquer_A: Some(3.0 * x),
+                theta_rad: x * x,
+                limits,
+                ..Row::default()
+            };
             decimate.row(&row);
         }
         let rows = &decimate.sink().0;
         assert_eq!(rows.len(), 2, "the third group is incomplete");
         assert_eq!((rows[1].sequence, rows[1].t_s, rows[1].theta_rad), (4, 4.0, 16.0));
-        assert_eq!((rows[1].u_V, rows[1].i_A), (5.5, Some(11.0)));
+        assert_eq!((rows[1].u_V, rows[1].i_A, rows[1].torquer_A), (5.5, Some(11.0), Some(16.5)));
         assert!(rows[1].limits.contains(Limits::CURRENT) && !rows[0].limits.contains(Limits::CURRENT));
     }
 

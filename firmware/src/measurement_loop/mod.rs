@@ -143,11 +143,13 @@ impl<'a> MeasurementLoop<'a> {
         self.zero_counts = self.index_counts.unwrap_or(0);
         // The current summed before the session belongs to no row.
         board.current();
+        self.gyro_released().await;
         let mut last = self.update(board, start, clock.now());
         let mut row = 0;
         while row < rows {
             let due = start + TICKS_PER_ROW.saturating_mul(row.saturating_add(1));
             clock.until(due).await;
+            self.gyro_released().await;
             let now = self.update(board, due, clock.now());
             let between = now.at - last.at;
             self.pace.min = self.pace.min.min(between);
@@ -159,6 +161,12 @@ impl<'a> MeasurementLoop<'a> {
             self.sequence = self.sequence.wrapping_add(1).wrapping_add(missed as u32);
             row = row.saturating_add(1).saturating_add(missed);
             last = now;
+        }
+    }
+
+    async fn gyro_released(&self) {
+        if let Some(gyro) = &self.gyro {
+            gyro.released().await;
         }
     }
 

@@ -60,7 +60,7 @@ fn change(state: &State<'_>, change: impl FnOnce(&mut Compensation)) -> Done {
     change(&mut kept.settings.compensation);
     kept.config().map_err(|error| ErrorEntry::with(Code::SETTING, error))?;
     state.settings.kept.set(kept);
-    state.drive.compensation_changed.set(true);
+    state.source.compensation_changed.set(true);
     Ok(())
 }
 

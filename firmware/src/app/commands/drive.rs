@@ -17,7 +17,7 @@ pub(super) const ENTRIES: &[Entry] = &[
         "OUTPut",
         Action::Switch {
             read: |state| state.is_driving(),
-            write: |state, on| if on { drive(state, state.drive.mode.get()) } else { state.hold(Setpoint::Off) },
+            write: |state, on| if on { drive(state, state.source.mode.get()) } else { state.hold(Setpoint::Off) },
         },
         "drive on in the last mode, or off",
     ),
@@ -35,7 +35,7 @@ pub(super) const ENTRIES: &[Entry] = &[
                     return state.hold(Setpoint::Off);
                 }
                 drive(state, mode)?;
-                state.drive.mode.set(mode);
+                state.source.mode.set(mode);
                 Ok(())
             },
         },
@@ -45,8 +45,8 @@ pub(super) const ENTRIES: &[Entry] = &[
         "SOURce:RATE",
         Action::Number {
             range: const { &Range::new(Quantity::RATE, -MAX_RATE_RAD_S, MAX_RATE_RAD_S, 0.0) },
-            read: |state| state.drive.targets.get().rate_rad_s,
-            write: |state, rate_rad_s| set_target(state, Mode::Rate, Targets { rate_rad_s, ..state.drive.targets.get() }),
+            read: |state| state.source.targets.get().rate_rad_s,
+            write: |state, rate_rad_s| set_target(state, Mode::Rate, Targets { rate_rad_s, ..state.source.targets.get() }),
         },
         "setpoint of mode RATE",
     ),
@@ -54,8 +54,8 @@ pub(super) const ENTRIES: &[Entry] = &[
         "SOURce:VOLTage",
         Action::Number {
             range: const { &Range::new(Quantity::VOLTAGE, -48.0, 48.0, 0.0) },
-            read: |state| state.drive.targets.get().voltage_V,
-            write: |state, voltage_V| set_target(state, Mode::Voltage, Targets { voltage_V, ..state.drive.targets.get() }),
+            read: |state| state.source.targets.get().voltage_V,
+            write: |state, voltage_V| set_target(state, Mode::Voltage, Targets { voltage_V, ..state.source.targets.get() }),
         },
         "setpoint of mode VOLTAGE; the limits apply",
     ),
@@ -63,8 +63,8 @@ pub(super) const ENTRIES: &[Entry] = &[
         "SOURce:POSition",
         Action::Number {
             range: const { &Range::new(Quantity::ANGLE, -1e4, 1e4, 0.0) },
-            read: |state| state.drive.targets.get().position_rad,
-            write: |state, position_rad| set_target(state, Mode::Position, Targets { position_rad, ..state.drive.targets.get() }),
+            read: |state| state.source.targets.get().position_rad,
+            write: |state, position_rad| set_target(state, Mode::Position, Targets { position_rad, ..state.source.targets.get() }),
         },
         "setpoint of mode POSITION; may be several turns away",
     ),
@@ -99,7 +99,7 @@ fn value(targets: Targets, mode: Mode) -> f64 {
 }
 
 fn drive(state: &State<'_>, mode: Mode) -> Done {
-    state.hold(Setpoint::Hold(mode, value(state.drive.targets.get(), mode)))
+    state.hold(Setpoint::Hold(mode, value(state.source.targets.get(), mode)))
 }
 
 /// Sets a target; where its mode is held, it acts at once.
@@ -109,6 +109,6 @@ fn set_target(state: &State<'_>, mode: Mode, targets: Targets) -> Done {
         state.require_no_fault()?;
         state.drive.setpoint.set(Setpoint::Hold(mode, value(targets, mode)));
     }
-    state.drive.targets.set(targets);
+    state.source.targets.set(targets);
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! `PROFile`: kind, parameters from their table, start and stop.
 
 use super::{Action, Done, Entry, List, entry};
-use crate::app::state::{Activity, Request, Setpoint, State};
+use crate::app::state::{Activity, Run, Setpoint, State};
 use crate::console::errors::{Code, ErrorEntry};
 use crate::console::parse::{Parameters, Range, is_name};
 use crate::console::quantity::Quantity;
@@ -68,9 +68,10 @@ fn start(state: &State<'_>) -> Done {
         return Err(ErrorEntry::with(Code::SETTINGS_CONFLICT, "a calibration runs: wait for its end, or STOP"));
     }
     let (config, mode) = (state.profile.config.get(), state.profile.mode.get());
-    Profile::for_mode(&config, mode).map_err(setting_error)?;
+    let profile = Profile::for_mode(&config, mode).map_err(setting_error)?;
     state.drive.activity.set(Activity::Profile);
-    state.drive.request.set(Some(Request::Profile(config, mode, rows_in(state.profile.duration_s.get()).max(1))));
+    let rows_left = rows_in(state.profile.duration_s.get()).max(1);
+    state.drive.start(Run { profile, mode, rows_left, activity: Activity::Profile });
     Ok(())
 }
 

@@ -1,9 +1,9 @@
 //! Firmware image for the NUCLEO-F446RE: the library on this board's peripherals.
 //!
 //! This folder contains the hardware drivers only; the behaviour is in the library. TIM1's interrupt has the highest priority and runs the
-//! control law. The USART interrupt is next and scans received bytes for a stop. The executor runs three tasks in thread mode: the app with
-//! its console on the ST-Link's serial port, the button with the LED, and the watchdog. Log messages go over RTT (defmt). Pins and wiring:
-//! docs/hardware.md.
+//! control law. The USART interrupt is next and scans received bytes for a stop. The measurement runs on an executor in an interrupt below both,
+//! which preempts everything in thread mode: the app with its console on the ST-Link's serial port, the button with the LED, and the watchdog.
+//! Log messages go over RTT (defmt). Pins and wiring: docs/hardware.md.
 #![no_std]
 #![no_main]
 
@@ -24,11 +24,12 @@ mod watchdog;
 use button::{ReceiverWithButton, TypedLine};
 use defmt::{error, info};
 use defmt_rtt as _;
-use embassy_executor::Spawner;
-use embassy_stm32::{Peri, bind_interrupts, dma, gpio, pac, peripherals, rcc, timer, uid, usart};
+use embassy_executor::{InterruptExecutor, Spawner};
+use embassy_stm32::interrupt::{InterruptExt, Priority};
+use embassy_stm32::{Peri, bind_interrupts, dma, gpio, interrupt, pac, peripherals, rcc, timer, uid, usart};
 use encoder::{EdgeTimer, Encoder, IndexTime};
 use flash::SettingsFlash;
-use stand_firmware::app::{App, Identity, Memory, assemble};
+use stand_firmware::app::{App, Identity, Measurement, Memory, assemble};
 use stand_firmware::settings::{Kept, Store};
 use stand_firmware::speed_loop::Interrupt;
 use static_cell::{ConstStaticCell, StaticCell};
@@ -51,7 +52,7 @@ async fn main(spawner: Spawner) -> ! {
     analog::start(p.ADC1, p.DMA2_CH0, (p.PC0, p.PC1, p.PC2, p.PC3, p.PC4), bridge::TOP);
     torquer::start(p.DAC1, p.PA4);
 
-    let (interrupt, app) = make_app(SettingsFlash::new(p.FLASH));
+    let (interrupt, measurement, app) = make_app(SettingsFlash::new(p.FLASH));
     let qei = timer::qei::Config::default;
     let _counters = (timer::qei::Qei::new(p.TIM3, p.PA6, p.PA7, qei()), timer::qei::Qei::new(p.TIM4, p.PB6, p.PB7, qei()));
     rcc::enable_and_reset::<peripherals::TIM5>();
@@ -64,7 +65,7 @@ async fn main(spawner: Spawner) -> ! {
 
     let pins = sensor_bus::Pins { clock: p.PB13, to_sensor: p.PB15, from_sensor: p.PB14, select: p.PB12 };
     let bus = sensor_bus::start(p.SPI2, pins, p.DMA1_CH4, p.DMA1_CH3, Irqs);
-    let mut board = sensors::StandBoard::new(measurement_encoder, index_time, bus);
+    let board = sensors::StandBoard::new(measurement_encoder, index_time, bus);
 
     let mut line = usart::Config::default();
     line.baudrate = serial::BAUD;
@@ -75,16 +76,38 @@ async fn main(spawner: Spawner) -> ! {
     let receive = ReceiverWithButton::new(serial::Receiver::new(&transmit, p.PA3, p.DMA1_CH5), &TYPED_LINE);
     let button = gpio::Input::new(p.PC13, gpio::Pull::None);
     let led = gpio::Output::new(p.PA5, gpio::Level::Low, gpio::Speed::Low);
-    let (Ok(button), Ok(watchdog)) = (button_task(button, led), watchdog_task(p.IWDG)) else {
+    let (Ok(button), Ok(watchdog), Ok(measurement)) =
+        (button_task(button, led), watchdog_task(p.IWDG), measurement_task(measurement, board))
+    else {
         error!("a task is started twice");
         halt()
     };
     spawner.spawn(button);
     spawner.spawn(watchdog);
+    interrupt::UART5.set_priority(MEASUREMENT_PRIORITY);
+    MEASUREMENT.start(interrupt::UART5).spawn(measurement);
     info!("ready at {} baud", serial::BAUD);
-    app.run(&mut board, receive, transmit).await;
-    // The measurement loop has ended with the app, so the watchdog resets the chip.
+    app.run(&tick::BoardClock, receive, transmit).await;
     error!("the app has ended");
+    halt()
+}
+
+/// Executor of the measurement, in the interrupt of UART5, which is not used by this board (RM0390, table 38).
+static MEASUREMENT: InterruptExecutor = InterruptExecutor::new();
+/// Below the tick (0) and the guard of the serial line (1), above the DMA handlers of the HAL (6).
+const MEASUREMENT_PRIORITY: Priority = Priority::P2;
+
+#[embassy_stm32::interrupt]
+fn UART5() {
+    // SAFETY: `start` unmasks this interrupt after it has initialised the executor, and only this handler calls.
+    unsafe { MEASUREMENT.on_interrupt() }
+}
+
+#[embassy_executor::task]
+async fn measurement_task(measurement: &'static mut Measurement<'static>, mut board: sensors::StandBoard) -> ! {
+    measurement.run(&mut board).await;
+    // Without encoder readings the watchdog resets the chip.
+    error!("the measurement has ended");
     halt()
 }
 
@@ -103,13 +126,14 @@ async fn watchdog_task(watchdog: Peri<'static, peripherals::IWDG>) -> ! {
 
 /// Builds the library's parts in statics. Not inlined: its frame of 27 KB must leave the stack before the app runs.
 #[inline(never)]
-fn make_app(settings: SettingsFlash) -> (Interrupt<'static>, &'static mut App<'static, SettingsFlash>) {
+fn make_app(settings: SettingsFlash) -> (Interrupt<'static>, &'static mut Measurement<'static>, &'static mut App<'static, SettingsFlash>) {
     static MEMORY: ConstStaticCell<Memory> = ConstStaticCell::new(Memory::new());
+    static MEASURED: StaticCell<Measurement<'static>> = StaticCell::new();
     static APP: StaticCell<App<'static, SettingsFlash>> = StaticCell::new();
     let store = Store::new(settings, flash::SECTOR_OFFSETS, flash::SECTOR_BYTES);
     let identity = Identity { model: "NUCLEO-F446RE", serial: uid::uid_hex(), baud: serial::BAUD };
     match assemble(MEMORY.take(), store, Kept::default(), identity, &serial::STOP) {
-        Ok((interrupt, app)) => (interrupt, APP.init(app)),
+        Ok((interrupt, measurement, app)) => (interrupt, MEASURED.init(measurement), APP.init(app)),
         Err(invalid) => {
             error!("invalid default setting: {}", invalid.parameter());
             halt()

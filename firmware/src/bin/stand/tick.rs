@@ -47,10 +47,10 @@ static SHARED: Mutex<CriticalSectionRawMutex, Cell<Shared>> =
 static TICK_MEMORY: StaticCell<Tick> = StaticCell::new();
 /// The interrupt's state: `None` before [`start`] and while the interrupt runs. A reference, so that the initial value is zero (.bss).
 static TICK: Mutex<CriticalSectionRawMutex, Cell<Option<&'static mut Tick>>> = Mutex::new(Cell::new(None));
-/// Tasks that wait for a deadline: app, button, watchdog.
+/// Tasks that wait for a deadline: measurement, app, button, watchdog.
 static WAKERS: Mutex<CriticalSectionRawMutex, RefCell<MultiWakerRegistration<WAITING_TASKS>>> =
     Mutex::new(RefCell::new(MultiWakerRegistration::new()));
-const WAITING_TASKS: usize = 3;
+const WAITING_TASKS: usize = 4;
 /// Whether the bridge is driven; a commanded voltage of zero counts as driven.
 static DRIVEN: AtomicBool = AtomicBool::new(false);
 

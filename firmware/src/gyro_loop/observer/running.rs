@@ -1,4 +1,5 @@
-//! The running observer: updated once in a millisecond with the angle of the gyroscope, set up and read by the console.
+//! The running observer: updated once in a millisecond with the angle of the gyroscope, set up and read by the console at a lower priority.
+//! Before an update the measurement's task awaits [`RunningObserver::released`], in case it has preempted an access of the console.
 //!
 //! At t_n the angle of t_n is known, and the moment that acts from t_n on was set a row before, so that the regulator's moment for x̂[n+1] acts
 //! in time, at t_{n+1}. The observer knows the torquer's limit and steps. Feedback stays off until the estimates have settled and ends with
@@ -9,7 +10,8 @@ use super::{Design, MAX_STATES, Motion, Observer, ObserverParameters, Regulator,
 use crate::board::{Hardware, ROW_HZ, TICKS_PER_ROW, Ticks, TorquerStep};
 use crate::config::{ConfigError, within};
 use crate::gyro_loop::Settings;
-use core::cell::RefCell;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::mutex::{Mutex, MutexGuard};
 
 /// Most rows without an angle that are predicted.
 pub const MAX_MISSED_ROWS: u32 = 10;
@@ -94,16 +96,23 @@ struct State {
     missed_rows: u32,
 }
 
+type Locked<'a> = MutexGuard<'a, CriticalSectionRawMutex, State>;
+
+#[inline(never)]
+fn unlock(state: Locked<'_>) {
+    drop(state);
+}
+
 /// The observer with its settings.
 pub struct RunningObserver {
-    // Borrowed only within the functions of this file, which do not call each other while they hold it.
-    state: RefCell<State>,
+    // Locked only within the functions of this file, which neither wait nor call each other while they hold it.
+    state: Mutex<CriticalSectionRawMutex, State>,
 }
 
 impl Default for RunningObserver {
     fn default() -> Self {
         Self {
-            state: RefCell::new(State {
+            state: Mutex::new(State {
                 parameters: ObserverParameters::default(),
                 phase: Phase::Off,
                 stability: None,
@@ -126,8 +135,22 @@ impl Default for RunningObserver {
 }
 
 impl RunningObserver {
+    /// Waits until no access of a lower priority is in progress: at most the time of one console command's access.
+    pub async fn released(&self) {
+        drop(self.state.lock().await);
+    }
+
     fn with<T>(&self, action: impl FnOnce(&mut State) -> T) -> Option<T> {
-        self.state.try_borrow_mut().ok().map(|mut state| action(&mut state))
+        let mut state = self.lock()?;
+        let result = action(&mut state);
+        unlock(state);
+        Some(result)
+    }
+
+    // Not inlined, for the size of the image.
+    #[inline(never)]
+    fn lock(&self) -> Option<Locked<'_>> {
+        self.state.try_lock().ok()
     }
 
     /// The parameters in force.
