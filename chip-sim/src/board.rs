@@ -5,6 +5,7 @@
 
 use crate::peripherals::gpio::{Pin, pin};
 use crate::time::{PER_S, PER_US, Time, seconds};
+use embedded_hal::spi::Mode;
 use hal_sim::board::PlantPort;
 use hal_sim::peripherals::imu::Imu;
 use hal_sim::peripherals::{Encoder, Noise, SensorSetup};
@@ -134,7 +135,7 @@ impl Board {
     pub fn set_bridge(&mut self, levels: [f64; 2], now: Time) {
         self.advance(now);
         let [first, second] = levels;
-        self.command_V = (first > 0.0 || second > 0.0).then(|| (first - second) * self.hardware.supply_nominal_V);
+        self.command_V = (first > 0.0 || second > 0.0).then_some((first - second) * self.hardware.supply_nominal_V);
     }
 
     /// Integrates the plant to `now`.
@@ -239,10 +240,9 @@ impl Board {
     }
 
     /// Transfers a byte on the sensor's bus in SPI mode `mode`; without a selected device the line is pulled up.
-    pub fn sensor_byte(&mut self, sent: u8, mode: u32) -> u8 {
-        // The ISM330DHCX accepts modes 0 and 3 (DS13012 §5.1.2).
+    pub fn sensor_byte(&mut self, sent: u8, mode: Mode) -> u8 {
         match &mut self.imu {
-            Some(imu) if self.sensor_selected && !self.faults.sensor_silent && matches!(mode, 0 | 3) => imu.chip.byte(sent),
+            Some(imu) if self.sensor_selected && !self.faults.sensor_silent => imu.chip.byte(sent, mode),
             _ => 0xFF,
         }
     }

@@ -223,7 +223,7 @@ impl SystemControl {
                 let period = u64::from(self.systick.reload) + 1;
                 (period - 1 - cycles.wrapping_sub(self.systick.since) % period) as u32
             }
-            0xE000_E01C => 0xC000_0000 | 22_500 - 1,
+            0xE000_E01C => 0xC000_0000 | (22_500 - 1),
             0xE000_E100..=0xE000_E10F => word(self.enabled, address & 0xF),
             0xE000_E180..=0xE000_E18F => word(self.enabled, address & 0xF),
             0xE000_E200..=0xE000_E20F => word(self.pending, address & 0xF),

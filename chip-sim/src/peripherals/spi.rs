@@ -1,6 +1,7 @@
 //! SPI2 (RM0390 §26) as a master with 8 bits: bit times, buffers, overrun.
 
 use crate::time::{NEVER, Time};
+use embedded_hal::spi::{Mode, Phase, Polarity};
 
 const SR_RXNE: u32 = 1;
 const SR_TXE: u32 = 1 << 1;
@@ -33,10 +34,11 @@ impl Spi {
         8 * (2 << (self.cr[0] >> 3 & 7)) * self.pclk
     }
 
-    /// Polarity and phase of the clock: mode 0 to 3.
-    pub fn mode(&self) -> u32 {
-        let (phase, polarity) = (self.cr[0] & 1, self.cr[0] >> 1 & 1);
-        2 * polarity + phase
+    /// Polarity and phase of the clock.
+    pub fn mode(&self) -> Mode {
+        let polarity = if self.cr[0] & 2 != 0 { Polarity::IdleHigh } else { Polarity::IdleLow };
+        let phase = if self.cr[0] & 1 != 0 { Phase::CaptureOnSecondTransition } else { Phase::CaptureOnFirstTransition };
+        Mode { polarity, phase }
     }
 
     /// End of the byte on the bus.

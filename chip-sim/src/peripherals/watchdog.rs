@@ -80,7 +80,7 @@ impl Default for WindowWatchdog {
 
 impl WindowWatchdog {
     fn step(&self) -> Time {
-        4096 * self.pclk << (self.cfr >> 7 & 3)
+        (4096 * self.pclk) << (self.cfr >> 7 & 3)
     }
 
     fn counter(&self, now: Time) -> u32 {

@@ -198,14 +198,14 @@ pub fn import(link: &mut SerialLink, content: &Content, show: impl FnOnce(&[Diff
     require_at_rest(link)?;
     let differences = before.differences(&after);
     show(&differences);
-    if !differences.is_empty() {
-        if let Err(error) = send(link, &after) {
-            if !matches!(error, LinkError::Rejected { .. }) {
-                return Err(error.into());
-            }
-            send(link, &before)?;
-            return Err(SettingsError::Restored { error });
+    if !differences.is_empty()
+        && let Err(error) = send(link, &after)
+    {
+        if !matches!(error, LinkError::Rejected { .. }) {
+            return Err(error.into());
         }
+        send(link, &before)?;
+        return Err(SettingsError::Restored { error });
     }
     link.command("SETTings:SAVE")?;
     let read_back = read(link)?;
