@@ -267,6 +267,8 @@ pub struct Sensed {
     pub supply: SupplyCode,
     /// An emergency stop is requested, by the stop contact or by the serial line's guard.
     pub stop: bool,
+    /// Lost ticks before this one were announced: the flash of the settings is being erased, which stalls the core.
+    pub announced_stall: bool,
 }
 
 /// Command of the interrupt to the bridge.

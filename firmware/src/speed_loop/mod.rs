@@ -360,8 +360,7 @@ impl State {
         // The last duty has acted all along.
         self.output.duty_sum = self.output.duty_sum.wrapping_add(i32::from(self.output.duty).wrapping_mul(lost as i32));
         self.encoder.skip(period.wrapping_mul(lost));
-        // With the drive off nothing was held meanwhile: an erase of the settings' flash stalls the core then.
-        if self.segment.mode != Mode::Off {
+        if !(sensed.announced_stall && self.segment.mode == Mode::Off) {
             self.supervisor.trip(Fault::Clock, tick);
         }
     }

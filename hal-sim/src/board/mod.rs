@@ -389,6 +389,7 @@ impl<P: PlantPort> TickIo for SimTickIo<'_, P> {
             current: bench.current.newest(),
             supply: SupplyCode(bench.supply.value.code().max(0) as u32),
             stop: bench.stop,
+            announced_stall: false,
         }
     }
 

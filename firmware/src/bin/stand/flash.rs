@@ -4,6 +4,7 @@
 //! behind them (memory.x), and flashing a new program does not erase them. The core and the tick stall during an erase, so settings are
 //! written only with the drive off; afterwards the cycle counter gives the number of lost ticks.
 
+use core::sync::atomic::{AtomicBool, Ordering};
 use embassy_stm32::flash::{Bank1Region1, Blocking, Error, Flash};
 use embassy_stm32::{Peri, peripherals};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
@@ -16,6 +17,15 @@ const BASE_OFFSET: u32 = SECTOR_BYTES;
 pub const SECTOR_OFFSETS: [u32; 2] = [0, SECTOR_BYTES];
 /// Size of both sectors, bytes.
 const LENGTH_BYTES: u32 = 2 * SECTOR_BYTES;
+
+/// An erase stalls the core: the tick takes the lost ticks for announced.
+static ERASING: AtomicBool = AtomicBool::new(false);
+
+/// Whether a sector is being erased.
+#[inline]
+pub fn is_erasing() -> bool {
+    ERASING.load(Ordering::Relaxed)
+}
 
 /// Flash of the settings: 32 KiB, addressed from 0.
 pub struct SettingsFlash {
@@ -63,7 +73,11 @@ impl NorFlash for SettingsFlash {
     fn erase(&mut self, from: u32, to: u32) -> Result<(), Error> {
         let length = to.checked_sub(from).ok_or(Error::Size)? as usize;
         let from = Self::chip_offset(from, length)?;
-        self.region.erase(from, from + length as u32)
+        ERASING.store(true, Ordering::Relaxed);
+        // The tick that was pending during the stall runs before this returns.
+        let done = self.region.erase(from, from + length as u32);
+        ERASING.store(false, Ordering::Relaxed);
+        done
     }
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Error> {

@@ -106,7 +106,8 @@ impl TickIo for TickHardware {
         let (current, supply) = analog::newest_current_and_supply();
         self.open_ticks = if self.stop_contact.is_high() { self.open_ticks.saturating_add(1) } else { 0 };
         let stop = self.open_ticks >= STOP_DEBOUNCE_TICKS || serial::STOP.is_stop_requested();
-        Sensed { tick: self.counter.tick, encoder: reading.count, edge_age, current, supply: SupplyCode(supply), stop }
+        let announced_stall = crate::flash::is_erasing();
+        Sensed { tick: self.counter.tick, encoder: reading.count, edge_age, current, supply: SupplyCode(supply), stop, announced_stall }
     }
 
     #[inline]
