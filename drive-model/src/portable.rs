@@ -3,7 +3,7 @@
 //! The standard library calls the C library of the system, whose results differ between systems and versions in the last digit. `libm` is
 //! compiled from Rust source and uses only basic operations, which IEEE 754 defines exactly. A law that the simulated plant evaluates uses these functions.
 
-use crate::law::Dual;
+use num_dual::DualSVec64 as Dual;
 
 /// Transcendental functions by `libm`; those of dual numbers have the derivatives by the chain rule.
 pub trait Portable: Sized {

@@ -8,8 +8,8 @@
 //! stand needs no other code. A *stamped* reading carries the time of its sampling.
 
 use crate::config::{ConfigError, all_within};
-use crate::sensors::SensorSpi;
 use core::ops::{Add, Sub};
+use embedded_hal_async::spi::{Mode, SpiDevice};
 
 /// Board clock, steps per second.
 pub const TICKS_PER_S: u64 = 10_000_000;
@@ -310,6 +310,19 @@ pub trait Clock {
     /// Waits until `t`; returns at once if `t` is past.
     async fn until(&self, t: Ticks);
 }
+
+/// SPI bus of the sensor under test. The parts need different modes: the ISM330DHCX mode 3, the ADXL355 mode 0.
+pub trait SensorSpi: SpiDevice<u8> {
+    /// Sets clock polarity and phase for the following transactions.
+    ///
+    /// # Errors
+    /// The bus does not have this mode.
+    fn set_mode(&mut self, mode: Mode) -> Result<(), UnsupportedMode>;
+}
+
+/// The bus does not have this clock polarity and phase.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct UnsupportedMode;
 
 /// Hardware that the tasks own. No reading blocks.
 pub trait Board {

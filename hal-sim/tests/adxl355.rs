@@ -9,9 +9,9 @@ use hal_sim::peripherals::SensorSetup;
 use hal_sim::peripherals::imu::{Fault, ImuSetup, Part};
 use hal_sim::plant::{Plant, Stand};
 use hal_sim::session::{self, Record, SessionRequest};
-use stand_firmware::board::{Board, Clock, Hardware, TICKS_PER_S, TickIo, Ticks};
+use stand_firmware::board::{Board, Clock, Hardware, SensorSpi, TICKS_PER_S, TickIo, Ticks};
 use stand_firmware::profile::{ProfileConfig, ProfileKind};
-use stand_firmware::sensors::{Adxl355, DetectedSensor, Runner, Sample, Sensor, SensorError, SensorSpi, Setup, Shared, State, Status};
+use stand_firmware::sensors::{Adxl355, DetectedSensor, Runner, Sample, Sensor, SensorError, Setup, Shared, State, Status};
 use stand_firmware::speed_loop::Mode;
 use std::cell::RefCell;
 

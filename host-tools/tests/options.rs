@@ -28,7 +28,7 @@ use tempfile::TempDir;
 type Check = fn(&Path);
 
 /// `command word` as in the help; commands by name alone.
-const WORDS: [(&str, Check); 86] = [
+const WORDS: [(&str, Check); 87] = [
     (" --help", help_everywhere),
     (" --version", |f| assert!(stdout_of(f, &["--version"]).starts_with("stand "))),
     ("sim", |f| drop(session(f, &[]))),
@@ -121,6 +121,14 @@ const WORDS: [(&str, Check); 86] = [
     }),
     ("sim --json", |f| json_in_both_places(f, &["sim", "--out", "s.csv", "--seconds", "0.1"])),
     #[cfg(unix)]
+    ("sim --chip", |f| {
+        // With an image: serial_line.rs.
+        let without = stand(f, &["sim", "--serve", "pty", "--chip"]);
+        assert!(without.status == Some(2) && without.err.contains("scripts/build-firmware.sh"), "{}", without.err);
+        std::fs::write(f.join("notes.elf"), "not an image").unwrap();
+        let wrong = stand(f, &["sim", "--serve", "pty", "--chip", "notes.elf"]);
+        assert!(wrong.status == Some(2) && wrong.err.contains("notes.elf: not an ELF image"), "{}", wrong.err);
+    }),
     ("sim --serve --link --flash", |f| {
         let mut one = Served::new(f, &["--flash", "flash.bin"]);
         assert!(one.port.starts_with('/') && f.join("port").exists());

@@ -303,3 +303,23 @@ assert stand.query("*OPC?") == "1"
     // The stand still identifies itself after all clients.
     send_lines(folder.path(), &served.port, "*IDN?\n").succeeded();
 }
+
+#[test]
+#[ignore = "needs the image: scripts/build-firmware.sh"]
+fn emulated_chip_answers_at_a_port_and_keeps_its_settings() {
+    let folder = folder();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let target = std::env::var_os("CARGO_TARGET_DIR").map_or(root.join("target"), PathBuf::from);
+    let built = ["firmware/thumbv7em-none-eabihf/chip/stand", "thumbv7em-none-eabihf/chip/stand"].map(|path| target.join(path));
+    let image = built.iter().find(|path| path.exists()).expect("the image is built");
+    let serve = || Served::new(folder.path(), &["--flash", "flash.bin", "--chip", image.to_str().unwrap()]);
+    let chip = serve();
+    let asked = |line: &str| send_lines(folder.path(), "port", line).succeeded().out;
+    assert!(asked("*IDN?\n").starts_with("Rotary Stand,NUCLEO-F446RE,"));
+    asked("SETTings:slip_rad 0.07\nSETTings:SAVE\n");
+    chip.signal("INT");
+    let mut chip = chip;
+    assert!(chip.child.wait().unwrap().success());
+    let _again = serve();
+    assert!(asked("SETTings:slip_rad?\n").starts_with("0.07"));
+}

@@ -21,7 +21,7 @@ use heapless::String;
 /// A platform slower than this stands: in a stall of 0.5 s it turns by less than the encoder's counter resolves, a tenth of its half wrap.
 const MAX_REST_RATE_RAD_S: f64 = 0.5;
 /// Interval over which its rate is measured, and longest wait for it, board clock steps.
-const REST_INTERVAL: u64 = 20 * TICKS_PER_ROW;
+const REST_INTERVAL: u64 = 10 * TICKS_PER_ROW;
 const MAX_REST_WAIT: u64 = 3 * TICKS_PER_S;
 
 /// A line of a reply; in a stream it fits into one frame.

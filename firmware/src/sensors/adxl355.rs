@@ -6,8 +6,8 @@
 //! [`Sensor::stamp`] observes when the count rises. A read command is a write to an ISM330DHCX; [`Adxl355::identify`] states why it does no harm.
 
 use super::line::{Line, MAX_BYTES};
-use super::{Drained, InForce, Ready, STANDARD_GRAVITY_M_S2, Sample, SelfTest, Sensor, SensorError, SensorSpi, Setup};
-use crate::board::{Clock, Stamped, TICKS_PER_ROW, TICKS_PER_S, Ticks};
+use super::{Drained, InForce, Ready, STANDARD_GRAVITY_M_S2, Sample, SelfTest, Sensor, SensorError, Setup};
+use crate::board::{Clock, SensorSpi, Stamped, TICKS_PER_ROW, TICKS_PER_S, Ticks};
 use embedded_hal_async::spi::MODE_0;
 
 /// Registers.

@@ -1,8 +1,8 @@
 //! The sensor under test, whichever of the supported parts answers on the bus.
 
 use super::line::Line;
-use super::{Adxl355, Drained, InForce, Ism330dhcx, Ready, Sample, SelfTest, Sensor, SensorError, SensorSpi, Setup};
-use crate::board::{Clock, Stamped};
+use super::{Adxl355, Drained, InForce, Ism330dhcx, Ready, Sample, SelfTest, Sensor, SensorError, Setup};
+use crate::board::{Clock, SensorSpi, Stamped};
 
 /// A part with its driver.
 enum Part<D: SensorSpi, C: Clock> {

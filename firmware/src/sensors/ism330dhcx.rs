@@ -5,8 +5,8 @@
 
 use super::fifo::{Decoded, Decoder, WORD};
 use super::line::{Line, MAX_BYTES};
-use super::{Drained, InForce, Ready, STANDARD_GRAVITY_M_S2, Sample, SelfTest, Sensor, SensorError, SensorSpi, Setup, at_least};
-use crate::board::{Clock, Stamped, TICKS_PER_S};
+use super::{Drained, InForce, Ready, STANDARD_GRAVITY_M_S2, Sample, SelfTest, Sensor, SensorError, Setup, at_least};
+use crate::board::{Clock, SensorSpi, Stamped, TICKS_PER_S};
 use embedded_hal_async::spi::MODE_3;
 use ism330dhcx_rs::asynchronous as st;
 use ism330dhcx_rs::asynchronous::prelude::*;

@@ -1,7 +1,7 @@
 //! SPI transfers of a sensor's driver: one buffer, a first byte with the register's address, then data.
 
-use super::{SensorError, SensorSpi};
-use crate::board::Clock;
+use super::SensorError;
+use crate::board::{Clock, SensorSpi};
 
 /// Most bytes after the first in one transfer.
 pub(super) const MAX_BYTES: usize = 84;
@@ -21,7 +21,7 @@ impl<D: SensorSpi, C: Clock> Line<D, C> {
 
     /// Selects the clock polarity and phase of the part.
     pub(super) fn set_mode(&mut self, mode: embedded_hal_async::spi::Mode) -> Result<(), SensorError> {
-        self.device.set_mode(mode)
+        self.device.set_mode(mode).map_err(|_| SensorError::Bus)
     }
 
     pub(super) async fn wait(&mut self, steps: u64) {

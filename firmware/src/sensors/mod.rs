@@ -19,7 +19,6 @@ mod sample_clock;
 mod shared;
 
 use crate::board::Stamped;
-use embedded_hal_async::spi::{Mode, SpiDevice};
 
 pub use adxl355::Adxl355;
 pub use detected::DetectedSensor;
@@ -129,15 +128,6 @@ impl From<&Sample> for Motion {
 fn at_least<T: Copy>(list: &[T], wanted: f32, size: impl Fn(&T) -> f32) -> Option<T> {
     // A value converted from another unit may be off by its last digit.
     list.iter().find(|entry| size(entry) >= wanted * 0.999).or(list.last()).copied()
-}
-
-/// SPI bus of a sensor under test. The parts need different modes: the ISM330DHCX mode 3, the ADXL355 mode 0.
-pub trait SensorSpi: SpiDevice<u8> {
-    /// Sets clock polarity and phase for the following transactions.
-    ///
-    /// # Errors
-    /// The bus does not have this mode.
-    fn set_mode(&mut self, mode: Mode) -> Result<(), SensorError>;
 }
 
 /// Driver of a sensor under test. Every method may wait for the bus.

@@ -7,8 +7,7 @@ use super::{Bench, PlantPort};
 use crate::clock::{SimClock, VirtualClock};
 use crate::peripherals::imu::Chip;
 use embedded_hal_async::spi::{ErrorKind, ErrorType, Mode, Operation, SpiDevice};
-use stand_firmware::board::Clock;
-use stand_firmware::sensors::{SensorError, SensorSpi};
+use stand_firmware::board::{Clock, SensorSpi, UnsupportedMode};
 use std::cell::RefCell;
 
 /// Board clock steps per byte: 0.8 µs.
@@ -24,7 +23,7 @@ pub struct SensorBus<'a, P> {
 }
 
 impl<P: PlantPort> SensorSpi for SensorBus<'_, P> {
-    fn set_mode(&mut self, mode: Mode) -> Result<(), SensorError> {
+    fn set_mode(&mut self, mode: Mode) -> Result<(), UnsupportedMode> {
         self.mode = mode;
         Ok(())
     }

@@ -74,8 +74,16 @@ pub(super) fn serve(options: ServeOptions) -> Result<(), CliError> {
         }
     };
     let ended = |interrupts: &Interrupts, now: Duration| interrupts.any() || now >= until;
+    let lag_s = std::cell::Cell::new(0.0);
     let lagged = |lag: Duration| {
-        eprintln!("stand: the computer is too slow for real time; the simulated clock now lags by a further {:.1} s", lag.as_secs_f64());
+        if lag_s.replace(lag_s.get() + lag.as_secs_f64()) == 0.0 {
+            eprintln!("stand: the computer is too slow for real time; the simulated clock lags");
+        }
+    };
+    let report_lag = || {
+        if lag_s.get() > 0.0 {
+            eprintln!("stand: the simulated clock lags real time by {:.1} s", lag_s.get());
+        }
     };
     let open = || -> Result<Pty, CliError> {
         let pty = Pty::open(options.link).map_err(|e| CliError::Input(e.to_string()))?;
@@ -100,6 +108,7 @@ pub(super) fn serve(options: ServeOptions) -> Result<(), CliError> {
         let interrupts = Interrupts::install()?;
         let mut pty = open()?;
         let served = serve_chip(&mut machine, &mut pty, |now| ended(&interrupts, now), lagged);
+        report_lag();
         machine.log().iter().for_each(|line| eprintln!("chip: {line}"));
         if let (Some(path), Some(sectors)) = (options.flash, machine.soc.flash.bytes().get(SETTINGS)) {
             std::fs::write(path, sectors).map_err(|e| CliError::file(path, "write", &e))?;
@@ -120,6 +129,7 @@ pub(super) fn serve(options: ServeOptions) -> Result<(), CliError> {
     let interrupts = Interrupts::install()?;
     let mut pty = open()?;
     let served = serve(&controller, &mut pty, |now| ended(&interrupts, now), lagged);
+    report_lag();
     if let Some(path) = options.flash {
         std::fs::write(path, controller.into_flash().bytes()).map_err(|e| CliError::file(path, "write", &e))?;
     }

@@ -28,11 +28,6 @@ pub(super) const ENTRIES: &[Entry] = &[
         "delete all numbers and switch the observer off",
     ),
     entry(
-        "OBServer:CLEar",
-        Action::Event(|state| (state.gyro.observer.set_parameters(&Default::default()), Ok(())).1),
-        "delete the observer and switch it off; SETTings:SAVE keeps that",
-    ),
-    entry(
         "OBServer:PHI",
         Action::Command("<row>,<a number for each state>", |state, parameters| {
             let row = parameters.number(&Range::new(Quantity::PLAIN, 1.0, MAX_STATES as f64, 1.0))?;
@@ -126,6 +121,11 @@ pub(super) const ENTRIES: &[Entry] = &[
             vibration,
         ),
         "mean angle RAD, its part by vibration RAD, number of means",
+    ),
+    entry(
+        "OBServer:CLEar",
+        Action::Event(|state| (state.gyro.observer.set_parameters(&Default::default()), Ok(())).1),
+        "delete the observer and switch it off; SETTings:SAVE keeps that",
     ),
 ];
 

@@ -12,7 +12,7 @@ use embassy_stm32::spi::{Config, Error, MODE_0, MODE_3, Spi};
 use embassy_stm32::time::Hertz;
 use embassy_stm32::{Peri, dma, interrupt, peripherals};
 use embedded_hal_async::spi::{self, ErrorType, Operation, SpiDevice};
-use stand_firmware::sensors::{SensorError, SensorSpi};
+use stand_firmware::board::{SensorSpi, UnsupportedMode};
 
 /// The bus with its chip select.
 pub struct SensorBus {
@@ -58,16 +58,16 @@ impl SpiDevice for SensorBus {
 }
 
 impl SensorSpi for SensorBus {
-    fn set_mode(&mut self, mode: spi::Mode) -> Result<(), SensorError> {
+    fn set_mode(&mut self, mode: spi::Mode) -> Result<(), UnsupportedMode> {
         // The HAL has the modes of embedded-hal 0.2.
         let mode = match mode {
             spi::MODE_0 => MODE_0,
             spi::MODE_3 => MODE_3,
-            _ => return Err(SensorError::Bus),
+            _ => return Err(UnsupportedMode),
         };
         if self.config.mode != mode {
             self.config.mode = mode;
-            self.spi.set_config(&self.config).map_err(|()| SensorError::Bus)?;
+            self.spi.set_config(&self.config).map_err(|()| UnsupportedMode)?;
         }
         Ok(())
     }
