@@ -227,6 +227,18 @@ impl<'i> Machine<'i> {
         done
     }
 
+    /// The core executes nothing until `to`, as in an endless loop with interrupts masked; the peripherals go on. Ends early with a reset.
+    pub fn hang_until(&mut self, to: Time) {
+        while self.soc.now < to {
+            let wake = self.soc.next_event().min(to);
+            self.soc.sleep_until(wake);
+            self.soc.run_events();
+            if let Some(cause) = self.soc.reset {
+                return self.reset(cause);
+            }
+        }
+    }
+
     fn run(&mut self, to: Time) -> Result<(), Halt> {
         let mut candidate = self.soc.control.candidate();
         while self.soc.now < to {

@@ -1,0 +1,83 @@
+//! Faults injected into the board and the chip while the flashed image drives.
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use chip_sim::board::BoardFaults;
+use chip_sim::peripherals::rcc::ResetCause;
+use chip_sim::time::{PER_MS, of_seconds};
+use common::Chip;
+use hal_sim::plant::Stand;
+
+/// Runs until a fault is latched, at most `seconds`; its name.
+fn fault_within(chip: &mut Chip, seconds: f64) -> String {
+    let end = chip.machine.now() + of_seconds(seconds);
+    loop {
+        chip.run_ms(20);
+        let fault = chip.fault();
+        if fault != "none" || chip.machine.now() > end {
+            return fault;
+        }
+    }
+}
+
+#[test]
+#[ignore = "needs the image: scripts/build-firmware.sh"]
+fn disconnected_encoder_switches_off() {
+    let mut chip = Chip::booted();
+    chip.command("SOURce:RATE 10;MODE RATE");
+    chip.run_s(2.0);
+    chip.machine.soc.board.set_faults(BoardFaults { encoder_off: true, ..BoardFaults::default() });
+    assert_eq!(fault_within(&mut chip, 1.0), "encoder lost");
+    assert_eq!(chip.machine.soc.board.command_V(), Some(0.0));
+}
+
+#[test]
+#[ignore = "needs the image: scripts/build-firmware.sh"]
+fn low_supply_switches_off() {
+    let mut chip = Chip::booted();
+    chip.command("SOURce:RATE 5;MODE RATE");
+    chip.run_s(1.0);
+    chip.machine.soc.board.plant_mut().set_supply(Some(5.0));
+    assert_eq!(fault_within(&mut chip, 1.0), "supply low");
+    assert_eq!(chip.machine.soc.board.command_V(), Some(0.0));
+}
+
+#[test]
+#[ignore = "needs the image: scripts/build-firmware.sh"]
+fn silent_host_switches_off_when_it_is_watched() {
+    let mut chip = Chip::booted();
+    chip.command("SOURce:RATE 5;MODE RATE;:HOST:ARM 0.5");
+    chip.run_s(1.0);
+    assert_eq!(chip.machine.soc.board.command_V(), Some(0.0));
+    assert_eq!(chip.fault(), "host silent");
+}
+
+#[test]
+#[ignore = "needs the image: scripts/build-firmware.sh"]
+fn image_starts_on_the_internal_oscillator_and_says_so() {
+    let mut chip = Chip::on(&Stand::default());
+    chip.machine.soc.stop_external_clock();
+    chip.run_ms(300);
+    let log = chip.machine.log();
+    assert!(log.iter().any(|line| line.contains("internal oscillator")), "{log:?}");
+    assert!(chip.ask("*IDN?").starts_with("Rotary Stand"));
+}
+
+#[test]
+#[ignore = "needs the image: scripts/build-firmware.sh"]
+fn hung_core_is_reset_and_the_motor_coasts() {
+    let mut chip = Chip::booted();
+    chip.command("SOURce:RATE 10;MODE RATE");
+    chip.run_s(2.0);
+    let begun = chip.machine.now();
+    chip.machine.hang_until(begun + of_seconds(5.0));
+    let (at, cause) = *chip.machine.resets.last().expect("a reset");
+    assert_eq!(cause, ResetCause::IndependentWatchdog);
+    // The watchdog's time at its nominal 32 kHz.
+    assert!(at - begun <= 2_010 * PER_MS, "{} ms", (at - begun) / PER_MS);
+    assert_eq!(chip.machine.soc.board.command_V(), None, "the inputs of the bridge float after the reset");
+    chip.run_ms(500);
+    assert_eq!(chip.machine.soc.board.command_V(), Some(0.0), "the restarted program brakes");
+    assert_eq!(chip.fault(), "none");
+}
