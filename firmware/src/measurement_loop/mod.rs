@@ -32,7 +32,7 @@ pub use statistics::Statistics;
 pub use timing::TimingReading;
 pub use turn::{Turn, TurnReading};
 
-use crate::board::{Board, CONTROL_HZ, Clock, EdgeTime, Hardware, TICKS_PER_ROW, Ticks, Unwrapped};
+use crate::board::{Board, CONTROL_HZ, Clock, EdgeTime, EncoderCount, Hardware, Stamped, TICKS_PER_ROW, Ticks, Unwrapped};
 use crate::gyro_loop::{GyroLoop, GyroReading};
 use crate::mailbox::Mailbox;
 use crate::sensors;
@@ -144,13 +144,13 @@ impl<'a> MeasurementLoop<'a> {
         // The current summed before the session belongs to no row.
         board.current();
         self.gyro_released().await;
-        let mut last = self.update(board, start, clock.now());
+        let mut last = self.update(board, start);
         let mut row = 0;
         while row < rows {
             let due = start + TICKS_PER_ROW.saturating_mul(row.saturating_add(1));
             clock.until(due).await;
             self.gyro_released().await;
-            let now = self.update(board, due, clock.now());
+            let now = self.update(board, due);
             let between = now.at - last.at;
             self.pace.min = self.pace.min.min(between);
             self.pace.max = self.pace.max.max(between);
@@ -170,20 +170,22 @@ impl<'a> MeasurementLoop<'a> {
         }
     }
 
-    /// One millisecond: the gyroscope loop, then the measurement.
-    fn update<B: Board>(&mut self, board: &mut B, due: Ticks, now: Ticks) -> Readings {
+    /// One millisecond: the encoder, the gyroscope loop, then the other readings.
+    fn update<B: Board>(&mut self, board: &mut B, due: Ticks) -> Readings {
+        // First, and t_k is the time of this reading: on the chip the rest takes 15 µs, in which a platform of 30 rad/s turns by 1.4 counts.
+        let encoder = board.encoder();
         self.report = self.reports.take().unwrap_or(self.report);
         let gyro = match &self.gyro {
             Some(gyro) => gyro.update(board, &self.hardware, due, self.report.fault),
             None => GyroReading::read(board, &self.hardware, due),
         };
-        self.measure(board, now, gyro)
+        self.measure(board, encoder, gyro)
     }
 
-    /// Reads all inputs once.
-    fn measure<B: Board>(&mut self, board: &mut B, now: Ticks, gyro: GyroReading) -> Readings {
+    /// Reads all other inputs once.
+    fn measure<B: Board>(&mut self, board: &mut B, encoder: Stamped<EncoderCount>, gyro: GyroReading) -> Readings {
         let h = self.hardware;
-        let encoder = board.encoder();
+        let now = encoder.at;
         let rate = board.rate().filter(|sample| sample.age(now) <= MAX_RATE_AGE);
         let supply = board.supply();
         let temperature = board.temperature();
@@ -199,7 +201,7 @@ impl<'a> MeasurementLoop<'a> {
         }
         let turn = self.turns.update(self.position.counts, index);
         let imu = self.imu.and_then(|shared| shared.newest());
-        let ages = [Some(encoder.age(now)), rate.map(|r| r.age(now)), supply.map(|r| r.age(now)), temperature.map(|r| r.age(now))];
+        let ages = [rate.map(|r| r.age(now)), supply.map(|r| r.age(now)), temperature.map(|r| r.age(now))];
         Readings {
             at: now,
             counts: self.position.counts,
