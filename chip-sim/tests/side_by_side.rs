@@ -47,7 +47,7 @@ fn on_hal_sim() -> Vec<RowFrame> {
                 wait(0.01).await;
                 bytes.clear();
                 line.receive(&mut bytes);
-                received.take(&bytes, |row| rows.push(row.clone()));
+                received.take(&bytes, |row| rows.push(*row));
             }
         }
         rows
@@ -64,7 +64,7 @@ fn on_chip_sim() -> Vec<RowFrame> {
         chip.machine.send(format!("{command}\n").as_bytes(), BAUD);
         for _ in 0..(STEP_S / 0.01) as usize {
             chip.run_s(0.01);
-            received.take(&chip.take_received(), |row| rows.push(row.clone()));
+            received.take(&chip.take_received(), |row| rows.push(*row));
         }
     }
     rows
