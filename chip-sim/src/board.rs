@@ -4,7 +4,7 @@
 //! interpolated linearly for the times of the encoder's edges: within 50 µs at 1000 rad/s² the error is 0.001 count.
 
 use crate::peripherals::gpio::{Pin, pin};
-use crate::time::{PER_S, PER_US, Time, seconds};
+use crate::time::{PER_US, Time, seconds};
 use embedded_hal::spi::Mode;
 use hal_sim::board::PlantPort;
 use hal_sim::peripherals::imu::Imu;
@@ -245,10 +245,5 @@ impl Board {
             Some(imu) if self.sensor_selected && !self.faults.sensor_silent => imu.chip.byte(sent, mode),
             _ => 0xFF,
         }
-    }
-
-    /// Time of the plant, s.
-    pub fn reached_s(&self) -> f64 {
-        self.now as f64 / PER_S as f64
     }
 }

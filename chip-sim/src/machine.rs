@@ -9,10 +9,10 @@ use crate::image::Image;
 use crate::peripherals::flash::Flash;
 use crate::peripherals::rcc::ResetCause;
 use crate::rtt;
-use crate::soc::{AccessError, RAM, Soc};
+use crate::soc::{AccessError, Soc};
 use crate::system_control::{FIRST_INTERRUPT, NMI};
 use crate::time::Time;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Exception number of TIM1's update event: the control tick.
 pub const TICK: u32 = FIRST_INTERRUPT + 25;
@@ -126,7 +126,7 @@ pub struct Machine<'i> {
     log: Vec<u8>,
     running: Vec<Running>,
     calls: Vec<Call>,
-    watched: BTreeMap<u32, ()>,
+    watched: BTreeSet<u32>,
     /// Resets since power-on.
     pub resets: Vec<(Time, ResetCause)>,
     /// Measurements.
@@ -150,7 +150,7 @@ impl<'i> Machine<'i> {
             log: Vec::new(),
             running: Vec::new(),
             calls: Vec::new(),
-            watched: BTreeMap::new(),
+            watched: BTreeSet::new(),
             resets: Vec::new(),
             measures,
             halted: None,
@@ -160,7 +160,7 @@ impl<'i> Machine<'i> {
     /// Measures all functions whose name contains `part`; returns how many there are.
     pub fn watch(&mut self, part: &str) -> usize {
         let before = self.watched.len();
-        self.watched.extend(self.image.functions_named(part).map(|(address, _)| (address, ())));
+        self.watched.extend(self.image.functions_named(part).map(|(address, _)| address));
         self.watched.len() - before
     }
 
@@ -178,13 +178,6 @@ impl<'i> Machine<'i> {
     /// Present time.
     pub fn now(&self) -> Time {
         self.soc.now
-    }
-
-    /// A word of the RAM or the flash, as a debugger reads it.
-    pub fn peek(&self, address: u32) -> Option<u32> {
-        let offset = address.checked_sub(RAM)? as usize;
-        let bytes = self.soc.ram().get(offset..offset + 4)?;
-        Some(u32::from_le_bytes(bytes.try_into().ok()?))
     }
 
     /// The host sends `bytes` now.
@@ -387,7 +380,7 @@ impl<'i> Machine<'i> {
             measure.most_cycles = measure.most_cycles.max(cycles);
             self.calls.pop();
         }
-        if self.watched.contains_key(&pc) {
+        if self.watched.contains(&pc) {
             let returns_to = self.core.r[14] & !1;
             self.calls.push(Call { function: pc, returns_to, stack, instructions: self.measures.instructions, cycles: self.soc.cycles });
         }

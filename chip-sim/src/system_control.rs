@@ -1,11 +1,8 @@
 //! The core's own registers: NVIC, system control block, SysTick, MPU, FPU control (ARMv7-M, DDI 0403E chapter B3), debug and trace counters.
 
-use crate::time::{NEVER, Time};
-
 /// Exception numbers.
 pub const NMI: u32 = 2;
 const PEND_SV: u32 = 14;
-const SYS_TICK: u32 = 15;
 /// Exception number of the chip's interrupt 0.
 pub const FIRST_INTERRUPT: u32 = 16;
 /// Interrupts of the chip (RM0390, table 38).
@@ -152,11 +149,6 @@ impl SystemControl {
         best.filter(|(_, priority)| *priority < running)
     }
 
-    /// Whether any enabled interrupt is pending, masked or not: wakes WFI (DDI 0403E B1.5.19).
-    pub fn wakes(&self) -> bool {
-        self.candidate().is_some()
-    }
-
     /// The handler of `exception` starts.
     pub fn enter(&mut self, exception: u32) {
         let priority = self.priority(exception);
@@ -185,21 +177,6 @@ impl SystemControl {
     /// Address of the vector table.
     pub fn vector_table(&self) -> u32 {
         self.vtor
-    }
-
-    /// Handlers that are active, outermost first.
-    pub fn active(&self) -> impl Iterator<Item = u32> + '_ {
-        self.active.iter().map(|(exception, _)| *exception)
-    }
-
-    /// Whether SEVONPEND is set: a pending interrupt is an event.
-    pub fn pending_is_event(&self) -> bool {
-        self.scr & 1 << 4 != 0
-    }
-
-    /// Cycles until SysTick's next zero; the stand does not use its interrupt.
-    pub fn next(&self) -> Time {
-        NEVER
     }
 
     /// Whether the MPU forbids access to `address`.
@@ -346,11 +323,6 @@ impl SystemControl {
             _ => return None,
         }
         Some(Request::None)
-    }
-
-    /// Number of the SysTick exception, which is not used.
-    pub const fn sys_tick() -> u32 {
-        SYS_TICK
     }
 }
 

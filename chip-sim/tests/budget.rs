@@ -31,6 +31,8 @@ fn heavy_use_stays_within_the_budget() {
     chip.say("SOURce:RATE 30;MODE RATE;:STReam ON");
     chip.run_s(4.0);
     chip.take_received();
+    let tasks = chip.machine.watch("TaskStorage");
+    assert!(tasks >= 2, "{tasks} tasks of the executors in the image");
     chip.machine.start_measuring();
     let mut received = Rows::default();
     for second in 0..10 {
@@ -52,6 +54,10 @@ fn heavy_use_stays_within_the_budget() {
     row("cycles from the update event to the handler, greatest", measures.worst_tick_latency_cycles as f64, "tick_latency_cycles");
     row("CPU load, %", load_percent, "cpu_load_percent");
     row("free stack, %", stack_free_percent, "stack_free_percent");
+    for (address, poll) in measures.functions.iter().filter(|(_, poll)| poll.most_instructions > 1000) {
+        let name = image().place(*address);
+        println!("longest poll of {name}: {} instructions, interrupts included", poll.most_instructions);
+    }
     println!("mean instructions of the handler: {}", tick.instructions / tick.calls.max(1));
     println!("stack: {} of {} bytes in use, {} of them at the start", top - lowest, top - bottom, top - start_stack);
     assert!(received.rows > 9_900 && received.missing_rows == 0, "{} rows, {} missing", received.rows, received.missing_rows);

@@ -7,6 +7,7 @@ use chip_sim::board::BoardFaults;
 use chip_sim::peripherals::rcc::ResetCause;
 use chip_sim::time::{PER_MS, of_seconds};
 use common::Chip;
+use hal_sim::peripherals::imu::ImuSetup;
 use hal_sim::plant::Stand;
 
 /// Runs until a fault is latched, at most `seconds`; its name.
@@ -40,6 +41,19 @@ fn low_supply_switches_off() {
     chip.run_s(1.0);
     chip.machine.soc.board.plant_mut().set_supply(Some(5.0));
     assert_eq!(fault_within(&mut chip, 1.0), "supply low");
+    assert_eq!(chip.machine.soc.board.command_V(), Some(0.0));
+}
+
+#[test]
+#[ignore = "needs the image: scripts/build-firmware.sh"]
+fn silent_sensor_switches_off() {
+    let mut chip = Chip::booted_on(&Stand { imu: Some(ImuSetup::default()), ..Stand::default() });
+    chip.command("SOURce:RATE 5;MODE RATE");
+    chip.run_s(2.0);
+    let rate_rad_s = chip.number("MEASure:GYRO?");
+    assert!((rate_rad_s / 5.0 - 1.0).abs() < 0.05, "{rate_rad_s} rad/s");
+    chip.machine.soc.board.set_faults(BoardFaults { sensor_silent: true, ..BoardFaults::default() });
+    assert_eq!(fault_within(&mut chip, 1.0), "sensor silent");
     assert_eq!(chip.machine.soc.board.command_V(), Some(0.0));
 }
 

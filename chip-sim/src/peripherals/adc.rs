@@ -29,14 +29,12 @@ pub struct Adc {
     pub sequences: u64,
     /// Triggers that came while a sequence was running.
     pub missed_triggers: u64,
-    /// Tests freeze the data: the converter answers nothing.
-    pub is_stuck: bool,
 }
 
 impl Adc {
-    /// Registers as after a reset; counters and the injected fault stay.
+    /// Registers as after a reset; the counters stay.
     pub fn reset(&mut self) {
-        *self = Self { is_stuck: self.is_stuck, sequences: self.sequences, missed_triggers: self.missed_triggers, ..Self::default() };
+        *self = Self { sequences: self.sequences, missed_triggers: self.missed_triggers, ..Self::default() };
     }
 
     /// End of the running conversion.
@@ -75,7 +73,7 @@ impl Adc {
 
     /// The trigger came at `at`; `pclk`: period of APB2.
     pub fn trigger(&mut self, at: Time, pclk: Time) {
-        if !self.waits_for_trigger() || self.is_stuck {
+        if !self.waits_for_trigger() {
             return;
         }
         if self.ends.is_some() {

@@ -133,11 +133,6 @@ impl AdvancedTimer {
         Some(if inverted { 1.0 - level } else { level })
     }
 
-    /// Compare counts in force of `channel`, with their full scale.
-    pub fn compare(&self, channel: usize) -> (u32, u32) {
-        (self.ccr_shadow[channel], self.arr_shadow)
-    }
-
     /// Time of the rising edge of OC3REF in the half period in which the counter counts up from `bottom`; `None` without an edge.
     pub fn compare3_rises(&self, bottom: Time) -> Option<Time> {
         let ready = self.is_running() && self.ccer & 0x100 != 0 && self.bdtr & BDTR_MOE != 0 && self.mode(2) == PWM_MODE_2;

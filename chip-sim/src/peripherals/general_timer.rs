@@ -14,7 +14,6 @@ pub struct GeneralTimer {
     smcr: u32,
     dier: u32,
     sr: u32,
-    egr_seen: bool,
     ccmr: [u32; 2],
     ccer: u32,
     psc: u32,
@@ -42,7 +41,6 @@ impl GeneralTimer {
             smcr: 0,
             dier: 0,
             sr: 0,
-            egr_seen: false,
             ccmr: [0; 2],
             ccer: 0,
             psc: 0,
@@ -170,7 +168,6 @@ impl GeneralTimer {
             0x0C => self.dier = value,
             0x10 => self.sr &= value,
             0x14 => {
-                self.egr_seen = true;
                 if value & 1 != 0 {
                     // UG initialises the counter (and loads the prescaler); URS keeps the flag low.
                     self.count = 0;

@@ -75,11 +75,6 @@ impl Gpio {
         port.moder >> (2 * number) & 3 == 2 && port.afr[usize::from(pin.number / 8)] >> (4 * (number % 8)) & 15 == function
     }
 
-    /// Whether `pin` is in analog mode.
-    pub fn is_analog(&self, pin: Pin) -> bool {
-        self.ports[usize::from(pin.port)].moder >> (2 * u32::from(pin.number)) & 3 == 3
-    }
-
     /// The level of an output; `None`: the pin is not an output, the line floats.
     pub fn output(&self, pin: Pin) -> Option<bool> {
         let port = &self.ports[usize::from(pin.port)];

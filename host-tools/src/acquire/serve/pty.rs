@@ -248,6 +248,7 @@ mod tests {
         // Until the buffer is full nothing is lost; later the kernel may take some bytes at any time.
         let whole = got.chunks(1000).take(MAX_BUFFERED / 1000).enumerate();
         assert!(whole.into_iter().all(|(k, chunk)| chunk.iter().all(|b| *b == (k % 251) as u8)), "the oldest bytes are kept");
+        assert!(got.chunk_by(|a, b| a == b).all(|run| run.len() <= 1000), "no byte is repeated");
     }
 
     #[test]
