@@ -1,81 +1,33 @@
 //! The ADXL355 as sensor under test: recognised by the firmware, at register level in the simulator, through the same rows as the ISM330DHCX.
 #![allow(clippy::unwrap_used)]
 
-use embassy_futures::select::select;
+#[path = "common/sensor_bench.rs"]
+mod sensor_bench;
+
 use embedded_hal_async::spi::{MODE_0, MODE_3, Operation, SpiDevice};
-use hal_sim::board::{Bench, PlantPort, SimBoard};
+use hal_sim::board::{Bench, SimBoard};
 use hal_sim::clock::{self, SimClock, VirtualClock};
 use hal_sim::peripherals::SensorSetup;
 use hal_sim::peripherals::imu::{Fault, ImuSetup, Part};
 use hal_sim::plant::{Plant, Stand};
 use hal_sim::session::{self, Record, SessionRequest};
+use sensor_bench::{STILL, Turning, run};
 use stand_firmware::board::{Board, Clock, Hardware, SensorSpi, TICKS_PER_S, TickIo, Ticks};
 use stand_firmware::profile::{ProfileConfig, ProfileKind};
-use stand_firmware::sensors::{Adxl355, DetectedSensor, Runner, Sample, Sensor, SensorError, Setup, Shared, State, Status};
+use stand_firmware::sensors::{Adxl355, DetectedSensor, Sample, Sensor, SensorError, Setup, State};
 use stand_firmware::speed_loop::Mode;
 use std::cell::RefCell;
 
 const G_M_S2: f64 = 9.806_65;
 
-/// A platform that turns with ω = a t.
-struct Accelerated {
-    t_s: f64,
-    acceleration_rad_s2: f64,
-}
-
-impl PlantPort for Accelerated {
-    fn advance(&mut self, _: f64, dt_s: f64) {
-        self.t_s += dt_s;
-    }
-    fn theta_rad(&self) -> f64 {
-        0.5 * self.acceleration_rad_s2 * self.t_s * self.t_s
-    }
-    fn rate_rad_s(&self) -> f64 {
-        self.acceleration_rad_s2 * self.t_s
-    }
-    fn mean_current_A(&self) -> f64 {
-        0.0
-    }
-    fn supply_V(&self) -> f64 {
-        12.0
-    }
-    fn temp_C(&self) -> f64 {
-        60.0
-    }
-    fn true_theta_rad(&self) -> f64 {
-        self.theta_rad()
-    }
-}
-
-const STILL: Accelerated = Accelerated { t_s: 0.0, acceleration_rad_s2: 0.0 };
-
 fn adxl355() -> ImuSetup {
     ImuSetup { part: Part::Adxl355, ..ImuSetup::default() }
-}
-
-/// Runs the sensor task for `seconds`; calls `each` at each millisecond.
-fn run(plant: Accelerated, setup: ImuSetup, seconds: f64, mut each: impl FnMut(u64, &Shared, &mut Bench<Accelerated>)) -> Status {
-    let clock = VirtualClock::default();
-    let bench = RefCell::new(Bench::new(&Hardware::default(), &SensorSetup::default(), 1, plant).with_imu(setup, 1));
-    let mut board = SimBoard::new(&bench, &clock);
-    let line = board.sensor_bus().unwrap();
-    let shared = Shared::default();
-    let mut runner = Runner::new(DetectedSensor::new(line, SimClock(&clock)), SimClock(&clock), &shared);
-    let watch = async {
-        let clock = SimClock(&clock);
-        for ms in 1..=(seconds * 1e3) as u64 {
-            clock.until(Ticks(ms * TICKS_PER_S / 1000)).await;
-            each(ms, &shared, &mut bench.borrow_mut());
-        }
-    };
-    clock::run(&clock, select(watch, runner.run()), |to| bench.borrow_mut().advance(to, |io| _ = io.sense())).unwrap();
-    shared.status()
 }
 
 /// Runs `story` with the bus of a stand that carries this sensor.
 fn on_the_bus<F: Future<Output = ()>>(
     setup: ImuSetup,
-    story: impl FnOnce(hal_sim::board::SensorBus<'static, Accelerated>, SimClock<'static>) -> F,
+    story: impl FnOnce(hal_sim::board::SensorBus<'static, Turning>, SimClock<'static>) -> F,
 ) {
     // The bus borrows bench and clock: they live until the end of the test program.
     let clock: &'static VirtualClock = Box::leak(Box::default());
@@ -89,7 +41,7 @@ fn on_the_bus<F: Future<Output = ()>>(
 fn the_part_is_recognised_and_its_samples_are_late_by_the_group_delay() {
     let setup = ImuSetup { clock_error: 4e-3, accel_noise_m_s2_rtHz: Some(0.0), ..adxl355() }.white();
     let mut seen = Vec::new();
-    let status = run(Accelerated { t_s: 0.0, acceleration_rad_s2: 5.0 }, setup, 5.0, |ms, shared, _| {
+    let status = run(Turning { t_s: 0.0, from_rad_s: 0.0, acceleration_rad_s2: 5.0 }, setup, 5.0, |ms, shared, _| {
         seen.extend(shared.newest().map(|newest| (newest, newest.age(Ticks(ms * 10_000)))));
     });
     assert_eq!((status.name, status.state, status.lost, status.refused, status.errors), ("ADXL355", State::Running, 0, 0, 0));
@@ -243,7 +195,7 @@ fn the_probe_for_the_other_part_changes_nothing() {
 }
 
 /// Registers 0x01 to 0x1E of an ISM330DHCX.
-async fn registers(line: &mut hal_sim::board::SensorBus<'static, Accelerated>) -> [u8; 30] {
+async fn registers(line: &mut hal_sim::board::SensorBus<'static, Turning>) -> [u8; 30] {
     let mut read = [0; 30];
     line.set_mode(MODE_3).unwrap();
     line.transaction(&mut [Operation::Write(&[0x81]), Operation::Read(&mut read)]).await.unwrap();
