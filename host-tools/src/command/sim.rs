@@ -31,16 +31,16 @@ pub(super) struct Sim {
     #[arg(long, value_enum, conflicts_with_all = ["profile", "mode", "amplitude", "json"])]
     serve: Option<ServedInterface>,
     /// Serve the emulated chip instead, which executes the flashed image; ELF file, default: the one that scripts/build-firmware.sh has built
-    #[arg(long, value_name = "ELF", requires = "serve", conflicts_with_all = ["gyro"], num_args = 0..=1)]
+    #[arg(long, value_name = "ELF", requires = "serve", conflicts_with_all = ["out", "gyro"], num_args = 0..=1)]
     chip: Option<Option<PathBuf>>,
     /// Symbolic link to the served port
-    #[arg(long, value_name = "PATH", requires = "serve")]
+    #[arg(long, value_name = "PATH", requires = "serve", conflicts_with = "out")]
     link: Option<PathBuf>,
     /// File with the flash contents of the served stand; read at the start, written at the end
-    #[arg(long, value_name = "FILE", requires = "serve")]
+    #[arg(long, value_name = "FILE", requires = "serve", conflicts_with = "out")]
     flash: Option<PathBuf>,
     /// Connect a simulated gyroscope to the torquer and angle sensor of the served stand; parameters from a TOML file, default 1.5 °/h drift at 70° north
-    #[arg(long, value_name = "FILE", requires = "serve", num_args = 0..=1)]
+    #[arg(long, value_name = "FILE", requires = "serve", conflicts_with = "out", num_args = 0..=1)]
     gyro: Option<Option<PathBuf>>,
     #[command(flatten)]
     profile: ProfileOptions,
