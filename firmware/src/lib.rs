@@ -34,7 +34,7 @@ pub mod console;
 pub mod gyro_loop;
 pub mod mailbox;
 pub mod measurement_loop;
-
+pub mod planned_stall;
 pub mod profile;
 pub mod sensors;
 
@@ -45,6 +45,7 @@ pub mod status;
 pub mod supervision;
 pub mod telemetry;
 pub mod text;
+pub mod tick_counter;
 
 /// Version of the firmware, as the logs' notes carry it.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -6,7 +6,7 @@
 
 use super::commands::{Job, List, Outcome, execute, list_line};
 use super::state::State;
-use crate::board::{Clock, TICKS_PER_ROW};
+use crate::board::{Clock, TICKS_PER_CONTROL, TICKS_PER_ROW};
 use crate::console::errors::{Code, ErrorEntry};
 use crate::console::guard::CANCEL;
 use crate::console::line::{BadLine, Lines, MAX_LINE};
@@ -98,7 +98,10 @@ async fn execute_line<C: Clock, F: NorFlash>(state: &State<'_>, clock: &C, line:
                 if matches!(job, Job::Wait | Job::WaitAndReply) {
                     wait(state, clock).await;
                 }
-                work(state, job, store, &mut reply)
+                match job {
+                    Job::Save => save(state, clock, store).await,
+                    job => work(state, job, store, &mut reply),
+                }
             }
             Err(error) => Err(error),
         };
@@ -145,16 +148,42 @@ async fn wait<C: Clock>(state: &State<'_>, clock: &C) {
     }
 }
 
+/// Time in which the control interrupt must permit a stall, rows: a drive that was switched off on the same line is off after two.
+const STALL_TIMEOUT_ROWS: u64 = 6;
+
+/// Writes the settings to flash. An erase stalls the core, so the control interrupt must permit it.
+async fn save<C: Clock, F: NorFlash>(state: &State<'_>, clock: &C, store: &mut Store<F>) -> Result<(), ErrorEntry> {
+    state.require_at_rest()?;
+    let stall = state.settings.stall;
+    stall.request();
+    let from = clock.now();
+    while stall.answer().is_err() && clock.now() - from < STALL_TIMEOUT_ROWS * TICKS_PER_ROW {
+        clock.until(clock.now() + TICKS_PER_CONTROL).await;
+    }
+    let result = match stall.answer() {
+        Ok(()) => write(state, store),
+        Err(refusal) => Err(ErrorEntry::with(Code::SETTINGS_CONFLICT, refusal.message())),
+    };
+    // The interrupt counts the lost ticks before the permission ends.
+    clock.until(clock.now() + TICKS_PER_ROW).await;
+    stall.end();
+    result
+}
+
+/// Writes the settings to flash, without a suspension between the permission and the end of the stall.
+#[inline(never)] // its frame of two slots is in use only here
+fn write<F: NorFlash>(state: &State<'_>, store: &mut Store<F>) -> Result<(), ErrorEntry> {
+    let saved = Saved { kept: state.settings.kept.get(), observer: state.gyro.observer.parameters() };
+    store.save(&saved, Kept::layout()).map_err(|error| ErrorEntry::with(Code::STORAGE, error))
+}
+
 fn work<F: NorFlash>(state: &State<'_>, job: Job, store: &mut Store<F>, reply: &mut Reply) -> Result<(), ErrorEntry> {
     let storage_error = |error| ErrorEntry::with(Code::STORAGE, error);
     match job {
         Job::Wait => {}
         Job::WaitAndReply => reply.push('1').map_err(|_| ErrorEntry::new(Code::TOO_MUCH_DATA))?,
-        Job::Save => {
-            state.require_at_rest()?;
-            let saved = Saved { kept: state.settings.kept.get(), observer: state.gyro.observer.parameters() };
-            store.save(&saved, Kept::layout()).map_err(storage_error)?;
-        }
+        // [`save`] waits for the control interrupt.
+        Job::Save => {}
         Job::Load => {
             state.require_at_rest()?;
             let saved: Option<Saved> = store.load(Kept::layout()).map_err(storage_error)?;

@@ -135,7 +135,7 @@ pub fn assemble<'a, F: NorFlash>(
     let state = State::new(
         identity,
         stop_line,
-        Parts { instruments, dut, drift, observer, config: &mailboxes.config, capture: &memory.capture, drive },
+        Parts { instruments, dut, drift, observer, config: &mailboxes.config, stall: &mailboxes.stall, capture: &memory.capture, drive },
         kept,
         defaults,
     );

@@ -15,6 +15,7 @@ use crate::console::status::{OPERATION_COMPLETE, Status};
 use crate::gyro_loop::{self, observer};
 use crate::mailbox::{Mailbox, SharedCell};
 use crate::measurement_loop::{Instruments, Row};
+use crate::planned_stall::PlannedStall;
 use crate::profile::{Profile, ProfileConfig, ProfileKind};
 use crate::sensors;
 use crate::settings::Kept;
@@ -53,6 +54,8 @@ pub struct Parts<'a> {
     pub observer: &'a observer::RunningObserver,
     /// Passes settings to the speed loop.
     pub config: &'a Mailbox<Config>,
+    /// The planned stall of the core.
+    pub stall: &'a PlannedStall,
     /// The recording around a fault.
     pub capture: &'a capture::Memory,
     /// Commands to the drive.
@@ -103,6 +106,8 @@ pub struct SettingsState<'a> {
     pub defaults: Kept,
     /// Passes settings to the speed loop.
     config: &'a Mailbox<Config>,
+    /// The planned stall of the core while settings are written to flash.
+    pub stall: &'a PlannedStall,
 }
 
 /// Commands to the drive, exchanged between the console and the setpoint runner, which runs at a higher priority.
@@ -345,7 +350,7 @@ impl<'a> State<'a> {
             stop_line,
             out: Out::default(),
             hardware: kept.hardware,
-            settings: SettingsState { kept: Cell::new(kept), defaults, config: parts.config },
+            settings: SettingsState { kept: Cell::new(kept), defaults, config: parts.config, stall: parts.stall },
             drive: parts.drive,
             source: SourceState {
                 targets: Cell::new(Targets::default()),

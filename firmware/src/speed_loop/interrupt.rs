@@ -1,9 +1,10 @@
 //! The control interrupt: the law between its hardware and its mailboxes.
 
 use super::{Command, CompensationGains, Config, Report, SpeedLoop, begins_millisecond};
-use crate::board::TickIo;
+use crate::board::{Drive, TickIo};
 use crate::capture::{Recorder, Sample};
 use crate::mailbox::Mailbox;
+use crate::planned_stall::PlannedStall;
 
 /// All messages between the tasks and the interrupt.
 #[derive(Default)]
@@ -16,12 +17,20 @@ pub struct Mailboxes {
     pub compensation: Mailbox<CompensationGains>,
     /// Reports, one each millisecond, to the tasks.
     pub reports: Mailbox<Report>,
+    /// A planned stall of the core.
+    pub stall: PlannedStall,
 }
 
 impl Mailboxes {
     /// Empty ones.
     pub const fn new() -> Self {
-        Self { commands: Mailbox::new(), config: Mailbox::new(), compensation: Mailbox::new(), reports: Mailbox::new() }
+        Self {
+            commands: Mailbox::new(),
+            config: Mailbox::new(),
+            compensation: Mailbox::new(),
+            reports: Mailbox::new(),
+            stall: PlannedStall::new(),
+        }
     }
 }
 
@@ -66,7 +75,11 @@ impl<'a> Interrupt<'a> {
         if let Some(command) = mailboxes.commands.take() {
             speed_loop.set_command(&command, &sensed);
         }
-        io.drive(speed_loop.compute(&sensed));
+        let mut output = speed_loop.compute(&sensed);
+        if mailboxes.stall.needs_update() {
+            output = Self::update_stall(speed_loop, mailboxes, output);
+        }
+        io.drive(output);
         if let Some(recorder) = recorder {
             recorder.record(&Sample {
                 count: sensed.encoder,
@@ -77,5 +90,14 @@ impl<'a> Interrupt<'a> {
             });
             recorder.update(sensed.tick as u32, speed_loop.fault());
         }
+    }
+
+    /// Answers a request to stall the core; the bridge stays off while a stall is permitted.
+    #[cold]
+    #[inline(never)]
+    fn update_stall(speed_loop: &mut SpeedLoop, mailboxes: &Mailboxes, output: Drive) -> Drive {
+        let is_permitted = mailboxes.stall.update(output == Drive::Off, speed_loop.is_slow());
+        speed_loop.permit_lost_ticks(is_permitted);
+        if is_permitted { speed_loop.switch_off() } else { output }
     }
 }

@@ -69,6 +69,8 @@ struct State {
     feed_forward: FeedForward,
     output: Output,
     limits: LimitLog,
+    /// A stall of the core is planned: lost ticks are no fault.
+    may_lose_ticks: bool,
 }
 
 /// The platform at the tick in which the output acts.
@@ -157,6 +159,21 @@ impl SpeedLoop {
         self.state.estimator.rate
     }
 
+    /// Whether the platform is slow enough for a planned stall of the core.
+    pub fn is_slow(&self) -> bool {
+        self.state.estimator.rate.abs() <= self.config.stall_rate
+    }
+
+    /// Whether lost ticks are the result of a planned stall, not a fault.
+    pub fn permit_lost_ticks(&mut self, is_permitted: bool) {
+        self.state.may_lose_ticks = is_permitted;
+    }
+
+    /// Replaces the output of this tick by off.
+    pub fn switch_off(&mut self) -> Drive {
+        self.state.output.off()
+    }
+
     /// The latched fault, and the tick in which it was detected, low word.
     #[inline]
     pub fn fault(&self) -> (Fault, u32) {
@@ -196,7 +213,7 @@ impl SpeedLoop {
         let (config, state) = (&self.config, &mut self.state);
         let now = (sensed.tick as u32).wrapping_mul(config.period);
         if state.tick.is_none_or(|last| last.wrapping_add(1) != sensed.tick) {
-            state.skip_ticks(sensed, config.period);
+            state.skip_ticks(sensed, config.period, now);
         }
         state.tick = Some(sensed.tick);
         state.encoder.update(sensed.encoder, sensed.edge_age, now, config.period);
@@ -349,7 +366,7 @@ impl State {
     }
     /// The first tick, or the first after lost ones.
     #[cold]
-    fn skip_ticks(&mut self, sensed: &Sensed, period: u32) {
+    fn skip_ticks(&mut self, sensed: &Sensed, period: u32, now: u32) {
         let tick = sensed.tick as u32;
         let Some(last) = self.tick else {
             self.encoder.start(sensed.encoder, tick.wrapping_sub(1).wrapping_mul(period));
@@ -360,7 +377,13 @@ impl State {
         // The last duty has acted all along.
         self.output.duty_sum = self.output.duty_sum.wrapping_add(i32::from(self.output.duty).wrapping_mul(lost as i32));
         self.encoder.skip(period.wrapping_mul(lost));
-        self.supervisor.trip(Fault::Clock, tick);
+        if !self.may_lose_ticks {
+            self.supervisor.trip(Fault::Clock, tick);
+            return;
+        }
+        // What the platform has moved during the stall is no rate: the estimate starts from where it is. The state of the encoder as one tick ago.
+        self.encoder.update(sensed.encoder, sensed.edge_age.wrapping_sub(period), now.wrapping_sub(period), 0);
+        self.estimator.start(self.encoder.boundary);
     }
 
     /// The platform one tick ahead, by encoder and estimate.

@@ -11,6 +11,7 @@ use crate::board::{CONTROL_HZ, Hardware, ROW_HZ};
 use crate::compensation::Compensation;
 use crate::config::{ConfigError, all_within, within};
 use crate::gyro_loop;
+use crate::planned_stall;
 use crate::supervision::{self, DriveConstants, Thresholds};
 
 /// Gains and limits. The default is the default stand's: maxon RE 25 118752, platform of 2.5·10⁻⁴ kg m².
@@ -81,6 +82,8 @@ pub struct Config {
     pub(super) feed_forward: feed_forward::Config,
     pub(super) regulator: regulator::Config,
     pub(super) thresholds: Thresholds,
+    /// Greatest rate for a planned stall of the core, counts per tick.
+    pub(super) stall_rate: f32,
     /// Edge timer steps in a tick.
     pub(super) period: u32,
 }
@@ -164,6 +167,7 @@ impl Config {
                     rad_s_per_count_tick,
                 },
             ),
+            stall_rate: (planned_stall::MAX_RATE_RAD_S / rad_s_per_count_tick) as f32,
             period: libm::round(hardware.edge_timer_Hz / tick_Hz) as u32,
         })
     }

@@ -6,6 +6,7 @@
 //! loads the compare values that the previous tick has written. A tick's output therefore acts during the whole next tick.
 
 use crate::clocks::CORE_HZ;
+use cortex_m::peripheral::DWT;
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::OutputType;
 use embassy_stm32::pac::TIM1;
@@ -29,6 +30,7 @@ const _: () = assert!((REPETITIONS as u32 + 1) * TOP as u32 * CONTROL_HZ as u32 
 /// The full bridge; it brakes until the first command.
 pub struct Bridge {
     _pwm: ComplementaryPwm<'static, peripherals::TIM1>,
+    start_cycles: u32,
 }
 
 impl Bridge {
@@ -50,15 +52,22 @@ impl Bridge {
         // The HAL writes ARR = clocks − 1 = 4499, which suits edge-aligned counting only: a tick would be 17 996 cycles, 222 ppm fast.
         TIM1.arr().write(|w| w.set_arr(TOP));
         pwm.set_repetition_counter(REPETITIONS);
+        // Before the restart of the counter: ticks never begin earlier than `TickCounter` expects.
+        let start_cycles = DWT::cycle_count();
         // Loads both shadow registers and restarts the counter at 0: from here on ticks are at the bottom of the counter.
         TIM1.egr().write(|w| w.set_ug(true));
         defmt::assert_eq!(TIM1.arr().read().arr(), TOP, "top of the bridge's counter");
         defmt::assert_eq!(TIM1.rcr().read().rep(), REPETITIONS, "repetition counter of the bridge");
-        let mut bridge = Self { _pwm: pwm };
+        let mut bridge = Self { _pwm: pwm, start_cycles };
         bridge.drive(Drive::Off);
         bridge._pwm.enable(Channel::Ch1);
         bridge._pwm.enable(Channel::Ch2);
         bridge
+    }
+
+    /// The core's cycle counter at the start of the counter: a tick begins each 18 000 cycles from then on.
+    pub fn start_cycles(&self) -> u32 {
+        self.start_cycles
     }
 
     /// Enables the interrupt of the update event, once per tick.

@@ -1,7 +1,7 @@
 //! The control interrupt and the clock derived from it.
 //!
 //! The update event of TIM1 runs the library's interrupt each 100 µs and counts ticks. The core's cycle counter gives the time within a tick,
-//! and the number of lost ticks after the core was stalled (flash erase). The clock keeps the earliest deadline and a waker for each waiting
+//! and the number of lost ticks after the core was stalled (flash erase; `TickCounter`). The clock keeps the earliest deadline and a waker for each waiting
 //! task; after a wake each task registers its deadline again.
 
 use crate::analog;
@@ -20,6 +20,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::waitqueue::MultiWakerRegistration;
 use stand_firmware::board::{CONTROL_HZ, Clock, Drive, EncoderCount, Sensed, SupplyCode, TICKS_PER_CONTROL, TickIo, Ticks};
 use stand_firmware::speed_loop::Interrupt;
+use stand_firmware::tick_counter::TickCounter;
 use static_cell::StaticCell;
 
 /// Core cycles in one step of the board clock.
@@ -35,7 +36,7 @@ const STOP_DEBOUNCE_TICKS: u8 = 5;
 #[derive(Clone, Copy)]
 struct Shared {
     tick: u64,
-    /// Cycle counter at the start of that tick.
+    /// Cycle counter at the beginning of that tick.
     cycles: u32,
     /// Earliest deadline of all waiting tasks.
     deadline: Ticks,
@@ -66,8 +67,7 @@ pub struct Tick {
 }
 
 struct TickHardware {
-    tick: u64,
-    cycles: u32,
+    counter: TickCounter,
     encoder: Encoder,
     bridge: Bridge,
     /// Contact of the emergency stop: closed to ground unless pressed.
@@ -82,8 +82,8 @@ impl Tick {
     /// The library's interrupt on this hardware.
     pub fn new(interrupt: Interrupt<'static>, encoder: Encoder, bridge: Bridge, stop_contact: Input<'static>) -> Self {
         let hardware = TickHardware {
-            tick: 0,
-            cycles: 0,
+            // Tick 0 begins with the start of the bridge's timer.
+            counter: TickCounter::new(bridge.start_cycles(), CYCLES_PER_TICK),
             encoder,
             bridge,
             stop_contact,
@@ -92,19 +92,6 @@ impl Tick {
             ticks_since_edge: MAX_EDGE_AGE_TICKS,
         };
         Self { interrupt, hardware }
-    }
-}
-
-impl TickHardware {
-    /// Advances the tick number at a tick that starts at `cycles`, lost ticks included.
-    #[inline]
-    fn count(&mut self, cycles: u32) {
-        let since = cycles.wrapping_sub(self.cycles);
-        self.cycles = cycles;
-        self.tick += match since {
-            0..CYCLES_PER_TICK => 1,
-            _ => u64::from((since + CYCLES_PER_TICK / 2) / CYCLES_PER_TICK),
-        };
     }
 }
 
@@ -121,7 +108,7 @@ impl TickIo for TickHardware {
         let (current, supply) = analog::newest_current_and_supply();
         self.open_ticks = if self.stop_contact.is_high() { self.open_ticks.saturating_add(1) } else { 0 };
         let stop = self.open_ticks >= STOP_DEBOUNCE_TICKS || serial::STOP.is_stop_requested();
-        Sensed { tick: self.tick, encoder: reading.count, edge_age, current, supply: SupplyCode(supply), stop }
+        Sensed { tick: self.counter.tick(), encoder: reading.count, edge_age, current, supply: SupplyCode(supply), stop }
     }
 
     #[inline]
@@ -139,7 +126,6 @@ impl TickIo for TickHardware {
 /// Enables the control interrupt, which owns `tick` from then on.
 pub fn start(tick: Tick) {
     let tick = TICK_MEMORY.init(tick);
-    tick.hardware.cycles = DWT::cycle_count();
     tick.hardware.bridge.enable_interrupt();
     TICK.lock(|cell| cell.set(Some(tick)));
     interrupt::TIM1_UP_TIM10.set_priority(Priority::P0);
@@ -171,15 +157,17 @@ fn on_tick(tick: &mut Tick) {
     let cycles = DWT::cycle_count();
     let io = &mut tick.hardware;
     io.bridge.acknowledge();
-    io.count(cycles);
+    if io.counter.enter(cycles) == 0 {
+        return;
+    }
     // First, so that torquer output and angle sample have a constant delay from the start of the tick.
-    crate::torquer::on_tick(io.tick as u32);
+    crate::torquer::on_tick(io.counter.tick() as u32);
     tick.interrupt.run(io);
-    let now = Ticks::of_control(io.tick);
+    let now = Ticks::of_control(io.counter.tick());
     let due = SHARED.lock(|cell| {
         let mut shared = cell.get();
-        shared.tick = io.tick;
-        shared.cycles = cycles;
+        shared.tick = io.counter.tick();
+        shared.cycles = io.counter.begin_cycles();
         let due = shared.deadline <= now;
         if due {
             shared.deadline = Ticks(u64::MAX);
