@@ -36,6 +36,7 @@ pub mod mailbox;
 pub mod measurement_loop;
 pub mod planned_stall;
 pub mod profile;
+pub mod receive_ring;
 pub mod sensors;
 
 pub mod session;

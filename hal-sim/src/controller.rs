@@ -9,9 +9,9 @@ use crate::board::{Bench, PlantPort, SimBoard};
 use crate::clock::{self, SimClock, Stuck, VirtualClock};
 use crate::faults::{ActiveFaults, FaultKind};
 use crate::gyro::GyroPort;
-use crate::peripherals::SimFlash;
 use crate::peripherals::flash::SMALL_SECTOR_BYTES;
 use crate::peripherals::serial::{DamageRates, SerialLine, USUAL_BAUD};
+use crate::peripherals::{SimFlash, StallingFlash};
 use crate::setup::StandSetup;
 use embassy_futures::select::{Either, Either3, select, select3};
 use stand_firmware::app::{Identity, Memory, assemble};
@@ -159,7 +159,7 @@ impl<'c, P: PlantPort> Controller<'c, P> {
         loop {
             flash.power_on();
             self.bench.borrow_mut().power_on();
-            let store = Store::new(&mut *flash, [0, first as u32], second as u32);
+            let store = Store::new(StallingFlash::new(&mut flash, self.clock), [0, first as u32], second as u32);
             let stop_line = StopLine::new();
             let mut guard = Guard::new(&stop_line);
             let mut memory = Box::new(Memory::new());
@@ -173,19 +173,32 @@ impl<'c, P: PlantPort> Controller<'c, P> {
                 self.clock.charge(self.console_poll_steps.get());
                 console.as_mut().poll(context)
             });
-            let measuring = select3(host.as_mut(), measurement.run(&mut board), self.supply(false));
-            let on = clock::run_prioritised(self.clock, measuring, console, |to| {
-                outside(to);
-                self.break_line();
-                self.bench.borrow_mut().advance(to, |io| {
-                    self.line.deliver(io.now(), |incoming| match incoming {
-                        Ok(byte) => guard.byte(byte),
-                        Err(_) => guard.line_break(),
+            // In a block, so that its borrow of the measurement ends with the run.
+            let on = {
+                let mut measuring = pin!(measurement.run(&mut board));
+                let measuring =
+                    poll_fn(
+                        |context| {
+                            if self.clock.is_stalled_at(self.clock.now()) { Poll::Pending } else { measuring.as_mut().poll(context) }
+                        },
+                    );
+                let high = select3(host.as_mut(), measuring, self.supply(false));
+                clock::run_prioritised(self.clock, high, console, |to| {
+                    outside(to);
+                    self.break_line();
+                    self.bench.borrow_mut().advance(to, |io| {
+                        if self.clock.is_stalled_at(io.now()) {
+                            return;
+                        }
+                        self.line.deliver(io.now(), |incoming| match incoming {
+                            Ok(byte) => guard.byte(byte),
+                            Err(_) => guard.line_break(),
+                        });
+                        io.request_stop(stop_line.is_stop_requested());
+                        interrupt.run(io);
                     });
-                    io.request_stop(stop_line.is_stop_requested());
-                    interrupt.run(io);
-                });
-            })?;
+                })?
+            };
             self.rows_lost.set(measurement.rows_lost());
             match on {
                 Either::First(Either3::First(done)) => return Ok(done),

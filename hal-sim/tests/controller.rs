@@ -256,3 +256,90 @@ fn rows_that_find_the_queue_full_are_counted() {
     assert!((2_000..3_000).contains(&lost), "{lost}");
     assert!(sequences.windows(2).any(|pair| pair[1] > pair[0] + 1), "the gap shows in the numbers");
 }
+
+/// Errors and fault after a command.
+async fn state_of(host: &Host<'_, '_>) -> String {
+    host.query("SYSTem:ERRor?;:FAULt?").await
+}
+
+const SOUND: &str = "0,\"No error\";0,none,nothing is wrong";
+
+#[test]
+fn seventeen_saves_while_off_succeed_and_the_next_while_it_turns_is_refused() {
+    sound(async |host| {
+        host.wait_s(0.1).await;
+        let uptime_s = async || -> f64 {
+            let reply = host.query("SYSTem:UPTime?").await;
+            reply.trim_end_matches(" S").parse().unwrap()
+        };
+        for save in 1..=17 {
+            let (before_s, clock_s) = (uptime_s().await, host.clock.now().seconds());
+            host.query_within(&format!("SETTings:slip_rad 0.{};:SETTings:SAVE", 100 + save), 0.6).await;
+            assert_eq!(state_of(host).await, SOUND, "save {save}");
+            // The time of the stand goes on through the erase of save 17.
+            let (after_s, passed_s) = (uptime_s().await, host.clock.now().seconds() - clock_s);
+            assert!((after_s - before_s - passed_s).abs() < 0.002, "save {save}: {before_s} {after_s} {passed_s}");
+        }
+        host.query("SOURce:RATE 5 RAD/S;:SOURce:MODE RATE").await;
+        host.wait_s(1.0).await;
+        host.query_within("SETTings:SAVE", 0.6).await;
+        let refusal = host.query("SYSTem:ERRor?").await;
+        assert!(refusal.starts_with("-221") && refusal.contains("OUTPut OFF"), "{refusal}");
+        assert!((true_rate(host) - 5.0).abs() < 0.05, "and the drive goes on");
+        // Switched off, it still turns.
+        host.query_within("OUTPut OFF;:SETTings:SAVE", 0.3).await;
+        let refusal = host.query("SYSTem:ERRor?").await;
+        assert!(refusal.starts_with("-221") && refusal.contains("turns"), "{refusal}");
+        host.wait_s(3.0).await;
+        host.query_within("SETTings:SAVE", 0.6).await;
+        assert_eq!(state_of(host).await, SOUND);
+    });
+}
+
+/// A controller whose next save erases a sector.
+fn full_flash() -> SimFlash {
+    talk(Faults::default(), flash(1), async |host| {
+        host.wait_s(0.1).await;
+        for _ in 0..16 {
+            host.query_within("SETTings:SAVE", 0.1).await;
+        }
+    })
+    .1
+}
+
+#[test]
+fn an_erase_loses_ticks_and_neither_commands_nor_the_time() {
+    talk(Faults::default(), full_flash(), async |host| {
+        host.wait_s(0.1).await;
+        host.received();
+        host.controller.line().send(b"SETTings:SAVE\n");
+        host.wait_s(0.05).await;
+        // The core is stalled: this command waits in the ring of the receiver.
+        host.controller.line().send(b"*IDN?\n");
+        host.wait_s(0.1).await;
+        assert_eq!(host.received(), b"", "no reply during the erase");
+        host.wait_s(0.3).await;
+        assert!(String::from_utf8(host.received()).unwrap().starts_with("Rotary Stand"));
+        assert_eq!(state_of(host).await, SOUND);
+        assert!(
+            host.query("MEASure:TIMing?").await.contains("0.25"),
+            "the rows of the erase are missing: {}",
+            host.query("MEASure:TIMing?").await
+        );
+        assert_eq!(host.controller.line().counts().overrun, 0);
+    });
+}
+
+#[test]
+fn bytes_beyond_the_ring_of_the_receiver_are_lost_in_an_erase() {
+    talk(Faults::default(), full_flash(), async |host| {
+        host.wait_s(0.1).await;
+        host.controller.line().send(b"SETTings:SAVE\n");
+        host.wait_s(0.05).await;
+        host.controller.line().send(&b"*IDN?\n".repeat(300));
+        host.wait_s(0.5).await;
+        assert!(host.controller.line().counts().overrun > 0);
+        host.received();
+        assert!(host.query("*IDN?").await.starts_with("Rotary Stand"), "the line works again");
+    });
+}

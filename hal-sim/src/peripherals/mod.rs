@@ -14,6 +14,7 @@ mod noise;
 mod rate_sensor;
 pub mod serial;
 mod slow;
+mod stalling_flash;
 mod task_edge;
 
 pub use current::CurrentAdc;
@@ -25,6 +26,7 @@ pub use noise::Noise;
 pub use rate_sensor::RateSensor;
 pub use serial::SerialLine;
 pub use slow::SlowChannel;
+pub use stalling_flash::StallingFlash;
 pub use task_edge::TaskEdge;
 
 use stand_firmware::config::{ConfigError, within};

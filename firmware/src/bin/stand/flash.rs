@@ -2,7 +2,7 @@
 //!
 //! Sectors 1 and 2 of 16 KiB each are the smallest ones; an erase takes 0.25 s, at most 0.5 s (DS10693, table 48). The program's code begins
 //! behind them (memory.x), and flashing a new program does not erase them. The core and the tick stall during an erase, so settings are
-//! written only with the drive off; afterwards the cycle counter gives the number of lost ticks.
+//! written only while the control interrupt permits a stall (`planned_stall`); afterwards the cycle counter gives the number of lost ticks.
 
 use embassy_stm32::flash::{Bank1Region1, Blocking, Error, Flash};
 use embassy_stm32::{Peri, peripherals};
@@ -63,7 +63,7 @@ impl NorFlash for SettingsFlash {
     fn erase(&mut self, from: u32, to: u32) -> Result<(), Error> {
         let length = to.checked_sub(from).ok_or(Error::Size)? as usize;
         let from = Self::chip_offset(from, length)?;
-        self.region.erase(from, from + length as u32)
+        crate::serial::with_stalled_core(|| self.region.erase(from, from + length as u32))
     }
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Error> {

@@ -38,7 +38,6 @@ bind_interrupts!(struct Irqs {
     DMA1_STREAM3 => dma::InterruptHandler<peripherals::DMA1_CH3>;
     DMA1_STREAM4 => dma::InterruptHandler<peripherals::DMA1_CH4>;
     DMA1_STREAM6 => dma::InterruptHandler<peripherals::DMA1_CH6>;
-    // In this order: the first handler clears the receiver's flags, the second serves the transmitter.
     USART2 => serial::ReceiveInterrupt, usart::InterruptHandler<peripherals::USART2>;
 });
 

@@ -1,14 +1,18 @@
 //! Serial line on USART2: DMA in both directions; the receive interrupt detects stop requests.
 //!
-//! DMA writes received bytes into a circular buffer without end. The interrupt comes when the line becomes idle (11 µs, one byte's time) and is
-//! pended by each tick. Every byte therefore passes the console's guard at most 0.1 ms after its reception, independent of the tasks and of
-//! the load of the line, and the next tick switches the drive off. The interrupt's priority is below the tick's and above all others.
+//! DMA writes received bytes into a circular buffer without end. Each tick pends the interrupt. Every byte therefore passes the console's guard at
+//! most 0.1 ms after its reception, independent of the tasks and of the load of the line, and the next tick switches the drive off. The interrupt's
+//! priority is below the tick's and above all others.
+//!
+//! The receiver itself raises no interrupt and the data register is read by DMA alone. An interrupt of the idle line would have to read the data
+//! register to clear its flag (RM0390 §25.6.1), which takes a byte that is complete between the reads of status and data from DMA; and where the
+//! line becomes idle between this handler and the HAL's on the same vector, the HAL's clears IDLEIE for good.
 //!
 //! The HAL's ring buffer is not used: after an error or an idle line its interrupt stays disabled until a task reads, which would delay a stop.
 
 use core::cell::RefCell;
 use core::future::poll_fn;
-use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering};
+use core::sync::atomic::{AtomicU32, Ordering};
 use core::task::Poll;
 use cortex_m::peripheral::DWT;
 use embassy_stm32::gpio::{AfType, Flex, Pull};
@@ -23,7 +27,8 @@ use embassy_stm32::{Peri, interrupt, peripherals};
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::waitqueue::AtomicWaker;
-use stand_firmware::console::{Guard, StopLine};
+use stand_firmware::console::{Guard, LineErrors, StopLine};
+use stand_firmware::receive_ring::ReceiveRing;
 
 /// 45 MHz / 921 600 = 48.83; the divider's rounding error is 0.02 %. The ST-Link supports this rate.
 pub const BAUD: u32 = 921_600;
@@ -38,42 +43,43 @@ const PIN: usize = 3;
 /// Longest time between two passes to the guard; after a longer one the ring may have wrapped: 8 ms, core cycles.
 const MAX_PASS_INTERVAL_CYCLES: u32 = crate::clocks::CORE_HZ / 125;
 /// Bytes that pass the guard in one critical section.
-const CHUNK_BYTES: usize = 32;
+const CHUNK_BYTES: u32 = 32;
 
 /// Stop requests: set by guard and button, read by the tick, cleared by the app.
 pub static STOP: StopLine = StopLine::new();
 
-static RING: [AtomicU8; LENGTH] = [const { AtomicU8::new(0) }; LENGTH];
-/// Bytes received since power-on, wrapping.
-static RECEIVED: AtomicU32 = AtomicU32::new(0);
-static LOST: AtomicBool = AtomicBool::new(false);
+static RING: ReceiveRing<LENGTH> = ReceiveRing::new();
 static READER: AtomicWaker = AtomicWaker::new();
-static GUARD: Mutex<CriticalSectionRawMutex, RefCell<Guard<'static>>> = Mutex::new(RefCell::new(Guard::new(&STOP)));
+static GUARD: Mutex<CriticalSectionRawMutex, RefCell<(Guard<'static>, LineErrors)>> =
+    Mutex::new(RefCell::new((Guard::new(&STOP), LineErrors::new())));
 static LAST_PASS_CYCLES: AtomicU32 = AtomicU32::new(0);
 
-/// Handler of the receive interrupt. It is bound before the HAL's handler of the same vector, which then finds no flag of the receiver.
+/// Handler of the receive interrupt. It shares the vector with the HAL's handler, which serves the transmitter.
 pub struct ReceiveInterrupt;
 
 impl Handler<typelevel::USART2> for ReceiveInterrupt {
     unsafe fn on_interrupt() {
         let status = USART2.sr().read();
-        if status.idle() || status.fe() || status.ne() || status.ore() {
-            // Reading the status and then the data clears the flags; DMA has already read the data.
-            USART2.dr().read();
-        }
-        // Line break: no stop bit, and the line is still low.
-        if status.fe() && GPIOA.idr().read().idr(PIN) == Idr::LOW {
-            with_guard(Guard::line_break);
-        }
+        let is_low = GPIOA.idr().read().idr(PIN) == Idr::LOW;
+        with_guard(|guard, errors| {
+            let events = errors.update(status.fe(), status.ore(), is_low);
+            if events.is_break {
+                guard.line_break();
+            }
+            if events.is_overrun {
+                RING.set_lost();
+            }
+        });
         pass_to_guard();
     }
 }
 
-/// Calls `action` with the guard. `try_borrow_mut` cannot fail here; unlike `borrow_mut` it has no panic.
-fn with_guard(action: impl FnOnce(&mut Guard<'static>)) {
-    GUARD.lock(|guard| {
-        if let Ok(mut guard) = guard.try_borrow_mut() {
-            action(&mut guard);
+/// Calls `action` with the guard and the flags of the line. `try_borrow_mut` cannot fail here; unlike `borrow_mut` it has no panic.
+fn with_guard(action: impl FnOnce(&mut Guard<'static>, &mut LineErrors)) {
+    GUARD.lock(|both| {
+        if let Ok(mut both) = both.try_borrow_mut() {
+            let (guard, errors) = &mut *both;
+            action(guard, errors);
         }
     });
 }
@@ -81,28 +87,30 @@ fn with_guard(action: impl FnOnce(&mut Guard<'static>)) {
 /// Passes newly received bytes to the guard and wakes the reader.
 fn pass_to_guard() {
     let cycles = DWT::cycle_count();
-    if cycles.wrapping_sub(LAST_PASS_CYCLES.swap(cycles, Ordering::Relaxed)) > MAX_PASS_INTERVAL_CYCLES {
-        LOST.store(true, Ordering::Relaxed);
-    }
-    let before = RECEIVED.load(Ordering::Relaxed);
-    let at = before as usize % LENGTH;
+    let is_late = cycles.wrapping_sub(LAST_PASS_CYCLES.swap(cycles, Ordering::Relaxed)) > MAX_PASS_INTERVAL_CYCLES;
     let written = LENGTH.saturating_sub(usize::from(DMA1.st(STREAM).ndtr().read().ndt())) % LENGTH;
-    let new = (written + LENGTH - at) % LENGTH;
-    if new == 0 {
+    let (from, end) = RING.update(written, is_late);
+    if from == end {
         return;
     }
-    let mut done = 0;
-    while done < new {
-        with_guard(|guard| (done..new.min(done + CHUNK_BYTES)).for_each(|offset| guard.byte(byte(at + offset))));
-        done += CHUNK_BYTES;
+    let mut next = from;
+    while next != end {
+        let chunk = end.wrapping_sub(next).min(CHUNK_BYTES);
+        with_guard(|guard, _| (0..chunk).for_each(|offset| guard.byte(RING.byte(next.wrapping_add(offset)))));
+        next = next.wrapping_add(chunk);
     }
-    RECEIVED.store(before.wrapping_add(new as u32), Ordering::Release);
+    RING.publish(end);
     READER.wake();
 }
 
-#[inline]
-fn byte(position: usize) -> u8 {
-    RING.get(position % LENGTH).map_or(0, |byte| byte.load(Ordering::Relaxed))
+/// Runs `operation`, which stalls the core (flash erase). Bytes that arrive meanwhile stay in the ring as far as they fit.
+pub fn with_stalled_core<T>(operation: impl FnOnce() -> T) -> T {
+    // Interrupts are held off, so that the next pass of the guard is the first after the stall.
+    cortex_m::interrupt::free(|_| {
+        pass_to_guard();
+        RING.announce_stall();
+        operation()
+    })
 }
 
 /// Pends the receive interrupt, which passes received bytes to the guard. Called in each tick.
@@ -129,7 +137,7 @@ impl Receiver {
         RCC.ahb1enr().modify(|w| w.set_dma1en(true));
         let stream = DMA1.st(STREAM);
         stream.par().write_value(USART2.dr().as_ptr() as u32);
-        stream.m0ar().write_value(RING.as_ptr() as u32);
+        stream.m0ar().write_value(RING.bytes().as_ptr() as u32);
         stream.ndtr().write(|w| w.set_ndt(LENGTH as u16));
         stream.cr().write(|w| {
             w.set_chsel(REQUEST);
@@ -142,10 +150,7 @@ impl Receiver {
             w.set_en(true);
         });
         USART2.cr3().modify(|w| w.set_dmar(true));
-        USART2.cr1().modify(|w| {
-            w.set_re(true);
-            w.set_idleie(true);
-        });
+        USART2.cr1().modify(|w| w.set_re(true));
         LAST_PASS_CYCLES.store(DWT::cycle_count(), Ordering::Relaxed);
         interrupt::USART2.set_priority(Priority::P1);
         typelevel::USART2::unpend();
@@ -181,20 +186,20 @@ impl embedded_io_async::Read for Receiver {
     async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Overrun> {
         let received = poll_fn(|context| {
             READER.register(context.waker());
-            match RECEIVED.load(Ordering::Acquire) {
+            match RING.received() {
                 received if received == self.taken && !buffer.is_empty() => Poll::Pending,
                 received => Poll::Ready(received),
             }
         })
         .await;
         let waiting = received.wrapping_sub(self.taken) as usize;
-        if LOST.swap(false, Ordering::Relaxed) || waiting > LENGTH {
+        if RING.take_lost() || waiting > LENGTH {
             self.taken = received;
             return Err(Overrun);
         }
         let count = waiting.min(buffer.len());
         for (offset, slot) in buffer.iter_mut().take(count).enumerate() {
-            *slot = byte(self.taken as usize + offset);
+            *slot = RING.byte(self.taken.wrapping_add(offset as u32));
         }
         self.taken = self.taken.wrapping_add(count as u32);
         Ok(count)
