@@ -37,8 +37,8 @@ pub mod measurement_loop;
 pub mod planned_stall;
 pub mod profile;
 pub mod receive_ring;
+pub mod reset_cause;
 pub mod sensors;
-
 pub mod session;
 pub mod settings;
 pub mod speed_loop;

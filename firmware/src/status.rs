@@ -34,11 +34,13 @@ pub enum Fault {
     HostSilent,
     /// The index did not come where the counted turns say that it must.
     IndexLost,
+    /// The converter of current and supply has stopped.
+    ReadingsStale,
 }
 
 impl Fault {
     /// All but `None`, by their codes from 1 on.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Overspeed,
         Self::OverCurrent,
         Self::Stall,
@@ -52,6 +54,7 @@ impl Fault {
         Self::SensorSilent,
         Self::HostSilent,
         Self::IndexLost,
+        Self::ReadingsStale,
     ];
 
     /// Its number: 0 for none, else from 1 on; the same for ever, as frames and logs carry it.
@@ -82,6 +85,7 @@ impl Fault {
             Self::SensorSilent => "sensor silent",
             Self::HostSilent => "host silent",
             Self::IndexLost => "index lost",
+            Self::ReadingsStale => "readings stale",
         }
     }
 
@@ -102,6 +106,7 @@ impl Fault {
             Self::SensorSilent => "check the sensor's plug and supply, or run without it",
             Self::HostSilent => "the host's program or its line has failed; arm it anew when it is back",
             Self::IndexLost => "check the encoder's index channel and the counts per turn",
+            Self::ReadingsStale => "the converter of current and supply has stopped: reset the controller",
         }
     }
 }

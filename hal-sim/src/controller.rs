@@ -18,6 +18,7 @@ use stand_firmware::app::{Identity, Memory, assemble};
 use stand_firmware::board::{TICKS_PER_ROW, Ticks};
 use stand_firmware::config::ConfigError;
 use stand_firmware::console::{Guard, StopLine};
+use stand_firmware::reset_cause::ResetCause;
 use stand_firmware::settings::{Kept, Store};
 use std::cell::{Cell, RefCell};
 use std::future::{Future, poll_fn};
@@ -75,6 +76,10 @@ pub struct Controller<'c, P> {
     serial: String,
     line_faults: Cell<LineFaults>,
     power_cuts: Cell<u32>,
+    /// Cause of the next start.
+    reset_cause: Cell<ResetCause>,
+    /// A reset without a power cut is requested.
+    is_reset: Cell<bool>,
     /// Compute time of each poll of the console's runner, board clock steps.
     console_poll_steps: Cell<u64>,
     rows_lost: Cell<u32>,
@@ -101,6 +106,8 @@ impl<'c, P: PlantPort> Controller<'c, P> {
             serial: format!("SIM-{seed}"),
             line_faults: Cell::default(),
             power_cuts: Cell::new(0),
+            reset_cause: Cell::new(ResetCause::PowerOn),
+            is_reset: Cell::new(false),
             console_poll_steps: Cell::new(0),
             rows_lost: Cell::new(0),
         })
@@ -138,6 +145,12 @@ impl<'c, P: PlantPort> Controller<'c, P> {
         self.rows_lost.get()
     }
 
+    /// Resets the controller with its supply on, as its watchdog does; the program starts again within a millisecond.
+    pub fn reset(&self, cause: ResetCause) {
+        self.reset_cause.set(cause);
+        self.is_reset.set(true);
+    }
+
     /// Number of power cuts so far.
     pub fn power_cuts(&self) -> u32 {
         self.power_cuts.get()
@@ -163,7 +176,7 @@ impl<'c, P: PlantPort> Controller<'c, P> {
             let stop_line = StopLine::new();
             let mut guard = Guard::new(&stop_line);
             let mut memory = Box::new(Memory::new());
-            let identity = Identity { model: "simulated", serial: &self.serial, baud: USUAL_BAUD };
+            let identity = Identity { model: "simulated", serial: &self.serial, baud: USUAL_BAUD, reset_cause: self.reset_cause.take() };
             let (mut interrupt, mut measurement, mut app) = assemble(&mut memory, store, self.defaults, identity, &stop_line)?;
             let mut board = SimBoard::new(&self.bench, self.clock);
             let (receive, transmit) = self.line.device();
@@ -205,6 +218,11 @@ impl<'c, P: PlantPort> Controller<'c, P> {
                 Either::First(Either3::Second(())) | Either::Second(()) => return Err(ControllerError::Ended),
                 Either::First(Either3::Third(())) => {}
             }
+            if self.is_reset.take() {
+                // The outputs of the chip float in a reset, and the bridge's inputs are pulled low.
+                self.bench.borrow_mut().open_bridge();
+                continue;
+            }
             self.power_cuts.set(self.power_cuts.get() + 1);
             self.line.power(false);
             let off = clock::run(self.clock, select(host.as_mut(), self.supply(true)), |to| {
@@ -220,10 +238,11 @@ impl<'c, P: PlantPort> Controller<'c, P> {
         }
     }
 
-    /// Returns when the supply is present, or absent.
+    /// Returns when the supply is present, or absent; a reset ends the wait for its absence.
     async fn supply(&self, is_there: bool) {
         poll_fn(|_| {
-            if self.bench.borrow_mut().active_faults().is_active(FaultKind::PowerCut) != is_there {
+            let is_reset = !is_there && self.is_reset.get();
+            if is_reset || self.bench.borrow_mut().active_faults().is_active(FaultKind::PowerCut) != is_there {
                 return Poll::Ready(());
             }
             self.clock.wait_until(self.clock.now() + TICKS_PER_ROW);

@@ -7,6 +7,7 @@
 use crate::analog;
 use crate::bridge::Bridge;
 use crate::encoder::Encoder;
+use crate::output_timeout;
 use crate::serial;
 use core::cell::{Cell, RefCell};
 use core::future::poll_fn;
@@ -76,6 +77,8 @@ struct TickHardware {
     /// The last captured edge, and ticks since its capture.
     edge: Option<u32>,
     ticks_since_edge: u32,
+    /// ADC sweep in progress at the last tick.
+    sweep: usize,
 }
 
 impl Tick {
@@ -90,6 +93,7 @@ impl Tick {
             open_ticks: 0,
             edge: None,
             ticks_since_edge: MAX_EDGE_AGE_TICKS,
+            sweep: usize::MAX,
         };
         Self { interrupt, hardware }
     }
@@ -106,9 +110,13 @@ impl TickIo for TickHardware {
             _ => u32::MAX,
         };
         let (current, supply) = analog::newest_current_and_supply();
+        // Two sweeps end in each tick. An unchanged position means that converter or DMA have stopped.
+        let sweep = analog::sweep_in_progress();
+        let is_stale = sweep == self.sweep;
+        self.sweep = sweep;
         self.open_ticks = if self.stop_contact.is_high() { self.open_ticks.saturating_add(1) } else { 0 };
         let stop = self.open_ticks >= STOP_DEBOUNCE_TICKS || serial::STOP.is_stop_requested();
-        Sensed { tick: self.counter.tick(), encoder: reading.count, edge_age, current, supply: SupplyCode(supply), stop }
+        Sensed { tick: self.counter.tick(), encoder: reading.count, edge_age, current, supply: SupplyCode(supply), is_stale, stop }
     }
 
     #[inline]
@@ -120,6 +128,8 @@ impl TickIo for TickHardware {
     fn drive(&mut self, drive: Drive) {
         DRIVEN.store(drive != Drive::Off, Ordering::Relaxed);
         self.bridge.drive(drive);
+        // Here, at the end of the law: a tick that hangs before does not count.
+        output_timeout::restart();
     }
 }
 
