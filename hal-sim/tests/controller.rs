@@ -8,6 +8,7 @@ use hal_sim::faults::{Fault, FaultKind, Faults};
 use hal_sim::peripherals::SimFlash;
 use hal_sim::plant::{Plant, Stand};
 use stand_firmware::board::{Clock, TICKS_PER_ROW, TICKS_PER_S, Ticks};
+use stand_firmware::reset_cause::ResetCause;
 use stand_firmware::telemetry::frame::Piece;
 use stand_firmware::telemetry::{Body, Deframer};
 use std::cell::RefCell;
@@ -341,5 +342,29 @@ fn bytes_beyond_the_ring_of_the_receiver_are_lost_in_an_erase() {
         assert!(host.controller.line().counts().overrun > 0);
         host.received();
         assert!(host.query("*IDN?").await.starts_with("Rotary Stand"), "the line works again");
+    });
+}
+
+#[test]
+fn the_cause_of_a_reset_is_reported_and_the_drive_is_off_after_it() {
+    sound(async |host| {
+        host.wait_s(0.1).await;
+        assert_eq!(host.query("SYSTem:RESet:CAUSe?").await, "power-on");
+        host.query("SOURce:RATE 5 RAD/S;:SOURce:MODE RATE").await;
+        host.wait_s(1.0).await;
+        host.controller.reset(ResetCause::Watchdog);
+        host.wait_s(0.2).await;
+        host.received();
+        assert_eq!(host.query("SYSTem:RESet:CAUSe?;:OUTPut?;:FAULt?").await, "watchdog;0;0,none,nothing is wrong");
+        host.wait_s(2.0).await;
+        assert!(true_rate(host).abs() < 1.0, "{}", true_rate(host));
+    });
+    // A power cut is a power-on.
+    let faults = Faults::of([Fault::new(FaultKind::PowerCut, 0.5, 0.5)]).unwrap();
+    talk(faults, flash(1), async |host| {
+        host.wait_s(1.2).await;
+        host.received();
+        assert_eq!(host.query("SYSTem:RESet:CAUSe?").await, "power-on");
+        assert_eq!(host.controller.power_cuts(), 1);
     });
 }
