@@ -26,6 +26,7 @@
 
 pub mod app;
 pub mod board;
+pub mod button;
 pub mod calibration;
 pub mod capture;
 pub mod compensation;

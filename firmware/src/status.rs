@@ -2,7 +2,8 @@
 //!
 //! A [`Fault`] has switched the drive off and stays latched until it is cleared. [`Limits`] are not faults: the drive runs and holds the output back.
 
-/// A reason to switch the drive off. Each latches: the first is kept until it is cleared, and that takes its cause to be gone.
+/// A reason to switch the drive off. Each latches: the first is kept until it is cleared, and that takes its cause to be gone. An emergency stop
+/// replaces another fault.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Fault {
     /// It was not.
@@ -101,7 +102,7 @@ impl Fault {
             Self::SupplyLow => "check the bridge's supply under load",
             Self::SupplyHigh => "check the bridge's supply; braking feeds energy back into it",
             Self::Clock => "a control tick came late or was lost: a fault of the firmware or of its clock",
-            Self::EmergencyStop => "release the stop, then clear the fault",
+            Self::EmergencyStop => "release the stop, then FAULt:CLEar; the button does not clear it",
             Self::Temperature => "let the motor cool",
             Self::SensorSilent => "check the sensor's plug and supply, or run without it",
             Self::HostSilent => "the host's program or its line has failed; arm it anew when it is back",

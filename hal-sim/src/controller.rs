@@ -15,7 +15,8 @@ use crate::peripherals::{SimFlash, StallingFlash};
 use crate::setup::StandSetup;
 use embassy_futures::select::{Either, Either3, select, select3};
 use stand_firmware::app::{Identity, Memory, assemble};
-use stand_firmware::board::{TICKS_PER_ROW, Ticks};
+use stand_firmware::board::{Drive, EncoderCount, Sensed, TICKS_PER_ROW, TickIo, Ticks};
+use stand_firmware::button::{self, DriveStatus, ReceiverWithButton, TypedLine};
 use stand_firmware::config::ConfigError;
 use stand_firmware::console::{Guard, StopLine};
 use stand_firmware::reset_cause::ResetCause;
@@ -66,6 +67,27 @@ impl LineFaults {
     }
 }
 
+/// The hardware of the interrupt, with its output for the button.
+struct Watched<'a, T> {
+    io: &'a mut T,
+    drive: &'a Cell<DriveStatus>,
+}
+
+impl<T: TickIo> TickIo for Watched<'_, T> {
+    fn sense(&mut self) -> Sensed {
+        self.io.sense()
+    }
+
+    fn index(&mut self) -> Option<EncoderCount> {
+        self.io.index()
+    }
+
+    fn drive(&mut self, out: Drive) {
+        self.drive.set(DriveStatus { is_driven: out != Drive::Off, ..self.drive.get() });
+        self.io.drive(out);
+    }
+}
+
 /// One controller on its stand.
 pub struct Controller<'c, P> {
     clock: &'c VirtualClock,
@@ -80,6 +102,9 @@ pub struct Controller<'c, P> {
     reset_cause: Cell<ResetCause>,
     /// A reset without a power cut is requested.
     is_reset: Cell<bool>,
+    /// The button B1 is pressed.
+    is_button_down: Cell<bool>,
+    is_led_on: Cell<bool>,
     /// Compute time of each poll of the console's runner, board clock steps.
     console_poll_steps: Cell<u64>,
     rows_lost: Cell<u32>,
@@ -108,6 +133,8 @@ impl<'c, P: PlantPort> Controller<'c, P> {
             power_cuts: Cell::new(0),
             reset_cause: Cell::new(ResetCause::PowerOn),
             is_reset: Cell::new(false),
+            is_button_down: Cell::new(false),
+            is_led_on: Cell::new(false),
             console_poll_steps: Cell::new(0),
             rows_lost: Cell::new(0),
         })
@@ -133,6 +160,16 @@ impl<'c, P: PlantPort> Controller<'c, P> {
     /// Plant and sensors, to observe them and to inject faults. Must not be borrowed across an await.
     pub fn bench(&self) -> &RefCell<Bench<P>> {
         &self.bench
+    }
+
+    /// Presses or releases the button B1.
+    pub fn press_button(&self, is_down: bool) {
+        self.is_button_down.set(is_down);
+    }
+
+    /// Whether the LED is lit.
+    pub fn is_led_on(&self) -> bool {
+        self.is_led_on.get()
     }
 
     /// Makes each poll of the console's runner take this time, in board clock steps: with a positive time it never yields the processor.
@@ -181,7 +218,19 @@ impl<'c, P: PlantPort> Controller<'c, P> {
             let mut board = SimBoard::new(&self.bench, self.clock);
             let (receive, transmit) = self.line.device();
             let clock = self.clock();
-            let mut console = pin!(app.run(&clock, receive, transmit));
+            let typed = TypedLine::new();
+            let drive = Cell::new(DriveStatus::default());
+            let button = button::run(
+                &clock,
+                || self.is_button_down.get(),
+                |on| self.is_led_on.set(on),
+                || drive.get(),
+                &stop_line,
+                &typed,
+                |_, _| (),
+            );
+            let receive = ReceiverWithButton::new(receive, &typed);
+            let mut console = pin!(select(app.run(&clock, receive, transmit), button));
             let console = poll_fn(|context| {
                 self.clock.charge(self.console_poll_steps.get());
                 console.as_mut().poll(context)
@@ -208,14 +257,15 @@ impl<'c, P: PlantPort> Controller<'c, P> {
                             Err(_) => guard.line_break(),
                         });
                         io.request_stop(stop_line.is_stop_requested());
-                        interrupt.run(io);
+                        interrupt.run(&mut Watched { io, drive: &drive });
+                        drive.set(DriveStatus { fault: interrupt.fault(), ..drive.get() });
                     });
                 })?
             };
             self.rows_lost.set(measurement.rows_lost());
             match on {
                 Either::First(Either3::First(done)) => return Ok(done),
-                Either::First(Either3::Second(())) | Either::Second(()) => return Err(ControllerError::Ended),
+                Either::First(Either3::Second(())) | Either::Second(_) => return Err(ControllerError::Ended),
                 Either::First(Either3::Third(())) => {}
             }
             if self.is_reset.take() {

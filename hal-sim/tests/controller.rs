@@ -368,3 +368,77 @@ fn the_cause_of_a_reset_is_reported_and_the_drive_is_off_after_it() {
         assert_eq!(host.controller.power_cuts(), 1);
     });
 }
+
+/// Presses the button for `seconds`.
+async fn press(host: &Host<'_, '_>, seconds: f64) {
+    host.controller.press_button(true);
+    host.wait_s(seconds).await;
+    host.controller.press_button(false);
+    host.wait_s(0.1).await;
+}
+
+#[test]
+fn the_button_clears_with_one_press_and_starts_with_the_next() {
+    // Ticks are lost at 1 s.
+    let faults = Faults::of([Fault::new(FaultKind::LostTicks, 1.0, 0.001)]).unwrap();
+    talk(faults, flash(1), async |host| {
+        host.wait_s(0.1).await;
+        host.query("PROFile:TYPE CONSTANT;AMPLitude 5;DURation 60").await;
+        press(host, 0.2).await;
+        assert_eq!(host.query("OUTPut?").await, "1", "a press starts the profile");
+        host.wait_s(1.0).await;
+        assert!(host.query("FAULt?").await.contains("clock"));
+        press(host, 0.2).await;
+        host.wait_s(0.5).await;
+        assert_eq!(host.query("FAULt?;:OUTPut?").await, "0,none,nothing is wrong;0", "cleared, and not started");
+        press(host, 0.2).await;
+        assert_eq!(host.query("OUTPut?").await, "1");
+        press(host, 0.2).await;
+        assert!(host.query("FAULt?;:OUTPut?").await.contains("emergency stop"), "a press while the drive is on");
+    });
+}
+
+#[test]
+fn no_press_of_the_button_clears_an_emergency_stop() {
+    sound(async |host| {
+        host.wait_s(0.1).await;
+        host.query("PROFile:TYPE CONSTANT;AMPLitude 5;DURation 60;:PROFile:STARt").await;
+        host.wait_s(0.5).await;
+        host.controller.line().send(b"\x18");
+        host.wait_s(0.5).await;
+        for seconds in [0.05, 0.2, 1.0, 3.0] {
+            press(host, seconds).await;
+            host.wait_s(0.5).await;
+            let state = host.query("FAULt?;:OUTPut?").await;
+            assert!(state.contains("emergency stop") && state.ends_with(";0"), "{seconds} s: {state}");
+        }
+        // The LED blinks fast: five changes in half a second.
+        let mut changes = 0;
+        let mut before = host.controller.is_led_on();
+        for _ in 0..50 {
+            host.wait_s(0.01).await;
+            changes += u32::from(std::mem::replace(&mut before, host.controller.is_led_on()) != before);
+        }
+        assert!((4..=6).contains(&changes), "{changes}");
+        // The console clears and starts on one line.
+        assert_eq!(
+            host.query("FAULt:CLEar;:PROFile:STARt;:SYSTem:ERRor:NEXT?").await,
+            "101,\"Drive switched off; emergency stop: release the stop, then FAULt:CLEar; the button does not clear it\""
+        );
+        assert_eq!(host.query("SYSTem:ERRor?;:OUTPut?").await, "0,\"No error\";1");
+    });
+}
+
+#[test]
+fn an_emergency_stop_replaces_another_fault() {
+    let faults = Faults::of([Fault::new(FaultKind::LostTicks, 1.0, 0.001)]).unwrap();
+    talk(faults, flash(1), async |host| {
+        host.wait_s(1.2).await;
+        assert!(host.query("FAULt?").await.contains("clock"));
+        host.controller.line().send(b"\x18");
+        host.wait_s(0.1).await;
+        press(host, 0.2).await;
+        assert!(host.query("FAULt?").await.contains("emergency stop"));
+        assert_eq!(host.query("FAULt:CLEar;:FAULt?").await, "0,none,nothing is wrong");
+    });
+}

@@ -4,6 +4,7 @@
 //! executed, because it may depend on that command. Errors of a line typed by hand (it ends with CR alone) are shown at once; errors of a
 //! program are kept until `SYSTem:ERRor?`.
 
+use super::commands::fault;
 use super::commands::{Job, List, Outcome, execute, list_line};
 use super::state::State;
 use crate::board::{Clock, TICKS_PER_CONTROL, TICKS_PER_ROW};
@@ -12,6 +13,7 @@ use crate::console::guard::CANCEL;
 use crate::console::line::{BadLine, Lines, MAX_LINE};
 use crate::console::parse::Commands;
 use crate::settings::{Kept, Saved, Store};
+use crate::status::Fault;
 use crate::telemetry::frame::MAX_TEXT;
 use embedded_io_async::{Error, ErrorKind, Read};
 use embedded_storage::nor_flash::NorFlash;
@@ -100,6 +102,10 @@ async fn execute_line<C: Clock, F: NorFlash>(state: &State<'_>, clock: &C, line:
                 }
                 match job {
                     Job::Save => save(state, clock, store).await,
+                    Job::ClearFault => {
+                        clear_fault(state, clock).await;
+                        Ok(())
+                    }
                     job => work(state, job, store, &mut reply),
                 }
             }
@@ -148,6 +154,19 @@ async fn wait<C: Clock>(state: &State<'_>, clock: &C) {
     }
 }
 
+/// Time in which the control interrupt clears a fault and reports it, rows: the next command, the next report and the next row take three.
+const CLEAR_TIMEOUT_ROWS: u64 = 8;
+
+/// Clears the latched fault and waits until the rows show it, so that the next command of the line may start something. A fault whose cause is present
+/// stays.
+async fn clear_fault<C: Clock>(state: &State<'_>, clock: &C) {
+    fault::clear(state);
+    let from = clock.now();
+    while state.measured.row.get().fault != Fault::None && clock.now() - from < CLEAR_TIMEOUT_ROWS * TICKS_PER_ROW {
+        clock.until(clock.now() + TICKS_PER_ROW).await;
+    }
+}
+
 /// Time in which the control interrupt must permit a stall, rows: a drive that was switched off on the same line is off after two.
 const STALL_TIMEOUT_ROWS: u64 = 6;
 
@@ -182,8 +201,8 @@ fn work<F: NorFlash>(state: &State<'_>, job: Job, store: &mut Store<F>, reply: &
     match job {
         Job::Wait => {}
         Job::WaitAndReply => reply.push('1').map_err(|_| ErrorEntry::new(Code::TOO_MUCH_DATA))?,
-        // [`save`] waits for the control interrupt.
-        Job::Save => {}
+        // [`save`] and [`clear_fault`] wait for the control interrupt.
+        Job::Save | Job::ClearFault => {}
         Job::Load => {
             state.require_at_rest()?;
             let saved: Option<Saved> = store.load(Kept::layout()).map_err(storage_error)?;

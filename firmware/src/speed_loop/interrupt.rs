@@ -5,6 +5,7 @@ use crate::board::{Drive, TickIo};
 use crate::capture::{Recorder, Sample};
 use crate::mailbox::Mailbox;
 use crate::planned_stall::PlannedStall;
+use crate::status::Fault;
 
 /// All messages between the tasks and the interrupt.
 #[derive(Default)]
@@ -55,6 +56,12 @@ impl<'a> Interrupt<'a> {
     /// The compensation in force.
     pub fn compensation(&self) -> CompensationGains {
         self.speed_loop.compensation()
+    }
+
+    /// The latched fault.
+    #[inline]
+    pub fn fault(&self) -> Fault {
+        self.speed_loop.fault().0
     }
 
     /// One tick: sense, report, take messages, compute, drive, record.

@@ -153,12 +153,21 @@ impl TickSupervisor {
         }
     }
 
+    /// Latches an emergency stop. It replaces another fault, because clearing it takes more.
+    #[cold]
+    fn stop(&mut self, tick: u32) {
+        if self.fault != Fault::EmergencyStop {
+            self.fault = Fault::EmergencyStop;
+            self.fault_tick = tick;
+        }
+    }
+
     /// Each tick: over-current, stopped converter and emergency stop.
     #[inline]
     pub fn each_tick(&mut self, thresholds: &Thresholds, sensed: &Sensed) {
         let tick = sensed.tick as u32;
         if sensed.stop {
-            self.trip(Fault::EmergencyStop, tick);
+            self.stop(tick);
         }
         if thresholds.is_over_current(sensed.current.0) {
             self.over_current_ticks = self.over_current_ticks.saturating_add(1);

@@ -23,7 +23,6 @@ mod tick;
 mod torquer;
 mod watchdog;
 
-use button::{ReceiverWithButton, TypedLine};
 use defmt::{error, info};
 use defmt_rtt as _;
 use embassy_executor::{InterruptExecutor, Spawner};
@@ -32,6 +31,7 @@ use embassy_stm32::{Peri, bind_interrupts, dma, gpio, interrupt, pac, peripheral
 use encoder::{EdgeTimer, Encoder, IndexTime};
 use flash::SettingsFlash;
 use stand_firmware::app::{App, Identity, Measurement, Memory, assemble};
+use stand_firmware::button::{ReceiverWithButton, TypedLine};
 use stand_firmware::reset_cause::ResetCause;
 use stand_firmware::settings::{Kept, Store};
 use stand_firmware::speed_loop::Interrupt;

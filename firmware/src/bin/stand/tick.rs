@@ -11,7 +11,7 @@ use crate::output_timeout;
 use crate::serial;
 use core::cell::{Cell, RefCell};
 use core::future::poll_fn;
-use core::sync::atomic::{AtomicBool, Ordering};
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use core::task::Poll;
 use cortex_m::peripheral::DWT;
 use embassy_stm32::gpio::Input;
@@ -20,7 +20,9 @@ use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::waitqueue::MultiWakerRegistration;
 use stand_firmware::board::{CONTROL_HZ, Clock, Drive, EncoderCount, Sensed, SupplyCode, TICKS_PER_CONTROL, TickIo, Ticks};
+use stand_firmware::button::DriveStatus;
 use stand_firmware::speed_loop::Interrupt;
+use stand_firmware::status::Fault;
 use stand_firmware::tick_counter::TickCounter;
 use static_cell::StaticCell;
 
@@ -55,10 +57,12 @@ static WAKERS: Mutex<CriticalSectionRawMutex, RefCell<MultiWakerRegistration<WAI
 const WAITING_TASKS: usize = 4;
 /// Whether the bridge is driven; a commanded voltage of zero counts as driven.
 static DRIVEN: AtomicBool = AtomicBool::new(false);
+/// Code of the latched fault.
+static FAULT: AtomicU32 = AtomicU32::new(0);
 
-/// Whether the drive is on.
-pub fn is_driven() -> bool {
-    DRIVEN.load(Ordering::Relaxed)
+/// What the drive does.
+pub fn drive_status() -> DriveStatus {
+    DriveStatus { is_driven: DRIVEN.load(Ordering::Relaxed), fault: Fault::of_code(FAULT.load(Ordering::Relaxed)) }
 }
 
 /// State of the control interrupt.
@@ -173,6 +177,7 @@ fn on_tick(tick: &mut Tick) {
     // First, so that torquer output and angle sample have a constant delay from the start of the tick.
     crate::torquer::on_tick(io.counter.tick() as u32);
     tick.interrupt.run(io);
+    FAULT.store(tick.interrupt.fault().code(), Ordering::Relaxed);
     let now = Ticks::of_control(io.counter.tick());
     let due = SHARED.lock(|cell| {
         let mut shared = cell.get();
