@@ -1,6 +1,6 @@
 //! Supervision in the control interrupt: faults that must switch the drive off within milliseconds.
 //!
-//! Each tick: over-current and emergency stop. Each millisecond: overspeed, stall (the motor is driven and nothing turns), encoder lost (the
+//! Each tick: over-current, stopped converter and emergency stop. Each millisecond: overspeed, stall (the motor is driven and nothing turns), encoder lost (the
 //! back-EMF shows rotation and no edge comes), supply, and the time for which the ramp slips. The first cause is latched; it can be cleared
 //! once it is gone.
 
@@ -10,6 +10,8 @@ use crate::status::{Fault, Limits};
 
 /// Consecutive conversions above the limit that count as over-current: a single one is a switching spike.
 const OVER_CURRENT_TICKS: u32 = 3;
+/// Consecutive ticks without a conversion that count as a stopped converter. The first ticks after a stall of the core have none.
+const STALE_TICKS: u32 = 4;
 /// Fraction of the converter's range up to which a reading is valid.
 const CONVERTER_RANGE: f64 = 0.98;
 /// Consecutive supply readings out of limits: a contact bounce is shorter.
@@ -122,6 +124,7 @@ pub struct TickSupervisor {
     /// The tick in which it was detected, low word.
     pub fault_tick: u32,
     over_current_ticks: u32,
+    stale_ticks: u32,
     bad_supply_ms: u32,
     slipping_ms: u32,
     motion: Motion,
@@ -150,12 +153,21 @@ impl TickSupervisor {
         }
     }
 
-    /// Each tick: over-current and emergency stop.
+    /// Latches an emergency stop. It replaces another fault, because clearing it takes more.
+    #[cold]
+    fn stop(&mut self, tick: u32) {
+        if self.fault != Fault::EmergencyStop {
+            self.fault = Fault::EmergencyStop;
+            self.fault_tick = tick;
+        }
+    }
+
+    /// Each tick: over-current, stopped converter and emergency stop.
     #[inline]
     pub fn each_tick(&mut self, thresholds: &Thresholds, sensed: &Sensed) {
         let tick = sensed.tick as u32;
         if sensed.stop {
-            self.trip(Fault::EmergencyStop, tick);
+            self.stop(tick);
         }
         if thresholds.is_over_current(sensed.current.0) {
             self.over_current_ticks = self.over_current_ticks.saturating_add(1);
@@ -164,6 +176,10 @@ impl TickSupervisor {
             }
         } else {
             self.over_current_ticks = 0;
+        }
+        self.stale_ticks = if sensed.is_stale { self.stale_ticks.saturating_add(1) } else { 0 };
+        if self.stale_ticks >= STALE_TICKS {
+            self.trip(Fault::ReadingsStale, tick);
         }
     }
 
@@ -202,6 +218,7 @@ impl TickSupervisor {
             Fault::EmergencyStop => sensed.stop,
             Fault::Overspeed => rate.abs() > thresholds.overspeed,
             Fault::OverCurrent => thresholds.is_over_current(sensed.current.0),
+            Fault::ReadingsStale => sensed.is_stale,
             Fault::SupplyLow => supply < thresholds.supply_min,
             Fault::SupplyHigh => supply > thresholds.supply_max,
             // With the drive off the others cannot persist; faults of the tasks are reported again.
