@@ -8,7 +8,7 @@
 //! A press enters a console line, which is parsed and checked as every received one. The LED is on while the drive is on, blinks slowly while a
 //! fault is latched, and fast after an emergency stop.
 
-use crate::board::{Clock, TICKS_PER_S};
+use crate::board::{Clock, TICKS_PER_ROW};
 use crate::console::StopLine;
 use crate::status::Fault;
 use core::future::poll_fn;
@@ -19,7 +19,7 @@ use embassy_sync::signal::Signal;
 use embedded_io_async::{ErrorType, Read};
 
 /// Debounce interval, in board clock steps: 20 ms.
-pub const DEBOUNCE: u64 = TICKS_PER_S / 50;
+pub const DEBOUNCE: u64 = 20 * TICKS_PER_ROW;
 /// Length of a long press, in debounce intervals: 2 s.
 const LONG_PRESS: u32 = 100;
 /// Half periods of the LED, in debounce intervals: 0.5 s after a fault, 0.1 s after an emergency stop.

@@ -173,7 +173,7 @@ impl Soc {
         self.flash.reset();
         self.gpio.reset();
         self.control = SystemControl::default();
-        self.rcc = Rcc::new(cause, self.rcc.flags(), true);
+        self.rcc = Rcc::new(cause, self.rcc.flags(), self.rcc.has_external_clock());
         (self.pwr, self.syscfg, self.exti) = ([0xC000, 0], [0; 12], [0; 6]);
         self.tim1 = AdvancedTimer::default();
         self.tim8 = UpCounter::default();

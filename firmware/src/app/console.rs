@@ -103,20 +103,18 @@ async fn execute_line<C: Clock, F: NorFlash>(state: &State<'_>, clock: &C, line:
                 send(state, clock, &mut replies).await;
                 send_list(state, clock, list).await
             }
-            Ok(Outcome::Job(job)) => {
-                match job {
-                    Job::Wait | Job::WaitAndReply => {
-                        wait(state, clock).await;
-                        work(state, job, store, &mut reply)
-                    }
-                    Job::Save => wait_for_rest(state, clock).await.and_then(|()| work(state, job, store, &mut reply)),
-                    Job::Load => work(state, job, store, &mut reply),
-                    Job::ClearFault => {
-                        clear_fault(state, clock).await;
-                        Ok(())
-                    }
+            Ok(Outcome::Job(job)) => match job {
+                Job::Wait | Job::WaitAndReply => {
+                    wait(state, clock).await;
+                    work(state, job, store, &mut reply)
                 }
-            }
+                Job::Save => wait_for_rest(state, clock).await.and_then(|()| work(state, job, store, &mut reply)),
+                Job::Load => work(state, job, store, &mut reply),
+                Job::ClearFault => {
+                    clear_fault(state, clock).await;
+                    Ok(())
+                }
+            },
             Err(error) => Err(error),
         };
         if result.is_ok() && !reply.is_empty() {

@@ -12,8 +12,6 @@ use crate::status::{Fault, Limits};
 const OVER_CURRENT_TICKS: u32 = 3;
 /// Consecutive ticks without a conversion that count as a stopped converter. The first ticks after a stall of the core have none.
 const STALE_TICKS: u32 = 4;
-/// Fraction of the converter's range up to which a reading is valid.
-const CONVERTER_RANGE: f64 = 0.98;
 /// Consecutive supply readings out of limits: a contact bounce is shorter.
 const SUPPLY_MS: u32 = 5;
 /// Counts around a count that are not motion.
@@ -69,8 +67,7 @@ impl Thresholds {
         let supply_code = |share: f64| (share * hardware.supply_nominal_V / hardware.supply_V_per_code) as u32;
         let milliseconds = |seconds: f64| (libm::round(seconds * 1e3) as u32).max(1);
         let zero = hardware.current_zero_code;
-        // At the end of the converter's range the current may be any: that is over-current, too.
-        let over_codes = libm::fmin(settings.over_current_A / hardware.current_A_per_code, CONVERTER_RANGE * zero);
+        let over_codes = settings.trip_A(hardware) / hardware.current_A_per_code;
         Self {
             overspeed: (drive.overspeed_rad_s / drive.rad_s_per_count_tick) as f32,
             current_min: (zero - over_codes) as i32,
@@ -104,8 +101,8 @@ pub struct DriveState {
     pub current: i32,
     /// Newest conversion of the supply.
     pub supply: u32,
-    /// Compare counts during the last tick.
-    pub duty: i16,
+    /// Voltage during the last tick, compare counts of the nominal supply.
+    pub duty: f32,
     /// Whether the drive is on.
     pub is_on: bool,
     /// Encoder counts.
@@ -233,7 +230,7 @@ impl TickSupervisor {
 impl Motion {
     fn update(&mut self, thresholds: &Thresholds, drive: &DriveState) {
         let resistive_drop = drive.current.wrapping_sub(thresholds.zero_current) as f32 * thresholds.duty_per_code;
-        let duty = f32::from(drive.duty);
+        let duty = drive.duty;
         // By the measured current or, if its wire is off, by what the voltage would drive at rest.
         let is_driven = resistive_drop.abs() > thresholds.stall_duty || duty.abs() > thresholds.stall_duty;
         // Not by the edges: with one channel off the other still has them, and the count alternates by one.

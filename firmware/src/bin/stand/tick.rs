@@ -119,7 +119,16 @@ impl TickIo for TickHardware {
         self.open_ticks = if self.stop_contact.is_high() { self.open_ticks.saturating_add(1) } else { 0 };
         let stop = self.open_ticks >= STOP_DEBOUNCE_TICKS || serial::STOP.is_stop_requested();
         let announced_stall = crate::flash::is_erasing();
-        Sensed { tick: self.counter.tick, encoder: reading.count, edge_age, current, supply: SupplyCode(supply), is_stale, stop, announced_stall }
+        Sensed {
+            tick: self.counter.tick,
+            encoder: reading.count,
+            edge_age,
+            current,
+            supply: SupplyCode(supply),
+            is_stale,
+            stop,
+            announced_stall,
+        }
     }
 
     #[inline]
