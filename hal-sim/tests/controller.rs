@@ -441,3 +441,41 @@ fn an_emergency_stop_replaces_another_fault() {
         assert_eq!(host.query("FAULt:CLEar;:FAULt?").await, "0,none,nothing is wrong");
     });
 }
+
+#[test]
+fn self_test_passes_on_a_sound_stand_and_names_what_is_wrong() {
+    let drive_test = async |host: &Host<'_, '_>, before: &str| -> String {
+        host.wait_s(0.3).await;
+        host.query(before).await;
+        host.query("TEST:DRIVe:STARt").await;
+        assert_eq!(host.query("TEST:DRIVe?").await, "RUNNING");
+        host.wait_s(3.0).await;
+        host.query("TEST:DRIVe?").await
+    };
+    sound(async |host| {
+        let result = drive_test(host, "*CLS").await;
+        let ratio: f64 = result.strip_prefix("PASSED,").unwrap_or_else(|| panic!("{result}")).parse().unwrap();
+        assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
+        assert_eq!(host.query("*TST?;:OUTPut?;:SYSTem:ERRor?").await, "0;0;0,\"No error\"");
+        host.wait_s(2.0).await;
+        let result = drive_test(host, "SETTings:motor_constant_N_m_A 0.05").await;
+        assert!(result.starts_with("FAILED,rate does not match the voltage"), "{result}");
+        assert!(host.query("SYSTem:ERRor?").await.starts_with("-330,\"Self-test failed; rate does not match"));
+    });
+    let with = |kind| {
+        let (start_s, seconds) = if kind == FaultKind::LostTicks { (1.5, 0.001) } else { (0.0, 60.0) };
+        Faults::of([Fault::new(kind, start_s, seconds)]).unwrap()
+    };
+    for (kind, finding) in [
+        (FaultKind::IndexOff, "FAILED,no index in a turn"),
+        (FaultKind::CounterStuck, "FAILED,the encoder's counters of loop and measurement disagree"),
+        (FaultKind::LostTicks, "FAILED,ended by a fault or a stop"),
+    ] {
+        talk(with(kind), flash(1), async |host| assert_eq!(drive_test(host, "*CLS").await, finding));
+    }
+    talk(with(FaultKind::SupplyDip), flash(1), async |host| {
+        host.wait_s(0.4).await;
+        assert_eq!(host.query("*TST?").await, "32");
+        assert_eq!(host.query("SYSTem:ERRor?").await, "-330,\"Self-test failed; supply out of limits\"");
+    });
+}

@@ -16,6 +16,7 @@ mod console;
 mod measurement;
 mod out;
 mod rows;
+pub mod self_test;
 mod setpoints;
 pub mod state;
 

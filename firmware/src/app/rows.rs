@@ -1,5 +1,6 @@
 //! Distribution of the measured rows in thread mode: to telemetry, supervision, calibration, and the cells that the console reads. Nothing here waits.
 
+use super::self_test;
 use super::state::{Activity, CalibrationPhase, State};
 use crate::board::{Clock, EdgeTime, Hardware, ROW_HZ, TICKS_PER_ROW, TICKS_PER_S, Ticks};
 use crate::calibration::{CalibrationError, CalibrationRun};
@@ -14,6 +15,9 @@ use core::cell::Cell;
 const RATE_ROWS: usize = 32;
 /// A line that ends with CR was typed by hand if no LF follows within this time, 5 ms; its errors are then shown without a query.
 const BY_HAND_TIMEOUT: u64 = 5 * TICKS_PER_ROW;
+
+/// The row of the self-test at power-on: after the filters of current and supply have settled.
+const SELF_TEST_ROW: u32 = 200;
 
 /// Position of the platform by the counter of the measurement.
 #[derive(Clone, Copy, Default)]
@@ -232,6 +236,10 @@ impl<C: Clock> RowSink for Rows<'_, C> {
         self.rate(row);
         self.supervise(row);
         self.measure(row);
+        self.state.drive_test.row(self.state, row);
+        if row.sequence == SELF_TEST_ROW {
+            self_test::report_at_rest(self.state);
+        }
         self.complete();
         self.report_observer();
         self.stream(row, now);

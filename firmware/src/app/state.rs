@@ -5,6 +5,7 @@
 //! they reach the error queue, the status registers and, in stream mode, the line.
 
 use super::out::Out;
+use super::self_test::DriveTest;
 use crate::board::{Hardware, TICKS_PER_S, Ticks};
 use crate::calibration;
 use crate::capture;
@@ -94,6 +95,8 @@ pub struct State<'a> {
     pub dut: DutState<'a>,
     /// Measured values.
     pub measured: MeasuredState<'a>,
+    /// The self-test with motion.
+    pub drive_test: DriveTest,
     /// The gyroscope.
     pub gyro: GyroState<'a>,
 }
@@ -369,6 +372,7 @@ impl<'a> State<'a> {
             calibration: CalibrationState { phase: Cell::new(CalibrationPhase::Idle), watch: calibration::CalibrationProgress::default() },
             capture: CaptureState { memory: parts.capture, selection: Cell::new((0, 0)) },
             dut: DutState { shared: parts.dut, requested_setup: Cell::new(None) },
+            drive_test: DriveTest::default(),
             measured: MeasuredState { row: Cell::new(Row::default()), rate_rad_s: Cell::new(None), instruments: parts.instruments },
             gyro: GyroState { drift: parts.drift, session: gyro_loop::PlanSettings::default(), observer: parts.observer },
         }

@@ -43,6 +43,8 @@ impl Code {
     pub const HARDWARE: Self = Self(-240);
     /// Stored data cannot be read or written.
     pub const STORAGE: Self = Self(-320);
+    /// The self-test has found something.
+    pub const SELF_TEST: Self = Self(-330);
     /// Errors were lost because the queue was full.
     pub const QUEUE_OVERFLOW: Self = Self(-350);
     /// The check sum of a line is wrong or missing.
@@ -77,6 +79,7 @@ impl Code {
             Self::STORAGE => "Storage fault",
             Self::QUEUE_OVERFLOW => "Queue overflow",
             Self::CHECKSUM => "Checksum error in the line",
+            Self::SELF_TEST => "Self-test failed",
             Self::FAULT => "Drive switched off",
             Self::LINE_TOO_SLOW => "Serial line too slow",
             Self::CALIBRATION => "Calibration failed",

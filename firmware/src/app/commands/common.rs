@@ -1,6 +1,7 @@
 //! The common commands of IEEE 488.2, and STOP.
 
 use super::{Action, Entry, Job, entry};
+use crate::app::self_test::at_rest;
 use crate::app::state::{State, Stream};
 use crate::console::parse::Range;
 use crate::console::quantity::Quantity;
@@ -62,7 +63,7 @@ pub(super) const ENTRIES: &[Entry] = &[
     entry(
         "*TST",
         Action::NumberQuery("", |state| Ok(self_test(state))),
-        "self-test: 0, or sum of 1 settings, 2 no rows, 4 late rows, 8 fault",
+        "self-test: 0, or sum of 1 settings, 2 no rows, 4 late rows, 8 fault, 16 zero of the current, 32 supply, 64 sensor",
     ),
     entry("STOP", Action::Event(|state| (stop(state), Ok(())).1), "emergency stop, as the byte 0x18; FAULt:CLEar ends it"),
 ];
@@ -89,5 +90,5 @@ fn self_test(state: &State<'_>) -> f64 {
     let no_rows = u8::from(state.measured.rate_rad_s.get().is_none()) << 1;
     let late_rows = u8::from(state.measured.instruments.timing().max_s > MAX_ROW_INTERVAL_S) << 2;
     let fault = u8::from(state.measured.row.get().fault != Fault::None) << 3;
-    f64::from(settings | no_rows | late_rows | fault)
+    f64::from(settings | no_rows | late_rows | fault | at_rest(state) << 4)
 }

@@ -16,6 +16,7 @@ mod learn;
 mod measure;
 mod observer;
 mod profile;
+mod self_test;
 mod settings;
 mod status;
 mod stream;
@@ -158,7 +159,7 @@ const fn entry(header: &'static str, action: Action, help: &'static str) -> Entr
 }
 
 /// All commands by group, in the order of `HELP?`.
-pub const GROUPS: [&[Entry]; 16] = [
+pub const GROUPS: [&[Entry]; 17] = [
     common::ENTRIES,
     system::ENTRIES,
     drive::ENTRIES,
@@ -172,6 +173,7 @@ pub const GROUPS: [&[Entry]; 16] = [
     learn::ENTRIES,
     compensation::ENTRIES,
     calibration::ENTRIES,
+    self_test::ENTRIES,
     drift::ENTRIES,
     status::ENTRIES,
     help::ENTRIES,

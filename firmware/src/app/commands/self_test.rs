@@ -1,0 +1,18 @@
+//! `TEST:DRIVe`: the self-test with motion.
+
+use super::{Action, Entry, entry};
+
+pub(super) const ENTRIES: &[Entry] = &[
+    entry(
+        "TEST:DRIVe:STARt",
+        Action::Event(|state| state.drive_test.start(state)),
+        "0.5 V for 2.5 s: encoder, direction, current, back-EMF, index; *OPC? waits for the end",
+    ),
+    entry(
+        "TEST:DRIVe",
+        Action::TextQuery("NONE, RUNNING, PASSED and rate / rate by voltage, or FAILED and the findings", |state, out| {
+            Ok(state.drive_test.write(out)?)
+        }),
+        "result of the self-test with motion",
+    ),
+];
