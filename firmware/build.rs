@@ -15,7 +15,8 @@ fn main() {
         println!("cargo::rerun-if-changed={source}");
     }
     println!("cargo::rustc-env=STAND_COMMIT={}", commit().unwrap_or_else(|| "unknown".to_owned()));
-    if env::var_os("CARGO_FEATURE_STM32").is_none() {
+    let has = |feature: &str| env::var_os(feature).is_some();
+    if !has("CARGO_FEATURE_STM32") && !has("CARGO_FEATURE_REACH") {
         return;
     }
     let Some(out) = env::var_os("OUT_DIR").map(PathBuf::from) else { return };
@@ -24,7 +25,9 @@ fn main() {
     }
     println!("cargo::rustc-link-search={}", out.display());
     println!("cargo::rustc-link-arg-bins=-Tlink.x");
-    println!("cargo::rustc-link-arg-bins=-Tdefmt.x");
+    if has("CARGO_FEATURE_STM32") {
+        println!("cargo::rustc-link-arg-bins=-Tdefmt.x");
+    }
     // One copy of functions that came out the same; both rust-lld and ld.lld know it.
     println!("cargo::rustc-link-arg-bins=--icf=all");
 }

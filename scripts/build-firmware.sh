@@ -15,7 +15,7 @@ python3 scripts/image-hex.py "$image" "$image.hex" && python3 scripts/image_hex_
 python3 scripts/callgraph.py "$image" --frames firmware/budget.toml TIM1_UP_TIM10 USART2 || failed=1
 
 # The library with one exported function per part.
-firmware_cargo build --profile chip -p firmware-count --bin reach --features qemu
+firmware_cargo build --profile chip -p stand-firmware --bin reach --features reach
 python3 scripts/callgraph.py "$firmware_folder/$firmware_target/chip/reach" \
     reach_tick reach_guard reach_parser:+double reach_framing_encode:+double reach_framing_decode:+double || failed=1
 exit $failed

@@ -35,7 +35,7 @@ declare -A pieces=(
     [allan]="bench allan"
     [rate-accuracy]="cargo run -q --release -p stand-tests --example rate_accuracy"
     [image]="scripts/build-firmware.sh"
-    [tick]="scripts/count-instructions.sh"
+    [tick]="cargo test -q -p chip-sim --test budget -- --include-ignored --nocapture"
 )
 names() { printf '%s\n' "${!pieces[@]}" | sort; }
 

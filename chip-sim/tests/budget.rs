@@ -8,6 +8,7 @@ mod common;
 
 use chip_sim::machine::TICK;
 use chip_sim::soc::{RAM, RAM_BYTES};
+use chip_sim::time::PER_MS;
 use common::{Chip, Rows, image};
 
 /// A limit of `firmware/budget.toml`.
@@ -66,4 +67,104 @@ fn heavy_use_stays_within_the_budget() {
     assert!(measures.worst_tick_latency_cycles as f64 <= budget("tick_latency_cycles"), "{} cycles", measures.worst_tick_latency_cycles);
     assert!(load_percent <= budget("cpu_load_percent"), "{load_percent} %");
     assert!(stack_free_percent >= budget("stack_free_percent"), "{stack_free_percent} %");
+}
+
+/// A scene: its name, the commands that begin it, and what happens in each of its hundredths of a second.
+type Scene = (&'static str, &'static str, fn(&mut Chip, u32));
+
+/// Compensation with eight harmonics, as the last part of a line.
+const HARMONICS: [u32; 8] = [3, 6, 9, 12, 15, 18, 21, 24];
+
+fn nothing(_: &mut Chip, _: u32) {}
+
+/// The core hangs for a millisecond, and the fault is cleared by the next line.
+fn hang_and_clear(chip: &mut Chip, hundredth: u32) {
+    if hundredth.is_multiple_of(20) {
+        let now = chip.machine.now();
+        chip.machine.hang_until(now + PER_MS);
+        chip.say("FAULt:CLEar;:SOURce:RATE 5;MODE RATE");
+    }
+}
+
+/// The stop line and its clearing.
+fn stop_and_clear(chip: &mut Chip, hundredth: u32) {
+    match hundredth % 20 {
+        0 => chip.machine.send(b"\x18", common::BAUD),
+        10 => chip.say("FAULt:CLEar;:SOURce:RATE 5;MODE RATE"),
+        _ => {}
+    }
+}
+
+const SCENES: [Scene; 9] = [
+    ("off", "OUTPut OFF", nothing),
+    ("voltage", "SOURce:VOLTage 1;MODE VOLTage", nothing),
+    ("rate", "SOURce:RATE 5;MODE RATE", nothing),
+    ("rate, steps at the acceleration limit", "PROFile:TYPE MULTI-STEP;AMPLitude 20;DURation 60;:PROFile:STARt", nothing),
+    ("rate, chirp", "PROFile:TYPE CHIRP;AMPLitude 5;DURation 60;:PROFile:STARt", nothing),
+    ("position", "SOURce:POSition 300;MODE POSition", nothing),
+    ("voltage, current limit", "PROFile:TYPE MULTI-STEP;MODE VOLTage;AMPLitude 4;DWELl_s 0.3;DURation 60;:PROFile:STARt", nothing),
+    ("emergency stop, cleared", "SOURce:RATE 5;MODE RATE", stop_and_clear),
+    ("lost ticks, cleared", "SOURce:RATE 5;MODE RATE", hang_and_clear),
+];
+
+#[test]
+#[ignore = "needs the image: scripts/build-firmware.sh"]
+fn handler_of_every_scene_stays_within_the_budget() {
+    println!("| scene, with eight harmonics | mean instructions | greatest | greatest, cycles |\n|---|---|---|---|");
+    let mut worst = 0;
+    for (name, begin, step) in SCENES {
+        let mut chip = Chip::booted();
+        for order in HARMONICS {
+            chip.command(&format!("COMPensation:HARMonic {order},2E-5,0.3"));
+        }
+        chip.command(begin);
+        chip.run_ms(500);
+        chip.machine.start_measuring();
+        for hundredth in 0..200 {
+            step(&mut chip, hundredth);
+            chip.run_ms(10);
+        }
+        let tick = chip.machine.measures.handlers[&TICK];
+        println!("| {name} | {} | {} | {} |", tick.instructions / tick.calls.max(1), tick.most_instructions, tick.most_cycles);
+        worst = worst.max(tick.most_instructions);
+    }
+    assert!(worst as f64 <= budget("whole_handler_instructions"), "{worst}");
+}
+
+/// The exception of UART5, in which the measurement's executor runs.
+const MEASUREMENT: u32 = TICK - 25 + 53;
+
+/// Instructions of the measurement's handler per row, mean and greatest of a call, preempting handlers excluded, with this observer.
+fn row_instructions(observer: &[String]) -> (f64, u64) {
+    const ROWS: u32 = 1000;
+    let mut chip = Chip::booted();
+    for line in observer {
+        chip.command(line);
+    }
+    chip.run_ms(500);
+    if !observer.is_empty() {
+        assert!(chip.ask("OBServer:PHASe?").starts_with("SETTL"), "{}", chip.ask("OBServer:PHASe?"));
+    }
+    chip.machine.start_measuring();
+    chip.run_ms(ROWS.into());
+    let handler = chip.machine.measures.handlers[&MEASUREMENT];
+    (handler.instructions as f64 / f64::from(ROWS), handler.most_instructions)
+}
+
+#[test]
+#[ignore = "needs the image: scripts/build-firmware.sh"]
+fn row_and_step_of_an_observer_stay_within_the_budget() {
+    let list = |value: &dyn Fn(usize) -> f64| (0..7).map(|column| value(column).to_string()).collect::<Vec<_>>().join(",");
+    let mut observer = vec!["OBServer:NEW 7,ON".to_owned()];
+    observer.extend((0..7).map(|row| format!("OBServer:PHI {},{}", row + 1, list(&|column| if column == row { 0.5 } else { 0.0131 }))));
+    observer.push(format!("OBServer:GAMMa {}", list(&|_| 0.37)));
+    observer.push(format!("OBServer:GAIN {}", list(&|_| 0.113)));
+    observer.push("OBServer:TORQuer 0.01;STATe ON".to_owned());
+    let ((without, most), (with, _)) = (row_instructions(&[]), row_instructions(&observer));
+    println!("| quantity | instructions | limit |\n|---|---|---|");
+    println!("| a row of the measurement, mean | {without:.0} | {} |", budget("row_instructions"));
+    println!("| the measurement's handler, greatest | {most} | |");
+    println!("| a step of an observer with seven states | {:.0} | {} |", with - without, budget("observer_step_instructions"));
+    assert!(without <= budget("row_instructions"), "{without}");
+    assert!(with - without <= budget("observer_step_instructions"), "{}", with - without);
 }

@@ -15,6 +15,7 @@ fn sample(what: DutKind, seeds: std::ops::Range<u64>, wanted: &[&str]) {
             let c = found.iter().find(|c| c.name == *name).unwrap_or_else(|| panic!("{} {seed}: {name} was not found", what.name()));
             let off = (c.found.value - c.truth) / c.found.combined_u();
             assert!(off.abs() < 5.0, "{} {seed}: {name} {} ± {} (1σ), truth {}", what.name(), c.found.value, c.found.combined_u(), c.truth);
+            println!("{} {seed}: {name} off by {off:.2} u, covers {}", what.name(), c.found.covers(c.truth));
             inside += u32::from(c.found.covers(c.truth));
             all += 1;
         }

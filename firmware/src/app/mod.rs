@@ -13,6 +13,7 @@
 mod calibrate;
 pub mod commands;
 mod console;
+pub mod drive_test;
 mod measurement;
 mod out;
 mod rows;

@@ -236,7 +236,7 @@ impl<C: Clock> RowSink for Rows<'_, C> {
         self.rate(row);
         self.supervise(row);
         self.measure(row);
-        self.state.drive_test.row(self.state, row);
+        self_test::row(self.state, row);
         if row.sequence == SELF_TEST_ROW {
             self_test::report_at_rest(self.state);
         }

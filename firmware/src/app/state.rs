@@ -4,8 +4,8 @@
 //! The console sets requests; the setpoint runner and the rows take them and report. Errors and events from all parts are reported here, so that
 //! they reach the error queue, the status registers and, in stream mode, the line.
 
+use super::drive_test::DriveTest;
 use super::out::Out;
-use super::self_test::DriveTest;
 use crate::board::{Hardware, TICKS_PER_S, Ticks};
 use crate::calibration;
 use crate::capture;

@@ -1,11 +1,12 @@
 //! `TEST:DRIVe`: the self-test with motion.
 
 use super::{Action, Entry, entry};
+use crate::app::self_test;
 
 pub(super) const ENTRIES: &[Entry] = &[
     entry(
         "TEST:DRIVe:STARt",
-        Action::Event(|state| state.drive_test.start(state)),
+        Action::Event(self_test::start),
         "0.5 V for 2.5 s: encoder, direction, current, back-EMF, index; *OPC? waits for the end",
     ),
     entry(

@@ -7,8 +7,8 @@
 
 use core::fmt::Write;
 use core::hint::black_box;
+use core::panic::PanicInfo;
 use cortex_m_rt::entry;
-use panic_semihosting as _;
 use stand_firmware::board::{Drive, EncoderCount, Sensed, TickIo};
 use stand_firmware::console::line::{Line, Lines};
 use stand_firmware::console::parse::{Commands, Range, is_name};
@@ -78,6 +78,14 @@ extern "C" fn reach_parser(lines: &mut Lines, byte: u8, reply: &mut Truncated<20
         if let Err(error) = parameters.end() {
             _ = write!(reply, "{error}");
         }
+    }
+}
+
+/// The program is never run.
+#[panic_handler]
+fn panic(_: &PanicInfo<'_>) -> ! {
+    loop {
+        cortex_m::asm::nop();
     }
 }
 
