@@ -24,7 +24,7 @@ const CHIRP: &str = "
 name = 'chirp'
 mode = 'voltage'
 profile = 'chirp'
-amplitude = 3.0
+amplitude = 2.4
 offset = 0.5
 from_Hz = 2.0
 to_Hz = 120.0
@@ -35,7 +35,7 @@ seconds = 40.0
 fn sines(frequencies_Hz: &[f64], seconds: f64) -> String {
     let one = |f: &f64| {
         format!(
-            "[[steps]]\nname = 'sine {f}'\nmode = 'voltage'\nprofile = 'sine'\namplitude = 3.0\noffset = 0.5\nfrequency_Hz = {f}\nseconds = {seconds}\n"
+            "[[steps]]\nname = 'sine {f}'\nmode = 'voltage'\nprofile = 'sine'\namplitude = 2.4\noffset = 0.5\nfrequency_Hz = {f}\nseconds = {seconds}\n"
         )
     };
     frequencies_Hz.iter().map(one).collect()
