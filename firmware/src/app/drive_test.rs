@@ -8,8 +8,9 @@ use core::cell::Cell;
 use core::f64::consts::TAU;
 use core::fmt::{self, Write};
 
-/// Voltage of the test with motion, V, and its duration, rows. The default stand turns four times and reaches 15 rad/s.
+/// Voltage of the test with motion, V.
 pub const TEST_V: f64 = 0.5;
+/// Its duration, rows. The default stand turns four times and reaches 15 rad/s.
 pub const TEST_ROWS: u64 = 2_500;
 /// The last rows of it, over which voltage, current and rate are averaged.
 const MEAN_ROWS: u64 = 500;
