@@ -2,6 +2,7 @@
 
 mod common;
 
+use chip_sim::time::{PER_MS, PER_S};
 use common::Chip;
 
 /// Saves at which the sectors have been erased once more: 16 KiB hold several records.
@@ -58,4 +59,30 @@ fn saving_right_after_switching_off_waits_until_the_platform_stands() {
         let received = chip.take_received();
         assert!(received.ends_with(b"0,\"No error\"\r\n"), "{}", String::from_utf8_lossy(&received));
     }
+}
+
+/// Both sectors are full of other data, so that the save erases one: the core stands still for a quarter of a second.
+#[test]
+#[ignore = "needs the image: scripts/build-firmware.sh"]
+fn an_erase_holds_no_voltage_on_the_motor() {
+    let mut chip = Chip::booted();
+    chip.command("SOURce:RATE 30;MODE RATE");
+    chip.run_s(0.3);
+    while chip.machine.soc.board.command_V().is_some_and(|command_V| command_V < 2.0) && chip.machine.now() < 2 * PER_S {
+        chip.run_ms(1);
+    }
+    chip.machine.soc.flash.bytes_mut()[0x4000..0xC000].fill(0);
+    let asked = chip.machine.now();
+    let before_V = chip.machine.soc.board.command_V().unwrap_or_default();
+    chip.say("OUTPut OFF;:SETTings:SAVE");
+    chip.run_ms(1);
+    while chip.machine.soc.board.command_V() != Some(0.0) && chip.machine.now() < asked + 10 * PER_S {
+        chip.run_ms(1);
+    }
+    let off = chip.machine.now();
+    chip.run_s(5.0);
+    let (_, erased) = *chip.machine.soc.flash.erases.first().expect("no sector was erased");
+    println!("{before_V:.2} V; off {} ms, erase {} ms after the command", (off - asked) / PER_MS, (erased - asked) / PER_MS);
+    assert!(erased >= off, "the erase began {} ms before the bridge braked, {before_V:.2} V", (off - erased) / PER_MS);
+    assert_eq!(chip.fault(), "none");
 }
