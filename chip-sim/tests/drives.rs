@@ -112,4 +112,36 @@ fn button_stops_a_turning_platform() {
     chip.run_s(1.0);
     assert_eq!(chip.fault(), "emergency stop");
     assert!(chip.rate_rad_s().abs() < 1e-3);
+    // No press clears an emergency stop; the console does, and starts on the same line.
+    for ms in [50, 200, 2500] {
+        press(&mut chip, ms);
+        assert_eq!(chip.ask("FAULt?;:OUTPut?").split(',').nth(1), Some("emergency stop"), "{ms} ms");
+    }
+    chip.command("*CLS;:PROFile:TYPE CONSTANT;AMPLitude 5;DURation 60");
+    chip.command("FAULt:CLEar;:PROFile:STARt");
+    assert_eq!(chip.ask("FAULt?;:OUTPut?"), "0,none,nothing is wrong;1");
+}
+
+/// Presses the button for `ms`.
+fn press(chip: &mut Chip, ms: u64) {
+    chip.machine.soc.gpio.drive(BUTTON, false);
+    chip.run_ms(ms);
+    chip.machine.soc.gpio.drive(BUTTON, true);
+    chip.run_ms(200);
+}
+
+#[test]
+#[ignore = "needs the image: scripts/build-firmware.sh"]
+fn button_clears_a_fault_with_one_press_and_starts_with_the_next() {
+    let mut chip = Chip::booted();
+    chip.command("PROFile:TYPE CONSTANT;AMPLitude 5;DURation 60;:SOURce:VOLTage 2;MODE VOLTage");
+    chip.run_ms(100);
+    let now = chip.machine.now();
+    chip.machine.hang_until(now + 10_000 * PER_US);
+    chip.run_ms(100);
+    assert_eq!(chip.fault(), "clock");
+    press(&mut chip, 200);
+    assert_eq!(chip.ask("FAULt?;:OUTPut?"), "0,none,nothing is wrong;0", "cleared, not started");
+    press(&mut chip, 200);
+    assert_eq!(chip.ask("OUTPut?"), "1");
 }

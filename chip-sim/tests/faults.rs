@@ -85,6 +85,9 @@ fn hung_core_is_reset_and_the_motor_coasts() {
     chip.command("SOURce:RATE 10;MODE RATE");
     chip.run_s(2.0);
     let begun = chip.machine.now();
+    // The last tick began at most 0.1 ms ago.
+    chip.machine.hang_until(begun + 5 * PER_MS);
+    assert_eq!(chip.machine.soc.board.command_V(), Some(0.0), "the bridge brakes 5 ms after the last tick, without the core");
     chip.machine.hang_until(begun + of_seconds(5.0));
     let (at, cause) = *chip.machine.resets.last().expect("a reset");
     assert_eq!(cause, ResetCause::IndependentWatchdog);
@@ -93,5 +96,71 @@ fn hung_core_is_reset_and_the_motor_coasts() {
     assert_eq!(chip.machine.soc.board.command_V(), None, "the inputs of the bridge float after the reset");
     chip.run_ms(500);
     assert_eq!(chip.machine.soc.board.command_V(), Some(0.0), "the restarted program brakes");
-    assert_eq!(chip.fault(), "none");
+    assert_eq!(chip.ask("FAULt?;:SYSTem:RESet:CAUSe?"), "0,none,nothing is wrong;watchdog");
+}
+
+#[test]
+#[ignore = "needs the image: scripts/build-firmware.sh"]
+fn core_that_hangs_for_ten_milliseconds_is_a_clock_fault() {
+    let mut chip = Chip::booted();
+    chip.command("SOURce:VOLTage 1;MODE VOLTage");
+    chip.run_s(0.5);
+    let begun = chip.machine.now();
+    chip.machine.hang_until(begun + 3 * PER_MS);
+    assert!(chip.machine.soc.board.command_V().is_some_and(|volts| (volts - 1.0).abs() < 0.01), "driven so far");
+    chip.machine.hang_until(begun + 10 * PER_MS);
+    assert_eq!(chip.machine.soc.board.command_V(), Some(0.0));
+    chip.run_ms(20);
+    assert_eq!(chip.fault(), "clock");
+    chip.command("*CLS;:FAULt:CLEar;:SOURce:VOLTage 1;MODE VOLTage");
+    chip.run_s(0.5);
+    let (volts, state) = (chip.machine.soc.board.command_V(), chip.ask("FAULt?;:OUTPut?;:SOURce:MODE?;VOLTage?"));
+    assert!(volts.is_some_and(|volts| (volts - 1.0).abs() < 0.01), "driven again: {volts:?}, {state}");
+}
+
+#[test]
+#[ignore = "needs the image: scripts/build-firmware.sh"]
+fn stuck_converter_switches_off() {
+    let mut chip = Chip::booted();
+    chip.command("SOURce:RATE 5;MODE RATE");
+    chip.run_s(1.0);
+    chip.machine.soc.adc.is_stuck = true;
+    chip.run_ms(1);
+    assert_eq!(chip.machine.soc.board.command_V(), Some(0.0));
+    chip.run_ms(5);
+    assert_eq!(chip.fault(), "readings stale");
+}
+
+/// A failure that the chip notices by itself: the bridge is off within 0.1 ms, the chip starts anew, and the console names the cause.
+fn failure_resets(fail: impl FnOnce(&mut Chip), cause: &str) {
+    let mut chip = Chip::booted();
+    chip.command("SOURce:RATE 5;MODE RATE");
+    chip.run_s(1.0);
+    fail(&mut chip);
+    chip.run_until(chip.machine.now() + PER_MS / 10);
+    // After the reset the pins float and the motor coasts.
+    assert!(matches!(chip.machine.soc.board.command_V(), None | Some(0.0)));
+    assert_eq!(chip.machine.resets.last().map(|(_, cause)| *cause), Some(ResetCause::Software));
+    chip.run_ms(300);
+    assert_eq!(chip.ask("SYSTem:RESet:CAUSe?;:OUTPut?"), format!("{cause};0"));
+    assert_eq!(chip.machine.soc.board.command_V(), Some(0.0));
+}
+
+#[test]
+#[ignore = "needs the image: scripts/build-firmware.sh"]
+fn lost_external_clock_resets_onto_the_internal_one() {
+    failure_resets(|chip| chip.machine.soc.stop_external_clock(), "clock failure");
+}
+
+#[test]
+#[ignore = "needs the image: scripts/build-firmware.sh"]
+fn falling_supply_of_the_chip_switches_off_and_resets() {
+    failure_resets(
+        |chip| {
+            chip.machine.soc.set_voltage_low(true);
+            chip.run_until(chip.machine.now() + PER_MS / 100);
+            chip.machine.soc.set_voltage_low(false);
+        },
+        "supply dip",
+    );
 }

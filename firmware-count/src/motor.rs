@@ -104,6 +104,7 @@ impl Motor {
             edge_age,
             current: CurrentCode((h.current_zero_code + current_A / h.current_A_per_code) as i32),
             supply: SupplyCode((self.supply_V / h.supply_V_per_code) as u32),
+            is_stale: false,
             stop: self.disturbance == Disturbance::Stop,
             announced_stall: false,
         };

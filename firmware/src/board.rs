@@ -265,6 +265,8 @@ pub struct Sensed {
     pub current: CurrentCode,
     /// Newest conversion of the supply.
     pub supply: SupplyCode,
+    /// No conversion of current and supply has ended since the last tick: both readings are old.
+    pub is_stale: bool,
     /// An emergency stop is requested, by the stop contact or by the serial line's guard.
     pub stop: bool,
     /// Lost ticks before this one were announced: the flash of the settings is being erased, which stalls the core.

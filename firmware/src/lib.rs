@@ -26,6 +26,7 @@
 
 pub mod app;
 pub mod board;
+pub mod button;
 pub mod calibration;
 pub mod capture;
 pub mod compensation;
@@ -34,10 +35,9 @@ pub mod console;
 pub mod gyro_loop;
 pub mod mailbox;
 pub mod measurement_loop;
-
 pub mod profile;
+pub mod reset_cause;
 pub mod sensors;
-
 pub mod session;
 pub mod settings;
 pub mod speed_loop;

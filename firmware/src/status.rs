@@ -2,7 +2,8 @@
 //!
 //! A [`Fault`] has switched the drive off and stays latched until it is cleared. [`Limits`] are not faults: the drive runs and holds the output back.
 
-/// A reason to switch the drive off. Each latches: the first is kept until it is cleared, and that takes its cause to be gone.
+/// A reason to switch the drive off. Each latches: the first is kept until it is cleared, and that takes its cause to be gone. An emergency stop
+/// replaces another fault.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Fault {
     /// It was not.
@@ -34,11 +35,13 @@ pub enum Fault {
     HostSilent,
     /// The index did not come where the counted turns say that it must.
     IndexLost,
+    /// The converter of current and supply has stopped.
+    ReadingsStale,
 }
 
 impl Fault {
     /// All but `None`, by their codes from 1 on.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Overspeed,
         Self::OverCurrent,
         Self::Stall,
@@ -52,6 +55,7 @@ impl Fault {
         Self::SensorSilent,
         Self::HostSilent,
         Self::IndexLost,
+        Self::ReadingsStale,
     ];
 
     /// Its number: 0 for none, else from 1 on; the same for ever, as frames and logs carry it.
@@ -82,6 +86,7 @@ impl Fault {
             Self::SensorSilent => "sensor silent",
             Self::HostSilent => "host silent",
             Self::IndexLost => "index lost",
+            Self::ReadingsStale => "readings stale",
         }
     }
 
@@ -97,11 +102,12 @@ impl Fault {
             Self::SupplyLow => "check the bridge's supply under load",
             Self::SupplyHigh => "check the bridge's supply; braking feeds energy back into it",
             Self::Clock => "a control tick came late or was lost: a fault of the firmware or of its clock",
-            Self::EmergencyStop => "release the stop, then clear the fault",
+            Self::EmergencyStop => "release the stop, then FAULt:CLEar; the button does not clear it",
             Self::Temperature => "let the motor cool",
             Self::SensorSilent => "check the sensor's plug and supply, or run without it",
             Self::HostSilent => "the host's program or its line has failed; arm it anew when it is back",
             Self::IndexLost => "check the encoder's index channel and the counts per turn",
+            Self::ReadingsStale => "the converter of current and supply has stopped: reset the controller",
         }
     }
 }

@@ -5,7 +5,7 @@
 //! has its own [`VirtualClock`]; nothing is global, so that several run in parallel with the same results as alone.
 //!
 //! [`run_prioritised`] has two priorities: a poll of the lower one takes the time that was charged by [`VirtualClock::charge`], and the higher
-//! one runs meanwhile. The effects of a charged poll occur at its begin. Not simulated: the duration of other code.
+//! one runs meanwhile. [`VirtualClock::stall`] stalls both and the interrupts. The effects of a charged poll occur at its begin. Not simulated: the duration of other code.
 
 use embassy_futures::select::Either;
 use stand_firmware::board::{Clock, Ticks};
@@ -24,11 +24,21 @@ pub struct VirtualClock {
     deadline: Cell<Option<Ticks>>,
     /// Compute time of the present poll, board clock steps.
     charged: Cell<u64>,
+    /// Time for which the present poll has stalled the core, board clock steps.
+    stalled: Cell<u64>,
+    /// Begin and end of the last stall.
+    last_stall: Cell<(Ticks, Ticks)>,
 }
 
 impl Default for VirtualClock {
     fn default() -> Self {
-        Self { now: Cell::new(Ticks(0)), deadline: Cell::new(None), charged: Cell::new(0) }
+        Self {
+            now: Cell::new(Ticks(0)),
+            deadline: Cell::new(None),
+            charged: Cell::new(0),
+            stalled: Cell::new(0),
+            last_stall: Cell::new((Ticks(0), Ticks(0))),
+        }
     }
 }
 
@@ -41,6 +51,28 @@ impl VirtualClock {
     /// Adds compute time to the present poll of the lower priority, in board clock steps.
     pub fn charge(&self, steps: u64) {
         self.charged.set(self.charged.get().saturating_add(steps));
+    }
+
+    /// Stalls the core from the end of the present poll of the lower priority on, in board clock steps. The simulation holds tasks and interrupts of
+    /// the firmware back while [`VirtualClock::is_stalled_at`] says so; a host runs on.
+    pub fn stall(&self, steps: u64) {
+        self.stalled.set(self.stalled.get().saturating_add(steps));
+    }
+
+    /// Whether the core is stalled at `t`: an interrupt of that time is lost.
+    pub fn is_stalled_at(&self, t: Ticks) -> bool {
+        let (begin, end) = self.last_stall.get();
+        t >= begin && t < end
+    }
+
+    /// Begins the stall that the present poll has caused, if any; returns its end.
+    fn begin_stall(&self) -> Ticks {
+        let now = self.now.get();
+        let end = now + self.stalled.take();
+        if end > now {
+            self.last_stall.set((now, end));
+        }
+        end
     }
 
     /// Requests a poll at `t` for the present task: for futures that wait for a peripheral.
@@ -121,7 +153,7 @@ pub fn run_prioritised<H: Future, L: Future>(
             if let Poll::Ready(output) = low.as_mut().poll(&mut context) {
                 return Ok(Either::Second(output));
             }
-            busy_until = clock.now.get() + clock.charged.take();
+            busy_until = clock.begin_stall() + clock.charged.take();
         }
         if busy_until > clock.now.get() {
             clock.wait_until(busy_until);

@@ -9,15 +9,17 @@ use crate::board::{Bench, PlantPort, SimBoard};
 use crate::clock::{self, SimClock, Stuck, VirtualClock};
 use crate::faults::{ActiveFaults, FaultKind};
 use crate::gyro::GyroPort;
-use crate::peripherals::SimFlash;
 use crate::peripherals::flash::SMALL_SECTOR_BYTES;
 use crate::peripherals::serial::{DamageRates, SerialLine, USUAL_BAUD};
+use crate::peripherals::{SimFlash, StallingFlash};
 use crate::setup::StandSetup;
 use embassy_futures::select::{Either, Either3, select, select3};
 use stand_firmware::app::{Identity, Memory, assemble};
-use stand_firmware::board::{TICKS_PER_ROW, Ticks};
+use stand_firmware::board::{Drive, EncoderCount, Sensed, TICKS_PER_CONTROL, TICKS_PER_ROW, TickIo, Ticks};
+use stand_firmware::button::{self, DriveStatus, ReceiverWithButton, TypedLine};
 use stand_firmware::config::ConfigError;
 use stand_firmware::console::{Guard, StopLine};
+use stand_firmware::reset_cause::ResetCause;
 use stand_firmware::settings::{Kept, Store};
 use std::cell::{Cell, RefCell};
 use std::future::{Future, poll_fn};
@@ -65,6 +67,29 @@ impl LineFaults {
     }
 }
 
+/// The hardware of the interrupt, with its output for the button.
+struct Watched<'a, T> {
+    io: &'a mut T,
+    drive: &'a Cell<DriveStatus>,
+    /// The core was stalled until this tick.
+    is_after_stall: bool,
+}
+
+impl<T: TickIo> TickIo for Watched<'_, T> {
+    fn sense(&mut self) -> Sensed {
+        Sensed { announced_stall: self.is_after_stall, ..self.io.sense() }
+    }
+
+    fn index(&mut self) -> Option<EncoderCount> {
+        self.io.index()
+    }
+
+    fn drive(&mut self, out: Drive) {
+        self.drive.set(DriveStatus { is_driven: out != Drive::Off, ..self.drive.get() });
+        self.io.drive(out);
+    }
+}
+
 /// One controller on its stand.
 pub struct Controller<'c, P> {
     clock: &'c VirtualClock,
@@ -75,6 +100,13 @@ pub struct Controller<'c, P> {
     serial: String,
     line_faults: Cell<LineFaults>,
     power_cuts: Cell<u32>,
+    /// Cause of the next start.
+    reset_cause: Cell<ResetCause>,
+    /// A reset without a power cut is requested.
+    is_reset: Cell<bool>,
+    /// The button B1 is pressed.
+    is_button_down: Cell<bool>,
+    is_led_on: Cell<bool>,
     /// Compute time of each poll of the console's runner, board clock steps.
     console_poll_steps: Cell<u64>,
     rows_lost: Cell<u32>,
@@ -101,6 +133,10 @@ impl<'c, P: PlantPort> Controller<'c, P> {
             serial: format!("SIM-{seed}"),
             line_faults: Cell::default(),
             power_cuts: Cell::new(0),
+            reset_cause: Cell::new(ResetCause::PowerOn),
+            is_reset: Cell::new(false),
+            is_button_down: Cell::new(false),
+            is_led_on: Cell::new(false),
             console_poll_steps: Cell::new(0),
             rows_lost: Cell::new(0),
         })
@@ -128,6 +164,16 @@ impl<'c, P: PlantPort> Controller<'c, P> {
         &self.bench
     }
 
+    /// Presses or releases the button B1.
+    pub fn press_button(&self, is_down: bool) {
+        self.is_button_down.set(is_down);
+    }
+
+    /// Whether the LED is lit.
+    pub fn is_led_on(&self) -> bool {
+        self.is_led_on.get()
+    }
+
     /// Makes each poll of the console's runner take this time, in board clock steps: with a positive time it never yields the processor.
     pub fn burden_console(&self, steps_per_poll: u64) {
         self.console_poll_steps.set(steps_per_poll);
@@ -136,6 +182,12 @@ impl<'c, P: PlantPort> Controller<'c, P> {
     /// Rows since power-on that the console's runner did not take in time, at the end of a run.
     pub fn rows_lost(&self) -> u32 {
         self.rows_lost.get()
+    }
+
+    /// Resets the controller with its supply on, as its watchdog does; the program starts again within a millisecond.
+    pub fn reset(&self, cause: ResetCause) {
+        self.reset_cause.set(cause);
+        self.is_reset.set(true);
     }
 
     /// Number of power cuts so far.
@@ -159,38 +211,68 @@ impl<'c, P: PlantPort> Controller<'c, P> {
         loop {
             flash.power_on();
             self.bench.borrow_mut().power_on();
-            let store = Store::new(&mut *flash, [0, first as u32], second as u32);
+            let store = Store::new(StallingFlash::new(&mut flash, self.clock), [0, first as u32], second as u32);
             let stop_line = StopLine::new();
             let mut guard = Guard::new(&stop_line);
             let mut memory = Box::new(Memory::new());
-            let identity = Identity { model: "simulated", serial: &self.serial, baud: USUAL_BAUD };
+            let identity = Identity { model: "simulated", serial: &self.serial, baud: USUAL_BAUD, reset_cause: self.reset_cause.take() };
             let (mut interrupt, mut measurement, mut app) = assemble(&mut memory, store, self.defaults, identity, &stop_line)?;
             let mut board = SimBoard::new(&self.bench, self.clock);
             let (receive, transmit) = self.line.device();
             let clock = self.clock();
-            let mut console = pin!(app.run(&clock, receive, transmit));
+            let typed = TypedLine::new();
+            let drive = Cell::new(DriveStatus::default());
+            let button = button::run(
+                &clock,
+                || self.is_button_down.get(),
+                |on| self.is_led_on.set(on),
+                || drive.get(),
+                &stop_line,
+                &typed,
+                |_, _| (),
+            );
+            let receive = ReceiverWithButton::new(receive, &typed);
+            let mut console = pin!(select(app.run(&clock, receive, transmit), button));
             let console = poll_fn(|context| {
                 self.clock.charge(self.console_poll_steps.get());
                 console.as_mut().poll(context)
             });
-            let measuring = select3(host.as_mut(), measurement.run(&mut board), self.supply(false));
-            let on = clock::run_prioritised(self.clock, measuring, console, |to| {
-                outside(to);
-                self.break_line();
-                self.bench.borrow_mut().advance(to, |io| {
-                    self.line.deliver(io.now(), |incoming| match incoming {
-                        Ok(byte) => guard.byte(byte),
-                        Err(_) => guard.line_break(),
-                    });
-                    io.request_stop(stop_line.is_stop_requested());
-                    interrupt.run(io);
+            // In a block, so that its borrow of the measurement ends with the run.
+            let on = {
+                let mut measuring = pin!(measurement.run(&mut board));
+                let measuring = poll_fn(|context| match self.clock.is_stalled_at(self.clock.now()) {
+                    true => Poll::Pending,
+                    false => measuring.as_mut().poll(context),
                 });
-            })?;
+                let high = select3(host.as_mut(), measuring, self.supply(false));
+                clock::run_prioritised(self.clock, high, console, |to| {
+                    outside(to);
+                    self.break_line();
+                    self.bench.borrow_mut().advance(to, |io| {
+                        if self.clock.is_stalled_at(io.now()) {
+                            return;
+                        }
+                        self.line.deliver(io.now(), |incoming| match incoming {
+                            Ok(byte) => guard.byte(byte),
+                            Err(_) => guard.line_break(),
+                        });
+                        io.request_stop(stop_line.is_stop_requested());
+                        let is_after_stall = self.clock.is_stalled_at(Ticks(io.now().0.saturating_sub(TICKS_PER_CONTROL)));
+                        interrupt.run(&mut Watched { io, drive: &drive, is_after_stall });
+                        drive.set(DriveStatus { fault: interrupt.fault(), ..drive.get() });
+                    });
+                })?
+            };
             self.rows_lost.set(measurement.rows_lost());
             match on {
                 Either::First(Either3::First(done)) => return Ok(done),
-                Either::First(Either3::Second(())) | Either::Second(()) => return Err(ControllerError::Ended),
+                Either::First(Either3::Second(())) | Either::Second(_) => return Err(ControllerError::Ended),
                 Either::First(Either3::Third(())) => {}
+            }
+            if self.is_reset.take() {
+                // The outputs of the chip float in a reset, and the bridge's inputs are pulled low.
+                self.bench.borrow_mut().open_bridge();
+                continue;
             }
             self.power_cuts.set(self.power_cuts.get() + 1);
             self.line.power(false);
@@ -207,10 +289,11 @@ impl<'c, P: PlantPort> Controller<'c, P> {
         }
     }
 
-    /// Returns when the supply is present, or absent.
+    /// Returns when the supply is present, or absent; a reset ends the wait for its absence.
     async fn supply(&self, is_there: bool) {
         poll_fn(|_| {
-            if self.bench.borrow_mut().active_faults().is_active(FaultKind::PowerCut) != is_there {
+            let is_reset = !is_there && self.is_reset.get();
+            if is_reset || self.bench.borrow_mut().active_faults().is_active(FaultKind::PowerCut) != is_there {
                 return Poll::Ready(());
             }
             self.clock.wait_until(self.clock.now() + TICKS_PER_ROW);

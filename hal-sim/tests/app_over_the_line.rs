@@ -12,6 +12,7 @@ use hal_sim::peripherals::serial::{DamageRates, SerialLine, USUAL_BAUD};
 use stand_firmware::app::{Identity, Memory, assemble};
 use stand_firmware::board::{Clock, TICKS_PER_S};
 use stand_firmware::console::{Guard, StopLine};
+use stand_firmware::reset_cause::ResetCause;
 use stand_firmware::settings::{Kept, Store};
 use stand_firmware::telemetry::frame::Piece;
 use stand_firmware::telemetry::{Body, Deframer, crc32};
@@ -73,7 +74,7 @@ fn with_flash<T>(flash: SimFlash, baud: u32, host: impl AsyncFnOnce(&Host<'_, '_
     let mut guard = Guard::new(&stop_line);
     let mut memory = Memory::new();
     let store = Store::new(flash, [0, SMALL_SECTOR_BYTES as u32], SMALL_SECTOR_BYTES as u32);
-    let identity = Identity { model: "simulated", serial: "1", baud };
+    let identity = Identity { model: "simulated", serial: "1", baud, reset_cause: ResetCause::PowerOn };
     let (mut interrupt, mut measurement, mut app) = assemble(&mut memory, store, defaults, identity, &stop_line).unwrap();
     let mut board = SimBoard::new(&bench, &clock);
     let (receive, transmit) = line.device();

@@ -8,6 +8,7 @@ use hal_sim::faults::{Fault, FaultKind, Faults};
 use hal_sim::peripherals::SimFlash;
 use hal_sim::plant::{Plant, Stand};
 use stand_firmware::board::{Clock, TICKS_PER_ROW, TICKS_PER_S, Ticks};
+use stand_firmware::reset_cause::ResetCause;
 use stand_firmware::telemetry::frame::Piece;
 use stand_firmware::telemetry::{Body, Deframer};
 use std::cell::RefCell;
@@ -255,4 +256,188 @@ fn rows_that_find_the_queue_full_are_counted() {
     let (sequences, lost) = stream_with_busy_console(40, 4.0);
     assert!((2_000..3_000).contains(&lost), "{lost}");
     assert!(sequences.windows(2).any(|pair| pair[1] > pair[0] + 1), "the gap shows in the numbers");
+}
+
+/// Errors and fault after a command.
+async fn state_of(host: &Host<'_, '_>) -> String {
+    host.query("SYSTem:ERRor?;:FAULt?").await
+}
+
+const SOUND: &str = "0,\"No error\";0,none,nothing is wrong";
+
+#[test]
+fn seventeen_saves_while_off_succeed_and_the_next_while_it_turns_is_refused() {
+    sound(async |host| {
+        host.wait_s(0.1).await;
+        let uptime_s = async || -> f64 {
+            let reply = host.query("SYSTem:UPTime?").await;
+            reply.trim_end_matches(" S").parse().unwrap()
+        };
+        for save in 1..=17 {
+            let (before_s, clock_s) = (uptime_s().await, host.clock.now().seconds());
+            host.query_within(&format!("SETTings:slip_rad 0.{};:SETTings:SAVE", 100 + save), 0.6).await;
+            assert_eq!(state_of(host).await, SOUND, "save {save}");
+            // The time of the stand goes on through the erase of save 17.
+            let (after_s, passed_s) = (uptime_s().await, host.clock.now().seconds() - clock_s);
+            assert!((after_s - before_s - passed_s).abs() < 0.002, "save {save}: {before_s} {after_s} {passed_s}");
+        }
+        host.query("SOURce:RATE 5 RAD/S;:SOURce:MODE RATE").await;
+        host.wait_s(1.0).await;
+        host.query_within("SETTings:SAVE", 0.6).await;
+        let refusal = host.query("SYSTem:ERRor?").await;
+        assert!(refusal.starts_with("-221") && refusal.contains("OUTPut OFF"), "{refusal}");
+        assert!((true_rate(host) - 5.0).abs() < 0.05, "and the drive goes on");
+        // Switched off, it still turns: the save waits until it stands.
+        host.query_within("OUTPut OFF;:SETTings:SAVE;*OPC?", 0.1).await;
+        assert!(true_rate(host).abs() > 0.5, "{}", true_rate(host));
+        host.wait_s(3.0).await;
+        host.received();
+        assert_eq!(state_of(host).await, SOUND);
+    });
+}
+
+/// A controller whose next save erases a sector.
+fn full_flash() -> SimFlash {
+    talk(Faults::default(), flash(1), async |host| {
+        host.wait_s(0.1).await;
+        for _ in 0..16 {
+            host.query_within("SETTings:SAVE", 0.1).await;
+        }
+    })
+    .1
+}
+
+#[test]
+fn an_erase_loses_ticks_and_neither_commands_nor_the_time() {
+    talk(Faults::default(), full_flash(), async |host| {
+        host.wait_s(0.1).await;
+        host.received();
+        host.controller.line().send(b"SETTings:SAVE\n");
+        host.wait_s(0.05).await;
+        // The core is stalled: this command waits in the ring of the receiver.
+        host.controller.line().send(b"*IDN?\n");
+        host.wait_s(0.1).await;
+        assert_eq!(host.received(), b"", "no reply during the erase");
+        host.wait_s(0.3).await;
+        assert!(String::from_utf8(host.received()).unwrap().starts_with("Rotary Stand"));
+        assert_eq!(state_of(host).await, SOUND);
+        assert!(
+            host.query("MEASure:TIMing?").await.contains("0.25"),
+            "the rows of the erase are missing: {}",
+            host.query("MEASure:TIMing?").await
+        );
+        assert_eq!(host.controller.line().counts().overrun, 0);
+    });
+}
+
+#[test]
+fn bytes_beyond_the_ring_of_the_receiver_are_lost_in_an_erase() {
+    talk(Faults::default(), full_flash(), async |host| {
+        host.wait_s(0.1).await;
+        host.controller.line().send(b"SETTings:SAVE\n");
+        host.wait_s(0.05).await;
+        host.controller.line().send(&b"*IDN?\n".repeat(300));
+        host.wait_s(0.5).await;
+        assert!(host.controller.line().counts().overrun > 0);
+        host.received();
+        assert!(host.query("*IDN?").await.starts_with("Rotary Stand"), "the line works again");
+    });
+}
+
+#[test]
+fn the_cause_of_a_reset_is_reported_and_the_drive_is_off_after_it() {
+    sound(async |host| {
+        host.wait_s(0.1).await;
+        assert_eq!(host.query("SYSTem:RESet:CAUSe?").await, "power-on");
+        host.query("SOURce:RATE 5 RAD/S;:SOURce:MODE RATE").await;
+        host.wait_s(1.0).await;
+        host.controller.reset(ResetCause::Watchdog);
+        host.wait_s(0.2).await;
+        host.received();
+        assert_eq!(host.query("SYSTem:RESet:CAUSe?;:OUTPut?;:FAULt?").await, "watchdog;0;0,none,nothing is wrong");
+        host.wait_s(2.0).await;
+        assert!(true_rate(host).abs() < 1.0, "{}", true_rate(host));
+    });
+    // A power cut is a power-on.
+    let faults = Faults::of([Fault::new(FaultKind::PowerCut, 0.5, 0.5)]).unwrap();
+    talk(faults, flash(1), async |host| {
+        host.wait_s(1.2).await;
+        host.received();
+        assert_eq!(host.query("SYSTem:RESet:CAUSe?").await, "power-on");
+        assert_eq!(host.controller.power_cuts(), 1);
+    });
+}
+
+/// Presses the button for `seconds`.
+async fn press(host: &Host<'_, '_>, seconds: f64) {
+    host.controller.press_button(true);
+    host.wait_s(seconds).await;
+    host.controller.press_button(false);
+    host.wait_s(0.1).await;
+}
+
+#[test]
+fn the_button_clears_with_one_press_and_starts_with_the_next() {
+    // Ticks are lost at 1 s.
+    let faults = Faults::of([Fault::new(FaultKind::LostTicks, 1.0, 0.001)]).unwrap();
+    talk(faults, flash(1), async |host| {
+        host.wait_s(0.1).await;
+        host.query("PROFile:TYPE CONSTANT;AMPLitude 5;DURation 60").await;
+        press(host, 0.2).await;
+        assert_eq!(host.query("OUTPut?").await, "1", "a press starts the profile");
+        host.wait_s(1.0).await;
+        assert!(host.query("FAULt?").await.contains("clock"));
+        press(host, 0.2).await;
+        host.wait_s(0.5).await;
+        assert_eq!(host.query("FAULt?;:OUTPut?").await, "0,none,nothing is wrong;0", "cleared, and not started");
+        press(host, 0.2).await;
+        assert_eq!(host.query("OUTPut?").await, "1");
+        press(host, 0.2).await;
+        assert!(host.query("FAULt?;:OUTPut?").await.contains("emergency stop"), "a press while the drive is on");
+    });
+}
+
+#[test]
+fn no_press_of_the_button_clears_an_emergency_stop() {
+    sound(async |host| {
+        host.wait_s(0.1).await;
+        host.query("PROFile:TYPE CONSTANT;AMPLitude 5;DURation 60;:PROFile:STARt").await;
+        host.wait_s(0.5).await;
+        host.controller.line().send(b"\x18");
+        host.wait_s(0.5).await;
+        for seconds in [0.05, 0.2, 1.0, 3.0] {
+            press(host, seconds).await;
+            host.wait_s(0.5).await;
+            let state = host.query("FAULt?;:OUTPut?").await;
+            assert!(state.contains("emergency stop") && state.ends_with(";0"), "{seconds} s: {state}");
+        }
+        // The LED blinks fast: five changes in half a second.
+        let mut changes = 0;
+        let mut before = host.controller.is_led_on();
+        for _ in 0..50 {
+            host.wait_s(0.01).await;
+            changes += u32::from(std::mem::replace(&mut before, host.controller.is_led_on()) != before);
+        }
+        assert!((4..=6).contains(&changes), "{changes}");
+        // The console clears and starts on one line.
+        assert_eq!(
+            host.query("FAULt:CLEar;:PROFile:STARt;:SYSTem:ERRor:NEXT?").await,
+            "101,\"Drive switched off; emergency stop: release the stop, then FAULt:CLEar; the button does not clear it\""
+        );
+        assert_eq!(host.query("SYSTem:ERRor?;:OUTPut?").await, "0,\"No error\";1");
+    });
+}
+
+#[test]
+fn an_emergency_stop_replaces_another_fault() {
+    let faults = Faults::of([Fault::new(FaultKind::LostTicks, 1.0, 0.001)]).unwrap();
+    talk(faults, flash(1), async |host| {
+        host.wait_s(1.2).await;
+        assert!(host.query("FAULt?").await.contains("clock"));
+        host.controller.line().send(b"\x18");
+        host.wait_s(0.1).await;
+        press(host, 0.2).await;
+        assert!(host.query("FAULt?").await.contains("emergency stop"));
+        assert_eq!(host.query("FAULt:CLEar;:FAULt?").await, "0,none,nothing is wrong");
+    });
 }

@@ -110,13 +110,14 @@ fn each_fault_switches_the_drive_off_in_time_with_reason_and_capture() {
     let voltage: Setpoint = |stand, start| Segment::voltage(&stand.hardware, start, u16::MAX, 4.0);
     // Columns: start of the fault, s; longest time to detection, s. Without an encoder the loop drives at its current limit. The threshold of the
     // back-EMF allows 20 % of R·i for an error of the resistance, so that detection needs about twice the commanded rate.
-    let cases: [(&str, Stand, Setpoint, Fault, f64, f64); 9] = [
+    let cases: [(&str, Stand, Setpoint, Fault, f64, f64); 10] = [
         ("counter stuck", with_fault(FaultKind::CounterStuck, 1.0, 5.0), RATE, Fault::EncoderLost, 1.0, 0.25),
         ("channel A off", with_fault(FaultKind::EncoderAOff, 1.0, 5.0), RATE, Fault::EncoderLost, 1.0, 0.25),
         ("channel B off", with_fault(FaultKind::EncoderBOff, 1.0, 5.0), RATE, Fault::EncoderLost, 1.0, 0.25),
         ("supply dip", with_fault(FaultKind::SupplyDip, 1.0, 5.0), RATE, Fault::SupplyLow, 1.0, 0.01),
         ("ticks lost", with_fault(FaultKind::LostTicks, 1.0, 0.0005), RATE, Fault::Clock, 1.0, 0.002),
         ("current sensor off", with_fault(FaultKind::CurrentSensorOff, 1.0, 5.0), RATE, Fault::OverCurrent, 1.0, 0.002),
+        ("converter stopped", with_fault(FaultKind::ConverterStopped, 1.0, 5.0), RATE, Fault::ReadingsStale, 1.0, 0.002),
         ("too much voltage", Stand::default(), voltage, Fault::Overspeed, 0.3, 0.3),
         ("blocked", rubbing(0.1), FAST, Fault::Stall, 0.5, 0.2),
         ("too weak to follow", weak, FAST, Fault::Tracking, 1.0, 1.0),
@@ -264,4 +265,26 @@ fn brush_drop_at_rest_is_no_encoder_loss_and_a_running_loss_trips_at_once() {
     let off = with_fault(FaultKind::CounterStuck, 0.0, 9.0);
     let (fault, at_s) = play(&off, 0.0, 2.5, &Memory::new(), RATE, quiet).first().unwrap();
     assert!(fault == Fault::EncoderLost && at_s < 0.6, "{fault:?} at {at_s} s");
+}
+
+#[test]
+fn the_bridge_is_off_5_ms_after_the_last_tick() {
+    // The interrupt hangs at 1 s for 50 ms with 1 V on the motor.
+    let stand = with_fault(FaultKind::LostTicks, 1.0, 0.05);
+    let mailboxes = Mailboxes::new();
+    let mut interrupt = Interrupt::new(SpeedLoop::new(Config::new(&stand.firmware, &stand.hardware).unwrap()), &mailboxes);
+    let mut bench = Bench::new(&stand.hardware, &stand.sensors, 1, Plant::new(&stand, 0.0).unwrap()).with_faults(stand.faults);
+    mailboxes.commands.post(Command { segment: Segment::voltage(&stand.hardware, 100, u16::MAX, 1.0), ..Command::default() });
+    let mut voltages_V = Vec::new();
+    for tick in 0..11_000 {
+        bench.advance(Ticks::of_control(tick), |io| interrupt.run(io));
+        voltages_V.push(bench.acting_V());
+    }
+    assert!(voltages_V[9_000..10_000].iter().all(|volts| (volts - 1.0).abs() < 0.01), "driven until the last tick");
+    assert!(
+        voltages_V[10_050..].iter().all(|volts| *volts == 0.0),
+        "off 5 ms after it, and off when the ticks are back: {:?}",
+        &voltages_V[10_030..10_060]
+    );
+    assert_eq!(mailboxes.reports.take().unwrap().fault, Fault::Clock);
 }

@@ -119,7 +119,7 @@ fn the_current_limit_holds_and_is_a_status() {
     assert_eq!(record.fault, Fault::None);
     let i = col(&record, "i_A");
     // 12 mA rms of noise in each of 20 conversions: 3 mA; the estimate's lag at 140 rad/s² adds a few.
-    assert!(i[5..150].iter().all(|i| (i - 1.5).abs() < 0.03), "{:?}", &i[5..20]);
+    assert!(i[5..150].iter().all(|i| (i - 1.3).abs() < 0.03), "{:?}", &i[5..20]);
     assert!(record.note("limited_current").is_some());
 }
 
@@ -182,7 +182,7 @@ fn mean_voltage_and_mean_current_match_in_the_closed_loop_and_at_the_limits_too(
         request
     };
     for (request, current_limit_A, limit) in
-        [(step(Mode::Rate, 30.0), 1.5, Limits::ACCELERATION), (step(Mode::Voltage, 0.7), 0.2, Limits::CURRENT)]
+        [(step(Mode::Rate, 30.0), 1.3, Limits::ACCELERATION), (step(Mode::Voltage, 0.7), 0.2, Limits::CURRENT)]
     {
         let mut stand = StandSetup::ideal();
         stand.settings.current_limit_A = current_limit_A;

@@ -25,6 +25,8 @@ pub struct Adc {
     /// Rank of the running conversion, and its end.
     rank: usize,
     ends: Option<Time>,
+    /// Fault: no trigger starts a sequence.
+    pub is_stuck: bool,
     /// Complete sequences.
     pub sequences: u64,
     /// Triggers that came while a sequence was running.
@@ -73,7 +75,7 @@ impl Adc {
 
     /// The trigger came at `at`; `pclk`: period of APB2.
     pub fn trigger(&mut self, at: Time, pclk: Time) {
-        if !self.waits_for_trigger() {
+        if self.is_stuck || !self.waits_for_trigger() {
             return;
         }
         if self.ends.is_some() {

@@ -6,6 +6,7 @@ use crate::time::{NEVER, Time};
 const CR1_CEN: u32 = 1;
 const CR1_CMS: u32 = 3 << 5;
 const BDTR_MOE: u32 = 1 << 15;
+const BDTR_OSSI: u32 = 1 << 10;
 const PWM_MODE_1: u32 = 6;
 const PWM_MODE_2: u32 = 7;
 
@@ -118,8 +119,13 @@ impl AdvancedTimer {
     /// Mean level of the output of `channel` (0 to 3) over a period of the counter; `None`: the timer does not drive the pin.
     pub fn mean_level(&self, channel: usize) -> Option<f64> {
         let enabled = self.ccer >> (4 * channel) & 1 != 0;
-        if !enabled || self.bdtr & BDTR_MOE == 0 {
+        if !enabled {
             return None;
+        }
+        if self.bdtr & BDTR_MOE == 0 {
+            // With OSSI the output takes its idle level OISx, else the timer releases the pin (RM0390 §16.4.18).
+            let idle = f64::from(self.cr2 >> (8 + 2 * channel) & 1);
+            return (self.bdtr & BDTR_OSSI != 0).then_some(idle);
         }
         let active = f64::from(self.ccr_shadow[channel]) / f64::from(self.arr_shadow.max(1));
         let level = match self.mode(channel) {

@@ -10,5 +10,6 @@ pub mod general_timer;
 pub mod gpio;
 pub mod rcc;
 pub mod spi;
+pub mod up_counter;
 pub mod usart;
 pub mod watchdog;

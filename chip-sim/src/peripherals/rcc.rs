@@ -103,6 +103,11 @@ impl Rcc {
         Self { words, hse_present, hse_ready_at: NEVER, pll_ready_at: NEVER, lsi_ready_at: NEVER, failed: false }
     }
 
+    /// Whether the ST-Link's clock is present.
+    pub fn has_external_clock(&self) -> bool {
+        self.hse_present
+    }
+
     /// Reset flags, to carry over a reset.
     pub fn flags(&self) -> u32 {
         self.words[CSR]

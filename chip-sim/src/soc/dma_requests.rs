@@ -15,6 +15,8 @@ impl Soc {
             (0, 5, 4, false) => usart_receive,
             (0, 6, 4, true) => usart_transmit,
             (1, 0, 0, false) => self.adc.requests_dma(),
+            // A timer's request ends with its transfer.
+            (1, 1, 7, true) => self.tim8.take_dma_request(),
             _ => {
                 self.fail(AccessError::DmaRequest { controller: controller + 1, stream, channel });
                 false

@@ -20,6 +20,7 @@ use crate::peripherals::general_timer::GeneralTimer;
 use crate::peripherals::gpio::{Gpio, Pin, pin};
 use crate::peripherals::rcc::{Rcc, ResetCause, period};
 use crate::peripherals::spi::Spi;
+use crate::peripherals::up_counter::UpCounter;
 use crate::peripherals::usart::Usart;
 use crate::peripherals::watchdog::{IndependentWatchdog, WindowWatchdog};
 use crate::system_control::SystemControl;
@@ -38,11 +39,13 @@ const CORE: u32 = 0xE000_0000;
 
 /// Interrupt numbers (RM0390, table 38).
 mod interrupt {
+    pub const VOLTAGE_DETECTOR: u32 = 1;
     pub const ADC: u32 = 18;
     pub const TIM1_BREAK: u32 = 24;
     pub const TIM1_UPDATE: u32 = 25;
     pub const TIM2_TO_5: [u32; 4] = [28, 29, 30, 50];
     pub const SPI2: u32 = 36;
+    pub const TIM8_UPDATE: u32 = 44;
     pub const USART2: u32 = 38;
     pub const DMA: [[u32; 8]; 2] = [[11, 12, 13, 14, 15, 16, 17, 47], [56, 57, 58, 59, 60, 68, 69, 70]];
 }
@@ -79,6 +82,7 @@ pub struct Soc {
     syscfg: [u32; 12],
     exti: [u32; 6],
     tim1: AdvancedTimer,
+    tim8: UpCounter,
     timers: [GeneralTimer; 4],
     /// Converter.
     pub adc: Adc,
@@ -111,6 +115,8 @@ pub struct Soc {
     /// Update events of TIM1 since power-on: ticks.
     pub updates: u64,
     sensor_selected: bool,
+    /// The chip's own supply is below the level of the voltage detector.
+    is_voltage_low: bool,
 }
 
 impl Soc {
@@ -135,6 +141,7 @@ impl Soc {
             syscfg: [0; 12],
             exti: [0; 6],
             tim1: AdvancedTimer::default(),
+            tim8: UpCounter::default(),
             timers: [true, false, false, true].map(GeneralTimer::new),
             adc: Adc::default(),
             dac: Dac::default(),
@@ -154,6 +161,7 @@ impl Soc {
             update_at: None,
             updates: 0,
             sensor_selected: false,
+            is_voltage_low: false,
         };
         soc.follow_clocks();
         soc.schedule();
@@ -165,9 +173,10 @@ impl Soc {
         self.flash.reset();
         self.gpio.reset();
         self.control = SystemControl::default();
-        self.rcc = Rcc::new(cause, self.rcc.flags(), true);
+        self.rcc = Rcc::new(cause, self.rcc.flags(), self.rcc.has_external_clock());
         (self.pwr, self.syscfg, self.exti) = ([0xC000, 0], [0; 12], [0; 6]);
         self.tim1 = AdvancedTimer::default();
+        self.tim8 = UpCounter::default();
         self.timers = [true, false, false, true].map(GeneralTimer::new);
         self.adc.reset();
         self.dac.reset();
@@ -231,6 +240,7 @@ impl Soc {
         self.spi.pclk = period(clocks.apb1_Hz);
         self.window.pclk = period(clocks.apb1_Hz);
         self.tim1.set_clock(clocks.timer2_Hz);
+        self.tim8.set_clock(clocks.timer2_Hz, self.now);
         for timer in &mut self.timers {
             timer.set_clock(clocks.timer1_Hz, self.now);
         }
@@ -247,6 +257,19 @@ impl Soc {
         self.follow_clocks();
         self.follow_bridge();
         self.schedule();
+    }
+
+    /// The supply of the chip itself falls below the level of its voltage detector, or is back.
+    pub fn set_voltage_low(&mut self, is_low: bool) {
+        self.is_voltage_low = is_low;
+        self.schedule();
+    }
+
+    /// The voltage detector is on and its interrupt on falling voltage is enabled (RM0390 §5.2.2: PVDE; EXTI line 16 at its rising edge).
+    fn detects_voltage(&self) -> bool {
+        const LINE: u32 = 1 << 16;
+        let [imr, _, rtsr, ..] = self.exti;
+        self.pwr[0] & 1 << 4 != 0 && imr & LINE != 0 && rtsr & LINE != 0
     }
 
     /// Levels at the inputs of the bridge.
@@ -291,6 +314,10 @@ impl Soc {
     pub fn run_events(&mut self) {
         while self.next <= self.now {
             self.turn_bridge();
+            while self.tim8.next() <= self.now {
+                self.tim8.overflow();
+                self.serve_dma();
+            }
             while self.board.next_sensor_step() <= self.now {
                 self.board.step_sensor();
                 self.follow_encoder();
@@ -365,6 +392,8 @@ impl Soc {
         let mut set = |number: u32, high: bool| lines |= u128::from(high) << number;
         set(interrupt::TIM1_UPDATE, self.tim1.is_update_pending());
         set(interrupt::TIM1_BREAK, self.tim1.is_break_pending());
+        set(interrupt::TIM8_UPDATE, self.tim8.is_pending());
+        set(interrupt::VOLTAGE_DETECTOR, self.is_voltage_low && self.detects_voltage());
         for (timer, number) in self.timers.iter().zip(interrupt::TIM2_TO_5) {
             set(number, timer.is_pending());
         }
@@ -379,6 +408,7 @@ impl Soc {
         self.control.set_lines(lines);
         self.next = [
             self.tim1.next(),
+            self.tim8.next(),
             self.trigger,
             self.adc.next(),
             self.usart.next(),
@@ -438,6 +468,9 @@ impl Soc {
             0x24 => {
                 if bit(0) {
                     self.tim1 = AdvancedTimer::default();
+                }
+                if bit(1) {
+                    self.tim8 = UpCounter::default();
                 }
                 if bit(8) {
                     self.adc.reset();

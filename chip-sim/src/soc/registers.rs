@@ -46,6 +46,7 @@ impl Soc {
             },
             Block::Dac => self.dac.read(offset),
             Block::Tim1 => self.tim1.read(offset, now),
+            Block::Tim8 => self.tim8.read(offset, now),
             Block::Adc => self.adc.read(offset),
             Block::SysCfg => self.syscfg.get(offset as usize / 4).copied(),
             Block::Exti => self.exti.get(offset as usize / 4).copied(),
@@ -87,6 +88,7 @@ impl Soc {
                 }
                 done
             }
+            Block::Tim8 => self.tim8.write(offset, value, now),
             Block::Adc => self.adc.write(offset, value),
             Block::SysCfg => self.syscfg.get_mut(offset as usize / 4).map(|word| *word = value),
             // Only the masks and edge selections are stored: the stand uses no external interrupt; a software interrupt is not modelled.

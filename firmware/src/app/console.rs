@@ -4,6 +4,7 @@
 //! executed, because it may depend on that command. Errors of a line typed by hand (it ends with CR alone) are shown at once; errors of a
 //! program are kept until `SYSTem:ERRor?`.
 
+use super::commands::fault;
 use super::commands::{Job, List, Outcome, execute, list_line};
 use super::state::State;
 use crate::board::{Clock, TICKS_PER_ROW, TICKS_PER_S};
@@ -12,7 +13,8 @@ use crate::console::guard::CANCEL;
 use crate::console::line::{BadLine, Lines, MAX_LINE};
 use crate::console::parse::Commands;
 use crate::settings::{Kept, Saved, Store};
-use crate::speed_loop::{Fault, Mode};
+use crate::speed_loop::Mode;
+use crate::status::Fault;
 use crate::telemetry::frame::MAX_TEXT;
 use embedded_io_async::{Error, ErrorKind, Read};
 use embedded_storage::nor_flash::NorFlash;
@@ -101,17 +103,18 @@ async fn execute_line<C: Clock, F: NorFlash>(state: &State<'_>, clock: &C, line:
                 send(state, clock, &mut replies).await;
                 send_list(state, clock, list).await
             }
-            Ok(Outcome::Job(job)) => {
-                let ready = match job {
-                    Job::Wait | Job::WaitAndReply => {
-                        wait(state, clock).await;
-                        Ok(())
-                    }
-                    Job::Save => wait_for_rest(state, clock).await,
-                    Job::Load => Ok(()),
-                };
-                ready.and_then(|()| work(state, job, store, &mut reply))
-            }
+            Ok(Outcome::Job(job)) => match job {
+                Job::Wait | Job::WaitAndReply => {
+                    wait(state, clock).await;
+                    work(state, job, store, &mut reply)
+                }
+                Job::Save => wait_for_rest(state, clock).await.and_then(|()| work(state, job, store, &mut reply)),
+                Job::Load => work(state, job, store, &mut reply),
+                Job::ClearFault => {
+                    clear_fault(state, clock).await;
+                    Ok(())
+                }
+            },
             Err(error) => Err(error),
         };
         if result.is_ok() && !reply.is_empty() {
@@ -165,9 +168,10 @@ async fn wait<C: Clock>(state: &State<'_>, clock: &C) {
 async fn wait_for_rest<C: Clock>(state: &State<'_>, clock: &C) -> Result<(), ErrorEntry> {
     let begun = clock.now();
     loop {
-        state.require_at_rest()?;
         let before = state.measured.row.get();
         clock.until(clock.now() + REST_INTERVAL).await;
+        // After the wait, in which another task may have switched the drive on; the caller erases without a suspension.
+        state.require_at_rest()?;
         let row = state.measured.row.get();
         let is_off = row.mode == Mode::Off || row.fault != Fault::None;
         let seconds = (row.at - before.at) as f64 / TICKS_PER_S as f64;
@@ -180,16 +184,29 @@ async fn wait_for_rest<C: Clock>(state: &State<'_>, clock: &C) -> Result<(), Err
     }
 }
 
+/// Time in which the control interrupt clears a fault and reports it, rows: the next command, the next report and the next row take three.
+const CLEAR_TIMEOUT_ROWS: u64 = 8;
+
+/// Clears the latched fault and waits until the rows show it, so that the next command of the line may start something. A fault whose cause is present
+/// stays.
+async fn clear_fault<C: Clock>(state: &State<'_>, clock: &C) {
+    fault::clear(state);
+    let from = clock.now();
+    while state.measured.row.get().fault != Fault::None && clock.now() - from < CLEAR_TIMEOUT_ROWS * TICKS_PER_ROW {
+        clock.until(clock.now() + TICKS_PER_ROW).await;
+    }
+}
+
 fn work<F: NorFlash>(state: &State<'_>, job: Job, store: &mut Store<F>, reply: &mut Reply) -> Result<(), ErrorEntry> {
     let storage_error = |error| ErrorEntry::with(Code::STORAGE, error);
     match job {
         Job::Wait => {}
         Job::WaitAndReply => reply.push('1').map_err(|_| ErrorEntry::new(Code::TOO_MUCH_DATA))?,
         Job::Save => {
-            state.require_at_rest()?;
             let saved = Saved { kept: state.settings.kept.get(), observer: state.gyro.observer.parameters() };
             store.save(&saved, Kept::layout()).map_err(storage_error)?;
         }
+        Job::ClearFault => {} // [`clear_fault`] waits for the control interrupt
         Job::Load => {
             state.require_at_rest()?;
             let saved: Option<Saved> = store.load(Kept::layout()).map_err(storage_error)?;

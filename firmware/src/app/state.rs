@@ -16,6 +16,7 @@ use crate::gyro_loop::{self, observer};
 use crate::mailbox::{Mailbox, SharedCell};
 use crate::measurement_loop::{Instruments, Row};
 use crate::profile::{Profile, ProfileConfig, ProfileKind};
+use crate::reset_cause::ResetCause;
 use crate::sensors;
 use crate::settings::Kept;
 use crate::speed_loop::{Config, Mode, Zero};
@@ -38,6 +39,8 @@ pub struct Identity<'a> {
     pub serial: &'a str,
     /// Rate of the serial line, bits per second.
     pub baud: u32,
+    /// Why it has started.
+    pub reset_cause: ResetCause,
 }
 
 /// Parts of the program that the app shares with others.

@@ -10,8 +10,10 @@
 pub mod errors;
 pub mod guard;
 pub mod line;
+pub mod line_errors;
 pub mod parse;
 pub mod quantity;
 pub mod status;
 
 pub use guard::{Guard, StopLine};
+pub use line_errors::LineErrors;

@@ -16,6 +16,7 @@ mod ism330dhcx;
 mod line;
 mod runner;
 mod sample_clock;
+pub mod selected;
 mod shared;
 
 use crate::board::Stamped;

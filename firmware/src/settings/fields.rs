@@ -69,7 +69,7 @@ fields! {
     settings.voltage_limit_V: 1e-3, 12.0;
     settings.overspeed_rad_s: 1e-3, 1e4;
     settings.approach_rad_s: 1e-4, 1e4;
-    settings.compensation.coulomb_N_m: 0.0, 1.5 * 23.4e-3;
+    settings.compensation.coulomb_N_m: 0.0, 1.3 * 23.4e-3;
     settings.compensation.coulomb_fade_rad_s: 1e-6, 1e3;
     settings.compensation.viscous_N_m_s: 0.0, 1e3;
     settings.compensation.winding_lag_s: 0.0, 0.1;

@@ -4,6 +4,7 @@ use super::{Command, CompensationGains, Config, Report, SpeedLoop, begins_millis
 use crate::board::TickIo;
 use crate::capture::{Recorder, Sample};
 use crate::mailbox::Mailbox;
+use crate::status::Fault;
 
 /// All messages between the tasks and the interrupt.
 #[derive(Default)]
@@ -46,6 +47,12 @@ impl<'a> Interrupt<'a> {
     /// The compensation in force.
     pub fn compensation(&self) -> CompensationGains {
         self.speed_loop.compensation()
+    }
+
+    /// The latched fault.
+    #[inline]
+    pub fn fault(&self) -> Fault {
+        self.speed_loop.fault().0
     }
 
     /// One tick: sense, report, take messages, compute, drive, record.

@@ -42,10 +42,13 @@ use encoder::Encoder;
 use estimator::Estimator;
 use feed_forward::FeedForward;
 use ramp::Ramp;
+use regulator::CurrentLimit;
 use segment::{f32_to_fixed, fixed_to_f32};
 use settings::ApproachConfig;
 
 const TICKS_PER_MS: u32 = CONTROL_PER_ROW as u32;
+/// The tick of a millisecond in which the current limit is updated: a tick with little other work.
+const LIMIT_UPDATE: u8 = 5;
 
 /// The law: configuration and state.
 pub struct SpeedLoop {
@@ -53,7 +56,6 @@ pub struct SpeedLoop {
     state: State,
 }
 
-#[derive(Default)]
 struct State {
     /// Number of this tick; `None` before the first.
     tick: Option<u64>,
@@ -67,6 +69,9 @@ struct State {
     segment: ActiveSegment,
     ramp: Ramp,
     feed_forward: FeedForward,
+    current_limit: CurrentLimit,
+    /// Ticks since the one that did the work of a millisecond.
+    ticks_in_ms: u8,
     output: Output,
     limits: LimitLog,
 }
@@ -132,11 +137,12 @@ impl LimitLog {
 impl SpeedLoop {
     /// The law at rest.
     pub fn new(config: Config) -> Self {
-        Self { config, state: State::default() }
+        Self { state: State::new(&config), config }
     }
 
     /// Other settings; the drive must be off.
     pub fn set_config(&mut self, config: Config) {
+        self.state.current_limit = CurrentLimit::new(&config.regulator);
         self.config = config;
         self.state.feed_forward.restart();
     }
@@ -255,13 +261,19 @@ impl SpeedLoop {
         self.update_segment(next_tick, &platform);
         if begins_millisecond(next_tick) {
             self.each_millisecond(sensed);
+            self.state.ticks_in_ms = 0;
+        } else {
+            self.state.ticks_in_ms = self.state.ticks_in_ms.wrapping_add(1);
+            if self.state.ticks_in_ms == LIMIT_UPDATE {
+                self.update_current_limit(sensed);
+            }
         }
         let mode = self.state.segment.mode;
         if self.state.supervisor.fault != Fault::None || mode == Mode::Off {
             return self.state.output.off();
         }
         let duty = if mode.follows() { self.follow(&platform) } else { fixed_to_f32(self.state.segment.value) };
-        let limited = self.config.regulator.limit(duty, platform.rate, &mut self.state.limits.now);
+        let limited = self.config.regulator.limit(&self.state.current_limit, duty, platform.rate, &mut self.state.limits.now);
         self.state.output.set(limited, mode.follows())
     }
 
@@ -303,13 +315,21 @@ impl SpeedLoop {
         state.limits.now.set(Limits::STARVED, starved);
     }
 
+    /// Once in a millisecond, by the current of the present tick.
+    fn update_current_limit(&mut self, sensed: &Sensed) {
+        let (config, state) = (&self.config, &mut self.state);
+        let is_in_force = state.limits.now.contains(Limits::CURRENT);
+        let moves = state.encoder.age < config.period.wrapping_mul(TICKS_PER_MS);
+        state.current_limit.update(&config.regulator, sensed, is_in_force, moves);
+    }
+
     /// Once in a millisecond, for the millisecond that begins with the next tick.
     fn each_millisecond(&mut self, sensed: &Sensed) {
         let (config, state) = (&self.config, &mut self.state);
         let drive = DriveState {
             current: sensed.current.0,
             supply: sensed.supply.0,
-            duty: state.output.duty,
+            duty: state.current_limit.nominal_duty(state.output.duty),
             is_on: state.segment.mode != Mode::Off && state.supervisor.fault == Fault::None,
             counts: state.encoder.counts,
             rate: state.estimator.rate,
@@ -331,6 +351,24 @@ impl SpeedLoop {
 }
 
 impl State {
+    fn new(config: &Config) -> Self {
+        Self {
+            tick: None,
+            encoder: Encoder::default(),
+            estimator: Estimator::default(),
+            supervisor: TickSupervisor::default(),
+            clear: 0,
+            next_segment: None,
+            segment: ActiveSegment::default(),
+            ramp: Ramp::default(),
+            feed_forward: FeedForward::default(),
+            current_limit: CurrentLimit::new(&config.regulator),
+            ticks_in_ms: 0,
+            output: Output::default(),
+            limits: LimitLog::default(),
+        }
+    }
+
     /// Position mode: the rate that leads to the angle, 2⁻³² counts per tick.
     fn approach_rate(&mut self, config: &ApproachConfig) -> i64 {
         let unsmoothed = self.ramp.unsmoothed();

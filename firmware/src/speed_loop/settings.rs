@@ -13,6 +13,11 @@ use crate::config::{ConfigError, all_within, within};
 use crate::gyro_loop;
 use crate::supervision::{self, DriveConstants, Thresholds};
 
+/// Least ratio of the current at which the drive is switched off and the current limit, which is held within 1 %: the peak of a step stays below.
+const TRIP_RATIO: f64 = 1.2;
+/// Least share of the nominal supply that the current limit follows, where the supervision allows any.
+const MIN_SUPPLY_SHARE: f64 = 0.1;
+
 /// Gains and limits. The default is the default stand's: maxon RE 25 118752, platform of 2.5·10⁻⁴ kg m².
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -33,7 +38,7 @@ pub struct Settings {
     pub acceleration_rad_s2: f64,
     /// Position error at which the ramp slips, rad.
     pub slip_rad: f64,
-    /// Current limit, A.
+    /// Current limit, A. A greater one than 1/1.2 of the current at which the drive is switched off acts as that: a limit must not trip.
     pub current_limit_A: f64,
     /// Voltage limit, V.
     pub voltage_limit_V: f64,
@@ -59,9 +64,9 @@ impl Default for Settings {
             rate_gain_V_s_rad: 3.94,
             position_gain_V_rad: 159.0,
             rate_bandwidth_Hz: 120.0,
-            acceleration_rad_s2: 60.0, // 0.64 A of the 1.5
+            acceleration_rad_s2: 60.0, // 0.64 A of the 1.3
             slip_rad: 0.1,
-            current_limit_A: 1.5,
+            current_limit_A: 1.3,  // the trip is 23 % above it
             voltage_limit_V: 11.4, // 5 % of reserve for a sagging supply
             overspeed_rad_s: 45.0, // the range is 34.9 (2000 °/s)
             approach_rad_s: 6.0,   // a turn in a second
@@ -134,6 +139,7 @@ impl Config {
         let tick_Hz = CONTROL_HZ as f64;
         let ms_Hz = ROW_HZ as f64;
         let rad_per_count = hardware.rad_per_count();
+        let current_limit_A = libm::fmin(s.current_limit_A, s.safety.trip_A(hardware) / TRIP_RATIO);
         let back_emf = (s.motor_constant_N_m_A * rad_s_per_count_tick * duty_per_V) as f32;
         let inertia = (s.inertia_kg_m2 * rad_s_per_count_tick * tick_Hz * duty_per_N_m) as f32;
         Ok(Self {
@@ -151,8 +157,12 @@ impl Config {
                 rate_gain: (s.rate_gain_V_s_rad * rad_s_per_count_tick * duty_per_V) as f32,
                 position_gain: (s.position_gain_V_rad * rad_per_count * duty_per_V) as f32,
                 back_emf,
-                current_limit: (s.resistance_ohm * s.current_limit_A * duty_per_V) as f32,
+                current_limit: (s.resistance_ohm * current_limit_A * duty_per_V) as f32,
                 voltage_limit: (s.voltage_limit_V * duty_per_V) as f32,
+                zero_current_code: hardware.current_zero_code as i32,
+                share_per_current_code: (hardware.current_A_per_code / current_limit_A) as f32,
+                share_per_supply_code: (hardware.supply_V_per_code / hardware.supply_nominal_V) as f32,
+                supply_share: (s.safety.supply_low_share.max(MIN_SUPPLY_SHARE) as f32, s.safety.supply_high_share as f32),
             },
             thresholds: Thresholds::new(
                 &s.safety,

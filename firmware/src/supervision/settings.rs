@@ -1,8 +1,12 @@
 //! Thresholds of supervision, in SI units, checked by name.
 
+use crate::board::Hardware;
 use crate::config::{ConfigError, all_within};
 
-/// Thresholds. The default suits the default stand: maxon RE 25, 1.5 A of current limit, 12 V.
+/// Fraction of the converter's range up to which a reading is valid.
+const CONVERTER_RANGE: f64 = 0.98;
+
+/// Thresholds. The default suits the default stand: maxon RE 25, 1.3 A of current limit, 12 V.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Settings {
@@ -34,9 +38,9 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self {
-            over_current_A: 1.6,     // the limit is 1.5, the converter ends at 1.65
-            stall_current_A: 1.2,    // four fifths of the limit: 28 mN m, thirty times the default stand's friction
-            stall_s: 0.5,            // 2.25 A² × 2.32 Ω × 0.5 s is 2.6 J: half a kelvin in the winding
+            over_current_A: 1.6,     // the limit is 1.3, the converter ends at 1.65
+            stall_current_A: 1.0,    // three quarters of the limit: 23 mN m, twenty-five times the default stand's friction
+            stall_s: 0.5,            // 1.7 A² × 2.32 Ω × 0.5 s is 2 J: half a kelvin in the winding
             encoder_lost_rad_s: 5.0, // 0.12 V of back-EMF; the current's noise makes 0.03 V
             encoder_lost_s: 0.02,    // 5 rad/s are 300 edges in it
             supply_low_share: 0.75,
@@ -50,6 +54,11 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// Current at which the drive is switched off, A. At the end of the converter's range the current may be any: that is over-current, too.
+    pub fn trip_A(&self, hardware: &Hardware) -> f64 {
+        libm::fmin(self.over_current_A, CONVERTER_RANGE * hardware.current_zero_code * hardware.current_A_per_code)
+    }
+
     /// Checks all thresholds.
     ///
     /// # Errors

@@ -1,6 +1,6 @@
 //! Supervision in the control interrupt: faults that must switch the drive off within milliseconds.
 //!
-//! Each tick: over-current and emergency stop. Each millisecond: overspeed, stall (the motor is driven and nothing turns), encoder lost (the
+//! Each tick: over-current, stopped converter and emergency stop. Each millisecond: overspeed, stall (the motor is driven and nothing turns), encoder lost (the
 //! back-EMF shows rotation and no edge comes), supply, and the time for which the ramp slips. The first cause is latched; it can be cleared
 //! once it is gone.
 
@@ -10,8 +10,8 @@ use crate::status::{Fault, Limits};
 
 /// Consecutive conversions above the limit that count as over-current: a single one is a switching spike.
 const OVER_CURRENT_TICKS: u32 = 3;
-/// Fraction of the converter's range up to which a reading is valid.
-const CONVERTER_RANGE: f64 = 0.98;
+/// Consecutive ticks without a conversion that count as a stopped converter. The first ticks after a stall of the core have none.
+const STALE_TICKS: u32 = 4;
 /// Consecutive supply readings out of limits: a contact bounce is shorter.
 const SUPPLY_MS: u32 = 5;
 /// Counts around a count that are not motion.
@@ -67,8 +67,7 @@ impl Thresholds {
         let supply_code = |share: f64| (share * hardware.supply_nominal_V / hardware.supply_V_per_code) as u32;
         let milliseconds = |seconds: f64| (libm::round(seconds * 1e3) as u32).max(1);
         let zero = hardware.current_zero_code;
-        // At the end of the converter's range the current may be any: that is over-current, too.
-        let over_codes = libm::fmin(settings.over_current_A / hardware.current_A_per_code, CONVERTER_RANGE * zero);
+        let over_codes = settings.trip_A(hardware) / hardware.current_A_per_code;
         Self {
             overspeed: (drive.overspeed_rad_s / drive.rad_s_per_count_tick) as f32,
             current_min: (zero - over_codes) as i32,
@@ -102,8 +101,8 @@ pub struct DriveState {
     pub current: i32,
     /// Newest conversion of the supply.
     pub supply: u32,
-    /// Compare counts during the last tick.
-    pub duty: i16,
+    /// Voltage during the last tick, compare counts of the nominal supply.
+    pub duty: f32,
     /// Whether the drive is on.
     pub is_on: bool,
     /// Encoder counts.
@@ -122,6 +121,7 @@ pub struct TickSupervisor {
     /// The tick in which it was detected, low word.
     pub fault_tick: u32,
     over_current_ticks: u32,
+    stale_ticks: u32,
     bad_supply_ms: u32,
     slipping_ms: u32,
     motion: Motion,
@@ -150,12 +150,21 @@ impl TickSupervisor {
         }
     }
 
-    /// Each tick: over-current and emergency stop.
+    /// Latches an emergency stop. It replaces another fault, because clearing it takes more.
+    #[cold]
+    fn stop(&mut self, tick: u32) {
+        if self.fault != Fault::EmergencyStop {
+            self.fault = Fault::EmergencyStop;
+            self.fault_tick = tick;
+        }
+    }
+
+    /// Each tick: over-current, stopped converter and emergency stop.
     #[inline]
     pub fn each_tick(&mut self, thresholds: &Thresholds, sensed: &Sensed) {
         let tick = sensed.tick as u32;
         if sensed.stop {
-            self.trip(Fault::EmergencyStop, tick);
+            self.stop(tick);
         }
         if thresholds.is_over_current(sensed.current.0) {
             self.over_current_ticks = self.over_current_ticks.saturating_add(1);
@@ -164,6 +173,10 @@ impl TickSupervisor {
             }
         } else {
             self.over_current_ticks = 0;
+        }
+        self.stale_ticks = if sensed.is_stale { self.stale_ticks.saturating_add(1) } else { 0 };
+        if self.stale_ticks >= STALE_TICKS {
+            self.trip(Fault::ReadingsStale, tick);
         }
     }
 
@@ -202,6 +215,7 @@ impl TickSupervisor {
             Fault::EmergencyStop => sensed.stop,
             Fault::Overspeed => rate.abs() > thresholds.overspeed,
             Fault::OverCurrent => thresholds.is_over_current(sensed.current.0),
+            Fault::ReadingsStale => sensed.is_stale,
             Fault::SupplyLow => supply < thresholds.supply_min,
             Fault::SupplyHigh => supply > thresholds.supply_max,
             // With the drive off the others cannot persist; faults of the tasks are reported again.
@@ -216,7 +230,7 @@ impl TickSupervisor {
 impl Motion {
     fn update(&mut self, thresholds: &Thresholds, drive: &DriveState) {
         let resistive_drop = drive.current.wrapping_sub(thresholds.zero_current) as f32 * thresholds.duty_per_code;
-        let duty = f32::from(drive.duty);
+        let duty = drive.duty;
         // By the measured current or, if its wire is off, by what the voltage would drive at rest.
         let is_driven = resistive_drop.abs() > thresholds.stall_duty || duty.abs() > thresholds.stall_duty;
         // Not by the edges: with one channel off the other still has them, and the count alternates by one.

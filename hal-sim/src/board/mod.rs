@@ -21,6 +21,8 @@ use stand_firmware::board::{
 };
 use std::cell::RefCell;
 
+/// Control ticks without an output after which the hardware switches the bridge off: 4 ms (TIM8 and DMA on the chip).
+pub const OUTPUT_TIMEOUT_TICKS: u32 = 40;
 /// Control ticks between two samples of the rate sensor (BMG160: output rate 2 kHz).
 const RATE_SENSOR_EVERY: u64 = 5;
 
@@ -71,6 +73,8 @@ pub struct Bench<P> {
     volt_per_duty: f64,
     acting_V: f64,
     pending_V: f64,
+    /// Ticks since the last output of the interrupt.
+    ticks_without_output: u32,
     /// Current times time since the start of the tick, A s, and that time, s.
     charge: (f64, f64),
     encoder: Encoder,
@@ -114,6 +118,7 @@ impl<P: PlantPort> Bench<P> {
             volt_per_duty: hardware.volt_per_duty(),
             acting_V: 0.0,
             pending_V: 0.0,
+            ticks_without_output: 0,
             charge: (0.0, 0.0),
             encoder,
             edges: Edges::new(encoder.exact(plant.theta_rad()), plant.true_rate_rad_s(), hardware),
@@ -157,6 +162,11 @@ impl<P: PlantPort> Bench<P> {
         self.captured = [None; 2];
     }
 
+    /// No output of the controller: from the next tick on no voltage is commanded.
+    pub fn open_bridge(&mut self) {
+        self.pending_V = 0.0;
+    }
+
     /// The active faults; tests inject and clear faults here, in force from the next tick.
     pub fn active_faults(&mut self) -> &mut ActiveFaults {
         &mut self.broken
@@ -168,12 +178,21 @@ impl<P: PlantPort> Bench<P> {
         while Ticks::of_control(self.tick) <= to {
             self.integrate(Ticks::of_control(self.tick));
             self.begin_tick();
+            self.ticks_without_output = self.ticks_without_output.saturating_add(1);
             if !self.broken.any() || self.interrupt_comes() {
                 interrupt(&mut SimTickIo(self));
+            }
+            if self.ticks_without_output >= OUTPUT_TIMEOUT_TICKS {
+                self.pending_V = 0.0;
             }
             self.tick += 1;
         }
         self.reached = to;
+    }
+
+    /// Voltage of the bridge in the present tick, at nominal supply, V.
+    pub fn acting_V(&self) -> f64 {
+        self.acting_V
     }
 
     /// True motion at the last whole millisecond, and at the one before.
@@ -260,7 +279,7 @@ impl<P: PlantPort> Bench<P> {
             self.break_plant();
         }
         let (charge, time) = std::mem::take(&mut self.charge);
-        if time > 0.0 {
+        if time > 0.0 && !self.broken.is_active(FaultKind::ConverterStopped) {
             let disturbed = if self.broken.any() { self.current_disturbance_A() } else { 0.0 };
             self.current.tick(charge / time + disturbed);
         }
@@ -287,8 +306,10 @@ impl<P: PlantPort> Bench<P> {
             imu.tick(self.now.seconds(), self.plant.rate_rad_s(), self.plant.true_rate_rad_s(), self.plant.true_theta_rad());
         }
         if self.tick.is_multiple_of(CONTROL_PER_ROW) {
-            self.supply.value.sample(self.plant.supply_V());
-            self.supply.at = self.now;
+            if !self.broken.is_active(FaultKind::ConverterStopped) {
+                self.supply.value.sample(self.plant.supply_V());
+                self.supply.at = self.now;
+            }
             self.temperature.sample(self.plant.temp_C());
             let now = Truth { theta_rad: self.plant.true_theta_rad(), omega_rad_s: self.plant.true_rate_rad_s() };
             self.truth = [now, self.truth[0]];
@@ -388,6 +409,7 @@ impl<P: PlantPort> TickIo for SimTickIo<'_, P> {
             },
             current: bench.current.newest(),
             supply: SupplyCode(bench.supply.value.code().max(0) as u32),
+            is_stale: bench.broken.is_active(FaultKind::ConverterStopped),
             stop: bench.stop,
             announced_stall: false,
         }
@@ -400,6 +422,7 @@ impl<P: PlantPort> TickIo for SimTickIo<'_, P> {
 
     #[inline]
     fn drive(&mut self, out: Drive) {
+        self.0.ticks_without_output = 0;
         self.0.pending_V = f64::from(out.counts()) * self.0.volt_per_duty;
     }
 }

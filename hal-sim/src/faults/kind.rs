@@ -15,6 +15,8 @@ pub enum FaultKind {
     IndexOff,
     /// The wire of the current sensor is disconnected: its converter reads 0.
     CurrentSensorOff,
+    /// The converter of current and supply stops: both readings keep their last value.
+    ConverterStopped,
     /// The counter of the speed loop stands still, as if its timer had no clock.
     CounterStuck,
     /// The supply voltage falls to the magnitude, V.
@@ -60,11 +62,12 @@ pub struct Magnitude {
 
 impl FaultKind {
     /// All kinds.
-    pub const ALL: [FaultKind; 19] = [
+    pub const ALL: [FaultKind; 20] = [
         FaultKind::EncoderAOff,
         FaultKind::EncoderBOff,
         FaultKind::IndexOff,
         FaultKind::CurrentSensorOff,
+        FaultKind::ConverterStopped,
         FaultKind::CounterStuck,
         FaultKind::SupplyDip,
         FaultKind::NoiseBurst,

@@ -16,6 +16,7 @@ mod rate_sensor;
 pub mod serial;
 mod slow;
 mod slow_noise;
+mod stalling_flash;
 mod task_edge;
 
 pub use current::CurrentAdc;
@@ -29,6 +30,7 @@ pub use rate_sensor::RateSensor;
 pub use serial::SerialLine;
 pub use slow::SlowChannel;
 pub use slow_noise::SlowNoise;
+pub use stalling_flash::StallingFlash;
 pub use task_edge::TaskEdge;
 
 use stand_firmware::config::{ConfigError, within};

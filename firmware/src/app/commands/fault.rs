@@ -1,6 +1,6 @@
 //! `FAULt`: the cause of a fault, its clearing, and the recording around it.
 
-use super::{Action, Done, Entry, List, entry};
+use super::{Action, Done, Entry, Job, List, entry};
 use crate::app::state::State;
 use crate::board::CONTROL_HZ;
 use crate::capture::SAMPLES;
@@ -14,7 +14,7 @@ use core::fmt::{self, Write};
 
 pub(super) const ENTRIES: &[Entry] = &[
     entry("FAULt", Action::TextQuery("number,name,advice", fault), "the latched fault; 0,none"),
-    entry("FAULt:CLEar", Action::Event(|state| (clear(state), Ok(())).1), "clear the fault if its cause is gone; the drive stays off"),
+    entry("FAULt:CLEar", Action::Job(Job::ClearFault), "clear the fault if its cause is gone; the drive stays off"),
     entry(
         "FAULt:CAPTure",
         Action::TextQuery("EMPTY, or samples,index of the trigger,fault,tick", capture),
@@ -44,7 +44,8 @@ fn fault(state: &State<'_>, out: &mut dyn Write) -> Done {
     Ok(write!(out, "{},{},{}", fault.code(), fault.name(), fault.advice())?)
 }
 
-fn clear(state: &State<'_>) {
+/// Requests the clearing of the latched fault.
+pub(in crate::app) fn clear(state: &State<'_>) {
     state.all_off();
     state.stop_line.clear_stop();
     // A cause that is still present is detected again with the next row.

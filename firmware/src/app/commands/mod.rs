@@ -10,7 +10,7 @@ mod compensation;
 mod drift;
 mod drive;
 mod dut;
-mod fault;
+pub(super) mod fault;
 mod help;
 mod learn;
 mod measure;
@@ -72,6 +72,8 @@ pub enum Job {
     Save,
     /// Read the settings from flash.
     Load,
+    /// Clear the latched fault.
+    ClearFault,
 }
 
 /// Result of an event or a written value.

@@ -14,6 +14,11 @@ pub(super) const ENTRIES: &[Entry] = &[
     entry("SYSTem:ERRor:ALL", Action::ListQuery(List::Errors), "take all errors"),
     entry("SYSTem:VERSion", Action::TextQuery("year", |_, out| Ok(out.write_str("1999.0")?)), "version of SCPI"),
     entry("SYSTem:UPTime", Action::NumberQuery("S", |state| Ok(state.measured.row.get().at.seconds())), "time since power-on"),
+    entry(
+        "SYSTem:RESet:CAUSe",
+        Action::TextQuery("cause", |state, out| Ok(out.write_str(state.identity.reset_cause.name())?)),
+        "why the controller has started: power-on, watchdog, ...",
+    ),
     entry("SYSTem:LINE:RATE", Action::NumberQuery("BAUD", |state| Ok(f64::from(state.identity.baud))), "rate of the serial line"),
     entry("SYSTem:LINE:LOST", Action::NumberQuery("", |state| Ok(f64::from(state.out.lost()))), "frames lost since STReam ON"),
     entry(

@@ -9,6 +9,8 @@ use crate::clocks::CORE_HZ;
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::OutputType;
 use embassy_stm32::pac::TIM1;
+use embassy_stm32::pac::timer::regs::BdtrAdv;
+use embassy_stm32::pac::timer::vals::Ossi;
 use embassy_stm32::peripherals;
 use embassy_stm32::time::Hertz;
 use embassy_stm32::timer::Channel;
@@ -54,6 +56,12 @@ impl Bridge {
         TIM1.egr().write(|w| w.set_ug(true));
         defmt::assert_eq!(TIM1.arr().read().arr(), TOP, "top of the bridge's counter");
         defmt::assert_eq!(TIM1.rcr().read().rep(), REPETITIONS, "repetition counter of the bridge");
+        // Without MOE both inputs are high, as in `Drive::Off`: the motor brakes.
+        TIM1.cr2().modify(|w| {
+            w.set_ois(0, true);
+            w.set_ois(1, true);
+        });
+        TIM1.bdtr().modify(|w| w.set_ossi(Ossi::IDLE_LEVEL));
         let mut bridge = Self { _pwm: pwm };
         bridge.drive(Drive::Off);
         bridge._pwm.enable(Channel::Ch1);
@@ -76,6 +84,10 @@ impl Bridge {
     /// Writes the preload registers. Register access instead of `SetDutyCycle`: the HAL's checks can panic, and the interrupt must not.
     #[inline]
     pub fn drive(&mut self, drive: Drive) {
+        // After a timeout of the output; the compare values of off are the idle levels, so that the outputs do not move.
+        if drive == Drive::Off && !TIM1.bdtr().read().moe() {
+            TIM1.bdtr().modify(|w| w.set_moe(true));
+        }
         let counts = drive.counts();
         let pulsed = match counts.unsigned_abs() {
             0 => ALWAYS_HIGH,
@@ -87,8 +99,16 @@ impl Bridge {
     }
 }
 
-/// Sets both inputs high without access to the [`Bridge`]: for the panic handler.
+/// Value of BDTR that switches the outputs to their idle level.
+pub fn outputs_off() -> BdtrAdv {
+    let mut bdtr = TIM1.bdtr().read();
+    bdtr.set_moe(false);
+    bdtr
+}
+
+/// Sets both inputs high without access to the [`Bridge`], at once: for panics and failures of supply and clock.
 pub fn off() {
+    TIM1.bdtr().write_value(outputs_off());
     for channel in 0..2 {
         TIM1.ccr(channel).write(|w| w.set_ccr(ALWAYS_HIGH));
     }

@@ -13,7 +13,9 @@ mod button;
 mod clocks;
 mod encoder;
 mod flash;
+mod output_timeout;
 mod panic_handler;
+mod reset;
 mod sensor_bus;
 mod sensors;
 mod serial;
@@ -21,7 +23,6 @@ mod tick;
 mod torquer;
 mod watchdog;
 
-use button::{ReceiverWithButton, TypedLine};
 use defmt::{error, info};
 use defmt_rtt as _;
 use embassy_executor::{InterruptExecutor, Spawner};
@@ -30,6 +31,8 @@ use embassy_stm32::{Peri, bind_interrupts, dma, gpio, interrupt, pac, peripheral
 use encoder::{EdgeTimer, Encoder, IndexTime};
 use flash::SettingsFlash;
 use stand_firmware::app::{App, Identity, Measurement, Memory, assemble};
+use stand_firmware::button::{ReceiverWithButton, TypedLine};
+use stand_firmware::reset_cause::ResetCause;
 use stand_firmware::settings::{Kept, Store};
 use stand_firmware::speed_loop::Interrupt;
 use static_cell::{ConstStaticCell, StaticCell};
@@ -38,7 +41,6 @@ bind_interrupts!(struct Irqs {
     DMA1_STREAM3 => dma::InterruptHandler<peripherals::DMA1_CH3>;
     DMA1_STREAM4 => dma::InterruptHandler<peripherals::DMA1_CH4>;
     DMA1_STREAM6 => dma::InterruptHandler<peripherals::DMA1_CH6>;
-    // In this order: the first handler clears the receiver's flags, the second serves the transmitter.
     USART2 => serial::ReceiveInterrupt, usart::InterruptHandler<peripherals::USART2>;
 });
 
@@ -46,13 +48,17 @@ bind_interrupts!(struct Irqs {
 async fn main(spawner: Spawner) -> ! {
     let p = embassy_stm32::init(clocks::config());
     clocks::enable_flash_caches();
+    watchdog::reload();
+    let reset_cause = reset::take_cause();
+    info!("start after {}", reset_cause.name());
+    reset::watch_supplies();
     // Before anything that measures time by the cycle counter.
     tick::count_cycles();
     let bridge = bridge::Bridge::new(p.TIM1, p.PA8, p.PA9);
     analog::start(p.ADC1, p.DMA2_CH0, (p.PC0, p.PC1, p.PC2, p.PC3, p.PC4), bridge::TOP);
     torquer::start(p.DAC1, p.PA4);
 
-    let (interrupt, measurement, app) = make_app(SettingsFlash::new(p.FLASH));
+    let (interrupt, measurement, app) = make_app(SettingsFlash::new(p.FLASH), reset_cause);
     let qei = timer::qei::Config::default;
     let _counters = (timer::qei::Qei::new(p.TIM3, p.PA6, p.PA7, qei()), timer::qei::Qei::new(p.TIM4, p.PB6, p.PB7, qei()));
     rcc::enable_and_reset::<peripherals::TIM5>();
@@ -61,6 +67,7 @@ async fn main(spawner: Spawner) -> ! {
     let measurement_encoder = Encoder::new(pac::TIM4, pac::TIM2, p.PA15, p.PB3, p.PB8, EdgeTimer::Tim2);
     let index_time = IndexTime::new(pac::TIM2, p.PB2);
     let stop_contact = gpio::Input::new(p.PC8, gpio::Pull::Up);
+    output_timeout::start(p.TIM8, p.DMA2_CH1, bridge::outputs_off());
     tick::start(tick::Tick::new(interrupt, encoder, bridge, stop_contact));
 
     let pins = sensor_bus::Pins { clock: p.PB13, to_sensor: p.PB15, from_sensor: p.PB14, select: p.PB12 };
@@ -126,12 +133,15 @@ async fn watchdog_task(watchdog: Peri<'static, peripherals::IWDG>) -> ! {
 
 /// Builds the library's parts in statics. Not inlined: its frame of 27 KB must leave the stack before the app runs.
 #[inline(never)]
-fn make_app(settings: SettingsFlash) -> (Interrupt<'static>, &'static mut Measurement<'static>, &'static mut App<'static, SettingsFlash>) {
+fn make_app(
+    settings: SettingsFlash,
+    reset_cause: ResetCause,
+) -> (Interrupt<'static>, &'static mut Measurement<'static>, &'static mut App<'static, SettingsFlash>) {
     static MEMORY: ConstStaticCell<Memory> = ConstStaticCell::new(Memory::new());
     static MEASURED: StaticCell<Measurement<'static>> = StaticCell::new();
     static APP: StaticCell<App<'static, SettingsFlash>> = StaticCell::new();
     let store = Store::new(settings, flash::SECTOR_OFFSETS, flash::SECTOR_BYTES);
-    let identity = Identity { model: "NUCLEO-F446RE", serial: uid::uid_hex(), baud: serial::BAUD };
+    let identity = Identity { model: "NUCLEO-F446RE", serial: uid::uid_hex(), baud: serial::BAUD, reset_cause };
     match assemble(MEMORY.take(), store, Kept::default(), identity, &serial::STOP) {
         Ok((interrupt, measurement, app)) => (interrupt, MEASURED.init(measurement), APP.init(app)),
         Err(invalid) => {

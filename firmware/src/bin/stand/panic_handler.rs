@@ -3,10 +3,11 @@
 //! The panic's message is not formatted: formatting, messages and source locations of all panics that the compiler cannot rule out would take
 //! tens of kilobytes. The caller's address identifies the source line (`llvm-symbolizer --obj=stand 0x…`).
 
-use crate::bridge;
+use crate::{bridge, reset};
 use core::panic::PanicInfo;
 use core::sync::atomic::{AtomicBool, Ordering};
 use cortex_m_rt::{ExceptionFrame, exception};
+use stand_firmware::reset_cause::ResetCause;
 
 #[panic_handler]
 fn panic(_: &PanicInfo) -> ! {
@@ -15,6 +16,7 @@ fn panic(_: &PanicInfo) -> ! {
     unsafe { core::arch::asm!("mov {}, lr", out(reg) caller, options(nomem, nostack, preserves_flags)) };
     cortex_m::interrupt::disable();
     bridge::off();
+    reset::note(ResetCause::Panic);
     // Once only: the logging itself could have panicked.
     static REPORTED: AtomicBool = AtomicBool::new(false);
     if !REPORTED.swap(true, Ordering::Relaxed) {
@@ -26,6 +28,7 @@ fn panic(_: &PanicInfo) -> ! {
 #[exception]
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     bridge::off();
+    reset::note(ResetCause::HardFault);
     defmt::error!("hard fault at {=u32:#010x}", frame.pc());
     reset_after_delay()
 }

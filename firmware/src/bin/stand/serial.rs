@@ -1,8 +1,12 @@
 //! Serial line on USART2: DMA in both directions; the receive interrupt detects stop requests.
 //!
-//! DMA writes received bytes into a circular buffer without end. The interrupt comes when the line becomes idle (11 µs, one byte's time) and is
-//! pended by each tick. Every byte therefore passes the console's guard at most 0.1 ms after its reception, independent of the tasks and of
-//! the load of the line, and the next tick switches the drive off. The interrupt's priority is below the tick's and above all others.
+//! DMA writes received bytes into a circular buffer without end. Each tick pends the interrupt. Every byte therefore passes the console's guard at
+//! most 0.1 ms after its reception, independent of the tasks and of the load of the line, and the next tick switches the drive off. The interrupt's
+//! priority is below the tick's and above all others.
+//!
+//! The receiver itself raises no interrupt, and DMA alone reads the data register. An interrupt of the idle line would have to read the data
+//! register to clear its flag (RM0390 §25.6.1), which takes a byte that is complete between the reads of status and data from DMA; and where the
+//! line becomes idle between this handler and the HAL's on the same vector, the HAL's clears IDLEIE for good.
 //!
 //! The HAL's ring buffer is not used: after an error or an idle line its interrupt stays disabled until a task reads, which would delay a stop.
 
@@ -23,7 +27,7 @@ use embassy_stm32::{Peri, interrupt, peripherals};
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::waitqueue::AtomicWaker;
-use stand_firmware::console::{Guard, StopLine};
+use stand_firmware::console::{Guard, LineErrors, StopLine};
 
 /// 45 MHz / 921 600 = 48.83; the divider's rounding error is 0.02 %. The ST-Link supports this rate.
 pub const BAUD: u32 = 921_600;
@@ -48,32 +52,36 @@ static RING: [AtomicU8; LENGTH] = [const { AtomicU8::new(0) }; LENGTH];
 static RECEIVED: AtomicU32 = AtomicU32::new(0);
 static LOST: AtomicBool = AtomicBool::new(false);
 static READER: AtomicWaker = AtomicWaker::new();
-static GUARD: Mutex<CriticalSectionRawMutex, RefCell<Guard<'static>>> = Mutex::new(RefCell::new(Guard::new(&STOP)));
+static GUARD: Mutex<CriticalSectionRawMutex, RefCell<(Guard<'static>, LineErrors)>> =
+    Mutex::new(RefCell::new((Guard::new(&STOP), LineErrors::new())));
 static LAST_PASS_CYCLES: AtomicU32 = AtomicU32::new(0);
 
-/// Handler of the receive interrupt. It is bound before the HAL's handler of the same vector, which then finds no flag of the receiver.
+/// Handler of the receive interrupt. It shares the vector with the HAL's handler, which serves the transmitter.
 pub struct ReceiveInterrupt;
 
 impl Handler<typelevel::USART2> for ReceiveInterrupt {
     unsafe fn on_interrupt() {
         let status = USART2.sr().read();
-        if status.idle() || status.fe() || status.ne() || status.ore() {
-            // Reading the status and then the data clears the flags; DMA has already read the data.
-            USART2.dr().read();
-        }
-        // Line break: no stop bit, and the line is still low.
-        if status.fe() && GPIOA.idr().read().idr(PIN) == Idr::LOW {
-            with_guard(Guard::line_break);
-        }
+        let is_low = GPIOA.idr().read().idr(PIN) == Idr::LOW;
+        with_guard(|guard, errors| {
+            let events = errors.update(status.fe(), status.ore(), is_low);
+            if events.is_break {
+                guard.line_break();
+            }
+            if events.is_overrun {
+                LOST.store(true, Ordering::Relaxed);
+            }
+        });
         pass_to_guard();
     }
 }
 
-/// Calls `action` with the guard. `try_borrow_mut` cannot fail here; unlike `borrow_mut` it has no panic.
-fn with_guard(action: impl FnOnce(&mut Guard<'static>)) {
-    GUARD.lock(|guard| {
-        if let Ok(mut guard) = guard.try_borrow_mut() {
-            action(&mut guard);
+/// Calls `action` with the guard and the flags of the line. `try_borrow_mut` cannot fail here; unlike `borrow_mut` it has no panic.
+fn with_guard(action: impl FnOnce(&mut Guard<'static>, &mut LineErrors)) {
+    GUARD.lock(|both| {
+        if let Ok(mut both) = both.try_borrow_mut() {
+            let (guard, errors) = &mut *both;
+            action(guard, errors);
         }
     });
 }
@@ -100,7 +108,7 @@ fn pass_to_guard() {
     }
     let mut done = 0;
     while done < new {
-        with_guard(|guard| (done..new.min(done + CHUNK_BYTES)).for_each(|offset| guard.byte(byte(at + offset))));
+        with_guard(|guard, _| (done..new.min(done + CHUNK_BYTES)).for_each(|offset| guard.byte(byte(at + offset))));
         done += CHUNK_BYTES;
     }
     RECEIVED.store(before.wrapping_add(new as u32), Ordering::Release);
@@ -149,10 +157,7 @@ impl Receiver {
             w.set_en(true);
         });
         USART2.cr3().modify(|w| w.set_dmar(true));
-        USART2.cr1().modify(|w| {
-            w.set_re(true);
-            w.set_idleie(true);
-        });
+        USART2.cr1().modify(|w| w.set_re(true));
         LAST_PASS_CYCLES.store(DWT::cycle_count(), Ordering::Relaxed);
         interrupt::USART2.set_priority(Priority::P1);
         typelevel::USART2::unpend();

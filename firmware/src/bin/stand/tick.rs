@@ -1,16 +1,17 @@
 //! The control interrupt and the clock derived from it.
 //!
 //! The update event of TIM1 runs the library's interrupt each 100 µs and counts ticks. The core's cycle counter gives the time within a tick,
-//! and the number of lost ticks after the core was stalled (flash erase). The clock keeps the earliest deadline and a waker for each waiting
+//! and the number of lost ticks after the core was stalled (flash erase; `TickCounter`). The clock keeps the earliest deadline and a waker for each waiting
 //! task; after a wake each task registers its deadline again.
 
 use crate::analog;
 use crate::bridge::Bridge;
 use crate::encoder::Encoder;
+use crate::output_timeout;
 use crate::serial;
 use core::cell::{Cell, RefCell};
 use core::future::poll_fn;
-use core::sync::atomic::{AtomicBool, Ordering};
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use core::task::Poll;
 use cortex_m::peripheral::DWT;
 use embassy_stm32::gpio::Input;
@@ -19,7 +20,9 @@ use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::waitqueue::MultiWakerRegistration;
 use stand_firmware::board::{CONTROL_HZ, Clock, Drive, EncoderCount, Sensed, SupplyCode, TICKS_PER_CONTROL, TickCounter, TickIo, Ticks};
+use stand_firmware::button::DriveStatus;
 use stand_firmware::speed_loop::Interrupt;
+use stand_firmware::status::Fault;
 use static_cell::StaticCell;
 
 /// Core cycles in one step of the board clock.
@@ -35,7 +38,7 @@ const STOP_DEBOUNCE_TICKS: u8 = 5;
 #[derive(Clone, Copy)]
 struct Shared {
     tick: u64,
-    /// Cycle counter at the start of that tick.
+    /// Cycle counter at the beginning of that tick.
     cycles: u32,
     /// Earliest deadline of all waiting tasks.
     deadline: Ticks,
@@ -53,10 +56,12 @@ static WAKERS: Mutex<CriticalSectionRawMutex, RefCell<MultiWakerRegistration<WAI
 const WAITING_TASKS: usize = 4;
 /// Whether the bridge is driven; a commanded voltage of zero counts as driven.
 static DRIVEN: AtomicBool = AtomicBool::new(false);
+/// Code of the latched fault.
+static FAULT: AtomicU32 = AtomicU32::new(0);
 
-/// Whether the drive is on.
-pub fn is_driven() -> bool {
-    DRIVEN.load(Ordering::Relaxed)
+/// What the drive does.
+pub fn drive_status() -> DriveStatus {
+    DriveStatus { is_driven: DRIVEN.load(Ordering::Relaxed), fault: Fault::of_code(FAULT.load(Ordering::Relaxed)) }
 }
 
 /// State of the control interrupt.
@@ -75,6 +80,8 @@ struct TickHardware {
     /// The last captured edge, and ticks since its capture.
     edge: Option<u32>,
     ticks_since_edge: u32,
+    /// ADC sweep in progress at the last tick.
+    sweep: usize,
 }
 
 impl Tick {
@@ -88,6 +95,7 @@ impl Tick {
             open_ticks: 0,
             edge: None,
             ticks_since_edge: MAX_EDGE_AGE_TICKS,
+            sweep: usize::MAX,
         };
         Self { interrupt, hardware }
     }
@@ -104,10 +112,23 @@ impl TickIo for TickHardware {
             _ => u32::MAX,
         };
         let (current, supply) = analog::newest_current_and_supply();
+        // Two sweeps end in each tick. An unchanged position means that converter or DMA have stopped.
+        let sweep = analog::sweep_in_progress();
+        let is_stale = sweep == self.sweep;
+        self.sweep = sweep;
         self.open_ticks = if self.stop_contact.is_high() { self.open_ticks.saturating_add(1) } else { 0 };
         let stop = self.open_ticks >= STOP_DEBOUNCE_TICKS || serial::STOP.is_stop_requested();
         let announced_stall = crate::flash::is_erasing();
-        Sensed { tick: self.counter.tick, encoder: reading.count, edge_age, current, supply: SupplyCode(supply), stop, announced_stall }
+        Sensed {
+            tick: self.counter.tick,
+            encoder: reading.count,
+            edge_age,
+            current,
+            supply: SupplyCode(supply),
+            is_stale,
+            stop,
+            announced_stall,
+        }
     }
 
     #[inline]
@@ -119,6 +140,8 @@ impl TickIo for TickHardware {
     fn drive(&mut self, drive: Drive) {
         DRIVEN.store(drive != Drive::Off, Ordering::Relaxed);
         self.bridge.drive(drive);
+        // Here, at the end of the law: a tick that hangs before does not count.
+        output_timeout::restart();
     }
 }
 
@@ -161,6 +184,7 @@ fn on_tick(tick: &mut Tick) {
     // First, so that torquer output and angle sample have a constant delay from the start of the tick.
     crate::torquer::on_tick(io.counter.tick as u32);
     tick.interrupt.run(io);
+    FAULT.store(tick.interrupt.fault().code(), Ordering::Relaxed);
     let now = Ticks::of_control(io.counter.tick);
     let due = SHARED.lock(|cell| {
         let mut shared = cell.get();

@@ -26,7 +26,7 @@ use std::task::{Poll, Waker};
 /// Bit rate of the line on the board, bits per second.
 pub const USUAL_BAUD: u32 = 921_600;
 /// Size of the firmware's receive buffer.
-pub const RECEIVE_BYTES: usize = 512;
+pub const RECEIVE_BYTES: usize = 1024;
 /// Size of the firmware's transmit buffer.
 pub const TRANSMIT_BYTES: usize = 512;
 /// Size of the host driver's receive buffer; the oldest bytes are lost when it is full.
@@ -141,6 +141,8 @@ impl<'a> SerialLine<'a> {
     #[inline]
     pub fn deliver(&self, now: Ticks, mut interrupt: impl FnMut(Incoming)) {
         let mut wires = self.wires.borrow_mut();
+        // DMA overwrites what does not fit into its ring while the core is stalled: those bytes never reach the interrupt.
+        let mut in_ring = 0;
         while let Some(incoming) = wires.inward.pop(now) {
             if !wires.plugged || !wires.powered {
                 continue;
@@ -148,6 +150,11 @@ impl<'a> SerialLine<'a> {
             match incoming {
                 Ok(byte) => {
                     for byte in wires.damage[0].pass(byte).into_iter().flatten() {
+                        in_ring += 1;
+                        if in_ring > RECEIVE_BYTES {
+                            wires.overrun();
+                            continue;
+                        }
                         interrupt(Ok(byte));
                         wires.counts.received += 1;
                         wires.keep(Ok(byte));
@@ -204,10 +211,15 @@ impl Wires {
         if self.received.len() < RECEIVE_BYTES {
             self.received.push_back(incoming);
         } else {
-            self.counts.overrun += 1;
-            if let Some(last) = self.received.back_mut() {
-                *last = Err(LineError::Overrun);
-            }
+            self.overrun();
+        }
+    }
+
+    /// A byte is lost; the last one in the buffer, too, for the report.
+    fn overrun(&mut self) {
+        self.counts.overrun += 1;
+        if let Some(last) = self.received.back_mut() {
+            *last = Err(LineError::Overrun);
         }
     }
 

@@ -60,19 +60,21 @@ fn bytes_need_their_transfer_time_in_both_directions() {
 
 #[test]
 fn the_interrupt_gets_each_byte_without_a_reader_and_a_full_buffer_reports_an_overrun() {
+    /// In 20 ms 1800 bytes come.
+    const SENT: usize = 1500;
     let clock = VirtualClock::default();
     let line = SerialLine::new(&clock, USUAL_BAUD, 1);
     let (mut receive, _) = line.device();
     let device = async {
-        SimClock(&clock).until(Ticks(100_000)).await;
-        let mut some = [0; 1024];
+        SimClock(&clock).until(Ticks(200_000)).await;
+        let mut some = [0; 2 * RECEIVE_BYTES];
         assert_eq!(receive.read(&mut some).await, Ok(RECEIVE_BYTES - 1), "the first bytes are kept");
         assert_eq!(receive.read(&mut some).await, Err(LineError::Overrun));
     };
-    let host = async { line.send(&[b'x'; 600]) };
+    let host = async { line.send(&[b'x'; SENT]) };
     let had = run(&clock, &line, device, host);
-    assert_eq!(had.len(), 600);
-    assert_eq!(line.counts().overrun, 600 - RECEIVE_BYTES as u64);
+    assert_eq!(had.len(), SENT);
+    assert_eq!(line.counts().overrun, (SENT - RECEIVE_BYTES) as u64);
 }
 
 #[test]
