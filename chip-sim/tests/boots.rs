@@ -16,10 +16,16 @@ fn image_starts_and_answers_its_name() {
     assert_eq!(chip.ask("SYSTem:RESet:CAUSe?"), "power-on");
     let name = chip.ask("*IDN?");
     assert!(name.starts_with("Rotary Stand,NUCLEO-F446RE,"), "{name}");
-    let (_, commit) = name.rsplit_once('+').unwrap_or_default();
-    assert!(commit == "unknown" || commit.len() >= 7, "{name} names no commit");
     assert_eq!(chip.machine.resets, []);
     assert!(chip.machine.soc.gated.is_empty(), "accesses to peripherals without a clock: {:x?}", chip.machine.soc.gated);
+}
+
+#[test]
+#[ignore = "needs the image: scripts/build-firmware.sh"]
+fn identity_names_the_commit() {
+    let name = Chip::booted().ask("*IDN?");
+    let (_, commit) = name.rsplit_once('+').unwrap_or_else(|| panic!("no commit: {name}"));
+    assert!(commit == "unknown" || commit.len() >= 7, "{name}");
 }
 
 #[test]
