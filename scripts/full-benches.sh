@@ -8,6 +8,14 @@ cd "$(dirname "$0")/.."
 
 bench() { cargo bench -q -p stand-tests --bench "$@"; }
 confusion() { bench confusion -- "$@"; }
+# The image at another opt-level, in a target folder of its own, and the tests of the chip on it. Exceeded limits are printed and do not end the piece.
+image_at_level() {
+    local folder="target/opt-level-$1" image
+    CARGO_TARGET_DIR="$folder" CARGO_PROFILE_CHIP_OPT_LEVEL="$1" scripts/build-firmware.sh || echo "above: limits of firmware/budget.toml that are exceeded"
+    image="$PWD/$(find "$folder" -path '*/thumbv7em-none-eabihf/chip/stand')"
+    STAND_IMAGE="$image" cargo test -q -p chip-sim --test budget -- --include-ignored --nocapture || true
+    STAND_IMAGE="$image" cargo test -q -p chip-sim --no-fail-fast -- --include-ignored --skip instructions_agree_with_qemu --skip heavy_use || true
+}
 
 declare -A pieces=(
     [foreign-fits*]="bench foreign_cases"
@@ -36,6 +44,9 @@ declare -A pieces=(
     [rate-accuracy]="cargo run -q --release -p stand-tests --example rate_accuracy"
     [image]="scripts/build-firmware.sh"
     [tick]="cargo test -q -p chip-sim --test budget -- --include-ignored --nocapture"
+    [image-level-3]="image_at_level 3"
+    [image-level-s]="image_at_level s"
+    [chip-telemetry]="STAND_TELEMETRY_S=600 cargo test -q -p chip-sim --test streams telemetry_loses -- --include-ignored --nocapture"
 )
 names() { printf '%s\n' "${!pieces[@]}" | sort; }
 
@@ -46,7 +57,7 @@ fi
 [ "$*" = all ] && mapfile -t selected < <(names) || selected=("$@")
 
 commit="$(git rev-parse --short HEAD)$(git diff --quiet HEAD || echo +changes)"
-export -f bench confusion
+export -f bench confusion image_at_level
 for name in "${selected[@]}"; do
     name="${name%\*}"
     command="${pieces[$name]:-}"

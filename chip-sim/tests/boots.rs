@@ -22,6 +22,14 @@ fn image_starts_and_answers_its_name() {
 
 #[test]
 #[ignore = "needs the image: scripts/build-firmware.sh"]
+fn identity_names_the_commit() {
+    let name = Chip::booted().ask("*IDN?");
+    let (_, commit) = name.rsplit_once('+').unwrap_or_else(|| panic!("no commit: {name}"));
+    assert!(commit == "unknown" || commit.len() >= 7, "{name}");
+}
+
+#[test]
+#[ignore = "needs the image: scripts/build-firmware.sh"]
 fn core_runs_at_180_MHz_and_a_tick_takes_18_000_cycles() {
     let mut chip = Chip::booted();
     assert_eq!(PER_S / chip.machine.soc.core_period(), 180_000_000);
@@ -30,6 +38,15 @@ fn core_runs_at_180_MHz_and_a_tick_takes_18_000_cycles() {
     let elapsed = chip.machine.now() - now;
     let ticks = chip.machine.soc.updates - updates;
     assert!(ticks.abs_diff(elapsed * 10_000 / PER_S) <= 1, "{ticks} ticks in a second");
+}
+
+#[test]
+#[ignore = "needs the image: scripts/build-firmware.sh"]
+fn flash_is_read_with_prefetch_and_both_caches() {
+    let chip = Chip::booted();
+    // Five wait states at 180 MHz and 3.3 V (RM0390, table 5).
+    assert_eq!(chip.machine.soc.flash.wait_states(), 5);
+    assert_eq!(chip.machine.soc.flash.accelerated(), [true; 3], "prefetch, instruction cache, data cache");
 }
 
 #[test]
@@ -49,7 +66,8 @@ fn converter_runs_at_20_kHz() {
     let mut chip = Chip::booted();
     let before = chip.machine.soc.adc.sequences;
     chip.run_ms(100);
-    assert!((chip.machine.soc.adc.sequences - before).abs_diff(2_000) <= 1);
+    let sequences = chip.machine.soc.adc.sequences - before;
+    assert!(sequences.abs_diff(2_000) <= 1, "{sequences} sequences in 0.1 s");
     assert_eq!(chip.machine.soc.adc.missed_triggers, 0);
     let supply_V = chip.number("MEASure:SUPPly?");
     assert!((supply_V - 12.0).abs() < 0.02, "{supply_V} V");
