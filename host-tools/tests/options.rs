@@ -128,7 +128,7 @@ const WORDS: [(&str, Check); 87] = [
         std::fs::write(f.join("notes.elf"), "not an image").unwrap();
         let wrong = stand(f, &["sim", "--serve", "pty", "--chip", "notes.elf"]);
         assert!(wrong.status == Some(2) && wrong.err.contains("notes.elf: not an ELF image"), "{}", wrong.err);
-        // A log is not recorded from the chip: no option of a served stand is ignored.
+        // No option of a served stand is ignored.
         for option in ["--chip", "--link", "--flash", "--gyro"] {
             assert_eq!(stand(f, &["sim", "--out", "log.csv", option, "x"]).status, Some(2), "{option}");
         }

@@ -21,13 +21,16 @@ const START_RAD: f64 = -0.1;
 
 /// Path of the image.
 fn image_path() -> PathBuf {
-    if let Some(path) = std::env::var_os("STAND_IMAGE") {
-        return PathBuf::from(path);
-    }
+    std::env::var_os("STAND_IMAGE").map_or_else(|| built("stand"), PathBuf::from)
+}
+
+/// A program that `scripts/build-firmware.sh` has built.
+pub fn built(name: &str) -> PathBuf {
     let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let target = std::env::var_os("CARGO_TARGET_DIR").map_or(root.join("target"), PathBuf::from);
-    let built = ["firmware/thumbv7em-none-eabihf/chip/stand", "thumbv7em-none-eabihf/chip/stand"];
-    built.iter().map(|path| target.join(path)).find(|path| path.exists()).expect("no image: run scripts/build-firmware.sh first")
+    let folders = ["firmware/thumbv7em-none-eabihf/chip", "thumbv7em-none-eabihf/chip"];
+    let mut programs = folders.iter().map(|folder| target.join(folder).join(name));
+    programs.find(|path| path.exists()).unwrap_or_else(|| panic!("no program {name}: run scripts/build-firmware.sh first"))
 }
 
 /// The image under test.

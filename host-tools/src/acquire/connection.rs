@@ -1,7 +1,9 @@
-//! A connection to a stand: commands, queries and the rows of its stream. Behind it is a serial port ([`SerialLink`]) or the simulated
-//! controller in virtual time ([`SimulatedConnection`]).
+//! A connection to a stand: commands, queries and the rows of its stream. Behind it is a serial port ([`SerialLink`]), or the simulated controller
+//! or the emulated chip in virtual time ([`SimulatedConnection`]).
 
-use crate::acquire::link::{LinkError, Received, Receiver, SerialLink, with_checksum};
+use crate::acquire::link::{BAUD, LineLosses, LinkError, Received, Receiver, SerialLink, with_checksum};
+use chip_sim::machine::{Halt, Machine};
+use chip_sim::time::of_seconds;
 use hal_sim::board::PlantPort;
 use hal_sim::controller::Controller;
 use stand_firmware::board::{Clock, TICKS_PER_S};
@@ -34,6 +36,9 @@ pub enum ConnectionError {
         /// The reply.
         reply: String,
     },
+    /// The emulated program did something that the chip cannot do.
+    #[error("the emulated chip halted: {0}")]
+    Halt(#[from] Halt),
 }
 
 /// A connection to a stand.
@@ -45,6 +50,12 @@ pub trait StandConnection {
     async fn command(&mut self, command: &str) -> Result<(), ConnectionError>;
     /// Waits; the rows of the stream that arrived in this time.
     async fn wait_s(&mut self, seconds: f64) -> Result<Vec<RowFrame>, ConnectionError>;
+    /// Name of the port, for notes and messages.
+    fn name(&self) -> String;
+    /// Losses on the line since the last [`StandConnection::reset_losses`].
+    fn losses(&self) -> LineLosses;
+    /// Discards received data and sets the losses to zero.
+    fn reset_losses(&mut self);
 }
 
 impl StandConnection for SerialLink {
@@ -69,35 +80,89 @@ impl StandConnection for SerialLink {
             }
         }
     }
+
+    fn name(&self) -> String {
+        SerialLink::name(self)
+    }
+
+    fn losses(&self) -> LineLosses {
+        SerialLink::losses(self)
+    }
+
+    fn reset_losses(&mut self) {
+        self.reset();
+    }
 }
 
-/// The host's end of the simulated controller's serial line, in virtual time.
-pub struct SimulatedConnection<'h, 'c, P> {
-    controller: &'h Controller<'c, P>,
+/// The host's end of a serial line in virtual time.
+#[allow(async_fn_in_trait)] // one thread
+pub trait VirtualLine {
+    /// Name for notes and messages.
+    const NAME: &'static str;
+    /// Sends bytes to the stand.
+    fn send(&mut self, bytes: &[u8]);
+    /// Lets time pass; the bytes that the stand has sent are appended.
+    ///
+    /// # Errors
+    /// The simulation cannot go on.
+    async fn pass(&mut self, seconds: f64, received: &mut Vec<u8>) -> Result<(), ConnectionError>;
+}
+
+impl<P: PlantPort> VirtualLine for &Controller<'_, P> {
+    const NAME: &'static str = "simulated stand";
+
+    fn send(&mut self, bytes: &[u8]) {
+        self.line().send(bytes);
+    }
+
+    async fn pass(&mut self, seconds: f64, received: &mut Vec<u8>) -> Result<(), ConnectionError> {
+        let clock = self.clock();
+        clock.until(clock.now() + (seconds * TICKS_PER_S as f64) as u64).await;
+        self.line().receive(received);
+        Ok(())
+    }
+}
+
+impl VirtualLine for &mut Machine<'_> {
+    const NAME: &'static str = "emulated chip";
+
+    fn send(&mut self, bytes: &[u8]) {
+        Machine::send(self, bytes, u64::from(BAUD));
+    }
+
+    async fn pass(&mut self, seconds: f64, received: &mut Vec<u8>) -> Result<(), ConnectionError> {
+        self.run_until(self.now() + of_seconds(seconds))?;
+        received.append(&mut self.take_sent());
+        Ok(())
+    }
+}
+
+/// A stand in virtual time.
+pub struct SimulatedConnection<L> {
+    stand: L,
     receiver: Receiver,
     received: VecDeque<Received>,
 }
 
-impl<'h, 'c, P: PlantPort> SimulatedConnection<'h, 'c, P> {
-    /// Connects to a controller.
-    pub fn new(controller: &'h Controller<'c, P>) -> Self {
-        Self { controller, receiver: Receiver::default(), received: VecDeque::new() }
+impl<L: VirtualLine> SimulatedConnection<L> {
+    /// Connects to a stand.
+    pub fn new(stand: L) -> Self {
+        Self { stand, receiver: Receiver::default(), received: VecDeque::new() }
     }
 
-    async fn pass(&mut self, seconds: f64) {
-        let clock = self.controller.clock();
-        clock.until(clock.now() + (seconds * TICKS_PER_S as f64) as u64).await;
+    async fn pass(&mut self, seconds: f64) -> Result<(), ConnectionError> {
         let mut bytes = Vec::new();
-        self.controller.line().receive(&mut bytes);
+        self.stand.pass(seconds, &mut bytes).await?;
         self.receiver.take(&bytes, &mut self.received);
+        Ok(())
     }
 
     async fn line(&mut self, query: &str) -> Result<String, ConnectionError> {
         self.received.retain(|received| !matches!(received, Received::Line(_)));
-        self.controller.line().send(with_checksum(query).as_bytes());
+        self.stand.send(with_checksum(query).as_bytes());
         let mut waited = 0.0;
         while waited < REPLY_TIMEOUT_S {
-            self.pass(0.002).await;
+            self.pass(0.002).await?;
             waited += 0.002;
             let is_reply = |received: &Received| matches!(received, Received::Line(line) if !line.starts_with("ERROR "));
             if let Some(at) = self.received.iter().position(is_reply)
@@ -110,15 +175,15 @@ impl<'h, 'c, P: PlantPort> SimulatedConnection<'h, 'c, P> {
     }
 }
 
-impl<P: PlantPort> StandConnection for SimulatedConnection<'_, '_, P> {
+impl<L: VirtualLine> StandConnection for SimulatedConnection<L> {
     async fn query(&mut self, query: &str) -> Result<String, ConnectionError> {
         self.line(query).await
     }
 
     async fn command(&mut self, command: &str) -> Result<(), ConnectionError> {
         // A rejected command discards the rest of its line, so the error needs a line of its own.
-        self.controller.line().send(with_checksum(command).as_bytes());
-        self.pass(0.005).await;
+        self.stand.send(with_checksum(command).as_bytes());
+        self.pass(0.005).await?;
         let message = self.line("SYSTem:ERRor?").await?;
         if message.starts_with("0,") { Ok(()) } else { Err(ConnectionError::Rejected { command: command.to_owned(), message }) }
     }
@@ -128,7 +193,7 @@ impl<P: PlantPort> StandConnection for SimulatedConnection<'_, '_, P> {
         let mut rows = Vec::new();
         let mut left = seconds;
         while left > 0.0 {
-            self.pass(left.min(0.05)).await;
+            self.pass(left.min(0.05)).await?;
             left -= 0.05;
             self.received.retain(|received| match received {
                 Received::Row(row) => {
@@ -139,5 +204,18 @@ impl<P: PlantPort> StandConnection for SimulatedConnection<'_, '_, P> {
             });
         }
         Ok(rows)
+    }
+
+    fn name(&self) -> String {
+        L::NAME.to_owned()
+    }
+
+    fn losses(&self) -> LineLosses {
+        self.receiver.losses()
+    }
+
+    fn reset_losses(&mut self) {
+        self.received.clear();
+        self.receiver.reset_losses();
     }
 }

@@ -1,16 +1,15 @@
-//! A profile run on a stand behind a serial port, recorded into a log file: what `stand record` does.
+//! A profile run on a stand, recorded into a log file: what `stand record` does on a serial port, and `stand sim --chip` on the emulated chip.
 
 use std::path::Path;
 use std::time::Instant;
 
-use embassy_futures::block_on;
 use stand_firmware::profile::ProfileConfig;
 use stand_firmware::speed_loop::Mode;
 use stand_firmware::telemetry::Channels;
 use stand_firmware::telemetry::channel::{Sampling, Source};
 
 use super::connection::{ConnectionError, StandConnection};
-use super::link::{LineLosses, SerialLink};
+use super::link::LineLosses;
 use super::preparation::{ColumnSettings, bring_to_rest, find_index, latched_fault};
 use super::record::{LogFile, Recorder};
 use super::recording::{RecordingEnd, RecordingError, RecordingMonitor, RecordingRequest, record};
@@ -76,9 +75,7 @@ pub enum ProfileRecordingError {
         fault: String,
     },
     /// The index was not found.
-    #[error(
-        "--find-index: the platform turned but its index was not seen; check that the platform turns freely and that the index is wired"
-    )]
+    #[error("the platform turned but its index was not seen; check that the platform turns freely and that the index is wired")]
     NoIndex,
     /// The platform does not come to rest.
     #[error("the platform did not come to rest within 30 s after the search for the index; check its balance and the drive")]
@@ -102,39 +99,31 @@ pub enum ProfileRecordingError {
     },
 }
 
-/// Runs the profile on the stand behind `link` and records it.
+/// Runs the profile on the stand and records it.
 ///
 /// # Errors
 /// The recording did not start, or no row was recorded. A recording that ends early is not an error: see [`ProfileRecording::end`].
-pub fn record_profile(
-    link: &mut SerialLink,
-    request: &ProfileRecordingRequest,
-    monitor: &mut impl RecordingMonitor,
-) -> Result<ProfileRecording, ProfileRecordingError> {
-    block_on(record_profile_on(link, request, monitor))
-}
-
-async fn record_profile_on(
-    link: &mut SerialLink,
+pub async fn record_profile(
+    stand: &mut impl StandConnection,
     request: &ProfileRecordingRequest<'_>,
     monitor: &mut impl RecordingMonitor,
 ) -> Result<ProfileRecording, ProfileRecordingError> {
     let file = LogFile::of(request.path)?;
-    if let Some(fault) = latched_fault(link).await? {
-        return Err(ProfileRecordingError::Fault { port: link.name(), fault });
+    if let Some(fault) = latched_fault(stand).await? {
+        return Err(ProfileRecordingError::Fault { port: stand.name(), fault });
     }
-    StandConnection::command(link, "STReam OFF").await?;
-    let has_index = find_index(link, request.find_index).await?;
+    stand.command("STReam OFF").await?;
+    let has_index = find_index(stand, request.find_index).await?;
     if request.find_index {
-        if !bring_to_rest(link).await? {
+        if !bring_to_rest(stand).await? {
             return Err(ProfileRecordingError::NotAtRest);
         }
-        StandConnection::command(link, "OUTPut OFF").await?;
+        stand.command("OUTPut OFF").await?;
         if !has_index {
             return Err(ProfileRecordingError::NoIndex);
         }
     }
-    let notes = notes(link, request, has_index).await?;
+    let notes = notes(stand, request, has_index).await?;
     let write_error = |source| ProfileRecordingError::Write { path: file.partial_path().to_owned(), source };
     let channels = channels(request);
     let mut recorder = Recorder::new(file.create().map_err(write_error)?, channels, notes);
@@ -146,15 +135,15 @@ async fn record_profile_on(
         seconds: request.seconds,
         max_incomplete_rows: None,
     };
-    link.reset();
+    stand.reset_losses();
     let begun = Instant::now();
-    let recording = record(link, &stream, &mut recorder, monitor).await.map_err(|error| match error {
+    let recording = record(stand, &stream, &mut recorder, monitor).await.map_err(|error| match error {
         RecordingError::Connection(error) => ProfileRecordingError::Connection(error),
         RecordingError::Write(source) => write_error(source),
     })?;
     let (rows, last_s, incomplete_rows) = (recorder.rows(), recorder.last_s(), recorder.left_out());
     let absent_columns = recorder.absent().to_vec();
-    let line_losses = link.losses();
+    let line_losses = stand.losses();
     recorder.finish(&end_notes(&recording.end, last_s, recording.lost_rows, line_losses.damaged)).map_err(write_error)?;
     if rows == 0 {
         let _ = std::fs::remove_file(file.partial_path());
@@ -184,15 +173,16 @@ fn channels(request: &ProfileRecordingRequest) -> Channels {
 }
 
 /// Notes at the head of the log.
-async fn notes(link: &mut SerialLink, request: &ProfileRecordingRequest<'_>, has_index: bool) -> Result<Notes, ConnectionError> {
-    let settings = ColumnSettings::query(link).await?;
-    let identity: Vec<&str> = link.identity().split(',').collect();
+async fn notes(stand: &mut impl StandConnection, request: &ProfileRecordingRequest<'_>, has_index: bool) -> Result<Notes, ConnectionError> {
+    let settings = ColumnSettings::query(stand).await?;
+    let identity = stand.query("*IDN?").await?;
+    let identity: Vec<&str> = identity.split(',').collect();
     let field = |k: usize| identity.get(k).copied().unwrap_or("").trim().to_owned();
     let (mode, unit) = if request.mode == Mode::Voltage { ("voltage", "V") } else { ("rate", "rad/s") };
     let mut notes = Notes::from_iter([
         Note::Stand(format!("{} {} {}", field(0), field(1), field(2))),
         Note::Text("firmware", field(3)),
-        Note::Text("port", link.name()),
+        Note::Text("port", stand.name()),
         Note::Profile(request.profile.kind.name().to_owned()),
         Note::Text("amplitude", format!("{} {unit}", request.profile.amplitude)),
         Note::Mode(mode.to_owned()),

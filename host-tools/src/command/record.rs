@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use embassy_futures::block_on;
 use indicatif::ProgressBar;
 use stand_firmware::telemetry::Channels;
 
@@ -73,9 +74,7 @@ impl Record {
         self.json.check()?;
         LogFile::of(&self.out)?;
         let mode = self.mode.firmware_mode();
-        if !(self.seconds.is_finite() && (1e-3..=1e6).contains(&self.seconds)) {
-            return Err(CliError::Input(format!("--seconds: {} is outside 0.001 … 1000000", self.seconds)));
-        }
+        check_recorded_seconds(self.seconds)?;
         let request = ProfileRecordingRequest {
             mode,
             profile: self.profile.config(mode, self.seed)?,
@@ -87,13 +86,9 @@ impl Record {
             path: &self.out,
         };
         let mut link = SerialLink::open(&port)?;
-        let mut monitor = ProgressMonitor {
-            seconds: self.seconds,
-            interrupts: Interrupts::install()?,
-            bar: progress_bar((self.seconds * 1e3) as u64, "{wide_bar} {msg}"),
-        };
-        let recording = record_profile(&mut link, &request, &mut monitor);
-        monitor.bar.finish_and_clear();
+        let mut monitor = ProgressMonitor::new(self.seconds)?;
+        let recording = block_on(record_profile(&mut link, &request, &mut monitor));
+        monitor.finish();
         let recording = recording?;
         self.json.text(&report::text(&recording))?;
         self.json.json(|| report::json(&recording))?;
@@ -114,11 +109,33 @@ impl Record {
     }
 }
 
+/// Checks the option `--seconds` of a recording.
+pub(super) fn check_recorded_seconds(seconds: f64) -> Result<(), CliError> {
+    if (1e-3..=1e6).contains(&seconds) {
+        Ok(())
+    } else {
+        Err(CliError::Input(format!("--seconds: {seconds} is outside 0.001 … 1000000")))
+    }
+}
+
 /// A progress bar, and the signals that interrupt the recording.
-struct ProgressMonitor {
+pub(super) struct ProgressMonitor {
     seconds: f64,
     interrupts: Interrupts,
     bar: ProgressBar,
+}
+
+impl ProgressMonitor {
+    /// The bar of a recording of `seconds`.
+    pub(super) fn new(seconds: f64) -> Result<Self, CliError> {
+        let bar = progress_bar((seconds * 1e3) as u64, "{wide_bar} {msg}");
+        Ok(Self { seconds, interrupts: Interrupts::install()?, bar })
+    }
+
+    /// Takes the bar away.
+    pub(super) fn finish(self) {
+        self.bar.finish_and_clear();
+    }
 }
 
 impl RecordingMonitor for ProgressMonitor {

@@ -1,16 +1,28 @@
-//! `stand sim`: the firmware on the simulated stand, as a log in virtual time or as a serial port in real time.
+//! `stand sim`: the firmware on the simulated stand, or the flashed image on the emulated chip, as a log in virtual time or as a serial port in real
+//! time.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use chip_sim::board::Board;
+use chip_sim::machine::Machine;
 use clap::{Args, ValueEnum};
+use embassy_futures::block_on;
+use hal_sim::plant::{Plant, Stand};
 use hal_sim::session::SessionRequest;
+use stand_firmware::telemetry::Channels;
 
 use super::error::CliError;
 use super::output::{JsonOutput, check_writable, spinner};
 use super::profile::{self, ProfileOptions};
-use super::sim_serve::{ServeOptions, serve};
+use super::record::{ProgressMonitor, check_recorded_seconds};
+use super::sim_serve::{ServeOptions, read_image, serve};
 use super::stand_file::{DriveMode, hide_effect, read_stand};
+use crate::acquire::connection::{SimulatedConnection, StandConnection};
+use crate::acquire::hidden::HiddenEffect;
+use crate::acquire::profile_recording::{ProfileRecordingRequest, early_end, record_profile};
+use crate::acquire::recording::RecordingEnd;
 use crate::acquire::simulation::{SimulationError, simulate};
+use crate::log::{Note, Notes};
 use crate::report::simulation as report;
 
 /// Interface of a served stand.
@@ -30,8 +42,9 @@ pub(super) struct Sim {
     /// Serve the stand in real time as a serial port instead, and print the path of the port
     #[arg(long, value_enum, conflicts_with_all = ["profile", "mode", "amplitude", "json"])]
     serve: Option<ServedInterface>,
-    /// Serve the emulated chip instead, which executes the flashed image; ELF file, default: the one that scripts/build-firmware.sh has built
-    #[arg(long, value_name = "ELF", requires = "serve", conflicts_with_all = ["out", "gyro"], num_args = 0..=1)]
+    /// Emulate the chip, which executes the flashed image, and record from its serial line; ELF file, default: the one that scripts/build-firmware.sh
+    /// has built
+    #[arg(long, value_name = "ELF", conflicts_with = "gyro", num_args = 0..=1)]
     chip: Option<Option<PathBuf>>,
     /// Symbolic link to the served port
     #[arg(long, value_name = "PATH", requires = "serve", conflicts_with = "out")]
@@ -68,6 +81,8 @@ pub(super) struct Sim {
 
 /// Default duration of a log, s.
 const DEFAULT_SECONDS: f64 = 30.0;
+/// Time from the emulated chip's power-on to the first command, s.
+const CHIP_START_S: f64 = 0.3;
 
 impl From<SimulationError> for CliError {
     fn from(error: SimulationError) -> Self {
@@ -102,7 +117,26 @@ impl Sim {
         let hidden = hide_effect(self.hidden.as_deref(), &mut stand)?;
         let mode = self.mode.firmware_mode();
         let profile = self.profile.config(mode, self.seed)?;
-        let request = SessionRequest { mode, profile, seconds: self.seconds.unwrap_or(DEFAULT_SECONDS), seed: self.seed };
+        let seconds = self.seconds.unwrap_or(DEFAULT_SECONDS);
+        if let Some(image) = &self.chip {
+            return self.record_chip(
+                image.as_deref(),
+                &stand,
+                hidden.as_ref(),
+                &ProfileRecordingRequest {
+                    mode,
+                    profile,
+                    seconds,
+                    decimation: 1,
+                    // As in the log of the simulated stand, which begins at the index.
+                    find_index: true,
+                    additional_channels: Channels::default(),
+                    notes: Notes::from_iter([Note::Stand(stand.name.clone()), Note::SupplyNominal(stand.drive.supply_V)]),
+                    path: out,
+                },
+            );
+        }
+        let request = SessionRequest { mode, profile, seconds, seed: self.seed };
         let spinner = spinner("simulating");
         let log = simulate(&stand, request, out);
         spinner.finish_and_clear();
@@ -110,5 +144,34 @@ impl Sim {
         log.write(out)?;
         self.json.text(&report::text(&log, hidden.as_ref(), self.reveal))?;
         self.json.json(|| report::json(&log, hidden.as_ref(), self.reveal))
+    }
+
+    /// Records a profile on the emulated chip, in virtual time.
+    fn record_chip(
+        &self,
+        image: Option<&Path>,
+        stand: &Stand,
+        hidden: Option<&HiddenEffect>,
+        request: &ProfileRecordingRequest<'_>,
+    ) -> Result<(), CliError> {
+        check_recorded_seconds(request.seconds)?;
+        let image = read_image(image)?;
+        let plant = Plant::new(stand, 0.0)?;
+        let board = Board::new(&stand.setup(), Box::new(plant), stand.drive.motor_constant_N_m_A, self.seed);
+        let mut machine = Machine::new(&image, board);
+        let mut monitor = ProgressMonitor::new(request.seconds)?;
+        let recording = block_on(async {
+            let mut chip = SimulatedConnection::new(&mut machine);
+            chip.wait_s(CHIP_START_S).await?;
+            record_profile(&mut chip, request, &mut monitor).await
+        });
+        monitor.finish();
+        let recording = recording.inspect_err(|_| machine.log().iter().for_each(|line| eprintln!("chip: {line}")))?;
+        self.json.text(&report::text(&recording.log, hidden, self.reveal))?;
+        self.json.json(|| report::json(&recording.log, hidden, self.reveal))?;
+        match early_end(&recording.end) {
+            Some(reason) if !matches!(recording.end, RecordingEnd::Fault(_) | RecordingEnd::Interrupted) => Err(CliError::Other(reason)),
+            _ => Ok(()),
+        }
     }
 }

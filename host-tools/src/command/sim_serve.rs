@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use chip_sim::image::Image;
+
 use super::error::CliError;
 
 /// Options of a served stand.
@@ -38,7 +40,6 @@ pub(super) fn serve(options: ServeOptions) -> Result<(), CliError> {
     use std::time::Duration;
 
     use chip_sim::board::Board;
-    use chip_sim::image::Image;
     use chip_sim::machine::Machine;
     use hal_sim::clock::VirtualClock;
     use hal_sim::controller::{Controller, flash};
@@ -98,7 +99,7 @@ pub(super) fn serve(options: ServeOptions) -> Result<(), CliError> {
         Ok(pty)
     };
     if let Some(image) = options.chip {
-        let image = Image::read(&image_path(image)?).map_err(|e| CliError::Input(e.to_string()))?;
+        let image = read_image(image)?;
         let plant = Plant::new(&stand, START_ANGLE_RAD)?;
         let board = Board::new(&stand.setup(), Box::new(plant), stand.drive.motor_constant_N_m_A, options.seed);
         let mut machine = Machine::new(&image, board);
@@ -140,14 +141,10 @@ pub(super) fn serve(options: ServeOptions) -> Result<(), CliError> {
 }
 
 /// The image to emulate: the given file, or the one that the build script has made below the present folder.
-#[cfg(unix)]
-fn image_path(given: Option<&Path>) -> Result<std::path::PathBuf, CliError> {
+pub(super) fn read_image(given: Option<&Path>) -> Result<Image, CliError> {
     const BUILT: [&str; 2] = ["target/firmware/thumbv7em-none-eabihf/chip/stand", "target/thumbv7em-none-eabihf/chip/stand"];
-    if let Some(path) = given {
-        return Ok(path.to_owned());
-    }
-    let found = BUILT.iter().map(std::path::PathBuf::from).find(|path| path.exists());
-    found.ok_or_else(|| {
+    let path = given.or_else(|| BUILT.iter().map(Path::new).find(|path| path.exists())).ok_or_else(|| {
         CliError::Input(format!("--chip: no image at {}: run scripts/build-firmware.sh, or name an ELF file", BUILT.join(" or ")))
-    })
+    })?;
+    Image::read(path).map_err(|e| CliError::Input(e.to_string()))
 }
