@@ -319,7 +319,7 @@ fn emulated_chip_records_the_log_that_the_simulated_stand_records() {
     let record = |name: &str, chip: &[&str]| {
         let options = ["sim", "--out", name, "--profile", "multi-step", "--mode", "voltage", "--amplitude", "2", "--seconds", "4"];
         stand(folder.path(), &[&options, chip].concat()).succeeded();
-        Log::read(&folder.path().join(name)).unwrap()
+        Log::read(folder.path().join(name)).unwrap()
     };
     let (chip, simulated) = (record("chip.csv", &["--chip", &image()]), record("simulated.csv", &[]));
     assert_eq!(chip.note("mode"), simulated.note("mode"));

@@ -97,11 +97,10 @@ impl DriveEstimator {
         if sums.count() < MIN_WINDOWS {
             return None;
         }
-        let offset = Regressor { prior_sigma: OFFSET_A, ..Regressor::new(OFFSET, 1.0) };
-        let winding = Regressor { prior_sigma: TIME_CONSTANT_S, ..Regressor::new(SLOPE, -1.0) };
-        let electrical = sums.solve([Regressor::new(VOLTAGE, 1.0), Regressor::new(RATE, -1.0), winding, offset])?;
-        let mechanical =
-            sums.solve([Regressor::new(ACCELERATION, 1.0), Regressor::new(RATE, 1.0), Regressor::new(FRICTION, 1.0), offset])?;
+        let offset = Regressor { prior_sigma: OFFSET_A, ..Regressor::plus(OFFSET) };
+        let winding = Regressor { prior_sigma: TIME_CONSTANT_S, ..Regressor::minus(SLOPE) };
+        let electrical = sums.solve([Regressor::plus(VOLTAGE), Regressor::minus(RATE), winding, offset])?;
+        let mechanical = sums.solve([Regressor::plus(ACCELERATION), Regressor::plus(RATE), Regressor::plus(FRICTION), offset])?;
         let [g, h, ..] = electrical.coefficients;
         let [p, q, r, _] = mechanical.coefficients;
         if g <= 0.0 {

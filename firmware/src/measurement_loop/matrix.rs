@@ -45,10 +45,10 @@ impl<const P: usize, const Q: usize> Matrix<P, Q> {
         }
     }
 
-    /// aᵀ M b.
+    /// aᵀ M b; rows with a zero in a are left out.
     #[inline(never)]
     pub fn form(&self, a: &[f64; P], b: &[f64; Q]) -> f64 {
-        self.0.iter().zip(a).map(|(row, a)| a * row.iter().zip(b).map(|(m, b)| m * b).sum::<f64>()).sum()
+        self.0.iter().zip(a).filter(|(_, a)| **a != 0.0).map(|(row, a)| a * row.iter().zip(b).map(|(m, b)| m * b).sum::<f64>()).sum()
     }
 
     /// The product.

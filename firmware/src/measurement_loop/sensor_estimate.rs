@@ -61,9 +61,9 @@ impl SensorEstimator {
         if self.sums.count() < MIN_WINDOWS {
             return None;
         }
-        let delay = Regressor { prior_sigma: DELAY_S, ..Regressor::new(ACCELERATION, -1.0) };
-        let curvature = Regressor { prior_sigma: DELAY_S * DELAY_S, ..Regressor::new(CURVATURE, 1.0) };
-        let answer = self.sums.solve([Regressor::new(RATE, 1.0), delay, Regressor::new(BIAS, 1.0), curvature])?;
+        let delay = Regressor { prior_sigma: DELAY_S, ..Regressor::minus(ACCELERATION) };
+        let curvature = Regressor { prior_sigma: DELAY_S * DELAY_S, ..Regressor::plus(CURVATURE) };
+        let answer = self.sums.solve([Regressor::plus(RATE), delay, Regressor::plus(BIAS), curvature])?;
         let covariance = self.sums.covariance(&answer, &answer, true);
         let [scale, late, bias, _] = answer.coefficients;
         let sigma = |by: [f64; 4]| libm::sqrt(f64::max(covariance.form(&by, &by), 0.0));
