@@ -61,7 +61,7 @@ fn silent_sensor_switches_off() {
 #[ignore = "needs the image: scripts/build-firmware.sh"]
 fn silent_host_switches_off_when_it_is_watched() {
     let mut chip = Chip::booted();
-    chip.command("SOURce:RATE 5;MODE RATE;:HOST:ARM 0.5");
+    chip.command("HOST:UNATTended 0;ARM 0.5;:SOURce:RATE 5;MODE RATE");
     chip.run_s(1.0);
     assert_eq!(chip.machine.soc.board.command_V(), Some(0.0));
     assert_eq!(chip.fault(), "host silent");

@@ -5,7 +5,8 @@
 //! `FAULt:CLEar` on the console, so that nobody starts a stand that somebody else has stopped. A press of two seconds without a fault starts the
 //! measurement of cogging and friction.
 //!
-//! A press enters a console line, which is parsed and checked as every received one. The LED is on while the drive is on, blinks slowly while a
+//! A press enters a console line, which is parsed and checked as every received one. A start by the button allows an hour without a host: whoever
+//! presses it stands by. The LED is on while the drive is on, blinks slowly while a
 //! fault is latched, and fast after an emergency stop.
 
 use crate::board::{Clock, TICKS_PER_ROW};
@@ -55,8 +56,8 @@ impl ButtonAction {
     pub fn line(self) -> Option<&'static [u8]> {
         match self {
             Self::Clear => Some(b"FAULt:CLEar\n"),
-            Self::Start => Some(b"PROFile:STARt\n"),
-            Self::Calibrate => Some(b"CALibration:COGGing:STARt\n"),
+            Self::Start => Some(b"HOST:UNATTended 3600;:PROFile:STARt\n"),
+            Self::Calibrate => Some(b"HOST:UNATTended 3600;:CALibration:COGGing:STARt\n"),
             Self::Stop | Self::Refuse => None,
         }
     }

@@ -67,7 +67,7 @@ fn main() {
         let (line, clock) = (controller.line(), controller.clock());
         let wait = async |seconds: f64| clock.until(clock.now() + (seconds * TICKS_PER_S as f64) as u64).await;
         wait(0.1).await;
-        line.send(b"SOURce:RATE 5 RAD/S;:SOURce:MODE RATE;:STReam ON\n");
+        line.send(b"HOST:UNATTended 1E6;:SOURce:RATE 5 RAD/S;:SOURce:MODE RATE;:STReam ON\n");
         let mut bytes = Vec::new();
         let mut deframer = Deframer::default();
         let mut received = Received::default();

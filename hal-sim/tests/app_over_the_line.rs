@@ -79,6 +79,7 @@ fn with_flash<T>(flash: SimFlash, baud: u32, host: impl AsyncFnOnce(&Host<'_, '_
     let mut board = SimBoard::new(&bench, &clock);
     let (receive, transmit) = line.device();
     let host_end = Host { line: &line, clock: SimClock(&clock), bench: &bench, bytes: RefCell::default() };
+    host_end.send("HOST:UNATTended 1E6");
     let device_clock = SimClock(&clock);
     let program = join(measurement.run(&mut board), app.run(&device_clock, receive, transmit));
     let both = select(program, host(&host_end));
@@ -378,10 +379,10 @@ fn a_calibration_reports_progress_and_can_be_aborted() {
 #[test]
 fn an_armed_host_watchdog_trips_when_the_host_is_silent() {
     stand(async |host| {
-        host.send("HOST:ARM 0.5 S;:SOUR:MODE RATE;RATE 2");
+        host.send("HOST:UNATTended 0;ARM 0.5 S;:SOUR:MODE RATE;RATE 2");
         for _ in 0..10 {
             host.wait(0.2).await;
-            host.send("*OPC?");
+            host.send("HOST:ALIVe");
         }
         assert!((host.true_rate() - 2.0).abs() < 0.1, "the drive runs on");
         host.wait(2.5).await;
@@ -449,5 +450,68 @@ fn plain_lines_are_accepted_again_after_the_tool() {
         assert!(host.query(&checked("*IDN?")).await.starts_with("Rotary"));
         host.wait(11.0).await;
         assert!(host.query("*IDN?").await.starts_with("Rotary"), "after ten seconds without the tool");
+    });
+}
+
+#[test]
+fn a_pending_completion_query_delays_no_stop() {
+    for stop in ["OUTP OFF", "PROF:STOP", "STOP", "*RST", "SOUR:MODE OFF"] {
+        for wait in ["*OPC?", "*WAI"] {
+            stand(async |host| {
+                host.send(&format!("PROF:TYPE CONSTANT;AMPL 3;DUR 60;STAR;{wait}"));
+                host.wait(2.0).await;
+                assert!((host.true_rate() - 3.0).abs() < 0.1, "{wait}: {} rad/s", host.true_rate());
+                host.send("*ESE 9");
+                host.send(stop);
+                host.wait(0.02).await;
+                assert_eq!(host.query("OUTP?").await, if wait == "*OPC?" { "1\r\n0" } else { "0" }, "{stop}");
+                host.wait(3.0).await;
+                assert!(host.true_rate().abs() < 0.5, "{wait}, {stop}: {} rad/s", host.true_rate());
+                assert_eq!(host.query("*ESE?").await, "9", "{wait}, {stop}: lines that came meanwhile are executed in turn");
+            });
+        }
+    }
+}
+
+#[test]
+fn what_comes_while_the_console_waits_is_kept_up_to_a_limit_that_is_reported() {
+    stand(async |host| {
+        host.send("PROF:TYPE CONSTANT;AMPL 3;DUR 5;STAR;*OPC?");
+        for k in 0..60 {
+            host.send(&format!("*ESE {}", k + 1));
+            host.wait(0.01).await;
+        }
+        host.wait(6.0).await;
+        assert_eq!(host.text(), "1\r\n");
+        // 9 lines of 7 bytes and 56 of 8; each is executed whole or not at all.
+        assert_eq!(host.query("*ESE?").await, "60", "511 bytes");
+        host.no_error().await;
+        host.send("PROF:STAR;*OPC?");
+        for k in 0..100 {
+            host.send(&format!("*ESE {}", k + 100));
+            host.wait(0.01).await;
+        }
+        host.wait(6.0).await;
+        assert_eq!(host.text(), "1\r\n");
+        // 512 bytes are 56 lines of 9 bytes.
+        assert_eq!(host.query("*ESE?").await, "155");
+        let error = host.error().await;
+        assert!(error.starts_with("-363,"), "{error}");
+        host.no_error().await;
+    });
+}
+
+#[test]
+fn the_index_passed_backwards_after_a_stop_is_no_fault() {
+    stand(async |host| {
+        for (rate, seconds) in [(20.0, 3.0), (-20.0, 2.0), (20.0, 2.0)] {
+            host.send(&format!("SOUR:RATE {rate};MODE RATE"));
+            host.wait(seconds).await;
+            assert!((host.true_rate() - rate).abs() < 0.3, "{rate}: {} rad/s, {}", host.true_rate(), host.query("FAUL?").await);
+            host.send("STOP");
+            host.wait(3.0).await;
+            host.send("FAUL:CLE");
+            host.wait(0.1).await;
+        }
     });
 }

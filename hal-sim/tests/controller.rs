@@ -50,6 +50,7 @@ fn talk<T>(faults: Faults, flash: SimFlash, script: impl AsyncFnOnce(&Host<'_, '
     let clock = VirtualClock::default();
     let controller = Controller::new(&clock, &stand.setup(), Plant::new(&stand, -1.0).unwrap(), flash, 1).unwrap();
     let host = Host { controller: &controller, clock: controller.clock(), received: RefCell::default() };
+    controller.line().send(b"HOST:UNATTended 1E6\n");
     let done = controller.run(script(&host), |_| ()).unwrap();
     (done, controller.into_flash())
 }
@@ -221,7 +222,7 @@ fn stream_with_busy_console(poll_ms: u64, seconds: f64) -> (Vec<u32>, u32) {
     let host = Host { controller: &controller, clock: controller.clock(), received: RefCell::default() };
     let script = async {
         host.wait_s(0.1).await;
-        host.query("SOURce:RATE 5 RAD/S;:SOURce:MODE RATE").await;
+        host.query("HOST:UNATTended 1E6;:SOURce:RATE 5 RAD/S;:SOURce:MODE RATE").await;
         controller.burden_console(poll_ms * TICKS_PER_ROW);
         controller.line().send(b"STReam ON\n");
         host.wait_s(seconds).await;

@@ -51,6 +51,7 @@ fn talk<T>(gyro: Box<dyn GyroPort>, script: impl AsyncFnOnce(&Host<'_, '_>) -> T
     let clock = VirtualClock::default();
     let controller = Controller::new(&clock, &StandSetup::default(), LinearMotor::default(), flash(1), 1).unwrap().with_gyro(gyro, 1);
     let host = Host { controller: &controller };
+    controller.line().send(b"HOST:UNATTended 1E6\n");
     controller.run(script(&host), |_| ()).unwrap()
 }
 
@@ -105,9 +106,10 @@ fn a_fault_in_a_cycle_closes_the_loop_and_excludes_the_cycle_from_the_mean() {
         talk(usual(), async |host| {
             host.wait_s(0.1).await;
             host.command(SHORT).await;
-            host.command("HOST:ARM 0.5 S;:DRIF:STAR").await;
+            host.command("HOST:UNATTended 0;ARM 0.5 S;:DRIF:STAR").await;
             for _ in 0..50 {
                 host.wait_s(0.1).await;
+                host.command("HOST:ALIVe").await;
                 if host.query("DRIF:STAT?").await.starts_with("PULSES") {
                     break;
                 }

@@ -39,6 +39,8 @@ fn run_script<T>(stand: &Stand, flash: SimFlash, gyro: Option<SingleAxis>, scrip
     }
     let run_script = async {
         let host = Host { controller: &controller, received: RefCell::default() };
+        // Scripts wait for minutes; the stand would stop a drive whose host is silent for 2 s.
+        host.send(b"HOST:UNATTended 1E6\n");
         script(&host).await
     };
     let done = controller.run(run_script, |_| ()).expect("the firmware keeps running");

@@ -72,24 +72,45 @@ fn every_injected_fault_is_latched_and_can_be_cleared() {
 fn silent_host_stops_an_armed_drive_and_an_active_host_does_not() {
     with_stand(&Stand::default(), async |host| {
         turn(host).await;
-        host.command("HOST:ARM 0.5 S").await;
+        host.command("HOST:UNATTended 0;ARM 0.5 S").await;
         for _ in 0..10 {
             host.wait_s(0.3).await;
+            host.command("HOST:ALIVe").await;
             assert_eq!(host.number("FAULt?").await, 0.0, "the host is active");
         }
         host.wait_s(0.8).await;
-        // Disarms the supervision: no program is watching.
-        is_latched(host, Fault::HostSilent, || host.send(b"HOST:ARM 0\n")).await;
+        // Ends the supervision: no program is watching.
+        is_latched(host, Fault::HostSilent, || host.send(b"HOST:ARM 0;UNATTended 1E6\n")).await;
     });
 }
 
 #[test]
-fn unarmed_host_is_not_supervised() {
+fn drive_of_a_vanished_host_stops_after_two_seconds_and_a_client_that_only_measures_does_not_keep_it_on() {
     with_stand(&Stand::default(), async |host| {
+        host.command("HOST:UNATTended 0").await;
         turn(host).await;
-        host.wait_s(20.0).await;
-        assert_eq!(host.number("FAULt?").await, 0.0);
+        host.command("HOST:ALIVe").await;
+        host.wait_s(1.8).await;
         assert!((host.true_rate_rad_s() - 10.0).abs() < 0.3);
+        for query in ["MEASure:RATE?", "*OPC?", "FAULt?", "*CLS;*IDN?"] {
+            host.send(format!("{query}\n").as_bytes());
+            host.wait_s(0.1).await;
+        }
+        assert!(host.true_rate_rad_s().abs() < 9.0, "{} rad/s", host.true_rate_rad_s());
+        is_latched(host, Fault::HostSilent, || host.send(b"HOST:UNATTended 1E6\n")).await;
+    });
+}
+
+#[test]
+fn unattended_drive_runs_for_the_stated_time() {
+    with_stand(&Stand::default(), async |host| {
+        host.command("HOST:UNATTended 5").await;
+        turn(host).await;
+        host.wait_s(4.0).await;
+        assert!((host.true_rate_rad_s() - 10.0).abs() < 0.3);
+        assert_eq!(host.number("FAULt?").await, 0.0);
+        host.wait_s(4.0).await;
+        is_latched(host, Fault::HostSilent, || host.send(b"HOST:UNATTended 1E6\n")).await;
     });
 }
 

@@ -62,6 +62,8 @@ impl Chip {
     pub fn booted_on(stand: &Stand) -> Self {
         let mut chip = Self::on(stand);
         chip.run_ms(300);
+        // The tests wait longer than the 2 s after which the stand stops a drive whose host is silent.
+        chip.command("HOST:UNATTended 1E6");
         chip
     }
 

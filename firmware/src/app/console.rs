@@ -5,20 +5,21 @@
 //! program are kept until `SYSTem:ERRor?`.
 
 use super::commands::fault;
-use super::commands::{Job, List, Outcome, execute, list_line};
+use super::commands::{Job, List, Outcome, execute, is_sign_of_life, is_stop, list_line};
 use super::state::State;
 use crate::board::{Clock, TICKS_PER_ROW, TICKS_PER_S};
 use crate::console::errors::{Code, ErrorEntry};
 use crate::console::guard::CANCEL;
-use crate::console::line::{BadLine, Lines, MAX_LINE};
+use crate::console::line::{BadLine, Line, Lines, MAX_LINE};
 use crate::console::parse::Commands;
 use crate::settings::{Kept, Saved, Store};
 use crate::speed_loop::Mode;
 use crate::status::Fault;
 use crate::telemetry::frame::MAX_TEXT;
+use embassy_futures::select::{Either, select};
 use embedded_io_async::{Error, ErrorKind, Read};
 use embedded_storage::nor_flash::NorFlash;
-use heapless::String;
+use heapless::{Deque, String};
 
 /// A platform slower than this stands: in a stall of 0.5 s it turns by less than the encoder's counter resolves, a tenth of its half wrap.
 const MAX_REST_RATE_RAD_S: f64 = 0.5;
@@ -26,60 +27,115 @@ const MAX_REST_RATE_RAD_S: f64 = 0.5;
 const REST_INTERVAL: u64 = 10 * TICKS_PER_ROW;
 const MAX_REST_WAIT: u64 = 3 * TICKS_PER_S;
 
+/// Bytes read at once.
+const CHUNK: usize = 64;
+/// Bytes kept while the console waits for the end of an activity; at least two lines.
+const KEPT: usize = 512;
+
 /// A line of a reply; in a stream it fits into one frame.
 type Reply = String<MAX_TEXT>;
 
+/// Received bytes, kept while the console waits.
+struct Input<R> {
+    receive: R,
+    bytes: Deque<u8, KEPT>,
+    /// More came than can be kept; the rest of the line under way is left out.
+    has_overrun: bool,
+    skips_line: bool,
+}
+
+impl<R: Read> Input<R> {
+    fn new(receive: R) -> Self {
+        Self { receive, bytes: Deque::new(), has_overrun: false, skips_line: false }
+    }
+
+    /// The next byte.
+    async fn next<C: Clock>(&mut self, clock: &C) -> Result<u8, ErrorKind> {
+        loop {
+            if let Some(byte) = self.bytes.pop_front() {
+                return Ok(byte);
+            }
+            let mut bytes = [0; CHUNK];
+            let count = self.receive.read(&mut bytes).await.map_err(|error| error.kind())?;
+            bytes.iter().take(count).for_each(|byte| self.keep(*byte));
+            if count == 0 {
+                clock.until(clock.now() + TICKS_PER_ROW).await;
+            }
+        }
+    }
+
+    /// Keeps a byte; without room its line is left out. The stop byte leaves out what came before it.
+    fn keep(&mut self, byte: u8) {
+        if byte == CANCEL {
+            self.bytes.clear();
+            self.skips_line = false;
+        }
+        if !self.skips_line && self.bytes.push_back(byte).is_err() {
+            self.drop_partial_line();
+            (self.has_overrun, self.skips_line) = (true, true);
+        }
+        self.skips_line &= !is_line_end(byte);
+    }
+
+    /// Leaves out an incomplete line at the end.
+    fn drop_partial_line(&mut self) {
+        while self.bytes.back().is_some_and(|byte| !is_line_end(*byte)) {
+            self.bytes.pop_back();
+        }
+    }
+}
+
+fn is_line_end(byte: u8) -> bool {
+    matches!(byte, b'\r' | b'\n')
+}
+
 /// Reads lines and executes them, for ever.
-pub async fn run<C: Clock, R: Read, F: NorFlash>(state: &State<'_>, clock: &C, mut receive: R, store: &mut Store<F>) -> ! {
+pub async fn run<C: Clock, R: Read, F: NorFlash>(state: &State<'_>, clock: &C, receive: R, store: &mut Store<F>) -> ! {
     let mut lines = Lines::default();
-    let mut bytes = [0; 64];
+    let mut input = Input::new(receive);
     loop {
-        let count = match receive.read(&mut bytes).await {
-            Ok(count) => count,
+        let byte = match input.next(clock).await {
+            Ok(byte) => byte,
             // Break, framing error or overrun: the line is incomplete. The pause lets other tasks run if the error persists.
-            Err(error) => {
+            Err(kind) => {
                 lines.restart();
-                if error.kind() == ErrorKind::Interrupted {
+                if kind == ErrorKind::Interrupted {
                     state.set_text_mode();
                 }
                 clock.until(clock.now() + TICKS_PER_ROW).await;
                 continue;
             }
         };
-        if count == 0 {
-            clock.until(clock.now() + TICKS_PER_ROW).await;
+        if byte == b'\n' {
+            state.status.show_errors_at.set(None);
         }
-        for byte in bytes.get(..count).unwrap_or_default() {
-            if *byte == b'\n' {
-                state.status.show_errors_at.set(None);
+        if byte == CANCEL {
+            // The guard in the interrupt has already stopped the drive.
+            lines.restart();
+            state.all_off();
+            state.set_text_mode();
+            continue;
+        }
+        let Some(line) = lines.push(byte) else { continue };
+        if line.is_checked {
+            state.supervision.checked_line_at.set(Some(clock.now()));
+        }
+        match line.text {
+            Ok(_) if !is_allowed(state, clock, &line) => {
+                let detail = "a program uses check sums on this line and this line has none; Ctrl-X ends that mode";
+                state.report(ErrorEntry::with(Code::CHECKSUM, detail));
             }
-            if *byte == CANCEL {
-                // The guard in the interrupt has already stopped the drive.
-                lines.restart();
-                state.all_off();
-                state.set_text_mode();
-                continue;
-            }
-            let Some(line) = lines.push(*byte) else { continue };
-            if line.is_checked {
-                state.supervision.checked_line_at.set(Some(clock.now()));
-            }
-            match line.text {
-                Ok(_) if !line.is_checked && !state.is_unchecked_line_allowed(clock.now()) => {
-                    let detail = "a program uses check sums on this line and this line has none; Ctrl-X ends that mode";
-                    state.report(ErrorEntry::with(Code::CHECKSUM, detail));
-                }
-                Ok(text) => {
-                    state.supervision.host_heard.set(true);
-                    execute_line(state, clock, text, store).await;
-                }
-                Err(bad) => state.report(bad_line(bad)),
-            }
-            if line.by_hand && state.status.error_count() > 0 {
-                state.status.show_errors_at.set(Some(clock.now()));
-            }
+            Ok(text) => execute_line(state, clock, text, store, &mut input).await,
+            Err(bad) => state.report(bad_line(bad)),
+        }
+        if line.by_hand && state.status.error_count() > 0 {
+            state.status.show_errors_at.set(Some(clock.now()));
         }
     }
+}
+
+fn is_allowed<C: Clock>(state: &State<'_>, clock: &C, line: &Line<'_>) -> bool {
+    line.is_checked || state.is_unchecked_line_allowed(clock.now())
 }
 
 fn bad_line(bad: BadLine) -> ErrorEntry {
@@ -93,7 +149,13 @@ fn bad_line(bad: BadLine) -> ErrorEntry {
 }
 
 /// Executes the commands of a line.
-async fn execute_line<C: Clock, F: NorFlash>(state: &State<'_>, clock: &C, line: &[u8], store: &mut Store<F>) {
+async fn execute_line<C: Clock, R: Read, F: NorFlash>(
+    state: &State<'_>,
+    clock: &C,
+    line: &[u8],
+    store: &mut Store<F>,
+    input: &mut Input<R>,
+) {
     let mut replies = Reply::new();
     for command in Commands::new(line) {
         let mut reply = Reply::new();
@@ -105,7 +167,7 @@ async fn execute_line<C: Clock, F: NorFlash>(state: &State<'_>, clock: &C, line:
             }
             Ok(Outcome::Job(job)) => match job {
                 Job::Wait | Job::WaitAndReply => {
-                    wait(state, clock).await;
+                    wait(state, clock, input).await;
                     work(state, job, store, &mut reply)
                 }
                 Job::Save => wait_for_rest(state, clock).await.and_then(|()| work(state, job, store, &mut reply)),
@@ -125,9 +187,13 @@ async fn execute_line<C: Clock, F: NorFlash>(state: &State<'_>, clock: &C, line:
             _ = if replies.is_empty() { Ok(()) } else { replies.push(';') };
             _ = replies.push_str(&reply);
         }
-        if let Err(error) = result {
-            state.report(error);
-            break;
+        match result {
+            Ok(()) if is_sign_of_life(&command) => state.supervision.host_heard.set(true),
+            Ok(()) => {}
+            Err(error) => {
+                state.report(error);
+                break;
+            }
         }
     }
     send(state, clock, &mut replies).await;
@@ -153,10 +219,52 @@ async fn send_list<C: Clock>(state: &State<'_>, clock: &C, list: List) -> Result
     Ok(())
 }
 
-/// Waits until no activity runs.
-async fn wait<C: Clock>(state: &State<'_>, clock: &C) {
+/// Waits until no activity runs. Lines that come meanwhile are executed afterwards, in order; their commands that stop act at once, too.
+async fn wait<C: Clock, R: Read>(state: &State<'_>, clock: &C, input: &mut Input<R>) {
+    let mut lines = Lines::default();
+    let mut look_at = |byte: u8| {
+        if let Some(line) = lines.push(byte)
+            && let Ok(text) = line.text
+            && is_allowed(state, clock, &line)
+        {
+            stop_by(state, text);
+        }
+    };
+    input.bytes.iter().for_each(|byte| look_at(*byte));
     while state.is_busy() {
-        clock.until(clock.now() + TICKS_PER_ROW).await;
+        let mut bytes = [0; CHUNK];
+        match select(input.receive.read(&mut bytes), clock.until(clock.now() + TICKS_PER_ROW)).await {
+            Either::First(Ok(count)) => {
+                for byte in bytes.iter().take(count) {
+                    look_at(*byte);
+                    input.keep(*byte);
+                }
+            }
+            Either::First(Err(error)) => {
+                input.drop_partial_line();
+                if error.kind() == ErrorKind::Interrupted {
+                    state.set_text_mode();
+                }
+                clock.until(clock.now() + TICKS_PER_ROW).await;
+            }
+            Either::Second(()) => {}
+        }
+    }
+    if core::mem::take(&mut input.has_overrun) {
+        state.report(ErrorEntry::with(Code::INPUT_OVERRUN, format_args!("more than {KEPT} bytes came while *OPC? or *WAI waited")));
+    }
+}
+
+/// Executes the commands of a line that stop, and takes its signs of life.
+fn stop_by(state: &State<'_>, line: &[u8]) {
+    for command in Commands::new(line) {
+        if is_stop(&command) {
+            // Its errors are reported when the line is executed in its turn.
+            _ = execute(state, &command, &mut Reply::new());
+        }
+        if is_sign_of_life(&command) {
+            state.supervision.host_heard.set(true);
+        }
     }
 }
 

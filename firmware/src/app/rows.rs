@@ -141,9 +141,9 @@ impl<'a, C: Clock> Rows<'a, C> {
         }
         if state.supervision.settings_changed.take() {
             self.watch.set_settings(&state.settings.kept.get().settings.safety);
-            self.watch.set_host_timeout(state.supervision.host_timeout_s.get().unwrap_or(0.0));
+            self.watch.set_host_timeout(state.supervision.host_timeout_s.get());
         }
-        if state.supervision.host_heard.take() {
+        if state.supervision.host_heard.take() || row.at < state.supervision.unattended_until.get() {
             self.watch.host_heard();
         }
         if state.supervision.dut_busy.take() {

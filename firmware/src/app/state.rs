@@ -257,11 +257,13 @@ pub struct SupervisionState {
     pub settings_changed: Cell<bool>,
     /// The sensor under test has started an operation during which it gives no samples.
     pub dut_busy: Cell<bool>,
-    /// A line of the host was received since the last row.
+    /// A command of the program that drives was executed since the last row; queries and the commands of a client that only measures do not count.
     pub host_heard: Cell<bool>,
+    /// Until then the drive may be on without a sign of the host.
+    pub unattended_until: Cell<Ticks>,
     /// Time of the last line with a check sum since the last 0x18, break or `*RST`.
     pub checked_line_at: Cell<Option<Ticks>>,
-    /// Longest silence of the host, s; `None`: not supervised.
+    /// Longest silence of the host, s; `None`: the default one, while the drive is on.
     pub host_timeout_s: Cell<Option<f64>>,
 }
 

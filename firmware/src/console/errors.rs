@@ -49,6 +49,8 @@ impl Code {
     pub const QUEUE_OVERFLOW: Self = Self(-350);
     /// The check sum of a line is wrong or missing.
     pub const CHECKSUM: Self = Self(-362);
+    /// More input than can be kept.
+    pub const INPUT_OVERRUN: Self = Self(-363);
     /// A fault has switched the drive off.
     pub const FAULT: Self = Self(101);
     /// The selected channels need more bandwidth than the line has.
@@ -79,6 +81,7 @@ impl Code {
             Self::STORAGE => "Storage fault",
             Self::QUEUE_OVERFLOW => "Queue overflow",
             Self::CHECKSUM => "Checksum error in the line",
+            Self::INPUT_OVERRUN => "Input buffer overrun",
             Self::SELF_TEST => "Self-test failed",
             Self::FAULT => "Drive switched off",
             Self::LINE_TOO_SLOW => "Serial line too slow",

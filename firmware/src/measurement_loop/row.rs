@@ -26,6 +26,8 @@ pub struct Row {
     pub theta_rad: f64,
     /// Platform angle at t_k from the last index, rad: the middle of the count, half a count added; `None` before the first index.
     pub from_index_rad: Option<f64>,
+    /// An index pulse started within the millisecond before t_k.
+    pub has_passed_index: bool,
     /// The newest edge before t_k: the counter right after it, unwrapped, and its captured time.
     pub edge: Option<(i64, EdgeTime)>,
     /// The last whole turn before t_k, by the index.
@@ -81,6 +83,8 @@ impl Row {
             t_s: self.t_s,
             theta_rad: self.theta_rad,
             from_index_rad: self.from_index_rad,
+            has_passed_index: self.has_passed_index,
+            is_driven: self.mode != Mode::Off && self.fault == Fault::None,
             temp_C: self.temp_C,
             has_rate: self.omega_rad_s.is_some(),
             has_dut: self.accel_x_m_s2.is_some(),

@@ -7,6 +7,6 @@ mod row;
 mod settings;
 mod tick;
 
-pub use row::{RowState, RowSupervisor};
+pub use row::{HOST_TIMEOUT_S, RowState, RowSupervisor};
 pub use settings::Settings;
 pub use tick::{DriveConstants, DriveState, Thresholds, TickSupervisor};

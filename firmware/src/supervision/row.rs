@@ -10,6 +10,10 @@ use crate::status::Fault;
 /// Turns by the count within which the next index must come.
 const MAX_TURNS_WITHOUT_INDEX: f64 = 1.25;
 
+/// Longest silence of the host while the drive is on, unless `HOST:ARM` names another or `HOST:UNATTended` allows it, s: a vanished program leaves
+/// nothing turning.
+pub const HOST_TIMEOUT_S: f64 = 2.0;
+
 /// Time for which a new set-up or a self-test of the sensor under test may interrupt its samples, s.
 const BUSY_S: f64 = 2.0;
 
@@ -38,6 +42,10 @@ pub struct RowState {
     pub theta_rad: f64,
     /// Angle from the last index, rad; `None` before the first.
     pub from_index_rad: Option<f64>,
+    /// An index pulse has started since the row before.
+    pub has_passed_index: bool,
+    /// The drive is on.
+    pub is_driven: bool,
     /// Temperature of the winding, °C; `None` without a sensor.
     pub temp_C: Option<f64>,
     /// The stand's rate sensor has delivered.
@@ -55,8 +63,8 @@ pub struct RowSupervisor {
     dut: Sensor,
     /// Rows for which the sensor under test may be silent because of a new set-up or a self-test.
     busy_rows: u32,
-    /// Rows without a sign of the host after which it is lost; 0: the host is not supervised.
-    host_timeout_rows: u32,
+    /// Rows without a sign of the host after which it is lost, also while the drive is off; `None`: [`HOST_TIMEOUT_S`], while it is on.
+    host_timeout_rows: Option<u32>,
     host_silent_rows: u32,
     /// Time (s) and angle at the index (rad) of the last row with an index.
     index: Option<(f64, f64)>,
@@ -67,7 +75,7 @@ pub struct RowSupervisor {
 }
 
 impl RowSupervisor {
-    /// A supervisor with these thresholds; the host is not supervised until [`RowSupervisor::set_host_timeout`].
+    /// A supervisor with these thresholds.
     pub fn new(settings: &Settings, hardware: &Hardware) -> Self {
         Self {
             settings: *settings,
@@ -75,7 +83,7 @@ impl RowSupervisor {
             rate_sensor: Sensor::default(),
             dut: Sensor::default(),
             busy_rows: 0,
-            host_timeout_rows: 0,
+            host_timeout_rows: None,
             host_silent_rows: 0,
             index: None,
             index_search: false,
@@ -94,9 +102,9 @@ impl RowSupervisor {
         self.settings = *settings;
     }
 
-    /// Supervises the host with this timeout; 0 or less: not any more.
-    pub fn set_host_timeout(&mut self, seconds: f64) {
-        self.host_timeout_rows = rows(seconds);
+    /// Supervises the host with this timeout, also while the drive is off; `None`: with [`HOST_TIMEOUT_S`], while it is on.
+    pub fn set_host_timeout(&mut self, seconds: Option<f64>) {
+        self.host_timeout_rows = seconds.map(rows);
         self.host_silent_rows = 0;
     }
 
@@ -105,7 +113,7 @@ impl RowSupervisor {
         self.busy_rows = rows(BUSY_S);
     }
 
-    /// A sign of life of the host.
+    /// A sign of life of the host, or it need not give one.
     pub fn host_heard(&mut self) {
         self.host_silent_rows = 0;
     }
@@ -114,8 +122,9 @@ impl RowSupervisor {
     pub fn update(&mut self, row: &RowState) -> Fault {
         let hot = row.temp_C.is_some_and(|celsius| celsius > self.settings.temperature_C);
         let silent = self.sensor_is_silent(row);
-        self.host_silent_rows = self.host_silent_rows.saturating_add(1);
-        let host_lost = self.host_timeout_rows > 0 && self.host_silent_rows > self.host_timeout_rows;
+        let is_supervised = row.is_driven || self.host_timeout_rows.is_some();
+        self.host_silent_rows = if is_supervised { self.host_silent_rows.saturating_add(1) } else { 0 };
+        let host_lost = self.host_silent_rows > self.host_timeout_rows.unwrap_or(const { (HOST_TIMEOUT_S * ROW_HZ as f64) as u32 });
         let index_lost = self.is_index_lost(row);
         match (hot, silent, host_lost, index_lost) {
             (true, ..) => Fault::Temperature,
@@ -149,8 +158,8 @@ impl RowSupervisor {
         };
         let counts_per_turn = core::f64::consts::TAU / self.rad_per_count;
         let mut error_counts = (moved - libm::round(moved)).abs() * counts_per_turn;
-        // A new index; less than half a count is rounding.
-        if moved.abs() * counts_per_turn > 0.5 {
+        // The index has come, or moved in a row that was lost; less than half a count is rounding.
+        if row.has_passed_index || moved.abs() * counts_per_turn > 0.5 {
             self.search_from_rad = 0.0;
             // After a cleared fault counts may be missing: the first index is the new zero.
             if core::mem::take(&mut self.index_search) {
@@ -231,16 +240,38 @@ mod tests {
     }
 
     #[test]
-    fn the_host_is_supervised_on_request() {
+    fn the_host_is_supervised_while_the_drive_is_on_and_on_request() {
+        let driven = |k| RowState { is_driven: true, ..row(k) };
         let mut supervisor = supervisor();
         assert!((0..10_000).all(|k| supervisor.update(&row(k)) == Fault::None));
-        supervisor.set_host_timeout(0.5);
-        assert!((10_000..10_500).all(|k| supervisor.update(&row(k)) == Fault::None));
-        assert_eq!(supervisor.update(&row(10_500)), Fault::HostSilent);
+        assert!((10_000..12_000).all(|k| supervisor.update(&driven(k)) == Fault::None));
+        assert_eq!(supervisor.update(&driven(12_000)), Fault::HostSilent);
         supervisor.host_heard();
-        assert_eq!(supervisor.update(&row(10_501)), Fault::None);
-        supervisor.set_host_timeout(0.0);
-        assert!((10_502..20_000).all(|k| supervisor.update(&row(k)) == Fault::None));
+        supervisor.set_host_timeout(Some(0.5));
+        assert!((12_001..12_501).all(|k| supervisor.update(&row(k)) == Fault::None));
+        assert_eq!(supervisor.update(&row(12_501)), Fault::HostSilent);
+        supervisor.host_heard();
+        assert_eq!(supervisor.update(&row(12_502)), Fault::None);
+        supervisor.set_host_timeout(None);
+        assert!((12_503..20_000).all(|k| supervisor.update(&row(k)) == Fault::None));
+    }
+
+    #[test]
+    fn the_index_passed_backwards_after_a_cleared_fault_is_seen() {
+        let mut supervisor = supervisor();
+        let at = |k: u32, from_rad: f64, passed: bool| RowState {
+            theta_rad: 30.0 + from_rad,
+            from_index_rad: Some(from_rad),
+            has_passed_index: passed,
+            ..row(k)
+        };
+        assert_eq!(supervisor.update(&at(0, 5.0, false)), Fault::None);
+        supervisor.restart_index_search(&at(0, 5.0, false));
+        // Back to the same index, and on to the one before it.
+        for k in 0..1_100 {
+            let from_rad = 5.0 - 0.01 * f64::from(k);
+            assert_eq!(supervisor.update(&at(k + 1, from_rad, k == 500)), Fault::None, "{from_rad} rad");
+        }
     }
 
     #[test]

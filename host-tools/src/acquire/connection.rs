@@ -1,7 +1,7 @@
 //! A connection to a stand: commands, queries and the rows of its stream. Behind it is a serial port ([`SerialLink`]), or the simulated controller
 //! or the emulated chip in virtual time ([`SimulatedConnection`]).
 
-use crate::acquire::link::{BAUD, LineLosses, LinkError, Received, Receiver, SerialLink, with_checksum};
+use crate::acquire::link::{BAUD, LineLosses, LinkError, Received, Receiver, SIGN_OF_LIFE, SerialLink, drives, with_checksum};
 use chip_sim::machine::{Halt, Machine};
 use chip_sim::time::of_seconds;
 use hal_sim::board::PlantPort;
@@ -13,6 +13,9 @@ use std::time::{Duration, Instant};
 
 /// Longest wait for a reply of the simulated stand, s.
 const REPLY_TIMEOUT_S: f64 = 1.0;
+
+/// Interval of the signs of life in virtual time, s.
+const ALIVE_INTERVAL_S: f64 = 0.5;
 
 /// Why a command or query failed.
 #[derive(Debug, thiserror::Error)]
@@ -142,15 +145,29 @@ pub struct SimulatedConnection<L> {
     stand: L,
     receiver: Receiver,
     received: VecDeque<Received>,
+    /// Time since the last sign of life, s; `None`: this connection has not driven.
+    alive_s: Option<f64>,
 }
 
 impl<L: VirtualLine> SimulatedConnection<L> {
     /// Connects to a stand.
     pub fn new(stand: L) -> Self {
-        Self { stand, receiver: Receiver::default(), received: VecDeque::new() }
+        Self { stand, receiver: Receiver::default(), received: VecDeque::new(), alive_s: None }
+    }
+
+    fn send(&mut self, command: &str) {
+        if drives(command) {
+            self.alive_s = Some(0.0);
+        }
+        self.stand.send(with_checksum(command).as_bytes());
     }
 
     async fn pass(&mut self, seconds: f64) -> Result<(), ConnectionError> {
+        if self.alive_s.is_some_and(|alive_s| alive_s >= ALIVE_INTERVAL_S) {
+            self.alive_s = Some(0.0);
+            self.stand.send(with_checksum(SIGN_OF_LIFE).as_bytes());
+        }
+        self.alive_s = self.alive_s.map(|alive_s| alive_s + seconds);
         let mut bytes = Vec::new();
         self.stand.pass(seconds, &mut bytes).await?;
         self.receiver.take(&bytes, &mut self.received);
@@ -159,7 +176,7 @@ impl<L: VirtualLine> SimulatedConnection<L> {
 
     async fn line(&mut self, query: &str) -> Result<String, ConnectionError> {
         self.received.retain(|received| !matches!(received, Received::Line(_)));
-        self.stand.send(with_checksum(query).as_bytes());
+        self.send(query);
         let mut waited = 0.0;
         while waited < REPLY_TIMEOUT_S {
             self.pass(0.002).await?;
@@ -182,7 +199,7 @@ impl<L: VirtualLine> StandConnection for SimulatedConnection<L> {
 
     async fn command(&mut self, command: &str) -> Result<(), ConnectionError> {
         // A rejected command discards the rest of its line, so the error needs a line of its own.
-        self.stand.send(with_checksum(command).as_bytes());
+        self.send(command);
         self.pass(0.005).await?;
         let message = self.line("SYSTem:ERRor?").await?;
         if message.starts_with("0,") { Ok(()) } else { Err(ConnectionError::Rejected { command: command.to_owned(), message }) }

@@ -7,8 +7,6 @@ use super::link::LinkError;
 use super::record::shows_index;
 use crate::log::{Note, Notes, RateSource, VoltageSource};
 
-/// Command that arms the host watchdog: the stand switches its drive off if it receives nothing for 5 s.
-pub const ARM_WATCHDOG: &str = "HOST:ARM 5 S";
 /// Rate below which the platform counts as at rest, rad/s.
 const REST_RATE_RAD_S: f64 = 0.01;
 /// Interval between measurements of the angle, s.
@@ -97,16 +95,14 @@ pub async fn find_index(stand: &mut impl StandConnection, may_turn: bool) -> Res
     let mut seen = shown(&stand.wait_s(0.1).await?);
     if !seen && may_turn {
         let rate = format!("SOURce:RATE {INDEX_RATE_RAD_S} RAD/S");
-        for command in [ARM_WATCHDOG, &rate, "SOURce:MODE RATE", "OUTPut ON"] {
+        for command in [rate.as_str(), "SOURce:MODE RATE", "OUTPut ON"] {
             stand.command(command).await?;
         }
         let mut waited_s = 0.0;
         while !seen && waited_s < INDEX_TIMEOUT_S {
             seen = shown(&stand.wait_s(0.5).await?);
             waited_s += 0.5;
-            stand.command(ARM_WATCHDOG).await?;
         }
-        stand.command("HOST:ARM 0 S").await?;
     }
     stand.command("STReam OFF").await?;
     Ok(seen)

@@ -10,13 +10,12 @@ use stand_firmware::speed_loop::Mode;
 use stand_firmware::telemetry::{Channels, RowFrame};
 
 use super::connection::{ConnectionError, StandConnection};
-use super::link::LinkError;
-use super::preparation::{ARM_WATCHDOG, is_rejected, latched_fault};
+use super::preparation::{is_rejected, latched_fault};
 use super::record::{Recorder, RowOutcome};
 
 /// Interval between reads of the stream, s.
 const READ_INTERVAL_S: f64 = 0.1;
-/// Interval between flushes of the log, which is also the interval of [`ARM_WATCHDOG`], s.
+/// Interval between flushes of the log, s.
 const FLUSH_INTERVAL_S: f64 = 1.0;
 /// Time without rows after which the stand counts as silent, s.
 const SILENCE_TIMEOUT_S: f64 = 3.0;
@@ -132,7 +131,6 @@ fn start_commands(request: &RecordingRequest) -> Vec<String> {
     commands.push(format!("STReam:DECimation {}", request.decimation));
     commands.push(format!("STReam:CHANnels {}", names.join(",")));
     commands.push("STReam ON".to_owned());
-    commands.push(ARM_WATCHDOG.to_owned());
     if request.profile.is_some() {
         commands.push("PROFile:STARt".to_owned());
     }
@@ -195,21 +193,13 @@ async fn take_rows<W: Write>(
         if since_flush_s >= FLUSH_INTERVAL_S {
             since_flush_s = 0.0;
             recorder.flush()?;
-            match stand.command(ARM_WATCHDOG).await {
-                Ok(()) => {}
-                // While the stand is silent it does not reply either; the silence has its own limit.
-                Err(error) if silent_s > 0.0 && !is_rejected(&error) && !is_disconnected(&error) => {}
-                // A fault rejects commands; the next rows report it.
-                Err(error) if is_rejected(&error) => {}
-                Err(error) => return Ok(RecordingEnd::Disconnected(error)),
-            }
         }
     }
 }
 
 /// Stops profile and stream; completes the description of a fault.
 async fn stop(stand: &mut impl StandConnection, end: &mut RecordingEnd) -> Result<(), ConnectionError> {
-    for command in ["PROFile:STOP", "HOST:ARM 0 S", "STReam OFF"] {
+    for command in ["PROFile:STOP", "STReam OFF"] {
         match stand.command(command).await {
             // A latched fault is reported as the error of the next command.
             Err(error) if is_rejected(&error) && matches!(end, RecordingEnd::Fault(_)) => {}
@@ -220,9 +210,4 @@ async fn stop(stand: &mut impl StandConnection, end: &mut RecordingEnd) -> Resul
         *description = latched_fault(stand).await?.unwrap_or_else(|| "a fault that has been cleared since".to_owned());
     }
     Ok(())
-}
-
-/// The port no longer exists.
-fn is_disconnected(error: &ConnectionError) -> bool {
-    matches!(error, ConnectionError::Link(LinkError::Unplugged { .. } | LinkError::Other { .. }))
 }

@@ -5,6 +5,7 @@
 
 use std::io::{BufRead, IsTerminal};
 use std::path::PathBuf;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::Duration;
 
 use clap::Args;
@@ -15,6 +16,7 @@ use rustyline::{Context, Editor, Helper, Highlighter, Hinter, Validator};
 
 use super::error::CliError;
 use super::output::print;
+use super::signals::Interrupts;
 use super::stand_file::required_port;
 use crate::acquire::link::{REPLY_TIMEOUT, Received, SerialLink};
 
@@ -33,7 +35,13 @@ impl Console {
     pub(super) fn run(self) -> Result<(), CliError> {
         let port = required_port(self.port)?;
         let mut link = SerialLink::open(&port)?;
-        if std::io::stdin().is_terminal() { interactive(&mut link) } else { from_pipe(&mut link) }
+        if std::io::stdin().is_terminal() {
+            interactive(&mut link)
+        } else {
+            Interrupts::install()?;
+            link.set_interrupt(Interrupts::any_so_far);
+            from_pipe(&mut link)
+        }
     }
 }
 
@@ -50,9 +58,27 @@ fn send_line(link: &mut SerialLink, line: &str) -> Result<Vec<String>, CliError>
     Ok(reply.errors)
 }
 
+/// The next of the `lines`; `None` at their end.
+fn next<T>(link: &mut SerialLink, lines: &Receiver<T>) -> Result<Option<T>, CliError> {
+    loop {
+        match lines.recv_timeout(Duration::from_millis(50)) {
+            Ok(line) => return Ok(Some(line)),
+            Err(RecvTimeoutError::Disconnected) => return Ok(None),
+            Err(RecvTimeoutError::Timeout) if Interrupts::any_so_far() => {
+                return Err(CliError::Other("interrupted by a signal".to_owned()));
+            }
+            Err(RecvTimeoutError::Timeout) => link.keep_alive()?,
+        }
+    }
+}
+
 fn from_pipe(link: &mut SerialLink) -> Result<(), CliError> {
     let mut rejected = 0;
-    for (n, line) in std::io::stdin().lock().lines().enumerate() {
+    // A thread of its own reads, so that the link gives signs of life and a signal ends the command while a script pauses.
+    let (sender, lines) = channel();
+    std::thread::spawn(move || std::io::stdin().lock().lines().try_for_each(|line| sender.send(line)));
+    for n in 0.. {
+        let Some(line) = next(link, &lines)? else { break };
         let line = line.map_err(|e| CliError::Input(format!("standard input, line {}: {e}", n + 1)))?;
         let line = line.trim();
         if line.is_empty() {
@@ -82,9 +108,27 @@ fn interactive(link: &mut SerialLink) -> Result<(), CliError> {
         let _ = editor.load_history(history);
     }
     println!("{}: {}", link.name(), link.identity());
-    println!("HELP? lists the commands, Tab completes, Ctrl-C stops the drive, Ctrl-D quits.");
+    println!("HELP? lists the commands, Tab completes, Ctrl-C stops the drive, Ctrl-D quits and switches the drive off.");
+    // The terminal has a thread of its own, so that the link gives signs of life while somebody types or reads.
+    let (ask, asked) = channel();
+    let (answer, answers) = channel();
+    let terminal = std::thread::spawn(move || {
+        while asked.recv().is_ok() {
+            if answer.send(editor.readline("> ")).is_err() {
+                break;
+            }
+        }
+        if let Some(history) = &history {
+            // Failure to save the history is not an error of the command.
+            let _ = editor.save_history(history);
+        }
+    });
     let done = loop {
-        match editor.readline("> ") {
+        if ask.send(()).is_err() {
+            break Ok(());
+        }
+        let line = next(link, &answers)?.unwrap_or(Err(ReadlineError::Eof));
+        match line {
             Ok(line) if line.trim().is_empty() => print_unsolicited(link)?,
             Ok(line) => {
                 for error in send_line(link, line.trim())? {
@@ -99,10 +143,9 @@ fn interactive(link: &mut SerialLink) -> Result<(), CliError> {
             Err(other) => break Err(broken(other)),
         }
     };
-    if let Some(history) = &history {
-        // Failure to save the history is not an error of the command.
-        let _ = editor.save_history(history);
-    }
+    drop(ask);
+    // A panic there has been reported; nothing is left to do.
+    let _ = terminal.join();
     done
 }
 

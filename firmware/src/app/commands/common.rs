@@ -3,6 +3,7 @@
 use super::{Action, Entry, Job, entry};
 use crate::app::self_test::at_rest;
 use crate::app::state::{State, Stream};
+use crate::board::Ticks;
 use crate::console::parse::Range;
 use crate::console::quantity::Quantity;
 use crate::console::status::OPERATION_COMPLETE;
@@ -76,6 +77,8 @@ pub(super) fn write_identity(state: &State<'_>, out: &mut dyn Write) -> fmt::Res
 fn reset(state: &State<'_>) {
     state.all_off();
     state.supervision.host_timeout_s.set(None);
+    state.supervision.unattended_until.set(Ticks(0));
+    state.supervision.settings_changed.set(true);
     state.stream.selection.set(Stream { channels: Channels::DEFAULT, decimation: 1 });
     state.set_text_mode();
 }

@@ -158,6 +158,22 @@ const fn entry(header: &'static str, action: Action, help: &'static str) -> Entr
     Entry { header, action, help }
 }
 
+/// Groups whose commands a client that only measures sends too.
+const MEASURING_GROUPS: [&[Entry]; 5] = [common::ENTRIES, measure::ENTRIES, stream::ENTRIES, status::ENTRIES, help::ENTRIES];
+/// Commands that stop the drive or an activity; with the switch OFF.
+const STOPS: [&str; 7] = ["STOP", "*RST", "OUTPut", "SOURce:MODE", "PROFile:STOP", "CALibration:COGGing:ABORt", "DRIFt:ABORt"];
+
+/// Whether a command shows that the program that drives is alive: no query, and no command of a client that only measures.
+pub fn is_sign_of_life(command: &Command<'_>) -> bool {
+    !command.is_query && !MEASURING_GROUPS.iter().flat_map(|group| group.iter()).any(|entry| command.is(entry.header))
+}
+
+/// Whether a command stops the drive or an activity.
+pub fn is_stop(command: &Command<'_>) -> bool {
+    let is_on = || !command.parameters().text().is_ok_and(|text| text == b"0" || text.eq_ignore_ascii_case(b"OFF"));
+    !command.is_query && STOPS.iter().any(|header| command.is(header) && !(matches!(*header, "OUTPut" | "SOURce:MODE") && is_on()))
+}
+
 /// All commands by group, in the order of `HELP?`.
 pub const GROUPS: [&[Entry]; 17] = [
     common::ENTRIES,

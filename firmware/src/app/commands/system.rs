@@ -2,10 +2,15 @@
 
 use super::{Action, Done, Entry, List, entry};
 use crate::app::state::State;
+use crate::board::TICKS_PER_S;
 use crate::console::errors::ErrorEntry;
 use crate::console::parse::Range;
 use crate::console::quantity::Quantity;
+use crate::supervision::HOST_TIMEOUT_S;
 use core::fmt::Write;
+
+/// Longest time without a host, s: 11 days.
+const MAX_UNATTENDED_S: f64 = 1e6;
 
 pub(super) const ENTRIES: &[Entry] = &[
     entry("SYSTem:ERRor", Action::TextQuery("number,text", next_error), "take the oldest error; 0 if there is none"),
@@ -25,14 +30,33 @@ pub(super) const ENTRIES: &[Entry] = &[
         "HOST:ARM",
         Action::Number {
             range: const { &Range::new(Quantity::TIME, 0.0, 3600.0, 2.0) },
-            read: |state| state.supervision.host_timeout_s.get().unwrap_or(0.0),
+            read: |state| state.supervision.host_timeout_s.get().unwrap_or(HOST_TIMEOUT_S),
             write: |state, seconds| {
                 state.supervision.host_timeout_s.set((seconds > 0.0).then_some(seconds));
                 state.supervision.settings_changed.set(true);
                 Ok(())
             },
         },
-        "switch the drive off if no line comes for this time; 0: never",
+        "switch the drive off if the program that drives is silent for this time, also while it is off; 0: after 2 s, while it is on",
+    ),
+    entry(
+        "HOST:RELease",
+        Action::Event(|state| (state.supervision.checked_line_at.set(None), Ok(())).1),
+        "the program is done: lines without a check sum are accepted again",
+    ),
+    entry("HOST:ALIVe", Action::Event(|_| Ok(())), "sign of life of the program that drives; queries are none"),
+    entry(
+        "HOST:UNATTended",
+        Action::Number {
+            range: const { &Range::new(Quantity::TIME, 0.0, MAX_UNATTENDED_S, 0.0) },
+            read: |state| (state.supervision.unattended_until.get() - state.measured.row.get().at) as f64 / TICKS_PER_S as f64,
+            write: |state, seconds| {
+                let until = state.measured.row.get().at + (seconds * TICKS_PER_S as f64) as u64;
+                state.supervision.unattended_until.set(until);
+                Ok(())
+            },
+        },
+        "let the drive run without a host for this time; query: the rest of it",
     ),
 ];
 

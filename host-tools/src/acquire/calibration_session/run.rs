@@ -113,7 +113,7 @@ async fn run_remaining(
         journal.interruptions.push(format!("{}: {step}{error}", timestamp()));
         // On a full disk this fails too, and the previous journal remains.
         let _ = journal.write(folder);
-        let _ = stand.command("PROFile:STOP;:HOST:ARM 0 S;:STReam OFF").await;
+        let _ = stand.command("PROFile:STOP;:STReam OFF").await;
     }
     ended
 }

@@ -24,6 +24,8 @@ pub enum LinkError {
     Other { port: String, source: std::io::Error },
     #[error("{port}: no reply to `{query}`; if this persists, send 0x18 (Ctrl-X) or switch the stand off and on")]
     NoReply { port: String, query: String },
+    #[error("{port}: interrupted by a signal")]
+    Interrupted { port: String },
     #[error("the stand rejected `{command}`: {message}")]
     Rejected { command: String, message: String },
     #[error("`{command}` is too long: the stand accepts {limit} characters")]
@@ -33,6 +35,6 @@ pub enum LinkError {
 impl LinkError {
     /// The cause is a wrong argument or setting, not a failure of the line.
     pub fn is_input_error(&self) -> bool {
-        !matches!(self, LinkError::Unplugged { .. } | LinkError::Other { .. } | LinkError::NoReply { .. })
+        !matches!(self, LinkError::Unplugged { .. } | LinkError::Other { .. } | LinkError::NoReply { .. } | LinkError::Interrupted { .. })
     }
 }

@@ -1,5 +1,8 @@
 //! The serial line to a stand, from the host's side.
 //!
+//! A link that has sent a command of a program that drives gives signs of life while it waits; when it ends, by an error or a panic too, it switches
+//! the drive off and says so on standard error, unless the stand runs unattended.
+//!
 //! In: the path of a serial port or pseudo-terminal. Out: a [`SerialLink`]: queries and commands in text, each line with a checksum, and the
 //! frames of a stream. Losses are counted ([`LineLosses`]). [`SerialLink::open`] reports a port that does not exist, is in use, or has no
 //! stand behind it.
@@ -16,12 +19,20 @@ use std::collections::VecDeque;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use stand_firmware::app::commands::is_sign_of_life;
+use stand_firmware::console::parse::Commands;
 use stand_firmware::telemetry::crc32;
 
 /// Longest wait for a reply.
 pub const REPLY_TIMEOUT: Duration = Duration::from_millis(1500);
 /// Time without data after which the line counts as quiet.
 const QUIET_TIME: Duration = Duration::from_millis(20);
+/// Interval of the signs of life; the stand waits for [`stand_firmware::supervision::HOST_TIMEOUT_S`].
+const ALIVE_INTERVAL: Duration = Duration::from_millis(500);
+/// Sign of life of a program that drives.
+pub const SIGN_OF_LIFE: &str = "HOST:ALIVe";
+/// Longest wait for a reply when the link ends.
+const CLOSE_TIMEOUT: Duration = Duration::from_millis(300);
 /// Part of a stand's reply to `*IDN?`.
 const STAND_IDENTITY: &str = "rotary stand";
 
@@ -52,6 +63,10 @@ pub struct SerialLink {
     receiver: Receiver,
     received: VecDeque<Received>,
     identity: String,
+    /// Time of the last sign of life; `None`: this link has not driven.
+    alive_at: Option<Instant>,
+    /// Ends an exchange early.
+    is_interrupted: fn() -> bool,
 }
 
 impl SerialLink {
@@ -61,7 +76,14 @@ impl SerialLink {
     /// The port does not exist, is in use, or has no stand behind it.
     pub fn open(path: &Path) -> Result<Self, LinkError> {
         let port = Port::open(path)?;
-        let mut link = SerialLink { port, receiver: Receiver::default(), received: VecDeque::new(), identity: String::new() };
+        let mut link = SerialLink {
+            port,
+            receiver: Receiver::default(),
+            received: VecDeque::new(),
+            identity: String::new(),
+            alive_at: None,
+            is_interrupted: || false,
+        };
         link.identify()?;
         Ok(link)
     }
@@ -114,6 +136,46 @@ impl SerialLink {
         Err(LinkError::NoReply { port: self.name(), query: "*IDN?".to_owned() })
     }
 
+    /// Exchanges end with an error once this returns true.
+    pub fn set_interrupt(&mut self, is_interrupted: fn() -> bool) {
+        self.is_interrupted = is_interrupted;
+    }
+
+    /// Gives a sign of life if this link drives and the last one is half a second old. Every wait of the link calls it.
+    ///
+    /// # Errors
+    /// The port was disconnected.
+    pub fn keep_alive(&mut self) -> Result<(), LinkError> {
+        if self.alive_at.is_some_and(|at| at.elapsed() >= ALIVE_INTERVAL) {
+            self.alive_at = Some(Instant::now());
+            self.port.write(with_checksum(SIGN_OF_LIFE).as_bytes())?;
+        }
+        Ok(())
+    }
+
+    /// Switches the drive off if this link has driven and the stand does not run unattended; whether it was on.
+    fn leave(&mut self) -> Result<bool, LinkError> {
+        if self.alive_at.take().is_none() {
+            return Ok(false);
+        }
+        if !self.is_left_on()? {
+            return Ok(false);
+        }
+        self.exchange("OUTPut OFF", CLOSE_TIMEOUT)?;
+        // A calibration refuses OUTPut OFF.
+        if self.is_left_on()? {
+            self.stop()?;
+        }
+        Ok(true)
+    }
+
+    /// The drive is on, and the stand does not run unattended.
+    fn is_left_on(&mut self) -> Result<bool, LinkError> {
+        let reply = self.exchange("OUTPut?;:HOST:UNATTended?", CLOSE_TIMEOUT)?;
+        let state = reply.lines.first().and_then(|line| line.split_once(';'));
+        Ok(state.is_some_and(|(output, unattended)| output == "1" && unattended.split(' ').next().is_some_and(|s| s.parse() == Ok(0.0))))
+    }
+
     /// Path of the port.
     pub fn name(&self) -> String {
         self.port.path().display().to_string()
@@ -143,6 +205,9 @@ impl SerialLink {
         let line = with_checksum(command);
         if line.len() > MAX_LINE {
             return Err(LinkError::TooLong { command: command.to_owned(), limit: MAX_LINE - CHECKSUM });
+        }
+        if drives(command) {
+            self.alive_at = Some(Instant::now());
         }
         self.port.write(line.as_bytes())
     }
@@ -237,6 +302,9 @@ impl SerialLink {
             if left.is_zero() {
                 return Ok(None);
             }
+            if (self.is_interrupted)() {
+                return Err(LinkError::Interrupted { port: self.name() });
+            }
             self.read(left)?;
         }
     }
@@ -252,10 +320,11 @@ impl SerialLink {
         Ok(self.received.pop_front())
     }
 
-    /// Reads once, for at most `wait`.
+    /// Reads once, for at most `wait` or until the next sign of life is due.
     fn read(&mut self, wait: Duration) -> Result<(), LinkError> {
+        self.keep_alive()?;
         let mut buffer = [0; 4096];
-        let count = self.port.read(&mut buffer, wait)?;
+        let count = self.port.read(&mut buffer, wait.min(ALIVE_INTERVAL / 4))?;
         self.receiver.take(&buffer[..count], &mut self.received);
         Ok(())
     }
@@ -270,6 +339,24 @@ impl SerialLink {
             }
         }
     }
+}
+
+impl Drop for SerialLink {
+    fn drop(&mut self) {
+        self.is_interrupted = || false;
+        match self.leave() {
+            Ok(true) => eprintln!("stand: the drive was on and has been switched off (HOST:UNATTended allows it to run without a program)"),
+            Ok(false) => {}
+            Err(error) => eprintln!("stand: the drive could not be switched off: {error}; the stand does so after 2 s of silence"),
+        }
+        // Lines of a terminal without check sums are accepted at once.
+        let _ = self.send("HOST:RELease");
+    }
+}
+
+/// Whether a line has a command of a program that drives.
+pub fn drives(line: &str) -> bool {
+    Commands::new(line.as_bytes()).any(|command| is_sign_of_life(&command) && !command.header().to_ascii_uppercase().starts_with(b"HOST"))
 }
 
 /// Maximum length of a line to the stand without its line feed, bytes.
