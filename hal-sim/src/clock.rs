@@ -43,6 +43,11 @@ impl Default for VirtualClock {
 }
 
 impl VirtualClock {
+    /// A clock that begins at `start`, as on a stand that has been on for that time.
+    pub fn starting_at(start: Ticks) -> Self {
+        Self { now: Cell::new(start), ..Self::default() }
+    }
+
     /// Present time.
     pub fn now(&self) -> Ticks {
         self.now.get()

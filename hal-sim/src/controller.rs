@@ -127,7 +127,7 @@ impl<'c, P: PlantPort> Controller<'c, P> {
         Ok(Self {
             clock,
             line: SerialLine::new(clock, USUAL_BAUD, seed),
-            bench: RefCell::new(Bench::of(stand, seed, plant)),
+            bench: RefCell::new(Bench::of(stand, seed, plant).starting_at(clock.now())),
             flash: RefCell::new(flash),
             defaults,
             serial: format!("SIM-{seed}"),

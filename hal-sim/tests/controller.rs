@@ -480,3 +480,63 @@ fn self_test_passes_on_a_sound_stand_and_names_what_is_wrong() {
         assert_eq!(host.query("SYSTem:ERRor?").await, "-330,\"Self-test failed; supply out of limits\"");
     });
 }
+
+/// Times at which a counter of 32 bits wraps: board clock, edge timer (90 MHz), core cycles (180 MHz), microseconds, time stamp of the ISM330DHCX
+/// (25 µs), control ticks, milliseconds; and the counter of 16 bits of milliseconds.
+#[test]
+fn nothing_happens_when_a_counter_wraps() {
+    let steps = |count: f64, rate_Hz: f64| (count / rate_Hz * TICKS_PER_S as f64) as u64 / TICKS_PER_ROW * TICKS_PER_ROW;
+    const WORD: f64 = 4_294_967_296.0;
+    let wraps = [
+        steps(WORD, 1e7),
+        steps(WORD, 90e6),
+        steps(WORD, 180e6),
+        steps(WORD, 1e6),
+        steps(WORD, 40e3),
+        steps(WORD, 1e4),
+        steps(WORD, 1e3),
+        steps(WORD / 2.0, 1e3),
+        steps(65_536.0, 1e3),
+    ];
+    for wrap in wraps {
+        // The wrap comes in the drive, in the count of the unattended time and in the silence of the host.
+        for before_s in [2.5, 6.0] {
+            let stand = Stand::default();
+            let clock = VirtualClock::starting_at(Ticks(wrap - (before_s * TICKS_PER_S as f64) as u64));
+            let controller = Controller::new(&clock, &stand.setup(), Plant::new(&stand, -1.0).unwrap(), flash(1), 1).unwrap();
+            let host = Host { controller: &controller, clock: controller.clock(), received: RefCell::default() };
+            let script = async {
+                host.wait_s(0.1).await;
+                host.controller
+                    .line()
+                    .send(b"HOST:UNATTended 3;:PROFile:TYPE SINE;AMPLitude 2;FREQuency_Hz 0.5;DURation 4;STARt;:STReam ON\n");
+                host.wait_s(5.0).await;
+                let name = format!("wrap at {wrap}, {before_s} s after the start");
+                let mut deframer = Deframer::default();
+                let mut rows = Vec::new();
+                for byte in host.received() {
+                    if let Some(Piece::Frame(frame)) = deframer.push(byte)
+                        && let Body::Row(row) = frame.body
+                    {
+                        rows.push((row.sequence, row.at, row.value("omega_rad_s").unwrap_or(f64::NAN)));
+                    }
+                }
+                assert!(rows.len() > 4_900, "{name}: {} rows", rows.len());
+                for pair in rows.windows(2) {
+                    assert_eq!(pair[0].0.wrapping_add(1), pair[1].0, "{name}: a row is lost");
+                    assert!(pair[1].1.abs_diff(pair[0].1 + TICKS_PER_ROW) < 2, "{name}: {pair:?}");
+                    assert!((pair[1].2 - pair[0].2).abs() < 0.5, "{name}: {pair:?}");
+                }
+                assert!(rows.iter().any(|row| row.2 > 1.8) && rows.iter().any(|row| row.2 < -1.8), "{name}");
+                // Fault 0, or a host that was silent for 2 s after its 3 s.
+                host.controller.line().send(b"STReam OFF\nHOST:UNATTended 0;:FAULt:CLEar;:SOURce:RATE 5;MODE RATE\n");
+                host.wait_s(1.9).await;
+                assert!((true_rate(&host) - 5.0).abs() < 0.1, "{name}: {} rad/s, {}", true_rate(&host), host.query("FAULt?").await);
+                host.wait_s(1.0).await;
+                host.received();
+                assert!(host.query("FAULt?").await.contains("host silent"), "{name}");
+            };
+            controller.run(script, |_| ()).unwrap();
+        }
+    }
+}

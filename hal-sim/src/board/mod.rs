@@ -151,6 +151,13 @@ impl<P: PlantPort> Bench<P> {
         }
     }
 
+    /// The same bench at this time, a whole millisecond, before its tick.
+    pub fn starting_at(mut self, start: Ticks) -> Self {
+        (self.now, self.reached, self.tick) = (start, start, start.0 / TICKS_PER_CONTROL);
+        (self.rate.at, self.supply.at) = (start, start);
+        self
+    }
+
     /// The same bench with these faults.
     pub fn with_faults(self, faults: Faults) -> Self {
         Self { broken: ActiveFaults::new(faults), ..self }
