@@ -105,7 +105,7 @@ impl Fault {
             Self::EmergencyStop => "release the stop, then FAULt:CLEar; the button does not clear it",
             Self::Temperature => "let the motor cool",
             Self::SensorSilent => "check the sensor's plug and supply, or run without it",
-            Self::HostSilent => "the host's program or its line has failed; arm it anew when it is back",
+            Self::HostSilent => "the program that drives was silent: send HOST:ALIVe at least every 2 s, or HOST:UNATTended with a time",
             Self::IndexLost => "check the encoder's index channel and the counts per turn",
             Self::ReadingsStale => "the converter of current and supply has stopped: reset the controller",
         }

@@ -4,6 +4,7 @@
 
 mod common;
 
+use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -227,13 +228,85 @@ fn compensation_needs_the_index() {
     assert_eq!(early.status, Some(2));
     assert!(early.err.contains("has not seen its index"), "{}", early.err);
     assert!(send_lines(path, "port", "COMPensation:COULomb?\n").out.starts_with("0 "), "and nothing was written");
-    send_lines(path, "port", "SOURce:RATE 5 RAD/S;:SOURce:MODE RATE\n").succeeded();
+    send_lines(path, "port", "HOST:UNATTended 60;:SOURce:RATE 5 RAD/S;:SOURce:MODE RATE\n").succeeded();
     std::thread::sleep(Duration::from_millis(1500));
     send_lines(path, "port", "OUTPut OFF\n").succeeded();
     let done = stand(path, &words).succeeded().out;
     assert!(done.contains("order 7: 0.0015") && done.contains("coulomb 0.00086"), "{done}");
     let list = send_lines(path, "port", "COMPensation:LIST?\n").succeeded().out;
     assert!(list.contains("order 7: 0.0015 N.M, 0.4 RAD"), "{list}");
+}
+
+/// A console that has set the drive to 5 rad/s and waits for further lines.
+fn driving_console(folder: &Path) -> Child {
+    let mut console = command(folder, &["console", "--port", "port"]);
+    let mut child = console.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+    child.stdin.as_mut().unwrap().write_all(b"SOURce:RATE 5;MODE RATE\n").unwrap();
+    // Longer than the 2 s of silence that the stand allows.
+    std::thread::sleep(Duration::from_millis(3500));
+    child
+}
+
+/// Whether the drive is on, its fault, and the rate of the platform, rad/s. A client that only looks.
+fn state(folder: &Path) -> (bool, String, f64) {
+    let out = send_lines(folder, "port", "OUTPut?;:FAULt?;:MEASure:RATE?\n").succeeded().out;
+    let parts: Vec<&str> = out.trim().split(';').collect();
+    (parts[0] == "1", parts[1].split(',').nth(1).unwrap().to_owned(), parts[2].split(' ').next().unwrap().parse().unwrap())
+}
+
+#[test]
+fn killed_console_leaves_nothing_turning() {
+    let folder = folder();
+    let _served = Served::new(folder.path(), &[]);
+    let mut console = driving_console(folder.path());
+    console.kill().unwrap();
+    console.wait().unwrap();
+    let (is_on, fault, rate_rad_s) = state(folder.path());
+    assert!(is_on && fault == "none" && (rate_rad_s - 5.0).abs() < 0.2, "the console was alive: {is_on}, {fault}, {rate_rad_s}");
+    // Clients that look do not keep the drive on.
+    for _ in 0..6 {
+        state(folder.path());
+        std::thread::sleep(Duration::from_millis(400));
+    }
+    let (is_on, fault, rate_rad_s) = state(folder.path());
+    assert!(!is_on && fault == "host silent" && rate_rad_s.abs() < 4.0, "{is_on}, {fault}, {rate_rad_s}");
+}
+
+#[test]
+fn console_that_ends_or_gets_a_signal_stops_the_drive_and_says_so() {
+    let folder = folder();
+    let _served = Served::new(folder.path(), &[]);
+    for signal in [None, Some("INT"), Some("TERM")] {
+        let mut console = driving_console(folder.path());
+        match signal {
+            None => drop(console.stdin.take()),
+            Some(name) => assert!(Command::new("kill").args(["-s", name, &console.id().to_string()]).status().unwrap().success()),
+        }
+        let stdin = console.stdin.take();
+        let ended: RunOutput = console.wait_with_output().unwrap().into();
+        drop(stdin);
+        assert!(ended.err.contains("the drive was on and has been switched off"), "{signal:?}: {}", ended.err);
+        assert_eq!(ended.status, Some(i32::from(signal.is_some())), "{signal:?}: {}", ended.err);
+        let (is_on, fault, _) = state(folder.path());
+        assert!(!is_on && fault == "none", "{signal:?}: {is_on}, {fault}");
+    }
+    // Unless it runs unattended.
+    let armed = send_lines(folder.path(), "port", "HOST:UNATTended 60;:SOURce:RATE 5;MODE RATE\n").succeeded();
+    assert_eq!(armed.err, "");
+    std::thread::sleep(Duration::from_millis(2500));
+    assert!(state(folder.path()).0);
+}
+
+#[test]
+fn plain_client_is_answered_right_after_a_tool_has_used_the_line() {
+    let folder = folder();
+    let served = Served::new(folder.path(), &[]);
+    send_lines(folder.path(), "port", "*IDN?\n").succeeded();
+    let mut port = std::fs::OpenOptions::new().read(true).write(true).open(&served.port).unwrap();
+    port.write_all(b"SYSTem:VERSion?\n").unwrap();
+    let mut reply = [0; 8];
+    port.read_exact(&mut reply).unwrap();
+    assert_eq!(&reply, b"1999.0\r\n");
 }
 
 #[test]

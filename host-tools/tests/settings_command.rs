@@ -106,7 +106,7 @@ fn the_drive_follows_imported_settings() {
     stand(path, &["settings", "export", "--port", &a.port, "--file", "a.toml"]).succeeded();
     let b = Served::new(path, &[]);
     let drive = || {
-        send_lines(path, &b.port, "SOURce:MODE VOLTage;VOLTage 0.9 V\n").succeeded();
+        send_lines(path, &b.port, "HOST:UNATTended 60;:SOURce:MODE VOLTage;VOLTage 0.9 V\n").succeeded();
         std::thread::sleep(Duration::from_millis(300));
         let voltage_V = measured(&b, "MEASure:VOLTage?");
         send_lines(path, &b.port, "OUTPut OFF\n").succeeded();
@@ -117,7 +117,7 @@ fn the_drive_follows_imported_settings() {
     import(path, &b.port, "a.toml").succeeded();
     let after = drive();
     assert!((after - 0.4).abs() < 0.02, "limited as on the first stand: {after}");
-    send_lines(path, &b.port, "SOURce:MODE RATE;RATE 1\n").succeeded();
+    send_lines(path, &b.port, "HOST:UNATTended 60;:SOURce:MODE RATE;RATE 1\n").succeeded();
     std::thread::sleep(Duration::from_millis(300));
     let active = send_lines(path, &b.port, "COMPensation:STATe?\n").succeeded().out;
     assert!(active.trim().split(',').any(|part| part == "friction"), "{active}");
@@ -131,7 +131,7 @@ fn import_is_refused_while_the_drive_is_on() {
     let before = settings_of(&served);
     // The file also removes the compensation, which the console would accept while the drive is on.
     std::fs::write(path.join("slip.toml"), "format = 1\n[settings]\ncoulomb_N_m = 1e-4\n").unwrap();
-    send_lines(path, &served.port, "SOURce:MODE RATE;RATE 1\n").succeeded();
+    send_lines(path, &served.port, "HOST:UNATTended 60;:SOURce:MODE RATE;RATE 1\n").succeeded();
     let ran = import(path, &served.port, "slip.toml");
     assert_eq!((ran.status, ran.out.as_str()), (Some(2), ""), "{ran:?}");
     assert!(ran.err.contains("the drive is on; nothing was written") && ran.err.lines().count() == 1, "{}", ran.err);
