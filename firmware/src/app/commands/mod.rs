@@ -165,7 +165,9 @@ const STOPS: [&str; 7] = ["STOP", "*RST", "OUTPut", "SOURce:MODE", "PROFile:STOP
 
 /// Whether a command shows that the program that drives is alive: no query, and no command of a client that only measures.
 pub fn is_sign_of_life(command: &Command<'_>) -> bool {
-    !command.is_query && !MEASURING_GROUPS.iter().flat_map(|group| group.iter()).any(|entry| command.is(entry.header))
+    !command.is_query
+        && !command.is(system::RELEASE)
+        && !MEASURING_GROUPS.iter().flat_map(|group| group.iter()).any(|entry| command.is(entry.header))
 }
 
 /// Whether a command stops the drive or an activity.

@@ -9,6 +9,8 @@ use crate::console::quantity::Quantity;
 use crate::supervision::HOST_TIMEOUT_S;
 use core::fmt::Write;
 
+/// Sent by a program that measures, too.
+pub(super) const RELEASE: &str = "HOST:RELease";
 /// Longest time without a host, s: 11 days.
 const MAX_UNATTENDED_S: f64 = 1e6;
 
@@ -40,7 +42,7 @@ pub(super) const ENTRIES: &[Entry] = &[
         "switch the drive off if the program that drives is silent for this time, also while it is off; 0: after 2 s, while it is on",
     ),
     entry(
-        "HOST:RELease",
+        RELEASE,
         Action::Event(|state| (state.supervision.checked_line_at.set(None), Ok(())).1),
         "the program is done: lines without a check sum are accepted again",
     ),
