@@ -65,6 +65,7 @@ impl<R: Read> Input<R> {
     }
 
     /// Keeps a byte; without room its line is left out. The stop byte leaves out what came before it.
+    #[inline(never)] // for the size of the image
     fn keep(&mut self, byte: u8) {
         if byte == CANCEL {
             self.bytes.clear();
@@ -256,6 +257,7 @@ async fn wait<C: Clock, R: Read>(state: &State<'_>, clock: &C, input: &mut Input
 }
 
 /// Executes the commands of a line that stop, and takes its signs of life.
+#[inline(never)] // for the size of the image
 fn stop_by(state: &State<'_>, line: &[u8]) {
     for command in Commands::new(line) {
         if is_stop(&command) {

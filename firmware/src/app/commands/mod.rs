@@ -201,6 +201,7 @@ pub const GROUPS: [&[Entry]; 17] = [
 ///
 /// # Errors
 /// The command or a parameter is wrong, or the command is not possible now.
+#[inline(never)] // for the size of the image
 pub fn execute(state: &State<'_>, command: &Command<'_>, reply: &mut dyn Write) -> Result<Outcome, ErrorEntry> {
     let mut parameters = command.parameters();
     let entries = || GROUPS.iter().flat_map(|group| group.iter()).filter(|entry| command.is(entry.header));
