@@ -92,8 +92,8 @@ fn drive_of_a_vanished_host_stops_after_two_seconds_and_a_client_that_only_measu
         host.command("HOST:ALIVe").await;
         host.wait_s(1.8).await;
         assert!((host.true_rate_rad_s() - 10.0).abs() < 0.3);
-        for query in ["MEASure:RATE?", "*OPC?", "FAULt?", "*CLS;*IDN?"] {
-            host.send(format!("{query}\n").as_bytes());
+        for query in ["*CLS;*IDN?", "MEASure:RATE?", "*OPC?", "FAULt?"] {
+            host.query(query).await;
             host.wait_s(0.1).await;
         }
         assert!(host.true_rate_rad_s().abs() < 9.0, "{} rad/s", host.true_rate_rad_s());
