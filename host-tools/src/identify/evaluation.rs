@@ -117,3 +117,4 @@ fn with_best_rate_source(
         Ok(from_sensor)
     }
 }
+    let parameters = parameters.within_physical_ranges();

@@ -88,6 +88,7 @@ fn result(model: &Model, log: &Log, rms: f64) -> FitResult {
         parameters,
         initial_states: InitialStates { kinds: vec![], values: vec![], prior: vec![], prior_sigma: vec![] },
         channels: vec![fit(Channel::Rate, rms, Some(0.33), 0.021, residual), fit(Channel::Angle, f64::NAN, None, 0.001, angle)],
+        at_bound: Vec::new(),
         unidentifiable: vec![Unidentifiable { parameter: "motor_constant_N_m_A".into(), partner: Some(("inertia_kg_m2".into(), 0.9991)) }],
         converged: false,
         steps: 40,
