@@ -19,6 +19,24 @@ fn fit(path: &Path, words: &[&str]) -> Value {
     stand(path, &[&["fit", "log.csv", "--model", "model.toml", "--json", "-"], words].concat()).succeeded().json()
 }
 
+/// Changes the values of a column in the file.
+fn change(path: &Path, column: &str, change: impl Fn(f64) -> f64) {
+    let text = std::fs::read_to_string(path.join("log.csv")).unwrap();
+    let mut position = None;
+    let mut changed = String::new();
+    for line in text.lines() {
+        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        match position {
+            _ if line.starts_with('#') => {}
+            None => position = cells.iter().position(|name| name == column),
+            Some(k) => cells[k] = change(cells[k].parse().unwrap()).to_string(),
+        }
+        changed.push_str(&cells.join(","));
+        changed.push('\n');
+    }
+    std::fs::write(path.join("log.csv"), changed).unwrap();
+}
+
 #[test]
 fn fitted_model_is_a_valid_model_where_an_effect_is_missing() {
     // Effects that make the free estimate of the viscous friction negative.
@@ -45,4 +63,53 @@ fn fitted_model_is_a_valid_model_where_an_effect_is_missing() {
         }
         stand(path, &["compare", "log.csv", "--model", "fitted.toml"]).succeeded();
     }
+}
+
+#[test]
+fn columns_in_thousandths_are_refused_with_their_unit() {
+    for (column, suspicion) in [("i_A", "i_A looks like mA"), ("u_V", "u_V looks like mV")] {
+        let folder = folder(&["--seconds", "8"]);
+        let path = folder.path();
+        change(path, column, |value| 1e3 * value);
+        for verb in ["fit", "compare", "explain"] {
+            let answer = stand(path, &[verb, "log.csv", "--model", "model.toml", "--json", "-"]).succeeded().json();
+            assert_eq!(answer["verdict"], "bad-log", "{verb}, {column}");
+            let problem = &answer["problems"][0];
+            assert_eq!((&problem["code"], &problem["columns"]), (&Value::from("wrong-unit"), &serde_json::json!([column])));
+            assert!(problem["says"].as_str().unwrap().contains(suspicion), "{problem}");
+        }
+        let text = stand(path, &["fit", "log.csv", "--model", "model.toml", "--out", "fitted.toml"]).succeeded().out;
+        assert!(text.contains(suspicion) && text.contains("resistance_ohm would be"), "{text}");
+        assert!(!path.join("fitted.toml").exists());
+    }
+}
+
+#[test]
+fn constant_a_decade_from_its_start_is_questioned() {
+    let folder = folder(&["--seconds", "8"]);
+    let path = folder.path();
+    stand(path, &["model", "set", "model.toml", "resistance_ohm", "0.2"]).succeeded();
+    for verb in ["fit", "compare"] {
+        let answer = stand(path, &[verb, "log.csv", "--model", "model.toml", "--json", "-"]).succeeded().json();
+        let warnings = answer["warnings"].to_string();
+        assert!(warnings.contains("resistance_ohm would be") && !warnings.contains("inertia"), "{verb}: {warnings}");
+        let text = stand(path, &[verb, "log.csv", "--model", "model.toml"]).succeeded().out;
+        assert!(text.contains("! By a fit resistance_ohm would be"), "{text}");
+    }
+    let answer = stand(path, &["explain", "log.csv", "--model", "model.toml", "--json", "-"]).succeeded().json();
+    assert!(answer["remarks"].to_string().contains("resistance_ohm would be"), "{}", answer["remarks"]);
+    stand(path, &["model", "set", "model.toml", "resistance_ohm", "2.32"]).succeeded();
+    assert_eq!(fit(path, &[])["warnings"], serde_json::json!([]));
+}
+
+#[test]
+fn own_parameter_without_influence_is_not_determined() {
+    let folder = folder(&["--seconds", "6"]);
+    let path = folder.path();
+    // A term far below the noise.
+    let own = "\n[effect.seal]\ntorque_N_m = \"-1e-9*a*omega\"\nparameters = { a = 8 }\n";
+    std::fs::write(path.join("model.toml"), format!("{MODEL}{own}")).unwrap();
+    let answer = fit(path, &[]);
+    assert!(answer["not_identifiable"].to_string().contains("seal.a"), "{}", answer["parameters"]);
+    assert!(answer["parameters"]["seal.a"]["sigma"].is_null());
 }

@@ -70,6 +70,7 @@ fn unmet(requirement: Requirement) -> &'static str {
 pub fn remark(remark: &Remark) -> String {
     match remark {
         Remark::Preparation(note) => crate::report::preparation::note(note),
+        Remark::ShiftedConstant(shifted) => crate::report::preparation::constant(shifted),
         Remark::StandInsRemoved { effects } => {
             format!("Removed again: {}. The residual stays far above the noise, and their improvement is too small.", listed(effects))
         }
