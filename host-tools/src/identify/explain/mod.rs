@@ -49,7 +49,7 @@ use std::time::Instant;
 
 pub use answer::{Candidate, ChannelError, Estimate, Explanation, Shape, ShapeForm, Stage, Verdict};
 pub use criteria::Criteria;
-pub use experiment::{NextExperiment, Purpose};
+pub use experiment::{NextExperiment, Purpose, Repeated};
 pub use join_logs::JoinError;
 pub use reasons::{NotVisible, Progress, Refusal, Remark};
 
@@ -141,7 +141,7 @@ pub fn explain_by(
     let (verdict, unexplained) = verdict::verdict(&mut search);
     let (missing, stages) = (search.names(0), search.stages());
     let coverage = Coverage::of(&log, &criteria.coverage);
-    let next = next_experiment::next_experiment(&search.candidates, &missing, verdict, &coverage);
+    let next = next_experiment::next_experiment(&search.candidates, &missing, verdict, &coverage, &log);
     let mut remarks: Vec<Remark> = remarks.into_iter().map(Remark::Preparation).collect();
     remarks.extend(shifted.into_iter().map(Remark::ShiftedConstant));
     remarks.append(&mut search.remarks);
