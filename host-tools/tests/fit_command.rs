@@ -113,3 +113,24 @@ fn own_parameter_without_influence_is_not_determined() {
     assert!(answer["not_identifiable"].to_string().contains("seal.a"), "{}", answer["parameters"]);
     assert!(answer["parameters"]["seal.a"]["sigma"].is_null());
 }
+
+#[test]
+fn report_with_the_ending_of_a_picture_is_refused() {
+    let folder = folder(&["--seconds", "1"]);
+    let ran = stand(folder.path(), &["compare", "log.csv", "--model", "model.toml", "--html", "x.png"]);
+    assert_eq!(ran.status, Some(2), "{ran:?}");
+    assert!(ran.err.contains("x.png") && ran.err.contains(".html or .htm"), "{}", ran.err);
+    assert!(!folder.path().join("x.png").exists());
+}
+
+#[test]
+fn wrapped_angle_is_compared_as_the_angle_over_the_turns() {
+    let folder = folder(&["--seconds", "6"]);
+    let path = folder.path();
+    let before = fit(path, &[]);
+    change(path, "theta_rad", |angle| angle.rem_euclid(std::f64::consts::TAU));
+    let after = fit(path, &[]);
+    assert!(after["warnings"].to_string().contains("wrapped to one turn"), "{}", after["warnings"]);
+    let inertia = |answer: &Value| answer["parameters"]["inertia_kg_m2"]["value"].as_f64().unwrap();
+    assert!((inertia(&after) / inertia(&before) - 1.0).abs() < 1e-6);
+}

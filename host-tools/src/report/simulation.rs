@@ -6,6 +6,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::json::{Entries, value};
+use super::plain;
 use crate::acquire::hidden::HiddenEffect;
 use crate::log::Log;
 
@@ -15,7 +16,7 @@ pub fn text(log: &Log, hidden: Option<&HiddenEffect>, reveal: bool) -> String {
         "{}: {} rows, {} s at {:.0} Hz: {}\n",
         log.path().display(),
         log.len(),
-        log.duration_s(),
+        plain(log.duration_s(), 6),
         1.0 / log.median_dt_s(),
         columns(log).join(", ")
     );
