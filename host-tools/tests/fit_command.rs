@@ -107,7 +107,7 @@ fn own_parameter_without_influence_is_not_determined() {
     let folder = folder(&["--seconds", "6"]);
     let path = folder.path();
     // A term far below the noise.
-    let own = "\n[effect.seal]\ntorque_N_m = \"-1e-9*a*omega\"\nparameters = { a = 8 }\n";
+    let own = "\n[effect.seal]\ntorque_N_m = \"-1e-9*a*sin(3*theta)\"\nparameters = { a = 8 }\n";
     std::fs::write(path.join("model.toml"), format!("{MODEL}{own}")).unwrap();
     let answer = fit(path, &[]);
     assert!(answer["not_identifiable"].to_string().contains("seal.a"), "{}", answer["parameters"]);

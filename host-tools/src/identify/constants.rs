@@ -65,12 +65,11 @@ fn by_shifts(model: &Model, result: &FitResult) -> Option<Defect> {
     let shift = |p: BaseParameter| Shift::of(model, result, p);
     let alone = |p: BaseParameter| shift(p).filter(|s| result.unidentifiable.iter().all(|u| u.parameter != s.constant.parameter));
     let (inertia, motor_constant) = (BaseParameter::Inertia, BaseParameter::MotorConstant);
-    // The shifts, in decades, and those by one decade more in the first and in the second column.
-    let (columns, observed): (&[&'static str], Vec<(f64, Vec<Shift>, [f64; 2])>) = match model.input() {
+    let (columns, observed): (&[&'static str], Vec<Observed>) = match model.input() {
         // u = R i + K ω, J ω' = K i.
         Input::Voltage => {
             let own = [(BaseParameter::Resistance, [1.0, -1.0]), (motor_constant, [1.0, 0.0]), (inertia, [1.0, 1.0])];
-            let observed = own.into_iter().filter_map(|(p, by)| alone(p).map(|s| (s.decades, vec![s], by)));
+            let observed = own.into_iter().filter_map(|(p, by)| alone(p).map(|s| Observed::one(s, by)));
             let compares_current = result.channels.iter().any(|c| c.channel == Channel::Current);
             (if compares_current { &["u_V", "i_A"] } else { &["u_V"] }, observed.collect())
         }
@@ -80,22 +79,22 @@ fn by_shifts(model: &Model, result: &FitResult) -> Option<Defect> {
             let decades = |s: &Option<Shift>| s.as_ref().map_or(0.0, |s| s.decades);
             let ratio = decades(&shift_J) - decades(&shift_K);
             let shifts: Vec<Shift> = shift_J.into_iter().chain(shift_K).collect();
-            (&["i_A"], if shifts.is_empty() { Vec::new() } else { vec![(ratio, shifts, [1.0, 0.0])] })
+            (&["i_A"], if shifts.is_empty() { Vec::new() } else { vec![Observed { decades: ratio, shifts, by: [1.0, 0.0] }] })
         }
-        Input::Torque => (&["torque_N_m"], alone(inertia).into_iter().map(|s| (s.decades, vec![s], [1.0, 0.0])).collect()),
+        Input::Torque => (&["torque_N_m"], alone(inertia).into_iter().map(|s| Observed::one(s, [1.0, 0.0])).collect()),
         Input::Motion => return None,
     };
     let patterns: &[[f64; 2]] = if columns.len() == 1 { &[[1.0, 0.0]] } else { &[[1.0, 0.0], [0.0, 1.0], [1.0, 1.0]] };
     let expected = |pattern: &[f64; 2], by: &[f64; 2]| THOUSANDTHS_DECADES * (pattern[0] * by[0] + pattern[1] * by[1]);
     let found = patterns.iter().find(|pattern| {
-        observed.iter().all(|(decades, _, by)| (decades - expected(pattern, by)).abs() <= MAX_DEVIATION_DECADES)
-            && observed.iter().any(|(_, _, by)| expected(pattern, by) != 0.0)
+        observed.iter().all(|o| (o.decades - expected(pattern, &o.by)).abs() <= MAX_DEVIATION_DECADES)
+            && observed.iter().any(|o| expected(pattern, &o.by) != 0.0)
     })?;
     // One constant that begins at the default of the catalogue may belong to another drive.
-    if observed.len() == 1 && observed[0].1.iter().all(|s| s.begins_at_default) {
+    if observed.len() == 1 && observed[0].shifts.iter().all(|s| s.begins_at_default) {
         return None;
     }
-    let evidence = observed.into_iter().flat_map(|(_, shifts, _)| shifts).filter(|s| s.decades.abs() >= QUESTIONED_DECADES);
+    let evidence = observed.into_iter().flat_map(|o| o.shifts).filter(|s| s.decades.abs() >= QUESTIONED_DECADES);
     Some(Defect::Thousandths {
         columns: columns.iter().zip(found).filter(|(_, wrong)| **wrong > 0.0).map(|(column, _)| *column).collect(),
         evidence: evidence.map(|s| s.constant).collect(),
@@ -116,6 +115,20 @@ struct Shift {
     begins_at_default: bool,
 }
 
+/// A shift that the log determines: of one constant, or of the ratio of two.
+struct Observed {
+    decades: f64,
+    shifts: Vec<Shift>,
+    /// Change by a factor of ten in the first and in the second column, decades.
+    by: [f64; 2],
+}
+
+impl Observed {
+    fn one(shift: Shift, by: [f64; 2]) -> Self {
+        Observed { decades: shift.decades, shifts: vec![shift], by }
+    }
+}
+
 impl Shift {
     fn of(model: &Model, result: &FitResult, parameter: BaseParameter) -> Option<Shift> {
         let given: &ModelParameter = model.parameter(parameter.name())?;
@@ -123,7 +136,7 @@ impl Shift {
         let info = parameter.info();
         let known = given.value > 0.0 && !given.filled_in && !given.fixed;
         let decades = (fitted.value / given.value).log10();
-        (known && decades.is_finite()).then(|| Shift {
+        (known && decades.is_finite()).then_some(Shift {
             constant: ShiftedConstant { parameter: info.name, unit: info.unit, start: given.value, fitted: fitted.value },
             decades,
             begins_at_default: given.value == info.start,

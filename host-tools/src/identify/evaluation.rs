@@ -108,15 +108,18 @@ pub fn evaluate<'a>(log: &'a Log, model: &Model, treatment: ParameterTreatment) 
     Ok(Evaluation::Evaluated(Box::new(Evaluated { data, result, misfits, remarks, seconds })))
 }
 
-/// Parameters of the user's own effects whose standard error exceeds both the estimate and the start value: the log does not even determine
-/// their magnitude. A parameter of the catalogue has a kind that tells how it is judged.
+/// Distance from zero, in standard errors, that is not significant.
+const MAX_ZERO_SIGMAS: f64 = 2.0;
+
+/// Parameters of the user's own effects that are zero within two standard errors, where one standard error exceeds the start value: the log does
+/// not even determine their magnitude. A parameter of the catalogue has a kind that tells how it is judged.
 fn undetermined_own_parameters(model: &Model, result: &FitResult) -> Vec<Unidentifiable> {
     let own = model.parameters().iter().filter(|given| given.info.is_none() && given.value != 0.0);
     own.filter(|given| {
         let estimates = result.parameters.list.iter().zip(&result.sigmas);
         let mut same = estimates.filter(|(p, _)| p.name == given.name);
         let unknown = result.unidentifiable.iter().all(|u| u.parameter != given.name);
-        unknown && same.any(|(p, sigma)| *sigma > p.value.abs().max(given.value.abs()))
+        unknown && same.any(|(p, sigma)| *sigma > given.value.abs() && p.value.abs() < MAX_ZERO_SIGMAS * sigma)
     })
     .map(|given| Unidentifiable { parameter: given.name.clone(), partner: None })
     .collect()
