@@ -209,6 +209,8 @@ pub struct Rival {
     pub separation: &'static str,
     /// The run of the stand that separates them.
     pub run: StandRun,
+    /// A change of the stand that separates them where no run does, because their equations coincide; a sentence without its full stop.
+    pub change_of_stand: Option<&'static str>,
 }
 
 impl Rival {
@@ -218,6 +220,7 @@ impl Rival {
             effect,
             separation: "The parts of the friction differ in their dependence on the rate and its sign: pass through zero slowly, several times, in both directions",
             run: StandRun::LOW_RATES,
+            change_of_stand: None,
         }
     }
 

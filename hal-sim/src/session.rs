@@ -398,6 +398,8 @@ fn notes(
         }
     }
     if let Some((fault, at_s)) = fault {
+        // Rounded to microseconds: the time is a sum of intervals.
+        let at_s = (at_s * 1e6).round() / 1e6;
         notes.push(("fault".to_string(), format!("{} at {at_s} s; the rows end there", fault.name())));
     } else if let Some(cut_s) = cut_s.filter(|cut_s| *cut_s - FIRST_ROW_S < request.seconds) {
         notes.push(("fault".to_string(), format!("power-cut at {:.4} s; the rows end there", cut_s - FIRST_ROW_S)));

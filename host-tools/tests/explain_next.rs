@@ -63,6 +63,12 @@ fn proposed_run_distinguishes_what_the_first_log_did_not() {
     let before = explained("slow.csv");
     assert_eq!(before["missing"], serde_json::json!(["asymmetric-friction"]), "the first of the family in the catalogue's order");
     assert_eq!(rivals(&before), ["load"]);
+    let named = "Missing effect: asymmetric-friction or load (not distinguishable here).";
+    assert!(before["says"].as_str().unwrap().starts_with(named), "{}", before["says"]);
+    assert_eq!(before["not_distinguishable"], serde_json::json!({"asymmetric-friction": ["load"]}));
+    let text = stand(path, &["explain", "slow.csv", "--model", "model.toml", "--html", "slow.html"]).succeeded().out;
+    let page = std::fs::read_to_string(path.join("slow.html")).unwrap();
+    assert!(text.replace('\n', " ").contains(named) && page.contains(named), "{text}");
 
     let command = before["next_experiment"]["command"].as_str().unwrap().to_owned();
     let mut words: Vec<&str> = command.split_whitespace().skip(1).chain(["--stand", "stand.toml"]).collect();
@@ -73,4 +79,5 @@ fn proposed_run_distinguishes_what_the_first_log_did_not() {
     let after = explained("next.parquet");
     assert_eq!(after["missing"], before["missing"]);
     assert!(rivals(&after).is_empty(), "{:?}", rivals(&after));
+    assert_eq!(after["not_distinguishable"], serde_json::json!({}));
 }

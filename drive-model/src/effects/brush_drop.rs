@@ -26,6 +26,7 @@ pub const CARD: Card = Card {
         effect: "dead-time",
         separation: "Both subtract a constant voltage. Measure the voltage at the motor terminals and log it as u_V with the note `u_V: terminal`. If the drop remains, it is in the brushes; if it disappears, it is in the bridge. The run passes slowly through the dead zone, where the drop is largest relative to the voltage",
         run: StandRun::BREAKAWAY,
+        change_of_stand: None,
     }],
     next_run: StandRun::BREAKAWAY,
     limited_at_zero: &[0],

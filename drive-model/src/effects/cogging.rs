@@ -46,6 +46,7 @@ pub const CARD: Card = Card {
         effect: "torque-ripple",
         separation: "Cogging does not depend on the current, torque ripple grows with it. Turn through the same angles at small and at large currents",
         run: StandRun::VARYING_CURRENT,
+        change_of_stand: None,
     }],
     next_run: StandRun::LOW_RATES,
     compensation: Some(Compensation::Harmonic),

@@ -45,6 +45,7 @@ pub const CARD: Card = Card {
         effect: "backlash",
         separation: "A compliant shaft oscillates after every step, backlash acts only at torque reversals. Apply sharp steps with and without a reversal",
         run: StandRun::SHARP_STEPS,
+        change_of_stand: None,
     }],
     next_run: StandRun::MULTISINE,
     // The response oscillates: over the acceleration it would be a spiral.

@@ -24,8 +24,8 @@ pub const CARD: Card = Card {
         },
     ],
     rivals: &[
-        Rival { effect: "brush-drop", separation: FRICTION_OR_VOLTAGE, run: StandRun::BREAKAWAY },
-        Rival { effect: "dead-time", separation: FRICTION_OR_VOLTAGE, run: StandRun::BREAKAWAY },
+        Rival { effect: "brush-drop", separation: FRICTION_OR_VOLTAGE, run: StandRun::BREAKAWAY, change_of_stand: None },
+        Rival { effect: "dead-time", separation: FRICTION_OR_VOLTAGE, run: StandRun::BREAKAWAY, change_of_stand: None },
         Rival::by_rate_dependence("asymmetric-friction"),
         Rival::by_rate_dependence("load"),
         Rival::by_rate_dependence("stribeck"),

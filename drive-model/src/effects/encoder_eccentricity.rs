@@ -48,9 +48,9 @@ pub const CARD: Card = Card {
     screening: Screening::Harmonics(HarmonicSource::Encoder),
     family: "order-one",
     rivals: &[
-        Rival { effect: "unbalance", separation: TORQUE_OR_ENCODER, run: StandRun::HIGH_RATES },
-        Rival { effect: "cogging", separation: TORQUE_OR_ENCODER, run: StandRun::HIGH_RATES },
-        Rival { effect: "rate-g-sensitivity", separation: TORQUE_OR_ENCODER, run: StandRun::HIGH_RATES },
+        Rival { effect: "unbalance", separation: TORQUE_OR_ENCODER, run: StandRun::HIGH_RATES, change_of_stand: None },
+        Rival { effect: "cogging", separation: TORQUE_OR_ENCODER, run: StandRun::HIGH_RATES, change_of_stand: None },
+        Rival { effect: "rate-g-sensitivity", separation: TORQUE_OR_ENCODER, run: StandRun::HIGH_RATES, change_of_stand: None },
     ],
     next_run: StandRun::HIGH_RATES,
     demonstration: Some(Demonstration {

@@ -26,6 +26,7 @@ pub const CARD: Card = Card {
             effect: "asymmetric-friction",
             separation: "A load is the same torque at every rate; direction-dependent friction can also grow with the rate. Hold low and high rates in both directions. If only the constant part remains, the two are the same torque, and only an inspection of the stand can decide",
             run: StandRun::HIGH_RATES,
+            change_of_stand: Some("Remove the weight, the cable or the tilt of the axis that may cause a load, and record the same run again. A load changes; the friction stays"),
         },
         Rival::by_rate_dependence("stribeck"),
         Rival::by_rate_dependence("quadratic-drag"),

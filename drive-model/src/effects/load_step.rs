@@ -34,9 +34,9 @@ pub const CARD: Card = Card {
     ],
     screening: Screening::EventTimes(24),
     rivals: &[
-        Rival { effect: "cable-spring", separation: ONCE_OR_REPEATED, run: StandRun::STEPS },
-        Rival { effect: "viscous-temperature", separation: ONCE_OR_REPEATED, run: StandRun::STEPS },
-        Rival { effect: "resistance-temperature", separation: ONCE_OR_REPEATED, run: StandRun::STEPS },
+        Rival { effect: "cable-spring", separation: ONCE_OR_REPEATED, run: StandRun::STEPS, change_of_stand: None },
+        Rival { effect: "viscous-temperature", separation: ONCE_OR_REPEATED, run: StandRun::STEPS, change_of_stand: None },
+        Rival { effect: "resistance-temperature", separation: ONCE_OR_REPEATED, run: StandRun::STEPS, change_of_stand: None },
     ],
     law: &LoadStep,
     description: Description {

@@ -24,6 +24,7 @@ pub const CARD: Card = Card {
         effect: "magnetic-saturation",
         separation: "Drag depends on the rate, saturation on the current: accelerate hard at low rates, and hold high rates",
         run: StandRun::VARYING_CURRENT,
+        change_of_stand: None,
     }],
     next_run: StandRun::HIGH_RATES,
     demonstration: Some(Demonstration {

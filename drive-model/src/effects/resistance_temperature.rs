@@ -44,8 +44,8 @@ pub const CARD: Card = Card {
     requires: &[Requirement::Voltage, Requirement::TemperatureChange],
     screening: Screening::HeatCapacities(&[0.1, 1.0, 10.0]),
     rivals: &[
-        Rival { effect: "viscous-temperature", separation: TEMPERATURE_OR_CURRENT, run: StandRun::WARM_UP },
-        Rival { effect: "supply-droop", separation: TEMPERATURE_OR_CURRENT, run: StandRun::WARM_UP },
+        Rival { effect: "viscous-temperature", separation: TEMPERATURE_OR_CURRENT, run: StandRun::WARM_UP, change_of_stand: None },
+        Rival { effect: "supply-droop", separation: TEMPERATURE_OR_CURRENT, run: StandRun::WARM_UP, change_of_stand: None },
     ],
     next_run: StandRun::WARM_UP,
     demonstration: Some(Demonstration {

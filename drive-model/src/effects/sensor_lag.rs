@@ -26,6 +26,7 @@ pub const CARD: Card = Card {
         effect: "time-skew",
         separation: "A slow sensor rounds corners and attenuates high frequencies; a delayed channel is only shifted. Excite many frequencies at once",
         run: StandRun::MULTISINE,
+        change_of_stand: None,
     }],
     next_run: StandRun::MULTISINE,
     demonstration: Some(Demonstration {

@@ -36,6 +36,7 @@ pub const CARD: Card = Card {
         effect: "rate-g-sensitivity",
         separation: "Gravity acts on the motion and appears in the angle too, most at low rates; an error of the rate sensor appears in that channel alone, at every rate. Record the encoder angle and turn slowly",
         run: StandRun::LOW_RATES,
+        change_of_stand: None,
     }],
     next_run: StandRun::LOW_RATES,
     compensation: Some(Compensation::FirstHarmonic),

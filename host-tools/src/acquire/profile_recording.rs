@@ -13,7 +13,7 @@ use super::link::LineLosses;
 use super::preparation::{ColumnSettings, bring_to_rest, find_index, latched_fault};
 use super::record::{LogFile, Recorder};
 use super::recording::{RecordingEnd, RecordingError, RecordingMonitor, RecordingRequest, record};
-use crate::log::{FaultNote, Log, LogError, Note, Notes};
+use crate::log::{FaultNote, Log, LogError, Note, Notes, microseconds};
 
 /// The profile lasts longer than the log by this time, so that the last row is part of it, s.
 const PROFILE_MARGIN_S: f64 = 0.2;
@@ -198,7 +198,7 @@ async fn notes(stand: &mut impl StandConnection, request: &ProfileRecordingReque
 fn end_notes(end: &RecordingEnd, last_s: f64, lost_rows: u64, damaged: u64) -> Notes {
     let mut notes = Notes::from_iter([Note::LostRows(lost_rows), Note::DamagedFrames(damaged)]);
     if let RecordingEnd::Fault(fault) = end {
-        notes.push(Note::Fault(FaultNote { message: fault.clone(), at_s: last_s.to_string() }));
+        notes.push(Note::Fault(FaultNote { message: fault.clone(), at_s: microseconds(last_s).to_string() }));
     }
     notes.extend(early_end(end).map(|reason| Note::Ended(reason, last_s)));
     notes

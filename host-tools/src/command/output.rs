@@ -51,7 +51,7 @@ impl ReportOutput {
     /// Checks that JSON and HTML can be written.
     pub(super) fn check(&self) -> Result<(), CliError> {
         self.json.check()?;
-        self.html.as_deref().map_or(Ok(()), check_writable)
+        self.html.as_deref().map_or(Ok(()), check_html)
     }
 
     /// Prints text, unless standard output carries the JSON.
@@ -83,6 +83,19 @@ pub(super) fn check_writable(path: &Path) -> Result<(), CliError> {
     } else {
         Err(CliError::Input(format!("{}: cannot write: the folder {} does not exist", path.display(), folder.display())))
     }
+}
+
+/// Checks that an HTML report can be written at `path`, whose ending tells other programs what the file contains.
+fn check_html(path: &Path) -> Result<(), CliError> {
+    check_writable(path)?;
+    let ending = path.extension().and_then(|ending| ending.to_str()).map(str::to_ascii_lowercase);
+    if !matches!(ending.as_deref(), Some("html" | "htm")) {
+        return Err(CliError::in_file(
+            path,
+            "--html writes an HTML page with embedded plots: the name of the file must end in .html or .htm",
+        ));
+    }
+    Ok(())
 }
 
 fn is_standard_output(path: &Path) -> bool {

@@ -57,7 +57,7 @@ pub fn fit(log: &Log, model: &Model, cutoff_hz: Option<f64>, all_rows: bool) -> 
 
 fn free_run(data: &PreparedLog, model: &Model) -> Result<FitResult, FitError> {
     let (system, parameters) = fit::build::system(model, data.temp_C.is_some());
-    fit::fit(&system, &parameters, data)
+    fit::fit(&system, &parameters.within_physical_ranges(), data)
 }
 
 impl EquationErrorComparison {

@@ -2,12 +2,13 @@
 
 use std::time::Instant;
 
+use super::constants;
 use super::fit::{
-    self, FitError, FitResult, PreparedLog,
+    self, FitError, FitResult, PreparedLog, Unidentifiable,
     prepare::{PreparationNote, PrepareError},
 };
 use super::residual::{self, Misfit};
-use crate::log::plausible::{self, Defect};
+use crate::log::plausible::{self, Defect, ShiftedConstant};
 use crate::log::{Log, RateSource};
 use crate::model::{Channel, Model};
 
@@ -23,7 +24,7 @@ pub enum ParameterTreatment {
 }
 
 /// A remark on an evaluation.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum EvaluationRemark {
     /// A note on the preparation of the log.
     Preparation(PreparationNote),
@@ -32,6 +33,8 @@ pub enum EvaluationRemark {
         /// The rate is derived from the encoder; otherwise it is from a separate sensor.
         from_encoder: bool,
     },
+    /// A fit shifts a physical constant by a decade or more.
+    ShiftedConstant(ShiftedConstant),
 }
 
 /// Result of an evaluation.
@@ -79,10 +82,47 @@ pub fn evaluate<'a>(log: &'a Log, model: &Model, treatment: ParameterTreatment) 
     if !findings.is_empty() {
         return Ok(Evaluation::ImplausibleLog(findings));
     }
-    let result = with_best_rate_source(model, &mut data, log, treatment, &mut remarks)?;
+    let mut result = with_best_rate_source(model, &mut data, log, treatment, &mut remarks)?;
+    let undetermined = undetermined_own_parameters(model, &result);
+    result.unidentifiable.extend(undetermined);
+    if let Some(defect) = constants::columns_in_thousandths(model, &data, &result) {
+        return Ok(Evaluation::ImplausibleLog(vec![defect]));
+    }
+    // A comparison keeps the constants: where it describes a channel badly, a fit shows whether they contradict the log.
+    let fitted = match treatment {
+        ParameterTreatment::Kept if constants::may_have_wrong_unit(&result) => {
+            let (system, parameters) = fit::build::system(model, data.temp_C.is_some());
+            fit::fit(&system, &parameters.within_physical_ranges(), &data).ok()
+        }
+        ParameterTreatment::Kept => None,
+        ParameterTreatment::Fitted | ParameterTreatment::FittedToAllRows => Some(result.clone()),
+    };
+    if let Some(fitted) = &fitted {
+        if let Some(defect) = constants::columns_in_thousandths(model, &data, fitted) {
+            return Ok(Evaluation::ImplausibleLog(vec![defect]));
+        }
+        remarks.extend(constants::shifted(model, fitted).into_iter().map(EvaluationRemark::ShiftedConstant));
+    }
     let misfits = residual::misfits(log, &data, &result);
     let seconds = begin.elapsed().as_secs_f64();
     Ok(Evaluation::Evaluated(Box::new(Evaluated { data, result, misfits, remarks, seconds })))
+}
+
+/// Distance from zero, in standard errors, that is not significant.
+const MAX_ZERO_SIGMAS: f64 = 2.0;
+
+/// Parameters of the user's own effects that are zero within two standard errors, where one standard error exceeds the start value: the log does
+/// not even determine their magnitude. A parameter of the catalogue has a kind that tells how it is judged.
+fn undetermined_own_parameters(model: &Model, result: &FitResult) -> Vec<Unidentifiable> {
+    let own = model.parameters().iter().filter(|given| given.info.is_none() && given.value != 0.0);
+    own.filter(|given| {
+        let estimates = result.parameters.list.iter().zip(&result.sigmas);
+        let mut same = estimates.filter(|(p, _)| p.name == given.name);
+        let unknown = result.unidentifiable.iter().all(|u| u.parameter != given.name);
+        unknown && same.any(|(p, sigma)| *sigma > given.value.abs() && p.value.abs() < MAX_ZERO_SIGMAS * sigma)
+    })
+    .map(|given| Unidentifiable { parameter: given.name.clone(), partner: None })
+    .collect()
 }
 
 /// Evaluates the model. Where the log does not state the source of the rate and the model has an eccentric encoder, both sources (rate
@@ -95,6 +135,7 @@ fn with_best_rate_source(
     remarks: &mut Vec<EvaluationRemark>,
 ) -> Result<FitResult, FitError> {
     let (system, parameters) = fit::build::system(model, data.temp_C.is_some());
+    let parameters = parameters.within_physical_ranges();
     let once = |data: &PreparedLog| match treatment {
         ParameterTreatment::Kept => fit::compare(&system, &parameters, data),
         ParameterTreatment::Fitted | ParameterTreatment::FittedToAllRows => fit::fit(&system, &parameters, data),

@@ -15,6 +15,7 @@ mod one_column;
 mod parquet;
 pub mod plausible;
 mod quantization;
+mod unwrap;
 mod warning;
 
 use crate::statistics::robust::median;
@@ -24,7 +25,7 @@ use std::path::{Path, PathBuf};
 pub use columns::{KNOWN, KnownColumn, known};
 pub use csv_write::CsvWriter;
 pub use error::{LogError, LogErrorKind};
-pub use notes::{FaultNote, Note, Notes, Provenance, RateSource, VoltageSource, timestamp};
+pub use notes::{FaultNote, Note, Notes, Provenance, RateSource, VoltageSource, microseconds, timestamp};
 pub use one_column::{OneColumn, times};
 pub use warning::LogWarning;
 
@@ -257,10 +258,15 @@ impl Selection<'_> {
 
 /// Reads a file of either format.
 fn read_contents(path: &Path, selection: &mut Selection<'_>) -> Result<FileContents, LogError> {
-    match Format::of(path)? {
+    let mut contents = match Format::of(path)? {
         Format::Csv => csv::read(path, selection),
         Format::Parquet => parquet::read(path, selection),
+    }?;
+    if let Some(theta) = contents.columns.iter_mut().find(|c| c.name == "theta_rad") {
+        let jumps = unwrap::unwrap(&mut theta.values);
+        contents.warnings.extend((jumps > 0).then_some(LogWarning::UnwrappedAngle { jumps }));
     }
+    Ok(contents)
 }
 
 /// Contents of a file.

@@ -8,6 +8,11 @@ pub enum LogWarning {
         /// Line of the file, from 1.
         line: usize,
     },
+    /// The angle was wrapped to one turn and is continued over the turns.
+    UnwrappedAngle {
+        /// Number of jumps by a turn.
+        jumps: usize,
+    },
     /// A part of a note was not understood and is not used.
     NoteNotUnderstood {
         /// Key of the note.

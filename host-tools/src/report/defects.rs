@@ -1,7 +1,8 @@
 //! Words for the defects of a log.
 
-use super::numbers::significant;
-use crate::log::plausible::{Defect, SLOPE_TOLERANCE, UnitError};
+use super::listed;
+use super::numbers::{plain, significant};
+use crate::log::plausible::{Defect, SLOPE_TOLERANCE, ShiftedConstant, UnitError};
 
 /// One sentence: the observation and its probable cause.
 pub fn defect(defect: &Defect) -> String {
@@ -54,7 +55,34 @@ pub fn defect(defect: &Defect) -> String {
                 _ => "voltage",
             }
         ),
+        Defect::Thousandths { columns, evidence } => thousandths(columns, evidence),
     }
+}
+
+fn thousandths(columns: &[&str], evidence: &[ShiftedConstant]) -> String {
+    let units: Vec<String> = columns
+        .iter()
+        .map(|column| match *column {
+            "u_V" => "u_V looks like mV".to_owned(),
+            "i_A" => "i_A looks like mA".to_owned(),
+            _ => "torque_N_m looks like mN m".to_owned(),
+        })
+        .collect();
+    let shifts: Vec<String> = evidence.iter().map(shifted_constant).collect();
+    if shifts.is_empty() {
+        return format!("{}: the column is about 1000 × the modelled one. Convert it to the unit of its name.", listed(&units));
+    }
+    format!(
+        "{}: {}. Convert the column to the unit of its name; if the column is right, correct the start value in the model.",
+        listed(&units),
+        listed(&shifts)
+    )
+}
+
+/// A constant with its fitted and its start value.
+pub fn shifted_constant(shifted: &ShiftedConstant) -> String {
+    let ShiftedConstant { parameter, unit, start, fitted } = shifted;
+    format!("{parameter} would be {} {unit} where the model begins with {}", significant(*fitted, 3), plain(*start, 4))
 }
 
 fn rate_scale(ratio: f64, unit: Option<UnitError>) -> String {

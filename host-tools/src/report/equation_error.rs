@@ -3,10 +3,10 @@
 use serde::Serialize;
 use serde_json::Value;
 
-use super::json::{Entries, value};
+use super::json::{Entries, is_false, value};
 use super::{Style, plain, significant, with_sigma};
 use crate::identify::equation_error::EquationErrorComparison;
-use crate::identify::fit::{ChannelFit, FitError, FitResult, Parameters};
+use crate::identify::fit::{ChannelFit, FitError, FitResult, Parameter, Parameters};
 use crate::log::Log;
 use crate::model::Model;
 
@@ -57,8 +57,14 @@ impl Fit<'_> {
         let free = matches!(self.fit.free_run, Some(Ok(_)));
         let mut rows = vec![["".to_owned(), "equation error".to_owned(), if free { "free run".to_owned() } else { String::new() }]];
         for (k, p) in self.fit.equation.parameters.list.iter().enumerate() {
-            let value = if p.fixed { format!("{} fixed", plain(p.value, 6)) } else { with_sigma(p.value, self.fit.equation.sigmas[k]) };
-            let beside = self.fit.by_free_run(k).filter(|_| !p.fixed).map_or(String::new(), |(v, s)| with_sigma(v, s));
+            let fixed = || format!("{} fixed", plain(p.value, 6));
+            let estimate = |value: f64, sigma: f64, at_bound: bool| {
+                if at_bound { format!("{} at its bound", plain(value, 6)) } else { with_sigma(value, sigma) }
+            };
+            let equation = &self.fit.equation;
+            let value = if p.fixed { fixed() } else { estimate(p.value, equation.sigmas[k], equation.parameters.at_bounds().contains(&k)) };
+            let free_run_at_bound = self.fit.free_run.as_ref().is_some_and(|run| run.as_ref().is_ok_and(|run| run.is_at_bound(&p.name)));
+            let beside = self.fit.by_free_run(k).filter(|_| !p.fixed).map_or(String::new(), |(v, s)| estimate(v, s, free_run_at_bound));
             rows.push([p.name.clone(), value, beside + if self.fit.differs(k) { " *" } else { "" }]);
         }
         let width = |c: usize| rows.iter().map(|r| r[c].chars().count()).max().unwrap_or(0);
@@ -105,6 +111,8 @@ struct ParameterJson {
     value: f64,
     sigma: f64,
     fixed: bool,
+    #[serde(skip_serializing_if = "is_false")]
+    at_bound: bool,
 }
 
 #[derive(Serialize)]
@@ -130,8 +138,11 @@ struct OutputJson {
 }
 
 fn parameters(parameters: &Parameters, sigmas: &[f64]) -> Entries<ParameterJson> {
-    let list = parameters.list.iter().zip(sigmas);
-    Entries(list.map(|(p, &sigma)| (p.name.clone(), ParameterJson { value: p.value, sigma, fixed: p.fixed })).collect())
+    let at_bounds = parameters.at_bounds();
+    let list = parameters.list.iter().zip(sigmas).enumerate();
+    let json =
+        |k: usize, p: &Parameter, sigma: f64| ParameterJson { value: p.value, sigma, fixed: p.fixed, at_bound: at_bounds.contains(&k) };
+    Entries(list.map(|(k, (p, &sigma))| (p.name.clone(), json(k, p, sigma))).collect())
 }
 
 fn free_run(result: &Result<FitResult, FitError>) -> FreeRunJson {

@@ -17,3 +17,9 @@ impl<T: Serialize> Serialize for Entries<T> {
         serializer.collect_map(self.0.iter().map(|(name, entry)| (name, entry)))
     }
 }
+
+/// For `skip_serializing_if`: flags are written only where they are set.
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes fields by reference")]
+pub fn is_false(flag: &bool) -> bool {
+    !flag
+}

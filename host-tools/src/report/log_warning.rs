@@ -8,6 +8,9 @@ pub fn log_warning(warning: &LogWarning) -> String {
         LogWarning::UnterminatedRow { line } => {
             format!("the last row (line {line}) does not end with a line break; its last number may be cut short")
         }
+        LogWarning::UnwrappedAngle { jumps } => {
+            format!("theta_rad is wrapped to one turn ({jumps} jumps of 2π); it was continued over the turns")
+        }
         LogWarning::NoteNotUnderstood { key, part, example } => {
             format!("note “{key}”: “{part}” was not understood and is not used; an example that is understood: {example}")
         }

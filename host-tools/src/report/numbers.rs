@@ -26,6 +26,9 @@ pub fn plain(x: f64, digits: u32) -> String {
     power.map_or(number.to_owned(), |power| format!("{number} × {power}"))
 }
 
+/// Most decimals of a value that is far below its uncertainty; a smaller one is given with a power of ten.
+const MAX_DECIMALS: i32 = 5;
+
 /// A value and its standard uncertainty, rounded to two digits of the uncertainty: `0.02340 ± 0.00012`, `(2.512 ± 0.031) × 10⁻⁴`.
 ///
 /// Only the value where the uncertainty is 0 or not finite. The caller labels the ± (1σ) once for each table or page.
@@ -36,6 +39,17 @@ pub fn with_sigma(value: f64, sigma: f64) -> String {
     let size = exponent(&format!("{:.1e}", value.abs().max(sigma)));
     let last = exponent(&format!("{sigma:.1e}")) - 1;
     let decimals = |power: i32| (power - last).clamp(0, 12) as usize;
+    // Rounded to the digits of the uncertainty, a value far below it would be zero: then both are given to the first digit of the value, or each
+    // with its own power of ten.
+    if value != 0.0 && value.abs() < 0.5 * 10f64.powi(last) {
+        let first = -exponent(&format!("{value:.0e}"));
+        let decimals = first.unsigned_abs() as usize;
+        return if (0..=MAX_DECIMALS).contains(&first) {
+            typographic(&format!("{value:.decimals$} ± {sigma:.decimals$}"))
+        } else {
+            format!("{} ± {}", powered(&format!("{value:.0e}")), powered(&format!("{sigma:.1e}")))
+        };
+    }
     if (-3..6).contains(&size) {
         let decimals = decimals(0);
         return typographic(&format!("{value:.decimals$} ± {sigma:.decimals$}"));

@@ -2,6 +2,7 @@
 
 use crate::identify::evaluation::EvaluationRemark;
 use crate::identify::fit::prepare::PreparationNote;
+use crate::log::plausible::ShiftedConstant;
 
 /// A preparation note as a sentence.
 pub fn note(note: &PreparationNote) -> String {
@@ -12,6 +13,14 @@ pub fn note(note: &PreparationNote) -> String {
     }
 }
 
+/// A question about a constant that a fit shifts by a decade or more, as sentences.
+pub fn constant(shifted: &ShiftedConstant) -> String {
+    format!(
+        "By a fit {}. A physical constant is known better than to a factor of ten: check the units of the log's columns and the start value.",
+        super::defects::shifted_constant(shifted)
+    )
+}
+
 /// A remark on an evaluation as a sentence.
 pub fn remark(remark: &EvaluationRemark) -> String {
     match remark {
@@ -20,5 +29,6 @@ pub fn remark(remark: &EvaluationRemark) -> String {
             let source = if *from_encoder { "derived from the encoder" } else { "from a separate sensor" };
             format!("The log does not state the source of omega_rad_s. The fit is better for a rate {source}, which is assumed.")
         }
+        EvaluationRemark::ShiftedConstant(shifted) => constant(shifted),
     }
 }

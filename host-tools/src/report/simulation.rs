@@ -6,6 +6,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::json::{Entries, value};
+use super::plain;
 use crate::acquire::hidden::HiddenEffect;
 use crate::log::Log;
 
@@ -15,7 +16,7 @@ pub fn text(log: &Log, hidden: Option<&HiddenEffect>, reveal: bool) -> String {
         "{}: {} rows, {} s at {:.0} Hz: {}\n",
         log.path().display(),
         log.len(),
-        log.duration_s(),
+        plain(log.duration_s(), 6),
         1.0 / log.median_dt_s(),
         columns(log).join(", ")
     );
@@ -70,4 +71,20 @@ pub fn json(log: &Log, hidden: Option<&HiddenEffect>, reveal: bool) -> Value {
 
 fn columns(log: &Log) -> Vec<&str> {
     log.columns().iter().map(|c| c.name.as_str()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::log::{Column, Note, Notes};
+
+    #[test]
+    fn times_are_printed_without_rounding_errors() {
+        let t_s: Vec<f64> = (0..2003).map(|k| f64::from(k) * 1e-3).collect();
+        let mut notes = Notes::default();
+        notes.push(Note::Ended("stopped".to_owned(), 2.0029999999999997));
+        let log = Log::new("run.csv", vec![Column { name: "t_s".to_owned(), values: t_s }], notes).unwrap();
+        assert!(text(&log, None, false).starts_with("run.csv: 2003 rows, 2.003 s at 1000 Hz"), "{}", text(&log, None, false));
+        assert_eq!(log.note("ended"), Some("stopped, at 2.003 s"));
+    }
 }

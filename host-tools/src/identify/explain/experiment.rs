@@ -11,6 +11,15 @@ pub struct NextExperiment {
     pub run: StandRun,
 }
 
+/// What to change where the log is already the run that separates two effects best.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Repeated {
+    /// The stand, as described; the run is the same.
+    ChangeOfStand(&'static str),
+    /// The run.
+    OtherRun,
+}
+
 /// Purpose of an experiment. Effects are identifiers of cards where not stated otherwise.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Purpose {
@@ -22,6 +31,8 @@ pub enum Purpose {
         rival: String,
         /// How they differ; `None`: the experiments of both cards are proposed.
         difference: Option<&'static str>,
+        /// The log is such a run already, and does not separate the two.
+        repeated: Option<Repeated>,
     },
     /// Rotate in both directions.
     BothDirections,

@@ -49,10 +49,11 @@ use std::time::Instant;
 
 pub use answer::{Candidate, ChannelError, Estimate, Explanation, Shape, ShapeForm, Stage, Verdict};
 pub use criteria::Criteria;
-pub use experiment::{NextExperiment, Purpose};
+pub use experiment::{NextExperiment, Purpose, Repeated};
 pub use join_logs::JoinError;
 pub use reasons::{NotVisible, Progress, Refusal, Remark};
 
+use crate::identify::constants;
 use crate::identify::fit::prepare::{self, PrepareError};
 use crate::identify::fit::{FitError, Preparation};
 use crate::identify::residual;
@@ -127,6 +128,11 @@ pub fn explain_by(
     let (data, remarks) = prepare::prepare(&log, model, true)?;
     progress(&Progress::FittingGiven);
     let base = FittedModel::fit(context, model, data)?;
+    if let Some(defect) = constants::columns_in_thousandths(model, &base.data, &base.fit) {
+        drop(base);
+        return Err(ExplainError::BadLog { log: Box::new(log), findings: vec![defect] });
+    }
+    let shifted = constants::shifted(model, &base.fit);
     let (given_data, given) = (base.data.clone(), base.fit.clone());
     let preparation = Preparation::of(&given_data);
     let (search, misfits) = rayon::join(|| search::search(base, progress), || residual::misfits(&log, &given_data, &given));
@@ -135,8 +141,9 @@ pub fn explain_by(
     let (verdict, unexplained) = verdict::verdict(&mut search);
     let (missing, stages) = (search.names(0), search.stages());
     let coverage = Coverage::of(&log, &criteria.coverage);
-    let next = next_experiment::next_experiment(&search.candidates, &missing, verdict, &coverage);
+    let next = next_experiment::next_experiment(&search.candidates, &missing, verdict, &coverage, &log);
     let mut remarks: Vec<Remark> = remarks.into_iter().map(Remark::Preparation).collect();
+    remarks.extend(shifted.into_iter().map(Remark::ShiftedConstant));
     remarks.append(&mut search.remarks);
     let mut models = search.models.into_iter();
     let (given, explained, model) = match (models.next(), models.next_back()) {

@@ -109,6 +109,8 @@ pub enum NotVisible {
 /// A remark for the user on the computation.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Remark {
+    /// The fit of the given model shifts a physical constant by a decade or more.
+    ShiftedConstant(crate::log::plausible::ShiftedConstant),
     /// A remark on the preparation of the log.
     Preparation(crate::identify::fit::prepare::PreparationNote),
     /// These effects were added last and help too little far above the noise: they were removed.

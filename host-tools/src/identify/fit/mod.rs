@@ -27,9 +27,9 @@ pub mod system;
 pub use channel_fit::ChannelFit;
 pub(crate) use channel_fit::differencing_rows;
 use channel_fit::{MAX_NOISE_CHI2_PER_N, compared, noise_of_residual, noise_of_series};
-use covariance::NoiseColour;
+use covariance::{Covariance, NoiseColour};
 pub use initial_states::{InitialStateKind, InitialStates, initial_state_kinds, starting_states};
-use normal_equations::MAX_UNKNOWNS;
+use normal_equations::{MAX_UNKNOWNS, NormalEquations};
 pub use parameters::{Parameter, Parameters};
 pub use prepared_log::{ComparedChannel, Preparation, PreparedLog};
 pub use problem::Problem;
@@ -66,12 +66,21 @@ pub struct Unidentifiable {
     pub partner: Option<(String, f64)>,
 }
 
+/// A parameter that the fit holds at an end of its physical range.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AtBound {
+    /// The parameter.
+    pub parameter: String,
+    /// Distance of an unbounded estimate from the bound, in its standard errors, by the model linearised at the bound.
+    pub excess_sigmas: f64,
+}
+
 /// Result of a comparison or a fit.
 #[derive(Debug, Clone)]
 pub struct FitResult {
     /// Parameters, as given or fitted.
     pub parameters: Parameters,
-    /// Standard errors of the parameters, 0 for fixed ones; all 0 after a comparison.
+    /// Standard errors of the parameters, 0 for fixed ones and for those at a bound; all 0 after a comparison.
     pub sigmas: Vec<f64>,
     /// Fitted initial states.
     pub initial_states: InitialStates,
@@ -79,12 +88,21 @@ pub struct FitResult {
     pub channels: Vec<ChannelFit>,
     /// Parameters that this log does not determine.
     pub unidentifiable: Vec<Unidentifiable>,
+    /// Parameters held at an end of their physical range. The other standard errors are those of a fit with these parameters fixed.
+    pub at_bound: Vec<AtBound>,
     /// The minimisation reached its stopping criterion.
     pub converged: bool,
     /// Steps of the minimisation.
     pub steps: usize,
     /// Weighted sum of squares over the fitted rows.
     pub chi2: f64,
+}
+
+impl FitResult {
+    /// The fit holds the parameter of this name at an end of its physical range.
+    pub fn is_at_bound(&self, name: &str) -> bool {
+        self.at_bound.iter().any(|b| b.parameter == name)
+    }
 }
 
 /// Noise estimates are final if they change by less than this fraction.
@@ -177,10 +195,24 @@ pub fn evaluate(system: &System, data: &PreparedLog, mut iterate: Iterate, noise
     let colours: Vec<NoiseColour> = channels.iter().enumerate().map(|(c, f)| f.noise_colour(data, c)).collect();
     let weights = weights(noise);
     let equations = iterate.normal_equations(&weights);
-    let covariance = covariance::covariance(Problem { system, data, weights: &weights }, &iterate, &colours, &equations);
+    let problem = Problem { system, data, weights: &weights };
+    let all = covariance::covariance(problem, &iterate, &colours, &equations);
+    let at_bound = at_bound(&iterate.parameters, &equations, &all);
+    let (sigmas, unidentifiable) = if at_bound.is_empty() {
+        (iterate.parameters.sigmas(&all.matrix), all.unidentifiable(&iterate.parameters))
+    } else {
+        let mut held = iterate.parameters.clone();
+        for p in &mut held.list {
+            p.fixed |= at_bound.iter().any(|b| b.parameter == p.name);
+        }
+        let held = Iterate::new(system, &held, data, &iterate.initial_states);
+        let others = covariance::covariance(problem, &held, &colours, &held.normal_equations(&weights));
+        (held.parameters.sigmas(&others.matrix), others.unidentifiable(&held.parameters))
+    };
     FitResult {
-        sigmas: iterate.parameters.sigmas(&covariance.matrix),
-        unidentifiable: covariance.unidentifiable(&iterate.parameters),
+        sigmas,
+        unidentifiable,
+        at_bound,
         parameters: iterate.parameters,
         initial_states: iterate.initial_states,
         channels,
@@ -188,6 +220,25 @@ pub fn evaluate(system: &System, data: &PreparedLog, mut iterate: Iterate, noise
         steps: iterate.steps,
         chi2: equations.cost,
     }
+}
+
+/// The parameters at their bounds on which the outputs depend, at an iterate with these `equations` and this `covariance`.
+fn at_bound(parameters: &Parameters, equations: &NormalEquations, covariance: &Covariance) -> Vec<AtBound> {
+    let at_bounds = parameters.at_bounds();
+    if at_bounds.is_empty() {
+        return Vec::new();
+    }
+    let free = parameters.free();
+    let (information, descent) = equations.profiled();
+    let step = information.clone().cholesky().map(|factor| factor.solve(&descent));
+    let positions = free.iter().enumerate().filter(|(index, k)| at_bounds.contains(k) && information[(*index, *index)] > 0.0);
+    positions
+        .map(|(index, &k)| {
+            let sigma = covariance.matrix[(index, index)].sqrt();
+            let excess = step.as_ref().map_or(0.0, |step| step[index].abs() / sigma);
+            AtBound { parameter: parameters.list[k].name.clone(), excess_sigmas: if excess.is_finite() { excess } else { 0.0 } }
+        })
+        .collect()
 }
 
 /// True if the model describes the log except for a slow misfit, for example after an interval of stiction that the simulation misses.

@@ -66,6 +66,8 @@ pub struct Parameter {
     pub polar: Option<usize>,
     /// The equations have no meaning below zero; the fit stops there.
     pub limited_at_zero: bool,
+    /// The fit keeps it within `range`. Otherwise an estimate may leave the range, which `explain` takes as evidence against an effect.
+    pub bounded: bool,
     /// A level of dry friction.
     pub is_dry_friction: bool,
     /// A clearance.
@@ -85,6 +87,24 @@ const MIN_POSITIVE: f64 = 1e-12;
 const MIN_AMPLITUDE: f64 = 1e-12;
 
 impl Parameters {
+    /// The parameters, kept within their physical ranges by a fit: its result is then a valid model file.
+    pub fn within_physical_ranges(mut self) -> Parameters {
+        for p in &mut self.list {
+            p.bounded = true;
+        }
+        self
+    }
+
+    /// Indices of the free parameters at an end of the range that the fit keeps.
+    pub fn at_bounds(&self) -> Vec<usize> {
+        let at_bound = |k: &usize| {
+            let p = &self.list[*k];
+            let (low, high) = p.limits();
+            p.bounded && (p.value <= low || p.value >= high)
+        };
+        self.free().into_iter().filter(at_bound).collect()
+    }
+
     /// Indices of the free parameters. Their order is that of the coordinates.
     pub fn free(&self) -> Vec<usize> {
         (0..self.list.len()).filter(|&k| self.is_free(k)).collect()
@@ -148,13 +168,14 @@ impl Parameters {
                 let (s, c) = self.list[phase].value.sin_cos();
                 let x = p.value * c + step[index];
                 let y = p.value * s + coordinate_of(phase).map_or(0.0, |l| step[l]);
-                next.list[k].value = x.hypot(y);
+                let (_, high) = p.limits();
+                next.list[k].value = x.hypot(y).min(high);
                 next.list[phase].value = y.atan2(x).rem_euclid(std::f64::consts::TAU);
                 continue;
             }
             let value = match p.kind {
                 // At most a factor of e² per step.
-                ParameterKind::Positive => (p.value * step[index].clamp(-2.0, 2.0).exp()).clamp(p.range.0.max(MIN_POSITIVE), p.range.1),
+                ParameterKind::Positive => p.value * step[index].clamp(-2.0, 2.0).exp(),
                 ParameterKind::Fraction => {
                     let logit = (p.value / (1.0 - p.value)).ln() + step[index].clamp(-2.0, 2.0);
                     1.0 / (1.0 + (-logit).exp())
@@ -162,7 +183,7 @@ impl Parameters {
                 ParameterKind::Phase => (p.value + step[index]).rem_euclid(std::f64::consts::TAU),
                 _ => p.value + step[index],
             };
-            let (low, high) = hard_limits(p);
+            let (low, high) = p.limits();
             next.list[k].value = value.clamp(low, high);
         }
         next
@@ -173,10 +194,7 @@ impl Parameters {
         let free = self.free();
         let outward = |index: &usize| {
             let p = &self.list[free[*index]];
-            let (low, high) = match p.kind {
-                ParameterKind::Positive => (p.range.0.max(MIN_POSITIVE), p.range.1),
-                _ => hard_limits(p),
-            };
+            let (low, high) = p.limits();
             !self.is_polar(free[*index]) && ((p.value <= low && step[*index] < 0.0) || (p.value >= high && step[*index] > 0.0))
         };
         (0..free.len()).filter(outward).collect()
@@ -206,8 +224,22 @@ impl Parameter {
             range: (f64::NEG_INFINITY, f64::INFINITY),
             polar: None,
             limited_at_zero: false,
+            bounded: false,
             is_dry_friction: false,
             is_clearance: false,
+        }
+    }
+
+    /// Limits of the fit.
+    pub(super) fn limits(&self) -> (f64, f64) {
+        match self.kind {
+            ParameterKind::Positive => (self.range.0.max(MIN_POSITIVE), self.range.1),
+            // Periodic, or not fitted.
+            ParameterKind::Phase | ParameterKind::HarmonicOrder => (f64::NEG_INFINITY, f64::INFINITY),
+            _ if self.bounded => self.range,
+            // Other coefficients, such as a viscosity, may become negative: this indicates over-fitting.
+            _ if self.limited_at_zero => (0.0, self.range.1),
+            _ => (f64::NEG_INFINITY, f64::INFINITY),
         }
     }
 
@@ -217,10 +249,4 @@ impl Parameter {
         self.is_dry_friction = card.dry_friction == Some(index);
         self.is_clearance = card.clearance == Some(index);
     }
-}
-
-/// Limits of the fit: the physical range may be narrower, which the report states.
-fn hard_limits(p: &Parameter) -> (f64, f64) {
-    // Other coefficients, such as a viscosity, may become negative: this indicates over-fitting.
-    if p.limited_at_zero { (0.0, p.range.1) } else { (f64::NEG_INFINITY, f64::INFINITY) }
 }

@@ -70,13 +70,8 @@ pub fn minimize_within(problem: Problem, mut iterate: Iterate, max_steps: usize,
             cost_before = equations.cost;
         }
         steps += 1;
-        // A parameter at its limit is held, so that it does not block the others.
-        let at_limit = |step: &Step| iterate.parameters.at_limits(&step.parameters);
         let mut held = Vec::new();
-        let step = equations.step(damping, &[]).and_then(|step| {
-            held = at_limit(&step);
-            if held.is_empty() { Some(step) } else { equations.step(damping, &held) }
-        });
+        let step = step_within_limits(&iterate.parameters, &equations, damping, &mut held);
         let Some(step) = step else {
             damping = (damping * 10.0_f64).max(1e-6);
             if damping > MAX_DAMPING {
@@ -87,10 +82,16 @@ pub fn minimize_within(problem: Problem, mut iterate: Iterate, max_steps: usize,
         let min_decrease = tolerance(equations.cost);
         // The predicted decrease of a damped step is always small; that of an undamped step measures the distance to the minimum.
         let undamped_is_small = || equations.step(NEGLIGIBLE_DAMPING, &held).is_none_or(|step| step.predicted_decrease < min_decrease);
-        if step.predicted_decrease < min_decrease && (damping <= NEGLIGIBLE_DAMPING || undamped_is_small()) {
-            converged = true;
-            break;
-        }
+        let is_small = step.predicted_decrease < min_decrease && (damping <= NEGLIGIBLE_DAMPING || undamped_is_small());
+        let released = if is_small { step_off_limits(&iterate.parameters, &equations, damping, &held) } else { None };
+        let step = match released {
+            Some(released) if released.predicted_decrease >= min_decrease => released,
+            _ if is_small => {
+                converged = true;
+                break;
+            }
+            _ => step,
+        };
         let parameters = iterate.parameters.moved(&step.parameters);
         let initial_states = iterate.initial_states.moved(&step.states);
         let linearization = linearize_below(problem, &parameters, &initial_states, equations.cost);
@@ -121,4 +122,28 @@ pub fn minimize_within(problem: Problem, mut iterate: Iterate, max_steps: usize,
     iterate.steps += steps;
     iterate.converged = converged;
     iterate
+}
+
+/// A step that does not leave the limits at once: parameters at a limit that it would move outwards are `held`, so that they do not block the
+/// others. Holding one may turn the step of another outwards, hence the loop.
+fn step_within_limits(parameters: &Parameters, equations: &NormalEquations, damping: f64, held: &mut Vec<usize>) -> Option<Step> {
+    loop {
+        let step = equations.step(damping, held)?;
+        let outward: Vec<usize> = parameters.at_limits(&step.parameters).into_iter().filter(|k| !held.contains(k)).collect();
+        if outward.is_empty() {
+            return Some(step);
+        }
+        held.extend(outward);
+    }
+}
+
+/// At a minimum over the other parameters: a step that frees those `held` parameters along which χ² decreases inwards (the sign of the
+/// Karush–Kuhn–Tucker multiplier); `None` where there are none.
+fn step_off_limits(parameters: &Parameters, equations: &NormalEquations, damping: f64, held: &[usize]) -> Option<Step> {
+    if held.is_empty() {
+        return None;
+    }
+    let (_, descent) = equations.profiled();
+    let mut outward: Vec<usize> = parameters.at_limits(descent.as_slice()).into_iter().filter(|k| held.contains(k)).collect();
+    if outward.len() == held.len() { None } else { step_within_limits(parameters, equations, damping, &mut outward) }
 }

@@ -8,7 +8,7 @@ mod write;
 
 pub(super) use read::warnings;
 pub use read::{FaultNote, Provenance, RateSource, VoltageSource};
-pub use write::{Note, timestamp};
+pub use write::{Note, microseconds, timestamp};
 
 /// The notes of a log, in their order. A `#` line without a key has the key `comment`.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

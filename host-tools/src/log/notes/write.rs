@@ -7,6 +7,11 @@ pub fn timestamp() -> String {
     jiff::Zoned::now().strftime("%Y-%m-%dT%H:%M:%S%:z").to_string()
 }
 
+/// A time rounded to microseconds, which removes the rounding errors of sums: `2.003`, not `2.0029999999999997`.
+pub fn microseconds(t_s: f64) -> f64 {
+    (t_s * 1e6).round() / 1e6
+}
+
 /// A note that the program writes and reads again.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Note {
@@ -88,7 +93,7 @@ impl Note {
             Note::LostRows(rows) => entry("lost_rows", rows.to_string()),
             Note::DamagedFrames(frames) => entry("damaged_frames", frames.to_string()),
             Note::Fault(fault) => entry("fault", fault.value()),
-            Note::Ended(reason, last_s) => entry("ended", format!("{reason}, at {last_s} s")),
+            Note::Ended(reason, last_s) => entry("ended", format!("{reason}, at {} s", microseconds(last_s))),
             Note::Number(key, value) => entry(key, value.to_string()),
             Note::Text(key, text) => entry(key, text),
         }

@@ -124,6 +124,26 @@ pub enum Defect {
         /// `torque_N_m`, `i_A` or `u_V`.
         column: &'static str,
     },
+    /// These columns are in thousandths of their unit: a fit shifts the physical constants of the model by factors of 1000.
+    Thousandths {
+        /// `u_V`, `i_A` or `torque_N_m`.
+        columns: Vec<&'static str>,
+        /// The shifted constants.
+        evidence: Vec<ShiftedConstant>,
+    },
+}
+
+/// A physical constant that a fit shifts far from its start value.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ShiftedConstant {
+    /// Name in the model file.
+    pub parameter: &'static str,
+    /// Unit.
+    pub unit: &'static str,
+    /// Start value.
+    pub start: f64,
+    /// Fitted value.
+    pub fitted: f64,
 }
 
 /// A unit error of angle, rate or time, by the factor that it gives `omega_rad_s` over dθ/dt.
@@ -157,7 +177,7 @@ impl Defect {
             Defect::ConstantInput { .. } => DefectCode::ConstantInput,
             Defect::ConstantChannel { .. } => DefectCode::ConstantChannel,
             Defect::ExchangedAngleAndRate | Defect::ExchangedRates { .. } | Defect::ExchangedVoltageAndCurrent => DefectCode::Swapped,
-            Defect::RateScale { unit: Some(_), .. } => DefectCode::WrongUnit,
+            Defect::RateScale { unit: Some(_), .. } | Defect::Thousandths { .. } => DefectCode::WrongUnit,
             Defect::RateScale { ratio, unit: None } if *ratio < 0.0 => DefectCode::WrongSign,
             Defect::UnrelatedRate | Defect::RateScale { .. } => DefectCode::RateDisagrees,
             Defect::ReversedCurrent | Defect::ReversedVoltage => DefectCode::WrongSign,
@@ -169,7 +189,7 @@ impl Defect {
     pub fn columns(&self) -> Vec<&'static str> {
         match self {
             Defect::MissingInput { .. } => Vec::new(),
-            Defect::WholeNumbers { columns } | Defect::NoMotion { columns, .. } => columns.clone(),
+            Defect::WholeNumbers { columns } | Defect::NoMotion { columns, .. } | Defect::Thousandths { columns, .. } => columns.clone(),
             Defect::ConstantInput { input: column, .. }
             | Defect::ConstantChannel { column, .. }
             | Defect::ReversedAcceleration { column } => vec![column],

@@ -8,7 +8,7 @@ use super::parameters::{Determination, parameters};
 use crate::identify::fit::ChannelFit;
 use crate::identify::fit::prepared_log::ANGLE_INCREMENT_S;
 use crate::model::Channel;
-use crate::report::json::{Entries, value};
+use crate::report::json::{Entries, is_false, value};
 use crate::report::misfits::MisfitJson;
 use crate::report::unit;
 
@@ -62,6 +62,8 @@ struct ParameterJson {
     start: f64,
     #[serde(skip_serializing_if = "is_false")]
     at_bound: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    bound_excess_sigmas: Option<f64>,
     #[serde(skip_serializing_if = "is_false")]
     out_of_range: bool,
 }
@@ -73,11 +75,6 @@ struct NotIdentifiableJson<'a> {
     correlation: Option<f64>,
 }
 
-#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes fields by reference")]
-fn is_false(flag: &bool) -> bool {
-    !flag
-}
-
 /// The answer of `stand compare --json`.
 pub fn compare_json(c: &Comparison) -> Value {
     value(&comparison(c))
@@ -86,7 +83,7 @@ pub fn compare_json(c: &Comparison) -> Value {
 /// The answer of `stand fit --json`: that of a comparison, and the parameters.
 pub fn fit_json(c: &Comparison) -> Value {
     let rows = parameters(c).into_iter().map(|row| {
-        let sigma = (row.determination == Determination::Determined).then_some(row.sigma);
+        let sigma = (row.determination == Determination::Determined && !row.at_bound).then_some(row.sigma);
         let parameter = ParameterJson {
             value: row.value,
             sigma,
@@ -94,6 +91,7 @@ pub fn fit_json(c: &Comparison) -> Value {
             fixed: row.fixed,
             start: row.start,
             at_bound: row.at_bound,
+            bound_excess_sigmas: row.bound_excess_sigmas,
             out_of_range: row.out_of_range,
         };
         (row.name, parameter)

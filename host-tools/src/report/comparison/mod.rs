@@ -65,9 +65,11 @@ impl Comparison<'_> {
         lines
     }
 
-    /// Warnings of the log's reader, and of a fit that did not converge.
+    /// Warnings of the log's reader, of constants that contradict the log, and of a fit that did not converge.
     pub fn all_warnings(&self) -> Vec<String> {
         let mut lines = log_warnings(self.log);
+        let shifted = self.remarks.iter().filter(|remark| matches!(remark, EvaluationRemark::ShiftedConstant(_)));
+        lines.extend(shifted.map(crate::report::preparation::remark));
         if self.fitted && !self.result.converged {
             lines.push(format!(
                 "The fit did not converge in {} steps; the values are the best so far. Start closer to the solution, or fix the parameters that this log does not determine.",

@@ -39,6 +39,8 @@ pub struct ParameterRow {
     pub fixed: bool,
     /// Is at the end of its range.
     pub at_bound: bool,
+    /// Distance of an unbounded estimate from the bound, in its standard uncertainties, where the fit holds the parameter at its bound.
+    pub bound_excess_sigmas: Option<f64>,
     /// Is outside its physical range.
     pub out_of_range: bool,
     /// Is outside the range by no more than the uncertainty explains.
@@ -62,6 +64,8 @@ pub enum Mark {
     OutOfRange,
     /// At the end of its range.
     AtBound,
+    /// Held at the end of its range; without the bound the estimate would be significantly outside.
+    ForcedToBound,
 }
 
 impl Mark {
@@ -73,7 +77,7 @@ impl Mark {
             Mark::NotDetermined => "not determined",
             Mark::ZeroWithinUncertainty => "out of range by less than 2σ",
             Mark::OutOfRange => "outside its physical range",
-            Mark::AtBound => "at its bound",
+            Mark::AtBound | Mark::ForcedToBound => "at its bound",
         }
     }
 }
@@ -94,6 +98,8 @@ impl ParameterRow {
             Mark::NotDetermined
         } else if self.out_of_range {
             if self.within_uncertainty { Mark::ZeroWithinUncertainty } else { Mark::OutOfRange }
+        } else if self.bound_excess_sigmas.is_some_and(|excess| excess > MAX_SIGMAS_OUT_OF_RANGE) {
+            Mark::ForcedToBound
         } else if self.at_bound {
             Mark::AtBound
         } else if self.fixed {
@@ -128,6 +134,14 @@ pub fn advice(rows: &[ParameterRow]) -> Vec<String> {
             "{} = {} is outside its physical range: the model lacks an effect, and this parameter compensates for it. Do not use this fit; find the missing effect first.",
             row.name,
             row.value_text()
+        ));
+    }
+    for row in rows.iter().filter(|row| row.mark() == Mark::ForcedToBound) {
+        lines.push(format!(
+            "{} = {} is held at its bound: without the bound the estimate would be outside its physical range by {} standard uncertainties. The model lacks an effect, and this parameter compensates for it. Do not use this fit; find the missing effect first.",
+            row.name,
+            row.value_text(),
+            numbers::significant(row.bound_excess_sigmas.unwrap_or(0.0), 2)
         ));
     }
     let (names, be) = named(rows, |row| row.mark() == Mark::ZeroWithinUncertainty);
@@ -167,6 +181,7 @@ pub fn parameters(c: &Comparison) -> Vec<ParameterRow> {
             let is_order = p.kind == drive_model::ParameterKind::HarmonicOrder;
             // A phase is periodic: the ends of its range are not bounds.
             let bounded = !p.fixed && p.kind != drive_model::ParameterKind::Phase && !is_order;
+            let held = result.at_bound.iter().find(|b| b.parameter == p.name);
             let slack = MAX_SIGMAS_OUT_OF_RANGE * sigma;
             let determination = match result.unidentifiable.iter().find(|u| u.parameter == p.name).map(|u| &u.partner) {
                 None => Determination::Determined,
@@ -181,7 +196,8 @@ pub fn parameters(c: &Comparison) -> Vec<ParameterRow> {
                 value: p.value,
                 sigma,
                 fixed: p.fixed || is_order,
-                at_bound: bounded && ((p.value - low).abs() <= tolerance || (p.value - high).abs() <= tolerance),
+                bound_excess_sigmas: held.map(|b| b.excess_sigmas),
+                at_bound: held.is_some() || bounded && ((p.value - low).abs() <= tolerance || (p.value - high).abs() <= tolerance),
                 out_of_range: bounded && (p.value < low - tolerance || p.value > high + tolerance),
                 within_uncertainty: p.value > low - slack && p.value < high + slack,
                 determination,

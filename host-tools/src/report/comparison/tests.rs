@@ -88,6 +88,7 @@ fn result(model: &Model, log: &Log, rms: f64) -> FitResult {
         parameters,
         initial_states: InitialStates { kinds: vec![], values: vec![], prior: vec![], prior_sigma: vec![] },
         channels: vec![fit(Channel::Rate, rms, Some(0.33), 0.021, residual), fit(Channel::Angle, f64::NAN, None, 0.001, angle)],
+        at_bound: Vec::new(),
         unidentifiable: vec![Unidentifiable { parameter: "motor_constant_N_m_A".into(), partner: Some(("inertia_kg_m2".into(), 0.9991)) }],
         converged: false,
         steps: 40,
@@ -205,6 +206,9 @@ fn numbers_have_significant_digits() {
     assert_eq!(with_sigma(2.5123e-4, 3.1e-6), "(2.512 ± 0.031) × 10⁻⁴");
     assert_eq!(with_sigma(-8e-5, 3.5e-5), "(−8.0 ± 3.5) × 10⁻⁵");
     assert_eq!(with_sigma(5.0, 0.0), "5");
+    assert_eq!(with_sigma(4e-4, 0.012), "0.0004 ± 0.0120");
+    assert_eq!(with_sigma(-3e-7, 0.012), "−3 × 10⁻⁷ ± 1.2 × 10⁻²");
+    assert_eq!(with_sigma(0.0, 0.012), "0.000 ± 0.012");
     assert_eq!(significant(0.099_96, 3), "0.100");
     assert_eq!(significant(11_908.4, 3), "11908");
     assert_eq!(significant(f64::NAN, 3), "–");

@@ -1,7 +1,7 @@
 //! Sentences about the channels of a comparison, and the glossary.
 
 use super::Comparison;
-use super::parameters::{Mark, parameters};
+use super::parameters::{Mark, ParameterRow, parameters};
 use crate::identify::fit::ChannelFit;
 use crate::model::Channel;
 use crate::report::{misfits, numbers, unit};
@@ -76,7 +76,8 @@ fn adequate(c: &Comparison) -> String {
     let every = if c.result.channels.len() > 1 { " in every channel" } else { "" };
     let mut text = format!("The residual is at noise level{every}: no missing effect is visible in this log.");
     let rows = if c.fitted { parameters(c) } else { Vec::new() };
-    let out: Vec<String> = rows.into_iter().filter(|row| row.mark() == Mark::OutOfRange).map(|row| row.name).collect();
+    let unphysical = |row: &ParameterRow| matches!(row.mark(), Mark::OutOfRange | Mark::ForcedToBound);
+    let out: Vec<String> = rows.into_iter().filter(unphysical).map(|row| row.name).collect();
     if !out.is_empty() {
         text.push_str(&format!(" But {} left the physical range: do not use the model outside the range of this log.", out.join(", ")));
     }

@@ -41,7 +41,7 @@ pub fn folder_json(entries: &[FolderEntry]) -> Value {
 pub fn folder_text(entries: &[FolderEntry]) -> String {
     let name = |e: &FolderEntry| e.path.file_name().map_or(String::new(), |n| n.to_string_lossy().into_owned());
     let missing = |e: &FolderEntry| match &e.result {
-        Ok(LogExplanation::Explained(e)) => e.missing.join(", "),
+        Ok(LogExplanation::Explained(e)) => super::words::named(e).join(", "),
         Ok(LogExplanation::ImplausibleLog(_, findings)) => findings.first().map_or(String::new(), crate::report::defect),
         Err(error) => error.to_string(),
     };

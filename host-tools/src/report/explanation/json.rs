@@ -17,6 +17,8 @@ use crate::report::misfits::{MisfitJson, p_value};
 struct ExplanationJson<'a> {
     verdict: &'static str,
     missing: &'a [String],
+    /// By effect of `missing`, where there are any: the effects that the log does not distinguish from it.
+    not_distinguishable: Entries<&'a [String]>,
     says: String,
     log: String,
     model: &'a str,
@@ -107,6 +109,9 @@ pub fn explain_json(e: &Explanation) -> Value {
     value(&ExplanationJson {
         verdict: e.verdict.name(),
         missing: &e.missing,
+        not_distinguishable: Entries(
+            e.missing.iter().map(|name| (name.clone(), words::alternatives(e, name))).filter(|(_, others)| !others.is_empty()).collect(),
+        ),
         says: words::headline(e),
         log: e.log.path().display().to_string(),
         model: e.model.name(),

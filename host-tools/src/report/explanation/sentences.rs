@@ -4,7 +4,7 @@ use drive_model::{Card, Coordinate, Requirement, StandRun};
 use hal_sim::plant::Stand;
 
 use super::names::{card, first_lower};
-use crate::identify::explain::{Explanation, NotVisible, Progress, Purpose, Refusal, Remark, Shape, ShapeForm};
+use crate::identify::explain::{Explanation, NotVisible, Progress, Purpose, Refusal, Remark, Repeated, Shape, ShapeForm};
 use crate::model::{Channel, SummingPoint};
 use crate::report::coordinates::AxisLabel;
 use crate::report::{listed, numbers, unit};
@@ -70,6 +70,7 @@ fn unmet(requirement: Requirement) -> &'static str {
 pub fn remark(remark: &Remark) -> String {
     match remark {
         Remark::Preparation(note) => crate::report::preparation::note(note),
+        Remark::ShiftedConstant(shifted) => crate::report::preparation::constant(shifted),
         Remark::StandInsRemoved { effects } => {
             format!("Removed again: {}. The residual stays far above the noise, and their improvement is too small.", listed(effects))
         }
@@ -187,10 +188,17 @@ pub fn next_experiment(e: &Explanation) -> Option<String> {
 fn purpose(purpose: &Purpose) -> String {
     let experiment = |card: Option<&Card>| card.map_or(String::new(), |c| first_lower(c.description.experiment));
     match purpose {
-        Purpose::Distinguish { effect, rival, difference: Some(difference) } => {
+        Purpose::Distinguish { effect, rival, repeated: Some(Repeated::ChangeOfStand(change)), .. } => {
+            format!("{effect} is not distinguishable from {rival} in this log, which is already the run that separates them best. {change}")
+        }
+        Purpose::Distinguish { effect, rival, difference, repeated: Some(Repeated::OtherRun) } => format!(
+            "{effect} is not distinguishable from {rival} in this log, which is already the run that separates them best.{} Record a run with another excitation, and give both logs to `stand explain`",
+            difference.map_or(String::new(), |difference| format!(" {difference}."))
+        ),
+        Purpose::Distinguish { effect, rival, difference: Some(difference), repeated: None } => {
             format!("{effect} is not distinguishable from {rival} in this log. {difference}")
         }
-        Purpose::Distinguish { effect, rival, difference: None } => format!(
+        Purpose::Distinguish { effect, rival, difference: None, repeated: None } => format!(
             "{effect} is not distinguishable from {rival} in this log. The best experiment for {effect}: {} The best experiment for {rival}: {}",
             experiment(card(effect)),
             experiment(card(rival))

@@ -40,10 +40,10 @@ pub fn headline(e: &Explanation) -> String {
             } else {
                 format!("A small residual remains that no effect of the catalogue explains: {above}.")
             };
-            format!("Missing {effects}: {}. {left}", listed(&e.missing))
+            format!("Missing {effects}: {}. {left}", listed(&named(e)))
         }
         Verdict::UnknownStructure => {
-            let found = match &e.missing[..] {
+            let found = match &named(e)[..] {
                 [] => String::new(),
                 [one] => format!("{one} explains part of the residual, but may stand in for another cause. "),
                 many => format!("{} explain part of the residual, but may stand in for another cause. ", listed(many)),
@@ -57,6 +57,20 @@ pub fn headline(e: &Explanation) -> String {
             format!("{found}The log contains a structure that no effect of the catalogue explains{above}. {shape}")
         }
     }
+}
+
+/// The added effects, each with those that the log does not distinguish from it: `asymmetric-friction or load (not distinguishable here)`.
+pub fn named(e: &Explanation) -> Vec<String> {
+    let name = |effect: &String| match alternatives(e, effect) {
+        [] => effect.clone(),
+        others => format!("{effect} or {} (not distinguishable here)", others.join(" or ")),
+    };
+    e.missing.iter().map(name).collect()
+}
+
+/// Effects that the log does not distinguish from an added effect. Those of later stages were compared in the presence of the earlier ones only.
+pub fn alternatives<'a>(e: &'a Explanation, effect: &str) -> &'a [String] {
+    e.candidates.iter().find(|c| c.effect == effect && c.refitted).map_or(&[], |c| &c.ambiguous_with)
 }
 
 fn last(e: &Explanation) -> &[ChannelError] {

@@ -220,7 +220,7 @@ fn evaluate(
         return Err(fail(InverseModelCause::Zero(explained.column())));
     }
     let (found, sigmas, condition) = if unknowns > 0 {
-        solve(&inverse, &decimator, &parameters, &measured).map_err(fail)?
+        solve_within_ranges(&inverse, &decimator, &parameters, &measured).map_err(fail)?
     } else {
         (parameters.clone(), vec![0.0; parameters.list.len()], 1.0)
     };
@@ -243,6 +243,38 @@ fn evaluate(
 const MIN_RELATIVE_EIGENVALUE: f64 = 1e-8;
 /// Component of a dependent direction above which a parameter belongs to the direction.
 const MIN_DIRECTION_COMPONENT: f64 = 0.2;
+
+/// As [`solve`], with every parameter in its physical range: while estimates are outside, the one that is farthest outside in standard errors
+/// is held at its bound.
+fn solve_within_ranges(
+    inverse: &Inverse,
+    decimator: &Decimator,
+    parameters: &Parameters,
+    measured: &[f64],
+) -> Result<(Parameters, Vec<f64>, f64), InverseModelCause> {
+    let mut held = parameters.clone().within_physical_ranges();
+    loop {
+        let (mut found, sigmas, condition) = match held.free()[..] {
+            [] => (held.clone(), vec![0.0; held.list.len()], 1.0),
+            _ => solve(inverse, decimator, &held, measured)?,
+        };
+        let excess = |k: usize| {
+            let p = &found.list[k];
+            let (low, high) = p.limits();
+            (p.value - p.value.clamp(low, high)).abs() / sigmas[k].max(f64::MIN_POSITIVE)
+        };
+        let outside = found.free().into_iter().filter(|&k| excess(k) > 0.0).max_by(|&a, &b| excess(a).total_cmp(&excess(b)));
+        let Some(k) = outside else {
+            for (p, given) in found.list.iter_mut().zip(&parameters.list) {
+                p.fixed = given.fixed;
+            }
+            return Ok((found, sigmas, condition));
+        };
+        let (low, high) = found.list[k].limits();
+        held.list[k].value = found.list[k].value.clamp(low, high);
+        held.list[k].fixed = true;
+    }
+}
 
 /// Parameters, standard errors and condition number by least squares.
 fn solve(
