@@ -310,6 +310,20 @@ fn plain_client_is_answered_right_after_a_tool_has_used_the_line() {
 }
 
 #[test]
+fn recording_that_a_fault_cuts_short_fails_says_so_first_and_keeps_its_rows() {
+    let folder = folder();
+    let faults = "[[faults]]\nwhat = \"supply-dip\"\nfrom_s = 4\nfor_s = 1\nsize = 6.0\n";
+    std::fs::write(folder.path().join("stand.toml"), faults).unwrap();
+    let served = Served::new(folder.path(), &["--stand", "stand.toml"]);
+    let ran = record(folder.path(), &served.port, &["--out", "run.csv", "--profile", "constant", "--amplitude", "5", "--seconds", "20"]);
+    assert_eq!(ran.status, Some(1), "{ran:?}");
+    assert!(ran.out.starts_with("ended early: fault 6,supply low"), "{}", ran.out);
+    assert!(ran.err.contains("switched off because of a fault") && ran.err.contains("run.csv"), "{}", ran.err);
+    let log = Log::read(folder.path().join("run.csv")).unwrap();
+    assert!(log.len() > 1000 && log.note("fault").is_some(), "{} rows", log.len());
+}
+
+#[test]
 fn signal_removes_the_link_and_saves_the_flash() {
     let folder = folder();
     let mut served = Served::new(folder.path(), &["--flash", "flash.bin"]);

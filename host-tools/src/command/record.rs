@@ -94,7 +94,8 @@ impl Record {
         self.json.json(|| report::json(&recording))?;
         let failed = |message: String| Err(CliError::Other(format!("{message}; the rows until then are in {}", self.out.display())));
         match &recording.end {
-            RecordingEnd::Complete | RecordingEnd::Interrupted | RecordingEnd::Fault(_) => Ok(()),
+            RecordingEnd::Complete | RecordingEnd::Interrupted => Ok(()),
+            RecordingEnd::Fault(fault) => failed(format!("{}: the drive was switched off because of a fault: {fault}", link.name())),
             RecordingEnd::Disconnected(error) => failed(error.to_string()),
             RecordingEnd::Silent | RecordingEnd::IncompleteRows => failed(format!("{}: the stand sends no more rows", link.name())),
         }

@@ -8,7 +8,8 @@ use crate::acquire::profile_recording::{ProfileRecording, early_end};
 
 /// Summary as text.
 pub fn text(r: &ProfileRecording) -> String {
-    let mut text = format!("{}: {} rows, {:.3} s, in {:.1} s\n", r.log.path().display(), r.log.len(), r.log.duration_s(), r.elapsed_s);
+    let mut text = early_end(&r.end).map_or(String::new(), |reason| format!("ended early: {reason}\n"));
+    text += &format!("{}: {} rows, {:.3} s, in {:.1} s\n", r.log.path().display(), r.log.len(), r.log.duration_s(), r.elapsed_s);
     if r.lost_rows > 0 || !r.line_losses.is_none() {
         text += &format!("lost on the serial line: {} rows; {} damaged frames or lines discarded\n", r.lost_rows, r.line_losses.damaged);
     }
@@ -20,9 +21,6 @@ pub fn text(r: &ProfileRecording) -> String {
     }
     if !r.has_index {
         text += "the index was not seen: the zero of the angle is arbitrary (--find-index turns the platform to its index first)\n";
-    }
-    if let Some(reason) = early_end(&r.end) {
-        text += &format!("ended early: {reason}\n");
     }
     text
 }
