@@ -181,9 +181,10 @@ const WORDS: [(&str, Check); 87] = [
         recorded_with(f, "turns", &[("amplitude", "3"), ("turns", "4")]);
     }),
     #[cfg(unix)]
-    ("compensate --port --save", |f| {
+    // What --no-trial leaves out is in serial_line.rs.
+    ("compensate --port --save --no-trial", |f| {
         let one = Served::new(f, &["--flash", "flash.bin"]);
-        stand(f, &["compensate", "--model", "model.toml", "--port", &one.port, "--save"]).succeeded();
+        stand(f, &["compensate", "--model", "model.toml", "--port", &one.port, "--save", "--no-trial"]).succeeded();
         let asked = |port: &str| served::send_lines(f, port, "COMPensation:COULomb?\n").succeeded().out;
         let written = asked(&one.port);
         assert!(!written.starts_with("0 "), "{written}");
@@ -272,8 +273,24 @@ const WORDS: [(&str, Check); 87] = [
         let words = compensated("teeth.toml", "a.toml");
         assert_eq!(stand(f, &words).status, Some(2), "phases of nowhere");
         assert!(!f.join("a.toml").exists(), "and nothing is written");
+        let cogging = |order: u16| format!("[effects.coulomb]\n[effects.cogging]\ncogging_N_m = 1e-3\ncogging_order = {order}\n");
+        std::fs::write(f.join("a.toml"), cogging(7)).unwrap();
         stdout_of(f, &[&words[..], &["--log", "log.csv"]].concat());
         assert!(std::fs::read_to_string(f.join("a.toml")).unwrap().contains("order = 7"));
+        // The same on a stand with 14 teeth.
+        std::fs::write(f.join("b.toml"), cogging(14)).unwrap();
+        let words = compensated("teeth.toml", "b.toml");
+        let worse = stand(f, &[&words[..], &["--log", "log.csv"]].concat());
+        assert_eq!(worse.status, Some(1), "{worse:?}");
+        assert!(
+            worse.err.contains("b.toml: the compensation makes the ripple of the rate larger") && worse.err.contains("nothing was written"),
+            "{worse:?}"
+        );
+        assert!(
+            worse.out.contains("larger at 10 °/s: order 7") && worse.out.contains("the largest order of this stand before, at 10 °/s: 14"),
+            "{worse:?}"
+        );
+        assert_eq!(std::fs::read_to_string(f.join("b.toml")).unwrap(), cogging(14));
     }),
     ("compensate --measure-cogging", |f| {
         std::fs::write(f.join("a.toml"), "[effects.coulomb]\n[effects.cogging]\ncogging_N_m = 2e-3\ncogging_order = 9\n").unwrap();

@@ -222,7 +222,9 @@ fn compensation_needs_the_index() {
         + "cogging_N_m = 1.5e-3\ncogging_order = 7\ncogging_phase_rad = 0.4\n";
     std::fs::write(path.join("explained.toml"), with_cogging).unwrap();
     std::fs::write(path.join("zero.csv"), "# theta_zero: index\nt_s,theta_rad\n0,0\n0.001,0\n").unwrap();
-    let served = Served::new(path, &[]);
+    let cogging = "[effects.coulomb]\n[effects.cogging]\ncogging_N_m = 1.5e-3\ncogging_order = 7\ncogging_phase_rad = 0.4\n";
+    std::fs::write(path.join("stand.toml"), cogging).unwrap();
+    let served = Served::new(path, &["--stand", "stand.toml"]);
     let words = ["compensate", "--model", "explained.toml", "--log", "zero.csv", "--port", &served.port];
     let early = stand(path, &words);
     assert_eq!(early.status, Some(2));
@@ -235,6 +237,25 @@ fn compensation_needs_the_index() {
     assert!(done.contains("order 7: 0.0015") && done.contains("coulomb 0.00086"), "{done}");
     let list = send_lines(path, "port", "COMPensation:LIST?\n").succeeded().out;
     assert!(list.contains("order 7: 0.0015 N.M, 0.4 RAD"), "{list}");
+    // The ripple that it took away; and a compensation of another motor is withdrawn, with the harmonics of before in force again.
+    let line = done.lines().find(|line| line.contains("harmonic   7")).unwrap();
+    let reduction: f64 = line.split_whitespace().rev().nth(1).unwrap().parse().unwrap();
+    assert!(reduction > 30.0, "{done}");
+    let other = std::fs::read_to_string(path.join("explained.toml")).unwrap().replace("cogging_order = 7", "cogging_order = 14");
+    std::fs::write(path.join("explained.toml"), other).unwrap();
+    let worse = stand(path, &[&words[..], &["--json", "worse.json", "--save"]].concat());
+    assert_eq!(worse.status, Some(1), "{worse:?}");
+    assert!(worse.out.contains("was withdrawn") && worse.out.contains("larger at 100 °/s: order 14"), "{worse:?}");
+    assert!(
+        worse.err.contains("makes the ripple of the rate larger") && worse.err.contains("previous compensation was restored"),
+        "{worse:?}"
+    );
+    let answer: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(path.join("worse.json")).unwrap()).unwrap();
+    assert_eq!((&answer["withdrawn"], &answer["saved"]), (&true.into(), &false.into()));
+    assert_eq!(send_lines(path, "port", "COMPensation:LIST?\n").succeeded().out, list);
+    // Without a run it is believed.
+    let believed = stand(path, &[&words[..], &["--no-trial"]].concat()).succeeded().out;
+    assert!(believed.contains("order 14: 0.0015") && !believed.contains("Ripple"), "{believed}");
 }
 
 /// A console that has set the drive to 5 rad/s and waits for further lines.

@@ -6,16 +6,17 @@ use clap::Args;
 
 use super::error::CliError;
 use super::output::{JsonOutput, check_writable, progress_bar, spinner, write};
+use super::signals::Interrupts;
 use super::stand_file::parse_stand;
 use crate::acquire::link::SerialLink;
-use crate::compensate::serial_stand::{self, SerialCompensationError};
-use crate::compensate::simulated_stand::{self, SelfMeasurementError, ripple_before_and_after};
+use crate::compensate::serial_stand::{self, SerialCompensationError, Writing};
+use crate::compensate::simulated_stand::{self, SelfMeasurementError, grown, ripple_before_and_after};
 use crate::compensate::{file, learn};
 use crate::log::Log;
 use crate::model::Model;
 use crate::report::compensation as report;
 
-/// Write friction and cogging into the firmware's feed-forward compensation.
+/// Write friction and cogging into the firmware's feed-forward compensation; withdraw it if it makes the ripple of the rate larger.
 #[derive(Debug, Args)]
 #[command(group = clap::ArgGroup::new("source").required(true).args(["model", "measure_cogging"]))]
 #[command(group = clap::ArgGroup::new("target").required(true).args(["stand", "port"]))]
@@ -38,6 +39,9 @@ pub(super) struct Compensate {
     /// With --port: save the compensation in the stand's flash
     #[arg(long, requires = "port")]
     save: bool,
+    /// With --port: do not turn the platform to compare the ripple before and after
+    #[arg(long, requires = "port")]
+    no_trial: bool,
     /// Seed of the sensor noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -59,7 +63,10 @@ impl From<SerialCompensationError> for CliError {
         match error {
             SerialCompensationError::Link(error) => error.into(),
             SerialCompensationError::Connection(error) => error.into(),
-            SerialCompensationError::Setting { .. } => CliError::Other(error.to_string()),
+            SerialCompensationError::Trial(_)
+            | SerialCompensationError::TrialAfter(_)
+            | SerialCompensationError::Interrupted
+            | SerialCompensationError::Settings(_) => CliError::Other(error.to_string()),
             other => CliError::Input(other.to_string()),
         }
     }
@@ -110,34 +117,46 @@ impl Compensate {
         let ripple = ripple_before_and_after(&before, &after, self.seed);
         turning.finish_and_clear();
         let ripple = ripple.map_err(|e| CliError::Input(format!("nothing was written: {e}")))?;
-        write(path, &text)?;
+        let withdrawn = grown(&before, &after, &ripple);
+        if withdrawn.is_none() {
+            write(path, &text)?;
+        }
         let result = report::FileCompensation {
             path,
+            withdrawn: withdrawn.as_deref(),
             source: if self.model.is_some() { "model" } else { "measured" },
             compensation: &after.firmware.compensation,
             not_compensated: &learnt.not_compensated,
             ripple: &ripple,
         };
         self.json.text(&result.text())?;
-        self.json.json(|| result.json())
+        self.json.json(|| result.json())?;
+        withdrawn.map_or(Ok(()), |_| Err(CliError::Other(format!("{}: {}; nothing was written", path.display(), report::WITHDRAWN))))
     }
 
     fn write_to_stand(&self, port: &Path) -> Result<(), CliError> {
         let mut link = SerialLink::open(port)?;
+        Interrupts::install()?;
+        let writing = Writing { save: self.save, trial: !self.no_trial, goes_on: || !Interrupts::any_so_far() };
         let (source, result) = match &self.model {
             Some(model) => {
                 let (model, log) = self.model_and_log(model)?;
-                ("model", serial_stand::write_model(&mut link, &model, log.as_ref(), self.save)?)
+                let turning = spinner("the platform turns to compare the ripple before and after");
+                let result = serial_stand::write_model(&mut link, &model, log.as_ref(), writing);
+                turning.finish_and_clear();
+                ("model", result?)
             }
             None => {
                 let measuring = spinner("the stand measures its cogging");
                 let progress = |progress: &str| measuring.set_message(format!("the stand measures its cogging, {progress}"));
-                let result = serial_stand::measure(&mut link, self.save, progress);
+                let result = serial_stand::measure(&mut link, writing, progress);
                 measuring.finish_and_clear();
                 ("measured", result?)
             }
         };
         self.json.text(&report::serial_text(&link.name(), &result, self.save))?;
-        self.json.json(|| report::serial_json(&link.name(), source, &result, self.save))
+        self.json.json(|| report::serial_json(&link.name(), source, &result, self.save))?;
+        let restored = || CliError::Other(format!("{}: {}; the previous compensation was restored", link.name(), report::WITHDRAWN));
+        result.withdrawn.as_ref().map_or(Ok(()), |_| Err(restored()))
     }
 }

@@ -1,6 +1,6 @@
 //! Ripple of the *true* rate of the simulated stand.
 //!
-//! Input: a stand, a rate, harmonic orders. Output: the amplitude of each order in the plant's rate over whole turns, and the standard deviation of the
+//! Input: a stand, a rate. Output: the amplitude of each harmonic order in the plant's rate over whole turns, and the standard deviation of the
 //! mean rates over one degree. Neither encoder nor rate sensor is used. The platform starts a little before its index, so that the
 //! firmware detects the index; the evaluation begins when the loop has settled and the harmonics are active.
 
@@ -11,6 +11,8 @@ use hal_sim::session::{self, Record, SessionError, SessionRequest};
 use stand_firmware::compensation::Compensation;
 use stand_firmware::profile::{ProfileConfig, ProfileKind};
 use stand_firmware::speed_loop::{Compensating, Mode};
+
+use super::OrderSpectrum;
 
 /// Initial angle relative to the index, rad: 3° before it.
 const START_RAD: f64 = -PI / 60.0;
@@ -24,8 +26,8 @@ const MIN_EVALUATION_S: f64 = 3.0;
 pub struct Ripple {
     /// Rate setpoint, rad/s.
     pub rate_rad_s: f64,
-    /// Amplitude of each order in the true rate, rad/s.
-    pub orders: Vec<(u16, f64)>,
+    /// Amplitudes of the harmonic orders of the true rate.
+    pub spectrum: OrderSpectrum,
     /// Standard deviation of the mean rates over each degree, relative to the rate.
     pub one_degree: f64,
     /// Whether harmonics were compensated during the evaluation.
@@ -60,7 +62,7 @@ pub enum RippleError {
 ///
 /// # Errors
 /// Invalid stand or settings; the platform did not turn.
-pub fn ripple(stand: &Stand, compensation: &Compensation, rate_rad_s: f64, orders: &[u16], seed: u64) -> Result<Ripple, RippleError> {
+pub fn ripple(stand: &Stand, compensation: &Compensation, rate_rad_s: f64, seed: u64) -> Result<Ripple, RippleError> {
     let mut setup = stand.setup();
     setup.settings.compensation = *compensation;
     let turns = (MIN_EVALUATION_S * rate_rad_s / TAU).ceil().max(1.0);
@@ -74,24 +76,17 @@ pub fn ripple(stand: &Stand, compensation: &Compensation, rate_rad_s: f64, order
         return Err(RippleError::NotTurned { rate_rad_s, fault: record.note("fault").map(str::to_owned) });
     };
     let compensated = record.compensating.get(first).is_some_and(|c| c.contains(Compensating::HARMONICS));
-    let orders = orders.iter().map(|order| (*order, amplitude(&record, first, end, *order))).collect();
-    Ok(Ripple { rate_rad_s, orders, one_degree: one_degree(&record, first, end), compensated })
+    Ok(Ripple { rate_rad_s, spectrum: spectrum(&record, first, end), one_degree: one_degree(&record, first, end), compensated })
 }
 
-/// Amplitude of a harmonic order over the angle; each row is weighted by the angle that it covers.
-fn amplitude(record: &Record, first: usize, end: usize, order: u16) -> f64 {
+/// Harmonic orders over the angle; each row is weighted by the angle that it covers.
+fn spectrum(record: &Record, first: usize, end: usize) -> OrderSpectrum {
     let (theta, omega) = (&record.true_theta_rad, &record.true_omega_rad_s);
-    let whole_rad = theta[end] - theta[first];
-    let mean = whole_rad / (end - first) as f64 * 1e3;
-    let (mut sine, mut cosine) = (0.0, 0.0);
-    for k in first..end {
+    let mean = (theta[end] - theta[first]) / (end - first) as f64 * 1e3;
+    OrderSpectrum::of((first..end).map(|k| {
         let middle = 0.5 * (theta[k] + theta[k + 1]);
-        let rate = 0.5 * (omega[k] + omega[k + 1]) - mean;
-        let weight = theta[k + 1] - theta[k];
-        sine += rate * (f64::from(order) * middle).sin() * weight;
-        cosine += rate * (f64::from(order) * middle).cos() * weight;
-    }
-    2.0 * sine.hypot(cosine) / whole_rad
+        (middle, 0.5 * (omega[k] + omega[k + 1]) - mean, theta[k + 1] - theta[k])
+    }))
 }
 
 /// Standard deviation of the mean rates over each whole degree, relative to their mean.

@@ -1,19 +1,22 @@
 //! Compensation of a stand behind a serial port, by console commands that the stand checks.
 //!
 //! The settings of the stand are read first, because its firmware converts torque to voltage with them. Harmonics have phases from the
-//! index, so a stand that has not seen its index is rejected. If the stand rejects a command, the previous compensation is restored.
+//! index, so a stand that has not seen its index is rejected. The platform turns before and after the change ([`super::trial`]). If the ripple is larger
+//! after, if the stand rejects a command, or if the second run fails, the previous compensation is restored.
 
 use std::time::Duration;
 
 use embassy_futures::block_on;
 use stand_firmware::compensation::Compensation;
 use stand_firmware::config::ConfigError;
-use stand_firmware::settings::{FIELDS, Kept};
+use stand_firmware::speed_loop::Settings;
 
-use super::{LearnError, NotCompensated, learn};
+use super::trial::{Trial, TrialError, measured_ripple, orders_of, trial_rate_rad_s};
+use super::{LearnError, NotCompensated, OrderChange, OrderSpectrum, learn};
 use crate::acquire::connection::ConnectionError;
 use crate::acquire::link::{LinkError, SerialLink};
 use crate::acquire::preparation::find_index;
+use crate::acquire::settings::{self, SettingsError};
 use crate::log::Log;
 use crate::model::Model;
 
@@ -62,14 +65,29 @@ pub enum SerialCompensationError {
         /// The stand's message.
         message: String,
     },
-    /// A setting is not a number.
-    #[error("SETTings:{name}? returned `{reply}` instead of a number")]
-    Setting {
-        /// The setting.
-        name: &'static str,
-        /// The reply.
-        reply: String,
-    },
+    /// The settings cannot be read.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
+    /// The user interrupted the stand's own measurement.
+    #[error("interrupted; the compensation was not changed")]
+    Interrupted,
+    /// The test run before the change failed.
+    #[error("{0}; the compensation was not changed")]
+    Trial(#[from] TrialError),
+    /// The test run after the change failed.
+    #[error("{0}; the previous compensation was restored")]
+    TrialAfter(TrialError),
+}
+
+/// How a compensation is written.
+#[derive(Debug, Clone, Copy)]
+pub struct Writing {
+    /// Save it in the stand's flash, too.
+    pub save: bool,
+    /// Turn the platform before and after, and withdraw a compensation that makes the ripple larger.
+    pub trial: bool,
+    /// Returns false to interrupt a test run.
+    pub goes_on: fn() -> bool,
 }
 
 /// The compensation that the stand has in force.
@@ -79,38 +97,46 @@ pub struct InForce {
     pub lines: Vec<String>,
     /// What is not compensated.
     pub not_compensated: Vec<NotCompensated>,
+    /// The test runs; `None`: there were none, because none was wanted or there is no harmonic.
+    pub trial: Option<Trial>,
+    /// The new compensation made these orders larger and was withdrawn.
+    pub withdrawn: Option<Vec<OrderChange>>,
 }
 
-/// Writes the compensation from `model` (fitted to `log`) into the stand; with `save` also into its flash.
+/// Writes the compensation from `model` (fitted to `log`) into the stand.
 ///
 /// # Errors
 /// As [`SerialCompensationError`]; the previous compensation is then in force.
-pub fn write_model(link: &mut SerialLink, model: &Model, log: Option<&Log>, save: bool) -> Result<InForce, SerialCompensationError> {
-    let settings = read_settings(link)?;
-    let learnt = learn(model, log, &settings.settings)?;
+pub fn write_model(link: &mut SerialLink, model: &Model, log: Option<&Log>, writing: Writing) -> Result<InForce, SerialCompensationError> {
+    let kept = settings::read(link)?.kept();
+    let before = kept.settings;
+    let learnt = learn(model, log, &before)?;
     let compensation = learnt.compensation;
     // The firmware's own check, before anything is changed.
-    let mut after = settings;
+    let mut after = kept;
     after.settings.compensation = compensation;
     after.config().map_err(|limit| SerialCompensationError::Invalid { model: model.name().to_owned(), limit })?;
     if !compensation.harmonics.is_empty() && !block_on(find_index(link, false))? {
         return Err(SerialCompensationError::NoIndex { port: link.name() });
     }
-    let before = settings.settings.compensation;
-    if let Err(error) = commands(&compensation).iter().try_for_each(|command| link.command(command)) {
-        for command in commands(&before) {
-            link.command(&command)?;
-        }
+    let orders = orders_of(&before.compensation, &compensation);
+    let ripple = if writing.trial && !orders.is_empty() { Some(ripple(link, &before, writing)?) } else { None };
+    if let Err(error) = write(link, &compensation) {
+        write(link, &before.compensation)?;
         return Err(SerialCompensationError::Restored { error });
     }
-    finish(link, save, learnt.not_compensated)
+    finish(link, &before, ripple.map(|ripple| (orders, ripple)), writing, learnt.not_compensated)
 }
 
 /// Has the stand measure its cogging and friction; `progress` receives the stand's progress.
 ///
 /// # Errors
 /// The line fails, or the stand's measurement fails.
-pub fn measure(link: &mut SerialLink, save: bool, mut progress: impl FnMut(&str)) -> Result<InForce, SerialCompensationError> {
+pub fn measure(link: &mut SerialLink, writing: Writing, mut progress: impl FnMut(&str)) -> Result<InForce, SerialCompensationError> {
+    let before = settings::read(link)?.kept().settings;
+    // The routine turns the platform anyway; the old harmonics act in the first run only if the index is known.
+    let index = writing.trial && block_on(find_index(link, true))?;
+    let ripple = if index { Some(ripple(link, &before, writing)?) } else { None };
     link.command("CALibration:COGGing:STARt")?;
     let state = loop {
         std::thread::sleep(QUERY_INTERVAL);
@@ -118,20 +144,56 @@ pub fn measure(link: &mut SerialLink, save: bool, mut progress: impl FnMut(&str)
         if !state.starts_with("RUNNING") {
             break state;
         }
+        if !(writing.goes_on)() {
+            link.command("CALibration:COGGing:ABORt")?;
+            return Err(SerialCompensationError::Interrupted);
+        }
         progress(&link.query("CALibration:COGGing:PROGress?")?);
     };
     if !state.starts_with("DONE") {
         return Err(SerialCompensationError::Measurement { port: link.name(), message: state });
     }
-    finish(link, save, Vec::new())
+    let orders = orders_of(&before.compensation, &settings::read(link)?.kept().settings.compensation);
+    let ripple = ripple.filter(|_| !orders.is_empty());
+    finish(link, &before, ripple.map(|ripple| (orders, ripple)), writing, Vec::new())
 }
 
-/// Saves to flash on request, and reads what is in force.
-fn finish(link: &mut SerialLink, save: bool, not_compensated: Vec<NotCompensated>) -> Result<InForce, SerialCompensationError> {
-    if save {
+fn ripple(link: &mut SerialLink, settings: &Settings, writing: Writing) -> Result<OrderSpectrum, TrialError> {
+    let rate_rad_s = trial_rate_rad_s(settings.overspeed_rad_s);
+    block_on(measured_ripple(link, rate_rad_s, settings.acceleration_rad_s2, writing.goes_on))
+}
+
+/// Compares with the ripple before, restores the previous compensation if it was smaller, saves to flash on request, and reads what is in force.
+fn finish(
+    link: &mut SerialLink,
+    before: &Settings,
+    ripple_before: Option<(Vec<u16>, OrderSpectrum)>,
+    writing: Writing,
+    not_compensated: Vec<NotCompensated>,
+) -> Result<InForce, SerialCompensationError> {
+    let mut trial = None;
+    if let Some((orders, ripple_before)) = ripple_before {
+        let after = match ripple(link, before, writing) {
+            Ok(after) => after,
+            Err(error) => {
+                write(link, &before.compensation)?;
+                return Err(SerialCompensationError::TrialAfter(error));
+            }
+        };
+        trial = Some(Trial { rate_rad_s: trial_rate_rad_s(before.overspeed_rad_s), orders, before: ripple_before, after });
+    }
+    let withdrawn = trial.as_ref().and_then(Trial::grown);
+    if withdrawn.is_some() {
+        write(link, &before.compensation)?;
+    } else if writing.save {
         link.command("SETTings:SAVE")?;
     }
-    Ok(InForce { lines: link.query_lines("COMPensation:LIST?")?, not_compensated })
+    Ok(InForce { lines: link.query_lines("COMPensation:LIST?")?, not_compensated, trial, withdrawn })
+}
+
+/// Sets a compensation.
+fn write(link: &mut SerialLink, compensation: &Compensation) -> Result<(), LinkError> {
+    commands(compensation).iter().try_for_each(|command| link.command(command))
 }
 
 /// Commands that set a compensation. Numbers are written in the shortest form that reads back exactly.
@@ -144,22 +206,4 @@ fn commands(compensation: &Compensation) -> Vec<String> {
     let harmonics = compensation.harmonics.as_slice().iter();
     commands.extend(harmonics.map(|h| format!("COMPensation:HARMonic {},{:e} N.M,{:e} RAD", h.order, h.torque_N_m, h.phase_rad)));
     commands
-}
-
-/// All settings of the stand that this program knows.
-fn read_settings(link: &mut SerialLink) -> Result<Kept, SerialCompensationError> {
-    let mut settings = Kept::default();
-    for field in FIELDS {
-        match link.query(&format!("SETTings:{}?", field.name)) {
-            Ok(reply) => {
-                let number = reply.split_whitespace().next().and_then(|number| number.parse().ok());
-                let number: f64 = number.ok_or(SerialCompensationError::Setting { name: field.name, reply })?;
-                (field.write)(&mut settings, number);
-            }
-            // An older firmware.
-            Err(LinkError::Rejected { .. }) => {}
-            Err(error) => return Err(error.into()),
-        }
-    }
-    Ok(settings)
 }

@@ -8,12 +8,20 @@ use stand_firmware::compensation::{Compensation, MAX_HARMONICS};
 
 use super::json::value;
 use crate::compensate::serial_stand::InForce;
-use crate::compensate::{NotCompensated, Ripple};
+use crate::compensate::simulated_stand::RateChange;
+use crate::compensate::trial::Trial;
+use crate::compensate::{NotCompensated, OrderChange, OrderSpectrum, Ripple};
+
+/// Reason of a withdrawn compensation.
+pub const WITHDRAWN: &str =
+    "the compensation makes the ripple of the rate larger; model and log may be of another stand, or of another index";
 
 /// A compensation written into the file of a simulated stand, with its effect on the ripple.
 pub struct FileCompensation<'a> {
     /// The stand's file.
     pub path: &'a Path,
+    /// The orders that it makes larger, if that is why it was not written.
+    pub withdrawn: Option<&'a [RateChange]>,
     /// Source of the compensation: `model` or `measured`.
     pub source: &'static str,
     /// The compensation.
@@ -28,7 +36,8 @@ impl FileCompensation<'_> {
     /// The result as text.
     pub fn text(&self) -> String {
         let c = self.compensation;
-        let mut text = format!("{}: [firmware.compensation] written\n", self.path.display());
+        let outcome = if self.withdrawn.is_some() { "nothing was written; it was tried with" } else { "[firmware.compensation] written" };
+        let mut text = format!("{}: {outcome}\n", self.path.display());
         text += &format!("  Coulomb friction {} N m, viscous friction {} N m s/rad\n", short(c.coulomb_N_m), short(c.viscous_N_m_s));
         for harmonic in c.harmonics.as_slice() {
             let (order, torque, phase) = (harmonic.order, short(harmonic.torque_N_m), harmonic.phase_rad);
@@ -41,17 +50,18 @@ impl FileCompensation<'_> {
         text += "     rate                        before       after   reduction\n";
         for [before, after] in self.ripple {
             let degrees = before.rate_rad_s.to_degrees();
-            for ((order, was), (_, is)) in before.orders.iter().zip(&after.orders) {
-                text +=
-                    &format!("{degrees:>5.0} °/s  harmonic {order:>3}  {:>9} rad/s {:>11} {:>8.0} ×\n", short(*was), short(*is), was / is);
+            for harmonic in c.harmonics.as_slice() {
+                text += &order_line(degrees, harmonic.order, &before.spectrum, &after.spectrum);
             }
             let (was, is) = (before.one_degree, after.one_degree);
-            text += &format!(
-                "{degrees:>5.0} °/s  over 1°       {:>9} %     {:>11} {:>8.1} ×\n",
-                short(100.0 * was),
-                short(100.0 * is),
-                was / is
-            );
+            let percent = |ripple: f64| short(100.0 * ripple);
+            text += &format!("{degrees:>5.0} °/s  over 1°       {:>9} %     {:>11} {:>8} ×\n", percent(was), percent(is), factor(was / is));
+        }
+        for RateChange { rate_rad_s, change } in self.withdrawn.unwrap_or_default() {
+            text += &grown_line(*rate_rad_s, change);
+        }
+        if self.withdrawn.is_some() {
+            text += &self.ripple.first().map_or(String::new(), |[before, _]| largest_line(before.rate_rad_s, &before.spectrum));
         }
         text
     }
@@ -60,10 +70,11 @@ impl FileCompensation<'_> {
     pub fn json(&self) -> Value {
         value(&FileCompensationJson {
             stand: self.path.display().to_string(),
+            written: self.withdrawn.is_none(),
             source: self.source,
             compensation: self.compensation,
             left_out: self.not_compensated.iter().map(not_compensated).collect(),
-            ripple: self.ripple.iter().map(ripple).collect(),
+            ripple: self.ripple.iter().map(|pair| ripple(self.compensation, pair)).collect(),
         })
     }
 }
@@ -71,6 +82,7 @@ impl FileCompensation<'_> {
 #[derive(Serialize)]
 struct FileCompensationJson<'a> {
     stand: String,
+    written: bool,
     source: &'static str,
     compensation: &'a Compensation,
     left_out: Vec<String>,
@@ -98,19 +110,43 @@ struct OneDegreeJson {
     after: f64,
 }
 
-fn ripple([before, after]: &[Ripple; 2]) -> RippleJson {
-    let orders = before.orders.iter().zip(&after.orders);
-    let harmonic = |(&(order, before_rad_s), &(_, after_rad_s)): (&(u16, f64), &(u16, f64))| HarmonicJson {
-        order,
-        before_rad_s,
-        after_rad_s,
-        factor: before_rad_s / after_rad_s,
-    };
+fn ripple(compensation: &Compensation, [before, after]: &[Ripple; 2]) -> RippleJson {
+    let orders = compensation.harmonics.as_slice().iter().map(|harmonic| harmonic.order);
     RippleJson {
         rate_rad_s: before.rate_rad_s,
-        orders: orders.map(harmonic).collect(),
+        orders: orders.map(|order| harmonic(order, &before.spectrum, &after.spectrum)).collect(),
         one_degree: OneDegreeJson { before: before.one_degree, after: after.one_degree },
     }
+}
+
+fn harmonic(order: u16, before: &OrderSpectrum, after: &OrderSpectrum) -> HarmonicJson {
+    let [before_rad_s, after_rad_s] = [before, after].map(|spectrum| spectrum.amplitude(order));
+    HarmonicJson { order, before_rad_s, after_rad_s, factor: before_rad_s / after_rad_s }
+}
+
+/// A row of the table: an order at a rate before and after.
+fn order_line(degrees: f64, order: u16, before: &OrderSpectrum, after: &OrderSpectrum) -> String {
+    let [was, is] = [before, after].map(|spectrum| spectrum.amplitude(order));
+    format!("{degrees:>5.0} °/s  harmonic {order:>3}  {:>9} rad/s {:>11} {:>8} ×\n", short(was), short(is), factor(was / is))
+}
+
+/// A factor below ten with one digit more.
+fn factor(factor: f64) -> String {
+    if factor < 0.1 { format!("{factor:.3}") } else { format!("{factor:.*}", usize::from(factor < 10.0)) }
+}
+
+fn grown_line(rate_rad_s: f64, change: &OrderChange) -> String {
+    let OrderChange { order, before_rad_s, after_rad_s } = *change;
+    let degrees = rate_rad_s.to_degrees();
+    format!("larger at {degrees:.0} °/s: order {order}, from {} to {} rad/s\n", short(before_rad_s), short(after_rad_s))
+}
+
+/// The largest order without the compensation.
+fn largest_line(rate_rad_s: f64, before: &OrderSpectrum) -> String {
+    before.largest().map_or(String::new(), |order| {
+        let degrees = rate_rad_s.to_degrees();
+        format!("the largest order of this stand before, at {degrees:.0} °/s: {order}, {} rad/s\n", short(before.amplitude(order)))
+    })
 }
 
 /// The reason why a torque is not compensated.
@@ -123,12 +159,25 @@ fn not_compensated(torque: &NotCompensated) -> String {
     }
 }
 
-/// A compensation in force on the stand behind `port`, as text.
-pub fn serial_text(port: &str, result: &InForce, saved: bool) -> String {
-    let flash = if saved { " and saved in its flash" } else { "; SETTings:SAVE saves it" };
-    let mut text = format!("{port}: the compensation is in force{flash}\n");
+/// A compensation in force on the stand behind `port`, as text; `save`: it was to be saved in the flash.
+pub fn serial_text(port: &str, result: &InForce, save: bool) -> String {
+    let outcome = match (&result.withdrawn, save) {
+        (Some(_), _) => "the new compensation was withdrawn; the previous one is in force",
+        (None, true) => "the compensation is in force and saved in its flash",
+        (None, false) => "the compensation is in force; SETTings:SAVE saves it",
+    };
+    let mut text = format!("{port}: {outcome}\n");
     result.lines.iter().for_each(|line| text += &format!("  {line}\n"));
     result.not_compensated.iter().for_each(|torque| text += &format!("  not compensated: {}\n", not_compensated(torque)));
+    let Some(trial) = &result.trial else { return text };
+    let degrees = trial.rate_rad_s.to_degrees();
+    text += "\nRipple of the rate by the encoder of the stand (amplitude of each order of the old and the new compensation):\n";
+    text += "     rate                        before       after   reduction\n";
+    trial.orders.iter().for_each(|order| text += &order_line(degrees, *order, &trial.before, &trial.after));
+    if let Some(grown) = &result.withdrawn {
+        grown.iter().for_each(|change| text += &grown_line(trial.rate_rad_s, change));
+        text += &largest_line(trial.rate_rad_s, &trial.before);
+    }
     text
 }
 
@@ -137,14 +186,28 @@ struct SerialCompensationJson<'a> {
     port: &'a str,
     source: &'a str,
     in_force: &'a [String],
+    withdrawn: bool,
     saved: bool,
     left_out: Vec<String>,
+    ripple: Option<TrialJson>,
 }
 
-/// A compensation in force on the stand behind `port`, as JSON; `source`: `model` or `measured`.
-pub fn serial_json(port: &str, source: &str, result: &InForce, saved: bool) -> Value {
+#[derive(Serialize)]
+struct TrialJson {
+    rate_rad_s: f64,
+    orders: Vec<HarmonicJson>,
+}
+
+/// A compensation in force on the stand behind `port`, as JSON; `source`: `model` or `measured`; `save`: it was to be saved in the flash.
+pub fn serial_json(port: &str, source: &str, result: &InForce, save: bool) -> Value {
     let left_out = result.not_compensated.iter().map(not_compensated).collect();
-    value(&SerialCompensationJson { port, source, in_force: &result.lines, saved, left_out })
+    let withdrawn = result.withdrawn.is_some();
+    let trial = |trial: &Trial| TrialJson {
+        rate_rad_s: trial.rate_rad_s,
+        orders: trial.orders.iter().map(|order| harmonic(*order, &trial.before, &trial.after)).collect(),
+    };
+    let ripple = result.trial.as_ref().map(trial);
+    value(&SerialCompensationJson { port, source, in_force: &result.lines, withdrawn, saved: save && !withdrawn, left_out, ripple })
 }
 
 /// A number with three digits.

@@ -336,8 +336,8 @@ impl StandSettings {
         Ok(after)
     }
 
-    /// The firmware's own check of the whole, before anything is sent.
-    fn check(&self) -> Result<(), SettingsError> {
+    /// The settings as the firmware keeps them, without the observer. A setting that this program does not know is left out.
+    pub fn kept(&self) -> Kept {
         let mut kept = Kept::default();
         for setting in &self.settings {
             if let Some(field) = Field::named(setting.name.as_bytes()) {
@@ -345,7 +345,12 @@ impl StandSettings {
             }
         }
         kept.settings.compensation.harmonics = Harmonics::of(self.harmonics.iter().copied()).unwrap_or_default();
-        kept.config().map(drop).map_err(|error| SettingsError::Invalid { error })
+        kept
+    }
+
+    /// The firmware's own check of the whole, before anything is sent.
+    fn check(&self) -> Result<(), SettingsError> {
+        self.kept().config().map(drop).map_err(|error| SettingsError::Invalid { error })
     }
 
     /// What differs in `after`.
