@@ -88,6 +88,18 @@ fn two_amplitudes_separate_unequal_torquer_and_drift() {
 }
 
 #[test]
+fn log_does_not_change_the_result() {
+    let folder = tempfile::tempdir().unwrap();
+    let json = |more: &[&str]| {
+        let words = ["drift", "run", "--cycles", "2", "--pulse", "1", "--rest", "2", "--json", "-"];
+        stand(folder.path(), &[&words, more].concat()).succeeded().json()
+    };
+    let alone = json(&[]);
+    assert!(alone["cycles"].as_array().unwrap().len() == 4, "{alone}");
+    assert_eq!(alone, json(&["--out", "log.csv"]));
+}
+
+#[test]
 fn cycles_are_detected_by_the_current_without_marks() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();

@@ -114,11 +114,10 @@ pub async fn measure<S: StandConnection>(
     stand.command("STReam OFF").await?;
     let scales = cycles::scales(stand).await?;
     cycles::set_up(stand, &request.plan).await?;
-    if request.keep_rows {
-        let channels = format!("STReam:CHANnels {}", cycles::CHANNELS.join(","));
-        for command in [channels.as_str(), "STReam:DECimation 1", "STReam ON"] {
-            stand.command(command).await?;
-        }
+    // Also without a log, so that a session does not depend on whether its rows are kept.
+    let channels = format!("STReam:CHANnels {}", cycles::CHANNELS.join(","));
+    for command in [channels.as_str(), "STReam:DECimation 1", "STReam ON"] {
+        stand.command(command).await?;
     }
     let mut all = DriftRecording { cycles: Vec::new(), scales, rows: Vec::new(), row_positions: Vec::new() };
     let (mut origin_rad, mut rate_set) = (None, None);
@@ -144,15 +143,15 @@ pub async fn measure<S: StandConnection>(
             }
             let position = cycles::measure(stand, k as u32 + 1, *place, rate_rad_s, report).await?;
             all.cycles.extend(position.cycles);
-            all.rows.extend(position.rows.iter().map(row_values));
+            if request.keep_rows {
+                all.rows.extend(position.rows.iter().map(row_values));
+            }
         }
     }
     if request.turn_by_drive {
         stand.command("OUTPut OFF").await?;
     }
-    if request.keep_rows {
-        stand.command("STReam OFF").await?;
-    }
+    stand.command("STReam OFF").await?;
     Ok(all)
 }
 
