@@ -16,7 +16,10 @@ mod observer_words;
 mod records_words;
 
 use std::collections::BTreeSet;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use common::served::{self, Served};
 use common::{folder, stand};
@@ -616,16 +619,29 @@ fn table_covers_every_option_of_every_command() {
     assert!(missing.is_empty() && gone.is_empty(), "without a line in WORDS: {missing:?}; no longer there: {gone:?}");
 }
 
+/// Checks at a time. Several of them wait for a stand in real time.
+const AT_ONCE: usize = 4;
+
 #[test]
 fn every_option_changes_an_output() {
     let mut helped = false;
-    for (name, shows) in all_words() {
-        // All these words are tested in one run.
-        if name.ends_with("--help") && std::mem::replace(&mut helped, true) {
-            continue;
+    // All words `--help` are tested in one run.
+    let checks: Vec<(&str, Check)> =
+        all_words().filter(|(name, _)| !(name.ends_with("--help") && std::mem::replace(&mut helped, true))).collect();
+    let next = AtomicUsize::new(0);
+    let failed = Mutex::new(Vec::new());
+    std::thread::scope(|scope| {
+        for _ in 0..AT_ONCE {
+            scope.spawn(|| {
+                while let Some((name, shows)) = checks.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    let folder: TempDir = folder();
+                    if catch_unwind(AssertUnwindSafe(|| shows(folder.path()))).is_err() {
+                        failed.lock().unwrap().push(*name);
+                    }
+                }
+            });
         }
-        println!("{name}");
-        let folder: TempDir = folder();
-        shows(folder.path());
-    }
+    });
+    let failed = failed.into_inner().unwrap();
+    assert!(failed.is_empty(), "the panics are above: {failed:?}");
 }
