@@ -144,7 +144,7 @@ fn sim_json_describes_the_log() {
     for key in ["stand", "firmware", "profile", "date", "seed", "u_V", "i_A", "omega_rad_s", "theta_zero", "theta_lsb_rad"] {
         assert!(log.note(key).is_some(), "{key}");
     }
-    let revealed = stand(path, &[&words[..], &["--reveal"]].concat()).succeeded().json();
+    let revealed = stand(path, &[&words[..], &["--reveal", "--force"]].concat()).succeeded().json();
     has(&revealed["hidden"], &[("effect", Is::Text), ("parameters", Is::Object)]);
 }
 

@@ -32,7 +32,11 @@ fn refused_log(folder: &Path, log: &str, expected: &[&str]) {
         std::fs::write(folder.join(kept), "before").unwrap();
     }
     refused(folder, &["compare", log, "--model", "model.toml", "--json", "new.json", "--html", "new.html"], expected);
-    refused(folder, &["fit", log, "--model", "model.toml", "--json", "kept.json", "--html", "new.html", "--out", "kept.toml"], expected);
+    refused(
+        folder,
+        &["fit", log, "--model", "model.toml", "--json", "kept.json", "--html", "new.html", "--out", "kept.toml", "--force"],
+        expected,
+    );
 }
 
 /// Lines of a valid log.
@@ -130,7 +134,7 @@ fn bad_model_error_names_position_and_parameter() {
         std::fs::write(path.join("bad.toml"), text).unwrap();
         let expected: Vec<&str> = expected.iter().copied().chain(["bad.toml"]).collect();
         refused(path, &["compare", "log.csv", "--model", "bad.toml", "--json", "-"], &expected);
-        refused(path, &["fit", "log.parquet", "--model", "bad.toml", "--out", "model.toml"], &expected);
+        refused(path, &["fit", "log.parquet", "--model", "bad.toml", "--out", "model.toml", "--force"], &expected);
         refused(path, &["model", "show", "bad.toml"], &expected);
         refused(path, &["model", "add", "bad.toml", "cogging"], &expected);
         refused(path, &["model", "set", "bad.toml", "inertia_kg_m2", "3e-4"], &expected);
@@ -210,7 +214,7 @@ fn missing_folder_is_rejected_before_anything_is_written() {
         refused(path, &["compare", "log.csv", "--model", "model.toml", option, "."], &[".: ", "folder"]);
     }
     refused(path, &["fit", "log.csv", "--model", "model.toml", "--json", "new.json", "--out", "nowhere/answer"], &nowhere);
-    refused(path, &["sim", "--out", "log.csv", "--seconds", "1", "--json", "nowhere/answer"], &nowhere);
+    refused(path, &["sim", "--out", "log.csv", "--force", "--seconds", "1", "--json", "nowhere/answer"], &nowhere);
     refused(
         path,
         &["sim", "--out", "nowhere/answer.csv", "--seconds", "1", "--json", "new.json"],
@@ -226,7 +230,7 @@ fn bad_session_error_names_the_parameter() {
     let folder = folder();
     let path = folder.path();
     let bad = |words: &[&str], expected: &[&str]| {
-        let all: Vec<&str> = ["sim", "--out", "log.csv", "--json", "new.json"].iter().chain(words).copied().collect();
+        let all: Vec<&str> = ["sim", "--out", "log.csv", "--force", "--json", "new.json"].iter().chain(words).copied().collect();
         refused(path, &all, expected);
     };
     bad(&["--seconds", "0"], &["seconds", "0"]);
@@ -284,7 +288,7 @@ fn stand_needs_a_finite_ambient_temperature() {
     let folder = folder();
     let path = folder.path();
     std::fs::write(path.join("bad.toml"), "[drive]\nambient_C = nan\n").unwrap();
-    refused(path, &["sim", "--out", "log.csv", "--seconds", "1", "--stand", "bad.toml"], &["bad.toml", "ambient_C"]);
+    refused(path, &["sim", "--out", "log.csv", "--force", "--seconds", "1", "--stand", "bad.toml"], &["bad.toml", "ambient_C"]);
 }
 
 /// A log derived from the valid one with changed columns.
@@ -301,7 +305,7 @@ fn implausible_log_is_a_result_not_an_error() {
     let folder = folder();
     let path = folder.path();
     // From about 3 s on there are enough windows for a slope.
-    stand(path, &["sim", "--out", "log.csv", "--seconds", "8"]).succeeded();
+    stand(path, &["sim", "--out", "log.csv", "--force", "--seconds", "8"]).succeeded();
     let scaled = |column: &'static str, factor: f64| {
         move |c: &mut Column, _: &Log| {
             if c.name == column {
@@ -357,7 +361,7 @@ fn implausible_log_is_a_result_not_an_error() {
             assert!(text.contains(expected), "{verb} {log}: {}", ran.out);
             assert!(std::fs::read_to_string(path.join("report.html")).unwrap().contains(expected), "{verb} {log}");
         }
-        stand(path, &["fit", log, "--model", "model.toml", "--out", "fitted.toml"]).succeeded();
+        stand(path, &["fit", log, "--model", "model.toml", "--out", "fitted.toml", "--force"]).succeeded();
         assert!(!path.join("fitted.toml").exists(), "{log}: no model is fitted to it");
     }
     let good = stand(path, &["compare", "log.csv", "--model", "model.toml", "--json", "-"]).succeeded().json();

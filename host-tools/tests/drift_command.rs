@@ -52,7 +52,8 @@ fn two_amplitudes_separate_unequal_torquer_and_drift() {
     let path = folder.path();
     std::fs::write(path.join("gyro.toml"), "[torquer]\ngain_inequality = 3e-3\n").unwrap();
     let run = |rates: &str| {
-        let words = ["drift", "run", "--cycles", "4", "--gyro", "gyro.toml", "--out", "log.csv", "--html", "run.html", "--json", "-"];
+        let words =
+            ["drift", "run", "--cycles", "4", "--gyro", "gyro.toml", "--out", "log.csv", "--force", "--html", "run.html", "--json", "-"];
         stand(path, &[&words[..], &["--rate", rates]].concat()).succeeded().json()
     };
     let one = run("0.05");

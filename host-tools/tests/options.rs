@@ -31,7 +31,7 @@ use tempfile::TempDir;
 type Check = fn(&Path);
 
 /// `command word` as in the help; commands by name alone.
-const WORDS: [(&str, Check); 87] = [
+const WORDS: [(&str, Check); 94] = [
     (" --help", help_everywhere),
     (" --version", |f| assert!(stdout_of(f, &["--version"]).starts_with("stand "))),
     ("sim", |f| drop(session(f, &[]))),
@@ -102,7 +102,7 @@ const WORDS: [(&str, Check); 87] = [
         assert!(notes(&logs[1]).iter().all(|(k, v)| !k.contains("cogging") && !v.contains("cogging")), "the notes do not name it");
     }),
     ("sim --reveal", |f| {
-        let words = ["sim", "--out", "s.csv", "--seconds", "0.1", "--hidden", "cogging"];
+        let words = ["sim", "--out", "s.csv", "--force", "--seconds", "0.1", "--hidden", "cogging"];
         let with = |more: &[&str]| stdout_of(f, &[&words[..], more].concat());
         assert!(!with(&[]).contains("cogging"), "{}", with(&[]));
         assert!(with(&["--reveal"]).contains("cogging_N_m"), "{}", with(&["--reveal"]));
@@ -122,7 +122,7 @@ const WORDS: [(&str, Check); 87] = [
         assert_ne!(one.columns(), two.columns());
         assert_eq!(two.note("seed"), Some("2"));
     }),
-    ("sim --json", |f| json_in_both_places(f, &["sim", "--out", "s.csv", "--seconds", "0.1"])),
+    ("sim --json", |f| json_in_both_places(f, &["sim", "--out", "s.csv", "--force", "--seconds", "0.1"])),
     #[cfg(unix)]
     ("sim --chip", |f| {
         // With an image: serial_line.rs.
@@ -133,7 +133,7 @@ const WORDS: [(&str, Check); 87] = [
         assert!(wrong.status == Some(2) && wrong.err.contains("notes.elf: not an ELF image"), "{}", wrong.err);
         // No option of a served stand is ignored.
         for option in ["--chip", "--link", "--flash", "--gyro"] {
-            assert_eq!(stand(f, &["sim", "--out", "log.csv", option, "x"]).status, Some(2), "{option}");
+            assert_eq!(stand(f, &["sim", "--out", "log.csv", "--force", option, "x"]).status, Some(2), "{option}");
         }
     }),
     ("sim --serve --link --flash", |f| {
@@ -154,7 +154,7 @@ const WORDS: [(&str, Check); 87] = [
     #[cfg(unix)]
     ("record --port --out --seconds --mode --decimation --note --find-index --json", |f| {
         let one = Served::new(f, &[]);
-        let words = ["record", "--port", &one.port, "--out", "r.csv", "--seconds", "0.4"];
+        let words = ["record", "--port", &one.port, "--out", "r.csv", "--force", "--seconds", "0.4"];
         let with = |more: &[&str]| {
             stand(f, &[&words[..], more].concat()).succeeded();
             Log::read(f.join("r.csv")).unwrap()
@@ -262,6 +262,21 @@ const WORDS: [(&str, Check); 87] = [
     }),
     ("fit --json", |f| json_in_both_places(f, &["fit", "log.csv", "--model", "model.toml"])),
     ("fit --html", |f| page(f, &["fit", "log.csv", "--model", "model.toml"])),
+    ("sim --force", |f| overwritten(f, "sim --seconds 0.1 --out", "new.csv")),
+    ("fit --force", |f| overwritten(f, "fit log.csv --model model.toml --out", "new.toml")),
+    ("explain --force", |f| overwritten(f, "explain log.csv --model model.toml --out", "new.toml")),
+    ("calibrate --force", |f| overwritten(f, "calibrate gyro --write-session", "new.toml")),
+    ("drift run --force", |f| overwritten(f, "drift run --cycles 2 --pulse 1 --rest 2 --out", "new.csv")),
+    #[cfg(unix)]
+    ("record --force", |f| {
+        let one = Served::new(f, &[]);
+        overwritten(f, &format!("record --port {} --seconds 0.2 --out", one.port), "new.csv");
+    }),
+    #[cfg(unix)]
+    ("settings export --force", |f| {
+        let one = Served::new(f, &[]);
+        overwritten(f, &format!("settings export --port {} --file", one.port), "new.toml");
+    }),
     ("compensate", |f| assert!(stdout_of(f, &compensated("model.toml", "a.toml")).contains("[firmware.compensation] written"))),
     ("compensate --help", help_everywhere),
     ("compensate --model", |f| {
@@ -321,7 +336,7 @@ const WORDS: [(&str, Check); 87] = [
     ("explain", |f| assert!(stdout_of(f, &["explain", "log.csv", "--model", "model.toml"]).contains("omega_rad_s"))),
     ("explain --help", help_everywhere),
     ("explain <LOG>...", |f| {
-        stand(f, &["sim", "--out", "other.csv", "--seconds", "3", "--seed", "2"]).succeeded();
+        stand(f, &["sim", "--out", "other.csv", "--force", "--seconds", "3", "--seed", "2"]).succeeded();
         let samples = |logs: &[&str]| json(f, &[&["explain"], logs, &["--model", "model.toml"]].concat())["samples"].clone();
         assert_eq!((samples(&["log.csv"]), samples(&["log.csv", "other.csv"])), (3000.into(), 6000.into()));
     }),
@@ -331,7 +346,7 @@ const WORDS: [(&str, Check); 87] = [
         assert_ne!(steps("model.toml"), steps("bare.toml"));
     }),
     ("explain --apply --out", |f| {
-        stand(f, &["sim", "--out", "load.csv", "--seconds", "3", "--hidden", "load"]).succeeded();
+        stand(f, &["sim", "--out", "load.csv", "--force", "--seconds", "3", "--hidden", "load"]).succeeded();
         let before = std::fs::read(f.join("model.toml")).unwrap();
         stdout_of(f, &["explain", "load.csv", "--model", "model.toml", "--out", "better.toml"]);
         assert_eq!(before, std::fs::read(f.join("model.toml")).unwrap());
@@ -434,6 +449,19 @@ fn compensated<'a>(model: &'a str, stand: &'a str) -> [&'a str; 5] {
     ["compensate", "--model", model, "--stand", stand]
 }
 
+/// Asserts that `words` with a file write it, that it is not overwritten, and that --force overwrites it.
+#[track_caller]
+fn overwritten(folder: &Path, words: &str, file: &str) {
+    let words: Vec<&str> = words.split(' ').chain([file]).collect();
+    stand(folder, &words).succeeded();
+    std::fs::write(folder.join(file), "previous").unwrap();
+    let refused = stand(folder, &words);
+    assert!(refused.status == Some(2) && refused.err.contains("the file exists; --force"), "{refused:?}");
+    assert_eq!(std::fs::read_to_string(folder.join(file)).unwrap(), "previous");
+    stand(folder, &[&words[..], &["--force"]].concat()).succeeded();
+    assert_ne!(std::fs::read_to_string(folder.join(file)).unwrap_or_default(), "previous");
+}
+
 /// One second of a session with these arguments.
 fn session(folder: &Path, words: &[&str]) -> Log {
     session_in(folder, "session.csv", words)
@@ -444,7 +472,7 @@ fn recorded_with(folder: &Path, profile: &str, parameters: &[(&str, &str)]) {
     let one = Served::new(folder, &[]);
     let options: Vec<String> =
         parameters.iter().flat_map(|(name, value)| [format!("--{}", name.to_lowercase().replace('_', "-")), value.to_string()]).collect();
-    let mut words = vec!["record", "--port", &one.port, "--out", "r.csv", "--seconds", "0.2", "--profile", profile];
+    let mut words = vec!["record", "--port", &one.port, "--out", "r.csv", "--force", "--seconds", "0.2", "--profile", profile];
     words.extend(options.iter().map(String::as_str));
     stand(folder, &words).succeeded();
     assert_eq!(Log::read(folder.join("r.csv")).unwrap().note("profile"), Some(profile));
@@ -469,7 +497,7 @@ fn differ(folder: &Path, words: &[&str], values: [&str; 2]) {
 
 fn session_in(folder: &Path, file: &str, words: &[&str]) -> Log {
     let length: &[&str] = if words.contains(&"--seconds") { &[] } else { &["--seconds", "1"] };
-    stand(folder, &[&["sim", "--out", file], length, words].concat()).succeeded();
+    stand(folder, &[&["sim", "--out", file, "--force"], length, words].concat()).succeeded();
     Log::read(folder.join(file)).unwrap()
 }
 
@@ -484,7 +512,7 @@ fn edited(folder: &Path, verb: &[&str], words: &[&str]) -> String {
 }
 
 fn another_log(folder: &Path, verb: &str) {
-    stand(folder, &["sim", "--out", "other.csv", "--seconds", "3", "--seed", "2"]).succeeded();
+    stand(folder, &["sim", "--out", "other.csv", "--force", "--seconds", "3", "--seed", "2"]).succeeded();
     let outputs = |log: &str| json(folder, &[verb, log, "--model", "model.toml"])["outputs"].clone();
     assert_ne!(outputs("log.csv"), outputs("other.csv"));
     assert_eq!(outputs("log.csv"), outputs("log.parquet"), "both formats give equal outputs");

@@ -157,7 +157,7 @@ fn recording_of_a_served_stand_reveals_its_cogging() {
 fn recording(folder: &Path, port: &str, out: &str) -> Child {
     let words = ["record", "--port", port, "--out", out, "--seconds", "60"];
     let child = command(folder, &words).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    let meanwhile = PathBuf::from(out.replace(".parquet", ".parquet.csv"));
+    let meanwhile = PathBuf::from(out.replace(".parquet", ".parquet.csv").replace("log.csv", "log.part.csv"));
     let begun = Instant::now();
     // Flushed each second, so the file has content after some seconds.
     while std::fs::metadata(folder.join(&meanwhile)).map_or(0, |m| m.len()) < 20_000 {
@@ -191,8 +191,9 @@ fn ctrl_c_ends_a_recording_with_a_complete_log() {
     let child = recording(folder.path(), &served.port, "log.csv");
     assert!(Command::new("kill").args(["-s", "INT", &child.id().to_string()]).status().unwrap().success());
     let ran: RunOutput = child.wait_with_output().unwrap().into();
-    assert_eq!((ran.status, ran.err.as_str()), (Some(0), ""));
-    assert!(ran.out.contains("ended early: by hand"), "{}", ran.out);
+    assert_eq!(ran.status, Some(1));
+    assert!(ran.err.contains("interrupted; the rows until then are in log.csv"), "{}", ran.err);
+    assert!(ran.out.starts_with("ended early: by hand"), "{}", ran.out);
     assert!(Log::read(folder.path().join("log.csv")).unwrap().len() > 500);
     let after = send_lines(folder.path(), "port", "STReam?;OUTPut?;PROFile:STATe?\n").succeeded().out;
     assert_eq!(after.trim(), "0;0;STOPPED");

@@ -137,10 +137,16 @@ pub async fn record_profile(
     };
     stand.reset_losses();
     let begun = Instant::now();
-    let recording = record(stand, &stream, &mut recorder, monitor).await.map_err(|error| match error {
-        RecordingError::Connection(error) => ProfileRecordingError::Connection(error),
-        RecordingError::Write(source) => write_error(source),
-    })?;
+    let recording = match record(stand, &stream, &mut recorder, monitor).await {
+        Ok(recording) => recording,
+        Err(RecordingError::Connection(error)) => return Err(error.into()),
+        Err(RecordingError::Write(source)) => {
+            // A full disk leaves a partial row.
+            drop(recorder);
+            let _ = file.cut_to_whole_rows();
+            return Err(write_error(source));
+        }
+    };
     let (rows, last_s, incomplete_rows) = (recorder.rows(), recorder.last_s(), recorder.left_out());
     let absent_columns = recorder.absent().to_vec();
     let line_losses = stand.losses();

@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use embassy_futures::block_on;
 
 use super::error::CliError;
-use super::output::{ReportOutput, progress_bar, write};
+use super::output::{Overwrite, ReportOutput, progress_bar, write};
 use super::signals::Interrupts;
 use super::stand_file::read_stand;
 use crate::acquire::calibration_session::error::RunError;
@@ -56,6 +56,8 @@ pub(super) struct Calibrate {
     /// Write the default session to this file for editing, and exit
     #[arg(long, value_name = "FILE", conflicts_with_all = ["port", "session", "out", "from"])]
     write_session: Option<PathBuf>,
+    #[command(flatten)]
+    overwrite: Overwrite,
     /// Serial number of the device under test
     #[arg(long, value_name = "S")]
     serial: Option<String>,
@@ -125,6 +127,7 @@ impl Calibrate {
     pub(super) fn run(self) -> Result<(), CliError> {
         self.output.check()?;
         if let Some(path) = &self.write_session {
+            self.overwrite.check(path)?;
             write(path, default_session(self.what()))?;
             return self.output.text(&format!("{}: default session for {}\n", path.display(), self.what().name()));
         }

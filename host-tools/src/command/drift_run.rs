@@ -10,7 +10,7 @@ use indicatif::ProgressBar;
 
 use super::drift_output::{Uncertainties, write_report};
 use super::error::CliError;
-use super::output::{ReportOutput, check_writable, spinner};
+use super::output::{Overwrite, ReportOutput, spinner};
 use super::stand_file::read_gyroscope;
 use crate::acquire::drift_session::{CyclePlan, DriftSessionError, DriftSessionProgress, DriftSessionRequest, measure, simulate};
 use crate::acquire::link::SerialLink;
@@ -100,6 +100,8 @@ pub(super) struct Run {
     #[arg(long, value_name = "LOG")]
     out: Option<PathBuf>,
     #[command(flatten)]
+    overwrite: Overwrite,
+    #[command(flatten)]
     uncertainties: Uncertainties,
     #[command(flatten)]
     output: ReportOutput,
@@ -119,7 +121,7 @@ impl Run {
     pub(super) fn run(self) -> Result<(), CliError> {
         self.output.check()?;
         if let Some(path) = &self.out {
-            check_writable(path)?;
+            self.overwrite.check(path)?;
             Format::of(path)?;
         }
         let request = self.request()?;

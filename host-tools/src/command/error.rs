@@ -30,13 +30,29 @@ macro_rules! input_errors {
     )*};
 }
 input_errors!(
-    crate::log::LogError,
-    crate::model::ModelError,
     crate::identify::fit::prepare::PrepareError,
     crate::identify::fit::FitError,
     crate::observer::ObserverError,
     hal_sim::plant::StandError,
 );
+
+impl From<crate::log::LogError> for CliError {
+    fn from(error: crate::log::LogError) -> Self {
+        match &*error.kind {
+            crate::log::LogErrorKind::Write(cause) => CliError::file(&error.path, "write", cause),
+            _ => CliError::Input(error.to_string()),
+        }
+    }
+}
+
+impl From<crate::model::ModelError> for CliError {
+    fn from(error: crate::model::ModelError) -> Self {
+        match &*error.kind {
+            crate::model::ModelErrorKind::Write(cause) => CliError::file(Path::new(&error.file), "write", cause),
+            _ => CliError::Input(error.to_string()),
+        }
+    }
+}
 
 impl From<crate::acquire::link::LinkError> for CliError {
     fn from(error: crate::acquire::link::LinkError) -> Self {
@@ -69,7 +85,8 @@ impl CliError {
         use std::io::ErrorKind;
         let line = format!("{}: cannot {action}: {error}", path.display());
         match error.kind() {
-            ErrorKind::NotFound | ErrorKind::PermissionDenied | ErrorKind::IsADirectory | ErrorKind::NotADirectory => CliError::Input(line),
+            ErrorKind::NotFound | ErrorKind::IsADirectory | ErrorKind::NotADirectory => CliError::Input(line),
+            ErrorKind::PermissionDenied if action == "read" => CliError::Input(line),
             ErrorKind::BrokenPipe => CliError::ClosedPipe,
             _ => CliError::Other(line),
         }

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::error::CliError;
-use super::output::{ReportOutput, check_writable, spinner, style};
+use super::output::{Overwrite, ReportOutput, spinner, style};
+use crate::files;
 use crate::identify::explain::Explanation;
 use crate::identify::explain_logs::{ExplainLogsError, LogExplanation, explain_folder, explain_together};
 use crate::model::Model;
@@ -29,6 +30,8 @@ pub(super) struct Explain {
     #[arg(long, value_name = "MODEL")]
     out: Option<PathBuf>,
     #[command(flatten)]
+    overwrite: Overwrite,
+    #[command(flatten)]
     output: ReportOutput,
 }
 
@@ -44,7 +47,7 @@ impl From<ExplainLogsError> for CliError {
 impl Explain {
     pub(super) fn run(self) -> Result<(), CliError> {
         self.output.check()?;
-        self.out.as_deref().map_or(Ok(()), check_writable)?;
+        self.out.as_deref().map_or(Ok(()), |out| self.overwrite.check(out))?;
         if let Some(folder) = self.log.iter().find(|p| p.is_dir()) {
             self.check_folder_options(folder)?;
             return self.explain_folder(folder, &Model::read(&self.model)?);
@@ -106,7 +109,7 @@ impl Explain {
             let text = if e.missing.is_empty() && self.out.is_none() {
                 format!("\nNo effect to add: {} is unchanged.\n", path.display())
             } else {
-                e.model.write(path)?;
+                write_model(path, e, given, self.out.is_some())?;
                 format!("\n{}\n", report::model::changes_text(e, given, path))
             };
             self.output.text(&text)?;
@@ -115,4 +118,13 @@ impl Explain {
         }
         Ok(())
     }
+}
+
+/// Writes the model of the explanation; with --apply, over the file of `given`, if no other process has edited that meanwhile.
+fn write_model(path: &Path, e: &Explanation, given: &Model, is_new: bool) -> Result<(), CliError> {
+    let _locked = if is_new { None } else { Some(files::lock(path).map_err(|error| CliError::file(path, "lock", &error))?) };
+    if !is_new && Model::read(path)?.to_toml() != given.to_toml() {
+        return Err(CliError::Other(format!("{}: the file was edited during the search; nothing was written", path.display())));
+    }
+    Ok(e.model.write(path)?)
 }

@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::compare::{evaluate_and_report, read_log_and_model, report_implausible_log};
 use super::error::CliError;
-use super::output::{ReportOutput, check_writable, spinner, style};
+use super::output::{Overwrite, ReportOutput, spinner, style};
 use crate::identify::equation_error::{self, EquationErrorFailure, EquationErrorResult};
 use crate::identify::evaluation::ParameterTreatment;
 use crate::identify::fit::parameters::Parameters;
@@ -35,13 +35,15 @@ pub(super) struct Fit {
     #[arg(long, value_name = "HZ", requires = "equation_error")]
     cutoff_hz: Option<f64>,
     #[command(flatten)]
+    overwrite: Overwrite,
+    #[command(flatten)]
     output: ReportOutput,
 }
 
 impl Fit {
     pub(super) fn run(self) -> Result<(), CliError> {
         self.output.check()?;
-        self.out.as_deref().map_or(Ok(()), check_writable)?;
+        self.out.as_deref().map_or(Ok(()), |out| self.overwrite.check(out))?;
         let (log, model) = read_log_and_model(&self.log, &self.model)?;
         let parameters = if self.equation_error {
             self.by_equation_error(&log, &model)?

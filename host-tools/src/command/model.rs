@@ -1,12 +1,13 @@
 //! `stand model new|show|add|remove|set`: create, show and edit a model file.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
 
 use super::error::CliError;
-use super::output::print;
-use crate::model::{Input, Model};
+use super::output::{Overwrite, print};
+use crate::files;
+use crate::model::{Input, Model, ModelError};
 use crate::report;
 use crate::words::nearest;
 
@@ -22,9 +23,8 @@ pub(super) enum ModelCommand {
         /// Effects of the model, separated by commas
         #[arg(long, value_delimiter = ',')]
         effects: Vec<String>,
-        /// Overwrite an existing file
-        #[arg(long)]
-        force: bool,
+        #[command(flatten)]
+        overwrite: Overwrite,
     },
     /// Show a model: input, outputs, effects, parameters
     Show {
@@ -66,15 +66,13 @@ pub(super) enum ModelCommand {
 impl ModelCommand {
     pub(super) fn run(self) -> Result<(), CliError> {
         match self {
-            ModelCommand::New { model, input, effects, force } => {
+            ModelCommand::New { model, input, effects, overwrite } => {
                 let known = Input::ALL.map(Input::column);
                 let Some(input) = Input::ALL.into_iter().find(|i| i.column() == input) else {
                     let hint = nearest(&input, known).map_or(String::new(), |n| format!("; did you mean `{n}`?"));
                     return Err(CliError::Input(format!("--input `{input}`: must be one of {}{hint}", known.join(", "))));
                 };
-                if model.exists() && !force {
-                    return Err(CliError::Input(format!("{}: the file exists; --force overwrites it", model.display())));
-                }
+                overwrite.check(&model)?;
                 let mut new = Model::new(input, &model.display().to_string())?;
                 for effect in &effects {
                     new.add(effect)?;
@@ -83,31 +81,27 @@ impl ModelCommand {
                 show(&new)
             }
             ModelCommand::Show { model } => show(&Model::read(&model)?),
-            ModelCommand::Add { model, effect } => {
-                let mut changed = Model::read(&model)?;
+            ModelCommand::Add { model, effect } => edit(&model, |changed| {
                 let name =
                     if changed.effect_names().contains(&effect) && !effect.contains('#') { changed.next_name(&effect) } else { effect };
-                changed.add(&name)?;
-                changed.write(&model)?;
-                show(&changed)
-            }
-            ModelCommand::Remove { model, effect } => {
-                let mut changed = Model::read(&model)?;
-                changed.remove(&effect)?;
-                changed.write(&model)?;
-                show(&changed)
-            }
-            ModelCommand::Set { model, parameter, value, fixed, free } => {
-                let mut changed = Model::read(&model)?;
+                changed.add(&name)
+            }),
+            ModelCommand::Remove { model, effect } => edit(&model, |changed| changed.remove(&effect)),
+            ModelCommand::Set { model, parameter, value, fixed, free } => edit(&model, |changed| {
                 changed.set(&parameter, value)?;
-                if fixed || free {
-                    changed.fix(&parameter, fixed)?;
-                }
-                changed.write(&model)?;
-                show(&changed)
-            }
+                if fixed || free { changed.fix(&parameter, fixed) } else { Ok(()) }
+            }),
         }
     }
+}
+
+/// Edits a model file, while other processes that edit it wait, and shows the result.
+fn edit(path: &Path, change: impl FnOnce(&mut Model) -> Result<(), ModelError>) -> Result<(), CliError> {
+    let _locked = files::lock(path).map_err(|error| CliError::file(path, "read", &error))?;
+    let mut model = Model::read(path)?;
+    change(&mut model)?;
+    model.write(path)?;
+    show(&model)
 }
 
 fn show(model: &Model) -> Result<(), CliError> {

@@ -8,6 +8,7 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::error::CliError;
+use crate::files;
 use crate::report::Style;
 
 /// The JSON option of every command that computes.
@@ -26,6 +27,30 @@ pub(super) struct ReportOutput {
     /// Write an HTML report: one file with embedded plots
     #[arg(long, value_name = "FILE")]
     pub html: Option<PathBuf>,
+}
+
+/// Permission to overwrite what cannot be computed or measured again in the same way: logs, models, sessions, settings.
+#[derive(Debug, Clone, Copy, Default, Args)]
+pub(super) struct Overwrite {
+    /// Overwrite an existing file
+    #[arg(long)]
+    pub force: bool,
+}
+
+impl Overwrite {
+    /// Checks that a file can be created at `path`, and that none exists there unless it may be overwritten. Called before the work.
+    pub(super) fn check(self, path: &Path) -> Result<(), CliError> {
+        check_writable(path)?;
+        self.check_existing(path.exists().then_some(path))
+    }
+
+    /// Refuses an existing file, unless it may be overwritten.
+    pub(super) fn check_existing(self, existing: Option<&Path>) -> Result<(), CliError> {
+        match existing {
+            Some(path) if !self.force => Err(CliError::in_file(path, "the file exists; --force overwrites it")),
+            _ => Ok(()),
+        }
+    }
 }
 
 impl JsonOutput {
@@ -73,15 +98,18 @@ impl ReportOutput {
     }
 }
 
-/// Checks that a file can be created at `path`: its folder exists and `path` is not a folder.
+/// Checks that a file can be created at `path`: its folder exists and can be written, and `path` is not a folder.
 pub(super) fn check_writable(path: &Path) -> Result<(), CliError> {
     let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
     if path.is_dir() {
         Err(CliError::Input(format!("{}: cannot write: this is a folder; give the name of a file", path.display())))
-    } else if folder.is_dir() {
+    } else if !folder.is_dir() {
+        Err(CliError::Input(format!("{}: cannot write: the folder {} does not exist", path.display(), folder.display())))
+    } else if path.exists() && !path.is_file() {
+        // A device, such as /dev/stdout.
         Ok(())
     } else {
-        Err(CliError::Input(format!("{}: cannot write: the folder {} does not exist", path.display(), folder.display())))
+        files::check_folder(folder).map_err(|e| CliError::file(path, "write", &e))
     }
 }
 
@@ -107,9 +135,9 @@ pub(super) fn print(text: &str) -> Result<(), CliError> {
     std::io::stdout().write_all(text.as_bytes()).map_err(|e| CliError::file(Path::new("standard output"), "write", &e))
 }
 
-/// Writes a text file.
+/// Writes a text file as a whole.
 pub(super) fn write(path: &Path, text: &str) -> Result<(), CliError> {
-    std::fs::write(path, text).map_err(|e| CliError::file(path, "write", &e))
+    files::replace_text(path, text).map_err(|e| CliError::file(path, "write", &e))
 }
 
 /// Style of text on standard output: colour on a terminal, 80 columns.

@@ -8,7 +8,7 @@ use indicatif::ProgressBar;
 use stand_firmware::telemetry::Channels;
 
 use super::error::CliError;
-use super::output::{JsonOutput, check_writable, progress_bar};
+use super::output::{JsonOutput, Overwrite, check_writable, progress_bar};
 use super::profile::{self, ProfileOptions};
 use super::signals::Interrupts;
 use super::stand_file::{DriveMode, required_port};
@@ -52,6 +52,8 @@ pub(super) struct Record {
     #[arg(long = "note", value_name = "KEY=VALUE")]
     notes: Vec<String>,
     #[command(flatten)]
+    overwrite: Overwrite,
+    #[command(flatten)]
     json: JsonOutput,
 }
 
@@ -72,7 +74,7 @@ impl Record {
         let port = required_port(self.port.clone())?;
         check_writable(&self.out)?;
         self.json.check()?;
-        LogFile::of(&self.out)?;
+        self.overwrite.check_existing(LogFile::of(&self.out)?.existing())?;
         let mode = self.mode.firmware_mode();
         check_recorded_seconds(self.seconds)?;
         let request = ProfileRecordingRequest {
@@ -94,7 +96,8 @@ impl Record {
         self.json.json(|| report::json(&recording))?;
         let failed = |message: String| Err(CliError::Other(format!("{message}; the rows until then are in {}", self.out.display())));
         match &recording.end {
-            RecordingEnd::Complete | RecordingEnd::Interrupted => Ok(()),
+            RecordingEnd::Complete => Ok(()),
+            RecordingEnd::Interrupted => failed("interrupted".to_owned()),
             RecordingEnd::Fault(fault) => failed(format!("{}: the drive was switched off because of a fault: {fault}", link.name())),
             RecordingEnd::Disconnected(error) => failed(error.to_string()),
             RecordingEnd::Silent | RecordingEnd::IncompleteRows => failed(format!("{}: the stand sends no more rows", link.name())),

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Subcommand};
 
 use super::error::CliError;
-use super::output::{check_writable, print, write};
+use super::output::{Overwrite, print, write};
 use super::stand_file::required_port;
 use crate::acquire::link::SerialLink;
 use crate::acquire::settings::{Difference, SettingsError, file, import, read};
@@ -29,6 +29,8 @@ pub(super) enum Settings {
 
 #[derive(Debug, Args)]
 pub(super) struct Export {
+    #[command(flatten)]
+    overwrite: Overwrite,
     /// Serial port of the stand
     #[arg(long, value_name = "P")]
     port: Option<PathBuf>,
@@ -69,7 +71,7 @@ impl Settings {
 impl Export {
     fn run(self) -> Result<(), CliError> {
         if let Some(path) = &self.file {
-            check_writable(path)?;
+            self.overwrite.check(path)?;
         }
         let port = required_port(self.port)?;
         let mut link = SerialLink::open(&port)?;

@@ -12,7 +12,7 @@ use hal_sim::session::SessionRequest;
 use stand_firmware::telemetry::Channels;
 
 use super::error::CliError;
-use super::output::{JsonOutput, check_writable, spinner};
+use super::output::{JsonOutput, Overwrite, spinner};
 use super::profile::{self, ProfileOptions};
 use super::record::{ProgressMonitor, check_recorded_seconds};
 use super::sim_serve::{ServeOptions, read_image, serve};
@@ -76,6 +76,8 @@ pub(super) struct Sim {
     #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     seed: u64,
     #[command(flatten)]
+    overwrite: Overwrite,
+    #[command(flatten)]
     json: JsonOutput,
 }
 
@@ -110,7 +112,7 @@ impl Sim {
                 seed: self.seed,
             });
         };
-        check_writable(out)?;
+        self.overwrite.check(out)?;
         let mut stand = read_stand(self.stand.as_deref())?;
         // Refuses an unknown ending of the file name before the simulation runs.
         crate::log::Format::of(out)?;

@@ -49,6 +49,8 @@ pub(super) fn serve(options: ServeOptions) -> Result<(), CliError> {
     use super::signals::Interrupts;
     use super::stand_file::{hide_effect, read_gyroscope, read_stand};
     use crate::acquire::serve::{Pty, serve, serve_chip};
+    use crate::files;
+    use std::io::Write as _;
 
     /// Angle of the platform at power-on, rad: not at the index, as on most stands.
     const START_ANGLE_RAD: f64 = -2.0;
@@ -112,7 +114,7 @@ pub(super) fn serve(options: ServeOptions) -> Result<(), CliError> {
         report_lag();
         machine.log().iter().for_each(|line| eprintln!("chip: {line}"));
         if let (Some(path), Some(sectors)) = (options.flash, machine.soc.flash.bytes().get(SETTINGS)) {
-            std::fs::write(path, sectors).map_err(|e| CliError::file(path, "write", &e))?;
+            files::replace(path, |out| out.write_all(&sectors)).map_err(|e| CliError::file(path, "write", &e))?;
         }
         return served.map_err(|e| CliError::Other(e.to_string()));
     }
@@ -132,7 +134,7 @@ pub(super) fn serve(options: ServeOptions) -> Result<(), CliError> {
     let served = serve(&controller, &mut pty, |now| ended(&interrupts, now), lagged);
     report_lag();
     if let Some(path) = options.flash {
-        std::fs::write(path, controller.into_flash().bytes()).map_err(|e| CliError::file(path, "write", &e))?;
+        files::replace(path, |out| out.write_all(controller.into_flash().bytes())).map_err(|e| CliError::file(path, "write", &e))?;
     }
     if pty.lost() > 0 {
         eprintln!("stand: {} bytes were lost because a client did not read them", pty.lost());

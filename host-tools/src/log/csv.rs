@@ -6,6 +6,7 @@ use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
+use super::csv_write::{ENDS_WITH, ROWS, RowsDigest, SHA256};
 use super::error::{LogError, LogErrorKind};
 use super::warning::LogWarning;
 use super::{Column, FileContents, Selection};
@@ -27,6 +28,8 @@ pub(super) fn read(path: &Path, selection: &mut Selection<'_>) -> Result<FileCon
     };
     contents.ignored = header.iter().filter(|c| c.target.is_none()).map(|c| c.name.clone()).collect();
 
+    // Only a log that announces its end is hashed; a Parquet file without its end cannot be read at all.
+    let mut digest = contents.notes.take_text(ENDS_WITH).map(|_| RowsDigest::default());
     let mut row = 0;
     let mut last_t_s = f64::NEG_INFINITY;
     while lines.next()? {
@@ -55,6 +58,18 @@ pub(super) fn read(path: &Path, selection: &mut Selection<'_>) -> Result<FileCon
             let error = if cut { LogError::new(path, LogErrorKind::CutShort { has, expected: header.len() }) } else { error };
             return Err(error.row(row).line(line));
         }
+        if let Some(digest) = &mut digest {
+            digest.take(&lines.text);
+        }
+    }
+    if let Some(digest) = digest {
+        let found = digest.values();
+        let [rows, sha256] = [ROWS, SHA256].map(|key| contents.notes.take_text(key));
+        contents.warnings.extend(match (rows, sha256) {
+            (Some(rows), Some(sha256)) if [&rows, &sha256] == [&found[0], &found[1]] => None,
+            (Some(written), Some(_)) => Some(LogWarning::RowsChanged { rows: row, written }),
+            _ => Some(LogWarning::EndMissing { rows: row }),
+        });
     }
     if row > 0 && !lines.ended {
         contents.warnings.push(LogWarning::UnterminatedRow { line: lines.number });

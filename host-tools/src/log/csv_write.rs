@@ -1,28 +1,64 @@
 //! Writes a log as CSV text: notes, header, rows. Each number is the shortest text that reads back as the same value.
+//!
+//! A note at the beginning announces two at the end, the number of rows and their SHA-256, so that a reader recognises a log without its end.
 
-use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::Write;
 use std::path::Path;
+
+use sha2::{Digest, Sha256};
 
 use super::error::{LogError, LogErrorKind};
 use super::{Column, Log};
+use crate::files;
 
 /// Writes the whole log.
 pub(super) fn write(log: &Log, path: &Path) -> Result<(), LogError> {
     let fail = |e| LogError::new(path, LogErrorKind::Write(e));
     let names: Vec<&str> = log.columns().iter().map(|c| c.name.as_str()).collect();
     let notes = log.notes().iter().map(|(k, v)| (k.as_str(), v.as_str()));
-    let file = File::create(path).map_err(fail)?;
-    let mut out = CsvWriter::new(BufWriter::with_capacity(1 << 18, file), notes, &names).map_err(fail)?;
     let columns: Vec<&[f64]> = log.columns().iter().map(|c: &Column| c.values.as_slice()).collect();
     let mut row = vec![0.0; columns.len()];
-    for k in 0..log.len() {
-        for (cell, column) in row.iter_mut().zip(&columns) {
-            *cell = column[k];
+    let written = files::replace(path, |file| {
+        let mut out = CsvWriter::new(file, notes, &names)?;
+        for k in 0..log.len() {
+            for (cell, column) in row.iter_mut().zip(&columns) {
+                *cell = column[k];
+            }
+            out.row(&row)?;
         }
-        out.row(&row).map_err(fail)?;
+        out.finish().map(|_| ())
+    });
+    written.map_err(fail)
+}
+
+/// Key of the note that announces [`ROWS`] and [`SHA256`].
+pub(super) const ENDS_WITH: &str = "ends_with";
+/// Its value.
+const END_NOTES: &str = "rows, sha256";
+/// Key of the note on the number of rows.
+pub(super) const ROWS: &str = "rows";
+/// Key of the note on the SHA-256 of all rows, each with a line feed.
+pub(super) const SHA256: &str = "sha256";
+
+/// Number and SHA-256 of the rows of a log.
+#[derive(Debug, Default)]
+pub(super) struct RowsDigest {
+    rows: u64,
+    hash: Sha256,
+}
+
+impl RowsDigest {
+    /// Takes a row without its line break.
+    pub(super) fn take(&mut self, row: &[u8]) {
+        self.rows += 1;
+        self.hash.update(row);
+        self.hash.update(b"\n");
     }
-    out.flush().map_err(fail)
+
+    /// The values of the notes [`ROWS`] and [`SHA256`].
+    pub(super) fn values(self) -> [String; 2] {
+        [self.rows.to_string(), self.hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()]
+    }
 }
 
 /// Writes rows one by one, for a recording. The caller decides on buffering and flushing.
@@ -31,6 +67,7 @@ pub struct CsvWriter<W: Write> {
     out: W,
     columns: usize,
     line: String,
+    digest: RowsDigest,
 }
 
 impl<W: Write> CsvWriter<W> {
@@ -39,7 +76,8 @@ impl<W: Write> CsvWriter<W> {
     /// # Errors
     /// Errors of `out`.
     pub fn new<'a>(out: W, notes: impl IntoIterator<Item = (&'a str, &'a str)>, columns: &[&str]) -> std::io::Result<Self> {
-        let mut writer = CsvWriter { out, columns: columns.len(), line: String::with_capacity(256) };
+        let mut writer = CsvWriter { out, columns: columns.len(), line: String::with_capacity(256), digest: RowsDigest::default() };
+        writer.note(ENDS_WITH, END_NOTES)?;
         for (key, value) in notes {
             writer.note(key, value)?;
         }
@@ -74,6 +112,7 @@ impl<W: Write> CsvWriter<W> {
             self.line.push(',');
         }
         self.line.pop();
+        self.digest.take(self.line.as_bytes());
         self.line.push('\n');
         self.out.write_all(self.line.as_bytes())
     }
@@ -86,11 +125,14 @@ impl<W: Write> CsvWriter<W> {
         self.out.flush()
     }
 
-    /// Flushes and returns the output.
+    /// Writes the notes of the end, flushes and returns the output.
     ///
     /// # Errors
     /// Errors of the output.
     pub fn finish(mut self) -> std::io::Result<W> {
+        let [rows, sha256] = std::mem::take(&mut self.digest).values();
+        self.note(ROWS, &rows)?;
+        self.note(SHA256, &sha256)?;
         self.out.flush()?;
         Ok(self.out)
     }

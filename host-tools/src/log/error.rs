@@ -19,7 +19,7 @@ pub struct LogError {
 }
 
 impl LogError {
-    pub(super) fn new(path: &Path, kind: LogErrorKind) -> Self {
+    pub(crate) fn new(path: &Path, kind: LogErrorKind) -> Self {
         LogError { path: path.to_owned(), row: None, line: None, column: None, kind: Box::new(kind) }
     }
 

@@ -4,7 +4,7 @@
 //! a million rows. The low-level readers and writers of the parquet crate are used, without Arrow.
 
 use std::fs::File;
-use std::io::{BufWriter, Read, Seek, SeekFrom, Write};
+use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -20,6 +20,7 @@ use parquet::schema::types::{ColumnDescriptor, Type};
 
 use super::error::{LogError, LogErrorKind};
 use super::{Column, FileContents, Log, Selection};
+use crate::files;
 
 /// Number of rows of a written row group, at most.
 const MAX_GROUP_ROWS: usize = 1 << 20;
@@ -214,14 +215,19 @@ impl ColumnSink<'_, '_, '_> {
 
 /// Writes the whole log.
 pub(super) fn write(log: &Log, path: &Path) -> Result<(), LogError> {
-    let file = File::create(path).map_err(|e| LogError::new(path, LogErrorKind::Write(e)))?;
-    write_groups(log, BufWriter::new(file)).map_err(|e| {
-        let e = std::io::Error::other(e.to_string());
-        LogError::new(path, LogErrorKind::Write(e))
-    })
+    let written = files::replace(path, |out| {
+        write_groups(log, out).map_err(|error| match error {
+            ParquetError::External(source) => match source.downcast::<std::io::Error>() {
+                Ok(error) => *error,
+                Err(other) => std::io::Error::other(other),
+            },
+            other => std::io::Error::other(other),
+        })
+    });
+    written.map_err(|e| LogError::new(path, LogErrorKind::Write(e)))
 }
 
-fn write_groups(log: &Log, out: BufWriter<File>) -> Result<(), ParquetError> {
+fn write_groups<W: Write + Send>(log: &Log, out: W) -> Result<(), ParquetError> {
     let fields = log.columns().iter().map(|c| {
         let field = Type::primitive_type_builder(&c.name, Physical::DOUBLE).with_repetition(Repetition::REQUIRED);
         Ok(Arc::new(field.build()?))

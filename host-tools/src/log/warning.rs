@@ -8,6 +8,18 @@ pub enum LogWarning {
         /// Line of the file, from 1.
         line: usize,
     },
+    /// The notes of the end are missing: the recording was interrupted, or the file was copied in part.
+    EndMissing {
+        /// Number of rows in the file.
+        rows: usize,
+    },
+    /// The rows are not those that were written, by their number or their SHA-256.
+    RowsChanged {
+        /// Number of rows in the file.
+        rows: usize,
+        /// Number of rows that were written, from the note.
+        written: String,
+    },
     /// The angle was wrapped to one turn and is continued over the turns.
     UnwrappedAngle {
         /// Number of jumps by a turn.

@@ -23,6 +23,8 @@ use std::path::Path;
 use drive_model::{Card, Parameter, ParameterKind};
 use toml_edit::DocumentMut;
 
+use crate::files;
+
 pub use catalogue::BaseParameter;
 pub use error::{ModelError, ModelErrorKind};
 pub use user_effects::{SummingPoint, UserEffect};
@@ -189,7 +191,7 @@ impl Model {
     /// The file cannot be written.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), ModelError> {
         let path = path.as_ref();
-        std::fs::write(path, self.to_toml()).map_err(|e| ModelError::file(&path.display().to_string(), ModelErrorKind::Write(e)))
+        files::replace_text(path, &self.to_toml()).map_err(|e| ModelError::file(&path.display().to_string(), ModelErrorKind::Write(e)))
     }
 
     /// Name of the file in messages.

@@ -8,6 +8,12 @@ pub fn log_warning(warning: &LogWarning) -> String {
         LogWarning::UnterminatedRow { line } => {
             format!("the last row (line {line}) does not end with a line break; its last number may be cut short")
         }
+        LogWarning::EndMissing { rows } => {
+            format!("the end of the log is missing: the recording was interrupted, or the file was copied in part; it has {rows} rows")
+        }
+        LogWarning::RowsChanged { rows, written } => {
+            format!("its {rows} rows are not the {written} rows that were written: the file was edited or damaged")
+        }
         LogWarning::UnwrappedAngle { jumps } => {
             format!("theta_rad is wrapped to one turn ({jumps} jumps of 2π); it was continued over the turns")
         }

@@ -11,7 +11,7 @@ pub const WORDS: [(&str, Check); 13] = [
     ("calibrate --help", help_everywhere),
     ("calibrate <WHAT> --write-session", |f| {
         let sessions = ["gyro", "accel", "drive"].map(|what| {
-            stand(f, &["calibrate", what, "--write-session", "usual.toml"]).succeeded();
+            stand(f, &["calibrate", what, "--write-session", "usual.toml", "--force"]).succeeded();
             std::fs::read_to_string(f.join("usual.toml")).unwrap()
         });
         assert!(

@@ -19,7 +19,7 @@ fn run(folder: &Path, more: &[&str]) -> Value {
 
 /// A log of a short measurement.
 fn log(folder: &Path) {
-    run(folder, &["--out", "drift.csv"]);
+    run(folder, &["--out", "drift.csv", "--force"]);
 }
 
 fn compute(folder: &Path, more: &[&str]) -> Value {
@@ -142,7 +142,7 @@ pub const WORDS: &[(&str, super::Check)] = &[
         assert!(saturated.err.contains("angle sensor saturated"), "{saturated:?}");
     }),
     ("drift compute --turn-error --level-error --gain-error", |f| {
-        run(f, &["--cycles", "4", "--out", "drift.csv"]);
+        run(f, &["--cycles", "4", "--out", "drift.csv", "--force"]);
         errors(|more| compute(f, more));
     }),
     ("drift advise <LOG> --pulse --angle-gain --json --html", |f| {

@@ -104,11 +104,24 @@ pub const WORDS: [(&str, Check); 19] = [
         let one = Served::new(f, &[]);
         stand(
             f,
-            &["record", "--port", &one.port, "--out", "r.csv", "--seconds", "0.2", "--decimation", "2", "--also", "age_s,from_index_rad"],
+            &[
+                "record",
+                "--port",
+                &one.port,
+                "--out",
+                "r.csv",
+                "--force",
+                "--seconds",
+                "0.2",
+                "--decimation",
+                "2",
+                "--also",
+                "age_s,from_index_rad",
+            ],
         )
         .succeeded();
         assert!(Log::read(f.join("r.csv")).is_ok());
-        let refused = stand(f, &["record", "--port", &one.port, "--out", "r.csv", "--also", "nonesuch"]);
+        let refused = stand(f, &["record", "--port", &one.port, "--out", "r.csv", "--force", "--also", "nonesuch"]);
         assert!(refused.status == Some(2) && refused.err.contains("nonesuch"), "{}", refused.err);
     }),
 ];

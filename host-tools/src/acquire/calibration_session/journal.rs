@@ -1,6 +1,7 @@
 //! Journal of a session: what has been done. The file is in the folder of the logs and is replaced atomically after each step.
 
 use super::{DutKind, Mounting, Session, Step};
+use crate::files;
 use crate::log::{Log, LogError, timestamp};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -118,18 +119,7 @@ pub fn sha256(path: &Path) -> Result<String, JournalError> {
 /// # Errors
 /// The file cannot be written.
 pub fn write_atomically(path: &Path, text: &str) -> Result<(), JournalError> {
-    use std::io::Write;
-    let temporary = path.with_extension("part");
-    let write = || {
-        let mut file = std::fs::File::create(&temporary)?;
-        file.write_all(text.as_bytes())?;
-        file.sync_all()?;
-        std::fs::rename(&temporary, path)
-    };
-    write().map_err(|e: std::io::Error| {
-        let _ = std::fs::remove_file(&temporary);
-        JournalError::Write { path: path.to_owned(), message: e.to_string() }
-    })
+    files::replace_text(path, text).map_err(|e| JournalError::Write { path: path.to_owned(), message: e.to_string() })
 }
 
 impl Journal {

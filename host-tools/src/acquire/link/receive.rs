@@ -1,7 +1,9 @@
 //! Received bytes as lines of text, frames of a stream, and counts of losses.
 //!
 //! In text mode a line ends with a line feed. A zero byte starts a stream; the bytes between zeros are then frames, decoded by the firmware's
-//! [`Deframer`]. Printable text that ends with a line feed returns to text mode: it cannot be a frame, whose second byte is a type below 32.
+//! [`Deframer`]. Printable text that ends with a line feed returns to text mode: it cannot be a frame, whose second byte is a type below 32. A line feed
+//! directly after a zero is no text, which ends with CR LF, but the first byte of a frame: the distance to its next zero, as in the frame of a reply of one
+//! character.
 
 use std::collections::VecDeque;
 
@@ -102,7 +104,7 @@ impl Receiver {
         for &byte in bytes {
             match byte {
                 0 => self.zero(received),
-                b'\n' if !self.streaming || !self.has_non_text => self.end_of_line(received),
+                b'\n' if !self.streaming || !(self.has_non_text || self.line.is_empty()) => self.end_of_line(received),
                 _ => {
                     self.has_non_text |= !matches!(byte, b'\t' | b'\r' | b' '..=b'~');
                     if self.line.len() < MAX_LINE {
@@ -179,6 +181,7 @@ impl Receiver {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
     use stand_firmware::telemetry::encode;
     use stand_firmware::telemetry::frame::MAX_FRAME;
 
@@ -227,6 +230,86 @@ mod tests {
         assert_eq!(all.iter().filter(|h| matches!(h, Received::Row(_))).count(), 300);
         assert_eq!(all.last(), Some(&Received::Beat(Beat::default())));
         assert!(receiver.losses().is_none(), "{:?}", receiver.losses());
+    }
+
+    /// What a stand sends.
+    #[derive(Debug, Clone)]
+    enum Sent {
+        Row,
+        Beat,
+        Reply(String),
+        /// The stream is switched off, a reply is sent as text, and the stream is switched on again.
+        TextReply(String),
+    }
+
+    fn sent() -> impl Strategy<Value = Sent> {
+        let reply = || prop_oneof!["[ -~]{1,3}", "[ -~]{0,200}"];
+        prop_oneof![3 => Just(Sent::Row), 1 => Just(Sent::Beat), 3 => reply().prop_map(Sent::Reply), 1 => reply().prop_map(Sent::TextReply)]
+    }
+
+    /// The bytes of each item, and what is to be received. Frame numbers begin anywhere, so that any byte can be zero or a line feed.
+    fn line_of(items: &[Sent], first: u16) -> (Vec<Vec<u8>>, Vec<String>) {
+        let (mut bytes, mut expected) = (Vec::new(), Vec::new());
+        for (k, item) in items.iter().enumerate() {
+            let seq = first.wrapping_add(k as u16);
+            let (sent, received) = match item {
+                Sent::Row => (frame(&Body::Row(row(k as u32)), seq), format!("row {k}")),
+                Sent::Beat => (frame(&Body::Beat(Beat::default()), seq), "beat".to_owned()),
+                Sent::Reply(reply) => (frame(&Body::Text(reply), seq), format!("line {}", reply.trim_end())),
+                Sent::TextReply(reply) => (format!("{reply}\r\n").into_bytes(), format!("line {}", reply.trim())),
+            };
+            bytes.push(sent);
+            expected.push(received);
+        }
+        (bytes, expected)
+    }
+
+    /// What was received, without the values of the rows, which are not numbers for most channels.
+    fn received(bytes: &[u8]) -> Vec<String> {
+        let text = |received| match received {
+            Received::Line(line) => format!("line {line}"),
+            Received::StreamHeader(_) => "header".to_owned(),
+            Received::Row(row) => format!("row {}", row.sequence),
+            Received::Beat(_) => "beat".to_owned(),
+        };
+        heard(&mut Receiver::default(), bytes).into_iter().map(text).collect()
+    }
+
+    proptest! {
+        #[test]
+        fn every_reply_and_row_of_a_healthy_line_is_received_once(items in prop::collection::vec(sent(), 1..40), first: u16) {
+            let (bytes, expected) = line_of(&items, first);
+            prop_assert_eq!(received(&bytes.concat()), expected);
+        }
+
+        /// A client that joins in the middle of the stream may take what is left of one item for a line; from the next zero on it receives all.
+        #[test]
+        fn client_that_joins_midway_receives_all_later_items(items in prop::collection::vec(sent(), 1..20), first: u16, from: prop::sample::Index) {
+            let items: Vec<Sent> = items.into_iter().filter(|item| !matches!(item, Sent::TextReply(_))).chain([Sent::Row, Sent::Row]).collect();
+            let (bytes, expected) = line_of(&items, first);
+            let from = from.index(bytes.concat().len());
+            let mut end = 0;
+            let whole = bytes.iter().position(|item| { end += item.len(); end > from }).unwrap_or(0);
+            let all = received(&bytes.concat()[from..]);
+            let later = &expected[whole + 1..];
+            prop_assert!(all.ends_with(later), "from byte {from}: {all:?}");
+        }
+
+        /// A damaged byte costs at most its own item and the next one, and invents no row.
+        #[test]
+        fn damaged_byte_costs_two_items_at_most(items in prop::collection::vec(sent(), 3..20), first: u16, at: prop::sample::Index, damage in 1..=255_u8) {
+            let items: Vec<Sent> = items.into_iter().filter(|item| !matches!(item, Sent::TextReply(_))).chain([Sent::Row, Sent::Row]).collect();
+            let (bytes, expected) = line_of(&items, first);
+            let mut line = bytes.concat();
+            let at = at.index(line.len());
+            line[at] ^= damage;
+            let mut end = 0;
+            let hit = bytes.iter().position(|item| { end += item.len(); end > at }).unwrap_or(0);
+            let all = received(&line);
+            prop_assert!(all.starts_with(&expected[..hit]), "{all:?}");
+            prop_assert!(all.ends_with(&expected[(hit + 2).min(expected.len())..]), "byte {at}: {all:?}");
+            prop_assert!(all.iter().all(|item| !item.starts_with("row") || expected.contains(item)), "{all:?}");
+        }
     }
 
     #[test]

@@ -1,10 +1,11 @@
 //! The file of a log, and the CSV file that is written during a recording.
 
 use std::fs::{File, OpenOptions, remove_file};
-use std::io::{BufWriter, ErrorKind, Read, Seek, SeekFrom};
+use std::io::{BufWriter, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use crate::log::{Format, Log, LogError};
+use crate::files;
+use crate::log::{Format, Log, LogError, LogErrorKind};
 
 /// The file of a log, and the CSV file that precedes it.
 #[derive(Debug, Clone)]
@@ -20,7 +21,7 @@ impl LogFile {
     /// The ending is not a log format.
     pub fn of(path: &Path) -> Result<Self, LogError> {
         let partial = match Format::of(path)? {
-            Format::Csv => path.to_owned(),
+            Format::Csv => path.with_extension("part.csv"),
             Format::Parquet => path.with_extension("parquet.csv"),
         };
         Ok(Self { path: path.to_owned(), partial })
@@ -31,12 +32,17 @@ impl LogFile {
         &self.partial
     }
 
-    /// Creates the CSV file.
+    /// The log, or the rows of an interrupted recording of it, that exist already and that a recording would destroy.
+    pub fn existing(&self) -> Option<&Path> {
+        [&self.path, &self.partial].into_iter().find(|path| path.exists()).map(PathBuf::as_path)
+    }
+
+    /// Creates the CSV file. What is flushed is on the disk.
     ///
     /// # Errors
     /// The file system fails.
-    pub fn create(&self) -> std::io::Result<BufWriter<File>> {
-        Ok(BufWriter::with_capacity(1 << 18, File::create(&self.partial)?))
+    pub fn create(&self) -> std::io::Result<BufWriter<SyncedFile>> {
+        Ok(BufWriter::with_capacity(1 << 18, SyncedFile(File::create(&self.partial)?)))
     }
 
     /// Removes an incomplete last row, left by a full disk or a killed program, from the CSV file.
@@ -66,17 +72,31 @@ impl LogFile {
         if end < length { file.set_len(end) } else { Ok(()) }
     }
 
-    /// Converts the complete CSV file into the log.
+    /// Makes the complete CSV file the log, by renaming or conversion.
     ///
     /// # Errors
-    /// The CSV file cannot be read (it is then kept), or the log cannot be written.
+    /// The CSV file cannot be read, or the log cannot be written; the CSV file is then kept.
     pub fn close(&self) -> Result<(), LogError> {
-        if self.partial == self.path {
-            return Ok(());
+        if Format::of(&self.path)? == Format::Csv {
+            return files::rename_synced(&self.partial, &self.path).map_err(|e| LogError::new(&self.path, LogErrorKind::Write(e)));
         }
         Log::read(&self.partial)?.write(&self.path)?;
         // A remaining CSV file is harmless.
         let _ = remove_file(&self.partial);
         Ok(())
+    }
+}
+
+/// A file whose `flush` waits until the disk has its contents.
+#[derive(Debug)]
+pub struct SyncedFile(File);
+
+impl Write for SyncedFile {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0.write(bytes)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.0.sync_data()
     }
 }

@@ -31,6 +31,13 @@ impl Notes {
         self.0.extend(more.0);
     }
 
+    /// Removes the notes with that key; the value of the last one.
+    pub(super) fn take_text(&mut self, key: &str) -> Option<String> {
+        let value = self.0.iter().rev().find(|(k, _)| k == key).map(|(_, value)| value.clone());
+        self.0.retain(|(k, _)| k != key);
+        value
+    }
+
     /// The value of the first note with that key.
     pub fn text(&self, key: &str) -> Option<&str> {
         self.0.iter().find(|(k, _)| k == key).map(|(_, value)| value.as_str())
