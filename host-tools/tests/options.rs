@@ -31,7 +31,7 @@ use tempfile::TempDir;
 type Check = fn(&Path);
 
 /// `command word` as in the help; commands by name alone.
-const WORDS: [(&str, Check); 94] = [
+const WORDS: [(&str, Check); 98] = [
     (" --help", help_everywhere),
     (" --version", |f| assert!(stdout_of(f, &["--version"]).starts_with("stand "))),
     ("sim", |f| drop(session(f, &[]))),
@@ -422,6 +422,19 @@ const WORDS: [(&str, Check); 94] = [
         page(f, &["effects"]);
         page(f, &["effects", "cogging"]);
     }),
+    ("completions --help", help_everywhere),
+    ("completions <SHELL>", |f| {
+        let scripts = ["bash", "zsh", "fish", "powershell", "elvish"].map(|shell| stdout_of(f, &["completions", shell]));
+        for (k, script) in scripts.iter().enumerate() {
+            assert!(script.contains("explain") && !scripts[..k].contains(script));
+        }
+    }),
+    ("man --help", help_everywhere),
+    ("man --out", |f| {
+        let page = stdout_of(f, &["man"]);
+        assert_eq!(stdout_of(f, &["man", "--out", "pages"]), "");
+        assert_eq!(std::fs::read_to_string(f.join("pages/stand.1")).unwrap(), page);
+    }),
 ];
 
 /// A model of the default stand that is linear in its parameters, driven by the current.
@@ -560,7 +573,8 @@ fn commands(folder: &Path) -> Vec<Vec<String>> {
     let mut k = 0;
     while k < all.len() {
         let path: Vec<String> = all[k].clone();
-        for name in listed(&help(folder, &path), "Commands:") {
+        // `help X` prints the help of X, which is in the list already.
+        for name in listed(&help(folder, &path), "Commands:").into_iter().filter(|name| name != "help") {
             all.push(path.iter().cloned().chain([name]).collect());
         }
         k += 1;

@@ -24,6 +24,7 @@ mod profile;
 mod record;
 mod records;
 mod settings;
+mod shell;
 mod signals;
 mod sim;
 mod sim_serve;
@@ -33,7 +34,7 @@ mod vibration;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 use error::{CliError, exit_code};
 
@@ -41,7 +42,7 @@ use error::{CliError, exit_code};
 ///
 /// Without a command: a demonstration on the simulated stand; its files are written to the folder `out`.
 #[derive(Debug, Parser)]
-#[command(name = "stand", version, about, disable_help_subcommand = true)]
+#[command(name = "stand", version, about)]
 struct Arguments {
     #[command(subcommand)]
     command: Option<Command>,
@@ -90,6 +91,10 @@ enum Command {
     Vibration(vibration::VibrationCommand),
     /// List the catalogue of physical effects, or describe one effect
     Effects(effects::Effects),
+    /// Print a completion script for a shell: bash, zsh, fish, PowerShell or elvish
+    Completions(shell::Completions),
+    /// Print the man page of stand, or write the man pages of all commands to a folder
+    Man(shell::ManPages),
 }
 
 /// Runs the command line `arguments` (program name first) and returns its exit status.
@@ -123,6 +128,8 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Some(Command::Observer(observer)) => observer.run(),
         Some(Command::Vibration(vibration)) => vibration.run(),
         Some(Command::Effects(effects)) => effects.run(),
+        Some(Command::Completions(completions)) => completions.run(Arguments::command()),
+        Some(Command::Man(man)) => man.run(Arguments::command()),
     };
     exit_code(result)
 }
