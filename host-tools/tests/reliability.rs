@@ -73,7 +73,11 @@ fn campaign(command: &str, failure: &str, stand: &str, try_at: impl Fn(f64) -> O
     let outcomes = outcomes.into_inner().unwrap();
     let lost_s = outcomes.iter().map(|outcome| outcome.lost_s).fold(0.0, f64::max);
     let lost = if lost_s > 0.0 { format!("at most {lost_s:.1} s of rows") } else { "nothing".to_owned() };
-    let message = outcomes.iter().map(|outcome| outcome.message.trim_start_matches("stand: ")).find(|message| !message.is_empty()).unwrap_or("(killed)");
+    let message = outcomes
+        .iter()
+        .map(|outcome| outcome.message.trim_start_matches("stand: "))
+        .find(|message| !message.is_empty())
+        .unwrap_or("(killed)");
     println!("| `{command}` | {failure} | {count} | {lost} | {stand} | {message} |");
 }
 

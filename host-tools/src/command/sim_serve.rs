@@ -114,7 +114,7 @@ pub(super) fn serve(options: ServeOptions) -> Result<(), CliError> {
         report_lag();
         machine.log().iter().for_each(|line| eprintln!("chip: {line}"));
         if let (Some(path), Some(sectors)) = (options.flash, machine.soc.flash.bytes().get(SETTINGS)) {
-            files::replace(path, |out| out.write_all(&sectors)).map_err(|e| CliError::file(path, "write", &e))?;
+            files::replace(path, |out| out.write_all(sectors)).map_err(|e| CliError::file(path, "write", &e))?;
         }
         return served.map_err(|e| CliError::Other(e.to_string()));
     }
