@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use chip_sim::board::Board;
 use chip_sim::machine::Machine;
-use clap::{Args, ValueEnum};
+use clap::Args;
 use embassy_futures::block_on;
 use hal_sim::plant::{Plant, Stand};
 use hal_sim::session::SessionRequest;
@@ -15,7 +15,7 @@ use super::error::CliError;
 use super::output::{JsonOutput, Overwrite, spinner};
 use super::profile::{self, ProfileOptions};
 use super::record::{ProgressMonitor, check_recorded_seconds};
-use super::sim_serve::{ServeOptions, read_image, serve};
+use super::sim_serve::{ServeOptions, ServedInterface, read_image, serve};
 use super::stand_file::{DriveMode, hide_effect, read_stand};
 use crate::acquire::connection::{SimulatedConnection, StandConnection};
 use crate::acquire::hidden::HiddenEffect;
@@ -25,13 +25,6 @@ use crate::acquire::simulation::{SimulationError, simulate};
 use crate::log::{Note, Notes};
 use crate::report::simulation as report;
 
-/// Interface of a served stand.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum ServedInterface {
-    /// A pseudo-terminal, which any program opens as a serial port
-    Pty,
-}
-
 /// Simulate the stand with its firmware and write a log, or serve it as a serial port.
 #[derive(Debug, Args)]
 #[command(after_help = profile::list(), group = clap::ArgGroup::new("what").required(true).args(["out", "serve"]))]
@@ -39,8 +32,9 @@ pub(super) struct Sim {
     /// Log to write, .csv or .parquet
     #[arg(long, value_name = "LOG")]
     out: Option<PathBuf>,
-    /// Serve the stand in real time as a serial port instead, and print the path of the port
-    #[arg(long, value_enum, conflicts_with_all = ["profile", "mode", "amplitude", "json"])]
+    /// Serve the stand in real time instead, and print its port: `pty`, a serial port for any program, or `tcp:PORT`, raw SCPI on this computer (0: a free
+    /// port)
+    #[arg(long, value_name = "pty|tcp:PORT", conflicts_with_all = ["profile", "mode", "amplitude", "json"])]
     serve: Option<ServedInterface>,
     /// Emulate the chip, which executes the flashed image, and record from its serial line; ELF file, default: the one that scripts/build-firmware.sh
     /// has built
@@ -101,6 +95,7 @@ impl Sim {
         self.json.check()?;
         let Some(out) = &self.out else {
             return serve(ServeOptions {
+                interface: self.serve.unwrap_or(ServedInterface::Pty),
                 chip: self.chip.as_ref().map(|file| file.as_deref()),
                 link: self.link.as_deref(),
                 flash: self.flash.as_deref(),

@@ -1,4 +1,4 @@
-//! `stand sim --serve pty`: the complete simulated controller in real time, as a serial port for other programs.
+//! `stand sim --serve pty|tcp:PORT`: the complete simulated controller in real time, as a serial or TCP port for other programs.
 
 use std::path::Path;
 
@@ -6,8 +6,31 @@ use chip_sim::image::Image;
 
 use super::error::CliError;
 
+/// Interface of a served stand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum ServedInterface {
+    /// A pseudo-terminal, which any program opens as a serial port.
+    Pty,
+    /// A TCP port of the loopback interface; 0: a free one.
+    Tcp(u16),
+}
+
+impl std::str::FromStr for ServedInterface {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match (text, text.strip_prefix("tcp:")) {
+            ("pty", _) => Ok(Self::Pty),
+            (_, Some(port)) => port.parse().map(Self::Tcp).map_err(|_| format!("`{port}` is not a port number, 0 to 65535")),
+            _ => Err("must be `pty` or `tcp:PORT`".to_owned()),
+        }
+    }
+}
+
 /// Options of a served stand.
 pub(super) struct ServeOptions<'a> {
+    /// Its interface.
+    pub interface: ServedInterface,
     /// The emulated chip is served; its image.
     pub chip: Option<Option<&'a Path>>,
     /// Symbolic link to the port.
@@ -31,7 +54,7 @@ pub(super) struct ServeOptions<'a> {
 /// Serves the stand until its time has passed or a signal arrives.
 #[cfg(not(unix))]
 pub(super) fn serve(_: ServeOptions) -> Result<(), CliError> {
-    Err(CliError::Input("--serve pty: this operating system has no pseudo-terminals".to_owned()))
+    Err(CliError::Input("--serve: not available on this operating system".to_owned()))
 }
 
 /// Serves the stand until its time has passed or a signal arrives.
@@ -48,7 +71,7 @@ pub(super) fn serve(options: ServeOptions) -> Result<(), CliError> {
     use super::output::{check_writable, print};
     use super::signals::Interrupts;
     use super::stand_file::{hide_effect, read_gyroscope, read_stand};
-    use crate::acquire::serve::{Pty, serve, serve_chip};
+    use crate::acquire::serve::{Pty, ServedLine, TcpPort, serve, serve_chip};
     use crate::files;
     use std::io::Write as _;
 
@@ -88,17 +111,23 @@ pub(super) fn serve(options: ServeOptions) -> Result<(), CliError> {
             eprintln!("stand: the simulated clock lags real time by {:.1} s", lag_s.get());
         }
     };
-    let open = || -> Result<Pty, CliError> {
-        let pty = Pty::open(options.link).map_err(|e| CliError::Input(e.to_string()))?;
-        // Standard output carries the path alone, so that a script reads one line.
-        print(&format!("{}\n", pty.path().display()))?;
+    let open = || -> Result<ServedLine, CliError> {
+        let line = match (options.interface, options.link) {
+            (ServedInterface::Pty, link) => ServedLine::Pty(Pty::open(link).map_err(|e| CliError::Input(e.to_string()))?),
+            (ServedInterface::Tcp(_), Some(_)) => return Err(CliError::Input("--link: only --serve pty has a path to link to".to_owned())),
+            (ServedInterface::Tcp(port), None) => {
+                ServedLine::Tcp(TcpPort::open(port).map_err(|e| CliError::Other(format!("--serve tcp:{port}: {e}")))?)
+            }
+        };
+        // Standard output carries the name of the port alone, so that a script reads one line.
+        print(&format!("{}\n", line.name()))?;
         let link = options.link.map_or(String::new(), |link| format!(" (link: {})", link.display()));
         let what = if options.chip.is_some() { "Emulated chip" } else { "Simulated stand" };
-        eprintln!("{what} at {}{link}, 921600 baud. `stand console --port …` opens a console; Ctrl-C ends it.", pty.path().display());
+        eprintln!("{what} at {}{link}, 921600 baud. `stand console --port …` opens a console; Ctrl-C ends it.", line.name());
         if let (Some(hidden), true) = (&hidden, options.reveal) {
             eprintln!("hidden effect: {hidden}");
         }
-        Ok(pty)
+        Ok(line)
     };
     if let Some(image) = options.chip {
         let image = read_image(image)?;
@@ -109,8 +138,8 @@ pub(super) fn serve(options: ServeOptions) -> Result<(), CliError> {
             sectors.iter_mut().zip(bytes).for_each(|(place, byte)| *place = *byte);
         }
         let interrupts = Interrupts::install()?;
-        let mut pty = open()?;
-        let served = serve_chip(&mut machine, &mut pty, |now| ended(&interrupts, now), lagged);
+        let mut line = open()?;
+        let served = serve_chip(&mut machine, &mut line, |now| ended(&interrupts, now), lagged);
         report_lag();
         machine.log().iter().for_each(|line| eprintln!("chip: {line}"));
         if let (Some(path), Some(sectors)) = (options.flash, machine.soc.flash.bytes().get(SETTINGS)) {
@@ -130,14 +159,14 @@ pub(super) fn serve(options: ServeOptions) -> Result<(), CliError> {
         controller = controller.with_gyro(Box::new(gyroscope.seeded(options.seed)), options.seed);
     }
     let interrupts = Interrupts::install()?;
-    let mut pty = open()?;
-    let served = serve(&controller, &mut pty, |now| ended(&interrupts, now), lagged);
+    let mut line = open()?;
+    let served = serve(&controller, &mut line, |now| ended(&interrupts, now), lagged);
     report_lag();
     if let Some(path) = options.flash {
         files::replace(path, |out| out.write_all(controller.into_flash().bytes())).map_err(|e| CliError::file(path, "write", &e))?;
     }
-    if pty.lost() > 0 {
-        eprintln!("stand: {} bytes were lost because a client did not read them", pty.lost());
+    if line.lost() > 0 {
+        eprintln!("stand: {} bytes were lost because a client did not read them", line.lost());
     }
     served.map_err(|e| CliError::Other(e.to_string()))
 }

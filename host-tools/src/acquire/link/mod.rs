@@ -12,7 +12,7 @@ mod port;
 mod receive;
 
 pub use error::LinkError;
-pub use port::{BAUD, Port, ports};
+pub use port::{BAUD, IN_USE, Port, ports};
 pub use receive::{LineLosses, Received, Receiver, StreamHeader};
 
 use std::collections::VecDeque;

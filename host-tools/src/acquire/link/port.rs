@@ -1,9 +1,10 @@
-//! A serial port in exclusive use.
+//! A serial port in exclusive use, or a TCP connection to a stand (`tcp:PORT`, `tcp:HOST:PORT`).
 //!
 //! Raw bytes, eight bits, no parity, no flow control. Exclusive by an advisory lock (like pyserial's `exclusive` and picocom's) and by the
 //! exclusive mode of the driver, so that no other program reads part of the replies.
 
-use std::io::ErrorKind;
+use std::io::{ErrorKind, Read, Write};
+use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -17,12 +18,24 @@ pub const BAUD: u32 = 921_600;
 /// Time for another program to release the port: a child process that is being started holds it until it runs.
 const RELEASE_TIME: Duration = Duration::from_millis(300);
 
+/// Line that a stand behind a TCP port sends to a second client.
+pub const IN_USE: &str = "ERROR the stand is in use by another client";
+
+/// Time in which a stand behind a TCP port refuses a second client.
+const REFUSAL_TIME: Duration = Duration::from_millis(100);
+
 /// An open port.
 #[derive(Debug)]
 pub struct Port {
     path: PathBuf,
-    serial: SerialPort,
+    line: Line,
     read_timeout: Duration,
+}
+
+#[derive(Debug)]
+enum Line {
+    Serial(SerialPort),
+    Tcp(TcpStream),
 }
 
 impl Port {
@@ -42,6 +55,9 @@ impl Port {
 
     fn open_at_once(path: &Path) -> Result<Self, LinkError> {
         let port = path.display().to_string();
+        if let Some(address) = port.strip_prefix("tcp:") {
+            return Ok(Port { path: path.to_owned(), line: Line::Tcp(connect(&port, address)?), read_timeout: REFUSAL_TIME });
+        }
         let settings = |mut settings: Settings| {
             settings.set_raw();
             settings.set_baud_rate(BAUD)?;
@@ -57,7 +73,7 @@ impl Port {
         let other = |source| LinkError::Other { port: port.clone(), source };
         serial.set_write_timeout(Duration::from_secs(2)).map_err(other)?;
         serial.discard_input_buffer().map_err(other)?;
-        Ok(Port { path: path.to_owned(), serial, read_timeout: Duration::ZERO })
+        Ok(Port { path: path.to_owned(), line: Line::Serial(serial), read_timeout: Duration::ZERO })
     }
 
     /// Path of the port.
@@ -71,10 +87,19 @@ impl Port {
     /// The port was disconnected.
     pub fn read(&mut self, into: &mut [u8], wait: Duration) -> Result<usize, LinkError> {
         if self.read_timeout != wait {
-            self.serial.set_read_timeout(wait.max(Duration::from_millis(1))).map_err(|e| self.broken(e))?;
+            let timeout = wait.max(Duration::from_millis(1));
+            let set = match &mut self.line {
+                Line::Serial(serial) => serial.set_read_timeout(timeout),
+                Line::Tcp(stream) => stream.set_read_timeout(Some(timeout)),
+            };
+            set.map_err(|e| self.broken(e))?;
             self.read_timeout = wait;
         }
-        match self.serial.read(into) {
+        let read = match &mut self.line {
+            Line::Serial(serial) => serial.read(into),
+            Line::Tcp(stream) => stream.read(into),
+        };
+        match read {
             // The other end of a pseudo-terminal is closed, or a USB port was unplugged.
             Ok(0) => Err(LinkError::Unplugged { port: self.path.display().to_string() }),
             Ok(count) => Ok(count),
@@ -88,7 +113,11 @@ impl Port {
     /// # Errors
     /// The port was disconnected.
     pub fn write(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
-        self.serial.write_all(bytes).map_err(|e| self.broken(e))
+        let written = match &mut self.line {
+            Line::Serial(serial) => serial.write_all(bytes),
+            Line::Tcp(stream) => stream.write_all(bytes),
+        };
+        written.map_err(|e| self.broken(e))
     }
 
     fn broken(&self, source: std::io::Error) -> LinkError {
@@ -96,9 +125,35 @@ impl Port {
         // EIO, ENXIO, ENODEV: the device no longer exists.
         match source.raw_os_error() {
             Some(5 | 6 | 19) => LinkError::Unplugged { port },
-            _ if source.kind() == ErrorKind::BrokenPipe => LinkError::Unplugged { port },
+            _ if matches!(source.kind(), ErrorKind::BrokenPipe | ErrorKind::ConnectionReset | ErrorKind::ConnectionAborted) => {
+                LinkError::Unplugged { port }
+            }
             _ => LinkError::Other { port, source },
         }
+    }
+}
+
+/// Connects to `[HOST:]PORT`, by default of this computer.
+fn connect(port: &str, address: &str) -> Result<TcpStream, LinkError> {
+    let other = |source| LinkError::Other { port: port.to_owned(), source };
+    let address = if address.contains(':') { address.to_owned() } else { format!("127.0.0.1:{address}") };
+    let stream = TcpStream::connect(&address).map_err(|error| match error.kind() {
+        ErrorKind::ConnectionRefused => LinkError::Absent {
+            port: port.to_owned(),
+            available: "no stand listens there; `stand sim --serve tcp:PORT` serves one".to_owned(),
+        },
+        ErrorKind::InvalidInput => LinkError::NotAPort { port: port.to_owned() },
+        _ => other(error),
+    })?;
+    stream.set_nodelay(true).map_err(other)?;
+    stream.set_write_timeout(Some(Duration::from_secs(2))).map_err(other)?;
+    stream.set_read_timeout(Some(REFUSAL_TIME)).map_err(other)?;
+    // A stand is silent until it is asked, unless it refuses the connection.
+    let mut first = [0; IN_USE.len()];
+    match stream.peek(&mut first) {
+        Ok(0) => Err(LinkError::InUse { port: port.to_owned() }),
+        Ok(count) if IN_USE.as_bytes().starts_with(&first[..count]) => Err(LinkError::InUse { port: port.to_owned() }),
+        _ => Ok(stream),
     }
 }
 

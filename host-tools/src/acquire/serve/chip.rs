@@ -1,12 +1,11 @@
-//! The emulated chip in real time, with its serial line at a pseudo-terminal.
+//! The emulated chip in real time, with its serial line at a pseudo-terminal or a TCP port.
 
 use std::time::{Duration, Instant};
 
 use chip_sim::machine::{Halt, Machine};
 use chip_sim::time::{PER_MS, Time, seconds};
 
-use super::pty::PtyError;
-use super::{Pacer, Pty};
+use super::{Pacer, ServedLine, ServedLineError};
 
 /// Rate of the line, baud.
 const BAUD: u64 = 921_600;
@@ -14,9 +13,9 @@ const BAUD: u64 = 921_600;
 /// Why serving ended.
 #[derive(Debug, thiserror::Error)]
 pub enum ServeChipError {
-    /// The pseudo-terminal failed.
+    /// The line failed.
     #[error(transparent)]
-    Port(#[from] PtyError),
+    Line(#[from] ServedLineError),
     /// The program did something that the chip cannot do.
     #[error("the emulated chip halted: {0}")]
     Halt(#[from] Halt),
@@ -25,10 +24,10 @@ pub enum ServeChipError {
 /// Serves until `ends`, called every millisecond, returns true. `skipped` receives each time skipped because the computer was too slow.
 ///
 /// # Errors
-/// The pseudo-terminal failed, or the chip halted.
+/// The line failed, or the chip halted.
 pub fn serve_chip(
     machine: &mut Machine<'_>,
-    pty: &mut Pty,
+    line: &mut ServedLine,
     ends: impl Fn(Duration) -> bool,
     mut skipped: impl FnMut(Duration),
 ) -> Result<(), ServeChipError> {
@@ -41,7 +40,7 @@ pub fn serve_chip(
         if ends(now) {
             return Ok(());
         }
-        pty.exchange(&mut machine.take_sent(), &mut from_client)?;
+        line.exchange(&mut machine.take_sent(), &mut from_client)?;
         if !from_client.is_empty() {
             machine.send(&from_client, BAUD);
             from_client.clear();
@@ -51,7 +50,7 @@ pub fn serve_chip(
         }
         let wait = pace.wait(now, Instant::now());
         if wait >= Duration::from_micros(300) {
-            pty.wait(wait)?;
+            line.wait(wait)?;
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The simulated controller in real time, with its serial line at a pseudo-terminal.
+//! The simulated controller in real time, with its serial line at a pseudo-terminal or a TCP port.
 //!
 //! Before each step of the virtual clock, bytes are exchanged between the client and the simulated line, then real time is awaited. The byte
 //! timing of the line is in virtual time, so a client sees 921 600 baud.
@@ -12,15 +12,14 @@ use hal_sim::board::PlantPort;
 use hal_sim::controller::{Controller, ControllerError};
 use stand_firmware::board::Ticks;
 
-use super::pty::PtyError;
-use super::{Pacer, Pty};
+use super::{Pacer, ServedLine, ServedLineError};
 
 /// Why serving ended.
 #[derive(Debug, thiserror::Error)]
 pub enum ServeError {
-    /// The pseudo-terminal failed.
+    /// The line failed.
     #[error(transparent)]
-    Port(#[from] PtyError),
+    Line(#[from] ServedLineError),
     /// The controller cannot run.
     #[error(transparent)]
     Controller(#[from] ControllerError),
@@ -29,10 +28,10 @@ pub enum ServeError {
 /// Serves until `ends`, called every millisecond, returns true. `skipped` receives each time skipped because the computer was too slow.
 ///
 /// # Errors
-/// The pseudo-terminal or the controller failed.
+/// The line or the controller failed.
 pub fn serve<P: PlantPort>(
     controller: &Controller<'_, P>,
-    pty: &mut Pty,
+    line: &mut ServedLine,
     ends: impl Fn(Duration) -> bool,
     mut skipped: impl FnMut(Duration),
 ) -> Result<(), ServeError> {
@@ -47,22 +46,22 @@ pub fn serve<P: PlantPort>(
             over.set(true);
             return;
         }
-        let mut exchange = |pty: &mut Pty| {
+        let mut exchange = |line: &mut ServedLine| {
             controller.line().receive(&mut from_stand);
-            pty.exchange(&mut from_stand, &mut from_client)?;
+            line.exchange(&mut from_stand, &mut from_client)?;
             if !from_client.is_empty() {
                 controller.line().send(&from_client);
                 from_client.clear();
             }
-            Ok::<(), PtyError>(())
+            Ok::<(), ServedLineError>(())
         };
-        let done = exchange(pty).and_then(|()| {
+        let done = exchange(line).and_then(|()| {
             if let Some(lag) = pace.skip_lag(to, Instant::now()) {
                 skipped(lag);
             }
             let wait = pace.wait(to, Instant::now());
             // A wait shorter than the scheduler's resolution is left to the next step.
-            if wait < Duration::from_micros(300) { Ok(()) } else { pty.wait(wait) }
+            if wait < Duration::from_micros(300) { Ok(()) } else { line.wait(wait) }
         });
         if let Err(error) = done {
             failed.replace(Some(error));
