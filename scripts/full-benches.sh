@@ -42,6 +42,7 @@ declare -A pieces=(
     [drift]="bench drift_monte_carlo"
     [allan]="bench allan"
     [rate-accuracy]="cargo run -q --release -p stand-tests --example rate_accuracy"
+    [fuzz]="STAND_FUZZ=1000000 cargo test -q --release -p stand-tests --test fuzz -- --nocapture"
     [reliability]="STAND_MOMENTS=200 cargo test -q --release -p host-tools --test reliability -- --nocapture"
     [image]="scripts/build-firmware.sh"
     [tick]="cargo test -q -p chip-sim --test budget -- --include-ignored --nocapture"
