@@ -9,6 +9,7 @@ mod calibrate;
 mod compare;
 mod compensate;
 mod console;
+mod convert;
 mod demonstration;
 mod drift;
 mod drift_output;
@@ -80,6 +81,8 @@ enum Command {
     Drift(drift::Drift),
     /// Allan deviation of a sensor at rest: angle random walk, bias instability, other noise coefficients
     Allan(allan::Allan),
+    /// Convert a log between CSV and Parquet
+    Convert(convert::Convert),
     /// Create, show or edit a model file
     #[command(subcommand)]
     Model(model::ModelCommand),
@@ -124,6 +127,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Some(Command::Record(record)) => record.run(),
         Some(Command::Drift(drift)) => drift.run(),
         Some(Command::Allan(allan)) => allan.run(),
+        Some(Command::Convert(convert)) => convert.run(),
         Some(Command::Model(model)) => model.run(),
         Some(Command::Observer(observer)) => observer.run(),
         Some(Command::Vibration(vibration)) => vibration.run(),

@@ -91,6 +91,15 @@ impl Log {
         Log::assemble(path, read_contents(path, &mut Selection { column: &selection, times: None })?)
     }
 
+    /// Reads the log at `path` with all its columns, as the file has them: a wrapped angle stays wrapped.
+    ///
+    /// # Errors
+    /// As [`Log::read`]; a column that is not numeric is an error too.
+    pub fn read_all(path: impl AsRef<Path>) -> Result<Log, LogError> {
+        let path = path.as_ref();
+        Log::assemble(path, read_file(path, &mut Selection { column: &|_| true, times: None })?)
+    }
+
     /// A log of given columns and notes; `path` is its name in messages.
     ///
     /// # Errors
@@ -171,6 +180,11 @@ impl Log {
     /// The notes, in the order of the file.
     pub fn notes(&self) -> &Notes {
         &self.notes
+    }
+
+    /// Adds a note.
+    pub fn add_note(&mut self, note: Note) {
+        self.notes.push(note);
     }
 
     /// The value of the first note with that key.
@@ -257,11 +271,16 @@ impl Selection<'_> {
 }
 
 /// Reads a file of either format.
-fn read_contents(path: &Path, selection: &mut Selection<'_>) -> Result<FileContents, LogError> {
-    let mut contents = match Format::of(path)? {
+fn read_file(path: &Path, selection: &mut Selection<'_>) -> Result<FileContents, LogError> {
+    match Format::of(path)? {
         Format::Csv => csv::read(path, selection),
         Format::Parquet => parquet::read(path, selection),
-    }?;
+    }
+}
+
+/// Reads a file of either format; a wrapped angle is continued over the turns.
+fn read_contents(path: &Path, selection: &mut Selection<'_>) -> Result<FileContents, LogError> {
+    let mut contents = read_file(path, selection)?;
     if let Some(theta) = contents.columns.iter_mut().find(|c| c.name == "theta_rad") {
         let jumps = unwrap::unwrap(&mut theta.values);
         contents.warnings.extend((jumps > 0).then_some(LogWarning::UnwrappedAngle { jumps }));

@@ -8,6 +8,7 @@ pub mod bad_log;
 pub mod calibration;
 pub mod comparison;
 pub mod compensation;
+pub mod conversion;
 pub mod coordinates;
 mod defects;
 pub mod demonstration;
