@@ -19,6 +19,7 @@ fn proposed_runs_end_without_fault_within_sensor_range() {
         let seconds = words.iter().position(|w| *w == "--seconds").unwrap() + 1;
         // Long enough for the staircase to reach its top and return through zero.
         words[seconds] = "12";
+        words.push("--force");
         stand(folder.path(), &words).succeeded();
         let log = Log::read(folder.path().join("next.parquet")).unwrap();
         assert_eq!((log.len(), log.note("fault")), (12_000, None), "{command}");

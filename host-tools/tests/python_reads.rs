@@ -11,7 +11,7 @@ use serde_json::json;
 
 /// Reads both logs and compares them with `expected.json`; numbers are compared as bits.
 const SCRIPT: &str = r##"
-import json, struct
+import hashlib, json, struct
 import pandas, pyarrow.parquet
 
 expected = json.load(open("expected.json"))
@@ -34,7 +34,11 @@ metadata = {key.decode(): value.decode() for key, value in (table.schema.metadat
 for key, value in notes:
     assert metadata.get(key) == value, ("parquet note", key, value, metadata.get(key))
 lines = [line[1:].strip().split(": ", 1) for line in open("log.csv", encoding="utf-8") if line.startswith("#")]
-assert lines == notes, ("csv notes", lines, notes)
+# A CSV also announces and states its number of rows and their SHA-256.
+assert lines[0] == ["ends_with", "rows, sha256"] and lines[-2] == ["rows", str(len(table))], (lines[0], lines[-2:])
+rows = [line.rstrip("\n") for line in open("log.csv", encoding="utf-8") if not line.startswith("#")][1:]
+assert lines[-1] == ["sha256", hashlib.sha256("".join(row + "\n" for row in rows).encode()).hexdigest()], lines[-1]
+assert lines[1:-2] == notes, ("csv notes", lines, notes)
 print("read", len(frames["pyarrow"]))
 "##;
 
