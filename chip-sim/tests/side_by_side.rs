@@ -23,9 +23,14 @@ const STEP_S: f64 = 2.0;
 /// Rows compared after the start.
 const COMPARED: usize = 5_000;
 
-/// The session: one line after the other.
-const SESSION: [&str; 3] =
-    ["STReam:CHANnels u_V,i_A,theta_rad,supply_V;:STReam ON;:SOURce:VOLTage 1;MODE VOLTage", "SOURce:VOLTage 2", "SOURce:VOLTage -1"];
+/// The session: one line after the other. A line each two seconds is not enough for a stand that expects a sign of life each two seconds. The lines that set
+/// a voltage have one length, so that each takes as long on the wire.
+const SESSION: [&str; 4] = [
+    "HOST:UNATTended 1E6;:STReam:CHANnels u_V,i_A,theta_rad,supply_V;:STReam ON",
+    "SOURce:VOLTage +1;MODE VOLT",
+    "SOURce:VOLTage +2;MODE VOLT",
+    "SOURce:VOLTage -1;MODE VOLT",
+];
 
 fn stand() -> Stand {
     Stand { sensors: SensorSetup::ideal(), ..Stand::default() }

@@ -5,7 +5,7 @@
 use core::fmt::{self, Display, Formatter, Write};
 
 /// A number with at most so many significant digits (1 … 17), without zeros at the end; with an exponent where it is very small or large.
-/// NaN, 9.91E37 in SCPI, is printed as `NAN`.
+/// NaN and the infinities are printed as SCPI-99 has them (volume 1, §7.2.1): 9.91E37, 9.9E37 and -9.9E37.
 #[derive(Clone, Copy, Debug)]
 pub struct Significant(pub f64, pub u32);
 
@@ -13,14 +13,14 @@ impl Display for Significant {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let Self(value, significant) = *self;
         if value.is_nan() {
-            return f.write_str("NAN");
+            return f.write_str("9.91E37");
         }
         if value < 0.0 {
             f.write_char('-')?;
         }
         let value = value.abs();
         if value.is_infinite() {
-            return f.write_str("INF");
+            return f.write_str("9.9E37");
         }
         if value == 0.0 {
             return f.write_char('0');
@@ -71,7 +71,7 @@ impl Display for Fixed {
     }
 }
 
-/// A number with 9 significant digits and its unit, where there is one.
+/// A number with 9 significant digits and its unit; no unit where the text is empty.
 #[derive(Clone, Copy, Debug)]
 pub struct WithUnit<'a>(pub f64, pub &'a str);
 
@@ -168,8 +168,8 @@ mod tests {
             (123_456_789.0, 9, "123456789"),
             (9.999_999_9, 3, "10"),
             (1.0 / 3.0, 6, "0.333333"),
-            (f64::NAN, 6, "NAN"),
-            (-f64::INFINITY, 6, "-INF"),
+            (f64::NAN, 6, "9.91E37"),
+            (-f64::INFINITY, 6, "-9.9E37"),
         ] {
             assert_eq!(Significant(value, significant).to_string(), expected, "{value}");
         }
@@ -189,7 +189,7 @@ mod tests {
     #[test]
     fn columns_have_their_decimals() {
         assert_eq!(format!("{},{}", Fixed(-0.04, 1), Fixed(-1.25, 3)), "0.0,-1.250");
-        assert_eq!(format!("{},{}", Fixed(f64::NAN, 1), Fixed(1e20, 3)), "NAN,1E20");
+        assert_eq!(format!("{},{}", Fixed(f64::NAN, 1), Fixed(1e20, 3)), "9.91E37,1E20");
     }
 
     #[test]

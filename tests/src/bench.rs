@@ -132,20 +132,23 @@ impl Host<'_, '_> {
         word.parse().unwrap_or_else(|_| panic!("{query}: {answer}"))
     }
 
-    /// Sends a query whose reply is several lines and an empty last line.
+    /// Sends a query whose reply is a definite-length block (IEEE 488.2 §8.7.9) of lines.
     ///
     /// # Panics
-    /// The reply has no end.
+    /// The reply is no block, or not of the length that it states.
     pub async fn list(&self, query: &str) -> Vec<String> {
-        self.send(format!("{query}\n").as_bytes());
-        let mut lines = Vec::new();
-        loop {
-            match self.line(REPLY_TIMEOUT_S).await {
-                Some(line) if line.is_empty() => return lines,
-                Some(line) => lines.push(line),
-                None => panic!("{query}: no end after {lines:?}"),
-            }
+        let first = self.query(query).await;
+        let digits = first.strip_prefix('#').and_then(|rest| rest.get(..1)?.parse::<usize>().ok());
+        let digits = digits.unwrap_or_else(|| panic!("{query}: no block: {first}"));
+        let length: usize = first[2..2 + digits].parse().unwrap_or_else(|_| panic!("{query}: {first}"));
+        let mut text = first[2 + digits..].to_owned();
+        while text.len() < length {
+            let line = self.line(REPLY_TIMEOUT_S).await.unwrap_or_else(|| panic!("{query}: no end after {text}"));
+            text += "\r\n";
+            text += &line;
         }
+        assert_eq!(text.len(), length, "{query}");
+        text.split("\r\n").map(str::to_owned).collect()
     }
 
     /// Sends a command that must be accepted without error.

@@ -1,11 +1,12 @@
 //! The task of the console: bytes to lines, lines to commands, commands to replies.
 //!
-//! The replies of one line are joined by `;`, as in SCPI; a list has lines of its own. After a refused command the rest of its line is not
+//! The replies of one line are joined by `;`, as in SCPI; a list is a definite-length block (IEEE 488.2 §8.7.9) of lines. After a refused command the rest of its line is not
 //! executed, because it may depend on that command. Errors of a line typed by hand (it ends with CR alone) are shown at once; errors of a
 //! program are kept until `SYSTem:ERRor?`.
 
 use super::commands::fault;
 use super::commands::{Job, List, Outcome, execute, is_sign_of_life, is_stop, list_line};
+use super::out::LINE_END;
 use super::state::State;
 use crate::board::{Clock, TICKS_PER_ROW, TICKS_PER_S};
 use crate::console::errors::{Code, ErrorEntry};
@@ -16,7 +17,9 @@ use crate::settings::{Kept, Saved, Store};
 use crate::speed_loop::Mode;
 use crate::status::Fault;
 use crate::telemetry::frame::MAX_TEXT;
+use core::fmt::Write;
 use embassy_futures::select::{Either, select};
+use embassy_futures::yield_now;
 use embedded_io_async::{Error, ErrorKind, Read};
 use embedded_storage::nor_flash::NorFlash;
 use heapless::{Deque, String};
@@ -162,10 +165,8 @@ async fn execute_line<C: Clock, R: Read, F: NorFlash>(
         let mut reply = Reply::new();
         let result = match execute(state, &command, &mut reply) {
             Ok(Outcome::Done) => Ok(()),
-            Ok(Outcome::List(list)) => {
-                send(state, clock, &mut replies).await;
-                send_list(state, clock, list).await
-            }
+            Ok(Outcome::List(List::Errors)) => add_errors(state, clock, &mut replies, &mut reply).await,
+            Ok(Outcome::List(list)) => add_block(state, clock, &mut replies, &mut reply, list).await,
             Ok(Outcome::Job(job)) => match job {
                 Job::Wait | Job::WaitAndReply => {
                     wait(state, clock, input).await;
@@ -181,12 +182,8 @@ async fn execute_line<C: Clock, R: Read, F: NorFlash>(
             Err(error) => Err(error),
         };
         if result.is_ok() && !reply.is_empty() {
-            if replies.len() + 1 + reply.len() > MAX_TEXT {
-                send(state, clock, &mut replies).await;
-            }
-            // There is room for both.
-            _ = if replies.is_empty() { Ok(()) } else { replies.push(';') };
-            _ = replies.push_str(&reply);
+            let separator = if replies.is_empty() { "" } else { ";" };
+            add(state, clock, &mut replies, separator, &reply).await;
         }
         match result {
             Ok(()) if is_sign_of_life(&command) => state.supervision.host_heard.set(true),
@@ -197,26 +194,81 @@ async fn execute_line<C: Clock, R: Read, F: NorFlash>(
             }
         }
     }
-    send(state, clock, &mut replies).await;
-}
-
-async fn send<C: Clock>(state: &State<'_>, clock: &C, replies: &mut Reply) {
     if !replies.is_empty() {
-        state.out.line(clock, replies).await;
-        replies.clear();
+        send(state, clock, &mut replies, LINE_END).await;
     }
 }
 
-/// Sends all lines of a list, then an empty one.
-async fn send_list<C: Clock>(state: &State<'_>, clock: &C, list: List) -> Result<(), ErrorEntry> {
+/// Sends what was collected of a reply, with `end` behind it.
+async fn send<C: Clock>(state: &State<'_>, clock: &C, replies: &mut Reply, end: &str) {
+    state.out.text(clock, replies, end).await;
+    replies.clear();
+}
+
+/// Adds a text to the reply; sends what there is so far if there is no room for both.
+async fn add<C: Clock>(state: &State<'_>, clock: &C, replies: &mut Reply, separator: &str, text: &str) {
+    if replies.len() + separator.len() + text.len() > MAX_TEXT {
+        send(state, clock, replies, separator).await;
+    } else {
+        _ = replies.push_str(separator);
+    }
+    _ = replies.push_str(text);
+}
+
+/// Adds all errors of the queue, with commas between them, to the reply. `text` is used for one at a time and left empty.
+async fn add_errors<C: Clock>(state: &State<'_>, clock: &C, replies: &mut Reply, text: &mut Reply) -> Result<(), ErrorEntry> {
+    let mut separator = if replies.is_empty() { "" } else { ";" };
     for line in 0.. {
-        let mut text = Reply::new();
-        let is_written = list_line(state, list, line, &mut text)?;
-        state.out.line(clock, &text).await;
-        if !is_written {
+        text.clear();
+        if !list_line(state, List::Errors, line, text)? {
             break;
         }
+        add(state, clock, replies, separator, text).await;
+        separator = ",";
     }
+    text.clear();
+    Ok(())
+}
+
+/// Adds a list as a definite-length block to the reply: `#`, the number of digits of the length, the length, and the lines with CR LF between them.
+/// `text` is used for one line at a time and left empty.
+async fn add_block<C: Clock>(state: &State<'_>, clock: &C, replies: &mut Reply, text: &mut Reply, list: List) -> Result<(), ErrorEntry> {
+    let mut length = 0_usize;
+    for line in 0.. {
+        text.clear();
+        if !list_line(state, list, line, text)? {
+            break;
+        }
+        length += text.len() + if line > 0 { LINE_END.len() } else { 0 };
+        // The rows are not kept waiting until all is counted.
+        yield_now().await;
+    }
+    let (mut digits, mut power) = (1, 10);
+    while length >= power {
+        (digits, power) = (digits + 1, power.saturating_mul(10));
+    }
+    let separator = if replies.is_empty() { "" } else { ";" };
+    text.clear();
+    write!(text, "#{digits}{length}")?;
+    add(state, clock, replies, separator, text).await;
+    let mut left = length;
+    for line in 0.. {
+        text.clear();
+        let end = if line > 0 { LINE_END.len() } else { 0 };
+        // An activity may have changed the list since it was counted: the block has the length that it stated.
+        if !list_line(state, list, line, text)? || text.len() + end > left {
+            break;
+        }
+        if line > 0 {
+            send(state, clock, replies, LINE_END).await;
+        }
+        add(state, clock, replies, "", text).await;
+        left -= text.len() + end;
+    }
+    for _ in 0..left {
+        add(state, clock, replies, "", " ").await;
+    }
+    text.clear();
     Ok(())
 }
 

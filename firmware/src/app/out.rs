@@ -12,6 +12,8 @@ use embassy_sync::pipe::Pipe;
 
 /// Length of the ring, bytes: 22 ms at 921 600 baud.
 const RING_BYTES: usize = 2048;
+/// End of a line of text.
+pub const LINE_END: &str = "\r\n";
 /// Room that replies leave to rows, bytes.
 const RESERVED_FOR_ROWS: usize = 512;
 
@@ -19,13 +21,15 @@ const RESERVED_FOR_ROWS: usize = 512;
 pub struct Out {
     ring: Pipe<NoopRawMutex, RING_BYTES>,
     streaming: Cell<bool>,
+    /// `FORMat:UNITs ON`: numbers in replies have their units.
+    pub has_units: Cell<bool>,
     seq: Cell<u16>,
     lost: Cell<u32>,
 }
 
 impl Default for Out {
     fn default() -> Self {
-        Self { ring: Pipe::new(), streaming: Cell::new(false), seq: Cell::new(0), lost: Cell::new(0) }
+        Self { ring: Pipe::new(), streaming: Cell::new(false), has_units: Cell::new(false), seq: Cell::new(0), lost: Cell::new(0) }
     }
 }
 
@@ -67,21 +71,25 @@ impl Out {
 
     /// Sends a line of text, as text or frame by the mode, if there is room; else it is lost and, as a frame, counted.
     pub fn try_line(&self, text: &str) {
+        self.try_text(text, LINE_END);
+    }
+
+    fn try_text(&self, text: &str, end: &str) {
         if self.streaming.get() {
             self.frame(&Body::Text(text));
-        } else if self.ring.free_capacity() >= text.len() + 2 {
+        } else if self.ring.free_capacity() >= text.len() + end.len() {
             self.put(text.as_bytes());
-            self.put(b"\r\n");
+            self.put(end.as_bytes());
         }
     }
 
-    /// Sends a line of text, as text or frame by the mode, when there is room.
-    pub async fn line<C: Clock>(&self, clock: &C, text: &str) {
+    /// Sends text when there is room: with `end` behind it, or as a frame, which ends by itself.
+    pub async fn text<C: Clock>(&self, clock: &C, text: &str, end: &str) {
         // Overhead of a frame: two zeros, COBS, type, number, length, CRC.
         while self.ring.free_capacity() < text.len() + 12 + RESERVED_FOR_ROWS {
             clock.until(clock.now() + TICKS_PER_ROW).await;
         }
-        self.try_line(text);
+        self.try_text(text, end);
     }
 
     /// Takes the next bytes for the line.

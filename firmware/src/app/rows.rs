@@ -245,5 +245,6 @@ impl<C: Clock> RowSink for Rows<'_, C> {
         self.stream(row, now);
         self.set_registers(row);
         self.show_errors(now);
+        self.state.end_stream_without_program(now);
     }
 }

@@ -16,7 +16,7 @@ use crate::console::status::{OPERATION_COMPLETE, Status};
 use crate::gyro_loop::{self, observer};
 use crate::mailbox::{Mailbox, SharedCell};
 use crate::measurement_loop::{Instruments, Row};
-use crate::profile::{Profile, ProfileConfig, ProfileKind};
+use crate::profile::{Profile, ProfileConfig};
 use crate::reset_cause::ResetCause;
 use crate::sensors;
 use crate::settings::Kept;
@@ -24,12 +24,15 @@ use crate::speed_loop::{Config, Mode, Zero};
 use crate::status::Fault;
 use crate::telemetry::Channels;
 use crate::telemetry::frame::MAX_TEXT;
+use crate::text::WithUnit;
 use core::cell::{Cell, RefCell};
 use core::fmt::Write;
 use heapless::String;
 
 /// After this time without a check sum, a line without one is taken for a person's.
 const CHECKED_LINE_TIMEOUT: u64 = 10 * TICKS_PER_S;
+/// Longest silence of a program that streams and uses check sums; its lines may be empty.
+const STREAM_TIMEOUT: u64 = 5 * TICKS_PER_S;
 
 /// Identification of the stand.
 #[derive(Clone, Copy, Debug)]
@@ -360,11 +363,7 @@ impl<'a> State<'a> {
                 mode: Cell::new(Mode::Rate),
                 compensation_changed: Cell::new(false),
             },
-            profile: ProfileState {
-                config: Cell::new(ProfileConfig::new(ProfileKind::Sine, 5.0, 1)),
-                mode: Cell::new(Mode::Rate),
-                duration_s: Cell::new(30.0),
-            },
+            profile: ProfileState { config: Cell::new(ProfileConfig::DEFAULT), mode: Cell::new(Mode::Rate), duration_s: Cell::new(30.0) },
             stream: StreamState {
                 selection: Cell::new(Stream { channels: Channels::DEFAULT, decimation: 1 }),
                 to_index_rad: Cell::new(None),
@@ -410,10 +409,22 @@ impl<'a> State<'a> {
         self.supervision.checked_line_at.set(None);
     }
 
+    /// Ends the stream of a program that uses check sums and is silent: the next program on the line finds text.
+    pub fn end_stream_without_program(&self, now: Ticks) {
+        if self.out.is_streaming() && self.supervision.checked_line_at.get().is_some_and(|at| now - at > STREAM_TIMEOUT) {
+            self.set_text_mode();
+        }
+    }
+
     /// Whether lines without a check sum are accepted: no program has sent one with a check sum for ten seconds, and none streams.
     pub fn is_unchecked_line_allowed(&self, now: Ticks) -> bool {
         let has_expired = |at: Ticks| !self.out.is_streaming() && now - at > CHECKED_LINE_TIMEOUT;
         self.supervision.checked_line_at.get().is_none_or(has_expired)
+    }
+
+    /// A number for a reply: with 9 significant digits, and with its unit after `FORMat:UNITs ON`.
+    pub fn with_unit(&self, value: f64, unit: &'static str) -> WithUnit<'static> {
+        WithUnit(value, if self.out.has_units.get() { unit } else { "" })
     }
 
     /// Puts an error into the queue and its event into the registers; in a stream it is sent at once.
@@ -459,8 +470,11 @@ impl<'a> State<'a> {
         if setpoint != Setpoint::Off {
             self.require_no_fault()?;
         }
-        if self.drive.activity.get() == Activity::Calibration {
-            self.calibration.watch.abort();
+        match self.drive.activity.get() {
+            Activity::Calibration => self.calibration.watch.abort(),
+            // The runner ends it with the next row; a query in the same line already finds it ended.
+            Activity::Profile => self.drive.activity.set(Activity::None),
+            Activity::None => {}
         }
         self.drive.setpoint.set(setpoint);
         self.drive.end();

@@ -25,10 +25,14 @@ impl Code {
     pub const MISSING_PARAMETER: Self = Self(-109);
     /// The command does not exist.
     pub const UNDEFINED_HEADER: Self = Self(-113);
+    /// A number behind a word of the header; there is one of each.
+    pub const HEADER_SUFFIX: Self = Self(-114);
     /// A number cannot be parsed.
     pub const NUMERIC_DATA: Self = Self(-120);
     /// The unit does not belong to the parameter.
     pub const INVALID_SUFFIX: Self = Self(-131);
+    /// A text in quotes where a number or a word is meant.
+    pub const STRING_NOT_ALLOWED: Self = Self(-158);
     /// The command is not possible in the present state.
     pub const SETTINGS_CONFLICT: Self = Self(-221);
     /// A number is outside its range.
@@ -70,8 +74,10 @@ impl Code {
             Self::PARAMETER_NOT_ALLOWED => "Parameter not allowed",
             Self::MISSING_PARAMETER => "Missing parameter",
             Self::UNDEFINED_HEADER => "Undefined header",
+            Self::HEADER_SUFFIX => "Header suffix out of range",
             Self::NUMERIC_DATA => "Numeric data error",
             Self::INVALID_SUFFIX => "Invalid suffix",
+            Self::STRING_NOT_ALLOWED => "String data not allowed",
             Self::SETTINGS_CONFLICT => "Settings conflict",
             Self::OUT_OF_RANGE => "Data out of range",
             Self::TOO_MUCH_DATA => "Too much data",

@@ -1,7 +1,8 @@
 //! Parser of a line: commands separated by `;`, each with a header and parameters. Nothing is copied.
 //!
 //! Header words match in long or short form, in any case (`SOURce:RATE`: SOURCE or SOUR). A command after `;` continues the path of the
-//! command before it (`SOURce:MODE RATE;RATE 5`). A leading `:` or `*` starts at the root, and STOP always does.
+//! command before it (`SOURce:MODE RATE;RATE 5`). A leading `:` or `*` starts at the root, and STOP always does. A word may end with the numeric suffix 1
+//! (`OUTPut1`): there is one of each.
 
 use super::errors::{Code, ErrorEntry};
 use super::quantity::{Quantity, number};
@@ -109,7 +110,12 @@ impl<'a> Command<'a> {
     where
         'a: 'p,
     {
-        split_words(path).filter(|word| !word.is_empty()).chain(split_words(self.header))
+        split_words(path).filter(|word| !word.is_empty()).chain(split_words(self.header)).map(without_suffix)
+    }
+
+    /// Whether a word of the header has a numeric suffix other than 1.
+    pub fn has_other_suffix(&self) -> bool {
+        split_words(self.header).any(|word| !matches!(word.get(without_suffix(word).len()..), Some(b"" | b"1")))
     }
 
     /// The header as received, for errors.
@@ -149,31 +155,46 @@ impl<'a> Parameters<'a> {
         })
     }
 
+    /// The next parameter where no text in quotes is meant.
+    fn unquoted(&mut self) -> Result<&'a [u8], ErrorEntry> {
+        match self.next_text() {
+            None => Err(ErrorEntry::new(Code::MISSING_PARAMETER)),
+            Some(text @ [b'"' | b'\'', ..]) => Err(ErrorEntry::with(Code::STRING_NOT_ALLOWED, Ascii(text))),
+            Some(text) => Ok(text),
+        }
+    }
+
     /// The next parameter as index of a word in `words`, in long or short form.
     ///
     /// # Errors
-    /// The parameter is missing, or is not one of the words.
+    /// The parameter is missing, is in quotes, or is not one of the words.
     pub fn choice(&mut self, words: &[&str]) -> Result<usize, ErrorEntry> {
-        let text = self.text()?;
+        let text = self.unquoted()?;
         let choice = words.iter().position(|word| is_word(text, word));
         choice.ok_or_else(|| ErrorEntry::with(Code::ILLEGAL_VALUE, format_args!("{} is not one of {}", Ascii(text), Choices(words))))
     }
 
-    /// The next parameter as a switch: `true` for ON or 1, `false` for OFF or 0.
+    /// The next parameter as a switch: `true` for ON or a number that is not rounded to 0, `false` for OFF or 0.
     ///
     /// # Errors
-    /// The parameter is missing, or is none of these words.
+    /// The parameter is missing, is in quotes, or is neither.
     pub fn on_off(&mut self) -> Result<bool, ErrorEntry> {
-        // The words of odd index mean on.
-        self.choice(&["OFF", "ON", "0", "1"]).map(|index| index & 1 == 1)
+        let mut copy = *self;
+        match copy.unquoted().ok().and_then(number) {
+            Some((value, b"")) => {
+                *self = copy;
+                Ok(libm::round(value) != 0.0)
+            }
+            _ => self.choice(&["OFF", "ON"]).map(|index| index == 1),
+        }
     }
 
     /// The next parameter as a number in the unit of the range.
     ///
     /// # Errors
-    /// The parameter is missing, is not a number, has a unit of another quantity, or is outside the range.
+    /// The parameter is missing, is not a number, is in quotes, has a unit of another quantity, or is outside the range.
     pub fn number(&mut self, range: &Range) -> Result<f64, ErrorEntry> {
-        let text = self.text()?;
+        let text = self.unquoted()?;
         if let Some(bound) = range.keyword(text) {
             return Ok(bound);
         }
@@ -261,6 +282,15 @@ impl Display for Range {
         write!(f, "{} to {}", Significant(self.least, 6), Significant(self.greatest, 6))?;
         if self.quantity.unit.is_empty() { Ok(()) } else { write!(f, " {}", self.quantity.unit) }
     }
+}
+
+/// A word without the decimal digits at its end, which are part of the unit in the name of a setting (`inertia_kg_m2`).
+fn without_suffix(word: &[u8]) -> &[u8] {
+    if word.contains(&b'_') {
+        return word;
+    }
+    let length = word.iter().rposition(|byte| !byte.is_ascii_digit()).map_or(0, |last| last + 1);
+    word.get(..length).unwrap_or_default()
 }
 
 /// Whether `text` is `pattern` in long form, or in short form (the part before the first lower-case letter), in any case.

@@ -137,8 +137,19 @@ impl Quantity {
     }
 }
 
-/// A decimal number at the beginning of `text`, and the rest. `None` if there is none.
+/// A number at the beginning of `text`, and the rest: decimal, or an integer as `#H1F`, `#Q17` or `#B101` (IEEE 488.2 §7.7.4). `None` if there is none.
 pub fn number(text: &[u8]) -> Option<(f64, &[u8])> {
+    if let Some((b'#', rest)) = text.split_first() {
+        let (kind, digits) = rest.split_first()?;
+        let base = match kind.to_ascii_uppercase() {
+            b'H' => 16,
+            b'Q' => 8,
+            b'B' => 2,
+            _ => return None,
+        };
+        let digits = str::from_utf8(digits).ok().filter(|digits| !digits.starts_with('+'))?;
+        return u32::from_str_radix(digits, base).ok().map(|value| (f64::from(value), &b""[..]));
+    }
     let (negative, mut rest) = match text.split_first() {
         Some((b'-', rest)) => (true, rest),
         Some((b'+', rest)) => (false, rest),
@@ -210,6 +221,8 @@ mod tests {
         assert_eq!((number(b"-"), number(b"."), number(b"RAD")), (None, None, None));
         assert_eq!(number(b"123456789012345678901234567890").unwrap().0, 1.234_567_890_123_456_7e29);
         assert!(number(b"1E999999999999").unwrap().0.is_infinite());
+        assert_eq!([b"#H1f", b"#q17", b"#B11"].map(|text| number(text)), [31.0, 15.0, 3.0].map(|value| Some((value, &b""[..]))));
+        assert_eq!([&b"#H"[..], b"#H1G", b"#B2", b"#H+1", b"#10"].map(number), [None; 5]);
     }
 
     #[test]

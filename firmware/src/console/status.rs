@@ -5,19 +5,38 @@
 
 use core::cell::Cell;
 
-/// A condition register with its event register: a bit that rises sets its event.
-#[derive(Debug, Default)]
+/// Bits of a register of SCPI; bit 15 is always 0.
+pub const REGISTER_BITS: u16 = 0x7fff;
+
+/// A condition register with its transition filters and its event register.
+#[derive(Debug)]
 pub struct Group {
     condition: Cell<u16>,
+    /// Bits whose rise sets their event.
+    pub positive: Cell<u16>,
+    /// Bits whose fall sets their event.
+    pub negative: Cell<u16>,
     event: Cell<u16>,
-    enable: Cell<u16>,
+    /// Events that are enabled for the status byte.
+    pub enable: Cell<u16>,
+}
+
+/// As after `STATus:PRESet`.
+impl Default for Group {
+    fn default() -> Self {
+        let group =
+            Self { condition: Cell::new(0), positive: Cell::new(0), negative: Cell::new(0), event: Cell::new(0), enable: Cell::new(0) };
+        group.preset();
+        group
+    }
 }
 
 impl Group {
     /// Sets the condition bits.
     pub fn set_condition(&self, now: u16) {
-        let risen = now & !self.condition.replace(now);
-        self.event.set(self.event.get() | risen);
+        let before = self.condition.replace(now);
+        let (risen, fallen) = (now & !before, before & !now);
+        self.event.set(self.event.get() | risen & self.positive.get() | fallen & self.negative.get());
     }
 
     /// The condition bits.
@@ -30,14 +49,11 @@ impl Group {
         self.event.take()
     }
 
-    /// The events that are enabled for the status byte.
-    pub fn enable(&self) -> u16 {
-        self.enable.get()
-    }
-
-    /// Enables events for the status byte.
-    pub fn set_enable(&self, bits: u16) {
-        self.enable.set(bits);
+    /// Enables no event; each rise sets its event, no fall does.
+    fn preset(&self) {
+        self.positive.set(REGISTER_BITS);
+        self.negative.set(0);
+        self.enable.set(0);
     }
 
     fn summary(&self) -> bool {
@@ -111,10 +127,10 @@ impl Status {
         self.questionable.take_event();
     }
 
-    /// `STATus:PRESet`: disables the events of both groups.
+    /// `STATus:PRESet`: presets both groups.
     pub fn preset(&self) {
-        self.operation.set_enable(0);
-        self.questionable.set_enable(0);
+        self.operation.preset();
+        self.questionable.preset();
     }
 
     /// The status byte.
@@ -151,5 +167,20 @@ mod tests {
         group.set_condition(0b10);
         group.set_condition(0);
         assert_eq!((group.condition(), group.take_event(), group.take_event()), (0, 0b10, 0));
+    }
+
+    #[test]
+    fn filters_select_the_changes_that_set_an_event() {
+        let group = Group::default();
+        group.positive.set(0b01);
+        group.negative.set(0b10);
+        group.set_condition(0b11);
+        assert_eq!(group.take_event(), 0b01);
+        group.set_condition(0);
+        assert_eq!(group.take_event(), 0b10);
+        group.preset();
+        group.set_condition(0b11);
+        group.set_condition(0);
+        assert_eq!(group.take_event(), 0b11);
     }
 }

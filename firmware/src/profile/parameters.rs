@@ -42,8 +42,11 @@ pub struct ProfileConfig {
 }
 
 impl ProfileConfig {
+    /// The profile after power-on.
+    pub const DEFAULT: Self = Self::new(ProfileKind::Sine, 5.0, 1);
+
     /// A profile with default parameters.
-    pub fn new(kind: ProfileKind, amplitude: f64, seed: u64) -> Self {
+    pub const fn new(kind: ProfileKind, amplitude: f64, seed: u64) -> Self {
         Self {
             kind,
             amplitude,
@@ -76,7 +79,7 @@ pub struct Parameter {
     /// Reads it.
     pub read: fn(&ProfileConfig) -> f64,
     /// Range accepted by the profiles.
-    pub(super) range: (f64, f64),
+    pub range: (f64, f64),
     write: Write,
 }
 
@@ -137,7 +140,7 @@ pub const PARAMETERS: [Parameter; 14] = [
     real("jerk", "x/s2", (1e-3, 1e9), "limit of the change of acceleration per second", |c| c.jerk, |c, x| c.jerk = x),
     whole("cycles", MAX_32_BITS, (0.0, 1e6), "number of cycles; 0: without end", |c| f64::from(c.cycles), |c, x| c.cycles = x as u32),
     whole("turns", MAX_32_BITS, (1.0, 1e6), "number of turns", |c| f64::from(c.turns), |c, x| c.turns = x as u32),
-    whole("seed", MAX_53_BITS, (0.0, f64::MAX), "seed of the random profiles", |c| c.seed as f64, |c, x| c.seed = x as u64),
+    whole("seed", MAX_53_BITS, (0.0, MAX_53_BITS), "seed of the random profiles", |c| c.seed as f64, |c, x| c.seed = x as u64),
 ];
 
 const fn real(

@@ -1,7 +1,7 @@
 //! A connection to a stand: commands, queries and the rows of its stream. Behind it is a serial port ([`SerialLink`]), or the simulated controller
 //! or the emulated chip in virtual time ([`SimulatedConnection`]).
 
-use crate::acquire::link::{BAUD, LineLosses, LinkError, Received, Receiver, SIGN_OF_LIFE, SerialLink, drives, with_checksum};
+use crate::acquire::link::{BAUD, LineLosses, LinkError, Received, Receiver, SerialLink, drives, sign, with_checksum};
 use chip_sim::machine::{Halt, Machine};
 use chip_sim::time::of_seconds;
 use hal_sim::board::PlantPort;
@@ -145,29 +145,31 @@ pub struct SimulatedConnection<L> {
     stand: L,
     receiver: Receiver,
     received: VecDeque<Received>,
-    /// Time since the last sign of life, s; `None`: this connection has not driven.
-    alive_s: Option<f64>,
+    /// This connection has sent a command of a program that drives.
+    has_driven: bool,
+    /// Time since the last [`sign`], s.
+    signed_s: f64,
 }
 
 impl<L: VirtualLine> SimulatedConnection<L> {
     /// Connects to a stand.
     pub fn new(stand: L) -> Self {
-        Self { stand, receiver: Receiver::default(), received: VecDeque::new(), alive_s: None }
+        Self { stand, receiver: Receiver::default(), received: VecDeque::new(), has_driven: false, signed_s: 0.0 }
     }
 
     fn send(&mut self, command: &str) {
-        if drives(command) {
-            self.alive_s = Some(0.0);
-        }
+        self.has_driven |= drives(command);
         self.stand.send(with_checksum(command).as_bytes());
     }
 
     async fn pass(&mut self, seconds: f64) -> Result<(), ConnectionError> {
-        if self.alive_s.is_some_and(|alive_s| alive_s >= ALIVE_INTERVAL_S) {
-            self.alive_s = Some(0.0);
-            self.stand.send(with_checksum(SIGN_OF_LIFE).as_bytes());
+        if let Some(sign) = sign(self.has_driven, self.receiver.is_streaming())
+            && self.signed_s >= ALIVE_INTERVAL_S
+        {
+            self.signed_s = 0.0;
+            self.stand.send(with_checksum(sign).as_bytes());
         }
-        self.alive_s = self.alive_s.map(|alive_s| alive_s + seconds);
+        self.signed_s += seconds;
         let mut bytes = Vec::new();
         self.stand.pass(seconds, &mut bytes).await?;
         self.receiver.take(&bytes, &mut self.received);

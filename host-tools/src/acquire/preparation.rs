@@ -3,7 +3,7 @@
 use stand_firmware::telemetry::RowFrame;
 
 use super::connection::{ConnectionError, StandConnection};
-use super::link::LinkError;
+use super::link::{LinkError, reply_number};
 use super::record::shows_index;
 use crate::log::{Note, Notes, RateSource, VoltageSource};
 
@@ -46,8 +46,8 @@ pub fn is_rejected(error: &ConnectionError) -> bool {
 /// The connection fails, or the reply does not begin with a number.
 pub async fn query_number(stand: &mut impl StandConnection, query: &str) -> Result<f64, ConnectionError> {
     let reply = stand.query(query).await?;
-    let number = reply.split([' ', ',']).next().unwrap_or_default().parse();
-    number.map_err(|_| ConnectionError::Reply { query: query.to_owned(), reply })
+    let number = reply.split(',').next().and_then(reply_number);
+    number.ok_or_else(|| ConnectionError::Reply { query: query.to_owned(), reply })
 }
 
 /// Brings the platform to rest, then switches the drive off; `false`: still in motion after 30 s.

@@ -98,6 +98,8 @@ fn from_pipe(link: &mut SerialLink) -> Result<(), CliError> {
 
 fn interactive(link: &mut SerialLink) -> Result<(), CliError> {
     let headers = headers(&link.query_lines("HELP?")?);
+    // People want units; the end of the link switches them off again.
+    link.command("FORMat:UNITs ON")?;
     let broken = |e: ReadlineError| CliError::Other(format!("cannot read from the terminal: {e}"));
     let config = rustyline::Config::builder().completion_type(rustyline::CompletionType::List).auto_add_history(true).build();
     let mut editor = Editor::<Headers, FileHistory>::with_config(config).map_err(broken)?;

@@ -188,7 +188,10 @@ fn finish(
     } else if writing.save {
         link.command("SETTings:SAVE")?;
     }
-    Ok(InForce { lines: link.query_lines("COMPensation:LIST?")?, not_compensated, trial, withdrawn })
+    link.command("FORMat:UNITs ON")?;
+    let lines = link.query_lines("COMPensation:LIST?");
+    link.command("FORMat:UNITs OFF")?;
+    Ok(InForce { lines: lines?, not_compensated, trial, withdrawn })
 }
 
 /// Sets a compensation.

@@ -3,7 +3,6 @@
 use super::{Action, Done, Entry, entry};
 use crate::app::state::{Activity, CalibrationPhase, State};
 use crate::console::errors::{Code, ErrorEntry};
-use crate::text::Significant;
 use core::fmt::Write;
 
 pub(super) const ENTRIES: &[Entry] = &[
@@ -22,7 +21,11 @@ pub(super) const ENTRIES: &[Entry] = &[
         Action::NumberQuery("PCT", |state| Ok(libm::round(f64::from(state.calibration.watch.percent()) * 10.0) * 0.1)),
         "progress",
     ),
-    entry("CALibration:COGGing", Action::TextQuery("NONE, RUNNING, DONE and the result, or FAILED and the reason", result), "result"),
+    entry(
+        "CALibration:COGGing",
+        Action::TextQuery("NONE, RUNNING, FAILED and the reason, or DONE,coulomb N.M,viscous N.M.S{,order,N.M}", result),
+        "result",
+    ),
 ];
 
 fn start(state: &State<'_>) -> Done {
@@ -42,11 +45,12 @@ fn result(state: &State<'_>, out: &mut dyn Write) -> Done {
         CalibrationPhase::Finished(Err(refused)) => write!(out, "FAILED,{refused}")?,
         CalibrationPhase::Finished(Ok(found)) => {
             let compensation = found.compensation;
-            let (coulomb, viscous) = (Significant(compensation.coulomb_N_m, 4), Significant(compensation.viscous_N_m_s, 4));
-            write!(out, "DONE,coulomb {coulomb} N.M,viscous {viscous} N.M.S")?;
+            let (coulomb, viscous) =
+                (state.with_unit(compensation.coulomb_N_m, "N.M"), state.with_unit(compensation.viscous_N_m_s, "N.M.S"));
+            write!(out, "DONE,{coulomb},{viscous}")?;
             for harmonic in found.harmonics.iter().flatten() {
                 let h = harmonic.harmonic;
-                write!(out, ",order {} {} N.M", h.order, Significant(h.torque_N_m, 4))?;
+                write!(out, ",{},{}", h.order, state.with_unit(h.torque_N_m, "N.M"))?;
             }
         }
         _ => out.write_str("RUNNING")?,

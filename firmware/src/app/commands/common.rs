@@ -17,7 +17,11 @@ const MAX_ROW_INTERVAL_S: f64 = 1.1e-3;
 
 pub(super) const ENTRIES: &[Entry] = &[
     entry("*IDN", Action::TextQuery("maker,model,serial number,firmware", |state, out| Ok(write_identity(state, out)?)), "identification"),
-    entry("*RST", Action::Event(|state| (reset(state), Ok(())).1), "drive off, text mode, default stream; settings are kept"),
+    entry(
+        "*RST",
+        Action::Event(|state| (reset(state), Ok(())).1),
+        "drive off, text mode, default stream, no units in replies; settings are kept",
+    ),
     entry("*CLS", Action::Event(|state| (state.status.clear(), Ok(())).1), "clear errors and events"),
     entry(
         "*ESR",
@@ -59,6 +63,12 @@ pub(super) const ENTRIES: &[Entry] = &[
         }),
         "set the event 'operation complete' at the end of the activity",
     ),
+    entry("*OPT", Action::TextQuery("0: no options", |_, out| Ok(out.write_char('0')?)), "installed options"),
+    entry(
+        "*PSC",
+        Action::Number { range: const { &Range::new(Quantity::PLAIN, 1.0, 1.0, 1.0) }, read: |_| 1.0, write: |_, _| Ok(()) },
+        "power-on clears the enable registers; cannot be switched off",
+    ),
     entry("*OPC", Action::JobQuery(Job::WaitAndReply), "reply 1 at the end of the activity"),
     entry("*WAI", Action::Job(Job::Wait), "wait for the end of the activity"),
     entry(
@@ -80,6 +90,7 @@ fn reset(state: &State<'_>) {
     state.supervision.unattended_until.set(Ticks(0));
     state.supervision.settings_changed.set(true);
     state.stream.selection.set(Stream { channels: Channels::DEFAULT, decimation: 1 });
+    state.out.has_units.set(false);
     state.set_text_mode();
 }
 

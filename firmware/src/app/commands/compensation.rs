@@ -7,7 +7,7 @@ use crate::console::errors::{Code, ErrorEntry};
 use crate::console::parse::{Parameters, Range};
 use crate::console::quantity::Quantity;
 use crate::speed_loop::Compensating;
-use crate::text::{WithUnit, write_list};
+use crate::text::write_list;
 use core::fmt::{self, Write};
 
 pub(super) const ENTRIES: &[Entry] = &[
@@ -82,11 +82,11 @@ pub(super) fn line(state: &State<'_>, line: usize, out: &mut dyn Write) -> Resul
     let compensation = state.settings.kept.get().settings.compensation;
     let friction = [("coulomb", compensation.coulomb_N_m, "N.M"), ("viscous", compensation.viscous_N_m_s, "N.M.S")];
     if let Some((name, value, unit)) = friction.get(line) {
-        write!(out, "{name} {}", WithUnit(*value, unit))?;
+        write!(out, "{name} {}", state.with_unit(*value, unit))?;
         return Ok(true);
     }
     let Some(harmonic) = compensation.harmonics.as_slice().get(line - friction.len()) else { return Ok(false) };
-    let (torque, phase) = (WithUnit(harmonic.torque_N_m, "N.M"), WithUnit(harmonic.phase_rad, "RAD"));
+    let (torque, phase) = (state.with_unit(harmonic.torque_N_m, "N.M"), state.with_unit(harmonic.phase_rad, "RAD"));
     write!(out, "order {}: {torque}, {phase}", harmonic.order)?;
     Ok(true)
 }

@@ -146,19 +146,19 @@ fn cycle(state: &State<'_>, out: &mut dyn Write) -> Done {
     let sums = &cycle.sums;
     write!(out, "{},{},{},{}", cycle.number, cycle.position, cycle.polarity.sign(), cycle.samples)?;
     write!(out, ",{},{},{},{},{},{}", sums.acc2, sums.sum2, sums.current, sums.moment, sums.min, sums.max)?;
-    let (raw, corrected) = (WithUnit(f64::from(raw_rad_s), "RAD/S"), WithUnit(f64::from(rate_rad_s), "RAD/S"));
+    let (raw, corrected) = (state.with_unit(f64::from(raw_rad_s), "RAD/S"), state.with_unit(f64::from(rate_rad_s), "RAD/S"));
     Ok(write!(out, ",{raw},{corrected},{}", cycle.rejection.name())?)
 }
 
-/// A rate with its unit; NAN where there is none.
-fn rate(rate_rad_s: Option<f32>) -> WithUnit<'static> {
-    WithUnit(rate_rad_s.map_or(f64::NAN, f64::from), "RAD/S")
+/// A rate; not a number where there is none.
+fn rate(state: &State<'_>, rate_rad_s: Option<f32>) -> WithUnit<'static> {
+    state.with_unit(rate_rad_s.map_or(f64::NAN, f64::from), "RAD/S")
 }
 
 fn mean(state: &State<'_>, out: &mut dyn Write) -> Done {
     let (good, bad, drift) = state.gyro.drift.drift();
     let sigma = drift.and_then(|drift| drift.sigma_rad_s);
-    Ok(write!(out, "{good},{bad},{},{}", rate(drift.map(|drift| drift.rate_rad_s)), rate(sigma))?)
+    Ok(write!(out, "{good},{bad},{},{}", rate(state, drift.map(|drift| drift.rate_rad_s)), rate(state, sigma))?)
 }
 
 fn hold(state: &State<'_>, parameters: &mut Parameters<'_>) -> Done {
@@ -173,7 +173,7 @@ fn register(state: &State<'_>, out: &mut dyn Write) -> Done {
     for cycles in register.cycles {
         write!(out, ",{cycles}")?;
     }
-    Ok(write!(out, ",{}", rate(rate_rad_s))?)
+    Ok(write!(out, ",{}", rate(state, rate_rad_s))?)
 }
 
 fn null(state: &State<'_>, out: &mut dyn Write) -> Done {

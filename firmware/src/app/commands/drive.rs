@@ -10,6 +10,19 @@ use crate::speed_loop::{Mode, Zero};
 /// Rate range of the stand: 2000 °/s.
 const MAX_RATE_RAD_S: f64 = 2000.0 * core::f64::consts::PI / 180.0;
 
+const RATE: &Range = &Range::new(Quantity::RATE, -MAX_RATE_RAD_S, MAX_RATE_RAD_S, 0.0);
+const VOLTAGE: &Range = &Range::new(Quantity::VOLTAGE, -48.0, 48.0, 0.0);
+const ANGLE: &Range = &Range::new(Quantity::ANGLE, -1e4, 1e4, 0.0);
+
+/// Range of a setpoint.
+pub(super) fn range(mode: Mode) -> &'static Range {
+    match mode {
+        Mode::Voltage => VOLTAGE,
+        Mode::Position => ANGLE,
+        _ => RATE,
+    }
+}
+
 const MODES: [Mode; 4] = [Mode::Off, Mode::Voltage, Mode::Rate, Mode::Position];
 
 pub(super) const ENTRIES: &[Entry] = &[
@@ -44,7 +57,7 @@ pub(super) const ENTRIES: &[Entry] = &[
     entry(
         "SOURce:RATE",
         Action::Number {
-            range: const { &Range::new(Quantity::RATE, -MAX_RATE_RAD_S, MAX_RATE_RAD_S, 0.0) },
+            range: RATE,
             read: |state| state.source.targets.get().rate_rad_s,
             write: |state, rate_rad_s| set_target(state, Mode::Rate, Targets { rate_rad_s, ..state.source.targets.get() }),
         },
@@ -53,7 +66,7 @@ pub(super) const ENTRIES: &[Entry] = &[
     entry(
         "SOURce:VOLTage",
         Action::Number {
-            range: const { &Range::new(Quantity::VOLTAGE, -48.0, 48.0, 0.0) },
+            range: VOLTAGE,
             read: |state| state.source.targets.get().voltage_V,
             write: |state, voltage_V| set_target(state, Mode::Voltage, Targets { voltage_V, ..state.source.targets.get() }),
         },
@@ -62,7 +75,7 @@ pub(super) const ENTRIES: &[Entry] = &[
     entry(
         "SOURce:POSition",
         Action::Number {
-            range: const { &Range::new(Quantity::ANGLE, -1e4, 1e4, 0.0) },
+            range: ANGLE,
             read: |state| state.source.targets.get().position_rad,
             write: |state, position_rad| set_target(state, Mode::Position, Targets { position_rad, ..state.source.targets.get() }),
         },

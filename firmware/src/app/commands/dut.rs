@@ -6,7 +6,6 @@ use crate::console::errors::{Code, ErrorEntry};
 use crate::console::parse::Range;
 use crate::console::quantity::Quantity;
 use crate::sensors::{self, Setup};
-use crate::text::{Significant, WithUnit};
 use core::fmt::Write;
 
 const RAD_PER_DEG: f64 = core::f64::consts::PI / 180.0;
@@ -106,7 +105,7 @@ fn status(state: &State<'_>, out: &mut dyn Write) -> Done {
 fn filter(state: &State<'_>, out: &mut dyn Write) -> Done {
     let in_force = state.dut.shared.status().in_force.ok_or_else(not_running)?;
     let (rate_Hz, accel_Hz) = (f64::from(in_force.rate_cutoff_Hz), f64::from(in_force.accel_cutoff_Hz));
-    Ok(write!(out, "{},{}", WithUnit(rate_Hz, "HZ"), WithUnit(accel_Hz, "HZ"))?)
+    Ok(write!(out, "{},{}", state.with_unit(rate_Hz, "HZ"), state.with_unit(accel_Hz, "HZ"))?)
 }
 
 fn start_test(state: &State<'_>) -> Done {
@@ -127,7 +126,7 @@ fn test_result(state: &State<'_>, out: &mut dyn Write) -> Done {
             out.write_str(if test.passed { "PASSED" } else { "FAILED" })?;
             for (values, unit) in [(test.rate_rad_s, "RAD/S"), (test.accel_m_s2, "M/S2")] {
                 for value in values {
-                    write!(out, ",{} {unit}", Significant(f64::from(value), 4))?;
+                    write!(out, ",{}", state.with_unit(f64::from(value), unit))?;
                 }
             }
         }

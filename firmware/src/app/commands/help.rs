@@ -6,7 +6,7 @@
 use super::{Action, Entry, GROUPS, List, entry, profile, settings};
 use core::fmt::{self, Write};
 
-pub(super) const ENTRIES: &[Entry] = &[entry("HELP", Action::ListQuery(List::Help), "this list; an empty line ends it")];
+pub(super) const ENTRIES: &[Entry] = &[entry("HELP", Action::ListQuery(List::Help), "this list")];
 
 /// Writes one line of the list, numbered from 0; returns `false` after the last line.
 pub(super) fn line(line: usize, out: &mut dyn Write) -> Result<bool, fmt::Error> {
@@ -41,6 +41,8 @@ fn write_entry(entry: &Entry, is_query: bool, out: &mut dyn Write) -> fmt::Resul
         (Action::Number { range, .. }, true) if !range.quantity.unit.is_empty() => write!(out, " -> {}", range.quantity.unit)?,
         (Action::NumberQuery(unit, _), true) if !unit.is_empty() => write!(out, " -> {unit}")?,
         (Action::TextQuery(reply, _), true) => write!(out, " -> {reply}")?,
+        (Action::ListQuery(List::Errors), true) => out.write_str(" -> number,text{,number,text}")?,
+        (Action::ListQuery(_), true) => out.write_str(" -> block")?,
         _ => {}
     }
     write!(out, "  {}", entry.help)

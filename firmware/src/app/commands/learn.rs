@@ -18,7 +18,7 @@ const DIGITS: u32 = 17;
 const FIRST: [&str; 2] = ["SETTings:RESet", "COMPensation:CLEar"];
 
 pub(super) const ENTRIES: &[Entry] =
-    &[entry("*LRN", Action::ListQuery(List::Learn), "commands that restore settings, compensation and observer; an empty line ends it")];
+    &[entry("*LRN", Action::ListQuery(List::Learn), "commands that restore settings, compensation and observer")];
 
 /// A command of the list; `false` after the last.
 pub(super) fn line(state: &State<'_>, line: usize, out: &mut dyn Write) -> Result<bool, fmt::Error> {

@@ -1,10 +1,9 @@
-//! `MEASure`: the newest row, and the estimates of turns, rate stability, drive, sensor and timing, with units.
+//! `MEASure`: the newest row, and the estimates of turns, rate stability, drive, sensor and timing. `FORMat:UNITs`: the form of all numbers in replies.
 
 use super::{Action, Done, Entry, entry};
 use crate::app::state::State;
 use crate::console::errors::{Code, ErrorEntry};
 use crate::measurement_loop::Estimate;
-use crate::text::{Significant, WithUnit};
 use core::fmt::Write;
 
 /// Turns in the mean of `MEASure:TURN?`.
@@ -61,13 +60,13 @@ pub(super) const ENTRIES: &[Entry] = &[
     entry("MEASure:STABility:RESet", Action::Event(|state| (state.measured.instruments.restart_stability(), Ok(())).1), "restart"),
     entry(
         "MEASure:DRIVe",
-        Action::TextQuery("R OHM,K N.M/A,J KG.M2,b N.M.S,c N.M, each +- standard uncertainty; windows", drive),
+        Action::TextQuery("R OHM,K N.M/A,J KG.M2,b N.M.S,c N.M, each followed by its standard uncertainty; windows", drive),
         "parameters of the drive, estimated from its rows",
     ),
     entry("MEASure:DRIVe:RESet", Action::Event(|state| (state.measured.instruments.restart_drive(), Ok(())).1), "restart"),
     entry(
         "MEASure:SENSor",
-        Action::TextQuery("scale,bias RAD/S,delay S, each +- standard uncertainty; windows", sensor),
+        Action::TextQuery("scale,bias RAD/S,delay S, each followed by its standard uncertainty; windows", sensor),
         "the rate sensor compared with the encoder",
     ),
     entry("MEASure:SENSor:RESet", Action::Event(|state| (state.measured.instruments.restart_sensor(), Ok(())).1), "restart"),
@@ -75,6 +74,11 @@ pub(super) const ENTRIES: &[Entry] = &[
         "MEASure:TIMing",
         Action::TextQuery("rows,missed,least S,mean S,greatest S,standard deviation S", timing),
         "intervals between the rows",
+    ),
+    entry(
+        "FORMat:UNITs",
+        Action::Switch { read: |state| state.out.has_units.get(), write: |state, on| (state.out.has_units.set(on), Ok(())).1 },
+        "units behind the numbers of replies, for people; OFF after power-on, *RST and HOST:RELease",
     ),
     entry("MEASure:TIMing:RESet", Action::Event(|state| (state.measured.instruments.restart_timing(), Ok(())).1), "restart"),
 ];
@@ -84,28 +88,23 @@ fn available<T>(value: Option<T>, reason: &str) -> Result<T, ErrorEntry> {
     value.ok_or_else(|| ErrorEntry::with(Code::DATA_STALE, reason))
 }
 
-/// Writes an estimate as `value +- uncertainty unit,`.
-fn write_estimate(out: &mut dyn Write, estimate: &Estimate, unit: &str) -> Done {
-    if estimate.sigma.is_finite() && estimate.value.is_finite() {
-        let separator = if unit.is_empty() { "" } else { " " };
-        write!(out, "{} +- {}{separator}{unit},", Significant(estimate.value, 6), Significant(estimate.sigma, 2))?;
-    } else {
-        out.write_str("NAN,")?;
-    }
-    Ok(())
+/// Writes an estimate and its uncertainty, each with a comma behind it.
+fn write_estimate(state: &State<'_>, out: &mut dyn Write, estimate: &Estimate, unit: &'static str) -> Done {
+    Ok(write!(out, "{},{},", state.with_unit(estimate.value, unit), state.with_unit(estimate.sigma, unit))?)
 }
 
 fn turn(state: &State<'_>, out: &mut dyn Write) -> Done {
     let turn = available(state.measured.instruments.turn(TURNS), "no whole turn was measured yet")?;
-    let (turn_s, rate, age) = (WithUnit(turn.turn_s, "S"), WithUnit(turn.rate_rad_s, "RAD/S"), WithUnit(turn.age_s, "S"));
+    let (turn_s, rate, age) =
+        (state.with_unit(turn.turn_s, "S"), state.with_unit(turn.rate_rad_s, "RAD/S"), state.with_unit(turn.age_s, "S"));
     Ok(write!(out, "{turn_s},{rate},{},{age}", turn.turns)?)
 }
 
 fn stability(state: &State<'_>, out: &mut dyn Write) -> Done {
     let mut separator = "";
     for window in state.measured.instruments.stability() {
-        let deviation = WithUnit(window.relative().map_or(f64::NAN, |relative| relative * 1e6), "PPM");
-        write!(out, "{separator}{},{deviation},{}", WithUnit(window.rate_rad_s, "RAD/S"), window.windows)?;
+        let deviation = state.with_unit(window.relative().map_or(f64::NAN, |relative| relative * 1e6), "PPM");
+        write!(out, "{separator}{},{deviation},{}", state.with_unit(window.rate_rad_s, "RAD/S"), window.windows)?;
         separator = ",";
     }
     Ok(())
@@ -113,19 +112,19 @@ fn stability(state: &State<'_>, out: &mut dyn Write) -> Done {
 
 fn drive(state: &State<'_>, out: &mut dyn Write) -> Done {
     let drive = available(state.measured.instruments.drive(), "too little motion yet: run a profile in both directions")?;
-    write_estimate(out, &drive.resistance_ohm, "OHM")?;
-    write_estimate(out, &drive.motor_constant_N_m_A, "N.M/A")?;
-    write_estimate(out, &drive.inertia_kg_m2, "KG.M2")?;
-    write_estimate(out, &drive.viscous_N_m_s, "N.M.S")?;
-    write_estimate(out, &drive.coulomb_N_m, "N.M")?;
+    write_estimate(state, out, &drive.resistance_ohm, "OHM")?;
+    write_estimate(state, out, &drive.motor_constant_N_m_A, "N.M/A")?;
+    write_estimate(state, out, &drive.inertia_kg_m2, "KG.M2")?;
+    write_estimate(state, out, &drive.viscous_N_m_s, "N.M.S")?;
+    write_estimate(state, out, &drive.coulomb_N_m, "N.M")?;
     Ok(write!(out, "{}", drive.windows)?)
 }
 
 fn sensor(state: &State<'_>, out: &mut dyn Write) -> Done {
     let sensor = available(state.measured.instruments.sensor(), "too little motion with a rate sensor yet: IMU? shows its status")?;
-    write_estimate(out, &sensor.scale, "")?;
-    write_estimate(out, &sensor.bias_rad_s, "RAD/S")?;
-    write_estimate(out, &sensor.delay_s, "S")?;
+    write_estimate(state, out, &sensor.scale, "")?;
+    write_estimate(state, out, &sensor.bias_rad_s, "RAD/S")?;
+    write_estimate(state, out, &sensor.delay_s, "S")?;
     Ok(write!(out, "{}", sensor.windows)?)
 }
 
@@ -133,7 +132,7 @@ fn timing(state: &State<'_>, out: &mut dyn Write) -> Done {
     let timing = state.measured.instruments.timing();
     write!(out, "{},{}", timing.rows, timing.missed)?;
     for seconds in [timing.min_s, timing.mean_s, timing.max_s, timing.sigma_s.unwrap_or(f64::NAN)] {
-        write!(out, ",{}", WithUnit(seconds, "S"))?;
+        write!(out, ",{}", state.with_unit(seconds, "S"))?;
     }
     Ok(())
 }

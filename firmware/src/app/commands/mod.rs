@@ -25,7 +25,7 @@ mod system;
 use super::state::State;
 use crate::console::errors::{Code, ErrorEntry};
 use crate::console::parse::{Command, Parameters, Range};
-use crate::text::{Ascii, WithUnit};
+use crate::text::Ascii;
 use core::fmt::Write;
 
 /// Outcome of a command.
@@ -172,7 +172,7 @@ pub fn is_sign_of_life(command: &Command<'_>) -> bool {
 
 /// Whether a command stops the drive or an activity.
 pub fn is_stop(command: &Command<'_>) -> bool {
-    let is_on = || !command.parameters().text().is_ok_and(|text| text == b"0" || text.eq_ignore_ascii_case(b"OFF"));
+    let is_on = || !matches!(command.parameters().on_off(), Ok(false));
     !command.is_query && STOPS.iter().any(|header| command.is(header) && !(matches!(*header, "OUTPut" | "SOURce:MODE") && is_on()))
 }
 
@@ -205,6 +205,9 @@ pub const GROUPS: [&[Entry]; 17] = [
 pub fn execute(state: &State<'_>, command: &Command<'_>, reply: &mut dyn Write) -> Result<Outcome, ErrorEntry> {
     let mut parameters = command.parameters();
     let entries = || GROUPS.iter().flat_map(|group| group.iter()).filter(|entry| command.is(entry.header));
+    if command.has_other_suffix() {
+        return Err(ErrorEntry::with(Code::HEADER_SUFFIX, format_args!("{}: there is one of each", Ascii(command.header()))));
+    }
     let result = if let Some(entry) = entries().find(|entry| entry.action.has(command.is_query)).or_else(|| entries().next()) {
         perform(state, &entry.action, command.is_query, &mut parameters, reply)
     } else if let Some(result) =
@@ -244,7 +247,7 @@ fn perform(
     match (action, is_query) {
         (Action::Number { range, read, .. }, true) => {
             let value = value_or_keyword(parameters, range, || read(state))?;
-            write!(reply, "{}", WithUnit(value, range.quantity.unit))?;
+            write!(reply, "{}", state.with_unit(value, range.quantity.unit))?;
         }
         (Action::Number { range, write, .. }, false) => write(state, parameters.number(range)?)?,
         (Action::Choice { words, read, .. }, true) => {
@@ -255,7 +258,7 @@ fn perform(
         (Action::Switch { read, .. }, true) => reply.write_str(if read(state) { "1" } else { "0" })?,
         (Action::Switch { write, .. }, false) => write(state, parameters.on_off()?)?,
         (Action::Event(event), false) => event(state)?,
-        (Action::NumberQuery(unit, read), true) => write!(reply, "{}", WithUnit(read(state)?, unit))?,
+        (Action::NumberQuery(unit, read), true) => write!(reply, "{}", state.with_unit(read(state)?, unit))?,
         (Action::TextQuery(_, query) | Action::CommandAndQuery(_, _, query), true) => query(state, reply)?,
         (Action::ListQuery(list), true) => return Ok(Outcome::List(*list)),
         (Action::PartialListQuery(_, select), true) => return select(state, parameters).map(Outcome::List),
@@ -287,7 +290,7 @@ pub fn list_line(state: &State<'_>, list: List, line: usize, out: &mut dyn Write
         List::Channels => stream::channel_line(line, out)?,
         List::Settings => settings::line(state, line, out)?,
         List::Profiles => profile::line(line, out)?,
-        List::Errors => system::error_line(state, out)?,
+        List::Errors => system::error_line(state, line, out)?,
         List::Capture => fault::capture_line(state, line, out)?,
         List::Observer => observer::line(state, line, out)?,
         List::Compensation => compensation::line(state, line, out)?,

@@ -7,7 +7,7 @@ use crate::console::parse::{Parameters, Range};
 use crate::console::quantity::Quantity;
 use crate::gyro_loop::observer::parameters::{Field, GAIN, GAMMA, MOMENT, REGULATOR, SETTLE, STATES, TORQUER, VIBRATION, phi};
 use crate::gyro_loop::observer::{MAX_STATES, Phase};
-use crate::text::{Significant, WithUnit};
+use crate::text::Significant;
 use core::fmt::{self, Write};
 
 const ANY: Range = Range::new(Quantity::PLAIN, -1e18, 1e18, 0.0);
@@ -151,7 +151,7 @@ fn estimates(state: &State<'_>, out: &mut dyn Write) -> Done {
     for estimate in estimates.iter().take(state.gyro.observer.parameters().states()) {
         write!(out, "{},", Significant(*estimate, 9))?;
     }
-    Ok(write!(out, "{}", WithUnit(innovation_rad, "RAD"))?)
+    Ok(write!(out, "{}", state.with_unit(innovation_rad, "RAD"))?)
 }
 
 fn vibration(state: &State<'_>, out: &mut dyn Write) -> Done {
@@ -159,7 +159,7 @@ fn vibration(state: &State<'_>, out: &mut dyn Write) -> Done {
     if corrected.means == 0 {
         return Err(ErrorEntry::with(Code::DATA_STALE, "there is no mean yet; it needs a sensor of the roll"));
     }
-    let (angle, part) = (WithUnit(corrected.alpha_rad, "RAD"), WithUnit(corrected.vibration_rad, "RAD"));
+    let (angle, part) = (state.with_unit(corrected.alpha_rad, "RAD"), state.with_unit(corrected.vibration_rad, "RAD"));
     Ok(write!(out, "{angle},{part},{}", corrected.means)?)
 }
 

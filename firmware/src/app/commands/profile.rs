@@ -1,6 +1,6 @@
 //! `PROFile`: kind, parameters from their table, start and stop.
 
-use super::{Action, Done, Entry, List, entry};
+use super::{Action, Done, Entry, List, drive, entry, value_or_keyword};
 use crate::app::state::{Activity, Run, Setpoint, State};
 use crate::console::errors::{Code, ErrorEntry};
 use crate::console::parse::{Parameters, Range, is_name};
@@ -8,7 +8,7 @@ use crate::console::quantity::Quantity;
 use crate::profile::{PARAMETERS, Parameter, Profile, ProfileConfig, ProfileKind};
 use crate::session::rows_in;
 use crate::speed_loop::Mode;
-use crate::text::{Ascii, WithUnit};
+use crate::text::Ascii;
 use core::fmt::{self, Write};
 
 const MODES: [Mode; 3] = [Mode::Voltage, Mode::Rate, Mode::Position];
@@ -83,18 +83,20 @@ fn named(name: &[u8]) -> Option<&'static Parameter> {
     PARAMETERS.iter().find(|parameter| is_name(name, parameter.name))
 }
 
-/// The quantity of a parameter; that of the amplitude and its derivatives depends on the mode.
-fn quantity(parameter: &Parameter, mode: Mode) -> Quantity {
-    let (value, per_s, per_s2) = match mode {
-        Mode::Voltage => (Quantity::VOLTAGE, Quantity::only("V/S"), Quantity::only("V/S2")),
-        Mode::Position => (Quantity::ANGLE, Quantity::RATE, Quantity::ACCELERATION),
-        _ => (Quantity::RATE, Quantity::ACCELERATION, Quantity::only("RAD/S3")),
+/// The range of a parameter; that of amplitude and offset is the setpoint's, and the unit of their derivatives depends on the mode, too.
+fn range(parameter: &Parameter, mode: Mode) -> Range {
+    let (per_s, per_s2) = match mode {
+        Mode::Voltage => (Quantity::only("V/S"), Quantity::only("V/S2")),
+        Mode::Position => (Quantity::RATE, Quantity::ACCELERATION),
+        _ => (Quantity::ACCELERATION, Quantity::only("RAD/S3")),
     };
+    let (least, greatest) = parameter.range;
+    let default = (parameter.read)(&ProfileConfig::DEFAULT);
     match parameter.unit {
-        "x" => value,
-        "x/s" => per_s,
-        "x/s2" => per_s2,
-        _ => Quantity::of_name(parameter.name),
+        "x" => Range { default, ..*drive::range(mode) },
+        "x/s" => Range::new(per_s, least, greatest, default),
+        "x/s2" => Range::new(per_s2, least, greatest, default),
+        _ => Range::new(Quantity::of_name(parameter.name), least, greatest, default),
     }
 }
 
@@ -107,17 +109,17 @@ pub(super) fn parameter(
     reply: &mut dyn Write,
 ) -> Option<Done> {
     let parameter = named(name)?;
-    let quantity = quantity(parameter, state.profile.mode.get());
-    Some(if is_query {
-        let value = (parameter.read)(&state.profile.config.get());
-        write!(reply, "{}", WithUnit(value, quantity.unit)).map_err(ErrorEntry::from)
-    } else {
-        set_parameter(state, parameter, quantity, parameters)
-    })
+    let range = range(parameter, state.profile.mode.get());
+    Some(if is_query { query(state, parameter, &range, parameters, reply) } else { set_parameter(state, parameter, &range, parameters) })
 }
 
-fn set_parameter(state: &State<'_>, parameter: &Parameter, quantity: Quantity, parameters: &mut Parameters<'_>) -> Done {
-    let value = parameters.number(&Range::new(quantity, -1e16, 1e16, 0.0))?;
+fn query(state: &State<'_>, parameter: &Parameter, range: &Range, parameters: &mut Parameters<'_>, reply: &mut dyn Write) -> Done {
+    let value = value_or_keyword(parameters, range, || (parameter.read)(&state.profile.config.get()))?;
+    Ok(write!(reply, "{}", state.with_unit(value, range.quantity.unit))?)
+}
+
+fn set_parameter(state: &State<'_>, parameter: &Parameter, range: &Range, parameters: &mut Parameters<'_>) -> Done {
+    let value = parameters.number(range)?;
     parameters.end()?;
     let mut config = state.profile.config.get();
     parameter.set(&mut config, value).map_err(setting_error)?;
@@ -132,8 +134,7 @@ pub(super) fn help(line: usize, out: &mut dyn Write) -> Result<bool, fmt::Error>
     if line & 1 == 1 {
         out.write_char('?')?;
     } else {
-        let unit = quantity(parameter, Mode::Rate).unit;
-        write!(out, " <{}>", if unit.is_empty() { "number" } else { unit })?;
+        write!(out, " <{}>", range(parameter, Mode::Rate))?;
     }
     write!(out, "  {}", parameter.help)?;
     Ok(true)

@@ -5,7 +5,6 @@ use crate::app::state::State;
 use crate::console::errors::{Code, ErrorEntry};
 use crate::console::parse::{Parameters, Range};
 use crate::settings::{FIELDS, Field, Kept};
-use crate::text::WithUnit;
 use core::fmt::{self, Write};
 
 pub(super) const ENTRIES: &[Entry] = &[
@@ -45,7 +44,7 @@ pub(super) fn field(
 fn query(state: &State<'_>, field: &Field, parameters: &mut Parameters<'_>, reply: &mut dyn Write) -> Done {
     let range = range(field, &state.settings.defaults);
     let value = value_or_keyword(parameters, &range, || (field.read)(&state.settings.kept.get()))?;
-    Ok(write!(reply, "{}", WithUnit(value, range.quantity.unit))?)
+    Ok(write!(reply, "{}", state.with_unit(value, range.quantity.unit))?)
 }
 
 fn set(state: &State<'_>, field: &Field, parameters: &mut Parameters<'_>) -> Done {
@@ -74,6 +73,6 @@ pub(super) fn help(line: usize, out: &mut dyn Write) -> Result<bool, fmt::Error>
 /// A setting and its value.
 pub(super) fn line(state: &State<'_>, line: usize, out: &mut dyn Write) -> Result<bool, fmt::Error> {
     let Some(field) = FIELDS.get(line) else { return Ok(false) };
-    write!(out, "{} {}", field.name, WithUnit((field.read)(&state.settings.kept.get()), field.quantity().unit))?;
+    write!(out, "{} {}", field.name, state.with_unit((field.read)(&state.settings.kept.get()), field.quantity().unit))?;
     Ok(true)
 }

@@ -18,8 +18,19 @@ pub(super) const ENTRIES: &[Entry] = &[
     entry("SYSTem:ERRor", Action::TextQuery("number,text", next_error), "take the oldest error; 0 if there is none"),
     entry("SYSTem:ERRor:NEXT", Action::TextQuery("number,text", next_error), "as SYSTem:ERRor?"),
     entry("SYSTem:ERRor:COUNt", Action::NumberQuery("", |state| Ok(state.status.error_count() as f64)), "number of errors in the queue"),
-    entry("SYSTem:ERRor:ALL", Action::ListQuery(List::Errors), "take all errors"),
-    entry("SYSTem:VERSion", Action::TextQuery("year", |_, out| Ok(out.write_str("1999.0")?)), "version of SCPI"),
+    entry("SYSTem:ERRor:ALL", Action::ListQuery(List::Errors), "take all errors, with commas between them"),
+    entry(
+        "SYSTem:ERRor:CODE",
+        Action::NumberQuery("", |state| Ok(f64::from(state.status.next_error().code.0))),
+        "take the oldest error; its number",
+    ),
+    entry(
+        "SYSTem:ERRor:CODE:NEXT",
+        Action::NumberQuery("", |state| Ok(f64::from(state.status.next_error().code.0))),
+        "as SYSTem:ERRor:CODE?",
+    ),
+    entry("SYSTem:ERRor:CODE:ALL", Action::TextQuery("numbers", all_codes), "take all errors; their numbers"),
+    entry("SYSTem:VERSion", Action::TextQuery("year.revision", |_, out| Ok(out.write_str("1999.0")?)), "version of SCPI"),
     entry("SYSTem:UPTime", Action::NumberQuery("S", |state| Ok(state.measured.row.get().at.seconds())), "time since power-on"),
     entry(
         "SYSTem:RESet:CAUSe",
@@ -43,8 +54,12 @@ pub(super) const ENTRIES: &[Entry] = &[
     ),
     entry(
         RELEASE,
-        Action::Event(|state| (state.supervision.checked_line_at.set(None), Ok(())).1),
-        "the program is done: lines without a check sum are accepted again",
+        Action::Event(|state| {
+            state.supervision.checked_line_at.set(None);
+            state.out.has_units.set(false);
+            Ok(())
+        }),
+        "the program is done: lines without a check sum are accepted again, replies have no units",
     ),
     entry("HOST:ALIVe", Action::Event(|_| Ok(())), "sign of life of the program that drives; queries are none"),
     entry(
@@ -66,9 +81,18 @@ fn next_error(state: &State<'_>, out: &mut dyn Write) -> Done {
     Ok(write!(out, "{}", state.status.next_error())?)
 }
 
-/// A line of the error queue; takes the error.
-pub(super) fn error_line(state: &State<'_>, out: &mut dyn Write) -> Result<bool, ErrorEntry> {
-    if state.status.error_count() == 0 {
+/// Takes all errors and writes their numbers; 0 if there is none.
+fn all_codes(state: &State<'_>, out: &mut dyn Write) -> Done {
+    write!(out, "{}", state.status.next_error().code.0)?;
+    while state.status.error_count() > 0 {
+        write!(out, ",{}", state.status.next_error().code.0)?;
+    }
+    Ok(())
+}
+
+/// An error of the queue, which is taken; 0 as the only line of an empty queue.
+pub(super) fn error_line(state: &State<'_>, line: usize, out: &mut dyn Write) -> Result<bool, ErrorEntry> {
+    if line > 0 && state.status.error_count() == 0 {
         return Ok(false);
     }
     next_error(state, out)?;

@@ -3,6 +3,7 @@
 use super::error::RunError;
 use super::{DutKind, Mounting, Session, StepPlan};
 use crate::acquire::connection::{ConnectionError, StandConnection};
+use crate::acquire::link::reply_number;
 use crate::acquire::preparation::ColumnSettings;
 use crate::log::{Note, Notes};
 use stand_firmware::profile::Parameter;
@@ -38,7 +39,7 @@ pub(super) async fn notes(
     if let Some(column) = column {
         let query = "IMU:FILTer?";
         let reply = stand.query(query).await?;
-        let number = reply.split(',').nth(column).and_then(|word| word.split_whitespace().next()?.parse::<f64>().ok());
+        let number = reply.split(',').nth(column).and_then(reply_number);
         let cutoff_Hz = number.ok_or_else(|| ConnectionError::Reply { query: query.to_owned(), reply })?;
         notes.push(Note::Number("sensor_filter_Hz", cutoff_Hz));
     }

@@ -1,6 +1,7 @@
 //! Cycles in one position: commands to the firmware of the stand, and the cycles that it reports.
 
 use crate::acquire::connection::{ConnectionError, StandConnection};
+use crate::acquire::link::reply_number;
 use hal_sim::gyro::Orientation;
 use stand_firmware::telemetry::RowFrame;
 
@@ -105,8 +106,8 @@ impl GyroscopeScales {
 }
 
 fn first_number(query: &str, reply: &str) -> Result<f64, ConnectionError> {
-    let word = reply.split([' ', ',']).next().unwrap_or_default();
-    word.parse().map_err(|_| ConnectionError::Reply { query: query.to_owned(), reply: reply.to_owned() })
+    let number = reply.split(',').next().and_then(reply_number);
+    number.ok_or_else(|| ConnectionError::Reply { query: query.to_owned(), reply: reply.to_owned() })
 }
 
 /// Queries the scales.
@@ -202,8 +203,7 @@ pub async fn measure(
 fn parse_cycle(reply: &str, position: Orientation, rate_rad_s: f64, elapsed_s: f64) -> Result<ReportedCycle, ConnectionError> {
     let invalid = || ConnectionError::Reply { query: "DRIFt:CYCLe?".into(), reply: reply.to_owned() };
     let fields: Vec<&str> = reply.split(',').collect();
-    let number =
-        |k: usize| fields.get(k).and_then(|field| field.split(' ').next()).and_then(|word| word.parse::<f64>().ok()).ok_or_else(invalid);
+    let number = |k: usize| fields.get(k).and_then(|field| reply_number(field)).ok_or_else(invalid);
     let samples = number(3)?;
     let verdict = fields.get(12..).ok_or_else(invalid)?.join(",");
     Ok(ReportedCycle {

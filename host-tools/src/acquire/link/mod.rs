@@ -29,17 +29,15 @@ pub const REPLY_TIMEOUT: Duration = Duration::from_millis(1500);
 const QUIET_TIME: Duration = Duration::from_millis(20);
 /// Interval of the signs of life; the stand waits for [`stand_firmware::supervision::HOST_TIMEOUT_S`].
 const ALIVE_INTERVAL: Duration = Duration::from_millis(500);
-/// Sign of life of a program that drives.
-pub const SIGN_OF_LIFE: &str = "HOST:ALIVe";
 /// Longest wait for a reply when the link ends.
 const CLOSE_TIMEOUT: Duration = Duration::from_millis(300);
 /// Part of a stand's reply to `*IDN?`.
 const STAND_IDENTITY: &str = "rotary stand";
 
-/// Query that ends an exchange: the oldest error, and the line rate as a mark that no other reply contains.
-const END_QUERY: &str = "SYSTem:ERRor?;:SYSTem:LINE:RATE?";
+/// Query that ends an exchange: the oldest error, and the version of SCPI as a mark that no other reply has behind an error.
+const END_QUERY: &str = "SYSTem:ERRor?;:SYSTem:VERSion?";
 /// End of the reply to [`END_QUERY`].
-const END_MARK: &str = " BAUD";
+const END_MARK: &str = "1999.0";
 /// Error code of a line that was damaged in transmission.
 const DAMAGED_LINE: &str = "-362,";
 /// Attempts to send a damaged line.
@@ -63,8 +61,10 @@ pub struct SerialLink {
     receiver: Receiver,
     received: VecDeque<Received>,
     identity: String,
-    /// Time of the last sign of life; `None`: this link has not driven.
-    alive_at: Option<Instant>,
+    /// This link has sent a command of a program that drives.
+    has_driven: bool,
+    /// Time of the last [`sign`].
+    signed_at: Instant,
     /// Ends an exchange early.
     is_interrupted: fn() -> bool,
 }
@@ -81,7 +81,8 @@ impl SerialLink {
             receiver: Receiver::default(),
             received: VecDeque::new(),
             identity: String::new(),
-            alive_at: None,
+            has_driven: false,
+            signed_at: Instant::now(),
             is_interrupted: || false,
         };
         link.identify()?;
@@ -127,8 +128,8 @@ impl SerialLink {
             let attempt_deadline = Instant::now() + REPLY_TIMEOUT / MAX_IDENTIFICATIONS;
             while let Some(line) = self.line(attempt_deadline)? {
                 match line.rsplit_once(';') {
-                    Some((error, mark)) if mark.ends_with(END_MARK) && error.starts_with("0,") => return Ok(()),
-                    Some((_, mark)) if mark.ends_with(END_MARK) => break,
+                    Some((error, mark)) if mark == END_MARK && error.starts_with("0,") => return Ok(()),
+                    Some((_, mark)) if mark == END_MARK => break,
                     _ => {}
                 }
             }
@@ -141,24 +142,23 @@ impl SerialLink {
         self.is_interrupted = is_interrupted;
     }
 
-    /// Gives a sign of life if this link drives and the last one is half a second old. Every wait of the link calls it.
+    /// Gives a [`sign`] if the last one is half a second old. Every wait of the link calls it.
     ///
     /// # Errors
     /// The port was disconnected.
     pub fn keep_alive(&mut self) -> Result<(), LinkError> {
-        if self.alive_at.is_some_and(|at| at.elapsed() >= ALIVE_INTERVAL) {
-            self.alive_at = Some(Instant::now());
-            self.port.write(with_checksum(SIGN_OF_LIFE).as_bytes())?;
+        match sign(self.has_driven, self.receiver.is_streaming()) {
+            Some(sign) if self.signed_at.elapsed() >= ALIVE_INTERVAL => {
+                self.signed_at = Instant::now();
+                self.port.write(with_checksum(sign).as_bytes())
+            }
+            _ => Ok(()),
         }
-        Ok(())
     }
 
     /// Switches the drive off if this link has driven and the stand does not run unattended; whether it was on.
     fn leave(&mut self) -> Result<bool, LinkError> {
-        if self.alive_at.take().is_none() {
-            return Ok(false);
-        }
-        if !self.is_left_on()? {
+        if !std::mem::take(&mut self.has_driven) || !self.is_left_on()? {
             return Ok(false);
         }
         self.exchange("OUTPut OFF", CLOSE_TIMEOUT)?;
@@ -173,7 +173,7 @@ impl SerialLink {
     fn is_left_on(&mut self) -> Result<bool, LinkError> {
         let reply = self.exchange("OUTPut?;:HOST:UNATTended?", CLOSE_TIMEOUT)?;
         let state = reply.lines.first().and_then(|line| line.split_once(';'));
-        Ok(state.is_some_and(|(output, unattended)| output == "1" && unattended.split(' ').next().is_some_and(|s| s.parse() == Ok(0.0))))
+        Ok(state.is_some_and(|(output, unattended)| output == "1" && reply_number(unattended) == Some(0.0)))
     }
 
     /// Path of the port.
@@ -206,9 +206,7 @@ impl SerialLink {
         if line.len() > MAX_LINE {
             return Err(LinkError::TooLong { command: command.to_owned(), limit: MAX_LINE - CHECKSUM });
         }
-        if drives(command) {
-            self.alive_at = Some(Instant::now());
-        }
+        self.has_driven |= drives(command);
         self.port.write(line.as_bytes())
     }
 
@@ -239,10 +237,10 @@ impl SerialLink {
                     return Err(LinkError::NoReply { port: self.name(), query: command.to_owned() });
                 };
                 match line.rsplit_once(';') {
-                    Some((error, mark)) if mark.ends_with(END_MARK) && error.ends_with('"') => break error.to_owned(),
+                    Some((error, mark)) if mark == END_MARK && error.ends_with('"') => break error.to_owned(),
                     // During a stream, errors are reported at once; they are in the queue too.
                     _ if line.starts_with("ERROR ") => {}
-                    _ => reply.lines.push(line),
+                    _ => reply.lines.push(without_block_head(&line).to_owned()),
                 }
             };
             if error.starts_with("0,") {
@@ -354,6 +352,33 @@ impl Drop for SerialLink {
     }
 }
 
+/// What a program has to send twice a second: a sign of life if it has driven; an empty line during a stream, which would end without lines that
+/// have check sums.
+pub fn sign(has_driven: bool, is_streaming: bool) -> Option<&'static str> {
+    if has_driven { Some("HOST:ALIVe") } else { is_streaming.then_some("") }
+}
+
+/// The first line of a list without what makes it a definite-length block: `#`, the number of digits, and the length.
+fn without_block_head(line: &str) -> &str {
+    let after_head = || {
+        let (digits, rest) = line.strip_prefix('#')?.split_at_checked(1)?;
+        let (length, rest) = rest.split_at_checked(digits.parse().ok()?)?;
+        length.bytes().all(|byte| byte.is_ascii_digit()).then_some(rest)
+    };
+    after_head().unwrap_or(line)
+}
+
+/// The number at the beginning of a word of a reply, with or without a unit. The stand writes 9.91E37 for "not a number" and 9.9E37 for infinity
+/// (SCPI-99, volume 1, §7.2.1).
+pub fn reply_number(word: &str) -> Option<f64> {
+    let number: f64 = word.split_whitespace().next()?.parse().ok()?;
+    Some(match number.abs() {
+        9.91e37 => f64::NAN,
+        9.9e37 => f64::INFINITY.copysign(number),
+        _ => number,
+    })
+}
+
 /// Whether a line has a command of a program that drives.
 pub fn drives(line: &str) -> bool {
     Commands::new(line.as_bytes()).any(|command| is_sign_of_life(&command) && !command.header().to_ascii_uppercase().starts_with(b"HOST"))
@@ -370,10 +395,30 @@ pub fn with_checksum(command: &str) -> String {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
     #[test]
     fn checksum_is_crc_32_of_the_command() {
         // python: zlib.crc32(b"*IDN?")
         assert_eq!(super::with_checksum("123456789"), "123456789~CBF43926\n");
+    }
+
+    #[test]
+    fn only_the_head_of_a_block_is_removed() {
+        for (line, text) in
+            [("#212*IDN? -> who", "*IDN? -> who"), ("#212", ""), ("#2x2a", "#2x2a"), ("#9", "#9"), ("#", "#"), ("1.5", "1.5")]
+        {
+            assert_eq!(super::without_block_head(line), text);
+        }
+    }
+
+    #[test]
+    fn numbers_of_replies_have_units_or_not_and_know_not_a_number() {
+        use super::reply_number;
+        assert_eq!(
+            ["1.5", "1.5E-3 RAD/S", "9.9E37", "-9.9E37 V", "V", ""].map(reply_number),
+            [Some(1.5), Some(1.5e-3), Some(f64::INFINITY), Some(-f64::INFINITY), None, None]
+        );
+        assert!(reply_number("9.91E37 PPM").unwrap().is_nan());
     }
 }

@@ -86,6 +86,11 @@ impl Receiver {
         self.bytes
     }
 
+    /// Frames come.
+    pub fn is_streaming(&self) -> bool {
+        self.streaming
+    }
+
     /// Losses since the start, or since [`Receiver::reset_losses`].
     pub fn losses(&self) -> LineLosses {
         let damaged = self.deframer.damaged() + self.lines_damaged - self.damaged_before;
