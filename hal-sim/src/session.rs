@@ -18,7 +18,9 @@ use stand_firmware::sensors;
 use stand_firmware::session::rows_in;
 use stand_firmware::speed_loop::{Compensating, CompensationGains, Config, Fault, Interrupt, Limits, Mailboxes, Mode, Settings, SpeedLoop};
 use stand_firmware::telemetry::Channel;
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
+use std::future::poll_fn;
+use std::task::Poll;
 
 /// The requested session.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -112,9 +114,62 @@ impl Record {
 /// # Errors
 /// An invalid parameter, by name; or a firmware that waits for ever.
 pub fn run<P: PlantPort>(stand: StandSetup, plant: P, request: SessionRequest) -> Result<Record, SessionError> {
-    let mut columns = Columns { cut_s: stand.faults.first(FaultKind::PowerCut).map(|cut| cut.from_s), ..Columns::default() };
-    let (pace, sensor) = run_session(stand, plant, request, |row, truth| columns.take(row, truth))?;
-    Ok(columns.into_record(&stand, &request, pace, &sensor))
+    let mut columns = Columns::new(&stand);
+    let mut truths = Truths::default();
+    let (pace, sensor) = run_session(stand, plant, request, |row, truth, _| {
+        if columns.take(row) {
+            truths.take(row, truth);
+        }
+        true
+    })?;
+    let notes = [first_notes(&stand, &request, &sensor), last_notes(&stand, &request, &columns.summary)].concat();
+    let fault = columns.summary.fault.map_or(Fault::None, |(fault, _)| fault);
+    let Truths { theta_rad, omega_rad_s, limits, compensating } = truths;
+    let columns = columns.drain();
+    Ok(Record { notes, columns, true_theta_rad: theta_rad, true_omega_rad_s: omega_rad_s, limits, compensating, fault, pace })
+}
+
+/// Consecutive rows of a session, and the notes that are known after them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Block {
+    /// Notes in addition to those of earlier blocks.
+    pub notes: Vec<(String, String)>,
+    /// Names and values, the same names in each block; a column that the first row lacks is absent, and `turn_s` where the first block has no whole turn.
+    pub columns: Vec<(&'static str, Vec<f64>)>,
+}
+
+/// Runs a session and passes its rows to `take` in blocks of `block_rows`, for logs longer than the memory. A session of at most `block_rows` rows is one
+/// block, equal to the record of [`run`]. The session ends early once `take` or, asked with each row, `goes_on` returns false. At least one block is
+/// passed, the last one with the notes on the whole session.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_blocks<P: PlantPort>(
+    stand: StandSetup,
+    plant: P,
+    request: SessionRequest,
+    block_rows: usize,
+    mut goes_on: impl FnMut(f64) -> bool,
+    mut take: impl FnMut(Block) -> bool,
+) -> Result<(), SessionError> {
+    let mut columns = Columns::new(&stand);
+    let mut is_first = true;
+    let mut is_wanted = true;
+    let (_, sensor) = run_session(stand, plant, request, |row, _, sensor| {
+        if columns.rows_in_block >= block_rows {
+            let notes = if is_first { first_notes(&stand, &request, &sensor.status()) } else { Vec::new() };
+            is_first = false;
+            is_wanted = take(Block { notes, columns: columns.drain() });
+        }
+        columns.take(row);
+        is_wanted && goes_on(row.t_s)
+    })?;
+    if is_wanted {
+        let first = if is_first { first_notes(&stand, &request, &sensor) } else { Vec::new() };
+        let notes = [first, last_notes(&stand, &request, &columns.summary)].concat();
+        take(Block { notes, columns: columns.drain() });
+    }
+    Ok(())
 }
 
 /// Runs a session and passes each row to `take` with the truth at its t_k: for logs longer than the memory,
@@ -126,17 +181,17 @@ pub fn run_rows<P: PlantPort>(
     stand: StandSetup,
     plant: P,
     request: SessionRequest,
-    take: impl FnMut(&Row, &Truth),
+    mut take: impl FnMut(&Row, &Truth),
 ) -> Result<Pace, SessionError> {
-    run_session(stand, plant, request, take).map(|(pace, _)| pace)
+    run_session(stand, plant, request, |row, truth, _| (take(row, truth), true).1).map(|(pace, _)| pace)
 }
 
-/// As [`run_rows`]; also returns the status of the sensor under test.
+/// As [`run_rows`], with the sensor under test; the session ends early once `take` returns false. Also returns the status of the sensor.
 fn run_session<P: PlantPort>(
     stand: StandSetup,
     plant: P,
     request: SessionRequest,
-    take: impl FnMut(&Row, &Truth),
+    take: impl FnMut(&Row, &Truth, &sensors::Shared) -> bool,
 ) -> Result<(Pace, sensors::Status), SessionError> {
     let seconds = stand_firmware::config::within("seconds", request.seconds, 1e-3, 1e6)?;
     stand.sensors.check()?;
@@ -153,7 +208,8 @@ fn run_session<P: PlantPort>(
     let mut runner = ProfileRunner::new(profile, request.mode, stand.hardware, &mailboxes.commands);
     let sensor = sensors::Shared::default();
     let mut measurement = MeasurementLoop::new(stand.hardware, &mailboxes.reports).with_imu(&sensor);
-    let mut sink = WithTruth { bench: &bench, take };
+    let goes_on = Cell::new(true);
+    let mut sink = WithTruth { bench: &bench, sensor: &sensor, goes_on: &goes_on, take };
 
     let mut board = SimBoard::new(&bench, &clock);
     let line = board.sensor_bus().filter(|_| stand.imu.is_some());
@@ -162,7 +218,9 @@ fn run_session<P: PlantPort>(
         if carries {
             await_first_sample(&SimClock(&clock), &sensor).await;
         }
-        stand_firmware::session::run(&mut board, &mut runner, &mut measurement, rows_in(seconds), &mut sink).await;
+        let rows = stand_firmware::session::run(&mut board, &mut runner, &mut measurement, rows_in(seconds), &mut sink);
+        // Polled whenever the session is.
+        select(rows, poll_fn(|_| if goes_on.get() { Poll::Pending } else { Poll::Ready(()) })).await;
     };
     let both = async {
         match line {
@@ -246,14 +304,16 @@ pub fn calibrate<P: PlantPort>(
 /// Passes each row on with the truth at its time.
 struct WithTruth<'a, P, F> {
     bench: &'a RefCell<Bench<P>>,
+    sensor: &'a sensors::Shared,
+    goes_on: &'a Cell<bool>,
     take: F,
 }
 
-impl<P: PlantPort, F: FnMut(&Row, &Truth)> RowSink for WithTruth<'_, P, F> {
+impl<P: PlantPort, F: FnMut(&Row, &Truth, &sensors::Shared) -> bool> RowSink for WithTruth<'_, P, F> {
     fn row(&mut self, row: &Row) {
         // Row k arrives at t_{k+1}: the truth of t_k is one millisecond old.
         let [_, before] = self.bench.borrow().truth();
-        (self.take)(row, &before);
+        self.goes_on.set((self.take)(row, &before, self.sensor));
     }
 }
 
@@ -283,17 +343,61 @@ fn value(column: &str, row: &Row) -> Option<f64> {
     }
 }
 
+/// What a record has of each row besides its columns.
+#[derive(Default)]
+struct Truths {
+    theta_rad: Vec<f64>,
+    omega_rad_s: Vec<f64>,
+    limits: Vec<Limits>,
+    compensating: Vec<Compensating>,
+}
+
+impl Truths {
+    fn take(&mut self, row: &Row, truth: &Truth) {
+        self.theta_rad.push(truth.theta_rad);
+        self.omega_rad_s.push(truth.omega_rad_s);
+        self.limits.push(row.limits);
+        self.compensating.push(row.compensating);
+    }
+}
+
 /// Rows as columns, up to the first fault.
 #[derive(Default)]
 struct Columns {
-    values: [Vec<f64>; COLUMNS.len()],
-    true_theta_rad: Vec<f64>,
-    true_omega_rad_s: Vec<f64>,
-    limits: Vec<Limits>,
-    compensating: Vec<Compensating>,
+    /// The columns that the first row has, and the values since the last [`Columns::drain`].
+    values: Vec<(&'static str, Vec<f64>)>,
+    rows_in_block: usize,
+    summary: Summary,
+}
+
+/// What the notes say about all rows.
+#[derive(Default)]
+struct Summary {
+    rows: u64,
+    /// Rows in which each limit was in force.
+    limited: [u64; Limits::COUNT],
+    /// The first row with each part of the compensation, in the order of [`PARTS`].
+    first: [Option<u64>; PARTS.len()],
     fault: Option<(Fault, f64)>,
     /// When the controller loses its supply, s from power-on.
     cut_s: Option<f64>,
+}
+
+/// Parts of the compensation that the notes name.
+const PARTS: [Compensating; 3] = [Compensating::FRICTION, Compensating::HARMONICS, Compensating::WAITS_FOR_INDEX];
+
+impl Summary {
+    fn take(&mut self, row: &Row) {
+        for (bit, rows) in self.limited.iter_mut().enumerate() {
+            *rows += u64::from(row.limits.contains(Limits(1 << bit)));
+        }
+        for (part, first) in PARTS.into_iter().zip(&mut self.first) {
+            if first.is_none() && row.compensating.contains(part) {
+                *first = Some(self.rows);
+            }
+        }
+        self.rows += 1;
+    }
 }
 
 /// Time of row 0 after power-on, s: the log counts time from there.
@@ -302,44 +406,48 @@ pub const FIRST_ROW_S: f64 = 1e-3;
 const ROW_S: f64 = 1e-3;
 
 impl Columns {
-    fn take(&mut self, row: &Row, truth: &Truth) {
-        if self.cut_s.is_some_and(|cut_s| row.t_s + FIRST_ROW_S + ROW_S > cut_s) {
-            return;
-        }
-        if row.fault != Fault::None && self.fault.is_none() {
-            self.fault = Some((row.fault, row.t_s));
-        }
-        // A column has no gaps: a value that ceases ends the rows.
-        let silent = || COLUMNS.iter().zip(&self.values).any(|(name, column)| !column.is_empty() && value(name, row).is_none());
-        if self.fault.is_none() && silent() {
-            self.fault = Some((Fault::SensorSilent, row.t_s));
-        }
-        if self.fault.is_some() {
-            return;
-        }
-        for (name, column) in COLUMNS.iter().zip(&mut self.values) {
-            column.extend(value(name, row));
-        }
-        self.true_theta_rad.push(truth.theta_rad);
-        self.true_omega_rad_s.push(truth.omega_rad_s);
-        self.limits.push(row.limits);
-        self.compensating.push(row.compensating);
+    fn new(stand: &StandSetup) -> Self {
+        let cut_s = stand.faults.first(FaultKind::PowerCut).map(|cut| cut.from_s);
+        Self { summary: Summary { cut_s, ..Summary::default() }, ..Self::default() }
     }
 
-    fn into_record(self, stand: &StandSetup, request: &SessionRequest, pace: Pace, sensor: &sensors::Status) -> Record {
-        let rows = self.limits.len();
-        let named = COLUMNS.into_iter().zip(self.values);
-        Record {
-            notes: notes(stand, request, sensor, &self.limits, &self.compensating, self.fault, self.cut_s),
-            // A column that lacks a value in some row is left out.
-            columns: named.filter(|(name, values)| values.len() == rows && rows > 0 && !(*name == "turn_s" && no_turn(values))).collect(),
-            true_theta_rad: self.true_theta_rad,
-            true_omega_rad_s: self.true_omega_rad_s,
-            limits: self.limits,
-            compensating: self.compensating,
-            fault: self.fault.map_or(Fault::None, |(fault, _)| fault),
-            pace,
+    /// Takes a row; false after the end of the rows.
+    fn take(&mut self, row: &Row) -> bool {
+        let Summary { rows, fault, cut_s, .. } = &mut self.summary;
+        if cut_s.is_some_and(|cut_s| row.t_s + FIRST_ROW_S + ROW_S > cut_s) {
+            return false;
         }
+        if row.fault != Fault::None && fault.is_none() {
+            *fault = Some((row.fault, row.t_s));
+        }
+        if *rows == 0 {
+            self.values = COLUMNS.into_iter().filter(|name| value(name, row).is_some()).map(|name| (name, Vec::new())).collect();
+        }
+        // A column has no gaps: a value that ceases ends the rows.
+        if fault.is_none() && self.values.iter().any(|(name, _)| value(name, row).is_none()) {
+            *fault = Some((Fault::SensorSilent, row.t_s));
+        }
+        if fault.is_some() {
+            return false;
+        }
+        for (name, column) in &mut self.values {
+            column.extend(value(name, row));
+        }
+        self.rows_in_block += 1;
+        self.summary.take(row);
+        true
+    }
+
+    /// The values since the last call. At the first call, `turn_s` is left out where it has no whole turn.
+    fn drain(&mut self) -> Vec<(&'static str, Vec<f64>)> {
+        if self.summary.rows == 0 {
+            return Vec::new();
+        }
+        if self.summary.rows == self.rows_in_block as u64 {
+            self.values.retain(|(name, values)| !(*name == "turn_s" && no_turn(values)));
+        }
+        self.rows_in_block = 0;
+        self.values.iter_mut().map(|(name, values)| (*name, std::mem::take(values))).collect()
     }
 }
 
@@ -348,16 +456,8 @@ fn no_turn(turn_s: &[f64]) -> bool {
     turn_s.last().is_none_or(|last| *last == 0.0)
 }
 
-/// Notes of the log.
-fn notes(
-    stand: &StandSetup,
-    request: &SessionRequest,
-    sensor: &sensors::Status,
-    limits: &[Limits],
-    compensating: &[Compensating],
-    fault: Option<(Fault, f64)>,
-    cut_s: Option<f64>,
-) -> Vec<(String, String)> {
+/// Notes that are known when the sensor under test has started.
+fn first_notes(stand: &StandSetup, request: &SessionRequest, sensor: &sensors::Status) -> Vec<(String, String)> {
     let profile = &request.profile;
     let (mode, unit) = match request.mode {
         Mode::Off => ("off", ""),
@@ -390,18 +490,22 @@ fn notes(
     let timer_MHz = stand.hardware.edge_timer_Hz * 1e-6;
     notes.push(("turn_s".to_string(), format!("index to index, captured at {timer_MHz} MHz; 0 before the first whole turn")));
     notes.extend(sensor_notes(sensor));
-    notes.extend(compensation_note(stand, compensating).map(|text| ("compensation".to_string(), text)));
-    for (bit, name) in Limits::NAMES.iter().enumerate() {
-        let limited = limits.iter().filter(|limits| limits.contains(Limits(1 << bit))).count();
+    notes
+}
+
+/// Notes on the whole session.
+fn last_notes(stand: &StandSetup, request: &SessionRequest, summary: &Summary) -> Vec<(String, String)> {
+    let mut notes: Vec<_> = compensation_note(stand, summary).map(|text| ("compensation".to_string(), text)).into_iter().collect();
+    for (name, limited) in Limits::NAMES.iter().zip(summary.limited) {
         if limited > 0 {
             notes.push((format!("limited_{name}"), format!("{limited} rows")));
         }
     }
-    if let Some((fault, at_s)) = fault {
+    if let Some((fault, at_s)) = summary.fault {
         // Rounded to microseconds: the time is a sum of intervals.
         let at_s = (at_s * 1e6).round() / 1e6;
         notes.push(("fault".to_string(), format!("{} at {at_s} s; the rows end there", fault.name())));
-    } else if let Some(cut_s) = cut_s.filter(|cut_s| *cut_s - FIRST_ROW_S < request.seconds) {
+    } else if let Some(cut_s) = summary.cut_s.filter(|cut_s| *cut_s - FIRST_ROW_S < request.seconds) {
         notes.push(("fault".to_string(), format!("power-cut at {:.4} s; the rows end there", cut_s - FIRST_ROW_S)));
     }
     notes
@@ -425,17 +529,17 @@ fn sensor_notes(sensor: &sensors::Status) -> Vec<(String, String)> {
 }
 
 /// Which compensation was in force, and from when; `None` where there is none.
-fn compensation_note(stand: &StandSetup, compensating: &[Compensating]) -> Option<String> {
+fn compensation_note(stand: &StandSetup, summary: &Summary) -> Option<String> {
     let compensation = &stand.settings.compensation;
-    let first = |what| compensating.iter().position(|c| c.contains(what)).map(|row| row as f64 / ROW_HZ as f64);
+    let [friction_s, harmonics_s, waits_s] = summary.first.map(|row| row.map(|row| row as f64 / ROW_HZ as f64));
     let mut text = Vec::new();
     if compensation.has_friction() {
-        let when = if first(Compensating::FRICTION).is_some() { "" } else { " (not in this mode)" };
+        let when = if friction_s.is_some() { "" } else { " (not in this mode)" };
         text.push(format!("friction{when}"));
     }
     if !compensation.harmonics.is_empty() {
         let orders: Vec<String> = compensation.harmonics.as_slice().iter().map(|h| h.order.to_string()).collect();
-        let when = match (first(Compensating::HARMONICS), first(Compensating::WAITS_FOR_INDEX)) {
+        let when = match (harmonics_s, waits_s) {
             (Some(from_s), _) => format!("from {from_s} s"),
             (None, Some(_)) => "not at work, the index was not seen".to_string(),
             (None, None) => "not in this mode".to_string(),

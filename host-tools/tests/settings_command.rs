@@ -176,7 +176,7 @@ fn silent_from_the_list_on(mut pty: Pty, stopped: &Receiver<()>) {
             let reply: &[u8] = match &line {
                 _ if is_silent => b"",
                 line if line.starts_with(b"*IDN?") => b"Rotary Stand,other,1,0.1.0\r\n",
-                line if line.starts_with(b"SYSTem:ERRor?") => b"0,\"No error\";921600 BAUD\r\n",
+                line if line.starts_with(b"SYSTem:ERRor?") => b"0,\"No error\";1999.0\r\n",
                 _ => b"",
             };
             pty.exchange(&mut reply.to_vec(), &mut heard).unwrap();

@@ -64,7 +64,7 @@ fn lost_checksum_mark_and_cut_line_are_refused() {
             host.send(damaged.as_bytes());
             host.wait_s(0.01).await;
             host.send(checked("SOUR:RATE?").as_bytes());
-            assert!(host.line(1.0).await.unwrap().starts_with("0 "), "{damaged:?}");
+            assert!(host.line(1.0).await.as_deref() == Some("0"), "{damaged:?}");
         }
         // Without checksums for longer than the time-out, a line without checksum is accepted again.
         host.wait_s(60.0).await;

@@ -132,7 +132,7 @@ pub(super) struct ProgressMonitor {
 impl ProgressMonitor {
     /// The bar of a recording of `seconds`.
     pub(super) fn new(seconds: f64) -> Result<Self, CliError> {
-        let bar = progress_bar((seconds * 1e3) as u64, "{wide_bar} {msg}");
+        let bar = progress_bar((seconds * 1e3) as u64, "{wide_bar} {percent} %, {eta} left {msg}");
         Ok(Self { seconds, interrupts: Interrupts::install()?, bar })
     }
 

@@ -12,16 +12,17 @@ use hal_sim::session::SessionRequest;
 use stand_firmware::telemetry::Channels;
 
 use super::error::CliError;
-use super::output::{JsonOutput, Overwrite, spinner};
+use super::output::{JsonOutput, Overwrite, progress_bar};
 use super::profile::{self, ProfileOptions};
 use super::record::{ProgressMonitor, check_recorded_seconds};
+use super::signals::Interrupts;
 use super::sim_serve::{ServeOptions, ServedInterface, read_image, serve};
 use super::stand_file::{DriveMode, hide_effect, read_stand};
 use crate::acquire::connection::{SimulatedConnection, StandConnection};
 use crate::acquire::hidden::HiddenEffect;
 use crate::acquire::profile_recording::{ProfileRecordingRequest, early_end, record_profile};
 use crate::acquire::recording::RecordingEnd;
-use crate::acquire::simulation::{SimulationError, simulate};
+use crate::acquire::simulation::{LogSummary, SimulationError, simulate_to_file};
 use crate::log::{Note, Notes};
 use crate::report::simulation as report;
 
@@ -134,13 +135,20 @@ impl Sim {
             );
         }
         let request = SessionRequest { mode, profile, seconds, seed: self.seed };
-        let spinner = spinner("simulating");
-        let log = simulate(&stand, request, out);
-        spinner.finish_and_clear();
+        let interrupts = Interrupts::install()?;
+        let bar = progress_bar((seconds * 1e3) as u64, "simulating {wide_bar} {percent} %, {eta} left");
+        let log = simulate_to_file(&stand, request, out, |t_s| {
+            bar.set_position((t_s * 1e3) as u64);
+            !interrupts.any()
+        });
+        bar.finish_and_clear();
         let log = log?;
-        log.write(out)?;
         self.json.text(&report::text(&log, hidden.as_ref(), self.reveal))?;
-        self.json.json(|| report::json(&log, hidden.as_ref(), self.reveal))
+        self.json.json(|| report::json(&log, hidden.as_ref(), self.reveal))?;
+        match log.notes.text("ended") {
+            Some(ended) => Err(CliError::Other(format!("ended {ended}; the rows until then are in {}", out.display()))),
+            None => Ok(()),
+        }
     }
 
     /// Records a profile on the emulated chip, in virtual time.
@@ -164,8 +172,9 @@ impl Sim {
         });
         monitor.finish();
         let recording = recording.inspect_err(|_| machine.log().iter().for_each(|line| eprintln!("chip: {line}")))?;
-        self.json.text(&report::text(&recording.log, hidden, self.reveal))?;
-        self.json.json(|| report::json(&recording.log, hidden, self.reveal))?;
+        let log = LogSummary::from(&recording.log);
+        self.json.text(&report::text(&log, hidden, self.reveal))?;
+        self.json.json(|| report::json(&log, hidden, self.reveal))?;
         match early_end(&recording.end) {
             Some(reason) if !matches!(recording.end, RecordingEnd::Fault(_) | RecordingEnd::Interrupted) => Err(CliError::Other(reason)),
             _ => Ok(()),

@@ -3,33 +3,10 @@
 //! A note at the beginning announces two at the end, the number of rows and their SHA-256, so that a reader recognises a log without its end.
 
 use std::io::Write;
-use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
-use super::error::{LogError, LogErrorKind};
-use super::{Column, Log};
-use crate::files;
-
-/// Writes the whole log.
-pub(super) fn write(log: &Log, path: &Path) -> Result<(), LogError> {
-    let fail = |e| LogError::new(path, LogErrorKind::Write(e));
-    let names: Vec<&str> = log.columns().iter().map(|c| c.name.as_str()).collect();
-    let notes = log.notes().iter().map(|(k, v)| (k.as_str(), v.as_str()));
-    let columns: Vec<&[f64]> = log.columns().iter().map(|c: &Column| c.values.as_slice()).collect();
-    let mut row = vec![0.0; columns.len()];
-    let written = files::replace(path, |file| {
-        let mut out = CsvWriter::new(file, notes, &names)?;
-        for k in 0..log.len() {
-            for (cell, column) in row.iter_mut().zip(&columns) {
-                *cell = column[k];
-            }
-            out.row(&row)?;
-        }
-        out.finish().map(|_| ())
-    });
-    written.map_err(fail)
-}
+use super::Log;
 
 /// Key of the note that announces [`ROWS`] and [`SHA256`].
 pub(super) const ENDS_WITH: &str = "ends_with";
@@ -115,6 +92,22 @@ impl<W: Write> CsvWriter<W> {
         self.digest.take(self.line.as_bytes());
         self.line.push('\n');
         self.out.write_all(self.line.as_bytes())
+    }
+
+    /// Writes all rows of a log, which has the columns of the header.
+    ///
+    /// # Errors
+    /// As [`CsvWriter::row`].
+    pub(super) fn rows(&mut self, log: &Log) -> std::io::Result<()> {
+        let columns: Vec<&[f64]> = log.columns().iter().map(|column| column.values.as_slice()).collect();
+        let mut row = vec![0.0; columns.len()];
+        for k in 0..log.len() {
+            for (cell, column) in row.iter_mut().zip(&columns) {
+                *cell = column[k];
+            }
+            self.row(&row)?;
+        }
+        Ok(())
     }
 
     /// Flushes the output.

@@ -6,6 +6,7 @@
 //!
 //! A *row* is a sample, counted from 1. A *segment* is a sequence of rows without a gap (a step above 1.5 × the median interval).
 
+mod block_writer;
 mod columns;
 mod csv;
 mod csv_write;
@@ -18,10 +19,12 @@ mod quantization;
 mod unwrap;
 mod warning;
 
+use crate::files;
 use crate::statistics::robust::median;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+pub use block_writer::BlockWriter;
 pub use columns::{KNOWN, KnownColumn, known};
 pub use csv_write::CsvWriter;
 pub use error::{LogError, LogErrorKind};
@@ -146,10 +149,9 @@ impl Log {
     /// The ending is unknown, or the file cannot be written.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), LogError> {
         let path = path.as_ref();
-        match Format::of(path)? {
-            Format::Csv => csv_write::write(self, path),
-            Format::Parquet => parquet::write(self, path),
-        }
+        let format = Format::of(path)?;
+        let written = files::replace(path, |file| BlockWriter::new(format, file, self)?.finish());
+        written.map_err(|e| LogError::new(path, LogErrorKind::Write(e)))
     }
 
     /// Path that the log was read from, or its given name.

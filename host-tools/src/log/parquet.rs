@@ -4,7 +4,8 @@
 //! a million rows. The low-level readers and writers of the parquet crate are used, without Arrow.
 
 use std::fs::File;
-use std::io::{Read, Seek, SeekFrom, Write};
+use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -20,7 +21,6 @@ use parquet::schema::types::{ColumnDescriptor, Type};
 
 use super::error::{LogError, LogErrorKind};
 use super::{Column, FileContents, Log, Selection};
-use crate::files;
 
 /// Number of rows of a written row group, at most.
 const MAX_GROUP_ROWS: usize = 1 << 20;
@@ -213,44 +213,69 @@ impl ColumnSink<'_, '_, '_> {
     }
 }
 
-/// Writes the whole log.
-pub(super) fn write(log: &Log, path: &Path) -> Result<(), LogError> {
-    let written = files::replace(path, |out| {
-        write_groups(log, out).map_err(|error| match error {
-            ParquetError::External(source) => match source.downcast::<std::io::Error>() {
-                Ok(error) => *error,
-                Err(other) => std::io::Error::other(other),
-            },
-            other => std::io::Error::other(other),
-        })
-    });
-    written.map_err(|e| LogError::new(path, LogErrorKind::Write(e)))
+/// Writes rows in groups, for logs that may be longer than the memory.
+pub struct GroupWriter<W: Write + Send> {
+    writer: SerializedFileWriter<W>,
+    columns: usize,
 }
 
-fn write_groups<W: Write + Send>(log: &Log, out: W) -> Result<(), ParquetError> {
-    let fields = log.columns().iter().map(|c| {
-        let field = Type::primitive_type_builder(&c.name, Physical::DOUBLE).with_repetition(Repetition::REQUIRED);
-        Ok(Arc::new(field.build()?))
-    });
-    let fields = fields.collect::<Result<Vec<_>, ParquetError>>()?;
-    let schema = Arc::new(Type::group_type_builder("schema").with_fields(fields).build()?);
-    let notes = log.notes().iter().map(|(k, v)| KeyValue::new(k.clone(), v.clone())).collect();
-    let properties = WriterProperties::builder()
-        .set_compression(Compression::ZSTD(ZstdLevel::try_new(3)?))
-        .set_key_value_metadata(Some(notes))
-        .set_created_by(concat!("rotary stand ", env!("CARGO_PKG_VERSION")).to_owned());
-    let mut writer = SerializedFileWriter::new(out, schema, Arc::new(properties.build()))?;
-    for from in (0..log.len()).step_by(MAX_GROUP_ROWS) {
-        let rows = from..(from + MAX_GROUP_ROWS).min(log.len());
-        let mut group = writer.next_row_group()?;
+impl<W: Write + Send> GroupWriter<W> {
+    /// Begins a file with these columns.
+    pub(super) fn new(out: W, names: &[&str]) -> io::Result<Self> {
+        let begin = || {
+            let fields = names.iter().map(|name| {
+                let field = Type::primitive_type_builder(name, Physical::DOUBLE).with_repetition(Repetition::REQUIRED);
+                Ok(Arc::new(field.build()?))
+            });
+            let fields = fields.collect::<Result<Vec<_>, ParquetError>>()?;
+            let schema = Arc::new(Type::group_type_builder("schema").with_fields(fields).build()?);
+            let properties = WriterProperties::builder()
+                .set_compression(Compression::ZSTD(ZstdLevel::try_new(3)?))
+                .set_created_by(concat!("rotary stand ", env!("CARGO_PKG_VERSION")).to_owned());
+            SerializedFileWriter::new(out, schema, Arc::new(properties.build()))
+        };
+        Ok(Self { writer: begin().map_err(io_error)?, columns: names.len() })
+    }
+
+    /// Adds notes.
+    pub(super) fn notes(&mut self, notes: &[(String, String)]) {
+        notes.iter().for_each(|(key, value)| self.writer.append_key_value_metadata(KeyValue::new(key.clone(), value.clone())));
+    }
+
+    /// Writes all rows of a log, which has the columns of the file.
+    pub(super) fn rows(&mut self, log: &Log) -> io::Result<()> {
+        if log.columns().len() != self.columns {
+            let message = format!("a block of the log must have {} columns, not {}", self.columns, log.columns().len());
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
+        }
+        (0..log.len()).step_by(MAX_GROUP_ROWS).try_for_each(|from| {
+            self.group(log, from..(from + MAX_GROUP_ROWS).min(log.len())).map_err(io_error)
+        })
+    }
+
+    fn group(&mut self, log: &Log, rows: Range<usize>) -> Result<(), ParquetError> {
+        let mut group = self.writer.next_row_group()?;
         for column in log.columns() {
             let Some(mut chunk) = group.next_column()? else { break };
             chunk.typed::<DoubleType>().write_batch(&column.values[rows.clone()], None, None)?;
             chunk.close()?;
         }
-        group.close()?;
+        group.close().map(drop)
     }
-    let mut out = writer.into_inner()?;
-    out.flush()?;
-    Ok(())
+
+    /// Writes the end and flushes.
+    pub(super) fn finish(self) -> io::Result<()> {
+        self.writer.into_inner().map_err(io_error)?.flush()
+    }
+}
+
+/// The error of the output behind an error of the parquet crate.
+fn io_error(error: ParquetError) -> io::Error {
+    match error {
+        ParquetError::External(source) => match source.downcast::<io::Error>() {
+            Ok(error) => *error,
+            Err(other) => io::Error::other(other),
+        },
+        other => io::Error::other(other),
+    }
 }

@@ -8,22 +8,24 @@ use serde_json::Value;
 use super::json::{Entries, value};
 use super::plain;
 use crate::acquire::hidden::HiddenEffect;
-use crate::log::Log;
+use crate::acquire::simulation::LogSummary;
 
 /// Summary of the log; `hidden`: the effect added to the stand, disclosed where `reveal` is set.
-pub fn text(log: &Log, hidden: Option<&HiddenEffect>, reveal: bool) -> String {
+pub fn text(log: &LogSummary, hidden: Option<&HiddenEffect>, reveal: bool) -> String {
     let mut text = format!(
         "{}: {} rows, {} s at {:.0} Hz: {}\n",
-        log.path().display(),
-        log.len(),
-        plain(log.duration_s(), 6),
-        1.0 / log.median_dt_s(),
-        columns(log).join(", ")
+        log.path.display(),
+        log.rows,
+        plain(log.duration_s, 6),
+        1.0 / log.interval_s,
+        log.columns.join(", ")
     );
-    if let Some(fault) = log.note("fault") {
-        text += &format!("fault: {fault}\n");
+    for key in ["fault", "ended"] {
+        if let Some(value) = log.notes.text(key) {
+            text += &format!("{key}: {value}\n");
+        }
     }
-    for (name, rows) in log.notes().limits() {
+    for (name, rows) in log.notes.limits() {
         text += &format!("limited by {name}: {rows}\n");
     }
     match (hidden, reveal) {
@@ -54,29 +56,25 @@ enum HiddenJson<'a> {
 }
 
 /// Summary of the log as JSON.
-pub fn json(log: &Log, hidden: Option<&HiddenEffect>, reveal: bool) -> Value {
+pub fn json(log: &LogSummary, hidden: Option<&HiddenEffect>, reveal: bool) -> Value {
     let disclosed = || match hidden {
         Some(hidden) => HiddenJson::Effect { effect: hidden.effect, parameters: &hidden.parameters },
         None => HiddenJson::None("none"),
     };
     value(&SimulationJson {
-        log: log.path().display().to_string(),
-        samples: log.len(),
-        duration_s: log.duration_s(),
-        columns: columns(log),
-        notes: Entries(log.notes().iter().map(|(key, value)| (key.clone(), value.as_str())).collect()),
+        log: log.path.display().to_string(),
+        samples: log.rows,
+        duration_s: log.duration_s,
+        columns: log.columns.iter().map(String::as_str).collect(),
+        notes: Entries(log.notes.iter().map(|(key, value)| (key.clone(), value.as_str())).collect()),
         hidden: reveal.then(disclosed),
     })
-}
-
-fn columns(log: &Log) -> Vec<&str> {
-    log.columns().iter().map(|c| c.name.as_str()).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::log::{Column, Note, Notes};
+    use crate::log::{Column, Log, Note, Notes};
 
     #[test]
     fn times_are_printed_without_rounding_errors() {
@@ -84,7 +82,7 @@ mod tests {
         let mut notes = Notes::default();
         notes.push(Note::Ended("stopped".to_owned(), 2.0029999999999997));
         let log = Log::new("run.csv", vec![Column { name: "t_s".to_owned(), values: t_s }], notes).unwrap();
-        assert!(text(&log, None, false).starts_with("run.csv: 2003 rows, 2.003 s at 1000 Hz"), "{}", text(&log, None, false));
-        assert_eq!(log.note("ended"), Some("stopped, at 2.003 s"));
+        let text = text(&LogSummary::from(&log), None, false);
+        assert!(text.starts_with("run.csv: 2003 rows, 2.003 s at 1000 Hz") && text.ends_with("ended: stopped, at 2.003 s\n"), "{text}");
     }
 }
