@@ -301,7 +301,7 @@ fn spoilt(folder: &Path, name: &str, change: impl Fn(&mut Column, &Log)) {
 }
 
 #[test]
-fn implausible_log_is_a_result_not_an_error() {
+fn implausible_log_is_refused_with_its_problems() {
     let folder = folder();
     let path = folder.path();
     // From about 3 s on there are enough windows for a slope.
@@ -348,20 +348,20 @@ fn implausible_log_is_a_result_not_an_error() {
     ];
     for (log, code, expected) in expected {
         for verb in ["compare", "fit"] {
-            let ran = stand(path, &[verb, log, "--model", "model.toml", "--json", "-"]).succeeded();
+            let ran = stand(path, &[verb, log, "--model", "model.toml", "--json", "-"]).refused_the_log();
             let answer = ran.json();
             assert_eq!(answer["verdict"], "bad-log", "{verb} {log}: {}", ran.out);
             let problems: Vec<&Value> = answer["problems"].as_array().unwrap().iter().collect();
             assert_eq!(problems[0]["code"], code, "{verb} {log}: {problems:?}");
             assert!(problems[0]["says"].as_str().unwrap().contains(expected), "{verb} {log}: {problems:?}");
             // The report also states the problem, and no result is computed from such a log.
-            let ran = stand(path, &[verb, log, "--model", "model.toml", "--html", "report.html"]).succeeded();
+            let ran = stand(path, &[verb, log, "--model", "model.toml", "--html", "report.html"]).refused_the_log();
             // Lines are wrapped for the terminal.
             let text = ran.out.split_whitespace().collect::<Vec<_>>().join(" ");
             assert!(text.contains(expected), "{verb} {log}: {}", ran.out);
             assert!(std::fs::read_to_string(path.join("report.html")).unwrap().contains(expected), "{verb} {log}");
         }
-        stand(path, &["fit", log, "--model", "model.toml", "--out", "fitted.toml", "--force"]).succeeded();
+        stand(path, &["fit", log, "--model", "model.toml", "--out", "fitted.toml", "--force"]).refused_the_log();
         assert!(!path.join("fitted.toml").exists(), "{log}: no model is fitted to it");
     }
     let good = stand(path, &["compare", "log.csv", "--model", "model.toml", "--json", "-"]).succeeded().json();

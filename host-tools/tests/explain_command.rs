@@ -109,9 +109,9 @@ fn implausible_log_has_verdict_bad_log() {
     let columns = log.columns().iter().map(turned).collect();
     Log::new("bad.csv", columns, log.notes().to_vec()).unwrap().write(path.join("bad.csv")).unwrap();
     let words = ["explain", "bad.csv", "--model", "model.toml", "--html", "bad.html"];
-    let printed = stand(path, &words).succeeded().out;
+    let printed = stand(path, &words).refused_the_log().out;
     assert!(printed.contains("wrong sign"), "{printed}");
-    let answer = stand(path, &[&words[..], &["--json", "-"]].concat()).succeeded().json();
+    let answer = stand(path, &[&words[..], &["--json", "-"]].concat()).refused_the_log().json();
     assert_eq!((answer["verdict"].as_str(), answer["missing"].as_array().map(Vec::len)), (Some("bad-log"), Some(0)));
     assert!(std::fs::read_to_string(path.join("bad.html")).unwrap().contains("wrong sign"));
 }

@@ -72,13 +72,13 @@ fn columns_in_thousandths_are_refused_with_their_unit() {
         let path = folder.path();
         change(path, column, |value| 1e3 * value);
         for verb in ["fit", "compare", "explain"] {
-            let answer = stand(path, &[verb, "log.csv", "--model", "model.toml", "--json", "-"]).succeeded().json();
+            let answer = stand(path, &[verb, "log.csv", "--model", "model.toml", "--json", "-"]).refused_the_log().json();
             assert_eq!(answer["verdict"], "bad-log", "{verb}, {column}");
             let problem = &answer["problems"][0];
             assert_eq!((&problem["code"], &problem["columns"]), (&Value::from("wrong-unit"), &serde_json::json!([column])));
             assert!(problem["says"].as_str().unwrap().contains(suspicion), "{problem}");
         }
-        let text = stand(path, &["fit", "log.csv", "--model", "model.toml", "--out", "fitted.toml"]).succeeded().out;
+        let text = stand(path, &["fit", "log.csv", "--model", "model.toml", "--out", "fitted.toml"]).refused_the_log().out;
         assert!(text.contains(suspicion) && text.contains("resistance_ohm would be"), "{text}");
         assert!(!path.join("fitted.toml").exists());
     }

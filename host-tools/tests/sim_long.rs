@@ -16,7 +16,8 @@ const BLOCK_ROWS: usize = 1 << 17;
 fn log_of_several_blocks_has_all_rows_and_notes_in_both_formats() {
     let folder = folder();
     let path = folder.path();
-    let words = |out: &'static str| ["sim", "--out", out, "--seconds", "140", "--profile", "multi-step", "--mode", "voltage", "--amplitude", "0.7"];
+    let words =
+        |out: &'static str| ["sim", "--out", out, "--seconds", "140", "--profile", "multi-step", "--mode", "voltage", "--amplitude", "0.7"];
     let out = stand(path, &words("long.csv")).succeeded().out;
     assert!(out.starts_with("long.csv: 140000 rows, 140 s at 1000 Hz"), "{out}");
     stand(path, &words("long.parquet")).succeeded();

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use serde_json::Value;
 
 use super::error::CliError;
 use super::output::{ReportOutput, spinner, style};
@@ -29,7 +30,7 @@ impl Compare {
     pub(super) fn run(self) -> Result<(), CliError> {
         self.output.check()?;
         let (log, model) = read_log_and_model(&self.log, &self.model)?;
-        evaluate_and_report(&log, &model, ParameterTreatment::Kept, &self.output).map(|_| ())
+        evaluate_and_report(&log, &model, ParameterTreatment::Kept, &self.output).map(drop)
     }
 }
 
@@ -48,19 +49,21 @@ pub(super) fn read_log_and_model(log: &Path, model: &Path) -> Result<(Log, Model
     Ok((log?, model))
 }
 
-/// Evaluates the model on the log and reports the result; `None` for an implausible log.
+/// Evaluates the model on the log and reports the result. An implausible log is reported and an error.
 pub(super) fn evaluate_and_report(
     log: &Log,
     model: &Model,
     treatment: ParameterTreatment,
     output: &ReportOutput,
-) -> Result<Option<FitResult>, CliError> {
+) -> Result<FitResult, CliError> {
     let fitted = treatment != ParameterTreatment::Kept;
     let spinner = spinner(if fitted { "fitting" } else { "simulating" });
     let evaluation = evaluate(log, model, treatment);
     spinner.finish_and_clear();
     let evaluated = match evaluation? {
-        Evaluation::ImplausibleLog(findings) => return report_implausible_log(log, &findings, output).map(|()| None),
+        Evaluation::ImplausibleLog(findings) => {
+            return Err(implausible_log(log, &findings, output, || report::bad_log_json(log, &findings)));
+        }
         Evaluation::Evaluated(evaluated) => *evaluated,
     };
     let comparison = Comparison {
@@ -76,12 +79,14 @@ pub(super) fn evaluate_and_report(
     output.text(&report::comparison_text(&comparison, style()))?;
     output.json(|| if fitted { report::fit_json(&comparison) } else { report::compare_json(&comparison) })?;
     output.html(|| report::comparison_html(&comparison))?;
-    Ok(Some(evaluated.result))
+    Ok(evaluated.result)
 }
 
-/// Reports what makes a log implausible as a record of a drive.
-pub(super) fn report_implausible_log(log: &Log, findings: &[Defect], output: &ReportOutput) -> Result<(), CliError> {
-    output.text(&report::bad_log_text(log, findings, style()))?;
-    output.json(|| report::bad_log_json(log, findings))?;
-    output.html(|| report::bad_log_html(log, findings))
+/// Reports what makes a log implausible as a record of a drive, and returns the error of the command.
+pub(super) fn implausible_log(log: &Log, findings: &[Defect], output: &ReportOutput, json: impl FnOnce() -> Value) -> CliError {
+    let reported = output.text(&report::bad_log_text(log, findings, style())).and_then(|()| output.json(json));
+    match reported.and_then(|()| output.html(|| report::bad_log_html(log, findings))) {
+        Err(error) => error,
+        Ok(()) => CliError::in_file(log.path(), "the log is not a plausible record of a drive (verdict bad-log); nothing was fitted"),
+    }
 }

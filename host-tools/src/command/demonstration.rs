@@ -69,11 +69,10 @@ pub(super) fn run() -> Result<(), CliError> {
     let nominal = evaluate_and_report(&log, &model, ParameterTreatment::Kept, &page("nominal.html"))?;
 
     print("\n3  Fit of the parameters of the nominal model:\n\n")?;
-    if let Some(result) = evaluate_and_report(&log, &model, ParameterTreatment::Fitted, &page("fitted.html"))? {
-        let mut fitted = model.clone();
-        fitted.set_all(result.parameters.list.iter().map(|p| (p.name.as_str(), p.value)))?;
-        fitted.write(file("fitted.toml"))?;
-    }
+    let result = evaluate_and_report(&log, &model, ParameterTreatment::Fitted, &page("fitted.html"))?;
+    let mut fitted = model.clone();
+    fitted.set_all(result.parameters.list.iter().map(|p| (p.name.as_str(), p.value)))?;
+    fitted.write(file("fitted.toml"))?;
 
     print("\n4  The fitted model still fails. Search for the missing effect in the catalogue:\n\n")?;
     let explaining = spinner("explaining");
@@ -84,7 +83,7 @@ pub(super) fn run() -> Result<(), CliError> {
     page("explained.html").html(|| report::explain_html(&explanation))?;
     explanation.model.write(file("explained.toml"))?;
 
-    print(&format!("\n5  Residual (rms) of the three models, and the noise:\n\n{}", text::residual_table(nominal.as_ref(), &explanation)))?;
+    print(&format!("\n5  Residual (rms) of the three models, and the noise:\n\n{}", text::residual_table(&nominal, &explanation)))?;
     write(&file("stand.toml"), &text::stand_file(&stand))?;
     let hidden = hidden.map_or("none".to_owned(), |h| h.to_string());
     let pages = ["nominal.html", "fitted.html", "explained.html"].map(|name| file(name).display().to_string()).join(", ");

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use super::compare::implausible_log;
 use super::error::CliError;
 use super::output::{Overwrite, ReportOutput, spinner, style};
 use crate::files;
@@ -58,9 +59,7 @@ impl Explain {
         spinner.finish_and_clear();
         match result? {
             LogExplanation::ImplausibleLog(log, findings) => {
-                self.output.text(&report::bad_log_text(&log, &findings, style()))?;
-                self.output.json(|| report::explain_bad_log_json(&log, &findings))?;
-                self.output.html(|| report::bad_log_html(&log, &findings))
+                Err(implausible_log(&log, &findings, &self.output, || report::explain_bad_log_json(&log, &findings)))
             }
             LogExplanation::Explained(explanation) => self.report(&explanation, &model),
         }
@@ -91,7 +90,7 @@ impl Explain {
         let entries = entries?;
         self.output.text(&folder_text(&entries))?;
         self.output.json(|| folder_json(&entries))?;
-        match entries.iter().filter(|entry| entry.result.is_err()).count() {
+        match entries.iter().filter(|entry| !matches!(entry.result, Ok(LogExplanation::Explained(_)))).count() {
             0 => Ok(()),
             failed => Err(CliError::in_file(
                 folder,

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::compare::{evaluate_and_report, read_log_and_model, report_implausible_log};
+use super::compare::{evaluate_and_report, implausible_log, read_log_and_model};
 use super::error::CliError;
 use super::output::{Overwrite, ReportOutput, spinner, style};
 use crate::identify::equation_error::{self, EquationErrorFailure, EquationErrorResult};
@@ -49,26 +49,28 @@ impl Fit {
             self.by_equation_error(&log, &model)?
         } else {
             let treatment = if self.all_rows { ParameterTreatment::FittedToAllRows } else { ParameterTreatment::Fitted };
-            evaluate_and_report(&log, &model, treatment, &self.output)?.map(|result| result.parameters)
+            evaluate_and_report(&log, &model, treatment, &self.output)?.parameters
         };
-        let (Some(parameters), Some(out)) = (parameters, &self.out) else { return Ok(()) };
+        let Some(out) = &self.out else { return Ok(()) };
         let mut fitted = model.clone();
         fitted.set_all(parameters.list.iter().map(|p| (p.name.as_str(), p.value)))?;
         fitted.write(out)?;
         self.output.text(&format!("\nFitted model written to {}.\n", out.display()))
     }
 
-    /// Fits by equation error; the parameters, or `None` for an implausible log.
-    fn by_equation_error(&self, log: &Log, model: &Model) -> Result<Option<Parameters>, CliError> {
+    /// Fits by equation error. An implausible log is reported and an error.
+    fn by_equation_error(&self, log: &Log, model: &Model) -> Result<Parameters, CliError> {
         let spinner = spinner("fitting");
         let result = equation_error::fit(log, model, self.cutoff_hz, self.all_rows);
         spinner.finish_and_clear();
         match result? {
-            EquationErrorResult::ImplausibleLog(findings) => report_implausible_log(log, &findings, &self.output).map(|()| None),
+            EquationErrorResult::ImplausibleLog(findings) => {
+                Err(implausible_log(log, &findings, &self.output, || report::bad_log_json(log, &findings)))
+            }
             EquationErrorResult::Fitted(fit) => {
                 self.output.text(&report::equation_error::text(log, model, &fit, style()))?;
                 self.output.json(|| report::equation_error::json(log, model, &fit))?;
-                Ok(Some(fit.equation.parameters))
+                Ok(fit.equation.parameters)
             }
         }
     }

@@ -248,9 +248,9 @@ impl<W: Write + Send> GroupWriter<W> {
             let message = format!("a block of the log must have {} columns, not {}", self.columns, log.columns().len());
             return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
         }
-        (0..log.len()).step_by(MAX_GROUP_ROWS).try_for_each(|from| {
-            self.group(log, from..(from + MAX_GROUP_ROWS).min(log.len())).map_err(io_error)
-        })
+        (0..log.len())
+            .step_by(MAX_GROUP_ROWS)
+            .try_for_each(|from| self.group(log, from..(from + MAX_GROUP_ROWS).min(log.len())).map_err(io_error))
     }
 
     fn group(&mut self, log: &Log, rows: Range<usize>) -> Result<(), ParquetError> {

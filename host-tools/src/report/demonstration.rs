@@ -8,16 +8,16 @@ use crate::identify::explain::Explanation;
 use crate::identify::fit::FitResult;
 
 /// One line for each channel: rms residual of the nominal model (if there is one), rms residual of each stage of the explanation, and noise.
-pub fn residual_table(nominal: Option<&FitResult>, explanation: &Explanation) -> String {
+pub fn residual_table(nominal: &FitResult, explanation: &Explanation) -> String {
     let number = |x: f64| significant(x, 3);
     let mut header = vec!["".to_owned()];
-    header.extend(nominal.map(|_| "data sheet".to_owned()));
+    header.push("data sheet".to_owned());
     header.extend(explanation.stages.iter().map(|s| if s.added.is_none() { "fitted".to_owned() } else { words::stage(s) }));
     header.push("noise".to_owned());
     let mut rows = vec![header];
     for (k, output) in explanation.stages.first().map_or(&[][..], |s| &s.outputs).iter().enumerate() {
         let mut row = vec![format!("{}, {}", output.channel.column(), unit(output.channel))];
-        row.extend(nominal.and_then(|fit| fit.channels.iter().find(|c| c.channel == output.channel)).map(|c| number(c.rms)));
+        row.extend(nominal.channels.iter().find(|c| c.channel == output.channel).map(|c| number(c.rms)));
         row.extend(explanation.stages.iter().filter_map(|s| s.outputs.get(k)).map(|o| number(o.rms)));
         row.extend(explanation.stages.last().and_then(|s| s.outputs.get(k)).map(|o| number(o.noise)));
         rows.push(row);

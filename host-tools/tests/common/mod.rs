@@ -26,6 +26,14 @@ impl RunOutput {
         self
     }
 
+    /// Asserts exit status 2 and one line on standard error, which calls the log implausible.
+    #[track_caller]
+    pub fn refused_the_log(self) -> Self {
+        let says = self.err.contains("the log is not a plausible record of a drive");
+        assert!(self.status == Some(2) && self.err.lines().count() == 1 && says, "{self:?}");
+        self
+    }
+
     /// Standard output, which must be JSON only.
     #[track_caller]
     pub fn json(&self) -> Value {
