@@ -31,7 +31,7 @@ use tempfile::TempDir;
 type Check = fn(&Path);
 
 /// `command word` as in the help; commands by name alone.
-const WORDS: [(&str, Check); 103] = [
+const WORDS: [(&str, Check); 111] = [
     (" --help", help_everywhere),
     (" --version", |f| assert!(stdout_of(f, &["--version"]).starts_with("stand "))),
     ("sim", |f| drop(session(f, &[]))),
@@ -150,6 +150,15 @@ const WORDS: [(&str, Check); 103] = [
         let one = Served::new(f, &[]);
         assert!(served::send_lines(f, &one.port, "*IDN?\n").succeeded().out.starts_with("Rotary Stand"));
     }),
+    #[cfg(unix)]
+    ("console --json", |f| {
+        let one = Served::new(f, &[]);
+        std::fs::write(f.join("script"), "*OPC?\n").unwrap();
+        let script = std::fs::File::open(f.join("script")).unwrap();
+        let said = common::command(f, &["console", "--port", &one.port, "--json", "-"]).stdin(script).output().unwrap().stdout;
+        let said: Value = serde_json::from_slice(&said).unwrap();
+        assert_eq!(said[0]["replies"][0], "1");
+    }),
     ("record --help", help_everywhere),
     #[cfg(unix)]
     ("record --port --out --seconds --mode --decimation --note --find-index --json", |f| {
@@ -211,7 +220,20 @@ const WORDS: [(&str, Check); 103] = [
         let one = Served::new(f, &[]);
         std::fs::write(f.join("slip.toml"), "format = 1\n[settings]\nslip_rad = 0.07\n").unwrap();
         stdout_of(f, &["settings", "import", "--port", &one.port, "--file", "slip.toml"]);
-        assert!(served::send_lines(f, &one.port, "SETTings:slip_rad?\n").succeeded().out.starts_with("0.07 RAD"));
+        assert!(served::send_lines(f, &one.port, "SETTings:slip_rad?\n").succeeded().out.starts_with("0.07"));
+    }),
+    #[cfg(unix)]
+    ("settings export --json", |f| {
+        let one = Served::new(f, &[]);
+        json_in_both_places(f, &["settings", "export", "--port", &one.port]);
+    }),
+    #[cfg(unix)]
+    ("settings import --json", |f| {
+        let one = Served::new(f, &[]);
+        std::fs::write(f.join("slip.toml"), "format = 1\n[settings]\nslip_rad = 0.07\n").unwrap();
+        let words = ["settings", "import", "--port", &one.port, "--file", "slip.toml"];
+        stdout_of(f, &words);
+        json_in_both_places(f, &words);
     }),
     ("compare", |f| assert!(stdout_of(f, &["compare", "log.csv", "--model", "model.toml"]).contains("omega_rad_s"))),
     ("compare --help", help_everywhere),
@@ -404,6 +426,14 @@ const WORDS: [(&str, Check); 103] = [
         assert!(stdout_of(f, &["model", "new", "there.toml", "--force"]).contains("effects  none"));
     }),
     ("model show", |f| assert!(stdout_of(f, &["model", "show", "model.toml"]).contains("viscous, coulomb, inductance"))),
+    ("model show --json", |f| json_in_both_places(f, &["model", "show", "model.toml"])),
+    ("model new --json", |f| assert_eq!(json(f, &["model", "new", "a.toml"])["input"], "u_V")),
+    ("model add --json", |f| assert_eq!(json(f, &["model", "add", "model.toml", "cogging"])["effects"][3], "cogging")),
+    ("model remove --json", |f| assert_eq!(json(f, &["model", "remove", "model.toml", "viscous"])["effects"][0], "coulomb")),
+    ("model set --json", |f| {
+        let set = json(f, &["model", "set", "model.toml", "inertia_kg_m2", "3e-4"]);
+        assert_eq!(set["parameters"]["inertia_kg_m2"]["value"], 3e-4);
+    }),
     ("model show --help", help_everywhere),
     ("model show <MODEL>", |f| {
         assert_eq!(stand(f, &["model", "show", "other.toml"]).status, Some(2));

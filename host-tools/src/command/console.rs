@@ -13,12 +13,14 @@ use rustyline::completion::Completer;
 use rustyline::error::ReadlineError;
 use rustyline::history::FileHistory;
 use rustyline::{Context, Editor, Helper, Highlighter, Hinter, Validator};
+use serde::Serialize;
 
 use super::error::CliError;
-use super::output::print;
+use super::output::{JsonOutput, print};
 use super::signals::Interrupts;
 use super::stand_file::required_port;
-use crate::acquire::link::{REPLY_TIMEOUT, Received, SerialLink};
+use crate::acquire::link::{REPLY_TIMEOUT, Received, Reply, SerialLink};
+use crate::report::json::value;
 
 /// Time that a command which waits for completion may take.
 const COMPLETION_TIMEOUT: Duration = Duration::from_secs(3600);
@@ -29,33 +31,47 @@ pub(super) struct Console {
     /// Serial port of the stand
     #[arg(long, value_name = "P")]
     port: Option<PathBuf>,
+    #[command(flatten)]
+    json: JsonOutput,
+}
+
+/// A line of a script, its reply, and the errors of the stand.
+#[derive(Serialize)]
+struct Exchange {
+    line: String,
+    replies: Vec<String>,
+    errors: Vec<String>,
 }
 
 impl Console {
     pub(super) fn run(self) -> Result<(), CliError> {
+        self.json.check()?;
         let port = required_port(self.port)?;
+        if self.json.json.is_some() && std::io::stdin().is_terminal() {
+            return Err(CliError::Input("--json: the commands must come from a pipe or a file".to_owned()));
+        }
         let mut link = SerialLink::open(&port)?;
         if std::io::stdin().is_terminal() {
             interactive(&mut link)
         } else {
             Interrupts::install()?;
             link.set_interrupt(Interrupts::any_so_far);
-            from_pipe(&mut link)
+            from_pipe(&mut link, &self.json)
         }
     }
 }
 
-/// Sends one line and prints the reply; returns the errors of the stand.
-fn send_line(link: &mut SerialLink, line: &str) -> Result<Vec<String>, CliError> {
+/// Sends one line; the reply without empty lines.
+fn send_line(link: &mut SerialLink, line: &str) -> Result<Reply, CliError> {
     let waits = ["*opc?", "*wai"].iter().any(|word| line.to_ascii_lowercase().contains(word));
-    let reply = link.exchange(line, if waits { COMPLETION_TIMEOUT } else { REPLY_TIMEOUT })?;
-    let mut text = String::new();
-    for line in reply.lines.iter().filter(|line| !line.is_empty()) {
-        text += line;
-        text.push('\n');
-    }
-    print(&text)?;
-    Ok(reply.errors)
+    let mut reply = link.exchange(line, if waits { COMPLETION_TIMEOUT } else { REPLY_TIMEOUT })?;
+    reply.lines.retain(|line| !line.is_empty());
+    Ok(reply)
+}
+
+/// Lines of a reply, each with its end.
+fn text(lines: &[String]) -> String {
+    lines.iter().flat_map(|line| [line, "\n"]).collect()
 }
 
 /// The next of the `lines`; `None` at their end.
@@ -72,8 +88,9 @@ fn next<T>(link: &mut SerialLink, lines: &Receiver<T>) -> Result<Option<T>, CliE
     }
 }
 
-fn from_pipe(link: &mut SerialLink) -> Result<(), CliError> {
+fn from_pipe(link: &mut SerialLink, json: &JsonOutput) -> Result<(), CliError> {
     let mut rejected = 0;
+    let mut exchanges = Vec::new();
     // A thread of its own reads, so that the link gives signs of life and a signal ends the command while a script pauses.
     let (sender, lines) = channel();
     std::thread::spawn(move || std::io::stdin().lock().lines().try_for_each(|line| sender.send(line)));
@@ -84,11 +101,17 @@ fn from_pipe(link: &mut SerialLink) -> Result<(), CliError> {
         if line.is_empty() {
             continue;
         }
-        for error in send_line(link, line)? {
+        let reply = send_line(link, line)?;
+        json.text(&text(&reply.lines))?;
+        for error in &reply.errors {
             eprintln!("stand: line {}: `{line}`: {error}", n + 1);
             rejected += 1;
         }
+        if json.json.is_some() {
+            exchanges.push(Exchange { line: line.to_owned(), replies: reply.lines, errors: reply.errors });
+        }
     }
+    json.json(|| value(&exchanges))?;
     match rejected {
         0 => Ok(()),
         1 => Err(CliError::Input("the stand rejected one command; see standard error".to_owned())),
@@ -133,7 +156,9 @@ fn interactive(link: &mut SerialLink) -> Result<(), CliError> {
         match line {
             Ok(line) if line.trim().is_empty() => print_unsolicited(link)?,
             Ok(line) => {
-                for error in send_line(link, line.trim())? {
+                let reply = send_line(link, line.trim())?;
+                print(&text(&reply.lines))?;
+                for error in reply.errors {
                     println!("rejected: {error}");
                 }
             }

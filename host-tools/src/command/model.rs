@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Subcommand;
 
 use super::error::CliError;
-use super::output::{Overwrite, print};
+use super::output::{JsonOutput, Overwrite};
 use crate::files;
 use crate::model::{Input, Model, ModelError};
 use crate::report;
@@ -25,11 +25,15 @@ pub(super) enum ModelCommand {
         effects: Vec<String>,
         #[command(flatten)]
         overwrite: Overwrite,
+        #[command(flatten)]
+        json: JsonOutput,
     },
     /// Show a model: input, outputs, effects, parameters
     Show {
         /// The model file, .toml
         model: PathBuf,
+        #[command(flatten)]
+        json: JsonOutput,
     },
     /// Add an effect of the catalogue with its start values
     Add {
@@ -37,6 +41,8 @@ pub(super) enum ModelCommand {
         model: PathBuf,
         /// The effect; a further instance of a repeatable effect is added as NAME#2
         effect: String,
+        #[command(flatten)]
+        json: JsonOutput,
     },
     /// Remove an effect and its parameters
     Remove {
@@ -44,6 +50,8 @@ pub(super) enum ModelCommand {
         model: PathBuf,
         /// The effect, as `stand model show` lists it
         effect: String,
+        #[command(flatten)]
+        json: JsonOutput,
     },
     /// Set the value of a parameter, fix it or free it
     Set {
@@ -60,13 +68,16 @@ pub(super) enum ModelCommand {
         /// Free the parameter: a fit estimates it
         #[arg(long)]
         free: bool,
+        #[command(flatten)]
+        json: JsonOutput,
     },
 }
 
 impl ModelCommand {
     pub(super) fn run(self) -> Result<(), CliError> {
         match self {
-            ModelCommand::New { model, input, effects, overwrite } => {
+            ModelCommand::New { model, input, effects, overwrite, json } => {
+                json.check()?;
                 let known = Input::ALL.map(Input::column);
                 let Some(input) = Input::ALL.into_iter().find(|i| i.column() == input) else {
                     let hint = nearest(&input, known).map_or(String::new(), |n| format!("; did you mean `{n}`?"));
@@ -78,16 +89,19 @@ impl ModelCommand {
                     new.add(effect)?;
                 }
                 new.write(&model)?;
-                show(&new)
+                show(&new, &json)
             }
-            ModelCommand::Show { model } => show(&Model::read(&model)?),
-            ModelCommand::Add { model, effect } => edit(&model, |changed| {
+            ModelCommand::Show { model, json } => {
+                json.check()?;
+                show(&Model::read(&model)?, &json)
+            }
+            ModelCommand::Add { model, effect, json } => edit(&model, &json, |changed| {
                 let name =
                     if changed.effect_names().contains(&effect) && !effect.contains('#') { changed.next_name(&effect) } else { effect };
                 changed.add(&name)
             }),
-            ModelCommand::Remove { model, effect } => edit(&model, |changed| changed.remove(&effect)),
-            ModelCommand::Set { model, parameter, value, fixed, free } => edit(&model, |changed| {
+            ModelCommand::Remove { model, effect, json } => edit(&model, &json, |changed| changed.remove(&effect)),
+            ModelCommand::Set { model, parameter, value, fixed, free, json } => edit(&model, &json, |changed| {
                 changed.set(&parameter, value)?;
                 if fixed || free { changed.fix(&parameter, fixed) } else { Ok(()) }
             }),
@@ -96,14 +110,16 @@ impl ModelCommand {
 }
 
 /// Edits a model file, while other processes that edit it wait, and shows the result.
-fn edit(path: &Path, change: impl FnOnce(&mut Model) -> Result<(), ModelError>) -> Result<(), CliError> {
+fn edit(path: &Path, json: &JsonOutput, change: impl FnOnce(&mut Model) -> Result<(), ModelError>) -> Result<(), CliError> {
+    json.check()?;
     let _locked = files::lock(path).map_err(|error| CliError::file(path, "read", &error))?;
     let mut model = Model::read(path)?;
     change(&mut model)?;
     model.write(path)?;
-    show(&model)
+    show(&model, json)
 }
 
-fn show(model: &Model) -> Result<(), CliError> {
-    print(&report::model::text(model))
+fn show(model: &Model, json: &JsonOutput) -> Result<(), CliError> {
+    json.text(&report::model::text(model))?;
+    json.json(|| report::model::json(model))
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Subcommand};
 
 use super::error::CliError;
-use super::output::{Overwrite, print, write};
+use super::output::{JsonOutput, Overwrite, write};
 use super::stand_file::required_port;
 use crate::acquire::link::SerialLink;
 use crate::acquire::settings::{Difference, SettingsError, file, import, read};
@@ -37,6 +37,8 @@ pub(super) struct Export {
     /// File to write, .toml; without it the settings are printed
     #[arg(long, value_name = "FILE")]
     file: Option<PathBuf>,
+    #[command(flatten)]
+    json: JsonOutput,
 }
 
 #[derive(Debug, Args)]
@@ -47,6 +49,8 @@ pub(super) struct Import {
     /// File to read, .toml; without it standard input is read
     #[arg(long, value_name = "FILE")]
     file: Option<PathBuf>,
+    #[command(flatten)]
+    json: JsonOutput,
 }
 
 /// An error of an import from `path`.
@@ -70,25 +74,28 @@ impl Settings {
 
 impl Export {
     fn run(self) -> Result<(), CliError> {
+        self.json.check()?;
         if let Some(path) = &self.file {
             self.overwrite.check(path)?;
         }
-        let port = required_port(self.port)?;
+        let port = required_port(self.port.clone())?;
         let mut link = SerialLink::open(&port)?;
         let settings = read(&mut link).map_err(|error| import_error(error, &port))?;
         let text = file::text(&settings, link.identity(), &timestamp());
         match &self.file {
-            None => print(&text),
+            None => self.json.text(&text)?,
             Some(path) => {
                 write(path, &text)?;
-                print(&report::exported(&path.display().to_string(), link.identity(), &settings))
+                self.json.text(&report::exported(&path.display().to_string(), link.identity(), &settings))?;
             }
         }
+        self.json.json(|| report::exported_json(link.identity(), &settings))
     }
 }
 
 impl Import {
     fn run(self) -> Result<(), CliError> {
+        self.json.check()?;
         let path = self.file.as_deref().unwrap_or(Path::new("standard input"));
         let text = match &self.file {
             Some(path) => std::fs::read_to_string(path),
@@ -96,12 +103,13 @@ impl Import {
         };
         let text = text.map_err(|e| CliError::file(path, "read", &e))?;
         let content = file::parse(&text).map_err(|e| CliError::in_file(path, e))?;
-        let mut link = SerialLink::open(&required_port(self.port)?)?;
+        let mut link = SerialLink::open(&required_port(self.port.clone())?)?;
         let identity = link.identity().to_owned();
         let mut shown = Ok(());
-        let show = |differences: &[Difference]| shown = print(&report::differences(&content.source, &identity, differences));
+        let show = |differences: &[Difference]| shown = self.json.text(&report::differences(&content.source, &identity, differences));
         let imported = import(&mut link, &content, show).map_err(|error| import_error(error, path))?;
         shown?;
-        print(&report::imported(&imported))
+        self.json.text(&report::imported(&imported))?;
+        self.json.json(|| report::imported_json(&content.source, &identity, &imported))
     }
 }

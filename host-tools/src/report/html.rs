@@ -18,6 +18,10 @@ use super::escape::escaped;
 use super::plot::svg::Drawing;
 
 const STYLE: &str = include_str!("html.css");
+/// Zooms the plots.
+const ZOOM: &str = include_str!("zoom.js");
+/// Number of sections from which a page has a list of contents.
+const MIN_LISTED_SECTIONS: usize = 4;
 
 /// Look of a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -184,6 +188,10 @@ impl Table {
 /// A page under construction.
 pub struct Page {
     text: String,
+    /// Headings of the sections.
+    headings: Vec<Markup>,
+    /// Position in the text at which the first section begins.
+    first_section: usize,
 }
 
 impl Page {
@@ -191,6 +199,8 @@ impl Page {
     pub fn new(title: &str) -> Page {
         let title = escaped(title);
         Page {
+            headings: Vec::new(),
+            first_section: 0,
             text: format!(
                 "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n<h1>{title}</h1>\n"
             ),
@@ -204,7 +214,12 @@ impl Page {
 
     /// A section with a heading; `content` fills it.
     pub fn section(&mut self, heading: impl Into<Markup>, content: impl FnOnce(&mut Page)) {
-        self.push(&format!("<section><h2>{}</h2>", heading.into().0));
+        let heading = heading.into();
+        if self.headings.is_empty() {
+            self.first_section = self.text.len();
+        }
+        self.headings.push(heading.clone());
+        self.push(&format!("<section id=\"section-{}\"><h2>{}</h2>", self.headings.len(), heading.0));
         content(self);
         self.push("</section>");
     }
@@ -277,6 +292,18 @@ impl Page {
 
     /// The file.
     pub fn finish(mut self) -> String {
+        if self.headings.len() >= MIN_LISTED_SECTIONS {
+            let item = |(k, heading): (usize, &Markup)| format!("<li><a href=\"#section-{}\">{}</a></li>", k + 1, heading.0);
+            let items: String = self.headings.iter().enumerate().map(item).collect();
+            self.text.insert_str(self.first_section, &format!("<nav aria-label=\"Contents\"><ul>{items}</ul></nav>\n"));
+        }
+        if self.text.contains("<svg") {
+            self.paragraph(
+                Class::Faint,
+                "Plots: click one, then zoom with the wheel or + and −, move by dragging or with the arrow keys; a double click shows the whole.",
+            );
+            self.push(&format!("<script>\n{ZOOM}</script>"));
+        }
         self.text.push_str("</main>\n</body>\n</html>\n");
         self.text
     }
@@ -285,6 +312,20 @@ impl Page {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn long_page_has_a_list_of_its_sections() {
+        let page = |count: usize| {
+            let mut page = Page::new("title");
+            page.paragraph(Class::Lead, "summary");
+            (0..count).for_each(|k| page.section(format!("part {k}"), |page| page.text("text")));
+            page.finish()
+        };
+        assert!(!page(3).contains("<nav"));
+        let long = page(4);
+        let contents = long.find("<li><a href=\"#section-4\">part 3</a></li>").unwrap();
+        assert!(long.find("summary").unwrap() < contents && contents < long.find("<section id=\"section-1\">").unwrap());
+    }
 
     #[test]
     fn text_is_escaped_wherever_it_enters() {

@@ -2,9 +2,13 @@
 
 use std::path::Path;
 
+use serde::Serialize;
+use serde_json::Value;
+
+use super::json::{Entries, value};
 use super::{digits, plain};
 use crate::identify::explain::Explanation;
-use crate::model::Model;
+use crate::model::{Model, ModelParameter};
 
 /// Input, outputs, effects and parameters of a model.
 pub fn text(model: &Model) -> String {
@@ -35,6 +39,59 @@ pub fn text(model: &Model) -> String {
         text += &format!("  {remark}\n");
     }
     text
+}
+
+#[derive(Serialize)]
+struct ModelJson<'a> {
+    model: &'a str,
+    input: &'static str,
+    /// `null`: all that a log has.
+    outputs: Option<Vec<&'static str>>,
+    effects: Vec<String>,
+    parameters: Entries<ParameterJson>,
+    expressions: Vec<ExpressionJson<'a>>,
+    remarks: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct ParameterJson {
+    value: f64,
+    unit: Option<&'static str>,
+    fixed: bool,
+    /// The file omits it.
+    is_start: bool,
+    description: Option<&'static str>,
+}
+
+#[derive(Serialize)]
+struct ExpressionJson<'a> {
+    name: &'a str,
+    summing_point: &'static str,
+    expression: String,
+}
+
+/// Input, outputs, effects and parameters of a model as JSON.
+pub fn json(model: &Model) -> Value {
+    let parameter = |p: &ModelParameter| ParameterJson {
+        value: p.value,
+        unit: p.info.map(|info| info.unit),
+        fixed: p.fixed,
+        is_start: p.filled_in,
+        description: p.info.map(|info| info.description),
+    };
+    value(&ModelJson {
+        model: model.name(),
+        input: model.input().column(),
+        outputs: model.outputs().map(|outputs| outputs.iter().map(|o| o.column()).collect()),
+        effects: model.effect_names(),
+        parameters: Entries(model.parameters().iter().map(|p| (p.name.clone(), parameter(p))).collect()),
+        expressions: model
+            .user_effects()
+            .iter()
+            .map(|e| ExpressionJson { name: &e.name, summing_point: e.summing_point.key(), expression: e.expression.to_string() })
+            .collect(),
+        remarks: model.remarks().iter().map(ToString::to_string).collect(),
+    })
 }
 
 /// Effects and parameter values that differ between the explained model, written to `path`, and the model as given.

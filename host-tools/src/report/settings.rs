@@ -1,5 +1,9 @@
-//! Settings of a stand that were exported or imported, as text.
+//! Settings of a stand that were exported or imported, as text and JSON.
 
+use serde::Serialize;
+use serde_json::Value;
+
+use super::json::{Entries, value};
 use crate::acquire::settings::{Difference, Imported, StandSettings};
 
 /// The identity without the manufacturer.
@@ -36,9 +40,75 @@ pub fn differences(source: &str, identity: &str, differences: &[Difference]) -> 
 /// The end of an import.
 pub fn imported(result: &Imported) -> String {
     let mut text = String::from("saved in the stand's flash and read back\n");
-    let is_scale = |difference: &&Difference| matches!(difference, Difference::Setting { after, .. } if after.is_scale());
-    if result.differences.iter().any(|difference| is_scale(&difference)) {
+    if result.differences.iter().any(is_scale) {
         text += "scales changed: switch the stand off and on, they act from the next power-on on\n";
     }
     text
+}
+
+#[derive(Serialize)]
+struct ExportedJson<'a> {
+    stand: &'a str,
+    settings: Entries<SettingJson<'a>>,
+    harmonics: Vec<HarmonicJson>,
+    observer_states: usize,
+}
+
+#[derive(Serialize)]
+struct SettingJson<'a> {
+    value: f64,
+    unit: &'a str,
+    /// It acts from the next power-on on.
+    is_scale: bool,
+}
+
+#[derive(Serialize)]
+#[allow(non_snake_case, reason = "names with units")]
+struct HarmonicJson {
+    order: u16,
+    torque_N_m: f64,
+    phase_rad: f64,
+}
+
+/// Exported settings as JSON.
+pub fn exported_json(identity: &str, settings: &StandSettings) -> Value {
+    value(&ExportedJson {
+        stand: stand(identity),
+        settings: Entries(
+            settings
+                .settings
+                .iter()
+                .map(|s| (s.name.clone(), SettingJson { value: s.value, unit: &s.unit, is_scale: s.is_scale() }))
+                .collect(),
+        ),
+        harmonics: settings
+            .harmonics
+            .iter()
+            .map(|h| HarmonicJson { order: h.order, torque_N_m: h.torque_N_m, phase_rad: h.phase_rad })
+            .collect(),
+        observer_states: settings.observer.states(),
+    })
+}
+
+#[derive(Serialize)]
+struct ImportedJson<'a> {
+    stand: &'a str,
+    source: &'a str,
+    differences: Vec<String>,
+    /// Scales act from the next power-on on.
+    needs_power_cycle: bool,
+}
+
+/// The result of an import as JSON.
+pub fn imported_json(source: &str, identity: &str, result: &Imported) -> Value {
+    value(&ImportedJson {
+        stand: stand(identity),
+        source,
+        differences: result.differences.iter().map(ToString::to_string).collect(),
+        needs_power_cycle: result.differences.iter().any(is_scale),
+    })
+}
+
+fn is_scale(difference: &Difference) -> bool {
+    matches!(difference, Difference::Setting { after, .. } if after.is_scale())
 }

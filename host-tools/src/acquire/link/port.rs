@@ -47,7 +47,10 @@ impl Port {
         let begun = Instant::now();
         loop {
             match Self::open_at_once(path) {
-                Err(LinkError::InUse { .. }) if begun.elapsed() < RELEASE_TIME => std::thread::sleep(Duration::from_millis(10)),
+                // A pseudo-terminal is made raw when a client has left, and then another one's settings are not applied as a whole.
+                Err(LinkError::InUse { .. } | LinkError::Other { .. }) if begun.elapsed() < RELEASE_TIME => {
+                    std::thread::sleep(Duration::from_millis(10))
+                }
                 opened => return opened,
             }
         }

