@@ -22,7 +22,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use common::served::{self, Served};
-use common::{folder, stand};
+use common::{folder, stand, with_plots};
 use host_tools::log::Log;
 use serde_json::Value;
 use tempfile::TempDir;
@@ -240,7 +240,7 @@ const WORDS: [(&str, Check); 111] = [
     ("compare <LOG>", |f| another_log(f, "compare")),
     ("compare --model", |f| another_model(f, "compare")),
     ("compare --json", |f| json_in_both_places(f, &["compare", "log.csv", "--model", "model.toml"])),
-    ("compare --html", |f| page(f, &["compare", "log.csv", "--model", "model.toml"])),
+    ("compare --html --plots", |f| page(f, &["compare", "log.csv", "--model", "model.toml"])),
     ("fit", |f| assert!(stdout_of(f, &["fit", "log.csv", "--model", "model.toml"]).contains("inertia_kg_m2"))),
     ("fit --help", help_everywhere),
     ("fit <LOG>", |f| another_log(f, "fit")),
@@ -283,7 +283,7 @@ const WORDS: [(&str, Check); 111] = [
         assert_eq!(stand(f, &["fit", "log.csv", "--model", &model, "--equation-error", "--cutoff-hz", "900"]).status, Some(2));
     }),
     ("fit --json", |f| json_in_both_places(f, &["fit", "log.csv", "--model", "model.toml"])),
-    ("fit --html", |f| page(f, &["fit", "log.csv", "--model", "model.toml"])),
+    ("fit --html --plots", |f| page(f, &["fit", "log.csv", "--model", "model.toml"])),
     ("convert", |f| drop(stdout_of(f, &["convert", "log.csv", "c.parquet", "--force"]))),
     ("convert --help", help_everywhere),
     ("convert <LOG> <OUT>", |f| {
@@ -403,7 +403,7 @@ const WORDS: [(&str, Check); 111] = [
         assert_ne!(before, std::fs::read(f.join("model.toml")).unwrap());
     }),
     ("explain --json", |f| json_in_both_places(f, &["explain", "log.csv", "--model", "model.toml"])),
-    ("explain --html", |f| page(f, &["explain", "log.csv", "--model", "model.toml"])),
+    ("explain --html --plots", |f| page(f, &["explain", "log.csv", "--model", "model.toml"])),
     ("model", |f| drop(stdout_of(f, &["model", "show", "model.toml"]))),
     ("model --help", help_everywhere),
     ("model new", |f| assert!(stdout_of(f, &["model", "new", "new.toml"]).contains("effects  none"))),
@@ -474,7 +474,7 @@ const WORDS: [(&str, Check); 111] = [
         json_in_both_places(f, &["effects"]);
         json_in_both_places(f, &["effects", "cogging"]);
     }),
-    ("effects --html", |f| {
+    ("effects --html --plots", |f| {
         page(f, &["effects"]);
         page(f, &["effects", "cogging"]);
     }),
@@ -612,7 +612,7 @@ fn json_in_both_places(folder: &Path, words: &[&str]) {
 #[track_caller]
 fn page(folder: &Path, words: &[&str]) {
     let plain = stdout_of(folder, words);
-    let with = stdout_of(folder, &[words, &["--html", "page.html"]].concat());
+    let with = with_plots(folder, words);
     assert_eq!(plain.lines().next(), with.lines().next(), "the words stay");
     let page = std::fs::read_to_string(folder.join("page.html")).unwrap();
     roxmltree::Document::parse_with_options(&page, roxmltree::ParsingOptions { allow_dtd: true, ..Default::default() })

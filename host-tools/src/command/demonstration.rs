@@ -65,7 +65,7 @@ pub(super) fn run() -> Result<(), CliError> {
     print("2  Comparison with the nominal model (data-sheet values):\n\n")?;
     write(&model_path, NOMINAL_MODEL)?;
     let model = Model::read(&model_path)?;
-    let page = |name: &str| ReportOutput { json: JsonOutput::default(), html: Some(file(name)) };
+    let page = |name: &str| ReportOutput { json: JsonOutput::default(), html: Some(file(name)), plots: None };
     let nominal = evaluate_and_report(&log, &model, ParameterTreatment::Kept, &page("nominal.html"))?;
 
     print("\n3  Fit of the parameters of the nominal model:\n\n")?;

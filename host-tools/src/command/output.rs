@@ -10,6 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::error::CliError;
 use crate::files;
 use crate::report::Style;
+use crate::report::plot_files::{PngError, PngWriter, plots_of};
 
 /// The JSON option of every command that computes.
 #[derive(Debug, Clone, Default, Args)]
@@ -27,6 +28,9 @@ pub(super) struct ReportOutput {
     /// Write an HTML report: one file with embedded plots
     #[arg(long, value_name = "FILE")]
     pub html: Option<PathBuf>,
+    /// Write each plot of the report into this folder, as SVG and as PNG
+    #[arg(long, value_name = "FOLDER")]
+    pub plots: Option<PathBuf>,
 }
 
 /// Permission to overwrite what cannot be computed or measured again in the same way: logs, models, sessions, settings.
@@ -76,7 +80,10 @@ impl ReportOutput {
     /// Checks that JSON and HTML can be written.
     pub(super) fn check(&self) -> Result<(), CliError> {
         self.json.check()?;
-        self.html.as_deref().map_or(Ok(()), check_html)
+        self.html.as_deref().map_or(Ok(()), check_html)?;
+        let Some(folder) = &self.plots else { return Ok(()) };
+        std::fs::create_dir_all(folder).map_err(|e| CliError::file(folder, "create", &e))?;
+        files::check_folder(folder).map_err(|e| CliError::file(folder, "write", &e))
     }
 
     /// Prints text, unless standard output carries the JSON.
@@ -89,13 +96,30 @@ impl ReportOutput {
         self.json.json(answer)
     }
 
-    /// Writes the HTML report if the option was given.
+    /// Writes the HTML report and its plots if the options were given.
     pub(super) fn html(&self, page: impl FnOnce() -> String) -> Result<(), CliError> {
-        match &self.html {
-            Some(path) => write(path, &page()),
-            None => Ok(()),
+        if self.html.is_none() && self.plots.is_none() {
+            return Ok(());
         }
+        let page = page();
+        if let Some(path) = &self.html {
+            write(path, &page)?;
+        }
+        self.plots.as_deref().map_or(Ok(()), |folder| write_plots(folder, &page))
     }
+}
+
+/// Writes each plot of a page into a folder.
+fn write_plots(folder: &Path, page: &str) -> Result<(), CliError> {
+    let failed = |error: PngError| CliError::Other(format!("{}: {error}", folder.display()));
+    let png_writer = PngWriter::new().map_err(failed)?;
+    for plot in plots_of(page) {
+        let path = |ending| folder.join(format!("{}.{ending}", plot.name));
+        write(&path("svg"), &plot.svg)?;
+        let (path, png) = (path("png"), png_writer.png(&plot).map_err(failed)?);
+        files::replace(&path, |file| file.write_all(&png)).map_err(|e| CliError::file(&path, "write", &e))?;
+    }
+    Ok(())
 }
 
 /// Checks that a file can be created at `path`: its folder exists and can be written, and `path` is not a folder.

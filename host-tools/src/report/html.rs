@@ -17,7 +17,8 @@
 use super::escape::escaped;
 use super::plot::svg::Drawing;
 
-const STYLE: &str = include_str!("html.css");
+/// Style sheet of all pages.
+pub(super) const STYLE: &str = include_str!("html.css");
 /// Zooms the plots.
 const ZOOM: &str = include_str!("zoom.js");
 /// Number of sections from which a page has a list of contents.

@@ -25,6 +25,7 @@ pub mod model;
 pub mod numbers;
 pub mod observer;
 pub mod plot;
+pub mod plot_files;
 pub mod preparation;
 pub mod recording;
 pub mod residual_plots;

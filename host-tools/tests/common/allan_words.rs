@@ -38,7 +38,7 @@ pub const WORDS: [(&str, Check); 6] = [
         assert_eq!((unit("theta_rad", &[]), unit("theta_rad", &["--as", "value"])), ("rad/s".into(), "rad".into()));
         assert_eq!((unit("u_V", &[]), unit("u_V", &["--as", "integral"])), ("V".into(), "V/s".into()));
     }),
-    ("allan --json --html", |f| {
+    ("allan --json --html --plots", |f| {
         still(f);
         json_in_both_places(f, &["allan", "still.csv", "--column", "gyro_rad_s"]);
         page(f, &["allan", "still.csv", "--column", "gyro_rad_s"]);

@@ -83,7 +83,7 @@ pub const WORDS: [(&str, Check); 13] = [
         let written: Value = serde_json::from_slice(&std::fs::read(f.join("a.json")).unwrap()).unwrap();
         assert_eq!(printed["scale"], written["scale"]);
     }),
-    ("calibrate --html", |f| {
+    ("calibrate --html --plots", |f| {
         run(f, "a", SHORT, &[]);
         page(f, &["calibrate", "gyro", "--from", "a"]);
     }),

@@ -1,6 +1,6 @@
 //! One check for each word of `stand drift`, compared with `--help` by tests/options.rs.
 
-use super::common::stand;
+use super::common::{stand, with_plots};
 use serde_json::Value;
 use std::path::Path;
 
@@ -47,7 +47,7 @@ fn errors(with: impl Fn(&[&str]) -> Value) {
 }
 
 fn page(folder: &Path, words: &[&str]) {
-    stand(folder, &[words, &["--html", "page.html"]].concat()).succeeded();
+    with_plots(folder, words);
     assert!(std::fs::read_to_string(folder.join("page.html")).unwrap().contains("<svg"));
 }
 
@@ -97,7 +97,7 @@ pub const WORDS: &[(&str, super::Check)] = &[
         assert_ne!(own(&run(f, &["--seed", "2"])), own(&run(f, &[])));
     }),
     ("drift run --turn-error --level-error --gain-error", |f| errors(|more| run(f, &[&["--cycles", "4"], more].concat()))),
-    ("drift run --out --html", |f| {
+    ("drift run --out --html --plots", |f| {
         log(f);
         assert!(f.join("drift.csv").exists());
         page(f, &["drift", "run", "--pulse", "0.5", "--rest", "1", "--cycles", "1"]);
@@ -124,7 +124,7 @@ pub const WORDS: &[(&str, super::Check)] = &[
         let own = found["own_drift_deg_h"]["value"].as_f64().unwrap();
         assert!((own - 1.856).abs() < 3.0, "{own}");
     }),
-    ("drift compute <LOG>... --json --html", |f| {
+    ("drift compute <LOG>... --json --html --plots", |f| {
         log(f);
         std::fs::copy(f.join("drift.csv"), f.join("again.csv")).unwrap();
         assert_eq!(json(f, &["drift", "compute", "drift.csv", "again.csv", "--json", "-"])["good"], 8);
@@ -145,7 +145,7 @@ pub const WORDS: &[(&str, super::Check)] = &[
         run(f, &["--cycles", "4", "--out", "drift.csv", "--force"]);
         errors(|more| compute(f, more));
     }),
-    ("drift advise <LOG> --pulse --angle-gain --json --html", |f| {
+    ("drift advise <LOG> --pulse --angle-gain --json --html --plots", |f| {
         let mut text = "t_s,angle_sensor_V\n".to_owned();
         for k in 0..8_000 {
             let t = f64::from(k) * 1e-3;

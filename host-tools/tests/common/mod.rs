@@ -48,6 +48,25 @@ impl From<Output> for RunOutput {
     }
 }
 
+/// Runs a command that writes `page.html` and its plots, which are files in both formats; its standard output. On a computer without a font the plots are
+/// missing, and the command says so.
+#[track_caller]
+pub fn with_plots(folder: &Path, words: &[&str]) -> String {
+    let ran = stand(folder, &[words, &["--html", "page.html", "--plots", "new/plots"]].concat());
+    if ran.status == Some(1) && ran.err.contains("needs a font") {
+        return ran.out;
+    }
+    let ran = ran.succeeded();
+    let page = std::fs::read_to_string(folder.join("page.html")).unwrap();
+    let files = |ending: &str| {
+        let names = std::fs::read_dir(folder.join("new/plots")).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+        names.filter(|name| name.ends_with(ending)).count()
+    };
+    let drawings = page.matches("<svg").count();
+    assert!(files(".svg") >= drawings && files(".svg") == files(".png"), "{words:?}: {drawings} drawings, {} files", files(".svg"));
+    ran.out
+}
+
 /// The command with these arguments, in a folder.
 pub fn command(folder: &Path, words: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_stand"));

@@ -33,7 +33,7 @@ pub const WORDS: [(&str, Check); 19] = [
         assert!(warned(f, "20") && !warned(f, "1"));
     }),
     ("observer design --json", |f| json_in_both_places(f, &["observer", "design", "rate-observer"])),
-    ("observer design --html", |f| page(f, &["observer", "design", "rate-observer"])),
+    ("observer design --html --plots", |f| page(f, &["observer", "design", "rate-observer"])),
     #[cfg(unix)]
     ("observer design --port --save --torquer --regulator", |f| {
         let one = Served::new(f, &["--flash", "flash.bin"]);
@@ -71,7 +71,7 @@ pub const WORDS: [(&str, Check); 19] = [
         };
         assert_ne!(picture("20"), picture("40"));
     }),
-    ("observer simulate --json --html", |f| {
+    ("observer simulate --json --html --plots", |f| {
         json_in_both_places(f, &["observer", "simulate", "astatic-identifier"]);
         page(f, &["observer", "simulate", "astatic-identifier"]);
     }),
@@ -85,11 +85,11 @@ pub const WORDS: [(&str, Check); 19] = [
         assert_ne!(row("2"), row("3"));
         assert!(bode(&["rate-observer", "--vibration-hz", "5"])["observers"][0]["at_vibration"].is_object());
     }),
-    ("observer bode --json --html", |f| {
+    ("observer bode --json --html --plots", |f| {
         json_in_both_places(f, &["observer", "bode", "rate-observer"]);
         page(f, &["observer", "bode", "rate-observer"]);
     }),
-    ("vibration compensate <LOG> --model --omega --vibration-hz --angle-gain --json --html", |f| {
+    ("vibration compensate <LOG> --model --omega --vibration-hz --angle-gain --json --html --plots", |f| {
         swinging(f);
         let answer = |more: &[&str]| json(f, &[&["vibration", "compensate", "swing.csv"], more].concat());
         let usual = answer(&[]);

@@ -46,7 +46,7 @@ pub const WORDS: [(&str, Check); 11] = [
         let of = |what: &str| stand(f, &["records", "trend", "a", "--serial", "S-1", "--what", what]).status;
         assert_eq!([of("gyro"), of("accel"), of("drive")], [Some(0), Some(2), Some(2)]);
     }),
-    ("records trend --json --html", |f| {
+    ("records trend --json --html --plots", |f| {
         run(f, "a", SHORT, &[]);
         run(f, "b", SHORT, &["--seed", "2"]);
         json_in_both_places(f, &["records", "trend", ".", "--serial", "S-1"]);
