@@ -620,3 +620,24 @@ fn a_stream_ends_when_its_program_is_silent() {
         assert!(host.bytes.borrow().contains(&0));
     });
 }
+
+#[test]
+fn signs_of_life_during_a_long_wait_take_no_room() {
+    for end in ["\n", "\r\n"] {
+        stand(async |host| {
+            host.send(&checked("PROF:TYPE CONSTANT;AMPL 3;DUR 300;STAR;*OPC?"));
+            host.wait(0.02).await;
+            host.send(&checked("SOUR:RATE 2"));
+            for _ in 0..550 {
+                host.line.send(format!("{}{end}", checked("HOST:ALIVe")).as_bytes());
+                host.wait(0.5).await;
+            }
+            host.line.send(format!("{}{end}", checked("SOUR:RATE?")).as_bytes());
+            host.wait(30.0).await;
+            assert_eq!(host.text(), "1\r\n2\r\n", "the lines that came before and after the signs are executed in their turn");
+            host.send(&checked("SYST:ERR?"));
+            host.wait(0.1).await;
+            assert_eq!(host.text(), "0,\"No error\"\r\n");
+        });
+    }
+}

@@ -5,7 +5,7 @@
 //! program are kept until `SYSTem:ERRor?`.
 
 use super::commands::fault;
-use super::commands::{Job, List, Outcome, execute, is_sign_of_life, is_stop, list_line};
+use super::commands::{Job, List, Outcome, SIGN_OF_LIFE, execute, is_sign_of_life, is_stop, list_line};
 use super::out::LINE_END;
 use super::state::State;
 use crate::board::{Clock, TICKS_PER_ROW, TICKS_PER_S};
@@ -60,16 +60,18 @@ impl<R: Read> Input<R> {
             }
             let mut bytes = [0; CHUNK];
             let count = self.receive.read(&mut bytes).await.map_err(|error| error.kind())?;
-            bytes.iter().take(count).for_each(|byte| self.keep(*byte));
+            for byte in bytes.iter().take(count) {
+                self.keep(*byte);
+            }
             if count == 0 {
                 clock.until(clock.now() + TICKS_PER_ROW).await;
             }
         }
     }
 
-    /// Keeps a byte; without room its line is left out. The stop byte leaves out what came before it.
+    /// Keeps a byte; without room its line is left out. The stop byte leaves out what came before it. Returns whether the line is kept so far.
     #[inline(never)] // for the size of the image
-    fn keep(&mut self, byte: u8) {
+    fn keep(&mut self, byte: u8) -> bool {
         if byte == CANCEL {
             self.bytes.clear();
             self.skips_line = false;
@@ -78,7 +80,20 @@ impl<R: Read> Input<R> {
             self.drop_partial_line();
             (self.has_overrun, self.skips_line) = (true, true);
         }
+        let is_kept = !self.skips_line;
         self.skips_line &= !is_line_end(byte);
+        is_kept
+    }
+
+    /// Leaves out the last line, which is complete.
+    fn drop_line(&mut self) {
+        self.bytes.pop_back();
+        self.drop_partial_line();
+    }
+
+    /// Whether another line end would make an empty line, if nothing of the line was taken.
+    fn is_at_line_start(&self) -> bool {
+        !self.skips_line && self.bytes.back().is_none_or(|byte| is_line_end(*byte))
     }
 
     /// Leaves out an incomplete line at the end.
@@ -272,25 +287,39 @@ async fn add_block<C: Clock>(state: &State<'_>, clock: &C, replies: &mut Reply, 
     Ok(())
 }
 
-/// Waits until no activity runs. Lines that come meanwhile are executed afterwards, in order; their commands that stop act at once, too.
+/// Waits until no activity runs. Lines that come meanwhile are executed afterwards, in order; their commands that stop act at once, too. Lines that only give
+/// a sign of life are not kept: a program may wait for hours.
 async fn wait<C: Clock, R: Read>(state: &State<'_>, clock: &C, input: &mut Input<R>) {
     let mut lines = Lines::default();
+    // Whether the byte ends a line of which nothing is left to do.
     let mut look_at = |byte: u8| {
         if let Some(line) = lines.push(byte)
             && let Ok(text) = line.text
             && is_allowed(state, clock, &line)
         {
+            if line.is_checked {
+                state.supervision.checked_line_at.set(Some(clock.now()));
+            }
             stop_by(state, text);
+            return Commands::new(text).all(|command| command.is(SIGN_OF_LIFE) && !command.is_query);
         }
+        false
     };
-    input.bytes.iter().for_each(|byte| look_at(*byte));
+    for byte in &input.bytes {
+        look_at(*byte);
+    }
     while state.is_busy() {
         let mut bytes = [0; CHUNK];
         match select(input.receive.read(&mut bytes), clock.until(clock.now() + TICKS_PER_ROW)).await {
             Either::First(Ok(count)) => {
                 for byte in bytes.iter().take(count) {
-                    look_at(*byte);
-                    input.keep(*byte);
+                    let is_done = look_at(*byte);
+                    if is_line_end(*byte) && input.is_at_line_start() {
+                        continue;
+                    }
+                    if input.keep(*byte) && is_done {
+                        input.drop_line();
+                    }
                 }
             }
             Either::First(Err(error)) => {

@@ -22,6 +22,8 @@ mod status;
 mod stream;
 mod system;
 
+pub use system::SIGN_OF_LIFE;
+
 use super::state::State;
 use crate::console::errors::{Code, ErrorEntry};
 use crate::console::parse::{Command, Parameters, Range};

@@ -9,6 +9,8 @@ use crate::console::quantity::Quantity;
 use crate::supervision::HOST_TIMEOUT_S;
 use core::fmt::Write;
 
+/// Sign of life without another effect.
+pub const SIGN_OF_LIFE: &str = "HOST:ALIVe";
 /// Sent by a program that measures, too.
 pub(super) const RELEASE: &str = "HOST:RELease";
 /// Longest time without a host, s: 11 days.
@@ -61,7 +63,7 @@ pub(super) const ENTRIES: &[Entry] = &[
         }),
         "the program is done: lines without a check sum are accepted again, replies have no units",
     ),
-    entry("HOST:ALIVe", Action::Event(|_| Ok(())), "sign of life of the program that drives; queries are none"),
+    entry(SIGN_OF_LIFE, Action::Event(|_| Ok(())), "sign of life of the program that drives; queries are none"),
     entry(
         "HOST:UNATTended",
         Action::Number {

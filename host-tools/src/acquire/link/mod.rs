@@ -19,7 +19,7 @@ use std::collections::VecDeque;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use stand_firmware::app::commands::is_sign_of_life;
+use stand_firmware::app::commands::{SIGN_OF_LIFE, is_sign_of_life};
 use stand_firmware::console::parse::Commands;
 use stand_firmware::telemetry::crc32;
 
@@ -355,7 +355,7 @@ impl Drop for SerialLink {
 /// What a program has to send twice a second: a sign of life if it has driven; an empty line during a stream, which would end without lines that
 /// have check sums.
 pub fn sign(has_driven: bool, is_streaming: bool) -> Option<&'static str> {
-    if has_driven { Some("HOST:ALIVe") } else { is_streaming.then_some("") }
+    if has_driven { Some(SIGN_OF_LIFE) } else { is_streaming.then_some("") }
 }
 
 /// The first line of a list without what makes it a definite-length block: `#`, the number of digits, and the length.
