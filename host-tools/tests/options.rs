@@ -31,7 +31,7 @@ use tempfile::TempDir;
 type Check = fn(&Path);
 
 /// `command word` as in the help; commands by name alone.
-const WORDS: [(&str, Check); 111] = [
+const WORDS: [(&str, Check); 113] = [
     (" --help", help_everywhere),
     (" --version", |f| assert!(stdout_of(f, &["--version"]).starts_with("stand "))),
     ("sim", |f| drop(session(f, &[]))),
@@ -283,6 +283,7 @@ const WORDS: [(&str, Check); 111] = [
         assert_eq!(stand(f, &["fit", "log.csv", "--model", &model, "--equation-error", "--cutoff-hz", "900"]).status, Some(2));
     }),
     ("fit --json", |f| json_in_both_places(f, &["fit", "log.csv", "--model", "model.toml"])),
+    ("fit --time-limit", |f| timed_out(f, &["fit", "log.csv", "--model", "model.toml"])),
     ("fit --html --plots", |f| page(f, &["fit", "log.csv", "--model", "model.toml"])),
     ("convert", |f| drop(stdout_of(f, &["convert", "log.csv", "c.parquet", "--force"]))),
     ("convert --help", help_everywhere),
@@ -403,6 +404,7 @@ const WORDS: [(&str, Check); 111] = [
         assert_ne!(before, std::fs::read(f.join("model.toml")).unwrap());
     }),
     ("explain --json", |f| json_in_both_places(f, &["explain", "log.csv", "--model", "model.toml"])),
+    ("explain --time-limit", |f| timed_out(f, &["explain", "log.csv", "--model", "model.toml"])),
     ("explain --html --plots", |f| page(f, &["explain", "log.csv", "--model", "model.toml"])),
     ("model", |f| drop(stdout_of(f, &["model", "show", "model.toml"]))),
     ("model --help", help_everywhere),
@@ -610,6 +612,17 @@ fn json_in_both_places(folder: &Path, words: &[&str]) {
 }
 
 #[track_caller]
+/// Without time there is an answer, which concludes nothing, and no model.
+fn timed_out(folder: &Path, words: &[&str]) {
+    let short = stand(folder, &[words, &["--time-limit", "0.001", "--out", "out.toml", "--json", "-"]].concat());
+    assert!(short.status == Some(1) && short.err.contains("the time limit of 0.001 s has ended the"), "{short:?}");
+    let answer = short.json();
+    let is_open = answer["verdict"] == "not-finished" && answer["missing"] == serde_json::json!([]) || answer["converged"] == false;
+    assert!(is_open && !folder.join("out.toml").exists(), "{answer}");
+    stdout_of(folder, &[words, &["--time-limit", "0"]].concat());
+    assert_eq!(stand(folder, &[words, &["--time-limit", "-1"]].concat()).status, Some(2));
+}
+
 fn page(folder: &Path, words: &[&str]) {
     let plain = stdout_of(folder, words);
     let with = with_plots(folder, words);

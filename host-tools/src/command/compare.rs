@@ -7,6 +7,7 @@ use serde_json::Value;
 
 use super::error::CliError;
 use super::output::{ReportOutput, spinner, style};
+use crate::identify::deadline::Deadline;
 use crate::identify::evaluation::{Evaluation, EvaluationError, ParameterTreatment, evaluate};
 use crate::identify::fit::FitResult;
 use crate::log::Log;
@@ -30,7 +31,7 @@ impl Compare {
     pub(super) fn run(self) -> Result<(), CliError> {
         self.output.check()?;
         let (log, model) = read_log_and_model(&self.log, &self.model)?;
-        evaluate_and_report(&log, &model, ParameterTreatment::Kept, &self.output).map(drop)
+        evaluate_and_report(&log, &model, ParameterTreatment::Kept, Deadline::NEVER, &self.output).map(drop)
     }
 }
 
@@ -54,11 +55,12 @@ pub(super) fn evaluate_and_report(
     log: &Log,
     model: &Model,
     treatment: ParameterTreatment,
+    deadline: Deadline,
     output: &ReportOutput,
 ) -> Result<FitResult, CliError> {
     let fitted = treatment != ParameterTreatment::Kept;
     let spinner = spinner(if fitted { "fitting" } else { "simulating" });
-    let evaluation = evaluate(log, model, treatment);
+    let evaluation = evaluate(log, model, treatment, deadline);
     spinner.finish_and_clear();
     let evaluated = match evaluation? {
         Evaluation::ImplausibleLog(findings) => {

@@ -15,6 +15,7 @@ use super::output::{JsonOutput, ReportOutput, print, spinner, style, write};
 use super::profile::ProfileOptions;
 use super::stand_file::hide_effect;
 use crate::acquire::simulation::simulate;
+use crate::identify::deadline::Deadline;
 use crate::identify::evaluation::ParameterTreatment;
 use crate::identify::explain;
 use crate::model::Model;
@@ -66,10 +67,10 @@ pub(super) fn run() -> Result<(), CliError> {
     write(&model_path, NOMINAL_MODEL)?;
     let model = Model::read(&model_path)?;
     let page = |name: &str| ReportOutput { json: JsonOutput::default(), html: Some(file(name)), plots: None };
-    let nominal = evaluate_and_report(&log, &model, ParameterTreatment::Kept, &page("nominal.html"))?;
+    let nominal = evaluate_and_report(&log, &model, ParameterTreatment::Kept, Deadline::NEVER, &page("nominal.html"))?;
 
     print("\n3  Fit of the parameters of the nominal model:\n\n")?;
-    let result = evaluate_and_report(&log, &model, ParameterTreatment::Fitted, &page("fitted.html"))?;
+    let result = evaluate_and_report(&log, &model, ParameterTreatment::Fitted, Deadline::NEVER, &page("fitted.html"))?;
     let mut fitted = model.clone();
     fitted.set_all(result.parameters.list.iter().map(|p| (p.name.as_str(), p.value)))?;
     fitted.write(file("fitted.toml"))?;

@@ -6,10 +6,10 @@ use clap::Args;
 
 use super::compare::implausible_log;
 use super::error::CliError;
-use super::output::{Overwrite, ReportOutput, spinner, style};
+use super::output::{Overwrite, ReportOutput, TimeLimit, spinner, style};
 use crate::files;
-use crate::identify::explain::Explanation;
-use crate::identify::explain_logs::{ExplainLogsError, LogExplanation, explain_folder, explain_together};
+use crate::identify::explain::{Explanation, Verdict};
+use crate::identify::explain_logs::{ExplainLogsError, FolderEntry, LogExplanation, explain_folder, explain_together};
 use crate::model::Model;
 use crate::report;
 use crate::report::explanation::sentences::progress;
@@ -31,6 +31,8 @@ pub(super) struct Explain {
     #[arg(long, value_name = "MODEL")]
     out: Option<PathBuf>,
     #[command(flatten)]
+    time_limit: TimeLimit,
+    #[command(flatten)]
     overwrite: Overwrite,
     #[command(flatten)]
     output: ReportOutput,
@@ -48,14 +50,15 @@ impl From<ExplainLogsError> for CliError {
 impl Explain {
     pub(super) fn run(self) -> Result<(), CliError> {
         self.output.check()?;
+        let time_limit_s = self.time_limit.seconds()?;
         self.out.as_deref().map_or(Ok(()), |out| self.overwrite.check(out))?;
         if let Some(folder) = self.log.iter().find(|p| p.is_dir()) {
             self.check_folder_options(folder)?;
-            return self.explain_folder(folder, &Model::read(&self.model)?);
+            return self.explain_folder(folder, &Model::read(&self.model)?, time_limit_s);
         }
         let model = Model::read(&self.model)?;
         let spinner = spinner("reading");
-        let result = explain_together(&self.log, &model, &|stage| spinner.set_message(progress(stage)));
+        let result = explain_together(&self.log, &model, time_limit_s, &|stage| spinner.set_message(progress(stage)));
         spinner.finish_and_clear();
         match result? {
             LogExplanation::ImplausibleLog(log, findings) => {
@@ -82,10 +85,10 @@ impl Explain {
     }
 
     /// Explains each log of the folder; the exit status reports logs without an explanation.
-    fn explain_folder(&self, folder: &Path, model: &Model) -> Result<(), CliError> {
+    fn explain_folder(&self, folder: &Path, model: &Model, time_limit_s: Option<f64>) -> Result<(), CliError> {
         let spinner = spinner("explaining the logs of the folder");
-        let entries =
-            explain_folder(folder, model, &|entry| spinner.set_message(format!("{}: {}", entry.path.display(), folder_verdict(entry))));
+        let finished = |entry: &FolderEntry| spinner.set_message(format!("{}: {}", entry.path.display(), folder_verdict(entry)));
+        let entries = explain_folder(folder, model, time_limit_s, &finished);
         spinner.finish_and_clear();
         let entries = entries?;
         self.output.text(&folder_text(&entries))?;
@@ -104,6 +107,9 @@ impl Explain {
         // The model last: if a report cannot be written, the model is unchanged.
         self.output.json(|| report::explain_json(e))?;
         self.output.html(|| report::explain_html(e))?;
+        if e.verdict == Verdict::NotFinished {
+            return Err(self.time_limit.error("search, and no model is written"));
+        }
         if let Some(path) = self.out.as_deref().or(self.apply.then_some(self.model.as_path())) {
             let text = if e.missing.is_empty() && self.out.is_none() {
                 format!("\nNo effect to add: {} is unchanged.\n", path.display())

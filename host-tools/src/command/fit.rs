@@ -6,7 +6,8 @@ use clap::Args;
 
 use super::compare::{evaluate_and_report, implausible_log, read_log_and_model};
 use super::error::CliError;
-use super::output::{Overwrite, ReportOutput, spinner, style};
+use super::output::{Overwrite, ReportOutput, TimeLimit, spinner, style};
+use crate::identify::deadline::Deadline;
 use crate::identify::equation_error::{self, EquationErrorFailure, EquationErrorResult};
 use crate::identify::evaluation::ParameterTreatment;
 use crate::identify::fit::parameters::Parameters;
@@ -35,6 +36,8 @@ pub(super) struct Fit {
     #[arg(long, value_name = "HZ", requires = "equation_error")]
     cutoff_hz: Option<f64>,
     #[command(flatten)]
+    time_limit: TimeLimit,
+    #[command(flatten)]
     overwrite: Overwrite,
     #[command(flatten)]
     output: ReportOutput,
@@ -43,13 +46,18 @@ pub(super) struct Fit {
 impl Fit {
     pub(super) fn run(self) -> Result<(), CliError> {
         self.output.check()?;
+        let deadline = Deadline::after_s(self.time_limit.seconds()?);
         self.out.as_deref().map_or(Ok(()), |out| self.overwrite.check(out))?;
         let (log, model) = read_log_and_model(&self.log, &self.model)?;
         let parameters = if self.equation_error {
             self.by_equation_error(&log, &model)?
         } else {
             let treatment = if self.all_rows { ParameterTreatment::FittedToAllRows } else { ParameterTreatment::Fitted };
-            evaluate_and_report(&log, &model, treatment, &self.output)?.parameters
+            let result = evaluate_and_report(&log, &model, treatment, deadline, &self.output)?;
+            if deadline.has_passed() && !result.converged {
+                return Err(self.time_limit.error("fit before it converged; no model is written"));
+            }
+            result.parameters
         };
         let Some(out) = &self.out else { return Ok(()) };
         let mut fitted = model.clone();

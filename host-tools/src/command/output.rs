@@ -41,6 +41,30 @@ pub(super) struct Overwrite {
     pub force: bool,
 }
 
+/// The time that an analysis may take.
+#[derive(Debug, Clone, Copy, Args)]
+pub(super) struct TimeLimit {
+    /// Time after which the analysis ends with its best answer so far and exit status 1, s; 0: none
+    #[arg(long, value_name = "S", default_value_t = 60.0)]
+    pub time_limit: f64,
+}
+
+impl TimeLimit {
+    /// The limit, s; `None`: none.
+    pub(super) fn seconds(self) -> Result<Option<f64>, CliError> {
+        match self.time_limit {
+            0.0 => Ok(None),
+            seconds if seconds > 0.0 => Ok(Some(seconds)),
+            other => Err(CliError::Input(format!("--time-limit {other}: must be a positive number of seconds, or 0 for none"))),
+        }
+    }
+
+    /// The error of an analysis that it has ended.
+    pub(super) fn error(self, what: &str) -> CliError {
+        CliError::Other(format!("the time limit of {} s has ended the {what}; --time-limit sets another one", self.time_limit))
+    }
+}
+
 impl Overwrite {
     /// Checks that a file can be created at `path`, and that none exists there unless it may be overwritten. Called before the work.
     pub(super) fn check(self, path: &Path) -> Result<(), CliError> {

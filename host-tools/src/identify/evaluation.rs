@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use super::constants;
+use super::deadline::Deadline;
 use super::fit::{
     self, FitError, FitResult, PreparedLog, Unidentifiable,
     prepare::{PreparationNote, PrepareError},
@@ -70,13 +71,19 @@ pub enum EvaluationError {
     Fit(#[from] FitError),
 }
 
-/// Evaluates `model` on `log`.
+/// Evaluates `model` on `log`. A fit that has not converged by the `deadline` ends with its best values so far.
 ///
 /// # Errors
 /// The log lacks a column that the model needs, or the fit failed.
-pub fn evaluate<'a>(log: &'a Log, model: &Model, treatment: ParameterTreatment) -> Result<Evaluation<'a>, EvaluationError> {
+pub fn evaluate<'a>(
+    log: &'a Log,
+    model: &Model,
+    treatment: ParameterTreatment,
+    deadline: Deadline,
+) -> Result<Evaluation<'a>, EvaluationError> {
     let begin = Instant::now();
     let (mut data, notes) = fit::prepare::prepare(log, model, treatment != ParameterTreatment::FittedToAllRows)?;
+    data.deadline = deadline;
     let mut remarks: Vec<EvaluationRemark> = notes.into_iter().map(EvaluationRemark::Preparation).collect();
     let findings = plausible::check(log, model.input().column());
     if !findings.is_empty() {
@@ -85,7 +92,10 @@ pub fn evaluate<'a>(log: &'a Log, model: &Model, treatment: ParameterTreatment) 
     let mut result = with_best_rate_source(model, &mut data, log, treatment, &mut remarks)?;
     let undetermined = undetermined_own_parameters(model, &result);
     result.unidentifiable.extend(undetermined);
-    if let Some(defect) = constants::columns_in_thousandths(model, &data, &result) {
+    // Values on the way to the minimum prove nothing about units.
+    if !deadline.has_passed()
+        && let Some(defect) = constants::columns_in_thousandths(model, &data, &result)
+    {
         return Ok(Evaluation::ImplausibleLog(vec![defect]));
     }
     // A comparison keeps the constants: where it describes a channel badly, a fit shows whether they contradict the log.

@@ -21,6 +21,8 @@ pub enum Verdict {
     EffectFound,
     /// The model fails, and no effect of the catalogue explains it.
     UnknownStructure,
+    /// The time limit ended the search.
+    NotFinished,
 }
 
 impl Verdict {
@@ -30,6 +32,7 @@ impl Verdict {
             Verdict::Adequate => "adequate",
             Verdict::EffectFound => "effect-found",
             Verdict::UnknownStructure => "unknown-structure",
+            Verdict::NotFinished => "not-finished",
         }
     }
 }

@@ -431,6 +431,8 @@ pub struct SearchCriteria {
     pub zero_amplitude_sigmas: f64,
     /// Times that such an effect may lead to a better fit of the model without it; default 3.
     pub max_restarts: usize,
+    /// Time after which the search ends with its best answer so far, s; default `None`.
+    pub time_limit_s: Option<f64>,
 }
 
 impl Default for SearchCriteria {
@@ -443,6 +445,7 @@ impl Default for SearchCriteria {
             max_remainders: vec![(4, verdict.max_remainder), (6, verdict.max_remainder_far_from_noise)],
             zero_amplitude_sigmas: 5.0,
             max_restarts: 3,
+            time_limit_s: None,
         }
     }
 }

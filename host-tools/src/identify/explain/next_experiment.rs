@@ -17,6 +17,9 @@ pub fn next_experiment(
     coverage: &Coverage,
     log: &Log,
 ) -> Option<NextExperiment> {
+    if verdict == Verdict::NotFinished {
+        return None;
+    }
     let ambiguous = candidates.iter().find(|c| missing.contains(&c.effect) && !c.ambiguous_with.is_empty());
     if let Some(candidate) = ambiguous {
         return distinguish(candidate, log);
@@ -31,7 +34,7 @@ pub fn next_experiment(
         }
         Verdict::UnknownStructure => Some(NextExperiment { purpose: Purpose::Repeat, run: StandRun::STEPS }),
         Verdict::Adequate if !coverage.slow_turns => Some(NextExperiment { purpose: Purpose::SlowTurns, run: StandRun::LOW_RATES }),
-        Verdict::Adequate => None,
+        Verdict::Adequate | Verdict::NotFinished => None,
     }
 }
 

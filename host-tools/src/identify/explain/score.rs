@@ -56,7 +56,13 @@ pub fn score_trials(base: &FittedModel, trials: &[Trial]) -> Vec<Score> {
         .par_iter()
         .flat_map_iter(|batch| {
             let first = &trials[batch[0]];
-            let list = if first.absent { score_absent(base, trials, batch) } else { vec![score_finite(base, first)] };
+            let list = if base.data.deadline.has_passed() {
+                Vec::new()
+            } else if first.absent {
+                score_absent(base, trials, batch)
+            } else {
+                vec![score_finite(base, first)]
+            };
             batch.iter().copied().zip(list)
         })
         .collect();

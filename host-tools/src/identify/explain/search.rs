@@ -24,9 +24,14 @@ pub fn search<'a>(given: FittedModel<'a>, progress: &(dyn Fn(&Progress) + Sync))
     while search.added.len() < criteria.search.max_added {
         let Some(base) = search.models.last() else { break };
         progress(&Progress::Trying { added: search.added.last().map(|a| a.name.clone()) });
+        let deadline = base.data.deadline;
         let step = adding_step(base);
         if search.added.is_empty() {
             search.candidates = step.answer(base);
+        }
+        if deadline.has_passed() {
+            // Not all candidates were compared: the best of those that were may be the wrong cause.
+            break;
         }
         let Some(chosen) = step.choice() else { break };
         let candidate = &step.candidates[chosen];

@@ -1,4 +1,4 @@
-//! The verdict: the given model is adequate, effects were missing, or the structure of the error is unknown.
+//! The verdict: the given model is adequate, effects were missing, the structure of the error is unknown, or the time did not suffice.
 
 use super::answer::{Shape, Verdict};
 use super::criteria::MisfitClass;
@@ -10,6 +10,9 @@ use super::unknown_structure;
 /// where these leave too much, the added effects are removed from the search.
 pub fn verdict(search: &mut Search) -> (Verdict, Vec<Shape>) {
     let (Some(first), Some(last)) = (search.models.first(), search.models.last()) else { return (Verdict::Adequate, Vec::new()) };
+    if first.data.deadline.has_passed() {
+        return (Verdict::NotFinished, Vec::new());
+    }
     let criteria = first.context.criteria;
     let chi2_per_n = last.chi2_per_n();
     let invisible = last.misfit() <= MisfitClass::Invisible;

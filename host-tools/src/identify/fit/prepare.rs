@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::prepared_log::{ComparedChannel, PreparedLog};
 use drive_model::{Card, Requirement};
 
+use crate::identify::deadline::Deadline;
 use crate::log::{Log, RateSource, VoltageSource};
 use crate::model::{BaseParameter, Channel, Input, Model};
 
@@ -165,6 +166,7 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
         channels: compared,
         dt_s,
         hold_out: hold_out && log.duration_s() >= MIN_HELD_OUT_DURATION_S,
+        deadline: Deadline::NEVER,
     };
     Ok((data, notes))
 }

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use drive_rig::RowInput;
 
+use crate::identify::deadline::Deadline;
 use crate::log::Log;
 use crate::model::{Channel, Input};
 
@@ -65,6 +66,8 @@ pub struct PreparedLog<'a> {
     pub dt_s: f64,
     /// Whether one block in four is held out of the fit.
     pub hold_out: bool,
+    /// When a fit to these rows has to end, with its best values so far.
+    pub deadline: Deadline,
 }
 
 impl PreparedLog<'_> {
@@ -153,6 +156,7 @@ impl Preparation {
             channels: data.channels.iter().map(channel).collect(),
             dt_s: data.dt_s,
             hold_out: data.hold_out,
+            deadline: Deadline::NEVER,
         })
     }
 

@@ -57,6 +57,7 @@ fn data(log: &Log) -> PreparedLog<'_> {
         channels: vec![compared(Channel::Rate), compared(Channel::Angle)],
         dt_s: 0.01,
         hold_out: true,
+        deadline: crate::identify::deadline::Deadline::NEVER,
     }
 }
 

@@ -42,6 +42,14 @@ pub fn headline(e: &Explanation) -> String {
             };
             format!("Missing {effects}: {}. {left}", listed(&named(e)))
         }
+        Verdict::NotFinished => {
+            let limit = e.criteria.search.time_limit_s.map_or(String::new(), |seconds| format!(" of {seconds} s"));
+            let found = match &named(e)[..] {
+                [] => "No effect was added.".to_owned(),
+                names => format!("Added so far: {}.", listed(names)),
+            };
+            format!("The time limit{limit} ended the search before all effects were compared: nothing is concluded. {found}")
+        }
         Verdict::UnknownStructure => {
             let found = match &named(e)[..] {
                 [] => String::new(),

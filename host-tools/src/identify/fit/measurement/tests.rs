@@ -29,6 +29,7 @@ fn prepared<'a>(t_s: &'a [f64], channel: ComparedChannel<'a>) -> PreparedLog<'a>
         channels: vec![channel],
         dt_s: ROW_S,
         hold_out: false,
+        deadline: crate::identify::deadline::Deadline::NEVER,
     }
 }
 
