@@ -200,7 +200,10 @@ pub(super) fn is_terminal() -> bool {
 
 /// A spinner with a message on a terminal; invisible on a pipe.
 pub(super) fn spinner(message: &str) -> ProgressBar {
-    let bar = ProgressBar::new_spinner().with_message(message.to_owned());
+    let mut bar = ProgressBar::new_spinner().with_message(message.to_owned());
+    if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed} {msg}") {
+        bar = bar.with_style(style);
+    }
     bar.enable_steady_tick(Duration::from_millis(200));
     bar
 }
