@@ -346,6 +346,7 @@ fn implausible_log_is_refused_with_its_problems() {
         ("constant.csv", "constant-input", "u_V"),
         ("still.csv", "no-motion", "does not move"),
     ];
+    refused(path, &["compare", "log.csv", "--model", "model.toml", "--plots", "log.csv"], &["log.csv", "--plots", "folder"]);
     for (log, code, expected) in expected {
         for verb in ["compare", "fit"] {
             let ran = stand(path, &[verb, log, "--model", "model.toml", "--json", "-"]).refused_the_log();

@@ -621,6 +621,10 @@ fn timed_out(folder: &Path, words: &[&str]) {
     assert!(is_open && !folder.join("out.toml").exists(), "{answer}");
     stdout_of(folder, &[words, &["--time-limit", "0"]].concat());
     assert_eq!(stand(folder, &[words, &["--time-limit", "-1"]].concat()).status, Some(2));
+    std::fs::create_dir(folder.join("logs")).unwrap();
+    std::fs::copy(folder.join("log.csv"), folder.join("logs/log.csv")).unwrap();
+    let of_folder = stand(folder, &["explain", "logs", "--model", "model.toml", "--time-limit", "0.001"]);
+    assert!(of_folder.status == Some(1) && of_folder.out.contains("not-finished"), "{of_folder:?}");
 }
 
 fn page(folder: &Path, words: &[&str]) {

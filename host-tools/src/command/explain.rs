@@ -93,7 +93,9 @@ impl Explain {
         let entries = entries?;
         self.output.text(&folder_text(&entries))?;
         self.output.json(|| folder_json(&entries))?;
+        let is_cut = |entry: &FolderEntry| matches!(&entry.result, Ok(LogExplanation::Explained(e)) if e.verdict == Verdict::NotFinished);
         match entries.iter().filter(|entry| !matches!(entry.result, Ok(LogExplanation::Explained(_)))).count() {
+            0 if entries.iter().any(is_cut) => Err(self.time_limit.error("search in the logs with the verdict not-finished")),
             0 => Ok(()),
             failed => Err(CliError::in_file(
                 folder,

@@ -45,7 +45,7 @@ pub(super) struct Overwrite {
 #[derive(Debug, Clone, Copy, Args)]
 pub(super) struct TimeLimit {
     /// Time after which the analysis ends with its best answer so far and exit status 1, s; 0: none
-    #[arg(long, value_name = "S", default_value_t = 60.0)]
+    #[arg(long, value_name = "S", default_value_t = 60.0, allow_negative_numbers = true)]
     pub time_limit: f64,
 }
 
@@ -106,6 +106,9 @@ impl ReportOutput {
         self.json.check()?;
         self.html.as_deref().map_or(Ok(()), check_html)?;
         let Some(folder) = &self.plots else { return Ok(()) };
+        if folder.exists() && !folder.is_dir() {
+            return Err(CliError::in_file(folder, "--plots writes several files: give the name of a folder"));
+        }
         std::fs::create_dir_all(folder).map_err(|e| CliError::file(folder, "create", &e))?;
         files::check_folder(folder).map_err(|e| CliError::file(folder, "write", &e))
     }

@@ -6,13 +6,22 @@ use super::reasons::Remark;
 use super::search_path::{Search, bic_difference};
 use super::unknown_structure;
 
-/// The verdict, and the shape of what no effect explains. Where one unknown structure fits better than all added effects together, or
-/// where these leave too much, the added effects are removed from the search.
+/// The verdict, and the shape of what no effect explains. A deadline that passes during the search or during the search for unknown structures leaves no
+/// verdict: what was cut short may have missed something.
 pub fn verdict(search: &mut Search) -> (Verdict, Vec<Shape>) {
-    let (Some(first), Some(last)) = (search.models.first(), search.models.last()) else { return (Verdict::Adequate, Vec::new()) };
-    if first.data.deadline.has_passed() {
-        return (Verdict::NotFinished, Vec::new());
+    let Some(deadline) = search.models.first().map(|first| first.data.deadline) else { return (Verdict::Adequate, Vec::new()) };
+    let not_finished = (Verdict::NotFinished, Vec::new());
+    if deadline.has_passed() {
+        return not_finished;
     }
+    let found = finished_verdict(search);
+    if deadline.has_passed() { not_finished } else { found }
+}
+
+/// The verdict of a complete search. Where one unknown structure fits better than all added effects together, or
+/// where these leave too much, the added effects are removed from the search.
+fn finished_verdict(search: &mut Search) -> (Verdict, Vec<Shape>) {
+    let (Some(first), Some(last)) = (search.models.first(), search.models.last()) else { return (Verdict::Adequate, Vec::new()) };
     let criteria = first.context.criteria;
     let chi2_per_n = last.chi2_per_n();
     let invisible = last.misfit() <= MisfitClass::Invisible;
