@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::error::CliError;
+use super::import::ImportOptions;
 use super::output::{ReportOutput, spinner};
 use crate::allan::{AllanError, Interpretation, Request, Taus};
 use crate::report::allan as report;
@@ -50,6 +51,8 @@ pub(super) struct Allan {
     #[arg(long = "as", value_enum)]
     interpretation: Option<InterpretationOption>,
     #[command(flatten)]
+    import: ImportOptions,
+    #[command(flatten)]
     output: ReportOutput,
 }
 
@@ -62,6 +65,7 @@ impl From<AllanError> for CliError {
 impl Allan {
     pub(super) fn run(self) -> Result<(), CliError> {
         self.output.check()?;
+        self.import.apply([self.log.as_path()])?;
         let request = Request {
             log: self.log,
             column: self.column,

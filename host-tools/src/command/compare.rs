@@ -6,6 +6,7 @@ use clap::Args;
 use serde_json::Value;
 
 use super::error::CliError;
+use super::import::ImportOptions;
 use super::output::{ReportOutput, spinner, style};
 use crate::identify::deadline::Deadline;
 use crate::identify::evaluation::{Evaluation, EvaluationError, ParameterTreatment, evaluate};
@@ -24,12 +25,15 @@ pub(super) struct Compare {
     #[arg(long)]
     model: PathBuf,
     #[command(flatten)]
+    import: ImportOptions,
+    #[command(flatten)]
     output: ReportOutput,
 }
 
 impl Compare {
     pub(super) fn run(self) -> Result<(), CliError> {
         self.output.check()?;
+        self.import.apply([self.log.as_path()])?;
         let (log, model) = read_log_and_model(&self.log, &self.model)?;
         evaluate_and_report(&log, &model, ParameterTreatment::Kept, Deadline::NEVER, &self.output).map(drop)
     }

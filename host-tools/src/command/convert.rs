@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::error::CliError;
+use super::import::ImportOptions;
 use super::output::{JsonOutput, Overwrite};
 use crate::log::{Format, Log, LogWarning, Note};
 use crate::report::conversion as report;
@@ -17,6 +18,8 @@ pub(super) struct Convert {
     /// The log to write, .csv or .parquet
     out: PathBuf,
     #[command(flatten)]
+    import: ImportOptions,
+    #[command(flatten)]
     overwrite: Overwrite,
     #[command(flatten)]
     json: JsonOutput,
@@ -27,6 +30,7 @@ impl Convert {
         self.json.check()?;
         Format::of(&self.out)?;
         self.overwrite.check(&self.out)?;
+        self.import.apply([self.log.as_path()])?;
         let mut log = Log::read_all(&self.log)?;
         if log.warnings().iter().any(|warning| matches!(warning, LogWarning::EndMissing { .. })) {
             // The new file has an end, so that it must say what the old one lacked.

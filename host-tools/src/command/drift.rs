@@ -7,6 +7,7 @@ use clap::{Args, Subcommand};
 use super::drift_output::{Uncertainties, write_report};
 use super::drift_run::Run;
 use super::error::CliError;
+use super::import::ImportOptions;
 use super::output::{JsonOutput, ReportOutput};
 use crate::drift::compute::{COLUMNS, DriftSettings, measurement};
 use crate::drift::pulse_advice::advise;
@@ -50,6 +51,8 @@ pub(super) struct Compute {
     #[command(flatten)]
     uncertainties: Uncertainties,
     #[command(flatten)]
+    import: ImportOptions,
+    #[command(flatten)]
     output: ReportOutput,
 }
 
@@ -64,6 +67,8 @@ pub(super) struct Advise {
     #[arg(long, value_name = "V_RAD", allow_negative_numbers = true)]
     angle_gain: Option<f64>,
     #[command(flatten)]
+    import: ImportOptions,
+    #[command(flatten)]
     output: ReportOutput,
 }
 
@@ -74,6 +79,8 @@ pub(super) struct Platform {
     /// Duration of the rotation in each direction, s
     #[arg(long, value_name = "S", default_value_t = 5.0, allow_negative_numbers = true)]
     pulse: f64,
+    #[command(flatten)]
+    import: ImportOptions,
     #[command(flatten)]
     json: JsonOutput,
 }
@@ -106,6 +113,7 @@ impl Compute {
             latitude_deg: self.latitude,
             uncertainties: self.uncertainties.setup(),
         };
+        self.import.apply(self.logs.iter().map(PathBuf::as_path))?;
         let logs = self.logs.iter().map(|path| Log::read_also(path, &COLUMNS)).collect::<Result<Vec<_>, _>>()?;
         write_report(&self.output, &measurement(&logs, &settings)?.evaluate()?)
     }
@@ -114,6 +122,7 @@ impl Compute {
 impl Advise {
     fn run(self) -> Result<(), CliError> {
         self.output.check()?;
+        self.import.apply([self.log.as_path()])?;
         let log = Log::read(&self.log)?;
         let name = self.log.display().to_string();
         let advice = advise(&log, self.angle_gain, self.pulse)?;
@@ -126,6 +135,7 @@ impl Advise {
 impl Platform {
     fn run(self) -> Result<(), CliError> {
         self.json.check()?;
+        self.import.apply([self.log.as_path()])?;
         let log = Log::read(&self.log)?;
         let name = self.log.display().to_string();
         let result = platform::of_log(&log, self.pulse)?;

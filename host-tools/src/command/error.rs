@@ -40,6 +40,9 @@ impl From<crate::log::LogError> for CliError {
     fn from(error: crate::log::LogError) -> Self {
         match &*error.kind {
             crate::log::LogErrorKind::Write(cause) => CliError::file(&error.path, "write", cause),
+            kind if kind.may_be_of_another_program() => {
+                CliError::Input(format!("{error}; stand log inspect {} shows how a file of another program is read", error.path.display()))
+            }
             _ => CliError::Input(error.to_string()),
         }
     }

@@ -6,6 +6,7 @@ use clap::Args;
 
 use super::compare::implausible_log;
 use super::error::CliError;
+use super::import::ImportOptions;
 use super::output::{Overwrite, ReportOutput, TimeLimit, spinner, style};
 use crate::files;
 use crate::identify::explain::{Explanation, Verdict};
@@ -35,6 +36,8 @@ pub(super) struct Explain {
     #[command(flatten)]
     overwrite: Overwrite,
     #[command(flatten)]
+    import: ImportOptions,
+    #[command(flatten)]
     output: ReportOutput,
 }
 
@@ -52,6 +55,7 @@ impl Explain {
         self.output.check()?;
         let time_limit_s = self.time_limit.seconds()?;
         self.out.as_deref().map_or(Ok(()), |out| self.overwrite.check(out))?;
+        self.import.apply(self.log.iter().map(PathBuf::as_path))?;
         if let Some(folder) = self.log.iter().find(|p| p.is_dir()) {
             self.check_folder_options(folder)?;
             return self.explain_folder(folder, &Model::read(&self.model)?, time_limit_s);

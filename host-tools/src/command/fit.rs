@@ -6,6 +6,7 @@ use clap::Args;
 
 use super::compare::{evaluate_and_report, implausible_log, read_log_and_model};
 use super::error::CliError;
+use super::import::ImportOptions;
 use super::output::{Overwrite, ReportOutput, TimeLimit, spinner, style};
 use crate::identify::deadline::Deadline;
 use crate::identify::equation_error::{self, EquationErrorFailure, EquationErrorResult};
@@ -40,6 +41,8 @@ pub(super) struct Fit {
     #[command(flatten)]
     overwrite: Overwrite,
     #[command(flatten)]
+    import: ImportOptions,
+    #[command(flatten)]
     output: ReportOutput,
 }
 
@@ -48,6 +51,7 @@ impl Fit {
         self.output.check()?;
         let deadline = Deadline::after_s(self.time_limit.seconds()?);
         self.out.as_deref().map_or(Ok(()), |out| self.overwrite.check(out))?;
+        self.import.apply([self.log.as_path()])?;
         let (log, model) = read_log_and_model(&self.log, &self.model)?;
         let parameters = if self.equation_error {
             self.by_equation_error(&log, &model)?

@@ -18,6 +18,7 @@ mod effects;
 mod error;
 mod explain;
 mod fit;
+mod import;
 mod model;
 mod observer;
 mod output;
@@ -81,6 +82,9 @@ enum Command {
     Drift(drift::Drift),
     /// Allan deviation of a sensor at rest: angle random walk, bias instability, other noise coefficients
     Allan(allan::Allan),
+    /// Examine logs, also those of other programs, and accept how they are read
+    #[command(subcommand)]
+    Log(import::LogCommand),
     /// Convert a log between CSV and Parquet
     Convert(convert::Convert),
     /// Create, show or edit a model file
@@ -127,6 +131,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Some(Command::Record(record)) => record.run(),
         Some(Command::Drift(drift)) => drift.run(),
         Some(Command::Allan(allan)) => allan.run(),
+        Some(Command::Log(log)) => log.run(),
         Some(Command::Convert(convert)) => convert.run(),
         Some(Command::Model(model)) => model.run(),
         Some(Command::Observer(observer)) => observer.run(),

@@ -97,7 +97,10 @@ pub fn explain_folder(
 }
 
 /// The log files of a folder, sorted by name.
-fn logs_in(folder: &Path) -> Result<Vec<PathBuf>, ExplainLogsError> {
+///
+/// # Errors
+/// The folder cannot be read or contains no logs.
+pub fn logs_in(folder: &Path) -> Result<Vec<PathBuf>, ExplainLogsError> {
     let entries = std::fs::read_dir(folder).map_err(|source| ExplainLogsError::Folder { folder: folder.to_owned(), source })?;
     let is_log =
         |p: &Path| p.extension().and_then(|e| e.to_str()).is_some_and(|e| matches!(e.to_ascii_lowercase().as_str(), "csv" | "parquet"));

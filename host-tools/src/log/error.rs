@@ -178,9 +178,71 @@ pub enum LogErrorKind {
     /// A value is missing.
     #[error("the value is missing (null)")]
     Null,
+    /// The ending names no format that can be imported.
+    #[error("the name must end in .csv, .txt, .tsv, .dat, .asc (text), .parquet or .mat; the ending selects the format")]
+    ForeignEnding,
+    /// No line consists of numbers.
+    #[error("there is no table in the file: no separator makes numbers of its lines")]
+    NoNumbers,
+    /// A MATLAB file that is not read.
+    #[error("{0}")]
+    Matlab(&'static str),
+    /// The import file is no mapping.
+    #[error("not an import file: {0}")]
+    ImportFile(String),
+    /// A unit is unknown.
+    #[error("“{}” is not a known unit (for example ms, deg, rpm, deg/s, mA, mN m, counts:8192 per turn, 0.05 V)", .0.escape_debug())]
+    UnknownUnit(String),
+    /// A unit measures another quantity.
+    #[error("{unit} is not a unit of {column}, which is in {example}")]
+    WrongUnit {
+        /// The unit.
+        unit: String,
+        /// The column of the project.
+        column: String,
+        /// Unit of the project for it.
+        example: &'static str,
+    },
+    /// A column is mapped to a name that no column can have.
+    #[error("“{}” is not a column of the project{}, and not a name of letters, digits and underscores", name.escape_debug(), near.as_ref().map_or(String::new(), |n| format!(" (did you mean {n}?)")))]
+    NoSuchTarget {
+        /// The name.
+        name: String,
+        /// The nearest column of the project.
+        near: Option<String>,
+    },
+    /// Two columns are mapped to the same.
+    #[error("another column is mapped to {0} too")]
+    MappedTwice(String),
+    /// Most rows lack a value.
+    #[error("{missing} of {rows} cells are empty or no numbers; map another column, or leave this one out with --map NAME=-")]
+    MostlyEmpty {
+        /// Cells without a number.
+        missing: usize,
+        /// Rows.
+        rows: usize,
+    },
+    /// Time and row rate are both stated.
+    #[error("there is a time column and a sample rate; leave the time out with --map NAME=- or state no sample rate")]
+    TimeAndRate,
+    /// The row rate is no positive number.
+    #[error("the sample rate {0} Hz must be positive")]
+    SampleRate(f64),
 }
 
 impl LogErrorKind {
+    /// The file may be a log of another program, which can be imported.
+    pub fn may_be_of_another_program(&self) -> bool {
+        matches!(
+            self,
+            LogErrorKind::Ending
+                | LogErrorKind::NoHeader
+                | LogErrorKind::Separator(_)
+                | LogErrorKind::NoTime { .. }
+                | LogErrorKind::EmptyName(_)
+        )
+    }
+
     /// The defect of two successive times that do not increase.
     pub(super) fn time(before: f64, now: f64) -> LogErrorKind {
         if before == now { LogErrorKind::Repeats(now) } else { LogErrorKind::StepsBack { before, now } }

@@ -11,6 +11,7 @@ mod columns;
 mod csv;
 mod csv_write;
 mod error;
+pub mod import;
 mod notes;
 mod one_column;
 mod parquet;
@@ -91,7 +92,7 @@ impl Log {
     pub fn read_also(path: impl AsRef<Path>, also: &[&str]) -> Result<Log, LogError> {
         let path = path.as_ref();
         let selection = |name: &str| known(name).is_some() || also.contains(&name);
-        Log::assemble(path, read_contents(path, &mut Selection { column: &selection, times: None })?)
+        Log::assemble(path, read_contents(path, &mut Selection { column: &selection, times: None, lenient: false })?)
     }
 
     /// Reads the log at `path` with all its columns, as the file has them: a wrapped angle stays wrapped.
@@ -100,7 +101,7 @@ impl Log {
     /// As [`Log::read`]; a column that is not numeric is an error too.
     pub fn read_all(path: impl AsRef<Path>) -> Result<Log, LogError> {
         let path = path.as_ref();
-        Log::assemble(path, read_file(path, &mut Selection { column: &|_| true, times: None })?)
+        Log::assemble(path, read_file(path, &mut Selection { column: &|_| true, times: None, lenient: false })?)
     }
 
     /// A log of given columns and notes; `path` is its name in messages.
@@ -264,6 +265,8 @@ struct Selection<'a> {
     column: &'a dyn Fn(&str) -> bool,
     /// Callback for the time of each row; the times are then not stored.
     times: Option<&'a mut dyn FnMut(f64)>,
+    /// A file of another program: a missing value is NaN, a column that is not numeric is ignored, and no column is a time.
+    lenient: bool,
 }
 
 impl Selection<'_> {
@@ -272,8 +275,11 @@ impl Selection<'_> {
     }
 }
 
-/// Reads a file of either format.
+/// Reads a file of either format, or of another program if it has an import file.
 fn read_file(path: &Path, selection: &mut Selection<'_>) -> Result<FileContents, LogError> {
+    if let Some(mapping) = import::ImportMapping::beside(path)? {
+        return import::contents(path, &mapping, selection);
+    }
     match Format::of(path)? {
         Format::Csv => csv::read(path, selection),
         Format::Parquet => parquet::read(path, selection),
@@ -283,7 +289,8 @@ fn read_file(path: &Path, selection: &mut Selection<'_>) -> Result<FileContents,
 /// Reads a file of either format; a wrapped angle is continued over the turns.
 fn read_contents(path: &Path, selection: &mut Selection<'_>) -> Result<FileContents, LogError> {
     let mut contents = read_file(path, selection)?;
-    if let Some(theta) = contents.columns.iter_mut().find(|c| c.name == "theta_rad") {
+    let is_linear = contents.notes.is_linear_axis();
+    if let Some(theta) = contents.columns.iter_mut().find(|c| c.name == "theta_rad" && !is_linear) {
         let jumps = unwrap::unwrap(&mut theta.values);
         contents.warnings.extend((jumps > 0).then_some(LogWarning::UnwrappedAngle { jumps }));
     }
@@ -302,6 +309,12 @@ struct FileContents {
 /// The columns of a file, for a message.
 fn names(read: &[Column], ignored: &[String]) -> String {
     read.iter().map(|c| c.name.as_str()).chain(ignored.iter().map(String::as_str)).collect::<Vec<_>>().join(", ")
+}
+
+/// A name that a user's column and an expression may have: a letter, then letters, digits, underscores.
+pub fn is_own_name(name: &str) -> bool {
+    let mut letters = name.chars();
+    letters.next().is_some_and(|c| c.is_ascii_alphabetic() || c == '_') && letters.all(|c| c.is_ascii_alphanumeric() || c == '_')
 }
 
 /// Median of the steps in time; of long logs, of an even selection of some hundred thousand steps.

@@ -27,7 +27,7 @@ impl OneColumn {
     pub fn read(path: impl AsRef<Path>, column: &str, on_time: &mut dyn FnMut(f64)) -> Result<Self, LogError> {
         let path = path.as_ref();
         let selection = |name: &str| name == column || name == "t_s";
-        let contents = read_contents(path, &mut Selection { column: &selection, times: Some(on_time) })?;
+        let contents = read_contents(path, &mut Selection { column: &selection, times: Some(on_time), lenient: false })?;
         let all = names(&contents.columns, &contents.ignored);
         if !contents.columns.iter().any(|c| c.name == "t_s") {
             return Err(LogError::new(path, LogErrorKind::NoTime { has: all }));
@@ -55,7 +55,7 @@ impl OneColumn {
 /// As [`super::Log::read`].
 pub fn times(path: impl AsRef<Path>, on_time: &mut dyn FnMut(f64)) -> Result<(), LogError> {
     let path = path.as_ref();
-    let contents = read_contents(path, &mut Selection { column: &|name| name == "t_s", times: Some(on_time) })?;
+    let contents = read_contents(path, &mut Selection { column: &|name| name == "t_s", times: Some(on_time), lenient: false })?;
     if !contents.columns.iter().any(|c| c.name == "t_s") {
         return Err(LogError::new(path, LogErrorKind::NoTime { has: names(&contents.columns, &contents.ignored) }));
     }

@@ -89,13 +89,28 @@ fn read_columns(path: &Path, selection: &mut Selection<'_>) -> Result<FileConten
             contents.ignored.push(name);
             continue;
         }
-        is_numeric(descriptor).map_err(|kind| LogError::new(path, kind).column(&name))?;
+        if selection.lenient && number_scale(descriptor).is_none() {
+            contents.ignored.push(name);
+            continue;
+        }
+        if !selection.lenient {
+            is_numeric(descriptor).map_err(|kind| LogError::new(path, kind).column(&name))?;
+        }
         columns.push((index, Column { name, values: Vec::new() }));
     }
     for (index, column) in &mut columns {
-        let is_time = column.name == "t_s";
-        let mut sink =
-            ColumnSink { path, name: &column.name, is_time, rows: 0, last: f64::NEG_INFINITY, values: &mut column.values, times: None };
+        let lenient = selection.lenient;
+        let mut sink = ColumnSink {
+            path,
+            name: &column.name,
+            is_time: column.name == "t_s" && !lenient,
+            lenient,
+            rows: 0,
+            last: f64::NEG_INFINITY,
+            values: &mut column.values,
+            times: None,
+        };
+        let scale = if lenient { number_scale(&schema.columns()[*index]).unwrap_or(1.0) } else { 1.0 };
         if selection.keeps(sink.name) {
             sink.values.reserve_exact(rows.min(MAX_RESERVED_ROWS));
         } else {
@@ -106,8 +121,9 @@ fn read_columns(path: &Path, selection: &mut Selection<'_>) -> Result<FileConten
             match reader.map_err(damaged)? {
                 ColumnReader::DoubleColumnReader(r) => sink.all::<DoubleType>(r, |v| v)?,
                 ColumnReader::FloatColumnReader(r) => sink.all::<parquet::data_type::FloatType>(r, f64::from)?,
-                ColumnReader::Int32ColumnReader(r) => sink.all::<parquet::data_type::Int32Type>(r, f64::from)?,
-                ColumnReader::Int64ColumnReader(r) => sink.all::<parquet::data_type::Int64Type>(r, |v| v as f64)?,
+                ColumnReader::Int32ColumnReader(r) => sink.all::<parquet::data_type::Int32Type>(r, |v| f64::from(v) * scale)?,
+                ColumnReader::Int64ColumnReader(r) => sink.all::<parquet::data_type::Int64Type>(r, |v| v as f64 * scale)?,
+                ColumnReader::BoolColumnReader(r) => sink.all::<parquet::data_type::BoolType>(r, |v| f64::from(u8::from(v)))?,
                 _ => return Err(sink.error(LogErrorKind::NotNumeric("something else".to_owned()))),
             }
         }
@@ -169,6 +185,30 @@ fn is_numeric(column: &ColumnDescriptor) -> Result<(), LogErrorKind> {
     }
 }
 
+/// Size of a number of the column of another program's file: 1, or seconds for a point in time. `None` if the column has no numbers.
+fn number_scale(column: &ColumnDescriptor) -> Option<f64> {
+    use parquet::basic::{LogicalType as L, TimeUnit};
+    if column.max_rep_level() > 0 || column.path().parts().len() > 1 {
+        return None;
+    }
+    let of_unit = |unit: &TimeUnit| match unit {
+        TimeUnit::MILLIS => 1e-3,
+        TimeUnit::MICROS => 1e-6,
+        TimeUnit::NANOS => 1e-9,
+    };
+    match (column.physical_type(), column.logical_type_ref()) {
+        (Physical::DOUBLE | Physical::FLOAT | Physical::BOOLEAN, _) => Some(1.0),
+        (Physical::INT32 | Physical::INT64, None | Some(L::Integer { .. })) => match column.converted_type() {
+            ConvertedType::TIMESTAMP_MILLIS | ConvertedType::TIME_MILLIS => Some(1e-3),
+            ConvertedType::TIMESTAMP_MICROS | ConvertedType::TIME_MICROS => Some(1e-6),
+            ConvertedType::DECIMAL => None,
+            _ => Some(1.0),
+        },
+        (Physical::INT32 | Physical::INT64, Some(L::Timestamp(time) | L::Time(time))) => Some(of_unit(&time.unit)),
+        _ => None,
+    }
+}
+
 /// The column has a logical type of times or decimals; times in nanoseconds have no converted type.
 fn is_time(column: &ColumnDescriptor) -> bool {
     use parquet::basic::LogicalType as L;
@@ -180,6 +220,7 @@ struct ColumnSink<'a, 'b, 'c> {
     path: &'a Path,
     name: &'a str,
     is_time: bool,
+    lenient: bool,
     rows: usize,
     last: f64,
     values: &'a mut Vec<f64>,
@@ -200,6 +241,13 @@ impl ColumnSink<'_, '_, '_> {
             levels.clear();
             let result = reader.read_records(BATCH_ROWS, Some(&mut levels), None, &mut batch);
             let (records, present, _) = result.map_err(|e| self.error(LogErrorKind::Parquet(e.to_string())))?;
+            if present < records && self.lenient {
+                let mut values = batch.drain(..);
+                for level in &levels {
+                    self.one(if *level == 0 { f64::NAN } else { values.next().map_or(f64::NAN, &number) })?;
+                }
+                continue;
+            }
             if present < records {
                 // The column is at most one level deep: level 1 means present.
                 let before = levels.iter().position(|&l| l == 0).unwrap_or(0);
@@ -220,7 +268,7 @@ impl ColumnSink<'_, '_, '_> {
     #[inline]
     fn one(&mut self, value: f64) -> Result<(), LogError> {
         self.rows += 1;
-        if !value.is_finite() {
+        if !value.is_finite() && !self.lenient {
             return Err(self.error(LogErrorKind::NotFinite(value.to_string())).row(self.rows));
         }
         if self.is_time {

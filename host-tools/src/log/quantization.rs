@@ -20,7 +20,7 @@ const SINGLE_PRECISION: f64 = 1e-6;
 const DOUBLE_PRECISION: f64 = 1e-12;
 
 /// The quantization step of `values`, in their unit; `None` if they are continuous or too few.
-pub(super) fn step(values: &[f64]) -> Option<f64> {
+pub(in crate::log) fn step(values: &[f64]) -> Option<f64> {
     let rows = values.len();
     if rows <= MAX_ROWS {
         return of_rows(values);

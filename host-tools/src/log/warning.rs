@@ -1,8 +1,26 @@
 //! Warnings of the readers; `report` words them.
 
+use std::path::PathBuf;
+
 /// A warning about the file of a log, which was read nevertheless.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum LogWarning {
+    /// A file of another program was read by its import file.
+    Imported {
+        /// Each used column in words.
+        columns: Vec<String>,
+        /// The import file.
+        import_file: PathBuf,
+    },
+    /// Rows without a value in a used column were left out.
+    RowsLeftOut {
+        /// Number of rows.
+        rows: usize,
+        /// The column with the most missing values.
+        column: String,
+        /// Its first row without a value, from 1.
+        first: usize,
+    },
     /// The last row does not end with a line break; its last number may be cut short.
     UnterminatedRow {
         /// Line of the file, from 1.

@@ -5,6 +5,13 @@ use crate::log::LogWarning;
 /// A warning in one sentence, without its full stop.
 pub fn log_warning(warning: &LogWarning) -> String {
     match warning {
+        LogWarning::Imported { columns, import_file } => {
+            format!("read as {} states: {}", import_file.display(), columns.join(", "))
+        }
+        LogWarning::RowsLeftOut { rows, column, first } => {
+            let (rows, are) = if *rows == 1 { ("one row".to_owned(), "is") } else { (format!("{rows} rows"), "are") };
+            format!("{rows} without a value {are} left out, column {column} has the most, the first in row {first}")
+        }
         LogWarning::UnterminatedRow { line } => {
             format!("the last row (line {line}) does not end with a line break; its last number may be cut short")
         }

@@ -18,6 +18,7 @@ pub mod equation_error;
 mod escape;
 pub mod explanation;
 pub mod html;
+pub mod inspection;
 pub mod json;
 mod log_warning;
 pub mod misfits;

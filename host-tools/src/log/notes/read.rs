@@ -101,6 +101,11 @@ impl Notes {
         self.text("theta_zero").is_some_and(|v| v.trim().eq_ignore_ascii_case("index"))
     }
 
+    /// The axis is a linear one: the angle is a position in m, the rate a velocity in m/s, the torque a force in N.
+    pub fn is_linear_axis(&self) -> bool {
+        self.text("axis").is_some_and(|v| v.trim().eq_ignore_ascii_case("linear"))
+    }
+
     /// The number that a note begins with; a unit may follow.
     pub fn number(&self, key: &str) -> Option<f64> {
         self.text(key).and_then(|text| text.split_whitespace().next()?.parse().ok())
