@@ -1,6 +1,7 @@
 //! How often `explain` names the hidden effect, and the effects named instead.
 //!
 //! `cargo bench -p stand-tests --bench confusion -- foreign | own [N] [SEED] | several [N] [SEED] | nulls [N] [SEED] | outsiders [N] [SEED]`
+//! `… -- dirt KIND [N] [SEED]` (nulls with an imperfection), `… -- dirty-own KIND [N] [SEED]` (effects with it)
 //!
 //! N is the number of logs; for `own` and `outsiders`, of seeds for each effect, experiment and mode. `own EFFECT` runs that effect alone. `write
 //! ID FOLDER` writes a log with its models for `stand explain`. Tables go to standard output, a line per log into a CSV.
@@ -15,6 +16,7 @@ use std::time::Instant;
 
 use drive_model::cards;
 use rayon::ThreadPoolBuilder;
+use stand_tests::dirt::Dirt;
 use stand_tests::draw::{Drawn, MODES, OUTSIDERS, PROFILES, mode_name};
 use stand_tests::foreign::{cases, stand_data};
 use stand_tests::tables::{self, Line};
@@ -43,6 +45,25 @@ fn main() -> ExitCode {
             let ids: Vec<String> = (0..number(0, 1000)).map(|k| null(k, first)).collect();
             let of = |id: &str| id.split('/').take(2).collect::<Vec<_>>().join(", ");
             println!("{}", tables::nulls(&run(group, &ids), of));
+        }
+        "dirt" | "dirty-own" => {
+            let Some(dirt) = words.get(1).and_then(|word| Dirt::by_name(word)) else {
+                eprintln!("{group} KIND, one of {}", Dirt::ALL.map(Dirt::name).join(", "));
+                return ExitCode::from(2);
+            };
+            let ids: Vec<String> = if group == "dirt" {
+                (0..number(0, 100)).map(|k| null(k, first)).collect()
+            } else {
+                let all: Vec<&str> = cards().iter().map(|c| c.id).collect();
+                let one = |k: u64| format!("own/{}/{}", all[k as usize % all.len()], experiment(k / all.len() as u64, first));
+                (0..number(0, 100)).map(one).collect()
+            };
+            let lines = run_dirty(&format!("{group}-{}", dirt.name()), &ids, dirt);
+            if group == "dirt" {
+                println!("{}", tables::nulls(&lines, |_| dirt.name().to_owned()));
+            } else {
+                println!("{}", tables::own(&lines));
+            }
         }
         "write" => {
             let (Some(drawn), Some(folder)) = (words.get(1).and_then(|id| Drawn::by_name(id)), words.get(2)) else {
@@ -90,6 +111,11 @@ fn null(k: u64, first: u64) -> String {
 }
 
 fn run(group: &str, ids: &[String]) -> Vec<Line> {
+    run_dirty(group, ids, Dirt::Clean)
+}
+
+/// Results on logs with an imperfection.
+fn run_dirty(group: &str, ids: &[String], dirt: Dirt) -> Vec<Line> {
     all(group, ids, |id| {
         let drawn = Drawn::by_name(id)?;
         let known = Known {
@@ -100,7 +126,7 @@ fn run(group: &str, ids: &[String]) -> Vec<Line> {
             rate_from_encoder: false,
             without: &|effect| Some(drawn.true_model_without(effect)),
         };
-        let outcome = judge(drawn.log(), &known);
+        let outcome = judge(dirt.on(&drawn.log(), drawn.seed()), &known);
         let hidden = drawn.hidden.iter().chain(&drawn.outsider).cloned().collect();
         Some(Line { id: id.clone(), hidden, description: drawn.description(), outcome })
     })

@@ -147,6 +147,11 @@ impl Drawn {
         }
     }
 
+    /// Seed of the experiment.
+    pub fn seed(&self) -> u64 {
+        self.seed
+    }
+
     /// True if the stand has a hidden effect or disturbance.
     pub fn hides(&self) -> bool {
         self.outsider.is_some() || !self.hidden.is_empty()

@@ -3,6 +3,7 @@
 
 pub mod bench;
 pub mod calibration;
+pub mod dirt;
 pub mod draw;
 pub mod drawn_parts;
 pub mod drift;

@@ -51,7 +51,9 @@ pub(super) fn read_log_and_model(log: &Path, model: &Path) -> Result<(Log, Model
     let spinner = spinner(&format!("reading {}", log.display()));
     let log = Log::read(log);
     spinner.finish_and_clear();
-    Ok((log?, model))
+    let mut log = log?;
+    log.even_out_times();
+    Ok((log, model))
 }
 
 /// Evaluates the model on the log and reports the result. An implausible log is reported and an error.

@@ -8,6 +8,7 @@ use super::fit::{
     self, FitError, FitResult, PreparedLog, Unidentifiable,
     prepare::{PreparationNote, PrepareError},
 };
+use super::recording_conventions::fit_as_recorded;
 use super::residual::{self, Misfit};
 use crate::log::plausible::{self, Defect, ShiftedConstant};
 use crate::log::{Log, RateSource};
@@ -146,19 +147,21 @@ fn with_best_rate_source(
 ) -> Result<FitResult, FitError> {
     let (system, parameters) = fit::build::system(model, data.temp_C.is_some());
     let parameters = parameters.within_physical_ranges();
-    let once = |data: &PreparedLog| match treatment {
-        ParameterTreatment::Kept => fit::compare(&system, &parameters, data),
-        ParameterTreatment::Fitted | ParameterTreatment::FittedToAllRows => fit::fit(&system, &parameters, data),
+    let once = |data: &PreparedLog, near: Option<&FitResult>| match (treatment, near) {
+        (ParameterTreatment::Kept, _) => fit::compare(&system, &parameters, data),
+        (ParameterTreatment::Fitted | ParameterTreatment::FittedToAllRows, None) => fit::fit(&system, &parameters, data),
+        (ParameterTreatment::Fitted | ParameterTreatment::FittedToAllRows, Some(near)) => fit::refit_from(&system, data, near),
     };
     let depends_on_source = model.effects().iter().any(|e| e.card.uses_rate_source);
     let has_rate = data.channels.iter().any(|c| c.channel == Channel::Rate);
     let source_unknown = log.provenance(Channel::Rate.column()).source == RateSource::Unknown;
-    let from_sensor = once(data)?;
+    let (from_sensor, notes) = fit_as_recorded(log, data, &once)?;
+    remarks.extend(notes.into_iter().map(EvaluationRemark::Preparation));
     if !(depends_on_source && has_rate && source_unknown) {
         return Ok(from_sensor);
     }
     data.rate_from_encoder = true;
-    let from_encoder = once(data)?;
+    let from_encoder = once(data, None)?;
     if from_encoder.chi2 < from_sensor.chi2 {
         remarks.push(EvaluationRemark::AssumedRateSource { from_encoder: true });
         Ok(from_encoder)

@@ -7,4 +7,5 @@ pub mod evaluation;
 pub mod explain;
 pub mod explain_logs;
 pub mod fit;
+pub mod recording_conventions;
 pub mod residual;

@@ -17,11 +17,12 @@ mod one_column;
 mod parquet;
 pub mod plausible;
 mod quantization;
+mod time_base;
 mod unwrap;
 mod warning;
 
 use crate::files;
-use crate::statistics::robust::median;
+use crate::statistics::robust::{MEDIAN_ABS_PER_SIGMA, median_in_place};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -33,8 +34,10 @@ pub use notes::{FaultNote, Note, Notes, Provenance, RateSource, VoltageSource, m
 pub use one_column::{OneColumn, times};
 pub use warning::LogWarning;
 
-/// A step in time above this number of median intervals is a gap.
+/// A step in time above this number of median intervals is a gap, if the jitter of the time is small.
 pub const GAP_INTERVALS: f64 = 1.5;
+/// Robust standard deviations of the steps by which a gap exceeds the median interval: jitter is no gap.
+const GAP_SIGMAS: f64 = 6.0;
 
 /// One column.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,6 +57,7 @@ pub struct Log {
     notes: Notes,
     warnings: Vec<LogWarning>,
     median_dt_s: f64,
+    longest_step_s: f64,
 }
 
 /// Format of a log file.
@@ -139,9 +143,9 @@ impl Log {
         if t_s.values.is_empty() {
             return Err(LogError::new(path, LogErrorKind::NoRows));
         }
-        let median_dt_s = median_interval(&t_s.values);
+        let (median_dt_s, longest_step_s) = intervals(&t_s.values);
         warnings.extend(notes::warnings(&notes));
-        Ok(Log { path: path.to_owned(), columns, ignored, notes, warnings, median_dt_s })
+        Ok(Log { path: path.to_owned(), columns, ignored, notes, warnings, median_dt_s, longest_step_s })
     }
 
     /// Writes columns and notes to `path`, in the format that its ending selects.
@@ -185,6 +189,17 @@ impl Log {
         &self.notes
     }
 
+    /// Replaces scattered time stamps of evenly spaced readings by even times, with a warning.
+    pub fn even_out_times(&mut self) {
+        let columns = ["theta_rad", "omega_rad_s", "i_A"].into_iter().filter_map(|name| self.column(name)).collect::<Vec<_>>();
+        let Some((even, scatter_s)) = time_base::even_times(self.t_s(), &self.segments(), &columns) else { return };
+        (self.median_dt_s, self.longest_step_s) = intervals(&even);
+        if let Some(time) = self.columns.iter_mut().find(|c| c.name == "t_s") {
+            time.values = even;
+        }
+        self.warnings.push(LogWarning::EvenTimes { scatter_us: (scatter_s * 1e6).round() as u64 });
+    }
+
     /// Adds a note.
     pub fn add_note(&mut self, note: Note) {
         self.notes.push(note);
@@ -224,7 +239,7 @@ impl Log {
     /// Sequences of rows without a gap, in order; together all rows.
     pub fn segments(&self) -> Vec<Range<usize>> {
         let t_s = self.t_s();
-        let longest = GAP_INTERVALS * self.median_dt_s;
+        let longest = self.longest_step_s;
         let mut segments = Vec::new();
         let mut from = 0;
         for k in 1..t_s.len() {
@@ -317,11 +332,15 @@ pub fn is_own_name(name: &str) -> bool {
     letters.next().is_some_and(|c| c.is_ascii_alphabetic() || c == '_') && letters.all(|c| c.is_ascii_alphanumeric() || c == '_')
 }
 
-/// Median of the steps in time; of long logs, of an even selection of some hundred thousand steps.
-fn median_interval(t_s: &[f64]) -> f64 {
+/// Median of the steps in time, and the longest step that is no gap; of long logs, of an even selection of some hundred thousand steps.
+fn intervals(t_s: &[f64]) -> (f64, f64) {
     const MAX_STEPS: usize = 200_000;
     let stride = t_s.len().div_ceil(MAX_STEPS).max(1);
-    median((1..t_s.len()).step_by(stride).map(|k| t_s[k] - t_s[k - 1])).unwrap_or(0.0)
+    let mut steps: Vec<f64> = (1..t_s.len()).step_by(stride).map(|k| t_s[k] - t_s[k - 1]).collect();
+    let middle = median_in_place(&mut steps).unwrap_or(0.0);
+    steps.iter_mut().for_each(|step| *step = (*step - middle).abs());
+    let sigma = median_in_place(&mut steps).unwrap_or(0.0) / MEDIAN_ABS_PER_SIGMA;
+    (middle, (GAP_INTERVALS * middle).max(middle + GAP_SIGMAS * sigma))
 }
 
 #[cfg(test)]

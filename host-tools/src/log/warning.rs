@@ -38,6 +38,11 @@ pub enum LogWarning {
         /// Number of rows that were written, from the note.
         written: String,
     },
+    /// The time stamps scatter although the readings are evenly spaced: even times are used.
+    EvenTimes {
+        /// Rms scatter of the stamps, µs.
+        scatter_us: u64,
+    },
     /// The angle was wrapped to one turn and is continued over the turns.
     UnwrappedAngle {
         /// Number of jumps by a turn.

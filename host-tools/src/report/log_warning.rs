@@ -21,6 +21,9 @@ pub fn log_warning(warning: &LogWarning) -> String {
         LogWarning::RowsChanged { rows, written } => {
             format!("its {rows} rows are not the {written} rows that were written: the file was edited or damaged")
         }
+        LogWarning::EvenTimes { scatter_us } => {
+            format!("the time stamps scatter by {scatter_us} µs rms, and the readings are evenly spaced: even times are used")
+        }
         LogWarning::UnwrappedAngle { jumps } => {
             format!("theta_rad is wrapped to one turn ({jumps} jumps of 2π); it was continued over the turns")
         }

@@ -46,7 +46,7 @@ fn percent(fraction: f64) -> String {
 }
 
 /// A coordinate with its article.
-fn coordinate(coordinate: Coordinate) -> &'static str {
+pub fn coordinate(coordinate: Coordinate) -> &'static str {
     match coordinate {
         Coordinate::Theta => "the angle",
         Coordinate::Omega => "the rate",

@@ -7,6 +7,29 @@ use crate::log::plausible::ShiftedConstant;
 /// A preparation note as a sentence.
 pub fn note(note: &PreparationNote) -> String {
     match note {
+        PreparationNote::Outliers { channel, rows, of } => format!(
+            "Heavy-tailed noise: {rows} of {} readings of {} differ from all their neighbours by more than {} standard deviations; they are not compared.",
+            super::numbers::grouped(*of),
+            channel.column(),
+            crate::identify::fit::outliers::MIN_SIGMAS
+        ),
+        PreparationNote::AssumedAtT { column } => format!(
+            "The log does not state how {column} was made. Values at the time of the row fit better than means over the row and are assumed; the note “{column}: at t” or “{column}: mean over the row” states it."
+        ),
+        PreparationNote::AssumedOverLastRow { column } => format!(
+            "The log does not state how {column} was made. Means over the last row fit better than values at the time of the row and are assumed, as of a rate from differences of an angle."
+        ),
+        PreparationNote::Segments { segments, short: (short, rows) } => {
+            let left_out = match short {
+                0 => String::new(),
+                1 => format!(" One more segment of {rows} rows is too short to determine its initial state and counts in no score."),
+                _ => format!(
+                    " {short} more segments, {rows} rows together, are too short to determine their initial states and count in no score."
+                ),
+            };
+            let are = if *segments == 1 { "One segment is compared".to_owned() } else { format!("{segments} segments are compared") };
+            format!("The time has gaps: {are}, each with an initial state of its own.{left_out}")
+        }
         PreparationNote::NotVisibleAtTerminals { effect } => {
             format!("u_V was measured at the motor terminals, behind the bridge: {effect} is not visible in this log.")
         }

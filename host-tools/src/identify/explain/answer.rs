@@ -19,6 +19,8 @@ pub enum Verdict {
     Adequate,
     /// Effects of the catalogue were missing.
     EffectFound,
+    /// Effects of the catalogue were missing and explain most of the error; something else is left.
+    PartlyExplained,
     /// The model fails, and no effect of the catalogue explains it.
     UnknownStructure,
     /// The time limit ended the search.
@@ -31,6 +33,7 @@ impl Verdict {
         match self {
             Verdict::Adequate => "adequate",
             Verdict::EffectFound => "effect-found",
+            Verdict::PartlyExplained => "partly-explained",
             Verdict::UnknownStructure => "unknown-structure",
             Verdict::NotFinished => "not-finished",
         }
@@ -168,6 +171,8 @@ pub struct Explanation {
     pub candidates: Vec<Candidate>,
     /// Misfits of the given model, largest share first.
     pub misfits: Vec<Misfit>,
+    /// Misfits of the final model, where it is not adequate; empty otherwise.
+    pub remaining: Vec<Misfit>,
     /// What is left at the end and no effect explains; empty where it is noise.
     pub unexplained: Vec<Shape>,
     /// What to measure next; `None` where nothing is open.

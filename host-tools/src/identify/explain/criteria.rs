@@ -33,6 +33,8 @@ pub struct Criteria {
     pub verdict: VerdictCriteria,
     /// Structures that no effect of the catalogue has.
     pub unknown: UnknownCriteria,
+    /// Whether a residual above the white noise is coloured noise.
+    pub adequacy: AdequacyCriteria,
 }
 
 /// Several logs as one.
@@ -459,13 +461,43 @@ pub struct VerdictCriteria {
     pub max_remainder_far_from_noise: f64,
     /// Effects from which on a single unknown structure is a rival of all of them together; default 3.
     pub suspicious_effects: usize,
+    /// Misfit that so many effects may leave and still be named; default small, rms 1.4 × the noise. Several periodic effects together imitate
+    /// much that none of them is.
+    pub max_misfit_of_many: MisfitClass,
     /// Smallest excess χ²/n by which is divided; default 1e-3.
     pub min_excess: f64,
 }
 
 impl Default for VerdictCriteria {
     fn default() -> Self {
-        VerdictCriteria { max_remainder: 0.5, max_remainder_far_from_noise: 0.1, suspicious_effects: 3, min_excess: 1e-3 }
+        VerdictCriteria {
+            max_remainder: 0.5,
+            max_remainder_far_from_noise: 0.1,
+            suspicious_effects: 3,
+            max_misfit_of_many: MisfitClass::Small,
+            min_excess: 1e-3,
+        }
+    }
+}
+
+/// Whether a residual above the white noise is coloured noise.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AdequacyCriteria {
+    /// Probability of calling noise dependent on the input, over all channels; default 0.001, as for a misfit.
+    pub max_familywise_p: f64,
+    /// Rows of the past input that are tested; default 30, at 1 kHz a usual mechanical time constant.
+    pub lags: usize,
+    /// The same in increments of the angle, 20 ms each; default 10.
+    pub lags_of_increments: usize,
+    /// Correlation of two channels' residuals from which a torque may move both; default 0.1.
+    pub min_coherence: f64,
+    /// Its standard errors; default 4, once in 16 000 pairs of independent channels.
+    pub min_coherence_sigmas: f64,
+}
+
+impl Default for AdequacyCriteria {
+    fn default() -> Self {
+        AdequacyCriteria { max_familywise_p: 1e-3, lags: 30, lags_of_increments: 10, min_coherence: 0.1, min_coherence_sigmas: 4.0 }
     }
 }
 

@@ -10,12 +10,14 @@ use super::likelihood::{WhitenedSums, Whitener};
 use super::stiffness::limit_stiffness;
 use super::trial::Trial;
 use crate::identify::fit::parameters::Parameters;
+use crate::identify::fit::prepare::PreparationNote;
 use crate::identify::fit::solve::{self, Iterate};
 use crate::identify::fit::starting_point::{WINDOW_S, fit_windows, short_windows};
 use crate::identify::fit::system::System;
 use crate::identify::fit::{
     self, ChannelFit, FitError, FitResult, InitialStates, PreparedLog, Problem, build, initial_state_kinds, starting_states,
 };
+use crate::identify::recording_conventions::fit_as_recorded;
 use crate::model::{Input, Model};
 
 /// A fitted model and the data it was fitted to.
@@ -37,14 +39,17 @@ pub struct FittedModel<'a> {
 }
 
 impl<'a> FittedModel<'a> {
-    /// Fits `model` to the data.
+    /// Fits `model` to the data, as they were recorded; notes on how that is.
     ///
     /// # Errors
     /// The model cannot be simulated along these data.
-    pub fn fit(context: Context<'a>, model: &Model, data: PreparedLog<'a>) -> Result<Self, FitError> {
+    pub fn fit(context: Context<'a>, model: &Model, mut data: PreparedLog<'a>) -> Result<(Self, Vec<PreparationNote>), FitError> {
         let (system, parameters) = build::system(model, data.temp_C.is_some());
-        let fit = fit::fit(&system, &parameters, &data)?;
-        Ok(FittedModel::new(context, model, system, parameters, fit, data))
+        let (fit, notes) = fit_as_recorded(context.log, &mut data, &|data, near| match near {
+            Some(near) => fit::refit_from(&system, data, near),
+            None => fit::fit(&system, &parameters, data),
+        })?;
+        Ok((FittedModel::new(context, model, system, parameters, fit, data), notes))
     }
 
     /// Fits a small change of this model, from this model's values.
@@ -249,6 +254,6 @@ impl<'a> FittedModel<'a> {
             }
         }
         let part = best.map_or(0..data.len(), |(_, part)| part);
-        PreparedLog { segments: vec![part], hold_out: false, ..data.clone() }
+        PreparedLog { segments: vec![part], held_out: None, ..data.clone() }
     }
 }

@@ -66,6 +66,36 @@ impl Whitener {
         Whitener { filters, min_square_ratio: criteria.min_square_ratio }
     }
 
+    /// Every how many rows of a channel is an independent sample.
+    pub fn stride(&self, channel: usize) -> usize {
+        self.filters[channel].stride
+    }
+
+    /// Innovations of a channel's residual at every [`Whitener::stride`]-th row of each segment; segments are separated by NaN.
+    pub fn innovations(&self, data: &PreparedLog, channel: usize, residual: &[f64]) -> Vec<f64> {
+        let Filter { stride, coefficients } = &self.filters[channel];
+        let mut list = Vec::new();
+        for rows in &data.segments {
+            list.extend(rows.clone().step_by(*stride).map(|row| residual[row]));
+            list.push(f64::NAN);
+        }
+        filtered(&list, coefficients)
+    }
+
+    /// Innovations of a series by its own autoregression; NaN separates its parts.
+    pub fn innovations_of(series: &[f64]) -> Vec<f64> {
+        let criteria = WhiteningCriteria::default();
+        let mut covariances = vec![0.0; criteria.max_order + 1];
+        for run in series.split(|v| !v.is_finite()) {
+            for (lag, sum) in covariances.iter_mut().enumerate() {
+                *sum += run.iter().zip(run.get(lag..).unwrap_or(&[])).map(|(a, b)| a * b).sum::<f64>();
+            }
+        }
+        let n = series.iter().filter(|v| v.is_finite()).count();
+        let order = criteria.max_order.min(n / criteria.rows_per_coefficient);
+        filtered(series, &autoregression(&covariances[..=order], n))
+    }
+
     /// Whitened sums of squares of a model on each of the logs (`log_rows`), at the parameters that are best for the whitened residuals.
     ///
     /// The model was fitted to the residuals themselves. Where these are correlated, other parameters leave less of the whitened residuals;
@@ -243,6 +273,16 @@ impl<const N: usize> SumsOfProducts<N> {
         }
         square
     }
+}
+
+/// A series minus its prediction by the past; NaN where the past is not known.
+fn filtered(series: &[f64], coefficients: &[f64]) -> Vec<f64> {
+    (0..series.len())
+        .map(|k| {
+            let past = coefficients.iter().enumerate().map(|(j, a)| k.checked_sub(j + 1).map_or(f64::NAN, |at| a * series[at]));
+            series[k] - past.sum::<f64>()
+        })
+        .collect()
 }
 
 /// Runs of finite values, every `stride`-th row of a segment.

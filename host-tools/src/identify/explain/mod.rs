@@ -14,6 +14,7 @@
 //!
 //! All thresholds are in [`Criteria`].
 
+mod adequacy;
 pub mod answer;
 mod candidate;
 mod compare;
@@ -116,6 +117,7 @@ pub fn explain_by(
     progress: &(dyn Fn(&Progress) + Sync),
 ) -> Result<Explanation, ExplainError> {
     let begin = Instant::now();
+    logs.iter_mut().for_each(Log::even_out_times);
     for (k, log) in logs.iter().enumerate() {
         prepare::check(log, model)?;
         let findings = plausible::check(log, model.input().column());
@@ -129,7 +131,7 @@ pub fn explain_by(
     let (mut data, remarks) = prepare::prepare(&log, model, true)?;
     data.deadline = Deadline::after_s(criteria.search.time_limit_s);
     progress(&Progress::FittingGiven);
-    let base = FittedModel::fit(context, model, data)?;
+    let (base, recorded) = FittedModel::fit(context, model, data)?;
     // Values on the way to the minimum prove nothing about units.
     if !base.data.deadline.has_passed()
         && let Some(defect) = constants::columns_in_thousandths(model, &base.data, &base.fit)
@@ -144,10 +146,14 @@ pub fn explain_by(
     let mut search = search?;
     progress(&Progress::ExaminingRemainder);
     let (verdict, unexplained) = verdict::verdict(&mut search);
+    let remaining = match (verdict, search.models.last()) {
+        (Verdict::PartlyExplained | Verdict::UnknownStructure, Some(last)) => residual::misfits(&log, &last.data, &last.fit),
+        _ => Vec::new(),
+    };
     let (missing, stages) = (search.names(0), search.stages());
     let coverage = Coverage::of(&log, &criteria.coverage);
     let next = next_experiment::next_experiment(&search.candidates, &missing, verdict, &coverage, &log);
-    let mut remarks: Vec<Remark> = remarks.into_iter().map(Remark::Preparation).collect();
+    let mut remarks: Vec<Remark> = remarks.into_iter().chain(recorded).map(Remark::Preparation).collect();
     remarks.extend(shifted.into_iter().map(Remark::ShiftedConstant));
     remarks.append(&mut search.remarks);
     let mut models = search.models.into_iter();
@@ -163,6 +169,7 @@ pub fn explain_by(
         stages,
         candidates: search.candidates,
         misfits,
+        remaining,
         unexplained,
         next,
         model,

@@ -6,7 +6,7 @@ use crate::statistics::Extremes;
 
 /// The angle along the log, rad, where it is measured or prescribed.
 pub fn angle<'d>(data: &'d PreparedLog) -> Option<&'d [f64]> {
-    data.theta.or((data.driven == Input::Motion).then_some(data.input))
+    data.theta.or((data.driven == Input::Motion).then_some(&data.input))
 }
 
 /// Turns between the smallest and the largest angle.

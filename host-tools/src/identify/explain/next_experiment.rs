@@ -28,7 +28,7 @@ pub fn next_experiment(
         return Some(NextExperiment { purpose: Purpose::BothDirections, run: StandRun::LOW_RATES });
     }
     match verdict {
-        Verdict::EffectFound => {
+        Verdict::EffectFound | Verdict::PartlyExplained => {
             let card = card(missing.first()?)?;
             Some(NextExperiment { purpose: Purpose::Determine { effect: card.id }, run: card.next_run })
         }

@@ -146,6 +146,20 @@ pub enum Remark {
         /// The effects.
         effects: Vec<String>,
     },
+    /// The residual of a channel is coloured noise: it depends on nothing that was put in.
+    ColouredNoise {
+        /// The channel.
+        channel: Channel,
+        /// Rms over the white noise.
+        ratio: f64,
+        /// Time over which it is correlated, s.
+        correlation_s: f64,
+    },
+    /// An effect is not significant in the final model and was removed.
+    NotSignificantAtEnd {
+        /// Its name.
+        effect: String,
+    },
     /// These effects leave too much of the error to be its cause.
     TooMuchLeft {
         /// The effects.

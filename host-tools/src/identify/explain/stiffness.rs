@@ -37,8 +37,9 @@ pub fn limit_stiffness(model: &Model, dt_s: f64, criteria: &TrialCriteria, param
         let first = used.parameters.len().saturating_sub(ranges.len());
         for (&k, range) in used.parameters[first..].iter().zip(ranges) {
             let p = &mut parameters.list[k];
-            if p.value >= range.0 && p.value <= range.1 {
-                p.range = (p.range.0.max(range.0), p.range.1.min(range.1));
+            let both = (p.range.0.max(range.0), p.range.1.min(range.1));
+            if (both.0..=both.1).contains(&p.value) {
+                p.range = both;
             }
         }
     }

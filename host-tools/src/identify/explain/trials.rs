@@ -102,11 +102,17 @@ fn trials_of(card: &'static Card, base: &FittedModel, orders: &HarmonicOrders) -
             let coulomb_torque = coulomb_torque(card, model);
             let (low, high) = card.parameters[0].range;
             let range = (low, high.min(max_bristle_stiffness(model, data.dt_s, criteria)));
+            if !is_range(range) {
+                return Vec::new();
+            }
             let list = deflections_rad.iter().map(|rad| trial(vec![coulomb_torque / rad], vec![true], vec![true], false));
             list.map(|t| Trial { ranges: vec![range], ..t }).collect()
         }
         Screening::ShaftResonances { resonances_Hz, damping_ratio } => {
             let ranges = shaft_ranges(model, data.dt_s, criteria);
+            if !ranges.iter().copied().all(is_range) {
+                return Vec::new();
+            }
             let resolved = resonances_Hz.iter().filter(|hz| **hz * data.dt_s < criteria.max_resonance_per_row);
             let list = resolved.filter_map(|&hz| shaft(card, base, hz, damping_ratio));
             list.map(|s| Trial { ranges: ranges.to_vec(), ..trial(s.to_vec(), vec![true; 3], vec![true; 3], false) }).collect()
@@ -115,12 +121,20 @@ fn trials_of(card: &'static Card, base: &FittedModel, orders: &HarmonicOrders) -
             let Some(flank) = shaft(card, base, resonance_Hz, damping_ratio) else { return Vec::new() };
             let mut ranges = vec![card.parameters[0].range];
             ranges.extend(shaft_ranges(model, data.dt_s, criteria));
+            if !ranges.iter().copied().all(is_range) {
+                return Vec::new();
+            }
             let list = gaps_rad
                 .iter()
                 .map(|gap| trial(vec![*gap, flank[0], flank[1], flank[2]], vec![true, false, false, false], vec![true; 4], false));
             list.map(|t| Trial { ranges: ranges.clone(), ..t }).collect()
         }
     }
+}
+
+/// The limits are in order: long rows may resolve no value of a physical range.
+fn is_range((low, high): (f64, f64)) -> bool {
+    low <= high
 }
 
 /// The log has a rate and does not state its source.

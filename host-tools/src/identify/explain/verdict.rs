@@ -1,5 +1,6 @@
 //! The verdict: the given model is adequate, effects were missing, the structure of the error is unknown, or the time did not suffice.
 
+use super::adequacy::{Adequacy, adequacy};
 use super::answer::{Shape, Verdict};
 use super::criteria::MisfitClass;
 use super::reasons::Remark;
@@ -18,8 +19,8 @@ pub fn verdict(search: &mut Search) -> (Verdict, Vec<Shape>) {
     if deadline.has_passed() { not_finished } else { found }
 }
 
-/// The verdict of a complete search. Where one unknown structure fits better than all added effects together, or
-/// where these leave too much, the added effects are removed from the search.
+/// The verdict of a complete search. `effect-found` needs an adequate final model: only noise is left, of whatever colour. Where one unknown
+/// structure fits better than all added effects together, or where these leave too much, the added effects are removed from the search.
 fn finished_verdict(search: &mut Search) -> (Verdict, Vec<Shape>) {
     let (Some(first), Some(last)) = (search.models.first(), search.models.last()) else { return (Verdict::Adequate, Vec::new()) };
     let criteria = first.context.criteria;
@@ -27,8 +28,9 @@ fn finished_verdict(search: &mut Search) -> (Verdict, Vec<Shape>) {
     let invisible = last.misfit() <= MisfitClass::Invisible;
     let found = !search.added.is_empty();
     let many = search.added.len() >= criteria.verdict.suspicious_effects;
+    let adequate = if found { Verdict::EffectFound } else { Verdict::Adequate };
     if invisible && !many {
-        return (if found { Verdict::EffectFound } else { Verdict::Adequate }, Vec::new());
+        return (adequate, Vec::new());
     }
     if found
         && let Some(unknown) = unknown_structure::best(first)
@@ -40,17 +42,25 @@ fn finished_verdict(search: &mut Search) -> (Verdict, Vec<Shape>) {
         return (Verdict::UnknownStructure, vec![unknown.shape]);
     }
     if invisible {
-        return (Verdict::EffectFound, Vec::new());
+        return (adequate, Vec::new());
     }
     let shapes: Vec<Shape> = unknown_structure::best(last).map(|u| u.shape).into_iter().collect();
-    if !found && shapes.is_empty() && last.misfit() <= MisfitClass::NoiseUncertainty {
-        return (Verdict::Adequate, shapes);
+    if shapes.is_empty() {
+        if !found && last.misfit() <= MisfitClass::NoiseUncertainty {
+            return (Verdict::Adequate, shapes);
+        }
+        if let Adequacy::ColouredNoise(remarks) = adequacy(last) {
+            search.remarks.extend(remarks);
+            return (adequate, shapes);
+        }
     }
     let ((given, given_heldout), (_, left_heldout)) = (first.chi2_per_n_by_noise_of(last), last.chi2_per_n_by_noise_of(last));
     let heldout_remainder = criteria.remainder(given_heldout, left_heldout);
     let remainder = criteria.remainder(given, chi2_per_n).max(heldout_remainder);
-    if found && criteria.may_be_the_cause(remainder, chi2_per_n) {
-        return (Verdict::EffectFound, shapes);
+    // Many effects that leave much may stand in for one that no catalogue has.
+    let doubtful = many && last.misfit() > criteria.verdict.max_misfit_of_many;
+    if found && !doubtful && criteria.may_be_the_cause(remainder, chi2_per_n) {
+        return (Verdict::PartlyExplained, shapes);
     }
     if found && (many || remainder >= criteria.verdict.max_remainder) {
         let heldout = heldout_remainder >= criteria.verdict.max_remainder;

@@ -15,6 +15,7 @@ pub mod initial_states;
 pub mod measurement;
 pub mod noise;
 pub mod normal_equations;
+pub mod outliers;
 pub mod parameters;
 pub mod prepare;
 pub mod prepared_log;
@@ -160,6 +161,15 @@ pub fn refit(
         return Err(FitError::TooManyUnknowns(unknowns));
     }
     fit_from(system, data, Iterate::new(system, parameters, data, initial_states), noise.to_vec())
+}
+
+/// Fits other data of the same log, from the result of a fit.
+///
+/// # Errors
+/// As [`refit`].
+pub fn refit_from(system: &System, data: &PreparedLog, near: &FitResult) -> Result<FitResult, FitError> {
+    let noise: Vec<f64> = near.channels.iter().map(|c| c.noise).collect();
+    refit(system, &near.parameters, data, &near.initial_states, &noise)
 }
 
 /// Minimises χ² from `start`, with noise estimates updated from the residuals.

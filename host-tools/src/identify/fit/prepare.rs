@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::prepared_log::{ComparedChannel, PreparedLog};
+use super::prepared_log::{self, ComparedChannel, MIN_SEGMENT_ROWS, PreparedLog, held_out_rows};
 use drive_model::{Card, Requirement};
 
 use crate::identify::deadline::Deadline;
@@ -48,6 +48,18 @@ pub enum PrepareError {
         /// Columns of the log.
         has: String,
     },
+    /// Gaps cut the log into segments that are too short.
+    #[error(
+        "{log}: gaps cut the log into {segments} segments of at most {longest} rows, too few to determine their initial states: record without gaps, or state the row rate with --sample-rate if the time stamps are wrong"
+    )]
+    OnlyShortSegments {
+        /// The log.
+        log: String,
+        /// Number of segments.
+        segments: usize,
+        /// Rows of the longest.
+        longest: usize,
+    },
     /// The log is too short.
     #[error("{log}: {rows} rows are too few for a comparison; {}", remedy(.fault))]
     TooShort {
@@ -71,6 +83,32 @@ fn remedy(fault: &Option<String>) -> String {
 /// A note on a preparation.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum PreparationNote {
+    /// Single readings that neither a motion nor usual noise explains are not compared.
+    Outliers {
+        /// The channel.
+        channel: Channel,
+        /// Number of rows.
+        rows: usize,
+        /// Rows of the log.
+        of: usize,
+    },
+    /// No note states how a column was made; it is assumed to hold values at t, which fits better than means over the row.
+    AssumedAtT {
+        /// The column.
+        column: &'static str,
+    },
+    /// No note states how a rate was made; it is assumed to be the mean over the last row, which fits better than values at t.
+    AssumedOverLastRow {
+        /// The column.
+        column: &'static str,
+    },
+    /// The log has gaps; each part is a segment with initial states of its own.
+    Segments {
+        /// Number of segments that are compared.
+        segments: usize,
+        /// Number of segments that are too short to determine their initial states, and their rows.
+        short: (usize, usize),
+    },
     /// `u_V` was measured at the motor terminals, behind the bridge: an effect of the bridge is not visible.
     NotVisibleAtTerminals {
         /// Identifier of the effect.
@@ -93,12 +131,22 @@ pub fn check(log: &Log, model: &Model) -> Result<(), PrepareError> {
     columns(log, model).map(|_| ())
 }
 
+fn input_column(model: &Model) -> &'static str {
+    model.input().column()
+}
+
 /// The input column, and the compared channels with their columns.
 type Columns<'a> = (&'a [f64], Vec<(Channel, &'a [f64])>);
 
 fn columns<'a>(log: &'a Log, model: &Model) -> Result<Columns<'a>, PrepareError> {
     let name = || log.path().display().to_string();
-    let has = || log.columns().iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", ");
+    let has = || {
+        let read = log.columns().iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", ");
+        match log.ignored() {
+            [] => read,
+            others => format!("{read} (and, not read, {}; stand log inspect shows how to use them)", others.join(", ")),
+        }
+    };
     if log.len() < MIN_ROWS {
         return Err(PrepareError::TooShort { log: name(), rows: log.len(), fault: crate::log::plausible::fault_that_ended(log) });
     }
@@ -140,6 +188,7 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
                 filter_hz: made.filter_hz,
                 instant: made.instant && channel == Channel::Current,
                 quantum: log.quantization_step(channel.column()),
+                outliers: None,
             }
         })
         .collect();
@@ -149,23 +198,35 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
             notes.push(PreparationNote::NotVisibleAtTerminals { effect: id });
         }
     }
+    let all = log.segments();
+    let (segments, short): (Vec<_>, Vec<_>) = all.into_iter().partition(|rows| rows.len() >= MIN_SEGMENT_ROWS);
+    if segments.is_empty() {
+        let longest = short.iter().map(ExactSizeIterator::len).max().unwrap_or(0);
+        return Err(PrepareError::OnlyShortSegments { log: log.path().display().to_string(), segments: short.len(), longest });
+    }
+    if segments.len() + short.len() > 1 {
+        let short_rows = short.iter().map(ExactSizeIterator::len).sum();
+        notes.push(PreparationNote::Segments { segments: segments.len(), short: (short.len(), short_rows) });
+    }
+    let input_at_t = log.notes().is_at_t(input_column(model)) && model.input() != Input::Motion;
     let supply_ratio = model.effects().iter().any(|e| e.card.uses_supply).then(|| supply_ratio(log)).flatten();
     let theta = log.column("theta_rad");
     let dt_s = log.median_dt_s();
     let data = PreparedLog {
         t_s: log.t_s(),
-        input,
+        input: prepared_log::input(input, input_at_t, &segments),
+        input_at_t,
         driven: model.input(),
         theta,
         theta_quantum: theta.and_then(|_| log.quantization_step("theta_rad")).unwrap_or(0.0),
         current: log.column("i_A"),
-        temp_C: log.column("temp_C").map(|t| smoothed(t, &log.segments(), dt_s).into()),
+        temp_C: log.column("temp_C").map(|t| smoothed(t, &segments, dt_s).into()),
         supply_ratio,
         rate_from_encoder: log.provenance("omega_rad_s").source == RateSource::Encoder,
-        segments: log.segments(),
+        held_out: (hold_out && log.duration_s() >= MIN_HELD_OUT_DURATION_S).then(|| held_out_rows(log.t_s(), &segments)),
+        segments,
         channels: compared,
         dt_s,
-        hold_out: hold_out && log.duration_s() >= MIN_HELD_OUT_DURATION_S,
         deadline: Deadline::NEVER,
     };
     Ok((data, notes))

@@ -2,6 +2,7 @@
 //!
 //! Columns are borrowed from the log or shared, so that a clone (with other segments or another source of the rate) copies no rows.
 
+use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -20,6 +21,9 @@ const HELD_OUT_PERIOD: i64 = 4;
 /// Index of the held-out block within a period.
 const HELD_OUT_INDEX: i64 = 1;
 
+/// Rows that determine the initial states of a segment; a shorter one is not compared.
+pub const MIN_SEGMENT_ROWS: usize = 20;
+
 /// A compared channel.
 #[derive(Debug, Clone)]
 pub struct ComparedChannel<'a> {
@@ -35,6 +39,8 @@ pub struct ComparedChannel<'a> {
     pub instant: bool,
     /// Least significant bit, if the channel is quantised.
     pub quantum: Option<f64>,
+    /// True in rows whose value is an outlier and is not compared; `None` where there are none.
+    pub outliers: Option<Arc<[bool]>>,
 }
 
 /// The columns of a log in the form that a fit needs. All columns have the same length.
@@ -42,8 +48,10 @@ pub struct ComparedChannel<'a> {
 pub struct PreparedLog<'a> {
     /// Time of each row, s.
     pub t_s: &'a [f64],
-    /// Column of the input; the angle for a prescribed motion.
-    pub input: &'a [f64],
+    /// Mean of the input over each row; the angle for a prescribed motion.
+    pub input: Cow<'a, [f64]>,
+    /// The column of the input holds values at t; `input` is then the mean of two successive ones.
+    pub input_at_t: bool,
     /// Kind of the input.
     pub driven: Input,
     /// Measured angle, rad.
@@ -64,8 +72,8 @@ pub struct PreparedLog<'a> {
     pub channels: Vec<ComparedChannel<'a>>,
     /// Median row interval, s.
     pub dt_s: f64,
-    /// Whether one block in four is held out of the fit.
-    pub hold_out: bool,
+    /// True in the rows that are held out of the fit; `None` where none are.
+    pub held_out: Option<Arc<[bool]>>,
     /// When a fit to these rows has to end, with its best values so far.
     pub deadline: Deadline,
 }
@@ -81,10 +89,20 @@ impl PreparedLog<'_> {
         self.t_s.is_empty()
     }
 
-    /// Whether the row is held out: it lies in the second of four blocks of 2 s.
+    /// Whether the row is held out.
     #[inline]
     pub fn held_out(&self, row: usize) -> bool {
-        self.hold_out && ((self.t_s[row] - self.t_s[0]) / HELD_OUT_BLOCK_S).floor() as i64 % HELD_OUT_PERIOD == HELD_OUT_INDEX
+        self.held_out.as_ref().is_some_and(|held_out| held_out[row])
+    }
+
+    /// Excludes the outliers (by channel) from the comparison.
+    pub fn exclude(&mut self, outliers: Vec<Vec<usize>>) {
+        let rows = self.len();
+        for (channel, found) in self.channels.iter_mut().zip(outliers).filter(|(_, found)| !found.is_empty()) {
+            let mut mask = channel.outliers.as_ref().map_or_else(|| vec![false; rows], |known| known.to_vec());
+            found.into_iter().for_each(|row| mask[row] = true);
+            channel.outliers = Some(mask.into());
+        }
     }
 
     /// Input of the simulation for a row. The last row of a segment has the median interval.
@@ -116,6 +134,9 @@ impl PreparedLog<'_> {
     #[inline]
     pub fn target(&self, channel: usize, row: usize, segment_begin: usize) -> Option<f64> {
         let c = &self.channels[channel];
+        if c.outliers.as_ref().is_some_and(|outliers| outliers[row]) {
+            return None;
+        }
         match c.channel {
             Channel::Angle => {
                 let lag = self.angle_lag();
@@ -124,6 +145,38 @@ impl PreparedLog<'_> {
             _ => Some(c.measured[row]),
         }
     }
+}
+
+/// The rows that are held out: the second of four blocks of 2 s, where the segment has begun long enough before for its initial states to be determined
+/// by fitted rows.
+pub fn held_out_rows(t_s: &[f64], segments: &[Range<usize>]) -> Arc<[bool]> {
+    let in_block = |row: usize| ((t_s[row] - t_s[0]) / HELD_OUT_BLOCK_S).floor() as i64 % HELD_OUT_PERIOD == HELD_OUT_INDEX;
+    let mut held_out = vec![false; t_s.len()];
+    for segment in segments {
+        let mut fitted = 0;
+        for row in segment.clone() {
+            if in_block(row) && fitted >= MIN_SEGMENT_ROWS {
+                held_out[row] = true;
+            } else {
+                fitted += 1;
+            }
+        }
+    }
+    held_out.into()
+}
+
+/// The input over each row: the column itself, or the mean of two successive values where it holds values at t.
+pub fn input<'a>(column: &'a [f64], at_t: bool, segments: &[Range<usize>]) -> Cow<'a, [f64]> {
+    if !at_t {
+        return Cow::Borrowed(column);
+    }
+    let mut means = column.to_vec();
+    for rows in segments {
+        for row in rows.start..rows.end.saturating_sub(1) {
+            means[row] = 0.5 * (column[row] + column[row + 1]);
+        }
+    }
+    Cow::Owned(means)
 }
 
 /// A prepared log without the columns borrowed from the log. For a result that owns the log: a struct cannot hold references to its own field.
@@ -141,10 +194,12 @@ impl Preparation {
             filter_hz: c.filter_hz,
             instant: c.instant,
             quantum: c.quantum,
+            outliers: c.outliers.clone(),
         };
         Preparation(PreparedLog {
             t_s: &[],
-            input: &[],
+            input: Cow::Borrowed(&[]),
+            input_at_t: data.input_at_t,
             driven: data.driven,
             theta: data.theta.map(empty),
             theta_quantum: data.theta_quantum,
@@ -155,7 +210,7 @@ impl Preparation {
             segments: data.segments.clone(),
             channels: data.channels.iter().map(channel).collect(),
             dt_s: data.dt_s,
-            hold_out: data.hold_out,
+            held_out: data.held_out.clone(),
             deadline: Deadline::NEVER,
         })
     }
@@ -166,7 +221,7 @@ impl Preparation {
         let channels = self.0.channels.iter();
         PreparedLog {
             t_s: log.t_s(),
-            input: log.column(self.0.driven.column()).unwrap_or(&[]),
+            input: input(log.column(self.0.driven.column()).unwrap_or(&[]), self.0.input_at_t, &self.0.segments),
             theta: self.0.theta.and_then(|_| column(Channel::Angle)),
             current: self.0.current.and_then(|_| column(Channel::Current)),
             channels: channels.map(|c| ComparedChannel { measured: column(c.channel).unwrap_or(&[]), ..c.clone() }).collect(),

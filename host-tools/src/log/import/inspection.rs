@@ -7,7 +7,7 @@ use super::mapping::{self, ImportMapping, Statements, file_of};
 use super::read_table;
 use super::table::{Dialect, TableColumn};
 use crate::log::error::LogError;
-use crate::log::{Log, median_interval, quantization};
+use crate::log::{Log, intervals, quantization};
 use crate::statistics::Extremes;
 
 /// Rows in a row at the largest or smallest value that make a flat top.
@@ -122,9 +122,8 @@ pub fn inspect(path: &Path, stated: &Statements) -> Result<Inspection, LogError>
 
 impl TimingInspection {
     fn of(t: &[f64]) -> TimingInspection {
-        let interval_s = median_interval(t);
+        let (interval_s, longest) = intervals(t);
         let steps: Vec<f64> = t.windows(2).map(|w| w[1] - w[0]).collect();
-        let longest = crate::log::GAP_INTERVALS * interval_s;
         let regular: Vec<f64> = steps.iter().copied().filter(|s| *s > 0.0 && *s <= longest).collect();
         let square = regular.iter().map(|s| (s / interval_s - 1.0).powi(2)).sum::<f64>() / regular.len().max(1) as f64;
         TimingInspection {

@@ -74,6 +74,16 @@ impl Notes {
         provenance(self, column).0
     }
 
+    /// A note states that the column holds values at t, not means over the row.
+    pub fn is_at_t(&self, column: &str) -> bool {
+        note_of(self, column).is_some() && self.provenance(column).instant
+    }
+
+    /// There is a note on how the column was made.
+    pub fn has_provenance(&self, column: &str) -> bool {
+        note_of(self, column).is_some()
+    }
+
     /// What `u_V` is.
     pub fn voltage(&self) -> VoltageSource {
         let stated = note_of(self, "u_V").into_iter().flat_map(clauses).find_map(voltage_of);

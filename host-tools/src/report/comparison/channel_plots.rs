@@ -38,7 +38,7 @@ fn traces(data: &PreparedLog, compared: &ComparedChannel, f: &ChannelFit, range:
     if let Some(plot) = residual_plots::residuals(data, &[Line { fit: f, class: "residual" }], range, true) {
         let band = Markup::swatch("band", "± 2 × noise: 95 % of the rows of a complete model");
         let caption = Markup::swatch("residual", "residual").then(" ").then(band);
-        let caption = if data.hold_out { caption.then(" ").then(Markup::swatch("held", "held out of the fit")) } else { caption };
+        let caption = if data.held_out.is_some() { caption.then(" ").then(Markup::swatch("held", "held out of the fit")) } else { caption };
         page.figure(&plot, caption);
     }
 }

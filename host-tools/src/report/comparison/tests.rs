@@ -42,10 +42,12 @@ fn data(log: &Log) -> PreparedLog<'_> {
         filter_hz: None,
         instant: false,
         quantum: None,
+        outliers: None,
     };
     PreparedLog {
         t_s: log.t_s(),
-        input: log.column("u_V").unwrap(),
+        input: log.column("u_V").unwrap().into(),
+        input_at_t: false,
         driven: crate::model::Input::Voltage,
         theta: log.column("theta_rad"),
         theta_quantum: 0.0,
@@ -56,7 +58,7 @@ fn data(log: &Log) -> PreparedLog<'_> {
         segments: log.segments(),
         channels: vec![compared(Channel::Rate), compared(Channel::Angle)],
         dt_s: 0.01,
-        hold_out: true,
+        held_out: Some(crate::identify::fit::prepared_log::held_out_rows(log.t_s(), &log.segments())),
         deadline: crate::identify::deadline::Deadline::NEVER,
     }
 }

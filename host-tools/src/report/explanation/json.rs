@@ -27,6 +27,10 @@ struct ExplanationJson<'a> {
     steps: Vec<StageJson<'a>>,
     candidates: Vec<CandidateJson<'a>>,
     failures: Vec<MisfitJson>,
+    /// Misfits of the final model.
+    remaining: Vec<MisfitJson>,
+    /// By effect of `missing`: fraction of the residual variance above the noise that it removed.
+    explained_fraction: Entries<Option<f64>>,
     unexplained: Vec<ShapeJson<'a>>,
     next_experiment: Option<NextJson>,
     parameters: Entries<EstimateJson>,
@@ -120,6 +124,8 @@ pub fn explain_json(e: &Explanation) -> Value {
         steps: e.stages.iter().enumerate().map(|(k, s)| stage(e, k, s)).collect(),
         candidates: e.candidates.iter().map(|c| candidate(e, c)).collect(),
         failures: e.misfits.iter().map(MisfitJson::from).collect(),
+        remaining: e.remaining.iter().map(MisfitJson::from).collect(),
+        explained_fraction: Entries(e.missing.iter().enumerate().map(|(k, name)| (name.clone(), words::share(e, k + 1))).collect()),
         unexplained: e.unexplained.iter().map(shape).collect(),
         next_experiment: e.next.as_ref().map(|n| NextJson { says: sentences::next_experiment(e), command: sentences::command(&n.run) }),
         parameters: estimates(e.stages.last().map_or(&[], |s| &s.parameters)),

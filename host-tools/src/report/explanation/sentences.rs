@@ -82,6 +82,15 @@ pub fn remark(remark: &Remark) -> String {
         Remark::UnknownStructureBetter { effects } => {
             format!("One unknown structure fits the log better than {} together; none of them is named as the cause.", listed(effects))
         }
+        Remark::ColouredNoise { channel, ratio, correlation_s } => format!(
+            "The residual of {} is coloured noise: {} × its white noise, correlated over {} ms, and independent of the input, the motion and the other channels.",
+            channel.column(),
+            numbers::significant(*ratio, 3),
+            numbers::significant(1e3 * correlation_s, 2)
+        ),
+        Remark::NotSignificantAtEnd { effect } => {
+            format!("{effect} was added on the way and is not significant in the final model; it was removed.")
+        }
         Remark::TooMuchLeft { effects, remainder, heldout } => format!(
             "{} of the error remains with {}{}; none of them is named as the cause.",
             percent(*remainder),

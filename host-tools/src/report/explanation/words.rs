@@ -34,13 +34,30 @@ pub fn headline(e: &Explanation) -> String {
             let (effects, them) = if plural { ("effects", "them") } else { ("effect", "it") };
             let left = if above.is_empty() {
                 format!("With {them} the residual is at noise level{every}.")
-            } else if last(e).iter().any(|o| class(e, o) > MisfitClass::Moderate) {
-                let stand = if plural { "the effects found may stand" } else { "the effect found may stand" };
-                format!("A large residual remains that no effect of the catalogue explains ({above}); {stand} in for an unknown cause.")
             } else {
-                format!("A small residual remains that no effect of the catalogue explains: {above}.")
+                format!("With {them} only noise is left; it is coloured or uneven ({above}) and depends on nothing in the log.")
             };
             format!("Missing {effects}: {}. {left}", listed(&named(e)))
+        }
+        Verdict::PartlyExplained => {
+            let names: Vec<String> = named(e)
+                .into_iter()
+                .enumerate()
+                .map(|(k, name)| match share(e, k + 1) {
+                    Some(part) => format!("{name} (explains {:.0} % of the residual variance above the noise)", 100.0 * part),
+                    None => name,
+                })
+                .collect();
+            let over = remaining_coordinates(e);
+            let over = if over.is_empty() {
+                "it has no significant shape over any coordinate of this log".to_owned()
+            } else {
+                format!("it is most visible over {}", listed(&over))
+            };
+            format!(
+                "Partly explained. Missing: {}. Something else is left ({above}): {over}, and no effect of the catalogue explains it.",
+                listed(&names)
+            )
         }
         Verdict::NotFinished => {
             let limit = e.criteria.search.time_limit_s.map_or(String::new(), |seconds| format!(" of {seconds} s"));
@@ -65,6 +82,19 @@ pub fn headline(e: &Explanation) -> String {
             format!("{found}The log contains a structure that no effect of the catalogue explains{above}. {shape}")
         }
     }
+}
+
+/// The coordinates over which the final model fails, most telling first.
+pub fn remaining_coordinates(e: &Explanation) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for misfit in &e.remaining {
+        let name = crate::report::misfits::coordinate(misfit.coordinate).to_owned();
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    names.truncate(2);
+    names
 }
 
 /// The added effects, each with those that the log does not distinguish from it: `asymmetric-friction or load (not distinguishable here)`.

@@ -204,7 +204,7 @@ fn evaluate(
     let (system, parameters) = build::system(model, data.temp_C.is_some());
     inverse::check_effects(model, &system, &parameters, data.temp_C.is_some()).map_err(fail)?;
     let explained = inverse::explained(data);
-    let given = log.column(explained.column()).unwrap_or(data.input);
+    let given = log.column(explained.column()).unwrap_or(&data.input);
     let mean_over_row = !log.provenance(explained.column()).instant;
     let motions: Vec<Motion> = (0..data.segments.len()).map(|s| motion::along(data, s, angle, given, mean_over_row, settings)).collect();
     let resolved_rate_rad_s = (data.theta_quantum * settings.cutoff_hz).max(f64::MIN_POSITIVE);

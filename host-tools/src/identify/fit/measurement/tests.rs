@@ -11,13 +11,14 @@ const TAU_S: f64 = 0.029;
 const ROWS: usize = 12;
 
 fn compared(shows: Channel, mean_before_s: Option<f64>) -> ComparedChannel<'static> {
-    ComparedChannel { channel: shows, measured: &[], mean_before_s, filter_hz: None, instant: false, quantum: None }
+    ComparedChannel { channel: shows, measured: &[], mean_before_s, filter_hz: None, instant: false, quantum: None, outliers: None }
 }
 
 fn prepared<'a>(t_s: &'a [f64], channel: ComparedChannel<'a>) -> PreparedLog<'a> {
     PreparedLog {
         t_s,
-        input: &[],
+        input: (&[]).into(),
+        input_at_t: false,
         driven: Input::Voltage,
         theta: None,
         theta_quantum: 0.0,
@@ -28,7 +29,7 @@ fn prepared<'a>(t_s: &'a [f64], channel: ComparedChannel<'a>) -> PreparedLog<'a>
         segments: vec![],
         channels: vec![channel],
         dt_s: ROW_S,
-        hold_out: false,
+        held_out: None,
         deadline: crate::identify::deadline::Deadline::NEVER,
     }
 }

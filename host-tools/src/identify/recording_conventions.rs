@@ -1,0 +1,131 @@
+//! How a log was recorded, as far as its notes do not state it: found by the fit of a model.
+//!
+//! A value may be taken at the time of its row or be the mean over the row; a rate may be the difference of an angle over the last row. A wrong
+//! assumption leaves a residual that looks like missing physics. Each convention that no note states is tried where the model leaves more than noise, and
+//! kept where the likelihood of the residuals rises clearly. Outliers are found first; see [`super::fit::outliers`].
+
+use super::fit::prepare::PreparationNote;
+use super::fit::{FitError, FitResult, PreparedLog, outliers, prepared_log};
+use crate::log::Log;
+use crate::model::{Channel, Input};
+
+/// χ²/n of the worst channel above which conventions are tried: rms 4 % above the noise.
+const MIN_CHI2_PER_N: f64 = 1.08;
+/// Least gain, 2 ln of the likelihood ratio, for a convention that differs from that of the project, per compared value: the rms falls by 1 %.
+const MIN_GAIN_PER_VALUE: f64 = 0.02;
+/// The same at least, whatever the number of values.
+const MIN_GAIN: f64 = 20.0;
+
+/// A convention that differs from that of the project.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Convention {
+    /// The input holds values at t.
+    InputAtT,
+    /// The current is its value at t.
+    CurrentAtT,
+    /// The rate is the mean over the last row, as differences of counts give it.
+    RateOverLastRow,
+}
+
+/// A fit of the data, by the first argument; from the result of another fit, where there is one.
+pub type FitData<'f> = dyn Fn(&PreparedLog, Option<&FitResult>) -> Result<FitResult, FitError> + 'f;
+
+/// Fits the data, with outliers excluded and the conventions that no note states tried. `data` is changed accordingly.
+///
+/// # Errors
+/// The model cannot be simulated along the data.
+pub fn fit_as_recorded(log: &Log, data: &mut PreparedLog, fit: &FitData) -> Result<(FitResult, Vec<PreparationNote>), FitError> {
+    let mut notes = Vec::new();
+    let mut result = fit(data, None)?;
+    result = without_outliers(data, result, fit)?;
+    for convention in [Convention::InputAtT, Convention::CurrentAtT, Convention::RateOverLastRow] {
+        if worst_chi2_per_n(&result) <= MIN_CHI2_PER_N || data.deadline.has_passed() {
+            break;
+        }
+        let mut other = data.clone();
+        let Some(note) = apply(convention, log, &mut other) else { continue };
+        let Ok(trial) = fit(&other, Some(&result)) else { continue };
+        let values: usize = result.channels.iter().map(|c| c.rows).sum();
+        if gain(&result, &trial) > (MIN_GAIN_PER_VALUE * values as f64).max(MIN_GAIN) {
+            *data = PreparedLog {
+                deadline: data.deadline,
+                input_at_t: other.input_at_t,
+                channels: other.channels,
+                input: other.input,
+                ..data.clone()
+            };
+            result = without_outliers(data, trial, fit)?;
+            notes.push(note);
+        }
+    }
+    notes.extend(outliers::count(data).into_iter().map(|(channel, rows)| PreparationNote::Outliers { channel, rows, of: data.len() }));
+    Ok((result, notes))
+}
+
+fn worst_chi2_per_n(result: &FitResult) -> f64 {
+    result.channels.iter().map(|c| c.chi2_per_n()).fold(0.0, f64::max)
+}
+
+/// Excludes outliers and fits again, if there are any.
+fn without_outliers(data: &mut PreparedLog, result: FitResult, fit: &FitData) -> Result<FitResult, FitError> {
+    let residuals: Vec<&[f64]> = result.channels.iter().map(|c| c.residual.as_slice()).collect();
+    let noise: Vec<f64> = result.channels.iter().map(|c| c.noise).collect();
+    let found = outliers::find(data, &residuals, &noise);
+    if found.iter().all(Vec::is_empty) {
+        return Ok(result);
+    }
+    data.exclude(found);
+    fit(data, Some(&result))
+}
+
+/// 2 ln of the likelihood ratio of the second result to the first, where the variance of each channel is unknown.
+fn gain(before: &FitResult, after: &FitResult) -> f64 {
+    let all = |c: &super::fit::ChannelFit| {
+        let (sum, n) = c.residual.iter().filter(|r| r.is_finite()).fold((0.0, 0usize), |(s, n), r| (s + r * r, n + 1));
+        (sum / n.max(1) as f64, n as f64)
+    };
+    before
+        .channels
+        .iter()
+        .zip(&after.channels)
+        .map(|(b, a)| {
+            let ((b, n), (a, _)) = (all(b), all(a));
+            if a > 0.0 && b > 0.0 { n * (b / a).ln() } else { 0.0 }
+        })
+        .sum()
+}
+
+/// Applies a convention that no note contradicts; `None` where it does not apply.
+fn apply(convention: Convention, log: &Log, data: &mut PreparedLog) -> Option<PreparationNote> {
+    match convention {
+        Convention::InputAtT => {
+            let column = data.driven.column();
+            if data.input_at_t || data.driven == Input::Motion || log.notes().has_provenance(column) {
+                return None;
+            }
+            data.input_at_t = true;
+            data.input = prepared_log::input(log.column(column)?, true, &data.segments).into_owned().into();
+            Some(PreparationNote::AssumedAtT { column })
+        }
+        Convention::CurrentAtT => {
+            let column = Channel::Current.column();
+            let channel = data.channels.iter_mut().find(|c| c.channel == Channel::Current && !c.instant)?;
+            if log.notes().has_provenance(column) {
+                return None;
+            }
+            channel.instant = true;
+            Some(PreparationNote::AssumedAtT { column })
+        }
+        Convention::RateOverLastRow => {
+            let column = Channel::Rate.column();
+            let dt_s = data.dt_s;
+            let channel =
+                data.channels.iter_mut().find(|c| c.channel == Channel::Rate && c.mean_before_s.is_none() && c.filter_hz.is_none())?;
+            if log.notes().has_provenance(column) {
+                return None;
+            }
+            channel.mean_before_s = Some(dt_s);
+            Some(PreparationNote::AssumedOverLastRow { column })
+        }
+    }
+}
