@@ -3,6 +3,9 @@
 use crate::portable::Portable;
 use num_dual::{DualNum, DualSVec64};
 
+/// Columns of the log that the expressions of a model may use at most.
+pub const MAX_COLUMNS: usize = 4;
+
 /// Reference temperature of all temperature laws, °C.
 pub const T0_C: f64 = 25.0;
 
@@ -52,6 +55,8 @@ pub struct Point<S> {
     pub supply_ratio: f64,
     /// The rate channel is derived from the encoder.
     pub rate_from_encoder: bool,
+    /// Columns of the log that expressions of the user use, in their units; 0 where there are none.
+    pub columns: [f64; MAX_COLUMNS],
 }
 
 /// Contributions of the effects to the drive, summed over all of them.

@@ -25,6 +25,6 @@ pub use card::{Card, Compensation, Description, Domain, Parameter, ParameterKind
 pub use catalogue::{ExtendError, card, cards, extend, law};
 pub use coordinate::Coordinate;
 pub use experiment::{Abscissa, Demonstration, Motion, Output, StandRun};
-pub use law::{Contributions, Dual, Law, LawScalar, LawSource, Point, Reading, Scalar, Shaft, Structure, T0_C, Thermal};
+pub use law::{Contributions, Dual, Law, LawScalar, LawSource, MAX_COLUMNS, Point, Reading, Scalar, Shaft, Structure, T0_C, Thermal};
 pub use portable::Portable;
 pub use screening::{Elastic, HarmonicSource, Requirement, Screening};

@@ -17,7 +17,7 @@ mod slide;
 pub use demand::Demand;
 pub use slide::slide;
 
-use drive_model::{Contributions, Law, Point, Reading, Scalar, Structure, T0_C};
+use drive_model::{Contributions, Law, MAX_COLUMNS, Point, Reading, Scalar, Structure, T0_C};
 
 /// Longest step, s: the row interval of the stand's logs.
 const MAX_STEP_S: f64 = 1.0e-3;
@@ -65,6 +65,8 @@ pub struct RowInput {
     pub supply_ratio: f64,
     /// The rate channel is derived from the encoder.
     pub rate_from_encoder: bool,
+    /// Columns of the log that expressions of the user use.
+    pub columns: [f64; MAX_COLUMNS],
 }
 
 /// State of the rig.
@@ -267,6 +269,7 @@ impl<S: Scalar> Rig<S> {
             temp_C: row.temp_C.map_or(heat_K + T0_C, S::from),
             supply_ratio: row.supply_ratio,
             rate_from_encoder: row.rate_from_encoder,
+            columns: row.columns,
         }
     }
 

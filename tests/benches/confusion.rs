@@ -70,7 +70,7 @@ fn main() -> ExitCode {
                 eprintln!("write ID FOLDER, where ID is the name of a log as in the tables");
                 return ExitCode::from(2);
             };
-            if let Err(e) = drawn.write(&PathBuf::from(folder)) {
+            if let Err(e) = drawn.write(&PathBuf::from(folder), words.get(3).and_then(|word| Dirt::by_name(word)).unwrap_or(Dirt::Clean)) {
                 eprintln!("{folder}: {e}");
                 return ExitCode::from(2);
             }

@@ -19,6 +19,8 @@ use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use stand_firmware::profile::ProfileKind;
 use stand_firmware::speed_loop::Mode;
 
+use crate::dirt::Dirt;
+
 /// The experiments.
 pub const PROFILES: [&str; 3] = ["multi-step", "multisine", "sweep"];
 /// Voltage mode, and the firmware's speed loop.
@@ -228,13 +230,13 @@ impl Drawn {
         list.join("; ")
     }
 
-    /// Writes `log.parquet`, `model.toml`, `truth.toml` and `hidden.txt` into a folder, for `stand explain`.
+    /// Writes, with an imperfection, `log.parquet`, `model.toml`, `truth.toml` and `hidden.txt` into a folder, for `stand explain`.
     ///
     /// # Errors
     /// A file cannot be written.
-    pub fn write(&self, folder: &Path) -> Result<(), Box<dyn std::error::Error>> {
+    pub fn write(&self, folder: &Path, dirt: Dirt) -> Result<(), Box<dyn std::error::Error>> {
         fs::create_dir_all(folder)?;
-        self.log().write(folder.join("log.parquet"))?;
+        dirt.on(&self.log(), self.seed).write(folder.join("log.parquet"))?;
         self.user_model().write(folder.join("model.toml"))?;
         self.true_model().write(folder.join("truth.toml"))?;
         fs::write(folder.join("hidden.txt"), format!("{}: {}\n", self.id, self.description()))?;

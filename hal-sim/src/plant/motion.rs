@@ -1,7 +1,7 @@
 //! Dynamics of a state: laws, current, torque, time derivative, and the contact state of friction, brushes, clutch and gap.
 
 use super::Plant;
-use drive_model::{Contributions, Point, T0_C};
+use drive_model::{Contributions, MAX_COLUMNS, Point, T0_C};
 
 /// Time constant below which a bristle is not resolved, s: no sensor shows it.
 pub(super) const MIN_BRISTLE_TIME_S: f64 = 5e-6;
@@ -63,6 +63,7 @@ impl Plant {
             // The bridge already follows the supply (`advance`); the law must not apply it again.
             supply_ratio: 1.0,
             rate_from_encoder: false,
+            columns: [0.0; MAX_COLUMNS],
         }
     }
 

@@ -229,7 +229,16 @@ impl Bench {
 
 /// A row without measured angle.
 pub fn span(t_s: f64, dt_s: f64, input: f64, temp_C: Option<f64>) -> RowInput {
-    RowInput { t_s, dt_s, input, theta: None, temp_C, supply_ratio: 1.0, rate_from_encoder: false }
+    RowInput {
+        t_s,
+        dt_s,
+        input,
+        theta: None,
+        temp_C,
+        supply_ratio: 1.0,
+        rate_from_encoder: false,
+        columns: [0.0; drive_model::MAX_COLUMNS],
+    }
 }
 
 /// |a − b| ≤ tolerance, with the values in the message.

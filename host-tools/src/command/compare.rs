@@ -7,9 +7,11 @@ use serde_json::Value;
 
 use super::error::CliError;
 use super::import::ImportOptions;
-use super::output::{ReportOutput, spinner, style};
+use super::output::{ReportOutput, SeriesOutput, spinner, style};
 use crate::identify::deadline::Deadline;
 use crate::identify::evaluation::{Evaluation, EvaluationError, ParameterTreatment, evaluate};
+use crate::identify::explain::criteria::JoiningCriteria;
+use crate::identify::explain::join_logs::join;
 use crate::identify::fit::FitResult;
 use crate::log::Log;
 use crate::log::plausible::Defect;
@@ -19,11 +21,14 @@ use crate::report::{self, Comparison};
 /// Compare a model with a log, without changing its parameters.
 #[derive(Debug, Args)]
 pub(super) struct Compare {
-    /// The log, .csv or .parquet
-    log: PathBuf,
+    /// The log, .csv or .parquet; several are compared together
+    #[arg(required = true)]
+    log: Vec<PathBuf>,
     /// The model, .toml
     #[arg(long)]
     model: PathBuf,
+    #[command(flatten)]
+    series: SeriesOutput,
     #[command(flatten)]
     import: ImportOptions,
     #[command(flatten)]
@@ -33,9 +38,10 @@ pub(super) struct Compare {
 impl Compare {
     pub(super) fn run(self) -> Result<(), CliError> {
         self.output.check()?;
-        self.import.apply([self.log.as_path()])?;
+        self.series.check()?;
+        self.import.apply(self.log.iter().map(PathBuf::as_path))?;
         let (log, model) = read_log_and_model(&self.log, &self.model)?;
-        evaluate_and_report(&log, &model, ParameterTreatment::Kept, Deadline::NEVER, &self.output).map(drop)
+        evaluate_and_report(&log, &model, ParameterTreatment::Kept, Deadline::NEVER, (&self.output, &self.series)).map(drop)
     }
 }
 
@@ -45,14 +51,20 @@ impl From<EvaluationError> for CliError {
     }
 }
 
-/// Reads a log and a model.
-pub(super) fn read_log_and_model(log: &Path, model: &Path) -> Result<(Log, Model), CliError> {
+/// Reads logs, as one, and a model.
+pub(super) fn read_log_and_model(logs: &[PathBuf], model: &Path) -> Result<(Log, Model), CliError> {
     let model = Model::read(model)?;
-    let spinner = spinner(&format!("reading {}", log.display()));
-    let log = Log::read(log);
+    let spinner = spinner("reading");
+    let columns: Vec<&str> = model.columns().iter().map(String::as_str).collect();
+    let read = |path: &PathBuf| {
+        Log::read_also(path, &columns).map(|mut log| {
+            log.even_out_times();
+            log
+        })
+    };
+    let read = logs.iter().map(read).collect::<Result<Vec<_>, _>>();
     spinner.finish_and_clear();
-    let mut log = log?;
-    log.even_out_times();
+    let (log, _) = join(read?, &JoiningCriteria::default()).map_err(|e| CliError::Input(e.to_string()))?;
     Ok((log, model))
 }
 
@@ -62,7 +74,7 @@ pub(super) fn evaluate_and_report(
     model: &Model,
     treatment: ParameterTreatment,
     deadline: Deadline,
-    output: &ReportOutput,
+    (output, series): (&ReportOutput, &SeriesOutput),
 ) -> Result<FitResult, CliError> {
     let fitted = treatment != ParameterTreatment::Kept;
     let spinner = spinner(if fitted { "fitting" } else { "simulating" });
@@ -87,6 +99,7 @@ pub(super) fn evaluate_and_report(
     output.text(&report::comparison_text(&comparison, style()))?;
     output.json(|| if fitted { report::fit_json(&comparison) } else { report::compare_json(&comparison) })?;
     output.html(|| report::comparison_html(&comparison))?;
+    series.write(log, &evaluated.data, &evaluated.result)?;
     Ok(evaluated.result)
 }
 

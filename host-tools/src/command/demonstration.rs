@@ -11,7 +11,7 @@ use stand_firmware::speed_loop::Mode;
 
 use super::compare::evaluate_and_report;
 use super::error::CliError;
-use super::output::{JsonOutput, ReportOutput, print, spinner, style, write};
+use super::output::{JsonOutput, ReportOutput, SeriesOutput, print, spinner, style, write};
 use super::profile::ProfileOptions;
 use super::stand_file::hide_effect;
 use crate::acquire::simulation::simulate;
@@ -67,10 +67,12 @@ pub(super) fn run() -> Result<(), CliError> {
     write(&model_path, NOMINAL_MODEL)?;
     let model = Model::read(&model_path)?;
     let page = |name: &str| ReportOutput { json: JsonOutput::default(), html: Some(file(name)), plots: None };
-    let nominal = evaluate_and_report(&log, &model, ParameterTreatment::Kept, Deadline::NEVER, &page("nominal.html"))?;
+    let nominal =
+        evaluate_and_report(&log, &model, ParameterTreatment::Kept, Deadline::NEVER, (&page("nominal.html"), &SeriesOutput::default()))?;
 
     print("\n3  Fit of the parameters of the nominal model:\n\n")?;
-    let result = evaluate_and_report(&log, &model, ParameterTreatment::Fitted, Deadline::NEVER, &page("fitted.html"))?;
+    let result =
+        evaluate_and_report(&log, &model, ParameterTreatment::Fitted, Deadline::NEVER, (&page("fitted.html"), &SeriesOutput::default()))?;
     let mut fitted = model.clone();
     fitted.set_all(result.parameters.list.iter().map(|p| (p.name.as_str(), p.value)))?;
     fitted.write(file("fitted.toml"))?;

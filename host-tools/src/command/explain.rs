@@ -7,7 +7,7 @@ use clap::Args;
 use super::compare::implausible_log;
 use super::error::CliError;
 use super::import::ImportOptions;
-use super::output::{Overwrite, ReportOutput, TimeLimit, spinner, style};
+use super::output::{Overwrite, ReportOutput, SeriesOutput, TimeLimit, spinner, style};
 use crate::files;
 use crate::identify::explain::{Explanation, Verdict};
 use crate::identify::explain_logs::{ExplainLogsError, FolderEntry, LogExplanation, explain_folder, explain_together};
@@ -36,6 +36,8 @@ pub(super) struct Explain {
     #[command(flatten)]
     overwrite: Overwrite,
     #[command(flatten)]
+    series: SeriesOutput,
+    #[command(flatten)]
     import: ImportOptions,
     #[command(flatten)]
     output: ReportOutput,
@@ -53,6 +55,7 @@ impl From<ExplainLogsError> for CliError {
 impl Explain {
     pub(super) fn run(self) -> Result<(), CliError> {
         self.output.check()?;
+        self.series.check()?;
         let time_limit_s = self.time_limit.seconds()?;
         self.out.as_deref().map_or(Ok(()), |out| self.overwrite.check(out))?;
         self.import.apply(self.log.iter().map(PathBuf::as_path))?;
@@ -81,6 +84,8 @@ impl Explain {
             )
         } else if self.apply || self.out.is_some() {
             reject("--apply and --out write one model, but a folder gives one result for each log; name a single log")
+        } else if self.series.out_series.is_some() {
+            reject("--out-series writes one series, but a folder gives one result for each log; name a single log")
         } else if self.output.html.is_some() {
             reject("--html reports one result, but a folder gives one result for each log; name a single log")
         } else {
@@ -113,6 +118,7 @@ impl Explain {
         // The model last: if a report cannot be written, the model is unchanged.
         self.output.json(|| report::explain_json(e))?;
         self.output.html(|| report::explain_html(e))?;
+        self.series.write(&e.log, &e.data(), &e.explained)?;
         if e.verdict == Verdict::NotFinished {
             return Err(self.time_limit.error("search, and no model is written"));
         }

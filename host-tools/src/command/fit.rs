@@ -7,7 +7,7 @@ use clap::Args;
 use super::compare::{evaluate_and_report, implausible_log, read_log_and_model};
 use super::error::CliError;
 use super::import::ImportOptions;
-use super::output::{Overwrite, ReportOutput, TimeLimit, spinner, style};
+use super::output::{Overwrite, ReportOutput, SeriesOutput, TimeLimit, spinner, style};
 use crate::identify::deadline::Deadline;
 use crate::identify::equation_error::{self, EquationErrorFailure, EquationErrorResult};
 use crate::identify::evaluation::ParameterTreatment;
@@ -19,8 +19,9 @@ use crate::report;
 /// Fit the parameters of a model to a log.
 #[derive(Debug, Args)]
 pub(super) struct Fit {
-    /// The log, .csv or .parquet
-    log: PathBuf,
+    /// The log, .csv or .parquet; several are fitted together with one set of parameters
+    #[arg(required = true)]
+    log: Vec<PathBuf>,
     /// The model, .toml; its values are the start of the fit
     #[arg(long)]
     model: PathBuf,
@@ -41,6 +42,8 @@ pub(super) struct Fit {
     #[command(flatten)]
     overwrite: Overwrite,
     #[command(flatten)]
+    series: SeriesOutput,
+    #[command(flatten)]
     import: ImportOptions,
     #[command(flatten)]
     output: ReportOutput,
@@ -49,15 +52,16 @@ pub(super) struct Fit {
 impl Fit {
     pub(super) fn run(self) -> Result<(), CliError> {
         self.output.check()?;
+        self.series.check()?;
         let deadline = Deadline::after_s(self.time_limit.seconds()?);
         self.out.as_deref().map_or(Ok(()), |out| self.overwrite.check(out))?;
-        self.import.apply([self.log.as_path()])?;
+        self.import.apply(self.log.iter().map(PathBuf::as_path))?;
         let (log, model) = read_log_and_model(&self.log, &self.model)?;
         let parameters = if self.equation_error {
             self.by_equation_error(&log, &model)?
         } else {
             let treatment = if self.all_rows { ParameterTreatment::FittedToAllRows } else { ParameterTreatment::Fitted };
-            let result = evaluate_and_report(&log, &model, treatment, deadline, &self.output)?;
+            let result = evaluate_and_report(&log, &model, treatment, deadline, (&self.output, &self.series))?;
             if deadline.has_passed() && !result.converged {
                 return Err(self.time_limit.error("fit before it converged; no model is written"));
             }

@@ -9,6 +9,9 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::error::CliError;
 use crate::files;
+use crate::identify::fit::{FitResult, PreparedLog};
+use crate::identify::series::series;
+use crate::log::Log;
 use crate::report::Style;
 use crate::report::plot_files::{PngError, PngWriter, plots_of};
 
@@ -39,6 +42,29 @@ pub(super) struct Overwrite {
     /// Overwrite an existing file
     #[arg(long)]
     pub force: bool,
+}
+
+/// The series of a fit.
+#[derive(Debug, Clone, Default, Args)]
+pub(super) struct SeriesOutput {
+    /// Write the measured and the modelled series, row by row, to this file, .csv or .parquet
+    #[arg(long, value_name = "FILE")]
+    pub out_series: Option<PathBuf>,
+}
+
+impl SeriesOutput {
+    /// Checks that the file can be written. Called before the work.
+    pub(super) fn check(&self) -> Result<(), CliError> {
+        let Some(path) = &self.out_series else { return Ok(()) };
+        crate::log::Format::of(path)?;
+        check_writable(path)
+    }
+
+    /// Writes the series if the option was given.
+    pub(super) fn write(&self, log: &Log, data: &PreparedLog, fit: &FitResult) -> Result<(), CliError> {
+        let Some(path) = &self.out_series else { return Ok(()) };
+        Ok(series(log, data, fit)?.write(path)?)
+    }
 }
 
 /// The time that an analysis may take.

@@ -53,7 +53,8 @@ pub fn explain_together(
     time_limit_s: Option<f64>,
     progress: &(dyn Fn(&Progress) + Sync),
 ) -> Result<LogExplanation, ExplainLogsError> {
-    let logs = paths.iter().map(Log::read).collect::<Result<Vec<_>, _>>()?;
+    let columns: Vec<&str> = model.columns().iter().map(String::as_str).collect();
+    let logs = paths.iter().map(|path| Log::read_also(path, &columns)).collect::<Result<Vec<_>, _>>()?;
     let mut criteria = Criteria::default();
     criteria.search.time_limit_s = time_limit_s;
     match explain::explain_by(criteria, logs, model, progress) {

@@ -9,3 +9,4 @@ pub mod explain_logs;
 pub mod fit;
 pub mod recording_conventions;
 pub mod residual;
+pub mod series;

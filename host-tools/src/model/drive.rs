@@ -2,11 +2,12 @@
 
 use std::ops::Range;
 
-use drive_model::{Card, cards};
+use drive_model::{Card, MAX_COLUMNS, cards};
 use toml_edit::TableLike;
 
 use super::catalogue;
 use super::error::{ModelError, ModelErrorKind};
+use super::expression::{is_name, is_reserved};
 use super::read::{Named, Reader};
 use super::{Channel, Input};
 use crate::words::nearest;
@@ -54,6 +55,26 @@ impl Reader<'_> {
             );
         }
         Ok(Some(outputs))
+    }
+
+    /// Columns of the log that expressions may use.
+    pub(super) fn columns(&self, drive: &dyn TableLike) -> Result<Vec<String>, ModelError> {
+        let Some(item) = drive.get("columns") else { return Ok(Vec::new()) };
+        let key = "[drive] columns";
+        let mut columns: Vec<String> = Vec::new();
+        for (name, span) in self.strings(item, key)? {
+            if !is_name(name) || is_reserved(name) {
+                return self.fail(span, key, ModelErrorKind::ParameterName(name.to_owned()));
+            }
+            if columns.iter().any(|c| c == name) {
+                return self.fail(span, key, ModelErrorKind::Twice { what: "column", name: name.to_owned(), hint: String::new() });
+            }
+            columns.push(name.to_owned());
+        }
+        if columns.len() > MAX_COLUMNS {
+            return self.fail(item.span(), key, ModelErrorKind::Wants("at most four columns"));
+        }
+        Ok(columns)
     }
 
     pub(super) fn effect_names<'i>(&self, drive: &'i dyn TableLike) -> Result<Vec<Named<'i>>, ModelError> {

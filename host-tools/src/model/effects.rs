@@ -8,7 +8,7 @@ use toml_edit::TableLike;
 use super::catalogue::{self, BaseParameter, with_instance};
 use super::error::{ModelError, ModelErrorKind};
 use super::read::Reader;
-use super::user_effects::{SummingPoint, UserEffect};
+use super::user_effects::{MAX_VISIBLE, SummingPoint, UserEffect};
 use super::{Channel, Input, ModelEffect, ModelParameter};
 use crate::model::expression::{Expression, is_name, is_reserved};
 use crate::words::nearest;
@@ -79,7 +79,7 @@ impl Reader<'_> {
         Ok(ModelEffect { card, instance, parameters })
     }
 
-    pub(super) fn own_effects(&mut self, tables: &dyn TableLike) -> Result<Vec<UserEffect>, ModelError> {
+    pub(super) fn own_effects(&mut self, tables: &dyn TableLike, columns: &[String]) -> Result<Vec<UserEffect>, ModelError> {
         let mut own = Vec::new();
         for (name, item) in tables.iter().filter(|(name, _)| catalogue::effect(name).is_none()) {
             let table_name = format!("[effect.{name}]");
@@ -112,7 +112,12 @@ impl Reader<'_> {
             let Some(expression) = text.as_str() else {
                 return self.fail(text.span(), &key, ModelErrorKind::Wants("an expression in quotes"));
             };
-            let expression = match Expression::parse(expression, &names) {
+            // Besides its own parameters: columns of the log, and the parameters of the rest of the model.
+            let own_names = names.iter().chain(columns).map(String::as_str);
+            let others: Vec<String> =
+                self.parameters.iter().map(|p| p.name.clone()).filter(|n| is_name(n) && !own_names.clone().any(|o| o == n)).collect();
+            let visible: Vec<String> = names.iter().chain(columns).chain(&others).cloned().collect();
+            let expression = match Expression::parse(expression, &visible) {
                 Ok(expression) => expression,
                 Err(error) => return self.fail(text.span(), &key, ModelErrorKind::Expression(error)),
             };
@@ -126,7 +131,14 @@ impl Reader<'_> {
                     self.parameters.push(parameter);
                 }
             }
-            own.push(UserEffect { name: name.to_owned(), summing_point, expression, parameters });
+            let others = others.iter().enumerate().filter(|(k, _)| expression.uses_parameter(names.len() + columns.len() + k));
+            let shared = others.map(|(k, other)| (names.len() + columns.len() + k, other));
+            let shared: Vec<(usize, usize)> =
+                shared.filter_map(|(at, other)| Some((at, self.parameters.iter().position(|p| p.name == *other)?))).collect();
+            if visible.len() > MAX_VISIBLE {
+                return self.fail(text.span(), &key, ModelErrorKind::Wants("an expression with fewer parameters"));
+            }
+            own.push(UserEffect { name: name.to_owned(), summing_point, expression, parameters, columns: columns.len(), shared });
         }
         Ok(own)
     }

@@ -145,6 +145,7 @@ pub struct Model {
     name: String,
     input: Input,
     outputs: Option<Vec<Channel>>,
+    columns: Vec<String>,
     effects: Vec<ModelEffect>,
     own: Vec<UserEffect>,
     parameters: Vec<ModelParameter>,
@@ -207,6 +208,11 @@ impl Model {
     /// Outputs; `None`: all that the log contains and the input allows.
     pub fn outputs(&self) -> Option<&[Channel]> {
         self.outputs.as_deref()
+    }
+
+    /// Columns of the log that expressions use, in the order of the file.
+    pub fn columns(&self) -> &[String] {
+        &self.columns
     }
 
     /// Effects of the catalogue, in the order of the file.

@@ -49,7 +49,7 @@ impl Reader<'_> {
         self.only(root, "", &["drive", "parameters", "effect"], "table")?;
         let Some(drive) = root.get("drive") else { return self.fail(None, "", ModelErrorKind::Missing("[drive]")) };
         let drive_table = self.table(drive, "[drive]")?;
-        self.only(drive_table, "[drive] ", &["input", "outputs", "effects"], "key")?;
+        self.only(drive_table, "[drive] ", &["input", "outputs", "columns", "effects"], "key")?;
         let input = self.input(drive_table, drive.span())?;
         let outputs = self.outputs(drive_table, input)?;
         if let Some(parameters) = root.get("parameters") {
@@ -61,16 +61,17 @@ impl Reader<'_> {
             Some(item) => self.table(item, "[effect]")?,
             None => &empty,
         };
+        let columns = self.columns(drive_table)?;
         let names = self.effect_names(drive_table)?;
         let listed = self.listed(&names, own_table)?;
         self.base(input, outputs.as_deref(), drive.span())?;
         self.effect_tables(own_table, &listed)?;
         let effects = listed.into_iter().map(|(card, instance)| self.effect(card, instance)).collect::<Result<Vec<_>, _>>()?;
-        let own = self.own_effects(own_table)?;
+        let own = self.own_effects(own_table, &columns)?;
         self.nothing_left(&effects)?;
         self.remark_on(&effects, &own);
         let (name, document) = (self.file.to_owned(), toml_edit::DocumentMut::new());
-        Ok(Model { name, input, outputs, effects, own, parameters: self.parameters, remarks: self.remarks, document })
+        Ok(Model { name, input, outputs, columns, effects, own, parameters: self.parameters, remarks: self.remarks, document })
     }
 
     /// Checks that every key of `table` is one of `known`.

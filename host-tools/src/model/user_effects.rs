@@ -50,13 +50,34 @@ pub struct UserEffect {
     pub expression: Expression,
     /// Indices into the model's parameters, in the order of the expression.
     pub parameters: Vec<usize>,
+    /// Number of the log's columns among the names of the expression, after the parameters.
+    pub columns: usize,
+    /// Parameters of the rest of the model in the expression: position among its names, and index into the model's parameters.
+    pub shared: Vec<(usize, usize)>,
 }
+
+/// Names that an expression can use at most besides the variables.
+pub(super) const MAX_VISIBLE: usize = 64;
 
 impl UserEffect {
     fn value<S: Scalar>(&self, p: &[S], x: &Point<S>) -> S {
         let t = S::from(0.5 * (x.from_s + x.to_s));
         let variables = Variables { t, theta: x.theta, omega: x.omega, i: x.current, u: x.voltage, temp_C: x.temp_C };
-        self.expression.eval(&variables, p)
+        let own = self.parameters.len();
+        if self.columns == 0 && self.shared.is_empty() {
+            return self.expression.eval(&variables, p);
+        }
+        let mut values = [S::zero(); MAX_VISIBLE];
+        for (value, p) in values.iter_mut().zip(&p[..own.min(p.len())]) {
+            *value = *p;
+        }
+        for (value, column) in values[own..].iter_mut().zip(&x.columns[..self.columns]) {
+            *value = S::from(*column);
+        }
+        for ((at, _), p) in self.shared.iter().zip(p.iter().skip(own)) {
+            values[*at] = *p;
+        }
+        self.expression.eval(&variables, &values)
     }
 }
 

@@ -52,6 +52,20 @@ pub fn adequacy(model: &FittedModel) -> Adequacy {
     )
 }
 
+/// Where the input holds values at t, what it did between them is not known: two ways to fill the gap, the monotone cubic and the last value, leave
+/// different residuals. A misfit below that difference in every channel says nothing about the drive.
+pub fn input_between_samples(model: &FittedModel) -> Option<Remark> {
+    let data = &model.data;
+    let log = model.context.log;
+    let held = log.column(data.driven.column()).filter(|_| data.input_at_t)?;
+    let error: Vec<f64> = data.input.iter().zip(held).map(|(mean, held)| mean - held).collect();
+    let excess = residual::excess_of_input_error(log, data, &model.fit, &error)?;
+    let white = model.context.criteria.noise.invisible;
+    let within = model.fit.channels.iter().zip(&excess).all(|(c, excess)| c.chi2_per_n() <= white + excess);
+    let rms = (error.iter().map(|e| e * e).sum::<f64>() / error.len().max(1) as f64).sqrt();
+    within.then_some(Remark::InputBetweenSamples { column: data.driven.column(), rms })
+}
+
 /// The innovations of a channel's residual depend on the past of the input.
 fn depends_on_input(model: &FittedModel, criteria: &AdequacyCriteria) -> bool {
     let data = &model.data;
@@ -66,8 +80,8 @@ fn depends_on_input(model: &FittedModel, criteria: &AdequacyCriteria) -> bool {
         let input = block_means(data, &data.input, stride);
         let input = prewhitened(&input);
         let lags = if stride > 1 { criteria.lags_of_increments } else { criteria.lags };
-        let p = cross_correlation_p(&innovations, &input, lags);
-        p * (data.channels.len() as f64) < criteria.max_familywise_p
+        let (fraction, p) = cross_correlation(&innovations, &input, lags);
+        p * (data.channels.len() as f64) < criteria.max_familywise_p && fraction > criteria.min_input_fraction
     })
 }
 
@@ -93,12 +107,12 @@ fn prewhitened(series: &[f64]) -> Vec<f64> {
     Whitener::innovations_of(&centred)
 }
 
-/// Probability by chance of the cross-correlations of `innovations` with the past of `input`, up to `lags` steps back.
-fn cross_correlation_p(innovations: &[f64], input: &[f64], lags: usize) -> f64 {
+/// Fraction of the variance of `innovations` that the past of `input`, up to `lags` steps back, explains beyond chance, and its probability by chance.
+fn cross_correlation(innovations: &[f64], input: &[f64], lags: usize) -> (f64, f64) {
     let square = |v: &[f64]| v.iter().filter(|v| v.is_finite()).map(|v| v * v).sum::<f64>();
     let (e2, x2) = (square(innovations), square(input));
     if e2 <= 0.0 || x2 <= 0.0 {
-        return 1.0;
+        return (0.0, 1.0);
     }
     let n = innovations.iter().filter(|v| v.is_finite()).count() as f64;
     let mut statistic = 0.0;
@@ -113,7 +127,7 @@ fn cross_correlation_p(innovations: &[f64], input: &[f64], lags: usize) -> f64 {
         let variance = (e2 / n) * (x2 / n) * pairs as f64;
         statistic += if variance > 0.0 { product * product / variance } else { 0.0 };
     }
-    chi_squared_tail(statistic, lags as f64)
+    ((statistic - lags as f64) / n, chi_squared_tail(statistic, lags as f64))
 }
 
 /// A torque moves the residuals of two channels together.

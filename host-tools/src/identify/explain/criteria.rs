@@ -485,6 +485,9 @@ impl Default for VerdictCriteria {
 pub struct AdequacyCriteria {
     /// Probability of calling noise dependent on the input, over all channels; default 0.001, as for a misfit.
     pub max_familywise_p: f64,
+    /// Fraction of the innovations' variance that the input must explain to matter; default 0.03, as in [`NoiseCriteria::noise`]: a smaller part of the white
+    /// noise is within the accuracy of the simulation, however many rows show it.
+    pub min_input_fraction: f64,
     /// Rows of the past input that are tested; default 30, at 1 kHz a usual mechanical time constant.
     pub lags: usize,
     /// The same in increments of the angle, 20 ms each; default 10.
@@ -497,7 +500,14 @@ pub struct AdequacyCriteria {
 
 impl Default for AdequacyCriteria {
     fn default() -> Self {
-        AdequacyCriteria { max_familywise_p: 1e-3, lags: 30, lags_of_increments: 10, min_coherence: 0.1, min_coherence_sigmas: 4.0 }
+        AdequacyCriteria {
+            max_familywise_p: 1e-3,
+            min_input_fraction: 0.03,
+            lags: 30,
+            lags_of_increments: 10,
+            min_coherence: 0.1,
+            min_coherence_sigmas: 4.0,
+        }
     }
 }
 

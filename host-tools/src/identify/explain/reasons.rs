@@ -155,6 +155,13 @@ pub enum Remark {
         /// Time over which it is correlated, s.
         correlation_s: f64,
     },
+    /// What is left is no more than the input may have done between its samples.
+    InputBetweenSamples {
+        /// The column of the input.
+        column: &'static str,
+        /// Rms difference of two ways to fill the time between the samples, in the unit of the column.
+        rms: f64,
+    },
     /// An effect is not significant in the final model and was removed.
     NotSignificantAtEnd {
         /// Its name.

@@ -5,6 +5,7 @@
 //! [`super::eliminate`] removes what is no longer needed. [`super::stop`] ends a search that makes no progress; what was only added in
 //! place of something else is removed.
 
+use super::adequacy::input_between_samples;
 use super::compare::adding_step;
 use super::eliminate::{all_amplitudes_may_be_zero, eliminate, without};
 use super::fitted_model::FittedModel;
@@ -23,6 +24,10 @@ pub fn search<'a>(given: FittedModel<'a>, progress: &(dyn Fn(&Progress) + Sync))
     let mut restarts = 0;
     while search.added.len() < criteria.search.max_added {
         let Some(base) = search.models.last() else { break };
+        if input_between_samples(base).is_some() {
+            // An effect that fits better now may imitate the unknown input.
+            break;
+        }
         progress(&Progress::Trying { added: search.added.last().map(|a| a.name.clone()) });
         let deadline = base.data.deadline;
         let step = adding_step(base);

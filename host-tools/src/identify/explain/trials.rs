@@ -14,6 +14,7 @@ use super::stiffness::{max_bristle_stiffness, shaft_ranges};
 use super::trial::{Invisible, Trial};
 use super::visibility::not_visible;
 use crate::identify::fit::PreparedLog;
+use crate::identify::residual;
 use crate::log::RateSource;
 use crate::model::{BaseParameter, Channel, Input, Model};
 use crate::statistics::Extremes;
@@ -113,8 +114,10 @@ fn trials_of(card: &'static Card, base: &FittedModel, orders: &HarmonicOrders) -
             if !ranges.iter().copied().all(is_range) {
                 return Vec::new();
             }
-            let resolved = resonances_Hz.iter().filter(|hz| **hz * data.dt_s < criteria.max_resonance_per_row);
-            let list = resolved.filter_map(|&hz| shaft(card, base, hz, damping_ratio));
+            // The residual rings at the resonance: its strongest lines are tried besides the usual frequencies.
+            let rings = ringing_Hz(base, criteria);
+            let resolved = resonances_Hz.iter().copied().chain(rings).filter(|hz| hz * data.dt_s < criteria.max_resonance_per_row);
+            let list = resolved.filter_map(|hz| shaft(card, base, hz, damping_ratio));
             list.map(|s| Trial { ranges: ranges.to_vec(), ..trial(s.to_vec(), vec![true; 3], vec![true; 3], false) }).collect()
         }
         Screening::Gaps { gaps_rad, resonance_Hz, damping_ratio } => {
@@ -136,6 +139,29 @@ fn trials_of(card: &'static Card, base: &FittedModel, orders: &HarmonicOrders) -
 fn is_range((low, high): (f64, f64)) -> bool {
     low <= high
 }
+
+/// Frequencies of the strongest line in the residual of each channel, above the slow misfits, Hz.
+fn ringing_Hz(base: &FittedModel, criteria: &TrialCriteria) -> Vec<f64> {
+    let dt_s = base.data.dt_s;
+    let list = base.residuals().into_iter().filter_map(|residual| {
+        // Second differences let the slow misfit of a missing torque fall behind the ringing.
+        let series: Vec<f64> = residual.windows(3).map(|w| w[2] - 2.0 * w[1] + w[0]).map(|d| if d.is_finite() { d } else { 0.0 }).collect();
+        let peaks = residual::harmonics::frequencies(&series, dt_s, LINES_PER_CHANNEL);
+        peaks.into_iter().find(|hz| *hz > criteria.min_shaft_resonance_Hz && hz * dt_s < criteria.max_shaft_resonance_per_row)
+    });
+    let mut found: Vec<f64> = Vec::new();
+    for hz in list {
+        if found.iter().all(|other| (other / hz - 1.0).abs() > SAME_LINE) {
+            found.push(hz);
+        }
+    }
+    found
+}
+
+/// Lines of a channel's residual among which the strongest possible resonance is chosen.
+const LINES_PER_CHANNEL: usize = 40;
+/// Relative distance of two lines that are one.
+const SAME_LINE: f64 = 0.05;
 
 /// The log has a rate and does not state its source.
 fn rate_source_is_unknown(base: &FittedModel) -> bool {

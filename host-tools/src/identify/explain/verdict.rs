@@ -1,6 +1,6 @@
 //! The verdict: the given model is adequate, effects were missing, the structure of the error is unknown, or the time did not suffice.
 
-use super::adequacy::{Adequacy, adequacy};
+use super::adequacy::{Adequacy, adequacy, input_between_samples};
 use super::answer::{Shape, Verdict};
 use super::criteria::MisfitClass;
 use super::reasons::Remark;
@@ -42,6 +42,10 @@ fn finished_verdict(search: &mut Search) -> (Verdict, Vec<Shape>) {
         return (Verdict::UnknownStructure, vec![unknown.shape]);
     }
     if invisible {
+        return (adequate, Vec::new());
+    }
+    if let Some(remark) = input_between_samples(last) {
+        search.remarks.push(remark);
         return (adequate, Vec::new());
     }
     let shapes: Vec<Shape> = unknown_structure::best(last).map(|u| u.shape).into_iter().collect();

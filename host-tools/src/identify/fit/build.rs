@@ -31,7 +31,11 @@ pub fn system(model: &Model, temperature_is_measured: bool) -> (System, Paramete
         effects.push(Effect { name: used.name(), source: Arc::new(used.card.law), parameters: used.parameters.clone() });
     }
     for own in model.user_effects() {
-        effects.push(Effect { name: own.name.clone(), source: Arc::new(own.clone()), parameters: own.parameters.clone() });
+        effects.push(Effect {
+            name: own.name.clone(),
+            source: Arc::new(own.clone()),
+            parameters: own.parameters.iter().copied().chain(own.shared.iter().map(|(_, k)| *k)).collect(),
+        });
     }
     let system = System {
         inertia: model.base_index(BaseParameter::Inertia),

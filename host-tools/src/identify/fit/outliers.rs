@@ -7,15 +7,15 @@
 
 use super::prepared_log::PreparedLog;
 use crate::model::{Channel, Input};
-use crate::statistics::robust::median_abs;
+use crate::statistics::Extremes;
 
 /// Distance from all neighbours, standard deviations of the noise. Of normal noise a difference of 8 σ, √2 σ in size, occurs once in 10⁸ pairs; four of
 /// them in one row hardly ever.
 pub const MIN_SIGMAS: f64 = 8.0;
 /// Fraction of a channel's rows above which isolated values are a property of the channel and not outliers.
 const MAX_FRACTION: f64 = 0.02;
-/// Change of the input from row to row, in median changes, that is a jump.
-const JUMP_MEDIANS: f64 = 12.0;
+/// Change of the input from row to row, part of its range, that is a jump.
+const JUMP_FRACTION: f64 = 0.05;
 /// Rows before and after a jump of the input in which there are no outliers.
 const ROWS_AROUND_JUMP: (usize, usize) = (2, 6);
 
@@ -54,14 +54,10 @@ fn near_jumps(data: &PreparedLog) -> Vec<bool> {
     if data.driven == Input::Motion {
         return near;
     }
+    let (low, high) = data.input.iter().copied().min_max();
     for rows in &data.segments {
-        let steps: Vec<f64> = data.input[rows.clone()].windows(2).map(|w| w[1] - w[0]).collect();
-        let usual = median_abs(&steps).unwrap_or(0.0);
-        for (k, step) in steps.iter().enumerate().filter(|(_, step)| step.abs() > JUMP_MEDIANS * usual) {
-            // Steps of a constant input by rounding are no jumps.
-            if step.abs() <= 1e-9 * data.input[rows.start + k].abs() {
-                continue;
-            }
+        let steps = data.input[rows.clone()].windows(2).map(|w| w[1] - w[0]);
+        for (k, _) in steps.enumerate().filter(|(_, step)| step.abs() > JUMP_FRACTION * (high - low)) {
             let at = rows.start + k + 1;
             near[at.saturating_sub(ROWS_AROUND_JUMP.0).max(rows.start)..(at + ROWS_AROUND_JUMP.1).min(rows.end)].fill(true);
         }

@@ -24,6 +24,18 @@ pub enum PrepareError {
         /// Columns of the log.
         has: String,
     },
+    /// A column that an expression of the model uses is not in the log.
+    #[error("{log}: no column `{column}`, which expressions of {model} use; the log has {has}")]
+    NoExpressionColumn {
+        /// The log.
+        log: String,
+        /// The column.
+        column: String,
+        /// The model.
+        model: String,
+        /// Columns of the log.
+        has: String,
+    },
     /// An output of the model is not a column of the log.
     #[error("{log}: no column `{column}`, an output of {model}; the log has {has}")]
     NoOutput {
@@ -131,6 +143,11 @@ pub fn check(log: &Log, model: &Model) -> Result<(), PrepareError> {
     columns(log, model).map(|_| ())
 }
 
+fn missing_column(log: &Log, model: &Model, name: &str) -> PrepareError {
+    let has = log.columns().iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", ");
+    PrepareError::NoExpressionColumn { log: log.path().display().to_string(), column: name.to_owned(), model: model.name().to_owned(), has }
+}
+
 fn input_column(model: &Model) -> &'static str {
     model.input().column()
 }
@@ -176,6 +193,11 @@ fn columns<'a>(log: &'a Log, model: &Model) -> Result<Columns<'a>, PrepareError>
 /// [`PrepareError`] if the log is too short, or lacks the input or an output.
 pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(PreparedLog<'a>, Vec<PreparationNote>), PrepareError> {
     let (input, columns) = columns(log, model)?;
+    let own_columns = model
+        .columns()
+        .iter()
+        .map(|name| log.column(name).ok_or_else(|| missing_column(log, model, name)))
+        .collect::<Result<Vec<_>, _>>()?;
     let mut notes = Vec::new();
     let compared = columns
         .into_iter()
@@ -223,6 +245,7 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
         temp_C: log.column("temp_C").map(|t| smoothed(t, &segments, dt_s).into()),
         supply_ratio,
         rate_from_encoder: log.provenance("omega_rad_s").source == RateSource::Encoder,
+        columns: own_columns,
         held_out: (hold_out && log.duration_s() >= MIN_HELD_OUT_DURATION_S).then(|| held_out_rows(log.t_s(), &segments)),
         segments,
         channels: compared,

@@ -66,6 +66,8 @@ pub struct PreparedLog<'a> {
     pub supply_ratio: Option<Arc<[f64]>>,
     /// Whether the rate channel is derived from the encoder.
     pub rate_from_encoder: bool,
+    /// Columns that the expressions of the model use, in the order of the model.
+    pub columns: Vec<&'a [f64]>,
     /// Ranges of rows without a gap in time.
     pub segments: Vec<Range<usize>>,
     /// The compared channels.
@@ -122,6 +124,7 @@ impl PreparedLog<'_> {
             temp_C: self.temp_C.as_ref().map(|t| t[row]),
             supply_ratio: self.supply_ratio.as_ref().map_or(1.0, |s| s[row]),
             rate_from_encoder: self.rate_from_encoder,
+            columns: std::array::from_fn(|k| self.columns.get(k).map_or(0.0, |column| column[row])),
         }
     }
 
@@ -165,15 +168,30 @@ pub fn held_out_rows(t_s: &[f64], segments: &[Range<usize>]) -> Arc<[bool]> {
     held_out.into()
 }
 
-/// The input over each row: the column itself, or the mean of two successive values where it holds values at t.
+/// Slope at a row of the monotone cubic through evenly spaced values, per row: the central difference, limited so that the cubic does not overshoot
+/// (Fritsch and Carlson, SIAM J. Numer. Anal. 17 (1980) 238).
+fn monotone_slope(u: &[f64], k: usize) -> f64 {
+    if k == 0 || k + 1 >= u.len() {
+        return 0.0;
+    }
+    let (before, after) = (u[k] - u[k - 1], u[k + 1] - u[k]);
+    if before * after <= 0.0 {
+        return 0.0;
+    }
+    let most = 3.0 * before.abs().min(after.abs());
+    (0.5 * (before + after)).clamp(-most, most)
+}
+
+/// The input over each row: the column itself, or the mean of the monotone cubic through its values where it holds values at t.
 pub fn input<'a>(column: &'a [f64], at_t: bool, segments: &[Range<usize>]) -> Cow<'a, [f64]> {
     if !at_t {
         return Cow::Borrowed(column);
     }
     let mut means = column.to_vec();
     for rows in segments {
-        for row in rows.start..rows.end.saturating_sub(1) {
-            means[row] = 0.5 * (column[row] + column[row + 1]);
+        let u = &column[rows.clone()];
+        for k in 0..u.len().saturating_sub(1) {
+            means[rows.start + k] = 0.5 * (u[k] + u[k + 1]) + (monotone_slope(u, k) - monotone_slope(u, k + 1)) / 12.0;
         }
     }
     Cow::Owned(means)
@@ -207,6 +225,7 @@ impl Preparation {
             temp_C: data.temp_C.clone(),
             supply_ratio: data.supply_ratio.clone(),
             rate_from_encoder: data.rate_from_encoder,
+            columns: Vec::new(),
             segments: data.segments.clone(),
             channels: data.channels.iter().map(channel).collect(),
             dt_s: data.dt_s,

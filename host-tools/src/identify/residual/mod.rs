@@ -17,7 +17,7 @@ use drive_model::Coordinate;
 
 use crate::identify::fit::{FitResult, PreparedLog};
 use crate::log::Log;
-use crate::model::Channel;
+use crate::model::{Channel, Input};
 
 /// One coordinate over which the residual of one channel is not noise.
 #[derive(Debug, Clone, PartialEq)]
@@ -97,6 +97,24 @@ pub enum Signature {
 pub fn misfits(log: &Log, data: &PreparedLog, fit: &FitResult) -> Vec<Misfit> {
     let Some(rows) = rows::ResidualRows::new(log, data, fit) else { return Vec::new() };
     misfits::by_channel(search::search(rows, fit))
+}
+
+/// Excess χ²/n that an error of the input (by row, in its unit) would leave in each channel, by the linear response of the fitted drive; `None` for a
+/// prescribed motion.
+pub fn excess_of_input_error(log: &Log, data: &PreparedLog, fit: &FitResult, error: &[f64]) -> Option<Vec<f64>> {
+    let rows = rows::ResidualRows::new(log, data, fit)?;
+    let disturbance = match data.driven {
+        Input::Voltage => rows::Disturbance { voltage: Some(error), ..Default::default() },
+        Input::Torque => rows::Disturbance { torque: Some(error), ..Default::default() },
+        Input::Current => {
+            let motor_constant = rows.drive?.motor_constant();
+            let torque: Vec<f64> = error.iter().map(|a| a * motor_constant).collect();
+            let response = rows.response(rows::Disturbance { torque: Some(&torque), ..Default::default() });
+            return Some(rows.mean_squares(&response));
+        }
+        Input::Motion => return None,
+    };
+    Some(rows.mean_squares(&rows.response(disturbance)))
 }
 
 #[cfg(test)]

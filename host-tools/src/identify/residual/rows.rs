@@ -77,6 +77,13 @@ pub struct Disturbance<'a> {
     pub encoder: Option<&'a [f64]>,
 }
 
+impl DriveConstants {
+    /// Motor constant, N m/A.
+    pub fn motor_constant(&self) -> f64 {
+        self.motor_constant_N_m_A
+    }
+}
+
 impl ResidualRows {
     /// The rows of a log; `None` if nothing is compared.
     pub fn new(log: &Log, data: &PreparedLog, fit: &FitResult) -> Option<ResidualRows> {
@@ -190,6 +197,19 @@ impl ResidualRows {
             drive: self.drive,
             driven: self.driven,
         }
+    }
+
+    /// Mean square of each channel of a series in units of `y`, in units of the noise variance.
+    pub fn mean_squares(&self, series: &[f64]) -> Vec<f64> {
+        let n = self.len();
+        let mean = |c: usize| {
+            let rows = c * n..(c + 1) * n;
+            let compared: f64 = self.mask[rows.clone()].iter().sum();
+            // One increment in `lag` counts in `y`.
+            let weight = if self.channels[c].channel == Channel::Angle { self.lag as f64 } else { 1.0 };
+            weight * series[rows].iter().map(|v| v * v).sum::<f64>() / compared.max(1.0)
+        };
+        (0..self.channels.len()).map(mean).collect()
     }
 
     /// Index of a channel.

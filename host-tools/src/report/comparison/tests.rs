@@ -55,6 +55,7 @@ fn data(log: &Log) -> PreparedLog<'_> {
         temp_C: None,
         supply_ratio: None,
         rate_from_encoder: false,
+        columns: Vec::new(),
         segments: log.segments(),
         channels: vec![compared(Channel::Rate), compared(Channel::Angle)],
         dt_s: 0.01,

@@ -88,6 +88,10 @@ pub fn remark(remark: &Remark) -> String {
             numbers::significant(*ratio, 3),
             numbers::significant(1e3 * correlation_s, 2)
         ),
+        Remark::InputBetweenSamples { column, rms } => format!(
+            "{column} is known at the times of the rows only; what it did between them is uncertain by {} (rms), and the residual is no larger than that explains. Smaller effects are not visible in this log: record means over the row, or a higher row rate.",
+            numbers::significant(*rms, 2)
+        ),
         Remark::NotSignificantAtEnd { effect } => {
             format!("{effect} was added on the way and is not significant in the final model; it was removed.")
         }

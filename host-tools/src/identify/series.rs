@@ -1,0 +1,34 @@
+//! Measured and modelled series of a fit, row by row, for other programs.
+
+use super::fit::{FitResult, PreparedLog};
+use crate::log::{Column, Log, LogError};
+use crate::model::Channel;
+
+/// The rows in which every channel is compared, as a log: time, input, and for each channel the measured column and, with the suffix `_model`, the modelled
+/// one; `held_out` is 1 where the fit did not use the row. An angle is compared by its increments (`theta_increment_rad`).
+///
+/// # Errors
+/// No row is compared.
+pub fn series(log: &Log, data: &PreparedLog, fit: &FitResult) -> Result<Log, LogError> {
+    let rows: Vec<usize> = (0..data.len()).filter(|&row| fit.channels.iter().all(|c| c.residual[row].is_finite())).collect();
+    let pick = |values: &[f64]| rows.iter().map(|&row| values[row]).collect::<Vec<f64>>();
+    let mut columns = vec![
+        Column { name: "t_s".to_owned(), values: pick(data.t_s) },
+        Column { name: data.driven.column().to_owned(), values: pick(&data.input) },
+    ];
+    for (channel, fitted) in data.channels.iter().zip(&fit.channels) {
+        let lag = data.angle_lag();
+        let (name, measured): (&str, Vec<f64>) = match channel.channel {
+            Channel::Angle => {
+                ("theta_increment_rad", rows.iter().map(|&row| channel.measured[row] - channel.measured[row - lag]).collect())
+            }
+            other => (other.column(), pick(channel.measured)),
+        };
+        let modelled = measured.iter().zip(&rows).map(|(y, &row)| y - fitted.residual[row]).collect();
+        columns.push(Column { name: name.to_owned(), values: measured });
+        columns.push(Column { name: format!("{name}_model"), values: modelled });
+    }
+    columns.push(Column { name: "held_out".to_owned(), values: rows.iter().map(|&row| f64::from(u8::from(data.held_out(row)))).collect() });
+    let notes = vec![("series_of".to_owned(), log.path().display().to_string())];
+    Log::new(log.path(), columns, notes)
+}
