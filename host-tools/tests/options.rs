@@ -10,6 +10,8 @@ mod calibration;
 mod common;
 #[path = "common/drift_words.rs"]
 mod drift_words;
+#[path = "common/import_words.rs"]
+mod import_words;
 #[path = "common/observer_words.rs"]
 mod observer_words;
 #[path = "common/records_words.rs"]
@@ -31,7 +33,7 @@ use tempfile::TempDir;
 type Check = fn(&Path);
 
 /// `command word` as in the help; commands by name alone.
-const WORDS: [(&str, Check); 113] = [
+const WORDS: [(&str, Check); 116] = [
     (" --help", help_everywhere),
     (" --version", |f| assert!(stdout_of(f, &["--version"]).starts_with("stand "))),
     ("sim", |f| drop(session(f, &[]))),
@@ -237,13 +239,16 @@ const WORDS: [(&str, Check); 113] = [
     }),
     ("compare", |f| assert!(stdout_of(f, &["compare", "log.csv", "--model", "model.toml"]).contains("omega_rad_s"))),
     ("compare --help", help_everywhere),
-    ("compare <LOG>", |f| another_log(f, "compare")),
+    ("compare <LOG>...", |f| another_log(f, "compare")),
+    ("compare --out-series", |f| series(f, &["compare", "log.csv", "--model", "model.toml"])),
     ("compare --model", |f| another_model(f, "compare")),
     ("compare --json", |f| json_in_both_places(f, &["compare", "log.csv", "--model", "model.toml"])),
     ("compare --html --plots", |f| page(f, &["compare", "log.csv", "--model", "model.toml"])),
     ("fit", |f| assert!(stdout_of(f, &["fit", "log.csv", "--model", "model.toml"]).contains("inertia_kg_m2"))),
     ("fit --help", help_everywhere),
-    ("fit <LOG>", |f| another_log(f, "fit")),
+    ("fit <LOG>...", |f| another_log(f, "fit")),
+    ("fit --out-series", |f| series(f, &["fit", "log.csv", "--model", "model.toml"])),
+    ("explain --out-series", |f| series(f, &["explain", "log.csv", "--model", "model.toml"])),
     ("fit --model", |f| another_model(f, "fit")),
     ("fit --out", |f| {
         let answer = json(f, &["fit", "log.csv", "--model", "model.toml", "--out", "fitted.toml"]);
@@ -602,6 +607,20 @@ fn timeless(mut answer: Value) -> Value {
     answer
 }
 
+/// The series has the measured rate and a modelled one beside it, in both formats.
+#[track_caller]
+fn series(folder: &Path, words: &[&str]) {
+    for file in ["series.csv", "series.parquet"] {
+        stdout_of(folder, &[words, &["--out-series", file]].concat());
+        let (log, series) = (Log::read(folder.join("log.csv")).unwrap(), Log::read_all(folder.join(file)).unwrap());
+        let (measured, modelled) = (series.column("omega_rad_s").unwrap(), series.column("omega_rad_s_model").unwrap());
+        let first = log.len() - series.len();
+        assert_eq!(measured, &log.column("omega_rad_s").unwrap()[first..], "the first increments of the angle are not compared");
+        assert!(measured != modelled && modelled.iter().any(|w| w.abs() > 1.0));
+    }
+    assert_eq!(stand(folder, &[words, &["--out-series", "series.txt"]].concat()).status, Some(2));
+}
+
 #[track_caller]
 fn json_in_both_places(folder: &Path, words: &[&str]) {
     let printed = json(folder, words);
@@ -660,6 +679,9 @@ fn help(folder: &Path, path: &[String]) -> String {
     stdout_of(folder, &words)
 }
 
+/// Heading of the options about logs of other programs.
+const IMPORT: &str = "Logs of other programs:";
+
 /// First words of the lines of a section: commands, arguments or options.
 fn listed(help: &str, section: &str) -> Vec<String> {
     let lines = help.lines().skip_while(|l| *l != section).skip(1).take_while(|l| l.is_empty() || l.starts_with(' '));
@@ -669,7 +691,9 @@ fn listed(help: &str, section: &str) -> Vec<String> {
             let indent = line.len() - line.trim_start().len();
             let line = line.trim_start();
             match section {
-                "Options:" => line.starts_with('-').then(|| line[line.find("--")?..].split([' ', ',']).next().map(str::to_owned)).flatten(),
+                "Options:" | IMPORT => {
+                    line.starts_with('-').then(|| line[line.find("--")?..].split([' ', ',']).next().map(str::to_owned)).flatten()
+                }
                 _ => (indent == 2).then(|| line.split_whitespace().next().map(str::to_owned)).flatten(),
             }
         })
@@ -681,6 +705,7 @@ fn all_words() -> impl Iterator<Item = (&'static str, Check)> {
     WORDS
         .into_iter()
         .chain(allan_words::WORDS)
+        .chain(import_words::WORDS)
         .chain(calibrate_words::WORDS)
         .chain(records_words::WORDS)
         .chain(drift_words::WORDS.iter().copied())
@@ -693,7 +718,7 @@ fn help_everywhere(folder: &Path) {
         let text = help(folder, &path);
         assert!(text.contains("Usage: stand"), "{path:?}: {text}");
         assert!(!text.lines().next().unwrap().starts_with("Usage"), "{path:?}: the purpose comes first: {text}");
-        for section in ["Commands:", "Arguments:", "Options:"] {
+        for section in ["Commands:", "Arguments:", "Options:", IMPORT] {
             for word in listed(&text, section) {
                 let mut lines =
                     text.lines().skip_while(|l| !l.trim_start().trim_start_matches("-h, ").trim_start_matches("-V, ").starts_with(&word));
@@ -716,7 +741,7 @@ fn table_covers_every_option_of_every_command() {
         let text = help(folder.path(), &path);
         let name = path.join(" ");
         there.insert(name.clone());
-        for section in ["Arguments:", "Options:"] {
+        for section in ["Arguments:", "Options:", IMPORT] {
             there.extend(listed(&text, section).into_iter().map(|word| format!("{name} {word}")));
         }
     }
