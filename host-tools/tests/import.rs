@@ -215,3 +215,67 @@ fn matlab_files_of_scipy_are_read() {
         assert!(outcome.is_err() || length + 8 > whole.len(), "{length}");
     }
 }
+
+#[test]
+fn columns_and_parameters_are_used_in_expressions() {
+    let folder = folder();
+    let path = folder.path();
+    // A known voltage that the log's u_V lacks, beside it as a column of the user's own.
+    let own = Log::read(path.join("log.csv")).unwrap();
+    let push: Vec<f64> = own.t_s().iter().map(|t| (7.0 * t).sin()).collect();
+    let mut text = "t_s,u_V,i_A,omega_rad_s,theta_rad,push\n".to_owned();
+    for (k, push) in push.iter().enumerate() {
+        let at = |c| of(&own, c, k);
+        writeln!(text, "{},{},{},{},{},{push}", at("t_s"), at("u_V") - 0.1 * push, at("i_A"), at("omega_rad_s"), at("theta_rad")).unwrap();
+    }
+    std::fs::write(path.join("pushed.csv"), text).unwrap();
+    let with = |effect: &str, columns: &str| {
+        let model = common::MODEL.replace("[drive]\n", &format!("[drive]\n{columns}\n")) + effect;
+        std::fs::write(path.join("push.toml"), model).unwrap();
+        stand(path, &["fit", "pushed.csv", "--model", "push.toml", "--json", "-"])
+    };
+    let fit = with("[effect.push]\nvoltage_V = \"g * push\"\nparameters = { g = 0.01 }\n", "columns = [\"push\"]").succeeded().json();
+    let g = &fit["parameters"]["push.g"];
+    let (value, sigma) = (g["value"].as_f64().unwrap(), g["sigma"].as_f64().unwrap());
+    assert!((value - 0.1).abs() < 4.0 * sigma && sigma < 0.01, "{g}");
+    // The resistance of the model in the expression: g is now a current.
+    let fit = with("[effect.push]\nvoltage_V = \"g * resistance_ohm * push\"\nparameters = { g = 0.01 }\n", "columns = [\"push\"]")
+        .succeeded()
+        .json();
+    let product = fit["parameters"]["push.g"]["value"].as_f64().unwrap() * fit["parameters"]["resistance_ohm"]["value"].as_f64().unwrap();
+    assert!((product - value).abs() < 0.2 * sigma, "{product} {value}");
+    let undeclared = with("[effect.push]\nvoltage_V = \"g * push\"\nparameters = { g = 0.01 }\n", "");
+    assert!(undeclared.status == Some(2) && undeclared.err.contains("push"), "{}", undeclared.err);
+    let missing = with("", "columns = [\"pull\"]");
+    assert!(missing.status == Some(2) && missing.err.contains("pull"), "{}", missing.err);
+}
+
+#[test]
+fn several_logs_are_fitted_together() {
+    let folder = folder();
+    let path = folder.path();
+    stand(path, &["sim", "--out", "second.csv", "--seconds", "3", "--seed", "2"]).succeeded();
+    let fit = |logs: &[&str]| stand(path, &[&["fit"], logs, &["--model", "model.toml", "--json", "-"]].concat()).succeeded().json();
+    let sigma = |answer: &Value| answer["parameters"]["resistance_ohm"]["sigma"].as_f64().unwrap();
+    let (one, both) = (fit(&["log.csv"]), fit(&["log.csv", "second.csv"]));
+    assert_eq!(both["samples"].as_u64().unwrap(), 2 * one["samples"].as_u64().unwrap());
+    assert!(sigma(&both) < 0.9 * sigma(&one), "{} {}", sigma(&both), sigma(&one));
+    let text = stand(path, &["compare", "log.csv", "second.csv", "--model", "model.toml"]).succeeded().out;
+    assert!(text.contains("2 segments are compared"), "{text}");
+}
+
+#[test]
+fn segments_that_are_too_short_count_in_no_score() {
+    let folder = folder();
+    let path = folder.path();
+    let log = std::fs::read_to_string(path.join("log.csv")).unwrap();
+    // A gap of half a second, then five rows, then another gap.
+    let rows: Vec<&str> = log.lines().collect();
+    let first = rows.iter().position(|l| l.starts_with("t_s")).unwrap() + 1;
+    let kept = |k: usize| k < first || !(first + 1000..first + 1500).contains(&k) && !(first + 1505..first + 2000).contains(&k);
+    let text: Vec<&str> =
+        rows.iter().enumerate().filter(|(k, l)| kept(*k) && !(*k > first && l.starts_with('#'))).map(|(_, l)| *l).collect();
+    std::fs::write(path.join("gaps.csv"), text.join("\n") + "\n").unwrap();
+    let out = stand(path, &["fit", "gaps.csv", "--model", "model.toml"]).succeeded().out.replace('\n', " ");
+    assert!(out.contains("2 segments are compared") && out.contains("One more segment of 5 rows"), "{out}");
+}

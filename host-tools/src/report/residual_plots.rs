@@ -109,7 +109,7 @@ pub fn residuals(data: &PreparedLog, models: &[Line], range: (f64, f64), held_ou
 /// Shades the blocks that the fit did not use.
 fn shade_held_out(data: &PreparedLog, (from, to): (f64, f64), plot: &mut Plot) {
     const BLOCK_S: f64 = 2.0;
-    if !data.held_out.is_some() || (to - from) / (4.0 * BLOCK_S) > MAX_SHADED_BLOCKS {
+    if data.held_out.is_none() || (to - from) / (4.0 * BLOCK_S) > MAX_SHADED_BLOCKS {
         return;
     }
     let mut begin: Option<f64> = None;

@@ -128,30 +128,20 @@ fn unquote(cell: &str) -> &str {
 /// Separator and decimal mark that make most cells of the last lines numbers.
 fn separators(plain: &[(usize, &str)]) -> Option<(char, char)> {
     let sample: Vec<&str> = plain.iter().rev().take(SAMPLED_LINES).map(|(_, l)| *l).collect();
-    let mut best: Option<((usize, usize, bool), (char, char))> = None;
-    for separator in SEPARATORS {
-        for decimal in ['.', ','] {
-            if separator == decimal {
-                continue;
-            }
-            let count =
-                |line: &str| split(line, separator).filter(|cell| number(cell, decimal).is_some() || seconds(cell).is_some()).count();
-            let widths: Vec<usize> = sample.iter().map(|l| split(l, separator).count()).collect();
-            let Some(width) = most_frequent(&widths) else { continue };
-            let numeric: usize = sample.iter().zip(&widths).filter(|(_, w)| **w == width).map(|(l, _)| count(l)).sum();
-            let cells: usize = widths.iter().filter(|w| **w == width).sum();
-            if numeric == 0 || (numeric as f64) < MIN_NUMERIC_FRACTION * cells as f64 {
-                continue;
-            }
-            // Cells of lines that consist of numbers only first: a wrong separator leaves pieces that are numbers too.
-            let whole = sample.iter().zip(&widths).filter(|(l, w)| **w == width && count(l) == width).count() * width;
-            let score = (whole, numeric, decimal == '.');
-            if best.is_none_or(|(most, _)| score > most) {
-                best = Some((score, (separator, decimal)));
-            }
-        }
-    }
-    best.map(|(_, found)| found)
+    let pairs = SEPARATORS.into_iter().flat_map(|separator| ['.', ','].map(|decimal| (separator, decimal)));
+    let score = |&(separator, decimal): &(char, char)| -> Option<(usize, usize, bool)> {
+        let count = |line: &str| split(line, separator).filter(|cell| number(cell, decimal).is_some() || seconds(cell).is_some()).count();
+        let widths: Vec<usize> = sample.iter().map(|l| split(l, separator).count()).collect();
+        let width = most_frequent(&widths)?;
+        let numeric: Vec<usize> = sample.iter().zip(&widths).filter(|(_, w)| **w == width).map(|(l, _)| count(l)).collect();
+        let (all, cells) = (numeric.iter().sum::<usize>(), numeric.len() * width);
+        // Cells of lines that consist of numbers only first: a wrong separator leaves pieces that are numbers too.
+        let whole = numeric.iter().filter(|n| **n == width).count() * width;
+        (all > 0 && all as f64 >= MIN_NUMERIC_FRACTION * cells as f64).then_some((whole, all, decimal == '.'))
+    };
+    let scored = pairs.filter(|(separator, decimal)| separator != decimal).filter_map(|pair| Some((score(&pair)?, pair)));
+    // Of equal scores the first in the order of preference.
+    scored.reduce(|best, next| if next.0 > best.0 { next } else { best }).map(|(_, found)| found)
 }
 
 fn most_frequent(values: &[usize]) -> Option<usize> {

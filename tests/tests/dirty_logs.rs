@@ -1,0 +1,43 @@
+//! Imperfections of a bench are not called physics, and physics is found beside them. More logs: `cargo bench -p stand-tests --bench confusion -- dirt KIND`.
+
+use host_tools::identify::explain::{Explanation, Remark, Verdict, explain};
+use host_tools::identify::fit::prepare::PreparationNote;
+use host_tools::log::LogWarning;
+use stand_tests::dirt::Dirt;
+use stand_tests::draw::Drawn;
+
+fn answer(id: &str, dirt: Dirt) -> Explanation {
+    let drawn = Drawn::by_name(id).expect("a log of the table");
+    explain(vec![dirt.on(&drawn.log(), drawn.seed())], &drawn.user_model(), &|_| {}).expect("an explanation")
+}
+
+/// What the explanation says of the imperfection.
+fn is_said(e: &Explanation, dirt: Dirt) -> bool {
+    let note = |wanted: fn(&PreparationNote) -> bool| e.remarks.iter().any(|r| matches!(r, Remark::Preparation(note) if wanted(note)));
+    match dirt {
+        Dirt::Clean | Dirt::SlowMean => true,
+        Dirt::Jitter => e.log.warnings().iter().any(|w| matches!(w, LogWarning::EvenTimes { scatter_us: 100..=130 })),
+        Dirt::Outliers => note(|n| matches!(n, PreparationNote::Outliers { rows: 10..=60, .. })),
+        Dirt::Coloured => e.remarks.iter().any(|r| matches!(r, Remark::ColouredNoise { ratio, .. } if (1.5..2.5).contains(ratio))),
+        Dirt::SlowInstant => note(|n| matches!(n, PreparationNote::AssumedAtT { column: "u_V" })),
+    }
+}
+
+#[test]
+fn imperfections_of_a_bench_are_not_effects() {
+    for dirt in Dirt::ALL {
+        for id in ["nulls/voltage/multisine/7004", "nulls/rate/multi-step/7003"] {
+            let e = answer(id, dirt);
+            assert_eq!((e.verdict, e.missing.len()), (Verdict::Adequate, 0), "{} {id}: {:?}", dirt.name(), e.missing);
+            assert!(is_said(&e, dirt), "{} {id}: {:?} {:?}", dirt.name(), e.remarks, e.log.warnings());
+        }
+    }
+}
+
+#[test]
+fn effect_is_found_beside_outliers_and_jitter() {
+    for dirt in [Dirt::Outliers, Dirt::Jitter] {
+        let e = answer("own/cogging/voltage/multi-step/5", dirt);
+        assert_eq!((e.verdict, e.missing.as_slice()), (Verdict::EffectFound, &["cogging".to_owned()][..]), "{}", dirt.name());
+    }
+}
