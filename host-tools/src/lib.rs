@@ -1,7 +1,7 @@
-//! The host side of the rotary stand: logs, models, identification, sessions and analyses behind the command `stand`.
+//! The host side of the rotary stand: sessions, analyses and reports behind the command `stand`, on the library `identification`.
 //!
-//! Layers, lowest first: [`statistics`], [`files`] and [`words`]; [`log`] and [`model`]; [`acquire`] and [`identify`]; the analyses [`allan`], [`calibrate`],
-//! [`compensate`], [`drift`] and [`observer`], which return data; [`report`], which makes text, HTML and JSON of them; [`command`].
+//! Layers, lowest first: [`acquire`]; the analyses [`allan`], [`calibrate`], [`compensate`], [`drift`] and [`observer`], which return data; [`report`], which
+//! makes text, HTML and JSON of them and of [`identify`]; [`command`].
 
 pub mod acquire;
 pub mod allan;
@@ -9,11 +9,7 @@ pub mod calibrate;
 pub mod command;
 pub mod compensate;
 pub mod drift;
-pub mod files;
-pub mod identify;
-pub mod log;
-pub mod model;
 pub mod observer;
 pub mod report;
-pub mod statistics;
-pub mod words;
+
+pub use identification::{files, identify, log, model, statistics, words};

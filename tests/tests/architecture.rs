@@ -1,7 +1,7 @@
 //! The layering that ARCHITECTURE.md states, checked against the source.
 //!
-//! The tables of ARCHITECTURE.md are the specification: a crate may depend on the crates of its row, a folder of `host-tools/src` may import
-//! from its own layer or below, and no crate has an import circle (cycle) between files. The imports are read from the source with `syn`: `use`
+//! The tables of ARCHITECTURE.md are the specification: a crate may depend on the crates of its row, a folder of `identification/src` or
+//! `host-tools/src` may import from its own layer or below, and no crate has an import circle (cycle) between files. The imports are read from the source with `syn`: `use`
 //! declarations and paths, without test modules. A re-export (`pub use`) does not count as an import; a name imported through a re-export counts
 //! as an import of the file that defines it. Names of a module's own submodules do not count either, so that a circle is always between siblings
 //! or between folders.
@@ -19,12 +19,13 @@ use architecture::tables::{crate_table, layer_table};
 use std::collections::BTreeSet;
 
 /// The crates whose source files are checked for circles, with the root file of each.
-const CRATES: [(&str, &str); 6] = [
+const CRATES: [(&str, &str); 7] = [
     ("drive-model", "src/lib.rs"),
     ("drive-rig", "src/lib.rs"),
     ("firmware", "src/lib.rs"),
     ("hal-sim", "src/lib.rs"),
     ("host-tools", "src/lib.rs"),
+    ("identification", "src/lib.rs"),
     ("tests", "src/lib.rs"),
 ];
 
@@ -56,22 +57,28 @@ fn every_workspace_member_has_a_row() {
     assert_eq!(members, rows, "workspace members in Cargo.toml (left) and in ARCHITECTURE.md (right)");
 }
 
+/// The crates whose folders have layers.
+const LAYERED: [&str; 2] = ["identification", "host-tools"];
+
 #[test]
-fn host_tools_imports_only_from_its_own_layer_or_below() {
-    let layers = layer_table();
-    let level = |folder: &str| layers.iter().position(|layer| layer.contains(folder));
-    let host_tools = read_crate("host-tools", "src/lib.rs");
+fn folders_import_only_from_their_own_layer_or_below() {
     let mut upward = Vec::new();
-    for (from, to) in host_tools.imports() {
-        let (from_folder, to_folder) = (host_tools.top_folder(from), host_tools.top_folder(to));
-        // The crate roots, lib.rs and main.rs, may import from every layer.
-        if from_folder == to_folder || from_folder.is_empty() || from_folder == "main" {
-            continue;
-        }
-        let from_level = level(&from_folder).unwrap_or_else(|| panic!("ARCHITECTURE.md names no layer for host-tools/src/{from_folder}"));
-        let to_level = level(&to_folder).unwrap_or_else(|| panic!("ARCHITECTURE.md names no layer for host-tools/src/{to_folder}"));
-        if to_level > from_level {
-            upward.push(format!("{} -> {}", host_tools.name(from), host_tools.name(to)));
+    for name in LAYERED {
+        let layers = layer_table(name);
+        let level = |folder: &str| {
+            let found = layers.iter().position(|layer| layer.contains(folder));
+            found.unwrap_or_else(|| panic!("ARCHITECTURE.md names no layer for {name}/src/{folder}"))
+        };
+        let source = read_crate(name, "src/lib.rs");
+        for (from, to) in source.imports() {
+            let (from_folder, to_folder) = (source.top_folder(from), source.top_folder(to));
+            // The crate roots, lib.rs and main.rs, may import from every layer.
+            if from_folder == to_folder || from_folder.is_empty() || from_folder == "main" {
+                continue;
+            }
+            if level(&to_folder) > level(&from_folder) {
+                upward.push(format!("{name}: {} -> {}", source.name(from), source.name(to)));
+            }
         }
     }
     assert!(upward.is_empty(), "imports from a higher layer:\n{}", upward.join("\n"));
@@ -79,9 +86,11 @@ fn host_tools_imports_only_from_its_own_layer_or_below() {
 
 #[test]
 fn layers_name_existing_folders() {
-    for folder in layer_table().iter().flatten() {
-        let source = workspace_root().join("host-tools/src");
-        assert!(source.join(folder).is_dir() || source.join(format!("{folder}.rs")).is_file(), "host-tools/src/{folder}");
+    for name in LAYERED {
+        let source = workspace_root().join(name).join("src");
+        for folder in layer_table(name).iter().flatten() {
+            assert!(source.join(folder).is_dir() || source.join(format!("{folder}.rs")).is_file(), "{name}/src/{folder}");
+        }
     }
 }
 

@@ -40,7 +40,7 @@ pub fn crate_table() -> Vec<CrateRow> {
         .collect()
 }
 
-/// The layers of `host-tools/src`, lowest first: the folders of each.
-pub fn layer_table() -> Vec<BTreeSet<String>> {
-    table_under("Layers of host-tools").iter().map(|row| code_names(&row[0])).collect()
+/// The layers of a crate's `src`, lowest first: the folders of each.
+pub fn layer_table(folder: &str) -> Vec<BTreeSet<String>> {
+    table_under(&format!("Layers of {folder}")).iter().map(|row| code_names(&row[0])).collect()
 }

@@ -19,7 +19,8 @@ pub struct LogError {
 }
 
 impl LogError {
-    pub(crate) fn new(path: &Path, kind: LogErrorKind) -> Self {
+    /// A defect of the file as a whole.
+    pub fn new(path: &Path, kind: LogErrorKind) -> Self {
         LogError { path: path.to_owned(), row: None, line: None, column: None, kind: Box::new(kind) }
     }
 

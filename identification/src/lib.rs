@@ -1,0 +1,11 @@
+//! Logs, models and identification: from the file of a measurement to the parameters of a drive and the physical effect that its model lacks.
+//!
+//! Layers, lowest first: [`statistics`], [`files`] and [`words`]; [`log`]; [`model`]; [`identify`]. All of them return data; text, HTML and JSON are made in
+//! `host-tools`.
+
+pub mod files;
+pub mod identify;
+pub mod log;
+pub mod model;
+pub mod statistics;
+pub mod words;
