@@ -17,6 +17,8 @@ pub enum Coordinate {
     Acceleration,
     /// The preceding motion: reversals.
     History,
+    /// The log, where several are compared together.
+    Log,
 }
 
 impl Coordinate {
@@ -30,6 +32,7 @@ impl Coordinate {
             Coordinate::Time => "time",
             Coordinate::Acceleration => "acceleration",
             Coordinate::History => "history",
+            Coordinate::Log => "log",
         }
     }
 }

@@ -59,7 +59,7 @@ fn outputs_and_failures(answer: &Value, names: &[&str]) {
         assert!((number("ratio") - number("rms") / number("noise")).abs() < 1e-9 * number("ratio"), "ratio = rms/noise: {output}");
         assert!(number("rms") > 0.0 && number("noise") > 0.0 && number("fit_percent") <= 100.0);
     }
-    const COORDINATES: [Coordinate; 7] = [
+    const COORDINATES: [Coordinate; 8] = [
         Coordinate::Theta,
         Coordinate::Omega,
         Coordinate::Current,
@@ -67,6 +67,7 @@ fn outputs_and_failures(answer: &Value, names: &[&str]) {
         Coordinate::Time,
         Coordinate::Acceleration,
         Coordinate::History,
+        Coordinate::Log,
     ];
     for failure in answer["failures"].as_array().unwrap() {
         has(

@@ -124,7 +124,9 @@ fn what_is_not_certain_is_asked() {
     assert!(answer["open"].as_str().unwrap().contains("counts"), "{answer}");
     let refused = stand(path, &["log", "inspect", "counts.csv", "--accept"]);
     assert!(refused.status == Some(2) && refused.err.contains("--unit enc=counts:N"), "{}", refused.err);
-    stand(path, &["log", "inspect", "counts.csv", "--unit", "enc=counts:20000", "--accept"]).succeeded();
+    let half = stand(path, &["log", "inspect", "counts.csv", "--unit", "enc=counts:20000", "--accept"]);
+    assert!(half.status == Some(2) && half.err.contains("the number of the row") && half.err.contains("--unit t=ms"), "{}", half.err);
+    stand(path, &["log", "inspect", "counts.csv", "--unit", "enc=counts:20000", "--unit", "t=ms", "--accept"]).succeeded();
     let log = Log::read(path.join("counts.csv")).unwrap();
     let lsb = log.quantization_step("theta_rad").unwrap();
     assert!((lsb / (std::f64::consts::TAU / 20_000.0) - 1.0).abs() < 1e-9, "the step of the counts is known: {lsb}");
@@ -193,6 +195,92 @@ fn damaged_import_files_name_themselves() {
         std::fs::write(path.join("log.import.toml"), text).unwrap();
         let refused = stand(path, &["compare", "log.csv", "--model", "model.toml"]);
         assert!(refused.status == Some(2) && refused.err.contains(expected) && refused.err.lines().count() == 1, "{text}: {}", refused.err);
+    }
+}
+
+#[test]
+fn counts_per_turn_follow_from_the_rate() {
+    let folder = folder();
+    let path = folder.path();
+    let counts = |log: &Log, k: usize| {
+        let count = (of(log, "theta_rad", k) / std::f64::consts::TAU * 20_000.0).round();
+        vec![of(log, "t_s", k), of(log, "u_V", k), RPM * of(log, "omega_rad_s", k), (count + 32_768.0).rem_euclid(65_536.0) - 32_768.0]
+    };
+    std::fs::write(path.join("counts.csv"), table(path, 3000, "t_s,u_V,speed_rpm,enc\n", ",", '.', &counts)).unwrap();
+    let text = stand(path, &["log", "inspect", "counts.csv"]).succeeded().out;
+    assert!(text.contains("a turn has") && text.contains("probably 20000") && text.contains("--unit enc=counts:20000 --accept"), "{text}");
+    stand(path, &["log", "inspect", "counts.csv", "--unit", "enc=counts:20000", "--accept"]).succeeded();
+    same_numbers(path, "counts.csv", &["theta_rad"]);
+}
+
+#[test]
+fn units_that_contradict_each_other_are_said() {
+    let folder = folder();
+    let path = folder.path();
+    let wrong = |log: &Log, k: usize| vec![of(log, "t_s", k), of(log, "u_V", k), of(log, "omega_rad_s", k), of(log, "theta_rad", k)];
+    std::fs::write(path.join("wrong.csv"), table(path, 3000, "t_s,u_V,speed_rpm,angle_rad\n", ",", '.', &wrong)).unwrap();
+    let text = stand(path, &["log", "inspect", "wrong.csv"]).succeeded().out;
+    assert!(text.contains("The rate is 0.104") && text.contains("a unit is wrong"), "{text}");
+    // A reading in volts that is stated to be a current: what a volt means is asked.
+    std::fs::write(path.join("scope.csv"), table(path, 3000, "t_s,u_V,CH2 [V],speed_rpm\n", ",", '.', &wrong)).unwrap();
+    let refused = stand(path, &["log", "inspect", "scope.csv", "--map", "CH2 [V]=i_A", "--accept"]);
+    assert!(refused.status == Some(2) && refused.err.contains("10 A"), "{}", refused.err);
+    stand(path, &["log", "inspect", "scope.csv", "--map", "3=i_A", "--unit", "3=10 A", "--accept"]).succeeded();
+    let scale = Log::read(path.join("scope.csv")).unwrap().column("i_A").unwrap()[1500]
+        / of(&Log::read(path.join("log.csv")).unwrap(), "omega_rad_s", 1500);
+    assert!((scale - 10.0).abs() < 1e-9, "{scale}");
+}
+
+#[test]
+fn disorder_is_refused_with_its_row() {
+    let folder = folder();
+    let path = folder.path();
+    let text = table(path, 1000, "time_ms,u_V,i_mA,speed_rpm,angle_deg\n", ",", '.', &usual);
+    let mut lines: Vec<&str> = text.lines().collect();
+    lines.swap(501, 502);
+    std::fs::write(path.join("unsorted.csv"), lines.join("\n") + "\n").unwrap();
+    let refused = stand(path, &["log", "inspect", "unsorted.csv", "--accept"]);
+    assert!(refused.status == Some(2) && refused.err.contains("row 502") && refused.err.contains("steps back"), "{}", refused.err);
+    assert!(stand(path, &["log", "inspect", "unsorted.csv"]).succeeded().out.contains("Refused: "));
+    let coarse = |log: &Log, k: usize| vec![(of(log, "t_s", k) * 250.0).floor() * 4.0, of(log, "u_V", k), of(log, "omega_rad_s", k)];
+    std::fs::write(path.join("coarse.csv"), table(path, 1000, "time_ms,u_V,speed_rpm\n", ",", '.', &coarse)).unwrap();
+    let refused = stand(path, &["log", "inspect", "coarse.csv", "--accept"]).err;
+    assert!(refused.contains("coarser than the rows") && refused.contains("--sample-rate HZ (about 10"), "{refused}");
+    for (text, says) in [
+        ("t,u\n0,001,1,5\n0,002,2,5\n0,003,2,5\n", "commas seem to separate the columns and the decimals"),
+        ("t,u\n0x01,0x2A\n0x02,0x2B\n", "hexadecimal"),
+        ("PK\u{3}\u{4}", "spreadsheet"),
+        ("no numbers\nat all\n", "no table in the file"),
+    ] {
+        std::fs::write(path.join("bad.csv"), text).unwrap();
+        let refused = stand(path, &["log", "inspect", "bad.csv"]);
+        assert!(refused.status == Some(2) && refused.err.contains(says) && refused.err.lines().count() == 1, "{text}: {}", refused.err);
+    }
+}
+
+#[test]
+fn matlab_7_3_and_hdf5_are_read() {
+    // A file of h5py in MATLAB's form: 50 rows of a structure `run`, compressed in part, and a matrix; and one without it.
+    let folder = folder();
+    let path = folder.path();
+    let whole = include_bytes!("data/h5py_matlab_7_3.mat");
+    std::fs::write(path.join("m.mat"), whole).unwrap();
+    stand(path, &["log", "inspect", "m.mat", "--accept"]).succeeded();
+    let log = Log::read(path.join("m.mat")).unwrap();
+    let expected = |k: usize| (0.04 * k as f64).sin();
+    assert!(log.len() == 50 && log.column("u_V").unwrap().iter().enumerate().all(|(k, u)| (u - expected(k)).abs() < 1e-12));
+    let rate = |k: usize| 3.0 * (0.04 * k as f64).cos();
+    assert!(log.column("omega_rad_s").unwrap().iter().enumerate().all(|(k, w)| (w - rate(k)).abs() < 1e-6), "single precision, rpm");
+    assert!(log.column("xy_2").is_none(), "columns of the user's own are read where a model names them");
+    assert_eq!(Log::read_also(path.join("m.mat"), &["xy_2"]).unwrap().column("xy_2").unwrap()[7], expected(7));
+    std::fs::write(path.join("plain.h5"), include_bytes!("data/h5py_plain.h5")).unwrap();
+    stand(path, &["log", "inspect", "plain.h5", "--map", "log_2=u_V", "--unit", "speed=0.01 rad/s", "--accept"]).succeeded();
+    let log = Log::read(path.join("plain.h5")).unwrap();
+    assert!((log.column("u_V").unwrap()[9] - expected(9)).abs() < 1e-12 && (log.column("omega_rad_s").unwrap()[9] - rate(9)).abs() < 0.01);
+    // Every cut of the file is an error or a table, never a panic.
+    for length in (0..whole.len()).step_by(101) {
+        std::fs::write(path.join("cut.mat"), &whole[..length]).unwrap();
+        let _ = host_tools::log::import::inspect(&path.join("cut.mat"), &Default::default());
     }
 }
 

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use hal_sim::plant::Stand;
 use host_tools::identify::{fit, residual};
-use host_tools::log::Log;
+use host_tools::log::{Axis, Log};
 use host_tools::model::Model;
 use host_tools::report;
 use rayon::prelude::*;
@@ -57,7 +57,7 @@ fn foreign() {
         .par_iter()
         .filter_map(|case| {
             let list = fails::fitted(&case.log, &case.start_model()?, case.rate_from_encoder);
-            (!list.is_empty()).then(|| format!("{}: {}", case.name, report::misfit(&list[0])))
+            (!list.is_empty()).then(|| format!("{}: {}", case.name, report::misfit(Axis::Rotary, &list[0])))
         })
         .collect();
     println!("with the true effects fitted, a failure is listed in {} of 29 cases", true_ones.len());
@@ -81,7 +81,7 @@ fn nulls(count: u64) {
                         PROFILES[k as usize % 3],
                         f.log10_p,
                         f.explained_fraction,
-                        report::misfit(f)
+                        report::misfit(Axis::Rotary, f)
                     )
                 })
             })

@@ -10,6 +10,7 @@ pub mod drift;
 pub mod foreign;
 pub mod memory;
 pub mod own;
+pub mod programs;
 pub mod rate_accuracy;
 pub mod real;
 pub mod streaming;

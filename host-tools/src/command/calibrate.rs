@@ -7,11 +7,12 @@ use clap::{Args, ValueEnum};
 use embassy_futures::block_on;
 
 use super::error::CliError;
+use super::import::ImportOptions;
 use super::output::{Overwrite, ReportOutput, progress_bar, write};
 use super::signals::Interrupts;
 use super::stand_file::read_stand;
 use crate::acquire::calibration_session::error::RunError;
-use crate::acquire::calibration_session::journal::{JOURNAL_FILE, JournalError, write_atomically};
+use crate::acquire::calibration_session::journal::{JOURNAL_FILE, Journal, JournalError, write_atomically};
 use crate::acquire::calibration_session::run::{Operator, Progress, run_session};
 use crate::acquire::calibration_session::simulated::{simulate, stand_with_dut};
 use crate::acquire::calibration_session::{DutKind, Mounting, PreparedSession, SessionChanges, default_folder, default_session};
@@ -77,6 +78,8 @@ pub(super) struct Calibrate {
     #[arg(long, requires = "port")]
     into_stand: bool,
     #[command(flatten)]
+    import: ImportOptions,
+    #[command(flatten)]
     output: ReportOutput,
 }
 
@@ -133,8 +136,17 @@ impl Calibrate {
         }
         let mut model = self.into_model.as_deref().map(Model::read).transpose()?;
         let folder = match &self.from {
-            Some(folder) => folder.clone(),
-            None => self.measure()?,
+            Some(folder) => {
+                self.import_logs(folder)?;
+                folder.clone()
+            }
+            None if self.import.is_empty() => self.measure()?,
+            None => {
+                return Err(CliError::Input(
+                    "--map, --unit, --sample-rate and --note are about raw logs of another program: name their folder with --from"
+                        .to_owned(),
+                ));
+            }
         };
         let record = record::compute(&folder)?;
         if record.session.dut_kind != self.what() {
@@ -161,6 +173,16 @@ impl Calibrate {
         }
         self.output.html(|| report::html(&record))?;
         self.output.json(|| json)
+    }
+
+    /// Writes what is stated about the raw logs of a folder into their import files.
+    fn import_logs(&self, folder: &Path) -> Result<(), CliError> {
+        if self.import.is_empty() {
+            return Ok(());
+        }
+        let (journal, _) = Journal::read(folder)?;
+        let logs: Vec<PathBuf> = journal.steps.iter().map(|step| folder.join(&step.log)).collect();
+        self.import.apply(logs.iter().map(PathBuf::as_path))
     }
 
     /// The session to run, or the rest of an interrupted one.

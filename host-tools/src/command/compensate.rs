@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::error::CliError;
+use super::import::ImportOptions;
 use super::output::{JsonOutput, check_writable, progress_bar, spinner, write};
 use super::signals::Interrupts;
 use super::stand_file::parse_stand;
@@ -46,6 +47,8 @@ pub(super) struct Compensate {
     #[arg(long, default_value_t = 1)]
     seed: u64,
     #[command(flatten)]
+    import: ImportOptions,
+    #[command(flatten)]
     json: JsonOutput,
 }
 
@@ -84,6 +87,7 @@ impl Compensate {
     }
 
     fn model_and_log(&self, model: &Path) -> Result<(Model, Option<Log>), CliError> {
+        self.import.apply(self.log.as_deref())?;
         Ok((Model::read(model)?, self.log.as_deref().map(Log::read).transpose()?))
     }
 

@@ -27,6 +27,11 @@ pub(super) struct ImportOptions {
 }
 
 impl ImportOptions {
+    /// Nothing is stated.
+    pub(super) fn is_empty(&self) -> bool {
+        self.map.is_empty() && self.unit.is_empty() && self.sample_rate.is_none() && self.note.is_empty()
+    }
+
     fn statements(&self) -> Result<Statements, CliError> {
         let pairs = |option: &str, list: &[String], example: &str| {
             let pair = |text: &String| match text.split_once('=') {
@@ -72,7 +77,7 @@ pub(super) enum LogCommand {
 
 #[derive(Debug, Args)]
 pub(super) struct Inspect {
-    /// The file: .csv, .txt, .tsv, .dat or .asc (text), .parquet, .mat (MATLAB, version 5 to 7)
+    /// The file: .csv, .txt, .tsv, .dat, .asc, .lvm or .log (text), .parquet, .mat (MATLAB)
     file: PathBuf,
     /// Accept what is shown: write it into NAME.import.toml, by which the other commands read the file
     #[arg(long)]

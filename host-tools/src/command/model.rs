@@ -2,14 +2,33 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::Subcommand;
+use clap::{Subcommand, ValueEnum};
 
 use super::error::CliError;
 use super::output::{JsonOutput, Overwrite};
 use crate::files;
+use crate::log::Axis;
 use crate::model::{Input, Model, ModelError};
 use crate::report;
 use crate::words::nearest;
+
+/// Values of `--axis`.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(super) enum AxisOption {
+    /// Angle, rate, torque
+    Rotary,
+    /// Position, velocity, force
+    Linear,
+}
+
+impl AxisOption {
+    fn axis(self) -> Axis {
+        match self {
+            AxisOption::Rotary => Axis::Rotary,
+            AxisOption::Linear => Axis::Linear,
+        }
+    }
+}
 
 #[derive(Debug, Subcommand)]
 pub(super) enum ModelCommand {
@@ -17,9 +36,12 @@ pub(super) enum ModelCommand {
     New {
         /// The model file, .toml
         model: PathBuf,
-        /// Input of the model: u_V, i_A, torque_N_m or theta_rad
+        /// Input of the model: u_V, i_A, torque_N_m or theta_rad; on a linear axis u_V, i_A, force_N or x_m
         #[arg(long, default_value = "u_V")]
         input: String,
+        /// Axis of the drive: rotary, or linear with mass_kg, coulomb_N and so on
+        #[arg(long, value_enum, default_value_t = AxisOption::Rotary)]
+        axis: AxisOption,
         /// Effects of the model, separated by commas
         #[arg(long, value_delimiter = ',')]
         effects: Vec<String>,
@@ -76,15 +98,16 @@ pub(super) enum ModelCommand {
 impl ModelCommand {
     pub(super) fn run(self) -> Result<(), CliError> {
         match self {
-            ModelCommand::New { model, input, effects, overwrite, json } => {
+            ModelCommand::New { model, input, axis, effects, overwrite, json } => {
                 json.check()?;
-                let known = Input::ALL.map(Input::column);
-                let Some(input) = Input::ALL.into_iter().find(|i| i.column() == input) else {
+                let axis = axis.axis();
+                let known = Input::ALL.map(|i| axis.column(i.column()));
+                let Some(input) = Input::ALL.into_iter().find(|i| axis.column(i.column()) == input) else {
                     let hint = nearest(&input, known).map_or(String::new(), |n| format!("; did you mean `{n}`?"));
                     return Err(CliError::Input(format!("--input `{input}`: must be one of {}{hint}", known.join(", "))));
                 };
                 overwrite.check(&model)?;
-                let mut new = Model::new(input, &model.display().to_string())?;
+                let mut new = Model::new_on(axis, input, &model.display().to_string())?;
                 for effect in &effects {
                     new.add(effect)?;
                 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 
 use super::error::CliError;
+use super::import::ImportOptions;
 use super::output::ReportOutput;
 use crate::log::Log;
 use crate::observer::Plant;
@@ -43,6 +44,8 @@ pub(super) struct Compensate {
     #[arg(long, value_name = "V_RAD", allow_negative_numbers = true)]
     angle_gain: Option<f64>,
     #[command(flatten)]
+    import: ImportOptions,
+    #[command(flatten)]
     output: ReportOutput,
 }
 
@@ -56,6 +59,7 @@ impl Compensate {
     fn run(self) -> Result<(), CliError> {
         self.output.check()?;
         let plant = Plant::named(&self.model)?;
+        self.import.apply([self.log.as_path()])?;
         let log = Log::read_also(&self.log, &COLUMNS)?;
         let record = VibrationLog::of(&log, self.angle_gain)?;
         let CorrectedLog { compensated, warnings } = record.corrected(&self.model, plant, self.omega, self.vibration_hz)?;

@@ -6,7 +6,7 @@ use std::fmt;
 use drive_model::Coordinate;
 
 use crate::identify::fit::{ChannelFit, PreparedLog};
-use crate::log::Log;
+use crate::log::{Axis, Log};
 use crate::model::Channel;
 use crate::statistics::Extremes;
 
@@ -31,6 +31,8 @@ pub struct CoordinateAxis<'a> {
     pub coordinate: Coordinate,
     /// Label of its axis.
     pub label: AxisLabel,
+    /// The axis of the drive.
+    pub axis: Axis,
     /// Smallest and largest value.
     pub range: (f64, f64),
     /// Number of bins.
@@ -66,10 +68,11 @@ pub fn coordinates<'a>(log: &'a Log, data: &'a PreparedLog<'a>, channels: &'a [C
         Some(move |row: usize| values.get(row).copied().unwrap_or(f64::NAN))
     };
     let mut list = Vec::new();
-    let mut along = |coordinate, label, bins, range: Option<(f64, f64)>, value: Box<dyn Fn(usize) -> f64 + 'a>| {
+    let mut along = |coordinate, label: AxisLabel, bins, range: Option<(f64, f64)>, value: Box<dyn Fn(usize) -> f64 + 'a>| {
         let range = range.unwrap_or_else(|| (0..data.len()).map(&value).filter(|v| v.is_finite()).min_max());
         if range.1 - range.0 > MIN_RELATIVE_RANGE * range.1.abs().max(range.0.abs()) {
-            list.push(CoordinateAxis { coordinate, label, range, bins, value });
+            let label = AxisLabel { name: data.axis.quantity(label.name), unit: data.axis.unit(label.unit) };
+            list.push(CoordinateAxis { coordinate, label, axis: data.axis, range, bins, value });
         }
     };
     if let Some(theta) = data.theta {
@@ -88,7 +91,7 @@ pub fn coordinates<'a>(log: &'a Log, data: &'a PreparedLog<'a>, channels: &'a [C
         let value = move |row: usize| {
             let before = row.checked_sub(lag).and_then(|k| theta.get(k).zip(data.t_s.get(k)));
             match (before, theta.get(row).zip(data.t_s.get(row))) {
-                (Some((a, t)), Some((b, u))) if u - t < 1.5 * lag as f64 * data.dt_s => (b - a) / (u - t),
+                (Some((a, t)), Some((b, u))) if u > t && u - t < 1.5 * lag as f64 * data.dt_s => (b - a) / (u - t),
                 _ => f64::NAN,
             }
         };
@@ -105,7 +108,7 @@ pub fn coordinates<'a>(log: &'a Log, data: &'a PreparedLog<'a>, channels: &'a [C
         let value = move |row: usize| {
             let (a, b) = (row.saturating_sub(reach), row + reach);
             match (data.t_s.get(a), data.t_s.get(b)) {
-                (Some(t), Some(u)) if u - t < 1.5 * (b - a) as f64 * data.dt_s => (rate(b) - rate(a)) / (u - t),
+                (Some(t), Some(u)) if u > t && u - t < 1.5 * (b - a) as f64 * data.dt_s => (rate(b) - rate(a)) / (u - t),
                 _ => f64::NAN,
             }
         };
@@ -118,6 +121,12 @@ pub fn coordinates<'a>(log: &'a Log, data: &'a PreparedLog<'a>, channels: &'a [C
         // Wide enough for several independent clusters of rows each.
         let bins = (data.len() / 1200).clamp(4, 60);
         along(Coordinate::Time, AxisLabel { name: "time", unit: "s" }, bins, None, Box::new(value));
+    }
+    let runs = log.runs();
+    if runs.len() > 1 {
+        let value = move |row: usize| runs.partition_point(|run| run.rows.end <= row) as f64 + 1.0;
+        let range = (0.5, runs.len() as f64 + 0.5);
+        along(Coordinate::Log, AxisLabel { name: "log", unit: "number" }, runs.len(), Some(range), Box::new(value));
     }
     list
 }

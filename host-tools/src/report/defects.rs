@@ -2,6 +2,7 @@
 
 use super::listed;
 use super::numbers::{plain, significant};
+use crate::log::Axis;
 use crate::log::plausible::{Defect, SLOPE_TOLERANCE, ShiftedConstant, UnitError};
 
 /// One sentence: the observation and its probable cause.
@@ -68,7 +69,7 @@ fn thousandths(columns: &[&str], evidence: &[ShiftedConstant]) -> String {
             _ => "torque_N_m looks like mN m".to_owned(),
         })
         .collect();
-    let shifts: Vec<String> = evidence.iter().map(shifted_constant).collect();
+    let shifts: Vec<String> = evidence.iter().map(|s| shifted_constant(Axis::Rotary, s)).collect();
     if shifts.is_empty() {
         return format!("{}: the column is about 1000 × the modelled one. Convert it to the unit of its name.", listed(&units));
     }
@@ -80,9 +81,10 @@ fn thousandths(columns: &[&str], evidence: &[ShiftedConstant]) -> String {
 }
 
 /// A constant with its fitted and its start value.
-pub fn shifted_constant(shifted: &ShiftedConstant) -> String {
+pub fn shifted_constant(axis: Axis, shifted: &ShiftedConstant) -> String {
     let ShiftedConstant { parameter, unit, start, fitted } = shifted;
-    format!("{parameter} would be {} {unit} where the model begins with {}", significant(*fitted, 3), plain(*start, 4))
+    let (name, unit) = (axis.parameter(parameter), axis.unit(unit));
+    format!("{name} would be {} {unit} where the model begins with {}", significant(*fitted, 3), plain(*start, 4))
 }
 
 fn rate_scale(ratio: f64, unit: Option<UnitError>) -> String {

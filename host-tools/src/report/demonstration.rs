@@ -6,6 +6,7 @@ use super::explanation::words;
 use super::{significant, unit};
 use crate::identify::explain::Explanation;
 use crate::identify::fit::FitResult;
+use crate::log::Axis;
 
 /// One line for each channel: rms residual of the nominal model (if there is one), rms residual of each stage of the explanation, and noise.
 pub fn residual_table(nominal: &FitResult, explanation: &Explanation) -> String {
@@ -16,7 +17,7 @@ pub fn residual_table(nominal: &FitResult, explanation: &Explanation) -> String 
     header.push("noise".to_owned());
     let mut rows = vec![header];
     for (k, output) in explanation.stages.first().map_or(&[][..], |s| &s.outputs).iter().enumerate() {
-        let mut row = vec![format!("{}, {}", output.channel.column(), unit(output.channel))];
+        let mut row = vec![format!("{}, {}", output.channel.column(), unit(Axis::Rotary, output.channel))];
         row.extend(nominal.channels.iter().find(|c| c.channel == output.channel).map(|c| number(c.rms)));
         row.extend(explanation.stages.iter().filter_map(|s| s.outputs.get(k)).map(|o| number(o.rms)));
         row.extend(explanation.stages.last().and_then(|s| s.outputs.get(k)).map(|o| number(o.noise)));

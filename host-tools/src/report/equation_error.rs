@@ -7,7 +7,7 @@ use super::json::{Entries, is_false, value};
 use super::{Style, plain, significant, with_sigma};
 use crate::identify::equation_error::EquationErrorComparison;
 use crate::identify::fit::{ChannelFit, FitError, FitResult, Parameter, Parameters};
-use crate::log::Log;
+use crate::log::{Axis, Log};
 use crate::model::Model;
 
 /// The fit as text.
@@ -29,6 +29,7 @@ struct Fit<'a> {
 impl Fit<'_> {
     fn text(&self, style: Style) -> String {
         let e = &self.fit.equation;
+        let axis = self.model.axis();
         let (log, model) = (self.log.path().display(), self.model.name());
         let mut text = format!("{}\n", style.strong(&format!("Fit of {model} to {log} by equation error")));
         let thinned = if e.decimation > 1 { format!(", every {}th row kept", e.decimation) } else { String::new() };
@@ -36,10 +37,10 @@ impl Fit<'_> {
         text.push_str(&style.faint(&how));
         text.push_str(&format!(
             "\n\n{}  error {} %, rms {} {}, condition {}\n\n",
-            e.explained.column(),
+            axis.column(e.explained.column()),
             significant(e.error_percent, 3),
             significant(e.rms, 3),
-            super::unit(e.explained),
+            super::unit(axis, e.explained),
             significant(e.condition, 2)
         ));
         text.push_str(&self.table(style));
@@ -65,7 +66,7 @@ impl Fit<'_> {
             let value = if p.fixed { fixed() } else { estimate(p.value, equation.sigmas[k], equation.parameters.at_bounds().contains(&k)) };
             let free_run_at_bound = self.fit.free_run.as_ref().is_some_and(|run| run.as_ref().is_ok_and(|run| run.is_at_bound(&p.name)));
             let beside = self.fit.by_free_run(k).filter(|_| !p.fixed).map_or(String::new(), |(v, s)| estimate(v, s, free_run_at_bound));
-            rows.push([p.name.clone(), value, beside + if self.fit.differs(k) { " *" } else { "" }]);
+            rows.push([self.model.axis().parameter(&p.name), value, beside + if self.fit.differs(k) { " *" } else { "" }]);
         }
         let width = |c: usize| rows.iter().map(|r| r[c].chars().count()).max().unwrap_or(0);
         let (names, values) = (width(0), width(1));
@@ -75,18 +76,19 @@ impl Fit<'_> {
 
     fn json(&self) -> Value {
         let e = &self.fit.equation;
-        let explained = ExplainedJson { rms: e.rms, error_percent: e.error_percent, rows: e.rows, unit: super::unit(e.explained) };
+        let axis = self.model.axis();
+        let explained = ExplainedJson { rms: e.rms, error_percent: e.error_percent, rows: e.rows, unit: super::unit(axis, e.explained) };
         value(&EquationErrorJson {
             log: self.log.path().display().to_string(),
             model: self.model.name(),
             method: "equation-error",
-            parameters: parameters(&e.parameters, &e.sigmas),
+            parameters: parameters(axis, &e.parameters, &e.sigmas),
             not_identifiable: [],
-            outputs: Entries(vec![(e.explained.column().to_owned(), explained)]),
+            outputs: Entries(vec![(axis.column(e.explained.column()).to_owned(), explained)]),
             condition: e.condition,
             cutoff_Hz: e.settings.cutoff_hz,
             one_row_of: e.decimation,
-            free_run: self.fit.free_run.as_ref().map(free_run),
+            free_run: self.fit.free_run.as_ref().map(|run| free_run(axis, run)),
         })
     }
 }
@@ -137,21 +139,21 @@ struct OutputJson {
     ratio: f64,
 }
 
-fn parameters(parameters: &Parameters, sigmas: &[f64]) -> Entries<ParameterJson> {
+fn parameters(axis: Axis, parameters: &Parameters, sigmas: &[f64]) -> Entries<ParameterJson> {
     let at_bounds = parameters.at_bounds();
     let list = parameters.list.iter().zip(sigmas).enumerate();
     let json =
         |k: usize, p: &Parameter, sigma: f64| ParameterJson { value: p.value, sigma, fixed: p.fixed, at_bound: at_bounds.contains(&k) };
-    Entries(list.map(|(k, (p, &sigma))| (p.name.clone(), json(k, p, sigma))).collect())
+    Entries(list.map(|(k, (p, &sigma))| (axis.parameter(&p.name), json(k, p, sigma))).collect())
 }
 
-fn free_run(result: &Result<FitResult, FitError>) -> FreeRunJson {
+fn free_run(axis: Axis, result: &Result<FitResult, FitError>) -> FreeRunJson {
     match result {
         Ok(fit) => {
             let output = |f: &ChannelFit| OutputJson { rms: f.rms, noise: f.noise, ratio: f.rms / f.noise };
             FreeRunJson::Fitted {
-                parameters: parameters(&fit.parameters, &fit.sigmas),
-                outputs: Entries(fit.channels.iter().map(|f| (f.channel.column().to_owned(), output(f))).collect()),
+                parameters: parameters(axis, &fit.parameters, &fit.sigmas),
+                outputs: Entries(fit.channels.iter().map(|f| (axis.column(f.channel.column()).to_owned(), output(f))).collect()),
                 converged: fit.converged,
             }
         }

@@ -8,9 +8,29 @@ pub fn log_warning(warning: &LogWarning) -> String {
         LogWarning::Imported { columns, import_file } => {
             format!("read as {} states: {}", import_file.display(), columns.join(", "))
         }
+        LogWarning::InLog { log, warning } => format!("{log}: {}", log_warning(warning)),
         LogWarning::RowsLeftOut { rows, column, first } => {
             let (rows, are) = if *rows == 1 { ("one row".to_owned(), "is") } else { (format!("{rows} rows"), "are") };
             format!("{rows} without a value {are} left out, column {column} has the most, the first in row {first}")
+        }
+        LogWarning::LinesSkipped { lines, line, text } => {
+            let (lines, are) =
+                if *lines == 1 { ("one line".to_owned(), "is no row and is") } else { (format!("{lines} lines"), "are no rows and are") };
+            format!("{lines} among the rows {are} skipped, the first is line {line}: “{}” (cut short, or text)", text.escape_debug())
+        }
+        LogWarning::RepeatedRows { rows, first } => {
+            format!("{rows} rows repeat the row before in time and values and are left out, the first is row {first}")
+        }
+        LogWarning::FirstRowLeftOut => "the first row is out of order in time (a line that is cut in front?) and is left out".to_owned(),
+        LogWarning::ClockOverflow { bits, row } => {
+            format!("the {bits}-bit timer of the time overflows before row {row}; the time was continued")
+        }
+        LogWarning::Midnight { row } => format!("the time of day passes midnight before row {row}; the time was continued"),
+        LogWarning::ClockRestarts { runs, row } => {
+            format!("the time restarts in row {row}: the file has {runs} runs, which are treated as {runs} logs")
+        }
+        LogWarning::CounterContinued { column, bits, overflows } => {
+            format!("{column} is a {bits}-bit counter with {overflows} overflows; it was continued")
         }
         LogWarning::UnterminatedRow { line } => {
             format!("the last row (line {line}) does not end with a line break; its last number may be cut short")

@@ -4,8 +4,9 @@ use drive_model::Coordinate;
 use serde::Serialize;
 
 use super::html::{Cell, Class, Page, Table};
-use super::{listed, numbers};
-use crate::identify::residual::{Misfit, Signature};
+use super::{column, listed, numbers};
+use crate::identify::residual::{Difference, Misfit, Signature};
+use crate::log::Axis;
 use crate::model::Channel;
 
 /// Smallest p-value that JSON gives as a number; smaller ones are 0, and `log10_p` has the magnitude.
@@ -17,20 +18,24 @@ pub fn p_value(p: f64) -> f64 {
 }
 
 /// One sentence: channel, explained variance, coordinate and form of the missing term.
-pub fn sentence(m: &Misfit) -> String {
-    shared_sentence(&[m])
+pub fn sentence(axis: Axis, m: &Misfit) -> String {
+    shared_sentence(axis, &[m])
 }
 
 /// The sentence of misfits of the same coordinate and form in several channels.
-fn shared_sentence(misfits: &[&Misfit]) -> String {
+fn shared_sentence(axis: Axis, misfits: &[&Misfit]) -> String {
     let Some(first) = misfits.first() else { return String::new() };
-    let channels: Vec<String> = misfits.iter().map(|m| m.channel.column().to_owned()).collect();
+    let channels: Vec<String> = misfits.iter().map(|m| column(axis, m.channel).to_owned()).collect();
     let percents: Vec<String> = misfits.iter().map(|m| percent(m.explained_fraction)).collect();
     let correlate = if misfits.len() > 1 { "correlate" } else { "correlates" };
-    let harmonics = misfits.iter().map(|m| harmonics(m)).find(|text| !text.is_empty()).unwrap_or_default();
-    let form = form(first);
+    let harmonics = misfits.iter().map(|m| harmonics(axis, m)).find(|text| !text.is_empty()).unwrap_or_default();
+    let form = form(axis, first);
     let (channels, percents) = (listed(&channels), listed(&percents));
-    format!("{channels}: {percents} of the residual variance {correlate} with {}{harmonics}: {form}.", coordinate(first.coordinate))
+    if first.coordinate == Coordinate::Log {
+        let differ = if misfits.len() > 1 { "differ" } else { "differs" };
+        return format!("{channels}: {percents} of the residual variance {differ} from log to log: {form}.");
+    }
+    format!("{channels}: {percents} of the residual variance {correlate} with {}{harmonics}: {form}.", coordinate(axis, first.coordinate))
 }
 
 /// A fraction of the variance in percent.
@@ -46,8 +51,10 @@ fn percent(fraction: f64) -> String {
 }
 
 /// A coordinate with its article.
-pub fn coordinate(coordinate: Coordinate) -> &'static str {
+pub fn coordinate(axis: Axis, coordinate: Coordinate) -> &'static str {
     match coordinate {
+        Coordinate::Theta if axis == Axis::Linear => "the position",
+        Coordinate::Omega if axis == Axis::Linear => "the velocity",
         Coordinate::Theta => "the angle",
         Coordinate::Omega => "the rate",
         Coordinate::Current => "the current",
@@ -55,15 +62,17 @@ pub fn coordinate(coordinate: Coordinate) -> &'static str {
         Coordinate::Time => "time",
         Coordinate::Acceleration => "the acceleration",
         Coordinate::History => "the time since the last reversal or start",
+        Coordinate::Log => "the log",
     }
 }
 
 /// The harmonic orders in words.
-fn harmonics(m: &Misfit) -> String {
+fn harmonics(axis: Axis, m: &Misfit) -> String {
     let orders = if m.coordinate == Coordinate::Theta { &m.harmonic_orders[..] } else { &[] };
     let Some(fundamental) = orders.iter().min().copied() else { return String::new() };
     let list = orders.iter().map(u32::to_string).collect::<Vec<_>>().join(", ");
     match orders {
+        [order] if axis == Axis::Linear => format!(" (harmonic {order}: a period of {:.4} m)", std::f64::consts::TAU / f64::from(*order)),
         [1] => " (harmonic 1: once per revolution)".to_owned(),
         [order] => format!(" (harmonic {order}: {order} periods per revolution)"),
         _ if fundamental > 1 && orders.iter().all(|n| n % fundamental == 0) => format!(" (harmonics {list}: multiples of {fundamental})"),
@@ -72,15 +81,17 @@ fn harmonics(m: &Misfit) -> String {
 }
 
 /// Form of the missing term.
-fn form(m: &Misfit) -> String {
+fn form(axis: Axis, m: &Misfit) -> String {
     let Some(signature) = m.signature else { return "too weak to attribute".to_owned() };
+    let [torque, rate] = ["torque", "rate"].map(|q| axis.quantity(q));
+    let (angle, motion) = if axis == Axis::Linear { ("position", "motion") } else { ("angle", "rotation") };
     match signature {
-        Signature::Torque => "looks like a missing torque".into(),
-        Signature::ConstantTorque => "looks like a constant torque, which makes the directions of rotation differ".into(),
-        Signature::TorqueStep { t_s } => format!("looks like a torque that starts near {t_s:.1} s"),
-        Signature::AngleTorque => "looks like a torque that depends on the angle only: its effect decreases with the rate".into(),
+        Signature::Torque => format!("looks like a missing {torque}"),
+        Signature::ConstantTorque => format!("looks like a constant {torque}, which makes the directions of {motion} differ"),
+        Signature::TorqueStep { t_s } => format!("looks like a {torque} that starts near {t_s:.1} s"),
+        Signature::AngleTorque => format!("looks like a {torque} that depends on the {angle} only: its effect decreases with the {rate}"),
         Signature::TorqueRipple => "increases with the current: looks like torque ripple".into(),
-        Signature::AngleFriction => "looks like friction that depends on the angle".into(),
+        Signature::AngleFriction => format!("looks like friction that depends on the {angle}"),
         Signature::Voltage => "looks like a missing voltage".into(),
         Signature::VoltageLine { frequency_hz } => {
             format!("looks like a voltage error at {frequency_hz:.3} Hz, proportional to the voltage command")
@@ -93,19 +104,37 @@ fn form(m: &Misfit) -> String {
         }
         Signature::AngleHarmonic => "in the angle only, and increases with the rate: looks like encoder eccentricity, not a torque".into(),
         Signature::SensorHarmonic => "in this channel only, and independent of the rate: looks like the sensor, not a torque".into(),
+        Signature::ByLog { difference, channel, is_voltage } => by_log(axis, difference, channel, is_voltage),
         Signature::Offset => "a constant offset".into(),
         Signature::Sensor { channel } => {
-            format!("looks like an error of {}, not of the motion", channel.map_or("the sensor", Channel::column))
+            format!("looks like an error of {}, not of the motion", channel.map_or("the sensor", |c| column(axis, c)))
         }
-        Signature::TorqueOrSensor => "looks like a missing torque or a sensor error".into(),
+        Signature::TorqueOrSensor => format!("looks like a missing {torque} or a sensor error"),
         Signature::HarmonicTorqueOrSensor => {
-            "independent of the rate: looks like a torque that depends on the angle, or a sensor error".into()
+            format!("independent of the {rate}: looks like a {torque} that depends on the {angle}, or a sensor error")
+        }
+    }
+}
+
+/// What differs from log to log.
+fn by_log(axis: Axis, difference: Difference, channel: Option<Channel>, is_voltage: bool) -> String {
+    let place = match (channel, is_voltage) {
+        (Some(channel), _) => format!("the reading of {}", column(axis, channel)),
+        (None, true) => "the voltage".to_owned(),
+        (None, false) => format!("the {}", axis.quantity("torque")),
+    };
+    match difference {
+        Difference::Offset => format!("looks like an offset of {place} that is constant within each log"),
+        Difference::Scale => format!("looks like a scale of {place} of its own in each log"),
+        Difference::Friction => "looks like friction of its own in each log".to_owned(),
+        Difference::Resistance => {
+            "looks like a resistance of its own in each log, as of a winding that is warm from the run before".to_owned()
         }
     }
 }
 
 /// The misfits in sentences, in their order. Misfits of the same coordinate and form share a sentence; the weak ones share the last.
-pub fn lines(misfits: &[Misfit]) -> Vec<String> {
+pub fn lines(axis: Axis, misfits: &[Misfit]) -> Vec<String> {
     let mut groups: Vec<Vec<&Misfit>> = Vec::new();
     for m in misfits.iter().filter(|m| m.signature.is_some()) {
         match groups.iter_mut().find(|g| g[0].coordinate == m.coordinate && g[0].signature == m.signature) {
@@ -113,10 +142,11 @@ pub fn lines(misfits: &[Misfit]) -> Vec<String> {
             None => groups.push(vec![m]),
         }
     }
-    let mut lines: Vec<String> = groups.iter().map(|group| shared_sentence(group)).collect();
+    let mut lines: Vec<String> = groups.iter().map(|group| shared_sentence(axis, group)).collect();
     let weak = misfits.iter().filter(|m| m.signature.is_none());
-    let weak: Vec<String> =
-        weak.map(|m| format!("{} over {} ({})", m.channel.column(), coordinate(m.coordinate), percent(m.explained_fraction))).collect();
+    let weak: Vec<String> = weak
+        .map(|m| format!("{} over {} ({})", column(axis, m.channel), coordinate(axis, m.coordinate), percent(m.explained_fraction)))
+        .collect();
     if !weak.is_empty() {
         lines.push(format!("Too weak to attribute: {}.", listed(&weak)));
     }
@@ -124,7 +154,7 @@ pub fn lines(misfits: &[Misfit]) -> Vec<String> {
 }
 
 /// The misfits as a section with a table; nothing if there are none.
-pub fn section(misfits: &[Misfit], page: &mut Page) {
+pub fn section(axis: Axis, misfits: &[Misfit], page: &mut Page) {
     if misfits.is_empty() {
         return;
     }
@@ -136,12 +166,12 @@ pub fn section(misfits: &[Misfit], page: &mut Page) {
         let mut table = Table::new(["channel", "coordinate", "share of the residual", "harmonic orders", "p", "form"]);
         for f in misfits {
             table.row([
-                Cell::text(f.channel.column()),
+                Cell::text(column(axis, f.channel)),
                 Cell::text(f.coordinate.name()),
                 Cell::number(format!("{} %", numbers::significant(100.0 * f.explained_fraction, 2))),
                 Cell::text(f.harmonic_orders.iter().map(u32::to_string).collect::<Vec<_>>().join(", ")),
                 Cell::number(numbers::p_value(f.log10_p)),
-                Cell::text(form(f)),
+                Cell::text(form(axis, f)),
             ]);
         }
         page.table(table);
@@ -160,16 +190,17 @@ pub struct MisfitJson {
     says: String,
 }
 
-impl From<&Misfit> for MisfitJson {
-    fn from(f: &Misfit) -> Self {
+impl MisfitJson {
+    /// A misfit in the names of an axis.
+    pub fn of(axis: Axis, f: &Misfit) -> Self {
         MisfitJson {
-            output: f.channel.column(),
+            output: column(axis, f.channel),
             coordinate: f.coordinate.name(),
             share: f.explained_fraction,
             order: f.harmonic_orders.first().copied(),
             p_value: p_value(f.p_value),
             log10_p: f.log10_p,
-            says: sentence(f),
+            says: sentence(axis, f),
         }
     }
 }
@@ -179,15 +210,18 @@ mod tests {
     use super::*;
 
     fn example(coordinate: Coordinate, harmonic_orders: Vec<u32>, signature: Option<Signature>) -> String {
-        sentence(&Misfit {
-            channel: Channel::Rate,
-            coordinate,
-            explained_fraction: 0.896,
-            harmonic_orders,
-            p_value: 1e-9,
-            log10_p: -9.0,
-            signature,
-        })
+        sentence(
+            Axis::Rotary,
+            &Misfit {
+                channel: Channel::Rate,
+                coordinate,
+                explained_fraction: 0.896,
+                harmonic_orders,
+                p_value: 1e-9,
+                log10_p: -9.0,
+                signature,
+            },
+        )
     }
 
     #[test]
@@ -217,7 +251,7 @@ mod tests {
         let torque = Some(Signature::Torque);
         let all = [misfit(Channel::Rate, 0.9, torque), misfit(Channel::Current, 0.5, torque), misfit(Channel::Angle, 1e-4, None)];
         assert_eq!(
-            lines(&all),
+            lines(Axis::Rotary, &all),
             [
                 "omega_rad_s and i_A: 90 % and 50 % of the residual variance correlate with the rate: looks like a missing torque.",
                 "Too weak to attribute: theta_rad over the rate (less than 0.1 %)."

@@ -43,7 +43,7 @@ pub use misfits::sentence as misfit;
 pub use numbers::{grouped, p_statement, p_value, plain, significant, with_sigma};
 pub use terminal::{Style, sparkline};
 
-use crate::log::Log;
+use crate::log::{Axis, Log};
 use crate::model::Channel;
 
 /// File, length and origin of a log, as terms with their values.
@@ -87,24 +87,29 @@ pub fn digits(x: f64) -> String {
     plain(x, 6)
 }
 
+/// Column of a channel, as the files of this axis name it.
+pub fn column(axis: Axis, channel: Channel) -> &'static str {
+    axis.column(channel.column())
+}
+
 /// Unit of a channel.
-pub fn unit(channel: Channel) -> &'static str {
-    match channel {
+pub fn unit(axis: Axis, channel: Channel) -> &'static str {
+    axis.unit(match channel {
         Channel::Rate => "rad/s",
         Channel::Angle => "rad",
         Channel::Current => "A",
         Channel::Voltage => "V",
         Channel::Torque => "N m",
-    }
+    })
 }
 
 /// Quantity of a channel, for headings and axes.
-pub fn quantity(channel: Channel) -> &'static str {
-    match channel {
+pub fn quantity(axis: Axis, channel: Channel) -> &'static str {
+    axis.quantity(match channel {
         Channel::Rate => "rate",
         Channel::Angle => "angle increment over 20 ms",
         Channel::Current => "current",
         Channel::Voltage => "voltage",
         Channel::Torque => "torque",
-    }
+    })
 }

@@ -2,22 +2,25 @@
 
 use crate::identify::evaluation::EvaluationRemark;
 use crate::identify::fit::prepare::PreparationNote;
+use crate::log::Axis;
 use crate::log::plausible::ShiftedConstant;
 
 /// A preparation note as a sentence.
-pub fn note(note: &PreparationNote) -> String {
+pub fn note(axis: Axis, note: &PreparationNote) -> String {
     match note {
         PreparationNote::Outliers { channel, rows, of } => format!(
             "Heavy-tailed noise: {rows} of {} readings of {} differ from all their neighbours by more than {} standard deviations; they are not compared.",
             super::numbers::grouped(*of),
-            channel.column(),
+            super::column(axis, *channel),
             crate::identify::fit::outliers::MIN_SIGMAS
         ),
         PreparationNote::AssumedAtT { column } => format!(
-            "The log does not state how {column} was made. Values at the time of the row fit better than means over the row and are assumed; the note “{column}: at t” or “{column}: mean over the row” states it."
+            "The log does not state how {0} was made. Values at the time of the row fit better than means over the row and are assumed; the note “{0}: at t” or “{0}: mean over the row” states it.",
+            axis.column(column)
         ),
         PreparationNote::AssumedOverLastRow { column } => format!(
-            "The log does not state how {column} was made. Means over the last row fit better than values at the time of the row and are assumed, as of a rate from differences of an angle."
+            "The log does not state how {0} was made. Means over the last row fit better than values at the time of the row and are assumed, as of a rate from differences of an angle.",
+            axis.column(column)
         ),
         PreparationNote::Segments { segments, short: (short, rows) } => {
             let left_out = match short {
@@ -37,21 +40,24 @@ pub fn note(note: &PreparationNote) -> String {
 }
 
 /// A question about a constant that a fit shifts by a decade or more, as sentences.
-pub fn constant(shifted: &ShiftedConstant) -> String {
+pub fn constant(axis: Axis, shifted: &ShiftedConstant) -> String {
     format!(
         "By a fit {}. A physical constant is known better than to a factor of ten: check the units of the log's columns and the start value.",
-        super::defects::shifted_constant(shifted)
+        super::defects::shifted_constant(axis, shifted)
     )
 }
 
 /// A remark on an evaluation as a sentence.
-pub fn remark(remark: &EvaluationRemark) -> String {
+pub fn remark(axis: Axis, remark: &EvaluationRemark) -> String {
     match remark {
-        EvaluationRemark::Preparation(n) => note(n),
+        EvaluationRemark::Preparation(n) => note(axis, n),
         EvaluationRemark::AssumedRateSource { from_encoder } => {
             let source = if *from_encoder { "derived from the encoder" } else { "from a separate sensor" };
-            format!("The log does not state the source of omega_rad_s. The fit is better for a rate {source}, which is assumed.")
+            format!(
+                "The log does not state the source of {}. The fit is better for a rate {source}, which is assumed.",
+                axis.column("omega_rad_s")
+            )
         }
-        EvaluationRemark::ShiftedConstant(shifted) => constant(shifted),
+        EvaluationRemark::ShiftedConstant(shifted) => constant(axis, shifted),
     }
 }

@@ -71,7 +71,7 @@ pub fn traces(data: &PreparedLog, compared: &ComparedChannel, models: &[Line], r
     let seen = series(data, first, range, |row, _| measured(data, compared, row));
     let modelled: Vec<Pieces> = models.iter().map(|m| series(data, m.fit, range, |row, r| measured(data, compared, row) - r)).collect();
     let extent = extent(std::iter::once(&seen).chain(&modelled))?;
-    let y = Axis::new(with_margin(extent), 5, quantity(first.channel), unit(first.channel));
+    let y = Axis::new(with_margin(extent), 5, quantity(data.axis, first.channel), unit(data.axis, first.channel));
     let mut plot = Plot::new(Axis::new(range, 10, "time", "s"), y, WIDTH, 260.0);
     if held_out {
         shade_held_out(data, range, &mut plot);
@@ -89,7 +89,7 @@ pub fn residuals(data: &PreparedLog, models: &[Line], range: (f64, f64), held_ou
     let lines: Vec<Pieces> = models.iter().map(|m| series(data, m.fit, range, |_, r| r)).collect();
     let (low, high) = extent(lines.iter())?;
     let reach = 1.06 * low.abs().max(high.abs()).max(2.2 * last.noise);
-    let y = Axis::new((-reach, reach), 4, "measured − modelled", unit(last.channel));
+    let y = Axis::new((-reach, reach), 4, "measured − modelled", unit(data.axis, last.channel));
     let mut plot = Plot::new(Axis::new(range, 10, "time", "s"), y, WIDTH, 190.0);
     if held_out {
         shade_held_out(data, range, &mut plot);
@@ -139,7 +139,7 @@ pub fn over_coordinate(models: &[Line], along: &CoordinateAxis) -> Option<Drawin
     let last = models.last()?.fit;
     let noise = last.noise;
     let reach = all.iter().flatten().map(|b| b.mean.abs() + b.confidence.min(b.mean.abs() + noise)).fold(0.1 * noise, f64::max);
-    let y = Axis::new((-1.1 * reach, 1.1 * reach), 4, "mean residual", unit(last.channel));
+    let y = Axis::new((-1.1 * reach, 1.1 * reach), 4, "mean residual", unit(along.axis, last.channel));
     let mut plot = Plot::new(coordinate_axis(along.coordinate, along.label, along.range, 6), y, HALF_WIDTH, 230.0);
     plot.level(0.0, "zero");
     for (k, bins) in all.iter().enumerate() {

@@ -5,9 +5,11 @@ use std::path::Path;
 use super::calibration::{SHORT, carrying};
 use super::common::served::{Served, send_lines};
 use super::{Check, help_everywhere, json, page, stand};
+use host_tools::acquire::calibration_session::journal::sha256;
+use host_tools::log::{Column, Log};
 use serde_json::Value;
 
-pub const WORDS: [(&str, Check); 13] = [
+pub const WORDS: [(&str, Check); 14] = [
     ("calibrate --help", help_everywhere),
     ("calibrate <WHAT> --write-session", |f| {
         let sessions = ["gyro", "accel", "drive"].map(|what| {
@@ -55,6 +57,35 @@ pub const WORDS: [(&str, Check); 13] = [
     ("calibrate --from", |f| {
         let answer = run(f, "a", SHORT, &[]);
         assert_eq!(json(f, &["calibrate", "gyro", "--from", "a"])["scale"], answer["scale"]);
+    }),
+    ("calibrate --map --unit --sample-rate --note", |f| {
+        let answer = run(f, "a", SHORT, &[]);
+        let journal = f.join("a/journal.json");
+        let mut steps: Value = serde_json::from_slice(&std::fs::read(&journal).unwrap()).unwrap();
+        // The raw logs as another program writes them: degrees per second, other names, no time.
+        for step in steps["steps"].as_array_mut().unwrap() {
+            let path = f.join("a").join(step["log"].as_str().unwrap());
+            let log = Log::read_all(&path).unwrap();
+            let columns = log.columns().iter().filter(|c| c.name != "t_s").map(|c| match c.name.as_str() {
+                "gyro_rad_s" => Column { name: "dut".to_owned(), values: c.values.iter().map(|v| v.to_degrees()).collect() },
+                _ => c.clone(),
+            });
+            let rows = Column { name: "t_s".to_owned(), values: (0..log.len()).map(|k| k as f64).collect() };
+            let foreign = Log::new("foreign.parquet", std::iter::once(rows).chain(columns).collect(), log.notes().clone()).unwrap();
+            let name = step["log"].as_str().unwrap().replace(".parquet", "-foreign.parquet");
+            foreign.write(f.join("a").join(&name)).unwrap();
+            step["sha256"] = sha256(&f.join("a").join(&name)).unwrap().into();
+            step["log"] = name.into();
+        }
+        std::fs::write(&journal, steps.to_string()).unwrap();
+        let stated =
+            ["--map", "t_s=-", "--sample-rate", "1000", "--map", "dut=gyro_rad_s", "--unit", "dut=deg/s", "--note", "operator=Ada"];
+        let again = json(f, &[&["calibrate", "gyro", "--from", "a"], &stated[..]].concat());
+        let value = |answer: &Value| answer["scale"]["value"].as_f64().unwrap();
+        assert!((value(&again) / value(&answer) - 1.0).abs() < 1e-9, "{again} {answer}");
+        assert_eq!(json(f, &["calibrate", "gyro", "--from", "a"])["scale"], again["scale"], "the options are remembered");
+        let refused = stand(f, &["calibrate", "gyro", "--out", "b", "--unit", "dut=deg/s"]);
+        assert!(refused.status == Some(2) && refused.err.contains("--from"), "{}", refused.err);
     }),
     #[cfg(unix)]
     ("calibrate --port --into-stand", |f| {

@@ -6,7 +6,7 @@ use super::common::stand;
 use super::{Check, help_everywhere, json_in_both_places, stdout_of};
 use host_tools::log::Log;
 
-pub const WORDS: [(&str, Check); 13] = [
+pub const WORDS: [(&str, Check); 15] = [
     ("log", |_| ()),
     ("log --help", help_everywhere),
     ("log inspect --help", help_everywhere),
@@ -24,6 +24,14 @@ pub const WORDS: [(&str, Check); 13] = [
     ("explain --map --unit --sample-rate --note", |f| reads(f, &["explain"], &["--model", "model.toml"])),
     ("allan --map --unit --sample-rate --note", |f| reads(f, &["allan"], &["--column", "omega_rad_s"])),
     ("convert --map --unit --sample-rate --note", |f| reads(f, &["convert"], &["new.parquet"])),
+    ("vibration compensate --map --unit --sample-rate --note", |f| is_imported(f, &["vibration", "compensate"], &[])),
+    ("compensate --map --unit --sample-rate --note", |f| {
+        foreign(f);
+        let words = ["compensate", "--model", "model.toml", "--stand", "imported.toml", "--log", "foreign.csv"];
+        stand(f, &[&words[..], &STATED].concat()).succeeded();
+        assert_eq!(Log::read(f.join("foreign.csv")).unwrap().note("u_V"), Some("terminal"));
+        assert_eq!(stand(f, &[&words[..], &["--unit", "drive=rpm"]].concat()).status, Some(2));
+    }),
     ("drift compute --map --unit --sample-rate --note", |f| is_imported(f, &["drift", "compute"], &[])),
     ("drift advise --map --unit --sample-rate --note", |f| is_imported(f, &["drift", "advise"], &[])),
     ("drift platform --map --unit --sample-rate --note", |f| is_imported(f, &["drift", "platform"], &[])),

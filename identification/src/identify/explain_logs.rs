@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::explain::{self, Criteria, ExplainError, Explanation, Progress};
 use crate::log::plausible::Defect;
-use crate::log::{Log, LogError};
+use crate::log::{Log, LogError, import};
 use crate::model::Model;
 
 /// Result for one log, or for several logs together.
@@ -36,7 +36,7 @@ pub enum ExplainLogsError {
         source: std::io::Error,
     },
     /// The folder contains no logs.
-    #[error("{folder}: this folder has no logs (files with the ending .csv or .parquet)")]
+    #[error("{folder}: this folder has no logs (files with the ending .csv or .parquet, or with an import file)")]
     NoLogs {
         /// The folder.
         folder: PathBuf,
@@ -97,14 +97,17 @@ pub fn explain_folder(
     Ok(entries)
 }
 
-/// The log files of a folder, sorted by name.
+/// The log files of a folder, sorted by name: those with the endings of the project, and those with an import file.
 ///
 /// # Errors
 /// The folder cannot be read or contains no logs.
 pub fn logs_in(folder: &Path) -> Result<Vec<PathBuf>, ExplainLogsError> {
     let entries = std::fs::read_dir(folder).map_err(|source| ExplainLogsError::Folder { folder: folder.to_owned(), source })?;
-    let is_log =
-        |p: &Path| p.extension().and_then(|e| e.to_str()).is_some_and(|e| matches!(e.to_ascii_lowercase().as_str(), "csv" | "parquet"));
+    let ending = |p: &Path| p.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).unwrap_or_default();
+    let is_log = |p: &Path| match ending(p).as_str() {
+        "csv" | "parquet" => true,
+        other => import::ENDINGS.contains(&other) && import::file_of(p).is_file(),
+    };
     let mut logs: Vec<PathBuf> = entries.filter_map(Result::ok).map(|e| e.path()).filter(|p| p.is_file() && is_log(p)).collect();
     logs.sort();
     if logs.is_empty() { Err(ExplainLogsError::NoLogs { folder: folder.to_owned() }) } else { Ok(logs) }

@@ -1,28 +1,30 @@
 //! Measured and modelled series of a fit, row by row, for other programs.
 
 use super::fit::{FitResult, PreparedLog};
-use crate::log::{Column, Log, LogError};
+use crate::log::{Axis, Column, Log, LogError};
 use crate::model::Channel;
 
-/// The rows in which every channel is compared, as a log: time, input, and for each channel the measured column and, with the suffix `_model`, the modelled
+/// The rows in which every channel is compared, as a log: time (of several logs one after the other), input, and for each channel the measured column and, with the suffix `_model`, the modelled
 /// one; `held_out` is 1 where the fit did not use the row. An angle is compared by its increments (`theta_increment_rad`).
 ///
 /// # Errors
 /// No row is compared.
 pub fn series(log: &Log, data: &PreparedLog, fit: &FitResult) -> Result<Log, LogError> {
+    let axis = log.axis();
     let rows: Vec<usize> = (0..data.len()).filter(|&row| fit.channels.iter().all(|c| c.residual[row].is_finite())).collect();
     let pick = |values: &[f64]| rows.iter().map(|&row| values[row]).collect::<Vec<f64>>();
     let mut columns = vec![
-        Column { name: "t_s".to_owned(), values: pick(data.t_s) },
-        Column { name: data.driven.column().to_owned(), values: pick(&data.input) },
+        Column { name: "t_s".to_owned(), values: pick(log.t_s()) },
+        Column { name: axis.column(data.driven.column()).to_owned(), values: pick(&data.input) },
     ];
     for (channel, fitted) in data.channels.iter().zip(&fit.channels) {
         let lag = data.angle_lag();
         let (name, measured): (&str, Vec<f64>) = match channel.channel {
-            Channel::Angle => {
-                ("theta_increment_rad", rows.iter().map(|&row| channel.measured[row] - channel.measured[row - lag]).collect())
-            }
-            other => (other.column(), pick(channel.measured)),
+            Channel::Angle => (
+                if axis == Axis::Linear { "x_increment_m" } else { "theta_increment_rad" },
+                rows.iter().map(|&row| channel.measured[row] - channel.measured[row - lag]).collect(),
+            ),
+            other => (axis.column(other.column()), pick(channel.measured)),
         };
         let modelled = measured.iter().zip(&rows).map(|(y, &row)| y - fitted.residual[row]).collect();
         columns.push(Column { name: name.to_owned(), values: measured });

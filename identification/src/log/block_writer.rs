@@ -20,7 +20,8 @@ impl<W: Write + Send> BlockWriter<W> {
     /// # Errors
     /// Errors of `out`.
     pub fn new(format: Format, out: W, first: &Log) -> io::Result<Self> {
-        let names: Vec<&str> = first.columns().iter().map(|column| column.name.as_str()).collect();
+        let axis = first.axis();
+        let names: Vec<&str> = first.columns().iter().map(|column| axis.file_column(&column.name)).collect();
         Ok(match format {
             Format::Csv => {
                 let notes = first.notes().iter().map(|(key, value)| (key.as_str(), value.as_str()));

@@ -121,6 +121,9 @@ pub enum LogErrorKind {
         /// The row seems to contain decimal commas.
         comma: bool,
     },
+    /// A column of a rotary and the same of a linear axis.
+    #[error("the file has this column and the same of a linear axis; leave one out")]
+    BothAxes,
     /// The last row is incomplete.
     #[error(
         "the last row is cut short ({has} of {expected} cells) because the recording was interrupted; delete this row to read the rest"
@@ -164,6 +167,41 @@ pub enum LogErrorKind {
         /// Length of the first column.
         expected: usize,
     },
+    /// The rows have twice as many cells as the header has names.
+    #[error(
+        "the rows have {cells} cells for {names} names: commas seem to separate the columns and the decimals; export with semicolons between columns, or with decimal points"
+    )]
+    CommasBetweenAndInNumbers {
+        /// Names of the header.
+        names: usize,
+        /// Cells of a row.
+        cells: usize,
+    },
+    /// Many lines among the rows are no rows.
+    #[error("{lines} lines among {rows} rows are no rows, the first is line {line}: “{}”; this is no table, or a damaged one", text.escape_debug())]
+    NoRowsBetween {
+        /// Number of lines.
+        lines: usize,
+        /// Number of rows.
+        rows: usize,
+        /// The first line, from 1.
+        line: usize,
+        /// Its text, shortened.
+        text: String,
+    },
+    /// Hexadecimal numbers.
+    #[error("“{}” is a hexadecimal number; export decimal numbers", .0.escape_debug())]
+    Hexadecimal(String),
+    /// The clock is coarser than the rows.
+    #[error("the time repeats in {repeats} of {rows} rows: the clock is coarser than the rows. If the rows are evenly spaced, leave the time out and state their rate: --map NAME=- --sample-rate HZ (about {})", rounded(*rate_Hz))]
+    CoarseTime {
+        /// Rows with the time of the row before.
+        repeats: usize,
+        /// Rows.
+        rows: usize,
+        /// Rows per second, Hz.
+        rate_Hz: f64,
+    },
     /// The bytes are not text.
     #[error("the file is not UTF-8 text{0}")]
     NotText(&'static str),
@@ -180,7 +218,9 @@ pub enum LogErrorKind {
     #[error("the value is missing (null)")]
     Null,
     /// The ending names no format that can be imported.
-    #[error("the name must end in .csv, .txt, .tsv, .dat, .asc (text), .parquet or .mat; the ending selects the format")]
+    #[error(
+        "the name must end in .csv, .txt, .tsv, .dat, .asc, .lvm, .log (text), .parquet, .mat, .h5 or .hdf5; the ending selects the format"
+    )]
     ForeignEnding,
     /// No line consists of numbers.
     #[error("there is no table in the file: no separator makes numbers of its lines")]
@@ -188,6 +228,9 @@ pub enum LogErrorKind {
     /// A MATLAB file that is not read.
     #[error("{0}")]
     Matlab(&'static str),
+    /// An HDF5 file that is not read.
+    #[error("the HDF5 file is damaged or of an unsupported kind: {0}")]
+    Hdf5(String),
     /// The import file is no mapping.
     #[error("not an import file: {0}")]
     ImportFile(String),
@@ -229,6 +272,12 @@ pub enum LogErrorKind {
     /// The row rate is no positive number.
     #[error("the sample rate {0} Hz must be positive")]
     SampleRate(f64),
+}
+
+/// A number with four digits, for a message.
+fn rounded(value: f64) -> String {
+    let digits = (3.0 - value.abs().max(1e-9).log10().floor()).clamp(0.0, 9.0) as usize;
+    format!("{value:.digits$}")
 }
 
 impl LogErrorKind {

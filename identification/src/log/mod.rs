@@ -6,7 +6,9 @@
 //!
 //! A *row* is a sample, counted from 1. A *segment* is a sequence of rows without a gap (a step above 1.5 × the median interval).
 
+pub mod axis;
 mod block_writer;
+mod caught;
 mod columns;
 mod csv;
 mod csv_write;
@@ -23,9 +25,11 @@ mod warning;
 
 use crate::files;
 use crate::statistics::robust::{MEDIAN_ABS_PER_SIGMA, median_in_place};
+use std::borrow::Cow;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+pub use axis::Axis;
 pub use block_writer::BlockWriter;
 pub use columns::{KNOWN, KnownColumn, known};
 pub use csv_write::CsvWriter;
@@ -58,6 +62,16 @@ pub struct Log {
     warnings: Vec<LogWarning>,
     median_dt_s: f64,
     longest_step_s: f64,
+    runs: Vec<Run>,
+}
+
+/// A recording of its own within a log: one of several logs that were joined, or of several runs in one file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Run {
+    /// Its rows.
+    pub rows: Range<usize>,
+    /// Time of the log less the run's own time, s.
+    pub shift_s: f64,
 }
 
 /// Format of a log file.
@@ -136,7 +150,7 @@ impl Log {
 
     /// Checks that there is a column `t_s` and a row. The readers have checked each value.
     fn assemble(path: &Path, contents: FileContents) -> Result<Log, LogError> {
-        let FileContents { columns, ignored, notes, mut warnings } = contents;
+        let FileContents { columns, ignored, notes, mut warnings, runs } = contents;
         let Some(t_s) = columns.iter().find(|c| c.name == "t_s") else {
             return Err(LogError::new(path, LogErrorKind::NoTime { has: names(&columns, &ignored) }));
         };
@@ -145,7 +159,34 @@ impl Log {
         }
         let (median_dt_s, longest_step_s) = intervals(&t_s.values);
         warnings.extend(notes::warnings(&notes));
-        Ok(Log { path: path.to_owned(), columns, ignored, notes, warnings, median_dt_s, longest_step_s })
+        let mut begins = runs;
+        begins.insert(0, 0);
+        let ends = begins.iter().skip(1).copied().chain([t_s.values.len()]);
+        // The second run of a file begins where the first did.
+        let shift = |begin: usize| t_s.values[begin] - t_s.values[0];
+        let runs = begins.iter().zip(ends).map(|(&begin, end)| Run { rows: begin..end, shift_s: shift(begin) }).collect();
+        Ok(Log { path: path.to_owned(), columns, ignored, notes, warnings, median_dt_s, longest_step_s, runs })
+    }
+
+    /// The log with these runs, which follow each other and together have all its rows, and with the warnings about their files.
+    pub fn with_runs(mut self, runs: Vec<Run>, warnings: Vec<LogWarning>) -> Log {
+        self.runs = runs;
+        self.warnings = warnings;
+        self
+    }
+
+    /// The recordings of which the log consists; one, unless several logs were joined or the clock of the file restarts.
+    pub fn runs(&self) -> &[Run] {
+        &self.runs
+    }
+
+    /// Time of each row by the clock of its run, s.
+    pub fn own_times_s(&self) -> Cow<'_, [f64]> {
+        let t_s = self.t_s();
+        match &self.runs[..] {
+            [] | [_] => Cow::Borrowed(t_s),
+            runs => runs.iter().flat_map(|run| t_s[run.rows.clone()].iter().map(|t| t - run.shift_s)).collect(),
+        }
     }
 
     /// Writes columns and notes to `path`, in the format that its ending selects.
@@ -268,6 +309,11 @@ impl Log {
         self.notes.voltage()
     }
 
+    /// The axis that the log is of.
+    pub fn axis(&self) -> Axis {
+        self.notes.axis()
+    }
+
     /// The zero of the angle is the index of the encoder; otherwise it is arbitrary.
     pub fn theta_zero_is_index(&self) -> bool {
         self.notes.theta_zero_is_index()
@@ -295,16 +341,37 @@ fn read_file(path: &Path, selection: &mut Selection<'_>) -> Result<FileContents,
     if let Some(mapping) = import::ImportMapping::beside(path)? {
         return import::contents(path, &mapping, selection);
     }
-    match Format::of(path)? {
-        Format::Csv => csv::read(path, selection),
-        Format::Parquet => parquet::read(path, selection),
+    // Columns of a linear axis have the names of the rotary one inside the program.
+    let inside = |name: &str| (selection.column)(axis::of_linear_column(name).unwrap_or(name));
+    let times: Option<&mut dyn FnMut(f64)> = match &mut selection.times {
+        Some(times) => Some(&mut **times),
+        None => None,
+    };
+    let mut renamed = Selection { column: &inside, times, lenient: selection.lenient };
+    let mut contents = match Format::of(path)? {
+        Format::Csv => csv::read(path, &mut renamed)?,
+        Format::Parquet => parquet::read(path, &mut renamed)?,
+    };
+    let mut is_linear = false;
+    for column in &mut contents.columns {
+        if let Some(rotary) = axis::of_linear_column(&column.name) {
+            column.name = rotary.to_owned();
+            is_linear = true;
+        }
     }
+    if let Some(twice) = contents.columns.iter().enumerate().find(|(k, c)| contents.columns[..*k].iter().any(|o| o.name == c.name)) {
+        return Err(LogError::new(path, LogErrorKind::BothAxes).column(&twice.1.name));
+    }
+    if is_linear && contents.notes.text("axis").is_none() {
+        contents.notes.push_text("axis", Axis::Linear.name());
+    }
+    Ok(contents)
 }
 
 /// Reads a file of either format; a wrapped angle is continued over the turns.
 fn read_contents(path: &Path, selection: &mut Selection<'_>) -> Result<FileContents, LogError> {
     let mut contents = read_file(path, selection)?;
-    let is_linear = contents.notes.is_linear_axis();
+    let is_linear = contents.notes.axis() == Axis::Linear;
     if let Some(theta) = contents.columns.iter_mut().find(|c| c.name == "theta_rad" && !is_linear) {
         let jumps = unwrap::unwrap(&mut theta.values);
         contents.warnings.extend((jumps > 0).then_some(LogWarning::UnwrappedAngle { jumps }));
@@ -319,6 +386,8 @@ struct FileContents {
     ignored: Vec<String>,
     notes: Notes,
     warnings: Vec<LogWarning>,
+    /// First rows (indices) of further runs in the same file.
+    runs: Vec<usize>,
 }
 
 /// The columns of a file, for a message.

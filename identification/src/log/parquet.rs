@@ -3,13 +3,11 @@
 //! Read: double, float, 32- and 64-bit integers in any codec that pandas writes. Written: required doubles, Zstandard, row groups of at most
 //! a million rows. The low-level readers and writers of the parquet crate are used, without Arrow.
 
-use std::cell::Cell;
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::ops::Range;
-use std::panic;
 use std::path::Path;
-use std::sync::{Arc, Once};
+use std::sync::Arc;
 
 use parquet::basic::{Compression, ConvertedType, Repetition, Type as Physical, ZstdLevel};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
@@ -21,6 +19,7 @@ use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::{ColumnDescriptor, Type};
 
+use super::caught::caught;
 use super::error::{LogError, LogErrorKind};
 use super::{Column, FileContents, Log, Selection};
 
@@ -39,28 +38,6 @@ pub(super) fn read(path: &Path, selection: &mut Selection<'_>) -> Result<FileCon
     // The parquet crate panics on some damaged files; the known cases are checked before.
     caught(|| read_columns(path, selection))
         .unwrap_or_else(|| Err(LogError::new(path, LogErrorKind::Parquet("its contents are inconsistent".to_owned()))))
-}
-
-thread_local! {
-    /// A panic of this thread is about to become an error.
-    static IS_CAUGHT: Cell<bool> = const { Cell::new(false) };
-}
-
-/// The result of `read`; `None` if it panics, without the message on standard error that a panic writes otherwise.
-fn caught<T>(read: impl FnOnce() -> T) -> Option<T> {
-    static HOOK: Once = Once::new();
-    HOOK.call_once(|| {
-        let usual = panic::take_hook();
-        panic::set_hook(Box::new(move |info| {
-            if !IS_CAUGHT.get() {
-                usual(info);
-            }
-        }));
-    });
-    IS_CAUGHT.set(true);
-    let result = panic::catch_unwind(panic::AssertUnwindSafe(read)).ok();
-    IS_CAUGHT.set(false);
-    result
 }
 
 fn read_columns(path: &Path, selection: &mut Selection<'_>) -> Result<FileContents, LogError> {
@@ -349,19 +326,5 @@ fn io_error(error: ParquetError) -> io::Error {
             Err(other) => io::Error::other(other),
         },
         other => io::Error::other(other),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn panic_of_the_reader_becomes_none() {
-        let numbers = [1.0];
-        let index = numbers.len();
-        assert_eq!(caught(|| numbers[index]), None);
-        assert_eq!(caught(|| numbers[0]), Some(1.0));
-        assert!(!IS_CAUGHT.get(), "a panic after it is reported as usual");
     }
 }

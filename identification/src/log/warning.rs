@@ -12,6 +12,13 @@ pub enum LogWarning {
         /// The import file.
         import_file: PathBuf,
     },
+    /// A warning about one of several logs.
+    InLog {
+        /// The log.
+        log: String,
+        /// The warning.
+        warning: Box<LogWarning>,
+    },
     /// Rows without a value in a used column were left out.
     RowsLeftOut {
         /// Number of rows.
@@ -20,6 +27,52 @@ pub enum LogWarning {
         column: String,
         /// Its first row without a value, from 1.
         first: usize,
+    },
+    /// Lines among the rows that are no rows were skipped.
+    LinesSkipped {
+        /// Number of lines.
+        lines: usize,
+        /// The first, from 1.
+        line: usize,
+        /// Its text, shortened.
+        text: String,
+    },
+    /// Rows that repeat the row before in every used column were left out.
+    RepeatedRows {
+        /// Number of rows.
+        rows: usize,
+        /// The first, from 1.
+        first: usize,
+    },
+    /// The first row is out of order in time, as a line that is cut in front, and was left out.
+    FirstRowLeftOut,
+    /// The timer of the logger overflowed; the time goes on.
+    ClockOverflow {
+        /// Bits of the timer.
+        bits: u32,
+        /// First row after the overflow, from 1.
+        row: usize,
+    },
+    /// The time of day passed midnight; the time goes on.
+    Midnight {
+        /// First row after midnight, from 1.
+        row: usize,
+    },
+    /// The clock restarts: the file has several runs.
+    ClockRestarts {
+        /// Number of runs.
+        runs: usize,
+        /// First row of the second, from 1.
+        row: usize,
+    },
+    /// A counter overflowed and was continued.
+    CounterContinued {
+        /// The column of the file.
+        column: String,
+        /// Bits of the counter.
+        bits: u32,
+        /// Number of overflows.
+        overflows: usize,
     },
     /// The last row does not end with a line break; its last number may be cut short.
     UnterminatedRow {

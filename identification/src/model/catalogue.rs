@@ -4,6 +4,7 @@ use drive_model::{Card, Parameter, ParameterKind, Structure, card, cards, law};
 
 use super::Input;
 use super::error::ModelErrorKind;
+use crate::log::Axis;
 
 const fn base(name: &'static str, unit: &'static str, description: &'static str, start: f64) -> Parameter {
     Parameter {
@@ -112,22 +113,56 @@ pub(super) fn parameter_names() -> impl Iterator<Item = &'static str> {
     BASE.iter().map(|p| p.name).chain(cards().iter().flat_map(|c| c.parameters.iter().map(|p| p.name)))
 }
 
+/// Name inside the program, that of a rotary drive, of a parameter in a file of this axis. A name that the catalogue lacks stays as it is.
+///
+/// # Errors
+/// The name is one of the other axis; the error is the name on this one.
+pub(super) fn rotary_name(axis: Axis, name: &str) -> Result<String, String> {
+    if axis == Axis::Rotary {
+        return Ok(name.to_owned());
+    }
+    let (stem, instance) = name.split_once('#').map_or((name, String::new()), |(stem, n)| (stem, format!("#{n}")));
+    match parameter_names().find(|rotary| axis.parameter(rotary) == stem) {
+        Some(rotary) => Ok(format!("{rotary}{instance}")),
+        None if parameter_names().any(|rotary| rotary == stem) => Err(axis.parameter(name)),
+        None => Ok(name.to_owned()),
+    }
+}
+
+/// Name inside the program of a parameter in a file of either axis.
+pub(super) fn any_rotary_name(name: &str) -> String {
+    let linear = parameter_names().find(|rotary| Axis::Linear.parameter(rotary) == name);
+    if parameter_names().any(|rotary| rotary == name) { name.to_owned() } else { linear.unwrap_or(name).to_owned() }
+}
+
 /// A number for a file: the fewest digits that read back exactly, with an exponent for very small and large values.
 pub(super) fn number(value: f64) -> String {
     if value != 0.0 && !(1e-3..1e6).contains(&value.abs()) { format!("{value:e}") } else { format!("{value:?}") }
 }
 
 /// The text of a model without effects.
-pub(super) fn blank(input: Input) -> String {
+pub(super) fn blank(input: Input, axis: Axis) -> String {
+    let column = |name| axis.column(name);
+    let axis_line = if axis == Axis::Linear { "axis = \"linear\"\n" } else { "" };
     let mut text = format!(
-        "[drive]\ninput = \"{}\" # u_V, i_A, torque_N_m, or theta_rad (prescribed motion)\n# outputs = [\"omega_rad_s\"] # default: all columns that the log has\neffects = []\n\n[parameters] # start values of a fit; {{ value = …, fixed = true }} fixes a parameter\n",
-        input.column()
+        "[drive]\n{axis_line}input = \"{}\" # u_V, i_A, {}, or {} (prescribed motion)\n# outputs = [\"{}\"] # default: all columns that the log has\neffects = []\n\n[parameters] # start values of a fit; {{ value = …, fixed = true }} fixes a parameter\n",
+        column(input.column()),
+        column("torque_N_m"),
+        column("theta_rad"),
+        column("omega_rad_s"),
     );
     for base in BaseParameter::ALL {
         let is_needed = needed(input).contains(&base) || (input == Input::Motion && base != BaseParameter::Resistance);
         if is_needed {
             let parameter = base.info();
-            text.push_str(&format!("{} = {} # {}, {}\n", parameter.name, number(parameter.start), parameter.description, parameter.unit));
+            let start = match (axis, base) {
+                (Axis::Linear, BaseParameter::Inertia) => 1.0,
+                (Axis::Linear, BaseParameter::MotorConstant) => 10.0,
+                _ => parameter.start,
+            };
+            let (name, description, unit) =
+                (axis.parameter(parameter.name), axis.quantity(parameter.description), axis.unit(parameter.unit));
+            text.push_str(&format!("{name} = {} # {description}, {unit}\n", number(start)));
         }
     }
     text

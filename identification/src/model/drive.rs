@@ -10,6 +10,7 @@ use super::error::{ModelError, ModelErrorKind};
 use super::expression::{is_name, is_reserved};
 use super::read::{Named, Reader};
 use super::{Channel, Input};
+use crate::log::Axis;
 use crate::words::nearest;
 
 impl Reader<'_> {
@@ -19,11 +20,12 @@ impl Reader<'_> {
         let Some(name) = item.as_str() else {
             return self.fail(item.span(), key, ModelErrorKind::Wants("a column name in quotes, e.g. \"u_V\""));
         };
-        if let Some(input) = Input::ALL.into_iter().find(|i| i.column() == name) {
+        let names = Input::ALL.map(|i| self.axis.column(i.column()));
+        if let Some(input) = Input::ALL.into_iter().find(|i| self.axis.column(i.column()) == name) {
             return Ok(input);
         }
-        let near = nearest(name, Input::ALL.iter().map(|i| i.column()));
-        let known = "valid inputs: u_V, i_A, torque_N_m, theta_rad".to_owned();
+        let near = nearest(name, names);
+        let known = format!("valid inputs: {}", names.join(", "));
         self.fail(item.span(), key, ModelErrorKind::Unknown { what: "input", name: name.to_owned(), near, known })
     }
 
@@ -33,17 +35,18 @@ impl Reader<'_> {
         let key = "[drive] outputs";
         let mut outputs = Vec::new();
         for (name, span) in self.strings(item, key)? {
-            let Some(channel) = ALL.into_iter().find(|c| c.column() == name) else {
-                let near = nearest(name, ALL.iter().map(|c| c.column()));
-                let known = format!("valid outputs: {}", columns(&ALL));
+            let Some(channel) = ALL.into_iter().find(|c| self.axis.column(c.column()) == name) else {
+                let near = nearest(name, ALL.iter().map(|c| self.axis.column(c.column())));
+                let known = format!("valid outputs: {}", columns(self.axis, &ALL));
                 return self.fail(span, key, ModelErrorKind::Unknown { what: "output", name: name.to_owned(), near, known });
             };
             if outputs.contains(&channel) {
                 return self.fail(span, key, ModelErrorKind::Twice { what: "output", name: name.to_owned(), hint: String::new() });
             }
             if !input.outputs().contains(&channel) {
-                let possible = columns(input.outputs());
-                return self.fail(span, key, ModelErrorKind::Output { output: channel.column(), input: input.column(), possible });
+                let possible = columns(self.axis, input.outputs());
+                let (output, input) = (self.axis.column(channel.column()), self.axis.column(input.column()));
+                return self.fail(span, key, ModelErrorKind::Output { output, input, possible });
             }
             outputs.push(channel);
         }
@@ -115,6 +118,6 @@ impl Reader<'_> {
     }
 }
 
-fn columns(channels: &[Channel]) -> String {
-    channels.iter().map(|c| c.column()).collect::<Vec<_>>().join(", ")
+fn columns(axis: Axis, channels: &[Channel]) -> String {
+    channels.iter().map(|c| axis.column(c.column())).collect::<Vec<_>>().join(", ")
 }

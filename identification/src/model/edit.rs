@@ -25,8 +25,9 @@ impl Model {
             let parameters = table(document, "parameters")?;
             for info in card.parameters {
                 let name = catalogue::with_instance(info.name, instance);
-                if model.index(&name).is_none() && !parameters.contains_key(&name) {
-                    parameters.insert(&name, Item::Value(number(info.start)));
+                let key = model.axis.parameter(&name);
+                if model.index(&name).is_none() && !parameters.contains_key(&key) {
+                    parameters.insert(&key, Item::Value(number(info.start)));
                 }
             }
             Ok(())
@@ -61,7 +62,7 @@ impl Model {
                 Item::Table(table)
             });
             let mut own = Table::new();
-            own.insert(summing_point.key(), toml_edit::value(expression));
+            own.insert(summing_point.key_on(model.axis), toml_edit::value(expression));
             let mut starts = InlineTable::new();
             for (parameter, start) in parameters {
                 starts.insert(*parameter, number(*start));
@@ -95,7 +96,7 @@ impl Model {
             }
             if let Some(found) = model.effects.iter().find(|e| e.name() == effect) {
                 for &k in &found.parameters {
-                    table(document, "parameters")?.remove(&model.parameters[k].name);
+                    table(document, "parameters")?.remove(&model.axis.parameter(&model.parameters[k].name));
                 }
             }
             let tables = document.get_mut("effect").and_then(Item::as_table_like_mut);
@@ -126,7 +127,7 @@ impl Model {
         let values: Vec<(&str, f64)> = values.into_iter().collect();
         self.edit(|model, document| {
             for &(name, value) in &values {
-                model.known(name)?;
+                let name = &model.known(name)?.0;
                 match entry(document, name) {
                     Some(item) => match item.as_table_like_mut() {
                         Some(parts) => replace(parts.entry("value").or_insert(Item::None), number(value)),
@@ -147,7 +148,8 @@ impl Model {
     /// The model has no such parameter.
     pub fn fix(&mut self, parameter: &str, fixed: bool) -> Result<(), ModelError> {
         self.edit(|model, document| {
-            let value = model.known(parameter)?;
+            let (parameter, value) = model.known(parameter)?;
+            let parameter = &parameter;
             let mut parts = InlineTable::new();
             parts.insert("value", number(value));
             parts.insert("fixed", Value::from(true));
@@ -167,16 +169,20 @@ impl Model {
     /// # Errors
     /// The outputs or base parameters of the file do not suit the input.
     pub fn set_input(&mut self, input: Input) -> Result<(), ModelError> {
-        self.edit(|_, document| {
-            replace(table(document, "drive")?.entry("input").or_insert(Item::None), Value::from(input.column()));
+        self.edit(|model, document| {
+            replace(table(document, "drive")?.entry("input").or_insert(Item::None), Value::from(model.axis.column(input.column())));
             Ok(())
         })
     }
 
-    fn known(&self, parameter: &str) -> Result<f64, ModelError> {
-        self.value(parameter).ok_or_else(|| {
-            let near = nearest(parameter, self.parameters.iter().map(|p| p.name.as_str()));
-            let known = format!("the model has {}", self.parameters.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", "));
+    /// Name in the file and value of a parameter, by its name in the file or in the program.
+    fn known(&self, parameter: &str) -> Result<(String, f64), ModelError> {
+        let in_file = |name: &str| self.axis.parameter(name);
+        let found = self.parameters.iter().find(|p| in_file(&p.name) == parameter).or_else(|| self.parameter(parameter));
+        found.map(|p| (in_file(&p.name), p.value)).ok_or_else(|| {
+            let names: Vec<String> = self.parameters.iter().map(|p| in_file(&p.name)).collect();
+            let near = nearest(parameter, names.iter().map(String::as_str));
+            let known = format!("the model has {}", names.join(", "));
             let name = parameter.to_owned();
             ModelError::file(&self.name, ModelErrorKind::Absent { what: "parameter", name, near, known })
         })
@@ -209,11 +215,12 @@ fn entry<'d>(document: &'d mut Table, name: &str) -> Option<&'d mut Item> {
     }
     let (stem, instance) = catalogue::split_instance(name)?;
     let has = |table: &dyn TableLike, key: &str| table.contains_key(key);
-    let owner = catalogue::owners(stem).into_iter().map(|o| catalogue::with_instance(o, instance)).find_map(|owner| {
-        let table = effects.get(&owner)?.as_table_like()?;
-        let key = [name, stem].into_iter().find(|key| has(table, key))?;
-        Some((owner, key))
-    });
+    let owner =
+        catalogue::owners(&catalogue::any_rotary_name(stem)).into_iter().map(|o| catalogue::with_instance(o, instance)).find_map(|owner| {
+            let table = effects.get(&owner)?.as_table_like()?;
+            let key = [name, stem].into_iter().find(|key| has(table, key))?;
+            Some((owner, key))
+        });
     let (owner, key) = owner?;
     effects.get_mut(&owner)?.as_table_like_mut()?.get_mut(key)
 }

@@ -27,7 +27,11 @@ impl Reader<'_> {
                 Some(parameter) => self.parameters.push(parameter),
                 None if needed.contains(&base) => {
                     let example = catalogue::number(info.start);
-                    return self.fail(span, "", ModelErrorKind::Needed { name: info.name, input: input.column(), example });
+                    return self.fail(
+                        span,
+                        "",
+                        ModelErrorKind::Needed { name: self.axis.parameter(info.name), input: self.axis.column(input.column()), example },
+                    );
                 }
                 None => {}
             }
@@ -46,7 +50,7 @@ impl Reader<'_> {
                 Some(Ok(found)) => found,
             };
             let table = self.table(item, &table_name)?;
-            if SummingPoint::ALL.iter().any(|p| table.contains_key(p.key())) {
+            if SummingPoint::ALL.iter().any(|p| table.contains_key(p.key_on(self.axis))) {
                 return self.fail(span, &table_name, ModelErrorKind::Taken(name.to_owned()));
             }
             if !listed.iter().any(|l| l.0.id == card.id && l.1 == instance) {
@@ -54,9 +58,14 @@ impl Reader<'_> {
                 return self.fail(span, &table_name, ModelErrorKind::Unused { name: name.to_owned(), hint });
             }
             let stem = |key: &str| with_instance(key.split('#').next().unwrap_or(key), instance);
-            self.collect(table, &table_name, |key| {
-                if card.parameters.iter().any(|p| with_instance(p.name, instance) == key) { key.to_owned() } else { stem(key) }
-            })?;
+            self.collect(
+                table,
+                &table_name,
+                |key| {
+                    if card.parameters.iter().any(|p| with_instance(p.name, instance) == key) { key.to_owned() } else { stem(key) }
+                },
+                true,
+            )?;
         }
         Ok(())
     }
@@ -69,7 +78,8 @@ impl Reader<'_> {
                 Some(parameter) => parameter,
                 None => {
                     let start = catalogue::number(info.start);
-                    self.remarks.push(format!("{name} is missing in the model file; its start value is {start} {}", info.unit));
+                    let (shown, unit) = (self.axis.parameter(&name), self.axis.unit(info.unit));
+                    self.remarks.push(format!("{shown} is missing in the model file; its start value is {start} {unit}"));
                     ModelParameter { name, value: info.start, fixed: false, filled_in: true, info: Some(info) }
                 }
             };
@@ -84,10 +94,10 @@ impl Reader<'_> {
         for (name, item) in tables.iter().filter(|(name, _)| catalogue::effect(name).is_none()) {
             let table_name = format!("[effect.{name}]");
             let table = self.table(item, &table_name)?;
-            let keys = SummingPoint::ALL.map(SummingPoint::key);
+            let keys = SummingPoint::ALL.map(|p| p.key_on(self.axis));
             let known: Vec<&str> = keys.iter().copied().chain(["parameters"]).collect();
             self.only(table, &format!("{table_name} "), &known, "key")?;
-            let points: Vec<SummingPoint> = SummingPoint::ALL.into_iter().filter(|p| table.contains_key(p.key())).collect();
+            let points: Vec<SummingPoint> = SummingPoint::ALL.into_iter().filter(|p| table.contains_key(p.key_on(self.axis))).collect();
             let &[summing_point] = points.as_slice() else {
                 let span = tables.key(name).and_then(|k| k.span()).or(item.span());
                 return self.fail(span, &table_name, ModelErrorKind::Expressions(points.len()));
@@ -105,17 +115,21 @@ impl Reader<'_> {
                     names.push(parameter.to_owned());
                     spans.push(span);
                 }
-                self.collect(parameters, &key, |parameter| format!("{name}.{parameter}"))?;
+                self.collect(parameters, &key, |parameter| format!("{name}.{parameter}"), false)?;
             }
-            let key = format!("{table_name} {}", summing_point.key());
-            let Some(text) = table.get(summing_point.key()) else { continue };
+            let key = format!("{table_name} {}", summing_point.key_on(self.axis));
+            let Some(text) = table.get(summing_point.key_on(self.axis)) else { continue };
             let Some(expression) = text.as_str() else {
                 return self.fail(text.span(), &key, ModelErrorKind::Wants("an expression in quotes"));
             };
             // Besides its own parameters: columns of the log, and the parameters of the rest of the model.
             let own_names = names.iter().chain(columns).map(String::as_str);
-            let others: Vec<String> =
-                self.parameters.iter().map(|p| p.name.clone()).filter(|n| is_name(n) && !own_names.clone().any(|o| o == n)).collect();
+            let others: Vec<String> = self
+                .parameters
+                .iter()
+                .map(|p| self.axis.parameter(&p.name))
+                .filter(|n| is_name(n) && !own_names.clone().any(|o| o == n))
+                .collect();
             let visible: Vec<String> = names.iter().chain(columns).chain(&others).cloned().collect();
             let expression = match Expression::parse(expression, &visible) {
                 Ok(expression) => expression,
@@ -133,8 +147,9 @@ impl Reader<'_> {
             }
             let others = others.iter().enumerate().filter(|(k, _)| expression.uses_parameter(names.len() + columns.len() + k));
             let shared = others.map(|(k, other)| (names.len() + columns.len() + k, other));
-            let shared: Vec<(usize, usize)> =
-                shared.filter_map(|(at, other)| Some((at, self.parameters.iter().position(|p| p.name == *other)?))).collect();
+            let shared: Vec<(usize, usize)> = shared
+                .filter_map(|(at, other)| Some((at, self.parameters.iter().position(|p| self.axis.parameter(&p.name) == *other)?)))
+                .collect();
             if visible.len() > MAX_VISIBLE {
                 return self.fail(text.span(), &key, ModelErrorKind::Wants("an expression with fewer parameters"));
             }
@@ -149,8 +164,8 @@ impl Reader<'_> {
         let stem = left.name.split('#').next().unwrap_or(&left.name);
         let owners = catalogue::owners(stem);
         let kind = if owners.is_empty() {
-            let known = self.parameters.iter().map(|p| p.name.as_str()).chain(catalogue::parameter_names().map(|n: &str| n));
-            let near = nearest(&left.name, known);
+            let known: Vec<String> = catalogue::parameter_names().map(|n| self.axis.parameter(n)).collect();
+            let near = nearest(&left.name, self.parameters.iter().map(|p| p.name.as_str()).chain(known.iter().map(String::as_str)));
             ModelErrorKind::Unknown {
                 what: "parameter",
                 name: left.name.clone(),

@@ -115,11 +115,19 @@ pub enum ModelErrorKind {
     #[error("'{name}' is missing in [parameters]; a model with input {input} needs it, e.g. {name} = {example}")]
     Needed {
         /// The parameter.
-        name: &'static str,
+        name: String,
         /// The input.
         input: &'static str,
         /// A value of the default stand.
         example: String,
+    },
+    /// A parameter of a rotary drive in the model of a linear one.
+    #[error("'{name}' is a parameter of a rotary drive; this model has a linear axis: {linear}")]
+    OtherAxis {
+        /// The name.
+        name: String,
+        /// The name on a linear axis.
+        linear: String,
     },
     /// A parameter that belongs to no listed effect.
     #[error("no effect of the model has the parameter '{name}'{hint}")]

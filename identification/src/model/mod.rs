@@ -24,6 +24,7 @@ use drive_model::{Card, Parameter, ParameterKind};
 use toml_edit::DocumentMut;
 
 use crate::files;
+use crate::log::Axis;
 
 pub use catalogue::BaseParameter;
 pub use error::{ModelError, ModelErrorKind};
@@ -143,6 +144,7 @@ impl ModelEffect {
 #[derive(Debug, Clone)]
 pub struct Model {
     name: String,
+    axis: Axis,
     input: Input,
     outputs: Option<Vec<Channel>>,
     columns: Vec<String>,
@@ -178,7 +180,20 @@ impl Model {
     /// # Errors
     /// As [`Model::parse`].
     pub fn new(input: Input, name: &str) -> Result<Model, ModelError> {
-        Model::parse(&catalogue::blank(input), name)
+        Model::new_on(Axis::Rotary, input, name)
+    }
+
+    /// The same with the given axis; the input is named as on a rotary one.
+    ///
+    /// # Errors
+    /// As [`Model::parse`].
+    pub fn new_on(axis: Axis, input: Input, name: &str) -> Result<Model, ModelError> {
+        Model::parse(&catalogue::blank(input, axis), name)
+    }
+
+    /// The axis of the drive. Names in this program are those of a rotary one; the file and the reports have those of the axis.
+    pub fn axis(&self) -> Axis {
+        self.axis
     }
 
     /// The text of the file, with its comments and order.

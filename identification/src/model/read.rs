@@ -5,15 +5,17 @@ use std::ops::Range;
 use drive_model::{Parameter, ParameterKind};
 use toml_edit::{Document, Item, TableLike};
 
+use super::catalogue;
 use super::error::{ModelError, ModelErrorKind};
 use super::{Model, ModelParameter};
+use crate::log::Axis;
 use crate::words::nearest;
 
 /// Parses and checks `text`.
 pub(super) fn parse(text: &str, file: &str) -> Result<Model, ModelError> {
     let document = Document::parse(text.to_owned())
         .map_err(|e| ModelError::at(file, text, e.span(), "", ModelErrorKind::Toml(e.message().to_owned())))?;
-    let reader = Reader { file, text, given: Vec::new(), parameters: Vec::new(), remarks: Vec::new() };
+    let reader = Reader { file, text, axis: Axis::default(), given: Vec::new(), parameters: Vec::new(), remarks: Vec::new() };
     let parts = reader.model(document.as_table())?;
     Ok(Model { document: document.into_mut(), ..parts })
 }
@@ -35,6 +37,7 @@ pub(super) struct Given {
 pub(super) struct Reader<'a> {
     file: &'a str,
     text: &'a str,
+    pub axis: Axis,
     pub given: Vec<Given>,
     pub parameters: Vec<ModelParameter>,
     pub remarks: Vec<String>,
@@ -49,12 +52,13 @@ impl Reader<'_> {
         self.only(root, "", &["drive", "parameters", "effect"], "table")?;
         let Some(drive) = root.get("drive") else { return self.fail(None, "", ModelErrorKind::Missing("[drive]")) };
         let drive_table = self.table(drive, "[drive]")?;
-        self.only(drive_table, "[drive] ", &["input", "outputs", "columns", "effects"], "key")?;
+        self.only(drive_table, "[drive] ", &["axis", "input", "outputs", "columns", "effects"], "key")?;
+        self.axis = self.axis(drive_table)?;
         let input = self.input(drive_table, drive.span())?;
         let outputs = self.outputs(drive_table, input)?;
         if let Some(parameters) = root.get("parameters") {
             let table = self.table(parameters, "[parameters]")?;
-            self.collect(table, "[parameters]", |name| name.to_owned())?;
+            self.collect(table, "[parameters]", |name| name.to_owned(), true)?;
         }
         let empty = toml_edit::Table::new();
         let own_table: &dyn TableLike = match root.get("effect") {
@@ -71,7 +75,27 @@ impl Reader<'_> {
         self.nothing_left(&effects)?;
         self.remark_on(&effects, &own);
         let (name, document) = (self.file.to_owned(), toml_edit::DocumentMut::new());
-        Ok(Model { name, input, outputs, columns, effects, own, parameters: self.parameters, remarks: self.remarks, document })
+        Ok(Model {
+            name,
+            axis: self.axis,
+            input,
+            outputs,
+            columns,
+            effects,
+            own,
+            parameters: self.parameters,
+            remarks: self.remarks,
+            document,
+        })
+    }
+
+    /// The axis of the drive; rotary, if the file does not state it.
+    fn axis(&self, drive: &dyn TableLike) -> Result<Axis, ModelError> {
+        let Some(item) = drive.get("axis") else { return Ok(Axis::Rotary) };
+        match item.as_str().and_then(Axis::named) {
+            Some(axis) => Ok(axis),
+            None => self.fail(item.span(), "[drive] axis", ModelErrorKind::Wants("\"rotary\" or \"linear\"")),
+        }
     }
 
     /// Checks that every key of `table` is one of `known`.
@@ -109,11 +133,22 @@ impl Reader<'_> {
     }
 
     /// Reads every entry of a parameter table; `rename` returns the name in the model.
-    pub(super) fn collect(&mut self, table: &dyn TableLike, prefix: &str, rename: impl Fn(&str) -> String) -> Result<(), ModelError> {
+    ///
+    /// `of_catalogue`: its names are those of the catalogue on the axis of the model.
+    pub(super) fn collect(
+        &mut self,
+        table: &dyn TableLike,
+        prefix: &str,
+        rename: impl Fn(&str) -> String,
+        of_catalogue: bool,
+    ) -> Result<(), ModelError> {
         for (key, item) in table.iter() {
-            let name = rename(key);
             let path = format!("{prefix} {key}");
             let span = table.key(key).and_then(|k| k.span()).or(item.span());
+            let name = match if of_catalogue { catalogue::rotary_name(self.axis, key) } else { Ok(key.to_owned()) } {
+                Ok(name) => rename(&name),
+                Err(linear) => return self.fail(span, &path, ModelErrorKind::OtherAxis { name: key.to_owned(), linear }),
+            };
             if self.given.iter().any(|g| g.name == name) {
                 let hint = ": in [parameters] and in the table of the effect".to_owned();
                 return self.fail(span, &path, ModelErrorKind::Twice { what: "parameter", name, hint });

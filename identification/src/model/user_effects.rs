@@ -2,6 +2,7 @@
 
 use drive_model::{Contributions, Law, Point, Reading, Scalar};
 
+use crate::log::Axis;
 use crate::model::expression::{Expression, Variables};
 
 /// Summing point of a user effect: the quantity that its expression is added to.
@@ -26,7 +27,15 @@ impl SummingPoint {
     pub const ALL: [SummingPoint; 6] =
         [SummingPoint::Torque, SummingPoint::Dry, SummingPoint::Voltage, SummingPoint::Rate, SummingPoint::Angle, SummingPoint::Current];
 
-    /// Key in the model file.
+    /// Key in the model file of a drive with this axis.
+    pub fn key_on(self, axis: Axis) -> &'static str {
+        match (self, axis) {
+            (SummingPoint::Dry, Axis::Linear) => "dry_N",
+            (point, axis) => axis.column(point.key()),
+        }
+    }
+
+    /// Key in the model file of a rotary drive.
     pub fn key(self) -> &'static str {
         match self {
             SummingPoint::Torque => "torque_N_m",

@@ -51,13 +51,13 @@ pub(super) fn distribution(data: &PreparedLog, f: &ChannelFit, page: &mut Page) 
     }
     page.heading("Distribution and autocorrelation of the residual");
     page.side_by_side(|page| {
-        density(&finite, f, page);
+        density(&finite, data, f, page);
         correlogram(data, f, page);
     });
 }
 
-fn density(residual: &[f64], f: &ChannelFit, page: &mut Page) {
-    let unit = unit(f.channel);
+fn density(residual: &[f64], data: &PreparedLog, f: &ChannelFit, page: &mut Page) {
+    let unit = unit(data.axis, f.channel);
     let rms = (residual.iter().map(|r| r * r).sum::<f64>() / residual.len() as f64).sqrt();
     let reach = 4.0 * rms.max(f.noise);
     let h = histogram(residual, reach, 60);

@@ -5,13 +5,13 @@ use super::{Comparison, channel_plots, misfit_plots, words};
 use crate::identify::residual::plot_data::ResidualPlotData;
 use crate::report::coordinates::coordinates;
 use crate::report::html::{Cell, Class, Markup, Page, Table};
-use crate::report::{log_entries, misfits, numbers, quantity, unit};
+use crate::report::{column, log_entries, misfits, numbers, quantity, unit};
 
 /// The page.
 pub fn html(c: &Comparison) -> String {
     let mut page = Page::new(&c.title());
     head(c, &mut page);
-    misfits::section(&c.misfits, &mut page);
+    misfits::section(c.model.axis(), &c.misfits, &mut page);
     page.section("Residuals", |page| residuals(c, page));
     if c.fitted {
         page.section("Parameters", |page| parameter_table(&parameters(c), page));
@@ -19,15 +19,16 @@ pub fn html(c: &Comparison) -> String {
     let along = coordinates(c.log, c.data, &c.result.channels);
     let plot_data = ResidualPlotData::new(c.log, c.data, c.result);
     for (index, (compared, fit)) in c.data.channels.iter().zip(&c.result.channels).enumerate() {
-        let heading = Markup::from(fit.channel.column()).then(" ").then(Markup::span(Class::Faint, quantity(fit.channel)));
+        let axis = c.model.axis();
+        let heading = Markup::from(column(axis, fit.channel)).then(" ").then(Markup::span(Class::Faint, quantity(axis, fit.channel)));
         page.section(heading, |page| {
-            page.text(words::channel(fit));
+            page.text(words::channel(axis, fit));
             channel_plots::whole_log(c.data, compared, fit, page);
             channel_plots::close_up(c.data, compared, fit, page);
             channel_plots::distribution(c.data, fit, page);
             channel_plots::over_coordinates(fit, &along, page);
             if let Some(p) = &plot_data {
-                misfit_plots::all(p, index, fit, page);
+                misfit_plots::all(p, index, axis, fit, page);
             }
         });
     }
@@ -43,7 +44,7 @@ fn head(c: &Comparison, page: &mut Page) {
     let names = c.model.effect_names();
     let effects = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
     let mut entries = log_entries(c.log);
-    entries.push(("Model", format!("{}; input: {}; effects: {effects}", c.model.name(), c.model.input().column())));
+    entries.push(("Model", format!("{}; input: {}; effects: {effects}", c.model.name(), c.model.axis().column(c.model.input().column()))));
     let steps = if c.fitted { format!(", {} steps", c.result.steps) } else { String::new() };
     entries.push(("Computing time", format!("{} s{steps}", numbers::significant(c.seconds, 2))));
     page.definitions(entries);
@@ -65,7 +66,7 @@ fn residuals(c: &Comparison, page: &mut Page) {
         let ratio = f.rms / f.noise;
         let number = |x: f64| Cell::number(numbers::significant(x, 3));
         table.row([
-            Cell::text(format!("{}, {}", f.channel.column(), unit(f.channel))),
+            Cell::text(format!("{}, {}", column(c.model.axis(), f.channel), unit(c.model.axis(), f.channel))),
             number(f.rms),
             number(f.heldout_rms.unwrap_or(f64::NAN)),
             number(f.noise),

@@ -7,10 +7,11 @@ use super::Comparison;
 use super::parameters::{Determination, parameters};
 use crate::identify::fit::ChannelFit;
 use crate::identify::fit::prepared_log::ANGLE_INCREMENT_S;
+use crate::log::Axis;
 use crate::model::Channel;
 use crate::report::json::{Entries, is_false, value};
 use crate::report::misfits::MisfitJson;
-use crate::report::unit;
+use crate::report::{column, unit};
 
 /// Answer of `stand compare`.
 #[derive(Serialize)]
@@ -120,15 +121,17 @@ fn comparison<'a>(c: &'a Comparison) -> ComparisonJson<'a> {
         model: c.model.name(),
         samples: c.log.len(),
         duration_s: c.log.duration_s(),
-        outputs: Entries(c.result.channels.iter().map(|f| (f.channel.column().to_owned(), output(f))).collect()),
-        failures: c.misfits.iter().map(MisfitJson::from).collect(),
+        outputs: Entries(
+            c.result.channels.iter().map(|f| (column(c.model.axis(), f.channel).to_owned(), output(f, c.model.axis()))).collect(),
+        ),
+        failures: c.misfits.iter().map(|m| MisfitJson::of(c.model.axis(), m)).collect(),
         remarks: c.all_remarks(),
         warnings: c.all_warnings(),
         seconds: c.seconds,
     }
 }
 
-fn output(f: &ChannelFit) -> OutputJson {
+fn output(f: &ChannelFit, axis: Axis) -> OutputJson {
     OutputJson {
         rms: f.rms,
         noise: f.noise,
@@ -138,7 +141,7 @@ fn output(f: &ChannelFit) -> OutputJson {
         chi2_per_n: f.chi2_per_n(),
         heldout_rms: f.heldout_rms,
         rows: f.rows,
-        unit: unit(f.channel),
+        unit: unit(axis, f.channel),
         compared: (f.channel == Channel::Angle).then(|| format!("increments over {} ms", (ANGLE_INCREMENT_S * 1e3).round())),
     }
 }

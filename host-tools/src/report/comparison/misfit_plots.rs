@@ -15,15 +15,15 @@ const MIN_ORDERS: usize = 40;
 const AFTER_REVERSAL_S: f64 = 1.0;
 
 /// All plots of channel `index`.
-pub fn all(p: &ResidualPlotData, index: usize, f: &ChannelFit, page: &mut Page) {
+pub fn all(p: &ResidualPlotData, index: usize, axis: crate::log::Axis, f: &ChannelFit, page: &mut Page) {
     if let Some(s) = p.spectrum(index) {
         order_spectrum(&s, page);
         let (order, significant) = strongest(&s);
         if significant {
-            strongest_order(p, index, order, f, page);
+            strongest_order(p, index, order, axis, f, page);
         }
     }
-    reversals(p, index, f, page);
+    reversals(p, index, axis, f, page);
 }
 
 /// The order that exceeds the noise most, and whether it is significant.
@@ -62,7 +62,7 @@ fn order_spectrum(s: &Spectrum, page: &mut Page) {
 }
 
 /// Amplitude of the strongest order over the rate and over the current.
-fn strongest_order(p: &ResidualPlotData, index: usize, order: u32, f: &ChannelFit, page: &mut Page) {
+fn strongest_order(p: &ResidualPlotData, index: usize, order: u32, axis: crate::log::Axis, f: &ChannelFit, page: &mut Page) {
     let slices: [(&str, &str, Vec<Bin>); 2] =
         [("rate", "rad/s", p.over_rate(index, order)), ("current", "A", p.over_current(index, order))];
     if slices.iter().all(|s| s.2.len() < 4) {
@@ -79,7 +79,7 @@ fn strongest_order(p: &ResidualPlotData, index: usize, order: u32, f: &ChannelFi
             let (low, high) = bins.iter().map(|b| b.at).min_max();
             let mut plot = Plot::new(
                 Axis::new(with_margin((low, high)), 6, name, x_unit),
-                Axis::new((0.0, 1.1 * largest), 4, &format!("amplitude at order {order}"), unit(f.channel)),
+                Axis::new((0.0, 1.1 * largest), 4, &format!("amplitude at order {order}"), unit(axis, f.channel)),
                 HALF_WIDTH,
                 230.0,
             );
@@ -92,7 +92,7 @@ fn strongest_order(p: &ResidualPlotData, index: usize, order: u32, f: &ChannelFi
 }
 
 /// The residual in the direction of motion, over the time since the last reversal or start.
-fn reversals(p: &ResidualPlotData, index: usize, f: &ChannelFit, page: &mut Page) {
+fn reversals(p: &ResidualPlotData, index: usize, axis: crate::log::Axis, f: &ChannelFit, page: &mut Page) {
     let Some((since, along)) = p.after_reversals(index) else { return };
     let bins = binned(since.iter().copied(), along.iter().copied(), (0.0, AFTER_REVERSAL_S), 50);
     if bins.len() < 8 {
@@ -102,7 +102,7 @@ fn reversals(p: &ResidualPlotData, index: usize, f: &ChannelFit, page: &mut Page
     page.heading("After a reversal");
     let mut plot = Plot::new(
         Axis::new((0.0, AFTER_REVERSAL_S), 10, "time since the last reversal or start", "s"),
-        Axis::new((-1.1 * reach, 1.1 * reach), 4, "mean residual in the direction of motion", unit(f.channel)),
+        Axis::new((-1.1 * reach, 1.1 * reach), 4, "mean residual in the direction of motion", unit(axis, f.channel)),
         WIDTH,
         210.0,
     );

@@ -57,7 +57,13 @@ impl Comparison<'_> {
     pub fn all_remarks(&self) -> Vec<String> {
         let warnings = self.all_warnings();
         let mut lines: Vec<String> = Vec::new();
-        for line in self.model.remarks().iter().cloned().chain(self.remarks.iter().map(crate::report::preparation::remark)) {
+        for line in self
+            .model
+            .remarks()
+            .iter()
+            .cloned()
+            .chain(self.remarks.iter().map(|r| crate::report::preparation::remark(self.model.axis(), r)))
+        {
             if !lines.contains(&line) && !warnings.contains(&line) {
                 lines.push(line);
             }
@@ -69,7 +75,7 @@ impl Comparison<'_> {
     pub fn all_warnings(&self) -> Vec<String> {
         let mut lines = log_warnings(self.log);
         let shifted = self.remarks.iter().filter(|remark| matches!(remark, EvaluationRemark::ShiftedConstant(_)));
-        lines.extend(shifted.map(crate::report::preparation::remark));
+        lines.extend(shifted.map(|r| crate::report::preparation::remark(self.model.axis(), r)));
         if self.fitted && !self.result.converged {
             lines.push(format!(
                 "The fit did not converge in {} steps; the values are the best so far. Start closer to the solution, or fix the parameters that this log does not determine.",

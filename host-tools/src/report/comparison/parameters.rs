@@ -185,13 +185,15 @@ pub fn parameters(c: &Comparison) -> Vec<ParameterRow> {
             let slack = MAX_SIGMAS_OUT_OF_RANGE * sigma;
             let determination = match result.unidentifiable.iter().find(|u| u.parameter == p.name).map(|u| &u.partner) {
                 None => Determination::Determined,
-                Some(Some((other, r))) if r.abs() > MIN_REPORTED_CORRELATION => Determination::OnlyWith(other.clone(), *r),
+                Some(Some((other, r))) if r.abs() > MIN_REPORTED_CORRELATION => {
+                    Determination::OnlyWith(c.model.axis().parameter(other), *r)
+                }
                 Some(_) => Determination::NotVisible,
             };
             ParameterRow {
-                name: p.name.clone(),
-                description: info.map_or("", |i| i.description),
-                unit: info.map_or("", |i| i.unit),
+                name: c.model.axis().parameter(&p.name),
+                description: info.map_or("", |i| c.model.axis().quantity(i.description)),
+                unit: info.map_or("", |i| c.model.axis().unit(i.unit)),
                 start,
                 value: p.value,
                 sigma,

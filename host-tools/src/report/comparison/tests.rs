@@ -45,7 +45,8 @@ fn data(log: &Log) -> PreparedLog<'_> {
         outliers: None,
     };
     PreparedLog {
-        t_s: log.t_s(),
+        t_s: log.t_s().into(),
+        axis: Default::default(),
         input: log.column("u_V").unwrap().into(),
         input_at_t: false,
         driven: crate::model::Input::Voltage,

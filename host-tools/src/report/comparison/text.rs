@@ -5,7 +5,7 @@ use super::{Comparison, words};
 use crate::identify::fit::ChannelFit;
 use crate::report::residual_plots::rms_over_time;
 use crate::report::terminal::{Style, sparkline};
-use crate::report::{misfits, numbers, quantity, unit};
+use crate::report::{column, misfits, numbers, quantity, unit};
 use crate::statistics::Extremes;
 
 /// The whole report; the last paragraph is the conclusion.
@@ -30,7 +30,7 @@ pub fn text(c: &Comparison, style: Style) -> String {
         text.push('\n');
     }
     // The conclusion contains the first line.
-    for line in misfits::lines(&c.misfits).iter().skip(1) {
+    for line in misfits::lines(c.model.axis(), &c.misfits).iter().skip(1) {
         text.push_str(&style.wrapped("• ", "  ", line));
     }
     for line in c.all_warnings() {
@@ -55,17 +55,18 @@ fn channel(c: &Comparison, f: &ChannelFit, style: Style) -> String {
     let size = words::size(ratio);
     let at_noise = ratio <= words::MAX_NOISE_RATIO;
     let number = |x: f64| numbers::significant(x, 3);
-    let heading = format!("{}  {}", f.channel.column(), quantity(f.channel));
+    let axis = c.model.axis();
+    let heading = format!("{}  {}", column(axis, f.channel), quantity(axis, f.channel));
     let more = if at_noise { format!(" (ratio {})", number(ratio)) } else { String::new() };
     let fits = heading.chars().count() + 2 + size.chars().count() + more.len() <= style.width;
     let painted = if at_noise { style.good(&size) } else { style.warn(&size) };
     let mut text = format!(
         "{}  {}{}{painted}{more}\n",
-        style.strong(f.channel.column()),
-        style.faint(quantity(f.channel)),
+        style.strong(column(axis, f.channel)),
+        style.faint(quantity(axis, f.channel)),
         if fits { "  " } else { "\n  " }
     );
-    let mut items = vec![format!("rms {} {}", number(f.rms), unit(f.channel))];
+    let mut items = vec![format!("rms {} {}", number(f.rms), unit(axis, f.channel))];
     items.extend(f.heldout_rms.map(|rms| format!("held-out {}", number(rms))));
     items.push(format!("noise {}", number(f.noise)));
     items.push(format!("fit {} %", number(f.fit_percent)));

@@ -3,8 +3,9 @@
 use super::Comparison;
 use super::parameters::{Mark, ParameterRow, parameters};
 use crate::identify::fit::ChannelFit;
+use crate::log::Axis;
 use crate::model::Channel;
-use crate::report::{misfits, numbers, unit};
+use crate::report::{column, misfits, numbers, unit};
 
 /// Ratio of rms to noise up to which a residual counts as noise.
 pub const MAX_NOISE_RATIO: f64 = 1.05;
@@ -21,10 +22,10 @@ pub fn size(ratio: f64) -> String {
 }
 
 /// The result of one channel in a sentence.
-pub fn channel(f: &ChannelFit) -> String {
+pub fn channel(axis: Axis, f: &ChannelFit) -> String {
     let ratio = f.rms / f.noise;
-    let column = f.channel.column();
-    let noise = format!("{} {}", numbers::significant(f.noise, 2), unit(f.channel));
+    let column = column(axis, f.channel);
+    let noise = format!("{} {}", numbers::significant(f.noise, 2), unit(axis, f.channel));
     if !ratio.is_finite() {
         return format!("{column}: too few rows to compare.");
     }
@@ -52,12 +53,12 @@ pub fn conclusion(c: &Comparison) -> String {
         return adequate(c);
     }
     let ratio = |f: &ChannelFit| numbers::significant(f.rms / f.noise, 3);
-    let list: Vec<String> = above.iter().map(|f| format!("{} at {} × noise", f.channel.column(), ratio(f))).collect();
+    let list: Vec<String> = above.iter().map(|f| format!("{} at {} × noise", column(c.model.axis(), f.channel), ratio(f))).collect();
     let mut text = format!("Residual above the noise: {}.", list.join(", "));
     if c.fitted {
         text.push_str(" This is the best fit of the parameters, so the model lacks an effect.");
     }
-    if let Some(first) = misfits::lines(&c.misfits).first() {
+    if let Some(first) = misfits::lines(c.model.axis(), &c.misfits).first() {
         text.push(' ');
         text.push_str(first);
     }

@@ -20,7 +20,7 @@ fn usual(card: &Card) -> Demonstration {
             Demonstration { output, ..base(Motion::Sine(20.0, 1.0), 2.0) }
         }
         Coordinate::Temperature => Demonstration { added: &[Demonstration::WEIGHT], ..base(Motion::Constant(20.0), 60.0) },
-        Coordinate::Time => base(Motion::Constant(10.0), 10.0),
+        Coordinate::Time | Coordinate::Log => base(Motion::Constant(10.0), 10.0),
         Coordinate::Acceleration => Demonstration { output: Output::Rate, ..base(Motion::VoltageSteps(2.0, 1.0), 2.0) },
         Coordinate::History => base(Motion::Sine(5.0, 2.0), 4.0),
     }

@@ -64,7 +64,7 @@ fn difference(card: &Card, pair: &SimulatedPair) -> (Drawing, Markup) {
         Abscissa::Coordinate(Coordinate::Omega) => axis("rate", "rad/s"),
         Abscissa::Coordinate(Coordinate::Current) => axis("current", "A"),
         Abscissa::Coordinate(Coordinate::Temperature) => axis("winding temperature", "°C"),
-        Abscissa::Coordinate(Coordinate::Time) => axis("time", "s"),
+        Abscissa::Coordinate(Coordinate::Time | Coordinate::Log) => axis("time", "s"),
         Abscissa::Coordinate(Coordinate::Acceleration) => axis("angular acceleration", "rad/s²"),
         Abscissa::Coordinate(Coordinate::History) => axis("time since the last reversal", "s"),
     };

@@ -157,7 +157,7 @@ fn run(stand: &Stand, demonstration: &Demonstration) -> Result<Trace, StandError
             Abscissa::Coordinate(Coordinate::Omega) => true_rate,
             Abscissa::Coordinate(Coordinate::Current) => current,
             Abscissa::Coordinate(Coordinate::Temperature) => plant.temp_C(),
-            Abscissa::Coordinate(Coordinate::Time) => t_s,
+            Abscissa::Coordinate(Coordinate::Time | Coordinate::Log) => t_s,
             // Mean over the row that follows.
             Abscissa::Coordinate(Coordinate::Acceleration) => (plant.true_rate_rad_s() - true_rate) / (row_ticks as f64 * TICK_S),
             Abscissa::Coordinate(Coordinate::History) => since,

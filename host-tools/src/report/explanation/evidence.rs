@@ -2,6 +2,7 @@
 
 use super::sentences;
 use crate::identify::explain::{Candidate, ChannelError, Explanation};
+use crate::log::Axis;
 use crate::report::{numbers, p_statement, p_value};
 
 /// |ΔBIC| from which the evidence is called very strong (Kass & Raftery, J. Am. Stat. Assoc. 90 (1995) 773).
@@ -74,9 +75,9 @@ impl Outcome {
 }
 
 /// Why the candidate was refused or is not visible, as a sentence.
-pub fn reason(c: &Candidate, outcome: Outcome) -> Option<String> {
+pub fn reason(axis: Axis, c: &Candidate, outcome: Outcome) -> Option<String> {
     match outcome {
-        Outcome::Refused => c.refused.as_ref().map(sentences::refusal),
+        Outcome::Refused => c.refused.as_ref().map(|r| sentences::refusal(axis, r)),
         Outcome::NotVisible => c.not_visible.as_ref().map(sentences::not_visible),
         _ => None,
     }

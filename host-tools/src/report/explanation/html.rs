@@ -11,7 +11,7 @@ use crate::report::comparison;
 use crate::report::coordinates::{CoordinateAxis, coordinates};
 use crate::report::html::{Cell, Class, Markup, Page, Table};
 use crate::report::residual_plots::{self, Line};
-use crate::report::{log_entries, log_warnings, misfits, numbers, quantity, unit};
+use crate::report::{column, log_entries, log_warnings, misfits, numbers, quantity, unit};
 
 /// The page.
 pub fn explain_html(e: &Explanation) -> String {
@@ -59,13 +59,16 @@ fn head(e: &Explanation, page: &mut Page) {
     }
     if !e.misfits.is_empty() {
         page.heading("Where the model as given fails");
-        page.list(misfits::lines(&e.misfits));
+        page.list(misfits::lines(e.model.axis(), &e.misfits));
     }
     page.heading("Input");
     let mut entries = log_entries(&e.log);
     let effects = e.stages.first().map_or(String::new(), |s| s.effects.join(", "));
     let effects = if effects.is_empty() { "none".to_owned() } else { effects };
-    entries.push(("Model", format!("{}; input: {}; effects as given: {effects}", e.model.name(), e.model.input().column())));
+    entries.push((
+        "Model",
+        format!("{}; input: {}; effects as given: {effects}", e.model.name(), e.model.axis().column(e.model.input().column())),
+    ));
     entries.push(("Computing time", format!("{} s", numbers::significant(e.seconds, 2))));
     page.definitions(entries);
     for line in log_warnings(&e.log) {
@@ -83,8 +86,8 @@ fn unexplained(e: &Explanation, page: &mut Page) {
     }
     page.section("Unexplained residual", |page| {
         for shape in &e.unexplained {
-            page.text(sentences::shape(shape));
-            if let Some(plot) = plots::shape(shape) {
+            page.text(sentences::shape(e.model.axis(), shape));
+            if let Some(plot) = plots::shape(e.model.axis(), shape) {
                 page.figure(&plot, "Mean in each bin, with its 95 % interval.");
             }
             if let Some(expression) = &shape.expression {
@@ -119,7 +122,7 @@ fn candidates(e: &Explanation, page: &mut Page) {
             Outcome::NotDistinguishable | Outcome::Helps => Class::Warning,
             _ => Class::Mark,
         };
-        let text = match reason(c, outcome) {
+        let text = match reason(e.model.axis(), c, outcome) {
             Some(why) => format!("{}: {why}", outcome.name()),
             None if !c.ambiguous_with.is_empty() => {
                 format!("{}; not distinguishable from {} in this log", outcome.name(), words::listed(&c.ambiguous_with))
@@ -128,7 +131,7 @@ fn candidates(e: &Explanation, page: &mut Page) {
         };
         let mut cell = Markup::span(class, text);
         if c.refitted && !c.parameters.is_empty() {
-            let values: Vec<String> = c.parameters.iter().map(words::estimate).collect();
+            let values: Vec<String> = c.parameters.iter().map(|p| words::estimate(e.model.axis(), p)).collect();
             cell = cell.then_line(Markup::span(Class::Notes, values.join(", ")));
         }
         table.row([
@@ -150,7 +153,8 @@ fn channels(e: &Explanation, data: &PreparedLog, page: &mut Page) {
     for (index, ((compared, before), after)) in data.channels.iter().zip(&e.given.channels).zip(&e.explained.channels).enumerate() {
         let pair = Pair { compared, before, after };
         let spectra = plot_data.each_ref().map(|p| p.as_ref().and_then(|p| p.spectrum(index)));
-        let heading = Markup::from(before.channel.column()).then(" ").then(Markup::span(Class::Faint, quantity(before.channel)));
+        let axis = e.model.axis();
+        let heading = Markup::from(column(axis, before.channel)).then(" ").then(Markup::span(Class::Faint, quantity(axis, before.channel)));
         page.section(heading, |page| channel(data, &pair, &labels, &along, &spectra, page));
     }
 }
@@ -183,7 +187,7 @@ fn channel(data: &PreparedLog, pair: &Pair, labels: &Labels, along: &[Coordinate
                 " {}; noise {} {}.",
                 numbers::significant(after.rms, 3),
                 numbers::significant(after.noise, 3),
-                unit(before.channel)
+                unit(data.axis, before.channel)
             )),
     );
     let Some(whole) = residual_plots::whole_log(data) else { return };
@@ -209,7 +213,7 @@ fn channel(data: &PreparedLog, pair: &Pair, labels: &Labels, along: &[Coordinate
         }
     });
     if let [Some(spectrum_before), Some(spectrum_after)] = spectra
-        && let Some(plot) = plots::order_spectrum(pair, spectrum_before, spectrum_after)
+        && let Some(plot) = plots::order_spectrum(data.axis, pair, spectrum_before, spectrum_after)
     {
         page.heading("Harmonic orders");
         let note = ". A single large bar is an effect periodic in the angle; the lowest orders also contain slow changes.";
@@ -219,11 +223,12 @@ fn channel(data: &PreparedLog, pair: &Pair, labels: &Labels, along: &[Coordinate
 
 /// The parameters of the first and the last model.
 fn parameters(e: &Explanation, page: &mut Page) {
+    let axis = e.model.axis();
     let (Some(first), Some(last)) = (e.stages.first(), e.stages.last()) else { return };
     let mut table = Table::new(["parameter", "model as given, fitted (± 1σ)", "with the missing effects (± 1σ)"]);
     for p in &last.parameters {
-        let before = first.parameters.iter().find(|q| q.name == p.name).map_or("–".to_owned(), words::value);
-        table.row([Cell::code(&p.name), Cell::number(before), Cell::number(words::value(p))]);
+        let before = first.parameters.iter().find(|q| q.name == p.name).map_or("–".to_owned(), |q| words::value(axis, q));
+        table.row([Cell::code(&axis.parameter(&p.name)), Cell::number(before), Cell::number(words::value(axis, p))]);
     }
     page.table(table);
 }

@@ -6,12 +6,12 @@ use serde_json::Value;
 use super::evidence::{Outcome, has_p_value, reason};
 use super::{sentences, words};
 use crate::identify::explain::{Candidate, ChannelError, Estimate, Explanation, Shape, Stage};
-use crate::log::Log;
 use crate::log::plausible::Defect;
+use crate::log::{Axis, Log};
 use crate::report::bad_log::BadLogJson;
 use crate::report::json::{Entries, value};
-use crate::report::log_warnings;
 use crate::report::misfits::{MisfitJson, p_value};
+use crate::report::{column, log_warnings};
 
 #[derive(Serialize)]
 struct ExplanationJson<'a> {
@@ -110,6 +110,7 @@ struct ExplainBadLogJson {
 
 /// The whole answer.
 pub fn explain_json(e: &Explanation) -> Value {
+    let axis = e.model.axis();
     value(&ExplanationJson {
         verdict: e.verdict.name(),
         missing: &e.missing,
@@ -123,12 +124,12 @@ pub fn explain_json(e: &Explanation) -> Value {
         duration_s: e.log.duration_s(),
         steps: e.stages.iter().enumerate().map(|(k, s)| stage(e, k, s)).collect(),
         candidates: e.candidates.iter().map(|c| candidate(e, c)).collect(),
-        failures: e.misfits.iter().map(MisfitJson::from).collect(),
-        remaining: e.remaining.iter().map(MisfitJson::from).collect(),
+        failures: e.misfits.iter().map(|m| MisfitJson::of(axis, m)).collect(),
+        remaining: e.remaining.iter().map(|m| MisfitJson::of(axis, m)).collect(),
         explained_fraction: Entries(e.missing.iter().enumerate().map(|(k, name)| (name.clone(), words::share(e, k + 1))).collect()),
-        unexplained: e.unexplained.iter().map(shape).collect(),
+        unexplained: e.unexplained.iter().map(|s| shape(axis, s)).collect(),
         next_experiment: e.next.as_ref().map(|n| NextJson { says: sentences::next_experiment(e), command: sentences::command(&n.run) }),
-        parameters: estimates(e.stages.last().map_or(&[], |s| &s.parameters)),
+        parameters: estimates(axis, e.stages.last().map_or(&[], |s| &s.parameters)),
         not_shown: words::not_shown(e),
         remarks: sentences::remarks(e),
         warnings: log_warnings(&e.log),
@@ -152,10 +153,10 @@ fn stage<'a>(e: &'a Explanation, k: usize, s: &'a Stage) -> StageJson<'a> {
     StageJson {
         effects: &s.effects,
         added: s.added.as_deref(),
-        rms: by_output(&s.outputs, |o| o.rms),
-        heldout_rms: by_output(&s.outputs, |o| o.heldout_rms),
-        ratio: by_output(&s.outputs, ChannelError::ratio),
-        noise: by_output(&s.outputs, |o| o.noise),
+        rms: by_output(e.model.axis(), &s.outputs, |o| o.rms),
+        heldout_rms: by_output(e.model.axis(), &s.outputs, |o| o.heldout_rms),
+        ratio: by_output(e.model.axis(), &s.outputs, ChannelError::ratio),
+        noise: by_output(e.model.axis(), &s.outputs, |o| o.noise),
         share: words::share(e, k),
     }
 }
@@ -164,34 +165,36 @@ fn candidate<'a>(e: &Explanation, c: &'a Candidate) -> CandidateJson<'a> {
     let outcome = Outcome::of(e, c);
     CandidateJson {
         effect: &c.effect,
-        parameters: estimates(&c.parameters),
-        heldout_rms: by_output(&c.outputs, |o| o.heldout_rms),
+        parameters: estimates(e.model.axis(), &c.parameters),
+        heldout_rms: by_output(e.model.axis(), &c.outputs, |o| o.heldout_rms),
         delta_bic: c.delta_bic,
         p_value: has_p_value(e, c).then(|| p_value(c.p_value)),
         log10_p: has_p_value(e, c).then_some(c.log10_p),
         ambiguous_with: &c.ambiguous_with,
         refitted: c.refitted,
         fate: outcome.name(),
-        refused: reason(c, outcome),
+        refused: reason(e.model.axis(), c, outcome),
     }
 }
 
-fn by_output<T>(outputs: &[ChannelError], value: impl Fn(&ChannelError) -> T) -> Entries<T> {
-    Entries(outputs.iter().map(|o| (o.channel.column().to_owned(), value(o))).collect())
+fn by_output<T>(axis: Axis, outputs: &[ChannelError], value: impl Fn(&ChannelError) -> T) -> Entries<T> {
+    Entries(outputs.iter().map(|o| (column(axis, o.channel).to_owned(), value(o))).collect())
 }
 
-fn estimates(list: &[Estimate]) -> Entries<EstimateJson> {
-    Entries(list.iter().map(|p| (p.name.clone(), EstimateJson { value: p.value, sigma: p.sigma, unit: p.unit })).collect())
+fn estimates(axis: Axis, list: &[Estimate]) -> Entries<EstimateJson> {
+    Entries(
+        list.iter().map(|p| (axis.parameter(&p.name), EstimateJson { value: p.value, sigma: p.sigma, unit: axis.unit(p.unit) })).collect(),
+    )
 }
 
-fn shape(s: &Shape) -> ShapeJson<'_> {
+fn shape(axis: Axis, s: &Shape) -> ShapeJson<'_> {
     ShapeJson {
         acts_on: s.acts_on.key(),
         coordinate: s.coordinate.name(),
-        along: sentences::along(s).to_string(),
+        along: sentences::along(axis, s).to_string(),
         bins: s.bins.iter().map(|b| BinJson { at: b.at, mean: b.mean, confidence: b.confidence }).collect(),
         expression: s.expression.as_deref(),
         delta_bic: s.delta_bic,
-        says: sentences::shape(s),
+        says: sentences::shape(axis, s),
     }
 }

@@ -8,7 +8,7 @@ use crate::identify::residual::harmonics::Spectrum;
 use crate::report::plot::svg::{Anchor, Drawing, Svg};
 use crate::report::plot::{Axis, Plot, WIDTH};
 use crate::report::residual_plots::coordinate_axis;
-use crate::report::{numbers, quantity, unit};
+use crate::report::{column, numbers, quantity, unit};
 use crate::statistics::Extremes;
 
 /// Harmonic orders that are drawn; more are drawn only where one is significant.
@@ -28,7 +28,7 @@ pub(super) struct Pair<'a> {
 ///
 /// The spectra may weight the rows differently. Therefore each bar is the amplitude of a sine that has the order's share of the residual's
 /// variance.
-pub(super) fn order_spectrum(pair: &Pair, before: &Spectrum, after: &Spectrum) -> Option<Drawing> {
+pub(super) fn order_spectrum(axis: crate::log::Axis, pair: &Pair, before: &Spectrum, after: &Spectrum) -> Option<Drawing> {
     let amplitudes = |s: &Spectrum, f: &ChannelFit| s.fraction.iter().map(|share| (2.0 * share).sqrt() * f.rms).collect::<Vec<f64>>();
     let (bars_before, bars_after) = (amplitudes(before, pair.before), amplitudes(after, pair.after));
     let last = before.amplitude.iter().zip(&before.level).rposition(|(a, l)| a > l).map_or(0, |k| k + 1);
@@ -38,7 +38,7 @@ pub(super) fn order_spectrum(pair: &Pair, before: &Spectrum, after: &Spectrum) -
     }
     let highest = bars_before.iter().take(shown).chain(bars_after.iter().take(shown)).copied().max_or_zero();
     let x = Axis::new((0.0, shown as f64 + 1.0), 12, "harmonic order (periods per turn)", "");
-    let y = Axis::new((0.0, 1.08 * highest), 4, "amplitude of the residual", unit(pair.before.channel));
+    let y = Axis::new((0.0, 1.08 * highest), 4, "amplitude of the residual", unit(axis, pair.before.channel));
     let mut plot = Plot::new(x, y, WIDTH, 220.0);
     for (k, (b, a)) in bars_before.iter().zip(&bars_after).take(shown).enumerate() {
         let order = (k + 1) as f64;
@@ -49,11 +49,11 @@ pub(super) fn order_spectrum(pair: &Pair, before: &Spectrum, after: &Spectrum) -
 }
 
 /// An unexplained residual over its coordinate, bin by bin.
-pub(super) fn shape(s: &Shape) -> Option<Drawing> {
+pub(super) fn shape(axis: crate::log::Axis, s: &Shape) -> Option<Drawing> {
     let (first, last) = s.bins.first().zip(s.bins.last())?;
     let reach = s.bins.iter().map(|b| b.mean.abs() + b.confidence.min(2.0 * b.mean.abs())).max_or_zero();
-    let (quantity, y_unit) = sentences::acts_on(s.acts_on);
-    let x = coordinate_axis(s.coordinate, sentences::along(s), (first.at, last.at), 8);
+    let (quantity, y_unit) = sentences::acts_on(axis, s.acts_on);
+    let x = coordinate_axis(s.coordinate, sentences::along(axis, s), (first.at, last.at), 8);
     let mut plot = Plot::new(x, Axis::new((-1.1 * reach, 1.1 * reach), 4, quantity, y_unit), WIDTH, 260.0);
     plot.level(0.0, "zero");
     for b in &s.bins {
@@ -94,7 +94,12 @@ pub(super) fn stages(e: &Explanation) -> Drawing {
     let mut y = 0.0;
     for channel in 0..channels {
         if let Some(o) = e.stages.first().and_then(|s| s.outputs.get(channel)) {
-            svg.text((4.0, y + 18.0), Anchor::Start, "label", &format!("{}, {}", o.channel.column(), quantity(o.channel)));
+            svg.text(
+                (4.0, y + 18.0),
+                Anchor::Start,
+                "label",
+                &format!("{}, {}", column(e.model.axis(), o.channel), quantity(e.model.axis(), o.channel)),
+            );
         }
         y += HEADING_HEIGHT;
         for (k, stage) in e.stages.iter().enumerate() {

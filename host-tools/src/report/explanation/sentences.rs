@@ -5,12 +5,13 @@ use hal_sim::plant::Stand;
 
 use super::names::{card, first_lower};
 use crate::identify::explain::{Explanation, NotVisible, Progress, Purpose, Refusal, Remark, Repeated, Shape, ShapeForm};
+use crate::log::Axis;
 use crate::model::{Channel, SummingPoint};
 use crate::report::coordinates::AxisLabel;
-use crate::report::{listed, numbers, unit};
+use crate::report::{column, listed, numbers, unit};
 
 /// Why an effect was refused.
-pub fn refusal(reason: &Refusal) -> String {
+pub fn refusal(axis: Axis, reason: &Refusal) -> String {
     match reason {
         Refusal::ReducesTo { parameter, effect } => format!("{parameter} is zero within its error, which reduces the effect to {effect}"),
         Refusal::NegativeAmplitude { parameter: Some(parameter) } => format!("{parameter} would have to be negative"),
@@ -23,7 +24,7 @@ pub fn refusal(reason: &Refusal) -> String {
         Refusal::HeldOutErrorGrows { .. } => "the error on the held-out rows grows".to_owned(),
         Refusal::NotConfirmed { .. } => "its small gain is not confirmed by the held-out rows".to_owned(),
         Refusal::OnlyNoiseLeft { .. } => "only noise is left without it, and its gain is too small to be significant".to_owned(),
-        Refusal::ChannelErrorGrows { channel, .. } => format!("the error of {} on the held-out rows grows", channel.column()),
+        Refusal::ChannelErrorGrows { channel, .. } => format!("the error of {} on the held-out rows grows", column(axis, *channel)),
         Refusal::InsignificantPart { .. } => "much is left, and it removes hardly any of it".to_owned(),
         Refusal::LogGetsWorse { log, .. } => format!("it improves the fit of the logs together and worsens that of log {}", log + 1),
         Refusal::NotIdentifiable { .. } => "not distinguishable from the model's own parameters in this log".to_owned(),
@@ -67,10 +68,10 @@ fn unmet(requirement: Requirement) -> &'static str {
 }
 
 /// A remark.
-pub fn remark(remark: &Remark) -> String {
+pub fn remark(axis: Axis, remark: &Remark) -> String {
     match remark {
-        Remark::Preparation(note) => crate::report::preparation::note(note),
-        Remark::ShiftedConstant(shifted) => crate::report::preparation::constant(shifted),
+        Remark::Preparation(note) => crate::report::preparation::note(axis, note),
+        Remark::ShiftedConstant(shifted) => crate::report::preparation::constant(axis, shifted),
         Remark::StandInsRemoved { effects } => {
             format!("Removed again: {}. The residual stays far above the noise, and their improvement is too small.", listed(effects))
         }
@@ -110,7 +111,7 @@ fn percent(fraction: f64) -> String {
 
 /// All remarks.
 pub fn remarks(e: &Explanation) -> Vec<String> {
-    e.remarks.iter().map(remark).collect()
+    e.remarks.iter().map(|r| remark(e.model.axis(), r)).collect()
 }
 
 /// The present stage of the computation.
@@ -124,7 +125,7 @@ pub fn progress(progress: &Progress) -> String {
 }
 
 /// The form of a shape in one sentence.
-pub fn shape(shape: &Shape) -> String {
+pub fn shape(axis: Axis, shape: &Shape) -> String {
     match shape.form {
         ShapeForm::PiecewiseLinear { largest } => {
             let what = match shape.acts_on {
@@ -132,7 +133,7 @@ pub fn shape(shape: &Shape) -> String {
                 SummingPoint::Dry => "a Coulomb friction",
                 _ => "a torque",
             };
-            let (_, unit) = acts_on(shape.acts_on);
+            let (_, unit) = acts_on(axis, shape.acts_on);
             format!(
                 "The residual looks like {what} that depends on the {}: up to {largest:.2e} {unit} from its median.",
                 over(shape.coordinate)
@@ -156,7 +157,7 @@ fn over(coordinate: Coordinate) -> &'static str {
 }
 
 /// Label of the axis over which a shape is drawn.
-pub fn along(shape: &Shape) -> AxisLabel {
+pub fn along(axis: Axis, shape: &Shape) -> AxisLabel {
     let (name, unit) = match (shape.form, shape.coordinate) {
         (ShapeForm::Oscillation { .. }, _) => ("time within a period", "s"),
         (_, Coordinate::Theta) => ("angle within the turn", "rad"),
@@ -165,18 +166,18 @@ pub fn along(shape: &Shape) -> AxisLabel {
         (_, Coordinate::Temperature) => ("winding temperature", "°C"),
         _ => ("time", "s"),
     };
-    AxisLabel { name, unit }
+    AxisLabel { name: axis.quantity(name), unit: axis.unit(unit) }
 }
 
 /// Name and unit of what a shape acts on.
-pub fn acts_on(point: SummingPoint) -> (&'static str, &'static str) {
+pub fn acts_on(axis: Axis, point: SummingPoint) -> (&'static str, &'static str) {
     match point {
         SummingPoint::Torque => ("residual torque", "N m"),
         SummingPoint::Dry => ("residual Coulomb torque", "N m"),
         SummingPoint::Voltage => ("residual voltage", "V"),
-        SummingPoint::Rate => ("residual of the rate", unit(Channel::Rate)),
-        SummingPoint::Angle => ("residual of the angle", unit(Channel::Angle)),
-        SummingPoint::Current => ("residual of the current", unit(Channel::Current)),
+        SummingPoint::Rate => ("residual of the rate", unit(axis, Channel::Rate)),
+        SummingPoint::Angle => ("residual of the angle", unit(axis, Channel::Angle)),
+        SummingPoint::Current => ("residual of the current", unit(axis, Channel::Current)),
     }
 }
 

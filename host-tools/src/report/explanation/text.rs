@@ -5,7 +5,7 @@ use super::{sentences, words};
 use crate::identify::explain::{Candidate, Explanation, Shape, Verdict};
 use crate::report::coordinates::AxisLabel;
 use crate::report::terminal::{Style, sparkline};
-use crate::report::{log_warnings, misfits, numbers};
+use crate::report::{column, log_warnings, misfits, numbers};
 use crate::statistics::Extremes;
 
 /// Length of the longest bar, columns.
@@ -29,7 +29,7 @@ pub fn explain_text(e: &Explanation, style: Style) -> String {
     text.push_str(&stages(e, style));
     if !e.misfits.is_empty() {
         text.push_str(&format!("{}\n", style.strong("Where the model as given fails")));
-        for line in misfits::lines(&e.misfits) {
+        for line in misfits::lines(e.model.axis(), &e.misfits) {
             text.push_str(&style.wrapped("  • ", "    ", &line));
         }
         text.push('\n');
@@ -58,7 +58,7 @@ fn stages(e: &Explanation, style: Style) -> String {
         let outputs: Vec<_> = e.stages.iter().map(|s| s.outputs.get(channel)).collect();
         let longest = outputs.iter().flatten().map(|o| o.ratio()).filter(|r| r.is_finite()).fold(MIN_BAR_RATIO, f64::max);
         if let Some(Some(first)) = outputs.first() {
-            text.push_str(&format!("  {}\n", first.channel.column()));
+            text.push_str(&format!("  {}\n", column(e.model.axis(), first.channel)));
         }
         for (label, o) in labels.iter().zip(&outputs) {
             let Some(o) = o else { continue };
@@ -106,7 +106,7 @@ fn candidates(e: &Explanation, style: Style) -> String {
             _ => style.faint(outcome.name()),
         };
         text.push_str(&format!("  {name:<names$}  {bic:>8}  {p:>8}  {heldout:>8}  {painted}\n"));
-        if let Some(why) = reason(c, outcome) {
+        if let Some(why) = reason(e.model.axis(), c, outcome) {
             text.push_str(&style.faint(&style.wrapped("      ", "      ", &why)));
         }
     }
@@ -150,14 +150,14 @@ fn result(e: &Explanation, style: Style) -> String {
 /// The shape of an unexplained residual: sentence, sparkline, lines to paste.
 fn unexplained(e: &Explanation, shape: &Shape, style: Style) -> String {
     let mut text = String::from("\n");
-    text.push_str(&style.wrapped("", "", &sentences::shape(shape)));
+    text.push_str(&style.wrapped("", "", &sentences::shape(e.model.axis(), shape)));
     let (low, high) = shape.bins.iter().map(|b| b.mean).min_max();
     if let (Some(first), Some(last)) = (shape.bins.first(), shape.bins.last()) {
         let heights: Vec<Option<f64>> = shape.bins.iter().map(|b| Some(b.mean - low)).collect();
-        let (name, unit) = sentences::acts_on(shape.acts_on);
+        let (name, unit) = sentences::acts_on(e.model.axis(), shape.acts_on);
         let number = |x: f64| numbers::significant(x, 3);
         text.push_str(&format!("    {}\n", sparkline(&heights, high - low)));
-        let AxisLabel { name: coordinate, unit: coordinate_unit } = sentences::along(shape);
+        let AxisLabel { name: coordinate, unit: coordinate_unit } = sentences::along(e.model.axis(), shape);
         let (from, to) = (number(first.at), number(last.at));
         let caption =
             format!("{name} from {} to {} {unit}, over the {coordinate} from {from} to {to} {coordinate_unit}", number(low), number(high));

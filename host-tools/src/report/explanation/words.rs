@@ -7,8 +7,9 @@ use super::names::first_lower;
 use super::sentences::not_visible;
 use crate::identify::explain::criteria::MisfitClass;
 use crate::identify::explain::{ChannelError, Estimate, Explanation, NotVisible, Stage, Verdict};
+use crate::log::Axis;
 pub use crate::report::listed;
-use crate::report::{numbers, unit};
+use crate::report::{column, numbers, unit};
 
 /// Column heads of the table of candidates, explained.
 pub const TABLE_LEGEND: &str = "Sorted by score, highest first. ΔBIC: change of the Bayesian information criterion by adding the effect; negative is better, below −6 is required. p: probability of the improvement by chance, over the whole catalogue. held-out: rms over noise on rows that the fit did not use.";
@@ -88,7 +89,7 @@ pub fn headline(e: &Explanation) -> String {
 pub fn remaining_coordinates(e: &Explanation) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for misfit in &e.remaining {
-        let name = crate::report::misfits::coordinate(misfit.coordinate).to_owned();
+        let name = crate::report::misfits::coordinate(e.model.axis(), misfit.coordinate).to_owned();
         if !names.contains(&name) {
             names.push(name);
         }
@@ -130,7 +131,7 @@ fn above_noise(e: &Explanation, outputs: &[ChannelError]) -> String {
     let above: Vec<String> = outputs
         .iter()
         .filter(|o| exceeds_noise(e, o))
-        .map(|o| format!("{} at {} × noise", o.channel.column(), numbers::significant(o.ratio(), 3)))
+        .map(|o| format!("{} at {} × noise", column(e.model.axis(), o.channel), numbers::significant(o.ratio(), 3)))
         .collect();
     listed(&above)
 }
@@ -149,14 +150,14 @@ pub fn share(e: &Explanation, k: usize) -> Option<f64> {
 }
 
 /// A parameter with its value: `cogging_N_m = 0.00190 ± 0.00002 N m`.
-pub fn estimate(p: &Estimate) -> String {
-    format!("{} = {}", p.name, value(p))
+pub fn estimate(axis: Axis, p: &Estimate) -> String {
+    format!("{} = {}", axis.parameter(&p.name), value(axis, p))
 }
 
 /// The value with its standard uncertainty and unit.
-pub fn value(p: &Estimate) -> String {
+pub fn value(axis: Axis, p: &Estimate) -> String {
     let number = numbers::with_sigma(p.value, p.sigma);
-    if p.unit.is_empty() || p.unit == "1" { number } else { format!("{number} {}", p.unit) }
+    if p.unit.is_empty() || p.unit == "1" { number } else { format!("{number} {}", axis.unit(p.unit)) }
 }
 
 /// The fitted parameters of an added effect, as the last stage has them.
@@ -174,7 +175,7 @@ pub fn added_effect(e: &Explanation, k: usize) -> Vec<(String, String)> {
     let card = card(name);
     let estimates = parameters(e, name);
     let sigma = if estimates.iter().any(|p| p.sigma > 0.0) { " (± 1σ)" } else { "" };
-    let values: Vec<String> = estimates.into_iter().map(estimate).collect();
+    let values: Vec<String> = estimates.into_iter().map(|p| estimate(e.model.axis(), p)).collect();
     let what = card.map_or("", |c| c.description.summary);
     add(name, if values.is_empty() { what.to_owned() } else { format!("{what} Fitted: {}{sigma}.", values.join(", ")) });
     // The candidates are those of the first step; effects added later were compared in the presence of the earlier ones.
@@ -221,10 +222,10 @@ fn reduction(e: &Explanation, k: usize) -> Option<String> {
         .map(|(b, a)| {
             format!(
                 "{} from {} to {} {} (noise {})",
-                b.channel.column(),
+                column(e.model.axis(), b.channel),
                 numbers::significant(b.rms, 3),
                 numbers::significant(a.rms, 3),
-                unit(b.channel),
+                unit(e.model.axis(), b.channel),
                 numbers::significant(a.noise, 3)
             )
         })

@@ -86,7 +86,7 @@ pub fn search_orders(base: &FittedModel) -> HarmonicOrders {
 /// The best frequency of a torque and of the voltage that oscillate in time.
 pub fn search_frequencies(base: &FittedModel) -> Frequencies {
     let (data, criteria) = (&base.data, &base.context.criteria.harmonics);
-    let (from, to) = (data.t_s[0], data.t_s[data.len() - 1]);
+    let (from, to) = data.time_range_s();
     if data.driven == Input::Motion || to <= from {
         return Frequencies::default();
     }

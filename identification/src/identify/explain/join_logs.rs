@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::criteria::JoiningCriteria;
-use crate::log::{Column, Log, LogError};
+use crate::log::{Column, Log, LogError, LogWarning, Run};
 
 /// Why logs cannot be fitted together.
 #[derive(Debug, thiserror::Error)]
@@ -49,7 +49,7 @@ fn quoted(note: &Option<String>) -> String {
 }
 
 /// Notes that state how columns were recorded.
-const RECORDING_NOTES: [&str; 6] = ["u_V", "i_A", "omega_rad_s", "theta_rad", "temp_C", "supply_nominal_V"];
+const RECORDING_NOTES: [&str; 7] = ["axis", "u_V", "i_A", "omega_rad_s", "theta_rad", "temp_C", "supply_nominal_V"];
 
 /// One log with the columns that all logs have, and the rows of each log in it.
 ///
@@ -68,7 +68,7 @@ pub fn join(mut logs: Vec<Log>, criteria: &JoiningCriteria) -> Result<(Log, Vec<
     for column in first.columns().iter().filter(|c| logs.iter().all(|l| l.column(&c.name).is_some())) {
         columns.push(Column { name: column.name.clone(), values: Vec::with_capacity(logs.iter().map(Log::len).sum()) });
     }
-    let mut rows = Vec::new();
+    let (mut rows, mut runs) = (Vec::new(), Vec::new());
     let (mut from, mut begin_s) = (0, first.t_s()[0]);
     for log in &logs {
         let shift = begin_s - log.t_s()[0];
@@ -79,12 +79,18 @@ pub fn join(mut logs: Vec<Log>, criteria: &JoiningCriteria) -> Result<(Log, Vec<
                 _ => column.values.extend_from_slice(values),
             }
         }
+        runs.extend(log.runs().iter().map(|r| Run { rows: from + r.rows.start..from + r.rows.end, shift_s: shift + r.shift_s }));
         rows.push(from..from + log.len());
         from += log.len();
         begin_s += log.duration_s() + criteria.gap_intervals * interval_s;
     }
     let name = logs.iter().map(name).collect::<Vec<_>>().join(" and ");
-    Ok((Log::new(name, columns, first.notes().to_vec())?, rows))
+    let warnings = logs.iter().flat_map(|log| {
+        let log_name = self::name(log);
+        log.warnings().iter().map(move |w| LogWarning::InLog { log: log_name.clone(), warning: Box::new(w.clone()) })
+    });
+    let warnings = warnings.collect();
+    Ok((Log::new(name, columns, first.notes().to_vec())?.with_runs(runs, warnings), rows))
 }
 
 fn name(log: &Log) -> String {

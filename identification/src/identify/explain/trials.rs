@@ -77,7 +77,7 @@ fn trials_of(card: &'static Card, base: &FittedModel, orders: &HarmonicOrders) -
             rates.map(|rate| trial(vec![0.0, rate], vec![true, false], vec![true, true], true)).collect()
         }
         Screening::EventTimes(count) => {
-            let (from, to) = (data.t_s[0], data.t_s[data.len() - 1]);
+            let (from, to) = data.time_range_s();
             (1..=count)
                 .map(|k| from + (to - from) * k as f64 / (count + 1) as f64)
                 .map(|time| trial(vec![0.0, time], vec![true, false], vec![true, true], true))

@@ -87,7 +87,7 @@ fn laws(base: &FittedModel) -> Vec<PiecewiseLinear> {
     if let Some(t) = &data.temp_C {
         add(Coordinate::Temperature, SummingPoint::Torque, span(&mut t.iter().copied()), few.min(criteria.max_knots_temperature));
     }
-    let time = (data.t_s[0], data.t_s[data.len() - 1]);
+    let time = data.time_range_s();
     add(Coordinate::Time, SummingPoint::Torque, time, count);
     if data.driven == Input::Voltage {
         add(Coordinate::Time, SummingPoint::Voltage, time, count);

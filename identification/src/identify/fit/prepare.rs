@@ -6,7 +6,7 @@ use super::prepared_log::{self, ComparedChannel, MIN_SEGMENT_ROWS, PreparedLog, 
 use drive_model::{Card, Requirement};
 
 use crate::identify::deadline::Deadline;
-use crate::log::{Log, RateSource, VoltageSource};
+use crate::log::{Axis, Log, RateSource, VoltageSource};
 use crate::model::{BaseParameter, Channel, Input, Model};
 
 /// Why a log cannot be used with a model.
@@ -59,6 +59,16 @@ pub enum PrepareError {
         model: String,
         /// Columns of the log.
         has: String,
+    },
+    /// The model is that of a linear axis, and the log is not.
+    #[error(
+        "{log}: its columns are those of a rotary drive, {model} is of a linear axis: name its columns x_m, v_m_s, force_N, or state --note axis=linear"
+    )]
+    RotaryLog {
+        /// The log.
+        log: String,
+        /// The model.
+        model: String,
     },
     /// Gaps cut the log into segments that are too short.
     #[error(
@@ -144,7 +154,7 @@ pub fn check(log: &Log, model: &Model) -> Result<(), PrepareError> {
 }
 
 fn missing_column(log: &Log, model: &Model, name: &str) -> PrepareError {
-    let has = log.columns().iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", ");
+    let has = log.columns().iter().map(|c| model.axis().file_column(&c.name)).collect::<Vec<_>>().join(", ");
     PrepareError::NoExpressionColumn { log: log.path().display().to_string(), column: name.to_owned(), model: model.name().to_owned(), has }
 }
 
@@ -156,9 +166,10 @@ fn input_column(model: &Model) -> &'static str {
 type Columns<'a> = (&'a [f64], Vec<(Channel, &'a [f64])>);
 
 fn columns<'a>(log: &'a Log, model: &Model) -> Result<Columns<'a>, PrepareError> {
+    let axis = model.axis();
     let name = || log.path().display().to_string();
     let has = || {
-        let read = log.columns().iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", ");
+        let read = log.columns().iter().map(|c| axis.file_column(&c.name)).collect::<Vec<_>>().join(", ");
         match log.ignored() {
             [] => read,
             others => format!("{read} (and, not read, {}; stand log inspect shows how to use them)", others.join(", ")),
@@ -169,19 +180,19 @@ fn columns<'a>(log: &'a Log, model: &Model) -> Result<Columns<'a>, PrepareError>
     }
     let input_column = model.input().column();
     let Some(input) = log.column(input_column) else {
-        return Err(PrepareError::NoInput { log: name(), column: input_column, model: model.name().to_owned(), has: has() });
+        return Err(PrepareError::NoInput { log: name(), column: axis.column(input_column), model: model.name().to_owned(), has: has() });
     };
     let channels: Vec<Channel> = match model.outputs() {
         Some(outputs) => outputs.to_vec(),
         None => default_outputs(log, model),
     };
     if channels.is_empty() {
-        let wanted = model.input().outputs().iter().map(|c| c.column()).collect::<Vec<_>>().join(", ");
+        let wanted = model.input().outputs().iter().map(|c| axis.column(c.column())).collect::<Vec<_>>().join(", ");
         return Err(PrepareError::NothingToCompare { log: name(), wanted, model: model.name().to_owned(), has: has() });
     }
     let measured = |channel: Channel| {
         let column = channel.column();
-        let missing = || PrepareError::NoOutput { log: name(), column, model: model.name().to_owned(), has: has() };
+        let missing = || PrepareError::NoOutput { log: name(), column: axis.column(column), model: model.name().to_owned(), has: has() };
         log.column(column).map(|measured| (channel, measured)).ok_or_else(missing)
     };
     Ok((input, channels.into_iter().map(measured).collect::<Result<_, _>>()?))
@@ -193,6 +204,9 @@ fn columns<'a>(log: &'a Log, model: &Model) -> Result<Columns<'a>, PrepareError>
 /// [`PrepareError`] if the log is too short, or lacks the input or an output.
 pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(PreparedLog<'a>, Vec<PreparationNote>), PrepareError> {
     let (input, columns) = columns(log, model)?;
+    if log.axis() == Axis::Rotary && model.axis() == Axis::Linear {
+        return Err(PrepareError::RotaryLog { log: log.path().display().to_string(), model: model.name().to_owned() });
+    }
     let own_columns = model
         .columns()
         .iter()
@@ -235,10 +249,11 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
     let theta = log.column("theta_rad");
     let dt_s = log.median_dt_s();
     let data = PreparedLog {
-        t_s: log.t_s(),
+        t_s: log.own_times_s(),
         input: prepared_log::input(input, input_at_t, &segments),
         input_at_t,
         driven: model.input(),
+        axis: model.axis(),
         theta,
         theta_quantum: theta.and_then(|_| log.quantization_step("theta_rad")).unwrap_or(0.0),
         current: log.column("i_A"),

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use drive_rig::RowInput;
 
 use crate::identify::deadline::Deadline;
-use crate::log::Log;
+use crate::log::{Axis, Log};
 use crate::model::{Channel, Input};
 
 /// Interval over which the angle is compared by its increments, s. A simulated angle drifts without limit; its increments do not.
@@ -46,14 +46,16 @@ pub struct ComparedChannel<'a> {
 /// The columns of a log in the form that a fit needs. All columns have the same length.
 #[derive(Debug, Clone)]
 pub struct PreparedLog<'a> {
-    /// Time of each row, s.
-    pub t_s: &'a [f64],
+    /// Time of each row by the clock of its run, s: it increases within a segment.
+    pub t_s: Cow<'a, [f64]>,
     /// Mean of the input over each row; the angle for a prescribed motion.
     pub input: Cow<'a, [f64]>,
     /// The column of the input holds values at t; `input` is then the mean of two successive ones.
     pub input_at_t: bool,
     /// Kind of the input.
     pub driven: Input,
+    /// The axis whose names and units the reports have.
+    pub axis: Axis,
     /// Measured angle, rad.
     pub theta: Option<&'a [f64]>,
     /// Least significant bit of the measured angle, rad; 0 if it is continuous.
@@ -126,6 +128,13 @@ impl PreparedLog<'_> {
             rate_from_encoder: self.rate_from_encoder,
             columns: std::array::from_fn(|k| self.columns.get(k).map_or(0.0, |column| column[row])),
         }
+    }
+
+    /// First and last time by the clocks of the runs, s.
+    pub fn time_range_s(&self) -> (f64, f64) {
+        let ends = self.segments.iter().filter_map(|rows| Some((*self.t_s.get(rows.start)?, *self.t_s.get(rows.end.checked_sub(1)?)?)));
+        let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (a, b)| (low.min(a), high.max(b)));
+        if low <= high { (low, high) } else { (0.0, 0.0) }
     }
 
     /// Number of rows between the two angles of an increment.
@@ -215,10 +224,11 @@ impl Preparation {
             outliers: c.outliers.clone(),
         };
         Preparation(PreparedLog {
-            t_s: &[],
+            t_s: Cow::Borrowed(&[]),
             input: Cow::Borrowed(&[]),
             input_at_t: data.input_at_t,
             driven: data.driven,
+            axis: data.axis,
             theta: data.theta.map(empty),
             theta_quantum: data.theta_quantum,
             current: data.current.map(empty),
@@ -239,7 +249,7 @@ impl Preparation {
         let column = |channel: Channel| log.column(channel.column());
         let channels = self.0.channels.iter();
         PreparedLog {
-            t_s: log.t_s(),
+            t_s: log.own_times_s(),
             input: input(log.column(self.0.driven.column()).unwrap_or(&[]), self.0.input_at_t, &self.0.segments),
             theta: self.0.theta.and_then(|_| column(Channel::Angle)),
             current: self.0.current.and_then(|_| column(Channel::Current)),

@@ -126,7 +126,7 @@ fn best_local_minimum(problem: Problem, iterate: Iterate) -> Iterate {
 /// Values of a parameter to start from besides the given one: event times across the log, other clearances.
 fn start_values(parameter: &Parameter, data: &PreparedLog) -> Vec<f64> {
     if parameter.kind == ParameterKind::EventTime {
-        let (from_s, to_s) = (data.t_s[0], data.t_s[data.len() - 1]);
+        let (from_s, to_s) = data.time_range_s();
         return (0..EVENT_TIMES).map(|k| from_s + (to_s - from_s) * (k as f64 + 0.5) / EVENT_TIMES as f64).collect();
     }
     if parameter.is_clearance {

@@ -74,6 +74,7 @@ fn harmonic_orders(components: &[&Component]) -> Vec<u32> {
 
 fn signature(c: &Component) -> Signature {
     match (c.shape, c.entry) {
+        (ShapeKind::ByLog(difference), entry) => Signature::ByLog { difference, channel: c.reading, is_voltage: entry == Entry::Voltage },
         (ShapeKind::Harmonic(_), Entry::Reading(_)) if c.prescribed_motion => Signature::HarmonicTorqueOrSensor,
         (ShapeKind::Smooth, Entry::Reading(_)) if c.prescribed_motion => Signature::TorqueOrSensor,
         (ShapeKind::Harmonic(_), Entry::Torque) => Signature::AngleTorque,

@@ -15,6 +15,8 @@ mod significance;
 
 use drive_model::Coordinate;
 
+pub use shapes::Difference;
+
 use crate::identify::fit::{FitResult, PreparedLog};
 use crate::log::Log;
 use crate::model::{Channel, Input};
@@ -78,6 +80,15 @@ pub enum Signature {
     AngleHarmonic,
     /// A harmonic of one channel, independent of the rate.
     SensorHarmonic,
+    /// Something that is constant within each log and differs from log to log.
+    ByLog {
+        /// What differs.
+        difference: Difference,
+        /// The channel whose reading differs; `None`: a torque or a voltage.
+        channel: Option<Channel>,
+        /// It is a voltage.
+        is_voltage: bool,
+    },
     /// A constant offset of a channel.
     Offset,
     /// An error of one channel, a smooth function of the coordinate.

@@ -38,6 +38,10 @@ pub struct ResidualRows {
     pub t_s: Vec<f64>,
     /// Length of a row, s.
     pub dt_s: f64,
+    /// Index of the log (of several), or of the run in it, to which the row belongs.
+    pub run: Vec<f64>,
+    /// Number of logs or runs.
+    pub runs: usize,
     /// True for the first row of a segment.
     pub begins: Vec<bool>,
     /// Angle, not wrapped, rad; empty if not measured.
@@ -127,6 +131,8 @@ impl ResidualRows {
         Some(ResidualRows {
             t_s: data.t_s.to_vec(),
             dt_s: data.dt_s,
+            run: log.runs().iter().enumerate().flat_map(|(k, run)| run.rows.clone().map(move |_| k as f64)).collect(),
+            runs: log.runs().len(),
             begins,
             theta: theta.unwrap_or_default(),
             omega,
@@ -184,6 +190,9 @@ impl ResidualRows {
         ResidualRows {
             t_s: mean(&self.t_s),
             dt_s: self.dt_s * of as f64,
+            // A run begins with a segment, and so with a block.
+            run: starts.iter().map(|&s| self.run[s]).collect(),
+            runs: self.runs,
             begins: starts.iter().map(|&s| self.begins[s]).collect(),
             theta: mean(&self.theta),
             omega: mean(&self.omega),

@@ -54,11 +54,26 @@ pub enum ShapeKind {
         /// Time of the step, s.
         t_s: f64,
     },
+    /// A value of its own for each log.
+    ByLog(Difference),
     /// A line of the spectrum.
     Line {
         /// Frequency, Hz.
         frequency_hz: f64,
     },
+}
+
+/// What differs from log to log.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Difference {
+    /// A constant.
+    Offset,
+    /// A factor of the voltage, or of the reading.
+    Scale,
+    /// Coulomb and viscous friction.
+    Friction,
+    /// Resistance of the winding: it is as warm as the runs before left it.
+    Resistance,
 }
 
 /// Product of two columns, row by row.
@@ -235,12 +250,15 @@ pub fn families(rows: &ResidualRows) -> Vec<Family> {
     for &entry in &entries {
         add(Coordinate::Time, entry, ShapeKind::Smooth, &[ones.clone(), t.clone(), map(&t, |t| t * t)]);
     }
+    let (first_s, last_s) = rows.t_s.iter().copied().min_max();
     for k in 1..STEPS {
-        let from = n * k / STEPS;
-        let step = (0..n).map(|row| f64::from(u8::from(row >= from))).collect();
+        // Of several logs, a time of each.
+        let t_s = if rows.runs > 1 { first_s + (last_s - first_s) * k as f64 / STEPS as f64 } else { rows.t_s[n * k / STEPS] };
+        let step = rows.t_s.iter().map(|t| f64::from(u8::from(*t >= t_s))).collect();
         let entry = if rows.drive.is_some() { Entry::Torque } else { Entry::Reading(0) };
-        add(Coordinate::Time, entry, ShapeKind::Step { t_s: rows.t_s[from] }, &[step]);
+        add(Coordinate::Time, entry, ShapeKind::Step { t_s }, &[step]);
     }
+    by_log(rows, &entries, voltage, &mut add);
     if varies(&rows.theta) {
         let turned = scaled(&centred(&rows.theta));
         let waves = |orders: std::ops::RangeInclusive<u32>| -> Vec<Vec<f64>> {
@@ -260,6 +278,57 @@ pub fn families(rows: &ResidualRows) -> Vec<Family> {
         }
     }
     list
+}
+
+/// Offsets and scales that differ from log to log: of the torque, the voltage and each reading. The fit has removed the mean over the logs, so that the
+/// values of all logs are one more than can be told apart; the orthonormal columns leave one out.
+fn by_log(rows: &ResidualRows, entries: &[Entry], voltage: bool, add: &mut dyn FnMut(Coordinate, Entry, ShapeKind, &[Vec<f64>])) {
+    if rows.runs < 2 {
+        return;
+    }
+    let in_each = |column: &[f64]| -> Vec<Vec<f64>> {
+        let only = |run: usize| column.iter().zip(&rows.run).map(|(v, r)| if *r == run as f64 { *v } else { 0.0 }).collect();
+        (0..rows.runs).map(only).collect()
+    };
+    let ones = vec![1.0; rows.len()];
+    let moving = rows.omega.len() == rows.len();
+    let offset = ShapeKind::ByLog(Difference::Offset);
+    let scale = ShapeKind::ByLog(Difference::Scale);
+    for &entry in entries {
+        match entry {
+            Entry::Torque => {
+                add(Coordinate::Log, entry, offset, &in_each(&ones));
+                if moving {
+                    let shapes = [in_each(&direction(rows)), in_each(&rows.omega)].concat();
+                    add(Coordinate::Log, entry, ShapeKind::ByLog(Difference::Friction), &shapes);
+                }
+            }
+            Entry::Reading(c) => {
+                let reading = match rows.channels[c].channel {
+                    Channel::Rate => &rows.omega,
+                    Channel::Current => &rows.current,
+                    Channel::Angle => &rows.theta,
+                    Channel::Voltage | Channel::Torque => &rows.input,
+                };
+                // A constant offset of an angle does not appear in its increments.
+                if rows.channels[c].channel != Channel::Angle {
+                    add(Coordinate::Log, entry, offset, &in_each(&ones));
+                }
+                if reading.len() == rows.len() {
+                    add(Coordinate::Log, entry, scale, &in_each(reading));
+                }
+            }
+            Entry::Voltage | Entry::MotorConstant | Entry::Encoder => {}
+        }
+    }
+    if voltage {
+        add(Coordinate::Log, Entry::Voltage, offset, &in_each(&ones));
+        add(Coordinate::Log, Entry::Voltage, scale, &in_each(&rows.input));
+        if rows.current.len() == rows.len() {
+            let minus: Vec<f64> = map(&rows.current, |i| -i);
+            add(Coordinate::Log, Entry::Voltage, ShapeKind::ByLog(Difference::Resistance), &in_each(&minus));
+        }
+    }
 }
 
 fn scaled(a: &[f64]) -> Vec<f64> {

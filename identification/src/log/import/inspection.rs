@@ -2,24 +2,30 @@
 
 use std::path::{Path, PathBuf};
 
-use super::guess::Belief;
+use super::guess::{Belief, Evidence};
 use super::mapping::{self, ImportMapping, Statements, file_of};
-use super::read_table;
+use super::questions::{self, Question};
 use super::table::{Dialect, TableColumn};
+use super::{read, read_table};
 use crate::log::error::LogError;
-use crate::log::{Log, intervals, quantization};
+use crate::log::warning::LogWarning;
+use crate::log::{Log, Selection, intervals, known, quantization};
 use crate::statistics::Extremes;
 
 /// Rows in a row at the largest or smallest value that make a flat top.
 const FLAT_TOP_ROWS: usize = 3;
 /// Flat tops from which on a column is believed to be limited.
 const MIN_FLAT_TOPS: usize = 2;
+/// Quantisation steps from a flat top to its neighbour beyond which the top is a limit.
+const MIN_EDGE_STEPS: f64 = 2.5;
 /// Distinct values from which on a column is a measurement: a setpoint rests at its ends.
 const MIN_LEVELS: usize = 16;
 
 /// One column.
 #[derive(Debug, Clone)]
 pub struct ColumnInspection {
+    /// Its position in the file, from 1.
+    pub position: usize,
     /// What it is believed to be.
     pub belief: Belief,
     /// Smallest and largest number, in the unit of the file; `None` where no cell is a number.
@@ -37,7 +43,7 @@ pub struct ColumnInspection {
 }
 
 /// What a file contains.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Inspection {
     /// The file.
     pub path: PathBuf,
@@ -47,6 +53,8 @@ pub struct Inspection {
     pub preamble: usize,
     /// How the text is separated; `None` for other formats.
     pub dialect: Option<Dialect>,
+    /// A line of words before the rows that does not fit their columns.
+    pub unmatched_header: Option<String>,
     /// Times of the rows; `None` where no column is a time.
     pub timing: Option<TimingInspection>,
     /// The columns, in the order of the file.
@@ -57,6 +65,14 @@ pub struct Inspection {
     pub is_mapped: bool,
     /// The mapping that the beliefs make.
     pub mapping: ImportMapping,
+    /// What the user must decide before the mapping can be accepted.
+    pub questions: Vec<Question>,
+    /// What the reader says about the file when it reads it by this mapping.
+    pub warnings: Vec<LogWarning>,
+    /// Why the file cannot be read by this mapping.
+    pub refusal: Option<LogError>,
+    /// Ratio of the rate to the derivative of the angle in their units, where it is not 1.
+    pub rate_over_derivative: Option<f64>,
 }
 
 /// Times of the rows.
@@ -72,8 +88,6 @@ pub struct TimingInspection {
     pub gaps: usize,
     /// The longest step, s.
     pub longest_s: f64,
-    /// Steps back or repeated times.
-    pub disorder: usize,
 }
 
 /// Inspects the file at `path`, with what the import file and the user state about it.
@@ -83,40 +97,43 @@ pub struct TimingInspection {
 pub fn inspect(path: &Path, stated: &Statements) -> Result<Inspection, LogError> {
     let stored = ImportMapping::beside(path)?;
     let table = read_table(path, stored.as_ref().and_then(|m| m.text.as_ref()))?;
-    let beliefs = mapping::beliefs(path, &table, stored.as_ref(), stated)?;
+    let (beliefs, questions) = mapping::beliefs(path, &table, stored.as_ref(), stated)?;
     let mut made = ImportMapping::of(&beliefs, &table);
     made.sample_rate_Hz = stated.sample_rate_Hz.or(stored.as_ref().and_then(|m| m.sample_rate_Hz));
     made.notes = stored.as_ref().map(|m| m.notes.clone()).unwrap_or_default();
     made.notes.extend(stated.notes.iter().cloned());
-    let is_own = stored.is_none() && stated.is_empty() && Log::read(path).is_ok_and(|log| log.ignored().len() < log.columns().len());
-    let time = beliefs.iter().position(|b| b.target.as_deref() == Some("t_s"));
-    let timing = match (time, made.sample_rate_Hz) {
-        (_, Some(rate_Hz)) => Some(TimingInspection {
-            duration_s: table.rows() as f64 / rate_Hz,
-            interval_s: 1.0 / rate_Hz,
-            jitter: 0.0,
-            gaps: 0,
-            longest_s: 1.0 / rate_Hz,
-            disorder: 0,
-        }),
-        (Some(k), None) => {
-            let scale = beliefs[k].unit.as_ref().map_or(1.0, |u| u.scale);
-            let t: Vec<f64> = table.columns[k].values.iter().filter(|v| v.is_finite()).map(|v| v * scale).collect();
-            (t.len() > 2).then(|| TimingInspection::of(&t))
+    // A log of the project whose other columns would be something, under other names, is to be imported.
+    let renamed = beliefs.iter().any(|b| b.evidence != Evidence::OwnName && b.target.as_deref().is_some_and(|t| known(t).is_some()));
+    let is_own = stored.is_none() && stated.is_empty() && !renamed && Log::read(path).is_ok_and(|log| log.columns().len() > 1);
+    // The file is read as the other commands will read it: what is said about it is what they do.
+    let is_drawn = |_: &str| false;
+    let read = read::contents(path, &table, &made, &mut Selection { column: &is_drawn, times: None, lenient: false });
+    let (timing, warnings, refusal) = match read {
+        Ok(contents) => {
+            let times = contents.columns.iter().find(|c| c.name == "t_s");
+            let timing = times.filter(|c| c.values.len() > 1).map(|c| TimingInspection::of(&c.values));
+            let said = contents.warnings.into_iter().filter(|w| !matches!(w, LogWarning::Imported { .. }));
+            (timing, said.collect(), None)
         }
-        _ => None,
+        Err(error) => (None, Vec::new(), Some(error)),
     };
+    let rate_over_derivative = questions::rate_over_derivative(&table, &beliefs).filter(|_| questions.is_empty());
     let columns = beliefs.iter().zip(&table.columns).map(|(belief, column)| column_inspection(belief.clone(), column)).collect();
     Ok(Inspection {
         path: path.to_owned(),
         rows: table.rows(),
         preamble: table.preamble,
         dialect: table.dialect,
+        unmatched_header: table.unmatched_header.clone(),
         timing,
         columns,
         is_own,
         is_mapped: file_of(path).is_file(),
         mapping: made,
+        questions,
+        warnings,
+        refusal,
+        rate_over_derivative,
     })
 }
 
@@ -132,25 +149,20 @@ impl TimingInspection {
             jitter: square.sqrt(),
             gaps: steps.iter().filter(|s| **s > longest).count(),
             longest_s: steps.iter().copied().fold(0.0, f64::max),
-            disorder: steps.iter().filter(|s| **s <= 0.0).count(),
         }
     }
 }
 
 fn column_inspection(belief: Belief, column: &TableColumn) -> ColumnInspection {
-    let values: Vec<f64> = column.values.iter().copied().filter(|v| v.is_finite()).collect();
+    let values: Vec<f64> = column.values.iter().map(|v| v + column.origin).filter(|v| v.is_finite()).collect();
     let range = (!values.is_empty()).then(|| values.iter().copied().min_max());
     let is_constant = range.is_some_and(|(low, high)| low == high);
     let is_time = belief.target.as_deref() == Some("t_s");
     let saturated_rows = match range {
         Some((low, high)) if !is_constant && !is_time && has_levels(&values) => {
-            let at = |end: f64| {
-                let tops = values.chunk_by(|a, b| (*a == end) == (*b == end)).filter(|run| run[0] == end && run.len() >= FLAT_TOP_ROWS);
-                tops.fold((0, 0), |(runs, rows), run| (runs + 1, rows + run.len()))
-            };
-            let (low, high) = (at(low), at(high));
-            let limited = |(runs, rows): (usize, usize)| if runs >= MIN_FLAT_TOPS { rows } else { 0 };
-            limited(low) + limited(high)
+            // The peak of a slow, quantised motion is flat too, but its neighbours are one step away.
+            let edge = MIN_EDGE_STEPS * quantization::step(&values).unwrap_or(0.0);
+            limited_rows(&values, low, edge) + limited_rows(&values, high, edge)
         }
         _ => 0,
     };
@@ -161,8 +173,27 @@ fn column_inspection(belief: Belief, column: &TableColumn) -> ColumnInspection {
         saturated_rows,
         is_constant,
         text: column.text.clone(),
+        position: column.position,
         belief,
     }
+}
+
+/// Rows in flat tops at `end`, which the values reach in a step of more than `edge`; 0 for fewer than [`MIN_FLAT_TOPS`].
+fn limited_rows(values: &[f64], end: f64, edge: f64) -> usize {
+    let (mut tops, mut rows, mut k) = (0, 0, 0);
+    while k < values.len() {
+        let begin = k;
+        while k < values.len() && (values[k] == end) == (values[begin] == end) {
+            k += 1;
+        }
+        let is_sharp = |neighbour: Option<&f64>| neighbour.is_some_and(|v| (v - end).abs() > edge);
+        let sharp = is_sharp(begin.checked_sub(1).and_then(|b| values.get(b))) || is_sharp(values.get(k));
+        if values[begin] == end && k - begin >= FLAT_TOP_ROWS && sharp {
+            tops += 1;
+            rows += k - begin;
+        }
+    }
+    if tops >= MIN_FLAT_TOPS { rows } else { 0 }
 }
 
 fn has_levels(values: &[f64]) -> bool {

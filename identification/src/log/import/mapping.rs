@@ -6,11 +6,12 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::guess::{self, Belief, Evidence, quantity_of};
+use super::questions::{self, Question};
 use super::table::{Dialect, Table};
-use super::units::Unit;
+use super::units::{Quantity, Unit};
 use crate::files;
 use crate::log::error::{LogError, LogErrorKind};
-use crate::log::known;
+use crate::log::{axis, known};
 use crate::words::nearest;
 
 /// How the columns of a file are used.
@@ -89,7 +90,14 @@ impl ImportMapping {
         }
         let text = std::fs::read_to_string(&path).map_err(|e| LogError::new(&path, LogErrorKind::Read(e)))?;
         let one_line = |e: toml::de::Error| LogErrorKind::ImportFile(e.to_string().trim().replace('\n', " "));
-        let mapping: ImportMapping = toml::from_str(&text).map_err(|e| LogError::new(&path, one_line(e)))?;
+        let mut mapping: ImportMapping = toml::from_str(&text).map_err(|e| LogError::new(&path, one_line(e)))?;
+        for column in mapping.columns.values_mut() {
+            if let Some(rotary) = axis::of_linear_column(&column.is) {
+                column.is = rotary.to_owned();
+                let own = quantity_of(rotary).map(|quantity| Unit::of_linear_axis(quantity).text);
+                column.unit = column.unit.take().or(own);
+            }
+        }
         for (source, column) in &mapping.columns {
             let wrong = |kind: LogErrorKind| LogError::new(&path, kind).column(source);
             check_target(&column.is).map_err(wrong)?;
@@ -153,11 +161,16 @@ fn check_target(name: &str) -> Result<(), LogErrorKind> {
     Err(LogErrorKind::NoSuchTarget { name: name.to_owned(), near: nearest(name, crate::log::KNOWN.iter().map(|c| c.name)) })
 }
 
-/// The beliefs about a table, with what the import file and then the user state in their place.
+/// The beliefs about a table, with what the import file and then the user state in their place, and what is left to decide.
 ///
 /// # Errors
 /// A statement names no column of the file, no column of the project, or no unit.
-pub fn beliefs(path: &Path, table: &Table, stored: Option<&ImportMapping>, stated: &Statements) -> Result<Vec<Belief>, LogError> {
+pub fn beliefs(
+    path: &Path,
+    table: &Table,
+    stored: Option<&ImportMapping>,
+    stated: &Statements,
+) -> Result<(Vec<Belief>, Vec<Question>), LogError> {
     let mut list = match stored {
         None => guess::beliefs(table),
         Some(mapping) => {
@@ -168,13 +181,16 @@ pub fn beliefs(path: &Path, table: &Table, stored: Option<&ImportMapping>, state
                 unit: of(source).and_then(|c| c.checked_unit().ok().flatten()),
                 evidence: Evidence::Stated,
                 alternatives: Vec::new(),
+                rivals: Vec::new(),
+                of_motor: false,
+                words: 0,
             };
             table.columns.iter().map(|c| belief(&c.name)).collect()
         }
     };
     let names: Vec<&str> = table.columns.iter().map(|c| c.name.as_str()).collect();
     let find = |name: &str| {
-        let number = name.parse::<usize>().ok().filter(|n| (1..=names.len()).contains(n)).map(|n| n - 1);
+        let number = name.parse::<usize>().ok().and_then(|n| table.columns.iter().position(|c| c.position == n));
         names.iter().position(|n| *n == name).or_else(|| names.iter().position(|n| n.eq_ignore_ascii_case(name))).or(number)
     };
     let fail = |name: &str, kind| LogError::new(path, kind).column(name);
@@ -185,19 +201,31 @@ pub fn beliefs(path: &Path, table: &Table, stored: Option<&ImportMapping>, state
             list[k] = Belief { target: None, unit: None, evidence: Evidence::Stated, ..list[k].clone() };
             continue;
         }
+        let linear = axis::of_linear_column(target);
+        let target = &linear.map_or(target.clone(), str::to_owned);
         check_target(target).map_err(|kind| fail(source, kind))?;
         for other in list.iter_mut().filter(|b| b.target.as_ref() == Some(target)) {
-            other.target = None;
+            (other.target, other.evidence) = (None, Evidence::Unknown);
         }
-        let unit = super::units::split_name(&list[k].source).1.or(list[k].unit.clone());
-        let unit = match quantity_of(target) {
-            Some(quantity) => unit.filter(|u| u.quantity == quantity).or(Some(Unit::si(quantity))),
-            None => None,
+        // A unit of the file's own stays. Without one the name that the user states has the unit; a time and counts are decided by their values.
+        let column = &table.columns[k];
+        let in_file = Unit::parse(&column.unit).or(super::units::split_name(&list[k].source).1.map(|u| u.0));
+        let quantity = quantity_of(target);
+        let may_be_counts = quantity == Some(Quantity::Angle) && questions::may_be_counts(column);
+        let (unit, evidence) = match (in_file, quantity) {
+            (Some(unit), Some(quantity)) if unit.quantity == quantity => (Some(unit), Evidence::Stated),
+            (Some(unit), Some(_)) => (Some(unit), Evidence::OtherUnit),
+            (None, Some(Quantity::Time)) if !column.is_date => (Some(Unit::si(Quantity::Time)), Evidence::NameOnly),
+            (None, Some(quantity)) if may_be_counts => (Some(Unit::si(quantity)), Evidence::NameOnly),
+            (None, Some(quantity)) if linear.is_some() => (Some(Unit::of_linear_axis(quantity)), Evidence::Stated),
+            (None, Some(quantity)) => (Some(Unit::si(quantity)), Evidence::Stated),
+            (_, None) => (None, Evidence::Stated),
         };
-        list[k] = Belief { target: Some(target.clone()), unit, evidence: Evidence::Stated, alternatives: Vec::new(), ..list[k].clone() };
+        list[k] = Belief { target: Some(target.clone()), unit, evidence, alternatives: Vec::new(), rivals: Vec::new(), ..list[k].clone() };
     }
     for (column, unit) in &stated.units {
-        let k = find(column).or_else(|| list.iter().position(|b| b.target.as_ref() == Some(column))).ok_or_else(|| unknown(column))?;
+        let inside = axis::of_linear_column(column).unwrap_or(column);
+        let k = find(column).or_else(|| list.iter().position(|b| b.target.as_deref() == Some(inside))).ok_or_else(|| unknown(column))?;
         let parsed = Unit::parse(unit).ok_or_else(|| fail(column, LogErrorKind::UnknownUnit(unit.clone())))?;
         let target = list[k].target.clone();
         match target.as_deref().and_then(quantity_of) {
@@ -209,6 +237,9 @@ pub fn beliefs(path: &Path, table: &Table, stored: Option<&ImportMapping>, state
         }
         list[k] = Belief { unit: Some(parsed), evidence: Evidence::Stated, alternatives: Vec::new(), ..list[k].clone() };
     }
-    guess::rate_against_angle(table, &mut list);
-    Ok(list)
+    let mut open = questions::settle(table, &mut list);
+    if stated.sample_rate_Hz.is_some() || stored.is_some_and(|m| m.sample_rate_Hz.is_some()) {
+        open.retain(|q| !matches!(q, Question::NoTime { .. }));
+    }
+    Ok((list, open))
 }

@@ -4,13 +4,14 @@
 //! each such field of a structure (`run.speed`). Other arrays are left out. Format: MathWorks, MAT-File Format (R2024a), chapter 1.
 //!
 //! The crate matfile calls itself alpha software and skips structures, in which most loggers save; the format needs little more than its tags. Files of
-//! version 7.3 are HDF5, for which there is no well-kept reader without the C library.
+//! version 7.3 are HDF5: [`super::hdf5`].
 
 use std::io::Read;
 use std::path::Path;
 
 use flate2::read::ZlibDecoder;
 
+use super::hdf5;
 use super::table::{Table, TableColumn};
 use crate::log::error::{LogError, LogErrorKind};
 
@@ -36,25 +37,25 @@ mod class {
 }
 
 /// A numeric array, column by column.
-struct Array {
-    name: String,
-    rows: usize,
-    columns: usize,
-    values: Vec<f64>,
+pub(super) struct Array {
+    pub name: String,
+    pub rows: usize,
+    pub columns: usize,
+    pub values: Vec<f64>,
 }
 
 /// Reads the table in `path`.
 pub fn read(path: &Path) -> Result<Table, LogError> {
     let bytes = std::fs::read(path).map_err(|e| LogError::new(path, LogErrorKind::Read(e)))?;
+    if hdf5::is_hdf5(&bytes) {
+        return hdf5::read(path);
+    }
     parse(&bytes).map_err(|kind| LogError::new(path, kind))
 }
 
 fn parse(bytes: &[u8]) -> Result<Table, LogErrorKind> {
     if bytes.is_empty() {
         return Err(LogErrorKind::Empty);
-    }
-    if bytes.starts_with(b"MATLAB 7.3") || bytes.get(512..516) == Some(b"\x89HDF") || bytes.starts_with(b"\x89HDF") {
-        return Err(LogErrorKind::Matlab("version 7.3 (HDF5) is not read: save it with save(…, '-v7'), or export CSV or Parquet"));
     }
     let little = match bytes.get(126..128) {
         Some(b"IM") => true,
@@ -176,7 +177,7 @@ fn numbers(kind: u32, data: &[u8], little: bool) -> Vec<f64> {
 }
 
 /// The arrays of the most frequent number of rows as columns.
-fn table(arrays: Vec<Array>) -> Result<Table, LogErrorKind> {
+pub(super) fn table(arrays: Vec<Array>) -> Result<Table, LogErrorKind> {
     let length = |a: &Array| if a.rows == 1 || a.columns == 1 { a.rows * a.columns } else { a.rows };
     let mut lengths: Vec<(usize, usize)> = Vec::new();
     for length in arrays.iter().map(length).filter(|l| *l > 1) {
@@ -195,7 +196,7 @@ fn table(arrays: Vec<Array>) -> Result<Table, LogErrorKind> {
         }
         for (k, values) in array.values.chunks_exact(rows).enumerate() {
             let name = if count == 1 { array.name.clone() } else { format!("{}_{}", array.name, k + 1) };
-            columns.push(TableColumn { name, unit: String::new(), values: values.to_vec(), text: None, is_date: false });
+            columns.push(TableColumn { name, position: columns.len() + 1, values: values.to_vec(), ..TableColumn::default() });
         }
     }
     Ok(Table { columns, ..Table::default() })

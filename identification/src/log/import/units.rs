@@ -5,6 +5,8 @@
 
 use std::f64::consts::{PI, TAU};
 
+use crate::log::axis::Axis;
+
 /// Kind of quantity that a unit measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
@@ -64,6 +66,10 @@ const GRAVITY: f64 = 9.806_65;
 /// Spellings with their size in SI; letters in lower case, without spaces, dots and powers' marks.
 const SPELLINGS: &[(&str, Quantity, f64)] = &[
     ("s", Quantity::Time, 1.0),
+    ("с", Quantity::Time, 1.0),
+    ("сек", Quantity::Time, 1.0),
+    ("мс", Quantity::Time, 1e-3),
+    ("мкс", Quantity::Time, 1e-6),
     ("sec", Quantity::Time, 1.0),
     ("secs", Quantity::Time, 1.0),
     ("second", Quantity::Time, 1.0),
@@ -83,6 +89,11 @@ const SPELLINGS: &[(&str, Quantity, f64)] = &[
     ("rad", Quantity::Angle, 1.0),
     ("radian", Quantity::Angle, 1.0),
     ("radians", Quantity::Angle, 1.0),
+    ("рад", Quantity::Angle, 1.0),
+    ("град", Quantity::Angle, DEGREE),
+    ("grad", Quantity::Angle, DEGREE),
+    ("об", Quantity::Angle, TAU),
+    ("tr", Quantity::Angle, TAU),
     ("mrad", Quantity::Angle, 1e-3),
     ("urad", Quantity::Angle, 1e-6),
     ("deg", Quantity::Angle, DEGREE),
@@ -101,6 +112,19 @@ const SPELLINGS: &[(&str, Quantity, f64)] = &[
     ("rads", Quantity::Rate, 1.0),
     ("rads-1", Quantity::Rate, 1.0),
     ("radps", Quantity::Rate, 1.0),
+    ("рад/с", Quantity::Rate, 1.0),
+    ("град/с", Quantity::Rate, DEGREE),
+    ("grad/s", Quantity::Rate, DEGREE),
+    ("об/хв", Quantity::Rate, TAU / 60.0),
+    ("об/мин", Quantity::Rate, TAU / 60.0),
+    ("об/с", Quantity::Rate, TAU),
+    ("tr/min", Quantity::Rate, TAU / 60.0),
+    ("tr/s", Quantity::Rate, TAU),
+    ("umdr/min", Quantity::Rate, TAU / 60.0),
+    ("upm", Quantity::Rate, TAU / 60.0),
+    ("u/s", Quantity::Rate, TAU),
+    ("obr/min", Quantity::Rate, TAU / 60.0),
+    ("giri/min", Quantity::Rate, TAU / 60.0),
     ("mrad/s", Quantity::Rate, 1e-3),
     ("deg/s", Quantity::Rate, DEGREE),
     ("deg/sec", Quantity::Rate, DEGREE),
@@ -125,16 +149,21 @@ const SPELLINGS: &[(&str, Quantity, f64)] = &[
     ("v", Quantity::Voltage, 1.0),
     ("volt", Quantity::Voltage, 1.0),
     ("volts", Quantity::Voltage, 1.0),
+    ("в", Quantity::Voltage, 1.0),
+    ("мв", Quantity::Voltage, 1e-3),
     ("mv", Quantity::Voltage, 1e-3),
     ("uv", Quantity::Voltage, 1e-6),
     ("a", Quantity::Current, 1.0),
     ("amp", Quantity::Current, 1.0),
     ("amps", Quantity::Current, 1.0),
     ("ampere", Quantity::Current, 1.0),
+    ("а", Quantity::Current, 1.0),
+    ("ма", Quantity::Current, 1e-3),
     ("ma", Quantity::Current, 1e-3),
     ("ua", Quantity::Current, 1e-6),
     ("nm", Quantity::Torque, 1.0),
-    ("n/m", Quantity::Torque, 1.0),
+    ("нм", Quantity::Torque, 1.0),
+    ("мнм", Quantity::Torque, 1e-3),
     ("mnm", Quantity::Torque, 1e-3),
     ("unm", Quantity::Torque, 1e-6),
     ("nmm", Quantity::Torque, 1e-3),
@@ -145,6 +174,7 @@ const SPELLINGS: &[(&str, Quantity, f64)] = &[
     ("c", Quantity::Temperature, 1.0),
     ("°c", Quantity::Temperature, 1.0),
     ("degc", Quantity::Temperature, 1.0),
+    ("°с", Quantity::Temperature, 1.0),
     ("celsius", Quantity::Temperature, 1.0),
     ("m/s2", Quantity::Acceleration, 1.0),
     ("ms2", Quantity::Acceleration, 1.0),
@@ -164,6 +194,11 @@ const LINEAR: &[(&str, Quantity, f64)] = &[
     ("cm/s", Quantity::Rate, 1e-2),
     ("mm/s", Quantity::Rate, 1e-3),
     ("n", Quantity::Torque, 1.0),
+    ("н", Quantity::Torque, 1.0),
+    ("м", Quantity::Angle, 1.0),
+    ("мм", Quantity::Angle, 1e-3),
+    ("м/с", Quantity::Rate, 1.0),
+    ("мм/с", Quantity::Rate, 1e-3),
     ("mn", Quantity::Torque, 1e-3),
     ("kn", Quantity::Torque, 1e3),
 ];
@@ -205,6 +240,15 @@ impl Unit {
         Unit { text: quantity.si().to_owned(), quantity, scale: 1.0, offset: 0.0, linear: false }
     }
 
+    /// The unit of a quantity on a linear axis: m, m/s, N.
+    pub fn of_linear_axis(quantity: Quantity) -> Unit {
+        let linear = LINEAR.iter().find(|(_, q, scale)| *q == quantity && *scale == 1.0);
+        linear.map_or_else(
+            || Unit::si(quantity),
+            |_| Unit { text: Axis::Linear.unit(quantity.si()).to_owned(), linear: true, ..Unit::si(quantity) },
+        )
+    }
+
     /// A number in this unit, in SI.
     pub fn to_si(&self, number: f64) -> f64 {
         self.scale * number + self.offset
@@ -232,16 +276,25 @@ fn normalised(text: &str) -> String {
     plain
 }
 
+/// How a unit is part of a name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum UnitMark {
+    /// In brackets, after a slash or a comma: a unit and nothing else.
+    Marked,
+    /// The last word, which may also be part of the name: `Channel A`.
+    LastWord,
+}
+
 /// Splits the unit off a column name: `Speed [rpm]`, `Speed (rpm)`, `speed/rpm`, `Speed, rpm`, `speed_rpm`, `omega_rad_s`, `SpeedRpm` is not split.
-/// Returns the rest of the name and the unit.
-pub fn split_name(name: &str) -> (String, Option<Unit>) {
+/// Returns the rest of the name, the unit and how it is marked.
+pub fn split_name(name: &str) -> (String, Option<(Unit, UnitMark)>) {
     let name = name.trim();
     for (open, close) in [('[', ']'), ('(', ')'), ('{', '}')] {
         if let Some(rest) = name.strip_suffix(close)
             && let Some((base, unit)) = rest.rsplit_once(open)
             && let Some(unit) = Unit::parse(unit)
         {
-            return (base.trim().to_owned(), Some(unit));
+            return (base.trim().trim_end_matches(['/', ',']).to_owned(), Some((unit, UnitMark::Marked)));
         }
     }
     for mark in ["/", ",", " in ", " "] {
@@ -249,7 +302,8 @@ pub fn split_name(name: &str) -> (String, Option<Unit>) {
             && !base.trim().is_empty()
             && let Some(unit) = Unit::parse(unit)
         {
-            return (base.trim().to_owned(), Some(unit));
+            let how = if mark == " " { UnitMark::LastWord } else { UnitMark::Marked };
+            return (base.trim().to_owned(), Some((unit, how)));
         }
     }
     let parts: Vec<&str> = name.split('_').collect();
@@ -257,7 +311,7 @@ pub fn split_name(name: &str) -> (String, Option<Unit>) {
         let (base, tail) = parts.split_at(parts.len() - take);
         let spellings = [tail.join("/"), tail.concat()];
         if let Some(unit) = spellings.iter().find_map(|s| Unit::parse(s)) {
-            return (base.join("_"), Some(Unit { text: spelled(&unit, tail), ..unit }));
+            return (base.join("_"), Some((Unit { text: spelled(&unit, tail), ..unit }, UnitMark::LastWord)));
         }
     }
     (name.to_owned(), None)
@@ -299,7 +353,7 @@ mod tests {
     fn unit_is_split_off_a_name() {
         let split = |name: &str| {
             let (base, unit) = split_name(name);
-            (base, unit.map(|u| u.text))
+            (base, unit.map(|u| u.0.text))
         };
         let both = |base: &str, unit: &str| (base.to_owned(), Some(unit.to_owned()));
         assert_eq!(split("Speed [rpm]"), both("Speed", "rpm"));

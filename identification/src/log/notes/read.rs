@@ -7,6 +7,7 @@
 use std::f64::consts::TAU;
 
 use super::Notes;
+use crate::log::axis::Axis;
 use crate::log::columns::{KNOWN, known};
 use crate::log::warning::LogWarning;
 
@@ -111,9 +112,9 @@ impl Notes {
         self.text("theta_zero").is_some_and(|v| v.trim().eq_ignore_ascii_case("index"))
     }
 
-    /// The axis is a linear one: the angle is a position in m, the rate a velocity in m/s, the torque a force in N.
-    pub fn is_linear_axis(&self) -> bool {
-        self.text("axis").is_some_and(|v| v.trim().eq_ignore_ascii_case("linear"))
+    /// The axis that the log is of; rotary, if no note states it.
+    pub fn axis(&self) -> Axis {
+        self.text("axis").and_then(Axis::named).unwrap_or_default()
     }
 
     /// The number that a note begins with; a unit may follow.
@@ -185,6 +186,8 @@ pub(in crate::log) fn warnings(notes: &[(String, String)]) -> Vec<LogWarning> {
                     report(key, clause, "# encoder: 8192 counts per turn");
                 }
             }
+        } else if key == "axis" && Axis::named(value).is_none() {
+            report(key, value, "# axis: linear");
         } else if key == "theta_zero" && !["index", "arbitrary"].contains(&value.trim().to_ascii_lowercase().as_str()) {
             report(key, value, "# theta_zero: index");
         }

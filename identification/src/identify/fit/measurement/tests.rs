@@ -16,7 +16,8 @@ fn compared(shows: Channel, mean_before_s: Option<f64>) -> ComparedChannel<'stat
 
 fn prepared<'a>(t_s: &'a [f64], channel: ComparedChannel<'a>) -> PreparedLog<'a> {
     PreparedLog {
-        t_s,
+        t_s: t_s.into(),
+        axis: Default::default(),
         input: (&[]).into(),
         input_at_t: false,
         driven: Input::Voltage,
