@@ -25,10 +25,6 @@ fn statements(words: &[&str]) -> Statements {
     s
 }
 
-fn inspect(path: &Path, words: &[&str]) -> Inspection {
-    import::inspect(path, &statements(words)).unwrap_or_else(|e| panic!("{e}"))
-}
-
 /// What arrives of a file beside what the log has.
 fn check(file: &ForeignFile, own: &Log, folder: &Path) -> Result<(), String> {
     let path = folder.join(file.name);

@@ -144,6 +144,20 @@ pub fn of_linear_column(name: &str) -> Option<&'static str> {
     COLUMNS.iter().find(|(_, linear)| *linear == name).map(|(rotary, _)| *rotary)
 }
 
+/// Key of a note about a column of a linear axis, as of the rotary one: `v_m_s`, `x_lsb_m`; `None` for other keys.
+pub fn rotary_note(key: &str) -> Option<String> {
+    const QUANTIZATION: [(&str, &str); 6] = [
+        ("x_lsb", "theta_lsb"),
+        ("x_lsb_m", "theta_lsb_rad"),
+        ("v_lsb", "omega_lsb"),
+        ("v_lsb_m_s", "omega_lsb_rad_s"),
+        ("force_lsb", "torque_lsb"),
+        ("force_lsb_N", "torque_lsb_N_m"),
+    ];
+    let of_column = of_linear_column(key);
+    of_column.or_else(|| QUANTIZATION.iter().find(|(linear, _)| *linear == key).map(|(_, rotary)| *rotary)).map(str::to_owned)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -362,6 +362,7 @@ fn read_file(path: &Path, selection: &mut Selection<'_>) -> Result<FileContents,
     if let Some(twice) = contents.columns.iter().enumerate().find(|(k, c)| contents.columns[..*k].iter().any(|o| o.name == c.name)) {
         return Err(LogError::new(path, LogErrorKind::BothAxes).column(&twice.1.name));
     }
+    contents.notes.rename(axis::rotary_note);
     if is_linear && contents.notes.text("axis").is_none() {
         contents.notes.push_text("axis", Axis::Linear.name());
     }

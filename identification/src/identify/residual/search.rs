@@ -66,7 +66,10 @@ struct Candidate {
     coordinate: Coordinate,
     entry: Entry,
     shape: ShapeKind,
+    /// Empty for a harmonic until it is tested: its columns have the length of the log, and a dozen of them would exceed the log many times.
     columns: Arc<[Vec<f64>]>,
+    /// Number of columns.
+    width: usize,
     gain: f64,
     /// Decrease of the BIC.
     bic_decrease: f64,
@@ -99,14 +102,17 @@ pub fn search(mut full: ResidualRows, fit: &FitResult) -> Vec<Component> {
                 ShapeKind::Step { .. } => 2.0 * STEP_CHOICES.ln(),
                 _ => 0.0,
             };
-            t.bic_decrease = -n * (1.0 - t.gain / power).max(1e-9).ln() - t.columns.len() as f64 * n.ln() - choices;
+            t.bic_decrease = -n * (1.0 - t.gain / power).max(1e-9).ln() - t.width as f64 * n.ln() - choices;
         }
         tried.sort_by(|a, b| b.bic_decrease.total_cmp(&a.bic_decrease));
         simplest_first(&mut tried);
         let mut best = None;
-        for t in tried.into_iter().take(MAX_TESTS_PER_ROUND).filter(|t| {
+        for mut t in tried.into_iter().take(MAX_TESTS_PER_ROUND).filter(|t| {
             t.bic_decrease > 0.0 && t.gain > MIN_GAIN_FRACTION * (initial_power - found.iter().map(|f| f.gain).sum::<f64>()).max(0.0)
         }) {
+            if let ShapeKind::Harmonic(order) = t.shape {
+                t.columns = harmonic_columns(&full, &waves(&full, order), t.entry).into();
+            }
             let rows = if t.per_row { &full } else { &coarse };
             let significance = significance::test(&t.columns, &rows.y, rows.len());
             if significance.log10_p + tests.log10() < MAX_LOG10_P {
@@ -145,8 +151,9 @@ pub fn search(mut full: ResidualRows, fit: &FitResult) -> Vec<Component> {
 /// The candidate of a family.
 fn of_family(family: &Family, rows: &ResidualRows) -> Candidate {
     let gain = family.columns.iter().map(|q| dot(q, &rows.y).powi(2)).sum();
-    let columns = Arc::clone(&family.columns);
-    Candidate { coordinate: family.coordinate, entry: family.entry, shape: family.shape, columns, gain, bic_decrease: 0.0, per_row: false }
+    let (columns, width) = (Arc::clone(&family.columns), family.columns.len());
+    let (coordinate, entry, shape) = (family.coordinate, family.entry, family.shape);
+    Candidate { coordinate, entry, shape, columns, width, gain, bic_decrease: 0.0, per_row: false }
 }
 
 /// Moves the simplest of the candidates equivalent to the first to the front. A temperature has priority over time, which correlates with
@@ -158,7 +165,7 @@ fn simplest_first(tried: &mut [Candidate]) {
     let equivalent = |t: &&(usize, &Candidate)| t.1.gain >= enough && t.1.bic_decrease > 0.0;
     let all: Vec<(usize, &Candidate)> = tried.iter().enumerate().collect();
     let warm = all.iter().filter(equivalent).find(|t| is_slow && t.1.coordinate == Coordinate::Temperature);
-    let simplest = all.iter().filter(equivalent).min_by_key(|t| t.1.columns.len());
+    let simplest = all.iter().filter(equivalent).min_by_key(|t| t.1.width);
     if let Some(k) = warm.or(simplest).map(|t| t.0) {
         tried[..=k].rotate_right(1);
     }
@@ -245,9 +252,8 @@ fn periodic_candidates(full: &ResidualRows, coarse: &ResidualRows, taken: &[Vec<
         }
         orders.sort_by(|a, b| b.1.total_cmp(&a.1));
         for &(order, _) in orders.iter().take(MAX_HARMONICS) {
-            for entry in entries(full) {
-                list.extend(harmonic(full, order, entry));
-            }
+            let waves = waves(full, order);
+            list.extend(entries(full).into_iter().filter_map(|entry| harmonic(full, order, &waves, entry)));
         }
     }
     if coarse.drive.is_some() || coarse.channels.len() == 1 {
@@ -297,18 +303,27 @@ fn entries(rows: &ResidualRows) -> Vec<Entry> {
     list
 }
 
-/// Candidate of one harmonic order.
-fn harmonic(rows: &ResidualRows, order: u32, entry: Entry) -> Option<Candidate> {
-    let angle = shapes::map(&rows.theta, |x| x * f64::from(order));
-    let waves = [shapes::map(&angle, f64::cos), shapes::map(&angle, f64::sin)];
-    let raw: Vec<Vec<f64>> = waves.iter().map(|w| shapes::response(rows, entry, w)).collect();
-    let columns: Arc<[_]> = orthonormal(&[], &raw).into();
+/// Cosine and sine of one harmonic order, row by row.
+fn waves(rows: &ResidualRows, order: u32) -> [Vec<f64>; 2] {
+    let order = f64::from(order);
+    [shapes::map(&rows.theta, |x| (x * order).cos()), shapes::map(&rows.theta, |x| (x * order).sin())]
+}
+
+/// Orthonormal responses of all channels to a harmonic.
+fn harmonic_columns(rows: &ResidualRows, waves: &[Vec<f64>; 2], entry: Entry) -> Vec<Vec<f64>> {
+    orthonormal(&[], &waves.each_ref().map(|wave| shapes::response(rows, entry, wave)))
+}
+
+/// Candidate of one harmonic order, without its columns.
+fn harmonic(rows: &ResidualRows, order: u32, waves: &[Vec<f64>; 2], entry: Entry) -> Option<Candidate> {
+    let columns = harmonic_columns(rows, waves, entry);
     let gain = columns.iter().map(|q| dot(q, &rows.y).powi(2)).sum();
-    (columns.len() == 2).then_some(Candidate {
+    (columns.len() == 2).then(|| Candidate {
         coordinate: Coordinate::Theta,
         entry,
         shape: ShapeKind::Harmonic(order),
-        columns,
+        columns: Arc::new([]),
+        width: columns.len(),
         gain,
         bic_decrease: 0.0,
         per_row: true,
@@ -342,6 +357,7 @@ fn lines(rows: &ResidualRows, taken: &[Vec<f64>]) -> Vec<Candidate> {
                 coordinate: Coordinate::Time,
                 entry,
                 shape: ShapeKind::Line { frequency_hz: hz },
+                width: columns.len(),
                 columns,
                 gain,
                 bic_decrease: 0.0,

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use hdf5_pure::{DType, File, Group};
 
-use super::mat::{self, Array};
+use super::arrays::{Array, table};
 use super::table::Table;
 use crate::log::caught::caught;
 use crate::log::error::{LogError, LogErrorKind};
@@ -36,7 +36,7 @@ pub(super) fn read(path: &Path) -> Result<Table, LogError> {
         group(&file.root(), "", 0, &mut arrays).map(|()| arrays)
     });
     let arrays = arrays.unwrap_or_else(|| Err("its contents are inconsistent".to_owned())).map_err(damaged)?;
-    mat::table(arrays).map_err(|kind| LogError::new(path, kind))
+    table(arrays).map_err(|kind| LogError::new(path, kind))
 }
 
 /// Adds the numeric arrays of a group and of the groups in it, in the order of their names.

@@ -4,6 +4,7 @@
 //! beside the file as `NAME.import.toml`, is the user's consent. [`contents`] reads the file by that mapping, in SI units. Without a mapping, a file that is not in the
 //! project's own format is refused.
 
+mod arrays;
 mod clock;
 pub mod guess;
 mod hdf5;

@@ -31,6 +31,15 @@ impl Notes {
         self.0.extend(more.0);
     }
 
+    /// Renames the keys that `new_key` names.
+    pub(super) fn rename(&mut self, new_key: impl Fn(&str) -> Option<String>) {
+        for (key, _) in &mut self.0 {
+            if let Some(new) = new_key(key) {
+                *key = new;
+            }
+        }
+    }
+
     /// Removes the notes with that key; the value of the last one.
     pub(super) fn take_text(&mut self, key: &str) -> Option<String> {
         let value = self.0.iter().rev().find(|(k, _)| k == key).map(|(_, value)| value.clone());
