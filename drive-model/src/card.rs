@@ -34,7 +34,7 @@ pub struct Card {
     pub requires: &'static [Requirement],
     /// Elastic element that the effect adds to the drive.
     pub elastic: Option<Elastic>,
-    /// The effect that remains, with the other parameters, where the first parameter is zero.
+    /// The effect that remains, with the other parameters, where the first parameter is zero, or where a number of periods per turn is whole.
     pub reduces_to: Option<&'static str>,
     /// The law depends on the measured supply voltage.
     pub uses_supply: bool,
@@ -102,6 +102,11 @@ impl Card {
     pub fn harmonic_order_index(&self) -> Option<usize> {
         self.parameters.iter().position(|p| p.kind == ParameterKind::HarmonicOrder)
     }
+
+    /// Index of a number of periods that need not be whole, if the effect has one.
+    pub fn periodicity_index(&self) -> Option<usize> {
+        self.parameters.iter().position(|p| p.kind == ParameterKind::Periodicity)
+    }
 }
 
 /// The law of a card that does not state its own: no effect at all.
@@ -157,8 +162,10 @@ pub enum ParameterKind {
     Fraction,
     /// An angle in [0, 2π).
     Phase,
-    /// A number of periods per turn: scanned, never fitted.
+    /// A whole number of periods per turn: scanned, never fitted.
     HarmonicOrder,
+    /// A number of periods per turn or per second that need not be whole: scanned, then fitted near the scanned value.
+    Periodicity,
     /// A time of the record.
     EventTime,
 }

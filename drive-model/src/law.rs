@@ -39,6 +39,8 @@ pub struct Point<S> {
     pub from_s: f64,
     /// End of the interval, s.
     pub to_s: f64,
+    /// Time of the first row of the log, s. Laws of the time count from it.
+    pub start_s: f64,
     /// Platform angle, rad: the measured angle where there is one.
     pub theta: S,
     /// The angle is the measured one, including the encoder's error.
@@ -66,6 +68,10 @@ pub struct Contributions<S> {
     pub torque: S,
     /// Coulomb torque, N m: holds at rest, opposes the motion while sliding.
     pub coulomb_torque: S,
+    /// Factor on the Coulomb torque.
+    pub coulomb_factor: S,
+    /// Additional Coulomb torque per torque of the motor.
+    pub coulomb_per_torque: S,
     /// Viscous coefficient, N m s.
     pub viscous: S,
     /// Factor on the viscous coefficient.
@@ -80,6 +86,10 @@ pub struct Contributions<S> {
     pub resistance_factor: S,
     /// Factor on the motor constant, in torque and back-EMF.
     pub motor_factor: S,
+    /// Part of the inertia that varies with the angle, over the mean inertia; only if [`Structure::varying_inertia`].
+    pub inertia_variation: S,
+    /// Its derivative by the angle, 1/rad.
+    pub inertia_slope: S,
 }
 
 impl<S: Scalar> Contributions<S> {
@@ -90,6 +100,8 @@ impl<S: Scalar> Contributions<S> {
         Contributions {
             torque: zero,
             coulomb_torque: zero,
+            coulomb_factor: one,
+            coulomb_per_torque: zero,
             viscous: zero,
             viscous_factor: one,
             voltage: zero,
@@ -97,7 +109,15 @@ impl<S: Scalar> Contributions<S> {
             series_ohm: zero,
             resistance_factor: one,
             motor_factor: one,
+            inertia_variation: zero,
+            inertia_slope: zero,
         }
+    }
+
+    /// Coulomb torque while the motor delivers `motor_torque` (N m).
+    #[inline]
+    pub fn coulomb_torque_under(&self, motor_torque: S) -> S {
+        self.coulomb_torque * self.coulomb_factor + self.coulomb_per_torque * motor_torque.abs()
     }
 }
 
@@ -110,6 +130,16 @@ pub struct Reading<S> {
     pub theta: S,
     /// Current, A.
     pub current: S,
+    /// Sum of the jumps of the angle so far, rad. `theta` contains it; a rate derived from the encoder shows its differences.
+    pub jumped: S,
+}
+
+impl<S: Scalar> Reading<S> {
+    /// The readings of perfect sensors.
+    #[inline]
+    pub fn of(omega: S, theta: S, current: S) -> Self {
+        Reading { omega, theta, current, jumped: S::zero() }
+    }
 }
 
 /// Structure of the drive beyond a rigid rotor with a resistive winding. `None`: absent.
@@ -129,19 +159,33 @@ pub struct Structure<S> {
     pub skew_s: Option<S>,
     /// Some law depends on the current, which must then be computed before the laws are evaluated.
     pub needs_current: bool,
+    /// Some law varies the inertia with the angle.
+    pub varying_inertia: bool,
+    /// Some law lets the angle reading jump.
+    pub angle_jumps: bool,
 }
 
 impl<S> Default for Structure<S> {
     fn default() -> Self {
-        Structure { inductance_H: None, shaft: None, bristle_N_m_rad: None, thermal: None, lag_s: None, skew_s: None, needs_current: false }
+        Structure {
+            inductance_H: None,
+            shaft: None,
+            bristle_N_m_rad: None,
+            thermal: None,
+            lag_s: None,
+            skew_s: None,
+            needs_current: false,
+            varying_inertia: false,
+            angle_jumps: false,
+        }
     }
 }
 
 impl<S> Structure<S> {
-    /// A rigid rotor and a winding, and no law that depends on the current.
+    /// A rigid rotor of constant inertia and a winding, and no law that depends on the current.
     #[inline]
     pub fn is_plain(&self) -> bool {
-        self.shaft.is_none() && self.bristle_N_m_rad.is_none() && self.thermal.is_none() && !self.needs_current
+        self.shaft.is_none() && self.bristle_N_m_rad.is_none() && self.thermal.is_none() && !self.needs_current && !self.varying_inertia
     }
 }
 

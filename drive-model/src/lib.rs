@@ -27,4 +27,4 @@ pub use coordinate::Coordinate;
 pub use experiment::{Abscissa, Demonstration, Motion, Output, StandRun};
 pub use law::{Contributions, Dual, Law, LawScalar, LawSource, MAX_COLUMNS, Point, Reading, Scalar, Shaft, Structure, T0_C, Thermal};
 pub use portable::Portable;
-pub use screening::{Elastic, HarmonicSource, Requirement, Screening};
+pub use screening::{Elastic, HarmonicSource, PeriodOf, Requirement, Screening};

@@ -54,6 +54,17 @@ pub enum HarmonicSource {
     MotorConstant,
     /// The reading of the encoder.
     Encoder,
+    /// The inertia.
+    Inertia,
+}
+
+/// What a period that need not be a whole part of a turn is a period of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PeriodOf {
+    /// The angle: the number of periods per turn is fitted.
+    Angle,
+    /// The time since the first row: the frequency is fitted.
+    Time,
 }
 
 /// How the absence of an effect is tested, with the values at which the test starts.
@@ -68,6 +79,12 @@ pub enum Screening {
     FirstAtZero,
     /// Amplitude at zero, at each harmonic order that a scan of the log proposes. Parameters: amplitude, harmonic order, phase.
     Harmonics(HarmonicSource),
+    /// A periodic torque: amplitude at zero, at each number of periods that a scan of the log proposes. Parameters: amplitude, number of periods, phase.
+    Periodicities(PeriodOf),
+    /// All coefficients at zero, also each one alone; the last parameter, a time constant, at these fractions of the log's length.
+    LogFractions(&'static [f64]),
+    /// The first parameter at zero, the second (a time) at each jump that the residual of the angle shows best, at most this number.
+    AngleJumps(usize),
     /// First coefficient at zero; the second parameter at these fractions of the largest rate in the log.
     RateFractions(&'static [f64]),
     /// First coefficient at zero; the second parameter at this number of times, evenly spaced over the log.

@@ -24,8 +24,13 @@ impl<S: Scalar> Rig<S> {
         let x = self.point(row, 0.0, 0.0, theta, rate, S::from(current_A), S::zero());
         let total = self.contributions(&x);
         let motor_constant = self.base.motor_constant * total.motor_factor;
-        let torque =
-            self.base.inertia * alpha + total.viscous * total.viscous_factor * omega + total.coulomb_torque * direction - total.torque;
+        let (inertia, reaction) = self.varying_inertia(&total, self.base.inertia, rate);
+        let sliding = inertia * alpha - reaction + total.viscous * total.viscous_factor * omega
+            + total.coulomb_torque * total.coulomb_factor * direction
+            - total.torque;
+        // The motor also overcomes the friction that its own torque T causes: T = sliding + μ |T| direction.
+        let share = total.coulomb_per_torque * direction;
+        let torque = sliding / (if sliding > 0.0 { -share } else { share } + 1.0);
         let current = torque / motor_constant;
         let resistance = self.base.resistance * total.resistance_factor + total.series_ohm;
         let drop = if current > 0.0 { total.drop_V } else { -total.drop_V };

@@ -15,6 +15,7 @@ mod shaft;
 mod slide;
 
 pub use demand::Demand;
+use shaft::TwoBodies;
 pub use slide::slide;
 
 use drive_model::{Contributions, Law, MAX_COLUMNS, Point, Reading, Scalar, Structure, T0_C};
@@ -67,6 +68,25 @@ pub struct RowInput {
     pub rate_from_encoder: bool,
     /// Columns of the log that expressions of the user use.
     pub columns: [f64; MAX_COLUMNS],
+    /// Time of the first row of the log, s.
+    pub start_s: f64,
+}
+
+impl RowInput {
+    /// A row of which nothing but its input is measured, in a log that begins at time 0.
+    pub fn new(t_s: f64, dt_s: f64, input: f64) -> Self {
+        RowInput {
+            t_s,
+            dt_s,
+            input,
+            theta: None,
+            temp_C: None,
+            supply_ratio: 1.0,
+            rate_from_encoder: false,
+            columns: [0.0; MAX_COLUMNS],
+            start_s: 0.0,
+        }
+    }
 }
 
 /// State of the rig.
@@ -197,9 +217,9 @@ impl<S: Scalar> Rig<S> {
     fn is_held(&self, state: &State<S>, row: &RowInput) -> bool {
         let x = self.point(row, 1.0, 0.0, state.theta, self.motor_omega(state), state.current, state.heat_K);
         let total = self.contributions(&x);
-        let (torque, ..) = self.torque(&total, x.omega, state.current, row.input, row.dt_s);
+        let motor = self.motor(&total, x.omega, state.current, row.input, row.dt_s);
         let shaft = self.structure.shaft.as_ref().map_or(0.0, |s| if s.gap.re() > 0.0 { 0.0 } else { s.stiffness.re() * state.twist.re() });
-        (torque.re() - shaft).abs() <= total.coulomb_torque.re()
+        (motor.torque.re() - shaft).abs() <= motor.coulomb_torque.re()
     }
 
     #[inline]
@@ -217,7 +237,7 @@ impl<S: Scalar> Rig<S> {
 
     /// Channel readings at the start of `row`, before lag and skew, for rate, angle and temperature rise there; `current` is the mean of the row.
     pub fn read(&self, (omega, theta, heat_K): (S, S, S), row: &RowInput, current: S) -> Reading<S> {
-        let mut reading = Reading { omega, theta, current };
+        let mut reading = Reading::of(omega, theta, current);
         let x = self.point(row, 0.0, 0.0, theta, omega, current, heat_K);
         for effects in &self.effects {
             effects.law.measure(&effects.parameters, &x, &mut reading);
@@ -261,6 +281,7 @@ impl<S: Scalar> Rig<S> {
         Point {
             from_s,
             to_s: from_s + h,
+            start_s: row.start_s,
             theta,
             theta_measured: row.theta.is_some(),
             omega,
@@ -283,17 +304,15 @@ impl<S: Scalar> Rig<S> {
     #[inline]
     fn step_plain(&self, state: &mut State<S>, row: &RowInput, from: f64, h: f64) -> S {
         let x = self.point(row, from, 0.5 * h, state.theta, state.omega, state.current, state.heat_K);
-        let total = self.contributions(&x);
-        let (torque, _, last) = self.torque(&total, state.omega, state.current, row.input, 0.5 * h);
-        let (middle, turned) = slide(state.omega, torque, total.coulomb_torque, self.base.inertia, 0.5 * h);
-        let x = self.point(row, from, h, state.theta + turned, middle, last, state.heat_K);
-        let total = self.contributions(&x);
-        let (torque, mean, last) = self.torque(&total, middle, state.current, row.input, h);
-        let (omega, turned) = slide(state.omega, torque, total.coulomb_torque, self.base.inertia, h);
+        let motor = self.motor(&self.contributions(&x), state.omega, state.current, row.input, 0.5 * h);
+        let (middle, turned) = slide(state.omega, motor.torque, motor.coulomb_torque, self.base.inertia, 0.5 * h);
+        let x = self.point(row, from, h, state.theta + turned, middle, motor.last_A, state.heat_K);
+        let motor = self.motor(&self.contributions(&x), middle, state.current, row.input, h);
+        let (omega, turned) = slide(state.omega, motor.torque, motor.coulomb_torque, self.base.inertia, h);
         state.omega = omega;
         state.theta += turned;
-        state.current = last;
-        mean
+        state.current = motor.last_A;
+        motor.mean_A
     }
 
     /// The step with shaft, bristle, winding temperature, or a law that depends on the current.
@@ -303,7 +322,7 @@ impl<S: Scalar> Rig<S> {
         let mut x = self.point(row, from, 0.5 * h, start.theta, self.motor_omega(&start), start.current, start.heat_K);
         if self.structure.needs_current && self.input == Input::Voltage {
             // The voltage may have jumped: the laws get the current that the new voltage drives.
-            x.current = self.torque(&self.contributions(&x), x.omega, start.current, row.input, 0.5 * h).1;
+            x.current = self.motor(&self.contributions(&x), x.omega, start.current, row.input, 0.5 * h).mean_A;
         }
         let (half, _) = self.stage(&start, &start, &self.contributions(&x), row, 0.5 * h);
         let x = self.point(row, from, h, half.theta, self.motor_omega(&half), half.current, half.heat_K);
@@ -317,11 +336,11 @@ impl<S: Scalar> Rig<S> {
         if self.structure.shaft.is_some() { state.motor_omega } else { state.omega }
     }
 
-    /// Torque on the rotor without the Coulomb torque, over `h` at the rate `omega`; then mean and last current.
+    /// Motor and friction over `h` at the rate `omega`.
     #[inline]
-    fn torque(&self, total: &Contributions<S>, omega: S, current: S, input: f64, h: f64) -> (S, S, S) {
+    fn motor(&self, total: &Contributions<S>, omega: S, current: S, input: f64, h: f64) -> Motor<S> {
         let motor_constant = self.base.motor_constant * total.motor_factor;
-        let (drive, mean, last) = match self.input {
+        let (drive, mean_A, last_A) = match self.input {
             Input::Voltage => {
                 let (mean, last) = self.armature(total, motor_constant, omega, current, input, h);
                 (motor_constant * mean, mean, last)
@@ -329,20 +348,28 @@ impl<S: Scalar> Rig<S> {
             Input::Current => (motor_constant * input, S::from(input), S::from(input)),
             Input::Torque => (S::from(input), S::zero(), S::zero()),
         };
-        (drive + total.torque - total.viscous * total.viscous_factor * omega, mean, last)
+        let torque = drive + total.torque - total.viscous * total.viscous_factor * omega;
+        Motor { torque, coulomb_torque: total.coulomb_torque_under(drive), mean_A, last_A }
+    }
+
+    /// Inertia of the platform side beside `constant`, kg m², and the torque −½ J′ ω² of Lagrange's equation: (J ω)′ − ½ J′ ω² is the torque.
+    #[inline]
+    fn varying_inertia(&self, total: &Contributions<S>, constant: S, omega: S) -> (S, S) {
+        let inertia = constant + self.base.inertia * total.inertia_variation;
+        (inertia, -(self.base.inertia * total.inertia_slope * omega * omega * 0.5))
     }
 
     /// From `start` over `h`, with the contributions `total` at the state `mid`; returns the end state and the mean current.
     fn stage(&self, start: &State<S>, mid: &State<S>, total: &Contributions<S>, row: &RowInput, h: f64) -> (State<S>, S) {
         let mut end = *start;
         let omega = self.motor_omega(mid);
-        let (mut torque, current, last) = self.torque(total, omega, start.current, row.input, h);
-        end.current = last;
+        let Motor { mut torque, coulomb_torque: mut coulomb, mean_A: current, last_A } =
+            self.motor(total, omega, start.current, row.input, h);
+        end.current = last_A;
         if let (Some(thermal), None) = (&self.structure.thermal, row.temp_C) {
             let loss_W = self.base.resistance * total.resistance_factor * current * current;
             end.heat_K = start.heat_K + (loss_W - mid.heat_K / thermal.K_W) / thermal.J_K * h;
         }
-        let mut coulomb = total.coulomb_torque;
         if let Some(stiffness) = self.structure.bristle_N_m_rad {
             let (mean, last) = bristle(start.bristle, omega, coulomb, stiffness, h);
             torque -= stiffness * mean;
@@ -351,15 +378,46 @@ impl<S: Scalar> Rig<S> {
         }
         match &self.structure.shaft {
             None => {
-                let (omega, turned) = slide(start.omega, torque, coulomb, self.base.inertia, h);
+                let mut inertia = self.base.inertia;
+                if self.structure.varying_inertia {
+                    let (varying, reaction) = self.varying_inertia(total, inertia, omega);
+                    inertia = varying;
+                    torque += reaction;
+                }
+                let (omega, turned) = slide(start.omega, torque, coulomb, inertia, h);
                 end.omega = omega;
                 end.motor_omega = omega;
                 end.theta = start.theta + turned;
             }
-            Some(shaft) => self.twist(shaft, start, &mut end, torque, coulomb, h),
+            Some(shaft) => {
+                let motor_inertia = self.base.inertia * shaft.motor_inertia_fraction;
+                let mut bodies = TwoBodies {
+                    motor_torque: torque,
+                    coulomb_torque: coulomb,
+                    motor_inertia,
+                    platform_inertia: self.base.inertia - motor_inertia,
+                    platform_torque: S::zero(),
+                };
+                if self.structure.varying_inertia {
+                    (bodies.platform_inertia, bodies.platform_torque) = self.varying_inertia(total, bodies.platform_inertia, mid.omega);
+                }
+                bodies.twist(shaft, start, &mut end, h);
+            }
         }
         (end, current)
     }
+}
+
+/// Motor and friction over a part of a row.
+struct Motor<S> {
+    /// Torque on the rotor without the Coulomb torque, N m.
+    torque: S,
+    /// Coulomb torque, N m.
+    coulomb_torque: S,
+    /// Mean current, A.
+    mean_A: S,
+    /// Current at the end, A.
+    last_A: S,
 }
 
 /// Dahl's bristle z' = ω − σ|ω|z/c over `h` at constant rate: (mean, last) deflection. Exact in z for any step length.

@@ -2,17 +2,29 @@
 
 use std::ops::{Add, Mul};
 
-use crate::{Rig, State, slide};
+use crate::{State, slide};
 use drive_model::{Scalar, Shaft};
 
-impl<S: Scalar> Rig<S> {
+/// Motor and platform during a step, with what acts on them.
+pub(super) struct TwoBodies<S> {
+    /// Torque on the motor without shaft and Coulomb torque, N m.
+    pub motor_torque: S,
+    /// Coulomb torque on the motor, N m.
+    pub coulomb_torque: S,
+    /// Inertia of the motor, kg m².
+    pub motor_inertia: S,
+    /// Torque on the platform without the shaft, N m: only that of an inertia that varies with the angle.
+    pub platform_torque: S,
+    /// Inertia of the platform, kg m².
+    pub platform_inertia: S,
+}
+
+impl<S: Scalar> TwoBodies<S> {
     /// Advances motor and platform over `h`, in two parts if the play closes or opens within the step.
-    ///
-    /// All torques and the friction act on the motor's side; the platform is driven by the shaft alone.
-    pub(super) fn twist(&self, shaft: &Shaft<S>, start: &State<S>, end: &mut State<S>, torque: S, coulomb: S, h: f64) {
+    pub(super) fn twist(&self, shaft: &Shaft<S>, start: &State<S>, end: &mut State<S>, h: f64) {
         let half_gap = shaft.gap.re() * 0.5;
         let side = Side::at(start, half_gap);
-        self.twist_on(side, shaft, start, end, torque, coulomb, h);
+        self.twist_on(side, shaft, start, end, h);
         if half_gap <= 0.0 {
             return;
         }
@@ -26,57 +38,56 @@ impl<S: Scalar> Rig<S> {
         let rates = (start.motor_omega - start.omega, end.motor_omega - end.omega);
         let Some(part) = crossing(start.twist - edge, end.twist - edge, rates.0 * h, rates.1 * h) else { return };
         let mut between = *end;
-        self.twist_on(side, shaft, start, &mut between, torque, coulomb, part * h);
+        self.twist_on(side, shaft, start, &mut between, part * h);
         let beyond = match side {
             Side::Free if edge > 0.0 => Side::Ahead,
             Side::Free => Side::Behind,
             _ => Side::Free,
         };
-        self.twist_on(beyond, shaft, &between, end, torque, coulomb, (-part + 1.0) * h);
+        self.twist_on(beyond, shaft, &between, end, (-part + 1.0) * h);
     }
 
-    /// As [`Rig::twist`] for an unchanged contact: both masses by the series of [`Rig::swing`]. If the shaft is too stiff, or the motor
+    /// As [`TwoBodies::twist`] for an unchanged contact: both masses by the series of [`TwoBodies::swing`]. If the shaft is too stiff, or the motor
     /// comes to rest: the twist by the implicit midpoint rule (stable at any stiffness), then each mass by [`slide`].
-    #[expect(clippy::too_many_arguments, reason = "states and torques of two bodies")]
-    fn twist_on<H>(&self, side: Side, shaft: &Shaft<S>, start: &State<S>, end: &mut State<S>, torque: S, coulomb: S, h: H)
+    fn twist_on<H>(&self, side: Side, shaft: &Shaft<S>, start: &State<S>, end: &mut State<S>, h: H)
     where
         S: Mul<H, Output = S> + Add<H, Output = S>,
         H: Copy,
     {
-        let motor_inertia = self.base.inertia * shaft.motor_inertia_fraction;
-        let platform_inertia = self.base.inertia - motor_inertia;
         let relative = start.motor_omega - start.omega;
         let side = match side {
             Side::Free => {
-                self.turn(start, end, torque, coulomb, S::zero(), motor_inertia, platform_inertia, h);
+                self.turn(start, end, S::zero(), h);
                 return;
             }
             Side::Ahead => shaft.gap * 0.5,
             Side::Behind => shaft.gap * -0.5,
         };
         let wound = start.twist - side;
-        // Relative acceleration without the shaft torque: Coulomb friction opposes the motion of the motor, or holds the motor.
-        let load = torque - shaft.stiffness * wound - shaft.damping * relative;
-        let (drive, inverse) = if start.motor_omega == 0.0 && load.abs() <= coulomb {
-            (S::zero(), platform_inertia.recip())
+        // Accelerations without the shaft torque: Coulomb friction opposes the motion of the motor, or holds the motor.
+        let load = self.motor_torque - shaft.stiffness * wound - shaft.damping * relative;
+        let (motor, inverse) = if start.motor_omega == 0.0 && load.abs() <= self.coulomb_torque {
+            (S::zero(), self.platform_inertia.recip())
         } else {
             let forward = if start.motor_omega == 0.0 { load > 0.0 } else { start.motor_omega > 0.0 };
-            let friction = if forward { coulomb } else { -coulomb };
-            ((torque - friction) / motor_inertia, motor_inertia.recip() + platform_inertia.recip())
+            let friction = if forward { self.coulomb_torque } else { -self.coulomb_torque };
+            ((self.motor_torque - friction) / self.motor_inertia, self.motor_inertia.recip() + self.platform_inertia.recip())
         };
+        let drive = motor - self.platform_torque / self.platform_inertia;
         let k = shaft.stiffness * inverse;
         let c = shaft.damping * inverse;
-        if start.motor_omega != 0.0 && self.swing(shaft, start, end, drive, (wound, k, c), h) {
+        if start.motor_omega != 0.0 && self.swing(start, end, motor, (wound, k, c), h) {
             return;
         }
         let middle = (relative + (drive - k * wound) * h * 0.5) / (c * h * 0.5 + k * h * h * 0.25 + 1.0);
         let through = shaft.stiffness * (wound + middle * h * 0.5) + shaft.damping * middle;
-        self.turn(start, end, torque, coulomb, through, motor_inertia, platform_inertia, h);
+        self.turn(start, end, through, h);
     }
 
     /// Oscillation of motor against platform while the motor slides: the twist x'' = a − k x − c x' by its Taylor series up to h⁵,
-    /// the common motion exactly. Returns whether the result is valid: the series converges, and the motor did not come to rest.
-    fn swing<H>(&self, shaft: &Shaft<S>, start: &State<S>, end: &mut State<S>, a: S, (wound, k, c): (S, S, S), h: H) -> bool
+    /// the common motion exactly. `motor` is the acceleration of the motor without the shaft. Returns whether the result is valid: the series
+    /// converges, and the motor did not come to rest.
+    fn swing<H>(&self, start: &State<S>, end: &mut State<S>, motor: S, (wound, k, c): (S, S, S), h: H) -> bool
     where
         S: Mul<H, Output = S>,
         H: Copy,
@@ -85,34 +96,37 @@ impl<S: Scalar> Rig<S> {
         if square > SERIES * SERIES || damped > SERIES {
             return false;
         }
+        let fraction = self.motor_inertia / (self.motor_inertia + self.platform_inertia);
+        let platform = self.platform_torque / self.platform_inertia;
         let relative = start.motor_omega - start.omega;
-        let d2 = a - k * wound - c * relative;
+        let d2 = motor - platform - k * wound - c * relative;
         let d3 = -(k * relative) - c * d2;
         let d4 = -(k * d2) - c * d3;
         let d5 = -(k * d3) - c * d4;
         let twisted = (((d5 * h / 120.0 + d4 / 24.0) * h + d3 / 6.0) * h + d2 / 2.0) * h * h + relative * h;
         let gained = (((d5 * h / 24.0 + d4 / 6.0) * h + d3 / 2.0) * h + d2) * h;
-        let common = a * shaft.motor_inertia_fraction * h;
-        let motor_omega = start.motor_omega + common + gained - shaft.motor_inertia_fraction * gained;
+        // Change of the rate of the common centre of mass.
+        let common = (motor * fraction + platform * (-fraction + 1.0)) * h;
+        let motor_omega = start.motor_omega + common + gained - fraction * gained;
         if (motor_omega * start.motor_omega).re() <= 0.0 {
             return false;
         }
         end.motor_omega = motor_omega;
-        end.omega = start.omega + common - shaft.motor_inertia_fraction * gained;
-        end.theta = start.theta + (start.omega + common / 2.0) * h + shaft.motor_inertia_fraction * (relative * h - twisted);
+        end.omega = start.omega + common - fraction * gained;
+        end.theta = start.theta + (start.omega + common / 2.0) * h + fraction * (relative * h - twisted);
         end.twist = start.twist + twisted;
         true
     }
 
-    #[expect(clippy::too_many_arguments, reason = "states and torques of two bodies")]
-    fn turn<H>(&self, start: &State<S>, end: &mut State<S>, torque: S, coulomb: S, through: S, motor: S, platform: S, h: H)
+    /// Each mass by itself, with the torque `through` the shaft.
+    fn turn<H>(&self, start: &State<S>, end: &mut State<S>, through: S, h: H)
     where
         S: Mul<H, Output = S> + Add<H, Output = S>,
         H: Copy,
     {
-        let (motor_omega, motor_turned) = slide(start.motor_omega, torque - through, coulomb, motor, h);
+        let (motor_omega, motor_turned) = slide(start.motor_omega, self.motor_torque - through, self.coulomb_torque, self.motor_inertia, h);
         end.motor_omega = motor_omega;
-        let (omega, turned) = slide(start.omega, through, S::zero(), platform, h);
+        let (omega, turned) = slide(start.omega, self.platform_torque + through, S::zero(), self.platform_inertia, h);
         end.omega = omega;
         end.theta = start.theta + turned;
         end.twist = start.twist + motor_turned - turned;

@@ -207,3 +207,32 @@ fn a_saturated_motor_has_its_steady_torque() {
         }
     }
 }
+
+#[test]
+fn a_nonlinear_bridge_drives_the_current_by_its_polynomial() {
+    let (a, b) = (-0.03, 0.004);
+    for kind in BOTH {
+        for u in [0.3, -2.0, 5.0] {
+            let mut bench = Bench::new(kind, &Setup::by_voltage(FLYWHEEL, &[("bridge-nonlinearity", &[a, b])]));
+            let exact = u * (1.0 + a * f64::abs(u) + b * u * u) / FLYWHEEL.resistance;
+            close_rel(bench.hold(u, ROW_S), exact, 1e-12, &format!("{kind:?} {u} V"));
+        }
+    }
+}
+
+/// Within the dead zone the motor is short-circuited: its back-EMF brakes, unlike behind a voltage drop.
+#[test]
+fn within_a_dead_zone_the_motor_brakes_and_beyond_it_the_zone_is_subtracted() {
+    let width = 0.25;
+    let drive = Drive { inertia: 1e-3, ..FLYWHEEL };
+    let rate_1_s = drive.motor_constant * drive.motor_constant / (drive.resistance * drive.inertia);
+    for kind in BOTH {
+        let mut bench = Bench::new(kind, &Setup::by_voltage(drive, &[("voltage-dead-zone", &[width])])).spin(20.0);
+        bench.hold(-0.24, 2.0);
+        close_rel(bench.omega(), 20.0 * (-rate_1_s * 2.0).exp(), 1e-7, &format!("{kind:?} brakes"));
+        for (u, driving) in [(0.4, 0.15), (-3.0, -2.75)] {
+            let mut bench = Bench::new(kind, &Setup::by_voltage(FLYWHEEL, &[("voltage-dead-zone", &[width])]));
+            close_rel(bench.hold(u, ROW_S), driving / FLYWHEEL.resistance, 1e-12, &format!("{kind:?} {u} V"));
+        }
+    }
+}

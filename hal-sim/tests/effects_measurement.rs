@@ -153,3 +153,17 @@ fn a_delayed_sensor_starts_with_the_initial_rate() {
         bench.hold(0.0, 1e-4);
     }
 }
+
+#[test]
+fn lost_counts_shift_the_angle_from_their_time_on_and_move_nothing() {
+    for kind in BOTH {
+        let mut bench = Bench::new(kind, &Setup::by_voltage(FLYWHEEL, &[("lost-counts", &[-0.012, 0.5003])])).spin(9.0);
+        bench.hold(0.0, 0.5);
+        close(bench.seen(false).theta, bench.theta(), 1e-15, &format!("{kind:?} before"));
+        bench.hold(0.0, 0.001);
+        close(bench.seen(false).theta, bench.theta() - 0.012, 1e-15, &format!("{kind:?} after"));
+        assert_eq!(bench.seen(false).omega, bench.omega(), "{kind:?}: a separate rate sensor");
+    }
+    let rig = turning(Kind::Rig, "lost-counts", &[-0.012, 0.5003], 9.0);
+    assert_eq!(rig.seen(true).jumped, -0.012, "the sum of the jumps is reported to the filter of a derived rate");
+}

@@ -17,7 +17,7 @@ fn drawn(draw: &mut Draw, p: &Parameter) -> f64 {
         Moves::Fraction => draw.even(p.range.0, p.range.1),
         Moves::EventTime => draw.even(0.0, 1.0),
         Moves::Signed => draw.signed_log(0.01 * usual, 100.0 * usual),
-        Moves::NonNegative | Moves::Positive => draw.log(0.01 * usual, 100.0 * usual),
+        Moves::NonNegative | Moves::Positive | Moves::Periodicity => draw.log(0.01 * usual, 100.0 * usual),
     };
     value.clamp(p.range.0, p.range.1)
 }

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use drive_model::{Card, ParameterKind, cards};
+use drive_model::{Card, ParameterKind, PeriodOf, Screening, cards};
 use hal_sim::plant::outsiders::{self, GrindingBearing, HuntingSupply, Outsiders, SectorRub, SlippingClutch};
 use hal_sim::plant::{Plant, Stand};
 use hal_sim::session::{self, SessionRequest};
@@ -178,7 +178,7 @@ impl Drawn {
     pub fn user_model(&self) -> Model {
         let mut draw = Draw(Xoshiro256PlusPlus::seed_from_u64(self.beliefs));
         self.model(&self.hidden.iter().map(String::as_str).collect::<Vec<_>>(), |_, kind, value| match kind {
-            ParameterKind::HarmonicOrder | ParameterKind::EventTime => value,
+            ParameterKind::HarmonicOrder | ParameterKind::Periodicity | ParameterKind::EventTime => value,
             ParameterKind::Phase => (value + draw.even((-MAX_PARAMETER_ERROR, MAX_PARAMETER_ERROR))).rem_euclid(std::f64::consts::TAU),
             _ => value * (1.0 + draw.even((-MAX_PARAMETER_ERROR, MAX_PARAMETER_ERROR))),
         })
@@ -208,8 +208,9 @@ impl Drawn {
         }
         for name in names {
             let given = &self.stand.effects[name];
-            for p in drive_model::card(name).into_iter().flat_map(|card| card.parameters) {
-                let value = in_log(p.kind, given.get(p.name).copied().unwrap_or(p.start));
+            let Some(card) = drive_model::card(name) else { continue };
+            let values: Vec<f64> = card.parameters.iter().map(|p| given.get(p.name).copied().unwrap_or(p.start)).collect();
+            for (p, value) in card.parameters.iter().zip(in_log(card, values)) {
                 // A true coefficient of zero is fixed at zero.
                 text += &match value == 0.0 && p.kind != ParameterKind::Phase {
                     true => format!("{} = {{ value = 0.0, fixed = true }}\n", p.name),
@@ -244,9 +245,23 @@ impl Drawn {
     }
 }
 
-/// Converts a parameter of the stand to the time base of the log, which starts with the first row.
-fn in_log(kind: ParameterKind, value: f64) -> f64 {
-    if kind == ParameterKind::EventTime { value - session::FIRST_ROW_S } else { value }
+/// Converts the parameters of an effect of the stand to the time base of the log, which starts with the first row.
+fn in_log(card: &Card, mut values: Vec<f64>) -> Vec<f64> {
+    for (value, p) in values.iter_mut().zip(card.parameters) {
+        if p.kind == ParameterKind::EventTime {
+            *value -= session::FIRST_ROW_S;
+        }
+    }
+    match (card.screening, values.as_mut_slice()) {
+        (Screening::Periodicities(PeriodOf::Time), [_, frequency_Hz, phase]) => {
+            *phase = (*phase + std::f64::consts::TAU * *frequency_Hz * session::FIRST_ROW_S).rem_euclid(std::f64::consts::TAU);
+        }
+        (Screening::LogFractions(_), [excesses @ .., time_constant_s]) => {
+            excesses.iter_mut().for_each(|excess| *excess *= (-session::FIRST_ROW_S / *time_constant_s).exp());
+        }
+        _ => {}
+    }
+    values
 }
 
 /// Name of a mode in a case's name.

@@ -33,9 +33,14 @@ fn column<'a>(record: &'a Record, name: &str) -> &'a [f64] {
     record.column(name).unwrap()
 }
 
+/// Names of the parameters that are times of the record.
+fn event_times() -> impl Iterator<Item = &'static str> {
+    cards().iter().flat_map(|card| card.parameters).filter(|p| p.kind == ParameterKind::EventTime).map(|p| p.name)
+}
+
 /// Long enough that delayed effects have started.
 fn seconds(stand: &Stand) -> f64 {
-    let moment = stand.effects.values().find_map(|p| p.get("load_from_s")).copied();
+    let moment = stand.effects.values().find_map(|p| event_times().find_map(|name| p.get(name))).copied();
     moment.map_or(2.0, |t| t + 1.0)
 }
 
@@ -60,13 +65,13 @@ fn open_loop_measurement_effect_moves_only_its_reading() {
     for card in cards().iter().filter(|c| c.domain == Domain::Measurement) {
         let mut stand = Stand::default();
         hidden::hide(card.id, &mut stand).unwrap();
-        let request = steps(Mode::Voltage, 2.0);
+        let request = steps(Mode::Voltage, seconds(&stand));
         let (null, other) = (session(&Stand::default(), request), session(&stand, request));
         let motion = |r: &Record| (r.true_theta_rad.clone(), r.true_omega_rad_s.clone(), column(r, "u_V").to_vec());
         assert!(motion(&null) == motion(&other), "{}: the motion and what drives it are the same", card.id);
         let reading = if card.id.starts_with("current") {
             "i_A"
-        } else if card.id.starts_with("encoder") {
+        } else if ["encoder-eccentricity", "lost-counts"].contains(&card.id) {
             "theta_rad"
         } else {
             "omega_rad_s"
@@ -95,9 +100,11 @@ fn file_with(card: &Card) -> Table {
     let mut stand = Stand::default();
     hidden::hide(card.id, &mut stand).unwrap();
     let mut file = Table::try_from(&stand).unwrap();
-    if let Some(moment) = file["effects"][card.id].get_mut("load_from_s") {
-        // Within the short session.
-        *moment = Value::Float(0.7);
+    for name in event_times() {
+        if let Some(moment) = file["effects"][card.id].get_mut(name) {
+            // Within the short session.
+            *moment = Value::Float(0.7);
+        }
     }
     file
 }

@@ -142,7 +142,8 @@ impl Plant {
     fn catch<const N: usize>(&self, s: &mut [f64; N], contact: ContactState) {
         let (FULL, Some(clutch)) = (N, &self.outsiders.slipping_clutch) else { return };
         if contact.slips * (s[MOTOR] - s[OMEGA]) < 0.0 {
-            let share = clutch.motor_inertia_share;
+            let varying = self.varying_inertia(s, &self.contributions(s, s[CURRENT], 0.0, self.t_s)).0;
+            let share = clutch.motor_inertia_share * self.inertia / (self.inertia + varying);
             // A motor that is held stays at rest.
             let together = if contact.slides == 0.0 { s[MOTOR] } else { share * s[MOTOR] + (1.0 - share) * s[OMEGA] };
             s[MOTOR] = together;

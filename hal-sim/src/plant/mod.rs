@@ -101,7 +101,9 @@ impl Plant {
     pub fn mechanical_energy_J(&self) -> f64 {
         let s = &self.state;
         let bristle = self.structure.bristle_N_m_rad.map_or(0.0, |stiffness| 0.5 * stiffness * s[BRISTLE] * s[BRISTLE]);
+        let varying = self.varying_inertia(s, &self.contributions(s, s[CURRENT], 0.0, self.t_s)).0;
         bristle
+            + 0.5 * varying * s[OMEGA] * s[OMEGA]
             + match &self.structure.shaft {
                 None => {
                     let share = self.outsiders.slipping_clutch.map_or(0.0, |clutch| clutch.motor_inertia_share);

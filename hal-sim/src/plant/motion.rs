@@ -39,14 +39,23 @@ impl Plant {
         if N == FULL && (self.structure.shaft.is_some() || self.outsiders.slipping_clutch.is_some()) { MOTOR } else { OMEGA }
     }
 
-    /// Inertia on which friction acts.
+    /// Inertias on the motor side and on the platform side of a shaft or an open clutch; without one, the whole inertia and 0.
     #[inline]
-    pub(super) fn rubbed_inertia<const N: usize>(&self) -> f64 {
-        if N == PLAIN {
-            self.inertia
-        } else {
-            self.structure.shaft.as_ref().map_or(self.inertia, |s| self.inertia * s.motor_inertia_fraction)
-        }
+    fn constant_inertias<const N: usize>(&self) -> (f64, f64) {
+        let share = match (&self.structure.shaft, &self.outsiders.slipping_clutch) {
+            _ if N == PLAIN => None,
+            (Some(shaft), _) => Some(shaft.motor_inertia_fraction),
+            (None, clutch) => clutch.as_ref().map(|clutch| clutch.motor_inertia_share),
+        };
+        share.map_or((self.inertia, 0.0), |share| (self.inertia * share, self.inertia * (1.0 - share)))
+    }
+
+    /// The part of the inertia that varies with the angle, kg m², and the torque −½ J′ ω² that acts on the platform with it, N m.
+    #[inline(always)]
+    pub(super) fn varying_inertia<const N: usize>(&self, s: &[f64; N], total: &Contributions<f64>) -> (f64, f64) {
+        // A body that is put on the platform does not change with the angle.
+        let drive = self.inertia - self.added;
+        (drive * total.inertia_variation, -0.5 * drive * total.inertia_slope * s[OMEGA] * s[OMEGA])
     }
 
     #[inline]
@@ -54,6 +63,7 @@ impl Plant {
         Point {
             from_s: t_s,
             to_s: t_s,
+            start_s: 0.0,
             theta: s[THETA],
             theta_measured: false,
             omega: s[self.motor::<N>()],
@@ -92,7 +102,7 @@ impl Plant {
         }
     }
 
-    /// Contributions and current at a state, with the output of the bridge.
+    /// Contributions and current at a state, with the output of the bridge. The Coulomb torque is that under the present motor torque.
     #[inline(always)]
     pub(super) fn at<const N: usize>(&self, s: &[f64; N], rubs: bool, bridge_V: f64, t_s: f64) -> (Contributions<f64>, f64) {
         let (mut total, current) = self.inside(s, bridge_V, t_s);
@@ -109,6 +119,13 @@ impl Plant {
     /// Contributions of the catalogue's laws. The current of a winding without inductance follows algebraically; laws that depend on it are iterated.
     #[inline(always)]
     fn inside<const N: usize>(&self, s: &[f64; N], command_V: f64, t_s: f64) -> (Contributions<f64>, f64) {
+        let (mut total, current) = self.electrical(s, command_V, t_s);
+        total.coulomb_torque = total.coulomb_torque_under(self.motor_constant * total.motor_factor * current);
+        (total, current)
+    }
+
+    #[inline(always)]
+    fn electrical<const N: usize>(&self, s: &[f64; N], command_V: f64, t_s: f64) -> (Contributions<f64>, f64) {
         if self.structure.inductance_H.is_some() {
             return (self.contributions(s, s[CURRENT], command_V, t_s), s[CURRENT]);
         }
@@ -148,7 +165,16 @@ impl Plant {
         let bristle = self.structure.bristle_N_m_rad;
         let dry = if bristle.is_some() { 0.0 } else { total.coulomb_torque };
         let torque = self.torque(s, &total, current) - contact.slides * dry;
-        d[motor] = if contact.slides == 0.0 { 0.0 } else { torque / self.rubbed_inertia::<N>() };
+        let (motor_inertia, platform_inertia) = self.constant_inertias::<N>();
+        let (varying, reaction) = self.varying_inertia(s, &total);
+        let has_shaft = N == FULL && self.structure.shaft.is_some();
+        d[motor] = if contact.slides == 0.0 {
+            0.0
+        } else if has_shaft {
+            torque / motor_inertia
+        } else {
+            (torque + reaction) / (motor_inertia + platform_inertia + varying)
+        };
         d[THETA] = s[OMEGA];
         d[CHARGE] = current;
         if let Some(inductance) = self.structure.inductance_H {
@@ -164,17 +190,16 @@ impl Plant {
             return d;
         }
         if let Some(clutch) = &self.outsiders.slipping_clutch {
-            let share = clutch.motor_inertia_share;
             let carried = contact.slips * clutch.clutch_N_m;
             if contact.slips == 0.0 {
                 d[OMEGA] = d[motor];
             } else {
-                d[motor] = if contact.slides == 0.0 { 0.0 } else { (torque - carried) / (self.inertia * share) };
-                d[OMEGA] = carried / (self.inertia * (1.0 - share));
+                d[motor] = if contact.slides == 0.0 { 0.0 } else { (torque - carried) / motor_inertia };
+                d[OMEGA] = (carried + reaction) / (platform_inertia + varying);
             }
         }
         if let Some(shaft) = &self.structure.shaft {
-            d[OMEGA] = through(shaft, s) / (self.inertia - self.rubbed_inertia::<N>());
+            d[OMEGA] = (through(shaft, s) + reaction) / (platform_inertia + varying);
             d[TWIST] = s[MOTOR] - s[OMEGA];
         }
         if let (Some(stiffness), true) = (bristle, total.coulomb_torque > 0.0) {
@@ -225,7 +250,11 @@ impl Plant {
         }
         let (total, current) = self.at(s, self.rubs(s), self.bridge_V::<N>(command_V, t_s), t_s);
         let dry = if self.structure.bristle_N_m_rad.is_some() { 0.0 } else { total.coulomb_torque };
-        let carried = (self.torque(s, &total, current) - slides * dry) * (1.0 - clutch.motor_inertia_share);
+        let (motor_inertia, platform_inertia) = self.constant_inertias::<N>();
+        let (varying, reaction) = self.varying_inertia(s, &total);
+        let platform_inertia = platform_inertia + varying;
+        let torque = self.torque(s, &total, current) - slides * dry;
+        let carried = (torque + reaction) * platform_inertia / (motor_inertia + platform_inertia) - reaction;
         if carried.abs() <= clutch.clutch_N_m { 0.0 } else { carried.signum() }
     }
 

@@ -41,7 +41,7 @@ impl Sensing {
     /// Takes the state after `dt_s`; 0 initialises the elements without history.
     pub(super) fn take(&mut self, laws: &[LawParameters], x: &Point<f64>, omega: f64, theta: f64, current: f64, dt_s: f64) {
         let x = Point { omega, ..*x };
-        let mut reading = Reading { omega, theta, current };
+        let mut reading = Reading::of(omega, theta, current);
         for (law, parameters) in laws {
             law.measure(parameters, &x, &mut reading);
         }

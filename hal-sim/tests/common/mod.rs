@@ -201,7 +201,7 @@ impl Bench {
     fn seen_by(&self, span: &RowInput) -> Reading<f64> {
         match &self.machine {
             Machine::Rig { rig, state } => rig.read((state.omega, state.theta, state.heat_K), span, self.current),
-            Machine::Plant(plant) => Reading { omega: plant.rate_rad_s(), theta: plant.theta_rad(), current: plant.mean_current_A() },
+            Machine::Plant(plant) => Reading::of(plant.rate_rad_s(), plant.theta_rad(), plant.mean_current_A()),
         }
     }
 
@@ -229,16 +229,7 @@ impl Bench {
 
 /// A row without measured angle.
 pub fn span(t_s: f64, dt_s: f64, input: f64, temp_C: Option<f64>) -> RowInput {
-    RowInput {
-        t_s,
-        dt_s,
-        input,
-        theta: None,
-        temp_C,
-        supply_ratio: 1.0,
-        rate_from_encoder: false,
-        columns: [0.0; drive_model::MAX_COLUMNS],
-    }
+    RowInput { temp_C, ..RowInput::new(t_s, dt_s, input) }
 }
 
 /// |a − b| ≤ tolerance, with the values in the message.

@@ -293,6 +293,7 @@ fn user_effect_acts_at_each_summing_point() {
     let x = Point {
         from_s: 1.0,
         to_s: 1.5,
+        start_s: 0.0,
         theta: 0.3,
         theta_measured: false,
         omega: 2.0,
@@ -307,7 +308,7 @@ fn user_effect_acts_at_each_summing_point() {
         let mut model = example();
         model.add_user_effect("mine", place, "k * (t + theta + omega + i + u + T)", &[("k", 2.0)]).unwrap();
         let own = &model.user_effects()[1];
-        let (mut acts, mut reading) = (Contributions::<f64>::none(), Reading { omega: 0.0, theta: 0.0, current: 0.0 });
+        let (mut acts, mut reading) = (Contributions::<f64>::none(), Reading::of(0.0, 0.0, 0.0));
         own.contribute(&[2.0], &x, &mut acts);
         own.measure(&[2.0], &x, &mut reading);
         let all = [acts.torque, acts.coulomb_torque, acts.voltage, reading.omega, reading.theta, reading.current];

@@ -91,6 +91,7 @@ fn kind(kind: ParameterKind) -> &'static str {
         ParameterKind::Fraction => "share",
         ParameterKind::Phase => "phase",
         ParameterKind::HarmonicOrder => "order",
+        ParameterKind::Periodicity => "periodicity",
         ParameterKind::EventTime => "moment",
     }
 }

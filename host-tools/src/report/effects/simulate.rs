@@ -56,7 +56,7 @@ impl SimulatedPair {
 /// Typical value of a parameter on the default stand: the middle of its simulated range.
 fn typical(p: &Parameter, demonstration: &Demonstration) -> f64 {
     match p.kind {
-        ParameterKind::HarmonicOrder => p.start,
+        ParameterKind::HarmonicOrder | ParameterKind::Periodicity => p.start,
         ParameterKind::Phase => 0.7,
         ParameterKind::EventTime => 0.4 * demonstration.duration_s,
         _ if p.simulated_range.1 > 0.0 => 0.5 * (p.simulated_range.0 + p.simulated_range.1),

@@ -14,6 +14,9 @@ use crate::report::{column, listed, numbers, unit};
 pub fn refusal(axis: Axis, reason: &Refusal) -> String {
     match reason {
         Refusal::ReducesTo { parameter, effect } => format!("{parameter} is zero within its error, which reduces the effect to {effect}"),
+        Refusal::WholeOrder { parameter, value, effect } => {
+            format!("{parameter} = {} is whole within its error, which makes the effect {effect}", numbers::significant(*value, 5))
+        }
         Refusal::NegativeAmplitude { parameter: Some(parameter) } => format!("{parameter} would have to be negative"),
         Refusal::NegativeAmplitude { parameter: None } => "the best amplitude would be negative, which is unphysical".to_owned(),
         Refusal::OutsideRange { parameter, own, value, .. } => {

@@ -269,6 +269,14 @@ pub struct HarmonicCriteria {
     pub motor_constant_orders: usize,
     /// Orders of the encoder that are screened exactly; default 2.
     pub encoder_orders: usize,
+    /// Highest order of the inertia, periods per turn; default 20, the limit of the card.
+    pub max_inertia_order: usize,
+    /// Orders of the inertia that are screened exactly; default 2.
+    pub inertia_orders: usize,
+    /// Numbers of periods per turn, not whole, that are screened exactly; default 2. As many frequencies.
+    pub periods: usize,
+    /// Fewest periods in the log of a period that need not be a whole part of a turn; default 2. Less is a drift.
+    pub min_periods_in_log: f64,
     /// Phase of the highest order that one row covers at the largest rate, rad; default 4π, a period per row at half of that rate.
     pub max_phase_per_row_rad: f64,
     /// Most multiples of half a period of the log that are searched as frequencies; default 3000.
@@ -296,6 +304,10 @@ impl Default for HarmonicCriteria {
             local_orders: 1,
             motor_constant_orders: 4,
             encoder_orders: 2,
+            max_inertia_order: 20,
+            inertia_orders: 2,
+            periods: 2,
+            min_periods_in_log: 2.0,
             max_phase_per_row_rad: 2.0 * std::f64::consts::TAU,
             max_half_periods: 3000,
             max_frequency_Hz: 50.0,

@@ -5,6 +5,7 @@
 //! model's own parameters could imitate, so that it only ranks; [`super::score`] computes the exact score of the best few.
 
 mod local_torque;
+pub mod periods;
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -25,6 +26,7 @@ pub struct HarmonicOrders {
     torque: Vec<u32>,
     motor_constant: Vec<u32>,
     encoder: Vec<u32>,
+    inertia: Vec<u32>,
 }
 
 impl HarmonicOrders {
@@ -34,6 +36,7 @@ impl HarmonicOrders {
             HarmonicSource::Torque => &self.torque,
             HarmonicSource::MotorConstant => &self.motor_constant,
             HarmonicSource::Encoder => &self.encoder,
+            HarmonicSource::Inertia => &self.inertia,
         }
     }
 }
@@ -80,7 +83,13 @@ pub fn search_orders(base: &FittedModel) -> HarmonicOrders {
     } else {
         Vec::new()
     };
-    HarmonicOrders { torque, motor_constant, encoder }
+    let inertia = if scan.has_inertia {
+        let scores = scan.scores(highest.min(criteria.max_inertia_order), Quantity::Inertia);
+        best(&scores, &known(HarmonicSource::Inertia), criteria.inertia_orders)
+    } else {
+        Vec::new()
+    };
+    HarmonicOrders { torque, motor_constant, encoder, inertia }
 }
 
 /// The best frequency of a torque and of the voltage that oscillate in time.
@@ -115,6 +124,8 @@ enum Quantity {
     MotorConstant,
     /// The angle that the encoder measures.
     EncoderAngle,
+    /// The inertia, relative to its mean.
+    Inertia,
 }
 
 /// One row, as the scan of every order needs it.
@@ -126,6 +137,8 @@ struct Row {
     by_motor_constant: (f64, f64),
     /// Torque and current by a relative change of the voltage.
     by_voltage: (f64, f64),
+    /// Rate of the phase θ, rad/s, and its derivative; of the platform where θ is its angle.
+    motion: (f64, f64),
     /// Weighted residuals of rate, current or torque, angle; 0 where held out or not compared.
     residuals: (f64, f64, f64),
     /// The row is fitted.
@@ -151,6 +164,10 @@ struct Scan<'s> {
     /// Motor constant, N m/A; `None`: not in the model.
     motor_constant: Option<f64>,
     current_is_measured: bool,
+    /// The model has an inertia.
+    has_inertia: bool,
+    /// Inertia, kg m².
+    inertia: f64,
     /// Largest rate, rad/s.
     largest_rate: f64,
 }
@@ -187,11 +204,15 @@ impl<'s> Scan<'s> {
         let last = data.len() - 1;
         let braking = if by_voltage { k / resistance } else { 0.0 };
         let mut largest_rate = 0.0_f64;
+        let slope = |values: &dyn Fn(usize) -> f64, row: usize| {
+            let (a, b) = (row.saturating_sub(lag / 2), (row + lag.div_ceil(2)).min(last));
+            let span_s = data.t_s[b] - data.t_s[a];
+            if span_s > 0.0 { (values(b) - values(a)) / span_s } else { 0.0 }
+        };
+        let rates: Vec<f64> = (0..=last).map(|row| slope(&|k| theta[k], row)).collect();
         let rows = (0..=last)
             .map(|row| {
-                let (a, b) = (row.saturating_sub(lag / 2), (row + lag.div_ceil(2)).min(last));
-                let span_s = data.t_s[b] - data.t_s[a];
-                let omega = if span_s > 0.0 { (theta[b] - theta[a]) / span_s } else { 0.0 };
+                let omega = rates[row];
                 largest_rate = largest_rate.max(omega.abs());
                 let weighted = |c: Option<usize>| {
                     c.map_or(0.0, |c| residuals[c].get(row).copied().filter(|r| r.is_finite()).unwrap_or(0.0) * weights[c])
@@ -206,6 +227,7 @@ impl<'s> Scan<'s> {
                     theta: theta[row],
                     by_motor_constant: (k * (i - braking * omega), -braking * omega),
                     by_voltage: (k * driven_A, driven_A),
+                    motion: (omega, slope(&|k| rates[k], row)),
                     residuals,
                     fitted,
                 }
@@ -224,6 +246,8 @@ impl<'s> Scan<'s> {
             weights: (weight(rate), weight(drive), weight(angle)),
             motor_constant,
             current_is_measured: current.is_some(),
+            has_inertia: inertia > 0.0,
+            inertia,
             largest_rate,
         }
     }
@@ -261,8 +285,17 @@ impl<'s> Scan<'s> {
                     (wave_re[n], wave_im[n]) = (c, s);
                     (c, s) = (c * row.rotation.0 - s * row.rotation.1, c * row.rotation.1 + s * row.rotation.0);
                 }
+                if quantity == Quantity::Inertia {
+                    // J(θ) = J (1 + e^{inθ}): the torque −J (ω' + ½ i n ω²) e^{inθ}.
+                    let (by_acceleration, by_rate) = (-self.inertia * row.motion.1, -0.5 * self.inertia * row.motion.0 * row.motion.0);
+                    for n in 0..ORDERS_TOGETHER {
+                        let turned = by_rate * (first + n) as f64;
+                        (wave_re[n], wave_im[n]) =
+                            (by_acceleration * wave_re[n] - turned * wave_im[n], by_acceleration * wave_im[n] + turned * wave_re[n]);
+                    }
+                }
                 let (torque, at_once) = match quantity {
-                    Quantity::Torque => (1.0, self.demand_per_torque),
+                    Quantity::Torque | Quantity::Inertia => (1.0, self.demand_per_torque),
                     Quantity::MotorConstant => {
                         (row.by_motor_constant.0, row.by_motor_constant.1 + self.demand_per_torque * row.by_motor_constant.0)
                     }

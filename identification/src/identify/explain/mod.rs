@@ -5,7 +5,7 @@
 //!
 //! * [`join_logs`]: several logs as one, prepared once;
 //! * [`fitted_model`]: fit of the given model;
-//! * [`screen`] ([`trial`], [`visibility`], [`harmonics`], [`score`]): every effect of the catalogue, scored by its sensitivity;
+//! * [`screen`] ([`trial`], [`visibility`], [`harmonics`], [`jumps`], [`score`]): every effect of the catalogue, scored by its sensitivity;
 //! * [`refit`] ([`candidate`], [`descent`]): the best few, fitted;
 //! * [`compare`] ([`likelihood`], [`refusal`]): evidence on whitened residuals;
 //! * [`search`] ([`stop`], [`eliminate`]): add or stop, remove what is no longer needed;
@@ -26,6 +26,7 @@ mod experiment;
 mod fitted_model;
 mod harmonics;
 pub mod join_logs;
+mod jumps;
 pub mod likelihood;
 mod motion;
 pub mod next_experiment;

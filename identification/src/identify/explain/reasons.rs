@@ -14,6 +14,15 @@ pub enum Refusal {
         /// The effect without it.
         effect: &'static str,
     },
+    /// A number of periods per turn is whole within its error, which makes the effect another one.
+    WholeOrder {
+        /// The parameter.
+        parameter: String,
+        /// Its value.
+        value: f64,
+        /// The effect with a whole order.
+        effect: &'static str,
+    },
     /// An amplitude is at zero or would be negative.
     NegativeAmplitude {
         /// The parameter; `None` where the effect was only screened.

@@ -6,6 +6,7 @@ use super::candidate::FittedCandidate;
 use super::criteria::MisfitClass;
 use super::fitted_model::FittedModel;
 use super::likelihood::WhitenedSums;
+use super::motion::turns;
 use super::reasons::Refusal;
 use crate::statistics::Extremes;
 
@@ -13,7 +14,7 @@ use crate::statistics::Extremes;
 /// whitened sums of the model without and with the candidate.
 pub fn refusal(base: &FittedModel, candidate: &FittedCandidate, without: &WhitenedSums, with: &WhitenedSums) -> Option<Refusal> {
     unphysical(base, candidate)
-        .or_else(|| no_gain(base, without, with))
+        .or_else(|| no_gain(base, candidate, without, with))
         .or_else(|| heldout_error_grows(base, candidate))
         .or_else(|| log_gets_worse(base, without, with))
 }
@@ -24,8 +25,14 @@ fn unphysical(base: &FittedModel, candidate: &FittedCandidate) -> Option<Refusal
         let own = candidate.own.contains(&k);
         let (low, high) = p.range;
         let slack = tolerance * candidate.sigmas[k];
-        if let Some(effect) = candidate.trial.card.reduces_to.filter(|_| k == candidate.own.start && p.value < slack) {
-            return Some(Refusal::ReducesTo { parameter: p.name.clone(), effect });
+        if let Some(effect) = candidate.trial.card.reduces_to.filter(|_| own) {
+            if p.kind == ParameterKind::Periodicity {
+                if (p.value - p.value.round()).abs() < slack.max(least_distance(base)) {
+                    return Some(Refusal::WholeOrder { parameter: p.name.clone(), value: p.value, effect });
+                }
+            } else if k == candidate.own.start && !candidate.trial.card.polar && p.value < slack {
+                return Some(Refusal::ReducesTo { parameter: p.name.clone(), effect });
+            }
         }
         // A level at zero is no effect.
         let absent = own && p.kind == ParameterKind::NonNegative && !p.fixed && p.value <= low && !candidate.trial.card.polar;
@@ -43,7 +50,13 @@ fn unphysical(base: &FittedModel, candidate: &FittedCandidate) -> Option<Refusal
     None
 }
 
-fn no_gain(base: &FittedModel, without: &WhitenedSums, with: &WhitenedSums) -> Option<Refusal> {
+/// Least distance of a number of periods per turn from a whole one that is a difference: a hundredth of a period over all turns of the log, a few
+/// counts of an encoder.
+fn least_distance(base: &FittedModel) -> f64 {
+    0.01 / turns(&base.data).max(1.0)
+}
+
+fn no_gain(base: &FittedModel, candidate: &FittedCandidate, without: &WhitenedSums, with: &WhitenedSums) -> Option<Refusal> {
     let criteria = &base.context.criteria.evidence;
     if with.gain(without) > 0.0 {
         return Some(Refusal::NoGain);
@@ -53,7 +66,7 @@ fn no_gain(base: &FittedModel, without: &WhitenedSums, with: &WhitenedSums) -> O
         return Some(Refusal::HeldOutErrorGrows { gain: heldout_gain });
     }
     let small = gain < criteria.confirmed_below_gain;
-    if small && without.holds_rows_out() && heldout_gain < criteria.min_confirmed_fraction * gain {
+    if small && !candidate.trial.acts_in_few_rows() && without.holds_rows_out() && heldout_gain < criteria.min_confirmed_fraction * gain {
         return Some(Refusal::NotConfirmed { gain, heldout_gain });
     }
     if base.misfit() == MisfitClass::Noise && gain < criteria.min_gain_at_noise {
@@ -64,7 +77,7 @@ fn no_gain(base: &FittedModel, without: &WhitenedSums, with: &WhitenedSums) -> O
 
 /// While much is unexplained, whitened residuals are mostly the colour of the error. Then the residuals themselves must get smaller too.
 fn heldout_error_grows(base: &FittedModel, candidate: &FittedCandidate) -> Option<Refusal> {
-    if base.misfit() <= MisfitClass::Moderate {
+    if base.misfit() <= MisfitClass::Moderate || candidate.trial.acts_in_few_rows() {
         return None;
     }
     let change = base.context.criteria.evidence.max_insignificant_change;

@@ -2,6 +2,7 @@
 
 use super::criteria::{Criteria, MisfitClass};
 use super::fitted_model::FittedModel;
+use super::harmonics::periods::{Periods, search_periods};
 use super::harmonics::search_orders;
 use super::score::{Score, score_trials};
 use super::trial::{Invisible, Trial};
@@ -38,7 +39,8 @@ impl Screening {
     /// Screens everything that can be added to a model.
     pub fn of(base: &FittedModel) -> Self {
         let criteria = base.context.criteria;
-        let (mut trials, invisible) = trials::list(base, &search_orders(base));
+        let periods = search_periods(base);
+        let (mut trials, invisible) = trials::list(base, &search_orders(base), &periods);
         if base.misfit() == MisfitClass::Noise {
             // A shaft that is visible leaves more than noise.
             trials.retain(|t| !t.is_expensive());
@@ -46,7 +48,7 @@ impl Screening {
         let scores = score_trials(base, &trials);
         let mut order: Vec<usize> = (0..trials.len()).collect();
         order.sort_by(|a, b| scores[*b].chi2_decrease.total_cmp(&scores[*a].chi2_decrease));
-        let tests = number_of_tests(&trials, criteria);
+        let tests = number_of_tests(&trials, &periods, base, criteria);
         Screening { trials, scores, invisible, order, tests, critical_score: critical_score(tests, criteria) }
     }
 
@@ -103,10 +105,14 @@ impl Screening {
     }
 }
 
-/// Number of tests of one adding step: every trial, and twice every order that was scanned.
-fn number_of_tests(trials: &[Trial], criteria: &Criteria) -> usize {
+/// Number of tests of one adding step: every trial, twice every order that was scanned, every period, and every row at which the angle may jump.
+fn number_of_tests(trials: &[Trial], periods: &Periods, base: &FittedModel, criteria: &Criteria) -> usize {
+    let jumps = trials.iter().any(|t| matches!(t.card.screening, drive_model::Screening::AngleJumps(_)));
     let scanned = trials.iter().any(|t| t.card.screening == drive_model::Screening::Harmonics(drive_model::HarmonicSource::Torque));
-    trials.len() + if scanned { 2 * criteria.harmonics.max_order } else { 0 }
+    trials.len()
+        + if scanned { 2 * criteria.harmonics.max_order } else { 0 }
+        + periods.tested
+        + if jumps { base.data.len() / base.data.angle_lag() } else { 0 }
 }
 
 /// Score of one degree of freedom with the familywise probability of the criteria in so many tests, by bisection.

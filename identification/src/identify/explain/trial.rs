@@ -30,6 +30,11 @@ impl Trial {
         self.card.elastic == Some(Elastic::Shaft)
     }
 
+    /// It acts in a few rows: the held-out rows need not contain any of them, and then neither confirm nor refute it.
+    pub fn acts_in_few_rows(&self) -> bool {
+        matches!(self.card.screening, Screening::AngleJumps(_))
+    }
+
     /// It adds the winding temperature to the state of the model, which cannot be shared with other trials.
     pub fn adds_thermal_state(&self, data: &PreparedLog) -> bool {
         matches!(self.card.screening, Screening::HeatCapacities(_)) && data.temp_C.is_none()

@@ -9,6 +9,8 @@ use drive_model::{Card, ParameterKind, Screening, cards};
 use super::criteria::TrialCriteria;
 use super::fitted_model::FittedModel;
 use super::harmonics::HarmonicOrders;
+use super::harmonics::periods::Periods;
+use super::jumps::search_jumps;
 use super::motion::{angle, measured_current, turns};
 use super::stiffness::{max_bristle_stiffness, shaft_ranges};
 use super::trial::{Invisible, Trial};
@@ -20,12 +22,12 @@ use crate::model::{BaseParameter, Channel, Input, Model};
 use crate::statistics::Extremes;
 
 /// All trials beside a model, and the effects that the logs cannot show.
-pub fn list(base: &FittedModel, orders: &HarmonicOrders) -> (Vec<Trial>, Vec<Invisible>) {
+pub fn list(base: &FittedModel, orders: &HarmonicOrders, periods: &Periods) -> (Vec<Trial>, Vec<Invisible>) {
     let (mut trials, mut invisible) = (Vec::new(), Vec::new());
     for card in cards().iter().copied().filter(|card| may_be_added(&base.model, card)) {
         match not_visible(card, base) {
             Some(reason) => invisible.push(Invisible { card, reason }),
-            None => trials.extend(trials_of(card, base, orders)),
+            None => trials.extend(trials_of(card, base, orders, periods)),
         }
     }
     (trials, invisible)
@@ -42,7 +44,7 @@ pub fn is_modified_by_another(model: &Model, card: &Card) -> bool {
 }
 
 /// The trials of one effect.
-fn trials_of(card: &'static Card, base: &FittedModel, orders: &HarmonicOrders) -> Vec<Trial> {
+fn trials_of(card: &'static Card, base: &FittedModel, orders: &HarmonicOrders, periods: &Periods) -> Vec<Trial> {
     let (model, data, criteria) = (&base.model, &base.data, &base.context.criteria.trials);
     let starts: Vec<f64> = card.parameters.iter().map(|p| p.start).collect();
     let trial = |values: Vec<f64>, screened: Vec<bool>, fitted: Vec<bool>, absent: bool| Trial {
@@ -69,6 +71,29 @@ fn trials_of(card: &'static Card, base: &FittedModel, orders: &HarmonicOrders) -
         Screening::Harmonics(source) => {
             let list = harmonic(orders.of(source));
             if card.uses_rate_source && rate_source_is_unknown(base) { for_both_rate_sources(list) } else { list }
+        }
+        Screening::Periodicities(period) => {
+            let (low, high) = card.parameters[1].range;
+            let inside = periods.of(period).iter().filter(|p| (low..=high).contains(*p));
+            let values = inside.map(|&p| vec![criteria.absent_amplitude, p, 0.0]);
+            values.map(|v| trial(v, vec![true, false, true], vec![true; 3], true)).collect()
+        }
+        Screening::LogFractions(fractions) => {
+            let length_s = data.t_s[data.len() - 1] - data.t_s[0];
+            let at = |fraction: f64| {
+                coefficient_trials(card, criteria.absent_amplitude, |mut values, screened, mut fitted, absent| {
+                    if let (Some(time), Some(free)) = (values.last_mut(), fitted.last_mut()) {
+                        (*time, *free) = (fraction * length_s, true);
+                    }
+                    trial(values, screened, fitted, absent)
+                })
+            };
+            fractions.iter().copied().flat_map(at).collect()
+        }
+        Screening::AngleJumps(count) => {
+            let times = search_jumps(base, count).into_iter();
+            // The time of a jump is known to a row: a fit cannot improve it.
+            times.map(|time| trial(vec![0.0, time], vec![true, false], vec![true, false], true)).collect()
         }
         Screening::RateFractions(fractions) => {
             let largest = largest_rate(data, criteria);

@@ -54,6 +54,28 @@ pub struct MeasurementChain<S> {
     increment: usize,
     /// The last values, for increments.
     values: VecDeque<S>,
+    /// Jumps of the angle, in a rate that is derived from it.
+    jumps: Option<Jumps<S>>,
+}
+
+/// Jumps of the angle in a rate that is the difference of the angle over an interval.
+struct Jumps<S> {
+    interval_s: f64,
+    /// Times of the last rows, with the sum of all jumps up to there.
+    past: VecDeque<(f64, S)>,
+}
+
+impl<S: Scalar> Jumps<S> {
+    /// The part of the rate at `t_s` that the jumps within the interval before make.
+    fn push(&mut self, t_s: f64, jumped: S) -> S {
+        self.past.push_back((t_s, jumped));
+        let begin_s = t_s - self.interval_s + TIME_TOLERANCE_S;
+        while self.past.len() > 1 && self.past[1].0 <= begin_s {
+            self.past.pop_front();
+        }
+        let before = self.past.front().map_or(jumped, |(_, before)| *before);
+        (jumped - before) / self.interval_s
+    }
 }
 
 /// The previous row: time, true rate and angle, measured quantity.
@@ -77,6 +99,8 @@ impl<S: Scalar> MeasurementChain<S> {
         let skew_s = structure.skew_s.filter(|_| delayed_channel(data) == Some(index));
         let window_s = channel.mean_before_s.unwrap_or(0.0);
         let reach_s = window_s + skew_s.map_or(0.0, |s| s.re()) + 4.0 * data.dt_s;
+        let derived = channel.channel == Channel::Rate && data.rate_from_encoder && structure.angle_jumps;
+        let jumps = derived.then(|| Jumps { interval_s: window_s.max(data.dt_s), past: VecDeque::new() });
         let history = (window_s > 0.0 || skew_s.is_some()).then(|| SignalHistory::new(reach_s, channel.channel == Channel::Current));
         MeasurementChain {
             channel: channel.channel,
@@ -89,6 +113,7 @@ impl<S: Scalar> MeasurementChain<S> {
             last: None,
             increment: if channel.channel == Channel::Angle { data.angle_lag() } else { 0 },
             values: VecDeque::new(),
+            jumps,
         }
     }
 
@@ -105,7 +130,8 @@ impl<S: Scalar> MeasurementChain<S> {
             Channel::Angle => row.reading.theta,
             _ => row.reading.current,
         };
-        let value = match (self.within_rows, self.channel) {
+        let spike = self.jumps.as_mut().map(|jumps| jumps.push(row.input.t_s, row.reading.jumped));
+        let mut value = match (self.within_rows, self.channel) {
             (false, _) => self.filtered(row.input.t_s, measured),
             (true, Channel::Rate | Channel::Angle) => self.continuous(row, measured)?,
             (true, _) => {
@@ -113,6 +139,9 @@ impl<S: Scalar> MeasurementChain<S> {
                 self.filtered(row.input.t_s, value)
             }
         };
+        if let Some(spike) = spike {
+            value += spike;
+        }
         if self.increment > 0 {
             self.values.push_back(value);
             if self.values.len() <= self.increment {

@@ -7,6 +7,7 @@
 //! differences of successive residuals, on which a wrong model has little influence. One block of 2 s in four is held out: it is simulated, but
 //! has zero weight.
 
+pub mod angle_jumps;
 pub mod build;
 pub mod channel_fit;
 pub mod covariance;

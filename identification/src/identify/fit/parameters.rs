@@ -234,6 +234,7 @@ impl Parameter {
     pub(super) fn limits(&self) -> (f64, f64) {
         match self.kind {
             ParameterKind::Positive => (self.range.0.max(MIN_POSITIVE), self.range.1),
+            ParameterKind::Periodicity => self.range,
             // Periodic, or not fitted.
             ParameterKind::Phase | ParameterKind::HarmonicOrder => (f64::NEG_INFINITY, f64::INFINITY),
             _ if self.bounded => self.range,

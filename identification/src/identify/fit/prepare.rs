@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::angle_jumps::angle_jumps;
 use super::prepared_log::{self, ComparedChannel, MIN_SEGMENT_ROWS, PreparedLog, held_out_rows};
 use drive_model::{Card, Requirement};
 
@@ -248,6 +249,11 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
     let supply_ratio = model.effects().iter().any(|e| e.card.uses_supply).then(|| supply_ratio(log)).flatten();
     let theta = log.column("theta_rad");
     let dt_s = log.median_dt_s();
+    let theta_quantum = theta.and_then(|_| log.quantization_step("theta_rad")).unwrap_or(0.0);
+    // The increments that contain a jump.
+    let increment = prepared_log::increment_rows(dt_s);
+    let jumps = theta.map_or_else(Vec::new, |theta| angle_jumps(theta, theta_quantum, &segments));
+    let fitted_rows: Vec<usize> = jumps.into_iter().flat_map(|row| row..row + increment).collect();
     let data = PreparedLog {
         t_s: log.own_times_s(),
         input: prepared_log::input(input, input_at_t, &segments),
@@ -255,13 +261,13 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
         driven: model.input(),
         axis: model.axis(),
         theta,
-        theta_quantum: theta.and_then(|_| log.quantization_step("theta_rad")).unwrap_or(0.0),
+        theta_quantum,
         current: log.column("i_A"),
         temp_C: log.column("temp_C").map(|t| smoothed(t, &segments, dt_s).into()),
         supply_ratio,
         rate_from_encoder: log.provenance("omega_rad_s").source == RateSource::Encoder,
         columns: own_columns,
-        held_out: (hold_out && log.duration_s() >= MIN_HELD_OUT_DURATION_S).then(|| held_out_rows(log.t_s(), &segments)),
+        held_out: (hold_out && log.duration_s() >= MIN_HELD_OUT_DURATION_S).then(|| held_out_rows(log.t_s(), &segments, &fitted_rows)),
         segments,
         channels: compared,
         dt_s,

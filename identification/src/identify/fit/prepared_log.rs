@@ -127,6 +127,7 @@ impl PreparedLog<'_> {
             supply_ratio: self.supply_ratio.as_ref().map_or(1.0, |s| s[row]),
             rate_from_encoder: self.rate_from_encoder,
             columns: std::array::from_fn(|k| self.columns.get(k).map_or(0.0, |column| column[row])),
+            start_s: self.t_s[0],
         }
     }
 
@@ -139,7 +140,7 @@ impl PreparedLog<'_> {
 
     /// Number of rows between the two angles of an increment.
     pub fn angle_lag(&self) -> usize {
-        ((ANGLE_INCREMENT_S / self.dt_s).round() as usize).max(1)
+        increment_rows(self.dt_s)
     }
 
     /// Compared value of a channel at a row: the measured value, or the increment of an angle. `None` for an angle in the first rows of a segment.
@@ -159,9 +160,14 @@ impl PreparedLog<'_> {
     }
 }
 
+/// Number of rows of an increment at this row interval.
+pub fn increment_rows(dt_s: f64) -> usize {
+    ((ANGLE_INCREMENT_S / dt_s).round() as usize).max(1)
+}
+
 /// The rows that are held out: the second of four blocks of 2 s, where the segment has begun long enough before for its initial states to be determined
-/// by fitted rows.
-pub fn held_out_rows(t_s: &[f64], segments: &[Range<usize>]) -> Arc<[bool]> {
+/// by fitted rows. Of the rows `fitted` none is held out: those of events that occur once.
+pub fn held_out_rows(t_s: &[f64], segments: &[Range<usize>], fitted: &[usize]) -> Arc<[bool]> {
     let in_block = |row: usize| ((t_s[row] - t_s[0]) / HELD_OUT_BLOCK_S).floor() as i64 % HELD_OUT_PERIOD == HELD_OUT_INDEX;
     let mut held_out = vec![false; t_s.len()];
     for segment in segments {
@@ -172,6 +178,11 @@ pub fn held_out_rows(t_s: &[f64], segments: &[Range<usize>]) -> Arc<[bool]> {
             } else {
                 fitted += 1;
             }
+        }
+    }
+    for &row in fitted {
+        if let Some(held_out) = held_out.get_mut(row) {
+            *held_out = false;
         }
     }
     held_out.into()

@@ -60,18 +60,9 @@ fn shown<S: Scalar>(
     (0..t_s.len())
         .map(|k| {
             let dt_s = t_s.get(k + 1).map_or(ROW_S, |next| next - t_s[k]);
-            let span = RowInput {
-                t_s: t_s[k],
-                dt_s,
-                input: 0.0,
-                theta: None,
-                temp_C: None,
-                supply_ratio: 1.0,
-                rate_from_encoder: false,
-                columns: Default::default(),
-            };
+            let span = RowInput::new(t_s[k], dt_s, 0.0);
             let (omega, theta) = (S::from(rate(t_s[k])), S::from(angle(t_s[k])));
-            let reading = Reading { omega, theta, current: S::from(current.get(k).copied().unwrap_or(0.0)) };
+            let reading = Reading::of(omega, theta, S::from(current.get(k).copied().unwrap_or(0.0)));
             chain.push(&Row { input: &span, omega, theta, reading: &reading, current_slope_A_s: S::from(slope) })
         })
         .collect()
