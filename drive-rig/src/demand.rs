@@ -25,7 +25,8 @@ impl<S: Scalar> Rig<S> {
         let total = self.contributions(&x);
         let motor_constant = self.base.motor_constant * total.motor_factor;
         let (inertia, reaction) = self.varying_inertia(&total, self.base.inertia, rate);
-        let sliding = inertia * alpha - reaction + total.viscous * total.viscous_factor * omega
+        let sliding = inertia * alpha - reaction
+            + total.viscous * total.viscous_factor * omega
             + total.coulomb_torque * total.coulomb_factor * direction
             - total.torque;
         // The motor also overcomes the friction that its own torque T causes: T = sliding + μ |T| direction.

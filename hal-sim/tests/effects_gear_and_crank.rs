@@ -80,7 +80,8 @@ fn constant_torque_on_a_varying_inertia_becomes_kinetic_energy() {
 #[test]
 fn varying_inertias_add_up_and_do_not_change_the_breakaway() {
     for kind in BOTH {
-        let effects: &[(&str, &[f64])] = &[("coulomb", &[1e-3]), ("inertia-variation", &[0.2, 1.0, 0.3]), ("inertia-variation#2", &[0.1, 2.0, 1.0])];
+        let effects: &[(&str, &[f64])] =
+            &[("coulomb", &[1e-3]), ("inertia-variation", &[0.2, 1.0, 0.3]), ("inertia-variation#2", &[0.1, 2.0, 1.0])];
         let setup = Setup::by_torque(1e-4, effects).at(0.4);
         let mut held = Bench::new(kind, &setup);
         held.hold(0.999e-3, 0.1);

@@ -62,7 +62,11 @@ fn friction_never_falls_below_zero() {
 /// In a log whose time does not begin at zero the laws count from its first row.
 #[test]
 fn time_counts_from_the_first_row_of_the_log() {
-    let effects = [("coulomb".to_owned(), vec![1e-3]), ("friction-drift".to_owned(), vec![0.9, 0.0, 0.3]), ("timed-torque".to_owned(), vec![1e-3, 2.0, 0.3])];
+    let effects = [
+        ("coulomb".to_owned(), vec![1e-3]),
+        ("friction-drift".to_owned(), vec![0.9, 0.0, 0.3]),
+        ("timed-torque".to_owned(), vec![1e-3, 2.0, 0.3]),
+    ];
     let drive = common::Drive { inertia: 1e-4, motor_constant: 0.02, resistance: 2.0 };
     let at = |begin_s: f64| {
         let rig = common::rig(drive, drive_rig::Input::Torque, &effects);

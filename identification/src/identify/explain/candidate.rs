@@ -120,7 +120,8 @@ impl FittedCandidate {
         let covariance = equations.profiled().0.try_inverse().map(|c| c * excess);
         let sigmas = covariance.map_or_else(|| vec![0.0; end.parameters.list.len()], |c| end.parameters.sigmas(&c));
         // An order, and the time of a jump.
-        let is_scanned = |kind: ParameterKind, fitted: bool| kind == ParameterKind::HarmonicOrder || kind == ParameterKind::EventTime && !fitted;
+        let is_scanned =
+            |kind: ParameterKind, fitted: bool| kind == ParameterKind::HarmonicOrder || kind == ParameterKind::EventTime && !fitted;
         let scanned = trial.card.parameters.iter().zip(&trial.fitted).filter(|(p, fitted)| is_scanned(p.kind, **fitted)).count();
         let errors = channel_errors(base, &end.linearization.residuals);
         Some(FittedCandidate {
