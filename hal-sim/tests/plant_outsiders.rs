@@ -5,7 +5,10 @@ mod common;
 
 use common::{Draw, Drive, ROW_S, Setup, TICK_S, close, close_rel, stand_of};
 use hal_sim::board::PlantPort;
-use hal_sim::plant::outsiders::{GrindingBearing, HuntingSupply, Outsiders, SectorRub, SlippingClutch};
+use hal_sim::plant::outsiders::{
+    BadContact, BadLines, BallDefect, FluidRotor, GrindingBearing, HuntingSupply, Outsiders, SaggingConverter, SectorRub, SlippingClutch,
+    StickyRateSensor, WanderingLoad,
+};
 use hal_sim::plant::{Plant, Stand, StandError};
 use std::f64::consts::TAU;
 
@@ -201,10 +204,138 @@ fn a_grinding_bearing_has_the_set_torque_and_correlation_time() {
     assert!(levels[..100] != ground(GrindingBearing { seed: 4, ..bearing }, 100), "another seed, another path");
 }
 
+#[test]
+fn pulses_of_a_ball_dissipate_their_mean_torque_per_turn() {
+    // A whole number of pulses: the modulation over the turn averages out.
+    let ball = BallDefect { ball_N_m: 4e-3, ball_per_turn: 4.0, ball_width: 0.2, ball_modulation: 0.7 };
+    let mut plant = plant(&Setup::by_torque(J, &[]), Outsiders { ball_defect: Some(ball), ..Outsiders::default() });
+    plant.spin(30.0);
+    while plant.true_theta_rad() < 3.0 * TAU {
+        plant.advance(0.0, TICK_S);
+    }
+    // The pulses are in the middle of each period: none acts at the end of a turn, where the tick overshoots.
+    let exact = (900.0 - 2.0 * 3.0 * TAU * 4e-3 * 0.1 / J).sqrt();
+    close(plant.true_rate_rad_s(), exact, 1e-5, "rate after three turns");
+}
+
+#[test]
+fn a_ball_of_another_number_of_pulses_moves_from_turn_to_turn() {
+    let ball = BallDefect::default();
+    let centre = 0.5 * TAU / ball.ball_per_turn;
+    close_rel(ball.coulomb_N_m(centre), ball.ball_N_m * (1.0 + ball.ball_modulation * centre.cos()), 1e-12, "height at the first pulse");
+    assert!(ball.coulomb_N_m(centre + TAU) < 0.01 * ball.ball_N_m, "a turn later the pulse is elsewhere");
+}
+
+#[test]
+fn a_bad_contact_has_the_set_resistance_and_duty() {
+    let contact = BadContact { contact_ohm: 6.0, good_for_s: 0.05, bad_for_s: 0.02, seed: 5 };
+    let heavy = Drive { inertia: 1e9, ..DRIVE };
+    let mut plant = plant(&Setup::by_voltage(heavy, &[]), Outsiders { bad_contact: Some(contact), ..Outsiders::default() });
+    let (good, bad) = (1.0 / DRIVE.resistance, 1.0 / (DRIVE.resistance + 6.0));
+    let rows = 200_000;
+    let mut bad_rows = 0;
+    for _ in 0..rows {
+        plant.advance(1.0, ROW_S);
+        let current = plant.mean_current_A();
+        let is_bad = (current - bad).abs() < 1e-9;
+        assert!(is_bad || (current - good).abs() < 1e-9, "{current}");
+        bad_rows += usize::from(is_bad);
+    }
+    // 2857 cycles: the duty 2/7 has a standard deviation of 0.0054 of an alternating renewal process.
+    close(bad_rows as f64 / f64::from(rows), 2.0 / 7.0, 0.02, "fraction of the time");
+}
+
+#[test]
+fn a_rotor_in_a_fluid_takes_momentum_over_exponentially() {
+    let rotor = FluidRotor { fluid_kg_m2: 1e-4, fluid_N_m_s: 5e-4 };
+    let mut plant = plant(&Setup::by_torque(J, &[]), Outsiders { fluid_rotor: Some(rotor), ..Outsiders::default() });
+    // A kick: the rotor turns, the second one does not yet.
+    plant.advance(5e-3 / TICK_S, TICK_S);
+    let kicked = 5e-3 / J;
+    let together = 5e-3 / (J + 1e-4);
+    let decay = 5e-4 * (1.0 / J + 1.0 / 1e-4);
+    for n in 1..=3000 {
+        plant.advance(0.0, TICK_S);
+        let t = (f64::from(n) + 0.5) * TICK_S;
+        // The kick lasts a tick, in which the rate rises linearly: its middle is the origin, to (decay h)²/24.
+        close(plant.true_rate_rad_s(), together + (kicked - together) * (-decay * t).exp(), 1e-5, "rate");
+    }
+    let mut spun = self::plant(&Setup::by_torque(J, &[]), Outsiders { fluid_rotor: Some(rotor), ..Outsiders::default() });
+    spun.spin(7.0);
+    hold(&mut spun, 0.0, 0.1);
+    close(spun.true_rate_rad_s(), 7.0, 1e-12, "two rotors of one rate go on");
+    close_rel(spun.mechanical_energy_J(), 0.5 * (J + 1e-4) * 49.0, 1e-12, "energy of both");
+}
+
+#[test]
+fn a_wandering_load_has_independent_increments_of_the_set_variance() {
+    let load = WanderingLoad { wander_N_m: 2e-4, seed: 9 };
+    let mut plant = plant(&Setup::by_torque(J, &[]), Outsiders { wandering_load: Some(load), ..Outsiders::default() });
+    let mut last = 0.0;
+    let torques: Vec<f64> = (0..50_000)
+        .map(|_| {
+            hold(&mut plant, 0.0, ROW_S);
+            let gained = plant.true_rate_rad_s() - last;
+            last = plant.true_rate_rad_s();
+            J * gained / ROW_S
+        })
+        .collect();
+    // Means of rows: increments over 100 rows have the variance σ² (100 − 1/3) ms. 500 of them: 4 σ of the variance are 25 %.
+    let increments: Vec<f64> = torques.iter().step_by(100).zip(torques.iter().skip(100).step_by(100)).map(|(a, b)| b - a).collect();
+    let variance = increments.iter().map(|x| x * x).sum::<f64>() / increments.len() as f64;
+    close_rel(variance, 4e-8 * 0.1 * (1.0 - 1.0 / 300.0), 0.25, "variance over 0.1 s");
+    let shared = increments.windows(2).map(|w| w[0] * w[1]).sum::<f64>() / increments.len() as f64;
+    close(shared / variance, 0.0, 0.2, "correlation of increments");
+}
+
+#[test]
+fn a_sagging_converter_acts_by_the_two_time_constants() {
+    let converter = SaggingConverter { sag_per_V: 0.2, sag_s: 0.7 };
+    let mut plant = plant(&Setup::by_voltage(DRIVE, &[]), Outsiders { sagging_converter: Some(converter), ..Outsiders::default() });
+    let (k, tau) = (DRIVE.motor_constant, J * DRIVE.resistance / DRIVE.motor_constant.powi(2));
+    let (u, sag) = (-0.6, 0.2 * 0.6);
+    for n in 1..=20_000 {
+        plant.advance(u, TICK_S);
+        let t = f64::from(n) * TICK_S;
+        let rise = 1.0 - (-t / tau).exp();
+        let memory = ((-t / 0.7).exp() - (-t / tau).exp()) / (1.0 - tau / 0.7);
+        close(plant.true_rate_rad_s(), u / k * ((1.0 - sag) * rise + sag * memory), 1e-9, "rate");
+    }
+    assert_eq!(plant.supply_V(), 12.0);
+}
+
+#[test]
+fn a_sticky_rate_sensor_lags_by_its_half_width_in_both_directions() {
+    let sensor = StickyRateSensor { sticks_rad_s: 0.3 };
+    let mut plant = plant(&Setup::by_torque(J, &[]), Outsiders { sticky_rate_sensor: Some(sensor), ..Outsiders::default() });
+    hold(&mut plant, 1e-3, 0.5);
+    close(plant.rate_rad_s(), 2.0 - 0.3, 1e-9, "while the rate rises");
+    hold(&mut plant, -1e-3, 0.1);
+    close(plant.rate_rad_s(), 1.7, 1e-9, "within the play");
+    hold(&mut plant, -1e-3, 0.4);
+    close(plant.rate_rad_s(), 0.3, 1e-9, "while the rate falls");
+    assert!(plant.true_rate_rad_s().abs() < 1e-9);
+}
+
+#[test]
+fn bad_lines_change_the_angle_reading_in_their_sector_alone() {
+    let lines = BadLines { lines_rad: 0.02, from_rad: 1.0, width_rad: 0.4 };
+    let mut plant = plant(&Setup::by_torque(J, &[]), Outsiders { bad_lines: Some(lines), ..Outsiders::default() });
+    plant.spin(10.0);
+    for _ in 0..20_000 {
+        plant.advance(0.0, TICK_S);
+        let truth = plant.true_theta_rad();
+        let part = (truth - 1.0).rem_euclid(TAU) / 0.4;
+        let exact = if part < 1.0 { 0.02 * (std::f64::consts::PI * part).sin().powi(2) } else { 0.0 };
+        close(plant.theta_rad() - truth, exact, 1e-12, "error of the reading");
+    }
+    close(plant.true_rate_rad_s(), 10.0, 1e-12, "the motion does not change");
+}
+
 /// Rows of [`record`].
 const ROWS: usize = 5000;
 
-/// Rate, angle and current per row over 5 s of random voltage levels of 0.2 s on the default stand.
+/// Readings of rate, angle and current per row over 5 s of random voltage levels of 0.2 s on the default stand.
 fn record(outsiders: Outsiders, ticks_per_row: usize) -> Vec<[f64; 3]> {
     let mut plant = Plant::new(&Stand { outsiders, ..Stand::default() }, 0.3).unwrap();
     let mut draw = Draw(31);
@@ -219,17 +350,25 @@ fn record(outsiders: Outsiders, ticks_per_row: usize) -> Vec<[f64; 3]> {
                 plant.advance(volt, ROW_S / ticks_per_row as f64);
                 mean += plant.mean_current_A() / ticks_per_row as f64;
             }
-            [plant.true_rate_rad_s(), plant.true_theta_rad(), mean]
+            [plant.rate_rad_s(), plant.theta_rad(), mean]
         })
         .collect()
 }
 
-fn each() -> [(&'static str, Outsiders); 4] {
+fn each() -> [(&'static str, Outsiders); 11] {
+    let none = Outsiders::default();
     [
         ("sector-rub", rubs(SectorRub::default())),
         ("hunting-supply", hunts(HuntingSupply::default())),
         ("slipping-clutch", slips(1.2e-3, 0.3)),
         ("grinding-bearing", grinds(GrindingBearing::default())),
+        ("ball-defect", Outsiders { ball_defect: Some(BallDefect::default()), ..none }),
+        ("bad-contact", Outsiders { bad_contact: Some(BadContact::default()), ..none }),
+        ("fluid-rotor", Outsiders { fluid_rotor: Some(FluidRotor::default()), ..none }),
+        ("wandering-load", Outsiders { wandering_load: Some(WanderingLoad::default()), ..none }),
+        ("sagging-converter", Outsiders { sagging_converter: Some(SaggingConverter::default()), ..none }),
+        ("sticky-rate-sensor", Outsiders { sticky_rate_sensor: Some(StickyRateSensor::default()), ..none }),
+        ("bad-lines", Outsiders { bad_lines: Some(BadLines::default()), ..none }),
     ]
 }
 
@@ -250,9 +389,10 @@ fn each_disturbance_is_visible_and_a_rerun_is_identical() {
     let without = record(Outsiders::default(), 10);
     for (name, outsiders) in each() {
         let with = record(outsiders, 10);
-        let rms = (with.iter().zip(&without).map(|(a, b)| (a[0] - b[0]).powi(2)).sum::<f64>() / ROWS as f64).sqrt();
-        // Ten times the rate sensor's noise of one sample.
-        assert!(rms > 0.07, "{name} moves the rate by {rms} rad/s");
+        let rms = |c: usize| (with.iter().zip(&without).map(|(a, b)| (a[c] - b[c]).powi(2)).sum::<f64>() / ROWS as f64).sqrt();
+        // Ten times the rate sensor's noise of one sample, or ten steps of the encoder.
+        let (rate, angle) = (rms(0), rms(1));
+        assert!(rate > 0.07 || angle > 3e-3, "{name} moves the rate by {rate} rad/s, the angle by {angle} rad");
         let bits = |rows: &[[f64; 3]]| rows.concat().iter().map(|x| x.to_bits()).collect::<Vec<_>>();
         assert!(bits(&with) == bits(&record(outsiders, 10)), "{name}");
     }
@@ -277,6 +417,13 @@ fn a_stand_file_sets_disturbances_and_an_invalid_value_is_refused_by_name() {
         ("[outsiders.slipping-clutch]\nmotor_inertia_share = nan\n", "outsiders.slipping-clutch.motor_inertia_share"),
         ("[outsiders.grinding-bearing]\ngrinding_s = 0.0\n", "outsiders.grinding-bearing.grinding_s"),
         ("[outsiders.slipping-clutch]\n[effects.compliance]\n", "effects.compliance"),
+        ("[outsiders.ball-defect]\nball_width = 0.0\n", "outsiders.ball-defect.ball_width"),
+        ("[outsiders.bad-contact]\nbad_for_s = 0.0\n", "outsiders.bad-contact.bad_for_s"),
+        ("[outsiders.fluid-rotor]\nfluid_kg_m2 = 0.0\n", "outsiders.fluid-rotor.fluid_kg_m2"),
+        ("[outsiders.wandering-load]\nwander_N_m = -1.0\n", "outsiders.wandering-load.wander_N_m"),
+        ("[outsiders.sagging-converter]\nsag_s = 0.0\n", "outsiders.sagging-converter.sag_s"),
+        ("[outsiders.sticky-rate-sensor]\nsticks_rad_s = nan\n", "outsiders.sticky-rate-sensor.sticks_rad_s"),
+        ("[outsiders.bad-lines]\nwidth_rad = 7.0\n", "outsiders.bad-lines.width_rad"),
     ] {
         let error = Stand::parse(text).unwrap_err().to_string();
         assert!(error.contains(expected), "{text}: {error}");
@@ -294,7 +441,17 @@ fn each_parameter_changes_the_output() {
     let rub = SectorRub { rub_N_m_s: 1e-4, ..SectorRub::default() };
     let hunting = HuntingSupply::default();
     let grinding = GrindingBearing::default();
-    let changed: [(&str, Outsiders, Outsiders); 12] = [
+    let none = Outsiders::default();
+    let (ball, contact, fluid) = (BallDefect::default(), BadContact::default(), FluidRotor::default());
+    let (load, converter, lines) = (WanderingLoad::default(), SaggingConverter::default(), BadLines::default());
+    let ball_of = |b| Outsiders { ball_defect: Some(b), ..none };
+    let contact_of = |c| Outsiders { bad_contact: Some(c), ..none };
+    let fluid_of = |f| Outsiders { fluid_rotor: Some(f), ..none };
+    let load_of = |l| Outsiders { wandering_load: Some(l), ..none };
+    let sag_of = |c| Outsiders { sagging_converter: Some(c), ..none };
+    let sticky_of = |sticks_rad_s| Outsiders { sticky_rate_sensor: Some(StickyRateSensor { sticks_rad_s }), ..none };
+    let lines_of = |l| Outsiders { bad_lines: Some(l), ..none };
+    let changed: [(&str, Outsiders, Outsiders); 30] = [
         ("rub_N_m", rubs(rub), rubs(SectorRub { rub_N_m: 1e-3, ..rub })),
         ("rub_N_m_s", rubs(rub), rubs(SectorRub { rub_N_m_s: 2e-4, ..rub })),
         ("from_rad", rubs(rub), rubs(SectorRub { from_rad: 0.5, ..rub })),
@@ -307,6 +464,24 @@ fn each_parameter_changes_the_output() {
         ("grinding_N_m", grinds(grinding), grinds(GrindingBearing { grinding_N_m: 2e-3, ..grinding })),
         ("grinding_s", grinds(grinding), grinds(GrindingBearing { grinding_s: 0.1, ..grinding })),
         ("seed", grinds(grinding), grinds(GrindingBearing { seed: 2, ..grinding })),
+        ("ball_N_m", ball_of(ball), ball_of(BallDefect { ball_N_m: 2e-3, ..ball })),
+        ("ball_per_turn", ball_of(ball), ball_of(BallDefect { ball_per_turn: 3.6, ..ball })),
+        ("ball_width", ball_of(ball), ball_of(BallDefect { ball_width: 0.2, ..ball })),
+        ("ball_modulation", ball_of(ball), ball_of(BallDefect { ball_modulation: 0.1, ..ball })),
+        ("contact_ohm", contact_of(contact), contact_of(BadContact { contact_ohm: 4.0, ..contact })),
+        ("good_for_s", contact_of(contact), contact_of(BadContact { good_for_s: 0.2, ..contact })),
+        ("bad_for_s", contact_of(contact), contact_of(BadContact { bad_for_s: 0.05, ..contact })),
+        ("seed of the contact", contact_of(contact), contact_of(BadContact { seed: 2, ..contact })),
+        ("fluid_kg_m2", fluid_of(fluid), fluid_of(FluidRotor { fluid_kg_m2: 5e-5, ..fluid })),
+        ("fluid_N_m_s", fluid_of(fluid), fluid_of(FluidRotor { fluid_N_m_s: 1e-3, ..fluid })),
+        ("wander_N_m", load_of(load), load_of(WanderingLoad { wander_N_m: 2e-4, ..load })),
+        ("seed of the load", load_of(load), load_of(WanderingLoad { seed: 2, ..load })),
+        ("sag_per_V", sag_of(converter), sag_of(SaggingConverter { sag_per_V: 0.1, ..converter })),
+        ("sag_s", sag_of(converter), sag_of(SaggingConverter { sag_s: 2.0, ..converter })),
+        ("sticks_rad_s", sticky_of(0.1), sticky_of(0.2)),
+        ("lines_rad", lines_of(lines), lines_of(BadLines { lines_rad: 0.01, ..lines })),
+        ("from_rad of the lines", lines_of(lines), lines_of(BadLines { from_rad: 2.0, ..lines })),
+        ("width_rad of the lines", lines_of(lines), lines_of(BadLines { width_rad: 0.2, ..lines })),
     ];
     for (name, one, other) in changed {
         assert!(record(one, 10) != record(other, 10), "{name}");

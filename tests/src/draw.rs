@@ -9,7 +9,10 @@ use std::fs;
 use std::path::Path;
 
 use drive_model::{Card, ParameterKind, PeriodOf, Screening, cards};
-use hal_sim::plant::outsiders::{self, GrindingBearing, HuntingSupply, Outsiders, SectorRub, SlippingClutch};
+use hal_sim::plant::outsiders::{
+    self, BadContact, BadLines, BallDefect, FluidRotor, GrindingBearing, HuntingSupply, Outsiders, SaggingConverter, SectorRub,
+    SlippingClutch, StickyRateSensor, WanderingLoad,
+};
 use hal_sim::plant::{Plant, Stand};
 use hal_sim::session::{self, SessionRequest};
 use host_tools::log::{Column, Log};
@@ -26,7 +29,19 @@ pub const PROFILES: [&str; 3] = ["multi-step", "multisine", "sweep"];
 /// Voltage mode, and the firmware's speed loop.
 pub const MODES: [Mode; 2] = [Mode::Voltage, Mode::Rate];
 /// Disturbances outside the catalogue, by name.
-pub const OUTSIDERS: [&str; 4] = ["sector-rub", "hunting-supply", "slipping-clutch", "grinding-bearing"];
+pub const OUTSIDERS: [&str; 11] = [
+    "sector-rub",
+    "hunting-supply",
+    "slipping-clutch",
+    "grinding-bearing",
+    "ball-defect",
+    "bad-contact",
+    "fluid-rotor",
+    "wandering-load",
+    "sagging-converter",
+    "sticky-rate-sensor",
+    "bad-lines",
+];
 /// Effects of the user's model of the default stand.
 const MODEL_EFFECTS: [&str; 3] = ["viscous", "coulomb", "inductance"];
 /// Largest relative parameter error of the user's model.
@@ -304,7 +319,9 @@ fn several(n: usize, draw: &mut Draw) -> Vec<String> {
 
 /// A disturbance of that name.
 fn outside(name: &str, draw: &mut Draw) -> Option<Outsiders> {
-    use outsiders::{grinding_bearing as grinding, hunting_supply as hunting, sector_rub as rub, slipping_clutch as clutch};
+    use outsiders::{bad_contact as contact, bad_lines as lines, ball_defect as ball, fluid_rotor as fluid, grinding_bearing as grinding};
+    use outsiders::{hunting_supply as hunting, sagging_converter as sag, sector_rub as rub, slipping_clutch as clutch};
+    use outsiders::{sticky_rate_sensor as sticky, wandering_load as wander};
     let turn = (0.0, std::f64::consts::TAU);
     let mut outsiders = Outsiders::default();
     match name {
@@ -331,6 +348,43 @@ fn outside(name: &str, draw: &mut Draw) -> Option<Outsiders> {
                 grinding_N_m: draw.even(grinding::TEST_RANGE_N_M),
                 grinding_s: draw.even(grinding::TEST_RANGE_S),
                 seed: draw.0.next_u64() >> 1,
+            });
+        }
+        "ball-defect" => {
+            outsiders.ball_defect = Some(BallDefect {
+                ball_N_m: draw.even(ball::TEST_RANGE_N_M),
+                ball_per_turn: draw.even(ball::TEST_RANGE_PER_TURN),
+                ball_modulation: draw.even(ball::TEST_RANGE_MODULATION),
+                ..BallDefect::default()
+            });
+        }
+        "bad-contact" => {
+            outsiders.bad_contact = Some(BadContact {
+                contact_ohm: draw.even(contact::TEST_RANGE_OHM),
+                good_for_s: draw.even(contact::TEST_RANGE_EVERY_S),
+                bad_for_s: draw.even(contact::TEST_RANGE_FOR_S),
+                seed: draw.0.next_u64() >> 1,
+            });
+        }
+        "fluid-rotor" => {
+            let fluid_kg_m2 = Stand::default().drive.inertia_kg_m2 * draw.even(fluid::TEST_RANGE_SHARE);
+            outsiders.fluid_rotor = Some(FluidRotor { fluid_kg_m2, fluid_N_m_s: fluid_kg_m2 / draw.even(fluid::TEST_RANGE_S) });
+        }
+        "wandering-load" => {
+            outsiders.wandering_load = Some(WanderingLoad { wander_N_m: draw.even(wander::TEST_RANGE_N_M), seed: draw.0.next_u64() >> 1 });
+        }
+        "sagging-converter" => {
+            outsiders.sagging_converter =
+                Some(SaggingConverter { sag_per_V: draw.even(sag::TEST_RANGE_PER_V), sag_s: draw.even(sag::TEST_RANGE_S) });
+        }
+        "sticky-rate-sensor" => {
+            outsiders.sticky_rate_sensor = Some(StickyRateSensor { sticks_rad_s: draw.even(sticky::TEST_RANGE_RAD_S) });
+        }
+        "bad-lines" => {
+            outsiders.bad_lines = Some(BadLines {
+                lines_rad: draw.even(lines::TEST_RANGE_RAD),
+                from_rad: draw.even(turn),
+                width_rad: draw.even(lines::TEST_WIDTH_RANGE_RAD),
             });
         }
         _ => return None,

@@ -167,7 +167,10 @@ impl Plant {
     pub(super) fn steps(&self, dt_s: f64) -> f64 {
         let mut fastest_s = f64::INFINITY;
         if let Some(inductance) = self.structure.inductance_H {
-            fastest_s = fastest_s.min(inductance / self.resistance);
+            fastest_s = fastest_s.min(inductance / (self.resistance + self.running.series_ohm()));
+        }
+        if let Some(rotor) = &self.outsiders.fluid_rotor {
+            fastest_s = fastest_s.min(rotor.fastest_s(self.inertia));
         }
         if let Some(shaft) = &self.structure.shaft {
             let reduced = self.inertia * shaft.motor_inertia_fraction * (1.0 - shaft.motor_inertia_fraction);

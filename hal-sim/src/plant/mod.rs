@@ -18,9 +18,8 @@ pub mod stand;
 use crate::board::PlantPort;
 use drive_model::{Structure, T0_C, Thermal};
 pub use error::StandError;
-use motion::{BRISTLE, CHARGE, CURRENT, FULL, MOTOR, OMEGA, PLAIN, State, THETA, TWIST, past_gap};
-use outsiders::Outsiders;
-use outsiders::grinding_bearing::Grinding;
+use motion::{BRISTLE, CHARGE, CURRENT, FLUID, FULL, MOTOR, OMEGA, PLAIN, State, THETA, TWIST, past_gap};
+use outsiders::{Outsiders, Running};
 use sensing::{LawParameters, Sensing};
 pub use stand::Stand;
 
@@ -38,7 +37,7 @@ pub struct Plant {
     thermal: Thermal<f64>,
     /// Disturbances outside the catalogue.
     outsiders: Outsiders,
-    grinding: Option<Grinding>,
+    running: Running,
     /// Some effect causes a voltage drop.
     drops: bool,
     nominal_V: f64,
@@ -70,7 +69,7 @@ impl Plant {
         let thermal = structure.thermal.unwrap_or(Thermal { J_K: stand.drive.thermal_J_K, K_W: stand.drive.thermal_K_W });
         let mut state = [0.0; FULL];
         state[THETA] = theta_rad;
-        let sensing = Sensing::new(&structure);
+        let sensing = Sensing::new(&structure, &stand.outsiders);
         let mut plant = Plant {
             inertia: stand.drive.inertia_kg_m2,
             added: 0.0,
@@ -81,7 +80,7 @@ impl Plant {
             structure,
             thermal,
             outsiders: stand.outsiders,
-            grinding: stand.outsiders.grinding_bearing.as_ref().map(Grinding::new),
+            running: Running::new(&stand.outsiders),
             drops: false,
             nominal_V: stand.drive.supply_V,
             supply_V: stand.drive.supply_V,
@@ -102,7 +101,9 @@ impl Plant {
         let s = &self.state;
         let bristle = self.structure.bristle_N_m_rad.map_or(0.0, |stiffness| 0.5 * stiffness * s[BRISTLE] * s[BRISTLE]);
         let varying = self.varying_inertia(s, &self.contributions(s, s[CURRENT], 0.0, self.t_s)).0;
+        let fluid = self.outsiders.fluid_rotor.map_or(0.0, |rotor| 0.5 * rotor.fluid_kg_m2 * s[FLUID] * s[FLUID]);
         bristle
+            + fluid
             + 0.5 * varying * s[OMEGA] * s[OMEGA]
             + match &self.structure.shaft {
                 None => {
@@ -122,6 +123,7 @@ impl Plant {
     pub fn spin(&mut self, omega_rad_s: f64) {
         self.state[OMEGA] = omega_rad_s;
         self.state[MOTOR] = omega_rad_s;
+        self.state[FLUID] = omega_rad_s;
         self.sense(0.0);
     }
 
@@ -133,14 +135,12 @@ impl Plant {
 
 impl PlantPort for Plant {
     fn advance(&mut self, command_V: f64, dt_s: f64) {
-        let steps = self.steps(dt_s);
-        let h = dt_s / steps;
         self.state[CHARGE] = 0.0;
         // Duty times the present supply.
         let command_V = command_V * (self.supply_V / self.nominal_V);
-        if let Some(grinding) = &mut self.grinding {
-            grinding.tick(self.t_s, dt_s);
-        }
+        self.running.tick(command_V, self.t_s, dt_s);
+        let steps = self.steps(dt_s);
+        let h = dt_s / steps;
         let mut state = self.state;
         if self.structure.shaft.is_some() || self.structure.bristle_N_m_rad.is_some() || self.outsiders.any() {
             for k in 0..steps as u32 {

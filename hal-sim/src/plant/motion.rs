@@ -6,9 +6,9 @@ use drive_model::{Contributions, MAX_COLUMNS, Point, T0_C};
 /// Time constant below which a bristle is not resolved, s: no sensor shows it.
 pub(super) const MIN_BRISTLE_TIME_S: f64 = 5e-6;
 
-/// State: rate, current, angle, charge since the last tick; with shaft, clutch or bristle also motor rate, twist, bristle deflection.
+/// State: rate, current, angle, charge since the last tick; with shaft, clutch or bristle also motor rate, twist, bristle deflection, rate of a second rotor.
 pub(super) type State = [f64; FULL];
-pub(super) const FULL: usize = 7;
+pub(super) const FULL: usize = 8;
 /// Number of states of a drive without shaft, clutch, bristle and outsiders.
 pub(super) const PLAIN: usize = 4;
 pub(super) const OMEGA: usize = 0;
@@ -18,6 +18,7 @@ pub(super) const CHARGE: usize = 3;
 pub(super) const MOTOR: usize = 4;
 pub(super) const TWIST: usize = 5;
 pub(super) const BRISTLE: usize = 6;
+pub(super) const FLUID: usize = 7;
 
 /// The discrete state that is constant within a step: contact of dry friction, brushes, clutch and sector.
 #[derive(Clone, Copy)]
@@ -84,6 +85,9 @@ impl Plant {
         for (law, parameters) in &self.laws {
             law.contribute(parameters, &x, &mut total);
         }
+        if N == FULL {
+            total.series_ohm += self.running.series_ohm();
+        }
         total
     }
 
@@ -96,10 +100,11 @@ impl Plant {
     /// Output voltage of the bridge.
     #[inline(always)]
     pub(super) fn bridge_V<const N: usize>(&self, command_V: f64, t_s: f64) -> f64 {
-        match self.outsiders.hunting_supply {
-            Some(hunting) if N == FULL => command_V * hunting.factor(t_s),
-            _ => command_V,
+        if N < FULL {
+            return command_V;
         }
+        let hunting = self.outsiders.hunting_supply.map_or(1.0, |hunting| hunting.factor(t_s));
+        command_V * hunting * self.running.voltage_factor(t_s)
     }
 
     /// Contributions and current at a state, with the output of the bridge. The Coulomb torque is that under the present motor torque.
@@ -111,7 +116,8 @@ impl Plant {
                 total.coulomb_torque += rub.rub_N_m;
                 total.viscous += rub.rub_N_m_s;
             }
-            total.coulomb_torque += self.grinding.as_ref().map_or(0.0, |grinding| grinding.level_N_m(t_s));
+            total.coulomb_torque += self.running.coulomb_N_m(t_s) + self.outsiders.ball_defect.map_or(0.0, |ball| ball.coulomb_N_m(s[THETA]));
+            total.torque += self.running.torque_N_m(t_s);
         }
         (total, current)
     }
@@ -151,6 +157,7 @@ impl Plant {
         if N == FULL {
             torque -= self.structure.bristle_N_m_rad.map_or(0.0, |stiffness| stiffness * s[BRISTLE]);
             torque -= self.structure.shaft.as_ref().map_or(0.0, |shaft| through(shaft, s));
+            torque += self.outsiders.fluid_rotor.map_or(0.0, |rotor| rotor.torque_N_m(motor_omega - s[FLUID]));
         }
         torque
     }
@@ -188,6 +195,9 @@ impl Plant {
         }
         if N < FULL {
             return d;
+        }
+        if let Some(rotor) = &self.outsiders.fluid_rotor {
+            d[FLUID] = -rotor.torque_N_m(s[motor] - s[FLUID]) / rotor.fluid_kg_m2;
         }
         if let Some(clutch) = &self.outsiders.slipping_clutch {
             let carried = contact.slips * clutch.clutch_N_m;

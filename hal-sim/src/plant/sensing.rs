@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 
+use super::outsiders::{BadLines, Outsiders, StickyRateSensor};
 use drive_model::{Law, Point, Reading, Structure};
 
 /// A law with its parameters.
@@ -17,6 +18,9 @@ pub(super) struct Sensing {
     pub current_A: f64,
     lag_s: f64,
     skew_s: f64,
+    lines: Option<BadLines>,
+    sticks: Option<StickyRateSensor>,
+    stuck_rad_s: f64,
     lagged: f64,
     last_in: f64,
     t_s: f64,
@@ -24,13 +28,16 @@ pub(super) struct Sensing {
 }
 
 impl Sensing {
-    pub(super) fn new(structure: &Structure<f64>) -> Self {
+    pub(super) fn new(structure: &Structure<f64>, outsiders: &Outsiders) -> Self {
         Sensing {
             theta_rad: 0.0,
             rate_rad_s: 0.0,
             current_A: 0.0,
             lag_s: structure.lag_s.unwrap_or(0.0),
             skew_s: structure.skew_s.unwrap_or(0.0),
+            lines: outsiders.bad_lines,
+            sticks: outsiders.sticky_rate_sensor,
+            stuck_rad_s: 0.0,
             lagged: 0.0,
             last_in: 0.0,
             t_s: 0.0,
@@ -44,6 +51,12 @@ impl Sensing {
         let mut reading = Reading::of(omega, theta, current);
         for (law, parameters) in laws {
             law.measure(parameters, &x, &mut reading);
+        }
+        reading.theta += self.lines.map_or(0.0, |lines| lines.error_rad(theta));
+        if let Some(sensor) = &self.sticks {
+            let last = if dt_s > 0.0 { self.stuck_rad_s } else { reading.omega };
+            reading.omega = sensor.reading_rad_s(reading.omega, last);
+            self.stuck_rad_s = reading.omega;
         }
         self.theta_rad = reading.theta;
         self.current_A = reading.current;
