@@ -89,3 +89,27 @@ fn event_is_at_the_time_of_each_log() {
     assert!((value(&model, "load_from_s") - 4.0).abs() < 0.02);
     assert!((value(&model, "load_step_N_m") / 6e-4 - 1.0).abs() < 0.1);
 }
+
+/// A torque over the clock of each log: its phase begins again in each.
+#[test]
+fn timed_torque_counts_from_the_first_row_of_each_log() {
+    let mut stand = Stand::default();
+    let parameters = [("timed_torque_N_m".to_owned(), 8e-4), ("timed_torque_Hz".to_owned(), 1.37), ("timed_torque_phase_rad".to_owned(), 0.4)];
+    stand.effects.insert("timed-torque".to_owned(), parameters.into());
+    // Lengths that are no whole number of periods.
+    let all: Vec<Log> = (1..=3).map(|seed| own::log(&stand, Mode::Voltage, ProfileKind::MultiStep, 8.1, seed)).collect();
+    let (log, _) = join(all, &JoiningCriteria::default()).expect("one log");
+    let mut model = own::model(&[1.0; 6]);
+    model.add("timed-torque").expect("an effect");
+    for (name, value) in [("timed_torque_N_m", 5e-4), ("timed_torque_Hz", 1.36), ("timed_torque_phase_rad", 0.4)] {
+        model.set(name, value).expect("a parameter");
+    }
+    let (data, _) = fit::prepare::prepare(&log, &model, true).expect("the columns");
+    assert_eq!(data.run_begins.len(), 3);
+    assert!((data.longest_run_s() - 8.1).abs() < 0.1);
+    let (system, parameters) = fit::build::system(&model, data.temp_C.is_some());
+    let result = fit::fit(&system, &parameters, &data).expect("a fit");
+    assert!(result.channels.iter().all(|c| c.rms / c.noise < 1.1), "one phase describes all logs");
+    let value = |name: &str| model.index(name).map(|k| result.parameters.list[k].value).expect("a parameter");
+    assert!((value("timed_torque_Hz") - 1.37).abs() < 1e-3, "{}", value("timed_torque_Hz"));
+}

@@ -57,6 +57,7 @@ fn data(log: &Log) -> PreparedLog<'_> {
         supply_ratio: None,
         rate_from_encoder: false,
         columns: Vec::new(),
+        run_begins: vec![0],
         segments: log.segments(),
         channels: vec![compared(Channel::Rate), compared(Channel::Angle)],
         dt_s: 0.01,

@@ -79,7 +79,7 @@ fn trials_of(card: &'static Card, base: &FittedModel, orders: &HarmonicOrders, p
             values.map(|v| trial(v, vec![true, false, true], vec![true; 3], true)).collect()
         }
         Screening::LogFractions(fractions) => {
-            let length_s = data.t_s[data.len() - 1] - data.t_s[0];
+            let length_s = data.longest_run_s();
             let at = |fraction: f64| {
                 coefficient_trials(card, criteria.absent_amplitude, |mut values, screened, mut fitted, absent| {
                     if let (Some(time), Some(free)) = (values.last_mut(), fitted.last_mut()) {

@@ -267,6 +267,7 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
         supply_ratio,
         rate_from_encoder: log.provenance("omega_rad_s").source == RateSource::Encoder,
         columns: own_columns,
+        run_begins: log.runs().iter().map(|run| run.rows.start).collect(),
         held_out: (hold_out && log.duration_s() >= MIN_HELD_OUT_DURATION_S).then(|| held_out_rows(log.t_s(), &segments, &fitted_rows)),
         segments,
         channels: compared,

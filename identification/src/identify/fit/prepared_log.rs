@@ -70,6 +70,8 @@ pub struct PreparedLog<'a> {
     pub rate_from_encoder: bool,
     /// Columns that the expressions of the model use, in the order of the model.
     pub columns: Vec<&'a [f64]>,
+    /// First row of each run: of each of several logs, or of each recording in one.
+    pub run_begins: Vec<usize>,
     /// Ranges of rows without a gap in time.
     pub segments: Vec<Range<usize>>,
     /// The compared channels.
@@ -127,8 +129,21 @@ impl PreparedLog<'_> {
             supply_ratio: self.supply_ratio.as_ref().map_or(1.0, |s| s[row]),
             rate_from_encoder: self.rate_from_encoder,
             columns: std::array::from_fn(|k| self.columns.get(k).map_or(0.0, |column| column[row])),
-            start_s: self.t_s[0],
+            start_s: self.run_start_s(row),
         }
+    }
+
+    /// Time of the first row of the run that contains a row, by the clock of the run, s.
+    #[inline]
+    pub fn run_start_s(&self, row: usize) -> f64 {
+        let run = self.run_begins.partition_point(|begin| *begin <= row);
+        self.t_s[self.run_begins.get(run.wrapping_sub(1)).copied().unwrap_or(0)]
+    }
+
+    /// Duration of the longest run, s.
+    pub fn longest_run_s(&self) -> f64 {
+        let ends = self.run_begins.iter().skip(1).copied().chain([self.len()]);
+        self.run_begins.iter().zip(ends).map(|(&begin, end)| self.t_s[end - 1] - self.t_s[begin]).fold(0.0, f64::max)
     }
 
     /// First and last time by the clocks of the runs, s.
@@ -247,6 +262,7 @@ impl Preparation {
             supply_ratio: data.supply_ratio.clone(),
             rate_from_encoder: data.rate_from_encoder,
             columns: Vec::new(),
+            run_begins: data.run_begins.clone(),
             segments: data.segments.clone(),
             channels: data.channels.iter().map(channel).collect(),
             dt_s: data.dt_s,

@@ -57,7 +57,7 @@ pub fn search_periods(base: &FittedModel) -> Periods {
         let (found, tested) = scan.best_periods(highest, &known(base, PeriodOf::Angle), criteria);
         (periods.per_turn, periods.tested) = (found, tested);
     }
-    let phase: Vec<f64> = data.t_s.iter().map(|t| TAU * (t - data.t_s[0])).collect();
+    let phase: Vec<f64> = data.t_s.iter().enumerate().map(|(row, t)| TAU * (t - data.run_start_s(row))).collect();
     let highest_Hz = criteria.max_frequency_Hz.min(criteria.max_frequency_per_row / data.dt_s);
     let (found, tested) = Scan::new(base, &phase).best_periods(highest_Hz, &known(base, PeriodOf::Time), criteria);
     periods.frequencies_Hz = found;

@@ -28,6 +28,7 @@ fn prepared<'a>(t_s: &'a [f64], channel: ComparedChannel<'a>) -> PreparedLog<'a>
         supply_ratio: None,
         rate_from_encoder: false,
         columns: Vec::new(),
+        run_begins: vec![0],
         segments: vec![],
         channels: vec![channel],
         dt_s: ROW_S,
