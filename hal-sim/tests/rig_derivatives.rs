@@ -121,6 +121,8 @@ fn usual(id: &str) -> Vec<f64> {
         "backlash" => vec![2e-3, 6.0, 0.02, 0.3],
         "rate-scale" | "current-scale" => vec![0.03],
         "rate-bias" | "rate-bias-temperature" | "current-offset" => vec![0.02],
+        "friction-drift" => vec![0.3, -0.2, 0.05],
+        "bridge-nonlinearity" => vec![0.03, -0.01],
         "rate-scale-nonlinearity" => vec![1e-4, 5e-5],
         _ => {
             let card = drive_model::card(id).unwrap();
@@ -150,7 +152,9 @@ fn every_parameter_of_every_effect_has_the_derivative_of_its_finite_difference()
             if input == Input::Voltage && !matches!(card.id, "sensor-lag" | "time-skew") {
                 // Lag and skew are filters of the finished series; else every parameter moves an output.
                 let first = case.values.len() - card.parameters.len();
-                for (k, p) in card.parameters.iter().enumerate() {
+                // A fit sees no slope by the time of a jump: it lies between two rows.
+                let has_slope = |name: &str| name != "lost_at_s";
+                for (k, p) in card.parameters.iter().enumerate().filter(|(_, p)| has_slope(p.name)) {
                     assert!(moved[first + k], "{} {} changes nothing", card.id, p.name);
                 }
                 assert!(moved[..4].iter().all(|m| *m), "{}: J, K, R and the first rate", card.id);
