@@ -57,6 +57,16 @@ pub enum Basis {
         /// °.
         half_width_deg: f64,
     },
+    /// Half-width of the output per acceleration across the axis, °/s/g.
+    GSensitivityHalfWidth {
+        /// °/s/g.
+        half_width_deg_s_g: f64,
+    },
+    /// Half-width of the thermometer at the temperature of the value, K.
+    ThermometerReading {
+        /// K.
+        half_width_K: f64,
+    },
     /// Steps of the time stamp of the device under test.
     TimeStampStep,
     /// Quantisation of the encoder at both ends of a plateau.
@@ -163,7 +173,17 @@ pub enum Meaning {
     /// Standard deviation of a repeated plateau.
     Repeatability,
     /// Slope of the integral over whole turns.
-    WholeTurnScale,
+    WholeTurnScale {
+        /// Greatest rate of the runs, rad/s.
+        greatest_rad_s: f64,
+    },
+    /// Smallest Allan deviation at rest.
+    InRunStability {
+        /// Averaging time at which it is smallest, s.
+        averaging_s: f64,
+        /// Duration of the log, s.
+        rest_s: f64,
+    },
     /// Rates within ± this value are shown as rest.
     RateDeadBand,
     /// Smallest rate that one plateau distinguishes from rest.
@@ -185,8 +205,13 @@ pub enum Meaning {
         /// Cutoff of the known low-pass, Hz.
         known_filter_Hz: Option<f64>,
     },
-    /// Scale towards frequency zero by the sines.
-    DynamicScale,
+    /// Slope towards frequency zero by the sines.
+    DynamicScale {
+        /// Mean rate, rad/s.
+        mean_rad_s: f64,
+        /// Rate amplitude, rad/s.
+        amplitude_rad_s: f64,
+    },
     /// Temperature coefficient of the bias at rest.
     BiasTemperature,
     /// Relative temperature coefficient of the scale.
@@ -273,6 +298,8 @@ pub enum AbsenceReason {
         /// Runs with lost rows.
         incomplete: usize,
     },
+    /// A log at rest.
+    NeedsRest,
     /// A staircase of small rates.
     NeedsSmallRates,
     /// Two small rates of each sign beyond the dead band.
@@ -369,6 +396,24 @@ pub enum Remark {
         left_out: usize,
         /// Runs recorded.
         total: usize,
+    },
+    /// A step whose output is clipped was left out.
+    Clipped {
+        /// The step.
+        step: String,
+        /// Limit of the output, rad/s.
+        limit_rad_s: f64,
+        /// Rows at the limit.
+        rows: usize,
+    },
+    /// A step whose rates exceed the full scale of the static characteristic was left out of the dynamic results.
+    BeyondFullScale {
+        /// The step.
+        step: String,
+        /// Greatest rate, rad/s.
+        greatest_rad_s: f64,
+        /// Full scale, rad/s.
+        full_scale_rad_s: f64,
     },
     /// An accelerometer at a radius shows the square of the rate.
     SquareOfRate,

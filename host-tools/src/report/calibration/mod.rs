@@ -16,7 +16,7 @@ use crate::calibrate::record::CalibrationRecord;
 use crate::calibrate::stored_record::{RecordHeader, StoredAbsence, StoredCurve, StoredRecord, StoredSeries};
 use crate::calibrate::{CalibrateError, Curve};
 use crate::report::{plain, with_sigma};
-use crate::statistics::uncertainty::{COVERAGE_PROBABILITY, Quantity};
+use crate::statistics::uncertainty::{COVERAGE_PROBABILITY, CovarianceMatrix, Quantity};
 
 /// A computed record with its texts, as its file contains it.
 pub fn stored(record: &CalibrationRecord) -> StoredRecord {
@@ -40,6 +40,9 @@ pub fn stored(record: &CalibrationRecord) -> StoredRecord {
             absent: findings.absent.iter().map(|a| StoredAbsence { name: a.quantity.clone(), reason: absence(&a.reason) }).collect(),
             remarks: findings.remarks.iter().map(words::remark).collect(),
             curves: findings.curves.iter().map(curve).collect(),
+            covariance: CovarianceMatrix::of(&findings.quantities),
+            response_function: findings.response_function.as_ref().map(|f| f.stored(basis)),
+            frequency_response: findings.frequency_response.clone(),
         },
     }
 }
