@@ -10,6 +10,8 @@
 pub mod accel;
 pub mod apply;
 pub mod archive;
+pub mod by_hand;
+pub mod certificate;
 pub mod drive;
 pub mod gyro;
 pub mod lock_in;
@@ -18,6 +20,8 @@ pub mod plateaus;
 pub mod record;
 pub mod response;
 pub mod response_function;
+pub mod step_table;
+pub mod store;
 pub mod stored_record;
 pub mod trend;
 

@@ -67,6 +67,16 @@ pub enum Basis {
         /// K.
         half_width_K: f64,
     },
+    /// Half-width of an angle turned by hand, degrees.
+    TurnHalfWidth {
+        /// °.
+        half_width_deg: f64,
+    },
+    /// Scatter of positions at rest.
+    Positions {
+        /// Number.
+        count: usize,
+    },
     /// Steps of the time stamp of the device under test.
     TimeStampStep,
     /// Quantisation of the encoder at both ends of a plateau.
@@ -234,6 +244,16 @@ pub enum Meaning {
     ScaleAtGivenRadius,
     /// Radius for a scale of 1.
     RadiusAtUnitScale,
+    /// Scale of one axis of a unit turned by hand.
+    HandScale,
+    /// Output of one axis by the input of another, of a unit turned by hand.
+    HandCrossAxis,
+    /// K₀ of an accelerometer, by positions at rest.
+    TumbleK0,
+    /// K₁ of an accelerometer, by positions at rest.
+    TumbleK1,
+    /// K₂ of an accelerometer, by positions at rest.
+    TumbleK2,
     /// Angle from outward to the sensor's x axis.
     MountingAngle,
     /// Bias with the gravity of a tilted stand removed by the angle.

@@ -241,6 +241,12 @@ impl Serialize for StoredRecord {
     }
 }
 
+/// Quantities with their budgets, each by its name.
+pub fn quantities_json(quantities: &[StoredQuantity]) -> Value {
+    let entry = |q: &StoredQuantity| (q.name.clone(), serde_json::to_value(QuantityEntry::from(q)).unwrap_or(Value::Null));
+    Value::Object(quantities.iter().map(entry).collect())
+}
+
 impl StoredRecord {
     /// Reads the content of a record file.
     ///

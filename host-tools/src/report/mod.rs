@@ -6,6 +6,7 @@
 pub mod allan;
 pub mod bad_log;
 pub mod calibration;
+pub mod certificate;
 pub mod comparison;
 pub mod compensation;
 pub mod conversion;

@@ -24,6 +24,8 @@ pub fn basis(basis: &Basis) -> String {
             format!("output per acceleration across the axis, ± {half_width_deg_s_g} °/s/g")
         }
         Basis::ThermometerReading { half_width_K } => format!("half-width {half_width_K} K at the temperature of the value"),
+        Basis::TurnHalfWidth { half_width_deg } => format!("half-width {half_width_deg}° of an angle turned by hand"),
+        Basis::Positions { count } => format!("scatter of {count} positions"),
         Basis::TimeStampStep => "time stamps of the device in steps of 25 µs, from which the stand computes the age of a sample".into(),
         Basis::EncoderQuantisation => "one count at each end of a plateau".into(),
         Basis::WindowScatter { window_s } => format!("scatter of windows of {} ms", window_s * 1e3),
@@ -126,6 +128,11 @@ pub fn meaning(meaning: &Meaning) -> String {
         Meaning::ElementRadius => "radius of the sensing element at the first mounting".into(),
         Meaning::ScaleAtGivenRadius => "for the given radius; a second radius separates scale and radius".into(),
         Meaning::RadiusAtUnitScale => "for a scale of 1; a second radius separates scale and radius".into(),
+        Meaning::HandScale => "by the integral over turns about this axis".into(),
+        Meaning::HandCrossAxis => "output of this axis by the input of the other, per unit: scale times misalignment, rad".into(),
+        Meaning::TumbleK0 => "output without specific force: K₀ K₁ of the model equation".into(),
+        Meaning::TumbleK1 => "output per specific force".into(),
+        Meaning::TumbleK2 => "output per square of the specific force".into(),
         Meaning::MountingAngle => "from outward to the sensor's x axis, positive towards the motion".into(),
         Meaning::AccelerometerBias => "without the gravity of a tilted stand, which is periodic in the angle".into(),
         Meaning::BlindRate { window_s } => {
