@@ -34,6 +34,7 @@ pub mod residual_plots;
 pub mod settings;
 pub mod simulation;
 pub mod terminal;
+pub mod units;
 
 pub use bad_log::{bad_log_html, bad_log_json, bad_log_text};
 pub use comparison::{Comparison, compare_json, fit_json, html as comparison_html, text as comparison_text};
