@@ -31,7 +31,18 @@ fn children<'a>(node: roxmltree::Node<'a, 'a>) -> Vec<&'a str> {
 fn certificate_has_the_fields_of_clause_7_8_and_is_not_accredited() {
     let folder = tempfile::tempdir().unwrap();
     let (html, xml) = certified(folder.path());
-    for field in ["2026-0001", "Example laboratory", "Example customer", "S-1", "A-1234", "traceability", "as found is as left", "guard band", "pass", "head of the laboratory"] {
+    for field in [
+        "2026-0001",
+        "Example laboratory",
+        "Example customer",
+        "S-1",
+        "A-1234",
+        "traceability",
+        "as found is as left",
+        "guard band",
+        "pass",
+        "head of the laboratory",
+    ] {
         assert!(html.contains(field), "{field}");
     }
     for text in [&html, &xml] {
@@ -96,7 +107,11 @@ fn changed_logs_and_missing_fields_are_refused() {
     assert!(refused.status == Some(2) && refused.err.contains("laboratory.country"), "{refused:?}");
     let refused = stand(path, &["certificate", "g", "--details", "details.toml"]);
     assert!(refused.status == Some(2) && refused.err.contains("--dcc"), "{refused:?}");
-    let log = std::fs::read_dir(path.join("g")).unwrap().map(|e| e.unwrap().path()).find(|p| p.extension().is_some_and(|e| e == "parquet")).unwrap();
+    let log = std::fs::read_dir(path.join("g"))
+        .unwrap()
+        .map(|e| e.unwrap().path())
+        .find(|p| p.extension().is_some_and(|e| e == "parquet"))
+        .unwrap();
     let mut bytes = std::fs::read(&log).unwrap();
     let middle = bytes.len() / 2;
     bytes[middle] ^= 1;

@@ -68,7 +68,8 @@ fn store_lists_shows_trends_evaluates_and_exports() {
     assert!(refused.status == Some(2) && refused.err.contains("beyond the calibrated range"), "{refused:?}");
     // One copy of each raw log.
     let logs = std::fs::read_dir(path.join("store/logs")).unwrap().count();
-    let recorded = std::fs::read_dir(path.join("s1")).unwrap().filter(|e| e.as_ref().unwrap().path().extension().is_some_and(|e| e == "parquet"));
+    let recorded =
+        std::fs::read_dir(path.join("s1")).unwrap().filter(|e| e.as_ref().unwrap().path().extension().is_some_and(|e| e == "parquet"));
     assert_eq!(logs, recorded.count());
 }
 

@@ -48,7 +48,13 @@ fn main() {
         for (seed, c) in &all {
             by_name.entry(&c.name).or_default().push(c);
             if c.error_u().abs() > 3.0 {
-                let line = format!("{} {seed}: {} off by {:+.1} u; largest contribution: {}", what.name(), c.name, c.error_u(), c.largest_contribution());
+                let line = format!(
+                    "{} {seed}: {} off by {:+.1} u; largest contribution: {}",
+                    what.name(),
+                    c.name,
+                    c.error_u(),
+                    c.largest_contribution()
+                );
                 misses.push(line);
             }
         }
@@ -65,7 +71,13 @@ fn main() {
                 what.name(),
                 of.len(),
                 100.0 * share,
-                if share < low { "below" } else if share > high { "above" } else { "yes" },
+                if share < low {
+                    "below"
+                } else if share > high {
+                    "above"
+                } else {
+                    "yes"
+                },
                 size[size.len() / 2],
                 if of[0].found.unit == "1" { "" } else { &of[0].found.unit },
             );

@@ -93,8 +93,7 @@ fn gyro_truth(seed: u64, imu: &ImuSetup, drawn: &[(&'static str, f64)], record: 
     let c2_mounted = c2 - e.g_sensitivity_s_m * imu.radius_m * imu.chi_rad.cos();
     let slope = 1.0 + 0.6 * c3 * fs * fs;
     let at_rest = get("scale") / (1.0 + 0.6 * c3 * 100.0);
-    let (n_rad_s_rts, b, k) =
-        (imu.gyro_noise_rad_s_rtHz / 2_f64.sqrt(), imu.gyro_bias_instability_rad_s, imu.gyro_random_walk_rad_s_rts);
+    let (n_rad_s_rts, b, k) = (imu.gyro_noise_rad_s_rtHz / 2_f64.sqrt(), imu.gyro_bias_instability_rad_s, imu.gyro_random_walk_rad_s_rts);
     let floor_2 = (0.664 * b).powi(2);
     let staircase = named("staircase");
     // Plateaus of the staircase are repeated after some 20 plateaus: Barnes' B₂(20) is 3.2.

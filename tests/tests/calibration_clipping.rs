@@ -33,7 +33,10 @@ fn session_of_clipped_steps_alone_is_refused() {
 /// A coarse converter repeats its codes at every constant rate; it is not clipped.
 #[test]
 fn coarse_and_silent_outputs_are_not_clipped() {
-    for stand in ["[imu]\ngyro_noise_rad_s_rtHz = 0.0\ngyro_bias_instability_rad_s = 0.0\ngyro_random_walk_rad_s_rts = 0.0\n", "[imu]\ngyro_scale = 1.02\n"] {
+    for stand in [
+        "[imu]\ngyro_noise_rad_s_rtHz = 0.0\ngyro_bias_instability_rad_s = 0.0\ngyro_random_walk_rad_s_rts = 0.0\n",
+        "[imu]\ngyro_scale = 1.02\n",
+    ] {
         let findings = calibrated(stand, &format!("what = 'gyro'\n{}", staircase("staircase", 15.0)), 2).findings;
         assert!(!findings.remarks.iter().any(|r| matches!(r, Remark::Clipped { .. })), "{:?}", findings.remarks);
     }

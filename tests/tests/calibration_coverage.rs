@@ -26,17 +26,21 @@ fn sample(what: DutKind, seeds: std::ops::Range<u64>, wanted: &[&str]) {
 
 #[test]
 fn gyros() {
-    sample(DutKind::Gyro, 2001..2004, &[
-        "scale",
-        "bias_rad_s",
-        "nonlinearity_percent_fs",
-        "asymmetry_percent",
-        "scale_whole_turns",
-        "scale_dynamic",
-        "bandwidth_Hz",
-        "delay_s",
-        "damping",
-    ]);
+    sample(
+        DutKind::Gyro,
+        2001..2004,
+        &[
+            "scale",
+            "bias_rad_s",
+            "nonlinearity_percent_fs",
+            "asymmetry_percent",
+            "scale_whole_turns",
+            "scale_dynamic",
+            "bandwidth_Hz",
+            "delay_s",
+            "damping",
+        ],
+    );
 }
 
 #[test]

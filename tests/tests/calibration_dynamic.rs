@@ -104,10 +104,12 @@ fn rate_sensor_of_the_stand_is_first_order_at_523_Hz() {
 #[test]
 fn nonlinear_device_has_its_damping_and_its_slope_at_the_stated_rates() {
     let (quadratic, cubic) = (6e-5, 1.2e-5);
-    let stand =
-        format!("[imu]\ngyro_scale = 1.0123\n[imu.gyro]\nquadratic_s = {quadratic}\ncubic_s2 = {cubic}\nnatural_Hz = 60.0\ndamping = 0.7\n");
+    let stand = format!(
+        "[imu]\ngyro_scale = 1.0123\n[imu.gyro]\nquadratic_s = {quadratic}\ncubic_s2 = {cubic}\nnatural_Hz = 60.0\ndamping = 0.7\n"
+    );
     let staircase = STATIC.replace("levels = 2", "levels = 3").replace("seconds = 8.2", "seconds = 11.8");
-    let session = format!("what = 'gyro'\n[known]\nmisalignment_deg = 0.0\n{staircase}{}", sines(&[5.0, 10.0, 20.0, 40.0, 60.0, 80.0, 100.0], 4.0));
+    let session =
+        format!("what = 'gyro'\n[known]\nmisalignment_deg = 0.0\n{staircase}{}", sines(&[5.0, 10.0, 20.0, 40.0, 60.0, 80.0, 100.0], 4.0));
     for seed in 1..3 {
         let findings = calibrated(&stand, &session, seed).findings;
         assert_covers(&findings, "damping", 0.7, 0.01);
@@ -130,6 +132,7 @@ fn sines_beyond_the_full_scale_of_the_staircase_are_left_out() {
     let session = format!("what = 'gyro'\n{narrow}{}", sines(&[5.0, 10.0, 20.0], 4.0));
     let findings = calibrated("[imu]\ngyro_scale = 1.01\n", &session, 1).findings;
     assert!(findings.get("scale_dynamic").is_none());
-    let left_out = findings.remarks.iter().filter(|r| matches!(r, Remark::BeyondFullScale { greatest_rad_s, .. } if *greatest_rad_s > 15.0));
+    let left_out =
+        findings.remarks.iter().filter(|r| matches!(r, Remark::BeyondFullScale { greatest_rad_s, .. } if *greatest_rad_s > 15.0));
     assert_eq!(left_out.count(), 3, "{:?}", findings.remarks);
 }

@@ -158,11 +158,11 @@ fn gyro_axis(steps: &[Step], axis: usize, known: &HandAssumptions, quantities: &
     if !turned.contains(&axis) {
         return;
     }
-    let rows: Vec<Vec<f64>> =
-        used.iter().map(|s| turned.iter().map(|k| s.turned_rad[*k]).chain([s.duration_s]).collect()).collect();
+    let rows: Vec<Vec<f64>> = used.iter().map(|s| turned.iter().map(|k| s.turned_rad[*k]).chain([s.duration_s]).collect()).collect();
     let integrals: Vec<f64> = used.iter().map(|s| s.values[axis]).collect();
     let Some(fit) = least_squares(&rows, &integrals) else { return };
-    let noise = |k: usize| Contribution::type_a("noise and repeatability", fit.sigma(k), fit.dof, Basis::WholeTurnRuns { count: used.len() });
+    let noise =
+        |k: usize| Contribution::type_a("noise and repeatability", fit.sigma(k), fit.dof, Basis::WholeTurnRuns { count: used.len() });
     let count = used.iter().filter(|s| s.turned_rad[axis] != 0.0).count() as f64;
     let largest = used.iter().map(|s| s.turned_rad[axis].abs()).fold(0.0, f64::max);
     for (k, other) in turned.iter().enumerate() {
@@ -170,9 +170,17 @@ fn gyro_axis(steps: &[Step], axis: usize, known: &HandAssumptions, quantities: &
         let name = AXES[axis];
         if *other == axis {
             let half_width = known.turn_error_deg.to_radians() / largest / count.sqrt();
-            let turn = Contribution::rectangular("angle turned", half_width, "1", value, Basis::TurnHalfWidth { half_width_deg: known.turn_error_deg });
-            let clock = Contribution::rectangular("clock", known.clock_ppm * 1e-6, "1", value, Basis::Crystal { half_width_ppm: known.clock_ppm });
-            quantities.push(Quantity::new(&format!("gyro_{name}_scale"), "1", value, vec![noise(k), turn, clock]).meaning(Meaning::HandScale));
+            let turn = Contribution::rectangular(
+                "angle turned",
+                half_width,
+                "1",
+                value,
+                Basis::TurnHalfWidth { half_width_deg: known.turn_error_deg },
+            );
+            let clock =
+                Contribution::rectangular("clock", known.clock_ppm * 1e-6, "1", value, Basis::Crystal { half_width_ppm: known.clock_ppm });
+            quantities
+                .push(Quantity::new(&format!("gyro_{name}_scale"), "1", value, vec![noise(k), turn, clock]).meaning(Meaning::HandScale));
         } else {
             let level = axis_direction(known);
             let name = format!("gyro_{name}_by_{}", AXES[*other]);
@@ -186,7 +194,13 @@ fn gyro_axis(steps: &[Step], axis: usize, known: &HandAssumptions, quantities: &
 
 /// Direction of the axis of a turn or of gravity in the frame of the unit.
 fn axis_direction(known: &HandAssumptions) -> Contribution {
-    Contribution::rectangular("direction of the axis", known.level_deg.to_radians(), "rad", 1.0, Basis::TiltHalfWidth { half_width_deg: known.level_deg })
+    Contribution::rectangular(
+        "direction of the axis",
+        known.level_deg.to_radians(),
+        "rad",
+        1.0,
+        Basis::TiltHalfWidth { half_width_deg: known.level_deg },
+    )
 }
 
 /// The Earth's rotation along the axis, which a unit turned by hand does not separate.
@@ -237,16 +251,26 @@ fn accelerometer_axis(steps: &[Step], axis: usize, known: &HandAssumptions, quan
         g * fit.coefficients[1],
         Basis::TiltHalfWidth { half_width_deg: known.level_deg },
     );
-    quantities.push(Quantity::new(&format!("accel_{name}_bias_m_s2"), "m/s²", fit.coefficients[0], vec![noise(0), tilt]).meaning(Meaning::TumbleK0));
-    quantities.push(Quantity::new(&format!("accel_{name}_scale"), "1", fit.coefficients[1], vec![noise(1), cosine]).meaning(Meaning::TumbleK1));
+    quantities.push(
+        Quantity::new(&format!("accel_{name}_bias_m_s2"), "m/s²", fit.coefficients[0], vec![noise(0), tilt]).meaning(Meaning::TumbleK0),
+    );
+    quantities
+        .push(Quantity::new(&format!("accel_{name}_scale"), "1", fit.coefficients[1], vec![noise(1), cosine]).meaning(Meaning::TumbleK1));
     for (k, other) in others.iter().enumerate() {
-        let q = Quantity::new(&format!("accel_{name}_by_{}", AXES[*other]), "1", fit.coefficients[2 + k], vec![noise(2 + k), axis_direction(known)]);
+        let q = Quantity::new(
+            &format!("accel_{name}_by_{}", AXES[*other]),
+            "1",
+            fit.coefficients[2 + k],
+            vec![noise(2 + k), axis_direction(known)],
+        );
         quantities.push(q.meaning(Meaning::HandCrossAxis));
     }
     if fit.coefficients.len() > 2 + others.len() {
         let k = 2 + others.len();
         let tilt = Contribution::rectangular("level", level_rad / g, "s²/m", 1.0, Basis::TiltHalfWidth { half_width_deg: known.level_deg });
-        quantities.push(Quantity::new(&format!("accel_{name}_k2_s2_m"), "s²/m", fit.coefficients[k], vec![noise(k), tilt]).meaning(Meaning::TumbleK2));
+        quantities.push(
+            Quantity::new(&format!("accel_{name}_k2_s2_m"), "s²/m", fit.coefficients[k], vec![noise(k), tilt]).meaning(Meaning::TumbleK2),
+        );
     }
 }
 
@@ -284,7 +308,14 @@ mod tests {
             *table += &format!("log.csv,{:.3},{:.3},{row}\n", from, t - 0.01);
         };
         for round in 0..2 {
-            for (name, up) in [("+x", [1., 0., 0.]), ("-x", [-1., 0., 0.]), ("+y", [0., 1., 0.]), ("-y", [0., -1., 0.]), ("+z", [0., 0., 1.]), ("-z", [0., 0., -1.])] {
+            for (name, up) in [
+                ("+x", [1., 0., 0.]),
+                ("-x", [-1., 0., 0.]),
+                ("+y", [0., 1., 0.]),
+                ("-y", [0., -1., 0.]),
+                ("+z", [0., 0., 1.]),
+                ("-z", [0., 0., -1.]),
+            ] {
                 add([0.0; 3], up, format!(",,,{name}"), &mut csv, &mut table);
             }
             for axis in 0..3 {

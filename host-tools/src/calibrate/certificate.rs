@@ -290,7 +290,10 @@ impl CertificateDetails {
             return Err(field(name, format!("{} is not a date, YYYY-MM-DD", date.map_or(String::new(), |d| d.to_string()))));
         }
         if details.ambient.is_empty() {
-            return Err(field("ambient", "the certificate needs the ambient conditions that influence the results, at least the temperature"));
+            return Err(field(
+                "ambient",
+                "the certificate needs the ambient conditions that influence the results, at least the temperature",
+            ));
         }
         for condition in &details.ambient {
             if !(condition.lowest.is_finite() && condition.greatest.is_finite() && condition.lowest <= condition.greatest) {
@@ -298,10 +301,14 @@ impl CertificateDetails {
             }
         }
         if details.equipment.is_empty() {
-            return Err(field("equipment", "the certificate needs the equipment with its own certificates: encoder and clock of the stand"));
+            return Err(field(
+                "equipment",
+                "the certificate needs the equipment with its own certificates: encoder and clock of the stand",
+            ));
         }
         if let Some(expired) = details.equipment.iter().find(|e| e.valid_until.date < details.issued.date) {
-            let message = format!("its certificate {} is valid until {}, before the date of issue", expired.certificate, expired.valid_until);
+            let message =
+                format!("its certificate {} is valid until {}, before the date of issue", expired.certificate, expired.valid_until);
             return Err(field(&format!("equipment `{}`", expired.name), message));
         }
         Ok(details)
@@ -386,7 +393,9 @@ mod tests {
 
     #[test]
     fn guard_band_decides_with_the_expanded_uncertainty() {
-        let q = |value: f64| StoredQuantity::new("scale", "1", value, vec![Contribution::type_b("clock", 0.01 / 1.959_964, "1", 1.0, String::new())]);
+        let q = |value: f64| {
+            StoredQuantity::new("scale", "1", value, vec![Contribution::type_b("clock", 0.01 / 1.959_964, "1", 1.0, String::new())])
+        };
         let limit = Limit { quantity: "scale".into(), lowest: Some(0.9), greatest: Some(1.1) };
         let decide = |rule, value| limit.decide(rule, &q(value));
         assert_eq!(decide(DecisionRule::GuardBand, 1.085), Conformity::Pass);

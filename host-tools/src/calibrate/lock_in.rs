@@ -126,7 +126,15 @@ pub fn lock_in(t_s: &[f64], theta: &[f64], sensor: &[f64], age_s: Option<&[f64]>
     let im = (output.im * rate_re - output.re * rate_im) / rate_2;
     let gain_2 = re * re + im * im;
     let sigma = ((output.sigma.powi(2) + gain_2 * (omega * angle.sigma).powi(2)) / rate_2).sqrt();
-    Some(Response { frequency_Hz, re, im, sigma, coherence: output.explained, rate_rad_s: rate_2.sqrt(), mean_rad_s: mean_rate(&t_s[..rows], &theta[..rows]) })
+    Some(Response {
+        frequency_Hz,
+        re,
+        im,
+        sigma,
+        coherence: output.explained,
+        rate_rad_s: rate_2.sqrt(),
+        mean_rad_s: mean_rate(&t_s[..rows], &theta[..rows]),
+    })
 }
 
 #[cfg(test)]

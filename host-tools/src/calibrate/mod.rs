@@ -27,9 +27,9 @@ pub mod trend;
 
 pub use crate::acquire::calibration_session::{Assumptions, DutKind, Mounting, Orientation, Step};
 use crate::statistics::uncertainty;
+pub use note::{AbsenceReason, Basis, Meaning, Remark};
 use response_function::ResponseFunction;
 use serde::{Deserialize, Serialize};
-pub use note::{AbsenceReason, Basis, Meaning, Remark};
 
 /// A quantity of a calibration.
 pub type Quantity = uncertainty::Quantity<Basis, Meaning>;

@@ -30,7 +30,9 @@ pub enum StepTableError {
         message: String,
     },
     /// A column is missing.
-    #[error("{path}: the column {column} is missing; a table of steps has file, from, to, rate_rad_s or rate_deg_s, and optionally temperature_C")]
+    #[error(
+        "{path}: the column {column} is missing; a table of steps has file, from, to, rate_rad_s or rate_deg_s, and optionally temperature_C"
+    )]
     Column {
         /// The table.
         path: PathBuf,
@@ -72,7 +74,10 @@ fn parse(path: &Path) -> Result<Vec<Row>, StepTableError> {
             let cell = |at: usize| cells.get(at).copied().ok_or_else(|| invalid(format!("the column {} has no value", names[at])));
             let number = |at: usize| {
                 let text = cell(at)?;
-                text.parse::<f64>().ok().filter(|x| x.is_finite()).ok_or_else(|| invalid(format!("{}: `{text}` is not a number", names[at])))
+                text.parse::<f64>()
+                    .ok()
+                    .filter(|x| x.is_finite())
+                    .ok_or_else(|| invalid(format!("{}: `{text}` is not a number", names[at])))
             };
             let row = Row {
                 file: cell(file)?.to_owned(),

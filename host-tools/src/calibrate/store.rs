@@ -166,7 +166,8 @@ impl RecordStore {
             }
             let to = self.log_path(&step.sha256, &step.log);
             if !to.exists() {
-                let copy = |out: &mut std::io::BufWriter<&mut std::fs::File>| std::io::copy(&mut std::fs::File::open(&from)?, out).map(drop);
+                let copy =
+                    |out: &mut std::io::BufWriter<&mut std::fs::File>| std::io::copy(&mut std::fs::File::open(&from)?, out).map(drop);
                 files::replace(&to, copy).map_err(|e| file_error(&to, e.to_string()))?;
             }
         }
@@ -179,8 +180,7 @@ impl RecordStore {
     /// # Errors
     /// The database; a record that cannot be read.
     pub fn records(&self) -> Result<Vec<(i64, ArchivedRecord)>, StoreError> {
-        let mut statement =
-            self.connection.prepare("SELECT id, record FROM sessions ORDER BY began, id").map_err(|e| self.database(e))?;
+        let mut statement = self.connection.prepare("SELECT id, record FROM sessions ORDER BY began, id").map_err(|e| self.database(e))?;
         let rows = statement.query_map([], |row| Ok((row.get(0)?, row.get(1)?))).map_err(|e| self.database(e))?;
         let rows: Vec<(i64, String)> = rows.collect::<Result<_, _>>().map_err(|e| self.database(e))?;
         rows.into_iter().map(|(number, text)| Ok((number, self.parsed(number, &text)?))).collect()

@@ -4,11 +4,13 @@
 //! actions, interruptions, absent quantities, remarks and curves.
 
 use super::DutKind;
-use crate::acquire::calibration_session::Session;
-use crate::acquire::calibration_session::journal::StepRecord;
 use super::FrequencyPoint;
 use super::response_function::StoredFunction;
-use crate::statistics::uncertainty::{COVERAGE_PROBABILITY, Conditions, Contribution, CovarianceMatrix, Distribution, Evaluation, Quantity};
+use crate::acquire::calibration_session::Session;
+use crate::acquire::calibration_session::journal::StepRecord;
+use crate::statistics::uncertainty::{
+    COVERAGE_PROBABILITY, Conditions, Contribution, CovarianceMatrix, Distribution, Evaluation, Quantity,
+};
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::Value;

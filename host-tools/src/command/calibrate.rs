@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use embassy_futures::block_on;
 
 use super::error::CliError;
-use super::output::{Overwrite, ReportOutput, progress_bar, write};
+use super::output::{Overwrite, ReportOutput, UnitOptions, progress_bar, write};
 use super::signals::Interrupts;
 use super::stand_file::read_stand;
 use crate::acquire::calibration_session::error::RunError;
@@ -90,6 +90,8 @@ pub(super) struct Calibrate {
     #[arg(long, requires = "port")]
     into_stand: bool,
     #[command(flatten)]
+    units: UnitOptions,
+    #[command(flatten)]
     output: ReportOutput,
 }
 
@@ -140,7 +142,9 @@ impl Calibrate {
     /// A unit that was turned by hand: logs of another program with a table of positions and turns.
     fn by_hand(&self) -> Result<(), CliError> {
         let (Some(folder), Some(table)) = (&self.from, &self.steps) else {
-            return Err(CliError::Input("calibrate hand: --from FOLDER with the logs and --steps TABLE with positions and turns are needed".into()));
+            return Err(CliError::Input(
+                "calibrate hand: --from FOLDER with the logs and --steps TABLE with positions and turns are needed".into(),
+            ));
         };
         let known: HandAssumptions = match &self.known {
             Some(path) => {
@@ -188,7 +192,8 @@ impl Calibrate {
             apply_to_model(&record, model)?;
             model.write(path)?;
         }
-        self.output.text(&report::text(&stored))?;
+        let units = self.units.units.unwrap_or_default();
+        self.output.text(&report::text(&report::displayed_record(&stored, &units)))?;
         if self.from.is_none() {
             self.output.text(&format!("{}: raw logs, journal.json, record.json, record.html\n", folder.display()))?;
         }

@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Subcommand, ValueEnum};
 
 use super::error::CliError;
-use super::output::{JsonOutput, Overwrite, ReportOutput, spinner, write};
+use super::output::{JsonOutput, Overwrite, ReportOutput, UnitOptions, spinner, write};
 use crate::calibrate::DutKind;
 use crate::calibrate::archive::{ArchivedRecord, find_records};
-use crate::calibrate::store::{RecordStore, StoreError};
 use crate::calibrate::response_function::EvaluateError;
+use crate::calibrate::store::{RecordStore, StoreError};
 use crate::calibrate::trend::{TrendSelection, trend_of_device};
 use crate::report::calibration as report;
 
@@ -44,6 +44,8 @@ pub(super) struct Evaluate {
     /// Number of the session in a record store
     #[arg(long, value_name = "N")]
     session: Option<i64>,
+    #[command(flatten)]
+    units: UnitOptions,
     #[command(flatten)]
     json: JsonOutput,
 }
@@ -91,6 +93,8 @@ pub(super) struct Show {
     /// Number of the session in a record store
     #[arg(long, value_name = "N")]
     session: Option<i64>,
+    #[command(flatten)]
+    units: UnitOptions,
     #[command(flatten)]
     json: JsonOutput,
 }
@@ -188,7 +192,8 @@ impl Show {
         let bar = spinner("recomputing from the raw logs");
         let verification = archived.verify();
         bar.finish_and_clear();
-        self.json.text(&report::show_text(&archived.record, &verification))?;
+        let displayed = report::displayed_record(&archived.record, &self.units.units.unwrap_or_default());
+        self.json.text(&report::show_text(&displayed, &verification))?;
         self.json.json(|| report::show_json(&archived.record, &verification))
     }
 }
@@ -198,12 +203,17 @@ impl Evaluate {
         self.json.check()?;
         let (archived, _folder) = one_record(&self.record, self.session)?;
         let Some(function) = &archived.record.header.response_function else {
-            return Err(CliError::in_file(&archived.path, "the record has no characteristic over the rate; `stand calibrate gyro` makes one"));
+            return Err(CliError::in_file(
+                &archived.path,
+                "the record has no characteristic over the rate; `stand calibrate gyro` makes one",
+            ));
         };
         let at_rates = self.rate.iter().map(|rate| Ok((*rate, function.output_at(*rate)?)));
         let of_readings = self.reading.iter().map(|output| Ok((*output, function.input_of(*output)?)));
         let values = at_rates.chain(of_readings).collect::<Result<Vec<_>, EvaluateError>>().map_err(|e| CliError::Input(e.to_string()))?;
-        self.json.text(&report::evaluated_text(function, &values))?;
+        let units = self.units.units.unwrap_or_default();
+        let displayed: Vec<_> = values.iter().map(|(at, q)| (*at, report::displayed(q, &units))).collect();
+        self.json.text(&report::evaluated_text(function, &displayed))?;
         self.json.json(|| report::evaluated_json(function, &values))
     }
 }

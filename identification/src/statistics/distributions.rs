@@ -79,7 +79,9 @@ pub fn binomial_interval(n: u64, probability: f64, coverage: f64) -> (f64, f64) 
     let (trials, tail) = (n as f64, 0.5 * (1.0 - coverage));
     let ln_probability = |k: u64| {
         let k = k as f64;
-        ln_gamma(trials + 1.0) - ln_gamma(k + 1.0) - ln_gamma(trials - k + 1.0) + k * probability.ln() + (trials - k) * (-probability).ln_1p()
+        ln_gamma(trials + 1.0) - ln_gamma(k + 1.0) - ln_gamma(trials - k + 1.0)
+            + k * probability.ln()
+            + (trials - k) * (-probability).ln_1p()
     };
     // Counts from one end until their probability exceeds the tail.
     let first_beyond = |count_at: fn(u64, u64) -> u64| {

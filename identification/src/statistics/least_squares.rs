@@ -115,8 +115,7 @@ pub fn clustered_least_squares(rows: &[Vec<f64>], y: &[f64], weights: &[f64], cl
     let bread = &fit.covariance / variance;
     let mut covariance = &bread * meat * &bread * (groups / (groups - 1.0) * (n - 1.0) / (n - m as f64));
     // At least as uncertain as independent residuals make it; the correlations stay.
-    let widen: Vec<f64> =
-        (0..m).map(|k| (fit.covariance[(k, k)] / covariance[(k, k)].max(f64::MIN_POSITIVE)).max(1.0).sqrt()).collect();
+    let widen: Vec<f64> = (0..m).map(|k| (fit.covariance[(k, k)] / covariance[(k, k)].max(f64::MIN_POSITIVE)).max(1.0).sqrt()).collect();
     for i in 0..m {
         for j in 0..m {
             covariance[(i, j)] *= widen[i] * widen[j];

@@ -169,7 +169,10 @@ impl Characteristic {
 
     /// Gradient over all coefficients from one over the powers of the rate; missing powers are left out.
     fn powers_gradient(&self, powers: &[f64]) -> Vec<f64> {
-        self.terms.iter().map(|term| if let Term::Power(k) = term { powers.get(*k as usize).copied().unwrap_or(0.0) } else { 0.0 }).collect()
+        self.terms
+            .iter()
+            .map(|term| if let Term::Power(k) = term { powers.get(*k as usize).copied().unwrap_or(0.0) } else { 0.0 })
+            .collect()
     }
 
     fn value_of(&self, gradient: &[f64]) -> f64 {

@@ -27,7 +27,8 @@ pub(super) fn without_clipped<'s>(steps: &[&'s Step], settings: &GyroSettings) -
     let (low, high) = steps.iter().map(outputs).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), (a, b)| (l.min(a), h.max(b)));
     let (mut used, mut remarks) = (Vec::new(), Vec::new());
     for step in steps {
-        let flat = dut_output(&step.log, settings).and_then(|output| [high, low].into_iter().find_map(|limit| flat_top(step, output, limit)));
+        let flat =
+            dut_output(&step.log, settings).and_then(|output| [high, low].into_iter().find_map(|limit| flat_top(step, output, limit)));
         match flat {
             Some((limit_rad_s, rows)) => remarks.push(Remark::Clipped { step: step.name.clone(), limit_rad_s, rows }),
             None => used.push(*step),

@@ -21,8 +21,8 @@ mod still;
 mod turns;
 
 pub use characteristic::{Characteristic, characteristic};
-pub use points::Point;
 pub(super) use dynamic::along_chirp;
+pub use points::Point;
 
 use super::{Assumptions, CalibrateError, Findings, Orientation, Step};
 use crate::acquire::calibration_session::Session;
@@ -76,7 +76,8 @@ pub fn calibrate(steps: &[Step], settings: &GyroSettings) -> Result<Findings, Ca
     let mut findings = Findings::default();
     let (used, clipped) = clipping::without_clipped(&steps.iter().collect::<Vec<_>>(), settings);
     findings.remarks.extend(clipped);
-    let upright: Vec<&Step> = used.iter().copied().filter(|s| s.mounting.orientation == Orientation::Flat && s.mounting.tilt_deg == 0.0).collect();
+    let upright: Vec<&Step> =
+        used.iter().copied().filter(|s| s.mounting.orientation == Orientation::Flat && s.mounting.tilt_deg == 0.0).collect();
     let radius_m = upright.first().map_or(0.0, |s| s.mounting.radius_m);
     let at_radius: Vec<&Step> = upright.iter().copied().filter(|s| s.mounting.radius_m == radius_m).collect();
     let found = static_quantities::add(&at_radius, radius_m, settings, &mut findings)?;

@@ -1,9 +1,9 @@
 //! Quantities of the static characteristic, and its curve.
 
+use super::GyroSettings;
 use super::characteristic::{Characteristic, MIN_RANGE_K, characteristic};
 use super::influences::{STANDARD_GRAVITY_M_S2, clock, g_sensitivity, misalignment, misalignment_factor, thermometer};
 use super::points::{Point, points, rest_points};
-use super::GyroSettings;
 use crate::acquire::calibration_session::EARTH_RAD_S;
 use crate::calibrate::response_function::ResponseFunction;
 use crate::calibrate::{
@@ -219,7 +219,12 @@ impl Characteristic {
 ///
 /// # Errors
 /// No log has plateaus of both signs, or enough of them.
-pub(super) fn add(steps: &[&Step], radius_m: f64, settings: &GyroSettings, findings: &mut Findings) -> Result<Characteristic, CalibrateError> {
+pub(super) fn add(
+    steps: &[&Step],
+    radius_m: f64,
+    settings: &GyroSettings,
+    findings: &mut Findings,
+) -> Result<Characteristic, CalibrateError> {
     let all = points(steps, settings);
     let greatest = all.iter().map(|p| p.plateau.rate_rad_s.abs()).max_or_zero();
     let full_scale = settings.full_scale_rad_s.unwrap_or(greatest);

@@ -54,7 +54,10 @@ fn is_at_rest(step: &Step) -> bool {
 
 /// Smallest Allan deviation of the longest log at rest over averaging times up to a quarter of it (IEEE Std 952, annex C).
 fn in_run_stability(steps: &[&Step], settings: &GyroSettings) -> Option<Quantity> {
-    let step = steps.iter().filter(|s| is_at_rest(s) && dut_output(&s.log, settings).is_some()).max_by(|a, b| a.log.duration_s().total_cmp(&b.log.duration_s()))?;
+    let step = steps
+        .iter()
+        .filter(|s| is_at_rest(s) && dut_output(&s.log, settings).is_some())
+        .max_by(|a, b| a.log.duration_s().total_cmp(&b.log.duration_s()))?;
     let (log, output) = (&step.log, dut_output(&step.log, settings)?);
     let size = ((ALLAN_INTERVAL_S / log.median_dt_s().max(1e-9)).round() as usize).max(1);
     let longest = log.segments().into_iter().max_by_key(ExactSizeIterator::len)?;

@@ -6,9 +6,9 @@
 
 use super::influences::{clock, misalignment, misalignment_factor};
 use super::{GyroSettings, dut_output};
-use crate::statistics::Extremes;
 use crate::calibrate::{AbsenceReason, Basis, Findings, Meaning, Remark, Step};
 use crate::calibrate::{Contribution, Quantity};
+use crate::statistics::Extremes;
 use crate::statistics::least_squares;
 
 /// Longest gap bridged by the integral, s: the error of linear interpolation over 20 ms is at most 1e-6 of ten turns.

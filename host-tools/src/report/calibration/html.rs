@@ -2,9 +2,9 @@
 
 use super::text::heading;
 use super::{definition, remarks, statement, stored, with_sigma, words};
-use crate::calibrate::{Curve, FrequencyPoint};
 use crate::calibrate::record::CalibrationRecord;
 use crate::calibrate::stored_record::StoredQuantity;
+use crate::calibrate::{Curve, FrequencyPoint};
 use crate::report::html::{Cell, Class, Markup, Page, Table};
 use crate::report::plot::svg::Drawing;
 use crate::report::plot::{Axis, Plot, with_margin};

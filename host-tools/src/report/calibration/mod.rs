@@ -1,8 +1,9 @@
 //! Calibration records in words: the record file, text for a terminal, an HTML page; lists of records, verification, and trends.
 
 mod archive;
-mod evaluated;
 mod by_hand;
+mod display;
+mod evaluated;
 mod html;
 mod standards;
 mod text;
@@ -11,6 +12,7 @@ mod words;
 
 pub use archive::{added_json, export_csv, export_json, list_json, list_text, show_json, show_text, skipped_text};
 pub use by_hand::{by_hand_json, by_hand_text};
+pub use display::{displayed, displayed_record};
 pub use evaluated::{evaluated_json, evaluated_text};
 pub use html::{html, value_text};
 pub use text::text;

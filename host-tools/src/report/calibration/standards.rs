@@ -11,7 +11,9 @@ pub(super) fn standard(meaning: &Meaning) -> Option<&'static str> {
         Meaning::LineSlope | Meaning::WholeTurnScale { .. } | Meaning::ScaleByTwoRadii | Meaning::ScaleAtGivenRadius => {
             "IEEE Std 528: scale factor"
         }
-        Meaning::BiasWithoutEarthRate | Meaning::BiasWithEarthRate | Meaning::AccelerometerBias => "IEEE Std 528: bias; IEEE Std 2700: zero offset",
+        Meaning::BiasWithoutEarthRate | Meaning::BiasWithEarthRate | Meaning::AccelerometerBias => {
+            "IEEE Std 528: bias; IEEE Std 2700: zero offset"
+        }
         Meaning::HandScale => "IEEE Std 528: scale factor",
         Meaning::HandCrossAxis => "IEEE Std 528: misalignment, cross-axis sensitivity",
         Meaning::TumbleK0 => "IEEE Std 1293: bias K₀",

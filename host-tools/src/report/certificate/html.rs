@@ -33,7 +33,10 @@ fn results(record: &StoredRecord) -> Table {
 pub fn html(certificate: &Certificate) -> String {
     let (d, record) = (&certificate.details, &certificate.record);
     let mut page = Page::new(&format!("{} {}", d.title, d.number));
-    page.paragraph(Class::Lead, format!("{}, {} {}, serial number {}", d.item.description, d.item.manufacturer, certificate.model(), certificate.serial()));
+    page.paragraph(
+        Class::Lead,
+        format!("{}, {} {}, serial number {}", d.item.description, d.item.manufacturer, certificate.model(), certificate.serial()),
+    );
     page.paragraph(Class::Warning, STATEMENT);
     page.section("Certificate", |page| {
         let mut table = Table::new(Vec::<String>::new());
@@ -46,7 +49,10 @@ pub fn html(certificate: &Certificate) -> String {
         row("date of issue", d.issued.to_string());
         row("laboratory", organisation(&d.laboratory));
         row("customer", organisation(&d.customer));
-        row("item", format!("{}, {} {}, serial number {}", d.item.description, d.item.manufacturer, certificate.model(), certificate.serial()));
+        row(
+            "item",
+            format!("{}, {} {}, serial number {}", d.item.description, d.item.manufacturer, certificate.model(), certificate.serial()),
+        );
         row("condition of the item", d.item.condition.clone());
         row("received", d.received.map_or(String::new(), |date| date.to_string()));
         row("calibrated", format!("{} to {}", record.header.began, certificate.ended));
@@ -59,7 +65,12 @@ pub fn html(certificate: &Certificate) -> String {
     page.section("Ambient conditions", |page| {
         let mut table = Table::new(["condition", "lowest", "greatest", "unit"]);
         for a in &d.ambient {
-            table.row([Cell::text(&a.name), Cell::number(significant(a.lowest, 5)), Cell::number(significant(a.greatest, 5)), Cell::text(&a.unit)]);
+            table.row([
+                Cell::text(&a.name),
+                Cell::number(significant(a.lowest, 5)),
+                Cell::number(significant(a.greatest, 5)),
+                Cell::text(&a.unit),
+            ]);
         }
         page.table(table);
     });

@@ -329,8 +329,7 @@ mod tests {
     /// plus 0.5 t₃ is 1.880 ± 0.001. The normal distribution in place of t₃ gives 1.451.
     #[test]
     fn degrees_of_freedom_beside_a_rectangle_count() {
-        let contributions =
-            vec![Contribution::rectangular("clock", 1.0, "", 1.0, ()), Contribution::type_a("noise", 0.5, 3.0, ())];
+        let contributions = vec![Contribution::rectangular("clock", 1.0, "", 1.0, ()), Contribution::type_a("noise", 0.5, 3.0, ())];
         let U = Plain::new("x", "1", 0.0, contributions).expanded_u();
         assert!((U - 1.880).abs() < 4e-3, "{U}");
     }
