@@ -155,8 +155,8 @@ pub enum Basis {
     OutputError,
     /// J/K of an output-error fit.
     OutputErrorRatio,
-    /// Uncertainties of the fitted parameters, added as if fully correlated.
-    FullyCorrelatedParameters,
+    /// Covariance of the fitted parameters.
+    CorrelatedParameters,
     /// A parameter of the fitted model.
     ModelFit,
     /// A parameter of the fitted model that acts through the ripple of the rate.

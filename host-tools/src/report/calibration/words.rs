@@ -52,7 +52,7 @@ pub fn basis(basis: &Basis) -> String {
         }
         Basis::OutputError => "output error over all rows, autocorrelation considered".into(),
         Basis::OutputErrorRatio => "J/K by output error".into(),
-        Basis::FullyCorrelatedParameters => "uncertainties of the parameters, added as if fully correlated".into(),
+        Basis::CorrelatedParameters => "uncertainties of the fitted parameters with their correlation".into(),
         Basis::ModelFit => "parameter of the fitted model".into(),
         Basis::ModelFitOnRipple => "parameter of the fitted model, acting through the ripple of the rate".into(),
     }
