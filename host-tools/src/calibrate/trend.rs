@@ -141,6 +141,9 @@ pub struct Series {
     pub changes: Vec<(Change, Change)>,
     /// The straight line.
     pub line: Option<Line>,
+    /// Standard deviation from session to session, from three records on (IEEE Std 528: repeatability; with the power switched off in between, from
+    /// turn-on to turn-on).
+    pub repeatability: Option<Quantity<(), ()>>,
 }
 
 /// All quantities of a device under test.
@@ -265,8 +268,8 @@ fn trend(records: &[&ArchivedRecord], quantity: Option<&str>) -> Trend {
         let points: Vec<Point> = records.iter().filter_map(point).collect();
         let changes =
             (1..points.len()).map(|k| (Change::between(&points[0], &points[k]), Change::between(&points[k - 1], &points[k]))).collect();
-        let line = line(&points);
-        Series { name, points, changes, line }
+        let (line, repeatability) = (line(&points), repeatability(&points));
+        Series { name, points, changes, line, repeatability }
     });
     Trend {
         kind: records.first().map_or("", |r| r.record.header.dut_kind.name()),
@@ -306,6 +309,15 @@ fn line(points: &[Point]) -> Option<Line> {
     let unit = if q.unit == "1" { "1/d".to_owned() } else { format!("{}/d", q.unit) };
     let slope_quantity = Quantity::new(&q.name, &unit, slope, vec![Contribution::type_a("records", u, dof, ())]);
     Some(Line { at_first: value - slope * day, slope: slope_quantity, records: points.len(), birge_ratio })
+}
+
+/// Standard deviation of the values.
+fn repeatability(points: &[Point]) -> Option<Quantity<(), ()>> {
+    let dof = points.len().checked_sub(1).filter(|_| points.len() >= MIN_LINE_RECORDS)? as f64;
+    let mean = points.iter().map(|p| p.quantity.value).sum::<f64>() / points.len() as f64;
+    let sd = (points.iter().map(|p| (p.quantity.value - mean).powi(2)).sum::<f64>() / dof).sqrt();
+    let q = &points[0].quantity;
+    Some(Quantity::new(&q.name, &q.unit, sd, vec![Contribution::type_a("number of records", sd / (2.0 * dof).sqrt(), dof, ())]))
 }
 
 impl Trend {

@@ -109,7 +109,6 @@ pub(super) fn add(steps: &[Step], session: &Session, findings: &mut Findings) ->
 
 /// τ_m = J R/(K² + R b), τ_e = L/R. Scale errors of voltage and current cancel in both, except for the small part of b; so do most errors of the fit, whose
 /// parameters are correlated (GUM 5.2.2).
-#[expect(clippy::too_many_arguments, reason = "J, K, R and b of one fit")]
 fn time_constants(findings: &mut Findings, result: &FitResult, misfit: f64, j: f64, k: f64, r: f64, b: f64) {
     let u_of = |gradient: &[(&str, f64)]| {
         let place = |name: &str| result.parameters.list.iter().position(|p| p.name == name);
