@@ -1,19 +1,19 @@
 //! Delay, damping and bandwidth against the encoder, by sines and along a chirp.
 
 use host_tools::calibrate::response::Structure;
-use host_tools::calibrate::{Findings, Meaning};
+use host_tools::calibrate::{Findings, Meaning, Remark};
 use stand_tests::calibration::{assert_covers, calibrated, found};
 
 /// The chip's own low-pass at the rate at which the stand reads it (LPF1 at 1667 Hz).
 const FILTER_HZ: f64 = 304.2;
 
-/// The static steps of a gyro's session, as short as possible.
+/// The static steps of a gyro's session, as short as possible; their full scale contains the rates of the sines, 16 ± 8 rad/s.
 const STATIC: &str = "
 [[steps]]
 name = 'staircase'
 mode = 'rate'
 profile = 'staircase'
-amplitude = 10.0
+amplitude = 24.0
 levels = 2
 dwell_s = 0.9
 seconds = 8.2
@@ -97,4 +97,42 @@ fn rate_sensor_of_the_stand_is_first_order_at_523_Hz() {
     assert_covers(&findings, "delay_s", 0.0, 1e-4);
     assert_covers(&findings, "scale_dynamic", 1.0, 2e-3);
     assert!(matches!(found(&findings, "bandwidth_Hz").meaning, Some(Meaning::Bandwidth { structure: Structure::FirstOrder, .. })));
+}
+
+/// A nonlinear device has another slope at each mean rate and amplitude, and the platform has others at each frequency: without linearisation the damping
+/// was off by 2.5 u and the dynamic scale by 54 U.
+#[test]
+fn nonlinear_device_has_its_damping_and_its_slope_at_the_stated_rates() {
+    let (quadratic, cubic) = (6e-5, 1.2e-5);
+    let stand = format!(
+        "[imu]\ngyro_scale = 1.0123\n[imu.gyro]\nquadratic_s = {quadratic}\ncubic_s2 = {cubic}\nnatural_Hz = 60.0\ndamping = 0.7\n"
+    );
+    let staircase = STATIC.replace("levels = 2", "levels = 3").replace("seconds = 8.2", "seconds = 11.8");
+    let session =
+        format!("what = 'gyro'\n[known]\nmisalignment_deg = 0.0\n{staircase}{}", sines(&[5.0, 10.0, 20.0, 40.0, 60.0, 80.0, 100.0], 4.0));
+    for seed in 1..3 {
+        let findings = calibrated(&stand, &session, seed).findings;
+        assert_covers(&findings, "damping", 0.7, 0.01);
+        let q = found(&findings, "scale_dynamic");
+        let Some(Meaning::DynamicScale { mean_rad_s: m, amplitude_rad_s: a }) = q.meaning else { panic!("{:?}", q.meaning) };
+        assert!((10.0..18.0).contains(&m) && (2.0..4.0).contains(&a), "{m} {a}");
+        assert_covers(&findings, "scale_dynamic", 1.0123 * (1.0 + 2.0 * quadratic * m + 3.0 * cubic * (m * m + 0.25 * a * a)), 1e-3);
+        // The slope at 14 rad/s is 0.9 % above that at rest.
+        assert!((q.value / 1.0123 - 1.0).abs() > 5e-3, "{}", q.value);
+        let sources: Vec<&str> = q.contributions.iter().map(|c| c.source.as_str()).collect();
+        assert!(sources.contains(&"clock") && sources.contains(&"misalignment"), "{sources:?}");
+        assert_eq!(findings.frequency_response.len(), 7);
+        assert!(findings.frequency_response.iter().all(|p| p.gain_U > 0.0 && p.phase_U_deg > 0.0));
+    }
+}
+
+#[test]
+fn sines_beyond_the_full_scale_of_the_staircase_are_left_out() {
+    let narrow = STATIC.replace("24.0", "10.0");
+    let session = format!("what = 'gyro'\n{narrow}{}", sines(&[5.0, 10.0, 20.0], 4.0));
+    let findings = calibrated("[imu]\ngyro_scale = 1.01\n", &session, 1).findings;
+    assert!(findings.get("scale_dynamic").is_none());
+    let left_out =
+        findings.remarks.iter().filter(|r| matches!(r, Remark::BeyondFullScale { greatest_rad_s, .. } if *greatest_rad_s > 15.0));
+    assert_eq!(left_out.count(), 3, "{:?}", findings.remarks);
 }

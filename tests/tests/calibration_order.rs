@@ -78,3 +78,17 @@ seconds = 41.0
         assert_covers(&record.findings, "scale", 1.013, 3e-4);
     }
 }
+
+/// The bias of a warming device holds at a stated temperature: without the temperature in the fit it was 0.0155 ± 0.0013 rad/s beside no temperature.
+#[test]
+fn bias_of_a_warming_device_has_its_temperature() {
+    let rest = "\n[[steps]]\nname = 'rest'\nmode = 'off'\nseconds = 20.0\n";
+    let record = calibrated(WARMING, &format!("what = 'gyro'\n{KNOWN}temperature_K = 0.1\nlatitude_deg = 0.0\n{rest}{STAIRCASE}"), 5);
+    let q = found(&record.findings, "bias_rad_s");
+    let t = q.conditions.temperature.expect("the bias has its temperature");
+    assert!(t.high_C - t.low_C > 2.0, "{t:?}");
+    // 2 mrad/s/K above 25 °C, times the scale.
+    assert_covers(&record.findings, "bias_rad_s", 1.013 * 2e-3 * (t.at_C - 25.0), 4e-4);
+    assert_covers(&record.findings, "bias_per_K_rad_s", 1.013 * 2e-3, 1e-4);
+    assert_covers(&record.findings, "scale", 1.013, 3e-4);
+}

@@ -136,5 +136,7 @@ fn whole_turns_give_the_scale_without_a_plateau() {
         let findings = calibrated(&stand, &session, seed).findings;
         assert_covers(&findings, "scale_whole_turns", scale, 2e-3 * scale);
         assert_covers(&findings, "scale", scale, 2e-3 * scale);
+        let turns = found(&findings, "scale_whole_turns");
+        assert!(turns.contributions.iter().any(|c| c.source == "misalignment"), "{:?}", turns.contributions);
     }
 }

@@ -1,7 +1,7 @@
 //! Result of an Allan analysis.
 
 use super::time_stamps::TimingNote;
-use super::units::{PROCESSES, Process, Unit};
+use super::units::{Process, Unit};
 use crate::log::LogWarning;
 
 /// Interpretation of the column.
@@ -156,17 +156,7 @@ impl Answer {
 
     /// Factor from the column's unit to degrees and hours; `None` if the column is not a rate.
     pub fn hours(&self, process: &Process) -> Option<f64> {
-        self.unit.rad.map(|rad| rad.to_degrees() * process.hours)
-    }
-
-    /// Display factor and unit of a coefficient.
-    pub fn shown(&self, process: &Process) -> (f64, String) {
-        self.hours(process).map_or_else(|| (1.0, self.unit.times(process.unit)), |hours| (hours, process.deg_unit.to_owned()))
-    }
-
-    /// Display factor and unit of the deviation.
-    pub fn shown_deviation(&self) -> (f64, String) {
-        self.shown(&PROCESSES[FLICKER])
+        self.unit.rad().map(|rad| rad.to_degrees() * process.hours)
     }
 
     /// Marks all coefficients as not shown.

@@ -19,13 +19,27 @@ const SUFFIXES: [(&str, &str, f64); 13] = [
     ("_s", "s", 0.0),
 ];
 
+/// Physical quantity of a column.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ColumnKind {
+    /// An angular rate, or an angle.
+    Rate {
+        /// Size of its unit in rad/s or rad.
+        rad: f64,
+    },
+    /// An acceleration in m/s², or a velocity in m/s.
+    Acceleration,
+    /// Anything else.
+    Other,
+}
+
 /// The unit of a column.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Unit {
     /// Symbol; empty if the name has no known suffix.
     pub name: String,
-    /// Size in rad/s or rad; `None` if the column is neither rate nor angle.
-    pub rad: Option<f64>,
+    /// Physical quantity.
+    pub kind: ColumnKind,
 }
 
 impl Unit {
@@ -33,12 +47,25 @@ impl Unit {
     pub fn of(column: &str) -> Self {
         let end = SUFFIXES.iter().find(|(end, _, _)| column.ends_with(end));
         let name = known(column).map(|c| c.unit).or(end.map(|e| e.1)).unwrap_or("");
-        Self { name: name.to_owned(), rad: end.map(|e| e.2).filter(|rad| *rad > 0.0) }
+        let kind = match end {
+            Some((_, _, rad)) if *rad > 0.0 => ColumnKind::Rate { rad: *rad },
+            Some((_, "m/s²" | "m/s", _)) => ColumnKind::Acceleration,
+            _ => ColumnKind::Other,
+        };
+        Self { name: name.to_owned(), kind }
     }
 
     /// Whether the column is an angle, i.e. the integral of a rate.
     pub fn is_angle(&self) -> bool {
         matches!(self.name.as_str(), "rad" | "°")
+    }
+
+    /// Size in rad/s or rad; `None` if the column is neither rate nor angle.
+    pub fn rad(&self) -> Option<f64> {
+        match self.kind {
+            ColumnKind::Rate { rad } => Some(rad),
+            _ => None,
+        }
     }
 
     /// Unit of the time derivative.

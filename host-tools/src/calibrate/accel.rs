@@ -5,7 +5,9 @@
 //! of them is an assumption; a second radius separates them), the angle χ, the biases, the rate below which the sensor is blind, and the rates
 //! by rate gyro, accelerometer and back-EMF with their weighted combination, compared with the encoder.
 //!
-//! Rate Ω and acceleration Ω′ are slope and curvature of a parabola through the encoder angle over [`WINDOW_S`].
+//! Rate Ω and acceleration Ω′ are slope and curvature of a parabola through the encoder angle over [`WINDOW_S`]. Windows in which the platform accelerates
+//! have residuals up to thirty times those at constant rate (the age of the sample and the low-pass of the chip), so the fit is weighted by the scatter of
+//! windows of similar acceleration. Neighbouring residuals are correlated (flicker noise, ripple of the rate), so the uncertainties follow from sums over clusters.
 
 use super::plateaus::{Plateau, plateaus};
 use super::{Basis, CalibrateError, Curve, CurveKind, Findings, Meaning, Remark, SeriesKind, Step};
@@ -13,7 +15,7 @@ use crate::acquire::calibration_session::Session;
 use crate::calibrate::{Contribution, Quantity};
 use crate::statistics::Extremes;
 use crate::statistics::robust::median;
-use crate::statistics::{LeastSquares, least_squares};
+use crate::statistics::{LeastSquares, clustered_least_squares, least_squares};
 use std::ops::Range;
 
 /// Length of a window, s.
@@ -24,11 +26,22 @@ struct Window {
     /// Mean of Ω².
     square: f64,
     acceleration: f64,
+    /// Number of the cluster.
+    cluster: usize,
     cos: f64,
     sin: f64,
     x: f64,
     y: f64,
 }
+
+/// Number of clusters into which the windows of a radius are divided in time.
+const CLUSTERS: usize = 48;
+/// Limits of the acceleration that divide the windows by their scatter, rad/s².
+const ACCELERATION_CLASSES: [f64; 5] = [0.3, 1.0, 5.0, 20.0, 60.0];
+/// Fewest windows of a class.
+const MIN_CLASS_WINDOWS: usize = 8;
+/// Repetitions of the weighted fit.
+const WEIGHTINGS: usize = 3;
 
 /// Samples at the greatest magnitude of the log from which a window counts as saturated.
 const MIN_SATURATED_SAMPLES: usize = 3;
@@ -71,6 +84,7 @@ fn windows(step: &Step) -> Vec<Window> {
                 // Mean of a linearly changing rate squared.
                 square: rate * rate + (acceleration * length_s).powi(2) / 12.0,
                 acceleration,
+                cluster: 0,
                 cos: mean(&|k| theta[k].cos()),
                 sin: mean(&|k| theta[k].sin()),
                 x: mean(&|k| x[k]),
@@ -112,11 +126,33 @@ fn at_radius(steps: &[&Step]) -> Option<AtRadius> {
     // Gravity is periodic in the angle, so all steps must have the same zero: the index, or none of them.
     let has_index = steps.iter().any(|step| step.log.theta_zero_is_index());
     let from_one_zero = steps.iter().filter(|step| step.log.theta_zero_is_index() == has_index);
-    let all: Vec<Window> = from_one_zero.flat_map(|step| windows(step)).collect();
+    let mut all: Vec<Window> = from_one_zero.flat_map(|step| windows(step)).collect();
+    let count = all.len().max(1);
+    all.iter_mut().enumerate().for_each(|(k, window)| window.cluster = k * CLUSTERS / count);
+    let fit = |of: fn(&Window) -> f64| weighted(&all, &all.iter().map(of).collect::<Vec<_>>());
+    Some(AtRadius { radius_m: steps.first()?.mounting.radius_m, x: fit(|w| w.x)?, y: fit(|w| w.y)? })
+}
+
+/// Fit of one axis, weighted by the scatter of windows of similar acceleration.
+fn weighted(all: &[Window], y: &[f64]) -> Option<LeastSquares> {
     let rows: Vec<Vec<f64>> = all.iter().map(|w| vec![1.0, w.square, w.acceleration, w.cos, w.sin]).collect();
-    let x: Vec<f64> = all.iter().map(|w| w.x).collect();
-    let y: Vec<f64> = all.iter().map(|w| w.y).collect();
-    Some(AtRadius { radius_m: steps.first()?.mounting.radius_m, x: least_squares(&rows, &x)?, y: least_squares(&rows, &y)? })
+    let clusters: Vec<usize> = all.iter().map(|w| w.cluster).collect();
+    let classes: Vec<usize> =
+        all.iter().map(|w| ACCELERATION_CLASSES.iter().filter(|limit| w.acceleration.abs() > **limit).count()).collect();
+    let mut fit = least_squares(&rows, y)?;
+    for _ in 0..WEIGHTINGS {
+        let overall = fit.residuals.iter().map(|r| r * r).sum::<f64>() / y.len() as f64;
+        let variance: Vec<f64> = (0..=ACCELERATION_CLASSES.len())
+            .map(|class| {
+                let squares: Vec<f64> = classes.iter().zip(&fit.residuals).filter(|(c, _)| **c == class).map(|(_, r)| r * r).collect();
+                let is_large = squares.len() >= MIN_CLASS_WINDOWS;
+                if is_large { squares.iter().sum::<f64>() / squares.len() as f64 } else { overall }.max(f64::MIN_POSITIVE)
+            })
+            .collect();
+        let weights: Vec<f64> = classes.iter().map(|class| 1.0 / variance[*class]).collect();
+        fit = clustered_least_squares(&rows, y, &weights, &clusters)?;
+    }
+    Some(fit)
 }
 
 /// Calibrates the accelerometer from the steps of a session.
@@ -198,9 +234,10 @@ fn rate_error(force_m_s2: f64, rate_rad_s: f64, radius_m: f64) -> f64 {
 
 /// Adds the rate below which an error f of the specific force makes a rate error f/(2 Ω r) greater than the rate itself: √(f/(2 r)).
 fn add_blind_rate(near: &AtRadius, product: f64, findings: &mut Findings) {
-    let error = near.x.residual_sd.hypot(near.x.sigma(0));
-    let value = (error / (2.0 * product)).sqrt();
-    let contribution = Contribution::type_a("noise", value / (8.0 * near.x.dof).sqrt(), near.x.dof, Basis::OneWindow);
+    let windows = near.x.residuals.len() as f64;
+    let scatter = (near.x.residuals.iter().map(|r| r * r).sum::<f64>() / windows).sqrt();
+    let value = (scatter.hypot(near.x.sigma(0)) / (2.0 * product)).sqrt();
+    let contribution = Contribution::type_a("noise", value / (8.0 * windows).sqrt(), windows, Basis::OneWindow);
     findings
         .quantities
         .push(Quantity::new("blind_below_rad_s", "rad/s", value, vec![contribution]).meaning(Meaning::BlindRate { window_s: WINDOW_S }));

@@ -22,6 +22,8 @@ pub struct Response {
     pub coherence: f64,
     /// Rate amplitude of the platform, rad/s.
     pub rate_rad_s: f64,
+    /// Mean rate of the platform, rad/s.
+    pub mean_rad_s: f64,
 }
 
 impl Response {
@@ -85,6 +87,18 @@ fn sine(t_s: &[f64], y: &[f64], frequency_Hz: f64) -> Option<Sine> {
     Some(Sine { re: a, im: -b, sigma: (0.5 * noise_2).sqrt(), explained: size_2 / (size_2 + noise_2).max(f64::MIN_POSITIVE) })
 }
 
+/// Mean rate over a stretch, with the weights of the fitted sine.
+pub fn mean_rate(t_s: &[f64], theta: &[f64]) -> f64 {
+    let (Some(first), Some(last)) = (t_s.first(), t_s.last()) else { return f64::NAN };
+    let (mut sum, mut total) = (0.0, 0.0);
+    for (t, angle) in t_s.windows(2).zip(theta.windows(2)) {
+        let weight = (std::f64::consts::PI * (t[0] - first) / (last - first)).sin().powi(2);
+        sum += weight * (angle[1] - angle[0]);
+        total += weight * (t[1] - t[0]);
+    }
+    sum / total
+}
+
 /// Response at one frequency. `t_s`: row times, s; `age_s`: time from the sensor's sample to the row, s. `None` for less than two periods, and
 /// without motion.
 pub fn lock_in(t_s: &[f64], theta: &[f64], sensor: &[f64], age_s: Option<&[f64]>, frequency_Hz: f64) -> Option<Response> {
@@ -112,7 +126,15 @@ pub fn lock_in(t_s: &[f64], theta: &[f64], sensor: &[f64], age_s: Option<&[f64]>
     let im = (output.im * rate_re - output.re * rate_im) / rate_2;
     let gain_2 = re * re + im * im;
     let sigma = ((output.sigma.powi(2) + gain_2 * (omega * angle.sigma).powi(2)) / rate_2).sqrt();
-    Some(Response { frequency_Hz, re, im, sigma, coherence: output.explained, rate_rad_s: rate_2.sqrt() })
+    Some(Response {
+        frequency_Hz,
+        re,
+        im,
+        sigma,
+        coherence: output.explained,
+        rate_rad_s: rate_2.sqrt(),
+        mean_rad_s: mean_rate(&t_s[..rows], &theta[..rows]),
+    })
 }
 
 #[cfg(test)]

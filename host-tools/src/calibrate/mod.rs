@@ -10,6 +10,8 @@
 pub mod accel;
 pub mod apply;
 pub mod archive;
+pub mod by_hand;
+pub mod certificate;
 pub mod drive;
 pub mod gyro;
 pub mod lock_in;
@@ -17,12 +19,17 @@ pub mod note;
 pub mod plateaus;
 pub mod record;
 pub mod response;
+pub mod response_function;
+pub mod step_table;
+pub mod store;
 pub mod stored_record;
 pub mod trend;
 
 pub use crate::acquire::calibration_session::{Assumptions, DutKind, Mounting, Orientation, Step};
 use crate::statistics::uncertainty;
 pub use note::{AbsenceReason, Basis, Meaning, Remark};
+use response_function::ResponseFunction;
+use serde::{Deserialize, Serialize};
 
 /// A quantity of a calibration.
 pub type Quantity = uncertainty::Quantity<Basis, Meaning>;
@@ -111,6 +118,31 @@ pub struct Findings {
     pub remarks: Vec<Remark>,
     /// Curves.
     pub curves: Vec<Curve>,
+    /// Output of the device as a function of its input.
+    pub response_function: Option<ResponseFunction>,
+    /// Gain and phase by frequency.
+    pub frequency_response: Vec<FrequencyPoint>,
+}
+
+/// Gain and phase at one frequency, with expanded uncertainties.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct FrequencyPoint {
+    /// Frequency, Hz.
+    pub frequency_Hz: f64,
+    /// Mean rate of the platform, rad/s.
+    pub mean_rad_s: f64,
+    /// Rate amplitude of the platform, rad/s.
+    pub amplitude_rad_s: f64,
+    /// Output over rate.
+    pub gain: f64,
+    /// Its expanded uncertainty.
+    #[serde(rename = "U_gain")]
+    pub gain_U: f64,
+    /// Phase, degrees; negative for a delayed output.
+    pub phase_deg: f64,
+    /// Its expanded uncertainty, degrees.
+    #[serde(rename = "U_phase_deg")]
+    pub phase_U_deg: f64,
 }
 
 impl Findings {
@@ -145,6 +177,16 @@ pub enum CalibrateError {
     /// No log has plateaus of both signs.
     #[error("gyro: no log has plateaus of both signs; record a staircase in rate mode (profile staircase)")]
     NoPlateaus,
+    /// The steps with plateaus of both signs are clipped.
+    #[error(
+        "gyro: step `{step}` is clipped: the output stays at {limit_rad_s:.3} rad/s while the rate goes on; record it at lower rates, within the range of the device"
+    )]
+    Clipped {
+        /// The first clipped step.
+        step: String,
+        /// Limit of the output, rad/s.
+        limit_rad_s: f64,
+    },
     /// Too few plateaus for the static characteristic.
     #[error("gyro: {count} plateaus are too few; record longer")]
     TooFewPlateaus {
@@ -157,4 +199,14 @@ pub enum CalibrateError {
         /// Why each was not found.
         absent: Vec<Absence>,
     },
+}
+
+impl CalibrateError {
+    /// No plateaus remain because steps are clipped.
+    fn of_clipped(remark: Remark) -> Self {
+        match remark {
+            Remark::Clipped { step, limit_rad_s, .. } => Self::Clipped { step, limit_rad_s },
+            _ => Self::NoPlateaus,
+        }
+    }
 }

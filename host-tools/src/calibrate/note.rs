@@ -57,6 +57,26 @@ pub enum Basis {
         /// °.
         half_width_deg: f64,
     },
+    /// Half-width of the output per acceleration across the axis, °/s/g.
+    GSensitivityHalfWidth {
+        /// °/s/g.
+        half_width_deg_s_g: f64,
+    },
+    /// Half-width of the thermometer at the temperature of the value, K.
+    ThermometerReading {
+        /// K.
+        half_width_K: f64,
+    },
+    /// Half-width of an angle turned by hand, degrees.
+    TurnHalfWidth {
+        /// °.
+        half_width_deg: f64,
+    },
+    /// Scatter of positions at rest.
+    Positions {
+        /// Number.
+        count: usize,
+    },
     /// Steps of the time stamp of the device under test.
     TimeStampStep,
     /// Quantisation of the encoder at both ends of a plateau.
@@ -135,8 +155,8 @@ pub enum Basis {
     OutputError,
     /// J/K of an output-error fit.
     OutputErrorRatio,
-    /// Uncertainties of the fitted parameters, added as if fully correlated.
-    FullyCorrelatedParameters,
+    /// Covariance of the fitted parameters.
+    CorrelatedParameters,
     /// A parameter of the fitted model.
     ModelFit,
     /// A parameter of the fitted model that acts through the ripple of the rate.
@@ -163,7 +183,17 @@ pub enum Meaning {
     /// Standard deviation of a repeated plateau.
     Repeatability,
     /// Slope of the integral over whole turns.
-    WholeTurnScale,
+    WholeTurnScale {
+        /// Greatest rate of the runs, rad/s.
+        greatest_rad_s: f64,
+    },
+    /// Smallest Allan deviation at rest.
+    InRunStability {
+        /// Averaging time at which it is smallest, s.
+        averaging_s: f64,
+        /// Duration of the log, s.
+        rest_s: f64,
+    },
     /// Rates within ± this value are shown as rest.
     RateDeadBand,
     /// Smallest rate that one plateau distinguishes from rest.
@@ -185,8 +215,13 @@ pub enum Meaning {
         /// Cutoff of the known low-pass, Hz.
         known_filter_Hz: Option<f64>,
     },
-    /// Scale towards frequency zero by the sines.
-    DynamicScale,
+    /// Slope towards frequency zero by the sines.
+    DynamicScale {
+        /// Mean rate, rad/s.
+        mean_rad_s: f64,
+        /// Rate amplitude, rad/s.
+        amplitude_rad_s: f64,
+    },
     /// Temperature coefficient of the bias at rest.
     BiasTemperature,
     /// Relative temperature coefficient of the scale.
@@ -209,6 +244,16 @@ pub enum Meaning {
     ScaleAtGivenRadius,
     /// Radius for a scale of 1.
     RadiusAtUnitScale,
+    /// Scale of one axis of a unit turned by hand.
+    HandScale,
+    /// Output of one axis by the input of another, of a unit turned by hand.
+    HandCrossAxis,
+    /// K₀ of an accelerometer, by positions at rest.
+    TumbleK0,
+    /// K₁ of an accelerometer, by positions at rest.
+    TumbleK1,
+    /// K₂ of an accelerometer, by positions at rest.
+    TumbleK2,
     /// Angle from outward to the sensor's x axis.
     MountingAngle,
     /// Bias with the gravity of a tilted stand removed by the angle.
@@ -273,6 +318,8 @@ pub enum AbsenceReason {
         /// Runs with lost rows.
         incomplete: usize,
     },
+    /// A log at rest.
+    NeedsRest,
     /// A staircase of small rates.
     NeedsSmallRates,
     /// Two small rates of each sign beyond the dead band.
@@ -369,6 +416,24 @@ pub enum Remark {
         left_out: usize,
         /// Runs recorded.
         total: usize,
+    },
+    /// A step whose output is clipped was left out.
+    Clipped {
+        /// The step.
+        step: String,
+        /// Limit of the output, rad/s.
+        limit_rad_s: f64,
+        /// Rows at the limit.
+        rows: usize,
+    },
+    /// A step whose rates exceed the full scale of the static characteristic was left out of the dynamic results.
+    BeyondFullScale {
+        /// The step.
+        step: String,
+        /// Greatest rate, rad/s.
+        greatest_rad_s: f64,
+        /// Full scale, rad/s.
+        full_scale_rad_s: f64,
     },
     /// An accelerometer at a radius shows the square of the rate.
     SquareOfRate,

@@ -3,9 +3,12 @@
 //! [`compute`] makes it from a folder; computed again from the same folder, the results are the same. Its file is a
 //! [`StoredRecord`](super::stored_record::StoredRecord).
 
-use super::{CalibrateError, DutKind, Findings, accel, drive, gyro};
-use crate::acquire::calibration_session::Session;
-use crate::acquire::calibration_session::journal::{Journal, JournalError, StepRecord, read_logs};
+use super::step_table::{StepTableError, read_steps};
+use super::{Assumptions, CalibrateError, DutKind, Findings, Step, accel, drive, gyro};
+use crate::acquire::calibration_session::journal::{Journal, JournalError, StepRecord, read_logs, sha256};
+use crate::acquire::calibration_session::{Limits, Session};
+use crate::log::Log;
+use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
 /// Why there is no record.
@@ -17,6 +20,9 @@ pub enum RecordError {
     /// The logs give no calibration.
     #[error(transparent)]
     Calibrate(#[from] CalibrateError),
+    /// The table of steps.
+    #[error(transparent)]
+    StepTable(#[from] StepTableError),
     /// The file cannot be read.
     #[error("{path}: cannot be read: {message}")]
     Read {
@@ -69,10 +75,72 @@ pub fn compute(folder: &Path) -> Result<CalibrationRecord, RecordError> {
 /// # Errors
 /// As [`compute`].
 pub fn findings(steps: &[StepRecord], session: &Session, folder: &Path) -> Result<Findings, RecordError> {
-    let steps = read_logs(steps, folder)?;
+    of_steps(&read_logs(steps, folder)?, session)
+}
+
+fn of_steps(steps: &[Step], session: &Session) -> Result<Findings, RecordError> {
     Ok(match session.dut_kind {
-        DutKind::Gyro => gyro::calibrate(&steps, &gyro::GyroSettings::of(session)),
-        DutKind::Accel => accel::calibrate(&steps, session),
-        DutKind::Drive => drive::calibrate(&steps, session),
+        DutKind::Gyro => gyro::calibrate(steps, &gyro::GyroSettings::of(session)),
+        DutKind::Accel => accel::calibrate(steps, session),
+        DutKind::Drive => drive::calibrate(steps, session),
     }?)
+}
+
+/// What a user knows of a session that another program recorded.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ForeignSession {
+    /// Type of the device under test.
+    pub sensor: String,
+    /// Its serial number.
+    pub serial: String,
+    /// The operator.
+    pub operator: String,
+    /// Log column of the device under test.
+    pub column: Option<String>,
+    /// Full scale, rad/s.
+    pub full_scale_rad_s: Option<f64>,
+    /// Settling time at the beginning of each step of the table, s.
+    pub settle_s: f64,
+    /// Knowledge that no log contains; `crystal_ppm` is the relative half-width of the stated rates.
+    #[serde(rename = "known")]
+    pub assumptions: Assumptions,
+}
+
+/// Computes the record of logs without a journal by a table of steps.
+///
+/// # Errors
+/// The table or a log cannot be read; the logs give no calibration.
+pub fn compute_foreign(table: &Path, folder: &Path, dut_kind: DutKind, known: ForeignSession) -> Result<CalibrationRecord, RecordError> {
+    let steps = read_steps(table, folder, |path| Log::read(path))?;
+    let ForeignSession { sensor, serial, operator, column, full_scale_rad_s, settle_s, assumptions } = known;
+    let session = Session {
+        dut_kind,
+        sensor,
+        serial,
+        operator,
+        column,
+        full_scale_rad_s,
+        settle_s,
+        assumptions,
+        limits: Limits::default(),
+        steps: Vec::new(),
+    };
+    let findings = of_steps(&steps, &session)?;
+    let mut journal = Journal::new(dut_kind, format!("rates of {}", table.display()));
+    for step in &steps {
+        let sha256 = sha256(step.log.path())?;
+        journal.steps.push(StepRecord {
+            name: step.name.clone(),
+            log: step.name.clone(),
+            sha256,
+            rows: step.log.len() as u64,
+            lost_rows: 0,
+            began: step.log.note("date").unwrap_or_default().to_owned(),
+            mounting: step.mounting,
+            instruction: None,
+            added_inertia_kg_m2: None,
+        });
+    }
+    Ok(CalibrationRecord { journal, session, findings, computed: crate::log::timestamp() })
 }

@@ -266,7 +266,15 @@ mod tests {
                 // Two irrational steps replace noise of variance 1.
                 let noise = |k: f64| sigma * 12_f64.sqrt() * ((k * 0.618_034).fract() - 0.5);
                 let k = k as f64;
-                Response { frequency_Hz, re: h.re + noise(k + 1.0), im: h.im + noise(k + 20.5), sigma, coherence: 1.0, rate_rad_s: 1.0 }
+                Response {
+                    frequency_Hz,
+                    re: h.re + noise(k + 1.0),
+                    im: h.im + noise(k + 20.5),
+                    sigma,
+                    coherence: 1.0,
+                    rate_rad_s: 1.0,
+                    mean_rad_s: 0.0,
+                }
             })
             .collect()
     }

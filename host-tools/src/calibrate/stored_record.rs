@@ -4,9 +4,13 @@
 //! actions, interruptions, absent quantities, remarks and curves.
 
 use super::DutKind;
+use super::FrequencyPoint;
+use super::response_function::StoredFunction;
 use crate::acquire::calibration_session::Session;
 use crate::acquire::calibration_session::journal::StepRecord;
-use crate::statistics::uncertainty::{COVERAGE_PROBABILITY, Contribution, Distribution, Evaluation, Quantity};
+use crate::statistics::uncertainty::{
+    COVERAGE_PROBABILITY, Conditions, Contribution, CovarianceMatrix, Distribution, Evaluation, Quantity,
+};
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::Value;
@@ -71,6 +75,15 @@ pub struct RecordHeader {
     /// Curves.
     #[serde(default)]
     pub curves: Vec<StoredCurve>,
+    /// Covariances of the quantities.
+    #[serde(default)]
+    pub covariance: CovarianceMatrix,
+    /// Output of the device as a function of its input.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub response_function: Option<StoredFunction>,
+    /// Gain and phase by frequency.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub frequency_response: Vec<FrequencyPoint>,
 }
 
 /// A quantity that was not found.
@@ -150,6 +163,12 @@ struct QuantityEntry {
     budget: Vec<ContributionEntry>,
     #[serde(default, rename = "says")]
     meaning: String,
+    #[serde(default, skip_serializing_if = "is_unconditional")]
+    conditions: Conditions,
+}
+
+fn is_unconditional(conditions: &Conditions) -> bool {
+    *conditions == Conditions::default()
 }
 
 /// JSON has no NaN and no infinity: the writer puts `null`.
@@ -184,6 +203,7 @@ impl From<&StoredQuantity> for QuantityEntry {
             coverage: COVERAGE_PROBABILITY,
             budget: q.contributions.iter().map(entry).collect(),
             meaning: q.meaning.clone().unwrap_or_default(),
+            conditions: q.conditions,
         }
     }
 }
@@ -198,6 +218,7 @@ impl QuantityEntry {
             sensitivity: c.sensitivity,
             dof: c.dof,
             distribution: c.distribution,
+            loadings: None,
             basis: c.basis,
         };
         Quantity {
@@ -206,6 +227,7 @@ impl QuantityEntry {
             value: self.value,
             contributions: self.budget.into_iter().map(contribution).collect(),
             meaning: (!self.meaning.is_empty()).then_some(self.meaning),
+            conditions: self.conditions,
         }
     }
 }
@@ -219,6 +241,12 @@ impl Serialize for StoredRecord {
         map.serialize_entry("record", &self.header)?;
         map.end()
     }
+}
+
+/// Quantities with their budgets, each by its name.
+pub fn quantities_json(quantities: &[StoredQuantity]) -> Value {
+    let entry = |q: &StoredQuantity| (q.name.clone(), serde_json::to_value(QuantityEntry::from(q)).unwrap_or(Value::Null));
+    Value::Object(quantities.iter().map(entry).collect())
 }
 
 impl StoredRecord {

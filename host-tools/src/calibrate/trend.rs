@@ -50,7 +50,7 @@ impl Change {
         let find_common = |c: &Contribution<String>, point: &Point| {
             let is_common =
                 |d: &&Contribution<String>| c.evaluation == Evaluation::B && d.evaluation == Evaluation::B && c.source == d.source;
-            point.quantity.contributions.iter().filter(|_| is_same_stand).find(is_common).map(Contribution::contribution)
+            point.quantity.contributions.iter().filter(|_| is_same_stand).find(is_common).map(Contribution::signed_contribution)
         };
         let (mut remaining, mut all, mut common) = (Vec::new(), Vec::new(), Vec::new());
         for (point, other, when) in [(before, after, "before"), (after, before, "after")] {
@@ -67,12 +67,17 @@ impl Change {
                     None => remaining.push(own),
                     // Each pair is counted once.
                     Some(u) if when == "after" => {
-                        remaining.push(contribution(c.source.clone(), (c.contribution() - u).abs()));
+                        remaining.push(contribution(c.source.clone(), (c.signed_contribution() - u).abs()));
                         common.push(c.source.clone());
                     }
                     Some(_) => {}
                 }
             }
+        }
+        if let Some(u) = instability_u(before, after) {
+            let wandering = Contribution { evaluation: Evaluation::A, ..Contribution::type_b("in-run instability", u, "", 1.0, ()) };
+            all.push(wandering.clone());
+            remaining.push(wandering);
         }
         let q = &after.quantity;
         let difference = |contributions| Quantity::new(&q.name, &q.unit, q.value - before.quantity.value, contributions);
@@ -83,6 +88,26 @@ impl Change {
     pub fn is_significant(&self) -> bool {
         self.difference.value.abs() > self.difference.expanded_u()
     }
+}
+
+/// Standard deviation of the difference of two averages of a value with flicker noise, from its Allan deviation a at the averaging time τ: a √(2 B₂(r)) with
+/// r = T/τ, T the time between the averages (bias function B₂ for flicker frequency noise, NIST Technical Note 375). `None` where the records have no
+/// in-run instability.
+fn instability_u(before: &Point, after: &Point) -> Option<f64> {
+    let (a, b) = (before.quantity.conditions.instability?, after.quantity.conditions.instability?);
+    let averaged_s = 0.5 * (a.averaged_s + b.averaged_s);
+    let ratio = ((after.day - before.day) * DAY_S / averaged_s).max(1.0);
+    Some((a.allan_deviation.powi(2) + b.allan_deviation.powi(2)).sqrt() * flicker_bias(ratio).sqrt())
+}
+
+/// Barnes' bias function B₂(r) for flicker noise; 1 for adjacent averages.
+fn flicker_bias(r: f64) -> f64 {
+    let term = |x: f64| if x > 0.0 { x * x * x.ln() } else { 0.0 };
+    if r > 1e3 {
+        // The difference of large terms, expanded: (3 + 2 ln r)/(4 ln 2).
+        return (3.0 + 2.0 * r.ln()) / (4.0 * std::f64::consts::LN_2);
+    }
+    (term(r + 1.0) + term(r - 1.0) - 2.0 * term(r)) / (4.0 * std::f64::consts::LN_2)
 }
 
 /// The straight line over the days.
@@ -116,6 +141,9 @@ pub struct Series {
     pub changes: Vec<(Change, Change)>,
     /// The straight line.
     pub line: Option<Line>,
+    /// Standard deviation from session to session, from three records on (IEEE Std 528: repeatability; with the power switched off in between, from
+    /// turn-on to turn-on).
+    pub repeatability: Option<Quantity<(), ()>>,
 }
 
 /// All quantities of a device under test.
@@ -240,8 +268,8 @@ fn trend(records: &[&ArchivedRecord], quantity: Option<&str>) -> Trend {
         let points: Vec<Point> = records.iter().filter_map(point).collect();
         let changes =
             (1..points.len()).map(|k| (Change::between(&points[0], &points[k]), Change::between(&points[k - 1], &points[k]))).collect();
-        let line = line(&points);
-        Series { name, points, changes, line }
+        let (line, repeatability) = (line(&points), repeatability(&points));
+        Series { name, points, changes, line, repeatability }
     });
     Trend {
         kind: records.first().map_or("", |r| r.record.header.dut_kind.name()),
@@ -281,6 +309,15 @@ fn line(points: &[Point]) -> Option<Line> {
     let unit = if q.unit == "1" { "1/d".to_owned() } else { format!("{}/d", q.unit) };
     let slope_quantity = Quantity::new(&q.name, &unit, slope, vec![Contribution::type_a("records", u, dof, ())]);
     Some(Line { at_first: value - slope * day, slope: slope_quantity, records: points.len(), birge_ratio })
+}
+
+/// Standard deviation of the values.
+fn repeatability(points: &[Point]) -> Option<Quantity<(), ()>> {
+    let dof = points.len().checked_sub(1).filter(|_| points.len() >= MIN_LINE_RECORDS)? as f64;
+    let mean = points.iter().map(|p| p.quantity.value).sum::<f64>() / points.len() as f64;
+    let sd = (points.iter().map(|p| (p.quantity.value - mean).powi(2)).sum::<f64>() / dof).sqrt();
+    let q = &points[0].quantity;
+    Some(Quantity::new(&q.name, &q.unit, sd, vec![Contribution::type_a("number of records", sd / (2.0 * dof).sqrt(), dof, ())]))
 }
 
 impl Trend {

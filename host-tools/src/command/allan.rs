@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 
 use super::error::CliError;
 use super::import::ImportOptions;
-use super::output::{ReportOutput, spinner};
+use super::output::{ReportOutput, UnitOptions, spinner};
 use crate::allan::{AllanError, Interpretation, Request, Taus};
 use crate::report::allan as report;
 
@@ -53,6 +53,8 @@ pub(super) struct Allan {
     #[command(flatten)]
     import: ImportOptions,
     #[command(flatten)]
+    units: UnitOptions,
+    #[command(flatten)]
     output: ReportOutput,
 }
 
@@ -85,8 +87,9 @@ impl Allan {
         let answer = request.answer();
         bar.finish_and_clear();
         let answer = answer?;
-        self.output.text(&report::text(&answer))?;
-        self.output.html(|| report::html(&answer))?;
-        self.output.json(|| report::json(&answer))
+        let display = report::Display::new(&answer, self.units.units.unwrap_or_default());
+        self.output.text(&report::text(&answer, &display))?;
+        self.output.html(|| report::html(&answer, &display))?;
+        self.output.json(|| report::json(&answer, &display))
     }
 }

@@ -8,7 +8,7 @@ use embassy_futures::block_on;
 
 use super::error::CliError;
 use super::import::ImportOptions;
-use super::output::{Overwrite, ReportOutput, progress_bar, write};
+use super::output::{Overwrite, ReportOutput, UnitOptions, progress_bar, write};
 use super::signals::Interrupts;
 use super::stand_file::read_stand;
 use crate::acquire::calibration_session::error::RunError;
@@ -18,7 +18,10 @@ use crate::acquire::calibration_session::simulated::{simulate, stand_with_dut};
 use crate::acquire::calibration_session::{DutKind, Mounting, PreparedSession, SessionChanges, default_folder, default_session};
 use crate::acquire::link::SerialLink;
 use crate::calibrate::apply::{ApplyError, apply_to_model, apply_to_stand};
-use crate::calibrate::record::{self, CalibrationRecord, RecordError};
+use crate::calibrate::by_hand::{self, HandAssumptions};
+use crate::calibrate::record::{self, CalibrationRecord, ForeignSession, RecordError};
+use crate::calibrate::step_table;
+use crate::calibrate::store::RecordStore;
 use crate::calibrate::stored_record::RECORD_FILE;
 use crate::model::Model;
 use crate::report::calibration as report;
@@ -32,6 +35,8 @@ enum Which {
     Accel,
     /// The stand's own drive: friction, inertia, winding, frequency response …
     Drive,
+    /// An inertial unit of three axes, laid on its sides and turned by hand (with --from and --steps)
+    Hand,
 }
 
 /// Calibrate a sensor on the platform, or the drive itself
@@ -54,6 +59,15 @@ pub(super) struct Calibrate {
     /// Run nothing: compute again from the raw logs in this folder
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["port", "session", "out", "serial"])]
     from: Option<PathBuf>,
+    /// The logs in --from are of another program: a table of their steps (CSV: file, from, to, rate_rad_s or rate_deg_s, temperature_C)
+    #[arg(long, value_name = "TABLE", requires = "from")]
+    steps: Option<PathBuf>,
+    /// What is known of these logs (TOML: sensor, serial, operator, column, settle_s, [known])
+    #[arg(long, value_name = "FILE", requires = "steps")]
+    known: Option<PathBuf>,
+    /// Also add the session to this record store
+    #[arg(long, value_name = "FOLDER", conflicts_with = "from")]
+    store: Option<PathBuf>,
     /// Write the default session to this file for editing, and exit
     #[arg(long, value_name = "FILE", conflicts_with_all = ["port", "session", "out", "from"])]
     write_session: Option<PathBuf>,
@@ -79,6 +93,8 @@ pub(super) struct Calibrate {
     into_stand: bool,
     #[command(flatten)]
     import: ImportOptions,
+    #[command(flatten)]
+    units: UnitOptions,
     #[command(flatten)]
     output: ReportOutput,
 }
@@ -121,14 +137,36 @@ impl From<RunError> for CliError {
 impl Calibrate {
     fn what(&self) -> DutKind {
         match self.what {
-            Which::Gyro => DutKind::Gyro,
+            Which::Gyro | Which::Hand => DutKind::Gyro,
             Which::Accel => DutKind::Accel,
             Which::Drive => DutKind::Drive,
         }
     }
 
+    /// A unit that was turned by hand: logs of another program with a table of positions and turns.
+    fn by_hand(&self) -> Result<(), CliError> {
+        let (Some(folder), Some(table)) = (&self.from, &self.steps) else {
+            return Err(CliError::Input(
+                "calibrate hand: --from FOLDER with the logs and --steps TABLE with positions and turns are needed".into(),
+            ));
+        };
+        let known: HandAssumptions = match &self.known {
+            Some(path) => {
+                let text = std::fs::read_to_string(path).map_err(|e| CliError::file(path, "read", &e))?;
+                toml::from_str(&text).map_err(|e| CliError::in_file(path, e.to_string().trim_end()))?
+            }
+            None => HandAssumptions::default(),
+        };
+        let quantities = by_hand::calibrate(table, folder, &known).map_err(|e| CliError::Input(e.to_string()))?;
+        self.output.text(&report::by_hand_text(&quantities))?;
+        self.output.json(|| report::by_hand_json(&quantities))
+    }
+
     pub(super) fn run(self) -> Result<(), CliError> {
         self.output.check()?;
+        if matches!(self.what, Which::Hand) {
+            return self.by_hand();
+        }
         if let Some(path) = &self.write_session {
             self.overwrite.check(path)?;
             write(path, default_session(self.what()))?;
@@ -148,7 +186,10 @@ impl Calibrate {
                 ));
             }
         };
-        let record = record::compute(&folder)?;
+        let record = match &self.steps {
+            Some(table) => record::compute_foreign(table, &folder, self.what(), self.foreign_session()?)?,
+            None => record::compute(&folder)?,
+        };
         if record.session.dut_kind != self.what() {
             let (found, wanted) = (record.session.dut_kind.name(), self.what().name());
             return Err(CliError::Input(format!("{}: the session is for {found}, not for {wanted}", folder.display())));
@@ -164,9 +205,14 @@ impl Calibrate {
             apply_to_model(&record, model)?;
             model.write(path)?;
         }
-        self.output.text(&report::text(&stored))?;
+        let units = self.units.units.unwrap_or_default();
+        self.output.text(&report::text(&report::displayed_record(&stored, &units)))?;
         if self.from.is_none() {
             self.output.text(&format!("{}: raw logs, journal.json, record.json, record.html\n", folder.display()))?;
+        }
+        if let Some(store) = &self.store {
+            let number = RecordStore::open(store)?.add(&folder)?;
+            self.output.text(&format!("{}: session {number}\n", store.display()))?;
         }
         if self.into_stand {
             self.settings(&record)?;
@@ -180,9 +226,18 @@ impl Calibrate {
         if self.import.is_empty() {
             return Ok(());
         }
-        let (journal, _) = Journal::read(folder)?;
-        let logs: Vec<PathBuf> = journal.steps.iter().map(|step| folder.join(&step.log)).collect();
+        let logs: Vec<PathBuf> = match &self.steps {
+            Some(table) => step_table::files(table).map_err(RecordError::from)?.iter().map(|file| folder.join(file)).collect(),
+            None => Journal::read(folder)?.0.steps.iter().map(|step| folder.join(&step.log)).collect(),
+        };
         self.import.apply(logs.iter().map(PathBuf::as_path))
+    }
+
+    /// What is known of logs of another program.
+    fn foreign_session(&self) -> Result<ForeignSession, CliError> {
+        let Some(path) = &self.known else { return Ok(ForeignSession::default()) };
+        let text = std::fs::read_to_string(path).map_err(|e| CliError::file(path, "read", &e))?;
+        toml::from_str(&text).map_err(|e| CliError::in_file(path, e.to_string().trim_end()))
     }
 
     /// The session to run, or the rest of an interrupted one.

@@ -6,6 +6,7 @@
 
 mod allan;
 mod calibrate;
+mod certificate;
 mod compare;
 mod compensate;
 mod console;
@@ -68,6 +69,8 @@ enum Command {
     /// List, show, recompute and trend calibration records
     #[command(subcommand)]
     Records(records::Records),
+    /// Write a certificate of a calibration: a page for print, and a Digital Calibration Certificate
+    Certificate(Box<certificate::CertificateCommand>),
     /// Write friction and cogging into the firmware's feed-forward compensation
     Compensate(compensate::Compensate),
     /// Save the settings of a stand in a file, or restore them from a file
@@ -125,6 +128,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Some(Command::Explain(explain)) => explain.run(),
         Some(Command::Calibrate(calibrate)) => calibrate.run(),
         Some(Command::Records(records)) => records.run(),
+        Some(Command::Certificate(certificate)) => certificate.run(),
         Some(Command::Compensate(compensate)) => compensate.run(),
         Some(Command::Settings(settings)) => settings.run(),
         Some(Command::Console(console)) => console.run(),

@@ -14,6 +14,7 @@ use crate::identify::series::series;
 use crate::log::Log;
 use crate::report::Style;
 use crate::report::plot_files::{PngError, PngWriter, plots_of};
+use crate::report::units::Units;
 
 /// The JSON option of every command that computes.
 #[derive(Debug, Clone, Default, Args)]
@@ -34,6 +35,14 @@ pub(super) struct ReportOutput {
     /// Write each plot of the report into this folder, as SVG and as PNG
     #[arg(long, value_name = "FOLDER")]
     pub plots: Option<PathBuf>,
+}
+
+/// The units of a report.
+#[derive(Debug, Clone, Copy, Default, Args)]
+pub(super) struct UnitOptions {
+    /// Units of text and pages, separated by commas: deg/h, deg/s, rad/s, deg/sqrt(h), (deg/s)/sqrt(Hz), m/s2, mg, ug, ug/sqrt(Hz), %, ppm …
+    #[arg(long, value_name = "LIST", value_parser = str::parse::<Units>)]
+    pub units: Option<Units>,
 }
 
 /// Permission to overwrite what cannot be computed or measured again in the same way: logs, models, sessions, settings.

@@ -6,6 +6,7 @@
 pub mod allan;
 pub mod bad_log;
 pub mod calibration;
+pub mod certificate;
 pub mod comparison;
 pub mod compensation;
 pub mod conversion;
@@ -33,6 +34,7 @@ pub mod residual_plots;
 pub mod settings;
 pub mod simulation;
 pub mod terminal;
+pub mod units;
 
 pub use bad_log::{bad_log_html, bad_log_json, bad_log_text};
 pub use comparison::{Comparison, compare_json, fit_json, html as comparison_html, text as comparison_text};

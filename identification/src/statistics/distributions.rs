@@ -14,6 +14,16 @@ pub fn student_quantile(probability: f64, degrees_of_freedom: f64) -> f64 {
     StudentsT::new(0.0, 1.0, degrees_of_freedom).map_or(f64::NAN, |t| t.inverse_cdf(probability))
 }
 
+/// P(z > x) of the standard normal distribution.
+pub fn normal_tail(x: f64) -> f64 {
+    Normal::standard().sf(x)
+}
+
+/// P(t > x) of Student's t distribution.
+pub fn student_tail(x: f64, degrees_of_freedom: f64) -> f64 {
+    StudentsT::new(0.0, 1.0, degrees_of_freedom).map_or(f64::NAN, |t| t.sf(x))
+}
+
 /// Quantile of the χ² distribution.
 pub fn chi_squared_quantile(probability: f64, degrees_of_freedom: f64) -> f64 {
     ChiSquared::new(degrees_of_freedom).map_or(f64::NAN, |chi| chi.inverse_cdf(probability))
@@ -64,6 +74,29 @@ pub fn log10_f_tail(f: f64, k: f64, nu: f64) -> f64 {
     ln / std::f64::consts::LN_10
 }
 
+/// Interval of fractions that contains the outcome of `n` independent trials of this probability with at least this coverage; the tails are equal.
+pub fn binomial_interval(n: u64, probability: f64, coverage: f64) -> (f64, f64) {
+    let (trials, tail) = (n as f64, 0.5 * (1.0 - coverage));
+    let ln_probability = |k: u64| {
+        let k = k as f64;
+        ln_gamma(trials + 1.0) - ln_gamma(k + 1.0) - ln_gamma(trials - k + 1.0)
+            + k * probability.ln()
+            + (trials - k) * (-probability).ln_1p()
+    };
+    // Counts from one end until their probability exceeds the tail.
+    let first_beyond = |count_at: fn(u64, u64) -> u64| {
+        let mut sum = 0.0;
+        let is_beyond = |k: &u64| {
+            sum += ln_probability(*k).exp();
+            sum > tail
+        };
+        (0..=n).map(|step| count_at(step, n)).find(is_beyond).unwrap_or(0)
+    };
+    let low = first_beyond(|step, _| step);
+    let high = first_beyond(|step, n| n - step);
+    (low as f64 / trials.max(1.0), high as f64 / trials.max(1.0))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -77,6 +110,14 @@ mod tests {
         assert!((chi_squared_tail(7.814_728, 3.0) - 0.05).abs() < 1e-7);
         assert!((log10_f_tail(5.994_339, 4.0, 10.0) + 2.0).abs() < 1e-6);
         assert!(student_quantile(0.9, 0.0).is_nan() && chi_squared_tail(1.0, 0.0).is_nan());
+    }
+
+    /// 20 trials of probability 0.95: P(16 or fewer) = 0.0159, P(15 or fewer) = 0.0026; all 20 have 0.358.
+    #[test]
+    fn binomial_interval_of_few_trials() {
+        assert_eq!(binomial_interval(20, 0.95, 0.99), (0.8, 1.0));
+        let (low, high) = binomial_interval(1000, 0.95, 0.99);
+        assert!((low - 0.932).abs() < 2e-3 && (high - 0.967).abs() < 2e-3, "{low} {high}");
     }
 
     /// For two degrees of freedom P(χ² > x) = exp(−x/2) exactly.

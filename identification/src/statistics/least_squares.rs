@@ -26,6 +26,22 @@ impl LeastSquares {
         self.covariance[(k, k)].max(0.0).sqrt()
     }
 
+    /// Components of a function of the coefficients with this gradient along independent factors of variance 1: gradientᵀ L with covariance L Lᵀ.
+    /// The root of the sum of squares is [`Self::sigma_of`].
+    pub fn factors_of(&self, gradient: &[f64]) -> Vec<f64> {
+        let m = self.coefficients.len();
+        // The covariance is symmetric and positive semidefinite: L = V √λ.
+        let scale: Vec<f64> = (0..m).map(|k| self.sigma(k).max(f64::MIN_POSITIVE)).collect();
+        let correlation = DMatrix::from_fn(m, m, |i, j| self.covariance[(i, j)] / (scale[i] * scale[j]));
+        let eigen = correlation.symmetric_eigen();
+        (0..m)
+            .map(|factor| {
+                let root = eigen.eigenvalues[factor].max(0.0).sqrt();
+                (0..m).map(|k| gradient.get(k).copied().unwrap_or(0.0) * scale[k] * eigen.eigenvectors[(k, factor)] * root).sum()
+            })
+            .collect()
+    }
+
     /// Standard uncertainty of a function of the coefficients with this gradient, to first order. Missing components of the gradient are zero.
     pub fn sigma_of(&self, gradient: &[f64]) -> f64 {
         let component = |k: usize| gradient.get(k).copied().unwrap_or(0.0);
@@ -74,6 +90,39 @@ pub fn least_squares(rows: &[Vec<f64>], y: &[f64]) -> Option<LeastSquares> {
         dof,
         covariance,
     })
+}
+
+/// Weighted fit whose covariance is estimated from the sums over clusters of rows (Liang and Zeger 1986): it holds where the residuals of a cluster are
+/// correlated and where their variances differ. Residuals are unweighted. `weights`: inverse variances; `clusters`: number of the cluster of each row. The
+/// uncertainty of each coefficient is at least that of independent residuals with these weights. `None` as for [`least_squares`], and for fewer
+/// clusters than columns plus two.
+pub fn clustered_least_squares(rows: &[Vec<f64>], y: &[f64], weights: &[f64], clusters: &[usize]) -> Option<LeastSquares> {
+    let m = rows.first()?.len();
+    let root: Vec<f64> = weights.iter().map(|w| w.sqrt()).collect();
+    let scaled: Vec<Vec<f64>> = rows.iter().zip(&root).map(|(row, r)| row.iter().map(|x| x * r).collect()).collect();
+    let scaled_y: Vec<f64> = y.iter().zip(&root).map(|(y, r)| y * r).collect();
+    let fit = least_squares(&scaled, &scaled_y)?;
+    let mut sums: std::collections::BTreeMap<usize, DVector<f64>> = std::collections::BTreeMap::new();
+    for ((row, residual), cluster) in scaled.iter().zip(&fit.residuals).zip(clusters) {
+        *sums.entry(*cluster).or_insert_with(|| DVector::zeros(m)) += DVector::from_column_slice(row) * *residual;
+    }
+    let (n, groups) = (rows.len() as f64, sums.len() as f64);
+    if groups < m as f64 + 2.0 {
+        return None;
+    }
+    let meat = sums.values().fold(DMatrix::zeros(m, m), |meat, sum| meat + sum * sum.transpose());
+    let variance = fit.residual_sd.powi(2).max(f64::MIN_POSITIVE);
+    let bread = &fit.covariance / variance;
+    let mut covariance = &bread * meat * &bread * (groups / (groups - 1.0) * (n - 1.0) / (n - m as f64));
+    // At least as uncertain as independent residuals make it; the correlations stay.
+    let widen: Vec<f64> = (0..m).map(|k| (fit.covariance[(k, k)] / covariance[(k, k)].max(f64::MIN_POSITIVE)).max(1.0).sqrt()).collect();
+    for i in 0..m {
+        for j in 0..m {
+            covariance[(i, j)] *= widen[i] * widen[j];
+        }
+    }
+    let residuals = fit.residuals.iter().zip(&root).map(|(r, root)| r / root).collect();
+    Some(LeastSquares { covariance, residuals, dof: groups - m as f64, ..fit })
 }
 
 #[cfg(test)]
@@ -130,6 +179,19 @@ mod tests {
         }
         assert!((fit.residual_sd / 0.884796396144373 - 1.0).abs() < 1e-10);
         assert!((fit.sigma_of(&[1.0]) / fit.sigma(0) - 1.0).abs() < 1e-12);
+    }
+
+    /// The mean of 40 clusters of 25 equal values is a mean of 40 values: its standard uncertainty is s/√40, not s/√1000.
+    #[test]
+    fn correlated_rows_of_a_cluster_count_once() {
+        let of_cluster = |c: usize| ((c as f64 * 0.618_034).fract() - 0.5) * 12_f64.sqrt();
+        let clusters: Vec<usize> = (0..1000).map(|k| k / 25).collect();
+        let y: Vec<f64> = clusters.iter().map(|c| of_cluster(*c)).collect();
+        let fit = clustered_least_squares(&vec![vec![1.0]; 1000], &y, &[4.0; 1000], &clusters).unwrap();
+        assert!((fit.sigma(0) * 40_f64.sqrt() - 1.0).abs() < 0.03, "{}", fit.sigma(0));
+        assert_eq!(fit.dof, 39.0);
+        assert!((fit.factors_of(&[2.0])[0].abs() - 2.0 * fit.sigma(0)).abs() < 1e-12);
+        assert_eq!(clustered_least_squares(&vec![vec![1.0]; 4], &y[..4], &[1.0; 4], &[0, 0, 1, 1]), None);
     }
 
     #[test]

@@ -12,4 +12,4 @@ pub mod series;
 pub mod uncertainty;
 
 pub use extremes::Extremes;
-pub use least_squares::{LeastSquares, least_squares};
+pub use least_squares::{LeastSquares, clustered_least_squares, least_squares};

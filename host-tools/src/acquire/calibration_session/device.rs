@@ -85,6 +85,8 @@ pub struct Assumptions {
     pub temperature_K: f64,
     /// Scale of an accelerometer, % of 1; used where only one radius was run.
     pub scale_percent: f64,
+    /// Output of a gyro per acceleration across its axis, °/s/g: the centripetal acceleration at a radius makes an error proportional to Ω².
+    pub g_sensitivity_deg_s_g: f64,
 }
 
 impl Default for Assumptions {
@@ -100,6 +102,7 @@ impl Default for Assumptions {
             supply_percent: 0.5,
             temperature_K: 1.0,
             scale_percent: 1.0,
+            g_sensitivity_deg_s_g: 0.1, // upper end of the data sheets of MEMS gyros: 0.03 (ADXRS450) to 0.1 (ADXRS620)
         }
     }
 }

@@ -9,6 +9,9 @@ use hal_sim::plant::Stand;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
+/// Standard gravity, m/s².
+const STANDARD_GRAVITY_M_S2: f64 = 9.806_65;
+
 /// Random numbers with a reproducible sequence.
 struct Draw(Xoshiro256PlusPlus);
 
@@ -49,6 +52,8 @@ pub fn drawn_sensor(seed: u64, assumed: &Assumptions, full_scale_rad_s: f64) -> 
     let radius_m = 0.05 + side(&mut d, assumed.radius_error_m);
     let (chi_deg, accel_scale) = (side(&mut d, 5.0), 1.0 + side(&mut d, assumed.scale_percent / 100.0));
     let accel_bias = side(&mut d, 0.3);
+    let delay_s = 1e-4 * d.between(0.0, 12.0).floor();
+    let g_sensitivity_s_m = side(&mut d, assumed.g_sensitivity_deg_s_g.to_radians()) / STANDARD_GRAVITY_M_S2;
     let imu = ImuSetup {
         gyro_scale: scale * misalignment.cos(),
         gyro_bias_rad_s: bias,
@@ -62,7 +67,8 @@ pub fn drawn_sensor(seed: u64, assumed: &Assumptions, full_scale_rad_s: f64) -> 
             cubic_s2: cubic,
             natural_Hz,
             damping,
-            delay_s: 1e-4 * d.between(0.0, 12.0).floor(),
+            delay_s,
+            g_sensitivity_s_m,
             ..GyroElement::default()
         },
         ..ImuSetup::default()
@@ -85,6 +91,8 @@ pub fn drawn_sensor(seed: u64, assumed: &Assumptions, full_scale_rad_s: f64) -> 
         ("accel_scale", accel_scale),
         ("angle_deg", chi_deg),
         ("bias_x_m_s2", accel_bias),
+        ("bias_y_m_s2", accel_bias),
+        ("crystal", crystal),
     ];
     (imu, truth)
 }
@@ -111,6 +119,7 @@ pub fn drawn_drive(seed: u64, assumed: &Assumptions) -> (Stand, Truth) {
         ("inductance_H", volts * at("inductance", "inductance_H")),
         ("viscous_N_m_s", volts * at("viscous", "viscous_N_m_s")),
         ("coulomb_N_m", volts * at("coulomb", "coulomb_N_m")),
+        ("voltage_reading", volts),
     ];
     stand.effects.insert("current-scale".into(), [("current_scale".to_owned(), current)].into_iter().collect());
     (stand, truth)

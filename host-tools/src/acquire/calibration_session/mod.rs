@@ -182,6 +182,7 @@ impl Session {
             ("supply_percent", assumed.supply_percent),
             ("temperature_K", assumed.temperature_K),
             ("scale_percent", assumed.scale_percent),
+            ("g_sensitivity_deg_s_g", assumed.g_sensitivity_deg_s_g),
         ];
         if let Some((name, value)) = half_widths.iter().find(|(_, v)| !(*v >= 0.0 && v.is_finite())) {
             return invalid(format!("known.{name}: {value} must be 0 or more"));

@@ -133,7 +133,8 @@ async fn record_into(
         return Err(RunError::Sensor { step: step(), columns: recorder.absent().join(", ") });
     }
     let rows = recorder.rows();
-    let mut notes = Notes::from_iter([Note::LostRows(recording.lost_rows)]);
+    let mut notes =
+        Notes::from_iter([Note::LostRows(recording.lost_rows), Note::Number("since_power_on_s", recorder.first_since_power_on_s())]);
     notes.extend(monitor.detector.map(|detector| Note::Text("stable", detector.note(recorder.last_s()))));
     recorder.finish(&notes).map_err(write_error)?;
     file.close().map_err(|e| failed(&path.display().to_string(), e))?;

@@ -88,6 +88,11 @@ impl<W: Write> Recorder<W> {
         self.left_out
     }
 
+    /// Time of the first row since power-on of the stand, s.
+    pub fn first_since_power_on_s(&self) -> f64 {
+        self.first_at as f64 / CLOCK_HZ
+    }
+
     /// Time of the last row, s.
     pub fn last_s(&self) -> f64 {
         self.last_s

@@ -102,27 +102,38 @@ pub(super) fn add(steps: &[Step], session: &Session, findings: &mut Findings) ->
     }
     let (j, k, r) = (get(&result, "inertia_kg_m2")?, get(&result, "motor_constant_N_m_A")?, get(&result, "resistance_ohm")?);
     let b = get(&result, "viscous_N_m_s").unwrap_or((0.0, 0.0));
-    time_constants(findings, &result, j, k, r, b);
+    time_constants(findings, &result, misfit, j.0, k.0, r.0, b.0);
     inertia_by_added(steps, &result, &harmonics, findings);
     Drive::of(&result, misfit)
 }
 
-/// τ_m = J R/(K² + R b), τ_e = L/R. Scale errors of voltage and current cancel in both, except for the small part of b.
-fn time_constants(findings: &mut Findings, result: &FitResult, j: (f64, f64), k: (f64, f64), r: (f64, f64), b: (f64, f64)) {
-    let denominator = k.0 * k.0 + r.0 * b.0;
-    let value = j.0 * r.0 / denominator;
-    // The fitted parameters are correlated; the linear sum of all contributions is an upper bound (GUM 5.2.2, note 1).
-    let u = value * (j.1 / j.0 + (r.1 / r.0) * (1.0 - r.0 * b.0 / denominator) + 2.0 * k.1 * k.0 / denominator + r.0 * b.1 / denominator);
-    let contribution = |u: f64| Contribution::type_a("regression", u, f64::INFINITY, Basis::FullyCorrelatedParameters);
+/// τ_m = J R/(K² + R b), τ_e = L/R. Scale errors of voltage and current cancel in both, except for the small part of b; so do most errors of the fit, whose
+/// parameters are correlated (GUM 5.2.2).
+fn time_constants(findings: &mut Findings, result: &FitResult, misfit: f64, j: f64, k: f64, r: f64, b: f64) {
+    let u_of = |gradient: &[(&str, f64)]| {
+        let place = |name: &str| result.parameters.list.iter().position(|p| p.name == name);
+        let terms: Vec<(usize, f64)> = gradient.iter().filter_map(|(name, g)| Some((place(name)?, *g))).collect();
+        let products = terms.iter().flat_map(|(i, g)| terms.iter().map(move |(j, h)| g * h * result.covariance[(*i, *j)]));
+        products.sum::<f64>().max(0.0).sqrt() * misfit.max(1.0)
+    };
+    let contribution = |u: f64| Contribution::type_a("regression", u, f64::INFINITY, Basis::CorrelatedParameters);
+    let denominator = k * k + r * b;
+    let value = j * r / denominator;
+    let u = u_of(&[
+        ("inertia_kg_m2", value / j),
+        ("resistance_ohm", value / r * k * k / denominator),
+        ("motor_constant_N_m_A", -2.0 * value * k / denominator),
+        ("viscous_N_m_s", -value * r / denominator),
+    ]);
     findings
         .quantities
         .push(Quantity::new("mechanical_time_constant_s", "s", value, vec![contribution(u)]).meaning(Meaning::MechanicalTimeConstant));
-    if let Some(l) = get(result, "inductance_H").filter(|l| l.0 > 0.0) {
-        let value = l.0 / r.0;
-        findings.quantities.push(
-            Quantity::new("electrical_time_constant_s", "s", value, vec![contribution(value * (l.1 / l.0 + r.1 / r.0))])
-                .meaning(Meaning::ElectricalTimeConstant),
-        );
+    if let Some((l, _)) = get(result, "inductance_H").filter(|l| l.0 > 0.0) {
+        let value = l / r;
+        let u = u_of(&[("inductance_H", 1.0 / r), ("resistance_ohm", -value / r)]);
+        findings
+            .quantities
+            .push(Quantity::new("electrical_time_constant_s", "s", value, vec![contribution(u)]).meaning(Meaning::ElectricalTimeConstant));
     }
 }
 

@@ -50,16 +50,20 @@ fn linear(log: &Log, u_V: &[f64], theta: &[f64]) -> Result<Linear, AbsenceReason
         cross / square
     };
     let Some(longest) = log.segments().into_iter().max_by_key(ExactSizeIterator::len) else { return Err(AbsenceReason::NoRows) };
-    let mut voltage_integral = 0.0;
-    let mut rates = Vec::new();
-    for k in longest.clone() {
-        if (k - longest.start) % STRIDE == HALF_WINDOW && k + HALF_WINDOW < longest.end {
-            rates.push((t_s[k], slope(k), voltage_integral, theta[k]));
-        }
-        if k + 1 < longest.end {
-            voltage_integral += u_V[k] * (t_s[k + 1] - t_s[k]);
-        }
+    let mut integrals = vec![0.0; t_s.len()];
+    for k in longest.clone().skip(1) {
+        integrals[k] = integrals[k - 1] + u_V[k - 1] * (t_s[k] - t_s[k - 1]);
     }
+    // The slope is a mean of the rate with parabolic weights; angle and integral are averaged in the same way, or the equation would not hold for them.
+    let half = HALF_WINDOW as f64;
+    let weights: Vec<f64> = (-(HALF_WINDOW as i32)..=HALF_WINDOW as i32).map(|r| half * (half + 1.0) - f64::from(r).powi(2)).collect();
+    let total: f64 = weights.iter().sum();
+    let mean = |column: &[f64], k: usize| {
+        let rows = &column[k - HALF_WINDOW..=k + HALF_WINDOW];
+        rows.iter().zip(&weights).map(|(value, weight)| weight * value).sum::<f64>() / total
+    };
+    let middles = longest.clone().skip(HALF_WINDOW).step_by(STRIDE).filter(|k| k + HALF_WINDOW < longest.end);
+    let rates: Vec<(f64, f64, f64, f64)> = middles.map(|k| (t_s[k], slope(k), mean(&integrals, k), mean(theta, k))).collect();
     let greatest = rates.iter().map(|(_, rate, ..)| rate.abs()).max_or_zero();
     let used: Vec<_> = rates.into_iter().skip_while(|(_, rate, ..)| rate.abs() < MIN_RATE_FRACTION * greatest).collect();
     let Some(first) = used.first() else { return Err(AbsenceReason::DidNotTurn) };

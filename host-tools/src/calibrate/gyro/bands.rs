@@ -1,6 +1,6 @@
 //! Small rates: dead band about rest, and the smallest rate that is distinguishable from rest.
 
-use super::characteristic::{Point, points};
+use super::points::{Point, points};
 use super::{GyroSettings, dut_output};
 use crate::calibrate::{AbsenceReason, Basis, Curve, CurveKind, Findings, Meaning, Step};
 use crate::calibrate::{Contribution, Quantity};

@@ -11,13 +11,18 @@
 
 mod bands;
 mod characteristic;
+mod clipping;
 mod dynamic;
+mod influences;
 mod mounted;
+mod points;
+mod static_quantities;
 mod still;
 mod turns;
 
 pub use characteristic::{Characteristic, characteristic};
 pub(super) use dynamic::along_chirp;
+pub use points::Point;
 
 use super::{Assumptions, CalibrateError, Findings, Orientation, Step};
 use crate::acquire::calibration_session::Session;
@@ -69,14 +74,17 @@ pub fn calibrate(steps: &[Step], settings: &GyroSettings) -> Result<Findings, Ca
         return Err(CalibrateError::GyroColumn { column: settings.column.clone() });
     }
     let mut findings = Findings::default();
-    let upright: Vec<&Step> = steps.iter().filter(|s| s.mounting.orientation == Orientation::Flat && s.mounting.tilt_deg == 0.0).collect();
+    let (used, clipped) = clipping::without_clipped(&steps.iter().collect::<Vec<_>>(), settings);
+    findings.remarks.extend(clipped);
+    let upright: Vec<&Step> =
+        used.iter().copied().filter(|s| s.mounting.orientation == Orientation::Flat && s.mounting.tilt_deg == 0.0).collect();
     let radius_m = upright.first().map_or(0.0, |s| s.mounting.radius_m);
     let at_radius: Vec<&Step> = upright.iter().copied().filter(|s| s.mounting.radius_m == radius_m).collect();
-    let full_scale = characteristic::add(&at_radius, settings, &mut findings)?;
+    let found = static_quantities::add(&at_radius, radius_m, settings, &mut findings)?;
     turns::add(&at_radius, settings, &mut findings);
     bands::add(&at_radius, settings, &mut findings);
-    dynamic::add(&at_radius, settings, &mut findings);
+    dynamic::add(&at_radius, &found, settings, &mut findings);
     still::add(&at_radius, settings, &mut findings);
-    mounted::add(steps, radius_m, full_scale, settings, &mut findings);
+    mounted::add(&used, radius_m, found.full_scale_rad_s, settings, &mut findings);
     Ok(findings)
 }

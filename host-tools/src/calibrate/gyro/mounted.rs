@@ -1,6 +1,8 @@
 //! Steps with another mounting: on a tilted stand, at another radius, on both sides.
 
-use super::characteristic::{characteristic, points};
+use super::characteristic::characteristic;
+use super::influences::STANDARD_GRAVITY_M_S2;
+use super::points::{Point, points};
 use super::{GyroSettings, dut_output};
 use crate::calibrate::plateaus::plateaus;
 use crate::calibrate::{AbsenceReason, Basis, Findings, Meaning, Orientation, Step};
@@ -14,11 +16,9 @@ const AMPLITUDE_FACTOR: f64 = 1.249;
 const NOISE_DOMINATED_SIGMAS: f64 = 3.0;
 /// Parts of a turn on a tilted stand.
 const PARTS_PER_TURN: usize = 24;
-/// Standard gravity, m/s².
-const STANDARD_GRAVITY_M_S2: f64 = 9.806_65;
 
 /// Adds g-sensitivity, the even nonlinearity at the axis, and cross-axis sensitivity.
-pub(super) fn add(steps: &[Step], radius_m: f64, full_scale: f64, settings: &GyroSettings, findings: &mut Findings) {
+pub(super) fn add(steps: &[&Step], radius_m: f64, full_scale: f64, settings: &GyroSettings, findings: &mut Findings) {
     let scale = findings.get("scale").map_or(1.0, |q| q.value);
     match on_tilt(steps, scale, settings) {
         Some(q) => findings.quantities.push(q),
@@ -35,7 +35,7 @@ pub(super) fn add(steps: &[Step], radius_m: f64, full_scale: f64, settings: &Gyr
 }
 
 /// Amplitude of the output with cos θ and sin θ on a tilted stand, where gravity rotates in the frame of the device under test.
-fn on_tilt(steps: &[Step], scale: f64, settings: &GyroSettings) -> Option<Quantity> {
+fn on_tilt(steps: &[&Step], scale: f64, settings: &GyroSettings) -> Option<Quantity> {
     let (mut rows, mut y) = (Vec::new(), Vec::new());
     let mut tilt_deg: f64 = 0.0;
     for step in steps.iter().filter(|s| s.mounting.tilt_deg != 0.0 && s.mounting.orientation == Orientation::Flat) {
@@ -77,12 +77,12 @@ fn on_tilt(steps: &[Step], scale: f64, settings: &GyroSettings) -> Option<Quanti
 }
 
 /// g-sensitivity G and c₂ by the coefficient of Ω² at two radii, c₂ + G r.
-fn two_radii(steps: &[Step], radius_m: f64, full_scale: f64, settings: &GyroSettings) -> Option<[Quantity; 2]> {
+fn two_radii(steps: &[&Step], radius_m: f64, full_scale: f64, settings: &GyroSettings) -> Option<[Quantity; 2]> {
     let upright = |s: &&Step| s.mounting.orientation == Orientation::Flat && s.mounting.tilt_deg == 0.0;
-    let other_m = steps.iter().filter(upright).map(|s| s.mounting.radius_m).find(|r| *r != radius_m)?;
+    let other_m = steps.iter().copied().filter(upright).map(|s| s.mounting.radius_m).find(|r| *r != radius_m)?;
     let at = |radius: f64| {
-        let there: Vec<&Step> = steps.iter().filter(upright).filter(|s| s.mounting.radius_m == radius).collect();
-        let is_moving = |p: &super::characteristic::Point| p.plateau.rate_rad_s.abs() > 0.0;
+        let there: Vec<&Step> = steps.iter().copied().filter(upright).filter(|s| s.mounting.radius_m == radius).collect();
+        let is_moving = |p: &Point| p.plateau.rate_rad_s.abs() > 0.0;
         let used: Vec<_> = points(&there, settings).into_iter().filter(is_moving).collect();
         let largest = used.iter().map(|p| p.plateau.rate_rad_s.abs()).max_or_zero();
         let logs: Vec<usize> = used.iter().filter(|p| p.plateau.rate_rad_s.abs() > 0.5 * largest).map(|p| p.log).collect();
@@ -129,9 +129,9 @@ fn two_radii(steps: &[Step], radius_m: f64, full_scale: f64, settings: &GyroSett
 
 /// Cross-axis sensitivity and mounting error by two orientations with the sensitive axis across the platform's axis. Turned by 180° about the sensitive
 /// axis, cross-axis sensitivity changes its sign and the mounting error does not.
-fn on_its_sides(steps: &[Step], scale: f64, settings: &GyroSettings) -> Option<[Quantity; 2]> {
+fn on_its_sides(steps: &[&Step], scale: f64, settings: &GyroSettings) -> Option<[Quantity; 2]> {
     let slope = |lying: Orientation| {
-        let there: Vec<&Step> = steps.iter().filter(|s| s.mounting.orientation == lying).collect();
+        let there: Vec<&Step> = steps.iter().copied().filter(|s| s.mounting.orientation == lying).collect();
         let (rows, y): (Vec<Vec<f64>>, Vec<f64>) =
             points(&there, settings).iter().map(|p| (vec![1.0, p.plateau.rate_rad_s, p.plateau.rate_rad_s.powi(2)], p.output)).unzip();
         least_squares(&rows, &y)

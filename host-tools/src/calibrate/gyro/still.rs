@@ -1,29 +1,80 @@
-//! Temperature coefficients while the device under test warms: of the bias at rest, of the scale at plateaus.
+//! The device under test at rest: its in-run stability, and temperature coefficients where the static characteristic does not have them.
 
-use super::characteristic::points;
+use super::points::{MAX_REST_ANGLE_RAD, points};
 use super::{GyroSettings, dut_output};
+use crate::allan::deviation::Series;
 use crate::calibrate::{AbsenceReason, Basis, Findings, Meaning, Step};
 use crate::calibrate::{Contribution, Quantity};
 use crate::statistics::Extremes;
 use crate::statistics::least_squares;
+use crate::statistics::uncertainty::Instability;
 
 /// Smallest temperature range, K.
 const MIN_RANGE_K: f64 = 1.0;
 /// Averaging time before the fit, after which the noise is white, s.
 const BLOCK_S: f64 = 1.0;
-/// Greatest change of the angle of a platform at rest, rad.
-const MAX_REST_ANGLE_RAD: f64 = 0.01;
+/// Length of the means of which the Allan deviation is computed, s.
+const ALLAN_INTERVAL_S: f64 = 0.1;
+/// Shortest log at rest, in means, and fewest averages of the longest averaging time.
+const MIN_MEANS: usize = 64;
+const MIN_AVERAGES: usize = 4;
 
-/// Adds the temperature coefficients.
+/// Adds in-run stability and temperature coefficients.
 pub(super) fn add(steps: &[&Step], settings: &GyroSettings, findings: &mut Findings) {
-    match bias(steps, settings) {
-        Some(q) => findings.quantities.push(q),
-        None => findings.add_absent("bias_per_K_rad_s", AbsenceReason::NeedsWarmingAtRest),
+    match in_run_stability(steps, settings) {
+        Some(stability) => {
+            let averaged_s = points(steps, settings).iter().map(|p| p.plateau.duration_s).sum();
+            if let Some(bias) = findings.quantities.iter_mut().find(|q| q.name == "bias_rad_s") {
+                bias.conditions.instability = Some(Instability { allan_deviation: stability.value, averaged_s });
+            }
+            findings.quantities.push(stability);
+        }
+        None => findings.add_absent("in_run_stability_rad_s", AbsenceReason::NeedsRest),
     }
-    match scale(steps, settings) {
-        Some(q) => findings.quantities.push(q),
-        None => findings.add_absent("scale_per_K", AbsenceReason::NeedsWarmingPlateaus),
+    for (name, of, reason) in [
+        ("bias_per_K_rad_s", bias as fn(&[&Step], &GyroSettings) -> Option<Quantity>, AbsenceReason::NeedsWarmingAtRest),
+        ("scale_per_K", scale, AbsenceReason::NeedsWarmingPlateaus),
+    ] {
+        if findings.get(name).is_none() {
+            match of(steps, settings) {
+                Some(q) => findings.quantities.push(q),
+                None => findings.add_absent(name, reason),
+            }
+        }
     }
+}
+
+/// Whether the platform rests in a log.
+fn is_at_rest(step: &Step) -> bool {
+    step.log.column("theta_rad").is_some_and(|theta| {
+        let (low, high) = theta.iter().copied().min_max();
+        high - low <= MAX_REST_ANGLE_RAD
+    })
+}
+
+/// Smallest Allan deviation of the longest log at rest over averaging times up to a quarter of it (IEEE Std 952, annex C).
+fn in_run_stability(steps: &[&Step], settings: &GyroSettings) -> Option<Quantity> {
+    let step = steps
+        .iter()
+        .filter(|s| is_at_rest(s) && dut_output(&s.log, settings).is_some())
+        .max_by(|a, b| a.log.duration_s().total_cmp(&b.log.duration_s()))?;
+    let (log, output) = (&step.log, dut_output(&step.log, settings)?);
+    let size = ((ALLAN_INTERVAL_S / log.median_dt_s().max(1e-9)).round() as usize).max(1);
+    let longest = log.segments().into_iter().max_by_key(ExactSizeIterator::len)?;
+    let means: Vec<f64> = output[longest].chunks_exact(size).map(|rows| rows.iter().sum::<f64>() / size as f64).collect();
+    let count = means.len();
+    if count < MIN_MEANS {
+        return None;
+    }
+    let factors: Vec<usize> = (0..).map(|k| 1_usize << k).take_while(|m| m * MIN_AVERAGES <= count).collect();
+    let series = Series::of_rates(means, &[0..count]);
+    let least = series.overlapping(&factors).into_iter().filter(|v| v.variance > 0.0).min_by(|a, b| a.variance.total_cmp(&b.variance))?;
+    let (deviation, averages) = (least.variance.sqrt(), count as f64 / least.factor as f64);
+    // Degrees of freedom of the overlapping estimate for white rate noise (NIST SP 1065, table 5), m large.
+    let dof = (1.5 * averages - 2.0).max(1.0);
+    let contribution = Contribution::type_a("number of averages", deviation / (2.0 * dof).sqrt(), dof, Basis::OfStandardDeviation);
+    let meaning = Meaning::InRunStability { averaging_s: least.factor as f64 * size as f64 * log.median_dt_s(), rest_s: log.duration_s() };
+    Some(Quantity::new("in_run_stability_rad_s", "rad/s", deviation, vec![contribution]).meaning(meaning))
 }
 
 fn bias(steps: &[&Step], settings: &GyroSettings) -> Option<Quantity> {

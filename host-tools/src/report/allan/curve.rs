@@ -1,5 +1,6 @@
 //! Plot of the Allan deviation over averaging time, both logarithmic, with confidence interval and fitted processes.
 
+use super::Display;
 use crate::allan::MAX_RELATIVE_TAU;
 use crate::allan::answer::{Answer, Point};
 use crate::allan::units::PROCESSES;
@@ -13,8 +14,8 @@ fn part(process: usize, tau_s: f64) -> f64 {
 }
 
 /// The plot.
-pub fn curve(answer: &Answer) -> Drawing {
-    let (scale, unit) = answer.shown_deviation();
+pub fn curve(answer: &Answer, display: &Display) -> Drawing {
+    let (scale, unit) = (display.deviation().factor, &display.deviation().unit);
     let log = |x: f64| (x * scale).max(f64::MIN_POSITIVE).log10();
     let points: Vec<&Point> = answer.points.iter().filter(|p| p.oadev > 0.0).collect();
     let tau = |p: &Point| p.tau_s.log10();

@@ -1,5 +1,6 @@
 //! Allan analysis as an HTML page with its curve.
 
+use super::Display;
 use super::curve::curve;
 use super::words::{density, facts, name, note, title, value};
 use crate::allan::MAX_RELATIVE_TAU;
@@ -30,7 +31,7 @@ const GLOSSARY: [(&str, &str); 8] = [
 ];
 
 /// The page.
-pub fn html(answer: &Answer) -> String {
+pub fn html(answer: &Answer, display: &Display) -> String {
     let mut page = Page::new(&format!("Allan deviation of {}, {}", answer.column, answer.log));
     page.paragraph(Class::Lead, title(answer).as_str());
     for found in &answer.notes {
@@ -43,12 +44,12 @@ pub fn html(answer: &Answer) -> String {
         ("process", "each process"),
         ("held", "beyond T/10"),
     ];
-    page.figure(&curve(answer), Markup::joined(caption.map(|(class, label)| Markup::swatch(class, label)), ", "));
+    page.figure(&curve(answer, display), Markup::joined(caption.map(|(class, label)| Markup::swatch(class, label)), ", "));
     page.section("Coefficients", |page| {
         let mut table = Table::new(["process", "symbol", "value ± 1σ", "slope of σ(τ)"]);
         for (p, process) in PROCESSES.iter().enumerate() {
-            let mut shown = Markup::from(value(answer, p).as_str());
-            if let (WHITE, Some(density)) = (p, density(answer)) {
+            let mut shown = Markup::from(value(answer, display, p).as_str());
+            if let (WHITE, Some(density)) = (p, density(answer, display)) {
                 shown = shown.then_line(density.as_str());
             }
             let cells = [Cell::text(name(answer, process)), Cell::text(process.letter), Cell::text(shown), Cell::text(process.slope)];
@@ -58,11 +59,11 @@ pub fn html(answer: &Answer) -> String {
             }
         }
         page.table(table);
-        for line in facts(answer) {
+        for line in facts(answer, display) {
             page.text(line.as_str());
         }
     });
-    let (scale, unit) = answer.shown_deviation();
+    let (scale, unit) = (display.deviation().factor, &display.deviation().unit);
     page.section("Curve", |page| {
         let overlapping = format!("overlapping, {unit}");
         let plain = format!("plain, {unit}");

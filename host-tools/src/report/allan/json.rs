@@ -3,6 +3,7 @@
 use serde::Serialize;
 use serde_json::Value;
 
+use super::Display;
 use super::words::{not_shown, note};
 use crate::allan::answer::{Answer, Interpretation, Lowest, WHITE};
 use crate::allan::units::PROCESSES;
@@ -73,7 +74,7 @@ struct LowestJson {
 }
 
 /// The answer of `stand allan --json`.
-pub fn json(answer: &Answer) -> Value {
+pub fn json(answer: &Answer, display: &Display) -> Value {
     let points = || answer.points.iter();
     value(&AnswerJson {
         log: &answer.log,
@@ -102,19 +103,19 @@ pub fn json(answer: &Answer) -> Value {
         strongest: points().map(|p| PROCESSES[p.strongest].letter).collect(),
         read_s: answer.read_s,
         chi2_per_degree: answer.misfit,
-        in_degrees: in_degrees(answer),
-        density_one_sided: densities(answer),
-        coefficients: in_column_unit(answer),
-        lowest: answer.lowest.map(|l| lowest(answer, l)),
+        in_degrees: in_degrees(answer, display),
+        density_one_sided: densities(answer, display),
+        coefficients: in_column_unit(answer, display),
+        lowest: answer.lowest.map(|l| lowest(display, l)),
         says: answer.notes.iter().map(note).collect(),
     })
 }
 
-fn in_degrees(answer: &Answer) -> Entries<CoefficientJson> {
+fn in_degrees(answer: &Answer, display: &Display) -> Entries<CoefficientJson> {
     let entries = PROCESSES.iter().enumerate().map(|(p, process)| {
         let unit = process.deg_unit.to_owned();
         let entry = match answer.hours(process) {
-            Some(scale) => coefficient(answer, p, scale, unit),
+            Some(scale) => coefficient(answer, display, p, scale, unit),
             None => {
                 let says = "the column is not a rate: see coefficients".to_owned();
                 CoefficientJson { value: None, sigma: None, unit, absence: Some(AbsenceJson { below: None, says }) }
@@ -125,16 +126,20 @@ fn in_degrees(answer: &Answer) -> Entries<CoefficientJson> {
     Entries(entries.collect())
 }
 
-fn in_column_unit(answer: &Answer) -> Entries<CoefficientJson> {
+fn in_column_unit(answer: &Answer, display: &Display) -> Entries<CoefficientJson> {
     let entries = PROCESSES.iter().enumerate();
-    Entries(entries.map(|(p, process)| (process.key.to_owned(), coefficient(answer, p, 1.0, answer.unit.times(process.unit)))).collect())
+    Entries(
+        entries
+            .map(|(p, process)| (process.key.to_owned(), coefficient(answer, display, p, 1.0, answer.unit.times(process.unit))))
+            .collect(),
+    )
 }
 
 /// One-sided density of the white noise: √2 N.
-fn densities(answer: &Answer) -> Entries<CoefficientJson> {
-    let density = |scale: f64, unit: String| coefficient(answer, WHITE, std::f64::consts::SQRT_2 * scale, unit);
+fn densities(answer: &Answer, display: &Display) -> Entries<CoefficientJson> {
+    let density = |scale: f64, unit: String| coefficient(answer, display, WHITE, std::f64::consts::SQRT_2 * scale, unit);
     let mut entries = vec![("column".to_owned(), density(1.0, answer.unit.times("/√Hz")))];
-    if let Some(rad) = answer.unit.rad {
+    if let Some(rad) = answer.unit.rad() {
         entries.push(("deg_h_sqrt_Hz".to_owned(), density(rad.to_degrees() * 3600.0, "(°/h)/√Hz".to_owned())));
         entries.push(("deg_s_sqrt_Hz".to_owned(), density(rad.to_degrees(), "(°/s)/√Hz".to_owned())));
     }
@@ -142,19 +147,19 @@ fn densities(answer: &Answer) -> Entries<CoefficientJson> {
 }
 
 /// Coefficient `p`, an index of [`PROCESSES`], times `scale`.
-fn coefficient(answer: &Answer, p: usize, scale: f64, unit: String) -> CoefficientJson {
+fn coefficient(answer: &Answer, display: &Display, p: usize, scale: f64, unit: String) -> CoefficientJson {
     let coefficient = &answer.coefficients[p];
     let scaled = |x: Option<f64>| x.map(|x| x * scale);
     CoefficientJson {
         value: scaled(coefficient.value),
         sigma: scaled(coefficient.sigma),
         unit,
-        absence: not_shown(answer, p).map(|says| AbsenceJson { below: Some(scaled(coefficient.below)), says }),
+        absence: not_shown(answer, display, p).map(|says| AbsenceJson { below: Some(scaled(coefficient.below)), says }),
     }
 }
 
-fn lowest(answer: &Answer, lowest: Lowest) -> LowestJson {
-    let (scale, unit) = answer.shown_deviation();
+fn lowest(display: &Display, lowest: Lowest) -> LowestJson {
+    let (scale, unit) = (display.deviation().factor, display.deviation().unit.clone());
     LowestJson {
         tau_s: lowest.tau_s,
         oadev: lowest.oadev * scale,

@@ -1,11 +1,13 @@
 //! Allan analysis as text, JSON and HTML.
 
 mod curve;
+mod display;
 mod html;
 mod json;
 mod text;
 mod words;
 
+pub use display::Display;
 pub use html::html;
 pub use json::json;
 pub use text::text;

@@ -1,5 +1,6 @@
 //! Allan analysis as text for a terminal.
 
+use super::Display;
 use super::words::{density, facts, name, note, title, value};
 use crate::allan::MAX_RELATIVE_TAU;
 use crate::allan::answer::{Answer, WHITE};
@@ -7,20 +8,20 @@ use crate::allan::units::PROCESSES;
 use crate::report::{grouped, significant};
 
 /// Coefficients with their standard uncertainties, remarks, and a table of the curve.
-pub fn text(answer: &Answer) -> String {
+pub fn text(answer: &Answer, display: &Display) -> String {
     let mut out = title(answer) + "\n";
     for (p, process) in PROCESSES.iter().enumerate() {
-        out += &format!("  {:<18} {}  {}\n", name(answer, process), process.letter, value(answer, p));
-        if let (WHITE, Some(density)) = (p, density(answer)) {
+        out += &format!("  {:<18} {}  {}\n", name(answer, process), process.letter, value(answer, display, p));
+        if let (WHITE, Some(density)) = (p, density(answer, display)) {
             out += &format!("  {:<21} {density}\n", "");
         }
     }
     out += "  ± is 1 standard uncertainty\n";
-    for line in facts(answer).into_iter().chain(answer.notes.iter().map(note)) {
+    for line in facts(answer, display).into_iter().chain(answer.notes.iter().map(note)) {
         out += &line;
         out.push('\n');
     }
-    let (scale, unit) = answer.shown_deviation();
+    let (scale, unit) = (display.deviation().factor, &display.deviation().unit);
     out += &format!("\n{:>10}  {:>11}  {:>25}  {:>11}  {:>10}  {:>8}\n", "τ, s", format!("OADEV, {unit}"), "68 %", "ADEV", "terms", "dof");
     for p in &answer.points {
         let number = |x: f64| significant(x * scale, 4);

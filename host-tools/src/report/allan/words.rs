@@ -1,5 +1,6 @@
 //! Sentences about an Allan analysis.
 
+use super::Display;
 use crate::allan::FLOOR;
 use crate::allan::answer::{Answer, FLICKER, Interpretation, NotShown, Note, WHITE};
 use crate::allan::time_stamps::TimingNote;
@@ -10,13 +11,15 @@ use crate::report::{grouped, log_warning, plain, significant, with_sigma};
 const ROWS_FOR_COEFFICIENTS: usize = 80;
 
 /// The reason why coefficient `p` has no value; `None` if it has one.
-pub(super) fn not_shown(answer: &Answer, p: usize) -> Option<String> {
+pub(super) fn not_shown(answer: &Answer, display: &Display, p: usize) -> Option<String> {
     let coefficient = &answer.coefficients[p];
     Some(match coefficient.not_shown? {
         NotShown::NotSignificant { has_minimum } => {
-            let (scale, unit) = answer.shown(&PROCESSES[p]);
+            let scale = display.coefficient(p);
             let limit = match coefficient.below {
-                Some(below) => format!("not significant in this record: below {} {unit} (95 %)", significant(below * scale, 2)),
+                Some(below) => {
+                    format!("not significant in this record: below {} {} (95 %)", significant(below * scale.factor, 2), scale.unit)
+                }
                 None => "not distinguishable from the other processes in this record".to_owned(),
             };
             let minimum = match has_minimum {
@@ -87,13 +90,13 @@ pub(super) fn title(answer: &Answer) -> String {
 
 /// Name of a process for this column.
 pub(super) fn name(answer: &Answer, process: &Process) -> &'static str {
-    if answer.unit.rad.is_some() { process.name } else { process.plain_name }
+    if answer.unit.rad().is_some() { process.name } else { process.plain_name }
 }
 
 /// The value of coefficient `p` with its standard uncertainty, or the reason why it has none.
-pub(super) fn value(answer: &Answer, p: usize) -> String {
+pub(super) fn value(answer: &Answer, display: &Display, p: usize) -> String {
     let (coefficient, process) = (&answer.coefficients[p], &PROCESSES[p]);
-    let (scale, unit) = answer.shown(process);
+    let (scale, unit) = (display.coefficient(p).factor, &display.coefficient(p).unit);
     match (coefficient.value, coefficient.sigma) {
         (Some(value), Some(sigma)) => {
             let floor = if process.letter == "B" {
@@ -103,24 +106,21 @@ pub(super) fn value(answer: &Answer, p: usize) -> String {
             };
             format!("{} {unit}{floor}", with_sigma(value * scale, sigma * scale))
         }
-        _ => not_shown(answer, p).unwrap_or_default(),
+        _ => not_shown(answer, display, p).unwrap_or_default(),
     }
 }
 
 /// One-sided noise density √2 N in the units of data sheets.
-pub(super) fn density(answer: &Answer) -> Option<String> {
+pub(super) fn density(answer: &Answer, display: &Display) -> Option<String> {
     let shown = std::f64::consts::SQRT_2 * answer.coefficients[WHITE].value?;
-    let units = match answer.unit.rad {
-        Some(rad) => vec![(rad.to_degrees() * 3600.0, "(°/h)/√Hz".to_owned()), (rad.to_degrees(), "(°/s)/√Hz".to_owned())],
-        None => vec![(1.0, answer.unit.times("/√Hz"))],
-    };
-    let each: Vec<String> = units.iter().map(|(scale, unit)| format!("{} {unit}", significant(shown * scale, 4))).collect();
+    let each: Vec<String> =
+        display.densities().iter().map(|scale| format!("{} {}", significant(shown * scale.factor, 4), scale.unit)).collect();
     Some(format!("one-sided density √2 N = {}", each.join(" = ")))
 }
 
-fn lowest(answer: &Answer) -> Option<String> {
+fn lowest(answer: &Answer, display: &Display) -> Option<String> {
     let found = answer.lowest.as_ref()?;
-    let (scale, unit) = answer.shown_deviation();
+    let (scale, unit) = (display.deviation().factor, &display.deviation().unit);
     let low = format!("lowest point {} {unit} at {} s", significant(found.oadev * scale, 3), significant(found.tau_s, 3));
     Some(if found.inside {
         format!(
@@ -151,6 +151,6 @@ fn quantum(answer: &Answer) -> Option<String> {
 }
 
 /// Lowest point, range of the fit and resolution.
-pub(super) fn facts(answer: &Answer) -> Vec<String> {
-    [lowest(answer), read(answer), quantum(answer)].into_iter().flatten().collect()
+pub(super) fn facts(answer: &Answer, display: &Display) -> Vec<String> {
+    [lowest(answer, display), read(answer), quantum(answer)].into_iter().flatten().collect()
 }

@@ -4,6 +4,7 @@ use super::html::evaluation;
 use super::{text, unit_suffix};
 use crate::calibrate::DutKind;
 use crate::calibrate::archive::{ArchivedRecord, LogState, NotRecomputed, Verification};
+use crate::calibrate::store::QuantityRow;
 use crate::calibrate::stored_record::StoredRecord;
 use crate::report::json::value;
 use crate::report::{significant, with_sigma};
@@ -11,9 +12,10 @@ use serde::Serialize;
 use serde_json::Value;
 
 /// One line per record, then the files that were skipped.
-pub fn list_text(records: &[ArchivedRecord], skipped: &[String]) -> String {
+pub fn list_text(records: &[(Option<i64>, ArchivedRecord)], skipped: &[String]) -> String {
     let mut out = String::new();
-    for ArchivedRecord { path, record } in records {
+    for (number, ArchivedRecord { path, record }) in records {
+        let place = number.map_or_else(|| path.display().to_string(), |number| format!("session {number}"));
         let header = &record.header;
         let serial = if header.serial.is_empty() { "–" } else { &header.serial };
         let (done, all) = (header.steps.len(), header.session.steps.len());
@@ -24,11 +26,10 @@ pub fn list_text(records: &[ArchivedRecord], skipped: &[String]) -> String {
             n => format!(", interrupted {n} times"),
         };
         out += &format!(
-            "{}  {:<5}  {serial:<10}  {state}, {} results{interrupted}  {}\n",
+            "{}  {:<5}  {serial:<10}  {state}, {} results{interrupted}  {place}\n",
             header.began,
             header.dut_kind.name(),
             record.quantities.len(),
-            path.display()
         );
     }
     if records.is_empty() {
@@ -45,6 +46,8 @@ pub fn skipped_text(skipped: &[String]) -> String {
 #[derive(Serialize)]
 struct ListEntry<'a> {
     record: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    session: Option<i64>,
     began: &'a str,
     what: DutKind,
     sensor: &'a str,
@@ -60,11 +63,12 @@ struct List<'a> {
     passed_over: &'a [String],
 }
 
-impl<'a> From<&'a ArchivedRecord> for ListEntry<'a> {
-    fn from(ArchivedRecord { path, record }: &'a ArchivedRecord) -> Self {
+impl<'a> From<&'a (Option<i64>, ArchivedRecord)> for ListEntry<'a> {
+    fn from((session, ArchivedRecord { path, record }): &'a (Option<i64>, ArchivedRecord)) -> Self {
         let header = &record.header;
         ListEntry {
             record: path.display().to_string(),
+            session: *session,
             began: &header.began,
             what: header.dut_kind,
             sensor: &header.sensor,
@@ -77,7 +81,7 @@ impl<'a> From<&'a ArchivedRecord> for ListEntry<'a> {
 }
 
 /// The answer of `stand records list --json`.
-pub fn list_json(records: &[ArchivedRecord], skipped: &[String]) -> Value {
+pub fn list_json(records: &[(Option<i64>, ArchivedRecord)], skipped: &[String]) -> Value {
     value(&List { records: records.iter().map(Into::into).collect(), passed_over: skipped })
 }
 
@@ -153,4 +157,33 @@ pub fn show_json(record: &StoredRecord, verification: &Verification) -> Value {
         says: verification.difference.as_ref().err().map(not_recomputed),
     };
     value(&Show { record, checked })
+}
+
+#[derive(Serialize)]
+struct AddedEntry {
+    folder: String,
+    session: i64,
+}
+
+/// The answer of `stand records add --json`.
+pub fn added_json(added: &[(&std::path::Path, i64)]) -> Value {
+    value(&added.iter().map(|(folder, session)| AddedEntry { folder: folder.display().to_string(), session: *session }).collect::<Vec<_>>())
+}
+
+/// Quantities of a store as CSV, one per line.
+pub fn export_csv(rows: &[QuantityRow]) -> String {
+    let mut out = "session,kind,serial,began,quantity,value,u,dof,k,U,unit,temperature_C\n".to_owned();
+    let quoted = |text: &str| if text.contains([',', '"', '\n']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_owned() };
+    let number = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x:?}"));
+    for r in rows {
+        let texts = [r.session.to_string(), quoted(&r.kind), quoted(&r.serial), quoted(&r.began), quoted(&r.quantity)];
+        let numbers = [r.value, r.u, r.dof, r.k, r.expanded_u].map(number);
+        out += &format!("{},{},{},{}\n", texts.join(","), numbers.join(","), quoted(&r.unit), number(r.temperature_C));
+    }
+    out
+}
+
+/// The answer of `stand records export --json`.
+pub fn export_json(rows: &[QuantityRow]) -> Value {
+    value(&rows)
 }

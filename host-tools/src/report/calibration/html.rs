@@ -1,10 +1,10 @@
 //! A calibration record as one HTML page, suited for printing.
 
 use super::text::heading;
-use super::{remarks, statement, stored, with_sigma, words};
-use crate::calibrate::Curve;
+use super::{definition, remarks, statement, stored, with_sigma, words};
 use crate::calibrate::record::CalibrationRecord;
 use crate::calibrate::stored_record::StoredQuantity;
+use crate::calibrate::{Curve, FrequencyPoint};
 use crate::report::html::{Cell, Class, Markup, Page, Table};
 use crate::report::plot::svg::Drawing;
 use crate::report::plot::{Axis, Plot, with_margin};
@@ -16,7 +16,7 @@ use crate::statistics::uncertainty::{COVERAGE_PROBABILITY, Evaluation, Quantity}
 const PLOT_SIZE: (f64, f64) = (980.0, 280.0);
 
 /// The value with the digits that its standard uncertainty carries.
-fn value<B, M>(q: &Quantity<B, M>) -> String {
+pub fn value_text<B, M>(q: &Quantity<B, M>) -> String {
     let both = with_sigma(q.value, q.combined_u());
     let Some((value, rest)) = both.split_once(" ±") else { return both };
     match (value.strip_prefix('('), rest.split_once(')')) {
@@ -45,13 +45,13 @@ pub fn html(record: &CalibrationRecord) -> String {
             let number = |x: f64, digits: u32| Cell::number(if x.is_finite() { significant(x, digits) } else { "∞".into() });
             table.row([
                 Cell::text(&q.name),
-                Cell::number(value(q)),
+                Cell::number(value_text(q)),
                 number(q.combined_u(), 2),
                 Cell::number(words::degrees_of_freedom(q.effective_dof())),
                 number(q.coverage_factor(COVERAGE_PROBABILITY), 3),
                 number(q.expanded_u(), 2),
                 Cell::text(if q.unit == "1" { "" } else { &q.unit }),
-                Cell::text(Markup::with_code(q.meaning.as_deref().unwrap_or_default())),
+                Cell::text(Markup::with_code(&definition(q))),
             ]);
         }
         for absent in &header.absent {
@@ -66,6 +66,9 @@ pub fn html(record: &CalibrationRecord) -> String {
             page.figure(&plot(curve), caption(curve));
         }
     });
+    if !record.findings.frequency_response.is_empty() {
+        page.section("Frequency response", |page| page.table(frequency_response(&record.findings.frequency_response)));
+    }
     page.section("Uncertainty budgets", |page| {
         for q in &texts.quantities {
             page.heading(&q.name);
@@ -88,6 +91,24 @@ pub fn html(record: &CalibrationRecord) -> String {
         page.table(table);
     });
     page.finish()
+}
+
+/// Gain and phase with U(f).
+fn frequency_response(points: &[FrequencyPoint]) -> Table {
+    let mut table = Table::new(["frequency, Hz", "mean rate, rad/s", "amplitude, rad/s", "gain", "U", "phase, °", "U, °"]);
+    for p in points {
+        let number = |x: f64, digits: u32| Cell::number(significant(x, digits));
+        table.row([
+            number(p.frequency_Hz, 4),
+            number(p.mean_rad_s, 3),
+            number(p.amplitude_rad_s, 3),
+            number(p.gain, 5),
+            number(p.gain_U, 2),
+            number(p.phase_deg, 5),
+            number(p.phase_U_deg, 2),
+        ]);
+    }
+    table
 }
 
 /// `A` or `B`.
@@ -166,7 +187,7 @@ mod tests {
 
     #[test]
     fn value_keeps_its_power_of_ten() {
-        let of = |v: f64, u: f64| value(&Quantity::<(), ()>::new("x", "1", v, vec![Contribution::type_a("noise", u, 9.0, ())]));
+        let of = |v: f64, u: f64| value_text(&Quantity::<(), ()>::new("x", "1", v, vec![Contribution::type_a("noise", u, 9.0, ())]));
         assert_eq!((of(1.0123, 0.0011), of(2.812e-4, 1.8e-6)), ("1.0123".into(), "2.812 × 10⁻⁴".into()));
         assert_eq!(of(-8.1e-4, 2.8e-4), "−8.1 × 10⁻⁴");
     }

@@ -1,28 +1,35 @@
 //! Calibration records in words: the record file, text for a terminal, an HTML page; lists of records, verification, and trends.
 
 mod archive;
+mod by_hand;
+mod display;
+mod evaluated;
 mod html;
+mod standards;
 mod text;
 mod trend;
 mod words;
 
-pub use archive::{list_json, list_text, show_json, show_text, skipped_text};
-pub use html::html;
+pub use archive::{added_json, export_csv, export_json, list_json, list_text, show_json, show_text, skipped_text};
+pub use by_hand::{by_hand_json, by_hand_text};
+pub use display::{displayed, displayed_record};
+pub use evaluated::{evaluated_json, evaluated_text};
+pub use html::{html, value_text};
 pub use text::text;
 pub use trend::{trend_html, trend_json, trend_text};
 pub use words::{absence, basis, meaning};
 
 use crate::calibrate::record::CalibrationRecord;
-use crate::calibrate::stored_record::{RecordHeader, StoredAbsence, StoredCurve, StoredRecord, StoredSeries};
-use crate::calibrate::{CalibrateError, Curve};
+use crate::calibrate::stored_record::{RecordHeader, StoredAbsence, StoredCurve, StoredQuantity, StoredRecord, StoredSeries};
+use crate::calibrate::{CalibrateError, Curve, Meaning};
 use crate::report::{plain, with_sigma};
-use crate::statistics::uncertainty::{COVERAGE_PROBABILITY, Quantity};
+use crate::statistics::uncertainty::{COVERAGE_PROBABILITY, CovarianceMatrix, Quantity};
 
 /// A computed record with its texts, as its file contains it.
 pub fn stored(record: &CalibrationRecord) -> StoredRecord {
     let (journal, session, findings) = (&record.journal, &record.session, &record.findings);
     StoredRecord {
-        quantities: findings.quantities.iter().map(|q| q.map_texts(basis, meaning)).collect(),
+        quantities: findings.quantities.iter().map(|q| q.map_texts(basis, meaning_with_standard)).collect(),
         header: RecordHeader {
             dut_kind: session.dut_kind,
             sensor: session.sensor.clone(),
@@ -40,6 +47,9 @@ pub fn stored(record: &CalibrationRecord) -> StoredRecord {
             absent: findings.absent.iter().map(|a| StoredAbsence { name: a.quantity.clone(), reason: absence(&a.reason) }).collect(),
             remarks: findings.remarks.iter().map(words::remark).collect(),
             curves: findings.curves.iter().map(curve).collect(),
+            covariance: CovarianceMatrix::of(&findings.quantities),
+            response_function: findings.response_function.as_ref().map(|f| f.stored(basis)),
+            frequency_response: findings.frequency_response.clone(),
         },
     }
 }
@@ -101,6 +111,38 @@ pub fn calibrate_error(error: &CalibrateError) -> String {
 /// A unit behind a number; nothing for a ratio.
 fn unit_suffix(unit: &str) -> String {
     if unit == "1" { String::new() } else { format!(" {unit}") }
+}
+
+/// Meaning of a quantity with the term of a standard.
+fn meaning_with_standard(of: &Meaning) -> String {
+    let text = meaning(of);
+    standards::standard(of).map_or(text.clone(), |standard| format!("{text}; {standard}"))
+}
+
+/// Definition of a quantity with the temperature at which it holds.
+pub fn definition(q: &StoredQuantity) -> String {
+    let at = temperature(q);
+    let meaning = q.meaning.clone().unwrap_or_default();
+    if meaning.is_empty() || at.is_empty() { meaning + &at } else { format!("{meaning}; {at}") }
+}
+
+/// Temperature at which a quantity holds: `at 26.5 °C`, with the range where it varied.
+fn temperature<B, M>(q: &Quantity<B, M>) -> String {
+    match q.conditions.temperature {
+        Some(t) if t.high_C - t.low_C < MIN_RANGE_K => format!("at {:.1} °C", t.at_C),
+        Some(t) => format!("at {:.1} °C, measured from {:.1} to {:.1} °C", t.at_C, t.low_C, t.high_C),
+        None => String::new(),
+    }
+}
+
+/// Temperature range below which only the mean is printed, K.
+const MIN_RANGE_K: f64 = 0.1;
+
+/// Meaning of ± in a line: `U, k = 1.96, ν = 12`.
+fn coverage_text<B, M>(q: &Quantity<B, M>) -> String {
+    let k = words::coverage_factor(q.coverage_factor(COVERAGE_PROBABILITY));
+    let dof = q.effective_dof();
+    if dof < words::MANY_DOF { format!("U, k = {k}, ν = {}", words::degrees_of_freedom(dof)) } else { format!("U, k = {k}") }
 }
 
 /// Value ± U with the unit.

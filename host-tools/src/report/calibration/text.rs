@@ -1,8 +1,7 @@
 //! A calibration record as text for the terminal.
 
-use super::{footnote, remarks, with_expanded_u, words};
+use super::{coverage_text, footnote, remarks, temperature, with_expanded_u};
 use crate::calibrate::stored_record::{RecordHeader, StoredRecord};
-use crate::statistics::uncertainty::COVERAGE_PROBABILITY;
 
 /// Title of a record: kind, type and serial number of the device under test.
 pub(super) fn heading(header: &RecordHeader) -> String {
@@ -16,12 +15,12 @@ pub fn text(record: &StoredRecord) -> String {
     let mut out = format!("{}: {} of {} steps, begun {}\n", heading(header), header.steps.len(), header.session.steps.len(), header.began);
     let width = record.quantities.iter().map(|q| q.name.len()).max().unwrap_or(0);
     for q in &record.quantities {
-        let k = words::coverage_factor(q.coverage_factor(COVERAGE_PROBABILITY));
-        out += &format!("  {:<width$}  {}  (U, k = {k}", q.name, with_expanded_u(q));
-        if q.effective_dof() < words::MANY_DOF {
-            out += &format!(", ν = {}", words::degrees_of_freedom(q.effective_dof()));
+        out += &format!("  {:<width$}  {}  ({})", q.name, with_expanded_u(q), coverage_text(q));
+        let at = temperature(q);
+        if !at.is_empty() {
+            out += &format!(" {at}");
         }
-        out += ")\n";
+        out += "\n";
     }
     for absent in &header.absent {
         out += &format!("  {:<width$}  not found: {}\n", absent.name, absent.reason);

@@ -69,6 +69,9 @@ pub fn trend_text(trend: &Trend) -> String {
         if let Some(line) = &s.line {
             out += &format!("  {}\n", line_text(line));
         }
+        if let Some(q) = &s.repeatability {
+            out += &format!("  standard deviation from session to session (turn-on repeatability): {}\n", with_expanded_u(q));
+        }
     }
     let mut common: Vec<&str> = trend.series.iter().flat_map(|s| &s.changes).flat_map(|(c, _)| &c.common).map(String::as_str).collect();
     common.sort_unstable();
@@ -220,6 +223,16 @@ struct SeriesEntry<'a> {
     unit: Option<&'a str>,
     points: Vec<PointEntry<'a>>,
     line: Option<LineEntry<'a>>,
+    repeatability: Option<RepeatabilityEntry>,
+}
+
+#[derive(Serialize)]
+struct RepeatabilityEntry {
+    value: f64,
+    sigma: f64,
+    dof: f64,
+    #[serde(rename = "U")]
+    expanded_u: f64,
 }
 
 impl<'a> From<&'a Series> for SeriesEntry<'a> {
@@ -242,6 +255,12 @@ impl<'a> From<&'a Series> for SeriesEntry<'a> {
             unit: s.points.first().map(|p| p.quantity.unit.as_str()),
             points: s.points.iter().enumerate().map(point).collect(),
             line: s.line.as_ref().map(Into::into),
+            repeatability: s.repeatability.as_ref().map(|q| RepeatabilityEntry {
+                value: q.value,
+                sigma: q.combined_u(),
+                dof: q.effective_dof(),
+                expanded_u: q.expanded_u(),
+            }),
         }
     }
 }

@@ -20,6 +20,12 @@ pub fn basis(basis: &Basis) -> String {
         Basis::Misalignment { half_width_deg } => {
             format!("cosine of up to {half_width_deg}° between sensitive axis and platform axis; its mean is corrected")
         }
+        Basis::GSensitivityHalfWidth { half_width_deg_s_g } => {
+            format!("output per acceleration across the axis, ± {half_width_deg_s_g} °/s/g")
+        }
+        Basis::ThermometerReading { half_width_K } => format!("half-width {half_width_K} K at the temperature of the value"),
+        Basis::TurnHalfWidth { half_width_deg } => format!("half-width {half_width_deg}° of an angle turned by hand"),
+        Basis::Positions { count } => format!("scatter of {count} positions"),
         Basis::TimeStampStep => "time stamps of the device in steps of 25 µs, from which the stand computes the age of a sample".into(),
         Basis::EncoderQuantisation => "one count at each end of a plateau".into(),
         Basis::WindowScatter { window_s } => format!("scatter of windows of {} ms", window_s * 1e3),
@@ -46,7 +52,7 @@ pub fn basis(basis: &Basis) -> String {
         }
         Basis::OutputError => "output error over all rows, autocorrelation considered".into(),
         Basis::OutputErrorRatio => "J/K by output error".into(),
-        Basis::FullyCorrelatedParameters => "uncertainties of the parameters, added as if fully correlated".into(),
+        Basis::CorrelatedParameters => "uncertainties of the fitted parameters with their correlation".into(),
         Basis::ModelFit => "parameter of the fitted model".into(),
         Basis::ModelFitOnRipple => "parameter of the fitted model, acting through the ripple of the rate".into(),
     }
@@ -72,16 +78,26 @@ pub fn meaning(meaning: &Meaning) -> String {
         Meaning::BiasWithoutEarthRate => "without the Earth rate along the axis".into(),
         Meaning::BiasWithEarthRate => "includes the Earth rate along the axis; known.latitude_deg removes it".into(),
         Meaning::Nonlinearity => {
-            "greatest departure of the curve from its least-squares line, at one end of ± full scale; always positive, also for noise alone"
+            "greatest departure of the curve from its least-squares line, at one end of ± full scale; always positive, also for noise alone; at the axis: \
+             the bound for g-sensitivity is in the budget"
                 .into()
         }
         Meaning::Quadratic => {
             "includes g-sensitivity, because the centripetal acceleration is proportional to Ω²; a second radius separates both".into()
         }
         Meaning::Hysteresis => "approached from below minus from above".into(),
-        Meaning::Asymmetry => "slope at positive minus slope at negative rates".into(),
+        Meaning::Asymmetry => {
+            "slope at positive minus slope at negative rates, of two lines that meet at rest; at the axis: the bound for g-sensitivity is in the budget".into()
+        }
         Meaning::Repeatability => "standard deviation of a repeated plateau".into(),
-        Meaning::WholeTurnScale => "by the integral over whole turns, independent of the plateaus".into(),
+        Meaning::WholeTurnScale { greatest_rad_s } => format!(
+            "by the integral over whole turns, independent of the plateaus: the mean scale over runs from rest to ± {} rad/s",
+            plain(*greatest_rad_s, 3)
+        ),
+        Meaning::InRunStability { averaging_s, rest_s } => format!(
+            "smallest Allan deviation of {rest_s:.0} s at rest, at an averaging time of {} s; an upper bound of the bias instability",
+            plain(*averaging_s, 2)
+        ),
         Meaning::RateDeadBand => "half-width: rates within ± this value give no output".into(),
         Meaning::Threshold => "smallest rate that one plateau distinguishes from rest".into(),
         Meaning::Bandwidth { structure: found, extrapolated_beyond_Hz } => {
@@ -96,7 +112,11 @@ pub fn meaning(meaning: &Meaning) -> String {
             )
         }
         Meaning::Damping { known_filter_Hz } => format!("damping ratio of the pair of poles{}", known_filter(*known_filter_Hz)),
-        Meaning::DynamicScale => "scale extrapolated to frequency zero".into(),
+        Meaning::DynamicScale { mean_rad_s, amplitude_rad_s } => format!(
+            "slope extrapolated to frequency zero for a sine of {} rad/s about {} rad/s; the slope of a nonlinear device depends on both",
+            plain(*amplitude_rad_s, 3),
+            plain(*mean_rad_s, 3)
+        ),
         Meaning::BiasTemperature => "at rest while the device under test warms".into(),
         Meaning::ScaleTemperature => "relative change of the scale".into(),
         Meaning::GSensitivityByTilt => "amplitude over a turn on the tilted stand, per g across the axis".into(),
@@ -108,6 +128,11 @@ pub fn meaning(meaning: &Meaning) -> String {
         Meaning::ElementRadius => "radius of the sensing element at the first mounting".into(),
         Meaning::ScaleAtGivenRadius => "for the given radius; a second radius separates scale and radius".into(),
         Meaning::RadiusAtUnitScale => "for a scale of 1; a second radius separates scale and radius".into(),
+        Meaning::HandScale => "by the integral over turns about this axis".into(),
+        Meaning::HandCrossAxis => "output of this axis by the input of the other, per unit: scale times misalignment, rad".into(),
+        Meaning::TumbleK0 => "output without specific force: K₀ K₁ of the model equation".into(),
+        Meaning::TumbleK1 => "output per specific force".into(),
+        Meaning::TumbleK2 => "output per square of the specific force".into(),
         Meaning::MountingAngle => "from outward to the sensor's x axis, positive towards the motion".into(),
         Meaning::AccelerometerBias => "without the gravity of a tilted stand, which is periodic in the angle".into(),
         Meaning::BlindRate { window_s } => {
@@ -151,6 +176,7 @@ pub fn absence(reason: &AbsenceReason) -> String {
             let lost = if *incomplete > 0 { format!("; {incomplete} had lost rows") } else { String::new() };
             format!("needs three complete runs of whole turns or more, of both signs (profile turns){lost}")
         }
+        AbsenceReason::NeedsRest => "needs a log at rest of 7 s or more".into(),
         AbsenceReason::NeedsSmallRates => {
             "needs a staircase of small rates (below 5 % of the greatest) at which the platform turns evenly, with eight plateaus or more"
                 .into()
@@ -208,6 +234,15 @@ pub(super) fn remark(remark: &Remark) -> String {
         Remark::IncompleteTurns { left_out, total } => {
             format!("{left_out} of {total} runs of whole turns have lost rows and are left out.")
         }
+        Remark::Clipped { step, limit_rad_s, rows } => format!(
+            "Step `{step}` is left out: the output of the device stays at its limit of {} rad/s in {rows} rows while the rate goes on.",
+            plain(*limit_rad_s, 4)
+        ),
+        Remark::BeyondFullScale { step, greatest_rad_s, full_scale_rad_s } => format!(
+            "Step `{step}` is left out of the dynamic results: its rates reach {} rad/s, beyond the full scale of {} rad/s of the static characteristic.",
+            plain(*greatest_rad_s, 3),
+            plain(*full_scale_rad_s, 3)
+        ),
         Remark::SquareOfRate => {
             "An accelerometer at a radius measures the square of the rate: no sign, and no sensitivity near rest.".into()
         }

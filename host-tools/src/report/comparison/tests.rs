@@ -91,6 +91,7 @@ fn result(model: &Model, log: &Log, rms: f64) -> FitResult {
     };
     FitResult {
         sigmas: vec![1.3e-6, 2.1e-4, 0.0, 4e-6, 0.0],
+        covariance: nalgebra::DMatrix::zeros(5, 5),
         parameters,
         initial_states: InitialStates { kinds: vec![], values: vec![], prior: vec![], prior_sigma: vec![] },
         channels: vec![fit(Channel::Rate, rms, Some(0.33), 0.021, residual), fit(Channel::Angle, f64::NAN, None, 0.001, angle)],

@@ -21,6 +21,7 @@ fn fitted(model: &Model, factors: [f64; 4]) -> FitResult {
     };
     FitResult {
         sigmas: vec![0.0; parameters.list.len()],
+        covariance: nalgebra::DMatrix::zeros(parameters.list.len(), parameters.list.len()),
         parameters,
         initial_states: InitialStates { kinds: vec![], values: vec![], prior: vec![], prior_sigma: vec![] },
         channels: vec![channel(Channel::Rate), channel(Channel::Current)],

@@ -84,6 +84,8 @@ pub struct FitResult {
     pub parameters: Parameters,
     /// Standard errors of the parameters, 0 for fixed ones and for those at a bound; all 0 after a comparison.
     pub sigmas: Vec<f64>,
+    /// Covariance of the parameters; its diagonal is the square of the standard errors.
+    pub covariance: nalgebra::DMatrix<f64>,
     /// Fitted initial states.
     pub initial_states: InitialStates,
     /// The channels, in the order of the prepared log.
@@ -209,8 +211,8 @@ pub fn evaluate(system: &System, data: &PreparedLog, mut iterate: Iterate, noise
     let problem = Problem { system, data, weights: &weights };
     let all = covariance::covariance(problem, &iterate, &colours, &equations);
     let at_bound = at_bound(&iterate.parameters, &equations, &all);
-    let (sigmas, unidentifiable) = if at_bound.is_empty() {
-        (iterate.parameters.sigmas(&all.matrix), all.unidentifiable(&iterate.parameters))
+    let (covariance, unidentifiable) = if at_bound.is_empty() {
+        (iterate.parameters.full_covariance(&all.matrix), all.unidentifiable(&iterate.parameters))
     } else {
         let mut held = iterate.parameters.clone();
         for p in &mut held.list {
@@ -218,10 +220,12 @@ pub fn evaluate(system: &System, data: &PreparedLog, mut iterate: Iterate, noise
         }
         let held = Iterate::new(system, &held, data, &iterate.initial_states);
         let others = covariance::covariance(problem, &held, &colours, &held.normal_equations(&weights));
-        (held.parameters.sigmas(&others.matrix), others.unidentifiable(&held.parameters))
+        (held.parameters.full_covariance(&others.matrix), others.unidentifiable(&held.parameters))
     };
+    let sigmas = (0..covariance.nrows()).map(|k| covariance[(k, k)].max(0.0).sqrt()).collect();
     FitResult {
         sigmas,
+        covariance,
         unidentifiable,
         at_bound,
         parameters: iterate.parameters,

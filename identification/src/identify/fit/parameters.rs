@@ -200,15 +200,20 @@ impl Parameters {
         (0..free.len()).filter(outward).collect()
     }
 
-    /// Standard errors of all parameters from the covariance of the free coordinates; 0 for fixed parameters.
-    pub fn sigmas(&self, covariance: &nalgebra::DMatrix<f64>) -> Vec<f64> {
+    /// Covariance of all parameters from that of the free coordinates; 0 for fixed parameters.
+    pub fn full_covariance(&self, covariance: &nalgebra::DMatrix<f64>) -> nalgebra::DMatrix<f64> {
         let mut slopes = nalgebra::DMatrix::zeros(self.list.len(), covariance.ncols());
         for (index, &k) in self.free().iter().enumerate() {
             for (to, slope) in self.moves(k) {
                 slopes[(to, index)] += slope;
             }
         }
-        let full = &slopes * covariance * slopes.transpose();
+        &slopes * covariance * slopes.transpose()
+    }
+
+    /// Standard errors of all parameters from the covariance of the free coordinates; 0 for fixed parameters.
+    pub fn sigmas(&self, covariance: &nalgebra::DMatrix<f64>) -> Vec<f64> {
+        let full = self.full_covariance(covariance);
         (0..self.list.len()).map(|k| full[(k, k)].max(0.0).sqrt()).collect()
     }
 }

@@ -3,19 +3,21 @@
 //!
 //! Input: the [`Contribution`]s to a quantity, taken as independent of each other; correlated influences form one contribution. Output: a
 //! [`Quantity`] with u, ν, k and U in its unit. The caller supplies the types of the explanations: `B` for how a contribution was evaluated,
-//! `M` for what a quantity means.
+//! `M` for what a quantity means. Two quantities of one calibration are correlated by the influences that they have in common
+//! ([`covariance`], GUM 5.2 and F.1.2.3).
 
-mod bounded_sum;
+mod covariance;
+mod mixed;
+
+pub use covariance::{CovarianceMatrix, Loadings, covariance};
 
 use super::distributions::{normal_quantile, student_quantile};
 use serde::{Deserialize, Serialize};
 
 /// Coverage probability of expanded uncertainties.
 pub const COVERAGE_PROBABILITY: f64 = 0.95;
-/// Part of the variance that rectangular contributions must make before the coverage factor follows from their distribution.
-const MIN_BOUNDED_FRACTION: f64 = 0.05;
-/// Effective degrees of freedom below which Student's t determines the coverage factor.
-const MIN_BOUNDED_DOF: f64 = 30.0;
+/// Part of the variance below which rectangular contributions do not change the coverage factor.
+const MIN_BOUNDED_FRACTION: f64 = 1e-3;
 /// Degrees of freedom from which Student's t is replaced by the normal distribution: the quantiles agree to 1e-4.
 const NORMAL_DOF: f64 = 1e4;
 
@@ -49,12 +51,15 @@ pub struct Contribution<B> {
     pub u: f64,
     /// Unit of the influence quantity; empty for the unit of the result.
     pub unit: String,
-    /// Sensitivity coefficient, absolute: change of the result per change of the influence quantity.
+    /// Sensitivity coefficient with its sign: change of the result per change of the influence quantity. An influence that is common to two results
+    /// is correlated by the signs of both coefficients.
     pub sensitivity: f64,
     /// Degrees of freedom; infinite where the standard uncertainty is taken as known.
     pub dof: f64,
     /// Distribution of the influence quantity.
     pub distribution: Distribution,
+    /// Independent factors of a type A contribution that other quantities share: the coefficients of one fit.
+    pub loadings: Option<Loadings>,
     /// How `u` was evaluated.
     pub basis: B,
 }
@@ -70,6 +75,7 @@ impl<B> Contribution<B> {
             sensitivity: 1.0,
             dof,
             distribution: Distribution::Normal,
+            loadings: None,
             basis,
         }
     }
@@ -81,9 +87,10 @@ impl<B> Contribution<B> {
             evaluation: Evaluation::B,
             u,
             unit: unit.into(),
-            sensitivity: sensitivity.abs(),
+            sensitivity,
             dof: f64::INFINITY,
             distribution: Distribution::Normal,
+            loadings: None,
             basis,
         }
     }
@@ -95,7 +102,23 @@ impl<B> Contribution<B> {
 
     /// Contribution to the standard uncertainty of the result, |c| u, in the unit of the result.
     pub fn contribution(&self) -> f64 {
+        self.signed_contribution().abs()
+    }
+
+    /// Change of the result by one standard uncertainty of the influence quantity, c u.
+    pub fn signed_contribution(&self) -> f64 {
         self.u * self.sensitivity
+    }
+
+    /// The same influence on a result that is `factor` times this one.
+    pub fn scaled(self, factor: f64) -> Self {
+        let loadings = self.loadings.map(|l| l.scaled(factor));
+        Self { sensitivity: self.sensitivity * factor, loadings, ..self }
+    }
+
+    /// Adds the factors that it shares with other quantities.
+    pub fn with_loadings(self, loadings: Loadings) -> Self {
+        Self { loadings: Some(loadings), ..self }
     }
 }
 
@@ -117,17 +140,59 @@ pub struct Quantity<B, M> {
     pub contributions: Vec<Contribution<B>>,
     /// What the quantity means, and on which conditions it depends.
     pub meaning: Option<M>,
+    /// Conditions at which the value holds.
+    pub conditions: Conditions,
+}
+
+/// Conditions at which a value holds.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Conditions {
+    /// Temperature of the device under test, °C.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub temperature: Option<TemperatureRange>,
+    /// Wandering of the value between two measurements, which is not an error of this one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub instability: Option<Instability>,
+}
+
+/// Temperature at which a value holds, with the range over which it was measured, °C.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct TemperatureRange {
+    /// Temperature of the value.
+    #[serde(rename = "value_C")]
+    pub at_C: f64,
+    /// Smallest.
+    #[serde(rename = "lowest_C")]
+    pub low_C: f64,
+    /// Greatest.
+    #[serde(rename = "highest_C")]
+    pub high_C: f64,
+}
+
+/// In-run instability of a value: its Allan deviation, in its unit, and the time over which the value is an average, s.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Instability {
+    /// Allan deviation.
+    pub allan_deviation: f64,
+    /// Averaging time of the value, s.
+    pub averaged_s: f64,
 }
 
 impl<B, M> Quantity<B, M> {
     /// A quantity with its budget.
     pub fn new(name: &str, unit: &str, value: f64, contributions: Vec<Contribution<B>>) -> Self {
-        Self { name: name.into(), unit: unit.into(), value, contributions, meaning: None }
+        Self { name: name.into(), unit: unit.into(), value, contributions, meaning: None, conditions: Conditions::default() }
     }
 
     /// Adds the meaning.
     pub fn meaning(self, meaning: M) -> Self {
         Self { meaning: Some(meaning), ..self }
+    }
+
+    /// Adds the conditions.
+    pub fn conditions(self, conditions: Conditions) -> Self {
+        Self { conditions, ..self }
     }
 
     /// Combined standard uncertainty u_c (GUM 5.1.2).
@@ -137,22 +202,23 @@ impl<B, M> Quantity<B, M> {
 
     /// Effective degrees of freedom (Welch–Satterthwaite, GUM G.4.1); infinite where no contribution has finite degrees of freedom.
     pub fn effective_dof(&self) -> f64 {
-        let sum: f64 = self.contributions.iter().filter(|c| c.dof.is_finite()).map(|c| c.contribution().powi(4) / c.dof.max(1e-9)).sum();
-        if sum > 0.0 { self.combined_u().powi(4) / sum } else { f64::INFINITY }
+        welch_satterthwaite(self.contributions.iter())
     }
 
-    /// Coverage factor for a coverage probability: Student's t with ν truncated to an integer (GUM G.4.1). Where rectangular contributions make
-    /// more than 5 % of the variance, the factor follows from the distribution of the sum instead (JCGM 101); it is then smaller than the normal one.
+    /// Coverage factor for a coverage probability. The contributions that are not rectangular make a scaled Student distribution with their own
+    /// effective degrees of freedom; with the rectangles the factor follows from the distribution of the sum (JCGM 101, 6.4.9.2 and 6.4.2). Without
+    /// rectangles it is Student's t with ν truncated to an integer (GUM G.4.1); a single rectangle gives 1.65 for 95 %.
     pub fn coverage_factor(&self, probability: f64) -> f64 {
-        let student = coverage_factor(self.effective_dof(), probability);
-        let rectangles = self.contributions.iter().filter(|c| c.distribution == Distribution::Rectangular);
-        let half_widths: Vec<f64> = rectangles.map(|c| c.contribution() * 3_f64.sqrt()).collect();
+        let (rectangles, others): (Vec<_>, Vec<_>) = self.contributions.iter().partition(|c| c.distribution == Distribution::Rectangular);
+        let half_widths: Vec<f64> = rectangles.iter().map(|c| c.contribution() * 3_f64.sqrt()).collect();
         let bounded: f64 = half_widths.iter().map(|a| a * a / 3.0).sum();
         let u = self.combined_u();
-        if bounded < MIN_BOUNDED_FRACTION * u * u || self.effective_dof() < MIN_BOUNDED_DOF {
-            return student;
+        if !u.is_finite() || bounded <= MIN_BOUNDED_FRACTION * u * u {
+            return coverage_factor(self.effective_dof(), probability);
         }
-        bounded_sum::half_width(&half_widths, (u * u - bounded).max(0.0).sqrt(), probability) / u
+        let dof = welch_satterthwaite(others.iter().copied());
+        let scale = others.iter().map(|c| c.contribution().powi(2)).sum::<f64>().sqrt();
+        mixed::half_width(&half_widths, scale, dof, probability) / u
     }
 
     /// Expanded uncertainty U for [`COVERAGE_PROBABILITY`].
@@ -175,6 +241,7 @@ impl<B, M> Quantity<B, M> {
             sensitivity: c.sensitivity,
             dof: c.dof,
             distribution: c.distribution,
+            loadings: c.loadings.clone(),
             basis: basis(&c.basis),
         };
         Quantity {
@@ -183,8 +250,21 @@ impl<B, M> Quantity<B, M> {
             value: self.value,
             contributions: self.contributions.iter().map(contribution).collect(),
             meaning: self.meaning.as_ref().map(meaning),
+            conditions: self.conditions,
         }
     }
+}
+
+/// Effective degrees of freedom of the root sum of squares; infinite where no contribution has finite degrees of freedom.
+fn welch_satterthwaite<'c, B: 'c>(contributions: impl Iterator<Item = &'c Contribution<B>>) -> f64 {
+    let (mut variance, mut sum) = (0.0, 0.0);
+    for c in contributions {
+        variance += c.contribution().powi(2);
+        if c.dof.is_finite() {
+            sum += c.contribution().powi(4) / c.dof.max(1e-9);
+        }
+    }
+    if sum > 0.0 { variance * variance / sum } else { f64::INFINITY }
 }
 
 /// Coverage factor for `dof` degrees of freedom: Student's t.
@@ -243,6 +323,22 @@ mod tests {
         let two = Plain::new("x", "1", 0.0, vec![rectangle("a"), rectangle("b")]);
         let exact = 2.0 * (1.0 - 0.05_f64.sqrt()) / (2.0 / 3.0_f64).sqrt();
         assert!((two.coverage_factor(0.95) - exact).abs() < 2e-3, "{} {exact}", two.coverage_factor(0.95));
+    }
+
+    /// A rectangle beside a mean of four readings (ν = 3): by Monte Carlo of JCGM 101, 10⁷ draws, the 95 % half-width of a rectangle of half-width 1
+    /// plus 0.5 t₃ is 1.880 ± 0.001. The normal distribution in place of t₃ gives 1.451.
+    #[test]
+    fn degrees_of_freedom_beside_a_rectangle_count() {
+        let contributions = vec![Contribution::rectangular("clock", 1.0, "", 1.0, ()), Contribution::type_a("noise", 0.5, 3.0, ())];
+        let U = Plain::new("x", "1", 0.0, contributions).expanded_u();
+        assert!((U - 1.880).abs() < 4e-3, "{U}");
+    }
+
+    #[test]
+    fn sensitivities_keep_their_signs() {
+        let clock = Contribution::type_b("clock", 2.0, "1", -0.5, ());
+        assert_eq!((clock.sensitivity, clock.contribution(), clock.signed_contribution()), (-0.5, 1.0, -1.0));
+        assert_eq!(clock.scaled(-2.0).sensitivity, 1.0);
     }
 
     #[test]
