@@ -5,7 +5,7 @@ mod common;
 
 use common::{RunOutput, files, stand};
 use hal_sim::element::{BaseVibration, FourState, LinearElement};
-use host_tools::observer::vibration::{Correction, Measured, Period, compensate};
+use host_tools::observer::vibration::{Correction, Measured, Period, VibrationUncertainties, compensate};
 use host_tools::observer::{Kind, Plant, Poles, Request};
 use serde_json::Value;
 
@@ -157,14 +157,14 @@ fn azimuth_is_corrected_for_vibration() {
     let alpha: Vec<f64> = column("angle_sensor_V").iter().map(|volts| volts / 20.0).collect();
     let exact = Some((column("alpha_rate_rad_s"), column("beta_rate_rad_s")));
     let measured = Measured { step_s: 1e-3, alpha_rad: &alpha, gamma_rad: column("gamma_rad"), exact };
-    let found = compensate(&measured, &FourState::SET_B, &design.design().unwrap(), None).unwrap();
+    let found = compensate(&measured, &FourState::SET_B, &design.design().unwrap(), None, &VibrationUncertainties::default()).unwrap();
     let count = found.by_period.len() as f64;
     assert!(count >= 39.0, "{count}");
     let mean = |of: &dyn Fn(&Period) -> f64| found.by_period.iter().map(of).sum::<f64>() / count;
     let corrected = |correction: &Correction| found.alpha_rad - correction.with_inertia_rad;
     for (course, whole) in [
         (mean(&|p| p.alpha_rad), found.alpha_rad),
-        (mean(&|p| p.estimated_rad), corrected(&found.estimated)),
+        (mean(&|p| p.estimated_rad), corrected(&found.response_corrected)),
         (mean(&|p| p.exact_rad.unwrap()), corrected(found.exact.as_ref().unwrap())),
     ] {
         assert!((course - whole).abs() < 0.01 * found.alpha_rad.abs(), "{course} {whole}");

@@ -1,13 +1,14 @@
 //! Gyroscopes on the torquer and the angle sensor of the simulated board.
 //!
 //! [`GyroPort`] is the interface to the board. [`SingleAxis`] is a stabiliser of one axis, [`ThreeAxis`] a platform in gimbals with exact attitude
-//! kinematics, [`Campaign`] a complete measurement on it without firmware. [`earth`] is the Earth rate at a site, [`AngleSensor`] and [`Torquer`]
+//! kinematics, [`Campaign`] a complete measurement on it without firmware, [`PlatformSetup`] a session on it as rows of a log. [`earth`] is the Earth rate at a site, [`AngleSensor`] and [`Torquer`]
 //! are sensor and actuator. Angles in rad, rates in rad/s.
 
 pub mod attitude;
 pub mod campaign;
 pub mod earth;
 mod line;
+mod platform_session;
 mod sensor;
 mod single_axis;
 mod three_axis;
@@ -16,6 +17,7 @@ mod torquer;
 pub use campaign::{Campaign, Pattern};
 pub use earth::Site;
 pub use line::GyroLine;
+pub use platform_session::{PLATFORM_COLUMNS, PlatformSetup};
 pub use sensor::AngleSensor;
 pub use single_axis::{Orientation, OwnDrift, SingleAxis};
 pub use three_axis::{OneAxis, ThreeAxis};
@@ -43,6 +45,9 @@ pub fn read(text: &str) -> Result<SingleAxis, String> {
         ("sensor.gain_V_rad", gyro.sensor.gain_V_rad, 1e-6, 1e9),
         ("sensor.noise_rad", gyro.sensor.noise_rad, 0.0, 1.0),
         ("sensor.step_rad", gyro.sensor.step_rad, 0.0, 1.0),
+        ("own.flicker_rad_s", gyro.own.flicker_rad_s, 0.0, 1.0),
+        ("own.random_walk_rad_s_sqrt_s", gyro.own.random_walk_rad_s_sqrt_s, 0.0, 1.0),
+        ("own.ramp_rad_s2", gyro.own.ramp_rad_s2, -1.0, 1.0),
         ("vibration.frequency_Hz", gyro.vibration.frequency_Hz, 0.0, 1e5),
     ];
     for (name, value, least, most) in checks {
