@@ -4,7 +4,7 @@
 //! [`CoverageTable`] against the truth; the true own drift is its mean over the cycles.
 
 use crate::coverage_table::CoverageTable;
-use hal_sim::gyro::{DEG_H, Orientation, OwnDrift, SingleAxis, Site, Torquer};
+use hal_sim::gyro::{DEG_H, Orientation, OwnDrift, SingleAxis, Site};
 use hal_sim::peripherals::Noise;
 use host_tools::acquire::drift_session::{CyclePlan, DriftSessionRequest, VisitOrder, simulate};
 use host_tools::drift::measurement::SetupUncertainties;
@@ -58,13 +58,11 @@ impl DriftCase {
         };
         let azimuth = if self.four_positions { uniform(-170.0, 170.0) } else { uniform(30.0, 150.0) };
         let site = Site { latitude_rad: uniform(30.0, 75.0).to_radians(), azimuth_rad: azimuth.to_radians() };
-        let torquer = Torquer {
-            lag_s: uniform(0.5e-3, 3e-3),
-            inequality: uniform(-3e-4, 3e-4),
-            gain_inequality: uniform(-5e-3, 5e-3),
-            ..Torquer::default()
-        };
-        SingleAxis { own, site, torquer, ..SingleAxis::default() }
+        let mut gyroscope = SingleAxis::default();
+        (gyroscope.own, gyroscope.site) = (own, site);
+        let torquer = &mut gyroscope.torquer;
+        (torquer.lag_s, torquer.inequality, torquer.gain_inequality) = (uniform(0.5e-3, 3e-3), uniform(-3e-4, 3e-4), uniform(-5e-3, 5e-3));
+        gyroscope
     }
 
     fn request(&self) -> DriftSessionRequest {

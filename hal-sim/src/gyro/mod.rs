@@ -1,14 +1,13 @@
 //! Gyroscopes on the torquer and the angle sensor of the simulated board.
 //!
 //! [`GyroPort`] is the interface to the board. [`SingleAxis`] is a stabiliser of one axis, [`ThreeAxis`] a platform in gimbals with exact attitude
-//! kinematics, [`Campaign`] a complete measurement on it without firmware, [`PlatformSetup`] a session on it as rows of a log. [`earth`] is the Earth rate at a site, [`AngleSensor`] and [`Torquer`]
+//! kinematics, [`Campaign`] a complete measurement on it without firmware. [`earth`] is the Earth rate at a site, [`AngleSensor`] and [`Torquer`]
 //! are sensor and actuator. Angles in rad, rates in rad/s.
 
 pub mod attitude;
 pub mod campaign;
 pub mod earth;
 mod line;
-mod platform_session;
 mod sensor;
 mod single_axis;
 mod three_axis;
@@ -17,7 +16,6 @@ mod torquer;
 pub use campaign::{Campaign, Pattern};
 pub use earth::Site;
 pub use line::GyroLine;
-pub use platform_session::{PLATFORM_COLUMNS, PlatformSetup};
 pub use sensor::AngleSensor;
 pub use single_axis::{Orientation, OwnDrift, SingleAxis};
 pub use three_axis::{OneAxis, ThreeAxis};

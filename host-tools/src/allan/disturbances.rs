@@ -11,7 +11,7 @@
 use std::ops::Range;
 
 use super::answer::Interpretation;
-use crate::statistics::distributions::{normal_quantile, student_cdf};
+use crate::statistics::distributions::{normal_quantile, student_tail};
 use crate::statistics::least_squares::least_squares;
 use crate::statistics::robust::{MEDIAN_ABS_PER_SIGMA, median_abs};
 
@@ -209,7 +209,7 @@ pub fn transient(rows: Rows<'_>, segments: &[Range<usize>]) -> Option<Transient>
         let design: Vec<Vec<f64>> = increments.iter().map(|(place, _)| vec![1.0, (-place / share).exp()]).collect();
         let Some(fit) = least_squares(&design, &values) else { continue };
         let t = fit.coefficients[1] / fit.sigma(1);
-        let probability = 2.0 * TIME_CONSTANTS.len() as f64 * student_cdf(-t.abs(), fit.dof);
+        let probability = 2.0 * TIME_CONSTANTS.len() as f64 * student_tail(t.abs(), fit.dof);
         if probability < TRANSIENT_PROBABILITY && best.as_ref().is_none_or(|(most, _)| t.abs() > *most) {
             // Increment per block of −A exp(−t/τ): A (block/τ) exp(−t/τ).
             let span = (last - first) as f64;

@@ -106,7 +106,10 @@ pub fn check(design: &Design, request: &TransferRequest) -> Result<(), TransferE
 }
 
 /// Commands that set the observer and switch it on.
-fn commands(design: &Design, request: &TransferRequest) -> Result<Vec<String>, TransferError> {
+///
+/// # Errors
+/// As [`check`].
+pub fn commands(design: &Design, request: &TransferRequest) -> Result<Vec<String>, TransferError> {
     let discrete = design.discrete.as_ref().ok_or(TransferError::NotDiscrete)?;
     if (discrete.step_s - ROW_INTERVAL_S).abs() > 1e-12 {
         return Err(TransferError::Step(discrete.step_s));
