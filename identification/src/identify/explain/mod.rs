@@ -30,6 +30,7 @@ pub mod likelihood;
 mod motion;
 pub mod next_experiment;
 mod piecewise_linear;
+pub mod prediction_error;
 pub mod reasons;
 mod refit;
 mod refusal;

@@ -18,6 +18,7 @@ pub mod normal_equations;
 pub mod outliers;
 pub mod parameters;
 pub mod prepare;
+pub mod predictor;
 pub mod prepared_log;
 pub mod problem;
 pub mod simulate;
