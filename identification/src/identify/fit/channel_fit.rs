@@ -121,7 +121,7 @@ fn noise_floor(data: &PreparedLog, channel: usize) -> f64 {
 }
 
 /// Noise of a channel estimated from the measured series, before any fit.
-pub(super) fn noise_of_series(data: &PreparedLog, channel: usize) -> f64 {
+pub(crate) fn noise_of_series(data: &PreparedLog, channel: usize) -> f64 {
     let c = &data.channels[channel];
     let scale = if c.channel == Channel::Angle { 2f64.sqrt() } else { 1.0 };
     (noise::of_series(c.measured.iter().copied()) * scale).max(noise_floor(data, channel))

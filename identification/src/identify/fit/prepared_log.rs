@@ -140,14 +140,15 @@ impl PreparedLog<'_> {
     #[inline]
     pub fn target(&self, channel: usize, row: usize, segment_begin: usize) -> Option<f64> {
         let c = &self.channels[channel];
-        if c.outliers.as_ref().is_some_and(|outliers| outliers[row]) {
+        let outlier = |row: usize| c.outliers.as_ref().is_some_and(|outliers| outliers[row]);
+        if outlier(row) {
             return None;
         }
         match c.channel {
             Channel::Angle if self.predictor.is_some() => Some(c.measured[row] + 0.5 * self.theta_quantum),
             Channel::Angle => {
                 let lag = self.angle_lag();
-                (row >= segment_begin + lag).then(|| c.measured[row] - c.measured[row - lag])
+                (row >= segment_begin + lag && !outlier(row - lag)).then(|| c.measured[row] - c.measured[row - lag])
             }
             _ => Some(c.measured[row]),
         }

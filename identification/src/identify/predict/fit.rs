@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use super::gain::{ChannelNoise, stationary_filter};
 use super::row_model::row_model;
+use crate::identify::fit::normal_equations::MAX_UNKNOWNS;
 use crate::identify::fit::predictor::Predictor;
 use crate::identify::fit::simulate::run;
 use crate::identify::fit::{
@@ -85,6 +86,11 @@ impl<'s, 'a> Prediction<'s, 'a> {
             ChannelNoise { white, coloured: None }
         });
         noise.collect()
+    }
+
+    /// Standard deviation of the noise of each channel as a free run compares it, from its series.
+    pub fn series_noise(&self) -> Vec<f64> {
+        (0..self.data.channels.len()).map(|c| fit::channel_fit::noise_of_series(&self.data, c)).collect()
     }
 
     /// Density that moves the rate from row to row as much as it moves in the log; `None` where neither rate nor angle moves.
@@ -185,7 +191,7 @@ impl<'s, 'a> Prediction<'s, 'a> {
 
     /// White noise with which the variance of each channel's innovations is that of the filter, where the likelihood rises by it. Only channels of whose
     /// variance the white noise is at least `min_part`: where the random torque is too large, the rest would be taken from the noise.
-    fn match_white_noise(&self, best: &mut PredictionFit, min_part: f64) {
+    pub fn match_white_noise(&self, best: &mut PredictionFit, min_part: f64) {
         let (_, mean_squares) = self.innovations(&best.parameters, &best.initial_states, &best.predictor);
         let mut noise = best.noise.clone();
         for (c, channel) in noise.channels.iter_mut().enumerate() {
@@ -221,6 +227,9 @@ impl<'s, 'a> Prediction<'s, 'a> {
             let kinds = initial_state_kinds(&self.system.rig::<f64>(parameters, data.driven), &data);
             starting_states(&kinds, &data, parameters, self.system)
         });
+        if parameters.free().len() + states.kinds.len() > MAX_UNKNOWNS {
+            return None;
+        }
         let (minus_2_ln_likelihood, _) = self.innovations(parameters, &states, &predictor);
         Some(PredictionFit { parameters: parameters.clone(), initial_states: states, noise, minus_2_ln_likelihood, predictor })
     }

@@ -7,8 +7,11 @@ use drive_model::ParameterKind;
 use super::colour;
 use super::free_form::{self, ScoredForm};
 use super::model::PredictedModel;
+use super::recorded::{Recorded, min_gain};
 use super::screen::Screened;
 use crate::identify::explain::piecewise_linear::PiecewiseLinear;
+use crate::identify::explain::reasons::Refusal;
+use crate::identify::explain::refusal::unphysical;
 use crate::identify::explain::trial::Trial;
 use crate::identify::fit::{Iterate, Parameter, Parameters, PreparedLog, System};
 use crate::identify::predict::PredictionFit;
@@ -16,19 +19,21 @@ use crate::identify::predict::fit::Prediction;
 
 /// What a model is extended by.
 #[derive(Debug, Clone)]
-pub enum Extension {
+pub enum Extension<'a> {
     /// An effect of the catalogue.
     Effect(Trial),
     /// A free form.
     FreeForm(PiecewiseLinear),
-    /// Coloured noise of a channel (index).
-    Colour(usize),
+    /// Coloured noise of sensors.
+    Colour,
+    /// A convention by which the log may have been recorded.
+    Recorded(Box<Recorded<'a>>),
 }
 
 /// An extension, fitted with a model.
-pub struct Candidate {
+pub struct Candidate<'a> {
     /// The extension.
-    pub extension: Extension,
+    pub extension: Extension<'a>,
     /// The model with it.
     pub system: System,
     /// Positions of its own parameters.
@@ -43,6 +48,8 @@ pub struct Candidate {
     pub penalty: f64,
     /// BIC with it minus BIC without it.
     pub delta_bic: f64,
+    /// Why it cannot be the explanation, whatever its gain.
+    pub refused: Option<Refusal>,
 }
 
 /// Steps at the random torque of the model to which an effect is added.
@@ -52,9 +59,9 @@ const MIN_CHI2_PART: f64 = 5e-4;
 /// Fractions of the predicted step that are tried, the largest first, until the likelihood rises.
 const STEP_FRACTIONS: [f64; 4] = [1.0, 0.3, 0.1, 0.03];
 
-impl Candidate {
+impl<'a> Candidate<'a> {
     /// An effect fitted at the random torque of the model to which it is added.
-    pub fn effect(base: &PredictedModel, screened: &Screened, penalty: f64) -> Option<Self> {
+    pub fn effect(base: &PredictedModel<'a>, screened: &Screened, penalty: f64) -> Option<Self> {
         let fitted = &base.fitted;
         let trial = &screened.trial;
         let (system, parameters, own) = fitted.with(trial, &trial.fitted);
@@ -104,7 +111,7 @@ impl Candidate {
     }
 
     /// A free form fitted at the random torque of the model to which it is added.
-    pub fn free_form(base: &PredictedModel, form: &ScoredForm, number: usize, penalty: f64) -> Option<Self> {
+    pub fn free_form(base: &PredictedModel<'a>, form: &ScoredForm, number: usize, penalty: f64) -> Option<Self> {
         let fitted = &base.fitted;
         let (mut system, mut parameters) = (fitted.system.clone(), fitted.fit.parameters.clone());
         let own = free_form::append(&mut system, &mut parameters, &form.law, number);
@@ -126,30 +133,38 @@ impl Candidate {
         Some(Candidate::new(base, Extension::FreeForm(form.law.clone()), system.clone(), own, end, penalty))
     }
 
-    /// Coloured noise of a channel.
-    pub fn colour(base: &PredictedModel, channel: usize, penalty: f64) -> Option<Self> {
-        let end = colour::with_colour(base, channel)?;
+    /// Coloured noise of some channels.
+    pub fn colour(base: &PredictedModel<'a>, channels: &[usize], penalty: f64) -> Option<Self> {
+        let end = colour::with_colour(base, channels)?;
         let n = end.parameters.list.len();
-        let mut found = Candidate::new(base, Extension::Colour(channel), base.fitted.system.clone(), n..n, end, penalty);
+        let mut found = Candidate::new(base, Extension::Colour, base.fitted.system.clone(), n..n, end, penalty);
         found.sigmas = found.standard_errors(base);
         Some(found)
     }
 
-    fn new(base: &PredictedModel, extension: Extension, system: System, own: Range<usize>, prediction: PredictionFit, penalty: f64) -> Self {
+    /// A convention of the recording.
+    pub fn recorded(base: &PredictedModel<'a>, recorded: Recorded<'a>) -> Self {
+        let n = recorded.prediction.parameters.list.len();
+        let (system, end, penalty) = (base.fitted.system.clone(), recorded.prediction.clone(), min_gain(base.samples()));
+        Candidate::new(base, Extension::Recorded(Box::new(recorded)), system, n..n, end, penalty)
+    }
+
+    fn new(base: &PredictedModel<'a>, extension: Extension<'a>, system: System, own: Range<usize>, prediction: PredictionFit, penalty: f64) -> Self {
         let gain = base.prediction.minus_2_ln_likelihood - prediction.minus_2_ln_likelihood;
-        Candidate { extension, system, own, prediction, sigmas: Vec::new(), gain, penalty, delta_bic: penalty - gain }
+        Candidate { extension, system, own, prediction, sigmas: Vec::new(), gain, penalty, delta_bic: penalty - gain, refused: None }
     }
 
     /// The data as the candidate needs them.
-    fn data<'b, 'a>(&self, base: &'b PredictedModel<'a>) -> std::borrow::Cow<'b, PreparedLog<'a>> {
+    fn data<'b>(&'b self, base: &'b PredictedModel<'a>) -> std::borrow::Cow<'b, PreparedLog<'a>> {
         match &self.extension {
             Extension::Effect(trial) => base.fitted.data_for(trial),
+            Extension::Recorded(recorded) => std::borrow::Cow::Borrowed(&recorded.data),
             _ => std::borrow::Cow::Borrowed(&base.fitted.data),
         }
     }
 
     /// The candidate with its own random torque and noise.
-    pub fn with_own_noise(self, base: &PredictedModel) -> Self {
+    pub fn with_own_noise(self, base: &PredictedModel<'a>) -> Self {
         let data = self.data(base);
         let prediction = Prediction::new(&self.system, &data);
         let mut begin = self.prediction.clone();
@@ -165,10 +180,13 @@ impl Candidate {
         let begin = prediction.at(&begin.parameters, Some(begin.initial_states), begin.noise);
         let ends = [begin, Some(self.prediction.clone())].into_iter().flatten().filter_map(|begin| prediction.fit(begin));
         let best = ends.min_by(|a, b| a.minus_2_ln_likelihood.total_cmp(&b.minus_2_ln_likelihood));
-        let end = best.unwrap_or(self.prediction);
+        let end = best.unwrap_or_else(|| self.prediction.clone());
         drop(data);
         let mut all = Candidate::new(base, self.extension, self.system, self.own, end, self.penalty);
         all.sigmas = all.standard_errors(base);
+        if let Extension::Effect(trial) = &all.extension {
+            all.refused = unphysical(&base.fitted, trial.card, &all.prediction.parameters, &all.sigmas, &all.own);
+        }
         all
     }
 
@@ -177,7 +195,7 @@ impl Candidate {
         matches!(&self.extension, Extension::Effect(trial) if trial.is_expensive())
     }
 
-    fn standard_errors(&self, base: &PredictedModel) -> Vec<f64> {
+    fn standard_errors(&self, base: &PredictedModel<'a>) -> Vec<f64> {
         let data = Prediction::new(&self.system, &self.data(base)).following(&self.prediction.predictor);
         let weights: Vec<f64> = self.prediction.predictor.innovation_variances.iter().map(|s| 1.0 / s).collect();
         let p = &self.prediction;

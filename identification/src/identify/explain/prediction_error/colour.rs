@@ -49,11 +49,25 @@ fn mean_correlation(residual: &[f64]) -> (f64, f64) {
     ((1..=LAGS).map(correlation).sum::<f64>() / (LAGS as f64).sqrt(), n)
 }
 
-/// The model with coloured noise in a channel, fitted; `None` where it is not finite.
-pub fn with_colour(base: &PredictedModel, channel: usize) -> Option<PredictionFit> {
+/// The model with coloured noise in some channels, fitted; `None` where it is not finite.
+pub fn with_colour(base: &PredictedModel, channels: &[usize]) -> Option<PredictionFit> {
     let fitted = &base.fitted;
     let prediction = Prediction::new(&fitted.system, &fitted.data);
-    let p = &base.prediction;
+    let mut best = base.prediction.clone();
+    for &channel in channels {
+        best = with_colour_of(&prediction, &best, channel)?;
+    }
+    prediction.refine(&mut best);
+    // The random torque may have taken the place of the noise.
+    let lowered = prediction.lower(best.clone()).map(|mut p| {
+        prediction.refine(&mut p);
+        p
+    });
+    [Some(best), lowered].into_iter().flatten().min_by(|a, b| a.minus_2_ln_likelihood.total_cmp(&b.minus_2_ln_likelihood))
+}
+
+/// A fit with coloured noise in a channel, its time and size on a grid, then refined; the parameters stay.
+fn with_colour_of(prediction: &Prediction, p: &PredictionFit, channel: usize) -> Option<PredictionFit> {
     let sigma = p.predictor.innovation_variances[channel].sqrt();
     let at = |times: f64, size: f64| {
         let mut noise = p.noise.clone();
@@ -64,26 +78,18 @@ pub fn with_colour(base: &PredictedModel, channel: usize) -> Option<PredictionFi
         prediction.at(&p.parameters, Some(p.initial_states.clone()), noise)
     };
     let tried = TIMES_ROWS.iter().flat_map(|t| SIZES.iter().map(move |s| (*t, *s)));
-    let (mut best, _) = tried.filter_map(|(t, s)| Some(((t, s), at(t, s)?))).min_by(|a, b| {
-        a.1.minus_2_ln_likelihood.total_cmp(&b.1.minus_2_ln_likelihood)
-    })?;
-    let cost = |(t, s): (f64, f64)| at(t, s).map_or(f64::INFINITY, |p| p.minus_2_ln_likelihood);
-    let mut least = cost(best);
+    let (mut best, mut fit) = tried
+        .filter_map(|(t, s)| Some(((t, s), at(t, s)?)))
+        .min_by(|a, b| a.1.minus_2_ln_likelihood.total_cmp(&b.1.minus_2_ln_likelihood))?;
     for factor in REFINEMENTS {
         for (ft, fs) in [(factor, 1.0), (1.0 / factor, 1.0), (1.0, factor), (1.0, 1.0 / factor)] {
             let next = (best.0 * ft, best.1 * fs);
-            let found = cost(next);
-            if found < least {
-                (best, least) = (next, found);
+            if let Some(found) = at(next.0, next.1)
+                && found.minus_2_ln_likelihood < fit.minus_2_ln_likelihood
+            {
+                (best, fit) = (next, found);
             }
         }
     }
-    let mut end = at(best.0, best.1)?;
-    prediction.refine(&mut end);
-    // The random torque may have taken the place of the noise.
-    let lowered = prediction.lower(end.clone()).map(|mut p| {
-        prediction.refine(&mut p);
-        p
-    });
-    [Some(end), lowered].into_iter().flatten().min_by(|a, b| a.minus_2_ln_likelihood.total_cmp(&b.minus_2_ln_likelihood))
+    Some(fit)
 }

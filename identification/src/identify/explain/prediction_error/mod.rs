@@ -8,8 +8,11 @@
 //! * [`search`]: a beam of models; add, compare, remove what is not needed.
 
 mod candidate;
-pub mod explore;
+mod colour;
+mod free_form;
+pub mod explanation;
 mod model;
 mod orders;
+mod recorded;
 mod screen;
 mod search;

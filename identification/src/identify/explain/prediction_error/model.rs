@@ -6,6 +6,7 @@ use crate::identify::fit::{self, Iterate, Parameters, PreparedLog, System};
 use crate::identify::predict::PredictionFit;
 use crate::identify::predict::adjoint::{self, Gradient};
 use crate::identify::predict::fit::Prediction;
+use crate::identify::predict::gain::stationary_filter;
 use crate::identify::predict::row_model::row_model;
 use crate::model::{Channel, Model};
 
@@ -38,16 +39,29 @@ impl<'a> PredictedModel<'a> {
         Some(adjoint::gradient(&model, &self.prediction.predictor, &fitted.data, &residuals, rests))
     }
 
-    /// Number of fitted innovations.
-    pub fn samples(&self) -> f64 {
-        let data = &self.fitted.data;
-        let fitted = |residual: &[f64]| residual.iter().enumerate().filter(|(row, r)| r.is_finite() && !data.held_out(*row)).count();
-        self.fitted.fit.channels.iter().map(|c| fitted(&c.residual) as f64).sum()
+    /// Fall of −2 ln L if nothing were left of the random torque: Σ n ln(S/S₀), with the variance S of a channel's innovations and S₀ without random torque.
+    pub fn random_torque_excess(&self) -> f64 {
+        let (fitted, p) = (&self.fitted, &self.prediction);
+        let prediction = Prediction::new(&fitted.system, &fitted.data);
+        let without = || {
+            let model = row_model(&fitted.system, &p.parameters, &fitted.data)?;
+            stationary_filter(&model, prediction.smallest_density(&p.parameters)?, &p.noise.channels)
+        };
+        let Some(without) = without() else { return 0.0 };
+        let variances = p.predictor.innovation_variances.iter().zip(&without.innovation_variances);
+        let rows = (0..fitted.fit.channels.len()).map(|c| self.rows(c));
+        variances.zip(rows).map(|((s, s0), n)| n * (s / s0).ln()).sum::<f64>().max(0.0)
     }
 
-    /// Bayesian information criterion: −2 ln L + k ln n (Schwarz, Ann. Stat. 6 (1978) 461), up to a constant of the log.
-    pub fn bic(&self) -> f64 {
-        let parameters = self.fitted.free_parameters() + self.prediction.noise.extra_parameters();
-        self.prediction.minus_2_ln_likelihood + parameters as f64 * self.samples().ln()
+    /// Number of fitted innovations of a channel.
+    fn rows(&self, channel: usize) -> f64 {
+        let data = &self.fitted.data;
+        let residual = &self.fitted.fit.channels[channel].residual;
+        residual.iter().enumerate().filter(|(row, r)| r.is_finite() && !data.held_out(*row)).count() as f64
+    }
+
+    /// Number of fitted innovations.
+    pub fn samples(&self) -> f64 {
+        (0..self.fitted.fit.channels.len()).map(|c| self.rows(c)).sum()
     }
 }

@@ -23,6 +23,10 @@ const MAX_ENCODER_ORDER: usize = 8;
 const MAX_PHASE_PER_ROW_RAD: f64 = 4.0 * std::f64::consts::PI;
 /// Orders of a source that are screened exactly.
 const ORDERS: usize = 4;
+/// Orders of the encoder that are screened exactly.
+const ENCODER_ORDERS: usize = 2;
+/// Orders of an encoder that is mounted off its centre or tilted: always screened.
+const MOUNTING_ORDERS: [u32; 2] = [1, 2];
 /// Orders on either side that give the level of noise.
 const NEIGHBOURS: usize = 12;
 
@@ -65,7 +69,13 @@ pub fn search_orders(base: &PredictedModel, gradient: &Gradient) -> HarmonicOrde
         _ => Vec::new(),
     };
     let encoder = match channel(Channel::Angle) {
-        Some(c) => best(&powers(theta, |row| gradient.readings[c][row], MAX_ENCODER_ORDER), &known(HarmonicSource::Encoder), 2),
+        Some(c) => {
+            let known = known(HarmonicSource::Encoder);
+            let mut orders = best(&powers(theta, |row| gradient.readings[c][row], MAX_ENCODER_ORDER), &known, ENCODER_ORDERS);
+            let mounting = MOUNTING_ORDERS.into_iter().filter(|n| !known.contains(n) && !orders.contains(n));
+            orders.extend(mounting.collect::<Vec<_>>());
+            orders
+        }
         None => Vec::new(),
     };
     HarmonicOrders::new(torque_orders, motor_constant, encoder)

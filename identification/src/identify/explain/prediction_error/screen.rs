@@ -20,6 +20,7 @@ pub struct Screened {
 }
 
 /// All trials beside a model, the best first, and the effects that the logs cannot show.
+#[derive(Default)]
 pub struct Screening {
     /// The trials.
     pub trials: Vec<Screened>,
