@@ -15,7 +15,7 @@ use crate::identify::explain::refusal::unphysical;
 use crate::identify::explain::trial::Trial;
 use crate::identify::fit::{Iterate, Parameter, Parameters, PreparedLog, System};
 use crate::identify::predict::PredictionFit;
-use crate::identify::predict::fit::Prediction;
+use crate::identify::predict::fit::{NoiseModel, Prediction};
 
 /// What a model is extended by.
 #[derive(Debug, Clone)]
@@ -163,8 +163,19 @@ impl<'a> Candidate<'a> {
         }
     }
 
-    /// The candidate with its own random torque and noise.
+    /// The candidate with its own random torque and noise. An expensive one is fitted to an excerpt first, and to the whole log only where it is better there.
     pub fn with_own_noise(self, base: &PredictedModel<'a>) -> Self {
+        let end = if self.is_expensive() { self.fitted_by_excerpt(base) } else { self.fitted(base) };
+        let Some(end) = end else { return self };
+        let mut all = Candidate::new(base, self.extension, self.system, self.own, end, self.penalty);
+        all.sigmas = all.standard_errors(base);
+        if let Extension::Effect(trial) = &all.extension {
+            all.refused = unphysical(&base.fitted, trial.card, &all.prediction.parameters, &all.sigmas, &all.own);
+        }
+        all
+    }
+
+    fn fitted(&self, base: &PredictedModel<'a>) -> Option<PredictionFit> {
         let data = self.data(base);
         let prediction = Prediction::new(&self.system, &data);
         let mut begin = self.prediction.clone();
@@ -174,20 +185,30 @@ impl<'a> Candidate<'a> {
                 noise.white = first.white;
             }
         }
-        if self.is_expensive() {
-            begin.noise.torque_density = prediction.largest_density(&begin.parameters).unwrap_or(begin.noise.torque_density);
-        }
         let begin = prediction.at(&begin.parameters, Some(begin.initial_states), begin.noise);
         let ends = [begin, Some(self.prediction.clone())].into_iter().flatten().filter_map(|begin| prediction.fit(begin));
-        let best = ends.min_by(|a, b| a.minus_2_ln_likelihood.total_cmp(&b.minus_2_ln_likelihood));
-        let end = best.unwrap_or_else(|| self.prediction.clone());
-        drop(data);
-        let mut all = Candidate::new(base, self.extension, self.system, self.own, end, self.penalty);
-        all.sigmas = all.standard_errors(base);
-        if let Extension::Effect(trial) = &all.extension {
-            all.refused = unphysical(&base.fitted, trial.card, &all.prediction.parameters, &all.sigmas, &all.own);
+        ends.min_by(|a, b| a.minus_2_ln_likelihood.total_cmp(&b.minus_2_ln_likelihood))
+    }
+
+    fn fitted_by_excerpt(&self, base: &PredictedModel<'a>) -> Option<PredictionFit> {
+        let excerpt = base.fitted.excerpt();
+        let noise = |prediction: &Prediction| {
+            let torque_density = prediction.largest_density(&self.prediction.parameters)?;
+            Some(NoiseModel { torque_density, channels: prediction.first_noise() })
+        };
+        let short = Prediction::new(&self.system, &excerpt);
+        let there = short.fit(short.at(&self.prediction.parameters, None, noise(&short)?)?)?;
+        let without = Prediction::new(&base.fitted.system, &excerpt);
+        let without = without.at(&base.prediction.parameters, None, base.prediction.noise.clone())?;
+        if without.minus_2_ln_likelihood - there.minus_2_ln_likelihood < self.penalty {
+            return None;
         }
-        all
+        let data = self.data(base);
+        let whole = Prediction::new(&self.system, &data);
+        let begin = whole.at(&there.parameters, None, there.noise)?;
+        let mut end = whole.lower(begin)?;
+        whole.refine(&mut end);
+        Some(end)
     }
 
     /// Its simulation takes many steps per row.

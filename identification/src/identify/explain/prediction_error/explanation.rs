@@ -231,7 +231,7 @@ fn verdict(search: &mut Search, best: &Node) -> (Verdict, Vec<Shape>) {
         return (adequate, Vec::new());
     }
     let shape = best_shape(&best.model, last);
-    if shape.is_none() && !has_random_torque(&best.model) {
+    if shape.is_none() && !best.model.has_random_torque() {
         search.remarks.extend(adequacy::coloured_noise(last));
         return (adequate, Vec::new());
     }
@@ -252,14 +252,6 @@ fn verdict(search: &mut Search, best: &Node) -> (Verdict, Vec<Shape>) {
     }
     (Verdict::UnknownStructure, shapes)
 }
-
-/// A random torque makes the innovations clearly more likely than none: by more than the accuracy of the simulation.
-fn has_random_torque(model: &PredictedModel) -> bool {
-    model.random_torque_excess() > MIN_RANDOM_TORQUE_PART * model.samples()
-}
-
-/// Part of the innovations' variance above which a random torque is more than the error of the simulation: 0.5 % of the rms.
-const MIN_RANDOM_TORQUE_PART: f64 = 0.01;
 
 /// The most likely free form or oscillation beside the final model, where it is clearly more likely than the model.
 fn best_shape(base: &PredictedModel, last: &FittedModel) -> Option<Shape> {

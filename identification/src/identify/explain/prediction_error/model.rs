@@ -53,6 +53,11 @@ impl<'a> PredictedModel<'a> {
         variances.zip(rows).map(|((s, s0), n)| n * (s / s0).ln()).sum::<f64>().max(0.0)
     }
 
+    /// A random torque makes the innovations clearly more likely than none: by more than the accuracy of the simulation.
+    pub fn has_random_torque(&self) -> bool {
+        self.random_torque_excess() > MIN_RANDOM_TORQUE_PART * self.samples()
+    }
+
     /// Number of fitted innovations of a channel.
     fn rows(&self, channel: usize) -> f64 {
         let data = &self.fitted.data;
@@ -65,3 +70,6 @@ impl<'a> PredictedModel<'a> {
         (0..self.fitted.fit.channels.len()).map(|c| self.rows(c)).sum()
     }
 }
+
+/// Part of the innovations' variance above which a random torque is more than the error of the simulation: 0.5 % of the rms.
+const MIN_RANDOM_TORQUE_PART: f64 = 0.01;

@@ -1,6 +1,8 @@
 //! Beam search: the best models are each extended by the best effects, and by coloured noise of a sensor; the best of all extensions are kept, until nothing
 //! improves BIC clearly. Then each added effect that the model no longer needs is removed.
 
+use rayon::prelude::*;
+
 use super::candidate::{Candidate, Extension};
 use super::explanation::free_run;
 use super::colour::coloured_channels;
@@ -18,7 +20,7 @@ use crate::identify::predict::fit::{NoiseModel, Prediction};
 use crate::model::Model;
 
 /// Models that are kept at each step.
-const BEAM: usize = 3;
+const BEAM: usize = 2;
 /// Effects that are fitted beside each model.
 const REFITTED: usize = 6;
 /// Effects of these that are fitted with a random torque of their own.
@@ -83,6 +85,11 @@ impl<'a> Node<'a> {
         Some(PredictedModel::new(fitted.context, &model, system, prediction.parameters.clone(), &fitted.data, prediction))
     }
 
+    /// Only white noise is left: no other model can be much better.
+    fn is_complete(&self) -> bool {
+        !self.model.has_random_torque() && coloured_channels(&self.model).is_empty()
+    }
+
     /// What the model leaves may come from what the input did between its samples: an effect that fits better may imitate it.
     fn is_limited_by_input(&self) -> bool {
         let fitted = &self.model.fitted;
@@ -124,17 +131,25 @@ fn candidates<'a>(node: &Node<'a>) -> (Screening, Vec<Candidate<'a>>) {
     let base = &node.model;
     let screening = Screening::of(base);
     let n = base.samples();
-    let mut list: Vec<Candidate<'a>> =
-        screening.best(REFITTED).into_iter().filter_map(|s| Candidate::effect(base, s, screening.penalty(&s.trial, n))).collect();
+    let mut list: Vec<Candidate<'a>> = screening
+        .best(REFITTED)
+        .into_par_iter()
+        .filter_map(|s| Candidate::effect(base, s, screening.penalty(&s.trial, n)))
+        .collect();
     list.sort_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic));
-    let mut compared: Vec<Candidate<'a>> = Vec::new();
     let best = list.first().map_or(0.0, |c| c.delta_bic);
-    for (k, candidate) in list.into_iter().enumerate() {
-        let close = candidate.is_expensive() || (k < COMPARED && candidate.delta_bic <= MIN_COMPARED_FRACTION * best);
-        compared.push(if close { candidate.with_own_noise(base) } else { candidate });
-    }
+    let mut compared: Vec<Candidate<'a>> = list
+        .into_par_iter()
+        .enumerate()
+        .map(|(k, candidate)| {
+            let close = candidate.is_expensive() || (k < COMPARED && candidate.delta_bic <= MIN_COMPARED_FRACTION * best);
+            if close { candidate.with_own_noise(base) } else { candidate }
+        })
+        .collect();
     let colour_penalty = 2.0 * n.ln() + 2.0 * (base.fitted.data.channels.len() as f64).ln();
-    compared.extend(conventions(base).into_iter().map(|recorded| Candidate::recorded(base, recorded)));
+    if !node.is_complete() {
+        compared.extend(conventions(base).into_iter().map(|recorded| Candidate::recorded(base, recorded)));
+    }
     let coloured = coloured_channels(base);
     if !coloured.is_empty() {
         compared.extend(Candidate::colour(base, &coloured, coloured.len() as f64 * colour_penalty));
@@ -232,7 +247,12 @@ pub fn search<'a>(given: PredictedModel<'a>, progress: &(dyn Fn(&Progress) + Syn
             }
         }
         match kept.first() {
-            Some(child) if child.delta_bic < best - MIN_BIC_IMPROVEMENT => beam = kept,
+            Some(child) if child.delta_bic < best - MIN_BIC_IMPROVEMENT => {
+                if child.is_complete() {
+                    kept.truncate(1);
+                }
+                beam = kept;
+            }
             _ => break,
         }
     }
