@@ -7,6 +7,7 @@ pub mod evaluation;
 pub mod explain;
 pub mod explain_logs;
 pub mod fit;
+pub mod predict;
 pub mod recording_conventions;
 pub mod residual;
 pub mod series;

@@ -12,19 +12,24 @@ use crate::model::{Channel, Input};
 /// χ²/n of the worst channel above which conventions are tried: rms 4 % above the noise.
 const MIN_CHI2_PER_N: f64 = 1.08;
 /// Least gain, 2 ln of the likelihood ratio, for a convention that differs from that of the project, per compared value: the rms falls by 1 %.
-const MIN_GAIN_PER_VALUE: f64 = 0.02;
+pub const MIN_GAIN_PER_VALUE: f64 = 0.02;
 /// The same at least, whatever the number of values.
-const MIN_GAIN: f64 = 20.0;
+pub const MIN_GAIN: f64 = 20.0;
 
 /// A convention that differs from that of the project.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Convention {
+pub enum Convention {
     /// The input holds values at t.
     InputAtT,
     /// The current is its value at t.
     CurrentAtT,
     /// The rate is the mean over the last row, as differences of counts give it.
     RateOverLastRow,
+}
+
+impl Convention {
+    /// All of them, in the order in which they are tried.
+    pub const ALL: [Convention; 3] = [Convention::InputAtT, Convention::CurrentAtT, Convention::RateOverLastRow];
 }
 
 /// A fit of the data, by the first argument; from the result of another fit, where there is one.
@@ -38,7 +43,7 @@ pub fn fit_as_recorded(log: &Log, data: &mut PreparedLog, fit: &FitData) -> Resu
     let mut notes = Vec::new();
     let mut result = fit(data, None)?;
     result = without_outliers(data, result, fit)?;
-    for convention in [Convention::InputAtT, Convention::CurrentAtT, Convention::RateOverLastRow] {
+    for convention in Convention::ALL {
         if worst_chi2_per_n(&result) <= MIN_CHI2_PER_N || data.deadline.has_passed() {
             break;
         }
@@ -47,13 +52,7 @@ pub fn fit_as_recorded(log: &Log, data: &mut PreparedLog, fit: &FitData) -> Resu
         let Ok(trial) = fit(&other, Some(&result)) else { continue };
         let values: usize = result.channels.iter().map(|c| c.rows).sum();
         if gain(&result, &trial) > (MIN_GAIN_PER_VALUE * values as f64).max(MIN_GAIN) {
-            *data = PreparedLog {
-                deadline: data.deadline,
-                input_at_t: other.input_at_t,
-                channels: other.channels,
-                input: other.input,
-                ..data.clone()
-            };
+            *data = other;
             result = without_outliers(data, trial, fit)?;
             notes.push(note);
         }
@@ -96,7 +95,7 @@ fn gain(before: &FitResult, after: &FitResult) -> f64 {
 }
 
 /// Applies a convention that no note contradicts; `None` where it does not apply.
-fn apply(convention: Convention, log: &Log, data: &mut PreparedLog) -> Option<PreparationNote> {
+pub fn apply(convention: Convention, log: &Log, data: &mut PreparedLog) -> Option<PreparationNote> {
     match convention {
         Convention::InputAtT => {
             let column = data.driven.column();

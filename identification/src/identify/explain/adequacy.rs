@@ -40,16 +40,19 @@ pub fn adequacy(model: &FittedModel) -> Adequacy {
     if !residual::misfits(model.context.log, &model.data, &model.fit).is_empty() {
         return Adequacy::Dependent;
     }
-    let remarks = model.fit.channels.iter().filter(|c| model.context.criteria.noise.misfit(c.chi2_per_n()) > MisfitClass::Invisible);
-    Adequacy::ColouredNoise(
-        remarks
-            .map(|c| Remark::ColouredNoise {
-                channel: c.channel,
-                ratio: c.chi2_per_n().sqrt(),
-                correlation_s: correlation_time_s(&c.residual, model.data.dt_s),
-            })
-            .collect(),
-    )
+    Adequacy::ColouredNoise(coloured_noise(model))
+}
+
+/// A remark for each channel whose residual is above its white noise.
+pub fn coloured_noise(model: &FittedModel) -> Vec<Remark> {
+    let above = model.fit.channels.iter().filter(|c| model.context.criteria.noise.misfit(c.chi2_per_n()) > MisfitClass::Invisible);
+    above
+        .map(|c| Remark::ColouredNoise {
+            channel: c.channel,
+            ratio: c.chi2_per_n().sqrt(),
+            correlation_s: correlation_time_s(&c.residual, model.data.dt_s),
+        })
+        .collect()
 }
 
 /// Where the input holds values at t, what it did between them is not known: two ways to fill the gap, the monotone cubic and the last value, leave

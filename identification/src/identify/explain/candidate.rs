@@ -174,26 +174,7 @@ impl FittedCandidate {
 
     /// The model with it, and its name there.
     pub fn added_to(&self, model: &Model) -> (Model, String) {
-        let name = model.next_name(self.trial.card.id);
-        let mut next = model.clone();
-        if next.add(&name).is_err() {
-            return (next, name);
-        }
-        for p in &self.parameters.list[..self.own.start] {
-            let _ = next.set(&p.name, p.value);
-        }
-        let names: Vec<String> = match next.effects().iter().find(|e| e.name() == name) {
-            Some(found) => found.parameters.iter().map(|&k| next.parameters()[k].name.clone()).collect(),
-            None => return (next, name),
-        };
-        for (k, name) in names.iter().enumerate() {
-            let p = &self.parameters.list[self.own.start + k];
-            let _ = next.set(name, p.value.clamp(p.range.0, p.range.1));
-            if !self.trial.fitted[k] && p.kind != ParameterKind::HarmonicOrder {
-                let _ = next.fix(name, true);
-            }
-        }
-        (next, name)
+        self.trial.added_to(model, &self.parameters, self.own.clone())
     }
 }
 

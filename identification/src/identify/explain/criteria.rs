@@ -429,9 +429,21 @@ impl Default for DescentCriteria {
     }
 }
 
+/// How the evidence for an effect is measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Engine {
+    /// By the free run (output error) and its whitened residuals.
+    Whitened,
+    /// By the innovations of a Kalman filter (prediction-error form).
+    #[default]
+    PredictionError,
+}
+
 /// When the search ends, and what is eliminated.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SearchCriteria {
+    /// The engine; default prediction error.
+    pub engine: Engine,
     /// Effects that are added at most; default 10.
     pub max_added: usize,
     /// Insignificant effects in a row that end the search; default 2.
@@ -453,6 +465,7 @@ impl Default for SearchCriteria {
     fn default() -> Self {
         let verdict = VerdictCriteria::default();
         SearchCriteria {
+            engine: Engine::default(),
             max_added: 10,
             max_insignificant_in_a_row: 2,
             max_insignificant_fraction: 0.03,

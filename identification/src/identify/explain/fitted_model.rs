@@ -31,7 +31,7 @@ pub struct FittedModel<'a> {
     /// The model as a system.
     pub system: System,
     /// Parameters from which its fit began.
-    start: Parameters,
+    pub start: Parameters,
     /// The fit.
     pub fit: FitResult,
     /// 1/noise² of each channel.
@@ -124,7 +124,7 @@ impl<'a> FittedModel<'a> {
         parameters
     }
 
-    fn new(context: Context<'a>, model: &Model, system: System, start: Parameters, fit: FitResult, data: PreparedLog<'a>) -> Self {
+    pub fn new(context: Context<'a>, model: &Model, system: System, start: Parameters, fit: FitResult, data: PreparedLog<'a>) -> Self {
         let mut model = model.clone();
         // A fit may leave a physical range, which the model file does not accept: then the file keeps its value and the fit has the other.
         for p in &fit.parameters.list {
@@ -134,7 +134,7 @@ impl<'a> FittedModel<'a> {
         FittedModel { context, model, data, system, start, weights: fit::weights(&noise), fit }
     }
 
-    fn noise(&self) -> Vec<f64> {
+    pub fn noise(&self) -> Vec<f64> {
         self.fit.channels.iter().map(|c| c.noise).collect()
     }
 

@@ -30,6 +30,11 @@ pub struct HarmonicOrders {
 }
 
 impl HarmonicOrders {
+    /// These orders.
+    pub fn new(torque: Vec<u32>, motor_constant: Vec<u32>, encoder: Vec<u32>) -> Self {
+        HarmonicOrders { torque, motor_constant, encoder }
+    }
+
     /// The orders of one source.
     pub fn of(&self, source: HarmonicSource) -> &[u32] {
         match source {

@@ -31,6 +31,7 @@ pub mod likelihood;
 mod motion;
 pub mod next_experiment;
 mod piecewise_linear;
+mod prediction_error;
 pub mod reasons;
 mod refit;
 mod refusal;
@@ -50,21 +51,22 @@ use std::ops::Range;
 use std::time::Instant;
 
 pub use answer::{Candidate, ChannelError, Estimate, Explanation, Shape, ShapeForm, Stage, Verdict};
-pub use criteria::Criteria;
+pub use criteria::{Criteria, Engine};
 pub use experiment::{NextExperiment, Purpose, Repeated};
 pub use join_logs::JoinError;
 pub use reasons::{NotVisible, Progress, Refusal, Remark};
 
 use crate::identify::constants;
 use crate::identify::deadline::Deadline;
-use crate::identify::fit::prepare::{self, PrepareError};
-use crate::identify::fit::{FitError, Preparation};
+use crate::identify::fit::prepare::{self, PreparationNote, PrepareError};
+use crate::identify::fit::{FitError, Preparation, PreparedLog};
 use crate::identify::residual;
 use crate::log::Log;
 use crate::log::plausible::{self, Defect};
 use crate::model::Model;
 use coverage::Coverage;
 use fitted_model::FittedModel;
+use search_path::Search;
 
 /// Why there is no explanation.
 #[derive(Debug, thiserror::Error)]
@@ -97,6 +99,53 @@ struct Context<'a> {
     log_rows: &'a [Range<usize>],
     /// The thresholds.
     criteria: &'a Criteria,
+}
+
+/// The given model, fitted, by the engine that searches from it.
+enum Start<'a> {
+    /// As a free run; evidence on whitened residuals.
+    Whitened(Box<FittedModel<'a>>, Vec<PreparationNote>),
+    /// In prediction-error form.
+    Predicted(Box<prediction_error::explanation::Given<'a>>),
+}
+
+impl<'a> Start<'a> {
+    fn of(context: Context<'a>, model: &Model, data: PreparedLog<'a>) -> Result<Self, FitError> {
+        if context.criteria.search.engine == Engine::PredictionError
+            && let Some(given) = prediction_error::explanation::given(context, model, &data)?
+        {
+            return Ok(Start::Predicted(Box::new(given)));
+        }
+        let (base, notes) = FittedModel::fit(context, model, data)?;
+        Ok(Start::Whitened(Box::new(base), notes))
+    }
+
+    fn free_run(&self) -> &FittedModel<'a> {
+        match self {
+            Start::Whitened(base, _) => base,
+            Start::Predicted(given) => &given.free_run,
+        }
+    }
+
+    fn notes(&self) -> &[PreparationNote] {
+        match self {
+            Start::Whitened(_, notes) => notes,
+            Start::Predicted(given) => &given.notes,
+        }
+    }
+
+    /// The search, the verdict, and the shape of what no effect explains.
+    fn explain(self, context: Context<'a>, progress: &(dyn Fn(&Progress) + Sync)) -> Result<(Search<'a>, Verdict, Vec<Shape>), FitError> {
+        match self {
+            Start::Whitened(base, _) => {
+                let mut search = search::search(*base, progress)?;
+                progress(&Progress::ExaminingRemainder);
+                let (verdict, shapes) = verdict::verdict(&mut search);
+                Ok((search, verdict, shapes))
+            }
+            Start::Predicted(given) => prediction_error::explanation::explain(context, *given, progress),
+        }
+    }
 }
 
 /// Explains what `model` lacks on these logs together, by the default criteria.
@@ -132,21 +181,22 @@ pub fn explain_by(
     let (mut data, remarks) = prepare::prepare(&log, model, true)?;
     data.deadline = Deadline::after_s(criteria.search.time_limit_s);
     progress(&Progress::FittingGiven);
-    let (base, recorded) = FittedModel::fit(context, model, data)?;
+    let start = Start::of(context, model, data)?;
+    let base = start.free_run();
     // Values on the way to the minimum prove nothing about units.
     if !base.data.deadline.has_passed()
         && let Some(defect) = constants::columns_in_thousandths(model, &base.data, &base.fit)
     {
-        drop(base);
+        drop(start);
         return Err(ExplainError::BadLog { log: Box::new(log), findings: vec![defect] });
     }
     let shifted = constants::shifted(model, &base.fit);
     let (given_data, given) = (base.data.clone(), base.fit.clone());
-    let preparation = Preparation::of(&given_data);
-    let (search, misfits) = rayon::join(|| search::search(base, progress), || residual::misfits(&log, &given_data, &given));
-    let mut search = search?;
-    progress(&Progress::ExaminingRemainder);
-    let (verdict, unexplained) = verdict::verdict(&mut search);
+    let recorded = start.notes().to_vec();
+    let (mut search, verdict, unexplained) = start.explain(context, progress)?;
+    // As the log was recorded, which the search may have found.
+    let (given_data, given) = search.models.first().map_or((given_data, given), |first| (first.data.clone(), first.fit.clone()));
+    let (misfits, preparation) = (residual::misfits(&log, &given_data, &given), Preparation::of(&given_data));
     let remaining = match (verdict, search.models.last()) {
         (Verdict::PartlyExplained | Verdict::UnknownStructure, Some(last)) => residual::misfits(&log, &last.data, &last.fit),
         _ => Vec::new(),

@@ -1,6 +1,8 @@
 //! Why a fitted candidate cannot be the explanation, whatever its gain.
 
-use drive_model::ParameterKind;
+use std::ops::Range;
+
+use drive_model::{Card, ParameterKind};
 
 use super::candidate::FittedCandidate;
 use super::criteria::MisfitClass;
@@ -8,34 +10,36 @@ use super::fitted_model::FittedModel;
 use super::likelihood::WhitenedSums;
 use super::motion::turns;
 use super::reasons::Refusal;
+use crate::identify::fit::Parameters;
 use crate::statistics::Extremes;
 
 /// The first reason that applies: an unphysical parameter, then no gain, held-out rows, and single logs. `without` and `with` are the
 /// whitened sums of the model without and with the candidate.
 pub fn refusal(base: &FittedModel, candidate: &FittedCandidate, without: &WhitenedSums, with: &WhitenedSums) -> Option<Refusal> {
-    unphysical(base, candidate)
+    unphysical(base, candidate.trial.card, &candidate.parameters, &candidate.sigmas, &candidate.own)
         .or_else(|| no_gain(base, candidate, without, with))
         .or_else(|| heldout_error_grows(base, candidate))
         .or_else(|| log_gets_worse(base, without, with))
 }
 
-fn unphysical(base: &FittedModel, candidate: &FittedCandidate) -> Option<Refusal> {
+/// A fitted parameter that no drive has: `own` are the positions of the effect's parameters.
+pub fn unphysical(base: &FittedModel, card: &Card, parameters: &Parameters, sigmas: &[f64], own: &Range<usize>) -> Option<Refusal> {
     let tolerance = base.context.criteria.evidence.range_tolerance_sigmas;
-    for (k, p) in candidate.parameters.list.iter().enumerate() {
-        let own = candidate.own.contains(&k);
+    for (k, p) in parameters.list.iter().enumerate() {
+        let of_effect = own.contains(&k);
         let (low, high) = p.range;
-        let slack = tolerance * candidate.sigmas[k];
-        if let Some(effect) = candidate.trial.card.reduces_to.filter(|_| own) {
+        let slack = tolerance * sigmas[k];
+        if let Some(effect) = card.reduces_to.filter(|_| of_effect) {
             if p.kind == ParameterKind::Periodicity {
                 if (p.value - p.value.round()).abs() < slack.max(least_distance(base)) {
                     return Some(Refusal::WholeOrder { parameter: p.name.clone(), value: p.value, effect });
                 }
-            } else if k == candidate.own.start && !candidate.trial.card.polar && p.value < slack {
+            } else if k == own.start && !card.polar && p.value < slack {
                 return Some(Refusal::ReducesTo { parameter: p.name.clone(), effect });
             }
         }
         // A level at zero is no effect.
-        let absent = own && p.kind == ParameterKind::NonNegative && !p.fixed && p.value <= low && !candidate.trial.card.polar;
+        let absent = of_effect && p.kind == ParameterKind::NonNegative && !p.fixed && p.value <= low && !card.polar;
         if absent {
             return Some(Refusal::NegativeAmplitude { parameter: Some(p.name.clone()) });
         }
@@ -43,8 +47,8 @@ fn unphysical(base: &FittedModel, candidate: &FittedCandidate) -> Option<Refusal
             continue;
         }
         let before = base.fit.parameters.list.get(k).map(|q| q.value);
-        if own || before.is_some_and(|v| v >= low && v <= high) {
-            return Some(Refusal::OutsideRange { parameter: p.name.clone(), own, value: p.value, range: p.range });
+        if of_effect || before.is_some_and(|v| v >= low && v <= high) {
+            return Some(Refusal::OutsideRange { parameter: p.name.clone(), own: of_effect, value: p.value, range: p.range });
         }
     }
     None

@@ -76,12 +76,17 @@ pub fn score_trials(base: &FittedModel, trials: &[Trial]) -> Vec<Score> {
 
 /// Trials that are simulated together: absent trials on the same data, as many as there is place for; each of the others alone.
 fn batches(base: &FittedModel, trials: &[Trial]) -> Vec<Vec<usize>> {
-    let free_lanes = MAX_UNKNOWNS.saturating_sub(base.free_parameters() + base.fit.initial_states.kinds.len());
+    // The winding of the fitted model may have become slow enough to have a state.
+    let states = base.initial_states_for(&base.system, &base.fit.parameters, &base.data).kinds.len();
+    let taken = base.free_parameters() + states;
+    let free_lanes = MAX_UNKNOWNS.saturating_sub(taken);
+    // A trial for which no place is left has no score. One state of its own may be added to it.
+    let has_place = |trial: &Trial| taken + trial.screened.iter().filter(|f| **f).count() < MAX_UNKNOWNS;
     let mut batches: Vec<Vec<usize>> = Vec::new();
     for rate_from_encoder in [None, Some(false), Some(true)] {
         let mut batch: Vec<usize> = Vec::new();
         let mut lanes = 0;
-        for (k, trial) in trials.iter().enumerate().filter(|(_, t)| t.absent && t.rate_from_encoder == rate_from_encoder) {
+        for (k, trial) in trials.iter().enumerate().filter(|(_, t)| t.absent && t.rate_from_encoder == rate_from_encoder && has_place(t)) {
             let more = trial.screened.iter().filter(|f| **f).count();
             if trial.adds_thermal_state(&base.data) || more > free_lanes {
                 batches.push(vec![k]);
@@ -98,7 +103,7 @@ fn batches(base: &FittedModel, trials: &[Trial]) -> Vec<Vec<usize>> {
             batches.push(batch);
         }
     }
-    batches.extend(trials.iter().enumerate().filter(|(_, t)| !t.absent).map(|(k, _)| vec![k]));
+    batches.extend(trials.iter().enumerate().filter(|(_, t)| !t.absent && has_place(t)).map(|(k, _)| vec![k]));
     batches
 }
 

@@ -1,9 +1,12 @@
 //! One effect at the values from which it is tried.
 
-use drive_model::{Card, Elastic, Screening};
+use std::ops::Range;
+
+use drive_model::{Card, Elastic, ParameterKind, Screening};
 
 use super::reasons::NotVisible;
-use crate::identify::fit::PreparedLog;
+use crate::identify::fit::{Parameters, PreparedLog};
+use crate::model::Model;
 
 /// One effect at one set of values.
 #[derive(Debug, Clone)]
@@ -38,6 +41,30 @@ impl Trial {
     /// It adds the winding temperature to the state of the model, which cannot be shared with other trials.
     pub fn adds_thermal_state(&self, data: &PreparedLog) -> bool {
         matches!(self.card.screening, Screening::HeatCapacities(_)) && data.temp_C.is_none()
+    }
+
+    /// A model with this effect at fitted values (all parameters; the effect's `own` ones are last), and the name of the effect there.
+    pub fn added_to(&self, model: &Model, parameters: &Parameters, own: Range<usize>) -> (Model, String) {
+        let name = model.next_name(self.card.id);
+        let mut next = model.clone();
+        if next.add(&name).is_err() {
+            return (next, name);
+        }
+        for p in &parameters.list[..own.start] {
+            let _ = next.set(&p.name, p.value);
+        }
+        let names: Vec<String> = match next.effects().iter().find(|e| e.name() == name) {
+            Some(found) => found.parameters.iter().map(|&k| next.parameters()[k].name.clone()).collect(),
+            None => return (next, name),
+        };
+        for (k, name) in names.iter().enumerate() {
+            let p = &parameters.list[own.start + k];
+            let _ = next.set(name, p.value.clamp(p.range.0, p.range.1));
+            if !self.fitted[k] && p.kind != ParameterKind::HarmonicOrder {
+                let _ = next.fix(name, true);
+            }
+        }
+        (next, name)
     }
 
     /// It has the same structure: effect, free parameters and values of the others.

@@ -29,7 +29,7 @@ use crate::statistics::distributions::ln_chi_squared_tail;
 use crate::statistics::robust::median;
 
 /// Name of the proposed effect in the model file.
-const NAME: &str = "unknown";
+pub const NAME: &str = "unknown";
 
 /// A structure that no effect of the catalogue has, fitted beside a model.
 pub struct Unknown {
@@ -108,7 +108,7 @@ fn score(base: &FittedModel, law: &PiecewiseLinear) -> f64 {
 }
 
 /// Half-width of the 95 % interval, standard errors.
-const CONFIDENCE_SIGMAS: f64 = 1.96;
+pub const CONFIDENCE_SIGMAS: f64 = 1.96;
 
 /// A law, fitted and compared, with the expression that describes it.
 fn fit_piecewise_linear(base: &FittedModel, law: &PiecewiseLinear) -> Option<Unknown> {
@@ -151,7 +151,7 @@ fn fit_piecewise_linear(base: &FittedModel, law: &PiecewiseLinear) -> Option<Unk
 }
 
 /// The knots relative to their median, without those that few rows determine.
-fn bins(criteria: &Criteria, law: &PiecewiseLinear, heights: &[f64], confidence: &[f64]) -> Vec<Bin> {
+pub fn bins(criteria: &Criteria, law: &PiecewiseLinear, heights: &[f64], confidence: &[f64]) -> Vec<Bin> {
     let middle = median(heights.iter().copied()).unwrap_or(0.0);
     let usual = median(confidence.iter().copied().filter(|c| c.is_finite() && *c > 0.0)).unwrap_or(0.0);
     law.knots()
@@ -184,15 +184,17 @@ fn compare(base: &FittedModel, system: &System, end: &Iterate, extra_parameters:
 }
 
 /// An expression for the model file, before it is fitted.
-struct Proposal {
-    acts_on: SummingPoint,
-    text: String,
+pub struct Proposal {
+    /// What it is added to.
+    pub acts_on: SummingPoint,
+    /// The expression.
+    pub text: String,
     /// Names of its parameters with their start values.
-    starts: Vec<(&'static str, f64)>,
+    pub starts: Vec<(&'static str, f64)>,
 }
 
 /// An expression with few parameters that has the shape of these heights.
-fn propose(criteria: &Criteria, law: &PiecewiseLinear, heights: &[f64]) -> Option<Proposal> {
+pub fn propose(criteria: &Criteria, law: &PiecewiseLinear, heights: &[f64]) -> Option<Proposal> {
     let largest = law.range.0.abs().max(law.range.1.abs());
     let (text, starts) = match law.coordinate {
         Coordinate::Theta => sector(heights, criteria.unknown.sector_steepness),

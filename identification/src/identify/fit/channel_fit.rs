@@ -55,7 +55,7 @@ impl ChannelFit {
         let rms_of_all = (compared.iter().map(|r| r * r).sum::<f64>() / compared.len().max(1) as f64).sqrt();
         let channel = data.channels[index].channel;
         // An increment over m rows has a reading in common with the increments up to m rows before and after.
-        let stride = if channel == Channel::Angle { 2 * data.angle_lag() } else { differencing_rows(data, index).max(1) * 2 - 1 };
+        let stride = if channel == Channel::Angle && data.predictor.is_none() { 2 * data.angle_lag() } else { differencing_rows(data, index).max(1) * 2 - 1 };
         let (_, white_p) = noise::ljung_box(&compared, stride, WHITENESS_LAGS);
         ChannelFit {
             channel,
@@ -101,6 +101,10 @@ pub(super) fn compared(residual: &[f64]) -> Vec<f64> {
 /// Number of rows over which white noise was differenced in this channel; 0 if it was not.
 pub(crate) fn differencing_rows(data: &PreparedLog, channel: usize) -> usize {
     let c = &data.channels[channel];
+    if data.predictor.is_some() {
+        // Innovations are independent.
+        return 0;
+    }
     match c.channel {
         Channel::Angle => data.angle_lag(),
         Channel::Rate if data.rate_from_encoder => c.mean_before_s.map_or(0, |window_s| ((window_s / data.dt_s).round() as usize).max(1)),
@@ -117,7 +121,7 @@ fn noise_floor(data: &PreparedLog, channel: usize) -> f64 {
 }
 
 /// Noise of a channel estimated from the measured series, before any fit.
-pub(super) fn noise_of_series(data: &PreparedLog, channel: usize) -> f64 {
+pub(crate) fn noise_of_series(data: &PreparedLog, channel: usize) -> f64 {
     let c = &data.channels[channel];
     let scale = if c.channel == Channel::Angle { 2f64.sqrt() } else { 1.0 };
     (noise::of_series(c.measured.iter().copied()) * scale).max(noise_floor(data, channel))

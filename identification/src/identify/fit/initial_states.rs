@@ -13,6 +13,8 @@ use crate::model::{Channel, Input};
 pub enum InitialStateKind {
     /// Rate, rad/s.
     Rate,
+    /// Angle, rad (only where the simulation follows the measurement).
+    Angle,
     /// Current, A.
     Current,
     /// Twist of the shaft, rad.
@@ -64,6 +66,9 @@ pub fn initial_state_kinds(rig: &Rig<f64>, data: &PreparedLog) -> Vec<InitialSta
         return list;
     }
     list.push(InitialStateKind::Rate);
+    if data.predictor.is_some() && data.channels.iter().any(|c| c.channel == Channel::Angle) {
+        list.push(InitialStateKind::Angle);
+    }
     let structure = rig.structure();
     if structure.inductance_H.is_some() && data.driven == Input::Voltage {
         list.push(InitialStateKind::Current);
@@ -97,6 +102,7 @@ pub fn starting_states(kinds: &[InitialStateKind], data: &PreparedLog, parameter
                 }
                 _ => 0.0,
             },
+            InitialStateKind::Angle => data.theta.map_or(0.0, |theta| theta[rows.start] + 0.5 * data.theta_quantum),
             InitialStateKind::Current => channel(Channel::Current).map_or(0.0, |c| c.measured[rows.start]),
             InitialStateKind::Twist | InitialStateKind::Bristle | InitialStateKind::Temperature => 0.0,
         };
@@ -109,6 +115,7 @@ pub fn starting_states(kinds: &[InitialStateKind], data: &PreparedLog, parameter
         .iter()
         .map(|kind| match kind {
             InitialStateKind::Rate => 1e4,
+            InitialStateKind::Angle => 1.0,
             InitialStateKind::Current => 10.0 / resistance,
             InitialStateKind::Twist => 0.1 + clearance,
             InitialStateKind::Bristle => {
@@ -130,6 +137,7 @@ pub(super) fn state<S: DerivativeScalar>(kinds: &[InitialStateKind], values: &[f
                 state.omega = value;
                 state.motor_omega = value;
             }
+            InitialStateKind::Angle => state.theta = value,
             InitialStateKind::Current => state.current = value,
             InitialStateKind::Twist => state.twist = value,
             InitialStateKind::Bristle => state.bristle = value,

@@ -111,7 +111,7 @@ impl<S: Scalar> MeasurementChain<S> {
             within_rows: history.is_some() || lag_s.is_some(),
             history,
             last: None,
-            increment: if channel.channel == Channel::Angle { data.angle_lag() } else { 0 },
+            increment: if channel.channel == Channel::Angle && data.predictor.is_none() { data.angle_lag() } else { 0 },
             values: VecDeque::new(),
             jumps,
         }
@@ -151,6 +151,21 @@ impl<S: Scalar> MeasurementChain<S> {
             return Some(value - before);
         }
         Some(value)
+    }
+
+    /// The state was corrected after the last row: rate, angle and measured quantity there.
+    pub fn correct(&mut self, omega: S, theta: S, reading: &Reading<S>) {
+        let measured = match self.channel {
+            Channel::Rate => reading.omega,
+            Channel::Angle => reading.theta,
+            _ => return,
+        };
+        let Some(last) = &mut self.last else { return };
+        *last = Previous { t_s: last.t_s, omega, theta, measured };
+        match self.filter.first_mut() {
+            Some(filter) => filter.correct_input(measured),
+            None => self.history.iter_mut().for_each(|history| history.correct(measured)),
+        }
     }
 
     #[inline]

@@ -19,6 +19,7 @@ pub mod normal_equations;
 pub mod outliers;
 pub mod parameters;
 pub mod prepare;
+pub mod predictor;
 pub mod prepared_log;
 pub mod problem;
 pub mod simulate;

@@ -273,6 +273,7 @@ pub fn prepare<'a>(log: &'a Log, model: &Model, hold_out: bool) -> Result<(Prepa
         channels: compared,
         dt_s,
         deadline: Deadline::NEVER,
+        predictor: None,
     };
     Ok((data, notes))
 }

@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use drive_rig::RowInput;
 
+use super::predictor::Predictor;
 use crate::identify::deadline::Deadline;
 use crate::log::{Axis, Log};
 use crate::model::{Channel, Input};
@@ -82,6 +83,8 @@ pub struct PreparedLog<'a> {
     pub held_out: Option<Arc<[bool]>>,
     /// When a fit to these rows has to end, with its best values so far.
     pub deadline: Deadline,
+    /// How the simulated state follows the measurement; `None`: the simulation runs freely, and the angle is compared by its increments.
+    pub predictor: Option<Arc<Predictor>>,
 }
 
 impl PreparedLog<'_> {
@@ -162,13 +165,15 @@ impl PreparedLog<'_> {
     #[inline]
     pub fn target(&self, channel: usize, row: usize, segment_begin: usize) -> Option<f64> {
         let c = &self.channels[channel];
-        if c.outliers.as_ref().is_some_and(|outliers| outliers[row]) {
+        let outlier = |row: usize| c.outliers.as_ref().is_some_and(|outliers| outliers[row]);
+        if outlier(row) {
             return None;
         }
         match c.channel {
+            Channel::Angle if self.predictor.is_some() => Some(c.measured[row] + 0.5 * self.theta_quantum),
             Channel::Angle => {
                 let lag = self.angle_lag();
-                (row >= segment_begin + lag).then(|| c.measured[row] - c.measured[row - lag])
+                (row >= segment_begin + lag && !outlier(row - lag)).then(|| c.measured[row] - c.measured[row - lag])
             }
             _ => Some(c.measured[row]),
         }
@@ -268,6 +273,7 @@ impl Preparation {
             dt_s: data.dt_s,
             held_out: data.held_out.clone(),
             deadline: Deadline::NEVER,
+            predictor: None,
         })
     }
 

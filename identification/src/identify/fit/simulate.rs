@@ -1,11 +1,12 @@
 //! Simulation of the model along a log.
 
 use drive_model::Scalar;
-use drive_rig::Rig;
+use drive_rig::{Rig, State};
 
 use super::initial_states::{InitialStateKind, state};
 use super::measurement::{MeasurementChain, Row};
 use super::parameters::DerivativeScalar;
+use super::predictor::Predictor;
 use super::prepared_log::PreparedLog;
 use crate::model::{Channel, Input};
 
@@ -39,6 +40,9 @@ pub fn run<S: DerivativeScalar>(
     let needs_current_slope = chains.iter().any(MeasurementChain::needs_current_slope);
     let instant = data.channels.iter().any(|c| c.instant && c.channel == Channel::Current);
     let mut state = state::<S>(kinds, values, free, theta);
+    if let Some(predictor) = data.predictor.as_deref() {
+        return follow(rig, data, segment, Following { predictor, chains, state, instant, needs_current_slope }, visit);
+    }
     for row in rows.clone() {
         let span = data.row_input(row, rows.end);
         let before = (state.omega, state.theta, state.heat_K);
@@ -58,6 +62,76 @@ pub fn run<S: DerivativeScalar>(
             }
         }
         // The rest of a diverging simulation is NaN, which makes χ² infinite.
+        if !state.omega.re().is_finite() {
+            for rest in row + 1..rows.end {
+                for c in 0..chains.len() {
+                    if !visit(c, rest, &S::from(f64::NAN)) {
+                        return;
+                    }
+                }
+            }
+            return;
+        }
+    }
+}
+
+/// A simulation that follows the measurement.
+struct Following<'p, S> {
+    predictor: &'p Predictor,
+    chains: Vec<MeasurementChain<S>>,
+    state: State<S>,
+    /// The current is compared at the time of the row.
+    instant: bool,
+    needs_current_slope: bool,
+}
+
+/// Simulates one segment with the state corrected by each innovation; values are predictions from all earlier values.
+fn follow<S: DerivativeScalar>(
+    rig: &Rig<S>,
+    data: &PreparedLog,
+    segment: usize,
+    Following { predictor, mut chains, mut state, instant, needs_current_slope }: Following<S>,
+    visit: &mut impl FnMut(usize, usize, &S) -> bool,
+) {
+    let rows = data.segments[segment].clone();
+    let mut noise = vec![S::zero(); chains.len()];
+    let of_motion = |c: usize| matches!(data.channels[c].channel, Channel::Rate | Channel::Angle);
+    for row in rows.clone() {
+        let span = data.row_input(row, rows.end);
+        for c in (0..chains.len()).filter(|&c| of_motion(c)) {
+            let reading = rig.read((state.omega, state.theta, state.heat_K), &span, state.current);
+            let read = Row { input: &span, omega: state.omega, theta: state.theta, reading: &reading, current_slope_A_s: S::zero() };
+            let Some(value) = chains[c].push(&read).map(|value| value + noise[c]) else { continue };
+            if !visit(c, row, &value) {
+                return;
+            }
+            if let Some(target) = data.target(c, row, rows.start) {
+                predictor.correct(c, -value + target, &mut state, &mut noise);
+            }
+        }
+        let before = (state.omega, state.theta, state.heat_K);
+        let now = instant.then(|| rig.current_now(&state, &span));
+        let mean = rig.advance(&mut state, &span);
+        let reading = rig.read(before, &span, now.unwrap_or(mean));
+        let current_slope_A_s = match now.filter(|_| needs_current_slope) {
+            Some(now) => (rig.current_now(&state, &span) - now) / span.dt_s,
+            None => S::zero(),
+        };
+        for c in 0..chains.len() {
+            if of_motion(c) {
+                chains[c].correct(before.0, before.1, &reading);
+                continue;
+            }
+            let read = Row { input: &span, omega: before.0, theta: before.1, reading: &reading, current_slope_A_s };
+            let Some(value) = chains[c].push(&read).map(|value| value + noise[c]) else { continue };
+            if !visit(c, row, &value) {
+                return;
+            }
+            if let Some(target) = data.target(c, row, rows.start) {
+                predictor.correct(c, -value + target, &mut state, &mut noise);
+            }
+        }
+        predictor.advance(&mut noise);
         if !state.omega.re().is_finite() {
             for rest in row + 1..rows.end {
                 for c in 0..chains.len() {

@@ -45,6 +45,13 @@ impl<S: Scalar> Lag<S> {
         integral - self.time_constant_s * (after - before)
     }
 
+    /// The input at the last row was corrected.
+    pub(super) fn correct_input(&mut self, input: S) {
+        if let Some((_, last_in, _)) = &mut self.state {
+            *last_in = input;
+        }
+    }
+
     /// The last output.
     pub(super) fn output(&self) -> Option<S> {
         self.state.map(|(_, _, output)| output)

@@ -68,6 +68,13 @@ impl<S: Scalar> SignalHistory<S> {
         }
     }
 
+    /// The value at the last row was corrected.
+    pub(super) fn correct(&mut self, value: S) {
+        if let Some(knot) = self.knots.back_mut() {
+            knot.value = value;
+        }
+    }
+
     /// Time of the oldest row.
     pub(super) fn begin_s(&self) -> Option<f64> {
         self.knots.front().map(|k| k.t_s)

@@ -1,0 +1,290 @@
+//! Parameters, random torque and noise of largest likelihood.
+//!
+//! At a large random torque each row is predicted from the one before: the likelihood is nearly quadratic in the parameters, and no start value is too
+//! far. The density then falls by decades, each fit starting from the one before (homotopy), down to the free run. The density with the largest
+//! likelihood stays.
+
+use std::sync::Arc;
+
+use super::gain::{ChannelNoise, stationary_filter};
+use super::row_model::row_model;
+use crate::identify::fit::normal_equations::MAX_UNKNOWNS;
+use crate::identify::fit::predictor::Predictor;
+use crate::identify::fit::simulate::run;
+use crate::identify::fit::{
+    self, InitialStates, Iterate, Parameters, PreparedLog, Problem, System, initial_state_kinds, solve, starting_states,
+};
+use crate::model::Channel;
+
+/// What is random in a log.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NoiseModel {
+    /// Density of the random torque, (N m)²/Hz two-sided.
+    pub torque_density: f64,
+    /// Noise of each channel.
+    pub channels: Vec<ChannelNoise>,
+}
+
+impl NoiseModel {
+    /// Number of its parameters besides the random torque and the white noise of each channel, which every model has.
+    pub fn extra_parameters(&self) -> usize {
+        2 * self.channels.iter().filter(|c| c.coloured.is_some()).count()
+    }
+}
+
+/// A model in prediction-error form: parameters, what is random, and the likelihood.
+#[derive(Debug, Clone)]
+pub struct PredictionFit {
+    /// Parameters.
+    pub parameters: Parameters,
+    /// Initial states of each segment.
+    pub initial_states: InitialStates,
+    /// Random torque and noise.
+    pub noise: NoiseModel,
+    /// −2 ln of the likelihood of the innovations of the fitted rows, up to a constant of the log.
+    pub minus_2_ln_likelihood: f64,
+    /// The filter.
+    pub predictor: Arc<Predictor>,
+}
+
+/// Decades from the largest density to the smallest, at which the rows since the start count as much as the last ones.
+const DECADES: i32 = 12;
+/// Densities in a row with a smaller likelihood that end the homotopy.
+const MAX_WORSE: usize = 2;
+/// Steps of the parameters at each density.
+const STEPS_PER_DENSITY: usize = 3;
+/// Predicted decrease of −2 ln L below which the parameters are at their best.
+const MIN_DECREASE: f64 = 0.05;
+/// Part of the innovations' variance from which on the white noise follows them before the density is known.
+const MIN_WHITE_PART: f64 = 0.5;
+/// Part of a variance to which it may fall at once.
+const MIN_WHITE_FALL: f64 = 0.01;
+/// Steps of the parameters at the end.
+const LAST_STEPS: usize = 10;
+
+/// A system and the rows that it predicts.
+pub struct Prediction<'s, 'a> {
+    /// The system.
+    pub system: &'s System,
+    /// The data without a filter.
+    pub data: PreparedLog<'a>,
+}
+
+impl<'s, 'a> Prediction<'s, 'a> {
+    /// The system on the data.
+    pub fn new(system: &'s System, data: &PreparedLog<'a>) -> Self {
+        Prediction { system, data: PreparedLog { predictor: None, ..data.clone() } }
+    }
+
+    /// White noise of each channel, from its series.
+    pub fn first_noise(&self) -> Vec<ChannelNoise> {
+        let noise = self.data.channels.iter().enumerate().map(|(c, channel)| {
+            let white = match (channel.channel, channel.quantum) {
+                (Channel::Angle, Some(_)) => self.least_noise(c),
+                _ => fit::noise::of_series(channel.measured.iter().copied()).max(self.least_noise(c)),
+            };
+            ChannelNoise { white, coloured: None }
+        });
+        noise.collect()
+    }
+
+    /// Standard deviation of the noise of each channel as a free run compares it, from its series.
+    pub fn series_noise(&self) -> Vec<f64> {
+        (0..self.data.channels.len()).map(|c| fit::channel_fit::noise_of_series(&self.data, c)).collect()
+    }
+
+    /// Density that moves the rate from row to row as much as it moves in the log; `None` where neither rate nor angle moves.
+    pub fn largest_density(&self, parameters: &Parameters) -> Option<f64> {
+        let model = row_model(self.system, parameters, &self.data)?;
+        let rate = self.data.channels.iter().find(|c| c.channel == Channel::Rate);
+        let (squares, rows): (f64, usize) = match (rate, self.data.theta) {
+            (Some(rate), _) => (rate.measured.windows(2).map(|w| (w[1] - w[0]).powi(2)).sum(), rate.measured.len()),
+            (None, Some(theta)) => {
+                let dt2 = self.data.dt_s * self.data.dt_s;
+                (theta.windows(3).map(|w| (w[2] - 2.0 * w[1] + w[0]).powi(2) / dt2).sum(), theta.len())
+            }
+            _ => return None,
+        };
+        Some(squares / rows.max(1) as f64 / model.by_torque[(0, 0)]).filter(|d| *d > 0.0 && d.is_finite())
+    }
+
+    /// The smallest density that is tried.
+    pub fn smallest_density(&self, parameters: &Parameters) -> Option<f64> {
+        Some(self.largest_density(parameters)? * 10f64.powi(-DECADES))
+    }
+
+    /// The data followed by a filter.
+    pub fn following(&self, predictor: &Arc<Predictor>) -> PreparedLog<'a> {
+        PreparedLog { predictor: Some(Arc::clone(predictor)), ..self.data.clone() }
+    }
+
+    /// The fit of largest likelihood from parameters that may be far off: densities from the largest downwards.
+    pub fn fit_from_far(&self, parameters: &Parameters) -> Option<PredictionFit> {
+        let noise = NoiseModel { torque_density: self.largest_density(parameters)?, channels: self.first_noise() };
+        let begin = self.at(parameters, None, noise)?;
+        self.fit(begin)
+    }
+
+    /// The fit of largest likelihood from a point: densities from that of the point downwards, then all that is random.
+    pub fn fit(&self, begin: PredictionFit) -> Option<PredictionFit> {
+        let mut best = self.lower(begin)?;
+        self.refine(&mut best);
+        Some(best)
+    }
+
+    /// Lowers the density, until the likelihood falls; the parameters follow. Returns the best point.
+    pub fn lower(&self, begin: PredictionFit) -> Option<PredictionFit> {
+        let floor = self.smallest_density(&begin.parameters)?;
+        let mut here = self.descend(begin, STEPS_PER_DENSITY)?;
+        let mut best = here.clone();
+        let mut worse = 0;
+        while here.noise.torque_density > floor && worse < MAX_WORSE && !self.data.deadline.has_passed() {
+            let Some(lower) = self.best_lower_density(&here, floor) else { break };
+            let Some(mut next) = self.descend(lower, STEPS_PER_DENSITY) else { break };
+            self.match_white_noise(&mut next, MIN_WHITE_PART);
+            if next.minus_2_ln_likelihood < best.minus_2_ln_likelihood {
+                best = next.clone();
+                worse = 0;
+            } else {
+                worse += 1;
+            }
+            here = next;
+        }
+        Some(best)
+    }
+
+    /// The most likely density below that of a point, in decades, at its parameters: at least one decade below, as the parameters are to follow.
+    fn best_lower_density(&self, point: &PredictionFit, floor: f64) -> Option<PredictionFit> {
+        let mut best = self.at_density(point, (point.noise.torque_density * 0.1).max(floor))?;
+        while best.noise.torque_density > floor {
+            let next = self.at_density(point, (best.noise.torque_density * 0.1).max(floor))?;
+            if next.minus_2_ln_likelihood > best.minus_2_ln_likelihood {
+                break;
+            }
+            best = next;
+        }
+        Some(best)
+    }
+
+    /// Density between the decades, then the white noise of each channel, then the parameters to the end.
+    pub fn refine(&self, best: &mut PredictionFit) {
+        let Some(floor) = self.smallest_density(&best.parameters) else { return };
+        self.match_white_noise(best, 0.0);
+        for step in [0.5_f64, 0.25] {
+            for sign in [1.0, -1.0] {
+                let density = (best.noise.torque_density * 10f64.powf(sign * step)).max(floor);
+                if let Some(next) = self.at_density(best, density)
+                    && next.minus_2_ln_likelihood < best.minus_2_ln_likelihood
+                {
+                    *best = next;
+                    break;
+                }
+            }
+        }
+        self.match_white_noise(best, 0.0);
+        if let Some(end) = self.descend(best.clone(), LAST_STEPS)
+            && end.minus_2_ln_likelihood <= best.minus_2_ln_likelihood
+        {
+            *best = end;
+        }
+    }
+
+    /// White noise with which the variance of each channel's innovations is that of the filter, where the likelihood rises by it. Only channels of whose
+    /// variance the white noise is at least `min_part`: where the random torque is too large, the rest would be taken from the noise.
+    pub fn match_white_noise(&self, best: &mut PredictionFit, min_part: f64) {
+        let (_, mean_squares) = self.innovations(&best.parameters, &best.initial_states, &best.predictor);
+        let mut noise = best.noise.clone();
+        for (c, channel) in noise.channels.iter_mut().enumerate() {
+            // The noise of counts is known.
+            let counts = self.data.channels[c].channel == Channel::Angle && self.data.channels[c].quantum.is_some();
+            let least = self.least_noise(c);
+            let enough = channel.white.powi(2) >= min_part * best.predictor.innovation_variances[c];
+            if !counts && enough && mean_squares[c].is_finite() {
+                let variance = channel.white.powi(2) + mean_squares[c] - best.predictor.innovation_variances[c];
+                channel.white = variance.max(MIN_WHITE_FALL * channel.white.powi(2)).sqrt().max(least);
+            }
+        }
+        if let Some(next) = self.at(&best.parameters, Some(best.initial_states.clone()), noise)
+            && next.minus_2_ln_likelihood < best.minus_2_ln_likelihood
+        {
+            *best = next;
+        }
+    }
+
+    /// Least noise of a channel, so that its weight is finite: its counts, or the rounding of its numbers.
+    fn least_noise(&self, channel: usize) -> f64 {
+        let channel = &self.data.channels[channel];
+        let size = channel.measured.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        channel.quantum.map_or(0.0, |q| q / 12f64.sqrt()).max(1e-9 * size).max(1e-15)
+    }
+
+    /// The prediction at these parameters, with the filter for this noise; initial states from the first rows where none are given.
+    pub fn at(&self, parameters: &Parameters, states: Option<InitialStates>, noise: NoiseModel) -> Option<PredictionFit> {
+        let model = row_model(self.system, parameters, &self.data)?;
+        let predictor = stationary_filter(&model, noise.torque_density, &noise.channels).map(Arc::new)?;
+        let states = states.unwrap_or_else(|| {
+            let data = self.following(&predictor);
+            let kinds = initial_state_kinds(&self.system.rig::<f64>(parameters, data.driven), &data);
+            starting_states(&kinds, &data, parameters, self.system)
+        });
+        if parameters.free().len() + states.kinds.len() > MAX_UNKNOWNS {
+            return None;
+        }
+        let (minus_2_ln_likelihood, _) = self.innovations(parameters, &states, &predictor);
+        Some(PredictionFit { parameters: parameters.clone(), initial_states: states, noise, minus_2_ln_likelihood, predictor })
+    }
+
+    fn at_density(&self, point: &PredictionFit, torque_density: f64) -> Option<PredictionFit> {
+        let noise = NoiseModel { torque_density, channels: point.noise.channels.clone() };
+        self.at(&point.parameters, Some(point.initial_states.clone()), noise)
+    }
+
+    /// Steps of the parameters with the filter of the point.
+    pub fn descend(&self, point: PredictionFit, steps: usize) -> Option<PredictionFit> {
+        self.descend_to(point, steps, |_| MIN_DECREASE)
+    }
+
+    /// Steps of the parameters with the filter of the point, until the predicted decrease is below a limit that depends on χ².
+    pub fn descend_to(&self, point: PredictionFit, steps: usize, min_decrease: impl FnMut(f64) -> f64) -> Option<PredictionFit> {
+        let data = self.following(&point.predictor);
+        let weights: Vec<f64> = point.predictor.innovation_variances.iter().map(|s| 1.0 / s).collect();
+        let begin = Iterate::new(self.system, &point.parameters, &data, &point.initial_states);
+        let end = solve::minimize_within(Problem { system: self.system, data: &data, weights: &weights }, begin, steps, min_decrease);
+        let minus_2_ln_likelihood = end.normal_equations(&weights).cost + self.log_determinant(&point.predictor);
+        let end = PredictionFit { parameters: end.parameters, initial_states: end.initial_states, minus_2_ln_likelihood, ..point };
+        minus_2_ln_likelihood.is_finite().then_some(end)
+    }
+
+    /// Σ n ln s over the channels, of the fitted rows.
+    fn log_determinant(&self, predictor: &Predictor) -> f64 {
+        let compared = |c: usize| {
+            let outlier = |row: usize| self.data.channels[c].outliers.as_ref().is_some_and(|o| o[row]);
+            let rows = self.data.segments.iter().flat_map(Clone::clone);
+            rows.filter(|row| !self.data.held_out(*row) && !outlier(*row)).count() as f64
+        };
+        predictor.innovation_variances.iter().enumerate().map(|(c, s)| compared(c) * s.ln()).sum()
+    }
+
+    /// −2 ln of the likelihood of the innovations, with the prior of the initial states; and the mean square of each channel's innovations.
+    fn innovations(&self, parameters: &Parameters, states: &InitialStates, predictor: &Arc<Predictor>) -> (f64, Vec<f64>) {
+        let data = self.following(predictor);
+        let rig = self.system.rig::<f64>(parameters, data.driven);
+        let mut squares = vec![(0.0, 0usize); data.channels.len()];
+        let mut sum = self.log_determinant(predictor);
+        for segment in 0..data.segments.len() {
+            let begin = data.segments[segment].start;
+            run(&rig, &data, segment, (&states.kinds, &states.values[segment]), 0, &mut |c, row, value: &f64| {
+                if let Some(target) = data.target(c, row, begin).filter(|_| !data.held_out(row)) {
+                    squares[c].0 += (target - value).powi(2);
+                    squares[c].1 += 1;
+                }
+                true
+            });
+            let prior = states.values[segment].iter().zip(&states.prior[segment]).zip(&states.prior_sigma);
+            sum += prior.map(|((v, p), s)| ((v - p) / s).powi(2)).sum::<f64>();
+        }
+        sum += squares.iter().zip(&predictor.innovation_variances).map(|((square, _), s)| square / s).sum::<f64>();
+        let mean_squares = squares.iter().map(|(square, n)| square / *n as f64).collect();
+        (if sum.is_finite() { sum } else { f64::INFINITY }, mean_squares)
+    }
+}
