@@ -31,8 +31,8 @@ pub struct HarmonicOrders {
 
 impl HarmonicOrders {
     /// These orders.
-    pub fn new(torque: Vec<u32>, motor_constant: Vec<u32>, encoder: Vec<u32>) -> Self {
-        HarmonicOrders { torque, motor_constant, encoder }
+    pub fn new(torque: Vec<u32>, motor_constant: Vec<u32>, encoder: Vec<u32>, inertia: Vec<u32>) -> Self {
+        HarmonicOrders { torque, motor_constant, encoder, inertia }
     }
 
     /// The orders of one source.

@@ -6,8 +6,12 @@ use super::harmonics::periods::{Periods, search_periods};
 use super::harmonics::search_orders;
 use super::score::{Score, score_trials};
 use super::trial::{Invisible, Trial};
-use super::trials;
+use super::jumps::search_jumps;
+use super::trials::{self, Starts};
 use crate::statistics::distributions::ln_chi_squared_tail;
+
+/// Jumps of the angle that are tried at most.
+pub const MAX_JUMPS: usize = 4;
 
 /// All trials beside a model, scored.
 pub struct Screening {
@@ -39,8 +43,8 @@ impl Screening {
     /// Screens everything that can be added to a model.
     pub fn of(base: &FittedModel) -> Self {
         let criteria = base.context.criteria;
-        let periods = search_periods(base);
-        let (mut trials, invisible) = trials::list(base, &search_orders(base), &periods);
+        let starts = Starts { orders: search_orders(base), periods: search_periods(base), jumps_s: search_jumps(base, MAX_JUMPS) };
+        let (mut trials, invisible) = trials::list(base, &starts);
         if base.misfit() == MisfitClass::Noise {
             // A shaft that is visible leaves more than noise.
             trials.retain(|t| !t.is_expensive());
@@ -48,7 +52,7 @@ impl Screening {
         let scores = score_trials(base, &trials);
         let mut order: Vec<usize> = (0..trials.len()).collect();
         order.sort_by(|a, b| scores[*b].chi2_decrease.total_cmp(&scores[*a].chi2_decrease));
-        let tests = number_of_tests(&trials, &periods, base, criteria);
+        let tests = number_of_tests(&trials, &starts.periods, base, criteria);
         Screening { trials, scores, invisible, order, tests, critical_score: critical_score(tests, criteria) }
     }
 

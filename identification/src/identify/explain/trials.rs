@@ -10,7 +10,6 @@ use super::criteria::TrialCriteria;
 use super::fitted_model::FittedModel;
 use super::harmonics::HarmonicOrders;
 use super::harmonics::periods::Periods;
-use super::jumps::search_jumps;
 use super::motion::{angle, measured_current, turns};
 use super::stiffness::{max_bristle_stiffness, shaft_ranges};
 use super::trial::{Invisible, Trial};
@@ -21,13 +20,24 @@ use crate::log::RateSource;
 use crate::model::{BaseParameter, Channel, Input, Model};
 use crate::statistics::Extremes;
 
+/// Values of nonlinear parameters that a search of the residual found.
+#[derive(Debug, Clone, Default)]
+pub struct Starts {
+    /// Whole orders over the angle.
+    pub orders: HarmonicOrders,
+    /// Periods over the angle or over time that need not be whole parts of a turn.
+    pub periods: Periods,
+    /// Times at which the angle may have jumped, s, the best first.
+    pub jumps_s: Vec<f64>,
+}
+
 /// All trials beside a model, and the effects that the logs cannot show.
-pub fn list(base: &FittedModel, orders: &HarmonicOrders, periods: &Periods) -> (Vec<Trial>, Vec<Invisible>) {
+pub fn list(base: &FittedModel, starts: &Starts) -> (Vec<Trial>, Vec<Invisible>) {
     let (mut trials, mut invisible) = (Vec::new(), Vec::new());
     for card in cards().iter().copied().filter(|card| may_be_added(&base.model, card)) {
         match not_visible(card, base) {
             Some(reason) => invisible.push(Invisible { card, reason }),
-            None => trials.extend(trials_of(card, base, orders, periods)),
+            None => trials.extend(trials_of(card, base, starts)),
         }
     }
     (trials, invisible)
@@ -44,7 +54,8 @@ pub fn is_modified_by_another(model: &Model, card: &Card) -> bool {
 }
 
 /// The trials of one effect.
-fn trials_of(card: &'static Card, base: &FittedModel, orders: &HarmonicOrders, periods: &Periods) -> Vec<Trial> {
+fn trials_of(card: &'static Card, base: &FittedModel, found: &Starts) -> Vec<Trial> {
+    let Starts { orders, periods, jumps_s } = found;
     let (model, data, criteria) = (&base.model, &base.data, &base.context.criteria.trials);
     let starts: Vec<f64> = card.parameters.iter().map(|p| p.start).collect();
     let trial = |values: Vec<f64>, screened: Vec<bool>, fitted: Vec<bool>, absent: bool| Trial {
@@ -91,7 +102,7 @@ fn trials_of(card: &'static Card, base: &FittedModel, orders: &HarmonicOrders, p
             fractions.iter().copied().flat_map(at).collect()
         }
         Screening::AngleJumps(count) => {
-            let times = search_jumps(base, count).into_iter();
+            let times = jumps_s.iter().copied().take(count);
             // The time of a jump is known to a row: a fit cannot improve it.
             times.map(|time| trial(vec![0.0, time], vec![true, false], vec![true, false], true)).collect()
         }

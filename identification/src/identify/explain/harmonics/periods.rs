@@ -28,6 +28,11 @@ pub struct Periods {
 }
 
 impl Periods {
+    /// These numbers of periods per turn and frequencies.
+    pub fn new(per_turn: Vec<f64>, frequencies_Hz: Vec<f64>, tested: usize) -> Self {
+        Periods { per_turn, frequencies_Hz, tested }
+    }
+
     /// The periods of one kind.
     pub fn of(&self, period: PeriodOf) -> &[f64] {
         match period {
@@ -66,7 +71,7 @@ pub fn search_periods(base: &FittedModel) -> Periods {
 }
 
 /// The periods that the model has.
-fn known(base: &FittedModel, of: PeriodOf) -> Vec<f64> {
+pub fn known(base: &FittedModel, of: PeriodOf) -> Vec<f64> {
     let uses = base.model.effects().iter().filter(|e| e.card.screening == Screening::Periodicities(of));
     let periods = uses.filter_map(|e| e.parameters.get(e.card.periodicity_index()?));
     periods.map(|&k| base.model.parameters()[k].value).collect()

@@ -12,7 +12,7 @@ mod colour;
 mod free_form;
 pub mod explanation;
 mod model;
-mod orders;
 mod recorded;
 mod screen;
 mod search;
+mod starts;

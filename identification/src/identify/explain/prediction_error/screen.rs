@@ -1,9 +1,7 @@
 //! Screening: every effect that the logs could show, scored by one linearised pass beside a model.
 
-use drive_model::{Card, ParameterKind};
-
 use super::model::PredictedModel;
-use super::orders::search_orders;
+use super::starts;
 use crate::identify::explain::score::{Score, score_trials};
 use crate::identify::explain::trial::{Invisible, Trial};
 use crate::identify::explain::trials;
@@ -27,21 +25,22 @@ pub struct Screening {
     /// The effects that the logs cannot show.
     pub invisible: Vec<Invisible>,
     /// Number of effects among the trials.
-    pub effects: usize,
-    /// Number of harmonic orders among them.
-    pub orders: usize,
+    effects: usize,
+    /// Number of distinguishable periods, and of rows, among which a start was chosen.
+    periods: usize,
+    rows: usize,
 }
 
 impl Screening {
     /// Screens everything that can be added to a model.
     pub fn of(base: &PredictedModel) -> Self {
-        let orders = base.gradient().map(|gradient| search_orders(base, &gradient)).unwrap_or_default();
-        let (list, invisible) = trials::list(&base.fitted, &orders);
+        let starts = base.gradient().map(|gradient| starts::search(base, &gradient)).unwrap_or_default();
+        let (list, invisible) = trials::list(&base.fitted, &starts);
         let scores = score_trials(&base.fitted, &list);
         let mut ids: Vec<&str> = list.iter().map(|t| t.card.id).collect();
         ids.sort_unstable();
         ids.dedup();
-        let mut screening = Screening { trials: Vec::new(), invisible, effects: ids.len().max(1), orders: 40 };
+        let mut screening = Screening { trials: Vec::new(), invisible, effects: ids.len().max(1), periods: starts.periods.tested, rows: base.fitted.data.len() };
         let (n, chi2) = (base.samples(), base.fitted.fit.chi2);
         let trials = list.into_iter().zip(scores).map(|(trial, score)| {
             // The variance of the innovations falls with the sum of squares: −2 ln L changes by n ln(χ²/χ²₀).
@@ -57,13 +56,14 @@ impl Screening {
     /// Increase of BIC by an effect before any gain: its parameters, and the choice among all effects and orders that were tried (the prior probability
     /// of each is one in so many).
     pub fn penalty(&self, trial: &Trial, samples: f64) -> f64 {
-        self.parameters_penalty(trial.card, trial.fitted.iter().filter(|f| **f).count(), samples)
-    }
-
-    fn parameters_penalty(&self, card: &Card, free: usize, samples: f64) -> f64 {
-        let scanned = card.parameters.iter().any(|p| p.kind == ParameterKind::HarmonicOrder);
-        let orders = if scanned { 2.0 * (self.orders as f64).ln() } else { 0.0 };
-        free as f64 * samples.ln() + 2.0 * (self.effects as f64).ln() + orders
+        let free = trial.fitted.iter().filter(|f| **f).count() as f64;
+        let chosen = match trial.card.screening {
+            drive_model::Screening::Harmonics(_) => ORDERS,
+            drive_model::Screening::Periodicities(_) => self.periods as f64,
+            drive_model::Screening::AngleJumps(_) => self.rows as f64,
+            _ => 1.0,
+        };
+        free * samples.ln() + 2.0 * (self.effects as f64).ln() + 2.0 * chosen.max(1.0).ln()
     }
 
     /// The best trials for a refit: up to `count` effects, the best first, and a second start of an effect where it promises nearly as much.
@@ -87,6 +87,8 @@ impl Screening {
     }
 }
 
+/// Whole orders among which a start is chosen.
+const ORDERS: f64 = 40.0;
 /// Largest part of χ² by which a linearised step may predict that it falls.
 const MAX_PART: f64 = 1.0 - 1e-9;
 /// Starts of one effect that are refitted at most.

@@ -7,14 +7,16 @@ use super::candidate::{Candidate, Extension};
 use super::explanation::free_run;
 use super::colour::coloured_channels;
 use super::model::PredictedModel;
-use super::recorded::conventions;
+use super::recorded::{conventions, min_gain};
 use super::screen::Screening;
 use crate::identify::explain::Context;
 use crate::identify::explain::adequacy::input_between_samples;
+use crate::identify::explain::criteria::MisfitClass;
+use crate::identify::explain::fitted_model::FittedModel;
 use crate::identify::explain::reasons::{Progress, Refusal, Remark};
 use crate::identify::explain::trials::is_modified_by_another;
 use crate::identify::fit::prepare::PreparationNote;
-use crate::identify::fit::{FitResult, Parameters, PreparedLog, build};
+use crate::identify::fit::{FitError, FitResult, Parameters, PreparedLog, build};
 use crate::identify::predict::PredictionFit;
 use crate::identify::predict::fit::{NoiseModel, Prediction};
 use crate::model::Model;
@@ -90,11 +92,9 @@ impl<'a> Node<'a> {
         !self.model.has_random_torque() && coloured_channels(&self.model).is_empty()
     }
 
-    /// What the model leaves may come from what the input did between its samples: an effect that fits better may imitate it.
-    fn is_limited_by_input(&self) -> bool {
-        let fitted = &self.model.fitted;
-        fitted.data.input_at_t
-            && free_run(fitted.context, &self.stage(), &fitted.data).is_ok_and(|model| input_between_samples(&model).is_some())
+    /// The model as a free run.
+    fn free_run(&self) -> Result<FittedModel<'a>, FitError> {
+        free_run(self.model.fitted.context, &self.stage(), &self.model.fitted.data)
     }
 
     /// The model as a stage.
@@ -127,7 +127,7 @@ pub fn given<'a>(context: Context<'a>, model: &Model, data: &PreparedLog<'a>, fr
 }
 
 /// Candidates beside a model, the best first.
-fn candidates<'a>(node: &Node<'a>) -> (Screening, Vec<Candidate<'a>>) {
+fn candidates<'a>(node: &Node<'a>, invisible: bool) -> (Screening, Vec<Candidate<'a>>) {
     let base = &node.model;
     let screening = Screening::of(base);
     let n = base.samples();
@@ -153,6 +153,11 @@ fn candidates<'a>(node: &Node<'a>) -> (Screening, Vec<Candidate<'a>>) {
     let coloured = coloured_channels(base);
     if !coloured.is_empty() {
         compared.extend(Candidate::colour(base, &coloured, coloured.len() as f64 * colour_penalty));
+    }
+    // Where the free run leaves only noise, an effect that the innovations show may be an error of the simulation: of the input within a row.
+    let min_gain = if invisible { min_gain(n) } else { 0.0 };
+    for candidate in compared.iter_mut().filter(|c| c.refused.is_none() && c.gain < min_gain) {
+        candidate.refused = Some(Refusal::OnlyNoiseLeft { gain: candidate.gain, min_gain });
     }
     let excess = base.random_torque_excess();
     for candidate in compared.iter_mut().filter(|c| c.refused.is_none() && c.gain < MIN_PART * excess) {
@@ -224,10 +229,12 @@ pub fn search<'a>(given: PredictedModel<'a>, progress: &(dyn Fn(&Progress) + Syn
         let best = beam[0].delta_bic;
         let mut children: Vec<Node> = Vec::new();
         for node in beam.iter().filter(|node| node.delta_bic <= MIN_RIVAL_FRACTION * best) {
-            if deadline.has_passed() || node.is_limited_by_input() {
+            let Ok(free_run) = node.free_run() else { continue };
+            // What the model leaves may come from what the input did between its samples: an effect that fits better may imitate it.
+            if deadline.has_passed() || input_between_samples(&free_run).is_some() {
                 break;
             }
-            let (screening, list) = candidates(node);
+            let (screening, list) = candidates(node, free_run.misfit() <= MisfitClass::Invisible);
             if std::env::var("PE_DEBUG").is_ok() {
                 eprintln!(" at {:?} {:?} {:.0}: density {:.2e} excess {:.1}", node.structure(), node.notes, node.delta_bic, node.model.prediction.noise.torque_density, node.model.random_torque_excess());
                 for c in &list {
