@@ -31,7 +31,7 @@ fn assert_documented_fields(answer: &Value) {
         for line in budget {
             assert!(line["type"] == "A" || line["type"] == "B", "{line}");
             assert!(
-                (number(line, "u") * number(line, "sensitivity") / number(line, "contribution").max(1e-300) - 1.0).abs() < 1e-9,
+                (number(line, "u") * number(line, "sensitivity").abs() / number(line, "contribution").max(1e-300) - 1.0).abs() < 1e-9,
                 "{line}"
             );
         }
@@ -69,6 +69,9 @@ fn gyro_calibration_is_reproduced_from_its_folder() {
         assert!(answer[name]["value"].is_number(), "{name}");
     }
     assert_documented_fields(&answer);
+    // Sensitivities have their signs: a misalignment can only reduce the output.
+    let lines = answer["scale"]["budget"].as_array().unwrap();
+    assert!(lines.iter().any(|line| line["of"] == "misalignment" && number(line, "sensitivity") < 0.0), "{lines:?}");
     // The results agree with the random device within three expanded uncertainties; the coverage has its own test.
     holds(&answer, &drawn(4), &["scale", "bias_rad_s", "nonlinearity_percent_fs", "quadratic_s"]);
     let record = &answer["record"];

@@ -7,7 +7,7 @@ use stand_tests::calibration::{assert_covers, calibrated, found};
 /// The chip's own low-pass at the rate at which the stand reads it (LPF1 at 1667 Hz).
 const FILTER_HZ: f64 = 304.2;
 
-/// The static steps of a gyro's session, as short as possible; their full scale contains the rates of the sines, 16 ± 8 rad/s.
+/// The static steps of a gyro's session; their full scale contains the rates of the sines, 16 ± 8 rad/s. A change of 12 rad/s takes 0.2 s, so a shorter dwell leaves no plateau.
 const STATIC: &str = "
 [[steps]]
 name = 'staircase'
@@ -15,8 +15,8 @@ mode = 'rate'
 profile = 'staircase'
 amplitude = 24.0
 levels = 2
-dwell_s = 0.9
-seconds = 8.2
+dwell_s = 1.2
+seconds = 10.9
 ";
 
 const CHIRP: &str = "
@@ -107,7 +107,7 @@ fn nonlinear_device_has_its_damping_and_its_slope_at_the_stated_rates() {
     let stand = format!(
         "[imu]\ngyro_scale = 1.0123\n[imu.gyro]\nquadratic_s = {quadratic}\ncubic_s2 = {cubic}\nnatural_Hz = 60.0\ndamping = 0.7\n"
     );
-    let staircase = STATIC.replace("levels = 2", "levels = 3").replace("seconds = 8.2", "seconds = 11.8");
+    let staircase = STATIC.replace("levels = 2", "levels = 3").replace("seconds = 10.9", "seconds = 15.7");
     let session =
         format!("what = 'gyro'\n[known]\nmisalignment_deg = 0.0\n{staircase}{}", sines(&[5.0, 10.0, 20.0, 40.0, 60.0, 80.0, 100.0], 4.0));
     for seed in 1..3 {

@@ -346,7 +346,14 @@ impl Certificate {
             }
         }
         let ended = header.steps.last().map_or_else(|| header.began.clone(), |step| step.began.clone());
-        Ok(Self { details, record, as_found, ended })
+        let certificate = Self { details, record, as_found, ended };
+        if certificate.serial().trim().is_empty() {
+            return Err(field(
+                "item.serial",
+                "the record has no serial number, and the item must be identified unambiguously: give one here",
+            ));
+        }
+        Ok(certificate)
     }
 
     /// Serial number of the item.

@@ -36,10 +36,10 @@ pub(super) struct Evaluate {
     /// A file record.json, the folder of a session, or a record store with --session
     record: PathBuf,
     /// Rates, rad/s
-    #[arg(long, value_name = "RATE", allow_negative_numbers = true, value_delimiter = ',')]
+    #[arg(long, value_name = "RATE", allow_hyphen_values = true, value_delimiter = ',')]
     rate: Vec<f64>,
     /// Outputs of the device, rad/s; the noise of a reading is not part of the result
-    #[arg(long, value_name = "OUTPUT", allow_negative_numbers = true, value_delimiter = ',')]
+    #[arg(long, value_name = "OUTPUT", allow_hyphen_values = true, value_delimiter = ',')]
     reading: Vec<f64>,
     /// Number of the session in a record store
     #[arg(long, value_name = "N")]

@@ -27,8 +27,8 @@ pub(super) fn without_clipped<'s>(steps: &[&'s Step], settings: &GyroSettings) -
     let (low, high) = steps.iter().map(outputs).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), (a, b)| (l.min(a), h.max(b)));
     let (mut used, mut remarks) = (Vec::new(), Vec::new());
     for step in steps {
-        let flat =
-            dut_output(&step.log, settings).and_then(|output| [high, low].into_iter().find_map(|limit| flat_top(step, output, limit)));
+        let flat = dut_output(&step.log, settings)
+            .and_then(|output| [high, low].into_iter().find_map(|limit| flat_top(step, output, limit, [low, high])));
         match flat {
             Some((limit_rad_s, rows)) => remarks.push(Remark::Clipped { step: step.name.clone(), limit_rad_s, rows }),
             None => used.push(*step),
@@ -37,16 +37,17 @@ pub(super) fn without_clipped<'s>(steps: &[&'s Step], settings: &GyroSettings) -
     (used, remarks)
 }
 
-/// Limit and number of rows of a flat top at `limit`.
-fn flat_top(step: &Step, output: &[f64], limit: f64) -> Option<(f64, usize)> {
-    let tolerance = TOLERANCE * limit.abs();
-    let is_flat: Vec<bool> = output.iter().map(|y| (y - limit).abs() <= tolerance).collect();
+/// Limit and number of rows of a flat top at `limit`, one of the extremes of the session.
+fn flat_top(step: &Step, output: &[f64], limit: f64, extremes: [f64; 2]) -> Option<(f64, usize)> {
+    let is_at = |value: f64, extreme: f64| (value - extreme).abs() <= TOLERANCE * extreme.abs();
+    let is_flat: Vec<bool> = output.iter().map(|y| is_at(*y, limit)).collect();
     let at_limit: Vec<usize> = (0..output.len()).filter(|k| is_flat[*k]).collect();
     let longest_flat = longest_run(output, |k| is_flat[k]);
     if limit == 0.0 || longest_flat < MIN_FLAT_ROWS || at_limit.len() == output.len() {
         return None;
     }
-    let longest_elsewhere = longest_run(output, |k| !is_flat[k]);
+    // A step that is clipped in both directions has equally long runs at both ends.
+    let longest_elsewhere = longest_run(output, |k| !extremes.iter().any(|extreme| is_at(output[k], *extreme)));
     let is_silent = longest_flat > MIN_RUN_RATIO * longest_elsewhere.max(1);
     (is_silent || rate_goes_on(step, output, &is_flat)).then_some((limit, at_limit.len()))
 }
@@ -59,7 +60,7 @@ fn longest_run(output: &[f64], is_selected: impl Fn(usize) -> bool) -> usize {
             (run, last) = (0, f64::NAN);
             continue;
         }
-        run = if *value == last || (is_selected(k) && (value - last).abs() <= f64::EPSILON * value.abs()) { run + 1 } else { 1 };
+        run = if (value - last).abs() <= f64::EPSILON * value.abs() { run + 1 } else { 1 };
         last = *value;
         longest = longest.max(run);
     }

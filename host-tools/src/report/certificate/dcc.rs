@@ -1,7 +1,7 @@
 //! A certificate as a Digital Calibration Certificate of PTB, schema 3.3.0, with units and uncertainties of the D-SI 2.2.
 //!
 //! Input: a certificate. Output: XML. Scalar results have `si:expandedMU`; the frequency response and the characteristic are lists with `si:expandedMUXMLList`.
-//! The schema itself is not part of this project; `tests/tests/certificate.rs` checks the structure, and the Schematron rules where Python's
+//! The schema itself is not part of this project; `host-tools/tests/certificate.rs` checks the structure, and the Schematron rules where Python's
 //! package `dcclib` is installed.
 
 use super::d_si::d_si;
@@ -230,7 +230,9 @@ fn administrative_data(xml: &mut Xml, certificate: &Certificate) {
             xml.within("dcc:item", |xml| {
                 xml.text("dcc:name", &d.item.description);
                 xml.within("dcc:manufacturer", |xml| xml.text("dcc:name", &d.item.manufacturer));
-                xml.element("dcc:model", certificate.model());
+                if !certificate.model().is_empty() {
+                    xml.element("dcc:model", certificate.model());
+                }
                 xml.within("dcc:identifications", |xml| xml.identification("manufacturer", certificate.serial(), "serial number"));
             });
         });
@@ -268,10 +270,11 @@ fn statements(xml: &mut Xml, certificate: &Certificate) {
     }
 }
 
-fn software(xml: &mut Xml, release: &str) {
+/// The rules of the DCC want a letter before the version.
+fn software(xml: &mut Xml, version: &str) {
     xml.within("dcc:software", |xml| {
         xml.text("dcc:name", "Rotary Stand, stand calibrate");
-        xml.element("dcc:release", release);
+        xml.element("dcc:release", &format!("v{version}"));
     });
 }
 
