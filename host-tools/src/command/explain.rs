@@ -2,19 +2,37 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use super::compare::implausible_log;
 use super::error::CliError;
 use super::import::ImportOptions;
 use super::output::{Overwrite, ReportOutput, SeriesOutput, TimeLimit, spinner, style};
 use crate::files;
-use crate::identify::explain::{Explanation, Verdict};
+use crate::identify::explain::{Criteria, Engine, Explanation, Verdict};
 use crate::identify::explain_logs::{ExplainLogsError, FolderEntry, LogExplanation, explain_folder, explain_together};
 use crate::model::Model;
 use crate::report;
 use crate::report::explanation::sentences::progress;
 use crate::report::explanation::{folder_json, folder_text, folder_verdict};
+
+/// How the evidence for an effect is measured.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum EngineName {
+    /// By the innovations of a Kalman filter (prediction-error form)
+    PredictionError,
+    /// By the whitened residuals of the free run
+    Whitened,
+}
+
+impl From<EngineName> for Engine {
+    fn from(name: EngineName) -> Self {
+        match name {
+            EngineName::PredictionError => Engine::PredictionError,
+            EngineName::Whitened => Engine::Whitened,
+        }
+    }
+}
 
 /// Identify the physical effect that a model lacks, with the evidence.
 #[derive(Debug, Args)]
@@ -31,6 +49,9 @@ pub(super) struct Explain {
     /// Write the model with the missing effects to this file instead
     #[arg(long, value_name = "MODEL")]
     out: Option<PathBuf>,
+    /// How the evidence is measured
+    #[arg(long, value_enum, default_value_t = EngineName::PredictionError)]
+    engine: EngineName,
     #[command(flatten)]
     time_limit: TimeLimit,
     #[command(flatten)]
@@ -56,16 +77,18 @@ impl Explain {
     pub(super) fn run(self) -> Result<(), CliError> {
         self.output.check()?;
         self.series.check()?;
-        let time_limit_s = self.time_limit.seconds()?;
+        let mut criteria = Criteria::default();
+        criteria.search.time_limit_s = self.time_limit.seconds()?;
+        criteria.search.engine = self.engine.into();
         self.out.as_deref().map_or(Ok(()), |out| self.overwrite.check(out))?;
         self.import.apply(self.log.iter().map(PathBuf::as_path))?;
         if let Some(folder) = self.log.iter().find(|p| p.is_dir()) {
             self.check_folder_options(folder)?;
-            return self.explain_folder(folder, &Model::read(&self.model)?, time_limit_s);
+            return self.explain_folder(folder, &Model::read(&self.model)?, &criteria);
         }
         let model = Model::read(&self.model)?;
         let spinner = spinner("reading");
-        let result = explain_together(&self.log, &model, time_limit_s, &|stage| spinner.set_message(progress(stage)));
+        let result = explain_together(&self.log, &model, &criteria, &|stage| spinner.set_message(progress(stage)));
         spinner.finish_and_clear();
         match result? {
             LogExplanation::ImplausibleLog(log, findings) => {
@@ -94,10 +117,10 @@ impl Explain {
     }
 
     /// Explains each log of the folder; the exit status reports logs without an explanation.
-    fn explain_folder(&self, folder: &Path, model: &Model, time_limit_s: Option<f64>) -> Result<(), CliError> {
+    fn explain_folder(&self, folder: &Path, model: &Model, criteria: &Criteria) -> Result<(), CliError> {
         let spinner = spinner("explaining the logs of the folder");
         let finished = |entry: &FolderEntry| spinner.set_message(format!("{}: {}", entry.path.display(), folder_verdict(entry)));
-        let entries = explain_folder(folder, model, time_limit_s, &finished);
+        let entries = explain_folder(folder, model, criteria, &finished);
         spinner.finish_and_clear();
         let entries = entries?;
         self.output.text(&folder_text(&entries))?;

@@ -43,21 +43,19 @@ pub enum ExplainLogsError {
     },
 }
 
-/// Reads `paths` and explains the logs together, within `time_limit_s`; `progress` receives the current stage.
+/// Reads `paths` and explains the logs together; `progress` receives the current stage.
 ///
 /// # Errors
 /// A log cannot be read, or lacks a column that the model needs.
 pub fn explain_together(
     paths: &[PathBuf],
     model: &Model,
-    time_limit_s: Option<f64>,
+    criteria: &Criteria,
     progress: &(dyn Fn(&Progress) + Sync),
 ) -> Result<LogExplanation, ExplainLogsError> {
     let columns: Vec<&str> = model.columns().iter().map(String::as_str).collect();
     let logs = paths.iter().map(|path| Log::read_also(path, &columns)).collect::<Result<Vec<_>, _>>()?;
-    let mut criteria = Criteria::default();
-    criteria.search.time_limit_s = time_limit_s;
-    match explain::explain_by(criteria, logs, model, progress) {
+    match explain::explain_by(criteria.clone(), logs, model, progress) {
         Ok(explanation) => Ok(LogExplanation::Explained(Box::new(explanation))),
         Err(ExplainError::BadLog { log, findings }) => Ok(LogExplanation::ImplausibleLog(log, findings)),
         Err(error) => Err(ExplainLogsError::Explain(error)),
@@ -74,21 +72,21 @@ pub struct FolderEntry {
     pub seconds: f64,
 }
 
-/// Explains each log of `folder` separately, sorted by name, each within `time_limit_s`; `finished` is called after each log.
+/// Explains each log of `folder` separately, sorted by name; `finished` is called after each log.
 ///
 /// # Errors
 /// The folder cannot be read or contains no logs.
 pub fn explain_folder(
     folder: &Path,
     model: &Model,
-    time_limit_s: Option<f64>,
+    criteria: &Criteria,
     finished: &(dyn Fn(&FolderEntry) + Sync),
 ) -> Result<Vec<FolderEntry>, ExplainLogsError> {
     let entries = logs_in(folder)?
         .into_par_iter()
         .map(|path| {
             let begin = Instant::now();
-            let result = explain_together(std::slice::from_ref(&path), model, time_limit_s, &|_| ());
+            let result = explain_together(std::slice::from_ref(&path), model, criteria, &|_| ());
             let entry = FolderEntry { path, result, seconds: begin.elapsed().as_secs_f64() };
             finished(&entry);
             entry

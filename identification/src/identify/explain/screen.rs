@@ -4,9 +4,9 @@ use super::criteria::{Criteria, MisfitClass};
 use super::fitted_model::FittedModel;
 use super::harmonics::periods::{Periods, search_periods};
 use super::harmonics::search_orders;
+use super::jumps::search_jumps;
 use super::score::{Score, score_trials};
 use super::trial::{Invisible, Trial};
-use super::jumps::search_jumps;
 use super::trials::{self, Starts};
 use crate::statistics::distributions::ln_chi_squared_tail;
 

@@ -55,7 +55,11 @@ impl ChannelFit {
         let rms_of_all = (compared.iter().map(|r| r * r).sum::<f64>() / compared.len().max(1) as f64).sqrt();
         let channel = data.channels[index].channel;
         // An increment over m rows has a reading in common with the increments up to m rows before and after.
-        let stride = if channel == Channel::Angle && data.predictor.is_none() { 2 * data.angle_lag() } else { differencing_rows(data, index).max(1) * 2 - 1 };
+        let stride = if channel == Channel::Angle && data.predictor.is_none() {
+            2 * data.angle_lag()
+        } else {
+            differencing_rows(data, index).max(1) * 2 - 1
+        };
         let (_, white_p) = noise::ljung_box(&compared, stride, WHITENESS_LAGS);
         ChannelFit {
             channel,

@@ -22,7 +22,13 @@ pub struct Gradient {
 const MAX_STATES: usize = 4;
 
 /// The gradient at these innovations (by channel and row). `rests` states whether the rotor rests throughout a row, where no torque moves it.
-pub fn gradient(model: &RowModel, predictor: &Predictor, data: &PreparedLog, innovations: &[&[f64]], rests: impl Fn(usize) -> bool) -> Gradient {
+pub fn gradient(
+    model: &RowModel,
+    predictor: &Predictor,
+    data: &PreparedLog,
+    innovations: &[&[f64]],
+    rests: impl Fn(usize) -> bool,
+) -> Gradient {
     let channels = innovations.len();
     let n = model.states.len();
     let gain = |c: usize, k: usize| {

@@ -149,7 +149,14 @@ impl<'a> Candidate<'a> {
         Candidate::new(base, Extension::Recorded(Box::new(recorded)), system, n..n, end, penalty)
     }
 
-    fn new(base: &PredictedModel<'a>, extension: Extension<'a>, system: System, own: Range<usize>, prediction: PredictionFit, penalty: f64) -> Self {
+    fn new(
+        base: &PredictedModel<'a>,
+        extension: Extension<'a>,
+        system: System,
+        own: Range<usize>,
+        prediction: PredictionFit,
+        penalty: f64,
+    ) -> Self {
         let gain = base.prediction.minus_2_ln_likelihood - prediction.minus_2_ln_likelihood;
         Candidate { extension, system, own, prediction, sigmas: Vec::new(), gain, penalty, delta_bic: penalty - gain, refused: None }
     }

@@ -10,6 +10,8 @@ use super::free_form;
 use super::model::PredictedModel;
 use super::recorded::without_outliers;
 use super::search::{Found, MIN_BIC_IMPROVEMENT, Node, Stage, search};
+use crate::identify::explain::Context;
+use crate::identify::explain::adequacy::{self, Adequacy, adequacy};
 use crate::identify::explain::answer::{self, Estimate, Shape, ShapeForm, Verdict};
 use crate::identify::explain::candidate::channel_errors;
 use crate::identify::explain::criteria::MisfitClass;
@@ -18,7 +20,6 @@ use crate::identify::explain::harmonics::search_frequencies;
 use crate::identify::explain::reasons::{Progress, Refusal, Remark};
 use crate::identify::explain::search_path::{Added, Search};
 use crate::identify::explain::unknown_structure::{self, Proposal};
-use crate::identify::explain::{Context, adequacy};
 use crate::identify::fit::prepare::PreparationNote;
 use crate::identify::fit::{self, FitError, Iterate, PreparedLog, build, initial_state_kinds, starting_states};
 use crate::identify::predict::fit::Prediction;
@@ -97,10 +98,6 @@ pub fn explain<'a>(
         return Ok((search, Verdict::NotFinished, Vec::new()));
     }
     progress(&Progress::ExaminingRemainder);
-    if std::env::var("PE_DEBUG").is_ok() {
-        let (best, last) = (&found.best, search.models.last().unwrap());
-        eprintln!("best {:?} notes {:?} delta {:.0} noise {:?} excess {:.1} misfit {:?}", best.added.iter().map(|a| &a.name).collect::<Vec<_>>(), best.notes, best.delta_bic, best.model.prediction.noise, best.model.random_torque_excess(), last.misfit());
-    }
     let (verdict, shapes) = verdict(&mut search, &found.best);
     Ok((search, if deadline.has_passed() { Verdict::NotFinished } else { verdict }, shapes))
 }
@@ -214,7 +211,9 @@ fn verdict(search: &mut Search, best: &Node) -> (Verdict, Vec<Shape>) {
     let found = !search.added.is_empty();
     let many = search.added.len() >= criteria.verdict.suspicious_effects;
     let adequate = if found { Verdict::EffectFound } else { Verdict::Adequate };
-    if many
+    let invisible = last.misfit() <= MisfitClass::Invisible;
+    // Several effects, or an effect beside noise that is not white, may stand in for one structure.
+    if (many || (found && !invisible))
         && let Some(given) = best.given()
         && let Some(shape) = best_shape(&given, first)
         && shape.delta_bic < best.delta_bic - MIN_BIC_IMPROVEMENT
@@ -223,7 +222,7 @@ fn verdict(search: &mut Search, best: &Node) -> (Verdict, Vec<Shape>) {
         search.truncate(0);
         return (Verdict::UnknownStructure, vec![shape]);
     }
-    if last.misfit() <= MisfitClass::Invisible {
+    if invisible {
         return (adequate, Vec::new());
     }
     if let Some(remark) = adequacy::input_between_samples(last) {
@@ -231,7 +230,10 @@ fn verdict(search: &mut Search, best: &Node) -> (Verdict, Vec<Shape>) {
         return (adequate, Vec::new());
     }
     let shape = best_shape(&best.model, last);
-    if shape.is_none() && !best.model.has_random_torque() {
+    if shape.is_none()
+        && !best.model.has_random_torque()
+        && let Adequacy::WhiteNoise | Adequacy::ColouredNoise(_) = adequacy(last)
+    {
         search.remarks.extend(adequacy::coloured_noise(last));
         return (adequate, Vec::new());
     }
@@ -278,7 +280,8 @@ fn drawn(base: &PredictedModel, candidate: &Candidate) -> Option<Shape> {
     let Extension::FreeForm(law) = &candidate.extension else { return None };
     let criteria = base.fitted.context.criteria;
     let heights: Vec<f64> = candidate.own_parameters().iter().map(|p| p.value).collect();
-    let confidence: Vec<f64> = candidate.sigmas.get(candidate.own.clone())?.iter().map(|s| unknown_structure::CONFIDENCE_SIGMAS * s).collect();
+    let confidence: Vec<f64> =
+        candidate.sigmas.get(candidate.own.clone())?.iter().map(|s| unknown_structure::CONFIDENCE_SIGMAS * s).collect();
     let bins = unknown_structure::bins(criteria, law, &heights, &confidence);
     if !bins.iter().any(|b| b.mean.abs() > b.confidence) {
         return None;
@@ -349,12 +352,7 @@ fn with_expression(base: &PredictedModel, proposal: &Proposal) -> Option<Express
     let free = starts.len() as f64;
     let delta_bic = end.minus_2_ln_likelihood - base.prediction.minus_2_ln_likelihood + free * n.ln() + 2.0 * n.ln();
     let written: Vec<String> = starts.iter().zip(&values).map(|((name, _), v)| format!("{name} = {v:.6e}")).collect();
-    let toml = format!(
-        "[effect.{}]\n{} = \"{text}\"\nparameters = {{ {} }}\n",
-        unknown_structure::NAME,
-        acts_on.key(),
-        written.join(", ")
-    );
+    let toml = format!("[effect.{}]\n{} = \"{text}\"\nparameters = {{ {} }}\n", unknown_structure::NAME, acts_on.key(), written.join(", "));
     Some(Expression { toml, values, delta_bic })
 }
 

@@ -9,8 +9,8 @@
 
 mod candidate;
 mod colour;
-mod free_form;
 pub mod explanation;
+mod free_form;
 mod model;
 mod recorded;
 mod screen;

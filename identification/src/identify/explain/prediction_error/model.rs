@@ -20,7 +20,14 @@ pub struct PredictedModel<'a> {
 
 impl<'a> PredictedModel<'a> {
     /// The model at a fit.
-    pub fn new(context: Context<'a>, model: &Model, system: System, start: Parameters, data: &PreparedLog<'a>, prediction: PredictionFit) -> Self {
+    pub fn new(
+        context: Context<'a>,
+        model: &Model,
+        system: System,
+        start: Parameters,
+        data: &PreparedLog<'a>,
+        prediction: PredictionFit,
+    ) -> Self {
         let data = Prediction::new(&system, data).following(&prediction.predictor);
         let noise: Vec<f64> = prediction.predictor.innovation_variances.iter().map(|s| s.sqrt()).collect();
         let iterate = Iterate::new(&system, &prediction.parameters, &data, &prediction.initial_states);

@@ -40,7 +40,13 @@ impl Screening {
         let mut ids: Vec<&str> = list.iter().map(|t| t.card.id).collect();
         ids.sort_unstable();
         ids.dedup();
-        let mut screening = Screening { trials: Vec::new(), invisible, effects: ids.len().max(1), periods: starts.periods.tested, rows: base.fitted.data.len() };
+        let mut screening = Screening {
+            trials: Vec::new(),
+            invisible,
+            effects: ids.len().max(1),
+            periods: starts.periods.tested,
+            rows: base.fitted.data.len(),
+        };
         let (n, chi2) = (base.samples(), base.fitted.fit.chi2);
         let trials = list.into_iter().zip(scores).map(|(trial, score)| {
             // The variance of the innovations falls with the sum of squares: −2 ln L changes by n ln(χ²/χ²₀).

@@ -4,8 +4,8 @@
 use rayon::prelude::*;
 
 use super::candidate::{Candidate, Extension};
-use super::explanation::free_run;
 use super::colour::coloured_channels;
+use super::explanation::free_run;
 use super::model::PredictedModel;
 use super::recorded::{conventions, min_gain};
 use super::screen::Screening;
@@ -131,11 +131,8 @@ fn candidates<'a>(node: &Node<'a>, invisible: bool) -> (Screening, Vec<Candidate
     let base = &node.model;
     let screening = Screening::of(base);
     let n = base.samples();
-    let mut list: Vec<Candidate<'a>> = screening
-        .best(REFITTED)
-        .into_par_iter()
-        .filter_map(|s| Candidate::effect(base, s, screening.penalty(&s.trial, n)))
-        .collect();
+    let mut list: Vec<Candidate<'a>> =
+        screening.best(REFITTED).into_par_iter().filter_map(|s| Candidate::effect(base, s, screening.penalty(&s.trial, n))).collect();
     list.sort_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic));
     let best = list.first().map_or(0.0, |c| c.delta_bic);
     let mut compared: Vec<Candidate<'a>> = list
@@ -235,13 +232,6 @@ pub fn search<'a>(given: PredictedModel<'a>, progress: &(dyn Fn(&Progress) + Syn
                 break;
             }
             let (screening, list) = candidates(node, free_run.misfit() <= MisfitClass::Invisible);
-            if std::env::var("PE_DEBUG").is_ok() {
-                eprintln!(" at {:?} {:?} {:.0}: density {:.2e} excess {:.1}", node.structure(), node.notes, node.delta_bic, node.model.prediction.noise.torque_density, node.model.random_torque_excess());
-                for c in &list {
-                    let name = match &c.extension { Extension::Effect(t) => t.card.id.to_owned(), Extension::Colour => "colour".into(), Extension::Recorded(r) => format!("{:?}", r.note), _ => "".into() };
-                    eprintln!("     {name} {:.0} {:?} density {:.2e} {:?}", c.delta_bic, c.refused.is_some(), c.prediction.noise.torque_density, c.prediction.noise.channels.iter().map(|n| (n.white, n.coloured.map(|c| (c.sigma, c.decay)))).collect::<Vec<_>>());
-                }
-            }
             let better = list.iter().filter(|c| c.refused.is_none() && c.delta_bic < -MIN_BIC_IMPROVEMENT).take(BEAM);
             children.extend(better.filter_map(|candidate| extended(node, candidate)));
             first.get_or_insert((screening, list));
@@ -319,7 +309,13 @@ fn without_one<'a>(node: &Node<'a>) -> Option<(Node<'a>, Option<Remark>)> {
         let gain = end.minus_2_ln_likelihood - p.minus_2_ln_likelihood;
         if gain - penalty < MIN_BIC_IMPROVEMENT {
             let model = PredictedModel::new(base.context, &base.model, base.system.clone(), end.parameters.clone(), &base.data, end);
-            let less = Node { model, added: node.added.clone(), before: node.before.clone(), notes: node.notes.clone(), delta_bic: node.delta_bic + gain - penalty };
+            let less = Node {
+                model,
+                added: node.added.clone(),
+                before: node.before.clone(),
+                notes: node.notes.clone(),
+                delta_bic: node.delta_bic + gain - penalty,
+            };
             return Some((less, None));
         }
     }

@@ -11,9 +11,9 @@ use drive_model::{HarmonicSource, PeriodOf, Screening};
 use super::model::PredictedModel;
 use crate::identify::explain::harmonics::HarmonicOrders;
 use crate::identify::explain::harmonics::periods::{Periods, known};
+use crate::identify::explain::motion::{angle, measured_current};
 use crate::identify::explain::screen::MAX_JUMPS;
 use crate::identify::explain::trials::Starts;
-use crate::identify::explain::motion::{angle, measured_current};
 use crate::identify::predict::adjoint::Gradient;
 use crate::identify::residual::harmonics::transform;
 use crate::model::{BaseParameter, Channel, Input};
@@ -45,7 +45,11 @@ const NEIGHBOURS: usize = 12;
 
 /// All that a search finds beside a model.
 pub fn search(base: &PredictedModel, gradient: &Gradient) -> Starts {
-    Starts { orders: search_orders(base, gradient), periods: search_periods(base, gradient), jumps_s: search_jumps(base, gradient, MAX_JUMPS) }
+    Starts {
+        orders: search_orders(base, gradient),
+        periods: search_periods(base, gradient),
+        jumps_s: search_jumps(base, gradient, MAX_JUMPS),
+    }
 }
 
 /// The best periods over the angle and over time that the model does not have yet.
@@ -54,11 +58,13 @@ fn search_periods(base: &PredictedModel, gradient: &Gradient) -> Periods {
     let (data, criteria) = (&fitted.data, &fitted.context.criteria.harmonics);
     let mut tested = 0;
     let mut of = |phase: &[f64], highest: f64, period: PeriodOf| {
-        let (found, of) = best_periods(phase, &gradient.torque, (criteria.min_periods_in_log, highest), &known(fitted, period), criteria.periods);
+        let (found, of) =
+            best_periods(phase, &gradient.torque, (criteria.min_periods_in_log, highest), &known(fitted, period), criteria.periods);
         tested += of;
         found
     };
-    let per_turn = angle(data).map_or_else(Vec::new, |theta| of(theta, highest_order(theta, data.angle_lag(), data.dt_s) as f64, PeriodOf::Angle));
+    let per_turn =
+        angle(data).map_or_else(Vec::new, |theta| of(theta, highest_order(theta, data.angle_lag(), data.dt_s) as f64, PeriodOf::Angle));
     let turns_of_time: Vec<f64> = data.t_s.iter().enumerate().map(|(row, t)| TAU * (t - data.run_start_s(row))).collect();
     let highest_Hz = criteria.max_frequency_Hz.min(criteria.max_frequency_per_row / data.dt_s);
     let frequencies = of(&turns_of_time, highest_Hz, PeriodOf::Time);
