@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use drive_model::ParameterKind;
+use drive_model::{ParameterKind, Screening};
 
 use super::colour;
 use super::free_form::{self, ScoredForm};
@@ -64,6 +64,10 @@ impl<'a> Candidate<'a> {
     pub fn effect(base: &PredictedModel<'a>, screened: &Screened, penalty: f64) -> Option<Self> {
         let fitted = &base.fitted;
         let trial = &screened.trial;
+        // A counter loses whole counts. Less is the rounding of a rotor at rest.
+        if matches!(trial.card.screening, Screening::AngleJumps(_)) && screened.score.values[0].abs() < 0.75 * fitted.data.theta_quantum {
+            return None;
+        }
         let (system, parameters, own) = fitted.with(trial, &trial.fitted);
         let data = fitted.data_for(trial);
         let prediction = Prediction::new(&system, &data);

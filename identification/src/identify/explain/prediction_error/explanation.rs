@@ -10,13 +10,13 @@ use super::free_form;
 use super::model::PredictedModel;
 use super::recorded::without_outliers;
 use super::search::{Found, MIN_BIC_IMPROVEMENT, Node, Stage, search};
+use super::starts::search_frequencies;
 use crate::identify::explain::Context;
 use crate::identify::explain::adequacy::{self, Adequacy, adequacy};
 use crate::identify::explain::answer::{self, Estimate, Shape, ShapeForm, Verdict};
 use crate::identify::explain::candidate::channel_errors;
 use crate::identify::explain::criteria::MisfitClass;
 use crate::identify::explain::fitted_model::FittedModel;
-use crate::identify::explain::harmonics::search_frequencies;
 use crate::identify::explain::reasons::{Progress, Refusal, Remark};
 use crate::identify::explain::search_path::{Added, Search};
 use crate::identify::explain::unknown_structure::{self, Proposal};
@@ -215,7 +215,7 @@ fn verdict(search: &mut Search, best: &Node) -> (Verdict, Vec<Shape>) {
     // Several effects, or an effect beside noise that is not white, may stand in for one structure.
     if (many || (found && !invisible))
         && let Some(given) = best.given()
-        && let Some(shape) = best_shape(&given, first)
+        && let Some(shape) = best_shape(&given)
         && shape.delta_bic < best.delta_bic - MIN_BIC_IMPROVEMENT
     {
         search.remarks.push(Remark::UnknownStructureBetter { effects: search.names(0) });
@@ -229,7 +229,7 @@ fn verdict(search: &mut Search, best: &Node) -> (Verdict, Vec<Shape>) {
         search.remarks.push(remark);
         return (adequate, Vec::new());
     }
-    let shape = best_shape(&best.model, last);
+    let shape = best_shape(&best.model);
     if shape.is_none()
         && !best.model.has_random_torque()
         && let Adequacy::WhiteNoise | Adequacy::ColouredNoise(_) = adequacy(last)
@@ -256,7 +256,7 @@ fn verdict(search: &mut Search, best: &Node) -> (Verdict, Vec<Shape>) {
 }
 
 /// The most likely free form or oscillation beside the final model, where it is clearly more likely than the model.
-fn best_shape(base: &PredictedModel, last: &FittedModel) -> Option<Shape> {
+fn best_shape(base: &PredictedModel) -> Option<Shape> {
     let n = base.samples();
     let forms = free_form::score_all(base);
     let penalty = |knots: usize, tried: usize| knots as f64 * n.ln() + 2.0 * (tried.max(1) as f64).ln();
@@ -271,7 +271,7 @@ fn best_shape(base: &PredictedModel, last: &FittedModel) -> Option<Shape> {
         .map(|candidate| candidate.with_own_noise(base))
         .collect();
     let mut shapes: Vec<Shape> = fitted.iter().filter(|c| c.delta_bic < -MIN_BIC_IMPROVEMENT).filter_map(|c| drawn(base, c)).collect();
-    shapes.extend(oscillations(base, last));
+    shapes.extend(oscillations(base));
     shapes.into_iter().min_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic))
 }
 
@@ -299,9 +299,14 @@ fn drawn(base: &PredictedModel, candidate: &Candidate) -> Option<Shape> {
 }
 
 /// A torque and a voltage that oscillate in time, each at its best frequency.
-fn oscillations(base: &PredictedModel, last: &FittedModel) -> Vec<Shape> {
-    let frequencies = search_frequencies(last);
-    let tried = [(frequencies.torque_Hz, SummingPoint::Torque, ""), (frequencies.voltage_Hz, SummingPoint::Voltage, "u * ")];
+fn oscillations(base: &PredictedModel) -> Vec<Shape> {
+    let frequencies = search_frequencies(base);
+    // One frequency may be that of a torque or of a voltage.
+    let tried = [
+        (frequencies.torque_Hz, SummingPoint::Torque, ""),
+        (frequencies.voltage_Hz, SummingPoint::Voltage, "u * "),
+        (frequencies.torque_Hz.filter(|_| frequencies.voltage_Hz.is_some()), SummingPoint::Voltage, "u * "),
+    ];
     let oscillation = |(hz, acts_on, factor): (Option<f64>, SummingPoint, &str)| {
         let text = format!("{factor}(a * sin(2 * pi * f * t) + b * cos(2 * pi * f * t))");
         let found = with_expression(base, &Proposal { acts_on, text, starts: vec![("a", 0.0), ("b", 0.0), ("f", hz?)] })?;

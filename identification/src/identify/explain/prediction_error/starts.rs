@@ -9,11 +9,12 @@ use std::f64::consts::TAU;
 use drive_model::{HarmonicSource, PeriodOf, Screening};
 
 use super::model::PredictedModel;
-use crate::identify::explain::harmonics::HarmonicOrders;
 use crate::identify::explain::harmonics::periods::{Periods, known};
+use crate::identify::explain::harmonics::{Frequencies, HarmonicOrders};
 use crate::identify::explain::motion::{angle, measured_current};
 use crate::identify::explain::screen::MAX_JUMPS;
 use crate::identify::explain::trials::Starts;
+use crate::identify::fit::PreparedLog;
 use crate::identify::predict::adjoint::Gradient;
 use crate::identify::residual::harmonics::transform;
 use crate::model::{BaseParameter, Channel, Input};
@@ -65,10 +66,36 @@ fn search_periods(base: &PredictedModel, gradient: &Gradient) -> Periods {
     };
     let per_turn =
         angle(data).map_or_else(Vec::new, |theta| of(theta, highest_order(theta, data.angle_lag(), data.dt_s) as f64, PeriodOf::Angle));
-    let turns_of_time: Vec<f64> = data.t_s.iter().enumerate().map(|(row, t)| TAU * (t - data.run_start_s(row))).collect();
     let highest_Hz = criteria.max_frequency_Hz.min(criteria.max_frequency_per_row / data.dt_s);
-    let frequencies = of(&turns_of_time, highest_Hz, PeriodOf::Time);
+    let frequencies = of(&phase_of_time(data), highest_Hz, PeriodOf::Time);
     Periods::new(per_turn, frequencies, tested)
+}
+
+/// Gradient of ln L by a voltage in each row, which acts as the torque K v/R and as the current v/R; `None` where the voltage is not the input.
+fn by_voltage(base: &PredictedModel, gradient: &Gradient) -> Option<Vec<f64>> {
+    let fitted = &base.fitted;
+    let constant = |which: BaseParameter| fitted.model.base(which);
+    let (k, resistance) = (constant(BaseParameter::MotorConstant)?, constant(BaseParameter::Resistance).filter(|r| *r > 0.0)?);
+    let current = fitted.data.channels.iter().position(|c| c.channel == Channel::Current);
+    let of_row = |row: usize| (k * gradient.torque[row] + current.map_or(0.0, |c| gradient.readings[c][row])) / resistance;
+    (fitted.data.driven == Input::Voltage).then(|| (0..fitted.data.len()).map(of_row).collect())
+}
+
+/// The best frequencies, Hz, of a torque and of a relative change of the voltage that oscillate in time.
+pub fn search_frequencies(base: &PredictedModel) -> Frequencies {
+    let Some(gradient) = base.gradient() else { return Frequencies::default() };
+    let data = &base.fitted.data;
+    let criteria = &base.fitted.context.criteria.harmonics;
+    let phase = phase_of_time(data);
+    let limits = (criteria.min_periods_in_log, criteria.max_frequency_Hz.min(criteria.max_frequency_per_row / data.dt_s));
+    let best = |series: &[f64]| best_periods(&phase, series, limits, &[], 1).0.first().copied();
+    let voltage = by_voltage(base, &gradient).map(|by| by.iter().zip(data.input.iter()).map(|(g, u)| g * u).collect::<Vec<f64>>());
+    Frequencies { torque_Hz: best(&gradient.torque), voltage_Hz: voltage.and_then(|v| best(&v)) }
+}
+
+/// 2π × time from the begin of each log.
+fn phase_of_time(data: &PreparedLog) -> Vec<f64> {
+    data.t_s.iter().enumerate().map(|(row, t)| TAU * (t - data.run_start_s(row))).collect()
 }
 
 /// The orders between the limits (in periods per log, in periods per turn of the phase) whose power is highest above that of their neighbours, without
@@ -156,17 +183,11 @@ fn search_orders(base: &PredictedModel, gradient: &Gradient) -> HarmonicOrders {
         (theta[b] - theta[a]) / (data.t_s[b] - data.t_s[a]).max(1e-12)
     };
     let k = model.base(BaseParameter::MotorConstant);
-    let resistance = model.base(BaseParameter::Resistance).unwrap_or(0.0);
     let motor_constant = match (k, measured_current(data)) {
         (Some(k), Some(current)) => {
-            // The back-EMF acts as a voltage: as the torque K v/R, and as the current v/R.
-            let by_voltage = |row: usize| {
-                if data.driven != Input::Voltage || resistance <= 0.0 {
-                    return 0.0;
-                }
-                (k * gradient.torque[row] + channel(Channel::Current).map_or(0.0, |c| gradient.readings[c][row])) / resistance
-            };
-            let value = |row: usize| k * (current[row] * gradient.torque[row] - rate(row) * by_voltage(row));
+            // The back-EMF acts as a voltage.
+            let voltage = by_voltage(base, gradient).unwrap_or_else(|| vec![0.0; theta.len()]);
+            let value = |row: usize| k * (current[row] * gradient.torque[row] - rate(row) * voltage[row]);
             best(&powers(theta, value, highest), &known(HarmonicSource::MotorConstant), ORDERS)
         }
         _ => Vec::new(),
