@@ -94,7 +94,8 @@ fn event_is_at_the_time_of_each_log() {
 #[test]
 fn timed_torque_counts_from_the_first_row_of_each_log() {
     let mut stand = Stand::default();
-    let parameters = [("timed_torque_N_m".to_owned(), 8e-4), ("timed_torque_Hz".to_owned(), 1.37), ("timed_torque_phase_rad".to_owned(), 0.4)];
+    let parameters =
+        [("timed_torque_N_m".to_owned(), 8e-4), ("timed_torque_Hz".to_owned(), 1.37), ("timed_torque_phase_rad".to_owned(), 0.4)];
     stand.effects.insert("timed-torque".to_owned(), parameters.into());
     // Lengths that are no whole number of periods.
     let all: Vec<Log> = (1..=3).map(|seed| own::log(&stand, Mode::Voltage, ProfileKind::MultiStep, 8.1, seed)).collect();

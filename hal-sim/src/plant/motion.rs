@@ -116,7 +116,8 @@ impl Plant {
                 total.coulomb_torque += rub.rub_N_m;
                 total.viscous += rub.rub_N_m_s;
             }
-            total.coulomb_torque += self.running.coulomb_N_m(t_s) + self.outsiders.ball_defect.map_or(0.0, |ball| ball.coulomb_N_m(s[THETA]));
+            total.coulomb_torque +=
+                self.running.coulomb_N_m(t_s) + self.outsiders.ball_defect.map_or(0.0, |ball| ball.coulomb_N_m(s[THETA]));
             total.torque += self.running.torque_N_m(t_s);
         }
         (total, current)

@@ -12,12 +12,12 @@ pub mod ball_defect;
 pub mod fluid_rotor;
 pub mod grinding_bearing;
 pub mod hunting_supply;
+mod random_path;
 pub mod sagging_converter;
 pub mod sector_rub;
 pub mod slipping_clutch;
 pub mod sticky_rate_sensor;
 pub mod wandering_load;
-mod random_path;
 
 use bad_contact::Contact;
 use sagging_converter::Sag;
@@ -30,12 +30,12 @@ pub use ball_defect::BallDefect;
 pub use fluid_rotor::FluidRotor;
 pub use grinding_bearing::GrindingBearing;
 pub use hunting_supply::HuntingSupply;
+use random_path::RandomPath;
 pub use sagging_converter::SaggingConverter;
 pub use sector_rub::SectorRub;
 pub use slipping_clutch::SlippingClutch;
 pub use sticky_rate_sensor::StickyRateSensor;
 pub use wandering_load::WanderingLoad;
-use random_path::RandomPath;
 
 /// The disturbances of a stand; none by default.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
