@@ -157,7 +157,7 @@ fn rows_without_a_value_are_left_out_and_counted() {
             }
         })
         .collect();
-    std::fs::write(path.join("holes.csv"), with_holes.join("\n")).unwrap();
+    std::fs::write(path.join("holes.csv"), with_holes.join("\n") + "\n").unwrap();
     stand(path, &["log", "inspect", "holes.csv", "--accept"]).succeeded();
     let log = Log::read(path.join("holes.csv")).unwrap();
     assert_eq!((log.len(), log.segments().len()), (990, 2));

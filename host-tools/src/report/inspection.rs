@@ -136,7 +136,9 @@ fn sentence(question: &Question) -> String {
 
 /// What a person must still decide before the mapping can be accepted; one line.
 pub fn open_question(inspection: &Inspection) -> Option<String> {
-    if let Some(refusal) = &inspection.refusal {
+    // Until it is stated how much a unit of the file is, the column has a unit of another quantity and cannot be read.
+    let is_size = |q: &Question| matches!(q, Question::Size { .. });
+    if let Some(refusal) = inspection.refusal.as_ref().filter(|_| !inspection.questions.iter().any(is_size)) {
         return Some(refusal.to_string());
     }
     let all: Vec<String> = inspection.questions.iter().map(sentence).collect();

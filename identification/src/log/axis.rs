@@ -102,6 +102,16 @@ impl Axis {
         }
     }
 
+    /// Key of a note in a file of this axis.
+    pub fn file_note(self, key: &str) -> &str {
+        match self {
+            Axis::Rotary => key,
+            Axis::Linear => {
+                QUANTIZATION_NOTES.iter().find(|(_, rotary)| *rotary == key).map_or(self.file_column(key), |(linear, _)| linear)
+            }
+        }
+    }
+
     /// A unit on this axis.
     pub fn unit(self, unit: &'static str) -> &'static str {
         self.translated(&UNITS, unit)
@@ -144,18 +154,20 @@ pub fn of_linear_column(name: &str) -> Option<&'static str> {
     COLUMNS.iter().find(|(_, linear)| *linear == name).map(|(rotary, _)| *rotary)
 }
 
+/// Keys of notes about the least significant bit of a column: linear, rotary.
+const QUANTIZATION_NOTES: [(&str, &str); 6] = [
+    ("x_lsb", "theta_lsb"),
+    ("x_lsb_m", "theta_lsb_rad"),
+    ("v_lsb", "omega_lsb"),
+    ("v_lsb_m_s", "omega_lsb_rad_s"),
+    ("force_lsb", "torque_lsb"),
+    ("force_lsb_N", "torque_lsb_N_m"),
+];
+
 /// Key of a note about a column of a linear axis, as of the rotary one: `v_m_s`, `x_lsb_m`; `None` for other keys.
 pub fn rotary_note(key: &str) -> Option<String> {
-    const QUANTIZATION: [(&str, &str); 6] = [
-        ("x_lsb", "theta_lsb"),
-        ("x_lsb_m", "theta_lsb_rad"),
-        ("v_lsb", "omega_lsb"),
-        ("v_lsb_m_s", "omega_lsb_rad_s"),
-        ("force_lsb", "torque_lsb"),
-        ("force_lsb_N", "torque_lsb_N_m"),
-    ];
     let of_column = of_linear_column(key);
-    of_column.or_else(|| QUANTIZATION.iter().find(|(linear, _)| *linear == key).map(|(_, rotary)| *rotary)).map(str::to_owned)
+    of_column.or_else(|| QUANTIZATION_NOTES.iter().find(|(linear, _)| *linear == key).map(|(_, rotary)| *rotary)).map(str::to_owned)
 }
 
 #[cfg(test)]

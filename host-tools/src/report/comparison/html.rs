@@ -48,7 +48,8 @@ fn head(c: &Comparison, page: &mut Page) {
     let steps = if c.fitted { format!(", {} steps", c.result.steps) } else { String::new() };
     entries.push(("Computing time", format!("{} s{steps}", numbers::significant(c.seconds, 2))));
     page.definitions(entries);
-    let notes: Vec<String> = c.log.notes().iter().map(|(key, value)| format!("{key}: {value}")).collect();
+    let axis = c.model.axis();
+    let notes: Vec<String> = c.log.notes().iter().map(|(key, value)| format!("{}: {value}", axis.file_note(key))).collect();
     if !notes.is_empty() {
         page.details("Notes of the log", Class::Notes, notes.join(" · "));
     }

@@ -18,6 +18,9 @@ use crate::words::nearest;
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ImportMapping {
+    /// Name of the file that it was written for. It is not of another file of the same stem beside it, as a conversion makes one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
     /// Row rate where the file has no time, Hz.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sample_rate_Hz: Option<f64>,
@@ -91,6 +94,11 @@ impl ImportMapping {
         let text = std::fs::read_to_string(&path).map_err(|e| LogError::new(&path, LogErrorKind::Read(e)))?;
         let one_line = |e: toml::de::Error| LogErrorKind::ImportFile(e.to_string().trim().replace('\n', " "));
         let mut mapping: ImportMapping = toml::from_str(&text).map_err(|e| LogError::new(&path, one_line(e)))?;
+        // A file that was renamed with its import file keeps it.
+        let is_of_another = |file: &String| log.file_name().is_some_and(|own| own != file.as_str()) && log.with_file_name(file).is_file();
+        if mapping.file.as_ref().is_some_and(is_of_another) {
+            return Ok(None);
+        }
         for column in mapping.columns.values_mut() {
             if let Some(rotary) = axis::of_linear_column(&column.is) {
                 column.is = rotary.to_owned();
@@ -113,8 +121,9 @@ impl ImportMapping {
     pub fn write_beside(&self, log: &Path) -> Result<PathBuf, LogError> {
         let path = file_of(log);
         let fail = |e: std::io::Error| LogError::new(&path, LogErrorKind::Write(e));
-        let body = toml::to_string(self).map_err(|e| fail(std::io::Error::other(e)))?;
         let name = log.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        let of_this = ImportMapping { file: Some(name.clone()), ..self.clone() };
+        let body = toml::to_string(&of_this).map_err(|e| fail(std::io::Error::other(e)))?;
         let text = format!(
             "# How stand reads {name}: \"name in the file\" = {{ is = \"column of the project\", unit = \"unit in the file\" }}\n{body}"
         );

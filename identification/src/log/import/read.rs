@@ -184,7 +184,9 @@ fn times(
         let kind = match readings.windows(2).any(|w| w[1] < w[0]) {
             false if repeats as f64 > MIN_COARSE_FRACTION * readings.len() as f64 => {
                 let duration = (readings[readings.len() - 1] - readings[0]) * scale;
-                LogErrorKind::CoarseTime { repeats, rows: readings.len(), rate_Hz: (readings.len() - 1) as f64 / duration }
+                // Equal rows of a coarse clock were left out, but are rows.
+                let intervals = complete[complete.len() - 1] - complete[0];
+                LogErrorKind::CoarseTime { repeats, rows: readings.len(), rate_Hz: intervals as f64 / duration }
             }
             _ => LogErrorKind::time(in_seconds(before), in_seconds(now)),
         };
