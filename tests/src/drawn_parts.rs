@@ -121,7 +121,7 @@ fn gyro_truth(seed: u64, imu: &ImuSetup, drawn: &[(&'static str, f64)], record: 
     for q in &findings.quantities {
         match q.meaning {
             Some(Meaning::DynamicScale { mean_rad_s: m, amplitude_rad_s: a }) => {
-                truth.push(("scale_dynamic", at_rest * (1.0 + 2.0 * c2_mounted * m + 3.0 * c3 * (m * m + 0.25 * a * a))));
+                truth.push(("scale_dynamic", at_rest * (1.0 + 2.0 * get("quadratic_s") * m + 3.0 * c3 * (m * m + 0.25 * a * a))));
             }
             Some(Meaning::InRunStability { averaging_s, .. }) => {
                 let variance = n_rad_s_rts.powi(2) / averaging_s + floor_2 + k * k * averaging_s / 3.0;
