@@ -11,24 +11,21 @@ use hal_sim::peripherals::Noise;
 use std::fmt::Write as _;
 use std::path::Path;
 
-/// A rate table's staircase in two files: scale 1.02, bias 0.01 rad/s.
+/// A rate table's staircase: scale 1.02, bias 0.01 rad/s.
 fn staircase(folder: &Path) {
     let mut noise = Noise::new(5, 0, 1e-3);
     let mut table = "file,from,to,rate_deg_s,temperature_C\n".to_owned();
-    for (file, sign) in [("up.csv", 1.0), ("down.csv", -1.0)] {
-        let mut log = "t_s,gyro_rad_s\n".to_owned();
-        for (step, rate_deg_s) in [0.0, 20.0, 40.0, 60.0, 80.0].into_iter().enumerate() {
-            let rate_deg_s = sign * rate_deg_s;
-            let from_s = 20.0 * step as f64;
-            // Between the steps the table accelerates: these rows are not in the table of steps.
-            for k in 0..2000 {
-                let reading = 1.02 * f64::to_radians(rate_deg_s) + 0.01 + noise.draw() + if k < 400 { 0.3 } else { 0.0 };
-                writeln!(log, "{:.2},{reading}", from_s + 0.01 * f64::from(k)).unwrap();
-            }
-            writeln!(table, "{file},{},{},{rate_deg_s},25", from_s + 5.0, from_s + 20.0).unwrap();
+    let mut log = "t_s,gyro_rad_s\n".to_owned();
+    for (step, rate_deg_s) in [0.0, 20.0, 40.0, 60.0, 80.0, 0.0, -20.0, -40.0, -60.0, -80.0].into_iter().enumerate() {
+        let from_s = 20.0 * step as f64;
+        // Between the steps the table accelerates: these rows are not in the table of steps.
+        for k in 0..2000 {
+            let reading = 1.02 * f64::to_radians(rate_deg_s) + 0.01 + noise.draw() + if k < 400 { 0.3 } else { 0.0 };
+            writeln!(log, "{:.2},{reading}", from_s + 0.01 * f64::from(k)).unwrap();
         }
-        std::fs::write(folder.join(file), log).unwrap();
+        writeln!(table, "up.csv,{},{},{rate_deg_s},25", from_s + 5.0, from_s + 20.0).unwrap();
     }
+    std::fs::write(folder.join("up.csv"), log).unwrap();
     std::fs::write(folder.join("steps.csv"), table).unwrap();
     std::fs::write(folder.join("known.toml"), "serial = \"F-1\"\nsettle_s = 0.2\n[known]\ncrystal_ppm = 100.0\n").unwrap();
 }

@@ -89,8 +89,6 @@ fn gyro_truth(seed: u64, imu: &ImuSetup, drawn: &[(&'static str, f64)], record: 
     let (e, findings) = (&imu.gyro, &record.findings);
     let fs = findings.response_function.as_ref().map_or(10.0, |f| f.full_scale);
     let (c2, c3) = (e.quadratic_s, e.cubic_s2);
-    // The centripetal acceleration at the radius of the part.
-    let c2_mounted = c2 - e.g_sensitivity_s_m * imu.radius_m * imu.chi_rad.cos();
     let slope = 1.0 + 0.6 * c3 * fs * fs;
     let at_rest = get("scale") / (1.0 + 0.6 * c3 * 100.0);
     let (n_rad_s_rts, b, k) = (imu.gyro_noise_rad_s_rtHz / 2_f64.sqrt(), imu.gyro_bias_instability_rad_s, imu.gyro_random_walk_rad_s_rts);
@@ -104,7 +102,7 @@ fn gyro_truth(seed: u64, imu: &ImuSetup, drawn: &[(&'static str, f64)], record: 
         ("scale", at_rest * slope),
         ("bias_rad_s", get("bias_rad_s") + slow_mean(seed, SLOW_STREAMS[0], [b, k], &[staircase])),
         ("nonlinearity_percent_fs", 100.0 * (2.0 / 3.0 * (c2 * fs).abs() + 0.4 * (c3 * fs * fs).abs())),
-        ("quadratic_s", c2_mounted),
+        ("quadratic_s", get("quadratic_s")),
         ("asymmetry_percent", 200.0 * c2 * fs / slope),
         ("hysteresis_percent_fs", 0.0),
         ("repeatability_percent_fs", 100.0 * repeatability / (fs * imu.gyro_scale)),
@@ -123,7 +121,7 @@ fn gyro_truth(seed: u64, imu: &ImuSetup, drawn: &[(&'static str, f64)], record: 
     for q in &findings.quantities {
         match q.meaning {
             Some(Meaning::DynamicScale { mean_rad_s: m, amplitude_rad_s: a }) => {
-                truth.push(("scale_dynamic", at_rest * (1.0 + 2.0 * c2_mounted * m + 3.0 * c3 * (m * m + 0.25 * a * a))));
+                truth.push(("scale_dynamic", at_rest * (1.0 + 2.0 * get("quadratic_s") * m + 3.0 * c3 * (m * m + 0.25 * a * a))));
             }
             Some(Meaning::InRunStability { averaging_s, .. }) => {
                 let variance = n_rad_s_rts.powi(2) / averaging_s + floor_2 + k * k * averaging_s / 3.0;

@@ -81,7 +81,8 @@ pub fn drawn_sensor(seed: u64, assumed: &Assumptions, full_scale_rad_s: f64) -> 
         ("scale", scale * (1.0 + 0.6 * cubic * fs * fs) * (1.0 + crystal)),
         ("bias_rad_s", if assumed.latitude_deg.is_some() { bias } else { bias + scale * earth }),
         ("nonlinearity_percent_fs", nonlinearity),
-        ("quadratic_s", quadratic),
+        // With the centripetal acceleration at the radius of the device.
+        ("quadratic_s", quadratic - g_sensitivity_s_m * radius_m * chi_deg.to_radians().cos()),
         // Of the element without the low-pass of the chip.
         ("element_bandwidth_Hz", natural_Hz * ((-b + (b * b + 4.0).sqrt()) / 2.0).sqrt()),
         ("natural_Hz", natural_Hz),

@@ -1,7 +1,7 @@
 //! Parameters of the drive model by output error from the step with the strongest excitation, and the inertia by a known added inertia.
 
 use super::fitted_drive::{Drive, get};
-use super::{harmonics as torque_harmonics, reading_contributions};
+use super::{clock, harmonics as torque_harmonics, reading_contributions};
 use crate::acquire::calibration_session::Session;
 use crate::calibrate::{AbsenceReason, Basis, Findings, Meaning, Remark, Step};
 use crate::calibrate::{Contribution, Quantity};
@@ -102,14 +102,14 @@ pub(super) fn add(steps: &[Step], session: &Session, findings: &mut Findings) ->
     }
     let (j, k, r) = (get(&result, "inertia_kg_m2")?, get(&result, "motor_constant_N_m_A")?, get(&result, "resistance_ohm")?);
     let b = get(&result, "viscous_N_m_s").unwrap_or((0.0, 0.0));
-    time_constants(findings, &result, misfit, j.0, k.0, r.0, b.0);
+    time_constants(findings, session, &result, misfit, [j.0, k.0, r.0, b.0]);
     inertia_by_added(steps, &result, &harmonics, findings);
     Drive::of(&result, misfit)
 }
 
 /// τ_m = J R/(K² + R b), τ_e = L/R. Scale errors of voltage and current cancel in both, except for the small part of b; so do most errors of the fit, whose
-/// parameters are correlated (GUM 5.2.2).
-fn time_constants(findings: &mut Findings, result: &FitResult, misfit: f64, j: f64, k: f64, r: f64, b: f64) {
+/// parameters are correlated (GUM 5.2.2). The clock is that of the stand.
+fn time_constants(findings: &mut Findings, session: &Session, result: &FitResult, misfit: f64, [j, k, r, b]: [f64; 4]) {
     let u_of = |gradient: &[(&str, f64)]| {
         let place = |name: &str| result.parameters.list.iter().position(|p| p.name == name);
         let terms: Vec<(usize, f64)> = gradient.iter().filter_map(|(name, g)| Some((place(name)?, *g))).collect();
@@ -125,15 +125,17 @@ fn time_constants(findings: &mut Findings, result: &FitResult, misfit: f64, j: f
         ("motor_constant_N_m_A", -2.0 * value * k / denominator),
         ("viscous_N_m_s", -value * r / denominator),
     ]);
-    findings
-        .quantities
-        .push(Quantity::new("mechanical_time_constant_s", "s", value, vec![contribution(u)]).meaning(Meaning::MechanicalTimeConstant));
+    findings.quantities.push(
+        Quantity::new("mechanical_time_constant_s", "s", value, vec![contribution(u), clock(session, -value)])
+            .meaning(Meaning::MechanicalTimeConstant),
+    );
     if let Some((l, _)) = get(result, "inductance_H").filter(|l| l.0 > 0.0) {
         let value = l / r;
         let u = u_of(&[("inductance_H", 1.0 / r), ("resistance_ohm", -value / r)]);
-        findings
-            .quantities
-            .push(Quantity::new("electrical_time_constant_s", "s", value, vec![contribution(u)]).meaning(Meaning::ElectricalTimeConstant));
+        findings.quantities.push(
+            Quantity::new("electrical_time_constant_s", "s", value, vec![contribution(u), clock(session, -value)])
+                .meaning(Meaning::ElectricalTimeConstant),
+        );
     }
 }
 

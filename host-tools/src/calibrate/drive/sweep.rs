@@ -4,6 +4,7 @@
 //! Ω = Ω₀ + α∫u − β θ − γ t (docs/theory.md §4). The corner β/2π lies below the frequencies at which a chirp has enough periods for a lock-in; the
 //! lock-in responses are shown with the curve.
 
+use super::clock;
 use crate::acquire::calibration_session::Session;
 use crate::calibrate::gyro::along_chirp;
 use crate::calibrate::lock_in::Response;
@@ -103,13 +104,7 @@ pub(super) fn add(steps: &[Step], session: &Session, findings: &mut Findings) {
     let value = h.beta.0 / TAU;
     let contributions = vec![
         Contribution::type_a("noise", h.beta.1 / TAU, h.dof, Basis::RatesAboutIntegratedLaw { count: h.rates }),
-        Contribution::rectangular(
-            "clock",
-            session.assumptions.crystal_ppm * 1e-6,
-            "1",
-            value,
-            Basis::Crystal { half_width_ppm: session.assumptions.crystal_ppm },
-        ),
+        clock(session, value),
     ];
     findings.quantities.push(Quantity::new(name, "Hz", value, contributions).meaning(Meaning::DriveBandwidth));
     // Lock-in of voltage over rate, inverted. The voltage is constant over its row, so its mean time is half a row later.
