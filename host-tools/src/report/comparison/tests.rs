@@ -45,6 +45,7 @@ fn data(log: &Log) -> PreparedLog<'_> {
         outliers: None,
     };
     PreparedLog {
+        predictor: None,
         t_s: log.t_s().into(),
         axis: Default::default(),
         input: log.column("u_V").unwrap().into(),
