@@ -7,9 +7,10 @@ use drive_model::Coordinate;
 
 use super::candidate::{Candidate, Extension};
 use super::free_form;
+use super::free_run::{Stage, free_run};
 use super::model::PredictedModel;
 use super::recorded::without_outliers;
-use super::search::{Found, MIN_BIC_IMPROVEMENT, Node, Stage, search};
+use super::search::{Found, MIN_BIC_IMPROVEMENT, Node, search};
 use super::starts::search_frequencies;
 use crate::identify::explain::Context;
 use crate::identify::explain::adequacy::{self, Adequacy, adequacy};
@@ -21,7 +22,7 @@ use crate::identify::explain::reasons::{Progress, Refusal, Remark};
 use crate::identify::explain::search_path::{Added, Search};
 use crate::identify::explain::unknown_structure::{self, Proposal};
 use crate::identify::fit::prepare::PreparationNote;
-use crate::identify::fit::{self, FitError, Iterate, PreparedLog, build, initial_state_kinds, starting_states};
+use crate::identify::fit::{self, FitError, Iterate, PreparedLog, build};
 use crate::identify::predict::fit::Prediction;
 use crate::model::{Model, SummingPoint};
 use crate::statistics::Extremes;
@@ -51,22 +52,6 @@ pub fn given<'a>(context: Context<'a>, model: &Model, data: &PreparedLog<'a>) ->
     let Some((predicted, notes)) = without_outliers(context, model, data, None) else { return Ok(None) };
     let free_run = free_run(context, &Stage { model: model.clone(), prediction: predicted.prediction.clone() }, &predicted.fitted.data)?;
     Ok(Some(Given { predicted, free_run, notes }))
-}
-
-/// A stage as a free run: fitted from the parameters of its prediction-error form.
-pub fn free_run<'a>(context: Context<'a>, stage: &Stage, data: &PreparedLog<'a>) -> Result<FittedModel<'a>, FitError> {
-    let data = PreparedLog { predictor: None, ..data.clone() };
-    let (system, mut parameters) = build::system(&stage.model, data.temp_C.is_some());
-    for p in &mut parameters.list {
-        if let Some(fitted) = stage.prediction.parameters.list.iter().find(|q| q.name == p.name) {
-            p.value = fitted.value;
-        }
-    }
-    let kinds = initial_state_kinds(&system.rig::<f64>(&parameters, data.driven), &data);
-    let states = starting_states(&kinds, &data, &parameters, &system);
-    let noise = Prediction::new(&system, &data).series_noise();
-    let fit = fit::refit(&system, &parameters, &data, &states, &noise)?;
-    Ok(FittedModel::new(context, &stage.model, system, parameters, fit, data))
 }
 
 /// Searches from the given model.

@@ -4,13 +4,16 @@
 //!
 //! * [`model`]: a model with its random torque and noise, fitted by homotopy ([`crate::identify::predict`]);
 //! * [`screen`]: every effect of the catalogue, scored by its sensitivity in one linearised pass;
-//! * [`candidate`]: the best few, fitted;
-//! * [`search`]: a beam of models; add, compare, remove what is not needed.
+//! * [`starts`]: orders, periods and times at which an effect is tried, by the gradient of the likelihood;
+//! * [`candidate`] ([`colour`], [`recorded`], [`free_form`]): the best few, fitted; coloured noise and conventions of the recording compete with them;
+//! * [`search`]: a beam of models; add, compare, remove what is not needed;
+//! * [`explanation`] ([`free_run`]): stages as free runs, candidates, verdict.
 
 mod candidate;
 mod colour;
 pub mod explanation;
 mod free_form;
+mod free_run;
 mod model;
 mod recorded;
 mod screen;

@@ -2,7 +2,7 @@
 
 use crate::identify::explain::Context;
 use crate::identify::explain::fitted_model::FittedModel;
-use crate::identify::fit::{self, Iterate, Parameters, PreparedLog, System};
+use crate::identify::fit::{self, FitResult, Iterate, Parameters, PreparedLog, System, build};
 use crate::identify::predict::PredictionFit;
 use crate::identify::predict::adjoint::{self, Gradient};
 use crate::identify::predict::fit::Prediction;
@@ -33,6 +33,17 @@ impl<'a> PredictedModel<'a> {
         let iterate = Iterate::new(&system, &prediction.parameters, &data, &prediction.initial_states);
         let fit = fit::evaluate(&system, &data, iterate, &noise);
         PredictedModel { fitted: FittedModel::new(context, model, system, start, fit, data), prediction }
+    }
+
+    /// Fits a model: from its values, and from a fit of its free run where there is one. `None` where it cannot be fitted in prediction-error form.
+    pub fn fit_from_far(context: Context<'a>, model: &Model, data: &PreparedLog<'a>, free_run: Option<&FitResult>) -> Option<Self> {
+        let (system, parameters) = build::system(model, data.temp_C.is_some());
+        let prediction = Prediction::new(&system, data);
+        let from_far = prediction.fit_from_far(&parameters);
+        let from_free_run = free_run.and_then(|fit| prediction.fit_from_far(&fit.parameters));
+        let fits = [from_far, from_free_run].into_iter().flatten();
+        let fit = fits.min_by(|a, b| a.minus_2_ln_likelihood.total_cmp(&b.minus_2_ln_likelihood))?;
+        Some(PredictedModel::new(context, model, system, parameters, data, fit))
     }
 
     /// Gradient of the likelihood by torque and readings; `None` for a model that is not finite.

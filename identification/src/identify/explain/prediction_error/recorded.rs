@@ -4,7 +4,6 @@
 //! beside a hidden effect. A convention that no note states competes with the effects.
 
 use super::model::PredictedModel;
-use super::search::given;
 use crate::identify::explain::Context;
 use crate::identify::fit::prepare::PreparationNote;
 use crate::identify::fit::{FitResult, PreparedLog, outliers};
@@ -20,14 +19,14 @@ pub fn without_outliers<'a>(
     data: &PreparedLog<'a>,
     free_run: Option<&FitResult>,
 ) -> Option<(PredictedModel<'a>, Vec<PreparationNote>)> {
-    let mut best = given(context, model, data, free_run)?;
+    let mut best = PredictedModel::fit_from_far(context, model, data, free_run)?;
     let own = &best.fitted;
     let noise: Vec<f64> = own.fit.channels.iter().map(|c| c.noise).collect();
     let found = outliers::find(&own.data, &own.residuals(), &noise);
     if found.iter().any(|rows| !rows.is_empty()) {
         let mut data = PreparedLog { predictor: None, ..own.data.clone() };
         data.exclude(found);
-        best = given(context, model, &data, Some(&own.fit))?;
+        best = PredictedModel::fit_from_far(context, model, &data, Some(&own.fit))?;
     }
     let of = best.fitted.data.len();
     let notes = outliers::count(&best.fitted.data).into_iter().map(|(channel, rows)| PreparationNote::Outliers { channel, rows, of });

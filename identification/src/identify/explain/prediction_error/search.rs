@@ -5,19 +5,17 @@ use rayon::prelude::*;
 
 use super::candidate::{Candidate, Extension};
 use super::colour::coloured_channels;
-use super::explanation::free_run;
+use super::free_run::{Stage, free_run};
 use super::model::PredictedModel;
 use super::recorded::{conventions, min_gain};
 use super::screen::Screening;
-use crate::identify::explain::Context;
 use crate::identify::explain::adequacy::input_between_samples;
 use crate::identify::explain::criteria::MisfitClass;
 use crate::identify::explain::fitted_model::FittedModel;
 use crate::identify::explain::reasons::{Progress, Refusal, Remark};
 use crate::identify::explain::trials::is_modified_by_another;
 use crate::identify::fit::prepare::PreparationNote;
-use crate::identify::fit::{FitError, FitResult, Parameters, PreparedLog, build};
-use crate::identify::predict::PredictionFit;
+use crate::identify::fit::{FitError, Parameters, build};
 use crate::identify::predict::fit::{NoiseModel, Prediction};
 use crate::model::Model;
 
@@ -38,15 +36,6 @@ const MIN_PART: f64 = 0.03;
 const MIN_RIVAL_FRACTION: f64 = 0.5;
 /// Extensions that are made at most.
 const MAX_ADDED: usize = 10;
-
-/// A model on the way, fitted.
-#[derive(Clone)]
-pub struct Stage {
-    /// The model.
-    pub model: Model,
-    /// Its fit.
-    pub prediction: PredictionFit,
-}
 
 /// An added effect.
 #[derive(Clone, PartialEq)]
@@ -113,17 +102,6 @@ pub struct Found<'a> {
     pub screening: Screening,
     /// Remarks for the user.
     pub remarks: Vec<Remark>,
-}
-
-/// Fits the given model: from its values, and from a fit of its free run where there is one. `None` where it cannot be fitted in prediction-error form.
-pub fn given<'a>(context: Context<'a>, model: &Model, data: &PreparedLog<'a>, free_run: Option<&FitResult>) -> Option<PredictedModel<'a>> {
-    let (system, parameters) = build::system(model, data.temp_C.is_some());
-    let prediction = Prediction::new(&system, data);
-    let from_far = prediction.fit_from_far(&parameters);
-    let from_free_run = free_run.and_then(|fit| prediction.fit_from_far(&fit.parameters));
-    let fits = [from_far, from_free_run].into_iter().flatten();
-    let fit = fits.min_by(|a, b| a.minus_2_ln_likelihood.total_cmp(&b.minus_2_ln_likelihood))?;
-    Some(PredictedModel::new(context, model, system, parameters, data, fit))
 }
 
 /// Candidates beside a model, the best first.
