@@ -16,6 +16,7 @@ fn compared(shows: Channel, mean_before_s: Option<f64>) -> ComparedChannel<'stat
 
 fn prepared<'a>(t_s: &'a [f64], channel: ComparedChannel<'a>) -> PreparedLog<'a> {
     PreparedLog {
+        predictor: None,
         t_s: t_s.into(),
         axis: Default::default(),
         input: (&[]).into(),
