@@ -48,7 +48,8 @@ fn logs_with_a_table_of_steps_are_calibrated() {
     assert!((number(clock, "contribution") / (1.02 * 1e-4 / 3_f64.sqrt()) - 1.0).abs() < 0.01, "{clock}");
     // Display units change the text only.
     let text = stand(path, &[&words[..], &["--units", "deg/h"]].concat()).succeeded().out;
-    assert!(text.lines().any(|line| line.trim_start().starts_with("bias_rad_s") && line.contains("°/h")), "{text}");
+    assert!(text.contains("logs of another program (1)"), "{text}");
+    assert!(text.lines().any(|line| line.trim_start().starts_with("bias ") && line.contains("°/h")), "{text}");
 }
 
 #[test]

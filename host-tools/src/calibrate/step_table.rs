@@ -148,7 +148,7 @@ fn cut<'r>(log: &Log, rows: &[&'r Row], file: &str) -> Result<Step, (&'r Row, St
     let mut columns: Vec<Column> = log
         .columns()
         .iter()
-        .filter(|c| !replaced.contains(&c.name.as_str()) && !(has_temperature && c.name == "sensor_C"))
+        .filter(|c| !(replaced.contains(&c.name.as_str()) || has_temperature && c.name == "sensor_C"))
         .map(|c| Column { name: c.name.clone(), values: kept.iter().map(|k| c.values[*k]).collect() })
         .collect();
     let mut add = |name: &str, values: Vec<f64>| columns.push(Column { name: name.to_owned(), values });

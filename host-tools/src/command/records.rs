@@ -150,8 +150,11 @@ impl From<StoreError> for CliError {
     }
 }
 
-/// The records below a folder or in a store, and the messages about skipped files. A record of a store has its number.
-fn records_and_messages(folder: &Path) -> Result<(Vec<(Option<i64>, ArchivedRecord)>, Vec<String>), CliError> {
+/// A record, with its number if it is one of a store.
+type NumberedRecord = (Option<i64>, ArchivedRecord);
+
+/// The records below a folder or in a store, and the messages about skipped files.
+fn records_and_messages(folder: &Path) -> Result<(Vec<NumberedRecord>, Vec<String>), CliError> {
     if RecordStore::is_store(folder) {
         let records = RecordStore::open(folder)?.records()?;
         return Ok((records.into_iter().map(|(number, record)| (Some(number), record)).collect(), Vec::new()));

@@ -236,7 +236,7 @@ pub(super) fn add(
     let mut used: Vec<Point> = all.iter().filter(|p| is_large(p.log) && has_two(p.log)).cloned().collect();
     // While the device warms, its output at rest shows the temperature coefficient of the bias best.
     let at_rest = rest_points(steps, settings);
-    if !used.is_empty() && used.iter().chain(&at_rest).map(|p| p.temperature_C).is_warming() {
+    if !used.is_empty() && covers_a_range(used.iter().chain(&at_rest).map(|p| p.temperature_C)) {
         used.extend(at_rest);
     }
     let clipped = || findings.remarks.iter().find(|r| matches!(r, Remark::Clipped { .. })).cloned();
@@ -271,11 +271,7 @@ pub(super) fn add(
 }
 
 /// Whether temperatures cover the range of a surface.
-trait Warming: Iterator<Item = f64> + Sized {
-    fn is_warming(self) -> bool {
-        let (low, high) = self.filter(|t| t.is_finite()).min_max();
-        high - low >= MIN_RANGE_K
-    }
+fn covers_a_range(temperatures_C: impl Iterator<Item = f64>) -> bool {
+    let (low, high) = temperatures_C.filter(|t| t.is_finite()).min_max();
+    high - low >= MIN_RANGE_K
 }
-
-impl<I: Iterator<Item = f64>> Warming for I {}

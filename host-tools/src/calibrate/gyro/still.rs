@@ -67,7 +67,8 @@ fn in_run_stability(steps: &[&Step], settings: &GyroSettings) -> Option<Quantity
         return None;
     }
     let factors: Vec<usize> = (0..).map(|k| 1_usize << k).take_while(|m| m * MIN_AVERAGES <= count).collect();
-    let series = Series::of_rates(means, &[0..count]);
+    let whole = 0..count;
+    let series = Series::of_rates(means, &[whole]);
     let least = series.overlapping(&factors).into_iter().filter(|v| v.variance > 0.0).min_by(|a, b| a.variance.total_cmp(&b.variance))?;
     let (deviation, averages) = (least.variance.sqrt(), count as f64 / least.factor as f64);
     // Degrees of freedom of the overlapping estimate for white rate noise (NIST SP 1065, table 5), m large.

@@ -12,7 +12,13 @@ pub(super) fn heading(header: &RecordHeader) -> String {
 /// Values with expanded uncertainties, absent quantities and remarks.
 pub fn text(record: &StoredRecord) -> String {
     let header = &record.header;
-    let mut out = format!("{}: {} of {} steps, begun {}\n", heading(header), header.steps.len(), header.session.steps.len(), header.began);
+    let (done, all) = (header.steps.len(), header.session.steps.len());
+    // Logs of another program have no session; the time is that of the evaluation.
+    let mut out = if all == 0 {
+        format!("{}: logs of another program ({done}), evaluated {}\n", heading(header), header.began)
+    } else {
+        format!("{}: {done} of {all} steps, begun {}\n", heading(header), header.began)
+    };
     let width = record.quantities.iter().map(|q| q.name.len()).max().unwrap_or(0);
     for q in &record.quantities {
         out += &format!("  {:<width$}  {}  ({})", q.name, with_expanded_u(q), coverage_text(q));
