@@ -33,7 +33,7 @@ use tempfile::TempDir;
 type Check = fn(&Path);
 
 /// `command word` as in the help; commands by name alone.
-const WORDS: [(&str, Check); 116] = [
+const WORDS: [(&str, Check); 118] = [
     (" --help", help_everywhere),
     (" --version", |f| assert!(stdout_of(f, &["--version"]).starts_with("stand "))),
     ("sim", |f| drop(session(f, &[]))),
@@ -409,6 +409,16 @@ const WORDS: [(&str, Check); 116] = [
         assert_ne!(before, std::fs::read(f.join("model.toml")).unwrap());
     }),
     ("explain --json", |f| json_in_both_places(f, &["explain", "log.csv", "--model", "model.toml"])),
+    ("explain --engine", |f| {
+        for engine in ["prediction-error", "whitened"] {
+            let answer = json(f, &["explain", "log.csv", "--model", "model.toml", "--engine", engine]);
+            assert_eq!(answer["verdict"], "adequate", "{engine}: {answer}");
+        }
+    }),
+    ("model new --axis", |f| {
+        let shown = stdout_of(f, &["model", "new", "line.toml", "--axis", "linear"]);
+        assert!(std::fs::read_to_string(f.join("line.toml")).unwrap().contains("mass_kg"), "{shown}");
+    }),
     ("explain --time-limit", |f| timed_out(f, &["explain", "log.csv", "--model", "model.toml"])),
     ("explain --html --plots", |f| page(f, &["explain", "log.csv", "--model", "model.toml"])),
     ("model", |f| drop(stdout_of(f, &["model", "show", "model.toml"]))),

@@ -55,7 +55,7 @@ pub const CARD: Card = Card {
         motion: Motion::Triangle(20.0, 8.0),
         duration_s: 8.0,
         output: Output::Voltage,
-        abscissa: Abscissa::Coordinate(Coordinate::Omega),
+        abscissa: Abscissa::Coordinate(Coordinate::Time),
         added: &[],
     }),
     law: &BridgeNonlinearity,

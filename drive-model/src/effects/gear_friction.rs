@@ -39,7 +39,7 @@ pub const CARD: Card = Card {
         motion: Motion::Sine(20.0, 1.0),
         duration_s: 2.0,
         output: Output::Current,
-        abscissa: Abscissa::Coordinate(Coordinate::Acceleration),
+        abscissa: Abscissa::Coordinate(Coordinate::Time),
         added: &[],
     }),
     limited_at_zero: &[0],

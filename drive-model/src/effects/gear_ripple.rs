@@ -60,7 +60,7 @@ pub const CARD: Card = Card {
     next_run: StandRun::LOW_RATES,
     demonstration: Some(Demonstration {
         motion: Motion::Constant(5.0),
-        duration_s: 8.0,
+        duration_s: 2.0,
         output: Output::Current,
         abscissa: Abscissa::TotalAngle,
         added: &[],

@@ -1,6 +1,6 @@
 //! Dead zone of the amplifier: no output up to a commanded voltage V, beyond it u − V sign(u).
 
-use crate::{Card, Contributions, Coordinate, Description, Domain, Law, Parameter, ParameterKind, Point, Requirement, Rival, Scalar, StandRun};
+use crate::{Abscissa, Card, Contributions, Coordinate, Demonstration, Description, Domain, Law, Motion, Output, Parameter, ParameterKind, Point, Requirement, Rival, Scalar, StandRun};
 
 /// The card of `voltage-dead-zone`.
 pub const CARD: Card = Card {
@@ -43,6 +43,13 @@ pub const CARD: Card = Card {
         },
     ],
     next_run: StandRun::SHARP_STEPS,
+    demonstration: Some(Demonstration {
+        motion: Motion::Sine(20.0, 1.0),
+        duration_s: 2.0,
+        output: Output::Voltage,
+        abscissa: Abscissa::Coordinate(Coordinate::Time),
+        added: &[],
+    }),
     limited_at_zero: &[0],
     law: &VoltageDeadZone,
     description: Description {

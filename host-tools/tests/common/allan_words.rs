@@ -6,8 +6,13 @@ use serde_json::Value;
 
 use super::{Check, help_everywhere, json, json_in_both_places, page, stand};
 
-pub const WORDS: [(&str, Check); 6] = [
+pub const WORDS: [(&str, Check); 7] = [
     ("allan --help", help_everywhere),
+    ("allan --units", |f| {
+        still(f);
+        let text = stand(f, &["allan", "still.csv", "--column", "gyro_rad_s", "--units", "deg/h"]).succeeded().out;
+        assert!(text.contains("°/h") || text.contains("°/√h"), "{text}");
+    }),
     ("allan <LOG> --column", |f| {
         still(f);
         let first = |log: &str, column: &str| allan(f, log, column, &[])["oadev"][0].as_f64().unwrap();

@@ -4,7 +4,7 @@ use super::calibrate_words::run;
 use super::calibration::SHORT;
 use super::{Check, help_everywhere, json, json_in_both_places, page, stand, stdout_of};
 
-pub const WORDS: [(&str, Check); 11] = [
+pub const WORDS: [(&str, Check); 23] = [
     ("records", |f| assert_eq!(stand(f, &["records"]).status, Some(2))),
     ("records --help", help_everywhere),
     ("records list --help", help_everywhere),
@@ -51,5 +51,69 @@ pub const WORDS: [(&str, Check); 11] = [
         run(f, "b", SHORT, &["--seed", "2"]);
         json_in_both_places(f, &["records", "trend", ".", "--serial", "S-1"]);
         page(f, &["records", "trend", ".", "--serial", "S-1"]);
+    }),
+    ("records add --help", help_everywhere),
+    ("records evaluate --help", help_everywhere),
+    ("records export --help", help_everywhere),
+    ("certificate --help", help_everywhere),
+    ("records add <STORE> <SESSIONS>... --json", |f| {
+        run(f, "a", SHORT, &[]);
+        run(f, "b", SHORT, &["--seed", "2"]);
+        assert!(stdout_of(f, &["records", "add", "store", "a", "b"]).contains("session 2 of store"));
+        json_in_both_places(f, &["records", "add", "store", "a"]);
+    }),
+    ("records show --session --units", |f| {
+        run(f, "a", SHORT, &[]);
+        stdout_of(f, &["records", "add", "store", "a"]);
+        let shown = stdout_of(f, &["records", "show", "store", "--session", "1", "--units", "deg/h"]);
+        assert!(shown.contains("°/h"), "{shown}");
+    }),
+    ("records evaluate <RECORD> --session --rate --reading --units --json", |f| {
+        run(f, "a", SHORT, &[]);
+        stdout_of(f, &["records", "add", "store", "a"]);
+        json_in_both_places(f, &["records", "evaluate", "store", "--session", "1", "--rate", "-1,1"]);
+        let text = stdout_of(f, &["records", "evaluate", "a", "--reading", "1", "--units", "deg/s"]);
+        assert!(text.contains("°/s"), "{text}");
+    }),
+    ("records export <STORE> --out --force --json", |f| {
+        run(f, "a", SHORT, &[]);
+        stdout_of(f, &["records", "add", "store", "a"]);
+        stdout_of(f, &["records", "export", "store", "--out", "all.csv"]);
+        assert_eq!(stand(f, &["records", "export", "store", "--out", "all.csv"]).status, Some(2));
+        stdout_of(f, &["records", "export", "store", "--out", "all.csv", "--force"]);
+        json(f, &["records", "export", "store", "--json", "-"]);
+    }),
+    ("certificate", |f| assert_eq!(stand(f, &["certificate"]).status, Some(2))),
+    ("certificate [RECORD] --details --write-details --html --dcc --force --json", |f| {
+        run(f, "g", SHORT, &[]);
+        stdout_of(f, &["certificate", "--write-details", "details.toml"]);
+        assert_eq!(stand(f, &["certificate", "--write-details", "details.toml"]).status, Some(2));
+        stdout_of(f, &["certificate", "--write-details", "details.toml", "--force"]);
+        stdout_of(f, &["certificate", "g", "--details", "details.toml", "--html", "c.html", "--dcc", "c.xml"]);
+        for name in ["c.html", "c.xml"] {
+            assert!(std::fs::read_to_string(f.join(name)).unwrap().contains("not issued under an accreditation"), "{name}");
+        }
+        json(f, &["certificate", "g", "--details", "details.toml", "--json", "-"]);
+    }),
+    ("calibrate --store --units", |f| {
+        run(f, "a", SHORT, &[]);
+        let text = stdout_of(f, &["calibrate", "gyro", "--from", "a", "--store", "store", "--units", "deg/h"]);
+        assert!(text.contains("°/h") && text.contains("session 1"), "{text}");
+    }),
+    ("calibrate --steps --known", |f| {
+        // A rate table at rest, forwards and backwards, with ten readings a second.
+        let (mut log, mut table) = ("t_s,gyro_rad_s\n".to_owned(), "file,from,to,rate_deg_s\n".to_owned());
+        for (step, rate_deg_s) in [0.0_f64, 60.0, -60.0].into_iter().enumerate() {
+            for k in 0..600 {
+                let at_s = 60 * step + k / 10;
+                log += &format!("{at_s}.{},{}\n", k % 10, rate_deg_s.to_radians() + 0.01 + 1e-3 * f64::from((k % 3) as u8));
+            }
+            table += &format!("up.csv,{},{},{rate_deg_s}\n", 60 * step, 60 * (step + 1));
+        }
+        std::fs::write(f.join("up.csv"), log).unwrap();
+        std::fs::write(f.join("steps.csv"), table).unwrap();
+        std::fs::write(f.join("known.toml"), "serial = \"F-1\"\nsettle_s = 1.0\n").unwrap();
+        let text = stdout_of(f, &["calibrate", "gyro", "--from", ".", "--steps", "steps.csv", "--known", "known.toml"]);
+        assert!(text.contains("F-1"), "{text}");
     }),
 ];

@@ -220,7 +220,9 @@ fn verdict(search: &mut Search, best: &Node) -> (Verdict, Vec<Shape>) {
         && let Adequacy::WhiteNoise | Adequacy::ColouredNoise(_) = adequacy(last)
     {
         search.remarks.extend(adequacy::coloured_noise(last));
-        return (adequate, Vec::new());
+        // Beside noise far above the white one, an effect may be one half of a cause and the noise the other.
+        let certain = !found || last.misfit() <= MisfitClass::Small;
+        return (if certain { adequate } else { Verdict::PartlyExplained }, Vec::new());
     }
     let chi2_per_n = last.chi2_per_n();
     let ((given, given_heldout), (_, left_heldout)) = (first.chi2_per_n_by_noise_of(last), last.chi2_per_n_by_noise_of(last));
