@@ -52,7 +52,8 @@ mod tests {
 
     #[test]
     fn jump_of_counts_is_found_and_motion_is_not() {
-        let segments = [0..2000];
+        let whole = 0..2000;
+        let segments = [whole];
         assert_eq!(angle_jumps(&counted(2000, -20.0), 3.14e-4, &segments), [777]);
         assert_eq!(angle_jumps(&counted(2000, 0.0), 3.14e-4, &segments), [0_usize; 0]);
         // Between two segments there is no increment.
@@ -61,7 +62,8 @@ mod tests {
 
     #[test]
     fn angle_that_jumps_all_the_time_has_no_single_jumps() {
-        let segments = [0..2000];
+        let whole = 0..2000;
+        let segments = [whole];
         let coarse: Vec<f64> = (0..2000).map(|k| ((k * 7 % 11) as f64).powi(2)).collect();
         assert_eq!(angle_jumps(&coarse, 0.0, &segments), [0_usize; 0]);
     }

@@ -56,7 +56,7 @@ impl Predictor {
     #[inline]
     pub fn advance<S: Scalar>(&self, noise: &mut [S]) {
         for (state, decay) in noise.iter_mut().zip(&self.noise_decay) {
-            *state = *state * *decay;
+            *state *= *decay;
         }
     }
 }

@@ -63,9 +63,9 @@ pub fn gradient(
             out.torque[row] = if still { 0.0 } else { (0..n).map(|k| model.torque_response[k] * p[k]).sum() };
             // Means over the row correct the state at its end; they read the state at its begin.
             let mut before = [0.0; MAX_STATES];
-            for k in 0..n {
-                let moves = |j: usize| if still && model.states[k] == DriveState::Omega { 0.0 } else { model.transition[(j, k)] };
-                before[k] = (0..n).map(|j| moves(j) * p[j]).sum();
+            for (k, (before, state)) in before.iter_mut().zip(&model.states).enumerate() {
+                let moves = |j: usize| if still && *state == DriveState::Omega { 0.0 } else { model.transition[(j, k)] };
+                *before = (0..n).map(|j| moves(j) * p[j]).sum();
             }
             for c in (0..channels).rev().filter(|&c| model.over_row[c]) {
                 let d = by_innovation(c, &p, &by_noise);

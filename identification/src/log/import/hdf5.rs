@@ -44,19 +44,10 @@ fn group(group: &Group, prefix: &str, depth: usize, arrays: &mut Vec<Array>) -> 
     let name = |own: &str| if prefix.is_empty() { own.to_owned() } else { format!("{prefix}.{own}") };
     for own in group.datasets().map_err(|e| e.to_string())? {
         let data = group.dataset(&own).map_err(|e| format!("{own}: {e}"))?;
-        let is_number = match data.dtype().map_err(|e| format!("{own}: {e}"))? {
-            DType::F32
-            | DType::F64
-            | DType::I8
-            | DType::I16
-            | DType::I32
-            | DType::I64
-            | DType::U8
-            | DType::U16
-            | DType::U32
-            | DType::U64 => true,
-            _ => false,
-        };
+        let kind = data.dtype().map_err(|e| format!("{own}: {e}"))?;
+        let is_integer =
+            matches!(kind, DType::I8 | DType::I16 | DType::I32 | DType::I64 | DType::U8 | DType::U16 | DType::U32 | DType::U64);
+        let is_number = is_integer || matches!(kind, DType::F32 | DType::F64);
         let shape = data.shape().map_err(|e| format!("{own}: {e}"))?;
         let is_small = shape.iter().try_fold(1u64, |n, d| n.checked_mul(*d)).is_some_and(|n| n <= MAX_NUMBERS);
         let (rows, columns) = match shape[..] {

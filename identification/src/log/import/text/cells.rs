@@ -22,8 +22,8 @@ impl<'a> Iterator for Cells<'a> {
                 self.rest = None;
                 return None;
             }
-            let end = if rest.starts_with('"') {
-                rest[1..].find('"').map_or(rest.len(), |at| at + 2)
+            let end = if let Some(quoted) = rest.strip_prefix('"') {
+                quoted.find('"').map_or(rest.len(), |at| at + 2)
             } else {
                 rest.find(char::is_whitespace).unwrap_or(rest.len())
             };
