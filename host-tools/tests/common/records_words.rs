@@ -81,7 +81,7 @@ pub const WORDS: [(&str, Check); 23] = [
         stdout_of(f, &["records", "export", "store", "--out", "all.csv"]);
         assert_eq!(stand(f, &["records", "export", "store", "--out", "all.csv"]).status, Some(2));
         stdout_of(f, &["records", "export", "store", "--out", "all.csv", "--force"]);
-        json(f, &["records", "export", "store", "--json", "-"]);
+        json(f, &["records", "export", "store"]);
     }),
     ("certificate", |f| assert_eq!(stand(f, &["certificate"]).status, Some(2))),
     ("certificate [RECORD] --details --write-details --html --dcc --force --json", |f| {
@@ -93,22 +93,23 @@ pub const WORDS: [(&str, Check); 23] = [
         for name in ["c.html", "c.xml"] {
             assert!(std::fs::read_to_string(f.join(name)).unwrap().contains("not issued under an accreditation"), "{name}");
         }
-        json(f, &["certificate", "g", "--details", "details.toml", "--json", "-"]);
+        json(f, &["certificate", "g", "--details", "details.toml"]);
     }),
     ("calibrate --store --units", |f| {
-        run(f, "a", SHORT, &[]);
-        let text = stdout_of(f, &["calibrate", "gyro", "--from", "a", "--store", "store", "--units", "deg/h"]);
-        assert!(text.contains("°/h") && text.contains("session 1"), "{text}");
+        run(f, "a", SHORT, &["--store", "store"]);
+        assert!(stdout_of(f, &["records", "list", "store"]).contains("S-1"));
+        let text = stdout_of(f, &["calibrate", "gyro", "--from", "a", "--units", "deg/h"]);
+        assert!(text.contains("°/h"), "{text}");
     }),
     ("calibrate --steps --known", |f| {
-        // A rate table at rest, forwards and backwards, with ten readings a second.
+        // The staircase of a rate table, a hundred readings a second.
         let (mut log, mut table) = ("t_s,gyro_rad_s\n".to_owned(), "file,from,to,rate_deg_s\n".to_owned());
-        for (step, rate_deg_s) in [0.0_f64, 60.0, -60.0].into_iter().enumerate() {
-            for k in 0..600 {
-                let at_s = 60 * step + k / 10;
-                log += &format!("{at_s}.{},{}\n", k % 10, rate_deg_s.to_radians() + 0.01 + 1e-3 * f64::from((k % 3) as u8));
+        for (step, rate_deg_s) in [0.0_f64, 20.0, 40.0, 60.0, 80.0, 0.0, -20.0, -40.0, -60.0, -80.0].into_iter().enumerate() {
+            for k in 0..2000 {
+                let t_s = 20.0 * step as f64 + 0.01 * f64::from(k);
+                log += &format!("{t_s:.2},{}\n", rate_deg_s.to_radians() + 0.01 + 1e-3 * f64::from(k % 3));
             }
-            table += &format!("up.csv,{},{},{rate_deg_s}\n", 60 * step, 60 * (step + 1));
+            table += &format!("up.csv,{},{},{rate_deg_s}\n", 20 * step + 5, 20 * step + 20);
         }
         std::fs::write(f.join("up.csv"), log).unwrap();
         std::fs::write(f.join("steps.csv"), table).unwrap();
