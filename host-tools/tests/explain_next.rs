@@ -52,15 +52,14 @@ fn proposed_run_distinguishes_what_the_first_log_did_not() {
     let path = folder.path();
     std::fs::write(path.join("model.toml"), MODEL).unwrap();
     std::fs::write(path.join("stand.toml"), STAND).unwrap();
-    let explained =
-        |log: &str| stand(path, &["explain", log, "--model", "model.toml", "--engine", "whitened", "--json", "-"]).succeeded().json();
+    let explained = |log: &str| stand(path, &["explain", log, "--model", "model.toml", "--json", "-"]).succeeded().json();
     let rivals = |answer: &Value| {
         let candidates = answer["candidates"].as_array().unwrap();
         let named = candidates.iter().find(|c| c["effect"] == "asymmetric-friction").unwrap();
         named["ambiguous_with"].as_array().unwrap().iter().map(|r| r.as_str().unwrap().to_owned()).collect::<Vec<_>>()
     };
 
-    // At 3 rad/s the part proportional to the rate is 1.5e-6 N m, 1/200 of the constant part: the innovations show it, the free run does not.
+    // At 3 rad/s the part proportional to the rate is 1.5e-6 N m, 1/200 of the constant part.
     stand(path, &["sim", "--out", "slow.csv", "--seconds", "6", "--amplitude", "3", "--stand", "stand.toml"]).succeeded();
     let before = explained("slow.csv");
     assert_eq!(before["missing"], serde_json::json!(["asymmetric-friction"]), "the first of the family in the catalogue's order");
@@ -68,8 +67,7 @@ fn proposed_run_distinguishes_what_the_first_log_did_not() {
     let named = "Missing effect: asymmetric-friction or load (not distinguishable here).";
     assert!(before["says"].as_str().unwrap().starts_with(named), "{}", before["says"]);
     assert_eq!(before["not_distinguishable"], serde_json::json!({"asymmetric-friction": ["load"]}));
-    let text =
-        stand(path, &["explain", "slow.csv", "--model", "model.toml", "--engine", "whitened", "--html", "slow.html"]).succeeded().out;
+    let text = stand(path, &["explain", "slow.csv", "--model", "model.toml", "--html", "slow.html"]).succeeded().out;
     let page = std::fs::read_to_string(path.join("slow.html")).unwrap();
     assert!(text.replace('\n', " ").contains(named) && page.contains(named), "{text}");
 

@@ -111,11 +111,7 @@ fn lengths_of_another_program_are_a_linear_axis() {
     stand(path, &["convert", "weg.csv", "weg.parquet"]).succeeded();
     stand(path, &["convert", "weg.parquet", "again.csv"]).succeeded();
     let again = std::fs::read_to_string(path.join("again.csv")).unwrap();
-    assert!(
-        ["t_s", "u_V", "x_m", "v_m_s"].iter().all(|name| again.contains(name)) && again.contains("# axis: linear"),
-        "{}",
-        again.chars().take(600).collect::<String>()
-    );
+    assert!(again.contains("\nt_s,v_m_s,u_V,x_m\n") && again.contains("# axis: linear"), "{}", again.chars().take(600).collect::<String>());
     let read = host_tools::log::Log::read(path.join("again.csv")).unwrap();
     assert!(read.column("omega_rad_s").unwrap().iter().zip(column("omega_rad_s")).all(|(a, b)| (a - b).abs() < 1e-9));
 }

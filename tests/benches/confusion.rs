@@ -3,7 +3,7 @@
 //! `cargo bench -p stand-tests --bench confusion -- foreign | own [N] [SEED] | several [N] [SEED] | nulls [N] [SEED] | outsiders [N] [SEED]`
 //! `… -- dirt KIND [N] [SEED]` (nulls with an imperfection), `… -- dirty-own KIND [N] [SEED]` (effects with it)
 //!
-//! N is the number of logs; for `own` and `outsiders`, of seeds for each effect, experiment and mode. `own EFFECT` runs that effect alone. `write
+//! The word `prediction-error` at the end chooses that engine. N is the number of logs; for `own` and `outsiders`, of seeds for each effect, experiment and mode. `own EFFECT` runs that effect alone. `write
 //! ID FOLDER` writes a log with its models for `stand explain`. Tables go to standard output, a line per log into a CSV.
 
 use std::fs::File;
@@ -15,6 +15,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use drive_model::cards;
+use host_tools::identify::explain::Engine;
 use rayon::ThreadPoolBuilder;
 use stand_tests::dirt::Dirt;
 use stand_tests::draw::{Drawn, MODES, OUTSIDERS, PROFILES, mode_name};
@@ -30,21 +31,22 @@ fn main() -> ExitCode {
     let number = |k: usize, otherwise: u64| numbers.get(k).copied().unwrap_or(otherwise);
     let first = number(1, 1);
     let group = words.first().map_or("", String::as_str);
+    let engine = if words.iter().any(|w| w == "prediction-error") { Engine::PredictionError } else { Engine::Whitened };
     match group {
-        "foreign" => foreign(),
+        "foreign" => foreign(engine),
         "own" => {
             let ids = each(group, &if effects.is_empty() { cards().iter().map(|c| c.id).collect() } else { effects }, number(0, 1), first);
-            println!("{}", tables::own(&run(group, &ids)));
+            println!("{}", tables::own(&run(group, &ids, engine)));
         }
-        "outsiders" => println!("{}", tables::outsiders(&run(group, &each(group, &OUTSIDERS, number(0, 2), first)))),
+        "outsiders" => println!("{}", tables::outsiders(&run(group, &each(group, &OUTSIDERS, number(0, 2), first), engine))),
         "several" => {
             let ids: Vec<String> = (0..number(0, 60)).map(|k| format!("several/{}/{}", 2 + k % 2, experiment(k / 2, first))).collect();
-            println!("{}", tables::several(&run(group, &ids)));
+            println!("{}", tables::several(&run(group, &ids, engine)));
         }
         "nulls" => {
             let ids: Vec<String> = (0..number(0, 1000)).map(|k| null(k, first)).collect();
             let of = |id: &str| id.split('/').take(2).collect::<Vec<_>>().join(", ");
-            println!("{}", tables::nulls(&run(group, &ids), of));
+            println!("{}", tables::nulls(&run(group, &ids, engine), of));
         }
         "dirt" | "dirty-own" => {
             let Some(dirt) = words.get(1).and_then(|word| Dirt::by_name(word)) else {
@@ -58,7 +60,7 @@ fn main() -> ExitCode {
                 let one = |k: u64| format!("own/{}/{}", all[k as usize % all.len()], experiment(k / all.len() as u64, first));
                 (0..number(0, 100)).map(one).collect()
             };
-            let lines = run_dirty(&format!("{group}-{}", dirt.name()), &ids, dirt);
+            let lines = run_dirty(&format!("{group}-{}", dirt.name()), &ids, dirt, engine);
             if group == "dirt" {
                 println!("{}", tables::nulls(&lines, |_| dirt.name().to_owned()));
             } else {
@@ -110,12 +112,12 @@ fn null(k: u64, first: u64) -> String {
     format!("{group}/{mode}/{}/{}", PROFILES[(k / 3) as usize % 3], first + k)
 }
 
-fn run(group: &str, ids: &[String]) -> Vec<Line> {
-    run_dirty(group, ids, Dirt::Clean)
+fn run(group: &str, ids: &[String], engine: Engine) -> Vec<Line> {
+    run_dirty(group, ids, Dirt::Clean, engine)
 }
 
 /// Results on logs with an imperfection.
-fn run_dirty(group: &str, ids: &[String], dirt: Dirt) -> Vec<Line> {
+fn run_dirty(group: &str, ids: &[String], dirt: Dirt, engine: Engine) -> Vec<Line> {
     all(group, ids, |id| {
         let drawn = Drawn::by_name(id)?;
         let known = Known {
@@ -126,13 +128,13 @@ fn run_dirty(group: &str, ids: &[String], dirt: Dirt) -> Vec<Line> {
             rate_from_encoder: false,
             without: &|effect| Some(drawn.true_model_without(effect)),
         };
-        let outcome = judge(dirt.on(&drawn.log(), drawn.seed()), &known);
+        let outcome = judge(dirt.on(&drawn.log(), drawn.seed()), &known, engine);
         let hidden = drawn.hidden.iter().chain(&drawn.outsider).cloned().collect();
         Some(Line { id: id.clone(), hidden, description: drawn.description(), outcome })
     })
 }
 
-fn foreign() {
+fn foreign(engine: Engine) {
     let data = stand_data();
     let lines = all("foreign", &cases(&data), |case| {
         let hidden: Vec<String> = Some(case.hidden.clone()).filter(|h| h != "none").into_iter().collect();
@@ -144,7 +146,7 @@ fn foreign() {
             rate_from_encoder: case.rate_from_encoder,
             without: &|_| None,
         };
-        let outcome = judge(case.log.clone(), &known);
+        let outcome = judge(case.log.clone(), &known, engine);
         Some(Line { id: case.name.clone(), hidden: hidden.clone(), description: format!("{:?}", case.truth), outcome })
     });
     println!("{}", tables::foreign(&lines));

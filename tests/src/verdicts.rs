@@ -6,7 +6,7 @@
 //! any, the rival is "no effect". Families are those of the cards. An effect that is not visible need not be found.
 
 use host_tools::identify::explain::likelihood::{Whitener, delta_bic};
-use host_tools::identify::explain::{Explanation, explain};
+use host_tools::identify::explain::{Criteria, Engine, Explanation, explain_by};
 use host_tools::identify::fit::{self, FitResult, PreparedLog, System};
 use host_tools::log::Log;
 use host_tools::model::Model;
@@ -99,9 +99,11 @@ impl Outcome {
     }
 }
 
-/// Explains a log and compares the result with the known effects.
-pub fn judge(log: Log, known: &Known) -> Outcome {
-    let explanation = match explain(vec![log.clone()], &known.user, &|_| ()) {
+/// Explains a log by an engine and compares the result with the known effects.
+pub fn judge(log: Log, known: &Known, engine: Engine) -> Outcome {
+    let mut criteria = Criteria::default();
+    criteria.search.engine = engine;
+    let explanation = match explain_by(criteria, vec![log.clone()], &known.user, &|_| ()) {
         Ok(explanation) => explanation,
         Err(e) => {
             let bad = matches!(e, host_tools::identify::explain::ExplainError::BadLog { .. });

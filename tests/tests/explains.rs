@@ -1,8 +1,8 @@
-//! `explain`, with the engine of whitened residuals, on a sample of the logs of docs/figures.md. All logs: `cargo bench -p stand-tests --bench confusion`.
+//! `explain` on a sample of the logs of docs/figures.md. All logs: `cargo bench -p stand-tests --bench confusion`.
 
 use hal_sim::plant::Stand;
 use host_tools::acquire::hidden::hide;
-use host_tools::identify::explain::{Criteria, Engine, Explanation, Refusal, Verdict, explain_by};
+use host_tools::identify::explain::{Explanation, Refusal, Verdict, explain};
 use host_tools::log::Log;
 use host_tools::model::Model;
 use stand_firmware::profile::ProfileKind;
@@ -12,9 +12,7 @@ use stand_tests::foreign::stand_data;
 use stand_tests::own;
 
 fn answer(logs: Vec<Log>, model: &Model) -> Explanation {
-    let mut criteria = Criteria::default();
-    criteria.search.engine = Engine::Whitened;
-    explain_by(criteria, logs, model, &|_| {}).expect("an explanation")
+    explain(logs, model, &|_| {}).expect("an explanation")
 }
 
 /// Largest final ratio of rms to noise.

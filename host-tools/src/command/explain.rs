@@ -19,10 +19,10 @@ use crate::report::explanation::{folder_json, folder_text, folder_verdict};
 /// How the evidence for an effect is measured.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum EngineName {
-    /// By the innovations of a Kalman filter (prediction-error form)
-    PredictionError,
     /// By the whitened residuals of the free run
     Whitened,
+    /// By the innovations of a Kalman filter (prediction-error form); fewer false alarms on slow logs, measured on small samples only
+    PredictionError,
 }
 
 impl From<EngineName> for Engine {
@@ -50,7 +50,7 @@ pub(super) struct Explain {
     #[arg(long, value_name = "MODEL")]
     out: Option<PathBuf>,
     /// How the evidence is measured
-    #[arg(long, value_enum, default_value_t = EngineName::PredictionError)]
+    #[arg(long, value_enum, default_value_t = EngineName::Whitened)]
     engine: EngineName,
     #[command(flatten)]
     time_limit: TimeLimit,

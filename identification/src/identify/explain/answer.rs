@@ -1,6 +1,6 @@
 //! The result of an explanation, as data; `report` words it.
 
-use drive_model::Coordinate;
+use drive_model::{Card, Coordinate};
 
 use super::coverage::Coverage;
 use super::criteria::Criteria;
@@ -117,6 +117,39 @@ pub struct Candidate {
 }
 
 impl Candidate {
+    /// An effect that was only screened: its card, values after one step of the linear model, and the logarithm of the probability by chance.
+    pub fn screened(effect: String, card: &Card, values: &[f64], ln_p: f64, refused: Option<Refusal>) -> Self {
+        let parameters = card.parameters.iter().zip(values);
+        Candidate {
+            effect,
+            parameters: parameters.map(|(p, v)| Estimate { name: p.name.to_owned(), unit: p.unit, value: *v, sigma: 0.0 }).collect(),
+            refitted: false,
+            outputs: Vec::new(),
+            delta_bic: None,
+            p_value: ln_p.exp(),
+            log10_p: ln_p / std::f64::consts::LN_10,
+            ambiguous_with: Vec::new(),
+            refused,
+            not_visible: None,
+        }
+    }
+
+    /// An effect that the logs cannot show.
+    pub fn invisible(effect: String, reason: NotVisible) -> Self {
+        Candidate {
+            effect,
+            parameters: Vec::new(),
+            refitted: false,
+            outputs: Vec::new(),
+            delta_bic: None,
+            p_value: 1.0,
+            log10_p: 0.0,
+            ambiguous_with: Vec::new(),
+            refused: None,
+            not_visible: Some(reason),
+        }
+    }
+
     /// The gain is not significant over the whole catalogue.
     pub fn may_be_chance(&self, criteria: &Criteria) -> bool {
         self.log10_p > criteria.evidence.max_familywise_p.log10()

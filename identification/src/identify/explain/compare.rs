@@ -3,7 +3,7 @@
 use drive_model::{Card, cards};
 use rayon::prelude::*;
 
-use super::answer::{Candidate, Estimate};
+use super::answer::Candidate;
 use super::candidate::{FittedCandidate, channel_errors};
 use super::criteria::EvidenceCriteria;
 use super::fitted_model::FittedModel;
@@ -132,18 +132,7 @@ impl AddingStep<'_> {
             list.insert(0, chosen);
         }
         list.extend(self.screened.iter().map(|s| self.only_screened(s, name(s.trial.card))));
-        list.extend(self.invisible.iter().map(|i| Candidate {
-            effect: name(i.card),
-            parameters: Vec::new(),
-            refitted: false,
-            outputs: Vec::new(),
-            delta_bic: None,
-            p_value: 1.0,
-            log10_p: 0.0,
-            ambiguous_with: Vec::new(),
-            refused: None,
-            not_visible: Some(i.reason),
-        }));
+        list.extend(self.invisible.iter().map(|i| Candidate::invisible(name(i.card), i.reason)));
         list
     }
 
@@ -156,18 +145,6 @@ impl AddingStep<'_> {
         } else {
             None
         };
-        let parameters = trial.card.parameters.iter().zip(&score.values);
-        Candidate {
-            effect,
-            parameters: parameters.map(|(p, v)| Estimate { name: p.name.to_owned(), unit: p.unit, value: *v, sigma: 0.0 }).collect(),
-            refitted: false,
-            outputs: Vec::new(),
-            delta_bic: None,
-            p_value: ln_p.exp(),
-            log10_p: ln_p / std::f64::consts::LN_10,
-            ambiguous_with: Vec::new(),
-            refused,
-            not_visible: None,
-        }
+        Candidate::screened(effect, trial.card, &score.values, *ln_p, refused)
     }
 }

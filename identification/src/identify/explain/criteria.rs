@@ -433,16 +433,16 @@ impl Default for DescentCriteria {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Engine {
     /// By the free run (output error) and its whitened residuals.
+    #[default]
     Whitened,
     /// By the innovations of a Kalman filter (prediction-error form).
-    #[default]
     PredictionError,
 }
 
 /// When the search ends, and what is eliminated.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SearchCriteria {
-    /// The engine; default prediction error.
+    /// The engine; default whitened.
     pub engine: Engine,
     /// Effects that are added at most; default 10.
     pub max_added: usize,

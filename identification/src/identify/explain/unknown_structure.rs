@@ -235,25 +235,14 @@ const DRAWN_INTERVALS: usize = 24;
 fn oscillations(base: &FittedModel) -> Vec<Unknown> {
     let frequencies = search_frequencies(base);
     let tried = [(frequencies.torque_Hz, SummingPoint::Torque, ""), (frequencies.voltage_Hz, SummingPoint::Voltage, "u * ")];
-    let oscillation = |(hz, acts_on, factor): (Option<f64>, SummingPoint, &str)| {
+    let fitted = |(hz, acts_on, factor): (Option<f64>, SummingPoint, &str)| {
         let text = format!("{factor}(a * sin(2 * pi * f * t) + b * cos(2 * pi * f * t))");
         let found = fit_expression(base, &Proposal { acts_on, text, starts: vec![("a", 0.0), ("b", 0.0), ("f", hz?)] })?;
         let [a, b, f] = found.written_values()[..] else { return None };
-        let bins = (0..=DRAWN_INTERVALS)
-            .map(|k| k as f64 / DRAWN_INTERVALS as f64 / f)
-            .map(|t| Bin { at: t, mean: a * (TAU * f * t).sin() + b * (TAU * f * t).cos(), confidence: 0.0 })
-            .collect();
-        let shape = Shape {
-            acts_on,
-            coordinate: Coordinate::Time,
-            form: ShapeForm::Oscillation { frequency_Hz: f, amplitude: a.hypot(b) },
-            bins,
-            expression: Some(found.to_toml()),
-            delta_bic: found.delta_bic,
-        };
+        let shape = oscillation(acts_on, (a, b, f), found.to_toml(), found.delta_bic);
         Some(Unknown { shape, chi2_per_n: found.chi2_per_n })
     };
-    tried.into_iter().filter_map(oscillation).collect()
+    tried.into_iter().filter_map(fitted).collect()
 }
 
 /// A fitted expression.
@@ -278,8 +267,28 @@ impl FittedExpression {
 
     /// An `[effect.NAME]` table for the model file.
     fn to_toml(&self) -> String {
-        let numbers: Vec<String> = self.values.iter().map(|(name, value)| format!("{name} = {}", Self::written(*value))).collect();
-        format!("[effect.{NAME}]\n{} = \"{}\"\nparameters = {{ {} }}\n", self.acts_on.key(), self.text, numbers.join(", "))
+        expression_table(self.acts_on, &self.text, &self.values)
+    }
+}
+
+/// An expression as an `[effect.NAME]` table for the model file, with the values of its parameters.
+pub fn expression_table(acts_on: SummingPoint, text: &str, values: &[(&str, f64)]) -> String {
+    let numbers: Vec<String> = values.iter().map(|(name, value)| format!("{name} = {}", FittedExpression::written(*value))).collect();
+    format!("[effect.{NAME}]\n{} = \"{text}\"\nparameters = {{ {} }}\n", acts_on.key(), numbers.join(", "))
+}
+
+/// The shape a sin(2π f t) + b cos(2π f t), drawn over one period; `values` are a, b and f in Hz.
+pub fn oscillation(acts_on: SummingPoint, values: (f64, f64, f64), expression: String, delta_bic: f64) -> Shape {
+    let (a, b, frequency_Hz) = values;
+    let at = (0..=DRAWN_INTERVALS).map(|k| k as f64 / DRAWN_INTERVALS as f64 / frequency_Hz);
+    let mean = |t: f64| a * (TAU * frequency_Hz * t).sin() + b * (TAU * frequency_Hz * t).cos();
+    Shape {
+        acts_on,
+        coordinate: Coordinate::Time,
+        form: ShapeForm::Oscillation { frequency_Hz, amplitude: a.hypot(b) },
+        bins: at.map(|t| Bin { at: t, mean: mean(t), confidence: 0.0 }).collect(),
+        expression: Some(expression),
+        delta_bic,
     }
 }
 

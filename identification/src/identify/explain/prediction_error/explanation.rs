@@ -3,8 +3,6 @@
 //! The stages are fitted again as free runs (output error), from the parameters of their prediction-error form: the reader sees how far the simulated
 //! drive is from the measured one.
 
-use drive_model::Coordinate;
-
 use super::candidate::{Candidate, Extension};
 use super::free_form;
 use super::free_run::{Stage, free_run};
@@ -26,13 +24,10 @@ use crate::identify::fit::{self, FitError, Iterate, PreparedLog, build};
 use crate::identify::predict::fit::Prediction;
 use crate::model::{Model, SummingPoint};
 use crate::statistics::Extremes;
-use crate::statistics::bins::Bin;
 use crate::statistics::distributions::ln_chi_squared_tail;
 
 /// Free forms that are fitted.
 const FITTED_FORMS: usize = 2;
-/// Knots with which an oscillation is drawn over one period.
-const DRAWN_INTERVALS: usize = 24;
 
 /// The given model in both forms.
 pub struct Given<'a> {
@@ -140,32 +135,9 @@ fn candidates(base: &FittedModel, found: &Found) -> Vec<answer::Candidate> {
         }
         let ln_p = (ln_chi_squared_tail(s.score.chi2_decrease, s.score.free.max(1) as f64) + tests.ln()).min(0.0);
         let negative = s.score.negative.then_some(Refusal::NegativeAmplitude { parameter: None });
-        let parameters = s.trial.card.parameters.iter().zip(&s.score.values);
-        list.push(answer::Candidate {
-            parameters: parameters.map(|(p, v)| Estimate { name: p.name.to_owned(), unit: p.unit, value: *v, sigma: 0.0 }).collect(),
-            refitted: false,
-            outputs: Vec::new(),
-            delta_bic: None,
-            p_value: ln_p.exp(),
-            log10_p: ln_p / std::f64::consts::LN_10,
-            ambiguous_with: Vec::new(),
-            refused: negative,
-            not_visible: None,
-            effect,
-        });
+        list.push(answer::Candidate::screened(effect, s.trial.card, &s.score.values, ln_p, negative));
     }
-    list.extend(found.screening.invisible.iter().map(|i| answer::Candidate {
-        effect: name(i.card.id),
-        parameters: Vec::new(),
-        refitted: false,
-        outputs: Vec::new(),
-        delta_bic: None,
-        p_value: 1.0,
-        log10_p: 0.0,
-        ambiguous_with: Vec::new(),
-        refused: None,
-        not_visible: Some(i.reason),
-    }));
+    list.extend(found.screening.invisible.iter().map(|i| answer::Candidate::invisible(name(i.card.id), i.reason)));
     list
 }
 
@@ -298,17 +270,8 @@ fn oscillations(base: &PredictedModel) -> Vec<Shape> {
         let text = format!("{factor}(a * sin(2 * pi * f * t) + b * cos(2 * pi * f * t))");
         let found = with_expression(base, &Proposal { acts_on, text, starts: vec![("a", 0.0), ("b", 0.0), ("f", hz?)] })?;
         let [a, b, f] = found.values[..] else { return None };
-        let period = std::f64::consts::TAU * f;
-        let at = (0..=DRAWN_INTERVALS).map(|k| k as f64 / DRAWN_INTERVALS as f64 / f);
-        let bins = at.map(|t| Bin { at: t, mean: a * (period * t).sin() + b * (period * t).cos(), confidence: 0.0 }).collect();
-        (found.delta_bic < -MIN_BIC_IMPROVEMENT).then(|| Shape {
-            acts_on,
-            coordinate: Coordinate::Time,
-            form: ShapeForm::Oscillation { frequency_Hz: f, amplitude: a.hypot(b) },
-            bins,
-            expression: Some(found.toml),
-            delta_bic: found.delta_bic,
-        })
+        let is_likely = found.delta_bic < -MIN_BIC_IMPROVEMENT;
+        is_likely.then(|| unknown_structure::oscillation(acts_on, (a, b, f), found.toml, found.delta_bic))
     };
     tried.into_iter().filter_map(oscillation).collect()
 }
@@ -343,8 +306,8 @@ fn with_expression(base: &PredictedModel, proposal: &Proposal) -> Option<Express
     let n = base.samples();
     let free = starts.len() as f64;
     let delta_bic = end.minus_2_ln_likelihood - base.prediction.minus_2_ln_likelihood + free * n.ln() + 2.0 * n.ln();
-    let written: Vec<String> = starts.iter().zip(&values).map(|((name, _), v)| format!("{name} = {v:.6e}")).collect();
-    let toml = format!("[effect.{}]\n{} = \"{text}\"\nparameters = {{ {} }}\n", unknown_structure::NAME, acts_on.key(), written.join(", "));
+    let named: Vec<(&str, f64)> = starts.iter().zip(&values).map(|((name, _), v)| (*name, *v)).collect();
+    let toml = unknown_structure::expression_table(*acts_on, text, &named);
     Some(Expression { toml, values, delta_bic })
 }
 
