@@ -49,6 +49,8 @@ fn store_lists_shows_trends_evaluates_and_exports() {
     sessions(path, 3);
     let added = stand(path, &["records", "add", "store", "s1", "s2", "s3"]).succeeded().out;
     assert!(added.contains("s3: session 3 of store"), "{added}");
+    let none = stand(path, &["records", "add", "store", "none"]);
+    assert!(none.status == Some(2) && none.err.starts_with("stand: none: not the folder of a calibration session"), "{none:?}");
     // The same session again keeps its number.
     assert!(stand(path, &["records", "add", "store", "s2"]).succeeded().out.contains("session 2"));
     assert_eq!(listed(path), 3);

@@ -140,7 +140,7 @@ impl Drawn {
             ("nulls", 4) => {}
             ("known", 4) => {
                 let known: Vec<&Card> =
-                    cards().iter().copied().filter(|c| !MODEL_EFFECTS.contains(&c.id) && is_identifiable(c.id)).collect();
+                    drawn_cards().into_iter().filter(|c| !MODEL_EFFECTS.contains(&c.id) && is_identifiable(c.id)).collect();
                 drawn.add_effect(known[draw.below(known.len())].id, &mut draw);
             }
             _ => return None,
@@ -295,11 +295,30 @@ fn is_identifiable(id: &str) -> bool {
     !["supply-droop", "current-scale"].contains(&id)
 }
 
+/// Effects of the catalogue that came after the figures of `several` and `known` were printed. These two draw from the others, so that the name of a log
+/// keeps its meaning.
+const LATER: [&str; 8] = [
+    "gear-friction",
+    "inertia-variation",
+    "gear-ripple",
+    "timed-torque",
+    "friction-drift",
+    "bridge-nonlinearity",
+    "voltage-dead-zone",
+    "lost-counts",
+];
+
+/// Effects that are drawn by chance.
+fn drawn_cards() -> Vec<&'static Card> {
+    cards().iter().copied().filter(|c| !LATER.contains(&c.id)).collect()
+}
+
 /// Several effects that do not exclude each other.
 fn several(n: usize, draw: &mut Draw) -> Vec<String> {
+    let cards = drawn_cards();
     let mut chosen: Vec<&Card> = Vec::new();
     while chosen.len() < n.min(5) {
-        let card = cards()[draw.below(cards().len())];
+        let card = cards[draw.below(cards.len())];
         // One shaft model; one effect per family; no effect that another one requires; the brake belongs to the user's model.
         let clash = |other: &&Card| {
             let pair = [card.id, other.id];

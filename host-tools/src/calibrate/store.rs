@@ -56,6 +56,14 @@ pub enum StoreError {
         /// What is wrong.
         message: String,
     },
+    /// A folder that is not that of a calibration session with a record.
+    #[error("{path}: not the folder of a calibration session, whose record is {RECORD_FILE}: {message}")]
+    NoRecord {
+        /// The folder.
+        path: PathBuf,
+        /// What is wrong with its record.
+        message: String,
+    },
     /// A raw log is missing or has changed.
     #[error(transparent)]
     Journal(#[from] JournalError),
@@ -154,9 +162,10 @@ impl RecordStore {
     pub fn add(&mut self, folder: &Path) -> Result<i64, StoreError> {
         let path = folder.join(RECORD_FILE);
         let file_error = |path: &Path, message: String| StoreError::File { path: path.to_owned(), message };
-        let text = std::fs::read_to_string(&path).map_err(|e| file_error(&path, e.to_string()))?;
-        let json = serde_json::from_str(&text).map_err(|e| file_error(&path, e.to_string()))?;
-        let record = StoredRecord::from_json(&json).map_err(|e| file_error(&path, e))?;
+        let no_record = |message: String| StoreError::NoRecord { path: folder.to_owned(), message };
+        let text = std::fs::read_to_string(&path).map_err(|e| no_record(e.to_string()))?;
+        let json = serde_json::from_str(&text).map_err(|e| no_record(e.to_string()))?;
+        let record = StoredRecord::from_json(&json).map_err(no_record)?;
         let hash = sha256(&path)?;
         for step in &record.header.steps {
             let from = folder.join(&step.log);

@@ -144,7 +144,7 @@ impl Records {
 impl From<StoreError> for CliError {
     fn from(error: StoreError) -> Self {
         match error {
-            StoreError::Session { .. } | StoreError::Journal(_) => CliError::Input(error.to_string()),
+            StoreError::Session { .. } | StoreError::NoRecord { .. } | StoreError::Journal(_) => CliError::Input(error.to_string()),
             StoreError::Database { .. } | StoreError::File { .. } => CliError::Other(error.to_string()),
         }
     }

@@ -81,7 +81,7 @@ pub const WORDS: [(&str, Check); 23] = [
         stdout_of(f, &["records", "export", "store", "--out", "all.csv"]);
         assert_eq!(stand(f, &["records", "export", "store", "--out", "all.csv"]).status, Some(2));
         stdout_of(f, &["records", "export", "store", "--out", "all.csv", "--force"]);
-        json(f, &["records", "export", "store"]);
+        json(f, &["records", "export", "store", "--out", "other.csv"]);
     }),
     ("certificate", |f| assert_eq!(stand(f, &["certificate"]).status, Some(2))),
     ("certificate [RECORD] --details --write-details --html --dcc --force --json", |f| {
@@ -93,7 +93,7 @@ pub const WORDS: [(&str, Check); 23] = [
         for name in ["c.html", "c.xml"] {
             assert!(std::fs::read_to_string(f.join(name)).unwrap().contains("not issued under an accreditation"), "{name}");
         }
-        json(f, &["certificate", "g", "--details", "details.toml"]);
+        json(f, &["certificate", "g", "--details", "details.toml", "--html", "other.html"]);
     }),
     ("calibrate --store --units", |f| {
         run(f, "a", SHORT, &["--store", "store"]);

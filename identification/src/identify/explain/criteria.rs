@@ -173,7 +173,8 @@ pub struct EvidenceCriteria {
     pub confirmed_below_gain: f64,
     /// Fraction of the gain that the held-out rows must then show; default 0.1. They are a third as many as the fitted rows.
     pub min_confirmed_fraction: f64,
-    /// Gain from which on an effect is added although only noise is left; default 100. Below, it may be an error of the integration.
+    /// Gain from which on an effect is added although what is left is noise, or invisible; default 100. Below, it may be an error of the integration, or of
+    /// the input within a row.
     pub min_gain_at_noise: f64,
     /// Relative change of χ²/n on held-out rows that is insignificant while much is unexplained; default 0.04.
     pub max_insignificant_change: f64,

@@ -25,13 +25,6 @@ pub struct NoiseModel {
     pub channels: Vec<ChannelNoise>,
 }
 
-impl NoiseModel {
-    /// Number of its parameters besides the random torque and the white noise of each channel, which every model has.
-    pub fn extra_parameters(&self) -> usize {
-        2 * self.channels.iter().filter(|c| c.coloured.is_some()).count()
-    }
-}
-
 /// A model in prediction-error form: parameters, what is random, and the likelihood.
 #[derive(Debug, Clone)]
 pub struct PredictionFit {

@@ -115,10 +115,10 @@ impl<'a> Candidate<'a> {
     }
 
     /// A free form fitted at the random torque of the model to which it is added.
-    pub fn free_form(base: &PredictedModel<'a>, form: &ScoredForm, number: usize, penalty: f64) -> Option<Self> {
+    pub fn free_form(base: &PredictedModel<'a>, form: &ScoredForm, penalty: f64) -> Option<Self> {
         let fitted = &base.fitted;
         let (mut system, mut parameters) = (fitted.system.clone(), fitted.fit.parameters.clone());
-        let own = free_form::append(&mut system, &mut parameters, &form.law, number);
+        let own = free_form::append(&mut system, &mut parameters, &form.law);
         let states = fitted.initial_states_for(&system, &parameters, &fitted.data);
         let prediction = Prediction::new(&system, &fitted.data);
         let begin = |fraction: f64| {

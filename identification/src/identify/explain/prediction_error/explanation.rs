@@ -226,7 +226,7 @@ fn best_shape(base: &PredictedModel) -> Option<Shape> {
     });
     let fitted: Vec<Candidate> = promising
         .take(FITTED_FORMS)
-        .filter_map(|form| Candidate::free_form(base, form, 0, penalty(form.heights.len(), forms.len())))
+        .filter_map(|form| Candidate::free_form(base, form, penalty(form.heights.len(), forms.len())))
         .map(|candidate| candidate.with_own_noise(base))
         .collect();
     let mut shapes: Vec<Shape> = fitted.iter().filter(|c| c.delta_bic < -MIN_BIC_IMPROVEMENT).filter_map(|c| drawn(base, c)).collect();

@@ -47,14 +47,14 @@ pub fn score_all(base: &PredictedModel) -> Vec<ScoredForm> {
 }
 
 /// The model with a free form whose knots are at zero, and the positions of the knots among its parameters.
-pub fn append(system: &mut System, parameters: &mut Parameters, law: &PiecewiseLinear, number: usize) -> Range<usize> {
-    build::append_linear(system, parameters, &format!("free-form {number}"), Arc::new(law.clone()), law.count)
+pub fn append(system: &mut System, parameters: &mut Parameters, law: &PiecewiseLinear) -> Range<usize> {
+    build::append_linear(system, parameters, "free-form", Arc::new(law.clone()), law.count)
 }
 
 fn score(base: &PredictedModel, law: PiecewiseLinear) -> Option<ScoredForm> {
     let fitted = &base.fitted;
     let (mut system, mut parameters) = (fitted.system.clone(), fitted.fit.parameters.clone());
-    let own = append(&mut system, &mut parameters, &law, usize::MAX);
+    let own = append(&mut system, &mut parameters, &law);
     let states = fitted.initial_states_for(&system, &parameters, &fitted.data);
     let equations = Iterate::new(&system, &parameters, &fitted.data, &states).normal_equations(&fitted.weights);
     let step = equations.step(DAMPING, &[])?;
