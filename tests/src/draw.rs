@@ -15,6 +15,7 @@ use hal_sim::plant::outsiders::{
 };
 use hal_sim::plant::{Plant, Stand};
 use hal_sim::session::{self, SessionRequest};
+use host_tools::identify::explain::DetectionLimit;
 use host_tools::log::{Column, Log};
 use host_tools::model::Model;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -162,6 +163,27 @@ impl Drawn {
             }
             self.stand.effects.insert("viscous".to_owned(), BTreeMap::from([("viscous_N_m_s".to_owned(), BRAKE_N_M_S)]));
         }
+    }
+
+    /// The case with an effect planted whose amplitude is a detection limit of its log; the user's model lacks it.
+    #[must_use]
+    pub fn with_effect_at(mut self, limit: &DetectionLimit, fraction: f64) -> Drawn {
+        let card = limit.card;
+        let mut values: BTreeMap<String, f64> = card.parameters.iter().map(|p| (p.name.to_owned(), p.start)).collect();
+        // Coefficients beside the one that is limited are zero.
+        for p in card.parameters.iter().filter(|p| matches!(p.kind, ParameterKind::Signed | ParameterKind::NonNegative)) {
+            values.insert(p.name.to_owned(), 0.0);
+        }
+        values.insert(card.parameters[limit.parameter].name.to_owned(), fraction * limit.size);
+        if let Some((k, value)) = limit.at {
+            let p = &card.parameters[k];
+            // The time of the log begins with its first row.
+            let begin = if p.kind == ParameterKind::EventTime { session::FIRST_ROW_S } else { 0.0 };
+            values.insert(p.name.to_owned(), value + begin);
+        }
+        self.stand.effects.insert(card.id.to_owned(), values);
+        self.hidden.push(card.id.to_owned());
+        self
     }
 
     /// Seed of the experiment.

@@ -51,6 +51,16 @@ fn head(e: &Explanation, page: &mut Page) {
     if e.verdict == Verdict::Adequate {
         page.heading("Limits of this log");
         page.list(words::not_shown(e));
+        let limits = words::detection_limits(e);
+        if !limits.is_empty() {
+            page.heading("Smallest effects that this log would have shown");
+            let mut table = Table::new(["effect", "smallest amplitude", ""]);
+            for (effect, size, at) in limits {
+                table.row([Cell::text(effect), Cell::text(size), Cell::text(at)]);
+            }
+            page.table(table);
+            page.paragraph(Class::Faint, words::DETECTION_LEGEND);
+        }
     }
     if let (Some(next), Some(message)) = (&e.next, sentences::next_experiment(e)) {
         page.heading("Next experiment");

@@ -5,7 +5,7 @@ use serde_json::Value;
 
 use super::evidence::{Outcome, has_p_value, reason};
 use super::{sentences, words};
-use crate::identify::explain::{Candidate, ChannelError, Estimate, Explanation, Shape, Stage};
+use crate::identify::explain::{Candidate, ChannelError, DetectionLimit, Estimate, Explanation, Shape, Stage};
 use crate::log::plausible::Defect;
 use crate::log::{Axis, Log};
 use crate::report::bad_log::BadLogJson;
@@ -35,6 +35,7 @@ struct ExplanationJson<'a> {
     next_experiment: Option<NextJson>,
     parameters: Entries<EstimateJson>,
     not_shown: Vec<String>,
+    detection_limits: Vec<DetectionLimitJson>,
     remarks: Vec<String>,
     warnings: Vec<String>,
     seconds: f64,
@@ -73,6 +74,16 @@ struct EstimateJson {
 }
 
 #[derive(Serialize)]
+struct DetectionLimitJson {
+    effect: &'static str,
+    parameter: String,
+    value: f64,
+    unit: &'static str,
+    /// The value of another parameter at which the limit is highest.
+    at: Entries<f64>,
+}
+
+#[derive(Serialize)]
 struct ShapeJson<'a> {
     acts_on: &'static str,
     coordinate: &'static str,
@@ -94,6 +105,14 @@ struct BinJson {
 struct NextJson {
     says: Option<String>,
     command: String,
+    /// Expected ΔBIC of each run, the best first.
+    expected: Vec<ExpectedJson>,
+}
+
+#[derive(Serialize)]
+struct ExpectedJson {
+    command: String,
+    delta_bic: f64,
 }
 
 /// The answer about an implausible log: that of a comparison, and the keys of an explanation, empty.
@@ -128,9 +147,18 @@ pub fn explain_json(e: &Explanation) -> Value {
         remaining: e.remaining.iter().map(|m| MisfitJson::of(axis, m)).collect(),
         explained_fraction: Entries(e.missing.iter().enumerate().map(|(k, name)| (name.clone(), words::share(e, k + 1))).collect()),
         unexplained: e.unexplained.iter().map(|s| shape(axis, s)).collect(),
-        next_experiment: e.next.as_ref().map(|n| NextJson { says: sentences::next_experiment(e), command: sentences::command(&n.run) }),
+        next_experiment: e.next.as_ref().map(|n| NextJson {
+            says: sentences::next_experiment(e),
+            command: sentences::command(&n.run),
+            expected: n
+                .expected
+                .iter()
+                .map(|s| ExpectedJson { command: sentences::command(&s.run), delta_bic: s.expected_delta_bic })
+                .collect(),
+        }),
         parameters: estimates(axis, e.stages.last().map_or(&[], |s| &s.parameters)),
         not_shown: words::not_shown(e),
+        detection_limits: e.detection_limits.iter().map(|l| detection_limit(axis, l)).collect(),
         remarks: sentences::remarks(e),
         warnings: log_warnings(&e.log),
         seconds: e.seconds,
@@ -185,6 +213,17 @@ fn estimates(axis: Axis, list: &[Estimate]) -> Entries<EstimateJson> {
     Entries(
         list.iter().map(|p| (axis.parameter(&p.name), EstimateJson { value: p.value, sigma: p.sigma, unit: axis.unit(p.unit) })).collect(),
     )
+}
+
+fn detection_limit(axis: Axis, l: &DetectionLimit) -> DetectionLimitJson {
+    let parameters = l.card.parameters;
+    DetectionLimitJson {
+        effect: l.card.id,
+        parameter: axis.parameter(parameters[l.parameter].name),
+        value: l.size,
+        unit: axis.unit(parameters[l.parameter].unit),
+        at: Entries(l.at.iter().map(|(k, value)| (axis.parameter(parameters[*k].name), *value)).collect()),
+    }
 }
 
 fn shape(axis: Axis, s: &Shape) -> ShapeJson<'_> {

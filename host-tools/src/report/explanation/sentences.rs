@@ -4,7 +4,7 @@ use drive_model::{Card, Coordinate, Requirement, StandRun};
 use hal_sim::plant::Stand;
 
 use super::names::{card, first_lower};
-use crate::identify::explain::{Explanation, NotVisible, Progress, Purpose, Refusal, Remark, Repeated, Shape, ShapeForm};
+use crate::identify::explain::{Explanation, NotVisible, Progress, Purpose, Refusal, Remark, Repeated, Separation, Shape, ShapeForm};
 use crate::log::Axis;
 use crate::model::{Channel, SummingPoint};
 use crate::report::coordinates::AxisLabel;
@@ -199,7 +199,23 @@ pub fn next_experiment(e: &Explanation) -> Option<String> {
     } else {
         "The command runs on the simulated stand. On your stand, record this profile with a suitable amplitude."
     };
-    Some(format!("{}. {place}", purpose(&next.purpose).trim_end_matches('.')))
+    Some(format!("{}. {}{place}", purpose(&next.purpose).trim_end_matches('.'), expectation(e, &next.expected)))
+}
+
+/// What the runs of the stand are expected to bring, with a space at the end; empty where nothing was computed.
+fn expectation(e: &Explanation, expected: &[Separation]) -> String {
+    let Some((best, others)) = expected.split_first() else { return String::new() };
+    let delta_bic = |s: &Separation| numbers::significant(s.expected_delta_bic, 2);
+    let name = |run: &StandRun| format!("{} of {} {}", run.profile, run.amplitude, if run.mode == "rate" { "rad/s" } else { "V" });
+    if best.expected_delta_bic < e.criteria.evidence.min_bic_difference {
+        return format!(
+            "No run of the stand is expected to separate them: at best {} brings ΔBIC = {}, computed with the fitted model. ",
+            name(&best.run),
+            delta_bic(best)
+        );
+    }
+    let next = others.first().map_or(String::new(), |s| format!("; next best: {}, {}", name(&s.run), delta_bic(s)));
+    format!("Expected from {}: ΔBIC = {}{next}, computed with the fitted model. ", name(&best.run), delta_bic(best))
 }
 
 fn purpose(purpose: &Purpose) -> String {

@@ -138,12 +138,30 @@ fn result(e: &Explanation, style: Style) -> String {
         for line in words::not_shown(e) {
             text.push_str(&style.wrapped("  • ", "    ", &line));
         }
+        text.push_str(&detection_limits(e, style));
     }
     if let (Some(next), Some(message)) = (&e.next, sentences::next_experiment(e)) {
         text.push('\n');
         text.push_str(&style.wrapped("Next experiment: ", "  ", &message));
         text.push_str(&format!("    {}\n", sentences::command(&next.run)));
     }
+    text
+}
+
+/// The smallest effects that the log would have shown.
+fn detection_limits(e: &Explanation, style: Style) -> String {
+    let limits = words::detection_limits(e);
+    if limits.is_empty() {
+        return String::new();
+    }
+    let width = |column: fn(&(&'static str, String, String)) -> &str| limits.iter().map(|l| column(l).chars().count()).max().unwrap_or(0);
+    let (effects, sizes) = (width(|l| l.0), width(|l| &l.1));
+    let mut text = format!("\n{}\n", style.strong("Smallest effects that this log would have shown"));
+    for (effect, size, at) in &limits {
+        let line = format!("  {effect:<effects$}  {size:<sizes$}  {}", style.faint(at));
+        text.push_str(&format!("{}\n", line.trim_end()));
+    }
+    text.push_str(&style.faint(&style.wrapped("  ", "  ", words::DETECTION_LEGEND)));
     text
 }
 

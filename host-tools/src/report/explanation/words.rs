@@ -6,7 +6,7 @@ pub use super::names::card;
 use super::names::first_lower;
 use super::sentences::not_visible;
 use crate::identify::explain::criteria::MisfitClass;
-use crate::identify::explain::{ChannelError, Estimate, Explanation, NotVisible, Stage, Verdict};
+use crate::identify::explain::{ChannelError, DetectionLimit, Estimate, Explanation, NotVisible, Stage, Verdict};
 use crate::log::Axis;
 pub use crate::report::listed;
 use crate::report::{column, numbers, unit};
@@ -254,6 +254,26 @@ pub fn not_shown(e: &Explanation) -> Vec<String> {
     list.extend(reasons.into_iter().map(|(reason, names)| format!("Not visible: {} ({}).", listed(&names), not_visible(&reason))));
     list
 }
+
+/// The smallest effects that the log would have shown: effect, smallest amplitude with its unit, and where it is that large.
+pub fn detection_limits(e: &Explanation) -> Vec<(&'static str, String, String)> {
+    let axis = e.model.axis();
+    let number = |x: f64| numbers::significant(x, 2);
+    let row = |l: &DetectionLimit| {
+        let amplitude = &l.card.parameters[l.parameter];
+        let size = format!("{} = {} {}", axis.parameter(amplitude.name), number(l.size), axis.unit(amplitude.unit));
+        let least_visible = l.at.map_or(String::new(), |(k, value)| {
+            let other = &l.card.parameters[k];
+            format!("least visible of those tried: {} = {} {}", axis.parameter(other.name), number(value), axis.unit(other.unit))
+        });
+        (l.card.id, size.trim_end().to_owned(), least_visible.trim_end().to_owned())
+    };
+    e.detection_limits.iter().map(row).collect()
+}
+
+/// Meaning of the detection limits.
+pub const DETECTION_LEGEND: &str =
+    "An effect of this amplitude, alone, would have been found with a probability of 95 %. A smaller one may be present.";
 
 /// How to use a proposed expression.
 pub fn paste(e: &Explanation) -> String {

@@ -4,6 +4,7 @@ use drive_model::{Card, Coordinate};
 
 use super::coverage::Coverage;
 use super::criteria::Criteria;
+use super::detection::DetectionLimit;
 use super::experiment::NextExperiment;
 use super::reasons::{NotVisible, Refusal, Remark};
 use crate::identify::fit::{FitResult, Preparation, PreparedLog};
@@ -222,6 +223,8 @@ pub struct Explanation {
     pub preparation: Preparation,
     /// The range of operation that it covers.
     pub coverage: Coverage,
+    /// Where nothing is missing: the smallest effects that the logs would have shown with 95 % probability, by the engine on whitened residuals.
+    pub detection_limits: Vec<DetectionLimit>,
     /// Remarks on the preparation and the search.
     pub remarks: Vec<Remark>,
     /// The criteria in force.

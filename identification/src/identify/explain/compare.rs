@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::answer::Candidate;
 use super::candidate::{FittedCandidate, channel_errors};
 use super::criteria::EvidenceCriteria;
+use super::design::Doubt;
 use super::fitted_model::FittedModel;
 use super::likelihood::{WhitenedSums, Whitener, delta_bic};
 use super::reasons::Refusal;
@@ -19,6 +20,8 @@ use crate::statistics::distributions::ln_chi_squared_tail;
 pub struct AddingStep<'c> {
     /// Refitted candidates by BIC, the best first; one for each effect.
     pub candidates: Vec<FittedCandidate>,
+    /// Number of tests that it made.
+    pub tests: usize,
     screened: Vec<ScreenedOnly>,
     invisible: Vec<Invisible>,
     criteria: &'c EvidenceCriteria,
@@ -30,6 +33,7 @@ pub fn adding_step<'c>(base: &FittedModel<'c>) -> AddingStep<'c> {
     let (screening, fitted) = screen_and_refit(base);
     let candidates = compare(base, fitted, screening.tests);
     AddingStep {
+        tests: screening.tests,
         screened: screening.only_screened(candidates.iter().map(|f| &f.trial)),
         candidates,
         invisible: screening.invisible,
@@ -61,8 +65,8 @@ fn compare(base: &FittedModel, mut fitted: Vec<FittedCandidate>, tests: usize) -
     fitted
 }
 
-/// Position in the catalogue.
-fn position(card: &Card) -> usize {
+/// Position in the catalogue, by which one of several effects is named that the logs cannot distinguish.
+pub fn position(card: &Card) -> usize {
     cards().iter().position(|c| c.id == card.id).unwrap_or(usize::MAX)
 }
 
@@ -98,6 +102,23 @@ impl AddingStep<'_> {
         alike.min_by_key(|&k| position(self.candidates[k].trial.card))
     }
 
+    /// The logs cannot distinguish two candidates, which are both as good as the best.
+    fn are_alike(&self, one: &FittedCandidate, other: &FittedCandidate) -> bool {
+        let as_good = |f: &FittedCandidate| self.best().is_some_and(|best| self.is_as_good_as(f, best));
+        let near = (other.delta_bic - one.delta_bic).abs() < self.criteria.min_bic_difference;
+        other.trial.card.id != one.trial.card.id && near && as_good(one) && as_good(other)
+    }
+
+    /// The chosen candidate and those that the logs do not distinguish from it.
+    pub fn doubt(mut self, chosen: usize) -> Doubt {
+        let is_rival: Vec<bool> = self.candidates.iter().map(|f| self.are_alike(&self.candidates[chosen], f)).collect();
+        let chosen_id = self.candidates[chosen].trial.card.id;
+        let alike = std::mem::take(&mut self.candidates).into_iter().zip(is_rival);
+        let kept = alike.filter(|(f, is_rival)| *is_rival || f.trial.card.id == chosen_id).map(|(f, _)| f);
+        let (chosen, rivals) = kept.partition(|f| f.trial.card.id == chosen_id);
+        Doubt { chosen, rivals }
+    }
+
     /// The best `count` rivals of the chosen candidate, which may take its place later.
     pub fn rivals_of(&self, chosen: usize, count: usize) -> Vec<Trial> {
         let others = self.candidates.iter().enumerate().filter(|(k, f)| *k != chosen && f.refused.is_none());
@@ -106,14 +127,9 @@ impl AddingStep<'_> {
 
     /// All candidates for the answer: refitted, only screened, not visible.
     pub fn answer(&self, base: &FittedModel) -> Vec<Candidate> {
-        let best = self.best();
         let name = |card: &Card| base.model.next_name(card.id);
-        let as_good = |f: &FittedCandidate| best.is_some_and(|best| self.is_as_good_as(f, best));
-        let ambiguous_with = |f: &FittedCandidate| -> Vec<String> {
-            let others = self.candidates.iter().filter(|o| as_good(f) && as_good(o) && o.trial.card.id != f.trial.card.id);
-            let near = others.filter(|o| (o.delta_bic - f.delta_bic).abs() < self.criteria.min_bic_difference);
-            near.map(|o| name(o.trial.card)).collect()
-        };
+        let ambiguous_with =
+            |f: &FittedCandidate| self.candidates.iter().filter(|o| self.are_alike(f, o)).map(|o| name(o.trial.card)).collect();
         let refitted = |f: &FittedCandidate| Candidate {
             effect: name(f.trial.card),
             parameters: f.estimates(),

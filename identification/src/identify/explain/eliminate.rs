@@ -4,6 +4,7 @@ use drive_model::ParameterKind;
 use rayon::prelude::*;
 
 use super::candidate::{FittedCandidate, fit_trial};
+use super::compare::position;
 use super::descent::near_best;
 use super::fitted_model::FittedModel;
 use super::likelihood::{WhitenedSums, Whitener, delta_bic};
@@ -15,6 +16,7 @@ use super::trial::Trial;
 use super::trials::{is_modified_by_another, may_be_added};
 use crate::identify::fit::FitError;
 use crate::model::Model;
+use crate::statistics::Extremes;
 
 /// No amplitude of effect `name` differs significantly from zero.
 pub fn all_amplitudes_may_be_zero(fitted: &FittedModel, name: &str) -> bool {
@@ -92,7 +94,7 @@ impl Need {
     }
 }
 
-/// The best of the rivals of an effect that fits clearly better in its place; `less` is the last model without the effect.
+/// The rival of an effect that fits clearly better in its place, the best of all; `less` is the last model without the effect.
 fn better_rival(last: &FittedModel, less: &FittedModel, need: &Need, rivals: &[Trial]) -> Option<FittedCandidate> {
     let criteria = last.context.criteria;
     let chi2 = last.fit.chi2;
@@ -113,7 +115,11 @@ fn better_rival(last: &FittedModel, less: &FittedModel, need: &Need, rivals: &[T
         let worse = criteria.evidence.leaves_far_less(&last.heldout_chi2_per_n(), &f.heldout_chi2_per_n);
         (!refused && !worse && bic < need.delta_bic - criteria.evidence.min_bic_difference).then_some((f, bic))
     });
-    better.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(f, _)| f)
+    let better: Vec<(FittedCandidate, f64)> = better.collect();
+    // Of those that the logs cannot distinguish the first in the catalogue, as where an effect is added.
+    let best = better.iter().map(|(_, bic)| *bic).min_or_infinity();
+    let alike = better.into_iter().filter(|(_, bic)| *bic < best + criteria.evidence.min_bic_difference);
+    alike.min_by_key(|(f, _)| position(f.trial.card)).map(|(f, _)| f)
 }
 
 /// Adds the effects from number `from` on to the last model again, one by one, with their values at `end`.

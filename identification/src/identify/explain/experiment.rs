@@ -2,6 +2,8 @@
 
 use drive_model::StandRun;
 
+use super::design::Separation;
+
 /// An experiment to do next.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NextExperiment {
@@ -9,6 +11,8 @@ pub struct NextExperiment {
     pub purpose: Purpose,
     /// The session.
     pub run: StandRun,
+    /// What each run of the stand is expected to bring, the best first; empty where no two effects are to be distinguished, or the drive cannot be simulated.
+    pub expected: Vec<Separation>,
 }
 
 /// What to change where the log is already the run that separates two effects best.

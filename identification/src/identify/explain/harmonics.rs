@@ -97,6 +97,21 @@ pub fn search_orders(base: &FittedModel) -> HarmonicOrders {
     HarmonicOrders { torque, motor_constant, encoder, inertia }
 }
 
+/// The highest order of each source that the logs can show; nothing where they show none.
+pub fn visible_orders(base: &FittedModel) -> HarmonicOrders {
+    let (data, criteria) = (&base.data, &base.context.criteria.harmonics);
+    let Some(theta) = angle(data) else { return HarmonicOrders::default() };
+    let scan = Scan::new(base, theta);
+    let highest = scan.highest_order(criteria);
+    let where_visible = |visible: bool, order: usize| if visible { vec![order as u32] } else { Vec::new() };
+    HarmonicOrders {
+        torque: where_visible(true, highest),
+        motor_constant: where_visible(scan.motor_constant.is_some() && scan.current_is_measured, highest),
+        encoder: where_visible(data.channels.iter().any(|c| c.channel == Channel::Angle), criteria.max_encoder_order),
+        inertia: where_visible(scan.has_inertia, highest.min(criteria.max_inertia_order)),
+    }
+}
+
 /// The best frequency of a torque and of the voltage that oscillate in time.
 pub fn search_frequencies(base: &FittedModel) -> Frequencies {
     let (data, criteria) = (&base.data, &base.context.criteria.harmonics);

@@ -13,6 +13,7 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::criteria::WhiteningCriteria;
 use crate::identify::fit::InitialStates;
+use crate::identify::fit::normal_equations::MAX_UNKNOWNS;
 use crate::identify::fit::parameters::Dual;
 use crate::identify::fit::simulate::run;
 use crate::identify::fit::system::{FitScalar, System};
@@ -116,14 +117,29 @@ impl Whitener {
         }
     }
 
-    fn sums_in<const N: usize>(
+    /// Information of the fitted rows about the unknowns, each channel weighted by its whitened variance: the parameters first, then the initial states
+    /// of each segment. A square of an unknown times its element is the expected gain (twice the logarithm of the likelihood ratio).
+    pub fn information(
         &self,
         system: &System,
         parameters: &Parameters,
         starts: &InitialStates,
         data: &PreparedLog,
         log_rows: &[Range<usize>],
-    ) -> WhitenedSums
+    ) -> DMatrix<f64> {
+        let products = self.products::<MAX_UNKNOWNS>(system, parameters, starts, data, log_rows);
+        self.equations(&products).0
+    }
+
+    /// Sums of products of the whitened residuals of a model and their derivatives.
+    fn products<const N: usize>(
+        &self,
+        system: &System,
+        parameters: &Parameters,
+        starts: &InitialStates,
+        data: &PreparedLog,
+        log_rows: &[Range<usize>],
+    ) -> Products<N>
     where
         Dual<N>: FitScalar,
     {
@@ -174,12 +190,27 @@ impl Whitener {
                 true
             });
         }
-        let steps = self.steps(&cells, &keys, free, lanes, data.segments.len());
+        Products { cells, keys, free, lanes, segments: data.segments.len() }
+    }
+
+    fn sums_in<const N: usize>(
+        &self,
+        system: &System,
+        parameters: &Parameters,
+        starts: &InitialStates,
+        data: &PreparedLog,
+        log_rows: &[Range<usize>],
+    ) -> WhitenedSums
+    where
+        Dual<N>: FitScalar,
+    {
+        let products = self.products::<N>(system, parameters, starts, data, log_rows);
+        let steps = self.steps(&products);
         let mut fitted = vec![vec![(0.0, 0.0); log_rows.len()]; self.filters.len()];
         let mut held_out = fitted.clone();
-        for (cell, key) in cells.iter().zip(&keys) {
+        for (cell, key) in products.cells.iter().zip(&products.keys) {
             let sums = if key.held_out { &mut held_out } else { &mut fitted };
-            let after = steps.as_ref().map_or(cell.square, |steps| cell.after(&steps[key.segment], lanes));
+            let after = steps.as_ref().map_or(cell.square, |steps| cell.after(&steps[key.segment], products.lanes));
             let sum = &mut sums[key.channel][key.log];
             sum.0 += after.max(0.0);
             sum.1 += cell.rows;
@@ -187,41 +218,38 @@ impl Whitener {
         WhitenedSums { fitted, held_out, min_square_ratio: self.min_square_ratio }
     }
 
-    /// Step of each segment's unknowns that is best for the fitted rows, each channel weighted by its own whitened variance; `None` where
-    /// the step is not determined.
-    fn steps<const N: usize>(
-        &self,
-        cells: &[SumsOfProducts<N>],
-        keys: &[Key],
-        free: usize,
-        lanes: usize,
-        segments: usize,
-    ) -> Option<Vec<Vec<f64>>> {
-        let mut sizes = vec![(0.0, 0.0); self.filters.len()];
-        for (cell, key) in cells.iter().zip(keys).filter(|(_, key)| !key.held_out) {
-            sizes[key.channel].0 += cell.square;
-            sizes[key.channel].1 += cell.rows;
-        }
-        let states = lanes - free;
-        let whole = free + states * segments;
-        let mut information = DMatrix::<f64>::zeros(whole, whole);
-        let mut gradient = DVector::<f64>::zeros(whole);
-        let index = |lane: usize, segment: usize| if lane < free { lane } else { free + segment * states + lane - free };
-        for (cell, key) in cells.iter().zip(keys).filter(|(_, key)| !key.held_out) {
-            let weight = sizes[key.channel].1 / sizes[key.channel].0.max(f64::MIN_POSITIVE);
-            for i in 0..lanes {
-                gradient[index(i, key.segment)] += weight * cell.g[i];
-                for j in 0..lanes {
-                    information[(index(i, key.segment), index(j, key.segment))] += weight * cell.h[i][j];
-                }
-            }
-        }
-        for k in 0..whole {
+    /// Step of each segment's unknowns that is best for the fitted rows; `None` where the step is not determined.
+    fn steps<const N: usize>(&self, products: &Products<N>) -> Option<Vec<Vec<f64>>> {
+        let (mut information, gradient) = self.equations(products);
+        for k in 0..information.nrows() {
             let d = information[(k, k)];
             information[(k, k)] = if d > 0.0 { d * (1.0 + RIDGE) } else { 1.0 };
         }
         let step = Cholesky::new(information)?.solve(&gradient);
-        step.iter().all(|s| s.is_finite()).then(|| (0..segments).map(|s| (0..lanes).map(|lane| step[index(lane, s)]).collect()).collect())
+        let of_segment = |segment: usize| (0..products.lanes).map(|lane| step[products.index(lane, segment)]).collect();
+        step.iter().all(|s| s.is_finite()).then(|| (0..products.segments).map(of_segment).collect())
+    }
+
+    /// Normal equations of the fitted rows, each channel weighted by its own whitened variance.
+    fn equations<const N: usize>(&self, products: &Products<N>) -> (DMatrix<f64>, DVector<f64>) {
+        let mut sizes = vec![(0.0, 0.0); self.filters.len()];
+        for (cell, key) in products.fitted() {
+            sizes[key.channel].0 += cell.square;
+            sizes[key.channel].1 += cell.rows;
+        }
+        let whole = products.free + (products.lanes - products.free) * products.segments;
+        let mut information = DMatrix::<f64>::zeros(whole, whole);
+        let mut gradient = DVector::<f64>::zeros(whole);
+        for (cell, key) in products.fitted() {
+            let weight = sizes[key.channel].1 / sizes[key.channel].0.max(f64::MIN_POSITIVE);
+            for i in 0..products.lanes {
+                gradient[products.index(i, key.segment)] += weight * cell.g[i];
+                for j in 0..products.lanes {
+                    information[(products.index(i, key.segment), products.index(j, key.segment))] += weight * cell.h[i][j];
+                }
+            }
+        }
+        (information, gradient)
     }
 }
 
@@ -234,6 +262,30 @@ struct Key {
     log: usize,
     held_out: bool,
     segment: usize,
+}
+
+/// Sums of products of all rows, by channel, log, held-out rows and segment.
+struct Products<const N: usize> {
+    cells: Vec<SumsOfProducts<N>>,
+    keys: Vec<Key>,
+    /// Number of free parameters.
+    free: usize,
+    /// Number of unknowns of a segment: free parameters and its initial states.
+    lanes: usize,
+    /// Number of segments.
+    segments: usize,
+}
+
+impl<const N: usize> Products<N> {
+    /// The sums of the fitted rows.
+    fn fitted(&self) -> impl Iterator<Item = (&SumsOfProducts<N>, &Key)> {
+        self.cells.iter().zip(&self.keys).filter(|(_, key)| !key.held_out)
+    }
+
+    /// Index of an unknown of a segment among those of all segments.
+    fn index(&self, lane: usize, segment: usize) -> usize {
+        if lane < self.free { lane } else { self.free + segment * (self.lanes - self.free) + lane - self.free }
+    }
 }
 
 /// Sums of products of whitened residuals and their derivatives by the unknowns.

@@ -10,7 +10,8 @@
 //! * [`compare`] ([`likelihood`], [`refusal`]): evidence on whitened residuals;
 //! * [`search`] ([`stop`], [`eliminate`]): add or stop, remove what is no longer needed;
 //! * [`verdict`] ([`unknown_structure`], [`piecewise_linear`]): cause, or unknown structure;
-//! * [`next_experiment`]: what to measure next.
+//! * [`detection`]: what the logs would have shown, where nothing is missing;
+//! * [`next_experiment`] ([`design`]): what to measure next.
 //!
 //! All thresholds are in [`Criteria`].
 
@@ -21,6 +22,8 @@ mod compare;
 pub mod coverage;
 pub mod criteria;
 mod descent;
+mod design;
+mod detection;
 mod eliminate;
 mod experiment;
 mod fitted_model;
@@ -52,6 +55,8 @@ use std::time::Instant;
 
 pub use answer::{Candidate, ChannelError, Estimate, Explanation, Shape, ShapeForm, Stage, Verdict};
 pub use criteria::{Criteria, Engine};
+pub use design::Separation;
+pub use detection::DetectionLimit;
 pub use experiment::{NextExperiment, Purpose, Repeated};
 pub use join_logs::JoinError;
 pub use reasons::{NotVisible, Progress, Refusal, Remark};
@@ -202,8 +207,16 @@ pub fn explain_by(
         _ => Vec::new(),
     };
     let (missing, stages) = (search.names(0), search.stages());
+    let detection_limits = match (verdict, search.models.last()) {
+        (Verdict::Adequate, Some(last)) if search.tests > 0 => detection::detection_limits(last, search.tests),
+        _ => Vec::new(),
+    };
     let coverage = Coverage::of(&log, &criteria.coverage);
-    let next = next_experiment::next_experiment(&search.candidates, &missing, verdict, &coverage, &log);
+    let separations = match (&search.doubt, search.models.first()) {
+        (Some(doubt), Some(first)) if !missing.is_empty() => design::separations(first, doubt),
+        _ => Vec::new(),
+    };
+    let next = next_experiment::next_experiment(&search.candidates, &missing, verdict, (&coverage, &separations), &criteria, &log);
     let mut remarks: Vec<Remark> = remarks.into_iter().chain(recorded).map(Remark::Preparation).collect();
     remarks.extend(shifted.into_iter().map(Remark::ShiftedConstant));
     remarks.append(&mut search.remarks);
@@ -227,6 +240,7 @@ pub fn explain_by(
         explained,
         logs: paths,
         coverage,
+        detection_limits,
         log,
         preparation,
         remarks,

@@ -1,10 +1,13 @@
-//! The next experiment. Priority: an experiment that distinguishes rivals, then one that determines the effect better, then one that covers a
+//! The next experiment. What separates two effects is computed ([`super::design`]) where the drive can be simulated; otherwise the cards of the effects
+//! state it. Priority: an experiment that distinguishes rivals, then one that determines the effect better, then one that covers a
 //! range of operation without which the verdict is uncertain. A run that the log is already is not proposed to distinguish rivals.
 
 use drive_model::{Card, Rival, StandRun};
 
 use super::answer::{Candidate, Verdict};
 use super::coverage::Coverage;
+use super::criteria::Criteria;
+use super::design::Separation;
 use super::experiment::{NextExperiment, Purpose, Repeated};
 use crate::log::Log;
 use crate::statistics::Extremes;
@@ -14,7 +17,8 @@ pub fn next_experiment(
     candidates: &[Candidate],
     missing: &[String],
     verdict: Verdict,
-    coverage: &Coverage,
+    (coverage, separations): (&Coverage, &[Separation]),
+    criteria: &Criteria,
     log: &Log,
 ) -> Option<NextExperiment> {
     if verdict == Verdict::NotFinished {
@@ -22,23 +26,38 @@ pub fn next_experiment(
     }
     let ambiguous = candidates.iter().find(|c| missing.contains(&c.effect) && !c.ambiguous_with.is_empty());
     if let Some(candidate) = ambiguous {
-        return distinguish(candidate, log);
+        let next = distinguish(candidate, log)?;
+        return Some(by_expectation(next, separations, criteria.evidence.min_bic_difference));
     }
     if !coverage.both_ways {
-        return Some(NextExperiment { purpose: Purpose::BothDirections, run: StandRun::LOW_RATES });
+        return Some(NextExperiment { purpose: Purpose::BothDirections, run: StandRun::LOW_RATES, expected: Vec::new() });
     }
     match verdict {
         Verdict::EffectFound | Verdict::PartlyExplained => {
             let card = card(missing.first()?)?;
-            Some(NextExperiment { purpose: Purpose::Determine { effect: card.id }, run: card.next_run })
+            Some(NextExperiment { purpose: Purpose::Determine { effect: card.id }, run: card.next_run, expected: Vec::new() })
         }
-        Verdict::UnknownStructure => Some(NextExperiment { purpose: Purpose::Repeat, run: StandRun::STEPS }),
-        Verdict::Adequate if !coverage.slow_turns => Some(NextExperiment { purpose: Purpose::SlowTurns, run: StandRun::LOW_RATES }),
+        Verdict::UnknownStructure => Some(NextExperiment { purpose: Purpose::Repeat, run: StandRun::STEPS, expected: Vec::new() }),
+        Verdict::Adequate if !coverage.slow_turns => {
+            Some(NextExperiment { purpose: Purpose::SlowTurns, run: StandRun::LOW_RATES, expected: Vec::new() })
+        }
         Verdict::Adequate | Verdict::NotFinished => None,
     }
 }
 
-/// The experiment that distinguishes a candidate from a rival: from the first that a card knows how to separate, otherwise from the first.
+/// The experiment with the run of the highest expected ΔBIC. Where none is expected to reach `min_bic_difference`, what the card says stays: it may change the
+/// stand, which no simulated run does.
+fn by_expectation(next: NextExperiment, separations: &[Separation], min_bic_difference: f64) -> NextExperiment {
+    let expected = separations.to_vec();
+    match (separations.first(), next.purpose) {
+        (Some(best), Purpose::Distinguish { effect, rival, difference, .. }) if best.expected_delta_bic >= min_bic_difference => {
+            NextExperiment { purpose: Purpose::Distinguish { effect, rival, difference, repeated: None }, run: best.run, expected }
+        }
+        (_, purpose) => NextExperiment { purpose, run: next.run, expected },
+    }
+}
+
+/// The experiment that distinguishes a candidate from a rival, by their cards: from the first that a card knows how to separate, otherwise from the first.
 fn distinguish(candidate: &Candidate, log: &Log) -> Option<NextExperiment> {
     let one = card(&candidate.effect)?;
     let known = candidate.ambiguous_with.iter().find_map(|other| Some((other, Rival::between(one, card(other)?)?)));
@@ -54,7 +73,7 @@ fn distinguish(candidate: &Candidate, log: &Log) -> Option<NextExperiment> {
     };
     let difference = found.map(|found| found.separation);
     let purpose = Purpose::Distinguish { effect: candidate.effect.clone(), rival: rival.clone(), difference, repeated };
-    Some(NextExperiment { purpose, run })
+    Some(NextExperiment { purpose, run, expected: Vec::new() })
 }
 
 /// Runs of different excitation, for rivals whose own runs the log contains already.

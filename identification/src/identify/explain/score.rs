@@ -75,7 +75,7 @@ pub fn score_trials(base: &FittedModel, trials: &[Trial]) -> Vec<Score> {
 }
 
 /// Trials that are simulated together: absent trials on the same data, as many as there is place for; each of the others alone.
-fn batches(base: &FittedModel, trials: &[Trial]) -> Vec<Vec<usize>> {
+pub fn batches(base: &FittedModel, trials: &[Trial]) -> Vec<Vec<usize>> {
     // The winding of the fitted model may have become slow enough to have a state.
     let states = base.initial_states_for(&base.system, &base.fit.parameters, &base.data).kinds.len();
     let taken = base.free_parameters() + states;

@@ -53,7 +53,7 @@ impl Screening {
         let mut order: Vec<usize> = (0..trials.len()).collect();
         order.sort_by(|a, b| scores[*b].chi2_decrease.total_cmp(&scores[*a].chi2_decrease));
         let tests = number_of_tests(&trials, &starts.periods, base, criteria);
-        Screening { trials, scores, invisible, order, tests, critical_score: critical_score(tests, criteria) }
+        Screening { trials, scores, invisible, order, tests, critical_score: critical_gain(tests, 1, criteria.evidence.max_familywise_p) }
     }
 
     /// The trials that are refitted: expensive ones or the others. Expensive trials are scored on an excerpt, so that the two kinds of
@@ -119,13 +119,13 @@ fn number_of_tests(trials: &[Trial], periods: &Periods, base: &FittedModel, crit
         + if jumps { base.data.len() / base.data.angle_lag() } else { 0 }
 }
 
-/// Score of one degree of freedom with the familywise probability of the criteria in so many tests, by bisection.
-fn critical_score(tests: usize, criteria: &Criteria) -> f64 {
-    let ln_p = (criteria.evidence.max_familywise_p / tests.max(1) as f64).ln();
+/// χ² of `free` degrees of freedom with the familywise probability `p` in so many tests, by bisection.
+pub fn critical_gain(tests: usize, free: usize, p: f64) -> f64 {
+    let ln_p = (p / tests.max(1) as f64).ln();
     let (mut low, mut high) = (0.0, 200.0);
     for _ in 0..40 {
         let middle = 0.5 * (low + high);
-        if ln_chi_squared_tail(middle, 1.0) > ln_p { low = middle } else { high = middle }
+        if ln_chi_squared_tail(middle, free as f64) > ln_p { low = middle } else { high = middle }
     }
     high
 }

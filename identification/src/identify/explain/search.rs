@@ -20,7 +20,7 @@ use crate::identify::fit::FitError;
 /// A model with an added effect cannot be simulated.
 pub fn search<'a>(given: FittedModel<'a>, progress: &(dyn Fn(&Progress) + Sync)) -> Result<Search<'a>, FitError> {
     let criteria = given.context.criteria;
-    let mut search = Search { models: vec![given], added: Vec::new(), candidates: Vec::new(), remarks: Vec::new() };
+    let mut search = Search { models: vec![given], added: Vec::new(), candidates: Vec::new(), remarks: Vec::new(), tests: 0, doubt: None };
     let mut restarts = 0;
     while search.added.len() < criteria.search.max_added {
         let Some(base) = search.models.last() else { break };
@@ -33,6 +33,7 @@ pub fn search<'a>(given: FittedModel<'a>, progress: &(dyn Fn(&Progress) + Sync))
         let step = adding_step(base);
         if search.added.is_empty() {
             search.candidates = step.answer(base);
+            search.tests = step.tests;
         }
         if deadline.has_passed() {
             // Not all candidates were compared: the best of those that were may be the wrong cause.
@@ -54,6 +55,9 @@ pub fn search<'a>(given: FittedModel<'a>, progress: &(dyn Fn(&Progress) + Sync))
             continue;
         }
         let rivals = step.rivals_of(chosen, criteria.screening.max_rivals);
+        if search.added.is_empty() {
+            search.doubt = Some(step.doubt(chosen));
+        }
         search.added.push(Added { name, rivals });
         search.models.push(next);
         if search.added.len() > 1 {

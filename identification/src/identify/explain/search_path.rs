@@ -1,6 +1,7 @@
 //! The models along a search, from the given model to the last.
 
 use super::answer::{Candidate, ChannelError, Estimate, Stage};
+use super::design::Doubt;
 use super::fitted_model::FittedModel;
 use super::likelihood::delta_bic;
 use super::reasons::Remark;
@@ -16,6 +17,10 @@ pub struct Search<'a> {
     pub candidates: Vec<Candidate>,
     /// Remarks for the user.
     pub remarks: Vec<Remark>,
+    /// Number of tests of an adding step on whitened residuals; 0 before the first and in prediction-error form.
+    pub tests: usize,
+    /// The candidates of the first step that the logs do not distinguish from the added one.
+    pub doubt: Option<Doubt>,
 }
 
 /// An added effect.

@@ -72,7 +72,7 @@ pub fn explain<'a>(
     }
     let added = found.best.added.iter().map(|a| Added { name: a.name.clone(), rivals: Vec::new() }).collect();
     let candidates = candidates(&models[0], &found);
-    let mut search = Search { models, added, candidates, remarks: found.remarks.clone() };
+    let mut search = Search { models, added, candidates, remarks: found.remarks.clone(), tests: 0, doubt: None };
     search.remarks.extend(found.best.notes.iter().cloned().map(Remark::Preparation));
     if deadline.has_passed() {
         return Ok((search, Verdict::NotFinished, Vec::new()));

@@ -1,0 +1,168 @@
+//! Detection limits: the smallest effect that the logs would have shown beside a model that leaves only noise.
+//!
+//! An effect of amplitude a, added to the motion that was logged, is expected to gain (a/σ)² on the whitened residuals, where 1/σ² is the information of
+//! the fitted rows about a that the model's own parameters and initial states cannot imitate. It is added if its gain exceeds what the search asks for.
+//! The square root of the gain of one amplitude is a normal variable of mean a/σ and variance 1, so that a = σ (√gain + z) exceeds it with the probability of z
+//! (power of a likelihood ratio test: Kay, Fundamentals of Statistical Signal Processing II, 1998, chapter 6).
+
+use drive_model::{Card, HarmonicSource, ParameterKind};
+use nalgebra::{Cholesky, DMatrix};
+use rayon::prelude::*;
+
+use super::criteria::{DetectionCriteria, MisfitClass};
+use super::fitted_model::FittedModel;
+use super::harmonics::periods::Periods;
+use super::harmonics::{HarmonicOrders, visible_orders};
+use super::likelihood::Whitener;
+use super::score::batches;
+use super::screen::critical_gain;
+use super::trial::Trial;
+use super::trials::{self, Starts};
+use crate::identify::fit::build;
+
+/// The smallest amplitude of an effect that the logs would have shown.
+#[derive(Debug, Clone, Copy)]
+pub struct DetectionLimit {
+    /// The effect.
+    pub card: &'static Card,
+    /// Position of the amplitude among its parameters.
+    pub parameter: usize,
+    /// The amplitude, in the unit of the parameter.
+    pub size: f64,
+    /// Where the limit is highest among the values that were tried of another parameter: its position among the parameters, and the value.
+    pub at: Option<(usize, f64)>,
+}
+
+/// The limits of the effects that are absent at zero, in the order of the catalogue. `tests` is the number of tests of the search. Effects whose zero is
+/// singular (a shaft, a presliding stiffness) have no limit of this kind.
+pub fn detection_limits(model: &FittedModel, tests: usize) -> Vec<DetectionLimit> {
+    let criteria = &model.context.criteria.detection;
+    let trials: Vec<Trial> = trials::list(model, &values_to_try(model, criteria)).0.into_iter().filter(has_one_amplitude).collect();
+    let whitener = model.whitener();
+    let effective_samples = model.whitened_sums(&whitener).effective_samples();
+    let found: Vec<(usize, f64)> = batches(model, &trials)
+        .par_iter()
+        .flat_map_iter(|batch| standard_errors(model, &whitener, &trials, batch))
+        .map(|(k, sigma)| {
+            let free = trials[k].screened.iter().filter(|s| **s).count();
+            (k, sigma * (min_gain(model, tests, free, effective_samples).sqrt() + criteria.power_sigmas))
+        })
+        .collect();
+    let mut limits: Vec<DetectionLimit> = Vec::new();
+    let mut ordered = found;
+    ordered.sort_by_key(|(k, _)| *k);
+    for (k, size) in ordered {
+        let trial = &trials[k];
+        let Some(parameter) = amplitude(trial) else { continue };
+        let at = nonlinear(trial).map(|index| (index, trial.values[index]));
+        match limits.iter_mut().find(|l| l.card.id == trial.card.id && l.parameter == parameter) {
+            Some(known) if known.size >= size => {}
+            Some(known) => (known.size, known.at) = (size, at),
+            None => limits.push(DetectionLimit { card: trial.card, parameter, size, at }),
+        }
+    }
+    // Above the largest value that a drive can have, nothing can be excluded.
+    limits.retain(|l| l.size.is_finite() && l.size < l.card.parameters[l.parameter].range.1);
+    limits
+}
+
+/// Gain that an effect with `free` parameters needs to be added to the model.
+fn min_gain(model: &FittedModel, tests: usize, free: usize, effective_samples: f64) -> f64 {
+    let evidence = &model.context.criteria.evidence;
+    let by_bic = free as f64 * effective_samples.max(1.0).ln() + evidence.min_bic_difference;
+    let by_chance = critical_gain(tests, free, evidence.max_familywise_p);
+    let at_noise = if model.misfit() <= MisfitClass::Invisible { evidence.min_gain_at_noise } else { 0.0 };
+    by_bic.max(by_chance).max(at_noise)
+}
+
+/// One amplitude is screened, or the amplitude and the phase of a periodic effect, and the effect is absent at the trial's values.
+fn has_one_amplitude(trial: &Trial) -> bool {
+    let screened = trial.screened.iter().filter(|s| **s).count();
+    trial.absent && screened == if trial.card.polar { 2 } else { 1 } && amplitude(trial).is_some()
+}
+
+/// Position of the amplitude that is screened.
+fn amplitude(trial: &Trial) -> Option<usize> {
+    let kinds = trial.card.parameters.iter().map(|p| p.kind).zip(&trial.screened);
+    kinds.enumerate().find(|(_, (kind, screened))| **screened && *kind != ParameterKind::Phase).map(|(k, _)| k)
+}
+
+/// Position of the parameter at whose different values the effect is tried.
+fn nonlinear(trial: &Trial) -> Option<usize> {
+    let tried = |kind: ParameterKind| matches!(kind, ParameterKind::HarmonicOrder | ParameterKind::Periodicity | ParameterKind::EventTime);
+    trial.card.parameters.iter().position(|p| tried(p.kind))
+}
+
+/// Orders, periods and times at which the limits are computed, spread over what the logs can show.
+fn values_to_try(model: &FittedModel, criteria: &DetectionCriteria) -> Starts {
+    let spread = |highest: u32| -> Vec<u32> {
+        let mut list = Vec::new();
+        let mut order = 1.0;
+        while order <= f64::from(highest) {
+            list.push(order as u32);
+            order = (order * criteria.order_ratio).max(order + 1.0);
+        }
+        list
+    };
+    let highest = visible_orders(model);
+    let orders = |source: HarmonicSource| highest.of(source).first().map_or_else(Vec::new, |n| spread((*n).min(criteria.max_order)));
+    let mut torque = orders(HarmonicSource::Torque);
+    torque.retain(|order| *order > 1); // A torque of order one is an unbalance.
+    let per_turn: Vec<f64> = torque.iter().map(|order| f64::from(*order) + 0.5).collect();
+    let orders = HarmonicOrders::new(
+        torque,
+        orders(HarmonicSource::MotorConstant),
+        orders(HarmonicSource::Encoder),
+        orders(HarmonicSource::Inertia),
+    );
+    let (from, to) = model.data.time_range_s();
+    let harmonics = &model.context.criteria.harmonics;
+    let lowest_Hz = harmonics.min_periods_in_log / (to - from).max(model.data.dt_s);
+    let highest_Hz = harmonics.max_frequency_Hz.min(harmonics.max_frequency_per_row / model.data.dt_s);
+    let mut frequencies_Hz = Vec::new();
+    let mut frequency = lowest_Hz;
+    while frequency < highest_Hz {
+        frequencies_Hz.push(frequency);
+        frequency *= criteria.frequency_ratio;
+    }
+    let jumps_s = criteria.jump_fractions.iter().map(|f| from + f * (to - from)).collect();
+    Starts { orders, periods: Periods::new(per_turn, frequencies_Hz, 0), jumps_s }
+}
+
+/// Standard error of the amplitude of each trial of a batch, alone beside the model; that of a periodic effect at its least favourable phase.
+fn standard_errors(model: &FittedModel, whitener: &Whitener, trials: &[Trial], batch: &[usize]) -> Vec<(usize, f64)> {
+    let data = model.data_for(&trials[batch[0]]);
+    let (mut system, mut parameters) = (model.system.clone(), model.fit.parameters.clone());
+    let own = model.free_parameters();
+    let appended: Vec<_> = batch
+        .iter()
+        .map(|&k| build::append(&mut system, &mut parameters, trials[k].card, &trials[k].values, &trials[k].screened))
+        .collect();
+    let states = model.initial_states_for(&system, &parameters, &data);
+    let information = whitener.information(&system, &parameters, &states, &data, model.context.log_rows);
+    let free = parameters.free();
+    let base: Vec<usize> = (0..own).chain(free.len()..information.nrows()).collect();
+    let pick = |rows: &[usize], columns: &[usize]| DMatrix::from_fn(rows.len(), columns.len(), |i, j| information[(rows[i], columns[j])]);
+    let mut of_model = pick(&base, &base);
+    for k in 0..base.len() {
+        let d = of_model[(k, k)];
+        of_model[(k, k)] = if d > 0.0 { d * (1.0 + RIDGE) } else { 1.0 };
+    }
+    let Some(of_model) = Cholesky::new(of_model) else { return Vec::new() };
+    let sigma = |range: &std::ops::Range<usize>| -> Option<f64> {
+        let lanes: Vec<usize> = (0..free.len()).filter(|&lane| range.contains(&free[lane])).collect();
+        let cross = pick(&base, &lanes);
+        let whole = pick(&lanes, &lanes);
+        let left = &whole - cross.transpose() * of_model.solve(&cross);
+        let min = model.context.criteria.screening.min_identifiable_fraction;
+        if (0..lanes.len()).any(|k| left[(k, k)].is_nan() || left[(k, k)] <= min * whole[(k, k)]) {
+            return None;
+        }
+        let covariance = left.try_inverse()?;
+        Some(covariance.symmetric_eigenvalues().max().sqrt())
+    };
+    batch.iter().zip(&appended).filter_map(|(&k, range)| Some((k, sigma(range)?))).filter(|(_, sigma)| sigma.is_finite()).collect()
+}
+
+/// Relative increase of the diagonal of the information matrix, so that its factorisation exists.
+const RIDGE: f64 = 1e-12;
