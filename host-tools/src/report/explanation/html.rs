@@ -2,6 +2,7 @@
 
 use super::evidence::{Outcome, grouped, heldout_ratio, p_cell, reason};
 use super::plots::{self, Pair};
+use super::words::LimitRow;
 use super::{sentences, words};
 use crate::identify::explain::{Explanation, Verdict};
 use crate::identify::fit::PreparedLog;
@@ -55,7 +56,7 @@ fn head(e: &Explanation, page: &mut Page) {
         if !limits.is_empty() {
             page.heading("Smallest effects that this log would have shown");
             let mut table = Table::new(["effect", "smallest amplitude", ""]);
-            for (effect, size, at) in limits {
+            for LimitRow { effect, size, at } in limits {
                 table.row([Cell::text(effect), Cell::text(size), Cell::text(at)]);
             }
             page.table(table);

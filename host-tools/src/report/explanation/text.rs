@@ -1,6 +1,7 @@
 //! An explanation as text for a terminal: residual by stage, candidates, and the result.
 
 use super::evidence::{Outcome, grouped, heldout_ratio, p_cell, reason, tried};
+use super::words::LimitRow;
 use super::{sentences, words};
 use crate::identify::explain::{Candidate, Explanation, Shape, Verdict};
 use crate::report::coordinates::AxisLabel;
@@ -154,10 +155,10 @@ fn detection_limits(e: &Explanation, style: Style) -> String {
     if limits.is_empty() {
         return String::new();
     }
-    let width = |column: fn(&(&'static str, String, String)) -> &str| limits.iter().map(|l| column(l).chars().count()).max().unwrap_or(0);
-    let (effects, sizes) = (width(|l| l.0), width(|l| &l.1));
+    let effects = limits.iter().map(|l| l.effect.chars().count()).max().unwrap_or(0);
+    let sizes = limits.iter().map(|l| l.size.chars().count()).max().unwrap_or(0);
     let mut text = format!("\n{}\n", style.strong("Smallest effects that this log would have shown"));
-    for (effect, size, at) in &limits {
+    for LimitRow { effect, size, at } in &limits {
         let line = format!("  {effect:<effects$}  {size:<sizes$}  {}", style.faint(at));
         text.push_str(&format!("{}\n", line.trim_end()));
     }

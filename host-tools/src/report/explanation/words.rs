@@ -255,8 +255,18 @@ pub fn not_shown(e: &Explanation) -> Vec<String> {
     list
 }
 
-/// The smallest effects that the log would have shown: effect, smallest amplitude with its unit, and where it is that large.
-pub fn detection_limits(e: &Explanation) -> Vec<(&'static str, String, String)> {
+/// A detection limit in words.
+pub struct LimitRow {
+    /// The effect.
+    pub effect: &'static str,
+    /// Its smallest amplitude that the log would have shown, with name and unit.
+    pub size: String,
+    /// The order, frequency or time at which it is that large; empty where there is none.
+    pub at: String,
+}
+
+/// The smallest effects that the log would have shown.
+pub fn detection_limits(e: &Explanation) -> Vec<LimitRow> {
     let axis = e.model.axis();
     let number = |x: f64| numbers::significant(x, 2);
     let row = |l: &DetectionLimit| {
@@ -266,7 +276,7 @@ pub fn detection_limits(e: &Explanation) -> Vec<(&'static str, String, String)> 
             let other = &l.card.parameters[k];
             format!("least visible of those tried: {} = {} {}", axis.parameter(other.name), number(value), axis.unit(other.unit))
         });
-        (l.card.id, size.trim_end().to_owned(), least_visible.trim_end().to_owned())
+        LimitRow { effect: l.card.id, size: size.trim_end().to_owned(), at: least_visible.trim_end().to_owned() }
     };
     e.detection_limits.iter().map(row).collect()
 }
